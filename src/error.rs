@@ -1,0 +1,29 @@
+//! The one error type. It says where, what, and what to do; the command line turns its kind into an exit code.
+
+use std::path::Path;
+
+/// Why a command could not be carried out.
+#[derive(Debug, thiserror::Error)]
+pub enum Error {
+    /// The user's files or arguments are wrong; the message names the place and what would be right. Exit code 2.
+    #[error("{0}")]
+    Input(String),
+    /// A device failed, or lied, after the input was accepted. Exit code 3.
+    #[error("{0}")]
+    Device(String),
+}
+
+/// `std::result::Result` with [`Error`].
+pub type Result<T, E = Error> = std::result::Result<T, E>;
+
+impl Error {
+    /// Bad input at a place (a file, or a file and a key): `place: what`.
+    pub fn input(place: impl std::fmt::Display, what: impl std::fmt::Display) -> Self {
+        Error::Input(format!("{place}: {what}"))
+    }
+
+    /// A file that cannot be read or written.
+    pub fn io(path: &Path, what: &str, source: std::io::Error) -> Self {
+        Error::Input(format!("{}: {what}: {source}", path.display()))
+    }
+}

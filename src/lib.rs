@@ -1,0 +1,21 @@
+//! Scores where to put the sensors of a robot cell.
+//!
+//! perirobot voxelizes a cell, casts every ray of every candidate sensor pose through it, writes what the
+//! sensor would claim (occupied, free, unknown), compares that with the truth inside regions of interest, and
+//! scores the pose with F1 and Cohen's κ. It implements the perirobot space representation of Rozlivek, Svarny
+//! and Hoffmann (IROS 2023).
+//!
+//! The rooms, in the order of the paper:
+//! study (what the user wrote) → [`scene`] (surfaces with roles) → [`voxel`] (truth and regions) →
+//! sensor (rays, in integers) → backend (march, carve, count: the same integers on every device) →
+//! metrics (F1, κ) → sweep (tables). The arithmetic that every backend shares is march.
+
+pub mod error;
+pub mod scene;
+pub mod voxel;
+
+pub use error::{Error, Result};
+
+/// The version of the rules that decide the counts (`src/march/SEMANTICS.md`), recorded in every manifest.
+/// It changes whenever the same study could give other integers.
+pub const SEMANTICS_VERSION: u32 = 1;

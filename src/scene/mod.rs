@@ -1,0 +1,87 @@
+//! Surfaces with a role, in world metres: what the cell is made of before it becomes voxels. Loaders turn files
+//! into [`Object`]s once, at the edge; nothing here knows of voxels.
+
+use glam::DVec3;
+
+/// What an object is to the study (paper, section III).
+#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Deserialize, serde::Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Role {
+    /// Walls, tables, fences.
+    Environment,
+    /// The robot.
+    Robot,
+    /// A person.
+    Human,
+}
+
+/// What the inside of a watertight body is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Deserialize, serde::Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Interior {
+    /// Belongs to no region and stops no ray.
+    Ignored,
+    /// Free space like any other, as in the paper.
+    Free,
+    /// Filled.
+    Occupied,
+}
+
+/// Whether a sensor's ray stops at the object.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Deserialize, serde::Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Optical {
+    /// Rays stop.
+    Opaque,
+    /// Wire fence, polycarbonate: it is there, and rays pass.
+    SeeThrough,
+}
+
+/// Triangles in metres, z up.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Mesh {
+    /// Corners; loaders refuse NaN and infinities.
+    pub vertices: Vec<DVec3>,
+    /// Indices into `vertices`, always in range.
+    pub triangles: Vec<[u32; 3]>,
+}
+
+/// What an object is made of.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Surface {
+    /// Triangles in world metres.
+    Mesh(Mesh),
+    /// Occupied voxels of an OctoMap, as world keys floor(x / resolution) at this resolution.
+    Voxels {
+        /// Edge of the map's voxels in metres.
+        resolution_m: f64,
+        /// Occupied voxels, each once.
+        keys: Vec<[i32; 3]>,
+    },
+}
+
+/// One thing in the cell.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Object {
+    /// Unique in the scene.
+    pub name: String,
+    /// What it is to the study.
+    pub role: Role,
+    /// What its inside is.
+    pub interior: Interior,
+    /// Whether rays stop at it.
+    pub optical: Optical,
+    /// Gives its role to voxels without adding truth.
+    pub tag_only: bool,
+    /// Its surface, in the world.
+    pub surface: Surface,
+}
+
+/// Everything in the cell at one moment.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Scene {
+    /// Name in the result table: the scene file's stem, or its `name`.
+    pub name: String,
+    /// Objects in file order.
+    pub objects: Vec<Object>,
+}

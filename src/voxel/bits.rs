@@ -1,0 +1,278 @@
+//! A bit for each voxel of a window, in 32-bit words that host and GPU share. Rows run along x and are padded to
+//! whole words; padding bits are always zero.
+
+use super::grid::Window;
+
+/// A bit plane over a window.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct BitGrid {
+    window: Window,
+    words_per_row: u32,
+    words: Vec<u32>,
+}
+
+impl BitGrid {
+    /// A plane of zeros.
+    pub fn new(window: Window) -> Self {
+        let words_per_row = window.size[0].div_ceil(32);
+        let words = words_per_row as usize * window.size[1] as usize * window.size[2] as usize;
+        BitGrid {
+            window,
+            words_per_row,
+            words: vec![0; words],
+        }
+    }
+
+    /// A plane from words laid out as [`BitGrid::words`]; `None` if their number does not fit the window.
+    pub fn from_words(window: Window, words: Vec<u32>) -> Option<Self> {
+        let blank = BitGrid::new(window);
+        (blank.words.len() == words.len()).then_some(BitGrid { words, ..blank })
+    }
+
+    /// The voxels the plane covers.
+    pub fn window(&self) -> Window {
+        self.window
+    }
+
+    /// Words in a row of x: ⌈size x / 32⌉.
+    pub fn words_per_row(&self) -> u32 {
+        self.words_per_row
+    }
+
+    /// The words: bit x & 31 of word (z · size y + y) · words per row + (x >> 5), x, y, z from the window's corner.
+    pub fn words(&self) -> &[u32] {
+        &self.words
+    }
+
+    /// The words, to be changed; padding bits must stay zero.
+    pub fn words_mut(&mut self) -> &mut [u32] {
+        &mut self.words
+    }
+
+    /// Index of a voxel's bit, counting 32 bits a word, or `None` outside the window.
+    pub fn bit_index(&self, cell: [i32; 3]) -> Option<usize> {
+        if !self.window.contains(cell) {
+            return None;
+        }
+        let [x, y, z] = std::array::from_fn(|r| (cell[r] - self.window.min[r]) as usize);
+        let row = z * self.window.size[1] as usize + y;
+        Some(row * self.words_per_row as usize * 32 + x)
+    }
+
+    /// Whether a voxel is set; voxels outside the window are not.
+    pub fn get(&self, cell: [i32; 3]) -> bool {
+        self.bit_index(cell)
+            .is_some_and(|bit| self.words[bit >> 5] >> (bit & 31) & 1 == 1)
+    }
+
+    /// Sets a voxel; one outside the window is left alone.
+    pub fn set(&mut self, cell: [i32; 3]) {
+        if let Some(bit) = self.bit_index(cell) {
+            self.words[bit >> 5] |= 1 << (bit & 31);
+        }
+    }
+
+    /// How many voxels are set.
+    pub fn count(&self) -> u64 {
+        self.words.iter().map(|w| w.count_ones() as u64).sum()
+    }
+
+    /// Whether no voxel is set.
+    pub fn is_empty(&self) -> bool {
+        self.words.iter().all(|&w| w == 0)
+    }
+
+    /// Every set voxel, x fastest, then y, then z.
+    pub fn cells(&self) -> impl Iterator<Item = [i32; 3]> + '_ {
+        let row_words = self.words_per_row.max(1) as usize;
+        self.words.iter().enumerate().flat_map(move |(w, &word)| {
+            let row = w / row_words;
+            let y = row % self.window.size[1].max(1) as usize;
+            let z = row / self.window.size[1].max(1) as usize;
+            let x = (w % row_words) * 32;
+            let min = self.window.min;
+            bits_of(word).map(move |b| {
+                [
+                    min[0] + x as i32 + b as i32,
+                    min[1] + y as i32,
+                    min[2] + z as i32,
+                ]
+            })
+        })
+    }
+
+    /// The smallest window that holds every set voxel; empty if none is set.
+    pub fn bounds(&self) -> Window {
+        self.cells()
+            .map(|cell| Window::between(cell, cell))
+            .fold(Window::between([0; 3], [-1; 3]), |all, one| all.union(&one))
+    }
+
+    /// The same bits over another window: cut where it is smaller, zero where it is larger.
+    pub fn over(&self, window: Window) -> BitGrid {
+        let mut out = BitGrid::new(window);
+        out.merge(self, |_, from| from);
+        out
+    }
+
+    /// Sets every voxel that is set in `other`, inside this window.
+    pub fn add(&mut self, other: &BitGrid) {
+        self.merge(other, |to, from| to | from);
+    }
+
+    /// Clears every voxel that is set in `other`.
+    pub fn remove(&mut self, other: &BitGrid) {
+        self.merge(other, |to, from| to & !from);
+    }
+
+    /// Keeps only voxels that are set in `other` too.
+    pub fn keep(&mut self, other: &BitGrid) {
+        let other = other.over(self.window);
+        self.merge(&other, |to, from| to & from);
+    }
+
+    /// Combines rows word by word where the windows meet. `f(to, 0)` must be `to`, or the windows equal.
+    fn merge(&mut self, other: &BitGrid, f: impl Fn(u32, u32) -> u32) {
+        let shared = self.window.intersection(&other.window);
+        if shared.is_empty() {
+            return;
+        }
+        let end = shared.end();
+        for z in shared.min[2]..end[2] {
+            for y in shared.min[1]..end[1] {
+                let to_row = self.row_start(y, z);
+                let from_row = other.row_start(y, z);
+                for w in 0..self.words_per_row as usize {
+                    let x = self.window.min[0] + w as i32 * 32;
+                    if x + 32 <= shared.min[0] || x >= end[0] {
+                        continue;
+                    }
+                    let from = other.word_at(from_row, x) & self.valid_bits(w);
+                    let to = &mut self.words[to_row + w];
+                    *to = f(*to, from);
+                }
+            }
+        }
+    }
+
+    fn row_start(&self, y: i32, z: i32) -> usize {
+        let y = (y - self.window.min[1]) as usize;
+        let z = (z - self.window.min[2]) as usize;
+        (z * self.window.size[1] as usize + y) * self.words_per_row as usize
+    }
+
+    /// 32 bits of a row from world x on; bits outside the window are zero.
+    fn word_at(&self, row: usize, x: i32) -> u32 {
+        let offset = x - self.window.min[0];
+        let shift = offset.rem_euclid(32) as u32;
+        let word = offset.div_euclid(32);
+        let fetch = |w: i32| {
+            if w >= 0 && w < self.words_per_row as i32 {
+                self.words[row + w as usize] as u64
+            } else {
+                0
+            }
+        };
+        ((fetch(word) | fetch(word + 1) << 32) >> shift) as u32
+    }
+
+    /// The bits of word `w` of a row that are voxels, not padding.
+    fn valid_bits(&self, w: usize) -> u32 {
+        let left = self.window.size[0] as usize - w * 32;
+        if left >= 32 {
+            u32::MAX
+        } else {
+            (1 << left) - 1
+        }
+    }
+
+    /// Sets a run of voxels of one row, `from` to `to` (exclusive) on x, cut to the window.
+    pub fn set_run(&mut self, from: i32, to: i32, y: i32, z: i32) {
+        let run = Window {
+            min: [from, y, z],
+            size: [(to as i64 - from as i64).max(0) as u32, 1, 1],
+        };
+        let run = run.intersection(&self.window);
+        if run.is_empty() {
+            return;
+        }
+        let row = self.row_start(y, z) * 32;
+        let first = row + (run.min[0] - self.window.min[0]) as usize;
+        for bit in first..first + run.size[0] as usize {
+            self.words[bit >> 5] |= 1 << (bit & 31);
+        }
+    }
+}
+
+/// The positions of the set bits of a word, lowest first.
+fn bits_of(mut word: u32) -> impl Iterator<Item = u32> {
+    std::iter::from_fn(move || {
+        let bit = word.trailing_zeros();
+        word &= word.wrapping_sub(1);
+        (bit < 32).then_some(bit)
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A plane with a third of its voxels set in no simple pattern.
+    fn speckled(window: Window) -> BitGrid {
+        let mut grid = BitGrid::new(window);
+        let end = window.end();
+        for z in window.min[2]..end[2] {
+            for y in window.min[1]..end[1] {
+                for x in window.min[0]..end[0] {
+                    if (x * 7 + y * 11 + z * 13 + x * y).rem_euclid(3) == 0 {
+                        grid.set([x, y, z]);
+                    }
+                }
+            }
+        }
+        grid
+    }
+
+    #[test]
+    fn planes_over_other_windows_keep_their_voxels() {
+        let source = speckled(Window::between([-3, -2, 1], [70, 4, 3]));
+        for window in [
+            Window::between([-40, -2, 1], [90, 4, 3]),
+            Window::between([30, 0, 0], [36, 9, 2]),
+            Window::between([-3, -2, 1], [28, 4, 3]),
+        ] {
+            let moved = source.over(window);
+            let expected: Vec<_> = source.cells().filter(|&c| window.contains(c)).collect();
+            assert_eq!(moved.cells().collect::<Vec<_>>(), expected, "{window:?}");
+            assert_eq!(moved.count(), expected.len() as u64, "padding stays zero");
+        }
+    }
+
+    #[test]
+    fn add_remove_keep() {
+        let a = speckled(Window::between([0, 0, 0], [50, 5, 5]));
+        let b = speckled(Window::between([1, 1, 0], [40, 9, 3]));
+        let mut joined = a.clone();
+        joined.add(&b);
+        let mut removed = a.clone();
+        removed.remove(&b);
+        let mut kept = a.clone();
+        kept.keep(&b);
+        assert!(joined.cells().all(|c| a.get(c) || b.get(c)));
+        assert!(removed.cells().all(|c| a.get(c) && !b.get(c)));
+        assert!(kept.cells().all(|c| a.get(c) && b.get(c)));
+        assert_eq!(removed.count() + kept.count(), a.count());
+        assert!(removed.count() > 0 && kept.count() > 0);
+    }
+
+    #[test]
+    fn runs_and_bounds() {
+        let mut grid = BitGrid::new(Window::between([0, 0, 0], [99, 3, 3]));
+        grid.set_run(-5, 35, 2, 1);
+        assert_eq!(grid.count(), 35);
+        assert_eq!(grid.bounds(), Window::between([0, 2, 1], [34, 2, 1]));
+        grid.set_run(0, 10, 9, 9);
+        assert_eq!(grid.count(), 35, "outside the window nothing is set");
+        assert!(BitGrid::new(grid.window()).bounds().is_empty());
+    }
+}
