@@ -6,11 +6,14 @@
 //! and Hoffmann (IROS 2023).
 //!
 //! The rooms, in the order of the paper:
-//! study (what the user wrote) → [`scene`] (surfaces with roles) → [`voxel`] (truth and regions) →
-//! sensor (rays, in integers) → backend (march, carve, count: the same integers on every device) →
-//! metrics (F1, κ) → sweep (tables). The arithmetic that every backend shares is march.
+//! [`study`] (what the user wrote) → [`scene`] (surfaces with roles) → [`voxel`] (truth and regions) →
+//! [`sensor`] (rays, in integers) → [`backend`] (march, carve, count: the same integers on every device) →
+//! [`metrics`] (F1, κ) → [`sweep`] (tables). The arithmetic that every backend shares is [`march`].
 
+pub mod backend;
 pub mod error;
+pub mod march;
+pub mod metrics;
 pub mod scene;
 pub mod voxel;
 

@@ -16,11 +16,7 @@ impl BitGrid {
     pub fn new(window: Window) -> Self {
         let words_per_row = window.size[0].div_ceil(32);
         let words = words_per_row as usize * window.size[1] as usize * window.size[2] as usize;
-        BitGrid {
-            window,
-            words_per_row,
-            words: vec![0; words],
-        }
+        BitGrid { window, words_per_row, words: vec![0; words] }
     }
 
     /// A plane from words laid out as [`BitGrid::words`]; `None` if their number does not fit the window.
@@ -61,8 +57,7 @@ impl BitGrid {
 
     /// Whether a voxel is set; voxels outside the window are not.
     pub fn get(&self, cell: [i32; 3]) -> bool {
-        self.bit_index(cell)
-            .is_some_and(|bit| self.words[bit >> 5] >> (bit & 31) & 1 == 1)
+        self.bit_index(cell).is_some_and(|bit| self.words[bit >> 5] >> (bit & 31) & 1 == 1)
     }
 
     /// Sets a voxel; one outside the window is left alone.
@@ -91,13 +86,7 @@ impl BitGrid {
             let z = row / self.window.size[1].max(1) as usize;
             let x = (w % row_words) * 32;
             let min = self.window.min;
-            bits_of(word).map(move |b| {
-                [
-                    min[0] + x as i32 + b as i32,
-                    min[1] + y as i32,
-                    min[2] + z as i32,
-                ]
-            })
+            bits_of(word).map(move |b| [min[0] + x as i32 + b as i32, min[1] + y as i32, min[2] + z as i32])
         })
     }
 
@@ -167,11 +156,7 @@ impl BitGrid {
         let shift = offset.rem_euclid(32) as u32;
         let word = offset.div_euclid(32);
         let fetch = |w: i32| {
-            if w >= 0 && w < self.words_per_row as i32 {
-                self.words[row + w as usize] as u64
-            } else {
-                0
-            }
+            if w >= 0 && w < self.words_per_row as i32 { self.words[row + w as usize] as u64 } else { 0 }
         };
         ((fetch(word) | fetch(word + 1) << 32) >> shift) as u32
     }
@@ -179,19 +164,12 @@ impl BitGrid {
     /// The bits of word `w` of a row that are voxels, not padding.
     fn valid_bits(&self, w: usize) -> u32 {
         let left = self.window.size[0] as usize - w * 32;
-        if left >= 32 {
-            u32::MAX
-        } else {
-            (1 << left) - 1
-        }
+        if left >= 32 { u32::MAX } else { (1 << left) - 1 }
     }
 
     /// Sets a run of voxels of one row, `from` to `to` (exclusive) on x, cut to the window.
     pub fn set_run(&mut self, from: i32, to: i32, y: i32, z: i32) {
-        let run = Window {
-            min: [from, y, z],
-            size: [(to as i64 - from as i64).max(0) as u32, 1, 1],
-        };
+        let run = Window { min: [from, y, z], size: [(to as i64 - from as i64).max(0) as u32, 1, 1] };
         let run = run.intersection(&self.window);
         if run.is_empty() {
             return;

@@ -15,16 +15,12 @@ pub const FARTHEST_VOXEL: i64 = 1 << 20;
 /// Saturates at ± [`FARTHEST_VOXEL`], which no grid reaches; NaN becomes 0 (loaders refuse it).
 pub fn length_q16(metres: f64, voxel_size_m: f64) -> i64 {
     let farthest = (FARTHEST_VOXEL * ONE_Q16) as f64;
-    (metres / voxel_size_m * ONE_Q16 as f64)
-        .round()
-        .clamp(-farthest, farthest) as i64
+    (metres / voxel_size_m * ONE_Q16 as f64).round().clamp(-farthest, farthest) as i64
 }
 
 /// A point in metres as 1/65536 voxels on each axis.
 pub fn point_q16(metres: DVec3, voxel_size_m: f64) -> [i64; 3] {
-    metres
-        .to_array()
-        .map(|value| length_q16(value, voxel_size_m))
+    metres.to_array().map(|value| length_q16(value, voxel_size_m))
 }
 
 /// A box of voxels: `min` and how many voxels follow on each axis.
@@ -66,8 +62,7 @@ impl Window {
     /// What two windows share.
     pub fn intersection(&self, other: &Window) -> Window {
         let min: [i32; 3] = std::array::from_fn(|r| self.min[r].max(other.min[r]));
-        let size =
-            std::array::from_fn(|r| (self.end()[r].min(other.end()[r]) - min[r]).max(0) as u32);
+        let size = std::array::from_fn(|r| (self.end()[r].min(other.end()[r]) - min[r]).max(0) as u32);
         Window { min, size }
     }
 
@@ -86,10 +81,7 @@ impl Window {
 
     /// The same voxels counted from another origin.
     pub fn moved(&self, by: [i32; 3]) -> Window {
-        Window {
-            min: std::array::from_fn(|r| self.min[r] + by[r]),
-            size: self.size,
-        }
+        Window { min: std::array::from_fn(|r| self.min[r] + by[r]), size: self.size }
     }
 }
 
@@ -108,10 +100,7 @@ pub struct Grid {
 impl Grid {
     /// All voxels, counted from the grid's own origin.
     pub fn window(&self) -> Window {
-        Window {
-            min: [0; 3],
-            size: self.size,
-        }
+        Window { min: [0; 3], size: self.size }
     }
 
     /// A world position relative to the grid's corner, in 1/65536 voxels.
@@ -127,9 +116,7 @@ impl Grid {
 
     /// Lower corner of a voxel in world metres, for messages and exports only.
     pub fn corner_m(&self, cell: [i32; 3]) -> DVec3 {
-        DVec3::from_array(std::array::from_fn(|r| {
-            (cell[r] + self.origin[r]) as f64 * self.voxel_size_m
-        }))
+        DVec3::from_array(std::array::from_fn(|r| (cell[r] + self.origin[r]) as f64 * self.voxel_size_m))
     }
 }
 
@@ -154,10 +141,7 @@ mod tests {
         let b = Window::between([5, -5, 3], [14, 4, 3]);
         assert_eq!(a.intersection(&b), Window::between([5, 0, 3], [9, 4, 3]));
         assert_eq!(a.union(&b), Window::between([0, -5, 0], [14, 9, 9]));
-        assert!(
-            a.intersection(&Window::between([20, 0, 0], [30, 9, 9]))
-                .is_empty()
-        );
+        assert!(a.intersection(&Window::between([20, 0, 0], [30, 9, 9])).is_empty());
         assert_eq!(a.volume(), 1000);
         assert!(a.contains([9, 0, 0]) && !a.contains([10, 0, 0]));
     }

@@ -1,0 +1,241 @@
+//! A ray through the voxels, in integers: the arithmetic of `SEMANTICS.md` as pure functions. Every function here
+//! has a twin of the same name in `shaders/march.wgsl`; buffers, planes and threads are the backends' business.
+#![doc = include_str!("SEMANTICS.md")]
+
+/// A crossing that does not happen, later than any range.
+pub const NEVER: u32 = 0x7fff_ffff;
+
+/// Ranges are clamped to this many voxels. A grid's diagonal is at most 1772, so nothing is lost, and no running
+/// sum of crossings leaves 32 bits.
+pub const MAX_RANGE_VOXELS: u32 = 2047;
+
+/// The ray met no blocker within range inside the grid.
+pub const NOTHING: u32 = 0;
+/// The ray ended in a blocker within its range.
+pub const RETURN: u32 = 1;
+/// The ray's first blocker was nearer than the sensor can measure; it claims nothing.
+pub const BLIND: u32 = 2;
+/// The ray left the grid towards a backdrop: a return just outside.
+pub const LEFT: u32 = 3;
+
+/// How a ray ended, and in which of its cells: `crossings` made on reaching the last cell it entered inside the
+/// grid (for a return or a blind ray, the blocker).
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub struct End {
+    /// [`NOTHING`], [`RETURN`], [`BLIND`] or [`LEFT`].
+    pub kind: u32,
+    /// Voxel boundaries crossed before the last cell; the first cell has none.
+    pub crossings: u32,
+}
+
+impl End {
+    /// One word, as the shaders store it: kind in the upper half, crossings in the lower.
+    pub fn packed(self) -> u32 {
+        self.kind << 16 | self.crossings
+    }
+
+    /// The inverse of [`End::packed`].
+    pub fn unpacked(word: u32) -> Self {
+        End { kind: word >> 16, crossings: word & 0xffff }
+    }
+}
+
+/// What decides how a ray ends, in 1/65536 voxels.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Gates {
+    /// A first blocker entered before this distance blinds the ray.
+    pub range_min_q16: u32,
+    /// Nothing is entered after this distance; at most [`MAX_RANGE_VOXELS`].
+    pub range_max_q16: u32,
+    /// Cells entered before this distance are not tested: the sensor's own housing.
+    pub near_ignore_q16: u32,
+    /// Whether a ray that ends in nothing certifies that what it passed is free (`no_return = "free"`).
+    pub no_return_is_free: bool,
+    /// Whether a ray that leaves the grid returns from just outside (`outside = "backdrop"`).
+    pub backdrop: bool,
+}
+
+/// A ray on its way: the cell it is in and when it next crosses a boundary of each axis.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct March {
+    /// The cell, from the grid's corner.
+    pub cell: [i32; 3],
+    /// −1, 0 or 1: where a crossing of each axis leads.
+    pub step: [i32; 3],
+    /// Distance of the next crossing of each axis in 1/65536 voxels.
+    pub next_q16: [u32; 3],
+    /// Distance between crossings of each axis.
+    pub period_q16: [u32; 3],
+}
+
+/// Distance between two crossings of an axis for a direction component of magnitude `d` in Q16:
+/// ⌊2³² / d⌋, at most [`NEVER`], and [`NEVER`] for zero.
+pub fn period_q16(d: u32) -> u32 {
+    if d < 3 {
+        // 2³² / 2 is already past NEVER, and 2³² itself has no 32-bit form.
+        return NEVER;
+    }
+    // ⌊2³² / d⌋ is ⌊(2³² − 1) / d⌋, and one more when d divides 2³².
+    u32::MAX / d + (u32::MAX % d == d - 1) as u32
+}
+
+/// Distance to the first crossing when `f` of 65536 parts of the first cell lie ahead: ⌊f · period / 2¹⁶⌋.
+pub fn first_q16(f: u32, period: u32) -> u32 {
+    (period >> 16) * f + (((period & 0xffff) * f) >> 16)
+}
+
+/// One component of a ray's direction in the grid, Q16: the row of `world_from_sensor` for that axis (Q15) times
+/// the direction in the sensor's frame (Q15), rounded.
+pub fn direction_q16(axis_q15: [i32; 3], dir_q15: [i32; 3]) -> i32 {
+    (axis_q15[0] * dir_q15[0] + axis_q15[1] * dir_q15[1] + axis_q15[2] * dir_q15[2] + (1 << 13)) >> 14
+}
+
+/// The march from a position (1/65536 voxels from the grid's corner) along a direction in Q16.
+pub fn start(origin_q16: [i32; 3], dir_q16: [i32; 3]) -> March {
+    let mut march = March { cell: [0; 3], step: [0; 3], next_q16: [NEVER; 3], period_q16: [NEVER; 3] };
+    for r in 0..3 {
+        march.cell[r] = origin_q16[r] >> 16;
+        march.step[r] = dir_q16[r].signum();
+        if dir_q16[r] != 0 {
+            let frac = (origin_q16[r] & 0xffff) as u32;
+            let f = if dir_q16[r] < 0 { frac } else { (1 << 16) - frac };
+            march.period_q16[r] = period_q16(dir_q16[r].unsigned_abs());
+            march.next_q16[r] = first_q16(f, march.period_q16[r]);
+        }
+    }
+    march
+}
+
+/// The axis crossed next. Ties take x before y before z, so that every backend visits the same cells.
+pub fn next_axis(next_q16: [u32; 3]) -> usize {
+    let [x, y, z] = next_q16;
+    if x <= y && x <= z {
+        0
+    } else if y <= z {
+        1
+    } else {
+        2
+    }
+}
+
+/// Makes the next crossing, of `axis`. Not to be called once `next_q16[axis]` is past the range: within it no sum
+/// leaves 32 bits.
+pub fn cross(march: &mut March, axis: usize) {
+    march.cell[axis] += march.step[axis];
+    march.next_q16[axis] += march.period_q16[axis];
+}
+
+/// How many leading cells of a ray its end proves free: those before the blocker of a return, all that it entered
+/// when it left towards a backdrop or when a silent ray certifies, none otherwise.
+pub fn freed(end: End, no_return_is_free: bool) -> u32 {
+    match end.kind {
+        RETURN => end.crossings,
+        LEFT => end.crossings + 1,
+        NOTHING if no_return_is_free => end.crossings + 1,
+        _ => 0,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn periods_are_the_exact_quotient() {
+        assert_eq!(period_q16(0), NEVER);
+        for d in 1..=65_539u32 {
+            let exact = ((1u64 << 32) / d as u64).min(NEVER as u64);
+            assert_eq!(period_q16(d) as u64, exact, "d = {d}");
+        }
+    }
+
+    #[test]
+    fn first_crossings_are_the_exact_product() {
+        for period in [65_533, 65_536, 65_537, 131_072, 9_999_999, NEVER - 1, NEVER] {
+            for f in [0, 1, 2, 3, 255, 32_767, 32_768, 65_535, 65_536] {
+                let exact = (f as u64 * period as u64) >> 16;
+                assert_eq!(first_q16(f, period) as u64, exact, "f {f}, period {period}");
+            }
+        }
+    }
+
+    #[test]
+    fn a_boundary_start_moving_down_crosses_at_once() {
+        let march = start([3 << 16, 1 << 15, 0], [-65_536, 0, 0]);
+        assert_eq!((march.cell, march.next_q16), ([3, 0, 0], [0, NEVER, NEVER]));
+        let march = start([3 << 16, 1 << 15, 0], [65_536, 0, 0]);
+        assert_eq!(march.next_q16[0], 1 << 16);
+    }
+
+    #[test]
+    fn ties_take_x_then_y_then_z() {
+        assert_eq!(next_axis([5, 5, 5]), 0);
+        assert_eq!(next_axis([6, 5, 5]), 1);
+        assert_eq!(next_axis([6, 6, 5]), 2);
+        assert_eq!(next_axis([5, 6, 5]), 0);
+    }
+
+    #[test]
+    fn the_extremes_of_a_direction_stay_in_32_bits() {
+        assert_eq!(direction_q16([32_768, 0, 0], [32_768, 0, 0]), 65_536);
+        assert_eq!(direction_q16([-32_768, 0, 0], [32_768, 0, 0]), -65_536);
+        let diagonal = 18_919; // 2¹⁵ / √3
+        assert_eq!(direction_q16([diagonal; 3], [diagonal; 3]), 65_539);
+    }
+
+    #[test]
+    fn ends_pack_and_free() {
+        let end = End { kind: RETURN, crossings: 3069 };
+        assert_eq!(End::unpacked(end.packed()), end);
+        assert_eq!(freed(end, false), 3069);
+        let silent = End { kind: NOTHING, crossings: 7 };
+        assert_eq!((freed(silent, false), freed(silent, true)), (0, 8));
+        assert_eq!(freed(End { kind: BLIND, crossings: 7 }, true), 0);
+        assert_eq!(freed(End { kind: LEFT, crossings: 7 }, false), 8);
+    }
+
+    /// Invariants of the march on random and lattice rays: distance never falls, each crossing moves to an adjacent
+    /// cell along the step, and the running sum equals the closed form first + n · period.
+    #[test]
+    fn marches_move_on_and_stay_adjacent() {
+        let mut state = 1u32;
+        let mut random = |below: i32| {
+            state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+            (state >> 8) as i32 % below
+        };
+        let lattice = [-65_536, -37_837, 0, 37_837, 65_536];
+        for case in 0..20_000 {
+            let origin: [i32; 3] = std::array::from_fn(|_| match case % 3 {
+                0 => random(1023) << 16,
+                1 => (random(1023) << 16) + 0x8000,
+                _ => random(1023 << 16),
+            });
+            let dir: [i32; 3] = std::array::from_fn(|_| {
+                if case % 2 == 0 { lattice[random(5) as usize] } else { random(131_079) - 65_539 }
+            });
+            if dir == [0; 3] {
+                continue;
+            }
+            let begin = start(origin, dir);
+            let mut march = begin;
+            let (mut last, mut made) = (0, [0u64; 3]);
+            loop {
+                let axis = next_axis(march.next_q16);
+                let t = march.next_q16[axis];
+                if t > MAX_RANGE_VOXELS << 16 {
+                    break;
+                }
+                let closed = begin.next_q16[axis] as u64 + made[axis] * begin.period_q16[axis] as u64;
+                assert_eq!(t as u64, closed, "ray {origin:?} {dir:?}, crossings {made:?} of axis {axis}");
+                assert!(t >= last, "ray {origin:?} {dir:?}: distance fell from {last} to {t}");
+                last = t;
+                made[axis] += 1;
+                let before = march.cell;
+                cross(&mut march, axis);
+                let moved: i32 = (0..3).map(|r| (march.cell[r] - before[r]).abs()).sum();
+                assert_eq!(moved, 1, "ray {origin:?} {dir:?} jumped from {before:?}");
+                assert_eq!(march.cell[axis] - before[axis], dir[axis].signum());
+            }
+        }
+    }
+}
