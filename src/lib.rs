@@ -15,6 +15,7 @@ pub mod error;
 pub mod march;
 pub mod metrics;
 pub mod scene;
+pub mod sensor;
 pub mod voxel;
 
 pub use error::{Error, Result};

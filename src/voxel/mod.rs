@@ -1,7 +1,13 @@
 //! From surfaces to voxels: the grid, bit planes over it, the voxelizer, interiors and regions.
 
 pub mod bits;
+pub mod flood;
 pub mod grid;
+pub mod overlap;
+pub mod region;
+pub mod voxelize;
 
 pub use bits::BitGrid;
 pub use grid::{Grid, Window};
+pub use region::{Region, Shape};
+pub use voxelize::Truth;

@@ -1,0 +1,54 @@
+//! An ideal pinhole camera: one ray through each pixel's centre.
+
+use glam::DVec3;
+
+use super::quantise_q15;
+
+/// Field of view and resolution; x is horizontal, y vertical.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Camera {
+    /// Full angles of view in radians, each below π.
+    pub fov_rad: [f64; 2],
+    /// Pixels across and down.
+    pub resolution_px: [u32; 2],
+}
+
+impl Camera {
+    /// Directions in the optical frame (z forward, x right, y down), row by row from the top left.
+    pub fn dirs_q15(&self) -> Vec<[i32; 3]> {
+        let [width, height] = self.resolution_px.map(f64::from);
+        let focal_x = width / 2.0 / libm::tan(self.fov_rad[0] / 2.0);
+        let focal_y = height / 2.0 / libm::tan(self.fov_rad[1] / 2.0);
+        let mut dirs = Vec::with_capacity(self.resolution_px.iter().product::<u32>() as usize);
+        for v in 0..self.resolution_px[1] {
+            let y = (v as f64 + 0.5 - height / 2.0) / focal_y;
+            for u in 0..self.resolution_px[0] {
+                let x = (u as f64 + 0.5 - width / 2.0) / focal_x;
+                dirs.push(DVec3::new(x, y, 1.0).normalize().to_array().map(quantise_q15));
+            }
+        }
+        dirs
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn rays_go_row_by_row_through_pixel_centres() {
+        let camera = Camera { fov_rad: [std::f64::consts::FRAC_PI_2; 2], resolution_px: [2, 1] };
+        // Half the image is one focal length wide: x = ∓½, y = 0, z = 1.
+        let (x, z) = (14_654, 29_309); // 2¹⁵ · (½, 1) / |(½, 1)|, worked by hand
+        assert_eq!(camera.dirs_q15(), [[-x, 0, z], [x, 0, z]]);
+    }
+
+    #[test]
+    fn the_centre_pixel_looks_straight_ahead() {
+        let camera = Camera { fov_rad: [1.5, 1.0], resolution_px: [3, 3] };
+        assert_eq!(camera.dirs_q15()[4], [0, 0, 32_768]);
+        let [left, _, _, _, _, right] = [0, 1, 2, 3, 4, 5].map(|i| camera.dirs_q15()[i][0]);
+        assert_eq!(left, -camera.dirs_q15()[2][0]);
+        assert!(right > 0);
+    }
+}

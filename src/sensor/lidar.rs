@@ -1,0 +1,82 @@
+//! A LIDAR: rings of rays about a spin axis.
+
+use glam::{DMat3, DVec3};
+
+use super::{Pose, quantise_q15};
+
+/// How a LIDAR is fixed where a pose says which way it faces.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Deserialize, serde::Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Mount {
+    /// The spin axis is the pose's up: world z for a facing pose; azimuth 0 looks where the pose faces.
+    Upright,
+    /// The spin axis is where the pose faces; azimuth 0 looks to its right.
+    Facing,
+}
+
+/// Azimuths and elevations of a LIDAR in radians.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Lidar {
+    /// Columns, from −span/2.
+    pub azimuths_rad: Vec<f64>,
+    /// Rows: elevation above the ring plane.
+    pub elevations_rad: Vec<f64>,
+    /// How it is fixed.
+    pub mount: Mount,
+}
+
+/// ⌈span/step − 1e-9⌉ angles start + i · step, as many as a scan of `span` holds without its end.
+pub fn angles(start: f64, span: f64, step: f64) -> Vec<f64> {
+    let count = (span / step - 1e-9).ceil().max(0.0) as usize;
+    (0..count).map(|i| start + i as f64 * step).collect()
+}
+
+impl Lidar {
+    /// Directions in the LIDAR's frame (z is the spin axis, x azimuth 0), column by column.
+    pub fn dirs_q15(&self) -> Vec<[i32; 3]> {
+        let mut dirs = Vec::with_capacity(self.azimuths_rad.len() * self.elevations_rad.len());
+        for &azimuth in &self.azimuths_rad {
+            let (sin_azimuth, cos_azimuth) = libm::sincos(azimuth);
+            for &elevation in &self.elevations_rad {
+                let (sin_elevation, cos_elevation) = libm::sincos(elevation);
+                let dir = DVec3::new(cos_elevation * cos_azimuth, cos_elevation * sin_azimuth, sin_elevation);
+                dirs.push(dir.to_array().map(quantise_q15));
+            }
+        }
+        dirs
+    }
+
+    /// The LIDAR's frame in the world at a pose.
+    pub fn frame(&self, pose: &Pose) -> DMat3 {
+        match self.mount {
+            Mount::Facing => pose.optical(),
+            Mount::Upright => pose.upright(),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn spans_have_their_start_and_not_their_end() {
+        assert_eq!(angles(0.0, 90.0, 30.0), [0.0, 30.0, 60.0]);
+        assert_eq!(angles(-180.0, 360.0, 0.7).len(), 515);
+        assert_eq!(angles(45.0, 45.0, 0.7).len(), 65);
+        // 0.3 / 0.1 is 2.9999999999999996: still three angles.
+        assert_eq!(angles(0.0, 0.3, 0.1).len(), 3);
+    }
+
+    #[test]
+    fn rays_go_column_by_column() {
+        let quarter = std::f64::consts::FRAC_PI_2;
+        let lidar = Lidar {
+            azimuths_rad: vec![0.0, quarter],
+            elevations_rad: vec![0.0, quarter],
+            mount: Mount::Upright,
+        };
+        let up = [0, 0, 32_768];
+        assert_eq!(lidar.dirs_q15(), [[32_768, 0, 0], up, [0, 32_768, 0], up]);
+    }
+}

@@ -1,0 +1,157 @@
+//! Where a sensor is and how it is turned: every way of saying so becomes one position and one quaternion in the
+//! link frame (x forward, y left, z up; REP-103).
+
+use glam::{DMat3, DQuat, DVec3};
+
+/// `world_from_sensor`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Pose {
+    /// Position in the world, metres.
+    pub position_m: DVec3,
+    /// Rotation of the link frame, a unit quaternion.
+    pub rotation: DQuat,
+    /// Whether `rotation` came from a facing: then an upright LIDAR's axis is world z, whatever the facing's slope.
+    pub from_facing: bool,
+}
+
+/// Which axes a given rotation turns.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Frame {
+    /// x forward, y left, z up.
+    #[default]
+    Link,
+    /// z forward, x right, y down.
+    Optical,
+}
+
+/// Columns: the optical axes (right, down, forward) in the link frame.
+const LINK_FROM_OPTICAL: DMat3 =
+    DMat3::from_cols(DVec3::new(0.0, -1.0, 0.0), DVec3::new(0.0, 0.0, -1.0), DVec3::new(1.0, 0.0, 0.0));
+
+fn about_z(angle: f64) -> DMat3 {
+    let (sin, cos) = libm::sincos(angle);
+    DMat3::from_cols(DVec3::new(cos, sin, 0.0), DVec3::new(-sin, cos, 0.0), DVec3::Z)
+}
+
+fn about_y(angle: f64) -> DMat3 {
+    let (sin, cos) = libm::sincos(angle);
+    DMat3::from_cols(DVec3::new(cos, 0.0, -sin), DVec3::Y, DVec3::new(sin, 0.0, cos))
+}
+
+fn about_x(angle: f64) -> DMat3 {
+    let (sin, cos) = libm::sincos(angle);
+    DMat3::from_cols(DVec3::X, DVec3::new(0.0, cos, sin), DVec3::new(0.0, -sin, cos))
+}
+
+/// Roll about x, then pitch about y, then yaw about z, all fixed axes, as in URDF.
+pub fn from_rpy(rpy_rad: [f64; 3]) -> DMat3 {
+    about_z(rpy_rad[2]) * about_y(rpy_rad[1]) * about_x(rpy_rad[0])
+}
+
+impl Pose {
+    /// A pose that faces a direction (not zero), panned about world z and tilted about its own right, up positive:
+    /// Rz(pan) · [right, down, facing] · Rx(tilt). Up is world z, or x where it faces straight up or down.
+    pub fn facing(position_m: DVec3, facing: DVec3, pan_rad: f64, tilt_rad: f64) -> Self {
+        let forward = facing.normalize();
+        let vertical = forward.x == 0.0 && forward.y == 0.0;
+        let up = if vertical { DVec3::X } else { DVec3::Z };
+        let right = forward.cross(up).normalize();
+        let base = DMat3::from_cols(right, forward.cross(right), forward);
+        let world_from_optical = about_z(pan_rad) * base * about_x(tilt_rad);
+        Pose { from_facing: true, ..Pose::turned(position_m, world_from_optical, Frame::Optical) }
+    }
+
+    /// A pose from the rotation of one of its frames.
+    pub fn turned(position_m: DVec3, rotation: DMat3, frame: Frame) -> Self {
+        let link = match frame {
+            Frame::Link => rotation,
+            Frame::Optical => rotation * LINK_FROM_OPTICAL.transpose(),
+        };
+        // One sign for each rotation, so that a table of poses reads the same however it was made.
+        let q = DQuat::from_mat3(&link).normalize();
+        Pose { position_m, rotation: if q.w < 0.0 { -q } else { q }, from_facing: false }
+    }
+
+    /// A pose from a quaternion (w, x, y, z) of length near 1, kept as it is so that a table read back gives the
+    /// same rays; other lengths are normalised. `None` for zero or a value that is not finite.
+    pub fn from_quaternion(position_m: DVec3, wxyz: [f64; 4], frame: Frame) -> Option<Self> {
+        let q = DQuat::from_xyzw(wxyz[1], wxyz[2], wxyz[3], wxyz[0]);
+        let length = q.length();
+        if !length.is_finite() || length < 1e-9 {
+            return None;
+        }
+        let q = if (length - 1.0).abs() < 1e-12 { q } else { q / length };
+        Some(match frame {
+            Frame::Link => Pose { position_m, rotation: q, from_facing: false },
+            Frame::Optical => Pose::turned(position_m, DMat3::from_quat(q), frame),
+        })
+    }
+
+    /// Rotation of the optical frame (z forward, x right, y down).
+    pub fn optical(&self) -> DMat3 {
+        DMat3::from_quat(self.rotation) * LINK_FROM_OPTICAL
+    }
+
+    /// Rotation of an upright scanner: the link frame, or for a facing pose world z up and x along the horizontal
+    /// part of where it faces (world x where that is vertical).
+    pub fn upright(&self) -> DMat3 {
+        let link = DMat3::from_quat(self.rotation);
+        if !self.from_facing {
+            return link;
+        }
+        let forward = link.x_axis;
+        let flat = DVec3::new(forward.x, forward.y, 0.0);
+        let x = if flat.length() < 1e-9 { DVec3::X } else { flat.normalize() };
+        DMat3::from_cols(x, DVec3::Z.cross(x), DVec3::Z)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn columns(m: DMat3) -> [[i32; 3]; 3] {
+        [m.x_axis, m.y_axis, m.z_axis].map(|c| c.to_array().map(|v| (v * 1000.0).round() as i32))
+    }
+
+    #[test]
+    fn facing_a_wall() {
+        let pose = Pose::facing(DVec3::ZERO, DVec3::Y, 0.0, 0.0);
+        assert_eq!(columns(pose.optical()), [[1000, 0, 0], [0, 0, -1000], [0, 1000, 0]]);
+        let down = Pose::facing(DVec3::ZERO, -DVec3::Z, 0.0, 0.0);
+        assert_eq!(columns(down.optical()), [[0, -1000, 0], [-1000, 0, 0], [0, 0, -1000]]);
+    }
+
+    #[test]
+    fn tilt_is_up_and_pan_is_left() {
+        let angle = 30f64.to_radians();
+        let up = Pose::facing(DVec3::ZERO, DVec3::X, 0.0, angle).optical().z_axis;
+        assert!(up.z > 0.49 && up.y.abs() < 1e-12);
+        let left = Pose::facing(DVec3::ZERO, DVec3::X, angle, 0.0).optical().z_axis;
+        assert!(left.y > 0.49 && left.z.abs() < 1e-12);
+    }
+
+    #[test]
+    fn every_way_of_saying_a_rotation_agrees() {
+        let facing = Pose::facing(DVec3::ONE, DVec3::new(0.0, -1.0, 0.0), 0.0, 0.0);
+        let rpy = Pose::turned(DVec3::ONE, from_rpy([0.0, 0.0, (-90f64).to_radians()]), Frame::Link);
+        let half = 0.5f64.sqrt();
+        let link = Pose::from_quaternion(DVec3::ONE, [half, 0.0, 0.0, -half], Frame::Link).unwrap();
+        let optical =
+            Pose::from_quaternion(DVec3::ONE, [0.0, 0.0, -half * 3.0, half * 3.0], Frame::Optical).unwrap();
+        for other in [rpy, link, optical] {
+            assert_eq!(columns(other.optical()), columns(facing.optical()));
+        }
+        assert!(Pose::from_quaternion(DVec3::ZERO, [0.0; 4], Frame::Link).is_none());
+        assert!(Pose::from_quaternion(DVec3::ZERO, [f64::NAN, 0.0, 0.0, 1.0], Frame::Link).is_none());
+    }
+
+    #[test]
+    fn upright_scanners_spin_about_world_z() {
+        let facing = Pose::facing(DVec3::ZERO, DVec3::Y, 0.0, -0.5);
+        assert_eq!(columns(facing.upright()), [[0, 1000, 0], [-1000, 0, 0], [0, 0, 1000]]);
+        let down = Pose::facing(DVec3::ZERO, -DVec3::Z, 0.3, 0.0);
+        assert_eq!(columns(down.upright()), [[1000, 0, 0], [0, 1000, 0], [0, 0, 1000]]);
+    }
+}

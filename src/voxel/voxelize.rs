@@ -1,0 +1,299 @@
+//! From a scene to its truth: which voxels are occupied, what stops rays, whose they are. Regions and sensors are
+//! left to others.
+
+use std::collections::HashMap;
+use std::sync::atomic::{AtomicU32, Ordering};
+
+use glam::DVec3;
+use rayon::prelude::*;
+
+use super::flood::enclosed;
+use super::grid::{FARTHEST_VOXEL, Grid, MAX_VOXELS_PER_AXIS, Window};
+use super::overlap::{self, Corner};
+use super::{BitGrid, grid};
+use crate::scene::{Interior, Mesh, Object, Optical, Role, Scene, Surface};
+use crate::{Error, Result};
+
+/// A scene in voxels. All planes cover the whole grid.
+#[derive(Clone, Debug)]
+pub struct Truth {
+    /// Where the voxels are.
+    pub grid: Grid,
+    /// Voxels with a surface, or inside a body that is `occupied`.
+    pub occupied: BitGrid,
+    /// What stops rays: `occupied` less see-through objects.
+    pub blockers: BitGrid,
+    /// Insides of bodies that belong to no region.
+    pub ignored: BitGrid,
+    /// Voxels of people.
+    pub human: BitGrid,
+    /// Voxels of the robot.
+    pub robot: BitGrid,
+    /// One entry for each object of the scene.
+    pub objects: Vec<ObjectVoxels>,
+}
+
+/// What one object became.
+#[derive(Clone, Debug)]
+pub struct ObjectVoxels {
+    /// Its name in the scene.
+    pub name: String,
+    /// Its role.
+    pub role: Role,
+    /// Triangles of its surface; none for an OctoMap.
+    pub triangles: usize,
+    /// Whether each edge of its surface is used equally often in both directions; `None` for an OctoMap.
+    pub watertight: Option<bool>,
+    /// Lowest and highest corner of its surface in metres.
+    pub bounds_m: [DVec3; 2],
+    /// Its voxels inside the grid: the surface, and the inside where that is `occupied`.
+    pub cells: BitGrid,
+    /// What was assumed about it that its author may not expect.
+    pub warnings: Vec<String>,
+}
+
+/// An object's surface on the lattice, before any grid.
+struct Lattice {
+    corners: Vec<Corner>,
+    triangles: Vec<[u32; 3]>,
+    keys: Vec<[i32; 3]>,
+    extent: Window,
+}
+
+/// The world keys that a scene's surfaces touch, to size a grid by. Fails on a surface too far away to count.
+pub fn scene_extent(scene: &Scene, voxel_size_m: f64) -> Result<Window> {
+    let empty = Window::between([0; 3], [-1; 3]);
+    scene
+        .objects
+        .iter()
+        .try_fold(empty, |all, object| Ok(all.union(&lattice(scene, object, voxel_size_m)?.extent)))
+}
+
+/// The grid that holds a box of world keys; refuses one with too many voxels on an axis, with a size that fits.
+pub fn grid_over(extent: &Window, voxel_size_m: f64) -> Result<Grid> {
+    let longest = extent.size.into_iter().max().unwrap_or(0);
+    if longest > MAX_VOXELS_PER_AXIS {
+        let metres = longest as f64 * voxel_size_m;
+        // Rounded up to a tenth of a millimetre; two voxels are kept for the layers that both ends may add.
+        let fits = (metres / (MAX_VOXELS_PER_AXIS - 2) as f64 * 1e4).ceil() / 1e4;
+        return Err(Error::Input(format!(
+            "grid: {longest} voxels on an axis ({metres:.2} m at {voxel_size_m} m), at most {MAX_VOXELS_PER_AXIS}: \
+             set [grid] voxel_size_m = {fits} or more, or bounds_m around the part that matters"
+        )));
+    }
+    Ok(Grid { voxel_size_m, origin: extent.min, size: extent.size })
+}
+
+/// Voxelizes a scene, objects and triangles in parallel.
+pub fn voxelize(scene: &Scene, grid: Grid) -> Result<Truth> {
+    let bodies: Vec<Body> =
+        scene.objects.par_iter().map(|object| body(scene, object, &grid)).collect::<Result<_>>()?;
+    let blank = || BitGrid::new(grid.window());
+    let (mut occupied, mut blockers, mut ignored, mut human, mut robot) =
+        (blank(), blank(), blank(), blank(), blank());
+    for (object, body) in scene.objects.iter().zip(&bodies) {
+        if !object.tag_only {
+            occupied.add(&body.voxels.cells);
+            if object.optical == Optical::Opaque {
+                blockers.add(&body.voxels.cells);
+            }
+            ignored.add(&body.ignored);
+        }
+        match object.role {
+            Role::Environment => {}
+            Role::Robot => robot.add(&body.voxels.cells),
+            Role::Human => human.add(&body.voxels.cells),
+        }
+    }
+    ignored.remove(&occupied);
+    let objects = bodies.into_iter().map(|body| body.voxels).collect();
+    Ok(Truth { grid, occupied, blockers, ignored, human, robot, objects })
+}
+
+/// An object in voxels and the inside that belongs to no region.
+struct Body {
+    voxels: ObjectVoxels,
+    ignored: BitGrid,
+}
+
+fn body(scene: &Scene, object: &Object, grid: &Grid) -> Result<Body> {
+    let lattice = lattice(scene, object, grid.voxel_size_m)?;
+    let in_grid = lattice.extent.moved(grid.origin.map(|o| -o)).intersection(&grid.window());
+    let world = in_grid.moved(grid.origin);
+    let mut warnings = Vec::new();
+    let mut ignored = BitGrid::new(Window::between([0; 3], [-1; 3]));
+    let watertight = match &object.surface {
+        Surface::Mesh(_) => Some(is_watertight(&lattice)),
+        Surface::Voxels { .. } => None,
+    };
+    let mut cells = surface(&lattice, world);
+    if object.interior != Interior::Free && watertight.unwrap_or(true) && !object.tag_only {
+        // The inside is decided over the whole body, so that the grid's cut opens nothing.
+        if lattice.extent.size.into_iter().max().unwrap_or(0) <= MAX_VOXELS_PER_AXIS {
+            let whole =
+                if world == lattice.extent { cells.clone() } else { surface(&lattice, lattice.extent) };
+            let inside = enclosed(&whole).over(world);
+            match object.interior {
+                Interior::Occupied => cells.add(&inside),
+                _ => ignored = in_grid_frame(inside, in_grid),
+            }
+        } else {
+            warnings.push(format!(
+                "spans more than {MAX_VOXELS_PER_AXIS} voxels: its inside is not looked at, it is kept as a shell"
+            ));
+        }
+    }
+    if watertight == Some(false) && object.interior == Interior::Occupied {
+        warnings
+            .push("is not watertight (an edge has only one side): it is kept as a shell, not filled".into());
+    }
+    let bounds_m = bounds_m(object);
+    warnings.extend(size_warning(object, bounds_m));
+    let voxels = ObjectVoxels {
+        name: object.name.clone(),
+        role: object.role,
+        triangles: lattice.triangles.len(),
+        watertight,
+        bounds_m,
+        cells: in_grid_frame(cells, in_grid),
+        warnings,
+    };
+    Ok(Body { voxels, ignored })
+}
+
+/// The same words, counted from the grid's corner instead of the world's.
+fn in_grid_frame(cells: BitGrid, window: Window) -> BitGrid {
+    BitGrid::from_words(window, cells.words().to_vec()).unwrap_or_else(|| BitGrid::new(window))
+}
+
+fn lattice(scene: &Scene, object: &Object, voxel_size_m: f64) -> Result<Lattice> {
+    let place = || format!("scene {}: object {:?}", scene.name, object.name);
+    match &object.surface {
+        Surface::Mesh(Mesh { vertices, triangles }) => {
+            let corners = vertices
+                .iter()
+                .map(|&vertex| {
+                    overlap::corner(vertex, voxel_size_m).ok_or_else(|| {
+                        let farthest = FARTHEST_VOXEL as f64 * voxel_size_m;
+                        let what = format!(
+                            "a corner at {vertex} m is more than {farthest:.0} m away: is it in millimetres (unit = \"mm\")?"
+                        );
+                        Error::input(place(), what)
+                    })
+                })
+                .collect::<Result<Vec<_>>>()?;
+            // Only corners that a triangle uses count: exporters leave strays behind.
+            let used = triangles.iter().flatten().map(|&i| &corners[i as usize]);
+            let extent = overlap::extent(used);
+            Ok(Lattice { extent, corners, triangles: triangles.clone(), keys: Vec::new() })
+        }
+        Surface::Voxels { resolution_m, keys } => {
+            if (resolution_m / voxel_size_m - 1.0).abs() > 1e-6 {
+                let what = format!(
+                    "the map's voxels are {resolution_m} m and the grid's {voxel_size_m} m: they must be equal \
+                     (voxel_size_m = {resolution_m})"
+                );
+                return Err(Error::input(place(), what));
+            }
+            let one = |&key: &[i32; 3]| Window::between(key, key);
+            let extent =
+                keys.iter().map(one).fold(Window::between([0; 3], [-1; 3]), |all, one| all.union(&one));
+            Ok(Lattice { corners: Vec::new(), triangles: Vec::new(), keys: keys.clone(), extent })
+        }
+    }
+}
+
+/// The voxels of a surface inside a window of world keys.
+fn surface(lattice: &Lattice, window: Window) -> BitGrid {
+    let mut cells = BitGrid::new(window);
+    lattice.keys.iter().for_each(|&key| cells.set(key));
+    let words: Vec<AtomicU32> = cells.words().iter().map(|&word| AtomicU32::new(word)).collect();
+    lattice.triangles.par_iter().for_each(|triangle| {
+        let triangle = triangle.map(|i| lattice.corners[i as usize]);
+        overlap::triangle_voxels(&triangle, &window, |key| {
+            if let Some(bit) = cells.bit_index(key) {
+                words[bit >> 5].fetch_or(1 << (bit & 31), Ordering::Relaxed);
+            }
+        });
+    });
+    let words = words.into_iter().map(AtomicU32::into_inner).collect();
+    BitGrid::from_words(window, words).unwrap_or(cells)
+}
+
+/// Whether each edge, corners welded on the lattice, is walked equally often in both directions.
+fn is_watertight(lattice: &Lattice) -> bool {
+    let mut balance: HashMap<(Corner, Corner), i64> = HashMap::new();
+    for triangle in &lattice.triangles {
+        let corners = triangle.map(|i| lattice.corners[i as usize]);
+        for e in 0..3 {
+            let (from, to) = (corners[e], corners[(e + 1) % 3]);
+            match from.cmp(&to) {
+                std::cmp::Ordering::Less => *balance.entry((from, to)).or_default() += 1,
+                std::cmp::Ordering::Greater => *balance.entry((to, from)).or_default() -= 1,
+                std::cmp::Ordering::Equal => {}
+            }
+        }
+    }
+    !balance.is_empty() && balance.values().all(|&n| n == 0)
+}
+
+fn bounds_m(object: &Object) -> [DVec3; 2] {
+    let nowhere = [DVec3::INFINITY, DVec3::NEG_INFINITY];
+    let grow = |[low, high]: [DVec3; 2], p: DVec3| [low.min(p), high.max(p)];
+    match &object.surface {
+        Surface::Mesh(mesh) => {
+            mesh.triangles.iter().flatten().map(|&i| mesh.vertices[i as usize]).fold(nowhere, grow)
+        }
+        Surface::Voxels { resolution_m, keys } => {
+            let corner =
+                |key: &[i32; 3], add| DVec3::from_array(key.map(|k| (k + add) as f64 * resolution_m));
+            keys.iter().flat_map(|key| [corner(key, 0), corner(key, 1)]).fold(nowhere, grow)
+        }
+    }
+}
+
+/// The classic traps: millimetres for metres, a person lying along y.
+fn size_warning(object: &Object, [low, high]: [DVec3; 2]) -> Option<String> {
+    let size = high - low;
+    if size.max_element() > 200.0 {
+        return Some(format!("is {:.0} m long: is it in millimetres? (unit = \"mm\")", size.max_element()));
+    }
+    if object.role == Role::Human && size.y > 1.3 && size.y > 2.0 * size.z {
+        return Some(format!(
+            "is {:.2} m along y and {:.2} m high: is its file y-up? (up = \"y\")",
+            size.y, size.z
+        ));
+    }
+    None
+}
+
+/// The voxels that any ray from these positions (1/65536 voxels from the grid's corner) could pass or end in: free
+/// ones joined to a position through faces, and the blockers beside them.
+pub fn reachable(truth: &Truth, positions_q16: impl IntoIterator<Item = [i64; 3]>) -> BitGrid {
+    let window = truth.grid.window();
+    let mut open = BitGrid::new(window);
+    let end = window.end();
+    for z in 0..end[2] {
+        for y in 0..end[1] {
+            open.set_run(0, end[0], y, z);
+        }
+    }
+    open.remove(&truth.blockers);
+    // A sensor's own voxel is never tested, so a ray may leave a blocker.
+    let mut seeds = BitGrid::new(window);
+    positions_q16.into_iter().for_each(|position| seeds.set(grid::Grid::cell_of(position)));
+    open.add(&seeds);
+    let mut reached = super::flood::flood(&open, &seeds);
+    let passed = reached.clone();
+    for axis in 0..3 {
+        for by in [-1, 1] {
+            let mut moved = window;
+            moved.min[axis] += by;
+            reached.add(&in_grid_frame(passed.clone(), moved));
+        }
+    }
+    reached
+}
+
+#[cfg(test)]
+mod tests;

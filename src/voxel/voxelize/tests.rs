@@ -1,0 +1,119 @@
+//! The voxelizer on bodies whose voxels can be counted by hand.
+
+use super::*;
+
+/// The surface of a box in metres, as twelve triangles that face outward.
+fn cuboid(low: DVec3, high: DVec3) -> Mesh {
+    let vertices = (0..8)
+        .map(|i| {
+            let pick = |r: usize| if i >> r & 1 == 1 { high[r] } else { low[r] };
+            DVec3::new(pick(0), pick(1), pick(2))
+        })
+        .collect();
+    let quads = [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]];
+    let triangles = quads.iter().flat_map(|&[a, b, c, d]| [[a, b, c], [a, c, d]]).collect();
+    Mesh { vertices, triangles }
+}
+
+fn object(name: &str, role: Role, interior: Interior, mesh: Mesh) -> Object {
+    let surface = Surface::Mesh(mesh);
+    Object { name: name.into(), role, interior, optical: Optical::Opaque, tag_only: false, surface }
+}
+
+/// Voxels of 0.1 m; a box from 0.15 to 0.85 touches voxels 1 to 8 on each axis.
+fn truth_of(objects: Vec<Object>) -> Truth {
+    let scene = Scene { name: "test".into(), objects };
+    let grid = Grid { voxel_size_m: 0.1, origin: [0; 3], size: [10; 3] };
+    voxelize(&scene, grid).unwrap()
+}
+
+fn test_box() -> Mesh {
+    cuboid(DVec3::splat(0.15), DVec3::splat(0.85))
+}
+
+const SHELL: u64 = 8 * 8 * 8 - 6 * 6 * 6;
+
+#[test]
+fn interiors_are_ignored_free_or_occupied() {
+    let check = |interior, occupied, ignored| {
+        let truth = truth_of(vec![object("body", Role::Human, interior, test_box())]);
+        assert_eq!((truth.occupied.count(), truth.ignored.count()), (occupied, ignored), "{interior:?}");
+        assert_eq!(truth.human.count(), occupied);
+        assert_eq!(truth.objects[0].watertight, Some(true));
+        assert_eq!(truth.objects[0].cells.bounds(), Window::between([1; 3], [8; 3]));
+        assert!(truth.objects[0].warnings.is_empty());
+    };
+    check(Interior::Free, SHELL, 0);
+    check(Interior::Ignored, SHELL, 216);
+    check(Interior::Occupied, 512, 0);
+}
+
+#[test]
+fn a_leaky_body_stays_a_shell_and_says_so() {
+    let mut mesh = test_box();
+    mesh.triangles.pop();
+    let truth = truth_of(vec![object("leaky", Role::Robot, Interior::Occupied, mesh)]);
+    assert!(truth.occupied.count() <= SHELL && truth.robot.count() > 0);
+    assert_eq!(truth.objects[0].watertight, Some(false));
+    assert!(truth.objects[0].warnings[0].contains("not watertight"), "{:?}", truth.objects[0].warnings);
+}
+
+#[test]
+fn see_through_is_truth_but_stops_no_ray_and_tags_add_no_truth() {
+    let mut fence = object("fence", Role::Environment, Interior::Free, test_box());
+    fence.optical = Optical::SeeThrough;
+    let truth = truth_of(vec![fence]);
+    assert_eq!((truth.occupied.count(), truth.blockers.count()), (SHELL, 0));
+    let mut tag = object("tag", Role::Human, Interior::Free, test_box());
+    tag.tag_only = true;
+    let truth = truth_of(vec![tag]);
+    assert_eq!((truth.occupied.count(), truth.human.count()), (0, SHELL));
+}
+
+#[test]
+fn a_body_cut_by_the_grid_keeps_its_inside() {
+    let mesh = cuboid(DVec3::splat(0.55), DVec3::splat(1.25));
+    let truth = truth_of(vec![object("cut", Role::Environment, Interior::Ignored, mesh)]);
+    // Surface at voxel 5 on each axis, inside 6…9.
+    assert_eq!(truth.ignored.count(), 4 * 4 * 4);
+    assert_eq!(truth.occupied.count(), 5 * 5 * 5 - 4 * 4 * 4);
+}
+
+#[test]
+fn grids_hold_both_ends_and_refuse_too_many_voxels() {
+    let room = cuboid(DVec3::new(-3.0, -2.0, 0.0), DVec3::new(3.0, 2.0, 3.0));
+    let scene =
+        Scene { name: "room".into(), objects: vec![object("room", Role::Environment, Interior::Free, room)] };
+    let extent = scene_extent(&scene, 0.05).unwrap();
+    assert_eq!((extent.min, extent.size), ([-60, -40, 0], [121, 81, 61]));
+    assert!(grid_over(&extent, 0.05).is_ok());
+    let fine = scene_extent(&scene, 0.001).unwrap();
+    let message = grid_over(&fine, 0.001).unwrap_err().to_string();
+    assert!(message.contains("6001 voxels") && message.contains("voxel_size_m = 0.0059"), "{message}");
+    let fits = scene_extent(&scene, 0.0059).unwrap();
+    assert!(grid_over(&fits, 0.0059).is_ok());
+}
+
+#[test]
+fn millimetres_and_maps_of_another_size_are_caught() {
+    let big = object("crate", Role::Environment, Interior::Free, cuboid(DVec3::ZERO, DVec3::splat(700.0)));
+    let truth = truth_of(vec![big]);
+    assert!(truth.objects[0].warnings[0].contains("millimetres"));
+    let huge = object("crate", Role::Environment, Interior::Free, cuboid(DVec3::ZERO, DVec3::splat(1e7)));
+    let scene = Scene { name: "test".into(), objects: vec![huge] };
+    assert!(scene_extent(&scene, 0.05).unwrap_err().to_string().contains("unit = \"mm\""));
+    let mut map = object("map", Role::Environment, Interior::Free, Mesh::default());
+    map.surface = Surface::Voxels { resolution_m: 0.05, keys: vec![[1, 2, 3]] };
+    let scene = Scene { name: "test".into(), objects: vec![map] };
+    let message = scene_extent(&scene, 0.02).unwrap_err().to_string();
+    assert!(message.contains("voxel_size_m = 0.05"), "{message}");
+    assert_eq!(scene_extent(&scene, 0.05).unwrap(), Window::between([1, 2, 3], [1, 2, 3]));
+}
+
+#[test]
+fn only_what_a_ray_could_reach_counts_for_the_ceiling() {
+    let truth = truth_of(vec![object("body", Role::Human, Interior::Free, test_box())]);
+    let reached = reachable(&truth, [[0; 3]]);
+    // The space around the box and its shell; the 6 × 6 × 6 voxels inside stay hidden.
+    assert_eq!(reached.count(), 1000 - 216);
+}
