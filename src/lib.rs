@@ -16,6 +16,7 @@ pub mod march;
 pub mod metrics;
 pub mod scene;
 pub mod sensor;
+pub mod study;
 pub mod voxel;
 
 pub use error::{Error, Result};

@@ -50,7 +50,7 @@ impl Lidar {
     pub fn frame(&self, pose: &Pose) -> DMat3 {
         match self.mount {
             Mount::Facing => pose.optical(),
-            Mount::Upright => pose.upright(),
+            Mount::Upright => pose.link(),
         }
     }
 }

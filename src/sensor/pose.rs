@@ -10,8 +10,6 @@ pub struct Pose {
     pub position_m: DVec3,
     /// Rotation of the link frame, a unit quaternion.
     pub rotation: DQuat,
-    /// Whether `rotation` came from a facing: then an upright LIDAR's axis is world z, whatever the facing's slope.
-    pub from_facing: bool,
 }
 
 /// Which axes a given rotation turns.
@@ -59,7 +57,16 @@ impl Pose {
         let right = forward.cross(up).normalize();
         let base = DMat3::from_cols(right, forward.cross(right), forward);
         let world_from_optical = about_z(pan_rad) * base * about_x(tilt_rad);
-        Pose { from_facing: true, ..Pose::turned(position_m, world_from_optical, Frame::Optical) }
+        Pose::turned(position_m, world_from_optical, Frame::Optical)
+    }
+
+    /// A pose that stands upright: z is world z, x the horizontal part of a facing (world x where that is vertical),
+    /// panned.
+    pub fn upright(position_m: DVec3, facing: DVec3, pan_rad: f64) -> Self {
+        let flat = DVec3::new(facing.x, facing.y, 0.0);
+        let x = if flat == DVec3::ZERO { DVec3::X } else { flat.normalize() };
+        let base = DMat3::from_cols(x, DVec3::Z.cross(x), DVec3::Z);
+        Pose::turned(position_m, about_z(pan_rad) * base, Frame::Link)
     }
 
     /// A pose from the rotation of one of its frames.
@@ -70,7 +77,7 @@ impl Pose {
         };
         // One sign for each rotation, so that a table of poses reads the same however it was made.
         let q = DQuat::from_mat3(&link).normalize();
-        Pose { position_m, rotation: if q.w < 0.0 { -q } else { q }, from_facing: false }
+        Pose { position_m, rotation: if q.w < 0.0 { -q } else { q } }
     }
 
     /// A pose from a quaternion (w, x, y, z) of length near 1, kept as it is so that a table read back gives the
@@ -83,27 +90,19 @@ impl Pose {
         }
         let q = if (length - 1.0).abs() < 1e-12 { q } else { q / length };
         Some(match frame {
-            Frame::Link => Pose { position_m, rotation: q, from_facing: false },
+            Frame::Link => Pose { position_m, rotation: q },
             Frame::Optical => Pose::turned(position_m, DMat3::from_quat(q), frame),
         })
     }
 
     /// Rotation of the optical frame (z forward, x right, y down).
     pub fn optical(&self) -> DMat3 {
-        DMat3::from_quat(self.rotation) * LINK_FROM_OPTICAL
+        self.link() * LINK_FROM_OPTICAL
     }
 
-    /// Rotation of an upright scanner: the link frame, or for a facing pose world z up and x along the horizontal
-    /// part of where it faces (world x where that is vertical).
-    pub fn upright(&self) -> DMat3 {
-        let link = DMat3::from_quat(self.rotation);
-        if !self.from_facing {
-            return link;
-        }
-        let forward = link.x_axis;
-        let flat = DVec3::new(forward.x, forward.y, 0.0);
-        let x = if flat.length() < 1e-9 { DVec3::X } else { flat.normalize() };
-        DMat3::from_cols(x, DVec3::Z.cross(x), DVec3::Z)
+    /// Rotation of the link frame (x forward, y left, z up).
+    pub fn link(&self) -> DMat3 {
+        DMat3::from_quat(self.rotation)
     }
 }
 
@@ -149,9 +148,9 @@ mod tests {
 
     #[test]
     fn upright_scanners_spin_about_world_z() {
-        let facing = Pose::facing(DVec3::ZERO, DVec3::Y, 0.0, -0.5);
-        assert_eq!(columns(facing.upright()), [[0, 1000, 0], [-1000, 0, 0], [0, 0, 1000]]);
-        let down = Pose::facing(DVec3::ZERO, -DVec3::Z, 0.3, 0.0);
-        assert_eq!(columns(down.upright()), [[1000, 0, 0], [0, 1000, 0], [0, 0, 1000]]);
+        let tilted = Pose::upright(DVec3::ZERO, DVec3::new(0.0, 1.0, -0.5), 0.0);
+        assert_eq!(columns(tilted.link()), [[0, 1000, 0], [-1000, 0, 0], [0, 0, 1000]]);
+        let down = Pose::upright(DVec3::ZERO, -DVec3::Z, 0.0);
+        assert_eq!(columns(down.link()), [[1000, 0, 0], [0, 1000, 0], [0, 0, 1000]]);
     }
 }

@@ -1,0 +1,183 @@
+//! The study file, as TOML: keys, units in their names, and defaults. Nothing is checked here but spelling and type.
+
+use std::path::PathBuf;
+
+use serde::Deserialize;
+
+use super::value::{Axis, OneOrTwo};
+use crate::sensor::{Mount, pose::Frame};
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct StudyFile {
+    #[serde(default)]
+    pub(super) seed: u64,
+    #[serde(default)]
+    pub(super) grid: GridFile,
+    #[serde(default)]
+    pub(super) scene: Vec<SceneEntry>,
+    #[serde(default)]
+    pub(super) region: Vec<RegionFile>,
+    #[serde(default)]
+    pub(super) sensor: Vec<SensorFile>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub(super) struct GridFile {
+    pub(super) voxel_size_m: f64,
+    pub(super) bounds_m: Option<BoundsFile>,
+    pub(super) outside: Outside,
+}
+
+impl Default for GridFile {
+    fn default() -> Self {
+        GridFile { voxel_size_m: 0.05, bounds_m: None, outside: Outside::Nothing }
+    }
+}
+
+/// What a ray meets that leaves the grid.
+#[derive(Clone, Copy, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub(super) enum Outside {
+    Nothing,
+    Backdrop,
+}
+
+#[derive(Clone, Copy, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct BoundsFile {
+    pub(super) min: [f64; 3],
+    pub(super) max: [f64; 3],
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct SceneEntry {
+    pub(super) file: PathBuf,
+    pub(super) name: Option<String>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct RegionFile {
+    pub(super) name: String,
+    pub(super) sphere: Option<SphereFile>,
+    pub(super) r#box: Option<BoxFile>,
+    pub(super) human_box: Option<HumanBoxFile>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct SphereFile {
+    pub(super) center_m: [f64; 3],
+    pub(super) radius_m: f64,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct BoxFile {
+    pub(super) min_m: [f64; 3],
+    pub(super) max_m: [f64; 3],
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct HumanBoxFile {
+    pub(super) object: Option<String>,
+    pub(super) margin_m: Option<f64>,
+    pub(super) margin_min_m: Option<[f64; 3]>,
+    pub(super) margin_max_m: Option<[f64; 3]>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct SensorFile {
+    pub(super) name: String,
+    pub(super) kind: SensorKind,
+    pub(super) fov_deg: Option<OneOrTwo>,
+    pub(super) resolution_px: Option<[u32; 2]>,
+    pub(super) resolution_deg: Option<OneOrTwo>,
+    pub(super) elevation_deg: Option<[f64; 2]>,
+    pub(super) rings_deg: Option<Vec<f64>>,
+    pub(super) mount: Option<Mount>,
+    pub(super) range_m: [f64; 2],
+    #[serde(default)]
+    pub(super) near_ignore_m: f64,
+    #[serde(default)]
+    pub(super) no_return: NoReturn,
+    #[serde(default)]
+    pub(super) poses: Vec<PosesFile>,
+}
+
+#[derive(Clone, Copy, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub(super) enum SensorKind {
+    Rgbd,
+    Lidar,
+}
+
+/// What a ray without a return says of the cells it passed.
+#[derive(Clone, Copy, Default, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub(super) enum NoReturn {
+    #[default]
+    Unknown,
+    Free,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct PosesFile {
+    pub(super) name: String,
+    pub(super) x_m: Option<Axis>,
+    pub(super) y_m: Option<Axis>,
+    pub(super) z_m: Option<Axis>,
+    pub(super) facing: Option<[f64; 3]>,
+    pub(super) orientations_deg: Option<Vec<PanTilt>>,
+    pub(super) list: Option<Vec<PoseFile>>,
+    pub(super) csv: Option<PathBuf>,
+    pub(super) frame: Option<Frame>,
+    pub(super) random: Option<RandomFile>,
+}
+
+#[derive(Clone, Copy, Default, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub(super) struct PanTilt {
+    pub(super) pan: f64,
+    pub(super) tilt: f64,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct PoseFile {
+    pub(super) name: Option<String>,
+    pub(super) position_m: [f64; 3],
+    pub(super) facing: Option<[f64; 3]>,
+    pub(super) pan_deg: Option<f64>,
+    pub(super) tilt_deg: Option<f64>,
+    pub(super) rpy_deg: Option<[f64; 3]>,
+    pub(super) quaternion: Option<Quaternion>,
+    pub(super) frame: Option<Frame>,
+}
+
+#[derive(Clone, Copy, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct Quaternion {
+    pub(super) w: f64,
+    pub(super) x: f64,
+    pub(super) y: f64,
+    pub(super) z: f64,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct RandomFile {
+    pub(super) count: u32,
+    pub(super) min_m: [f64; 3],
+    pub(super) max_m: [f64; 3],
+    #[serde(default)]
+    pub(super) pan_deg: [f64; 2],
+    #[serde(default)]
+    pub(super) tilt_deg: [f64; 2],
+}

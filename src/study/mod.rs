@@ -1,0 +1,197 @@
+//! What the user wrote: a study file and the scene files it names, checked once at the edge and turned into metres
+//! and radians. Defaults live in `file.rs` and `scene_file.rs` and nowhere else; meshes are read by `scene`.
+
+mod file;
+mod poses;
+mod region;
+mod scene_file;
+mod sensor;
+mod value;
+
+use std::collections::HashSet;
+use std::path::{Path, PathBuf};
+
+use glam::DVec3;
+
+use crate::sensor::Sensor;
+use crate::voxel::Shape;
+use crate::{Error, Result};
+pub use scene_file::{NodeRule, ObjectSpec, SceneSpec, SurfaceSpec};
+
+/// A checked study: what to sweep over what.
+#[derive(Clone, Debug)]
+pub struct Study {
+    /// The file it came from.
+    pub path: PathBuf,
+    /// Its text, for the manifest.
+    pub text: String,
+    /// Seed of everything drawn at random.
+    pub seed: u64,
+    /// Edge of a voxel in metres.
+    pub voxel_size_m: f64,
+    /// Lowest and highest corner of the grid, if the user set them.
+    pub bounds_m: Option<[DVec3; 2]>,
+    /// Whether a ray that leaves the grid returns from just outside.
+    pub backdrop: bool,
+    /// Scenes in study order.
+    pub scenes: Vec<SceneSpec>,
+    /// Regions in study order, with their names.
+    pub regions: Vec<(String, Shape)>,
+    /// Sensors in study order.
+    pub sensors: Vec<Sensor>,
+}
+
+impl Study {
+    /// Reads and checks a study and its scene files (not their meshes). `voxel_size_m` overrides the study's.
+    pub fn load(path: &Path, voxel_size_m: Option<f64>) -> Result<Study> {
+        let text = read_text(path)?;
+        let file: file::StudyFile = parse(path, &text)?;
+        let at = Place { file: path, prefix: String::new() };
+
+        let voxel_size_m = voxel_size_m.unwrap_or(file.grid.voxel_size_m);
+        at.key("grid").number(
+            "voxel_size_m",
+            voxel_size_m,
+            1e-4..=10.0,
+            "a size in metres from 0.0001 to 10",
+        )?;
+        let bounds_m = file.grid.bounds_m.map(|b| bounds(&at.key("grid"), b)).transpose()?;
+
+        at.some("scene", &file.scene, "[[scene]] file = \"scene.toml\"")?;
+        at.some("region", &file.region, "[[region]] name = \"robot\"")?;
+        at.some("sensor", &file.sensor, "[[sensor]] name = \"camera\"")?;
+        let folder = path.parent().unwrap_or(Path::new(""));
+        let scenes = file.scene.iter().map(|entry| {
+            let mut scene = SceneSpec::load(&folder.join(&entry.file))?;
+            scene.name = entry.name.clone().unwrap_or(scene.name);
+            Ok(scene)
+        });
+        let scenes: Vec<SceneSpec> = scenes.collect::<Result<_>>()?;
+        let regions: Vec<_> =
+            file.region.into_iter().map(|entry| region::check(&at, entry)).collect::<Result<_>>()?;
+        let sensors = file.sensor.into_iter().enumerate();
+        let sensors: Vec<_> =
+            sensors.map(|(i, entry)| sensor::check(&at, entry, file.seed, i)).collect::<Result<_>>()?;
+
+        at.unique("scene", scenes.iter().map(|s| s.name.as_str()))?;
+        at.unique("region", regions.iter().map(|(name, _)| name.as_str()))?;
+        at.unique("sensor", sensors.iter().map(|s| s.name.as_str()))?;
+        Ok(Study {
+            path: path.into(),
+            text,
+            seed: file.seed,
+            voxel_size_m,
+            bounds_m,
+            backdrop: file.grid.outside == file::Outside::Backdrop,
+            scenes,
+            regions,
+            sensors,
+        })
+    }
+}
+
+fn bounds(at: &Place, bounds: file::BoundsFile) -> Result<[DVec3; 2]> {
+    let at = at.key("bounds_m");
+    let (min, max) = (at.vector("min", bounds.min)?, at.vector("max", bounds.max)?);
+    if !min.cmplt(max).all() {
+        return Err(at.wrong("max", format!("{:?}", bounds.max), "must be above min on every axis"));
+    }
+    Ok([min, max])
+}
+
+/// Reads a file that must be text.
+fn read_text(path: &Path) -> Result<String> {
+    std::fs::read_to_string(path).map_err(|e| Error::io(path, "cannot be read", e))
+}
+
+/// Parses TOML; the parser's message shows the line and names unknown keys.
+fn parse<T: serde::de::DeserializeOwned>(path: &Path, text: &str) -> Result<T> {
+    toml::from_str(text).map_err(|e| Error::input(path.display(), e.to_string().trim_end()))
+}
+
+/// Where in a file a check looks, so that every message names file, key, value and what would be right.
+#[derive(Clone)]
+struct Place<'a> {
+    file: &'a Path,
+    prefix: String,
+}
+
+impl Place<'_> {
+    /// A place inside this one.
+    fn key(&self, key: &str) -> Self {
+        Place { file: self.file, prefix: format!("{}{key}.", self.prefix) }
+    }
+
+    /// The error for a wrong value.
+    fn wrong(&self, key: &str, value: impl std::fmt::Display, rule: &str) -> Error {
+        Error::input(self.file.display(), format!("{}{key} = {value}: {rule}", self.prefix))
+    }
+
+    /// The error for something that is missing, or there twice.
+    fn says(&self, what: impl std::fmt::Display) -> Error {
+        let prefix = self.prefix.trim_end_matches('.');
+        let colon = if prefix.is_empty() { "" } else { ": " };
+        Error::input(self.file.display(), format!("{prefix}{colon}{what}"))
+    }
+
+    fn number(
+        &self,
+        key: &str,
+        value: f64,
+        range: impl std::ops::RangeBounds<f64>,
+        rule: &str,
+    ) -> Result<f64> {
+        if range.contains(&value) {
+            Ok(value)
+        } else {
+            Err(self.wrong(key, value, &format!("must be {rule}")))
+        }
+    }
+
+    fn vector(&self, key: &str, value: [f64; 3]) -> Result<DVec3> {
+        if value.iter().all(|v| v.is_finite() && v.abs() < 1e9) {
+            Ok(DVec3::from_array(value))
+        } else {
+            Err(self.wrong(key, format!("{value:?}"), "must be three finite numbers"))
+        }
+    }
+
+    fn some<T>(&self, key: &str, entries: &[T], example: &str) -> Result<()> {
+        if entries.is_empty() {
+            return Err(self.says(format!("no {key}: add at least one, as in {example}")));
+        }
+        Ok(())
+    }
+
+    fn unique<'n>(&self, kind: &str, names: impl Iterator<Item = &'n str>) -> Result<()> {
+        let mut seen = HashSet::new();
+        for name in names {
+            if name.is_empty() {
+                return Err(self.says(format!("a {kind} has an empty name")));
+            }
+            if !seen.insert(name) {
+                return Err(self.says(format!("two {kind}s are named {name:?}: give each its own name")));
+            }
+        }
+        Ok(())
+    }
+}
+
+/// The one surface, shape or source that must be given among several keys.
+fn only_one<T>(at: &Place, what: &str, choices: Vec<(&str, Option<T>)>) -> Result<T> {
+    let known: Vec<&str> = choices.iter().map(|(key, _)| *key).collect();
+    let mut given: Vec<(&str, T)> =
+        choices.into_iter().filter_map(|(key, value)| Some((key, value?))).collect();
+    match (given.pop(), given.pop()) {
+        (Some((_, value)), None) => Ok(value),
+        (None, _) => Err(at.says(format!("no {what}: give one of {}", known.join(", ")))),
+        (Some((b, _)), Some((a, _))) => Err(at.says(format!("both {a} and {b}: give one {what}"))),
+    }
+}
+
+/// A name as it stands in tables: lower case, letters and digits, everything else one hyphen.
+fn slug(name: &str) -> String {
+    let plain: String =
+        name.chars().map(|c| if c.is_alphanumeric() { c.to_ascii_lowercase() } else { '-' }).collect();
+    plain.split('-').filter(|part| !part.is_empty()).collect::<Vec<_>>().join("-")
+}

@@ -1,0 +1,332 @@
+//! A scene file: the objects of a cell with their roles, poses and surfaces, checked but not yet read from disk.
+
+use std::path::{Path, PathBuf};
+
+use glam::{DMat3, DVec3};
+use serde::Deserialize;
+
+use super::file::Quaternion;
+use super::{Place, only_one, parse, read_text};
+use crate::scene::{Interior, Optical, Role};
+use crate::sensor::pose::{Frame, Pose, from_rpy};
+use crate::{Error, Result};
+
+/// A checked scene: what to load and where to put it.
+#[derive(Clone, Debug)]
+pub struct SceneSpec {
+    /// The file it came from.
+    pub path: PathBuf,
+    /// Its text, for the manifest.
+    pub text: String,
+    /// Its name: the file's stem, unless the study gives another.
+    pub name: String,
+    /// Objects in file order.
+    pub objects: Vec<ObjectSpec>,
+}
+
+/// One object of a scene file.
+#[derive(Clone, Debug)]
+pub struct ObjectSpec {
+    /// Unique in the file.
+    pub name: String,
+    /// What it is to the study.
+    pub role: Role,
+    /// What its inside is.
+    pub interior: Interior,
+    /// Whether rays stop at it.
+    pub optical: Optical,
+    /// Gives its role without adding truth.
+    pub tag_only: bool,
+    /// Where its own frame is in the world.
+    pub position_m: DVec3,
+    /// How its own frame is turned.
+    pub rotation: DMat3,
+    /// What it is made of.
+    pub surface: SurfaceSpec,
+    /// Rules for the parts of a glTF file.
+    pub nodes: Vec<NodeRule>,
+}
+
+/// What an object is made of. Bodies are centred on the object's own frame.
+#[derive(Clone, Debug, PartialEq)]
+pub enum SurfaceSpec {
+    /// A solid box.
+    Box {
+        /// Edges in metres.
+        size_m: DVec3,
+    },
+    /// Six walls seen from inside.
+    Room {
+        /// Edges in metres.
+        size_m: DVec3,
+    },
+    /// A rectangle in the object's xy plane.
+    Plane {
+        /// Edges in metres.
+        size_m: [f64; 2],
+    },
+    /// A sphere.
+    Sphere {
+        /// Radius in metres.
+        radius_m: f64,
+    },
+    /// A cylinder about z.
+    Cylinder {
+        /// Radius in metres.
+        radius_m: f64,
+        /// Height in metres.
+        height_m: f64,
+    },
+    /// A cylinder about z with round ends.
+    Capsule {
+        /// Radius in metres.
+        radius_m: f64,
+        /// Distance between the centres of its ends in metres.
+        length_m: f64,
+    },
+    /// A `.glb` or `.gltf` file; metres, turned to z-up when it is read.
+    Gltf(PathBuf),
+    /// An `.stl` file.
+    Stl {
+        /// The file.
+        path: PathBuf,
+        /// Metres in one of its units.
+        scale: f64,
+        /// Whether its y axis points up.
+        y_up: bool,
+    },
+    /// An OctoMap `.bt` file.
+    Octomap(PathBuf),
+    /// A body around 17 keypoints in a CSV file.
+    Mannequin(PathBuf),
+}
+
+/// What parts of a glTF file are, by the names of their nodes.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct NodeRule {
+    /// A pattern with `*` and `?`; it covers a node and all below it.
+    pub r#match: String,
+    /// Another role than the object's.
+    pub role: Option<Role>,
+    /// Another optical kind than the object's.
+    pub optical: Option<Optical>,
+    /// Leaves the parts out.
+    #[serde(default)]
+    pub ignore: bool,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct SceneFile {
+    interior: Option<Interior>,
+    #[serde(default)]
+    object: Vec<ObjectFile>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct ObjectFile {
+    name: String,
+    role: Option<Role>,
+    interior: Option<Interior>,
+    optical: Option<Optical>,
+    #[serde(default)]
+    tag_only: bool,
+    #[serde(default)]
+    position_m: [f64; 3],
+    rpy_deg: Option<[f64; 3]>,
+    quaternion: Option<Quaternion>,
+    unit: Option<Unit>,
+    up: Option<Up>,
+    r#box: Option<SizeFile>,
+    room: Option<SizeFile>,
+    plane: Option<PlaneFile>,
+    sphere: Option<SphereFile>,
+    cylinder: Option<CylinderFile>,
+    capsule: Option<CapsuleFile>,
+    mesh: Option<PathBuf>,
+    octomap: Option<PathBuf>,
+    mannequin: Option<PathBuf>,
+    #[serde(default)]
+    nodes: Vec<NodeRule>,
+}
+
+#[derive(Clone, Copy, Deserialize)]
+#[serde(rename_all = "lowercase")]
+enum Unit {
+    M,
+    Mm,
+}
+
+#[derive(Clone, Copy, PartialEq, Deserialize)]
+#[serde(rename_all = "lowercase")]
+enum Up {
+    Y,
+    Z,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct SizeFile {
+    size_m: [f64; 3],
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct PlaneFile {
+    size_m: [f64; 2],
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct SphereFile {
+    radius_m: f64,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct CylinderFile {
+    radius_m: f64,
+    height_m: f64,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct CapsuleFile {
+    radius_m: f64,
+    length_m: f64,
+}
+
+impl SceneSpec {
+    /// Reads and checks a scene file; the meshes it names are read later.
+    pub fn load(path: &Path) -> Result<SceneSpec> {
+        let text = read_text(path)?;
+        let file: SceneFile = parse(path, &text)?;
+        let at = Place { file: path, prefix: String::new() };
+        at.some("object", &file.object, "[[object]] name = \"table\"")?;
+        let default_interior = file.interior.unwrap_or(Interior::Ignored);
+        let objects: Vec<_> = file
+            .object
+            .into_iter()
+            .map(|entry| object(&at, entry, default_interior))
+            .collect::<Result<_>>()?;
+        at.unique("object", objects.iter().map(|o| o.name.as_str()))?;
+        let name =
+            path.file_stem().map_or_else(|| "scene".into(), |stem| stem.to_string_lossy().into_owned());
+        Ok(SceneSpec { path: path.into(), text, name, objects })
+    }
+}
+
+fn object(at: &Place, entry: ObjectFile, default_interior: Interior) -> Result<ObjectSpec> {
+    let at = &at.key(&format!("object {:?}", entry.name));
+    let length = |key: &str, value: f64| at.number(key, value, 1e-6..1e6, "a length above 0");
+    let folder = at.file.parent().unwrap_or(Path::new(""));
+    let size = |key: &str, value: &Option<SizeFile>| {
+        let size = value.as_ref().map(|s| s.size_m);
+        size.map(|s| {
+            s.iter().try_for_each(|&edge| length(key, edge).map(drop)).map(|()| DVec3::from_array(s))
+        })
+    };
+    let cuboid = size("box.size_m", &entry.r#box).map(|s| Ok(SurfaceSpec::Box { size_m: s? }));
+    let room = size("room.size_m", &entry.room).map(|s| Ok(SurfaceSpec::Room { size_m: s? }));
+    let plane = entry.plane.as_ref().map(|p| {
+        p.size_m.iter().try_for_each(|&edge| length("plane.size_m", edge).map(drop))?;
+        Ok(SurfaceSpec::Plane { size_m: p.size_m })
+    });
+    let sphere = entry
+        .sphere
+        .as_ref()
+        .map(|s| Ok(SurfaceSpec::Sphere { radius_m: length("sphere.radius_m", s.radius_m)? }));
+    let cylinder = entry.cylinder.as_ref().map(|c| {
+        let radius_m = length("cylinder.radius_m", c.radius_m)?;
+        Ok(SurfaceSpec::Cylinder { radius_m, height_m: length("cylinder.height_m", c.height_m)? })
+    });
+    let capsule = entry.capsule.as_ref().map(|c| {
+        let radius_m = length("capsule.radius_m", c.radius_m)?;
+        Ok(SurfaceSpec::Capsule { radius_m, length_m: length("capsule.length_m", c.length_m)? })
+    });
+    let octomap = entry.octomap.as_ref().map(|p| Ok(SurfaceSpec::Octomap(folder.join(p))));
+    let mannequin = entry.mannequin.as_ref().map(|p| Ok(SurfaceSpec::Mannequin(folder.join(p))));
+    let choices = vec![
+        ("box", cuboid),
+        ("room", room),
+        ("plane", plane),
+        ("sphere", sphere),
+        ("cylinder", cylinder),
+        ("capsule", capsule),
+        ("mesh", entry.mesh.as_ref().map(|path| mesh(at, folder, path, entry.unit, entry.up))),
+        ("octomap", octomap),
+        ("mannequin", mannequin),
+    ];
+    let surface = only_one(at, "surface", choices)??;
+
+    if !matches!(surface, SurfaceSpec::Stl { .. }) && (entry.unit.is_some() || entry.up.is_some()) {
+        return Err(
+            at.says("unit and up belong to an .stl mesh: glTF is always metres and turned to z-up by itself")
+        );
+    }
+    if !matches!(surface, SurfaceSpec::Gltf(_)) && !entry.nodes.is_empty() {
+        return Err(at.says("nodes belong to a .glb or .gltf mesh"));
+    }
+    let rotation = rotation(at, &entry)?;
+    let position_m = at.vector("position_m", entry.position_m)?;
+    if matches!(surface, SurfaceSpec::Octomap(_))
+        && (position_m != DVec3::ZERO || rotation != DMat3::IDENTITY)
+    {
+        return Err(at.says("an octomap stays where it is: its voxels are the grid's; take its pose away"));
+    }
+    // A room is what the cell is inside of.
+    let interior = match (&surface, entry.interior) {
+        (SurfaceSpec::Room { .. }, Some(_)) => {
+            return Err(at.says("interior does not belong to a room: it is the cell"));
+        }
+        (SurfaceSpec::Room { .. }, None) => Interior::Free,
+        (_, interior) => interior.unwrap_or(default_interior),
+    };
+    let default_role =
+        if matches!(surface, SurfaceSpec::Mannequin(_)) { Role::Human } else { Role::Environment };
+    Ok(ObjectSpec {
+        role: entry.role.unwrap_or(default_role),
+        interior,
+        optical: entry.optical.unwrap_or(Optical::Opaque),
+        tag_only: entry.tag_only,
+        position_m,
+        rotation,
+        surface,
+        nodes: entry.nodes,
+        name: entry.name,
+    })
+}
+
+fn mesh(at: &Place, folder: &Path, path: &Path, unit: Option<Unit>, up: Option<Up>) -> Result<SurfaceSpec> {
+    let extension = path.extension().map(|e| e.to_string_lossy().to_lowercase());
+    let full = folder.join(path);
+    match extension.as_deref() {
+        Some("glb" | "gltf") => Ok(SurfaceSpec::Gltf(full)),
+        Some("stl") => Ok(SurfaceSpec::Stl {
+            path: full,
+            scale: if matches!(unit, Some(Unit::Mm)) { 1e-3 } else { 1.0 },
+            y_up: up == Some(Up::Y),
+        }),
+        Some("bt") => {
+            Err(at.wrong("mesh", format!("{path:?}"), "an OctoMap is not a mesh: write octomap = instead"))
+        }
+        _ => Err(at.wrong("mesh", format!("{path:?}"), "must be a .glb, .gltf or .stl file")),
+    }
+}
+
+fn rotation(at: &Place, entry: &ObjectFile) -> Result<DMat3> {
+    match (entry.rpy_deg, entry.quaternion) {
+        (None, None) => Ok(DMat3::IDENTITY),
+        (Some(rpy), None) => Ok(from_rpy(at.vector("rpy_deg", rpy)?.to_array().map(f64::to_radians))),
+        (None, Some(q)) => {
+            let wxyz = [q.w, q.x, q.y, q.z];
+            let wrong = || -> Error {
+                at.wrong("quaternion", format!("{wxyz:?}"), "must not be zero, and all four finite")
+            };
+            Ok(Pose::from_quaternion(DVec3::ZERO, wxyz, Frame::Link).ok_or_else(wrong)?.link())
+        }
+        (Some(_), Some(_)) => Err(at.says("both rpy_deg and quaternion: give one rotation")),
+    }
+}

@@ -1,0 +1,85 @@
+//! Values that a user may write in more than one way: a number or a pair, a number, a list or a lattice.
+
+use serde::Deserialize;
+use serde::de::{self, Deserializer, MapAccess, SeqAccess, Visitor};
+
+/// `1.5`, `[1.5, 2.0]` or `{ start = -2.2, stop = 2.3, step = 0.5 }`.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) enum Axis {
+    List(Vec<f64>),
+    Steps { start: f64, stop: f64, step: f64 },
+}
+
+/// `0.7` or `[0.2, 2.0]`: horizontal and vertical.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct OneOrTwo {
+    pub(super) horizontal: f64,
+    pub(super) vertical: Option<f64>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Steps {
+    start: f64,
+    stop: f64,
+    step: f64,
+}
+
+impl<'de> Deserialize<'de> for Axis {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        struct AxisVisitor;
+        impl<'de> Visitor<'de> for AxisVisitor {
+            type Value = Axis;
+            fn expecting(&self, f: &mut std::fmt::Formatter) -> std::fmt::Result {
+                f.write_str("a number, a list of numbers, or { start, stop, step }")
+            }
+            fn visit_f64<E>(self, value: f64) -> Result<Axis, E> {
+                Ok(Axis::List(vec![value]))
+            }
+            fn visit_i64<E>(self, value: i64) -> Result<Axis, E> {
+                Ok(Axis::List(vec![value as f64]))
+            }
+            fn visit_seq<A: SeqAccess<'de>>(self, mut seq: A) -> Result<Axis, A::Error> {
+                let mut list = Vec::new();
+                while let Some(value) = seq.next_element()? {
+                    list.push(value);
+                }
+                Ok(Axis::List(list))
+            }
+            fn visit_map<A: MapAccess<'de>>(self, map: A) -> Result<Axis, A::Error> {
+                let Steps { start, stop, step } =
+                    Steps::deserialize(de::value::MapAccessDeserializer::new(map))?;
+                Ok(Axis::Steps { start, stop, step })
+            }
+        }
+        deserializer.deserialize_any(AxisVisitor)
+    }
+}
+
+impl<'de> Deserialize<'de> for OneOrTwo {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        struct PairVisitor;
+        impl<'de> Visitor<'de> for PairVisitor {
+            type Value = OneOrTwo;
+            fn expecting(&self, f: &mut std::fmt::Formatter) -> std::fmt::Result {
+                f.write_str("a number, or [horizontal, vertical]")
+            }
+            fn visit_f64<E>(self, value: f64) -> Result<OneOrTwo, E> {
+                Ok(OneOrTwo { horizontal: value, vertical: None })
+            }
+            fn visit_i64<E: de::Error>(self, value: i64) -> Result<OneOrTwo, E> {
+                self.visit_f64(value as f64)
+            }
+            fn visit_seq<A: SeqAccess<'de>>(self, mut seq: A) -> Result<OneOrTwo, A::Error> {
+                let missing = |n| de::Error::invalid_length(n, &self);
+                let horizontal = seq.next_element()?.ok_or_else(|| missing(0))?;
+                let vertical = Some(seq.next_element()?.ok_or_else(|| missing(1))?);
+                if seq.next_element::<f64>()?.is_some() {
+                    return Err(missing(3));
+                }
+                Ok(OneOrTwo { horizontal, vertical })
+            }
+        }
+        deserializer.deserialize_any(PairVisitor)
+    }
+}
