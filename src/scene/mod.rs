@@ -1,6 +1,10 @@
 //! Surfaces with a role, in world metres: what the cell is made of before it becomes voxels. Loaders turn files
 //! into [`Object`]s once, at the edge; nothing here knows of voxels.
 
+pub mod primitive;
+
+mod mesh;
+
 use glam::DVec3;
 
 /// What an object is to the study (paper, section III).
