@@ -2,7 +2,9 @@
 //! into [`Object`]s once, at the edge; nothing here knows of voxels.
 
 pub mod primitive;
+pub mod stl;
 
+mod file;
 mod mesh;
 
 use glam::DVec3;
