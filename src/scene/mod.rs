@@ -2,6 +2,7 @@
 //! into [`Object`]s once, at the edge; nothing here knows of voxels.
 
 pub mod gltf;
+pub mod mannequin;
 pub mod octomap;
 pub mod primitive;
 pub mod stl;
