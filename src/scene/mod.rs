@@ -1,6 +1,15 @@
 //! Surfaces with a role, in world metres: what the cell is made of before it becomes voxels. Loaders turn files
 //! into [`Object`]s once, at the edge; nothing here knows of voxels.
 
+pub mod gltf;
+pub mod mannequin;
+pub mod octomap;
+pub mod primitive;
+pub mod stl;
+
+mod file;
+mod mesh;
+
 use glam::DVec3;
 
 /// What an object is to the study (paper, section III).

@@ -1,0 +1,193 @@
+//! Opens a glTF file: its JSON and the bytes of its buffers, from the GLB itself, from files beside it, or from
+//! data URIs. What the JSON means is for the parent module.
+
+use std::collections::HashMap;
+use std::path::{Component, Path, PathBuf};
+use std::rc::Rc;
+
+use ::gltf::json::Root;
+use base64::Engine as _;
+use base64::engine::{DecodePaddingMode, GeneralPurpose, GeneralPurposeConfig};
+
+use crate::scene::file;
+use crate::{Error, Result};
+
+/// A parsed file with its buffers.
+pub(super) struct Container {
+    pub(super) root: Root,
+    buffers: Vec<Rc<[u8]>>,
+    /// Bytes read in all.
+    pub(super) bytes: u64,
+}
+
+impl Container {
+    pub(super) fn open(path: &Path) -> Result<Container> {
+        let place = |what: String| Error::input(path.display(), what);
+        let bytes = file::read(path)?;
+        let (json, blob) = match bytes.starts_with(b"glTF") {
+            true => split_glb(&bytes).map_err(place)?,
+            false => (&bytes[..], None),
+        };
+        let root = Root::from_slice(json).map_err(|e| place(format!("JSON: {e}")))?;
+        if !root.asset.version.starts_with("2.") {
+            return Err(place(format!(
+                "asset.version = {:.20}: must be 2.0",
+                root.asset.version
+            )));
+        }
+        let mut container = Container {
+            bytes: bytes.len() as u64,
+            buffers: Vec::with_capacity(root.buffers.len()),
+            root,
+        };
+        let folder = path.parent().unwrap_or(Path::new(""));
+        let mut files = HashMap::new();
+        for (index, buffer) in container.root.buffers.iter().enumerate() {
+            let bytes: Rc<[u8]> = match (&buffer.uri, blob) {
+                (None, Some(blob)) if index == 0 => Ok(Rc::from(blob)),
+                (None, _) => Err("has no uri and there is no binary chunk for it".to_string()),
+                (Some(uri), _) if uri.starts_with("data:") => data_uri(uri),
+                (Some(uri), _) => beside(folder, uri, &mut files, &mut container.bytes),
+            }
+            .map_err(|what| place(format!("buffers[{index}]: {what}")))?;
+            if (bytes.len() as u64) < buffer.byte_length.0 {
+                return Err(place(format!(
+                    "buffers[{index}].byteLength = {}: only {} bytes are there",
+                    buffer.byte_length.0,
+                    bytes.len()
+                )));
+            }
+            container.buffers.push(bytes);
+        }
+        Ok(container)
+    }
+
+    /// The bytes of a buffer view and its stride, if it has one.
+    pub(super) fn view(&self, index: usize) -> Result<(&[u8], Option<usize>), String> {
+        let view = (self.root.buffer_views.get(index))
+            .ok_or_else(|| format!("bufferViews[{index}]: no such"))?;
+        let number = view.buffer.value();
+        let buffer = (self.buffers.get(number))
+            .ok_or_else(|| format!("bufferViews[{index}].buffer = {number}: no such"))?;
+        let start = view.byte_offset.unwrap_or_default().0;
+        let end = start.checked_add(view.byte_length.0);
+        // A buffer may be longer than declared (a GLB's is padded); a view may not use the rest.
+        let length = self.root.buffers[number].byte_length.0;
+        match end {
+            Some(end) if end <= length => Ok((
+                &buffer[start as usize..end as usize],
+                view.byte_stride.map(|stride| stride.0),
+            )),
+            _ => Err(format!(
+                "bufferViews[{index}] reaches past the {length} bytes of buffers[{number}]"
+            )),
+        }
+    }
+}
+
+/// The JSON and the binary chunk of a GLB. The parser's own split subtracts before it compares, and so fails
+/// on a header that declares less than itself.
+fn split_glb(bytes: &[u8]) -> Result<(&[u8], Option<&[u8]>), String> {
+    let word = |at: usize| {
+        let word = bytes.get(at..at + 4).ok_or("is truncated")?;
+        Ok::<_, String>(u32::from_le_bytes([word[0], word[1], word[2], word[3]]))
+    };
+    if word(4)? != 2 {
+        return Err(format!("GLB version {}: must be 2", word(4)?));
+    }
+    let length = word(8)? as usize;
+    if length < 12 || length > bytes.len() {
+        return Err(format!(
+            "GLB header says {length} bytes and the file has {}: it is truncated",
+            bytes.len()
+        ));
+    }
+    let mut chunks = Vec::new();
+    let mut at = 12;
+    // Chunks after the second are for extensions.
+    while at < length && chunks.len() < 2 {
+        let (size, kind) = (word(at)? as usize, word(at + 4)?);
+        let chunk = (bytes[..length].get(at + 8..at + 8 + size)).ok_or_else(|| {
+            format!("GLB chunk at byte {at} says {size} bytes: more than are left")
+        })?;
+        chunks.push((kind.to_le_bytes(), chunk));
+        at += 8 + size;
+    }
+    let chunk = |number: usize, kind: &[u8; 4]| {
+        let chunk = chunks.get(number).filter(|chunk| &chunk.0 == kind)?;
+        Some(chunk.1)
+    };
+    match chunk(0, b"JSON") {
+        Some(json) => Ok((json, chunk(1, b"BIN\0"))),
+        None => Err("GLB has no JSON as its first chunk".into()),
+    }
+}
+
+fn data_uri(uri: &str) -> Result<Rc<[u8]>, String> {
+    let (kind, text) = uri.split_once(',').unwrap_or((uri, ""));
+    if !kind.ends_with(";base64") {
+        return Err(format!("uri {kind:.60}…: data must be base64"));
+    }
+    let forgiving =
+        GeneralPurposeConfig::new().with_decode_padding_mode(DecodePaddingMode::Indifferent);
+    GeneralPurpose::new(&base64::alphabet::STANDARD, forgiving)
+        .decode(text)
+        .map(Rc::from)
+        .map_err(|e| format!("base64 data: {e}"))
+}
+
+/// The bytes of a file that a buffer names, which must lie in the glTF's folder or below.
+fn beside(
+    folder: &Path,
+    uri: &str,
+    files: &mut HashMap<PathBuf, Rc<[u8]>>,
+    total: &mut u64,
+) -> Result<Rc<[u8]>, String> {
+    let refused = |why: &str| format!("uri = {uri:.200}: {why}");
+    let relative = percent_decoded(uri).ok_or_else(|| refused("is not percent-encoded UTF-8"))?;
+    let first_part = uri.split('/').next().unwrap_or_default();
+    let is_plain = |part| matches!(part, Component::Normal(_) | Component::CurDir);
+    if first_part.contains(':') || !Path::new(&relative).components().all(is_plain) {
+        return Err(refused(
+            "must name a file in the folder of the glTF or below, relative to it",
+        ));
+    }
+    let folder = match folder.as_os_str().is_empty() {
+        true => Path::new("."),
+        false => folder,
+    };
+    // Links are followed first, so that none leads out of the folder.
+    let home = folder.canonicalize().map_err(|e| refused(&e.to_string()))?;
+    let target = home.join(&relative);
+    let target = target.canonicalize().map_err(|e| refused(&e.to_string()))?;
+    if !target.starts_with(&home) {
+        return Err(refused("is a link out of the folder of the glTF"));
+    }
+    // Many buffers may name one file; it is read once.
+    if let Some(bytes) = files.get(&target) {
+        return Ok(bytes.clone());
+    }
+    let bytes: Rc<[u8]> = Rc::from(file::read(&target).map_err(|e| e.to_string())?);
+    *total += bytes.len() as u64;
+    files.insert(target, bytes.clone());
+    Ok(bytes)
+}
+
+fn percent_decoded(uri: &str) -> Option<String> {
+    let mut decoded = Vec::with_capacity(uri.len());
+    let mut rest = uri.as_bytes();
+    while let [byte, after @ ..] = rest {
+        rest = after;
+        if *byte == b'%' {
+            let [high, low, after @ ..] = rest else {
+                return None;
+            };
+            let digit = |byte: &u8| char::from(*byte).to_digit(16);
+            decoded.push((digit(high)? * 16 + digit(low)?) as u8);
+            rest = after;
+        } else {
+            decoded.push(*byte);
+        }
+    }
+    String::from_utf8(decoded).ok()
+}

@@ -1,0 +1,380 @@
+//! Makes a person of adult size from the 17 keypoints of COCO: limbs as capsules, head as an ellipsoid. Where the
+//! keypoints come from, and whether a sensor sees them, is for others.
+
+use std::path::Path;
+
+use glam::{DMat3, DQuat, DVec3};
+
+use super::primitive::{capsule_between, ellipsoid};
+use super::{Mesh, file};
+use crate::{Error, Result};
+
+/// COCO's keypoints, in COCO's order. Left and right are the person's own.
+pub const JOINTS: [&str; 17] = [
+    "nose",
+    "left_eye",
+    "right_eye",
+    "left_ear",
+    "right_ear",
+    "left_shoulder",
+    "right_shoulder",
+    "left_elbow",
+    "right_elbow",
+    "left_wrist",
+    "right_wrist",
+    "left_hip",
+    "right_hip",
+    "left_knee",
+    "right_knee",
+    "left_ankle",
+    "right_ankle",
+];
+
+/// A position in metres for each of [`JOINTS`]; an unknown joint has none.
+pub type Keypoints = [Option<DVec3>; 17];
+
+const NOSE: usize = 0;
+const EARS: [usize; 2] = [3, 4];
+const SHOULDERS: [usize; 2] = [5, 6];
+const ELBOWS: [usize; 2] = [7, 8];
+const WRISTS: [usize; 2] = [9, 10];
+const HIPS: [usize; 2] = [11, 12];
+const KNEES: [usize; 2] = [13, 14];
+const ANKLES: [usize; 2] = [15, 16];
+
+/// No joint lies further from the world's origin; numbers beyond it are millimetres, or nonsense.
+const FARTHEST_M: f64 = 1000.0;
+
+/// Reads keypoints from a CSV of 17 rows in COCO's order with the columns `x_m,y_m,z_m`, or `joint,x_m,y_m,z_m`
+/// with COCO's names. A header row and `#` comments are optional; empty cells mean an unknown joint.
+///
+/// # Errors
+/// When the file cannot be read, a row is not as above, or too few joints are known to draw any part of a body.
+pub fn read_keypoints(path: &Path) -> Result<Keypoints> {
+    let bytes = file::read(path)?;
+    parse(&bytes).map_err(|what| Error::input(path.display(), what))
+}
+
+fn parse(bytes: &[u8]) -> Result<Keypoints, String> {
+    let mut reader = csv::ReaderBuilder::new()
+        .has_headers(false)
+        .comment(Some(b'#'))
+        .flexible(true)
+        .trim(csv::Trim::All)
+        .from_reader(bytes);
+    let mut keypoints: Keypoints = [None; 17];
+    let (mut rows, mut first) = (0, true);
+    for record in reader.records() {
+        let record = record.map_err(|e| e.to_string())?;
+        let line = record.position().map_or(0, csv::Position::line);
+        let cells: Vec<&str> = record.iter().take(5).collect();
+        if std::mem::take(&mut first) && is_header(&cells) {
+            continue;
+        }
+        let Some(joint) = JOINTS.get(rows) else {
+            return Err(format!(
+                "line {line}: more than {} joints: one row for each of COCO's keypoints",
+                JOINTS.len()
+            ));
+        };
+        keypoints[rows] =
+            parse_row(joint, &cells).map_err(|what| format!("line {line} ({joint}): {what}"))?;
+        rows += 1;
+    }
+    if rows < JOINTS.len() {
+        return Err(format!(
+            "has {rows} joints: needs {}, and empty cells where one is unknown",
+            JOINTS.len()
+        ));
+    }
+    // The coarsest tessellation tells whether there is any.
+    if parts(&keypoints, FARTHEST_M).is_empty() {
+        return Err("no two neighbouring joints are known: nothing of a body can be drawn".into());
+    }
+    Ok(keypoints)
+}
+
+fn is_header(cells: &[&str]) -> bool {
+    let coordinates = cells.strip_prefix(&["joint"]).unwrap_or(cells);
+    coordinates == ["x_m", "y_m", "z_m"]
+}
+
+fn parse_row(joint: &str, cells: &[&str]) -> Result<Option<DVec3>, String> {
+    let coordinates = match cells {
+        [name, rest @ ..] if rest.len() == 3 => {
+            if *name != joint {
+                return Err(format!(
+                    "joint = {name:.40}: must be {joint} (COCO's order)"
+                ));
+            }
+            rest
+        }
+        _ => cells,
+    };
+    let Ok(coordinates) = <[&str; 3]>::try_from(coordinates) else {
+        return Err("must be x_m,y_m,z_m, or joint,x_m,y_m,z_m".into());
+    };
+    if coordinates == [""; 3] {
+        return Ok(None);
+    }
+    let mut position = DVec3::ZERO;
+    for (axis, cell) in coordinates.iter().enumerate() {
+        let number = cell.parse::<f64>().ok();
+        // NaN compares false, and is refused with the rest.
+        position[axis] = number.filter(|x| x.abs() <= FARTHEST_M).ok_or_else(|| {
+            let key = ["x_m", "y_m", "z_m"][axis];
+            format!("{key} = {cell:.40}: must be metres within {FARTHEST_M} of the origin, or all three empty")
+        })?;
+    }
+    Ok(Some(position))
+}
+
+/// The body's surface in the world: closed parts that overlap. A part is left out unless all the joints it is
+/// made from are known, so a missing joint moves nothing else. `sag_m` is as for the primitives.
+pub fn body(keypoints: &Keypoints, sag_m: f64) -> Mesh {
+    let mut body = Mesh::default();
+    for part in parts(keypoints, sag_m) {
+        body.append(&part);
+    }
+    body
+}
+
+fn parts(keypoints: &Keypoints, sag_m: f64) -> Vec<Mesh> {
+    let at = |joint: usize| keypoints[joint];
+    let capsule = |a: DVec3, b: DVec3, radius_m: f64| capsule_between(a, b, radius_m, sag_m);
+    let bone = |a, b, radius_m| Some(capsule(at(a)?, at(b)?, radius_m));
+    let mut parts = vec![head(keypoints, sag_m), neck(keypoints, sag_m)];
+    // Shoulders and pelvis span the torso's width.
+    parts.push(bone(SHOULDERS[0], SHOULDERS[1], 0.055));
+    parts.push(both(keypoints, HIPS).map(|[l, r]| capsule(l.lerp(r, 0.25), r.lerp(l, 0.25), 0.12)));
+    for side in 0..2 {
+        parts.push(flank(keypoints, side, sag_m));
+        parts.push(bone(SHOULDERS[side], ELBOWS[side], 0.05));
+        parts.push(bone(ELBOWS[side], WRISTS[side], 0.04));
+        parts.push(hand(at(ELBOWS[side]), at(WRISTS[side]), sag_m));
+        parts.push(bone(HIPS[side], KNEES[side], 0.075));
+        parts.push(bone(KNEES[side], ANKLES[side], 0.055));
+        parts.push(foot(keypoints, side, sag_m));
+    }
+    parts.into_iter().flatten().collect()
+}
+
+fn both(keypoints: &Keypoints, joints: [usize; 2]) -> Option<[DVec3; 2]> {
+    Some([keypoints[joints[0]]?, keypoints[joints[1]]?])
+}
+
+/// An ellipsoid about the middle of the ears, a little above it, facing the nose.
+fn head(keypoints: &Keypoints, sag_m: f64) -> Option<Mesh> {
+    let [left_ear, right_ear] = both(keypoints, EARS)?;
+    let center = (left_ear + right_ear) / 2.0;
+    let left = (left_ear - right_ear).try_normalize()?;
+    let forward = (keypoints[NOSE]? - center).reject_from_normalized(left);
+    let forward = forward.try_normalize()?;
+    let up = forward.cross(left);
+    let turn = DQuat::from_mat3(&DMat3::from_cols(forward, left, up));
+    let skull = ellipsoid(DVec3::new(0.1, 0.08, 0.12), sag_m);
+    Some(skull.transformed(turn, center + 0.02 * up))
+}
+
+fn neck(keypoints: &Keypoints, sag_m: f64) -> Option<Mesh> {
+    let [left, right] = both(keypoints, SHOULDERS)?;
+    let [left_ear, right_ear] = both(keypoints, EARS)?;
+    let (low, high) = ((left + right) / 2.0, (left_ear + right_ear) / 2.0);
+    // Up to the chin: further, the neck would bulge out of the head.
+    Some(capsule_between(low, low.lerp(high, 0.7), 0.06, sag_m))
+}
+
+/// One half of chest and belly, from below the shoulder to the hip; the halves overlap in the middle.
+fn flank(keypoints: &Keypoints, side: usize, sag_m: f64) -> Option<Mesh> {
+    let shoulders = both(keypoints, SHOULDERS)?;
+    let hips = both(keypoints, HIPS)?;
+    let shoulder = shoulders[side].lerp(shoulders[1 - side], 0.25);
+    let hip = hips[side].lerp(hips[1 - side], 0.25);
+    // The round end would otherwise stand above the shoulders.
+    let chest = shoulder.move_towards(hip, 0.07);
+    Some(capsule_between(chest, hip, 0.11, sag_m))
+}
+
+/// Straight on from the forearm, up to the fingertips.
+fn hand(elbow: Option<DVec3>, wrist: Option<DVec3>, sag_m: f64) -> Option<Mesh> {
+    let (elbow, wrist) = (elbow?, wrist?);
+    let onward = (wrist - elbow).try_normalize()?;
+    Some(capsule_between(wrist, wrist + 0.13 * onward, 0.035, sag_m))
+}
+
+/// Square to the shin, toward where the hips face; the sole is 8 cm below the ankle.
+fn foot(keypoints: &Keypoints, side: usize, sag_m: f64) -> Option<Mesh> {
+    let [left_hip, right_hip] = both(keypoints, HIPS)?;
+    let ankle = keypoints[ANKLES[side]]?;
+    let down = (ankle - keypoints[KNEES[side]]?).try_normalize()?;
+    let forward = down.cross(left_hip - right_hip).try_normalize()?;
+    let sole = ankle + 0.04 * down;
+    let (heel, toes) = (sole - 0.04 * forward, sole + 0.15 * forward);
+    Some(capsule_between(heel, toes, 0.04, sag_m))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::mesh::tests::{assert_closed, volume};
+
+    const SAG: f64 = 0.002;
+    /// Head, neck, shoulders, pelvis; on each side flank, upper arm, forearm, hand, thigh, shin, foot.
+    const PARTS: usize = 4 + 2 * 7;
+
+    /// Someone 1.75 m tall who stands on the origin, looks along x and lets the arms hang.
+    fn standing() -> Keypoints {
+        let mut keypoints = [Some(DVec3::new(0.1, 0.0, 1.6)); 17];
+        let pairs = [
+            (1, 0.08, 0.03, 1.63),
+            (3, 0.0, 0.07, 1.61),
+            (5, 0.0, 0.18, 1.43),
+            (7, 0.0, 0.2, 1.13),
+            (9, 0.05, 0.2, 0.87),
+            (11, 0.0, 0.1, 0.92),
+            (13, 0.0, 0.1, 0.5),
+            (15, 0.0, 0.1, 0.09),
+        ];
+        for (joint, x, y, z) in pairs {
+            keypoints[joint] = Some(DVec3::new(x, y, z));
+            keypoints[joint + 1] = Some(DVec3::new(x, -y, z));
+        }
+        keypoints
+    }
+
+    #[test]
+    fn a_whole_body_has_all_its_parts_and_an_adults_size() {
+        let parts = parts(&standing(), SAG);
+        assert_eq!(parts.len(), PARTS);
+        for part in &parts {
+            assert_closed(part);
+            assert!(volume(part) > 0.0);
+        }
+        let mesh = body(&standing(), SAG);
+        assert_closed(&mesh);
+        let (low, high) = mesh.bounds().unwrap();
+        assert!((low.z - 0.01).abs() < 0.002, "soles at {}", low.z);
+        assert!((1.72..1.78).contains(&high.z), "crown at {}", high.z);
+        assert!(
+            (0.24..0.26).contains(&high.y) && (low.y + high.y).abs() < 1e-9,
+            "{low} {high}"
+        );
+        assert!(
+            (0.18..0.2).contains(&high.x),
+            "toes point along x: {}",
+            high.x
+        );
+    }
+
+    #[test]
+    fn a_missing_joint_leaves_its_parts_out_and_moves_no_other() {
+        let whole = parts(&standing(), SAG);
+        // nose, eyes, ears, shoulders, elbows, wrists, hips, knees, ankles
+        let lost = [1, 0, 0, 2, 2, 5, 5, 3, 3, 2, 2, 6, 6, 3, 3, 2, 2];
+        for joint in 0..17 {
+            let mut keypoints = standing();
+            keypoints[joint] = None;
+            let kept = parts(&keypoints, SAG);
+            assert_eq!(kept.len(), PARTS - lost[joint], "without {}", JOINTS[joint]);
+            assert!(
+                kept.iter().all(|part| whole.contains(part)),
+                "{} moves a part",
+                JOINTS[joint]
+            );
+        }
+        assert_eq!(body(&[None; 17], SAG), Mesh::default());
+        // Joints on one spot have no direction to build on, and must not make NaN.
+        let pile = body(&[Some(DVec3::ONE); 17], SAG);
+        assert!(pile.vertices.iter().all(|v| v.is_finite()) && !pile.triangles.is_empty());
+    }
+
+    fn rows(named: bool) -> Vec<String> {
+        (standing().iter().zip(JOINTS))
+            .map(|(p, joint)| {
+                let p = p.unwrap();
+                let name = if named {
+                    format!("{joint}, ")
+                } else {
+                    String::new()
+                };
+                format!("{name}{},{}, {}", p.x, p.y, p.z)
+            })
+            .collect()
+    }
+
+    #[test]
+    fn both_layouts_are_read() {
+        assert_eq!(
+            parse(rows(false).join("\n").as_bytes()).unwrap(),
+            standing()
+        );
+        let text = format!(
+            "# by hand\njoint,x_m,y_m,z_m\r\n{}\n\n",
+            rows(true).join("\n# next\n")
+        );
+        assert_eq!(parse(text.as_bytes()).unwrap(), standing());
+        for (named, empty) in [(true, "left_wrist,,,"), (false, ",,")] {
+            let mut rows = rows(named);
+            rows[9] = empty.into();
+            let mut expected = standing();
+            expected[9] = None;
+            assert_eq!(parse(rows.join("\n").as_bytes()).unwrap(), expected);
+        }
+    }
+
+    #[track_caller]
+    fn refused(text: &[u8], expected: &str) {
+        let what = parse(text).expect_err(expected);
+        assert!(what.contains(expected), "{what:?} lacks {expected:?}");
+    }
+
+    #[test]
+    fn what_is_wrong_is_named() {
+        let with_row = |row: usize, text: &str| {
+            let mut rows = rows(true);
+            rows[row] = text.into();
+            rows.join("\n").into_bytes()
+        };
+        refused(
+            &with_row(2, "left_eye,0,0,0"),
+            "line 3 (right_eye): joint = left_eye: must be right_eye",
+        );
+        refused(
+            &with_row(2, "right_eye,0,0"),
+            "line 3 (right_eye): x_m = right_eye",
+        );
+        refused(
+            &with_row(2, "right_eye,0,0,0,0"),
+            "must be x_m,y_m,z_m, or joint",
+        );
+        refused(
+            &with_row(16, "right_ankle,0,,1"),
+            "line 17 (right_ankle): y_m = : must be metres",
+        );
+        for bad in ["nan", "inf", "1480mm", "1480"] {
+            refused(
+                &with_row(0, &format!("nose,0,0,{bad}")),
+                &format!("z_m = {bad}: must be metres"),
+            );
+        }
+        refused(
+            &with_row(0, "joint,y_m,x_m,z_m"),
+            "line 1 (nose): joint = joint",
+        );
+        refused(b"", "has 0 joints: needs 17");
+        refused(rows(true)[..16].join("\n").as_bytes(), "has 16 joints");
+        refused(
+            (rows(true).join("\n") + "\nnose,0,0,0").as_bytes(),
+            "line 18: more than 17 joints",
+        );
+        refused(
+            ",,\n".repeat(17).as_bytes(),
+            "nothing of a body can be drawn",
+        );
+        refused(
+            (",,\n".repeat(16) + "0,0,0").as_bytes(),
+            "nothing of a body can be drawn",
+        );
+        refused(&[0xff, 0xfe, b'\n'], "UTF-8");
+    }
+}

@@ -1,0 +1,444 @@
+//! Reads and writes OctoMap's binary trees (`.bt`, as OctoMap 1.9's `writeBinary` makes them), so that maps come
+//! in and go out without loss. It keeps integer keys; where the voxels lie in a grid is for others.
+
+use std::path::Path;
+
+use super::file;
+use crate::{Error, Result};
+
+/// Levels below the root: a key has 16 bits on each axis.
+const DEPTH: u32 = 16;
+/// OctoMap's key of the voxel that begins at the world's origin.
+const KEY_ORIGIN: i32 = 1 << (DEPTH - 1);
+/// A grid has at most this many voxels on an axis.
+const MAX_SPAN: i64 = 1023;
+/// A pruned leaf of a few bits may stand for millions of voxels; past this many (400 MB of keys) a map is refused.
+const MAX_OCCUPIED: u64 = 1 << 25;
+
+const FIRST_LINE: &str = "# Octomap OcTree binary file";
+const SECOND_LINE: &str =
+    "# (feel free to add / change comments, but leave the first line as it is!)";
+
+// What two bits say of a child, low bit first in the format's description.
+const UNKNOWN: u16 = 0b00;
+const FREE: u16 = 0b01;
+const OCCUPIED: u16 = 0b10;
+const INNER: u16 = 0b11;
+
+/// The occupied voxels of a map.
+#[derive(Clone, Debug, PartialEq)]
+pub struct OctoMap {
+    /// Edge of a voxel in metres.
+    pub resolution_m: f64,
+    /// World keys floor(x / resolution) of the occupied voxels, each once, in the tree's order.
+    pub occupied: Vec<[i32; 3]>,
+}
+
+/// Reads a `.bt` file; pruned leaves are expanded to voxels.
+///
+/// # Errors
+/// When the file cannot be read, is not a binary OcTree, is damaged, or spans more voxels than a grid holds.
+pub fn read(path: &Path) -> Result<OctoMap> {
+    let bytes = file::read(path)?;
+    parse(&bytes).map_err(|what| Error::input(path.display(), what))
+}
+
+fn parse(bytes: &[u8]) -> Result<OctoMap, String> {
+    let header = Header::parse(bytes)?;
+    let data = &bytes[header.length..];
+
+    // The first pass only measures, so that nothing is allocated for a map that is too large.
+    let (mut low, mut high) = ([i64::MAX; 3], [i64::MIN; 3]);
+    let mut voxels = 0u64;
+    let nodes = visit_leaves(data, &mut |leaf| {
+        if leaf.occupied {
+            for axis in 0..3 {
+                low[axis] = low[axis].min(i64::from(leaf.key[axis]));
+                high[axis] = high[axis].max(i64::from(leaf.key[axis]) + i64::from(leaf.edge));
+            }
+            // At most 2^45 a leaf: saturating keeps a lying tree from wrapping.
+            voxels = voxels.saturating_add((leaf.edge as u64).pow(3));
+        }
+    })?;
+    if nodes != header.size {
+        return Err(format!(
+            "header says size {} and the tree has {nodes} nodes: the file is damaged",
+            header.size
+        ));
+    }
+    for (axis, name) in ["x", "y", "z"].iter().enumerate() {
+        if voxels > 0 && high[axis] - low[axis] > MAX_SPAN {
+            return Err(format!(
+                "occupied voxels span {} along {name}: at most {MAX_SPAN} fit, so use a coarser or smaller map",
+                high[axis] - low[axis]
+            ));
+        }
+    }
+    if voxels > MAX_OCCUPIED {
+        return Err(format!(
+            "has {voxels} occupied voxels: at most {MAX_OCCUPIED} are read, so use a coarser or smaller map"
+        ));
+    }
+
+    let mut occupied = Vec::with_capacity(voxels as usize);
+    visit_leaves(data, &mut |leaf| {
+        if leaf.occupied {
+            let [x, y, z] = leaf.key;
+            for z in z..z + leaf.edge {
+                for y in y..y + leaf.edge {
+                    occupied.extend((x..x + leaf.edge).map(|x| [x, y, z]));
+                }
+            }
+        }
+    })?;
+    Ok(OctoMap {
+        resolution_m: header.resolution_m,
+        occupied,
+    })
+}
+
+struct Header {
+    size: u64,
+    resolution_m: f64,
+    /// Bytes up to the first node.
+    length: usize,
+}
+
+impl Header {
+    fn parse(bytes: &[u8]) -> Result<Header, String> {
+        let (mut id, mut size, mut resolution_m) = (false, None, None);
+        let mut at = 0;
+        for number in 1.. {
+            let Some(length) = bytes[at..].iter().position(|byte| *byte == b'\n') else {
+                return Err("ends before the line `data`".into());
+            };
+            // Borrowed when it is text, as all lines that count are.
+            let line = String::from_utf8_lossy(&bytes[at..at + length]);
+            at += length + 1;
+            if number == 1 {
+                if !line.starts_with(FIRST_LINE) {
+                    return Err(format!(
+                        "does not begin with `{FIRST_LINE}`: only .bt files are read (convert_octree makes one of an .ot)"
+                    ));
+                }
+                continue;
+            }
+            let (key, value) = line.trim().split_once(' ').unwrap_or((line.trim(), ""));
+            let value = value.trim();
+            match key {
+                "data" => break,
+                "id" if value == "OcTree" => id = true,
+                "id" => return Err(format!("id = {value:.40}: must be OcTree")),
+                "size" => {
+                    let parsed = value.parse::<u64>();
+                    size = Some(parsed.map_err(|e| format!("size = {value:.40}: {e}"))?);
+                }
+                "res" => {
+                    let parsed = value.parse::<f64>().ok();
+                    let usable = parsed.filter(|res| res.is_finite() && *res > 0.0);
+                    resolution_m = Some(usable.ok_or_else(|| {
+                        format!("res = {value:.40}: must be a positive length in metres")
+                    })?);
+                }
+                // As OctoMap does: comments, empty lines and unknown words are passed over.
+                _ => {}
+            }
+        }
+        if !id {
+            return Err("header lacks the line `id OcTree`".into());
+        }
+        Ok(Header {
+            size: size.ok_or("header lacks the line `size N`")?,
+            resolution_m: resolution_m.ok_or("header lacks the line `res R`")?,
+            length: at,
+        })
+    }
+}
+
+/// A known cube of voxels: its smallest world key, its edge in voxels.
+struct Leaf {
+    key: [i32; 3],
+    edge: i32,
+    occupied: bool,
+}
+
+/// Calls `visit` for each known leaf and returns the number of nodes, root and leaves included.
+fn visit_leaves(data: &[u8], visit: &mut dyn FnMut(Leaf)) -> Result<u64, String> {
+    if data.is_empty() {
+        return Ok(0);
+    }
+    let mut rest = data;
+    let nodes = 1 + visit_children(&mut rest, [-KEY_ORIGIN; 3], DEPTH, visit)?;
+    if !rest.is_empty() {
+        return Err(format!(
+            "has {} bytes after the tree: the file is damaged",
+            rest.len()
+        ));
+    }
+    Ok(nodes)
+}
+
+/// Visits the children of the inner node at `key` whose edge is 2^level voxels; recurses at most 16 deep.
+fn visit_children(
+    rest: &mut &[u8],
+    key: [i32; 3],
+    level: u32,
+    visit: &mut dyn FnMut(Leaf),
+) -> Result<u64, String> {
+    let Some((bytes, after)) = rest.split_first_chunk::<2>() else {
+        return Err("ends inside the tree: the file is truncated".into());
+    };
+    *rest = after;
+    let children = u16::from_le_bytes(*bytes);
+    let edge = 1 << (level - 1);
+    let mut nodes = 0;
+    for child in 0..8 {
+        let key = child_key(key, child, edge);
+        match children >> (2 * child) & 0b11 {
+            UNKNOWN => continue,
+            INNER if level == 1 => {
+                return Err(format!(
+                    "has a node below level {DEPTH}: the file is damaged"
+                ));
+            }
+            INNER => nodes += visit_children(rest, key, level - 1, visit)?,
+            state => visit(Leaf {
+                key,
+                edge,
+                occupied: state == OCCUPIED,
+            }),
+        }
+        nodes += 1;
+    }
+    Ok(nodes)
+}
+
+/// Bit 0 of a child's number is its half on x, bit 1 on y, bit 2 on z.
+fn child_key(key: [i32; 3], child: usize, edge: i32) -> [i32; 3] {
+    std::array::from_fn(|axis| key[axis] + edge * (child >> axis & 1) as i32)
+}
+
+/// The bytes of a pruned `.bt` file: `state` is asked once for each key in `min .. min + size` and says
+/// occupied (`Some(true)`), free (`Some(false)`) or unknown. Keys outside OctoMap's −32768 … 32767 are left out.
+pub fn write(
+    resolution_m: f64,
+    min: [i32; 3],
+    size: [u32; 3],
+    state: &dyn Fn([i32; 3]) -> Option<bool>,
+) -> Vec<u8> {
+    let mut writer = Writer {
+        min: min.map(i64::from),
+        end: std::array::from_fn(|axis| i64::from(min[axis]) + i64::from(size[axis])),
+        state,
+        data: Vec::new(),
+        nodes: 0,
+    };
+    if writer.node([-KEY_ORIGIN; 3], DEPTH) != UNKNOWN {
+        writer.nodes += 1;
+    }
+    let mut bytes = format!(
+        "{FIRST_LINE}\n{SECOND_LINE}\n#\nid OcTree\nsize {}\nres {resolution_m}\ndata\n",
+        writer.nodes
+    )
+    .into_bytes();
+    bytes.append(&mut writer.data);
+    bytes
+}
+
+struct Writer<'a> {
+    min: [i64; 3],
+    end: [i64; 3],
+    state: &'a dyn Fn([i32; 3]) -> Option<bool>,
+    data: Vec<u8>,
+    /// Nodes below the root.
+    nodes: u64,
+}
+
+impl Writer<'_> {
+    /// Writes the node at `key` with an edge of 2^level voxels, and says what its parent is to write of it.
+    fn node(&mut self, key: [i32; 3], level: u32) -> u16 {
+        let edge = 1i64 << level;
+        for axis in 0..3 {
+            let low = i64::from(key[axis]);
+            if low + edge <= self.min[axis] || low >= self.end[axis] {
+                return UNKNOWN;
+            }
+        }
+        if level == 0 {
+            return match (self.state)(key) {
+                None => UNKNOWN,
+                Some(false) => FREE,
+                Some(true) => OCCUPIED,
+            };
+        }
+        let (start, nodes_before) = (self.data.len(), self.nodes);
+        self.data.extend([0, 0]);
+        let states: [u16; 8] = std::array::from_fn(|child| {
+            self.node(child_key(key, child, 1 << (level - 1)), level - 1)
+        });
+        // The root stays a node: a lone root cannot say what it is.
+        let alike = states.iter().all(|state| *state == states[0]) && states[0] != INNER;
+        if alike && (level < DEPTH || states[0] == UNKNOWN) {
+            self.data.truncate(start);
+            self.nodes = nodes_before;
+            return states[0];
+        }
+        let known = states.iter().filter(|state| **state != UNKNOWN).count();
+        self.nodes += known as u64;
+        let children = (0..8).fold(0, |word, child| word | states[child] << (2 * child));
+        self.data[start..start + 2].copy_from_slice(&children.to_le_bytes());
+        INNER
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::collections::{HashMap, HashSet};
+
+    use rand::{RngExt, SeedableRng};
+
+    use super::*;
+
+    fn with_header(size: u64, data: &[u8]) -> Vec<u8> {
+        let header = format!("{FIRST_LINE}\n# by hand\nid OcTree\nsize {size}\nres 0.05\ndata\n");
+        [header.as_bytes(), data].concat()
+    }
+
+    #[test]
+    fn one_voxel_is_a_path_of_sixteen_nodes() {
+        let bytes = write(0.05, [-3, 0, 5], [4, 4, 4], &|key| {
+            (key == [-1, 0, 7]).then_some(true)
+        });
+        let text = String::from_utf8_lossy(&bytes);
+        assert!(text.starts_with(&format!(
+            "{FIRST_LINE}\n{SECOND_LINE}\n#\nid OcTree\nsize 17\nres 0.05\ndata\n"
+        )));
+        assert!(
+            bytes.ends_with(&[0, 0x08]),
+            "x odd, y even, z odd: child 5 is wrong"
+        );
+        let map = parse(&bytes).unwrap();
+        assert_eq!((map.resolution_m, map.occupied), (0.05, vec![[-1, 0, 7]]));
+    }
+
+    #[test]
+    fn random_maps_come_back() {
+        let mut random = rand_chacha::ChaCha8Rng::seed_from_u64(7);
+        for density in [1, 30, 64] {
+            let (min, size) = ([-9, 3, -20], [21, 9, 26]);
+            let mut states = HashMap::new();
+            for x in 0..21 {
+                for y in 0..9 {
+                    for z in 0..26 {
+                        // Blocks of 4 alike, so that pruning has something to do.
+                        let block = [x / 4, y / 4, z / 4, 1];
+                        let state = match random.random_range(0..64) {
+                            n if n < density => Some(n % 2 == 0),
+                            _ => states.get(&block).copied().unwrap_or(Some(true)),
+                        };
+                        states.insert(block, state);
+                        states.insert([x + min[0], y + min[1], z + min[2], 0], state);
+                    }
+                }
+            }
+            let state = |k: [i32; 3]| states[&[k[0], k[1], k[2], 0]];
+            let bytes = write(0.1, min, size, &state);
+            let read: HashSet<_> = parse(&bytes).unwrap().occupied.into_iter().collect();
+            let written: HashSet<_> = (states.iter())
+                .filter(|(key, state)| key[3] == 0 && **state == Some(true))
+                .map(|(key, _)| [key[0], key[1], key[2]])
+                .collect();
+            assert_eq!(read, written, "density {density}");
+        }
+    }
+
+    #[test]
+    fn pruned_leaves_expand_to_each_voxel_once() {
+        let bytes = write(0.05, [-8; 3], [16; 3], &|_| Some(true));
+        // The root, and eight paths of twelve inner nodes that end in a leaf of 8 x 8 x 8 voxels.
+        let header = bytes.windows(5).position(|w| w == b"data\n").unwrap() + 5;
+        assert_eq!(bytes.len() - header, 2 * (1 + 8 * 12));
+        let map = parse(&bytes).unwrap();
+        let distinct: HashSet<_> = map.occupied.iter().collect();
+        assert_eq!((map.occupied.len(), distinct.len()), (4096, 4096));
+        assert!(map.occupied.iter().flatten().all(|k| (-8..8).contains(k)));
+    }
+
+    #[test]
+    fn an_empty_map_has_no_nodes() {
+        let bytes = write(0.05, [0; 3], [9; 3], &|_| None);
+        assert!(bytes.ends_with(b"size 0\nres 0.05\ndata\n"));
+        assert_eq!(parse(&bytes).unwrap().occupied, Vec::<[i32; 3]>::new());
+    }
+
+    #[track_caller]
+    fn refused(bytes: &[u8], expected: &str) {
+        let what = parse(bytes).expect_err(expected);
+        assert!(what.contains(expected), "{what:?} lacks {expected:?}");
+    }
+
+    #[test]
+    fn what_is_wrong_is_named() {
+        let good = write(0.05, [0; 3], [3; 3], &|_| Some(true));
+        parse(&good).unwrap();
+        let replaced = |from: &str, to: &str| {
+            let at = (good.windows(from.len()).position(|w| w == from.as_bytes())).unwrap();
+            [&good[..at], to.as_bytes(), &good[at + from.len()..]].concat()
+        };
+        refused(b"", "ends before the line `data`");
+        refused(
+            &replaced("OcTree binary file", "OcTree file"),
+            "only .bt files",
+        );
+        refused(&replaced("id OcTree", "id ColorOcTree"), "id = ColorOcTree");
+        refused(&replaced("id OcTree", "#"), "lacks the line `id OcTree`");
+        refused(&replaced("size ", "#"), "lacks the line `size N`");
+        refused(&replaced("size ", "size -"), "size = -");
+        refused(&replaced("res 0.05", "#"), "lacks the line `res R`");
+        for res in ["0", "-1", "nan", "inf", "wide"] {
+            refused(
+                &replaced("res 0.05", &format!("res {res}")),
+                "must be a positive length",
+            );
+        }
+        refused(&replaced("data\n", ""), "ends before the line `data`");
+        refused(&replaced("size ", "size 1"), "the tree has");
+        refused(&[&good[..], &[0, 0]].concat(), "has 2 bytes after the tree");
+        refused(&good[..good.len() - 1], "truncated");
+        refused(&with_header(18, &[0b11, 0].repeat(17)), "below level 16");
+        refused(&with_header(9, &[0xff; 20]), "truncated");
+    }
+
+    #[test]
+    fn a_map_too_large_for_a_grid_is_refused_before_it_is_expanded() {
+        // One leaf at level 15: 32768 voxels on each axis.
+        refused(&with_header(2, &[0b10, 0]), "span 32768 along x");
+        let far = write(0.05, [0; 3], [1024, 1, 1], &|k| Some(k[0] % 1023 == 0));
+        refused(&far, "span 1024 along x");
+        let fits = write(0.05, [1; 3], [1023, 1, 1], &|k| {
+            Some(k[0] == 1 || k[0] == 1023)
+        });
+        assert_eq!(parse(&fits).unwrap().occupied.len(), 2);
+        // Six levels of first children, then all eight: a full cube of 512, few bytes and 134 million voxels.
+        let data = [[0b11, 0].repeat(6), vec![0b10, 0]].concat();
+        refused(&with_header(8, &data), "at most 33554432 are read");
+    }
+
+    #[test]
+    fn damaged_files_never_panic() {
+        let good = write(0.05, [-5; 3], [11; 3], &|k| Some(k[0] * k[1] > k[2]));
+        let mut random = rand_chacha::ChaCha8Rng::seed_from_u64(11);
+        for _ in 0..20_000 {
+            let mut bytes = good.clone();
+            for _ in 0..random.random_range(1..4) {
+                let at = random.random_range(0..bytes.len());
+                bytes[at] = random.random();
+            }
+            bytes.truncate(random.random_range(0..=bytes.len()));
+            let _ = parse(&bytes);
+        }
+        for length in 0..good.len() {
+            assert!(parse(&good[..length]).is_err(), "cut at {length}");
+        }
+    }
+}
