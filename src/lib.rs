@@ -17,6 +17,7 @@ pub mod metrics;
 pub mod scene;
 pub mod sensor;
 pub mod study;
+pub mod sweep;
 pub mod voxel;
 
 pub use error::{Error, Result};

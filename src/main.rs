@@ -1,2 +1,7 @@
-//! The command line.
-fn main() {}
+//! The command line: arguments in, exit codes out. Each subcommand is one file in `cli`.
+
+mod cli;
+
+fn main() -> std::process::ExitCode {
+    cli::run()
+}

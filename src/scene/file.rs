@@ -6,8 +6,7 @@ use crate::{Error, Result};
 
 /// The bytes of a regular file. Pipes and devices are refused, since reading one may never end.
 pub(super) fn read(path: &Path) -> Result<Vec<u8>> {
-    let metadata =
-        std::fs::metadata(path).map_err(|source| Error::io(path, "cannot be read", source))?;
+    let metadata = std::fs::metadata(path).map_err(|source| Error::io(path, "cannot be read", source))?;
     if !metadata.is_file() {
         return Err(Error::input(path.display(), "is not a regular file"));
     }

@@ -76,9 +76,9 @@ fn refuse_extensions(root: &Root) -> Result<(), String> {
         Some(name) if name.contains("draco") || name.contains("meshopt") => Err(format!(
             "extensionsRequired = {name}: the meshes are compressed, export again without compression"
         )),
-        Some(name) => Err(format!(
-            "extensionsRequired = {name:.80}: not supported, export again as plain glTF 2.0"
-        )),
+        Some(name) => {
+            Err(format!("extensionsRequired = {name:.80}: not supported, export again as plain glTF 2.0"))
+        }
     }
 }
 
@@ -112,27 +112,19 @@ fn place_nodes(root: &Root) -> Result<Vec<Placed<'_>>, String> {
     let mut open: Vec<(usize, Option<usize>)> = roots.iter().rev().map(|i| (*i, None)).collect();
     while let Some((index, parent)) = open.pop() {
         let json = (root.nodes.get(index)).ok_or_else(|| {
-            format!(
-                "a scene or node refers to nodes[{index}]: there are {}",
-                root.nodes.len()
-            )
+            format!("a scene or node refers to nodes[{index}]: there are {}", root.nodes.len())
         })?;
         if std::mem::replace(&mut reached[index], true) {
-            return Err(format!(
-                "nodes[{index}] is reached twice: nodes must form a tree"
-            ));
+            return Err(format!("nodes[{index}] is reached twice: nodes must form a tree"));
         }
         let (depth, world_from_parent) = match parent {
             Some(slot) => (placed[slot].depth + 1, placed[slot].world_from_node),
             None => (1, DAffine3::IDENTITY),
         };
         if depth > MAX_DEPTH {
-            return Err(format!(
-                "nodes[{index}] is nested more than {MAX_DEPTH} deep: flatten the tree"
-            ));
+            return Err(format!("nodes[{index}] is nested more than {MAX_DEPTH} deep: flatten the tree"));
         }
-        let parent_from_node =
-            parent_from_node(json).map_err(|what| format!("nodes[{index}].{what}"))?;
+        let parent_from_node = parent_from_node(json).map_err(|what| format!("nodes[{index}].{what}"))?;
         let children = json.children.iter().flatten().rev();
         open.extend(children.map(|child| (child.value(), Some(placed.len()))));
         placed.push(Placed {
@@ -146,9 +138,7 @@ fn place_nodes(root: &Root) -> Result<Vec<Placed<'_>>, String> {
     if root.scenes.is_empty()
         && let Some(index) = reached.iter().position(|reached| !reached)
     {
-        return Err(format!(
-            "nodes[{index}] is among its own ancestors: nodes must form a tree"
-        ));
+        return Err(format!("nodes[{index}] is among its own ancestors: nodes must form a tree"));
     }
     Ok(placed)
 }
@@ -160,10 +150,7 @@ fn root_nodes(root: &Root) -> Result<Vec<usize>, String> {
         return Ok(scene.nodes.iter().map(Index::value).collect());
     }
     if root.scene.is_some() {
-        return Err(format!(
-            "scene = {scene}: there are {} scenes",
-            root.scenes.len()
-        ));
+        return Err(format!("scene = {scene}: there are {} scenes", root.scenes.len()));
     }
     let mut is_root = vec![true; root.nodes.len()];
     for child in root.nodes.iter().flat_map(|n| n.children.iter().flatten()) {
@@ -196,11 +183,7 @@ fn parent_from_node(node: &Node) -> Result<DAffine3, String> {
         return Err("rotation: must be a quaternion with a finite length above zero".into());
     }
     let rotation = rotation / length;
-    Ok(DAffine3::from_scale_rotation_translation(
-        scale,
-        rotation,
-        translation,
-    ))
+    Ok(DAffine3::from_scale_rotation_translation(scale, rotation, translation))
 }
 
 fn names(placed: &[Placed], node: &Placed, budget: &mut Budget) -> Result<Vec<String>, String> {
@@ -237,9 +220,7 @@ fn read_mesh(
         let p = world_from_node.transform_point3(*vertex);
         *vertex = DVec3::new(p.x, -p.z, p.y);
         if !vertex.is_finite() {
-            return Err(format!(
-                "meshes[{index}]: its transforms move a vertex to infinity"
-            ));
+            return Err(format!("meshes[{index}]: its transforms move a vertex to infinity"));
         }
     }
     // A mirror turns triangles inside out; glTF wants them turned back.
@@ -263,15 +244,11 @@ fn read_primitive(
         Checked::Valid(mode) => mode,
         Checked::Invalid => return Err("mode: must be 0 to 6".into()),
     };
-    if !matches!(
-        mode,
-        Mode::Triangles | Mode::TriangleStrip | Mode::TriangleFan
-    ) {
+    if !matches!(mode, Mode::Triangles | Mode::TriangleStrip | Mode::TriangleFan) {
         return Ok(());
     }
-    let positions = (primitive.attributes)
-        .get(&Checked::Valid(Semantic::Positions))
-        .ok_or("attributes lack POSITION")?;
+    let positions =
+        (primitive.attributes).get(&Checked::Valid(Semantic::Positions)).ok_or("attributes lack POSITION")?;
     let positions = Elements::positions(container, *positions)?;
     let indices = match primitive.indices {
         Some(index) => Some(Elements::indices(container, index)?),
@@ -280,9 +257,7 @@ fn read_primitive(
     let count = indices.as_ref().map_or(positions.count, |i| i.count);
     let triangles = match mode {
         Mode::Triangles if count % 3 != 0 => {
-            return Err(format!(
-                "has {count} corners: triangles need a multiple of 3"
-            ));
+            return Err(format!("has {count} corners: triangles need a multiple of 3"));
         }
         Mode::Triangles => count / 3,
         _ => count.saturating_sub(2),
@@ -292,10 +267,7 @@ fn read_primitive(
     let corner = |place: usize| -> Result<DVec3, String> {
         let vertex = indices.as_ref().map_or(place, |i| i.index(place));
         if vertex >= positions.count {
-            return Err(format!(
-                "index {place} is {vertex}: there are {} positions",
-                positions.count
-            ));
+            return Err(format!("index {place} is {vertex}: there are {} positions", positions.count));
         }
         let position = positions.position(vertex);
         if !position.is_finite() {

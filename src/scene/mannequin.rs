@@ -103,9 +103,7 @@ fn parse_row(joint: &str, cells: &[&str]) -> Result<Option<DVec3>, String> {
     let coordinates = match cells {
         [name, rest @ ..] if rest.len() == 3 => {
             if *name != joint {
-                return Err(format!(
-                    "joint = {name:.40}: must be {joint} (COCO's order)"
-                ));
+                return Err(format!("joint = {name:.40}: must be {joint} (COCO's order)"));
             }
             rest
         }
@@ -123,7 +121,9 @@ fn parse_row(joint: &str, cells: &[&str]) -> Result<Option<DVec3>, String> {
         // NaN compares false, and is refused with the rest.
         position[axis] = number.filter(|x| x.abs() <= FARTHEST_M).ok_or_else(|| {
             let key = ["x_m", "y_m", "z_m"][axis];
-            format!("{key} = {cell:.40}: must be metres within {FARTHEST_M} of the origin, or all three empty")
+            format!(
+                "{key} = {cell:.40}: must be metres within {FARTHEST_M} of the origin, or all three empty"
+            )
         })?;
     }
     Ok(Some(position))
@@ -255,15 +255,8 @@ mod tests {
         let (low, high) = mesh.bounds().unwrap();
         assert!((low.z - 0.01).abs() < 0.002, "soles at {}", low.z);
         assert!((1.72..1.78).contains(&high.z), "crown at {}", high.z);
-        assert!(
-            (0.24..0.26).contains(&high.y) && (low.y + high.y).abs() < 1e-9,
-            "{low} {high}"
-        );
-        assert!(
-            (0.18..0.2).contains(&high.x),
-            "toes point along x: {}",
-            high.x
-        );
+        assert!((0.24..0.26).contains(&high.y) && (low.y + high.y).abs() < 1e-9, "{low} {high}");
+        assert!((0.18..0.2).contains(&high.x), "toes point along x: {}", high.x);
     }
 
     #[test]
@@ -276,11 +269,7 @@ mod tests {
             keypoints[joint] = None;
             let kept = parts(&keypoints, SAG);
             assert_eq!(kept.len(), PARTS - lost[joint], "without {}", JOINTS[joint]);
-            assert!(
-                kept.iter().all(|part| whole.contains(part)),
-                "{} moves a part",
-                JOINTS[joint]
-            );
+            assert!(kept.iter().all(|part| whole.contains(part)), "{} moves a part", JOINTS[joint]);
         }
         assert_eq!(body(&[None; 17], SAG), Mesh::default());
         // Joints on one spot have no direction to build on, and must not make NaN.
@@ -292,11 +281,7 @@ mod tests {
         (standing().iter().zip(JOINTS))
             .map(|(p, joint)| {
                 let p = p.unwrap();
-                let name = if named {
-                    format!("{joint}, ")
-                } else {
-                    String::new()
-                };
+                let name = if named { format!("{joint}, ") } else { String::new() };
                 format!("{name}{},{}, {}", p.x, p.y, p.z)
             })
             .collect()
@@ -304,14 +289,8 @@ mod tests {
 
     #[test]
     fn both_layouts_are_read() {
-        assert_eq!(
-            parse(rows(false).join("\n").as_bytes()).unwrap(),
-            standing()
-        );
-        let text = format!(
-            "# by hand\njoint,x_m,y_m,z_m\r\n{}\n\n",
-            rows(true).join("\n# next\n")
-        );
+        assert_eq!(parse(rows(false).join("\n").as_bytes()).unwrap(), standing());
+        let text = format!("# by hand\njoint,x_m,y_m,z_m\r\n{}\n\n", rows(true).join("\n# next\n"));
         assert_eq!(parse(text.as_bytes()).unwrap(), standing());
         for (named, empty) in [(true, "left_wrist,,,"), (false, ",,")] {
             let mut rows = rows(named);
@@ -335,46 +314,19 @@ mod tests {
             rows[row] = text.into();
             rows.join("\n").into_bytes()
         };
-        refused(
-            &with_row(2, "left_eye,0,0,0"),
-            "line 3 (right_eye): joint = left_eye: must be right_eye",
-        );
-        refused(
-            &with_row(2, "right_eye,0,0"),
-            "line 3 (right_eye): x_m = right_eye",
-        );
-        refused(
-            &with_row(2, "right_eye,0,0,0,0"),
-            "must be x_m,y_m,z_m, or joint",
-        );
-        refused(
-            &with_row(16, "right_ankle,0,,1"),
-            "line 17 (right_ankle): y_m = : must be metres",
-        );
+        refused(&with_row(2, "left_eye,0,0,0"), "line 3 (right_eye): joint = left_eye: must be right_eye");
+        refused(&with_row(2, "right_eye,0,0"), "line 3 (right_eye): x_m = right_eye");
+        refused(&with_row(2, "right_eye,0,0,0,0"), "must be x_m,y_m,z_m, or joint");
+        refused(&with_row(16, "right_ankle,0,,1"), "line 17 (right_ankle): y_m = : must be metres");
         for bad in ["nan", "inf", "1480mm", "1480"] {
-            refused(
-                &with_row(0, &format!("nose,0,0,{bad}")),
-                &format!("z_m = {bad}: must be metres"),
-            );
+            refused(&with_row(0, &format!("nose,0,0,{bad}")), &format!("z_m = {bad}: must be metres"));
         }
-        refused(
-            &with_row(0, "joint,y_m,x_m,z_m"),
-            "line 1 (nose): joint = joint",
-        );
+        refused(&with_row(0, "joint,y_m,x_m,z_m"), "line 1 (nose): joint = joint");
         refused(b"", "has 0 joints: needs 17");
         refused(rows(true)[..16].join("\n").as_bytes(), "has 16 joints");
-        refused(
-            (rows(true).join("\n") + "\nnose,0,0,0").as_bytes(),
-            "line 18: more than 17 joints",
-        );
-        refused(
-            ",,\n".repeat(17).as_bytes(),
-            "nothing of a body can be drawn",
-        );
-        refused(
-            (",,\n".repeat(16) + "0,0,0").as_bytes(),
-            "nothing of a body can be drawn",
-        );
+        refused((rows(true).join("\n") + "\nnose,0,0,0").as_bytes(), "line 18: more than 17 joints");
+        refused(",,\n".repeat(17).as_bytes(), "nothing of a body can be drawn");
+        refused((",,\n".repeat(16) + "0,0,0").as_bytes(), "nothing of a body can be drawn");
         refused(&[0xff, 0xfe, b'\n'], "UTF-8");
     }
 }

@@ -16,8 +16,7 @@ impl Mesh {
         let base = vertex_index(self.vertices.len());
         vertex_index(self.vertices.len() + other.vertices.len());
         self.vertices.extend_from_slice(&other.vertices);
-        self.triangles
-            .extend(other.triangles.iter().map(|t| t.map(|v| v + base)));
+        self.triangles.extend(other.triangles.iter().map(|t| t.map(|v| v + base)));
     }
 
     /// The mesh turned about the origin, then moved: a point p becomes `rotation * p + translation`.
@@ -41,11 +40,7 @@ impl Mesh {
     /// Smallest and largest coordinates of the vertices; nothing for a mesh without vertices.
     pub fn bounds(&self) -> Option<(DVec3, DVec3)> {
         let first = *self.vertices.first()?;
-        Some(
-            self.vertices
-                .iter()
-                .fold((first, first), |(low, high), v| (low.min(*v), high.max(*v))),
-        )
+        Some(self.vertices.iter().fold((first, first), |(low, high), v| (low.min(*v), high.max(*v))))
     }
 }
 
@@ -75,13 +70,10 @@ impl Welder {
     fn vertex(&mut self, position: DVec3) -> u32 {
         // -0.0 + 0.0 is 0.0, so both zeros are the same corner.
         let position = position + DVec3::ZERO;
-        *self
-            .index
-            .entry(position.to_array().map(f64::to_bits))
-            .or_insert_with(|| {
-                self.mesh.vertices.push(position);
-                vertex_index(self.mesh.vertices.len() - 1)
-            })
+        *self.index.entry(position.to_array().map(f64::to_bits)).or_insert_with(|| {
+            self.mesh.vertices.push(position);
+            vertex_index(self.mesh.vertices.len() - 1)
+        })
     }
 
     pub(super) fn finish(self) -> Mesh {
@@ -112,25 +104,14 @@ pub(super) mod tests {
     /// Six times the enclosed volume is the sum of triple products; positive when faces look outward.
     pub(in crate::scene) fn volume(mesh: &Mesh) -> f64 {
         let corner = |i: u32| mesh.vertices[i as usize];
-        mesh.triangles
-            .iter()
-            .map(|t| corner(t[0]).dot(corner(t[1]).cross(corner(t[2]))) / 6.0)
-            .sum()
+        mesh.triangles.iter().map(|t| corner(t[0]).dot(corner(t[1]).cross(corner(t[2]))) / 6.0).sum()
     }
 
     #[test]
     fn appended_triangles_keep_their_corners() {
-        let triangle = Mesh {
-            vertices: vec![DVec3::ZERO, DVec3::X, DVec3::Y],
-            triangles: vec![[0, 1, 2]],
-        };
+        let triangle = Mesh { vertices: vec![DVec3::ZERO, DVec3::X, DVec3::Y], triangles: vec![[0, 1, 2]] };
         let mut both = triangle.clone();
-        both.append(
-            &triangle
-                .clone()
-                .transformed(DQuat::IDENTITY, DVec3::Z)
-                .scaled(2.0),
-        );
+        both.append(&triangle.clone().transformed(DQuat::IDENTITY, DVec3::Z).scaled(2.0));
         assert_eq!(both.triangles, [[0, 1, 2], [3, 4, 5]]);
         assert_eq!(both.vertices[4], DVec3::new(2.0, 0.0, 2.0));
         assert_eq!(both.bounds(), Some((DVec3::ZERO, DVec3::splat(2.0))));

@@ -1,6 +1,7 @@
 //! Surfaces with a role, in world metres: what the cell is made of before it becomes voxels. Loaders turn files
 //! into [`Object`]s once, at the edge; nothing here knows of voxels.
 
+pub mod build;
 pub mod gltf;
 pub mod mannequin;
 pub mod octomap;

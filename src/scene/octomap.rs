@@ -16,8 +16,7 @@ const MAX_SPAN: i64 = 1023;
 const MAX_OCCUPIED: u64 = 1 << 25;
 
 const FIRST_LINE: &str = "# Octomap OcTree binary file";
-const SECOND_LINE: &str =
-    "# (feel free to add / change comments, but leave the first line as it is!)";
+const SECOND_LINE: &str = "# (feel free to add / change comments, but leave the first line as it is!)";
 
 // What two bits say of a child, low bit first in the format's description.
 const UNKNOWN: u16 = 0b00;
@@ -91,10 +90,7 @@ fn parse(bytes: &[u8]) -> Result<OctoMap, String> {
             }
         }
     })?;
-    Ok(OctoMap {
-        resolution_m: header.resolution_m,
-        occupied,
-    })
+    Ok(OctoMap { resolution_m: header.resolution_m, occupied })
 }
 
 struct Header {
@@ -136,9 +132,10 @@ impl Header {
                 "res" => {
                     let parsed = value.parse::<f64>().ok();
                     let usable = parsed.filter(|res| res.is_finite() && *res > 0.0);
-                    resolution_m = Some(usable.ok_or_else(|| {
-                        format!("res = {value:.40}: must be a positive length in metres")
-                    })?);
+                    resolution_m =
+                        Some(usable.ok_or_else(|| {
+                            format!("res = {value:.40}: must be a positive length in metres")
+                        })?);
                 }
                 // As OctoMap does: comments, empty lines and unknown words are passed over.
                 _ => {}
@@ -170,10 +167,7 @@ fn visit_leaves(data: &[u8], visit: &mut dyn FnMut(Leaf)) -> Result<u64, String>
     let mut rest = data;
     let nodes = 1 + visit_children(&mut rest, [-KEY_ORIGIN; 3], DEPTH, visit)?;
     if !rest.is_empty() {
-        return Err(format!(
-            "has {} bytes after the tree: the file is damaged",
-            rest.len()
-        ));
+        return Err(format!("has {} bytes after the tree: the file is damaged", rest.len()));
     }
     Ok(nodes)
 }
@@ -197,16 +191,10 @@ fn visit_children(
         match children >> (2 * child) & 0b11 {
             UNKNOWN => continue,
             INNER if level == 1 => {
-                return Err(format!(
-                    "has a node below level {DEPTH}: the file is damaged"
-                ));
+                return Err(format!("has a node below level {DEPTH}: the file is damaged"));
             }
             INNER => nodes += visit_children(rest, key, level - 1, visit)?,
-            state => visit(Leaf {
-                key,
-                edge,
-                occupied: state == OCCUPIED,
-            }),
+            state => visit(Leaf { key, edge, occupied: state == OCCUPIED }),
         }
         nodes += 1;
     }
@@ -273,9 +261,8 @@ impl Writer<'_> {
         }
         let (start, nodes_before) = (self.data.len(), self.nodes);
         self.data.extend([0, 0]);
-        let states: [u16; 8] = std::array::from_fn(|child| {
-            self.node(child_key(key, child, 1 << (level - 1)), level - 1)
-        });
+        let states: [u16; 8] =
+            std::array::from_fn(|child| self.node(child_key(key, child, 1 << (level - 1)), level - 1));
         // The root stays a node: a lone root cannot say what it is.
         let alike = states.iter().all(|state| *state == states[0]) && states[0] != INNER;
         if alike && (level < DEPTH || states[0] == UNKNOWN) {
@@ -306,17 +293,14 @@ mod tests {
 
     #[test]
     fn one_voxel_is_a_path_of_sixteen_nodes() {
-        let bytes = write(0.05, [-3, 0, 5], [4, 4, 4], &|key| {
-            (key == [-1, 0, 7]).then_some(true)
-        });
+        let bytes = write(0.05, [-3, 0, 5], [4, 4, 4], &|key| (key == [-1, 0, 7]).then_some(true));
         let text = String::from_utf8_lossy(&bytes);
-        assert!(text.starts_with(&format!(
-            "{FIRST_LINE}\n{SECOND_LINE}\n#\nid OcTree\nsize 17\nres 0.05\ndata\n"
-        )));
         assert!(
-            bytes.ends_with(&[0, 0x08]),
-            "x odd, y even, z odd: child 5 is wrong"
+            text.starts_with(&format!(
+                "{FIRST_LINE}\n{SECOND_LINE}\n#\nid OcTree\nsize 17\nres 0.05\ndata\n"
+            ))
         );
+        assert!(bytes.ends_with(&[0, 0x08]), "x odd, y even, z odd: child 5 is wrong");
         let map = parse(&bytes).unwrap();
         assert_eq!((map.resolution_m, map.occupied), (0.05, vec![[-1, 0, 7]]));
     }
@@ -386,20 +370,14 @@ mod tests {
             [&good[..at], to.as_bytes(), &good[at + from.len()..]].concat()
         };
         refused(b"", "ends before the line `data`");
-        refused(
-            &replaced("OcTree binary file", "OcTree file"),
-            "only .bt files",
-        );
+        refused(&replaced("OcTree binary file", "OcTree file"), "only .bt files");
         refused(&replaced("id OcTree", "id ColorOcTree"), "id = ColorOcTree");
         refused(&replaced("id OcTree", "#"), "lacks the line `id OcTree`");
         refused(&replaced("size ", "#"), "lacks the line `size N`");
         refused(&replaced("size ", "size -"), "size = -");
         refused(&replaced("res 0.05", "#"), "lacks the line `res R`");
         for res in ["0", "-1", "nan", "inf", "wide"] {
-            refused(
-                &replaced("res 0.05", &format!("res {res}")),
-                "must be a positive length",
-            );
+            refused(&replaced("res 0.05", &format!("res {res}")), "must be a positive length");
         }
         refused(&replaced("data\n", ""), "ends before the line `data`");
         refused(&replaced("size ", "size 1"), "the tree has");
@@ -415,9 +393,7 @@ mod tests {
         refused(&with_header(2, &[0b10, 0]), "span 32768 along x");
         let far = write(0.05, [0; 3], [1024, 1, 1], &|k| Some(k[0] % 1023 == 0));
         refused(&far, "span 1024 along x");
-        let fits = write(0.05, [1; 3], [1023, 1, 1], &|k| {
-            Some(k[0] == 1 || k[0] == 1023)
-        });
+        let fits = write(0.05, [1; 3], [1023, 1, 1], &|k| Some(k[0] == 1 || k[0] == 1023));
         assert_eq!(parse(&fits).unwrap().occupied.len(), 2);
         // Six levels of first children, then all eight: a full cube of 512, few bytes and 134 million voxels.
         let data = [[0b11, 0].repeat(6), vec![0b10, 0]].concat();

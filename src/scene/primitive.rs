@@ -19,10 +19,7 @@ const MAX_SEGMENTS: u32 = 512;
 pub fn cuboid(size: DVec3) -> Mesh {
     let vertices = (0..8).map(|i| corner(size, i)).collect();
     let quads = FACES.map(|[a, b, c, d]| [[a, b, c], [a, c, d]]);
-    Mesh {
-        vertices,
-        triangles: quads.into_iter().flatten().collect(),
-    }
+    Mesh { vertices, triangles: quads.into_iter().flatten().collect() }
 }
 
 /// The six inner walls of a room of `size` metres, facing inward. Each wall has its own four vertices, so the
@@ -41,10 +38,7 @@ pub fn room(size: DVec3) -> Mesh {
 /// A rectangle in the xy plane, facing up.
 pub fn plane(size: [f64; 2]) -> Mesh {
     let size = DVec3::new(size[0], size[1], 0.0);
-    Mesh {
-        vertices: [0, 1, 3, 2].map(|i| corner(size, i)).to_vec(),
-        triangles: vec![[0, 1, 2], [0, 2, 3]],
-    }
+    Mesh { vertices: [0, 1, 3, 2].map(|i| corner(size, i)).to_vec(), triangles: vec![[0, 1, 2], [0, 2, 3]] }
 }
 
 /// A sphere; `sag_m` is the largest distance between it and the triangles.
@@ -94,14 +88,8 @@ pub fn capsule_between(a: DVec3, b: DVec3, radius: f64, sag_m: f64) -> Mesh {
 }
 
 /// Corners of each face of a box, counter-clockwise seen from outside; see [`corner`].
-const FACES: [[u32; 4]; 6] = [
-    [0, 4, 6, 2],
-    [1, 3, 7, 5],
-    [0, 1, 5, 4],
-    [2, 6, 7, 3],
-    [0, 2, 3, 1],
-    [4, 5, 7, 6],
-];
+const FACES: [[u32; 4]; 6] =
+    [[0, 4, 6, 2], [1, 3, 7, 5], [0, 1, 5, 4], [2, 6, 7, 3], [0, 2, 3, 1], [4, 5, 7, 6]];
 
 /// Bit 0 of a corner's number is its side on x, bit 1 on y, bit 2 on z.
 fn corner(size: DVec3, number: u32) -> DVec3 {
@@ -127,11 +115,7 @@ fn arc(radius: f64, around: u32, from: f64, to: f64, z: f64) -> Vec<[f64; 2]> {
     let point = |step: u32| {
         let latitude = from + (to - from) * f64::from(step) / f64::from(steps);
         // At the poles cos is 6e-17; the ring must shrink to one vertex.
-        let distance = if latitude.abs() == FRAC_PI_2 {
-            0.0
-        } else {
-            radius * libm::cos(latitude)
-        };
+        let distance = if latitude.abs() == FRAC_PI_2 { 0.0 } else { radius * libm::cos(latitude) };
         [distance, z + radius * libm::sin(latitude)]
     };
     (0..=steps).map(point).collect()
@@ -146,11 +130,7 @@ fn revolved(profile: &[[f64; 2]], around: u32) -> Mesh {
         let [distance, z] = profile[ring as usize];
         for step in 0..around {
             let angle = TAU * f64::from(step) / f64::from(around);
-            mesh.vertices.push(DVec3::new(
-                distance * libm::cos(angle),
-                distance * libm::sin(angle),
-                z,
-            ));
+            mesh.vertices.push(DVec3::new(distance * libm::cos(angle), distance * libm::sin(angle), z));
         }
     }
     let (bottom, top) = (rings * around, rings * around + 1);
@@ -185,19 +165,10 @@ mod tests {
         assert_closed(mesh);
         assert!(volume(mesh) > 0.0, "looks inward");
         let (low, high) = mesh.bounds().unwrap();
-        assert!(
-            (high - half).abs().max_element() < 1e-12,
-            "{high} is not {half}"
-        );
-        assert!(
-            (low + half).abs().max_element() < 1e-12,
-            "{low} is not -{half}"
-        );
+        assert!((high - half).abs().max_element() < 1e-12, "{high} is not {half}");
+        assert!((low + half).abs().max_element() < 1e-12, "{low} is not -{half}");
         for vertex in &mesh.vertices {
-            assert!(
-                distance(*vertex).abs() < 1e-12,
-                "{vertex} is off the surface"
-            );
+            assert!(distance(*vertex).abs() < 1e-12, "{vertex} is off the surface");
         }
         for t in &mesh.triangles {
             let [a, b, c] = t.map(|i| mesh.vertices[i as usize]);
@@ -206,10 +177,7 @@ mod tests {
                     let (u, v) = (f64::from(i) / 8.0, f64::from(j) / 8.0);
                     let point = a + (b - a) * u + (c - a) * v;
                     let inside = -distance(point);
-                    assert!(
-                        inside < sag + 1e-12,
-                        "{point} is {inside} inside, not {sag}"
-                    );
+                    assert!(inside < sag + 1e-12, "{point} is {inside} inside, not {sag}");
                 }
             }
         }
@@ -224,9 +192,7 @@ mod tests {
         let half = DVec3::new(0.5, 1.0, 1.5);
         check(&cuboid(half * 2.0), half, SAG, box_distance(half));
         for radius in [0.02, 0.1, 1.0] {
-            check(&sphere(radius, SAG), DVec3::splat(radius), SAG, |p| {
-                p.length() - radius
-            });
+            check(&sphere(radius, SAG), DVec3::splat(radius), SAG, |p| p.length() - radius);
             let half = DVec3::new(radius, radius, 0.3);
             check(&cylinder(radius, 0.6, SAG), half, SAG, |p| {
                 (p.truncate().length() - radius).max(p.z.abs() - 0.3)
@@ -241,19 +207,14 @@ mod tests {
         }
         let radii = DVec3::new(0.08, 0.1, 0.12);
         // (|p/r| − 1) · the smallest half-axis is at most the true distance, so this asks more than sag promises.
-        check(&ellipsoid(radii, SAG), radii, SAG, |p| {
-            ((p / radii).length() - 1.0) * 0.08
-        });
+        check(&ellipsoid(radii, SAG), radii, SAG, |p| ((p / radii).length() - 1.0) * 0.08);
     }
 
     #[test]
     fn a_smaller_sag_makes_more_triangles_up_to_a_bound() {
         assert!(sphere(0.1, 0.001).triangles.len() > sphere(0.1, 0.01).triangles.len());
         for sag in [0.0, -1.0, f64::NAN, 1e-300] {
-            assert!(
-                cylinder(1.0, 1.0, sag).triangles.len() <= 4 * 512,
-                "sag {sag}"
-            );
+            assert!(cylinder(1.0, 1.0, sag).triangles.len() <= 4 * 512, "sag {sag}");
         }
         assert_eq!(cylinder(1.0, 1.0, f64::INFINITY).triangles.len(), 4 * 8);
     }
@@ -267,10 +228,7 @@ mod tests {
         for vertex in &mesh.vertices {
             let along = (*vertex - a).dot(b - a) / (b - a).length_squared();
             let nearest = a + (b - a) * along.clamp(0.0, 1.0);
-            assert!(
-                ((*vertex - nearest).length() - 0.1).abs() < 1e-12,
-                "{vertex}"
-            );
+            assert!(((*vertex - nearest).length() - 0.1).abs() < 1e-12, "{vertex}");
         }
         assert_closed(&capsule_between(a, a, 0.1, SAG));
     }
@@ -279,10 +237,7 @@ mod tests {
     fn walls_and_planes_are_open() {
         let walls = room(DVec3::new(4.0, 5.0, 3.0));
         assert_eq!((walls.vertices.len(), walls.triangles.len()), (24, 12));
-        assert!(
-            (volume(&walls) + 60.0).abs() < 1e-9,
-            "walls must look inward"
-        );
+        assert!((volume(&walls) + 60.0).abs() < 1e-9, "walls must look inward");
         assert_eq!(walls.bounds().unwrap().1, DVec3::new(2.0, 2.5, 1.5));
         let floor = plane([2.0, 1.0]);
         let [a, b, c] = floor.triangles[0].map(|i| floor.vertices[i as usize]);

@@ -45,9 +45,7 @@ fn parse(bytes: Vec<u8>) -> Result<Mesh, String> {
             .vertices
             .map(|v| DVec3::from_array(v.0.map(f64::from)));
         if let Some(corner) = corners.iter().find(|c| !c.is_finite()) {
-            return Err(format!(
-                "triangle {number} has the corner {corner}: must be finite"
-            ));
+            return Err(format!("triangle {number} has the corner {corner}: must be finite"));
         }
         welder.triangle(corners);
     }
@@ -94,10 +92,7 @@ fn starts_with_word(line: &[u8], word: &[u8]) -> bool {
 fn joined_solids(bytes: &[u8]) -> Result<Vec<u8>, String> {
     let mut joined = b"solid \n".to_vec();
     let (mut opened, mut closed) = (0usize, 0usize);
-    for (index, line) in bytes
-        .split(|byte| matches!(byte, b'\n' | b'\r'))
-        .enumerate()
-    {
+    for (index, line) in bytes.split(|byte| matches!(byte, b'\n' | b'\r')).enumerate() {
         if starts_with_word(line, b"solid") {
             opened += 1;
         } else if starts_with_word(line, b"endsolid") {
@@ -165,10 +160,7 @@ mod tests {
         assert_eq!(mesh.vertices.len(), 4);
         assert!((volume(&mesh) - 1.0 / 6.0).abs() < 1e-12);
         assert_eq!(parse(binary(b"solid part", &TETRAHEDRON)).unwrap(), mesh);
-        assert_eq!(
-            parse(ascii("a part", &TETRAHEDRON).into_bytes()).unwrap(),
-            mesh
-        );
+        assert_eq!(parse(ascii("a part", &TETRAHEDRON).into_bytes()).unwrap(), mesh);
         let shouted = ascii("", &TETRAHEDRON).to_uppercase().replace('\n', "\r\n");
         assert_eq!(parse(shouted.into_bytes()).unwrap(), mesh);
         let two_solids = ascii("a", &TETRAHEDRON[..2]) + "\n" + &ascii("b", &TETRAHEDRON[2..]);
@@ -199,19 +191,13 @@ mod tests {
         let text = ascii("", &TETRAHEDRON);
         refused(text[..text.len() - 12].into(), "begins 1 solids and ends 0");
         refused(text.replace("endloop", "").into(), "triangle 0: expected");
-        refused(
-            text.replace("outer", &"x ".repeat(1000)).into(),
-            "line 3 is",
-        );
+        refused(text.replace("outer", &"x ".repeat(1000)).into(), "line 3 is");
         refused(b"solid of nothing\nendsolid".to_vec(), "no triangle");
     }
 
     #[test]
     fn every_cut_of_a_good_file_is_refused() {
-        for good in [
-            binary(b"solid", &TETRAHEDRON),
-            ascii("x", &TETRAHEDRON).into_bytes(),
-        ] {
+        for good in [binary(b"solid", &TETRAHEDRON), ascii("x", &TETRAHEDRON).into_bytes()] {
             let end = good.trim_ascii_end().len();
             for length in 0..end {
                 assert!(parse(good[..length].to_vec()).is_err(), "cut at {length}");

@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use glam::{DMat3, DVec3};
+use glam::{DQuat, DVec3};
 use serde::Deserialize;
 
 use super::file::Quaternion;
@@ -40,7 +40,7 @@ pub struct ObjectSpec {
     /// Where its own frame is in the world.
     pub position_m: DVec3,
     /// How its own frame is turned.
-    pub rotation: DMat3,
+    pub rotation: DQuat,
     /// What it is made of.
     pub surface: SurfaceSpec,
     /// Rules for the parts of a glTF file.
@@ -272,7 +272,7 @@ fn object(at: &Place, entry: ObjectFile, default_interior: Interior) -> Result<O
     let rotation = rotation(at, &entry)?;
     let position_m = at.vector("position_m", entry.position_m)?;
     if matches!(surface, SurfaceSpec::Octomap(_))
-        && (position_m != DVec3::ZERO || rotation != DMat3::IDENTITY)
+        && (position_m != DVec3::ZERO || rotation != DQuat::IDENTITY)
     {
         return Err(at.says("an octomap stays where it is: its voxels are the grid's; take its pose away"));
     }
@@ -316,16 +316,19 @@ fn mesh(at: &Place, folder: &Path, path: &Path, unit: Option<Unit>, up: Option<U
     }
 }
 
-fn rotation(at: &Place, entry: &ObjectFile) -> Result<DMat3> {
+fn rotation(at: &Place, entry: &ObjectFile) -> Result<DQuat> {
     match (entry.rpy_deg, entry.quaternion) {
-        (None, None) => Ok(DMat3::IDENTITY),
-        (Some(rpy), None) => Ok(from_rpy(at.vector("rpy_deg", rpy)?.to_array().map(f64::to_radians))),
+        (None, None) => Ok(DQuat::IDENTITY),
+        (Some(rpy), None) => {
+            let rpy = at.vector("rpy_deg", rpy)?.to_array().map(f64::to_radians);
+            Ok(Pose::turned(DVec3::ZERO, from_rpy(rpy), Frame::Link).rotation)
+        }
         (None, Some(q)) => {
             let wxyz = [q.w, q.x, q.y, q.z];
             let wrong = || -> Error {
                 at.wrong("quaternion", format!("{wxyz:?}"), "must not be zero, and all four finite")
             };
-            Ok(Pose::from_quaternion(DVec3::ZERO, wxyz, Frame::Link).ok_or_else(wrong)?.link())
+            Ok(Pose::from_quaternion(DVec3::ZERO, wxyz, Frame::Link).ok_or_else(wrong)?.rotation)
         }
         (Some(_), Some(_)) => Err(at.says("both rpy_deg and quaternion: give one rotation")),
     }

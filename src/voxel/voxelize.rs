@@ -66,7 +66,7 @@ pub fn scene_extent(scene: &Scene, voxel_size_m: f64) -> Result<Window> {
     scene
         .objects
         .iter()
-        .try_fold(empty, |all, object| Ok(all.union(&lattice(scene, object, voxel_size_m)?.extent)))
+        .try_fold(empty, |all, object| Ok(all.union(&lattice(object, voxel_size_m)?.extent)))
 }
 
 /// The grid that holds a box of world keys; refuses one with too many voxels on an axis, with a size that fits.
@@ -87,7 +87,7 @@ pub fn grid_over(extent: &Window, voxel_size_m: f64) -> Result<Grid> {
 /// Voxelizes a scene, objects and triangles in parallel.
 pub fn voxelize(scene: &Scene, grid: Grid) -> Result<Truth> {
     let bodies: Vec<Body> =
-        scene.objects.par_iter().map(|object| body(scene, object, &grid)).collect::<Result<_>>()?;
+        scene.objects.par_iter().map(|object| body(object, &grid)).collect::<Result<_>>()?;
     let blank = || BitGrid::new(grid.window());
     let (mut occupied, mut blockers, mut ignored, mut human, mut robot) =
         (blank(), blank(), blank(), blank(), blank());
@@ -116,8 +116,8 @@ struct Body {
     ignored: BitGrid,
 }
 
-fn body(scene: &Scene, object: &Object, grid: &Grid) -> Result<Body> {
-    let lattice = lattice(scene, object, grid.voxel_size_m)?;
+fn body(object: &Object, grid: &Grid) -> Result<Body> {
+    let lattice = lattice(object, grid.voxel_size_m)?;
     let in_grid = lattice.extent.moved(grid.origin.map(|o| -o)).intersection(&grid.window());
     let world = in_grid.moved(grid.origin);
     let mut warnings = Vec::new();
@@ -166,8 +166,8 @@ fn in_grid_frame(cells: BitGrid, window: Window) -> BitGrid {
     BitGrid::from_words(window, cells.words().to_vec()).unwrap_or_else(|| BitGrid::new(window))
 }
 
-fn lattice(scene: &Scene, object: &Object, voxel_size_m: f64) -> Result<Lattice> {
-    let place = || format!("scene {}: object {:?}", scene.name, object.name);
+fn lattice(object: &Object, voxel_size_m: f64) -> Result<Lattice> {
+    let place = || format!("object {:?}", object.name);
     match &object.surface {
         Surface::Mesh(Mesh { vertices, triangles }) => {
             let corners = vertices

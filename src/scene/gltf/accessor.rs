@@ -22,19 +22,13 @@ pub(super) struct Elements<'a> {
 
 impl<'a> Elements<'a> {
     /// An accessor that a primitive names as its POSITION.
-    pub(super) fn positions(
-        container: &'a Container,
-        index: Index<Accessor>,
-    ) -> Result<Self, String> {
+    pub(super) fn positions(container: &'a Container, index: Index<Accessor>) -> Result<Self, String> {
         let fits = |component, kind| component == ComponentType::F32 && kind == Type::Vec3;
         Self::new(container, index, "POSITION must be VEC3 of float", fits)
     }
 
     /// An accessor that a primitive names as its indices.
-    pub(super) fn indices(
-        container: &'a Container,
-        index: Index<Accessor>,
-    ) -> Result<Self, String> {
+    pub(super) fn indices(container: &'a Container, index: Index<Accessor>) -> Result<Self, String> {
         let fits = |component, kind| {
             use ComponentType::{U8, U16, U32};
             matches!(component, U8 | U16 | U32) && kind == Type::Scalar
@@ -60,14 +54,10 @@ impl<'a> Elements<'a> {
             return Err(place(rule));
         }
         if accessor.sparse.is_some() {
-            return Err(place(
-                "sparse accessors are not read, export again without them",
-            ));
+            return Err(place("sparse accessors are not read, export again without them"));
         }
         let view = (accessor.buffer_view.as_ref()).ok_or_else(|| {
-            place(
-                "has no bufferView: if the meshes are compressed, export again without compression",
-            )
+            place("has no bufferView: if the meshes are compressed, export again without compression")
         })?;
         let view_number = view.value();
         let (view, stride) = container.view(view_number)?;
@@ -91,20 +81,13 @@ impl<'a> Elements<'a> {
                 view.len()
             ));
         }
-        Ok(Elements {
-            bytes: &view[offset as usize..],
-            stride,
-            component,
-            count: accessor.count.0 as usize,
-        })
+        Ok(Elements { bytes: &view[offset as usize..], stride, component, count: accessor.count.0 as usize })
     }
 
     /// Element `i < count` of a POSITION accessor.
     pub(super) fn position(&self, i: usize) -> DVec3 {
         let float = |axis: usize| {
-            f64::from(f32::from_le_bytes(
-                self.array(i * self.stride + size_of::<f32>() * axis),
-            ))
+            f64::from(f32::from_le_bytes(self.array(i * self.stride + size_of::<f32>() * axis)))
         };
         DVec3::new(float(0), float(1), float(2))
     }

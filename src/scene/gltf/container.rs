@@ -30,16 +30,10 @@ impl Container {
         };
         let root = Root::from_slice(json).map_err(|e| place(format!("JSON: {e}")))?;
         if !root.asset.version.starts_with("2.") {
-            return Err(place(format!(
-                "asset.version = {:.20}: must be 2.0",
-                root.asset.version
-            )));
+            return Err(place(format!("asset.version = {:.20}: must be 2.0", root.asset.version)));
         }
-        let mut container = Container {
-            bytes: bytes.len() as u64,
-            buffers: Vec::with_capacity(root.buffers.len()),
-            root,
-        };
+        let mut container =
+            Container { bytes: bytes.len() as u64, buffers: Vec::with_capacity(root.buffers.len()), root };
         let folder = path.parent().unwrap_or(Path::new(""));
         let mut files = HashMap::new();
         for (index, buffer) in container.root.buffers.iter().enumerate() {
@@ -64,8 +58,8 @@ impl Container {
 
     /// The bytes of a buffer view and its stride, if it has one.
     pub(super) fn view(&self, index: usize) -> Result<(&[u8], Option<usize>), String> {
-        let view = (self.root.buffer_views.get(index))
-            .ok_or_else(|| format!("bufferViews[{index}]: no such"))?;
+        let view =
+            (self.root.buffer_views.get(index)).ok_or_else(|| format!("bufferViews[{index}]: no such"))?;
         let number = view.buffer.value();
         let buffer = (self.buffers.get(number))
             .ok_or_else(|| format!("bufferViews[{index}].buffer = {number}: no such"))?;
@@ -74,13 +68,10 @@ impl Container {
         // A buffer may be longer than declared (a GLB's is padded); a view may not use the rest.
         let length = self.root.buffers[number].byte_length.0;
         match end {
-            Some(end) if end <= length => Ok((
-                &buffer[start as usize..end as usize],
-                view.byte_stride.map(|stride| stride.0),
-            )),
-            _ => Err(format!(
-                "bufferViews[{index}] reaches past the {length} bytes of buffers[{number}]"
-            )),
+            Some(end) if end <= length => {
+                Ok((&buffer[start as usize..end as usize], view.byte_stride.map(|stride| stride.0)))
+            }
+            _ => Err(format!("bufferViews[{index}] reaches past the {length} bytes of buffers[{number}]")),
         }
     }
 }
@@ -107,9 +98,8 @@ fn split_glb(bytes: &[u8]) -> Result<(&[u8], Option<&[u8]>), String> {
     // Chunks after the second are for extensions.
     while at < length && chunks.len() < 2 {
         let (size, kind) = (word(at)? as usize, word(at + 4)?);
-        let chunk = (bytes[..length].get(at + 8..at + 8 + size)).ok_or_else(|| {
-            format!("GLB chunk at byte {at} says {size} bytes: more than are left")
-        })?;
+        let chunk = (bytes[..length].get(at + 8..at + 8 + size))
+            .ok_or_else(|| format!("GLB chunk at byte {at} says {size} bytes: more than are left"))?;
         chunks.push((kind.to_le_bytes(), chunk));
         at += 8 + size;
     }
@@ -128,8 +118,7 @@ fn data_uri(uri: &str) -> Result<Rc<[u8]>, String> {
     if !kind.ends_with(";base64") {
         return Err(format!("uri {kind:.60}…: data must be base64"));
     }
-    let forgiving =
-        GeneralPurposeConfig::new().with_decode_padding_mode(DecodePaddingMode::Indifferent);
+    let forgiving = GeneralPurposeConfig::new().with_decode_padding_mode(DecodePaddingMode::Indifferent);
     GeneralPurpose::new(&base64::alphabet::STANDARD, forgiving)
         .decode(text)
         .map(Rc::from)
@@ -148,9 +137,7 @@ fn beside(
     let first_part = uri.split('/').next().unwrap_or_default();
     let is_plain = |part| matches!(part, Component::Normal(_) | Component::CurDir);
     if first_part.contains(':') || !Path::new(&relative).components().all(is_plain) {
-        return Err(refused(
-            "must name a file in the folder of the glTF or below, relative to it",
-        ));
+        return Err(refused("must name a file in the folder of the glTF or below, relative to it"));
     }
     let folder = match folder.as_os_str().is_empty() {
         true => Path::new("."),

@@ -128,23 +128,14 @@ fn transforms_compose_down_the_tree() {
     assert_eq!(nodes[0].names, ["Base", "Tip"]);
     assert_eq!(nodes[1].names, ["Base", "Mirror"]);
     // glTF (0,2,0) + (0,5,0), turned: x to −z, z to x; then moved by 10.
-    for (vertex, expected) in (vertices(&nodes[0]).iter()).zip([
-        [10., 0., 5.],
-        [10., 0., 7.],
-        [10., 1., 5.],
-        [13., 0., 5.],
-    ]) {
+    for (vertex, expected) in
+        (vertices(&nodes[0]).iter()).zip([[10., 0., 5.], [10., 0., 7.], [10., 1., 5.], [13., 0., 5.]])
+    {
         for axis in 0..3 {
-            assert!(
-                (vertex[axis] - expected[axis]).abs() < 1e-12,
-                "{vertex:?} {expected:?}"
-            );
+            assert!((vertex[axis] - expected[axis]).abs() < 1e-12, "{vertex:?} {expected:?}");
         }
     }
-    assert_eq!(
-        nodes[1].mesh.bounds().unwrap().0,
-        DVec3::new(9.0, -3.0, 0.0)
-    );
+    assert_eq!(nodes[1].mesh.bounds().unwrap().0, DVec3::new(9.0, -3.0, 0.0));
     for node in &nodes {
         assert_closed(&node.mesh);
         assert!((volume(&node.mesh) - 1.0).abs() < 1e-9, "{:?}", node.names);
@@ -157,18 +148,12 @@ fn without_scenes_all_roots_are_read() {
     for key in ["scene", "scenes"] {
         document.as_object_mut().unwrap().remove(key);
     }
-    document["nodes"] =
-        json!([{"name": "A", "children": [1]}, {"mesh": 0}, {"mesh": 0, "name": "B"}]);
+    document["nodes"] = json!([{"name": "A", "children": [1]}, {"mesh": 0}, {"mesh": 0, "name": "B"}]);
     let nodes = load_bytes(&glb(&document, &buffer())).unwrap();
     assert_eq!([&nodes[0].names, &nodes[1].names], [&["A"], &["B"]]);
     document["nodes"] = json!([{"children": [1]}, {"children": [0]}, {"mesh": 0}]);
-    let error = load_bytes(&glb(&document, &buffer()))
-        .unwrap_err()
-        .to_string();
-    assert!(
-        error.contains("nodes[0] is among its own ancestors"),
-        "{error}"
-    );
+    let error = load_bytes(&glb(&document, &buffer())).unwrap_err().to_string();
+    assert!(error.contains("nodes[0] is among its own ancestors"), "{error}");
 }
 
 #[test]
@@ -198,15 +183,9 @@ fn buffers_come_from_files_and_data_uris() {
     for (uri, expected) in [
         ("raw%2", "percent-encoded"),
         ("../part.bin", "in the folder of the glTF or below"),
-        (
-            "raw data/%2e%2e/../../x",
-            "in the folder of the glTF or below",
-        ),
+        ("raw data/%2e%2e/../../x", "in the folder of the glTF or below"),
         ("%2fetc/hosts", "in the folder of the glTF or below"),
-        (
-            "https://example.org/part.bin",
-            "in the folder of the glTF or below",
-        ),
+        ("https://example.org/part.bin", "in the folder of the glTF or below"),
         ("missing.bin", "missing.bin"),
         ("raw%20data", "not a regular file"),
         #[cfg(unix)]
@@ -223,117 +202,42 @@ fn buffers_come_from_files_and_data_uris() {
 #[test]
 fn what_is_wrong_is_named() {
     refused("/asset/version", json!("1.0"), "must be 2.0");
-    refused(
-        "/extensionsRequired",
-        json!(["KHR_draco_mesh_compression"]),
-        "export again without compression",
-    );
-    refused(
-        "/extensionsRequired",
-        json!(["KHR_mesh_quantization"]),
-        "as plain glTF",
-    );
+    refused("/extensionsRequired", json!(["KHR_draco_mesh_compression"]), "export again without compression");
+    refused("/extensionsRequired", json!(["KHR_mesh_quantization"]), "as plain glTF");
     refused("/scene", json!(4), "scene = 4: there are 1 scenes");
-    refused(
-        "/scenes/0/nodes/0",
-        json!(9),
-        "refers to nodes[9]: there are 1",
-    );
+    refused("/scenes/0/nodes/0", json!(9), "refers to nodes[9]: there are 1");
     refused("/nodes/0/children", json!([0]), "nodes[0] is reached twice");
-    refused(
-        "/scenes/0/nodes",
-        json!([0, 0]),
-        "nodes[0] is reached twice",
-    );
+    refused("/scenes/0/nodes", json!([0, 0]), "nodes[0] is reached twice");
     refused("/scenes/0/nodes", json!([]), "no triangle in its scene");
     refused("/nodes/0/mesh", json!(3), "nodes[0]: mesh = 3: there are 1");
-    refused(
-        "/nodes/0/rotation",
-        json!([0, 0, 0, 0]),
-        "nodes[0].rotation",
-    );
-    refused(
-        "/nodes/0/translation",
-        json!([1e39, 0, 0]),
-        "must be finite",
-    );
-    refused(
-        "/nodes/0/matrix",
-        json!([1, 0, 0, 1, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1]),
-        "last row",
-    );
+    refused("/nodes/0/rotation", json!([0, 0, 0, 0]), "nodes[0].rotation");
+    refused("/nodes/0/translation", json!([1e39, 0, 0]), "must be finite");
+    refused("/nodes/0/matrix", json!([1, 0, 0, 1, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1]), "last row");
     let primitive = "/meshes/0/primitives/0";
     let of = |key: &str| format!("{primitive}{key}");
     refused(&of("/mode"), json!(9), "mode: must be 0 to 6");
     refused(&of("/mode"), json!(1), "no triangle in its scene");
     refused(&of("/attributes"), json!({}), "lack POSITION");
-    refused(
-        &of("/attributes/POSITION"),
-        json!(1),
-        "POSITION must be VEC3 of float",
-    );
+    refused(&of("/attributes/POSITION"), json!(1), "POSITION must be VEC3 of float");
     refused(&of("/indices"), json!(0), "indices must be SCALAR");
     refused(&of("/indices"), json!(77), "accessors[77]: no such");
     refused("/accessors/1/count", json!(11), "has 11 corners");
-    refused(
-        "/accessors/0/count",
-        json!(3),
-        "\"Tetra\" primitives[0]: index 5 is 3: there are 3",
-    );
-    refused(
-        "/accessors/0/count",
-        json!(5),
-        "accessors[0] needs 60 bytes of bufferViews[0], which has 48",
-    );
+    refused("/accessors/0/count", json!(3), "\"Tetra\" primitives[0]: index 5 is 3: there are 3");
+    refused("/accessors/0/count", json!(5), "accessors[0] needs 60 bytes of bufferViews[0], which has 48");
     refused("/accessors/0/count", json!(u64::MAX), "accessors[0] needs");
-    refused(
-        "/accessors/0/byteOffset",
-        json!(u64::MAX),
-        "accessors[0] needs",
-    );
-    refused(
-        "/accessors/0/componentType",
-        json!(1),
-        "unknown componentType",
-    );
-    refused(
-        "/accessors/0/bufferView",
-        json!(8),
-        "bufferViews[8]: no such",
-    );
+    refused("/accessors/0/byteOffset", json!(u64::MAX), "accessors[0] needs");
+    refused("/accessors/0/componentType", json!(1), "unknown componentType");
+    refused("/accessors/0/bufferView", json!(8), "bufferViews[8]: no such");
     refused("/accessors/0/bufferView", Value::Null, "has no bufferView");
-    let sparse = json!({"count": 1, "indices": {"bufferView": 0, "componentType": 5121}, "values": {"bufferView": 0}});
-    refused(
-        "/accessors/0/sparse",
-        sparse,
-        "sparse accessors are not read",
-    );
-    refused(
-        "/bufferViews/0/byteStride",
-        json!(4),
-        "byteStride = 4: elements have 12",
-    );
-    refused(
-        "/bufferViews/0/byteLength",
-        json!(109),
-        "reaches past the 108 bytes",
-    );
+    let sparse =
+        json!({"count": 1, "indices": {"bufferView": 0, "componentType": 5121}, "values": {"bufferView": 0}});
+    refused("/accessors/0/sparse", sparse, "sparse accessors are not read");
+    refused("/bufferViews/0/byteStride", json!(4), "byteStride = 4: elements have 12");
+    refused("/bufferViews/0/byteLength", json!(109), "reaches past the 108 bytes");
     refused("/bufferViews/1/byteOffset", json!(u64::MAX), "reaches past");
-    refused(
-        "/bufferViews/0/buffer",
-        json!(1),
-        "bufferViews[0].buffer = 1: no such",
-    );
-    refused(
-        "/buffers/0/byteLength",
-        json!(109),
-        "only 108 bytes are there",
-    );
-    refused(
-        "/buffers",
-        json!([{"byteLength": 1}, {"byteLength": 1}]),
-        "buffers[1]: has no uri",
-    );
+    refused("/bufferViews/0/buffer", json!(1), "bufferViews[0].buffer = 1: no such");
+    refused("/buffers/0/byteLength", json!(109), "only 108 bytes are there");
+    refused("/buffers", json!([{"byteLength": 1}, {"byteLength": 1}]), "buffers[1]: has no uri");
 }
 
 #[test]
@@ -341,13 +245,8 @@ fn positions_must_be_finite() {
     for bad in [f32::NAN, f32::INFINITY] {
         let mut binary = buffer();
         binary[16..20].copy_from_slice(&bad.to_le_bytes());
-        let error = load_bytes(&glb(&document(), &binary))
-            .unwrap_err()
-            .to_string();
-        assert!(
-            error.contains("\"Tetra\" primitives[0]: position 1 is"),
-            "{error}"
-        );
+        let error = load_bytes(&glb(&document(), &binary)).unwrap_err().to_string();
+        assert!(error.contains("\"Tetra\" primitives[0]: position 1 is"), "{error}");
     }
     // Nine nested scales of 1e38 pass f64's range.
     let nodes: Vec<Value> = (1..=9)
@@ -359,10 +258,8 @@ fn positions_must_be_finite() {
 
 #[test]
 fn files_that_unfold_without_end_are_refused() {
-    let chain: Vec<Value> = (1..=300)
-        .map(|next| json!({"children": [next]}))
-        .chain([json!({"mesh": 0})])
-        .collect();
+    let chain: Vec<Value> =
+        (1..=300).map(|next| json!({"children": [next]})).chain([json!({"mesh": 0})]).collect();
     refused("/nodes", json!(chain), "nested more than 256 deep");
     // 3000 nodes, each with 3000 primitives.
     let mut document = document();
@@ -370,13 +267,8 @@ fn files_that_unfold_without_end_are_refused() {
     document["meshes"][0]["primitives"] = json!(vec![primitive; 3000]);
     document["nodes"] = json!(vec![json!({"mesh": 0}); 3000]);
     document["scenes"][0]["nodes"] = json!((0..3000).collect::<Vec<_>>());
-    let error = load_bytes(&glb(&document, &buffer()))
-        .unwrap_err()
-        .to_string();
-    assert!(
-        error.contains("unfolds to far more than its size"),
-        "{error}"
-    );
+    let error = load_bytes(&glb(&document, &buffer())).unwrap_err().to_string();
+    assert!(error.contains("unfolds to far more than its size"), "{error}");
     // One long name above many nodes.
     let mut nodes = vec![json!({"mesh": 0}); 1001];
     nodes[0] = json!({"name": "n".repeat(1 << 20), "children": (1..=1000).collect::<Vec<_>>()});

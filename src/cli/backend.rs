@@ -1,0 +1,84 @@
+//! Which backend runs: chosen once, here, from `--backend`, `--adapter` and `--threads`.
+
+use clap::ValueEnum;
+use perirobot::backend::cpu::Cpu;
+use perirobot::backend::gpu::{AdapterChoice, Gpu, adapters};
+use perirobot::backend::{Backend, oracle::Oracle};
+use perirobot::{Error, Result};
+
+#[derive(clap::Args)]
+pub(super) struct BackendArgs {
+    /// Who computes: auto takes a hardware GPU if there is one, else the CPU
+    #[arg(long, value_enum, default_value = "auto")]
+    backend: Choice,
+    /// A Vulkan adapter for the GPU backend: its number or a part of its name (see `perirobot devices`), or
+    /// `software` for one that runs on the processor
+    #[arg(long, value_name = "INDEX|NAME|software")]
+    adapter: Option<String>,
+    /// Threads of the CPU backend [default: all that the process may use]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
+    threads: Option<u16>,
+}
+
+#[derive(Clone, Copy, PartialEq, ValueEnum)]
+enum Choice {
+    /// A hardware GPU if there is one, else the CPU
+    Auto,
+    /// All cores
+    Cpu,
+    /// Vulkan compute shaders
+    Gpu,
+    /// The plain reference, one thread
+    Oracle,
+}
+
+impl BackendArgs {
+    /// Opens the backend.
+    pub(super) fn open(&self) -> Result<Box<dyn Backend>> {
+        if self.adapter.is_some() && matches!(self.backend, Choice::Cpu | Choice::Oracle) {
+            return Err(Error::Input("--adapter belongs to --backend gpu (or auto)".into()));
+        }
+        match self.backend {
+            Choice::Oracle => Ok(Box::new(Oracle::default())),
+            Choice::Cpu => Ok(Box::new(Cpu::new(self.threads())?)),
+            Choice::Gpu => Ok(Box::new(Gpu::new(&self.adapter())?)),
+            Choice::Auto if self.adapter.is_some() => Ok(Box::new(Gpu::new(&self.adapter())?)),
+            Choice::Auto if adapters().iter().any(|adapter| !adapter.software) => {
+                Ok(Box::new(Gpu::new(&AdapterChoice::Hardware)?))
+            }
+            Choice::Auto => Ok(Box::new(Cpu::new(self.threads())?)),
+        }
+    }
+
+    /// Every backend that can run here besides the oracle. A software adapter counts.
+    pub(super) fn open_all(&self) -> Result<Vec<Box<dyn Backend>>> {
+        if self.backend != Choice::Auto {
+            return Ok(vec![self.open()?]);
+        }
+        let mut all: Vec<Box<dyn Backend>> = vec![Box::new(Cpu::new(self.threads())?)];
+        if self.adapter.is_some() {
+            all.push(Box::new(Gpu::new(&self.adapter())?));
+        } else {
+            let found = adapters();
+            let hardware = found.iter().any(|adapter| !adapter.software);
+            let choice = if hardware { AdapterChoice::Hardware } else { AdapterChoice::Software };
+            if found.is_empty() {
+                eprintln!("warning: no Vulkan adapter, the GPU backend is not compared (see `perirobot devices`)");
+            } else {
+                all.push(Box::new(Gpu::new(&choice)?));
+            }
+        }
+        Ok(all)
+    }
+
+    fn threads(&self) -> Option<usize> {
+        self.threads.map(usize::from)
+    }
+
+    fn adapter(&self) -> AdapterChoice {
+        match &self.adapter {
+            Some(name) => name.parse().unwrap_or(AdapterChoice::Hardware),
+            None => AdapterChoice::Hardware,
+        }
+    }
+}

@@ -1,0 +1,103 @@
+//! `perirobot compare`: proves that every backend gives the oracle's integers.
+
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+use perirobot::study::Study;
+use perirobot::sweep::World;
+use perirobot::sweep::compare::{Line, Report, Selection, compare, select};
+use perirobot::{Error, Result};
+
+use super::backend::BackendArgs;
+
+/// Run chosen poses on every backend and compare each integer
+///
+/// Counts, both bit planes over the whole grid and the end of every ray are compared with the oracle, the plain
+/// reference. Exits 1 on any difference and names the first: scene, pose, ray, voxel.
+#[derive(clap::Args)]
+pub(super) struct Args {
+    /// The study file (TOML)
+    study: PathBuf,
+    /// Poses of each scene and sensor, spread evenly
+    #[arg(long, value_name = "N", default_value_t = 5, value_parser = clap::value_parser!(u32).range(1..))]
+    poses: u32,
+    /// One pose by its name, as in poses.csv
+    #[arg(long, value_name = "NAME", conflicts_with = "poses")]
+    pose: Option<String>,
+    /// All poses
+    #[arg(long, conflicts_with_all = ["poses", "pose"])]
+    all: bool,
+    /// Edge of a voxel in metres, instead of the study's
+    #[arg(long, value_name = "METRES")]
+    voxel_size: Option<f64>,
+    #[command(flatten)]
+    backend: BackendArgs,
+}
+
+pub(super) fn run(args: &Args) -> Result<ExitCode> {
+    let study = Study::load(&args.study, args.voxel_size)?;
+    let selection = match (&args.pose, args.all) {
+        (Some(name), _) => Selection::Named(name.clone()),
+        (None, true) => Selection::All,
+        (None, false) => Selection::Spread(args.poses as usize),
+    };
+    if study.sensors.iter().all(|sensor| select(&selection, sensor).is_empty()) {
+        let name = args.pose.as_deref().unwrap_or_default();
+        let what = format!("--pose {name}: no sensor has a pose of that name (poses.csv of a sweep lists them)");
+        return Err(Error::Input(what));
+    }
+    let worlds =
+        study.scenes.iter().map(|scene| World::prepare(&study, scene)).collect::<Result<Vec<_>>>()?;
+    super::warn(worlds.iter().map(|world| (world.name.as_str(), world.warnings.as_slice())));
+    let mut backends = args.backend.open_all()?;
+    for backend in &backends {
+        eprintln!("comparing {}: {}", backend.name(), backend.device());
+    }
+    let bar = super::progress((worlds.len() * study.sensors.len()) as u64, "scenes and sensors");
+    let mut report = Report::default();
+    for world in &worlds {
+        for sensor in &study.sensors {
+            compare(&study, world, sensor, &selection, &mut backends, &mut report)?;
+            bar.inc(1);
+        }
+    }
+    bar.finish_and_clear();
+    super::print(&table(&report.lines))?;
+    match report.first_difference {
+        None => {
+            super::print("\n0 differences\n")?;
+            Ok(ExitCode::SUCCESS)
+        }
+        Some(first) => {
+            super::print(&format!("\nfirst difference: {first}\n"))?;
+            Ok(ExitCode::FAILURE)
+        }
+    }
+}
+
+fn table(lines: &[Line]) -> String {
+    let mut text = format!(
+        "{:<14} {:<12} {:<8} {:>6} {:>12} {:>12} {:>12} {:>10} {:>8}\n",
+        "scene", "sensor", "backend", "poses", "rays", "voxels", "differences", "ms/pose", "× oracle"
+    );
+    let mut oracle_s = 0.0;
+    for line in lines {
+        let seconds = line.time.as_secs_f64();
+        if line.backend == "oracle" {
+            oracle_s = seconds;
+        }
+        text += &format!(
+            "{:<14} {:<12} {:<8} {:>6} {:>12} {:>12} {:>12} {:>10.1} {:>8.2}\n",
+            line.scene,
+            line.sensor,
+            line.backend,
+            line.poses,
+            line.rays,
+            line.voxels,
+            line.differences,
+            1e3 * seconds / line.poses as f64,
+            oracle_s / seconds.max(1e-9)
+        );
+    }
+    text
+}

@@ -1,0 +1,77 @@
+//! `perirobot voxelize`: a scene as an OctoMap, and what became of each object.
+
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+use perirobot::scene::{build::build, octomap};
+use perirobot::study::SceneSpec;
+use perirobot::sweep::files::write_whole;
+use perirobot::voxel::{Truth, voxelize as voxels};
+use perirobot::{Error, Result};
+
+/// Turn a scene into voxels and write them as an OctoMap .bt file
+///
+/// Prints for each object its triangles, voxels, size and whether it is watertight. The file opens in octovis.
+#[derive(clap::Args)]
+pub(super) struct Args {
+    /// The scene file (TOML)
+    scene: PathBuf,
+    /// The .bt file to write
+    #[arg(long, value_name = "FILE")]
+    out: PathBuf,
+    /// Edge of a voxel in metres
+    #[arg(long, value_name = "METRES", default_value_t = 0.05)]
+    voxel_size: f64,
+}
+
+pub(super) fn run(args: &Args) -> Result<ExitCode> {
+    if !(1e-4..=10.0).contains(&args.voxel_size) {
+        return Err(Error::Input(format!("--voxel-size {}: must be from 0.0001 to 10 metres", args.voxel_size)));
+    }
+    let spec = SceneSpec::load(&args.scene)?;
+    let in_scene = |e| Error::input(spec.path.display(), e);
+    let scene = build(&spec, args.voxel_size)?;
+    let extent = voxels::scene_extent(&scene, args.voxel_size).map_err(in_scene)?;
+    let grid = voxels::grid_over(&extent, args.voxel_size).map_err(in_scene)?;
+    let truth = voxels::voxelize(&scene, grid).map_err(in_scene)?;
+    for object in &truth.objects {
+        for warning in &object.warnings {
+            eprintln!("warning: {}: object {:?} {warning}", spec.path.display(), object.name);
+        }
+    }
+    let state = |key: [i32; 3]| {
+        let cell = std::array::from_fn(|r| key[r] - grid.origin[r]);
+        if truth.ignored.get(cell) { None } else { Some(truth.occupied.get(cell)) }
+    };
+    let bytes = octomap::write(args.voxel_size, grid.origin, grid.size, &state);
+    write_whole(&args.out, &bytes)?;
+    super::print(&table(&truth))?;
+    super::print(&format!("\n{} bytes in {}\n", bytes.len(), args.out.display()))?;
+    Ok(ExitCode::SUCCESS)
+}
+
+fn table(truth: &Truth) -> String {
+    let mut text = format!(
+        "{:<24} {:<12} {:>9} {:>9} {:<10} {}\n",
+        "object", "role", "triangles", "voxels", "watertight", "from … to (m)"
+    );
+    for object in &truth.objects {
+        let watertight = match object.watertight {
+            Some(true) => "yes",
+            Some(false) => "no",
+            None => "-",
+        };
+        let [low, high] = object.bounds_m;
+        text += &format!(
+            "{:<24} {:<12} {:>9} {:>9} {:<10} {low:.2} … {high:.2}\n",
+            object.name,
+            format!("{:?}", object.role).to_lowercase(),
+            object.triangles,
+            object.cells.count(),
+            watertight
+        );
+    }
+    let [x, y, z] = truth.grid.size;
+    let (size, occupied, ignored) = (truth.grid.voxel_size_m, truth.occupied.count(), truth.ignored.count());
+    text + &format!("grid {x} × {y} × {z} voxels of {size} m: {occupied} occupied, {ignored} ignored\n")
+}

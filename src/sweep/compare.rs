@@ -1,0 +1,202 @@
+//! Every backend on the same poses, every integer compared: counts, both bit planes over the whole grid, and how
+//! each ray ended. The oracle is right by definition; the first difference is explained.
+
+use std::time::{Duration, Instant};
+
+use super::World;
+use crate::Result;
+use crate::backend::oracle::Oracle;
+use crate::backend::{Backend, Cell, Evidence, Placement, Rays};
+use crate::march::End;
+use crate::metrics::Confusion;
+use crate::sensor::Sensor;
+use crate::study::Study;
+use crate::voxel::BitGrid;
+
+/// Which poses are compared.
+#[derive(Clone, Debug)]
+pub enum Selection {
+    /// This many of each scene and sensor, spread evenly over the study's order.
+    Spread(usize),
+    /// The pose of this name.
+    Named(String),
+    /// All of them.
+    All,
+}
+
+/// What one backend did on one scene and sensor.
+#[derive(Clone, Debug)]
+pub struct Line {
+    /// The scene's name.
+    pub scene: String,
+    /// The sensor's name.
+    pub sensor: String,
+    /// The backend's name.
+    pub backend: &'static str,
+    /// Poses compared.
+    pub poses: usize,
+    /// Rays cast.
+    pub rays: u64,
+    /// Voxels of the grid.
+    pub voxels: u64,
+    /// Counts, plane bits and ray ends that differ from the oracle's.
+    pub differences: u64,
+    /// Time to score the poses: cast, carve and count.
+    pub time: Duration,
+}
+
+/// The outcome of a comparison.
+#[derive(Clone, Debug, Default)]
+pub struct Report {
+    /// One line for each scene, sensor and backend.
+    pub lines: Vec<Line>,
+    /// The first difference in study order, explained.
+    pub first_difference: Option<String>,
+}
+
+/// The poses of a sensor that a selection names, as indices.
+pub fn select(selection: &Selection, sensor: &Sensor) -> Vec<usize> {
+    let count = sensor.candidates.len();
+    match selection {
+        Selection::All => (0..count).collect(),
+        Selection::Spread(wanted) => {
+            let wanted = (*wanted).min(count);
+            (0..wanted).map(|i| i * count / wanted).collect()
+        }
+        Selection::Named(name) => (0..count).filter(|&i| sensor.candidates[i].name == *name).collect(),
+    }
+}
+
+/// Runs the oracle and each backend on one scene and sensor, and adds to the report.
+pub fn compare(
+    study: &Study,
+    world: &World,
+    sensor: &Sensor,
+    selection: &Selection,
+    backends: &mut [Box<dyn Backend>],
+    report: &mut Report,
+) -> Result<()> {
+    let cell = world.cell(world.truth.grid.window());
+    let rays = sensor.rays(study.voxel_size_m, study.backdrop);
+    let poses = select(selection, sensor);
+    if poses.is_empty() {
+        return Ok(());
+    }
+    let placements: Vec<Placement> =
+        poses.iter().map(|&p| sensor.placement(&sensor.candidates[p].pose, &world.truth.grid)).collect();
+    let mut oracle = Oracle::default();
+    let (counts, time) = timed(&mut oracle, &cell, &rays, &placements)?;
+    let line = Line {
+        scene: world.name.clone(),
+        sensor: sensor.name.clone(),
+        backend: oracle.name(),
+        poses: poses.len(),
+        rays: (poses.len() * rays.dirs_q15.len()) as u64,
+        voxels: world.truth.grid.window().volume(),
+        differences: 0,
+        time,
+    };
+    report.lines.push(line.clone());
+    for backend in backends {
+        let (found, time) = timed(backend.as_mut(), &cell, &rays, &placements)?;
+        let mut differences = 0;
+        for (i, placement) in placements.iter().enumerate() {
+            let expected = (&oracle.read(placement)?, &counts[i]);
+            let got = (&backend.read(placement)?, &found[i]);
+            let here = count_differences(expected, got);
+            if here > 0 && report.first_difference.is_none() {
+                let place = format!(
+                    "scene {}, pose {}:{}, {} against the oracle",
+                    world.name,
+                    sensor.name,
+                    sensor.candidates[poses[i]].name,
+                    backend.name()
+                );
+                let why = explain(&cell, &rays, placement, expected, got)?;
+                report.first_difference = Some(format!("{place}: {why}"));
+            }
+            differences += here;
+        }
+        report.lines.push(Line { backend: backend.name(), differences, time, ..line.clone() });
+    }
+    Ok(())
+}
+
+/// Loads and scores; the time is that of scoring.
+fn timed(
+    backend: &mut dyn Backend,
+    cell: &Cell,
+    rays: &Rays,
+    placements: &[Placement],
+) -> Result<(Vec<Vec<Confusion>>, Duration)> {
+    backend.load(cell, rays)?;
+    let begin = Instant::now();
+    let mut counts = Vec::new();
+    for batch in placements.chunks(backend.batch().max(1)) {
+        counts.extend(backend.score(batch)?);
+    }
+    Ok((counts, begin.elapsed()))
+}
+
+/// The evidence and the counts of one pose.
+type Said<'a> = (&'a Evidence, &'a Vec<Confusion>);
+
+fn count_differences((expected, counts): Said, (got, found): Said) -> u64 {
+    let bits = |a: &BitGrid, b: &BitGrid| -> u64 {
+        a.words().iter().zip(b.words()).map(|(a, b)| (a ^ b).count_ones() as u64).sum()
+    };
+    let ends = expected.ends.iter().zip(&got.ends).filter(|(a, b)| a != b).count() as u64;
+    let scored = counts.iter().zip(found).flat_map(|(a, b)| {
+        let (a, b) = (a.counts(), b.counts());
+        (0..a.len()).filter(move |&i| a[i] != b[i])
+    });
+    bits(&expected.occupied, &got.occupied) + bits(&expected.free, &got.free) + ends + scored.count() as u64
+}
+
+/// Names the ray and the voxel of the first difference of a pose.
+fn explain(
+    cell: &Cell,
+    rays: &Rays,
+    placement: &Placement,
+    (expected, counts): Said,
+    (got, found): Said,
+) -> Result<String> {
+    let differs = |(_, (a, b)): &(usize, (&End, &End))| a != b;
+    if let Some((ray, (a, b))) = expected.ends.iter().zip(&got.ends).enumerate().find(differs) {
+        return Ok(format!("ray {ray} (direction {:?}) ended as {b:?}, expected {a:?}", rays.dirs_q15[ray]));
+    }
+    for (plane, a, b) in
+        [("occupied", &expected.occupied, &got.occupied), ("free", &expected.free, &got.free)]
+    {
+        let (mut only_a, mut only_b) = (a.clone(), b.clone());
+        only_a.remove(b);
+        only_b.remove(a);
+        let lost = only_a.cells().next().map(|v| (v, "is missing from"));
+        if let Some((voxel, what)) = lost.or(only_b.cells().next().map(|v| (v, "should not be in"))) {
+            let ray = visiting_ray(cell, rays, placement, voxel)?;
+            let ray =
+                ray.map_or("no ray visits it".into(), |r| format!("ray {r} is the first that marks it"));
+            return Ok(format!("voxel {voxel:?} {what} the {plane} plane; {ray}"));
+        }
+    }
+    Ok(format!("all rays and planes agree, the counts do not: {found:?}, expected {counts:?}"))
+}
+
+/// The first ray that makes the oracle mark a voxel. Marks only grow with the rays, so halving finds it.
+fn visiting_ray(cell: &Cell, rays: &Rays, placement: &Placement, voxel: [i32; 3]) -> Result<Option<usize>> {
+    let mut oracle = Oracle::default();
+    let mut marked_by = |first: usize| -> Result<bool> {
+        oracle.load(cell, &Rays { dirs_q15: rays.dirs_q15[..first].to_vec(), gates: rays.gates })?;
+        let evidence = oracle.read(placement)?;
+        Ok(evidence.free.get(voxel) || evidence.occupied.get(voxel))
+    };
+    let (mut without, mut with) = (0, rays.dirs_q15.len());
+    if !marked_by(with)? {
+        return Ok(None);
+    }
+    while with - without > 1 {
+        let middle = (without + with) / 2;
+        if marked_by(middle)? { with = middle } else { without = middle }
+    }
+    Ok(Some(without))
+}
