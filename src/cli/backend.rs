@@ -63,7 +63,9 @@ impl BackendArgs {
             let hardware = found.iter().any(|adapter| !adapter.software);
             let choice = if hardware { AdapterChoice::Hardware } else { AdapterChoice::Software };
             if found.is_empty() {
-                eprintln!("warning: no Vulkan adapter, the GPU backend is not compared (see `perirobot devices`)");
+                eprintln!(
+                    "warning: no Vulkan adapter, the GPU backend is not compared (see `perirobot devices`)"
+                );
             } else {
                 all.push(Box::new(Gpu::new(&choice)?));
             }

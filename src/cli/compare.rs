@@ -43,7 +43,8 @@ pub(super) fn run(args: &Args) -> Result<ExitCode> {
     };
     if study.sensors.iter().all(|sensor| select(&selection, sensor).is_empty()) {
         let name = args.pose.as_deref().unwrap_or_default();
-        let what = format!("--pose {name}: no sensor has a pose of that name (poses.csv of a sweep lists them)");
+        let what =
+            format!("--pose {name}: no sensor has a pose of that name (poses.csv of a sweep lists them)");
         return Err(Error::Input(what));
     }
     let worlds =

@@ -34,8 +34,12 @@ pub(super) fn run(_args: &Args) -> Result<ExitCode> {
         text += "  for a hardware GPU, install its vendor's Vulkan driver; `vulkaninfo --summary` should list it\n";
     }
     text += match software {
-        Some(_) => "  --adapter software runs the shaders on the processor, as CI does: exact, but slower than cpu\n",
-        None => "  for a software adapter (to compare with): apt-get install mesa-vulkan-drivers libvulkan1\n",
+        Some(_) => {
+            "  --adapter software runs the shaders on the processor, as CI does: exact, but slower than cpu\n"
+        }
+        None => {
+            "  for a software adapter (to compare with): apt-get install mesa-vulkan-drivers libvulkan1\n"
+        }
     };
     super::print(&text)?;
     Ok(ExitCode::SUCCESS)

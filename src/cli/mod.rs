@@ -42,7 +42,7 @@ enum Command {
 }
 
 /// Runs the command line and turns its outcome into an exit code.
-pub fn run() -> ExitCode {
+pub(crate) fn run() -> ExitCode {
     let outcome = match Cli::parse().command {
         Command::Sweep(args) => sweep::run(&args),
         Command::Compare(args) => compare::run(&args),

@@ -26,7 +26,10 @@ pub(super) struct Args {
 
 pub(super) fn run(args: &Args) -> Result<ExitCode> {
     if !(1e-4..=10.0).contains(&args.voxel_size) {
-        return Err(Error::Input(format!("--voxel-size {}: must be from 0.0001 to 10 metres", args.voxel_size)));
+        return Err(Error::Input(format!(
+            "--voxel-size {}: must be from 0.0001 to 10 metres",
+            args.voxel_size
+        )));
     }
     let spec = SceneSpec::load(&args.scene)?;
     let in_scene = |e| Error::input(spec.path.display(), e);

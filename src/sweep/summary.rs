@@ -42,48 +42,59 @@ pub fn over_scenes(counts: &[Confusion], score: fn(&Confusion) -> Option<f64>) -
     })
 }
 
-/// The whole summary as text.
+/// The whole summary as text: a block for each sensor and region.
 pub fn summary(study: &Study, worlds: &[World], rows: &[Row]) -> String {
     let mut text = String::new();
     for (s, sensor) in study.sensors.iter().enumerate() {
         for (r, (region, _)) in study.regions.iter().enumerate() {
-            let poses = poses(rows, s, r, sensor.candidates.len());
-            let count = sensor.candidates.len();
-            let scenes = study.scenes.len();
+            let (count, scenes) = (sensor.candidates.len(), study.scenes.len());
             let title =
-                format!("{} · {POINTS} · region {region} · {count} poses × {scenes} scenes", sensor.name);
-            let _ = writeln!(text, "\n{title}");
-            let baselines = baselines(worlds, r);
+                format!("{} · {POINTS} · region {region}: {count} poses × {scenes} scenes", sensor.name);
+            let _ = writeln!(text, "\n{title}\n{:50}{HEADER}", "");
+            let poses = poses(rows, s, r, count);
             for (name, score) in SCORES {
-                let _ = writeln!(text, "  best by {name:<28} mean   worst  pooled  scenes");
-                let mut best: Vec<(usize, OverScenes)> =
-                    poses.iter().enumerate().filter_map(|(p, c)| Some((p, over_scenes(c, score)?))).collect();
+                let mut best: Vec<(usize, f64)> = poses
+                    .iter()
+                    .enumerate()
+                    .filter_map(|(p, c)| Some((p, over_scenes(c, score)?.mean)))
+                    .collect();
                 // Stable, so that equal scores keep study order.
-                best.sort_by(|a, b| b.1.mean.total_cmp(&a.1.mean));
+                best.sort_by(|a, b| b.1.total_cmp(&a.1));
                 if best.is_empty() {
-                    let _ = writeln!(text, "    no pose has a value");
+                    let _ = writeln!(text, "  best {name:<11} no pose has a value");
                 }
-                for (p, value) in best.iter().take(SHOWN) {
-                    line(&mut text, &sensor.candidates[*p].name, value);
+                for (rank, (p, _)) in best.iter().take(SHOWN).enumerate() {
+                    let label = if rank == 0 { format!("best {name}") } else { String::new() };
+                    line(&mut text, &label, &sensor.candidates[*p].name, &poses[*p]);
                 }
-                for (baseline, counts) in &baselines {
-                    if let Some(value) = over_scenes(counts, score) {
-                        line(&mut text, &format!("({baseline})"), &value);
-                    }
-                }
+            }
+            for (name, counts) in baselines(worlds, r) {
+                line(&mut text, "baseline", name, &counts);
             }
         }
     }
     text
 }
 
-fn line(text: &mut String, name: &str, value: &OverScenes) {
-    let pooled = value.pooled.map_or("     –".into(), |p| format!("{p:6.3}"));
-    let _ = writeln!(
-        text,
-        "    {name:<31} {:6.3}  {:6.3}  {pooled}  {:>6}",
-        value.mean, value.worst, value.scenes
-    );
+/// Column heads above the three scores of a line.
+const HEADER: &str = "F1: mean worst pooled   kappa: mean worst pooled   human_seen: mean worst pooled";
+
+fn line(text: &mut String, label: &str, name: &str, counts: &[Confusion]) {
+    let _ = write!(text, "  {label:<16} {name:<30}");
+    for (width, (_, score)) in [8, 11, 16].into_iter().zip(SCORES) {
+        match over_scenes(counts, score) {
+            None => {
+                let _ = write!(text, "{:>width$}{:>6}{:>7}  ", "–", "–", "–");
+            }
+            Some(OverScenes { mean, worst, scenes, pooled }) => {
+                let pooled = pooled.map_or("–".into(), |p| format!("{p:.3}"));
+                // A mean over fewer scenes than there are must not look like one over all.
+                let some = if scenes < counts.len() { "*" } else { "" };
+                let _ = write!(text, "{:>width$}{worst:>6.3}{pooled:>7}  ", format!("{some}{mean:.3}"));
+            }
+        }
+    }
+    let _ = writeln!(text);
 }
 
 /// The counts of each pose of a sensor in one region, one entry a scene.

@@ -63,10 +63,7 @@ struct Lattice {
 /// The world keys that a scene's surfaces touch, to size a grid by. Fails on a surface too far away to count.
 pub fn scene_extent(scene: &Scene, voxel_size_m: f64) -> Result<Window> {
     let empty = Window::between([0; 3], [-1; 3]);
-    scene
-        .objects
-        .iter()
-        .try_fold(empty, |all, object| Ok(all.union(&lattice(object, voxel_size_m)?.extent)))
+    scene.objects.iter().try_fold(empty, |all, object| Ok(all.union(&lattice(object, voxel_size_m)?.extent)))
 }
 
 /// The grid that holds a box of world keys; refuses one with too many voxels on an axis, with a size that fits.
