@@ -202,13 +202,13 @@ fn hand(elbow: Option<DVec3>, wrist: Option<DVec3>, sag_m: f64) -> Option<Mesh> 
     Some(capsule_between(wrist, wrist + 0.13 * onward, 0.035, sag_m))
 }
 
-/// Square to the shin, toward where the hips face; the sole is 8 cm below the ankle.
+/// Level, whatever the shin's slope, toward where the hips face; the sole is 8 cm below the ankle. Without hips
+/// side by side (someone lying on a side) there is no such direction, and no foot.
 fn foot(keypoints: &Keypoints, side: usize, sag_m: f64) -> Option<Mesh> {
     let [left_hip, right_hip] = both(keypoints, HIPS)?;
     let ankle = keypoints[ANKLES[side]]?;
-    let down = (ankle - keypoints[KNEES[side]]?).try_normalize()?;
-    let forward = down.cross(left_hip - right_hip).try_normalize()?;
-    let sole = ankle + 0.04 * down;
+    let forward = (left_hip - right_hip).cross(DVec3::Z).try_normalize()?;
+    let sole = ankle - 0.04 * DVec3::Z;
     let (heel, toes) = (sole - 0.04 * forward, sole + 0.15 * forward);
     Some(capsule_between(heel, toes, 0.04, sag_m))
 }
@@ -263,7 +263,7 @@ mod tests {
     fn a_missing_joint_leaves_its_parts_out_and_moves_no_other() {
         let whole = parts(&standing(), SAG);
         // nose, eyes, ears, shoulders, elbows, wrists, hips, knees, ankles
-        let lost = [1, 0, 0, 2, 2, 5, 5, 3, 3, 2, 2, 6, 6, 3, 3, 2, 2];
+        let lost = [1, 0, 0, 2, 2, 5, 5, 3, 3, 2, 2, 6, 6, 2, 2, 2, 2];
         for joint in 0..17 {
             let mut keypoints = standing();
             keypoints[joint] = None;

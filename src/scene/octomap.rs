@@ -259,7 +259,7 @@ impl Writer<'_> {
                 Some(true) => OCCUPIED,
             };
         }
-        let (start, nodes_before) = (self.data.len(), self.nodes);
+        let start = self.data.len();
         self.data.extend([0, 0]);
         let states: [u16; 8] =
             std::array::from_fn(|child| self.node(child_key(key, child, 1 << (level - 1)), level - 1));
@@ -267,7 +267,6 @@ impl Writer<'_> {
         let alike = states.iter().all(|state| *state == states[0]) && states[0] != INNER;
         if alike && (level < DEPTH || states[0] == UNKNOWN) {
             self.data.truncate(start);
-            self.nodes = nodes_before;
             return states[0];
         }
         let known = states.iter().filter(|state| **state != UNKNOWN).count();

@@ -114,15 +114,13 @@ fn arc(radius: f64, around: u32, from: f64, to: f64, z: f64) -> Vec<[f64; 2]> {
     let steps = ((to - from) / TAU * f64::from(around) + 0.5) as u32;
     let point = |step: u32| {
         let latitude = from + (to - from) * f64::from(step) / f64::from(steps);
-        // At the poles cos is 6e-17; the ring must shrink to one vertex.
-        let distance = if latitude.abs() == FRAC_PI_2 { 0.0 } else { radius * libm::cos(latitude) };
-        [distance, z + radius * libm::sin(latitude)]
+        [radius * libm::cos(latitude), z + radius * libm::sin(latitude)]
     };
     (0..=steps).map(point).collect()
 }
 
 /// Turns a profile of (distance from the axis, z), from bottom to top, about the z axis. Its first and last
-/// points lie on the axis, the others do not.
+/// points are taken to lie on the axis (at a pole the cosine is 6e-17), the others do not.
 fn revolved(profile: &[[f64; 2]], around: u32) -> Mesh {
     let rings = profile.len() as u32 - 2;
     let mut mesh = Mesh::default();
@@ -172,6 +170,7 @@ mod tests {
         }
         for t in &mesh.triangles {
             let [a, b, c] = t.map(|i| mesh.vertices[i as usize]);
+            assert!((b - a).cross(c - a).length() > 1e-9, "a triangle without area");
             for i in 0..=8 {
                 for j in 0..=8 - i {
                     let (u, v) = (f64::from(i) / 8.0, f64::from(j) / 8.0);

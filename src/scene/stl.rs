@@ -167,6 +167,14 @@ mod tests {
         assert_eq!(parse(two_solids.into_bytes()).unwrap(), mesh);
     }
 
+    #[test]
+    fn a_binary_file_that_could_be_text_is_still_binary() {
+        // Zeros and twos have only ASCII bytes, and none ends a line.
+        let triangle = [[0., 0., 0.], [2., 0., 0.], [0., 2., 0.]];
+        let mesh = parse(binary(b"solid part", &[triangle])).unwrap();
+        assert_eq!(mesh.triangles, [[0, 1, 2]]);
+    }
+
     #[track_caller]
     fn refused(bytes: Vec<u8>, expected: &str) {
         let what = parse(bytes).expect_err(expected);

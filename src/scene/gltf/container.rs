@@ -87,7 +87,7 @@ fn split_glb(bytes: &[u8]) -> Result<(&[u8], Option<&[u8]>), String> {
         return Err(format!("GLB version {}: must be 2", word(4)?));
     }
     let length = word(8)? as usize;
-    if length < 12 || length > bytes.len() {
+    if length > bytes.len() {
         return Err(format!(
             "GLB header says {length} bytes and the file has {}: it is truncated",
             bytes.len()

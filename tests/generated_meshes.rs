@@ -1,0 +1,275 @@
+//! Makes the meshes that ship with the paper's scenes, and checks that the committed files are these, that they load
+//! as meant, and that the people beside them are people and stand in nothing.
+//!
+//! `PERIROBOT_REGENERATE=1 cargo test --test generated_meshes` writes the files instead.
+
+#[path = "common/glb.rs"]
+mod glb;
+
+use std::path::{Path, PathBuf};
+
+use glam::{DQuat, DVec3};
+use glb::GlbNode;
+use perirobot::scene::mannequin::{Keypoints, body, read_keypoints};
+use perirobot::scene::primitive::{capsule_between, cuboid, cylinder};
+use perirobot::scene::{Mesh, gltf};
+
+/// Largest distance between a round link and its triangles, in metres.
+const SAG: f64 = 0.002;
+const PEOPLE: [&str; 4] = ["scene1_operator", "scene2_operator", "scene3_operator", "scene3_second"];
+
+fn shipped(name: &str) -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/paper").join(name)
+}
+
+fn node(name: &'static str, mesh: Option<Mesh>, children: Vec<GlbNode>) -> GlbNode {
+    GlbNode { name, rotation: DQuat::IDENTITY, translation: DVec3::ZERO, mesh, children }
+}
+
+/// The table of the paper's cell: its top is 1 m high, flush with the legs. Corners are in world coordinates, not
+/// moved by nodes, so that f32 rounds each of them only once.
+fn table() -> GlbNode {
+    let slab = |low: [f64; 3], high: [f64; 3]| {
+        let corners = [DVec3::from(low), DVec3::from(high)];
+        let mut mesh = cuboid(DVec3::ONE);
+        for vertex in &mut mesh.vertices {
+            *vertex =
+                DVec3::from_array(std::array::from_fn(|axis| corners[usize::from(vertex[axis] > 0.0)][axis]));
+        }
+        Some(mesh)
+    };
+    let leg = |name, x: f64, y: f64| node(name, slab([x, y, 0.0], [x + 0.1, y + 0.1, 0.9]), vec![]);
+    let children = vec![
+        node("Top", slab([-0.2, -0.5, 0.9], [1.5, 0.5, 1.0]), vec![]),
+        leg("Leg1", -0.2, -0.5),
+        leg("Leg2", 1.4, -0.5),
+        leg("Leg3", 1.4, 0.4),
+        leg("Leg4", -0.2, 0.4),
+    ];
+    node("Table", None, children)
+}
+
+/// A joint of an arm in standard Denavit–Hartenberg parameters, with its angle in degrees.
+struct Joint {
+    name: &'static str,
+    a: f64,
+    d: f64,
+    alpha_deg: f64,
+    angle_deg: f64,
+    radius: f64,
+}
+
+/// The dimensions of Universal Robots' UR10. The upper arm stands upright, the forearm comes down toward the
+/// operator's side of the table, the tool points away from the base.
+#[rustfmt::skip]
+const UR10: [Joint; 6] = [
+    Joint { name: "shoulder", a: 0.0, d: 0.1273, alpha_deg: 90.0, angle_deg: 145.0, radius: 0.075 },
+    Joint { name: "upper_arm", a: -0.612, d: 0.0, alpha_deg: 0.0, angle_deg: -90.0, radius: 0.07 },
+    Joint { name: "forearm", a: -0.5723, d: 0.0, alpha_deg: 0.0, angle_deg: 120.0, radius: 0.06 },
+    Joint { name: "wrist_1", a: 0.0, d: 0.1639, alpha_deg: 90.0, angle_deg: -30.0, radius: 0.05 },
+    Joint { name: "wrist_2", a: 0.0, d: 0.1157, alpha_deg: -90.0, angle_deg: 90.0, radius: 0.05 },
+    Joint { name: "wrist_3", a: 0.0, d: 0.0922, alpha_deg: 0.0, angle_deg: 0.0, radius: 0.05 },
+];
+
+fn ur10() -> GlbNode {
+    let lifted = |mesh: Mesh, z: f64| Some(mesh.transformed(DQuat::IDENTITY, DVec3::Z * z));
+    let mut child = node("tool", lifted(cylinder(0.04, 0.1, SAG), 0.05), vec![]);
+    for joint in UR10.iter().rev() {
+        let turn = about(DVec3::Z, joint.angle_deg);
+        let rotation = turn * about(DVec3::X, joint.alpha_deg);
+        let translation = turn * DVec3::new(joint.a, 0.0, joint.d);
+        // A link lies between its own frame and the one before; the shoulder's round end stays off the table.
+        let mut start = rotation.inverse() * -translation;
+        if joint.name == "shoulder" {
+            start = start.clamp_length_max(0.05);
+        }
+        let link = capsule_between(start, DVec3::ZERO, joint.radius, SAG);
+        child = node(joint.name, Some(link), vec![child]);
+        child.rotation = rotation;
+        child.translation = translation;
+    }
+    let mut base = node("base", lifted(cylinder(0.075, 0.08, SAG), 0.04), vec![child]);
+    base.translation = DVec3::Z;
+    base
+}
+
+/// A rotation whose sine and cosine are the same on every machine.
+fn about(axis: DVec3, angle_deg: f64) -> DQuat {
+    let half = angle_deg.to_radians() / 2.0;
+    let v = axis * libm::sin(half);
+    DQuat::from_xyzw(v.x, v.y, v.z, libm::cos(half))
+}
+
+#[test]
+fn shipped_files_are_the_generated_bytes() {
+    for (name, root) in [("table.glb", table()), ("ur10.glb", ur10())] {
+        let (path, bytes) = (shipped(name), glb::bytes(&root));
+        if std::env::var("PERIROBOT_REGENERATE").is_ok_and(|value| value == "1") {
+            std::fs::write(&path, &bytes).unwrap();
+        }
+        let committed = std::fs::read(&path).unwrap();
+        let difference = (0..bytes.len().max(committed.len())).find(|i| bytes.get(*i) != committed.get(*i));
+        assert_eq!(
+            difference, None,
+            "{name} differs from this byte on; see the top of this file for how to write it anew"
+        );
+    }
+}
+
+/// Loads a shipped mesh as (path of names, mesh).
+fn load(name: &str) -> Vec<(String, Mesh)> {
+    let nodes = gltf::load(&shipped(name)).unwrap();
+    (nodes.into_iter()).map(|node| (node.names.join("/"), node.mesh)).collect()
+}
+
+#[test]
+fn the_table_stands_where_the_study_expects_it() {
+    #[rustfmt::skip]
+    let expected = [
+        ("Table/Top", [-0.2, -0.5, 0.9], [1.5, 0.5, 1.0]),
+        ("Table/Leg1", [-0.2, -0.5, 0.0], [-0.1, -0.4, 0.9]),
+        ("Table/Leg2", [1.4, -0.5, 0.0], [1.5, -0.4, 0.9]),
+        ("Table/Leg3", [1.4, 0.4, 0.0], [1.5, 0.5, 0.9]),
+        ("Table/Leg4", [-0.2, 0.4, 0.0], [-0.1, 0.5, 0.9]),
+    ];
+    let nodes = load("table.glb");
+    assert_eq!(nodes.len(), expected.len());
+    for ((name, mesh), (expected_name, low, high)) in nodes.iter().zip(expected) {
+        assert_eq!(name, expected_name);
+        let as_stored = |corner: [f64; 3]| DVec3::from(corner.map(|x| f64::from(x as f32)));
+        assert_eq!(mesh.bounds(), Some((as_stored(low), as_stored(high))), "{name}");
+        assert_closed(name, mesh);
+    }
+}
+
+#[test]
+fn the_arm_reaches_where_its_kinematics_say() {
+    let nodes = load("ur10.glb");
+    let paths: Vec<&str> = nodes.iter().map(|(name, _)| name.as_str()).collect();
+    assert_eq!(paths.len(), 8);
+    assert_eq!(paths[7], "base/shoulder/upper_arm/forearm/wrist_1/wrist_2/wrist_3/tool");
+    for (name, mesh) in &nodes {
+        assert_closed(name, mesh);
+        assert!(mesh.bounds().unwrap().0.z >= 1.0, "{name} is in the table");
+    }
+    // By hand. The arm's plane points to −35° (145° − 180°, its a are negative). In it the elbow is at reach 0,
+    // height 1 + 0.1273 + 0.612; the forearm falls by 30°: reach 0.5723 cos 30° = 0.49563, height 1.45315. Wrist 1
+    // goes 0.1639 to the left, wrist 2 0.1157 down to 1.33745, wrist 3 and the middle of the tool 0.0922 + 0.05
+    // ahead to 0.63783: (0.63783 cos 35° + 0.1639 sin 35°, −0.63783 sin 35° + 0.1639 cos 35°).
+    let tool = center(&nodes[7].1);
+    let expected = DVec3::new(0.616486, -0.231583, 1.337450);
+    assert!((tool - expected).length() < 2e-6, "tool at {tool}, not {expected}");
+    let elbow = nodes[2].1.bounds().unwrap().1.z;
+    assert!((elbow - (1.7393 + 0.07)).abs() < 1e-6, "top of the elbow at {elbow}");
+}
+
+fn center(mesh: &Mesh) -> DVec3 {
+    mesh.vertices.iter().sum::<DVec3>() / mesh.vertices.len() as f64
+}
+
+/// Panics unless each edge is used equally often in both directions.
+#[track_caller]
+fn assert_closed(name: &str, mesh: &Mesh) {
+    let mut balance = std::collections::HashMap::new();
+    for t in &mesh.triangles {
+        for (a, b) in [(t[0], t[1]), (t[1], t[2]), (t[2], t[0])] {
+            *balance.entry((a.min(b), a.max(b))).or_insert(0) += if a < b { 1 } else { -1 };
+        }
+    }
+    assert!(balance.values().all(|count| *count == 0), "{name} is open");
+}
+
+fn person(name: &str) -> Keypoints {
+    let keypoints = read_keypoints(&shipped(&format!("{name}.csv"))).unwrap();
+    assert!(keypoints.iter().all(Option::is_some), "{name} lacks a joint");
+    keypoints
+}
+
+#[test]
+fn people_have_the_bones_of_an_adult() {
+    // Pairs of joints in COCO's numbers, with the length of the bone between them in a person of 1.75 m.
+    let bones = [
+        (5, 6, 0.36),
+        (5, 7, 0.3),
+        (6, 8, 0.3),
+        (7, 9, 0.26),
+        (8, 10, 0.26),
+        (11, 12, 0.2),
+        (5, 11, 0.5),
+        (6, 12, 0.5),
+        (11, 13, 0.43),
+        (12, 14, 0.43),
+        (13, 15, 0.4),
+        (14, 16, 0.4),
+        (3, 4, 0.145),
+        (0, 3, 0.125),
+    ];
+    for name in PEOPLE {
+        let keypoints = person(name);
+        for (a, b, expected) in bones {
+            let length = keypoints[a].unwrap().distance(keypoints[b].unwrap());
+            assert!((length - expected).abs() < 0.03, "{name}: {a}–{b} is {length}, not {expected}");
+        }
+        let lowest = body(&keypoints, SAG).bounds().unwrap().0.z;
+        let expected = if name == "scene3_operator" { 0.2..0.3 } else { 0.0..0.02 };
+        assert!(expected.contains(&lowest), "{name} is lowest at {lowest}");
+    }
+}
+
+#[test]
+fn people_stand_in_nothing() {
+    let mut solids: Vec<(String, Vec<Mesh>)> = ["table.glb", "ur10.glb"]
+        .map(|file| (file.into(), load(file).into_iter().map(|(_, mesh)| mesh).collect()))
+        .into();
+    solids.extend(PEOPLE.map(|name| (name.into(), vec![body(&person(name), SAG)])));
+    for (i, (person, meshes)) in solids.iter().enumerate().skip(2) {
+        for (other, parts) in &solids[..i] {
+            // People share a cell only within their own scene.
+            if other.starts_with("scene") && other[..6] != person[..6] {
+                continue;
+            }
+            let gap = smallest_gap(&meshes[0], parts);
+            // The hand that leans on the table rests within a centimetre of it, in the voxels just above.
+            let touches = person == "scene2_operator" && other == "table.glb";
+            let expected = if touches { 0.001..0.01 } else { 0.03..9.0 };
+            assert!(expected.contains(&gap), "{person} is {gap} m from {other}");
+        }
+    }
+}
+
+/// Distance from a body to the nearest part, in steps of the samples' spacing; 0 where a part that is a box is
+/// entered.
+fn smallest_gap(body: &Mesh, parts: &[Mesh]) -> f64 {
+    let body_points = samples(body);
+    let mut gap = f64::INFINITY;
+    for part in parts {
+        let (low, high) = part.bounds().unwrap();
+        let is_box = part.vertices.len() == 8;
+        let part_points = if is_box { vec![] } else { samples(part) };
+        for point in &body_points {
+            let to_box = (*point - point.clamp(low, high)).length();
+            if to_box < gap {
+                let to_points = part_points.iter().map(|p| p.distance(*point)).reduce(f64::min);
+                gap = gap.min(to_points.unwrap_or(to_box));
+            }
+        }
+    }
+    gap
+}
+
+/// Points on each triangle, no more than 2 cm apart: a long limb has vertices at its ends only.
+fn samples(mesh: &Mesh) -> Vec<DVec3> {
+    let mut points = Vec::new();
+    for t in &mesh.triangles {
+        let [a, b, c] = t.map(|i| mesh.vertices[i as usize]);
+        let longest = a.distance(b).max(b.distance(c)).max(c.distance(a));
+        let steps = (longest / 0.02).ceil() as u32;
+        for i in 0..steps {
+            for j in 0..steps - i {
+                let (u, v) = (f64::from(i) / f64::from(steps), f64::from(j) / f64::from(steps));
+                points.push(a + (b - a) * u + (c - a) * v);
+            }
+        }
+    }
+    points
+}
