@@ -1,0 +1,199 @@
+//! Which Vulkan adapters there are, and which one a user means. Opening one is `device`'s business.
+
+use crate::{Error, Result};
+
+/// What is known of an adapter before it is opened.
+#[derive(Clone, Debug)]
+pub struct AdapterReport {
+    /// Its place in the list; it can be chosen by this number.
+    pub index: usize,
+    /// As the driver calls it.
+    pub name: String,
+    /// The driver and its version.
+    pub driver: String,
+    /// Always `Vulkan`.
+    pub backend: String,
+    /// `DiscreteGpu`, `IntegratedGpu`, `VirtualGpu`, `Cpu` or `Other`.
+    pub device_type: String,
+    /// Whether the shaders run on the processor.
+    pub software: bool,
+    /// Largest buffer that a shader can see, in bytes.
+    pub max_binding_bytes: u64,
+    /// Largest buffer, in bytes.
+    pub max_buffer_bytes: u64,
+    /// Most workgroups on one axis of a dispatch.
+    pub max_workgroups: u32,
+    /// Most storage buffers that one kernel can see.
+    pub max_storage_buffers: u32,
+}
+
+impl AdapterReport {
+    /// For people and manifests: name, driver, backend, and whether it is software.
+    pub fn label(&self) -> String {
+        let software = if self.software { " (software)" } else { "" };
+        format!("{}, {}, {}{software}", self.name, self.driver, self.backend)
+    }
+}
+
+/// Which adapter to use.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum AdapterChoice {
+    /// The first GPU: discrete before integrated before any other. Never a software adapter.
+    Hardware,
+    /// The first adapter that runs on the processor.
+    Software,
+    /// By its number in the list, or by a part of its name in any case (the first that has it).
+    Named(String),
+}
+
+impl std::str::FromStr for AdapterChoice {
+    type Err = std::convert::Infallible;
+
+    /// `hardware`, `software`, or anything else as [`AdapterChoice::Named`].
+    fn from_str(text: &str) -> Result<Self, Self::Err> {
+        Ok(match text {
+            "hardware" => AdapterChoice::Hardware,
+            "software" => AdapterChoice::Software,
+            name => AdapterChoice::Named(name.into()),
+        })
+    }
+}
+
+/// The Vulkan adapters of this machine; empty without a Vulkan loader or driver.
+pub fn adapters() -> Vec<AdapterReport> {
+    enumerate().into_iter().map(|(report, _)| report).collect()
+}
+
+/// The adapters with what opens them.
+pub(super) fn enumerate() -> Vec<(AdapterReport, wgpu::Adapter)> {
+    let mut descriptor = wgpu::InstanceDescriptor::new_without_display_handle();
+    descriptor.backends = wgpu::Backends::VULKAN;
+    // No validation layers: wgpu checks what it is given itself, in every build.
+    descriptor.flags = wgpu::InstanceFlags::empty();
+    let instance = wgpu::Instance::new(descriptor);
+    let found = pollster::block_on(instance.enumerate_adapters(wgpu::Backends::VULKAN));
+    found.into_iter().enumerate().map(|(index, adapter)| (report(index, &adapter), adapter)).collect()
+}
+
+fn report(index: usize, adapter: &wgpu::Adapter) -> AdapterReport {
+    let (info, limits) = (adapter.get_info(), adapter.limits());
+    AdapterReport {
+        index,
+        name: info.name,
+        driver: if info.driver_info.is_empty() { info.driver } else { info.driver_info },
+        backend: format!("{:?}", info.backend),
+        device_type: format!("{:?}", info.device_type),
+        software: info.device_type == wgpu::DeviceType::Cpu,
+        max_binding_bytes: limits.max_storage_buffer_binding_size,
+        max_buffer_bytes: limits.max_buffer_size,
+        max_workgroups: limits.max_compute_workgroups_per_dimension,
+        max_storage_buffers: limits.max_storage_buffers_per_shader_stage,
+    }
+}
+
+/// The place of the chosen adapter in a list, or what to do about there being none.
+pub fn select(adapters: &[AdapterReport], choice: &AdapterChoice) -> Result<usize> {
+    let fail = |message: String| Err(Error::Input(message));
+    if adapters.is_empty() {
+        return fail(
+            "no Vulkan adapter: install the GPU vendor's driver, or software Vulkan (on Debian and Ubuntu \
+             `apt-get install mesa-vulkan-drivers libvulkan1`), or use `--backend cpu`"
+                .into(),
+        );
+    }
+    let known = || {
+        let lines = adapters.iter().map(|a| format!("\n  {}: {}", a.index, a.label()));
+        lines.collect::<String>()
+    };
+    match choice {
+        AdapterChoice::Hardware => {
+            let rank = |a: &AdapterReport| match a.device_type.as_str() {
+                "DiscreteGpu" => 0,
+                "IntegratedGpu" => 1,
+                _ => 2,
+            };
+            match (0..adapters.len()).filter(|&i| !adapters[i].software).min_by_key(|&i| rank(&adapters[i])) {
+                Some(index) => Ok(index),
+                None => fail(format!(
+                    "no hardware adapter: use `--backend cpu` or `--adapter software`; there are{}",
+                    known()
+                )),
+            }
+        }
+        AdapterChoice::Software => match adapters.iter().position(|a| a.software) {
+            Some(index) => Ok(index),
+            None => fail(format!(
+                "no software adapter: on Debian and Ubuntu `apt-get install mesa-vulkan-drivers`; there are{}",
+                known()
+            )),
+        },
+        AdapterChoice::Named(name) => {
+            let lower = name.to_lowercase();
+            let found = match name.parse::<usize>() {
+                Ok(index) => (index < adapters.len()).then_some(index),
+                Err(_) => adapters.iter().position(|a| a.name.to_lowercase().contains(&lower)),
+            };
+            match found {
+                Some(index) => Ok(index),
+                None => {
+                    fail(format!("no adapter `{name}`: choose a number or a part of a name of{}", known()))
+                }
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn adapter(index: usize, name: &str, device_type: &str) -> AdapterReport {
+        AdapterReport {
+            index,
+            name: name.into(),
+            driver: "1.0".into(),
+            backend: "Vulkan".into(),
+            device_type: device_type.into(),
+            software: device_type == "Cpu",
+            max_binding_bytes: 1 << 27,
+            max_buffer_bytes: 1 << 31,
+            max_workgroups: 65_535,
+            max_storage_buffers: 8,
+        }
+    }
+
+    fn office() -> Vec<AdapterReport> {
+        vec![
+            adapter(0, "llvmpipe (LLVM 15)", "Cpu"),
+            adapter(1, "Tiny iGPU", "IntegratedGpu"),
+            adapter(2, "Big GPU", "DiscreteGpu"),
+        ]
+    }
+
+    #[track_caller]
+    fn chosen(adapters: &[AdapterReport], choice: &str) -> Result<usize, String> {
+        select(adapters, &choice.parse().unwrap()).map_err(|e| e.to_string())
+    }
+
+    #[test]
+    fn the_biggest_hardware_the_software_and_names() {
+        let office = office();
+        assert_eq!(chosen(&office, "hardware"), Ok(2), "discrete before integrated");
+        assert_eq!(chosen(&office, "software"), Ok(0));
+        assert_eq!(chosen(&office, "LLVMpipe"), Ok(0));
+        assert_eq!(chosen(&office, "gpu"), Ok(1), "the first that has the name");
+        assert_eq!(chosen(&office, "2"), Ok(2));
+    }
+
+    #[test]
+    fn refusals_name_the_cure() {
+        let none = chosen(&[], "hardware").unwrap_err();
+        assert!(none.contains("mesa-vulkan-drivers libvulkan1") && none.contains("--backend cpu"), "{none}");
+        let software_only = chosen(&office()[..1], "hardware").unwrap_err();
+        assert!(software_only.contains("--adapter software"), "{software_only}");
+        let unknown = chosen(&office(), "riva").unwrap_err();
+        assert!(unknown.contains("`riva`") && unknown.contains("2: Big GPU"), "{unknown}");
+        assert!(chosen(&office(), "3").is_err());
+        assert!(chosen(&office()[1..], "software").is_err());
+    }
+}

@@ -1,0 +1,149 @@
+//! An open adapter: buffers in, work queued, words out, every failure as an error. Knows nothing of rays.
+
+use std::sync::{Arc, Mutex};
+
+use super::adapter::{self, AdapterChoice, AdapterReport};
+use crate::{Error, Result};
+
+/// Storage buffers that the hungriest kernel (`count`) sees; every WebGPU-class adapter has as many.
+const STORAGE_BUFFERS: u32 = 8;
+
+/// An open adapter. Failures of the driver are kept as they come and reported by the next call that can fail.
+pub struct Device {
+    /// What was opened.
+    pub report: AdapterReport,
+    pub(super) device: wgpu::Device,
+    pub(super) queue: wgpu::Queue,
+    failure: Arc<Mutex<Option<String>>>,
+}
+
+/// Opens the chosen adapter with the limits that it really has.
+pub fn open(choice: &AdapterChoice) -> Result<Device> {
+    let found = adapter::enumerate();
+    let reports: Vec<AdapterReport> = found.iter().map(|(report, _)| report.clone()).collect();
+    let index = adapter::select(&reports, choice)?;
+    let (report, adapter) = &found[index];
+    if report.max_storage_buffers < STORAGE_BUFFERS {
+        return Err(Error::Input(format!(
+            "adapter {}: {} storage buffers a kernel, {STORAGE_BUFFERS} are needed: use `--backend cpu`",
+            report.label(),
+            report.max_storage_buffers
+        )));
+    }
+    let had = adapter.limits();
+    let limits = wgpu::Limits {
+        max_storage_buffer_binding_size: had.max_storage_buffer_binding_size,
+        max_buffer_size: had.max_buffer_size,
+        ..wgpu::Limits::default().or_worse_values_from(&had)
+    };
+    let descriptor = wgpu::DeviceDescriptor {
+        label: Some("perirobot"),
+        required_limits: limits,
+        // Few buffers, mostly large: there is nothing to win by allocating ahead.
+        memory_hints: wgpu::MemoryHints::MemoryUsage,
+        ..Default::default()
+    };
+    let (device, queue) = pollster::block_on(adapter.request_device(&descriptor))
+        .map_err(|e| Error::Device(format!("adapter {} cannot be opened: {e}", report.label())))?;
+    let failure = Arc::new(Mutex::new(None));
+    let uncaptured = failure.clone();
+    device.on_uncaptured_error(Arc::new(move |error: wgpu::Error| keep(&uncaptured, error.to_string())));
+    let lost = failure.clone();
+    device.set_device_lost_callback(move |reason, message| {
+        // Dropping a device reports its loss, too.
+        if reason != wgpu::DeviceLostReason::Destroyed {
+            keep(&lost, format!("device lost: {message}"));
+        }
+    });
+    Ok(Device { report: report.clone(), device, queue, failure })
+}
+
+/// Keeps the first failure: those that follow are mostly its consequences.
+fn keep(failure: &Mutex<Option<String>>, message: String) {
+    if let Ok(mut kept) = failure.lock() {
+        kept.get_or_insert(message);
+    }
+}
+
+impl Device {
+    /// What went wrong since the last check, if anything.
+    pub fn check(&self) -> Result<()> {
+        let failed = self.failure.lock().map_or(None, |mut kept| kept.take());
+        failed.map_or(Ok(()), |message| Err(self.failed(&message)))
+    }
+
+    /// A run-time failure of this adapter.
+    pub(super) fn failed(&self, message: &str) -> Error {
+        Error::Device(format!("adapter {}: {message}", self.report.label()))
+    }
+
+    /// A buffer of `bytes`; at least one word, since an empty one cannot be bound.
+    pub(super) fn buffer(&self, label: &str, bytes: u64, usage: wgpu::BufferUsages) -> wgpu::Buffer {
+        self.device.create_buffer(&wgpu::BufferDescriptor {
+            label: Some(label),
+            size: bytes.max(4),
+            usage,
+            mapped_at_creation: false,
+        })
+    }
+
+    /// A storage buffer of zeros that the host can clear, write and read.
+    pub(super) fn storage(&self, label: &str, bytes: u64) -> wgpu::Buffer {
+        use wgpu::BufferUsages as Usage;
+        self.buffer(label, bytes, Usage::STORAGE | Usage::COPY_DST | Usage::COPY_SRC)
+    }
+
+    /// A storage buffer that holds `data`.
+    pub(super) fn upload<T: bytemuck::NoUninit>(&self, label: &str, data: &[T]) -> wgpu::Buffer {
+        let bytes: &[u8] = bytemuck::cast_slice(data);
+        let buffer = self.storage(label, bytes.len() as u64);
+        self.queue.write_buffer(&buffer, 0, bytes);
+        buffer
+    }
+
+    pub(super) fn encoder(&self) -> wgpu::CommandEncoder {
+        self.device.create_command_encoder(&wgpu::CommandEncoderDescriptor { label: None })
+    }
+
+    pub(super) fn submit(&self, encoder: wgpu::CommandEncoder) {
+        self.queue.submit([encoder.finish()]);
+    }
+
+    /// Waits for all that was queued, then reads the first bytes of each buffer, a whole number of words.
+    pub(super) fn download(&self, wanted: &[(&wgpu::Buffer, u64)]) -> Result<Vec<Vec<u32>>> {
+        let mut encoder = self.encoder();
+        let mut stagings = Vec::with_capacity(wanted.len());
+        for &(buffer, bytes) in wanted {
+            let usage = wgpu::BufferUsages::MAP_READ | wgpu::BufferUsages::COPY_DST;
+            let staging = self.buffer("staging", bytes, usage);
+            if bytes > 0 {
+                encoder.copy_buffer_to_buffer(buffer, 0, &staging, 0, bytes);
+            }
+            stagings.push((staging, bytes));
+        }
+        self.submit(encoder);
+        for (staging, _) in &stagings {
+            // A failed map leaves a range that cannot be read: reported below.
+            staging.map_async(wgpu::MapMode::Read, .., |_| {});
+        }
+        self.wait()?;
+        let words = stagings.into_iter().map(|(staging, bytes)| {
+            let view = staging.get_mapped_range(0..bytes).map_err(|e| self.failed(&e.to_string()))?;
+            Ok(bytemuck::pod_collect_to_vec(&view[..]))
+        });
+        words.collect()
+    }
+
+    /// Waits until the queue is empty, however long that takes.
+    fn wait(&self) -> Result<()> {
+        // wgpu panics here when the device is lost on the way; that is an adapter's failure, not a bug of ours.
+        let poll = || self.device.poll(wgpu::PollType::wait_indefinitely());
+        let polled = std::panic::catch_unwind(std::panic::AssertUnwindSafe(poll));
+        self.check()?;
+        match polled {
+            Ok(Ok(_)) => Ok(()),
+            Ok(Err(error)) => Err(self.failed(&error.to_string())),
+            Err(_) => Err(self.failed("lost while waiting for it")),
+        }
+    }
+}

@@ -1,0 +1,127 @@
+//! A compute pipeline and what it is bound to: all of wgpu's ceremony is here. What the kernels compute is in
+//! `shaders/`, and who calls them when in `mod.rs`.
+
+use super::device::Device;
+use super::types::Part;
+use crate::Result;
+
+/// How a kernel sees a buffer; bindings are numbered in the order given.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Binding {
+    /// A uniform.
+    Uniform,
+    /// The uniform that tells a dispatch its [`Part`]; each dispatch has its own offset into it.
+    Part,
+    /// Storage that is only read.
+    Read,
+    /// Storage that is written.
+    Write,
+}
+
+/// A compute pipeline, entry point `main`, group 0.
+pub(super) struct Kernel {
+    pipeline: wgpu::ComputePipeline,
+    layout: wgpu::BindGroupLayout,
+    bindings: Vec<Binding>,
+}
+
+impl Kernel {
+    /// Compiles a kernel. The driver's complaints come as an error.
+    pub(super) fn new(device: &Device, name: &str, source: String, bindings: &[Binding]) -> Result<Self> {
+        let entries: Vec<_> = bindings.iter().zip(0..).map(|(b, number)| b.layout_entry(number)).collect();
+        let gpu = &device.device;
+        let layout = gpu.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
+            label: Some(name),
+            entries: &entries,
+        });
+        let pipeline_layout = gpu.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
+            label: Some(name),
+            bind_group_layouts: &[Some(&layout)],
+            immediate_size: 0,
+        });
+        let module = gpu.create_shader_module(wgpu::ShaderModuleDescriptor {
+            label: Some(name),
+            source: wgpu::ShaderSource::Wgsl(source.into()),
+        });
+        let pipeline = gpu.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
+            label: Some(name),
+            layout: Some(&pipeline_layout),
+            module: &module,
+            entry_point: Some("main"),
+            compilation_options: Default::default(),
+            cache: None,
+        });
+        device.check()?;
+        Ok(Kernel { pipeline, layout, bindings: bindings.to_vec() })
+    }
+
+    /// Binds buffers to the kernel, in the order of its bindings.
+    pub(super) fn bind(&self, device: &Device, buffers: &[&wgpu::Buffer]) -> wgpu::BindGroup {
+        let resource = |binding: Binding, buffer| match binding {
+            Binding::Part => {
+                let size = wgpu::BufferSize::new(size_of::<Part>() as u64);
+                wgpu::BindingResource::Buffer(wgpu::BufferBinding { buffer, offset: 0, size })
+            }
+            _ => buffer.as_entire_binding(),
+        };
+        let bound = self.bindings.iter().zip(buffers).zip(0..);
+        let entry =
+            |((&kind, &buffer), binding)| wgpu::BindGroupEntry { binding, resource: resource(kind, buffer) };
+        let entries: Vec<_> = bound.map(entry).collect();
+        let layout = &self.layout;
+        device.device.create_bind_group(&wgpu::BindGroupDescriptor { label: None, layout, entries: &entries })
+    }
+
+    /// Records one dispatch of `groups` workgroups; `part` is the offset of its [`Part`], if the kernel has one.
+    pub(super) fn dispatch(
+        &self,
+        encoder: &mut wgpu::CommandEncoder,
+        bound: &wgpu::BindGroup,
+        part: Option<u32>,
+        groups: [u32; 2],
+    ) {
+        let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor::default());
+        pass.set_pipeline(&self.pipeline);
+        pass.set_bind_group(0, bound, part.as_slice());
+        pass.dispatch_workgroups(groups[0], groups[1], 1);
+    }
+}
+
+impl Binding {
+    fn layout_entry(self, number: u32) -> wgpu::BindGroupLayoutEntry {
+        let ty = match self {
+            Binding::Uniform | Binding::Part => wgpu::BufferBindingType::Uniform,
+            Binding::Read | Binding::Write => {
+                wgpu::BufferBindingType::Storage { read_only: self == Binding::Read }
+            }
+        };
+        wgpu::BindGroupLayoutEntry {
+            binding: number,
+            visibility: wgpu::ShaderStages::COMPUTE,
+            ty: wgpu::BindingType::Buffer {
+                ty,
+                has_dynamic_offset: self == Binding::Part,
+                min_binding_size: None,
+            },
+            count: None,
+        }
+    }
+}
+
+/// Runs a kernel of the caller's once, on `groups` workgroups: binding 0 is `input`, binding 1 receives as many
+/// words as are returned. This is how the tests ask a device for the values of single functions.
+pub fn evaluate(
+    device: &Device,
+    source: String,
+    input: &[u32],
+    words: usize,
+    groups: u32,
+) -> Result<Vec<u32>> {
+    let kernel = Kernel::new(device, "evaluate", source, &[Binding::Read, Binding::Write])?;
+    let input = device.upload("input", input);
+    let output = device.storage("output", words as u64 * 4);
+    let mut encoder = device.encoder();
+    kernel.dispatch(&mut encoder, &kernel.bind(device, &[&input, &output]), None, [groups, 1]);
+    device.submit(encoder);
+    Ok(device.download(&[(&output, words as u64 * 4)])?.swap_remove(0))
+}

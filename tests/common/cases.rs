@@ -1,0 +1,241 @@
+//! Random cells, sensors and placements, from a seed: walls and clutter, people and robots, odd grid sizes and
+//! windows, rays along axes and diagonals, ranges at exact hits.
+
+use perirobot::backend::oracle::Oracle;
+use perirobot::backend::{Backend, Cell, Placement, Rays};
+use perirobot::march::{self, End, Gates, MAX_RANGE_VOXELS};
+use perirobot::voxel::{BitGrid, Window};
+
+use super::Random;
+
+/// What two backends are compared on.
+pub(crate) struct Case {
+    pub(crate) seed: u64,
+    pub(crate) cell: Cell,
+    pub(crate) rays: Rays,
+    pub(crate) placements: Vec<Placement>,
+}
+
+/// The case of a seed.
+pub(crate) fn case(seed: u64) -> Case {
+    let mut random = Random(seed);
+    let size = match random.below(8) {
+        0 => [5, 40, 33],
+        1 => [70, 50, 40],
+        2 => [33, 32, 31],
+        3 => [64, 20, 9],
+        4 => [31, 7, 66],
+        5 => [1, 1, 40],
+        _ => std::array::from_fn(|_| 1 + random.below(50)),
+    };
+    let grid = Window { min: [0; 3], size };
+    let cell = cell(&mut random, grid);
+    let mut dirs_q15 = if random.one_in(2) { pinhole(&mut random) } else { lidar(&mut random) };
+    dirs_q15.extend(lattice());
+    let placements = (0..4).map(|_| placement(&mut random, &cell)).collect::<Vec<_>>();
+    let mut rays = Rays { dirs_q15, gates: open_gates() };
+    rays.gates = gates(&mut random, &cell, &rays, &placements[0]);
+    Case { seed, cell, rays, placements }
+}
+
+/// Gates that let every ray through.
+pub(crate) fn open_gates() -> Gates {
+    Gates {
+        range_min_q16: 0,
+        range_max_q16: MAX_RANGE_VOXELS << 16,
+        near_ignore_q16: 0,
+        no_return_is_free: false,
+        backdrop: false,
+    }
+}
+
+/// A window inside `outer`, not empty.
+fn inner(random: &mut Random, outer: Window) -> Window {
+    let size = outer.size.map(|n| 1 + random.below(n));
+    let min = std::array::from_fn(|r| outer.min[r] + random.below(outer.size[r] - size[r] + 1) as i32);
+    Window { min, size }
+}
+
+/// Sets every voxel of `part` with the given chance in percent.
+fn fill(random: &mut Random, plane: &mut BitGrid, part: Window, percent: u32) {
+    let end = part.end();
+    for z in part.min[2]..end[2] {
+        for y in part.min[1]..end[1] {
+            for x in part.min[0]..end[0] {
+                if percent == 100 || random.below(100) < percent {
+                    plane.set([x, y, z]);
+                }
+            }
+        }
+    }
+}
+
+fn cell(random: &mut Random, grid: Window) -> Cell {
+    let mut truth = BitGrid::new(grid);
+    let clutter = random.of(&[0, 1, 5, 10]);
+    fill(random, &mut truth, grid, clutter);
+    // Walls one voxel thick across the grid, some of them at its sides.
+    for _ in 0..random.below(4) {
+        let axis = random.below(3) as usize;
+        let mut wall = grid;
+        wall.min[axis] = random.of(&[0, grid.size[axis] as i32 - 1, grid.size[axis] as i32 / 2]);
+        wall.size[axis] = 1;
+        let percent = random.of(&[100, 100, 90]);
+        fill(random, &mut truth, wall, percent);
+    }
+    let mut person = |random: &mut Random| {
+        let mut plane = BitGrid::new(grid);
+        let body = inner(random, grid);
+        fill(random, &mut plane, body, 30);
+        // Half of it is interior: a person's voxel, but not occupied.
+        let mut surface = BitGrid::new(grid);
+        fill(random, &mut surface, body, 50);
+        surface.keep(&plane);
+        truth.add(&surface);
+        plane
+    };
+    let (human, robot) = (person(random), person(random));
+    // See-through objects are true, but stop nothing.
+    let mut blockers = truth.clone();
+    if random.one_in(2) {
+        let mut fence = BitGrid::new(grid);
+        let part = inner(random, grid);
+        fill(random, &mut fence, part, 50);
+        blockers.remove(&fence);
+    }
+    let window = if random.one_in(3) { grid } else { inner(random, grid) };
+    let mut regions = Vec::new();
+    for _ in 0..random.below(4) {
+        let mut region = BitGrid::new(window);
+        let part = inner(random, window);
+        let percent = random.of(&[0, 20, 100]);
+        fill(random, &mut region, part, percent);
+        regions.push(region);
+    }
+    let [truth, human, robot] = [truth, human, robot].map(|plane| plane.over(window));
+    Cell { blockers, window, truth, human, robot, regions }
+}
+
+/// A direction in Q15, of length one.
+fn unit_q15(v: [f64; 3]) -> [i32; 3] {
+    let norm = v.iter().map(|x| x * x).sum::<f64>().sqrt();
+    v.map(|x| (x / norm * 32_768.0).round() as i32)
+}
+
+/// A small camera: z forward, rows of pixels.
+pub(crate) fn camera(columns: u32, rows: u32, half_width: f64, half_height: f64) -> Vec<[i32; 3]> {
+    let pixel = |i: u32, n: u32, half: f64| half * (2.0 * (i as f64 + 0.5) / n as f64 - 1.0);
+    let row =
+        |v| (0..columns).map(move |u| [pixel(u, columns, half_width), pixel(v, rows, half_height), 1.0]);
+    (0..rows).flat_map(row).map(unit_q15).collect()
+}
+
+fn pinhole(random: &mut Random) -> Vec<[i32; 3]> {
+    let (columns, rows) = (1 + random.below(24), 1 + random.below(16));
+    camera(columns, rows, 0.3 + random.share(), 0.2 + random.share())
+}
+
+fn lidar(random: &mut Random) -> Vec<[i32; 3]> {
+    let (columns, rows) = (1 + random.below(60), 1 + random.below(8));
+    let turn = std::f64::consts::TAU;
+    let column = |i: u32| (0..rows).map(move |k| (i as f64 / columns as f64 * turn, k as f64 * 0.1 - 0.3));
+    let ray = |(a, e): (f64, f64)| unit_q15([a.cos() * e.cos(), a.sin() * e.cos(), e.sin()]);
+    (0..columns).flat_map(column).map(ray).collect()
+}
+
+/// The 26 directions to a voxel's neighbours: axes and exact diagonals, where distances tie.
+pub(crate) fn lattice() -> Vec<[i32; 3]> {
+    let steps = [-1.0, 0.0, 1.0];
+    let all = steps.iter().flat_map(|&x| steps.iter().flat_map(move |&y| steps.map(|z| [x, y, z])));
+    all.filter(|&v| v != [0.0; 3]).map(unit_q15).collect()
+}
+
+fn placement(random: &mut Random, cell: &Cell) -> Placement {
+    let size = cell.blockers.window().size;
+    let anywhere = |random: &mut Random| size.map(|n| random.below(n << 16) as i32);
+    let origin_q16 = match random.below(6) {
+        // Inside what it will see, if there is anything.
+        0 => {
+            let occupied: Vec<_> = cell.blockers.cells().collect();
+            match occupied.as_slice() {
+                [] => anywhere(random),
+                cells => random.of(cells).map(|c| (c << 16) + random.below(1 << 16) as i32),
+            }
+        }
+        1 => size.map(|n| (random.below(n) << 16) as i32),
+        2 => size.map(|n| (random.below(n) << 16) as i32 + 0x8000),
+        3 => {
+            let mut origin = anywhere(random);
+            let axis = random.below(3) as usize;
+            origin[axis] = random.of(&[0, 1, (size[axis] as i32 / 2) << 16, (size[axis] << 16) as i32 - 1]);
+            origin
+        }
+        _ => anywhere(random),
+    };
+    Placement { origin_q16, axis_q15: if random.one_in(3) { quarter_turns(random) } else { turned(random) } }
+}
+
+/// Axes onto axes: rays along the lattice stay there.
+pub(crate) fn quarter_turns(random: &mut Random) -> [[i32; 3]; 3] {
+    let order = random.of(&[[0, 1, 2], [1, 2, 0], [2, 0, 1], [0, 2, 1], [2, 1, 0], [1, 0, 2]]);
+    order.map(|axis| {
+        let mut row = [0; 3];
+        row[axis] = random.of(&[-32_768, 32_768]);
+        row
+    })
+}
+
+/// Any rotation, from a random quaternion.
+fn turned(random: &mut Random) -> [[i32; 3]; 3] {
+    let q: [f64; 4] = std::array::from_fn(|_| random.share() - 0.5);
+    let norm = q.iter().map(|x| x * x).sum::<f64>().sqrt().max(1e-9);
+    let [w, x, y, z] = q.map(|c| c / norm);
+    let rows = [
+        [1.0 - 2.0 * (y * y + z * z), 2.0 * (x * y - w * z), 2.0 * (x * z + w * y)],
+        [2.0 * (x * y + w * z), 1.0 - 2.0 * (x * x + z * z), 2.0 * (y * z - w * x)],
+        [2.0 * (x * z - w * y), 2.0 * (y * z + w * x), 1.0 - 2.0 * (x * x + y * y)],
+    ];
+    rows.map(|row| row.map(|c| (c * 32_768.0).round() as i32))
+}
+
+/// When a ray enters its last cell, in Q16.
+fn end_distance(placement: &Placement, dir_q15: [i32; 3], end: End) -> u32 {
+    let mut ray = march::start(
+        placement.origin_q16,
+        placement.axis_q15.map(|axis| march::direction_q16(axis, dir_q15)),
+    );
+    let mut t = 0;
+    for _ in 0..end.crossings {
+        let axis = march::next_axis(ray.next_q16);
+        t = ray.next_q16[axis];
+        march::cross(&mut ray, axis);
+    }
+    t
+}
+
+/// Random gates; most of their distances are those of an end, or one off.
+fn gates(random: &mut Random, cell: &Cell, rays: &Rays, placement: &Placement) -> Gates {
+    let mut oracle = Oracle::default();
+    oracle.load(cell, rays).expect("the oracle takes any cell");
+    let ends = oracle.read(placement).expect("a cell is loaded").ends;
+    let near_an_end = |random: &mut Random| {
+        let ray = random.below(ends.len() as u32) as usize;
+        let t = end_distance(placement, rays.dirs_q15[ray], ends[ray]) as i64 + random.between(-1, 1) as i64;
+        t.clamp(0, (MAX_RANGE_VOXELS as i64) << 16) as u32
+    };
+    Gates {
+        range_min_q16: if random.one_in(2) { near_an_end(random) } else { random.below(3 << 16) },
+        range_max_q16: match random.below(4) {
+            0 => MAX_RANGE_VOXELS << 16,
+            1 => random.below(60 << 16),
+            _ => near_an_end(random),
+        },
+        near_ignore_q16: match random.below(4) {
+            0 => near_an_end(random),
+            1 => random.below(4 << 16),
+            _ => 0,
+        },
+        no_return_is_free: random.one_in(2),
+        backdrop: random.one_in(2),
+    }
+}

@@ -1,0 +1,83 @@
+//! The shaders as naga sees them: every joined kernel is valid, and every struct that Rust mirrors has the same
+//! members at the same offsets. Needs no device.
+
+use std::mem::offset_of;
+
+use naga::{Module, TypeInner};
+use perirobot::backend::gpu::types::{Part, PlacementWords, Setup};
+use perirobot::backend::gpu::{Stage, shader_source};
+
+fn parsed(stage: Stage) -> Module {
+    let source = shader_source(stage);
+    naga::front::wgsl::parse_str(&source)
+        .unwrap_or_else(|e| panic!("shaders/{}.wgsl: {}", stage.name(), e.emit_to_string(&source)))
+}
+
+#[test]
+fn every_kernel_is_valid() {
+    for stage in Stage::ALL {
+        let module = parsed(stage);
+        let flags = naga::valid::ValidationFlags::all();
+        let mut validator = naga::valid::Validator::new(flags, naga::valid::Capabilities::default());
+        if let Err(error) = validator.validate(&module) {
+            panic!("shaders/{}.wgsl: {}", stage.name(), error.emit_to_string(&shader_source(stage)));
+        }
+        assert_eq!(module.entry_points.len(), 1, "{}", stage.name());
+        assert_eq!(module.entry_points[0].name, "main", "{}", stage.name());
+    }
+}
+
+/// Compares a WGSL struct with what Rust says of its mirror: (name, offset) of each member, and the size.
+#[track_caller]
+fn check_mirror(name: &str, mirror: &[(&str, usize)], size: usize) {
+    let module = parsed(Stage::Cast);
+    let (handle, found) = module
+        .types
+        .iter()
+        .find(|(_, ty)| ty.name.as_deref() == Some(name))
+        .unwrap_or_else(|| panic!("no struct {name} in shaders/types.wgsl"));
+    let TypeInner::Struct { members, .. } = &found.inner else { panic!("{name} is no struct") };
+    let in_shader: Vec<_> =
+        members.iter().map(|m| (m.name.as_deref().unwrap_or("?"), m.offset as usize)).collect();
+    assert_eq!(in_shader, mirror, "members and offsets of {name}: shader, then Rust");
+    let mut layouter = naga::proc::Layouter::default();
+    layouter.update(module.to_ctx()).expect("a valid module has a layout");
+    assert_eq!(layouter[handle].to_stride() as usize, size, "stride of {name} in the shader, then in Rust");
+}
+
+macro_rules! mirrored {
+    ($name:literal, $mirror:ty, $($member:ident)*) => {
+        check_mirror(
+            $name,
+            &[$((stringify!($member), offset_of!($mirror, $member))),*],
+            size_of::<$mirror>(),
+        )
+    };
+}
+
+#[test]
+fn structs_match_their_mirrors() {
+    mirrored!("Setup", Setup, grid_x grid_y grid_z grid_words_per_row
+        window_min_x window_min_y window_min_z window_words_per_row window_x window_y window_z window_words
+        rays range_min_q16 range_max_q16 near_ignore_q16 no_return_is_free backdrop regions unused);
+    mirrored!("Part", Part, first_placement first end region);
+    mirrored!("Placement", PlacementWords, origin_q16 axis_x_q15 axis_y_q15 axis_z_q15);
+}
+
+#[test]
+fn arrays_in_storage_have_no_gaps() {
+    for stage in Stage::ALL {
+        let module = parsed(stage);
+        for (_, global) in module.global_variables.iter() {
+            let TypeInner::Array { base, stride, .. } = module.types[global.ty].inner else { continue };
+            let (name, place) = (global.name.as_deref().unwrap_or("?"), stage.name());
+            let expected = match &module.types[base].inner {
+                TypeInner::Scalar(_) | TypeInner::Atomic(_) => size_of::<u32>(),
+                TypeInner::Array { .. } => size_of::<[i32; 3]>(),
+                TypeInner::Struct { .. } => size_of::<PlacementWords>(),
+                other => panic!("{place}: {name} is an array of {other:?}, for which there is no mirror"),
+            };
+            assert_eq!(stride as usize, expected, "{place}: stride of {name}");
+        }
+    }
+}

@@ -1,0 +1,310 @@
+//! Each function of `shaders/march.wgsl` alone, on a device, against its Rust twin: edge values, and thousands of
+//! random ones.
+
+mod common;
+
+use common::Random;
+use perirobot::backend::gpu::{Device, evaluate, open, shader_prelude, types::WORKGROUP};
+use perirobot::march::{self, BLIND, End, LEFT, March, NEVER, NOTHING, RETURN};
+
+/// A pure function of words: what WGSL and Rust make of `input`.
+struct Twin {
+    name: &'static str,
+    inputs: usize,
+    outputs: usize,
+    /// WGSL statements that read `in(0)`, `in(1)` … and call `out(0, …)`, `out(1, …)` …
+    wgsl: &'static str,
+    rust: fn(&[u32]) -> Vec<u32>,
+}
+
+/// Compares the twins on all cases, each `inputs` words.
+#[track_caller]
+fn check(device: &Device, twin: &Twin, cases: &[u32]) {
+    let (inputs, outputs) = (twin.inputs, twin.outputs);
+    let number = cases.len() / inputs;
+    assert_eq!(number * inputs, cases.len(), "{}: whole cases", twin.name);
+    let kernel = format!(
+        "
+        @group(0) @binding(0) var<storage, read> input: array<u32>;
+        @group(0) @binding(1) var<storage, read_write> output: array<u32>;
+        var<private> number: u32;
+        fn in(i: u32) -> u32 {{ return input[number * {inputs}u + i]; }}
+        fn sin(i: u32) -> i32 {{ return bitcast<i32>(in(i)); }}
+        fn out(i: u32, word: u32) {{ output[number * {outputs}u + i] = word; }}
+        fn sout(i: u32, word: i32) {{ out(i, bitcast<u32>(word)); }}
+        fn in3(i: u32) -> vec3<i32> {{ return vec3<i32>(sin(i), sin(i + 1u), sin(i + 2u)); }}
+        fn out_march(m: March) {{
+            sout(0u, m.cell.x); sout(1u, m.cell.y); sout(2u, m.cell.z);
+            sout(3u, m.step.x); sout(4u, m.step.y); sout(5u, m.step.z);
+            out(6u, m.next_q16.x); out(7u, m.next_q16.y); out(8u, m.next_q16.z);
+            out(9u, m.period_q16.x); out(10u, m.period_q16.y); out(11u, m.period_q16.z);
+        }}
+        @compute @workgroup_size(WORKGROUP)
+        fn main(@builtin(global_invocation_id) id: vec3<u32>) {{
+            if id.x < {number}u {{ number = id.x; {} }}
+        }}",
+        twin.wgsl
+    );
+    let groups = (number as u32).div_ceil(WORKGROUP);
+    let source = shader_prelude() + &kernel;
+    let found = evaluate(device, source, cases, number * outputs, groups).unwrap_or_else(|e| panic!("{e}"));
+    for (case, found) in cases.chunks_exact(inputs).zip(found.chunks_exact(outputs)) {
+        let expected = (twin.rust)(case);
+        assert_eq!(
+            found,
+            expected,
+            "{}({case:?}, signed {:?}): the device's words, then Rust's\nrerun: cargo test --test twins",
+            twin.name,
+            case.iter().map(|&w| w as i32).collect::<Vec<_>>()
+        );
+    }
+}
+
+fn march_words(march: March) -> Vec<u32> {
+    let signed = [march.cell, march.step].concat();
+    let unsigned = [march.next_q16, march.period_q16].concat();
+    signed.into_iter().map(|w| w as u32).chain(unsigned).collect()
+}
+
+fn signed(words: &[u32]) -> [i32; 3] {
+    std::array::from_fn(|i| words[i] as i32)
+}
+
+fn march_of(words: &[u32]) -> March {
+    March {
+        cell: signed(words),
+        step: signed(&words[3..]),
+        next_q16: std::array::from_fn(|r| words[6 + r]),
+        period_q16: std::array::from_fn(|r| words[9 + r]),
+    }
+}
+
+const TWINS: [Twin; 9] = [
+    Twin {
+        name: "packed",
+        inputs: 2,
+        outputs: 1,
+        wgsl: "out(0u, packed(End(in(0u), in(1u))));",
+        rust: |w| vec![End { kind: w[0], crossings: w[1] }.packed()],
+    },
+    Twin {
+        name: "unpacked",
+        inputs: 1,
+        outputs: 2,
+        wgsl: "let end = unpacked(in(0u)); out(0u, end.kind); out(1u, end.crossings);",
+        rust: |w| vec![End::unpacked(w[0]).kind, End::unpacked(w[0]).crossings],
+    },
+    Twin {
+        name: "period_q16",
+        inputs: 1,
+        outputs: 1,
+        wgsl: "out(0u, period_q16(in(0u)));",
+        rust: |w| vec![march::period_q16(w[0])],
+    },
+    Twin {
+        name: "first_q16",
+        inputs: 2,
+        outputs: 1,
+        wgsl: "out(0u, first_q16(in(0u), in(1u)));",
+        rust: |w| vec![march::first_q16(w[0], w[1])],
+    },
+    Twin {
+        name: "direction_q16",
+        inputs: 6,
+        outputs: 1,
+        wgsl: "sout(0u, direction_q16(in3(0u), in3(3u)));",
+        rust: |w| vec![march::direction_q16(signed(w), signed(&w[3..])) as u32],
+    },
+    Twin {
+        name: "start",
+        inputs: 6,
+        outputs: 12,
+        wgsl: "out_march(start(in3(0u), in3(3u)));",
+        rust: |w| march_words(march::start(signed(w), signed(&w[3..]))),
+    },
+    Twin {
+        name: "next_axis",
+        inputs: 3,
+        outputs: 1,
+        wgsl: "out(0u, next_axis(vec3<u32>(in(0u), in(1u), in(2u))));",
+        rust: |w| vec![march::next_axis([w[0], w[1], w[2]]) as u32],
+    },
+    Twin {
+        name: "cross",
+        inputs: 13,
+        outputs: 12,
+        wgsl: "var m = March(in3(0u), in3(3u), vec3<u32>(in(6u), in(7u), in(8u)),
+                             vec3<u32>(in(9u), in(10u), in(11u)));
+               cross(&m, in(12u));
+               out_march(m);",
+        rust: |w| {
+            let mut m = march_of(w);
+            march::cross(&mut m, w[12] as usize);
+            march_words(m)
+        },
+    },
+    Twin {
+        name: "freed",
+        inputs: 3,
+        outputs: 1,
+        wgsl: "out(0u, freed(End(in(0u), in(1u)), in(2u) != 0u));",
+        rust: |w| vec![march::freed(End { kind: w[0], crossings: w[1] }, w[2] != 0)],
+    },
+];
+
+/// `launch` has no twin of its own: it is `start` in the directions of `direction_q16`.
+const LAUNCH: Twin = Twin {
+    name: "launch",
+    inputs: 15,
+    outputs: 12,
+    wgsl: "let p = Placement(
+               array<i32, 3>(sin(0u), sin(1u), sin(2u)), array<i32, 3>(sin(3u), sin(4u), sin(5u)),
+               array<i32, 3>(sin(6u), sin(7u), sin(8u)), array<i32, 3>(sin(9u), sin(10u), sin(11u)));
+           out_march(launch(p, array<i32, 3>(sin(12u), sin(13u), sin(14u))));",
+    rust: |w| {
+        let dir_q16 = [3, 6, 9].map(|row| march::direction_q16(signed(&w[row..]), signed(&w[12..])));
+        march_words(march::start(signed(w), dir_q16))
+    },
+};
+
+/// The cases of each function, within what the rules allow as its arguments.
+fn cases(name: &str, random: &mut Random) -> Vec<u32> {
+    let kinds = [NOTHING, RETURN, BLIND, LEFT];
+    let mut out = Vec::new();
+    match name {
+        "packed" | "freed" => {
+            for kind in kinds {
+                for crossings in [0, 1, 2, 3, 3069, 65_534] {
+                    for more in 0..if name == "freed" { 2 } else { 1 } {
+                        out.extend([kind, crossings]);
+                        out.extend((name == "freed").then_some(more));
+                    }
+                }
+            }
+        }
+        "unpacked" => {
+            out.extend([0, 1, 65_535, 65_536, 65_537, 3 << 16 | 3069]);
+            out.extend((0..4000).map(|_| random.below(4) << 16 | random.below(65_536)));
+        }
+        // Every value that a direction can have.
+        "period_q16" => out.extend(0..=65_600),
+        "first_q16" => {
+            for period in [0, 1, 65_533, 65_535, 65_536, 65_537, 131_072, NEVER - 1, NEVER] {
+                for f in [0, 1, 2, 3, 255, 32_767, 32_768, 65_535, 65_536] {
+                    out.extend([f, period]);
+                }
+            }
+            for _ in 0..4000 {
+                out.extend([random.below(65_537), random.below(NEVER)]);
+            }
+        }
+        "direction_q16" => {
+            for edge in [-32_768, -18_919, -1, 0, 1, 2, 3, 18_919, 32_768] {
+                out.extend([edge, 0, 0, 32_768, 0, 0].map(|v| v as u32));
+                out.extend([18_919, 18_919, 18_919, edge, 0, 0].map(|v| v as u32));
+                // Sums around the rounding's half.
+                out.extend([8191 + edge, 0, 0, 1, 0, 0].map(|v| v as u32));
+                out.extend([-8193 + edge, 0, 0, 1, 0, 0].map(|v| v as u32));
+            }
+            out.extend([18_919; 6]);
+            for _ in 0..4000 {
+                out.extend(unit(random));
+                out.extend(unit(random));
+            }
+        }
+        "start" => {
+            let lattice = [-65_539, -65_536, -3, -2, -1, 0, 1, 2, 3, 37_837, 65_535, 65_536, 65_539];
+            for origin in [0, 1, 0x7fff, 0x8000, 0xffff, 0x1_0000, 0x1_0001, 1022 << 16, (1023 << 16) - 1, -1]
+            {
+                for dir in lattice {
+                    out.extend([origin, 5 << 16, 0x8000, dir, -dir, 65_536].map(|v| v as u32));
+                }
+            }
+            for _ in 0..4000 {
+                out.extend((0..3).map(|_| random.below(1023 << 16)));
+                out.extend((0..3).map(|_| random.between(-65_539, 65_539) as u32));
+            }
+        }
+        "next_axis" => {
+            let edges = [0, 1, 2, 65_536, NEVER - 1, NEVER, 0xffff_fffe];
+            for x in edges {
+                for y in edges {
+                    for z in edges {
+                        out.extend([x, y, z]);
+                    }
+                }
+            }
+            for _ in 0..4000 {
+                // Few values, so that ties are frequent.
+                out.extend((0..3).map(|_| random.below(4) << 20));
+                out.extend((0..3).map(|_| random.below(NEVER)));
+            }
+        }
+        "cross" => {
+            for _ in 0..4000 {
+                out.extend((0..3).map(|_| random.between(-1, 1023) as u32));
+                out.extend((0..3).map(|_| random.between(-1, 1) as u32));
+                out.extend((0..3).map(|_| random.below(2047 << 16)));
+                out.extend((0..3).map(|_| if random.one_in(5) { NEVER } else { random.below(NEVER) }));
+                out.push(random.below(3));
+            }
+        }
+        "launch" => {
+            for _ in 0..4000 {
+                out.extend((0..3).map(|_| random.below(1023 << 16)));
+                (0..4).for_each(|_| out.extend(unit(random)));
+            }
+        }
+        _ => panic!("no cases for {name}"),
+    }
+    out
+}
+
+/// A random unit vector in Q15; every eighth along an axis.
+fn unit(random: &mut Random) -> [u32; 3] {
+    if random.one_in(8) {
+        let mut axis = [0; 3];
+        axis[random.below(3) as usize] = if random.one_in(2) { 32_768 } else { -32_768i32 as u32 };
+        return axis;
+    }
+    loop {
+        let v: [f64; 3] = std::array::from_fn(|_| 2.0 * random.share() - 1.0);
+        let norm = v.iter().map(|x| x * x).sum::<f64>().sqrt();
+        if norm > 0.01 && norm <= 1.0 {
+            return v.map(|x| (x / norm * 32_768.0).round() as i32 as u32);
+        }
+    }
+}
+
+#[test]
+fn every_function_equals_its_twin() {
+    let Some(choice) = common::adapter() else { return };
+    let device = open(&choice).unwrap_or_else(|e| panic!("{e}"));
+    for twin in TWINS.iter().chain([&LAUNCH]) {
+        check(&device, twin, &cases(twin.name, &mut Random(1)));
+    }
+}
+
+#[test]
+fn no_function_is_left_out() {
+    let source = include_str!("../shaders/march.wgsl");
+    let functions = source.lines().filter_map(|line| line.strip_prefix("fn ")?.split('(').next());
+    // These two are parts of `start` and `launch`.
+    let parts = ["start_axis", "vec3_of"];
+    for function in functions {
+        let tested = TWINS.iter().chain([&LAUNCH]).any(|twin| twin.name == function);
+        assert!(tested || parts.contains(&function), "shaders/march.wgsl: {function} has no twin test");
+    }
+}
+
+#[test]
+fn a_broken_kernel_is_an_error_not_a_panic() {
+    let Some(choice) = common::adapter() else { return };
+    let device = open(&choice).unwrap_or_else(|e| panic!("{e}"));
+    for broken in ["fn main() { nonsense }", "@compute @workgroup_size(1) fn other() {}"] {
+        let failed = evaluate(&device, shader_prelude() + broken, &[0], 1, 1);
+        assert!(matches!(failed, Err(perirobot::Error::Device(_))), "{broken}: {failed:?}");
+    }
+    // And the device still works.
+    check(&device, &TWINS[2], &[0, 1, 2, 3]);
+}
