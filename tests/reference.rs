@@ -5,6 +5,8 @@
 //! voxel's centre, and measures range to centres. What must agree is the size of the regions, the ranking of the
 //! poses, the best pose, and the size of the scores.
 
+mod common;
+
 use std::collections::BTreeMap;
 use std::path::Path;
 
@@ -23,7 +25,7 @@ struct Theirs {
 #[test]
 fn the_authors_poses_rank_alike() {
     let Some(folder) = std::env::var_os("PERIROBOT_REFERENCE") else {
-        eprintln!("SKIPPED: PERIROBOT_REFERENCE is not set, nothing was compared with the authors' code");
+        common::say("SKIPPED: PERIROBOT_REFERENCE is not set, nothing was compared with the authors' code");
         return;
     };
     let folder = Path::new(&folder).join("human4");
