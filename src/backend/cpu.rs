@@ -6,7 +6,7 @@ use rayon::prelude::*;
 use super::{Backend, Cell, Evidence, Placement, Rays, count};
 use crate::march::{self, End, Gates, March};
 use crate::metrics::Confusion;
-use crate::voxel::BitGrid;
+use crate::voxel::{BitGrid, grid::MAX_VOXELS_PER_AXIS};
 use crate::{Error, Result};
 
 /// The thread pool and what it works on.
@@ -77,19 +77,22 @@ fn sense(cell: &Cell, rays: &Rays, placement: &Placement, mut see: impl FnMut(En
     // Marked over the whole grid, so that a cell has one index for blockers and evidence alike.
     let mut occupied = BitGrid::new(cell.blockers.window());
     let mut free = BitGrid::new(cell.blockers.window());
-    let mut path = Vec::new();
+    let mut path = Box::new([0; LONGEST_PATH]);
     for &dir_q15 in &rays.dirs_q15 {
         let dir_q16 = placement.axis_q15.map(|axis| march::direction_q16(axis, dir_q15));
         let begin = march::start(placement.origin_q16, dir_q16);
         let end = cast(&cell.blockers, begin, &rays.gates, &mut path);
-        carve(end, &path, &rays.gates, &mut occupied, &mut free);
+        carve(end, &path[..], &rays.gates, &mut occupied, &mut free);
         see(end);
     }
     (occupied.over(cell.window), free.over(cell.window))
 }
 
+/// Most cells that a ray can be in: it moves one way on each axis.
+const LONGEST_PATH: usize = 3 * MAX_VOXELS_PER_AXIS as usize;
+
 /// Marches a ray to its end. `path` receives the bit index of every cell it is in, the first included.
-fn cast(blockers: &BitGrid, mut ray: March, gates: &Gates, path: &mut Vec<u32>) -> End {
+fn cast(blockers: &BitGrid, mut ray: March, gates: &Gates, path: &mut [u32; LONGEST_PATH]) -> End {
     let size = blockers.window().size;
     let row = blockers.words_per_row() as i32 * 32;
     let strides = [ray.step[0], ray.step[1] * row, ray.step[2] * row * size[1] as i32];
@@ -100,27 +103,27 @@ fn cast(blockers: &BitGrid, mut ray: March, gates: &Gates, path: &mut Vec<u32>) 
         _ => size[r] as i32 - 1 - ray.cell[r],
     });
     let words = blockers.words();
-    path.clear();
-    path.push(bit as u32);
+    let mut crossings = 0;
     loop {
+        path[crossings] = bit as u32;
         let axis = march::next_axis(ray.next_q16);
         let t = ray.next_q16[axis];
-        let crossings = path.len() as u32 - 1;
         if t > gates.range_max_q16 {
-            return End { kind: march::NOTHING, crossings };
+            return End { kind: march::NOTHING, crossings: crossings as u32 };
         }
         if room[axis] == 0 {
             let kind = if gates.backdrop { march::LEFT } else { march::NOTHING };
-            return End { kind, crossings };
+            return End { kind, crossings: crossings as u32 };
         }
         room[axis] -= 1;
         march::cross(&mut ray, axis);
         bit += strides[axis];
-        path.push(bit as u32);
+        crossings += 1;
         let blocked = words[bit as usize >> 5] >> (bit & 31) & 1 == 1;
         if blocked && t >= gates.near_ignore_q16 {
+            path[crossings] = bit as u32;
             let kind = if t < gates.range_min_q16 { march::BLIND } else { march::RETURN };
-            return End { kind, crossings: crossings + 1 };
+            return End { kind, crossings: crossings as u32 };
         }
     }
 }
