@@ -12,9 +12,6 @@
 
 fn carve_ray(slot: u32, begin: March, end: End) {
     let freed_cells = freed(end, setup.no_return_is_free != 0u);
-    if freed_cells == 0u && end.kind != RETURN {
-        return;
-    }
     var ray = begin;
     // From here on cells count from the window's corner.
     ray.cell -= vec3<i32>(setup.window_min_x, setup.window_min_y, setup.window_min_z);
@@ -24,28 +21,24 @@ fn carve_ray(slot: u32, begin: March, end: End) {
     let strides = ray.step * vec3<i32>(1, row, layer);
     let plane = slot * setup.window_words;
     var bit = ray.cell.x + ray.cell.y * row + ray.cell.z * layer;
-    var crossings = 0u;
-    loop {
+    for (var crossings = 0u; crossings < freed_cells; crossings += 1u) {
         // A negative coordinate is a huge unsigned one.
         if all(bitcast<vec3<u32>>(ray.cell) < size) {
             let word = plane + (u32(bit) >> 5u);
             let mask = 1u << (u32(bit) & 31u);
-            if crossings < freed_cells {
-                // Most cells near a sensor are freed by many rays: looking is cheaper than another atomic write.
-                if (atomicLoad(&free[word]) & mask) == 0u {
-                    atomicOr(&free[word], mask);
-                }
-            } else {
-                atomicOr(&occupied[word], mask);
+            // Most cells near a sensor are freed by many rays: looking is cheaper than another atomic write.
+            if (atomicLoad(&free[word]) & mask) == 0u {
+                atomicOr(&free[word], mask);
             }
-        }
-        if crossings == end.crossings {
-            return;
         }
         let axis = next_axis(ray.next_q16);
         cross(&ray, axis);
         bit += select(select(strides.z, strides.y, axis == 1u), strides.x, axis == 0u);
-        crossings += 1u;
+    }
+    // Outside the loop, since software adapters pay for every branch in it, taken or not. A return frees all but its
+    // last cell, so the march is now in its endpoint.
+    if end.kind == RETURN && all(bitcast<vec3<u32>>(ray.cell) < size) {
+        atomicOr(&occupied[plane + (u32(bit) >> 5u)], 1u << (u32(bit) & 31u));
     }
 }
 
