@@ -44,12 +44,11 @@ impl Backend for Oracle {
 
     fn read(&mut self, placement: &Placement) -> Result<Evidence> {
         let (cell, rays) = self.loaded()?;
-        let mut evidence = Evidence {
-            occupied: BitGrid::new(cell.window),
-            free: BitGrid::new(cell.window),
-            ends: Vec::with_capacity(rays.dirs_q15.len()),
-        };
+        let mut occupied = BitGrid::new(cell.blockers.window());
+        let mut free = BitGrid::new(cell.blockers.window());
+        let mut ends = Vec::with_capacity(rays.dirs_q15.len());
         let mut path = Vec::new();
+        let mark = |plane: &mut BitGrid, bit: usize| plane.words_mut()[bit >> 5] |= 1 << (bit & 31);
         for &dir_q15 in &rays.dirs_q15 {
             let end = walk(cell, rays, placement, dir_q15, &mut path);
             let freed = match end.kind {
@@ -58,13 +57,13 @@ impl Backend for Oracle {
                 NOTHING if rays.gates.no_return_is_free => &path[..],
                 _ => &[],
             };
-            freed.iter().for_each(|&visited| evidence.free.set(visited));
+            freed.iter().for_each(|&bit| mark(&mut free, bit));
             if end.kind == RETURN {
-                evidence.occupied.set(path[path.len() - 1]);
+                mark(&mut occupied, path[path.len() - 1]);
             }
-            evidence.ends.push(end);
+            ends.push(end);
         }
-        Ok(evidence)
+        Ok(Evidence { occupied: occupied.over(cell.window), free: free.over(cell.window), ends })
     }
 }
 
@@ -74,9 +73,9 @@ impl Oracle {
     }
 }
 
-/// Fills `path` with the cells that a ray enters inside the grid within range, up to its first blocker, and says
-/// how the ray ended.
-fn walk(cell: &Cell, rays: &Rays, placement: &Placement, dir_q15: [i32; 3], path: &mut Vec<[i32; 3]>) -> End {
+/// Fills `path` with the bit index of the cells that a ray is in, inside the grid and within range, up to its first
+/// blocker, and says how the ray ended.
+fn walk(cell: &Cell, rays: &Rays, placement: &Placement, dir_q15: [i32; 3], path: &mut Vec<usize>) -> End {
     let mut position = [0i32; 3];
     let mut step = [0i32; 3];
     let mut first = [NEVER as u64; 3];
@@ -94,10 +93,10 @@ fn walk(cell: &Cell, rays: &Rays, placement: &Placement, dir_q15: [i32; 3], path
         }
     }
     path.clear();
-    path.push(position);
+    path.extend(cell.blockers.bit_index(position));
     let mut made = [0u64; 3];
     let mut next = first;
-    let end = |kind, path: &[[i32; 3]]| End { kind, crossings: path.len() as u32 - 1 };
+    let end = |kind, path: &[usize]| End { kind, crossings: path.len() as u32 - 1 };
     loop {
         // The smallest (distance, axis): a later axis must be strictly nearer.
         let mut r = 0;
@@ -116,7 +115,7 @@ fn walk(cell: &Cell, rays: &Rays, placement: &Placement, dir_q15: [i32; 3], path
         let Some(bit) = cell.blockers.bit_index(position) else {
             return end(if rays.gates.backdrop { LEFT } else { NOTHING }, path);
         };
-        path.push(position);
+        path.push(bit);
         let blocked = cell.blockers.words()[bit >> 5] >> (bit & 31) & 1 == 1;
         if blocked && t >= rays.gates.near_ignore_q16 as u64 {
             let kind = if t < rays.gates.range_min_q16 as u64 { BLIND } else { RETURN };
