@@ -46,7 +46,7 @@ fn quick() {
 
 #[test]
 fn experiment_1() {
-    check("scenes/paper/exp1.toml", None, Selection::Spread(1));
+    check("scenes/paper/exp1.toml", None, Selection::Spread(3));
 }
 
 #[test]

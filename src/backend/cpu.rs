@@ -55,8 +55,8 @@ impl Backend for Cpu {
         Ok(self.pool.install(|| {
             placements
                 .par_iter()
-                .map(|placement| {
-                    let (occupied, free) = sense(cell, rays, placement, |_| {});
+                .map_init(Planes::of(cell), |planes, placement| {
+                    let (occupied, free) = sense(cell, rays, placement, planes, |_| {});
                     let regions = cell.regions.iter();
                     regions.map(|region| count(cell, region, &occupied, &free)).collect()
                 })
@@ -67,22 +67,42 @@ impl Backend for Cpu {
     fn read(&mut self, placement: &Placement) -> Result<Evidence> {
         let (cell, rays) = self.loaded()?;
         let mut ends = Vec::with_capacity(rays.dirs_q15.len());
-        let (occupied, free) = sense(cell, rays, placement, |end| ends.push(end));
+        let mut planes = Planes::of(cell)();
+        let (occupied, free) = sense(cell, rays, placement, &mut planes, |end| ends.push(end));
         Ok(Evidence { occupied, free, ends })
     }
 }
 
-/// Casts and carves every ray of a placement; `see` hears how each ended. The planes cover the cell's window.
-fn sense(cell: &Cell, rays: &Rays, placement: &Placement, mut see: impl FnMut(End)) -> (BitGrid, BitGrid) {
-    // Marked over the whole grid, so that a cell has one index for blockers and evidence alike.
-    let mut occupied = BitGrid::new(cell.blockers.window());
-    let mut free = BitGrid::new(cell.blockers.window());
+/// What a thread marks on, kept from placement to placement. The planes cover the whole grid, so that a cell has one
+/// index for blockers and evidence alike.
+struct Planes {
+    occupied: BitGrid,
+    free: BitGrid,
+}
+
+impl Planes {
+    fn of(cell: &Cell) -> impl Fn() -> Planes {
+        let window = cell.blockers.window();
+        move || Planes { occupied: BitGrid::new(window), free: BitGrid::new(window) }
+    }
+}
+
+/// Casts and carves every ray of a placement; `see` hears how each ended. The evidence covers the cell's window.
+fn sense(
+    cell: &Cell,
+    rays: &Rays,
+    placement: &Placement,
+    Planes { occupied, free }: &mut Planes,
+    mut see: impl FnMut(End),
+) -> (BitGrid, BitGrid) {
+    occupied.words_mut().fill(0);
+    free.words_mut().fill(0);
     let mut path = Box::new([0; LONGEST_PATH]);
     for &dir_q15 in &rays.dirs_q15 {
         let dir_q16 = placement.axis_q15.map(|axis| march::direction_q16(axis, dir_q15));
         let begin = march::start(placement.origin_q16, dir_q16);
         let end = cast(&cell.blockers, begin, &rays.gates, &mut path);
-        carve(end, &path[..], &rays.gates, &mut occupied, &mut free);
+        carve(end, &path[..], &rays.gates, occupied, free);
         see(end);
     }
     (occupied.over(cell.window), free.over(cell.window))

@@ -44,7 +44,13 @@ impl BackendArgs {
             Choice::Gpu => Ok(Box::new(Gpu::new(&self.adapter())?)),
             Choice::Auto if self.adapter.is_some() => Ok(Box::new(Gpu::new(&self.adapter())?)),
             Choice::Auto if adapters().iter().any(|adapter| !adapter.software) => {
-                Ok(Box::new(Gpu::new(&AdapterChoice::Hardware)?))
+                match Gpu::new(&AdapterChoice::Hardware) {
+                    Ok(gpu) => Ok(Box::new(gpu)),
+                    Err(reason) => {
+                        eprintln!("warning: {reason}; using the CPU instead");
+                        Ok(Box::new(Cpu::new(self.threads())?))
+                    }
+                }
             }
             Choice::Auto => Ok(Box::new(Cpu::new(self.threads())?)),
         }
@@ -52,6 +58,11 @@ impl BackendArgs {
 
     /// Every backend that can run here besides the oracle. A software adapter counts.
     pub(super) fn open_all(&self) -> Result<Vec<Box<dyn Backend>>> {
+        if self.backend == Choice::Oracle {
+            return Err(Error::Input(
+                "--backend oracle: every backend is compared with it; name another".into(),
+            ));
+        }
         if self.backend != Choice::Auto {
             return Ok(vec![self.open()?]);
         }

@@ -66,7 +66,8 @@ pub(super) fn run(args: &Args) -> Result<ExitCode> {
     super::print(&table(&report.lines))?;
     match report.first_difference {
         None => {
-            super::print("\n0 differences\n")?;
+            let names: Vec<_> = backends.iter().map(|backend| backend.name()).collect();
+            super::print(&format!("\n0 differences between oracle and {}\n", names.join(", ")))?;
             Ok(ExitCode::SUCCESS)
         }
         Some(first) => {

@@ -3,7 +3,7 @@
 use std::process::ExitCode;
 
 use perirobot::Result;
-use perirobot::backend::gpu::adapters;
+use perirobot::backend::gpu::{AdapterChoice, adapter::select, adapters};
 
 /// List the Vulkan adapters, which one would be used, and how to get one
 #[derive(clap::Args)]
@@ -24,7 +24,8 @@ pub(super) fn run(_args: &Args) -> Result<ExitCode> {
             adapter.max_workgroups
         );
     }
-    let hardware = found.iter().find(|adapter| !adapter.software);
+    // The same choice as a run makes.
+    let hardware = select(&found, &AdapterChoice::Hardware).ok().map(|index| &found[index]);
     let software = found.iter().find(|adapter| adapter.software);
     text += &match hardware {
         Some(adapter) => format!("\n--backend auto would use gpu {} ({})\n", adapter.index, adapter.name),

@@ -191,8 +191,9 @@ mod tests {
         assert_eq!(freed(End { kind: LEFT, crossings: 7 }, false), 8);
     }
 
-    /// Invariants of the march on random and lattice rays: distance never falls, each crossing moves to an adjacent
-    /// cell along the step, and the running sum equals the closed form first + n · period.
+    /// Invariants of the march on random and lattice rays in a grid of 1023³: distance never falls, each crossing moves
+    /// to an adjacent cell along the step, the running sum equals the closed form first + n · period, the crossings
+    /// made are the Manhattan distance from the first cell, and a ray that leaves the grid never comes back.
     #[test]
     fn marches_move_on_and_stay_adjacent() {
         let mut state = 1u32;
@@ -215,7 +216,7 @@ mod tests {
             }
             let begin = start(origin, dir);
             let mut march = begin;
-            let (mut last, mut made) = (0, [0u64; 3]);
+            let (mut last, mut made, mut left) = (0, [0u64; 3], false);
             loop {
                 let axis = next_axis(march.next_q16);
                 let t = march.next_q16[axis];
@@ -232,6 +233,21 @@ mod tests {
                 let moved: i32 = (0..3).map(|r| (march.cell[r] - before[r]).abs()).sum();
                 assert_eq!(moved, 1, "ray {origin:?} {dir:?} jumped from {before:?}");
                 assert_eq!(march.cell[axis] - before[axis], dir[axis].signum());
+                let distance: u32 = (0..3).map(|r| march.cell[r].abs_diff(begin.cell[r])).sum();
+                assert_eq!(distance as u64, made.iter().sum::<u64>(), "ray {origin:?} {dir:?}");
+                let inside = march.cell.iter().all(|c| (0..1023).contains(c));
+                assert!(!(left && inside), "ray {origin:?} {dir:?} came back to {:?}", march.cell);
+                left |= !inside;
+                // The exact line is at origin + dir · t on each axis; a crossing is at most two cells from it.
+                for r in 0..3 {
+                    let line = (origin[r] as i64 * 65_536 + dir[r] as i64 * t as i64) >> 32;
+                    let off = (line - march.cell[r] as i64).abs();
+                    assert!(
+                        off <= 2,
+                        "ray {origin:?} {dir:?} at {t}: cell {:?} is {off} from the line",
+                        march.cell
+                    );
+                }
             }
         }
     }

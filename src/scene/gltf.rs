@@ -1,7 +1,8 @@
 //! Reads glTF 2.0 files (`.glb`, `.gltf`) as one mesh a node, in metres, turned from glTF's y up to the world's
 //! z up. Which node is which object, and where the file stands in the cell, is for others.
 //!
-//! Only shape is read: materials, skins, morphs, cameras, lights and animations are passed over. Indices and
+//! Only shape is read: materials, morphs, cameras, lights and animations are passed over. A mesh that a skeleton
+//! poses is refused, since it would stand in its bind pose. Indices and
 //! sizes in the file are checked where they are used, because the parser's own readers trust them.
 
 mod accessor;
@@ -71,6 +72,12 @@ fn read_nodes(container: &Container) -> Result<Vec<NodeMesh>, String> {
 }
 
 fn refuse_extensions(root: &Root) -> Result<(), String> {
+    let instancing = "EXT_mesh_gpu_instancing";
+    if root.extensions_used.iter().any(|name| name == instancing) {
+        return Err(format!(
+            "extensionsUsed = {instancing}: not supported, export each copy as a node of its own"
+        ));
+    }
     match root.extensions_required.first().map(String::as_str) {
         None => Ok(()),
         Some(name) if name.contains("draco") || name.contains("meshopt") => Err(format!(
@@ -125,6 +132,11 @@ fn place_nodes(root: &Root) -> Result<Vec<Placed<'_>>, String> {
             return Err(format!("nodes[{index}] is nested more than {MAX_DEPTH} deep: flatten the tree"));
         }
         let parent_from_node = parent_from_node(json).map_err(|what| format!("nodes[{index}].{what}"))?;
+        if json.mesh.is_some() && json.skin.is_some() {
+            return Err(format!(
+                "nodes[{index}] is posed by a skeleton (skin): export it with the pose applied to the mesh"
+            ));
+        }
         let children = json.children.iter().flatten().rev();
         open.extend(children.map(|child| (child.value(), Some(placed.len()))));
         placed.push(Placed {

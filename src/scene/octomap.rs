@@ -65,8 +65,11 @@ fn parse(bytes: &[u8]) -> Result<OctoMap, String> {
             header.size
         ));
     }
+    if voxels == 0 {
+        return Err("holds no occupied voxel".into());
+    }
     for (axis, name) in ["x", "y", "z"].iter().enumerate() {
-        if voxels > 0 && high[axis] - low[axis] > MAX_SPAN {
+        if high[axis] - low[axis] > MAX_SPAN {
             return Err(format!(
                 "occupied voxels span {} along {name}: at most {MAX_SPAN} fit, so use a coarser or smaller map",
                 high[axis] - low[axis]
@@ -348,10 +351,11 @@ mod tests {
     }
 
     #[test]
-    fn an_empty_map_has_no_nodes() {
+    fn an_empty_map_has_no_nodes_and_is_refused() {
         let bytes = write(0.05, [0; 3], [9; 3], &|_| None);
         assert!(bytes.ends_with(b"size 0\nres 0.05\ndata\n"));
-        assert_eq!(parse(&bytes).unwrap().occupied, Vec::<[i32; 3]>::new());
+        refused(&bytes, "no occupied voxel");
+        refused(&write(0.05, [0; 3], [9; 3], &|_| Some(false)), "no occupied voxel");
     }
 
     #[track_caller]

@@ -22,8 +22,8 @@ pub fn cuboid(size: DVec3) -> Mesh {
     Mesh { vertices, triangles: quads.into_iter().flatten().collect() }
 }
 
-/// The six inner walls of a room of `size` metres, facing inward. Each wall has its own four vertices, so the
-/// shell is open at its edges: a closed one would be a solid body, and the whole cell its interior.
+/// The six inner walls of a room of `size` metres, facing inward. It is closed, so whoever asks for
+/// interiors must know that its inside is the cell and no body.
 pub fn room(size: DVec3) -> Mesh {
     let mut mesh = Mesh::default();
     for [a, b, c, d] in FACES {

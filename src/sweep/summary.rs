@@ -48,8 +48,11 @@ pub fn summary(study: &Study, worlds: &[World], rows: &[Row]) -> String {
     for (s, sensor) in study.sensors.iter().enumerate() {
         for (r, (region, _)) in study.regions.iter().enumerate() {
             let (count, scenes) = (sensor.candidates.len(), study.scenes.len());
-            let title =
-                format!("{} · {POINTS} · region {region}: {count} poses × {scenes} scenes", sensor.name);
+            let title = format!(
+                "{} · {POINTS} · region {region}: {count} poses, {scenes} scene{}",
+                sensor.name,
+                if scenes == 1 { "" } else { "s" }
+            );
             let _ = writeln!(text, "\n{title}\n{:50}{HEADER}", "");
             let poses = poses(rows, s, r, count);
             for (name, score) in SCORES {
@@ -73,7 +76,8 @@ pub fn summary(study: &Study, worlds: &[World], rows: &[Row]) -> String {
             }
         }
     }
-    text
+    let fewer = "\n[n] before a mean: only n of the scenes have a value there, and only they are in it\n";
+    if text.contains("[") { text + fewer } else { text }
 }
 
 /// Column heads above the three scores of a line.
@@ -89,7 +93,7 @@ fn line(text: &mut String, label: &str, name: &str, counts: &[Confusion]) {
             Some(OverScenes { mean, worst, scenes, pooled }) => {
                 let pooled = pooled.map_or("–".into(), |p| format!("{p:.3}"));
                 // A mean over fewer scenes than there are must not look like one over all.
-                let some = if scenes < counts.len() { "*" } else { "" };
+                let some = if scenes < counts.len() { format!("[{scenes}] ") } else { String::new() };
                 let _ = write!(text, "{:>width$}{worst:>6.3}{pooled:>7}  ", format!("{some}{mean:.3}"));
             }
         }
