@@ -19,7 +19,7 @@ use perirobot::{Error, Result};
 /// would claim (occupied, free, unknown) with the truth in regions of interest, and scores the pose with F1 and
 /// Cohen's kappa. The counts are the same integers on every device.
 #[derive(Parser)]
-#[command(version, max_term_width = 100, after_help = AFTER_HELP)]
+#[command(name = "perirobot", bin_name = "perirobot", version, max_term_width = 100, after_help = AFTER_HELP)]
 struct Cli {
     #[command(subcommand)]
     command: Command,

@@ -31,11 +31,22 @@ pub(super) fn run(args: &Args) -> Result<ExitCode> {
             args.voxel_size
         )));
     }
+    if args.out.extension().is_none_or(|extension| extension != "bt") {
+        return Err(Error::Input(format!("--out {}: must end in .bt", args.out.display())));
+    }
     let spec = SceneSpec::load(&args.scene)?;
     let in_scene = |e| Error::input(spec.path.display(), e);
     let scene = build(&spec, args.voxel_size)?;
     let extent = voxels::scene_extent(&scene, args.voxel_size).map_err(in_scene)?;
     let grid = voxels::grid_over(&extent, args.voxel_size).map_err(in_scene)?;
+    let keys = (0..3).flat_map(|r| [grid.origin[r], grid.origin[r] + grid.size[r] as i32 - 1]);
+    if keys.into_iter().any(|key| !octomap::KEYS.contains(&key)) {
+        let farthest = octomap::KEYS.end as f64 * args.voxel_size;
+        let what = format!(
+            "reaches more than {farthest:.0} m from the origin, where an OctoMap ends: move it nearer"
+        );
+        return Err(in_scene(Error::Input(what)));
+    }
     let truth = voxels::voxelize(&scene, grid).map_err(in_scene)?;
     for object in &truth.objects {
         for warning in &object.warnings {

@@ -24,6 +24,9 @@ const FREE: u16 = 0b01;
 const OCCUPIED: u16 = 0b10;
 const INNER: u16 = 0b11;
 
+/// The world keys that an OctoMap can hold.
+pub const KEYS: std::ops::Range<i32> = -KEY_ORIGIN..KEY_ORIGIN;
+
 /// The occupied voxels of a map.
 #[derive(Clone, Debug, PartialEq)]
 pub struct OctoMap {

@@ -53,7 +53,7 @@ pub fn summary(study: &Study, worlds: &[World], rows: &[Row]) -> String {
                 sensor.name,
                 if scenes == 1 { "" } else { "s" }
             );
-            let _ = writeln!(text, "\n{title}\n{:50}{HEADER}", "");
+            let _ = writeln!(text, "\n{title}\n{:58}{HEADER}", "");
             let poses = poses(rows, s, r, count);
             for (name, score) in SCORES {
                 let mut best: Vec<(usize, f64)> = poses
@@ -68,7 +68,10 @@ pub fn summary(study: &Study, worlds: &[World], rows: &[Row]) -> String {
                 }
                 for (rank, (p, _)) in best.iter().take(SHOWN).enumerate() {
                     let label = if rank == 0 { format!("best {name}") } else { String::new() };
-                    line(&mut text, &label, &sensor.candidates[*p].name, &poses[*p]);
+                    let candidate = &sensor.candidates[*p];
+                    let at = candidate.pose.position_m;
+                    let name = format!("{} ({:.2}, {:.2}, {:.2})", candidate.name, at.x, at.y, at.z);
+                    line(&mut text, &label, &name, &poses[*p]);
                 }
             }
             for (name, counts) in baselines(worlds, r) {
@@ -84,7 +87,7 @@ pub fn summary(study: &Study, worlds: &[World], rows: &[Row]) -> String {
 const HEADER: &str = "F1: mean worst pooled   kappa: mean worst pooled   human_seen: mean worst pooled";
 
 fn line(text: &mut String, label: &str, name: &str, counts: &[Confusion]) {
-    let _ = write!(text, "  {label:<16} {name:<30}");
+    let _ = write!(text, "  {label:<16} {name:<38}");
     for (width, (_, score)) in [8, 11, 16].into_iter().zip(SCORES) {
         match over_scenes(counts, score) {
             None => {

@@ -46,19 +46,18 @@ pub struct Region {
     pub cut_share: f64,
 }
 
-/// Rows of voxels along x whose centres are inside a shape, wherever the grid is: y, z, first x, one past the last.
-type Rows = Vec<[i64; 4]>;
+/// A row of voxels along x whose centres are inside a shape, wherever the grid is: y, z, first x, one past the last.
+type Row = [i64; 4];
 
 /// The voxels of a shape in a scene. Ignored insides belong to no region; a region left without voxels is an error.
 pub fn region(name: &str, shape: &Shape, truth: &Truth) -> Result<Region> {
-    let rows = rows(name, shape, truth)?;
     let mut cells = BitGrid::new(truth.grid.window());
     let mut total = 0u64;
-    for &[y, z, from, to] in &rows {
+    each_row(name, shape, truth, &mut |[y, z, from, to]: Row| {
         total += (to - from).max(0) as u64;
         let cut = |x: i64| x.clamp(-1, MAX_VOXELS_PER_AXIS as i64 + 1) as i32;
         cells.set_run(cut(from), cut(to), cut(y), cut(z));
-    }
+    })?;
     let inside = cells.count();
     if inside == 0 {
         let why = if total == 0 { "holds no voxel's centre" } else { "lies outside the grid" };
@@ -77,7 +76,8 @@ pub fn region(name: &str, shape: &Shape, truth: &Truth) -> Result<Region> {
     })
 }
 
-fn rows(name: &str, shape: &Shape, truth: &Truth) -> Result<Rows> {
+/// Calls `emit` with every row of a shape.
+fn each_row(name: &str, shape: &Shape, truth: &Truth, emit: &mut dyn FnMut(Row)) -> Result<()> {
     let grid = &truth.grid;
     match shape {
         Shape::Sphere { center_m, radius_m } => {
@@ -87,16 +87,19 @@ fn rows(name: &str, shape: &Shape, truth: &Truth) -> Result<Rows> {
                     format!("radius_m = {radius_m}: at most 2047 voxels ({} m)", 2047.0 * grid.voxel_size_m);
                 return Err(Error::input(format!("region {name:?}"), what));
             }
-            Ok(sphere_rows(grid.position_q16(*center_m), radius))
+            sphere_rows(grid.position_q16(*center_m), radius, emit);
+            Ok(())
         }
-        Shape::Box { min_m, max_m } => box_rows(name, grid.position_q16(*min_m), grid.position_q16(*max_m)),
+        Shape::Box { min_m, max_m } => {
+            box_rows(name, grid.position_q16(*min_m), grid.position_q16(*max_m), emit)
+        }
         Shape::HumanBox { object, margin_min_m, margin_max_m } => {
             let bounds = human_bounds(name, object.as_deref(), truth)?;
             let margin = |m: &DVec3| point_q16(*m, grid.voxel_size_m);
             let (below, above) = (margin(margin_min_m), margin(margin_max_m));
             let low = std::array::from_fn(|r| bounds.min[r] as i64 * ONE_Q16 - below[r]);
             let high = std::array::from_fn(|r| bounds.end()[r] as i64 * ONE_Q16 + above[r]);
-            box_rows(name, low, high)
+            box_rows(name, low, high, emit)
         }
     }
 }
@@ -124,14 +127,13 @@ fn human_bounds(name: &str, object: Option<&str>, truth: &Truth) -> Result<Windo
 }
 
 /// Rows of a sphere: centre distance² < radius².
-fn sphere_rows(center: [i64; 3], radius: i64) -> Rows {
+fn sphere_rows(center: [i64; 3], radius: i64, emit: &mut dyn FnMut(Row)) {
     // Voxels whose centre may be within `reach` of `at` on one axis, both ends included.
     let span = |at: i64, reach: i64| {
         let first = -(-(at - reach - ONE_Q16 / 2)).div_euclid(ONE_Q16);
         (first, (at + reach - ONE_Q16 / 2).div_euclid(ONE_Q16))
     };
     let offset = |cell: i64, at: i64| (cell * ONE_Q16 + ONE_Q16 / 2 - at) as i128;
-    let mut rows = Vec::new();
     let (z_first, z_last) = span(center[2], radius);
     let (y_first, y_last) = span(center[1], radius);
     for z in z_first..=z_last {
@@ -141,15 +143,14 @@ fn sphere_rows(center: [i64; 3], radius: i64) -> Rows {
                 // The largest whole x offset with x² < left.
                 let reach = (left - 1).isqrt() as i64;
                 let (first, last) = span(center[0], reach);
-                rows.push([y, z, first, last + 1]);
+                emit([y, z, first, last + 1]);
             }
         }
     }
-    rows
 }
 
 /// Rows of a half-open box.
-fn box_rows(name: &str, low: [i64; 3], high: [i64; 3]) -> Result<Rows> {
+fn box_rows(name: &str, low: [i64; 3], high: [i64; 3], emit: &mut dyn FnMut(Row)) -> Result<()> {
     // The first voxel whose centre is at or above a bound.
     let from = |bound: i64| -(-(bound - ONE_Q16 / 2)).div_euclid(ONE_Q16);
     let (first, end) = (low.map(from), high.map(from));
@@ -157,8 +158,10 @@ fn box_rows(name: &str, low: [i64; 3], high: [i64; 3]) -> Result<Rows> {
         let what = format!("is over {} voxels long; is it in millimetres?", 4 * MAX_VOXELS_PER_AXIS);
         return Err(Error::input(format!("region {name:?}"), what));
     }
-    let columns = (first[2]..end[2]).flat_map(|z| (first[1]..end[1]).map(move |y| (y, z)));
-    Ok(columns.map(|(y, z)| [y, z, first[0], end[0]]).collect())
+    for z in first[2]..end[2] {
+        (first[1]..end[1]).for_each(|y| emit([y, z, first[0], end[0]]));
+    }
+    Ok(())
 }
 
 /// The window that holds all regions.
