@@ -12,12 +12,21 @@ use crate::{Error, Result};
 pub fn build(spec: &SceneSpec, voxel_size_m: f64) -> Result<Scene> {
     let mut objects = Vec::new();
     for object in &spec.objects {
-        build_object(spec, object, voxel_size_m / 8.0, &mut objects)?;
+        build_object(object, voxel_size_m / 8.0, &mut objects)
+            .map_err(|e| Error::input(format!("{}: object {:?}", spec.path.display(), object.name), e))?;
+    }
+    if objects.is_empty() {
+        return Err(Error::input(
+            spec.path.display(),
+            "nodes: every part of every object is ignored, nothing is left",
+        ));
     }
     Ok(Scene { name: spec.name.clone(), objects })
 }
 
-fn build_object(spec: &SceneSpec, object: &ObjectSpec, sag_m: f64, objects: &mut Vec<Object>) -> Result<()> {
+fn build_object(object: &ObjectSpec, sag_m: f64, objects: &mut Vec<Object>) -> Result<()> {
+    // A loader's message begins with the file, the value of this key.
+    let at = |key: &'static str| move |e: Error| Error::Input(format!("{key} = {e}"));
     let mesh = match &object.surface {
         SurfaceSpec::Box { size_m } => primitive::cuboid(*size_m),
         SurfaceSpec::Room { size_m } => primitive::room(*size_m),
@@ -25,18 +34,23 @@ fn build_object(spec: &SceneSpec, object: &ObjectSpec, sag_m: f64, objects: &mut
         SurfaceSpec::Sphere { radius_m } => primitive::sphere(*radius_m, sag_m),
         SurfaceSpec::Cylinder { radius_m, height_m } => primitive::cylinder(*radius_m, *height_m, sag_m),
         SurfaceSpec::Capsule { radius_m, length_m } => primitive::capsule(*radius_m, *length_m, sag_m),
-        SurfaceSpec::Mannequin(path) => mannequin::body(&mannequin::read_keypoints(path)?, sag_m),
+        SurfaceSpec::Mannequin(path) => {
+            mannequin::body(&mannequin::read_keypoints(path).map_err(at("mannequin"))?, sag_m)
+        }
         SurfaceSpec::Stl { path, scale, y_up } => {
-            let mesh = stl::load(path)?.scaled(*scale);
+            let mesh = stl::load(path).map_err(at("mesh"))?.scaled(*scale);
             if *y_up { z_up(mesh) } else { mesh }
         }
         SurfaceSpec::Octomap(path) => {
-            let map = octomap::read(path)?;
+            let map = octomap::read(path).map_err(at("octomap"))?;
+            if map.occupied.is_empty() {
+                return Err(at("octomap")(Error::input(path.display(), "has no occupied voxel")));
+            }
             let surface = Surface::Voxels { resolution_m: map.resolution_m, keys: map.occupied };
             objects.push(placed(object, object.name.clone(), object.role, object.optical, surface));
             return Ok(());
         }
-        SurfaceSpec::Gltf(path) => return gltf_parts(spec, object, gltf::load(path)?, objects),
+        SurfaceSpec::Gltf(path) => return gltf_parts(object, gltf::load(path).map_err(at("mesh"))?, objects),
     };
     objects.push(solid(object, object.name.clone(), object.role, object.optical, mesh));
     Ok(())
@@ -44,12 +58,7 @@ fn build_object(spec: &SceneSpec, object: &ObjectSpec, sag_m: f64, objects: &mut
 
 /// A glTF file becomes one object for the nodes that no rule names, under the object's own name, and one for each
 /// rule, named `object/pattern`. A node follows the first rule that matches it or a node above it.
-fn gltf_parts(
-    spec: &SceneSpec,
-    object: &ObjectSpec,
-    nodes: Vec<gltf::NodeMesh>,
-    objects: &mut Vec<Object>,
-) -> Result<()> {
+fn gltf_parts(object: &ObjectSpec, nodes: Vec<gltf::NodeMesh>, objects: &mut Vec<Object>) -> Result<()> {
     let rules: Vec<WildMatch> = object.nodes.iter().map(|rule| WildMatch::new(&rule.r#match)).collect();
     let mut rest = Mesh::default();
     let mut parts = vec![Mesh::default(); rules.len()];
@@ -68,19 +77,24 @@ fn gltf_parts(
         let mut names: Vec<&str> =
             nodes.iter().filter_map(|node| node.names.last()).map(String::as_str).collect();
         names.truncate(12);
-        let place = format!("{}: object {:?}", spec.path.display(), object.name);
-        let what = format!(
+        return Err(Error::Input(format!(
             "nodes.match = {:?}: no node with triangles has such a name; there are {}",
             object.nodes[rule].r#match,
             names.join(", ")
-        );
-        return Err(Error::input(place, what));
+        )));
+    }
+    if let Some(rule) = parts.iter().position(|mesh| mesh.triangles.is_empty()) {
+        return Err(Error::Input(format!(
+            "nodes.match = {:?}: every node that it names already follows a rule above it; the first that matches \
+             counts, so put it first",
+            object.nodes[rule].r#match
+        )));
     }
     if !rest.triangles.is_empty() {
         objects.push(solid(object, object.name.clone(), object.role, object.optical, rest));
     }
     for (NodeRule { r#match, role, optical, ignore }, mesh) in object.nodes.iter().zip(parts) {
-        if !ignore && !mesh.triangles.is_empty() {
+        if !ignore {
             let name = format!("{}/{match}", object.name);
             objects.push(solid(
                 object,

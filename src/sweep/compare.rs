@@ -4,14 +4,14 @@
 use std::time::{Duration, Instant};
 
 use super::World;
-use crate::Result;
 use crate::backend::oracle::Oracle;
 use crate::backend::{Backend, Cell, Evidence, Placement, Rays};
-use crate::march::End;
+use crate::march::{self, End};
 use crate::metrics::Confusion;
 use crate::sensor::Sensor;
 use crate::study::Study;
 use crate::voxel::BitGrid;
+use crate::{Error, Result};
 
 /// Which poses are compared.
 #[derive(Clone, Debug)]
@@ -63,7 +63,11 @@ pub fn select(selection: &Selection, sensor: &Sensor) -> Vec<usize> {
             let wanted = (*wanted).min(count);
             (0..wanted).map(|i| i * count / wanted).collect()
         }
-        Selection::Named(name) => (0..count).filter(|&i| sensor.candidates[i].name == *name).collect(),
+        Selection::Named(name) => {
+            // As in poses.csv, or with its sensor as in results.csv.
+            let own = name.strip_prefix(&format!("{}:", sensor.name)).unwrap_or(name);
+            (0..count).filter(|&i| sensor.candidates[i].name == own).collect()
+        }
     }
 }
 
@@ -99,6 +103,10 @@ pub fn compare(
     report.lines.push(line.clone());
     for backend in backends {
         let (found, time) = timed(backend.as_mut(), &cell, &rays, &placements)?;
+        if found.len() != placements.len() {
+            let what = format!("answered for {} of {} poses", found.len(), placements.len());
+            return Err(Error::Device(format!("backend {}: {what}", backend.name())));
+        }
         let mut differences = 0;
         for (i, placement) in placements.iter().enumerate() {
             let expected = (&oracle.read(placement)?, &counts[i]);
@@ -141,16 +149,24 @@ fn timed(
 /// The evidence and the counts of one pose.
 type Said<'a> = (&'a Evidence, &'a Vec<Confusion>);
 
+/// Counts, plane bits and ends that differ; what one side lacks differs too.
 fn count_differences((expected, counts): Said, (got, found): Said) -> u64 {
-    let bits = |a: &BitGrid, b: &BitGrid| -> u64 {
-        a.words().iter().zip(b.words()).map(|(a, b)| (a ^ b).count_ones() as u64).sum()
+    let bits = |a: &BitGrid, b: &BitGrid| {
+        let (mut only_a, mut only_b) = (a.clone(), b.clone());
+        only_a.remove(b);
+        only_b.remove(a);
+        only_a.count() + only_b.count()
     };
-    let ends = expected.ends.iter().zip(&got.ends).filter(|(a, b)| a != b).count() as u64;
-    let scored = counts.iter().zip(found).flat_map(|(a, b)| {
-        let (a, b) = (a.counts(), b.counts());
-        (0..a.len()).filter(move |&i| a[i] != b[i])
-    });
-    bits(&expected.occupied, &got.occupied) + bits(&expected.free, &got.free) + ends + scored.count() as u64
+    let flat = |all: &[Confusion]| -> Vec<u64> { all.iter().flat_map(Confusion::counts).collect() };
+    bits(&expected.occupied, &got.occupied)
+        + bits(&expected.free, &got.free)
+        + unequal(&expected.ends, &got.ends)
+        + unequal(&flat(counts), &flat(found))
+}
+
+/// How many places of two lists differ, those included that only the longer one has.
+fn unequal<T: PartialEq>(a: &[T], b: &[T]) -> u64 {
+    (a.iter().zip(b).filter(|(a, b)| a != b).count() + a.len().abs_diff(b.len())) as u64
 }
 
 /// Names the ray and the voxel of the first difference of a pose.
@@ -163,7 +179,25 @@ fn explain(
 ) -> Result<String> {
     let differs = |(_, (a, b)): &(usize, (&End, &End))| a != b;
     if let Some((ray, (a, b))) = expected.ends.iter().zip(&got.ends).enumerate().find(differs) {
-        return Ok(format!("ray {ray} (direction {:?}) ended as {b:?}, expected {a:?}", rays.dirs_q15[ray]));
+        let dir = rays.dirs_q15[ray];
+        let told = |end: &End| {
+            let kind = match end.kind {
+                march::RETURN => "a return",
+                march::BLIND => "blind",
+                march::LEFT => "a return outside",
+                march::NOTHING => "nothing",
+                _ => "no known end",
+            };
+            format!(
+                "{kind} in voxel {:?} after {} crossings",
+                cell_after(placement, dir, end.crossings),
+                end.crossings
+            )
+        };
+        return Ok(format!("ray {ray} (direction {dir:?}) ended as {}, expected {}", told(b), told(a)));
+    }
+    if expected.ends.len() != got.ends.len() {
+        return Ok(format!("{} rays ended, expected {}", got.ends.len(), expected.ends.len()));
     }
     for (plane, a, b) in
         [("occupied", &expected.occupied, &got.occupied), ("free", &expected.free, &got.free)]
@@ -173,22 +207,50 @@ fn explain(
         only_b.remove(a);
         let lost = only_a.cells().next().map(|v| (v, "is missing from"));
         if let Some((voxel, what)) = lost.or(only_b.cells().next().map(|v| (v, "should not be in"))) {
-            let ray = visiting_ray(cell, rays, placement, voxel)?;
-            let ray =
-                ray.map_or("no ray visits it".into(), |r| format!("ray {r} is the first that marks it"));
+            let ray = marking_ray(cell, rays, placement, |e| {
+                if plane == "free" { e.free.get(voxel) } else { e.occupied.get(voxel) }
+            })?;
+            let ray = ray.map_or("the oracle's rays do not mark it".into(), |r| {
+                format!("ray {r} is the first that marks it")
+            });
             return Ok(format!("voxel {voxel:?} {what} the {plane} plane; {ray}"));
         }
     }
-    Ok(format!("all rays and planes agree, the counts do not: {found:?}, expected {counts:?}"))
+    let region = counts.iter().zip(found).position(|(a, b)| a != b).unwrap_or(0);
+    let told = |all: &[Confusion]| all.get(region).map(Confusion::counts);
+    Ok(format!(
+        "all rays and planes agree, the counts of region {region} (from 0) do not: {:?}, expected {:?} (tp fp fn tn uo uf, \
+         then tp fn uo of the human and of the robot)",
+        told(found),
+        told(counts)
+    ))
 }
 
-/// The first ray that makes the oracle mark a voxel. Marks only grow with the rays, so halving finds it.
-fn visiting_ray(cell: &Cell, rays: &Rays, placement: &Placement, voxel: [i32; 3]) -> Result<Option<usize>> {
+/// The cell of a ray after this many crossings.
+fn cell_after(placement: &Placement, dir_q15: [i32; 3], crossings: u32) -> [i32; 3] {
+    let dir_q16 = placement.axis_q15.map(|axis| march::direction_q16(axis, dir_q15));
+    let mut ray = march::start(placement.origin_q16, dir_q16);
+    for _ in 0..crossings {
+        let axis = march::next_axis(ray.next_q16);
+        if ray.next_q16[axis] > march::MAX_RANGE_VOXELS << 16 {
+            break;
+        }
+        march::cross(&mut ray, axis);
+    }
+    ray.cell
+}
+
+/// The first ray with which the oracle's evidence has a mark. Marks only grow with the rays, so halving finds it.
+fn marking_ray(
+    cell: &Cell,
+    rays: &Rays,
+    placement: &Placement,
+    marked: impl Fn(&Evidence) -> bool,
+) -> Result<Option<usize>> {
     let mut oracle = Oracle::default();
     let mut marked_by = |first: usize| -> Result<bool> {
         oracle.load(cell, &Rays { dirs_q15: rays.dirs_q15[..first].to_vec(), gates: rays.gates })?;
-        let evidence = oracle.read(placement)?;
-        Ok(evidence.free.get(voxel) || evidence.occupied.get(voxel))
+        Ok(marked(&oracle.read(placement)?))
     };
     let (mut without, mut with) = (0, rays.dirs_q15.len());
     if !marked_by(with)? {

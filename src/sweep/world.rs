@@ -4,6 +4,7 @@
 use glam::DVec3;
 
 use crate::backend::Cell;
+use crate::march::MAX_RANGE_VOXELS;
 use crate::metrics::Confusion;
 use crate::scene::{Role, build::build};
 use crate::sensor::Sensor;
@@ -46,6 +47,10 @@ impl World {
         let in_study = |e| Error::input(study.path.display(), e);
         let scene = build(spec, study.voxel_size_m)?;
         let extent = voxelize::scene_extent(&scene, study.voxel_size_m).map_err(in_scene)?;
+        let too_large = |e| Error::Input(format!("{e}{}", voxelize::largest_object(&scene)));
+        if study.bounds_m.is_none() {
+            voxelize::grid_over(&extent, study.voxel_size_m).map_err(too_large).map_err(in_study)?;
+        }
         let grid = grid(study, &extent).map_err(in_study)?;
         let truth = voxelize::voxelize(&scene, grid).map_err(in_scene)?;
         let regions: Vec<Region> = study
@@ -54,8 +59,12 @@ impl World {
             .map(|(name, shape)| region::region(name, shape, &truth))
             .collect::<Result<_>>()
             .map_err(|e| in_study(Error::input(format!("scene {:?}", spec.name), e)))?;
-        let positions = positions(study).map(|p| grid.position_q16(p));
-        let reachable = voxelize::reachable(&truth, positions);
+        let begins = study.sensors.iter().flat_map(|sensor| {
+            let housing =
+                (sensor.near_ignore_m / study.voxel_size_m).ceil().min(f64::from(MAX_RANGE_VOXELS)) as u32;
+            sensor.candidates.iter().map(move |c| (grid.position_q16(c.pose.position_m), housing))
+        });
+        let reachable = voxelize::reachable(&truth, begins);
         let baselines = regions.iter().map(|region| baselines(&truth, region, &reachable)).collect();
         let warnings = warnings(study, &truth, &regions);
         Ok(World { name: spec.name.clone(), truth, regions, baselines, warnings })
@@ -79,29 +88,40 @@ fn positions(study: &Study) -> impl Iterator<Item = DVec3> + '_ {
 }
 
 /// The grid of a scene: the user's bounds, or all surfaces and sensor positions.
-fn grid(study: &Study, extent: &Window) -> Result<Grid> {
-    let key = |p: DVec3| {
-        let at_world = Grid { voxel_size_m: study.voxel_size_m, origin: [0; 3], size: [1; 3] };
-        Grid::cell_of(at_world.position_q16(p))
-    };
+fn grid(study: &Study, surfaces: &Window) -> Result<Grid> {
+    let size_m = study.voxel_size_m;
+    let at_world = Grid { voxel_size_m: size_m, origin: [0; 3], size: [1; 3] };
+    let key = |p: DVec3| Grid::cell_of(at_world.position_q16(p));
+    let one = |p: DVec3| Window::between(key(p), key(p));
     let Some([min, max]) = study.bounds_m else {
-        let all = positions(study).map(|p| Window::between(key(p), key(p)));
-        return voxelize::grid_over(&all.fold(*extent, |all, one| all.union(&one)), study.voxel_size_m);
+        let all = positions(study).fold(*surfaces, |all, p| all.union(&one(p)));
+        return voxelize::grid_over(&all, size_m).map_err(|e| {
+            let mut extent = *surfaces;
+            let stretches = |p: DVec3| {
+                extent = extent.union(&one(p));
+                voxelize::grid_over(&extent, size_m).is_err()
+            };
+            first_pose(study, stretches).map_or_else(
+                || Error::Input(e.to_string()),
+                |pose| Error::input(format!("{pose} stretches the grid"), &e),
+            )
+        });
     };
     let bounds = Window::between(key(min), key(max));
-    for sensor in &study.sensors {
-        for candidate in &sensor.candidates {
-            let position = candidate.pose.position_m;
-            if !bounds.contains(key(position)) {
-                let what = format!(
-                    "sensor {:?}: pose {} at {position} is outside grid.bounds_m {min} to {max}: move it, or widen the bounds",
-                    sensor.name, candidate.name
-                );
-                return Err(Error::Input(what));
-            }
-        }
+    match first_pose(study, |p| !bounds.contains(key(p))) {
+        None => voxelize::grid_over(&bounds, size_m),
+        Some(pose) => Err(Error::Input(format!(
+            "{pose} is outside grid.bounds_m {min} to {max}: move it, or widen the bounds"
+        ))),
     }
-    voxelize::grid_over(&bounds, study.voxel_size_m)
+}
+
+/// The first pose of the study whose position is so, in words.
+fn first_pose(study: &Study, mut is_so: impl FnMut(DVec3) -> bool) -> Option<String> {
+    study.sensors.iter().find_map(|sensor| {
+        let found = sensor.candidates.iter().find(|c| is_so(c.pose.position_m))?;
+        Some(format!("sensor {:?}: pose {} at {}", sensor.name, found.name, found.pose.position_m))
+    })
 }
 
 fn baselines(truth: &Truth, region: &Region, reachable: &BitGrid) -> Baselines {

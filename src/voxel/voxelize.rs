@@ -1,7 +1,7 @@
 //! From a scene to its truth: which voxels are occupied, what stops rays, whose they are. Regions and sensors are
 //! left to others.
 
-use std::collections::HashMap;
+use std::collections::{BTreeMap, HashMap};
 use std::sync::atomic::{AtomicU32, Ordering};
 
 use glam::DVec3;
@@ -66,19 +66,48 @@ pub fn scene_extent(scene: &Scene, voxel_size_m: f64) -> Result<Window> {
     scene.objects.iter().try_fold(empty, |all, object| Ok(all.union(&lattice(object, voxel_size_m)?.extent)))
 }
 
-/// The grid that holds a box of world keys; refuses one with too many voxels on an axis, with a size that fits.
+/// The grid that holds a box of world keys; refuses one with too many voxels on an axis, with a size that fits where
+/// there is one.
 pub fn grid_over(extent: &Window, voxel_size_m: f64) -> Result<Grid> {
     let longest = extent.size.into_iter().max().unwrap_or(0);
     if longest > MAX_VOXELS_PER_AXIS {
         let metres = longest as f64 * voxel_size_m;
         // Rounded up to a tenth of a millimetre; two voxels are kept for the layers that both ends may add.
         let fits = (metres / (MAX_VOXELS_PER_AXIS - 2) as f64 * 1e4).ceil() / 1e4;
+        // Lengths saturate at the farthest voxel, so from there on no size can be told.
+        let far = |key: i32| i64::from(key).abs() >= FARTHEST_VOXEL;
+        let told =
+            grid::VOXEL_SIZES_M.contains(&fits) && !extent.min.into_iter().chain(extent.end()).any(far);
+        let cure = if told {
+            format!(
+                "set voxel_size_m = {fits} or more (--voxel-size), or bounds_m around the part that matters"
+            )
+        } else {
+            "is a length in millimetres? If not, set bounds_m around the part that matters".into()
+        };
         return Err(Error::Input(format!(
-            "grid: {longest} voxels on an axis ({metres:.2} m at {voxel_size_m} m), at most {MAX_VOXELS_PER_AXIS}: \
-             set [grid] voxel_size_m = {fits} or more, or bounds_m around the part that matters"
+            "grid: {longest} voxels on an axis ({metres:.2} m at voxel_size_m = {voxel_size_m}), at most \
+             {MAX_VOXELS_PER_AXIS}: {cure}"
         )));
     }
     Ok(Grid { voxel_size_m, origin: extent.min, size: extent.size })
+}
+
+/// The largest object of a scene in words, for the message that a grid is too large: mostly it is in millimetres.
+pub fn largest_object(scene: &Scene) -> String {
+    let size = |object: &Object| {
+        let [low, high] = bounds_m(object);
+        high - low
+    };
+    let largest = scene.objects.iter().max_by(|a, b| size(a).max_element().total_cmp(&size(b).max_element()));
+    largest.map_or(String::new(), |object| {
+        let DVec3 { x, y, z } = size(object);
+        format!(
+            "; the largest object is {:?}, {x:.2} × {y:.2} × {z:.2} m: is its file in millimetres? (unit = \"mm\" for \
+             an .stl)",
+            object.name
+        )
+    })
 }
 
 /// Voxelizes a scene, objects and triangles in parallel.
@@ -124,7 +153,7 @@ fn body(object: &Object, grid: &Grid) -> Result<Body> {
         Surface::Voxels { .. } => None,
     };
     let mut cells = surface(&lattice, world);
-    if object.interior != Interior::Free && watertight.unwrap_or(true) && !object.tag_only {
+    if object.interior != Interior::Free && watertight.unwrap_or(true) {
         // The inside is decided over the whole body, so that the grid's cut opens nothing.
         if lattice.extent.size.into_iter().max().unwrap_or(0) <= MAX_VOXELS_PER_AXIS {
             let whole =
@@ -257,16 +286,20 @@ fn size_warning(object: &Object, [low, high]: [DVec3; 2]) -> Option<String> {
     }
     if object.role == Role::Human && size.y > 1.3 && size.y > 2.0 * size.z {
         return Some(format!(
-            "is {:.2} m along y and {:.2} m high: is its file y-up? (up = \"y\")",
+            "is {:.2} m along y and {:.2} m high: is its file y-up? (rpy_deg = [90, 0, 0], or up = \"y\" for an .stl)",
             size.y, size.z
         ));
     }
     None
 }
 
-/// The voxels that any ray from these positions (1/65536 voxels from the grid's corner) could pass or end in: free
-/// ones joined to a position through faces, and the blockers beside them.
-pub fn reachable(truth: &Truth, positions_q16: impl IntoIterator<Item = [i64; 3]>) -> BitGrid {
+/// Where a ray may begin: a position (1/65536 voxels from the grid's corner), and how far the sensor's own housing
+/// reaches, in voxels.
+pub type Begin = ([i64; 3], u32);
+
+/// The voxels that any ray from these positions could pass or end in: free ones joined to a position through faces,
+/// and the blockers beside them. Blockers in reach of a housing let rays pass.
+pub fn reachable(truth: &Truth, begins: impl IntoIterator<Item = Begin>) -> BitGrid {
     let window = truth.grid.window();
     let mut open = BitGrid::new(window);
     let end = window.end();
@@ -277,19 +310,33 @@ pub fn reachable(truth: &Truth, positions_q16: impl IntoIterator<Item = [i64; 3]
     }
     open.remove(&truth.blockers);
     // A sensor's own voxel is never tested, so a ray may leave a blocker.
+    let mut by_housing: BTreeMap<u32, BitGrid> = BTreeMap::new();
+    for (position, housing) in begins {
+        let seeds = by_housing.entry(housing).or_insert_with(|| BitGrid::new(window));
+        seeds.set(grid::Grid::cell_of(position));
+    }
     let mut seeds = BitGrid::new(window);
-    positions_q16.into_iter().for_each(|position| seeds.set(grid::Grid::cell_of(position)));
+    for (housing, mut around) in by_housing {
+        // A ray makes at most √3 crossings a voxel of its way, and three at its ends.
+        let crossings = if housing == 0 { 0 } else { 2 * housing + 3 };
+        (0..crossings).for_each(|_| around = with_neighbours(&around));
+        seeds.add(&around);
+    }
     open.add(&seeds);
-    let mut reached = super::flood::flood(&open, &seeds);
-    let passed = reached.clone();
+    with_neighbours(&super::flood::flood(&open, &seeds))
+}
+
+/// A plane with the voxels that share a face with one of its own.
+fn with_neighbours(plane: &BitGrid) -> BitGrid {
+    let mut grown = plane.clone();
     for axis in 0..3 {
         for by in [-1, 1] {
-            let mut moved = window;
+            let mut moved = plane.window();
             moved.min[axis] += by;
-            reached.add(&in_grid_frame(passed.clone(), moved));
+            grown.add(&in_grid_frame(plane.clone(), moved));
         }
     }
-    reached
+    grown
 }
 
 #[cfg(test)]

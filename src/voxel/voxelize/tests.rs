@@ -89,7 +89,7 @@ fn grids_hold_both_ends_and_refuse_too_many_voxels() {
     assert!(grid_over(&extent, 0.05).is_ok());
     let fine = scene_extent(&scene, 0.001).unwrap();
     let message = grid_over(&fine, 0.001).unwrap_err().to_string();
-    assert!(message.contains("6001 voxels") && message.contains("voxel_size_m = 0.0059"), "{message}");
+    assert!(message.contains("6001 voxels") && message.contains("= 0.0059 or more"), "{message}");
     let fits = scene_extent(&scene, 0.0059).unwrap();
     assert!(grid_over(&fits, 0.0059).is_ok());
 }
@@ -113,7 +113,9 @@ fn millimetres_and_maps_of_another_size_are_caught() {
 #[test]
 fn only_what_a_ray_could_reach_counts_for_the_ceiling() {
     let truth = truth_of(vec![object("body", Role::Human, Interior::Free, test_box())]);
-    let reached = reachable(&truth, [[0; 3]]);
+    let reached = reachable(&truth, [([0; 3], 0)]);
     // The space around the box and its shell; the 6 × 6 × 6 voxels inside stay hidden.
     assert_eq!(reached.count(), 1000 - 216);
+    // A housing that reaches through the shell lets rays inside.
+    assert_eq!(reachable(&truth, [([0; 3], 2)]).count(), 1000);
 }
