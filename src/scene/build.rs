@@ -43,9 +43,6 @@ fn build_object(object: &ObjectSpec, sag_m: f64, objects: &mut Vec<Object>) -> R
         }
         SurfaceSpec::Octomap(path) => {
             let map = octomap::read(path).map_err(at("octomap"))?;
-            if map.occupied.is_empty() {
-                return Err(at("octomap")(Error::input(path.display(), "has no occupied voxel")));
-            }
             let surface = Surface::Voxels { resolution_m: map.resolution_m, keys: map.occupied };
             objects.push(placed(object, object.name.clone(), object.role, object.optical, surface));
             return Ok(());

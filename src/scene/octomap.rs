@@ -69,7 +69,7 @@ fn parse(bytes: &[u8]) -> Result<OctoMap, String> {
         ));
     }
     if voxels == 0 {
-        return Err("holds no occupied voxel".into());
+        return Err("has no occupied voxel".into());
     }
     for (axis, name) in ["x", "y", "z"].iter().enumerate() {
         if high[axis] - low[axis] > MAX_SPAN {
