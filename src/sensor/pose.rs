@@ -47,13 +47,18 @@ pub fn from_rpy(rpy_rad: [f64; 3]) -> DMat3 {
     about_z(rpy_rad[2]) * about_y(rpy_rad[1]) * about_x(rpy_rad[0])
 }
 
+/// Whether a unit vector points straight up or down. A trace of x and y, as a cosine of 90° leaves, is no direction,
+/// and the square of a smaller one would vanish.
+fn is_vertical(forward: DVec3) -> bool {
+    forward.x.hypot(forward.y) < 1e-12
+}
+
 impl Pose {
     /// A pose that faces a direction (not zero), panned about world z and tilted about its own right, up positive:
     /// Rz(pan) · [right, down, facing] · Rx(tilt). Up is world z, or x where it faces straight up or down.
     pub fn facing(position_m: DVec3, facing: DVec3, pan_rad: f64, tilt_rad: f64) -> Self {
         let forward = facing.normalize();
-        let vertical = forward.x == 0.0 && forward.y == 0.0;
-        let up = if vertical { DVec3::X } else { DVec3::Z };
+        let up = if is_vertical(forward) { DVec3::X } else { DVec3::Z };
         let right = forward.cross(up).normalize();
         let base = DMat3::from_cols(right, forward.cross(right), forward);
         let world_from_optical = about_z(pan_rad) * base * about_x(tilt_rad);
@@ -63,8 +68,9 @@ impl Pose {
     /// A pose that stands upright: z is world z, x the horizontal part of a facing (world x where that is vertical),
     /// panned.
     pub fn upright(position_m: DVec3, facing: DVec3, pan_rad: f64) -> Self {
-        let flat = DVec3::new(facing.x, facing.y, 0.0);
-        let x = if flat == DVec3::ZERO { DVec3::X } else { flat.normalize() };
+        let forward = facing.normalize();
+        let flat = DVec3::new(forward.x, forward.y, 0.0);
+        let x = if is_vertical(forward) { DVec3::X } else { flat.normalize() };
         let base = DMat3::from_cols(x, DVec3::Z.cross(x), DVec3::Z);
         Pose::turned(position_m, about_z(pan_rad) * base, Frame::Link)
     }
@@ -120,6 +126,17 @@ mod tests {
         assert_eq!(columns(pose.optical()), [[1000, 0, 0], [0, 0, -1000], [0, 1000, 0]]);
         let down = Pose::facing(DVec3::ZERO, -DVec3::Z, 0.0, 0.0);
         assert_eq!(columns(down.optical()), [[0, -1000, 0], [-1000, 0, 0], [0, 0, -1000]]);
+    }
+
+    #[test]
+    fn a_trace_of_sideways_is_vertical() {
+        for trace in [6e-17, 1e-200, -1e-300] {
+            let facing = DVec3::new(trace, trace, -1.0);
+            let (down, straight) = [facing, -DVec3::Z].map(|f| Pose::facing(DVec3::ZERO, f, 0.0, 0.0)).into();
+            assert_eq!(columns(down.optical()), columns(straight.optical()), "{trace}");
+            let upright = Pose::upright(DVec3::ZERO, facing, 0.0);
+            assert_eq!(columns(upright.link()), columns(DMat3::IDENTITY), "{trace}");
+        }
     }
 
     #[test]
