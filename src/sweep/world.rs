@@ -79,29 +79,41 @@ fn positions(study: &Study) -> impl Iterator<Item = DVec3> + '_ {
 }
 
 /// The grid of a scene: the user's bounds, or all surfaces and sensor positions.
-fn grid(study: &Study, extent: &Window) -> Result<Grid> {
-    let key = |p: DVec3| {
-        let at_world = Grid { voxel_size_m: study.voxel_size_m, origin: [0; 3], size: [1; 3] };
-        Grid::cell_of(at_world.position_q16(p))
-    };
+fn grid(study: &Study, surfaces: &Window) -> Result<Grid> {
+    let size_m = study.voxel_size_m;
+    let at_world = Grid { voxel_size_m: size_m, origin: [0; 3], size: [1; 3] };
+    let key = |p: DVec3| Grid::cell_of(at_world.position_q16(p));
+    let one = |p: DVec3| Window::between(key(p), key(p));
     let Some([min, max]) = study.bounds_m else {
-        let all = positions(study).map(|p| Window::between(key(p), key(p)));
-        return voxelize::grid_over(&all.fold(*extent, |all, one| all.union(&one)), study.voxel_size_m);
+        voxelize::grid_over(surfaces, size_m)?;
+        let all = positions(study).fold(*surfaces, |all, p| all.union(&one(p)));
+        return voxelize::grid_over(&all, size_m).map_err(|e| {
+            let mut extent = *surfaces;
+            let stretches = |p: DVec3| {
+                extent = extent.union(&one(p));
+                voxelize::grid_over(&extent, size_m).is_err()
+            };
+            first_pose(study, stretches).map_or_else(
+                || Error::Input(e.to_string()),
+                |pose| Error::input(format!("{pose} stretches the grid"), &e),
+            )
+        });
     };
     let bounds = Window::between(key(min), key(max));
-    for sensor in &study.sensors {
-        for candidate in &sensor.candidates {
-            let position = candidate.pose.position_m;
-            if !bounds.contains(key(position)) {
-                let what = format!(
-                    "sensor {:?}: pose {} at {position} is outside grid.bounds_m {min} to {max}: move it, or widen the bounds",
-                    sensor.name, candidate.name
-                );
-                return Err(Error::Input(what));
-            }
-        }
+    match first_pose(study, |p| !bounds.contains(key(p))) {
+        None => voxelize::grid_over(&bounds, size_m),
+        Some(pose) => Err(Error::Input(format!(
+            "{pose} is outside grid.bounds_m {min} to {max}: move it, or widen the bounds"
+        ))),
     }
-    voxelize::grid_over(&bounds, study.voxel_size_m)
+}
+
+/// The first pose of the study whose position is so, in words.
+fn first_pose(study: &Study, mut is_so: impl FnMut(DVec3) -> bool) -> Option<String> {
+    study.sensors.iter().find_map(|sensor| {
+        let found = sensor.candidates.iter().find(|c| is_so(c.pose.position_m))?;
+        Some(format!("sensor {:?}: pose {} at {}", sensor.name, found.name, found.pose.position_m))
+    })
 }
 
 fn baselines(truth: &Truth, region: &Region, reachable: &BitGrid) -> Baselines {
@@ -188,3 +200,6 @@ fn inside_warning(sensor: &Sensor, plane: &BitGrid, grid: &Grid, what: &str) -> 
     let count = 1 + inside.count();
     Some(format!("sensor {:?}: {count} poses (first {}) {what}", sensor.name, first.name))
 }
+
+#[cfg(test)]
+mod tests;

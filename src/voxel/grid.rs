@@ -8,6 +8,9 @@ pub const MAX_VOXELS_PER_AXIS: u32 = 1023;
 /// One voxel in Q16, the unit of every length: 1/65536 of a voxel.
 pub const ONE_Q16: i64 = 1 << 16;
 
+/// Smallest and largest edge of a voxel in metres.
+pub const VOXEL_SIZES_M: std::ops::RangeInclusive<f64> = 1e-4..=10.0;
+
 /// Lengths are refused beyond this many voxels, so that no product of two of them overflows.
 pub const FARTHEST_VOXEL: i64 = 1 << 20;
 

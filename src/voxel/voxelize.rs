@@ -66,16 +66,26 @@ pub fn scene_extent(scene: &Scene, voxel_size_m: f64) -> Result<Window> {
     scene.objects.iter().try_fold(empty, |all, object| Ok(all.union(&lattice(object, voxel_size_m)?.extent)))
 }
 
-/// The grid that holds a box of world keys; refuses one with too many voxels on an axis, with a size that fits.
+/// The grid that holds a box of world keys; refuses one with too many voxels on an axis, with a size that fits where
+/// there is one.
 pub fn grid_over(extent: &Window, voxel_size_m: f64) -> Result<Grid> {
     let longest = extent.size.into_iter().max().unwrap_or(0);
     if longest > MAX_VOXELS_PER_AXIS {
         let metres = longest as f64 * voxel_size_m;
         // Rounded up to a tenth of a millimetre; two voxels are kept for the layers that both ends may add.
         let fits = (metres / (MAX_VOXELS_PER_AXIS - 2) as f64 * 1e4).ceil() / 1e4;
+        // Lengths saturate at the farthest voxel, so from there on no size can be told.
+        let far = |key: i32| i64::from(key).abs() >= FARTHEST_VOXEL;
+        let told =
+            grid::VOXEL_SIZES_M.contains(&fits) && !extent.min.into_iter().chain(extent.end()).any(far);
+        let cure = if told {
+            format!("set voxel_size_m = {fits} or more, or bounds_m around the part that matters")
+        } else {
+            "is a length in millimetres? If not, set bounds_m around the part that matters".into()
+        };
         return Err(Error::Input(format!(
-            "grid: {longest} voxels on an axis ({metres:.2} m at {voxel_size_m} m), at most {MAX_VOXELS_PER_AXIS}: \
-             set [grid] voxel_size_m = {fits} or more, or bounds_m around the part that matters"
+            "grid: {longest} voxels on an axis ({metres:.2} m at voxel_size_m = {voxel_size_m}), at most \
+             {MAX_VOXELS_PER_AXIS}: {cure}"
         )));
     }
     Ok(Grid { voxel_size_m, origin: extent.min, size: extent.size })
