@@ -4,7 +4,6 @@
 use std::time::{Duration, Instant};
 
 use super::World;
-use crate::Result;
 use crate::backend::oracle::Oracle;
 use crate::backend::{Backend, Cell, Evidence, Placement, Rays};
 use crate::march::End;
@@ -12,6 +11,7 @@ use crate::metrics::Confusion;
 use crate::sensor::Sensor;
 use crate::study::Study;
 use crate::voxel::BitGrid;
+use crate::{Error, Result};
 
 /// Which poses are compared.
 #[derive(Clone, Debug)]
@@ -99,6 +99,10 @@ pub fn compare(
     report.lines.push(line.clone());
     for backend in backends {
         let (found, time) = timed(backend.as_mut(), &cell, &rays, &placements)?;
+        if found.len() != placements.len() {
+            let what = format!("answered for {} of {} poses", found.len(), placements.len());
+            return Err(Error::Device(format!("backend {}: {what}", backend.name())));
+        }
         let mut differences = 0;
         for (i, placement) in placements.iter().enumerate() {
             let expected = (&oracle.read(placement)?, &counts[i]);
@@ -141,16 +145,24 @@ fn timed(
 /// The evidence and the counts of one pose.
 type Said<'a> = (&'a Evidence, &'a Vec<Confusion>);
 
+/// Counts, plane bits and ends that differ; what one side lacks differs too.
 fn count_differences((expected, counts): Said, (got, found): Said) -> u64 {
-    let bits = |a: &BitGrid, b: &BitGrid| -> u64 {
-        a.words().iter().zip(b.words()).map(|(a, b)| (a ^ b).count_ones() as u64).sum()
+    let bits = |a: &BitGrid, b: &BitGrid| {
+        let (mut only_a, mut only_b) = (a.clone(), b.clone());
+        only_a.remove(b);
+        only_b.remove(a);
+        only_a.count() + only_b.count()
     };
-    let ends = expected.ends.iter().zip(&got.ends).filter(|(a, b)| a != b).count() as u64;
-    let scored = counts.iter().zip(found).flat_map(|(a, b)| {
-        let (a, b) = (a.counts(), b.counts());
-        (0..a.len()).filter(move |&i| a[i] != b[i])
-    });
-    bits(&expected.occupied, &got.occupied) + bits(&expected.free, &got.free) + ends + scored.count() as u64
+    let flat = |all: &[Confusion]| -> Vec<u64> { all.iter().flat_map(Confusion::counts).collect() };
+    bits(&expected.occupied, &got.occupied)
+        + bits(&expected.free, &got.free)
+        + unequal(&expected.ends, &got.ends)
+        + unequal(&flat(counts), &flat(found))
+}
+
+/// How many places of two lists differ, those included that only the longer one has.
+fn unequal<T: PartialEq>(a: &[T], b: &[T]) -> u64 {
+    (a.iter().zip(b).filter(|(a, b)| a != b).count() + a.len().abs_diff(b.len())) as u64
 }
 
 /// Names the ray and the voxel of the first difference of a pose.
@@ -164,6 +176,9 @@ fn explain(
     let differs = |(_, (a, b)): &(usize, (&End, &End))| a != b;
     if let Some((ray, (a, b))) = expected.ends.iter().zip(&got.ends).enumerate().find(differs) {
         return Ok(format!("ray {ray} (direction {:?}) ended as {b:?}, expected {a:?}", rays.dirs_q15[ray]));
+    }
+    if expected.ends.len() != got.ends.len() {
+        return Ok(format!("{} rays ended, expected {}", got.ends.len(), expected.ends.len()));
     }
     for (plane, a, b) in
         [("occupied", &expected.occupied, &got.occupied), ("free", &expected.free, &got.free)]
@@ -200,3 +215,6 @@ fn visiting_ray(cell: &Cell, rays: &Rays, placement: &Placement, voxel: [i32; 3]
     }
     Ok(Some(without))
 }
+
+#[cfg(test)]
+mod tests;

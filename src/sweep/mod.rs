@@ -8,11 +8,11 @@ pub mod summary;
 pub mod table;
 pub mod world;
 
-use crate::Result;
 use crate::backend::Backend;
 use crate::metrics::Confusion;
 use crate::study::Study;
 use crate::voxel::region::window_of;
+use crate::{Error, Result};
 pub use world::World;
 
 /// The counts of one pose in one region of one scene; indices are those of the study.
@@ -53,7 +53,12 @@ pub fn run(
                 spec.candidates.iter().map(|c| spec.placement(&c.pose, &world.truth.grid)).collect();
             let mut pose = 0;
             for batch in placements.chunks(backend.batch().max(1)) {
-                for regions in backend.score(batch)? {
+                let scored = backend.score(batch)?;
+                if scored.len() != batch.len() || scored.iter().any(|r| r.len() != world.regions.len()) {
+                    let what = format!("answered for {} of {} poses", scored.len(), batch.len());
+                    return Err(Error::Device(format!("backend {}: {what}", backend.name())));
+                }
+                for regions in scored {
                     let counts = regions.into_iter().enumerate();
                     rows.extend(counts.map(|(region, counts)| Row { scene, sensor, pose, region, counts }));
                     pose += 1;
