@@ -12,12 +12,21 @@ use crate::{Error, Result};
 pub fn build(spec: &SceneSpec, voxel_size_m: f64) -> Result<Scene> {
     let mut objects = Vec::new();
     for object in &spec.objects {
-        build_object(spec, object, voxel_size_m / 8.0, &mut objects)?;
+        build_object(object, voxel_size_m / 8.0, &mut objects)
+            .map_err(|e| Error::input(format!("{}: object {:?}", spec.path.display(), object.name), e))?;
+    }
+    if objects.is_empty() {
+        return Err(Error::input(
+            spec.path.display(),
+            "nodes: every part of every object is ignored, nothing is left",
+        ));
     }
     Ok(Scene { name: spec.name.clone(), objects })
 }
 
-fn build_object(spec: &SceneSpec, object: &ObjectSpec, sag_m: f64, objects: &mut Vec<Object>) -> Result<()> {
+fn build_object(object: &ObjectSpec, sag_m: f64, objects: &mut Vec<Object>) -> Result<()> {
+    // A loader's message begins with the file, the value of this key.
+    let at = |key: &'static str| move |e: Error| Error::Input(format!("{key} = {e}"));
     let mesh = match &object.surface {
         SurfaceSpec::Box { size_m } => primitive::cuboid(*size_m),
         SurfaceSpec::Room { size_m } => primitive::room(*size_m),
@@ -25,18 +34,23 @@ fn build_object(spec: &SceneSpec, object: &ObjectSpec, sag_m: f64, objects: &mut
         SurfaceSpec::Sphere { radius_m } => primitive::sphere(*radius_m, sag_m),
         SurfaceSpec::Cylinder { radius_m, height_m } => primitive::cylinder(*radius_m, *height_m, sag_m),
         SurfaceSpec::Capsule { radius_m, length_m } => primitive::capsule(*radius_m, *length_m, sag_m),
-        SurfaceSpec::Mannequin(path) => mannequin::body(&mannequin::read_keypoints(path)?, sag_m),
+        SurfaceSpec::Mannequin(path) => {
+            mannequin::body(&mannequin::read_keypoints(path).map_err(at("mannequin"))?, sag_m)
+        }
         SurfaceSpec::Stl { path, scale, y_up } => {
-            let mesh = stl::load(path)?.scaled(*scale);
+            let mesh = stl::load(path).map_err(at("mesh"))?.scaled(*scale);
             if *y_up { z_up(mesh) } else { mesh }
         }
         SurfaceSpec::Octomap(path) => {
-            let map = octomap::read(path)?;
+            let map = octomap::read(path).map_err(at("octomap"))?;
+            if map.occupied.is_empty() {
+                return Err(at("octomap")(Error::input(path.display(), "has no occupied voxel")));
+            }
             let surface = Surface::Voxels { resolution_m: map.resolution_m, keys: map.occupied };
             objects.push(placed(object, object.name.clone(), object.role, object.optical, surface));
             return Ok(());
         }
-        SurfaceSpec::Gltf(path) => return gltf_parts(spec, object, gltf::load(path)?, objects),
+        SurfaceSpec::Gltf(path) => return gltf_parts(object, gltf::load(path).map_err(at("mesh"))?, objects),
     };
     objects.push(solid(object, object.name.clone(), object.role, object.optical, mesh));
     Ok(())
@@ -44,12 +58,7 @@ fn build_object(spec: &SceneSpec, object: &ObjectSpec, sag_m: f64, objects: &mut
 
 /// A glTF file becomes one object for the nodes that no rule names, under the object's own name, and one for each
 /// rule, named `object/pattern`. A node follows the first rule that matches it or a node above it.
-fn gltf_parts(
-    spec: &SceneSpec,
-    object: &ObjectSpec,
-    nodes: Vec<gltf::NodeMesh>,
-    objects: &mut Vec<Object>,
-) -> Result<()> {
+fn gltf_parts(object: &ObjectSpec, nodes: Vec<gltf::NodeMesh>, objects: &mut Vec<Object>) -> Result<()> {
     let rules: Vec<WildMatch> = object.nodes.iter().map(|rule| WildMatch::new(&rule.r#match)).collect();
     let mut rest = Mesh::default();
     let mut parts = vec![Mesh::default(); rules.len()];
@@ -68,13 +77,11 @@ fn gltf_parts(
         let mut names: Vec<&str> =
             nodes.iter().filter_map(|node| node.names.last()).map(String::as_str).collect();
         names.truncate(12);
-        let place = format!("{}: object {:?}", spec.path.display(), object.name);
-        let what = format!(
+        return Err(Error::Input(format!(
             "nodes.match = {:?}: no node with triangles has such a name; there are {}",
             object.nodes[rule].r#match,
             names.join(", ")
-        );
-        return Err(Error::input(place, what));
+        )));
     }
     if !rest.triangles.is_empty() {
         objects.push(solid(object, object.name.clone(), object.role, object.optical, rest));
@@ -106,4 +113,89 @@ fn placed(spec: &ObjectSpec, name: String, role: Role, optical: Optical, surface
 fn z_up(mut mesh: Mesh) -> Mesh {
     mesh.vertices.iter_mut().for_each(|v| *v = DVec3::new(v.x, -v.z, v.y));
     mesh
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::Interior;
+    use glam::DQuat;
+
+    fn object(name: &str, surface: SurfaceSpec) -> ObjectSpec {
+        ObjectSpec {
+            name: name.into(),
+            role: Role::Robot,
+            interior: Interior::Occupied,
+            optical: Optical::SeeThrough,
+            tag_only: true,
+            position_m: DVec3::new(1.0, 2.0, 3.0),
+            // A quarter turn about z: x becomes y.
+            rotation: DQuat::from_rotation_z(std::f64::consts::FRAC_PI_2),
+            surface,
+            nodes: Vec::new(),
+        }
+    }
+
+    fn scene(objects: Vec<ObjectSpec>) -> Result<Scene> {
+        build(
+            &SceneSpec { path: "cell.toml".into(), text: String::new(), name: "cell".into(), objects },
+            0.08,
+        )
+    }
+
+    #[test]
+    fn bodies_are_turned_then_moved_and_keep_what_they_are() {
+        let spec = object("bar", SurfaceSpec::Box { size_m: DVec3::new(0.4, 0.2, 0.6) });
+        let built = scene(vec![spec]).unwrap();
+        let [bar] = &built.objects[..] else { panic!("one object") };
+        assert_eq!((bar.name.as_str(), bar.role, bar.interior), ("bar", Role::Robot, Interior::Occupied));
+        assert_eq!((bar.optical, bar.tag_only), (Optical::SeeThrough, true));
+        let Surface::Mesh(mesh) = &bar.surface else { panic!("a mesh") };
+        let (low, high) = mesh.bounds().unwrap();
+        assert!((low - DVec3::new(0.9, 1.8, 2.7)).length() < 1e-12, "{low}");
+        assert!((high - DVec3::new(1.1, 2.2, 3.3)).length() < 1e-12, "{high}");
+    }
+
+    #[test]
+    fn round_bodies_stay_within_an_eighth_of_a_voxel() {
+        let round = SurfaceSpec::Sphere { radius_m: 0.5 };
+        let Surface::Mesh(mesh) = &scene(vec![object("ball", round)]).unwrap().objects[0].surface else {
+            panic!("a mesh")
+        };
+        let centre = DVec3::new(1.0, 2.0, 3.0);
+        let deepest = mesh.triangles.iter().map(|t| {
+            let middle = t.iter().map(|&i| mesh.vertices[i as usize]).sum::<DVec3>() / 3.0;
+            0.5 - (middle - centre).length()
+        });
+        let deepest = deepest.fold(0.0, f64::max);
+        assert!(deepest > 0.0 && deepest <= 0.01, "{deepest}");
+    }
+
+    #[test]
+    fn y_up_files_are_turned_to_z_up() {
+        let mesh = Mesh { vertices: vec![DVec3::new(1.0, 2.0, 3.0)], triangles: Vec::new() };
+        assert_eq!(z_up(mesh).vertices, [DVec3::new(1.0, -3.0, 2.0)]);
+    }
+
+    #[test]
+    fn what_cannot_be_read_is_named_by_scene_object_key_and_file() {
+        for (surface, expected) in [
+            (
+                SurfaceSpec::Gltf("gone.glb".into()),
+                "cell.toml: object \"part\": mesh = gone.glb: cannot be read",
+            ),
+            (
+                SurfaceSpec::Octomap("gone.bt".into()),
+                "cell.toml: object \"part\": octomap = gone.bt: cannot be read",
+            ),
+            (
+                SurfaceSpec::Mannequin("gone.csv".into()),
+                "cell.toml: object \"part\": mannequin = gone.csv: cannot be read",
+            ),
+        ] {
+            let error = scene(vec![object("part", surface)]).unwrap_err().to_string();
+            assert!(error.starts_with(expected), "{error}");
+        }
+        assert!(scene(Vec::new()).unwrap_err().to_string().starts_with("cell.toml: "));
+    }
 }
