@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use serde::Deserialize;
 
-use super::value::{Axis, OneOrTwo};
+use super::value::{Axis, OneOrTwo, exactly, exactly_if_given};
 use crate::sensor::{Mount, pose::Frame};
 
 #[derive(Deserialize)]
@@ -47,7 +47,9 @@ pub(super) enum Outside {
 #[derive(Clone, Copy, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct BoundsFile {
+    #[serde(deserialize_with = "exactly")]
     pub(super) min: [f64; 3],
+    #[serde(deserialize_with = "exactly")]
     pub(super) max: [f64; 3],
 }
 
@@ -70,6 +72,7 @@ pub(super) struct RegionFile {
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct SphereFile {
+    #[serde(deserialize_with = "exactly")]
     pub(super) center_m: [f64; 3],
     pub(super) radius_m: f64,
 }
@@ -77,7 +80,9 @@ pub(super) struct SphereFile {
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct BoxFile {
+    #[serde(deserialize_with = "exactly")]
     pub(super) min_m: [f64; 3],
+    #[serde(deserialize_with = "exactly")]
     pub(super) max_m: [f64; 3],
 }
 
@@ -86,7 +91,9 @@ pub(super) struct BoxFile {
 pub(super) struct HumanBoxFile {
     pub(super) object: Option<String>,
     pub(super) margin_m: Option<f64>,
+    #[serde(default, deserialize_with = "exactly_if_given")]
     pub(super) margin_min_m: Option<[f64; 3]>,
+    #[serde(default, deserialize_with = "exactly_if_given")]
     pub(super) margin_max_m: Option<[f64; 3]>,
 }
 
@@ -96,11 +103,14 @@ pub(super) struct SensorFile {
     pub(super) name: String,
     pub(super) kind: SensorKind,
     pub(super) fov_deg: Option<OneOrTwo>,
+    #[serde(default, deserialize_with = "exactly_if_given")]
     pub(super) resolution_px: Option<[u32; 2]>,
     pub(super) resolution_deg: Option<OneOrTwo>,
+    #[serde(default, deserialize_with = "exactly_if_given")]
     pub(super) elevation_deg: Option<[f64; 2]>,
     pub(super) rings_deg: Option<Vec<f64>>,
     pub(super) mount: Option<Mount>,
+    #[serde(deserialize_with = "exactly")]
     pub(super) range_m: [f64; 2],
     #[serde(default)]
     pub(super) near_ignore_m: f64,
@@ -133,6 +143,7 @@ pub(super) struct PosesFile {
     pub(super) x_m: Option<Axis>,
     pub(super) y_m: Option<Axis>,
     pub(super) z_m: Option<Axis>,
+    #[serde(default, deserialize_with = "exactly_if_given")]
     pub(super) facing: Option<[f64; 3]>,
     pub(super) orientations_deg: Option<Vec<PanTilt>>,
     pub(super) list: Option<Vec<PoseFile>>,
@@ -152,10 +163,13 @@ pub(super) struct PanTilt {
 #[serde(deny_unknown_fields)]
 pub(super) struct PoseFile {
     pub(super) name: Option<String>,
+    #[serde(deserialize_with = "exactly")]
     pub(super) position_m: [f64; 3],
+    #[serde(default, deserialize_with = "exactly_if_given")]
     pub(super) facing: Option<[f64; 3]>,
     pub(super) pan_deg: Option<f64>,
     pub(super) tilt_deg: Option<f64>,
+    #[serde(default, deserialize_with = "exactly_if_given")]
     pub(super) rpy_deg: Option<[f64; 3]>,
     pub(super) quaternion: Option<Quaternion>,
     pub(super) frame: Option<Frame>,
@@ -174,10 +188,12 @@ pub(super) struct Quaternion {
 #[serde(deny_unknown_fields)]
 pub(super) struct RandomFile {
     pub(super) count: u32,
+    #[serde(deserialize_with = "exactly")]
     pub(super) min_m: [f64; 3],
+    #[serde(deserialize_with = "exactly")]
     pub(super) max_m: [f64; 3],
-    #[serde(default)]
+    #[serde(default, deserialize_with = "exactly")]
     pub(super) pan_deg: [f64; 2],
-    #[serde(default)]
+    #[serde(default, deserialize_with = "exactly")]
     pub(super) tilt_deg: [f64; 2],
 }

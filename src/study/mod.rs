@@ -15,8 +15,12 @@ use glam::DVec3;
 
 use crate::sensor::Sensor;
 use crate::voxel::Shape;
+use crate::voxel::grid::VOXEL_SIZES_M;
 use crate::{Error, Result};
 pub use scene_file::{NodeRule, ObjectSpec, SceneSpec, SurfaceSpec};
+
+/// No coordinate in a file is larger; beyond it there are slips of the pen, infinities and NaN.
+const FARTHEST_M: f64 = 1e6;
 
 /// A checked study: what to sweep over what.
 #[derive(Clone, Debug)]
@@ -48,21 +52,25 @@ impl Study {
         let file: file::StudyFile = parse(path, &text)?;
         let at = Place { file: path, prefix: String::new() };
 
-        let voxel_size_m = voxel_size_m.unwrap_or(file.grid.voxel_size_m);
-        at.key("grid").number(
-            "voxel_size_m",
-            voxel_size_m,
-            1e-4..=10.0,
-            "a size in metres from 0.0001 to 10",
-        )?;
+        let rule = "a size in metres from 0.0001 to 10";
+        at.key("grid").number("voxel_size_m", file.grid.voxel_size_m, VOXEL_SIZES_M, rule)?;
+        let voxel_size_m = match voxel_size_m {
+            Some(size) if !VOXEL_SIZES_M.contains(&size) => {
+                return Err(Error::Input(format!("--voxel-size {size}: must be {rule}")));
+            }
+            other => other.unwrap_or(file.grid.voxel_size_m),
+        };
         let bounds_m = file.grid.bounds_m.map(|b| bounds(&at.key("grid"), b)).transpose()?;
 
         at.some("scene", &file.scene, "[[scene]] file = \"scene.toml\"")?;
         at.some("region", &file.region, "[[region]] name = \"robot\"")?;
         at.some("sensor", &file.sensor, "[[sensor]] name = \"camera\"")?;
         let folder = path.parent().unwrap_or(Path::new(""));
-        let scenes = file.scene.iter().map(|entry| {
-            let mut scene = SceneSpec::load(&folder.join(&entry.file))?;
+        let scenes = file.scene.iter().enumerate().map(|(i, entry)| {
+            let path = folder.join(&entry.file);
+            // An error inside the file names the file; one of reaching it also says who asked for it.
+            let text = read_text(&path).map_err(|e| at.says(format!("scene[{i}].file: {e}")))?;
+            let mut scene = SceneSpec::parse(&path, text)?;
             scene.name = entry.name.clone().unwrap_or(scene.name);
             Ok(scene)
         });
@@ -149,10 +157,11 @@ impl Place<'_> {
     }
 
     fn vector(&self, key: &str, value: [f64; 3]) -> Result<DVec3> {
-        if value.iter().all(|v| v.is_finite() && v.abs() < 1e9) {
+        if value.iter().all(|v| v.abs() <= FARTHEST_M) {
             Ok(DVec3::from_array(value))
         } else {
-            Err(self.wrong(key, format!("{value:?}"), "must be three finite numbers"))
+            let rule = format!("must be three numbers from -{FARTHEST_M} to {FARTHEST_M}");
+            Err(self.wrong(key, format!("{value:?}"), &rule))
         }
     }
 
@@ -167,7 +176,7 @@ impl Place<'_> {
         let mut seen = HashSet::new();
         for name in names {
             if name.is_empty() {
-                return Err(self.says(format!("a {kind} has an empty name")));
+                return Err(self.says(format!("one of the {kind}s has an empty name")));
             }
             if !seen.insert(name) {
                 return Err(self.says(format!("two {kind}s are named {name:?}: give each its own name")));
@@ -194,4 +203,48 @@ fn slug(name: &str) -> String {
     let plain: String =
         name.chars().map(|c| if c.is_alphanumeric() { c.to_ascii_lowercase() } else { '-' }).collect();
     plain.split('-').filter(|part| !part.is_empty()).collect::<Vec<_>>().join("-")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn slugs_are_lower_case_with_single_hyphens() {
+        for (name, expected) in [
+            ("right wall", "right-wall"),
+            ("  Right--Wall (2) ", "right-wall-2"),
+            ("a/b:c,d", "a-b-c-d"),
+            ("Straße 7", "straße-7"),
+            ("...", ""),
+            ("", ""),
+        ] {
+            assert_eq!(slug(name), expected, "{name:?}");
+        }
+    }
+
+    #[test]
+    fn messages_have_file_key_value_and_rule() {
+        let at = Place { file: Path::new("study.toml"), prefix: String::new() };
+        let inside = at.key("sensor \"camera\"");
+        let wrong = inside.number("fov", 190.0, 0.0..180.0, "below 180").unwrap_err();
+        assert_eq!(wrong.to_string(), "study.toml: sensor \"camera\".fov = 190: must be below 180");
+        assert_eq!(inside.says("no poses").to_string(), "study.toml: sensor \"camera\": no poses");
+        assert_eq!(at.says("no scene").to_string(), "study.toml: no scene");
+        for value in [f64::NAN, f64::INFINITY, -f64::INFINITY, 1e300] {
+            assert!(inside.vector("position_m", [0.0, value, 0.0]).is_err(), "{value}");
+            assert!(inside.number("fov", value, -1.0..=1.0, "x").is_err(), "{value}");
+        }
+    }
+
+    #[test]
+    fn one_choice_is_one_choice() {
+        let at = Place { file: Path::new("study.toml"), prefix: String::new() };
+        let choose =
+            |a, b| only_one(&at, "shape", vec![("sphere", a), ("box", b)]).map_err(|e| e.to_string());
+        assert_eq!(choose(Some(1), None), Ok(1));
+        assert_eq!(choose(None, Some(2)), Ok(2));
+        assert_eq!(choose(None, None).unwrap_err(), "study.toml: no shape: give one of sphere, box");
+        assert_eq!(choose(Some(1), Some(2)).unwrap_err(), "study.toml: both sphere and box: give one shape");
+    }
 }

@@ -9,7 +9,7 @@ use serde::Deserialize;
 
 use super::file::{PanTilt, PoseFile, PosesFile, RandomFile};
 use super::value::Axis;
-use super::{Place, slug};
+use super::{FARTHEST_M, Place, slug};
 use crate::sensor::pose::{Frame, from_rpy};
 use crate::sensor::{Candidate, Kind, Mount, Pose};
 use crate::{Error, Result};
@@ -17,13 +17,20 @@ use crate::{Error, Result};
 /// Most poses in one study file's group; a larger number is a slip of a step.
 const MAX_POSES: usize = 10_000_000;
 
+/// Whose poses they are, and what random ones are drawn from.
+pub(super) struct Source<'a> {
+    pub(super) sensor: &'a str,
+    pub(super) kind: &'a Kind,
+    pub(super) seed: u64,
+    /// Different for each group of the study, so that none repeats another's draws.
+    pub(super) stream: u64,
+}
+
 /// Adds the poses of one `[[sensor.poses]]` entry.
 pub(super) fn expand(
     at: &Place,
     entry: &PosesFile,
-    kind: &Kind,
-    seed: u64,
-    stream: u64,
+    source: &Source,
     candidates: &mut Vec<Candidate>,
 ) -> Result<()> {
     let at = &at.key(&format!("poses {:?}", entry.name));
@@ -47,16 +54,21 @@ pub(super) fn expand(
         at.some("list", list, "list = [{ position_m = [0, 0, 2], facing = [1, 0, 0] }]")?;
         let poses = list.iter().enumerate().map(|(i, pose)| {
             let name = pose.name.clone().unwrap_or_else(|| i.to_string());
-            Ok((name.clone(), listed(&at.key(&format!("list {name:?}")), pose, kind)?))
+            let at = at.key(&format!("list[{i}]"));
+            if name.is_empty() {
+                return Err(at.wrong("name", "\"\"", "must not be empty; leave it out to number the pose"));
+            }
+            Ok((name, listed(&at, pose, source.kind)?))
         });
         poses.collect::<Result<_>>()?
     } else if let Some(csv) = &entry.csv {
         let folder = at.file.parent().unwrap_or(Path::new(""));
-        table(&folder.join(csv), entry.frame.unwrap_or_default())?
+        let poses = table(&folder.join(csv), entry.frame.unwrap_or_default(), source.sensor);
+        poses.map_err(|e| at.says(format!("csv: {e}")))?
     } else if let Some(random) = &entry.random {
-        drawn(at, random, entry.facing, kind, seed, stream)?
+        drawn(at, random, entry.facing, source)?
     } else {
-        lattice_poses(at, entry, kind)?
+        lattice_poses(at, entry, source.kind)?
     };
     candidates.extend(named.into_iter().map(|(name, pose)| Candidate {
         name: format!("{group}/{name}"),
@@ -74,15 +86,19 @@ fn axis(at: &Place, key: &str, axis: &Option<Axis>) -> Result<Vec<f64>> {
         Some(Axis::Steps { start, stop, step }) => {
             let (start, stop, step) = (*start, *stop, *step);
             let steps = ((stop - start) / step + 1e-9).floor();
-            if !(step > 0.0 && steps >= 0.0 && steps < MAX_POSES as f64) {
+            if !(step > 0.0 && step <= FARTHEST_M && steps >= 0.0 && steps < MAX_POSES as f64) {
                 let value = format!("{{ start = {start}, stop = {stop}, step = {step} }}");
-                return Err(at.wrong(key, value, "step must be above 0 and stop not below start"));
+                let rule = "step must be above 0 (neither tiny nor huge) and stop not below start";
+                return Err(at.wrong(key, value, rule));
             }
             (0..=steps as usize).map(|i| start + i as f64 * step).collect()
         }
     };
-    if values.is_empty() || values.iter().any(|v| !v.is_finite()) {
-        return Err(at.wrong(key, format!("{values:?}"), "must be at least one finite number"));
+    if values.is_empty() {
+        return Err(at.wrong(key, "[]", "must be at least one number"));
+    }
+    if let Some(value) = values.iter().find(|v| !(-FARTHEST_M..=FARTHEST_M).contains(*v)) {
+        return Err(at.wrong(key, value, &format!("must be from -{FARTHEST_M} to {FARTHEST_M}")));
     }
     Ok(values)
 }
@@ -106,7 +122,13 @@ fn lattice_poses(at: &Place, entry: &PosesFile, kind: &Kind) -> Result<Vec<(Stri
         for &y in &ys {
             for &z in &zs {
                 for (o, turn) in orientations.iter().enumerate() {
-                    let pose = turned(at, kind, DVec3::new(x, y, z), facing, turn.pan, turn.tilt)?;
+                    let pose = turned(
+                        &at.key(&format!("orientations_deg[{o}]")),
+                        kind,
+                        DVec3::new(x, y, z),
+                        facing,
+                        [("pan", turn.pan), ("tilt", turn.tilt)],
+                    )?;
                     poses.push((format!("{position}/{o}"), pose));
                 }
                 position += 1;
@@ -126,24 +148,21 @@ fn facing(at: &Place, facing: Option<[f64; 3]>) -> Result<DVec3> {
     Ok(facing)
 }
 
+/// Pan and tilt in degrees, with the keys they were given by.
+type Turn<'a> = [(&'a str, f64); 2];
+
 /// A facing pose, panned and tilted, for this kind of sensor.
-fn turned(
-    at: &Place,
-    kind: &Kind,
-    position: DVec3,
-    facing: DVec3,
-    pan_deg: f64,
-    tilt_deg: f64,
-) -> Result<Pose> {
-    at.number("pan", pan_deg, -360.0..=360.0, "an angle in degrees")?;
-    at.number("tilt", tilt_deg, -180.0..=180.0, "an angle in degrees")?;
+fn turned(at: &Place, kind: &Kind, position: DVec3, facing: DVec3, turn: Turn) -> Result<Pose> {
+    let [(pan_key, pan_deg), (tilt_key, tilt_deg)] = turn;
+    at.number(pan_key, pan_deg, -360.0..=360.0, "an angle in degrees from -360 to 360")?;
+    at.number(tilt_key, tilt_deg, -180.0..=180.0, "an angle in degrees from -180 to 180")?;
     let (pan, tilt) = (pan_deg.to_radians(), tilt_deg.to_radians());
     match kind {
         Kind::Lidar(lidar) if lidar.mount == Mount::Upright => {
             let rule = "an upright lidar spins about world z and does not tilt: \
                         use mount = \"facing\", or give its rotation as rpy_deg or quaternion";
             if tilt != 0.0 {
-                Err(at.wrong("tilt", tilt_deg, rule))
+                Err(at.wrong(tilt_key, tilt_deg, rule))
             } else {
                 Ok(Pose::upright(position, facing, pan))
             }
@@ -159,7 +178,7 @@ fn listed(at: &Place, entry: &PoseFile, kind: &Kind) -> Result<Pose> {
     match (entry.facing, entry.rpy_deg, entry.quaternion) {
         (Some(_), None, None) if entry.frame.is_none() => {
             let (pan, tilt) = (entry.pan_deg.unwrap_or(0.0), entry.tilt_deg.unwrap_or(0.0));
-            turned(at, kind, position, facing(at, entry.facing)?, pan, tilt)
+            turned(at, kind, position, facing(at, entry.facing)?, [("pan_deg", pan), ("tilt_deg", tilt)])
         }
         (None, Some(rpy), None) if !turns => {
             let rpy = at.vector("rpy_deg", rpy)?.to_array().map(f64::to_radians);
@@ -177,6 +196,7 @@ fn listed(at: &Place, entry: &PoseFile, kind: &Kind) -> Result<Pose> {
 
 #[derive(Deserialize)]
 struct Row {
+    sensor: Option<String>,
     pose: Option<String>,
     x_m: f64,
     y_m: f64,
@@ -187,33 +207,53 @@ struct Row {
     qz: f64,
 }
 
-/// Poses from a table with a header: x_m, y_m, z_m, qw, qx, qy, qz and, if wanted, pose (a name). Other columns are
-/// left alone, so the `poses.csv` of a sweep can be read back.
-fn table(path: &Path, frame: Frame) -> Result<Vec<(String, Pose)>> {
+/// Poses from a table with a header: x_m, y_m, z_m, qw, qx, qy, qz and, if wanted, pose (a name) and sensor (only that
+/// sensor's rows are taken). Other columns are left alone, so the `poses.csv` of a sweep can be read back.
+fn table(path: &Path, frame: Frame, sensor: &str) -> Result<Vec<(String, Pose)>> {
     let text = super::read_text(path)?;
-    let mut reader =
-        csv::ReaderBuilder::new().comment(Some(b'#')).trim(csv::Trim::All).from_reader(text.as_bytes());
+    let mut reader = csv::ReaderBuilder::new()
+        .comment(Some(b'#'))
+        .flexible(true)
+        .trim(csv::Trim::All)
+        .from_reader(text.as_bytes());
     let mut poses = Vec::new();
-    for (i, row) in reader.deserialize().enumerate() {
-        let row: Row = row.map_err(|e| {
-            Error::input(
-                path.display(),
-                format!("{e}; the columns are x_m,y_m,z_m,qw,qx,qy,qz and, optional, pose"),
-            )
-        })?;
-        let wrong = |what: &str| Error::input(path.display(), format!("pose {i} (from 0): {what}"));
+    let columns = "the columns are x_m,y_m,z_m,qw,qx,qy,qz and, optional, sensor and pose";
+    let unreadable = |e: csv::Error| Error::input(path.display(), format!("{e}; {columns}"));
+    let header = reader.headers().map_err(unreadable)?.clone();
+    for record in reader.records() {
+        let record = record.map_err(unreadable)?;
+        let line = record.position().map_or(0, |p| p.line() + passed_over(&text[p.byte() as usize..]));
+        let wrong = |what: &str| Error::input(path.display(), format!("line {line}: {what}"));
+        if record.len() != header.len() {
+            return Err(wrong(&format!(
+                "has {} fields, the header {}; {columns}",
+                record.len(),
+                header.len()
+            )));
+        }
+        let row: Row = record.deserialize(Some(&header)).map_err(|e| wrong(&format!("{e}; {columns}")))?;
+        if row.sensor.is_some_and(|name| !name.is_empty() && name != sensor) {
+            continue;
+        }
         let position = DVec3::new(row.x_m, row.y_m, row.z_m);
-        if !position.is_finite() || position.abs().max_element() > 1e9 {
-            return Err(wrong(&format!("position {position} is not in the world")));
+        if !position.to_array().iter().all(|v| v.abs() <= FARTHEST_M) {
+            let rule = format!("must be three numbers from -{FARTHEST_M} to {FARTHEST_M}");
+            return Err(wrong(&format!("x_m, y_m, z_m = {position}: {rule}")));
         }
         let pose = Pose::from_quaternion(position, [row.qw, row.qx, row.qy, row.qz], frame)
-            .ok_or_else(|| wrong("its quaternion is zero or not finite"))?;
-        poses.push((row.pose.filter(|name| !name.is_empty()).unwrap_or_else(|| i.to_string()), pose));
+            .ok_or_else(|| wrong("qw, qx, qy, qz must not be zero, and all four finite"))?;
+        let name = row.pose.filter(|name| !name.is_empty()).unwrap_or_else(|| poses.len().to_string());
+        poses.push((name, pose));
     }
     if poses.is_empty() {
-        return Err(Error::input(path.display(), "holds no pose"));
+        return Err(Error::input(path.display(), format!("holds no pose for sensor {sensor:?}")));
     }
     Ok(poses)
+}
+
+/// Comments and empty lines that the reader counts to the record after them.
+fn passed_over(text: &str) -> u64 {
+    text.lines().take_while(|line| line.is_empty() || line.starts_with('#')).count() as u64
 }
 
 /// Random poses. ChaCha8 is a named generator and each draw is one of its integers, so a seed means the same poses
@@ -222,9 +262,7 @@ fn drawn(
     at: &Place,
     random: &RandomFile,
     facing_file: Option<[f64; 3]>,
-    kind: &Kind,
-    seed: u64,
-    stream: u64,
+    source: &Source,
 ) -> Result<Vec<(String, Pose)>> {
     let facing = facing(at, facing_file)?;
     let at = &at.key("random");
@@ -235,26 +273,34 @@ fn drawn(
     if !min.cmple(max).all() {
         return Err(at.wrong("max_m", format!("{:?}", random.max_m), "must not be below min_m"));
     }
-    for (key, [from, to]) in [("pan_deg", random.pan_deg), ("tilt_deg", random.tilt_deg)] {
-        if !(from <= to && from.abs() <= 360.0 && to.abs() <= 360.0) {
-            return Err(at.wrong(
-                key,
-                format!("[{from}, {to}]"),
-                "must be [from, to] in degrees, from not above to",
-            ));
+    let (pan_deg, tilt_deg) = (random.pan_deg, random.tilt_deg);
+    for (key, [from, to]) in [("pan_deg", pan_deg), ("tilt_deg", tilt_deg)] {
+        if from > to {
+            return Err(at.wrong(key, format!("[{from}, {to}]"), "must be [from, to], from not above to"));
         }
     }
+    // Both ends are tried first, so that no seed finds an angle wrong that another does not.
+    for end in [0, 1] {
+        let turn = [("pan_deg", pan_deg[end]), ("tilt_deg", tilt_deg[end])];
+        turned(at, source.kind, min, facing, turn)?;
+    }
     let mut bytes = [0; 32];
-    bytes[..8].copy_from_slice(&seed.to_le_bytes());
+    bytes[..8].copy_from_slice(&source.seed.to_le_bytes());
     let mut generator = ChaCha8Rng::from_seed(bytes);
-    generator.set_stream(stream);
+    generator.set_stream(source.stream);
     let mut between =
         |from: f64, to: f64| from + (to - from) * (generator.next_u32() as f64 / 4_294_967_296.0);
     let poses = (0..random.count).map(|i| {
         let position = DVec3::new(between(min.x, max.x), between(min.y, max.y), between(min.z, max.z));
-        let pan = between(random.pan_deg[0], random.pan_deg[1]);
-        let tilt = between(random.tilt_deg[0], random.tilt_deg[1]);
-        Ok((i.to_string(), turned(at, kind, position, facing, pan, tilt)?))
+        let pan = between(pan_deg[0], pan_deg[1]);
+        let tilt = between(tilt_deg[0], tilt_deg[1]);
+        Ok((
+            i.to_string(),
+            turned(at, source.kind, position, facing, [("pan_deg", pan), ("tilt_deg", tilt)])?,
+        ))
     });
     poses.collect()
 }
+
+#[cfg(test)]
+mod tests;

@@ -6,6 +6,7 @@ use glam::{DQuat, DVec3};
 use serde::Deserialize;
 
 use super::file::Quaternion;
+use super::value::{exactly, exactly_if_given};
 use super::{Place, only_one, parse, read_text};
 use crate::scene::{Interior, Optical, Role};
 use crate::sensor::pose::{Frame, Pose, from_rpy};
@@ -133,8 +134,9 @@ struct ObjectFile {
     optical: Option<Optical>,
     #[serde(default)]
     tag_only: bool,
-    #[serde(default)]
+    #[serde(default, deserialize_with = "exactly")]
     position_m: [f64; 3],
+    #[serde(default, deserialize_with = "exactly_if_given")]
     rpy_deg: Option<[f64; 3]>,
     quaternion: Option<Quaternion>,
     unit: Option<Unit>,
@@ -169,12 +171,14 @@ enum Up {
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 struct SizeFile {
+    #[serde(deserialize_with = "exactly")]
     size_m: [f64; 3],
 }
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 struct PlaneFile {
+    #[serde(deserialize_with = "exactly")]
     size_m: [f64; 2],
 }
 
@@ -201,7 +205,11 @@ struct CapsuleFile {
 impl SceneSpec {
     /// Reads and checks a scene file; the meshes it names are read later.
     pub fn load(path: &Path) -> Result<SceneSpec> {
-        let text = read_text(path)?;
+        SceneSpec::parse(path, read_text(path)?)
+    }
+
+    /// Checks the text of a scene file.
+    pub(super) fn parse(path: &Path, text: String) -> Result<SceneSpec> {
         let file: SceneFile = parse(path, &text)?;
         let at = Place { file: path, prefix: String::new() };
         at.some("object", &file.object, "[[object]] name = \"table\"")?;
@@ -220,7 +228,9 @@ impl SceneSpec {
 
 fn object(at: &Place, entry: ObjectFile, default_interior: Interior) -> Result<ObjectSpec> {
     let at = &at.key(&format!("object {:?}", entry.name));
-    let length = |key: &str, value: f64| at.number(key, value, 1e-6..1e6, "a length above 0");
+    let length = |key: &str, value: f64| {
+        at.number(key, value, 1e-6..1e6, "a length in metres from 0.000001 to 1000000")
+    };
     let folder = at.file.parent().unwrap_or(Path::new(""));
     let size = |key: &str, value: &Option<SizeFile>| {
         let size = value.as_ref().map(|s| s.size_m);

@@ -20,7 +20,7 @@ pub(super) fn check(at: &Place, entry: SensorFile, seed: u64, index: usize) -> R
     };
     let [near, far] = entry.range_m;
     if !(near >= 0.0 && near < far && far < 1e6) {
-        let rule = "must be [nearest, farthest] in metres, 0 <= nearest < farthest";
+        let rule = "must be [nearest, farthest] in metres, 0 <= nearest < farthest < 1000000";
         return Err(at.wrong("range_m", format!("{:?}", entry.range_m), rule));
     }
     at.number("near_ignore_m", entry.near_ignore_m, 0.0..far, "a distance from 0 to the sensor's range")?;
@@ -28,7 +28,8 @@ pub(super) fn check(at: &Place, entry: SensorFile, seed: u64, index: usize) -> R
     let mut candidates = Vec::new();
     for (i, group) in entry.poses.iter().enumerate() {
         let stream = (index as u64) << 32 | i as u64;
-        poses::expand(&at, group, &kind, seed, stream, &mut candidates)?;
+        let source = poses::Source { sensor: &entry.name, kind: &kind, seed, stream };
+        poses::expand(&at, group, &source, &mut candidates)?;
     }
     at.unique("pose", candidates.iter().map(|c| c.name.as_str()))?;
     Ok(Sensor {

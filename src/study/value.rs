@@ -83,3 +83,24 @@ impl<'de> Deserialize<'de> for OneOrTwo {
         deserializer.deserialize_any(PairVisitor)
     }
 }
+
+/// A list of exactly N values. TOML's reader fills an array from the front and would pass over what is left.
+pub(super) fn exactly<'de, D, T, const N: usize>(deserializer: D) -> Result<[T; N], D::Error>
+where
+    D: Deserializer<'de>,
+    T: Deserialize<'de>,
+{
+    let values = Vec::<T>::deserialize(deserializer)?;
+    let count = values.len();
+    let wrong = |_| de::Error::invalid_length(count, &format!("a list of {N} numbers").as_str());
+    values.try_into().map_err(wrong)
+}
+
+/// [`exactly`], for a key that may be left out.
+pub(super) fn exactly_if_given<'de, D, T, const N: usize>(deserializer: D) -> Result<Option<[T; N]>, D::Error>
+where
+    D: Deserializer<'de>,
+    T: Deserialize<'de>,
+{
+    exactly(deserializer).map(Some)
+}
