@@ -1,0 +1,193 @@
+//! Broken, empty and missing surface files: each is refused by the scene's file, the object, the key and the mesh's own
+//! file, before any ray is cast. What the loaders know of damage is tested beside them; here it reaches the user.
+
+#[allow(dead_code)]
+#[path = "common/program.rs"]
+mod program;
+
+use perirobot::scene::octomap;
+use program::Folder;
+
+/// The ball's surface taken from a file of these bytes must be refused in words that hold all of `expected`.
+#[track_caller]
+fn check(key: &str, file: &str, bytes: Option<&[u8]>, expected: &[&str]) {
+    let folder = Folder::new();
+    if let Some(bytes) = bytes {
+        folder.write(file.split('"').next().unwrap(), bytes);
+    }
+    folder.edit(
+        "cell.toml",
+        "sphere = { radius_m = 0.12 }\nposition_m = [-0.7, -0.5, 0.3]",
+        &format!(
+            "{} = \"{file}\"",
+            match key {
+                "" if file.ends_with(".bt") => "octomap",
+                "" => "mesh",
+                key => key,
+            }
+        ),
+    );
+    let before = folder.names();
+    let outcome = folder.sweep(&[]);
+    assert_eq!(outcome.code, Some(2), "{file}: {}", outcome.stderr);
+    let place = ["cell.toml: object \"ball\"", key];
+    for fragment in place.iter().chain(expected) {
+        assert!(outcome.stderr.contains(fragment), "no {fragment:?} in {}", outcome.stderr);
+    }
+    assert!(
+        !outcome.stderr.contains("panicked") && !outcome.stderr.contains("running on"),
+        "{}",
+        outcome.stderr
+    );
+    assert_eq!(folder.names(), before);
+}
+
+/// A glTF with one triangle, its corners in a data URI; `edit` changes the JSON.
+fn gltf(edit: impl Fn(String) -> String) -> Vec<u8> {
+    // (0,0,0), (1,0,0), (0,1,0) as little-endian floats, and the indices 0, 1, 2 as 16-bit integers.
+    let positions = "AAAAAAAAAAAAAAAAAACAPwAAAAAAAAAAAAAAAAAAgD8AAAAA";
+    let json = format!(
+        r#"{{"asset":{{"version":"2.0"}},"scene":0,"scenes":[{{"nodes":[0]}}],"nodes":[{{"name":"part","mesh":0}}],
+        "meshes":[{{"primitives":[{{"attributes":{{"POSITION":0}},"indices":1}}]}}],
+        "accessors":[{{"bufferView":0,"componentType":5126,"count":3,"type":"VEC3","min":[0,0,0],"max":[1,1,0]}},
+        {{"bufferView":1,"componentType":5123,"count":3,"type":"SCALAR"}}],
+        "bufferViews":[{{"buffer":0,"byteLength":36}},{{"buffer":1,"byteLength":6}}],
+        "buffers":[{{"byteLength":36,"uri":"data:application/octet-stream;base64,{positions}"}},
+        {{"byteLength":6,"uri":"data:application/octet-stream;base64,AAABAAIA"}}]}}"#
+    );
+    edit(json).into_bytes()
+}
+
+/// One triangle as text.
+fn stl(corner: &str) -> Vec<u8> {
+    let facet = format!(
+        "facet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex {corner}\nendloop\nendfacet"
+    );
+    format!("solid part\n{facet}\nendsolid part\n").into_bytes()
+}
+
+#[test]
+fn the_small_files_they_start_from_are_good() {
+    for (file, bytes) in [("part.gltf", gltf(|json| json)), ("part.stl", stl("0 1 0"))] {
+        let folder = Folder::new();
+        folder.write(file, bytes);
+        folder.edit("cell.toml", "sphere = { radius_m = 0.12 }", &format!("mesh = \"{file}\""));
+        let outcome = folder.sweep(&[]);
+        assert_eq!(outcome.code, Some(0), "{file}: {}", outcome.stderr);
+    }
+}
+
+#[test]
+fn missing_files() {
+    for (key, file) in [
+        ("mesh", "gone.glb"),
+        ("mesh", "gone.gltf"),
+        ("mesh", "gone.stl"),
+        ("octomap", "gone.bt"),
+        ("mannequin", "gone.csv"),
+    ] {
+        check(key, file, None, &[file, "cannot be read"]);
+    }
+    check("mesh", "part.obj", None, &["part.obj", "must be a .glb, .gltf or .stl file"]);
+    check("mesh", "part.bt", None, &["write octomap = instead"]);
+    check("mesh", "", None, &["must be a .glb"]);
+}
+
+#[test]
+fn broken_gltf() {
+    let changed = |from: &'static str, to: &'static str| {
+        gltf(move |json| {
+            assert!(json.contains(from), "{from}");
+            json.replacen(from, to, 1)
+        })
+    };
+    let whole = gltf(|json| json);
+    check("mesh", "part.gltf", Some(&whole[..whole.len() / 2]), &["part.gltf"]);
+    check("mesh", "part.gltf", Some(b""), &["part.gltf"]);
+    check("mesh", "part.glb", Some(b"glTF\x02\0\0\0\xff\0\0\0"), &["part.glb"]);
+    // The index 9 of three corners.
+    check("mesh", "part.gltf", Some(&changed("AAABAAIA", "AAABAAkA")), &["part.gltf", "nodes[0]"]);
+    check("mesh", "part.gltf", Some(&changed("\"mesh\":0", "\"mesh\":7")), &["part.gltf", "nodes[0]"]);
+    let recursive = changed("\"mesh\":0", "\"mesh\":0,\"children\":[0]");
+    check("mesh", "part.gltf", Some(&recursive), &["part.gltf", "nodes[0] is reached twice"]);
+    // A quiet not-a-number in place of the second corner's x.
+    check("mesh", "part.gltf", Some(&changed("AACAPw", "AADAfw")), &["part.gltf", "nodes[0]"]);
+    check("mesh", "part.gltf", Some(&changed(",\"mesh\":0", "")), &["part.gltf", "has no triangle"]);
+    check(
+        "mesh",
+        "part.gltf",
+        Some(&changed("\"byteLength\":36,\"uri\"", "\"byteLength\":99,\"uri\"")),
+        &["part.gltf"],
+    );
+    let pattern = "part.gltf\"\nnodes = [{ match = \"Fence*\" }]\n#\"";
+    check("", pattern, Some(&whole), &["nodes.match = \"Fence*\"", "there are part"]);
+}
+
+#[test]
+fn everything_ignored() {
+    let folder = Folder::new();
+    folder.write("part.gltf", gltf(|json| json));
+    folder.write(
+        "cell.toml",
+        "[[object]]\nname = \"a\"\nmesh = \"part.gltf\"\nnodes = [{ match = \"*\", ignore = true }]\n",
+    );
+    let outcome = folder.sweep(&[]);
+    assert_eq!(outcome.code, Some(2), "{}", outcome.stderr);
+    assert!(outcome.stderr.contains("cell.toml: nodes: every part"), "{}", outcome.stderr);
+}
+
+#[test]
+fn broken_stl() {
+    let whole = stl("0 1 0");
+    check("mesh", "part.stl", Some(&whole[..whole.len() / 2]), &["part.stl"]);
+    check("mesh", "part.stl", Some(b""), &["part.stl"]);
+    check("mesh", "part.stl", Some(b"solid part\nendsolid part\n"), &["part.stl"]);
+    check("mesh", "part.stl", Some(&stl("0 nan 0")), &["part.stl"]);
+    check("mesh", "part.stl", Some(&stl("0 inf 0")), &["part.stl"]);
+    let binary = |triangles: u32, floats: &[f32]| {
+        let mut bytes = vec![b' '; 80];
+        bytes.extend(triangles.to_le_bytes());
+        floats.iter().for_each(|f| bytes.extend(f.to_le_bytes()));
+        bytes.extend([0; 2]);
+        bytes
+    };
+    let corners = [0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0];
+    check("mesh", "part.stl", Some(&binary(2, &corners)), &["part.stl"]);
+    check("mesh", "part.stl", Some(&binary(u32::MAX, &corners)), &["part.stl"]);
+    check("mesh", "part.stl", Some(&binary(0, &[])), &["part.stl"]);
+    let mut nan = corners;
+    nan[4] = f32::NAN;
+    check("mesh", "part.stl", Some(&binary(1, &nan)), &["part.stl"]);
+    // Larger than any cell, though each number is a number.
+    check("", "part.stl", Some(&stl("0 1e30 0")), &["a corner at", "millimetres"]);
+}
+
+#[test]
+fn broken_octomaps() {
+    let good = octomap::write(0.1, [0; 3], [2; 3], &|_| Some(true));
+    check("octomap", "map.bt", Some(&good[..good.len() - 1]), &["map.bt", "truncated"]);
+    check("octomap", "map.bt", Some(b"# Octomap OcTree file\n"), &["map.bt", "only .bt files"]);
+    let empty = octomap::write(0.1, [0; 3], [2; 3], &|_| Some(false));
+    check("octomap", "map.bt", Some(&empty), &["map.bt", "has no occupied voxel"]);
+    let finer = octomap::write(0.05, [0; 3], [2; 3], &|_| Some(true));
+    check("", "map.bt", Some(&finer), &["0.05 m and the grid's 0.1 m", "voxel_size_m = 0.05"]);
+    check("octomap", "map.bt\"\nposition_m = [1, 0, 0]\n#\"", Some(&good), &["an octomap stays where it is"]);
+}
+
+#[test]
+fn broken_keypoints() {
+    check("mannequin", "person.csv", Some(b""), &["person.csv", "has 0 joints"]);
+    check(
+        "mannequin",
+        "person.csv",
+        Some(b"joint,x_m,y_m,z_m\nnose,0,0,x\n"),
+        &["person.csv", "line 2 (nose)"],
+    );
+    check(
+        "mannequin",
+        "person.csv",
+        Some(b"joint,x_m,y_m,z_m\nnose,0,0,nan\n"),
+        &["person.csv", "line 2 (nose)"],
+    );
+    check("mannequin", "person.csv", Some(b"\xff\xfe\0\0"), &["person.csv"]);
+}
