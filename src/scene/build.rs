@@ -118,3 +118,88 @@ fn z_up(mut mesh: Mesh) -> Mesh {
     mesh.vertices.iter_mut().for_each(|v| *v = DVec3::new(v.x, -v.z, v.y));
     mesh
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::Interior;
+    use glam::DQuat;
+
+    fn object(name: &str, surface: SurfaceSpec) -> ObjectSpec {
+        ObjectSpec {
+            name: name.into(),
+            role: Role::Robot,
+            interior: Interior::Occupied,
+            optical: Optical::SeeThrough,
+            tag_only: true,
+            position_m: DVec3::new(1.0, 2.0, 3.0),
+            // A quarter turn about z: x becomes y.
+            rotation: DQuat::from_rotation_z(std::f64::consts::FRAC_PI_2),
+            surface,
+            nodes: Vec::new(),
+        }
+    }
+
+    fn scene(objects: Vec<ObjectSpec>) -> Result<Scene> {
+        build(
+            &SceneSpec { path: "cell.toml".into(), text: String::new(), name: "cell".into(), objects },
+            0.08,
+        )
+    }
+
+    #[test]
+    fn bodies_are_turned_then_moved_and_keep_what_they_are() {
+        let spec = object("bar", SurfaceSpec::Box { size_m: DVec3::new(0.4, 0.2, 0.6) });
+        let built = scene(vec![spec]).unwrap();
+        let [bar] = &built.objects[..] else { panic!("one object") };
+        assert_eq!((bar.name.as_str(), bar.role, bar.interior), ("bar", Role::Robot, Interior::Occupied));
+        assert_eq!((bar.optical, bar.tag_only), (Optical::SeeThrough, true));
+        let Surface::Mesh(mesh) = &bar.surface else { panic!("a mesh") };
+        let (low, high) = mesh.bounds().unwrap();
+        assert!((low - DVec3::new(0.9, 1.8, 2.7)).length() < 1e-12, "{low}");
+        assert!((high - DVec3::new(1.1, 2.2, 3.3)).length() < 1e-12, "{high}");
+    }
+
+    #[test]
+    fn round_bodies_stay_within_an_eighth_of_a_voxel() {
+        let round = SurfaceSpec::Sphere { radius_m: 0.5 };
+        let Surface::Mesh(mesh) = &scene(vec![object("ball", round)]).unwrap().objects[0].surface else {
+            panic!("a mesh")
+        };
+        let centre = DVec3::new(1.0, 2.0, 3.0);
+        let deepest = mesh.triangles.iter().map(|t| {
+            let middle = t.iter().map(|&i| mesh.vertices[i as usize]).sum::<DVec3>() / 3.0;
+            0.5 - (middle - centre).length()
+        });
+        let deepest = deepest.fold(0.0, f64::max);
+        assert!(deepest > 0.0 && deepest <= 0.01, "{deepest}");
+    }
+
+    #[test]
+    fn y_up_files_are_turned_to_z_up() {
+        let mesh = Mesh { vertices: vec![DVec3::new(1.0, 2.0, 3.0)], triangles: Vec::new() };
+        assert_eq!(z_up(mesh).vertices, [DVec3::new(1.0, -3.0, 2.0)]);
+    }
+
+    #[test]
+    fn what_cannot_be_read_is_named_by_scene_object_key_and_file() {
+        for (surface, expected) in [
+            (
+                SurfaceSpec::Gltf("gone.glb".into()),
+                "cell.toml: object \"part\": mesh = gone.glb: cannot be read",
+            ),
+            (
+                SurfaceSpec::Octomap("gone.bt".into()),
+                "cell.toml: object \"part\": octomap = gone.bt: cannot be read",
+            ),
+            (
+                SurfaceSpec::Mannequin("gone.csv".into()),
+                "cell.toml: object \"part\": mannequin = gone.csv: cannot be read",
+            ),
+        ] {
+            let error = scene(vec![object("part", surface)]).unwrap_err().to_string();
+            assert!(error.starts_with(expected), "{error}");
+        }
+        assert!(scene(Vec::new()).unwrap_err().to_string().starts_with("cell.toml: "));
+    }
+}

@@ -176,7 +176,7 @@ impl Place<'_> {
         let mut seen = HashSet::new();
         for name in names {
             if name.is_empty() {
-                return Err(self.says(format!("a {kind} has an empty name")));
+                return Err(self.says(format!("one of the {kind}s has an empty name")));
             }
             if !seen.insert(name) {
                 return Err(self.says(format!("two {kind}s are named {name:?}: give each its own name")));

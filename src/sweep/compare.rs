@@ -199,6 +199,9 @@ fn explain(
     if expected.ends.len() != got.ends.len() {
         return Ok(format!("{} rays ended, expected {}", got.ends.len(), expected.ends.len()));
     }
+    if expected.ends.len() != got.ends.len() {
+        return Ok(format!("{} rays ended, expected {}", got.ends.len(), expected.ends.len()));
+    }
     for (plane, a, b) in
         [("occupied", &expected.occupied, &got.occupied), ("free", &expected.free, &got.free)]
     {
@@ -262,3 +265,6 @@ fn marking_ray(
     }
     Ok(Some(without))
 }
+
+#[cfg(test)]
+mod tests;

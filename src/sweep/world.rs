@@ -208,3 +208,6 @@ fn inside_warning(sensor: &Sensor, plane: &BitGrid, grid: &Grid, what: &str) -> 
     let count = 1 + inside.count();
     Some(format!("sensor {:?}: {count} poses (first {}) {what}", sensor.name, first.name))
 }
+
+#[cfg(test)]
+mod tests;

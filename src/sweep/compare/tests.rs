@@ -1,0 +1,148 @@
+//! A backend that lies in one place must be found out, and the place named.
+
+use super::*;
+use crate::backend::cpu::Cpu;
+use crate::march::{End, NOTHING};
+
+/// One lie about each pose.
+#[derive(Clone, Copy, Debug)]
+enum Lie {
+    None,
+    Occupied([i32; 3]),
+    Free([i32; 3]),
+    Count,
+    End(usize),
+    FewerEnds,
+    FewerRegions,
+    FewerPoses,
+}
+
+/// The CPU, but for the lie.
+struct Liar(Cpu, Lie);
+
+impl Backend for Liar {
+    fn name(&self) -> &'static str {
+        "liar"
+    }
+    fn device(&self) -> String {
+        self.0.device()
+    }
+    fn load(&mut self, cell: &Cell, rays: &Rays) -> Result<()> {
+        self.0.load(cell, rays)
+    }
+    fn batch(&self) -> usize {
+        2
+    }
+    fn score(&mut self, placements: &[Placement]) -> Result<Vec<Vec<Confusion>>> {
+        let mut counts = self.0.score(placements)?;
+        match self.1 {
+            Lie::Count => counts[0][1].human.uo += 1,
+            Lie::FewerRegions => counts.iter_mut().for_each(|regions| regions.truncate(1)),
+            Lie::FewerPoses => counts.truncate(1),
+            _ => {}
+        }
+        Ok(counts)
+    }
+    fn read(&mut self, placement: &Placement) -> Result<Evidence> {
+        let mut evidence = self.0.read(placement)?;
+        let flip = |plane: &mut BitGrid, voxel| {
+            let bit = plane.bit_index(voxel).unwrap();
+            plane.words_mut()[bit >> 5] ^= 1 << (bit & 31);
+        };
+        match self.1 {
+            Lie::Occupied(voxel) => flip(&mut evidence.occupied, voxel),
+            Lie::Free(voxel) => flip(&mut evidence.free, voxel),
+            Lie::End(ray) => evidence.ends[ray] = End { kind: NOTHING, crossings: 77 },
+            Lie::FewerEnds => evidence.ends.truncate(5),
+            _ => {}
+        }
+        Ok(evidence)
+    }
+}
+
+fn tiny() -> (Study, World) {
+    let path = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/tiny.toml");
+    let study = Study::load(&path, None).unwrap();
+    let world = World::prepare(&study, &study.scenes[0]).unwrap();
+    (study, world)
+}
+
+/// Compares four poses of the tiny study's camera with the liar.
+fn caught(lie: Lie) -> Result<Report> {
+    let (study, world) = tiny();
+    let mut report = Report::default();
+    let mut backends: Vec<Box<dyn Backend>> = vec![Box::new(Liar(Cpu::new(Some(1))?, lie))];
+    compare(&study, &world, &study.sensors[0], &Selection::Spread(4), &mut backends, &mut report)?;
+    Ok(report)
+}
+
+#[track_caller]
+fn check(lie: Lie, differences: u64, expected: &[&str]) {
+    let report = caught(lie).unwrap();
+    assert_eq!(report.lines.iter().map(|line| line.backend).collect::<Vec<_>>(), ["oracle", "liar"]);
+    assert_eq!(report.lines[1].differences, differences, "{lie:?}");
+    let first = report.first_difference.unwrap_or_default();
+    assert_eq!(first.is_empty(), expected.is_empty(), "{first}");
+    for fragment in expected {
+        assert!(first.contains(fragment), "{lie:?}: no {fragment:?} in {first}");
+    }
+}
+
+#[test]
+fn each_kind_of_lie_is_found_and_named() {
+    let place = "scene tiny, pose camera:wall/0/0, liar against the oracle: ";
+    // A voxel in front of the first pose that its rays free, and one that none reaches.
+    let (study, world) = tiny();
+    let camera = &study.sensors[0];
+    let mut oracle = Oracle::default();
+    oracle
+        .load(&world.cell(world.truth.grid.window()), &camera.rays(study.voxel_size_m, study.backdrop))
+        .unwrap();
+    let placement = camera.placement(&camera.candidates[0].pose, &world.truth.grid);
+    let evidence = oracle.read(&placement).unwrap();
+    let freed = evidence.free.cells().next().unwrap();
+    let mut seen = evidence.free.clone();
+    seen.add(&evidence.occupied);
+    let unseen = (0..).map(|x| [x, 0, 0]).find(|&voxel| !seen.get(voxel)).unwrap();
+
+    check(Lie::None, 0, &[]);
+    check(
+        Lie::Free(freed),
+        4,
+        &[place, &format!("voxel {freed:?} is missing from the free plane; ray "), "first that marks"],
+    );
+    let extra =
+        format!("voxel {unseen:?} should not be in the occupied plane; the oracle's rays do not mark it");
+    check(Lie::Occupied(unseen), 4, &[place, &extra]);
+    // One count in each batch of two poses.
+    check(Lie::Count, 2, &[place, "all rays and planes agree, the counts do not"]);
+    check(Lie::End(3), 4, &[place, "ray 3 (direction [", "crossings: 77", "expected End"]);
+    let rays = 64 * 36;
+    check(Lie::FewerEnds, 4 * (rays - 5), &[place, "5 rays ended, expected 2304"]);
+    check(Lie::FewerRegions, 4 * 12, &[place, "the counts do not"]);
+    assert!(
+        caught(Lie::FewerPoses).unwrap_err().to_string().contains("backend liar: answered for 2 of 4 poses")
+    );
+}
+
+#[test]
+fn a_sweep_refuses_a_backend_that_answers_too_little() {
+    let (study, world) = tiny();
+    for (lie, expected) in [(Lie::FewerPoses, "backend liar"), (Lie::FewerRegions, "backend liar")] {
+        let mut liar = Liar(Cpu::new(Some(1)).unwrap(), lie);
+        let error = crate::sweep::run(&study, std::slice::from_ref(&world), &mut liar, |_| {}).unwrap_err();
+        assert!(error.to_string().contains(expected), "{error}");
+    }
+}
+
+#[test]
+fn poses_are_chosen_evenly_or_by_name() {
+    let (study, _) = tiny();
+    let camera = &study.sensors[0];
+    assert_eq!(camera.candidates.len(), 10);
+    assert_eq!(select(&Selection::Spread(4), camera), [0, 2, 5, 7]);
+    assert_eq!(select(&Selection::Spread(99), camera), (0..10).collect::<Vec<_>>());
+    assert_eq!(select(&Selection::All, camera), (0..10).collect::<Vec<_>>());
+    assert_eq!(select(&Selection::Named("wall/1/1".into()), camera), [3]);
+    assert_eq!(select(&Selection::Named("wall/9/9".into()), camera), [0; 0]);
+}

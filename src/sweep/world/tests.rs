@@ -1,0 +1,92 @@
+use super::*;
+use crate::metrics::RoleCounts;
+use crate::voxel::Shape;
+
+/// A scene of 10 × 10 × 10 voxels of a metre, cut in two by a wall at x = 5, with one human voxel on each side and one
+/// robot voxel on the far one.
+fn walled() -> Truth {
+    let grid = Grid { voxel_size_m: 1.0, origin: [0; 3], size: [10; 3] };
+    let blank = BitGrid::new(grid.window());
+    let (mut occupied, mut human, mut robot) = (blank.clone(), blank.clone(), blank.clone());
+    (0..10).for_each(|z| (0..10).for_each(|y| occupied.set([5, y, z])));
+    for voxel in [[2, 2, 2], [8, 2, 2]] {
+        occupied.set(voxel);
+        human.set(voxel);
+    }
+    occupied.set([8, 8, 8]);
+    robot.set([8, 8, 8]);
+    Truth { grid, blockers: occupied.clone(), ignored: blank, occupied, human, robot, objects: Vec::new() }
+}
+
+#[test]
+fn baselines_are_what_trivial_answers_score() {
+    let truth = walled();
+    let whole = Shape::Box { min_m: DVec3::ZERO, max_m: DVec3::splat(10.0) };
+    let region = region::region("all", &whole, &truth).unwrap();
+    let reachable = voxelize::reachable(&truth, [([1 << 16; 3], 0)]);
+    // Free and joined to (1, 1, 1): 500 less the human; and beside those, that human and the wall.
+    assert_eq!(reachable.count(), 600);
+    let found = baselines(&truth, &region, &reachable);
+    let role = |tp, fn_, uo| RoleCounts { tp, fn_, uo };
+    let (t, f) = (100 + 2 + 1, 1000 - 103);
+    let none = Confusion::default();
+    let all_occupied = Confusion { tp: t, fp: f, human: role(2, 0, 0), robot: role(1, 0, 0), ..none };
+    let all_free = Confusion { fn_: t, tn: f, human: role(0, 2, 0), robot: role(0, 1, 0), ..none };
+    let nothing_seen = Confusion { uo: t, uf: f, human: role(0, 0, 2), robot: role(0, 0, 1), ..none };
+    let ceiling =
+        Confusion { tp: 101, tn: 499, uo: 2, uf: 398, human: role(1, 0, 1), robot: role(0, 0, 1), ..none };
+    assert_eq!(found, Baselines { all_occupied, all_free, nothing_seen, ceiling });
+    assert!(
+        [found.all_occupied, found.all_free, found.nothing_seen, found.ceiling]
+            .iter()
+            .all(|c| c.total() == 1000)
+    );
+}
+
+fn tiny() -> Study {
+    let path = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/tiny.toml");
+    Study::load(&path, None).unwrap()
+}
+
+#[test]
+fn no_pose_beats_the_ceiling() {
+    let study = tiny();
+    let worlds = [World::prepare(&study, &study.scenes[0]).unwrap()];
+    let mut cpu = crate::backend::cpu::Cpu::new(Some(1)).unwrap();
+    for row in crate::sweep::run(&study, &worlds, &mut cpu, |_| {}).unwrap() {
+        let ceiling = worlds[0].baselines[row.region].ceiling;
+        assert!(row.counts.tp <= ceiling.tp && row.counts.human.tp <= ceiling.human.tp, "{row:?}");
+        assert_eq!(row.counts.total(), ceiling.total());
+    }
+}
+
+#[test]
+fn evidence_over_a_window_counts_the_same_as_over_the_grid() {
+    use crate::backend::Backend;
+    let study = tiny();
+    let world = World::prepare(&study, &study.scenes[0]).unwrap();
+    let sensor = &study.sensors[1];
+    let placements: Vec<_> =
+        sensor.candidates.iter().map(|c| sensor.placement(&c.pose, &world.truth.grid)).collect();
+    let mut cpu = crate::backend::cpu::Cpu::new(Some(1)).unwrap();
+    let mut score = |window| {
+        cpu.load(&world.cell(window), &sensor.rays(study.voxel_size_m, study.backdrop)).unwrap();
+        cpu.score(&placements).unwrap()
+    };
+    assert_eq!(score(region::window_of(&world.regions)), score(world.truth.grid.window()));
+}
+
+#[test]
+fn the_grid_grows_to_the_sensors_unless_bounds_say_otherwise() {
+    let mut study = tiny();
+    let surfaces = Window::between([-12, -9, 0], [12, 9, 16]);
+    assert_eq!(grid(&study, &surfaces).unwrap().window().size, surfaces.size);
+    study.sensors[0].candidates[1].pose.position_m = DVec3::new(0.0, 0.0, 2.05);
+    assert_eq!(grid(&study, &surfaces).unwrap().size, [25, 19, 21]);
+    study.bounds_m = Some([DVec3::splat(-2.0), DVec3::splat(1.95)]);
+    let outside = grid(&study, &surfaces).unwrap_err().to_string();
+    assert!(outside.contains("pose wall/0/1 at [0, 0, 2.05] is outside grid.bounds_m"), "{outside}");
+    study.bounds_m = Some([DVec3::splat(-2.0), DVec3::splat(2.05)]);
+    // −2 to 2.05 at 0.1: the voxels −20 to 20, both ends inside.
+    assert_eq!(grid(&study, &surfaces).unwrap().size, [41; 3]);
+}

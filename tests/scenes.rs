@@ -1,0 +1,262 @@
+//! The studies and scenes that ship: each loads and prepares, and the paper's cell is where the paper puts it.
+
+use std::collections::BTreeMap;
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::sync::OnceLock;
+
+use perirobot::backend::Backend;
+use perirobot::backend::cpu::Cpu;
+use perirobot::scene::{Role, build::build, octomap};
+use perirobot::sensor::pose::Frame;
+use perirobot::study::{SceneSpec, Study};
+use perirobot::sweep::{World, jobs};
+use perirobot::voxel::{Truth, voxelize};
+
+/// All `.toml` files below `scenes`, as (studies, scenes): a study has sensors.
+fn shipped() -> (Vec<PathBuf>, Vec<PathBuf>) {
+    let mut files = Vec::new();
+    let mut open = vec![Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes")];
+    while let Some(folder) = open.pop() {
+        for entry in fs::read_dir(folder).unwrap() {
+            let path = entry.unwrap().path();
+            if path.is_dir() {
+                open.push(path);
+            } else if path.extension().is_some_and(|e| e == "toml") {
+                files.push(path);
+            }
+        }
+    }
+    files.sort();
+    files.into_iter().partition(|path| fs::read_to_string(path).unwrap().contains("[[sensor]]"))
+}
+
+fn study(name: &str) -> Study {
+    Study::load(&Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes").join(name), None).unwrap()
+}
+
+/// Experiment 1's scenes, prepared once for all tests.
+fn paper() -> &'static [World] {
+    static WORLDS: OnceLock<Vec<World>> = OnceLock::new();
+    WORLDS.get_or_init(|| {
+        let study = study("paper/exp1.toml");
+        study.scenes.iter().map(|scene| World::prepare(&study, scene).unwrap()).collect()
+    })
+}
+
+/// The voxel of a point in metres; points are chosen inside voxels.
+fn cell(truth: &Truth, x: f64, y: f64, z: f64) -> [i32; 3] {
+    perirobot::voxel::Grid::cell_of(truth.grid.position_q16([x, y, z].into()))
+}
+
+#[test]
+fn every_study_loads_and_prepares_without_a_surprise() {
+    let (studies, scenes) = shipped();
+    assert!(studies.len() >= 4 && scenes.len() >= 4, "{studies:?} {scenes:?}");
+    for path in studies {
+        let study = Study::load(&path, None).unwrap();
+        for scene in &study.scenes {
+            let world = World::prepare(&study, scene).unwrap();
+            assert!(!world.truth.human.is_empty() && !world.truth.robot.is_empty(), "{}", path.display());
+            for warning in &world.warnings {
+                assert!(
+                    warning.contains("outside the grid and is not counted"),
+                    "{}: {warning}",
+                    path.display()
+                );
+            }
+        }
+    }
+    for path in scenes {
+        build(&SceneSpec::load(&path).unwrap(), 0.05).unwrap();
+    }
+}
+
+#[test]
+fn experiment_1_has_the_papers_poses() {
+    let study = study("paper/exp1.toml");
+    let [camera] = &study.sensors[..] else { panic!("one sensor") };
+    let mut groups = BTreeMap::new();
+    for candidate in &camera.candidates {
+        *groups.entry(candidate.group.as_str()).or_insert(0) += 1;
+    }
+    let expected =
+        [("back-wall", 105), ("ceiling", 350), ("front-wall", 105), ("left-wall", 150), ("right-wall", 150)];
+    assert_eq!(groups, BTreeMap::from(expected));
+    assert_eq!((camera.candidates.len(), study.scenes.len(), study.regions.len()), (860, 3, 2));
+    assert_eq!(jobs(&study), 860 * 3);
+    // Position 12 of the right wall: x −2.2 + 4 · 0.5, z 1.5; its orientation 3 is panned left and tilted down.
+    let pose = camera.candidates.iter().find(|c| c.name == "right-wall/12/3").unwrap().pose;
+    assert!((pose.position_m - glam::DVec3::new(-0.2, -1.9, 1.5)).length() < 1e-12, "{}", pose.position_m);
+    let ahead = pose.link().x_axis;
+    assert!(ahead.x < -0.3 && ahead.y > 0.8 && ahead.z < -0.3, "{ahead}");
+    // Every straight pose looks into the room, and away from its wall.
+    for candidate in camera.candidates.iter().filter(|c| c.name.ends_with("/0")) {
+        let (at, ahead) = (candidate.pose.position_m, candidate.pose.link().x_axis);
+        assert!((at + 0.5 * ahead).abs().cmplt(glam::DVec3::new(3.0, 2.0, 3.0)).all(), "{}", candidate.name);
+    }
+}
+
+#[test]
+fn the_lidar_study_casts_the_papers_rays() {
+    let study = study("paper/lidar.toml");
+    let rays = |i: usize| study.sensors[i].rays(study.voxel_size_m, study.backdrop).dirs_q15;
+    assert_eq!((rays(0).len(), rays(1).len()), (515 * 65, 515 * 79));
+    assert!(study.sensors.iter().all(|sensor| sensor.candidates.len() == 172));
+    // No ray is farther than 45° (and 55°) from the spin axis, which looks into the room.
+    for (i, cone_deg) in [(0, 45f64), (1, 55.0)] {
+        let least = rays(i).iter().map(|dir| dir[2]).min().unwrap();
+        let expected = (cone_deg.to_radians().cos() * 32_768.0).round() as i32;
+        assert!((least - expected).abs() <= 1, "{least}, expected {expected}");
+        let sensor = &study.sensors[i];
+        let wall = sensor.candidates.iter().find(|c| c.group == "right-wall").unwrap();
+        let placement = sensor.placement(&wall.pose, &paper()[0].truth.grid);
+        assert_eq!(placement.axis_q15.map(|row| row[2]), [0, 32_768, 0], "the axis looks along +y");
+    }
+}
+
+#[test]
+fn the_cell_is_121_by_81_by_61_voxels() {
+    for world in paper() {
+        let grid = world.truth.grid;
+        assert_eq!((grid.size, grid.origin), ([121, 81, 61], [-60, -40, 0]), "{}", world.name);
+        // Floor, ceiling and four walls, each one layer.
+        let walls = &world.truth.objects.iter().find(|o| o.name == "cell").unwrap().cells;
+        assert_eq!(walls.count(), 121 * 81 * 61 - 119 * 79 * 59, "{}", world.name);
+    }
+}
+
+#[test]
+fn the_table_stands_where_it_should() {
+    for world in paper() {
+        let truth = &world.truth;
+        let table = &truth.objects.iter().find(|o| o.name == "table").unwrap();
+        let has = |x, y, z| table.cells.get(cell(truth, x, y, z));
+        // The top's faces at 0.9 and 1.0 m, and its rim; a surface on a boundary fills the upper layer.
+        assert!(has(0.62, 0.02, 1.02) && has(0.62, 0.02, 0.92), "faces of the top");
+        assert!(!has(0.62, 0.02, 0.97) && !has(0.62, 0.02, 1.07) && !has(0.62, 0.02, 0.87), "a hollow shell");
+        assert!(has(-0.18, 0.02, 0.97) && has(1.52, 0.02, 0.97), "from x −0.2 to 1.5");
+        assert!(has(0.62, -0.48, 0.97) && has(0.62, 0.52, 0.97), "from y −0.5 to 0.5");
+        assert!(!has(-0.23, 0.02, 0.97) && !has(1.57, 0.02, 0.97));
+        for (x, y) in [(-0.2, -0.5), (1.4, -0.5), (1.4, 0.4), (-0.2, 0.4)] {
+            assert!(has(x + 0.02, y + 0.02, 0.42) && has(x + 0.12, y + 0.02, 0.42), "leg at {x}, {y}");
+            assert!(!has(x + 0.07, y + 0.07, 0.42) && !has(x + 0.17, y + 0.02, 0.42), "leg at {x}, {y}");
+        }
+        assert!(!has(0.62, 0.02, 0.42), "nothing under the table");
+        assert_eq!(table.watertight, Some(true));
+    }
+}
+
+#[test]
+fn people_and_robot_are_there_and_apart() {
+    for (world, people) in paper().iter().zip([1, 1, 2]) {
+        let truth = &world.truth;
+        let humans: Vec<_> = truth.objects.iter().filter(|o| o.role == Role::Human).collect();
+        assert_eq!(humans.len(), people, "{}", world.name);
+        assert!(humans.iter().all(|human| human.cells.count() > 1000), "{}", world.name);
+        assert!(truth.robot.count() > 300, "{}", world.name);
+        assert!(truth.robot.get(cell(truth, 0.08, 0.02, 1.05)), "the arm stands at (0, 0, 1)");
+        let mut both = truth.human.clone();
+        both.keep(&truth.robot);
+        assert!(both.count() <= 20, "{}: {} voxels are both", world.name, both.count());
+        let near = |x: f64, y: f64| {
+            humans.iter().any(|h| {
+                let middle = (h.bounds_m[0] + h.bounds_m[1]) / 2.0;
+                (middle.x - x).abs() < 0.4 && (middle.y - y).abs() < 0.4
+            })
+        };
+        assert!(near(0.35, -0.8), "{}: an operator around (0.2…0.5, −0.8)", world.name);
+        assert_eq!(near(0.3, 0.8), people == 2, "{}: the second person", world.name);
+    }
+    let feet =
+        |i: usize| paper()[i].truth.objects.iter().find(|o| o.name == "operator").unwrap().bounds_m[0].z;
+    assert!(feet(0) < 0.05 && feet(2) > 0.05, "Scene 3's operator does not touch the floor");
+}
+
+/// A scene in a folder of its own, with the shipped table beside it.
+fn scene_with(toml: &str) -> (tempfile::TempDir, perirobot::Result<perirobot::scene::Scene>) {
+    let folder = tempfile::tempdir().unwrap();
+    let table = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/paper/table.glb");
+    fs::copy(table, folder.path().join("table.glb")).unwrap();
+    let people = octomap::write(0.05, [10, 10, 0], [4, 4, 36], &|_| Some(true));
+    fs::write(folder.path().join("people.bt"), people).unwrap();
+    let cell = octomap::write(0.05, [0, 0, 0], [40, 40, 40], &|key| Some(key[2] == 0 || key[0] == 39));
+    fs::write(folder.path().join("cell.bt"), cell).unwrap();
+    let path = folder.path().join("scene.toml");
+    fs::write(&path, toml).unwrap();
+    let scene = SceneSpec::load(&path).and_then(|spec| build(&spec, 0.05));
+    (folder, scene)
+}
+
+fn truth_of(toml: &str) -> Truth {
+    let scene = scene_with(toml).1.unwrap();
+    let grid = voxelize::grid_over(&voxelize::scene_extent(&scene, 0.05).unwrap(), 0.05).unwrap();
+    voxelize::voxelize(&scene, grid).unwrap()
+}
+
+#[test]
+fn nodes_of_one_file_take_their_own_parts() {
+    const TABLE: &str = "[[object]]\nname = \"table\"\nmesh = \"table.glb\"\n";
+    let nodes = |rules: &str| truth_of(&format!("{TABLE}{rules}"));
+    let names = |truth: &Truth| truth.objects.iter().map(|o| o.name.clone()).collect::<Vec<_>>();
+    let whole = nodes("");
+    assert_eq!(names(&whole), ["table"]);
+
+    let glass = nodes("[[object.nodes]]\nmatch = \"Leg*\"\noptical = \"see_through\"\n");
+    assert_eq!(names(&glass), ["table", "table/Leg*"]);
+    assert_eq!(glass.occupied, whole.occupied, "it is there");
+    let mut passed = glass.occupied.clone();
+    passed.remove(&glass.blockers);
+    assert!(passed.count() > 0 && passed.get(cell(&glass, -0.18, -0.48, 0.42)), "and rays pass");
+    assert!(glass.blockers.get(cell(&glass, 0.62, 0.02, 1.02)), "the top stops them");
+
+    let gone = nodes("[[object.nodes]]\nmatch = \"Leg*\"\nignore = true\n");
+    assert_eq!(names(&gone), ["table"]);
+    assert_eq!(gone.grid.size[2], 3, "the top's three layers are left");
+
+    let robot = nodes(
+        "[[object.nodes]]\nmatch = \"Leg1\"\nrole = \"robot\"\n[[object.nodes]]\nmatch = \"Leg?\"\nrole = \"human\"\n",
+    );
+    assert_eq!(names(&robot), ["table", "table/Leg1", "table/Leg?"]);
+    assert!(robot.robot.get(cell(&robot, -0.18, -0.48, 0.42)), "the first rule that matches");
+    assert!(!robot.human.get(cell(&robot, -0.18, -0.48, 0.42)));
+    assert!(robot.human.get(cell(&robot, 1.42, -0.48, 0.42)));
+    assert_eq!(robot.occupied, whole.occupied);
+
+    // A rule for a node covers what is below it.
+    assert_eq!(names(&nodes("[[object.nodes]]\nmatch = \"Table\"\nrole = \"robot\"\n")), ["table/Table"]);
+    let unknown = scene_with(&format!("{TABLE}[[object.nodes]]\nmatch = \"leg*\"\n")).1.unwrap_err();
+    assert!(unknown.to_string().contains("Top, Leg1, Leg2, Leg3, Leg4"), "{unknown}");
+}
+
+#[test]
+fn an_octomap_is_truth_and_another_tags_the_people_in_it() {
+    let walls = "[[object]]\nname = \"cell\"\noctomap = \"cell.bt\"\ninterior = \"free\"\n";
+    let people = "[[object]]\nname = \"people\"\nrole = \"human\"\noctomap = \"people.bt\"\n";
+    let tagged = truth_of(&format!("{walls}{people}tag_only = true\n"));
+    assert_eq!((tagged.grid.size, tagged.grid.origin), ([40; 3], [0; 3]), "lines up with the map's keys");
+    assert_eq!(tagged.occupied.count(), 40 * 40 + 40 * 39);
+    assert_eq!((tagged.human.count(), &tagged.blockers), (4 * 4 * 36, &tagged.occupied));
+    let solid = truth_of(&format!("{walls}{people}"));
+    assert_eq!(solid.occupied.count(), 40 * 40 + 40 * 39 + 4 * 4 * 35, "one layer stands in the floor");
+    assert_eq!(solid.human, tagged.human);
+}
+
+/// A quick proof that a shipped cell is not blind: a camera in it sees the operator.
+#[test]
+fn the_best_of_a_few_poses_sees_the_operator() {
+    let (study, world) = (study("paper/exp1.toml"), &paper()[0]);
+    let mut camera = study.sensors[0].clone();
+    if let perirobot::sensor::Kind::Camera(camera) = &mut camera.kind {
+        camera.resolution_px = [128, 72];
+    }
+    let mut cpu = Cpu::new(None).unwrap();
+    cpu.load(&world.cell(world.truth.grid.window()), &camera.rays(study.voxel_size_m, false)).unwrap();
+    let poses = camera.candidates.iter().step_by(25);
+    let placements: Vec<_> = poses.map(|c| camera.placement(&c.pose, &world.truth.grid)).collect();
+    let counts = cpu.score(&placements).unwrap();
+    let best = counts.iter().filter_map(|regions| regions[1].human_seen()).fold(0.0, f64::max);
+    assert!(best > 0.2, "{best}");
+    assert!(counts.iter().flatten().all(|c| c.fp + c.fn_ == 0), "nothing is see-through");
+    assert_eq!(Frame::default(), Frame::Link);
+}
