@@ -220,7 +220,7 @@ fn explain(
         }
     }
     let region = counts.iter().zip(found).position(|(a, b)| a != b).unwrap_or(0);
-    let told = |all: &[Confusion]| all.get(region).map(Confusion::counts);
+    let told = |all: &[Confusion]| all.get(region).map(Confusion::counts).unwrap_or_default();
     Ok(format!(
         "all rays and planes agree, the counts of region {region} (from 0) do not: {:?}, expected {:?} (tp fp fn tn uo uf, \
          then tp fn uo of the human and of the robot)",

@@ -115,7 +115,7 @@ fn each_kind_of_lie_is_found_and_named() {
         format!("voxel {unseen:?} should not be in the occupied plane; the oracle's rays do not mark it");
     check(Lie::Occupied(unseen), 4, &[place, &extra]);
     // One count in each batch of two poses.
-    check(Lie::Count, 2, &[place, "all rays and planes agree, the counts do not"]);
+    check(Lie::Count, 2, &[place, "all rays and planes agree, the counts of region 1 (from 0) do not"]);
     check(Lie::End(3), 4, &[place, "ray 3 (direction [", "crossings: 77", "expected End"]);
     let rays = 64 * 36;
     check(Lie::FewerEnds, 4 * (rays - 5), &[place, "5 rays ended, expected 2304"]);
