@@ -155,3 +155,28 @@ pub(crate) fn names(folder: &Path) -> Vec<String> {
 pub(crate) fn text(path: &Path) -> &str {
     path.to_str().unwrap()
 }
+
+/// `(file, from, to)`: replaces text of a file; an empty `from` appends.
+pub(crate) type Edit<'a> = (&'a str, &'a str, &'a str);
+
+/// The study in the folder, with these edits, must be refused as bad input in words that hold all of `expected`, before
+/// any ray is cast, and leave nothing behind.
+#[track_caller]
+pub(crate) fn refused(folder: &Folder, edits: &[Edit], expected: &[&str]) {
+    for (file, from, to) in edits {
+        folder.edit(file, from, to);
+    }
+    let before = folder.names();
+    let outcome = folder.sweep(&[]);
+    let what = format!("{edits:?}: {:?}\n{}", outcome.code, outcome.stderr);
+    assert_eq!(outcome.code, Some(2), "{what}");
+    for fragment in expected {
+        assert!(outcome.stderr.contains(fragment), "no {fragment:?} in {what}");
+    }
+    assert!(outcome.stderr.lines().any(|line| line.starts_with("error: ")), "{what}");
+    for unwanted in ["panicked", "RUST_BACKTRACE", "running on"] {
+        assert!(!outcome.stderr.contains(unwanted), "{what}");
+    }
+    assert_eq!(outcome.stdout, "", "{what}");
+    assert_eq!(folder.names(), before, "{what}");
+}
