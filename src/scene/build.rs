@@ -1,6 +1,8 @@
 //! From a checked scene file to a scene: reads the meshes, tessellates the bodies and puts each object where it
 //! stands. Every file is read here and nowhere else.
 
+use std::collections::HashSet;
+
 use glam::DVec3;
 use wildmatch::WildMatch;
 
@@ -20,6 +22,13 @@ pub fn build(spec: &SceneSpec, voxel_size_m: f64) -> Result<Scene> {
             spec.path.display(),
             "nodes: every part of every object is ignored, nothing is left",
         ));
+    }
+    // Parts of a glTF file are named by their rules, and may meet another object's name.
+    let mut names = HashSet::new();
+    if let Some(twice) = objects.iter().find(|object| !names.insert(object.name.as_str())) {
+        let what =
+            format!("two objects are named {:?}, one of them by nodes.match: rename the other", twice.name);
+        return Err(Error::input(spec.path.display(), what));
     }
     Ok(Scene { name: spec.name.clone(), objects })
 }

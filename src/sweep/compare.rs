@@ -219,7 +219,8 @@ fn explain(
             return Ok(format!("voxel {voxel:?} {what} the {plane} plane; {ray}"));
         }
     }
-    let region = counts.iter().zip(found).position(|(a, b)| a != b).unwrap_or(0);
+    let unequal = counts.iter().zip(found).position(|(a, b)| a != b);
+    let region = unequal.unwrap_or(counts.len().min(found.len()));
     let told = |all: &[Confusion]| all.get(region).map(Confusion::counts).unwrap_or_default();
     Ok(format!(
         "all rays and planes agree, the counts of region {region} (from 0) do not: {:?}, expected {:?} (tp fp fn tn uo uf, \

@@ -116,10 +116,10 @@ fn each_kind_of_lie_is_found_and_named() {
     check(Lie::Occupied(unseen), 4, &[place, &extra]);
     // One count in each batch of two poses.
     check(Lie::Count, 2, &[place, "all rays and planes agree, the counts of region 1 (from 0) do not"]);
-    check(Lie::End(3), 4, &[place, "ray 3 (direction [", "after 77 crossings, expected ", "expected End"]);
+    check(Lie::End(3), 4, &[place, "ray 3 (direction [", "after 77 crossings, expected blind in voxel "]);
     let rays = 64 * 36;
     check(Lie::FewerEnds, 4 * (rays - 5), &[place, "5 rays ended, expected 2304"]);
-    check(Lie::FewerRegions, 4 * 12, &[place, "the counts do not"]);
+    check(Lie::FewerRegions, 4 * 12, &[place, "the counts of region 1 (from 0) do not"]);
     assert!(
         caught(Lie::FewerPoses).unwrap_err().to_string().contains("backend liar: answered for 2 of 4 poses")
     );
