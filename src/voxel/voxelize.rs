@@ -267,9 +267,7 @@ fn bounds_m(object: &Object) -> [DVec3; 2] {
     let nowhere = [DVec3::INFINITY, DVec3::NEG_INFINITY];
     let grow = |[low, high]: [DVec3; 2], p: DVec3| [low.min(p), high.max(p)];
     match &object.surface {
-        Surface::Mesh(mesh) => {
-            mesh.triangles.iter().flatten().map(|&i| mesh.vertices[i as usize]).fold(nowhere, grow)
-        }
+        Surface::Mesh(mesh) => mesh.bounds().map_or(nowhere, |(low, high)| [low, high]),
         Surface::Voxels { resolution_m, keys } => {
             let corner =
                 |key: &[i32; 3], add| DVec3::from_array(key.map(|k| (k + add) as f64 * resolution_m));

@@ -1,0 +1,138 @@
+//! `.bt` files there and back, and each way one can be damaged.
+
+use std::collections::{HashMap, HashSet};
+
+use rand::{RngExt, SeedableRng};
+
+use super::*;
+
+fn with_header(size: u64, data: &[u8]) -> Vec<u8> {
+    let header = format!("{FIRST_LINE}\n# by hand\nid OcTree\nsize {size}\nres 0.05\ndata\n");
+    [header.as_bytes(), data].concat()
+}
+
+#[test]
+fn one_voxel_is_a_path_of_sixteen_nodes() {
+    let bytes = write(0.05, [-3, 0, 5], [4, 4, 4], &|key| (key == [-1, 0, 7]).then_some(true));
+    let text = String::from_utf8_lossy(&bytes);
+    assert!(
+        text.starts_with(&format!("{FIRST_LINE}\n{SECOND_LINE}\n#\nid OcTree\nsize 17\nres 0.05\ndata\n"))
+    );
+    assert!(bytes.ends_with(&[0, 0x08]), "x odd, y even, z odd: child 5 is wrong");
+    let map = parse(&bytes).unwrap();
+    assert_eq!((map.resolution_m, map.occupied), (0.05, vec![[-1, 0, 7]]));
+}
+
+#[test]
+fn random_maps_come_back() {
+    let mut random = rand_chacha::ChaCha8Rng::seed_from_u64(7);
+    for density in [1, 30, 64] {
+        let (min, size) = ([-9, 3, -20], [21, 9, 26]);
+        let mut states = HashMap::new();
+        for x in 0..21 {
+            for y in 0..9 {
+                for z in 0..26 {
+                    // Blocks of 4 alike, so that pruning has something to do.
+                    let block = [x / 4, y / 4, z / 4, 1];
+                    let state = match random.random_range(0..64) {
+                        n if n < density => Some(n % 2 == 0),
+                        _ => states.get(&block).copied().unwrap_or(Some(true)),
+                    };
+                    states.insert(block, state);
+                    states.insert([x + min[0], y + min[1], z + min[2], 0], state);
+                }
+            }
+        }
+        let state = |k: [i32; 3]| states[&[k[0], k[1], k[2], 0]];
+        let bytes = write(0.1, min, size, &state);
+        let read: HashSet<_> = parse(&bytes).unwrap().occupied.into_iter().collect();
+        let written: HashSet<_> = (states.iter())
+            .filter(|(key, state)| key[3] == 0 && **state == Some(true))
+            .map(|(key, _)| [key[0], key[1], key[2]])
+            .collect();
+        assert_eq!(read, written, "density {density}");
+    }
+}
+
+#[test]
+fn pruned_leaves_expand_to_each_voxel_once() {
+    let bytes = write(0.05, [-8; 3], [16; 3], &|_| Some(true));
+    // The root, and eight paths of twelve inner nodes that end in a leaf of 8 x 8 x 8 voxels.
+    let header = bytes.windows(5).position(|w| w == b"data\n").unwrap() + 5;
+    assert_eq!(bytes.len() - header, 2 * (1 + 8 * 12));
+    let map = parse(&bytes).unwrap();
+    let distinct: HashSet<_> = map.occupied.iter().collect();
+    assert_eq!((map.occupied.len(), distinct.len()), (4096, 4096));
+    assert!(map.occupied.iter().flatten().all(|k| (-8..8).contains(k)));
+}
+
+#[test]
+fn an_empty_map_has_no_nodes_and_is_refused() {
+    let bytes = write(0.05, [0; 3], [9; 3], &|_| None);
+    assert!(bytes.ends_with(b"size 0\nres 0.05\ndata\n"));
+    refused(&bytes, "no occupied voxel");
+    refused(&write(0.05, [0; 3], [9; 3], &|_| Some(false)), "no occupied voxel");
+}
+
+#[track_caller]
+fn refused(bytes: &[u8], expected: &str) {
+    let what = parse(bytes).expect_err(expected);
+    assert!(what.contains(expected), "{what:?} lacks {expected:?}");
+}
+
+#[test]
+fn what_is_wrong_is_named() {
+    let good = write(0.05, [0; 3], [3; 3], &|_| Some(true));
+    parse(&good).unwrap();
+    let replaced = |from: &str, to: &str| {
+        let at = (good.windows(from.len()).position(|w| w == from.as_bytes())).unwrap();
+        [&good[..at], to.as_bytes(), &good[at + from.len()..]].concat()
+    };
+    refused(b"", "ends before the line `data`");
+    refused(&replaced("OcTree binary file", "OcTree file"), "only .bt files");
+    refused(&replaced("id OcTree", "id ColorOcTree"), "id = ColorOcTree");
+    refused(&replaced("id OcTree", "#"), "lacks the line `id OcTree`");
+    refused(&replaced("size ", "#"), "lacks the line `size N`");
+    refused(&replaced("size ", "size -"), "size = -");
+    refused(&replaced("res 0.05", "#"), "lacks the line `res R`");
+    for res in ["0", "-1", "nan", "inf", "wide"] {
+        refused(&replaced("res 0.05", &format!("res {res}")), "must be a positive length");
+    }
+    refused(&replaced("data\n", ""), "ends before the line `data`");
+    refused(&replaced("size ", "size 1"), "the tree has");
+    refused(&[&good[..], &[0, 0]].concat(), "has 2 bytes after the tree");
+    refused(&good[..good.len() - 1], "truncated");
+    refused(&with_header(18, &[0b11, 0].repeat(17)), "below level 16");
+    refused(&with_header(9, &[0xff; 20]), "truncated");
+}
+
+#[test]
+fn a_map_too_large_for_a_grid_is_refused_before_it_is_expanded() {
+    // One leaf at level 15: 32768 voxels on each axis.
+    refused(&with_header(2, &[0b10, 0]), "span 32768 along x");
+    let far = write(0.05, [0; 3], [1024, 1, 1], &|k| Some(k[0] % 1023 == 0));
+    refused(&far, "span 1024 along x");
+    let fits = write(0.05, [1; 3], [1023, 1, 1], &|k| Some(k[0] == 1 || k[0] == 1023));
+    assert_eq!(parse(&fits).unwrap().occupied.len(), 2);
+    // Six levels of first children, then all eight: a full cube of 512, few bytes and 134 million voxels.
+    let data = [[0b11, 0].repeat(6), vec![0b10, 0]].concat();
+    refused(&with_header(8, &data), "at most 33554432 are read");
+}
+
+#[test]
+fn damaged_files_never_panic() {
+    let good = write(0.05, [-5; 3], [11; 3], &|k| Some(k[0] * k[1] > k[2]));
+    let mut random = rand_chacha::ChaCha8Rng::seed_from_u64(11);
+    for _ in 0..20_000 {
+        let mut bytes = good.clone();
+        for _ in 0..random.random_range(1..4) {
+            let at = random.random_range(0..bytes.len());
+            bytes[at] = random.random();
+        }
+        bytes.truncate(random.random_range(0..=bytes.len()));
+        let _ = parse(&bytes);
+    }
+    for length in 0..good.len() {
+        assert!(parse(&good[..length]).is_err(), "cut at {length}");
+    }
+}
