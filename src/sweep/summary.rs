@@ -45,6 +45,7 @@ pub fn over_scenes(counts: &[Confusion], score: fn(&Confusion) -> Option<f64>) -
 /// The whole summary as text: a block for each sensor and region.
 pub fn summary(study: &Study, worlds: &[World], rows: &[Row]) -> String {
     let mut text = String::new();
+    let mut some_left_out = false;
     for (s, sensor) in study.sensors.iter().enumerate() {
         for (r, (region, _)) in study.regions.iter().enumerate() {
             let (count, scenes) = (sensor.candidates.len(), study.scenes.len());
@@ -71,22 +72,24 @@ pub fn summary(study: &Study, worlds: &[World], rows: &[Row]) -> String {
                     let candidate = &sensor.candidates[*p];
                     let at = candidate.pose.position_m;
                     let name = format!("{} ({:.2}, {:.2}, {:.2})", candidate.name, at.x, at.y, at.z);
-                    line(&mut text, &label, &name, &poses[*p]);
+                    some_left_out |= line(&mut text, &label, &name, &poses[*p]);
                 }
             }
             for (name, counts) in baselines(worlds, r) {
-                line(&mut text, "baseline", name, &counts);
+                some_left_out |= line(&mut text, "baseline", name, &counts);
             }
         }
     }
-    let fewer = "\n[n] before a mean: only n of the scenes have a value there, and only they are in it\n";
-    if text.contains("[") { text + fewer } else { text }
+    let legend = "\n[n] before a mean: only n of the scenes have a value there, and only they are in it\n";
+    if some_left_out { text + legend } else { text }
 }
 
 /// Column heads above the three scores of a line.
 const HEADER: &str = "F1: mean worst pooled   kappa: mean worst pooled   human_seen: mean worst pooled";
 
-fn line(text: &mut String, label: &str, name: &str, counts: &[Confusion]) {
+/// One pose or baseline; whether a score of it is over fewer scenes than there are.
+fn line(text: &mut String, label: &str, name: &str, counts: &[Confusion]) -> bool {
+    let mut some_left_out = false;
     let _ = write!(text, "  {label:<16} {name:<38}");
     for (width, (_, score)) in [8, 11, 16].into_iter().zip(SCORES) {
         match over_scenes(counts, score) {
@@ -96,12 +99,15 @@ fn line(text: &mut String, label: &str, name: &str, counts: &[Confusion]) {
             Some(OverScenes { mean, worst, scenes, pooled }) => {
                 let pooled = pooled.map_or("–".into(), |p| format!("{p:.3}"));
                 // A mean over fewer scenes than there are must not look like one over all.
-                let some = if scenes < counts.len() { format!("[{scenes}] ") } else { String::new() };
+                let fewer = scenes < counts.len();
+                some_left_out |= fewer;
+                let some = if fewer { format!("[{scenes}] ") } else { String::new() };
                 let _ = write!(text, "{:>width$}{worst:>6.3}{pooled:>7}  ", format!("{some}{mean:.3}"));
             }
         }
     }
     let _ = writeln!(text);
+    some_left_out
 }
 
 /// The counts of each pose of a sensor in one region, one entry a scene.
@@ -138,5 +144,8 @@ mod tests {
         assert_eq!((value.mean, value.worst, value.scenes), ((0.5 + 2.0 / 3.0) / 2.0, 0.5, 2));
         assert_eq!(value.pooled, Some(4.0 / 7.0));
         assert_eq!(over_scenes(&counts, Confusion::human_seen), None);
+        let mut text = String::new();
+        assert!(line(&mut text, "best F1", "pose[7]", &counts) && text.contains("[2] 0.583"), "{text}");
+        assert!(!line(&mut text, "best F1", "pose[7]", &counts[..2]), "all scenes have a value");
     }
 }

@@ -6,7 +6,7 @@ use glam::DVec3;
 use crate::backend::Cell;
 use crate::march::MAX_RANGE_VOXELS;
 use crate::metrics::Confusion;
-use crate::scene::{Role, build::build};
+use crate::scene::{Role, Scene, build::build};
 use crate::sensor::Sensor;
 use crate::study::{SceneSpec, Study};
 use crate::voxel::{BitGrid, Grid, Region, Truth, Window, region, voxelize};
@@ -47,11 +47,7 @@ impl World {
         let in_study = |e| Error::input(study.path.display(), e);
         let scene = build(spec, study.voxel_size_m)?;
         let extent = voxelize::scene_extent(&scene, study.voxel_size_m).map_err(in_scene)?;
-        let too_large = |e| Error::Input(format!("{e}{}", voxelize::largest_object(&scene)));
-        if study.bounds_m.is_none() {
-            voxelize::grid_over(&extent, study.voxel_size_m).map_err(too_large).map_err(in_study)?;
-        }
-        let grid = grid(study, &extent).map_err(in_study)?;
+        let grid = grid(study, &scene, &extent).map_err(in_study)?;
         let truth = voxelize::voxelize(&scene, grid).map_err(in_scene)?;
         let regions: Vec<Region> = study
             .regions
@@ -88,12 +84,14 @@ fn positions(study: &Study) -> impl Iterator<Item = DVec3> + '_ {
 }
 
 /// The grid of a scene: the user's bounds, or all surfaces and sensor positions.
-fn grid(study: &Study, surfaces: &Window) -> Result<Grid> {
+fn grid(study: &Study, scene: &Scene, surfaces: &Window) -> Result<Grid> {
     let size_m = study.voxel_size_m;
     let at_world = Grid { voxel_size_m: size_m, origin: [0; 3], size: [1; 3] };
     let key = |p: DVec3| Grid::cell_of(at_world.position_q16(p));
     let one = |p: DVec3| Window::between(key(p), key(p));
     let Some([min, max]) = study.bounds_m else {
+        voxelize::grid_over(surfaces, size_m)
+            .map_err(|e| Error::Input(format!("{e}{}", voxelize::largest_object(scene))))?;
         let all = positions(study).fold(*surfaces, |all, p| all.union(&one(p)));
         return voxelize::grid_over(&all, size_m).map_err(|e| {
             let mut extent = *surfaces;

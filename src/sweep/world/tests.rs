@@ -80,13 +80,14 @@ fn evidence_over_a_window_counts_the_same_as_over_the_grid() {
 fn the_grid_grows_to_the_sensors_unless_bounds_say_otherwise() {
     let mut study = tiny();
     let surfaces = Window::between([-12, -9, 0], [12, 9, 16]);
-    assert_eq!(grid(&study, &surfaces).unwrap().window().size, surfaces.size);
+    let scene = build(&study.scenes[0], study.voxel_size_m).unwrap();
+    assert_eq!(grid(&study, &scene, &surfaces).unwrap().window().size, surfaces.size);
     study.sensors[0].candidates[1].pose.position_m = DVec3::new(0.0, 0.0, 2.05);
-    assert_eq!(grid(&study, &surfaces).unwrap().size, [25, 19, 21]);
+    assert_eq!(grid(&study, &scene, &surfaces).unwrap().size, [25, 19, 21]);
     study.bounds_m = Some([DVec3::splat(-2.0), DVec3::splat(1.95)]);
-    let outside = grid(&study, &surfaces).unwrap_err().to_string();
+    let outside = grid(&study, &scene, &surfaces).unwrap_err().to_string();
     assert!(outside.contains("pose wall/0/1 at [0, 0, 2.05] is outside grid.bounds_m"), "{outside}");
     study.bounds_m = Some([DVec3::splat(-2.0), DVec3::splat(2.05)]);
     // −2 to 2.05 at 0.1: the voxels −20 to 20, both ends inside.
-    assert_eq!(grid(&study, &surfaces).unwrap().size, [41; 3]);
+    assert_eq!(grid(&study, &scene, &surfaces).unwrap().size, [41; 3]);
 }
