@@ -9,6 +9,9 @@ pub const NEVER: u32 = 0x7fff_ffff;
 /// sum of crossings leaves 32 bits.
 pub const MAX_RANGE_VOXELS: u32 = 2047;
 
+/// Steps of a noise table: a standard normal distribution cut into so many equal shares.
+pub const NOISE_STEPS: u32 = 4096;
+
 /// The ray met no blocker within range inside the grid.
 pub const NOTHING: u32 = 0;
 /// The ray ended in a blocker within its range.
@@ -131,6 +134,68 @@ pub fn freed(end: End, no_return_is_free: bool) -> u32 {
         NOTHING if no_return_is_free => end.crossings + 1,
         _ => 0,
     }
+}
+
+/// How many crossings of one axis lie at or before a distance, the first of them at `first_q16`.
+pub fn made_by(first_q16: u32, period_q16: u32, t_q16: u32) -> u32 {
+    if first_q16 > t_q16 { 0 } else { (t_q16 - first_q16) / period_q16 + 1 }
+}
+
+/// When crossing `n` of an axis happens, in closed form; [`NEVER`] where that is past any grid, so nothing wraps.
+pub fn crossing_q16(first_q16: u32, period_q16: u32, n: u32) -> u32 {
+    if first_q16 == NEVER || n * (period_q16 >> 16) > MAX_RANGE_VOXELS {
+        return NEVER;
+    }
+    first_q16 + n * period_q16
+}
+
+/// How many crossings a ray has made at a distance, stopped in the last cell inside the grid. `room` says how many
+/// crossings of each axis stay inside; the ray must be at its start.
+pub fn crossings_at(begin: &March, room: [u32; 3], t_q16: u32) -> u32 {
+    let [first, period] = [begin.next_q16, begin.period_q16];
+    let leaves: [u32; 3] = std::array::from_fn(|r| crossing_q16(first[r], period[r], room[r]));
+    let exit = next_axis(leaves);
+    if t_q16 < leaves[exit] {
+        return (0..3).map(|r| made_by(first[r], period[r], t_q16)).sum();
+    }
+    // Of what happens at the very distance of the exit, the axes before it come first.
+    let before = (0..3).map(|r| match r.cmp(&exit) {
+        std::cmp::Ordering::Less => made_by(first[r], period[r], leaves[exit]),
+        std::cmp::Ordering::Equal => room[r],
+        std::cmp::Ordering::Greater if leaves[exit] == 0 => 0,
+        std::cmp::Ordering::Greater => made_by(first[r], period[r], leaves[exit] - 1),
+    });
+    before.sum()
+}
+
+/// How many crossings of each axis stay inside a grid.
+pub fn room(begin: &March, size: [u32; 3]) -> [u32; 3] {
+    std::array::from_fn(|r| {
+        if begin.step[r] < 0 { begin.cell[r] as u32 } else { size[r] - 1 - begin.cell[r] as u32 }
+    })
+}
+
+/// The PCG hash of 32 bits (Jarzynski and Olano, "Hash Functions for GPU Rendering", JCGT 2020).
+pub fn pcg(word: u32) -> u32 {
+    let state = word.wrapping_mul(747_796_405).wrapping_add(2_891_336_453);
+    let mixed = ((state >> ((state >> 28) + 4)) ^ state).wrapping_mul(277_803_737);
+    (mixed >> 22) ^ mixed
+}
+
+/// Which of the [`NOISE_STEPS`] steps of a noise table a ray draws; `draws` is the hash of all that precedes the ray
+/// ([`fold`]).
+pub fn draw(draws: u32, ray: u32) -> u32 {
+    pcg(draws ^ ray) >> (32 - NOISE_STEPS.ilog2())
+}
+
+/// The hash of a sequence of words.
+pub fn fold(words: impl IntoIterator<Item = u32>) -> u32 {
+    words.into_iter().fold(0, |hash, word| pcg(hash ^ word))
+}
+
+/// Where a return at `t_q16` is read with a step of noise.
+pub fn noisy_q16(t_q16: u32, step_q16: i32) -> u32 {
+    (t_q16 as i32 + step_q16).max(0) as u32
 }
 
 #[cfg(test)]

@@ -65,7 +65,7 @@ impl Sensor {
             no_return_is_free: self.no_return_is_free,
             backdrop,
         };
-        Rays { dirs_q15, gates }
+        Rays { dirs_q15, gates, noise_q16: Vec::new() }
     }
 
     /// A pose as integers. The position must lie in the grid.
@@ -78,6 +78,7 @@ impl Sensor {
         Placement {
             origin_q16: grid.position_q16(pose.position_m).map(|x| x as i32),
             axis_q15: std::array::from_fn(row),
+            draws: 0,
         }
     }
 }

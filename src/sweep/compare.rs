@@ -5,7 +5,7 @@ use std::time::{Duration, Instant};
 
 use super::World;
 use crate::backend::oracle::Oracle;
-use crate::backend::{Backend, Cell, Evidence, Placement, Rays};
+use crate::backend::{Backend, Cell, Evidence, Fusion, Placement, Rays, Reading, Slot};
 use crate::march::{self, End};
 use crate::metrics::Confusion;
 use crate::sensor::Sensor;
@@ -109,8 +109,8 @@ pub fn compare(
         }
         let mut differences = 0;
         for (i, placement) in placements.iter().enumerate() {
-            let expected = (&oracle.read(placement)?, &counts[i]);
-            let got = (&backend.read(placement)?, &found[i]);
+            let expected = (&oracle.read(0, placement)?, &counts[i]);
+            let got = (&backend.read(0, placement)?, &found[i]);
             let here = count_differences(expected, got);
             if here > 0 && report.first_difference.is_none() {
                 let place = format!(
@@ -137,11 +137,16 @@ fn timed(
     rays: &Rays,
     placements: &[Placement],
 ) -> Result<(Vec<Vec<Confusion>>, Duration)> {
-    backend.load(cell, rays)?;
+    backend.tables(std::slice::from_ref(rays))?;
+    backend.load(cell)?;
     let begin = Instant::now();
     let mut counts = Vec::new();
-    for batch in placements.chunks(backend.batch().max(1)) {
-        counts.extend(backend.score(batch)?);
+    for batch in placements.chunks(backend.slots()) {
+        let shots: Vec<(Slot, Placement)> = (0..).zip(batch.iter().copied()).collect();
+        backend.sense(0, &shots)?;
+        let alone = |&(slot, _): &(Slot, _)| vec![Reading { slot, volume: None, hit: 1, miss: -1 }];
+        let jobs: Vec<_> = shots.iter().map(alone).collect();
+        counts.extend(backend.score(Fusion::OccupiedWins, &jobs)?);
     }
     Ok((counts, begin.elapsed()))
 }
@@ -158,8 +163,8 @@ fn count_differences((expected, counts): Said, (got, found): Said) -> u64 {
         only_a.count() + only_b.count()
     };
     let flat = |all: &[Confusion]| -> Vec<u64> { all.iter().flat_map(Confusion::counts).collect() };
-    bits(&expected.occupied, &got.occupied)
-        + bits(&expected.free, &got.free)
+    bits(&expected.planes.occupied, &got.planes.occupied)
+        + bits(&expected.planes.free, &got.planes.free)
         + unequal(&expected.ends, &got.ends)
         + unequal(&flat(counts), &flat(found))
 }
@@ -202,9 +207,10 @@ fn explain(
     if expected.ends.len() != got.ends.len() {
         return Ok(format!("{} rays ended, expected {}", got.ends.len(), expected.ends.len()));
     }
-    for (plane, a, b) in
-        [("occupied", &expected.occupied, &got.occupied), ("free", &expected.free, &got.free)]
-    {
+    for (plane, a, b) in [
+        ("occupied", &expected.planes.occupied, &got.planes.occupied),
+        ("free", &expected.planes.free, &got.planes.free),
+    ] {
         let (mut only_a, mut only_b) = (a.clone(), b.clone());
         only_a.remove(b);
         only_b.remove(a);
@@ -253,8 +259,9 @@ fn marking_ray(
 ) -> Result<Option<usize>> {
     let mut oracle = Oracle::default();
     let mut marked_by = |first: usize| -> Result<bool> {
-        oracle.load(cell, &Rays { dirs_q15: rays.dirs_q15[..first].to_vec(), gates: rays.gates })?;
-        Ok(marked(&oracle.read(placement)?))
+        oracle.tables(&[Rays { dirs_q15: rays.dirs_q15[..first].to_vec(), ..rays.clone() }])?;
+        oracle.load(cell)?;
+        Ok(marked(&oracle.read(0, placement)?))
     };
     let (mut without, mut with) = (0, rays.dirs_q15.len());
     if !marked_by(with)? {

