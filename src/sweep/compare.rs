@@ -217,7 +217,7 @@ fn explain(
         let lost = only_a.cells().next().map(|v| (v, "is missing from"));
         if let Some((voxel, what)) = lost.or(only_b.cells().next().map(|v| (v, "should not be in"))) {
             let ray = marking_ray(cell, rays, placement, |e| {
-                if plane == "free" { e.free.get(voxel) } else { e.occupied.get(voxel) }
+                if plane == "free" { e.planes.free.get(voxel) } else { e.planes.occupied.get(voxel) }
             })?;
             let ray = ray.map_or("the oracle's rays do not mark it".into(), |r| {
                 format!("ray {r} is the first that marks it")
