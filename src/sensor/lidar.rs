@@ -1,8 +1,12 @@
-//! A LIDAR: rings of rays about a spin axis.
+//! A LIDAR or safety scanner: rings of rays about a spin axis, scored by its points or, as a switch, by a field that it
+//! guards.
 
 use glam::{DMat3, DVec3};
 
-use super::{Pose, quantise_q15};
+use super::prism::Prism;
+use super::range::Range;
+use super::{Claim, Kind, MEASURES, Pose, SWITCHES, Scale, Stance, Station, look, placement, quantise_q15, switched};
+use crate::backend::Rays;
 
 /// How a LIDAR is fixed where a pose says which way it faces.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Deserialize, serde::Serialize)]
@@ -23,6 +27,21 @@ pub struct Lidar {
     pub elevations_rad: Vec<f64>,
     /// How it is fixed.
     pub mount: Mount,
+    /// What it measures.
+    pub range: Range,
+    /// Whether its points are scored.
+    pub points: bool,
+    /// The field that it guards, if that is scored.
+    pub field: Option<Field>,
+}
+
+/// A protective field: the volume from the ring plane up, above a polygon in the scanner's frame.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Field {
+    /// Where it is.
+    pub volume: Prism,
+    /// Whether it is certified free while no return lies in it.
+    pub otherwise_free: bool,
 }
 
 /// ⌈span/step − 1e-9⌉ angles start + i · step, as many as a scan of `span` holds without its end.
@@ -46,12 +65,59 @@ impl Lidar {
         dirs
     }
 
-    /// The LIDAR's frame in the world at a pose.
-    pub fn frame(&self, pose: &Pose) -> DMat3 {
+    /// Which field a representation is scored by; `None` for the points.
+    fn field(&self, representation: usize) -> Option<&Field> {
+        if self.points && representation == 0 { None } else { self.field.as_ref() }
+    }
+}
+
+impl Kind for Lidar {
+    fn name(&self) -> &'static str {
+        "lidar"
+    }
+
+    fn representations(&self) -> Vec<&'static str> {
+        [self.points.then_some("points"), self.field.as_ref().map(|_| "field")].into_iter().flatten().collect()
+    }
+
+    fn rays(&self, scale: &Scale) -> Option<Rays> {
+        Some(self.range.rays(self.dirs_q15(), scale))
+    }
+
+    fn frame(&self, pose: &Pose) -> DMat3 {
         match self.mount {
             Mount::Facing => pose.optical(),
             Mount::Upright => pose.link(),
         }
+    }
+
+    fn stance(&self) -> Stance {
+        match self.mount {
+            Mount::Facing => Stance::Facing,
+            Mount::Upright => Stance::Upright,
+        }
+    }
+
+    fn is_noisy(&self) -> bool {
+        self.range.noise_std_m > 0.0
+    }
+
+    fn log_odds(&self, representation: usize) -> [i32; 2] {
+        if self.field(representation).is_some() { SWITCHES } else { MEASURES }
+    }
+
+    fn check(&self, at: &Station) -> Result<(), String> {
+        self.field.as_ref().map_or(Ok(()), |field| field.volume.check(&at.pose(), &at.truth.grid))
+    }
+
+    fn claim(&self, representation: usize, at: &Station) -> Claim {
+        let (Some(field), Some(rays)) = (self.field(representation), at.rays) else {
+            return Claim { cast: true, planes: None };
+        };
+        let whole = field.volume.cells(&at.pose(), &at.truth.grid, at.truth.grid.window());
+        let from = placement(self, &at.pose(), &at.truth.grid, at.draws);
+        let on = look::returns(&at.truth.blockers, rays, &from).any(|found| whole.get(found.read));
+        switched(whole.over(at.window), on, field.otherwise_free)
     }
 }
 
@@ -75,6 +141,9 @@ mod tests {
             azimuths_rad: vec![0.0, quarter],
             elevations_rad: vec![0.0, quarter],
             mount: Mount::Upright,
+            range: Range { range_m: [0.0, 1.0], near_ignore_m: 0.0, no_return_is_free: false, noise_std_m: 0.0 },
+            points: true,
+            field: None,
         };
         let up = [0, 0, 32_768];
         assert_eq!(lidar.dirs_q15(), [[32_768, 0, 0], up, [0, 32_768, 0], up]);
