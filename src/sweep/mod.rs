@@ -20,6 +20,8 @@ pub use world::World;
 pub struct Row {
     /// Index of the scene.
     pub scene: usize,
+    /// Which moment of the scene, counted from 0.
+    pub snapshot: usize,
     /// Index of the sensor.
     pub sensor: usize,
     /// Index of the pose among the sensor's candidates.
@@ -30,13 +32,15 @@ pub struct Row {
     pub counts: Confusion,
 }
 
-/// How many scene-poses a study has.
+/// How many scene-poses a study has, each snapshot of a scene for itself.
 pub fn jobs(study: &Study) -> u64 {
     let poses: usize = study.sensors.iter().map(|sensor| sensor.candidates.len()).sum();
-    (study.scenes.len() * poses) as u64
+    let snapshots: usize = study.scenes.iter().map(|scene| scene.snapshots).sum();
+    (snapshots * poses) as u64
 }
 
-/// Scores every pose of every sensor in every scene, rows in study order: scene, sensor, pose, region. `done` hears
+/// Scores every pose of every sensor in every scene, rows in study order: scene, snapshot, sensor, pose,
+/// region. `done` hears
 /// how many scene-poses each batch finished.
 pub fn run(
     study: &Study,
@@ -45,7 +49,8 @@ pub fn run(
     mut done: impl FnMut(u64),
 ) -> Result<Vec<Row>> {
     let mut rows = Vec::new();
-    for (scene, world) in worlds.iter().enumerate() {
+    for world in worlds {
+        let (scene, snapshot) = (scene_of(study, world), world.snapshot);
         let cell = world.cell(window_of(&world.regions));
         for (sensor, spec) in study.sensors.iter().enumerate() {
             backend.load(&cell, &spec.rays(study.voxel_size_m, study.backdrop))?;
@@ -60,7 +65,14 @@ pub fn run(
                 }
                 for regions in scored {
                     let counts = regions.into_iter().enumerate();
-                    rows.extend(counts.map(|(region, counts)| Row { scene, sensor, pose, region, counts }));
+                    rows.extend(counts.map(|(region, counts)| Row {
+                        scene,
+                        snapshot,
+                        sensor,
+                        pose,
+                        region,
+                        counts,
+                    }));
                     pose += 1;
                 }
                 done(batch.len() as u64);
@@ -68,4 +80,9 @@ pub fn run(
         }
     }
     Ok(rows)
+}
+
+/// The index of a world's scene in the study, where names are unique.
+fn scene_of(study: &Study, world: &World) -> usize {
+    study.scenes.iter().position(|scene| scene.name == world.name).expect("the world was made from the study")
 }

@@ -1,29 +1,32 @@
 //! A study made ready to cast: every scene voxelized, every region a mask, every pose inside its grid. Whatever can be
 //! wrong with the input is found here, before any ray.
 
+mod warnings;
+
 use glam::DVec3;
 
 use crate::backend::Cell;
 use crate::march::MAX_RANGE_VOXELS;
 use crate::metrics::Confusion;
-use crate::scene::{Role, Scene, build::build};
-use crate::sensor::Sensor;
+use crate::scene::{Scene, build::build};
 use crate::study::{SceneSpec, Study};
 use crate::voxel::{BitGrid, Grid, Region, Truth, Window, region, voxelize};
 use crate::{Error, Result};
 
-/// A scene of a study, in voxels.
+/// A scene of a study at one moment, in voxels.
 #[derive(Debug)]
 pub struct World {
     /// The scene's name.
     pub name: String,
+    /// Which moment of the scene it is, counted from 0.
+    pub snapshot: usize,
     /// Which voxels are what.
     pub truth: Truth,
     /// The study's regions in this scene, in study order.
     pub regions: Vec<Region>,
     /// For each region, what the simplest answers would score.
     pub baselines: Vec<Baselines>,
-    /// What was assumed that the user may not expect.
+    /// What was assumed about the scene that the user may not expect, told with its first snapshot only.
     pub warnings: Vec<String>,
 }
 
@@ -41,29 +44,48 @@ pub struct Baselines {
 }
 
 impl World {
-    /// Voxelizes one scene of a study and checks the study's sensors and regions against it.
-    pub fn prepare(study: &Study, spec: &SceneSpec) -> Result<World> {
+    /// The worlds of all scenes of a study: scene by scene, in each snapshot by snapshot.
+    pub fn prepare_all(study: &Study) -> Result<Vec<World>> {
+        let scenes: Vec<_> =
+            study.scenes.iter().map(|scene| World::prepare(study, scene)).collect::<Result<_>>()?;
+        Ok(scenes.into_iter().flatten().collect())
+    }
+
+    /// Voxelizes one scene of a study, all its snapshots on one grid, and checks the study's sensors and regions
+    /// against each.
+    pub fn prepare(study: &Study, spec: &SceneSpec) -> Result<Vec<World>> {
         let in_scene = |e| Error::input(spec.path.display(), e);
         let in_study = |e| Error::input(study.path.display(), e);
-        let scene = build(spec, study.voxel_size_m)?;
-        let extent = voxelize::scene_extent(&scene, study.voxel_size_m).map_err(in_scene)?;
-        let grid = grid(study, &scene, &extent).map_err(in_study)?;
-        let truth = voxelize::voxelize(&scene, grid).map_err(in_scene)?;
+        let snapshots = build(spec, study.voxel_size_m)?;
+        let extent = voxelize::scene_extent(&snapshots, study.voxel_size_m).map_err(in_scene)?;
+        let grid = grid(study, &snapshots, &extent).map_err(in_study)?;
+        let truths = voxelize::voxelize_all(&snapshots, grid).map_err(in_scene)?;
+        let mut worlds: Vec<World> = (truths.into_iter().zip(&snapshots))
+            .map(|(truth, scene)| World::of_snapshot(study, scene, truth))
+            .collect::<Result<_>>()
+            .map_err(in_study)?;
+        worlds[0].warnings = warnings::warnings(study, &worlds);
+        Ok(worlds)
+    }
+
+    fn of_snapshot(study: &Study, scene: &Scene, truth: Truth) -> Result<World> {
+        let Scene { name, snapshot, .. } = scene;
         let regions: Vec<Region> = study
             .regions
             .iter()
             .map(|(name, shape)| region::region(name, shape, &truth))
             .collect::<Result<_>>()
-            .map_err(|e| in_study(Error::input(format!("scene {:?}", spec.name), e)))?;
+            .map_err(|e| Error::input(format!("scene {name:?}"), e))?;
         let begins = study.sensors.iter().flat_map(|sensor| {
             let housing =
                 (sensor.near_ignore_m / study.voxel_size_m).ceil().min(f64::from(MAX_RANGE_VOXELS)) as u32;
+            let grid = truth.grid;
             sensor.candidates.iter().map(move |c| (grid.position_q16(c.pose.position_m), housing))
         });
         let reachable = voxelize::reachable(&truth, begins);
         let baselines = regions.iter().map(|region| baselines(&truth, region, &reachable)).collect();
-        let warnings = warnings(study, &truth, &regions);
-        Ok(World { name: spec.name.clone(), truth, regions, baselines, warnings })
+        let (name, snapshot) = (name.clone(), *snapshot);
+        Ok(World { name, snapshot, truth, regions, baselines, warnings: Vec::new() })
     }
 
     /// The scene as backends see it, with evidence kept over a window.
@@ -83,15 +105,15 @@ fn positions(study: &Study) -> impl Iterator<Item = DVec3> + '_ {
     study.sensors.iter().flat_map(|sensor| sensor.candidates.iter().map(|c| c.pose.position_m))
 }
 
-/// The grid of a scene: the user's bounds, or all surfaces and sensor positions.
-fn grid(study: &Study, scene: &Scene, surfaces: &Window) -> Result<Grid> {
+/// The grid of a scene: the user's bounds, or all surfaces of all snapshots and sensor positions.
+fn grid(study: &Study, snapshots: &[Scene], surfaces: &Window) -> Result<Grid> {
     let size_m = study.voxel_size_m;
     let at_world = Grid { voxel_size_m: size_m, origin: [0; 3], size: [1; 3] };
     let key = |p: DVec3| Grid::cell_of(at_world.position_q16(p));
     let one = |p: DVec3| Window::between(key(p), key(p));
     let Some([min, max]) = study.bounds_m else {
         voxelize::grid_over(surfaces, size_m)
-            .map_err(|e| Error::Input(format!("{e}{}", voxelize::largest_object(scene))))?;
+            .map_err(|e| Error::Input(format!("{e}{}", voxelize::largest_object(snapshots))))?;
         let all = positions(study).fold(*surfaces, |all, p| all.union(&one(p)));
         return voxelize::grid_over(&all, size_m).map_err(|e| {
             let mut extent = *surfaces;
@@ -154,57 +176,6 @@ fn baselines(truth: &Truth, region: &Region, reachable: &BitGrid) -> Baselines {
             r - r_reached,
         ]),
     }
-}
-
-fn warnings(study: &Study, truth: &Truth, regions: &[Region]) -> Vec<String> {
-    let mut warnings = Vec::new();
-    for object in &truth.objects {
-        warnings.extend(object.warnings.iter().map(|w| format!("object {:?} {w}", object.name)));
-        if object.cells.is_empty() {
-            warnings.push(format!("object {:?} lies outside the grid and is left out", object.name));
-        }
-    }
-    if !truth.objects.iter().any(|o| o.role == Role::Human) {
-        warnings.push("no object has role = \"human\": human_seen has no value".into());
-    }
-    for region in regions.iter().filter(|region| region.cut_share > 0.0) {
-        let percent = 100.0 * region.cut_share;
-        warnings.push(format!(
-            "region {:?}: {percent:.1} % of it lies outside the grid and is not counted",
-            region.name
-        ));
-    }
-    let ignored = truth.ignored.count() as f64 / truth.grid.window().volume() as f64;
-    if ignored > 0.5 {
-        let percent = 100.0 * ignored;
-        warnings.push(format!(
-            "{percent:.0} % of the grid is inside bodies whose interior is ignored: a hull that is the room itself \
-             needs interior = \"free\""
-        ));
-    }
-    for sensor in &study.sensors {
-        warnings.extend(inside_warning(
-            sensor,
-            &truth.blockers,
-            &truth.grid,
-            "stand in an occupied voxel: their rays start behind its surface",
-        ));
-        warnings.extend(inside_warning(
-            sensor,
-            &truth.ignored,
-            &truth.grid,
-            "stand inside a body whose interior is ignored",
-        ));
-    }
-    warnings
-}
-
-fn inside_warning(sensor: &Sensor, plane: &BitGrid, grid: &Grid, what: &str) -> Option<String> {
-    let cell = |position| Grid::cell_of(grid.position_q16(position));
-    let mut inside = sensor.candidates.iter().filter(|c| plane.get(cell(c.pose.position_m)));
-    let first = inside.next()?;
-    let count = 1 + inside.count();
-    Some(format!("sensor {:?}: {count} poses (first {}) {what}", sensor.name, first.name))
 }
 
 #[cfg(test)]
