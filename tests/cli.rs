@@ -300,7 +300,7 @@ fn a_scene_goes_out_as_an_octomap_and_comes_back() {
     let spec = SceneSpec::load(Path::new("scenes/paper/scene1.toml")).unwrap();
     let scene = build(&spec, 0.05).unwrap();
     let grid = voxelize::grid_over(&voxelize::scene_extent(&scene, 0.05).unwrap(), 0.05).unwrap();
-    let truth = voxelize::voxelize(&scene, grid).unwrap();
+    let truth = voxelize::voxelize_all(&scene, grid).unwrap().remove(0);
     let map = octomap::read(&out).unwrap();
     assert_eq!((map.resolution_m, map.occupied.len() as u64), (0.05, truth.occupied.count()));
     let inside = |key: &[i32; 3]| truth.occupied.get(std::array::from_fn(|r| key[r] - grid.origin[r]));

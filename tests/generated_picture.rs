@@ -25,7 +25,7 @@ fn the_readme_shows_what_this_code_draws() {
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));
     let mut study = Study::load(&root.join("scenes/paper/exp1.toml"), Some(0.025)).unwrap();
     study.scenes.truncate(1);
-    let world = World::prepare(&study, &study.scenes[0]).unwrap();
+    let world = World::prepare(&study, &study.scenes[0]).unwrap().remove(0);
     let camera = &study.sensors[0];
     let candidate = camera.candidates.iter().find(|c| c.name == "left-wall/15/1").unwrap();
 

@@ -33,7 +33,7 @@ fn the_authors_poses_rank_alike() {
     assert_eq!(theirs["robot"].len(), 173, "poses of the reference");
 
     let study = study(&folder, &theirs["robot"]);
-    let world = World::prepare(&study, &study.scenes[0]).unwrap();
+    let world = World::prepare(&study, &study.scenes[0]).unwrap().remove(0);
     assert_eq!(world.truth.occupied.count(), 46_505);
     let mut cpu = Cpu::new(None).unwrap();
     let rows = run(&study, std::slice::from_ref(&world), &mut cpu, |_| {}).unwrap();

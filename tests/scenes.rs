@@ -40,7 +40,7 @@ fn paper() -> &'static [World] {
     static WORLDS: OnceLock<Vec<World>> = OnceLock::new();
     WORLDS.get_or_init(|| {
         let study = study("paper/exp1.toml");
-        study.scenes.iter().map(|scene| World::prepare(&study, scene).unwrap()).collect()
+        World::prepare_all(&study).unwrap()
     })
 }
 
@@ -56,7 +56,7 @@ fn every_study_loads_and_prepares_without_a_surprise() {
     for path in studies {
         let study = Study::load(&path, None).unwrap();
         for scene in &study.scenes {
-            let world = World::prepare(&study, scene).unwrap();
+            let world = World::prepare(&study, scene).unwrap().remove(0);
             assert!(!world.truth.human.is_empty() && !world.truth.robot.is_empty(), "{}", path.display());
             for warning in &world.warnings {
                 assert!(
@@ -174,7 +174,7 @@ fn people_and_robot_are_there_and_apart() {
 }
 
 /// A scene in a folder of its own, with the shipped table beside it.
-fn scene_with(toml: &str) -> (tempfile::TempDir, perirobot::Result<perirobot::scene::Scene>) {
+fn scene_with(toml: &str) -> (tempfile::TempDir, perirobot::Result<Vec<perirobot::scene::Scene>>) {
     let folder = tempfile::tempdir().unwrap();
     let table = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/paper/table.glb");
     fs::copy(table, folder.path().join("table.glb")).unwrap();
@@ -191,7 +191,7 @@ fn scene_with(toml: &str) -> (tempfile::TempDir, perirobot::Result<perirobot::sc
 fn truth_of(toml: &str) -> Truth {
     let scene = scene_with(toml).1.unwrap();
     let grid = voxelize::grid_over(&voxelize::scene_extent(&scene, 0.05).unwrap(), 0.05).unwrap();
-    voxelize::voxelize(&scene, grid).unwrap()
+    voxelize::voxelize_all(&scene, grid).unwrap().remove(0)
 }
 
 #[test]

@@ -18,7 +18,7 @@ fn check(file: &str, voxel_size_m: Option<f64>, selection: Selection) {
     }
     let mut report = Report::default();
     for spec in &study.scenes {
-        let world = World::prepare(&study, spec).unwrap();
+        let world = World::prepare(&study, spec).unwrap().remove(0);
         for sensor in &study.sensors {
             compare(&study, &world, sensor, &selection, &mut backends, &mut report).unwrap();
         }

@@ -47,8 +47,7 @@ pub(super) fn run(args: &Args) -> Result<ExitCode> {
             format!("--pose {name}: no sensor has a pose of that name (poses.csv of a sweep lists them)");
         return Err(Error::Input(what));
     }
-    let worlds =
-        study.scenes.iter().map(|scene| World::prepare(&study, scene)).collect::<Result<Vec<_>>>()?;
+    let worlds = World::prepare_all(&study)?;
     super::warn(worlds.iter().map(|world| (world.name.as_str(), world.warnings.as_slice())));
     let mut backends = args.backend.open_all()?;
     for backend in &backends {

@@ -33,8 +33,7 @@ pub(super) struct Args {
 pub(super) fn run(args: &Args) -> Result<ExitCode> {
     let begin = Instant::now();
     let study = Study::load(&args.study, args.voxel_size)?;
-    let worlds =
-        study.scenes.iter().map(|scene| World::prepare(&study, scene)).collect::<Result<Vec<_>>>()?;
+    let worlds = World::prepare_all(&study)?;
     super::warn(worlds.iter().map(|world| (world.name.as_str(), world.warnings.as_slice())));
     let mut backend = args.backend.open()?;
     let folder = OutputFolder::open(&args.out)?;

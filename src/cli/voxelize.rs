@@ -36,9 +36,9 @@ pub(super) fn run(args: &Args) -> Result<ExitCode> {
     }
     let spec = SceneSpec::load(&args.scene)?;
     let in_scene = |e| Error::input(spec.path.display(), e);
-    let scene = build(&spec, args.voxel_size)?;
-    let extent = voxels::scene_extent(&scene, args.voxel_size).map_err(in_scene)?;
-    let too_large = |e| Error::Input(format!("{e}{}", voxels::largest_object(&scene)));
+    let snapshots = build(&spec, args.voxel_size)?;
+    let extent = voxels::scene_extent(&snapshots, args.voxel_size).map_err(in_scene)?;
+    let too_large = |e| Error::Input(format!("{e}{}", voxels::largest_object(&snapshots)));
     let grid = voxels::grid_over(&extent, args.voxel_size).map_err(too_large).map_err(in_scene)?;
     let keys = (0..3).flat_map(|r| [grid.origin[r], grid.origin[r] + grid.size[r] as i32 - 1]);
     if keys.into_iter().any(|key| !octomap::KEYS.contains(&key)) {
@@ -48,7 +48,7 @@ pub(super) fn run(args: &Args) -> Result<ExitCode> {
         );
         return Err(in_scene(Error::Input(what)));
     }
-    let truth = voxels::voxelize(&scene, grid).map_err(in_scene)?;
+    let truth = voxels::voxelize_all(&snapshots, grid).map_err(in_scene)?.remove(0);
     for object in &truth.objects {
         for warning in &object.warnings {
             eprintln!("warning: {}: object {:?} {warning}", spec.path.display(), object.name);

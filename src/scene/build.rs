@@ -2,16 +2,19 @@
 //! stands. Every file is read here and nowhere else.
 
 use std::collections::HashSet;
+use std::sync::Arc;
 
 use glam::DVec3;
 use wildmatch::WildMatch;
 
+use super::mannequin::Keypoints;
 use super::{Mesh, Object, Optical, Role, Scene, Surface, gltf, mannequin, octomap, primitive, stl};
 use crate::study::{NodeRule, ObjectSpec, SceneSpec, SurfaceSpec};
 use crate::{Error, Result};
 
-/// Reads a scene. Curved bodies stay within an eighth of a voxel of their true surface.
-pub fn build(spec: &SceneSpec, voxel_size_m: f64) -> Result<Scene> {
+/// Reads a scene and gives its snapshots, at least one. Curved bodies stay within an eighth of a voxel of their true
+/// surface.
+pub fn build(spec: &SceneSpec, voxel_size_m: f64) -> Result<Vec<Scene>> {
     let mut objects = Vec::new();
     for object in &spec.objects {
         build_object(object, voxel_size_m / 8.0, &mut objects)
@@ -30,12 +33,13 @@ pub fn build(spec: &SceneSpec, voxel_size_m: f64) -> Result<Scene> {
             format!("two objects are named {:?}, one of them by nodes.match: rename the other", twice.name);
         return Err(Error::input(spec.path.display(), what));
     }
-    Ok(Scene { name: spec.name.clone(), objects })
+    let objects: Vec<Arc<Object>> = objects.into_iter().map(Arc::new).collect();
+    Ok(vec![Scene { name: spec.name.clone(), snapshot: 0, objects }])
 }
 
 fn build_object(object: &ObjectSpec, sag_m: f64, objects: &mut Vec<Object>) -> Result<()> {
-    // A loader's message begins with the file, the value of this key.
-    let at = |key: &'static str| move |e: Error| Error::Input(format!("{key} = {e}"));
+    let mut keypoints =
+        object.keypoints.as_deref().map(mannequin::read_keypoints).transpose().map_err(at("keypoints"))?;
     let mesh = match &object.surface {
         SurfaceSpec::Box { size_m } => primitive::cuboid(*size_m),
         SurfaceSpec::Room { size_m } => primitive::room(*size_m),
@@ -44,7 +48,9 @@ fn build_object(object: &ObjectSpec, sag_m: f64, objects: &mut Vec<Object>) -> R
         SurfaceSpec::Cylinder { radius_m, height_m } => primitive::cylinder(*radius_m, *height_m, sag_m),
         SurfaceSpec::Capsule { radius_m, length_m } => primitive::capsule(*radius_m, *length_m, sag_m),
         SurfaceSpec::Mannequin(path) => {
-            mannequin::body(&mannequin::read_keypoints(path).map_err(at("mannequin"))?, sag_m)
+            let person = mannequin::read_person(path).map_err(at("mannequin"))?;
+            keypoints = (object.role == Role::Human).then_some(person);
+            mannequin::body(&person, sag_m)
         }
         SurfaceSpec::Stl { path, scale, y_up } => {
             let mesh = stl::load(path).map_err(at("mesh"))?.scaled(*scale);
@@ -53,13 +59,32 @@ fn build_object(object: &ObjectSpec, sag_m: f64, objects: &mut Vec<Object>) -> R
         SurfaceSpec::Octomap(path) => {
             let map = octomap::read(path).map_err(at("octomap"))?;
             let surface = Surface::Voxels { resolution_m: map.resolution_m, keys: map.occupied };
-            objects.push(placed(object, object.name.clone(), object.role, object.optical, surface));
+            let part = placed(object, object.name.clone(), object.role, object.optical, surface);
+            objects.push(Object { keypoints, ..part });
             return Ok(());
         }
-        SurfaceSpec::Gltf(path) => return gltf_parts(object, gltf::load(path).map_err(at("mesh"))?, objects),
+        SurfaceSpec::Gltf(path) => {
+            let first = objects.len();
+            gltf_parts(object, gltf::load(path).map_err(at("mesh"))?, objects)?;
+            // Parts may have other roles; the joints go with the person.
+            if let Some(person) = objects[first..].iter_mut().find(|part| part.role == Role::Human) {
+                person.keypoints = keypoints.map(|k| in_world(object, &k));
+            }
+            return Ok(());
+        }
     };
-    objects.push(solid(object, object.name.clone(), object.role, object.optical, mesh));
+    let part = solid(object, object.name.clone(), object.role, object.optical, mesh);
+    objects.push(Object { keypoints: keypoints.map(|k| in_world(object, &k)), ..part });
     Ok(())
+}
+
+/// A loader's message begins with the file, the value of this key.
+fn at(key: &'static str) -> impl Fn(Error) -> Error {
+    move |e| Error::Input(format!("{key} = {e}"))
+}
+
+fn in_world(spec: &ObjectSpec, keypoints: &Keypoints) -> Keypoints {
+    mannequin::transformed(keypoints, spec.rotation, spec.position_m)
 }
 
 /// A glTF file becomes one object for the nodes that no rule names, under the object's own name, and one for each
@@ -119,7 +144,7 @@ fn solid(spec: &ObjectSpec, name: String, role: Role, optical: Optical, mesh: Me
 }
 
 fn placed(spec: &ObjectSpec, name: String, role: Role, optical: Optical, surface: Surface) -> Object {
-    Object { name, role, interior: spec.interior, optical, tag_only: spec.tag_only, surface }
+    Object { name, role, interior: spec.interior, optical, tag_only: spec.tag_only, surface, keypoints: None }
 }
 
 /// A y-up mesh turned to z up: (x, y, z) → (x, −z, y), exactly.
@@ -145,15 +170,15 @@ mod tests {
             // A quarter turn about z: x becomes y.
             rotation: DQuat::from_rotation_z(std::f64::consts::FRAC_PI_2),
             surface,
+            keypoints: None,
             nodes: Vec::new(),
         }
     }
 
     fn scene(objects: Vec<ObjectSpec>) -> Result<Scene> {
-        build(
-            &SceneSpec { path: "cell.toml".into(), text: String::new(), name: "cell".into(), objects },
-            0.08,
-        )
+        let (path, name) = ("cell.toml".into(), "cell".into());
+        let spec = SceneSpec { path, text: String::new(), name, snapshots: 1, objects };
+        build(&spec, 0.08).map(|mut snapshots| snapshots.remove(0))
     }
 
     #[test]
@@ -188,6 +213,36 @@ mod tests {
     fn y_up_files_are_turned_to_z_up() {
         let mesh = Mesh { vertices: vec![DVec3::new(1.0, 2.0, 3.0)], triangles: Vec::new() };
         assert_eq!(z_up(mesh).vertices, [DVec3::new(1.0, -3.0, 2.0)]);
+    }
+
+    #[test]
+    fn joints_are_turned_and_moved_with_their_human() {
+        let folder = tempfile::tempdir().unwrap();
+        let file = folder.path().join("joints.csv");
+        std::fs::write(&file, format!("{}0.1,0.2,0.3\n0.1,0.2,1.3\n", ",,\n".repeat(15))).unwrap();
+        let cuboid = || SurfaceSpec::Box { size_m: DVec3::ONE };
+        let with = |role, surface, keypoints: Option<&std::path::Path>| {
+            let keypoints = keypoints.map(Into::into);
+            scene(vec![ObjectSpec { role, keypoints, ..object("person", surface) }])
+        };
+        let person = || SurfaceSpec::Mannequin(file.clone());
+        let joints = |built: Result<Scene>| built.unwrap().objects[0].keypoints;
+        // (0.1, 0.2) turned by a quarter is (−0.2, 0.1); the object stands at (1, 2, 3).
+        let found = joints(with(Role::Human, cuboid(), Some(&file))).unwrap();
+        assert!((found[15].unwrap() - DVec3::new(0.8, 2.1, 3.3)).length() < 1e-12, "{found:?}");
+        assert_eq!(found.iter().flatten().count(), 2);
+        assert_eq!(joints(with(Role::Human, cuboid(), None)), None);
+        // Two ankles are joints of a box, but no limb to draw.
+        let error = with(Role::Human, person(), None).unwrap_err().to_string();
+        assert!(error.contains("mannequin = ") && error.contains("nothing of a body"), "{error}");
+        std::fs::write(&file, format!("0,0,1\n0,0,1\n0,0,1\n{}", "0.1,0.2,0.3\n0.1,-0.2,0.3\n".repeat(7)))
+            .unwrap();
+        let found = joints(with(Role::Human, person(), None)).unwrap();
+        assert!((found[15].unwrap() - DVec3::new(0.8, 2.1, 3.3)).length() < 1e-12, "{found:?}");
+        assert_eq!(joints(with(Role::Environment, person(), None)), None, "a dummy is no human");
+        let gone = folder.path().join("gone.csv");
+        let error = with(Role::Human, cuboid(), Some(&gone)).unwrap_err().to_string();
+        assert!(error.starts_with("cell.toml: object \"person\": keypoints = "), "{error}");
     }
 
     #[test]

@@ -11,7 +11,11 @@ pub mod stl;
 mod file;
 mod mesh;
 
+use std::sync::Arc;
+
 use glam::DVec3;
+
+use mannequin::Keypoints;
 
 /// What an object is to the study (paper, section III).
 #[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Deserialize, serde::Serialize)]
@@ -85,6 +89,8 @@ pub struct Object {
     pub tag_only: bool,
     /// Its surface, in the world.
     pub surface: Surface,
+    /// A human's joints in world metres, where they are known.
+    pub keypoints: Option<Keypoints>,
 }
 
 /// Everything in the cell at one moment.
@@ -92,6 +98,9 @@ pub struct Object {
 pub struct Scene {
     /// Name in the result table: the scene file's stem, or its `name`.
     pub name: String,
-    /// Objects in file order.
-    pub objects: Vec<Object>,
+    /// Which moment it is, counted from 0.
+    pub snapshot: usize,
+    /// Objects in file order, the same ones in every snapshot of a scene. What does not move from one snapshot to
+    /// another is one allocation in both, so that it is voxelized once.
+    pub objects: Vec<Arc<Object>>,
 }

@@ -102,6 +102,10 @@ impl Kind for Lidar {
         self.range.noise_std_m > 0.0
     }
 
+    fn housing_m(&self) -> f64 {
+        self.range.near_ignore_m
+    }
+
     fn log_odds(&self, representation: usize) -> [i32; 2] {
         if self.field(representation).is_some() { SWITCHES } else { MEASURES }
     }

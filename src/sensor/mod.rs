@@ -145,6 +145,11 @@ pub trait Kind: Debug + Send + Sync {
         false
     }
 
+    /// How far its own housing reaches, in metres: blockers nearer than that let its rays pass.
+    fn housing_m(&self) -> f64 {
+        0.0
+    }
+
     /// What `occupied` and `free` add to a voxel's log-odds, in thousandths.
     fn log_odds(&self, representation: usize) -> [i32; 2];
 
@@ -240,6 +245,6 @@ pub fn draws(seed: u64, [scene, snapshot, sensor, pose, repeat]: [usize; 5]) -> 
 }
 
 /// A component of a unit vector in Q15, ties away from zero: −32768 to 32768.
-fn quantise_q15(value: f64) -> i32 {
+pub fn quantise_q15(value: f64) -> i32 {
     (value * 32_768.0).round() as i32
 }

@@ -39,6 +39,10 @@ impl Kind for Rgb {
         vec!["zone"]
     }
 
+    fn housing_m(&self) -> f64 {
+        self.range.near_ignore_m
+    }
+
     fn log_odds(&self, _: usize) -> [i32; 2] {
         SWITCHES
     }

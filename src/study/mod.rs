@@ -1,6 +1,7 @@
 //! What the user wrote: a study file and the scene files it names, checked once at the edge and turned into metres
 //! and radians. Defaults live in `file.rs` and `scene_file.rs` and nowhere else; meshes are read by `scene`.
 
+mod combination;
 mod file;
 mod poses;
 mod region;
@@ -17,10 +18,14 @@ use crate::sensor::Sensor;
 use crate::voxel::Shape;
 use crate::voxel::grid::VOXEL_SIZES_M;
 use crate::{Error, Result};
+pub use combination::{Combination, Member};
 pub use scene_file::{NodeRule, ObjectSpec, SceneSpec, SurfaceSpec};
 
 /// No coordinate in a file is larger; beyond it there are slips of the pen, infinities and NaN.
 const FARTHEST_M: f64 = 1e6;
+
+/// Most repeats of a study; more would only tell noise more exactly than it is known.
+const MAX_REPEATS: u32 = 10_000;
 
 /// A checked study: what to sweep over what.
 #[derive(Clone, Debug)]
@@ -43,18 +48,31 @@ pub struct Study {
     pub regions: Vec<(String, Shape)>,
     /// Sensors in study order.
     pub sensors: Vec<Sensor>,
+    /// What is scored together, in study order; each sensor alone unless the study says otherwise.
+    pub combinations: Vec<Combination>,
+    /// How often everything is scored, each time with other noise.
+    pub repeats: u32,
+}
+
+/// What a command line may say instead of the study.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Overrides {
+    /// Edge of a voxel in metres.
+    pub voxel_size_m: Option<f64>,
+    /// No sensor has noise.
+    pub noiseless: bool,
 }
 
 impl Study {
-    /// Reads and checks a study and its scene files (not their meshes). `voxel_size_m` overrides the study's.
-    pub fn load(path: &Path, voxel_size_m: Option<f64>) -> Result<Study> {
+    /// Reads and checks a study and its scene files (not their meshes).
+    pub fn load(path: &Path, overrides: &Overrides) -> Result<Study> {
         let text = read_text(path)?;
         let file: file::StudyFile = parse(path, &text)?;
         let at = Place { file: path, prefix: String::new() };
 
         let rule = "a size in metres from 0.0001 to 10";
         at.key("grid").number("voxel_size_m", file.grid.voxel_size_m, VOXEL_SIZES_M, rule)?;
-        let voxel_size_m = match voxel_size_m {
+        let voxel_size_m = match overrides.voxel_size_m {
             Some(size) if !VOXEL_SIZES_M.contains(&size) => {
                 return Err(Error::Input(format!("--voxel-size {size}: must be {rule}")));
             }
@@ -77,13 +95,18 @@ impl Study {
         let scenes: Vec<SceneSpec> = scenes.collect::<Result<_>>()?;
         let regions: Vec<_> =
             file.region.into_iter().map(|entry| region::check(&at, entry)).collect::<Result<_>>()?;
-        let sensors = file.sensor.into_iter().enumerate();
-        let sensors: Vec<_> =
-            sensors.map(|(i, entry)| sensor::check(&at, entry, file.seed, i)).collect::<Result<_>>()?;
+        let mut sensors = Vec::new();
+        for keys in file.sensor {
+            sensors.push(sensor::check(&at, keys, file.seed, overrides.noiseless, &sensors)?);
+        }
 
         at.unique("scene", scenes.iter().map(|s| s.name.as_str()))?;
         at.unique("region", regions.iter().map(|(name, _)| name.as_str()))?;
         at.unique("sensor", sensors.iter().map(|s| s.name.as_str()))?;
+        if !(1..=MAX_REPEATS).contains(&file.repeats) {
+            return Err(at.wrong("repeats", file.repeats, &format!("must be from 1 to {MAX_REPEATS}")));
+        }
+        let combinations = combination::check(&at, file.combination, file.fusion, &sensors)?;
         Ok(Study {
             path: path.into(),
             text,
@@ -94,6 +117,8 @@ impl Study {
             scenes,
             regions,
             sensors,
+            combinations,
+            repeats: file.repeats,
         })
     }
 }

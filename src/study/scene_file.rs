@@ -21,6 +21,8 @@ pub struct SceneSpec {
     pub text: String,
     /// Its name: the file's stem, unless the study gives another.
     pub name: String,
+    /// How many moments it has; one where nothing moves.
+    pub snapshots: usize,
     /// Objects in file order.
     pub objects: Vec<ObjectSpec>,
 }
@@ -44,6 +46,8 @@ pub struct ObjectSpec {
     pub rotation: DQuat,
     /// What it is made of.
     pub surface: SurfaceSpec,
+    /// A file with a human's joints in the object's own frame; a mannequin's are its own.
+    pub keypoints: Option<PathBuf>,
     /// Rules for the parts of a glTF file.
     pub nodes: Vec<NodeRule>,
 }
@@ -150,6 +154,7 @@ struct ObjectFile {
     mesh: Option<PathBuf>,
     octomap: Option<PathBuf>,
     mannequin: Option<PathBuf>,
+    keypoints: Option<PathBuf>,
     #[serde(default)]
     nodes: Vec<NodeRule>,
 }
@@ -222,7 +227,7 @@ impl SceneSpec {
         at.unique("object", objects.iter().map(|o| o.name.as_str()))?;
         let name =
             path.file_stem().map_or_else(|| "scene".into(), |stem| stem.to_string_lossy().into_owned());
-        Ok(SceneSpec { path: path.into(), text, name, objects })
+        Ok(SceneSpec { path: path.into(), text, name, snapshots: 1, objects })
     }
 }
 
@@ -298,14 +303,23 @@ fn object(at: &Place, entry: ObjectFile, default_interior: Interior) -> Result<O
     };
     let default_role =
         if matches!(surface, SurfaceSpec::Mannequin(_)) { Role::Human } else { Role::Environment };
+    let role = entry.role.unwrap_or(default_role);
+    if entry.keypoints.is_some() && matches!(surface, SurfaceSpec::Mannequin(_)) {
+        return Err(at.says("keypoints: a mannequin's are its own; take them away"));
+    }
+    let human = role == Role::Human || entry.nodes.iter().any(|rule| rule.role == Some(Role::Human));
+    if entry.keypoints.is_some() && !human {
+        return Err(at.says("keypoints are a human's joints: add role = \"human\""));
+    }
     Ok(ObjectSpec {
-        role: entry.role.unwrap_or(default_role),
+        role,
         interior,
         optical: entry.optical.unwrap_or(Optical::Opaque),
         tag_only: entry.tag_only,
         position_m,
         rotation,
         surface,
+        keypoints: entry.keypoints.map(|path| folder.join(path)),
         nodes: entry.nodes,
         name: entry.name,
     })

@@ -32,7 +32,7 @@ pub fn manifest(study: &Study, worlds: &[World], backend: &dyn Backend, timings:
         "seed": study.seed,
         "voxel_size_m": study.voxel_size_m,
         "backend": { "name": backend.name(), "device": backend.device() },
-        "scenes": study.scenes.iter().zip(worlds).map(|(spec, world)| scene(study, spec, world)).collect::<Vec<_>>(),
+        "scenes": worlds.iter().map(|world| scene(study, world)).collect::<Vec<_>>(),
         "sensors": study.sensors.iter().map(|sensor| {
             let rays = sensor.rays(study.voxel_size_m, study.backdrop);
             json!({
@@ -50,7 +50,8 @@ pub fn manifest(study: &Study, worlds: &[World], backend: &dyn Backend, timings:
     bytes
 }
 
-fn scene(study: &Study, spec: &crate::study::SceneSpec, world: &World) -> Value {
+fn scene(study: &Study, world: &World) -> Value {
+    let spec = &study.scenes[super::scene_of(study, world)];
     let truth = &world.truth;
     let regions = world.regions.iter().zip(&world.baselines).map(|(region, baselines)| {
         json!({
@@ -67,6 +68,7 @@ fn scene(study: &Study, spec: &crate::study::SceneSpec, world: &World) -> Value 
     });
     json!({
         "name": world.name,
+        "snapshot": world.snapshot,
         "file": spec.path.display().to_string(),
         "sha256": sha256([spec.text.as_bytes()]),
         "grid": { "origin": truth.grid.origin, "size": truth.grid.size },

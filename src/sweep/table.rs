@@ -37,7 +37,7 @@ pub fn results_csv(study: &Study, rows: &[Row]) -> Vec<u8> {
         let sensor = &study.sensors[row.sensor];
         let mut fields = vec![
             study.scenes[row.scene].name.clone(),
-            "0".into(),
+            row.snapshot.to_string(),
             "0".into(),
             sensor.name.clone(),
             format!("{}:{}", sensor.name, sensor.candidates[row.pose].name),

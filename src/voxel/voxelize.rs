@@ -1,7 +1,8 @@
 //! From a scene to its truth: which voxels are occupied, what stops rays, whose they are. Regions and sensors are
 //! left to others.
 
-use std::collections::{BTreeMap, HashMap};
+use std::collections::{BTreeMap, HashMap, HashSet};
+use std::sync::Arc;
 use std::sync::atomic::{AtomicU32, Ordering};
 
 use glam::DVec3;
@@ -11,6 +12,7 @@ use super::flood::enclosed;
 use super::grid::{FARTHEST_VOXEL, Grid, MAX_VOXELS_PER_AXIS, Window};
 use super::overlap::{self, Corner};
 use super::{BitGrid, grid};
+use crate::scene::mannequin::Keypoints;
 use crate::scene::{Interior, Mesh, Object, Optical, Role, Scene, Surface};
 use crate::{Error, Result};
 
@@ -29,8 +31,8 @@ pub struct Truth {
     pub human: BitGrid,
     /// Voxels of the robot.
     pub robot: BitGrid,
-    /// One entry for each object of the scene.
-    pub objects: Vec<ObjectVoxels>,
+    /// One entry for each object of the scene; one allocation for what does not move between snapshots.
+    pub objects: Vec<Arc<ObjectVoxels>>,
 }
 
 /// What one object became.
@@ -48,6 +50,8 @@ pub struct ObjectVoxels {
     pub bounds_m: [DVec3; 2],
     /// Its voxels inside the grid: the surface, and the inside where that is `occupied`.
     pub cells: BitGrid,
+    /// A human's joints in world metres, where they are known.
+    pub keypoints: Option<Keypoints>,
     /// What was assumed about it that its author may not expect.
     pub warnings: Vec<String>,
 }
@@ -60,10 +64,19 @@ struct Lattice {
     extent: Window,
 }
 
-/// The world keys that a scene's surfaces touch, to size a grid by. Fails on a surface too far away to count.
-pub fn scene_extent(scene: &Scene, voxel_size_m: f64) -> Result<Window> {
+/// The world keys that the surfaces of all snapshots touch, to size their common grid by. Fails on a surface too far
+/// away to count.
+pub fn scene_extent(snapshots: &[Scene], voxel_size_m: f64) -> Result<Window> {
     let empty = Window::between([0; 3], [-1; 3]);
-    scene.objects.iter().try_fold(empty, |all, object| Ok(all.union(&lattice(object, voxel_size_m)?.extent)))
+    let objects = distinct_objects(snapshots);
+    objects.iter().try_fold(empty, |all, object| Ok(all.union(&lattice(object, voxel_size_m)?.extent)))
+}
+
+/// Every object once, in the order of its first snapshot.
+fn distinct_objects(snapshots: &[Scene]) -> Vec<&Arc<Object>> {
+    let mut seen = HashSet::new();
+    let all = snapshots.iter().flat_map(|scene| &scene.objects);
+    all.filter(|object| seen.insert(Arc::as_ptr(object))).collect()
 }
 
 /// The grid that holds a box of world keys; refuses one with too many voxels on an axis, with a size that fits where
@@ -94,12 +107,13 @@ pub fn grid_over(extent: &Window, voxel_size_m: f64) -> Result<Grid> {
 }
 
 /// The largest object of a scene in words, for the message that a grid is too large: mostly it is in millimetres.
-pub fn largest_object(scene: &Scene) -> String {
+pub fn largest_object(snapshots: &[Scene]) -> String {
     let size = |object: &Object| {
         let [low, high] = bounds_m(object);
         high - low
     };
-    let largest = scene.objects.iter().max_by(|a, b| size(a).max_element().total_cmp(&size(b).max_element()));
+    let objects = distinct_objects(snapshots).into_iter();
+    let largest = objects.max_by(|a, b| size(a).max_element().total_cmp(&size(b).max_element()));
     largest.map_or(String::new(), |object| {
         let DVec3 { x, y, z } = size(object);
         format!(
@@ -110,14 +124,25 @@ pub fn largest_object(scene: &Scene) -> String {
     })
 }
 
-/// Voxelizes a scene, objects and triangles in parallel.
-pub fn voxelize(scene: &Scene, grid: Grid) -> Result<Truth> {
-    let bodies: Vec<Body> =
-        scene.objects.par_iter().map(|object| body(object, &grid)).collect::<Result<_>>()?;
+/// Voxelizes the snapshots of a scene on one grid, objects and triangles in parallel. An object that several
+/// snapshots share is voxelized once.
+pub fn voxelize_all(snapshots: &[Scene], grid: Grid) -> Result<Vec<Truth>> {
+    let objects = distinct_objects(snapshots);
+    let bodies: Vec<Body> = objects.par_iter().map(|object| body(object, &grid)).collect::<Result<_>>()?;
+    let body_of: HashMap<_, _> = objects.into_iter().map(Arc::as_ptr).zip(&bodies).collect();
+    let truth = |scene: &Scene| {
+        let placed = scene.objects.iter().map(|object| (&**object, body_of[&Arc::as_ptr(object)]));
+        combined(&placed.collect::<Vec<_>>(), grid)
+    };
+    Ok(snapshots.iter().map(truth).collect())
+}
+
+/// The truth of one snapshot.
+fn combined(objects: &[(&Object, &Body)], grid: Grid) -> Truth {
     let blank = || BitGrid::new(grid.window());
     let (mut occupied, mut blockers, mut ignored, mut human, mut robot) =
         (blank(), blank(), blank(), blank(), blank());
-    for (object, body) in scene.objects.iter().zip(&bodies) {
+    for (object, body) in objects {
         if !object.tag_only {
             occupied.add(&body.voxels.cells);
             if object.optical == Optical::Opaque {
@@ -132,13 +157,13 @@ pub fn voxelize(scene: &Scene, grid: Grid) -> Result<Truth> {
         }
     }
     ignored.remove(&occupied);
-    let objects = bodies.into_iter().map(|body| body.voxels).collect();
-    Ok(Truth { grid, occupied, blockers, ignored, human, robot, objects })
+    let objects = objects.iter().map(|(_, body)| body.voxels.clone()).collect();
+    Truth { grid, occupied, blockers, ignored, human, robot, objects }
 }
 
 /// An object in voxels and the inside that belongs to no region.
 struct Body {
-    voxels: ObjectVoxels,
+    voxels: Arc<ObjectVoxels>,
     ignored: BitGrid,
 }
 
@@ -182,9 +207,10 @@ fn body(object: &Object, grid: &Grid) -> Result<Body> {
         watertight,
         bounds_m,
         cells: in_grid_frame(cells, in_grid),
+        keypoints: object.keypoints,
         warnings,
     };
-    Ok(Body { voxels, ignored })
+    Ok(Body { voxels: Arc::new(voxels), ignored })
 }
 
 /// The same words, counted from the grid's corner instead of the world's.

@@ -63,7 +63,7 @@ impl Backend for Liar {
 fn tiny() -> (Study, World) {
     let path = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/tiny.toml");
     let study = Study::load(&path, None).unwrap();
-    let world = World::prepare(&study, &study.scenes[0]).unwrap();
+    let world = World::prepare(&study, &study.scenes[0]).unwrap().remove(0);
     (study, world)
 }
 

@@ -51,7 +51,7 @@ fn tiny() -> Study {
 #[test]
 fn no_pose_beats_the_ceiling() {
     let study = tiny();
-    let worlds = [World::prepare(&study, &study.scenes[0]).unwrap()];
+    let worlds = World::prepare_all(&study).unwrap();
     let mut cpu = crate::backend::cpu::Cpu::new(Some(1)).unwrap();
     for row in crate::sweep::run(&study, &worlds, &mut cpu, |_| {}).unwrap() {
         let ceiling = worlds[0].baselines[row.region].ceiling;
@@ -64,7 +64,7 @@ fn no_pose_beats_the_ceiling() {
 fn evidence_over_a_window_counts_the_same_as_over_the_grid() {
     use crate::backend::Backend;
     let study = tiny();
-    let world = World::prepare(&study, &study.scenes[0]).unwrap();
+    let world = World::prepare(&study, &study.scenes[0]).unwrap().remove(0);
     let sensor = &study.sensors[1];
     let placements: Vec<_> =
         sensor.candidates.iter().map(|c| sensor.placement(&c.pose, &world.truth.grid)).collect();
