@@ -5,12 +5,12 @@ use std::process::ExitCode;
 use std::time::Instant;
 
 use perirobot::Result;
-use perirobot::study::Study;
 use perirobot::sweep::files::OutputFolder;
 use perirobot::sweep::manifest::{Timings, manifest};
-use perirobot::sweep::{World, jobs, run as run_sweep, summary::summary, table};
+use perirobot::sweep::{jobs, run as run_sweep, table};
 
 use super::backend::BackendArgs;
+use super::study::StudyArgs;
 
 /// Score every candidate pose of a study
 ///
@@ -18,23 +18,18 @@ use super::backend::BackendArgs;
 /// output folder, each whole or not at all, and prints the best poses beside what trivial answers would score.
 #[derive(clap::Args)]
 pub(super) struct Args {
-    /// The study file (TOML)
-    study: PathBuf,
+    #[command(flatten)]
+    study: StudyArgs,
     /// Folder for the results; made if needed
     #[arg(long, value_name = "DIR")]
     out: PathBuf,
-    /// Edge of a voxel in metres, instead of the study's
-    #[arg(long, value_name = "METRES")]
-    voxel_size: Option<f64>,
     #[command(flatten)]
     backend: BackendArgs,
 }
 
 pub(super) fn run(args: &Args) -> Result<ExitCode> {
     let begin = Instant::now();
-    let study = Study::load(&args.study, args.voxel_size)?;
-    let worlds = World::prepare_all(&study)?;
-    super::warn(worlds.iter().map(|world| (world.name.as_str(), world.warnings.as_slice())));
+    let (study, worlds) = args.study.load()?;
     let mut backend = args.backend.open()?;
     let folder = OutputFolder::open(&args.out)?;
     let prepare_s = begin.elapsed().as_secs_f64();
@@ -49,7 +44,6 @@ pub(super) fn run(args: &Args) -> Result<ExitCode> {
     folder.write("poses.csv", &table::poses_csv(&study))?;
     folder.write("results.csv", &table::results_csv(&study, &rows))?;
     folder.write("manifest.json", &manifest(&study, &worlds, backend.as_ref(), timings))?;
-    super::print(&summary(&study, &worlds, &rows))?;
     let (poses, seconds) = (jobs(&study), timings.sweep_s);
     super::print(&format!(
         "\n{poses} scene-poses in {seconds:.1} s ({:.1} poses/s) on {}: {}\nresults in {}\n",

@@ -103,4 +103,3 @@ fn seen(eye: &Eye, at: &Station, human: &ObjectVoxels, joint_m: DVec3, ray: u32)
 pub fn count(detected: &Detected) -> usize {
     detected.iter().flatten().count()
 }
-

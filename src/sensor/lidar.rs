@@ -5,7 +5,9 @@ use glam::{DMat3, DVec3};
 
 use super::prism::Prism;
 use super::range::Range;
-use super::{Claim, Kind, MEASURES, Pose, SWITCHES, Scale, Stance, Station, look, placement, quantise_q15, switched};
+use super::{
+    Claim, Kind, MEASURES, Pose, SWITCHES, Scale, Stance, Station, look, placement, quantise_q15, switched,
+};
 use crate::backend::Rays;
 
 /// How a LIDAR is fixed where a pose says which way it faces.
@@ -77,7 +79,10 @@ impl Kind for Lidar {
     }
 
     fn representations(&self) -> Vec<&'static str> {
-        [self.points.then_some("points"), self.field.as_ref().map(|_| "field")].into_iter().flatten().collect()
+        [self.points.then_some("points"), self.field.as_ref().map(|_| "field")]
+            .into_iter()
+            .flatten()
+            .collect()
     }
 
     fn rays(&self, scale: &Scale) -> Option<Rays> {
@@ -145,7 +150,12 @@ mod tests {
             azimuths_rad: vec![0.0, quarter],
             elevations_rad: vec![0.0, quarter],
             mount: Mount::Upright,
-            range: Range { range_m: [0.0, 1.0], near_ignore_m: 0.0, no_return_is_free: false, noise_std_m: 0.0 },
+            range: Range {
+                range_m: [0.0, 1.0],
+                near_ignore_m: 0.0,
+                no_return_is_free: false,
+                noise_std_m: 0.0,
+            },
             points: true,
             field: None,
         };

@@ -17,7 +17,13 @@ pub struct Return {
 }
 
 /// Casts a ray in a direction of the grid (Q16) with the gates and the noise of a table, as ray number `ray` of it.
-pub fn look(blockers: &BitGrid, rays: &Rays, from: &Placement, dir_q16: [i32; 3], ray: u32) -> Option<Return> {
+pub fn look(
+    blockers: &BitGrid,
+    rays: &Rays,
+    from: &Placement,
+    dir_q16: [i32; 3],
+    ray: u32,
+) -> Option<Return> {
     let (gates, size) = (&rays.gates, blockers.window().size);
     let begin = march::start(from.origin_q16, dir_q16);
     let mut at = begin;

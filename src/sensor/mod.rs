@@ -87,6 +87,16 @@ pub enum Setting {
     Fixed,
 }
 
+impl Setting {
+    /// The pose; the origin of a setting that has none.
+    pub fn pose(&self) -> Pose {
+        match self {
+            Setting::Pose(pose) => *pose,
+            _ => Pose::ORIGIN,
+        }
+    }
+}
+
 /// How a pose that faces somewhere turns the sensor.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Stance {
@@ -199,10 +209,7 @@ pub struct Station<'a> {
 impl Station<'_> {
     /// Where the sensor is; the world's origin if it has no pose.
     pub fn pose(&self) -> Pose {
-        match self.setting {
-            Setting::Pose(pose) => pose,
-            _ => Pose::ORIGIN,
-        }
+        self.setting.pose()
     }
 
     /// The same candidate, looked at over the whole grid.

@@ -78,9 +78,8 @@ impl Prism {
 
     /// Whether the polygon lies over the grid as a whole.
     pub fn is_over(&self, pose: &Pose, grid: &Grid) -> bool {
-        let inside = |corner: &[i64; 2]| {
-            (0..2).all(|a| (0..=i64::from(grid.size[a]) * ONE_Q16).contains(&corner[a]))
-        };
+        let inside =
+            |corner: &[i64; 2]| (0..2).all(|a| (0..=i64::from(grid.size[a]) * ONE_Q16).contains(&corner[a]));
         self.corners_q16(pose, grid).iter().all(inside)
     }
 }

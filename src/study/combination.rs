@@ -51,7 +51,9 @@ impl Combination {
     pub fn interpretations(&self, sensors: &[Sensor]) -> Vec<Vec<usize>> {
         self.members.iter().fold(vec![Vec::new()], |all, member| {
             let count = sensors[member.sensor].kind.representations().len();
-            all.iter().flat_map(|one| (0..count).map(move |next| [one.as_slice(), &[next]].concat())).collect()
+            all.iter()
+                .flat_map(|one| (0..count).map(move |next| [one.as_slice(), &[next]].concat()))
+                .collect()
         })
     }
 }
@@ -90,7 +92,11 @@ fn one(at: &Place, entry: CombinationFile, fusion: Fusion, sensors: &[Sensor]) -
     let mut members = Vec::new();
     for name in &entry.sensors {
         let Some(sensor) = sensors.iter().position(|sensor| sensor.name == *name) else {
-            return Err(at.wrong("sensors", format!("{name:?}"), &format!("must be sensors of the study: {:?}", known())));
+            return Err(at.wrong(
+                "sensors",
+                format!("{name:?}"),
+                &format!("must be sensors of the study: {:?}", known()),
+            ));
         };
         let candidates = subset(&at, &sensors[sensor], entry.poses.get(name))?;
         members.push(Member { sensor, candidates });
@@ -99,7 +105,9 @@ fn one(at: &Place, entry: CombinationFile, fusion: Fusion, sensors: &[Sensor]) -
     members.sort_by_key(|member| sensors[member.sensor].kind.name() == "known_robot");
     let choices = members.iter().try_fold(1usize, |n, m| n.checked_mul(m.candidates.len()));
     if choices.is_none_or(|n| n > MAX_CHOICES) {
-        return Err(at.says(format!("more than {MAX_CHOICES} choices of poses: name a part of them by poses")));
+        return Err(
+            at.says(format!("more than {MAX_CHOICES} choices of poses: name a part of them by poses"))
+        );
     }
     Ok(Combination { name, fusion: entry.fusion.unwrap_or(fusion), members })
 }

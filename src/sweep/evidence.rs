@@ -7,7 +7,7 @@ use rayon::prelude::*;
 
 use super::{Ask, World};
 use crate::backend::{Backend, Placement, Planes, Rays, Reading, Slot};
-use crate::sensor::{self, Claim, Station};
+use crate::sensor::{Claim, Station};
 use crate::study::Study;
 use crate::voxel::Window;
 use crate::voxel::region::window_of;
@@ -174,18 +174,14 @@ impl<'a> Store<'a> {
     /// Where a sensor is, and what it says in each representation.
     fn ask_sensor(&self, key: &Key) -> (Placement, Vec<Claim>) {
         let (world, spec) = (self.world, &self.study.sensors[key.sensor]);
-        let draws = sensor::draws(
-            self.study.seed,
-            [world.scene, world.snapshot, key.sensor, key.candidate, key.repeat],
-        );
+        let placement = world.placement(self.study, key.sensor, key.candidate, key.repeat);
         let station = Station {
             truth: &world.truth,
             window: self.window,
             setting: world.settings[key.sensor][key.candidate],
             rays: self.tables[key.sensor].as_ref(),
-            draws,
+            draws: placement.draws,
         };
-        let placement = sensor::placement(&*spec.kind, &station.pose(), &world.truth.grid, draws);
         let representations = 0..spec.kind.representations().len();
         (placement, representations.map(|r| spec.kind.claim(r, &station)).collect())
     }

@@ -6,6 +6,7 @@ use sha2::{Digest, Sha256};
 
 use super::World;
 use crate::backend::{Backend, Placement, Rays};
+use crate::sensor::{self, Setting};
 use crate::study::Study;
 use crate::voxel::BitGrid;
 
@@ -33,15 +34,26 @@ pub fn manifest(study: &Study, worlds: &[World], backend: &dyn Backend, timings:
         "voxel_size_m": study.voxel_size_m,
         "backend": { "name": backend.name(), "device": backend.device() },
         "scenes": worlds.iter().map(|world| scene(study, world)).collect::<Vec<_>>(),
-        "sensors": study.sensors.iter().map(|sensor| {
-            let rays = sensor.rays(study.voxel_size_m, study.backdrop);
+        "sensors": study.sensors.iter().zip(super::tables(study)).map(|(sensor, rays)| {
             json!({
                 "name": sensor.name,
+                "kind": sensor.kind.name(),
+                "representations": sensor.kind.representations(),
                 "poses": sensor.candidates.len(),
-                "rays_per_pose": rays.dirs_q15.len(),
-                "rays_sha256": rays_sha256(&rays),
+                "rays_per_pose": rays.as_ref().map_or(0, |rays| rays.dirs_q15.len()),
+                "rays_sha256": rays.as_ref().map(rays_sha256),
             })
         }).collect::<Vec<_>>(),
+        "combinations": study.combinations.iter().map(|combination| {
+            let sensors = combination.members.iter().map(|member| study.sensors[member.sensor].name.as_str());
+            json!({
+                "name": combination.name,
+                "sensors": sensors.collect::<Vec<_>>(),
+                "fusion": combination.fusion,
+                "choices": combination.choices(),
+            })
+        }).collect::<Vec<_>>(),
+        "repeats": study.repeats,
         "timings": timings,
         "poses_per_s": jobs as f64 / timings.sweep_s.max(1e-9),
     });
@@ -51,7 +63,7 @@ pub fn manifest(study: &Study, worlds: &[World], backend: &dyn Backend, timings:
 }
 
 fn scene(study: &Study, world: &World) -> Value {
-    let spec = &study.scenes[super::scene_of(study, world)];
+    let spec = &study.scenes[world.scene];
     let truth = &world.truth;
     let regions = world.regions.iter().zip(&world.baselines).map(|(region, baselines)| {
         json!({
@@ -62,8 +74,12 @@ fn scene(study: &Study, world: &World) -> Value {
             "baselines": baselines,
         })
     });
-    let placements = study.sensors.iter().map(|sensor| {
-        let all = sensor.candidates.iter().map(|c| sensor.placement(&c.pose, &truth.grid));
+    let placements = study.sensors.iter().enumerate().map(|(s, sensor)| {
+        let poses = world.settings[s].iter().filter_map(|setting| match setting {
+            Setting::Pose(pose) => Some(pose),
+            _ => None,
+        });
+        let all = poses.map(|pose| sensor::placement(&*sensor.kind, pose, &truth.grid, 0));
         json!({ "sensor": sensor.name, "placements_sha256": placements_sha256(all) })
     });
     json!({
@@ -98,8 +114,9 @@ fn rays_sha256(rays: &Rays) -> String {
         .into_iter()
         .chain([gates.no_return_is_free as u32, gates.backdrop as u32]);
     let gates: Vec<u8> = numbers.flat_map(u32::to_le_bytes).collect();
+    let noise: Vec<u8> = rays.noise_q16.iter().flat_map(|g| g.to_le_bytes()).collect();
     let dirs: Vec<u8> = rays.dirs_q15.iter().flatten().flat_map(|d| d.to_le_bytes()).collect();
-    sha256([gates.as_slice(), &dirs])
+    sha256([gates.as_slice(), &dirs, &noise])
 }
 
 fn placements_sha256(placements: impl Iterator<Item = Placement>) -> String {

@@ -5,7 +5,6 @@ pub mod compare;
 mod evidence;
 pub mod files;
 pub mod manifest;
-pub mod summary;
 pub mod table;
 pub mod world;
 
@@ -50,9 +49,11 @@ pub struct Ask {
 
 /// Every choice of every combination of a study, in study order.
 pub fn asks(study: &Study) -> impl Iterator<Item = Ask> + '_ {
-    study.combinations.iter().enumerate().flat_map(|(combination, spec)| {
-        (0..spec.choices()).map(move |choice| Ask { combination, choice })
-    })
+    study
+        .combinations
+        .iter()
+        .enumerate()
+        .flat_map(|(combination, spec)| (0..spec.choices()).map(move |choice| Ask { combination, choice }))
 }
 
 /// How many choices are scored in all, each snapshot of a scene and each repeat for itself.
@@ -74,17 +75,28 @@ pub fn run(
     study: &Study,
     worlds: &[World],
     backend: &mut dyn Backend,
+    done: impl FnMut(u64),
+) -> Result<Vec<Row>> {
+    let asks: Vec<Ask> = asks(study).collect();
+    run_asks(study, worlds, &asks, backend, done)
+}
+
+/// [`run`], of some choices.
+fn run_asks(
+    study: &Study,
+    worlds: &[World],
+    asks: &[Ask],
+    backend: &mut dyn Backend,
     mut done: impl FnMut(u64),
 ) -> Result<Vec<Row>> {
     let tables = tables(study);
     backend.tables(&tables.iter().flatten().cloned().collect::<Vec<_>>())?;
-    let asks: Vec<Ask> = asks(study).collect();
     let mut rows = Vec::new();
     for world in worlds {
         backend.load(&world.cell(window_of(&world.regions)))?;
         let mut store = Store::new(study, world, &tables, backend.slots());
         for repeat in 0..study.repeats as usize {
-            score(&mut store, &asks, repeat, backend, &mut rows, &mut done)?;
+            score(&mut store, asks, repeat, backend, &mut rows, &mut done)?;
         }
     }
     Ok(rows)

@@ -5,11 +5,11 @@ mod warnings;
 
 use glam::DVec3;
 
-use crate::backend::Cell;
+use crate::backend::{Cell, Placement};
 use crate::march::MAX_RANGE_VOXELS;
 use crate::metrics::Confusion;
 use crate::scene::{Scene, build::build};
-use crate::sensor::{Sensor, Setting, Station};
+use crate::sensor::{self, Sensor, Setting, Station};
 use crate::study::Study;
 use crate::voxel::{BitGrid, Grid, Region, Truth, Window, region, voxelize};
 use crate::{Error, Result};
@@ -72,7 +72,9 @@ impl World {
         let grid = grid(study, &snapshots, &settings, &extent).map_err(in_study)?;
         let truths = voxelize::voxelize_all(&snapshots, grid).map_err(in_scene)?;
         let mut worlds: Vec<World> = (truths.into_iter().zip(settings).enumerate())
-            .map(|(snapshot, (truth, settings))| World::of_snapshot(study, [scene, snapshot], truth, settings))
+            .map(|(snapshot, (truth, settings))| {
+                World::of_snapshot(study, [scene, snapshot], truth, settings)
+            })
             .collect::<Result<_>>()
             .map_err(in_study)?;
         worlds[0].warnings = warnings::warnings(study, &worlds);
@@ -100,6 +102,21 @@ impl World {
         Ok(World { scene, name, snapshot, truth, regions, settings, baselines, warnings: Vec::new() })
     }
 
+    /// The scene's name, with the snapshot's number where there are several.
+    pub fn title(&self, study: &Study) -> String {
+        match study.scenes[self.scene].snapshots {
+            1 => self.name.clone(),
+            _ => format!("{}[{}]", self.name, self.snapshot),
+        }
+    }
+
+    /// A sensor at a candidate, quantised; at the origin if it has no pose.
+    pub fn placement(&self, study: &Study, sensor: usize, candidate: usize, repeat: usize) -> Placement {
+        let draws = sensor::draws(study.seed, [self.scene, self.snapshot, sensor, candidate, repeat]);
+        let pose = self.settings[sensor][candidate].pose();
+        sensor::placement(&*study.sensors[sensor].kind, &pose, &self.truth.grid, draws)
+    }
+
     /// The scene as backends see it, with evidence kept over a window.
     pub fn cell(&self, window: Window) -> Cell {
         Cell {
@@ -122,7 +139,10 @@ fn settings(sensor: &Sensor, scene: &Scene) -> Result<Vec<Setting>> {
     let linkage = carrier.and_then(|object| object.linkage.as_deref()).ok_or_else(|| {
         let robots: Vec<_> =
             scene.objects.iter().filter(|o| o.linkage.is_some()).map(|o| o.name.as_str()).collect();
-        wrong(format!("object = {:?}: scene {:?} has as robots with links: {robots:?}", on.object, scene.name))
+        wrong(format!(
+            "object = {:?}: scene {:?} has as robots with links: {robots:?}",
+            on.object, scene.name
+        ))
     })?;
     let link = linkage.link(&on.link).map_err(|e| wrong(format!("link = {:?}: {e}", on.link)))?;
     let carried = |setting| match setting {
@@ -209,7 +229,11 @@ fn first_pose(
 ) -> Option<String> {
     let each = settings.iter().flat_map(|snapshot| study.sensors.iter().zip(snapshot));
     let mut poses = each.flat_map(|(sensor, all)| {
-        sensor.candidates.iter().zip(all).filter_map(move |(c, setting)| Some((sensor, c, position(setting)?)))
+        sensor
+            .candidates
+            .iter()
+            .zip(all)
+            .filter_map(move |(c, setting)| Some((sensor, c, position(setting)?)))
     });
     let (sensor, candidate, at) = poses.find(|(_, _, at)| is_so(*at))?;
     Some(format!("sensor {:?}: pose {} at {at}", sensor.name, candidate.name))

@@ -156,8 +156,13 @@ fn candidates(
         }
         let found = source.earlier.iter().find(|sensor| sensor.name == like && sensor.kind.takes_poses());
         let found = found.ok_or_else(|| {
-            let known: Vec<_> = source.earlier.iter().filter(|s| s.kind.takes_poses()).map(|s| &s.name).collect();
-            at.wrong("same_poses_as", format!("{like:?}"), &format!("must be a sensor above it that has poses: {known:?}"))
+            let known: Vec<_> =
+                source.earlier.iter().filter(|s| s.kind.takes_poses()).map(|s| &s.name).collect();
+            at.wrong(
+                "same_poses_as",
+                format!("{like:?}"),
+                &format!("must be a sensor above it that has poses: {known:?}"),
+            )
         })?;
         return Ok(found.candidates.clone());
     }

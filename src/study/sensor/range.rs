@@ -33,7 +33,7 @@ impl RangeKeys {
 
 /// A standard deviation; checked even where noise is switched off.
 pub(super) fn noise(at: &Place, std_m: Option<f64>, noiseless: bool) -> Result<f64> {
-    let std_m = at.number("noise_std_m", std_m.unwrap_or(0.0), 0.0..=1e3, "a length in metres from 0 to 1000")?;
+    let std_m =
+        at.number("noise_std_m", std_m.unwrap_or(0.0), 0.0..=1e3, "a length in metres from 0 to 1000")?;
     Ok(if noiseless { 0.0 } else { std_m })
 }
-

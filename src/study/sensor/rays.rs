@@ -51,8 +51,7 @@ fn directions(path: &Path) -> Result<Vec<[i32; 3]>> {
         csv::ReaderBuilder::new().comment(Some(b'#')).trim(csv::Trim::All).from_reader(text.as_bytes());
     let mut dirs_q15 = Vec::new();
     for (row, record) in reader.deserialize::<Row>().enumerate() {
-        let Row { x, y, z } =
-            record.map_err(|e| Error::input(path.display(), format!("{e}; {columns}")))?;
+        let Row { x, y, z } = record.map_err(|e| Error::input(path.display(), format!("{e}; {columns}")))?;
         let length = DVec3::new(x, y, z).length();
         if !(length.is_finite() && length > 1e-9) {
             let what = format!("row {}: {x},{y},{z}: must be a direction, finite and not zero", row + 1);

@@ -4,8 +4,8 @@ use serde::Deserialize;
 
 use super::range::RangeKeys;
 use super::{MAX_RAYS, Silence, length};
-use crate::sensor::keypoints::TOLERANCE_M;
 use crate::sensor::Camera;
+use crate::sensor::keypoints::TOLERANCE_M;
 use crate::sensor::rgbd::{Rgbd, Shape};
 use crate::study::Place;
 use crate::study::value::exactly;
