@@ -14,9 +14,9 @@ use std::path::{Path, PathBuf};
 use glam::DVec3;
 
 use crate::sensor::Sensor;
-use crate::voxel::Shape;
 use crate::voxel::grid::VOXEL_SIZES_M;
 use crate::{Error, Result};
+pub use region::RegionSpec;
 pub use scene_file::{NodeRule, ObjectSpec, SceneSpec, SurfaceSpec};
 
 /// No coordinate in a file is larger; beyond it there are slips of the pen, infinities and NaN.
@@ -40,7 +40,7 @@ pub struct Study {
     /// Scenes in study order.
     pub scenes: Vec<SceneSpec>,
     /// Regions in study order, with their names.
-    pub regions: Vec<(String, Shape)>,
+    pub regions: Vec<(String, RegionSpec)>,
     /// Sensors in study order.
     pub sensors: Vec<Sensor>,
 }
@@ -75,8 +75,10 @@ impl Study {
             Ok(scene)
         });
         let scenes: Vec<SceneSpec> = scenes.collect::<Result<_>>()?;
+        let names: Vec<_> = file.region.iter().map(|entry| entry.name.clone()).collect();
+        let entries = file.region.into_iter().enumerate();
         let regions: Vec<_> =
-            file.region.into_iter().map(|entry| region::check(&at, entry)).collect::<Result<_>>()?;
+            entries.map(|(i, entry)| region::check(&at, entry, &names[..i])).collect::<Result<_>>()?;
         let sensors = file.sensor.into_iter().enumerate();
         let sensors: Vec<_> =
             sensors.map(|(i, entry)| sensor::check(&at, entry, file.seed, i)).collect::<Result<_>>()?;

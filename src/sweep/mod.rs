@@ -4,6 +4,7 @@
 pub mod compare;
 pub mod files;
 pub mod manifest;
+pub mod shapes;
 pub mod summary;
 pub mod table;
 pub mod world;

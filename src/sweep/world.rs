@@ -12,6 +12,8 @@ use crate::study::{SceneSpec, Study};
 use crate::voxel::{BitGrid, Grid, Region, Truth, Window, region, voxelize};
 use crate::{Error, Result};
 
+use super::shapes;
+
 /// A scene of a study, in voxels.
 #[derive(Debug)]
 pub struct World {
@@ -49,10 +51,12 @@ impl World {
         let extent = voxelize::scene_extent(&scene, study.voxel_size_m).map_err(in_scene)?;
         let grid = grid(study, &scene, &extent).map_err(in_study)?;
         let truth = voxelize::voxelize(&scene, grid).map_err(in_scene)?;
+        let shapes = shapes::shapes(study)?;
         let regions: Vec<Region> = study
             .regions
             .iter()
-            .map(|(name, shape)| region::region(name, shape, &truth))
+            .zip(&shapes)
+            .map(|((name, _), shape)| region::region(name, shape, &truth))
             .collect::<Result<_>>()
             .map_err(|e| in_study(Error::input(format!("scene {:?}", spec.name), e)))?;
         let begins = study.sensors.iter().flat_map(|sensor| {

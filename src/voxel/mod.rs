@@ -10,5 +10,5 @@ pub mod voxelize;
 
 pub use bits::BitGrid;
 pub use grid::{Grid, Window};
-pub use region::{Region, Shape};
+pub use region::{Reach, Region, Shape};
 pub use voxelize::Truth;
