@@ -2,6 +2,7 @@
 //! stands. Every file is read here and nowhere else.
 
 use std::collections::HashSet;
+use std::path::Path;
 use std::sync::Arc;
 
 use glam::DVec3;
@@ -52,10 +53,7 @@ fn build_object(object: &ObjectSpec, sag_m: f64, objects: &mut Vec<Object>) -> R
             keypoints = (object.role == Role::Human).then_some(person);
             mannequin::body(&person, sag_m)
         }
-        SurfaceSpec::Stl { path, scale, y_up } => {
-            let mesh = stl::load(path).map_err(at("mesh"))?.scaled(*scale);
-            if *y_up { z_up(mesh) } else { mesh }
-        }
+        SurfaceSpec::Stl { path, scale, y_up } => stl_mesh(path, *scale, *y_up).map_err(at("mesh"))?,
         SurfaceSpec::Octomap(path) => {
             let map = octomap::read(path).map_err(at("octomap"))?;
             let surface = Surface::Voxels { resolution_m: map.resolution_m, keys: map.occupied };
@@ -85,6 +83,22 @@ fn at(key: &'static str) -> impl Fn(Error) -> Error {
 
 fn in_world(spec: &ObjectSpec, keypoints: &Keypoints) -> Keypoints {
     mannequin::transformed(keypoints, spec.rotation, spec.position_m)
+}
+
+/// Reads a mesh of which only the shape counts, all nodes of a glTF together; other surfaces have none in a file.
+pub fn mesh_of_file(surface: &SurfaceSpec) -> Result<Mesh> {
+    let mut whole = Mesh::default();
+    match surface {
+        SurfaceSpec::Stl { path, scale, y_up } => whole = stl_mesh(path, *scale, *y_up)?,
+        SurfaceSpec::Gltf(path) => gltf::load(path)?.iter().for_each(|node| whole.append(&node.mesh)),
+        _ => {}
+    }
+    Ok(whole)
+}
+
+fn stl_mesh(path: &Path, scale: f64, y_up: bool) -> Result<Mesh> {
+    let mesh = stl::load(path)?.scaled(scale);
+    Ok(if y_up { z_up(mesh) } else { mesh })
 }
 
 /// A glTF file becomes one object for the nodes that no rule names, under the object's own name, and one for each

@@ -5,6 +5,7 @@ use std::path::PathBuf;
 
 use serde::Deserialize;
 
+use super::scene_file::{Unit, Up};
 use super::value::{Axis, exactly, exactly_if_given};
 use crate::backend::Fusion;
 use crate::sensor::pose::Frame;
@@ -77,8 +78,19 @@ pub(super) struct SceneEntry {
 pub(super) struct RegionFile {
     pub(super) name: String,
     pub(super) sphere: Option<SphereFile>,
+    pub(super) half_sphere: Option<HalfSphereFile>,
     pub(super) r#box: Option<BoxFile>,
     pub(super) human_box: Option<HumanBoxFile>,
+    pub(super) robot_reach: Option<RobotReachFile>,
+    pub(super) mesh: Option<PathBuf>,
+    pub(super) unit: Option<Unit>,
+    pub(super) up: Option<Up>,
+    #[serde(default, deserialize_with = "exactly_if_given")]
+    pub(super) position_m: Option<[f64; 3]>,
+    #[serde(default, deserialize_with = "exactly_if_given")]
+    pub(super) rpy_deg: Option<[f64; 3]>,
+    pub(super) union: Option<Vec<String>>,
+    pub(super) difference: Option<Vec<String>>,
 }
 
 #[derive(Deserialize)]
@@ -87,6 +99,28 @@ pub(super) struct SphereFile {
     #[serde(deserialize_with = "exactly")]
     pub(super) center_m: [f64; 3],
     pub(super) radius_m: f64,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct HalfSphereFile {
+    #[serde(deserialize_with = "exactly")]
+    pub(super) center_m: [f64; 3],
+    pub(super) radius_m: f64,
+    #[serde(default = "upward", deserialize_with = "exactly")]
+    pub(super) normal: [f64; 3],
+}
+
+fn upward() -> [f64; 3] {
+    [0.0, 0.0, 1.0]
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct RobotReachFile {
+    pub(super) object: Option<String>,
+    #[serde(default)]
+    pub(super) tool_m: f64,
 }
 
 #[derive(Deserialize)]

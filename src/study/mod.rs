@@ -15,10 +15,10 @@ use std::path::{Path, PathBuf};
 use glam::DVec3;
 
 use crate::sensor::Sensor;
-use crate::voxel::Shape;
 use crate::voxel::grid::VOXEL_SIZES_M;
 use crate::{Error, Result};
 pub use combination::{Combination, Member};
+pub use region::RegionSpec;
 pub use scene_file::{NodeRule, ObjectSpec, SceneSpec, SurfaceSpec};
 
 /// No coordinate in a file is larger; beyond it there are slips of the pen, infinities and NaN.
@@ -45,7 +45,7 @@ pub struct Study {
     /// Scenes in study order.
     pub scenes: Vec<SceneSpec>,
     /// Regions in study order, with their names.
-    pub regions: Vec<(String, Shape)>,
+    pub regions: Vec<(String, RegionSpec)>,
     /// Sensors in study order.
     pub sensors: Vec<Sensor>,
     /// What is scored together, in study order; each sensor alone unless the study says otherwise.
@@ -93,8 +93,10 @@ impl Study {
             Ok(scene)
         });
         let scenes: Vec<SceneSpec> = scenes.collect::<Result<_>>()?;
+        let names: Vec<_> = file.region.iter().map(|entry| entry.name.clone()).collect();
+        let entries = file.region.into_iter().enumerate();
         let regions: Vec<_> =
-            file.region.into_iter().map(|entry| region::check(&at, entry)).collect::<Result<_>>()?;
+            entries.map(|(i, entry)| region::check(&at, entry, &names[..i])).collect::<Result<_>>()?;
         let mut sensors = Vec::new();
         for keys in file.sensor {
             sensors.push(sensor::check(&at, keys, file.seed, overrides.noiseless, &sensors)?);

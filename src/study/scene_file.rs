@@ -161,14 +161,14 @@ struct ObjectFile {
 
 #[derive(Clone, Copy, Deserialize)]
 #[serde(rename_all = "lowercase")]
-enum Unit {
+pub(super) enum Unit {
     M,
     Mm,
 }
 
 #[derive(Clone, Copy, PartialEq, Deserialize)]
 #[serde(rename_all = "lowercase")]
-enum Up {
+pub(super) enum Up {
     Y,
     Z,
 }
@@ -325,7 +325,14 @@ fn object(at: &Place, entry: ObjectFile, default_interior: Interior) -> Result<O
     })
 }
 
-fn mesh(at: &Place, folder: &Path, path: &Path, unit: Option<Unit>, up: Option<Up>) -> Result<SurfaceSpec> {
+/// A mesh by the kind of its file; whether `unit` and `up` belong to it is the caller's to check.
+pub(super) fn mesh(
+    at: &Place,
+    folder: &Path,
+    path: &Path,
+    unit: Option<Unit>,
+    up: Option<Up>,
+) -> Result<SurfaceSpec> {
     let extension = path.extension().map(|e| e.to_string_lossy().to_lowercase());
     let full = folder.join(path);
     match extension.as_deref() {

@@ -5,6 +5,7 @@ pub mod compare;
 mod evidence;
 pub mod files;
 pub mod manifest;
+pub mod shapes;
 pub mod table;
 pub mod world;
 

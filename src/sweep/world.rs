@@ -5,13 +5,14 @@ mod warnings;
 
 use glam::DVec3;
 
+use super::shapes;
 use crate::backend::{Cell, Placement};
 use crate::march::MAX_RANGE_VOXELS;
 use crate::metrics::Confusion;
 use crate::scene::{Scene, build::build};
 use crate::sensor::{self, Sensor, Setting, Station};
 use crate::study::Study;
-use crate::voxel::{BitGrid, Grid, Region, Truth, Window, region, voxelize};
+use crate::voxel::{BitGrid, Grid, Region, Shape, Truth, Window, region, voxelize};
 use crate::{Error, Result};
 
 /// A scene of a study at one moment, in voxels.
@@ -71,9 +72,10 @@ impl World {
             .map_err(in_study)?;
         let grid = grid(study, &snapshots, &settings, &extent).map_err(in_study)?;
         let truths = voxelize::voxelize_all(&snapshots, grid).map_err(in_scene)?;
+        let shapes = shapes::shapes(study)?;
         let mut worlds: Vec<World> = (truths.into_iter().zip(settings).enumerate())
             .map(|(snapshot, (truth, settings))| {
-                World::of_snapshot(study, [scene, snapshot], truth, settings)
+                World::of_snapshot(study, [scene, snapshot], truth, settings, &shapes)
             })
             .collect::<Result<_>>()
             .map_err(in_study)?;
@@ -86,12 +88,14 @@ impl World {
         [scene, snapshot]: [usize; 2],
         truth: Truth,
         settings: Vec<Vec<Setting>>,
+        shapes: &[Shape],
     ) -> Result<World> {
         let name = study.scenes[scene].name.clone();
         let regions: Vec<Region> = study
             .regions
             .iter()
-            .map(|(name, shape)| region::region(name, shape, &truth))
+            .zip(shapes)
+            .map(|((name, _), shape)| region::region(name, shape, &truth))
             .collect::<Result<_>>()
             .map_err(|e| Error::input(format!("scene {name:?}"), e))?;
         let reachable = reachable(study, &truth, &settings).map_err(|(sensor, candidate, e)| {

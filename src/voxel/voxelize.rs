@@ -11,6 +11,7 @@ use rayon::prelude::*;
 use super::flood::enclosed;
 use super::grid::{FARTHEST_VOXEL, Grid, MAX_VOXELS_PER_AXIS, Window};
 use super::overlap::{self, Corner};
+use super::region::Reach;
 use super::{BitGrid, grid};
 use crate::scene::mannequin::Keypoints;
 use crate::scene::{Interior, Mesh, Object, Optical, Role, Scene, Surface};
@@ -48,6 +49,8 @@ pub struct ObjectVoxels {
     pub watertight: Option<bool>,
     /// Lowest and highest corner of its surface in metres.
     pub bounds_m: [DVec3; 2],
+    /// How far it reaches, if it is a robot of which that is known.
+    pub reach: Option<Reach>,
     /// Its voxels inside the grid: the surface, and the inside where that is `occupied`.
     pub cells: BitGrid,
     /// A human's joints in world metres, where they are known.
@@ -174,7 +177,9 @@ fn body(object: &Object, grid: &Grid) -> Result<Body> {
     let mut warnings = Vec::new();
     let mut ignored = BitGrid::new(Window::between([0; 3], [-1; 3]));
     let watertight = match &object.surface {
-        Surface::Mesh(_) => Some(is_watertight(&lattice)),
+        Surface::Mesh(_) => Some(overlap::is_watertight(
+            lattice.triangles.iter().map(|t| t.map(|i| lattice.corners[i as usize])),
+        )),
         Surface::Voxels { .. } => None,
     };
     let mut cells = surface(&lattice, world);
@@ -206,6 +211,7 @@ fn body(object: &Object, grid: &Grid) -> Result<Body> {
         triangles: lattice.triangles.len(),
         watertight,
         bounds_m,
+        reach: None,
         cells: in_grid_frame(cells, in_grid),
         keypoints: object.keypoints,
         warnings,
@@ -270,23 +276,6 @@ fn surface(lattice: &Lattice, window: Window) -> BitGrid {
     });
     let words = words.into_iter().map(AtomicU32::into_inner).collect();
     BitGrid::from_words(window, words).unwrap_or(cells)
-}
-
-/// Whether each edge, corners welded on the lattice, is walked equally often in both directions.
-fn is_watertight(lattice: &Lattice) -> bool {
-    let mut balance: HashMap<(Corner, Corner), i64> = HashMap::new();
-    for triangle in &lattice.triangles {
-        let corners = triangle.map(|i| lattice.corners[i as usize]);
-        for e in 0..3 {
-            let (from, to) = (corners[e], corners[(e + 1) % 3]);
-            match from.cmp(&to) {
-                std::cmp::Ordering::Less => *balance.entry((from, to)).or_default() += 1,
-                std::cmp::Ordering::Greater => *balance.entry((to, from)).or_default() -= 1,
-                std::cmp::Ordering::Equal => {}
-            }
-        }
-    }
-    !balance.is_empty() && balance.values().all(|&n| n == 0)
 }
 
 fn bounds_m(object: &Object) -> [DVec3; 2] {
