@@ -118,7 +118,7 @@ fn shipped_files_are_the_generated_bytes() {
 
 /// Loads a shipped mesh as (path of names, mesh).
 fn load(name: &str) -> Vec<(String, Mesh)> {
-    let nodes = gltf::load(&shipped(name)).unwrap();
+    let nodes = gltf::Gltf::load(&shipped(name)).unwrap().parts(None).unwrap();
     (nodes.into_iter()).map(|node| (node.names.join("/"), node.mesh)).collect()
 }
 

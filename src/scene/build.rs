@@ -63,7 +63,11 @@ fn build_object(object: &ObjectSpec, sag_m: f64, objects: &mut Vec<Object>) -> R
         }
         SurfaceSpec::Gltf(path) => {
             let first = objects.len();
-            gltf_parts(object, gltf::load(path).map_err(at("mesh"))?, objects)?;
+            gltf_parts(
+                object,
+                gltf::Gltf::load(path).and_then(|file| file.parts(None)).map_err(at("mesh"))?,
+                objects,
+            )?;
             // Parts may have other roles; the joints go with the person.
             if let Some(person) = objects[first..].iter_mut().find(|part| part.role == Role::Human) {
                 person.keypoints = keypoints.map(|k| in_world(object, &k));
