@@ -94,7 +94,9 @@ pub fn mesh_of_file(surface: &SurfaceSpec) -> Result<Mesh> {
     let mut whole = Mesh::default();
     match surface {
         SurfaceSpec::Stl { path, scale, y_up } => whole = stl_mesh(path, *scale, *y_up)?,
-        SurfaceSpec::Gltf(path) => gltf::load(path)?.iter().for_each(|node| whole.append(&node.mesh)),
+        SurfaceSpec::Gltf(path) => {
+            gltf::Gltf::load(path)?.parts(None)?.iter().for_each(|node| whole.append(&node.mesh));
+        }
         _ => {}
     }
     Ok(whole)

@@ -201,7 +201,8 @@ fn named<'t>(
     role: Role,
     plural: &str,
 ) -> Result<Vec<&'t ObjectVoxels>, String> {
-    let all: Vec<_> = truth.objects.iter().filter(|object| object.role == role).collect();
+    let all: Vec<_> =
+        truth.objects.iter().map(|object| &**object).filter(|object| object.role == role).collect();
     let Some(wanted) = wanted else { return Ok(all) };
     let found: Vec<_> = all.iter().copied().filter(|object| object.name == wanted).collect();
     if found.is_empty() {
