@@ -218,7 +218,8 @@ fn walk(cell: &Cell, rays: &Rays, placement: &Placement, ray: usize, path: &mut 
             let at = (t as i64 + noise).max(0);
             // Cells entered later than that were not seen to be entered.
             path.truncate(1 + distances.iter().filter(|&&entered| entered <= at).count());
-            if noise < 0 {
+            // At the blocker's own distance (a hit at 0 is read at 0 at the nearest) more axes may be crossed.
+            if at < t as i64 {
                 return end(RETURN, path);
             }
             read_at = Some(at);

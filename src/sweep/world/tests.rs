@@ -62,7 +62,7 @@ fn no_pose_beats_the_ceiling() {
 
 #[test]
 fn evidence_over_a_window_counts_the_same_as_over_the_grid() {
-    use crate::backend::Backend;
+    use crate::backend::{Backend, Fusion, Reading};
     let study = tiny();
     let world = World::prepare(&study, &study.scenes[0]).unwrap().remove(0);
     let sensor = &study.sensors[1];
@@ -70,8 +70,12 @@ fn evidence_over_a_window_counts_the_same_as_over_the_grid() {
         sensor.candidates.iter().map(|c| sensor.placement(&c.pose, &world.truth.grid)).collect();
     let mut cpu = crate::backend::cpu::Cpu::new(Some(1)).unwrap();
     let mut score = |window| {
-        cpu.load(&world.cell(window), &sensor.rays(study.voxel_size_m, study.backdrop)).unwrap();
-        cpu.score(&placements).unwrap()
+        cpu.tables(&[sensor.rays(study.voxel_size_m, study.backdrop)]).unwrap();
+        cpu.load(&world.cell(window)).unwrap();
+        let shots: Vec<_> = (0..).zip(placements.iter().copied()).collect();
+        cpu.sense(0, &shots).unwrap();
+        let alone = |&(slot, _): &_| vec![Reading { slot, volume: None, hit: 1, miss: -1 }];
+        cpu.score(Fusion::OccupiedWins, &shots.iter().map(alone).collect::<Vec<_>>()).unwrap()
     };
     assert_eq!(score(region::window_of(&world.regions)), score(world.truth.grid.window()));
 }
