@@ -22,6 +22,9 @@ pub(super) struct Args {
     /// Edge of a voxel in metres
     #[arg(long, value_name = "METRES", default_value_t = 0.05)]
     voxel_size: f64,
+    /// Which snapshot of a moving scene, counted from 0
+    #[arg(long, value_name = "N", default_value_t = 0)]
+    snapshot: usize,
 }
 
 pub(super) fn run(args: &Args) -> Result<ExitCode> {
@@ -36,6 +39,13 @@ pub(super) fn run(args: &Args) -> Result<ExitCode> {
     }
     let spec = SceneSpec::load(&args.scene)?;
     let in_scene = |e| Error::input(spec.path.display(), e);
+    if args.snapshot >= spec.snapshots {
+        let (wanted, count) = (args.snapshot, spec.snapshots);
+        return Err(Error::Input(format!(
+            "--snapshot {wanted}: {} has {count}, counted from 0",
+            spec.path.display()
+        )));
+    }
     let snapshots = build(&spec, args.voxel_size)?;
     let extent = voxels::scene_extent(&snapshots, args.voxel_size).map_err(in_scene)?;
     let too_large = |e| Error::Input(format!("{e}{}", voxels::largest_object(&snapshots)));
@@ -48,7 +58,8 @@ pub(super) fn run(args: &Args) -> Result<ExitCode> {
         );
         return Err(in_scene(Error::Input(what)));
     }
-    let truth = voxels::voxelize_all(&snapshots, grid).map_err(in_scene)?.remove(0);
+    let wanted = &snapshots[args.snapshot..=args.snapshot];
+    let truth = voxels::voxelize_all(wanted, grid).map_err(in_scene)?.remove(0);
     for object in &truth.objects {
         for warning in &object.warnings {
             eprintln!("warning: {}: object {:?} {warning}", spec.path.display(), object.name);

@@ -1,26 +1,32 @@
-//! From a checked scene file to a scene: reads the meshes, tessellates the bodies and puts each object where it
-//! stands. Every file is read here and nowhere else.
+//! From a checked scene file to the snapshots of a scene: reads the meshes and tessellates the bodies. Where each
+//! object is in which snapshot is for `moving`.
 
 use std::collections::HashSet;
 use std::path::Path;
-use std::sync::Arc;
 
 use glam::DVec3;
 use wildmatch::WildMatch;
 
-use super::mannequin::Keypoints;
-use super::{Mesh, Object, Optical, Role, Scene, Surface, gltf, mannequin, octomap, primitive, stl};
+use super::moving::Files;
+use super::{Mesh, Object, Optical, Role, Scene, Surface, gltf, mannequin, moving, octomap, primitive, stl};
 use crate::study::{NodeRule, ObjectSpec, SceneSpec, SurfaceSpec};
 use crate::{Error, Result};
 
 /// Reads a scene and gives its snapshots, at least one. Curved bodies stay within an eighth of a voxel of their true
 /// surface.
 pub fn build(spec: &SceneSpec, voxel_size_m: f64) -> Result<Vec<Scene>> {
-    let mut objects = Vec::new();
+    let mut scenes: Vec<Scene> = (0..spec.snapshots)
+        .map(|snapshot| Scene { name: spec.name.clone(), snapshot, objects: Vec::new() })
+        .collect();
+    let mut files = Files::default();
     for object in &spec.objects {
-        build_object(object, voxel_size_m / 8.0, &mut objects)
+        let moments = moving::moments(object, spec.snapshots, &mut files, voxel_size_m / 8.0)
             .map_err(|e| Error::input(format!("{}: object {:?}", spec.path.display(), object.name), e))?;
+        for (scene, moment) in scenes.iter_mut().zip(moments) {
+            scene.objects.extend(moment);
+        }
     }
+    let objects = &scenes[0].objects;
     if objects.is_empty() {
         return Err(Error::input(
             spec.path.display(),
@@ -34,11 +40,11 @@ pub fn build(spec: &SceneSpec, voxel_size_m: f64) -> Result<Vec<Scene>> {
             format!("two objects are named {:?}, one of them by nodes.match: rename the other", twice.name);
         return Err(Error::input(spec.path.display(), what));
     }
-    let objects: Vec<Arc<Object>> = objects.into_iter().map(Arc::new).collect();
-    Ok(vec![Scene { name: spec.name.clone(), snapshot: 0, objects }])
+    Ok(scenes)
 }
 
-fn build_object(object: &ObjectSpec, sag_m: f64, objects: &mut Vec<Object>) -> Result<()> {
+/// The parts of an object at one moment, in its own frame.
+pub(super) fn parts(object: &ObjectSpec, files: &mut Files, sag_m: f64) -> Result<Vec<Object>> {
     let mut keypoints =
         object.keypoints.as_deref().map(mannequin::read_keypoints).transpose().map_err(at("keypoints"))?;
     let mesh = match &object.surface {
@@ -57,36 +63,28 @@ fn build_object(object: &ObjectSpec, sag_m: f64, objects: &mut Vec<Object>) -> R
         SurfaceSpec::Octomap(path) => {
             let map = octomap::read(path).map_err(at("octomap"))?;
             let surface = Surface::Voxels { resolution_m: map.resolution_m, keys: map.occupied };
-            let part = placed(object, object.name.clone(), object.role, object.optical, surface);
-            objects.push(Object { keypoints, ..part });
-            return Ok(());
+            let part = part(object, object.name.clone(), object.role, object.optical, surface);
+            return Ok(vec![Object { keypoints, ..part }]);
         }
         SurfaceSpec::Gltf(path) => {
-            let first = objects.len();
-            gltf_parts(
-                object,
-                gltf::Gltf::load(path).and_then(|file| file.parts(None)).map_err(at("mesh"))?,
-                objects,
-            )?;
+            let nodes = files.gltf_nodes(path, object.animated.as_ref())?;
+            let mut objects = Vec::new();
+            gltf_parts(object, nodes, &mut objects)?;
             // Parts may have other roles; the joints go with the person.
-            if let Some(person) = objects[first..].iter_mut().find(|part| part.role == Role::Human) {
-                person.keypoints = keypoints.map(|k| in_world(object, &k));
+            if let Some(person) = objects.iter_mut().find(|part| part.role == Role::Human) {
+                person.keypoints = keypoints;
             }
-            return Ok(());
+            return Ok(objects);
         }
     };
-    let part = solid(object, object.name.clone(), object.role, object.optical, mesh);
-    objects.push(Object { keypoints: keypoints.map(|k| in_world(object, &k)), ..part });
-    Ok(())
+    let surface = Surface::Mesh(mesh);
+    let part = part(object, object.name.clone(), object.role, object.optical, surface);
+    Ok(vec![Object { keypoints, ..part }])
 }
 
 /// A loader's message begins with the file, the value of this key.
-fn at(key: &'static str) -> impl Fn(Error) -> Error {
+pub(super) fn at(key: &'static str) -> impl Fn(Error) -> Error {
     move |e| Error::Input(format!("{key} = {e}"))
-}
-
-fn in_world(spec: &ObjectSpec, keypoints: &Keypoints) -> Keypoints {
-    mannequin::transformed(keypoints, spec.rotation, spec.position_m)
 }
 
 /// Reads a mesh of which only the shape counts, all nodes of a glTF together; other surfaces have none in a file.
@@ -142,29 +140,22 @@ fn gltf_parts(object: &ObjectSpec, nodes: Vec<gltf::NodeMesh>, objects: &mut Vec
         )));
     }
     if !rest.triangles.is_empty() {
-        objects.push(solid(object, object.name.clone(), object.role, object.optical, rest));
+        let rest = Surface::Mesh(rest);
+        objects.push(part(object, object.name.clone(), object.role, object.optical, rest));
     }
     for (NodeRule { r#match, role, optical, ignore }, mesh) in object.nodes.iter().zip(parts) {
         if !ignore {
             let name = format!("{}/{match}", object.name);
-            objects.push(solid(
-                object,
-                name,
-                role.unwrap_or(object.role),
-                optical.unwrap_or(object.optical),
-                mesh,
-            ));
+            let (role, optical) = (role.unwrap_or(object.role), optical.unwrap_or(object.optical));
+            objects.push(part(object, name, role, optical, Surface::Mesh(mesh)));
         }
     }
     Ok(())
 }
 
-fn solid(spec: &ObjectSpec, name: String, role: Role, optical: Optical, mesh: Mesh) -> Object {
-    placed(spec, name, role, optical, Surface::Mesh(mesh.transformed(spec.rotation, spec.position_m)))
-}
-
-fn placed(spec: &ObjectSpec, name: String, role: Role, optical: Optical, surface: Surface) -> Object {
-    Object { name, role, interior: spec.interior, optical, tag_only: spec.tag_only, surface, keypoints: None }
+fn part(spec: &ObjectSpec, name: String, role: Role, optical: Optical, surface: Surface) -> Object {
+    let (interior, tag_only) = (spec.interior, spec.tag_only);
+    Object { name, role, interior, optical, tag_only, surface, keypoints: None, warnings: Vec::new() }
 }
 
 /// A y-up mesh turned to z up: (x, y, z) → (x, −z, y), exactly.
@@ -192,6 +183,8 @@ mod tests {
             surface,
             keypoints: None,
             nodes: Vec::new(),
+            animated: None,
+            motion: Default::default(),
         }
     }
 

@@ -10,6 +10,7 @@ pub mod stl;
 
 mod file;
 mod mesh;
+mod moving;
 
 use std::sync::Arc;
 
@@ -91,6 +92,8 @@ pub struct Object {
     pub surface: Surface,
     /// A human's joints in world metres, where they are known.
     pub keypoints: Option<Keypoints>,
+    /// What was assumed while it was read that its author may not expect.
+    pub warnings: Vec<String>,
 }
 
 /// Everything in the cell at one moment.

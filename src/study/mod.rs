@@ -19,7 +19,7 @@ use crate::voxel::grid::VOXEL_SIZES_M;
 use crate::{Error, Result};
 pub use combination::{Combination, Member};
 pub use region::RegionSpec;
-pub use scene_file::{NodeRule, ObjectSpec, SceneSpec, SurfaceSpec};
+pub use scene_file::{MotionSpec, NodeRule, ObjectSpec, SceneSpec, SurfaceSpec};
 
 /// No coordinate in a file is larger; beyond it there are slips of the pen, infinities and NaN.
 const FARTHEST_M: f64 = 1e6;
@@ -155,6 +155,11 @@ impl Place<'_> {
     /// A place inside this one.
     fn key(&self, key: &str) -> Self {
         Place { file: self.file, prefix: format!("{}{key}.", self.prefix) }
+    }
+
+    /// The folder that the file's own paths are relative to.
+    fn folder(&self) -> &Path {
+        self.file.parent().unwrap_or(Path::new(""))
     }
 
     /// The error for a wrong value.

@@ -78,12 +78,19 @@ pub(super) fn expand(
     Ok(())
 }
 
-/// The numbers of one axis of a lattice; ⌊(stop − start)/step + 1e-9⌋ + 1 of them, stop included.
+/// The numbers of one axis of a lattice.
 fn axis(at: &Place, key: &str, axis: &Option<Axis>) -> Result<Vec<f64>> {
+    match axis {
+        None => Err(at.says(format!("{key} is missing: a lattice has x_m, y_m and z_m"))),
+        Some(axis) => numbers(at, key, axis),
+    }
+}
+
+/// The numbers of a list, or of a row of steps: ⌊(stop − start)/step + 1e-9⌋ + 1 of them, stop included.
+pub(super) fn numbers(at: &Place, key: &str, axis: &Axis) -> Result<Vec<f64>> {
     let values = match axis {
-        None => return Err(at.says(format!("{key} is missing: a lattice has x_m, y_m and z_m"))),
-        Some(Axis::List(list)) => list.clone(),
-        Some(Axis::Steps { start, stop, step }) => {
+        Axis::List(list) => list.clone(),
+        Axis::Steps { start, stop, step } => {
             let (start, stop, step) = (*start, *stop, *step);
             let steps = ((stop - start) / step + 1e-9).floor();
             if !(step > 0.0 && step <= FARTHEST_M && steps >= 0.0 && steps < MAX_POSES as f64) {

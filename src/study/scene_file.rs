@@ -1,5 +1,7 @@
 //! A scene file: the objects of a cell with their roles, poses and surfaces, checked but not yet read from disk.
 
+mod snapshots;
+
 use std::path::{Path, PathBuf};
 
 use glam::{DQuat, DVec3};
@@ -11,6 +13,8 @@ use super::{Place, only_one, parse, read_text};
 use crate::scene::{Interior, Optical, Role};
 use crate::sensor::pose::{Frame, Pose, from_rpy};
 use crate::{Error, Result};
+pub use snapshots::MotionSpec;
+use snapshots::SnapshotsFile;
 
 /// A checked scene: what to load and where to put it.
 #[derive(Clone, Debug)]
@@ -28,7 +32,7 @@ pub struct SceneSpec {
 }
 
 /// One object of a scene file.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct ObjectSpec {
     /// Unique in the file.
     pub name: String,
@@ -50,6 +54,10 @@ pub struct ObjectSpec {
     pub keypoints: Option<PathBuf>,
     /// Rules for the parts of a glTF file.
     pub nodes: Vec<NodeRule>,
+    /// The animation that poses a glTF file (the only one if there is no name) and when in it, in seconds.
+    pub animated: Option<(Option<String>, f64)>,
+    /// What changes over the snapshots of the scene.
+    pub motion: MotionSpec,
 }
 
 /// What an object is made of. Bodies are centred on the object's own frame.
@@ -107,7 +115,7 @@ pub enum SurfaceSpec {
 }
 
 /// What parts of a glTF file are, by the names of their nodes.
-#[derive(Clone, Debug, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct NodeRule {
     /// A pattern with `*` and `?`; it covers a node and all below it.
@@ -157,6 +165,7 @@ struct ObjectFile {
     keypoints: Option<PathBuf>,
     #[serde(default)]
     nodes: Vec<NodeRule>,
+    snapshots: Option<SnapshotsFile>,
 }
 
 #[derive(Clone, Copy, Deserialize)]
@@ -227,7 +236,8 @@ impl SceneSpec {
         at.unique("object", objects.iter().map(|o| o.name.as_str()))?;
         let name =
             path.file_stem().map_or_else(|| "scene".into(), |stem| stem.to_string_lossy().into_owned());
-        Ok(SceneSpec { path: path.into(), text, name, snapshots: 1, objects })
+        let snapshots = snapshots::count(&at, &objects)?;
+        Ok(SceneSpec { path: path.into(), text, name, snapshots, objects })
     }
 }
 
@@ -236,7 +246,7 @@ fn object(at: &Place, entry: ObjectFile, default_interior: Interior) -> Result<O
     let length = |key: &str, value: f64| {
         at.number(key, value, 1e-6..1e6, "a length in metres from 0.000001 to 1000000")
     };
-    let folder = at.file.parent().unwrap_or(Path::new(""));
+    let folder = at.folder();
     let size = |key: &str, value: &Option<SizeFile>| {
         let size = value.as_ref().map(|s| s.size_m);
         size.map(|s| {
@@ -262,7 +272,9 @@ fn object(at: &Place, entry: ObjectFile, default_interior: Interior) -> Result<O
         Ok(SurfaceSpec::Capsule { radius_m, length_m: length("capsule.length_m", c.length_m)? })
     });
     let octomap = entry.octomap.as_ref().map(|p| Ok(SurfaceSpec::Octomap(folder.join(p))));
-    let mannequin = entry.mannequin.as_ref().map(|p| Ok(SurfaceSpec::Mannequin(folder.join(p))));
+    // A person who moves may have one file a snapshot and none for all.
+    let moving = entry.snapshots.as_ref().and_then(|s| s.mannequin.as_ref()?.first());
+    let mannequin = entry.mannequin.as_ref().or(moving).map(|p| Ok(SurfaceSpec::Mannequin(folder.join(p))));
     let choices = vec![
         ("box", cuboid),
         ("room", room),
@@ -284,7 +296,7 @@ fn object(at: &Place, entry: ObjectFile, default_interior: Interior) -> Result<O
     if !matches!(surface, SurfaceSpec::Gltf(_)) && !entry.nodes.is_empty() {
         return Err(at.says("nodes belong to a .glb or .gltf mesh"));
     }
-    let rotation = rotation(at, &entry)?;
+    let rotation = rotation(at, "", entry.rpy_deg, entry.quaternion)?;
     let position_m = at.vector("position_m", entry.position_m)?;
     if matches!(surface, SurfaceSpec::Octomap(_))
         && (position_m != DVec3::ZERO || rotation != DQuat::IDENTITY)
@@ -304,13 +316,16 @@ fn object(at: &Place, entry: ObjectFile, default_interior: Interior) -> Result<O
     let default_role =
         if matches!(surface, SurfaceSpec::Mannequin(_)) { Role::Human } else { Role::Environment };
     let role = entry.role.unwrap_or(default_role);
-    if entry.keypoints.is_some() && matches!(surface, SurfaceSpec::Mannequin(_)) {
+    let moving = entry.snapshots.as_ref().is_some_and(|snapshots| snapshots.keypoints.is_some());
+    let has_keypoints = moving || entry.keypoints.is_some();
+    if has_keypoints && matches!(surface, SurfaceSpec::Mannequin(_)) {
         return Err(at.says("keypoints: a mannequin's are its own; take them away"));
     }
     let human = role == Role::Human || entry.nodes.iter().any(|rule| rule.role == Some(Role::Human));
-    if entry.keypoints.is_some() && !human {
+    if has_keypoints && !human {
         return Err(at.says("keypoints are a human's joints: add role = \"human\""));
     }
+    let motion = entry.snapshots.map(|snapshots| snapshots::check(at, snapshots, &surface)).transpose()?;
     Ok(ObjectSpec {
         role,
         interior,
@@ -321,6 +336,8 @@ fn object(at: &Place, entry: ObjectFile, default_interior: Interior) -> Result<O
         surface,
         keypoints: entry.keypoints.map(|path| folder.join(path)),
         nodes: entry.nodes,
+        animated: None,
+        motion: motion.unwrap_or_default(),
         name: entry.name,
     })
 }
@@ -349,17 +366,24 @@ pub(super) fn mesh(
     }
 }
 
-fn rotation(at: &Place, entry: &ObjectFile) -> Result<DQuat> {
-    match (entry.rpy_deg, entry.quaternion) {
+/// One rotation, none where neither is given; `index` is its place in a list.
+fn rotation(
+    at: &Place,
+    index: &str,
+    rpy_deg: Option<[f64; 3]>,
+    quaternion: Option<Quaternion>,
+) -> Result<DQuat> {
+    match (rpy_deg, quaternion) {
         (None, None) => Ok(DQuat::IDENTITY),
         (Some(rpy), None) => {
-            let rpy = at.vector("rpy_deg", rpy)?.to_array().map(f64::to_radians);
+            let rpy = at.vector(&format!("rpy_deg{index}"), rpy)?.to_array().map(f64::to_radians);
             Ok(Pose::turned(DVec3::ZERO, from_rpy(rpy), Frame::Link).rotation)
         }
         (None, Some(q)) => {
             let wxyz = [q.w, q.x, q.y, q.z];
             let wrong = || -> Error {
-                at.wrong("quaternion", format!("{wxyz:?}"), "must not be zero, and all four finite")
+                let rule = "must not be zero, and all four finite";
+                at.wrong(&format!("quaternion{index}"), format!("{wxyz:?}"), rule)
             };
             Ok(Pose::from_quaternion(DVec3::ZERO, wxyz, Frame::Link).ok_or_else(wrong)?.rotation)
         }

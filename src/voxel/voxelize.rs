@@ -174,7 +174,7 @@ fn body(object: &Object, grid: &Grid) -> Result<Body> {
     let lattice = lattice(object, grid.voxel_size_m)?;
     let in_grid = lattice.extent.moved(grid.origin.map(|o| -o)).intersection(&grid.window());
     let world = in_grid.moved(grid.origin);
-    let mut warnings = Vec::new();
+    let mut warnings = object.warnings.clone();
     let mut ignored = BitGrid::new(Window::between([0; 3], [-1; 3]));
     let watertight = match &object.surface {
         Surface::Mesh(_) => Some(overlap::is_watertight(
