@@ -2,14 +2,17 @@
 //! into [`Object`]s once, at the edge; nothing here knows of voxels.
 
 pub mod build;
+pub mod collada;
 pub mod gltf;
 pub mod mannequin;
+pub mod obj;
 pub mod octomap;
 pub mod primitive;
 pub mod stl;
 
 mod file;
 mod mesh;
+mod polygon;
 
 use glam::DVec3;
 
