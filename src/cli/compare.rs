@@ -9,6 +9,7 @@ use perirobot::sweep::compare::{Line, Report, Selection, compare, select};
 use perirobot::{Error, Result};
 
 use super::backend::BackendArgs;
+use super::packages::PackageArgs;
 
 /// Run chosen poses on every backend and compare each integer
 ///
@@ -31,11 +32,14 @@ pub(super) struct Args {
     #[arg(long, value_name = "METRES")]
     voxel_size: Option<f64>,
     #[command(flatten)]
+    packages: PackageArgs,
+    #[command(flatten)]
     backend: BackendArgs,
 }
 
 pub(super) fn run(args: &Args) -> Result<ExitCode> {
-    let study = Study::load(&args.study, args.voxel_size)?;
+    let mut study = Study::load(&args.study, args.voxel_size)?;
+    args.packages.apply(&mut study.scenes);
     let selection = match (&args.pose, args.all) {
         (Some(name), _) => Selection::Named(name.clone()),
         (None, true) => Selection::All,

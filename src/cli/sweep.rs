@@ -11,6 +11,7 @@ use perirobot::sweep::manifest::{Timings, manifest};
 use perirobot::sweep::{World, jobs, run as run_sweep, summary::summary, table};
 
 use super::backend::BackendArgs;
+use super::packages::PackageArgs;
 
 /// Score every candidate pose of a study
 ///
@@ -27,12 +28,15 @@ pub(super) struct Args {
     #[arg(long, value_name = "METRES")]
     voxel_size: Option<f64>,
     #[command(flatten)]
+    packages: PackageArgs,
+    #[command(flatten)]
     backend: BackendArgs,
 }
 
 pub(super) fn run(args: &Args) -> Result<ExitCode> {
     let begin = Instant::now();
-    let study = Study::load(&args.study, args.voxel_size)?;
+    let mut study = Study::load(&args.study, args.voxel_size)?;
+    args.packages.apply(&mut study.scenes);
     let worlds =
         study.scenes.iter().map(|scene| World::prepare(&study, scene)).collect::<Result<Vec<_>>>()?;
     super::warn(worlds.iter().map(|world| (world.name.as_str(), world.warnings.as_slice())));

@@ -9,6 +9,8 @@ use perirobot::sweep::files::write_whole;
 use perirobot::voxel::{Truth, voxelize as voxels};
 use perirobot::{Error, Result};
 
+use super::packages::PackageArgs;
+
 /// Turn a scene into voxels and write them as an OctoMap .bt file
 ///
 /// Prints for each object its triangles, voxels, size and whether it is watertight. The file opens in octovis.
@@ -22,6 +24,8 @@ pub(super) struct Args {
     /// Edge of a voxel in metres
     #[arg(long, value_name = "METRES", default_value_t = 0.05)]
     voxel_size: f64,
+    #[command(flatten)]
+    packages: PackageArgs,
 }
 
 pub(super) fn run(args: &Args) -> Result<ExitCode> {
@@ -34,7 +38,8 @@ pub(super) fn run(args: &Args) -> Result<ExitCode> {
     if args.out.extension().is_none_or(|extension| extension != "bt") {
         return Err(Error::Input(format!("--out {}: must end in .bt", args.out.display())));
     }
-    let spec = SceneSpec::load(&args.scene)?;
+    let mut spec = SceneSpec::load(&args.scene)?;
+    args.packages.apply(std::slice::from_mut(&mut spec));
     let in_scene = |e| Error::input(spec.path.display(), e);
     let scene = build(&spec, args.voxel_size)?;
     let extent = voxels::scene_extent(&scene, args.voxel_size).map_err(in_scene)?;

@@ -2,12 +2,14 @@
 //! stands. Every file is read here and nowhere else.
 
 use std::collections::HashSet;
+use std::sync::Arc;
 
 use glam::DVec3;
 use wildmatch::WildMatch;
 
-use super::{Mesh, Object, Optical, Role, Scene, Surface, gltf, mannequin, octomap, primitive, stl};
-use crate::study::{NodeRule, ObjectSpec, SceneSpec, SurfaceSpec};
+use super::{Mesh, Object, Optical, Role, Scene, Surface, gltf, mannequin, octomap, primitive, stl, urdf};
+use crate::sensor::pose::Pose;
+use crate::study::{NodeRule, ObjectSpec, SceneSpec, SurfaceSpec, UrdfSpec};
 use crate::{Error, Result};
 
 /// Reads a scene. Curved bodies stay within an eighth of a voxel of their true surface.
@@ -54,6 +56,10 @@ fn build_object(object: &ObjectSpec, sag_m: f64, objects: &mut Vec<Object>) -> R
             let map = octomap::read(path).map_err(at("octomap"))?;
             let surface = Surface::Voxels { resolution_m: map.resolution_m, keys: map.occupied };
             objects.push(placed(object, object.name.clone(), object.role, object.optical, surface));
+            return Ok(());
+        }
+        SurfaceSpec::Urdf(robot) => {
+            objects.push(urdf_robot(object, robot, sag_m)?);
             return Ok(());
         }
         SurfaceSpec::Gltf(path) => return gltf_parts(object, gltf::load(path).map_err(at("mesh"))?, objects),
@@ -114,12 +120,24 @@ fn gltf_parts(object: &ObjectSpec, nodes: Vec<gltf::NodeMesh>, objects: &mut Vec
     Ok(())
 }
 
+/// All links of a robot as one object, which keeps where they are.
+fn urdf_robot(object: &ObjectSpec, robot: &UrdfSpec, sag_m: f64) -> Result<Object> {
+    let at_urdf = |e: Error| Error::Input(format!("urdf = {e}"));
+    let model = urdf::load(&robot.path).map_err(at_urdf)?;
+    let root_from_link = model.pose(&robot.joints)?;
+    let meshes = model.meshes(robot.geometry, &robot.packages, sag_m).map_err(at_urdf)?;
+    let whole = urdf::merged(&meshes, &root_from_link);
+    let world_from_root = Pose { position_m: object.position_m, rotation: object.rotation };
+    let linkage = Some(Arc::new(model.linkage(&root_from_link, &world_from_root)));
+    Ok(Object { linkage, ..solid(object, object.name.clone(), object.role, object.optical, whole) })
+}
+
 fn solid(spec: &ObjectSpec, name: String, role: Role, optical: Optical, mesh: Mesh) -> Object {
     placed(spec, name, role, optical, Surface::Mesh(mesh.transformed(spec.rotation, spec.position_m)))
 }
 
 fn placed(spec: &ObjectSpec, name: String, role: Role, optical: Optical, surface: Surface) -> Object {
-    Object { name, role, interior: spec.interior, optical, tag_only: spec.tag_only, surface }
+    Object { name, role, interior: spec.interior, optical, tag_only: spec.tag_only, surface, linkage: None }
 }
 
 /// A y-up mesh turned to z up: (x, y, z) → (x, −z, y), exactly.

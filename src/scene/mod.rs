@@ -9,12 +9,17 @@ pub mod obj;
 pub mod octomap;
 pub mod primitive;
 pub mod stl;
+pub mod urdf;
 
 mod file;
 mod mesh;
 mod polygon;
 
+use std::sync::Arc;
+
 use glam::DVec3;
+
+use crate::sensor::pose::Pose;
 
 /// What an object is to the study (paper, section III).
 #[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Deserialize, serde::Serialize)]
@@ -88,6 +93,33 @@ pub struct Object {
     pub tag_only: bool,
     /// Its surface, in the world.
     pub surface: Surface,
+    /// Where its links are, for a robot from a URDF.
+    pub linkage: Option<Arc<Linkage>>,
+}
+
+/// The links of a robot where its joint values put them, for what is mounted on them or measured from them.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Linkage {
+    /// Each link's name and its frame in the world; the root is the first.
+    pub links: Vec<(String, Pose)>,
+    /// Where the robot begins, in the world: what `reach_m` is measured from.
+    pub base_m: DVec3,
+    /// The farthest from there that the frame of any link can get, whatever the joint values, in metres.
+    pub reach_m: f64,
+}
+
+impl Linkage {
+    /// The frame of a link in the world.
+    ///
+    /// # Errors
+    /// Names the links there are.
+    pub fn link(&self, name: &str) -> Result<&Pose, String> {
+        let found = self.links.iter().find(|(link, _)| link == name).map(|(_, pose)| pose);
+        found.ok_or_else(|| {
+            let names: Vec<&str> = self.links.iter().map(|(link, _)| link.as_str()).collect();
+            format!("there is no link {name:?}; there are {}", names.join(", "))
+        })
+    }
 }
 
 /// Everything in the cell at one moment.

@@ -6,6 +6,7 @@ mod poses;
 mod region;
 mod scene_file;
 mod sensor;
+mod urdf;
 mod value;
 
 use std::collections::HashSet;
@@ -18,6 +19,7 @@ use crate::voxel::Shape;
 use crate::voxel::grid::VOXEL_SIZES_M;
 use crate::{Error, Result};
 pub use scene_file::{NodeRule, ObjectSpec, SceneSpec, SurfaceSpec};
+pub use urdf::UrdfSpec;
 
 /// No coordinate in a file is larger; beyond it there are slips of the pen, infinities and NaN.
 const FARTHEST_M: f64 = 1e6;
