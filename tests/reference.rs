@@ -68,8 +68,14 @@ fn the_authors_poses_rank_alike() {
             let counts: Vec<Confusion> = theirs.iter().map(|t| t.counts).collect();
             for found in rank(&format!("{name}, {region}"), &ours, &counts) {
                 if name == "points" {
-                    assert!(ours.iter().all(|c| c.fp == 0 && c.fn_ == 0), "without noise nothing is mistaken");
-                    assert!(found.rho >= 0.998 && found.median <= 0.005 && found.largest <= 0.06, "{found:?}");
+                    assert!(
+                        ours.iter().all(|c| c.fp == 0 && c.fn_ == 0),
+                        "without noise nothing is mistaken"
+                    );
+                    assert!(
+                        found.rho >= 0.998 && found.median <= 0.005 && found.largest <= 0.06,
+                        "{found:?}"
+                    );
                     assert_eq!(found.best.map(pose), [best_pose; 2], "{region}");
                 } else {
                     assert!(found.rho >= 0.9, "{found:?}");
@@ -136,7 +142,8 @@ fn multi_sensors(theirs: &[Theirs]) -> String {
             );
         }
     }
-    let combined = ["pads", "camera", "cover", "pads camera", "pads cover", "camera cover", "pads camera cover"];
+    let combined =
+        ["pads", "camera", "cover", "pads camera", "pads cover", "camera cover", "pads camera cover"];
     let combined: String = combined
         .iter()
         .map(|names| {

@@ -3,6 +3,7 @@
 mod backend;
 mod compare;
 mod devices;
+mod packages;
 mod study;
 mod sweep;
 mod voxelize;

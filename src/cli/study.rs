@@ -6,6 +6,8 @@ use perirobot::Result;
 use perirobot::study::{Overrides, Study};
 use perirobot::sweep::World;
 
+use super::packages::PackageArgs;
+
 #[derive(clap::Args)]
 pub(super) struct StudyArgs {
     /// The study file (TOML)
@@ -16,13 +18,16 @@ pub(super) struct StudyArgs {
     /// Ideal sensors: no noise, whatever the study says
     #[arg(long)]
     noiseless: bool,
+    #[command(flatten)]
+    packages: PackageArgs,
 }
 
 impl StudyArgs {
     /// Reads the study and makes its scenes ready; warnings are printed.
     pub(super) fn load(&self) -> Result<(Study, Vec<World>)> {
         let overrides = Overrides { voxel_size_m: self.voxel_size, noiseless: self.noiseless };
-        let study = Study::load(&self.study, &overrides)?;
+        let mut study = Study::load(&self.study, &overrides)?;
+        self.packages.apply(&mut study.scenes);
         let worlds = World::prepare_all(&study)?;
         super::warn(worlds.iter().map(|world| (world.name.as_str(), world.warnings.as_slice())));
         Ok((study, worlds))

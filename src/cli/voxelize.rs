@@ -9,6 +9,8 @@ use perirobot::sweep::files::write_whole;
 use perirobot::voxel::{Truth, voxelize as voxels};
 use perirobot::{Error, Result};
 
+use super::packages::PackageArgs;
+
 /// Turn a scene into voxels and write them as an OctoMap .bt file
 ///
 /// Prints for each object its triangles, voxels, size and whether it is watertight. The file opens in octovis.
@@ -25,6 +27,8 @@ pub(super) struct Args {
     /// Which snapshot of a moving scene, counted from 0
     #[arg(long, value_name = "N", default_value_t = 0)]
     snapshot: usize,
+    #[command(flatten)]
+    packages: PackageArgs,
 }
 
 pub(super) fn run(args: &Args) -> Result<ExitCode> {
@@ -37,7 +41,8 @@ pub(super) fn run(args: &Args) -> Result<ExitCode> {
     if args.out.extension().is_none_or(|extension| extension != "bt") {
         return Err(Error::Input(format!("--out {}: must end in .bt", args.out.display())));
     }
-    let spec = SceneSpec::load(&args.scene)?;
+    let mut spec = SceneSpec::load(&args.scene)?;
+    args.packages.apply(std::slice::from_mut(&mut spec));
     let in_scene = |e| Error::input(spec.path.display(), e);
     if args.snapshot >= spec.snapshots {
         let (wanted, count) = (args.snapshot, spec.snapshots);

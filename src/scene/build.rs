@@ -3,13 +3,17 @@
 
 use std::collections::HashSet;
 use std::path::Path;
+use std::sync::Arc;
 
 use glam::DVec3;
 use wildmatch::WildMatch;
 
 use super::moving::Files;
-use super::{Mesh, Object, Optical, Role, Scene, Surface, gltf, mannequin, moving, octomap, primitive, stl};
-use crate::study::{NodeRule, ObjectSpec, SceneSpec, SurfaceSpec};
+use super::{
+    Mesh, Object, Optical, Role, Scene, Surface, gltf, mannequin, moving, octomap, primitive, stl, urdf,
+};
+use crate::sensor::pose::Pose;
+use crate::study::{NodeRule, ObjectSpec, SceneSpec, SurfaceSpec, UrdfSpec};
 use crate::{Error, Result};
 
 /// Reads a scene and gives its snapshots, at least one. Curved bodies stay within an eighth of a voxel of their true
@@ -76,6 +80,7 @@ pub(super) fn parts(object: &ObjectSpec, files: &mut Files, sag_m: f64) -> Resul
             }
             return Ok(objects);
         }
+        SurfaceSpec::Urdf(robot) => return Ok(vec![urdf_robot(object, robot, sag_m)?]),
     };
     let surface = Surface::Mesh(mesh);
     let part = part(object, object.name.clone(), object.role, object.optical, surface);
@@ -89,15 +94,11 @@ pub(super) fn at(key: &'static str) -> impl Fn(Error) -> Error {
 
 /// Reads a mesh of which only the shape counts, all nodes of a glTF together; other surfaces have none in a file.
 pub fn mesh_of_file(surface: &SurfaceSpec) -> Result<Mesh> {
-    let mut whole = Mesh::default();
     match surface {
-        SurfaceSpec::Stl { path, scale, y_up } => whole = stl_mesh(path, *scale, *y_up)?,
-        SurfaceSpec::Gltf(path) => {
-            gltf::Gltf::load(path)?.parts(None)?.iter().for_each(|node| whole.append(&node.mesh));
-        }
-        _ => {}
+        SurfaceSpec::Stl { path, scale, y_up } => stl_mesh(path, *scale, *y_up),
+        SurfaceSpec::Gltf(path) => gltf::Gltf::load(path)?.whole(),
+        _ => Ok(Mesh::default()),
     }
-    Ok(whole)
 }
 
 fn stl_mesh(path: &Path, scale: f64, y_up: bool) -> Result<Mesh> {
@@ -154,8 +155,27 @@ fn gltf_parts(object: &ObjectSpec, nodes: Vec<gltf::NodeMesh>, objects: &mut Vec
 }
 
 fn part(spec: &ObjectSpec, name: String, role: Role, optical: Optical, surface: Surface) -> Object {
-    let (interior, tag_only) = (spec.interior, spec.tag_only);
-    Object { name, role, interior, optical, tag_only, surface, keypoints: None, warnings: Vec::new() }
+    Object {
+        name,
+        role,
+        interior: spec.interior,
+        optical,
+        tag_only: spec.tag_only,
+        surface,
+        keypoints: None,
+        linkage: None,
+        warnings: Vec::new(),
+    }
+}
+
+/// All links of a robot as one object, which keeps where they are.
+fn urdf_robot(object: &ObjectSpec, robot: &UrdfSpec, sag_m: f64) -> Result<Object> {
+    let model = urdf::load(&robot.path).map_err(at("urdf"))?;
+    let root_from_link = model.pose(&robot.joints)?;
+    let meshes = model.meshes(robot.geometry, &robot.packages, sag_m).map_err(at("urdf"))?;
+    let surface = Surface::Mesh(urdf::merged(&meshes, &root_from_link));
+    let linkage = Some(Arc::new(model.linkage(&root_from_link, &Pose::ORIGIN)));
+    Ok(Object { linkage, ..part(object, object.name.clone(), object.role, object.optical, surface) })
 }
 
 /// A y-up mesh turned to z up: (x, y, z) → (x, −z, y), exactly.

@@ -70,6 +70,16 @@ impl Gltf {
         self.read_nodes(moment).map_err(|what| Error::input(self.path.display(), what))
     }
 
+    /// All nodes as they stand in the file, as one mesh.
+    ///
+    /// # Errors
+    /// As [`Gltf::parts`].
+    pub fn whole(&self) -> Result<Mesh> {
+        let mut whole = Mesh::default();
+        self.parts(None)?.iter().for_each(|node| whole.append(&node.mesh));
+        Ok(whole)
+    }
+
     fn read_nodes(&self, moment: Option<(&Clip, f64)>) -> Result<Vec<NodeMesh>, String> {
         let container = &self.container;
         let mut budget = self.budget();

@@ -11,6 +11,7 @@ use glam::{DQuat, DVec3};
 use super::build::{at, parts};
 use super::gltf::{Clip, Gltf, NodeMesh};
 use super::{Object, Surface, mannequin};
+use crate::sensor::pose::Pose;
 use crate::study::{MotionSpec, ObjectSpec, SurfaceSpec};
 use crate::{Error, Result};
 
@@ -99,14 +100,16 @@ pub(super) fn moments(
     Ok(moments)
 }
 
-/// An object turned about the origin, then moved, with its joints. Voxels of a map stay: they have no pose.
+/// An object turned about the origin, then moved, with its joints and links. Voxels of a map stay: they have no pose.
 fn placed(object: Object, rotation: DQuat, position_m: DVec3) -> Object {
     let keypoints = object.keypoints.map(|k| mannequin::transformed(&k, rotation, position_m));
     let surface = match object.surface {
         Surface::Mesh(mesh) => Surface::Mesh(mesh.transformed(rotation, position_m)),
         voxels => voxels,
     };
-    Object { surface, keypoints, ..object }
+    let frame = Pose { position_m, rotation };
+    let linkage = object.linkage.map(|linkage| Arc::new(linkage.carried_by(&frame)));
+    Object { surface, keypoints, linkage, ..object }
 }
 
 fn shared(parts: Vec<Object>, earlier: &[Vec<Arc<Object>>]) -> Vec<Arc<Object>> {

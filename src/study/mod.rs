@@ -7,6 +7,7 @@ mod poses;
 mod region;
 mod scene_file;
 mod sensor;
+mod urdf;
 mod value;
 
 use std::collections::HashSet;
@@ -20,6 +21,7 @@ use crate::{Error, Result};
 pub use combination::{Combination, Member};
 pub use region::RegionSpec;
 pub use scene_file::{MotionSpec, NodeRule, ObjectSpec, SceneSpec, SurfaceSpec};
+pub use urdf::UrdfSpec;
 
 /// No coordinate in a file is larger; beyond it there are slips of the pen, infinities and NaN.
 const FARTHEST_M: f64 = 1e6;

@@ -2,14 +2,17 @@
 
 mod snapshots;
 
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use glam::{DQuat, DVec3};
 use serde::Deserialize;
 
 use super::file::Quaternion;
+use super::urdf::{UrdfFile, UrdfSpec};
 use super::value::{exactly, exactly_if_given};
 use super::{Place, only_one, parse, read_text};
+use crate::scene::urdf::Geometry;
 use crate::scene::{Interior, Optical, Role};
 use crate::sensor::pose::{Frame, Pose, from_rpy};
 use crate::{Error, Result};
@@ -112,6 +115,8 @@ pub enum SurfaceSpec {
     Octomap(PathBuf),
     /// A body around 17 keypoints in a CSV file.
     Mannequin(PathBuf),
+    /// A robot from a URDF.
+    Urdf(UrdfSpec),
 }
 
 /// What parts of a glTF file are, by the names of their nodes.
@@ -163,6 +168,11 @@ struct ObjectFile {
     octomap: Option<PathBuf>,
     mannequin: Option<PathBuf>,
     keypoints: Option<PathBuf>,
+    urdf: Option<PathBuf>,
+    geometry: Option<Geometry>,
+    packages: Option<BTreeMap<String, PathBuf>>,
+    joints_deg: Option<BTreeMap<String, f64>>,
+    joints_m: Option<BTreeMap<String, f64>>,
     #[serde(default)]
     nodes: Vec<NodeRule>,
     snapshots: Option<SnapshotsFile>,
@@ -217,6 +227,15 @@ struct CapsuleFile {
 }
 
 impl SceneSpec {
+    /// Says where packages are for all robots of the scene; overrides what its file says.
+    pub fn use_packages<'a>(&mut self, packages: impl Iterator<Item = (&'a str, &'a Path)> + Clone) {
+        for object in &mut self.objects {
+            if let SurfaceSpec::Urdf(robot) = &mut object.surface {
+                packages.clone().for_each(|(name, folder)| robot.packages.insert(name, folder));
+            }
+        }
+    }
+
     /// Reads and checks a scene file; the meshes it names are read later.
     pub fn load(path: &Path) -> Result<SceneSpec> {
         SceneSpec::parse(path, read_text(path)?)
@@ -285,6 +304,7 @@ fn object(at: &Place, entry: ObjectFile, default_interior: Interior) -> Result<O
         ("mesh", entry.mesh.as_ref().map(|path| mesh(at, folder, path, entry.unit, entry.up))),
         ("octomap", octomap),
         ("mannequin", mannequin),
+        ("urdf", urdf(at, &entry, folder)?.map(|robot| Ok(SurfaceSpec::Urdf(robot)))),
     ];
     let surface = only_one(at, "surface", choices)??;
 
@@ -313,8 +333,11 @@ fn object(at: &Place, entry: ObjectFile, default_interior: Interior) -> Result<O
         (SurfaceSpec::Octomap(_), None) => Interior::Free,
         (_, interior) => interior.unwrap_or(default_interior),
     };
-    let default_role =
-        if matches!(surface, SurfaceSpec::Mannequin(_)) { Role::Human } else { Role::Environment };
+    let default_role = match surface {
+        SurfaceSpec::Mannequin(_) => Role::Human,
+        SurfaceSpec::Urdf(_) => Role::Robot,
+        _ => Role::Environment,
+    };
     let role = entry.role.unwrap_or(default_role);
     let moving = entry.snapshots.as_ref().is_some_and(|snapshots| snapshots.keypoints.is_some());
     let has_keypoints = moving || entry.keypoints.is_some();
@@ -340,6 +363,17 @@ fn object(at: &Place, entry: ObjectFile, default_interior: Interior) -> Result<O
         motion: motion.unwrap_or_default(),
         name: entry.name,
     })
+}
+
+fn urdf(at: &Place, entry: &ObjectFile, folder: &Path) -> Result<Option<UrdfSpec>> {
+    let keys = UrdfFile {
+        urdf: entry.urdf.as_ref(),
+        geometry: entry.geometry,
+        packages: entry.packages.as_ref(),
+        joints_deg: entry.joints_deg.as_ref(),
+        joints_m: entry.joints_m.as_ref(),
+    };
+    keys.check(at, folder).transpose()
 }
 
 /// A mesh by the kind of its file; whether `unit` and `up` belong to it is the caller's to check.

@@ -138,8 +138,22 @@ impl World {
 fn settings(sensor: &Sensor, scene: &Scene) -> Result<Vec<Setting>> {
     let own = sensor.candidates.iter().map(|candidate| candidate.setting);
     let Some(on) = &sensor.on else { return Ok(own.collect()) };
-    let _ = (on, scene);
-    Ok(own.collect())
+    let wrong = |what: String| Error::input(format!("sensor {:?}: on", sensor.name), what);
+    let carrier = scene.objects.iter().find(|object| object.name == on.object);
+    let linkage = carrier.and_then(|object| object.linkage.as_deref()).ok_or_else(|| {
+        let robots: Vec<_> =
+            scene.objects.iter().filter(|o| o.linkage.is_some()).map(|o| o.name.as_str()).collect();
+        wrong(format!(
+            "object = {:?}: scene {:?} has as robots with links: {robots:?}",
+            on.object, scene.name
+        ))
+    })?;
+    let link = linkage.link(&on.link).map_err(|e| wrong(format!("link = {:?}: {e}", on.link)))?;
+    let carried = |setting| match setting {
+        Setting::Pose(pose) => Setting::Pose(pose.carried_by(link)),
+        other => other,
+    };
+    Ok(own.map(carried).collect())
 }
 
 /// What is wrong with a candidate: index of the sensor, of the candidate, and why.

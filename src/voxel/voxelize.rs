@@ -211,7 +211,7 @@ fn body(object: &Object, grid: &Grid) -> Result<Body> {
         triangles: lattice.triangles.len(),
         watertight,
         bounds_m,
-        reach: None,
+        reach: object.linkage.as_ref().map(|robot| Reach { base_m: robot.base_m, radius_m: robot.reach_m }),
         cells: in_grid_frame(cells, in_grid),
         keypoints: object.keypoints,
         warnings,

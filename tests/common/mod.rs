@@ -2,7 +2,7 @@
 
 #![allow(dead_code)] // each test uses its part
 
-//pub(crate) mod cases;
+pub(crate) mod cases;
 
 use std::io::Write;
 

@@ -1,15 +1,18 @@
 //! How an object moves from one snapshot of its scene to the next: lists with an entry a snapshot, checked. What the
 //! entries mean for its surface is for the scene.
 
+use std::collections::BTreeMap;
 use std::path::PathBuf;
 
 use glam::{DQuat, DVec3};
 use serde::Deserialize;
 
 use super::{ObjectSpec, SurfaceSpec, rotation};
+use crate::scene::urdf::JointValues;
 use crate::study::Place;
 use crate::study::file::Quaternion;
 use crate::study::poses::numbers;
+use crate::study::urdf::joints;
 use crate::study::value::{Axis, exactly};
 use crate::{Error, Result};
 
@@ -28,6 +31,8 @@ pub struct MotionSpec {
     pub mannequin: Vec<PathBuf>,
     /// Keypoint files of another human.
     pub keypoints: Vec<PathBuf>,
+    /// Joint values of a robot, instead of the object's own; joints that an entry does not name keep those.
+    pub joints: Vec<JointValues>,
     /// The animation that a glTF file is sampled from; the only one if there is no name.
     pub clip: Option<String>,
     /// When it is sampled.
@@ -44,6 +49,8 @@ pub(super) struct SnapshotsFile {
     quaternion: Option<Vec<Quaternion>>,
     pub(super) mannequin: Option<Vec<PathBuf>>,
     pub(super) keypoints: Option<Vec<PathBuf>>,
+    joints_deg: Option<Vec<BTreeMap<String, f64>>>,
+    joints_m: Option<Vec<BTreeMap<String, f64>>>,
     animation: Option<AnimationFile>,
     #[serde(default)]
     cycle: bool,
@@ -67,6 +74,7 @@ impl MotionSpec {
             ("rpy_deg or quaternion", self.rotation.len()),
             ("mannequin", self.mannequin.len()),
             ("keypoints", self.keypoints.len()),
+            ("joints_deg or joints_m", self.joints.len()),
             ("animation.times_s", self.times_s.len()),
         ];
         all.into_iter().filter(|(_, length)| *length > 0).collect()
@@ -86,11 +94,18 @@ impl ObjectSpec {
             Some(list[index].clone())
         }
         let motion = &self.motion;
-        let person = pick(&motion.mannequin, snapshot).map(SurfaceSpec::Mannequin);
+        let mut surface = self.surface.clone();
+        if let Some(person) = pick(&motion.mannequin, snapshot) {
+            surface = SurfaceSpec::Mannequin(person);
+        }
+        if let (SurfaceSpec::Urdf(robot), Some(now)) = (&mut surface, pick(&motion.joints, snapshot)) {
+            robot.joints.angles_deg.extend(now.angles_deg);
+            robot.joints.travels_m.extend(now.travels_m);
+        }
         ObjectSpec {
             position_m: pick(&motion.position_m, snapshot).unwrap_or(self.position_m),
             rotation: pick(&motion.rotation, snapshot).unwrap_or(self.rotation),
-            surface: person.unwrap_or_else(|| self.surface.clone()),
+            surface,
             keypoints: pick(&motion.keypoints, snapshot).or_else(|| self.keypoints.clone()),
             animated: pick(&motion.times_s, snapshot).map(|time_s| (motion.clip.clone(), time_s)),
             motion: MotionSpec::default(),
@@ -112,6 +127,18 @@ pub(super) fn check(at: &Place, entry: SnapshotsFile, surface: &SurfaceSpec) -> 
     if entry.animation.is_some() && !matches!(surface, SurfaceSpec::Gltf(_)) {
         return Err(at.says("animation belongs to a .glb or .gltf mesh"));
     }
+    let (joints_deg, joints_m) = (entry.joints_deg, entry.joints_m);
+    if (joints_deg.is_some() || joints_m.is_some()) && !matches!(surface, SurfaceSpec::Urdf(_)) {
+        return Err(at.says("joints_deg and joints_m belong to a urdf"));
+    }
+    if let (Some(deg), Some(m)) = (&joints_deg, &joints_m)
+        && deg.len() != m.len()
+    {
+        let (deg, m) = (deg.len(), m.len());
+        return Err(
+            at.says(format!("joints_deg has {deg} entries and joints_m {m}: give both for each snapshot"))
+        );
+    }
     if entry.rpy_deg.is_some() && entry.quaternion.is_some() {
         return Err(at.says("both rpy_deg and quaternion: give one rotation"));
     }
@@ -126,6 +153,11 @@ pub(super) fn check(at: &Place, entry: SnapshotsFile, surface: &SurfaceSpec) -> 
         .animation
         .as_ref()
         .map(|animation| numbers(&at.key("animation"), "times_s", &animation.times_s));
+    let joints_deg = filled(at, "joints_deg", joints_deg)?;
+    let joints_m = filled(at, "joints_m", joints_m)?;
+    let states = 0..joints_deg.len().max(joints_m.len());
+    let joints =
+        in_order(states, |i, _| joints(&at.key(&format!("[{i}]")), joints_deg.get(i), joints_m.get(i)))?;
     let motion = MotionSpec {
         position_m: in_order(position_m, |i, Triple(p)| at.vector(&format!("position_m[{i}]"), p))?,
         rotation: in_order(rpy_deg.chain(quaternion), |i, (rpy, quaternion)| {
@@ -133,13 +165,15 @@ pub(super) fn check(at: &Place, entry: SnapshotsFile, surface: &SurfaceSpec) -> 
         })?,
         mannequin: files("mannequin", entry.mannequin)?,
         keypoints: files("keypoints", entry.keypoints)?,
+        joints,
         clip: entry.animation.and_then(|animation| animation.clip),
         times_s: times_s.transpose()?.unwrap_or_default(),
         cycle: entry.cycle,
     };
     match motion.lists().into_iter().find(|(_, length)| *length > MAX_SNAPSHOTS) {
         _ if motion.is_still() => Err(at.says(
-            "no list: give at least one of position_m, rpy_deg, quaternion, mannequin, keypoints, animation",
+            "no list: give at least one of position_m, rpy_deg, quaternion, mannequin, keypoints, joints_deg, joints_m, \
+             animation",
         )),
         Some((key, length)) => {
             Err(at.wrong(key, format!("({length} entries)"), &format!("must have at most {MAX_SNAPSHOTS}")))

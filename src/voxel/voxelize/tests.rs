@@ -17,9 +17,17 @@ fn cuboid(low: DVec3, high: DVec3) -> Mesh {
 
 fn object(name: &str, role: Role, interior: Interior, mesh: Mesh) -> Object {
     let surface = Surface::Mesh(mesh);
-    let optical = Optical::Opaque;
-    let name = name.into();
-    Object { name, role, interior, optical, tag_only: false, surface, keypoints: None, warnings: Vec::new() }
+    Object {
+        name: name.into(),
+        role,
+        interior,
+        optical: Optical::Opaque,
+        tag_only: false,
+        surface,
+        keypoints: None,
+        linkage: None,
+        warnings: Vec::new(),
+    }
 }
 
 /// Voxels of 0.1 m; a box from 0.15 to 0.85 touches voxels 1 to 8 on each axis.
