@@ -68,10 +68,7 @@ impl MeshRows {
             }
             winding += facing;
             if winding == 0 && entered < x {
-                match runs.last_mut() {
-                    Some(last) if last.end == entered => last.end = x,
-                    _ => runs.push(entered..x),
-                }
+                runs.push(entered..x);
             }
         }
         runs

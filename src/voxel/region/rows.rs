@@ -41,7 +41,7 @@ impl Rows {
         }
     }
 
-    /// The runs of a row, lowest first, neither touching nor overlapping.
+    /// The runs of a row, lowest first; none overlap.
     pub(super) fn runs(&self, y: i64, z: i64) -> Vec<Run> {
         let inside = |[ys, zs]: [Range<i64>; 2]| ys.contains(&y) && zs.contains(&z);
         if !inside(self.span()) {
