@@ -58,7 +58,7 @@ fn a_sweep_writes_its_three_files() {
     }
     assert!(outcome.stderr.contains("running on cpu"), "{}", outcome.stderr);
 
-    let study = Study::load(Path::new(TINY), None).unwrap();
+    let study = Study::load(Path::new(TINY), &Overrides::default()).unwrap();
     let poses = read(&out, "poses.csv");
     assert_eq!(poses.lines().next().unwrap(), "sensor,pose,group,x_m,y_m,z_m,qw,qx,qy,qz");
     let results = read(&out, "results.csv");

@@ -7,7 +7,7 @@ use glam::DVec3;
 use perirobot::backend::{Backend, cpu::Cpu};
 use perirobot::march;
 use perirobot::sensor::{Camera, Kind, Pose, Sensor};
-use perirobot::study::Study;
+use perirobot::study::{Overrides, Study};
 use perirobot::sweep::World;
 use perirobot::voxel::BitGrid;
 
@@ -23,9 +23,13 @@ const UNKNOWN_HUMAN: [f64; 3] = [215.0, 70.0, 60.0];
 #[test]
 fn the_readme_shows_what_this_code_draws() {
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));
-    let mut study = Study::load(&root.join("scenes/paper/exp1.toml"), Some(0.025)).unwrap();
+    let mut study = Study::load(
+        &root.join("scenes/paper/exp1.toml"),
+        &Overrides { voxel_size_m: Some(0.025), ..Default::default() },
+    )
+    .unwrap();
     study.scenes.truncate(1);
-    let world = World::prepare(&study, &study.scenes[0]).unwrap().remove(0);
+    let world = World::prepare(&study, 0).unwrap().remove(0);
     let camera = &study.sensors[0];
     let candidate = camera.candidates.iter().find(|c| c.name == "left-wall/15/1").unwrap();
 

@@ -62,7 +62,11 @@ fn the_authors_poses_rank_alike() {
             let ours: Vec<Confusion> =
                 rows.iter().filter(|row| row.region == r && is(row)).map(|row| row.counts).collect();
             let theirs = of(name, region);
-            assert_eq!(ours.len(), theirs.len());
+            // Their zone camera lacks one of the poses.
+            let poses = of("points", region);
+            let has = |i: &usize| theirs.iter().any(|t| t.columns[0] == poses[*i].columns[0]);
+            let ours: Vec<Confusion> = (0..ours.len()).filter(has).map(|i| ours[i]).collect();
+            assert!(ours.len() == theirs.len() && ours.len() >= 172);
             assert_eq!(ours[0].total(), theirs[0].counts.total(), "voxels of region {region}");
             let pose = |i: usize| theirs[i].columns[0].as_str();
             let counts: Vec<Confusion> = theirs.iter().map(|t| t.counts).collect();
@@ -111,9 +115,11 @@ fn the_authors_combinations_rank_alike() {
             .collect();
         let counts: Vec<Confusion> = theirs.iter().map(|t| t.counts).collect();
         assert_eq!(ours[0].total(), counts[0].total(), "voxels of region {region}");
-        for found in rank(&format!("combinations, {region}"), &ours, &counts) {
-            assert!(found.rho >= 0.9, "{found:?}");
-        }
+        // Kappa of combinations is only reported. It is 0.00 to 0.03 here, and two habits of theirs decide its order:
+        // a pad's column begins in the floor's own layer (a triggered pad is right about the floor, a silent one wrong)
+        // and is a voxel wider, so that three more pads feel a leg of the table.
+        let [f1, _kappa] = rank(&format!("combinations, {region}"), &ours, &counts);
+        assert!(f1.rho >= 0.9 && f1.median <= 0.005, "{f1:?}");
     }
 }
 
@@ -174,8 +180,8 @@ struct Likeness {
     largest: f64,
 }
 
-/// Compares the scores of the same poses; choices without a score on either side are left out.
-fn rank(what: &str, ours: &[Confusion], theirs: &[Confusion]) -> Vec<Likeness> {
+/// Compares F1 and kappa of the same poses.
+fn rank(what: &str, ours: &[Confusion], theirs: &[Confusion]) -> [Likeness; 2] {
     let scores = [("F1", Confusion::f1 as fn(&Confusion) -> _), ("kappa", Confusion::kappa)];
     let likeness = scores.map(|(score, of)| {
         let a: Vec<f64> = ours.iter().map(|c| of(c).unwrap()).collect();
@@ -192,7 +198,7 @@ fn rank(what: &str, ours: &[Confusion], theirs: &[Confusion]) -> Vec<Likeness> {
         }
     });
     likeness.iter().for_each(|l| common::say(&format!("{l:?}")));
-    likeness.into()
+    likeness
 }
 
 /// Their rows: text columns, then six counts from column `first` on.

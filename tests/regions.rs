@@ -5,7 +5,7 @@
 #[path = "common/program.rs"]
 mod program;
 
-use perirobot::study::Study;
+use perirobot::study::{Overrides, Study};
 use perirobot::sweep::world::World;
 use perirobot::voxel::BitGrid;
 use program::{Folder, refused};
@@ -27,8 +27,8 @@ fn cube_stl(less: usize) -> String {
 /// The regions of the usual study with these put before its sensors, over the grid.
 fn regions(folder: &Folder, more: &str) -> Vec<(String, BitGrid)> {
     folder.edit(STUDY, "[[sensor]]", &format!("{more}\n[[sensor]]"));
-    let study = Study::load(&folder.path(STUDY), None).unwrap();
-    let world = World::prepare(&study, &study.scenes[0]).unwrap();
+    let study = Study::load(&folder.path(STUDY), &Overrides::default()).unwrap();
+    let world = World::prepare(&study, 0).unwrap().remove(0);
     let window = world.truth.grid.window();
     world.regions.iter().map(|region| (region.name.clone(), region.cells.over(window))).collect()
 }

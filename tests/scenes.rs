@@ -54,7 +54,7 @@ fn every_study_loads_and_prepares_without_a_surprise() {
     let (studies, scenes) = shipped();
     assert!(studies.len() >= 4 && scenes.len() >= 4, "{studies:?} {scenes:?}");
     for path in studies {
-        let study = Study::load(&path, None).unwrap();
+        let study = Study::load(&path, &Overrides::default()).unwrap();
         for scene in &study.scenes {
             let world = World::prepare(&study, scene).unwrap().remove(0);
             assert!(!world.truth.human.is_empty() && !world.truth.robot.is_empty(), "{}", path.display());

@@ -8,6 +8,7 @@ use std::rc::Rc;
 use glam::{DAffine3, DMat3, DVec3};
 
 use super::{Body, Geometry, Model, Packages, Shape};
+use crate::scene::gltf::Gltf;
 use crate::scene::{Mesh, collada, obj, primitive, stl};
 use crate::{Error, Result};
 

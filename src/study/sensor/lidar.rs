@@ -13,6 +13,9 @@ use crate::study::value::{OneOrTwo, exactly, exactly_if_given};
 use crate::voxel::solid::is_simple;
 use crate::{Error, Result};
 
+/// Most corners of a field; scanners allow some dozens.
+const MAX_CORNERS: usize = 1000;
+
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct LidarFile {
@@ -92,6 +95,14 @@ pub(super) fn check(at: &Place, file: LidarFile, noiseless: bool) -> Result<Lida
 impl FieldFile {
     fn check(self, at: &Place) -> Result<Field> {
         let height_m = length(at, "height_m", self.height_m)?;
+        let corners = self.polygon_m.len();
+        if corners > MAX_CORNERS {
+            return Err(at.wrong(
+                "polygon_m",
+                format!("({corners} corners)"),
+                &format!("must have at most {MAX_CORNERS}"),
+            ));
+        }
         let reach = "must be [x, y] in metres within 1000 of the scanner";
         if let Some(corner) = self.polygon_m.iter().flatten().find(|value| !(value.abs() <= 1e3)) {
             return Err(at.wrong("polygon_m", corner, reach));

@@ -3,6 +3,7 @@
 use super::*;
 use crate::backend::{Planes, cpu::Cpu};
 use crate::march::{End, NOTHING};
+use crate::study::Overrides;
 
 /// One lie about each pose.
 #[derive(Clone, Copy, Debug)]
@@ -71,8 +72,8 @@ impl Backend for Liar {
 
 fn tiny() -> (Study, World) {
     let path = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/tiny.toml");
-    let study = Study::load(&path, None).unwrap();
-    let world = World::prepare(&study, &study.scenes[0]).unwrap().remove(0);
+    let study = Study::load(&path, &Overrides::default()).unwrap();
+    let world = World::prepare(&study, 0).unwrap().remove(0);
     (study, world)
 }
 
@@ -81,7 +82,7 @@ fn caught(lie: Lie) -> Result<Report> {
     let (study, world) = tiny();
     let mut report = Report::default();
     let mut backends: Vec<Box<dyn Backend>> = vec![Box::new(Liar(Cpu::new(Some(1))?, lie))];
-    compare(&study, &world, &study.sensors[0], &Selection::Spread(4), &mut backends, &mut report)?;
+    compare(&study, &world, 0, &Selection::Spread(4), &mut backends, &mut report)?;
     Ok(report)
 }
 
@@ -102,11 +103,10 @@ fn each_kind_of_lie_is_found_and_named() {
     let place = "scene tiny, pose camera:wall/0/0, liar against the oracle: ";
     // A voxel in front of the first pose that its rays free, and one that none reaches.
     let (study, world) = tiny();
-    let camera = &study.sensors[0];
     let mut oracle = Oracle::default();
-    oracle.tables(&[camera.rays(study.voxel_size_m, study.backdrop)]).unwrap();
+    oracle.tables(&[crate::sweep::tables(&study)[0].clone().unwrap()]).unwrap();
     oracle.load(&world.cell(world.truth.grid.window())).unwrap();
-    let placement = camera.placement(&camera.candidates[0].pose, &world.truth.grid);
+    let placement = world.placement(&study, 0, 0, 0);
     let evidence = oracle.read(0, &placement).unwrap().planes;
     let freed = evidence.free.cells().next().unwrap();
     let mut seen = evidence.free.clone();

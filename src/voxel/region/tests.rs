@@ -169,15 +169,18 @@ fn a_mesh_is_cut_to_the_grid() {
 #[test]
 fn a_robots_reach_is_a_sphere_around_its_base() {
     let mut truth = empty_cell();
-    let object = |name: &str, role, reach| ObjectVoxels {
-        name: name.into(),
-        role,
-        triangles: 0,
-        watertight: None,
-        bounds_m: [DVec3::ZERO; 2],
-        reach,
-        cells: BitGrid::new(Window::between([0; 3], [-1; 3])),
-        warnings: Vec::new(),
+    let object = |name: &str, role, reach| {
+        Arc::new(ObjectVoxels {
+            name: name.into(),
+            role,
+            triangles: 0,
+            watertight: None,
+            bounds_m: [DVec3::ZERO; 2],
+            reach,
+            cells: BitGrid::new(Window::between([0; 3], [-1; 3])),
+            keypoints: None,
+            warnings: Vec::new(),
+        })
     };
     let arm = Some(Reach { base_m: DVec3::new(0.1, 0.2, 0.8), radius_m: 1.3 });
     truth.objects.push(object("gripper", Role::Robot, None));
