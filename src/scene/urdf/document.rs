@@ -10,6 +10,8 @@ use urdf_rs::Robot;
 
 /// Deepest nesting of elements: a URDF needs 5, and the parser recurses.
 const MAX_DEPTH: usize = 64;
+/// Elements of links and joints that are not read.
+const NEEDLESS: [&str; 5] = ["material", "inertial", "dynamics", "calibration", "safety_controller"];
 
 /// Reads a URDF's text; `path` is for the file's ending and the command that expands it.
 pub(super) fn read(path: &Path, text: &str) -> Result<Robot, String> {
@@ -38,7 +40,30 @@ pub(super) fn read(path: &Path, text: &str) -> Result<Robot, String> {
     for joint in children(root, "joint") {
         check_limit(&joint).map_err(|what| format!("{}: {what}", place(&document, &joint)))?;
     }
-    urdf_rs::read_from_string(text).map_err(|e| wrong_element(&document, text).unwrap_or(e.to_string()))
+    let needed = needed(root, text);
+    urdf_rs::read_from_string(&needed).map_err(|e| wrong_element(&document, text).unwrap_or(e.to_string()))
+}
+
+/// The text of an element without what neither shape nor motion needs: files that every ROS tool reads have empty
+/// textures and odd inertias, at which the parser would stop.
+fn needed(element: Node, text: &str) -> String {
+    let root = element.document().root_element();
+    let is_needless = |node: &Node| {
+        let tag = node.tag_name().name();
+        let is_top = node.parent_element() == Some(root);
+        node.is_element() && (NEEDLESS.contains(&tag) || (is_top && !["link", "joint"].contains(&tag)))
+    };
+    let mut needed = String::with_capacity(element.range().len());
+    let mut from = element.range().start;
+    for needless in element.descendants().filter(is_needless) {
+        let range = needless.range();
+        // One inside another is gone already.
+        if range.start >= from {
+            needed += &text[from..range.start];
+            from = range.end;
+        }
+    }
+    needed + &text[from..element.range().end]
 }
 
 fn expand(path: &Path) -> String {
@@ -116,8 +141,9 @@ fn place(document: &Document, node: &Node) -> String {
 
 /// The first link or joint that cannot be read by itself, and why.
 fn wrong_element(document: &Document, text: &str) -> Option<String> {
-    document.root_element().children().filter(Node::is_element).find_map(|node| {
-        let alone = format!("<robot name=\"alone\">{}</robot>", text.get(node.range())?);
+    let root = document.root_element();
+    children(root, "link").chain(children(root, "joint")).find_map(|node| {
+        let alone = format!("<robot name=\"alone\">{}</robot>", needed(node, text));
         let error = urdf_rs::read_from_string(&alone).err()?;
         Some(format!("{}: {error}", place(document, &node)))
     })

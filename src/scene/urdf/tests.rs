@@ -134,6 +134,20 @@ fn numbers_must_be_numbers_of_a_sensible_size() {
 }
 
 #[test]
+fn what_is_not_needed_does_no_harm() {
+    let plain = format!("{:?}", parse(Path::new("arm.urdf"), TWO_LINKS).unwrap());
+    for (from, to) in [
+        ("<link", "<material name='grey'><texture/></material><gazebo><link/><a/></gazebo><link"),
+        ("</collision>", "</collision><inertial><mass value='heavy'/></inertial>"),
+        ("<axis", "<dynamics damping='much'/><safety_controller/><calibration rising='x'/><axis"),
+        ("<robot name='arm'>", "<?xml version='1.0'?><!-- from ${file} --><robot name='arm' version='1.0'>"),
+    ] {
+        let model = parse(Path::new("arm.urdf"), &TWO_LINKS.replacen(from, to, 1)).expect(to);
+        assert_eq!(format!("{model:?}"), plain, "{to}");
+    }
+}
+
+#[test]
 fn no_cut_of_a_file_panics() {
     for length in 0..TWO_LINKS.len() {
         assert!(parse(Path::new("arm.urdf"), &TWO_LINKS[..length]).is_err(), "cut at {length}");
