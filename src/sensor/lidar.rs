@@ -119,6 +119,10 @@ impl Kind for Lidar {
         self.field.as_ref().map_or(Ok(()), |field| field.volume.check(&at.pose(), &at.truth.grid))
     }
 
+    fn adds(&self, representation: usize) -> bool {
+        self.field(representation).is_some()
+    }
+
     fn claim(&self, representation: usize, at: &Station) -> Claim {
         let (Some(field), Some(rays)) = (self.field(representation), at.rays) else {
             return Claim { cast: true, planes: None };

@@ -168,6 +168,11 @@ pub trait Kind: Debug + Send + Sync {
         Ok(())
     }
 
+    /// Whether the host may add to what is cast in a representation; a claim without a cast always does.
+    fn adds(&self, _representation: usize) -> bool {
+        true
+    }
+
     /// What it says in a representation.
     fn claim(&self, representation: usize, at: &Station) -> Claim;
 

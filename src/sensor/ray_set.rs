@@ -44,6 +44,10 @@ impl Kind for RaySet {
         MEASURES
     }
 
+    fn adds(&self, _: usize) -> bool {
+        false
+    }
+
     fn claim(&self, _: usize, _: &Station) -> Claim {
         Claim { cast: true, planes: None }
     }

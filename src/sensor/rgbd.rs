@@ -103,6 +103,10 @@ impl Kind for Rgbd {
         }
     }
 
+    fn adds(&self, representation: usize) -> bool {
+        self.shapes[representation] != Shape::Points
+    }
+
     fn claim(&self, representation: usize, at: &Station) -> Claim {
         let shape = self.shapes[representation];
         let (Some(rays), false) = (at.rays, shape == Shape::Points) else {

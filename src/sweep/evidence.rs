@@ -111,10 +111,11 @@ impl<'a> Store<'a> {
         })
     }
 
-    /// One slot for what is cast, and one for what the host adds in each representation.
+    /// One slot for what is cast, and one for what the host may add in each representation.
     fn most_slots(&self, key: &Key) -> usize {
-        let cast = self.tables[key.sensor].is_some() as usize;
-        cast + self.study.sensors[key.sensor].kind.representations().len()
+        let kind = &self.study.sensors[key.sensor].kind;
+        let added = (0..kind.representations().len()).filter(|&representation| kind.adds(representation));
+        self.tables[key.sensor].is_some() as usize + added.count()
     }
 
     /// Drops the oldest evidence that is not wanted until what is missing fits.
