@@ -61,21 +61,21 @@ impl World {
         let grid = grid(study, &snapshots, &extent).map_err(in_study)?;
         let truths = voxelize::voxelize_all(&snapshots, grid).map_err(in_scene)?;
         let mut worlds: Vec<World> = (truths.into_iter().zip(&snapshots))
-            .map(|(truth, scene)| World::of_snapshot(study, scene, truth))
-            .collect::<Result<_>>()
-            .map_err(in_study)?;
+            .map(|(truth, scene)| {
+                let moment =
+                    if spec.snapshots > 1 { format!(", snapshot {}", scene.snapshot) } else { String::new() };
+                let place = format!("scene {:?}{moment}", spec.name);
+                World::of_snapshot(study, scene, truth).map_err(|e| in_study(Error::input(place, e)))
+            })
+            .collect::<Result<_>>()?;
         worlds[0].warnings = warnings::warnings(study, &worlds);
         Ok(worlds)
     }
 
     fn of_snapshot(study: &Study, scene: &Scene, truth: Truth) -> Result<World> {
-        let Scene { name, snapshot, .. } = scene;
-        let regions: Vec<Region> = study
-            .regions
-            .iter()
-            .map(|(name, shape)| region::region(name, shape, &truth))
-            .collect::<Result<_>>()
-            .map_err(|e| Error::input(format!("scene {name:?}"), e))?;
+        let shapes = study.regions.iter();
+        let regions: Vec<Region> =
+            shapes.map(|(name, shape)| region::region(name, shape, &truth)).collect::<Result<_>>()?;
         let begins = study.sensors.iter().flat_map(|sensor| {
             let housing =
                 (sensor.near_ignore_m / study.voxel_size_m).ceil().min(f64::from(MAX_RANGE_VOXELS)) as u32;
@@ -84,7 +84,7 @@ impl World {
         });
         let reachable = voxelize::reachable(&truth, begins);
         let baselines = regions.iter().map(|region| baselines(&truth, region, &reachable)).collect();
-        let (name, snapshot) = (name.clone(), *snapshot);
+        let (name, snapshot) = (scene.name.clone(), scene.snapshot);
         Ok(World { name, snapshot, truth, regions, baselines, warnings: Vec::new() })
     }
 
