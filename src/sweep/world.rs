@@ -75,10 +75,12 @@ impl World {
         let shapes = shapes::shapes(study)?;
         let mut worlds: Vec<World> = (truths.into_iter().zip(settings).enumerate())
             .map(|(snapshot, (truth, settings))| {
-                World::of_snapshot(study, [scene, snapshot], truth, settings, &shapes)
+                let moment = if spec.snapshots > 1 { format!(", snapshot {snapshot}") } else { String::new() };
+                let place = format!("scene {:?}{moment}", spec.name);
+                let world = World::of_snapshot(study, [scene, snapshot], truth, settings, &shapes);
+                world.map_err(|e| in_study(Error::input(place, e)))
             })
-            .collect::<Result<_>>()
-            .map_err(in_study)?;
+            .collect::<Result<_>>()?;
         worlds[0].warnings = warnings::warnings(study, &worlds);
         Ok(worlds)
     }
@@ -90,35 +92,19 @@ impl World {
         settings: Vec<Vec<Setting>>,
         shapes: &[Shape],
     ) -> Result<World> {
-        let name = study.scenes[scene].name.clone();
         let regions: Vec<Region> = study
             .regions
             .iter()
             .zip(shapes)
             .map(|((name, _), shape)| region::region(name, shape, &truth))
-            .collect::<Result<_>>()
-            .map_err(|e| Error::input(format!("scene {name:?}"), e))?;
+            .collect::<Result<_>>()?;
         let reachable = reachable(study, &truth, &settings).map_err(|(sensor, candidate, e)| {
             let (sensor, candidate) = (&study.sensors[sensor], &study.sensors[sensor].candidates[candidate]);
-            Error::Input(format!("sensor {:?}: {} {e} (in scene {name:?})", sensor.name, candidate.name))
+            Error::Input(format!("sensor {:?}: {} {e}", sensor.name, candidate.name))
         })?;
         let baselines = regions.iter().map(|region| baselines(&truth, region, &reachable)).collect();
+        let name = study.scenes[scene].name.clone();
         Ok(World { scene, name, snapshot, truth, regions, settings, baselines, warnings: Vec::new() })
-    }
-
-    /// The scene's name, with the snapshot's number where there are several.
-    pub fn title(&self, study: &Study) -> String {
-        match study.scenes[self.scene].snapshots {
-            1 => self.name.clone(),
-            _ => format!("{}[{}]", self.name, self.snapshot),
-        }
-    }
-
-    /// A sensor at a candidate, quantised; at the origin if it has no pose.
-    pub fn placement(&self, study: &Study, sensor: usize, candidate: usize, repeat: usize) -> Placement {
-        let draws = sensor::draws(study.seed, [self.scene, self.snapshot, sensor, candidate, repeat]);
-        let pose = self.settings[sensor][candidate].pose();
-        sensor::placement(&*study.sensors[sensor].kind, &pose, &self.truth.grid, draws)
     }
 
     /// The scene as backends see it, with evidence kept over a window.
