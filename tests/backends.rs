@@ -216,27 +216,34 @@ fn clamps(case: &Case, kept: &[Option<Planes>], job: &[Reading], sums: &mut [u64
     }
 }
 
+/// The first case with a large region.
+fn with_a_region() -> Case {
+    let large = |case: &Case| case.cell.regions.iter().any(|region| region.count() > 1000);
+    (0..).map(case).find(large).expect("some case has a region")
+}
+
 /// What was cast for one scene says nothing of the next.
 #[test]
 fn nothing_is_left_of_another_scene() {
     let Some(mut gpu) = gpu() else { return };
-    let large = |case: &Case| case.cell.regions.iter().any(|region| region.count() > 1000);
-    let case = (0..).map(case).find(large).expect("some case has a region");
+    let case = with_a_region();
     let shots: Vec<_> = case.shots.iter().map(|shot| (shot.slot, shot.placement)).collect();
     let reading = |&(slot, _): &_| Reading { slot, volume: Some(slot), hit: 847, miss: -405 };
     let job: Vec<_> = shots.iter().map(reading).collect();
     // Voxels that are known, and all of them, over the regions.
-    let known = |gpu: &mut Gpu| {
-        let counts = unwrap(gpu.score(Fusion::Octomap, std::slice::from_ref(&job)), "");
+    let known_to = |gpu: &mut Gpu, job: &Vec<Reading>| {
+        let counts = unwrap(gpu.score(Fusion::Octomap, std::slice::from_ref(job)), "");
         let sum = |of: fn(&Confusion) -> u64| counts[0].iter().map(of).sum::<u64>();
         (sum(|c| c.total() - c.uo - c.uf), sum(Confusion::total))
     };
+    let known = |gpu: &mut Gpu| known_to(gpu, &job);
     unwrap(gpu.tables(&case.tables), "");
     unwrap(gpu.load(&case.cell), "");
     assert_eq!(known(&mut gpu).0, 0);
     unwrap(gpu.sense(0, &shots), "");
     let (some, all) = known(&mut gpu);
     assert!(some > 0 && some < all, "{some} of {all}");
+    assert_eq!(known_to(&mut gpu, &vec![]), (0, all), "no readings say nothing");
     unwrap(gpu.load(&case.cell), "");
     assert_eq!(known(&mut gpu), (0, all));
 }
@@ -244,7 +251,7 @@ fn nothing_is_left_of_another_scene() {
 #[test]
 fn what_is_not_there_is_an_error() {
     let Some(mut gpu) = gpu() else { return };
-    let case = case(0);
+    let case = with_a_region();
     let placement = case.shots[0].placement;
     let fails = |result: perirobot::Result<()>, expected: &str| match result {
         Err(perirobot::Error::Device(message)) => assert!(message.contains(expected), "{message}"),
@@ -258,6 +265,8 @@ fn what_is_not_there_is_an_error() {
     fails(gpu.sense(3, &[(0, placement)]), "no table 3 of rays is loaded");
     let slots = gpu.slots() as u32;
     fails(gpu.sense(0, &[(slots, placement)]), &format!("no slot {slots}"));
+    let far = Reading { slot: 0, volume: Some(slots), hit: 1, miss: -1 };
+    fails(gpu.score(Fusion::Octomap, &[vec![far]]).map(drop), &format!("no slot {slots}"));
     let mut window = case.cell.window;
     window.size[0] += 1;
     let planes = Planes { occupied: BitGrid::new(window), free: BitGrid::new(window) };

@@ -90,3 +90,15 @@ fn arrays_in_storage_have_no_gaps() {
         }
     }
 }
+
+/// As many as every WebGPU-class adapter has.
+#[test]
+fn no_kernel_sees_more_than_eight_storage_buffers() {
+    for stage in Stage::ALL {
+        let module = parsed(stage);
+        let storage =
+            |global: &naga::GlobalVariable| matches!(global.space, naga::AddressSpace::Storage { .. });
+        let seen = module.global_variables.iter().filter(|(_, global)| storage(global)).count();
+        assert!((2..=8).contains(&seen), "shaders/{}.wgsl sees {seen} storage buffers", stage.name());
+    }
+}

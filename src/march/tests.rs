@@ -75,7 +75,7 @@ fn ray(random: &mut impl FnMut(i32) -> i32, case: usize, size: [u32; 3]) -> Opti
         _ => random((n << 16) as i32),
     });
     let dir: [i32; 3] = std::array::from_fn(|_| {
-        if case % 2 == 0 { lattice[random(5) as usize] } else { random(131_079) - 65_539 }
+        if case.is_multiple_of(2) { lattice[random(5) as usize] } else { random(131_079) - 65_539 }
     });
     (dir != [0; 3]).then_some((origin, dir))
 }

@@ -95,7 +95,8 @@ pub(crate) fn job(random: &mut Random) -> Vec<Reading> {
     let reading = |random: &mut Random| {
         let (hit, miss) = match random.below(8) {
             0 => (random.between(-4000, 4000), random.between(-4000, 4000)),
-            1 => (0, -1),
+            // From either clamp back to exactly zero.
+            1 | 2 => (2000, -3511),
             _ => random.of(&[(847, -405), (3511, -405), (3511, 0)]),
         };
         let volume = random.one_in(2).then(|| random.below(SLOTS));

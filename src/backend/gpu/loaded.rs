@@ -67,8 +67,8 @@ impl Loaded {
         }
     }
 
-    /// Where a slot's planes begin, in bytes; an error for a slot that there is not, since writing there would hit
-    /// another's evidence or nothing at all.
+    /// Where a slot's planes begin, in bytes. An error for a slot that there is not: writing there would hit nothing, or
+    /// another's evidence.
     pub(super) fn offset(&self, slot: Slot) -> Result<u64> {
         if slot as usize >= self.held.len() {
             return Err(Error::Device(format!("no slot {slot}: there are {}", self.held.len())));
@@ -77,14 +77,13 @@ impl Loaded {
     }
 
     /// A reading as the device sees it: slots without evidence say nothing.
-    pub(super) fn reading(&self, reading: &Reading) -> ReadingWords {
-        let held = |slot: Slot| self.held.get(slot as usize).is_some_and(|&held| held);
-        ReadingWords {
-            slot: Some(reading.slot).filter(|&slot| held(slot)).unwrap_or(NO_SLOT),
-            volume: reading.volume.filter(|&slot| held(slot)).unwrap_or(NO_SLOT),
-            hit: reading.hit,
-            miss: reading.miss,
-        }
+    pub(super) fn reading(&self, reading: &Reading) -> Result<ReadingWords> {
+        let held = |slot: Slot| {
+            self.offset(slot)?;
+            Ok(if self.held[slot as usize] { slot } else { NO_SLOT })
+        };
+        let Reading { slot, volume, hit, miss } = *reading;
+        Ok(ReadingWords { slot: held(slot)?, volume: volume.map_or(Ok(NO_SLOT), held)?, hit, miss })
     }
 }
 

@@ -84,7 +84,9 @@ impl Gpu {
         let mut words = Vec::with_capacity(jobs.len());
         for job in jobs {
             let first = readings.len() as u32;
-            readings.extend(job.iter().map(|reading| loaded.reading(reading)));
+            for reading in job {
+                readings.push(loaded.reading(reading)?);
+            }
             words.push(JobWords::new(fusion, first..readings.len() as u32));
         }
         let bytes = size_of_val(readings.as_slice()) as u64;
