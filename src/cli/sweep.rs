@@ -5,6 +5,7 @@ use std::process::ExitCode;
 use std::time::Instant;
 
 use perirobot::Result;
+use perirobot::report::{Results, best, scores};
 use perirobot::sweep::files::OutputFolder;
 use perirobot::sweep::manifest::{Timings, manifest};
 use perirobot::sweep::{jobs, run as run_sweep, table};
@@ -14,8 +15,9 @@ use super::study::StudyArgs;
 
 /// Score every candidate pose of a study
 ///
-/// Writes results.csv (counts and scores), poses.csv (where each pose is) and manifest.json (what was run) into the
-/// output folder, each whole or not at all, and prints the best poses beside what trivial answers would score.
+/// Writes results.csv (counts and scores), scores.csv (scores over snapshots and repeats), poses.csv (where each pose
+/// is) and manifest.json (what was run) into the output folder, each whole or not at all, and prints the best poses
+/// beside what trivial answers would score. `perirobot summary DIR` prints more from the folder.
 #[derive(clap::Args)]
 pub(super) struct Args {
     #[command(flatten)]
@@ -43,7 +45,10 @@ pub(super) fn run(args: &Args) -> Result<ExitCode> {
 
     folder.write("poses.csv", &table::poses_csv(&study))?;
     folder.write("results.csv", &table::results_csv(&study, &rows))?;
+    let results = Results::of_sweep(&study, &worlds, &rows);
+    folder.write("scores.csv", &scores::render(&results))?;
     folder.write("manifest.json", &manifest(&study, &worlds, backend.as_ref(), timings))?;
+    super::print(&best::render(&results))?;
     let (poses, seconds) = (jobs(&study), timings.sweep_s);
     super::print(&format!(
         "\n{poses} scene-poses in {seconds:.1} s ({:.1} poses/s) on {}: {}\nresults in {}\n",

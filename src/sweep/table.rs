@@ -5,7 +5,8 @@ use crate::metrics::COUNTERS;
 use crate::sensor::{Pose, Setting};
 use crate::study::{Combination, Study};
 
-const COUNT_COLUMNS: [&str; COUNTERS] = [
+/// The columns of the counters, in the order of [`crate::metrics::Confusion::counts`].
+pub const COUNT_COLUMNS: [&str; COUNTERS] = [
     "tp", "fp", "fn", "tn", "uo", "uf", "tp_human", "fn_human", "uo_human", "tp_robot", "fn_robot",
     "uo_robot",
 ];
