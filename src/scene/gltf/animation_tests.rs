@@ -174,6 +174,19 @@ fn rotations_may_be_fractions_of_integers() {
     let output = file.accessor(5122, "VEC4", 2, &bytes);
     set(&mut file.document, "/animations/0/samplers/0/output", json!(output));
     file.check(0.5, [0., 5., 0.], [0., 6., 0.]);
+    // The lowest integer of each size is −1, too, as glTF rules.
+    let number = |component: u32, bytes: &[u8]| {
+        let mut file = one_node();
+        let index = file.accessor(component, "VEC4", 1, bytes);
+        let gltf = file.open().unwrap();
+        let index = ::gltf::json::Index::new(index as u32);
+        let elements = accessor::Elements::rotations(&gltf.container, index).unwrap();
+        [0, 1, 2, 3].map(|c| elements.number(0, c))
+    };
+    assert_eq!(number(5120, &[0x80, 0x81, 127, 0]), [-1., -1., 1., 0.]);
+    assert_eq!(number(5121, &[0, 51, 102, 255]), [0., 0.2, 0.4, 1.]);
+    assert_eq!(number(5122, &[0, 0x80, 1, 0x80, 0xff, 0x7f, 0, 0]), [-1., -1., 1., 0.]);
+    assert_eq!(number(5123, &[0, 0, 0x33, 0x33, 0xff, 0xff, 0, 0]), [0., 0.2, 1., 0.]);
     let plain = file.with(&format!("/accessors/{output}/normalized"), json!(false));
     plain.refused(
         "samplers[0].output: accessors[3]: a rotation's output must be VEC4 of float, or of normalized",

@@ -135,6 +135,7 @@ fn what_stands_still_is_voxelized_once_and_what_moves_moves() {
     };
     let snapshots =
         [0.15, 0.25].map(|x| scene(0, vec![wall.clone(), walker(x, (x < 0.2).then_some(keypoints))]));
+    assert_eq!(distinct_objects(&snapshots).len(), 3, "the wall once, the walker twice");
     let truths = voxelize_all(&snapshots, GRID).unwrap();
     assert!(Arc::ptr_eq(&truths[0].objects[0], &truths[1].objects[0]));
     assert!(!Arc::ptr_eq(&truths[0].objects[1], &truths[1].objects[1]));
