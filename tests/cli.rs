@@ -9,7 +9,7 @@ use std::fs;
 use std::path::Path;
 
 use perirobot::scene::{build::build, octomap};
-use perirobot::study::{SceneSpec, Study};
+use perirobot::study::{Overrides, SceneSpec, Study};
 use perirobot::voxel::voxelize;
 use program::{Folder, Outcome, names, perirobot, text};
 use serde_json::Value;

@@ -32,7 +32,7 @@ fn shipped() -> (Vec<PathBuf>, Vec<PathBuf>) {
 }
 
 fn study(name: &str) -> Study {
-    Study::load(&Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes").join(name), None).unwrap()
+    Study::load(&Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes").join(name), &Overrides::default()).unwrap()
 }
 
 /// Experiment 1's scenes, prepared once for all tests.
@@ -55,7 +55,7 @@ fn every_study_loads_and_prepares_without_a_surprise() {
     assert!(studies.len() >= 4 && scenes.len() >= 4, "{studies:?} {scenes:?}");
     for path in studies {
         let study = Study::load(&path, &Overrides::default()).unwrap();
-        for scene in &study.scenes {
+        for scene in 0..study.scenes.len() {
             let world = World::prepare(&study, scene).unwrap().remove(0);
             assert!(!world.truth.human.is_empty() && !world.truth.robot.is_empty(), "{}", path.display());
             for warning in &world.warnings {
@@ -75,7 +75,9 @@ fn every_study_loads_and_prepares_without_a_surprise() {
 #[test]
 fn experiment_1_has_the_papers_poses() {
     let study = study("paper/exp1.toml");
-    let [camera] = &study.sensors[..] else { panic!("one sensor") };
+    let [camera, zone] = &study.sensors[..] else { panic!("two sensors") };
+    assert_eq!(zone.candidates, camera.candidates);
+    assert_eq!(camera.kind.representations(), ["points", "spheres", "cylinders", "box"]);
     let mut groups = BTreeMap::new();
     for candidate in &camera.candidates {
         *groups.entry(candidate.group.as_str()).or_insert(0) += 1;
@@ -84,15 +86,15 @@ fn experiment_1_has_the_papers_poses() {
         [("back-wall", 105), ("ceiling", 350), ("front-wall", 105), ("left-wall", 150), ("right-wall", 150)];
     assert_eq!(groups, BTreeMap::from(expected));
     assert_eq!((camera.candidates.len(), study.scenes.len(), study.regions.len()), (860, 3, 2));
-    assert_eq!(jobs(&study), 860 * 3);
+    assert_eq!(jobs(&study), 2 * 860 * 3);
     // Position 12 of the right wall: x −2.2 + 4 · 0.5, z 1.5; its orientation 3 is panned left and tilted down.
-    let pose = camera.candidates.iter().find(|c| c.name == "right-wall/12/3").unwrap().pose;
+    let pose = camera.candidates.iter().find(|c| c.name == "right-wall/12/3").unwrap().setting.pose();
     assert!((pose.position_m - glam::DVec3::new(-0.2, -1.9, 1.5)).length() < 1e-12, "{}", pose.position_m);
     let ahead = pose.link().x_axis;
     assert!(ahead.x < -0.3 && ahead.y > 0.8 && ahead.z < -0.3, "{ahead}");
     // Every straight pose looks into the room, and away from its wall.
     for candidate in camera.candidates.iter().filter(|c| c.name.ends_with("/0")) {
-        let (at, ahead) = (candidate.pose.position_m, candidate.pose.link().x_axis);
+        let (at, ahead) = (candidate.setting.pose().position_m, candidate.setting.pose().link().x_axis);
         assert!((at + 0.5 * ahead).abs().cmplt(glam::DVec3::new(3.0, 2.0, 3.0)).all(), "{}", candidate.name);
     }
 }
@@ -100,7 +102,8 @@ fn experiment_1_has_the_papers_poses() {
 #[test]
 fn the_lidar_study_casts_the_papers_rays() {
     let study = study("paper/lidar.toml");
-    let rays = |i: usize| study.sensors[i].rays(study.voxel_size_m, study.backdrop).dirs_q15;
+    let tables = tables(&study);
+    let rays = |i: usize| &tables[i].as_ref().unwrap().dirs_q15;
     assert_eq!((rays(0).len(), rays(1).len()), (515 * 65, 515 * 79));
     assert!(study.sensors.iter().all(|sensor| sensor.candidates.len() == 172));
     // No ray is farther than 45° (and 55°) from the spin axis, which looks into the room.
@@ -110,7 +113,7 @@ fn the_lidar_study_casts_the_papers_rays() {
         assert!((least - expected).abs() <= 1, "{least}, expected {expected}");
         let sensor = &study.sensors[i];
         let wall = sensor.candidates.iter().find(|c| c.group == "right-wall").unwrap();
-        let placement = sensor.placement(&wall.pose, &paper()[0].truth.grid);
+        let placement = placement(&*sensor.kind, &wall.setting.pose(), &paper()[0].truth.grid, 0);
         assert_eq!(placement.axis_q15.map(|row| row[2]), [0, 32_768, 0], "the axis looks along +y");
     }
 }
@@ -246,15 +249,16 @@ fn an_octomap_is_truth_and_another_tags_the_people_in_it() {
 #[test]
 fn the_best_of_a_few_poses_sees_the_operator() {
     let (study, world) = (study("paper/exp1.toml"), &paper()[0]);
-    let mut camera = study.sensors[0].clone();
-    if let perirobot::sensor::Kind::Camera(camera) = &mut camera.kind {
-        camera.resolution_px = [128, 72];
-    }
+    let small = Camera { fov_rad: [87f64, 58.0].map(f64::to_radians), resolution_px: [128, 72] };
+    let table = tables(&study)[0].clone().unwrap();
     let mut cpu = Cpu::new(None).unwrap();
-    cpu.load(&world.cell(world.truth.grid.window()), &camera.rays(study.voxel_size_m, false)).unwrap();
-    let poses = camera.candidates.iter().step_by(25);
-    let placements: Vec<_> = poses.map(|c| camera.placement(&c.pose, &world.truth.grid)).collect();
-    let counts = cpu.score(&placements).unwrap();
+    cpu.tables(&[Rays { dirs_q15: small.dirs_q15(), noise_q16: Vec::new(), ..table }]).unwrap();
+    cpu.load(&world.cell(world.truth.grid.window())).unwrap();
+    let poses = (0..860).step_by(25).map(|pose| world.placement(&study, 0, pose, 0));
+    let shots: Vec<_> = (0..).zip(poses).collect();
+    cpu.sense(0, &shots).unwrap();
+    let alone = |&(slot, _): &_| vec![Reading { slot, volume: None, hit: 1, miss: -1 }];
+    let counts = cpu.score(Fusion::OccupiedWins, &shots.iter().map(alone).collect::<Vec<_>>()).unwrap();
     let best = counts.iter().filter_map(|regions| regions[1].human_seen()).fold(0.0, f64::max);
     assert!(best > 0.2, "{best}");
     assert!(counts.iter().flatten().all(|c| c.fp + c.fn_ == 0), "nothing is see-through");

@@ -75,7 +75,8 @@ impl World {
         let shapes = shapes::shapes(study)?;
         let mut worlds: Vec<World> = (truths.into_iter().zip(settings).enumerate())
             .map(|(snapshot, (truth, settings))| {
-                let moment = if spec.snapshots > 1 { format!(", snapshot {snapshot}") } else { String::new() };
+                let moment =
+                    if spec.snapshots > 1 { format!(", snapshot {snapshot}") } else { String::new() };
                 let place = format!("scene {:?}{moment}", spec.name);
                 let world = World::of_snapshot(study, [scene, snapshot], truth, settings, &shapes);
                 world.map_err(|e| in_study(Error::input(place, e)))
@@ -105,6 +106,21 @@ impl World {
         let baselines = regions.iter().map(|region| baselines(&truth, region, &reachable)).collect();
         let name = study.scenes[scene].name.clone();
         Ok(World { scene, name, snapshot, truth, regions, settings, baselines, warnings: Vec::new() })
+    }
+
+    /// The scene's name, with the snapshot's number where there are several.
+    pub fn title(&self, study: &Study) -> String {
+        match study.scenes[self.scene].snapshots {
+            1 => self.name.clone(),
+            _ => format!("{}[{}]", self.name, self.snapshot),
+        }
+    }
+
+    /// A sensor at a candidate, quantised; at the origin if it has no pose.
+    pub fn placement(&self, study: &Study, sensor: usize, candidate: usize, repeat: usize) -> Placement {
+        let draws = sensor::draws(study.seed, [self.scene, self.snapshot, sensor, candidate, repeat]);
+        let pose = self.settings[sensor][candidate].pose();
+        sensor::placement(&*study.sensors[sensor].kind, &pose, &self.truth.grid, draws)
     }
 
     /// The scene as backends see it, with evidence kept over a window.
