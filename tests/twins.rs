@@ -376,7 +376,8 @@ fn read_cases(name: &str, random: &mut Random, out: &mut Vec<u32>) {
 
 /// A position in a grid and a direction: on boundaries, centres or anywhere; along the lattice, nearly so, or anywhere.
 fn ray_in_a_grid(random: &mut Random, i: usize) -> ([i32; 3], [i32; 3], [u32; 3]) {
-    let size: [u32; 3] = std::array::from_fn(|_| if i % 4 == 0 { 1023 } else { 1 + random.below(12) });
+    let size: [u32; 3] =
+        std::array::from_fn(|_| if i.is_multiple_of(4) { 1023 } else { 1 + random.below(12) });
     let origin = size.map(|n| match i % 3 {
         0 => (random.below(n) << 16) as i32,
         1 => (random.below(n) << 16) as i32 + 0x8000,
