@@ -57,7 +57,8 @@ fn the_readme_shows_what_this_code_draws() {
 /// Marches a ray for each pixel from a corner of the room to the first occupied voxel.
 fn draw(world: &World, seen: &BitGrid, sensor_m: DVec3) -> Vec<u8> {
     let eye = DVec3::new(2.85, 1.85, 2.75);
-    let range = Range { range_m: [0.0, 20.0], near_ignore_m: 0.0, no_return_is_free: false, noise_std_m: 0.0 };
+    let range =
+        Range { range_m: [0.0, 20.0], near_ignore_m: 0.0, no_return_is_free: false, noise_std_m: 0.0 };
     let camera = Camera { fov_rad: [1.35, 0.87], resolution_px: SIZE };
     let viewer = Rgbd { camera, range, shapes: vec![Shape::Points], keypoint_tolerance_m: 0.0 };
     let grid = &world.truth.grid;

@@ -24,9 +24,9 @@ fn arm(keys: &str) -> Object {
     let scene = folder.path().join("cell.toml");
     let urdf = shipped("ur10.urdf");
     std::fs::write(&scene, format!("[[object]]\nname = \"arm\"\nurdf = {urdf:?}\n{keys}\n")).unwrap();
-    let mut scene = build(&SceneSpec::load(&scene).unwrap(), 0.05).unwrap();
+    let scene = build(&SceneSpec::load(&scene).unwrap(), 0.05).unwrap().remove(0);
     assert_eq!(scene.objects.len(), 1);
-    scene.objects.remove(0)
+    (*scene.objects[0]).clone()
 }
 
 fn bounds(object: &Object) -> [DVec3; 2] {
@@ -61,7 +61,7 @@ fn a_urdf_is_a_robot_and_keeps_its_links() {
 
 #[test]
 fn the_shipped_arm_stands_as_the_one_of_the_papers_scenes() {
-    let nodes = gltf::load(&shipped("ur10.glb")).unwrap();
+    let nodes = gltf::Gltf::load(&shipped("ur10.glb")).unwrap().parts(None).unwrap();
     let tool = nodes.iter().find(|node| node.names.last().is_some_and(|name| name == "tool")).unwrap();
     let (low, high) = tool.mesh.bounds().unwrap();
     // Its tool is a cylinder of 0.1 m from the flange on.

@@ -5,12 +5,13 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::sync::OnceLock;
 
-use perirobot::backend::Backend;
 use perirobot::backend::cpu::Cpu;
+use perirobot::backend::{Backend, Fusion, Rays, Reading};
 use perirobot::scene::{Role, build::build, octomap};
 use perirobot::sensor::pose::Frame;
-use perirobot::study::{SceneSpec, Study};
-use perirobot::sweep::{World, jobs};
+use perirobot::sensor::{Camera, placement};
+use perirobot::study::{Overrides, SceneSpec, Study};
+use perirobot::sweep::{World, jobs, tables};
 use perirobot::voxel::{Truth, voxelize};
 
 /// All `.toml` files below `scenes`, as (studies, scenes): a study has sensors.
@@ -32,7 +33,8 @@ fn shipped() -> (Vec<PathBuf>, Vec<PathBuf>) {
 }
 
 fn study(name: &str) -> Study {
-    Study::load(&Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes").join(name), &Overrides::default()).unwrap()
+    Study::load(&Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes").join(name), &Overrides::default())
+        .unwrap()
 }
 
 /// Experiment 1's scenes, prepared once for all tests.
