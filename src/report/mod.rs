@@ -159,3 +159,8 @@ fn largest(values: impl Iterator<Item = Option<f64>>) -> Option<(usize, f64)> {
     let with_value = values.enumerate().filter_map(|(choice, value)| Some((choice, value?)));
     with_value.reduce(|best, next| if next.1 > best.1 { next } else { best })
 }
+
+#[cfg(test)]
+mod example;
+#[cfg(test)]
+mod tests;
