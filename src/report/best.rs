@@ -3,7 +3,7 @@
 
 use super::over::Over;
 use super::table::{NONE, Table, number};
-use super::{Results, Score, Series, ranked};
+use super::{Results, Score, Series, ranked, series};
 
 /// How many choices each list of a block shows.
 const SHOWN: usize = 3;
@@ -28,13 +28,7 @@ const HEADER: [&str; 11] = [
 
 /// The best choices over all scenes, snapshots and repeats.
 pub fn render(results: &Results) -> String {
-    let representations = results.combinations.iter().map(|c| c.representations.len());
-    let series: Vec<Series> = representations
-        .enumerate()
-        .flat_map(|(combination, count)| {
-            (0..count).map(move |representation| Series { combination, representation })
-        })
-        .collect();
+    let series = series(results, 0..results.combinations.len());
     let regions = 0..results.regions.len();
     let mut left_out = false;
     let mut text = String::new();
@@ -84,11 +78,12 @@ fn block(results: &Results, series: Series, region: usize, left_out: &mut bool) 
     format!("\n{title}: {choices} choices of poses, {}\n{}", extent(results), table.text())
 }
 
-/// One line a combination and representation: its best choice by each score.
+/// One line a combination and representation: its best choice by each score. Baselines by their means.
 fn compact(results: &Results, all: &[Series], region: usize, left_out: &mut bool) -> String {
     let mut text =
         format!("\nRegion {}: the best choice of poses, {}\n", results.regions[region], extent(results));
     for score in Score::ALL {
+        text.push('\n');
         let best = format!("<best {}", score.title());
         let mut table = Table::new(&[&best, "mean", "± std", "worst", "pooled", "<poses"]);
         for series in all {
@@ -104,11 +99,9 @@ fn compact(results: &Results, all: &[Series], region: usize, left_out: &mut bool
             let std = number(over.and_then(|over| over.std));
             table.row([series.title(results), mean, std, worst, pooled, name]);
         }
-        for (name, over) in results.baselines_over(results.moments(), region, score) {
-            let [mean, worst, pooled] = cells(over, left_out);
-            table.row([format!("baseline {name}"), mean, String::new(), worst, pooled]);
-        }
-        text += &table.text();
+        let baselines = results.baselines_over(results.moments(), region, score);
+        let each = baselines.map(|(name, over)| format!("{name} {}", number(over.map(|over| over.mean))));
+        text += &format!("{}  baselines: {}\n", table.text(), each.join(", "));
     }
     text
 }
@@ -119,7 +112,7 @@ fn cells(over: Option<Over>, left_out: &mut bool) -> [String; 3] {
     let fewer = values < of;
     *left_out |= fewer;
     let some = if fewer { format!("[{values}] ") } else { String::new() };
-    [format!("{some}{mean:.3}"), number(Some(worst)), number(pooled)]
+    [format!("{some}{}", number(Some(mean))), number(Some(worst)), number(pooled)]
 }
 
 /// What the scores are over: `3 scenes, 10 repeats`.

@@ -97,11 +97,7 @@ impl Selection {
 
     /// Every representation of every combination.
     fn series(&self, results: &Results) -> Vec<Series> {
-        let of = |&combination: &usize| {
-            let representations = 0..results.combinations[combination].representations.len();
-            representations.map(move |representation| Series { combination, representation })
-        };
-        self.combinations.iter().flat_map(of).collect()
+        series(results, self.combinations.iter().copied())
     }
 }
 
@@ -118,6 +114,15 @@ fn chosen(option: &str, name: Option<&str>, known: &[&str]) -> Result<Vec<usize>
 struct Series {
     combination: usize,
     representation: usize,
+}
+
+/// Every representation of some combinations.
+fn series(results: &Results, combinations: impl Iterator<Item = usize>) -> Vec<Series> {
+    let of = |combination: usize| {
+        let representations = 0..results.combinations[combination].representations.len();
+        representations.map(move |representation| Series { combination, representation })
+    };
+    combinations.flat_map(of).collect()
 }
 
 impl Series {

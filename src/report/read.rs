@@ -154,6 +154,6 @@ fn new_choice(combination: &CombinationResults, name: String, poses: &Poses) -> 
         places.extend(place);
         left = left[end.unwrap_or(left.len())..].trim_start_matches(BETWEEN_MEMBERS);
     }
-    let place = only(&mut places.into_iter().map(|(group, at)| (group.as_str(), *at)));
+    let place = only(places.into_iter().map(|(group, at)| (group.as_str(), *at)));
     Ok(Choice { name, place })
 }

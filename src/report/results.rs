@@ -172,14 +172,14 @@ fn combination(study: &Study, combination: &Combination) -> CombinationResults {
     let sensor = |member: &crate::study::Member| &study.sensors[member.sensor];
     let choices = (0..combination.choices()).map(|number| {
         let chosen = combination.members.iter().zip(combination.choice(number));
-        let mut places = chosen.filter_map(|(member, candidate)| {
+        let places = chosen.filter_map(|(member, candidate)| {
             let candidate = &sensor(member).candidates[candidate];
             match candidate.setting {
                 Setting::Pose(pose) => Some((candidate.group.as_str(), pose.position_m)),
                 _ => None,
             }
         });
-        let place = only(&mut places);
+        let place = only(places);
         Choice { name: table::pose_names(study, combination, number), place }
     });
     CombinationResults {
@@ -191,7 +191,7 @@ fn combination(study: &Study, combination: &Combination) -> CombinationResults {
 }
 
 /// The place of a choice, from the groups and positions of its posed sensors.
-pub(super) fn only<'a>(places: &mut dyn Iterator<Item = (&'a str, DVec3)>) -> Option<ChoicePlace> {
+pub(super) fn only<'a>(mut places: impl Iterator<Item = (&'a str, DVec3)>) -> Option<ChoicePlace> {
     let (group, position_m) = places.next()?;
     places.next().is_none().then(|| ChoicePlace { group: group.into(), position_m })
 }

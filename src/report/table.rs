@@ -44,7 +44,8 @@ impl Table {
 
 /// A score as it stands in tables.
 pub(super) fn number(value: Option<f64>) -> String {
-    value.map_or(NONE.into(), |v| format!("{v:.3}"))
+    // What rounds to zero has no sign.
+    value.map_or(NONE.into(), |v| format!("{:.3}", if v.abs() < 0.0005 { 0.0 } else { v }))
 }
 
 #[cfg(test)]
@@ -56,6 +57,7 @@ mod tests {
         let mut table = Table::new(&["<pose", "F1", "<at"]);
         table.row(["wände/1".into(), number(Some(0.5)), "x".into()]);
         table.row(["a".into(), number(None)]);
+        assert_eq!([-0.0004, -0.0006].map(|v| number(Some(v))), ["0.000", "-0.001"]);
         assert_eq!(table.text(), "  pose        F1  at\n  wände/1  0.500  x\n  a            –\n");
     }
 }

@@ -199,8 +199,9 @@ fn few_combinations_get_a_block_and_many_a_line() {
     let text = best::render(&many);
     for line in [
         "Region human: the best choice of poses, 2 scenes, 3 snapshots\n",
-        "  camera · points        [1] 0.667      –  0.667   0.667  right/0 (2.00, 2.00, 3.00)\n",
-        "  pair · box;volume          0.667      –  0.500   0.600  camera:left/0;pads:floor/1\n",
+        "  camera · points       [1] 0.667      –  0.667   0.667  right/0 (2.00, 2.00, 3.00)\n",
+        "  pair · box;volume         0.667      –  0.500   0.600  camera:left/0;pads:floor/1\n",
+        "  baselines: ceiling 1.000, all occupied 0.200, all free 0.100, nothing seen –\n",
         "perirobot summary DIR",
     ] {
         assert!(text.contains(line), "no {line:?} in {text}");
