@@ -52,6 +52,8 @@ pub struct Study {
     pub sensors: Vec<Sensor>,
     /// What is scored together, in study order; each sensor alone unless the study says otherwise.
     pub combinations: Vec<Combination>,
+    /// Whether noise was switched off, whatever the study says.
+    pub noiseless: bool,
     /// How often everything is scored, each time with other noise.
     pub repeats: u32,
 }
@@ -122,6 +124,7 @@ impl Study {
             regions,
             sensors,
             combinations,
+            noiseless: overrides.noiseless,
             repeats: file.repeats,
         })
     }

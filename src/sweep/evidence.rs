@@ -13,8 +13,11 @@ use crate::voxel::Window;
 use crate::voxel::region::window_of;
 use crate::{Error, Result};
 
-/// Most jobs of a batch: enough to keep any device busy, few enough for a progress bar to move.
+/// Most jobs of a batch: enough to keep any device busy.
 const JOBS_PER_BATCH: usize = 4096;
+
+/// Most rays of a batch, unless a single choice casts more: some twenty cameras, so that a progress bar moves.
+const RAYS_PER_BATCH: usize = 1 << 24;
 
 /// A sensor at a candidate, in one repeat; sensors without noise say the same in all of them.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -68,17 +71,21 @@ impl<'a> Store<'a> {
     /// Makes the evidence of the first of some choices, as many as fit at once; says how many those are.
     pub(super) fn gather(&mut self, asks: &[Ask], repeat: usize, backend: &mut dyn Backend) -> Result<usize> {
         let mut wanted = HashSet::new();
-        let (mut missing, mut count, mut jobs, mut room) = (Vec::new(), 0, 0, self.slots);
+        let (mut missing, mut count, mut room) = (Vec::new(), 0, self.slots);
+        let (mut jobs, mut rays) = (0, 0);
         for ask in asks {
             let mut new: Vec<Key> = self.keys(ask, repeat).collect();
             new.retain(|key| !wanted.contains(key));
             let slots: usize = new.iter().map(|key| self.most_slots(key)).sum();
             jobs += self.study.combinations[ask.combination].interpretations(&self.study.sensors).len();
-            if slots > room || (count > 0 && jobs > JOBS_PER_BATCH) {
+            let lacking = || new.iter().filter(|key| !self.held.contains_key(key));
+            let table = |key: &Key| self.tables[key.sensor].as_ref().map_or(0, |table| table.dirs_q15.len());
+            rays += lacking().map(table).sum::<usize>();
+            if slots > room || (count > 0 && (jobs > JOBS_PER_BATCH || rays > RAYS_PER_BATCH)) {
                 break;
             }
             room -= slots;
-            missing.extend(new.iter().filter(|key| !self.held.contains_key(key)));
+            missing.extend(lacking());
             wanted.extend(new);
             count += 1;
         }

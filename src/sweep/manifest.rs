@@ -54,6 +54,7 @@ pub fn manifest(study: &Study, worlds: &[World], backend: &dyn Backend, timings:
             })
         }).collect::<Vec<_>>(),
         "repeats": study.repeats,
+        "noiseless": study.noiseless,
         "timings": timings,
         "poses_per_s": jobs as f64 / timings.sweep_s.max(1e-9),
     });
