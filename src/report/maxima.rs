@@ -1,7 +1,7 @@
 //! The best that each combination of sensors reaches, per scene and on average, and how much of what the largest
 //! combination reaches that is.
 
-use super::table::{NONE, Table, number};
+use super::table::{Table, number};
 use super::{Results, Score, Selection, Series, largest};
 
 /// The best of one combination in one region.
@@ -73,17 +73,24 @@ pub fn render(results: &Results, selection: &Selection) -> String {
     for (score, region) in selection.parts() {
         let scenes = results.scenes.iter().map(|scene| scene.name.as_str());
         let columns: Vec<&str> =
-            ["<combination"].into_iter().chain(scenes).chain(["mean", "relative", "<reached by"]).collect();
+            ["<combination"].into_iter().chain(scenes).chain(["mean", "relative"]).collect();
         let mut table = Table::new(&columns);
+        let mut choices = Table::new(&["<combination", "<scenes", "<maximum reached first by"]);
         let of_reference = reference.and_then(|reference| maxima(results, reference, region, score).mean);
         for &combination in &selection.combinations {
             let found = maxima(results, combination, region, score);
             let values = found.scenes.iter().map(|maximum| number(maximum.map(|m| m.value)));
             let relative = relative(found.mean, of_reference);
             let begin = [results.combinations[combination].name.clone()].into_iter().chain(values);
-            table.row(begin.chain([number(found.mean), number(relative), reached(results, &found)]));
+            table.row(begin.chain([number(found.mean), number(relative)]));
+            for (i, (label, scenes)) in reached(results, &found).into_iter().enumerate() {
+                let name =
+                    if i == 0 { results.combinations[combination].name.clone() } else { String::new() };
+                choices.row([name, scenes.join(", "), label]);
+            }
         }
-        text += &format!("\n{} in region {}\n{}", score.title(), results.regions[region], table.text());
+        let title = format!("{} in region {}", score.title(), results.regions[region]);
+        text += &format!("\n{title}\n{}{}", table.text(), choices.text());
     }
     text
 }
@@ -95,7 +102,7 @@ fn relative(mean: Option<f64>, reference: Option<f64>) -> Option<f64> {
 }
 
 /// The choices that reach the maxima, each with the scenes where it does.
-fn reached(results: &Results, found: &Maxima) -> String {
+fn reached<'a>(results: &'a Results, found: &Maxima) -> Vec<(String, Vec<&'a str>)> {
     let combination = &results.combinations[found.combination];
     let label = |maximum: &Maximum| {
         let representation = &combination.representations[maximum.representation];
@@ -112,12 +119,5 @@ fn reached(results: &Results, found: &Maxima) -> String {
             None => choices.push((label, vec![&scene.name])),
         }
     }
-    match choices.as_slice() {
-        [] => NONE.into(),
-        [(label, _)] => label.clone(),
-        several => {
-            let each = several.iter().map(|(label, scenes)| format!("{}: {label}", scenes.join(", ")));
-            each.collect::<Vec<_>>().join("; ")
-        }
-    }
+    choices
 }

@@ -132,10 +132,13 @@ impl Series {
         Key { combination, choice, representation, region }
     }
 
-    /// `camera · points`.
+    /// `camera · points`; of several sensors that are scored in one way only, that way is left out.
     fn title(self, results: &Results) -> String {
         let combination = &results.combinations[self.combination];
-        format!("{} · {}", combination.name, combination.representations[self.representation])
+        match (combination.sensors.len(), combination.representations.as_slice()) {
+            (2.., [_]) => combination.name.clone(),
+            (_, all) => format!("{} · {}", combination.name, all[self.representation]),
+        }
     }
 
     /// A score of each of its choices over some moments.

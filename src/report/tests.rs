@@ -57,8 +57,10 @@ fn maxima_per_scene_and_their_mean() {
     let text = maxima::render(&results, &all(&results, &[Score::F1]));
     // (5/6) / (3/4) = 10/9.
     for line in [
-        "  camera       1.000   0.667  0.833     1.111  still: left/0 (0.00, 2.00, 3.00); moving: right/0 (2.00, 2.00, 3.00)",
-        "  pair         1.000   0.500  0.750     1.000  still: camera:left/0;pads:floor/1 as box;volume; moving: camera:left/0;pads:floor/0 as points;volume",
+        "  camera       1.000   0.667  0.833     1.111\n",
+        "  pair         1.000   0.500  0.750     1.000\n",
+        "  camera       still   left/0 (0.00, 2.00, 3.00)\n               moving  right/0 (2.00, 2.00, 3.00)\n",
+        "  pair         still   camera:left/0;pads:floor/1 as box;volume\n",
         "as a part of that mean of pair.",
         "F1 in region robot",
     ] {
@@ -173,6 +175,15 @@ fn the_table_for_pandas() {
         one.contains("\nstill,camera,camera:left/1,points,robot,0.5,,0.5,0.5,1,"),
         "no spread of one repeat: {one}"
     );
+}
+
+#[test]
+fn several_sensors_in_one_representation_need_not_name_it() {
+    let mut results = worked();
+    let title = |results: &Results, combination| Series { combination, representation: 0 }.title(results);
+    assert_eq!([0, 1].map(|c| title(&results, c)), ["camera · points", "pair · points;volume"]);
+    results.combinations[1].representations.pop();
+    assert_eq!(title(&results, 1), "pair");
 }
 
 #[test]
