@@ -1,7 +1,7 @@
 //! A proximity cover, the robot's skin: it measures what comes near any part of the robot.
 
 use super::known_robot::volume;
-use super::{Claim, Kind, MEASURES, Setting, Station, noise};
+use super::{Claim, Kind, MEASURES, Reach, Setting, Station, noise};
 use crate::backend::Planes;
 use crate::march;
 use crate::voxel::grid::{MAX_VOXELS_PER_AXIS, ONE_Q16, length_q16};
@@ -94,7 +94,7 @@ impl Kind for Cover {
         Claim { cast: false, planes: Some(Planes { occupied, free: free.over(at.window) }) }
     }
 
-    fn reach(&self, at: &Station) -> Option<BitGrid> {
-        Some(self.shell(at))
+    fn reach(&self, at: &Station) -> Reach {
+        Reach::Only(self.shell(at))
     }
 }

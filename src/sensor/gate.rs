@@ -1,9 +1,7 @@
 //! A light curtain: its zone counts as occupied while something is in the gate.
 
 use super::prism::Prism;
-use super::{Claim, Kind, SWITCHES, Setting, Stance, Station, switched};
-use crate::sensor::Pose;
-use crate::voxel::BitGrid;
+use super::{Claim, Kind, Reach, SWITCHES, Setting, Stance, Station, switched};
 
 /// The gate's box and the zone behind it, both in the gate's frame.
 #[derive(Clone, Debug, PartialEq)]
@@ -30,7 +28,8 @@ impl Kind for Gate {
     }
 
     fn settings(&self) -> Vec<(String, Setting)> {
-        vec![("here".into(), Setting::Pose(Pose::ORIGIN))]
+        // Its box and zone are then the world's, or its link's.
+        vec![("here".into(), Setting::Fixed)]
     }
 
     fn log_odds(&self, _: usize) -> [i32; 2] {
@@ -49,7 +48,7 @@ impl Kind for Gate {
         switched(self.zone.cells(&pose, grid, at.window), !inside.is_empty(), self.otherwise_free)
     }
 
-    fn reach(&self, at: &Station) -> Option<BitGrid> {
-        Some(self.zone.cells(&at.pose(), &at.truth.grid, at.truth.grid.window()))
+    fn reach(&self, at: &Station) -> Reach {
+        Reach::Only(self.zone.cells(&at.pose(), &at.truth.grid, at.truth.grid.window()))
     }
 }

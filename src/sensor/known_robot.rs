@@ -1,6 +1,6 @@
 //! What the controller knows: where the robot is, and nothing else.
 
-use super::{Claim, Kind, Setting, Station};
+use super::{Claim, Kind, Reach, Setting, Station};
 use crate::backend::Planes;
 use crate::voxel::{BitGrid, Truth, flood};
 
@@ -48,7 +48,7 @@ impl Kind for KnownRobot {
         Claim { cast: false, planes: Some(planes) }
     }
 
-    fn reach(&self, at: &Station) -> Option<BitGrid> {
-        Some(volume(at.truth))
+    fn reach(&self, at: &Station) -> Reach {
+        Reach::Only(volume(at.truth))
     }
 }

@@ -3,12 +3,15 @@
 
 use glam::{DMat3, DVec3};
 
+use super::pose::Frame;
 use super::prism::Prism;
 use super::range::Range;
 use super::{
-    Claim, Kind, MEASURES, Pose, SWITCHES, Scale, Stance, Station, look, placement, quantise_q15, switched,
+    Claim, Kind, MEASURES, Pose, Reach, SWITCHES, Scale, Stance, Station, look, placement, quantise_q15,
+    switched,
 };
 use crate::backend::Rays;
+use crate::voxel::BitGrid;
 
 /// How a LIDAR is fixed where a pose says which way it faces.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Deserialize, serde::Serialize)]
@@ -37,7 +40,8 @@ pub struct Lidar {
     pub field: Option<Field>,
 }
 
-/// A protective field: the volume from the ring plane up, above a polygon in the scanner's frame.
+/// A protective field: the volume above a polygon in the scanner's frame (x is azimuth 0), from the layer of voxels that
+/// the scanner is in up, so that what its level rays meet lies inside wherever in a voxel they run.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Field {
     /// Where it is.
@@ -70,6 +74,16 @@ impl Lidar {
     /// Which field a representation is scored by; `None` for the points.
     fn field(&self, representation: usize) -> Option<&Field> {
         if self.points && representation == 0 { None } else { self.field.as_ref() }
+    }
+}
+
+impl Field {
+    /// The voxels that it guards, over the whole grid.
+    fn cells(&self, lidar: &Lidar, at: &Station) -> BitGrid {
+        let (pose, grid) = (at.pose(), &at.truth.grid);
+        let own = grid.position_q16(pose.position_m)[2] >> 16;
+        let scanner = Pose::turned(pose.position_m, lidar.frame(&pose), Frame::Link);
+        self.volume.layers(&scanner, grid, grid.window(), self.volume.layers_above(&scanner, grid, own))
     }
 }
 
@@ -116,7 +130,12 @@ impl Kind for Lidar {
     }
 
     fn check(&self, at: &Station) -> Result<(), String> {
-        self.field.as_ref().map_or(Ok(()), |field| field.volume.check(&at.pose(), &at.truth.grid))
+        match self.field.as_ref().is_some_and(|field| field.cells(self, at).is_empty()) {
+            true => {
+                Err("has a field without a voxel of the grid: make its polygon_m or height_m larger".into())
+            }
+            false => Ok(()),
+        }
     }
 
     fn adds(&self, representation: usize) -> bool {
@@ -127,10 +146,18 @@ impl Kind for Lidar {
         let (Some(field), Some(rays)) = (self.field(representation), at.rays) else {
             return Claim { cast: true, planes: None };
         };
-        let whole = field.volume.cells(&at.pose(), &at.truth.grid, at.truth.grid.window());
+        let whole = field.cells(self, at);
         let from = placement(self, &at.pose(), &at.truth.grid, at.draws);
         let on = look::returns(&at.truth.blockers, rays, &from).any(|found| whole.get(found.read));
         switched(whole.over(at.window), on, field.otherwise_free)
+    }
+
+    fn reach(&self, at: &Station) -> Reach {
+        match &self.field {
+            None => Reach::Rays,
+            Some(field) if self.points => Reach::RaysAnd(field.cells(self, at)),
+            Some(field) => Reach::Only(field.cells(self, at)),
+        }
     }
 }
 

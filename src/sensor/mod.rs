@@ -176,10 +176,21 @@ pub trait Kind: Debug + Send + Sync {
     /// What it says in a representation.
     fn claim(&self, representation: usize, at: &Station) -> Claim;
 
-    /// The voxels it may speak of, over the whole grid; `None` if that is what rays from its pose can reach.
-    fn reach(&self, _: &Station) -> Option<BitGrid> {
-        None
+    /// The voxels it may speak of.
+    fn reach(&self, _: &Station) -> Reach {
+        Reach::Rays
     }
+}
+
+/// What a sensor may speak of at a candidate; planes cover the whole grid.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Reach {
+    /// Whatever rays from its pose can reach.
+    Rays,
+    /// These voxels.
+    Only(BitGrid),
+    /// These voxels besides what rays can reach.
+    RaysAnd(BitGrid),
 }
 
 /// Log-odds of what measures, in thousandths: OctoMap's defaults for a hit and a miss.

@@ -1,7 +1,7 @@
 //! A pressure pad: the column above it counts as occupied while something stands on it.
 
 use super::prism::Prism;
-use super::{Claim, Kind, SWITCHES, Stance, Station, switched};
+use super::{Claim, Kind, Reach, SWITCHES, Stance, Station, switched};
 use crate::voxel::BitGrid;
 
 /// A pad's size and what it makes of pressure. Its pose is its corner of lowest x and y, seen with its heading as x.
@@ -70,7 +70,7 @@ impl Kind for Pad {
         switched(self.column(at, false), !pressing.is_empty(), self.otherwise_free)
     }
 
-    fn reach(&self, at: &Station) -> Option<BitGrid> {
-        Some(self.column(&at.everywhere(), false))
+    fn reach(&self, at: &Station) -> Reach {
+        Reach::Only(self.column(&at.everywhere(), false))
     }
 }

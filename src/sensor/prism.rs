@@ -11,7 +11,8 @@ use crate::voxel::solid::{column, first_centre};
 use crate::voxel::{BitGrid, Grid, Window};
 
 /// A polygon and a span of heights, in metres from the sensor. The sensor's position and heading carry it; it stays
-/// upright however the sensor tilts.
+/// upright however the sensor tilts. Under a sensor that hangs upside down, left and right of the heading change places,
+/// as they do for the sensor.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Prism {
     /// Corners in order; the polygon's sides do not meet.
@@ -35,12 +36,13 @@ impl Prism {
 
     /// Corners in the grid, in 1/65536 voxels.
     pub fn corners_q16(&self, pose: &Pose, grid: &Grid) -> Vec<[i64; 2]> {
-        let forward = pose.link().x_axis;
+        let (forward, up) = (pose.link().x_axis, pose.link().z_axis);
         let flat = DVec2::new(forward.x, forward.y);
         // A sensor that looks straight up or down has no heading: its volume keeps the world's.
         let x = if flat.length() < 1e-9 { DVec2::X } else { flat.normalize() };
+        let y = if up.z < -1e-9 { -x.perp() } else { x.perp() };
         let place = |corner: &DVec2| {
-            let turned = x * corner.x + x.perp() * corner.y;
+            let turned = x * corner.x + y * corner.y;
             let [x, y, _] = grid.position_q16(pose.position_m + turned.extend(0.0));
             [x, y]
         };

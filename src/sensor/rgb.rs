@@ -3,7 +3,7 @@
 use super::keypoints::{self, Eye};
 use super::prism::Prism;
 use super::range::Range;
-use super::{Camera, Claim, Kind, Pose, SWITCHES, Scale, Station, placement, switched};
+use super::{Camera, Claim, Kind, Pose, Reach, SWITCHES, Scale, Station, placement, switched};
 use crate::backend::Rays;
 use crate::voxel::BitGrid;
 
@@ -63,7 +63,7 @@ impl Kind for Rgb {
         switched(self.zone(at), on, self.otherwise_free)
     }
 
-    fn reach(&self, at: &Station) -> Option<BitGrid> {
-        Some(self.zone(&at.everywhere()))
+    fn reach(&self, at: &Station) -> Reach {
+        Reach::Only(self.zone(&at.everywhere()))
     }
 }

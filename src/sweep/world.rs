@@ -10,7 +10,7 @@ use crate::backend::{Cell, Placement};
 use crate::march::MAX_RANGE_VOXELS;
 use crate::metrics::Confusion;
 use crate::scene::{Scene, build::build};
-use crate::sensor::{self, Sensor, Setting, Station};
+use crate::sensor::{self, Reach, Sensor, Setting, Station};
 use crate::study::Study;
 use crate::voxel::{BitGrid, Grid, Region, Shape, Truth, Window, region, voxelize};
 use crate::{Error, Result};
@@ -153,7 +153,8 @@ fn settings(sensor: &Sensor, scene: &Scene) -> Result<Vec<Setting>> {
     let link = linkage.link(&on.link).map_err(|e| wrong(format!("link = {:?}: {e}", on.link)))?;
     let carried = |setting| match setting {
         Setting::Pose(pose) => Setting::Pose(pose.carried_by(link)),
-        other => other,
+        Setting::Fixed => Setting::Pose(*link),
+        Setting::Inflation(_) => setting,
     };
     Ok(own.map(carried).collect())
 }
@@ -170,9 +171,14 @@ fn reachable(study: &Study, truth: &Truth, settings: &[Vec<Setting>]) -> Result<
         for (c, &setting) in settings[s].iter().enumerate() {
             let station = Station { truth, window: truth.grid.window(), setting, rays: None, draws: 0 };
             sensor.kind.check(&station).map_err(|e| (s, c, e))?;
+            let begin = (truth.grid.position_q16(station.pose().position_m), housing);
             match sensor.kind.reach(&station) {
-                Some(cells) => spoken_of.add(&cells),
-                None => begins.push((truth.grid.position_q16(station.pose().position_m), housing)),
+                Reach::Rays => begins.push(begin),
+                Reach::Only(cells) => spoken_of.add(&cells),
+                Reach::RaysAnd(cells) => {
+                    spoken_of.add(&cells);
+                    begins.push(begin);
+                }
             }
         }
     }

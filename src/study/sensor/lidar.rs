@@ -4,7 +4,7 @@ use glam::DVec2;
 use serde::Deserialize;
 
 use super::range::RangeKeys;
-use super::{MAX_RAYS, Silence, length};
+use super::{MAX_RAYS, Silence, each_once, length};
 use crate::sensor::lidar::{self, Field};
 use crate::sensor::prism::Prism;
 use crate::sensor::{Lidar, Mount};
@@ -76,7 +76,7 @@ pub(super) fn check(at: &Place, file: LidarFile, noiseless: bool) -> Result<Lida
     // A field is there to be scored, and then the points are not, unless both are asked for.
     let usual = if file.field.is_some() { Representation::Field } else { Representation::Points };
     let scored = file.representations.unwrap_or_else(|| vec![usual]);
-    at.some("representations", &scored, "representations = [\"points\"]")?;
+    each_once(at, &scored, "representations = [\"points\"]")?;
     let field = file.field.map(|field| field.check(&at.key("field"))).transpose()?;
     let scores_field = scored.contains(&Representation::Field);
     if scores_field && field.is_none() {

@@ -20,7 +20,7 @@ use super::value::exactly;
 use super::{Place, poses};
 use crate::sensor::known_robot::KnownRobot;
 use crate::sensor::prism::Prism;
-use crate::sensor::{Candidate, Kind, Link, Sensor};
+use crate::sensor::{Candidate, Kind, Link, Sensor, Setting};
 use crate::{Error, Result};
 
 /// Most rays a sensor may cast at one pose: their directions, 12 bytes each, must fit one buffer of 128 MiB.
@@ -154,10 +154,9 @@ fn candidates(
         if !groups.is_empty() {
             return Err(at.says("both poses and same_poses_as: give one"));
         }
-        let found = source.earlier.iter().find(|sensor| sensor.name == like && sensor.kind.takes_poses());
-        let found = found.ok_or_else(|| {
-            let known: Vec<_> =
-                source.earlier.iter().filter(|s| s.kind.takes_poses()).map(|s| &s.name).collect();
+        let posed = || source.earlier.iter().filter(|sensor| has_poses(sensor));
+        let found = posed().find(|sensor| sensor.name == like).ok_or_else(|| {
+            let known: Vec<_> = posed().map(|sensor| &sensor.name).collect();
             at.wrong(
                 "same_poses_as",
                 format!("{like:?}"),
@@ -182,6 +181,10 @@ fn candidates(
     Ok(candidates)
 }
 
+fn has_poses(sensor: &Sensor) -> bool {
+    sensor.candidates.iter().any(|candidate| matches!(candidate.setting, Setting::Pose(_)))
+}
+
 /// The keys of one kind.
 fn own<T: DeserializeOwned>(at: &Place, keys: Table) -> Result<T> {
     keys.try_into().map_err(|e| {
@@ -193,8 +196,39 @@ fn own<T: DeserializeOwned>(at: &Place, keys: Table) -> Result<T> {
     })
 }
 
+/// How keys are written that a reader may miss or take for something else.
+const EXAMPLES: [&str; 11] = [
+    "name = \"camera\"",
+    "kind = \"rgbd\"",
+    "fov_deg = [87, 58], horizontal and vertical",
+    "resolution_px = [1280, 720]",
+    "resolution_deg = [0.5, 2], horizontal and vertical, or one for both",
+    "range_m = [0.3, 6]",
+    "size_m = [1, 0.75]",
+    "inflation_m = [0.1, 0.2]",
+    "directions = \"rays.csv\", a table with the columns x,y,z",
+    "box = { min_m = [0, 0, 0], max_m = [0.1, 1, 2] }",
+    "zone = { min_m = [0, -1, 0], max_m = [2, 1, 2] }",
+];
+
+/// The reader's words, with an example of the key that they are about. They end with it.
 fn unreadable(at: &Place, error: &toml::de::Error) -> Error {
-    at.says(error.to_string().trim_end().replace('\n', " "))
+    let said = error.to_string().trim_end().replace('\n', " ");
+    let about = |example: &&&str| {
+        let key = example.split(' ').next().unwrap_or_default();
+        said.ends_with(&format!("`{key}`"))
+    };
+    let example = EXAMPLES.iter().find(about).map_or(String::new(), |example| format!(", as in {example}"));
+    at.says(format!("{said}{example}"))
+}
+
+/// Representations are there, and none twice.
+fn each_once<T: PartialEq>(at: &Place, names: &[T], example: &str) -> Result<()> {
+    at.some("representations", names, example)?;
+    match (0..names.len()).find(|&i| names[..i].contains(&names[i])) {
+        Some(i) => Err(at.says(format!("representations[{i}] stands there before: name each once"))),
+        None => Ok(()),
+    }
 }
 
 /// A length that must be above zero.

@@ -3,7 +3,7 @@
 use serde::Deserialize;
 
 use super::range::RangeKeys;
-use super::{MAX_RAYS, Silence, length};
+use super::{MAX_RAYS, Silence, each_once, length};
 use crate::sensor::Camera;
 use crate::sensor::keypoints::TOLERANCE_M;
 use crate::sensor::rgbd::{Rgbd, Shape};
@@ -50,10 +50,7 @@ pub(super) fn check(at: &Place, file: RgbdFile, noiseless: bool) -> Result<Rgbd>
         noise_std_m: file.noise_std_m,
     };
     let names = file.representations.unwrap_or_else(|| vec![ShapeName::Points]);
-    at.some("representations", &names, "representations = [\"points\", \"cylinders\"]")?;
-    if let Some(i) = (0..names.len()).find(|&i| names[..i].contains(&names[i])) {
-        return Err(at.says(format!("representations[{i}] stands twice: name each once")));
-    }
+    each_once(at, &names, "representations = [\"points\", \"cylinders\"]")?;
     let spheres = length(at, "spheres_radius_m", file.spheres_radius_m.unwrap_or(SPHERES_RADIUS_M))?;
     let cylinders = length(at, "cylinders_radius_m", file.cylinders_radius_m.unwrap_or(CYLINDERS_RADIUS_M))?;
     let shape = |name| match name {
