@@ -74,6 +74,10 @@ pub fn render(results: &Results, selection: &Selection) -> String {
                     table.row(names.into_iter().chain(cells).chain(best.map(label)));
                 }
             }
+            for (name, over) in results.baselines_over(scene.moments.clone(), region, score) {
+                let what = [String::new(), String::new(), format!("baseline {name}")];
+                table.row(what.into_iter().chain([number(over.map(|over| over.mean))]));
+            }
         }
         text += &format!("\n{} in region {}\n{}", score.title(), results.regions[region], table.text());
     }

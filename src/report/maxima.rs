@@ -1,6 +1,7 @@
 //! The best that each combination of sensors reaches, per scene and on average, and how much of what the largest
 //! combination reaches that is.
 
+use super::results::SceneResults;
 use super::table::{Table, number};
 use super::{Results, Score, Selection, Series, largest};
 
@@ -88,6 +89,16 @@ pub fn render(results: &Results, selection: &Selection) -> String {
                     if i == 0 { results.combinations[combination].name.clone() } else { String::new() };
                 choices.row([name, scenes.join(", "), label]);
             }
+        }
+        for (name, overall) in results.baselines_over(0..results.baselines.len(), region, score) {
+            let of_scene = |scene: &SceneResults| {
+                let all = results.baselines_over(scene.moments.clone(), region, score);
+                let own = all.into_iter().find(|(other, _)| *other == name).and_then(|(_, over)| over);
+                number(own.map(|over| over.mean))
+            };
+            let scenes = results.scenes.iter().map(of_scene);
+            let begin = [format!("baseline {name}")].into_iter().chain(scenes);
+            table.row(begin.chain([number(overall.map(|over| over.mean)), String::new()]));
         }
         let title = format!("{} in region {}", score.title(), results.regions[region]);
         text += &format!("\n{title}\n{}{}", table.text(), choices.text());

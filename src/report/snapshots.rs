@@ -38,6 +38,12 @@ pub fn render(results: &Results, selection: &Selection) -> String {
         ]);
         for scene in &moving {
             rows(results, selection, scene, (score, region), &mut table);
+            for (name, over) in results.baselines_over(scene.moments.clone(), region, score) {
+                let what = [String::new(), format!("baseline {name}"), String::new()];
+                let [mean, worst] = [number(over.map(|o| o.mean)), number(over.map(|o| o.worst))];
+                let pooled = number(over.and_then(|over| over.pooled));
+                table.row(what.into_iter().chain([mean, worst, String::new(), pooled]));
+            }
         }
         text += &format!("\n{} in region {}\n{}", score.title(), results.regions[region], table.text());
     }
