@@ -57,8 +57,9 @@ fn maxima_per_scene_and_their_mean() {
     let text = maxima::render(&results, &all(&results, &[Score::F1]));
     // (5/6) / (3/4) = 10/9.
     for line in [
-        "  camera       1.000   0.667  0.833     1.111\n",
-        "  pair         1.000   0.500  0.750     1.000\n",
+        "  camera                 1.000   0.667  0.833     1.111\n",
+        "  pair                   1.000   0.500  0.750     1.000\n",
+        "  baseline all occupied  0.200   0.200  0.200\n",
         "  camera       still   left/0 (0.00, 2.00, 3.00)\n               moving  right/0 (2.00, 2.00, 3.00)\n",
         "  pair         still   camera:left/0;pads:floor/1 as box;volume\n",
         "as a part of that mean of pair.",
@@ -91,10 +92,13 @@ fn the_best_of_each_wall() {
     assert_eq!(plain, [(Some((0, 1.0)), true), (None, false)]);
     let text = groups::render(&results, &all(&results, &[Score::F1]));
     assert!(
-        text.contains("moving  camera · points               left   0.500     left/1 (1.00, 2.00, 3.00)"),
+        text.contains(
+            "moving  camera · points               left                   0.500     left/1 (1.00, 2.00"
+        ),
         "{text}"
     );
-    assert!(text.contains("right  0.667  *  right/0 (2.00, 2.00, 3.00)"), "{text}");
+    assert!(text.contains("right                  0.667  *  right/0 (2.00, 2.00, 3.00)"), "{text}");
+    assert!(text.contains("baseline all occupied  0.200\n"), "{text}");
     assert!(!text.contains("pair"), "two posed sensors are at no wall: {text}");
 }
 
