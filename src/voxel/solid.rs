@@ -4,11 +4,11 @@
 //! | solid | voxels |
 //! |---|---|
 //! | [`ball`] | centres strictly within a radius of a voxel's centre |
-//! | [`cylinder`] | flat ends at two voxels' centres, strictly within a radius of the axis |
+//! | [`cylinder()`] | flat ends at two voxels' centres, strictly within a radius of the axis |
 //! | [`cuboid`] | from a lowest to a highest voxel, both included |
 //! | [`half_open_box`] | centres in a half-open box |
 //! | [`column()`] | centres over a polygon, in a range of layers; half-open |
-//! | [`within`] | centres at most a distance from those of other voxels |
+//! | [`within()`] | centres at most a distance from those of other voxels |
 
 mod cylinder;
 mod polygon;
