@@ -1,18 +1,11 @@
-//! Robots from a URDF in a scene: what they are by default, where their links stand in the world, and that the shipped
-//! arm stands as the one of the paper's scenes does.
+//! Robots from a URDF in a scene: what they are by default, where their links stand in the world, and how the shipped
+//! arm stands in the paper's scenes.
 
 use std::path::Path;
 
 use glam::DVec3;
-use perirobot::scene::{Object, Role, Surface, build::build, gltf};
+use perirobot::scene::{Object, Role, Surface, build::build};
 use perirobot::study::SceneSpec;
-
-/// The posture of `ur10.glb`; see `generated_meshes.rs`. The paper's robot has its base on the table, as its maker
-/// turns it: half a turn from ROS's.
-const POSTURE: &str = "position_m = [0, 0, 1]
-rpy_deg = [0, 0, 180]
-joints_deg = { shoulder_pan_joint = 145, shoulder_lift_joint = -90, elbow_joint = 120, wrist_1_joint = -30, \
-    wrist_2_joint = 90 }";
 
 fn shipped(name: &str) -> std::path::PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/paper").join(name)
@@ -59,23 +52,46 @@ fn a_urdf_is_a_robot_and_keeps_its_links() {
     assert!((low.z - (3.0 + 0.0116 - 0.05)).abs() < 0.01, "{low}");
 }
 
+/// The robot in each snapshot of a shipped scene.
+fn robots(scene: &str) -> Vec<Object> {
+    let scenes = build(&SceneSpec::load(&shipped(scene)).unwrap(), 0.05).unwrap();
+    (scenes.iter())
+        .map(|scene| (**scene.objects.iter().find(|object| object.name == "robot").unwrap()).clone())
+        .collect()
+}
+
 #[test]
-fn the_shipped_arm_stands_as_the_one_of_the_papers_scenes() {
-    let nodes = gltf::Gltf::load(&shipped("ur10.glb")).unwrap().parts(None).unwrap();
-    let tool = nodes.iter().find(|node| node.names.last().is_some_and(|name| name == "tool")).unwrap();
-    let (low, high) = tool.mesh.bounds().unwrap();
-    // Its tool is a cylinder of 0.1 m from the flange on.
-    let arm = arm(POSTURE);
-    let flange = arm.linkage.as_ref().unwrap().link("tool0").unwrap();
-    let middle = flange.position_m + flange.link() * DVec3::Z * 0.05;
-    assert!(((low + high) / 2.0 - middle).length() < 1e-5, "{} is not {middle}", (low + high) / 2.0);
-    let all = nodes.iter().filter(|node| node.names.last().is_some_and(|name| name != "tool"));
-    let [arm_low, arm_high] = bounds(&arm);
-    for node in all {
-        let (low, high) = node.mesh.bounds().unwrap();
-        let inside = (low - arm_low).min_element().min((arm_high - high).min_element());
-        assert!(inside > -0.03, "{:?} sticks out by {}", node.names, -inside);
+fn the_arm_of_the_papers_scenes_reaches_where_its_kinematics_say() {
+    let arm = robots("scene1.toml").remove(0);
+    // By hand. The arm's plane points to −35° (145° − 180°, its a are negative). In it the elbow is at reach 0,
+    // height 1 + 0.1273 + 0.612; the forearm falls by 30°: reach 0.5723 cos 30° = 0.49563, height 1.45315. Wrist 1
+    // goes 0.1639 to the left, wrist 2 0.1157 down to 1.33745, wrist 3 0.0922 ahead to 0.587826:
+    // (0.587826 cos 35° + 0.1639 sin 35°, −0.587826 sin 35° + 0.1639 cos 35°).
+    let flange = *arm.linkage.as_ref().unwrap().link("tool0").unwrap();
+    let expected = DVec3::new(0.575528, -0.202904, 1.337450);
+    assert!((flange.position_m - expected).length() < 2e-6, "{}, not {expected}", flange.position_m);
+    let [low, high] = bounds(&arm);
+    assert!((high.z - (1.7393 + 0.07)).abs() < 2e-3, "top of the elbow at {}", high.z);
+    assert!((low.z - 1.0).abs() < 1e-9, "it stands on the table: {}", low.z);
+    for scene in ["scene2.toml", "scene3.toml"] {
+        assert_eq!(robots(scene)[0].surface, arm.surface, "{scene}");
     }
+}
+
+#[test]
+fn the_arm_of_the_third_experiment_alternates() {
+    let (still, moving) = (robots("scene1.toml").remove(0), robots("exp3_scene.toml"));
+    for (i, arm) in moving.iter().enumerate() {
+        assert_eq!(arm.surface == still.surface, i % 2 == 0, "snapshot {i}");
+    }
+    assert_eq!(moving[1].surface, moving[25].surface);
+    // By hand. The arm's plane points to 0°. The elbow is at 0.612 · (cos 60°, sin 60°) from the shoulder, the
+    // forearm falls by 50°: reach 0.306 + 0.36787 = 0.67387, height 1.1273 + 0.53001 − 0.43841 = 1.2189. Wrist 1 goes
+    // 0.1639 to the left, wrist 2 0.1157 ahead, wrist 3 0.0922 down, where the tool looks.
+    let flange = *moving[1].linkage.as_ref().unwrap().link("tool0").unwrap();
+    let expected = DVec3::new(0.78957, 0.1639, 1.12670);
+    assert!((flange.position_m - expected).length() < 2e-5, "{}, not {expected}", flange.position_m);
+    assert!((flange.link() * DVec3::Z + DVec3::Z).length() < 1e-9, "{}", flange.link() * DVec3::Z);
 }
 
 #[test]
