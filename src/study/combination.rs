@@ -8,8 +8,8 @@ use crate::Result;
 use crate::backend::Fusion;
 use crate::sensor::Sensor;
 
-/// Most choices of poses that one combination may have; a larger number is a slip.
-const MAX_CHOICES: usize = 100_000_000;
+/// Most choices of poses that one combination may have: all results are kept in memory until they are written.
+const MAX_CHOICES: usize = 5_000_000;
 
 /// Sensors that are scored together: every pose of each with every pose of the others.
 #[derive(Clone, Debug, PartialEq)]
