@@ -271,3 +271,6 @@ pub fn draws(seed: u64, [scene, snapshot, sensor, pose, repeat]: [usize; 5]) -> 
 pub fn quantise_q15(value: f64) -> i32 {
     (value * 32_768.0).round() as i32
 }
+
+#[cfg(test)]
+mod tests;
