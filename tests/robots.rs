@@ -74,7 +74,7 @@ fn the_arm_of_the_papers_scenes_reaches_where_its_kinematics_say() {
     assert!((high.z - (1.7393 + 0.07)).abs() < 2e-3, "top of the elbow at {}", high.z);
     assert!((low.z - 1.0).abs() < 1e-9, "it stands on the table: {}", low.z);
     for scene in ["scene2.toml", "scene3.toml"] {
-        assert_eq!(robots(scene)[0].surface, arm.surface, "{scene}");
+        assert!(robots(scene)[0].surface == arm.surface, "{scene}: another posture");
     }
 }
 
@@ -84,7 +84,7 @@ fn the_arm_of_the_third_experiment_alternates() {
     for (i, arm) in moving.iter().enumerate() {
         assert_eq!(arm.surface == still.surface, i % 2 == 0, "snapshot {i}");
     }
-    assert_eq!(moving[1].surface, moving[25].surface);
+    assert!(moving.iter().skip(1).step_by(2).all(|arm| arm.surface == moving[1].surface));
     // By hand. The arm's plane points to 0°. The elbow is at 0.612 · (cos 60°, sin 60°) from the shoulder, the
     // forearm falls by 50°: reach 0.306 + 0.36787 = 0.67387, height 1.1273 + 0.53001 − 0.43841 = 1.2189. Wrist 1 goes
     // 0.1639 to the left, wrist 2 0.1157 ahead, wrist 3 0.0922 down, where the tool looks.

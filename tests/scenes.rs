@@ -9,7 +9,7 @@ use perirobot::backend::cpu::Cpu;
 use perirobot::backend::{Backend, Fusion, Rays, Reading};
 use perirobot::scene::{Role, build::build, octomap};
 use perirobot::sensor::pose::Frame;
-use perirobot::sensor::{Camera, placement};
+use perirobot::sensor::{Camera, Station, placement};
 use perirobot::study::{Overrides, SceneSpec, Study};
 use perirobot::sweep::{World, jobs, tables};
 use perirobot::voxel::{Truth, voxelize};
@@ -99,6 +99,109 @@ fn experiment_1_has_the_papers_poses() {
         let (at, ahead) = (candidate.setting.pose().position_m, candidate.setting.pose().link().x_axis);
         assert!((at + 0.5 * ahead).abs().cmplt(glam::DVec3::new(3.0, 2.0, 3.0)).all(), "{}", candidate.name);
     }
+}
+
+#[test]
+fn experiment_2_has_the_papers_choices() {
+    let study = study("paper/exp2.toml");
+    let poses: Vec<usize> = study.sensors.iter().map(|sensor| sensor.candidates.len()).collect();
+    assert_eq!(
+        (poses, study.scenes.len(), study.repeats),
+        (vec![24, 9, 3, 1], 3, 1),
+        "pads, camera, cover, robot"
+    );
+    let choices: Vec<(&str, usize)> =
+        study.combinations.iter().map(|c| (c.name.as_str(), c.choices())).collect();
+    #[rustfmt::skip]
+    assert_eq!(choices, [
+        ("pad + camera + cover", 648), ("pad + camera", 216), ("pad + cover", 72), ("camera + cover", 27),
+        ("pad", 24), ("camera", 9), ("cover", 3),
+    ]);
+    for combination in &study.combinations {
+        assert_eq!(combination.fusion, Fusion::Octomap, "{}", combination.name);
+        assert_eq!(combination.members.last().unwrap().sensor, 3, "{}: the robot is known", combination.name);
+    }
+    assert_eq!(jobs(&study), 3 * (648 + 216 + 72 + 27 + 36));
+}
+
+/// The authors' table triggers 8 pads, 4 on either side; ours triggers the 4 on the far side. The legs fill the same
+/// voxels in both, from −0.5 to 0.55 on y, and pads end at y = −0.5: half-open as all boxes here, a pad has no voxel
+/// that begins there, while theirs take it in.
+#[test]
+fn the_table_alone_triggers_four_pads() {
+    let study = study("paper/exp2.toml");
+    let mut truth = paper()[0].truth.clone();
+    truth.occupied.remove(&truth.human);
+    truth.occupied.remove(&truth.robot);
+    let pads = &study.sensors[0];
+    let pressed: Vec<[f64; 2]> = (pads.candidates.iter())
+        .filter(|pad| {
+            let window = truth.grid.window();
+            let at = Station { truth: &truth, window, setting: pad.setting, rays: None, draws: 0 };
+            !pads.kind.claim(0, &at).planes.unwrap().occupied.is_empty()
+        })
+        .map(|pad| [pad.setting.pose().position_m.x, pad.setting.pose().position_m.y])
+        .collect();
+    assert_eq!(pads.candidates.len(), 24);
+    assert_eq!(pressed, [[-1.0, 0.5], [-0.5, 0.5], [0.5, 0.5], [1.0, 0.5]], "corners of the pads");
+}
+
+/// Where the observer of Experiment 3 stands in each snapshot: along the table, around its corner, and back.
+fn walk() -> Vec<[f64; 2]> {
+    let along = (0..9).map(|i| [-0.25 + 0.25 * f64::from(i), 0.9]);
+    let around = [0.65, 0.4, 0.15, -0.1, -0.35].map(|y| [1.75, y]);
+    let there: Vec<[f64; 2]> = along.chain(around).collect();
+    there.iter().chain(there.iter().rev().skip(1)).copied().collect()
+}
+
+#[test]
+fn experiment_3_has_the_papers_poses_and_snapshots() {
+    let study = study("paper/exp3.toml");
+    let [lidar] = &study.sensors[..] else { panic!("one sensor") };
+    let cone = &self::study("paper/lidar.toml").sensors[0];
+    assert_eq!((lidar.name.as_str(), &lidar.candidates), ("cone-45", &cone.candidates));
+    let with_noise = format!("{:?}", cone.kind).replace("noise_std_m: 0.0", "noise_std_m: 0.01");
+    assert!(format!("{:?}", lidar.kind) == with_noise, "cone-45 with noise of 0.01 m");
+    assert_eq!((study.scenes[0].snapshots, jobs(&study)), (27, 27 * 172));
+    let observer = study.scenes[0].objects.iter().find(|object| object.name == "observer").unwrap();
+    let (places, turns) = (&observer.motion.position_m, &observer.motion.rotation);
+    assert_eq!((walk().len(), places.len(), turns.len()), (27, 27, 27));
+    for (i, (place, [x, y])) in places.iter().zip(walk()).enumerate() {
+        assert!((*place - glam::DVec3::new(x, y, 0.0)).length() < 1e-9, "snapshot {i}: {place}");
+        // It looks where it goes next, and at the end where it came to.
+        let from = i.min(25);
+        let ahead = (places[from + 1] - places[from]).normalize();
+        assert!((turns[i] * glam::DVec3::X - ahead).length() < 1e-9, "snapshot {i}");
+    }
+}
+
+#[test]
+fn nobody_walks_into_anything_in_experiment_3() {
+    let worlds = World::prepare(&study("paper/exp3.toml"), 0).unwrap();
+    for (world, [x, y]) in worlds.iter().zip(walk()) {
+        let part = |name: &str| &world.truth.objects.iter().find(|o| o.name == name).unwrap().cells;
+        for (a, b) in [
+            ("observer", "table"),
+            ("observer", "robot"),
+            ("observer", "operator"),
+            ("operator", "table"),
+            ("operator", "robot"),
+        ] {
+            let mut both = part(a).clone();
+            both.keep(part(b));
+            assert!(
+                both.is_empty(),
+                "snapshot {}: {a} and {b} share {} voxels",
+                world.snapshot,
+                both.count()
+            );
+        }
+        let above = cell(&world.truth, x + 0.01, y + 0.01, 0.0);
+        let column = (above[2]..40).filter(|z| part("observer").get([above[0], above[1], *z])).count();
+        assert!(column > 0, "snapshot {}: the observer is at {x}, {y}", world.snapshot);
+    }
+    assert_eq!(worlds.len(), 27);
+    assert!(worlds.windows(2).all(|pair| pair[0].regions[1].cells == pair[1].regions[1].cells));
 }
 
 #[test]
