@@ -54,3 +54,8 @@ fn quick() {
 fn lidars() {
     check("scenes/paper/lidar.toml", None, Selection::Spread(2));
 }
+
+#[test]
+fn every_sensor() {
+    check("scenes/sensors.toml", None, Selection::All);
+}
