@@ -235,3 +235,6 @@ fn each_once<T: PartialEq>(at: &Place, names: &[T], example: &str) -> Result<()>
 fn length(at: &Place, key: &str, metres: f64) -> Result<f64> {
     at.number(key, metres, f64::MIN_POSITIVE..1e6, "a length in metres above 0 and below 1000000")
 }
+
+#[cfg(test)]
+mod tests;
