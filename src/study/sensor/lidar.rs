@@ -104,7 +104,7 @@ impl FieldFile {
             ));
         }
         let reach = "must be [x, y] in metres within 1000 of the scanner";
-        if let Some(corner) = self.polygon_m.iter().flatten().find(|value| !(value.abs() <= 1e3)) {
+        if let Some(corner) = self.polygon_m.iter().flatten().find(|value| !(-1e3..=1e3).contains(*value)) {
             return Err(at.wrong("polygon_m", corner, reach));
         }
         // Whether sides meet is a matter of shape, not of voxels: a hundredth of a millimetre decides.
