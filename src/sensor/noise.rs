@@ -36,6 +36,7 @@ fn polynomial(coefficients: &[f64; 8], x: f64) -> f64 {
     coefficients.iter().rev().fold(0.0, |sum, c| sum * x + c)
 }
 
+#[allow(clippy::excessive_precision, reason = "the coefficients as they are published")]
 const CENTRE: [[f64; 8]; 2] = [
     [
         3.3871328727963665,
@@ -59,6 +60,7 @@ const CENTRE: [[f64; 8]; 2] = [
     ],
 ];
 
+#[allow(clippy::excessive_precision, reason = "the coefficients as they are published")]
 const SHOULDER: [[f64; 8]; 2] = [
     [
         1.4234371107496835,
@@ -82,6 +84,7 @@ const SHOULDER: [[f64; 8]; 2] = [
     ],
 ];
 
+#[allow(clippy::excessive_precision, reason = "the coefficients as they are published")]
 const TAIL: [[f64; 8]; 2] = [
     [
         6.657904643501103,

@@ -92,7 +92,7 @@ fn noise_shifts_each_voxel_by_draws_of_its_own() {
     for cell in things {
         let voxel = cell[0] as u64 + 17 * (cell[1] as u64 + 17 * cell[2] as u64);
         let moved: [i32; 3] = std::array::from_fn(|axis| {
-            let u = pcg(u64::from(draws) ^ (3 * voxel + axis as u64)) * u64::from(NOISE_STEPS) >> 32;
+            let u = (pcg(u64::from(draws) ^ (3 * voxel + axis as u64)) * u64::from(NOISE_STEPS)) >> 32;
             (f64::from(cell[axis]) + 0.5 + f64::from(table[u as usize]) / 65_536.0).floor() as i32
         });
         match truth.grid.window().contains(moved) {

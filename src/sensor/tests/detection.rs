@@ -145,7 +145,7 @@ fn walk(
         let frac = (q16(pose.position_m[r]) & 0xffff) as u64;
         let f = if dir[r] < 0 { frac } else { (1 << 16) - frac };
         let period = (1u64 << 32) / dir[r].unsigned_abs();
-        (f * period >> 16) + n * period
+        ((f * period) >> 16) + n * period
     };
     let mut cell: [i32; 3] = std::array::from_fn(|r| (q16(pose.position_m[r]) >> 16) as i32);
     let mut made = [0; 3];
@@ -179,7 +179,7 @@ fn walk(
     }
     let (t, hit, until) = found?;
     // The first cell is entered before anything.
-    let read = path.iter().enumerate().filter(|&(i, &(entered, _))| i == 0 || entered <= until).last()?;
+    let read = path.iter().enumerate().rfind(|&(i, &(entered, _))| i == 0 || entered <= until)?;
     Some((t, hit, read.1.1))
 }
 

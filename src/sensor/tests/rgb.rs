@@ -43,18 +43,20 @@ fn sees(rgb: &Rgb, truth: &Truth, pan_deg: f64) -> bool {
 
 #[test]
 fn a_nose_is_seen_unless_something_hides_it() {
-    assert!(sees(&rgb(), &cell(&[]), 0.0));
-    assert!(!sees(&rgb(), &cell(&[[4, 5, 5]]), 0.0), "behind a wall");
-    assert!(sees(&rgb(), &cell(&[[11, 5, 5], [4, 6, 5]]), 0.0), "walls behind and beside it");
+    // Whatever it hits is near enough.
+    let anywhere = &Rgb { keypoint_tolerance_m: 9.0, ..rgb() };
+    assert!(sees(anywhere, &cell(&[]), 0.0));
+    assert!(!sees(anywhere, &cell(&[[4, 5, 5]]), 0.0), "behind a wall");
+    assert!(sees(anywhere, &cell(&[[11, 5, 5], [4, 6, 5]]), 0.0), "walls behind and beside it");
     let mut hidden = cell(&[]);
     put(&mut hidden, Role::Human, &[[8, 5, 5]], Some([None; 17]));
-    assert!(!sees(&rgb(), &hidden, 0.0), "behind another person");
+    assert!(!sees(anywhere, &hidden, 0.0), "behind another person");
     // The first cell is never tested.
-    assert!(sees(&rgb(), &cell(&[[0, 5, 5]]), 0.0));
+    assert!(sees(anywhere, &cell(&[[0, 5, 5]]), 0.0));
     // A see-through fence stops nothing.
     let mut fenced = cell(&[[4, 5, 5]]);
     fenced.blockers.remove(&fenced.objects[1].cells.clone());
-    assert!(sees(&rgb(), &fenced, 0.0));
+    assert!(sees(anywhere, &fenced, 0.0));
 }
 
 #[test]
