@@ -75,7 +75,15 @@ pub(super) fn parts(object: &ObjectSpec, files: &mut Files, sag_m: f64) -> Resul
             let mut objects = Vec::new();
             gltf_parts(object, nodes, &mut objects)?;
             // Parts may have other roles; the joints go with the person.
-            if let Some(person) = objects.iter_mut().find(|part| part.role == Role::Human) {
+            let mut people = objects.iter_mut().filter(|part| part.role == Role::Human);
+            if let (Some(person), Some(_)) = (people.next(), &keypoints) {
+                if let Some(other) = people.next() {
+                    let what = "are both human, and keypoints belong to one body: let one rule match all of the person";
+                    return Err(Error::Input(format!(
+                        "nodes: {:?} and {:?} {what}",
+                        person.name, other.name
+                    )));
+                }
                 person.keypoints = keypoints;
             }
             return Ok(objects);

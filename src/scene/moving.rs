@@ -79,7 +79,9 @@ pub(super) fn moments(
         let shape = match shapes.iter().position(|(spec, _)| *spec == own) {
             Some(shape) => shape,
             None => {
-                let mut parts = parts(&own, files, sag_m)?;
+                let in_snapshot =
+                    |e| if snapshots == 1 { e } else { Error::input(format!("snapshot {snapshot}"), e) };
+                let mut parts = parts(&own, files, sag_m).map_err(in_snapshot)?;
                 if let Some(first) = parts.first_mut() {
                     first.warnings.extend(warnings.iter().cloned());
                 }

@@ -1,6 +1,5 @@
 //! A proximity cover, the robot's skin: it measures what comes near any part of the robot.
 
-use super::known_robot::volume;
 use super::{Claim, Kind, MEASURES, Reach, Setting, Station, noise};
 use crate::backend::Planes;
 use crate::march;
@@ -20,13 +19,13 @@ impl Cover {
     /// The voxels around the robot that it senses, over the whole grid.
     fn shell(&self, at: &Station) -> BitGrid {
         let Setting::Inflation(inflation_m) = at.setting else { return BitGrid::new(at.truth.grid.window()) };
-        let robot = volume(at.truth);
+        let robot = &at.truth.robot_volume;
         let mut shell = solid::within(
             &robot,
             length_q16(inflation_m, at.truth.grid.voxel_size_m),
             at.truth.grid.window(),
         );
-        shell.remove(&robot);
+        shell.remove(robot);
         shell
     }
 

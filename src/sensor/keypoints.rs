@@ -64,7 +64,7 @@ pub fn detect(eye: &Eye, at: &Station) -> Vec<Detected> {
 }
 
 /// The people of a scene.
-fn humans<'a>(at: &Station<'a>) -> impl Iterator<Item = &'a ObjectVoxels> {
+pub(super) fn humans<'a>(at: &Station<'a>) -> impl Iterator<Item = &'a ObjectVoxels> {
     at.truth.objects.iter().map(|object| &**object).filter(|object| object.role == Role::Human)
 }
 

@@ -2,18 +2,10 @@
 
 use super::{Claim, Kind, Reach, Setting, Station};
 use crate::backend::Planes;
-use crate::voxel::{BitGrid, Truth, flood};
 
 /// The robot's own pose, taken for certain.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct KnownRobot;
-
-/// The robot's voxels, surface and inside, over the whole grid.
-pub(super) fn volume(truth: &Truth) -> BitGrid {
-    let mut robot = truth.robot.over(truth.robot.bounds());
-    robot.add(&flood::enclosed(&robot));
-    robot.over(truth.grid.window())
-}
 
 impl Kind for KnownRobot {
     fn name(&self) -> &'static str {
@@ -32,6 +24,11 @@ impl Kind for KnownRobot {
         false
     }
 
+    fn speaks_last(&self) -> bool {
+        // No measurement takes back what the controller knows.
+        true
+    }
+
     fn log_odds(&self, _: usize) -> [i32; 2] {
         [3511, 0]
     }
@@ -44,11 +41,11 @@ impl Kind for KnownRobot {
     }
 
     fn claim(&self, _: usize, at: &Station) -> Claim {
-        let planes = Planes { occupied: volume(at.truth).over(at.window), ..at.blank() };
+        let planes = Planes { occupied: at.truth.robot_volume.over(at.window), ..at.blank() };
         Claim { cast: false, planes: Some(planes) }
     }
 
     fn reach(&self, at: &Station) -> Reach {
-        Reach::Only(volume(at.truth))
+        Reach::Only(at.truth.robot_volume.clone())
     }
 }

@@ -155,6 +155,11 @@ pub trait Kind: Debug + Send + Sync {
         false
     }
 
+    /// Whether it speaks after all others, wherever a combination lists it.
+    fn speaks_last(&self) -> bool {
+        false
+    }
+
     /// How far its own housing reaches, in metres: blockers nearer than that let its rays pass.
     fn housing_m(&self) -> f64 {
         0.0
@@ -171,6 +176,11 @@ pub trait Kind: Debug + Send + Sync {
     /// Whether the host may add to what is cast in a representation; a claim without a cast always does.
     fn adds(&self, _representation: usize) -> bool {
         true
+    }
+
+    /// Whether the environment alone trips it, so that it never changes.
+    fn is_stuck(&self, _: &Station) -> bool {
+        false
     }
 
     /// What it says in a representation.
@@ -236,6 +246,16 @@ impl Station<'_> {
     /// Two empty planes over the window.
     fn blank(&self) -> Planes {
         Planes { occupied: BitGrid::new(self.window), free: BitGrid::new(self.window) }
+    }
+}
+
+/// Whether what must lie or stand level does.
+fn level(at: &Station) -> Result<(), String> {
+    match at.pose().link().z_axis.z > 1.0 - 1e-9 {
+        true => Ok(()),
+        false => {
+            Err("is tilted: a pad or a gate lies or stands level, and turns about the vertical only".into())
+        }
     }
 }
 

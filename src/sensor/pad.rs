@@ -1,7 +1,7 @@
 //! A pressure pad: the column above it counts as occupied while something stands on it.
 
 use super::prism::Prism;
-use super::{Claim, Kind, Reach, SWITCHES, Stance, Station, switched};
+use super::{Claim, Kind, Reach, SWITCHES, Stance, Station, level, switched};
 use crate::voxel::BitGrid;
 
 /// A pad's size and what it makes of pressure. Its pose is its corner of lowest x and y, seen with its heading as x.
@@ -44,6 +44,7 @@ impl Kind for Pad {
     }
 
     fn check(&self, at: &Station) -> Result<(), String> {
+        level(at)?;
         let (pose, grid) = (at.pose(), &at.truth.grid);
         if !self.column.is_over(&pose, grid) {
             let (low, high) = (grid.corner_m([0; 3]), grid.corner_m(grid.window().end()));

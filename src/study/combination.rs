@@ -8,8 +8,8 @@ use crate::Result;
 use crate::backend::Fusion;
 use crate::sensor::Sensor;
 
-/// Most choices of poses that one combination may have: all results are kept in memory until they are written.
-const MAX_CHOICES: usize = 5_000_000;
+/// Most rows of results of a study: all are kept in memory, some 150 bytes each, until they are written.
+const MAX_ROWS: usize = 20_000_000;
 
 /// Sensors that are scored together: every pose of each with every pose of the others.
 #[derive(Clone, Debug, PartialEq)]
@@ -34,7 +34,7 @@ pub struct Member {
 impl Combination {
     /// How many choices of poses it has.
     pub fn choices(&self) -> usize {
-        self.members.iter().map(|member| member.candidates.len()).product()
+        self.members.iter().map(|member| member.candidates.len()).fold(1, usize::saturating_mul)
     }
 
     /// The candidate of each member in a choice; those of the last member vary fastest.
@@ -45,6 +45,12 @@ impl Combination {
             number /= member.candidates.len();
         }
         chosen
+    }
+
+    /// How many choices of a representation for each member there are.
+    pub fn ways(&self, sensors: &[Sensor]) -> usize {
+        let counts = self.members.iter().map(|member| sensors[member.sensor].kind.representations().len());
+        counts.fold(1, usize::saturating_mul)
     }
 
     /// Every choice of a representation for each member; those of the last member vary fastest.
@@ -79,11 +85,41 @@ pub(super) fn check(
     Ok(combinations)
 }
 
+/// Refuses a study whose results would not fit memory. `per_choice` is how many regions, snapshots and repeats there
+/// are for each choice.
+pub(super) fn check_rows(
+    at: &Place,
+    combinations: &[Combination],
+    sensors: &[Sensor],
+    per_choice: usize,
+) -> Result<()> {
+    let mut rows = 0usize;
+    for combination in combinations {
+        let (choices, ways) = (combination.choices(), combination.ways(sensors));
+        rows = rows.saturating_add(choices.saturating_mul(ways).saturating_mul(per_choice));
+        if rows > MAX_ROWS {
+            return Err(at.says(format!(
+                "combination {:?}: {choices} choices of poses in {ways} representations, each {per_choice} times (regions, \
+                 snapshots, repeats), make more than {MAX_ROWS} rows of results: name a part of the poses, or fewer of \
+                 the rest",
+                combination.name
+            )));
+        }
+    }
+    Ok(())
+}
+
 fn one(at: &Place, entry: CombinationFile, fusion: Fusion, sensors: &[Sensor]) -> Result<Combination> {
     let name = entry.name.unwrap_or_else(|| entry.sensors.join(" + "));
     let at = at.key(&format!("combination {name:?}"));
     at.some("sensors", &entry.sensors, "sensors = [\"camera\", \"pads\"]")?;
-    at.unique("sensor", entry.sensors.iter().map(String::as_str))?;
+    if let Some(i) = (0..entry.sensors.len()).find(|&i| entry.sensors[..i].contains(&entry.sensors[i])) {
+        return Err(at.wrong(
+            "sensors",
+            format!("{:?}", entry.sensors[i]),
+            "stands twice: name each sensor once",
+        ));
+    }
     let known = || sensors.iter().map(|sensor| sensor.name.as_str()).collect::<Vec<_>>();
     if let Some(stranger) = entry.poses.keys().find(|sensor| !entry.sensors.contains(sensor)) {
         let rule = format!("is not among its sensors {:?}: name the poses of those", entry.sensors);
@@ -101,14 +137,8 @@ fn one(at: &Place, entry: CombinationFile, fusion: Fusion, sensors: &[Sensor]) -
         let candidates = subset(&at, &sensors[sensor], entry.poses.get(name))?;
         members.push(Member { sensor, candidates });
     }
-    // What the controller knows is said last: no measurement takes it back.
-    members.sort_by_key(|member| sensors[member.sensor].kind.name() == "known_robot");
-    let choices = members.iter().try_fold(1usize, |n, m| n.checked_mul(m.candidates.len()));
-    if choices.is_none_or(|n| n > MAX_CHOICES) {
-        return Err(
-            at.says(format!("more than {MAX_CHOICES} choices of poses: name a part of them by poses"))
-        );
-    }
+    // The sort is stable: the others speak in the order they are listed.
+    members.sort_by_key(|member| sensors[member.sensor].kind.speaks_last());
     Ok(Combination { name, fusion: entry.fusion.unwrap_or(fusion), members })
 }
 

@@ -54,7 +54,7 @@ pub struct Study {
     pub combinations: Vec<Combination>,
     /// Whether noise was switched off, whatever the study says.
     pub noiseless: bool,
-    /// How often everything is scored, each time with other noise.
+    /// How often everything is scored, each time with other noise; once where nothing is noisy.
     pub repeats: u32,
 }
 
@@ -109,10 +109,22 @@ impl Study {
         at.unique("scene", scenes.iter().map(|s| s.name.as_str()))?;
         at.unique("region", regions.iter().map(|(name, _)| name.as_str()))?;
         at.unique("sensor", sensors.iter().map(|s| s.name.as_str()))?;
+        // Tables name a choice by joining the names of its poses.
+        let poses = sensors.iter().flat_map(|sensor| sensor.candidates.iter().map(|c| c.name.as_str()));
+        let names = sensors.iter().map(|sensor| sensor.name.as_str()).chain(poses);
+        if let Some(name) = names.into_iter().find(|name| name.contains(';')) {
+            return Err(at.says(format!("{name:?}: names of sensors and poses hold no semicolon")));
+        }
         if !(1..=MAX_REPEATS).contains(&file.repeats) {
             return Err(at.wrong("repeats", file.repeats, &format!("must be from 1 to {MAX_REPEATS}")));
         }
+        // Without noise every repeat would be the first again.
+        let noisy = sensors.iter().any(|sensor| sensor.kind.is_noisy());
+        let repeats = if noisy { file.repeats } else { 1 };
         let combinations = combination::check(&at, file.combination, file.fusion, &sensors)?;
+        let snapshots: usize = scenes.iter().map(|scene| scene.snapshots).sum();
+        let per_choice = regions.len() * snapshots * repeats as usize;
+        combination::check_rows(&at, &combinations, &sensors, per_choice)?;
         Ok(Study {
             path: path.into(),
             text,
@@ -125,7 +137,7 @@ impl Study {
             sensors,
             combinations,
             noiseless: overrides.noiseless,
-            repeats: file.repeats,
+            repeats,
         })
     }
 }

@@ -77,7 +77,7 @@ impl<'a> Store<'a> {
             let mut new: Vec<Key> = self.keys(ask, repeat).collect();
             new.retain(|key| !wanted.contains(key));
             let slots: usize = new.iter().map(|key| self.most_slots(key)).sum();
-            jobs += self.study.combinations[ask.combination].interpretations(&self.study.sensors).len();
+            jobs += self.study.combinations[ask.combination].ways(&self.study.sensors);
             let lacking = || new.iter().filter(|key| !self.held.contains_key(key));
             let table = |key: &Key| self.tables[key.sensor].as_ref().map_or(0, |table| table.dirs_q15.len());
             rays += lacking().map(table).sum::<usize>();

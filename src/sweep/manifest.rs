@@ -8,7 +8,7 @@ use super::World;
 use crate::backend::{Backend, Placement, Rays};
 use crate::sensor::{self, Setting};
 use crate::study::Study;
-use crate::voxel::BitGrid;
+use crate::voxel::{BitGrid, Truth};
 
 /// Wall-clock seconds of a sweep's stages.
 #[derive(Clone, Copy, Debug, serde::Serialize)]
@@ -94,6 +94,8 @@ fn scene(study: &Study, world: &World) -> Value {
         "blockers_sha256": plane_sha256(&truth.blockers),
         "human_sha256": plane_sha256(&truth.human),
         "robot_sha256": plane_sha256(&truth.robot),
+        "robot_volume_sha256": plane_sha256(&truth.robot_volume),
+        "keypoints_sha256": keypoints_sha256(truth),
         "regions": regions.collect::<Vec<_>>(),
         "placements": placements.collect::<Vec<_>>(),
         "warnings": world.warnings,
@@ -107,6 +109,17 @@ fn plane_sha256(plane: &BitGrid) -> String {
     let size: Vec<u8> = window.size.iter().flat_map(|n| n.to_le_bytes()).collect();
     let words: Vec<u8> = plane.words().iter().flat_map(|w| w.to_le_bytes()).collect();
     sha256([corner.as_slice(), &size, &words])
+}
+
+/// Hash of where all joints of all people are, in the grid; an unknown one counts as no number at all.
+fn keypoints_sha256(truth: &Truth) -> String {
+    let people = truth.objects.iter().filter_map(|object| object.keypoints.as_ref());
+    let joints = people.flat_map(|keypoints| keypoints.iter().enumerate());
+    let numbers =
+        joints.filter_map(|(number, joint)| Some((number as i64, truth.grid.position_q16((*joint)?))));
+    let bytes: Vec<u8> =
+        numbers.flat_map(|(number, [x, y, z])| [number, x, y, z]).flat_map(i64::to_le_bytes).collect();
+    sha256([bytes.as_slice()])
 }
 
 fn rays_sha256(rays: &Rays) -> String {

@@ -10,7 +10,7 @@ use crate::backend::{Cell, Placement};
 use crate::march::MAX_RANGE_VOXELS;
 use crate::metrics::Confusion;
 use crate::scene::{Scene, build::build};
-use crate::sensor::{self, Reach, Sensor, Setting, Station};
+use crate::sensor::{self, Reach, Sensor, Setting, Stance, Station};
 use crate::study::Study;
 use crate::voxel::{BitGrid, Grid, Region, Shape, Truth, Window, region, voxelize};
 use crate::{Error, Result};
@@ -146,7 +146,7 @@ fn settings(sensor: &Sensor, scene: &Scene) -> Result<Vec<Setting>> {
         let robots: Vec<_> =
             scene.objects.iter().filter(|o| o.linkage.is_some()).map(|o| o.name.as_str()).collect();
         wrong(format!(
-            "object = {:?}: scene {:?} has as robots with links: {robots:?}",
+            "object = {:?}: must be a robot with links, an object with urdf = ...; scene {:?} has {robots:?}",
             on.object, scene.name
         ))
     })?;
@@ -202,7 +202,8 @@ fn grid(
     let Some([min, max]) = study.bounds_m else {
         voxelize::grid_over(surfaces, size_m)
             .map_err(|e| Error::Input(format!("{e}{}", voxelize::largest_object(snapshots))))?;
-        let all = settings.iter().flatten().flatten().filter_map(position);
+        let each = settings.iter().flat_map(|snapshot| study.sensors.iter().zip(snapshot));
+        let all = each.flat_map(|(sensor, all)| all.iter().filter_map(|setting| position(sensor, setting)));
         let all = all.fold(*surfaces, |all, p| all.union(&one(p)));
         return voxelize::grid_over(&all, size_m).map_err(|e| {
             let mut extent = *surfaces;
@@ -225,10 +226,11 @@ fn grid(
     }
 }
 
-/// Where a setting puts a sensor, if it puts it anywhere.
-fn position(setting: &Setting) -> Option<DVec3> {
+/// Where a setting puts a sensor that looks out from there. Pads and gates are checked against the grid, and do not
+/// stretch it.
+fn position(sensor: &Sensor, setting: &Setting) -> Option<DVec3> {
     match setting {
-        Setting::Pose(pose) => Some(pose.position_m),
+        Setting::Pose(pose) if sensor.kind.stance() != Stance::Level => Some(pose.position_m),
         _ => None,
     }
 }
@@ -245,7 +247,7 @@ fn first_pose(
             .candidates
             .iter()
             .zip(all)
-            .filter_map(move |(c, setting)| Some((sensor, c, position(setting)?)))
+            .filter_map(move |(c, setting)| Some((sensor, c, position(sensor, setting)?)))
     });
     let (sensor, candidate, at) = poses.find(|(_, _, at)| is_so(*at))?;
     Some(format!("sensor {:?}: pose {} at {at}", sensor.name, candidate.name))

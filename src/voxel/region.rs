@@ -221,7 +221,10 @@ fn human_bounds(object: Option<&str>, truth: &Truth) -> Result<Window, String> {
         }
     };
     if bounds.is_empty() {
-        return Err("human_box: no voxel of a human lies in the grid".into());
+        return Err(
+            "human_box: no voxel of a human lies in the grid: widen bounds_m, or write the region as a box"
+                .into(),
+        );
     }
     Ok(bounds)
 }

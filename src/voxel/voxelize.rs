@@ -32,6 +32,8 @@ pub struct Truth {
     pub human: BitGrid,
     /// Voxels of the robot.
     pub robot: BitGrid,
+    /// The robot's voxels with the inside of its bodies, whatever their interior is.
+    pub robot_volume: BitGrid,
     /// One entry for each object of the scene; one allocation for what does not move between snapshots.
     pub objects: Vec<Arc<ObjectVoxels>>,
 }
@@ -143,8 +145,8 @@ pub fn voxelize_all(snapshots: &[Scene], grid: Grid) -> Result<Vec<Truth>> {
 /// The truth of one snapshot.
 fn combined(objects: &[(&Object, &Body)], grid: Grid) -> Truth {
     let blank = || BitGrid::new(grid.window());
-    let (mut occupied, mut blockers, mut ignored, mut human, mut robot) =
-        (blank(), blank(), blank(), blank(), blank());
+    let (mut occupied, mut blockers, mut ignored) = (blank(), blank(), blank());
+    let (mut human, mut robot, mut robot_volume) = (blank(), blank(), blank());
     for (object, body) in objects {
         if !object.tag_only {
             occupied.add(&body.voxels.cells);
@@ -155,19 +157,24 @@ fn combined(objects: &[(&Object, &Body)], grid: Grid) -> Truth {
         }
         match object.role {
             Role::Environment => {}
-            Role::Robot => robot.add(&body.voxels.cells),
+            Role::Robot => {
+                robot.add(&body.voxels.cells);
+                robot_volume.add(&body.voxels.cells);
+                robot_volume.add(&body.inside);
+            }
             Role::Human => human.add(&body.voxels.cells),
         }
     }
     ignored.remove(&occupied);
     let objects = objects.iter().map(|(_, body)| body.voxels.clone()).collect();
-    Truth { grid, occupied, blockers, ignored, human, robot, objects }
+    Truth { grid, occupied, blockers, ignored, human, robot, robot_volume, objects }
 }
 
-/// An object in voxels and the inside that belongs to no region.
+/// An object in voxels, the inside that belongs to no region, and for a robot all of its inside.
 struct Body {
     voxels: Arc<ObjectVoxels>,
     ignored: BitGrid,
+    inside: BitGrid,
 }
 
 fn body(object: &Object, grid: &Grid) -> Result<Body> {
@@ -175,7 +182,8 @@ fn body(object: &Object, grid: &Grid) -> Result<Body> {
     let in_grid = lattice.extent.moved(grid.origin.map(|o| -o)).intersection(&grid.window());
     let world = in_grid.moved(grid.origin);
     let mut warnings = object.warnings.clone();
-    let mut ignored = BitGrid::new(Window::between([0; 3], [-1; 3]));
+    let nowhere = BitGrid::new(Window::between([0; 3], [-1; 3]));
+    let (mut ignored, mut inside) = (nowhere.clone(), nowhere);
     let watertight = match &object.surface {
         Surface::Mesh(_) => Some(overlap::is_watertight(
             lattice.triangles.iter().map(|t| t.map(|i| lattice.corners[i as usize])),
@@ -183,15 +191,21 @@ fn body(object: &Object, grid: &Grid) -> Result<Body> {
         Surface::Voxels { .. } => None,
     };
     let mut cells = surface(&lattice, world);
-    if object.interior != Interior::Free && watertight.unwrap_or(true) {
+    // What is inside a robot is the robot's, even of a body that leaks less than a voxel.
+    let (is_solid, is_robot) = (watertight.unwrap_or(true), object.role == Role::Robot);
+    if (object.interior != Interior::Free && is_solid) || is_robot {
         // The inside is decided over the whole body, so that the grid's cut opens nothing.
         if lattice.extent.size.into_iter().max().unwrap_or(0) <= MAX_VOXELS_PER_AXIS {
             let whole =
                 if world == lattice.extent { cells.clone() } else { surface(&lattice, lattice.extent) };
-            let inside = enclosed(&whole).over(world);
+            let enclosed = enclosed(&whole).over(world);
             match object.interior {
-                Interior::Occupied => cells.add(&inside),
-                _ => ignored = in_grid_frame(inside, in_grid),
+                Interior::Occupied if is_solid => cells.add(&enclosed),
+                Interior::Ignored if is_solid => ignored = in_grid_frame(enclosed.clone(), in_grid),
+                _ => {}
+            }
+            if is_robot {
+                inside = in_grid_frame(enclosed, in_grid);
             }
         } else {
             warnings.push(format!(
@@ -216,7 +230,7 @@ fn body(object: &Object, grid: &Grid) -> Result<Body> {
         keypoints: object.keypoints,
         warnings,
     };
-    Ok(Body { voxels: Arc::new(voxels), ignored })
+    Ok(Body { voxels: Arc::new(voxels), ignored, inside })
 }
 
 /// The same words, counted from the grid's corner instead of the world's.

@@ -22,6 +22,7 @@ use super::{Kind, Pose, Setting, Station};
 use crate::backend::Planes;
 use crate::scene::Role;
 use crate::scene::mannequin::Keypoints;
+use crate::voxel::flood::enclosed;
 use crate::voxel::{BitGrid, Grid, ObjectVoxels, Truth};
 
 /// A grid at the world's origin with nothing in it.
@@ -34,7 +35,8 @@ fn empty(size: [u32; 3], voxel_size_m: f64) -> Truth {
         blockers: blank.clone(),
         ignored: blank.clone(),
         human: blank.clone(),
-        robot: blank,
+        robot: blank.clone(),
+        robot_volume: blank,
         objects: Vec::new(),
     }
 }
@@ -48,7 +50,12 @@ fn put(truth: &mut Truth, role: Role, cells: &[[i32; 3]], keypoints: Option<Keyp
     match role {
         Role::Environment => {}
         Role::Human => truth.human.add(&own),
-        Role::Robot => truth.robot.add(&own),
+        Role::Robot => {
+            truth.robot.add(&own);
+            let bounds = own.bounds();
+            truth.robot_volume.add(&own);
+            truth.robot_volume.add(&enclosed(&own.over(bounds)));
+        }
     }
     truth.objects.push(Arc::new(ObjectVoxels {
         name: format!("object {}", truth.objects.len()),

@@ -82,13 +82,18 @@ pub(super) fn check(at: &Place, file: LidarFile, noiseless: bool) -> Result<Lida
     if scores_field && field.is_none() {
         return Err(at.says("representation \"field\" needs field = { polygon_m = [[x, y], ...], height_m }"));
     }
+    if field.is_some() && !scores_field {
+        return Err(
+            at.says("field is given and not among the representations: add \"field\", or take it away")
+        );
+    }
     Ok(Lidar {
         azimuths_rad: azimuths.into_iter().map(f64::to_radians).collect(),
         elevations_rad: elevations.into_iter().map(f64::to_radians).collect(),
         mount: file.mount.unwrap_or(Mount::Upright),
         range: range.check(at, noiseless)?,
         points: scored.contains(&Representation::Points),
-        field: field.filter(|_| scores_field),
+        field,
     })
 }
 

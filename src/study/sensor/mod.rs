@@ -163,6 +163,11 @@ fn candidates(
                 &format!("must be a sensor above it that has poses: {known:?}"),
             )
         })?;
+        // A pose means another way of standing to a sensor that stands otherwise.
+        if found.kind.stance() != kind.stance() {
+            let what = format!("{:?} stands otherwise than a {}: write out its poses", like, kind.name());
+            return Err(at.says(format!("same_poses_as: {what}")));
+        }
         return Ok(found.candidates.clone());
     }
     let settings = kind.settings();
@@ -207,7 +212,7 @@ const EXAMPLES: [&str; 11] = [
     "size_m = [1, 0.75]",
     "inflation_m = [0.1, 0.2]",
     "directions = \"rays.csv\", a table with the columns x,y,z",
-    "box = { min_m = [0, 0, 0], max_m = [0.1, 1, 2] }",
+    "box = { min_m = [0, 0, 0.3], max_m = [0.1, 1, 2] }",
     "zone = { min_m = [0, -1, 0], max_m = [2, 1, 2] }",
 ];
 

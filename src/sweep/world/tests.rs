@@ -17,7 +17,16 @@ fn walled() -> Truth {
     }
     occupied.set([8, 8, 8]);
     robot.set([8, 8, 8]);
-    Truth { grid, blockers: occupied.clone(), ignored: blank, occupied, human, robot, objects: Vec::new() }
+    Truth {
+        grid,
+        blockers: occupied.clone(),
+        ignored: blank,
+        occupied,
+        human,
+        robot_volume: robot.clone(),
+        robot,
+        objects: Vec::new(),
+    }
 }
 
 #[test]

@@ -3,7 +3,7 @@
 
 use super::World;
 use crate::scene::Role;
-use crate::sensor::{Setting, Stance};
+use crate::sensor::{Setting, Stance, Station};
 use crate::study::Study;
 use crate::voxel::{BitGrid, Grid};
 
@@ -36,6 +36,25 @@ pub(super) fn warnings(study: &Study, worlds: &[World]) -> Vec<String> {
             "{percent:.0} % of the grid is inside bodies whose interior is ignored{when}: a hull that is the room itself \
              needs interior = \"free\""
         ));
+    }
+    for (s, sensor) in study.sensors.iter().enumerate() {
+        let stuck = |world: &&World| {
+            let truth = &world.truth;
+            let station = |&setting: &Setting| Station {
+                truth,
+                window: truth.grid.window(),
+                setting,
+                rays: None,
+                draws: 0,
+            };
+            world.settings[s].iter().map(station).any(|station| sensor.kind.is_stuck(&station))
+        };
+        if worlds.iter().all(|world| stuck(&world)) {
+            warnings.push(format!(
+                "sensor {:?}: the environment alone trips it, so it is always on: keep its box off the floor and the walls",
+                sensor.name
+            ));
+        }
     }
     // Pads lie in the floor and gates stand where they like; only what looks out can be in the way of its own rays.
     let looks = |sensor: &usize| study.sensors[*sensor].kind.stance() != Stance::Level;

@@ -13,7 +13,8 @@ fn empty_cell() -> Truth {
         blockers: blank.clone(),
         ignored: blank.clone(),
         human: blank.clone(),
-        robot: blank,
+        robot: blank.clone(),
+        robot_volume: blank,
         objects: Vec::new(),
     }
 }

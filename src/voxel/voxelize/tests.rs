@@ -47,6 +47,20 @@ fn test_box() -> Mesh {
 
 const SHELL: u64 = 8 * 8 * 8 - 6 * 6 * 6;
 
+/// A robot's inside is its own wherever the grid cuts it, and whatever its interior is to the cell.
+#[test]
+fn a_cut_robot_keeps_its_inside() {
+    let whole = Grid { voxel_size_m: 0.1, origin: [0; 3], size: [10; 3] };
+    let cut = Grid { size: [10, 10, 5], ..whole };
+    for interior in [Interior::Free, Interior::Ignored, Interior::Occupied] {
+        let body = object("arm", Role::Robot, interior, cuboid(DVec3::splat(0.15), DVec3::splat(0.85)));
+        let scene = Scene { name: "cell".into(), snapshot: 0, objects: vec![Arc::new(body)] };
+        let volume = |grid| voxelize_all(std::slice::from_ref(&scene), grid).unwrap().remove(0).robot_volume;
+        assert_eq!(volume(whole).count(), 8 * 8 * 8, "{interior:?}");
+        assert_eq!(volume(cut), volume(whole).over(cut.window()), "{interior:?}");
+    }
+}
+
 #[test]
 fn interiors_are_ignored_free_or_occupied() {
     let check = |interior, occupied, ignored| {
