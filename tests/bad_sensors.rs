@@ -462,12 +462,12 @@ fn where_sensors_stand() {
         (
             "object = \"machine\"",
             "object = \"arm\"",
-            "sensor \"ring\": on: object = \"arm\": scene \"cell\" has as robots with links: [\"machine\"]",
+            "sensor \"ring\": on: object = \"arm\": must be a robot with links, an object with urdf = ...; scene \"cell\" has [\"machine\"]",
         ),
         (
             "object = \"machine\"",
             "object = \"gone\"",
-            "sensor \"ring\": on: object = \"gone\": scene \"cell\" has as robots",
+            "sensor \"ring\": on: object = \"gone\": must be a robot with links",
         ),
         ("link = \"flange\"", "link = \"hand\"", "sensor \"ring\": on: link = \"hand\""),
         (", link = \"flange\"", "", "missing field `link`"),
@@ -522,7 +522,7 @@ fn combinations() {
         (
             sensors,
             "sensors = [\"camera\", \"cover\", \"camera\"]",
-            "combination \"both\": two sensors are named \"camera\"",
+            "combination \"both\".sensors = \"camera\": stands twice",
         ),
         (sensors, "", "missing field `sensors`"),
         (

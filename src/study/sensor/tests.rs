@@ -52,11 +52,6 @@ fn scanners() {
     has(&kind(&format!("{LIDAR}\n{FIELD}")), &["points: false", "field: Some(Field", "otherwise_free: true"]);
     let both = format!("{LIDAR}\n{FIELD}\nrepresentations = [\"field\", \"points\"]");
     has(&kind(&both), &["points: true", "field: Some(Field"]);
-    // A field that nobody asks for is left aside.
-    has(
-        &kind(&format!("{LIDAR}\n{FIELD}\nrepresentations = [\"points\"]")),
-        &["points: true", "field: None"],
-    );
     let unsure = FIELD.replace("height_m = 1", "height_m = 1, otherwise = \"unknown\"");
     has(&kind(&format!("{LIDAR}\n{unsure}")), &["otherwise_free: false"]);
 }
