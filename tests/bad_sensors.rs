@@ -563,3 +563,35 @@ fn combinations() {
         check(&[(STUDY, from, to)], &[STUDY, expected]);
     }
 }
+
+#[test]
+fn what_stands_otherwise_or_too_often() {
+    for (from, to, expected) in [
+        // Far from all surfaces, and not stretching the grid to where it lies.
+        ("x_m = [-0.5, 0]", "x_m = [-8, 0]", "sensor \"pads\": floor/0/0 lies partly outside the floor"),
+        (
+            "x_m = [-0.5, 0]\ny_m = -0.6\nz_m = 0\n",
+            "list = [{ position_m = [0, 0, 0], rpy_deg = [180, 0, 0] }]\n",
+            "sensor \"pads\": floor/0 is tilted",
+        ),
+        (
+            "[[sensor.poses]]\nname = \"post\"\nlist = [{ position_m = [-0.9, 0, 0.35], facing = [1, 0, 0] }]\n",
+            "same_poses_as = \"camera\"\n",
+            "sensor \"scanner\": same_poses_as: \"camera\" stands otherwise than a lidar",
+        ),
+        (
+            "representations = [\"points\", \"field\"]",
+            "representations = [\"points\"]",
+            "sensor \"scanner\": field is given and not among the representations",
+        ),
+        ("name = \"pads\"", "name = \"pads;2\"", "\"pads;2\": names of sensors and poses hold no semicolon"),
+    ] {
+        check(&[(STUDY, from, to)], &[STUDY, expected]);
+    }
+    let all = (STUDY, "wall/?/0", "wall/*");
+    let many = (STUDY, "x_m = [-1.0, 0, 1]", "x_m = { start = -1, stop = 1, step = 0.000001 }");
+    check(
+        &[all, many],
+        &[STUDY, "combination \"both\": 4000002 choices of poses in 4 representations, each 2 times"],
+    );
+}

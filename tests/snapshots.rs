@@ -131,7 +131,7 @@ fn what_is_wrong_is_refused() {
         ),
         (longer, "position_m = []", "object \"operator\".snapshots.position_m = []"),
         (longer, "", "object \"operator\".snapshots: no list"),
-        (longer, "keypoints = [\"a.csv\", \"b.csv\"]", "object \"operator\": snapshot 0: keypoints = "),
+        (longer, "keypoints = [\"a.csv\", \"b.csv\"]", "object \"operator\": keypoints = "),
         (longer, "animation = { times_s = [0] }", "animation belongs to"),
         (
             "cylinder = { radius_m = 0.15, height_m = 1.2 }",

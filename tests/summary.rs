@@ -140,7 +140,11 @@ fn the_shipped_tiny_study_has_a_summary() {
     perirobot(&["sweep", "scenes/tiny.toml", "--backend", "cpu", "--out", text(&out)]);
     let outcome = perirobot(&["summary", text(&out)]);
     assert_eq!(outcome.code, Some(0), "{}", outcome.stderr);
-    assert!(outcome.stdout.contains("random                 0.605  *  random/3 (-0.32, 0.35, 1.48)"), "{}", outcome.stdout);
+    assert!(
+        outcome.stdout.contains("random                 0.605  *  random/3 (-0.32, 0.35, 1.48)"),
+        "{}",
+        outcome.stdout
+    );
 }
 
 /// The folder with one edit must be refused in words that hold all of `expected`.

@@ -4,7 +4,7 @@
 #[path = "common/program.rs"]
 mod program;
 
-use program::Folder;
+use program::{Folder, STUDY};
 
 /// The good study with these edits, `(file, from, to)`, must run and warn in words that hold all of `expected`.
 #[track_caller]
@@ -141,4 +141,17 @@ fn nobody_in_the_cell() {
         ),
     ];
     check(&Folder::new(), &edits, &["no object has role = \"human\"", "human_seen has no value"]);
+}
+
+#[test]
+fn a_gate_that_the_floor_trips_is_told() {
+    let gate = "[[sensor]]\nname = \"gate\"\nkind = \"gate\"\nbox = { min_m = [-0.2, -0.5, LOW], max_m = [0, 0.5, 0.9] }\n\
+                zone = { min_m = [0, -0.5, 0], max_m = [0.5, 0.5, 1] }\n";
+    let told = |low: &str| {
+        let folder = Folder::new();
+        folder.write("study.toml", format!("{STUDY}{}", gate.replace("LOW", low)));
+        warnings(&folder).iter().any(|w| w.contains("sensor \"gate\": the environment alone trips it"))
+    };
+    assert!(told("0"), "the floor is in it");
+    assert!(!told("0.6"), "nothing is");
 }

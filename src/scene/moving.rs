@@ -79,8 +79,11 @@ pub(super) fn moments(
         let shape = match shapes.iter().position(|(spec, _)| *spec == own) {
             Some(shape) => shape,
             None => {
-                let in_snapshot =
-                    |e| if snapshots == 1 { e } else { Error::input(format!("snapshot {snapshot}"), e) };
+                // What is wrong in the first is mostly wrong in all.
+                let in_snapshot = |e| match snapshot {
+                    0 => e,
+                    _ => Error::input(format!("snapshot {snapshot}"), e),
+                };
                 let mut parts = parts(&own, files, sag_m).map_err(in_snapshot)?;
                 if let Some(first) = parts.first_mut() {
                     first.warnings.extend(warnings.iter().cloned());
