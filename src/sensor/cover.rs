@@ -20,11 +20,8 @@ impl Cover {
     fn shell(&self, at: &Station) -> BitGrid {
         let Setting::Inflation(inflation_m) = at.setting else { return BitGrid::new(at.truth.grid.window()) };
         let robot = &at.truth.robot_volume;
-        let mut shell = solid::within(
-            &robot,
-            length_q16(inflation_m, at.truth.grid.voxel_size_m),
-            at.truth.grid.window(),
-        );
+        let mut shell =
+            solid::within(robot, length_q16(inflation_m, at.truth.grid.voxel_size_m), at.truth.grid.window());
         shell.remove(robot);
         shell
     }
