@@ -19,6 +19,16 @@ impl BitGrid {
         BitGrid { window, words_per_row, words: vec![0; words] }
     }
 
+    /// A plane whose voxels are all set.
+    pub fn full(window: Window) -> Self {
+        let mut plane = BitGrid::new(window);
+        let (min, end) = (window.min, window.end());
+        for z in min[2]..end[2] {
+            (min[1]..end[1]).for_each(|y| plane.set_run(min[0], end[0], y, z));
+        }
+        plane
+    }
+
     /// A plane from words laid out as [`BitGrid::words`]; `None` if their number does not fit the window.
     pub fn from_words(window: Window, words: Vec<u32>) -> Option<Self> {
         let blank = BitGrid::new(window);

@@ -328,13 +328,7 @@ pub type Begin = ([i64; 3], u32);
 /// and the blockers beside them. Blockers in reach of a housing let rays pass.
 pub fn reachable(truth: &Truth, begins: impl IntoIterator<Item = Begin>) -> BitGrid {
     let window = truth.grid.window();
-    let mut open = BitGrid::new(window);
-    let end = window.end();
-    for z in 0..end[2] {
-        for y in 0..end[1] {
-            open.set_run(0, end[0], y, z);
-        }
-    }
+    let mut open = BitGrid::full(window);
     open.remove(&truth.blockers);
     // A sensor's own voxel is never tested, so a ray may leave a blocker.
     let mut by_housing: BTreeMap<u32, BitGrid> = BTreeMap::new();
