@@ -584,6 +584,16 @@ fn what_stands_otherwise_or_too_often() {
             "representations = [\"points\"]",
             "sensor \"scanner\": field is given and not among the representations",
         ),
+        (
+            "facing = [1, 0, 0] }]\n[[sensor]]\nname = \"ring\"",
+            "facing = [0, 0, -1] }]\n[[sensor]]\nname = \"ring\"",
+            "facing is straight up or down",
+        ),
+        (
+            "noise_std_m = 0.01",
+            "noise_std_m = 10",
+            "sensor \"camera\".noise_std_m = 10: must be a length in metres from 0 to 3",
+        ),
         ("name = \"pads\"", "name = \"pads;2\"", "\"pads;2\": names of sensors and poses hold no semicolon"),
     ] {
         check(&[(STUDY, from, to)], &[STUDY, expected]);

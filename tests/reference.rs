@@ -50,23 +50,20 @@ fn the_authors_poses_rank_alike() {
          [[sensor]]\nname = \"zone\"\nkind = \"rgb\"\nfov_deg = [87, 58]\nresolution_px = [1280, 720]\n\
          range_m = [0.0, 10.0]\notherwise = \"free\"\nsame_poses_as = \"camera\"\n\
          zone = { min_m = [-0.5, -1, 0], max_m = [2, 1, 3] }\n";
-    let study = study(temp.path(), &folder, sensors);
+    let strict = sensors[sensors.rfind("[[sensor]]").unwrap()..].replace("\"zone\"", "\"strict\"");
+    let strict = strict + "keypoint_tolerance_m = 0.05\nmin_keypoints = 2\n";
+    let study = study(temp.path(), &folder, &format!("{sensors}{strict}"));
     let (world, rows) = swept(&study);
     assert_eq!(world.truth.occupied.count(), 46_505);
 
     let best = [("robot", "725"), ("human", "660")];
     for (r, (region, best_pose)) in best.into_iter().enumerate() {
-        for (way, name) in ["points", "spheres", "cylinders", "box", "zone"].into_iter().enumerate() {
-            let (combination, interpretation) = if name == "zone" { (1, 0) } else { (0, way) };
-            let is = |row: &&Row| (row.combination, row.interpretation) == (combination, interpretation);
+        for (way, name) in ["points", "spheres", "cylinders", "box"].into_iter().enumerate() {
+            let is = |row: &&Row| (row.combination, row.interpretation) == (0, way);
             let ours: Vec<Confusion> =
                 rows.iter().filter(|row| row.region == r && is(row)).map(|row| row.counts).collect();
             let theirs = of(name, region);
-            // Their zone camera lacks one of the poses.
-            let poses = of("points", region);
-            let has = |i: &usize| theirs.iter().any(|t| t.columns[0] == poses[*i].columns[0]);
-            let ours: Vec<Confusion> = (0..ours.len()).filter(has).map(|i| ours[i]).collect();
-            assert!(ours.len() == theirs.len() && ours.len() >= 172);
+            assert_eq!(ours.len(), theirs.len());
             assert_eq!(ours[0].total(), theirs[0].counts.total(), "voxels of region {region}");
             let pose = |i: usize| theirs[i].columns[0].as_str();
             let counts: Vec<Confusion> = theirs.iter().map(|t| t.counts).collect();
@@ -87,6 +84,23 @@ fn the_authors_poses_rank_alike() {
             }
         }
     }
+
+    // A zone is on or off. Theirs is on in fewer poses, never where ours is off: it seems to want a joint that is within
+    // a voxel of what is seen, where ours allows for a body around it. With that asked of two joints, ours is much like it.
+    let on = |combination: usize, pose: &str| {
+        let is = |row: &&Row| (row.combination, row.region) == (combination, 0);
+        let name = |row: &Row| &study.sensors[0].candidates[row.choice].name;
+        let found = rows.iter().filter(is).find(|row| name(row).rsplit('/').next() == Some(pose));
+        found.expect("all their poses are ours").counts.tp > 0
+    };
+    // Their zone camera lacks one of the poses.
+    let theirs: Vec<(&str, bool)> =
+        of("zone", "robot").iter().map(|t| (t.columns[0].as_str(), t.counts.tp > 0)).collect();
+    assert_eq!(theirs.len(), 172);
+    assert!(theirs.iter().all(|(pose, theirs)| !theirs || on(1, pose)));
+    let alike = theirs.iter().filter(|(pose, theirs)| *theirs == on(2, pose)).count();
+    common::say(&format!("zone: {alike} of {} poses on or off as theirs", theirs.len()));
+    assert!(alike >= 155, "{alike}");
 }
 
 #[test]

@@ -160,7 +160,7 @@ impl Results {
             over::over(std::iter::once(counts), score)
         };
         [
-            ("ceiling", of(|b| &b.ceiling)),
+            ("upper bound", of(|b| &b.ceiling)),
             ("all occupied", of(|b| &b.all_occupied)),
             ("all free", of(|b| &b.all_free)),
             ("nothing seen", of(|b| &b.nothing_seen)),

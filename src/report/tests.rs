@@ -201,7 +201,7 @@ fn few_combinations_get_a_block_and_many_a_line() {
         // Pooled 3 found, 8 unknown: 6/14 and (11·3 − 3·3) / (11² − 3·3).
         "                   left/0 (0.00, 2.00, 3.00)       0.583  0.250   0.429    [2] 0.188  0.125   0.214",
         "  best human_seen  no choice has a value               –      –       –",
-        "  baseline         ceiling ",
+        "  baseline         upper bound ",
         "[n] before a mean: only n of the values",
     ] {
         assert!(text.contains(line), "no {line:?} in {text}");
@@ -216,7 +216,7 @@ fn few_combinations_get_a_block_and_many_a_line() {
         "Region human: the best choice of poses, 2 scenes, 3 snapshots\n",
         "  camera · points       [1] 0.667      –  0.667   0.667  right/0 (2.00, 2.00, 3.00)\n",
         "  pair · box;volume         0.667      –  0.500   0.600  camera:left/0;pads:floor/1\n",
-        "  baselines: ceiling 1.000, all occupied 0.200, all free 0.100, nothing seen –\n",
+        "  baselines: upper bound 1.000, all occupied 0.200, all free 0.100, nothing seen –\n",
         "perirobot summary DIR",
     ] {
         assert!(text.contains(line), "no {line:?} in {text}");

@@ -76,7 +76,10 @@ impl Kind for Cover {
 
     fn check(&self, at: &Station) -> Result<(), String> {
         match at.truth.robot.is_empty() {
-            true => Err("no voxel of the scene is the robot's: give its object role = \"robot\"".into()),
+            true => {
+                Err("needs a robot: no voxel of the scene is the robot's: give its object role = \"robot\""
+                    .into())
+            }
             false => Ok(()),
         }
     }

@@ -142,6 +142,19 @@ impl Kind for Lidar {
         self.field(representation).is_some()
     }
 
+    fn is_stuck(&self, at: &Station) -> bool {
+        let Some(field) = &self.field else { return false };
+        let cells = field.cells(self, at);
+        let scale = Scale { voxel_size_m: at.truth.grid.voxel_size_m, backdrop: false };
+        // What is there when nobody is, seen without noise.
+        let mut fixed = at.truth.blockers.clone();
+        fixed.remove(&at.truth.human);
+        fixed.remove(&at.truth.robot);
+        let rays = Range { noise_std_m: 0.0, ..self.range }.rays(self.dirs_q15(), &scale);
+        let from = placement(self, &at.pose(), &at.truth.grid, 0);
+        look::returns(&fixed, &rays, &from).any(|found| cells.get(found.read))
+    }
+
     fn claim(&self, representation: usize, at: &Station) -> Claim {
         let (Some(field), Some(rays)) = (self.field(representation), at.rays) else {
             return Claim { cast: true, planes: None };

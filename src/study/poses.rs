@@ -178,6 +178,9 @@ fn turned(at: &Place, stance: Stance, position: DVec3, facing: DVec3, turn: Turn
     if tilt != 0.0 {
         return Err(at.wrong(tilt_key, tilt_deg, rule));
     }
+    if facing.truncate().length() < 1e-9 * facing.length() {
+        return Err(at.says("facing is straight up or down, which is no heading: give one along the floor"));
+    }
     Ok(Pose::upright(position, facing, pan))
 }
 

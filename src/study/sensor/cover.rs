@@ -22,5 +22,9 @@ pub(super) fn check(at: &Place, file: CoverFile, noiseless: bool) -> Result<Cove
             return Err(at.wrong("inflation_m", metres, "stands twice: name each distance once"));
         }
     }
-    Ok(Cover { inflation_m: file.inflation_m, noise_std_m: noise(at, file.noise_std_m, noiseless)? })
+    let farthest_m = file.inflation_m.iter().copied().fold(0.0, f64::max);
+    Ok(Cover {
+        inflation_m: file.inflation_m,
+        noise_std_m: noise(at, file.noise_std_m, farthest_m, noiseless)?,
+    })
 }

@@ -26,14 +26,14 @@ impl RangeKeys {
             range_m: self.range_m,
             near_ignore_m,
             no_return_is_free: self.no_return == Some(Silence::Free),
-            noise_std_m: noise(at, self.noise_std_m, noiseless)?,
+            noise_std_m: noise(at, self.noise_std_m, far, noiseless)?,
         })
     }
 }
 
 /// A standard deviation; checked even where noise is switched off.
-pub(super) fn noise(at: &Place, std_m: Option<f64>, noiseless: bool) -> Result<f64> {
-    let std_m =
-        at.number("noise_std_m", std_m.unwrap_or(0.0), 0.0..=1e3, "a length in metres from 0 to 1000")?;
+pub(super) fn noise(at: &Place, std_m: Option<f64>, most_m: f64, noiseless: bool) -> Result<f64> {
+    let rule = format!("a length in metres from 0 to {most_m}, how far the sensor measures");
+    let std_m = at.number("noise_std_m", std_m.unwrap_or(0.0), 0.0..=most_m, &rule)?;
     Ok(if noiseless { 0.0 } else { std_m })
 }

@@ -37,29 +37,15 @@ pub(super) fn warnings(study: &Study, worlds: &[World]) -> Vec<String> {
              needs interior = \"free\""
         ));
     }
-    for (s, sensor) in study.sensors.iter().enumerate() {
-        let stuck = |world: &&World| {
-            let truth = &world.truth;
-            let station = |&setting: &Setting| Station {
-                truth,
-                window: truth.grid.window(),
-                setting,
-                rays: None,
-                draws: 0,
-            };
-            world.settings[s].iter().map(station).any(|station| sensor.kind.is_stuck(&station))
-        };
-        if worlds.iter().all(|world| stuck(&world)) {
-            warnings.push(format!(
-                "sensor {:?}: the environment alone trips it, so it is always on: keep its box off the floor and the walls",
-                sensor.name
-            ));
-        }
+    for sensor in 0..study.sensors.len() {
+        warnings.extend(stuck_warning(study, sensor, &worlds[0]));
+        warnings.extend(outside_warning(study, sensor, &worlds[0]));
     }
     // Pads lie in the floor and gates stand where they like; only what looks out can be in the way of its own rays.
     let looks = |sensor: &usize| study.sensors[*sensor].kind.stance() != Stance::Level;
     for sensor in (0..study.sensors.len()).filter(looks) {
-        let what = "stand in an occupied voxel: their rays start behind its surface";
+        let what =
+            "stand in an occupied voxel: their rays start behind its surface; move them out by a voxel";
         warnings.extend(inside_warning(study, sensor, worlds, |world| &world.truth.blockers, what));
         let what = "stand inside a body whose interior is ignored";
         warnings.extend(inside_warning(study, sensor, worlds, |world| &world.truth.ignored, what));
@@ -91,6 +77,46 @@ fn largest(values: &[f64]) -> (usize, String) {
     let at = (0..values.len()).fold(0, larger);
     let alike = values.iter().all(|&value| value == values[at]);
     (at, if alike { String::new() } else { format!(" (in snapshot {at}, where it is most)") })
+}
+
+/// Which candidates of a switch the environment trips without anybody there, in the first snapshot.
+fn stuck_warning(study: &Study, sensor: usize, world: &World) -> Option<String> {
+    let (spec, truth) = (&study.sensors[sensor], &world.truth);
+    let stuck = |setting: &Setting| {
+        let station = Station { truth, window: truth.grid.window(), setting: *setting, rays: None, draws: 0 };
+        spec.kind.is_stuck(&station)
+    };
+    let candidates = spec.candidates.iter().zip(&world.settings[sensor]);
+    let names: Vec<&str> =
+        candidates.filter(|(_, setting)| stuck(setting)).map(|(c, _)| c.name.as_str()).collect();
+    let first = names.first()?;
+    Some(format!(
+        "sensor {:?}: the environment alone trips {} of {} (first {first}), which are always on: keep the box or the field \
+         off floor and walls",
+        spec.name,
+        names.len(),
+        spec.candidates.len()
+    ))
+}
+
+/// Which poses are outside everything that is modelled, in the first snapshot.
+fn outside_warning(study: &Study, sensor: usize, world: &World) -> Option<String> {
+    let spec = &study.sensors[sensor];
+    let all = world.truth.objects.iter().map(|object| object.bounds_m);
+    let [low, high] = all.reduce(|[low, high], [l, h]| [low.min(l), high.max(h)])?;
+    let outside = |setting: &Setting| match setting {
+        Setting::Pose(pose) => !(pose.position_m.cmpge(low) & pose.position_m.cmple(high)).all(),
+        _ => false,
+    };
+    let candidates = spec.candidates.iter().zip(&world.settings[sensor]);
+    let names: Vec<&str> =
+        candidates.filter(|(_, setting)| outside(setting)).map(|(c, _)| c.name.as_str()).collect();
+    let first = names.first()?;
+    Some(format!(
+        "sensor {:?}: {} poses (first {first}) are outside all surfaces of the scene: is that where they should be?",
+        spec.name,
+        names.len()
+    ))
 }
 
 /// How many poses stand in a plane, in the snapshot where most do.
