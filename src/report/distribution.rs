@@ -40,7 +40,7 @@ pub fn render(results: &Results, selection: &Selection) -> String {
     let mut text = String::from(
         "\nDISTRIBUTION over all choices of poses (the paper's Experiment 1: interpretations of one camera)\n\
          A choice counts with its mean over snapshots and repeats. Quartiles: the value at place p·(n − 1) of the n\n\
-         sorted ones, interpolated. Behind the bar: what trivial answers score in that scene, and the upper bound of what could be seen.\n",
+         sorted ones, interpolated. Behind the bar: what trivial answers score in that scene, and at most could be.\n",
     );
     for (score, region) in selection.parts() {
         let mut table = Table::new(&[

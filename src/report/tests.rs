@@ -133,7 +133,7 @@ fn distributions_stand_beside_their_baselines() {
     let text = distribution::render(&results, &all(&results, &[Score::F1]));
     for line in [
         // 3/8, 1/2 and 2/3: quartiles halfway, 7/16 and 7/12.
-        "  moving  camera · points               3  0.375    0.438   0.500    0.583  0.667  |    1.000    0.200     0.100        –",
+        "  moving  camera · points               3  0.375    0.438   0.500    0.583  0.667  |  1.000    0.200     0.100        –",
         "  still   camera · points               2  0.500    0.625   0.750    0.875  1.000  |",
     ] {
         assert!(text.contains(line), "no {line:?} in {text}");
