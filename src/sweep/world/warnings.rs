@@ -44,8 +44,7 @@ pub(super) fn warnings(study: &Study, worlds: &[World]) -> Vec<String> {
     // Pads lie in the floor and gates stand where they like; only what looks out can be in the way of its own rays.
     let looks = |sensor: &usize| study.sensors[*sensor].kind.stance() != Stance::Level;
     for sensor in (0..study.sensors.len()).filter(looks) {
-        let what =
-            "stand in an occupied voxel: their rays start behind its surface; move them out by a voxel";
+        let what = "stand in an occupied voxel (move them out of it): their rays start behind its surface";
         warnings.extend(inside_warning(study, sensor, worlds, |world| &world.truth.blockers, what));
         let what = "stand inside a body whose interior is ignored";
         warnings.extend(inside_warning(study, sensor, worlds, |world| &world.truth.ignored, what));
