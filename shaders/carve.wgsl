@@ -1,17 +1,18 @@
-// What each ray's end proves: the cells it frees and the endpoint of a return, marked in the window. One invocation
-// a ray, which marches again; bits are set with atomics, so the order of rays cannot matter.
+// What each ray's end proves: the cells it frees and the endpoint of a return, marked in the slot of its placement.
+// One invocation a ray, which marches again; bits are set with atomics, so the order of rays cannot matter.
 
 @group(0) @binding(0) var<uniform> setup: Setup;
 @group(0) @binding(1) var<uniform> part: Part;
-@group(0) @binding(2) var<storage, read> placements: array<Placement>;
-@group(0) @binding(3) var<storage, read> dirs_q15: array<array<i32, 3>>;
-@group(0) @binding(4) var<storage, read> ends: array<u32>;
-@group(0) @binding(5) var<storage, read_write> occupied: array<atomic<u32>>;
-@group(0) @binding(6) var<storage, read_write> free: array<atomic<u32>>;
-@group(0) @binding(7) var<storage, read_write> done: array<atomic<u32>, KERNELS>;
+@group(0) @binding(2) var<uniform> table: Table;
+@group(0) @binding(3) var<storage, read> placements: array<Placement>;
+@group(0) @binding(4) var<storage, read> dirs_q15: array<array<i32, 3>>;
+@group(0) @binding(5) var<storage, read> ends: array<u32>;
+@group(0) @binding(6) var<storage, read_write> occupied: array<atomic<u32>>;
+@group(0) @binding(7) var<storage, read_write> free: array<atomic<u32>>;
+@group(0) @binding(8) var<storage, read_write> done: array<atomic<u32>, KERNELS>;
 
 fn carve_ray(slot: u32, begin: March, end: End) {
-    let freed_cells = freed(end, setup.no_return_is_free != 0u);
+    let freed_cells = freed(end, table.no_return_is_free != 0u);
     var ray = begin;
     // From here on cells count from the window's corner.
     ray.cell -= vec3<i32>(setup.window_min_x, setup.window_min_y, setup.window_min_z);
@@ -50,9 +51,10 @@ fn main(
     let ray = part.first + id.x;
     // No early return: the barrier below must see every invocation of the group.
     if ray < part.end {
-        let slot = part.first_placement + id.y;
-        let end = unpacked(ends[slot * setup.rays + ray]);
-        carve_ray(slot, launch(placements[slot], dirs_q15[ray]), end);
+        let row = part.first_row + id.y;
+        let placement = placements[row];
+        let end = unpacked(ends[row * table.rays + ray]);
+        carve_ray(placement.slot, launch(placement, dirs_q15[ray]), end);
     }
     workgroupBarrier();
     if local == 0u {

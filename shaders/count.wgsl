@@ -1,4 +1,4 @@
-// Counts one region for each placement, word by word, in the order of Confusion::from_counts. An invocation takes
+// Counts one region for each job, word by word of what was fused, in the order of Confusion::from_counts. An invocation takes
 // WORDS_PER_INVOCATION words; a group adds its sums to the global counters once.
 
 @group(0) @binding(0) var<uniform> setup: Setup;
@@ -51,20 +51,20 @@ fn main(
     @builtin(workgroup_id) group: vec3<u32>,
     @builtin(local_invocation_index) local: u32,
 ) {
-    let slot = part.first_placement + group.y;
+    let row = part.first_row + group.y;
     // Neighbouring invocations take neighbouring words.
     let first = part.first + group.x * WORKGROUP * WORDS_PER_INVOCATION + local;
     for (var i = 0u; i < WORDS_PER_INVOCATION; i += 1u) {
         let word = first + i * WORKGROUP;
         if word < part.end {
-            count_word(word, slot * setup.window_words + word);
+            count_word(word, row * setup.window_words + word);
         }
     }
     workgroupBarrier();
     if local < COUNTERS {
         let sum = atomicLoad(&sums[local]);
         if sum != 0u {
-            atomicAdd(&counts[(slot * setup.regions + part.region) * COUNTERS + local], sum);
+            atomicAdd(&counts[(row * setup.regions + part.region) * COUNTERS + local], sum);
         }
     }
     workgroupBarrier();

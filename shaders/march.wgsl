@@ -83,6 +83,70 @@ fn freed(end: End, no_return_is_free: bool) -> u32 {
     return 0u;
 }
 
+fn made_by(first_q16: u32, period_q16: u32, t_q16: u32) -> u32 {
+    // Where the first crossing is later, the difference wraps and is not used.
+    return select((t_q16 - first_q16) / period_q16 + 1u, 0u, first_q16 > t_q16);
+}
+
+fn crossing_q16(first_q16: u32, period_q16: u32, n: u32) -> u32 {
+    let never = first_q16 == NEVER || n * (period_q16 >> 16u) > MAX_RANGE_VOXELS;
+    return select(first_q16 + n * period_q16, NEVER, never);
+}
+
+// One axis of `crossings_at`: how many of its crossings come before the ray leaves the grid at `exit_q16`.
+fn made_inside(first_q16: u32, period_q16: u32, room: u32, order: i32, exit_q16: u32) -> u32 {
+    if order == 0 {
+        return room;
+    }
+    // Of what happens at the very distance of the exit, the axes before it come first.
+    if order < 0 {
+        return made_by(first_q16, period_q16, exit_q16);
+    }
+    if exit_q16 == 0u {
+        return 0u;
+    }
+    return made_by(first_q16, period_q16, exit_q16 - 1u);
+}
+
+fn crossings_at(begin: March, room: vec3<u32>, t_q16: u32) -> u32 {
+    let first = begin.next_q16;
+    let period = begin.period_q16;
+    let leaves = vec3<u32>(
+        crossing_q16(first.x, period.x, room.x),
+        crossing_q16(first.y, period.y, room.y),
+        crossing_q16(first.z, period.z, room.z),
+    );
+    let exit_q16 = min(leaves.x, min(leaves.y, leaves.z));
+    if t_q16 < exit_q16 {
+        return made_by(first.x, period.x, t_q16)
+            + made_by(first.y, period.y, t_q16)
+            + made_by(first.z, period.z, t_q16);
+    }
+    let exit = i32(next_axis(leaves));
+    return made_inside(first.x, period.x, room.x, -exit, exit_q16)
+        + made_inside(first.y, period.y, room.y, 1 - exit, exit_q16)
+        + made_inside(first.z, period.z, room.z, 2 - exit, exit_q16);
+}
+
+fn room(begin: March, size: vec3<u32>) -> vec3<u32> {
+    let cell = vec3<u32>(begin.cell);
+    return select(size - 1u - cell, cell, begin.step < vec3<i32>());
+}
+
+fn pcg(word: u32) -> u32 {
+    let state = word * 747796405u + 2891336453u;
+    let mixed = ((state >> ((state >> 28u) + 4u)) ^ state) * 277803737u;
+    return (mixed >> 22u) ^ mixed;
+}
+
+fn draw(draws: u32, ray: u32) -> u32 {
+    return pcg(draws ^ ray) >> DRAW_SHIFT;
+}
+
+fn noisy_q16(t_q16: u32, step_q16: i32) -> u32 {
+    return u32(max(i32(t_q16) + step_q16, 0));
+}
+
 // The march of one ray of a placement: `start` in the directions that `direction_q16` gives for each axis.
 fn launch(placement: Placement, dir_q15: array<i32, 3>) -> March {
     let dir = vec3_of(dir_q15);

@@ -1,7 +1,7 @@
 // What the host and the kernels share. Scalars only, so that WGSL and Rust agree on every offset; the Rust mirrors
 // are in src/backend/gpu/types.rs, and tests/shaders.rs asks naga whether they still match.
 
-// One scene and one sensor, as long as they are loaded.
+// One scene, as long as it is loaded.
 struct Setup {
     grid_x: u32,
     grid_y: u32,
@@ -15,20 +15,24 @@ struct Setup {
     window_y: u32,
     window_z: u32,
     window_words: u32,
+    regions: u32,
+}
+
+// One table of rays.
+struct Table {
     rays: u32,
     range_min_q16: u32,
     range_max_q16: u32,
     near_ignore_q16: u32,
     no_return_is_free: u32,
     backdrop: u32,
-    regions: u32,
-    unused: u32,
+    noisy: u32,
 }
 
-// What one dispatch covers: placements from `first_placement` on (one a workgroup row), and rays (cast, carve) or
-// words of the window (count) from `first` to `end`, exclusive.
+// What one dispatch covers: placements (cast, carve) or jobs (fuse, count) of the batch from `first_row` on, one a
+// workgroup row, and rays or words of the window from `first` to `end`, exclusive.
 struct Part {
-    first_placement: u32,
+    first_row: u32,
     first: u32,
     end: u32,
     region: u32,
@@ -39,4 +43,21 @@ struct Placement {
     axis_x_q15: array<i32, 3>,
     axis_y_q15: array<i32, 3>,
     axis_z_q15: array<i32, 3>,
+    draws: u32,
+    slot: u32,
+}
+
+// What is fused: readings from `first` to `end`, exclusive.
+struct Job {
+    first: u32,
+    end: u32,
+    octomap: u32,
+}
+
+// What one sensor contributes; NO_SLOT stands for evidence that there is not.
+struct Reading {
+    slot: u32,
+    volume: u32,
+    hit: i32,
+    miss: i32,
 }

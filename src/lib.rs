@@ -8,12 +8,14 @@
 //! The rooms, in the order of the paper:
 //! [`study`] (what the user wrote) → [`scene`] (surfaces with roles) → [`voxel`] (truth and regions) →
 //! [`sensor`] (rays, in integers) → [`backend`] (march, carve, count: the same integers on every device) →
-//! [`metrics`] (F1, κ) → [`sweep`] (tables). The arithmetic that every backend shares is [`march`].
+//! [`metrics`] (F1, κ) → [`sweep`] (counts of all poses) → [`report`] (tables). The arithmetic that every backend
+//! shares is [`march`].
 
 pub mod backend;
 pub mod error;
 pub mod march;
 pub mod metrics;
+pub mod report;
 pub mod scene;
 pub mod sensor;
 pub mod study;
@@ -24,4 +26,4 @@ pub use error::{Error, Result};
 
 /// The version of the rules that decide the counts (`src/march/SEMANTICS.md`), recorded in every manifest.
 /// It changes whenever the same study could give other integers.
-pub const SEMANTICS_VERSION: u32 = 1;
+pub const SEMANTICS_VERSION: u32 = 2;

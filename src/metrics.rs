@@ -2,7 +2,7 @@
 //! is one division in f64, so equal counts give equal scores everywhere.
 
 /// True positives, false negatives and unknowns among the voxels of one role (the human's, the robot's).
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 pub struct RoleCounts {
     /// Truly occupied, labelled occupied.
     pub tp: u64,
@@ -13,7 +13,7 @@ pub struct RoleCounts {
 }
 
 /// What one pose got right and wrong in one region, in voxels.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 pub struct Confusion {
     /// Truly occupied, labelled occupied.
     pub tp: u64,

@@ -3,12 +3,14 @@
 
 mod common;
 
-use common::cases::{Case, case, open_gates};
+use common::cases::{Case, Shot, case, job, open_gates};
 use common::{Random, cases};
 use perirobot::backend::cpu::Cpu;
 use perirobot::backend::gpu::{AdapterChoice, Gpu};
 use perirobot::backend::oracle::Oracle;
-use perirobot::backend::{Backend, Evidence, Rays};
+use perirobot::backend::{Backend, Evidence, Fusion, LOG_ODDS, Placement, Planes, Rays, Reading};
+use perirobot::march::RETURN;
+use perirobot::metrics::Confusion;
 use perirobot::voxel::BitGrid;
 
 /// Runs a case on both and compares all that comes back.
@@ -16,32 +18,51 @@ use perirobot::voxel::BitGrid;
 fn compare(expected: &mut impl Backend, found: &mut impl Backend, case: &Case, test: &str) {
     let names = format!("{} (left) against {} (right)", found.name(), expected.name());
     let rerun = format!("rerun: PERIROBOT_CASE={} cargo test --test backends {test}", case.seed);
-    let (window, gates) = (case.cell.window, case.rays.gates);
-    let size = case.cell.blockers.window().size;
-    let place = |number: usize| {
-        let placement = case.placements[number];
-        let of = format!("{names}, case {}, placement {number}", case.seed);
-        format!("{of} {placement:?}\n{window:?} of {size:?}, {gates:?}")
-    };
+    let (window, size) = (case.cell.window, case.cell.blockers.window().size);
     let mut both: [&mut dyn Backend; 2] = [found, expected];
     for backend in &mut both {
-        unwrap(backend.load(&case.cell, &case.rays), &rerun);
+        unwrap(backend.tables(&case.tables), &rerun);
+        unwrap(backend.load(&case.cell), &rerun);
     }
     // Evidence first: a wrong ray says more than the counts that follow from it.
-    for (number, placement) in case.placements.iter().enumerate() {
-        let [left, right] = both.each_mut().map(|backend| unwrap(backend.read(placement), &rerun));
-        if let Some(difference) = difference(&left, &right, &case.rays) {
-            panic!("{}\n{difference}\n{rerun}", place(number));
+    for (number, Shot { table, placement, .. }) in case.shots.iter().enumerate() {
+        let [left, right] = both.each_mut().map(|backend| unwrap(backend.read(*table, placement), &rerun));
+        let rays = &case.tables[*table];
+        if let Some(difference) = difference(&left, &right, rays) {
+            let of = format!("{names}, case {}, shot {number} {placement:?}", case.seed);
+            panic!("{of}\n{window:?} of {size:?}, {:?}\n{difference}\n{rerun}", rays.gates);
         }
     }
-    let [left, right] = both.map(|backend| unwrap(backend.score(&case.placements), &rerun));
-    assert_eq!((left.len(), right.len()), (case.placements.len(), case.placements.len()), "{names}\n{rerun}");
-    for (number, (left, right)) in left.iter().zip(&right).enumerate() {
-        assert_eq!(left.len(), case.cell.regions.len(), "{}\n{rerun}", place(number));
-        for (region, (left, right)) in left.iter().zip(right).enumerate() {
-            assert_eq!(left.counts(), right.counts(), "region {region}, {}\n{rerun}", place(number));
+    for backend in &mut both {
+        unwrap(keep(*backend, case), &rerun);
+    }
+    for fusion in [Fusion::OccupiedWins, Fusion::Octomap] {
+        let [left, right] = both.each_mut().map(|backend| unwrap(backend.score(fusion, &case.jobs), &rerun));
+        assert_eq!((left.len(), right.len()), (case.jobs.len(), case.jobs.len()), "{names}\n{rerun}");
+        for (job, (left, right)) in case.jobs.iter().zip(left.iter().zip(&right)) {
+            let place = format!("{names}, case {}, {fusion:?} of {job:?}\n{rerun}", case.seed);
+            assert_eq!(left.len(), case.cell.regions.len(), "{place}");
+            for (region, (left, right)) in left.iter().zip(right).enumerate() {
+                assert_eq!(left.counts(), right.counts(), "region {region}, {place}");
+            }
         }
     }
+}
+
+/// Casts and uploads a case's evidence into its slots, over other evidence.
+fn keep(backend: &mut dyn Backend, case: &Case) -> perirobot::Result<()> {
+    let slots = case.shots.iter().map(|shot| shot.slot).chain(case.uploads.iter().map(|(slot, _)| *slot));
+    let wrong: Vec<_> = slots.zip(case.shots.iter().rev().map(|shot| shot.placement).cycle()).collect();
+    backend.sense(0, &wrong)?;
+    if let Some((_, planes)) = case.uploads.first() {
+        backend.upload(&[(case.shots[0].slot, planes.clone())])?;
+    }
+    backend.upload(&case.uploads)?;
+    for table in 0..case.tables.len() {
+        let shots = case.shots.iter().filter(|shot| shot.table == table);
+        backend.sense(table, &shots.map(|shot| (shot.slot, shot.placement)).collect::<Vec<_>>())?;
+    }
+    Ok(())
 }
 
 #[track_caller]
@@ -58,6 +79,7 @@ fn difference(left: &Evidence, right: &Evidence, rays: &Rays) -> Option<String> 
         let dir_q15 = rays.dirs_q15[ray];
         return Some(format!("ray {ray}, {dir_q15:?}: {:?}, expected {:?}", left.ends[ray], right.ends[ray]));
     }
+    let (left, right) = (&left.planes, &right.planes);
     let planes = [("occupied", &left.occupied, &right.occupied), ("free", &left.free, &right.free)];
     planes.iter().find_map(|(name, left, right)| plane_difference(name, left, right))
 }
@@ -104,23 +126,26 @@ fn the_gpu_equals_the_oracle() {
     }
 }
 
-/// A batch and a bit, each placement in its own slot of the device's buffers.
+/// A batch and a bit, of placements and of jobs, each in its own part of the device's buffers.
 #[test]
-fn more_placements_than_a_batch() {
+fn more_than_a_batch() {
     let Some(mut gpu) = gpu() else { return };
     for seed in seeds(500..502) {
         let mut random = Random(seed);
         let mut small = case(seed);
         let size = small.cell.blockers.window().size;
-        small.placements = (0..70)
-            .map(|_| perirobot::backend::Placement {
-                origin_q16: size.map(|n| random.below(n << 16) as i32),
-                axis_q15: cases::quarter_turns(&mut random),
-            })
-            .collect();
-        gpu.load(&small.cell, &small.rays).unwrap_or_else(|e| panic!("{e}"));
-        assert!(gpu.batch() < 70, "a batch of {}", gpu.batch());
-        compare(&mut Oracle::default(), &mut gpu, &small, "more_placements_than_a_batch");
+        let shot = |slot| {
+            let origin_q16 = size.map(|n| random.below(n << 16) as i32);
+            let placement =
+                Placement { origin_q16, axis_q15: cases::quarter_turns(&mut random), draws: slot };
+            Shot { table: 0, slot, placement }
+        };
+        small.shots = (0..70).map(shot).collect();
+        small.uploads.clear();
+        let any = |random: &mut Random, reading: Reading| Reading { slot: random.below(80), ..reading };
+        let far = |random: &mut Random| job(random).into_iter().map(|reading| any(random, reading)).collect();
+        small.jobs = (0..300).map(|_| far(&mut random)).collect();
+        compare(&mut Oracle::default(), &mut gpu, &small, "more_than_a_batch");
     }
 }
 
@@ -129,8 +154,11 @@ fn more_placements_than_a_batch() {
 fn a_camera_of_several_dispatches() {
     let Some(mut gpu) = gpu() else { return };
     let mut large = case(1);
-    large.rays = Rays { dirs_q15: cases::camera(700, 500, 1.2, 0.8), gates: open_gates() };
-    large.placements.truncate(2);
+    let dirs_q15 = cases::camera(700, 500, 1.2, 0.8);
+    let noise_q16 = (0..4096).map(|step| (step - 2048) << 7).collect();
+    large.tables = vec![Rays { dirs_q15, gates: open_gates(), noise_q16 }];
+    large.shots.truncate(2);
+    large.shots.iter_mut().for_each(|shot| shot.table = 0);
     let mut cpu = Cpu::new(Some(2)).unwrap_or_else(|e| panic!("{e}"));
     compare(&mut cpu, &mut gpu, &large, "a_camera_of_several_dispatches");
 }
@@ -140,24 +168,107 @@ fn a_camera_of_several_dispatches() {
 fn the_cases_are_varied() {
     let mut kinds = [0u32; 4];
     let (mut occupied, mut free, mut windows) = (0, 0, 0);
+    let (mut reads, mut sums) = ([0u32; 3], [0u64; 3]);
     for seed in 0..100 {
         let case = case(seed);
         let mut oracle = Oracle::default();
-        oracle.load(&case.cell, &case.rays).unwrap_or_else(|e| panic!("{e}"));
-        for placement in &case.placements {
-            let evidence = oracle.read(placement).unwrap_or_else(|e| panic!("{e}"));
+        let quiet = |rays: &Rays| Rays { noise_q16: vec![], ..rays.clone() };
+        let tables = case.tables.iter().cloned().chain(case.tables.iter().map(quiet));
+        oracle.tables(&tables.collect::<Vec<_>>()).unwrap_or_else(|e| panic!("{e}"));
+        oracle.load(&case.cell).unwrap_or_else(|e| panic!("{e}"));
+        let mut kept = vec![None; 16];
+        for Shot { table, slot, placement } in &case.shots {
+            let mut read = |table| oracle.read(table, placement).unwrap_or_else(|e| panic!("{e}"));
+            let (evidence, quiet) = (read(*table), read(*table + case.tables.len()));
             evidence.ends.iter().for_each(|end| kinds[end.kind as usize] += 1);
-            occupied += evidence.occupied.count();
-            free += evidence.free.count();
+            occupied += evidence.planes.occupied.count();
+            free += evidence.planes.free.count();
+            if !case.tables[*table].noise_q16.is_empty() {
+                let returns = evidence.ends.iter().zip(&quiet.ends).filter(|(_, quiet)| quiet.kind == RETURN);
+                let order = returns.map(|(end, quiet)| end.crossings.cmp(&quiet.crossings));
+                order.for_each(|order| reads[(order as i8 + 1) as usize] += 1);
+            }
+            kept[*slot as usize] = Some(evidence.planes);
         }
+        case.uploads.iter().for_each(|(slot, planes)| kept[*slot as usize] = Some(planes.clone()));
+        case.jobs.iter().for_each(|job| clamps(&case, &kept, job, &mut sums));
         windows += (case.cell.window != case.cell.blockers.window()) as u32;
     }
     assert!(kinds.iter().all(|&n| n > 1000), "nothing, return, blind, left: {kinds:?}");
     assert!(occupied > 1000 && free > 10_000 && windows > 30, "{occupied} {free} {windows}");
+    assert!(reads.iter().all(|&n| n > 1000), "read before, at, behind the blocker: {reads:?}");
+    assert!(sums.iter().all(|&n| n > 1000), "log-odds clamped below, within, clamped above: {sums:?}");
+}
+
+/// Counts the voxels of regions whose sum is clamped below, never, or above.
+fn clamps(case: &Case, kept: &[Option<Planes>], job: &[Reading], sums: &mut [u64; 3]) {
+    for voxel in case.cell.regions.iter().flat_map(BitGrid::cells) {
+        let mut sum = 0;
+        for reading in job {
+            let slots = [Some(reading.slot), reading.volume].into_iter().flatten();
+            let said: Vec<_> = slots.filter_map(|slot| kept[slot as usize].as_ref()).collect();
+            let said = |plane: fn(&Planes) -> &BitGrid| said.iter().any(|planes| plane(planes).get(voxel));
+            let (occupied, free) = (said(|planes| &planes.occupied), said(|planes| &planes.free));
+            let raw = sum + if occupied { reading.hit } else { free as i32 * reading.miss };
+            sum = raw.clamp(*LOG_ODDS.start(), *LOG_ODDS.end());
+            sums[((raw - sum).signum() + 1) as usize] += 1;
+        }
+    }
+}
+
+/// The first case with a large region.
+fn with_a_region() -> Case {
+    let large = |case: &Case| case.cell.regions.iter().any(|region| region.count() > 1000);
+    (0..).map(case).find(large).expect("some case has a region")
+}
+
+/// What was cast for one scene says nothing of the next.
+#[test]
+fn nothing_is_left_of_another_scene() {
+    let Some(mut gpu) = gpu() else { return };
+    let case = with_a_region();
+    let shots: Vec<_> = case.shots.iter().map(|shot| (shot.slot, shot.placement)).collect();
+    let reading = |&(slot, _): &_| Reading { slot, volume: Some(slot), hit: 847, miss: -405 };
+    let job: Vec<_> = shots.iter().map(reading).collect();
+    // Voxels that are known, and all of them, over the regions.
+    let known_to = |gpu: &mut Gpu, job: &Vec<Reading>| {
+        let counts = unwrap(gpu.score(Fusion::Octomap, std::slice::from_ref(job)), "");
+        let sum = |of: fn(&Confusion) -> u64| counts[0].iter().map(of).sum::<u64>();
+        (sum(|c| c.total() - c.uo - c.uf), sum(Confusion::total))
+    };
+    let known = |gpu: &mut Gpu| known_to(gpu, &job);
+    unwrap(gpu.tables(&case.tables), "");
+    unwrap(gpu.load(&case.cell), "");
+    assert_eq!(known(&mut gpu).0, 0);
+    unwrap(gpu.sense(0, &shots), "");
+    let (some, all) = known(&mut gpu);
+    assert!(some > 0 && some < all, "{some} of {all}");
+    assert_eq!(known_to(&mut gpu, &vec![]), (0, all), "no readings say nothing");
+    unwrap(gpu.load(&case.cell), "");
+    assert_eq!(known(&mut gpu), (0, all));
 }
 
 #[test]
-fn nothing_is_scored_before_it_is_loaded() {
+fn what_is_not_there_is_an_error() {
     let Some(mut gpu) = gpu() else { return };
-    assert!(matches!(gpu.score(&case(0).placements), Err(perirobot::Error::Device(_))));
+    let case = with_a_region();
+    let placement = case.shots[0].placement;
+    let fails = |result: perirobot::Result<()>, expected: &str| match result {
+        Err(perirobot::Error::Device(message)) => assert!(message.contains(expected), "{message}"),
+        other => panic!("{expected}: {other:?}"),
+    };
+    fails(gpu.score(Fusion::Octomap, &case.jobs).map(drop), "no scene is loaded");
+    fails(gpu.sense(0, &[(0, placement)]), "no table 0 of rays is loaded");
+    unwrap(gpu.tables(&case.tables), "");
+    fails(gpu.sense(0, &[(0, placement)]), "no scene is loaded");
+    unwrap(gpu.load(&case.cell), "");
+    fails(gpu.sense(3, &[(0, placement)]), "no table 3 of rays is loaded");
+    let slots = gpu.slots() as u32;
+    fails(gpu.sense(0, &[(slots, placement)]), &format!("no slot {slots}"));
+    let far = Reading { slot: 0, volume: Some(slots), hit: 1, miss: -1 };
+    fails(gpu.score(Fusion::Octomap, &[vec![far]]).map(drop), &format!("no slot {slots}"));
+    let mut window = case.cell.window;
+    window.size[0] += 1;
+    let planes = Planes { occupied: BitGrid::new(window), free: BitGrid::new(window) };
+    fails(gpu.upload(&[(0, planes)]), "different windows");
 }

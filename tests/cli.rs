@@ -9,7 +9,7 @@ use std::fs;
 use std::path::Path;
 
 use perirobot::scene::{build::build, octomap};
-use perirobot::study::{SceneSpec, Study};
+use perirobot::study::{Overrides, SceneSpec, Study};
 use perirobot::voxel::voxelize;
 use program::{Folder, Outcome, names, perirobot, text};
 use serde_json::Value;
@@ -48,19 +48,19 @@ fn number(row: &BTreeMap<String, String>, column: &str) -> u64 {
 const LABELS: [&str; 6] = ["tp", "fp", "fn", "tn", "uo", "uf"];
 
 #[test]
-fn a_sweep_writes_its_three_files() {
+fn a_sweep_writes_its_files() {
     let folder = Folder::new();
     let out = folder.path("new/out");
     let outcome = sweep(TINY, &out, &[]);
-    assert_eq!(names(&out), ["manifest.json", "poses.csv", "results.csv"]);
-    for shown in ["best F1", "best kappa", "best human_seen", "nothing seen", "ceiling", "on cpu"] {
+    assert_eq!(names(&out), ["manifest.json", "poses.csv", "results.csv", "scores.csv"]);
+    for shown in ["best F1", "best kappa", "best human_seen", "nothing seen", "upper bound", "on cpu"] {
         assert!(outcome.stdout.contains(shown), "no {shown:?} in {}", outcome.stdout);
     }
     assert!(outcome.stderr.contains("running on cpu"), "{}", outcome.stderr);
 
-    let study = Study::load(Path::new(TINY), None).unwrap();
+    let study = Study::load(Path::new(TINY), &Overrides::default()).unwrap();
     let poses = read(&out, "poses.csv");
-    assert_eq!(poses.lines().next().unwrap(), "sensor,pose,group,x_m,y_m,z_m,qw,qx,qy,qz");
+    assert_eq!(poses.lines().next().unwrap(), "sensor,pose,group,x_m,y_m,z_m,qw,qx,qy,qz,inflation_m,on");
     let results = read(&out, "results.csv");
     assert_eq!(
         results.lines().next().unwrap(),
@@ -138,7 +138,7 @@ fn bytes_do_not_depend_on_threads_or_backend() {
     sweep(TINY, &outs[0], &["--threads", "1"]);
     sweep(TINY, &outs[1], &["--threads", "2"]);
     sweep(TINY, &outs[2], &["--backend", "oracle"]);
-    for name in ["poses.csv", "results.csv"] {
+    for name in ["poses.csv", "results.csv", "scores.csv"] {
         let first = read(&outs[0], name);
         assert!(outs[1..].iter().all(|out| read(out, name) == first), "{name}");
     }
@@ -199,7 +199,7 @@ fn an_existing_folder_gets_new_files_and_keeps_what_is_not_ours() {
         fs::write(out.join(name), "old").unwrap();
     }
     sweep(TINY, &out, &[]);
-    assert_eq!(names(&out), ["manifest.json", "notes.txt", "poses.csv", "results.csv"]);
+    assert_eq!(names(&out), ["manifest.json", "notes.txt", "poses.csv", "results.csv", "scores.csv"]);
     assert!(read(&out, "results.csv").starts_with("scene,") && read(&out, "notes.txt") == "old");
 }
 
@@ -256,11 +256,12 @@ fn the_seed_moves_random_poses_and_nothing_else() {
 #[test]
 fn help_says_what_a_user_must_know() {
     for (arguments, fragments) in [
-        (&["--help"][..], &["sweep", "compare", "devices", "voxelize", "Exit codes"][..]),
+        (&["--help"][..], &["sweep", "summary", "compare", "devices", "voxelize", "Exit codes"][..]),
         (
             &["sweep", "--help"],
             &["--out", "--voxel-size", "--backend", "--threads", "--adapter", "results.csv"],
         ),
+        (&["summary", "--help"], &["--region", "--combination", "--score", "scores.csv", "baselines"]),
         (&["compare", "--help"], &["--poses", "--pose", "--all", "oracle", "Exits 1"]),
         (&["devices", "--help"], &["Vulkan"]),
         (&["voxelize", "--help"], &["--out", "--voxel-size", ".bt", "octovis"]),
@@ -280,10 +281,11 @@ fn compare_finds_no_difference_between_cpu_and_oracle() {
     assert_eq!(outcome.code, Some(0), "{}{}", outcome.stdout, outcome.stderr);
     assert!(outcome.stdout.contains("\n0 differences between oracle and cpu\n"), "{}", outcome.stdout);
     let one = perirobot(&["compare", TINY, "--pose", "posts/leaning", "--backend", "cpu"]);
-    assert_eq!((one.code, one.stdout.matches("lidar").count()), (Some(0), 2), "{}", one.stdout);
+    // The sensor and the combination of it alone, each on two backends.
+    assert_eq!((one.code, one.stdout.matches("lidar").count()), (Some(0), 4), "{}", one.stdout);
     assert!(!one.stdout.contains("camera"), "{}", one.stdout);
     let as_in_results = perirobot(&["compare", TINY, "--pose", "lidar:posts/leaning", "--backend", "cpu"]);
-    assert_eq!(as_in_results.stdout.matches("lidar").count(), 2, "{}", as_in_results.stderr);
+    assert_eq!(as_in_results.stdout.matches("lidar").count(), 4, "{}", as_in_results.stderr);
     let itself = perirobot(&["compare", TINY, "--backend", "oracle"]);
     assert_eq!(itself.code, Some(2), "the oracle is not compared with itself");
 }
@@ -300,7 +302,7 @@ fn a_scene_goes_out_as_an_octomap_and_comes_back() {
     let spec = SceneSpec::load(Path::new("scenes/paper/scene1.toml")).unwrap();
     let scene = build(&spec, 0.05).unwrap();
     let grid = voxelize::grid_over(&voxelize::scene_extent(&scene, 0.05).unwrap(), 0.05).unwrap();
-    let truth = voxelize::voxelize(&scene, grid).unwrap();
+    let truth = voxelize::voxelize_all(&scene, grid).unwrap().remove(0);
     let map = octomap::read(&out).unwrap();
     assert_eq!((map.resolution_m, map.occupied.len() as u64), (0.05, truth.occupied.count()));
     let inside = |key: &[i32; 3]| truth.occupied.get(std::array::from_fn(|r| key[r] - grid.origin[r]));

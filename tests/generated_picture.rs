@@ -6,9 +6,11 @@ use std::path::Path;
 use glam::DVec3;
 use perirobot::backend::{Backend, cpu::Cpu};
 use perirobot::march;
-use perirobot::sensor::{Camera, Kind, Pose, Sensor};
-use perirobot::study::Study;
-use perirobot::sweep::World;
+use perirobot::sensor::range::Range;
+use perirobot::sensor::rgbd::{Rgbd, Shape};
+use perirobot::sensor::{Camera, Pose, placement};
+use perirobot::study::{Overrides, Study};
+use perirobot::sweep::{World, tables};
 use perirobot::voxel::BitGrid;
 
 const SIZE: [u32; 2] = [960, 560];
@@ -23,18 +25,22 @@ const UNKNOWN_HUMAN: [f64; 3] = [215.0, 70.0, 60.0];
 #[test]
 fn the_readme_shows_what_this_code_draws() {
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));
-    let mut study = Study::load(&root.join("scenes/paper/exp1.toml"), Some(0.025)).unwrap();
+    let mut study = Study::load(
+        &root.join("scenes/paper/exp1.toml"),
+        &Overrides { voxel_size_m: Some(0.025), noiseless: true },
+    )
+    .unwrap();
     study.scenes.truncate(1);
-    let world = World::prepare(&study, &study.scenes[0]).unwrap();
-    let camera = &study.sensors[0];
-    let candidate = camera.candidates.iter().find(|c| c.name == "left-wall/15/1").unwrap();
+    let world = World::prepare(&study, 0).unwrap().remove(0);
+    let candidates = &study.sensors[0].candidates;
+    let candidate = candidates.iter().position(|c| c.name == "left-wall/15/1").unwrap();
 
     let mut cpu = Cpu::new(None).unwrap();
-    let rays = camera.rays(study.voxel_size_m, study.backdrop);
-    cpu.load(&world.cell(world.truth.grid.window()), &rays).unwrap();
-    let seen = cpu.read(&camera.placement(&candidate.pose, &world.truth.grid)).unwrap().occupied;
+    cpu.tables(&[tables(&study)[0].clone().unwrap()]).unwrap();
+    cpu.load(&world.cell(world.truth.grid.window())).unwrap();
+    let seen = cpu.read(0, &world.placement(&study, 0, candidate, 0)).unwrap().planes.occupied;
 
-    let pixels = draw(&world, &seen, candidate.pose.position_m);
+    let pixels = draw(&world, &seen, world.settings[0][candidate].pose().position_m);
     let path = root.join(FILE);
     if std::env::var_os("PERIROBOT_REGENERATE").is_some() {
         write_png(&path, &pixels);
@@ -51,19 +57,16 @@ fn the_readme_shows_what_this_code_draws() {
 /// Marches a ray for each pixel from a corner of the room to the first occupied voxel.
 fn draw(world: &World, seen: &BitGrid, sensor_m: DVec3) -> Vec<u8> {
     let eye = DVec3::new(2.85, 1.85, 2.75);
-    let viewer = Sensor {
-        name: "viewer".into(),
-        kind: Kind::Camera(Camera { fov_rad: [1.35, 0.87], resolution_px: SIZE }),
-        range_m: [0.0, 20.0],
-        near_ignore_m: 0.0,
-        no_return_is_free: false,
-        candidates: Vec::new(),
-    };
+    let range =
+        Range { range_m: [0.0, 20.0], near_ignore_m: 0.0, no_return_is_free: false, noise_std_m: 0.0 };
+    let camera = Camera { fov_rad: [1.35, 0.87], resolution_px: SIZE };
+    let viewer = Rgbd { camera, range, shapes: vec![Shape::Points], keypoint_tolerance_m: 0.0 };
     let grid = &world.truth.grid;
-    let placement = viewer.placement(&Pose::facing(eye, DVec3::new(-0.1, -0.1, 0.75) - eye, 0.0, 0.0), grid);
+    let facing = Pose::facing(eye, DVec3::new(-0.1, -0.1, 0.75) - eye, 0.0, 0.0);
+    let placement = placement(&viewer, &facing, grid, 0);
     let sensor = perirobot::voxel::Grid::cell_of(grid.position_q16(sensor_m));
     let mut pixels = Vec::new();
-    for dir in viewer.rays(grid.voxel_size_m, false).dirs_q15 {
+    for dir in viewer.camera.dirs_q15() {
         let mut ray =
             march::start(placement.origin_q16, placement.axis_q15.map(|a| march::direction_q16(a, dir)));
         let color = loop {

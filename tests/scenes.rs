@@ -5,12 +5,13 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::sync::OnceLock;
 
-use perirobot::backend::Backend;
 use perirobot::backend::cpu::Cpu;
+use perirobot::backend::{Backend, Fusion, Rays, Reading};
 use perirobot::scene::{Role, build::build, octomap};
 use perirobot::sensor::pose::Frame;
-use perirobot::study::{SceneSpec, Study};
-use perirobot::sweep::{World, jobs};
+use perirobot::sensor::{Camera, Station, placement};
+use perirobot::study::{Overrides, SceneSpec, Study};
+use perirobot::sweep::{World, jobs, tables};
 use perirobot::voxel::{Truth, voxelize};
 
 /// All `.toml` files below `scenes`, as (studies, scenes): a study has sensors.
@@ -32,7 +33,8 @@ fn shipped() -> (Vec<PathBuf>, Vec<PathBuf>) {
 }
 
 fn study(name: &str) -> Study {
-    Study::load(&Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes").join(name), None).unwrap()
+    Study::load(&Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes").join(name), &Overrides::default())
+        .unwrap()
 }
 
 /// Experiment 1's scenes, prepared once for all tests.
@@ -40,7 +42,7 @@ fn paper() -> &'static [World] {
     static WORLDS: OnceLock<Vec<World>> = OnceLock::new();
     WORLDS.get_or_init(|| {
         let study = study("paper/exp1.toml");
-        study.scenes.iter().map(|scene| World::prepare(&study, scene).unwrap()).collect()
+        World::prepare_all(&study).unwrap()
     })
 }
 
@@ -54,9 +56,9 @@ fn every_study_loads_and_prepares_without_a_surprise() {
     let (studies, scenes) = shipped();
     assert!(studies.len() >= 4 && scenes.len() >= 4, "{studies:?} {scenes:?}");
     for path in studies {
-        let study = Study::load(&path, None).unwrap();
-        for scene in &study.scenes {
-            let world = World::prepare(&study, scene).unwrap();
+        let study = Study::load(&path, &Overrides::default()).unwrap();
+        for scene in 0..study.scenes.len() {
+            let world = World::prepare(&study, scene).unwrap().remove(0);
             assert!(!world.truth.human.is_empty() && !world.truth.robot.is_empty(), "{}", path.display());
             for warning in &world.warnings {
                 assert!(
@@ -75,7 +77,9 @@ fn every_study_loads_and_prepares_without_a_surprise() {
 #[test]
 fn experiment_1_has_the_papers_poses() {
     let study = study("paper/exp1.toml");
-    let [camera] = &study.sensors[..] else { panic!("one sensor") };
+    let [camera, zone] = &study.sensors[..] else { panic!("two sensors") };
+    assert_eq!(zone.candidates, camera.candidates);
+    assert_eq!(camera.kind.representations(), ["points", "spheres", "cylinders", "box"]);
     let mut groups = BTreeMap::new();
     for candidate in &camera.candidates {
         *groups.entry(candidate.group.as_str()).or_insert(0) += 1;
@@ -84,23 +88,127 @@ fn experiment_1_has_the_papers_poses() {
         [("back-wall", 105), ("ceiling", 350), ("front-wall", 105), ("left-wall", 150), ("right-wall", 150)];
     assert_eq!(groups, BTreeMap::from(expected));
     assert_eq!((camera.candidates.len(), study.scenes.len(), study.regions.len()), (860, 3, 2));
-    assert_eq!(jobs(&study), 860 * 3);
+    assert_eq!(jobs(&study), 2 * 860 * 3);
     // Position 12 of the right wall: x −2.2 + 4 · 0.5, z 1.5; its orientation 3 is panned left and tilted down.
-    let pose = camera.candidates.iter().find(|c| c.name == "right-wall/12/3").unwrap().pose;
+    let pose = camera.candidates.iter().find(|c| c.name == "right-wall/12/3").unwrap().setting.pose();
     assert!((pose.position_m - glam::DVec3::new(-0.2, -1.9, 1.5)).length() < 1e-12, "{}", pose.position_m);
     let ahead = pose.link().x_axis;
     assert!(ahead.x < -0.3 && ahead.y > 0.8 && ahead.z < -0.3, "{ahead}");
     // Every straight pose looks into the room, and away from its wall.
     for candidate in camera.candidates.iter().filter(|c| c.name.ends_with("/0")) {
-        let (at, ahead) = (candidate.pose.position_m, candidate.pose.link().x_axis);
+        let (at, ahead) = (candidate.setting.pose().position_m, candidate.setting.pose().link().x_axis);
         assert!((at + 0.5 * ahead).abs().cmplt(glam::DVec3::new(3.0, 2.0, 3.0)).all(), "{}", candidate.name);
     }
 }
 
 #[test]
+fn experiment_2_has_the_papers_choices() {
+    let study = study("paper/exp2.toml");
+    let poses: Vec<usize> = study.sensors.iter().map(|sensor| sensor.candidates.len()).collect();
+    assert_eq!(
+        (poses, study.scenes.len(), study.repeats),
+        (vec![24, 9, 3, 1], 3, 1),
+        "pads, camera, cover, robot"
+    );
+    let choices: Vec<(&str, usize)> =
+        study.combinations.iter().map(|c| (c.name.as_str(), c.choices())).collect();
+    #[rustfmt::skip]
+    assert_eq!(choices, [
+        ("pad + camera + cover", 648), ("pad + camera", 216), ("pad + cover", 72), ("camera + cover", 27),
+        ("pad", 24), ("camera", 9), ("cover", 3),
+    ]);
+    for combination in &study.combinations {
+        assert_eq!(combination.fusion, Fusion::Octomap, "{}", combination.name);
+        assert_eq!(combination.members.last().unwrap().sensor, 3, "{}: the robot is known", combination.name);
+    }
+    assert_eq!(jobs(&study), 3 * (648 + 216 + 72 + 27 + 36));
+}
+
+/// The authors' table triggers 8 pads, 4 on either side; ours triggers the 4 on the far side. The legs fill the same
+/// voxels in both, from −0.5 to 0.55 on y, and pads end at y = −0.5: half-open as all boxes here, a pad has no voxel
+/// that begins there, while theirs take it in.
+#[test]
+fn the_table_alone_triggers_four_pads() {
+    let study = study("paper/exp2.toml");
+    let mut truth = paper()[0].truth.clone();
+    truth.occupied.remove(&truth.human);
+    truth.occupied.remove(&truth.robot);
+    let pads = &study.sensors[0];
+    let pressed: Vec<[f64; 2]> = (pads.candidates.iter())
+        .filter(|pad| {
+            let window = truth.grid.window();
+            let at = Station { truth: &truth, window, setting: pad.setting, rays: None, draws: 0 };
+            !pads.kind.claim(0, &at).planes.unwrap().occupied.is_empty()
+        })
+        .map(|pad| [pad.setting.pose().position_m.x, pad.setting.pose().position_m.y])
+        .collect();
+    assert_eq!(pads.candidates.len(), 24);
+    assert_eq!(pressed, [[-1.0, 0.5], [-0.5, 0.5], [0.5, 0.5], [1.0, 0.5]], "corners of the pads");
+}
+
+/// Where the observer of Experiment 3 stands in each snapshot: along the table, around its corner, and back.
+fn walk() -> Vec<[f64; 2]> {
+    let along = (0..9).map(|i| [-0.25 + 0.25 * f64::from(i), 0.9]);
+    let around = [0.65, 0.4, 0.15, -0.1, -0.35].map(|y| [1.75, y]);
+    let there: Vec<[f64; 2]> = along.chain(around).collect();
+    there.iter().chain(there.iter().rev().skip(1)).copied().collect()
+}
+
+#[test]
+fn experiment_3_has_the_papers_poses_and_snapshots() {
+    let study = study("paper/exp3.toml");
+    let [lidar] = &study.sensors[..] else { panic!("one sensor") };
+    let cone = &self::study("paper/lidar.toml").sensors[0];
+    assert_eq!((lidar.name.as_str(), &lidar.candidates), ("cone-45", &cone.candidates));
+    let with_noise = format!("{:?}", cone.kind).replace("noise_std_m: 0.0", "noise_std_m: 0.01");
+    assert!(format!("{:?}", lidar.kind) == with_noise, "cone-45 with noise of 0.01 m");
+    assert_eq!((study.scenes[0].snapshots, jobs(&study)), (27, 27 * 172));
+    let observer = study.scenes[0].objects.iter().find(|object| object.name == "observer").unwrap();
+    let (places, turns) = (&observer.motion.position_m, &observer.motion.rotation);
+    assert_eq!((walk().len(), places.len(), turns.len()), (27, 27, 27));
+    for (i, (place, [x, y])) in places.iter().zip(walk()).enumerate() {
+        assert!((*place - glam::DVec3::new(x, y, 0.0)).length() < 1e-9, "snapshot {i}: {place}");
+        // It looks where it goes next, and at the end where it came to.
+        let from = i.min(25);
+        let ahead = (places[from + 1] - places[from]).normalize();
+        assert!((turns[i] * glam::DVec3::X - ahead).length() < 1e-9, "snapshot {i}");
+    }
+}
+
+#[test]
+fn nobody_walks_into_anything_in_experiment_3() {
+    let worlds = World::prepare(&study("paper/exp3.toml"), 0).unwrap();
+    for (world, [x, y]) in worlds.iter().zip(walk()) {
+        let part = |name: &str| &world.truth.objects.iter().find(|o| o.name == name).unwrap().cells;
+        for (a, b) in [
+            ("observer", "table"),
+            ("observer", "robot"),
+            ("observer", "operator"),
+            ("operator", "table"),
+            ("operator", "robot"),
+        ] {
+            let mut both = part(a).clone();
+            both.keep(part(b));
+            assert!(
+                both.is_empty(),
+                "snapshot {}: {a} and {b} share {} voxels",
+                world.snapshot,
+                both.count()
+            );
+        }
+        let above = cell(&world.truth, x + 0.01, y + 0.01, 0.0);
+        let column = (above[2]..40).filter(|z| part("observer").get([above[0], above[1], *z])).count();
+        assert!(column > 0, "snapshot {}: the observer is at {x}, {y}", world.snapshot);
+    }
+    assert_eq!(worlds.len(), 27);
+    assert!(worlds.windows(2).all(|pair| pair[0].regions[1].cells == pair[1].regions[1].cells));
+}
+
+#[test]
 fn the_lidar_study_casts_the_papers_rays() {
     let study = study("paper/lidar.toml");
-    let rays = |i: usize| study.sensors[i].rays(study.voxel_size_m, study.backdrop).dirs_q15;
+    let tables = tables(&study);
+    let rays = |i: usize| &tables[i].as_ref().unwrap().dirs_q15;
     assert_eq!((rays(0).len(), rays(1).len()), (515 * 65, 515 * 79));
     assert!(study.sensors.iter().all(|sensor| sensor.candidates.len() == 172));
     // No ray is farther than 45° (and 55°) from the spin axis, which looks into the room.
@@ -110,7 +218,7 @@ fn the_lidar_study_casts_the_papers_rays() {
         assert!((least - expected).abs() <= 1, "{least}, expected {expected}");
         let sensor = &study.sensors[i];
         let wall = sensor.candidates.iter().find(|c| c.group == "right-wall").unwrap();
-        let placement = sensor.placement(&wall.pose, &paper()[0].truth.grid);
+        let placement = placement(&*sensor.kind, &wall.setting.pose(), &paper()[0].truth.grid, 0);
         assert_eq!(placement.axis_q15.map(|row| row[2]), [0, 32_768, 0], "the axis looks along +y");
     }
 }
@@ -174,7 +282,7 @@ fn people_and_robot_are_there_and_apart() {
 }
 
 /// A scene in a folder of its own, with the shipped table beside it.
-fn scene_with(toml: &str) -> (tempfile::TempDir, perirobot::Result<perirobot::scene::Scene>) {
+fn scene_with(toml: &str) -> (tempfile::TempDir, perirobot::Result<Vec<perirobot::scene::Scene>>) {
     let folder = tempfile::tempdir().unwrap();
     let table = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/paper/table.glb");
     fs::copy(table, folder.path().join("table.glb")).unwrap();
@@ -191,7 +299,7 @@ fn scene_with(toml: &str) -> (tempfile::TempDir, perirobot::Result<perirobot::sc
 fn truth_of(toml: &str) -> Truth {
     let scene = scene_with(toml).1.unwrap();
     let grid = voxelize::grid_over(&voxelize::scene_extent(&scene, 0.05).unwrap(), 0.05).unwrap();
-    voxelize::voxelize(&scene, grid).unwrap()
+    voxelize::voxelize_all(&scene, grid).unwrap().remove(0)
 }
 
 #[test]
@@ -246,15 +354,16 @@ fn an_octomap_is_truth_and_another_tags_the_people_in_it() {
 #[test]
 fn the_best_of_a_few_poses_sees_the_operator() {
     let (study, world) = (study("paper/exp1.toml"), &paper()[0]);
-    let mut camera = study.sensors[0].clone();
-    if let perirobot::sensor::Kind::Camera(camera) = &mut camera.kind {
-        camera.resolution_px = [128, 72];
-    }
+    let small = Camera { fov_rad: [87f64, 58.0].map(f64::to_radians), resolution_px: [128, 72] };
+    let table = tables(&study)[0].clone().unwrap();
     let mut cpu = Cpu::new(None).unwrap();
-    cpu.load(&world.cell(world.truth.grid.window()), &camera.rays(study.voxel_size_m, false)).unwrap();
-    let poses = camera.candidates.iter().step_by(25);
-    let placements: Vec<_> = poses.map(|c| camera.placement(&c.pose, &world.truth.grid)).collect();
-    let counts = cpu.score(&placements).unwrap();
+    cpu.tables(&[Rays { dirs_q15: small.dirs_q15(), noise_q16: Vec::new(), ..table }]).unwrap();
+    cpu.load(&world.cell(world.truth.grid.window())).unwrap();
+    let poses = (0..860).step_by(25).map(|pose| world.placement(&study, 0, pose, 0));
+    let shots: Vec<_> = (0..).zip(poses).collect();
+    cpu.sense(0, &shots).unwrap();
+    let alone = |&(slot, _): &_| vec![Reading { slot, volume: None, hit: 1, miss: -1 }];
+    let counts = cpu.score(Fusion::OccupiedWins, &shots.iter().map(alone).collect::<Vec<_>>()).unwrap();
     let best = counts.iter().filter_map(|regions| regions[1].human_seen()).fold(0.0, f64::max);
     assert!(best > 0.2, "{best}");
     assert!(counts.iter().flatten().all(|c| c.fp + c.fn_ == 0), "nothing is see-through");

@@ -4,7 +4,7 @@
 use std::mem::offset_of;
 
 use naga::{Module, TypeInner};
-use perirobot::backend::gpu::types::{Part, PlacementWords, Setup};
+use perirobot::backend::gpu::types::{JobWords, Part, PlacementWords, ReadingWords, Setup, TableWords};
 use perirobot::backend::gpu::{Stage, shader_source};
 
 fn parsed(stage: Stage) -> Module {
@@ -59,9 +59,12 @@ macro_rules! mirrored {
 fn structs_match_their_mirrors() {
     mirrored!("Setup", Setup, grid_x grid_y grid_z grid_words_per_row
         window_min_x window_min_y window_min_z window_words_per_row window_x window_y window_z window_words
-        rays range_min_q16 range_max_q16 near_ignore_q16 no_return_is_free backdrop regions unused);
-    mirrored!("Part", Part, first_placement first end region);
-    mirrored!("Placement", PlacementWords, origin_q16 axis_x_q15 axis_y_q15 axis_z_q15);
+        regions);
+    mirrored!("Table", TableWords, rays range_min_q16 range_max_q16 near_ignore_q16 no_return_is_free backdrop noisy);
+    mirrored!("Part", Part, first_row first end region);
+    mirrored!("Placement", PlacementWords, origin_q16 axis_x_q15 axis_y_q15 axis_z_q15 draws slot);
+    mirrored!("Job", JobWords, first end octomap);
+    mirrored!("Reading", ReadingWords, slot volume hit miss);
 }
 
 #[test]
@@ -71,13 +74,31 @@ fn arrays_in_storage_have_no_gaps() {
         for (_, global) in module.global_variables.iter() {
             let TypeInner::Array { base, stride, .. } = module.types[global.ty].inner else { continue };
             let (name, place) = (global.name.as_deref().unwrap_or("?"), stage.name());
-            let expected = match &module.types[base].inner {
+            let item = &module.types[base];
+            let expected = match &item.inner {
                 TypeInner::Scalar(_) | TypeInner::Atomic(_) => size_of::<u32>(),
                 TypeInner::Array { .. } => size_of::<[i32; 3]>(),
-                TypeInner::Struct { .. } => size_of::<PlacementWords>(),
+                TypeInner::Struct { .. } => match item.name.as_deref() {
+                    Some("Placement") => size_of::<PlacementWords>(),
+                    Some("Job") => size_of::<JobWords>(),
+                    Some("Reading") => size_of::<ReadingWords>(),
+                    other => panic!("{place}: {name} is an array of {other:?}, for which there is no mirror"),
+                },
                 other => panic!("{place}: {name} is an array of {other:?}, for which there is no mirror"),
             };
             assert_eq!(stride as usize, expected, "{place}: stride of {name}");
         }
+    }
+}
+
+/// As many as every WebGPU-class adapter has.
+#[test]
+fn no_kernel_sees_more_than_eight_storage_buffers() {
+    for stage in Stage::ALL {
+        let module = parsed(stage);
+        let storage =
+            |global: &naga::GlobalVariable| matches!(global.space, naga::AddressSpace::Storage { .. });
+        let seen = module.global_variables.iter().filter(|(_, global)| storage(global)).count();
+        assert!((2..=8).contains(&seen), "shaders/{}.wgsl sees {seen} storage buffers", stage.name());
     }
 }

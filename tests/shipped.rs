@@ -1,30 +1,36 @@
-//! Oracle = CPU = GPU on the studies that ship: every count, every voxel of the whole grid, the end of every ray.
+//! Oracle = CPU = GPU on the quick studies that ship: every count, every voxel of the whole grid, the end of every ray.
+//! The gate compares the experiments by the program itself.
 
 mod common;
 
 use std::path::Path;
 
 use perirobot::backend::{Backend, cpu::Cpu, gpu::Gpu};
-use perirobot::study::Study;
-use perirobot::sweep::World;
-use perirobot::sweep::compare::{Report, Selection, compare};
+use perirobot::study::{Overrides, Study};
+use perirobot::sweep::compare::{Report, Selection, compare, compare_combination};
+use perirobot::sweep::{World, tables};
 
 #[track_caller]
 fn check(file: &str, voxel_size_m: Option<f64>, selection: Selection) {
-    let study = Study::load(&Path::new(env!("CARGO_MANIFEST_DIR")).join(file), voxel_size_m).unwrap();
+    let overrides = Overrides { voxel_size_m, ..Default::default() };
+    let study = Study::load(&Path::new(env!("CARGO_MANIFEST_DIR")).join(file), &overrides).unwrap();
     let mut backends: Vec<Box<dyn Backend>> = vec![Box::new(Cpu::new(None).unwrap())];
     if let Some(adapter) = common::adapter() {
         backends.push(Box::new(Gpu::new(&adapter).unwrap()));
     }
     let mut report = Report::default();
-    for spec in &study.scenes {
-        let world = World::prepare(&study, spec).unwrap();
-        for sensor in &study.sensors {
-            compare(&study, &world, sensor, &selection, &mut backends, &mut report).unwrap();
+    let worlds = World::prepare_all(&study).unwrap();
+    for world in &worlds {
+        for sensor in 0..study.sensors.len() {
+            compare(&study, world, sensor, &selection, &mut backends, &mut report).unwrap();
+        }
+        for combination in 0..study.combinations.len() {
+            compare_combination(&study, world, combination, &selection, &mut backends, &mut report).unwrap();
         }
     }
-    let compared = study.scenes.len() * study.sensors.len() * (1 + backends.len());
-    assert_eq!(report.lines.len(), compared, "{file}: every scene and sensor on every backend");
+    let casting = tables(&study).iter().flatten().count();
+    let compared = worlds.len() * (casting + study.combinations.len()) * (1 + backends.len());
+    assert_eq!(report.lines.len(), compared, "{file}: every sensor and combination on every backend");
     let again = format!("cargo run -- compare {file}");
     assert_eq!(report.first_difference, None, "{file}; rerun with: {again}");
 }
@@ -45,11 +51,11 @@ fn quick() {
 }
 
 #[test]
-fn experiment_1() {
-    check("scenes/paper/exp1.toml", None, Selection::Spread(3));
+fn lidars() {
+    check("scenes/paper/lidar.toml", None, Selection::Spread(2));
 }
 
 #[test]
-fn lidars() {
-    check("scenes/paper/lidar.toml", None, Selection::Spread(2));
+fn every_sensor() {
+    check("scenes/sensors.toml", None, Selection::All);
 }

@@ -79,7 +79,7 @@ fn march_of(words: &[u32]) -> March {
     }
 }
 
-const TWINS: [Twin; 9] = [
+const TWINS: [Twin; 16] = [
     Twin {
         name: "packed",
         inputs: 2,
@@ -150,6 +150,64 @@ const TWINS: [Twin; 9] = [
         wgsl: "out(0u, freed(End(in(0u), in(1u)), in(2u) != 0u));",
         rust: |w| vec![march::freed(End { kind: w[0], crossings: w[1] }, w[2] != 0)],
     },
+    Twin {
+        name: "made_by",
+        inputs: 3,
+        outputs: 1,
+        wgsl: "out(0u, made_by(in(0u), in(1u), in(2u)));",
+        rust: |w| vec![march::made_by(w[0], w[1], w[2])],
+    },
+    Twin {
+        name: "crossing_q16",
+        inputs: 3,
+        outputs: 1,
+        wgsl: "out(0u, crossing_q16(in(0u), in(1u), in(2u)));",
+        rust: |w| vec![march::crossing_q16(w[0], w[1], w[2])],
+    },
+    Twin {
+        name: "crossings_at",
+        inputs: 10,
+        outputs: 1,
+        wgsl: "let m = start(in3(0u), in3(3u));
+               out(0u, crossings_at(m, vec3<u32>(in(6u), in(7u), in(8u)), in(9u)));",
+        rust: |w| {
+            let begin = march::start(signed(w), signed(&w[3..]));
+            vec![march::crossings_at(&begin, std::array::from_fn(|r| w[6 + r]), w[9])]
+        },
+    },
+    Twin {
+        name: "room",
+        inputs: 9,
+        outputs: 3,
+        wgsl: "let m = start(in3(0u), in3(3u));
+               let left = room(m, vec3<u32>(in(6u), in(7u), in(8u)));
+               out(0u, left.x); out(1u, left.y); out(2u, left.z);",
+        rust: |w| {
+            let begin = march::start(signed(w), signed(&w[3..]));
+            march::room(&begin, std::array::from_fn(|r| w[6 + r])).to_vec()
+        },
+    },
+    Twin {
+        name: "pcg",
+        inputs: 1,
+        outputs: 1,
+        wgsl: "out(0u, pcg(in(0u)));",
+        rust: |w| vec![march::pcg(w[0])],
+    },
+    Twin {
+        name: "draw",
+        inputs: 2,
+        outputs: 1,
+        wgsl: "out(0u, draw(in(0u), in(1u)));",
+        rust: |w| vec![march::draw(w[0], w[1])],
+    },
+    Twin {
+        name: "noisy_q16",
+        inputs: 2,
+        outputs: 1,
+        wgsl: "out(0u, noisy_q16(in(0u), sin(1u)));",
+        rust: |w| vec![march::noisy_q16(w[0], w[1] as i32)],
+    },
 ];
 
 /// `launch` has no twin of its own: it is `start` in the directions of `direction_q16`.
@@ -159,7 +217,7 @@ const LAUNCH: Twin = Twin {
     outputs: 12,
     wgsl: "let p = Placement(
                array<i32, 3>(sin(0u), sin(1u), sin(2u)), array<i32, 3>(sin(3u), sin(4u), sin(5u)),
-               array<i32, 3>(sin(6u), sin(7u), sin(8u)), array<i32, 3>(sin(9u), sin(10u), sin(11u)));
+               array<i32, 3>(sin(6u), sin(7u), sin(8u)), array<i32, 3>(sin(9u), sin(10u), sin(11u)), 0u, 0u);
            out_march(launch(p, array<i32, 3>(sin(12u), sin(13u), sin(14u))));",
     rust: |w| {
         let dir_q16 = [3, 6, 9].map(|row| march::direction_q16(signed(&w[row..]), signed(&w[12..])));
@@ -255,9 +313,106 @@ fn cases(name: &str, random: &mut Random) -> Vec<u32> {
                 (0..4).for_each(|_| out.extend(unit(random)));
             }
         }
-        _ => panic!("no cases for {name}"),
+        _ => read_cases(name, random, &mut out),
     }
     out
+}
+
+/// The cases of the functions that say where a noisy return is read.
+fn read_cases(name: &str, random: &mut Random, out: &mut Vec<u32>) {
+    match name {
+        "made_by" | "crossing_q16" => {
+            let third: &[u32] = if name == "made_by" {
+                &[0, 1, 9, 10, 11, 65_545, 65_546, 1772 << 16, 2047 << 16, 2347 << 16]
+            } else {
+                &[0, 1, 2, 3, 31, 32, 511, 1022, 1023]
+            };
+            for first in [0, 1, 10, 65_533, 65_536, 2047 << 16, NEVER - 1, NEVER] {
+                for period in [65_533, 65_536, 65_537, 131_072, 2047 << 16, 2048 << 16, NEVER - 1, NEVER] {
+                    third.iter().for_each(|&third| out.extend([first, period, third]));
+                }
+            }
+            for _ in 0..4000 {
+                let period = march::period_q16(1 + random.below(65_539));
+                let first = march::first_q16(random.below(65_537), period);
+                out.extend([first, period]);
+                out.push(random.below(if name == "made_by" { 2347 << 16 } else { 1024 }));
+            }
+        }
+        "room" | "crossings_at" => {
+            for i in 0..40_000 {
+                let (origin, dir, size) = ray_in_a_grid(random, i);
+                out.extend(origin.map(|x| x as u32).into_iter().chain(dir.map(|x| x as u32)));
+                match name {
+                    "room" => out.extend(size),
+                    _ => {
+                        let (room, t) = read_at(random, i, origin, dir, size);
+                        out.extend(room.into_iter().chain([t]));
+                    }
+                }
+            }
+        }
+        "pcg" => {
+            out.extend([0, 1, 42, 0xdead_beef, 1 << 31, u32::MAX]);
+            out.extend((0..20_000).map(|_| random.bits() as u32));
+        }
+        "draw" => {
+            (0..64).for_each(|ray| out.extend([129_708_002, ray]));
+            (0..20_000).for_each(|_| out.extend([random.bits() as u32, random.below(1 << 20)]));
+        }
+        "noisy_q16" => {
+            for t in [0, 1, 65_536, 2047 << 16] {
+                for step in [0, 1, -1, 65_536, -65_536, 300 << 16, -300 << 16, -2047 << 16] {
+                    out.extend([t, step as u32]);
+                }
+            }
+            for _ in 0..4000 {
+                out.extend([random.below(2047 << 16), random.between(-300 << 16, 300 << 16) as u32]);
+            }
+        }
+        _ => panic!("no cases for {name}"),
+    }
+}
+
+/// A position in a grid and a direction: on boundaries, centres or anywhere; along the lattice, nearly so, or anywhere.
+fn ray_in_a_grid(random: &mut Random, i: usize) -> ([i32; 3], [i32; 3], [u32; 3]) {
+    let size: [u32; 3] =
+        std::array::from_fn(|_| if i.is_multiple_of(4) { 1023 } else { 1 + random.below(12) });
+    let origin = size.map(|n| match i % 3 {
+        0 => (random.below(n) << 16) as i32,
+        1 => (random.below(n) << 16) as i32 + 0x8000,
+        _ => random.below(n << 16) as i32,
+    });
+    let dir = std::array::from_fn(|_| match i % 2 {
+        // 1 and 2 have a period of NEVER.
+        0 => random.of(&[-65_536, -37_837, -2, -1, 0, 1, 3, 37_837, 65_536]),
+        _ => random.between(-65_539, 65_539),
+    });
+    (origin, dir, size)
+}
+
+/// The room of a ray, and a distance: 0, at a crossing, at the exit or beside it, and far behind it.
+fn read_at(
+    random: &mut Random,
+    i: usize,
+    origin: [i32; 3],
+    dir: [i32; 3],
+    size: [u32; 3],
+) -> ([u32; 3], u32) {
+    let begin = march::start(origin, dir);
+    let room = march::room(&begin, size);
+    let crossing = |axis: usize, n| march::crossing_q16(begin.next_q16[axis], begin.period_q16[axis], n);
+    let exit = (0..3).map(|axis| crossing(axis, room[axis])).min().unwrap_or(NEVER);
+    let t = match i % 7 {
+        0 => 0,
+        1 => exit.saturating_sub(1),
+        2 => exit,
+        3 => exit + 1,
+        4 => crossing(random.below(3) as usize, random.below(8)),
+        5 => random.below(2347 << 16),
+        _ => random.below(exit.min(2047 << 16) + 1),
+    };
+    (room, t.min(2347 << 16))
 }
 
 /// A random unit vector in Q15; every eighth along an axis.
@@ -289,8 +444,8 @@ fn every_function_equals_its_twin() {
 fn no_function_is_left_out() {
     let source = include_str!("../shaders/march.wgsl");
     let functions = source.lines().filter_map(|line| line.strip_prefix("fn ")?.split('(').next());
-    // These two are parts of `start` and `launch`.
-    let parts = ["start_axis", "vec3_of"];
+    // These are parts of `start`, `launch` and `crossings_at`.
+    let parts = ["start_axis", "vec3_of", "made_inside"];
     for function in functions {
         let tested = TWINS.iter().chain([&LAUNCH]).any(|twin| twin.name == function);
         assert!(tested || parts.contains(&function), "shaders/march.wgsl: {function} has no twin test");

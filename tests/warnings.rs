@@ -4,7 +4,7 @@
 #[path = "common/program.rs"]
 mod program;
 
-use program::Folder;
+use program::{Folder, STUDY};
 
 /// The good study with these edits, `(file, from, to)`, must run and warn in words that hold all of `expected`.
 #[track_caller]
@@ -141,4 +141,39 @@ fn nobody_in_the_cell() {
         ),
     ];
     check(&Folder::new(), &edits, &["no object has role = \"human\"", "human_seen has no value"]);
+}
+
+#[test]
+fn a_scanner_whose_field_holds_a_wall_is_told() {
+    let scanner = "[[sensor]]\nname = \"scanner\"\nkind = \"lidar\"\nrings_deg = [0]\nresolution_deg = 4\nrange_m = [0.1, 9]\n\
+                   noise_std_m = 0.02\nfield = { polygon_m = [[0, -0.2], [FAR, -0.2], [FAR, 0.2], [0, 0.2]], height_m = 1 }\n\
+                   [[sensor.poses]]\nname = \"post\"\nlist = [{ position_m = [0.3, 0.3, 0.7], facing = [0, 1, 0] }]\n";
+    let told = |far: &str| {
+        let folder = Folder::new();
+        folder.write("study.toml", format!("{STUDY}{}", scanner.replace("FAR", far)));
+        warnings(&folder).iter().any(|w| w.contains("sensor \"scanner\": the environment alone trips 1 of 1"))
+    };
+    assert!(told("4"), "the wall is in it");
+    assert!(!told("0.2"), "nothing is");
+}
+
+#[test]
+fn poses_outside_the_cell_are_told() {
+    let folder = Folder::new();
+    assert!(!warnings(&folder).iter().any(|w| w.contains("outside all surfaces")), "none is");
+    folder.edit("study.toml", "y_m = -0.75", "y_m = -3");
+    assert!(warnings(&folder).iter().any(|w| w.contains("are outside all surfaces of the scene")));
+}
+
+#[test]
+fn a_gate_that_the_floor_trips_is_told() {
+    let gate = "[[sensor]]\nname = \"gate\"\nkind = \"gate\"\nbox = { min_m = [-0.2, -0.5, LOW], max_m = [0, 0.5, 0.9] }\n\
+                zone = { min_m = [0, -0.5, 0], max_m = [0.5, 0.5, 1] }\n";
+    let told = |low: &str| {
+        let folder = Folder::new();
+        folder.write("study.toml", format!("{STUDY}{}", gate.replace("LOW", low)));
+        warnings(&folder).iter().any(|w| w.contains("sensor \"gate\": the environment alone trips 1 of 1"))
+    };
+    assert!(told("0"), "the floor is in it");
+    assert!(!told("0.6"), "nothing is");
 }

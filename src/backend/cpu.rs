@@ -1,18 +1,26 @@
-//! All cores, one placement a thread: cast a ray keeping its path, carve the path, count by words. The arithmetic is
-//! `march`, the twin of the shaders'.
+//! All cores, one placement or one job a thread: cast a ray keeping its path, carve the path, fuse and count by
+//! words. The arithmetic is `march`, the twin of the shaders'.
 
 use rayon::prelude::*;
 
-use super::{Backend, Cell, Evidence, Placement, Rays, count};
+use super::{Backend, Cell, Evidence, Fusion, Placement, Planes, Rays, Reading, Slot, count, fuse};
 use crate::march::{self, End, Gates, March};
 use crate::metrics::Confusion;
 use crate::voxel::{BitGrid, grid::MAX_VOXELS_PER_AXIS};
 use crate::{Error, Result};
 
+/// Bytes of evidence kept at once: the planes of many poses, and small beside the memory of any machine that sweeps.
+const EVIDENCE_BYTES: usize = 256 << 20;
+
+/// Most pieces of evidence kept at once, however small they are.
+const MOST_SLOTS: usize = 4096;
+
 /// The thread pool and what it works on.
 pub struct Cpu {
     pool: rayon::ThreadPool,
-    loaded: Option<(Cell, Rays)>,
+    tables: Vec<Rays>,
+    cell: Option<Cell>,
+    slots: Vec<Option<Planes>>,
 }
 
 impl Cpu {
@@ -23,11 +31,15 @@ impl Cpu {
             rayon::ThreadPoolBuilder::new().num_threads(threads.unwrap_or(available)).build().map_err(
                 |e| Error::Device(format!("cannot start {} threads: {e}", threads.unwrap_or(available))),
             )?;
-        Ok(Cpu { pool, loaded: None })
+        Ok(Cpu { pool, tables: Vec::new(), cell: None, slots: Vec::new() })
     }
 
-    fn loaded(&self) -> Result<&(Cell, Rays)> {
-        self.loaded.as_ref().ok_or_else(|| Error::Device("no scene is loaded".into()))
+    fn cell(&self) -> Result<&Cell> {
+        self.cell.as_ref().ok_or_else(|| Error::Device("no scene is loaded".into()))
+    }
+
+    fn table(&self, table: usize) -> Result<&Rays> {
+        self.tables.get(table).ok_or_else(|| super::no_table(table))
     }
 }
 
@@ -41,50 +53,65 @@ impl Backend for Cpu {
         format!("{threads} thread{}", if threads == 1 { "" } else { "s" })
     }
 
-    fn load(&mut self, cell: &Cell, rays: &Rays) -> Result<()> {
-        self.loaded = Some((cell.clone(), rays.clone()));
+    fn tables(&mut self, tables: &[Rays]) -> Result<()> {
+        self.tables = tables.to_vec();
         Ok(())
     }
 
-    fn batch(&self) -> usize {
-        4 * self.pool.current_num_threads()
+    fn load(&mut self, cell: &Cell) -> Result<()> {
+        let piece = 2 * 4 * cell.truth.words().len().max(1);
+        // Even where a piece is large, all threads have one to work on, and a job of several sensors fits.
+        let least = 4 * self.pool.current_num_threads().max(4);
+        self.slots = vec![None; (EVIDENCE_BYTES / piece).clamp(least, MOST_SLOTS)];
+        self.cell = Some(cell.clone());
+        Ok(())
     }
 
-    fn score(&mut self, placements: &[Placement]) -> Result<Vec<Vec<Confusion>>> {
-        let (cell, rays) = self.loaded()?;
-        Ok(self.pool.install(|| {
-            placements
-                .par_iter()
-                .map_init(Planes::of(cell), |planes, placement| {
-                    let (occupied, free) = sense(cell, rays, placement, planes, |_| {});
-                    let regions = cell.regions.iter();
-                    regions.map(|region| count(cell, region, &occupied, &free)).collect()
-                })
-                .collect()
-        }))
+    fn slots(&self) -> usize {
+        self.slots.len()
     }
 
-    fn read(&mut self, placement: &Placement) -> Result<Evidence> {
-        let (cell, rays) = self.loaded()?;
+    fn sense(&mut self, table: usize, shots: &[(Slot, Placement)]) -> Result<()> {
+        let (cell, rays) = (self.cell()?, self.table(table)?);
+        let sensed: Vec<Planes> = self.pool.install(|| {
+            let each = shots.par_iter().map_init(
+                || blank(cell),
+                |planes, (_, placement)| sense(cell, rays, placement, planes, |_| {}),
+            );
+            each.collect()
+        });
+        shots.iter().zip(sensed).for_each(|((slot, _), planes)| self.slots[*slot as usize] = Some(planes));
+        Ok(())
+    }
+
+    fn upload(&mut self, evidence: &[(Slot, Planes)]) -> Result<()> {
+        evidence.iter().for_each(|(slot, planes)| self.slots[*slot as usize] = Some(planes.clone()));
+        Ok(())
+    }
+
+    fn score(&mut self, fusion: Fusion, jobs: &[Vec<Reading>]) -> Result<Vec<Vec<Confusion>>> {
+        let cell = self.cell()?;
+        let planes = |slot: Slot| self.slots[slot as usize].as_ref();
+        let score = |job: &Vec<Reading>| {
+            let fused = fuse::fuse(cell.window, fusion, job, planes);
+            cell.regions.iter().map(|region| count(cell, region, &fused)).collect()
+        };
+        Ok(self.pool.install(|| jobs.par_iter().map(score).collect()))
+    }
+
+    fn read(&mut self, table: usize, placement: &Placement) -> Result<Evidence> {
+        let (cell, rays) = (self.cell()?, self.table(table)?);
         let mut ends = Vec::with_capacity(rays.dirs_q15.len());
-        let mut planes = Planes::of(cell)();
-        let (occupied, free) = sense(cell, rays, placement, &mut planes, |end| ends.push(end));
-        Ok(Evidence { occupied, free, ends })
+        let planes = sense(cell, rays, placement, &mut blank(cell), |end| ends.push(end));
+        Ok(Evidence { planes, ends })
     }
 }
 
 /// What a thread marks on, kept from placement to placement. The planes cover the whole grid, so that a cell has one
 /// index for blockers and evidence alike.
-struct Planes {
-    occupied: BitGrid,
-    free: BitGrid,
-}
-
-impl Planes {
-    fn of(cell: &Cell) -> impl Fn() -> Planes {
-        let window = cell.blockers.window();
-        move || Planes { occupied: BitGrid::new(window), free: BitGrid::new(window) }
-    }
+fn blank(cell: &Cell) -> Planes {
+    let window = cell.blockers.window();
+    Planes { occupied: BitGrid::new(window), free: BitGrid::new(window) }
 }
 
 /// Casts and carves every ray of a placement; `see` hears how each ended. The evidence covers the cell's window.
@@ -94,34 +121,41 @@ fn sense(
     placement: &Placement,
     Planes { occupied, free }: &mut Planes,
     mut see: impl FnMut(End),
-) -> (BitGrid, BitGrid) {
+) -> Planes {
     occupied.words_mut().fill(0);
     free.words_mut().fill(0);
     let mut path = Box::new([0; LONGEST_PATH]);
-    for &dir_q15 in &rays.dirs_q15 {
+    for (ray, &dir_q15) in rays.dirs_q15.iter().enumerate() {
         let dir_q16 = placement.axis_q15.map(|axis| march::direction_q16(axis, dir_q15));
         let begin = march::start(placement.origin_q16, dir_q16);
-        let end = cast(&cell.blockers, begin, &rays.gates, &mut path);
+        let noise_q16 = match rays.noise_q16.len() {
+            0 => 0,
+            _ => rays.noise_q16[march::draw(placement.draws, ray as u32) as usize],
+        };
+        let end = cast(&cell.blockers, begin, &rays.gates, noise_q16, &mut path);
         carve(end, &path[..], &rays.gates, occupied, free);
         see(end);
     }
-    (occupied.over(cell.window), free.over(cell.window))
+    Planes { occupied: occupied.over(cell.window), free: free.over(cell.window) }
 }
 
 /// Most cells that a ray can be in: it moves one way on each axis.
 const LONGEST_PATH: usize = 3 * MAX_VOXELS_PER_AXIS as usize;
 
 /// Marches a ray to its end. `path` receives the bit index of every cell it is in, the first included.
-fn cast(blockers: &BitGrid, mut ray: March, gates: &Gates, path: &mut [u32; LONGEST_PATH]) -> End {
+fn cast(
+    blockers: &BitGrid,
+    begin: March,
+    gates: &Gates,
+    noise_q16: i32,
+    path: &mut [u32; LONGEST_PATH],
+) -> End {
     let size = blockers.window().size;
     let row = blockers.words_per_row() as i32 * 32;
+    let mut ray = begin;
     let strides = [ray.step[0], ray.step[1] * row, ray.step[2] * row * size[1] as i32];
     let mut bit = ray.cell[0] + ray.cell[1] * row + ray.cell[2] * row * size[1] as i32;
-    // How many crossings of each axis stay inside the grid.
-    let mut room: [i32; 3] = std::array::from_fn(|r| match ray.step[r] {
-        -1 => ray.cell[r],
-        _ => size[r] as i32 - 1 - ray.cell[r],
-    });
+    let mut room = march::room(&begin, size);
     let words = blockers.words();
     let mut crossings = 0;
     loop {
@@ -142,8 +176,22 @@ fn cast(blockers: &BitGrid, mut ray: March, gates: &Gates, path: &mut [u32; LONG
         let blocked = words[bit as usize >> 5] >> (bit & 31) & 1 == 1;
         if blocked && t >= gates.near_ignore_q16 {
             path[crossings] = bit as u32;
-            let kind = if t < gates.range_min_q16 { march::BLIND } else { march::RETURN };
-            return End { kind, crossings: crossings as u32 };
+            if t < gates.range_min_q16 {
+                return End { kind: march::BLIND, crossings: crossings as u32 };
+            }
+            if noise_q16 == 0 {
+                return End { kind: march::RETURN, crossings: crossings as u32 };
+            }
+            let read_q16 = march::noisy_q16(t, noise_q16);
+            let read = march::crossings_at(&begin, march::room(&begin, size), read_q16);
+            // Read behind the blocker: the path goes on to there.
+            for crossings in crossings + 1..=read as usize {
+                let axis = march::next_axis(ray.next_q16);
+                march::cross(&mut ray, axis);
+                bit += strides[axis];
+                path[crossings] = bit as u32;
+            }
+            return End { kind: march::RETURN, crossings: read };
         }
     }
 }

@@ -2,6 +2,7 @@
 //! runs is chosen once, at the top; they all give the same counts (`oracle` defines them, `cpu` and `gpu` are fast).
 
 pub mod cpu;
+mod fuse;
 pub mod gpu;
 pub mod oracle;
 
@@ -10,7 +11,7 @@ use crate::march::{End, Gates};
 use crate::metrics::Confusion;
 use crate::voxel::{BitGrid, Window};
 
-/// One scene, as the backends see it. All planes but `blockers` cover `window`.
+/// One scene at one moment, as the backends see it. All planes but `blockers` cover `window`.
 #[derive(Clone, Debug)]
 pub struct Cell {
     /// What stops rays, over the whole grid.
@@ -27,13 +28,15 @@ pub struct Cell {
     pub regions: Vec<BitGrid>,
 }
 
-/// One sensor, as the backends see it: a table of rays and what ends them.
+/// One table of rays, as the backends see it: where they go, what ends them, and how far off they read.
 #[derive(Clone, Debug)]
 pub struct Rays {
     /// Unit directions in the sensor's frame, Q15, in ray order.
     pub dirs_q15: Vec<[i32; 3]>,
     /// Ranges and rules that decide how a ray ends.
     pub gates: Gates,
+    /// What is added to a return's distance, in 1/65536 voxels: [`crate::march::NOISE_STEPS`] equally likely steps, or none at all.
+    pub noise_q16: Vec<i32>,
 }
 
 /// One pose of a sensor in a grid, quantised.
@@ -43,20 +46,60 @@ pub struct Placement {
     pub origin_q16: [i32; 3],
     /// Row r of `world_from_sensor`, Q15.
     pub axis_q15: [[i32; 3]; 3],
+    /// The hash of all words before the ray, for rays with noise ([`crate::march::fold`]).
+    pub draws: u32,
 }
 
-/// All that a sensor says at one pose: planes over the cell's window, and how each ray ended.
+/// What a sensor says over a window: two planes of it.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Planes {
+    /// Voxels that the sensor calls occupied.
+    pub occupied: BitGrid,
+    /// Voxels that it calls free; `occupied` wins where both are set.
+    pub free: BitGrid,
+}
+
+/// All that casting one placement tells: planes over the cell's window, and how each ray ended.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Evidence {
-    /// Endpoints.
-    pub occupied: BitGrid,
-    /// Cells that returning (or certifying) rays passed; `occupied` wins where both are set.
-    pub free: BitGrid,
-    /// One end a ray, in ray order.
+    /// Endpoints, and the cells that returning (or certifying) rays passed.
+    pub planes: Planes,
+    /// One end a ray, in ray order; the end of a noisy return is where it is read.
     pub ends: Vec<End>,
 }
 
-/// Who computes. A cell and a sensor are loaded, then any number of placements scored.
+/// Where a backend keeps a piece of evidence: a number below [`Backend::slots`].
+pub type Slot = u32;
+
+/// What one sensor contributes to a fusion.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Reading {
+    /// Its evidence.
+    pub slot: Slot,
+    /// More of the same sensor's evidence, joined with the first: the volumes around what it detected.
+    pub volume: Option<Slot>,
+    /// What `occupied` adds to a voxel's log-odds, in thousandths.
+    pub hit: i32,
+    /// What `free` adds.
+    pub miss: i32,
+}
+
+/// How the evidence of several sensors becomes one label a voxel.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Deserialize, serde::Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Fusion {
+    /// Occupied if any sensor says so, else free if any does, else unknown.
+    #[default]
+    OccupiedWins,
+    /// Log-odds summed in the order of the sensors, clamped after each; above zero is occupied, below is free.
+    Octomap,
+}
+
+/// Smallest and largest log-odds of a voxel, in thousandths (OctoMap's defaults).
+pub const LOG_ODDS: std::ops::RangeInclusive<i32> = -2000..=3511;
+
+/// Who computes. Ray tables and a cell are loaded, evidence is cast or uploaded into slots, and fused from there any
+/// number of times.
 pub trait Backend {
     /// `oracle`, `cpu` or `gpu`.
     fn name(&self) -> &'static str;
@@ -64,21 +107,35 @@ pub trait Backend {
     /// What runs: adapter or processor, for people and manifests.
     fn device(&self) -> String;
 
-    /// Makes a scene and a sensor ready. Fails if they cannot fit the device, saying what would.
-    fn load(&mut self, cell: &Cell, rays: &Rays) -> Result<()>;
+    /// Makes the tables of a study's casting sensors ready, in the order by which [`Backend::sense`] names them.
+    fn tables(&mut self, tables: &[Rays]) -> Result<()>;
 
-    /// How many placements suit one call of [`Backend::score`].
-    fn batch(&self) -> usize;
+    /// Makes a scene ready, and forgets all evidence. Fails if it cannot fit the device, saying what would.
+    fn load(&mut self, cell: &Cell) -> Result<()>;
 
-    /// For each placement and each region of the loaded cell, the counts.
-    fn score(&mut self, placements: &[Placement]) -> Result<Vec<Vec<Confusion>>>;
+    /// How many pieces of evidence of the loaded cell can be kept at once; at least 1.
+    fn slots(&self) -> usize;
 
-    /// All that is known of one placement, for comparisons, exports and pictures.
-    fn read(&mut self, placement: &Placement) -> Result<Evidence>;
+    /// Casts a table's rays from placements; what each proves replaces what its slot held. No slot comes twice.
+    fn sense(&mut self, table: usize, shots: &[(Slot, Placement)]) -> Result<()>;
+
+    /// Puts evidence made by the host, over the cell's window, into slots.
+    fn upload(&mut self, evidence: &[(Slot, Planes)]) -> Result<()>;
+
+    /// Fuses the readings of each job, in their order, and counts the labels in each region of the cell.
+    fn score(&mut self, fusion: Fusion, jobs: &[Vec<Reading>]) -> Result<Vec<Vec<Confusion>>>;
+
+    /// All that is known of one placement, for comparisons, exports and pictures. No slot survives it.
+    fn read(&mut self, table: usize, placement: &Placement) -> Result<Evidence>;
+}
+
+/// The error for a table that was never made ready.
+fn no_table(table: usize) -> crate::Error {
+    crate::Error::Device(format!("no table {table} of rays is loaded"))
 }
 
 /// Counts one region, word by word. `occupied` wins over `free`; all planes cover the same window.
-fn count(cell: &Cell, region: &BitGrid, occupied: &BitGrid, free: &BitGrid) -> Confusion {
+fn count(cell: &Cell, region: &BitGrid, Planes { occupied, free }: &Planes) -> Confusion {
     let mut counts = [0u64; crate::metrics::COUNTERS];
     let planes = region.words().iter().zip(cell.truth.words()).zip(cell.human.words());
     let planes = planes.zip(cell.robot.words()).zip(occupied.words()).zip(free.words());

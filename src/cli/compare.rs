@@ -1,14 +1,14 @@
 //! `perirobot compare`: proves that every backend gives the oracle's integers.
 
-use std::path::PathBuf;
 use std::process::ExitCode;
 
-use perirobot::study::Study;
-use perirobot::sweep::World;
-use perirobot::sweep::compare::{Line, Report, Selection, compare, select};
+use perirobot::sweep::compare::{
+    Line, Report, Selection, compare, compare_combination, select, select_choices,
+};
 use perirobot::{Error, Result};
 
 use super::backend::BackendArgs;
+use super::study::StudyArgs;
 
 /// Run chosen poses on every backend and compare each integer
 ///
@@ -16,9 +16,9 @@ use super::backend::BackendArgs;
 /// reference. Exits 1 on any difference and names the first: scene, pose, ray, voxel.
 #[derive(clap::Args)]
 pub(super) struct Args {
-    /// The study file (TOML)
-    study: PathBuf,
-    /// Poses of each scene and sensor, spread evenly
+    #[command(flatten)]
+    study: StudyArgs,
+    /// Poses of each scene and sensor, and choices of each combination, spread evenly
     #[arg(long, value_name = "N", default_value_t = 5, value_parser = clap::value_parser!(u32).range(1..))]
     poses: u32,
     /// One pose by its name, as in poses.csv
@@ -27,38 +27,39 @@ pub(super) struct Args {
     /// All poses
     #[arg(long, conflicts_with_all = ["poses", "pose"])]
     all: bool,
-    /// Edge of a voxel in metres, instead of the study's
-    #[arg(long, value_name = "METRES")]
-    voxel_size: Option<f64>,
     #[command(flatten)]
     backend: BackendArgs,
 }
 
 pub(super) fn run(args: &Args) -> Result<ExitCode> {
-    let study = Study::load(&args.study, args.voxel_size)?;
+    let (study, worlds) = args.study.load()?;
     let selection = match (&args.pose, args.all) {
         (Some(name), _) => Selection::Named(name.clone()),
         (None, true) => Selection::All,
         (None, false) => Selection::Spread(args.poses as usize),
     };
-    if study.sensors.iter().all(|sensor| select(&selection, sensor).is_empty()) {
+    let no_pose = study.sensors.iter().all(|sensor| select(&selection, sensor).is_empty());
+    if no_pose && study.combinations.iter().all(|c| select_choices(&selection, &study, c).is_empty()) {
         let name = args.pose.as_deref().unwrap_or_default();
-        let what =
-            format!("--pose {name}: no sensor has a pose of that name (poses.csv of a sweep lists them)");
+        let what = format!(
+            "--pose {name}: no sensor has a pose of that name (poses.csv and results.csv of a sweep list them)"
+        );
         return Err(Error::Input(what));
     }
-    let worlds =
-        study.scenes.iter().map(|scene| World::prepare(&study, scene)).collect::<Result<Vec<_>>>()?;
-    super::warn(worlds.iter().map(|world| (world.name.as_str(), world.warnings.as_slice())));
     let mut backends = args.backend.open_all()?;
     for backend in &backends {
         eprintln!("comparing {}: {}", backend.name(), backend.device());
     }
-    let bar = super::progress((worlds.len() * study.sensors.len()) as u64, "scenes and sensors");
+    let steps = worlds.len() * (study.sensors.len() + study.combinations.len());
+    let bar = super::progress(steps as u64, "sensors and combinations");
     let mut report = Report::default();
     for world in &worlds {
-        for sensor in &study.sensors {
+        for sensor in 0..study.sensors.len() {
             compare(&study, world, sensor, &selection, &mut backends, &mut report)?;
+            bar.inc(1);
+        }
+        for combination in 0..study.combinations.len() {
+            compare_combination(&study, world, combination, &selection, &mut backends, &mut report)?;
             bar.inc(1);
         }
     }
@@ -79,8 +80,16 @@ pub(super) fn run(args: &Args) -> Result<ExitCode> {
 
 fn table(lines: &[Line]) -> String {
     let mut text = format!(
-        "{:<14} {:<12} {:<8} {:>6} {:>12} {:>12} {:>12} {:>10} {:>8}\n",
-        "scene", "sensor", "backend", "poses", "rays", "voxels", "differences", "ms/pose", "× oracle"
+        "{:<14} {:<24} {:<8} {:>6} {:>12} {:>12} {:>12} {:>10} {:>8}\n",
+        "scene",
+        "sensor or = combination",
+        "backend",
+        "poses",
+        "rays",
+        "voxels",
+        "differences",
+        "ms/pose",
+        "× oracle"
     );
     let mut oracle_s = 0.0;
     for line in lines {
@@ -89,9 +98,9 @@ fn table(lines: &[Line]) -> String {
             oracle_s = seconds;
         }
         text += &format!(
-            "{:<14} {:<12} {:<8} {:>6} {:>12} {:>12} {:>12} {:>10.1} {:>8.2}\n",
+            "{:<14} {:<24} {:<8} {:>6} {:>12} {:>12} {:>12} {:>10.1} {:>8.2}\n",
             line.scene,
-            line.sensor,
+            line.what,
             line.backend,
             line.poses,
             line.rays,

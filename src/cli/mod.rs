@@ -3,6 +3,9 @@
 mod backend;
 mod compare;
 mod devices;
+mod packages;
+mod study;
+mod summary;
 mod sweep;
 mod voxelize;
 
@@ -28,6 +31,7 @@ struct Cli {
 const AFTER_HELP: &str = "\
 First steps:
   perirobot sweep scenes/quick.toml --out out/quick   score the poses of a study that ships
+  perirobot summary out/quick                         the tables of the paper from those results
   perirobot compare scenes/tiny.toml                  prove that all backends agree
   perirobot devices                                   see which GPU would be used
 
@@ -36,6 +40,7 @@ Exit codes: 0 done; 1 backends disagree (compare); 2 bad input or arguments; 3 a
 #[derive(Subcommand)]
 enum Command {
     Sweep(sweep::Args),
+    Summary(summary::Args),
     Compare(compare::Args),
     Devices(devices::Args),
     Voxelize(voxelize::Args),
@@ -45,6 +50,7 @@ enum Command {
 pub(crate) fn run() -> ExitCode {
     let outcome = match Cli::parse().command {
         Command::Sweep(args) => sweep::run(&args),
+        Command::Summary(args) => summary::run(&args),
         Command::Compare(args) => compare::run(&args),
         Command::Devices(args) => devices::run(&args),
         Command::Voxelize(args) => voxelize::run(&args),

@@ -5,37 +5,33 @@ use std::process::ExitCode;
 use std::time::Instant;
 
 use perirobot::Result;
-use perirobot::study::Study;
+use perirobot::report::{Results, best, scores};
 use perirobot::sweep::files::OutputFolder;
 use perirobot::sweep::manifest::{Timings, manifest};
-use perirobot::sweep::{World, jobs, run as run_sweep, summary::summary, table};
+use perirobot::sweep::{jobs, run as run_sweep, table};
 
 use super::backend::BackendArgs;
+use super::study::StudyArgs;
 
 /// Score every candidate pose of a study
 ///
-/// Writes results.csv (counts and scores), poses.csv (where each pose is) and manifest.json (what was run) into the
-/// output folder, each whole or not at all, and prints the best poses beside what trivial answers would score.
+/// Writes results.csv (counts and scores), scores.csv (scores over snapshots and repeats), poses.csv (where each pose
+/// is) and manifest.json (what was run) into the output folder, each whole or not at all, and prints the best poses
+/// beside what trivial answers would score. `perirobot summary DIR` prints more from the folder.
 #[derive(clap::Args)]
 pub(super) struct Args {
-    /// The study file (TOML)
-    study: PathBuf,
+    #[command(flatten)]
+    study: StudyArgs,
     /// Folder for the results; made if needed
     #[arg(long, value_name = "DIR")]
     out: PathBuf,
-    /// Edge of a voxel in metres, instead of the study's
-    #[arg(long, value_name = "METRES")]
-    voxel_size: Option<f64>,
     #[command(flatten)]
     backend: BackendArgs,
 }
 
 pub(super) fn run(args: &Args) -> Result<ExitCode> {
     let begin = Instant::now();
-    let study = Study::load(&args.study, args.voxel_size)?;
-    let worlds =
-        study.scenes.iter().map(|scene| World::prepare(&study, scene)).collect::<Result<Vec<_>>>()?;
-    super::warn(worlds.iter().map(|world| (world.name.as_str(), world.warnings.as_slice())));
+    let (study, worlds) = args.study.load()?;
     let mut backend = args.backend.open()?;
     let folder = OutputFolder::open(&args.out)?;
     let prepare_s = begin.elapsed().as_secs_f64();
@@ -49,8 +45,10 @@ pub(super) fn run(args: &Args) -> Result<ExitCode> {
 
     folder.write("poses.csv", &table::poses_csv(&study))?;
     folder.write("results.csv", &table::results_csv(&study, &rows))?;
+    let results = Results::of_sweep(&study, &worlds, &rows);
+    folder.write("scores.csv", &scores::render(&results))?;
     folder.write("manifest.json", &manifest(&study, &worlds, backend.as_ref(), timings))?;
-    super::print(&summary(&study, &worlds, &rows))?;
+    super::print(&best::render(&results))?;
     let (poses, seconds) = (jobs(&study), timings.sweep_s);
     super::print(&format!(
         "\n{poses} scene-poses in {seconds:.1} s ({:.1} poses/s) on {}: {}\nresults in {}\n",

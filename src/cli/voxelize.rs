@@ -9,6 +9,8 @@ use perirobot::sweep::files::write_whole;
 use perirobot::voxel::{Truth, voxelize as voxels};
 use perirobot::{Error, Result};
 
+use super::packages::PackageArgs;
+
 /// Turn a scene into voxels and write them as an OctoMap .bt file
 ///
 /// Prints for each object its triangles, voxels, size and whether it is watertight. The file opens in octovis.
@@ -22,6 +24,11 @@ pub(super) struct Args {
     /// Edge of a voxel in metres
     #[arg(long, value_name = "METRES", default_value_t = 0.05)]
     voxel_size: f64,
+    /// Which snapshot of a moving scene, counted from 0
+    #[arg(long, value_name = "N", default_value_t = 0)]
+    snapshot: usize,
+    #[command(flatten)]
+    packages: PackageArgs,
 }
 
 pub(super) fn run(args: &Args) -> Result<ExitCode> {
@@ -34,11 +41,19 @@ pub(super) fn run(args: &Args) -> Result<ExitCode> {
     if args.out.extension().is_none_or(|extension| extension != "bt") {
         return Err(Error::Input(format!("--out {}: must end in .bt", args.out.display())));
     }
-    let spec = SceneSpec::load(&args.scene)?;
+    let mut spec = SceneSpec::load(&args.scene)?;
+    args.packages.apply(std::slice::from_mut(&mut spec));
     let in_scene = |e| Error::input(spec.path.display(), e);
-    let scene = build(&spec, args.voxel_size)?;
-    let extent = voxels::scene_extent(&scene, args.voxel_size).map_err(in_scene)?;
-    let too_large = |e| Error::Input(format!("{e}{}", voxels::largest_object(&scene)));
+    if args.snapshot >= spec.snapshots {
+        let (wanted, count) = (args.snapshot, spec.snapshots);
+        return Err(Error::Input(format!(
+            "--snapshot {wanted}: {} has {count}, counted from 0",
+            spec.path.display()
+        )));
+    }
+    let snapshots = build(&spec, args.voxel_size)?;
+    let extent = voxels::scene_extent(&snapshots, args.voxel_size).map_err(in_scene)?;
+    let too_large = |e| Error::Input(format!("{e}{}", voxels::largest_object(&snapshots)));
     let grid = voxels::grid_over(&extent, args.voxel_size).map_err(too_large).map_err(in_scene)?;
     let keys = (0..3).flat_map(|r| [grid.origin[r], grid.origin[r] + grid.size[r] as i32 - 1]);
     if keys.into_iter().any(|key| !octomap::KEYS.contains(&key)) {
@@ -48,7 +63,8 @@ pub(super) fn run(args: &Args) -> Result<ExitCode> {
         );
         return Err(in_scene(Error::Input(what)));
     }
-    let truth = voxels::voxelize(&scene, grid).map_err(in_scene)?;
+    let wanted = &snapshots[args.snapshot..=args.snapshot];
+    let truth = voxels::voxelize_all(wanted, grid).map_err(in_scene)?.remove(0);
     for object in &truth.objects {
         for warning in &object.warnings {
             eprintln!("warning: {}: object {:?} {warning}", spec.path.display(), object.name);

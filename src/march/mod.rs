@@ -9,6 +9,9 @@ pub const NEVER: u32 = 0x7fff_ffff;
 /// sum of crossings leaves 32 bits.
 pub const MAX_RANGE_VOXELS: u32 = 2047;
 
+/// Steps of a noise table: a standard normal distribution cut into so many equal shares.
+pub const NOISE_STEPS: u32 = 4096;
+
 /// The ray met no blocker within range inside the grid.
 pub const NOTHING: u32 = 0;
 /// The ray ended in a blocker within its range.
@@ -133,122 +136,67 @@ pub fn freed(end: End, no_return_is_free: bool) -> u32 {
     }
 }
 
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn periods_are_the_exact_quotient() {
-        assert_eq!(period_q16(0), NEVER);
-        for d in 1..=65_539u32 {
-            let exact = ((1u64 << 32) / d as u64).min(NEVER as u64);
-            assert_eq!(period_q16(d) as u64, exact, "d = {d}");
-        }
-    }
-
-    #[test]
-    fn first_crossings_are_the_exact_product() {
-        for period in [65_533, 65_536, 65_537, 131_072, 9_999_999, NEVER - 1, NEVER] {
-            for f in [0, 1, 2, 3, 255, 32_767, 32_768, 65_535, 65_536] {
-                let exact = (f as u64 * period as u64) >> 16;
-                assert_eq!(first_q16(f, period) as u64, exact, "f {f}, period {period}");
-            }
-        }
-    }
-
-    #[test]
-    fn a_boundary_start_moving_down_crosses_at_once() {
-        let march = start([3 << 16, 1 << 15, 0], [-65_536, 0, 0]);
-        assert_eq!((march.cell, march.next_q16), ([3, 0, 0], [0, NEVER, NEVER]));
-        let march = start([3 << 16, 1 << 15, 0], [65_536, 0, 0]);
-        assert_eq!(march.next_q16[0], 1 << 16);
-    }
-
-    #[test]
-    fn ties_take_x_then_y_then_z() {
-        assert_eq!(next_axis([5, 5, 5]), 0);
-        assert_eq!(next_axis([6, 5, 5]), 1);
-        assert_eq!(next_axis([6, 6, 5]), 2);
-        assert_eq!(next_axis([5, 6, 5]), 0);
-    }
-
-    #[test]
-    fn the_extremes_of_a_direction_stay_in_32_bits() {
-        assert_eq!(direction_q16([32_768, 0, 0], [32_768, 0, 0]), 65_536);
-        assert_eq!(direction_q16([-32_768, 0, 0], [32_768, 0, 0]), -65_536);
-        let diagonal = 18_919; // 2¹⁵ / √3
-        assert_eq!(direction_q16([diagonal; 3], [diagonal; 3]), 65_539);
-    }
-
-    #[test]
-    fn ends_pack_and_free() {
-        let end = End { kind: RETURN, crossings: 3069 };
-        assert_eq!(End::unpacked(end.packed()), end);
-        assert_eq!(freed(end, false), 3069);
-        let silent = End { kind: NOTHING, crossings: 7 };
-        assert_eq!((freed(silent, false), freed(silent, true)), (0, 8));
-        assert_eq!(freed(End { kind: BLIND, crossings: 7 }, true), 0);
-        assert_eq!(freed(End { kind: LEFT, crossings: 7 }, false), 8);
-    }
-
-    /// Invariants of the march on random and lattice rays in a grid of 1023³: distance never falls, each crossing moves
-    /// to an adjacent cell along the step, the running sum equals the closed form first + n · period, the crossings
-    /// made are the Manhattan distance from the first cell, and a ray that leaves the grid never comes back.
-    #[test]
-    fn marches_move_on_and_stay_adjacent() {
-        let mut state = 1u32;
-        let mut random = |below: i32| {
-            state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
-            (state >> 8) as i32 % below
-        };
-        let lattice = [-65_536, -37_837, 0, 37_837, 65_536];
-        for case in 0..20_000 {
-            let origin: [i32; 3] = std::array::from_fn(|_| match case % 3 {
-                0 => random(1023) << 16,
-                1 => (random(1023) << 16) + 0x8000,
-                _ => random(1023 << 16),
-            });
-            let dir: [i32; 3] = std::array::from_fn(|_| {
-                if case % 2 == 0 { lattice[random(5) as usize] } else { random(131_079) - 65_539 }
-            });
-            if dir == [0; 3] {
-                continue;
-            }
-            let begin = start(origin, dir);
-            let mut march = begin;
-            let (mut last, mut made, mut left) = (0, [0u64; 3], false);
-            loop {
-                let axis = next_axis(march.next_q16);
-                let t = march.next_q16[axis];
-                if t > MAX_RANGE_VOXELS << 16 {
-                    break;
-                }
-                let closed = begin.next_q16[axis] as u64 + made[axis] * begin.period_q16[axis] as u64;
-                assert_eq!(t as u64, closed, "ray {origin:?} {dir:?}, crossings {made:?} of axis {axis}");
-                assert!(t >= last, "ray {origin:?} {dir:?}: distance fell from {last} to {t}");
-                last = t;
-                made[axis] += 1;
-                let before = march.cell;
-                cross(&mut march, axis);
-                let moved: i32 = (0..3).map(|r| (march.cell[r] - before[r]).abs()).sum();
-                assert_eq!(moved, 1, "ray {origin:?} {dir:?} jumped from {before:?}");
-                assert_eq!(march.cell[axis] - before[axis], dir[axis].signum());
-                let distance: u32 = (0..3).map(|r| march.cell[r].abs_diff(begin.cell[r])).sum();
-                assert_eq!(distance as u64, made.iter().sum::<u64>(), "ray {origin:?} {dir:?}");
-                let inside = march.cell.iter().all(|c| (0..1023).contains(c));
-                assert!(!(left && inside), "ray {origin:?} {dir:?} came back to {:?}", march.cell);
-                left |= !inside;
-                // The exact line is at origin + dir · t on each axis; a crossing is at most two cells from it.
-                for r in 0..3 {
-                    let line = (origin[r] as i64 * 65_536 + dir[r] as i64 * t as i64) >> 32;
-                    let off = (line - march.cell[r] as i64).abs();
-                    assert!(
-                        off <= 2,
-                        "ray {origin:?} {dir:?} at {t}: cell {:?} is {off} from the line",
-                        march.cell
-                    );
-                }
-            }
-        }
-    }
+/// How many crossings of one axis lie at or before a distance, the first of them at `first_q16`.
+pub fn made_by(first_q16: u32, period_q16: u32, t_q16: u32) -> u32 {
+    if first_q16 > t_q16 { 0 } else { (t_q16 - first_q16) / period_q16 + 1 }
 }
+
+/// When crossing `n` of an axis happens, in closed form; [`NEVER`] where that is past any grid, so nothing wraps.
+pub fn crossing_q16(first_q16: u32, period_q16: u32, n: u32) -> u32 {
+    if first_q16 == NEVER || n * (period_q16 >> 16) > MAX_RANGE_VOXELS {
+        return NEVER;
+    }
+    first_q16 + n * period_q16
+}
+
+/// How many crossings a ray has made at a distance, stopped in the last cell inside the grid. `room` says how many
+/// crossings of each axis stay inside; the ray must be at its start.
+pub fn crossings_at(begin: &March, room: [u32; 3], t_q16: u32) -> u32 {
+    let [first, period] = [begin.next_q16, begin.period_q16];
+    let leaves: [u32; 3] = std::array::from_fn(|r| crossing_q16(first[r], period[r], room[r]));
+    let exit = next_axis(leaves);
+    if t_q16 < leaves[exit] {
+        return (0..3).map(|r| made_by(first[r], period[r], t_q16)).sum();
+    }
+    // Of what happens at the very distance of the exit, the axes before it come first.
+    let before = (0..3).map(|r| match r.cmp(&exit) {
+        std::cmp::Ordering::Less => made_by(first[r], period[r], leaves[exit]),
+        std::cmp::Ordering::Equal => room[r],
+        std::cmp::Ordering::Greater if leaves[exit] == 0 => 0,
+        std::cmp::Ordering::Greater => made_by(first[r], period[r], leaves[exit] - 1),
+    });
+    before.sum()
+}
+
+/// How many crossings of each axis stay inside a grid.
+pub fn room(begin: &March, size: [u32; 3]) -> [u32; 3] {
+    std::array::from_fn(|r| {
+        if begin.step[r] < 0 { begin.cell[r] as u32 } else { size[r] - 1 - begin.cell[r] as u32 }
+    })
+}
+
+/// The PCG hash of 32 bits (Jarzynski and Olano, "Hash Functions for GPU Rendering", JCGT 2020).
+pub fn pcg(word: u32) -> u32 {
+    let state = word.wrapping_mul(747_796_405).wrapping_add(2_891_336_453);
+    let mixed = ((state >> ((state >> 28) + 4)) ^ state).wrapping_mul(277_803_737);
+    (mixed >> 22) ^ mixed
+}
+
+/// Which of the [`NOISE_STEPS`] steps of a noise table a ray draws; `draws` is the hash of all that precedes the ray
+/// ([`fold`]).
+pub fn draw(draws: u32, ray: u32) -> u32 {
+    pcg(draws ^ ray) >> (32 - NOISE_STEPS.ilog2())
+}
+
+/// The hash of a sequence of words.
+pub fn fold(words: impl IntoIterator<Item = u32>) -> u32 {
+    words.into_iter().fold(0, |hash, word| pcg(hash ^ word))
+}
+
+/// Where a return at `t_q16` is read with a step of noise.
+pub fn noisy_q16(t_q16: u32, step_q16: i32) -> u32 {
+    (t_q16 as i32 + step_q16).max(0) as u32
+}
+
+#[cfg(test)]
+mod tests;

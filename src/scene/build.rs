@@ -1,22 +1,36 @@
-//! From a checked scene file to a scene: reads the meshes, tessellates the bodies and puts each object where it
-//! stands. Every file is read here and nowhere else.
+//! From a checked scene file to the snapshots of a scene: reads the meshes and tessellates the bodies. Where each
+//! object is in which snapshot is for `moving`.
 
 use std::collections::HashSet;
+use std::path::Path;
+use std::sync::Arc;
 
 use glam::DVec3;
 use wildmatch::WildMatch;
 
-use super::{Mesh, Object, Optical, Role, Scene, Surface, gltf, mannequin, octomap, primitive, stl};
-use crate::study::{NodeRule, ObjectSpec, SceneSpec, SurfaceSpec};
+use super::moving::Files;
+use super::{
+    Mesh, Object, Optical, Role, Scene, Surface, gltf, mannequin, moving, octomap, primitive, stl, urdf,
+};
+use crate::sensor::pose::Pose;
+use crate::study::{NodeRule, ObjectSpec, SceneSpec, SurfaceSpec, UrdfSpec};
 use crate::{Error, Result};
 
-/// Reads a scene. Curved bodies stay within an eighth of a voxel of their true surface.
-pub fn build(spec: &SceneSpec, voxel_size_m: f64) -> Result<Scene> {
-    let mut objects = Vec::new();
+/// Reads a scene and gives its snapshots, at least one. Curved bodies stay within an eighth of a voxel of their true
+/// surface.
+pub fn build(spec: &SceneSpec, voxel_size_m: f64) -> Result<Vec<Scene>> {
+    let mut scenes: Vec<Scene> = (0..spec.snapshots)
+        .map(|snapshot| Scene { name: spec.name.clone(), snapshot, objects: Vec::new() })
+        .collect();
+    let mut files = Files::default();
     for object in &spec.objects {
-        build_object(object, voxel_size_m / 8.0, &mut objects)
+        let moments = moving::moments(object, spec.snapshots, &mut files, voxel_size_m / 8.0)
             .map_err(|e| Error::input(format!("{}: object {:?}", spec.path.display(), object.name), e))?;
+        for (scene, moment) in scenes.iter_mut().zip(moments) {
+            scene.objects.extend(moment);
+        }
     }
+    let objects = &scenes[0].objects;
     if objects.is_empty() {
         return Err(Error::input(
             spec.path.display(),
@@ -30,12 +44,13 @@ pub fn build(spec: &SceneSpec, voxel_size_m: f64) -> Result<Scene> {
             format!("two objects are named {:?}, one of them by nodes.match: rename the other", twice.name);
         return Err(Error::input(spec.path.display(), what));
     }
-    Ok(Scene { name: spec.name.clone(), objects })
+    Ok(scenes)
 }
 
-fn build_object(object: &ObjectSpec, sag_m: f64, objects: &mut Vec<Object>) -> Result<()> {
-    // A loader's message begins with the file, the value of this key.
-    let at = |key: &'static str| move |e: Error| Error::Input(format!("{key} = {e}"));
+/// The parts of an object at one moment, in its own frame.
+pub(super) fn parts(object: &ObjectSpec, files: &mut Files, sag_m: f64) -> Result<Vec<Object>> {
+    let mut keypoints =
+        object.keypoints.as_deref().map(mannequin::read_keypoints).transpose().map_err(at("keypoints"))?;
     let mesh = match &object.surface {
         SurfaceSpec::Box { size_m } => primitive::cuboid(*size_m),
         SurfaceSpec::Room { size_m } => primitive::room(*size_m),
@@ -44,22 +59,59 @@ fn build_object(object: &ObjectSpec, sag_m: f64, objects: &mut Vec<Object>) -> R
         SurfaceSpec::Cylinder { radius_m, height_m } => primitive::cylinder(*radius_m, *height_m, sag_m),
         SurfaceSpec::Capsule { radius_m, length_m } => primitive::capsule(*radius_m, *length_m, sag_m),
         SurfaceSpec::Mannequin(path) => {
-            mannequin::body(&mannequin::read_keypoints(path).map_err(at("mannequin"))?, sag_m)
+            let person = mannequin::read_person(path).map_err(at("mannequin"))?;
+            keypoints = (object.role == Role::Human).then_some(person);
+            mannequin::body(&person, sag_m)
         }
-        SurfaceSpec::Stl { path, scale, y_up } => {
-            let mesh = stl::load(path).map_err(at("mesh"))?.scaled(*scale);
-            if *y_up { z_up(mesh) } else { mesh }
-        }
+        SurfaceSpec::Stl { path, scale, y_up } => stl_mesh(path, *scale, *y_up).map_err(at("mesh"))?,
         SurfaceSpec::Octomap(path) => {
             let map = octomap::read(path).map_err(at("octomap"))?;
             let surface = Surface::Voxels { resolution_m: map.resolution_m, keys: map.occupied };
-            objects.push(placed(object, object.name.clone(), object.role, object.optical, surface));
-            return Ok(());
+            let part = part(object, object.name.clone(), object.role, object.optical, surface);
+            return Ok(vec![Object { keypoints, ..part }]);
         }
-        SurfaceSpec::Gltf(path) => return gltf_parts(object, gltf::load(path).map_err(at("mesh"))?, objects),
+        SurfaceSpec::Gltf(path) => {
+            let nodes = files.gltf_nodes(path, object.animated.as_ref())?;
+            let mut objects = Vec::new();
+            gltf_parts(object, nodes, &mut objects)?;
+            // Parts may have other roles; the joints go with the person.
+            let mut people = objects.iter_mut().filter(|part| part.role == Role::Human);
+            if let (Some(person), Some(_)) = (people.next(), &keypoints) {
+                if let Some(other) = people.next() {
+                    let what = "are both human, and keypoints belong to one body: let one rule match all of the person";
+                    return Err(Error::Input(format!(
+                        "nodes: {:?} and {:?} {what}",
+                        person.name, other.name
+                    )));
+                }
+                person.keypoints = keypoints;
+            }
+            return Ok(objects);
+        }
+        SurfaceSpec::Urdf(robot) => return Ok(vec![urdf_robot(object, robot, sag_m)?]),
     };
-    objects.push(solid(object, object.name.clone(), object.role, object.optical, mesh));
-    Ok(())
+    let surface = Surface::Mesh(mesh);
+    let part = part(object, object.name.clone(), object.role, object.optical, surface);
+    Ok(vec![Object { keypoints, ..part }])
+}
+
+/// A loader's message begins with the file, the value of this key.
+pub(super) fn at(key: &'static str) -> impl Fn(Error) -> Error {
+    move |e| Error::Input(format!("{key} = {e}"))
+}
+
+/// Reads a mesh of which only the shape counts, all nodes of a glTF together; other surfaces have none in a file.
+pub fn mesh_of_file(surface: &SurfaceSpec) -> Result<Mesh> {
+    match surface {
+        SurfaceSpec::Stl { path, scale, y_up } => stl_mesh(path, *scale, *y_up),
+        SurfaceSpec::Gltf(path) => gltf::Gltf::load(path)?.whole(),
+        _ => Ok(Mesh::default()),
+    }
+}
+
+fn stl_mesh(path: &Path, scale: f64, y_up: bool) -> Result<Mesh> {
+    let mesh = stl::load(path)?.scaled(scale);
+    Ok(if y_up { z_up(mesh) } else { mesh })
 }
 
 /// A glTF file becomes one object for the nodes that no rule names, under the object's own name, and one for each
@@ -97,29 +149,41 @@ fn gltf_parts(object: &ObjectSpec, nodes: Vec<gltf::NodeMesh>, objects: &mut Vec
         )));
     }
     if !rest.triangles.is_empty() {
-        objects.push(solid(object, object.name.clone(), object.role, object.optical, rest));
+        let rest = Surface::Mesh(rest);
+        objects.push(part(object, object.name.clone(), object.role, object.optical, rest));
     }
     for (NodeRule { r#match, role, optical, ignore }, mesh) in object.nodes.iter().zip(parts) {
         if !ignore {
             let name = format!("{}/{match}", object.name);
-            objects.push(solid(
-                object,
-                name,
-                role.unwrap_or(object.role),
-                optical.unwrap_or(object.optical),
-                mesh,
-            ));
+            let (role, optical) = (role.unwrap_or(object.role), optical.unwrap_or(object.optical));
+            objects.push(part(object, name, role, optical, Surface::Mesh(mesh)));
         }
     }
     Ok(())
 }
 
-fn solid(spec: &ObjectSpec, name: String, role: Role, optical: Optical, mesh: Mesh) -> Object {
-    placed(spec, name, role, optical, Surface::Mesh(mesh.transformed(spec.rotation, spec.position_m)))
+fn part(spec: &ObjectSpec, name: String, role: Role, optical: Optical, surface: Surface) -> Object {
+    Object {
+        name,
+        role,
+        interior: spec.interior,
+        optical,
+        tag_only: spec.tag_only,
+        surface,
+        keypoints: None,
+        linkage: None,
+        warnings: Vec::new(),
+    }
 }
 
-fn placed(spec: &ObjectSpec, name: String, role: Role, optical: Optical, surface: Surface) -> Object {
-    Object { name, role, interior: spec.interior, optical, tag_only: spec.tag_only, surface }
+/// All links of a robot as one object, which keeps where they are.
+fn urdf_robot(object: &ObjectSpec, robot: &UrdfSpec, sag_m: f64) -> Result<Object> {
+    let model = urdf::load(&robot.path).map_err(at("urdf"))?;
+    let root_from_link = model.pose(&robot.joints)?;
+    let meshes = model.meshes(robot.geometry, &robot.packages, sag_m).map_err(at("urdf"))?;
+    let surface = Surface::Mesh(urdf::merged(&meshes, &root_from_link));
+    let linkage = Some(Arc::new(model.linkage(&root_from_link, &Pose::ORIGIN)));
+    Ok(Object { linkage, ..part(object, object.name.clone(), object.role, object.optical, surface) })
 }
 
 /// A y-up mesh turned to z up: (x, y, z) → (x, −z, y), exactly.
@@ -145,15 +209,17 @@ mod tests {
             // A quarter turn about z: x becomes y.
             rotation: DQuat::from_rotation_z(std::f64::consts::FRAC_PI_2),
             surface,
+            keypoints: None,
             nodes: Vec::new(),
+            animated: None,
+            motion: Default::default(),
         }
     }
 
     fn scene(objects: Vec<ObjectSpec>) -> Result<Scene> {
-        build(
-            &SceneSpec { path: "cell.toml".into(), text: String::new(), name: "cell".into(), objects },
-            0.08,
-        )
+        let (path, name) = ("cell.toml".into(), "cell".into());
+        let spec = SceneSpec { path, text: String::new(), name, snapshots: 1, objects };
+        build(&spec, 0.08).map(|mut snapshots| snapshots.remove(0))
     }
 
     #[test]
@@ -188,6 +254,36 @@ mod tests {
     fn y_up_files_are_turned_to_z_up() {
         let mesh = Mesh { vertices: vec![DVec3::new(1.0, 2.0, 3.0)], triangles: Vec::new() };
         assert_eq!(z_up(mesh).vertices, [DVec3::new(1.0, -3.0, 2.0)]);
+    }
+
+    #[test]
+    fn joints_are_turned_and_moved_with_their_human() {
+        let folder = tempfile::tempdir().unwrap();
+        let file = folder.path().join("joints.csv");
+        std::fs::write(&file, format!("{}0.1,0.2,0.3\n0.1,0.2,1.3\n", ",,\n".repeat(15))).unwrap();
+        let cuboid = || SurfaceSpec::Box { size_m: DVec3::ONE };
+        let with = |role, surface, keypoints: Option<&std::path::Path>| {
+            let keypoints = keypoints.map(Into::into);
+            scene(vec![ObjectSpec { role, keypoints, ..object("person", surface) }])
+        };
+        let person = || SurfaceSpec::Mannequin(file.clone());
+        let joints = |built: Result<Scene>| built.unwrap().objects[0].keypoints;
+        // (0.1, 0.2) turned by a quarter is (−0.2, 0.1); the object stands at (1, 2, 3).
+        let found = joints(with(Role::Human, cuboid(), Some(&file))).unwrap();
+        assert!((found[15].unwrap() - DVec3::new(0.8, 2.1, 3.3)).length() < 1e-12, "{found:?}");
+        assert_eq!(found.iter().flatten().count(), 2);
+        assert_eq!(joints(with(Role::Human, cuboid(), None)), None);
+        // Two ankles are joints of a box, but no limb to draw.
+        let error = with(Role::Human, person(), None).unwrap_err().to_string();
+        assert!(error.contains("mannequin = ") && error.contains("nothing of a body"), "{error}");
+        std::fs::write(&file, format!("0,0,1\n0,0,1\n0,0,1\n{}", "0.1,0.2,0.3\n0.1,-0.2,0.3\n".repeat(7)))
+            .unwrap();
+        let found = joints(with(Role::Human, person(), None)).unwrap();
+        assert!((found[15].unwrap() - DVec3::new(0.8, 2.1, 3.3)).length() < 1e-12, "{found:?}");
+        assert_eq!(joints(with(Role::Environment, person(), None)), None, "a dummy is no human");
+        let gone = folder.path().join("gone.csv");
+        let error = with(Role::Human, cuboid(), Some(&gone)).unwrap_err().to_string();
+        assert!(error.starts_with("cell.toml: object \"person\": keypoints = "), "{error}");
     }
 
     #[test]

@@ -49,10 +49,29 @@ const FARTHEST_M: f64 = 1000.0;
 /// with COCO's names. A header row and `#` comments are optional; empty cells mean an unknown joint.
 ///
 /// # Errors
-/// When the file cannot be read, a row is not as above, or too few joints are known to draw any part of a body.
+/// When the file cannot be read, a row is not as above, or no joint is known.
 pub fn read_keypoints(path: &Path) -> Result<Keypoints> {
     let bytes = file::read(path)?;
     parse(&bytes).map_err(|what| Error::input(path.display(), what))
+}
+
+/// Reads keypoints to draw a body from, as [`read_keypoints`] does.
+///
+/// # Errors
+/// As there, and when too few joints are known to draw any part of a body.
+pub fn read_person(path: &Path) -> Result<Keypoints> {
+    let keypoints = read_keypoints(path)?;
+    // The coarsest tessellation tells whether there is any.
+    if parts(&keypoints, FARTHEST_M).is_empty() {
+        let what = "no two neighbouring joints are known: nothing of a body can be drawn";
+        return Err(Error::input(path.display(), what));
+    }
+    Ok(keypoints)
+}
+
+/// The joints turned about the origin, then moved, as [`Mesh::transformed`] does with a surface.
+pub fn transformed(keypoints: &Keypoints, rotation: DQuat, translation: DVec3) -> Keypoints {
+    keypoints.map(|joint| joint.map(|position| rotation * position + translation))
 }
 
 fn parse(bytes: &[u8]) -> Result<Keypoints, String> {
@@ -87,9 +106,8 @@ fn parse(bytes: &[u8]) -> Result<Keypoints, String> {
             JOINTS.len()
         ));
     }
-    // The coarsest tessellation tells whether there is any.
-    if parts(&keypoints, FARTHEST_M).is_empty() {
-        return Err("no two neighbouring joints are known: nothing of a body can be drawn".into());
+    if keypoints == [None; 17] {
+        return Err("all joints are empty: give the position of at least one".into());
     }
     Ok(keypoints)
 }
@@ -325,8 +343,30 @@ mod tests {
         refused(b"", "has 0 joints: needs 17");
         refused(rows(true)[..16].join("\n").as_bytes(), "has 16 joints");
         refused((rows(true).join("\n") + "\nnose,0,0,0").as_bytes(), "line 18: more than 17 joints");
-        refused(",,\n".repeat(17).as_bytes(), "nothing of a body can be drawn");
-        refused((",,\n".repeat(16) + "0,0,0").as_bytes(), "nothing of a body can be drawn");
+        refused(",,\n".repeat(17).as_bytes(), "all joints are empty");
         refused(&[0xff, 0xfe, b'\n'], "UTF-8");
+    }
+
+    #[test]
+    fn joints_that_draw_no_body_are_keypoints_but_no_person() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("ankle.csv");
+        std::fs::write(&path, ",,\n".repeat(16) + "0,0,0").unwrap();
+        let mut ankle = [None; 17];
+        ankle[16] = Some(DVec3::ZERO);
+        assert_eq!(read_keypoints(&path).unwrap(), ankle);
+        let error = read_person(&path).unwrap_err().to_string();
+        assert!(error.contains("ankle.csv: no two neighbouring joints are known"), "{error}");
+    }
+
+    #[test]
+    fn joints_turn_and_move_as_a_surface_does() {
+        let mut keypoints = [None; 17];
+        keypoints[4] = Some(DVec3::new(1.0, 2.0, 3.0));
+        // Half a turn about x, exact: y and z change their sign.
+        let moved =
+            transformed(&keypoints, DQuat::from_xyzw(1.0, 0.0, 0.0, 0.0), DVec3::new(10.0, 20.0, 30.0));
+        assert_eq!(moved[4], Some(DVec3::new(11.0, 18.0, 27.0)));
+        assert_eq!(moved.iter().flatten().count(), 1);
     }
 }

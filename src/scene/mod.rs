@@ -2,16 +2,26 @@
 //! into [`Object`]s once, at the edge; nothing here knows of voxels.
 
 pub mod build;
+pub mod collada;
 pub mod gltf;
 pub mod mannequin;
+pub mod obj;
 pub mod octomap;
 pub mod primitive;
 pub mod stl;
+pub mod urdf;
 
 mod file;
 mod mesh;
+mod moving;
+mod polygon;
+
+use std::sync::Arc;
 
 use glam::DVec3;
+
+use crate::sensor::pose::Pose;
+use mannequin::Keypoints;
 
 /// What an object is to the study (paper, section III).
 #[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Deserialize, serde::Serialize)]
@@ -85,6 +95,44 @@ pub struct Object {
     pub tag_only: bool,
     /// Its surface, in the world.
     pub surface: Surface,
+    /// A human's joints in world metres, where they are known.
+    pub keypoints: Option<Keypoints>,
+    /// Where its links are, for a robot from a URDF.
+    pub linkage: Option<Arc<Linkage>>,
+    /// What was assumed while it was read that its author may not expect.
+    pub warnings: Vec<String>,
+}
+
+/// The links of a robot where its joint values put them, for what is mounted on them or measured from them.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Linkage {
+    /// Each link's name and its frame in the world; the root is the first.
+    pub links: Vec<(String, Pose)>,
+    /// Where the robot begins, in the world: what `reach_m` is measured from.
+    pub base_m: DVec3,
+    /// The farthest from there that the frame of any link can get, whatever the joint values, in metres.
+    pub reach_m: f64,
+}
+
+impl Linkage {
+    /// The frame of a link in the world.
+    ///
+    /// # Errors
+    /// Names the links there are.
+    pub fn link(&self, name: &str) -> Result<&Pose, String> {
+        let found = self.links.iter().find(|(link, _)| link == name).map(|(_, pose)| pose);
+        found.ok_or_else(|| {
+            let names: Vec<&str> = self.links.iter().map(|(link, _)| link.as_str()).collect();
+            format!("there is no link {name:?}; there are {}", names.join(", "))
+        })
+    }
+
+    /// The same robot, standing somewhere else.
+    pub(crate) fn carried_by(&self, frame: &Pose) -> Linkage {
+        let links = self.links.iter().map(|(name, pose)| (name.clone(), pose.carried_by(frame)));
+        let base = Pose { position_m: self.base_m, ..Pose::ORIGIN };
+        Linkage { links: links.collect(), base_m: base.carried_by(frame).position_m, reach_m: self.reach_m }
+    }
 }
 
 /// Everything in the cell at one moment.
@@ -92,6 +140,9 @@ pub struct Object {
 pub struct Scene {
     /// Name in the result table: the scene file's stem, or its `name`.
     pub name: String,
-    /// Objects in file order.
-    pub objects: Vec<Object>,
+    /// Which moment it is, counted from 0.
+    pub snapshot: usize,
+    /// Objects in file order, the same ones in every snapshot of a scene. What does not move from one snapshot to
+    /// another is one allocation in both, so that it is voxelized once.
+    pub objects: Vec<Arc<Object>>,
 }

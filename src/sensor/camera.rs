@@ -14,12 +14,31 @@ pub struct Camera {
 }
 
 impl Camera {
+    /// Focal lengths in pixels.
+    fn focal_px(&self) -> [f64; 2] {
+        std::array::from_fn(|a| f64::from(self.resolution_px[a]) / 2.0 / libm::tan(self.fov_rad[a] / 2.0))
+    }
+
+    /// Whether a point in the optical frame is in front of the camera and in its image.
+    pub fn sees(&self, point: DVec3) -> bool {
+        let focal = self.focal_px();
+        let inside = |a: usize| {
+            let size = f64::from(self.resolution_px[a]);
+            (0.0..size).contains(&(focal[a] * point[a] / point.z + size / 2.0))
+        };
+        point.z > 0.0 && inside(0) && inside(1)
+    }
+
+    /// How many pixels it has.
+    pub fn pixels(&self) -> u32 {
+        self.resolution_px.iter().product()
+    }
+
     /// Directions in the optical frame (z forward, x right, y down), row by row from the top left.
     pub fn dirs_q15(&self) -> Vec<[i32; 3]> {
         let [width, height] = self.resolution_px.map(f64::from);
-        let focal_x = width / 2.0 / libm::tan(self.fov_rad[0] / 2.0);
-        let focal_y = height / 2.0 / libm::tan(self.fov_rad[1] / 2.0);
-        let mut dirs = Vec::with_capacity(self.resolution_px.iter().product::<u32>() as usize);
+        let [focal_x, focal_y] = self.focal_px();
+        let mut dirs = Vec::with_capacity(self.pixels() as usize);
         for v in 0..self.resolution_px[1] {
             let y = (v as f64 + 0.5 - height / 2.0) / focal_y;
             for u in 0..self.resolution_px[0] {
@@ -41,6 +60,14 @@ mod tests {
         // Half the image is one focal length wide: x = ∓½, y = 0, z = 1.
         let (x, z) = (14_654, 29_309); // 2¹⁵ · (½, 1) / |(½, 1)|, worked by hand
         assert_eq!(camera.dirs_q15(), [[-x, 0, z], [x, 0, z]]);
+    }
+
+    #[test]
+    fn an_image_ends_where_its_pixels_do() {
+        let camera = Camera { fov_rad: [std::f64::consts::FRAC_PI_2; 2], resolution_px: [4, 4] };
+        assert!(camera.sees(DVec3::new(0.999, -0.999, 1.0)), "just inside");
+        assert!(!camera.sees(DVec3::new(1.001, 0.0, 1.0)), "just outside");
+        assert!(!camera.sees(DVec3::new(0.0, 0.0, -1.0)) && !camera.sees(DVec3::ZERO), "behind, and inside");
     }
 
     #[test]

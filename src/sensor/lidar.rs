@@ -1,8 +1,17 @@
-//! A LIDAR: rings of rays about a spin axis.
+//! A LIDAR or safety scanner: rings of rays about a spin axis, scored by its points or, as a switch, by a field that it
+//! guards.
 
 use glam::{DMat3, DVec3};
 
-use super::{Pose, quantise_q15};
+use super::pose::Frame;
+use super::prism::Prism;
+use super::range::Range;
+use super::{
+    Claim, Kind, MEASURES, Pose, Reach, SWITCHES, Scale, Stance, Station, look, placement, quantise_q15,
+    switched,
+};
+use crate::backend::Rays;
+use crate::voxel::BitGrid;
 
 /// How a LIDAR is fixed where a pose says which way it faces.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Deserialize, serde::Serialize)]
@@ -23,6 +32,22 @@ pub struct Lidar {
     pub elevations_rad: Vec<f64>,
     /// How it is fixed.
     pub mount: Mount,
+    /// What it measures.
+    pub range: Range,
+    /// Whether its points are scored.
+    pub points: bool,
+    /// The field that it guards, if that is scored.
+    pub field: Option<Field>,
+}
+
+/// A protective field: the volume above a polygon in the scanner's frame (x is azimuth 0), from the layer of voxels that
+/// the scanner is in up, so that what its level rays meet lies inside wherever in a voxel they run.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Field {
+    /// Where it is.
+    pub volume: Prism,
+    /// Whether it is certified free while no return lies in it.
+    pub otherwise_free: bool,
 }
 
 /// ⌈span/step − 1e-9⌉ angles start + i · step, as many as a scan of `span` holds without its end.
@@ -46,11 +71,105 @@ impl Lidar {
         dirs
     }
 
-    /// The LIDAR's frame in the world at a pose.
-    pub fn frame(&self, pose: &Pose) -> DMat3 {
+    /// Which field a representation is scored by; `None` for the points.
+    fn field(&self, representation: usize) -> Option<&Field> {
+        if self.points && representation == 0 { None } else { self.field.as_ref() }
+    }
+}
+
+impl Field {
+    /// The voxels that it guards, over the whole grid.
+    fn cells(&self, lidar: &Lidar, at: &Station) -> BitGrid {
+        let (pose, grid) = (at.pose(), &at.truth.grid);
+        let own = grid.position_q16(pose.position_m)[2] >> 16;
+        let scanner = Pose::turned(pose.position_m, lidar.frame(&pose), Frame::Link);
+        self.volume.layers(&scanner, grid, grid.window(), self.volume.layers_above(&scanner, grid, own))
+    }
+}
+
+impl Kind for Lidar {
+    fn name(&self) -> &'static str {
+        "lidar"
+    }
+
+    fn representations(&self) -> Vec<&'static str> {
+        [self.points.then_some("points"), self.field.as_ref().map(|_| "field")]
+            .into_iter()
+            .flatten()
+            .collect()
+    }
+
+    fn rays(&self, scale: &Scale) -> Option<Rays> {
+        Some(self.range.rays(self.dirs_q15(), scale))
+    }
+
+    fn frame(&self, pose: &Pose) -> DMat3 {
         match self.mount {
             Mount::Facing => pose.optical(),
             Mount::Upright => pose.link(),
+        }
+    }
+
+    fn stance(&self) -> Stance {
+        match self.mount {
+            Mount::Facing => Stance::Facing,
+            Mount::Upright => Stance::Upright,
+        }
+    }
+
+    fn is_noisy(&self) -> bool {
+        self.range.noise_std_m > 0.0
+    }
+
+    fn housing_m(&self) -> f64 {
+        self.range.near_ignore_m
+    }
+
+    fn log_odds(&self, representation: usize) -> [i32; 2] {
+        if self.field(representation).is_some() { SWITCHES } else { MEASURES }
+    }
+
+    fn check(&self, at: &Station) -> Result<(), String> {
+        match self.field.as_ref().is_some_and(|field| field.cells(self, at).is_empty()) {
+            true => {
+                Err("has a field without a voxel of the grid: make its polygon_m or height_m larger".into())
+            }
+            false => Ok(()),
+        }
+    }
+
+    fn adds(&self, representation: usize) -> bool {
+        self.field(representation).is_some()
+    }
+
+    fn is_stuck(&self, at: &Station) -> bool {
+        let Some(field) = &self.field else { return false };
+        let cells = field.cells(self, at);
+        let scale = Scale { voxel_size_m: at.truth.grid.voxel_size_m, backdrop: false };
+        // What is there when nobody is, seen without noise.
+        let mut fixed = at.truth.blockers.clone();
+        fixed.remove(&at.truth.human);
+        fixed.remove(&at.truth.robot);
+        let rays = Range { noise_std_m: 0.0, ..self.range }.rays(self.dirs_q15(), &scale);
+        let from = placement(self, &at.pose(), &at.truth.grid, 0);
+        look::returns(&fixed, &rays, &from).any(|found| cells.get(found.read))
+    }
+
+    fn claim(&self, representation: usize, at: &Station) -> Claim {
+        let (Some(field), Some(rays)) = (self.field(representation), at.rays) else {
+            return Claim { cast: true, planes: None };
+        };
+        let whole = field.cells(self, at);
+        let from = placement(self, &at.pose(), &at.truth.grid, at.draws);
+        let on = look::returns(&at.truth.blockers, rays, &from).any(|found| whole.get(found.read));
+        switched(whole.over(at.window), on, field.otherwise_free)
+    }
+
+    fn reach(&self, at: &Station) -> Reach {
+        match &self.field {
+            None => Reach::Rays,
+            Some(field) if self.points => Reach::RaysAnd(field.cells(self, at)),
+            Some(field) => Reach::Only(field.cells(self, at)),
         }
     }
 }
@@ -75,6 +194,14 @@ mod tests {
             azimuths_rad: vec![0.0, quarter],
             elevations_rad: vec![0.0, quarter],
             mount: Mount::Upright,
+            range: Range {
+                range_m: [0.0, 1.0],
+                near_ignore_m: 0.0,
+                no_return_is_free: false,
+                noise_std_m: 0.0,
+            },
+            points: true,
+            field: None,
         };
         let up = [0, 0, 32_768];
         assert_eq!(lidar.dirs_q15(), [[32_768, 0, 0], up, [0, 32_768, 0], up]);

@@ -1,88 +1,296 @@
-//! What a sensor is: the rays it casts and the poses it may stand at. Everything leaves this room quantised; how a
-//! ray travels is `march`'s business.
+//! What a sensor is: where it may stand, the rays it casts and the voxels it claims. Everything leaves this room
+//! quantised; how a ray travels is `march`'s business, and who casts it a backend's.
+//!
+//! | sensor | type | naive | volume | feature |
+//! |---|---|---|---|---|
+//! | RGB-D camera (`rgbd`) | range | `points` | | `spheres`, `cylinders`, `box` |
+//! | RGB camera (`rgb`) | zone | | | `zone` |
+//! | LIDAR, safety scanner (`lidar`) | range | `points` | `field` | |
+//! | rays from a table (`rays`) | range | `points` | | |
+//! | pressure pad (`pad`) | area | | `volume` | |
+//! | light curtain (`gate`) | zone | | `volume` | |
+//! | proximity cover (`cover`) | range | `naive` | | |
+//! | known robot pose (`known_robot`) | | | `volume` | |
+//!
+//! (Paper, table I.) A new sensor is a file here that implements [`Kind`], a struct for its keys in `study/sensor/`, and
+//! one arm of the `match` there.
 
 pub mod camera;
+pub mod cover;
+pub mod gate;
+pub mod keypoints;
+pub mod known_robot;
 pub mod lidar;
+pub mod look;
+pub mod noise;
+pub mod pad;
 pub mod pose;
+pub mod prism;
+pub mod range;
+pub mod ray_set;
+pub mod rgb;
+pub mod rgbd;
 
-use crate::backend::{Placement, Rays};
-use crate::march::{Gates, MAX_RANGE_VOXELS};
-use crate::voxel::{Grid, grid::length_q16};
+use std::fmt::Debug;
+use std::sync::Arc;
+
+use glam::DMat3;
+
+use crate::backend::{Placement, Planes, Rays};
+use crate::march;
+use crate::voxel::{BitGrid, Grid, Truth, Window};
 pub use camera::Camera;
 pub use lidar::{Lidar, Mount};
 pub use pose::Pose;
 
-/// What kind of sensor it is, with what decides its rays.
-#[derive(Clone, Debug, PartialEq)]
-pub enum Kind {
-    /// An RGB-D camera: one ray a pixel.
-    Camera(Camera),
-    /// A LIDAR: one ray for each azimuth and elevation.
-    Lidar(Lidar),
-}
-
-/// A range sensor, in metres and radians.
-#[derive(Clone, Debug, PartialEq)]
+/// A sensor of a study.
+#[derive(Clone, Debug)]
 pub struct Sensor {
     /// Unique in the study.
     pub name: String,
-    /// What rays it casts.
-    pub kind: Kind,
-    /// Nearest and farthest distance it can measure.
-    pub range_m: [f64; 2],
-    /// Blockers entered before this distance are the sensor's own housing.
-    pub near_ignore_m: f64,
-    /// Whether a ray without a return certifies that what it passed is free.
-    pub no_return_is_free: bool,
-    /// Candidate poses in study order.
+    /// What it is.
+    pub kind: Arc<dyn Kind>,
+    /// The robot's link that carries it, if not the world.
+    pub on: Option<Link>,
+    /// Candidates in study order.
     pub candidates: Vec<Candidate>,
 }
 
-/// One pose a sensor may have.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Candidate {
-    /// Unique among the sensor's poses, and stable: `right-wall/12/3`.
-    pub name: String,
-    /// The set of poses it belongs to: `right-wall`.
-    pub group: String,
-    /// Where it is.
-    pub pose: Pose,
+/// A link of a robot that a sensor is mounted on.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Link {
+    /// Name of the robot's object in the scene.
+    pub object: String,
+    /// Name of the link in its URDF.
+    pub link: String,
 }
 
-impl Sensor {
-    /// The sensor's rays and gates on a grid of this voxel size. `backdrop`: rays that leave the grid return.
-    pub fn rays(&self, voxel_size_m: f64, backdrop: bool) -> Rays {
-        let dirs_q15 = match &self.kind {
-            Kind::Camera(camera) => camera.dirs_q15(),
-            Kind::Lidar(lidar) => lidar.dirs_q15(),
-        };
-        let range_q16 =
-            |metres| length_q16(metres, voxel_size_m).clamp(0, (MAX_RANGE_VOXELS as i64) << 16) as u32;
-        let gates = Gates {
-            range_min_q16: range_q16(self.range_m[0]),
-            range_max_q16: range_q16(self.range_m[1]),
-            near_ignore_q16: range_q16(self.near_ignore_m),
-            no_return_is_free: self.no_return_is_free,
-            backdrop,
-        };
-        Rays { dirs_q15, gates }
-    }
+/// One way a sensor may be set up.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Candidate {
+    /// Unique among the sensor's candidates, and stable: `right-wall/12/3`.
+    pub name: String,
+    /// The set it belongs to: `right-wall`.
+    pub group: String,
+    /// What is different about it.
+    pub setting: Setting,
+}
 
-    /// A pose as integers. The position must lie in the grid.
-    pub fn placement(&self, pose: &Pose, grid: &Grid) -> Placement {
-        let rotation = match &self.kind {
-            Kind::Camera(_) => pose.optical(),
-            Kind::Lidar(lidar) => lidar.frame(pose),
-        };
-        let row = |r: usize| std::array::from_fn(|a| quantise_q15(rotation.col(a)[r]));
-        Placement {
-            origin_q16: grid.position_q16(pose.position_m).map(|x| x as i32),
-            axis_q15: std::array::from_fn(row),
+/// What tells the candidates of a sensor apart.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Setting {
+    /// Where it is, in the world or on its link.
+    Pose(Pose),
+    /// How far a proximity cover senses, in metres.
+    Inflation(f64),
+    /// Nothing: there is one way only.
+    Fixed,
+}
+
+impl Setting {
+    /// The pose; the origin of a setting that has none.
+    pub fn pose(&self) -> Pose {
+        match self {
+            Setting::Pose(pose) => *pose,
+            _ => Pose::ORIGIN,
         }
     }
 }
 
+/// How a pose that faces somewhere turns the sensor.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Stance {
+    /// Its optical axis faces there, and tilts.
+    Facing,
+    /// It spins about its own vertical axis, azimuth 0 towards there, and does not tilt.
+    Upright,
+    /// It lies or stands level; where it faces may be left out.
+    Level,
+}
+
+/// What decides a sensor's rays besides itself.
+#[derive(Clone, Copy, Debug)]
+pub struct Scale {
+    /// Edge of a voxel in metres.
+    pub voxel_size_m: f64,
+    /// Whether a ray that leaves the grid returns from just outside.
+    pub backdrop: bool,
+}
+
+/// What a sensor of some kind does. Representations are numbered as [`Kind::representations`] lists them.
+pub trait Kind: Debug + Send + Sync {
+    /// What it is called in a study.
+    fn name(&self) -> &'static str;
+
+    /// The representations that are scored, in order.
+    fn representations(&self) -> Vec<&'static str>;
+
+    /// The rays that a backend casts from every pose; `None` for a sensor that needs none.
+    fn rays(&self, _: &Scale) -> Option<Rays> {
+        None
+    }
+
+    /// The frame of its rays in the world.
+    fn frame(&self, pose: &Pose) -> DMat3 {
+        pose.optical()
+    }
+
+    /// How a facing pose turns it.
+    fn stance(&self) -> Stance {
+        Stance::Facing
+    }
+
+    /// The candidates of a sensor that is not given poses; empty if it needs them.
+    fn settings(&self) -> Vec<(String, Setting)> {
+        Vec::new()
+    }
+
+    /// Whether poses may be given.
+    fn takes_poses(&self) -> bool {
+        true
+    }
+
+    /// Whether readings differ from repeat to repeat.
+    fn is_noisy(&self) -> bool {
+        false
+    }
+
+    /// Whether it speaks after all others, wherever a combination lists it.
+    fn speaks_last(&self) -> bool {
+        false
+    }
+
+    /// How far its own housing reaches, in metres: blockers nearer than that let its rays pass.
+    fn housing_m(&self) -> f64 {
+        0.0
+    }
+
+    /// What `occupied` and `free` add to a voxel's log-odds, in thousandths.
+    fn log_odds(&self, representation: usize) -> [i32; 2];
+
+    /// What cannot work at a candidate in a scene, and what would.
+    fn check(&self, _: &Station) -> Result<(), String> {
+        Ok(())
+    }
+
+    /// Whether the host may add to what is cast in a representation; a claim without a cast always does.
+    fn adds(&self, _representation: usize) -> bool {
+        true
+    }
+
+    /// Whether the environment alone trips it, so that it never changes.
+    fn is_stuck(&self, _: &Station) -> bool {
+        false
+    }
+
+    /// What it says in a representation.
+    fn claim(&self, representation: usize, at: &Station) -> Claim;
+
+    /// The voxels it may speak of.
+    fn reach(&self, _: &Station) -> Reach {
+        Reach::Rays
+    }
+}
+
+/// What a sensor may speak of at a candidate; planes cover the whole grid.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Reach {
+    /// Whatever rays from its pose can reach.
+    Rays,
+    /// These voxels.
+    Only(BitGrid),
+    /// These voxels besides what rays can reach.
+    RaysAnd(BitGrid),
+}
+
+/// Log-odds of what measures, in thousandths: OctoMap's defaults for a hit and a miss.
+pub const MEASURES: [i32; 2] = [847, -405];
+/// Log-odds of a switch: certain when it is on, no surer than a miss when it is off.
+pub const SWITCHES: [i32; 2] = [3511, -405];
+
+/// What a sensor says at a candidate, before it is placed in slots.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Claim {
+    /// Whether the evidence that the backend casts belongs to it.
+    pub cast: bool,
+    /// What the host adds, over the station's window; `None` for nothing.
+    pub planes: Option<Planes>,
+}
+
+/// A candidate in a scene.
+#[derive(Clone, Copy, Debug)]
+pub struct Station<'a> {
+    /// The scene.
+    pub truth: &'a Truth,
+    /// The voxels that matter.
+    pub window: Window,
+    /// The candidate's setting; a pose is in the world, whatever carries it.
+    pub setting: Setting,
+    /// The sensor's own table of rays, if it has one.
+    pub rays: Option<&'a Rays>,
+    /// The hash of the words before the ray, for what is noisy.
+    pub draws: u32,
+}
+
+impl Station<'_> {
+    /// Where the sensor is; the world's origin if it has no pose.
+    pub fn pose(&self) -> Pose {
+        self.setting.pose()
+    }
+
+    /// The same candidate, looked at over the whole grid.
+    pub fn everywhere(&self) -> Self {
+        Station { window: self.truth.grid.window(), ..*self }
+    }
+
+    /// Two empty planes over the window.
+    fn blank(&self) -> Planes {
+        Planes { occupied: BitGrid::new(self.window), free: BitGrid::new(self.window) }
+    }
+}
+
+/// Whether what must lie or stand level does.
+fn level(at: &Station) -> Result<(), String> {
+    match at.pose().link().z_axis.z > 1.0 - 1e-9 {
+        true => Ok(()),
+        false => {
+            Err("is tilted: a pad or a gate lies or stands level, and turns about the vertical only".into())
+        }
+    }
+}
+
+/// What a switch says of a volume: occupied when it is on, else free if its silence certifies that.
+fn switched(volume: BitGrid, on: bool, otherwise_free: bool) -> Claim {
+    let empty = BitGrid::new(volume.window());
+    let planes = match (on, otherwise_free) {
+        (true, _) => Some(Planes { occupied: volume, free: empty }),
+        (false, true) => Some(Planes { occupied: empty, free: volume }),
+        (false, false) => None,
+    };
+    Claim { cast: false, planes }
+}
+
+/// A pose as integers. The position must lie in the grid.
+pub fn placement(kind: &dyn Kind, pose: &Pose, grid: &Grid, draws: u32) -> Placement {
+    let rotation = kind.frame(pose);
+    let row = |r: usize| std::array::from_fn(|a| quantise_q15(rotation.col(a)[r]));
+    Placement {
+        origin_q16: grid.position_q16(pose.position_m).map(|x| x as i32),
+        axis_q15: std::array::from_fn(row),
+        draws,
+    }
+}
+
+/// The hash of the words before the ray: all indices count in study order.
+pub fn draws(seed: u64, [scene, snapshot, sensor, pose, repeat]: [usize; 5]) -> u32 {
+    let seed = [seed as u32, (seed >> 32) as u32];
+    march::fold(seed.into_iter().chain([scene, snapshot, sensor, pose, repeat].map(|index| index as u32)))
+}
+
 /// A component of a unit vector in Q15, ties away from zero: −32768 to 32768.
-fn quantise_q15(value: f64) -> i32 {
+pub fn quantise_q15(value: f64) -> i32 {
     (value * 32_768.0).round() as i32
 }
+
+#[cfg(test)]
+mod tests;

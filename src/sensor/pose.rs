@@ -54,6 +54,17 @@ fn is_vertical(forward: DVec3) -> bool {
 }
 
 impl Pose {
+    /// The world's own frame.
+    pub const ORIGIN: Pose = Pose { position_m: DVec3::ZERO, rotation: DQuat::IDENTITY };
+
+    /// This pose, given in a frame that is itself somewhere in the world.
+    pub fn carried_by(&self, frame: &Pose) -> Pose {
+        Pose {
+            position_m: frame.position_m + frame.rotation * self.position_m,
+            rotation: (frame.rotation * self.rotation).normalize(),
+        }
+    }
+
     /// A pose that faces a direction (not zero), panned about world z and tilted about its own right, up positive:
     /// Rz(pan) · [right, down, facing] · Rx(tilt). Up is world z, or x where it faces straight up or down.
     pub fn facing(position_m: DVec3, facing: DVec3, pan_rad: f64, tilt_rad: f64) -> Self {

@@ -1,11 +1,14 @@
 //! The study file, as TOML: keys, units in their names, and defaults. Nothing is checked here but spelling and type.
 
+use std::collections::BTreeMap;
 use std::path::PathBuf;
 
 use serde::Deserialize;
 
-use super::value::{Axis, OneOrTwo, exactly, exactly_if_given};
-use crate::sensor::{Mount, pose::Frame};
+use super::scene_file::{Unit, Up};
+use super::value::{Axis, exactly, exactly_if_given};
+use crate::backend::Fusion;
+use crate::sensor::pose::Frame;
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -13,13 +16,23 @@ pub(super) struct StudyFile {
     #[serde(default)]
     pub(super) seed: u64,
     #[serde(default)]
+    pub(super) fusion: Fusion,
+    #[serde(default = "once")]
+    pub(super) repeats: u32,
+    #[serde(default)]
     pub(super) grid: GridFile,
     #[serde(default)]
     pub(super) scene: Vec<SceneEntry>,
     #[serde(default)]
     pub(super) region: Vec<RegionFile>,
     #[serde(default)]
-    pub(super) sensor: Vec<SensorFile>,
+    pub(super) sensor: Vec<toml::Table>,
+    #[serde(default)]
+    pub(super) combination: Vec<CombinationFile>,
+}
+
+fn once() -> u32 {
+    1
 }
 
 #[derive(Deserialize)]
@@ -65,8 +78,19 @@ pub(super) struct SceneEntry {
 pub(super) struct RegionFile {
     pub(super) name: String,
     pub(super) sphere: Option<SphereFile>,
+    pub(super) half_sphere: Option<HalfSphereFile>,
     pub(super) r#box: Option<BoxFile>,
     pub(super) human_box: Option<HumanBoxFile>,
+    pub(super) robot_reach: Option<RobotReachFile>,
+    pub(super) mesh: Option<PathBuf>,
+    pub(super) unit: Option<Unit>,
+    pub(super) up: Option<Up>,
+    #[serde(default, deserialize_with = "exactly_if_given")]
+    pub(super) position_m: Option<[f64; 3]>,
+    #[serde(default, deserialize_with = "exactly_if_given")]
+    pub(super) rpy_deg: Option<[f64; 3]>,
+    pub(super) union: Option<Vec<String>>,
+    pub(super) difference: Option<Vec<String>>,
 }
 
 #[derive(Deserialize)]
@@ -75,6 +99,28 @@ pub(super) struct SphereFile {
     #[serde(deserialize_with = "exactly")]
     pub(super) center_m: [f64; 3],
     pub(super) radius_m: f64,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct HalfSphereFile {
+    #[serde(deserialize_with = "exactly")]
+    pub(super) center_m: [f64; 3],
+    pub(super) radius_m: f64,
+    #[serde(default = "upward", deserialize_with = "exactly")]
+    pub(super) normal: [f64; 3],
+}
+
+fn upward() -> [f64; 3] {
+    [0.0, 0.0, 1.0]
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct RobotReachFile {
+    pub(super) object: Option<String>,
+    #[serde(default)]
+    pub(super) tool_m: f64,
 }
 
 #[derive(Deserialize)]
@@ -99,41 +145,12 @@ pub(super) struct HumanBoxFile {
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
-pub(super) struct SensorFile {
-    pub(super) name: String,
-    pub(super) kind: SensorKind,
-    pub(super) fov_deg: Option<OneOrTwo>,
-    #[serde(default, deserialize_with = "exactly_if_given")]
-    pub(super) resolution_px: Option<[u32; 2]>,
-    pub(super) resolution_deg: Option<OneOrTwo>,
-    #[serde(default, deserialize_with = "exactly_if_given")]
-    pub(super) elevation_deg: Option<[f64; 2]>,
-    pub(super) rings_deg: Option<Vec<f64>>,
-    pub(super) mount: Option<Mount>,
-    #[serde(deserialize_with = "exactly")]
-    pub(super) range_m: [f64; 2],
+pub(super) struct CombinationFile {
+    pub(super) name: Option<String>,
+    pub(super) sensors: Vec<String>,
+    pub(super) fusion: Option<Fusion>,
     #[serde(default)]
-    pub(super) near_ignore_m: f64,
-    #[serde(default)]
-    pub(super) no_return: NoReturn,
-    #[serde(default)]
-    pub(super) poses: Vec<PosesFile>,
-}
-
-#[derive(Clone, Copy, PartialEq, Eq, Deserialize)]
-#[serde(rename_all = "lowercase")]
-pub(super) enum SensorKind {
-    Rgbd,
-    Lidar,
-}
-
-/// What a ray without a return says of the cells it passed.
-#[derive(Clone, Copy, Default, PartialEq, Eq, Deserialize)]
-#[serde(rename_all = "lowercase")]
-pub(super) enum NoReturn {
-    #[default]
-    Unknown,
-    Free,
+    pub(super) poses: BTreeMap<String, Vec<String>>,
 }
 
 #[derive(Deserialize)]

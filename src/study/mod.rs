@@ -1,11 +1,13 @@
 //! What the user wrote: a study file and the scene files it names, checked once at the edge and turned into metres
 //! and radians. Defaults live in `file.rs` and `scene_file.rs` and nowhere else; meshes are read by `scene`.
 
+mod combination;
 mod file;
 mod poses;
 mod region;
 mod scene_file;
 mod sensor;
+mod urdf;
 mod value;
 
 use std::collections::HashSet;
@@ -14,13 +16,18 @@ use std::path::{Path, PathBuf};
 use glam::DVec3;
 
 use crate::sensor::Sensor;
-use crate::voxel::Shape;
 use crate::voxel::grid::VOXEL_SIZES_M;
 use crate::{Error, Result};
-pub use scene_file::{NodeRule, ObjectSpec, SceneSpec, SurfaceSpec};
+pub use combination::{Combination, Member};
+pub use region::RegionSpec;
+pub use scene_file::{MotionSpec, NodeRule, ObjectSpec, SceneSpec, SurfaceSpec};
+pub use urdf::UrdfSpec;
 
 /// No coordinate in a file is larger; beyond it there are slips of the pen, infinities and NaN.
 const FARTHEST_M: f64 = 1e6;
+
+/// Most repeats of a study; more would only tell noise more exactly than it is known.
+const MAX_REPEATS: u32 = 10_000;
 
 /// A checked study: what to sweep over what.
 #[derive(Clone, Debug)]
@@ -40,21 +47,36 @@ pub struct Study {
     /// Scenes in study order.
     pub scenes: Vec<SceneSpec>,
     /// Regions in study order, with their names.
-    pub regions: Vec<(String, Shape)>,
+    pub regions: Vec<(String, RegionSpec)>,
     /// Sensors in study order.
     pub sensors: Vec<Sensor>,
+    /// What is scored together, in study order; each sensor alone unless the study says otherwise.
+    pub combinations: Vec<Combination>,
+    /// Whether noise was switched off, whatever the study says.
+    pub noiseless: bool,
+    /// How often everything is scored, each time with other noise; once where nothing is noisy.
+    pub repeats: u32,
+}
+
+/// What a command line may say instead of the study.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Overrides {
+    /// Edge of a voxel in metres.
+    pub voxel_size_m: Option<f64>,
+    /// No sensor has noise.
+    pub noiseless: bool,
 }
 
 impl Study {
-    /// Reads and checks a study and its scene files (not their meshes). `voxel_size_m` overrides the study's.
-    pub fn load(path: &Path, voxel_size_m: Option<f64>) -> Result<Study> {
+    /// Reads and checks a study and its scene files (not their meshes).
+    pub fn load(path: &Path, overrides: &Overrides) -> Result<Study> {
         let text = read_text(path)?;
         let file: file::StudyFile = parse(path, &text)?;
         let at = Place { file: path, prefix: String::new() };
 
         let rule = "a size in metres from 0.0001 to 10";
         at.key("grid").number("voxel_size_m", file.grid.voxel_size_m, VOXEL_SIZES_M, rule)?;
-        let voxel_size_m = match voxel_size_m {
+        let voxel_size_m = match overrides.voxel_size_m {
             Some(size) if !VOXEL_SIZES_M.contains(&size) => {
                 return Err(Error::Input(format!("--voxel-size {size}: must be {rule}")));
             }
@@ -75,15 +97,34 @@ impl Study {
             Ok(scene)
         });
         let scenes: Vec<SceneSpec> = scenes.collect::<Result<_>>()?;
+        let names: Vec<_> = file.region.iter().map(|entry| entry.name.clone()).collect();
+        let entries = file.region.into_iter().enumerate();
         let regions: Vec<_> =
-            file.region.into_iter().map(|entry| region::check(&at, entry)).collect::<Result<_>>()?;
-        let sensors = file.sensor.into_iter().enumerate();
-        let sensors: Vec<_> =
-            sensors.map(|(i, entry)| sensor::check(&at, entry, file.seed, i)).collect::<Result<_>>()?;
+            entries.map(|(i, entry)| region::check(&at, entry, &names[..i])).collect::<Result<_>>()?;
+        let mut sensors = Vec::new();
+        for keys in file.sensor {
+            sensors.push(sensor::check(&at, keys, file.seed, overrides.noiseless, &sensors)?);
+        }
 
         at.unique("scene", scenes.iter().map(|s| s.name.as_str()))?;
         at.unique("region", regions.iter().map(|(name, _)| name.as_str()))?;
         at.unique("sensor", sensors.iter().map(|s| s.name.as_str()))?;
+        // Tables name a choice by joining the names of its poses.
+        let poses = sensors.iter().flat_map(|sensor| sensor.candidates.iter().map(|c| c.name.as_str()));
+        let names = sensors.iter().map(|sensor| sensor.name.as_str()).chain(poses);
+        if let Some(name) = names.into_iter().find(|name| name.contains(';')) {
+            return Err(at.says(format!("{name:?}: names of sensors and poses hold no semicolon")));
+        }
+        if !(1..=MAX_REPEATS).contains(&file.repeats) {
+            return Err(at.wrong("repeats", file.repeats, &format!("must be from 1 to {MAX_REPEATS}")));
+        }
+        // Without noise every repeat would be the first again.
+        let noisy = sensors.iter().any(|sensor| sensor.kind.is_noisy());
+        let repeats = if noisy { file.repeats } else { 1 };
+        let combinations = combination::check(&at, file.combination, file.fusion, &sensors)?;
+        let snapshots: usize = scenes.iter().map(|scene| scene.snapshots).sum();
+        let per_choice = regions.len() * snapshots * repeats as usize;
+        combination::check_rows(&at, &combinations, &sensors, per_choice)?;
         Ok(Study {
             path: path.into(),
             text,
@@ -94,6 +135,9 @@ impl Study {
             scenes,
             regions,
             sensors,
+            combinations,
+            noiseless: overrides.noiseless,
+            repeats,
         })
     }
 }
@@ -128,6 +172,11 @@ impl Place<'_> {
     /// A place inside this one.
     fn key(&self, key: &str) -> Self {
         Place { file: self.file, prefix: format!("{}{key}.", self.prefix) }
+    }
+
+    /// The folder that the file's own paths are relative to.
+    fn folder(&self) -> &Path {
+        self.file.parent().unwrap_or(Path::new(""))
     }
 
     /// The error for a wrong value.

@@ -11,7 +11,7 @@ use super::file::{PanTilt, PoseFile, PosesFile, RandomFile};
 use super::value::Axis;
 use super::{FARTHEST_M, Place, slug};
 use crate::sensor::pose::{Frame, from_rpy};
-use crate::sensor::{Candidate, Kind, Mount, Pose};
+use crate::sensor::{Candidate, Pose, Setting, Stance};
 use crate::{Error, Result};
 
 /// Most poses in one study file's group; a larger number is a slip of a step.
@@ -20,7 +20,7 @@ const MAX_POSES: usize = 10_000_000;
 /// Whose poses they are, and what random ones are drawn from.
 pub(super) struct Source<'a> {
     pub(super) sensor: &'a str,
-    pub(super) kind: &'a Kind,
+    pub(super) stance: Stance,
     pub(super) seed: u64,
     /// Different for each group of the study, so that none repeats another's draws.
     pub(super) stream: u64,
@@ -58,7 +58,7 @@ pub(super) fn expand(
             if name.is_empty() {
                 return Err(at.wrong("name", "\"\"", "must not be empty; leave it out to number the pose"));
             }
-            Ok((name, listed(&at, pose, source.kind)?))
+            Ok((name, listed(&at, pose, source.stance)?))
         });
         poses.collect::<Result<_>>()?
     } else if let Some(csv) = &entry.csv {
@@ -68,22 +68,29 @@ pub(super) fn expand(
     } else if let Some(random) = &entry.random {
         drawn(at, random, entry.facing, source)?
     } else {
-        lattice_poses(at, entry, source.kind)?
+        lattice_poses(at, entry, source.stance)?
     };
     candidates.extend(named.into_iter().map(|(name, pose)| Candidate {
         name: format!("{group}/{name}"),
         group: group.clone(),
-        pose,
+        setting: Setting::Pose(pose),
     }));
     Ok(())
 }
 
-/// The numbers of one axis of a lattice; ⌊(stop − start)/step + 1e-9⌋ + 1 of them, stop included.
+/// The numbers of one axis of a lattice.
 fn axis(at: &Place, key: &str, axis: &Option<Axis>) -> Result<Vec<f64>> {
+    match axis {
+        None => Err(at.says(format!("{key} is missing: a lattice has x_m, y_m and z_m"))),
+        Some(axis) => numbers(at, key, axis),
+    }
+}
+
+/// The numbers of a list, or of a row of steps: ⌊(stop − start)/step + 1e-9⌋ + 1 of them, stop included.
+pub(super) fn numbers(at: &Place, key: &str, axis: &Axis) -> Result<Vec<f64>> {
     let values = match axis {
-        None => return Err(at.says(format!("{key} is missing: a lattice has x_m, y_m and z_m"))),
-        Some(Axis::List(list)) => list.clone(),
-        Some(Axis::Steps { start, stop, step }) => {
+        Axis::List(list) => list.clone(),
+        Axis::Steps { start, stop, step } => {
             let (start, stop, step) = (*start, *stop, *step);
             let steps = ((stop - start) / step + 1e-9).floor();
             if !(step > 0.0 && step <= FARTHEST_M && steps >= 0.0 && steps < MAX_POSES as f64) {
@@ -103,10 +110,10 @@ fn axis(at: &Place, key: &str, axis: &Option<Axis>) -> Result<Vec<f64>> {
     Ok(values)
 }
 
-fn lattice_poses(at: &Place, entry: &PosesFile, kind: &Kind) -> Result<Vec<(String, Pose)>> {
+fn lattice_poses(at: &Place, entry: &PosesFile, stance: Stance) -> Result<Vec<(String, Pose)>> {
     let [xs, ys, zs] =
         [axis(at, "x_m", &entry.x_m)?, axis(at, "y_m", &entry.y_m)?, axis(at, "z_m", &entry.z_m)?];
-    let facing = facing(at, entry.facing)?;
+    let facing = facing(at, entry.facing, stance)?;
     let straight = [PanTilt::default()];
     let orientations = entry.orientations_deg.as_deref().unwrap_or(&straight);
     at.some("orientations_deg", orientations, "orientations_deg = [{ pan = 0, tilt = 0 }]")?;
@@ -124,7 +131,7 @@ fn lattice_poses(at: &Place, entry: &PosesFile, kind: &Kind) -> Result<Vec<(Stri
                 for (o, turn) in orientations.iter().enumerate() {
                     let pose = turned(
                         &at.key(&format!("orientations_deg[{o}]")),
-                        kind,
+                        stance,
                         DVec3::new(x, y, z),
                         facing,
                         [("pan", turn.pan), ("tilt", turn.tilt)],
@@ -138,8 +145,11 @@ fn lattice_poses(at: &Place, entry: &PosesFile, kind: &Kind) -> Result<Vec<(Stri
     Ok(poses)
 }
 
-fn facing(at: &Place, facing: Option<[f64; 3]>) -> Result<DVec3> {
+/// Where a sensor looks. One that stands level may leave it out, and then faces +x.
+fn facing(at: &Place, facing: Option<[f64; 3]>, stance: Stance) -> Result<DVec3> {
+    let usual = (stance == Stance::Level).then_some([1.0, 0.0, 0.0]);
     let value = facing
+        .or(usual)
         .ok_or_else(|| at.says("facing is missing: the way the sensor looks, as in facing = [0, 1, 0]"))?;
     let facing = at.vector("facing", value)?;
     if facing.length() < 1e-9 {
@@ -152,33 +162,36 @@ fn facing(at: &Place, facing: Option<[f64; 3]>) -> Result<DVec3> {
 type Turn<'a> = [(&'a str, f64); 2];
 
 /// A facing pose, panned and tilted, for this kind of sensor.
-fn turned(at: &Place, kind: &Kind, position: DVec3, facing: DVec3, turn: Turn) -> Result<Pose> {
+fn turned(at: &Place, stance: Stance, position: DVec3, facing: DVec3, turn: Turn) -> Result<Pose> {
     let [(pan_key, pan_deg), (tilt_key, tilt_deg)] = turn;
     at.number(pan_key, pan_deg, -360.0..=360.0, "an angle in degrees from -360 to 360")?;
     at.number(tilt_key, tilt_deg, -180.0..=180.0, "an angle in degrees from -180 to 180")?;
     let (pan, tilt) = (pan_deg.to_radians(), tilt_deg.to_radians());
-    match kind {
-        Kind::Lidar(lidar) if lidar.mount == Mount::Upright => {
-            let rule = "an upright lidar spins about world z and does not tilt: \
-                        use mount = \"facing\", or give its rotation as rpy_deg or quaternion";
-            if tilt != 0.0 {
-                Err(at.wrong(tilt_key, tilt_deg, rule))
-            } else {
-                Ok(Pose::upright(position, facing, pan))
-            }
+    let rule = match stance {
+        Stance::Facing => return Ok(Pose::facing(position, facing, pan, tilt)),
+        Stance::Upright => {
+            "an upright lidar spins about world z and does not tilt: \
+             use mount = \"facing\", or give its rotation as rpy_deg or quaternion"
         }
-        _ => Ok(Pose::facing(position, facing, pan, tilt)),
+        Stance::Level => "it stands level and does not tilt: turn it by facing or pan",
+    };
+    if tilt != 0.0 {
+        return Err(at.wrong(tilt_key, tilt_deg, rule));
     }
+    if facing.truncate().length() < 1e-9 * facing.length() {
+        return Err(at.says("facing is straight up or down, which is no heading: give one along the floor"));
+    }
+    Ok(Pose::upright(position, facing, pan))
 }
 
-fn listed(at: &Place, entry: &PoseFile, kind: &Kind) -> Result<Pose> {
+fn listed(at: &Place, entry: &PoseFile, stance: Stance) -> Result<Pose> {
     let position = at.vector("position_m", entry.position_m)?;
     let frame = entry.frame.unwrap_or_default();
     let turns = entry.pan_deg.is_some() || entry.tilt_deg.is_some();
     match (entry.facing, entry.rpy_deg, entry.quaternion) {
-        (Some(_), None, None) if entry.frame.is_none() => {
+        (_, None, None) if entry.frame.is_none() && (entry.facing.is_some() || stance == Stance::Level) => {
             let (pan, tilt) = (entry.pan_deg.unwrap_or(0.0), entry.tilt_deg.unwrap_or(0.0));
-            turned(at, kind, position, facing(at, entry.facing)?, [("pan_deg", pan), ("tilt_deg", tilt)])
+            turned(at, stance, position, facing(at, entry.facing, stance)?, [("pan_deg", pan), ("tilt_deg", tilt)])
         }
         (None, Some(rpy), None) if !turns => {
             let rpy = at.vector("rpy_deg", rpy)?.to_array().map(f64::to_radians);
@@ -198,13 +211,13 @@ fn listed(at: &Place, entry: &PoseFile, kind: &Kind) -> Result<Pose> {
 struct Row {
     sensor: Option<String>,
     pose: Option<String>,
-    x_m: f64,
-    y_m: f64,
-    z_m: f64,
-    qw: f64,
-    qx: f64,
-    qy: f64,
-    qz: f64,
+    x_m: Option<f64>,
+    y_m: Option<f64>,
+    z_m: Option<f64>,
+    qw: Option<f64>,
+    qx: Option<f64>,
+    qy: Option<f64>,
+    qz: Option<f64>,
 }
 
 /// Poses from a table with a header: x_m, y_m, z_m, qw, qx, qy, qz and, if wanted, pose (a name) and sensor (only that
@@ -235,12 +248,17 @@ fn table(path: &Path, frame: Frame, sensor: &str) -> Result<Vec<(String, Pose)>>
         if row.sensor.is_some_and(|name| !name.is_empty() && name != sensor) {
             continue;
         }
-        let position = DVec3::new(row.x_m, row.y_m, row.z_m);
+        let numbers = [row.x_m, row.y_m, row.z_m, row.qw, row.qx, row.qy, row.qz];
+        let [x_m, y_m, z_m, qw, qx, qy, qz] = match numbers.iter().all(Option::is_some) {
+            true => numbers.map(Option::unwrap_or_default),
+            false => return Err(wrong(&format!("a number is missing; {columns}"))),
+        };
+        let position = DVec3::new(x_m, y_m, z_m);
         if !position.to_array().iter().all(|v| v.abs() <= FARTHEST_M) {
             let rule = format!("must be three numbers from -{FARTHEST_M} to {FARTHEST_M}");
             return Err(wrong(&format!("x_m, y_m, z_m = {position}: {rule}")));
         }
-        let pose = Pose::from_quaternion(position, [row.qw, row.qx, row.qy, row.qz], frame)
+        let pose = Pose::from_quaternion(position, [qw, qx, qy, qz], frame)
             .ok_or_else(|| wrong("qw, qx, qy, qz must not be zero, and all four finite"))?;
         let name = row.pose.filter(|name| !name.is_empty()).unwrap_or_else(|| poses.len().to_string());
         poses.push((name, pose));
@@ -264,7 +282,7 @@ fn drawn(
     facing_file: Option<[f64; 3]>,
     source: &Source,
 ) -> Result<Vec<(String, Pose)>> {
-    let facing = facing(at, facing_file)?;
+    let facing = facing(at, facing_file, source.stance)?;
     let at = &at.key("random");
     if random.count == 0 || random.count as usize > MAX_POSES {
         return Err(at.wrong("count", random.count, &format!("must be from 1 to {MAX_POSES}")));
@@ -282,7 +300,7 @@ fn drawn(
     // Both ends are tried first, so that no seed finds an angle wrong that another does not.
     for end in [0, 1] {
         let turn = [("pan_deg", pan_deg[end]), ("tilt_deg", tilt_deg[end])];
-        turned(at, source.kind, min, facing, turn)?;
+        turned(at, source.stance, min, facing, turn)?;
     }
     let mut bytes = [0; 32];
     bytes[..8].copy_from_slice(&source.seed.to_le_bytes());
@@ -296,7 +314,7 @@ fn drawn(
         let tilt = between(tilt_deg[0], tilt_deg[1]);
         Ok((
             i.to_string(),
-            turned(at, source.kind, position, facing, [("pan_deg", pan), ("tilt_deg", tilt)])?,
+            turned(at, source.stance, position, facing, [("pan_deg", pan), ("tilt_deg", tilt)])?,
         ))
     });
     poses.collect()

@@ -1,20 +1,55 @@
-//! Regions of a study, checked.
+//! Regions of a study, checked: shapes in metres, meshes to be read later, and the regions that others are made of.
+
+use std::path::Path;
+
+use glam::{DQuat, DVec3};
 
 use super::file::{HumanBoxFile, RegionFile};
+use super::scene_file::{SurfaceSpec, mesh};
 use super::{Place, only_one};
 use crate::Result;
+use crate::sensor::pose::{Frame, Pose, from_rpy};
 use crate::voxel::Shape;
-use glam::DVec3;
 
-pub(super) fn check(at: &Place, entry: RegionFile) -> Result<(String, Shape)> {
-    let at = at.key(&format!("region {:?}", entry.name));
-    let sphere = entry.sphere.map(|s| {
+/// What a region of a study is, before meshes are read.
+#[derive(Clone, Debug, PartialEq)]
+pub enum RegionSpec {
+    /// A shape that is known as it stands.
+    Shape(Shape),
+    /// The inside of a mesh in a file.
+    Mesh {
+        /// A [`SurfaceSpec::Gltf`] or [`SurfaceSpec::Stl`].
+        surface: SurfaceSpec,
+        /// Where the mesh's own frame is in the world.
+        position_m: DVec3,
+        /// How it is turned.
+        rotation: DQuat,
+    },
+    /// What is in any of these regions, by their index in the study; all come before this one.
+    Union(Vec<usize>),
+    /// What is in the first of these regions and in none of the others, by their index; all come before this one.
+    Difference(Vec<usize>),
+}
+
+/// Checks an entry; `known` are the names of the regions before it.
+pub(super) fn check(at: &Place, entry: RegionFile, known: &[String]) -> Result<(String, RegionSpec)> {
+    let at = &at.key(&format!("region {:?}", entry.name));
+    let rule = "a length above 0 and below 1000000";
+    let sphere = entry.sphere.as_ref().map(|s| {
         let at = at.key("sphere");
-        let radius_m =
-            at.number("radius_m", s.radius_m, f64::MIN_POSITIVE..1e6, "a length above 0 and below 1000000")?;
+        let radius_m = at.number("radius_m", s.radius_m, f64::MIN_POSITIVE..1e6, rule)?;
         Ok(Shape::Sphere { center_m: at.vector("center_m", s.center_m)?, radius_m })
     });
-    let cuboid = entry.r#box.map(|b| {
+    let half = entry.half_sphere.as_ref().map(|s| {
+        let at = at.key("half_sphere");
+        let radius_m = at.number("radius_m", s.radius_m, f64::MIN_POSITIVE..1e6, rule)?;
+        let normal = at.vector("normal", s.normal)?;
+        if normal.length() < 1e-9 {
+            return Err(at.wrong("normal", format!("{:?}", s.normal), "must not be zero"));
+        }
+        Ok(Shape::HalfSphere { center_m: at.vector("center_m", s.center_m)?, radius_m, normal })
+    });
+    let cuboid = entry.r#box.as_ref().map(|b| {
         let at = at.key("box");
         let (min_m, max_m) = (at.vector("min_m", b.min_m)?, at.vector("max_m", b.max_m)?);
         if !min_m.cmplt(max_m).all() {
@@ -22,12 +57,66 @@ pub(super) fn check(at: &Place, entry: RegionFile) -> Result<(String, Shape)> {
         }
         Ok(Shape::Box { min_m, max_m })
     });
-    let human = entry.human_box.map(|h| human_box(&at.key("human_box"), h));
-    let shape = only_one(&at, "shape", vec![("sphere", sphere), ("box", cuboid), ("human_box", human)])??;
-    Ok((entry.name, shape))
+    let human = entry.human_box.as_ref().map(|h| human_box(&at.key("human_box"), h));
+    let reach = entry.robot_reach.as_ref().map(|r| {
+        let rule = "a length in metres from 0 to 1000";
+        let tool_m = at.key("robot_reach").number("tool_m", r.tool_m, 0.0..=1e3, rule)?;
+        Ok(Shape::RobotReach { object: r.object.clone(), tool_m })
+    });
+    let shape = |shape: Option<Result<Shape>>| shape.map(|shape| shape.map(RegionSpec::Shape));
+    let parts =
+        |key: &str, names: &Option<Vec<String>>| names.as_ref().map(|names| earlier(at, key, names, known));
+    let choices = vec![
+        ("sphere", shape(sphere)),
+        ("half_sphere", shape(half)),
+        ("box", shape(cuboid)),
+        ("human_box", shape(human)),
+        ("robot_reach", shape(reach)),
+        ("mesh", entry.mesh.as_ref().map(|path| volume(at, path, &entry))),
+        ("union", parts("union", &entry.union).map(|parts| Ok(RegionSpec::Union(parts?)))),
+        (
+            "difference",
+            parts("difference", &entry.difference).map(|parts| Ok(RegionSpec::Difference(parts?))),
+        ),
+    ];
+    let spec = only_one(at, "shape", choices)??;
+    let is_stl = matches!(&spec, RegionSpec::Mesh { surface: SurfaceSpec::Stl { .. }, .. });
+    if !is_stl && (entry.unit.is_some() || entry.up.is_some()) {
+        return Err(
+            at.says("unit and up belong to an .stl mesh: glTF is always metres and turned to z-up by itself")
+        );
+    }
+    if entry.mesh.is_none() && (entry.position_m.is_some() || entry.rpy_deg.is_some()) {
+        return Err(at.says("position_m and rpy_deg belong to a mesh: other shapes are given in the world"));
+    }
+    Ok((entry.name, spec))
 }
 
-fn human_box(at: &Place, entry: HumanBoxFile) -> Result<Shape> {
+fn volume(at: &Place, path: &Path, entry: &RegionFile) -> Result<RegionSpec> {
+    let folder = at.file.parent().unwrap_or(Path::new(""));
+    let rpy = at.vector("rpy_deg", entry.rpy_deg.unwrap_or_default())?.to_array().map(f64::to_radians);
+    Ok(RegionSpec::Mesh {
+        surface: mesh(at, folder, path, entry.unit, entry.up)?,
+        position_m: at.vector("position_m", entry.position_m.unwrap_or_default())?,
+        rotation: Pose::turned(DVec3::ZERO, from_rpy(rpy), Frame::Link).rotation,
+    })
+}
+
+/// The indices of regions that must stand above this one.
+fn earlier(at: &Place, key: &str, names: &[String], known: &[String]) -> Result<Vec<usize>> {
+    if names.len() < 2 {
+        return Err(at.wrong(key, format!("{names:?}"), "must name two regions or more"));
+    }
+    let index = |(i, name): (usize, &String)| {
+        known.iter().position(|other| other == name).ok_or_else(|| {
+            let rule = format!("must be a region that stands above this one in the file: {known:?}");
+            at.wrong(&format!("{key}[{i}]"), format!("{name:?}"), &rule)
+        })
+    };
+    names.iter().enumerate().map(index).collect()
+}
+
+fn human_box(at: &Place, entry: &HumanBoxFile) -> Result<Shape> {
     if entry.margin_m.is_some() && (entry.margin_min_m.is_some() || entry.margin_max_m.is_some()) {
         return Err(at.says("margin_m is for all sides: give either it or margin_min_m and margin_max_m"));
     }
@@ -44,6 +133,6 @@ fn human_box(at: &Place, entry: HumanBoxFile) -> Result<Shape> {
     Ok(Shape::HumanBox {
         margin_min_m: side("margin_min_m", entry.margin_min_m)?,
         margin_max_m: side("margin_max_m", entry.margin_max_m)?,
-        object: entry.object,
+        object: entry.object.clone(),
     })
 }

@@ -1,16 +1,23 @@
 //! A scene file: the objects of a cell with their roles, poses and surfaces, checked but not yet read from disk.
 
+mod snapshots;
+
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use glam::{DQuat, DVec3};
 use serde::Deserialize;
 
 use super::file::Quaternion;
+use super::urdf::{UrdfFile, UrdfSpec};
 use super::value::{exactly, exactly_if_given};
 use super::{Place, only_one, parse, read_text};
+use crate::scene::urdf::Geometry;
 use crate::scene::{Interior, Optical, Role};
 use crate::sensor::pose::{Frame, Pose, from_rpy};
 use crate::{Error, Result};
+pub use snapshots::MotionSpec;
+use snapshots::SnapshotsFile;
 
 /// A checked scene: what to load and where to put it.
 #[derive(Clone, Debug)]
@@ -21,12 +28,14 @@ pub struct SceneSpec {
     pub text: String,
     /// Its name: the file's stem, unless the study gives another.
     pub name: String,
+    /// How many moments it has; one where nothing moves.
+    pub snapshots: usize,
     /// Objects in file order.
     pub objects: Vec<ObjectSpec>,
 }
 
 /// One object of a scene file.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct ObjectSpec {
     /// Unique in the file.
     pub name: String,
@@ -44,8 +53,14 @@ pub struct ObjectSpec {
     pub rotation: DQuat,
     /// What it is made of.
     pub surface: SurfaceSpec,
+    /// A file with a human's joints in the object's own frame; a mannequin's are its own.
+    pub keypoints: Option<PathBuf>,
     /// Rules for the parts of a glTF file.
     pub nodes: Vec<NodeRule>,
+    /// The animation that poses a glTF file (the only one if there is no name) and when in it, in seconds.
+    pub animated: Option<(Option<String>, f64)>,
+    /// What changes over the snapshots of the scene.
+    pub motion: MotionSpec,
 }
 
 /// What an object is made of. Bodies are centred on the object's own frame.
@@ -100,10 +115,12 @@ pub enum SurfaceSpec {
     Octomap(PathBuf),
     /// A body around 17 keypoints in a CSV file.
     Mannequin(PathBuf),
+    /// A robot from a URDF.
+    Urdf(UrdfSpec),
 }
 
 /// What parts of a glTF file are, by the names of their nodes.
-#[derive(Clone, Debug, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct NodeRule {
     /// A pattern with `*` and `?`; it covers a node and all below it.
@@ -150,20 +167,27 @@ struct ObjectFile {
     mesh: Option<PathBuf>,
     octomap: Option<PathBuf>,
     mannequin: Option<PathBuf>,
+    keypoints: Option<PathBuf>,
+    urdf: Option<PathBuf>,
+    geometry: Option<Geometry>,
+    packages: Option<BTreeMap<String, PathBuf>>,
+    joints_deg: Option<BTreeMap<String, f64>>,
+    joints_m: Option<BTreeMap<String, f64>>,
     #[serde(default)]
     nodes: Vec<NodeRule>,
+    snapshots: Option<SnapshotsFile>,
 }
 
 #[derive(Clone, Copy, Deserialize)]
 #[serde(rename_all = "lowercase")]
-enum Unit {
+pub(super) enum Unit {
     M,
     Mm,
 }
 
 #[derive(Clone, Copy, PartialEq, Deserialize)]
 #[serde(rename_all = "lowercase")]
-enum Up {
+pub(super) enum Up {
     Y,
     Z,
 }
@@ -203,6 +227,15 @@ struct CapsuleFile {
 }
 
 impl SceneSpec {
+    /// Says where packages are for all robots of the scene; overrides what its file says.
+    pub fn use_packages<'a>(&mut self, packages: impl Iterator<Item = (&'a str, &'a Path)> + Clone) {
+        for object in &mut self.objects {
+            if let SurfaceSpec::Urdf(robot) = &mut object.surface {
+                packages.clone().for_each(|(name, folder)| robot.packages.insert(name, folder));
+            }
+        }
+    }
+
     /// Reads and checks a scene file; the meshes it names are read later.
     pub fn load(path: &Path) -> Result<SceneSpec> {
         SceneSpec::parse(path, read_text(path)?)
@@ -222,7 +255,8 @@ impl SceneSpec {
         at.unique("object", objects.iter().map(|o| o.name.as_str()))?;
         let name =
             path.file_stem().map_or_else(|| "scene".into(), |stem| stem.to_string_lossy().into_owned());
-        Ok(SceneSpec { path: path.into(), text, name, objects })
+        let snapshots = snapshots::count(&at, &objects)?;
+        Ok(SceneSpec { path: path.into(), text, name, snapshots, objects })
     }
 }
 
@@ -231,7 +265,7 @@ fn object(at: &Place, entry: ObjectFile, default_interior: Interior) -> Result<O
     let length = |key: &str, value: f64| {
         at.number(key, value, 1e-6..1e6, "a length in metres from 0.000001 to 1000000")
     };
-    let folder = at.file.parent().unwrap_or(Path::new(""));
+    let folder = at.folder();
     let size = |key: &str, value: &Option<SizeFile>| {
         let size = value.as_ref().map(|s| s.size_m);
         size.map(|s| {
@@ -257,7 +291,9 @@ fn object(at: &Place, entry: ObjectFile, default_interior: Interior) -> Result<O
         Ok(SurfaceSpec::Capsule { radius_m, length_m: length("capsule.length_m", c.length_m)? })
     });
     let octomap = entry.octomap.as_ref().map(|p| Ok(SurfaceSpec::Octomap(folder.join(p))));
-    let mannequin = entry.mannequin.as_ref().map(|p| Ok(SurfaceSpec::Mannequin(folder.join(p))));
+    // A person who moves may have one file a snapshot and none for all.
+    let moving = entry.snapshots.as_ref().and_then(|s| s.mannequin.as_ref()?.first());
+    let mannequin = entry.mannequin.as_ref().or(moving).map(|p| Ok(SurfaceSpec::Mannequin(folder.join(p))));
     let choices = vec![
         ("box", cuboid),
         ("room", room),
@@ -268,6 +304,7 @@ fn object(at: &Place, entry: ObjectFile, default_interior: Interior) -> Result<O
         ("mesh", entry.mesh.as_ref().map(|path| mesh(at, folder, path, entry.unit, entry.up))),
         ("octomap", octomap),
         ("mannequin", mannequin),
+        ("urdf", urdf(at, &entry, folder)?.map(|robot| Ok(SurfaceSpec::Urdf(robot)))),
     ];
     let surface = only_one(at, "surface", choices)??;
 
@@ -279,7 +316,7 @@ fn object(at: &Place, entry: ObjectFile, default_interior: Interior) -> Result<O
     if !matches!(surface, SurfaceSpec::Gltf(_)) && !entry.nodes.is_empty() {
         return Err(at.says("nodes belong to a .glb or .gltf mesh"));
     }
-    let rotation = rotation(at, &entry)?;
+    let rotation = rotation(at, "", entry.rpy_deg, entry.quaternion)?;
     let position_m = at.vector("position_m", entry.position_m)?;
     if matches!(surface, SurfaceSpec::Octomap(_))
         && (position_m != DVec3::ZERO || rotation != DQuat::IDENTITY)
@@ -296,22 +333,57 @@ fn object(at: &Place, entry: ObjectFile, default_interior: Interior) -> Result<O
         (SurfaceSpec::Octomap(_), None) => Interior::Free,
         (_, interior) => interior.unwrap_or(default_interior),
     };
-    let default_role =
-        if matches!(surface, SurfaceSpec::Mannequin(_)) { Role::Human } else { Role::Environment };
+    let default_role = match surface {
+        SurfaceSpec::Mannequin(_) => Role::Human,
+        SurfaceSpec::Urdf(_) => Role::Robot,
+        _ => Role::Environment,
+    };
+    let role = entry.role.unwrap_or(default_role);
+    let moving = entry.snapshots.as_ref().is_some_and(|snapshots| snapshots.keypoints.is_some());
+    let has_keypoints = moving || entry.keypoints.is_some();
+    if has_keypoints && matches!(surface, SurfaceSpec::Mannequin(_)) {
+        return Err(at.says("keypoints: a mannequin's are its own; take them away"));
+    }
+    let human = role == Role::Human || entry.nodes.iter().any(|rule| rule.role == Some(Role::Human));
+    if has_keypoints && !human {
+        return Err(at.says("keypoints are a human's joints: add role = \"human\""));
+    }
+    let motion = entry.snapshots.map(|snapshots| snapshots::check(at, snapshots, &surface)).transpose()?;
     Ok(ObjectSpec {
-        role: entry.role.unwrap_or(default_role),
+        role,
         interior,
         optical: entry.optical.unwrap_or(Optical::Opaque),
         tag_only: entry.tag_only,
         position_m,
         rotation,
         surface,
+        keypoints: entry.keypoints.map(|path| folder.join(path)),
         nodes: entry.nodes,
+        animated: None,
+        motion: motion.unwrap_or_default(),
         name: entry.name,
     })
 }
 
-fn mesh(at: &Place, folder: &Path, path: &Path, unit: Option<Unit>, up: Option<Up>) -> Result<SurfaceSpec> {
+fn urdf(at: &Place, entry: &ObjectFile, folder: &Path) -> Result<Option<UrdfSpec>> {
+    let keys = UrdfFile {
+        urdf: entry.urdf.as_ref(),
+        geometry: entry.geometry,
+        packages: entry.packages.as_ref(),
+        joints_deg: entry.joints_deg.as_ref(),
+        joints_m: entry.joints_m.as_ref(),
+    };
+    keys.check(at, folder).transpose()
+}
+
+/// A mesh by the kind of its file; whether `unit` and `up` belong to it is the caller's to check.
+pub(super) fn mesh(
+    at: &Place,
+    folder: &Path,
+    path: &Path,
+    unit: Option<Unit>,
+    up: Option<Up>,
+) -> Result<SurfaceSpec> {
     let extension = path.extension().map(|e| e.to_string_lossy().to_lowercase());
     let full = folder.join(path);
     match extension.as_deref() {
@@ -328,17 +400,24 @@ fn mesh(at: &Place, folder: &Path, path: &Path, unit: Option<Unit>, up: Option<U
     }
 }
 
-fn rotation(at: &Place, entry: &ObjectFile) -> Result<DQuat> {
-    match (entry.rpy_deg, entry.quaternion) {
+/// One rotation, none where neither is given; `index` is its place in a list.
+fn rotation(
+    at: &Place,
+    index: &str,
+    rpy_deg: Option<[f64; 3]>,
+    quaternion: Option<Quaternion>,
+) -> Result<DQuat> {
+    match (rpy_deg, quaternion) {
         (None, None) => Ok(DQuat::IDENTITY),
         (Some(rpy), None) => {
-            let rpy = at.vector("rpy_deg", rpy)?.to_array().map(f64::to_radians);
+            let rpy = at.vector(&format!("rpy_deg{index}"), rpy)?.to_array().map(f64::to_radians);
             Ok(Pose::turned(DVec3::ZERO, from_rpy(rpy), Frame::Link).rotation)
         }
         (None, Some(q)) => {
             let wxyz = [q.w, q.x, q.y, q.z];
             let wrong = || -> Error {
-                at.wrong("quaternion", format!("{wxyz:?}"), "must not be zero, and all four finite")
+                let rule = "must not be zero, and all four finite";
+                at.wrong(&format!("quaternion{index}"), format!("{wxyz:?}"), rule)
             };
             Ok(Pose::from_quaternion(DVec3::ZERO, wxyz, Frame::Link).ok_or_else(wrong)?.rotation)
         }

@@ -26,7 +26,7 @@ pub fn write_whole(path: &Path, bytes: &[u8]) -> Result<()> {
 }
 
 /// The files of a sweep.
-pub const RESULT_FILES: [&str; 3] = ["poses.csv", "results.csv", "manifest.json"];
+pub const RESULT_FILES: [&str; 4] = ["poses.csv", "results.csv", "scores.csv", "manifest.json"];
 
 /// An output folder that is known to take files. Folders that this run made go again if nothing was put into them.
 #[derive(Debug)]

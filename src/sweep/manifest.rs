@@ -6,8 +6,9 @@ use sha2::{Digest, Sha256};
 
 use super::World;
 use crate::backend::{Backend, Placement, Rays};
+use crate::sensor::{self, Setting};
 use crate::study::Study;
-use crate::voxel::BitGrid;
+use crate::voxel::{BitGrid, Truth};
 
 /// Wall-clock seconds of a sweep's stages.
 #[derive(Clone, Copy, Debug, serde::Serialize)]
@@ -32,16 +33,28 @@ pub fn manifest(study: &Study, worlds: &[World], backend: &dyn Backend, timings:
         "seed": study.seed,
         "voxel_size_m": study.voxel_size_m,
         "backend": { "name": backend.name(), "device": backend.device() },
-        "scenes": study.scenes.iter().zip(worlds).map(|(spec, world)| scene(study, spec, world)).collect::<Vec<_>>(),
-        "sensors": study.sensors.iter().map(|sensor| {
-            let rays = sensor.rays(study.voxel_size_m, study.backdrop);
+        "scenes": worlds.iter().map(|world| scene(study, world)).collect::<Vec<_>>(),
+        "sensors": study.sensors.iter().zip(super::tables(study)).map(|(sensor, rays)| {
             json!({
                 "name": sensor.name,
+                "kind": sensor.kind.name(),
+                "representations": sensor.kind.representations(),
                 "poses": sensor.candidates.len(),
-                "rays_per_pose": rays.dirs_q15.len(),
-                "rays_sha256": rays_sha256(&rays),
+                "rays_per_pose": rays.as_ref().map_or(0, |rays| rays.dirs_q15.len()),
+                "rays_sha256": rays.as_ref().map(rays_sha256),
             })
         }).collect::<Vec<_>>(),
+        "combinations": study.combinations.iter().map(|combination| {
+            let sensors = combination.members.iter().map(|member| study.sensors[member.sensor].name.as_str());
+            json!({
+                "name": combination.name,
+                "sensors": sensors.collect::<Vec<_>>(),
+                "fusion": combination.fusion,
+                "choices": combination.choices(),
+            })
+        }).collect::<Vec<_>>(),
+        "repeats": study.repeats,
+        "noiseless": study.noiseless,
         "timings": timings,
         "poses_per_s": jobs as f64 / timings.sweep_s.max(1e-9),
     });
@@ -50,7 +63,8 @@ pub fn manifest(study: &Study, worlds: &[World], backend: &dyn Backend, timings:
     bytes
 }
 
-fn scene(study: &Study, spec: &crate::study::SceneSpec, world: &World) -> Value {
+fn scene(study: &Study, world: &World) -> Value {
+    let spec = &study.scenes[world.scene];
     let truth = &world.truth;
     let regions = world.regions.iter().zip(&world.baselines).map(|(region, baselines)| {
         json!({
@@ -61,12 +75,17 @@ fn scene(study: &Study, spec: &crate::study::SceneSpec, world: &World) -> Value 
             "baselines": baselines,
         })
     });
-    let placements = study.sensors.iter().map(|sensor| {
-        let all = sensor.candidates.iter().map(|c| sensor.placement(&c.pose, &truth.grid));
+    let placements = study.sensors.iter().enumerate().map(|(s, sensor)| {
+        let poses = world.settings[s].iter().filter_map(|setting| match setting {
+            Setting::Pose(pose) => Some(pose),
+            _ => None,
+        });
+        let all = poses.map(|pose| sensor::placement(&*sensor.kind, pose, &truth.grid, 0));
         json!({ "sensor": sensor.name, "placements_sha256": placements_sha256(all) })
     });
     json!({
         "name": world.name,
+        "snapshot": world.snapshot,
         "file": spec.path.display().to_string(),
         "sha256": sha256([spec.text.as_bytes()]),
         "grid": { "origin": truth.grid.origin, "size": truth.grid.size },
@@ -75,6 +94,8 @@ fn scene(study: &Study, spec: &crate::study::SceneSpec, world: &World) -> Value 
         "blockers_sha256": plane_sha256(&truth.blockers),
         "human_sha256": plane_sha256(&truth.human),
         "robot_sha256": plane_sha256(&truth.robot),
+        "robot_volume_sha256": plane_sha256(&truth.robot_volume),
+        "keypoints_sha256": keypoints_sha256(truth),
         "regions": regions.collect::<Vec<_>>(),
         "placements": placements.collect::<Vec<_>>(),
         "warnings": world.warnings,
@@ -90,14 +111,26 @@ fn plane_sha256(plane: &BitGrid) -> String {
     sha256([corner.as_slice(), &size, &words])
 }
 
+/// Hash of where all joints of all people are, in the grid; an unknown one counts as no number at all.
+fn keypoints_sha256(truth: &Truth) -> String {
+    let people = truth.objects.iter().filter_map(|object| object.keypoints.as_ref());
+    let joints = people.flat_map(|keypoints| keypoints.iter().enumerate());
+    let numbers =
+        joints.filter_map(|(number, joint)| Some((number as i64, truth.grid.position_q16((*joint)?))));
+    let bytes: Vec<u8> =
+        numbers.flat_map(|(number, [x, y, z])| [number, x, y, z]).flat_map(i64::to_le_bytes).collect();
+    sha256([bytes.as_slice()])
+}
+
 fn rays_sha256(rays: &Rays) -> String {
     let gates = &rays.gates;
     let numbers = [gates.range_min_q16, gates.range_max_q16, gates.near_ignore_q16]
         .into_iter()
         .chain([gates.no_return_is_free as u32, gates.backdrop as u32]);
     let gates: Vec<u8> = numbers.flat_map(u32::to_le_bytes).collect();
+    let noise: Vec<u8> = rays.noise_q16.iter().flat_map(|g| g.to_le_bytes()).collect();
     let dirs: Vec<u8> = rays.dirs_q15.iter().flatten().flat_map(|d| d.to_le_bytes()).collect();
-    sha256([gates.as_slice(), &dirs])
+    sha256([gates.as_slice(), &dirs, &noise])
 }
 
 fn placements_sha256(placements: impl Iterator<Item = Placement>) -> String {

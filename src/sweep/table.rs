@@ -2,46 +2,75 @@
 
 use super::Row;
 use crate::metrics::COUNTERS;
-use crate::study::Study;
+use crate::sensor::{Pose, Setting};
+use crate::study::{Combination, Study};
 
-/// The representation that a range sensor's raw returns have (paper: "PC").
-pub const POINTS: &str = "points";
-
-const COUNT_COLUMNS: [&str; COUNTERS] = [
+/// The columns of the counters, in the order of [`crate::metrics::Confusion::counts`].
+pub const COUNT_COLUMNS: [&str; COUNTERS] = [
     "tp", "fp", "fn", "tn", "uo", "uf", "tp_human", "fn_human", "uo_human", "tp_robot", "fn_robot",
     "uo_robot",
 ];
 
-/// `poses.csv`: every candidate, its position in metres and its link frame's rotation (x forward, y left, z up).
+/// What stands between the members of a combination in the columns `poses` and `representation`.
+pub const BETWEEN_MEMBERS: &str = ";";
+
+/// `poses.csv`: every candidate. Position in metres and rotation of the link frame (x forward, y left, z up) are in the
+/// world, or, where `on` names a robot and its link, in that link's frame; both are empty for what has no pose.
 pub fn poses_csv(study: &Study) -> Vec<u8> {
-    let mut csv = Csv::new(&["sensor", "pose", "group", "x_m", "y_m", "z_m", "qw", "qx", "qy", "qz"]);
+    let mut csv = Csv::new(&[
+        "sensor",
+        "pose",
+        "group",
+        "x_m",
+        "y_m",
+        "z_m",
+        "qw",
+        "qx",
+        "qy",
+        "qz",
+        "inflation_m",
+        "on",
+    ]);
     for sensor in &study.sensors {
+        let on = sensor.on.as_ref().map_or(String::new(), |on| format!("{}/{}", on.object, on.link));
         for candidate in &sensor.candidates {
-            let (p, q) = (candidate.pose.position_m, candidate.pose.rotation);
             let mut fields = vec![sensor.name.clone(), candidate.name.clone(), candidate.group.clone()];
-            fields.extend([p.x, p.y, p.z, q.w, q.x, q.y, q.z].map(|v| v.to_string()));
+            match candidate.setting {
+                Setting::Pose(Pose { position_m: p, rotation: q }) => {
+                    fields.extend([p.x, p.y, p.z, q.w, q.x, q.y, q.z].map(|v| v.to_string()));
+                    fields.push(String::new());
+                }
+                Setting::Inflation(metres) => {
+                    fields.extend([const { String::new() }; 7]);
+                    fields.push(metres.to_string());
+                }
+                Setting::Fixed => fields.extend([const { String::new() }; 8]),
+            }
+            fields.push(on.clone());
             csv.row(&fields);
         }
     }
     csv.bytes()
 }
 
-/// `results.csv`: counts and scores of every scene, pose and region, in study order. A score that has no value (a zero
-/// denominator) is empty.
+/// `results.csv`: counts and scores of every scene, snapshot, repeat, choice of poses, representation and region, in
+/// study order. A score that has no value (a zero denominator) is empty.
 pub fn results_csv(study: &Study, rows: &[Row]) -> Vec<u8> {
     let mut header = vec!["scene", "snapshot", "repeat", "combination", "poses", "representation", "region"];
     header.extend(COUNT_COLUMNS);
     header.extend(["f1", "kappa", "human_seen", "unknown", "false_alarm"]);
     let mut csv = Csv::new(&header);
+    let representations: Vec<Vec<String>> =
+        study.combinations.iter().map(|combination| representation_names(study, combination)).collect();
     for row in rows {
-        let sensor = &study.sensors[row.sensor];
+        let combination = &study.combinations[row.combination];
         let mut fields = vec![
             study.scenes[row.scene].name.clone(),
-            "0".into(),
-            "0".into(),
-            sensor.name.clone(),
-            format!("{}:{}", sensor.name, sensor.candidates[row.pose].name),
-            POINTS.into(),
+            row.snapshot.to_string(),
+            row.repeat.to_string(),
+            combination.name.clone(),
+            pose_names(study, combination, row.choice),
+            representations[row.combination][row.interpretation].clone(),
             study.regions[row.region].0.clone(),
         ];
         let c = &row.counts;
@@ -51,6 +80,26 @@ pub fn results_csv(study: &Study, rows: &[Row]) -> Vec<u8> {
         csv.row(&fields);
     }
     csv.bytes()
+}
+
+/// The poses of a choice: `camera:right-wall/8/1;pads:floor/3/0`.
+pub fn pose_names(study: &Study, combination: &Combination, choice: usize) -> String {
+    let members = combination.members.iter().zip(combination.choice(choice));
+    let names = members.map(|(member, candidate)| {
+        let sensor = &study.sensors[member.sensor];
+        format!("{}:{}", sensor.name, sensor.candidates[candidate].name)
+    });
+    names.collect::<Vec<_>>().join(BETWEEN_MEMBERS)
+}
+
+/// The representations of each interpretation: `points;volume`.
+pub fn representation_names(study: &Study, combination: &Combination) -> Vec<String> {
+    let named = |way: Vec<usize>| {
+        let members = combination.members.iter().zip(way);
+        let names = members.map(|(member, r)| study.sensors[member.sensor].kind.representations()[r]);
+        names.collect::<Vec<_>>().join(BETWEEN_MEMBERS)
+    };
+    combination.interpretations(&study.sensors).into_iter().map(named).collect()
 }
 
 /// Rows in memory, where writing cannot fail.

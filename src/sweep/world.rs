@@ -1,29 +1,38 @@
 //! A study made ready to cast: every scene voxelized, every region a mask, every pose inside its grid. Whatever can be
 //! wrong with the input is found here, before any ray.
 
+mod warnings;
+
 use glam::DVec3;
 
-use crate::backend::Cell;
+use super::shapes;
+use crate::backend::{Cell, Placement};
 use crate::march::MAX_RANGE_VOXELS;
 use crate::metrics::Confusion;
-use crate::scene::{Role, Scene, build::build};
-use crate::sensor::Sensor;
-use crate::study::{SceneSpec, Study};
-use crate::voxel::{BitGrid, Grid, Region, Truth, Window, region, voxelize};
+use crate::scene::{Scene, build::build};
+use crate::sensor::{self, Reach, Sensor, Setting, Stance, Station};
+use crate::study::Study;
+use crate::voxel::{BitGrid, Grid, Region, Shape, Truth, Window, region, voxelize};
 use crate::{Error, Result};
 
-/// A scene of a study, in voxels.
+/// A scene of a study at one moment, in voxels.
 #[derive(Debug)]
 pub struct World {
+    /// Index of the scene in the study.
+    pub scene: usize,
     /// The scene's name.
     pub name: String,
+    /// Which moment of the scene it is, counted from 0.
+    pub snapshot: usize,
     /// Which voxels are what.
     pub truth: Truth,
     /// The study's regions in this scene, in study order.
     pub regions: Vec<Region>,
+    /// For each sensor, its candidates' settings with poses in the world, whatever carries the sensor.
+    pub settings: Vec<Vec<Setting>>,
     /// For each region, what the simplest answers would score.
     pub baselines: Vec<Baselines>,
-    /// What was assumed that the user may not expect.
+    /// What was assumed about the scene that the user may not expect, told with its first snapshot only.
     pub warnings: Vec<String>,
 }
 
@@ -41,29 +50,77 @@ pub struct Baselines {
 }
 
 impl World {
-    /// Voxelizes one scene of a study and checks the study's sensors and regions against it.
-    pub fn prepare(study: &Study, spec: &SceneSpec) -> Result<World> {
+    /// The worlds of all scenes of a study: scene by scene, in each snapshot by snapshot.
+    pub fn prepare_all(study: &Study) -> Result<Vec<World>> {
+        let scenes: Vec<_> =
+            (0..study.scenes.len()).map(|scene| World::prepare(study, scene)).collect::<Result<_>>()?;
+        Ok(scenes.into_iter().flatten().collect())
+    }
+
+    /// Voxelizes one scene of a study, all its snapshots on one grid, and checks the study's sensors and regions
+    /// against each.
+    pub fn prepare(study: &Study, scene: usize) -> Result<Vec<World>> {
+        let spec = &study.scenes[scene];
         let in_scene = |e| Error::input(spec.path.display(), e);
         let in_study = |e| Error::input(study.path.display(), e);
-        let scene = build(spec, study.voxel_size_m)?;
-        let extent = voxelize::scene_extent(&scene, study.voxel_size_m).map_err(in_scene)?;
-        let grid = grid(study, &scene, &extent).map_err(in_study)?;
-        let truth = voxelize::voxelize(&scene, grid).map_err(in_scene)?;
+        let snapshots = build(spec, study.voxel_size_m)?;
+        let extent = voxelize::scene_extent(&snapshots, study.voxel_size_m).map_err(in_scene)?;
+        let settings: Vec<Vec<Vec<Setting>>> = snapshots
+            .iter()
+            .map(|snapshot| study.sensors.iter().map(|sensor| settings(sensor, snapshot)).collect())
+            .collect::<Result<_>>()
+            .map_err(in_study)?;
+        let grid = grid(study, &snapshots, &settings, &extent).map_err(in_study)?;
+        let truths = voxelize::voxelize_all(&snapshots, grid).map_err(in_scene)?;
+        let shapes = shapes::shapes(study)?;
+        let mut worlds: Vec<World> = (truths.into_iter().zip(settings).enumerate())
+            .map(|(snapshot, (truth, settings))| {
+                let moment =
+                    if spec.snapshots > 1 { format!(", snapshot {snapshot}") } else { String::new() };
+                let place = format!("scene {:?}{moment}", spec.name);
+                let world = World::of_snapshot(study, [scene, snapshot], truth, settings, &shapes);
+                world.map_err(|e| in_study(Error::input(place, e)))
+            })
+            .collect::<Result<_>>()?;
+        worlds[0].warnings = warnings::warnings(study, &worlds);
+        Ok(worlds)
+    }
+
+    fn of_snapshot(
+        study: &Study,
+        [scene, snapshot]: [usize; 2],
+        truth: Truth,
+        settings: Vec<Vec<Setting>>,
+        shapes: &[Shape],
+    ) -> Result<World> {
         let regions: Vec<Region> = study
             .regions
             .iter()
-            .map(|(name, shape)| region::region(name, shape, &truth))
-            .collect::<Result<_>>()
-            .map_err(|e| in_study(Error::input(format!("scene {:?}", spec.name), e)))?;
-        let begins = study.sensors.iter().flat_map(|sensor| {
-            let housing =
-                (sensor.near_ignore_m / study.voxel_size_m).ceil().min(f64::from(MAX_RANGE_VOXELS)) as u32;
-            sensor.candidates.iter().map(move |c| (grid.position_q16(c.pose.position_m), housing))
-        });
-        let reachable = voxelize::reachable(&truth, begins);
+            .zip(shapes)
+            .map(|((name, _), shape)| region::region(name, shape, &truth))
+            .collect::<Result<_>>()?;
+        let reachable = reachable(study, &truth, &settings).map_err(|(sensor, candidate, e)| {
+            let (sensor, candidate) = (&study.sensors[sensor], &study.sensors[sensor].candidates[candidate]);
+            Error::Input(format!("sensor {:?}: {} {e}", sensor.name, candidate.name))
+        })?;
         let baselines = regions.iter().map(|region| baselines(&truth, region, &reachable)).collect();
-        let warnings = warnings(study, &truth, &regions);
-        Ok(World { name: spec.name.clone(), truth, regions, baselines, warnings })
+        let name = study.scenes[scene].name.clone();
+        Ok(World { scene, name, snapshot, truth, regions, settings, baselines, warnings: Vec::new() })
+    }
+
+    /// The scene's name, with the snapshot's number where there are several.
+    pub fn title(&self, study: &Study) -> String {
+        match study.scenes[self.scene].snapshots {
+            1 => self.name.clone(),
+            _ => format!("{}[{}]", self.name, self.snapshot),
+        }
+    }
+
+    /// A sensor at a candidate, quantised; at the origin if it has no pose.
+    pub fn placement(&self, study: &Study, sensor: usize, candidate: usize, repeat: usize) -> Placement {
+        let draws = sensor::draws(study.seed, [self.scene, self.snapshot, sensor, candidate, repeat]);
+        let pose = self.settings[sensor][candidate].pose();
+        sensor::placement(&*study.sensors[sensor].kind, &pose, &self.truth.grid, draws)
     }
 
     /// The scene as backends see it, with evidence kept over a window.
@@ -79,34 +136,89 @@ impl World {
     }
 }
 
-fn positions(study: &Study) -> impl Iterator<Item = DVec3> + '_ {
-    study.sensors.iter().flat_map(|sensor| sensor.candidates.iter().map(|c| c.pose.position_m))
+/// The settings of a sensor's candidates in a scene, with poses in the world.
+fn settings(sensor: &Sensor, scene: &Scene) -> Result<Vec<Setting>> {
+    let own = sensor.candidates.iter().map(|candidate| candidate.setting);
+    let Some(on) = &sensor.on else { return Ok(own.collect()) };
+    let wrong = |what: String| Error::input(format!("sensor {:?}: on", sensor.name), what);
+    let carrier = scene.objects.iter().find(|object| object.name == on.object);
+    let linkage = carrier.and_then(|object| object.linkage.as_deref()).ok_or_else(|| {
+        let robots: Vec<_> =
+            scene.objects.iter().filter(|o| o.linkage.is_some()).map(|o| o.name.as_str()).collect();
+        wrong(format!(
+            "object = {:?}: must be a robot with links, an object with urdf = ...; scene {:?} has {robots:?}",
+            on.object, scene.name
+        ))
+    })?;
+    let link = linkage.link(&on.link).map_err(|e| wrong(format!("link = {:?}: {e}", on.link)))?;
+    let carried = |setting| match setting {
+        Setting::Pose(pose) => Setting::Pose(pose.carried_by(link)),
+        Setting::Fixed => Setting::Pose(*link),
+        Setting::Inflation(_) => setting,
+    };
+    Ok(own.map(carried).collect())
 }
 
-/// The grid of a scene: the user's bounds, or all surfaces and sensor positions.
-fn grid(study: &Study, scene: &Scene, surfaces: &Window) -> Result<Grid> {
+/// What is wrong with a candidate: index of the sensor, of the candidate, and why.
+type Wrong = (usize, usize, String);
+
+/// The voxels that any sensor of the study could speak of from any of its candidates, every candidate checked.
+fn reachable(study: &Study, truth: &Truth, settings: &[Vec<Setting>]) -> Result<BitGrid, Wrong> {
+    let (mut begins, mut spoken_of) = (Vec::new(), BitGrid::new(truth.grid.window()));
+    for (s, sensor) in study.sensors.iter().enumerate() {
+        let housing = (sensor.kind.housing_m() / study.voxel_size_m).ceil();
+        let housing = housing.min(f64::from(MAX_RANGE_VOXELS)) as u32;
+        for (c, &setting) in settings[s].iter().enumerate() {
+            let station = Station { truth, window: truth.grid.window(), setting, rays: None, draws: 0 };
+            sensor.kind.check(&station).map_err(|e| (s, c, e))?;
+            let begin = (truth.grid.position_q16(station.pose().position_m), housing);
+            match sensor.kind.reach(&station) {
+                Reach::Rays => begins.push(begin),
+                Reach::Only(cells) => spoken_of.add(&cells),
+                Reach::RaysAnd(cells) => {
+                    spoken_of.add(&cells);
+                    begins.push(begin);
+                }
+            }
+        }
+    }
+    if !begins.is_empty() {
+        spoken_of.add(&voxelize::reachable(truth, begins));
+    }
+    Ok(spoken_of)
+}
+
+/// The grid of a scene: the user's bounds, or all surfaces of all snapshots and sensor positions.
+fn grid(
+    study: &Study,
+    snapshots: &[Scene],
+    settings: &[Vec<Vec<Setting>>],
+    surfaces: &Window,
+) -> Result<Grid> {
     let size_m = study.voxel_size_m;
     let at_world = Grid { voxel_size_m: size_m, origin: [0; 3], size: [1; 3] };
     let key = |p: DVec3| Grid::cell_of(at_world.position_q16(p));
     let one = |p: DVec3| Window::between(key(p), key(p));
     let Some([min, max]) = study.bounds_m else {
         voxelize::grid_over(surfaces, size_m)
-            .map_err(|e| Error::Input(format!("{e}{}", voxelize::largest_object(scene))))?;
-        let all = positions(study).fold(*surfaces, |all, p| all.union(&one(p)));
+            .map_err(|e| Error::Input(format!("{e}{}", voxelize::largest_object(snapshots))))?;
+        let each = settings.iter().flat_map(|snapshot| study.sensors.iter().zip(snapshot));
+        let all = each.flat_map(|(sensor, all)| all.iter().filter_map(|setting| position(sensor, setting)));
+        let all = all.fold(*surfaces, |all, p| all.union(&one(p)));
         return voxelize::grid_over(&all, size_m).map_err(|e| {
             let mut extent = *surfaces;
             let stretches = |p: DVec3| {
                 extent = extent.union(&one(p));
                 voxelize::grid_over(&extent, size_m).is_err()
             };
-            first_pose(study, stretches).map_or_else(
+            first_pose(study, settings, stretches).map_or_else(
                 || Error::Input(e.to_string()),
                 |pose| Error::input(format!("{pose} stretches the grid"), &e),
             )
         });
     };
     let bounds = Window::between(key(min), key(max));
-    match first_pose(study, |p| !bounds.contains(key(p))) {
+    match first_pose(study, settings, |p| !bounds.contains(key(p))) {
         None => voxelize::grid_over(&bounds, size_m),
         Some(pose) => Err(Error::Input(format!(
             "{pose} is outside grid.bounds_m {min} to {max}: move it, or widen the bounds"
@@ -114,12 +226,31 @@ fn grid(study: &Study, scene: &Scene, surfaces: &Window) -> Result<Grid> {
     }
 }
 
-/// The first pose of the study whose position is so, in words.
-fn first_pose(study: &Study, mut is_so: impl FnMut(DVec3) -> bool) -> Option<String> {
-    study.sensors.iter().find_map(|sensor| {
-        let found = sensor.candidates.iter().find(|c| is_so(c.pose.position_m))?;
-        Some(format!("sensor {:?}: pose {} at {}", sensor.name, found.name, found.pose.position_m))
-    })
+/// Where a setting puts a sensor that looks out from there. Pads and gates are checked against the grid, and do not
+/// stretch it.
+fn position(sensor: &Sensor, setting: &Setting) -> Option<DVec3> {
+    match setting {
+        Setting::Pose(pose) if sensor.kind.stance() != Stance::Level => Some(pose.position_m),
+        _ => None,
+    }
+}
+
+/// The first pose of the study, in any snapshot, whose position is so, in words.
+fn first_pose(
+    study: &Study,
+    settings: &[Vec<Vec<Setting>>],
+    mut is_so: impl FnMut(DVec3) -> bool,
+) -> Option<String> {
+    let each = settings.iter().flat_map(|snapshot| study.sensors.iter().zip(snapshot));
+    let mut poses = each.flat_map(|(sensor, all)| {
+        sensor
+            .candidates
+            .iter()
+            .zip(all)
+            .filter_map(move |(c, setting)| Some((sensor, c, position(sensor, setting)?)))
+    });
+    let (sensor, candidate, at) = poses.find(|(_, _, at)| is_so(*at))?;
+    Some(format!("sensor {:?}: pose {} at {at}", sensor.name, candidate.name))
 }
 
 fn baselines(truth: &Truth, region: &Region, reachable: &BitGrid) -> Baselines {
@@ -154,57 +285,6 @@ fn baselines(truth: &Truth, region: &Region, reachable: &BitGrid) -> Baselines {
             r - r_reached,
         ]),
     }
-}
-
-fn warnings(study: &Study, truth: &Truth, regions: &[Region]) -> Vec<String> {
-    let mut warnings = Vec::new();
-    for object in &truth.objects {
-        warnings.extend(object.warnings.iter().map(|w| format!("object {:?} {w}", object.name)));
-        if object.cells.is_empty() {
-            warnings.push(format!("object {:?} lies outside the grid and is left out", object.name));
-        }
-    }
-    if !truth.objects.iter().any(|o| o.role == Role::Human) {
-        warnings.push("no object has role = \"human\": human_seen has no value".into());
-    }
-    for region in regions.iter().filter(|region| region.cut_share > 0.0) {
-        let percent = 100.0 * region.cut_share;
-        warnings.push(format!(
-            "region {:?}: {percent:.1} % of it lies outside the grid and is not counted",
-            region.name
-        ));
-    }
-    let ignored = truth.ignored.count() as f64 / truth.grid.window().volume() as f64;
-    if ignored > 0.5 {
-        let percent = 100.0 * ignored;
-        warnings.push(format!(
-            "{percent:.0} % of the grid is inside bodies whose interior is ignored: a hull that is the room itself \
-             needs interior = \"free\""
-        ));
-    }
-    for sensor in &study.sensors {
-        warnings.extend(inside_warning(
-            sensor,
-            &truth.blockers,
-            &truth.grid,
-            "stand in an occupied voxel: their rays start behind its surface",
-        ));
-        warnings.extend(inside_warning(
-            sensor,
-            &truth.ignored,
-            &truth.grid,
-            "stand inside a body whose interior is ignored",
-        ));
-    }
-    warnings
-}
-
-fn inside_warning(sensor: &Sensor, plane: &BitGrid, grid: &Grid, what: &str) -> Option<String> {
-    let cell = |position| Grid::cell_of(grid.position_q16(position));
-    let mut inside = sensor.candidates.iter().filter(|c| plane.get(cell(c.pose.position_m)));
-    let first = inside.next()?;
-    let count = 1 + inside.count();
-    Some(format!("sensor {:?}: {count} poses (first {}) {what}", sensor.name, first.name))
 }
 
 #[cfg(test)]

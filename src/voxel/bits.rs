@@ -19,6 +19,16 @@ impl BitGrid {
         BitGrid { window, words_per_row, words: vec![0; words] }
     }
 
+    /// A plane whose voxels are all set.
+    pub fn full(window: Window) -> Self {
+        let mut plane = BitGrid::new(window);
+        let (min, end) = (window.min, window.end());
+        for z in min[2]..end[2] {
+            (min[1]..end[1]).for_each(|y| plane.set_run(min[0], end[0], y, z));
+        }
+        plane
+    }
+
     /// A plane from words laid out as [`BitGrid::words`]; `None` if their number does not fit the window.
     pub fn from_words(window: Window, words: Vec<u32>) -> Option<Self> {
         let blank = BitGrid::new(window);
@@ -174,10 +184,43 @@ impl BitGrid {
         if run.is_empty() {
             return;
         }
-        let row = self.row_start(y, z) * 32;
-        let first = row + (run.min[0] - self.window.min[0]) as usize;
-        for bit in first..first + run.size[0] as usize {
-            self.words[bit >> 5] |= 1 << (bit & 31);
+        let row = self.row_start(y, z);
+        let first = (run.min[0] - self.window.min[0]) as usize;
+        let last = first + run.size[0] as usize - 1;
+        for w in first / 32..=last / 32 {
+            let low = if w == first / 32 { u32::MAX << (first % 32) } else { u32::MAX };
+            let high = if w == last / 32 { u32::MAX >> (31 - last % 32) } else { u32::MAX };
+            self.words[row + w] |= low & high;
+        }
+    }
+
+    /// The words of one row along x, which must lie in the window.
+    pub fn row(&self, y: i32, z: i32) -> &[u32] {
+        let start = self.row_start(y, z);
+        &self.words[start..start + self.words_per_row as usize]
+    }
+
+    /// Sets the voxels of a row that are set in the row of a plane with the same x; nothing outside the window.
+    pub fn add_row(&mut self, y: i32, z: i32, words: &[u32]) {
+        if self.window.contains([self.window.min[0], y, z]) {
+            let start = self.row_start(y, z);
+            self.words[start..].iter_mut().zip(words).for_each(|(to, from)| *to |= from);
+        }
+    }
+
+    /// Sets both neighbours along x of every voxel that is set, inside the window.
+    pub fn spread_x(&mut self) {
+        let Some(last) = (self.words_per_row as usize).checked_sub(1) else { return };
+        let valid = self.valid_bits(last);
+        for row in self.words.chunks_exact_mut(last + 1) {
+            let mut below = 0;
+            for w in 0..=last {
+                let word = row[w];
+                let above = row.get(w + 1).map_or(0, |next| next << 31);
+                row[w] = word | word << 1 | word >> 1 | below | above;
+                below = word >> 31;
+            }
+            row[last] &= valid;
         }
     }
 }
@@ -251,6 +294,27 @@ mod tests {
         assert_eq!(grid.bounds(), Window::between([0, 2, 1], [34, 2, 1]));
         grid.set_run(0, 10, 9, 9);
         assert_eq!(grid.count(), 35, "outside the window nothing is set");
+        for (from, to) in [(31, 33), (32, 64), (64, 64), (70, 69), (95, 120), (-1_000_000, 1_000_000)] {
+            let mut grid = BitGrid::new(Window::between([0, 2, 1], [99, 2, 1]));
+            grid.set_run(from, to, 2, 1);
+            let expected: Vec<_> = (0..100).filter(|x| (from..to).contains(x)).map(|x| [x, 2, 1]).collect();
+            assert_eq!(grid.cells().collect::<Vec<_>>(), expected, "{from} to {to}");
+        }
         assert!(BitGrid::new(grid.window()).bounds().is_empty());
+    }
+
+    #[test]
+    fn spreading_sets_neighbours_across_words_and_no_padding() {
+        let mut grid = BitGrid::new(Window::between([-3, 0, 0], [66, 1, 0]));
+        for x in [-3, 28, 29, 40, 66] {
+            grid.set([x, 1, 0]);
+        }
+        grid.spread_x();
+        let expected = [-3, -2, 27, 28, 29, 30, 39, 40, 41, 65, 66].map(|x| [x, 1, 0]);
+        assert_eq!(grid.cells().collect::<Vec<_>>(), expected);
+        let row = grid.row(1, 0).to_vec();
+        grid.add_row(0, 0, &row);
+        grid.add_row(2, 0, &row);
+        assert_eq!(grid.count(), 22, "row 2 is outside");
     }
 }

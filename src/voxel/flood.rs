@@ -75,13 +75,7 @@ pub fn enclosed(surface: &BitGrid) -> BitGrid {
     let mut around = window;
     around.min = around.min.map(|m| m - 1);
     around.size = around.size.map(|n| n + 2);
-    let mut open = BitGrid::new(around);
-    let end = around.end();
-    for z in around.min[2]..end[2] {
-        for y in around.min[1]..end[1] {
-            open.set_run(around.min[0], end[0], y, z);
-        }
-    }
+    let mut open = BitGrid::full(around);
     open.remove(surface);
     let mut seed = BitGrid::new(around);
     seed.set(around.min);

@@ -1,13 +1,14 @@
-//! From surfaces to voxels: the grid, bit planes over it, the voxelizer, interiors and regions.
+//! From surfaces to voxels: the grid, bit planes over it, the voxelizer, interiors, solids and regions.
 
 pub mod bits;
 pub mod flood;
 pub mod grid;
 pub mod overlap;
 pub mod region;
+pub mod solid;
 pub mod voxelize;
 
 pub use bits::BitGrid;
 pub use grid::{Grid, Window};
-pub use region::{Region, Shape};
-pub use voxelize::Truth;
+pub use region::{Reach, Region, Shape};
+pub use voxelize::{ObjectVoxels, Truth};

@@ -1,12 +1,14 @@
 //! Which voxels a triangle meets, decided in integers: a separating-axis test of a closed triangle against closed
 //! boxes. Lengths here count 1/512 voxel from the world's origin.
 
+use std::collections::HashMap;
+
 use glam::DVec3;
 
 use super::grid::{FARTHEST_VOXEL, Window};
 
 /// One voxel in the unit of this file.
-const VOXEL: i64 = 512;
+pub const VOXEL: i64 = 512;
 
 /// A corner in 1/512 voxels.
 pub type Corner = [i64; 3];
@@ -30,6 +32,22 @@ pub fn extent<'a>(corners: impl IntoIterator<Item = &'a Corner>) -> Window {
         .into_iter()
         .map(|&c| Window::between(key_of(c), key_of(c)))
         .fold(Window::between([0; 3], [-1; 3]), |all, one| all.union(&one))
+}
+
+/// Whether each edge, corners welded on the lattice, is walked equally often in both directions.
+pub fn is_watertight(triangles: impl IntoIterator<Item = [Corner; 3]>) -> bool {
+    let mut balance: HashMap<(Corner, Corner), i64> = HashMap::new();
+    for corners in triangles {
+        for e in 0..3 {
+            let (from, to) = (corners[e], corners[(e + 1) % 3]);
+            match from.cmp(&to) {
+                std::cmp::Ordering::Less => *balance.entry((from, to)).or_default() += 1,
+                std::cmp::Ordering::Greater => *balance.entry((to, from)).or_default() -= 1,
+                std::cmp::Ordering::Equal => {}
+            }
+        }
+    }
+    !balance.is_empty() && balance.values().all(|&n| n == 0)
 }
 
 /// Calls `emit` with the world key of every voxel of `window` that the triangle meets.

@@ -1,11 +1,31 @@
-//! Regions of interest: sets of voxels, those whose centre lies inside, decided in integers.
+//! Regions of interest: sets of voxels, those whose centre lies inside, decided in integers. Which regions a study has,
+//! and reading meshes from files, is left to others.
+//!
+//! | shape | in a study | voxels |
+//! |---|---|---|
+//! | [`Shape::Sphere`] | `sphere = { center_m, radius_m }` | centres strictly within the radius |
+//! | [`Shape::HalfSphere`] | `half_sphere = { center_m, radius_m, normal = [0, 0, 1] }` | those of the sphere on the normal's side of the plane through its centre, or on that plane |
+//! | [`Shape::Box`] | `box = { min_m, max_m }` | centres in the half-open box |
+//! | [`Shape::HumanBox`] | `human_box = { object, margin_m }` | the bounding box of a human's voxels and a margin |
+//! | [`Shape::RobotReach`] | `robot_reach = { object, tool_m }` | a sphere around a robot's base, as large as its reach and a tool |
+//! | [`Shape::Mesh`] | `mesh = "zone.stl"` (`unit`, `up`, `position_m`, `rpy_deg`) | centres inside a watertight mesh |
+//! | [`Shape::Union`] | `union = ["a", "b"]` | those of any of the regions above it in the file |
+//! | [`Shape::Difference`] | `difference = ["a", "b"]` | those of the first and of none of the others |
+
+mod mesh;
+mod rows;
+
+use std::sync::Arc;
 
 use super::BitGrid;
 use super::grid::{MAX_VOXELS_PER_AXIS, ONE_Q16, Window, length_q16, point_q16};
-use super::voxelize::Truth;
-use crate::scene::Role;
+use super::solid::{self, Ball, MAX_RADIUS_Q16};
+use super::voxelize::{ObjectVoxels, Truth};
+use crate::scene::{Mesh, Role};
 use crate::{Error, Result};
 use glam::DVec3;
+use mesh::MeshRows;
+use rows::Rows;
 
 /// What a region is, in metres.
 #[derive(Clone, Debug, PartialEq)]
@@ -16,6 +36,15 @@ pub enum Shape {
         center_m: DVec3,
         /// Radius.
         radius_m: f64,
+    },
+    /// Centres strictly within a radius, on one side of a plane through the middle.
+    HalfSphere {
+        /// Middle of the sphere, in the world.
+        center_m: DVec3,
+        /// Radius.
+        radius_m: f64,
+        /// Points to the side that is kept; of any length but zero.
+        normal: DVec3,
     },
     /// Centres in a half-open box.
     Box {
@@ -33,6 +62,29 @@ pub enum Shape {
         /// How far it grows above, on each axis.
         margin_max_m: DVec3,
     },
+    /// A sphere around a robot's base.
+    RobotReach {
+        /// Name of the object, or `None` for the one robot whose reach is known.
+        object: Option<String>,
+        /// What the robot holds beyond its own reach.
+        tool_m: f64,
+    },
+    /// Centres inside a watertight mesh, in world metres. Where several of its bodies overlap is inside; a body in a
+    /// body that faces the other way is a hollow.
+    Mesh(Arc<Mesh>),
+    /// What is in any of several shapes.
+    Union(Vec<Shape>),
+    /// What is in the first of several shapes and in none of the others.
+    Difference(Vec<Shape>),
+}
+
+/// How far a robot can reach.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Reach {
+    /// Where its base stands, in the world.
+    pub base_m: DVec3,
+    /// The farthest it gets from there, whatever its joints.
+    pub radius_m: f64,
 }
 
 /// A region of a scene, in voxels.
@@ -42,32 +94,34 @@ pub struct Region {
     pub name: String,
     /// Its voxels, over the smallest window that holds them.
     pub cells: BitGrid,
-    /// The share of the shape's voxels that lie outside the grid, 0 to 1.
+    /// The share of the shape's voxels that lie outside the grid, 0 to 1; a union or difference counts as one shape.
     pub cut_share: f64,
 }
 
-/// A row of voxels along x whose centres are inside a shape, wherever the grid is: y, z, first x, one past the last.
-type Row = [i64; 4];
-
 /// The voxels of a shape in a scene. Ignored insides belong to no region; a region left without voxels is an error.
 pub fn region(name: &str, shape: &Shape, truth: &Truth) -> Result<Region> {
+    let wrong = |what: String| Error::input(format!("region {name:?}"), what);
+    let rows = rows_of(shape, truth).map_err(wrong)?;
     let mut cells = BitGrid::new(truth.grid.window());
     let mut total = 0u64;
-    each_row(name, shape, truth, &mut |[y, z, from, to]: Row| {
-        total += (to - from).max(0) as u64;
-        let cut = |x: i64| x.clamp(-1, MAX_VOXELS_PER_AXIS as i64 + 1) as i32;
-        cells.set_run(cut(from), cut(to), cut(y), cut(z));
-    })?;
+    let [ys, zs] = rows.span();
+    for z in zs {
+        for y in ys.clone() {
+            for run in rows.runs(y, z) {
+                total += (run.end - run.start) as u64;
+                solid::mark(&mut cells, &run, y, z);
+            }
+        }
+    }
     let inside = cells.count();
     if inside == 0 {
-        let why = if total == 0 { "holds no voxel's centre" } else { "lies outside the grid" };
-        return Err(Error::input(format!("region {name:?}"), format!("{why}; make it larger or move it")));
+        return Err(wrong(nothing_in(shape, total).into()));
     }
     cells.remove(&truth.ignored);
     if cells.is_empty() {
         let what = "all its voxels are inside a body whose interior is ignored; if that body is the room itself, \
                     give it interior = \"free\"";
-        return Err(Error::input(format!("region {name:?}"), what));
+        return Err(wrong(what.into()));
     }
     Ok(Region {
         name: name.into(),
@@ -76,173 +130,134 @@ pub fn region(name: &str, shape: &Shape, truth: &Truth) -> Result<Region> {
     })
 }
 
-/// Calls `emit` with every row of a shape.
-fn each_row(name: &str, shape: &Shape, truth: &Truth, emit: &mut dyn FnMut(Row)) -> Result<()> {
-    let grid = &truth.grid;
+fn nothing_in(shape: &Shape, total: u64) -> &'static str {
     match shape {
-        Shape::Sphere { center_m, radius_m } => {
-            let radius = length_q16(*radius_m, grid.voxel_size_m);
-            if radius > 2047 * ONE_Q16 {
-                let what =
-                    format!("radius_m = {radius_m}: at most 2047 voxels ({} m)", 2047.0 * grid.voxel_size_m);
-                return Err(Error::input(format!("region {name:?}"), what));
-            }
-            sphere_rows(grid.position_q16(*center_m), radius, emit);
-            Ok(())
+        _ if total > 0 => "lies outside the grid; make it larger or move it",
+        Shape::Difference(..) => {
+            "difference: the others leave nothing of the first; make one of them smaller"
         }
-        Shape::Box { min_m, max_m } => {
-            box_rows(name, grid.position_q16(*min_m), grid.position_q16(*max_m), emit)
-        }
-        Shape::HumanBox { object, margin_min_m, margin_max_m } => {
-            let bounds = human_bounds(name, object.as_deref(), truth)?;
-            let margin = |m: &DVec3| point_q16(*m, grid.voxel_size_m);
-            let (below, above) = (margin(margin_min_m), margin(margin_max_m));
-            let low = std::array::from_fn(|r| bounds.min[r] as i64 * ONE_Q16 - below[r]);
-            let high = std::array::from_fn(|r| bounds.end()[r] as i64 * ONE_Q16 + above[r]);
-            box_rows(name, low, high, emit)
-        }
+        _ => "holds no voxel's centre; make it larger or move it",
     }
 }
 
-fn human_bounds(name: &str, object: Option<&str>, truth: &Truth) -> Result<Window> {
-    let place = format!("region {name:?}");
+/// A shape in integers.
+fn rows_of(shape: &Shape, truth: &Truth) -> Result<Rows, String> {
+    let grid = &truth.grid;
+    let all =
+        |shapes: &[Shape]| shapes.iter().map(|shape| rows_of(shape, truth)).collect::<Result<_, String>>();
+    Ok(match shape {
+        Shape::Sphere { center_m, radius_m } => Rows::Ball(ball(*center_m, *radius_m, truth)?),
+        Shape::HalfSphere { center_m, radius_m, normal } => Rows::HalfBall {
+            ball: ball(*center_m, *radius_m, truth)?,
+            center_q16: grid.position_q16(*center_m),
+            normal_q15: normal.normalize().to_array().map(|n| (n * 32_768.0).round() as i64),
+        },
+        Shape::Box { min_m, max_m } => cuboid(grid.position_q16(*min_m), grid.position_q16(*max_m))?,
+        Shape::HumanBox { object, margin_min_m, margin_max_m } => {
+            let bounds = human_bounds(object.as_deref(), truth)?;
+            let margin = |m: &DVec3| point_q16(*m, grid.voxel_size_m);
+            let (below, above) = (margin(margin_min_m), margin(margin_max_m));
+            cuboid(
+                std::array::from_fn(|r| bounds.min[r] as i64 * ONE_Q16 - below[r]),
+                std::array::from_fn(|r| bounds.end()[r] as i64 * ONE_Q16 + above[r]),
+            )?
+        }
+        Shape::RobotReach { object, tool_m } => {
+            let Reach { base_m, radius_m } = reach(object.as_deref(), truth)?;
+            Rows::Ball(ball(base_m, radius_m + tool_m, truth)?)
+        }
+        Shape::Mesh(mesh) => {
+            let rows = MeshRows::new(mesh, grid.voxel_size_m, grid.origin);
+            Rows::Mesh(rows.map_err(|what| format!("mesh: {what}"))?)
+        }
+        Shape::Union(shapes) => Rows::Union(all(shapes)?),
+        Shape::Difference(shapes) => Rows::Difference(all(shapes)?),
+    })
+}
+
+fn ball(center_m: DVec3, radius_m: f64, truth: &Truth) -> Result<Ball, String> {
+    let voxel_size_m = truth.grid.voxel_size_m;
+    let radius_q16 = length_q16(radius_m, voxel_size_m);
+    if radius_q16 > MAX_RADIUS_Q16 {
+        return Err(format!("radius_m = {radius_m}: at most 2047 voxels ({} m)", 2047.0 * voxel_size_m));
+    }
+    Ok(Ball::new(truth.grid.position_q16(center_m), radius_q16))
+}
+
+fn cuboid(low_q16: [i64; 3], high_q16: [i64; 3]) -> Result<Rows, String> {
+    let cells = solid::box_cells(low_q16, high_q16);
+    let longest = 4 * MAX_VOXELS_PER_AXIS;
+    if cells.iter().any(|side| side.end - side.start > longest as i64) {
+        return Err(format!("is over {longest} voxels long; is it in millimetres?"));
+    }
+    Ok(Rows::Box(cells))
+}
+
+/// The scene's objects of a role: the one of a name, or all.
+fn named<'t>(
+    key: &str,
+    wanted: Option<&str>,
+    truth: &'t Truth,
+    role: Role,
+    plural: &str,
+) -> Result<Vec<&'t ObjectVoxels>, String> {
+    let all: Vec<_> =
+        truth.objects.iter().map(|object| &**object).filter(|object| object.role == role).collect();
+    let Some(wanted) = wanted else { return Ok(all) };
+    let found: Vec<_> = all.iter().copied().filter(|object| object.name == wanted).collect();
+    if found.is_empty() {
+        let known: Vec<_> = all.iter().map(|object| object.name.as_str()).collect();
+        return Err(format!("{key}.object = {wanted:?}: the scene's {plural} are {known:?}"));
+    }
+    Ok(found)
+}
+
+fn human_bounds(object: Option<&str>, truth: &Truth) -> Result<Window, String> {
+    let humans = named("human_box", object, truth, Role::Human, "humans")?;
     let bounds = match object {
         None => truth.human.bounds(),
-        Some(wanted) => {
-            let humans = || truth.objects.iter().filter(|o| o.role == Role::Human);
-            let found = humans().find(|o| o.name == wanted).ok_or_else(|| {
-                let known: Vec<_> = humans().map(|o| o.name.as_str()).collect();
-                Error::input(
-                    &place,
-                    format!("human_box.object = {wanted:?}: the scene's humans are {known:?}"),
-                )
-            })?;
-            found.cells.bounds()
+        Some(_) => {
+            humans.iter().map(|human| human.cells.bounds()).fold(nowhere(), |all, one| all.union(&one))
         }
     };
     if bounds.is_empty() {
-        return Err(Error::input(place, "human_box: no voxel of a human lies in the grid"));
+        return Err(
+            "human_box: no voxel of a human lies in the grid: widen bounds_m, or write the region as a box"
+                .into(),
+        );
     }
     Ok(bounds)
 }
 
-/// Rows of a sphere: centre distance² < radius².
-fn sphere_rows(center: [i64; 3], radius: i64, emit: &mut dyn FnMut(Row)) {
-    // Voxels whose centre may be within `reach` of `at` on one axis, both ends included.
-    let span = |at: i64, reach: i64| {
-        let first = -(-(at - reach - ONE_Q16 / 2)).div_euclid(ONE_Q16);
-        (first, (at + reach - ONE_Q16 / 2).div_euclid(ONE_Q16))
-    };
-    let offset = |cell: i64, at: i64| (cell * ONE_Q16 + ONE_Q16 / 2 - at) as i128;
-    let (z_first, z_last) = span(center[2], radius);
-    let (y_first, y_last) = span(center[1], radius);
-    for z in z_first..=z_last {
-        for y in y_first..=y_last {
-            let left = (radius as i128).pow(2) - offset(y, center[1]).pow(2) - offset(z, center[2]).pow(2);
-            if left > 0 {
-                // The largest whole x offset with x² < left.
-                let reach = (left - 1).isqrt() as i64;
-                let (first, last) = span(center[0], reach);
-                emit([y, z, first, last + 1]);
-            }
+fn reach(object: Option<&str>, truth: &Truth) -> Result<Reach, String> {
+    let robots = named("robot_reach", object, truth, Role::Robot, "robots")?;
+    let known: Vec<_> = robots.iter().filter_map(|robot| Some((robot.name.as_str(), robot.reach?))).collect();
+    match (known[..].first(), known.len()) {
+        (Some((_, reach)), 1) => Ok(*reach),
+        (None, _) => {
+            let whose = object.map_or("robot_reach".into(), |name| format!("robot_reach.object = {name:?}"));
+            Err(format!(
+                "{whose}: no robot has a known reach: give the robot as a urdf, or write the region as a sphere"
+            ))
+        }
+        _ => {
+            let names: Vec<_> = known.iter().map(|(name, _)| *name).collect();
+            Err(format!(
+                "robot_reach: {names:?} all have a reach: say which one with object = {:?}",
+                names[0]
+            ))
         }
     }
 }
 
-/// Rows of a half-open box.
-fn box_rows(name: &str, low: [i64; 3], high: [i64; 3], emit: &mut dyn FnMut(Row)) -> Result<()> {
-    // The first voxel whose centre is at or above a bound.
-    let from = |bound: i64| -(-(bound - ONE_Q16 / 2)).div_euclid(ONE_Q16);
-    let (first, end) = (low.map(from), high.map(from));
-    if (0..3).any(|r| end[r] - first[r] > 4 * MAX_VOXELS_PER_AXIS as i64) {
-        let what = format!("is over {} voxels long; is it in millimetres?", 4 * MAX_VOXELS_PER_AXIS);
-        return Err(Error::input(format!("region {name:?}"), what));
-    }
-    for z in first[2]..end[2] {
-        (first[1]..end[1]).for_each(|y| emit([y, z, first[0], end[0]]));
-    }
-    Ok(())
+fn nowhere() -> Window {
+    Window::between([0; 3], [-1; 3])
 }
 
 /// The window that holds all regions.
 pub fn window_of(regions: &[Region]) -> Window {
-    regions
-        .iter()
-        .map(|region| region.cells.window())
-        .fold(Window::between([0; 3], [-1; 3]), |all, one| all.union(&one))
+    regions.iter().map(|region| region.cells.window()).fold(nowhere(), |all, one| all.union(&one))
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::voxel::Grid;
-
-    /// An empty scene of 0.05 m voxels over the paper's cell.
-    fn empty_cell() -> Truth {
-        let grid = Grid { voxel_size_m: 0.05, origin: [-60, -40, 0], size: [121, 81, 61] };
-        let blank = BitGrid::new(grid.window());
-        Truth {
-            grid,
-            occupied: blank.clone(),
-            blockers: blank.clone(),
-            ignored: blank.clone(),
-            human: blank.clone(),
-            robot: blank,
-            objects: Vec::new(),
-        }
-    }
-
-    #[test]
-    fn the_papers_regions_have_the_papers_sizes() {
-        let truth = empty_cell();
-        let robot = Shape::Sphere { center_m: DVec3::new(0.0, 0.0, 1.0), radius_m: 1.5 };
-        let robot = region("robot", &robot, &truth).unwrap();
-        assert_eq!(robot.cells.count(), 104_732);
-        assert!(robot.cut_share > 0.0, "the floor cuts the sphere");
-        let human = Shape::Box { min_m: DVec3::new(-0.25, -1.45, 0.0), max_m: DVec3::new(0.9, 0.0, 1.95) };
-        let human = region("human", &human, &truth).unwrap();
-        assert_eq!((human.cells.count(), human.cut_share), (26_013, 0.0));
-    }
-
-    #[test]
-    fn a_small_sphere_is_counted_by_hand() {
-        let truth = empty_cell();
-        // Around a voxel's centre: strictly within 1 voxel there is only the voxel itself; just over 1, seven.
-        let at = |radius_m| {
-            let shape = Shape::Sphere { center_m: DVec3::new(0.025, 0.025, 1.025), radius_m };
-            region("ball", &shape, &truth).map(|r| (r.cells.count(), r.cells.window().min))
-        };
-        assert_eq!(at(0.05).unwrap(), (1, [60, 40, 20]));
-        assert_eq!(at(0.0501).unwrap(), (7, [59, 39, 19]));
-    }
-
-    #[test]
-    fn a_human_box_grows_by_its_margins() {
-        let mut truth = empty_cell();
-        truth.human.set([60, 40, 10]);
-        truth.human.set([62, 40, 30]);
-        let margin = DVec3::new(0.3, 0.1, 0.0);
-        let shape = Shape::HumanBox { object: None, margin_min_m: margin, margin_max_m: DVec3::ZERO };
-        let human = region("human", &shape, &truth).unwrap();
-        assert_eq!(human.cells.window(), Window::between([54, 38, 10], [62, 40, 30]));
-        assert_eq!(human.cells.count(), 9 * 3 * 21);
-    }
-
-    #[test]
-    fn regions_that_cannot_be_are_refused() {
-        let mut truth = empty_cell();
-        let far = Shape::Sphere { center_m: DVec3::new(50.0, 0.0, 0.0), radius_m: 1.0 };
-        assert!(region("far", &far, &truth).unwrap_err().to_string().contains("outside the grid"));
-        let tiny = Shape::Sphere { center_m: DVec3::ZERO, radius_m: 0.001 };
-        assert!(region("tiny", &tiny, &truth).unwrap_err().to_string().contains("no voxel"));
-        let big = Shape::Sphere { center_m: DVec3::ZERO, radius_m: 1500.0 };
-        assert!(region("big", &big, &truth).unwrap_err().to_string().contains("radius_m = 1500"));
-        let nobody = Shape::HumanBox { object: None, margin_min_m: DVec3::ZERO, margin_max_m: DVec3::ZERO };
-        assert!(region("human", &nobody, &truth).is_err());
-        let unit = Shape::Box { min_m: DVec3::ZERO, max_m: DVec3::ONE };
-        let mut everything = truth.occupied.clone();
-        (0..61).for_each(|z| (0..81).for_each(|y| everything.set_run(0, 121, y, z)));
-        truth.ignored = everything;
-        assert!(region("unit", &unit, &truth).unwrap_err().to_string().contains("interior"));
-    }
-}
+mod tests;

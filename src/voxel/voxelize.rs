@@ -1,7 +1,8 @@
 //! From a scene to its truth: which voxels are occupied, what stops rays, whose they are. Regions and sensors are
 //! left to others.
 
-use std::collections::{BTreeMap, HashMap};
+use std::collections::{BTreeMap, HashMap, HashSet};
+use std::sync::Arc;
 use std::sync::atomic::{AtomicU32, Ordering};
 
 use glam::DVec3;
@@ -10,7 +11,9 @@ use rayon::prelude::*;
 use super::flood::enclosed;
 use super::grid::{FARTHEST_VOXEL, Grid, MAX_VOXELS_PER_AXIS, Window};
 use super::overlap::{self, Corner};
+use super::region::Reach;
 use super::{BitGrid, grid};
+use crate::scene::mannequin::Keypoints;
 use crate::scene::{Interior, Mesh, Object, Optical, Role, Scene, Surface};
 use crate::{Error, Result};
 
@@ -29,8 +32,10 @@ pub struct Truth {
     pub human: BitGrid,
     /// Voxels of the robot.
     pub robot: BitGrid,
-    /// One entry for each object of the scene.
-    pub objects: Vec<ObjectVoxels>,
+    /// The robot's voxels with the inside of its bodies, whatever their interior is.
+    pub robot_volume: BitGrid,
+    /// One entry for each object of the scene; one allocation for what does not move between snapshots.
+    pub objects: Vec<Arc<ObjectVoxels>>,
 }
 
 /// What one object became.
@@ -46,8 +51,12 @@ pub struct ObjectVoxels {
     pub watertight: Option<bool>,
     /// Lowest and highest corner of its surface in metres.
     pub bounds_m: [DVec3; 2],
+    /// How far it reaches, if it is a robot of which that is known.
+    pub reach: Option<Reach>,
     /// Its voxels inside the grid: the surface, and the inside where that is `occupied`.
     pub cells: BitGrid,
+    /// A human's joints in world metres, where they are known.
+    pub keypoints: Option<Keypoints>,
     /// What was assumed about it that its author may not expect.
     pub warnings: Vec<String>,
 }
@@ -60,10 +69,19 @@ struct Lattice {
     extent: Window,
 }
 
-/// The world keys that a scene's surfaces touch, to size a grid by. Fails on a surface too far away to count.
-pub fn scene_extent(scene: &Scene, voxel_size_m: f64) -> Result<Window> {
+/// The world keys that the surfaces of all snapshots touch, to size their common grid by. Fails on a surface too far
+/// away to count.
+pub fn scene_extent(snapshots: &[Scene], voxel_size_m: f64) -> Result<Window> {
     let empty = Window::between([0; 3], [-1; 3]);
-    scene.objects.iter().try_fold(empty, |all, object| Ok(all.union(&lattice(object, voxel_size_m)?.extent)))
+    let objects = distinct_objects(snapshots);
+    objects.iter().try_fold(empty, |all, object| Ok(all.union(&lattice(object, voxel_size_m)?.extent)))
+}
+
+/// Every object once, in the order of its first snapshot.
+fn distinct_objects(snapshots: &[Scene]) -> Vec<&Arc<Object>> {
+    let mut seen = HashSet::new();
+    let all = snapshots.iter().flat_map(|scene| &scene.objects);
+    all.filter(|object| seen.insert(Arc::as_ptr(object))).collect()
 }
 
 /// The grid that holds a box of world keys; refuses one with too many voxels on an axis, with a size that fits where
@@ -94,12 +112,13 @@ pub fn grid_over(extent: &Window, voxel_size_m: f64) -> Result<Grid> {
 }
 
 /// The largest object of a scene in words, for the message that a grid is too large: mostly it is in millimetres.
-pub fn largest_object(scene: &Scene) -> String {
+pub fn largest_object(snapshots: &[Scene]) -> String {
     let size = |object: &Object| {
         let [low, high] = bounds_m(object);
         high - low
     };
-    let largest = scene.objects.iter().max_by(|a, b| size(a).max_element().total_cmp(&size(b).max_element()));
+    let objects = distinct_objects(snapshots).into_iter();
+    let largest = objects.max_by(|a, b| size(a).max_element().total_cmp(&size(b).max_element()));
     largest.map_or(String::new(), |object| {
         let DVec3 { x, y, z } = size(object);
         format!(
@@ -110,14 +129,25 @@ pub fn largest_object(scene: &Scene) -> String {
     })
 }
 
-/// Voxelizes a scene, objects and triangles in parallel.
-pub fn voxelize(scene: &Scene, grid: Grid) -> Result<Truth> {
-    let bodies: Vec<Body> =
-        scene.objects.par_iter().map(|object| body(object, &grid)).collect::<Result<_>>()?;
+/// Voxelizes the snapshots of a scene on one grid, objects and triangles in parallel. An object that several
+/// snapshots share is voxelized once.
+pub fn voxelize_all(snapshots: &[Scene], grid: Grid) -> Result<Vec<Truth>> {
+    let objects = distinct_objects(snapshots);
+    let bodies: Vec<Body> = objects.par_iter().map(|object| body(object, &grid)).collect::<Result<_>>()?;
+    let body_of: HashMap<_, _> = objects.into_iter().map(Arc::as_ptr).zip(&bodies).collect();
+    let truth = |scene: &Scene| {
+        let placed = scene.objects.iter().map(|object| (&**object, body_of[&Arc::as_ptr(object)]));
+        combined(&placed.collect::<Vec<_>>(), grid)
+    };
+    Ok(snapshots.iter().map(truth).collect())
+}
+
+/// The truth of one snapshot.
+fn combined(objects: &[(&Object, &Body)], grid: Grid) -> Truth {
     let blank = || BitGrid::new(grid.window());
-    let (mut occupied, mut blockers, mut ignored, mut human, mut robot) =
-        (blank(), blank(), blank(), blank(), blank());
-    for (object, body) in scene.objects.iter().zip(&bodies) {
+    let (mut occupied, mut blockers, mut ignored) = (blank(), blank(), blank());
+    let (mut human, mut robot, mut robot_volume) = (blank(), blank(), blank());
+    for (object, body) in objects {
         if !object.tag_only {
             occupied.add(&body.voxels.cells);
             if object.optical == Optical::Opaque {
@@ -127,41 +157,55 @@ pub fn voxelize(scene: &Scene, grid: Grid) -> Result<Truth> {
         }
         match object.role {
             Role::Environment => {}
-            Role::Robot => robot.add(&body.voxels.cells),
+            Role::Robot => {
+                robot.add(&body.voxels.cells);
+                robot_volume.add(&body.voxels.cells);
+                robot_volume.add(&body.inside);
+            }
             Role::Human => human.add(&body.voxels.cells),
         }
     }
     ignored.remove(&occupied);
-    let objects = bodies.into_iter().map(|body| body.voxels).collect();
-    Ok(Truth { grid, occupied, blockers, ignored, human, robot, objects })
+    let objects = objects.iter().map(|(_, body)| body.voxels.clone()).collect();
+    Truth { grid, occupied, blockers, ignored, human, robot, robot_volume, objects }
 }
 
-/// An object in voxels and the inside that belongs to no region.
+/// An object in voxels, the inside that belongs to no region, and for a robot all of its inside.
 struct Body {
-    voxels: ObjectVoxels,
+    voxels: Arc<ObjectVoxels>,
     ignored: BitGrid,
+    inside: BitGrid,
 }
 
 fn body(object: &Object, grid: &Grid) -> Result<Body> {
     let lattice = lattice(object, grid.voxel_size_m)?;
     let in_grid = lattice.extent.moved(grid.origin.map(|o| -o)).intersection(&grid.window());
     let world = in_grid.moved(grid.origin);
-    let mut warnings = Vec::new();
-    let mut ignored = BitGrid::new(Window::between([0; 3], [-1; 3]));
+    let mut warnings = object.warnings.clone();
+    let nowhere = BitGrid::new(Window::between([0; 3], [-1; 3]));
+    let (mut ignored, mut inside) = (nowhere.clone(), nowhere);
     let watertight = match &object.surface {
-        Surface::Mesh(_) => Some(is_watertight(&lattice)),
+        Surface::Mesh(_) => Some(overlap::is_watertight(
+            lattice.triangles.iter().map(|t| t.map(|i| lattice.corners[i as usize])),
+        )),
         Surface::Voxels { .. } => None,
     };
     let mut cells = surface(&lattice, world);
-    if object.interior != Interior::Free && watertight.unwrap_or(true) {
+    // What is inside a robot is the robot's, even of a body that leaks less than a voxel.
+    let (is_solid, is_robot) = (watertight.unwrap_or(true), object.role == Role::Robot);
+    if (object.interior != Interior::Free && is_solid) || is_robot {
         // The inside is decided over the whole body, so that the grid's cut opens nothing.
         if lattice.extent.size.into_iter().max().unwrap_or(0) <= MAX_VOXELS_PER_AXIS {
             let whole =
                 if world == lattice.extent { cells.clone() } else { surface(&lattice, lattice.extent) };
-            let inside = enclosed(&whole).over(world);
+            let enclosed = enclosed(&whole).over(world);
             match object.interior {
-                Interior::Occupied => cells.add(&inside),
-                _ => ignored = in_grid_frame(inside, in_grid),
+                Interior::Occupied if is_solid => cells.add(&enclosed),
+                Interior::Ignored if is_solid => ignored = in_grid_frame(enclosed.clone(), in_grid),
+                _ => {}
+            }
+            if is_robot {
+                inside = in_grid_frame(enclosed, in_grid);
             }
         } else {
             warnings.push(format!(
@@ -181,10 +225,12 @@ fn body(object: &Object, grid: &Grid) -> Result<Body> {
         triangles: lattice.triangles.len(),
         watertight,
         bounds_m,
+        reach: object.linkage.as_ref().map(|robot| Reach { base_m: robot.base_m, radius_m: robot.reach_m }),
         cells: in_grid_frame(cells, in_grid),
+        keypoints: object.keypoints,
         warnings,
     };
-    Ok(Body { voxels, ignored })
+    Ok(Body { voxels: Arc::new(voxels), ignored, inside })
 }
 
 /// The same words, counted from the grid's corner instead of the world's.
@@ -246,23 +292,6 @@ fn surface(lattice: &Lattice, window: Window) -> BitGrid {
     BitGrid::from_words(window, words).unwrap_or(cells)
 }
 
-/// Whether each edge, corners welded on the lattice, is walked equally often in both directions.
-fn is_watertight(lattice: &Lattice) -> bool {
-    let mut balance: HashMap<(Corner, Corner), i64> = HashMap::new();
-    for triangle in &lattice.triangles {
-        let corners = triangle.map(|i| lattice.corners[i as usize]);
-        for e in 0..3 {
-            let (from, to) = (corners[e], corners[(e + 1) % 3]);
-            match from.cmp(&to) {
-                std::cmp::Ordering::Less => *balance.entry((from, to)).or_default() += 1,
-                std::cmp::Ordering::Greater => *balance.entry((to, from)).or_default() -= 1,
-                std::cmp::Ordering::Equal => {}
-            }
-        }
-    }
-    !balance.is_empty() && balance.values().all(|&n| n == 0)
-}
-
 fn bounds_m(object: &Object) -> [DVec3; 2] {
     let nowhere = [DVec3::INFINITY, DVec3::NEG_INFINITY];
     let grow = |[low, high]: [DVec3; 2], p: DVec3| [low.min(p), high.max(p)];
@@ -299,13 +328,7 @@ pub type Begin = ([i64; 3], u32);
 /// and the blockers beside them. Blockers in reach of a housing let rays pass.
 pub fn reachable(truth: &Truth, begins: impl IntoIterator<Item = Begin>) -> BitGrid {
     let window = truth.grid.window();
-    let mut open = BitGrid::new(window);
-    let end = window.end();
-    for z in 0..end[2] {
-        for y in 0..end[1] {
-            open.set_run(0, end[0], y, z);
-        }
-    }
+    let mut open = BitGrid::full(window);
     open.remove(&truth.blockers);
     // A sensor's own voxel is never tested, so a ray may leave a blocker.
     let mut by_housing: BTreeMap<u32, BitGrid> = BTreeMap::new();

@@ -1,9 +1,9 @@
-//! Random cells, sensors and placements, from a seed: walls and clutter, people and robots, odd grid sizes and
-//! windows, rays along axes and diagonals, ranges at exact hits.
+//! Random cells, sensors, placements and jobs, from a seed: walls and clutter, people and robots, odd grid sizes and
+//! windows, rays along axes and diagonals, ranges at exact hits, noise small and huge, readings with and without volumes.
 
 use perirobot::backend::oracle::Oracle;
-use perirobot::backend::{Backend, Cell, Placement, Rays};
-use perirobot::march::{self, End, Gates, MAX_RANGE_VOXELS};
+use perirobot::backend::{Backend, Cell, Placement, Planes, Rays, Reading, Slot};
+use perirobot::march::{self, End, Gates, MAX_RANGE_VOXELS, NOISE_STEPS};
 use perirobot::voxel::{BitGrid, Window};
 
 use super::Random;
@@ -12,9 +12,22 @@ use super::Random;
 pub(crate) struct Case {
     pub(crate) seed: u64,
     pub(crate) cell: Cell,
-    pub(crate) rays: Rays,
-    pub(crate) placements: Vec<Placement>,
+    pub(crate) tables: Vec<Rays>,
+    pub(crate) shots: Vec<Shot>,
+    pub(crate) uploads: Vec<(Slot, Planes)>,
+    pub(crate) jobs: Vec<Vec<Reading>>,
 }
+
+/// What is cast, and where its evidence is kept.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Shot {
+    pub(crate) table: usize,
+    pub(crate) slot: Slot,
+    pub(crate) placement: Placement,
+}
+
+/// Slots that cases use: few enough for every backend, and more than hold evidence.
+const SLOTS: u32 = 16;
 
 /// The case of a seed.
 pub(crate) fn case(seed: u64) -> Case {
@@ -30,12 +43,66 @@ pub(crate) fn case(seed: u64) -> Case {
     };
     let grid = Window { min: [0; 3], size };
     let cell = cell(&mut random, grid);
-    let mut dirs_q15 = if random.one_in(2) { pinhole(&mut random) } else { lidar(&mut random) };
+    let placements: Vec<_> = (0..4).map(|_| placement(&mut random, &cell)).collect();
+    let number = 1 + random.below(3) as usize;
+    let tables: Vec<_> = (0..number).map(|_| table(&mut random, &cell, &placements[0])).collect();
+    // Slots in no order, none twice.
+    let first = random.below(SLOTS);
+    let mut slots = (0..SLOTS).map(|i| (first + 5 * i) % SLOTS);
+    let mut slot = || slots.next().expect("fewer pieces of evidence than slots");
+    let shots = placements.iter().enumerate();
+    let shots = shots.map(|(i, &placement)| Shot { table: i % number, slot: slot(), placement }).collect();
+    let uploads = (0..1 + random.below(4)).map(|_| (slot(), planes(&mut random, cell.window))).collect();
+    let jobs = (0..8).map(|_| job(&mut random)).collect();
+    Case { seed, cell, tables, shots, uploads, jobs }
+}
+
+/// A camera or a LIDAR, with rays along the lattice, gates and noise.
+fn table(random: &mut Random, cell: &Cell, placement: &Placement) -> Rays {
+    let mut dirs_q15 = if random.one_in(2) { pinhole(random) } else { lidar(random) };
     dirs_q15.extend(lattice());
-    let placements = (0..4).map(|_| placement(&mut random, &cell)).collect::<Vec<_>>();
-    let mut rays = Rays { dirs_q15, gates: open_gates() };
-    rays.gates = gates(&mut random, &cell, &rays, &placements[0]);
-    Case { seed, cell, rays, placements }
+    let mut rays = Rays { dirs_q15, gates: open_gates(), noise_q16: vec![] };
+    rays.gates = gates(random, cell, &rays, placement);
+    rays.noise_q16 = noise_q16(random);
+    rays
+}
+
+/// No steps, or as many as there must be: none that moves anything, small ones, or some that reach across any grid.
+pub(crate) fn noise_q16(random: &mut Random) -> Vec<i32> {
+    let most = match random.below(6) {
+        0 | 1 => return vec![],
+        2 => 0,
+        3 => 1 << 15,
+        4 => 5 << 16,
+        _ => 300 << 16,
+    };
+    (0..NOISE_STEPS).map(|_| random.between(-most, most)).collect()
+}
+
+/// Evidence as a host may make it: with voxels in both planes, too.
+fn planes(random: &mut Random, window: Window) -> Planes {
+    let [occupied, free] = [40, 60].map(|percent| {
+        let mut plane = BitGrid::new(window);
+        let part = inner(random, window);
+        fill(random, &mut plane, part, percent);
+        plane
+    });
+    Planes { occupied, free }
+}
+
+/// One to four readings of any slots, those included that hold nothing.
+pub(crate) fn job(random: &mut Random) -> Vec<Reading> {
+    let reading = |random: &mut Random| {
+        let (hit, miss) = match random.below(8) {
+            0 => (random.between(-4000, 4000), random.between(-4000, 4000)),
+            // From either clamp back to exactly zero.
+            1 | 2 => (2000, -3511),
+            _ => random.of(&[(847, -405), (3511, -405), (3511, 0)]),
+        };
+        let volume = random.one_in(2).then(|| random.below(SLOTS));
+        Reading { slot: random.below(SLOTS), volume, hit, miss }
+    };
+    (0..1 + random.below(4)).map(|_| reading(random)).collect()
 }
 
 /// Gates that let every ray through.
@@ -172,7 +239,8 @@ fn placement(random: &mut Random, cell: &Cell) -> Placement {
         }
         _ => anywhere(random),
     };
-    Placement { origin_q16, axis_q15: if random.one_in(3) { quarter_turns(random) } else { turned(random) } }
+    let axis_q15 = if random.one_in(3) { quarter_turns(random) } else { turned(random) };
+    Placement { origin_q16, axis_q15, draws: random.bits() as u32 }
 }
 
 /// Axes onto axes: rays along the lattice stay there.
@@ -216,8 +284,9 @@ fn end_distance(placement: &Placement, dir_q15: [i32; 3], end: End) -> u32 {
 /// Random gates; most of their distances are those of an end, or one off.
 fn gates(random: &mut Random, cell: &Cell, rays: &Rays, placement: &Placement) -> Gates {
     let mut oracle = Oracle::default();
-    oracle.load(cell, rays).expect("the oracle takes any cell");
-    let ends = oracle.read(placement).expect("a cell is loaded").ends;
+    oracle.tables(std::slice::from_ref(rays)).expect("the oracle takes any table");
+    oracle.load(cell).expect("the oracle takes any cell");
+    let ends = oracle.read(0, placement).expect("a cell is loaded").ends;
     let near_an_end = |random: &mut Random| {
         let ray = random.below(ends.len() as u32) as usize;
         let t = end_distance(placement, rays.dirs_q15[ray], ends[ray]) as i64 + random.between(-1, 1) as i64;

@@ -1,14 +1,12 @@
 //! Writes a tree of meshes as a GLB file, the same bytes every time. It is no general exporter: positions and
-//! indices only, one primitive a node.
+//! indices only, one primitive a node, nothing moved by nodes.
 
-use glam::{DQuat, DVec3};
+use glam::DVec3;
 use perirobot::scene::Mesh;
 
 /// A node in the world's convention (z up, metres); the writer turns it to glTF's y up.
 pub(crate) struct GlbNode {
     pub(crate) name: &'static str,
-    pub(crate) rotation: DQuat,
-    pub(crate) translation: DVec3,
     pub(crate) mesh: Option<Mesh>,
     pub(crate) children: Vec<GlbNode>,
 }
@@ -59,15 +57,6 @@ impl Writer {
         let index = self.nodes.len();
         self.nodes.push(String::new());
         let mut fields = vec![format!(r#""name":"{}""#, node.name)];
-        if node.translation != DVec3::ZERO {
-            let [x, y, z] = y_up(node.translation);
-            fields.push(format!(r#""translation":[{x},{y},{z}]"#));
-        }
-        if node.rotation != DQuat::IDENTITY {
-            let [x, y, z] = y_up(DVec3::new(node.rotation.x, node.rotation.y, node.rotation.z));
-            let w = node.rotation.w as f32 + 0.0;
-            fields.push(format!(r#""rotation":[{x},{y},{z},{w}]"#));
-        }
         if let Some(mesh) = &node.mesh {
             fields.push(format!(r#""mesh":{}"#, self.mesh(node.name, mesh)));
         }

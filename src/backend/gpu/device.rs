@@ -13,7 +13,7 @@ pub struct Device {
     /// What was opened.
     pub report: AdapterReport,
     pub(super) device: wgpu::Device,
-    pub(super) queue: wgpu::Queue,
+    queue: wgpu::Queue,
     failure: Arc<Mutex<Option<String>>>,
 }
 
@@ -93,12 +93,16 @@ impl Device {
         self.buffer(label, bytes, Usage::STORAGE | Usage::COPY_DST | Usage::COPY_SRC)
     }
 
-    /// A storage buffer that holds `data`.
+    /// A storage buffer that holds `data`; room for one item where there is none, since a shader's array is not empty.
     pub(super) fn upload<T: bytemuck::NoUninit>(&self, label: &str, data: &[T]) -> wgpu::Buffer {
-        let bytes: &[u8] = bytemuck::cast_slice(data);
-        let buffer = self.storage(label, bytes.len() as u64);
-        self.queue.write_buffer(&buffer, 0, bytes);
+        let buffer = self.storage(label, size_of_val(data).max(size_of::<T>()) as u64);
+        self.write(&buffer, 0, data);
         buffer
+    }
+
+    /// Writes `data` to a buffer, after all that was submitted before.
+    pub(super) fn write<T: bytemuck::NoUninit>(&self, buffer: &wgpu::Buffer, offset: u64, data: &[T]) {
+        self.queue.write_buffer(buffer, offset, bytemuck::cast_slice(data));
     }
 
     pub(super) fn encoder(&self) -> wgpu::CommandEncoder {
@@ -135,7 +139,7 @@ impl Device {
     }
 
     /// Waits until the queue is empty, however long that takes.
-    fn wait(&self) -> Result<()> {
+    pub(super) fn wait(&self) -> Result<()> {
         // wgpu panics here when the device is lost on the way; that is an adapter's failure, not a bug of ours.
         let poll = || self.device.poll(wgpu::PollType::wait_indefinitely());
         let polled = std::panic::catch_unwind(std::panic::AssertUnwindSafe(poll));
@@ -145,5 +149,41 @@ impl Device {
             Ok(Err(error)) => Err(self.failed(&error.to_string())),
             Err(_) => Err(self.failed("lost while waiting for it")),
         }
+    }
+}
+
+/// A buffer that is kept, and grows when more is asked of it; then it forgets what it held.
+pub(super) struct Scratch {
+    label: &'static str,
+    usage: wgpu::BufferUsages,
+    buffer: Option<wgpu::Buffer>,
+}
+
+impl Scratch {
+    /// For storage that the host can clear, write and read.
+    pub(super) fn storage(label: &'static str) -> Self {
+        use wgpu::BufferUsages as Usage;
+        Scratch { label, usage: Usage::STORAGE | Usage::COPY_DST | Usage::COPY_SRC, buffer: None }
+    }
+
+    /// For uniforms that the host can write.
+    pub(super) fn uniform(label: &'static str) -> Self {
+        use wgpu::BufferUsages as Usage;
+        Scratch { label, usage: Usage::UNIFORM | Usage::COPY_DST, buffer: None }
+    }
+
+    /// The buffer, of at least so many bytes.
+    pub(super) fn hold(&mut self, device: &Device, bytes: u64) -> wgpu::Buffer {
+        // The old one goes first, so that both need not fit side by side.
+        let kept = self.buffer.take().filter(|buffer| buffer.size() >= bytes);
+        let buffer = kept.unwrap_or_else(|| device.buffer(self.label, bytes, self.usage));
+        self.buffer.insert(buffer).clone()
+    }
+
+    /// The buffer with `data` written to its beginning.
+    pub(super) fn filled<T: bytemuck::NoUninit>(&mut self, device: &Device, data: &[T]) -> wgpu::Buffer {
+        let buffer = self.hold(device, size_of_val(data).max(size_of::<T>()) as u64);
+        device.write(&buffer, 0, data);
+        buffer
     }
 }

@@ -5,7 +5,7 @@ use std::fmt::Write;
 
 use bytemuck::{Pod, Zeroable};
 
-use crate::backend::{Cell, Placement, Rays};
+use crate::backend::{Cell, Fusion, LOG_ODDS, Placement, Rays, Slot};
 use crate::march;
 use crate::metrics::COUNTERS;
 
@@ -22,24 +22,29 @@ pub enum Stage {
     Cast,
     /// What each ray's end proves.
     Carve,
+    /// What the evidence of several sensors says together.
+    Fuse,
     /// What that is worth in a region.
     Count,
 }
 
 impl Stage {
     /// All of them, in the order they run; a stage's place here is its completion counter.
-    pub const ALL: [Stage; 3] = [Stage::Cast, Stage::Carve, Stage::Count];
+    pub const ALL: [Stage; 4] = [Stage::Cast, Stage::Carve, Stage::Fuse, Stage::Count];
 
     /// The name of its file, without the ending.
     pub fn name(self) -> &'static str {
-        ["cast", "carve", "count"][self as usize]
+        ["cast", "carve", "fuse", "count"][self as usize]
     }
 }
 
-/// The twin of `Setup` in `shaders/types.wgsl`: one scene and one sensor, as long as they are loaded.
+/// In place of a slot: evidence that there is not.
+pub const NO_SLOT: Slot = u32::MAX;
+
+/// The twin of `Setup` in `shaders/types.wgsl`: one scene, as long as it is loaded.
 #[derive(Clone, Copy, Debug, Pod, Zeroable)]
 #[repr(C)]
-#[allow(missing_docs)] // the fields' meanings are those of Cell and Rays
+#[allow(missing_docs)] // the fields' meanings are those of Cell
 pub struct Setup {
     pub grid_x: u32,
     pub grid_y: u32,
@@ -53,24 +58,15 @@ pub struct Setup {
     pub window_y: u32,
     pub window_z: u32,
     pub window_words: u32,
-    pub rays: u32,
-    pub range_min_q16: u32,
-    pub range_max_q16: u32,
-    pub near_ignore_q16: u32,
-    pub no_return_is_free: u32,
-    pub backdrop: u32,
     pub regions: u32,
-    /// Fills the last 16 bytes.
-    pub unused: u32,
 }
 
 impl Setup {
-    /// The numbers of a scene and a sensor.
-    pub fn new(cell: &Cell, rays: &Rays) -> Self {
+    /// The numbers of a scene.
+    pub fn new(cell: &Cell) -> Self {
         let [grid_x, grid_y, grid_z] = cell.blockers.window().size;
         let [window_min_x, window_min_y, window_min_z] = cell.window.min;
         let [window_x, window_y, window_z] = cell.window.size;
-        let gates = rays.gates;
         Setup {
             grid_x,
             grid_y,
@@ -84,14 +80,37 @@ impl Setup {
             window_y,
             window_z,
             window_words: cell.truth.words().len() as u32,
+            regions: cell.regions.len() as u32,
+        }
+    }
+}
+
+/// The twin of `Table` in `shaders/types.wgsl`: one table of rays.
+#[derive(Clone, Copy, Debug, Pod, Zeroable)]
+#[repr(C)]
+#[allow(missing_docs)] // the fields' meanings are those of Rays
+pub struct TableWords {
+    pub rays: u32,
+    pub range_min_q16: u32,
+    pub range_max_q16: u32,
+    pub near_ignore_q16: u32,
+    pub no_return_is_free: u32,
+    pub backdrop: u32,
+    /// Whether there are steps of noise.
+    pub noisy: u32,
+}
+
+impl From<&Rays> for TableWords {
+    fn from(rays: &Rays) -> Self {
+        let gates = rays.gates;
+        TableWords {
             rays: rays.dirs_q15.len() as u32,
             range_min_q16: gates.range_min_q16,
             range_max_q16: gates.range_max_q16,
             near_ignore_q16: gates.near_ignore_q16,
             no_return_is_free: gates.no_return_is_free as u32,
             backdrop: gates.backdrop as u32,
-            regions: cell.regions.len() as u32,
-            unused: 0,
+            noisy: !rays.noise_q16.is_empty() as u32,
         }
     }
 }
@@ -100,13 +119,13 @@ impl Setup {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Pod, Zeroable)]
 #[repr(C)]
 pub struct Part {
-    /// The placement of the first row of workgroups.
-    pub first_placement: u32,
+    /// The placement or job, counted from the first of the batch, of the first row of workgroups.
+    pub first_row: u32,
     /// First ray, or first word of the window.
     pub first: u32,
     /// The ray or word after the last.
     pub end: u32,
-    /// Which region is counted; 0 for rays.
+    /// Which region is counted; 0 for all but `count`.
     pub region: u32,
 }
 
@@ -122,13 +141,51 @@ pub struct PlacementWords {
     pub axis_y_q15: [i32; 3],
     /// Row 2.
     pub axis_z_q15: [i32; 3],
+    /// As [`Placement::draws`].
+    pub draws: u32,
+    /// Where the evidence goes.
+    pub slot: Slot,
 }
 
-impl From<&Placement> for PlacementWords {
-    fn from(placement: &Placement) -> Self {
+impl PlacementWords {
+    /// A placement, and the slot that its evidence goes to.
+    pub fn new(slot: Slot, placement: &Placement) -> Self {
         let [axis_x_q15, axis_y_q15, axis_z_q15] = placement.axis_q15;
-        PlacementWords { origin_q16: placement.origin_q16, axis_x_q15, axis_y_q15, axis_z_q15 }
+        let Placement { origin_q16, draws, .. } = *placement;
+        PlacementWords { origin_q16, axis_x_q15, axis_y_q15, axis_z_q15, draws, slot }
     }
+}
+
+/// The twin of `Job` in `shaders/types.wgsl`: which readings are fused, and how.
+#[derive(Clone, Copy, Debug, Pod, Zeroable)]
+#[repr(C)]
+pub struct JobWords {
+    /// The first reading.
+    pub first: u32,
+    /// The reading after the last.
+    pub end: u32,
+    /// Whether log-odds are summed.
+    pub octomap: u32,
+}
+
+impl JobWords {
+    /// A job of the readings in a range of those of its batch.
+    pub fn new(fusion: Fusion, readings: std::ops::Range<u32>) -> Self {
+        JobWords { first: readings.start, end: readings.end, octomap: (fusion == Fusion::Octomap) as u32 }
+    }
+}
+
+/// The twin of `Reading` in `shaders/types.wgsl`; the meanings are those of [`crate::backend::Reading`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Pod, Zeroable)]
+#[repr(C)]
+#[allow(missing_docs)]
+pub struct ReadingWords {
+    /// A slot, or [`NO_SLOT`].
+    pub slot: Slot,
+    /// A slot, or [`NO_SLOT`].
+    pub volume: Slot,
+    pub hit: i32,
+    pub miss: i32,
 }
 
 /// What stands in front of every kernel: the constants, the structs and the march. A kernel of a test's own can
@@ -137,6 +194,8 @@ pub fn shader_prelude() -> String {
     let mut source = String::from("// Constants, printed by src/backend/gpu/types.rs.\n");
     let constants = [
         ("NEVER", march::NEVER),
+        ("MAX_RANGE_VOXELS", march::MAX_RANGE_VOXELS),
+        ("DRAW_SHIFT", 32 - march::NOISE_STEPS.ilog2()),
         ("NOTHING", march::NOTHING),
         ("RETURN", march::RETURN),
         ("BLIND", march::BLIND),
@@ -147,10 +206,15 @@ pub fn shader_prelude() -> String {
         ("KERNELS", Stage::ALL.len() as u32),
         ("CAST", Stage::Cast as u32),
         ("CARVE", Stage::Carve as u32),
+        ("FUSE", Stage::Fuse as u32),
         ("COUNT", Stage::Count as u32),
+        ("NO_SLOT", NO_SLOT),
     ];
     for (name, value) in constants {
         writeln!(source, "const {name} = {value}u;").expect("writing to a string");
+    }
+    for (name, value) in [("LEAST_LOG_ODDS", LOG_ODDS.start()), ("MOST_LOG_ODDS", LOG_ODDS.end())] {
+        writeln!(source, "const {name} = {value}i;").expect("writing to a string");
     }
     source + include_str!("../../../shaders/types.wgsl") + include_str!("../../../shaders/march.wgsl")
 }
@@ -161,6 +225,7 @@ pub fn shader_source(stage: Stage) -> String {
         + match stage {
             Stage::Cast => include_str!("../../../shaders/cast.wgsl"),
             Stage::Carve => include_str!("../../../shaders/carve.wgsl"),
+            Stage::Fuse => include_str!("../../../shaders/fuse.wgsl"),
             Stage::Count => include_str!("../../../shaders/count.wgsl"),
         }
 }

@@ -37,10 +37,11 @@ fn corridor() -> (Cell, Rays, Placement) {
         no_return_is_free: false,
         backdrop: false,
     };
-    let rays = Rays { dirs_q15: vec![[32_768, 0, 0]], gates };
+    let rays = Rays { dirs_q15: vec![[32_768, 0, 0]], gates, noise_q16: vec![] };
     let placement = Placement {
         origin_q16: [0x8000, 0x18000, 0x18000],
         axis_q15: [[32_768, 0, 0], [0, 32_768, 0], [0, 0, 32_768]],
+        draws: 0,
     };
     (cell, rays, placement)
 }
@@ -48,10 +49,13 @@ fn corridor() -> (Cell, Rays, Placement) {
 #[track_caller]
 fn check(cell: &Cell, rays: &Rays, placement: &Placement, end: (u32, u32), six: [u64; 6]) -> Confusion {
     let mut oracle = Oracle::default();
-    oracle.load(cell, rays).unwrap();
-    let evidence = oracle.read(placement).unwrap();
+    oracle.tables(std::slice::from_ref(rays)).unwrap();
+    oracle.load(cell).unwrap();
+    let evidence = oracle.read(0, placement).unwrap();
     assert_eq!((evidence.ends[0].kind, evidence.ends[0].crossings), end);
-    let counts = oracle.score(&[*placement]).unwrap()[0][0];
+    oracle.sense(0, &[(3, *placement)]).unwrap();
+    let alone = vec![Reading { slot: 3, volume: None, hit: 1, miss: -1 }];
+    let counts = oracle.score(Fusion::OccupiedWins, &[alone]).unwrap()[0][0];
     assert_eq!(counts.counts()[..6], six, "tp fp fn tn uo uf");
     counts
 }
@@ -124,4 +128,166 @@ fn a_diagonal_takes_x_before_y_before_z() {
     cell.blockers = BitGrid::new(cell.window);
     cell.blockers.set([1, 1, 0]);
     check(&cell, &rays, &placement, (RETURN, 2), [0, 1, 0, 2, 9, 78]);
+}
+
+/// The corridor (9 voxels of wall, 81 free) with one and the same noise, whatever is drawn.
+#[track_caller]
+fn check_noisy(noise_q16: i32, end: (u32, u32), six: [u64; 6]) {
+    let (cell, mut rays, placement) = corridor();
+    rays.noise_q16 = vec![noise_q16; 4096];
+    check(&cell, &rays, &placement, end, six);
+}
+
+#[test]
+fn a_noisy_return_is_read_before_or_behind_the_wall() {
+    // The wall is entered at 5.5 voxels, x = n + 1 at n + 0.5. Two voxels before it, x = 4 is just entered.
+    check_noisy(-2 * 65_536, (RETURN, 4), [0, 1, 0, 4, 9, 76]);
+    check_noisy(-2 * 65_536 - 1, (RETURN, 3), [0, 1, 0, 3, 9, 77]);
+    // Half a voxel is too little to leave the wall's cell, a whole one is not: then the wall itself is called free.
+    check_noisy(32_768, (RETURN, 6), [1, 0, 0, 6, 8, 75]);
+    check_noisy(65_535, (RETURN, 6), [1, 0, 0, 6, 8, 75]);
+    check_noisy(65_536, (RETURN, 7), [0, 1, 1, 6, 8, 74]);
+    check_noisy(0, (RETURN, 6), [1, 0, 0, 6, 8, 75]);
+}
+
+#[test]
+fn noise_ends_at_the_sensor_and_at_the_grid() {
+    check_noisy(-100 * 65_536, (RETURN, 0), [0, 1, 0, 0, 9, 80]);
+    check_noisy(-5 * 65_536 - 32_768, (RETURN, 0), [0, 1, 0, 0, 9, 80]);
+    // x = 9 is entered at 8.5, and left for good at 9.5.
+    check_noisy(4 * 65_536 - 1, (RETURN, 9), [0, 1, 1, 8, 8, 72]);
+    check_noisy(4 * 65_536, (RETURN, 9), [0, 1, 1, 8, 8, 72]);
+    check_noisy(300 * 65_536, (RETURN, 9), [0, 1, 1, 8, 8, 72]);
+}
+
+#[test]
+fn gates_judge_where_the_wall_is_not_where_it_is_read() {
+    let (cell, mut rays, placement) = corridor();
+    let wall = 5 * 65_536 + 32_768;
+    (rays.gates.range_min_q16, rays.gates.range_max_q16) = (wall, wall);
+    for (noise, end) in [(-3 * 65_536, 3), (2 * 65_536, 8)] {
+        rays.noise_q16 = vec![noise; 4096];
+        let mut oracle = Oracle::default();
+        oracle.tables(std::slice::from_ref(&rays)).unwrap();
+        oracle.load(&cell).unwrap();
+        assert_eq!(oracle.read(0, &placement).unwrap().ends, [End { kind: RETURN, crossings: end }]);
+    }
+    rays.gates.range_min_q16 = wall + 1;
+    check(&cell, &rays, &placement, (BLIND, 6), [0, 0, 0, 0, 9, 81]);
+}
+
+#[test]
+fn a_ray_draws_its_own_step() {
+    let (cell, mut rays, mut placement) = corridor();
+    // The hash of 0 is 129 708 002: step 123. That of 1 is 2 831 084 092: step 2699.
+    rays.noise_q16 = vec![0; 4096];
+    (rays.noise_q16[123], rays.noise_q16[2699]) = (65_536, 2 * 65_536);
+    rays.dirs_q15 = vec![[32_768, 0, 0]; 3];
+    let mut oracle = Oracle::default();
+    oracle.tables(&[rays]).unwrap();
+    oracle.load(&cell).unwrap();
+    let mut ends = |draws| {
+        placement.draws = draws;
+        oracle.read(0, &placement).unwrap().ends.iter().map(|end| end.crossings).collect::<Vec<_>>()
+    };
+    assert_eq!(ends(0), [7, 8, 6]);
+    assert_eq!(ends(1), [8, 7, 6], "draws and ray are joined by xor");
+}
+
+#[test]
+fn a_hit_at_the_sensor_takes_all_axes_that_are_crossed_there() {
+    let (mut cell, mut rays, mut placement) = corridor();
+    // On the edge between four cells, backwards: x and y are crossed at distance 0, x first, and there is the hit.
+    placement.origin_q16 = [3 << 16, 1 << 16, 0x8000];
+    rays.dirs_q15 = vec![[-23_170, -23_170, 0]];
+    cell.blockers = BitGrid::new(cell.window);
+    cell.blockers.set([2, 1, 0]);
+    check(&cell, &rays, &placement, (RETURN, 1), [0, 1, 0, 1, 9, 79]);
+    rays.noise_q16 = vec![-1; 4096];
+    check(&cell, &rays, &placement, (RETURN, 2), [0, 1, 0, 2, 9, 78]);
+}
+
+/// What a job says of each voxel of a row: `o`, `f` or `?`. Evidence is written the same way, `b` for both, a row a slot.
+#[track_caller]
+fn check_fused(evidence: &[&str], job: &[Reading], occupied_wins: &str, octomap: &str) {
+    let window = Window::between([0; 3], [occupied_wins.len() as i32 - 1, 0, 0]);
+    let (mut cell, ..) = corridor();
+    let blank = BitGrid::new(window);
+    cell.window = window;
+    (cell.truth, cell.human, cell.robot) = (blank.clone(), blank.clone(), blank.clone());
+    let mut oracle = Oracle::default();
+    oracle.load(&cell).unwrap();
+    for (row, slot) in evidence.iter().zip(0..) {
+        let mut planes = Planes { occupied: blank.clone(), free: blank.clone() };
+        for (said, x) in row.chars().zip(0..) {
+            "ob".contains(said).then(|| planes.occupied.set([x, 0, 0]));
+            "fb".contains(said).then(|| planes.free.set([x, 0, 0]));
+        }
+        oracle.upload(&[(slot, planes)]).unwrap();
+    }
+    for (fusion, expected) in [(Fusion::OccupiedWins, occupied_wins), (Fusion::Octomap, octomap)] {
+        let said: String = (0..expected.len())
+            .map(|x| ["o", "f", "?"][oracle.label([x as i32, 0, 0], fusion, job)])
+            .collect();
+        assert_eq!(said, expected, "{fusion:?}");
+    }
+}
+
+/// A range sensor, a pad, the known robot.
+fn range(slot: Slot) -> Reading {
+    Reading { slot, volume: None, hit: 847, miss: -405 }
+}
+fn pad(slot: Slot) -> Reading {
+    Reading { slot, volume: None, hit: 3511, miss: -405 }
+}
+fn robot(slot: Slot) -> Reading {
+    Reading { slot, volume: None, hit: 3511, miss: 0 }
+}
+
+#[test]
+fn two_misses_do_not_outweigh_a_hit_but_three_do() {
+    // 2 · 847 − 405; 847 − 2 · 405 = 37; 847 − 3 · 405 = −368; −405; nothing at all.
+    let rows = ["ooo??", "off??", "fff??", "??ff?"];
+    check_fused(&rows, &[range(0), range(1), range(2), range(3)], "ooof?", "ooff?");
+}
+
+#[test]
+fn a_silent_pad_does_not_erase_what_a_camera_saw() {
+    // 847 − 405; −2 · 405; −405 + 3511; −405.
+    check_fused(&["off?", "ffof"], &[range(0), pad(1)], "ofof", "ofof");
+    // A sum of zero is no label.
+    let even = Reading { slot: 0, volume: None, hit: 405, miss: -405 };
+    check_fused(&["o", "f"], &[even, range(1)], "o", "?");
+}
+
+#[test]
+fn sums_are_clamped_after_each_so_that_order_matters() {
+    let (hits, misses) = ([range(0); 5], [range(1); 9]);
+    // 5 · 847 = 4235, clamped to 3511; less 9 · 405 = 3645 is −134.
+    check_fused(&["o", "f"], &[&hits[..], &misses].concat(), "o", "f");
+    // −3645, clamped to −2000; with 4235 it is 2235.
+    check_fused(&["o", "f"], &[&misses[..], &hits].concat(), "o", "o");
+    // One less of either stays within the clamp below, or just reaches it: −1620 and −2000 against 847 and 2 · 847.
+    check_fused(&["o", "f"], &[&[range(1); 4][..], &[range(0); 2]].concat(), "o", "o");
+    check_fused(&["o", "f"], &[&[range(1); 5][..], &[range(0); 2]].concat(), "o", "f");
+}
+
+#[test]
+fn the_known_robot_speaks_last() {
+    // Freed down to −2000, then 1511; spoken first, 3511 − 10 · 405 = −539. Where it is not, it says nothing.
+    let cameras = [range(0); 10];
+    check_fused(&["ff?", "o??"], &[&cameras[..], &[robot(1)]].concat(), "of?", "of?");
+    check_fused(&["ff?", "o??"], &[&[robot(1)][..], &cameras].concat(), "of?", "ff?");
+}
+
+#[test]
+fn a_sensor_and_its_volume_speak_once() {
+    // Points say free, the volume occupied: one hit, not a hit and a miss; and two that agree are one, too: after them
+    // three misses (−1215) outweigh 847, not 2 · 847.
+    let both = Reading { volume: Some(1), ..range(0) };
+    let misses = [range(2); 3];
+    check_fused(&["foffb", "oof??", "?????"], &[both], "ooffo", "ooffo");
+    check_fused(&["fo", "oo", "ff"], &[&[both][..], &misses].concat(), "oo", "ff");
+    // A slot that was never filled adds nothing.
+    check_fused(&["fo"], &[Reading { volume: Some(200), ..range(0) }], "fo", "fo");
 }

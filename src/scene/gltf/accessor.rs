@@ -1,4 +1,4 @@
-//! Reads positions and indices out of a glTF's buffers. All bounds are checked once, when the view on the bytes is
+//! Reads positions, indices and other numbers out of a glTF's buffers. All bounds are checked once, when the view on the bytes is
 //! made, and nothing is allocated.
 
 use ::gltf::json::{
@@ -23,13 +23,13 @@ pub(super) struct Elements<'a> {
 impl<'a> Elements<'a> {
     /// An accessor that a primitive names as its POSITION.
     pub(super) fn positions(container: &'a Container, index: Index<Accessor>) -> Result<Self, String> {
-        let fits = |component, kind| component == ComponentType::F32 && kind == Type::Vec3;
+        let fits = |component, kind, _| component == ComponentType::F32 && kind == Type::Vec3;
         Self::new(container, index, "POSITION must be VEC3 of float", fits)
     }
 
     /// An accessor that a primitive names as its indices.
     pub(super) fn indices(container: &'a Container, index: Index<Accessor>) -> Result<Self, String> {
-        let fits = |component, kind| {
+        let fits = |component, kind, _| {
             use ComponentType::{U8, U16, U32};
             matches!(component, U8 | U16 | U32) && kind == Type::Scalar
         };
@@ -37,11 +37,50 @@ impl<'a> Elements<'a> {
         Self::new(container, index, rule, fits)
     }
 
+    /// An accessor that a primitive names as JOINTS.
+    pub(super) fn joints(container: &'a Container, index: Index<Accessor>) -> Result<Self, String> {
+        let fits = |component, kind, _| {
+            matches!(component, ComponentType::U8 | ComponentType::U16) && kind == Type::Vec4
+        };
+        Self::new(container, index, "JOINTS must be VEC4 of unsigned byte or short", fits)
+    }
+
+    /// An accessor that a primitive names as WEIGHTS.
+    pub(super) fn weights(container: &'a Container, index: Index<Accessor>) -> Result<Self, String> {
+        let fits = |component, kind, normalized| {
+            use ComponentType::{F32, U8, U16};
+            (component == F32 || (matches!(component, U8 | U16) && normalized)) && kind == Type::Vec4
+        };
+        let rule = "WEIGHTS must be VEC4 of float, or of normalized unsigned byte or short";
+        Self::new(container, index, rule, fits)
+    }
+
+    /// Numbers of a kind as floats: times, translations, scales, matrices.
+    pub(super) fn floats(
+        container: &'a Container,
+        index: Index<Accessor>,
+        of: Type,
+        rule: &str,
+    ) -> Result<Self, String> {
+        Self::new(container, index, rule, |component, kind, _| component == ComponentType::F32 && kind == of)
+    }
+
+    /// Quaternions of an animation, x y z w.
+    pub(super) fn rotations(container: &'a Container, index: Index<Accessor>) -> Result<Self, String> {
+        let fits = |component, kind, normalized| {
+            use ComponentType::{F32, I8, I16, U8, U16};
+            let fraction = matches!(component, I8 | U8 | I16 | U16) && normalized;
+            (component == F32 || fraction) && kind == Type::Vec4
+        };
+        let rule = "a rotation's output must be VEC4 of float, or of normalized byte or short";
+        Self::new(container, index, rule, fits)
+    }
+
     fn new(
         container: &'a Container,
         index: Index<Accessor>,
         rule: &str,
-        fits: impl Fn(ComponentType, Type) -> bool,
+        fits: impl Fn(ComponentType, Type, bool) -> bool,
     ) -> Result<Self, String> {
         let number = index.value();
         let place = |what: &str| format!("accessors[{number}]: {what}");
@@ -50,7 +89,7 @@ impl<'a> Elements<'a> {
             (Checked::Valid(component), Checked::Valid(kind)) => (component.0, *kind),
             _ => return Err(place("unknown componentType or type")),
         };
-        if !fits(component, kind) {
+        if !fits(component, kind, accessor.normalized) {
             return Err(place(rule));
         }
         if accessor.sparse.is_some() {
@@ -86,15 +125,31 @@ impl<'a> Elements<'a> {
 
     /// Element `i < count` of a POSITION accessor.
     pub(super) fn position(&self, i: usize) -> DVec3 {
-        let float = |axis: usize| {
-            f64::from(f32::from_le_bytes(self.array(i * self.stride + size_of::<f32>() * axis)))
-        };
+        let float = |axis: usize| self.number(i, axis);
         DVec3::new(float(0), float(1), float(2))
+    }
+
+    /// Component `c` of element `i < count`: a float, or an integer as the fraction it stands for.
+    pub(super) fn number(&self, i: usize, c: usize) -> f64 {
+        let at = i * self.stride + c * self.component.size();
+        match self.component {
+            ComponentType::I8 => (f64::from(i8::from_le_bytes(self.array(at))) / 127.0).max(-1.0),
+            ComponentType::U8 => f64::from(self.bytes[at]) / 255.0,
+            ComponentType::I16 => (f64::from(i16::from_le_bytes(self.array(at))) / 32_767.0).max(-1.0),
+            ComponentType::U16 => f64::from(u16::from_le_bytes(self.array(at))) / 65_535.0,
+            ComponentType::U32 => f64::from(u32::from_le_bytes(self.array(at))),
+            ComponentType::F32 => f64::from(f32::from_le_bytes(self.array(at))),
+        }
     }
 
     /// Element `i < count` of an indices accessor.
     pub(super) fn index(&self, i: usize) -> usize {
-        let at = i * self.stride;
+        self.index_of(i, 0)
+    }
+
+    /// Component `c` of element `i < count`, as an index.
+    pub(super) fn index_of(&self, i: usize, c: usize) -> usize {
+        let at = i * self.stride + c * self.component.size();
         match self.component.size() {
             1 => usize::from(self.bytes[at]),
             2 => usize::from(u16::from_le_bytes(self.array(at))),

@@ -1,6 +1,7 @@
 //! Small files written by hand, each right or wrong in one way.
 
 use base64::Engine as _;
+use glam::DVec3;
 use rand::{RngExt, SeedableRng};
 use serde_json::{Value, json};
 
@@ -40,7 +41,7 @@ fn document() -> Value {
     })
 }
 
-fn glb(document: &Value, binary: &[u8]) -> Vec<u8> {
+pub(super) fn glb(document: &Value, binary: &[u8]) -> Vec<u8> {
     let mut json = serde_json::to_vec(document).unwrap();
     json.resize(json.len().next_multiple_of(4), b' ');
     let mut bytes = b"glTF\x02\0\0\0".to_vec();
@@ -51,6 +52,10 @@ fn glb(document: &Value, binary: &[u8]) -> Vec<u8> {
         bytes.extend(chunk);
     }
     bytes
+}
+
+fn load(path: &Path) -> Result<Vec<NodeMesh>> {
+    Gltf::load(path)?.parts(None)
 }
 
 fn load_bytes(bytes: &[u8]) -> Result<Vec<NodeMesh>> {
@@ -68,7 +73,7 @@ fn load_with(pointer: &str, value: Value) -> Result<Vec<NodeMesh>> {
 }
 
 /// Puts a value at a JSON pointer, whose last key may be new.
-fn set(document: &mut Value, pointer: &str, value: Value) {
+pub(super) fn set(document: &mut Value, pointer: &str, value: Value) {
     let (parent, key) = pointer.rsplit_once('/').unwrap();
     match document.pointer_mut(parent).unwrap() {
         Value::Array(list) => list[key.parse::<usize>().unwrap()] = value,

@@ -1,30 +1,21 @@
 use super::*;
-use crate::sensor::{Camera, Lidar};
-use crate::study::file::{SensorFile, StudyFile};
-
-fn camera() -> Kind {
-    Kind::Camera(Camera { fov_rad: [1.0, 1.0], resolution_px: [2, 2] })
-}
 
 /// The poses of one `[[sensor.poses]]` entry, written as TOML.
-fn poses_of(kind: &Kind, seed: u64, stream: u64, entry: &str) -> Result<Vec<Candidate>> {
-    let text =
-        format!("[[sensor]]\nname = \"s\"\nkind = \"rgbd\"\nrange_m = [0, 1]\n[[sensor.poses]]\n{entry}");
-    let file: StudyFile = toml::from_str(&text).unwrap();
-    let SensorFile { poses, .. } = &file.sensor[0];
+fn poses_of(stance: Stance, seed: u64, stream: u64, entry: &str) -> Result<Vec<Candidate>> {
+    let entry: PosesFile = toml::from_str(entry).unwrap();
     let at = Place { file: Path::new("study.toml"), prefix: String::new() };
     let mut candidates = Vec::new();
-    expand(&at, &poses[0], &Source { sensor: "s", kind, seed, stream }, &mut candidates)?;
+    expand(&at, &entry, &Source { sensor: "s", stance, seed, stream }, &mut candidates)?;
     Ok(candidates)
 }
 
 #[track_caller]
 fn poses(entry: &str) -> Vec<Candidate> {
-    poses_of(&camera(), 1, 0, entry).unwrap()
+    poses_of(Stance::Facing, 1, 0, entry).unwrap()
 }
 
 fn positions(candidates: &[Candidate]) -> Vec<[f64; 3]> {
-    candidates.iter().map(|c| c.pose.position_m.to_array()).collect()
+    candidates.iter().map(|c| c.setting.pose().position_m.to_array()).collect()
 }
 
 #[test]
@@ -40,7 +31,7 @@ fn a_lattice_goes_x_outer_z_fastest_then_orientations() {
     let first: Vec<_> = positions(&lattice).into_iter().step_by(2).collect();
     let expected = [[0, 2, 5], [0, 2, 6], [0, 3, 5], [0, 3, 6], [1, 2, 5], [1, 2, 6], [1, 3, 5], [1, 3, 6]];
     assert_eq!(first, expected.map(|p| p.map(f64::from)));
-    let ahead = |c: &Candidate| c.pose.link().x_axis.to_array().map(|v| v.round());
+    let ahead = |c: &Candidate| c.setting.pose().link().x_axis.to_array().map(|v| v.round());
     assert_eq!((ahead(&lattice[0]), ahead(&lattice[1])), ([1.0, 0.0, 0.0], [0.0, 1.0, 0.0]));
 }
 
@@ -74,20 +65,20 @@ fn lists_keep_their_names_or_are_numbered() {
 fn a_seed_means_these_poses() {
     let entry = "name = \"r\"\nfacing = [1, 0, 0]\n\
                  random = { count = 2, min_m = [0, 0, 0], max_m = [1, 2, 4], pan_deg = [-90, 90], tilt_deg = [0, 30] }";
-    let drawn = poses_of(&camera(), 7, 3, entry).unwrap();
+    let drawn = poses_of(Stance::Facing, 7, 3, entry).unwrap();
     let in_draws: Vec<[f64; 3]> = positions(&drawn)
         .into_iter()
         .map(|[x, y, z]| [x, y / 2.0, z / 4.0].map(|share| share * 4_294_967_296.0))
         .collect();
     assert_eq!(in_draws, PINNED);
-    assert_eq!(poses_of(&camera(), 7, 3, entry).unwrap(), drawn, "the same again");
-    assert_ne!(poses_of(&camera(), 8, 3, entry).unwrap(), drawn, "another seed");
-    assert_ne!(poses_of(&camera(), 7, 4, entry).unwrap(), drawn, "another group");
+    assert_eq!(poses_of(Stance::Facing, 7, 3, entry).unwrap(), drawn, "the same again");
+    assert_ne!(poses_of(Stance::Facing, 8, 3, entry).unwrap(), drawn, "another seed");
+    assert_ne!(poses_of(Stance::Facing, 7, 4, entry).unwrap(), drawn, "another group");
     // A longer draw begins as the shorter.
-    let more = poses_of(&camera(), 7, 3, &entry.replace("count = 2", "count = 9")).unwrap();
+    let more = poses_of(Stance::Facing, 7, 3, &entry.replace("count = 2", "count = 9")).unwrap();
     assert_eq!(more[..2], drawn[..]);
     for c in &more {
-        let p = c.pose.position_m;
+        let p = c.setting.pose().position_m;
         assert!(p.cmpge(DVec3::ZERO).all() && p.cmplt(DVec3::new(1.0, 2.0, 4.0)).all(), "{p}");
     }
 }
@@ -97,13 +88,12 @@ const PINNED: [[f64; 3]; 2] =
 
 #[test]
 fn an_upright_lidar_takes_pan_but_no_tilt() {
-    let lidar = |mount| Kind::Lidar(Lidar { azimuths_rad: vec![0.0], elevations_rad: vec![0.0], mount });
     let entry =
         "name = \"p\"\nlist = [{ position_m = [0, 0, 1], facing = [1, 0, 0], pan_deg = 5, tilt_deg = 5 }]";
-    let refused = poses_of(&lidar(Mount::Upright), 1, 0, entry).unwrap_err().to_string();
+    let refused = poses_of(Stance::Upright, 1, 0, entry).unwrap_err().to_string();
     assert!(refused.contains("list[0].tilt_deg = 5: an upright lidar"), "{refused}");
-    poses_of(&lidar(Mount::Facing), 1, 0, entry).unwrap();
-    poses_of(&lidar(Mount::Upright), 1, 0, &entry.replace("tilt_deg = 5", "tilt_deg = 0")).unwrap();
+    poses_of(Stance::Facing, 1, 0, entry).unwrap();
+    poses_of(Stance::Upright, 1, 0, &entry.replace("tilt_deg = 5", "tilt_deg = 0")).unwrap();
 }
 
 #[test]
@@ -125,4 +115,16 @@ fn tables_give_one_sensors_poses_with_their_lines() {
     let commented = "x_m,y_m,z_m,qw,qx,qy,qz\n# one\n\n# two\n1,2,3,1,0,0,0\n# three\n1,2,oops,1,0,0,0\n";
     let error = read(commented, Frame::Link).unwrap_err();
     assert!(error.contains("poses.csv: line 7") && error.contains("z_m"), "{error}");
+}
+
+#[test]
+fn what_stands_level_may_leave_out_where_it_faces() {
+    let lattice = poses_of(Stance::Level, 1, 0, "name = \"p\"\nx_m = 1\ny_m = 2\nz_m = 0").unwrap();
+    assert_eq!(lattice[0].setting.pose().link().x_axis, DVec3::X);
+    let listed = "name = \"p\"\nlist = [{ position_m = [1, 2, 0], pan_deg = 90 }]";
+    let pose = poses_of(Stance::Level, 1, 0, listed).unwrap()[0].setting.pose();
+    assert!((pose.link().x_axis - DVec3::Y).length() < 1e-12);
+    let tilted = poses_of(Stance::Level, 1, 0, &listed.replace("pan_deg = 90", "tilt_deg = 1")).unwrap_err();
+    assert!(tilted.to_string().contains("list[0].tilt_deg = 1: it stands level"), "{tilted}");
+    assert!(poses_of(Stance::Facing, 1, 0, listed).is_err(), "a camera must be told");
 }

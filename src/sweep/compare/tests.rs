@@ -1,8 +1,9 @@
 //! A backend that lies in one place must be found out, and the place named.
 
 use super::*;
-use crate::backend::cpu::Cpu;
+use crate::backend::{Planes, cpu::Cpu};
 use crate::march::{End, NOTHING};
+use crate::study::Overrides;
 
 /// One lie about each pose.
 #[derive(Clone, Copy, Debug)]
@@ -27,14 +28,23 @@ impl Backend for Liar {
     fn device(&self) -> String {
         self.0.device()
     }
-    fn load(&mut self, cell: &Cell, rays: &Rays) -> Result<()> {
-        self.0.load(cell, rays)
+    fn tables(&mut self, tables: &[Rays]) -> Result<()> {
+        self.0.tables(tables)
     }
-    fn batch(&self) -> usize {
+    fn load(&mut self, cell: &Cell) -> Result<()> {
+        self.0.load(cell)
+    }
+    fn slots(&self) -> usize {
         2
     }
-    fn score(&mut self, placements: &[Placement]) -> Result<Vec<Vec<Confusion>>> {
-        let mut counts = self.0.score(placements)?;
+    fn sense(&mut self, table: usize, shots: &[(Slot, Placement)]) -> Result<()> {
+        self.0.sense(table, shots)
+    }
+    fn upload(&mut self, evidence: &[(Slot, Planes)]) -> Result<()> {
+        self.0.upload(evidence)
+    }
+    fn score(&mut self, fusion: Fusion, jobs: &[Vec<Reading>]) -> Result<Vec<Vec<Confusion>>> {
+        let mut counts = self.0.score(fusion, jobs)?;
         match self.1 {
             Lie::Count => counts[0][1].human.uo += 1,
             Lie::FewerRegions => counts.iter_mut().for_each(|regions| regions.truncate(1)),
@@ -43,15 +53,15 @@ impl Backend for Liar {
         }
         Ok(counts)
     }
-    fn read(&mut self, placement: &Placement) -> Result<Evidence> {
-        let mut evidence = self.0.read(placement)?;
+    fn read(&mut self, table: usize, placement: &Placement) -> Result<Evidence> {
+        let mut evidence = self.0.read(table, placement)?;
         let flip = |plane: &mut BitGrid, voxel| {
             let bit = plane.bit_index(voxel).unwrap();
             plane.words_mut()[bit >> 5] ^= 1 << (bit & 31);
         };
         match self.1 {
-            Lie::Occupied(voxel) => flip(&mut evidence.occupied, voxel),
-            Lie::Free(voxel) => flip(&mut evidence.free, voxel),
+            Lie::Occupied(voxel) => flip(&mut evidence.planes.occupied, voxel),
+            Lie::Free(voxel) => flip(&mut evidence.planes.free, voxel),
             Lie::End(ray) => evidence.ends[ray] = End { kind: NOTHING, crossings: 77 },
             Lie::FewerEnds => evidence.ends.truncate(5),
             _ => {}
@@ -62,8 +72,8 @@ impl Backend for Liar {
 
 fn tiny() -> (Study, World) {
     let path = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/tiny.toml");
-    let study = Study::load(&path, None).unwrap();
-    let world = World::prepare(&study, &study.scenes[0]).unwrap();
+    let study = Study::load(&path, &Overrides::default()).unwrap();
+    let world = World::prepare(&study, 0).unwrap().remove(0);
     (study, world)
 }
 
@@ -72,7 +82,7 @@ fn caught(lie: Lie) -> Result<Report> {
     let (study, world) = tiny();
     let mut report = Report::default();
     let mut backends: Vec<Box<dyn Backend>> = vec![Box::new(Liar(Cpu::new(Some(1))?, lie))];
-    compare(&study, &world, &study.sensors[0], &Selection::Spread(4), &mut backends, &mut report)?;
+    compare(&study, &world, 0, &Selection::Spread(4), &mut backends, &mut report)?;
     Ok(report)
 }
 
@@ -93,13 +103,11 @@ fn each_kind_of_lie_is_found_and_named() {
     let place = "scene tiny, pose camera:wall/0/0, liar against the oracle: ";
     // A voxel in front of the first pose that its rays free, and one that none reaches.
     let (study, world) = tiny();
-    let camera = &study.sensors[0];
     let mut oracle = Oracle::default();
-    oracle
-        .load(&world.cell(world.truth.grid.window()), &camera.rays(study.voxel_size_m, study.backdrop))
-        .unwrap();
-    let placement = camera.placement(&camera.candidates[0].pose, &world.truth.grid);
-    let evidence = oracle.read(&placement).unwrap();
+    oracle.tables(&[crate::sweep::tables(&study)[0].clone().unwrap()]).unwrap();
+    oracle.load(&world.cell(world.truth.grid.window())).unwrap();
+    let placement = world.placement(&study, 0, 0, 0);
+    let evidence = oracle.read(0, &placement).unwrap().planes;
     let freed = evidence.free.cells().next().unwrap();
     let mut seen = evidence.free.clone();
     seen.add(&evidence.occupied);

@@ -1,5 +1,7 @@
 use super::*;
 use crate::metrics::RoleCounts;
+use crate::sensor::Pose;
+use crate::study::Overrides;
 use crate::voxel::Shape;
 
 /// A scene of 10 × 10 × 10 voxels of a metre, cut in two by a wall at x = 5, with one human voxel on each side and one
@@ -15,7 +17,16 @@ fn walled() -> Truth {
     }
     occupied.set([8, 8, 8]);
     robot.set([8, 8, 8]);
-    Truth { grid, blockers: occupied.clone(), ignored: blank, occupied, human, robot, objects: Vec::new() }
+    Truth {
+        grid,
+        blockers: occupied.clone(),
+        ignored: blank,
+        occupied,
+        human,
+        robot_volume: robot.clone(),
+        robot,
+        objects: Vec::new(),
+    }
 }
 
 #[test]
@@ -45,13 +56,13 @@ fn baselines_are_what_trivial_answers_score() {
 
 fn tiny() -> Study {
     let path = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/tiny.toml");
-    Study::load(&path, None).unwrap()
+    Study::load(&path, &Overrides::default()).unwrap()
 }
 
 #[test]
 fn no_pose_beats_the_ceiling() {
     let study = tiny();
-    let worlds = [World::prepare(&study, &study.scenes[0]).unwrap()];
+    let worlds = World::prepare_all(&study).unwrap();
     let mut cpu = crate::backend::cpu::Cpu::new(Some(1)).unwrap();
     for row in crate::sweep::run(&study, &worlds, &mut cpu, |_| {}).unwrap() {
         let ceiling = worlds[0].baselines[row.region].ceiling;
@@ -62,16 +73,21 @@ fn no_pose_beats_the_ceiling() {
 
 #[test]
 fn evidence_over_a_window_counts_the_same_as_over_the_grid() {
-    use crate::backend::Backend;
+    use crate::backend::{Backend, Fusion, Reading};
     let study = tiny();
-    let world = World::prepare(&study, &study.scenes[0]).unwrap();
+    let world = World::prepare(&study, 0).unwrap().remove(0);
     let sensor = &study.sensors[1];
-    let placements: Vec<_> =
-        sensor.candidates.iter().map(|c| sensor.placement(&c.pose, &world.truth.grid)).collect();
+    let candidates = 0..sensor.candidates.len();
+    let placements: Vec<_> = candidates.map(|c| world.placement(&study, 1, c, 0)).collect();
+    let table = crate::sweep::tables(&study)[1].clone().unwrap();
     let mut cpu = crate::backend::cpu::Cpu::new(Some(1)).unwrap();
     let mut score = |window| {
-        cpu.load(&world.cell(window), &sensor.rays(study.voxel_size_m, study.backdrop)).unwrap();
-        cpu.score(&placements).unwrap()
+        cpu.tables(std::slice::from_ref(&table)).unwrap();
+        cpu.load(&world.cell(window)).unwrap();
+        let shots: Vec<_> = (0..).zip(placements.iter().copied()).collect();
+        cpu.sense(0, &shots).unwrap();
+        let alone = |&(slot, _): &_| vec![Reading { slot, volume: None, hit: 1, miss: -1 }];
+        cpu.score(Fusion::OccupiedWins, &shots.iter().map(alone).collect::<Vec<_>>()).unwrap()
     };
     assert_eq!(score(region::window_of(&world.regions)), score(world.truth.grid.window()));
 }
@@ -80,14 +96,19 @@ fn evidence_over_a_window_counts_the_same_as_over_the_grid() {
 fn the_grid_grows_to_the_sensors_unless_bounds_say_otherwise() {
     let mut study = tiny();
     let surfaces = Window::between([-12, -9, 0], [12, 9, 16]);
-    let scene = build(&study.scenes[0], study.voxel_size_m).unwrap();
-    assert_eq!(grid(&study, &scene, &surfaces).unwrap().window().size, surfaces.size);
-    study.sensors[0].candidates[1].pose.position_m = DVec3::new(0.0, 0.0, 2.05);
-    assert_eq!(grid(&study, &scene, &surfaces).unwrap().size, [25, 19, 21]);
+    let scenes = build(&study.scenes[0], study.voxel_size_m).unwrap();
+    let grid = |study: &Study| {
+        let settings = study.sensors.iter().map(|sensor| settings(sensor, &scenes[0]).unwrap()).collect();
+        grid(study, &scenes, &[settings], &surfaces)
+    };
+    assert_eq!(grid(&study).unwrap().window().size, surfaces.size);
+    let above = Pose { position_m: DVec3::new(0.0, 0.0, 2.05), ..Pose::ORIGIN };
+    study.sensors[0].candidates[1].setting = Setting::Pose(above);
+    assert_eq!(grid(&study).unwrap().size, [25, 19, 21]);
     study.bounds_m = Some([DVec3::splat(-2.0), DVec3::splat(1.95)]);
-    let outside = grid(&study, &scene, &surfaces).unwrap_err().to_string();
+    let outside = grid(&study).unwrap_err().to_string();
     assert!(outside.contains("pose wall/0/1 at [0, 0, 2.05] is outside grid.bounds_m"), "{outside}");
     study.bounds_m = Some([DVec3::splat(-2.0), DVec3::splat(2.05)]);
     // −2 to 2.05 at 0.1: the voxels −20 to 20, both ends inside.
-    assert_eq!(grid(&study, &scene, &surfaces).unwrap().size, [41; 3]);
+    assert_eq!(grid(&study).unwrap().size, [41; 3]);
 }

@@ -17,14 +17,28 @@ fn cuboid(low: DVec3, high: DVec3) -> Mesh {
 
 fn object(name: &str, role: Role, interior: Interior, mesh: Mesh) -> Object {
     let surface = Surface::Mesh(mesh);
-    Object { name: name.into(), role, interior, optical: Optical::Opaque, tag_only: false, surface }
+    Object {
+        name: name.into(),
+        role,
+        interior,
+        optical: Optical::Opaque,
+        tag_only: false,
+        surface,
+        keypoints: None,
+        linkage: None,
+        warnings: Vec::new(),
+    }
 }
 
 /// Voxels of 0.1 m; a box from 0.15 to 0.85 touches voxels 1 to 8 on each axis.
 fn truth_of(objects: Vec<Object>) -> Truth {
-    let scene = Scene { name: "test".into(), objects };
-    let grid = Grid { voxel_size_m: 0.1, origin: [0; 3], size: [10; 3] };
-    voxelize(&scene, grid).unwrap()
+    voxelize_all(&[scene(0, objects.into_iter().map(Arc::new).collect())], GRID).unwrap().remove(0)
+}
+
+const GRID: Grid = Grid { voxel_size_m: 0.1, origin: [0; 3], size: [10; 3] };
+
+fn scene(snapshot: usize, objects: Vec<Arc<Object>>) -> Scene {
+    Scene { name: "test".into(), snapshot, objects }
 }
 
 fn test_box() -> Mesh {
@@ -32,6 +46,20 @@ fn test_box() -> Mesh {
 }
 
 const SHELL: u64 = 8 * 8 * 8 - 6 * 6 * 6;
+
+/// A robot's inside is its own wherever the grid cuts it, and whatever its interior is to the cell.
+#[test]
+fn a_cut_robot_keeps_its_inside() {
+    let whole = Grid { voxel_size_m: 0.1, origin: [0; 3], size: [10; 3] };
+    let cut = Grid { size: [10, 10, 5], ..whole };
+    for interior in [Interior::Free, Interior::Ignored, Interior::Occupied] {
+        let body = object("arm", Role::Robot, interior, cuboid(DVec3::splat(0.15), DVec3::splat(0.85)));
+        let scene = Scene { name: "cell".into(), snapshot: 0, objects: vec![Arc::new(body)] };
+        let volume = |grid| voxelize_all(std::slice::from_ref(&scene), grid).unwrap().remove(0).robot_volume;
+        assert_eq!(volume(whole).count(), 8 * 8 * 8, "{interior:?}");
+        assert_eq!(volume(cut), volume(whole).over(cut.window()), "{interior:?}");
+    }
+}
 
 #[test]
 fn interiors_are_ignored_free_or_occupied() {
@@ -82,15 +110,15 @@ fn a_body_cut_by_the_grid_keeps_its_inside() {
 #[test]
 fn grids_hold_both_ends_and_refuse_too_many_voxels() {
     let room = cuboid(DVec3::new(-3.0, -2.0, 0.0), DVec3::new(3.0, 2.0, 3.0));
-    let scene =
-        Scene { name: "room".into(), objects: vec![object("room", Role::Environment, Interior::Free, room)] };
-    let extent = scene_extent(&scene, 0.05).unwrap();
+    let room = object("room", Role::Environment, Interior::Free, room);
+    let snapshots = [scene(0, vec![Arc::new(room)])];
+    let extent = scene_extent(&snapshots, 0.05).unwrap();
     assert_eq!((extent.min, extent.size), ([-60, -40, 0], [121, 81, 61]));
     assert!(grid_over(&extent, 0.05).is_ok());
-    let fine = scene_extent(&scene, 0.001).unwrap();
+    let fine = scene_extent(&snapshots, 0.001).unwrap();
     let message = grid_over(&fine, 0.001).unwrap_err().to_string();
     assert!(message.contains("6001 voxels") && message.contains("= 0.0059 or more"), "{message}");
-    let fits = scene_extent(&scene, 0.0059).unwrap();
+    let fits = scene_extent(&snapshots, 0.0059).unwrap();
     assert!(grid_over(&fits, 0.0059).is_ok());
 }
 
@@ -100,14 +128,40 @@ fn millimetres_and_maps_of_another_size_are_caught() {
     let truth = truth_of(vec![big]);
     assert!(truth.objects[0].warnings[0].contains("millimetres"));
     let huge = object("crate", Role::Environment, Interior::Free, cuboid(DVec3::ZERO, DVec3::splat(1e7)));
-    let scene = Scene { name: "test".into(), objects: vec![huge] };
-    assert!(scene_extent(&scene, 0.05).unwrap_err().to_string().contains("unit = \"mm\""));
+    let snapshots = [scene(0, vec![Arc::new(huge)])];
+    assert!(scene_extent(&snapshots, 0.05).unwrap_err().to_string().contains("unit = \"mm\""));
     let mut map = object("map", Role::Environment, Interior::Free, Mesh::default());
     map.surface = Surface::Voxels { resolution_m: 0.05, keys: vec![[1, 2, 3]] };
-    let scene = Scene { name: "test".into(), objects: vec![map] };
-    let message = scene_extent(&scene, 0.02).unwrap_err().to_string();
+    let snapshots = [scene(0, vec![Arc::new(map)])];
+    let message = scene_extent(&snapshots, 0.02).unwrap_err().to_string();
     assert!(message.contains("voxel_size_m = 0.05"), "{message}");
-    assert_eq!(scene_extent(&scene, 0.05).unwrap(), Window::between([1, 2, 3], [1, 2, 3]));
+    assert_eq!(scene_extent(&snapshots, 0.05).unwrap(), Window::between([1, 2, 3], [1, 2, 3]));
+}
+
+#[test]
+fn what_stands_still_is_voxelized_once_and_what_moves_moves() {
+    let small = |x: f64| cuboid(DVec3::new(x, 0.15, 0.15), DVec3::new(x + 0.02, 0.17, 0.17));
+    let wall = Arc::new(object("wall", Role::Environment, Interior::Free, small(0.95)));
+    let mut keypoints = [None; 17];
+    keypoints[3] = Some(DVec3::splat(0.15));
+    let walker = |x, keypoints| {
+        Arc::new(Object { keypoints, ..object("walker", Role::Human, Interior::Free, small(x)) })
+    };
+    let snapshots =
+        [0.15, 0.25].map(|x| scene(0, vec![wall.clone(), walker(x, (x < 0.2).then_some(keypoints))]));
+    assert_eq!(distinct_objects(&snapshots).len(), 3, "the wall once, the walker twice");
+    let truths = voxelize_all(&snapshots, GRID).unwrap();
+    assert!(Arc::ptr_eq(&truths[0].objects[0], &truths[1].objects[0]));
+    assert!(!Arc::ptr_eq(&truths[0].objects[1], &truths[1].objects[1]));
+    for (truth, x) in truths.iter().zip([1, 2]) {
+        assert_eq!((truth.occupied.count(), truth.human.count()), (2, 1));
+        assert!(truth.occupied.get([9, 1, 1]) && truth.human.get([x, 1, 1]));
+    }
+    assert_eq!(truths[0].objects[1].keypoints, Some(keypoints));
+    assert_eq!(truths[1].objects[1].keypoints, None);
+    // The common grid holds every snapshot.
+    let extent = scene_extent(&snapshots, 0.1).unwrap();
+    assert_eq!(extent, Window::between([1, 1, 1], [9, 1, 1]));
 }
 
 #[test]

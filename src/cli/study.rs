@@ -1,0 +1,35 @@
+//! Which study is run, and what the command line says instead of it.
+
+use std::path::PathBuf;
+
+use perirobot::Result;
+use perirobot::study::{Overrides, Study};
+use perirobot::sweep::World;
+
+use super::packages::PackageArgs;
+
+#[derive(clap::Args)]
+pub(super) struct StudyArgs {
+    /// The study file (TOML)
+    study: PathBuf,
+    /// Edge of a voxel in metres, instead of the study's
+    #[arg(long, value_name = "METRES")]
+    voxel_size: Option<f64>,
+    /// Ideal sensors: no noise, whatever the study says
+    #[arg(long)]
+    noiseless: bool,
+    #[command(flatten)]
+    packages: PackageArgs,
+}
+
+impl StudyArgs {
+    /// Reads the study and makes its scenes ready; warnings are printed.
+    pub(super) fn load(&self) -> Result<(Study, Vec<World>)> {
+        let overrides = Overrides { voxel_size_m: self.voxel_size, noiseless: self.noiseless };
+        let mut study = Study::load(&self.study, &overrides)?;
+        self.packages.apply(&mut study.scenes);
+        let worlds = World::prepare_all(&study)?;
+        super::warn(worlds.iter().map(|world| (world.name.as_str(), world.warnings.as_slice())));
+        Ok((study, worlds))
+    }
+}

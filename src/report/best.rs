@@ -1,0 +1,133 @@
+//! What a sweep prints at its end: the best choices of poses by each score, beside what trivial answers would score. A
+//! study with many combinations or representations gets one line for each instead of a block.
+
+use super::over::Over;
+use super::table::{NONE, Table, number};
+use super::{Results, Score, Series, ranked, series};
+
+/// How many choices each list of a block shows.
+const SHOWN: usize = 3;
+
+/// Most combinations, each representation and region for itself, that get a block.
+const MOST_BLOCKS: usize = 4;
+
+/// Columns of a block; `seen` is human_seen.
+const HEADER: [&str; 11] = [
+    "<",
+    "<",
+    "F1: mean",
+    "worst",
+    "pooled",
+    "kappa: mean",
+    "worst",
+    "pooled",
+    "seen: mean",
+    "worst",
+    "pooled",
+];
+
+/// The best choices over all scenes, snapshots and repeats.
+pub fn render(results: &Results) -> String {
+    let series = series(results, 0..results.combinations.len());
+    let regions = 0..results.regions.len();
+    let mut left_out = false;
+    let mut text = String::new();
+    if series.len() * regions.len() <= MOST_BLOCKS {
+        for one in series {
+            for region in regions.clone() {
+                text += &block(results, one, region, &mut left_out);
+            }
+        }
+    } else {
+        for region in regions {
+            text += &compact(results, &series, region, &mut left_out);
+        }
+        text += "\n`perirobot summary DIR` on the output folder shows more: distributions, maxima, walls, snapshots\n";
+    }
+    if left_out {
+        text += "\n[n] before a mean: only n of the values exist there, and only they are in it\n";
+    }
+    text
+}
+
+/// The best few choices of one combination in one region by each score, and the baselines.
+fn block(results: &Results, series: Series, region: usize, left_out: &mut bool) -> String {
+    let choices = results.combinations[series.combination].choices.len();
+    let mut table = Table::new(&HEADER);
+    let mut line = |label: String, name: String, of: &dyn Fn(Score) -> Option<Over>| {
+        let scores = Score::ALL.iter().flat_map(|&score| cells(of(score), left_out));
+        table.row([label, name].into_iter().chain(scores));
+    };
+    for score in Score::ALL {
+        let values = series.over(results, &results.moments(), region, score);
+        let best = ranked(values.iter().map(|over| Some(over.as_ref()?.mean)));
+        if best.is_empty() {
+            line(format!("best {}", score.title()), "no choice has a value".into(), &|_| None);
+        }
+        for (rank, &(choice, _)) in best.iter().take(SHOWN).enumerate() {
+            let label = if rank == 0 { format!("best {}", score.title()) } else { String::new() };
+            let name = results.combinations[series.combination].label(choice);
+            line(label, name, &|score| results.over(results.moments(), series.key(choice, region), score));
+        }
+    }
+    for b in 0..4 {
+        let at = |score| results.baselines_over(results.moments(), region, score)[b];
+        line("baseline".into(), at(Score::F1).0.into(), &|score| at(score).1);
+    }
+    let title = format!("{} · region {}", series.title(results), results.regions[region]);
+    format!("\n{title}: {choices} choices of poses, {}\n{}", extent(results), table.text())
+}
+
+/// One line a combination and representation: its best choice by each score. Baselines by their means.
+fn compact(results: &Results, all: &[Series], region: usize, left_out: &mut bool) -> String {
+    let mut text =
+        format!("\nRegion {}: the best choice of poses, {}\n", results.regions[region], extent(results));
+    for score in Score::ALL {
+        text.push('\n');
+        let best = format!("<best {}", score.title());
+        let mut table = Table::new(&[&best, "mean", "± std", "worst", "pooled", "<poses"]);
+        for series in all {
+            let values = series.over(results, &results.moments(), region, score);
+            let best = ranked(values.iter().map(|over| Some(over.as_ref()?.mean)));
+            let (over, name) = match best.first() {
+                Some(&(choice, _)) => {
+                    (values[choice], results.combinations[series.combination].label(choice))
+                }
+                None => (None, NONE.into()),
+            };
+            let [mean, worst, pooled] = cells(over, left_out);
+            let std = number(over.and_then(|over| over.std));
+            table.row([series.title(results), mean, std, worst, pooled, name]);
+        }
+        let baselines = results.baselines_over(results.moments(), region, score);
+        let each = baselines.map(|(name, over)| format!("{name} {}", number(over.map(|over| over.mean))));
+        text += &format!("{}  baselines: {}\n", table.text(), each.join(", "));
+    }
+    text
+}
+
+/// Mean, worst and pooled. A mean over fewer values than there could be must not look like one over all.
+fn cells(over: Option<Over>, left_out: &mut bool) -> [String; 3] {
+    let Some(Over { mean, worst, pooled, values, of, .. }) = over else { return [NONE; 3].map(String::from) };
+    let fewer = values < of;
+    *left_out |= fewer;
+    let some = if fewer { format!("[{values}] ") } else { String::new() };
+    [format!("{some}{}", number(Some(mean))), number(Some(worst)), number(pooled)]
+}
+
+/// What the scores are over: `3 scenes, 10 repeats`.
+fn extent(results: &Results) -> String {
+    let (scenes, moments) = (results.scenes.len(), results.moments().len());
+    let mut text = count(scenes, "scene");
+    if moments > scenes {
+        text += &format!(", {moments} snapshots");
+    }
+    if results.repeats > 1 {
+        text += &format!(", {} repeats", results.repeats);
+    }
+    text
+}
+
+fn count(number: usize, what: &str) -> String {
+    format!("{number} {what}{}", if number == 1 { "" } else { "s" })
+}

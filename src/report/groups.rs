@@ -1,0 +1,85 @@
+//! The best pose of each group of poses (a wall, the ceiling), and which group holds the best of all. Only combinations
+//! in which one sensor has poses take part: of several, none could be said to be at a wall.
+
+use std::ops::Range;
+
+use super::table::{Table, number};
+use super::{Results, Score, Selection, Series, ranked};
+
+/// The best choice of a group.
+#[derive(Clone, Debug, PartialEq)]
+pub struct GroupBest {
+    /// Name of the group.
+    pub group: String,
+    /// Number of the choice, and its mean over the moments; `None` if no choice has a value.
+    pub best: Option<(usize, f64)>,
+    /// Whether no other group has a better one.
+    pub overall: bool,
+}
+
+/// The best of each group of a combination's poses, in study order, over some moments.
+pub fn groups(
+    results: &Results,
+    [combination, representation, region]: [usize; 3],
+    moments: &Range<usize>,
+    score: Score,
+) -> Vec<GroupBest> {
+    let choices = &results.combinations[combination].choices;
+    let group = |choice: usize| choices[choice].place.as_ref().map(|place| place.group.as_str());
+    let mut groups: Vec<GroupBest> = Vec::new();
+    for name in (0..choices.len()).filter_map(group) {
+        // Poses of a group follow each other, so the last is nearly always the one.
+        if !groups.iter().rev().any(|known| known.group == name) {
+            groups.push(GroupBest { group: name.into(), best: None, overall: false });
+        }
+    }
+    let values = Series { combination, representation }.over(results, moments, region, score);
+    let best = ranked(values.iter().map(|over| Some(over.as_ref()?.mean)));
+    for entry in &mut groups {
+        entry.best = best.iter().copied().find(|&(choice, _)| group(choice) == Some(entry.group.as_str()));
+    }
+    let most = best.first().map(|&(_, value)| value);
+    groups.iter_mut().for_each(|entry| entry.overall = most.is_some() && entry.best.map(|b| b.1) == most);
+    groups
+}
+
+/// A table for each region and score; nothing where no combination has several groups.
+pub fn render(results: &Results, selection: &Selection) -> String {
+    let several = |series: &Series| {
+        let mut groups = results.combinations[series.combination].choices.iter().map(|c| c.place.as_ref());
+        let first = groups.next().flatten().map(|place| &place.group);
+        first.is_some() && groups.any(|place| place.map(|place| &place.group) != first)
+    };
+    let all: Vec<Series> = selection.series(results).into_iter().filter(several).collect();
+    if all.is_empty() {
+        return String::new();
+    }
+    let mut text = String::from(
+        "\nBEST POSE OF EACH GROUP (the paper's maps of walls and ceiling, Experiments 1 and 3)\n\
+         By mean over snapshots and repeats; * marks the group that holds the best pose of all.\n",
+    );
+    for (score, region) in selection.parts() {
+        let mut table =
+            Table::new(&["<scene", "<combination · representation", "<group", "best", "<", "<pose"]);
+        for scene in &results.scenes {
+            for series in &all {
+                let which = [series.combination, series.representation, region];
+                let found = groups(results, which, &scene.moments, score);
+                for (i, GroupBest { group, best, overall }) in found.into_iter().enumerate() {
+                    let names = [scene.name.clone(), series.title(results)];
+                    let names = if i == 0 { names } else { Default::default() };
+                    let label = |(choice, _)| results.combinations[series.combination].label(choice);
+                    let mark = if overall { "*" } else { "" };
+                    let cells = [group, number(best.map(|b| b.1)), mark.into()];
+                    table.row(names.into_iter().chain(cells).chain(best.map(label)));
+                }
+            }
+            for (name, over) in results.baselines_over(scene.moments.clone(), region, score) {
+                let what = [String::new(), String::new(), format!("baseline {name}")];
+                table.row(what.into_iter().chain([number(over.map(|over| over.mean))]));
+            }
+        }
+        text += &format!("\n{} in region {}\n{}", score.title(), results.regions[region], table.text());
+    }
+    text
+}

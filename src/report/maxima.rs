@@ -1,0 +1,134 @@
+//! The best that each combination of sensors reaches, per scene and on average, and how much of what the largest
+//! combination reaches that is.
+
+use super::results::SceneResults;
+use super::table::{Table, number};
+use super::{Results, Score, Selection, Series, largest};
+
+/// The best of one combination in one region.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Maxima {
+    /// Index of the combination.
+    pub combination: usize,
+    /// For each scene, the largest mean over snapshots and repeats that a choice in some representation has.
+    pub scenes: Vec<Option<Maximum>>,
+    /// Mean of the scenes' maxima, of those that there are.
+    pub mean: Option<f64>,
+}
+
+/// A maximum and where it is reached first.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Maximum {
+    /// The score.
+    pub value: f64,
+    /// Number of the choice of poses.
+    pub choice: usize,
+    /// Number of the choice of representations.
+    pub representation: usize,
+}
+
+/// The maxima of a combination by one score in one region.
+pub fn maxima(results: &Results, combination: usize, region: usize, score: Score) -> Maxima {
+    let ways = 0..results.combinations[combination].representations.len();
+    let scenes: Vec<Option<Maximum>> = results
+        .scenes
+        .iter()
+        .map(|scene| {
+            let of_one = |representation| {
+                let series = Series { combination, representation };
+                let values = series.over(results, &scene.moments, region, score);
+                let (choice, value) = largest(values.iter().map(|over| Some(over.as_ref()?.mean)))?;
+                Some(Maximum { value, choice, representation })
+            };
+            let each = ways.clone().filter_map(of_one);
+            each.reduce(|best, next| if next.value > best.value { next } else { best })
+        })
+        .collect();
+    let values: Vec<f64> = scenes.iter().flatten().map(|maximum| maximum.value).collect();
+    let mean = (!values.is_empty()).then(|| values.iter().sum::<f64>() / values.len() as f64);
+    Maxima { combination, scenes, mean }
+}
+
+/// The combination with the most sensors, if no other has as many.
+pub fn most_sensors(results: &Results) -> Option<usize> {
+    let sizes: Vec<usize> = results.combinations.iter().map(|c| c.sensors.len()).collect();
+    let most = sizes.iter().max()?;
+    let mut those = (0..sizes.len()).filter(|&combination| sizes[combination] == *most);
+    those.next().filter(|_| those.next().is_none())
+}
+
+/// A table for each region and score; nothing where there is one combination only.
+pub fn render(results: &Results, selection: &Selection) -> String {
+    if results.combinations.len() < 2 {
+        return String::new();
+    }
+    let reference = most_sensors(results);
+    let mut text = String::from(
+        "\nMAXIMA of each combination (the paper's Experiment 2: sensors fused)\n\
+         The largest score of any choice of poses, each with its mean over snapshots and repeats, and the mean of the\n\
+         scenes' maxima.",
+    );
+    text += &reference.map_or("\n".into(), |reference| {
+        format!(" Relative: as a part of that mean of {}.\n", results.combinations[reference].name)
+    });
+    for (score, region) in selection.parts() {
+        let scenes = results.scenes.iter().map(|scene| scene.name.as_str());
+        let columns: Vec<&str> =
+            ["<combination"].into_iter().chain(scenes).chain(["mean", "relative"]).collect();
+        let mut table = Table::new(&columns);
+        let mut choices = Table::new(&["<combination", "<scenes", "<maximum reached first by"]);
+        let of_reference = reference.and_then(|reference| maxima(results, reference, region, score).mean);
+        for &combination in &selection.combinations {
+            let found = maxima(results, combination, region, score);
+            let values = found.scenes.iter().map(|maximum| number(maximum.map(|m| m.value)));
+            let relative = relative(found.mean, of_reference);
+            let begin = [results.combinations[combination].name.clone()].into_iter().chain(values);
+            table.row(begin.chain([number(found.mean), number(relative)]));
+            for (i, (label, scenes)) in reached(results, &found).into_iter().enumerate() {
+                let name =
+                    if i == 0 { results.combinations[combination].name.clone() } else { String::new() };
+                choices.row([name, scenes.join(", "), label]);
+            }
+        }
+        for (name, overall) in results.baselines_over(0..results.baselines.len(), region, score) {
+            let of_scene = |scene: &SceneResults| {
+                let all = results.baselines_over(scene.moments.clone(), region, score);
+                let own = all.into_iter().find(|(other, _)| *other == name).and_then(|(_, over)| over);
+                number(own.map(|over| over.mean))
+            };
+            let scenes = results.scenes.iter().map(of_scene);
+            let begin = [format!("baseline {name}")].into_iter().chain(scenes);
+            table.row(begin.chain([number(overall.map(|over| over.mean)), String::new()]));
+        }
+        let title = format!("{} in region {}", score.title(), results.regions[region]);
+        text += &format!("\n{title}\n{}{}", table.text(), choices.text());
+    }
+    text
+}
+
+/// A mean as a part of another.
+fn relative(mean: Option<f64>, reference: Option<f64>) -> Option<f64> {
+    let reference = reference.filter(|r| *r != 0.0)?;
+    Some(mean? / reference)
+}
+
+/// The choices that reach the maxima, each with the scenes where it does.
+fn reached<'a>(results: &'a Results, found: &Maxima) -> Vec<(String, Vec<&'a str>)> {
+    let combination = &results.combinations[found.combination];
+    let label = |maximum: &Maximum| {
+        let representation = &combination.representations[maximum.representation];
+        let several = combination.representations.len() > 1;
+        let as_what = if several { format!(" as {representation}") } else { String::new() };
+        format!("{}{as_what}", combination.label(maximum.choice))
+    };
+    let mut choices: Vec<(String, Vec<&str>)> = Vec::new();
+    for (scene, maximum) in results.scenes.iter().zip(&found.scenes) {
+        let Some(maximum) = maximum else { continue };
+        let label = label(maximum);
+        match choices.iter_mut().find(|(known, _)| *known == label) {
+            Some((_, scenes)) => scenes.push(&scene.name),
+            None => choices.push((label, vec![&scene.name])),
+        }
+    }
+    choices
+}

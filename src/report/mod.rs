@@ -1,0 +1,174 @@
+//! Tables for people, and `scores.csv`, from the counts of a sweep. Scores are made in `metrics`; here they are put
+//! together over scenes, snapshots and repeats, ordered and written down.
+
+pub mod best;
+pub mod distribution;
+pub mod groups;
+pub mod maxima;
+pub mod over;
+mod read;
+pub mod results;
+pub mod scores;
+pub mod snapshots;
+mod table;
+
+use std::ops::Range;
+
+use crate::metrics::Confusion;
+use crate::{Error, Result};
+pub use over::Over;
+pub use results::{Key, Results};
+
+/// What the tables hold for a choice of sensors.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Score {
+    /// [`Confusion::f1`].
+    F1,
+    /// [`Confusion::kappa`].
+    Kappa,
+    /// [`Confusion::human_seen`].
+    HumanSeen,
+}
+
+impl Score {
+    /// All of them, in the order of the tables.
+    pub const ALL: [Score; 3] = [Score::F1, Score::Kappa, Score::HumanSeen];
+
+    /// As in the columns of results.csv and scores.csv.
+    pub fn name(self) -> &'static str {
+        match self {
+            Score::F1 => "f1",
+            Score::Kappa => "kappa",
+            Score::HumanSeen => "human_seen",
+        }
+    }
+
+    /// As in headings.
+    pub fn title(self) -> &'static str {
+        match self {
+            Score::F1 => "F1",
+            Score::Kappa => "kappa",
+            Score::HumanSeen => "human_seen",
+        }
+    }
+
+    /// The score of counts, if they have one.
+    pub fn of(self, counts: &Confusion) -> Option<f64> {
+        match self {
+            Score::F1 => counts.f1(),
+            Score::Kappa => counts.kappa(),
+            Score::HumanSeen => counts.human_seen(),
+        }
+    }
+}
+
+/// Which part of the results a report is about.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Selection {
+    /// Indices of regions.
+    pub regions: Vec<usize>,
+    /// Indices of combinations.
+    pub combinations: Vec<usize>,
+    /// Scores, in the order of the tables.
+    pub scores: Vec<Score>,
+}
+
+impl Selection {
+    /// The named region and combination, or all of them; an unknown name is an [`Error::Input`] that lists the known.
+    pub fn named(
+        results: &Results,
+        region: Option<&str>,
+        combination: Option<&str>,
+        scores: &[Score],
+    ) -> Result<Selection> {
+        let regions: Vec<&str> = results.regions.iter().map(String::as_str).collect();
+        let combinations: Vec<&str> = results.combinations.iter().map(|c| c.name.as_str()).collect();
+        Ok(Selection {
+            regions: chosen("--region", region, &regions)?,
+            combinations: chosen("--combination", combination, &combinations)?,
+            scores: scores.to_vec(),
+        })
+    }
+
+    /// Every pair of a score and a region, in the order of the tables.
+    fn parts(&self) -> impl Iterator<Item = (Score, usize)> + '_ {
+        self.regions.iter().flat_map(|&region| self.scores.iter().map(move |&score| (score, region)))
+    }
+
+    /// Every representation of every combination.
+    fn series(&self, results: &Results) -> Vec<Series> {
+        series(results, self.combinations.iter().copied())
+    }
+}
+
+fn chosen(option: &str, name: Option<&str>, known: &[&str]) -> Result<Vec<usize>> {
+    let Some(name) = name else { return Ok((0..known.len()).collect()) };
+    match known.iter().position(|k| *k == name) {
+        Some(index) => Ok(vec![index]),
+        None => Err(Error::Input(format!("{option} {name}: must be one of those of the sweep: {known:?}"))),
+    }
+}
+
+/// One representation of one combination; its choices of poses compete with each other.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+struct Series {
+    combination: usize,
+    representation: usize,
+}
+
+/// Every representation of some combinations.
+fn series(results: &Results, combinations: impl Iterator<Item = usize>) -> Vec<Series> {
+    let of = |combination: usize| {
+        let representations = 0..results.combinations[combination].representations.len();
+        representations.map(move |representation| Series { combination, representation })
+    };
+    combinations.flat_map(of).collect()
+}
+
+impl Series {
+    /// One of its choices in one region.
+    fn key(self, choice: usize, region: usize) -> Key {
+        let Series { combination, representation } = self;
+        Key { combination, choice, representation, region }
+    }
+
+    /// `camera · points`; of several sensors that are scored in one way only, that way is left out.
+    fn title(self, results: &Results) -> String {
+        let combination = &results.combinations[self.combination];
+        match (combination.sensors.len(), combination.representations.as_slice()) {
+            (2.., [_]) => combination.name.clone(),
+            (_, all) => format!("{} · {}", combination.name, all[self.representation]),
+        }
+    }
+
+    /// A score of each of its choices over some moments.
+    fn over(
+        self,
+        results: &Results,
+        moments: &Range<usize>,
+        region: usize,
+        score: Score,
+    ) -> Vec<Option<Over>> {
+        let choices = 0..results.combinations[self.combination].choices.len();
+        choices.map(|choice| results.over(moments.clone(), self.key(choice, region), score)).collect()
+    }
+}
+
+/// Choices that have a value, the largest first; equal ones keep study order.
+fn ranked(values: impl Iterator<Item = Option<f64>>) -> Vec<(usize, f64)> {
+    let mut best: Vec<(usize, f64)> =
+        values.enumerate().filter_map(|(choice, value)| Some((choice, value?))).collect();
+    best.sort_by(|a, b| b.1.total_cmp(&a.1));
+    best
+}
+
+/// The largest value and the first choice that has it.
+fn largest(values: impl Iterator<Item = Option<f64>>) -> Option<(usize, f64)> {
+    let with_value = values.enumerate().filter_map(|(choice, value)| Some((choice, value?)));
+    with_value.reduce(|best, next| if next.1 > best.1 { next } else { best })
+}
+
+#[cfg(test)]
+mod example;
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,79 @@
+//! Moving scenes: the choices that are best on average over the snapshots, and those that are best at their worst.
+
+use super::results::SceneResults;
+use super::table::{Table, number};
+use super::{Key, Over, Results, Score, Selection, ranked};
+
+/// How many choices each list shows.
+const SHOWN: usize = 3;
+
+/// The snapshot of a scene, counted from 0, where a choice's score is the smallest in some repeat; the first of several.
+pub fn worst_snapshot(results: &Results, scene: &SceneResults, key: Key, score: Score) -> Option<usize> {
+    let of = |moment: usize| Some(results.over(moment..moment + 1, key, score)?.worst);
+    let values = scene.moments.clone().enumerate().filter_map(|(snapshot, m)| Some((snapshot, of(m)?)));
+    values.reduce(|worst, next| if next.1 < worst.1 { next } else { worst }).map(|(snapshot, _)| snapshot)
+}
+
+/// A table for each region and score; nothing where no scene moves.
+pub fn render(results: &Results, selection: &Selection) -> String {
+    let moving: Vec<&SceneResults> = results.scenes.iter().filter(|scene| scene.moments.len() > 1).collect();
+    if moving.is_empty() {
+        return String::new();
+    }
+    let mut text = String::from(
+        "\nSNAPSHOTS of moving scenes (the paper's Experiment 3: an observer walks, the arm moves)\n\
+         The best choices of poses by their mean over snapshots and repeats, and by their worst. In: the snapshot of\n\
+         the worst, counted from 0. Pooled: the score of all counts together.\n",
+    );
+    for (score, region) in selection.parts() {
+        let mut table = Table::new(&[
+            "<scene",
+            "<combination · representation",
+            "<best by",
+            "mean",
+            "worst",
+            "in",
+            "pooled",
+            "<poses",
+        ]);
+        for scene in &moving {
+            rows(results, selection, scene, (score, region), &mut table);
+            for (name, over) in results.baselines_over(scene.moments.clone(), region, score) {
+                let what = [String::new(), format!("baseline {name}"), String::new()];
+                let [mean, worst] = [number(over.map(|o| o.mean)), number(over.map(|o| o.worst))];
+                let pooled = number(over.and_then(|over| over.pooled));
+                table.row(what.into_iter().chain([mean, worst, String::new(), pooled]));
+            }
+        }
+        text += &format!("\n{} in region {}\n{}", score.title(), results.regions[region], table.text());
+    }
+    text
+}
+
+/// The rows of one scene: for each combination and representation the best by mean, then the best by worst.
+fn rows(
+    results: &Results,
+    selection: &Selection,
+    scene: &SceneResults,
+    (score, region): (Score, usize),
+    table: &mut Table,
+) {
+    for series in selection.series(results) {
+        let values = series.over(results, &scene.moments, region, score);
+        for (by, of) in [("mean", (|over| over.mean) as fn(&Over) -> f64), ("worst", |over| over.worst)] {
+            let best = ranked(values.iter().map(|over| over.as_ref().map(of)));
+            for (rank, &(choice, _)) in best.iter().take(SHOWN).enumerate() {
+                let names = [scene.name.clone(), series.title(results), by.into()];
+                let over = values[choice];
+                let snapshot = worst_snapshot(results, scene, series.key(choice, region), score);
+                table.row(if rank == 0 { names } else { Default::default() }.into_iter().chain([
+                    number(over.map(|over| over.mean)),
+                    number(over.map(|over| over.worst)),
+                    snapshot.map_or(String::new(), |snapshot| snapshot.to_string()),
+                    number(over.and_then(|over| over.pooled)),
+                    results.combinations[series.combination].label(choice),
+                ]));
+            }
+        }
+    }
+}

@@ -1,0 +1,63 @@
+//! A table as plain text, its columns as wide as what they hold. What stands in it is others' business.
+
+/// How a cell without a value is shown.
+pub(super) const NONE: &str = "–";
+
+/// Rows of cells below a header; numbers stand right, words left.
+pub(super) struct Table {
+    words: Vec<bool>,
+    rows: Vec<Vec<String>>,
+}
+
+impl Table {
+    /// A table with these columns; a name that begins with `<` is one of words.
+    pub(super) fn new(columns: &[&str]) -> Self {
+        let header = columns.iter().map(|name| name.trim_start_matches('<').to_string());
+        Table {
+            words: columns.iter().map(|name| name.starts_with('<')).collect(),
+            rows: vec![header.collect()],
+        }
+    }
+
+    /// Adds a row; cells that are missing at its end are empty.
+    pub(super) fn row(&mut self, cells: impl IntoIterator<Item = String>) {
+        self.rows.push(cells.into_iter().collect());
+    }
+
+    /// The lines, each indented and ended.
+    pub(super) fn text(&self) -> String {
+        let length = |cell: &String| cell.chars().count();
+        let width = |column: usize| self.rows.iter().filter_map(|row| row.get(column)).map(length).max();
+        let widths: Vec<usize> = (0..self.words.len()).map(|column| width(column).unwrap_or(0)).collect();
+        let mut text = String::new();
+        for row in &self.rows {
+            let mut line = String::new();
+            for ((cell, &width), &words) in row.iter().zip(&widths).zip(&self.words) {
+                line += &if words { format!("  {cell:<width$}") } else { format!("  {cell:>width$}") };
+            }
+            text += line.trim_end();
+            text.push('\n');
+        }
+        text
+    }
+}
+
+/// A score as it stands in tables.
+pub(super) fn number(value: Option<f64>) -> String {
+    // What rounds to zero has no sign.
+    value.map_or(NONE.into(), |v| format!("{:.3}", if v.abs() < 0.0005 { 0.0 } else { v }))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn columns_are_as_wide_as_what_they_hold() {
+        let mut table = Table::new(&["<pose", "F1", "<at"]);
+        table.row(["wände/1".into(), number(Some(0.5)), "x".into()]);
+        table.row(["a".into(), number(None)]);
+        assert_eq!([-0.0004, -0.0006].map(|v| number(Some(v))), ["0.000", "-0.001"]);
+        assert_eq!(table.text(), "  pose        F1  at\n  wände/1  0.500  x\n  a            –\n");
+    }
+}

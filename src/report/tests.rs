@@ -1,0 +1,236 @@
+//! Every aggregate of the example, against what it is by hand.
+
+use super::example::{NO_SCORE, counts, results, worked};
+use super::*;
+use maxima::{Maximum, maxima, most_sensors};
+
+fn key(combination: usize, choice: usize, representation: usize) -> Key {
+    Key { combination, choice, representation, region: 0 }
+}
+
+fn all(results: &Results, scores: &[Score]) -> Selection {
+    Selection::named(results, None, None, scores).unwrap()
+}
+
+#[test]
+fn counts_are_found_by_name() {
+    // Each count tells where it was put.
+    let results = results(2, |moment, repeat, key| {
+        let digits = [moment, repeat, key.combination, key.choice, key.representation];
+        counts(digits.iter().fold(0, |n, digit| n * 10 + *digit as u64))
+    });
+    assert_eq!(results.counts(2, 1, &key(1, 1, 0)).uf, 21110);
+    assert_eq!(results.counts(0, 0, &key(0, 2, 0)).uf, 20);
+    assert_eq!(results.counts(1, 0, &key(1, 0, 1)).uf, 10101);
+    // Both repeats of moments 1 and 2: unknown 10, 1010 + 10000, 20000, 21000 and one found voxel each.
+    let over = results.over(1..3, key(0, 0, 0), Score::F1).unwrap();
+    let pooled = 8.0 / (8.0 + (10000 + 11000 + 20000 + 21000) as f64);
+    assert_eq!((over.pooled, over.values), (Some(pooled), 4));
+    assert_eq!(over.worst, 2.0 / 21002.0);
+}
+
+#[test]
+fn scores_over_scenes_and_snapshots() {
+    let results = worked();
+    let over = results.over(0..3, key(0, 0, 0), Score::F1).unwrap();
+    // (1 + 1/4 + 1/2) / 3; 3 found, 8 unknown.
+    assert_eq!((over.mean, over.worst, over.pooled), (1.75 / 3.0, 0.25, Some(6.0 / 14.0)));
+    let some = results.over(0..3, key(0, 2, 0), Score::F1).unwrap();
+    assert_eq!((some.mean, some.values, some.of), (2.0 / 3.0, 1, 3));
+    assert_eq!(results.over(0..1, key(0, 2, 0), Score::F1), None);
+    let baselines = results.baselines_over(1..3, 0, Score::F1).map(|(_, over)| over.map(|o| o.mean));
+    assert_eq!(baselines, [Some(1.0), Some(0.2), Some(0.1), None]);
+}
+
+#[test]
+fn maxima_per_scene_and_their_mean() {
+    let results = worked();
+    let camera = maxima(&results, 0, 0, Score::F1);
+    let at = |value, choice, representation| Some(Maximum { value, choice, representation });
+    // Still: 1 beats 1/2. Moving: 3/8, 1/2 and 2/3, which only one snapshot has.
+    assert_eq!(camera.scenes, [at(1.0, 0, 0), at(2.0 / 3.0, 2, 0)]);
+    assert_eq!(camera.mean, Some((1.0 + 2.0 / 3.0) / 2.0));
+    let pair = maxima(&results, 1, 0, Score::F1);
+    // The first of equal ones is named.
+    assert_eq!(pair.scenes, [at(1.0, 1, 1), at(0.5, 0, 0)]);
+    assert_eq!((pair.mean, most_sensors(&results)), (Some(0.75), Some(1)));
+    let text = maxima::render(&results, &all(&results, &[Score::F1]));
+    // (5/6) / (3/4) = 10/9.
+    for line in [
+        "  camera                 1.000   0.667  0.833     1.111\n",
+        "  pair                   1.000   0.500  0.750     1.000\n",
+        "  baseline all occupied  0.200   0.200  0.200\n",
+        "  camera       still   left/0 (0.00, 2.00, 3.00)\n               moving  right/0 (2.00, 2.00, 3.00)\n",
+        "  pair         still   camera:left/0;pads:floor/1 as box;volume\n",
+        "as a part of that mean of pair.",
+        "F1 in region robot",
+    ] {
+        assert!(text.contains(line), "no {line:?} in {text}");
+    }
+}
+
+#[test]
+fn nothing_is_relative_without_one_largest_combination() {
+    let mut results = worked();
+    results.combinations[1].sensors.pop();
+    assert_eq!(most_sensors(&results), None);
+    let text = maxima::render(&results, &all(&results, &[Score::F1]));
+    assert!(!text.contains("as a part of") && text.contains("0.833         –"), "{text}");
+    let one = Results { combinations: results.combinations[..1].to_vec(), ..results };
+    assert_eq!(maxima::render(&one, &all(&one, &[Score::F1])), "");
+}
+
+#[test]
+fn the_best_of_each_wall() {
+    let results = worked();
+    let found = groups::groups(&results, [0, 0, 0], &(1..3), Score::F1);
+    let plain: Vec<_> = found.iter().map(|g| (g.group.as_str(), g.best, g.overall)).collect();
+    // In the moving scene the second pose is the better of the left wall: 1/2 against 3/8.
+    assert_eq!(plain, [("left", Some((1, 0.5)), false), ("right", Some((2, 2.0 / 3.0)), true)]);
+    let still = groups::groups(&results, [0, 0, 0], &(0..1), Score::F1);
+    let plain: Vec<_> = still.iter().map(|g| (g.best, g.overall)).collect();
+    assert_eq!(plain, [(Some((0, 1.0)), true), (None, false)]);
+    let text = groups::render(&results, &all(&results, &[Score::F1]));
+    assert!(
+        text.contains(
+            "moving  camera · points               left                   0.500     left/1 (1.00, 2.00"
+        ),
+        "{text}"
+    );
+    assert!(text.contains("right                  0.667  *  right/0 (2.00, 2.00, 3.00)"), "{text}");
+    assert!(text.contains("baseline all occupied  0.200\n"), "{text}");
+    assert!(!text.contains("pair"), "two posed sensors are at no wall: {text}");
+}
+
+#[test]
+fn the_best_over_snapshots_by_mean_and_by_worst() {
+    let mut results = worked();
+    // The first pose now has 1/4 and 1: the better mean, the worse worst.
+    let last = 2 * results.block();
+    results.counts[last] = counts(0);
+    let moving = results.scenes[1].clone();
+    assert_eq!(snapshots::worst_snapshot(&results, &moving, key(0, 0, 0), Score::F1), Some(0));
+    assert_eq!(snapshots::worst_snapshot(&results, &moving, key(0, 2, 0), Score::F1), Some(1));
+    results.counts[last + 2] = NO_SCORE;
+    assert_eq!(snapshots::worst_snapshot(&results, &moving, key(0, 2, 0), Score::F1), None);
+    let text = snapshots::render(&results, &all(&results, &[Score::F1]));
+    for line in [
+        // Pooled: 2 found, 6 unknown.
+        "  moving  camera · points               mean     0.625  0.250   0   0.400  left/0 (0.00, 2.00, 3.00)\n",
+        "  moving  camera · points               worst    0.500  0.500   0   0.500  left/1 (1.00, 2.00, 3.00)\n",
+    ] {
+        assert!(text.contains(line), "no {line:?} in {text}");
+    }
+    assert!(!text.contains("still"), "{text}");
+    let mut results = worked();
+    results.scenes.remove(1);
+    assert_eq!(snapshots::render(&results, &all(&results, &[Score::F1])), "");
+}
+
+#[test]
+fn distributions_stand_beside_their_baselines() {
+    let results = worked();
+    let text = distribution::render(&results, &all(&results, &[Score::F1]));
+    for line in [
+        // 3/8, 1/2 and 2/3: quartiles halfway, 7/16 and 7/12.
+        "  moving  camera · points               3  0.375    0.438   0.500    0.583  0.667  |  1.000    0.200     0.100        –",
+        "  still   camera · points               2  0.500    0.625   0.750    0.875  1.000  |",
+    ] {
+        assert!(text.contains(line), "no {line:?} in {text}");
+    }
+    let of_one = Selection::named(&results, Some("robot"), Some("pair"), &[Score::HumanSeen]).unwrap();
+    let text = distribution::render(&results, &of_one);
+    assert!(text.contains("pair · box;volume") && !text.contains("camera ·"), "{text}");
+    assert!(text.contains("0    –        –       –        –    –  |"), "nobody is in the region: {text}");
+}
+
+#[test]
+fn the_table_for_pandas() {
+    let two_repeats = results(2, |moment, repeat, key| match key.choice {
+        0 => counts([0, 2][repeat]),
+        _ if moment == 0 => NO_SCORE,
+        _ => counts(2),
+    });
+    let text = String::from_utf8(scores::render(&two_repeats)).unwrap();
+    let mut lines = text.lines();
+    assert_eq!(
+        lines.next().unwrap(),
+        "scene,combination,poses,representation,region,f1_mean,f1_std,f1_worst,f1_pooled,f1_n,kappa_mean,kappa_std,\
+         kappa_worst,kappa_pooled,kappa_n,human_seen_mean,human_seen_std,human_seen_worst,human_seen_pooled,human_seen_n"
+    );
+    let lines: Vec<&str> = lines.collect();
+    assert_eq!(lines.len(), 3 * (3 + 2 * 2), "two scenes and all");
+    // Repeats 1 and 1/2: the root of 2/16; pooled 4/6. κ: one found alone agrees by chance (no value), one of three is
+    // (3·1 − 1·1 − 0·2) / (9 − 1); pooled (4·2 − 2·2) / (16 − 4).
+    let std = 0.125f64.sqrt();
+    assert_eq!(
+        lines[0],
+        format!(
+            "still,camera,camera:left/0,points,robot,0.75,{std},0.5,{},2,0.25,,0.25,{},1,,,,,0",
+            4.0 / 6.0,
+            4.0 / 12.0
+        )
+    );
+    assert_eq!(lines[1], "still,camera,camera:left/1,points,robot,,,,,0,,,,,0,,,,,0");
+    assert_eq!(lines[8], "moving,camera,camera:left/1,points,robot,0.5,0,0.5,0.5,4,0.25,0,0.25,0.25,4,,,,,0");
+    assert!(lines[15].starts_with("*,camera,camera:left/1,points,robot,0.5,0,0.5,0.5,4,"), "{}", lines[15]);
+    let one = String::from_utf8(scores::render(&worked())).unwrap();
+    assert!(
+        one.contains("\nstill,camera,camera:left/1,points,robot,0.5,,0.5,0.5,1,"),
+        "no spread of one repeat: {one}"
+    );
+}
+
+#[test]
+fn several_sensors_in_one_representation_need_not_name_it() {
+    let mut results = worked();
+    let title = |results: &Results, combination| Series { combination, representation: 0 }.title(results);
+    assert_eq!([0, 1].map(|c| title(&results, c)), ["camera · points", "pair · points;volume"]);
+    results.combinations[1].representations.pop();
+    assert_eq!(title(&results, 1), "pair");
+}
+
+#[test]
+fn few_combinations_get_a_block_and_many_a_line() {
+    let results = worked();
+    let text = best::render(&results);
+    for line in [
+        "camera · points · region robot: 3 choices of poses, 2 scenes, 3 snapshots\n",
+        // κ of one found and n unknown: n / ((n + 1)² − 1), so 1/8 and 1/4, none for n = 0.
+        "  best F1          right/0 (2.00, 2.00, 3.00)  [1] 0.667  0.667   0.667    [1] 0.333  0.333   0.333",
+        // Pooled 3 found, 8 unknown: 6/14 and (11·3 − 3·3) / (11² − 3·3).
+        "                   left/0 (0.00, 2.00, 3.00)       0.583  0.250   0.429    [2] 0.188  0.125   0.214",
+        "  best human_seen  no choice has a value               –      –       –",
+        "  baseline         upper bound ",
+        "[n] before a mean: only n of the values",
+    ] {
+        assert!(text.contains(line), "no {line:?} in {text}");
+    }
+    assert!(text.lines().all(|line| line.chars().count() <= 140), "{text}");
+    let mut many = results;
+    many.regions = vec!["robot".into(), "human".into()];
+    many.baselines.iter_mut().for_each(|regions| regions.push(regions[0]));
+    many.counts = many.counts.iter().flat_map(|counts| [*counts; 2]).collect();
+    let text = best::render(&many);
+    for line in [
+        "Region human: the best choice of poses, 2 scenes, 3 snapshots\n",
+        "  camera · points       [1] 0.667      –  0.667   0.667  right/0 (2.00, 2.00, 3.00)\n",
+        "  pair · box;volume         0.667      –  0.500   0.600  camera:left/0;pads:floor/1\n",
+        "  baselines: upper bound 1.000, all occupied 0.200, all free 0.100, nothing seen –\n",
+        "perirobot summary DIR",
+    ] {
+        assert!(text.contains(line), "no {line:?} in {text}");
+    }
+}
+
+#[test]
+fn unknown_names_are_refused_with_the_known_ones() {
+    let results = worked();
+    for (region, combination, expected) in [
+        (Some("robots"), None, "--region robots: must be one of those of the sweep: [\"robot\"]"),
+        (None, Some("x"), "--combination x: must be one of those of the sweep: [\"camera\", \"pair\"]"),
+    ] {
+        let error = Selection::named(&results, region, combination, &[]).unwrap_err();
+        assert_eq!(error.to_string(), expected);
+    }
+}

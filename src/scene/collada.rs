@@ -1,0 +1,146 @@
+//! Reads COLLADA files (`.dae`) as one mesh in metres: the geometries of the file's scene, where its nodes put them,
+//! times its `<unit>`. Materials, lights, cameras, animations and physics are passed over.
+//!
+//! `<up_axis>` is passed over, too: in a URDF the file's axes are the link's axes, as in RViz and MoveIt, and files
+//! are made to look right there. A mesh that a skeleton poses is refused, since it would stand in its bind pose.
+
+mod geometry;
+mod nodes;
+
+use std::collections::HashMap;
+use std::path::Path;
+
+use glam::DVec3;
+use roxmltree::{Document, Node};
+
+use super::mesh::Welder;
+use super::{Mesh, file};
+use crate::{Error, Result};
+
+/// Most triangles of a scene: a geometry may be placed many times.
+const MOST_TRIANGLES: usize = 20_000_000;
+
+/// Reads the triangles of a file's scene.
+///
+/// # Errors
+/// When the file cannot be read, is no COLLADA, refers to what is not there, has a number that is none, or has no
+/// triangle with an area. The message names the element and its line.
+pub fn load(path: &Path) -> Result<Mesh> {
+    let bytes = file::read(path)?;
+    let text = String::from_utf8(bytes).map_err(|_| Error::input(path.display(), "is not UTF-8 text"))?;
+    parse(&text).map_err(|what| Error::input(path.display(), what))
+}
+
+fn parse(text: &str) -> Result<Mesh, String> {
+    let document = Document::parse(text).map_err(|e| format!("is no XML: {e}"))?;
+    let root = document.root_element();
+    if root.tag_name().name() != "COLLADA" {
+        return Err(format!("its root is <{:.40}>: a COLLADA file's is <COLLADA>", root.tag_name().name()));
+    }
+    let library = Library::of(&document);
+    let unit_m = unit_m(root)?;
+    let mut welder = Welder::default();
+    let mut triangles = 0;
+    nodes::place(&library, root, |geometry, scene_from_geometry| {
+        geometry::read(&library, geometry, |corners| {
+            let mut corners = corners.map(|corner| scene_from_geometry.transform_point3(corner) * unit_m);
+            // A mirror turns triangles inside out.
+            if scene_from_geometry.matrix3.determinant() < 0.0 {
+                corners.swap(1, 2);
+            }
+            if !corners.iter().all(|corner| corner.is_finite()) {
+                return Err("its transforms move a corner to infinity".into());
+            }
+            triangles += 1;
+            if triangles > MOST_TRIANGLES {
+                return Err(format!("unfolds to more than {MOST_TRIANGLES} triangles: place fewer copies"));
+            }
+            welder.triangle(corners);
+            Ok(())
+        })
+    })?;
+    let mesh = welder.finish();
+    if mesh.triangles.is_empty() {
+        return Err("has no triangle in its scene: export the surfaces as meshes".into());
+    }
+    Ok(mesh)
+}
+
+/// Metres in one of the file's units.
+fn unit_m(root: Node) -> Result<f64, String> {
+    let unit = child(root, "asset").and_then(|asset| child(asset, "unit"));
+    let Some(meter) = unit.and_then(|unit| unit.attribute("meter")) else { return Ok(1.0) };
+    match meter.trim().parse() {
+        Ok(unit_m) if unit_m > 0.0 && f64::is_finite(unit_m) => Ok(unit_m),
+        _ => Err(format!("<unit meter = {meter:.40?}>: must be a finite number above zero")),
+    }
+}
+
+/// Elements by their ids, to follow references.
+struct Library<'a, 'i> {
+    document: &'a Document<'i>,
+    by_id: HashMap<&'a str, Node<'a, 'i>>,
+}
+
+impl<'a, 'i> Library<'a, 'i> {
+    fn of(document: &'a Document<'i>) -> Self {
+        let with_id = |node: Node<'a, 'i>| Some((node.attribute("id")?, node));
+        Library { document, by_id: document.descendants().filter_map(with_id).collect() }
+    }
+
+    /// The element that an attribute refers to, which must be one of these.
+    fn follow(&self, node: Node<'a, 'i>, attribute: &str, tags: &[&str]) -> Result<Node<'a, 'i>, String> {
+        let wrong = |what: &str| self.at(node, format!("{attribute} {what}"));
+        let url = node.attribute(attribute).ok_or_else(|| wrong("is missing"))?;
+        let id = url.strip_prefix('#').ok_or_else(|| {
+            wrong(&format!("= {url:.60?}: must be # and the id of an element of the same file"))
+        })?;
+        let found = self.by_id.get(id).filter(|found| tags.contains(&found.tag_name().name()));
+        found
+            .copied()
+            .ok_or_else(|| wrong(&format!("= {url:.60?}: the file has no <{}> of that id", tags[0])))
+    }
+
+    /// A message with the element and its line.
+    fn at(&self, node: Node, what: impl std::fmt::Display) -> String {
+        let line = self.document.text_pos_at(node.range().start).row;
+        format!("<{}> in line {line}: {what}", node.tag_name().name())
+    }
+
+    fn numbers(&self, node: Node) -> Result<Vec<f64>, String> {
+        let words = node.text().unwrap_or_default().split_whitespace();
+        let number = |word: &str| word.parse().ok().filter(|x: &f64| x.is_finite());
+        words
+            .map(|word| number(word).ok_or_else(|| self.at(node, format!("{word:.40?} is no finite number"))))
+            .collect()
+    }
+
+    fn whole_numbers(&self, node: Node) -> Result<Vec<usize>, String> {
+        let words = node.text().unwrap_or_default().split_whitespace();
+        words
+            .map(|word| word.parse().map_err(|_| self.at(node, format!("{word:.40?} is no index"))))
+            .collect()
+    }
+
+    fn attribute(&self, node: Node, name: &str) -> Result<Option<usize>, String> {
+        let read = |value: &str| {
+            let wrong = |_| self.at(node, format!("{name} = {value:.40?}: must be a whole number"));
+            value.trim().parse().map_err(wrong)
+        };
+        node.attribute(name).map(read).transpose()
+    }
+}
+
+fn children<'a, 'i>(node: Node<'a, 'i>, tag: &'static str) -> impl Iterator<Item = Node<'a, 'i>> {
+    node.children().filter(move |child| child.has_tag_name(tag))
+}
+
+fn child<'a, 'i>(node: Node<'a, 'i>, tag: &'static str) -> Option<Node<'a, 'i>> {
+    children(node, tag).next()
+}
+
+/// Three corners of a triangle.
+type Corners = [DVec3; 3];
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,116 @@
+//! Reads the triangles of a glTF mesh and puts them where a node, or the joints of a skin, have them.
+
+use ::gltf::json::mesh::{Mode, Primitive, Semantic};
+use ::gltf::json::validation::Checked;
+use glam::{DAffine3, DVec3};
+
+use super::Budget;
+use super::accessor::Elements;
+use super::container::Container;
+use super::nodes::Placed;
+use super::skin::{Influences, Skin};
+use crate::scene::Mesh;
+use crate::scene::mesh::Welder;
+
+/// What a triangle costs while its corners are welded, at most.
+const TRIANGLE_BYTES: u64 = 160;
+
+/// A mesh where a node has it, or where the joints of the node's skin hold it; the world's z is up.
+pub(super) fn read_mesh(
+    container: &Container,
+    index: usize,
+    node: &Placed,
+    placed: &[Placed],
+    budget: &mut Budget,
+) -> Result<Mesh, String> {
+    let json = (container.root.meshes.get(index))
+        .ok_or_else(|| format!("mesh = {index}: there are {}", container.root.meshes.len()))?;
+    let skin = match node.json.skin {
+        Some(skin) => Some(Skin::read(container, skin.value(), placed, budget)?),
+        None => None,
+    };
+    let mut welder = Welder::default();
+    for (number, primitive) in json.primitives.iter().enumerate() {
+        read_primitive(container, primitive, skin.as_ref(), &mut welder, budget).map_err(|what| {
+            let name = json.name.as_deref().unwrap_or_default();
+            format!("meshes[{index}] {name:?} primitives[{number}]: {what}")
+        })?;
+    }
+    let mut mesh = welder.finish();
+    // A skin's joints have placed the corners already; where its node stands has no effect.
+    let world_from_mesh = if skin.is_some() { DAffine3::IDENTITY } else { node.world_from_node };
+    for vertex in &mut mesh.vertices {
+        let p = world_from_mesh.transform_point3(*vertex);
+        *vertex = DVec3::new(p.x, -p.z, p.y);
+        if !vertex.is_finite() {
+            return Err(format!("meshes[{index}]: its transforms move a vertex to infinity"));
+        }
+    }
+    // A mirror turns triangles inside out; glTF wants them turned back.
+    if world_from_mesh.matrix3.determinant() < 0.0 {
+        for triangle in &mut mesh.triangles {
+            triangle.swap(1, 2);
+        }
+    }
+    Ok(mesh)
+}
+
+fn read_primitive(
+    container: &Container,
+    primitive: &Primitive,
+    skin: Option<&Skin>,
+    welder: &mut Welder,
+    budget: &mut Budget,
+) -> Result<(), String> {
+    // Even an empty primitive takes time, and a mesh of many can be placed many times.
+    budget.spend(TRIANGLE_BYTES)?;
+    let mode = match primitive.mode {
+        Checked::Valid(mode) => mode,
+        Checked::Invalid => return Err("mode: must be 0 to 6".into()),
+    };
+    if !matches!(mode, Mode::Triangles | Mode::TriangleStrip | Mode::TriangleFan) {
+        return Ok(());
+    }
+    let positions =
+        (primitive.attributes).get(&Checked::Valid(Semantic::Positions)).ok_or("attributes lack POSITION")?;
+    let positions = Elements::positions(container, *positions)?;
+    let influences = match skin {
+        Some(_) => Influences::read(container, primitive, positions.count)?,
+        None => Influences::default(),
+    };
+    let indices = match primitive.indices {
+        Some(index) => Some(Elements::indices(container, index)?),
+        None => None,
+    };
+    let count = indices.as_ref().map_or(positions.count, |i| i.count);
+    let triangles = match mode {
+        Mode::Triangles if count % 3 != 0 => {
+            return Err(format!("has {count} corners: triangles need a multiple of 3"));
+        }
+        Mode::Triangles => count / 3,
+        _ => count.saturating_sub(2),
+    };
+    budget.spend(triangles as u64 * (TRIANGLE_BYTES + influences.bytes_per_triangle()))?;
+
+    let corner = |place: usize| -> Result<DVec3, String> {
+        let vertex = indices.as_ref().map_or(place, |i| i.index(place));
+        if vertex >= positions.count {
+            return Err(format!("index {place} is {vertex}: there are {} positions", positions.count));
+        }
+        let position = positions.position(vertex);
+        if !position.is_finite() {
+            return Err(format!("position {vertex} is {position}: must be finite"));
+        }
+        skin.map_or(Ok(position), |skin| skin.posed(position, &influences, vertex))
+    };
+    for i in 0..triangles {
+        let places = match mode {
+            Mode::Triangles => [3 * i, 3 * i + 1, 3 * i + 2],
+            // Every second triangle of a strip runs the other way round.
+            Mode::TriangleStrip => [i, i + 1 + i % 2, i + 2 - i % 2],
+            _ => [i + 1, i + 2, 0],
+        };
+        welder.triangle([corner(places[0])?, corner(places[1])?, corner(places[2])?]);
+    }
+    Ok(())
+}

@@ -1,0 +1,163 @@
+//! One object over the snapshots of its scene: its parts made once a shape, put where it is in each, and shared
+//! between the snapshots in which they are the same. What the parts are is for `build`.
+
+use std::collections::HashMap;
+use std::path::{Path, PathBuf};
+use std::rc::Rc;
+use std::sync::Arc;
+
+use glam::{DQuat, DVec3};
+
+use super::build::{at, parts};
+use super::gltf::{Clip, Gltf, NodeMesh};
+use super::{Object, Surface, mannequin};
+use crate::sensor::pose::Pose;
+use crate::study::{MotionSpec, ObjectSpec, SurfaceSpec};
+use crate::{Error, Result};
+
+/// Files that are read once for all objects and snapshots of a scene.
+#[derive(Default)]
+pub(super) struct Files {
+    gltf: HashMap<PathBuf, Rc<Gltf>>,
+    clips: HashMap<(PathBuf, Option<String>), Rc<Clip>>,
+}
+
+impl Files {
+    /// The nodes of a glTF file, at a time of one of its animations if there is one.
+    pub(super) fn gltf_nodes(
+        &mut self,
+        path: &Path,
+        animated: Option<&(Option<String>, f64)>,
+    ) -> Result<Vec<NodeMesh>> {
+        match animated {
+            None => self.gltf(path)?.parts(None),
+            Some((name, time_s)) => {
+                let clip = self.clip(path, name)?;
+                self.gltf(path)?.parts(Some((&clip, *time_s)))
+            }
+        }
+        .map_err(at("mesh"))
+    }
+
+    fn gltf(&mut self, path: &Path) -> Result<Rc<Gltf>> {
+        if let Some(file) = self.gltf.get(path) {
+            return Ok(file.clone());
+        }
+        let file = Rc::new(Gltf::load(path).map_err(at("mesh"))?);
+        self.gltf.insert(path.into(), file.clone());
+        Ok(file)
+    }
+
+    fn clip(&mut self, path: &Path, name: &Option<String>) -> Result<Rc<Clip>> {
+        let key = (path.to_path_buf(), name.clone());
+        if let Some(clip) = self.clips.get(&key) {
+            return Ok(clip.clone());
+        }
+        let clip = self.gltf(path)?.clip(name.as_deref());
+        let clip = Rc::new(clip.map_err(|e| Error::Input(format!("snapshots.animation.clip: {e}")))?);
+        self.clips.insert(key, clip.clone());
+        Ok(clip)
+    }
+}
+
+/// The parts of an object in each snapshot, the same parts in the same order. A part that is the same as in an earlier
+/// snapshot is the same allocation.
+pub(super) fn moments(
+    object: &ObjectSpec,
+    snapshots: usize,
+    files: &mut Files,
+    sag_m: f64,
+) -> Result<Vec<Vec<Arc<Object>>>> {
+    let warnings = clip_warnings(object, files)?;
+    let mut shapes: Vec<(ObjectSpec, Vec<Object>)> = Vec::new();
+    let mut moments: Vec<Vec<Arc<Object>>> = Vec::new();
+    let distinct = if object.motion.is_still() { 1 } else { snapshots };
+    for snapshot in 0..distinct {
+        let now = object.at(snapshot);
+        let (rotation, position_m) = (now.rotation, now.position_m);
+        let own = ObjectSpec { rotation: DQuat::IDENTITY, position_m: DVec3::ZERO, ..now };
+        let shape = match shapes.iter().position(|(spec, _)| *spec == own) {
+            Some(shape) => shape,
+            None => {
+                // What is wrong in the first is mostly wrong in all.
+                let in_snapshot = |e| match snapshot {
+                    0 => e,
+                    _ => Error::input(format!("snapshot {snapshot}"), e),
+                };
+                let mut parts = parts(&own, files, sag_m).map_err(in_snapshot)?;
+                if let Some(first) = parts.first_mut() {
+                    first.warnings.extend(warnings.iter().cloned());
+                }
+                shapes.push((own, parts));
+                shapes.len() - 1
+            }
+        };
+        let parts = shapes[shape].1.iter().map(|part| placed(part.clone(), rotation, position_m));
+        let moment = shared(parts.collect(), &moments);
+        if let Some(first) = moments.first() {
+            same_parts(first, &moment, snapshot)?;
+        }
+        moments.push(moment);
+    }
+    // What stands still is in every snapshot as in the first.
+    let first = moments[0].clone();
+    moments.resize(snapshots, first);
+    Ok(moments)
+}
+
+/// An object turned about the origin, then moved, with its joints and links. Voxels of a map stay: they have no pose.
+fn placed(object: Object, rotation: DQuat, position_m: DVec3) -> Object {
+    let keypoints = object.keypoints.map(|k| mannequin::transformed(&k, rotation, position_m));
+    let surface = match object.surface {
+        Surface::Mesh(mesh) => Surface::Mesh(mesh.transformed(rotation, position_m)),
+        voxels => voxels,
+    };
+    let frame = Pose { position_m, rotation };
+    let linkage = object.linkage.map(|linkage| Arc::new(linkage.carried_by(&frame)));
+    Object { surface, keypoints, linkage, ..object }
+}
+
+fn shared(parts: Vec<Object>, earlier: &[Vec<Arc<Object>>]) -> Vec<Arc<Object>> {
+    let part = |(i, part): (usize, Object)| {
+        let same = earlier.iter().filter_map(|moment| moment.get(i)).find(|other| ***other == part);
+        same.cloned().unwrap_or_else(|| Arc::new(part))
+    };
+    parts.into_iter().enumerate().map(part).collect()
+}
+
+/// A joint that shrinks to nothing takes the triangles of its skin along.
+fn same_parts(first: &[Arc<Object>], now: &[Arc<Object>], snapshot: usize) -> Result<()> {
+    let names = |parts: &[Arc<Object>]| parts.iter().map(|part| part.name.clone()).collect::<Vec<_>>();
+    if names(first) != names(now) {
+        let (first, now) = (names(first).join(", "), names(now).join(", "));
+        return Err(Error::Input(format!(
+            "has the parts {first} in snapshot 0, but {now} in snapshot {snapshot}: its animation shrinks a part to \
+             nothing"
+        )));
+    }
+    Ok(())
+}
+
+fn clip_warnings(object: &ObjectSpec, files: &mut Files) -> Result<Vec<String>> {
+    let MotionSpec { clip, times_s, .. } = &object.motion;
+    let SurfaceSpec::Gltf(path) = &object.surface else { return Ok(Vec::new()) };
+    if times_s.is_empty() {
+        return Ok(Vec::new());
+    }
+    let clip = files.clip(path, clip)?;
+    let mut warnings = Vec::new();
+    let [first, last] = clip.span_s();
+    if times_s.iter().all(|time| !(first..=last).contains(time)) {
+        warnings.push(format!(
+            "is animated from {first} to {last} s, and all of snapshots.animation.times_s are outside: it is held as \
+             at the nearer end"
+        ));
+    }
+    if clip.morph_channels > 0 {
+        warnings.push("has an animation that blends shapes (morph targets), which is not followed".into());
+    }
+    Ok(warnings)
+}
+
+#[cfg(test)]
+mod tests;

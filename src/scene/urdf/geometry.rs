@@ -1,0 +1,135 @@
+//! The bodies of a robot as triangles, one mesh a link. Which file a mesh is in is for `packages`; what is in the file
+//! is for the loaders.
+
+use std::collections::HashMap;
+use std::path::{Path, PathBuf};
+use std::rc::Rc;
+
+use glam::{DAffine3, DMat3, DVec3};
+
+use super::{Body, Geometry, Model, Packages, Shape};
+use crate::scene::gltf::Gltf;
+use crate::scene::{Mesh, collada, obj, primitive, stl};
+use crate::{Error, Result};
+
+/// Most triangles of a robot: a mesh may be placed many times, and each costs memory.
+const MOST_TRIANGLES: usize = 20_000_000;
+
+impl Model {
+    /// The triangles of every link in the link's own frame, in the order of [`Model::link_names`]; empty for a link
+    /// without bodies. Round bodies stay within `sag_m` of their true surface.
+    ///
+    /// # Errors
+    /// When a mesh cannot be found or read, its format is not known, or no link has a body of the kind asked for.
+    pub fn meshes(&self, geometry: Geometry, packages: &Packages, sag_m: f64) -> Result<Vec<Mesh>> {
+        let in_file = |what: String| Error::input(self.path.display(), what);
+        let mut files = HashMap::new();
+        let mut triangles = 0;
+        let mut meshes = Vec::with_capacity(self.links.len());
+        for link in &self.links {
+            let (kind, bodies) = match geometry {
+                Geometry::Collision => ("collision", &link.collision),
+                Geometry::Visual => ("visual", &link.visual),
+            };
+            let mut whole = Mesh::default();
+            for (number, body) in bodies.iter().enumerate() {
+                let mesh = body.mesh(&self.path, packages, sag_m, &mut files).map_err(|what| {
+                    in_file(format!("link {:?}: {kind} {}: {what}", link.name, number + 1))
+                })?;
+                triangles += mesh.triangles.len();
+                if triangles > MOST_TRIANGLES {
+                    let what = format!("has more than {MOST_TRIANGLES} triangles: simplify its meshes");
+                    return Err(in_file(what));
+                }
+                whole.append(&mesh);
+            }
+            meshes.push(whole);
+        }
+        if triangles == 0 {
+            return Err(in_file(self.bare(geometry).into()));
+        }
+        Ok(meshes)
+    }
+
+    fn bare(&self, geometry: Geometry) -> &'static str {
+        let is_drawn = self.links.iter().any(|link| !link.visual.is_empty());
+        let is_kept_clear = self.links.iter().any(|link| !link.collision.is_empty());
+        match geometry {
+            Geometry::Collision if is_drawn => {
+                "no link has collision geometry: write geometry = \"visual\" in the scene file"
+            }
+            Geometry::Visual if is_kept_clear => {
+                "no link has visual geometry: write geometry = \"collision\" in the scene file"
+            }
+            _ => "no link has a body: give its links <collision> or <visual> geometry",
+        }
+    }
+}
+
+/// All links as one mesh, each where its joints put it.
+pub(in crate::scene) fn merged(meshes: &[Mesh], root_from_link: &[DAffine3]) -> Mesh {
+    let mut whole = Mesh::default();
+    for (mesh, root_from_link) in meshes.iter().zip(root_from_link) {
+        whole.append(&moved(mesh, root_from_link));
+    }
+    whole
+}
+
+/// The mesh under a transform; one that mirrors turns the triangles inside out, so they are turned back.
+fn moved(mesh: &Mesh, transform: &DAffine3) -> Mesh {
+    let mut mesh = mesh.clone();
+    for vertex in &mut mesh.vertices {
+        *vertex = transform.transform_point3(*vertex);
+    }
+    if transform.matrix3.determinant() < 0.0 {
+        mesh.triangles.iter_mut().for_each(|triangle| triangle.swap(1, 2));
+    }
+    mesh
+}
+
+impl Body {
+    fn mesh(
+        &self,
+        urdf: &Path,
+        packages: &Packages,
+        sag_m: f64,
+        files: &mut HashMap<PathBuf, Rc<Mesh>>,
+    ) -> Result<Mesh, String> {
+        let (mesh, scale) = match &self.shape {
+            Shape::Box { size_m } => (Rc::new(primitive::cuboid(*size_m)), DVec3::ONE),
+            Shape::Sphere { radius_m } => (Rc::new(primitive::sphere(*radius_m, sag_m)), DVec3::ONE),
+            Shape::Cylinder { radius_m, length_m } => {
+                (Rc::new(primitive::cylinder(*radius_m, *length_m, sag_m)), DVec3::ONE)
+            }
+            Shape::Capsule { radius_m, length_m } => {
+                (Rc::new(primitive::capsule(*radius_m, *length_m, sag_m)), DVec3::ONE)
+            }
+            Shape::Mesh { filename, scale } => {
+                let path =
+                    packages.resolve(filename, urdf).map_err(|what| format!("mesh {filename:?}: {what}"))?;
+                if !files.contains_key(&path) {
+                    let mesh = load(&path).map_err(|e| format!("mesh {filename:?}: {e}"))?;
+                    files.insert(path.clone(), Rc::new(mesh));
+                }
+                (files[&path].clone(), *scale)
+            }
+        };
+        let mesh = moved(&mesh, &(self.link_from_body * DAffine3::from_mat3(DMat3::from_diagonal(scale))));
+        if mesh.vertices.iter().any(|vertex| !vertex.is_finite()) {
+            return Err("its transforms move a vertex to infinity".into());
+        }
+        Ok(mesh)
+    }
+}
+
+/// A mesh by its file's ending.
+fn load(path: &Path) -> Result<Mesh> {
+    let ending = path.extension().map(|e| e.to_string_lossy().to_lowercase());
+    match ending.as_deref() {
+        Some("stl") => stl::load(path),
+        Some("obj") => obj::load(path),
+        Some("dae") => collada::load(path),
+        Some("glb" | "gltf") => Gltf::load(path)?.whole(),
+        _ => Err(Error::input(path.display(), "must be an .stl, .obj, .dae, .glb or .gltf file")),
+    }
+}

@@ -1,0 +1,193 @@
+//! Where the links are when the joints have values, and how far they can get. All in f64 with `libm`'s trigonometry,
+//! so that two machines place them alike.
+
+use std::collections::BTreeMap;
+
+use glam::{DAffine3, DMat3, DVec3};
+
+use super::{Joint, Model, Motion};
+use crate::scene::Linkage;
+use crate::sensor::pose::{Frame, Pose};
+use crate::{Error, Result};
+
+/// A URDF's limits are often written with a few digits of π: 180° must be within 3.14159.
+const SLACK_RAD: f64 = 1e-5;
+/// The same for prismatic joints, in metres.
+const SLACK_M: f64 = 1e-9;
+
+/// Values of the joints by name; a joint without one is at 0.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct JointValues {
+    /// Revolute and continuous joints, in degrees.
+    pub angles_deg: BTreeMap<String, f64>,
+    /// Prismatic joints, in metres.
+    pub travels_m: BTreeMap<String, f64>,
+}
+
+impl Model {
+    /// `root_from_link` for every link, in the order of [`Model::link_names`].
+    ///
+    /// # Errors
+    /// When a value names no joint, or one of the other kind, or is outside its limits, and when a joint without a
+    /// value cannot be at 0. Messages begin with the key: `joints_deg.elbow = 200: …`.
+    pub fn pose(&self, values: &JointValues) -> Result<Vec<DAffine3>> {
+        self.check_names(values).map_err(Error::Input)?;
+        let mut root_from_link: Vec<DAffine3> = Vec::with_capacity(self.links.len());
+        for link in &self.links {
+            let placed = match &link.joint {
+                None => DAffine3::IDENTITY,
+                Some(joint) => {
+                    let moved = self.moved(joint, values).map_err(Error::Input)?;
+                    root_from_link[joint.parent] * joint.parent_from_joint * moved
+                }
+            };
+            root_from_link.push(placed);
+        }
+        Ok(root_from_link)
+    }
+
+    /// The farthest that the frame of any link can get from the base, whatever the joint values: the greatest sum,
+    /// along a chain of joints, of the distances between one joint and the next, and of the travel of those that
+    /// slide. The base is the root or, where the root and what follows it have no body, the link they carry.
+    pub fn reach_m(&self) -> f64 {
+        let base = self.base();
+        let mut reach_m = vec![0.0f64; self.links.len()];
+        for (number, link) in self.links.iter().enumerate().skip(base + 1) {
+            let Some(joint) = &link.joint else { continue };
+            let travel_m = match joint.motion {
+                Motion::Slide { limits_m: [lower, upper], .. } => lower.abs().max(upper.abs()),
+                Motion::Fixed | Motion::Turn { .. } => 0.0,
+            };
+            reach_m[number] = reach_m[joint.parent] + joint.parent_from_joint.translation.length() + travel_m;
+        }
+        reach_m.into_iter().fold(0.0, f64::max)
+    }
+
+    /// The links' poses in the world, with the robot's own frame at `world_from_root`.
+    pub fn linkage(&self, root_from_link: &[DAffine3], world_from_root: &Pose) -> Linkage {
+        let pose = |root_from_link: &DAffine3| {
+            let position_m =
+                world_from_root.rotation * root_from_link.translation + world_from_root.position_m;
+            Pose::turned(position_m, world_from_root.link() * root_from_link.matrix3, Frame::Link)
+        };
+        let links: Vec<(String, Pose)> = self
+            .links
+            .iter()
+            .zip(root_from_link)
+            .map(|(link, placed)| (link.name.clone(), pose(placed)))
+            .collect();
+        let base_m = links[self.base()].1.position_m;
+        Linkage { links, base_m, reach_m: self.reach_m() }
+    }
+
+    /// Many files begin with an empty `world` that a fixed joint ties to the robot; the robot begins where that ends.
+    fn base(&self) -> usize {
+        let is_empty =
+            |place: usize| self.links[place].collision.is_empty() && self.links[place].visual.is_empty();
+        let mut base = 0;
+        loop {
+            let mut children = (self.links.iter().enumerate())
+                .filter_map(|(place, link)| Some((place, link.joint.as_ref()?)))
+                .filter(|(_, joint)| joint.parent == base);
+            match (children.next(), children.next()) {
+                (Some((only, joint)), None) if joint.motion == Motion::Fixed && is_empty(base) => base = only,
+                _ => return base,
+            }
+        }
+    }
+
+    fn check_names(&self, values: &JointValues) -> Result<(), String> {
+        let find = |name: &str| self.links.iter().find_map(|l| l.joint.as_ref().filter(|j| j.name == name));
+        let named = values.angles_deg.iter().map(|(name, value)| ("joints_deg", name, value));
+        for (key, name, value) in named.chain(values.travels_m.iter().map(|(n, v)| ("joints_m", n, v))) {
+            let right = match find(name).map(|joint| &joint.motion) {
+                None => Err(format!("{} has no such joint; {}", self.path.display(), self.movable())),
+                Some(Motion::Fixed) => Err("is a fixed joint; take its value away".into()),
+                Some(Motion::Turn { .. }) if key == "joints_m" => {
+                    Err("turns: write its degrees under joints_deg".into())
+                }
+                Some(Motion::Slide { .. }) if key == "joints_deg" => {
+                    Err("slides: write its metres under joints_m".into())
+                }
+                Some(_) => Ok(()),
+            };
+            right.map_err(|what: String| format!("{key}.{name} = {value}: {what}"))?;
+        }
+        Ok(())
+    }
+
+    fn movable(&self) -> String {
+        let movable = |joint: &&Joint| joint.motion != Motion::Fixed;
+        let names: Vec<&str> = (self.links.iter())
+            .filter_map(|link| Some(link.joint.as_ref().filter(movable)?.name.as_str()))
+            .collect();
+        if names.is_empty() {
+            "none of its joints move".into()
+        } else {
+            format!("there are {}", names.join(", "))
+        }
+    }
+
+    /// `joint_from_child` for a joint's value.
+    fn moved(&self, joint: &Joint, values: &JointValues) -> Result<DAffine3, String> {
+        match joint.motion {
+            Motion::Fixed => Ok(DAffine3::IDENTITY),
+            Motion::Turn { axis, limits_rad } => {
+                let given = values.angles_deg.get(&joint.name).copied();
+                let angle_rad = given.unwrap_or(0.0).to_radians();
+                if !within(angle_rad, limits_rad, SLACK_RAD) {
+                    return Err(self.outside("joints_deg", joint, given, limits_rad.map(degrees), "degrees"));
+                }
+                Ok(DAffine3::from_mat3(about(axis, angle_rad)))
+            }
+            Motion::Slide { axis, limits_m } => {
+                let given = values.travels_m.get(&joint.name).copied();
+                let travel_m = given.unwrap_or(0.0);
+                if !within(travel_m, limits_m, SLACK_M) {
+                    return Err(self.outside("joints_m", joint, given, limits_m, "metres"));
+                }
+                Ok(DAffine3::from_translation(axis * travel_m))
+            }
+        }
+    }
+
+    fn outside(&self, key: &str, joint: &Joint, given: Option<f64>, limits: [f64; 2], unit: &str) -> String {
+        let (name, [lower, upper], file) = (&joint.name, limits, self.path.display());
+        match given {
+            Some(value) => {
+                format!(
+                    "{key}.{name} = {value}: must be from {lower} to {upper} {unit}, its limits in {file}"
+                )
+            }
+            None => format!(
+                "no {key}.{name}: the joint cannot be at 0, its limits in {file} are {lower} to {upper} {unit}; give \
+                 it a value"
+            ),
+        }
+    }
+}
+
+/// False for NaN.
+fn within(value: f64, limits: [f64; 2], slack: f64) -> bool {
+    value.is_finite() && (limits[0] - slack..=limits[1] + slack).contains(&value)
+}
+
+/// Degrees for a message, without the last digits that a product with π leaves.
+fn degrees(angle_rad: f64) -> f64 {
+    (angle_rad.to_degrees() * 1e4).round() / 1e4
+}
+
+/// A turn about a unit axis, after Rodrigues.
+fn about(axis: DVec3, angle_rad: f64) -> DMat3 {
+    let (sin, cos) = libm::sincos(angle_rad);
+    let outer = DMat3::from_cols(axis * axis.x, axis * axis.y, axis * axis.z);
+    let cross = DMat3::from_cols(
+        DVec3::new(0.0, axis.z, -axis.y),
+        DVec3::new(-axis.z, 0.0, axis.x),
+        DVec3::new(axis.y, -axis.x, 0.0),
+    );
+    DMat3::IDENTITY * cos + cross * sin + outer * (1.0 - cos)
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,111 @@
+//! Reads a robot from a URDF: its links and joints, where each link is for given joint values, and the bodies that
+//! hang on the links. Where the robot stands in the cell, and what it is to the study, is for others.
+//!
+//! Conventions are those of ROS: metres and radians, z up, roll-pitch-yaw about fixed axes; a mesh's numbers are
+//! metres times its `scale`. glTF is turned from y up to z up, as RViz does since 2025; COLLADA's `<unit>` is
+//! honoured and its `<up_axis>` is not, as in RViz and MoveIt. Inertia, colours, transmissions and everything that a
+//! simulator adds are passed over.
+
+mod document;
+mod geometry;
+mod kinematics;
+mod model;
+mod packages;
+
+use std::path::{Path, PathBuf};
+
+use glam::DAffine3;
+
+use super::file;
+use crate::{Error, Result};
+pub(super) use geometry::merged;
+pub use kinematics::JointValues;
+pub use packages::Packages;
+
+/// Which of a link's two descriptions of its shape is used.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Geometry {
+    /// What planners keep clear of; often simplified and a little larger than the robot.
+    #[default]
+    Collision,
+    /// What is drawn, as exact as its author made it.
+    Visual,
+}
+
+/// A robot as its file describes it: a tree of links.
+#[derive(Clone, Debug)]
+pub struct Model {
+    path: PathBuf,
+    /// Parents before children; the root is the first.
+    links: Vec<Link>,
+}
+
+#[derive(Clone, Debug)]
+struct Link {
+    name: String,
+    /// What holds the link; nothing for the root.
+    joint: Option<Joint>,
+    collision: Vec<Body>,
+    visual: Vec<Body>,
+}
+
+#[derive(Clone, Debug)]
+struct Joint {
+    name: String,
+    /// Index of the link that it hangs on.
+    parent: usize,
+    /// Where the joint is, at value 0.
+    parent_from_joint: DAffine3,
+    motion: Motion,
+}
+
+/// How a joint moves its child, along or about a unit axis of its own frame.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Motion {
+    Fixed,
+    Turn { axis: glam::DVec3, limits_rad: [f64; 2] },
+    Slide { axis: glam::DVec3, limits_m: [f64; 2] },
+}
+
+/// A shape at its place in a link.
+#[derive(Clone, Debug)]
+struct Body {
+    link_from_body: DAffine3,
+    shape: Shape,
+}
+
+#[derive(Clone, Debug, PartialEq)]
+enum Shape {
+    Box { size_m: glam::DVec3 },
+    Cylinder { radius_m: f64, length_m: f64 },
+    Capsule { radius_m: f64, length_m: f64 },
+    Sphere { radius_m: f64 },
+    Mesh { filename: String, scale: glam::DVec3 },
+}
+
+/// Reads and checks a URDF; the meshes it names are read by [`Model::meshes`].
+///
+/// # Errors
+/// When the file cannot be read, is a xacro or no URDF, its links are no tree, a joint is of a kind that is not
+/// supported, or a number is not what it must be. The message names the file, the link or joint, and the cure.
+pub fn load(path: &Path) -> Result<Model> {
+    let bytes = file::read(path)?;
+    let text = String::from_utf8(bytes).map_err(|_| Error::input(path.display(), "is not UTF-8 text"))?;
+    parse(path, &text)
+}
+
+fn parse(path: &Path, text: &str) -> Result<Model> {
+    let links = document::read(path, text).and_then(|robot| model::links(&robot));
+    Ok(Model { path: path.into(), links: links.map_err(|what| Error::input(path.display(), what))? })
+}
+
+impl Model {
+    /// Names of the links, parents before children, the root first.
+    pub fn link_names(&self) -> impl Iterator<Item = &str> {
+        self.links.iter().map(|link| link.name.as_str())
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,207 @@
+//! From the parser's structs to a checked tree of links: one root, no loops, names once, joints that are supported,
+//! numbers that are numbers. What the tree does when its joints move is for `kinematics`.
+
+use std::collections::{HashMap, VecDeque};
+
+use glam::{DAffine3, DVec3};
+use urdf_rs::{JointType, Pose, Robot};
+
+use super::{Body, Joint, Link, Motion, Shape};
+use crate::sensor::pose::from_rpy;
+
+/// No length or distance is larger; beyond it there are slips of the pen.
+const FARTHEST_M: f64 = 1e6;
+/// Nor is a body smaller.
+const SMALLEST_M: f64 = 1e-6;
+
+/// The links of a robot, parents before children.
+pub(super) fn links(robot: &Robot) -> Result<Vec<Link>, String> {
+    unique("link", robot.links.iter().map(|l| l.name.as_str()))?;
+    unique("joint", robot.joints.iter().map(|j| j.name.as_str()))?;
+    let places: HashMap<&str, usize> =
+        robot.links.iter().enumerate().map(|(i, l)| (l.name.as_str(), i)).collect();
+    // For each link of the file, the joint that holds it and the joints that hang on it.
+    let mut held: Vec<Option<usize>> = vec![None; robot.links.len()];
+    let mut hanging: Vec<Vec<usize>> = vec![Vec::new(); robot.links.len()];
+    for (number, joint) in robot.joints.iter().enumerate() {
+        let find = |role: &str, name: &str| {
+            let what = || format!("joint {:?}: its {role} {name:?} is no link of the file", joint.name);
+            places.get(name).copied().ok_or_else(what)
+        };
+        let (parent, child) = (find("parent", &joint.parent.link)?, find("child", &joint.child.link)?);
+        if let Some(other) = held[child].replace(number) {
+            return Err(format!(
+                "link {:?} is the child of two joints, {:?} and {:?}: a link has one",
+                robot.links[child].name, robot.joints[other].name, joint.name
+            ));
+        }
+        hanging[parent].push(number);
+    }
+    let root = root(robot, &held)?;
+
+    let mut links = Vec::with_capacity(robot.links.len());
+    let mut open = VecDeque::from([(root, None)]);
+    while let Some((place, joint)) = open.pop_front() {
+        let parent = links.len();
+        links.push(link(&robot.links[place], joint)?);
+        for &number in &hanging[place] {
+            let entry = &robot.joints[number];
+            let joint = joint_of(entry, parent).map_err(|what| format!("joint {:?}: {what}", entry.name))?;
+            open.push_back((places[entry.child.link.as_str()], Some(joint)));
+        }
+    }
+    // One root and one joint a link: what was not reached hangs on itself.
+    if links.len() < robot.links.len() {
+        let lost = (robot.links.iter()).find(|l| links.iter().all(|reached| reached.name != l.name));
+        let name = lost.map_or("", |link| link.name.as_str());
+        return Err(format!("link {name:?} is among its own ancestors: links must form a tree"));
+    }
+    Ok(links)
+}
+
+fn unique<'n>(kind: &str, names: impl Iterator<Item = &'n str>) -> Result<(), String> {
+    let mut seen = std::collections::HashSet::new();
+    for name in names {
+        if name.is_empty() {
+            return Err(format!("one of the {kind}s has an empty name"));
+        }
+        if !seen.insert(name) {
+            return Err(format!("two {kind}s are named {name:?}: give each its own name"));
+        }
+    }
+    Ok(())
+}
+
+fn root(robot: &Robot, held: &[Option<usize>]) -> Result<usize, String> {
+    let mut roots = (0..held.len()).filter(|&place| held[place].is_none());
+    match (roots.next(), roots.next()) {
+        (Some(root), None) => Ok(root),
+        (Some(a), Some(b)) => Err(format!(
+            "links {:?} and {:?} both hang on nothing: join them (a fixed joint does)",
+            robot.links[a].name, robot.links[b].name
+        )),
+        (None, _) if robot.links.is_empty() => Err("has no link".into()),
+        (None, _) => Err(format!(
+            "link {:?} is among its own ancestors, as all are: links must form a tree with one root",
+            robot.links[0].name
+        )),
+    }
+}
+
+fn link(entry: &urdf_rs::Link, joint: Option<Joint>) -> Result<Link, String> {
+    let body = |kind: &str, number: usize, origin: &Pose, geometry: &urdf_rs::Geometry| {
+        let body =
+            affine(origin).and_then(|link_from_body| Ok(Body { link_from_body, shape: shape(geometry)? }));
+        body.map_err(|what| format!("link {:?}: {kind} {}: {what}", entry.name, number + 1))
+    };
+    let collision =
+        entry.collision.iter().enumerate().map(|(i, c)| body("collision", i, &c.origin, &c.geometry));
+    let visual = entry.visual.iter().enumerate().map(|(i, v)| body("visual", i, &v.origin, &v.geometry));
+    Ok(Link {
+        name: entry.name.clone(),
+        joint,
+        collision: collision.collect::<Result<_, _>>()?,
+        visual: visual.collect::<Result<_, _>>()?,
+    })
+}
+
+fn joint_of(entry: &urdf_rs::Joint, parent: usize) -> Result<Joint, String> {
+    let unsupported = |kind: &str, cure: &str| Err(format!("is {kind}, which is not supported: {cure}"));
+    if let Some(mimic) = &entry.mimic {
+        let what = format!("a mimic of {:?}", mimic.joint);
+        return unsupported(&what, "take <mimic> away and give the joint a value of its own");
+    }
+    let limits = [entry.limit.lower, entry.limit.upper];
+    let motion = match entry.joint_type {
+        JointType::Fixed => Motion::Fixed,
+        JointType::Revolute => Motion::Turn { axis: axis(entry)?, limits_rad: ordered(limits)? },
+        JointType::Continuous => {
+            Motion::Turn { axis: axis(entry)?, limits_rad: [f64::NEG_INFINITY, f64::INFINITY] }
+        }
+        JointType::Prismatic => {
+            if !limits.iter().all(|limit| limit.abs() <= FARTHEST_M) {
+                return Err(format!(
+                    "its limits {limits:?} must be metres from -{FARTHEST_M} to {FARTHEST_M}"
+                ));
+            }
+            Motion::Slide { axis: axis(entry)?, limits_m: ordered(limits)? }
+        }
+        JointType::Floating => {
+            return unsupported(
+                "floating",
+                "make it fixed, and put the pose into <origin> or into the scene file",
+            );
+        }
+        JointType::Planar => {
+            return unsupported(
+                "planar",
+                "use two prismatic joints and a revolute one, with links without geometry",
+            );
+        }
+        JointType::Spherical => {
+            return unsupported(
+                "spherical",
+                "use three revolute joints, with links without geometry between them",
+            );
+        }
+    };
+    Ok(Joint { name: entry.name.clone(), parent, parent_from_joint: affine(&entry.origin)?, motion })
+}
+
+fn axis(entry: &urdf_rs::Joint) -> Result<DVec3, String> {
+    let axis = DVec3::from_array(entry.axis.xyz.0);
+    let length = axis.length();
+    if !(length.is_finite() && length > 1e-9) {
+        return Err(format!("<axis xyz = {:?}>: must be finite and not zero", axis.to_array()));
+    }
+    Ok(axis / length)
+}
+
+fn ordered(limits: [f64; 2]) -> Result<[f64; 2], String> {
+    if limits[0] <= limits[1] {
+        return Ok(limits);
+    }
+    Err(format!("<limit lower = {} upper = {}>: lower must not be above upper", limits[0], limits[1]))
+}
+
+fn affine(origin: &Pose) -> Result<DAffine3, String> {
+    let (xyz, rpy) = (origin.xyz.0, origin.rpy.0);
+    if !xyz.iter().chain(&rpy).all(|x| x.abs() <= FARTHEST_M) {
+        return Err(format!(
+            "<origin xyz = {xyz:?} rpy = {rpy:?}>: must be numbers from -{FARTHEST_M} to {FARTHEST_M}"
+        ));
+    }
+    Ok(DAffine3::from_mat3_translation(from_rpy(rpy), DVec3::from_array(xyz)))
+}
+
+fn shape(geometry: &urdf_rs::Geometry) -> Result<Shape, String> {
+    let length = |name: &str, value: f64| match (SMALLEST_M..=FARTHEST_M).contains(&value) {
+        true => Ok(value),
+        false => Err(format!("{name} = {value}: must be a length in metres from 0.000001 to 1000000")),
+    };
+    Ok(match geometry {
+        urdf_rs::Geometry::Box { size } => {
+            size.iter().try_for_each(|&edge| length("box size", edge).map(drop))?;
+            Shape::Box { size_m: DVec3::from_array(size.0) }
+        }
+        urdf_rs::Geometry::Cylinder { radius, length: height } => Shape::Cylinder {
+            radius_m: length("cylinder radius", *radius)?,
+            length_m: length("cylinder length", *height)?,
+        },
+        urdf_rs::Geometry::Capsule { radius, length: distance } => Shape::Capsule {
+            radius_m: length("capsule radius", *radius)?,
+            length_m: length("capsule length", *distance)?,
+        },
+        urdf_rs::Geometry::Sphere { radius } => Shape::Sphere { radius_m: length("sphere radius", *radius)? },
+        urdf_rs::Geometry::Mesh { filename, scale } => {
+            let scale = scale.map_or([1.0; 3], |scale| scale.0);
+            if scale.iter().any(|s| !(SMALLEST_M..=FARTHEST_M).contains(&s.abs())) {
+                return Err(format!(
+                    "mesh {filename:?} scale = {scale:?}: none may be zero, nor beyond 0.000001 to 1000000 (a minus \
+                     mirrors)"
+                ));
+            }
+            Shape::Mesh { filename: filename.clone(), scale: DVec3::from_array(scale) }
+        }
+    })
+}

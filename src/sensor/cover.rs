@@ -1,0 +1,99 @@
+//! A proximity cover, the robot's skin: it measures what comes near any part of the robot.
+
+use super::{Claim, Kind, MEASURES, Reach, Setting, Station, noise};
+use crate::backend::Planes;
+use crate::march;
+use crate::voxel::grid::{MAX_VOXELS_PER_AXIS, ONE_Q16, length_q16};
+use crate::voxel::{BitGrid, solid};
+
+/// How far a cover senses, and how noisily. Its candidates are distances, not poses.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Cover {
+    /// The distances to try, in metres, as they were written.
+    pub inflation_m: Vec<f64>,
+    /// Standard deviation on each axis in metres; 0 for none.
+    pub noise_std_m: f64,
+}
+
+impl Cover {
+    /// The voxels around the robot that it senses, over the whole grid.
+    fn shell(&self, at: &Station) -> BitGrid {
+        let Setting::Inflation(inflation_m) = at.setting else { return BitGrid::new(at.truth.grid.window()) };
+        let robot = &at.truth.robot_volume;
+        let mut shell =
+            solid::within(robot, length_q16(inflation_m, at.truth.grid.voxel_size_m), at.truth.grid.window());
+        shell.remove(robot);
+        shell
+    }
+
+    /// Each occupied voxel where noise puts its centre. One that leaves the grid marks nothing.
+    fn shifted(&self, occupied: &BitGrid, at: &Station) -> BitGrid {
+        let grid = &at.truth.grid;
+        let table = noise::table_q16(self.noise_std_m, grid.voxel_size_m);
+        if table.is_empty() {
+            return occupied.clone();
+        }
+        let [x, y, _] = grid.size;
+        let mut shifted = BitGrid::new(occupied.window());
+        for cell in occupied.cells() {
+            let voxel = cell[0] as u32 + x * (cell[1] as u32 + y * cell[2] as u32);
+            shifted.set(std::array::from_fn(|axis| {
+                // 3 · 1023³ has 32 bits and wraps nothing.
+                let step = table[march::draw(at.draws, 3 * voxel + axis as u32) as usize];
+                ((i64::from(cell[axis]) * ONE_Q16 + ONE_Q16 / 2 + i64::from(step)) >> 16) as i32
+            }));
+        }
+        shifted
+    }
+}
+
+const _: () = assert!(3 * (MAX_VOXELS_PER_AXIS as u64).pow(3) <= u32::MAX as u64);
+
+impl Kind for Cover {
+    fn name(&self) -> &'static str {
+        "cover"
+    }
+
+    fn representations(&self) -> Vec<&'static str> {
+        vec!["naive"]
+    }
+
+    fn settings(&self) -> Vec<(String, Setting)> {
+        self.inflation_m.iter().map(|&metres| (metres.to_string(), Setting::Inflation(metres))).collect()
+    }
+
+    fn takes_poses(&self) -> bool {
+        false
+    }
+
+    fn is_noisy(&self) -> bool {
+        self.noise_std_m > 0.0
+    }
+
+    fn log_odds(&self, _: usize) -> [i32; 2] {
+        MEASURES
+    }
+
+    fn check(&self, at: &Station) -> Result<(), String> {
+        match at.truth.robot.is_empty() {
+            true => {
+                Err("needs a robot: no voxel of the scene is the robot's: give its object role = \"robot\""
+                    .into())
+            }
+            false => Ok(()),
+        }
+    }
+
+    fn claim(&self, _: usize, at: &Station) -> Claim {
+        let mut free = self.shell(at);
+        let mut near = free.clone();
+        near.keep(&at.truth.occupied);
+        free.remove(&near);
+        let occupied = self.shifted(&near, at).over(at.window);
+        Claim { cast: false, planes: Some(Planes { occupied, free: free.over(at.window) }) }
+    }
+
+    fn reach(&self, at: &Station) -> Reach {
+        Reach::Only(self.shell(at))
+    }
+}

@@ -1,0 +1,71 @@
+//! A light curtain: its zone counts as occupied while something is in the gate.
+
+use super::prism::Prism;
+use super::{Claim, Kind, Reach, SWITCHES, Setting, Stance, Station, level, switched};
+use crate::voxel::BitGrid;
+
+/// The gate's box and the zone behind it, both in the gate's frame.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Gate {
+    /// Where it senses.
+    pub gate: Prism,
+    /// What it speaks of.
+    pub zone: Prism,
+    /// Whether an uninterrupted curtain certifies that the zone is free.
+    pub otherwise_free: bool,
+}
+
+impl Gate {
+    /// What is in the gate.
+    fn inside(&self, at: &Station) -> BitGrid {
+        let mut inside = self.gate.cells(&at.pose(), &at.truth.grid, at.truth.grid.window());
+        inside.keep(&at.truth.occupied);
+        inside
+    }
+}
+
+impl Kind for Gate {
+    fn name(&self) -> &'static str {
+        "gate"
+    }
+
+    fn representations(&self) -> Vec<&'static str> {
+        vec!["volume"]
+    }
+
+    fn stance(&self) -> Stance {
+        Stance::Level
+    }
+
+    fn settings(&self) -> Vec<(String, Setting)> {
+        // Its box and zone are then the world's, or its link's.
+        vec![("here".into(), Setting::Fixed)]
+    }
+
+    fn log_odds(&self, _: usize) -> [i32; 2] {
+        SWITCHES
+    }
+
+    fn check(&self, at: &Station) -> Result<(), String> {
+        level(at)?;
+        self.gate.check(&at.pose(), &at.truth.grid).map_err(|e| format!("box: {e}"))?;
+        self.zone.check(&at.pose(), &at.truth.grid).map_err(|e| format!("zone: {e}"))
+    }
+
+    fn is_stuck(&self, at: &Station) -> bool {
+        let mut fixed = self.inside(at);
+        fixed.remove(&at.truth.human);
+        fixed.remove(&at.truth.robot);
+        !fixed.is_empty()
+    }
+
+    fn claim(&self, _: usize, at: &Station) -> Claim {
+        let (pose, grid) = (at.pose(), &at.truth.grid);
+        let inside = self.inside(at);
+        switched(self.zone.cells(&pose, grid, at.window), !inside.is_empty(), self.otherwise_free)
+    }
+
+    fn reach(&self, at: &Station) -> Reach {
+        Reach::Only(self.zone.cells(&at.pose(), &at.truth.grid, at.truth.grid.window()))
+    }
+}

@@ -1,0 +1,105 @@
+//! Which of a person's keypoints a camera sees, and where it detects them: rays towards the 17 joints of COCO, cast on
+//! the host. What is concluded from a detection is for `rgbd` and `rgb`.
+
+use glam::DVec3;
+
+use super::{Camera, Station, look};
+use crate::backend::{Placement, Rays};
+use crate::scene::Role;
+use crate::scene::mannequin::JOINTS;
+use crate::voxel::ObjectVoxels;
+use crate::voxel::grid::length_q16;
+
+/// Where each joint of one person is detected; `None` where it is not.
+pub type Detected = [Option<[i32; 3]>; JOINTS.len()];
+
+/// How far a return may be from the joint that it is taken for, in metres, unless a study says otherwise: a joint lies
+/// inside the body, its surface is seen.
+pub const TOLERANCE_M: f64 = 0.15;
+
+/// The bones of COCO's skeleton, as pairs of joints.
+pub const BONES: [[usize; 2]; 15] = [
+    [0, 1],
+    [0, 2],
+    [1, 3],
+    [2, 4],
+    [5, 6],
+    [5, 7],
+    [6, 8],
+    [7, 9],
+    [8, 10],
+    [0, 11],
+    [0, 12],
+    [11, 13],
+    [12, 14],
+    [13, 15],
+    [14, 16],
+];
+
+/// A camera with a table of rays, from a placement.
+pub struct Eye<'a> {
+    /// Its optics.
+    pub camera: &'a Camera,
+    /// Its gates and noise; the joints' rays are numbered after its own.
+    pub rays: &'a Rays,
+    /// Where it is.
+    pub placement: &'a Placement,
+    /// Largest difference between the distance of a return and of the joint, in metres.
+    pub tolerance_m: f64,
+}
+
+/// What a camera detects of each person of a scene, in the order of the scene's objects.
+pub fn detect(eye: &Eye, at: &Station) -> Vec<Detected> {
+    let nobody = [None; JOINTS.len()];
+    humans(at)
+        .zip(0u32..)
+        .map(|(human, number)| {
+            let Some(keypoints) = &human.keypoints else { return nobody };
+            let first_ray = eye.rays.dirs_q15.len() as u32 + JOINTS.len() as u32 * number;
+            std::array::from_fn(|joint| {
+                seen(eye, at, human, keypoints[joint]?, first_ray.wrapping_add(joint as u32))
+            })
+        })
+        .collect()
+}
+
+/// The people of a scene.
+pub(super) fn humans<'a>(at: &Station<'a>) -> impl Iterator<Item = &'a ObjectVoxels> {
+    at.truth.objects.iter().map(|object| &**object).filter(|object| object.role == Role::Human)
+}
+
+/// Why keypoints cannot be asked for in a scene.
+pub fn check(at: &Station) -> Result<(), String> {
+    match humans(at).find(|human| human.keypoints.is_none()) {
+        None => Ok(()),
+        Some(human) => Err(format!(
+            "needs keypoints, and human {:?} has none: give it keypoints = \"joints.csv\" in the scene file (17 joints, \
+             COCO's order), or make it a mannequin",
+            human.name
+        )),
+    }
+}
+
+/// The cell where a joint is detected: in front and in the image, its ray ending in the same person near the joint.
+fn seen(eye: &Eye, at: &Station, human: &ObjectVoxels, joint_m: DVec3, ray: u32) -> Option<[i32; 3]> {
+    let grid = &at.truth.grid;
+    let from = eye.placement.origin_q16;
+    let joint = grid.position_q16(joint_m);
+    let way: [i64; 3] = std::array::from_fn(|r| joint[r] - i64::from(from[r]));
+    let way_f64 = DVec3::from_array(way.map(|x| x as f64));
+    if !eye.camera.sees(at.pose().optical().transpose() * way_f64) {
+        return None;
+    }
+    let unit = way_f64 / way_f64.length();
+    let dir_q16 = unit.to_array().map(|x| (x * 65_536.0).round() as i32);
+    let found = look::look(&at.truth.blockers, eye.rays, eye.placement, dir_q16, ray)?;
+    let distance = way.iter().map(|&x| x as i128 * x as i128).sum::<i128>().isqrt();
+    let off = (i128::from(found.distance_q16) - distance).abs();
+    let near = off <= i128::from(length_q16(eye.tolerance_m, grid.voxel_size_m));
+    (near && human.cells.get(found.hit)).then_some(found.read)
+}
+
+/// How many joints of a person are detected.
+pub fn count(detected: &Detected) -> usize {
+    detected.iter().flatten().count()
+}

@@ -1,0 +1,54 @@
+//! What the controller knows: where the robot is, and nothing else.
+
+use super::{Claim, Kind, Reach, Setting, Station};
+use crate::backend::Planes;
+
+/// The robot's own pose, taken for certain.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct KnownRobot;
+
+impl Kind for KnownRobot {
+    fn name(&self) -> &'static str {
+        "known_robot"
+    }
+
+    fn representations(&self) -> Vec<&'static str> {
+        vec!["volume"]
+    }
+
+    fn settings(&self) -> Vec<(String, Setting)> {
+        vec![("known".into(), Setting::Fixed)]
+    }
+
+    fn takes_poses(&self) -> bool {
+        false
+    }
+
+    fn speaks_last(&self) -> bool {
+        // No measurement takes back what the controller knows.
+        true
+    }
+
+    fn log_odds(&self, _: usize) -> [i32; 2] {
+        [3511, 0]
+    }
+
+    fn check(&self, at: &Station) -> Result<(), String> {
+        match at.truth.robot.is_empty() {
+            true => {
+                Err("needs a robot: no voxel of the scene is the robot's: give its object role = \"robot\""
+                    .into())
+            }
+            false => Ok(()),
+        }
+    }
+
+    fn claim(&self, _: usize, at: &Station) -> Claim {
+        let planes = Planes { occupied: at.truth.robot_volume.over(at.window), ..at.blank() };
+        Claim { cast: false, planes: Some(planes) }
+    }
+
+    fn reach(&self, at: &Station) -> Reach {
+        Reach::Only(at.truth.robot_volume.clone())
+    }
+}

@@ -1,0 +1,69 @@
+//! An RGB camera as a switch: a zone counts as occupied while a person's keypoints are seen anywhere in the image.
+
+use super::keypoints::{self, Eye};
+use super::prism::Prism;
+use super::range::Range;
+use super::{Camera, Claim, Kind, Pose, Reach, SWITCHES, Scale, Station, placement, switched};
+use crate::backend::Rays;
+use crate::voxel::BitGrid;
+
+/// Optics, reach and zone.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Rgb {
+    /// Its optics.
+    pub camera: Camera,
+    /// How far it recognises a person, and its own housing. It measures no distance, so it has no noise.
+    pub range: Range,
+    /// The zone, in the world whatever the camera's pose.
+    pub zone: Prism,
+    /// How many joints of one person must be seen.
+    pub min_keypoints: usize,
+    /// Largest difference between the distance of what is seen and of the joint, in metres.
+    pub keypoint_tolerance_m: f64,
+    /// Whether seeing nobody certifies that the zone is free.
+    pub otherwise_free: bool,
+}
+
+impl Rgb {
+    fn zone(&self, at: &Station) -> BitGrid {
+        self.zone.cells(&Pose::ORIGIN, &at.truth.grid, at.window)
+    }
+}
+
+impl Kind for Rgb {
+    fn name(&self) -> &'static str {
+        "rgb"
+    }
+
+    fn representations(&self) -> Vec<&'static str> {
+        vec!["zone"]
+    }
+
+    fn housing_m(&self) -> f64 {
+        self.range.near_ignore_m
+    }
+
+    fn log_odds(&self, _: usize) -> [i32; 2] {
+        SWITCHES
+    }
+
+    fn check(&self, at: &Station) -> Result<(), String> {
+        keypoints::check(at)?;
+        self.zone.check(&Pose::ORIGIN, &at.truth.grid).map_err(|e| format!("zone: {e}"))
+    }
+
+    fn claim(&self, _: usize, at: &Station) -> Claim {
+        let scale = Scale { voxel_size_m: at.truth.grid.voxel_size_m, backdrop: false };
+        // No ray but those to the joints is cast: an image says nothing of distances.
+        let rays: &Rays = &self.range.rays(Vec::new(), &scale);
+        let placement = &placement(self, &at.pose(), &at.truth.grid, at.draws);
+        let eye = Eye { camera: &self.camera, rays, placement, tolerance_m: self.keypoint_tolerance_m };
+        let people = keypoints::detect(&eye, at);
+        let on = people.iter().any(|joints| keypoints::count(joints) >= self.min_keypoints);
+        switched(self.zone(at), on, self.otherwise_free)
+    }
+
+    fn reach(&self, at: &Station) -> Reach {
+        Reach::Only(self.zone(&at.everywhere()))
+    }
+}

@@ -1,0 +1,78 @@
+//! Whose draws are whose, and what a noisy sensor measures of a flat wall.
+
+use super::*;
+use crate::sensor::look;
+use crate::sensor::range::Range;
+use crate::sensor::ray_set::RaySet;
+use crate::sensor::{Scale, draws, noise, placement};
+
+/// The hash as the paper prints it, in 64 bits.
+fn pcg(word: u64) -> u64 {
+    let state = (word * 747_796_405 + 2_891_336_453) % (1 << 32);
+    let mixed = ((state >> ((state >> 28) + 4)) ^ state) * 277_803_737 % (1 << 32);
+    (mixed >> 22) ^ mixed
+}
+
+#[test]
+fn the_words_are_folded_in_their_order() {
+    let seed = 0x0123_4567_89ab_cdef;
+    let [scene, snapshot, sensor, pose, repeat] = [3, 1, 4, 1_000_000, 9];
+    let words = [0x89ab_cdef, 0x0123_4567, scene, snapshot, sensor, pose, repeat];
+    let expected = words.iter().fold(0, |hash, &word| pcg(hash ^ word));
+    assert_eq!(u64::from(draws(seed, [3, 1, 4, 1_000_000, 9])), expected);
+    let ray = 77;
+    let drawn = crate::march::draw(draws(seed, [3, 1, 4, 1_000_000, 9]), ray);
+    assert_eq!(u64::from(drawn), pcg(expected ^ u64::from(ray)) >> 20);
+    // Each word counts, and so does its place.
+    let all: std::collections::HashSet<u32> = [
+        draws(seed, [3, 1, 4, 1_000_000, 9]),
+        draws(seed ^ 1 << 63, [3, 1, 4, 1_000_000, 9]),
+        draws(seed ^ 1, [3, 1, 4, 1_000_000, 9]),
+        draws(seed, [1, 3, 4, 1_000_000, 9]),
+        draws(seed, [3, 4, 1, 1_000_000, 9]),
+        draws(seed, [3, 1, 1_000_000, 4, 9]),
+        draws(seed, [3, 1, 4, 9, 1_000_000]),
+        draws(seed, [3, 1, 4, 1_000_000, 8]),
+    ]
+    .into();
+    assert_eq!(all.len(), 8);
+}
+
+const RAYS: usize = 20_000;
+const STD_VOXELS: f64 = 3.0;
+
+#[test]
+fn a_flat_wall_is_measured_with_the_tables_mean_and_deviation() {
+    let mut truth = empty([100, 1, 1], 0.02);
+    put(&mut truth, Role::Environment, &[[50, 0, 0]], None);
+    let range = Range {
+        range_m: [0.0, 2.0],
+        near_ignore_m: 0.0,
+        no_return_is_free: false,
+        noise_std_m: STD_VOXELS * 0.02,
+    };
+    let kind = RaySet { dirs_q15: vec![[32_768, 0, 0]; RAYS], range };
+    let rays = kind.rays(&Scale { voxel_size_m: 0.02, backdrop: false }).unwrap();
+    let pose = Pose::upright(DVec3::splat(0.01), DVec3::X, 0.0);
+    let from = placement(&kind, &pose, &truth.grid, draws(1, [0; 5]));
+    let found: Vec<_> = look::returns(&truth.blockers, &rays, &from).collect();
+    assert!(found.iter().all(|f| f.hit == [50, 0, 0] && f.distance_q16 == 49 * 65_536 + 32_768));
+    let read: Vec<f64> = found.iter().map(|f| f64::from(f.read[0] - 50)).collect();
+    // The wall is met on the boundary of its voxel, and a cell is read for all distances inside it.
+    let told: Vec<f64> =
+        noise::table_q16(range.noise_std_m, 0.02).iter().map(|&g| f64::from(g >> 16)).collect();
+    let mean = |values: &[f64]| values.iter().sum::<f64>() / values.len() as f64;
+    let std = |values: &[f64]| {
+        let m = mean(values);
+        mean(&values.iter().map(|v| (v - m).powi(2)).collect::<Vec<_>>()).sqrt()
+    };
+    assert_eq!(read.len(), RAYS);
+    // Four standard errors.
+    let close = 4.0 * STD_VOXELS / (RAYS as f64).sqrt();
+    assert!((mean(&read) - mean(&told)).abs() < close && (mean(&told) + 0.5).abs() < 0.01, "{}", mean(&read));
+    assert!((std(&read) - std(&told)).abs() < close && (std(&told) - 3.014).abs() < 0.01, "{}", std(&read));
+    // Neighbours draw for themselves: how much one tells of the next is what chance leaves.
+    let m = mean(&read);
+    let products: Vec<f64> = read.windows(2).map(|w| (w[0] - m) * (w[1] - m)).collect();
+    assert!(mean(&products).abs() < 4.0 * 9.0 / (RAYS as f64).sqrt(), "{}", mean(&products));
+}

@@ -1,0 +1,24 @@
+//! People who are a voxel a joint, and cameras to look at them.
+
+use super::*;
+use crate::sensor::Camera;
+use crate::sensor::range::Range;
+
+/// Half the image is as wide as it is far.
+pub(super) const CAMERA: Camera = Camera { fov_rad: [std::f64::consts::FRAC_PI_2; 2], resolution_px: [8, 8] };
+
+pub(super) const RANGE: Range =
+    Range { range_m: [0.0, 30.0], near_ignore_m: 0.0, no_return_is_free: false, noise_std_m: 0.0 };
+
+/// A person whose joints are the centres of these voxels, in a cell of 1 m voxels.
+pub(super) fn person(truth: &mut Truth, joints: &[(usize, [i32; 3])]) {
+    let mut keypoints = [None; 17];
+    joints.iter().for_each(|&(joint, cell)| keypoints[joint] = Some(centre(cell)));
+    let cells: Vec<_> = joints.iter().map(|&(_, cell)| cell).collect();
+    put(truth, Role::Human, &cells, Some(keypoints));
+}
+
+/// The centre of a voxel of 1 m.
+pub(super) fn centre(cell: [i32; 3]) -> DVec3 {
+    DVec3::from_array(cell.map(|c| f64::from(c) + 0.5))
+}

@@ -1,0 +1,123 @@
+//! The volumes around detected joints, in voxels of a metre.
+
+use super::people::{CAMERA, RANGE, person};
+use super::*;
+use crate::sensor::rgbd::{Rgbd, Shape};
+use crate::sensor::{Claim, MEASURES, Scale};
+
+const SHAPES: [Shape; 4] =
+    [Shape::Points, Shape::Spheres { radius_m: 1.5 }, Shape::Cylinders { radius_m: 1.5 }, Shape::Box];
+
+/// The voxels added in each representation, seen from x = 0.5 along x.
+fn added(truth: &Truth) -> [Vec<[i32; 3]>; 4] {
+    let camera = rgbd();
+    let rays = camera.rays(&Scale { voxel_size_m: 1.0, backdrop: false });
+    let at = Station { rays: rays.as_ref(), ..facing(truth, [0.5, 8.5, 8.5], [1.0, 0.0, 0.0]) };
+    [0, 1, 2, 3].map(|representation| {
+        let Claim { cast, planes } = camera.claim(representation, &at);
+        assert!(cast, "the points always belong to it");
+        planes.map_or(Vec::new(), |planes| {
+            assert!(planes.free.is_empty() && !planes.occupied.is_empty());
+            planes.occupied.cells().collect()
+        })
+    })
+}
+
+fn rgbd() -> Rgbd {
+    Rgbd { camera: CAMERA, range: RANGE, shapes: SHAPES.to_vec(), keypoint_tolerance_m: 1.0 }
+}
+
+/// The voxels of a grid of 20 × 17 × 17 where something holds.
+fn all(is: impl Fn([i32; 3]) -> bool) -> Vec<[i32; 3]> {
+    block([0; 3], [19, 16, 16]).into_iter().filter(|&cell| is(cell)).collect()
+}
+
+fn squared(a: [i32; 3], b: [i32; 3]) -> i32 {
+    (0..3).map(|r| (a[r] - b[r]).pow(2)).sum()
+}
+
+#[test]
+fn both_shoulders() {
+    let mut truth = empty([20, 17, 17], 1.0);
+    let (left, right) = ([9, 10, 8], [9, 6, 8]);
+    person(&mut truth, &[(5, left), (6, right)]);
+    let [points, spheres, cylinders, cuboid] = added(&truth);
+    assert_eq!(points, Vec::<[i32; 3]>::new());
+    // d² < 2.25: the voxel, its 6 neighbours by faces and 12 by edges.
+    assert_eq!(spheres.len(), 2 * 19);
+    assert_eq!(spheres, all(|cell| squared(cell, left).min(squared(cell, right)) <= 2));
+    // Bone (5, 6): 5 slices of 3 × 3, with flat ends.
+    assert_eq!(cylinders, block([8, 6, 7], [10, 10, 9]));
+    assert_eq!(cuboid, block([9, 6, 8], [9, 10, 8]));
+}
+
+#[test]
+fn a_joint_that_is_not_known_or_not_seen_leaves_its_limbs_out() {
+    let (shoulder, elbow, wrist) = ([9, 4, 8], [9, 8, 8], [9, 12, 8]);
+    let mut known = empty([20, 17, 17], 1.0);
+    person(&mut known, &[(5, shoulder), (7, elbow), (9, wrist)]);
+    assert_eq!(added(&known)[2], block([8, 4, 7], [10, 12, 9]));
+    let mut unknown = empty([20, 17, 17], 1.0);
+    person(&mut unknown, &[(5, shoulder), (9, wrist)]);
+    let mut hidden = known.clone();
+    put(&mut hidden, Role::Environment, &[[4, 8, 8]], None);
+    for truth in [unknown, hidden] {
+        let [_, spheres, cylinders, cuboid] = added(&truth);
+        assert_eq!(spheres, all(|cell| squared(cell, shoulder).min(squared(cell, wrist)) <= 2));
+        assert!(cylinders.is_empty(), "no bone has both its ends");
+        assert_eq!(cuboid, block(shoulder, wrist));
+    }
+}
+
+#[test]
+fn two_people_are_two_boxes() {
+    let mut truth = empty([20, 17, 17], 1.0);
+    person(&mut truth, &[(0, [9, 4, 8]), (5, [9, 4, 6])]);
+    person(&mut truth, &[(0, [9, 12, 8]), (6, [9, 14, 8])]);
+    let [_, _, cylinders, cuboid] = added(&truth);
+    let boxes = [block([9, 4, 6], [9, 4, 8]), block([9, 12, 8], [9, 14, 8])];
+    assert_eq!(cuboid, all(|cell| boxes.iter().any(|cells| cells.contains(&cell))));
+    assert!(cylinders.is_empty(), "no bone joins a shoulder to a nose, and none two people");
+}
+
+#[test]
+fn nobody_detected_leaves_the_points() {
+    let mut behind = empty([20, 17, 17], 1.0);
+    person(&mut behind, &[(0, [9, 8, 8]), (5, [9, 9, 8])]);
+    put(&mut behind, Role::Environment, &block([4, 0, 0], [4, 16, 16]), None);
+    for truth in [empty([20, 17, 17], 1.0), behind] {
+        assert!(added(&truth).iter().all(Vec::is_empty));
+    }
+}
+
+#[test]
+fn a_joint_is_detected_where_its_ray_ends() {
+    // The nose is 1.4 m behind the face that hides it.
+    let mut truth = empty([20, 17, 17], 1.0);
+    let mut keypoints = [None; 17];
+    keypoints[0] = Some(DVec3::new(10.4, 8.5, 8.5));
+    put(&mut truth, Role::Human, &[[9, 8, 8]], Some(keypoints));
+    let camera = Rgbd { keypoint_tolerance_m: 1.4, ..rgbd() };
+    let rays = camera.rays(&Scale { voxel_size_m: 1.0, backdrop: false });
+    let at = Station { rays: rays.as_ref(), ..facing(&truth, [0.5, 8.5, 8.5], [1.0, 0.0, 0.0]) };
+    let cuboid = camera.claim(3, &at).planes.unwrap().occupied;
+    assert_eq!(cuboid.cells().collect::<Vec<_>>(), [[9, 8, 8]]);
+}
+
+#[test]
+fn only_features_need_keypoints() {
+    let mut truth = empty([20, 17, 17], 1.0);
+    put(&mut truth, Role::Human, &[[9, 8, 8]], None);
+    let check = |shapes: &[Shape]| {
+        let camera = Rgbd { shapes: shapes.to_vec(), ..rgbd() };
+        camera.check(&facing(&truth, [0.5, 8.5, 8.5], [1.0, 0.0, 0.0]))
+    };
+    assert_eq!(check(&SHAPES[..1]), Ok(()));
+    for shape in &SHAPES[1..] {
+        let error = check(&[Shape::Points, *shape]).unwrap_err();
+        assert!(error.starts_with(&format!("representation {:?} needs keypoints", shape.name())), "{error}");
+    }
+    assert_eq!(rgbd().representations(), ["points", "spheres", "cylinders", "box"]);
+    assert_eq!([0, 1, 2, 3].map(|r| rgbd().adds(r)), [false, true, true, true]);
+    assert_eq!(rgbd().log_odds(3), MEASURES);
+}

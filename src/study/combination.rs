@@ -1,0 +1,162 @@
+//! Combinations of a study, checked: which sensors are fused, in which poses, by which rule.
+
+use wildmatch::WildMatch;
+
+use super::Place;
+use super::file::CombinationFile;
+use crate::Result;
+use crate::backend::Fusion;
+use crate::sensor::Sensor;
+
+/// Most rows of results of a study: all are kept in memory, some 150 bytes each, until they are written.
+const MAX_ROWS: usize = 20_000_000;
+
+/// Sensors that are scored together: every pose of each with every pose of the others.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Combination {
+    /// Unique in the study.
+    pub name: String,
+    /// How their evidence becomes one label.
+    pub fusion: Fusion,
+    /// The sensors in the order they speak; a known robot is the last.
+    pub members: Vec<Member>,
+}
+
+/// One sensor of a combination.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Member {
+    /// Index of the sensor in the study.
+    pub sensor: usize,
+    /// Which of its candidates take part, in their order.
+    pub candidates: Vec<usize>,
+}
+
+impl Combination {
+    /// How many choices of poses it has.
+    pub fn choices(&self) -> usize {
+        self.members.iter().map(|member| member.candidates.len()).fold(1, usize::saturating_mul)
+    }
+
+    /// The candidate of each member in a choice; those of the last member vary fastest.
+    pub fn choice(&self, mut number: usize) -> Vec<usize> {
+        let mut chosen = vec![0; self.members.len()];
+        for (slot, member) in chosen.iter_mut().zip(&self.members).rev() {
+            *slot = member.candidates[number % member.candidates.len()];
+            number /= member.candidates.len();
+        }
+        chosen
+    }
+
+    /// How many choices of a representation for each member there are.
+    pub fn ways(&self, sensors: &[Sensor]) -> usize {
+        let counts = self.members.iter().map(|member| sensors[member.sensor].kind.representations().len());
+        counts.fold(1, usize::saturating_mul)
+    }
+
+    /// Every choice of a representation for each member; those of the last member vary fastest.
+    pub fn interpretations(&self, sensors: &[Sensor]) -> Vec<Vec<usize>> {
+        self.members.iter().fold(vec![Vec::new()], |all, member| {
+            let count = sensors[member.sensor].kind.representations().len();
+            all.iter()
+                .flat_map(|one| (0..count).map(move |next| [one.as_slice(), &[next]].concat()))
+                .collect()
+        })
+    }
+}
+
+/// The combinations of a study, or each sensor alone where it names none.
+pub(super) fn check(
+    at: &Place,
+    entries: Vec<CombinationFile>,
+    fusion: Fusion,
+    sensors: &[Sensor],
+) -> Result<Vec<Combination>> {
+    if entries.is_empty() {
+        let alone = |(sensor, spec): (usize, &Sensor)| Combination {
+            name: spec.name.clone(),
+            fusion,
+            members: vec![Member { sensor, candidates: (0..spec.candidates.len()).collect() }],
+        };
+        return Ok(sensors.iter().enumerate().map(alone).collect());
+    }
+    let combinations: Vec<Combination> =
+        entries.into_iter().map(|entry| one(at, entry, fusion, sensors)).collect::<Result<_>>()?;
+    at.unique("combination", combinations.iter().map(|c| c.name.as_str()))?;
+    Ok(combinations)
+}
+
+/// Refuses a study whose results would not fit memory. `per_choice` is how many regions, snapshots and repeats there
+/// are for each choice.
+pub(super) fn check_rows(
+    at: &Place,
+    combinations: &[Combination],
+    sensors: &[Sensor],
+    per_choice: usize,
+) -> Result<()> {
+    let mut rows = 0usize;
+    for combination in combinations {
+        let (choices, ways) = (combination.choices(), combination.ways(sensors));
+        rows = rows.saturating_add(choices.saturating_mul(ways).saturating_mul(per_choice));
+        if rows > MAX_ROWS {
+            return Err(at.says(format!(
+                "combination {:?}: {choices} choices of poses in {ways} representations, each {per_choice} times (regions, \
+                 snapshots, repeats), make more than {MAX_ROWS} rows of results: name a part of the poses, or fewer of \
+                 the rest",
+                combination.name
+            )));
+        }
+    }
+    Ok(())
+}
+
+fn one(at: &Place, entry: CombinationFile, fusion: Fusion, sensors: &[Sensor]) -> Result<Combination> {
+    let name = entry.name.unwrap_or_else(|| entry.sensors.join(" + "));
+    let at = at.key(&format!("combination {name:?}"));
+    at.some("sensors", &entry.sensors, "sensors = [\"camera\", \"pads\"]")?;
+    if let Some(i) = (0..entry.sensors.len()).find(|&i| entry.sensors[..i].contains(&entry.sensors[i])) {
+        return Err(at.wrong(
+            "sensors",
+            format!("{:?}", entry.sensors[i]),
+            "stands twice: name each sensor once",
+        ));
+    }
+    let known = || sensors.iter().map(|sensor| sensor.name.as_str()).collect::<Vec<_>>();
+    if let Some(stranger) = entry.poses.keys().find(|sensor| !entry.sensors.contains(sensor)) {
+        let rule = format!("is not among its sensors {:?}: name the poses of those", entry.sensors);
+        return Err(at.wrong("poses", format!("{stranger:?}"), &rule));
+    }
+    let mut members = Vec::new();
+    for name in &entry.sensors {
+        let Some(sensor) = sensors.iter().position(|sensor| sensor.name == *name) else {
+            return Err(at.wrong(
+                "sensors",
+                format!("{name:?}"),
+                &format!("must be sensors of the study: {:?}", known()),
+            ));
+        };
+        let candidates = subset(&at, &sensors[sensor], entry.poses.get(name))?;
+        members.push(Member { sensor, candidates });
+    }
+    // The sort is stable: the others speak in the order they are listed.
+    members.sort_by_key(|member| sensors[member.sensor].kind.speaks_last());
+    Ok(Combination { name, fusion: entry.fusion.unwrap_or(fusion), members })
+}
+
+/// The candidates that some pattern names, or all without patterns.
+fn subset(at: &Place, sensor: &Sensor, patterns: Option<&Vec<String>>) -> Result<Vec<usize>> {
+    let all = 0..sensor.candidates.len();
+    let Some(patterns) = patterns else { return Ok(all.collect()) };
+    let at = at.key("poses");
+    let matches: Vec<WildMatch> = patterns.iter().map(|pattern| WildMatch::new(pattern)).collect();
+    let names = |candidate: usize| sensor.candidates[candidate].name.as_str();
+    for (pattern, matcher) in patterns.iter().zip(&matches) {
+        if !all.clone().any(|candidate| matcher.matches(names(candidate))) {
+            let rule = format!("names no pose; those of {:?} are like {:?}", sensor.name, names(0));
+            return Err(at.wrong(&sensor.name, format!("{pattern:?}"), &rule));
+        }
+    }
+    let chosen: Vec<usize> =
+        all.filter(|&candidate| matches.iter().any(|matcher| matcher.matches(names(candidate)))).collect();
+    at.some(&sensor.name, &chosen, "camera = [\"ceiling/*\"]")?;
+    Ok(chosen)
+}

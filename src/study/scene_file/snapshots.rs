@@ -1,0 +1,229 @@
+//! How an object moves from one snapshot of its scene to the next: lists with an entry a snapshot, checked. What the
+//! entries mean for its surface is for the scene.
+
+use std::collections::BTreeMap;
+use std::path::PathBuf;
+
+use glam::{DQuat, DVec3};
+use serde::Deserialize;
+
+use super::{ObjectSpec, SurfaceSpec, rotation};
+use crate::scene::urdf::JointValues;
+use crate::study::Place;
+use crate::study::file::Quaternion;
+use crate::study::poses::numbers;
+use crate::study::urdf::joints;
+use crate::study::value::{Axis, exactly};
+use crate::{Error, Result};
+
+/// More snapshots than any recording that is scored one by one.
+const MAX_SNAPSHOTS: usize = 10_000;
+
+/// What changes about an object over the snapshots of its scene; an empty list changes nothing. A list shorter than the
+/// scene belongs to an object whose lists repeat.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct MotionSpec {
+    /// Where it is, instead of the object's own position.
+    pub position_m: Vec<DVec3>,
+    /// How it is turned, instead of the object's own rotation.
+    pub rotation: Vec<DQuat>,
+    /// Keypoint files of a mannequin.
+    pub mannequin: Vec<PathBuf>,
+    /// Keypoint files of another human.
+    pub keypoints: Vec<PathBuf>,
+    /// Joint values of a robot, instead of the object's own; joints that an entry does not name keep those.
+    pub joints: Vec<JointValues>,
+    /// The animation that a glTF file is sampled from; the only one if there is no name.
+    pub clip: Option<String>,
+    /// When it is sampled.
+    pub times_s: Vec<f64>,
+    /// Whether the lists repeat until the scene's snapshots are through.
+    pub cycle: bool,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct SnapshotsFile {
+    position_m: Option<Vec<Triple>>,
+    rpy_deg: Option<Vec<Triple>>,
+    quaternion: Option<Vec<Quaternion>>,
+    pub(super) mannequin: Option<Vec<PathBuf>>,
+    pub(super) keypoints: Option<Vec<PathBuf>>,
+    joints_deg: Option<Vec<BTreeMap<String, f64>>>,
+    joints_m: Option<Vec<BTreeMap<String, f64>>>,
+    animation: Option<AnimationFile>,
+    #[serde(default)]
+    cycle: bool,
+}
+
+#[derive(Deserialize)]
+struct Triple(#[serde(deserialize_with = "exactly")] [f64; 3]);
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct AnimationFile {
+    clip: Option<String>,
+    times_s: Axis,
+}
+
+impl MotionSpec {
+    /// The lists that are given, by their keys; a new kind of list joins here and in [`ObjectSpec::at`].
+    fn lists(&self) -> Vec<(&'static str, usize)> {
+        let all = [
+            ("position_m", self.position_m.len()),
+            ("rpy_deg or quaternion", self.rotation.len()),
+            ("mannequin", self.mannequin.len()),
+            ("keypoints", self.keypoints.len()),
+            ("joints_deg or joints_m", self.joints.len()),
+            ("animation.times_s", self.times_s.len()),
+        ];
+        all.into_iter().filter(|(_, length)| *length > 0).collect()
+    }
+
+    /// Whether the object is the same in every snapshot.
+    pub fn is_still(&self) -> bool {
+        self.lists().is_empty()
+    }
+}
+
+impl ObjectSpec {
+    /// The object as it is in one snapshot, without its lists.
+    pub fn at(&self, snapshot: usize) -> ObjectSpec {
+        fn pick<T: Clone>(list: &[T], snapshot: usize) -> Option<T> {
+            let index = snapshot.checked_rem(list.len())?;
+            Some(list[index].clone())
+        }
+        let motion = &self.motion;
+        let mut surface = self.surface.clone();
+        if let Some(person) = pick(&motion.mannequin, snapshot) {
+            surface = SurfaceSpec::Mannequin(person);
+        }
+        if let (SurfaceSpec::Urdf(robot), Some(now)) = (&mut surface, pick(&motion.joints, snapshot)) {
+            robot.joints.angles_deg.extend(now.angles_deg);
+            robot.joints.travels_m.extend(now.travels_m);
+        }
+        ObjectSpec {
+            position_m: pick(&motion.position_m, snapshot).unwrap_or(self.position_m),
+            rotation: pick(&motion.rotation, snapshot).unwrap_or(self.rotation),
+            surface,
+            keypoints: pick(&motion.keypoints, snapshot).or_else(|| self.keypoints.clone()),
+            animated: pick(&motion.times_s, snapshot).map(|time_s| (motion.clip.clone(), time_s)),
+            motion: MotionSpec::default(),
+            ..self.clone()
+        }
+    }
+}
+
+/// Checks `[object.snapshots]` of an object with this surface.
+pub(super) fn check(at: &Place, entry: SnapshotsFile, surface: &SurfaceSpec) -> Result<MotionSpec> {
+    let folder = at.folder();
+    let at = &at.key("snapshots");
+    let turned = entry.rpy_deg.is_some() || entry.quaternion.is_some();
+    if matches!(surface, SurfaceSpec::Octomap(_)) && (entry.position_m.is_some() || turned) {
+        return Err(
+            at.says("an octomap stays where it is: its voxels are the grid's; it can only have keypoints")
+        );
+    }
+    if entry.animation.is_some() && !matches!(surface, SurfaceSpec::Gltf(_)) {
+        return Err(at.says("animation belongs to a .glb or .gltf mesh"));
+    }
+    let (joints_deg, joints_m) = (entry.joints_deg, entry.joints_m);
+    if (joints_deg.is_some() || joints_m.is_some()) && !matches!(surface, SurfaceSpec::Urdf(_)) {
+        return Err(at.says("joints_deg and joints_m belong to a urdf"));
+    }
+    if let (Some(deg), Some(m)) = (&joints_deg, &joints_m)
+        && deg.len() != m.len()
+    {
+        let (deg, m) = (deg.len(), m.len());
+        return Err(
+            at.says(format!("joints_deg has {deg} entries and joints_m {m}: give both for each snapshot"))
+        );
+    }
+    if entry.rpy_deg.is_some() && entry.quaternion.is_some() {
+        return Err(at.says("both rpy_deg and quaternion: give one rotation"));
+    }
+    let files = |key, list: Option<Vec<PathBuf>>| {
+        let list = filled(at, key, list)?;
+        Ok::<_, Error>(list.into_iter().map(|path| folder.join(path)).collect())
+    };
+    let position_m = filled(at, "position_m", entry.position_m)?;
+    let rpy_deg = filled(at, "rpy_deg", entry.rpy_deg)?.into_iter().map(|Triple(rpy)| (Some(rpy), None));
+    let quaternion = filled(at, "quaternion", entry.quaternion)?.into_iter().map(|q| (None, Some(q)));
+    let times_s = entry
+        .animation
+        .as_ref()
+        .map(|animation| numbers(&at.key("animation"), "times_s", &animation.times_s));
+    let joints_deg = filled(at, "joints_deg", joints_deg)?;
+    let joints_m = filled(at, "joints_m", joints_m)?;
+    let states = 0..joints_deg.len().max(joints_m.len());
+    let joints =
+        in_order(states, |i, _| joints(&at.key(&format!("[{i}]")), joints_deg.get(i), joints_m.get(i)))?;
+    let motion = MotionSpec {
+        position_m: in_order(position_m, |i, Triple(p)| at.vector(&format!("position_m[{i}]"), p))?,
+        rotation: in_order(rpy_deg.chain(quaternion), |i, (rpy, quaternion)| {
+            rotation(at, &format!("[{i}]"), rpy, quaternion)
+        })?,
+        mannequin: files("mannequin", entry.mannequin)?,
+        keypoints: files("keypoints", entry.keypoints)?,
+        joints,
+        clip: entry.animation.and_then(|animation| animation.clip),
+        times_s: times_s.transpose()?.unwrap_or_default(),
+        cycle: entry.cycle,
+    };
+    match motion.lists().into_iter().find(|(_, length)| *length > MAX_SNAPSHOTS) {
+        _ if motion.is_still() => Err(at.says(
+            "no list: give at least one of position_m, rpy_deg, quaternion, mannequin, keypoints, joints_deg, joints_m, \
+             animation",
+        )),
+        Some((key, length)) => {
+            Err(at.wrong(key, format!("({length} entries)"), &format!("must have at most {MAX_SNAPSHOTS}")))
+        }
+        None => Ok(motion),
+    }
+}
+
+fn in_order<T, U>(
+    list: impl IntoIterator<Item = T>,
+    check: impl Fn(usize, T) -> Result<U>,
+) -> Result<Vec<U>> {
+    list.into_iter().enumerate().map(|(i, entry)| check(i, entry)).collect()
+}
+
+/// A list that has entries if it is given.
+fn filled<T>(at: &Place, key: &str, list: Option<Vec<T>>) -> Result<Vec<T>> {
+    match list {
+        Some(list) if list.is_empty() => {
+            Err(at.wrong(key, "[]", "must have one entry a snapshot, or be left out"))
+        }
+        list => Ok(list.unwrap_or_default()),
+    }
+}
+
+/// How many snapshots the objects of a scene make: the common length of all lists that do not repeat, else the longest
+/// that does, else one.
+pub(super) fn count(at: &Place, objects: &[ObjectSpec]) -> Result<usize> {
+    let lists = |cycle: bool| {
+        let moving = objects.iter().filter(move |object| object.motion.cycle == cycle);
+        moving.flat_map(|o| o.motion.lists().into_iter().map(|(key, length)| (o.name.as_str(), key, length)))
+    };
+    let Some((first, first_key, count)) = lists(false).next() else {
+        return Ok(lists(true).map(|(_, _, length)| length).max().unwrap_or(1));
+    };
+    let says = |name: &str, key: &str, length: usize, cure: &str| {
+        let at = at.key(&format!("object {name:?}")).key("snapshots");
+        let other = format!("object {first:?}.snapshots.{first_key} has {count}");
+        Err(at.says(format!("{key} has {length} entries, but {other}: {cure}")))
+    };
+    if let Some((name, key, length)) = lists(false).find(|&(_, _, length)| length != count) {
+        let cure =
+            "all lists of a scene must be equally long, or those of an object repeat with cycle = true";
+        return says(name, key, length, cure);
+    }
+    if let Some((name, key, length)) = lists(true).find(|&(_, _, length)| length > count) {
+        return says(name, key, length, "the rest of a list that repeats would never be seen; shorten it");
+    }
+    Ok(count)
+}
+
+#[cfg(test)]
+mod tests;

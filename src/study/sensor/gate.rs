@@ -1,0 +1,25 @@
+//! The keys of a light curtain.
+
+use serde::Deserialize;
+
+use super::{BoxFile, Silence};
+use crate::Result;
+use crate::sensor::gate::Gate;
+use crate::study::Place;
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct GateFile {
+    r#box: BoxFile,
+    zone: BoxFile,
+    otherwise: Option<Silence>,
+}
+
+pub(super) fn check(at: &Place, file: GateFile) -> Result<Gate> {
+    Ok(Gate {
+        gate: file.r#box.check(at, "box")?,
+        zone: file.zone.check(at, "zone")?,
+        // A curtain that nobody crosses says nothing of who stepped over it.
+        otherwise_free: file.otherwise == Some(Silence::Free),
+    })
+}

@@ -1,0 +1,155 @@
+//! The keys of a LIDAR or safety scanner.
+
+use glam::DVec2;
+use serde::Deserialize;
+
+use super::range::RangeKeys;
+use super::{MAX_RAYS, Silence, each_once, length};
+use crate::sensor::lidar::{self, Field};
+use crate::sensor::prism::Prism;
+use crate::sensor::{Lidar, Mount};
+use crate::study::Place;
+use crate::study::value::{OneOrTwo, exactly, exactly_if_given};
+use crate::voxel::solid::is_simple;
+use crate::{Error, Result};
+
+/// Most corners of a field; scanners allow some dozens.
+const MAX_CORNERS: usize = 1000;
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct LidarFile {
+    fov_deg: Option<OneOrTwo>,
+    resolution_deg: OneOrTwo,
+    #[serde(default, deserialize_with = "exactly_if_given")]
+    elevation_deg: Option<[f64; 2]>,
+    rings_deg: Option<Vec<f64>>,
+    mount: Option<Mount>,
+    #[serde(deserialize_with = "exactly")]
+    range_m: [f64; 2],
+    near_ignore_m: Option<f64>,
+    no_return: Option<Silence>,
+    noise_std_m: Option<f64>,
+    representations: Option<Vec<Representation>>,
+    field: Option<FieldFile>,
+}
+
+#[derive(Clone, Copy, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "lowercase")]
+enum Representation {
+    Points,
+    Field,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct FieldFile {
+    polygon_m: Vec<[f64; 2]>,
+    height_m: f64,
+    otherwise: Option<Silence>,
+}
+
+pub(super) fn check(at: &Place, file: LidarFile, noiseless: bool) -> Result<Lidar> {
+    let step = file.resolution_deg;
+    let vertical_step = step.vertical.unwrap_or(step.horizontal);
+    for angle in [step.horizontal, vertical_step] {
+        at.number("resolution_deg", angle, 1e-3..=360.0, "angles from 0.001 to 360")?;
+    }
+    let span = file.fov_deg.map_or(360.0, |fov| fov.horizontal);
+    at.number("fov_deg", span, f64::MIN_POSITIVE..=360.0, "above 0 and at most 360 around the spin axis")?;
+    let elevations = elevations(at, &file, vertical_step)?;
+    let azimuths = lidar::angles(-span / 2.0, span, step.horizontal);
+    let rays = azimuths.len().saturating_mul(elevations.len());
+    if rays == 0 || rays > MAX_RAYS {
+        return Err(at.wrong(
+            "resolution_deg",
+            step.horizontal,
+            &format!("gives {rays} rays, from 1 to {MAX_RAYS} are possible"),
+        ));
+    }
+    let range = RangeKeys {
+        range_m: file.range_m,
+        near_ignore_m: file.near_ignore_m,
+        no_return: file.no_return,
+        noise_std_m: file.noise_std_m,
+    };
+    // A field is there to be scored, and then the points are not, unless both are asked for.
+    let usual = if file.field.is_some() { Representation::Field } else { Representation::Points };
+    let scored = file.representations.unwrap_or_else(|| vec![usual]);
+    each_once(at, &scored, "representations = [\"points\"]")?;
+    let field = file.field.map(|field| field.check(&at.key("field"))).transpose()?;
+    let scores_field = scored.contains(&Representation::Field);
+    if scores_field && field.is_none() {
+        return Err(at.says("representation \"field\" needs field = { polygon_m = [[x, y], ...], height_m }"));
+    }
+    if field.is_some() && !scores_field {
+        return Err(
+            at.says("field is given and not among the representations: add \"field\", or take it away")
+        );
+    }
+    Ok(Lidar {
+        azimuths_rad: azimuths.into_iter().map(f64::to_radians).collect(),
+        elevations_rad: elevations.into_iter().map(f64::to_radians).collect(),
+        mount: file.mount.unwrap_or(Mount::Upright),
+        range: range.check(at, noiseless)?,
+        points: scored.contains(&Representation::Points),
+        field,
+    })
+}
+
+impl FieldFile {
+    fn check(self, at: &Place) -> Result<Field> {
+        let height_m = length(at, "height_m", self.height_m)?;
+        let corners = self.polygon_m.len();
+        if corners > MAX_CORNERS {
+            return Err(at.wrong(
+                "polygon_m",
+                format!("({corners} corners)"),
+                &format!("must have at most {MAX_CORNERS}"),
+            ));
+        }
+        let reach = "must be [x, y] in metres within 1000 of the scanner";
+        if let Some(corner) = self.polygon_m.iter().flatten().find(|value| !(-1e3..=1e3).contains(*value)) {
+            return Err(at.wrong("polygon_m", corner, reach));
+        }
+        // Whether sides meet is a matter of shape, not of voxels: a hundredth of a millimetre decides.
+        let fine = |value: f64| (value * 1e5).round() as i64;
+        let corners: Vec<_> = self.polygon_m.iter().map(|corner| corner.map(fine)).collect();
+        is_simple(&corners).map_err(|e| at.says(format!("polygon_m: {e}")))?;
+        let polygon_m = self.polygon_m.into_iter().map(DVec2::from_array).collect();
+        let volume = Prism { polygon_m, z_m: [0.0, height_m] };
+        Ok(Field { volume, otherwise_free: self.otherwise != Some(Silence::Unknown) })
+    }
+}
+
+/// Elevations above the ring plane in degrees, from whichever of three keys is given.
+fn elevations(at: &Place, entry: &LidarFile, step: f64) -> Result<Vec<f64>> {
+    let vertical = entry.fov_deg.and_then(|fov| fov.vertical);
+    let within = |key: &str, angle: f64| at.number(key, angle, -90.0..=90.0, "between -90 and 90");
+    match (&entry.rings_deg, entry.elevation_deg, vertical) {
+        (Some(rings), None, None) => {
+            at.some("rings_deg", rings, "rings_deg = [-15, -13, ...]")?;
+            rings.iter().map(|&angle| within("rings_deg", angle)).collect()
+        }
+        (None, Some([from, to]), None) => {
+            within("elevation_deg", from)?;
+            within("elevation_deg", to)?;
+            if from >= to {
+                return Err(at.wrong("elevation_deg", format!("[{from}, {to}]"), "must rise"));
+            }
+            Ok(lidar::angles(from, to - from, step))
+        }
+        (None, None, Some(vertical)) => {
+            at.number("fov_deg", vertical, f64::MIN_POSITIVE..=180.0, "above 0 and at most 180 vertically")?;
+            Ok(lidar::angles(-vertical / 2.0, vertical, step))
+        }
+        (None, None, None) => Err(elevation_error(at, "no elevations")),
+        _ => Err(elevation_error(at, "elevations given twice")),
+    }
+}
+
+fn elevation_error(at: &Place, what: &str) -> Error {
+    at.says(format!(
+        "{what}: give one of fov_deg = [horizontal, vertical], elevation_deg = [from, to], rings_deg"
+    ))
+}

@@ -1,0 +1,67 @@
+//! The keys of a sensor whose rays stand in a table, and the table.
+
+use std::path::{Path, PathBuf};
+
+use glam::DVec3;
+use serde::Deserialize;
+
+use super::range::RangeKeys;
+use super::{MAX_RAYS, Silence};
+use crate::sensor::quantise_q15;
+use crate::sensor::ray_set::RaySet;
+use crate::study::value::exactly;
+use crate::study::{Place, read_text};
+use crate::{Error, Result};
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct RaysFile {
+    directions: PathBuf,
+    #[serde(deserialize_with = "exactly")]
+    range_m: [f64; 2],
+    near_ignore_m: Option<f64>,
+    no_return: Option<Silence>,
+    noise_std_m: Option<f64>,
+}
+
+pub(super) fn check(at: &Place, folder: &Path, file: RaysFile, noiseless: bool) -> Result<RaySet> {
+    let range = RangeKeys {
+        range_m: file.range_m,
+        near_ignore_m: file.near_ignore_m,
+        no_return: file.no_return,
+        noise_std_m: file.noise_std_m,
+    };
+    let dirs_q15 =
+        directions(&folder.join(file.directions)).map_err(|e| at.says(format!("directions: {e}")))?;
+    Ok(RaySet { dirs_q15, range: range.check(at, noiseless)? })
+}
+
+#[derive(Deserialize)]
+struct Row {
+    x: f64,
+    y: f64,
+    z: f64,
+}
+
+/// Directions from a table with the header x,y,z, in the link frame; their lengths do not matter.
+fn directions(path: &Path) -> Result<Vec<[i32; 3]>> {
+    let text = read_text(path)?;
+    let columns = "the columns are x,y,z: a direction in the sensor's frame, x forward, y left, z up";
+    let mut reader =
+        csv::ReaderBuilder::new().comment(Some(b'#')).trim(csv::Trim::All).from_reader(text.as_bytes());
+    let mut dirs_q15 = Vec::new();
+    for (row, record) in reader.deserialize::<Row>().enumerate() {
+        let Row { x, y, z } = record.map_err(|e| Error::input(path.display(), format!("{e}; {columns}")))?;
+        let length = DVec3::new(x, y, z).length();
+        if !(length.is_finite() && length > 1e-9) {
+            let what = format!("row {}: {x},{y},{z}: must be a direction, finite and not zero", row + 1);
+            return Err(Error::input(path.display(), what));
+        }
+        dirs_q15.push([x, y, z].map(|v| quantise_q15(v / length)));
+    }
+    if dirs_q15.is_empty() || dirs_q15.len() > MAX_RAYS {
+        let what = format!("holds {} rays: from 1 to {MAX_RAYS} are possible; {columns}", dirs_q15.len());
+        return Err(Error::input(path.display(), what));
+    }
+    Ok(dirs_q15)
+}

@@ -1,0 +1,50 @@
+//! The keys of an RGB camera that watches a zone.
+
+use serde::Deserialize;
+
+use super::range::RangeKeys;
+use super::rgbd::{camera, tolerance};
+use super::{BoxFile, Silence};
+use crate::Result;
+use crate::scene::mannequin::JOINTS;
+use crate::sensor::rgb::Rgb;
+use crate::study::Place;
+use crate::study::value::exactly;
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct RgbFile {
+    #[serde(deserialize_with = "exactly")]
+    fov_deg: [f64; 2],
+    #[serde(deserialize_with = "exactly")]
+    resolution_px: [u32; 2],
+    #[serde(deserialize_with = "exactly")]
+    range_m: [f64; 2],
+    near_ignore_m: Option<f64>,
+    zone: BoxFile,
+    min_keypoints: Option<u32>,
+    keypoint_tolerance_m: Option<f64>,
+    otherwise: Option<Silence>,
+}
+
+pub(super) fn check(at: &Place, file: RgbFile) -> Result<Rgb> {
+    let range = RangeKeys {
+        range_m: file.range_m,
+        near_ignore_m: file.near_ignore_m,
+        no_return: None,
+        noise_std_m: None,
+    };
+    let min_keypoints = file.min_keypoints.unwrap_or(1) as usize;
+    if !(1..=JOINTS.len()).contains(&min_keypoints) {
+        return Err(at.wrong("min_keypoints", min_keypoints, "must be from 1 to 17, COCO's joints"));
+    }
+    Ok(Rgb {
+        camera: camera(at, file.fov_deg, file.resolution_px)?,
+        range: range.check(at, true)?,
+        zone: file.zone.check(at, "zone")?,
+        min_keypoints,
+        keypoint_tolerance_m: tolerance(at, file.keypoint_tolerance_m)?,
+        // A blocked view certifies nothing.
+        otherwise_free: file.otherwise == Some(Silence::Free),
+    })
+}

@@ -1,0 +1,86 @@
+//! The keys of an RGB-D camera, and of cameras at large.
+
+use serde::Deserialize;
+
+use super::range::RangeKeys;
+use super::{MAX_RAYS, Silence, each_once, length};
+use crate::sensor::Camera;
+use crate::sensor::keypoints::TOLERANCE_M;
+use crate::sensor::rgbd::{Rgbd, Shape};
+use crate::study::Place;
+use crate::study::value::exactly;
+use crate::{Error, Result};
+
+/// Radii that the paper's code has at voxels of 5 cm, in metres.
+const SPHERES_RADIUS_M: f64 = 0.20;
+const CYLINDERS_RADIUS_M: f64 = 0.25;
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct RgbdFile {
+    #[serde(deserialize_with = "exactly")]
+    fov_deg: [f64; 2],
+    #[serde(deserialize_with = "exactly")]
+    resolution_px: [u32; 2],
+    #[serde(deserialize_with = "exactly")]
+    range_m: [f64; 2],
+    near_ignore_m: Option<f64>,
+    no_return: Option<Silence>,
+    noise_std_m: Option<f64>,
+    representations: Option<Vec<ShapeName>>,
+    spheres_radius_m: Option<f64>,
+    cylinders_radius_m: Option<f64>,
+    keypoint_tolerance_m: Option<f64>,
+}
+
+#[derive(Clone, Copy, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "lowercase")]
+enum ShapeName {
+    Points,
+    Spheres,
+    Cylinders,
+    Box,
+}
+
+pub(super) fn check(at: &Place, file: RgbdFile, noiseless: bool) -> Result<Rgbd> {
+    let range = RangeKeys {
+        range_m: file.range_m,
+        near_ignore_m: file.near_ignore_m,
+        no_return: file.no_return,
+        noise_std_m: file.noise_std_m,
+    };
+    let names = file.representations.unwrap_or_else(|| vec![ShapeName::Points]);
+    each_once(at, &names, "representations = [\"points\", \"cylinders\"]")?;
+    let spheres = length(at, "spheres_radius_m", file.spheres_radius_m.unwrap_or(SPHERES_RADIUS_M))?;
+    let cylinders = length(at, "cylinders_radius_m", file.cylinders_radius_m.unwrap_or(CYLINDERS_RADIUS_M))?;
+    let shape = |name| match name {
+        ShapeName::Points => Shape::Points,
+        ShapeName::Spheres => Shape::Spheres { radius_m: spheres },
+        ShapeName::Cylinders => Shape::Cylinders { radius_m: cylinders },
+        ShapeName::Box => Shape::Box,
+    };
+    Ok(Rgbd {
+        camera: camera(at, file.fov_deg, file.resolution_px)?,
+        range: range.check(at, noiseless)?,
+        shapes: names.into_iter().map(shape).collect(),
+        keypoint_tolerance_m: tolerance(at, file.keypoint_tolerance_m)?,
+    })
+}
+
+/// The optics of a camera.
+pub(super) fn camera(at: &Place, fov_deg: [f64; 2], resolution_px: [u32; 2]) -> Result<Camera> {
+    for angle in fov_deg {
+        at.number("fov_deg", angle, f64::MIN_POSITIVE..180.0, "angles above 0 and below 180")?;
+    }
+    let pixels = resolution_px.iter().map(|&n| n as usize).product::<usize>();
+    if pixels == 0 || pixels > MAX_RAYS {
+        let rule = format!("must be at least 1 each and {MAX_RAYS} pixels together");
+        return Err(at.wrong("resolution_px", format!("{resolution_px:?}"), &rule));
+    }
+    Ok(Camera { fov_rad: fov_deg.map(f64::to_radians), resolution_px })
+}
+
+/// How far what is seen may be from a joint.
+pub(super) fn tolerance(at: &Place, metres: Option<f64>) -> Result<f64, Error> {
+    at.number("keypoint_tolerance_m", metres.unwrap_or(TOLERANCE_M), 0.0..=100.0, "a length from 0 to 100 m")
+}

@@ -1,0 +1,134 @@
+//! What each kind of sensor is when a study says as little as it may.
+
+use std::path::Path;
+
+use super::*;
+use crate::backend::Rays;
+use crate::sensor::Scale;
+
+fn read(keys: &str, noiseless: bool) -> Sensor {
+    let at = Place { file: Path::new("study.toml"), prefix: String::new() };
+    check(&at, toml::from_str(keys).unwrap(), 1, noiseless, &[]).unwrap()
+}
+
+/// How a kind prints itself, with the keys that all kinds need.
+fn kind(keys: &str) -> String {
+    let pose = "poses = [{ name = \"p\", list = [{ position_m = [0, 0, 1], facing = [1, 0, 0] }] }]";
+    format!("{:?}", read(&format!("name = \"s\"\n{pose}\n{keys}"), false).kind)
+}
+
+#[track_caller]
+fn has(kind: &str, parts: &[&str]) {
+    parts.iter().for_each(|part| assert!(kind.contains(part), "no {part:?} in {kind}"));
+}
+
+const RGBD: &str = "kind = \"rgbd\"\nfov_deg = [87, 58]\nresolution_px = [4, 3]\nrange_m = [0.3, 6]";
+const LIDAR: &str = "kind = \"lidar\"\nfov_deg = [360, 30]\nresolution_deg = 30\nrange_m = [0.3, 6]";
+const FIELD: &str = "field = { polygon_m = [[0, 0], [1, 0], [1, 1]], height_m = 1 }";
+
+#[test]
+fn cameras() {
+    has(
+        &kind(RGBD),
+        &["shapes: [Points]", "keypoint_tolerance_m: 0.15", "no_return_is_free: false", "near_ignore_m: 0.0"],
+    );
+    let all = "representations = [\"box\", \"cylinders\", \"points\", \"spheres\"]";
+    let shapes = "shapes: [Box, Cylinders { radius_m: 0.25 }, Points, Spheres { radius_m: 0.2 }]";
+    has(&kind(&format!("{RGBD}\n{all}")), &[shapes]);
+    let sized =
+        format!("{RGBD}\n{all}\nspheres_radius_m = 0.1\ncylinders_radius_m = 0.3\nno_return = \"free\"");
+    has(
+        &kind(&sized),
+        &["Cylinders { radius_m: 0.3 }", "Spheres { radius_m: 0.1 }", "no_return_is_free: true"],
+    );
+    let rgb = RGBD.replace("rgbd", "rgb") + "\nzone = { min_m = [0, 0, 0], max_m = [1, 1, 1] }";
+    has(&kind(&rgb), &["min_keypoints: 1,", "keypoint_tolerance_m: 0.15", "otherwise_free: false"]);
+    has(&kind(&format!("{rgb}\notherwise = \"free\"")), &["otherwise_free: true"]);
+}
+
+#[test]
+fn scanners() {
+    has(&kind(LIDAR), &["mount: Upright", "points: true", "field: None"]);
+    has(&kind(&format!("{LIDAR}\n{FIELD}")), &["points: false", "field: Some(Field", "otherwise_free: true"]);
+    let both = format!("{LIDAR}\n{FIELD}\nrepresentations = [\"field\", \"points\"]");
+    has(&kind(&both), &["points: true", "field: Some(Field"]);
+    let unsure = FIELD.replace("height_m = 1", "height_m = 1, otherwise = \"unknown\"");
+    has(&kind(&format!("{LIDAR}\n{unsure}")), &["otherwise_free: false"]);
+}
+
+#[test]
+fn switches() {
+    has(
+        &kind("kind = \"pad\"\nsize_m = [1, 0.75]"),
+        &["z_m: [0.0, 2.2]", "tare: true", "otherwise_free: true"],
+    );
+    let pad = "kind = \"pad\"\nsize_m = [1, 0.75]\nheight_m = 3\ntare = false\notherwise = \"unknown\"";
+    has(&kind(pad), &["z_m: [0.0, 3.0]", "tare: false", "otherwise_free: false"]);
+    let corners = "{ min_m = [0, 0, 0], max_m = [1, 1, 1] }";
+    let gate = format!("kind = \"gate\"\nbox = {corners}\nzone = {corners}");
+    has(&kind(&gate), &["otherwise_free: false"]);
+    has(&kind(&format!("{gate}\notherwise = \"free\"")), &["otherwise_free: true"]);
+}
+
+#[test]
+fn what_has_no_poses_has_candidates_all_the_same() {
+    let names = |keys: &str| -> Vec<(String, Setting)> {
+        let sensor = read(&format!("name = \"s\"\n{keys}"), false);
+        sensor.candidates.into_iter().map(|c| (c.name, c.setting)).collect()
+    };
+    let cover = names("kind = \"cover\"\ninflation_m = [0.30, 0.1]");
+    assert_eq!(
+        cover,
+        [("0.3".to_string(), Setting::Inflation(0.3)), ("0.1".to_string(), Setting::Inflation(0.1))]
+    );
+    assert_eq!(names("kind = \"known_robot\""), [("known".to_string(), Setting::Fixed)]);
+    let corners = "{ min_m = [0, 0, 0], max_m = [1, 1, 1] }";
+    assert_eq!(
+        names(&format!("kind = \"gate\"\nbox = {corners}\nzone = {corners}")),
+        [("here".to_string(), Setting::Fixed)]
+    );
+}
+
+#[test]
+fn noise_is_switched_off_for_all() {
+    let pose = "poses = [{ name = \"p\", list = [{ position_m = [0, 0, 1], facing = [1, 0, 0] }] }]";
+    let cover = "kind = \"cover\"\ninflation_m = [0.1]".to_string();
+    for keys in [format!("{RGBD}\n{pose}"), format!("{LIDAR}\n{pose}"), cover] {
+        let noisy = |noiseless| {
+            let sensor = read(&format!("name = \"s\"\nnoise_std_m = 0.02\n{keys}"), noiseless);
+            let rays = sensor.kind.rays(&Scale { voxel_size_m: 0.1, backdrop: false });
+            let drawn = rays.map_or(sensor.kind.is_noisy(), |rays: Rays| !rays.noise_q16.is_empty());
+            assert_eq!(sensor.kind.is_noisy(), drawn);
+            drawn
+        };
+        assert_eq!([noisy(false), noisy(true)], [true, false], "{keys}");
+    }
+}
+
+#[test]
+fn a_table_of_rays_gives_directions_of_any_length() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("study.toml");
+    let table = "# a ring\nx, y, z\n2, 0, 0\n0,-0.5,0\n\n3,0,4\n";
+    std::fs::write(folder.path().join("ring.csv"), table).unwrap();
+    let at = Place { file: &file, prefix: String::new() };
+    let keys = "name = \"s\"\nkind = \"rays\"\ndirections = \"ring.csv\"\nrange_m = [0, 1]\n\
+                poses = [{ name = \"p\", list = [{ position_m = [0, 0, 1], facing = [1, 0, 0] }] }]";
+    let sensor = check(&at, toml::from_str(keys).unwrap(), 1, false, &[]).unwrap();
+    let rays = sensor.kind.rays(&Scale { voxel_size_m: 0.1, backdrop: false }).unwrap();
+    // 0.6 · 2¹⁵ = 19660.8 and 0.8 · 2¹⁵ = 26214.4.
+    assert_eq!(rays.dirs_q15, [[32_768, 0, 0], [0, -32_768, 0], [19_661, 0, 26_214]]);
+    assert_eq!(rays.gates.range_max_q16, 10 << 16);
+}
+
+#[test]
+fn poses_of_another_sensor_are_the_same_poses() {
+    let at = Place { file: Path::new("study.toml"), prefix: String::new() };
+    let pose =
+        "poses = [{ name = \"p\", list = [{ position_m = [0, 0, 1], facing = [1, 0, 0], tilt_deg = -30 }] }]";
+    let first = read(&format!("name = \"first\"\n{RGBD}\n{pose}"), false);
+    let like = format!("name = \"second\"\n{RGBD}\nsame_poses_as = \"first\"");
+    let second = check(&at, toml::from_str(&like).unwrap(), 1, false, std::slice::from_ref(&first)).unwrap();
+    assert_eq!(first.candidates, second.candidates);
+    assert_eq!(first.candidates[0].name, "p/0");
+}

@@ -1,0 +1,98 @@
+//! A difference in words: which ray ended elsewhere, or which voxel is marked and by which ray.
+
+use super::Said;
+use crate::Result;
+use crate::backend::oracle::Oracle;
+use crate::backend::{Backend, Cell, Evidence, Placement, Rays};
+use crate::march::{self, End};
+use crate::metrics::Confusion;
+use crate::sensor::look;
+
+/// Names the ray and the voxel of the first difference of a pose.
+pub(super) fn explain(
+    cell: &Cell,
+    rays: &Rays,
+    placement: &Placement,
+    (expected, counts): Said,
+    (got, found): Said,
+) -> Result<String> {
+    let differs = |(_, (a, b)): &(usize, (&End, &End))| a != b;
+    if let Some((ray, (a, b))) = expected.ends.iter().zip(&got.ends).enumerate().find(differs) {
+        let dir = rays.dirs_q15[ray];
+        let told = |end: &End| {
+            let kind = match end.kind {
+                march::RETURN => "a return",
+                march::BLIND => "blind",
+                march::LEFT => "a return outside",
+                march::NOTHING => "nothing",
+                _ => "no known end",
+            };
+            format!(
+                "{kind} in voxel {:?} after {} crossings",
+                cell_after(placement, dir, end.crossings),
+                end.crossings
+            )
+        };
+        return Ok(format!("ray {ray} (direction {dir:?}) ended as {}, expected {}", told(b), told(a)));
+    }
+    if expected.ends.len() != got.ends.len() {
+        return Ok(format!("{} rays ended, expected {}", got.ends.len(), expected.ends.len()));
+    }
+    for (plane, a, b) in [
+        ("occupied", &expected.planes.occupied, &got.planes.occupied),
+        ("free", &expected.planes.free, &got.planes.free),
+    ] {
+        let (mut only_a, mut only_b) = (a.clone(), b.clone());
+        only_a.remove(b);
+        only_b.remove(a);
+        let lost = only_a.cells().next().map(|v| (v, "is missing from"));
+        if let Some((voxel, what)) = lost.or(only_b.cells().next().map(|v| (v, "should not be in"))) {
+            let ray = marking_ray(cell, rays, placement, |e| {
+                if plane == "free" { e.planes.free.get(voxel) } else { e.planes.occupied.get(voxel) }
+            })?;
+            let ray = ray.map_or("the oracle's rays do not mark it".into(), |r| {
+                format!("ray {r} is the first that marks it")
+            });
+            return Ok(format!("voxel {voxel:?} {what} the {plane} plane; {ray}"));
+        }
+    }
+    let unequal = counts.iter().zip(found).position(|(a, b)| a != b);
+    let region = unequal.unwrap_or(counts.len().min(found.len()));
+    let told = |all: &[Confusion]| all.get(region).map(Confusion::counts).unwrap_or_default();
+    Ok(format!(
+        "all rays and planes agree, the counts of region {region} (from 0) do not: {:?}, expected {:?} (tp fp fn tn uo uf, \
+         then tp fn uo of the human and of the robot)",
+        told(found),
+        told(counts)
+    ))
+}
+
+/// The cell of a ray after this many crossings.
+fn cell_after(placement: &Placement, dir_q15: [i32; 3], crossings: u32) -> [i32; 3] {
+    let dir_q16 = placement.axis_q15.map(|axis| march::direction_q16(axis, dir_q15));
+    look::after(march::start(placement.origin_q16, dir_q16), crossings)
+}
+
+/// The first ray with which the oracle's evidence has a mark. Marks only grow with the rays, so halving finds it.
+fn marking_ray(
+    cell: &Cell,
+    rays: &Rays,
+    placement: &Placement,
+    marked: impl Fn(&Evidence) -> bool,
+) -> Result<Option<usize>> {
+    let mut oracle = Oracle::default();
+    let mut marked_by = |first: usize| -> Result<bool> {
+        oracle.tables(&[Rays { dirs_q15: rays.dirs_q15[..first].to_vec(), ..rays.clone() }])?;
+        oracle.load(cell)?;
+        Ok(marked(&oracle.read(0, placement)?))
+    };
+    let (mut without, mut with) = (0, rays.dirs_q15.len());
+    if !marked_by(with)? {
+        return Ok(None);
+    }
+    while with - without > 1 {
+        let middle = (without + with) / 2;
+        if marked_by(middle)? { with = middle } else { without = middle }
+    }
+    Ok(Some(without))
+}

@@ -1,0 +1,196 @@
+//! What is kept on the backend: the evidence of each sensor at each candidate, made once and fused as often as
+//! combinations ask for it. When the slots run out, what was made first goes first.
+
+use std::collections::{HashMap, HashSet, VecDeque};
+
+use rayon::prelude::*;
+
+use super::{Ask, World};
+use crate::backend::{Backend, Placement, Planes, Rays, Reading, Slot};
+use crate::sensor::{Claim, Station};
+use crate::study::Study;
+use crate::voxel::Window;
+use crate::voxel::region::window_of;
+use crate::{Error, Result};
+
+/// Most jobs of a batch: enough to keep any device busy.
+const JOBS_PER_BATCH: usize = 4096;
+
+/// Most rays of a batch, unless a single choice casts more: some twenty cameras, so that a progress bar moves.
+const RAYS_PER_BATCH: usize = 1 << 24;
+
+/// A sensor at a candidate, in one repeat; sensors without noise say the same in all of them.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+struct Key {
+    sensor: usize,
+    candidate: usize,
+    repeat: usize,
+}
+
+/// Where its evidence is.
+struct Held {
+    /// All slots that it takes.
+    slots: Vec<Slot>,
+    /// For each representation, what it adds to a fusion; `None` where it says nothing.
+    readings: Vec<Option<Reading>>,
+}
+
+/// The evidence of one world on a backend.
+pub(super) struct Store<'a> {
+    pub(super) study: &'a Study,
+    pub(super) world: &'a World,
+    tables: &'a [Option<Rays>],
+    window: Window,
+    held: HashMap<Key, Held>,
+    /// In the order they were made.
+    oldest: VecDeque<Key>,
+    vacant: Vec<Slot>,
+    slots: usize,
+}
+
+impl<'a> Store<'a> {
+    /// An empty store for a world that the backend has loaded, with as many slots as it has.
+    pub(super) fn new(
+        study: &'a Study,
+        world: &'a World,
+        tables: &'a [Option<Rays>],
+        slots: usize,
+    ) -> Store<'a> {
+        Store {
+            study,
+            world,
+            tables,
+            window: window_of(&world.regions),
+            held: HashMap::new(),
+            oldest: VecDeque::new(),
+            vacant: (0..slots as Slot).rev().collect(),
+            slots,
+        }
+    }
+
+    /// Makes the evidence of the first of some choices, as many as fit at once; says how many those are.
+    pub(super) fn gather(&mut self, asks: &[Ask], repeat: usize, backend: &mut dyn Backend) -> Result<usize> {
+        let mut wanted = HashSet::new();
+        let (mut missing, mut count, mut room) = (Vec::new(), 0, self.slots);
+        let (mut jobs, mut rays) = (0, 0);
+        for ask in asks {
+            let mut new: Vec<Key> = self.keys(ask, repeat).collect();
+            new.retain(|key| !wanted.contains(key));
+            let slots: usize = new.iter().map(|key| self.most_slots(key)).sum();
+            jobs += self.study.combinations[ask.combination].ways(&self.study.sensors);
+            let lacking = || new.iter().filter(|key| !self.held.contains_key(key));
+            let table = |key: &Key| self.tables[key.sensor].as_ref().map_or(0, |table| table.dirs_q15.len());
+            rays += lacking().map(table).sum::<usize>();
+            if slots > room || (count > 0 && (jobs > JOBS_PER_BATCH || rays > RAYS_PER_BATCH)) {
+                break;
+            }
+            room -= slots;
+            missing.extend(lacking());
+            wanted.extend(new);
+            count += 1;
+        }
+        if count == 0 {
+            let combination = &self.study.combinations[asks[0].combination].name;
+            return Err(Error::Input(format!(
+                "combination {combination:?}: the evidence of its sensors does not fit backend {} at once ({} pieces do): \
+                 use larger voxels, smaller regions, or `--backend cpu`",
+                backend.name(),
+                self.slots
+            )));
+        }
+        self.make_room(&missing, &wanted);
+        self.make(&missing, backend)?;
+        Ok(count)
+    }
+
+    /// What the members of a choice say, in the order they speak, each in its representation.
+    pub(super) fn readings(&self, ask: &Ask, repeat: usize, ways: &[usize]) -> Vec<Reading> {
+        let held = self.keys(ask, repeat).map(|key| &self.held[&key]);
+        held.zip(ways).filter_map(|(held, &way)| held.readings[way]).collect()
+    }
+
+    fn keys(&self, ask: &Ask, repeat: usize) -> impl Iterator<Item = Key> + use<'a> {
+        let (study, combination) = (self.study, &self.study.combinations[ask.combination]);
+        let members = combination.members.iter().zip(combination.choice(ask.choice));
+        members.map(move |(member, candidate)| {
+            let noisy = study.sensors[member.sensor].kind.is_noisy();
+            Key { sensor: member.sensor, candidate, repeat: if noisy { repeat } else { 0 } }
+        })
+    }
+
+    /// One slot for what is cast, and one for what the host may add in each representation.
+    fn most_slots(&self, key: &Key) -> usize {
+        let kind = &self.study.sensors[key.sensor].kind;
+        let added = (0..kind.representations().len()).filter(|&representation| kind.adds(representation));
+        self.tables[key.sensor].is_some() as usize + added.count()
+    }
+
+    /// Drops the oldest evidence that is not wanted until what is missing fits.
+    fn make_room(&mut self, missing: &[Key], wanted: &HashSet<Key>) {
+        let needed: usize = missing.iter().map(|key| self.most_slots(key)).sum();
+        let mut kept = VecDeque::new();
+        while self.vacant.len() < needed {
+            let Some(key) = self.oldest.pop_front() else { break };
+            if wanted.contains(&key) {
+                kept.push_back(key);
+            } else if let Some(held) = self.held.remove(&key) {
+                self.vacant.extend(held.slots);
+            }
+        }
+        kept.append(&mut self.oldest);
+        self.oldest = kept;
+    }
+
+    /// Casts and claims what is missing.
+    fn make(&mut self, missing: &[Key], backend: &mut dyn Backend) -> Result<()> {
+        let said: Vec<(Placement, Vec<Claim>)> = missing.par_iter().map(|key| self.ask_sensor(key)).collect();
+        let mut shots: Vec<Vec<(Slot, Placement)>> = vec![Vec::new(); self.tables.len()];
+        let mut uploads: Vec<(Slot, Planes)> = Vec::new();
+        for (key, (placement, claims)) in missing.iter().zip(said) {
+            let mut slots = Vec::new();
+            let mut take = |vacant: &mut Vec<Slot>| {
+                let slot = vacant.pop().expect("room was made for all that is missing");
+                slots.push(slot);
+                slot
+            };
+            let cast = claims.iter().any(|claim| claim.cast).then(|| take(&mut self.vacant));
+            shots[key.sensor].extend(cast.map(|slot| (slot, placement)));
+            let mut readings = Vec::new();
+            for (representation, claim) in claims.into_iter().enumerate() {
+                let [hit, miss] = self.study.sensors[key.sensor].kind.log_odds(representation);
+                let added = claim.planes.map(|planes| {
+                    let slot = take(&mut self.vacant);
+                    uploads.push((slot, planes));
+                    slot
+                });
+                let cast = cast.filter(|_| claim.cast);
+                readings.push(match (cast, added) {
+                    (Some(slot), volume) => Some(Reading { slot, volume, hit, miss }),
+                    (None, added) => added.map(|slot| Reading { slot, volume: None, hit, miss }),
+                });
+            }
+            self.held.insert(*key, Held { slots, readings });
+            self.oldest.push_back(*key);
+        }
+        let casting = shots.iter().zip(self.tables).filter(|(_, table)| table.is_some());
+        for (table, (shots, _)) in casting.enumerate().filter(|(_, (shots, _))| !shots.is_empty()) {
+            backend.sense(table, shots)?;
+        }
+        backend.upload(&uploads)
+    }
+
+    /// Where a sensor is, and what it says in each representation.
+    fn ask_sensor(&self, key: &Key) -> (Placement, Vec<Claim>) {
+        let (world, spec) = (self.world, &self.study.sensors[key.sensor]);
+        let placement = world.placement(self.study, key.sensor, key.candidate, key.repeat);
+        let station = Station {
+            truth: &world.truth,
+            window: self.window,
+            setting: world.settings[key.sensor][key.candidate],
+            rays: self.tables[key.sensor].as_ref(),
+            draws: placement.draws,
+        };
+        let representations = 0..spec.kind.representations().len();
+        (placement, representations.map(|r| spec.kind.claim(r, &station)).collect())
+    }
+}

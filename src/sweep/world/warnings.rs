@@ -1,0 +1,156 @@
+//! What was assumed about a scene that the user may not expect, each thing once however many snapshots have it.
+//! What is wrong, rather than unexpected, is an error elsewhere.
+
+use super::World;
+use crate::scene::Role;
+use crate::sensor::{Setting, Stance, Station};
+use crate::study::Study;
+use crate::voxel::{BitGrid, Grid};
+
+/// The warnings of a scene from all its snapshots, which have the same objects in the same order.
+pub(super) fn warnings(study: &Study, worlds: &[World]) -> Vec<String> {
+    let mut warnings = Vec::new();
+    for object in 0..worlds[0].truth.objects.len() {
+        object_warnings(worlds, object, &mut warnings);
+    }
+    if !worlds[0].truth.objects.iter().any(|o| o.role == Role::Human) {
+        warnings.push("no object has role = \"human\": human_seen has no value".into());
+    }
+    for (region, (name, _)) in study.regions.iter().enumerate() {
+        let cut: Vec<f64> = worlds.iter().map(|world| world.regions[region].cut_share).collect();
+        let (at, when) = largest(&cut);
+        if cut[at] > 0.0 {
+            let percent = 100.0 * cut[at];
+            warnings.push(format!(
+                "region {name:?}: {percent:.1} % of it lies outside the grid and is not counted{when}"
+            ));
+        }
+    }
+    let share =
+        |world: &World| world.truth.ignored.count() as f64 / world.truth.grid.window().volume() as f64;
+    let ignored: Vec<f64> = worlds.iter().map(share).collect();
+    let (at, when) = largest(&ignored);
+    if ignored[at] > 0.5 {
+        let percent = 100.0 * ignored[at];
+        warnings.push(format!(
+            "{percent:.0} % of the grid is inside bodies whose interior is ignored{when}: a hull that is the room itself \
+             needs interior = \"free\""
+        ));
+    }
+    for sensor in 0..study.sensors.len() {
+        warnings.extend(stuck_warning(study, sensor, &worlds[0]));
+        warnings.extend(outside_warning(study, sensor, &worlds[0]));
+    }
+    // Pads lie in the floor and gates stand where they like; only what looks out can be in the way of its own rays.
+    let looks = |sensor: &usize| study.sensors[*sensor].kind.stance() != Stance::Level;
+    for sensor in (0..study.sensors.len()).filter(looks) {
+        let what = "stand in an occupied voxel (move them out of it): their rays start behind its surface";
+        warnings.extend(inside_warning(study, sensor, worlds, |world| &world.truth.blockers, what));
+        let what = "stand inside a body whose interior is ignored";
+        warnings.extend(inside_warning(study, sensor, worlds, |world| &world.truth.ignored, what));
+    }
+    warnings
+}
+
+/// What is odd about one object in the first snapshot where anything is, and where it is left out.
+fn object_warnings(worlds: &[World], index: usize, warnings: &mut Vec<String>) {
+    let object = |world: &World| world.truth.objects[index].clone();
+    let name = &worlds[0].truth.objects[index].name;
+    if let Some(odd) = worlds.iter().map(object).find(|object| !object.warnings.is_empty()) {
+        warnings.extend(odd.warnings.iter().map(|w| format!("object {name:?} {w}")));
+    }
+    let outside = worlds.iter().filter(|&world| object(world).cells.is_empty()).count();
+    if outside == worlds.len() {
+        warnings.push(format!("object {name:?} lies outside the grid and is left out"));
+    } else if outside > 0 {
+        warnings.push(format!(
+            "object {name:?} lies outside the grid in {outside} of {} snapshots and is left out there",
+            worlds.len()
+        ));
+    }
+}
+
+/// The first snapshot where a value is largest, and in words which that is; none where all are alike.
+fn largest(values: &[f64]) -> (usize, String) {
+    let larger = |at: usize, i: usize| if values[i] > values[at] { i } else { at };
+    let at = (0..values.len()).fold(0, larger);
+    let alike = values.iter().all(|&value| value == values[at]);
+    (at, if alike { String::new() } else { format!(" (in snapshot {at}, where it is most)") })
+}
+
+/// Which candidates of a switch the environment trips without anybody there, in the first snapshot.
+fn stuck_warning(study: &Study, sensor: usize, world: &World) -> Option<String> {
+    let (spec, truth) = (&study.sensors[sensor], &world.truth);
+    let stuck = |setting: &Setting| {
+        let station = Station { truth, window: truth.grid.window(), setting: *setting, rays: None, draws: 0 };
+        spec.kind.is_stuck(&station)
+    };
+    let candidates = spec.candidates.iter().zip(&world.settings[sensor]);
+    let names: Vec<&str> =
+        candidates.filter(|(_, setting)| stuck(setting)).map(|(c, _)| c.name.as_str()).collect();
+    let first = names.first()?;
+    Some(format!(
+        "sensor {:?}: the environment alone trips {} of {} (first {first}), which are always on: keep the box or the field \
+         off floor and walls",
+        spec.name,
+        names.len(),
+        spec.candidates.len()
+    ))
+}
+
+/// Which poses are outside everything that is modelled, in the first snapshot.
+fn outside_warning(study: &Study, sensor: usize, world: &World) -> Option<String> {
+    let spec = &study.sensors[sensor];
+    let all = world.truth.objects.iter().map(|object| object.bounds_m);
+    let [low, high] = all.reduce(|[low, high], [l, h]| [low.min(l), high.max(h)])?;
+    let outside = |setting: &Setting| match setting {
+        Setting::Pose(pose) => !(pose.position_m.cmpge(low) & pose.position_m.cmple(high)).all(),
+        _ => false,
+    };
+    let candidates = spec.candidates.iter().zip(&world.settings[sensor]);
+    let names: Vec<&str> =
+        candidates.filter(|(_, setting)| outside(setting)).map(|(c, _)| c.name.as_str()).collect();
+    let first = names.first()?;
+    Some(format!(
+        "sensor {:?}: {} poses (first {first}) are outside all surfaces of the scene: is that where they should be?",
+        spec.name,
+        names.len()
+    ))
+}
+
+/// How many poses stand in a plane, in the snapshot where most do.
+fn inside_warning(
+    study: &Study,
+    sensor: usize,
+    worlds: &[World],
+    plane: impl Fn(&World) -> &BitGrid,
+    what: &str,
+) -> Option<String> {
+    let spec = &study.sensors[sensor];
+    let inside = |world: &World| -> Vec<&str> {
+        let stands = |setting: &Setting| match setting {
+            Setting::Pose(pose) => {
+                plane(world).get(Grid::cell_of(world.truth.grid.position_q16(pose.position_m)))
+            }
+            _ => false,
+        };
+        let candidates = spec.candidates.iter().zip(&world.settings[sensor]);
+        candidates.filter(|(_, setting)| stands(setting)).map(|(c, _)| c.name.as_str()).collect()
+    };
+    let poses: Vec<Vec<&str>> = worlds.iter().map(inside).collect();
+    let (at, when) = largest(&poses.iter().map(|names| names.len() as f64).collect::<Vec<_>>());
+    let first = poses[at].first()?;
+    Some(format!("sensor {:?}: {} poses (first {first}) {what}{when}", spec.name, poses[at].len()))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_worst_snapshot_is_named_unless_all_are_alike() {
+        assert_eq!(largest(&[0.3]), (0, String::new()));
+        assert_eq!(largest(&[0.3, 0.3]), (0, String::new()));
+        assert_eq!(largest(&[0.0, 0.2, 0.1, 0.2]), (1, " (in snapshot 1, where it is most)".into()));
+    }
+}

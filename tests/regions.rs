@@ -1,0 +1,198 @@
+//! Regions as a user writes them: each shape has the voxels it should have, a mesh in a file like one in metres, and
+//! what cannot be is refused with file, key, value and cure.
+
+#[allow(dead_code)]
+#[path = "common/program.rs"]
+mod program;
+
+use perirobot::study::{Overrides, Study};
+use perirobot::sweep::world::World;
+use perirobot::voxel::BitGrid;
+use program::{Folder, refused};
+
+const STUDY: &str = "study.toml";
+
+/// A cube from 0 to 1 as an ASCII STL, z up; `less` triangles are left out.
+fn cube_stl(less: usize) -> String {
+    let corner = |i: usize| format!("vertex {} {} {}\n", i & 1, i >> 1 & 1, i >> 2 & 1);
+    let quads = [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]];
+    let triangles = quads.iter().flat_map(|&[a, b, c, d]| [[a, b, c], [a, c, d]]).skip(less);
+    let facet = |t: [usize; 3]| {
+        let corners: String = t.map(corner).concat();
+        format!("facet normal 0 0 0\nouter loop\n{corners}endloop\nendfacet\n")
+    };
+    format!("solid cube\n{}endsolid cube\n", triangles.map(facet).collect::<String>())
+}
+
+/// The regions of the usual study with these put before its sensors, over the grid.
+fn regions(folder: &Folder, more: &str) -> Vec<(String, BitGrid)> {
+    folder.edit(STUDY, "[[sensor]]", &format!("{more}\n[[sensor]]"));
+    let study = Study::load(&folder.path(STUDY), &Overrides::default()).unwrap();
+    let world = World::prepare(&study, 0).unwrap().remove(0);
+    let window = world.truth.grid.window();
+    world.regions.iter().map(|region| (region.name.clone(), region.cells.over(window))).collect()
+}
+
+fn named<'r>(regions: &'r [(String, BitGrid)], name: &str) -> &'r BitGrid {
+    &regions.iter().find(|(other, _)| other == name).unwrap().1
+}
+
+#[test]
+fn regions_are_made_of_those_above_them() {
+    let more = r#"
+        [[region]]
+        name = "either"
+        union = ["robot", "human"]
+        [[region]]
+        name = "rest"
+        difference = ["either", "human", "box"]
+        [[region]]
+        name = "upper"
+        half_sphere = { center_m = [0.2, 0.3, 0.4], radius_m = 0.6 }
+        [[region]]
+        name = "lower"
+        half_sphere = { center_m = [0.2, 0.3, 0.4], radius_m = 0.6, normal = [0, 0, -2.5] }
+        [[region]]
+        name = "halves"
+        union = ["upper", "lower"]"#;
+    let regions = regions(&Folder::new(), more);
+    let get = |name| named(&regions, name).clone();
+    let mut either = get("robot");
+    either.add(&get("human"));
+    assert_eq!(get("either"), either);
+    let mut rest = get("robot");
+    rest.remove(&get("human"));
+    rest.remove(&get("box"));
+    assert_eq!(get("rest"), rest);
+    assert!(!rest.is_empty() && get("upper").count() < get("robot").count());
+    assert_eq!(get("halves"), get("robot"));
+}
+
+#[test]
+fn a_mesh_in_a_file_is_turned_moved_and_scaled() {
+    let folder = Folder::new();
+    folder.write("zone.stl", cube_stl(0));
+    folder.write("zone_mm.stl", cube_stl(0).replace(" 1", " 1000"));
+    // The cube spans −0.5 … 0.5 on x and y, 0.1 … 1.1 on z, as the region "box" does.
+    let more = r#"
+        [[region]]
+        name = "metres"
+        mesh = "zone.stl"
+        position_m = [-0.5, -0.5, 0.1]
+        [[region]]
+        name = "millimetres"
+        mesh = "zone_mm.stl"
+        unit = "mm"
+        position_m = [-0.5, -0.5, 0.1]
+        [[region]]
+        name = "turned"
+        mesh = "zone.stl"
+        position_m = [0.5, -0.5, 0.1]
+        rpy_deg = [0, 0, 90]
+        [[region]]
+        name = "y up"
+        mesh = "zone.stl"
+        up = "y"
+        position_m = [-0.5, 0.5, 0.1]"#;
+    let regions = regions(&folder, more);
+    for name in ["metres", "millimetres", "turned", "y up"] {
+        assert_eq!(named(&regions, name), named(&regions, "box"), "{name}");
+    }
+}
+
+/// A region in place of the study's sphere must be refused in words that hold all of `expected`.
+#[track_caller]
+fn wrong(shape: &str, expected: &[&str]) {
+    let folder = Folder::new();
+    folder.write("open.stl", cube_stl(1));
+    folder.write("zone.stl", cube_stl(0));
+    let sphere = "sphere = { center_m = [0.2, 0.3, 0.4], radius_m = 0.6 }";
+    refused(&folder, &[(STUDY, sphere, shape)], &[&[STUDY, "region \"robot\""], expected].concat());
+}
+
+#[test]
+fn shapes_that_cannot_be() {
+    let half = |rest: &str| format!("half_sphere = {{ center_m = [0, 0, 0.5], {rest} }}");
+    wrong(&half("radius_m = -1"), &["half_sphere.radius_m = -1: must be a length above 0"]);
+    wrong(
+        &half("radius_m = 1, normal = [0, 0, 0]"),
+        &["half_sphere.normal = [0.0, 0.0, 0.0]: must not be zero"],
+    );
+    wrong(&half("radius_m = 900"), &["radius_m = 900: at most 2047 voxels"]);
+    wrong(
+        "robot_reach = { tool_m = -0.1 }",
+        &["robot_reach.tool_m = -0.1: must be a length in metres from 0"],
+    );
+    wrong(
+        "robot_reach = {}",
+        &["scene \"cell\"", "robot_reach: no robot has a known reach: give the robot as a urdf"],
+    );
+    wrong(
+        "robot_reach = { object = \"crate\" }",
+        &["robot_reach.object = \"crate\": the scene's robots are [\"arm\"]"],
+    );
+    wrong("union = [\"robot\"]", &["union = [\"robot\"]: must name two regions or more"]);
+    wrong(
+        "union = []\nbox = { min_m = [0, 0, 0], max_m = [1, 1, 1] }",
+        &["both box and union: give one shape"],
+    );
+    // Neither itself nor one below it.
+    wrong(
+        "union = [\"robot\", \"box\"]",
+        &["union[0] = \"robot\": must be a region that stands above", "file: []"],
+    );
+    wrong(
+        "unit = \"mm\"\nsphere = { center_m = [0, 0, 1], radius_m = 1 }",
+        &["unit and up belong to an .stl"],
+    );
+    wrong(
+        "rpy_deg = [0, 0, 1]\nsphere = { center_m = [0, 0, 1], radius_m = 1 }",
+        &["rpy_deg belong to a mesh"],
+    );
+    wrong(
+        "position_m = [0, 0, 1]\nsphere = { center_m = [0, 0, 1], radius_m = 1 }",
+        &["position_m and rpy_deg"],
+    );
+}
+
+#[test]
+fn meshes_that_cannot_be_regions() {
+    wrong("mesh = \"gone.stl\"", &[".mesh = ", "gone.stl: cannot be read"]);
+    wrong("mesh = \"zone.dae\"", &["mesh = \"zone.dae\": must be a .glb, .gltf or .stl file"]);
+    wrong("mesh = \"zone.glb\"\nup = \"y\"", &["unit and up belong to an .stl"]);
+    wrong("mesh = \"open.stl\"", &["mesh: is not watertight (an edge has only one side)", "close its holes"]);
+    wrong("mesh = \"zone.stl\"\nposition_m = [0, 0, nan]", &["position_m = [0.0, 0.0, NaN]"]);
+    wrong("mesh = \"zone.stl\"\nposition_m = [0, 0, 900000]", &["mesh: has a corner at", "millimetres"]);
+    wrong("mesh = \"zone.stl\"\nposition_m = [0, 0, 900]", &["lies outside the grid"]);
+}
+
+#[test]
+fn names_of_other_regions() {
+    let after = |shape: &str, expected: &[&str]| {
+        let entry = format!("[[region]]\nname = \"new\"\n{shape}\n[[sensor]]");
+        refused(
+            &Folder::new(),
+            &[(STUDY, "[[sensor]]", &entry)],
+            &[&[STUDY, "region \"new\""], expected].concat(),
+        );
+    };
+    after(
+        "difference = [\"robot\", \"gone\"]",
+        &["difference[1] = \"gone\"", "[\"robot\", \"box\", \"human\"]"],
+    );
+    after(
+        "difference = [\"robot\", \"box\", \"robot\"]",
+        &["difference: the others leave nothing of the first"],
+    );
+    let chain: String = (0..12)
+        .map(|i| {
+            let last = if i == 0 { "robot".into() } else { format!("r{}", i - 1) };
+            format!("[[region]]\nname = \"r{i}\"\nunion = [\"{last}\", \"{last}\"]\n")
+        })
+        .collect();
+    refused(
+        &Folder::new(),
+        &[(STUDY, "[[sensor]]", &format!("{chain}[[sensor]]"))],
+        &[STUDY, "region \"r9\"", "is made of 1024 shapes"],
+    );
+}
