@@ -124,6 +124,31 @@ fn broken_gltf() {
 }
 
 #[test]
+fn a_person_of_two_parts_has_no_keypoints() {
+    let folder = Folder::new();
+    let two = r#"[{"name":"head","mesh":0},{"name":"body","mesh":0,"translation":[0,0.2,0]}]"#;
+    let parts = gltf(|json| {
+        json.replace(r#"[{"name":"part","mesh":0}]"#, two).replace(r#""nodes":[0]"#, r#""nodes":[0,1]"#)
+    });
+    folder.write("person.gltf", parts);
+    folder.write("joints.csv", "0,0,0.6\n".to_string() + &",,\n".repeat(16));
+    folder.edit(
+        "cell.toml",
+        "",
+        "[[object]]\nname = \"person\"\nrole = \"human\"\nmesh = \"person.gltf\"\nkeypoints = \"joints.csv\"\n\
+         nodes = [{ match = \"head\" }]\n",
+    );
+    let outcome = folder.sweep(&[]);
+    assert_eq!(outcome.code, Some(2), "{}", outcome.stderr);
+    let expected = "object \"person\": nodes: \"person\" and \"person/head\" are both human";
+    assert!(outcome.stderr.contains(expected), "{}", outcome.stderr);
+    // One rule for all of the person is good.
+    folder.edit("cell.toml", "match = \"head\"", "match = \"*\"");
+    let outcome = folder.sweep(&[]);
+    assert_eq!(outcome.code, Some(0), "{}", outcome.stderr);
+}
+
+#[test]
 fn everything_ignored() {
     let folder = Folder::new();
     folder.write("part.gltf", gltf(|json| json));

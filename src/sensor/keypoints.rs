@@ -7,8 +7,8 @@ use super::{Camera, Station, look};
 use crate::backend::{Placement, Rays};
 use crate::scene::Role;
 use crate::scene::mannequin::JOINTS;
-use crate::voxel::ObjectVoxels;
 use crate::voxel::grid::length_q16;
+use crate::voxel::{ObjectVoxels, Truth};
 
 /// Where each joint of one person is detected; `None` where it is not.
 pub type Detected = [Option<[i32; 3]>; JOINTS.len()];
@@ -51,7 +51,7 @@ pub struct Eye<'a> {
 /// What a camera detects of each person of a scene, in the order of the scene's objects.
 pub fn detect(eye: &Eye, at: &Station) -> Vec<Detected> {
     let nobody = [None; JOINTS.len()];
-    humans(at)
+    humans(at.truth)
         .zip(0u32..)
         .map(|(human, number)| {
             let Some(keypoints) = &human.keypoints else { return nobody };
@@ -64,13 +64,13 @@ pub fn detect(eye: &Eye, at: &Station) -> Vec<Detected> {
 }
 
 /// The people of a scene.
-pub(super) fn humans<'a>(at: &Station<'a>) -> impl Iterator<Item = &'a ObjectVoxels> {
-    at.truth.objects.iter().map(|object| &**object).filter(|object| object.role == Role::Human)
+pub(super) fn humans(truth: &Truth) -> impl Iterator<Item = &ObjectVoxels> {
+    truth.objects.iter().map(|object| &**object).filter(|object| object.role == Role::Human)
 }
 
 /// Why keypoints cannot be asked for in a scene.
 pub fn check(at: &Station) -> Result<(), String> {
-    match humans(at).find(|human| human.keypoints.is_none()) {
+    match humans(at.truth).find(|human| human.keypoints.is_none()) {
         None => Ok(()),
         Some(human) => Err(format!(
             "needs keypoints, and human {:?} has none: give it keypoints = \"joints.csv\" in the scene file (17 joints, \

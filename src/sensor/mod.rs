@@ -190,6 +190,11 @@ pub trait Kind: Debug + Send + Sync {
     fn reach(&self, _: &Station) -> Reach {
         Reach::Rays
     }
+
+    /// The voxels around people that it may speak of besides, wherever it stands; over the whole grid.
+    fn around_people(&self, _: &Truth) -> Option<BitGrid> {
+        None
+    }
 }
 
 /// What a sensor may speak of at a candidate; planes cover the whole grid.

@@ -2,10 +2,10 @@
 
 use super::keypoints::{self, BONES, Detected, Eye};
 use super::range::Range;
-use super::{Camera, Claim, Kind, MEASURES, Reach, Scale, Station, placement};
+use super::{Camera, Claim, Kind, MEASURES, Scale, Station, placement};
 use crate::backend::{Planes, Rays};
 use crate::voxel::grid::{ONE_Q16, length_q16};
-use crate::voxel::{BitGrid, solid};
+use crate::voxel::{BitGrid, Truth, solid};
 
 /// Optics, distances and what is scored.
 #[derive(Clone, Debug, PartialEq)]
@@ -107,28 +107,23 @@ impl Kind for Rgbd {
         self.shapes[representation] != Shape::Points
     }
 
-    fn reach(&self, at: &Station) -> Reach {
-        // Wherever on a person a joint may be detected, its volume is within this of the person.
+    fn around_people(&self, truth: &Truth) -> Option<BitGrid> {
+        // Joints are detected on a person, so no volume leaves the person's box grown by the largest radius.
         let radius_m = |shape: &Shape| match *shape {
-            Shape::Spheres { radius_m } | Shape::Cylinders { radius_m } => radius_m,
-            Shape::Points | Shape::Box => 0.0,
+            Shape::Points => None,
+            Shape::Spheres { radius_m } | Shape::Cylinders { radius_m } => Some(radius_m),
+            Shape::Box => Some(0.0),
         };
-        let radius_m = self.shapes.iter().map(radius_m).fold(0.0, f64::max);
-        let grid = &at.truth.grid;
-        let mut volumes = BitGrid::new(grid.window());
-        if radius_m > 0.0 {
-            volumes = solid::within(&at.truth.human, length_q16(radius_m, grid.voxel_size_m), grid.window());
+        let radius_m = self.shapes.iter().filter_map(radius_m).reduce(f64::max)?;
+        let radius_q16 = length_q16(radius_m, truth.grid.voxel_size_m);
+        let mut volumes = BitGrid::new(truth.grid.window());
+        for human in keypoints::humans(truth).filter(|human| !human.cells.is_empty()) {
+            let bounds = human.cells.bounds();
+            let low = bounds.min.map(|x| i64::from(x) * ONE_Q16 - radius_q16);
+            let high = bounds.end().map(|x| i64::from(x) * ONE_Q16 + radius_q16);
+            solid::half_open_box(&mut volumes, low, high);
         }
-        if self.shapes.iter().any(|shape| matches!(shape, Shape::Cylinders { .. } | Shape::Box)) {
-            // A bone, or a box, spans from one part of a person to another.
-            for human in keypoints::humans(at) {
-                let bounds = human.cells.bounds();
-                let low = bounds.min.map(|x| i64::from(x) * ONE_Q16);
-                let high = bounds.end().map(|x| i64::from(x) * ONE_Q16);
-                solid::half_open_box(&mut volumes, low, high);
-            }
-        }
-        if volumes.is_empty() { Reach::Rays } else { Reach::RaysAnd(volumes) }
+        Some(volumes)
     }
 
     fn claim(&self, representation: usize, at: &Station) -> Claim {

@@ -108,7 +108,7 @@ pub fn compare(
     let spec = &study.sensors[sensor];
     let cell = world.cell(world.truth.grid.window());
     let poses = select(selection, spec);
-    let Some(rays) = super::tables(study).swap_remove(sensor).filter(|_| !poses.is_empty()) else {
+    let Some(rays) = super::table(study, sensor).filter(|_| !poses.is_empty()) else {
         return Ok(());
     };
     let placements: Vec<Placement> =

@@ -66,8 +66,13 @@ pub fn jobs(study: &Study) -> u64 {
 
 /// The tables of rays that a study's sensors cast, in study order.
 pub fn tables(study: &Study) -> Vec<Option<Rays>> {
+    (0..study.sensors.len()).map(|sensor| table(study, sensor)).collect()
+}
+
+/// The table of one of them, if it casts.
+fn table(study: &Study, sensor: usize) -> Option<Rays> {
     let scale = Scale { voxel_size_m: study.voxel_size_m, backdrop: study.backdrop };
-    study.sensors.iter().map(|sensor| sensor.kind.rays(&scale)).collect()
+    study.sensors[sensor].kind.rays(&scale)
 }
 
 /// Scores every choice of every combination in every scene, rows in study order: scene, snapshot, repeat, combination,

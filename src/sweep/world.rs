@@ -166,6 +166,9 @@ type Wrong = (usize, usize, String);
 fn reachable(study: &Study, truth: &Truth, settings: &[Vec<Setting>]) -> Result<BitGrid, Wrong> {
     let (mut begins, mut spoken_of) = (Vec::new(), BitGrid::new(truth.grid.window()));
     for (s, sensor) in study.sensors.iter().enumerate() {
+        if let Some(cells) = sensor.kind.around_people(truth) {
+            spoken_of.add(&cells);
+        }
         let housing = (sensor.kind.housing_m() / study.voxel_size_m).ceil();
         let housing = housing.min(f64::from(MAX_RANGE_VOXELS)) as u32;
         for (c, &setting) in settings[s].iter().enumerate() {

@@ -18,6 +18,14 @@ fn added(truth: &Truth) -> [Vec<[i32; 3]>; 4] {
         assert!(cast, "the points always belong to it");
         planes.map_or(Vec::new(), |planes| {
             assert!(planes.free.is_empty() && !planes.occupied.is_empty());
+            let mut beyond = planes.occupied.clone();
+            beyond.remove(&camera.around_people(truth).unwrap());
+            assert_eq!(
+                beyond.cells().next(),
+                None,
+                "{}: outside what it may speak of",
+                SHAPES[representation].name()
+            );
             planes.occupied.cells().collect()
         })
     })
