@@ -1,9 +1,11 @@
 //! All cores, one placement or one job a thread: cast a ray keeping its path, carve the path, fuse and count by
 //! words. The arithmetic is `march`, the twin of the shaders'.
 
+use std::collections::VecDeque;
+
 use rayon::prelude::*;
 
-use super::{Backend, Cell, Evidence, Fusion, Placement, Planes, Rays, Reading, Slot, count, fuse};
+use super::{Backend, Cell, Evidence, Fusion, Placement, Planes, Rays, Reading, Shot, Slot, count, fuse};
 use crate::march::{self, End, Gates, March};
 use crate::metrics::Confusion;
 use crate::voxel::{BitGrid, grid::MAX_VOXELS_PER_AXIS};
@@ -21,6 +23,7 @@ pub struct Cpu {
     tables: Vec<Rays>,
     cell: Option<Cell>,
     slots: Vec<Option<Planes>>,
+    answers: VecDeque<Vec<Vec<Confusion>>>,
 }
 
 impl Cpu {
@@ -31,7 +34,7 @@ impl Cpu {
             rayon::ThreadPoolBuilder::new().num_threads(threads.unwrap_or(available)).build().map_err(
                 |e| Error::Device(format!("cannot start {} threads: {e}", threads.unwrap_or(available))),
             )?;
-        Ok(Cpu { pool, tables: Vec::new(), cell: None, slots: Vec::new() })
+        Ok(Cpu { pool, tables: Vec::new(), cell: None, slots: Vec::new(), answers: VecDeque::new() })
     }
 
     fn cell(&self) -> Result<&Cell> {
@@ -71,16 +74,19 @@ impl Backend for Cpu {
         self.slots.len()
     }
 
-    fn sense(&mut self, table: usize, shots: &[(Slot, Placement)]) -> Result<()> {
+    fn hit_slots(&self) -> usize {
+        0
+    }
+
+    fn sense(&mut self, table: usize, shots: &[Shot]) -> Result<()> {
         let (cell, rays) = (self.cell()?, self.table(table)?);
         let sensed: Vec<Planes> = self.pool.install(|| {
-            let each = shots.par_iter().map_init(
-                || blank(cell),
-                |planes, (_, placement)| sense(cell, rays, placement, planes, |_| {}),
-            );
+            let each = shots
+                .par_iter()
+                .map_init(|| blank(cell), |planes, shot| sense(cell, rays, &shot.placement, planes, |_| {}));
             each.collect()
         });
-        shots.iter().zip(sensed).for_each(|((slot, _), planes)| self.slots[*slot as usize] = Some(planes));
+        shots.iter().zip(sensed).for_each(|(shot, planes)| self.slots[shot.slot as usize] = Some(planes));
         Ok(())
     }
 
@@ -89,14 +95,20 @@ impl Backend for Cpu {
         Ok(())
     }
 
-    fn score(&mut self, fusion: Fusion, jobs: &[Vec<Reading>]) -> Result<Vec<Vec<Confusion>>> {
+    fn ask(&mut self, fusion: Fusion, jobs: &[Vec<Reading>]) -> Result<()> {
         let cell = self.cell()?;
         let planes = |slot: Slot| self.slots[slot as usize].as_ref();
         let score = |job: &Vec<Reading>| {
             let fused = fuse::fuse(cell.window, fusion, job, planes);
             cell.regions.iter().map(|region| count(cell, region, &fused)).collect()
         };
-        Ok(self.pool.install(|| jobs.par_iter().map(score).collect()))
+        let answer = self.pool.install(|| jobs.par_iter().map(score).collect());
+        self.answers.push_back(answer);
+        Ok(())
+    }
+
+    fn answer(&mut self) -> Result<Vec<Vec<Confusion>>> {
+        self.answers.pop_front().ok_or_else(super::nothing_asked)
     }
 
     fn read(&mut self, table: usize, placement: &Placement) -> Result<Evidence> {

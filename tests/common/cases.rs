@@ -61,7 +61,7 @@ pub(crate) fn case(seed: u64) -> Case {
 fn table(random: &mut Random, cell: &Cell, placement: &Placement) -> Rays {
     let mut dirs_q15 = if random.one_in(2) { pinhole(random) } else { lidar(random) };
     dirs_q15.extend(lattice());
-    let mut rays = Rays { dirs_q15, gates: open_gates(), noise_q16: vec![] };
+    let mut rays = Rays { dirs_q15, image: None, gates: open_gates(), noise_q16: vec![] };
     rays.gates = gates(random, cell, &rays, placement);
     rays.noise_q16 = noise_q16(random);
     rays
@@ -180,7 +180,7 @@ fn cell(random: &mut Random, grid: Window) -> Cell {
         regions.push(region);
     }
     let [truth, human, robot] = [truth, human, robot].map(|plane| plane.over(window));
-    Cell { blockers, window, truth, human, robot, regions }
+    Cell { blockers, still: None, window, truth, human, robot, regions }
 }
 
 /// A direction in Q15, of length one.
