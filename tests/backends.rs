@@ -5,7 +5,7 @@ mod common;
 
 use common::cases::{Case, case, job, open_gates};
 use common::{Random, cases};
-use perirobot::backend::cpu::Cpu;
+use perirobot::backend::cpu::{Carving, Cpu};
 use perirobot::backend::gpu::{AdapterChoice, Gpu};
 use perirobot::backend::oracle::Oracle;
 use perirobot::backend::{Backend, Evidence, Fusion, LOG_ODDS, Placement, Planes, Rays, Reading, Shot};
@@ -113,9 +113,12 @@ fn gpu() -> Option<Gpu> {
 
 #[test]
 fn the_cpu_equals_the_oracle() {
-    let mut cpu = Cpu::new(Some(2)).unwrap_or_else(|e| panic!("{e}"));
-    for seed in seeds(0..400) {
-        compare(&mut Oracle::default(), &mut cpu, &case(seed), "the_cpu_equals_the_oracle");
+    let cpu = || Cpu::new(Some(2)).unwrap_or_else(|e| panic!("{e}"));
+    let [gather, walk] = [Carving::Gather, Carving::Walk].map(|carving| cpu().carving(carving));
+    for mut cpu in [gather, walk, cpu(), cpu().without_simd()] {
+        for seed in seeds(0..400) {
+            compare(&mut Oracle::default(), &mut cpu, &case(seed), "the_cpu_equals_the_oracle");
+        }
     }
 }
 
