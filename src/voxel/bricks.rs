@@ -26,7 +26,7 @@ impl Bricks {
     pub const EDGE: u32 = 1 << Self::EDGE_LOG2;
 
     /// Its logarithm: brick = voxel >> this.
-    pub const EDGE_LOG2: u32 = 2;
+    pub const EDGE_LOG2: u32 = 1;
 
     /// The reach of a brick that knows of no blocker as near.
     pub const FAR: u8 = u8::MAX;
@@ -77,18 +77,19 @@ fn occupied(blockers: &BitGrid) -> BitGrid {
         debug_assert!(z < nz, "as many rows as the plane has");
         let brick_row = (z / Bricks::EDGE * size[1] + y / Bricks::EDGE) as usize * words_per_row;
         for (w, &word) in words.iter().enumerate() {
-            bricks.words_mut()[brick_row + w / 4] |= nibbles(word) << (w % 4 * 8);
+            bricks.words_mut()[brick_row + w / 2] |= pairs(word) << (w % 2 * 16);
         }
     }
     bricks
 }
 
-/// A bit for each four bits of a word, set if any of them is.
-fn nibbles(word: u32) -> u32 {
-    let any = (word | word >> 1 | word >> 2 | word >> 3) & 0x1111_1111;
-    let pairs = (any | any >> 3) & 0x0303_0303;
-    let fours = (pairs | pairs >> 6) & 0x000f_000f;
-    (fours | fours >> 12) & 0xff
+/// A bit for each two bits of a word, set if either of them is.
+fn pairs(word: u32) -> u32 {
+    let any = (word | word >> 1) & 0x5555_5555;
+    let twos = (any | any >> 1) & 0x3333_3333;
+    let fours = (twos | twos >> 2) & 0x0f0f_0f0f;
+    let eights = (fours | fours >> 4) & 0x00ff_00ff;
+    (eights | eights >> 8) & 0xffff
 }
 
 /// Adds all 26 neighbours of every brick of a set: along x, then of those along y, then along z.
