@@ -7,6 +7,7 @@ use super::{Backend, Cell, Evidence, Fusion, LOG_ODDS, Placement, Planes, Rays, 
 use crate::march::{BLIND, End, LEFT, NEVER, NOTHING, RETURN};
 use crate::metrics::{COUNTERS, Confusion};
 use crate::voxel::BitGrid;
+use crate::voxel::grid::MAX_VOXELS_PER_AXIS;
 use crate::{Error, Result};
 
 /// Evidence kept at once; as many as any test or comparison asks of it.
@@ -81,19 +82,20 @@ impl Backend for Oracle {
         let mut occupied = BitGrid::new(cell.blockers.window());
         let mut free = BitGrid::new(cell.blockers.window());
         let mut ends = Vec::with_capacity(rays.dirs_q15.len());
-        let mut path = Vec::new();
-        let mark = |plane: &mut BitGrid, bit: usize| plane.words_mut()[bit >> 5] |= 1 << (bit & 31);
+        let mut path = Box::new(Path { cells: [0; LONGEST_PATH], entered_q16: [0; LONGEST_PATH] });
+        let mark = |plane: &mut [u32], bit: u32| plane[bit as usize >> 5] |= 1 << (bit & 31);
         for ray in 0..rays.dirs_q15.len() {
             let end = walk(cell, rays, placement, ray, &mut path);
+            let endpoint = end.crossings as usize;
             let freed = match end.kind {
-                RETURN => &path[..path.len() - 1],
-                LEFT => &path[..],
-                NOTHING if rays.gates.no_return_is_free => &path[..],
-                _ => &[],
+                RETURN => endpoint,
+                LEFT => endpoint + 1,
+                NOTHING if rays.gates.no_return_is_free => endpoint + 1,
+                _ => 0,
             };
-            freed.iter().for_each(|&bit| mark(&mut free, bit));
+            path.cells[..freed].iter().for_each(|&bit| mark(free.words_mut(), bit));
             if end.kind == RETURN {
-                mark(&mut occupied, path[path.len() - 1]);
+                mark(occupied.words_mut(), path.cells[endpoint]);
             }
             ends.push(end);
         }
@@ -164,85 +166,125 @@ impl Oracle {
     }
 }
 
-/// Fills `path` with the bit index of the cells that a ray is in, inside the grid and within range, up to its first
-/// blocker, or to where a noisy return is read, and says how the ray ended.
-fn walk(cell: &Cell, rays: &Rays, placement: &Placement, ray: usize, path: &mut Vec<usize>) -> End {
-    let dir_q15 = rays.dirs_q15[ray];
-    let mut position = [0i32; 3];
-    let mut step = [0i32; 3];
-    let mut first = [NEVER as u64; 3];
-    let mut period = [NEVER as u64; 3];
-    for r in 0..3 {
-        let sum: i64 = (0..3).map(|a| placement.axis_q15[r][a] as i64 * dir_q15[a] as i64).sum();
-        let dir = (sum + (1 << 13)) >> 14;
-        let frac = (placement.origin_q16[r] & 0xffff) as u64;
-        position[r] = placement.origin_q16[r] >> 16;
-        step[r] = dir.signum() as i32;
-        if dir != 0 {
-            let ahead = if dir < 0 { frac } else { (1 << 16) - frac };
-            period[r] = ((1u64 << 32) / dir.unsigned_abs()).min(NEVER as u64);
-            first[r] = (ahead * period[r]) >> 16;
+/// Most cells that a ray can be in: it moves one way on each axis.
+const LONGEST_PATH: usize = 3 * MAX_VOXELS_PER_AXIS as usize;
+
+/// The cells that a ray is in, as bit indices, and when it entered each.
+struct Path {
+    cells: [u32; LONGEST_PATH],
+    entered_q16: [u64; LONGEST_PATH],
+}
+
+/// A ray on its way. Crossings come in the order of (distance, axis), so that both are one number: 4 · distance + axis.
+#[derive(Clone, Copy)]
+struct Ray {
+    /// The bit of the cell that it is in.
+    bit: i64,
+    /// The next crossing of each axis.
+    next: [u64; 3],
+    /// From one crossing to the next.
+    period: [u64; 3],
+    /// What a crossing adds to the bit.
+    stride: [i64; 3],
+    /// The crossing that leaves the grid.
+    exit: u64,
+}
+
+impl Ray {
+    fn start(blockers: &BitGrid, placement: &Placement, dir_q15: [i32; 3]) -> Ray {
+        let size = blockers.window().size.map(i64::from);
+        let row = i64::from(blockers.words_per_row()) * 32;
+        let strides = [1, row, row * size[1]];
+        let mut ray = Ray { bit: 0, next: [0; 3], period: [0; 3], stride: [0; 3], exit: u64::MAX };
+        for r in 0..3 {
+            let sum: i64 = (0..3).map(|a| i64::from(placement.axis_q15[r][a]) * i64::from(dir_q15[a])).sum();
+            let dir = (sum + (1 << 13)) >> 14;
+            let cell = i64::from(placement.origin_q16[r] >> 16);
+            let frac = (placement.origin_q16[r] & 0xffff) as u64;
+            let (ahead, room) = if dir < 0 { (frac, cell) } else { ((1 << 16) - frac, size[r] - 1 - cell) };
+            let never = u64::from(NEVER);
+            let period =
+                (1u64 << 32).checked_div(dir.unsigned_abs()).map_or(never, |period| period.min(never));
+            let first = if dir == 0 { never } else { (ahead * period) >> 16 };
+            ray.bit += cell * strides[r];
+            ray.next[r] = 4 * first + r as u64;
+            ray.period[r] = 4 * period;
+            ray.stride[r] = dir.signum() * strides[r];
+            ray.exit = ray.exit.min(ray.next[r] + room as u64 * ray.period[r]);
         }
+        ray
     }
-    path.clear();
-    path.extend(cell.blockers.bit_index(position));
-    let mut made = [0u64; 3];
-    let mut next = first;
-    // Where a return is read, once one is found.
-    let mut read_at = None;
-    let mut distances = vec![];
-    let end = |kind, path: &[usize]| End { kind, crossings: path.len() as u32 - 1 };
-    loop {
-        // The smallest (distance, axis): a later axis must be strictly nearer.
-        let mut r = 0;
-        for other in 1..3 {
-            if next[other] < next[r] {
-                r = other;
-            }
+
+    /// Makes the next crossing, unless that is `limit` or later, and returns its distance.
+    #[inline(always)]
+    fn cross(&mut self, limit: u64) -> Option<u64> {
+        let [x, y, z] = self.next;
+        let nearest = x.min(y).min(z);
+        if nearest >= limit {
+            return None;
         }
-        let t = next[r];
-        if let Some(read_at) = read_at {
-            if t as i64 > read_at {
-                return end(RETURN, path);
-            }
-        } else if t > rays.gates.range_max_q16 as u64 {
-            return end(NOTHING, path);
+        for r in 0..3 {
+            // All ones for the axis that is crossed: which one it is cannot be guessed, so nothing branches on it.
+            let mask = ((self.next[r] == nearest) as u64).wrapping_neg();
+            self.next[r] += self.period[r] & mask;
+            self.bit += self.stride[r] & mask as i64;
         }
-        made[r] += 1;
-        next[r] = first[r] + made[r] * period[r];
-        position[r] += step[r];
-        let Some(bit) = cell.blockers.bit_index(position) else {
-            let kind = if rays.gates.backdrop { LEFT } else { NOTHING };
-            return end(if read_at.is_some() { RETURN } else { kind }, path);
-        };
-        path.push(bit);
-        if !rays.noise_q16.is_empty() {
-            distances.push(t as i64);
-        }
-        let blocked = cell.blockers.words()[bit >> 5] >> (bit & 31) & 1 == 1;
-        if read_at.is_none() && blocked && t >= rays.gates.near_ignore_q16 as u64 {
-            if t < rays.gates.range_min_q16 as u64 {
-                return end(BLIND, path);
-            }
-            let noise = if rays.noise_q16.is_empty() { 0 } else { noise(rays, placement.draws, ray) };
-            if noise == 0 {
-                return end(RETURN, path);
-            }
-            let at = (t as i64 + noise).max(0);
-            // Cells entered later than that were not seen to be entered.
-            path.truncate(1 + distances.iter().filter(|&&entered| entered <= at).count());
-            // At the blocker's own distance (a hit at 0 is read at 0 at the nearest) more axes may be crossed.
-            if at < t as i64 {
-                return end(RETURN, path);
-            }
-            read_at = Some(at);
-        }
+        Some(nearest >> 2)
     }
 }
 
+/// Fills `path` with the cells that a ray is in, inside the grid and within range, up to its first blocker, or to where
+/// a noisy return is read, and says how the ray ended.
+fn walk(cell: &Cell, rays: &Rays, placement: &Placement, number: usize, path: &mut Path) -> End {
+    let words = cell.blockers.words();
+    let gates = &rays.gates;
+    let near_ignore_q16 = u64::from(gates.near_ignore_q16);
+    let mut ray = Ray::start(&cell.blockers, placement, rays.dirs_q15[number]);
+    let out_of_range = 4 * (u64::from(gates.range_max_q16) + 1);
+    let limit = ray.exit.min(out_of_range);
+    let mut crossings = 0;
+    let end = |kind, crossings: usize| End { kind, crossings: crossings as u32 };
+    path.cells[0] = ray.bit as u32;
+    path.entered_q16[0] = 0;
+    while let Some(t) = ray.cross(limit) {
+        crossings += 1;
+        path.cells[crossings] = ray.bit as u32;
+        path.entered_q16[crossings] = t;
+        if words[ray.bit as usize >> 5] >> (ray.bit & 31) & 1 == 1 && t >= near_ignore_q16 {
+            if t < u64::from(gates.range_min_q16) {
+                return end(BLIND, crossings);
+            }
+            let noise_q16 = noise_q16(rays, placement.draws, number);
+            if noise_q16 != 0 {
+                let read_q16 = (t as i64 + noise_q16).max(0) as u64;
+                crossings = endpoint(ray, read_q16, path, crossings);
+            }
+            return end(RETURN, crossings);
+        }
+    }
+    end(if gates.backdrop && ray.exit < out_of_range { LEFT } else { NOTHING }, crossings)
+}
+
+/// How many crossings a ray has made where it is read, if it was stopped after so many of them.
+fn endpoint(mut ray: Ray, read_q16: u64, path: &mut Path, mut crossings: usize) -> usize {
+    // Cells entered later than that were not seen to be entered.
+    while path.entered_q16[crossings] > read_q16 {
+        crossings -= 1;
+    }
+    // At that distance or farther, blockers stop nothing.
+    while ray.cross(ray.exit.min(4 * (read_q16 + 1))).is_some() {
+        crossings += 1;
+        path.cells[crossings] = ray.bit as u32;
+    }
+    crossings
+}
+
 /// What a ray's return is off by.
-fn noise(rays: &Rays, draws: u32, ray: usize) -> i64 {
+fn noise_q16(rays: &Rays, draws: u32, ray: usize) -> i64 {
     const WORD: u64 = u32::MAX as u64;
+    if rays.noise_q16.is_empty() {
+        return 0;
+    }
     let state = ((draws as u64 ^ ray as u64) * 747_796_405 + 2_891_336_453) & WORD;
     let mixed = (((state >> ((state >> 28) + 4)) ^ state) * 277_803_737) & WORD;
     let hash = (mixed >> 22) ^ mixed;
