@@ -10,6 +10,7 @@
 
 use fearless_simd::{Level, Simd, dispatch};
 
+use super::strike::Ray;
 use crate::backend::{Image, Placement, Rays};
 use crate::march::{self, March, leap};
 
@@ -118,16 +119,29 @@ impl Bundle {
         dispatch!(level, simd => made_at(simd, self, at, made));
     }
 
+    /// A ray where it begins.
+    pub(super) fn march(&self, lane: usize) -> March {
+        March {
+            cell: self.cell,
+            step: std::array::from_fn(|r| self.dir_q16[r][lane].signum()),
+            next_q16: std::array::from_fn(|r| self.first_q16[r][lane]),
+            period_q16: std::array::from_fn(|r| self.period_q16[r][lane]),
+        }
+    }
+
     /// A ray after so many crossings.
     #[inline]
-    pub(super) fn march(&self, lane: usize, made: [u32; 3]) -> March {
+    pub(super) fn ray(&self, lane: usize, made: [u32; 3]) -> Ray {
         let step: [i32; 3] = std::array::from_fn(|r| self.dir_q16[r][lane].signum());
-        let period_q16 = std::array::from_fn(|r| self.period_q16[r][lane]);
-        March {
+        let period_q16: [u32; 3] = std::array::from_fn(|r| self.period_q16[r][lane]);
+        let next =
+            |r: usize| u64::from(self.first_q16[r][lane]) + u64::from(made[r]) * u64::from(period_q16[r]);
+        Ray {
             cell: std::array::from_fn(|r| self.cell[r] + step[r] * made[r] as i32),
             step,
-            next_q16: std::array::from_fn(|r| self.first_q16[r][lane] + made[r] * period_q16[r]),
+            next: std::array::from_fn(|r| 4 * next(r) + r as u64),
             period_q16,
+            d: std::array::from_fn(|r| self.dir_q16[r][lane].unsigned_abs()),
         }
     }
 }

@@ -74,7 +74,7 @@ impl Ends {
             if !free && !rules.all {
                 return End { kind, crossings: 0 };
             }
-            let begin = bundle.march(lane, [0; 3]);
+            let begin = bundle.march(lane);
             let room = march::room(&begin, rules.size);
             return End { kind, crossings: march::crossings_at(&begin, room, rules.gates.range_max_q16) };
         }
@@ -91,7 +91,7 @@ impl Ends {
         }
         let mut made: [u32; 3] = std::array::from_fn(|r| self.made[r][lane]);
         if self.steps_q16[lane] > 0 {
-            let begin = bundle.march(lane, [0; 3]);
+            let begin = bundle.march(lane);
             let room = march::room(&begin, rules.size);
             if (0..3).any(|r| made[r] > room[r]) {
                 made = march::made_until(&begin, room, self.places.t_q16[lane]);

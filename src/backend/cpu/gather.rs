@@ -90,11 +90,17 @@ impl Gather<'_> {
         if self.pyramid.get(centre) > away && self.visits(centre, cell) {
             return true;
         }
-        for v in rect.first[1]..=rect.last[1] {
-            let row = self.pyramid.row(v, rect.first[0], rect.last[0]);
-            for (u, &freed) in (rect.first[0]..).zip(row) {
-                if u32::from(freed) > away && self.visits([u, v], cell) {
-                    return true;
+        // Block by block, so that what is wholly hidden costs one look.
+        for block in self.pyramid.blocks(rect) {
+            if self.pyramid.most(&block) <= away {
+                continue;
+            }
+            for v in block.first[1]..=block.last[1] {
+                let row = self.pyramid.row(v, block.first[0], block.last[0]);
+                for (u, &freed) in (block.first[0]..).zip(row) {
+                    if u32::from(freed) > away && self.visits([u, v], cell) {
+                        return true;
+                    }
                 }
             }
         }

@@ -10,6 +10,9 @@ use crate::backend::Image;
 /// Levels above the pixels; the highest has blocks of 2⁶ pixels.
 const LEVELS: usize = 6;
 
+/// The level by whose blocks pixels are searched.
+const SEARCHED: usize = 3;
+
 /// Blocks on an axis that a rectangle may be looked up in.
 const BLOCKS: u32 = 3;
 
@@ -74,6 +77,29 @@ impl Pyramid {
             let (below, above) = self.levels.split_at_mut(k);
             reduce(&below[k - 1], &mut above[0]);
         }
+    }
+
+    /// A rectangle cut into parts that each lie in one block of 2³ pixels.
+    pub(super) fn blocks(&self, rect: &Rect) -> impl Iterator<Item = Rect> {
+        let [columns, rows] = std::array::from_fn(|a| rect.first[a] >> SEARCHED..=rect.last[a] >> SEARCHED);
+        let rect = *rect;
+        rows.flat_map(move |v| {
+            columns.clone().map(move |u| {
+                let block = [u, v];
+                Rect {
+                    first: std::array::from_fn(|a| rect.first[a].max(block[a] << SEARCHED)),
+                    last: std::array::from_fn(|a| rect.last[a].min((block[a] + 1 << SEARCHED) - 1)),
+                }
+            })
+        })
+    }
+
+    /// Most over the block that a part of [`Pyramid::blocks`] lies in.
+    #[inline]
+    pub(super) fn most(&self, part: &Rect) -> u32 {
+        let level = &self.levels[SEARCHED];
+        let [u, v] = part.first.map(|x| x >> SEARCHED);
+        level.most[(v * level.size[0] + u) as usize].into()
     }
 
     /// Least and most over a rectangle, or over a little more.

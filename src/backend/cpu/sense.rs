@@ -214,10 +214,9 @@ impl Sensor<'_> {
         let range = strike::range(self.table.gates.range_max_q16);
         for lane in 0..RAYS {
             let made = |r: usize| if starts { 0 } else { desk.made[r][lane] };
-            let ray = desk.bundle.march(lane, std::array::from_fn(made));
-            let d = std::array::from_fn(|r| desk.bundle.dir_q16[r][lane].unsigned_abs());
+            let ray = desk.bundle.ray(lane, std::array::from_fn(made));
             let known = desk.strikes[lane];
-            desk.strikes[lane] = search.strike(ray, d, starts, known.min(range), known);
+            desk.strikes[lane] = search.strike(ray, starts, known.min(range), known);
         }
     }
 }

@@ -11,7 +11,7 @@ use super::pyramid::Rect;
 use crate::backend::{Image, Placement};
 
 /// Pixels on an axis beyond which a voxel is too near to be looked at from there.
-const WIDEST_VOXEL_PX: f32 = 96.0;
+const WIDEST_VOXEL_PX: f32 = 192.0;
 
 /// A camera at a placement.
 pub(super) struct View {
@@ -99,14 +99,15 @@ impl View {
             } else {
                 f32::INFINITY
             };
-            let low = (self.focal_px[a] * low + self.middle_px[a]).ceil();
-            let high = (self.focal_px[a] * high + self.middle_px[a]).floor();
+            let low = self.focal_px[a] * low + self.middle_px[a];
+            let high = self.focal_px[a] * high + self.middle_px[a];
             whole &= low >= 0.0 && high <= self.last_px[a];
             let (low, high) = (low.max(0.0), high.min(self.last_px[a]));
-            if low > high {
+            // The first pixel not below, the last not above: conversion cuts, and there is no function to call.
+            (first[a], last[a]) = (low as u32 + ((low as u32 as f32) < low) as u32, high as u32);
+            if high < 0.0 || first[a] > last[a] {
                 return Sight::Unseen;
             }
-            (first[a], last[a]) = (low as u32, high as u32);
         }
         let rect = Rect { first, last };
         if near <= self.near {
@@ -123,7 +124,7 @@ impl View {
         let [x, y, z] = self.point(cell.map(|c| c as f32 + 0.5));
         let at = |a: usize, x: f32| {
             let pixel = self.focal_px[a] * x / z + self.middle_px[a];
-            (pixel.round() as u32).clamp(rect.first[a], rect.last[a])
+            ((pixel + 0.5) as u32).clamp(rect.first[a], rect.last[a])
         };
         [at(0, x), at(1, y)]
     }
