@@ -194,6 +194,24 @@ impl BitGrid {
         }
     }
 
+    /// Every set voxel of a box.
+    pub fn each_in(&self, part: &Window, mut see: impl FnMut([i32; 3])) {
+        let part = part.intersection(&self.window);
+        if part.is_empty() {
+            return;
+        }
+        for z in part.min[2]..part.end()[2] {
+            for y in part.min[1]..part.end()[1] {
+                let row = self.row_start(y, z);
+                for x in (part.min[0]..part.end()[0]).step_by(32) {
+                    let left = (part.end()[0] - x) as u32;
+                    let kept = if left < 32 { (1 << left) - 1 } else { u32::MAX };
+                    bits_of(self.word_at(row, x) & kept).for_each(|b| see([x + b as i32, y, z]));
+                }
+            }
+        }
+    }
+
     /// Whether any voxel of a box is set.
     pub fn any_in(&self, part: &Window) -> bool {
         let part = part.intersection(&self.window);

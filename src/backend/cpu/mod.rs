@@ -8,6 +8,7 @@ mod beam;
 mod bundle;
 mod end;
 mod gather;
+mod meet;
 mod plan;
 mod pyramid;
 mod sense;
@@ -133,7 +134,8 @@ impl Cpu {
     fn sensor<'a>(&'a self, table: usize, wanted: &'a Wanted) -> Result<Sensor<'a>> {
         let table = self.tables.get(table).ok_or_else(|| super::no_table(table))?;
         let blockers = self.loaded()?.blockers();
-        Ok(Sensor { level: self.level, table, blockers, wanted, carving: self.carving })
+        let wide = std::mem::discriminant(&self.level) != std::mem::discriminant(&Level::baseline());
+        Ok(Sensor { level: self.level, wide, table, blockers, wanted, carving: self.carving })
     }
 }
 

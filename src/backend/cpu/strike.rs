@@ -9,7 +9,7 @@
 //! # Practice
 //! For every ray of every table. Where the nearest blocker is in the next brick, stepping is as quick.
 
-use crate::march::leap::{self, Key};
+use crate::march::{MAX_RANGE_VOXELS, leap};
 use crate::voxel::{BitGrid, Bricks, Window};
 
 /// Blockers, and where there are none.
@@ -86,13 +86,23 @@ pub(super) const NOTHING: Strike = u32::MAX - 1;
 /// Nobody looked.
 pub(super) const UNKNOWN: Strike = u32::MAX;
 
-/// The crossing of a hit.
-pub(super) fn crossing(hit: Strike) -> Key {
-    Key { t_q16: hit >> 2, axis: hit & 3 }
+/// A crossing: its distance and axis.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Crossing {
+    pub(super) t_q16: u32,
+    pub(super) axis: u32,
 }
 
+/// The crossing of a hit.
+pub(super) fn crossing(hit: Strike) -> Crossing {
+    Crossing { t_q16: hit >> 2, axis: hit & 3 }
+}
+
+/// No hit is later: crossings of the longest range, and of noise behind it.
+pub(super) const LAST: Strike = range(2 * MAX_RANGE_VOXELS << 16);
+
 /// The range as a strike: no crossing within it is later.
-pub(super) fn range(range_max_q16: u32) -> Strike {
+pub(super) const fn range(range_max_q16: u32) -> Strike {
     range_max_q16 << 2 | 3
 }
 

@@ -10,9 +10,7 @@
 //! camera, which thousands of its pixels see.
 
 use super::bundle::Bundle;
-use super::strike::Ray;
-use crate::march::leap::{self, Key};
-use crate::march::{self, NEVER};
+use super::strike::{self, Ray, Strike};
 use crate::voxel::BitGrid;
 
 /// Marks the cells of a ray in a plane's window, of its first `freed` ones, those at least that it enters by `until_q16`.
@@ -60,7 +58,7 @@ fn mark(plane: &mut BitGrid, mut ray: Ray, cells: u32, end: u64) {
 /// The crossings made when a ray has entered the window on every axis; `None` if it is past it by then, or never comes.
 fn enter(bundle: &Bundle, lane: usize, plane: &BitGrid) -> Option<[u32; 3]> {
     let (min, end) = (plane.window().min, plane.window().end());
-    let mut entered: Option<Key> = None;
+    let mut entered: Option<u64> = None;
     for r in 0..3 {
         let (cell, step) = (bundle.cell[r], bundle.dir_q16[r][lane].signum());
         let away = if cell < min[r] { min[r] - cell } else { (cell - (end[r] - 1)).max(0) };
@@ -70,18 +68,15 @@ fn enter(bundle: &Bundle, lane: usize, plane: &BitGrid) -> Option<[u32; 3]> {
                 return None;
             }
             let (first, period) = (bundle.first_q16[r][lane], bundle.period_q16[r][lane]);
-            let t_q16 = march::crossing_q16(first, period, away as u32 - 1);
-            entered = entered.max(Some(Key { t_q16, axis: r as u32 }));
+            let t_q16 = u64::from(first) + (away as u64 - 1) * u64::from(period);
+            entered = entered.max(Some(4 * t_q16 + r as u64));
         }
     }
-    let Some(Key { t_q16, axis }) = entered else { return Some([0; 3]) };
-    if t_q16 == NEVER {
+    let Some(entered) = entered else { return Some([0; 3]) };
+    if entered > strike::LAST.into() {
         return None;
     }
-    let made = std::array::from_fn(|r| {
-        let d = bundle.dir_q16[r][lane].unsigned_abs();
-        leap::made_at(bundle.first_q16[r][lane], bundle.period_q16[r][lane], d, r as u32, t_q16, axis)
-    });
+    let made = bundle.made_by(lane, strike::crossing(entered as Strike));
     let inside = (0..3).all(|r| {
         let cell = bundle.cell[r] + bundle.dir_q16[r][lane].signum() * made[r] as i32;
         cell >= min[r] && cell < end[r]
