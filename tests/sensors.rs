@@ -211,7 +211,7 @@ impl Backend for Few {
         self.cpu.sense(table, shots)
     }
 
-    fn upload(&mut self, evidence: &[(Slot, Planes)]) -> Result<()> {
+    fn upload(&mut self, evidence: Vec<(Slot, Planes)>) -> Result<()> {
         self.keep(evidence.iter().map(|(slot, _)| *slot));
         self.cpu.upload(evidence)
     }

@@ -5,7 +5,7 @@ use std::collections::VecDeque;
 
 use rayon::prelude::*;
 
-use super::{Backend, Cell, Evidence, Fusion, Placement, Planes, Rays, Reading, Shot, Slot, count, fuse};
+use super::{Backend, Cell, Evidence, Fusion, Placement, Planes, Rays, Reading, Shot, Slot, count::Tally};
 use crate::march::{self, End, Gates, March};
 use crate::metrics::Confusion;
 use crate::voxel::{BitGrid, grid::MAX_VOXELS_PER_AXIS};
@@ -22,6 +22,7 @@ pub struct Cpu {
     pool: rayon::ThreadPool,
     tables: Vec<Rays>,
     cell: Option<Cell>,
+    tally: Option<Tally>,
     slots: Vec<Option<Planes>>,
     answers: VecDeque<Vec<Vec<Confusion>>>,
 }
@@ -34,16 +35,28 @@ impl Cpu {
             rayon::ThreadPoolBuilder::new().num_threads(threads.unwrap_or(available)).build().map_err(
                 |e| Error::Device(format!("cannot start {} threads: {e}", threads.unwrap_or(available))),
             )?;
-        Ok(Cpu { pool, tables: Vec::new(), cell: None, slots: Vec::new(), answers: VecDeque::new() })
+        Ok(Cpu {
+            pool,
+            tables: Vec::new(),
+            cell: None,
+            tally: None,
+            slots: Vec::new(),
+            answers: VecDeque::new(),
+        })
     }
 
     fn cell(&self) -> Result<&Cell> {
-        self.cell.as_ref().ok_or_else(|| Error::Device("no scene is loaded".into()))
+        self.cell.as_ref().ok_or_else(no_scene)
     }
 
     fn table(&self, table: usize) -> Result<&Rays> {
         self.tables.get(table).ok_or_else(|| super::no_table(table))
     }
+}
+
+/// The error for a scene that was never made ready.
+fn no_scene() -> Error {
+    Error::Device("no scene is loaded".into())
 }
 
 impl Backend for Cpu {
@@ -66,6 +79,7 @@ impl Backend for Cpu {
         // Even where a piece is large, all threads have one to work on, and a job of several sensors fits.
         let least = 4 * self.pool.current_num_threads().max(4);
         self.slots = vec![None; (EVIDENCE_BYTES / piece).clamp(least, MOST_SLOTS)];
+        self.tally = Some(Tally::new(cell));
         self.cell = Some(cell.clone());
         Ok(())
     }
@@ -90,18 +104,15 @@ impl Backend for Cpu {
         Ok(())
     }
 
-    fn upload(&mut self, evidence: &[(Slot, Planes)]) -> Result<()> {
-        evidence.iter().for_each(|(slot, planes)| self.slots[*slot as usize] = Some(planes.clone()));
+    fn upload(&mut self, evidence: Vec<(Slot, Planes)>) -> Result<()> {
+        evidence.into_iter().for_each(|(slot, planes)| self.slots[slot as usize] = Some(planes));
         Ok(())
     }
 
     fn ask(&mut self, fusion: Fusion, jobs: &[Vec<Reading>]) -> Result<()> {
-        let cell = self.cell()?;
+        let tally = self.tally.as_ref().ok_or_else(no_scene)?;
         let planes = |slot: Slot| self.slots[slot as usize].as_ref();
-        let score = |job: &Vec<Reading>| {
-            let fused = fuse::fuse(cell.window, fusion, job, planes);
-            cell.regions.iter().map(|region| count(cell, region, &fused)).collect()
-        };
+        let score = |job: &Vec<Reading>| tally.score(fusion, job, planes);
         let answer = self.pool.install(|| jobs.par_iter().map(score).collect());
         self.answers.push_back(answer);
         Ok(())

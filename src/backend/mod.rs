@@ -1,6 +1,7 @@
 //! The one seam between what is asked and who computes it: quantised placements in, integers out. Which backend
 //! runs is chosen once, at the top; they all give the same counts (`oracle` defines them, `cpu` and `gpu` are fast).
 
+mod count;
 pub mod cpu;
 mod fuse;
 pub mod gpu;
@@ -66,7 +67,7 @@ pub struct Placement {
     pub draws: u32,
 }
 
-/// What a sensor says over a window: two planes of it.
+/// What a sensor says: two planes over a window, or over parts of it outside of which it says nothing.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Planes {
     /// Voxels that the sensor calls occupied.
@@ -158,8 +159,8 @@ pub trait Backend {
     /// Casts a table's rays from placements; what each proves replaces what its slot held. No slot comes twice.
     fn sense(&mut self, table: usize, shots: &[Shot]) -> Result<()>;
 
-    /// Puts evidence made by the host, over the cell's window, into slots.
-    fn upload(&mut self, evidence: &[(Slot, Planes)]) -> Result<()>;
+    /// Puts evidence made by the host into slots. Planes cover the cell's window or any part of it.
+    fn upload(&mut self, evidence: Vec<(Slot, Planes)>) -> Result<()>;
 
     /// Asks for the readings of each job to be fused, in their order, and for the labels in each region of the cell to
     /// be counted. What is cast or uploaded later changes nothing.
@@ -186,37 +187,4 @@ fn no_table(table: usize) -> crate::Error {
 /// The error for an answer to a question that was never asked.
 fn nothing_asked() -> crate::Error {
     crate::Error::Device("no question is open".into())
-}
-
-/// Counts one region, word by word. `occupied` wins over `free`; all planes cover the same window.
-fn count(cell: &Cell, region: &BitGrid, Planes { occupied, free }: &Planes) -> Confusion {
-    let mut counts = [0u64; crate::metrics::COUNTERS];
-    let planes = region.words().iter().zip(cell.truth.words()).zip(cell.human.words());
-    let planes = planes.zip(cell.robot.words()).zip(occupied.words()).zip(free.words());
-    for (((((&region, &truth), &human), &robot), &occupied), &free) in planes {
-        if region == 0 {
-            continue;
-        }
-        let free = free & !occupied;
-        let labels = [occupied, free, !(occupied | free)];
-        let [o, f, u] = labels.map(|label| label & region);
-        let words = [
-            o & truth,
-            o & !truth,
-            f & truth,
-            f & !truth,
-            u & truth,
-            u & !truth,
-            o & truth & human,
-            f & truth & human,
-            u & truth & human,
-            o & truth & robot,
-            f & truth & robot,
-            u & truth & robot,
-        ];
-        for (count, word) in counts.iter_mut().zip(words) {
-            *count += word.count_ones() as u64;
-        }
-    }
-    Confusion::from_counts(counts)
 }

@@ -176,7 +176,7 @@ impl<'a> Store<'a> {
         for (table, (shots, _)) in casting.enumerate().filter(|(_, (shots, _))| !shots.is_empty()) {
             backend.sense(table, shots)?;
         }
-        backend.upload(&uploads)
+        backend.upload(uploads)
     }
 
     /// Where a sensor is, and what it says in each representation.

@@ -172,22 +172,20 @@ impl Backend for Gpu {
         self.queue.device.check()
     }
 
-    fn upload(&mut self, evidence: &[(Slot, Planes)]) -> Result<()> {
+    fn upload(&mut self, evidence: Vec<(Slot, Planes)>) -> Result<()> {
         let Gpu { queue, loaded, .. } = self;
         let loaded = loaded.as_mut().ok_or_else(no_scene)?;
         let mut on_their_way = 0;
         for (slot, planes) in evidence {
-            let offset = loaded.offset(*slot)?;
+            let offset = loaded.offset(slot)?;
             for (plane, arena) in [(&planes.occupied, &loaded.occupied), (&planes.free, &loaded.free)] {
-                if plane.window() != loaded.window {
-                    let windows = (plane.window(), loaded.window);
-                    return Err(Error::Device(format!(
-                        "evidence and cell have different windows: {windows:?}"
-                    )));
+                if plane.window() == loaded.window {
+                    queue.device.write(arena, offset, plane.words());
+                } else {
+                    queue.device.write(arena, offset, plane.over(loaded.window).words());
                 }
-                queue.device.write(arena, offset, plane.words());
             }
-            loaded.held[*slot as usize] = true;
+            loaded.held[slot as usize] = true;
             on_their_way += 2 * loaded.sizes.plane_bytes();
             if on_their_way > UPLOADED_AT_ONCE {
                 queue.device.submit(queue.device.encoder());

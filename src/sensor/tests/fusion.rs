@@ -38,7 +38,7 @@ fn labels(fusion: Fusion, said: &[(&Planes, [i32; 2])]) -> String {
     let [first, second] = backends.map(|mut backend| -> String {
         backend.tables(&[]).unwrap();
         backend.load(&cell).unwrap();
-        backend.upload(&uploads).unwrap();
+        backend.upload(uploads.clone()).unwrap();
         let counts = backend.score(fusion, std::slice::from_ref(&job)).unwrap().remove(0);
         counts
             .iter()
