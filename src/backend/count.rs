@@ -122,8 +122,9 @@ fn rows(plane: &BitGrid, z: i32) -> Option<Rows> {
     Some(Rows { z, ys: first..last + 1 })
 }
 
+/// How many bits are set in the words of a layer: at most 1023², so that 32 bits hold the sum.
 fn ones(words: impl Iterator<Item = u32>) -> u64 {
-    words.map(|word| u64::from(word.count_ones())).sum()
+    words.map(u32::count_ones).sum::<u32>().into()
 }
 
 /// The counters of a region.

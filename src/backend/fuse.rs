@@ -88,6 +88,8 @@ impl<'a> Job<'a> {
         }
         match self.fusion {
             Fusion::OccupiedWins => take(&mut self.free, &self.occupied),
+            // A reading alone pulls each voxel one way.
+            Fusion::Octomap if self.voices.len() < 2 => {}
             Fusion::Octomap => self.settle(),
         }
     }

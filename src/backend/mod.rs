@@ -19,8 +19,9 @@ use crate::voxel::{BitGrid, Window};
 pub struct Cell {
     /// What stops rays, over the whole grid.
     pub blockers: BitGrid,
-    /// Of the blockers, what every snapshot of the scene has, so that it need be cast once only; the very same in the
-    /// cells of all of them. `None` where there is one snapshot.
+    /// Of the blockers, what every snapshot of the scene has, so that it need be cast once only; the very same
+    /// (`Arc::ptr_eq`) in the cells of all of them, and another one where numbers for first hits begin anew. `None` where
+    /// there is one snapshot.
     pub still: Option<Arc<BitGrid>>,
     /// The part of the grid where evidence is kept: normally the bounding box of the regions.
     pub window: Window,
@@ -96,8 +97,8 @@ pub struct Shot {
     /// Where the sensor is.
     pub placement: Placement,
     /// Where to keep what its rays hit first in the cell's still layer, and to find it again in the next cell of the
-    /// same layer: a number below [`Backend::hit_slots`]. A number stands for one table and placement as long as the
-    /// layer is loaded.
+    /// same layer: a number below [`Backend::hit_slots`]. A number stands for one table and placement, but for its
+    /// draws, as long as the layer is loaded.
     pub hits: Option<Slot>,
 }
 

@@ -1,4 +1,4 @@
-//! Which backend runs: chosen once, here, from `--backend`, `--adapter` and `--threads`.
+//! Which backend runs and what it may use: chosen once, here, from `--backend`, `--adapter`, `--threads` and `--memory`.
 
 use clap::ValueEnum;
 use perirobot::backend::cpu::Cpu;
@@ -15,7 +15,7 @@ pub(super) struct BackendArgs {
     /// `software` for one that runs on the processor
     #[arg(long, value_name = "INDEX|NAME|software")]
     adapter: Option<String>,
-    /// Threads of the CPU backend [default: all that the process may use]
+    /// Threads that prepare scenes and sensors, and of the CPU backend [default: all that the process may use]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
     threads: Option<u16>,
 }
@@ -33,6 +33,14 @@ enum Choice {
 }
 
 impl BackendArgs {
+    /// Starts the threads that prepare scenes and sensors; before any of that begins. The CPU backend has as many of
+    /// its own, and while those work these wait.
+    pub(super) fn start_threads(&self) -> Result<()> {
+        let Some(threads) = self.threads() else { return Ok(()) };
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads);
+        pool.build_global().map_err(|e| Error::Device(format!("cannot start {threads} threads: {e}")))
+    }
+
     /// Opens the backend.
     pub(super) fn open(&self) -> Result<Box<dyn Backend>> {
         if self.adapter.is_some() && matches!(self.backend, Choice::Cpu | Choice::Oracle) {

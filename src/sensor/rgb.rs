@@ -52,7 +52,7 @@ impl Kind for Rgb {
         self.zone.check(&Pose::ORIGIN, &at.truth.grid).map_err(|e| format!("zone: {e}"))
     }
 
-    fn claim(&self, _: usize, at: &Station) -> Claim {
+    fn claims(&self, at: &Station) -> Vec<Claim> {
         let scale = Scale { voxel_size_m: at.truth.grid.voxel_size_m, backdrop: false };
         // No ray but those to the joints is cast: an image says nothing of distances.
         let rays: &Rays = &self.range.rays(Vec::new(), &scale);
@@ -60,7 +60,7 @@ impl Kind for Rgb {
         let eye = Eye { camera: &self.camera, rays, placement, tolerance_m: self.keypoint_tolerance_m };
         let people = keypoints::detect(&eye, at);
         let on = people.iter().any(|joints| keypoints::count(joints) >= self.min_keypoints);
-        switched(self.zone(at), on, self.otherwise_free)
+        vec![switched(self.zone(at), on, self.otherwise_free)]
     }
 
     fn reach(&self, at: &Station) -> Reach {

@@ -21,6 +21,11 @@ impl BitGrid {
         BitGrid { window, words_per_row, words: vec![0; words] }
     }
 
+    /// A plane of no voxels, which says nothing of any.
+    pub fn nowhere() -> Self {
+        BitGrid::new(Window::between([0; 3], [-1; 3]))
+    }
+
     /// A plane whose voxels are all set.
     pub fn full(window: Window) -> Self {
         let mut plane = BitGrid::new(window);
