@@ -57,8 +57,8 @@ impl Backend for Oracle {
         Ok(())
     }
 
-    fn upload(&mut self, evidence: &[(Slot, Planes)]) -> Result<()> {
-        evidence.iter().for_each(|(slot, planes)| self.slots[*slot as usize] = Some(planes.clone()));
+    fn upload(&mut self, evidence: Vec<(Slot, Planes)>) -> Result<()> {
+        evidence.into_iter().for_each(|(slot, planes)| self.slots[slot as usize] = Some(planes));
         Ok(())
     }
 
