@@ -3,12 +3,12 @@
 
 mod common;
 
-use common::cases::{Case, Shot, case, job, open_gates};
+use common::cases::{Case, case, job, open_gates};
 use common::{Random, cases};
-use perirobot::backend::cpu::Cpu;
+use perirobot::backend::cpu::{Carving, Cpu};
 use perirobot::backend::gpu::{AdapterChoice, Gpu};
 use perirobot::backend::oracle::Oracle;
-use perirobot::backend::{Backend, Evidence, Fusion, LOG_ODDS, Placement, Planes, Rays, Reading};
+use perirobot::backend::{Backend, Evidence, Fusion, LOG_ODDS, Placement, Planes, Rays, Reading, Shot};
 use perirobot::march::RETURN;
 use perirobot::metrics::Confusion;
 use perirobot::voxel::BitGrid;
@@ -25,7 +25,7 @@ fn compare(expected: &mut impl Backend, found: &mut impl Backend, case: &Case, t
         unwrap(backend.load(&case.cell), &rerun);
     }
     // Evidence first: a wrong ray says more than the counts that follow from it.
-    for (number, Shot { table, placement, .. }) in case.shots.iter().enumerate() {
+    for (number, cases::Shot { table, placement, .. }) in case.shots.iter().enumerate() {
         let [left, right] = both.each_mut().map(|backend| unwrap(backend.read(*table, placement), &rerun));
         let rays = &case.tables[*table];
         if let Some(difference) = difference(&left, &right, rays) {
@@ -52,7 +52,8 @@ fn compare(expected: &mut impl Backend, found: &mut impl Backend, case: &Case, t
 /// Casts and uploads a case's evidence into its slots, over other evidence.
 fn keep(backend: &mut dyn Backend, case: &Case) -> perirobot::Result<()> {
     let slots = case.shots.iter().map(|shot| shot.slot).chain(case.uploads.iter().map(|(slot, _)| *slot));
-    let wrong: Vec<_> = slots.zip(case.shots.iter().rev().map(|shot| shot.placement).cycle()).collect();
+    let placements = case.shots.iter().rev().map(|shot| shot.placement).cycle();
+    let wrong: Vec<_> = slots.zip(placements).map(|(slot, placement)| Shot::once(slot, placement)).collect();
     backend.sense(0, &wrong)?;
     if let Some((_, planes)) = case.uploads.first() {
         backend.upload(&[(case.shots[0].slot, planes.clone())])?;
@@ -60,7 +61,7 @@ fn keep(backend: &mut dyn Backend, case: &Case) -> perirobot::Result<()> {
     backend.upload(&case.uploads)?;
     for table in 0..case.tables.len() {
         let shots = case.shots.iter().filter(|shot| shot.table == table);
-        backend.sense(table, &shots.map(|shot| (shot.slot, shot.placement)).collect::<Vec<_>>())?;
+        backend.sense(table, &shots.map(|shot| Shot::once(shot.slot, shot.placement)).collect::<Vec<_>>())?;
     }
     Ok(())
 }
@@ -112,9 +113,12 @@ fn gpu() -> Option<Gpu> {
 
 #[test]
 fn the_cpu_equals_the_oracle() {
-    let mut cpu = Cpu::new(Some(2)).unwrap_or_else(|e| panic!("{e}"));
-    for seed in seeds(0..400) {
-        compare(&mut Oracle::default(), &mut cpu, &case(seed), "the_cpu_equals_the_oracle");
+    let cpu = || Cpu::new(Some(2)).unwrap_or_else(|e| panic!("{e}"));
+    let [gather, walk] = [Carving::Gather, Carving::Walk].map(|carving| cpu().carving(carving));
+    for mut cpu in [gather, walk, cpu(), cpu().without_simd()] {
+        for seed in seeds(0..400) {
+            compare(&mut Oracle::default(), &mut cpu, &case(seed), "the_cpu_equals_the_oracle");
+        }
     }
 }
 
@@ -138,7 +142,7 @@ fn more_than_a_batch() {
             let origin_q16 = size.map(|n| random.below(n << 16) as i32);
             let placement =
                 Placement { origin_q16, axis_q15: cases::quarter_turns(&mut random), draws: slot };
-            Shot { table: 0, slot, placement }
+            cases::Shot { table: 0, slot, placement }
         };
         small.shots = (0..70).map(shot).collect();
         small.uploads.clear();
@@ -156,7 +160,7 @@ fn a_camera_of_several_dispatches() {
     let mut large = case(1);
     let dirs_q15 = cases::camera(700, 500, 1.2, 0.8);
     let noise_q16 = (0..4096).map(|step| (step - 2048) << 7).collect();
-    large.tables = vec![Rays { dirs_q15, gates: open_gates(), noise_q16 }];
+    large.tables = vec![Rays { dirs_q15, image: None, gates: open_gates(), noise_q16 }];
     large.shots.truncate(2);
     large.shots.iter_mut().for_each(|shot| shot.table = 0);
     let mut cpu = Cpu::new(Some(2)).unwrap_or_else(|e| panic!("{e}"));
@@ -177,7 +181,7 @@ fn the_cases_are_varied() {
         oracle.tables(&tables.collect::<Vec<_>>()).unwrap_or_else(|e| panic!("{e}"));
         oracle.load(&case.cell).unwrap_or_else(|e| panic!("{e}"));
         let mut kept = vec![None; 16];
-        for Shot { table, slot, placement } in &case.shots {
+        for cases::Shot { table, slot, placement } in &case.shots {
             let mut read = |table| oracle.read(table, placement).unwrap_or_else(|e| panic!("{e}"));
             let (evidence, quiet) = (read(*table), read(*table + case.tables.len()));
             evidence.ends.iter().for_each(|end| kinds[end.kind as usize] += 1);
@@ -227,8 +231,8 @@ fn with_a_region() -> Case {
 fn nothing_is_left_of_another_scene() {
     let Some(mut gpu) = gpu() else { return };
     let case = with_a_region();
-    let shots: Vec<_> = case.shots.iter().map(|shot| (shot.slot, shot.placement)).collect();
-    let reading = |&(slot, _): &_| Reading { slot, volume: Some(slot), hit: 847, miss: -405 };
+    let shots: Vec<_> = case.shots.iter().map(|shot| Shot::once(shot.slot, shot.placement)).collect();
+    let reading = |&Shot { slot, .. }: &Shot| Reading { slot, volume: Some(slot), hit: 847, miss: -405 };
     let job: Vec<_> = shots.iter().map(reading).collect();
     // Voxels that are known, and all of them, over the regions.
     let known_to = |gpu: &mut Gpu, job: &Vec<Reading>| {
@@ -258,13 +262,13 @@ fn what_is_not_there_is_an_error() {
         other => panic!("{expected}: {other:?}"),
     };
     fails(gpu.score(Fusion::Octomap, &case.jobs).map(drop), "no scene is loaded");
-    fails(gpu.sense(0, &[(0, placement)]), "no table 0 of rays is loaded");
+    fails(gpu.sense(0, &[Shot::once(0, placement)]), "no table 0 of rays is loaded");
     unwrap(gpu.tables(&case.tables), "");
-    fails(gpu.sense(0, &[(0, placement)]), "no scene is loaded");
+    fails(gpu.sense(0, &[Shot::once(0, placement)]), "no scene is loaded");
     unwrap(gpu.load(&case.cell), "");
-    fails(gpu.sense(3, &[(0, placement)]), "no table 3 of rays is loaded");
+    fails(gpu.sense(3, &[Shot::once(0, placement)]), "no table 3 of rays is loaded");
     let slots = gpu.slots() as u32;
-    fails(gpu.sense(0, &[(slots, placement)]), &format!("no slot {slots}"));
+    fails(gpu.sense(0, &[Shot::once(slots, placement)]), &format!("no slot {slots}"));
     let far = Reading { slot: 0, volume: Some(slots), hit: 1, miss: -1 };
     fails(gpu.score(Fusion::Octomap, &[vec![far]]).map(drop), &format!("no slot {slots}"));
     let mut window = case.cell.window;

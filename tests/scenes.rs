@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use std::sync::OnceLock;
 
 use perirobot::backend::cpu::Cpu;
-use perirobot::backend::{Backend, Fusion, Rays, Reading};
+use perirobot::backend::{Backend, Fusion, Rays, Reading, Shot};
 use perirobot::scene::{Role, build::build, octomap};
 use perirobot::sensor::pose::Frame;
 use perirobot::sensor::{Camera, Station, placement};
@@ -357,12 +357,18 @@ fn the_best_of_a_few_poses_sees_the_operator() {
     let small = Camera { fov_rad: [87f64, 58.0].map(f64::to_radians), resolution_px: [128, 72] };
     let table = tables(&study)[0].clone().unwrap();
     let mut cpu = Cpu::new(None).unwrap();
-    cpu.tables(&[Rays { dirs_q15: small.dirs_q15(), noise_q16: Vec::new(), ..table }]).unwrap();
+    cpu.tables(&[Rays {
+        dirs_q15: small.dirs_q15(),
+        image: Some(small.image()),
+        noise_q16: Vec::new(),
+        ..table
+    }])
+    .unwrap();
     cpu.load(&world.cell(world.truth.grid.window())).unwrap();
     let poses = (0..860).step_by(25).map(|pose| world.placement(&study, 0, pose, 0));
-    let shots: Vec<_> = (0..).zip(poses).collect();
+    let shots: Vec<_> = (0..).zip(poses).map(|(slot, placement)| Shot::once(slot, placement)).collect();
     cpu.sense(0, &shots).unwrap();
-    let alone = |&(slot, _): &_| vec![Reading { slot, volume: None, hit: 1, miss: -1 }];
+    let alone = |shot: &Shot| vec![Reading { slot: shot.slot, volume: None, hit: 1, miss: -1 }];
     let counts = cpu.score(Fusion::OccupiedWins, &shots.iter().map(alone).collect::<Vec<_>>()).unwrap();
     let best = counts.iter().filter_map(|regions| regions[1].human_seen()).fold(0.0, f64::max);
     assert!(best > 0.2, "{best}");

@@ -12,7 +12,7 @@ use std::path::Path;
 use glam::DVec3;
 use perirobot::backend::gpu::Gpu;
 use perirobot::backend::{
-    Backend, Cell, Evidence, Fusion, Placement, Planes, Rays, Reading, Slot, cpu::Cpu, oracle::Oracle,
+    Backend, Cell, Evidence, Fusion, Placement, Planes, Rays, Reading, Shot, Slot, cpu::Cpu, oracle::Oracle,
 };
 use perirobot::metrics::Confusion;
 use perirobot::scene::Optical;
@@ -206,8 +206,8 @@ impl Backend for Few {
         self.slots
     }
 
-    fn sense(&mut self, table: usize, shots: &[(Slot, Placement)]) -> Result<()> {
-        self.keep(shots.iter().map(|(slot, _)| *slot));
+    fn sense(&mut self, table: usize, shots: &[Shot]) -> Result<()> {
+        self.keep(shots.iter().map(|shot| shot.slot));
         self.cpu.sense(table, shots)
     }
 
@@ -216,8 +216,16 @@ impl Backend for Few {
         self.cpu.upload(evidence)
     }
 
-    fn score(&mut self, fusion: Fusion, jobs: &[Vec<Reading>]) -> Result<Vec<Vec<Confusion>>> {
-        self.cpu.score(fusion, jobs)
+    fn hit_slots(&self) -> usize {
+        0
+    }
+
+    fn ask(&mut self, fusion: Fusion, jobs: &[Vec<Reading>]) -> Result<()> {
+        self.cpu.ask(fusion, jobs)
+    }
+
+    fn answer(&mut self) -> Result<Vec<Vec<Confusion>>> {
+        self.cpu.answer()
     }
 
     fn read(&mut self, table: usize, placement: &Placement) -> Result<Evidence> {

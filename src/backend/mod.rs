@@ -6,6 +6,8 @@ mod fuse;
 pub mod gpu;
 pub mod oracle;
 
+use std::sync::Arc;
+
 use crate::Result;
 use crate::march::{End, Gates};
 use crate::metrics::Confusion;
@@ -16,6 +18,9 @@ use crate::voxel::{BitGrid, Window};
 pub struct Cell {
     /// What stops rays, over the whole grid.
     pub blockers: BitGrid,
+    /// Of the blockers, what every snapshot of the scene has, so that it need be cast once only; the very same in the
+    /// cells of all of them. `None` where there is one snapshot.
+    pub still: Option<Arc<BitGrid>>,
     /// The part of the grid where evidence is kept: normally the bounding box of the regions.
     pub window: Window,
     /// Truly occupied voxels.
@@ -33,10 +38,21 @@ pub struct Cell {
 pub struct Rays {
     /// Unit directions in the sensor's frame, Q15, in ray order.
     pub dirs_q15: Vec<[i32; 3]>,
+    /// Where the rays come from, if they are the pixels of a camera, row by row.
+    pub image: Option<Image>,
     /// Ranges and rules that decide how a ray ends.
     pub gates: Gates,
     /// What is added to a return's distance, in 1/65536 voxels: [`crate::march::NOISE_STEPS`] equally likely steps, or none at all.
     pub noise_q16: Vec<i32>,
+}
+
+/// An ideal pinhole camera: ray (u, v) goes along ((u + ½ − width/2) / focal x, (v + ½ − height/2) / focal y, 1).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Image {
+    /// Pixels across and down.
+    pub size_px: [u32; 2],
+    /// Focal lengths in pixels.
+    pub focal_px: [f64; 2],
 }
 
 /// One pose of a sensor in a grid, quantised.
@@ -70,6 +86,26 @@ pub struct Evidence {
 
 /// Where a backend keeps a piece of evidence: a number below [`Backend::slots`].
 pub type Slot = u32;
+
+/// A placement to be cast.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Shot {
+    /// Where its evidence goes.
+    pub slot: Slot,
+    /// Where the sensor is.
+    pub placement: Placement,
+    /// Where to keep what its rays hit first in the cell's still layer, and to find it again in the next cell of the
+    /// same layer: a number below [`Backend::hit_slots`]. A number stands for one table and placement as long as the
+    /// layer is loaded.
+    pub hits: Option<Slot>,
+}
+
+impl Shot {
+    /// A placement that is cast in this cell only.
+    pub fn once(slot: Slot, placement: Placement) -> Self {
+        Shot { slot, placement, hits: None }
+    }
+}
 
 /// What one sensor contributes to a fusion.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -110,20 +146,33 @@ pub trait Backend {
     /// Makes the tables of a study's casting sensors ready, in the order by which [`Backend::sense`] names them.
     fn tables(&mut self, tables: &[Rays]) -> Result<()>;
 
-    /// Makes a scene ready, and forgets all evidence. Fails if it cannot fit the device, saying what would.
+    /// Makes a scene ready, and forgets all evidence; no question may be open. Fails if it cannot fit the device, saying what would.
     fn load(&mut self, cell: &Cell) -> Result<()>;
 
     /// How many pieces of evidence of the loaded cell can be kept at once; at least 1.
     fn slots(&self) -> usize;
 
+    /// How many placements' first hits in the still layer can be kept at once; 0 if the cell has no such layer.
+    fn hit_slots(&self) -> usize;
+
     /// Casts a table's rays from placements; what each proves replaces what its slot held. No slot comes twice.
-    fn sense(&mut self, table: usize, shots: &[(Slot, Placement)]) -> Result<()>;
+    fn sense(&mut self, table: usize, shots: &[Shot]) -> Result<()>;
 
     /// Puts evidence made by the host, over the cell's window, into slots.
     fn upload(&mut self, evidence: &[(Slot, Planes)]) -> Result<()>;
 
-    /// Fuses the readings of each job, in their order, and counts the labels in each region of the cell.
-    fn score(&mut self, fusion: Fusion, jobs: &[Vec<Reading>]) -> Result<Vec<Vec<Confusion>>>;
+    /// Asks for the readings of each job to be fused, in their order, and for the labels in each region of the cell to
+    /// be counted. What is cast or uploaded later changes nothing.
+    fn ask(&mut self, fusion: Fusion, jobs: &[Vec<Reading>]) -> Result<()>;
+
+    /// Waits for the counts of the oldest question not yet answered: of each job, in each region.
+    fn answer(&mut self) -> Result<Vec<Vec<Confusion>>>;
+
+    /// Asks and waits. No question may be open.
+    fn score(&mut self, fusion: Fusion, jobs: &[Vec<Reading>]) -> Result<Vec<Vec<Confusion>>> {
+        self.ask(fusion, jobs)?;
+        self.answer()
+    }
 
     /// All that is known of one placement, for comparisons, exports and pictures. No slot survives it.
     fn read(&mut self, table: usize, placement: &Placement) -> Result<Evidence>;
@@ -132,6 +181,11 @@ pub trait Backend {
 /// The error for a table that was never made ready.
 fn no_table(table: usize) -> crate::Error {
     crate::Error::Device(format!("no table {table} of rays is loaded"))
+}
+
+/// The error for an answer to a question that was never asked.
+fn nothing_asked() -> crate::Error {
+    crate::Error::Device("no question is open".into())
 }
 
 /// Counts one region, word by word. `occupied` wins over `free`; all planes cover the same window.

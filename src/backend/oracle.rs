@@ -1,7 +1,9 @@
 //! The plain oracle: one ray after the other, one step after the other, in u64 arithmetic written straight from
 //! the rules, sharing nothing with `march` or the other backends. It defines the counts; it is lean, but not clever.
 
-use super::{Backend, Cell, Evidence, Fusion, LOG_ODDS, Placement, Planes, Rays, Reading, Slot};
+use std::collections::VecDeque;
+
+use super::{Backend, Cell, Evidence, Fusion, LOG_ODDS, Placement, Planes, Rays, Reading, Shot, Slot};
 use crate::march::{BLIND, End, LEFT, NEVER, NOTHING, RETURN};
 use crate::metrics::{COUNTERS, Confusion};
 use crate::voxel::BitGrid;
@@ -17,6 +19,7 @@ pub struct Oracle {
     tables: Vec<Rays>,
     cell: Option<Cell>,
     slots: Vec<Option<Planes>>,
+    answers: VecDeque<Vec<Vec<Confusion>>>,
 }
 
 impl Backend for Oracle {
@@ -43,9 +46,13 @@ impl Backend for Oracle {
         SLOTS
     }
 
-    fn sense(&mut self, table: usize, shots: &[(Slot, Placement)]) -> Result<()> {
-        for (slot, placement) in shots {
-            self.slots[*slot as usize] = Some(self.read(table, placement)?.planes);
+    fn hit_slots(&self) -> usize {
+        0
+    }
+
+    fn sense(&mut self, table: usize, shots: &[Shot]) -> Result<()> {
+        for shot in shots {
+            self.slots[shot.slot as usize] = Some(self.read(table, &shot.placement)?.planes);
         }
         Ok(())
     }
@@ -55,12 +62,18 @@ impl Backend for Oracle {
         Ok(())
     }
 
-    fn score(&mut self, fusion: Fusion, jobs: &[Vec<Reading>]) -> Result<Vec<Vec<Confusion>>> {
+    fn ask(&mut self, fusion: Fusion, jobs: &[Vec<Reading>]) -> Result<()> {
         let cell = self.cell()?;
         let score = |job: &Vec<Reading>| {
             cell.regions.iter().map(|region| self.count(cell, region, fusion, job)).collect()
         };
-        Ok(jobs.iter().map(score).collect())
+        let answer = jobs.iter().map(score).collect();
+        self.answers.push_back(answer);
+        Ok(())
+    }
+
+    fn answer(&mut self) -> Result<Vec<Vec<Confusion>>> {
+        self.answers.pop_front().ok_or_else(super::nothing_asked)
     }
 
     fn read(&mut self, table: usize, placement: &Placement) -> Result<Evidence> {

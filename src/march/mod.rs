@@ -2,6 +2,8 @@
 //! has a twin of the same name in `shaders/march.wgsl`; buffers, planes and threads are the backends' business.
 #![doc = include_str!("SEMANTICS.md")]
 
+pub mod leap;
+
 /// A crossing that does not happen, later than any range.
 pub const NEVER: u32 = 0x7fff_ffff;
 
@@ -152,20 +154,24 @@ pub fn crossing_q16(first_q16: u32, period_q16: u32, n: u32) -> u32 {
 /// How many crossings a ray has made at a distance, stopped in the last cell inside the grid. `room` says how many
 /// crossings of each axis stay inside; the ray must be at its start.
 pub fn crossings_at(begin: &March, room: [u32; 3], t_q16: u32) -> u32 {
+    made_until(begin, room, t_q16).iter().sum()
+}
+
+/// [`crossings_at`], of each axis.
+pub fn made_until(begin: &March, room: [u32; 3], t_q16: u32) -> [u32; 3] {
     let [first, period] = [begin.next_q16, begin.period_q16];
     let leaves: [u32; 3] = std::array::from_fn(|r| crossing_q16(first[r], period[r], room[r]));
     let exit = next_axis(leaves);
     if t_q16 < leaves[exit] {
-        return (0..3).map(|r| made_by(first[r], period[r], t_q16)).sum();
+        return std::array::from_fn(|r| made_by(first[r], period[r], t_q16));
     }
     // Of what happens at the very distance of the exit, the axes before it come first.
-    let before = (0..3).map(|r| match r.cmp(&exit) {
+    std::array::from_fn(|r| match r.cmp(&exit) {
         std::cmp::Ordering::Less => made_by(first[r], period[r], leaves[exit]),
         std::cmp::Ordering::Equal => room[r],
         std::cmp::Ordering::Greater if leaves[exit] == 0 => 0,
         std::cmp::Ordering::Greater => made_by(first[r], period[r], leaves[exit] - 1),
-    });
-    before.sum()
+    })
 }
 
 /// How many crossings of each axis stay inside a grid.

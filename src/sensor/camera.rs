@@ -3,6 +3,7 @@
 use glam::DVec3;
 
 use super::quantise_q15;
+use crate::backend::Image;
 
 /// Field of view and resolution; x is horizontal, y vertical.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -14,6 +15,11 @@ pub struct Camera {
 }
 
 impl Camera {
+    /// What backends know of it besides its rays.
+    pub fn image(&self) -> Image {
+        Image { size_px: self.resolution_px, focal_px: self.focal_px() }
+    }
+
     /// Focal lengths in pixels.
     fn focal_px(&self) -> [f64; 2] {
         std::array::from_fn(|a| f64::from(self.resolution_px[a]) / 2.0 / libm::tan(self.fov_rad[a] / 2.0))

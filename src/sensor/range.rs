@@ -31,6 +31,6 @@ impl Range {
             no_return_is_free: self.no_return_is_free,
             backdrop: scale.backdrop,
         };
-        Rays { dirs_q15, gates, noise_q16: noise::table_q16(self.noise_std_m, size_m) }
+        Rays { dirs_q15, image: None, gates, noise_q16: noise::table_q16(self.noise_std_m, size_m) }
     }
 }

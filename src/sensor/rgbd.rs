@@ -81,7 +81,7 @@ impl Kind for Rgbd {
     }
 
     fn rays(&self, scale: &Scale) -> Option<Rays> {
-        Some(self.range.rays(self.camera.dirs_q15(), scale))
+        Some(Rays { image: Some(self.camera.image()), ..self.range.rays(self.camera.dirs_q15(), scale) })
     }
 
     fn is_noisy(&self) -> bool {

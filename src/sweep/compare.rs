@@ -8,7 +8,7 @@ use std::time::{Duration, Instant};
 use super::table::{BETWEEN_MEMBERS, pose_names, representation_names};
 use super::{Ask, Row, World};
 use crate::backend::oracle::Oracle;
-use crate::backend::{Backend, Cell, Evidence, Fusion, Placement, Rays, Reading, Slot};
+use crate::backend::{Backend, Cell, Evidence, Fusion, Placement, Rays, Reading, Shot};
 use crate::metrics::Confusion;
 use crate::sensor::Sensor;
 use crate::study::{Combination, Study};
@@ -225,9 +225,9 @@ fn timed(
     let begin = Instant::now();
     let mut counts = Vec::new();
     for batch in placements.chunks(backend.slots()) {
-        let shots: Vec<(Slot, Placement)> = (0..).zip(batch.iter().copied()).collect();
+        let shots: Vec<_> = (0..).zip(batch).map(|(slot, placement)| Shot::once(slot, *placement)).collect();
         backend.sense(0, &shots)?;
-        let alone = |&(slot, _): &(Slot, _)| vec![Reading { slot, volume: None, hit: 1, miss: -1 }];
+        let alone = |shot: &Shot| vec![Reading { slot: shot.slot, volume: None, hit: 1, miss: -1 }];
         let jobs: Vec<_> = shots.iter().map(alone).collect();
         counts.extend(backend.score(Fusion::OccupiedWins, &jobs)?);
     }

@@ -6,7 +6,7 @@ use std::collections::{HashMap, HashSet, VecDeque};
 use rayon::prelude::*;
 
 use super::{Ask, World};
-use crate::backend::{Backend, Placement, Planes, Rays, Reading, Slot};
+use crate::backend::{Backend, Placement, Planes, Rays, Reading, Shot, Slot};
 use crate::sensor::{Claim, Station};
 use crate::study::Study;
 use crate::voxel::Window;
@@ -144,7 +144,7 @@ impl<'a> Store<'a> {
     /// Casts and claims what is missing.
     fn make(&mut self, missing: &[Key], backend: &mut dyn Backend) -> Result<()> {
         let said: Vec<(Placement, Vec<Claim>)> = missing.par_iter().map(|key| self.ask_sensor(key)).collect();
-        let mut shots: Vec<Vec<(Slot, Placement)>> = vec![Vec::new(); self.tables.len()];
+        let mut shots: Vec<Vec<Shot>> = vec![Vec::new(); self.tables.len()];
         let mut uploads: Vec<(Slot, Planes)> = Vec::new();
         for (key, (placement, claims)) in missing.iter().zip(said) {
             let mut slots = Vec::new();
@@ -154,7 +154,7 @@ impl<'a> Store<'a> {
                 slot
             };
             let cast = claims.iter().any(|claim| claim.cast).then(|| take(&mut self.vacant));
-            shots[key.sensor].extend(cast.map(|slot| (slot, placement)));
+            shots[key.sensor].extend(cast.map(|slot| Shot { slot, placement, hits: None }));
             let mut readings = Vec::new();
             for (representation, claim) in claims.into_iter().enumerate() {
                 let [hit, miss] = self.study.sensors[key.sensor].kind.log_odds(representation);

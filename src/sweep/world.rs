@@ -3,6 +3,8 @@
 
 mod warnings;
 
+use std::sync::Arc;
+
 use glam::DVec3;
 
 use super::shapes;
@@ -26,6 +28,8 @@ pub struct World {
     pub snapshot: usize,
     /// Which voxels are what.
     pub truth: Truth,
+    /// Of its blockers, what every snapshot of the scene has; `None` where there is one snapshot.
+    pub still: Option<Arc<BitGrid>>,
     /// The study's regions in this scene, in study order.
     pub regions: Vec<Region>,
     /// For each sensor, its candidates' settings with poses in the world, whatever carries the sensor.
@@ -83,6 +87,13 @@ impl World {
             })
             .collect::<Result<_>>()?;
         worlds[0].warnings = warnings::warnings(study, &worlds);
+        if let [first, second, rest @ ..] = &worlds[..] {
+            let mut still = first.truth.blockers.clone();
+            still.keep(&second.truth.blockers);
+            rest.iter().for_each(|world| still.keep(&world.truth.blockers));
+            let still = Arc::new(still);
+            worlds.iter_mut().for_each(|world| world.still = Some(still.clone()));
+        }
         Ok(worlds)
     }
 
@@ -105,7 +116,17 @@ impl World {
         })?;
         let baselines = regions.iter().map(|region| baselines(&truth, region, &reachable)).collect();
         let name = study.scenes[scene].name.clone();
-        Ok(World { scene, name, snapshot, truth, regions, settings, baselines, warnings: Vec::new() })
+        Ok(World {
+            scene,
+            name,
+            snapshot,
+            truth,
+            still: None,
+            regions,
+            settings,
+            baselines,
+            warnings: Vec::new(),
+        })
     }
 
     /// The scene's name, with the snapshot's number where there are several.
@@ -127,6 +148,7 @@ impl World {
     pub fn cell(&self, window: Window) -> Cell {
         Cell {
             blockers: self.truth.blockers.clone(),
+            still: self.still.clone(),
             window,
             truth: self.truth.occupied.over(window),
             human: self.truth.human.over(window),

@@ -1,6 +1,7 @@
 //! From surfaces to voxels: the grid, bit planes over it, the voxelizer, interiors, solids and regions.
 
 pub mod bits;
+pub mod bricks;
 pub mod flood;
 pub mod grid;
 pub mod overlap;
@@ -9,6 +10,7 @@ pub mod solid;
 pub mod voxelize;
 
 pub use bits::BitGrid;
+pub use bricks::Bricks;
 pub use grid::{Grid, Window};
 pub use region::{Reach, Region, Shape};
 pub use voxelize::{ObjectVoxels, Truth};

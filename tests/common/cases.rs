@@ -4,6 +4,7 @@
 use perirobot::backend::oracle::Oracle;
 use perirobot::backend::{Backend, Cell, Placement, Planes, Rays, Reading, Slot};
 use perirobot::march::{self, End, Gates, MAX_RANGE_VOXELS, NOISE_STEPS};
+use perirobot::sensor::Camera;
 use perirobot::voxel::{BitGrid, Window};
 
 use super::Random;
@@ -59,12 +60,26 @@ pub(crate) fn case(seed: u64) -> Case {
 
 /// A camera or a LIDAR, with rays along the lattice, gates and noise.
 fn table(random: &mut Random, cell: &Cell, placement: &Placement) -> Rays {
-    let mut dirs_q15 = if random.one_in(2) { pinhole(random) } else { lidar(random) };
-    dirs_q15.extend(lattice());
-    let mut rays = Rays { dirs_q15, gates: open_gates(), noise_q16: vec![] };
+    let mut rays = if random.one_in(2) {
+        image(random)
+    } else {
+        let mut dirs_q15 = if random.one_in(2) { pinhole(random) } else { lidar(random) };
+        dirs_q15.extend(lattice());
+        Rays { dirs_q15, image: None, gates: open_gates(), noise_q16: vec![] }
+    };
     rays.gates = gates(random, cell, &rays, placement);
     rays.noise_q16 = noise_q16(random);
     rays
+}
+
+/// A camera that is known to be one: from a single pixel to images whose pixels lie much denser than any voxel.
+pub(crate) fn image(random: &mut Random) -> Rays {
+    let most = random.of(&[[3, 3], [24, 16], [90, 60], [200, 150]]);
+    let camera = Camera {
+        fov_rad: std::array::from_fn(|_| 0.1 + random.share() * 2.6),
+        resolution_px: most.map(|n| 1 + random.below(n)),
+    };
+    Rays { dirs_q15: camera.dirs_q15(), image: Some(camera.image()), gates: open_gates(), noise_q16: vec![] }
 }
 
 /// No steps, or as many as there must be: none that moves anything, small ones, or some that reach across any grid.
@@ -180,7 +195,7 @@ fn cell(random: &mut Random, grid: Window) -> Cell {
         regions.push(region);
     }
     let [truth, human, robot] = [truth, human, robot].map(|plane| plane.over(window));
-    Cell { blockers, window, truth, human, robot, regions }
+    Cell { blockers, still: None, window, truth, human, robot, regions }
 }
 
 /// A direction in Q15, of length one.

@@ -14,7 +14,9 @@ pub use device::{Device, open};
 pub use kernel::evaluate;
 pub use types::{Stage, shader_prelude, shader_source};
 
-use super::{Backend, Cell, Evidence, Fusion, Placement, Planes, Rays, Reading, Slot, no_table};
+use std::collections::VecDeque;
+
+use super::{Backend, Cell, Evidence, Fusion, Placement, Planes, Rays, Reading, Shot, Slot, no_table};
 use crate::march::End;
 use crate::metrics::{COUNTERS, Confusion};
 use crate::voxel::BitGrid;
@@ -33,13 +35,14 @@ pub struct Gpu {
     room: Room,
     tables: Vec<Table>,
     loaded: Option<Loaded>,
+    answers: VecDeque<Vec<Vec<Confusion>>>,
 }
 
 impl Gpu {
     /// Opens the chosen adapter and compiles the kernels.
     pub fn new(choice: &AdapterChoice) -> Result<Gpu> {
         let queue = Queue::new(open(choice)?)?;
-        Ok(Gpu { queue, room: Room::new(), tables: Vec::new(), loaded: None })
+        Ok(Gpu { queue, room: Room::new(), tables: Vec::new(), loaded: None, answers: VecDeque::new() })
     }
 
     fn table(&self, table: usize) -> Result<&Table> {
@@ -51,18 +54,18 @@ impl Gpu {
     }
 
     /// Casts and carves a batch of placements into their slots. The buffer returned begins with the ends of the first.
-    fn sense_batch(&mut self, table: usize, shots: &[(Slot, Placement)]) -> Result<wgpu::Buffer> {
-        let Gpu { queue, room, tables, loaded } = self;
+    fn sense_batch(&mut self, table: usize, shots: &[Shot]) -> Result<wgpu::Buffer> {
+        let Gpu { queue, room, tables, loaded, .. } = self;
         let loaded = loaded.as_mut().ok_or_else(no_scene)?;
         let table = tables.get(table).ok_or_else(|| no_table(table))?;
         let mut encoder = queue.device.encoder();
-        for &(slot, _) in shots {
+        for &Shot { slot, .. } in shots {
             let (offset, bytes) = (loaded.offset(slot)?, Some(loaded.sizes.plane_bytes()));
             encoder.clear_buffer(&loaded.occupied, offset, bytes);
             encoder.clear_buffer(&loaded.free, offset, bytes);
             loaded.held[slot as usize] = true;
         }
-        let words = shots.iter().map(|(slot, placement)| PlacementWords::new(*slot, placement));
+        let words = shots.iter().map(|shot| PlacementWords::new(shot.slot, &shot.placement));
         let placements = room.placements.filled(&queue.device, &words.collect::<Vec<_>>());
         let ends = room.ends.hold(&queue.device, shots.len() as u64 * table.sizes.ends_bytes());
         let dispatches = loaded.sizes.sensing(&table.sizes, shots.len() as u32);
@@ -157,7 +160,11 @@ impl Backend for Gpu {
         self.loaded.as_ref().map_or(1, |loaded| loaded.held.len())
     }
 
-    fn sense(&mut self, table: usize, shots: &[(Slot, Placement)]) -> Result<()> {
+    fn hit_slots(&self) -> usize {
+        0
+    }
+
+    fn sense(&mut self, table: usize, shots: &[Shot]) -> Result<()> {
         let at_once = self.table(table)?.sizes.placements_at_once(&self.queue.device.report);
         for batch in shots.chunks(at_once) {
             self.sense_batch(table, batch)?;
@@ -191,18 +198,26 @@ impl Backend for Gpu {
         queue.device.check()
     }
 
-    fn score(&mut self, fusion: Fusion, jobs: &[Vec<Reading>]) -> Result<Vec<Vec<Confusion>>> {
+    fn ask(&mut self, fusion: Fusion, jobs: &[Vec<Reading>]) -> Result<()> {
         let report = self.queue.device.report.clone();
         let loaded = self.loaded()?;
         if loaded.regions.is_empty() {
-            return Ok(vec![vec![]; jobs.len()]);
+            self.answers.push_back(vec![vec![]; jobs.len()]);
+            return Ok(());
         }
         let batches = jobs.chunks(loaded.sizes.jobs_at_once(&report));
-        Ok(batches.map(|batch| self.score_batch(fusion, batch)).collect::<Result<Vec<_>>>()?.concat())
+        let answer =
+            batches.map(|batch| self.score_batch(fusion, batch)).collect::<Result<Vec<_>>>()?.concat();
+        self.answers.push_back(answer);
+        Ok(())
+    }
+
+    fn answer(&mut self) -> Result<Vec<Vec<Confusion>>> {
+        self.answers.pop_front().ok_or_else(super::nothing_asked)
     }
 
     fn read(&mut self, table: usize, placement: &Placement) -> Result<Evidence> {
-        let ends = self.sense_batch(table, &[(0, *placement)])?;
+        let ends = self.sense_batch(table, &[Shot::once(0, *placement)])?;
         let ends_bytes = self.table(table)?.sizes.ends_bytes();
         let Gpu { queue, loaded, .. } = self;
         let loaded = loaded.as_mut().ok_or_else(no_scene)?;

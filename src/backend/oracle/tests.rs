@@ -24,6 +24,7 @@ fn corridor() -> (Cell, Rays, Placement) {
     human.set([6, 2, 1]);
     let cell = Cell {
         blockers: wall.clone(),
+        still: None,
         window,
         truth: wall,
         human,
@@ -37,7 +38,7 @@ fn corridor() -> (Cell, Rays, Placement) {
         no_return_is_free: false,
         backdrop: false,
     };
-    let rays = Rays { dirs_q15: vec![[32_768, 0, 0]], gates, noise_q16: vec![] };
+    let rays = Rays { dirs_q15: vec![[32_768, 0, 0]], image: None, gates, noise_q16: vec![] };
     let placement = Placement {
         origin_q16: [0x8000, 0x18000, 0x18000],
         axis_q15: [[32_768, 0, 0], [0, 32_768, 0], [0, 0, 32_768]],
@@ -53,7 +54,7 @@ fn check(cell: &Cell, rays: &Rays, placement: &Placement, end: (u32, u32), six: 
     oracle.load(cell).unwrap();
     let evidence = oracle.read(0, placement).unwrap();
     assert_eq!((evidence.ends[0].kind, evidence.ends[0].crossings), end);
-    oracle.sense(0, &[(3, *placement)]).unwrap();
+    oracle.sense(0, &[Shot::once(3, *placement)]).unwrap();
     let alone = vec![Reading { slot: 3, volume: None, hit: 1, miss: -1 }];
     let counts = oracle.score(Fusion::OccupiedWins, &[alone]).unwrap()[0][0];
     assert_eq!(counts.counts()[..6], six, "tp fp fn tn uo uf");

@@ -19,6 +19,7 @@ fn labels(fusion: Fusion, said: &[(&Planes, [i32; 2])]) -> String {
     };
     let cell = Cell {
         blockers: truth.blockers.clone(),
+        still: None,
         window: truth.grid.window(),
         truth: truth.occupied.clone(),
         human: truth.human.clone(),

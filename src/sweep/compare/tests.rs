@@ -1,7 +1,7 @@
 //! A backend that lies in one place must be found out, and the place named.
 
 use super::*;
-use crate::backend::{Planes, cpu::Cpu};
+use crate::backend::{Planes, Slot, cpu::Cpu};
 use crate::march::{End, NOTHING};
 use crate::study::Overrides;
 
@@ -37,14 +37,20 @@ impl Backend for Liar {
     fn slots(&self) -> usize {
         2
     }
-    fn sense(&mut self, table: usize, shots: &[(Slot, Placement)]) -> Result<()> {
+    fn sense(&mut self, table: usize, shots: &[Shot]) -> Result<()> {
         self.0.sense(table, shots)
     }
     fn upload(&mut self, evidence: &[(Slot, Planes)]) -> Result<()> {
         self.0.upload(evidence)
     }
-    fn score(&mut self, fusion: Fusion, jobs: &[Vec<Reading>]) -> Result<Vec<Vec<Confusion>>> {
-        let mut counts = self.0.score(fusion, jobs)?;
+    fn hit_slots(&self) -> usize {
+        0
+    }
+    fn ask(&mut self, fusion: Fusion, jobs: &[Vec<Reading>]) -> Result<()> {
+        self.0.ask(fusion, jobs)
+    }
+    fn answer(&mut self) -> Result<Vec<Vec<Confusion>>> {
+        let mut counts = self.0.answer()?;
         match self.1 {
             Lie::Count => counts[0][1].human.uo += 1,
             Lie::FewerRegions => counts.iter_mut().for_each(|regions| regions.truncate(1)),

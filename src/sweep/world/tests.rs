@@ -82,7 +82,7 @@ fn no_pose_beats_the_ceiling() {
 
 #[test]
 fn evidence_over_a_window_counts_the_same_as_over_the_grid() {
-    use crate::backend::{Backend, Fusion, Reading};
+    use crate::backend::{Backend, Fusion, Reading, Shot};
     let study = tiny();
     let world = World::prepare(&study, 0).unwrap().remove(0);
     let sensor = &study.sensors[1];
@@ -93,9 +93,10 @@ fn evidence_over_a_window_counts_the_same_as_over_the_grid() {
     let mut score = |window| {
         cpu.tables(std::slice::from_ref(&table)).unwrap();
         cpu.load(&world.cell(window)).unwrap();
-        let shots: Vec<_> = (0..).zip(placements.iter().copied()).collect();
+        let shots: Vec<_> =
+            (0..).zip(&placements).map(|(slot, placement)| Shot::once(slot, *placement)).collect();
         cpu.sense(0, &shots).unwrap();
-        let alone = |&(slot, _): &_| vec![Reading { slot, volume: None, hit: 1, miss: -1 }];
+        let alone = |shot: &Shot| vec![Reading { slot: shot.slot, volume: None, hit: 1, miss: -1 }];
         cpu.score(Fusion::OccupiedWins, &shots.iter().map(alone).collect::<Vec<_>>()).unwrap()
     };
     assert_eq!(score(region::window_of(&world.regions)), score(world.truth.grid.window()));

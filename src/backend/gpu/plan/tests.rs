@@ -122,7 +122,7 @@ fn rays(number: usize) -> Rays {
         no_return_is_free: false,
         backdrop: false,
     };
-    Rays { dirs_q15: vec![[0, 0, 32_768]; number], gates, noise_q16: vec![] }
+    Rays { dirs_q15: vec![[0, 0, 32_768]; number], image: None, gates, noise_q16: vec![] }
 }
 
 #[test]
@@ -130,7 +130,8 @@ fn what_cannot_be_bound_is_refused_with_its_size() {
     use crate::voxel::{BitGrid, Window};
     let grid = BitGrid::new(Window::between([0; 3], [1022, 19, 0]));
     let [blockers, truth, human, robot] = std::array::from_fn(|_| grid.clone());
-    let cell = Cell { window: grid.window(), blockers, truth, human, robot, regions: vec![grid] };
+    let cell =
+        Cell { window: grid.window(), blockers, still: None, truth, human, robot, regions: vec![grid] };
     assert!(CellSizes::of(&cell, &adapter(2560, true)).is_ok(), "exactly as large as a binding");
     let refused = CellSizes::of(&cell, &adapter(2559, true)).unwrap_err().to_string();
     assert!(refused.contains("the grid takes 2560 bytes"), "{refused}");

@@ -1,0 +1,173 @@
+//! Rays by the 64: tables in the order in which rays are cast together, and the arithmetic that is alike for all rays of
+//! a bundle, in loops that the compiler turns into vector code for the processor at hand. What a ray meets is not known
+//! here.
+//!
+//! # Theory
+//! Every value is the one that `march` defines; lanes do not depend on each other, so their number changes nothing.
+//!
+//! # Practice
+//! A camera's bundle is a tile of 8 × 8 pixels, so that its rays stay together; other tables go in ray order.
+
+use fearless_simd::{Level, Simd, dispatch};
+
+use crate::backend::{Image, Placement, Rays};
+use crate::march::{self, March, leap};
+
+/// Rays of a bundle.
+pub(super) const RAYS: usize = 64;
+
+/// Edge of a camera's tile in pixels.
+pub(super) const TILE: u32 = 8;
+
+/// One number for each ray of a bundle.
+pub(super) type Lanes<T> = [T; RAYS];
+
+/// The directions of a table, bundle by bundle.
+pub(super) struct Bundles {
+    /// Q15, axis by axis.
+    dirs_q15: Vec<[Lanes<i32>; 3]>,
+    rays: usize,
+    image: Option<Image>,
+}
+
+impl Bundles {
+    /// The rays of a table in the order they are cast.
+    pub(super) fn new(rays: &Rays) -> Self {
+        let mut bundles = Bundles { dirs_q15: Vec::new(), rays: rays.dirs_q15.len(), image: rays.image };
+        for bundle in 0..bundles.count() {
+            let own = bundles.numbers(bundle);
+            let dirs = |a: usize| std::array::from_fn(|lane| rays.dirs_q15[own[lane] as usize][a]);
+            bundles.dirs_q15.push(std::array::from_fn(dirs));
+        }
+        bundles
+    }
+
+    /// How many bundles there are.
+    pub(super) fn count(&self) -> usize {
+        match self.image {
+            None => self.rays.div_ceil(RAYS),
+            Some(image) => image.size_px.iter().map(|&n| n.div_ceil(TILE) as usize).product(),
+        }
+    }
+
+    /// How many rays the table has.
+    pub(super) fn rays(&self) -> usize {
+        self.rays
+    }
+
+    /// The camera whose pixels the rays are, if they are.
+    pub(super) fn image(&self) -> Option<&Image> {
+        self.image.as_ref()
+    }
+
+    /// The directions of a bundle, axis by axis.
+    pub(super) fn dirs_q15(&self, bundle: usize) -> &[Lanes<i32>; 3] {
+        &self.dirs_q15[bundle]
+    }
+
+    /// The number of each lane's ray. Lanes past the edge of an image or the end of a table repeat the last ray before it.
+    pub(super) fn numbers(&self, bundle: usize) -> Lanes<u32> {
+        let Some(image) = self.image else {
+            let last = self.rays as u32 - 1;
+            return std::array::from_fn(|lane| (bundle * RAYS + lane).min(last as usize) as u32);
+        };
+        let [width, height] = image.size_px;
+        let across = width.div_ceil(TILE);
+        let [left, top] = [bundle as u32 % across * TILE, bundle as u32 / across * TILE];
+        std::array::from_fn(|lane| {
+            let (u, v) = (left + lane as u32 % TILE, top + lane as u32 / TILE);
+            v.min(height - 1) * width + u.min(width - 1)
+        })
+    }
+
+    /// The direction of a camera's pixel.
+    #[inline]
+    pub(super) fn of_pixel(&self, [u, v]: [u32; 2]) -> [i32; 3] {
+        let across = self.image.map_or(1, |image| image.size_px[0].div_ceil(TILE));
+        let lane = (v % TILE * TILE + u % TILE) as usize;
+        let dirs = &self.dirs_q15[(v / TILE * across + u / TILE) as usize];
+        [dirs[0][lane], dirs[1][lane], dirs[2][lane]]
+    }
+}
+
+/// The rays of a bundle in a grid, as `march::start` makes each of them.
+pub(super) struct Bundle {
+    /// The cell where all begin.
+    pub(super) cell: [i32; 3],
+    /// Components of the directions, Q16.
+    pub(super) dir_q16: [Lanes<i32>; 3],
+    pub(super) period_q16: [Lanes<u32>; 3],
+    pub(super) first_q16: [Lanes<u32>; 3],
+}
+
+impl Bundle {
+    /// No rays yet.
+    pub(super) fn new() -> Self {
+        let none = [[march::NEVER; RAYS]; 3];
+        Bundle { cell: [0; 3], dir_q16: [[0; RAYS]; 3], period_q16: none, first_q16: none }
+    }
+
+    /// Sends rays from a placement.
+    pub(super) fn start(&mut self, level: Level, placement: &Placement, dirs_q15: &[Lanes<i32>; 3]) {
+        self.cell = placement.origin_q16.map(|x| x >> 16);
+        dispatch!(level, simd => start(simd, self, placement, dirs_q15));
+    }
+
+    /// How many crossings of each axis each ray has made at a place of its own (see [`leap::made_at`]).
+    pub(super) fn made(&self, level: Level, at: &Places, made: &mut [Lanes<u32>; 3]) {
+        dispatch!(level, simd => made_at(simd, self, at, made));
+    }
+
+    /// A ray after so many crossings.
+    #[inline]
+    pub(super) fn march(&self, lane: usize, made: [u32; 3]) -> March {
+        let step: [i32; 3] = std::array::from_fn(|r| self.dir_q16[r][lane].signum());
+        let period_q16 = std::array::from_fn(|r| self.period_q16[r][lane]);
+        March {
+            cell: std::array::from_fn(|r| self.cell[r] + step[r] * made[r] as i32),
+            step,
+            next_q16: std::array::from_fn(|r| self.first_q16[r][lane] + made[r] * period_q16[r]),
+            period_q16,
+        }
+    }
+}
+
+/// A place on each ray of a bundle: a distance, and the last axis that has crossed there.
+pub(super) struct Places {
+    pub(super) t_q16: Lanes<u32>,
+    pub(super) axis: Lanes<u32>,
+}
+
+#[inline(always)]
+fn start<S: Simd>(_: S, bundle: &mut Bundle, placement: &Placement, dirs_q15: &[Lanes<i32>; 3]) {
+    let [x, y, z] = dirs_q15;
+    for r in 0..3 {
+        let axis_q15 = placement.axis_q15[r];
+        let frac = (placement.origin_q16[r] & 0xffff) as u32;
+        let (dir, period, first) =
+            (&mut bundle.dir_q16[r], &mut bundle.period_q16[r], &mut bundle.first_q16[r]);
+        for lane in 0..RAYS {
+            let dir_q16 = march::direction_q16(axis_q15, [x[lane], y[lane], z[lane]]);
+            let d = dir_q16.unsigned_abs();
+            // Exact: a quotient that is no whole number is further below the next one than f64 rounds.
+            let quotient = (4_294_967_296.0 / f64::from(d.max(3))) as i32 as u32;
+            let period_q16 = if d < 3 { march::NEVER } else { quotient };
+            let ahead = if dir_q16 < 0 { frac } else { (1 << 16) - frac };
+            let first_q16 = march::first_q16(ahead, period_q16);
+            dir[lane] = dir_q16;
+            period[lane] = period_q16;
+            first[lane] = if d == 0 { march::NEVER } else { first_q16 };
+        }
+    }
+}
+
+#[inline(always)]
+fn made_at<S: Simd>(_: S, bundle: &Bundle, at: &Places, made: &mut [Lanes<u32>; 3]) {
+    for r in 0..3 {
+        for lane in 0..RAYS {
+            let (first, period) = (bundle.first_q16[r][lane], bundle.period_q16[r][lane]);
+            let d = bundle.dir_q16[r][lane].unsigned_abs();
+            made[r][lane] = leap::made_at(first, period, d, r as u32, at.t_q16[lane], at.axis[lane]);
+        }
+    }
+}

@@ -1,0 +1,231 @@
+//! All cores, one placement or one job a thread. The algorithms are in files of their own, each with a reason why it is
+//! exact: `strike` (leaps), `beam`, `gather`, `walk`; `plan` says which is used when. The arithmetic is `march`.
+//!
+//! A pose is sensed in this order: `plan` (what matters), `bundle` (rays by the 64), `beam` and `strike` (what they hit),
+//! `end` (gates and noise), `pyramid` and `gather`, or `walk` (what they free).
+
+mod beam;
+mod bundle;
+mod end;
+mod gather;
+mod plan;
+mod pyramid;
+mod sense;
+mod strike;
+mod view;
+mod walk;
+
+use std::collections::VecDeque;
+use std::sync::Arc;
+
+use fearless_simd::Level;
+use rayon::prelude::*;
+
+use super::{Backend, Cell, Evidence, Fusion, Placement, Planes, Rays, Reading, Shot, Slot, count, fuse};
+use crate::march::{End, NOTHING};
+use crate::metrics::Confusion;
+use crate::voxel::BitGrid;
+use crate::{Error, Result};
+pub use plan::Carving;
+use plan::Wanted;
+use sense::{Blockers, Desk, Sensor, Table};
+use strike::{Layer, Strike};
+
+/// Bytes of evidence kept at once: the planes of many poses, and small beside the memory of any machine that sweeps.
+const EVIDENCE_BYTES: usize = 256 << 20;
+
+/// Bytes of first hits kept at once.
+const HITS_BYTES: usize = 256 << 20;
+
+/// Most pieces of evidence kept at once, however small they are.
+const MOST_SLOTS: usize = 4096;
+
+/// The thread pool and what it works on.
+pub struct Cpu {
+    pool: rayon::ThreadPool,
+    level: Level,
+    carving: Option<Carving>,
+    tables: Vec<Table>,
+    loaded: Option<Loaded>,
+    slots: Vec<Option<Planes>>,
+    /// What was struck in the still layer, by hit slot; empty where nothing is kept.
+    hits: Vec<Vec<Strike>>,
+    answers: VecDeque<Vec<Vec<Confusion>>>,
+}
+
+/// A scene made ready.
+struct Loaded {
+    cell: Cell,
+    /// Blockers that stand in all snapshots; the very layer of the cell, so that the next cell's can be known for the same.
+    still: Option<(Arc<BitGrid>, Layer)>,
+    /// The other blockers, or all.
+    moving: Layer,
+    wanted: Wanted,
+}
+
+impl Loaded {
+    /// Makes a scene ready. `before` is the still layer of the last one, which may be this one's.
+    fn new(cell: &Cell, before: Option<(Arc<BitGrid>, Layer)>) -> Self {
+        let same = |still: &Arc<BitGrid>| before.filter(|(layer, _)| Arc::ptr_eq(layer, still));
+        let still = cell
+            .still
+            .as_ref()
+            .map(|still| same(still).unwrap_or_else(|| (still.clone(), Layer::new(BitGrid::clone(still)))));
+        let mut moving = cell.blockers.clone();
+        still.iter().for_each(|(still, _)| moving.remove(still));
+        let wanted = Wanted::of(cell.window, &cell.regions);
+        Loaded { still, moving: Layer::new(moving), wanted, cell: cell.clone() }
+    }
+
+    fn blockers(&self) -> Blockers<'_> {
+        Blockers { still: self.still.as_ref().map(|(_, layer)| layer), moving: &self.moving }
+    }
+}
+
+impl Cpu {
+    /// A backend of `threads` threads, or of as many as the process may use (cgroup limits honoured).
+    pub fn new(threads: Option<usize>) -> Result<Self> {
+        let available = std::thread::available_parallelism().map_or(1, |n| n.get());
+        let pool =
+            rayon::ThreadPoolBuilder::new().num_threads(threads.unwrap_or(available)).build().map_err(
+                |e| Error::Device(format!("cannot start {} threads: {e}", threads.unwrap_or(available))),
+            )?;
+        Ok(Cpu {
+            pool,
+            level: Level::new(),
+            carving: None,
+            tables: Vec::new(),
+            loaded: None,
+            hits: Vec::new(),
+            slots: Vec::new(),
+            answers: VecDeque::new(),
+        })
+    }
+
+    /// The same without the vector instructions that this processor has beyond those of all of its kind.
+    pub fn without_simd(mut self) -> Self {
+        self.level = Level::baseline();
+        self
+    }
+
+    /// The same, with all tables carved one way, whatever it costs. Tables that are no cameras cannot be gathered.
+    pub fn carving(mut self, carving: Carving) -> Self {
+        self.carving = Some(carving);
+        self
+    }
+
+    fn loaded(&self) -> Result<&Loaded> {
+        self.loaded.as_ref().ok_or_else(|| Error::Device("no scene is loaded".into()))
+    }
+
+    /// The strikes on the still layer kept for a shot, unknown ones if it is new.
+    fn take_hits(&mut self, table: usize, shot: &Shot) -> Option<Vec<Strike>> {
+        let slot = shot.hits? as usize;
+        if self.hits.len() <= slot {
+            self.hits.resize(slot + 1, Vec::new());
+        }
+        let rays = self.tables.get(table)?.bundles.count() * bundle::RAYS;
+        let kept = std::mem::take(&mut self.hits[slot]);
+        Some(if kept.len() == rays { kept } else { vec![strike::UNKNOWN; rays] })
+    }
+
+    /// A table's rays in the loaded scene.
+    fn sensor<'a>(&'a self, table: usize, wanted: &'a Wanted) -> Result<Sensor<'a>> {
+        let table = self.tables.get(table).ok_or_else(|| super::no_table(table))?;
+        let blockers = self.loaded()?.blockers();
+        Ok(Sensor { level: self.level, table, blockers, wanted, carving: self.carving })
+    }
+}
+
+impl Backend for Cpu {
+    fn name(&self) -> &'static str {
+        "cpu"
+    }
+
+    fn device(&self) -> String {
+        let threads = self.pool.current_num_threads();
+        format!("{threads} thread{}", if threads == 1 { "" } else { "s" })
+    }
+
+    fn tables(&mut self, tables: &[Rays]) -> Result<()> {
+        self.hits.clear();
+        self.tables = tables.iter().map(Table::new).collect();
+        Ok(())
+    }
+
+    fn load(&mut self, cell: &Cell) -> Result<()> {
+        let piece = 2 * 4 * cell.truth.words().len().max(1);
+        // Even where a piece is large, all threads have one to work on, and a job of several sensors fits.
+        let least = 4 * self.pool.current_num_threads().max(4);
+        self.slots = vec![None; (EVIDENCE_BYTES / piece).clamp(least, MOST_SLOTS)];
+        let before = self.loaded.take().and_then(|loaded| loaded.still);
+        let was = before.as_ref().map(|(layer, _)| layer.clone());
+        let loaded = Loaded::new(cell, before);
+        let is = loaded.still.as_ref().map(|(layer, _)| layer);
+        if !was.iter().zip(is).any(|(was, is)| Arc::ptr_eq(was, is)) {
+            self.hits.clear();
+        }
+        self.loaded = Some(loaded);
+        Ok(())
+    }
+
+    fn slots(&self) -> usize {
+        self.slots.len()
+    }
+
+    fn hit_slots(&self) -> usize {
+        let rays = self.tables.iter().map(|table| table.bundles.count() * bundle::RAYS).max().unwrap_or(0);
+        let still = self.loaded.as_ref().is_some_and(|loaded| loaded.still.is_some());
+        if still { HITS_BYTES / (4 * rays.max(1)) } else { 0 }
+    }
+
+    fn sense(&mut self, table: usize, shots: &[Shot]) -> Result<()> {
+        let mut kept: Vec<Option<Vec<Strike>>> =
+            shots.iter().map(|shot| self.take_hits(table, shot)).collect();
+        let loaded = self.loaded()?;
+        let sensor = self.sensor(table, &loaded.wanted)?;
+        let sensed: Vec<Planes> = self.pool.install(|| {
+            let each = shots.par_iter().zip(&mut kept).map_init(
+                || Desk::new(sensor.table),
+                |desk, (shot, kept)| sensor.sense(&shot.placement, desk, kept.as_deref_mut(), None),
+            );
+            each.collect()
+        });
+        for ((shot, planes), kept) in shots.iter().zip(sensed).zip(kept) {
+            self.slots[shot.slot as usize] = Some(planes);
+            if let (Some(slot), Some(kept)) = (shot.hits, kept) {
+                self.hits[slot as usize] = kept;
+            }
+        }
+        Ok(())
+    }
+
+    fn upload(&mut self, evidence: &[(Slot, Planes)]) -> Result<()> {
+        evidence.iter().for_each(|(slot, planes)| self.slots[*slot as usize] = Some(planes.clone()));
+        Ok(())
+    }
+
+    fn ask(&mut self, fusion: Fusion, jobs: &[Vec<Reading>]) -> Result<()> {
+        let cell = &self.loaded()?.cell;
+        let planes = |slot: Slot| self.slots[slot as usize].as_ref();
+        let score = |job: &Vec<Reading>| {
+            let fused = fuse::fuse(cell.window, fusion, job, planes);
+            cell.regions.iter().map(|region| count(cell, region, &fused)).collect()
+        };
+        let answer = self.pool.install(|| jobs.par_iter().map(score).collect());
+        self.answers.push_back(answer);
+        Ok(())
+    }
+
+    fn answer(&mut self) -> Result<Vec<Vec<Confusion>>> {
+        self.answers.pop_front().ok_or_else(super::nothing_asked)
+    }
+
+    fn read(&mut self, table: usize, placement: &Placement) -> Result<Evidence> {
+        let wanted = Wanted::all(self.loaded()?.cell.window);
+        let sensor = self.sensor(table, &wanted)?;
+        let mut ends = vec![End { kind: NOTHING, crossings: 0 }; sensor.table.bundles.rays()];
+        let planes = sensor.sense(placement, &mut Desk::new(sensor.table), None, Some(&mut ends));
+        Ok(Evidence { planes, ends })
+    }
+}

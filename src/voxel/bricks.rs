@@ -1,0 +1,209 @@
+//! How far a ray may leap: bricks of 4 × 4 × 4 voxels, each knowing how far away the nearest brick with a blocker is.
+//! Says where space is empty; what travels through it is `march`'s and the backends' business.
+//!
+//! # Theory
+//! The chessboard distance of two bricks is the largest of their distances along the axes. If the nearest brick with a
+//! blocker is `k` away, the cube of (2k − 1)³ bricks around a brick holds no blocker, so no cell in it can stop a ray
+//! (`SEMANTICS.md`, "How a ray ends"). Growing a set of bricks by one on each axis in turn reaches exactly the bricks
+//! at chessboard distance 1, so counting how often the occupied ones must grow until they hold a brick gives its
+//! distance: a few operations a word of 32 bricks and step, and as many steps as the largest gap has bricks.
+//!
+//! # Practice
+//! Made once for each layer of blockers, on the host; every backend that leaps reads the same bytes.
+
+use super::BitGrid;
+use super::grid::Window;
+
+/// A layer of blockers in bricks.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Bricks {
+    size: [u32; 3],
+    reach: Vec<u8>,
+}
+
+impl Bricks {
+    /// Voxels along the edge of a brick.
+    pub const EDGE: u32 = 1 << Self::EDGE_LOG2;
+
+    /// Its logarithm: brick = voxel >> this.
+    pub const EDGE_LOG2: u32 = 2;
+
+    /// The reach of a brick that knows of no blocker as near.
+    pub const FAR: u8 = u8::MAX;
+
+    /// The bricks of a plane over a grid; voxels outside the plane count as empty.
+    pub fn new(blockers: &BitGrid) -> Self {
+        let mut grown = occupied(blockers);
+        let size = grown.window().size;
+        let mut reach = vec![Self::FAR; size.iter().map(|&n| n as usize).product()];
+        mark(&mut reach, &grown, None, 0);
+        for distance in 1..Self::FAR {
+            let before = grown.clone();
+            grow(&mut grown);
+            if !mark(&mut reach, &grown, Some(&before), distance) {
+                break;
+            }
+        }
+        Bricks { size, reach }
+    }
+
+    /// Bricks on each axis.
+    pub fn size(&self) -> [u32; 3] {
+        self.size
+    }
+
+    /// For each brick, x fastest, then y, then z: the chessboard distance in bricks to the nearest brick that holds a
+    /// blocker, 0 in one that does; [`Bricks::FAR`] for any distance from there on.
+    pub fn reach(&self) -> &[u8] {
+        &self.reach
+    }
+
+    /// The reach of the brick that holds a cell of the grid.
+    pub fn reach_at(&self, cell: [i32; 3]) -> u32 {
+        let [x, y, z] = cell.map(|c| c as usize >> Self::EDGE_LOG2);
+        self.reach[(z * self.size[1] as usize + y) * self.size[0] as usize + x] as u32
+    }
+}
+
+/// The bricks that hold a set voxel.
+fn occupied(blockers: &BitGrid) -> BitGrid {
+    let [_, ny, nz] = blockers.window().size;
+    let size = blockers.window().size.map(|n| n.div_ceil(Bricks::EDGE));
+    let mut bricks = BitGrid::new(Window { min: [0; 3], size });
+    let words_per_row = bricks.words_per_row() as usize;
+    let voxels_per_row = blockers.words_per_row().max(1) as usize;
+    for (row, words) in blockers.words().chunks_exact(voxels_per_row).enumerate() {
+        let (y, z) = (row as u32 % ny, row as u32 / ny);
+        debug_assert!(z < nz, "as many rows as the plane has");
+        let brick_row = (z / Bricks::EDGE * size[1] + y / Bricks::EDGE) as usize * words_per_row;
+        for (w, &word) in words.iter().enumerate() {
+            bricks.words_mut()[brick_row + w / 4] |= nibbles(word) << (w % 4 * 8);
+        }
+    }
+    bricks
+}
+
+/// A bit for each four bits of a word, set if any of them is.
+fn nibbles(word: u32) -> u32 {
+    let any = (word | word >> 1 | word >> 2 | word >> 3) & 0x1111_1111;
+    let pairs = (any | any >> 3) & 0x0303_0303;
+    let fours = (pairs | pairs >> 6) & 0x000f_000f;
+    (fours | fours >> 12) & 0xff
+}
+
+/// Adds all 26 neighbours of every brick of a set: along x, then of those along y, then along z.
+fn grow(bricks: &mut BitGrid) {
+    bricks.spread_x();
+    let [_, ny, nz] = bricks.window().size.map(|n| n as usize);
+    let row = bricks.words_per_row() as usize;
+    let before = bricks.words().to_vec();
+    let words = bricks.words_mut();
+    join(words, &before, row, |r| (r % ny > 0, r % ny + 1 < ny));
+    let before = words.to_vec();
+    join(words, &before, row * ny, |layer| (layer > 0, layer + 1 < nz));
+}
+
+/// Adds to each chunk of words what the chunks before and after it held; `beside` says which of them are neighbours.
+fn join(words: &mut [u32], before: &[u32], chunk: usize, beside: impl Fn(usize) -> (bool, bool)) {
+    for (i, to) in words.chunks_exact_mut(chunk.max(1)).enumerate() {
+        let (below, above) = beside(i);
+        let mut add = |from: usize| {
+            let from = &before[from * chunk..(from + 1) * chunk];
+            to.iter_mut().zip(from).for_each(|(to, from)| *to |= from);
+        };
+        if below {
+            add(i - 1);
+        }
+        if above {
+            add(i + 1);
+        }
+    }
+}
+
+/// Writes a distance to the bricks that are new in a set; whether there were any.
+fn mark(reach: &mut [u8], grown: &BitGrid, before: Option<&BitGrid>, distance: u8) -> bool {
+    let [nx, ..] = grown.window().size.map(|n| n as usize);
+    let row = grown.words_per_row().max(1) as usize;
+    let mut any = false;
+    for (w, &word) in grown.words().iter().enumerate() {
+        let mut new = word & !before.map_or(0, |before| before.words()[w]);
+        any |= new != 0;
+        let first = w / row * nx + w % row * 32;
+        while new != 0 {
+            reach[first + new.trailing_zeros() as usize] = distance;
+            new &= new - 1;
+        }
+    }
+    any
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn plane(size: [u32; 3], cells: &[[i32; 3]]) -> BitGrid {
+        let mut plane = BitGrid::new(Window { min: [0; 3], size });
+        cells.iter().for_each(|&cell| plane.set(cell));
+        plane
+    }
+
+    #[test]
+    fn a_brick_is_as_far_as_its_farthest_axis() {
+        // 3 × 2 × 2 bricks, the last of x one voxel wide; the blocker is in brick (0, 1, 0).
+        let bricks = Bricks::new(&plane([9, 8, 8], &[[3, 4, 0]]));
+        assert_eq!(bricks.size(), [3, 2, 2]);
+        assert_eq!(bricks.reach(), [1, 1, 2, 0, 1, 2, 1, 1, 2, 1, 1, 2]);
+        assert_eq!((bricks.reach_at([3, 7, 3]), bricks.reach_at([8, 7, 7])), (0, 2));
+    }
+
+    #[test]
+    fn nothing_is_far() {
+        assert!(Bricks::new(&plane([40, 3, 9], &[])).reach().iter().all(|&reach| reach == Bricks::FAR));
+        // 256 bricks in a row: one is exactly as far as FAR says.
+        let row = Bricks::new(&plane([1023, 1, 1], &[[0, 0, 0]]));
+        let expected: Vec<u8> = (0..256).map(|x| x as u8).collect();
+        assert_eq!(row.reach(), expected);
+        assert_eq!(Bricks::new(&plane([0, 3, 9], &[])).reach(), []);
+    }
+
+    #[test]
+    fn each_voxel_of_a_row_has_its_brick() {
+        for x in 0..130 {
+            let bricks = Bricks::new(&plane([130, 1, 1], &[[x, 0, 0]]));
+            let nearest = bricks.reach().iter().position(|&reach| reach == 0);
+            assert_eq!(nearest, Some(x as usize / 4), "voxel {x}");
+            assert_eq!(bricks.reach().iter().filter(|&&reach| reach == 0).count(), 1, "voxel {x}");
+        }
+    }
+
+    /// Every brick against the distances to all occupied bricks, on planes with a few voxels and on full ones.
+    #[test]
+    fn reach_is_the_smallest_distance() {
+        let mut state = 1u64;
+        let mut random = move |n: u32| {
+            state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+            ((state >> 33) % n as u64) as i32
+        };
+        for case in 0..60 {
+            let size = [170, 60, 60].map(|n| 1 + random(n) as u32);
+            let cells: Vec<_> = (0..[1, 3, 40][case % 3]).map(|_| size.map(|n| random(n))).collect();
+            let bricks = Bricks::new(&plane(size, &cells));
+            let [nx, ny, nz] = bricks.size().map(|n| n as i32);
+            for z in 0..nz {
+                for y in 0..ny {
+                    for x in 0..nx {
+                        let far = |c: &[i32; 3]| {
+                            (c[0] / 4 - x).abs().max((c[1] / 4 - y).abs()).max((c[2] / 4 - z).abs())
+                        };
+                        let expected = cells.iter().map(far).min().unwrap_or(255) as u32;
+                        assert_eq!(
+                            bricks.reach_at([4 * x, 4 * y, 4 * z]),
+                            expected,
+                            "{x} {y} {z} of {size:?}"
+                        );
+                    }
+                }
+            }
+        }
+    }
+}
