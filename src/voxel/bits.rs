@@ -194,6 +194,27 @@ impl BitGrid {
         }
     }
 
+    /// Whether any voxel of a box is set.
+    pub fn any_in(&self, part: &Window) -> bool {
+        let part = part.intersection(&self.window);
+        if part.is_empty() {
+            return false;
+        }
+        let first = (part.min[0] - self.window.min[0]) as usize;
+        let last = first + part.size[0] as usize - 1;
+        let bits = |w: usize| {
+            let low = if w == first / 32 { u32::MAX << (first % 32) } else { u32::MAX };
+            let high = if w == last / 32 { u32::MAX >> (31 - last % 32) } else { u32::MAX };
+            low & high
+        };
+        (part.min[2]..part.end()[2]).any(|z| {
+            (part.min[1]..part.end()[1]).any(|y| {
+                let row = self.row(y, z);
+                (first / 32..=last / 32).any(|w| row[w] & bits(w) != 0)
+            })
+        })
+    }
+
     /// The words of one row along x, which must lie in the window.
     pub fn row(&self, y: i32, z: i32) -> &[u32] {
         let start = self.row_start(y, z);

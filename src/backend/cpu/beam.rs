@@ -11,7 +11,7 @@
 //! For the tiles of cameras. The rays of a LIDAR's bundle are too far apart.
 
 use super::bundle::Bundles;
-use super::strike::{Layer, empty_box};
+use super::strike::Search;
 use crate::backend::Placement;
 
 /// The cone of a tile in the sensor's frame: rays of length 1 end within `spread` of `middle`.
@@ -48,7 +48,8 @@ impl Cone {
     }
 
     /// How far its rays have surely entered no blocker, in 1/65536 voxels along each.
-    pub(super) fn clear_q16(&self, layer: &Layer, from: &Placement) -> u32 {
+    pub(super) fn clear_q16(&self, search: &Search, from: &Placement) -> u32 {
+        let layer = search.layer;
         let size = layer.blockers.window().size;
         let origin = from.origin_q16.map(|x| x as f32 / 65_536.0);
         let along: [f32; 3] =
@@ -61,16 +62,13 @@ impl Cone {
             if (0..3).any(|r| cell[r] as u32 >= size[r]) {
                 break;
             }
-            let reach = layer.bricks.reach_at(cell);
-            if reach == 0 {
-                break;
-            }
-            let (low, high) = empty_box(cell, reach);
+            let known = if t == 0.0 { Some(search.clearing) } else { layer.empty_box(cell) };
+            let Some([low, high]) = known else { break };
             let radius = t * self.spread + stray(t);
             let mut gain = f32::MAX;
             for r in 0..3 {
-                let to_low = at[r] - low[r].max(0) as f32 - radius;
-                let to_high = high[r].min(size[r] as i32) as f32 - at[r] - radius;
+                let to_low = at[r] - low[r] as f32 - radius;
+                let to_high = high[r] as f32 - at[r] - radius;
                 if to_low < 0.0 || to_high < 0.0 {
                     gain = 0.0;
                 }

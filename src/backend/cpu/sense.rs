@@ -8,7 +8,7 @@ use super::end::{Ends, Rules};
 use super::gather::{Gather, LARGEST};
 use super::plan::{self, Carving, Wanted};
 use super::pyramid::{Pyramid, Rect};
-use super::strike::{self, Layer, Strike, strike};
+use super::strike::{self, Layer, Search, Strike};
 use super::view::{Sight, View};
 use super::walk::{meets, walk};
 use crate::backend::{Placement, Planes, Rays};
@@ -37,6 +37,17 @@ impl Table {
 pub(super) struct Blockers<'a> {
     pub(super) still: Option<&'a Layer>,
     pub(super) moving: &'a Layer,
+}
+
+/// A pose being sensed.
+struct Shoot<'a> {
+    placement: &'a Placement,
+    still: Option<Search<'a>>,
+    moving: Search<'a>,
+    /// Strikes on the still layer, bundle by bundle, if they are kept.
+    hits: Option<&'a mut [Strike]>,
+    /// Where the end of every ray is wanted.
+    see: Option<&'a mut [End]>,
 }
 
 /// Who senses: a table of rays in a scene, whatever the pose.
@@ -90,30 +101,27 @@ impl Sensor<'_> {
     ) -> Planes {
         let window = self.wanted.cells.window();
         let mut planes = Planes { occupied: BitGrid::new(window), free: BitGrid::new(window) };
-        let mut hits = Hits { kept: hits };
+        let search = |layer| {
+            let cell = placement.origin_q16.map(|x| x >> 16);
+            let ignore_q16 = self.table.gates.near_ignore_q16;
+            Search { layer, ignore_q16, clearing: Layer::clearing(layer, cell) }
+        };
+        let (still, moving) = (self.blockers.still.map(search), search(self.blockers.moving));
+        let mut shoot = Shoot { placement, still, moving, hits, see };
         let carving = self.carving.unwrap_or_else(|| plan::carving(&self.table.bundles, window));
         match (carving, self.table.bundles.image()) {
             (Carving::Gather, Some(image)) => {
-                let view = View::new(placement, image);
-                self.gather(&view, placement, desk, &mut hits, see, &mut planes);
+                self.gather(&View::new(placement, image), &mut shoot, desk, &mut planes);
             }
-            _ => self.walk(placement, desk, &mut hits, see, &mut planes),
+            _ => self.walk(&mut shoot, desk, &mut planes),
         }
         planes
     }
 
     /// Rays first, then voxels look at the image that they make.
-    fn gather(
-        &self,
-        view: &View,
-        placement: &Placement,
-        desk: &mut Desk,
-        hits: &mut Hits,
-        mut see: Option<&mut [End]>,
-        planes: &mut Planes,
-    ) {
+    fn gather(&self, view: &View, shoot: &mut Shoot, desk: &mut Desk, planes: &mut Planes) {
         let bundles = &self.table.bundles;
-        let mut tiles = vec![Tile { cast: see.is_some(), near: false }; bundles.count()];
+        let mut tiles = vec![Tile { cast: shoot.see.is_some(), near: false }; bundles.count()];
         let mut boxes = Vec::new();
         for &corner in &self.wanted.boxes {
             let (rect, near) = match view.sight(corner, LARGEST) {
@@ -128,7 +136,7 @@ impl Sensor<'_> {
         pyramid.clear();
         let until_q16 = view.near_q16();
         for bundle in (0..tiles.len()).filter(|&bundle| tiles[bundle].cast) {
-            self.cast(bundle, placement, desk, hits, see.as_deref_mut());
+            self.cast(bundle, shoot, desk);
             let numbers = bundles.numbers(bundle);
             for lane in 0..RAYS {
                 let freed = march::freed(desk.ends.ends[lane], self.table.gates.no_return_is_free);
@@ -140,6 +148,7 @@ impl Sensor<'_> {
             occupy(&desk.bundle, &desk.ends, &mut planes.occupied);
         }
         pyramid.build();
+        let placement = shoot.placement;
         let gather = Gather { view, bundles, placement, pyramid: &pyramid, wanted: self.wanted };
         for (corner, rect) in boxes {
             gather.decide(corner, LARGEST, &rect, &mut planes.free);
@@ -148,95 +157,68 @@ impl Sensor<'_> {
     }
 
     /// Ray by ray.
-    fn walk(
-        &self,
-        placement: &Placement,
-        desk: &mut Desk,
-        hits: &mut Hits,
-        mut see: Option<&mut [End]>,
-        planes: &mut Planes,
-    ) {
-        for bundle in 0..self.table.bundles.count() {
-            desk.bundle.start(self.level, placement, self.table.bundles.dirs_q15(bundle));
-            if see.is_none() && !(0..RAYS).any(|lane| meets(&desk.bundle, lane, &planes.free)) {
+    fn walk(&self, shoot: &mut Shoot, desk: &mut Desk, planes: &mut Planes) {
+        let bundles = &self.table.bundles;
+        for bundle in 0..bundles.count() {
+            desk.bundle.start(self.level, shoot.placement, bundles.dirs_q15(bundle));
+            if shoot.see.is_none() && !(0..RAYS).any(|lane| meets(&desk.bundle, lane, &planes.free)) {
                 continue;
             }
-            self.cast(bundle, placement, desk, hits, see.as_deref_mut());
+            self.cast(bundle, shoot, desk);
             for lane in 0..RAYS {
                 let freed = march::freed(desk.ends.ends[lane], self.table.gates.no_return_is_free);
-                walk(&desk.bundle, lane, freed, u32::MAX >> 1, &mut planes.free);
+                walk(&desk.bundle, lane, freed, march::NEVER, &mut planes.free);
             }
             occupy(&desk.bundle, &desk.ends, &mut planes.occupied);
         }
     }
 
     /// How the rays of a bundle end.
-    fn cast(
-        &self,
-        bundle: usize,
-        placement: &Placement,
-        desk: &mut Desk,
-        hits: &mut Hits,
-        see: Option<&mut [End]>,
-    ) {
+    fn cast(&self, bundle: usize, shoot: &mut Shoot, desk: &mut Desk) {
         let table = self.table;
-        desk.bundle.start(self.level, placement, table.bundles.dirs_q15(bundle));
+        desk.bundle.start(self.level, shoot.placement, table.bundles.dirs_q15(bundle));
         desk.strikes = [strike::NOTHING; RAYS];
-        if let Some(still) = self.blockers.still {
-            match hits.of(bundle) {
+        if let Some(still) = &shoot.still {
+            let part = bundle * RAYS..(bundle + 1) * RAYS;
+            match shoot.hits.as_mut().map(|hits| &mut hits[part]) {
                 Some(kept) if kept[0] != strike::UNKNOWN => desk.strikes.copy_from_slice(kept),
                 kept => {
-                    self.strike(still, bundle, placement, desk);
-                    if let Some(kept) = kept {
-                        kept.copy_from_slice(&desk.strikes);
-                    }
+                    self.strike(still, bundle, shoot.placement, desk);
+                    kept.into_iter().for_each(|kept| kept.copy_from_slice(&desk.strikes));
                 }
             }
         }
-        self.strike(self.blockers.moving, bundle, placement, desk);
+        self.strike(&shoot.moving, bundle, shoot.placement, desk);
         let rules = Rules {
             gates: &table.gates,
             noise_q16: &table.noise_q16,
-            draws: placement.draws,
+            draws: shoot.placement.draws,
             size: self.blockers.moving.blockers.window().size,
-            all: see.is_some(),
+            all: shoot.see.is_some(),
         };
         let numbers = table.bundles.numbers(bundle);
         desk.ends.end(self.level, &desk.bundle, &numbers, &desk.strikes, &rules);
-        if let Some(see) = see {
+        if let Some(see) = &mut shoot.see {
             numbers.iter().zip(desk.ends.ends).for_each(|(&ray, end)| see[ray as usize] = end);
         }
     }
 
     /// The strikes of a bundle on a layer, where they come before those already known.
-    fn strike(&self, layer: &Layer, bundle: usize, placement: &Placement, desk: &mut Desk) {
-        let clear_q16 = self.table.cones.get(bundle).map_or(0, |cone| cone.clear_q16(layer, placement));
-        if clear_q16 > 0 {
+    fn strike(&self, search: &Search, bundle: usize, placement: &Placement, desk: &mut Desk) {
+        let clear_q16 = self.table.cones.get(bundle).map_or(0, |cone| cone.clear_q16(search, placement));
+        let starts = clear_q16 == 0;
+        if !starts {
             desk.places.t_q16 = [clear_q16; RAYS];
             desk.bundle.made(self.level, &desk.places, &mut desk.made);
-        } else {
-            desk.made = [[0; RAYS]; 3];
         }
         let range = strike::range(self.table.gates.range_max_q16);
         for lane in 0..RAYS {
-            let ray = desk.bundle.march(lane, std::array::from_fn(|r| desk.made[r][lane]));
+            let made = |r: usize| if starts { 0 } else { desk.made[r][lane] };
+            let ray = desk.bundle.march(lane, std::array::from_fn(made));
             let d = std::array::from_fn(|r| desk.bundle.dir_q16[r][lane].unsigned_abs());
             let known = desk.strikes[lane];
-            let ignore_q16 = self.table.gates.near_ignore_q16;
-            desk.strikes[lane] = strike(layer, ray, d, ignore_q16, known.min(range), known);
+            desk.strikes[lane] = search.strike(ray, d, starts, known.min(range), known);
         }
-    }
-}
-
-/// Kept strikes on the still layer, if any are kept.
-struct Hits<'a> {
-    kept: Option<&'a mut [Strike]>,
-}
-
-impl Hits<'_> {
-    /// Those of a bundle.
-    fn of(&mut self, bundle: usize) -> Option<&mut [Strike]> {
-        self.kept.as_mut().map(|kept| &mut kept[bundle * RAYS..(bundle + 1) * RAYS])
     }
 }
 
