@@ -201,7 +201,7 @@ fn the_cases_are_varied() {
     assert!(kinds.iter().all(|&n| n > 1000), "nothing, return, blind, left: {kinds:?}");
     assert!(occupied > 1000 && free > 10_000 && windows > 30, "{occupied} {free} {windows}");
     assert!(reads.iter().all(|&n| n > 1000), "read before, at, behind the blocker: {reads:?}");
-    assert!(sums.iter().all(|&n| n > 1000), "log-odds clamped below, within, clamped above: {sums:?}");
+    assert!(sums.iter().all(|&n| n > 100), "log-odds clamped below, within, clamped above: {sums:?}");
 }
 
 /// Counts the voxels of regions whose sum is clamped below, never, or above.

@@ -82,7 +82,7 @@ impl Backend for Oracle {
         let mut occupied = BitGrid::new(cell.blockers.window());
         let mut free = BitGrid::new(cell.blockers.window());
         let mut ends = Vec::with_capacity(rays.dirs_q15.len());
-        let mut path = Box::new(Path { cells: [0; LONGEST_PATH], entered_q16: [0; LONGEST_PATH] });
+        let mut path = Box::new(Path { cells: [0; LONGEST_PATH], entered: [0; LONGEST_PATH] });
         let mark = |plane: &mut [u32], bit: u32| plane[bit as usize >> 5] |= 1 << (bit & 31);
         for ray in 0..rays.dirs_q15.len() {
             let end = walk(cell, rays, placement, ray, &mut path);
@@ -128,8 +128,11 @@ impl Oracle {
 
     /// 0, 1 or 2: occupied, free, unknown.
     fn label(&self, voxel: [i32; 3], fusion: Fusion, job: &[Reading]) -> usize {
+        // All evidence covers the window of the truth.
+        let bit = self.cell.as_ref().and_then(|cell| cell.truth.bit_index(voxel));
+        let Some(bit) = bit else { return 2 };
         let in_slot = |slot: Slot, plane: fn(&Planes) -> &BitGrid| {
-            self.slots[slot as usize].as_ref().is_some_and(|planes| plane(planes).get(voxel))
+            self.slots[slot as usize].as_ref().is_some_and(|planes| is_set(plane(planes).words(), bit))
         };
         let says = |reading: &Reading, plane: fn(&Planes) -> &BitGrid| {
             in_slot(reading.slot, plane) || reading.volume.is_some_and(|slot| in_slot(slot, plane))
@@ -169,10 +172,10 @@ impl Oracle {
 /// Most cells that a ray can be in: it moves one way on each axis.
 const LONGEST_PATH: usize = 3 * MAX_VOXELS_PER_AXIS as usize;
 
-/// The cells that a ray is in, as bit indices, and when it entered each.
+/// The cells that a ray is in, as bit indices, and the crossing by which it entered each.
 struct Path {
     cells: [u32; LONGEST_PATH],
-    entered_q16: [u64; LONGEST_PATH],
+    entered: [u64; LONGEST_PATH],
 }
 
 /// A ray on its way. Crossings come in the order of (distance, axis), so that both are one number: 4 · distance + axis.
@@ -215,7 +218,7 @@ impl Ray {
         ray
     }
 
-    /// Makes the next crossing, unless that is `limit` or later, and returns its distance.
+    /// Makes the next crossing and returns it, unless that is `limit` or later.
     #[inline(always)]
     fn cross(&mut self, limit: u64) -> Option<u64> {
         let [x, y, z] = self.next;
@@ -223,14 +226,23 @@ impl Ray {
         if nearest >= limit {
             return None;
         }
+        // Which axis is crossed cannot be guessed, so nothing branches on it.
         for r in 0..3 {
-            // All ones for the axis that is crossed: which one it is cannot be guessed, so nothing branches on it.
-            let mask = ((self.next[r] == nearest) as u64).wrapping_neg();
-            self.next[r] += self.period[r] & mask;
-            self.bit += self.stride[r] & mask as i64;
+            let crossed = self.next[r] == nearest;
+            self.next[r] += if crossed { self.period[r] } else { 0 };
+            self.bit += if crossed { self.stride[r] } else { 0 };
         }
-        Some(nearest >> 2)
+        Some(nearest)
     }
+}
+
+/// The first crossing that would be later than a distance.
+fn after(q16: u64) -> u64 {
+    4 * (q16 + 1)
+}
+
+fn is_set(words: &[u32], bit: usize) -> bool {
+    words[bit >> 5] >> (bit & 31) & 1 == 1
 }
 
 /// Fills `path` with the cells that a ray is in, inside the grid and within range, up to its first blocker, or to where
@@ -238,19 +250,19 @@ impl Ray {
 fn walk(cell: &Cell, rays: &Rays, placement: &Placement, number: usize, path: &mut Path) -> End {
     let words = cell.blockers.words();
     let gates = &rays.gates;
-    let near_ignore_q16 = u64::from(gates.near_ignore_q16);
     let mut ray = Ray::start(&cell.blockers, placement, rays.dirs_q15[number]);
-    let out_of_range = 4 * (u64::from(gates.range_max_q16) + 1);
+    let out_of_range = after(gates.range_max_q16.into());
     let limit = ray.exit.min(out_of_range);
     let mut crossings = 0;
     let end = |kind, crossings: usize| End { kind, crossings: crossings as u32 };
     path.cells[0] = ray.bit as u32;
-    path.entered_q16[0] = 0;
-    while let Some(t) = ray.cross(limit) {
+    path.entered[0] = 0;
+    while let Some(crossing) = ray.cross(limit) {
         crossings += 1;
         path.cells[crossings] = ray.bit as u32;
-        path.entered_q16[crossings] = t;
-        if words[ray.bit as usize >> 5] >> (ray.bit & 31) & 1 == 1 && t >= near_ignore_q16 {
+        path.entered[crossings] = crossing;
+        let t = crossing >> 2;
+        if is_set(words, ray.bit as usize) && t >= u64::from(gates.near_ignore_q16) {
             if t < u64::from(gates.range_min_q16) {
                 return end(BLIND, crossings);
             }
@@ -267,12 +279,13 @@ fn walk(cell: &Cell, rays: &Rays, placement: &Placement, number: usize, path: &m
 
 /// How many crossings a ray has made where it is read, if it was stopped after so many of them.
 fn endpoint(mut ray: Ray, read_q16: u64, path: &mut Path, mut crossings: usize) -> usize {
+    let limit = after(read_q16);
     // Cells entered later than that were not seen to be entered.
-    while path.entered_q16[crossings] > read_q16 {
+    while path.entered[crossings] >= limit {
         crossings -= 1;
     }
     // At that distance or farther, blockers stop nothing.
-    while ray.cross(ray.exit.min(4 * (read_q16 + 1))).is_some() {
+    while ray.cross(ray.exit.min(limit)).is_some() {
         crossings += 1;
         path.cells[crossings] = ray.bit as u32;
     }

@@ -4,6 +4,7 @@ use clap::ValueEnum;
 use perirobot::backend::cpu::Cpu;
 use perirobot::backend::gpu::{AdapterChoice, Gpu, adapters};
 use perirobot::backend::{Backend, oracle::Oracle};
+use perirobot::sweep::bench::Contender;
 use perirobot::{Error, Result};
 
 #[derive(clap::Args)]
@@ -68,6 +69,33 @@ impl BackendArgs {
         }
     }
 
+    /// What `bench` measures besides the oracle: the CPU on one thread without and with SIMD and on all, and the GPU. A
+    /// software adapter counts.
+    pub(super) fn contenders(&self) -> Result<Vec<Contender>> {
+        let all = std::thread::available_parallelism().map_or(1, |n| n.get());
+        let mut contenders = Vec::new();
+        if matches!(self.backend, Choice::Auto | Choice::Cpu) {
+            let most = self.threads().unwrap_or(all);
+            contenders.push(Contender {
+                name: "cpu, 1 thread, no SIMD".into(),
+                backend: Box::new(Cpu::new(Some(1))?.without_simd()),
+                threads: 1,
+            });
+            for threads in if most > 1 { vec![1, most] } else { vec![1] } {
+                let cpu = Cpu::new(Some(threads))?;
+                let name = format!("cpu, {}", cpu.device());
+                contenders.push(Contender { name, backend: Box::new(cpu), threads });
+            }
+        }
+        if matches!(self.backend, Choice::Auto | Choice::Gpu)
+            && let Some(gpu) = self.any_gpu("measured")?
+        {
+            let name = format!("gpu, {}", gpu.device());
+            contenders.push(Contender { name, backend: Box::new(gpu), threads: all });
+        }
+        Ok(contenders)
+    }
+
     /// Every backend that can run here besides the oracle. A software adapter counts.
     pub(super) fn open_all(&self) -> Result<Vec<Box<dyn Backend>>> {
         if self.backend == Choice::Oracle {
@@ -79,19 +107,8 @@ impl BackendArgs {
             return Ok(vec![self.open()?]);
         }
         let mut all: Vec<Box<dyn Backend>> = vec![Box::new(self.cpu()?)];
-        if self.adapter.is_some() {
-            all.push(Box::new(self.gpu(&self.adapter())?));
-        } else {
-            let found = adapters();
-            let hardware = found.iter().any(|adapter| !adapter.software);
-            let choice = if hardware { AdapterChoice::Hardware } else { AdapterChoice::Software };
-            if found.is_empty() {
-                eprintln!(
-                    "warning: no Vulkan adapter, the GPU backend is not compared (see `perirobot devices`)"
-                );
-            } else {
-                all.push(Box::new(self.gpu(&choice)?));
-            }
+        if let Some(gpu) = self.any_gpu("compared")? {
+            all.push(Box::new(gpu));
         }
         Ok(all)
     }
@@ -104,6 +121,21 @@ impl BackendArgs {
     fn gpu(&self, choice: &AdapterChoice) -> Result<Gpu> {
         let gpu = Gpu::new(choice)?;
         Ok(self.memory.into_iter().fold(gpu, Gpu::memory))
+    }
+
+    /// The adapter that was asked for, or a hardware GPU, or a software one; none, and a warning, where there is no
+    /// adapter at all.
+    fn any_gpu(&self, what: &str) -> Result<Option<Gpu>> {
+        if self.adapter.is_some() || self.backend == Choice::Gpu {
+            return self.gpu(&self.adapter()).map(Some);
+        }
+        let found = adapters();
+        if found.is_empty() {
+            eprintln!("warning: no Vulkan adapter, the GPU backend is not {what} (see `perirobot devices`)");
+            return Ok(None);
+        }
+        let hardware = found.iter().any(|adapter| !adapter.software);
+        self.gpu(if hardware { &AdapterChoice::Hardware } else { &AdapterChoice::Software }).map(Some)
     }
 
     fn threads(&self) -> Option<usize> {

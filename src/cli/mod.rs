@@ -1,6 +1,7 @@
 //! Subcommands and what they share: messages, exit codes, the progress bar. Nothing is computed here.
 
 mod backend;
+mod bench;
 mod bytes;
 mod compare;
 mod devices;
@@ -36,13 +37,14 @@ First steps:
   perirobot compare scenes/tiny.toml                  prove that all backends agree
   perirobot devices                                   see which GPU would be used
 
-Exit codes: 0 done; 1 backends disagree (compare); 2 bad input or arguments; 3 a device failed.";
+Exit codes: 0 done; 1 backends disagree (compare, bench); 2 bad input or arguments; 3 a device failed.";
 
 #[derive(Subcommand)]
 enum Command {
     Sweep(sweep::Args),
     Summary(summary::Args),
     Compare(compare::Args),
+    Bench(bench::Args),
     Devices(devices::Args),
     Voxelize(voxelize::Args),
 }
@@ -53,6 +55,7 @@ pub(crate) fn run() -> ExitCode {
         Command::Sweep(args) => sweep::run(&args),
         Command::Summary(args) => summary::run(&args),
         Command::Compare(args) => compare::run(&args),
+        Command::Bench(args) => bench::run(&args),
         Command::Devices(args) => devices::run(&args),
         Command::Voxelize(args) => voxelize::run(&args),
     };

@@ -90,7 +90,7 @@ pub fn select_choices(selection: &Selection, study: &Study, combination: &Combin
 }
 
 /// So many of `count`, evenly.
-fn spread(wanted: usize, count: usize) -> Vec<usize> {
+pub(super) fn spread(wanted: usize, count: usize) -> Vec<usize> {
     let wanted = wanted.min(count);
     (0..wanted).map(|i| i * count / wanted).collect()
 }
@@ -192,25 +192,35 @@ pub fn compare_combination(
     for backend in backends {
         let (found, time) = timed(backend.as_mut())?;
         let differences = unequal(&expected, &found);
-        if let (Some((a, b)), None) =
-            (expected.iter().zip(&found).find(|(a, b)| a != b), &report.first_difference)
-        {
-            report.first_difference = Some(format!(
-                "scene {}, repeat {}, poses {}, {} in region {}, {} against the oracle: counts {:?}, expected {:?} (tp fp \
-                 fn tn uo uf, then tp fn uo of the human and of the robot)",
-                line.scene,
-                a.repeat,
-                pose_names(study, spec, a.choice),
-                representation_names(study, spec)[a.interpretation],
-                study.regions[a.region].0,
-                backend.name(),
-                b.counts.counts(),
-                a.counts.counts()
-            ));
-        }
+        let first = || first_unequal(study, worlds, backend.name(), &expected, &found);
+        report.first_difference = report.first_difference.take().or_else(first);
         report.lines.push(Line { backend: backend.name(), differences, time, ..line.clone() });
     }
     Ok(())
+}
+
+/// The first row of a backend that is not the oracle's, explained.
+pub(super) fn first_unequal(
+    study: &Study,
+    worlds: &[World],
+    backend: &str,
+    expected: &[Row],
+    found: &[Row],
+) -> Option<String> {
+    let (a, b) = expected.iter().zip(found).find(|(a, b)| a != b)?;
+    let spec = &study.combinations[a.combination];
+    let world = worlds.iter().find(|world| (world.scene, world.snapshot) == (a.scene, a.snapshot))?;
+    Some(format!(
+        "scene {}, repeat {}, poses {}, {} in region {}, {backend} against the oracle: counts {:?}, expected {:?} (tp fp fn \
+         tn uo uf, then tp fn uo of the human and of the robot)",
+        world.title(study),
+        a.repeat,
+        pose_names(study, spec, a.choice),
+        representation_names(study, spec)[a.interpretation],
+        study.regions[a.region].0,
+        b.counts.counts(),
+        a.counts.counts()
+    ))
 }
 
 /// Loads and scores; the time is that of scoring.
@@ -258,4 +268,4 @@ fn unequal<T: PartialEq>(a: &[T], b: &[T]) -> u64 {
 }
 
 #[cfg(test)]
-mod tests;
+pub(super) mod tests;

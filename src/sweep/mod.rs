@@ -1,6 +1,7 @@
 //! Candidates × scenes → counts: the main job, and the comparison of backends. Files are written by `table` and
 //! `manifest`; nothing here draws or searches.
 
+pub mod bench;
 pub mod compare;
 mod evidence;
 pub mod files;

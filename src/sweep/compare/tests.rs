@@ -7,7 +7,7 @@ use crate::study::Overrides;
 
 /// One lie about each pose.
 #[derive(Clone, Copy, Debug)]
-enum Lie {
+pub(in crate::sweep) enum Lie {
     None,
     Occupied([i32; 3]),
     Free([i32; 3]),
@@ -19,7 +19,7 @@ enum Lie {
 }
 
 /// The CPU, but for the lie.
-struct Liar(Cpu, Lie);
+pub(in crate::sweep) struct Liar(pub(in crate::sweep) Cpu, pub(in crate::sweep) Lie);
 
 impl Backend for Liar {
     fn name(&self) -> &'static str {
@@ -76,7 +76,7 @@ impl Backend for Liar {
     }
 }
 
-fn tiny() -> (Study, World) {
+pub(in crate::sweep) fn tiny() -> (Study, World) {
     let path = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/tiny.toml");
     let study = Study::load(&path, &Overrides::default()).unwrap();
     let world = World::prepare(&study, 0).unwrap().remove(0);

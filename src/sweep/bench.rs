@@ -1,0 +1,231 @@
+//! How fast each backend does the whole job, as a sweep does it: the oracle first, then every other on the same poses
+//! until its time can be told, its counts compared. Which backends, poses and tables are shown is the front's choice.
+
+use std::cell;
+use std::time::{Duration, Instant};
+
+use super::{Ask, Row, World, compare};
+use crate::backend::oracle::Oracle;
+use crate::backend::{Backend, Cell, Evidence, Fusion, Placement, Planes, Rays, Reading, Shot, Slot};
+use crate::metrics::Confusion;
+use crate::study::Study;
+use crate::{Error, Result};
+
+/// A backend to be measured.
+pub struct Contender {
+    /// What its line is called.
+    pub name: String,
+    /// Who computes.
+    pub backend: Box<dyn Backend + Send>,
+    /// Threads for what the host does for it: placements, and the volumes around what was detected.
+    pub threads: usize,
+}
+
+impl Contender {
+    /// What all others are held against.
+    pub fn oracle() -> Self {
+        Contender { name: "oracle, 1 thread".into(), backend: Box::new(Oracle::default()), threads: 1 }
+    }
+}
+
+/// What one backend did.
+#[derive(Clone, Debug)]
+pub struct Line {
+    /// The contender's name.
+    pub name: String,
+    /// Time to make ray tables and a scene ready, the mean of all snapshots, when they were first seen.
+    pub load: Duration,
+    /// Time to cast, carve, fuse and count all poses: the shortest of all rounds.
+    pub work: Duration,
+    /// How often it was measured.
+    pub rounds: u32,
+}
+
+/// The same poses of one combination on several backends.
+#[derive(Clone, Debug)]
+pub struct Race {
+    /// The combination's name.
+    pub combination: String,
+    /// Choices of poses, each snapshot for itself.
+    pub poses: usize,
+    /// Rays cast in a round.
+    pub rays: u64,
+    /// One line a backend, the oracle's first.
+    pub lines: Vec<Line>,
+    /// The first counts that are not the oracle's, explained.
+    pub first_difference: Option<String>,
+}
+
+/// Whether a combination casts rays, so that there is something to measure.
+pub fn casts(study: &Study, combination: usize) -> bool {
+    rays(study, combination).iter().any(|&rays| rays > 0)
+}
+
+/// Rays a pose of each member of a combination.
+fn rays(study: &Study, combination: usize) -> Vec<usize> {
+    let members = study.combinations[combination].members.iter();
+    let tables = members.map(|member| super::table(study, member.sensor));
+    tables.map(|table| table.map_or(0, |rays| rays.dirs_q15.len())).collect()
+}
+
+/// Scores so many choices of a combination, spread evenly, in each world, on the oracle and on each contender: once, and
+/// again until a contender's rounds took `long_enough` together.
+pub fn race(
+    study: &Study,
+    worlds: &[World],
+    combination: usize,
+    poses: usize,
+    long_enough: Duration,
+    contenders: &mut [Contender],
+) -> Result<Race> {
+    let spec = &study.combinations[combination];
+    let choices = compare::spread(poses, spec.choices());
+    let asks: Vec<Ask> = choices.iter().map(|&choice| Ask { combination, choice }).collect();
+    let mut cast: Vec<Vec<usize>> = vec![Vec::new(); spec.members.len()];
+    for choice in &choices {
+        spec.choice(*choice).into_iter().zip(&mut cast).for_each(|(candidate, cast)| cast.push(candidate));
+    }
+    let distinct = |mut candidates: Vec<usize>| {
+        candidates.sort_unstable();
+        candidates.dedup();
+        candidates.len()
+    };
+    // Evidence that several choices share is cast once.
+    let rays: usize =
+        cast.into_iter().zip(rays(study, combination)).map(|(cast, rays)| distinct(cast) * rays).sum();
+    let (expected, line) = measure(study, worlds, &asks, long_enough, &mut Contender::oracle())?;
+    let mut race = Race {
+        combination: spec.name.clone(),
+        poses: asks.len() * worlds.len(),
+        rays: (rays * worlds.len()) as u64,
+        lines: vec![line],
+        first_difference: None,
+    };
+    for contender in contenders {
+        let (found, line) = measure(study, worlds, &asks, long_enough, contender)?;
+        let first = || compare::first_unequal(study, worlds, &contender.name, &expected, &found);
+        race.first_difference = race.first_difference.take().or_else(first);
+        race.lines.push(line);
+    }
+    Ok(race)
+}
+
+/// Rounds of a contender until they took long enough, and its rows.
+fn measure(
+    study: &Study,
+    worlds: &[World],
+    asks: &[Ask],
+    long_enough: Duration,
+    contender: &mut Contender,
+) -> Result<(Vec<Row>, Line)> {
+    let Contender { name, backend, threads } = contender;
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(*threads).build();
+    let pool = pool.map_err(|e| Error::Device(format!("cannot start {threads} threads: {e}")))?;
+    let mut one = || pool.install(|| round(study, worlds, asks, backend.as_mut()));
+    let (rows, load, mut work) = one()?;
+    let (mut rounds, mut spent) = (1, work);
+    while spent < long_enough {
+        let (_, _, again) = one()?;
+        work = work.min(again);
+        spent += again;
+        rounds += 1;
+    }
+    Ok((rows, Line { name: name.clone(), load: load / worlds.len().max(1) as u32, work, rounds }))
+}
+
+/// All choices once: the rows, the time to load, and the time of the work itself.
+fn round(
+    study: &Study,
+    worlds: &[World],
+    asks: &[Ask],
+    backend: &mut dyn Backend,
+) -> Result<(Vec<Row>, Duration, Duration)> {
+    let clock = Clock::default();
+    let mut watched = Watched { backend, clock: &clock };
+    let rows = super::run_asks(study, worlds, asks, &mut watched, |_| clock.done())?;
+    Ok((rows, clock.load.get(), clock.work.get()))
+}
+
+/// Tells loading from work. What is made ready on the host between two scenes is neither.
+#[derive(Default)]
+struct Clock {
+    load: cell::Cell<Duration>,
+    work: cell::Cell<Duration>,
+    since: cell::Cell<Option<Instant>>,
+}
+
+impl Clock {
+    /// Something was made ready, and what follows is work.
+    fn loaded(&self, begin: Instant) {
+        self.load.set(self.load.get() + begin.elapsed());
+        self.since.set(Some(Instant::now()));
+    }
+
+    /// A batch was scored.
+    fn done(&self) {
+        let now = Instant::now();
+        let since = self.since.replace(Some(now)).unwrap_or(now);
+        self.work.set(self.work.get() + (now - since));
+    }
+}
+
+/// A backend whose loading is timed.
+struct Watched<'a> {
+    backend: &'a mut dyn Backend,
+    clock: &'a Clock,
+}
+
+impl Backend for Watched<'_> {
+    fn name(&self) -> &'static str {
+        self.backend.name()
+    }
+
+    fn device(&self) -> String {
+        self.backend.device()
+    }
+
+    fn tables(&mut self, tables: &[Rays]) -> Result<()> {
+        let begin = Instant::now();
+        self.backend.tables(tables)?;
+        self.clock.loaded(begin);
+        Ok(())
+    }
+
+    fn load(&mut self, cell: &Cell) -> Result<()> {
+        let begin = Instant::now();
+        self.backend.load(cell)?;
+        self.clock.loaded(begin);
+        Ok(())
+    }
+
+    fn slots(&self) -> usize {
+        self.backend.slots()
+    }
+
+    fn hit_slots(&self) -> usize {
+        self.backend.hit_slots()
+    }
+
+    fn sense(&mut self, table: usize, shots: &[Shot]) -> Result<()> {
+        self.backend.sense(table, shots)
+    }
+
+    fn upload(&mut self, evidence: Vec<(Slot, Planes)>) -> Result<()> {
+        self.backend.upload(evidence)
+    }
+
+    fn ask(&mut self, fusion: Fusion, jobs: &[Vec<Reading>]) -> Result<()> {
+        self.backend.ask(fusion, jobs)
+    }
+
+    fn answer(&mut self) -> Result<Vec<Vec<Confusion>>> {
+        self.backend.answer()
+    }
+
+    fn read(&mut self, table: usize, placement: &Placement) -> Result<Evidence> {
+        self.backend.read(table, placement)
+    }
+}
+
+#[cfg(test)]
+mod tests;
