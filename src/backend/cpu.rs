@@ -5,14 +5,13 @@ use std::collections::VecDeque;
 
 use rayon::prelude::*;
 
-use super::{Backend, Cell, Evidence, Fusion, Placement, Planes, Rays, Reading, Shot, Slot, count::Tally};
+use super::{
+    Backend, Cell, Evidence, Fusion, MEMORY_BYTES, Placement, Planes, Rays, Reading, Shot, Slot, count::Tally,
+};
 use crate::march::{self, End, Gates, March};
 use crate::metrics::Confusion;
 use crate::voxel::{BitGrid, grid::MAX_VOXELS_PER_AXIS};
 use crate::{Error, Result};
-
-/// Bytes of evidence kept at once: the planes of many poses, and small beside the memory of any machine that sweeps.
-const EVIDENCE_BYTES: usize = 256 << 20;
 
 /// Most pieces of evidence kept at once, however small they are.
 const MOST_SLOTS: usize = 4096;
@@ -20,6 +19,7 @@ const MOST_SLOTS: usize = 4096;
 /// The thread pool and what it works on.
 pub struct Cpu {
     pool: rayon::ThreadPool,
+    memory_bytes: u64,
     tables: Vec<Rays>,
     cell: Option<Cell>,
     tally: Option<Tally>,
@@ -37,12 +37,18 @@ impl Cpu {
             )?;
         Ok(Cpu {
             pool,
+            memory_bytes: MEMORY_BYTES,
             tables: Vec::new(),
             cell: None,
             tally: None,
             slots: Vec::new(),
             answers: VecDeque::new(),
         })
+    }
+
+    /// The same with so much memory for evidence, first hits and batches, instead of [`MEMORY_BYTES`].
+    pub fn memory(self, bytes: u64) -> Self {
+        Cpu { memory_bytes: bytes, ..self }
     }
 
     fn cell(&self) -> Result<&Cell> {
@@ -75,10 +81,11 @@ impl Backend for Cpu {
     }
 
     fn load(&mut self, cell: &Cell) -> Result<()> {
+        let evidence = usize::try_from(self.memory_bytes / 2).unwrap_or(usize::MAX);
         let piece = 2 * 4 * cell.truth.words().len().max(1);
         // Even where a piece is large, all threads have one to work on, and a job of several sensors fits.
         let least = 4 * self.pool.current_num_threads().max(4);
-        self.slots = vec![None; (EVIDENCE_BYTES / piece).clamp(least, MOST_SLOTS)];
+        self.slots = vec![None; (evidence / piece).clamp(least, MOST_SLOTS)];
         self.tally = Some(Tally::new(cell));
         self.cell = Some(cell.clone());
         Ok(())

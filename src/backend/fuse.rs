@@ -159,3 +159,66 @@ fn join(to: &mut [u32], from: &[u32]) {
 fn take(to: &mut [u32], from: &[u32]) {
     to.iter_mut().zip(from).for_each(|(to, from)| *to &= !from);
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::voxel::BitGrid;
+
+    /// Up to eight readings of dense planes, some of whose sums are clamped and come back, against plain sums.
+    #[test]
+    fn sums_of_words_are_sums_of_voxels() {
+        let mut state = 1u64;
+        let mut random = |below: u64| {
+            state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+            (state >> 33) % below
+        };
+        let window = Window::between([0; 3], [69, 3, 2]);
+        let rows = Rows { z: 1, ys: 1..4 };
+        let mut labels = [0; 3];
+        for case in 0..300 {
+            let mut plane = || {
+                let mut plane = BitGrid::new(window);
+                let voxels = BitGrid::full(window);
+                voxels.cells().filter(|_| random(2) == 0).for_each(|voxel| plane.set(voxel));
+                plane
+            };
+            let planes: Vec<_> = (0..6).map(|_| Planes { occupied: plane(), free: plane() }).collect();
+            let reading = |_| {
+                let [hit, miss] = match random(4) {
+                    0 => [847, -405],
+                    1 => [3511, -405],
+                    2 => [2000, -3511],
+                    _ => [random(8001) as i32 - 4000, random(8001) as i32 - 4000],
+                };
+                let volume = (random(2) == 0).then(|| random(6) as Slot);
+                Reading { slot: random(8) as Slot, volume, hit, miss }
+            };
+            let readings: Vec<_> = (0..case % 9).map(reading).collect();
+            let mut job = Job::new(window, Fusion::Octomap, &readings, |slot| planes.get(slot as usize));
+            job.fuse(&rows);
+            let plain = |voxel: [i32; 3]| {
+                readings.iter().fold(0, |sum: i32, reading| {
+                    let slots = [Some(reading.slot), reading.volume].into_iter().flatten();
+                    let parts: Vec<_> = slots.filter_map(|slot| planes.get(slot as usize)).collect();
+                    let says = |of: fn(&Planes) -> &BitGrid| parts.iter().any(|part| of(part).get(voxel));
+                    let said = match (says(|part| &part.occupied), says(|part| &part.free)) {
+                        (true, _) => reading.hit,
+                        (false, free) => i32::from(free) * reading.miss,
+                    };
+                    (sum + said).clamp(-2000, 3511)
+                })
+            };
+            for (row, y) in rows.ys.clone().enumerate() {
+                for x in 0..70 {
+                    let bit = |words: &[u32]| words[3 * row + x / 32] >> (x % 32) & 1 == 1;
+                    let found = i32::from(bit(&job.occupied)) - i32::from(bit(&job.free));
+                    let voxel = [x as i32, y, rows.z];
+                    assert_eq!(found, plain(voxel).signum(), "case {case}, {voxel:?}: {readings:?}");
+                    labels[(found + 1) as usize] += 1;
+                }
+            }
+        }
+        assert!(labels.iter().all(|&n| n > 1000), "free, neither, occupied: {labels:?}");
+    }
+}

@@ -136,6 +136,10 @@ pub enum Fusion {
 /// Smallest and largest log-odds of a voxel, in thousandths (OctoMap's defaults).
 pub const LOG_ODDS: std::ops::RangeInclusive<i32> = -2000..=3511;
 
+/// Bytes that a backend may take for evidence, first hits and batches, unless it is told otherwise: little beside the
+/// memory of any machine that sweeps. Half of it is for evidence.
+pub const MEMORY_BYTES: u64 = 512 << 20;
+
 /// Who computes. Ray tables and a cell are loaded, evidence is cast or uploaded into slots, and fused from there any
 /// number of times.
 pub trait Backend {

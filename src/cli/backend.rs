@@ -18,6 +18,10 @@ pub(super) struct BackendArgs {
     /// Threads that prepare scenes and sensors, and of the CPU backend [default: all that the process may use]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
     threads: Option<u16>,
+    /// Memory for evidence, first hits and batches: a number and KiB, MiB or GiB [default: 512MiB; more on a hardware
+    /// GPU]
+    #[arg(long, value_name = "BYTES", value_parser = super::bytes::bytes)]
+    memory: Option<u64>,
 }
 
 #[derive(Clone, Copy, PartialEq, ValueEnum)]
@@ -48,19 +52,19 @@ impl BackendArgs {
         }
         match self.backend {
             Choice::Oracle => Ok(Box::new(Oracle::default())),
-            Choice::Cpu => Ok(Box::new(Cpu::new(self.threads())?)),
-            Choice::Gpu => Ok(Box::new(Gpu::new(&self.adapter())?)),
-            Choice::Auto if self.adapter.is_some() => Ok(Box::new(Gpu::new(&self.adapter())?)),
+            Choice::Cpu => Ok(Box::new(self.cpu()?)),
+            Choice::Gpu => Ok(Box::new(self.gpu(&self.adapter())?)),
+            Choice::Auto if self.adapter.is_some() => Ok(Box::new(self.gpu(&self.adapter())?)),
             Choice::Auto if adapters().iter().any(|adapter| !adapter.software) => {
-                match Gpu::new(&AdapterChoice::Hardware) {
+                match self.gpu(&AdapterChoice::Hardware) {
                     Ok(gpu) => Ok(Box::new(gpu)),
                     Err(reason) => {
                         eprintln!("warning: {reason}; using the CPU instead");
-                        Ok(Box::new(Cpu::new(self.threads())?))
+                        Ok(Box::new(self.cpu()?))
                     }
                 }
             }
-            Choice::Auto => Ok(Box::new(Cpu::new(self.threads())?)),
+            Choice::Auto => Ok(Box::new(self.cpu()?)),
         }
     }
 
@@ -74,9 +78,9 @@ impl BackendArgs {
         if self.backend != Choice::Auto {
             return Ok(vec![self.open()?]);
         }
-        let mut all: Vec<Box<dyn Backend>> = vec![Box::new(Cpu::new(self.threads())?)];
+        let mut all: Vec<Box<dyn Backend>> = vec![Box::new(self.cpu()?)];
         if self.adapter.is_some() {
-            all.push(Box::new(Gpu::new(&self.adapter())?));
+            all.push(Box::new(self.gpu(&self.adapter())?));
         } else {
             let found = adapters();
             let hardware = found.iter().any(|adapter| !adapter.software);
@@ -86,10 +90,20 @@ impl BackendArgs {
                     "warning: no Vulkan adapter, the GPU backend is not compared (see `perirobot devices`)"
                 );
             } else {
-                all.push(Box::new(Gpu::new(&choice)?));
+                all.push(Box::new(self.gpu(&choice)?));
             }
         }
         Ok(all)
+    }
+
+    fn cpu(&self) -> Result<Cpu> {
+        let cpu = Cpu::new(self.threads())?;
+        Ok(self.memory.into_iter().fold(cpu, Cpu::memory))
+    }
+
+    fn gpu(&self, choice: &AdapterChoice) -> Result<Gpu> {
+        let gpu = Gpu::new(choice)?;
+        Ok(self.memory.into_iter().fold(gpu, Gpu::memory))
     }
 
     fn threads(&self) -> Option<usize> {

@@ -1,6 +1,7 @@
 //! Subcommands and what they share: messages, exit codes, the progress bar. Nothing is computed here.
 
 mod backend;
+mod bytes;
 mod compare;
 mod devices;
 mod packages;

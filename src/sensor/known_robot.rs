@@ -46,7 +46,7 @@ impl Kind for KnownRobot {
 
     fn claims(&self, at: &Station) -> Vec<Claim> {
         let robot = &at.truth.robot_volume;
-        let occupied = robot.over(robot.bounds().intersection(&at.window));
+        let occupied = robot.over(robot.window().intersection(&at.window));
         vec![Claim { cast: false, planes: Some(Planes { occupied, free: BitGrid::nowhere() }) }]
     }
 

@@ -191,8 +191,8 @@ pub trait Kind: Debug + Send + Sync {
         Reach::Rays
     }
 
-    /// The voxels around people that it may speak of besides, wherever it stands; over the whole grid.
-    fn around_people(&self, _: &Truth) -> Option<BitGrid> {
+    /// The voxels that it may speak of besides, wherever it stands: around people, or in a zone of the world.
+    fn wherever_it_stands(&self, _: &Truth) -> Option<BitGrid> {
         None
     }
 }

@@ -122,7 +122,7 @@ impl Kind for Rgbd {
         self.shapes[representation] != Shape::Points
     }
 
-    fn around_people(&self, truth: &Truth) -> Option<BitGrid> {
+    fn wherever_it_stands(&self, truth: &Truth) -> Option<BitGrid> {
         // Joints are detected on a person, so no volume leaves the person's box grown by the largest radius.
         let radius_m = self.shapes.iter().filter_map(Shape::radius_m).reduce(f64::max)?;
         let radius_q16 = length_q16(radius_m, truth.grid.voxel_size_m);

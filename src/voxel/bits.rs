@@ -123,6 +123,11 @@ impl BitGrid {
         })
     }
 
+    /// The same bits over the smallest window that holds them.
+    pub fn trimmed(&self) -> BitGrid {
+        self.over(self.bounds())
+    }
+
     /// The same bits over another window: cut where it is smaller, zero where it is larger.
     pub fn over(&self, window: Window) -> BitGrid {
         let mut out = BitGrid::new(window);
@@ -174,7 +179,8 @@ impl BitGrid {
         }
     }
 
-    /// Sets voxels in rows `ys` of layer `z` of another window, whose words these are, where this plane has them.
+    /// Sets voxels in rows `ys` of layer `z` of another window, all inside it, whose words these are, where this plane has
+    /// them.
     pub(crate) fn add_to_rows(&self, words: &mut [u32], window: Window, ys: Range<i32>, z: i32) {
         let shared = self.window.intersection(&window);
         let rows = shared.min[1].max(ys.start)..shared.end()[1].min(ys.end);
@@ -183,9 +189,8 @@ impl BitGrid {
         }
         let row_words = window.size[0].div_ceil(32) as usize;
         if window == self.window {
-            let (from, to) = (self.row_start(rows.start, z), (rows.start - ys.start) as usize * row_words);
-            let from = &self.words[from..from + row_words * rows.len()];
-            return words[to..].iter_mut().zip(from).for_each(|(to, from)| *to |= from);
+            let from = &self.words[self.row_start(ys.start, z)..];
+            return words.iter_mut().zip(from).for_each(|(to, from)| *to |= from);
         }
         for y in rows {
             let start = (y - ys.start) as usize * row_words;
@@ -252,6 +257,12 @@ impl BitGrid {
             let start = self.row_start(y, z);
             self.words[start..].iter_mut().zip(words).for_each(|(to, from)| *to |= from);
         }
+    }
+
+    /// Sets the voxels of a layer of z that are set in a plane of one layer with the same x and y.
+    pub(crate) fn add_layer(&mut self, z: i32, layer: &BitGrid) {
+        let start = self.row_start(self.window.min[1], z);
+        self.words[start..].iter_mut().zip(&layer.words).for_each(|(to, from)| *to |= from);
     }
 
     /// Sets both neighbours along x of every voxel that is set, inside the window.

@@ -19,7 +19,7 @@ fn added(truth: &Truth) -> [Vec<[i32; 3]>; 4] {
         planes.map_or(Vec::new(), |planes| {
             assert!(planes.free.is_empty() && !planes.occupied.is_empty());
             let mut beyond = planes.occupied.clone();
-            beyond.remove(&camera.around_people(truth).unwrap());
+            beyond.remove(&camera.wherever_it_stands(truth).unwrap());
             assert_eq!(
                 beyond.cells().next(),
                 None,
