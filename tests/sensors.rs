@@ -177,8 +177,8 @@ struct Few {
     /// The still layers of the cells that were loaded, each once, and for each of these cells which numbers were given.
     layers: Vec<Arc<BitGrid>>,
     numbers: Vec<(usize, BTreeSet<Slot>)>,
-    /// What each number of the last layer stands for: a table and a placement without its draws.
-    stands_for: BTreeMap<Slot, (usize, [i32; 3], [[i32; 3]; 3])>,
+    /// What each number of the last layer stands for: a table, and a placement without its draws.
+    stands_for: BTreeMap<Slot, (usize, Placement)>,
     open: usize,
     most_open: usize,
 }
@@ -202,7 +202,7 @@ impl Few {
     fn find_hits(&mut self, table: usize, Shot { placement, hits, .. }: &Shot) {
         let Some(hits) = *hits else { return };
         assert!((hits as usize) < self.hit_slots, "{hits} of {}", self.hit_slots);
-        let known = (table, placement.origin_q16, placement.axis_q15);
+        let known = (table, Placement { draws: 0, ..*placement });
         let first = *self.stands_for.entry(hits).or_insert(known);
         assert_eq!(first, known, "number {hits} stands for one placement while a layer is loaded");
         self.numbers.last_mut().unwrap().1.insert(hits);

@@ -58,7 +58,13 @@ impl Backend for Oracle {
     }
 
     fn upload(&mut self, evidence: Vec<(Slot, Planes)>) -> Result<()> {
-        evidence.into_iter().for_each(|(slot, planes)| self.slots[slot as usize] = Some(planes));
+        let window = self.cell()?.window;
+        // All planes over the same window, so that a voxel has one bit in all of them.
+        let over = |Planes { occupied, free }: Planes| Planes {
+            occupied: occupied.over(window),
+            free: free.over(window),
+        };
+        evidence.into_iter().for_each(|(slot, planes)| self.slots[slot as usize] = Some(over(planes)));
         Ok(())
     }
 

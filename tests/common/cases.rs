@@ -97,10 +97,10 @@ pub(crate) fn noise_q16(random: &mut Random) -> Vec<i32> {
 /// Evidence as a host may make it: with voxels in both planes, too, each over a part of the window.
 fn planes(random: &mut Random, window: Window) -> Planes {
     let [occupied, free] = [40, 60].map(|percent| {
-        let window = match random.below(4) {
-            0 => window,
-            1 => Window::between([0; 3], [-1; 3]),
-            _ => inner(random, window),
+        let window = match random.below(8) {
+            0 => Window::between([0; 3], [-1; 3]),
+            1 | 2 => inner(random, window),
+            _ => window,
         };
         if window.is_empty() {
             return BitGrid::new(window);
