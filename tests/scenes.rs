@@ -138,7 +138,7 @@ fn the_table_alone_triggers_four_pads() {
         .filter(|pad| {
             let window = truth.grid.window();
             let at = Station { truth: &truth, window, setting: pad.setting, rays: None, draws: 0 };
-            !pads.kind.claim(0, &at).planes.unwrap().occupied.is_empty()
+            !pads.kind.claims(&at).swap_remove(0).planes.unwrap().occupied.is_empty()
         })
         .map(|pad| [pad.setting.pose().position_m.x, pad.setting.pose().position_m.y])
         .collect();

@@ -6,8 +6,9 @@ mod common;
 #[path = "common/program.rs"]
 mod program;
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
+use std::sync::Arc;
 
 use glam::DVec3;
 use perirobot::backend::gpu::Gpu;
@@ -19,6 +20,7 @@ use perirobot::scene::Optical;
 use perirobot::sensor::{Link, Pose, Setting};
 use perirobot::study::{Combination, Overrides, Study};
 use perirobot::sweep::{Row, World, run, table};
+use perirobot::voxel::BitGrid;
 use perirobot::{Error, Result};
 
 const STUDY: &str = "scenes/sensors.toml";
@@ -170,11 +172,40 @@ struct Few {
     cpu: Cpu,
     slots: usize,
     kept: usize,
+    /// How many placements' first hits it keeps, were it to keep any.
+    hit_slots: usize,
+    /// The still layers of the cells that were loaded, each once, and for each of these cells which numbers were given.
+    layers: Vec<Arc<BitGrid>>,
+    numbers: Vec<(usize, BTreeSet<Slot>)>,
+    /// What each number of the last layer stands for: a table and a placement without its draws.
+    stands_for: BTreeMap<Slot, (usize, [i32; 3], [[i32; 3]; 3])>,
+    open: usize,
+    most_open: usize,
 }
 
 impl Few {
     fn new(slots: usize) -> Few {
-        Few { cpu: Cpu::new(None).unwrap(), slots, kept: 0 }
+        Few {
+            cpu: Cpu::new(None).unwrap(),
+            slots,
+            kept: 0,
+            hit_slots: 0,
+            layers: Vec::new(),
+            numbers: Vec::new(),
+            stands_for: BTreeMap::new(),
+            open: 0,
+            most_open: 0,
+        }
+    }
+
+    /// Checks the number of a placement's first hits.
+    fn find_hits(&mut self, table: usize, Shot { placement, hits, .. }: &Shot) {
+        let Some(hits) = *hits else { return };
+        assert!((hits as usize) < self.hit_slots, "{hits} of {}", self.hit_slots);
+        let known = (table, placement.origin_q16, placement.axis_q15);
+        let first = *self.stands_for.entry(hits).or_insert(known);
+        assert_eq!(first, known, "number {hits} stands for one placement while a layer is loaded");
+        self.numbers.last_mut().unwrap().1.insert(hits);
     }
 
     fn keep(&mut self, slots: impl Iterator<Item = Slot>) {
@@ -199,6 +230,14 @@ impl Backend for Few {
     }
 
     fn load(&mut self, cell: &Cell) -> Result<()> {
+        assert_eq!(self.open, 0, "questions are answered before another cell is loaded");
+        let still = cell.still.as_ref().expect("all scenes here move");
+        if !self.layers.last().is_some_and(|last| Arc::ptr_eq(last, still)) {
+            assert!(!self.layers.iter().any(|layer| Arc::ptr_eq(layer, still)), "a layer comes back");
+            self.layers.push(still.clone());
+            self.stands_for.clear();
+        }
+        self.numbers.push((self.layers.len() - 1, BTreeSet::new()));
         self.cpu.load(cell)
     }
 
@@ -207,24 +246,28 @@ impl Backend for Few {
     }
 
     fn sense(&mut self, table: usize, shots: &[Shot]) -> Result<()> {
+        shots.iter().for_each(|shot| self.find_hits(table, shot));
         self.keep(shots.iter().map(|shot| shot.slot));
         self.cpu.sense(table, shots)
     }
 
-    fn upload(&mut self, evidence: &[(Slot, Planes)]) -> Result<()> {
+    fn upload(&mut self, evidence: Vec<(Slot, Planes)>) -> Result<()> {
         self.keep(evidence.iter().map(|(slot, _)| *slot));
         self.cpu.upload(evidence)
     }
 
     fn hit_slots(&self) -> usize {
-        0
+        self.hit_slots
     }
 
     fn ask(&mut self, fusion: Fusion, jobs: &[Vec<Reading>]) -> Result<()> {
+        self.open += 1;
+        self.most_open = self.most_open.max(self.open);
         self.cpu.ask(fusion, jobs)
     }
 
     fn answer(&mut self) -> Result<Vec<Vec<Confusion>>> {
+        self.open -= 1;
         self.cpu.answer()
     }
 
@@ -250,6 +293,50 @@ fn little_room_changes_no_row() {
         .retain(|c| ["watch", "scanner", "wrist", "gate", "arm's own"].contains(&c.name.as_str()));
     combination(&mut small, "arm's own").members.pop();
     assert!(rows_by(&small, &mut Few::new(3)) == rows(&small));
+}
+
+#[test]
+fn first_hits_are_kept_from_snapshot_to_snapshot() {
+    let mut study = study();
+    // The last stands on the arm.
+    study.combinations.retain(|c| ["watch", "scanner", "wrist"].contains(&c.name.as_str()));
+    let [camera, wrist] = ["camera", "wrist"].map(|sensor| index(&study, sensor));
+    combination(&mut study, "watch").members[0].sensor = camera;
+    let expected = rows(&study);
+    let stays = |c: &Combination| if c.members[0].sensor == wrist { 0 } else { c.choices() };
+    let all: usize = study.combinations.iter().map(stays).sum();
+    assert!(study.sensors[wrist].on.is_some() && all > 3, "{all}");
+    for hit_slots in [0, 1, 3, all, 1000] {
+        let mut few = Few { hit_slots, ..Few::new(40) };
+        assert!(rows_by(&study, &mut few) == expected, "{hit_slots} places for first hits");
+        let groups = match hit_slots {
+            0 => 1,
+            _ => all.div_ceil(hit_slots),
+        };
+        assert_eq!((few.layers.len(), few.numbers.len()), (groups, 2 * groups), "{hit_slots} places");
+        for group in few.numbers.chunks(2) {
+            let [(layer, first), (same, second)] = group else { panic!("two snapshots a group") };
+            assert_eq!((layer, first), (same, second), "each is found again in the other snapshot");
+        }
+        let numbered: usize = few.numbers.iter().map(|(_, numbers)| numbers.len()).sum();
+        assert_eq!(numbered, if hit_slots == 0 { 0 } else { 2 * all }, "{hit_slots} places");
+    }
+    // One choice that has more sensors than places: what does not fit is cast each time.
+    let mut whole = load(&Overrides::default());
+    whole.combinations.retain(|c| c.members.len() == 8);
+    let mut few = Few { hit_slots: 1, ..Few::new(40) };
+    assert!(rows_by(&whole, &mut few) == rows(&whole));
+    assert!(few.numbers.iter().all(|(_, numbers)| numbers.len() <= 1));
+}
+
+/// The host prepares a batch while the backend works on the one before.
+#[test]
+fn two_batches_are_under_way() {
+    let mut study = study();
+    study.combinations.retain(|c| c.name == "watch");
+    let (mut few, mut plenty) = (Few::new(4), Few::new(4000));
+    assert!(rows_by(&study, &mut few) == rows_by(&study, &mut plenty));
+    assert_eq!((few.most_open, few.open), (2, 0));
 }
 
 #[test]

@@ -1,6 +1,7 @@
 //! The one seam between what is asked and who computes it: quantised placements in, integers out. Which backend
 //! runs is chosen once, at the top; they all give the same counts (`oracle` defines them, `cpu` and `gpu` are fast).
 
+mod count;
 pub mod cpu;
 mod fuse;
 pub mod gpu;
@@ -18,8 +19,9 @@ use crate::voxel::{BitGrid, Window};
 pub struct Cell {
     /// What stops rays, over the whole grid.
     pub blockers: BitGrid,
-    /// Of the blockers, what every snapshot of the scene has, so that it need be cast once only; the very same in the
-    /// cells of all of them. `None` where there is one snapshot.
+    /// Of the blockers, what every snapshot of the scene has, so that it need be cast once only; the very same
+    /// (`Arc::ptr_eq`) in the cells of all of them, and another one where numbers for first hits begin anew. `None` where
+    /// there is one snapshot.
     pub still: Option<Arc<BitGrid>>,
     /// The part of the grid where evidence is kept: normally the bounding box of the regions.
     pub window: Window,
@@ -66,7 +68,7 @@ pub struct Placement {
     pub draws: u32,
 }
 
-/// What a sensor says over a window: two planes of it.
+/// What a sensor says: two planes over a window, or over parts of it outside of which it says nothing.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Planes {
     /// Voxels that the sensor calls occupied.
@@ -95,8 +97,8 @@ pub struct Shot {
     /// Where the sensor is.
     pub placement: Placement,
     /// Where to keep what its rays hit first in the cell's still layer, and to find it again in the next cell of the
-    /// same layer: a number below [`Backend::hit_slots`]. A number stands for one table and placement as long as the
-    /// layer is loaded.
+    /// same layer: a number below [`Backend::hit_slots`]. A number stands for one table and placement, but for its
+    /// draws, as long as the layer is loaded.
     pub hits: Option<Slot>,
 }
 
@@ -134,6 +136,10 @@ pub enum Fusion {
 /// Smallest and largest log-odds of a voxel, in thousandths (OctoMap's defaults).
 pub const LOG_ODDS: std::ops::RangeInclusive<i32> = -2000..=3511;
 
+/// Bytes that a backend may take for evidence, first hits and batches, unless it is told otherwise: little beside the
+/// memory of any machine that sweeps. Half of it is for evidence.
+pub const MEMORY_BYTES: u64 = 512 << 20;
+
 /// Who computes. Ray tables and a cell are loaded, evidence is cast or uploaded into slots, and fused from there any
 /// number of times.
 pub trait Backend {
@@ -158,8 +164,8 @@ pub trait Backend {
     /// Casts a table's rays from placements; what each proves replaces what its slot held. No slot comes twice.
     fn sense(&mut self, table: usize, shots: &[Shot]) -> Result<()>;
 
-    /// Puts evidence made by the host, over the cell's window, into slots.
-    fn upload(&mut self, evidence: &[(Slot, Planes)]) -> Result<()>;
+    /// Puts evidence made by the host into slots. Planes cover the cell's window or any part of it.
+    fn upload(&mut self, evidence: Vec<(Slot, Planes)>) -> Result<()>;
 
     /// Asks for the readings of each job to be fused, in their order, and for the labels in each region of the cell to
     /// be counted. What is cast or uploaded later changes nothing.
@@ -186,37 +192,4 @@ fn no_table(table: usize) -> crate::Error {
 /// The error for an answer to a question that was never asked.
 fn nothing_asked() -> crate::Error {
     crate::Error::Device("no question is open".into())
-}
-
-/// Counts one region, word by word. `occupied` wins over `free`; all planes cover the same window.
-fn count(cell: &Cell, region: &BitGrid, Planes { occupied, free }: &Planes) -> Confusion {
-    let mut counts = [0u64; crate::metrics::COUNTERS];
-    let planes = region.words().iter().zip(cell.truth.words()).zip(cell.human.words());
-    let planes = planes.zip(cell.robot.words()).zip(occupied.words()).zip(free.words());
-    for (((((&region, &truth), &human), &robot), &occupied), &free) in planes {
-        if region == 0 {
-            continue;
-        }
-        let free = free & !occupied;
-        let labels = [occupied, free, !(occupied | free)];
-        let [o, f, u] = labels.map(|label| label & region);
-        let words = [
-            o & truth,
-            o & !truth,
-            f & truth,
-            f & !truth,
-            u & truth,
-            u & !truth,
-            o & truth & human,
-            f & truth & human,
-            u & truth & human,
-            o & truth & robot,
-            f & truth & robot,
-            u & truth & robot,
-        ];
-        for (count, word) in counts.iter_mut().zip(words) {
-            *count += word.count_ones() as u64;
-        }
-    }
-    Confusion::from_counts(counts)
 }

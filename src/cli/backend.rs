@@ -1,4 +1,4 @@
-//! Which backend runs: chosen once, here, from `--backend`, `--adapter` and `--threads`.
+//! Which backend runs and what it may use: chosen once, here, from `--backend`, `--adapter`, `--threads` and `--memory`.
 
 use clap::ValueEnum;
 use perirobot::backend::cpu::Cpu;
@@ -16,9 +16,13 @@ pub(super) struct BackendArgs {
     /// `software` for one that runs on the processor
     #[arg(long, value_name = "INDEX|NAME|software")]
     adapter: Option<String>,
-    /// Threads of the CPU backend [default: all that the process may use]
+    /// Threads that prepare scenes and sensors, and of the CPU backend [default: all that the process may use]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
     threads: Option<u16>,
+    /// Memory for evidence, first hits and batches: a number and KiB, MiB or GiB [default: 512MiB; more on a hardware
+    /// GPU]
+    #[arg(long, value_name = "BYTES", value_parser = super::bytes::bytes)]
+    memory: Option<u64>,
 }
 
 #[derive(Clone, Copy, PartialEq, ValueEnum)]
@@ -34,6 +38,14 @@ enum Choice {
 }
 
 impl BackendArgs {
+    /// Starts the threads that prepare scenes and sensors; before any of that begins. The CPU backend has as many of
+    /// its own, and while those work these wait.
+    pub(super) fn start_threads(&self) -> Result<()> {
+        let Some(threads) = self.threads() else { return Ok(()) };
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads);
+        pool.build_global().map_err(|e| Error::Device(format!("cannot start {threads} threads: {e}")))
+    }
+
     /// Opens the backend.
     pub(super) fn open(&self) -> Result<Box<dyn Backend>> {
         if self.adapter.is_some() && matches!(self.backend, Choice::Cpu | Choice::Oracle) {
@@ -41,19 +53,19 @@ impl BackendArgs {
         }
         match self.backend {
             Choice::Oracle => Ok(Box::new(Oracle::default())),
-            Choice::Cpu => Ok(Box::new(Cpu::new(self.threads())?)),
-            Choice::Gpu => Ok(Box::new(Gpu::new(&self.adapter())?)),
-            Choice::Auto if self.adapter.is_some() => Ok(Box::new(Gpu::new(&self.adapter())?)),
+            Choice::Cpu => Ok(Box::new(self.cpu(self.threads())?)),
+            Choice::Gpu => Ok(Box::new(self.gpu(&self.adapter())?)),
+            Choice::Auto if self.adapter.is_some() => Ok(Box::new(self.gpu(&self.adapter())?)),
             Choice::Auto if adapters().iter().any(|adapter| !adapter.software) => {
-                match Gpu::new(&AdapterChoice::Hardware) {
+                match self.gpu(&AdapterChoice::Hardware) {
                     Ok(gpu) => Ok(Box::new(gpu)),
                     Err(reason) => {
                         eprintln!("warning: {reason}; using the CPU instead");
-                        Ok(Box::new(Cpu::new(self.threads())?))
+                        Ok(Box::new(self.cpu(self.threads())?))
                     }
                 }
             }
-            Choice::Auto => Ok(Box::new(Cpu::new(self.threads())?)),
+            Choice::Auto => Ok(Box::new(self.cpu(self.threads())?)),
         }
     }
 
@@ -66,11 +78,11 @@ impl BackendArgs {
             let most = self.threads().unwrap_or(all);
             contenders.push(Contender {
                 name: "cpu, 1 thread, no SIMD".into(),
-                backend: Box::new(Cpu::new(Some(1))?.without_simd()),
+                backend: Box::new(self.cpu(Some(1))?.without_simd()),
                 threads: 1,
             });
             for threads in if most > 1 { vec![1, most] } else { vec![1] } {
-                let cpu = Cpu::new(Some(threads))?;
+                let cpu = self.cpu(Some(threads))?;
                 let name = format!("cpu, {}", cpu.device());
                 contenders.push(Contender { name, backend: Box::new(cpu), threads });
             }
@@ -94,7 +106,7 @@ impl BackendArgs {
         if self.backend != Choice::Auto {
             return Ok(vec![self.open()?]);
         }
-        let mut all: Vec<Box<dyn Backend>> = vec![Box::new(Cpu::new(self.threads())?)];
+        let mut all: Vec<Box<dyn Backend>> = vec![Box::new(self.cpu(self.threads())?)];
         if let Some(gpu) = self.any_gpu("compared")? {
             all.push(Box::new(gpu));
         }
@@ -105,7 +117,7 @@ impl BackendArgs {
     /// adapter at all.
     fn any_gpu(&self, what: &str) -> Result<Option<Gpu>> {
         if self.adapter.is_some() || self.backend == Choice::Gpu {
-            return Gpu::new(&self.adapter()).map(Some);
+            return self.gpu(&self.adapter()).map(Some);
         }
         let found = adapters();
         if found.is_empty() {
@@ -113,7 +125,17 @@ impl BackendArgs {
             return Ok(None);
         }
         let hardware = found.iter().any(|adapter| !adapter.software);
-        Gpu::new(if hardware { &AdapterChoice::Hardware } else { &AdapterChoice::Software }).map(Some)
+        self.gpu(if hardware { &AdapterChoice::Hardware } else { &AdapterChoice::Software }).map(Some)
+    }
+
+    fn cpu(&self, threads: Option<usize>) -> Result<Cpu> {
+        let cpu = Cpu::new(threads)?;
+        Ok(self.memory.into_iter().fold(cpu, Cpu::memory))
+    }
+
+    fn gpu(&self, choice: &AdapterChoice) -> Result<Gpu> {
+        let gpu = Gpu::new(choice)?;
+        Ok(self.memory.into_iter().fold(gpu, Gpu::memory))
     }
 
     fn threads(&self) -> Option<usize> {

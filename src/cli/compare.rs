@@ -32,6 +32,7 @@ pub(super) struct Args {
 }
 
 pub(super) fn run(args: &Args) -> Result<ExitCode> {
+    args.backend.start_threads()?;
     let (study, worlds) = args.study.load()?;
     let selection = match (&args.pose, args.all) {
         (Some(name), _) => Selection::Named(name.clone()),

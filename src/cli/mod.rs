@@ -2,6 +2,7 @@
 
 mod backend;
 mod bench;
+mod bytes;
 mod compare;
 mod devices;
 mod packages;

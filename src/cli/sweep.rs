@@ -30,6 +30,7 @@ pub(super) struct Args {
 }
 
 pub(super) fn run(args: &Args) -> Result<ExitCode> {
+    args.backend.start_threads()?;
     let begin = Instant::now();
     let (study, worlds) = args.study.load()?;
     let mut backend = args.backend.open()?;

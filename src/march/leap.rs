@@ -1,7 +1,4 @@
-//! Many crossings at once: where a ray is at a distance, and how it leaves a box of voxels. Exact like single steps,
-//! because crossings have a closed form; which boxes are empty is for others to know.
-
-use super::{NEVER, crossing_q16, next_axis};
+//! Many crossings at once: where a ray is at a distance. Exact like single steps, because crossings have a closed form.
 
 /// How many whole periods lie in a distance: ⌊x / period⌋, for the period of a direction component of magnitude `d`.
 ///
@@ -23,37 +20,4 @@ pub fn made_at(first_q16: u32, period_q16: u32, d: u32, own: u32, t_q16: u32, ax
         return 0;
     }
     periods_in(t_q16 - first_q16 - later, period_q16, d) + 1
-}
-
-/// A crossing: its distance and axis.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub struct Key {
-    /// Distance along the ray in 1/65536 voxels.
-    pub t_q16: u32,
-    /// 0, 1 or 2; at one distance x crosses before y before z.
-    pub axis: u32,
-}
-
-/// The crossing by which a ray leaves a box, of which `room` more voxels lie ahead on each axis.
-#[inline(always)]
-pub fn exit(next_q16: [u32; 3], period_q16: [u32; 3], room: [u32; 3]) -> Key {
-    let leaves: [u32; 3] = std::array::from_fn(|r| crossing_q16(next_q16[r], period_q16[r], room[r]));
-    let axis = next_axis(leaves);
-    Key { t_q16: leaves[axis], axis: axis as u32 }
-}
-
-/// Whether a ray from a voxel visits another: `ahead` voxels away on each axis in the direction of its steps, told from
-/// its first crossings. It does if it enters on every axis before it leaves on any.
-#[inline(always)]
-pub fn visits(first_q16: [u32; 3], period_q16: [u32; 3], ahead: [u32; 3]) -> bool {
-    let mut enters = None;
-    for r in 0..3 {
-        if ahead[r] > 0 {
-            let t_q16 = crossing_q16(first_q16[r], period_q16[r], ahead[r] - 1);
-            enters = enters.max(Some(Key { t_q16, axis: r as u32 }));
-        }
-    }
-    let leaves = exit(first_q16, period_q16, ahead);
-    // A crossing that never happens enters nothing.
-    enters.is_none_or(|enters| enters.t_q16 < NEVER && enters < leaves)
 }

@@ -16,25 +16,27 @@ pub struct Cover {
 }
 
 impl Cover {
-    /// The voxels around the robot that it senses, over the whole grid.
+    /// The voxels around the robot that it senses, over the part of the grid that holds them.
     fn shell(&self, at: &Station) -> BitGrid {
-        let Setting::Inflation(inflation_m) = at.setting else { return BitGrid::new(at.truth.grid.window()) };
-        let robot = &at.truth.robot_volume;
-        let mut shell =
-            solid::within(robot, length_q16(inflation_m, at.truth.grid.voxel_size_m), at.truth.grid.window());
+        let Setting::Inflation(inflation_m) = at.setting else { return BitGrid::nowhere() };
+        let (robot, grid) = (&at.truth.robot_volume, &at.truth.grid);
+        let distance_q16 = length_q16(inflation_m, grid.voxel_size_m);
+        let farthest = (distance_q16 >> 16).clamp(0, MAX_VOXELS_PER_AXIS.into()) as i32;
+        let around = robot.bounds().grown(farthest).intersection(&grid.window());
+        let mut shell = solid::within(robot, distance_q16, around);
         shell.remove(robot);
         shell
     }
 
-    /// Each occupied voxel where noise puts its centre. One that leaves the grid marks nothing.
+    /// Each occupied voxel where noise puts its centre. One that leaves the window marks nothing.
     fn shifted(&self, occupied: &BitGrid, at: &Station) -> BitGrid {
         let grid = &at.truth.grid;
         let table = noise::table_q16(self.noise_std_m, grid.voxel_size_m);
         if table.is_empty() {
-            return occupied.clone();
+            return occupied.over(occupied.window().intersection(&at.window));
         }
         let [x, y, _] = grid.size;
-        let mut shifted = BitGrid::new(occupied.window());
+        let mut shifted = BitGrid::new(at.window);
         for cell in occupied.cells() {
             let voxel = cell[0] as u32 + x * (cell[1] as u32 + y * cell[2] as u32);
             shifted.set(std::array::from_fn(|axis| {
@@ -84,13 +86,13 @@ impl Kind for Cover {
         }
     }
 
-    fn claim(&self, _: usize, at: &Station) -> Claim {
+    fn claims(&self, at: &Station) -> Vec<Claim> {
         let mut free = self.shell(at);
         let mut near = free.clone();
         near.keep(&at.truth.occupied);
         free.remove(&near);
-        let occupied = self.shifted(&near, at).over(at.window);
-        Claim { cast: false, planes: Some(Planes { occupied, free: free.over(at.window) }) }
+        let (occupied, window) = (self.shifted(&near, at), free.window().intersection(&at.window));
+        vec![Claim { cast: false, planes: Some(Planes { occupied, free: free.over(window) }) }]
     }
 
     fn reach(&self, at: &Station) -> Reach {

@@ -59,10 +59,10 @@ impl Kind for Gate {
         !fixed.is_empty()
     }
 
-    fn claim(&self, _: usize, at: &Station) -> Claim {
+    fn claims(&self, at: &Station) -> Vec<Claim> {
         let (pose, grid) = (at.pose(), &at.truth.grid);
         let inside = self.inside(at);
-        switched(self.zone.cells(&pose, grid, at.window), !inside.is_empty(), self.otherwise_free)
+        vec![switched(self.zone.cells(&pose, grid, at.window), !inside.is_empty(), self.otherwise_free)]
     }
 
     fn reach(&self, at: &Station) -> Reach {

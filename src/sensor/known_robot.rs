@@ -2,6 +2,7 @@
 
 use super::{Claim, Kind, Reach, Setting, Station};
 use crate::backend::Planes;
+use crate::voxel::BitGrid;
 
 /// The robot's own pose, taken for certain.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -43,9 +44,10 @@ impl Kind for KnownRobot {
         }
     }
 
-    fn claim(&self, _: usize, at: &Station) -> Claim {
-        let planes = Planes { occupied: at.truth.robot_volume.over(at.window), ..at.blank() };
-        Claim { cast: false, planes: Some(planes) }
+    fn claims(&self, at: &Station) -> Vec<Claim> {
+        let robot = &at.truth.robot_volume;
+        let occupied = robot.over(robot.window().intersection(&at.window));
+        vec![Claim { cast: false, planes: Some(Planes { occupied, free: BitGrid::nowhere() }) }]
     }
 
     fn reach(&self, at: &Station) -> Reach {

@@ -78,7 +78,7 @@ impl Lidar {
 }
 
 impl Field {
-    /// The voxels that it guards, over the whole grid.
+    /// The voxels that it guards, over the part of the grid that holds them.
     fn cells(&self, lidar: &Lidar, at: &Station) -> BitGrid {
         let (pose, grid) = (at.pose(), &at.truth.grid);
         let own = grid.position_q16(pose.position_m)[2] >> 16;
@@ -155,14 +155,17 @@ impl Kind for Lidar {
         look::returns(&fixed, &rays, &from).any(|found| cells.get(found.read))
     }
 
-    fn claim(&self, representation: usize, at: &Station) -> Claim {
-        let (Some(field), Some(rays)) = (self.field(representation), at.rays) else {
-            return Claim { cast: true, planes: None };
+    fn claims(&self, at: &Station) -> Vec<Claim> {
+        let points = || Claim { cast: true, planes: None };
+        let guarded = |(field, rays): (&Field, &Rays)| {
+            let whole = field.cells(self, at);
+            let from = placement(self, &at.pose(), &at.truth.grid, at.draws);
+            let on = look::returns(&at.truth.blockers, rays, &from).any(|found| whole.get(found.read));
+            let window = whole.window().intersection(&at.window);
+            switched(whole.over(window), on, field.otherwise_free)
         };
-        let whole = field.cells(self, at);
-        let from = placement(self, &at.pose(), &at.truth.grid, at.draws);
-        let on = look::returns(&at.truth.blockers, rays, &from).any(|found| whole.get(found.read));
-        switched(whole.over(at.window), on, field.otherwise_free)
+        let claim = |r| self.field(r).zip(at.rays).map_or_else(points, guarded);
+        (0..self.representations().len()).map(claim).collect()
     }
 
     fn reach(&self, at: &Station) -> Reach {

@@ -183,21 +183,21 @@ pub trait Kind: Debug + Send + Sync {
         false
     }
 
-    /// What it says in a representation.
-    fn claim(&self, representation: usize, at: &Station) -> Claim;
+    /// What it says, in each representation.
+    fn claims(&self, at: &Station) -> Vec<Claim>;
 
     /// The voxels it may speak of.
     fn reach(&self, _: &Station) -> Reach {
         Reach::Rays
     }
 
-    /// The voxels around people that it may speak of besides, wherever it stands; over the whole grid.
-    fn around_people(&self, _: &Truth) -> Option<BitGrid> {
+    /// The voxels that it may speak of besides, wherever it stands: around people, or in a zone of the world.
+    fn wherever_it_stands(&self, _: &Truth) -> Option<BitGrid> {
         None
     }
 }
 
-/// What a sensor may speak of at a candidate; planes cover the whole grid.
+/// What a sensor may speak of at a candidate; planes cover a part of the grid that holds all of it.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Reach {
     /// Whatever rays from its pose can reach.
@@ -218,7 +218,7 @@ pub const SWITCHES: [i32; 2] = [3511, -405];
 pub struct Claim {
     /// Whether the evidence that the backend casts belongs to it.
     pub cast: bool,
-    /// What the host adds, over the station's window; `None` for nothing.
+    /// What the host adds, over the part of the station's window that holds it; `None` for nothing.
     pub planes: Option<Planes>,
 }
 
@@ -247,11 +247,6 @@ impl Station<'_> {
     pub fn everywhere(&self) -> Self {
         Station { window: self.truth.grid.window(), ..*self }
     }
-
-    /// Two empty planes over the window.
-    fn blank(&self) -> Planes {
-        Planes { occupied: BitGrid::new(self.window), free: BitGrid::new(self.window) }
-    }
 }
 
 /// Whether what must lie or stand level does.
@@ -266,7 +261,7 @@ fn level(at: &Station) -> Result<(), String> {
 
 /// What a switch says of a volume: occupied when it is on, else free if its silence certifies that.
 fn switched(volume: BitGrid, on: bool, otherwise_free: bool) -> Claim {
-    let empty = BitGrid::new(volume.window());
+    let empty = BitGrid::nowhere();
     let planes = match (on, otherwise_free) {
         (true, _) => Some(Planes { occupied: volume, free: empty }),
         (false, true) => Some(Planes { occupied: empty, free: volume }),

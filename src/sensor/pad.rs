@@ -60,15 +60,14 @@ impl Kind for Pad {
         Ok(())
     }
 
-    fn claim(&self, _: usize, at: &Station) -> Claim {
+    fn claims(&self, at: &Station) -> Vec<Claim> {
         let mut pressing = self.column(&at.everywhere(), true);
         pressing.keep(&at.truth.occupied);
-        if self.tare {
-            let mut comes_and_goes = at.truth.human.clone();
-            comes_and_goes.add(&at.truth.robot);
-            pressing.keep(&comes_and_goes);
-        }
-        switched(self.column(at, false), !pressing.is_empty(), self.otherwise_free)
+        let on = match self.tare {
+            true => pressing.meets(&at.truth.human) || pressing.meets(&at.truth.robot),
+            false => !pressing.is_empty(),
+        };
+        vec![switched(self.column(at, false), on, self.otherwise_free)]
     }
 
     fn reach(&self, at: &Station) -> Reach {

@@ -49,11 +49,15 @@ impl Prism {
         self.polygon_m.iter().map(place).collect()
     }
 
-    /// The voxels of a window whose centre lies inside, half-open.
+    /// The voxels of a window whose centre lies inside, half-open; over the part of it that holds them.
     pub fn cells(&self, pose: &Pose, grid: &Grid, window: Window) -> BitGrid {
+        self.layers(pose, grid, window, self.layers_of(pose, grid))
+    }
+
+    fn layers_of(&self, pose: &Pose, grid: &Grid) -> Range<i64> {
         let z_q16 = grid.position_q16(pose.position_m)[2];
         let level = |z_m: f64| first_centre(z_q16 + length_q16(z_m, grid.voxel_size_m));
-        self.layers(pose, grid, window, level(self.z_m[0])..level(self.z_m[1]))
+        level(self.z_m[0])..level(self.z_m[1])
     }
 
     /// The layers from `first` to the prism's top.
@@ -62,17 +66,27 @@ impl Prism {
         first..first_centre(top_q16)
     }
 
-    /// The voxels of a window above the polygon, in these layers of the grid.
+    /// The voxels of a window above the polygon, in these layers of the grid; over the part of it that holds them.
     pub fn layers(&self, pose: &Pose, grid: &Grid, window: Window, layers: Range<i64>) -> BitGrid {
         let within = |z: i64| z.clamp(-1, i64::from(i16::MAX)) as i32;
-        let mut cells = BitGrid::new(window);
-        column(&mut cells, &self.corners_q16(pose, grid), within(layers.start)..within(layers.end));
+        let (corners, layers) = (self.corners_q16(pose, grid), within(layers.start)..within(layers.end));
+        let around = corners.iter().map(|&[x, y]| {
+            let [x, y, _] = Grid::cell_of([x, y, 0]);
+            Window::between([x, y, layers.start], [x, y, layers.end - 1])
+        });
+        let around = around.reduce(|all, one| all.union(&one)).map(|around| around.intersection(&window));
+        let mut cells = around.map_or_else(BitGrid::nowhere, BitGrid::new);
+        column(&mut cells, &corners, layers);
         cells
     }
 
     /// Whether some voxel of the grid is inside.
     pub fn check(&self, pose: &Pose, grid: &Grid) -> Result<(), String> {
-        if self.cells(pose, grid, grid.window()).is_empty() {
+        // All layers have the same voxels.
+        let mut layers = self.layers_of(pose, grid);
+        layers = layers.start.max(0)..layers.end.min(grid.size[2].into());
+        layers.end = layers.end.min(layers.start + 1);
+        if self.layers(pose, grid, grid.window(), layers).is_empty() {
             return Err("its volume holds no voxel of the grid: make it larger or move it".into());
         }
         Ok(())

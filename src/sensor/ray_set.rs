@@ -48,7 +48,7 @@ impl Kind for RaySet {
         false
     }
 
-    fn claim(&self, _: usize, _: &Station) -> Claim {
-        Claim { cast: true, planes: None }
+    fn claims(&self, _: &Station) -> Vec<Claim> {
+        vec![Claim { cast: true, planes: None }]
     }
 }

@@ -5,7 +5,7 @@ use super::prism::Prism;
 use super::range::Range;
 use super::{Camera, Claim, Kind, Pose, Reach, SWITCHES, Scale, Station, placement, switched};
 use crate::backend::Rays;
-use crate::voxel::BitGrid;
+use crate::voxel::{BitGrid, Grid, Truth, Window};
 
 /// Optics, reach and zone.
 #[derive(Clone, Debug, PartialEq)]
@@ -25,8 +25,8 @@ pub struct Rgb {
 }
 
 impl Rgb {
-    fn zone(&self, at: &Station) -> BitGrid {
-        self.zone.cells(&Pose::ORIGIN, &at.truth.grid, at.window)
+    fn zone(&self, grid: &Grid, window: Window) -> BitGrid {
+        self.zone.cells(&Pose::ORIGIN, grid, window)
     }
 }
 
@@ -52,7 +52,7 @@ impl Kind for Rgb {
         self.zone.check(&Pose::ORIGIN, &at.truth.grid).map_err(|e| format!("zone: {e}"))
     }
 
-    fn claim(&self, _: usize, at: &Station) -> Claim {
+    fn claims(&self, at: &Station) -> Vec<Claim> {
         let scale = Scale { voxel_size_m: at.truth.grid.voxel_size_m, backdrop: false };
         // No ray but those to the joints is cast: an image says nothing of distances.
         let rays: &Rays = &self.range.rays(Vec::new(), &scale);
@@ -60,10 +60,14 @@ impl Kind for Rgb {
         let eye = Eye { camera: &self.camera, rays, placement, tolerance_m: self.keypoint_tolerance_m };
         let people = keypoints::detect(&eye, at);
         let on = people.iter().any(|joints| keypoints::count(joints) >= self.min_keypoints);
-        switched(self.zone(at), on, self.otherwise_free)
+        vec![switched(self.zone(&at.truth.grid, at.window), on, self.otherwise_free)]
     }
 
-    fn reach(&self, at: &Station) -> Reach {
-        Reach::Only(self.zone(&at.everywhere()))
+    fn wherever_it_stands(&self, truth: &Truth) -> Option<BitGrid> {
+        Some(self.zone(&truth.grid, truth.grid.window()))
+    }
+
+    fn reach(&self, _: &Station) -> Reach {
+        Reach::Only(BitGrid::nowhere())
     }
 }

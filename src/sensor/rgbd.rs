@@ -4,8 +4,8 @@ use super::keypoints::{self, BONES, Detected, Eye};
 use super::range::Range;
 use super::{Camera, Claim, Kind, MEASURES, Scale, Station, placement};
 use crate::backend::{Planes, Rays};
-use crate::voxel::grid::{ONE_Q16, length_q16};
-use crate::voxel::{BitGrid, Truth, solid};
+use crate::voxel::grid::{MAX_VOXELS_PER_AXIS, ONE_Q16, length_q16};
+use crate::voxel::{BitGrid, Truth, Window, solid};
 
 /// Optics, distances and what is scored.
 #[derive(Clone, Debug, PartialEq)]
@@ -50,23 +50,38 @@ impl Shape {
         }
     }
 
-    /// Adds the volume around what is detected of one person.
-    fn fill(&self, plane: &mut BitGrid, joints: &Detected, voxel_size_m: f64) {
-        match self {
-            Shape::Points => {}
-            Shape::Spheres { radius_m } => {
-                let radius = length_q16(*radius_m, voxel_size_m);
-                joints.iter().flatten().for_each(|&joint| solid::ball(plane, joint, radius));
-            }
-            Shape::Cylinders { radius_m } => {
-                let radius = length_q16(*radius_m, voxel_size_m);
-                for [a, b] in BONES {
-                    if let (Some(a), Some(b)) = (joints[a], joints[b]) {
-                        solid::cylinder(plane, a, b, radius);
+    /// The volume around what is detected of each person, over the part of a window that holds it.
+    fn volume(&self, people: &[Detected], voxel_size_m: f64, window: Window) -> BitGrid {
+        let radius_q16 = self.radius_m().map_or(0, |radius_m| length_q16(radius_m, voxel_size_m));
+        let reach = (radius_q16 / ONE_Q16).clamp(0, MAX_VOXELS_PER_AXIS.into()) as i32 + 1;
+        let joints = people.iter().flatten().flatten().map(|&joint| Window::between(joint, joint));
+        let Some(around) = joints.reduce(|all, one| all.union(&one)) else { return BitGrid::nowhere() };
+        let mut plane = BitGrid::new(around.grown(reach).intersection(&window));
+        for joints in people {
+            match self {
+                Shape::Points => {}
+                Shape::Spheres { .. } => {
+                    joints.iter().flatten().for_each(|&joint| solid::ball(&mut plane, joint, radius_q16));
+                }
+                Shape::Cylinders { .. } => {
+                    for [a, b] in BONES {
+                        if let (Some(a), Some(b)) = (joints[a], joints[b]) {
+                            solid::cylinder(&mut plane, a, b, radius_q16);
+                        }
                     }
                 }
+                Shape::Box => solid::cuboid(&mut plane, joints.iter().flatten().copied()),
             }
-            Shape::Box => solid::cuboid(plane, joints.iter().flatten().copied()),
+        }
+        plane
+    }
+
+    /// How far its volume reaches from what is detected, in metres; `None` if it has none.
+    fn radius_m(&self) -> Option<f64> {
+        match *self {
+            Shape::Points => None,
+            Shape::Spheres { radius_m } | Shape::Cylinders { radius_m } => Some(radius_m),
+            Shape::Box => Some(0.0),
         }
     }
 }
@@ -107,14 +122,9 @@ impl Kind for Rgbd {
         self.shapes[representation] != Shape::Points
     }
 
-    fn around_people(&self, truth: &Truth) -> Option<BitGrid> {
+    fn wherever_it_stands(&self, truth: &Truth) -> Option<BitGrid> {
         // Joints are detected on a person, so no volume leaves the person's box grown by the largest radius.
-        let radius_m = |shape: &Shape| match *shape {
-            Shape::Points => None,
-            Shape::Spheres { radius_m } | Shape::Cylinders { radius_m } => Some(radius_m),
-            Shape::Box => Some(0.0),
-        };
-        let radius_m = self.shapes.iter().filter_map(radius_m).reduce(f64::max)?;
+        let radius_m = self.shapes.iter().filter_map(Shape::radius_m).reduce(f64::max)?;
         let radius_q16 = length_q16(radius_m, truth.grid.voxel_size_m);
         let mut volumes = BitGrid::new(truth.grid.window());
         for human in keypoints::humans(truth).filter(|human| !human.cells.is_empty()) {
@@ -126,19 +136,19 @@ impl Kind for Rgbd {
         Some(volumes)
     }
 
-    fn claim(&self, representation: usize, at: &Station) -> Claim {
-        let shape = self.shapes[representation];
-        let (Some(rays), false) = (at.rays, shape == Shape::Points) else {
-            return Claim { cast: true, planes: None };
+    fn claims(&self, at: &Station) -> Vec<Claim> {
+        let detected = |rays: &Rays| {
+            let placement = &placement(self, &at.pose(), &at.truth.grid, at.draws);
+            let tolerance_m = self.keypoint_tolerance_m;
+            keypoints::detect(&Eye { camera: &self.camera, rays, placement, tolerance_m }, at)
         };
-        let placement = &placement(self, &at.pose(), &at.truth.grid, at.draws);
-        let tolerance_m = self.keypoint_tolerance_m;
-        let eye = Eye { camera: &self.camera, rays, placement, tolerance_m };
-        let mut planes = at.blank();
-        for joints in keypoints::detect(&eye, at) {
-            shape.fill(&mut planes.occupied, &joints, at.truth.grid.voxel_size_m);
-        }
-        let planes: Option<Planes> = (!planes.occupied.is_empty()).then_some(planes);
-        Claim { cast: true, planes }
+        let looks = self.shapes.iter().any(|shape| *shape != Shape::Points);
+        let people = at.rays.filter(|_| looks).map_or_else(Vec::new, detected);
+        let claim = |shape: &Shape| {
+            let occupied = shape.volume(&people, at.truth.grid.voxel_size_m, at.window);
+            let planes = Planes { occupied, free: BitGrid::nowhere() };
+            Claim { cast: true, planes: (!planes.occupied.is_empty()).then_some(planes) }
+        };
+        self.shapes.iter().map(claim).collect()
     }
 }

@@ -210,7 +210,7 @@ impl Backend for Watched<'_> {
         self.backend.sense(table, shots)
     }
 
-    fn upload(&mut self, evidence: &[(Slot, Planes)]) -> Result<()> {
+    fn upload(&mut self, evidence: Vec<(Slot, Planes)>) -> Result<()> {
         self.backend.upload(evidence)
     }
 

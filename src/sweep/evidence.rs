@@ -27,6 +27,9 @@ struct Key {
     repeat: usize,
 }
 
+/// Where the first hits of a sensor at a candidate are kept: by the indices of both.
+pub(super) type HitSlots = HashMap<(usize, usize), Slot>;
+
 /// Where its evidence is.
 struct Held {
     /// All slots that it takes.
@@ -40,6 +43,8 @@ pub(super) struct Store<'a> {
     pub(super) study: &'a Study,
     pub(super) world: &'a World,
     tables: &'a [Option<Rays>],
+    /// Where the backend keeps first hits.
+    hits: &'a HitSlots,
     window: Window,
     held: HashMap<Key, Held>,
     /// In the order they were made.
@@ -54,12 +59,14 @@ impl<'a> Store<'a> {
         study: &'a Study,
         world: &'a World,
         tables: &'a [Option<Rays>],
+        hits: &'a HitSlots,
         slots: usize,
     ) -> Store<'a> {
         Store {
             study,
             world,
             tables,
+            hits,
             window: window_of(&world.regions),
             held: HashMap::new(),
             oldest: VecDeque::new(),
@@ -154,7 +161,8 @@ impl<'a> Store<'a> {
                 slot
             };
             let cast = claims.iter().any(|claim| claim.cast).then(|| take(&mut self.vacant));
-            shots[key.sensor].extend(cast.map(|slot| Shot { slot, placement, hits: None }));
+            let hits = self.hits.get(&(key.sensor, key.candidate)).copied();
+            shots[key.sensor].extend(cast.map(|slot| Shot { slot, placement, hits }));
             let mut readings = Vec::new();
             for (representation, claim) in claims.into_iter().enumerate() {
                 let [hit, miss] = self.study.sensors[key.sensor].kind.log_odds(representation);
@@ -176,7 +184,7 @@ impl<'a> Store<'a> {
         for (table, (shots, _)) in casting.enumerate().filter(|(_, (shots, _))| !shots.is_empty()) {
             backend.sense(table, shots)?;
         }
-        backend.upload(&uploads)
+        backend.upload(uploads)
     }
 
     /// Where a sensor is, and what it says in each representation.
@@ -190,7 +198,6 @@ impl<'a> Store<'a> {
             rays: self.tables[key.sensor].as_ref(),
             draws: placement.draws,
         };
-        let representations = 0..spec.kind.representations().len();
-        (placement, representations.map(|r| spec.kind.claim(r, &station)).collect())
+        (placement, spec.kind.claims(&station))
     }
 }

@@ -65,7 +65,7 @@ pub fn manifest(study: &Study, worlds: &[World], backend: &dyn Backend, timings:
 
 fn scene(study: &Study, world: &World) -> Value {
     let spec = &study.scenes[world.scene];
-    let truth = &world.truth;
+    let (truth, whole) = (&world.truth, world.truth.grid.window());
     let regions = world.regions.iter().zip(&world.baselines).map(|(region, baselines)| {
         json!({
             "name": region.name,
@@ -92,9 +92,9 @@ fn scene(study: &Study, world: &World) -> Value {
         "occupied_voxels": truth.occupied.count(),
         "occupied_sha256": plane_sha256(&truth.occupied),
         "blockers_sha256": plane_sha256(&truth.blockers),
-        "human_sha256": plane_sha256(&truth.human),
-        "robot_sha256": plane_sha256(&truth.robot),
-        "robot_volume_sha256": plane_sha256(&truth.robot_volume),
+        "human_sha256": plane_sha256(&truth.human.over(whole)),
+        "robot_sha256": plane_sha256(&truth.robot.over(whole)),
+        "robot_volume_sha256": plane_sha256(&truth.robot_volume.over(whole)),
         "keypoints_sha256": keypoints_sha256(truth),
         "regions": regions.collect::<Vec<_>>(),
         "placements": placements.collect::<Vec<_>>(),

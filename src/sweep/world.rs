@@ -188,7 +188,7 @@ type Wrong = (usize, usize, String);
 fn reachable(study: &Study, truth: &Truth, settings: &[Vec<Setting>]) -> Result<BitGrid, Wrong> {
     let (mut begins, mut spoken_of) = (Vec::new(), BitGrid::new(truth.grid.window()));
     for (s, sensor) in study.sensors.iter().enumerate() {
-        if let Some(cells) = sensor.kind.around_people(truth) {
+        if let Some(cells) = sensor.kind.wherever_it_stands(truth) {
             spoken_of.add(&cells);
         }
         let housing = (sensor.kind.housing_m() / study.voxel_size_m).ceil();

@@ -1,6 +1,8 @@
 //! A bit for each voxel of a window, in 32-bit words that host and GPU share. Rows run along x and are padded to
 //! whole words; padding bits are always zero.
 
+use std::ops::Range;
+
 use super::grid::Window;
 
 /// A bit plane over a window.
@@ -17,6 +19,11 @@ impl BitGrid {
         let words_per_row = window.size[0].div_ceil(32);
         let words = words_per_row as usize * window.size[1] as usize * window.size[2] as usize;
         BitGrid { window, words_per_row, words: vec![0; words] }
+    }
+
+    /// A plane of no voxels, which says nothing of any.
+    pub fn nowhere() -> Self {
+        BitGrid::new(Window::between([0; 3], [-1; 3]))
     }
 
     /// A plane whose voxels are all set.
@@ -102,9 +109,23 @@ impl BitGrid {
 
     /// The smallest window that holds every set voxel; empty if none is set.
     pub fn bounds(&self) -> Window {
-        self.cells()
-            .map(|cell| Window::between(cell, cell))
-            .fold(Window::between([0; 3], [-1; 3]), |all, one| all.union(&one))
+        let nowhere = Window::between([0; 3], [-1; 3]);
+        let (min, end) = (self.window.min, self.window.end());
+        let rows = (min[2]..end[2]).flat_map(|z| (min[1]..end[1]).map(move |y| [y, z]));
+        rows.fold(nowhere, |all, [y, z]| {
+            let words = self.row(y, z);
+            let filled = |w: &usize| words[*w] != 0;
+            let (first, last) = ((0..words.len()).find(filled), (0..words.len()).rfind(filled));
+            let (Some(first), Some(last)) = (first, last) else { return all };
+            let low = min[0] + (first as u32 * 32 + words[first].trailing_zeros()) as i32;
+            let high = min[0] + (last as u32 * 32 + 31 - words[last].leading_zeros()) as i32;
+            all.union(&Window::between([low, y, z], [high, y, z]))
+        })
+    }
+
+    /// The same bits over the smallest window that holds them.
+    pub fn trimmed(&self) -> BitGrid {
+        self.over(self.bounds())
     }
 
     /// The same bits over another window: cut where it is smaller, zero where it is larger.
@@ -126,11 +147,23 @@ impl BitGrid {
 
     /// Keeps only voxels that are set in `other` too.
     pub fn keep(&mut self, other: &BitGrid) {
-        let other = other.over(self.window);
-        self.merge(&other, |to, from| to & from);
+        if self.window == other.window {
+            self.words.iter_mut().zip(&other.words).for_each(|(to, from)| *to &= from);
+        } else {
+            let mut beyond = self.clone();
+            beyond.remove(other);
+            self.remove(&beyond);
+        }
     }
 
-    /// Combines rows word by word where the windows meet. `f(to, 0)` must be `to`, or the windows equal.
+    /// Whether some voxel is set in both.
+    pub fn meets(&self, other: &BitGrid) -> bool {
+        let mut shared = self.over(self.window.intersection(&other.window));
+        shared.keep(other);
+        !shared.is_empty()
+    }
+
+    /// Combines rows word by word where the windows meet. `f(to, 0)` must be `to`.
     fn merge(&mut self, other: &BitGrid, f: impl Fn(u32, u32) -> u32) {
         let shared = self.window.intersection(&other.window);
         if shared.is_empty() {
@@ -139,42 +172,60 @@ impl BitGrid {
         let end = shared.end();
         for z in shared.min[2]..end[2] {
             for y in shared.min[1]..end[1] {
-                let to_row = self.row_start(y, z);
-                let from_row = other.row_start(y, z);
-                for w in 0..self.words_per_row as usize {
-                    let x = self.window.min[0] + w as i32 * 32;
-                    if x + 32 <= shared.min[0] || x >= end[0] {
-                        continue;
-                    }
-                    let from = other.word_at(from_row, x) & self.valid_bits(w);
-                    let to = &mut self.words[to_row + w];
-                    *to = f(*to, from);
-                }
+                let start = self.row_start(y, z);
+                let row = &mut self.words[start..start + self.words_per_row as usize];
+                other.merge_row(row, self.window, [y, z], &f);
             }
         }
+    }
+
+    /// Sets voxels in rows `ys` of layer `z` of another window, all inside it, whose words these are, where this plane has
+    /// them.
+    pub(crate) fn add_to_rows(&self, words: &mut [u32], window: Window, ys: Range<i32>, z: i32) {
+        let shared = self.window.intersection(&window);
+        let rows = shared.min[1].max(ys.start)..shared.end()[1].min(ys.end);
+        if !(shared.min[2]..shared.end()[2]).contains(&z) || shared.is_empty() || rows.is_empty() {
+            return;
+        }
+        let row_words = window.size[0].div_ceil(32) as usize;
+        if window == self.window {
+            let from = &self.words[self.row_start(ys.start, z)..];
+            return words.iter_mut().zip(from).for_each(|(to, from)| *to |= from);
+        }
+        for y in rows {
+            let start = (y - ys.start) as usize * row_words;
+            self.merge_row(&mut words[start..start + row_words], window, [y, z], |to, from| to | from);
+        }
+    }
+
+    /// Combines one row of another window with the same row of this plane, where they meet.
+    fn merge_row(&self, to: &mut [u32], window: Window, [y, z]: [i32; 2], f: impl Fn(u32, u32) -> u32) {
+        let from = self.row(y, z);
+        let shift = window.min[0] - self.window.min[0];
+        // Words of `to` that hold an x of this plane.
+        let first = (-shift).max(0) as usize / 32;
+        let end = (self.window.size[0] as i32 - shift).max(0) as usize;
+        let to_end = end.div_ceil(32).min(to.len());
+        let last_bits = last_bits(window.size[0]);
+        let Some(last) = to.len().checked_sub(1) else { return };
+        if first >= to_end {
+            return;
+        }
+        if shift % 32 == 0 {
+            let skipped = (first as i32 + shift / 32) as usize;
+            to[first..to_end].iter_mut().zip(&from[skipped..]).for_each(|(to, &from)| *to = f(*to, from));
+        } else {
+            for w in first..to_end {
+                to[w] = f(to[w], word_at(from, w as i32 * 32 + shift));
+            }
+        }
+        to[last] &= last_bits;
     }
 
     fn row_start(&self, y: i32, z: i32) -> usize {
         let y = (y - self.window.min[1]) as usize;
         let z = (z - self.window.min[2]) as usize;
         (z * self.window.size[1] as usize + y) * self.words_per_row as usize
-    }
-
-    /// 32 bits of a row from world x on; bits outside the window are zero.
-    fn word_at(&self, row: usize, x: i32) -> u32 {
-        let offset = x - self.window.min[0];
-        let shift = offset.rem_euclid(32) as u32;
-        let word = offset.div_euclid(32);
-        let fetch = |w: i32| {
-            if w >= 0 && w < self.words_per_row as i32 { self.words[row + w as usize] as u64 } else { 0 }
-        };
-        ((fetch(word) | fetch(word + 1) << 32) >> shift) as u32
-    }
-
-    /// The bits of word `w` of a row that are voxels, not padding.
-    fn valid_bits(&self, w: usize) -> u32 {
-        let left = self.window.size[0] as usize - w * 32;
-        if left >= 32 { u32::MAX } else { (1 << left) - 1 }
     }
 
     /// Sets a run of voxels of one row, `from` to `to` (exclusive) on x, cut to the window.
@@ -188,29 +239,38 @@ impl BitGrid {
         let first = (run.min[0] - self.window.min[0]) as usize;
         let last = first + run.size[0] as usize - 1;
         for w in first / 32..=last / 32 {
-            let low = if w == first / 32 { u32::MAX << (first % 32) } else { u32::MAX };
-            let high = if w == last / 32 { u32::MAX >> (31 - last % 32) } else { u32::MAX };
-            self.words[row + w] |= low & high;
+            self.words[row + w] |= span(w, first, last);
         }
+    }
+
+    /// Every set voxel of a box.
+    pub fn each_in(&self, part: &Window, mut see: impl FnMut([i32; 3])) {
+        self.words_in(part, |first, y, z, word| {
+            bits_of(word).for_each(|b| see([first + b as i32, y, z]));
+            true
+        });
     }
 
     /// Whether any voxel of a box is set.
     pub fn any_in(&self, part: &Window) -> bool {
+        !self.words_in(part, |_, _, _, word| word == 0)
+    }
+
+    /// The words of a box, without what lies beside it, each with its first voxel, as long as `see` wants more; whether it saw all.
+    fn words_in(&self, part: &Window, mut see: impl FnMut(i32, i32, i32, u32) -> bool) -> bool {
         let part = part.intersection(&self.window);
         if part.is_empty() {
-            return false;
+            return true;
         }
         let first = (part.min[0] - self.window.min[0]) as usize;
         let last = first + part.size[0] as usize - 1;
-        let bits = |w: usize| {
-            let low = if w == first / 32 { u32::MAX << (first % 32) } else { u32::MAX };
-            let high = if w == last / 32 { u32::MAX >> (31 - last % 32) } else { u32::MAX };
-            low & high
-        };
-        (part.min[2]..part.end()[2]).any(|z| {
-            (part.min[1]..part.end()[1]).any(|y| {
+        (part.min[2]..part.end()[2]).all(|z| {
+            (part.min[1]..part.end()[1]).all(|y| {
                 let row = self.row(y, z);
-                (first / 32..=last / 32).any(|w| row[w] & bits(w) != 0)
+                (first / 32..=last / 32).all(|w| {
+                    let x = self.window.min[0] + w as i32 * 32;
+                    see(x, y, z, row[w] & span(w, first, last))
+                })
             })
         })
     }
@@ -229,10 +289,16 @@ impl BitGrid {
         }
     }
 
+    /// Sets the voxels of a layer of z that are set in a plane of one layer with the same x and y.
+    pub(crate) fn add_layer(&mut self, z: i32, layer: &BitGrid) {
+        let start = self.row_start(self.window.min[1], z);
+        self.words[start..].iter_mut().zip(&layer.words).for_each(|(to, from)| *to |= from);
+    }
+
     /// Sets both neighbours along x of every voxel that is set, inside the window.
     pub fn spread_x(&mut self) {
         let Some(last) = (self.words_per_row as usize).checked_sub(1) else { return };
-        let valid = self.valid_bits(last);
+        let valid = last_bits(self.window.size[0]);
         for row in self.words.chunks_exact_mut(last + 1) {
             let mut below = 0;
             for w in 0..=last {
@@ -244,6 +310,25 @@ impl BitGrid {
             row[last] &= valid;
         }
     }
+}
+
+/// 32 bits of a row from a voxel on, counted from the row's first; bits outside the row are zero.
+fn word_at(row: &[u32], offset: i32) -> u32 {
+    let (word, shift) = (offset.div_euclid(32), offset.rem_euclid(32));
+    let fetch = |w: i32| usize::try_from(w).ok().and_then(|w| row.get(w)).map_or(0, |&word| u64::from(word));
+    ((fetch(word) | fetch(word + 1) << 32) >> shift) as u32
+}
+
+/// The bits of the last word of a row that are voxels, not padding.
+fn last_bits(voxels: u32) -> u32 {
+    u32::MAX >> (voxels.wrapping_neg() & 31)
+}
+
+/// The bits of word `w` of a row from bit `first` to bit `last` of the row, both included.
+fn span(w: usize, first: usize, last: usize) -> u32 {
+    let low = if w == first / 32 { u32::MAX << (first % 32) } else { u32::MAX };
+    let high = if w == last / 32 { u32::MAX >> (31 - last % 32) } else { u32::MAX };
+    low & high
 }
 
 /// The positions of the set bits of a word, lowest first.

@@ -82,6 +82,14 @@ impl Window {
         Window { min, size }
     }
 
+    /// The window with so many voxels more on each side; an empty one stays empty.
+    pub fn grown(&self, by: i32) -> Window {
+        if self.is_empty() {
+            return *self;
+        }
+        Window::between(self.min.map(|low| low - by), self.end().map(|end| end - 1 + by))
+    }
+
     /// The same voxels counted from another origin.
     pub fn moved(&self, by: [i32; 3]) -> Window {
         Window { min: std::array::from_fn(|r| self.min[r] + by[r]), size: self.size }

@@ -125,7 +125,7 @@ pub fn region(name: &str, shape: &Shape, truth: &Truth) -> Result<Region> {
     }
     Ok(Region {
         name: name.into(),
-        cells: cells.over(cells.bounds()),
+        cells: cells.trimmed(),
         cut_share: (total - inside) as f64 / total as f64,
     })
 }

@@ -17,16 +17,16 @@ use crate::scene::mannequin::Keypoints;
 use crate::scene::{Interior, Mesh, Object, Optical, Role, Scene, Surface};
 use crate::{Error, Result};
 
-/// A scene in voxels. All planes cover the whole grid.
+/// A scene in voxels.
 #[derive(Clone, Debug)]
 pub struct Truth {
     /// Where the voxels are.
     pub grid: Grid,
-    /// Voxels with a surface, or inside a body that is `occupied`.
+    /// Voxels with a surface, or inside a body that is `occupied`; over the whole grid.
     pub occupied: BitGrid,
-    /// What stops rays: `occupied` less see-through objects.
+    /// What stops rays: `occupied` less see-through objects; over the whole grid.
     pub blockers: BitGrid,
-    /// Insides of bodies that belong to no region.
+    /// Insides of bodies that belong to no region. This and what follows covers the part of the grid that holds it.
     pub ignored: BitGrid,
     /// Voxels of people.
     pub human: BitGrid,
@@ -167,6 +167,8 @@ fn combined(objects: &[(&Object, &Body)], grid: Grid) -> Truth {
     }
     ignored.remove(&occupied);
     let objects = objects.iter().map(|(_, body)| body.voxels.clone()).collect();
+    let [ignored, human, robot, robot_volume] =
+        [ignored, human, robot, robot_volume].map(|plane| plane.trimmed());
     Truth { grid, occupied, blockers, ignored, human, robot, robot_volume, objects }
 }
 

@@ -94,9 +94,17 @@ pub(crate) fn noise_q16(random: &mut Random) -> Vec<i32> {
     (0..NOISE_STEPS).map(|_| random.between(-most, most)).collect()
 }
 
-/// Evidence as a host may make it: with voxels in both planes, too.
+/// Evidence as a host may make it: with voxels in both planes, too, each over a part of the window.
 fn planes(random: &mut Random, window: Window) -> Planes {
     let [occupied, free] = [40, 60].map(|percent| {
+        let window = match random.below(4) {
+            0 => window,
+            1 => Window::between([0; 3], [-1; 3]),
+            _ => inner(random, window),
+        };
+        if window.is_empty() {
+            return BitGrid::new(window);
+        }
         let mut plane = BitGrid::new(window);
         let part = inner(random, window);
         fill(random, &mut plane, part, percent);

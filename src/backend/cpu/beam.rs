@@ -13,6 +13,7 @@
 use super::bundle::Bundles;
 use super::strike::Search;
 use crate::backend::Placement;
+use crate::voxel::Window;
 
 /// The cone of a tile in the sensor's frame: rays of length 1 end within `spread` of `middle`.
 #[derive(Clone, Copy)]
@@ -47,24 +48,49 @@ impl Cone {
         Cone { middle, spread: spread * 1.001 + 1e-5 }
     }
 
-    /// How far its rays have surely entered no blocker, in 1/65536 voxels along each.
-    pub(super) fn clear_q16(&self, search: &Search, from: &Placement) -> u32 {
+    /// The cone sent from a placement.
+    pub(super) fn sent(&self, from: &Placement) -> Beam {
+        Beam {
+            origin: from.origin_q16.map(|x| x as f32 / 65_536.0),
+            along: from.axis_q15.map(|row| (0..3).map(|a| row[a] as f32 / 32_768.0 * self.middle[a]).sum()),
+            spread: self.spread,
+        }
+    }
+}
+
+/// A cone in the grid.
+pub(super) struct Beam {
+    origin: [f32; 3],
+    along: [f32; 3],
+    spread: f32,
+}
+
+impl Beam {
+    /// Where its middle is at a distance.
+    fn at(&self, t: f32) -> [f32; 3] {
+        std::array::from_fn(|r| self.origin[r] + self.along[r] * t)
+    }
+
+    /// How far from its middle a ray of integers may be at a distance.
+    fn radius(&self, t: f32) -> f32 {
+        t * self.spread + stray(t)
+    }
+
+    /// How far its rays have surely entered no blocker, in voxels along each.
+    pub(super) fn clear(&self, search: &Search) -> f32 {
         let layer = search.layer;
         let size = layer.blockers.window().size;
-        let origin = from.origin_q16.map(|x| x as f32 / 65_536.0);
-        let along: [f32; 3] =
-            from.axis_q15.map(|row| (0..3).map(|a| row[a] as f32 / 32_768.0 * self.middle[a]).sum());
         let growth = self.spread + STRAY_PER_VOXEL;
         let mut t = 0.0f32;
         loop {
-            let at: [f32; 3] = std::array::from_fn(|r| origin[r] + along[r] * t);
-            let cell = at.map(|x| x.floor() as i32);
+            let at = self.at(t);
+            let cell = at.map(floor);
             if (0..3).any(|r| cell[r] as u32 >= size[r]) {
                 break;
             }
             let known = if t == 0.0 { Some(search.clearing) } else { layer.empty_box(cell) };
             let Some([low, high]) = known else { break };
-            let radius = t * self.spread + stray(t);
+            let radius = self.radius(t);
             let mut gain = f32::MAX;
             for r in 0..3 {
                 let to_low = at[r] - low[r] as f32 - radius;
@@ -73,14 +99,40 @@ impl Cone {
                     gain = 0.0;
                 }
                 gain = gain
-                    .min(to_low / (growth - along[r]).max(1e-6))
-                    .min(to_high / (growth + along[r]).max(1e-6));
+                    .min(to_low / (growth - self.along[r]).max(1e-6))
+                    .min(to_high / (growth + self.along[r]).max(1e-6));
             }
             if gain < LEAST_GAIN {
                 break;
             }
             t += gain;
         }
-        (t * 65_536.0) as u32
+        t
     }
+
+    /// The voxels in which any of its rays may be from one distance to another; they may lie outside the grid.
+    pub(super) fn section(&self, from: f32, to: f32) -> Window {
+        let (a, b, radius) = (self.at(from), self.at(to), self.radius(to));
+        let low = std::array::from_fn(|r| floor(a[r].min(b[r]) - radius));
+        let high = std::array::from_fn(|r| floor(a[r].max(b[r]) + radius));
+        Window::between(low, high)
+    }
+
+    /// Whether any of its rays may be in a voxel before a distance.
+    #[inline]
+    pub(super) fn touches(&self, cell: [i32; 3], to: f32) -> bool {
+        let away: [f32; 3] = std::array::from_fn(|r| cell[r] as f32 + 0.5 - self.origin[r]);
+        let dot = |a: &[f32; 3], b: &[f32; 3]| a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+        let t = dot(&away, &self.along) / dot(&self.along, &self.along);
+        let off: [f32; 3] = std::array::from_fn(|r| away[r] - self.along[r] * t);
+        // Half the diagonal of a voxel, and a little.
+        let reach = self.radius(to) + 0.88;
+        dot(&off, &off) <= reach * reach
+    }
+}
+
+/// ⌊x⌋ of what is no farther than a grid is large, without a call.
+fn floor(x: f32) -> i32 {
+    const BEYOND: i32 = 1 << 16;
+    (x + BEYOND as f32) as i32 - BEYOND
 }

@@ -10,6 +10,7 @@
 
 use fearless_simd::{Level, Simd, dispatch};
 
+use super::strike::{Crossing, Ray};
 use crate::backend::{Image, Placement, Rays};
 use crate::march::{self, March, leap};
 
@@ -118,16 +119,37 @@ impl Bundle {
         dispatch!(level, simd => made_at(simd, self, at, made));
     }
 
+    /// How many crossings of each axis a ray has made at a crossing.
+    pub(super) fn made_by(&self, lane: usize, Crossing { t_q16, axis }: Crossing) -> [u32; 3] {
+        std::array::from_fn(|r| {
+            let d = self.dir_q16[r][lane].unsigned_abs();
+            leap::made_at(self.first_q16[r][lane], self.period_q16[r][lane], d, r as u32, t_q16, axis)
+        })
+    }
+
+    /// A ray where it begins.
+    pub(super) fn march(&self, lane: usize) -> March {
+        March {
+            cell: self.cell,
+            step: std::array::from_fn(|r| self.dir_q16[r][lane].signum()),
+            next_q16: std::array::from_fn(|r| self.first_q16[r][lane]),
+            period_q16: std::array::from_fn(|r| self.period_q16[r][lane]),
+        }
+    }
+
     /// A ray after so many crossings.
     #[inline]
-    pub(super) fn march(&self, lane: usize, made: [u32; 3]) -> March {
+    pub(super) fn ray(&self, lane: usize, made: [u32; 3]) -> Ray {
         let step: [i32; 3] = std::array::from_fn(|r| self.dir_q16[r][lane].signum());
-        let period_q16 = std::array::from_fn(|r| self.period_q16[r][lane]);
-        March {
+        let period_q16: [u32; 3] = std::array::from_fn(|r| self.period_q16[r][lane]);
+        let next =
+            |r: usize| u64::from(self.first_q16[r][lane]) + u64::from(made[r]) * u64::from(period_q16[r]);
+        Ray {
             cell: std::array::from_fn(|r| self.cell[r] + step[r] * made[r] as i32),
             step,
-            next_q16: std::array::from_fn(|r| self.first_q16[r][lane] + made[r] * period_q16[r]),
+            next: std::array::from_fn(|r| 4 * next(r) + r as u64),
             period_q16,
+            d: std::array::from_fn(|r| self.dir_q16[r][lane].unsigned_abs()),
         }
     }
 }
@@ -136,6 +158,14 @@ impl Bundle {
 pub(super) struct Places {
     pub(super) t_q16: Lanes<u32>,
     pub(super) axis: Lanes<u32>,
+}
+
+/// [`march::period_q16`] by a division of floats, which processors do many at a time. Exact: a quotient that is no whole
+/// number is further below the next one than f64 rounds.
+#[inline(always)]
+pub(super) fn period_q16(d: u32) -> u32 {
+    let quotient = (4_294_967_296.0 / f64::from(d.max(3))) as i32 as u32;
+    if d < 3 { march::NEVER } else { quotient }
 }
 
 #[inline(always)]
@@ -149,9 +179,7 @@ fn start<S: Simd>(_: S, bundle: &mut Bundle, placement: &Placement, dirs_q15: &[
         for lane in 0..RAYS {
             let dir_q16 = march::direction_q16(axis_q15, [x[lane], y[lane], z[lane]]);
             let d = dir_q16.unsigned_abs();
-            // Exact: a quotient that is no whole number is further below the next one than f64 rounds.
-            let quotient = (4_294_967_296.0 / f64::from(d.max(3))) as i32 as u32;
-            let period_q16 = if d < 3 { march::NEVER } else { quotient };
+            let period_q16 = period_q16(d);
             let ahead = if dir_q16 < 0 { frac } else { (1 << 16) - frac };
             let first_q16 = march::first_q16(ahead, period_q16);
             dir[lane] = dir_q16;
@@ -168,6 +196,18 @@ fn made_at<S: Simd>(_: S, bundle: &Bundle, at: &Places, made: &mut [Lanes<u32>; 
             let (first, period) = (bundle.first_q16[r][lane], bundle.period_q16[r][lane]);
             let d = bundle.dir_q16[r][lane].unsigned_abs();
             made[r][lane] = leap::made_at(first, period, d, r as u32, at.t_q16[lane], at.axis[lane]);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn periods_by_floats_are_exact() {
+        for d in 0..=65_539 {
+            assert_eq!(period_q16(d), march::period_q16(d), "d = {d}");
         }
     }
 }

@@ -1,24 +1,35 @@
-//! From what rays struck to how they ended: ranges, noise, and where each is read. What that proves of the cells is marked
-//! elsewhere.
+//! From what rays struck to how they ended: ranges, noise, and where each is read. What that proves of the cells on the way is
+//! marked elsewhere.
 //!
 //! # Theory
 //! A ray's place, a distance and an axis, says how many crossings of each axis it has made, in closed form (`SEMANTICS.md`,
 //! "A ray, in integers"); so neither path nor cell need be kept from the search.
+//!
+//! # Practice
+//! Returns, which most rays are, go 64 at a time; rays that end otherwise, or may be read outside the grid, one by one.
 
 use fearless_simd::{Level, Simd, dispatch};
 
 use super::bundle::{Bundle, Lanes, Places, RAYS};
 use super::strike::{self, Strike};
 use crate::march::{self, BLIND, End, Gates, LEFT, NOTHING, RETURN};
+use crate::voxel::BitGrid;
 
 /// How the rays of a bundle ended.
 pub(super) struct Ends {
-    pub(super) ends: Lanes<End>,
-    /// For each return, the crossings of each axis made on reaching its endpoint.
-    pub(super) made: [Lanes<u32>; 3],
+    kinds: Lanes<u32>,
+    crossings: Lanes<u32>,
+    /// How many leading cells each ray frees.
+    pub(super) freed: Lanes<u32>,
+    /// The bit of each return's endpoint in the window's plane; [`NO_BIT`] outside and for other rays.
+    bits: Lanes<u32>,
     places: Places,
     steps_q16: Lanes<i32>,
+    made: [Lanes<u32>; 3],
 }
+
+/// No voxel of the window.
+const NO_BIT: u32 = u32::MAX;
 
 /// What decides how rays end.
 pub(super) struct Rules<'a> {
@@ -36,14 +47,17 @@ pub(super) struct Rules<'a> {
 impl Ends {
     pub(super) fn new() -> Self {
         Ends {
-            ends: [End { kind: NOTHING, crossings: 0 }; RAYS],
-            made: [[0; RAYS]; 3],
+            kinds: [NOTHING; RAYS],
+            crossings: [0; RAYS],
+            freed: [0; RAYS],
+            bits: [NO_BIT; RAYS],
             places: Places { t_q16: [0; RAYS], axis: [0; RAYS] },
             steps_q16: [0; RAYS],
+            made: [[0; RAYS]; 3],
         }
     }
 
-    /// Ends the rays of a bundle; `first` is the number of each lane's ray.
+    /// Ends the rays of a bundle, whose numbers are `rays`; endpoints are wanted in the window of a plane.
     pub(super) fn end(
         &mut self,
         level: Level,
@@ -51,6 +65,7 @@ impl Ends {
         rays: &Lanes<u32>,
         strikes: &Lanes<Strike>,
         rules: &Rules,
+        plane: &BitGrid,
     ) {
         if !rules.noise_q16.is_empty() {
             let mut draws = [0; RAYS];
@@ -61,44 +76,50 @@ impl Ends {
         }
         dispatch!(level, simd => read(simd, strikes, &self.steps_q16, &mut self.places));
         bundle.made(level, &self.places, &mut self.made);
-        for lane in 0..RAYS {
-            self.ends[lane] = self.end_of(bundle, lane, strikes[lane], rules);
+        let unusual = dispatch!(level, simd => returns(simd, self, bundle, strikes, rules, plane));
+        for lane in (0..RAYS).filter(|lane| unusual >> lane & 1 == 1) {
+            self.end_alone(bundle, lane, strikes[lane], rules, plane);
         }
     }
 
-    #[inline]
-    fn end_of(&mut self, bundle: &Bundle, lane: usize, strike: Strike, rules: &Rules) -> End {
+    /// How a ray ended.
+    pub(super) fn get(&self, lane: usize) -> End {
+        End { kind: self.kinds[lane], crossings: self.crossings[lane] }
+    }
+
+    /// Marks where returns are read.
+    pub(super) fn occupy(&self, occupied: &mut BitGrid) {
+        let words = occupied.words_mut();
+        for bit in self.bits.into_iter().filter(|&bit| bit != NO_BIT) {
+            words[bit as usize >> 5] |= 1 << (bit & 31);
+        }
+    }
+
+    /// Ends a ray that is no return, or a return that may be read outside the grid.
+    fn end_alone(&mut self, bundle: &Bundle, lane: usize, strike: Strike, rules: &Rules, plane: &BitGrid) {
+        let begin = bundle.march(lane);
+        let room = march::room(&begin, rules.size);
+        let mut end = |kind, crossings| {
+            (self.kinds[lane], self.crossings[lane]) = (kind, crossings);
+            self.freed[lane] = march::freed(End { kind, crossings }, rules.gates.no_return_is_free);
+            self.bits[lane] = NO_BIT;
+        };
         if strike >= strike::LEFT {
             let kind = if strike == strike::LEFT && rules.gates.backdrop { LEFT } else { NOTHING };
-            let free = kind == LEFT || rules.gates.no_return_is_free;
-            if !free && !rules.all {
-                return End { kind, crossings: 0 };
-            }
-            let begin = bundle.march(lane, [0; 3]);
-            let room = march::room(&begin, rules.size);
-            return End { kind, crossings: march::crossings_at(&begin, room, rules.gates.range_max_q16) };
+            let counts = rules.all || kind == LEFT || rules.gates.no_return_is_free;
+            let crossings = || march::crossings_at(&begin, room, rules.gates.range_max_q16);
+            return end(kind, if counts { crossings() } else { 0 });
         }
-        let t_q16 = strike::crossing(strike).t_q16;
-        if t_q16 < rules.gates.range_min_q16 {
+        let key = strike::crossing(strike);
+        if key.t_q16 < rules.gates.range_min_q16 {
             // Not where a return would be read, but where the blocker is.
-            let places = strike::crossing(strike);
-            let made = |r: usize| {
-                let d = bundle.dir_q16[r][lane].unsigned_abs();
-                let (first, period) = (bundle.first_q16[r][lane], bundle.period_q16[r][lane]);
-                march::leap::made_at(first, period, d, r as u32, places.t_q16, places.axis)
-            };
-            return End { kind: BLIND, crossings: if rules.all { (0..3).map(made).sum() } else { 0 } };
+            let made = bundle.made_by(lane, key);
+            return end(BLIND, made.iter().sum());
         }
-        let mut made: [u32; 3] = std::array::from_fn(|r| self.made[r][lane]);
-        if self.steps_q16[lane] > 0 {
-            let begin = bundle.march(lane, [0; 3]);
-            let room = march::room(&begin, rules.size);
-            if (0..3).any(|r| made[r] > room[r]) {
-                made = march::made_until(&begin, room, self.places.t_q16[lane]);
-                (0..3).for_each(|r| self.made[r][lane] = made[r]);
-            }
-        }
-        End { kind: RETURN, crossings: made.iter().sum() }
+        let made = march::made_until(&begin, room, self.places.t_q16[lane]);
+        end(RETURN, made.iter().sum());
+        let cell = std::array::from_fn(|r| begin.cell[r] + begin.step[r] * made[r] as i32);
+        self.bits[lane] = plane.bit_index(cell).map_or(NO_BIT, |bit| bit as u32);
     }
 }
 
@@ -118,4 +139,43 @@ fn read<S: Simd>(_: S, strikes: &Lanes<Strike>, steps_q16: &Lanes<i32>, places: 
         places.t_q16[lane] = march::noisy_q16(hit >> 2, steps_q16[lane]);
         places.axis[lane] = if silent { hit & 3 } else { 2 };
     }
+}
+
+/// Ends all rays as if they were returns read inside the grid, and says which are not.
+#[inline(always)]
+fn returns<S: Simd>(
+    _: S,
+    ends: &mut Ends,
+    bundle: &Bundle,
+    strikes: &Lanes<Strike>,
+    rules: &Rules,
+    plane: &BitGrid,
+) -> u64 {
+    let window = plane.window();
+    let row = plane.words_per_row() as i32 * 32;
+    let strides = [1, row, row * window.size[1] as i32];
+    let mut outside = [0u32; RAYS];
+    let mut elsewhere = [0u32; RAYS];
+    let mut bits = [0i32; RAYS];
+    for r in 0..3 {
+        let (own, size) = (bundle.cell[r], rules.size[r]);
+        for lane in 0..RAYS {
+            let made = ends.made[r][lane] as i32;
+            let cell = own + if bundle.dir_q16[r][lane] < 0 { -made } else { made };
+            outside[lane] |= (cell as u32 >= size) as u32;
+            let within = cell - window.min[r];
+            elsewhere[lane] |= (within as u32 >= window.size[r]) as u32;
+            bits[lane] = bits[lane].wrapping_add(within.wrapping_mul(strides[r]));
+        }
+    }
+    for lane in 0..RAYS {
+        let crossings = ends.made[0][lane] + ends.made[1][lane] + ends.made[2][lane];
+        ends.kinds[lane] = RETURN;
+        (ends.crossings[lane], ends.freed[lane]) = (crossings, crossings);
+        ends.bits[lane] = if elsewhere[lane] != 0 { NO_BIT } else { bits[lane] as u32 };
+        let none = strikes[lane] >= strike::LEFT;
+        let blind = strikes[lane] >> 2 < rules.gates.range_min_q16;
+        outside[lane] |= (none | blind) as u32;
+    }
+    (0..RAYS).fold(0, |all, lane| all | u64::from(outside[lane]) << lane)
 }

@@ -12,12 +12,14 @@
 //! For cameras, whose free voxels are each visited by hundreds of rays. Most boxes are decided whole; pixels are looked at
 //! along silhouettes only.
 
-use super::bundle::Bundles;
+use fearless_simd::Level;
+
+use super::bundle::{self, Bundles};
 use super::plan::Wanted;
 use super::pyramid::{Pyramid, Rect};
-use super::view::{Sight, View};
+use super::view::{BOXES, Sight, View};
 use crate::backend::Placement;
-use crate::march::{self, leap};
+use crate::march;
 use crate::voxel::BitGrid;
 
 /// Edge of the largest boxes in voxels; a row of one lies in one word of a plane.
@@ -25,6 +27,7 @@ pub(super) const LARGEST: i32 = 8;
 
 /// What boxes are decided from.
 pub(super) struct Gather<'a> {
+    pub(super) level: Level,
     pub(super) view: &'a View,
     pub(super) bundles: &'a Bundles,
     pub(super) placement: &'a Placement,
@@ -34,39 +37,35 @@ pub(super) struct Gather<'a> {
 }
 
 impl Gather<'_> {
-    /// Marks what is free of a box of voxels; near voxels are left alone.
-    pub(super) fn decide(&self, corner: [i32; 3], edge: i32, parent: &Rect, free: &mut BitGrid) {
-        let near = match self.view.sight(corner, edge) {
-            Sight::Unseen => return,
-            Sight::Near(rect) => cut(&rect, parent).map(|rect| (rect, false, true)),
-            Sight::At { rect, dense } => cut(&rect, parent).map(|rect| (rect, dense, false)),
-        };
-        let Some((rect, dense, near)) = near else { return };
-        if near && edge == 1 {
-            return;
-        }
-        if !near {
+    /// Marks what is free of a box of voxels, as the camera sees it; near voxels are left alone.
+    pub(super) fn decide(&self, corner: [i32; 3], edge: i32, sight: &Sight, free: &mut BitGrid) {
+        if !sight.near {
             let [nearest, farthest] = self.away(corner, edge);
-            let [least, most] = self.pyramid.range(&rect);
+            let [least, most] = self.pyramid.range(&sight.rect);
             if most <= nearest {
                 return;
             }
-            if dense && least > farthest {
+            if sight.dense && least > farthest {
                 fill(free, corner, edge);
                 return;
             }
             if edge == 1 {
-                if self.is_free(corner, nearest, &rect) {
+                if self.is_free(corner, nearest, &sight.rect) {
                     free.set(corner);
                 }
                 return;
             }
         }
+        if edge == 1 {
+            return;
+        }
         let half = edge / 2;
-        for part in 0..8 {
-            let corner = std::array::from_fn(|r| corner[r] + (part >> r & 1) * half);
-            if half > 1 || self.wanted.cells.get(corner) {
-                self.decide(corner, half, &rect, free);
+        let corners: [[i32; 3]; BOXES] =
+            std::array::from_fn(|part| std::array::from_fn(|r| corner[r] + (part as i32 >> r & 1) * half));
+        let sights = self.view.sights(self.level, &corners, half, &sight.rect);
+        for (part, &corner) in corners.iter().enumerate() {
+            if let Some(sight) = sights.of(part).filter(|_| half > 1 || self.wanted.cells.get(corner)) {
+                self.decide(corner, half, &sight, free);
             }
         }
     }
@@ -90,11 +89,17 @@ impl Gather<'_> {
         if self.pyramid.get(centre) > away && self.visits(centre, cell) {
             return true;
         }
-        for v in rect.first[1]..=rect.last[1] {
-            let row = self.pyramid.row(v, rect.first[0], rect.last[0]);
-            for (u, &freed) in (rect.first[0]..).zip(row) {
-                if u32::from(freed) > away && self.visits([u, v], cell) {
-                    return true;
+        // Block by block, so that what is wholly hidden costs one look.
+        for block in self.pyramid.blocks(rect) {
+            if self.pyramid.most(&block) <= away {
+                continue;
+            }
+            for v in block.first[1]..=block.last[1] {
+                let row = self.pyramid.row(v, block.first[0], block.last[0]);
+                for (u, &freed) in (block.first[0]..).zip(row) {
+                    if u32::from(freed) > away && self.visits([u, v], cell) {
+                        return true;
+                    }
                 }
             }
         }
@@ -105,30 +110,31 @@ impl Gather<'_> {
     #[inline]
     fn visits(&self, pixel: [u32; 2], cell: [i32; 3]) -> bool {
         let dir_q15 = self.bundles.of_pixel(pixel);
-        let (mut first_q16, mut period_q16, mut ahead) = ([0; 3], [0; 3], [0; 3]);
+        // Crossings in order are numbers, distance · 4 + axis.
+        let (mut enters, mut leaves) = (0, u64::MAX);
         for r in 0..3 {
             let dir_q16 = march::direction_q16(self.placement.axis_q15[r], dir_q15);
             let away = cell[r] - (self.placement.origin_q16[r] >> 16);
-            if away != 0 && away.signum() != dir_q16.signum() {
-                return false;
-            }
             let d = dir_q16.unsigned_abs();
             let frac = (self.placement.origin_q16[r] & 0xffff) as u32;
-            ahead[r] = away.unsigned_abs();
-            period_q16[r] = march::period_q16(d);
-            let f = if dir_q16 < 0 { frac } else { (1 << 16) - frac };
-            first_q16[r] = if d == 0 { march::NEVER } else { march::first_q16(f, period_q16[r]) };
+            let ahead = if dir_q16 < 0 { frac } else { (1 << 16) - frac };
+            let period_q16 = bundle::period_q16(d);
+            let first_q16 = if d == 0 { march::NEVER } else { march::first_q16(ahead, period_q16) };
+            let period = 4 * u64::from(period_q16);
+            let last = 4 * u64::from(first_q16) + r as u64 + u64::from(away.unsigned_abs()) * period;
+            leaves = leaves.min(last);
+            if away != 0 {
+                enters = enters.max(last - period);
+                if away.signum() != dir_q16.signum() {
+                    return false;
+                }
+            }
+            if enters >= leaves {
+                return false;
+            }
         }
-        leap::visits(first_q16, period_q16, ahead)
+        true
     }
-}
-
-/// What two rectangles share.
-#[inline]
-fn cut(a: &Rect, b: &Rect) -> Option<Rect> {
-    let first = std::array::from_fn(|i| a.first[i].max(b.first[i]));
-    let last = std::array::from_fn(|i| a.last[i].min(b.last[i]));
-    (first[0] <= last[0] && first[1] <= last[1]).then_some(Rect { first, last })
 }
 
 /// Sets all voxels of a box that lie in the window.

@@ -8,6 +8,7 @@ mod beam;
 mod bundle;
 mod end;
 mod gather;
+mod meet;
 mod plan;
 mod pyramid;
 mod sense;
@@ -21,7 +22,9 @@ use std::sync::Arc;
 use fearless_simd::Level;
 use rayon::prelude::*;
 
-use super::{Backend, Cell, Evidence, Fusion, Placement, Planes, Rays, Reading, Shot, Slot, count, fuse};
+use super::{
+    Backend, Cell, Evidence, Fusion, MEMORY_BYTES, Placement, Planes, Rays, Reading, Shot, Slot, count::Tally,
+};
 use crate::march::{End, NOTHING};
 use crate::metrics::Confusion;
 use crate::voxel::BitGrid;
@@ -31,18 +34,13 @@ use plan::Wanted;
 use sense::{Blockers, Desk, Sensor, Table};
 use strike::{Layer, Strike};
 
-/// Bytes of evidence kept at once: the planes of many poses, and small beside the memory of any machine that sweeps.
-const EVIDENCE_BYTES: usize = 256 << 20;
-
-/// Bytes of first hits kept at once.
-const HITS_BYTES: usize = 256 << 20;
-
 /// Most pieces of evidence kept at once, however small they are.
 const MOST_SLOTS: usize = 4096;
 
 /// The thread pool and what it works on.
 pub struct Cpu {
     pool: rayon::ThreadPool,
+    memory_bytes: u64,
     level: Level,
     carving: Option<Carving>,
     tables: Vec<Table>,
@@ -61,6 +59,7 @@ struct Loaded {
     /// The other blockers, or all.
     moving: Layer,
     wanted: Wanted,
+    tally: Tally,
 }
 
 impl Loaded {
@@ -74,7 +73,7 @@ impl Loaded {
         let mut moving = cell.blockers.clone();
         still.iter().for_each(|(still, _)| moving.remove(still));
         let wanted = Wanted::of(cell.window, &cell.regions);
-        Loaded { still, moving: Layer::new(moving), wanted, cell: cell.clone() }
+        Loaded { still, moving: Layer::new(moving), wanted, tally: Tally::new(cell), cell: cell.clone() }
     }
 
     fn blockers(&self) -> Blockers<'_> {
@@ -92,6 +91,7 @@ impl Cpu {
             )?;
         Ok(Cpu {
             pool,
+            memory_bytes: MEMORY_BYTES,
             level: Level::new(),
             carving: None,
             tables: Vec::new(),
@@ -100,6 +100,11 @@ impl Cpu {
             slots: Vec::new(),
             answers: VecDeque::new(),
         })
+    }
+
+    /// The same with so much memory for evidence, first hits and batches, instead of [`MEMORY_BYTES`].
+    pub fn memory(self, bytes: u64) -> Self {
+        Cpu { memory_bytes: bytes, ..self }
     }
 
     /// The same without the vector instructions that this processor has beyond those of all of its kind.
@@ -133,7 +138,8 @@ impl Cpu {
     fn sensor<'a>(&'a self, table: usize, wanted: &'a Wanted) -> Result<Sensor<'a>> {
         let table = self.tables.get(table).ok_or_else(|| super::no_table(table))?;
         let blockers = self.loaded()?.blockers();
-        Ok(Sensor { level: self.level, table, blockers, wanted, carving: self.carving })
+        let wide = std::mem::discriminant(&self.level) != std::mem::discriminant(&Level::baseline());
+        Ok(Sensor { level: self.level, wide, table, blockers, wanted, carving: self.carving })
     }
 }
 
@@ -154,10 +160,11 @@ impl Backend for Cpu {
     }
 
     fn load(&mut self, cell: &Cell) -> Result<()> {
+        let evidence = usize::try_from(self.memory_bytes / 2).unwrap_or(usize::MAX);
         let piece = 2 * 4 * cell.truth.words().len().max(1);
         // Even where a piece is large, all threads have one to work on, and a job of several sensors fits.
         let least = 4 * self.pool.current_num_threads().max(4);
-        self.slots = vec![None; (EVIDENCE_BYTES / piece).clamp(least, MOST_SLOTS)];
+        self.slots = vec![None; (evidence / piece).clamp(least, MOST_SLOTS)];
         let before = self.loaded.take().and_then(|loaded| loaded.still);
         let was = before.as_ref().map(|(layer, _)| layer.clone());
         let loaded = Loaded::new(cell, before);
@@ -176,7 +183,8 @@ impl Backend for Cpu {
     fn hit_slots(&self) -> usize {
         let rays = self.tables.iter().map(|table| table.bundles.count() * bundle::RAYS).max().unwrap_or(0);
         let still = self.loaded.as_ref().is_some_and(|loaded| loaded.still.is_some());
-        if still { HITS_BYTES / (4 * rays.max(1)) } else { 0 }
+        let bytes = usize::try_from(self.memory_bytes / 4).unwrap_or(usize::MAX);
+        if still { bytes / (4 * rays.max(1)) } else { 0 }
     }
 
     fn sense(&mut self, table: usize, shots: &[Shot]) -> Result<()> {
@@ -200,18 +208,15 @@ impl Backend for Cpu {
         Ok(())
     }
 
-    fn upload(&mut self, evidence: &[(Slot, Planes)]) -> Result<()> {
-        evidence.iter().for_each(|(slot, planes)| self.slots[*slot as usize] = Some(planes.clone()));
+    fn upload(&mut self, evidence: Vec<(Slot, Planes)>) -> Result<()> {
+        evidence.into_iter().for_each(|(slot, planes)| self.slots[slot as usize] = Some(planes));
         Ok(())
     }
 
     fn ask(&mut self, fusion: Fusion, jobs: &[Vec<Reading>]) -> Result<()> {
-        let cell = &self.loaded()?.cell;
+        let tally = &self.loaded()?.tally;
         let planes = |slot: Slot| self.slots[slot as usize].as_ref();
-        let score = |job: &Vec<Reading>| {
-            let fused = fuse::fuse(cell.window, fusion, job, planes);
-            cell.regions.iter().map(|region| count(cell, region, &fused)).collect()
-        };
+        let score = |job: &Vec<Reading>| tally.score(fusion, job, planes);
         let answer = self.pool.install(|| jobs.par_iter().map(score).collect());
         self.answers.push_back(answer);
         Ok(())

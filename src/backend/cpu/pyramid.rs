@@ -7,23 +7,42 @@
 
 use crate::backend::Image;
 
-/// Levels above the pixels; the highest has blocks of 2⁶ pixels.
-const LEVELS: usize = 6;
+/// Levels above the pixels; the highest has blocks of 2⁸ pixels.
+const LEVELS: usize = 8;
 
-/// Blocks on an axis that a rectangle may be looked up in.
-const BLOCKS: u32 = 3;
+/// The level by whose blocks pixels are searched.
+const SEARCHED: usize = 3;
 
 /// The image and its levels.
 pub(super) struct Pyramid {
-    /// Level 0 has the pixels, each in both.
+    width: usize,
+    pixels: Vec<u16>,
+    /// Blocks of 2, 4, 8, … pixels.
     levels: Vec<Level>,
 }
 
 /// The blocks of one size, row by row.
 struct Level {
     size: [u32; 2],
-    least: Vec<u16>,
-    most: Vec<u16>,
+    blocks: Vec<Block>,
+}
+
+/// What the pixels of a block free.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+struct Block {
+    least: u16,
+    most: u16,
+}
+
+impl Block {
+    fn of(freed: u16) -> Block {
+        Block { least: freed, most: freed }
+    }
+
+    #[inline]
+    fn and(self, other: Block) -> Block {
+        Block { least: self.least.min(other.least), most: self.most.max(other.most) }
+    }
 }
 
 /// Pixels from the first to the last on each axis, both included.
@@ -38,86 +57,103 @@ impl Pyramid {
     pub(super) fn new(image: &Image) -> Self {
         let level = |k: usize| {
             let size = image.size_px.map(|n| n.div_ceil(1 << k));
-            let blocks = size[0] as usize * size[1] as usize;
-            Level { size, least: if k == 0 { vec![] } else { vec![0; blocks] }, most: vec![0; blocks] }
+            Level { size, blocks: vec![Block::of(0); size[0] as usize * size[1] as usize] }
         };
-        Pyramid { levels: (0..=LEVELS).map(level).collect() }
+        let pixels = vec![0; image.size_px[0] as usize * image.size_px[1] as usize];
+        Pyramid { width: image.size_px[0] as usize, pixels, levels: (1..=LEVELS).map(level).collect() }
     }
 
     /// Forgets all pixels.
     pub(super) fn clear(&mut self) {
-        self.levels[0].most.fill(0);
+        self.pixels.fill(0);
     }
 
     /// What a pixel frees.
     #[inline]
     pub(super) fn get(&self, [u, v]: [u32; 2]) -> u32 {
-        self.levels[0].most[(v * self.levels[0].size[0] + u) as usize].into()
+        self.pixels[v as usize * self.width + u as usize].into()
     }
 
-    /// A row of pixels.
+    /// A part of a row of pixels, the last included.
     #[inline]
     pub(super) fn row(&self, v: u32, first: u32, last: u32) -> &[u16] {
-        let start = (v * self.levels[0].size[0]) as usize;
-        &self.levels[0].most[start + first as usize..=start + last as usize]
+        let start = v as usize * self.width;
+        &self.pixels[start + first as usize..=start + last as usize]
     }
 
     /// Sets what pixel number `ray` frees.
     #[inline]
     pub(super) fn set(&mut self, ray: usize, freed: u32) {
-        self.levels[0].most[ray] = freed as u16;
+        self.pixels[ray] = freed as u16;
     }
 
     /// Makes the levels from the pixels.
     pub(super) fn build(&mut self) {
-        for k in 1..=LEVELS {
+        reduce(&self.pixels, self.width, Block::of, &mut self.levels[0]);
+        for k in 1..LEVELS {
             let (below, above) = self.levels.split_at_mut(k);
-            reduce(&below[k - 1], &mut above[0]);
+            let Level { size, blocks } = &below[k - 1];
+            reduce(blocks, size[0] as usize, |block| block, &mut above[0]);
         }
     }
 
-    /// Least and most over a rectangle, or over a little more.
+    /// A rectangle cut into parts that each lie in one block of 2³ pixels.
+    pub(super) fn blocks(&self, rect: &Rect) -> impl Iterator<Item = Rect> {
+        let [columns, rows] = std::array::from_fn(|a| rect.first[a] >> SEARCHED..=rect.last[a] >> SEARCHED);
+        let rect = *rect;
+        rows.flat_map(move |v| {
+            columns.clone().map(move |u| {
+                let block = [u, v];
+                Rect {
+                    first: std::array::from_fn(|a| rect.first[a].max(block[a] << SEARCHED)),
+                    last: std::array::from_fn(|a| rect.last[a].min((block[a] + 1 << SEARCHED) - 1)),
+                }
+            })
+        })
+    }
+
+    /// Most over the block that a part of [`Pyramid::blocks`] lies in.
+    #[inline]
+    pub(super) fn most(&self, part: &Rect) -> u32 {
+        let level = &self.levels[SEARCHED - 1];
+        let [u, v] = part.first.map(|x| x >> SEARCHED);
+        level.blocks[(v * level.size[0] + u) as usize].most.into()
+    }
+
+    /// Least and most over a rectangle, or over a little more: the four blocks at its corners hold it.
     #[inline]
     pub(super) fn range(&self, rect: &Rect) -> [u32; 2] {
-        let mut k = 0;
-        while (0..2).any(|a| (rect.last[a] >> k) - (rect.first[a] >> k) >= BLOCKS) && k < LEVELS {
-            k += 1;
+        let across = (rect.last[0] - rect.first[0]).max(rect.last[1] - rect.first[1]);
+        // Blocks at least as large as what lies between the corners, which so fall in the same block or in neighbours.
+        let k = if across < 2 { 0 } else { (u32::BITS - (across - 1).leading_zeros()) as usize };
+        if k > LEVELS {
+            return [0, u16::MAX.into()];
         }
-        let level = &self.levels[k];
-        let least = if k == 0 { &level.most } else { &level.least };
-        let (mut low, mut high) = (u16::MAX, 0);
-        let columns = (rect.first[0] >> k) as usize..(rect.last[0] >> k) as usize + 1;
-        for v in rect.first[1] >> k..=rect.last[1] >> k {
-            let row = (v * level.size[0]) as usize;
-            let part = row + columns.start..row + columns.end;
-            least[part.clone()].iter().for_each(|&x| low = low.min(x));
-            level.most[part].iter().for_each(|&x| high = high.max(x));
-        }
-        [low.into(), high.into()]
+        let block = |u: u32, v: u32| match k {
+            0 => Block::of(self.pixels[v as usize * self.width + u as usize]),
+            _ => {
+                let level = &self.levels[k - 1];
+                level.blocks[((v >> k) * level.size[0] + (u >> k)) as usize]
+            }
+        };
+        let ([left, top], [right, bottom]) = (rect.first, rect.last);
+        let upper = block(left, top).and(block(right, top));
+        let Block { least, most } = upper.and(block(left, bottom)).and(block(right, bottom));
+        [least.into(), most.into()]
     }
 }
 
-/// Makes the next level: least and most of 2 × 2 blocks, fewer at the edges.
-fn reduce(below: &Level, above: &mut Level) {
-    let width = below.size[0] as usize;
-    let least = if below.least.is_empty() { &below.most } else { &below.least };
-    let rows = above.size[0] as usize;
-    let each = above.least.chunks_exact_mut(rows).zip(above.most.chunks_exact_mut(rows));
-    for (v, (low, high)) in each.enumerate() {
-        let first = 2 * v * width;
-        // At the lower edge a row may stand alone.
-        let second = if 2 * v + 1 < below.size[1] as usize { first + width } else { first };
-        let row = |all: &[u16], from: usize, u: usize| -> [u16; 2] {
-            let part = &all[from..from + width];
-            [part[2 * u], part[(2 * u + 1).min(width - 1)]]
-        };
-        for u in 0..rows {
-            let [a, b] = row(least, first, u);
-            let [c, d] = row(least, second, u);
-            low[u] = a.min(b).min(c.min(d));
-            let [a, b] = row(&below.most, first, u);
-            let [c, d] = row(&below.most, second, u);
-            high[u] = a.max(b).max(c.max(d));
+/// Makes the next level: blocks of 2 × 2, fewer at the edges.
+fn reduce<T: Copy>(below: &[T], width: usize, block: impl Fn(T) -> Block, above: &mut Level) {
+    let height = below.len() / width;
+    for (v, row) in above.blocks.chunks_exact_mut(above.size[0] as usize).enumerate() {
+        let upper = &below[2 * v * width..][..width];
+        // At the lower edge a row stands alone, at the right edge a column.
+        let lower = &below[(2 * v + 1).min(height - 1) * width..][..width];
+        for (u, to) in row.iter_mut().enumerate() {
+            let (left, right) = (2 * u, (2 * u + 1).min(width - 1));
+            *to =
+                block(upper[left]).and(block(upper[right])).and(block(lower[left]).and(block(lower[right])));
         }
     }
 }

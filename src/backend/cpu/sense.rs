@@ -2,17 +2,18 @@
 
 use fearless_simd::Level;
 
-use super::beam::Cone;
+use super::beam::{Beam, Cone};
 use super::bundle::{Bundle, Bundles, Lanes, Places, RAYS, TILE};
 use super::end::{Ends, Rules};
 use super::gather::{Gather, LARGEST};
+use super::meet::Meeting;
 use super::plan::{self, Carving, Wanted};
-use super::pyramid::{Pyramid, Rect};
+use super::pyramid::Pyramid;
 use super::strike::{self, Layer, Search, Strike};
-use super::view::{Sight, View};
+use super::view::{BOXES, Sight, View};
 use super::walk::{meets, walk};
 use crate::backend::{Placement, Planes, Rays};
-use crate::march::{self, End, Gates, RETURN};
+use crate::march::{self, End, Gates};
 use crate::voxel::BitGrid;
 
 /// A table of rays made ready.
@@ -50,9 +51,17 @@ struct Shoot<'a> {
     see: Option<&'a mut [End]>,
 }
 
+/// Length of a section of a beam in voxels, how many are looked at one after the other, and the most blockers that are held
+/// against all rays: beyond that, rays go on one by one.
+const SECTION: f32 = 4.0;
+const SECTIONS: usize = 4;
+const MOST_NEAR: usize = 48;
+
 /// Who senses: a table of rays in a scene, whatever the pose.
 pub(super) struct Sensor<'a> {
     pub(super) level: Level,
+    /// Whether vectors are wide enough to hold all rays against all blockers near.
+    pub(super) wide: bool,
     pub(super) table: &'a Table,
     pub(super) blockers: Blockers<'a>,
     pub(super) wanted: &'a Wanted,
@@ -67,6 +76,9 @@ pub(super) struct Desk {
     places: Places,
     made: [Lanes<u32>; 3],
     pyramid: Option<Pyramid>,
+    meeting: Meeting,
+    /// Blockers that a beam comes to.
+    near: Vec<[i32; 3]>,
 }
 
 impl Desk {
@@ -78,6 +90,8 @@ impl Desk {
             places: Places { t_q16: [0; RAYS], axis: [2; RAYS] },
             made: [[0; RAYS]; 3],
             pyramid: table.bundles.image().map(Pyramid::new),
+            meeting: Meeting::new(),
+            near: Vec::new(),
         }
     }
 }
@@ -123,14 +137,14 @@ impl Sensor<'_> {
         let bundles = &self.table.bundles;
         let mut tiles = vec![Tile { cast: shoot.see.is_some(), near: false }; bundles.count()];
         let mut boxes = Vec::new();
-        for &corner in &self.wanted.boxes {
-            let (rect, near) = match view.sight(corner, LARGEST) {
-                Sight::Unseen => continue,
-                Sight::Near(rect) => (rect, true),
-                Sight::At { rect, .. } => (rect, false),
-            };
-            boxes.push((corner, rect));
-            mark(&mut tiles, bundles, &rect, near);
+        for corners in self.wanted.boxes.chunks(BOXES) {
+            let sights = view.sights(self.level, corners, LARGEST, &view.all());
+            for (i, &corner) in corners.iter().enumerate() {
+                if let Some(sight) = sights.of(i) {
+                    mark(&mut tiles, bundles, &sight);
+                    boxes.push((corner, sight));
+                }
+            }
         }
         let Some(mut pyramid) = desk.pyramid.take() else { return };
         pyramid.clear();
@@ -139,19 +153,20 @@ impl Sensor<'_> {
             self.cast(bundle, shoot, desk);
             let numbers = bundles.numbers(bundle);
             for lane in 0..RAYS {
-                let freed = march::freed(desk.ends.ends[lane], self.table.gates.no_return_is_free);
+                let freed = desk.ends.freed[lane];
                 pyramid.set(numbers[lane] as usize, freed);
                 if tiles[bundle].near {
                     walk(&desk.bundle, lane, freed, until_q16, &mut planes.free);
                 }
             }
-            occupy(&desk.bundle, &desk.ends, &mut planes.occupied);
+            desk.ends.occupy(&mut planes.occupied);
         }
         pyramid.build();
         let placement = shoot.placement;
-        let gather = Gather { view, bundles, placement, pyramid: &pyramid, wanted: self.wanted };
-        for (corner, rect) in boxes {
-            gather.decide(corner, LARGEST, &rect, &mut planes.free);
+        let (level, wanted) = (self.level, self.wanted);
+        let gather = Gather { level, view, bundles, placement, pyramid: &pyramid, wanted };
+        for (corner, sight) in boxes {
+            gather.decide(corner, LARGEST, &sight, &mut planes.free);
         }
         desk.pyramid = Some(pyramid);
     }
@@ -166,10 +181,9 @@ impl Sensor<'_> {
             }
             self.cast(bundle, shoot, desk);
             for lane in 0..RAYS {
-                let freed = march::freed(desk.ends.ends[lane], self.table.gates.no_return_is_free);
-                walk(&desk.bundle, lane, freed, march::NEVER, &mut planes.free);
+                walk(&desk.bundle, lane, desk.ends.freed[lane], march::NEVER, &mut planes.free);
             }
-            occupy(&desk.bundle, &desk.ends, &mut planes.occupied);
+            desk.ends.occupy(&mut planes.occupied);
         }
     }
 
@@ -197,47 +211,99 @@ impl Sensor<'_> {
             all: shoot.see.is_some(),
         };
         let numbers = table.bundles.numbers(bundle);
-        desk.ends.end(self.level, &desk.bundle, &numbers, &desk.strikes, &rules);
+        desk.ends.end(self.level, &desk.bundle, &numbers, &desk.strikes, &rules, &self.wanted.cells);
         if let Some(see) = &mut shoot.see {
-            numbers.iter().zip(desk.ends.ends).for_each(|(&ray, end)| see[ray as usize] = end);
+            (0..RAYS).for_each(|lane| see[numbers[lane] as usize] = desk.ends.get(lane));
         }
     }
 
     /// The strikes of a bundle on a layer, where they come before those already known.
     fn strike(&self, search: &Search, bundle: usize, placement: &Placement, desk: &mut Desk) {
-        let clear_q16 = self.table.cones.get(bundle).map_or(0, |cone| cone.clear_q16(search, placement));
-        let starts = clear_q16 == 0;
-        if !starts {
+        let range = strike::range(self.table.gates.range_max_q16);
+        let Some(cone) = self.table.cones.get(bundle) else {
+            for lane in 0..RAYS {
+                let known = desk.strikes[lane];
+                let ray = desk.bundle.ray(lane, [0; 3]);
+                desk.strikes[lane] = search.strike(ray, true, known.min(range), known);
+            }
+            return;
+        };
+        let beam = cone.sent(placement);
+        let mut clear = beam.clear(search);
+        let mut open = u64::MAX;
+        if self.wide && clear > 0.0 {
+            (open, clear) = self.meet(search, &beam, clear, desk, range);
+        }
+        if open == 0 {
+            return;
+        }
+        let clear_q16 = (clear * 65_536.0) as u32;
+        if clear_q16 > 0 {
             desk.places.t_q16 = [clear_q16; RAYS];
             desk.bundle.made(self.level, &desk.places, &mut desk.made);
+        } else {
+            desk.made = [[0; RAYS]; 3];
         }
-        let range = strike::range(self.table.gates.range_max_q16);
-        for lane in 0..RAYS {
-            let made = |r: usize| if starts { 0 } else { desk.made[r][lane] };
-            let ray = desk.bundle.march(lane, std::array::from_fn(made));
-            let d = std::array::from_fn(|r| desk.bundle.dir_q16[r][lane].unsigned_abs());
+        for lane in (0..RAYS).filter(|lane| open >> lane & 1 == 1) {
+            let ray = desk.bundle.ray(lane, std::array::from_fn(|r| desk.made[r][lane]));
             let known = desk.strikes[lane];
-            desk.strikes[lane] = search.strike(ray, d, starts, known.min(range), known);
+            desk.strikes[lane] = search.strike(ray, clear_q16 == 0, known.min(range), known);
         }
+    }
+
+    /// The strikes of rays that end soon after where a beam is clear. Says which lanes are open still, and from where.
+    fn meet(&self, search: &Search, beam: &Beam, clear: f32, desk: &mut Desk, range: Strike) -> (u64, f32) {
+        let grid = search.layer.blockers.window();
+        let mut open = u64::MAX;
+        let mut from = clear;
+        desk.meeting.start(self.level, &desk.bundle);
+        for _ in 0..SECTIONS {
+            let to = from + SECTION;
+            let section = beam.section(from, to);
+            desk.near.clear();
+            search.layer.blockers.each_in(&section, |cell| {
+                if beam.touches(cell, to) {
+                    desk.near.push(cell);
+                }
+            });
+            if desk.near.len() > MOST_NEAR {
+                break;
+            }
+            for cell in &desk.near {
+                let away = std::array::from_fn(|r| cell[r] - desk.bundle.cell[r]);
+                if away != [0; 3] {
+                    desk.meeting.meet(self.level, away, search.ignore_q16);
+                }
+            }
+            let until = u64::from(strike::range((to * 65_536.0) as u32));
+            let inside = section.intersection(&grid) == section;
+            for lane in 0..RAYS {
+                let (entered, known) = (desk.meeting.entered[lane], desk.strikes[lane]);
+                // A ray that has come to the end of its range may have left the grid before.
+                let ended = entered.min(known.into()) <= until || inside && u64::from(range) <= until;
+                if ended && open >> lane & 1 == 1 {
+                    let first = entered < u64::from(known.min(range));
+                    desk.strikes[lane] = if first { entered as Strike } else { known };
+                    open &= !(1 << lane);
+                }
+            }
+            // Rays that are open may have left the grid in this section: they go on from where they surely had not.
+            if open == 0 || !inside {
+                break;
+            }
+            from = to;
+        }
+        (open, from)
     }
 }
 
-/// Marks the tiles that a rectangle of pixels touches.
-fn mark(tiles: &mut [Tile], bundles: &Bundles, rect: &Rect, near: bool) {
+/// Marks the tiles that see a box.
+fn mark(tiles: &mut [Tile], bundles: &Bundles, Sight { rect, near, .. }: &Sight) {
     let across = bundles.image().map_or(1, |image| image.size_px[0].div_ceil(TILE));
     for v in rect.first[1] / TILE..=rect.last[1] / TILE {
         for u in rect.first[0] / TILE..=rect.last[0] / TILE {
             let tile = &mut tiles[(v * across + u) as usize];
-            *tile = Tile { cast: true, near: tile.near | near };
+            *tile = Tile { cast: true, near: tile.near | *near };
         }
-    }
-}
-
-/// Marks where returns are read.
-fn occupy(bundle: &Bundle, ends: &Ends, occupied: &mut BitGrid) {
-    for lane in (0..RAYS).filter(|&lane| ends.ends[lane].kind == RETURN) {
-        occupied.set(std::array::from_fn(|r| {
-            bundle.cell[r] + bundle.dir_q16[r][lane].signum() * ends.made[r][lane] as i32
-        }));
     }
 }

@@ -9,8 +9,7 @@
 //! # Practice
 //! For every ray of every table. Where the nearest blocker is in the next brick, stepping is as quick.
 
-use crate::march::leap::{self, Key};
-use crate::march::{self, March};
+use crate::march::{MAX_RANGE_VOXELS, leap};
 use crate::voxel::{BitGrid, Bricks, Window};
 
 /// Blockers, and where there are none.
@@ -87,14 +86,39 @@ pub(super) const NOTHING: Strike = u32::MAX - 1;
 /// Nobody looked.
 pub(super) const UNKNOWN: Strike = u32::MAX;
 
-/// The crossing of a hit.
-pub(super) fn crossing(hit: Strike) -> Key {
-    Key { t_q16: hit >> 2, axis: hit & 3 }
+/// A crossing: its distance and axis.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Crossing {
+    pub(super) t_q16: u32,
+    pub(super) axis: u32,
 }
 
+/// The crossing of a hit.
+pub(super) fn crossing(hit: Strike) -> Crossing {
+    Crossing { t_q16: hit >> 2, axis: hit & 3 }
+}
+
+/// No hit is later: crossings of the longest range, and of noise behind it.
+pub(super) const LAST: Strike = range(2 * MAX_RANGE_VOXELS << 16);
+
 /// The range as a strike: no crossing within it is later.
-pub(super) fn range(range_max_q16: u32) -> Strike {
+pub(super) const fn range(range_max_q16: u32) -> Strike {
     range_max_q16 << 2 | 3
+}
+
+/// A ray on its way. Its crossings come in the order of (distance, axis), so that both are one number, distance · 4 + axis:
+/// adding periods never changes the axis, and no tie is left.
+#[derive(Clone, Copy)]
+pub(super) struct Ray {
+    pub(super) cell: [i32; 3],
+    /// -1, 0 or 1: where a crossing of each axis leads.
+    pub(super) step: [i32; 3],
+    /// The next crossing of each axis.
+    pub(super) next: [u64; 3],
+    /// Distance between crossings of each axis in 1/65536 voxels.
+    pub(super) period_q16: [u32; 3],
+    /// Magnitude of the direction's components, Q16.
+    pub(super) d: [u32; 3],
 }
 
 /// A search in a layer.
@@ -106,68 +130,121 @@ pub(super) struct Search<'a> {
     pub(super) clearing: Box3,
 }
 
+/// Steps between two looks at the bricks.
+const STEPS: usize = 6;
+
 impl Search<'_> {
     /// Searches from where a ray is, in a cell that needs no test: at its start, or behind it in an empty box. A ray that comes
     /// to `limit` strikes what it had struck `otherwise`.
     #[inline]
-    pub(super) fn strike(
-        &self,
-        mut ray: March,
-        d: [u32; 3],
-        starts: bool,
-        limit: Strike,
-        otherwise: Strike,
-    ) -> Strike {
+    pub(super) fn strike(&self, mut ray: Ray, starts: bool, limit: Strike, otherwise: Strike) -> Strike {
         let size = self.layer.blockers.window().size;
-        let row = self.layer.blockers.words_per_row() as i32 * 32;
-        let strides = [1, row, row * size[1] as i32];
-        let words = self.layer.blockers.words();
-        let limit = crossing(limit);
-        let mut key = if starts { leap_out(&mut ray, d, &self.clearing) } else { self.next(&mut ray, d) };
-        while key < limit {
-            let axis = key.axis as usize;
-            march::cross(&mut ray, axis);
-            if ray.cell[axis] as u32 >= size[axis] {
-                return LEFT;
+        let room = |r: usize| if ray.step[r] < 0 { ray.cell[r] } else { size[r] as i32 - 1 - ray.cell[r] };
+        let leaves = |r: usize| ray.next[r] + room(r) as u64 * 4 * u64::from(ray.period_q16[r]);
+        let exit = leaves(0).min(leaves(1)).min(leaves(2));
+        let end = exit.min(limit.into());
+        let past = || if exit < u64::from(limit) { LEFT } else { otherwise };
+        if starts {
+            match ray.leap(&self.clearing, end) {
+                None => return past(),
+                Some(entered) if self.stops(&ray, entered) => return entered as Strike,
+                Some(_) => {}
             }
-            let bit = (0..3).map(|r| ray.cell[r] * strides[r]).sum::<i32>() as usize;
-            if words[bit >> 5] >> (bit & 31) & 1 == 1 && key.t_q16 >= self.ignore_q16 {
-                return key.t_q16 << 2 | key.axis;
-            }
-            key = self.next(&mut ray, d);
         }
-        otherwise
+        loop {
+            match self.walk(&mut ray, end) {
+                Walked::Past => return past(),
+                Walked::Struck(at) => return at,
+                Walked::On => {}
+            }
+            loop {
+                let reach = self.layer.bricks.reach_at(ray.cell);
+                if reach < 2 {
+                    break;
+                }
+                match ray.leap(&self.layer.box_of(ray.cell, reach), end) {
+                    None => return past(),
+                    Some(entered) if self.stops(&ray, entered) => return entered as Strike,
+                    Some(_) => {}
+                }
+            }
+        }
     }
 
-    /// The next crossing that may lead to a blocker, those before it made.
+    /// Whether the cell that a ray has just entered stops it.
     #[inline]
-    fn next(&self, ray: &mut March, d: [u32; 3]) -> Key {
-        let reach = self.layer.bricks.reach_at(ray.cell);
-        if reach > 1 {
-            return leap_out(ray, d, &self.layer.box_of(ray.cell, reach));
+    fn stops(&self, ray: &Ray, entered: u64) -> bool {
+        let [_, row, layer] = self.strides();
+        let bit = (ray.cell[0] + ray.cell[1] * row + ray.cell[2] * layer) as usize;
+        self.layer.blockers.words()[bit >> 5] >> (bit & 31) & 1 == 1 && entered >> 2 >= self.ignore_q16.into()
+    }
+
+    fn strides(&self) -> [i32; 3] {
+        let row = self.layer.blockers.words_per_row() as i32 * 32;
+        [1, row, row * self.layer.blockers.window().size[1] as i32]
+    }
+
+    /// Makes some steps.
+    #[inline]
+    fn walk(&self, ray: &mut Ray, end: u64) -> Walked {
+        let words = self.layer.blockers.words();
+        let strides = self.strides();
+        let stride: [i64; 3] = std::array::from_fn(|r| i64::from(ray.step[r] * strides[r]));
+        let period: [u64; 3] = ray.period_q16.map(|period| 4 * u64::from(period));
+        let mut bit = (0..3).map(|r| i64::from(ray.cell[r] * strides[r])).sum::<i64>();
+        for _ in 0..STEPS {
+            let [x, y, z] = ray.next;
+            let nearest = x.min(y).min(z);
+            if nearest >= end {
+                return Walked::Past;
+            }
+            for r in 0..3 {
+                // Which axis is crossed cannot be guessed, so nothing branches on it.
+                let mask = ((ray.next[r] == nearest) as u64).wrapping_neg();
+                ray.next[r] += period[r] & mask;
+                bit += stride[r] & mask as i64;
+            }
+            if words[bit as usize >> 5] >> (bit & 31) & 1 == 1 && nearest >> 2 >= self.ignore_q16.into() {
+                return Walked::Struck(nearest as Strike);
+            }
         }
-        let axis = march::next_axis(ray.next_q16);
-        Key { t_q16: ray.next_q16[axis], axis: axis as u32 }
+        let (bit, row, layer) = (bit as u32, strides[1] as u32, strides[2] as u32);
+        ray.cell = [bit % layer % row, bit % layer / row, bit / layer].map(|x| x as i32);
+        Walked::On
     }
 }
 
-/// Makes all crossings before the one that leaves an empty box, and says which that is.
-#[inline]
-fn leap_out(ray: &mut March, d: [u32; 3], [low, high]: &Box3) -> Key {
-    let room = std::array::from_fn(|r| {
-        let ahead = if ray.step[r] < 0 { ray.cell[r] - low[r] } else { high[r] - 1 - ray.cell[r] };
-        ahead as u32
-    });
-    let key = leap::exit(ray.next_q16, ray.period_q16, room);
-    for r in 0..3 {
-        // The axis of the exit makes what room it has; that needs no division.
-        let made = if r as u32 == key.axis {
-            room[r]
-        } else {
-            leap::made_at(ray.next_q16[r], ray.period_q16[r], d[r], r as u32, key.t_q16, key.axis)
-        };
-        ray.cell[r] += ray.step[r] * made as i32;
-        ray.next_q16[r] += made * ray.period_q16[r];
+/// What became of some steps.
+enum Walked {
+    /// The next crossing is the end's, or after it.
+    Past,
+    /// A blocker was entered.
+    Struck(Strike),
+    /// Nothing yet.
+    On,
+}
+
+impl Ray {
+    /// Leaves an empty box by the first crossing that does; which that was, unless it is `end` or later.
+    #[inline]
+    fn leap(&mut self, [low, high]: &Box3, end: u64) -> Option<u64> {
+        let room: [u32; 3] = std::array::from_fn(|r| {
+            (if self.step[r] < 0 { self.cell[r] - low[r] } else { high[r] - 1 - self.cell[r] }) as u32
+        });
+        let leaves = |r: usize| self.next[r] + u64::from(room[r]) * 4 * u64::from(self.period_q16[r]);
+        let exit = leaves(0).min(leaves(1)).min(leaves(2));
+        if exit >= end {
+            return None;
+        }
+        for r in 0..3 {
+            if self.next[r] <= exit {
+                // Both end in the number of their axis or a smaller one, so the quotient of distances is the crossings'.
+                let apart = ((exit - self.next[r]) >> 2) as u32;
+                let made = leap::periods_in(apart, self.period_q16[r], self.d[r]) + 1;
+                self.cell[r] += self.step[r] * made as i32;
+                self.next[r] += u64::from(made) * 4 * u64::from(self.period_q16[r]);
+            }
+        }
+        Some(exit)
     }
-    key
 }

@@ -6,12 +6,14 @@
 //! (`beam::stray`), so the box is grown by that first. Depth and width of a box are bounded one by one, which makes the
 //! rectangle larger than need be, never smaller.
 
+use fearless_simd::{Level, Simd, dispatch};
+
 use super::beam::stray;
 use super::pyramid::Rect;
 use crate::backend::{Image, Placement};
 
 /// Pixels on an axis beyond which a voxel is too near to be looked at from there.
-const WIDEST_VOXEL_PX: f32 = 96.0;
+const WIDEST_VOXEL_PX: f32 = 192.0;
 
 /// A camera at a placement.
 pub(super) struct View {
@@ -28,19 +30,39 @@ pub(super) struct View {
     half_pixel: f32,
 }
 
-/// A box as a camera sees it.
-pub(super) enum Sight {
-    /// No ray visits any of its voxels.
-    Unseen,
-    /// Some of it is so near that pixels say little.
-    Near(Rect),
-    /// Only rays of these pixels visit it. `dense` says that each of its voxels is surely visited by one of them.
-    At {
-        /// The pixels.
-        rect: Rect,
-        /// Whether pixels are so close at its depth, and it so far inside the image, that no voxel slips through.
-        dense: bool,
-    },
+/// Boxes looked at together.
+pub(super) const BOXES: usize = 8;
+
+/// A box as a camera sees it: no other pixels' rays visit any of its voxels.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Sight {
+    pub(super) rect: Rect,
+    /// Whether some of it is so near that pixels say little.
+    pub(super) near: bool,
+    /// Whether pixels are so close at its depth, and it so far inside the image, that each of its voxels is surely visited by
+    /// one of them.
+    pub(super) dense: bool,
+}
+
+/// Boxes as a camera sees them.
+pub(super) struct Sights {
+    first: [[i32; BOXES]; 2],
+    last: [[i32; BOXES]; 2],
+    seen: [bool; BOXES],
+    near: [bool; BOXES],
+    dense: [bool; BOXES],
+}
+
+impl Sights {
+    /// One of them; `None` if no pixel sees any of its voxels.
+    #[inline]
+    pub(super) fn of(&self, i: usize) -> Option<Sight> {
+        let rect = Rect {
+            first: [self.first[0][i] as u32, self.first[1][i] as u32],
+            last: [self.last[0][i] as u32, self.last[1][i] as u32],
+        };
+        self.seen[i].then_some(Sight { rect, near: self.near[i], dense: self.dense[i] })
+    }
 }
 
 impl View {
@@ -60,6 +82,11 @@ impl View {
         }
     }
 
+    /// All pixels.
+    pub(super) fn all(&self) -> Rect {
+        Rect { first: [0; 2], last: self.last_px.map(|x| x as u32) }
+    }
+
     /// A point of the grid in the sensor's frame.
     #[inline]
     fn point(&self, at: [f32; 3]) -> [f32; 3] {
@@ -67,54 +94,14 @@ impl View {
         self.axes.map(|axis| axis[0] * from[0] + axis[1] * from[1] + axis[2] * from[2])
     }
 
-    /// The pixels that may see a cube of `edge` voxels from `corner` on.
-    #[inline]
-    pub(super) fn sight(&self, corner: [i32; 3], edge: i32) -> Sight {
+    /// The pixels of a rectangle that may see cubes of `edge` voxels, from each of at most [`BOXES`] corners on.
+    pub(super) fn sights(&self, level: Level, corners: &[[i32; 3]], edge: i32, within: &Rect) -> Sights {
         let half = edge as f32 * 0.5;
-        let [x, y, z] = self.point(corner.map(|c| c as f32 + half));
-        // No farther than that from the sensor.
-        let grown = stray(x.abs() + y.abs() + z.abs() + 3.0 * half);
-        let deep = half * self.spans[2] + grown;
-        let (near, far) = (z - deep, z + deep);
-        if far <= 0.0 {
-            return Sight::Unseen;
+        let mut middles = [[0.0; BOXES]; 3];
+        for (i, corner) in corners.iter().enumerate() {
+            (0..3).for_each(|r| middles[r][i] = corner[r] as f32 + half);
         }
-        let (mut first, mut last) = ([0; 2], [0; 2]);
-        let mut whole = true;
-        for (a, middle) in [x, y].into_iter().enumerate() {
-            let wide = half * self.spans[a] + grown;
-            let (low, high) = (middle - wide, middle + wide);
-            // The slope of an edge is steepest where the box is nearest, or farthest if it goes the other way.
-            let low = if low >= 0.0 {
-                low / far
-            } else if near > 0.0 {
-                low / near
-            } else {
-                f32::NEG_INFINITY
-            };
-            let high = if high <= 0.0 {
-                high / far
-            } else if near > 0.0 {
-                high / near
-            } else {
-                f32::INFINITY
-            };
-            let low = (self.focal_px[a] * low + self.middle_px[a]).ceil();
-            let high = (self.focal_px[a] * high + self.middle_px[a]).floor();
-            whole &= low >= 0.0 && high <= self.last_px[a];
-            let (low, high) = (low.max(0.0), high.min(self.last_px[a]));
-            if low > high {
-                return Sight::Unseen;
-            }
-            (first[a], last[a]) = (low as u32, high as u32);
-        }
-        let rect = Rect { first, last };
-        if near <= self.near {
-            return Sight::Near(rect);
-        }
-        // The ray through the nearest pixel passes within half a voxel of a voxel's centre, so it crosses the voxel.
-        let dense = whole && self.half_pixel * far + grown <= 0.5;
-        Sight::At { rect, dense }
+        dispatch!(level, simd => sights(simd, self, &middles, half, within))
     }
 
     /// The pixel through the centre of a voxel, or the nearest of a rectangle.
@@ -123,7 +110,7 @@ impl View {
         let [x, y, z] = self.point(cell.map(|c| c as f32 + 0.5));
         let at = |a: usize, x: f32| {
             let pixel = self.focal_px[a] * x / z + self.middle_px[a];
-            (pixel.round() as u32).clamp(rect.first[a], rect.last[a])
+            ((pixel + 0.5) as u32).clamp(rect.first[a], rect.last[a])
         };
         [at(0, x), at(1, y)]
     }
@@ -136,4 +123,58 @@ impl View {
         let t = depth * (1.0 + slope(0).powi(2) + slope(1).powi(2)).sqrt();
         ((t + 2.0 * stray(t) + 1.0) * 65_536.0).min(f32::from(u16::MAX) * 32_768.0) as u32
     }
+}
+
+/// [`View::sights`] of cubes with these centres and half edges.
+#[inline(always)]
+fn sights<S: Simd>(_: S, view: &View, middles: &[[f32; BOXES]; 3], half: f32, within: &Rect) -> Sights {
+    let mut out = Sights {
+        first: [[0; BOXES]; 2],
+        last: [[0; BOXES]; 2],
+        seen: [false; BOXES],
+        near: [false; BOXES],
+        dense: [false; BOXES],
+    };
+    let mut at = [[0.0f32; BOXES]; 3];
+    for i in 0..BOXES {
+        let from: [f32; 3] = [0, 1, 2].map(|r| middles[r][i] - view.origin[r]);
+        for a in 0..3 {
+            let axis = view.axes[a];
+            at[a][i] = axis[0] * from[0] + axis[1] * from[1] + axis[2] * from[2];
+        }
+    }
+    let [mut grown, mut per_near, mut per_far, mut far] = [[0.0f32; BOXES]; 4];
+    for i in 0..BOXES {
+        // No farther than that from the sensor.
+        grown[i] = stray(at[0][i].abs() + at[1][i].abs() + at[2][i].abs() + 3.0 * half);
+        let deep = half * view.spans[2] + grown[i];
+        let near = at[2][i] - deep;
+        far[i] = at[2][i] + deep;
+        per_far[i] = 1.0 / far[i];
+        // Of what reaches behind the sensor, no edge bounds the slope.
+        per_near[i] = if near > 0.0 { 1.0 / near } else { f32::INFINITY };
+        out.near[i] = near <= view.near;
+        out.seen[i] = far[i] > 0.0;
+        // The ray through the nearest pixel passes within half a voxel of a voxel's centre, so it crosses the voxel.
+        out.dense[i] = view.half_pixel * far[i] + grown[i] <= 0.5;
+    }
+    for a in 0..2 {
+        let (first, last) = (within.first[a] as i32, within.last[a] as i32);
+        for i in 0..BOXES {
+            let wide = half * view.spans[a] + grown[i];
+            let (low, high) = (at[a][i] - wide, at[a][i] + wide);
+            // The slope of an edge is steepest where the box is nearest, or farthest if it goes the other way.
+            let low = low * if low >= 0.0 { per_far[i] } else { per_near[i] };
+            let high = high * if high <= 0.0 { per_far[i] } else { per_near[i] };
+            let low = view.focal_px[a] * low + view.middle_px[a];
+            let high = view.focal_px[a] * high + view.middle_px[a];
+            out.dense[i] &= low >= 0.0 && high <= view.last_px[a];
+            // The first pixel not below, the last not above: conversion cuts.
+            let from = low.clamp(0.0, 65_536.0) as i32;
+            out.first[a][i] = (from + ((from as f32) < low) as i32).max(first);
+            out.last[a][i] = (high.clamp(0.0, 65_536.0) as i32).min(last);
+            out.seen[i] &= high >= 0.0 && out.first[a][i] <= out.last[a][i];
+        }
+    }
+    out
 }

@@ -3,78 +3,62 @@
 //!
 //! # Theory
 //! A ray enters a box when it has entered on every axis, and leaves it when it leaves on any; both are crossings, whose
-//! number is known in closed form. So the cells inside the box are counted before the first is marked.
+//! number is known in closed form. So a ray lands in the box at once, and knows the crossing that ends its walk.
 //!
 //! # Practice
 //! For sensors with few rays, where looking from each voxel at the rays would cost more, and for the voxels next to a
 //! camera, which thousands of its pixels see.
 
 use super::bundle::Bundle;
-use crate::march::leap::{self, Key};
-use crate::march::{self, NEVER};
+use super::strike::{self, Ray, Strike};
 use crate::voxel::BitGrid;
 
-/// Marks the cells of a ray in a plane's window, of its first `freed` ones, those that it enters by `until_q16`.
+/// Marks the cells of a ray in a plane's window, of its first `freed` ones, those at least that it enters by `until_q16`.
 pub(super) fn walk(bundle: &Bundle, lane: usize, freed: u32, until_q16: u32, plane: &mut BitGrid) {
     let Some(made) = enter(bundle, lane, plane) else { return };
     let crossings: u32 = made.iter().sum();
     if crossings >= freed {
         return;
     }
-    let ray = bundle.march(lane, made);
+    let ray = bundle.ray(lane, made);
     let (min, end) = (plane.window().min, plane.window().end());
-    let room: [u32; 3] = std::array::from_fn(|r| {
-        (if ray.step[r] < 0 { ray.cell[r] - min[r] } else { end[r] - 1 - ray.cell[r] }) as u32
-    });
-    let last = leap::exit(ray.next_q16, ray.period_q16, room);
-    let last = last.min(Key { t_q16: until_q16, axis: 3 });
-    let d = |r: usize| bundle.dir_q16[r][lane].unsigned_abs();
-    // The crossing that leaves is made, too, and leads to a cell that is not marked.
-    let more: u32 = (0..3)
-        .map(|r| {
-            leap::made_at(ray.next_q16[r], ray.period_q16[r], d(r), r as u32, last.t_q16, last.axis.min(2))
-        })
-        .sum();
-    let inside = if last.axis == 3 { more + 1 } else { more };
-    mark(plane, &ray, inside.min(freed - crossings));
+    let leaves = |r: usize| {
+        let room = if ray.step[r] < 0 { ray.cell[r] - min[r] } else { end[r] - 1 - ray.cell[r] };
+        ray.next[r] + room as u64 * 4 * u64::from(ray.period_q16[r])
+    };
+    let end = leaves(0).min(leaves(1)).min(leaves(2)).min(4 * u64::from(until_q16) + 4);
+    mark(plane, ray, freed - crossings, end);
 }
 
-/// Marks the cell that a ray is in and those that follow, so many in all.
-fn mark(plane: &mut BitGrid, ray: &march::March, cells: u32) {
+/// Marks the cell that a ray is in and those that follow, so many in all, up to the crossing `end`.
+#[inline]
+fn mark(plane: &mut BitGrid, mut ray: Ray, cells: u32, end: u64) {
     let row = plane.words_per_row() as i32 * 32;
-    let layer = row * plane.window().size[1] as i32;
-    let [sx, sy, sz] = [ray.step[0], ray.step[1] * row, ray.step[2] * layer];
+    let strides = [1, row, row * plane.window().size[1] as i32];
     let from = plane.window().min;
-    let mut bit = (ray.cell[0] - from[0]) + (ray.cell[1] - from[1]) * row + (ray.cell[2] - from[2]) * layer;
-    let [mut x, mut y, mut z] = ray.next_q16;
-    let [px, py, pz] = ray.period_q16;
+    let stride: [i64; 3] = std::array::from_fn(|r| i64::from(ray.step[r] * strides[r]));
+    let period = ray.period_q16.map(|period| 4 * u64::from(period));
+    let mut bit = (0..3).map(|r| i64::from((ray.cell[r] - from[r]) * strides[r])).sum::<i64>();
     let words = plane.words_mut();
-    for cell in 0..cells {
+    for _ in 0..cells {
         words[bit as usize >> 5] |= 1 << (bit & 31);
-        if cell + 1 == cells {
+        let [x, y, z] = ray.next;
+        let nearest = x.min(y).min(z);
+        if nearest >= end {
             break;
         }
-        // Selections instead of branches or of an index: which axis comes next is close to random.
-        let is_x = x <= y && x <= z;
-        let is_y = !is_x && y <= z;
-        let is_z = !is_x && !is_y;
-        bit += if is_x {
-            sx
-        } else if is_y {
-            sy
-        } else {
-            sz
-        };
-        x += if is_x { px } else { 0 };
-        y += if is_y { py } else { 0 };
-        z += if is_z { pz } else { 0 };
+        for r in 0..3 {
+            let mask = ((ray.next[r] == nearest) as u64).wrapping_neg();
+            ray.next[r] += period[r] & mask;
+            bit += stride[r] & mask as i64;
+        }
     }
 }
 
 /// The crossings made when a ray has entered the window on every axis; `None` if it is past it by then, or never comes.
 fn enter(bundle: &Bundle, lane: usize, plane: &BitGrid) -> Option<[u32; 3]> {
     let (min, end) = (plane.window().min, plane.window().end());
-    let mut entered: Option<Key> = None;
+    let mut entered: Option<u64> = None;
     for r in 0..3 {
         let (cell, step) = (bundle.cell[r], bundle.dir_q16[r][lane].signum());
         let away = if cell < min[r] { min[r] - cell } else { (cell - (end[r] - 1)).max(0) };
@@ -84,18 +68,15 @@ fn enter(bundle: &Bundle, lane: usize, plane: &BitGrid) -> Option<[u32; 3]> {
                 return None;
             }
             let (first, period) = (bundle.first_q16[r][lane], bundle.period_q16[r][lane]);
-            let t_q16 = march::crossing_q16(first, period, away as u32 - 1);
-            entered = entered.max(Some(Key { t_q16, axis: r as u32 }));
+            let t_q16 = u64::from(first) + (away as u64 - 1) * u64::from(period);
+            entered = entered.max(Some(4 * t_q16 + r as u64));
         }
     }
-    let Some(Key { t_q16, axis }) = entered else { return Some([0; 3]) };
-    if t_q16 == NEVER {
+    let Some(entered) = entered else { return Some([0; 3]) };
+    if entered > strike::LAST.into() {
         return None;
     }
-    let made = std::array::from_fn(|r| {
-        let d = bundle.dir_q16[r][lane].unsigned_abs();
-        leap::made_at(bundle.first_q16[r][lane], bundle.period_q16[r][lane], d, r as u32, t_q16, axis)
-    });
+    let made = bundle.made_by(lane, strike::crossing(entered as Strike));
     let inside = (0..3).all(|r| {
         let cell = bundle.cell[r] + bundle.dir_q16[r][lane].signum() * made[r] as i32;
         cell >= min[r] && cell < end[r]

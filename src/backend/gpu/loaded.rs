@@ -49,8 +49,14 @@ pub(super) struct Loaded {
 
 impl Loaded {
     /// Uploads a scene of these sizes.
-    pub(super) fn new(device: &Device, cell: &Cell, sizes: CellSizes, room: &mut Room) -> Self {
-        let slots = sizes.slots(&device.report);
+    pub(super) fn new(
+        device: &Device,
+        cell: &Cell,
+        sizes: CellSizes,
+        memory_bytes: Option<u64>,
+        room: &mut Room,
+    ) -> Self {
+        let slots = sizes.slots(&device.report, memory_bytes);
         let arena = slots as u64 * sizes.plane_bytes();
         Loaded {
             window: cell.window,

@@ -32,6 +32,8 @@ const UPLOADED_AT_ONCE: u64 = 64 << 20;
 /// An open adapter, and what is loaded.
 pub struct Gpu {
     queue: Queue,
+    /// For evidence, first hits and batches, where that was said.
+    memory_bytes: Option<u64>,
     room: Room,
     tables: Vec<Table>,
     loaded: Option<Loaded>,
@@ -42,7 +44,19 @@ impl Gpu {
     /// Opens the chosen adapter and compiles the kernels.
     pub fn new(choice: &AdapterChoice) -> Result<Gpu> {
         let queue = Queue::new(open(choice)?)?;
-        Ok(Gpu { queue, room: Room::new(), tables: Vec::new(), loaded: None, answers: VecDeque::new() })
+        Ok(Gpu {
+            queue,
+            memory_bytes: None,
+            room: Room::new(),
+            tables: Vec::new(),
+            loaded: None,
+            answers: VecDeque::new(),
+        })
+    }
+
+    /// The same with so much memory for evidence, first hits and batches.
+    pub fn memory(self, bytes: u64) -> Self {
+        Gpu { memory_bytes: Some(bytes), ..self }
     }
 
     fn table(&self, table: usize) -> Result<&Table> {
@@ -152,7 +166,7 @@ impl Backend for Gpu {
         self.loaded = None;
         let device = &self.queue.device;
         let sizes = CellSizes::of(cell, &device.report)?;
-        self.loaded = Some(Loaded::new(device, cell, sizes, &mut self.room));
+        self.loaded = Some(Loaded::new(device, cell, sizes, self.memory_bytes, &mut self.room));
         device.check().inspect_err(|_| self.loaded = None)
     }
 
@@ -172,22 +186,20 @@ impl Backend for Gpu {
         self.queue.device.check()
     }
 
-    fn upload(&mut self, evidence: &[(Slot, Planes)]) -> Result<()> {
+    fn upload(&mut self, evidence: Vec<(Slot, Planes)>) -> Result<()> {
         let Gpu { queue, loaded, .. } = self;
         let loaded = loaded.as_mut().ok_or_else(no_scene)?;
         let mut on_their_way = 0;
         for (slot, planes) in evidence {
-            let offset = loaded.offset(*slot)?;
+            let offset = loaded.offset(slot)?;
             for (plane, arena) in [(&planes.occupied, &loaded.occupied), (&planes.free, &loaded.free)] {
-                if plane.window() != loaded.window {
-                    let windows = (plane.window(), loaded.window);
-                    return Err(Error::Device(format!(
-                        "evidence and cell have different windows: {windows:?}"
-                    )));
+                if plane.window() == loaded.window {
+                    queue.device.write(arena, offset, plane.words());
+                } else {
+                    queue.device.write(arena, offset, plane.over(loaded.window).words());
                 }
-                queue.device.write(arena, offset, plane.words());
             }
-            loaded.held[*slot as usize] = true;
+            loaded.held[slot as usize] = true;
             on_their_way += 2 * loaded.sizes.plane_bytes();
             if on_their_way > UPLOADED_AT_ONCE {
                 queue.device.submit(queue.device.encoder());

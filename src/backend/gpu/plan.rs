@@ -134,9 +134,11 @@ impl CellSizes {
         self.window_words as u64 * 4
     }
 
-    /// How many pieces of evidence are kept: as many as the budget and a binding hold, at least one.
-    pub(super) fn slots(&self, adapter: &AdapterReport) -> usize {
-        EVIDENCE_BYTES.holds(adapter, 2, self.plane_bytes()).clamp(1, MOST_SLOTS) as usize
+    /// How many pieces of evidence are kept: as many as the budget, half of the memory if that was said, and a binding
+    /// hold, at least one.
+    pub(super) fn slots(&self, adapter: &AdapterReport, memory_bytes: Option<u64>) -> usize {
+        let told = memory_bytes.map(|bytes| Budget { software: bytes / 2, hardware: bytes / 2 });
+        told.unwrap_or(EVIDENCE_BYTES).holds(adapter, 2, self.plane_bytes()).clamp(1, MOST_SLOTS) as usize
     }
 
     /// How many jobs go in a batch: as many as the budget and a binding hold the fused planes of, at least one.

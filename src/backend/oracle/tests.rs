@@ -224,7 +224,7 @@ fn check_fused(evidence: &[&str], job: &[Reading], occupied_wins: &str, octomap:
             "ob".contains(said).then(|| planes.occupied.set([x, 0, 0]));
             "fb".contains(said).then(|| planes.free.set([x, 0, 0]));
         }
-        oracle.upload(&[(slot, planes)]).unwrap();
+        oracle.upload(vec![(slot, planes)]).unwrap();
     }
     for (fusion, expected) in [(Fusion::OccupiedWins, occupied_wins), (Fusion::Octomap, octomap)] {
         let said: String = (0..expected.len())

@@ -20,7 +20,7 @@ fn cell(things: &[[i32; 3]]) -> Truth {
 }
 
 fn planes(cover: &Cover, at: &Station) -> Planes {
-    let claim = cover.claim(0, at);
+    let claim = cover.claims(at).swap_remove(0);
     assert!(!claim.cast);
     claim.planes.unwrap()
 }

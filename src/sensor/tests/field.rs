@@ -105,7 +105,7 @@ fn points_and_field_are_two_representations_of_one_scanner() {
     assert_eq!(both.representations(), ["points", "field"]);
     assert_eq!([both.log_odds(0), both.log_odds(1), field.log_odds(0)], [MEASURES, SWITCHES, SWITCHES]);
     assert_eq!([both.adds(0), both.adds(1), field.adds(0)], [false, true, true]);
-    assert!(both.claim(0, &at).cast && points.claim(0, &at).cast);
+    assert!(both.claims(&at).swap_remove(0).cast && points.claims(&at).swap_remove(0).cast);
     assert_eq!(points.reach(&at), Reach::Rays);
     let cells = |reach| match reach {
         Reach::Only(cells) | Reach::RaysAnd(cells) => cells.count(),

@@ -38,7 +38,7 @@ fn labels(fusion: Fusion, said: &[(&Planes, [i32; 2])]) -> String {
     let [first, second] = backends.map(|mut backend| -> String {
         backend.tables(&[]).unwrap();
         backend.load(&cell).unwrap();
-        backend.upload(&uploads).unwrap();
+        backend.upload(uploads.clone()).unwrap();
         let counts = backend.score(fusion, std::slice::from_ref(&job)).unwrap().remove(0);
         counts
             .iter()
@@ -78,7 +78,7 @@ fn pad(pressed: bool) -> Planes {
         otherwise_free: true,
     };
     assert_eq!(pad.log_odds(0), SWITCHES);
-    pad.claim(0, &facing(&truth, [0.0; 3], [1.0, 0.0, 0.0])).planes.unwrap()
+    pad.claims(&facing(&truth, [0.0; 3], [1.0, 0.0, 0.0])).swap_remove(0).planes.unwrap()
 }
 
 #[test]
@@ -106,7 +106,7 @@ fn a_pad_and_a_camera() {
 fn the_known_robot_speaks_last_and_is_believed() {
     let mut truth = empty([ROW, 1, 2], 1.0);
     put(&mut truth, Role::Robot, &[[1, 0, 1]], None);
-    let robot = &KnownRobot.claim(0, &station(&truth, Setting::Fixed)).planes.unwrap();
+    let robot = &KnownRobot.claims(&station(&truth, Setting::Fixed)).swap_remove(0).planes.unwrap();
     let silent = &pad(false);
     let mut said = vec![(silent, SWITCHES); 9];
     assert_eq!(labels(Fusion::Octomap, &said), "fff");

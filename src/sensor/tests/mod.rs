@@ -102,7 +102,7 @@ enum Says {
 /// What a switch says at a station; it must not cast.
 #[track_caller]
 fn says(kind: &dyn Kind, representation: usize, at: &Station) -> Says {
-    let claim = kind.claim(representation, at);
+    let claim = kind.claims(at).swap_remove(representation);
     assert!(!claim.cast, "a switch keeps its rays to itself");
     let Some(Planes { occupied, free }) = claim.planes else { return Says::Nothing };
     match (occupied.is_empty(), free.is_empty()) {

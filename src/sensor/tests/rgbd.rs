@@ -14,12 +14,12 @@ fn added(truth: &Truth) -> [Vec<[i32; 3]>; 4] {
     let rays = camera.rays(&Scale { voxel_size_m: 1.0, backdrop: false });
     let at = Station { rays: rays.as_ref(), ..facing(truth, [0.5, 8.5, 8.5], [1.0, 0.0, 0.0]) };
     [0, 1, 2, 3].map(|representation| {
-        let Claim { cast, planes } = camera.claim(representation, &at);
+        let Claim { cast, planes } = camera.claims(&at).swap_remove(representation);
         assert!(cast, "the points always belong to it");
         planes.map_or(Vec::new(), |planes| {
             assert!(planes.free.is_empty() && !planes.occupied.is_empty());
             let mut beyond = planes.occupied.clone();
-            beyond.remove(&camera.around_people(truth).unwrap());
+            beyond.remove(&camera.wherever_it_stands(truth).unwrap());
             assert_eq!(
                 beyond.cells().next(),
                 None,
@@ -108,7 +108,7 @@ fn a_joint_is_detected_where_its_ray_ends() {
     let camera = Rgbd { keypoint_tolerance_m: 1.4, ..rgbd() };
     let rays = camera.rays(&Scale { voxel_size_m: 1.0, backdrop: false });
     let at = Station { rays: rays.as_ref(), ..facing(&truth, [0.5, 8.5, 8.5], [1.0, 0.0, 0.0]) };
-    let cuboid = camera.claim(3, &at).planes.unwrap().occupied;
+    let cuboid = camera.claims(&at).swap_remove(3).planes.unwrap().occupied;
     assert_eq!(cuboid.cells().collect::<Vec<_>>(), [[9, 8, 8]]);
 }
 

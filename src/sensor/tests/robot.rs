@@ -14,7 +14,7 @@ fn the_robot_is_known_inside_and_out() {
     put(&mut truth, Role::Human, &[[8, 8, 8]], None);
     let window = Window::between([4, 0, 0], [8, 8, 8]);
     let at = Station { window, ..station(&truth, Setting::Fixed) };
-    let claim = KnownRobot.claim(0, &at);
+    let claim = KnownRobot.claims(&at).swap_remove(0);
     let Planes { occupied, free } = claim.planes.unwrap();
     assert_eq!(occupied.cells().collect::<Vec<_>>(), block([4, 2, 2], [6, 6, 6]));
     assert!(!claim.cast && free.is_empty());

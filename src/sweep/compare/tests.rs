@@ -40,7 +40,7 @@ impl Backend for Liar {
     fn sense(&mut self, table: usize, shots: &[Shot]) -> Result<()> {
         self.0.sense(table, shots)
     }
-    fn upload(&mut self, evidence: &[(Slot, Planes)]) -> Result<()> {
+    fn upload(&mut self, evidence: Vec<(Slot, Planes)>) -> Result<()> {
         self.0.upload(evidence)
     }
     fn hit_slots(&self) -> usize {

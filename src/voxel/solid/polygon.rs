@@ -3,7 +3,7 @@
 
 use std::ops::Range;
 
-use super::super::BitGrid;
+use super::super::{BitGrid, Window};
 use super::{centre_q16, centres_in, mark, passes};
 
 /// Sets the voxels of some layers of z whose centre lies inside a polygon. Half-open: of two polygons with a common
@@ -11,15 +11,21 @@ use super::{centre_q16, centres_in, mark, passes};
 pub fn column(plane: &mut BitGrid, polygon_q16: &[[i64; 2]], layers: Range<i32>) {
     let window = plane.window();
     let layers = layers.start.max(window.min[2])..layers.end.min(window.end()[2]);
+    if layers.is_empty() {
+        return;
+    }
+    let [(x, width), (y, depth)] = [0, 1].map(|r| (window.min[r], window.size[r]));
+    let mut layer = BitGrid::new(Window { min: [x, y, layers.start], size: [width, depth, 1] });
     for y in window.min[1]..window.end()[1] {
         let mut passed: Vec<i64> =
             edges(polygon_q16).filter_map(|(from, to)| passes(from, to, centre_q16(y as i64))).collect();
         passed.sort_unstable();
         for pair in passed.chunks_exact(2) {
             let run = centres_in(pair[0]..pair[1]);
-            layers.clone().for_each(|z| mark(plane, &run, y as i64, z as i64));
+            mark(&mut layer, &run, y as i64, layers.start.into());
         }
     }
+    layers.for_each(|z| plane.add_layer(z, &layer));
 }
 
 /// Why corners do not bound one area.

@@ -103,12 +103,16 @@ fn batches_fit_the_binding_and_the_budget() {
 
     // Two planes of 120 kB.
     let cell = cell(263, &[]);
-    assert_eq!((cell.slots(&software), cell.jobs_at_once(&software)), (1118, 256));
-    assert_eq!(cell.slots(&adapter(1 << 30, false)), 2048);
-    assert_eq!((cell.slots(&adapter(1 << 10, true)), cell.jobs_at_once(&adapter(1 << 10, true))), (1, 1));
+    assert_eq!((cell.slots(&software, None), cell.jobs_at_once(&software)), (1118, 256));
+    assert_eq!(cell.slots(&adapter(1 << 30, false), None), 2048);
+    assert_eq!(cell.slots(&software, Some(128 << 20)), 279, "a quarter of 1118");
+    assert_eq!(
+        (cell.slots(&adapter(1 << 10, true), None), cell.jobs_at_once(&adapter(1 << 10, true))),
+        (1, 1)
+    );
     let large = CellSizes { window_words: 1 << 20, ..cell };
     assert_eq!(
-        (large.slots(&software), large.jobs_at_once(&software)),
+        (large.slots(&software, None), large.jobs_at_once(&software)),
         (32, 8),
         "128 MiB and 32 MiB a plane"
     );

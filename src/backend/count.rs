@@ -1,0 +1,138 @@
+//! How many labels are right: readings fused and counted in one pass, a layer at a time and only where a region has
+//! voxels. `fuse` makes the labels.
+//!
+//! # Theory
+//! A region's voxels, and how many of them are truly occupied, a person's or the robot's, do not depend on labels. Two
+//! counts of labels, occupied and free, among each of the four give all twelve counters.
+//!
+//! # Practice
+//! Voxels are counted under the words of a region's rows. Those that are truly occupied are few: their words are listed
+//! with the voxels in them, and so are the person's and the robot's.
+
+use super::fuse::{Job, Rows};
+use super::{Cell, Fusion, Planes, Reading, Slot};
+use crate::metrics::Confusion;
+use crate::voxel::{BitGrid, Window};
+
+/// The regions of a cell, laid out for counting.
+#[derive(Clone, Debug)]
+pub(super) struct Tally {
+    window: Window,
+    layers: Vec<Layer>,
+    /// For each region, its voxels and how many of them are occupied, a person's, the robot's.
+    totals: Vec<[u64; 4]>,
+}
+
+/// The rows of a layer in which some region has voxels.
+#[derive(Clone, Debug)]
+struct Layer {
+    rows: Rows,
+    parts: Vec<Part>,
+}
+
+/// What a region has in a layer.
+#[derive(Clone, Debug)]
+struct Part {
+    region: usize,
+    /// Its first word, counted from that of the layer's rows.
+    first: usize,
+    words: Vec<u32>,
+    /// Of the voxels that are truly occupied, a person's occupied ones, the robot's: words, counted alike, and the
+    /// voxels in them.
+    listed: [Vec<(u32, u32)>; 3],
+}
+
+impl Tally {
+    /// Lays out the regions of a cell.
+    pub(super) fn new(cell: &Cell) -> Tally {
+        let (window, mut human, mut robot) = (cell.window, cell.human.clone(), cell.robot.clone());
+        human.keep(&cell.truth);
+        robot.keep(&cell.truth);
+        let planes = [&cell.truth, &human, &robot];
+        let mut totals = vec![[0; 4]; cell.regions.len()];
+        let layers = (window.min[2]..window.end()[2]).filter_map(|z| {
+            let spans = cell.regions.iter().enumerate().filter_map(|(i, region)| Some((i, rows(region, z)?)));
+            let spans: Vec<_> = spans.collect();
+            let first = spans.iter().map(|(_, rows)| rows.ys.start).min()?;
+            let end = spans.iter().map(|(_, rows)| rows.ys.end).max()?;
+            let part = |(region, rows): (usize, Rows)| {
+                let part = Part::new(region, &cell.regions[region], planes, &rows, first);
+                let listed = part.listed.iter().map(|listed| ones(listed.iter().map(|&(_, voxels)| voxels)));
+                let counts = std::iter::once(ones(part.words.iter().copied())).chain(listed);
+                totals[region].iter_mut().zip(counts).for_each(|(total, count)| *total += count);
+                part
+            };
+            let parts = spans.into_iter().map(part).collect();
+            Some(Layer { rows: Rows { z, ys: first..end }, parts })
+        });
+        let layers = layers.collect();
+        Tally { window, layers, totals }
+    }
+
+    /// Fuses the readings of a job, and counts the labels in each region.
+    pub(super) fn score<'a>(
+        &self,
+        fusion: Fusion,
+        readings: &[Reading],
+        planes: impl Fn(Slot) -> Option<&'a Planes>,
+    ) -> Vec<Confusion> {
+        let mut labelled = vec![[[0; 2]; 4]; self.totals.len()];
+        let mut job = Job::new(self.window, fusion, readings, planes);
+        for layer in &self.layers {
+            job.fuse(&layer.rows);
+            for part in &layer.parts {
+                part.count(&job.occupied, &job.free, &mut labelled[part.region]);
+            }
+        }
+        self.totals.iter().zip(&labelled).map(|(totals, labelled)| confusion(totals, labelled)).collect()
+    }
+}
+
+impl Part {
+    fn new(region: usize, cells: &BitGrid, planes: [&BitGrid; 3], rows: &Rows, first_y: i32) -> Part {
+        let words_of = |plane: &BitGrid| -> Vec<u32> {
+            rows.ys.clone().flat_map(|y| plane.row(y, rows.z).iter().copied()).collect()
+        };
+        let words = words_of(cells);
+        let listed = planes.map(|plane| {
+            let voxels = (0..).zip(words_of(plane).into_iter().zip(&words).map(|(plane, word)| plane & word));
+            voxels.filter(|&(_, voxels)| voxels != 0).collect()
+        });
+        let first = (rows.ys.start - first_y) as usize * cells.words_per_row() as usize;
+        Part { region, first, words, listed }
+    }
+
+    /// Adds up the labels of its voxels: occupied and free, among all and among those listed.
+    fn count(&self, occupied: &[u32], free: &[u32], labelled: &mut [[u64; 2]; 4]) {
+        for (label, plane) in [occupied, free].into_iter().enumerate() {
+            let plane = &plane[self.first..self.first + self.words.len()];
+            labelled[0][label] += ones(plane.iter().zip(&self.words).map(|(plane, word)| plane & word));
+            for (listed, labelled) in self.listed.iter().zip(&mut labelled[1..]) {
+                labelled[label] += ones(listed.iter().map(|&(word, voxels)| plane[word as usize] & voxels));
+            }
+        }
+    }
+}
+
+/// The rows of a layer from the first to the last in which a plane has voxels.
+fn rows(plane: &BitGrid, z: i32) -> Option<Rows> {
+    let ys = plane.window().min[1]..plane.window().end()[1];
+    let filled = |y: &i32| plane.row(*y, z).iter().any(|&word| word != 0);
+    let (first, last) = (ys.clone().find(filled)?, ys.rev().find(filled)?);
+    Some(Rows { z, ys: first..last + 1 })
+}
+
+/// How many bits are set in the words of a layer: at most 1023², so that 32 bits hold the sum.
+fn ones(words: impl Iterator<Item = u32>) -> u64 {
+    words.map(u32::count_ones).sum::<u32>().into()
+}
+
+/// The counters of a region.
+fn confusion([all, truth, human, robot]: &[u64; 4], labelled: &[[u64; 2]; 4]) -> Confusion {
+    let [[o, f], [tp, fn_], [human_tp, human_fn], [robot_tp, robot_fn]] = *labelled;
+    let unknown = all - o - f;
+    let uo = truth - tp - fn_;
+    let of_role = |all: &u64, tp: u64, fn_: u64| [tp, fn_, all - tp - fn_];
+    let [h, r] = [of_role(human, human_tp, human_fn), of_role(robot, robot_tp, robot_fn)];
+    Confusion::from_counts([tp, o - tp, fn_, f - fn_, uo, unknown - uo, h[0], h[1], h[2], r[0], r[1], r[2]])
+}

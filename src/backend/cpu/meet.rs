@@ -1,0 +1,81 @@
+//! Which of a few blockers each ray of a bundle meets first: every ray against every blocker, 64 rays at once. Which blockers
+//! come into question is told by the beam.
+//!
+//! # Theory
+//! A ray visits a voxel if and only if it enters on every axis before it leaves on any, six crossings in closed form
+//! (`SEMANTICS.md`, "A ray, in integers"). Of all blockers visited, the one entered first is the one that single steps would
+//! find. A section of a beam holds every voxel that its rays are in up to a distance, so an entry up to there is first of all.
+//!
+//! # Practice
+//! Where the processor has wide vectors: no ray waits for another's guess of which axis comes next, and nothing is looked up.
+//! A tile's rays end on a dozen voxels or two.
+
+use fearless_simd::{Level, Simd, dispatch};
+
+use super::bundle::{Bundle, Lanes, RAYS};
+
+/// The crossings of a bundle's rays as numbers, distance · 4 + axis.
+pub(super) struct Meeting {
+    first: [Lanes<u64>; 3],
+    /// Distance alone, in 1/65536 voxels.
+    period: [Lanes<u64>; 3],
+    step: [Lanes<i64>; 3],
+    /// For each ray, the crossing by which it entered the first blocker so far.
+    pub(super) entered: Lanes<u64>,
+}
+
+impl Meeting {
+    pub(super) fn new() -> Self {
+        Meeting { first: [[0; RAYS]; 3], period: [[0; RAYS]; 3], step: [[0; RAYS]; 3], entered: [0; RAYS] }
+    }
+
+    /// Rays that have met nothing.
+    pub(super) fn start(&mut self, level: Level, bundle: &Bundle) {
+        dispatch!(level, simd => start(simd, self, bundle));
+    }
+
+    /// The rays of a bundle against a blocker, `away` voxels from the cell where all of them begin. It is none for rays that
+    /// enter it before `ignore_q16`.
+    pub(super) fn meet(&mut self, level: Level, away: [i32; 3], ignore_q16: u32) {
+        dispatch!(level, simd => meet(simd, self, away, ignore_q16));
+    }
+}
+
+#[inline(always)]
+fn start<S: Simd>(_: S, meeting: &mut Meeting, bundle: &Bundle) {
+    for r in 0..3 {
+        for lane in 0..RAYS {
+            meeting.first[r][lane] = 4 * u64::from(bundle.first_q16[r][lane]) + r as u64;
+            meeting.period[r][lane] = bundle.period_q16[r][lane].into();
+            meeting.step[r][lane] = i64::from(bundle.dir_q16[r][lane].signum());
+        }
+    }
+    meeting.entered = [u64::MAX; RAYS];
+}
+
+#[inline(always)]
+fn meet<S: Simd>(_: S, meeting: &mut Meeting, away: [i32; 3], ignore_q16: u32) {
+    let mut enters = [0; RAYS];
+    let mut leaves = [u64::MAX; RAYS];
+    for r in 0..3 {
+        let (first, period, step) = (&meeting.first[r], &meeting.period[r], &meeting.step[r]);
+        if away[r] == 0 {
+            (0..RAYS).for_each(|lane| leaves[lane] = leaves[lane].min(first[lane]));
+            continue;
+        }
+        let (ahead, towards) = (u64::from(away[r].unsigned_abs()), i64::from(away[r].signum()));
+        for lane in 0..RAYS {
+            // Both factors are of 32 bits, and their product is not.
+            let last = first[lane] + 4 * (ahead * (period[lane] & 0xffff_ffff));
+            leaves[lane] = leaves[lane].min(last);
+            let entry = if step[lane] == towards { last - 4 * period[lane] } else { u64::MAX };
+            enters[lane] = enters[lane].max(entry);
+        }
+    }
+    let ignored = 4 * u64::from(ignore_q16);
+    for lane in 0..RAYS {
+        let visits = enters[lane] < leaves[lane] && enters[lane] >= ignored;
+        let entry = if visits { enters[lane] } else { u64::MAX };
+        meeting.entered[lane] = meeting.entered[lane].min(entry);
+    }
+}
