@@ -59,12 +59,10 @@ impl Backend for Oracle {
 
     fn upload(&mut self, evidence: Vec<(Slot, Planes)>) -> Result<()> {
         let window = self.cell()?.window;
-        // All planes over the same window, so that a voxel has one bit in all of them.
-        let over = |Planes { occupied, free }: Planes| Planes {
-            occupied: occupied.over(window),
-            free: free.over(window),
-        };
-        evidence.into_iter().for_each(|(slot, planes)| self.slots[slot as usize] = Some(over(planes)));
+        for (slot, Planes { occupied, free }) in evidence {
+            let planes = Planes { occupied: occupied.over(window), free: free.over(window) };
+            self.slots[slot as usize] = Some(planes);
+        }
         Ok(())
     }
 
@@ -134,7 +132,7 @@ impl Oracle {
 
     /// 0, 1 or 2: occupied, free, unknown.
     fn label(&self, voxel: [i32; 3], fusion: Fusion, job: &[Reading]) -> usize {
-        // All evidence covers the window of the truth.
+        // All evidence covers the cell's window, as the truth does.
         let bit = self.cell.as_ref().and_then(|cell| cell.truth.bit_index(voxel));
         let Some(bit) = bit else { return 2 };
         let in_slot = |slot: Slot, plane: fn(&Planes) -> &BitGrid| {

@@ -53,7 +53,7 @@ impl BackendArgs {
         }
         match self.backend {
             Choice::Oracle => Ok(Box::new(Oracle::default())),
-            Choice::Cpu => Ok(Box::new(self.cpu()?)),
+            Choice::Cpu => Ok(Box::new(self.cpu(self.threads())?)),
             Choice::Gpu => Ok(Box::new(self.gpu(&self.adapter())?)),
             Choice::Auto if self.adapter.is_some() => Ok(Box::new(self.gpu(&self.adapter())?)),
             Choice::Auto if adapters().iter().any(|adapter| !adapter.software) => {
@@ -61,11 +61,11 @@ impl BackendArgs {
                     Ok(gpu) => Ok(Box::new(gpu)),
                     Err(reason) => {
                         eprintln!("warning: {reason}; using the CPU instead");
-                        Ok(Box::new(self.cpu()?))
+                        Ok(Box::new(self.cpu(self.threads())?))
                     }
                 }
             }
-            Choice::Auto => Ok(Box::new(self.cpu()?)),
+            Choice::Auto => Ok(Box::new(self.cpu(self.threads())?)),
         }
     }
 
@@ -78,11 +78,11 @@ impl BackendArgs {
             let most = self.threads().unwrap_or(all);
             contenders.push(Contender {
                 name: "cpu, 1 thread, no SIMD".into(),
-                backend: Box::new(Cpu::new(Some(1))?.without_simd()),
+                backend: Box::new(self.cpu(Some(1))?.without_simd()),
                 threads: 1,
             });
             for threads in if most > 1 { vec![1, most] } else { vec![1] } {
-                let cpu = Cpu::new(Some(threads))?;
+                let cpu = self.cpu(Some(threads))?;
                 let name = format!("cpu, {}", cpu.device());
                 contenders.push(Contender { name, backend: Box::new(cpu), threads });
             }
@@ -106,21 +106,11 @@ impl BackendArgs {
         if self.backend != Choice::Auto {
             return Ok(vec![self.open()?]);
         }
-        let mut all: Vec<Box<dyn Backend>> = vec![Box::new(self.cpu()?)];
+        let mut all: Vec<Box<dyn Backend>> = vec![Box::new(self.cpu(self.threads())?)];
         if let Some(gpu) = self.any_gpu("compared")? {
             all.push(Box::new(gpu));
         }
         Ok(all)
-    }
-
-    fn cpu(&self) -> Result<Cpu> {
-        let cpu = Cpu::new(self.threads())?;
-        Ok(self.memory.into_iter().fold(cpu, Cpu::memory))
-    }
-
-    fn gpu(&self, choice: &AdapterChoice) -> Result<Gpu> {
-        let gpu = Gpu::new(choice)?;
-        Ok(self.memory.into_iter().fold(gpu, Gpu::memory))
     }
 
     /// The adapter that was asked for, or a hardware GPU, or a software one; none, and a warning, where there is no
@@ -136,6 +126,16 @@ impl BackendArgs {
         }
         let hardware = found.iter().any(|adapter| !adapter.software);
         self.gpu(if hardware { &AdapterChoice::Hardware } else { &AdapterChoice::Software }).map(Some)
+    }
+
+    fn cpu(&self, threads: Option<usize>) -> Result<Cpu> {
+        let cpu = Cpu::new(threads)?;
+        Ok(self.memory.into_iter().fold(cpu, Cpu::memory))
+    }
+
+    fn gpu(&self, choice: &AdapterChoice) -> Result<Gpu> {
+        let gpu = Gpu::new(choice)?;
+        Ok(self.memory.into_iter().fold(gpu, Gpu::memory))
     }
 
     fn threads(&self) -> Option<usize> {

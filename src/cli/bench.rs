@@ -54,6 +54,7 @@ pub(super) struct Args {
 }
 
 pub(super) fn run(args: &Args) -> Result<ExitCode> {
+    args.backend.start_threads()?;
     let long_enough = Duration::from_secs(args.seconds.into());
     let mut contenders = args.backend.contenders()?;
     let mut first_difference = None;
