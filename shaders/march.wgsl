@@ -22,14 +22,14 @@ fn unpacked(word: u32) -> End {
 }
 
 // floor(2^32 / d), in floats and put right in integers. The quotient of floats errs by less than 2^-21 of itself (half an ulp for
-// f32(d), 2.5 for the division), so what is left of 2^32 is within 2^11 + d of nothing; the second quotient is then small
-// enough that it errs by less than one.
+// f32(d), 2.5 for the division), so what is left of 2^32 is within 2^11 + d of nothing. Of that the second quotient, at most 2^17 / d,
+// errs by less than 1 / d: its floor is wrong only where a whole quotient comes out too small.
 fn period_q16(d: u32) -> u32 {
     let about = u32(4294967296.0 / f32(d));
     let rest = bitcast<i32>(0u - about * d);
     let more = i32(floor(f32(rest) / f32(d)));
     let over = rest - more * i32(d);
-    let period = about + u32(more) + u32(over >= i32(d)) - u32(over < 0);
+    let period = about + u32(more) + u32(over >= i32(d));
     // 2^32 / 2 is already past NEVER.
     return select(period, NEVER, d < 3u);
 }

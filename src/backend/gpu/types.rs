@@ -29,7 +29,7 @@ pub const PYRAMID_LEVELS: std::ops::RangeInclusive<u32> = 3..=6;
 pub const MOST_PIXELS: u32 = 512;
 
 /// Most turns of loops over pixels that an invocation of `gather` makes for all its voxels. Software adapters end all loops of an
-/// invocation after 65,535 turns in all, without a word; each of its boxes, at most 64, costs another 209.
+/// invocation after 65,535 turns in all, without a word; each of its boxes, at most 64, costs another 238.
 pub const MOST_TURNS: u32 = 30_000;
 
 /// Voxels that a workgroup of `scan` takes.
