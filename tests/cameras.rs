@@ -133,11 +133,14 @@ fn large_cameras_equal_the_cpu() {
         let at = grid.size.map(|n| random.below(n) as i32);
         (0..6).for_each(|y| (0..9).for_each(|z| truth.set_run(at[0], at[0] + 5, at[1] + y, at[2] + z)));
     }
-    let mut region = BitGrid::new(grid);
-    (10..70).for_each(|z| (12..70).for_each(|y| region.set_run(20, 90, y, z)));
-    let blank = || BitGrid::new(grid);
+    // Its last boxes are cut off, and there is room behind them.
+    let window = Window::between([4, 3, 2], [72, 73, 57]);
+    let mut region = BitGrid::new(window);
+    (10..70).for_each(|z| (12..70).for_each(|y| region.set_run(20, 71, y, z)));
+    let blank = || BitGrid::new(window);
     let (human, robot, blockers) = (blank(), blank(), truth.clone());
-    let cell = Cell { blockers, still: None, window: grid, truth, human, robot, regions: vec![region] };
+    let truth = truth.over(window);
+    let cell = Cell { blockers, still: None, window, truth, human, robot, regions: vec![region] };
     let camera = Camera { fov_rad: [1.5184, 1.0123], resolution_px: [1280, 720] };
     let gates = Gates {
         range_min_q16: 12 << 16,
@@ -166,8 +169,12 @@ fn large_cameras_equal_the_cpu() {
         unwrap(backend.load(&cell));
         unwrap(backend.sense(0, &shots));
         let counts = unwrap(backend.score(Fusion::OccupiedWins, &jobs));
-        counts.iter().map(|regions| regions[0].counts()).collect::<Vec<_>>()
+        let counts: Vec<_> = counts.iter().map(|regions| regions[0].counts()).collect();
+        let whole = [0, 3].map(|i: usize| unwrap(backend.read(0, &shots[i].placement)).planes);
+        (counts, whole)
     });
+    assert!(counts[1].1 == counts[0].1, "planes over the whole window");
+    let counts = counts.map(|(counts, _)| counts);
     assert_eq!(counts[1], counts[0], "the GPU's counts, then the CPU's");
     assert!(counts[0].iter().filter(|c| c[3] > 5000).count() >= 3, "many voxels are free: {:?}", counts[0]);
 }

@@ -191,7 +191,7 @@ mod tests {
         };
         for case in 0..60 {
             let size = [170, 60, 60].map(|n| 1 + random(n) as u32);
-            let cells: Vec<_> = (0..[1, 3, 40][case % 3]).map(|_| size.map(|n| random(n))).collect();
+            let cells: Vec<_> = (0..[1, 3, 40][case % 3]).map(|_| size.map(&mut random)).collect();
             let bricks = Bricks::new(&plane(size, &cells));
             let [nx, ny, nz] = bricks.size().map(|n| n as i32);
             for z in 0..nz {
