@@ -1,4 +1,5 @@
-// How each ray of each placement ends. One invocation a ray; the blockers cover the whole grid.
+// How each ray of each placement ends, and the endpoint of each return, marked in the slot of its placement. One
+// invocation a ray.
 
 @group(0) @binding(0) var<uniform> setup: Setup;
 @group(0) @binding(1) var<uniform> part: Part;
@@ -6,48 +7,64 @@
 @group(0) @binding(3) var<storage, read> placements: array<Placement>;
 @group(0) @binding(4) var<storage, read> dirs_q15: array<array<i32, 3>>;
 @group(0) @binding(5) var<storage, read> noise_q16: array<i32>;
-@group(0) @binding(6) var<storage, read> blockers: array<u32>;
-@group(0) @binding(7) var<storage, read_write> ends: array<u32>;
-@group(0) @binding(8) var<storage, read_write> done: array<atomic<u32>, KERNELS>;
+@group(0) @binding(6) var<storage, read> layer: array<u32>;
+@group(0) @binding(7) var<storage, read> hits: array<u32>;
+@group(0) @binding(8) var<storage, read_write> ends: array<u32>;
+@group(0) @binding(9) var<storage, read_write> occupied: array<atomic<u32>>;
+@group(0) @binding(10) var<storage, read_write> done: array<atomic<u32>, KERNELS>;
 
-fn cast_ray(begin: March, step_q16: i32) -> End {
-    var ray = begin;
-    let size = vec3<u32>(setup.grid_x, setup.grid_y, setup.grid_z);
-    let row = i32(setup.grid_words_per_row * 32u);
-    let layer = row * i32(size.y);
-    // A cell's bit and the crossings that stay inside the grid are kept up to date, so that a step costs additions.
-    let strides = ray.step * vec3<i32>(1, row, layer);
-    var bit = ray.cell.x + ray.cell.y * row + ray.cell.z * layer;
-    let inside = room(begin, size);
-    var left = vec3<i32>(inside);
-    var crossings = 0u;
-    var t = 0u;
-    loop {
-        let axis = next_axis(ray.next_q16);
-        let crossed = vec3<u32>(axis) == vec3<u32>(0u, 1u, 2u);
-        t = min(ray.next_q16.x, min(ray.next_q16.y, ray.next_q16.z));
-        if t > table.range_max_q16 {
-            return End(NOTHING, crossings);
-        }
-        left -= select(vec3<i32>(), vec3<i32>(1), crossed);
-        if min(left.x, min(left.y, left.z)) < 0 {
-            return End(select(NOTHING, LEFT, table.backdrop != 0u), crossings);
-        }
-        cross(&ray, axis);
-        bit += select(select(strides.z, strides.y, crossed.y), strides.x, crossed.x);
-        crossings += 1u;
-        let blocked = ((blockers[bit >> 5u] >> (u32(bit) & 31u)) & 1u) != 0u;
-        if blocked && t >= table.near_ignore_q16 {
-            break;
+// How the ray that struck something ended, and where.
+struct Finish {
+    end: End,
+    cell: vec3<i32>,
+}
+
+fn finish(begin: March, struck: u32, step_q16: i32) -> Finish {
+    let nothing = struck == NO_HIT;
+    let hit_q16 = struck >> 2u;
+    var kind = select(RETURN, BLIND, hit_q16 < table.range_min_q16);
+    // Where it is read: at the crossing into the blocker, with noise after all crossings up to there.
+    let exact = kind == BLIND || step_q16 == 0;
+    let read_q16 = select(noisy_q16(hit_q16, step_q16), hit_q16, exact);
+    let read_axis = select(2, i32(struck & 3u), exact);
+    let stand = made_until(
+        begin,
+        room(begin, vec3<u32>(setup.grid_x, setup.grid_y, setup.grid_z)),
+        select(read_q16, table.range_max_q16, nothing),
+        select(read_axis, 2, nothing),
+    );
+    let left = stand.stopped && table.backdrop != 0u;
+    kind = select(kind, select(NOTHING, LEFT, left), nothing);
+    let cell = begin.cell + begin.step * vec3<i32>(stand.made);
+    return Finish(End(kind, stand.made.x + stand.made.y + stand.made.z), cell);
+}
+
+// Whether a ray may come near the window. In floats, with more room than a ray of integers strays from its line.
+fn comes_near(begin: March) -> bool {
+    let low = vec3<f32>(vec3<i32>(setup.window_min_x, setup.window_min_y, setup.window_min_z) - begin.cell) - 1.5;
+    let high = low + vec3<f32>(vec3<u32>(setup.window_x, setup.window_y, setup.window_z)) + 3.0;
+    // Voxels a unit of distance; an axis that is hardly crossed gets a period so long that its slab decides alone.
+    let period = vec3<f32>(begin.period_q16) * (1.0 / 65536.0);
+    let speed = vec3<f32>(begin.step) / period;
+    let toward = select(vec3<f32>(-1.0), vec3<f32>(1.0), begin.step >= vec3<i32>()) / max(abs(speed), vec3<f32>(1e-5));
+    let a = low * toward;
+    let b = high * toward;
+    let enters = max(min(a, b), vec3<f32>());
+    let leaves = max(a, b);
+    return max(enters.x, max(enters.y, enters.z)) <= min(leaves.x, min(leaves.y, leaves.z)) + 1.0;
+}
+
+fn mark(slot: u32, cell: vec3<i32>) {
+    let at = cell - vec3<i32>(setup.window_min_x, setup.window_min_y, setup.window_min_z);
+    if all(bitcast<vec3<u32>>(at) < vec3<u32>(setup.window_x, setup.window_y, setup.window_z)) {
+        let row = u32(at.z) * setup.window_y + u32(at.y);
+        let word = slot * setup.window_words + row * setup.window_words_per_row + (u32(at.x) >> 5u);
+        let mask = 1u << (u32(at.x) & 31u);
+        // Many rays end in the same voxel: looking is cheaper than another atomic write.
+        if (atomicLoad(&occupied[word]) & mask) == 0u {
+            atomicOr(&occupied[word], mask);
         }
     }
-    if t < table.range_min_q16 {
-        return End(BLIND, crossings);
-    }
-    if step_q16 == 0 {
-        return End(RETURN, crossings);
-    }
-    return End(RETURN, crossings_at(begin, inside, noisy_q16(t, step_q16)));
 }
 
 @compute @workgroup_size(WORKGROUP)
@@ -60,11 +77,28 @@ fn main(
     if ray < part.end {
         let row = part.first_row + id.y;
         let placement = placements[row];
-        var step_q16 = 0;
-        if table.noisy != 0u {
-            step_q16 = noise_q16[draw(placement.draws, ray)];
+        let begin = launch(placement, dirs_q15[ray]);
+        var end = End(NOTHING, 0u);
+        var last_q16 = table.range_max_q16;
+        var struck = NO_HIT;
+        if placement.hits != NO_SLOT {
+            struck = hits[placement.hits * setup.hits_stride + ray];
+            // Only what is struck before counts, or at the same distance.
+            last_q16 = min(last_q16, struck >> 2u);
         }
-        let end = cast_ray(launch(placement, dirs_q15[ray]), step_q16);
+        let near = part.every_ray != 0u || comes_near(begin);
+        if near {
+            struck = min(struck, strike(begin, last_q16));
+            var step_q16 = 0;
+            if table.noisy != 0u {
+                step_q16 = noise_q16[draw(placement.draws, ray)];
+            }
+            let finish = finish(begin, struck, step_q16);
+            end = finish.end;
+            if end.kind == RETURN {
+                mark(placement.slot, finish.cell);
+            }
+        }
         ends[row * table.rays + ray] = packed(end);
     }
     workgroupBarrier();

@@ -21,12 +21,17 @@ fn unpacked(word: u32) -> End {
     return End(word >> 16u, word & 0xffffu);
 }
 
+// floor(2^32 / d), in floats and put right in integers. The quotient of floats errs by less than 2^-21 of itself (half an ulp for
+// f32(d), 2.5 for the division), so what is left of 2^32 is within 2^11 + d of nothing. Of that the second quotient, at most 2^17 / d,
+// errs by less than 1 / d: its floor is wrong only where a whole quotient comes out too small.
 fn period_q16(d: u32) -> u32 {
-    if d < 3u {
-        return NEVER;
-    }
-    // floor(2^32 / d) from 32-bit arithmetic: floor((2^32 - 1) / d), and one more when d divides 2^32.
-    return 0xffffffffu / d + u32(0xffffffffu % d == d - 1u);
+    let about = u32(4294967296.0 / f32(d));
+    let rest = bitcast<i32>(0u - about * d);
+    let more = i32(floor(f32(rest) / f32(d)));
+    let over = rest - more * i32(d);
+    let period = about + u32(more) + u32(over >= i32(d));
+    // 2^32 / 2 is already past NEVER.
+    return select(period, NEVER, d < 3u);
 }
 
 fn first_q16(f: u32, period: u32) -> u32 {
@@ -83,9 +88,30 @@ fn freed(end: End, no_return_is_free: bool) -> u32 {
     return 0u;
 }
 
-fn made_by(first_q16: u32, period_q16: u32, t_q16: u32) -> u32 {
-    // Where the first crossing is later, the difference wraps and is not used.
-    return select((t_q16 - first_q16) / period_q16 + 1u, 0u, first_q16 > t_q16);
+// How many whole periods lie in a distance, floor(x / period), for x < 2^28 and periods of directions (65,533 or more): software
+// adapters divide floats, but not integers, several at a time. The true quotient is at most 4096, and that of floats errs by less than
+// 2^-21 of it (half an ulp for each f32, 2.5 for the division), so its whole part is off by one at most: what is left of x
+// tells which way.
+fn periods_in(x: u32, period_q16: u32) -> u32 {
+    let about = i32(f32(bitcast<i32>(x)) / f32(bitcast<i32>(period_q16)));
+    let rest = bitcast<i32>(x - u32(about) * period_q16);
+    return u32(about + i32(rest >= bitcast<i32>(period_q16)) - i32(rest < 0));
+}
+
+// How many crossings of one axis are made when a ray has come to (t_q16, axis) in the order of all crossings, those at that
+// very place included: `own` is the axis in question. An axis below 0 comes before all crossings at its distance.
+fn made_at(first_q16: u32, period_q16: u32, own: i32, t_q16: u32, axis: i32) -> u32 {
+    // At the same distance a later axis has not crossed yet. Negative where the first crossing is later still.
+    let x = t_q16 - first_q16 - u32(own > axis);
+    return select(periods_in(x, period_q16) + 1u, 0u, bitcast<i32>(x) < 0);
+}
+
+fn made_at3(first_q16: vec3<u32>, period_q16: vec3<u32>, t_q16: u32, axis: i32) -> vec3<u32> {
+    return vec3<u32>(
+        made_at(first_q16.x, period_q16.x, 0, t_q16, axis),
+        made_at(first_q16.y, period_q16.y, 1, t_q16, axis),
+        made_at(first_q16.z, period_q16.z, 2, t_q16, axis),
+    );
 }
 
 fn crossing_q16(first_q16: u32, period_q16: u32, n: u32) -> u32 {
@@ -93,39 +119,50 @@ fn crossing_q16(first_q16: u32, period_q16: u32, n: u32) -> u32 {
     return select(first_q16 + n * period_q16, NEVER, never);
 }
 
-// One axis of `crossings_at`: how many of its crossings come before the ray leaves the grid at `exit_q16`.
-fn made_inside(first_q16: u32, period_q16: u32, room: u32, order: i32, exit_q16: u32) -> u32 {
-    if order == 0 {
-        return room;
-    }
+fn crossing3_q16(first_q16: vec3<u32>, period_q16: vec3<u32>, n: vec3<u32>) -> vec3<u32> {
+    return vec3<u32>(
+        crossing_q16(first_q16.x, period_q16.x, n.x),
+        crossing_q16(first_q16.y, period_q16.y, n.y),
+        crossing_q16(first_q16.z, period_q16.z, n.z),
+    );
+}
+
+// Where a ray is after some of its crossings.
+struct Stand {
+    // Crossings made of each axis.
+    made: vec3<u32>,
+    // Whether it was stopped in the last cell inside the grid.
+    stopped: bool,
+}
+
+// Where a ray is after all crossings up to (t_q16, axis), stopped in the last cell inside the grid.
+fn made_until(begin: March, room: vec3<u32>, t_q16: u32, axis: i32) -> Stand {
+    let leaves = crossing3_q16(begin.next_q16, begin.period_q16, room);
+    let exit = i32(next_axis(leaves));
+    let exit_q16 = min(leaves.x, min(leaves.y, leaves.z));
+    let stopped = exit_q16 < t_q16 || (exit_q16 == t_q16 && exit <= axis);
     // Of what happens at the very distance of the exit, the axes before it come first.
-    if order < 0 {
-        return made_by(first_q16, period_q16, exit_q16);
-    }
-    if exit_q16 == 0u {
-        return 0u;
-    }
-    return made_by(first_q16, period_q16, exit_q16 - 1u);
+    let last_q16 = select(t_q16, exit_q16, stopped);
+    let last = select(axis, exit - 1, stopped);
+    return Stand(made_at3(begin.next_q16, begin.period_q16, last_q16, last), stopped);
 }
 
 fn crossings_at(begin: March, room: vec3<u32>, t_q16: u32) -> u32 {
-    let first = begin.next_q16;
-    let period = begin.period_q16;
-    let leaves = vec3<u32>(
-        crossing_q16(first.x, period.x, room.x),
-        crossing_q16(first.y, period.y, room.y),
-        crossing_q16(first.z, period.z, room.z),
-    );
-    let exit_q16 = min(leaves.x, min(leaves.y, leaves.z));
-    if t_q16 < exit_q16 {
-        return made_by(first.x, period.x, t_q16)
-            + made_by(first.y, period.y, t_q16)
-            + made_by(first.z, period.z, t_q16);
-    }
-    let exit = i32(next_axis(leaves));
-    return made_inside(first.x, period.x, room.x, -exit, exit_q16)
-        + made_inside(first.y, period.y, room.y, 1 - exit, exit_q16)
-        + made_inside(first.z, period.z, room.z, 2 - exit, exit_q16);
+    let made = made_until(begin, room, t_q16, 2).made;
+    return made.x + made.y + made.z;
+}
+
+// Whether a ray visits the voxel that lies so many voxels ahead on each axis: it does if it enters on every axis before it
+// leaves on any. What is not entered was entered before all crossings.
+fn visits(first_q16: vec3<u32>, period_q16: vec3<u32>, ahead: vec3<u32>) -> bool {
+    let last = crossing3_q16(first_q16, period_q16, max(ahead, vec3<u32>(1u)) - 1u);
+    let enters = select(vec3<i32>(-1), vec3<i32>(last), ahead > vec3<u32>());
+    let leaves = vec3<i32>(crossing3_q16(first_q16, period_q16, ahead));
+    return enters.x <= leaves.y && enters.x <= leaves.z
+        && enters.y < leaves.x && enters.y <= leaves.z
+        && enters.z < leaves.x && enters.z < leaves.y
+        // A crossing that never happens enters nothing.
+        && max(enters.x, max(enters.y, enters.z)) < i32(NEVER);
 }
 
 fn room(begin: March, size: vec3<u32>) -> vec3<u32> {

@@ -16,6 +16,12 @@ struct Setup {
     window_z: u32,
     window_words: u32,
     regions: u32,
+    // Bricks of blockers on an axis, and the word of a layer where their reach begins, four of them a word.
+    bricks_x: u32,
+    bricks_y: u32,
+    reach_word: u32,
+    // Words of the still layer's hits from one slot to the next.
+    hits_stride: u32,
 }
 
 // One table of rays.
@@ -27,15 +33,25 @@ struct Table {
     no_return_is_free: u32,
     backdrop: u32,
     noisy: u32,
+    // A camera's pixels, focal lengths in pixels, and the depth in voxels up to which voxels are near.
+    image_x: u32,
+    image_y: u32,
+    focal_x: f32,
+    focal_y: f32,
+    near: f32,
 }
 
-// What one dispatch covers: placements (cast, carve) or jobs (fuse, count) of the batch from `first_row` on, one a
-// workgroup row, and rays or words of the window from `first` to `end`, exclusive.
+// What one dispatch covers: placements (or jobs, for fuse and count) of the batch from `first_row` on, one a workgroup row, and
+// rays, tiles, boxes or words from `first` to `end`, exclusive.
 struct Part {
     first_row: u32,
     first: u32,
     end: u32,
     region: u32,
+    // Whether rays are cast that do not come near the window.
+    every_ray: u32,
+    // Cells entered later than that are not walked.
+    until_q16: u32,
 }
 
 struct Placement {
@@ -45,6 +61,8 @@ struct Placement {
     axis_z_q15: array<i32, 3>,
     draws: u32,
     slot: u32,
+    // Where its first hits in the still layer are kept, or NO_SLOT.
+    hits: u32,
 }
 
 // What is fused: readings from `first` to `end`, exclusive.

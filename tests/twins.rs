@@ -79,7 +79,7 @@ fn march_of(words: &[u32]) -> March {
     }
 }
 
-const TWINS: [Twin; 16] = [
+const TWINS: [Twin; 19] = [
     Twin {
         name: "packed",
         inputs: 2,
@@ -151,11 +151,18 @@ const TWINS: [Twin; 16] = [
         rust: |w| vec![march::freed(End { kind: w[0], crossings: w[1] }, w[2] != 0)],
     },
     Twin {
-        name: "made_by",
-        inputs: 3,
+        name: "periods_in",
+        inputs: 2,
         outputs: 1,
-        wgsl: "out(0u, made_by(in(0u), in(1u), in(2u)));",
-        rust: |w| vec![march::made_by(w[0], w[1], w[2])],
+        wgsl: "out(0u, periods_in(in(0u), in(1u)));",
+        rust: |w| vec![w[0] / w[1]],
+    },
+    Twin {
+        name: "made_at",
+        inputs: 5,
+        outputs: 1,
+        wgsl: "out(0u, made_at(in(0u), in(1u), sin(2u), in(3u), sin(4u)));",
+        rust: |w| vec![made_at(w[0], w[1], w[2] as i32, w[3], w[4] as i32)],
     },
     Twin {
         name: "crossing_q16",
@@ -174,6 +181,23 @@ const TWINS: [Twin; 16] = [
             let begin = march::start(signed(w), signed(&w[3..]));
             vec![march::crossings_at(&begin, std::array::from_fn(|r| w[6 + r]), w[9])]
         },
+    },
+    Twin {
+        name: "made_until",
+        inputs: 11,
+        outputs: 4,
+        wgsl: "let m = start(in3(0u), in3(3u));
+               let stand = made_until(m, vec3<u32>(in(6u), in(7u), in(8u)), in(9u), sin(10u));
+               out(0u, stand.made.x); out(1u, stand.made.y); out(2u, stand.made.z); out(3u, u32(stand.stopped));",
+        rust: |w| made_until(signed(w), signed(&w[3..]), std::array::from_fn(|r| w[6 + r]), w[9], w[10] as i32),
+    },
+    Twin {
+        name: "visits",
+        inputs: 9,
+        outputs: 1,
+        wgsl: "let m = start(in3(0u), in3(3u));
+               out(0u, u32(visits(m.next_q16, m.period_q16, vec3<u32>(in(6u), in(7u), in(8u)))));",
+        rust: |w| vec![visits(signed(w), signed(&w[3..]), std::array::from_fn(|r| w[6 + r])) as u32],
     },
     Twin {
         name: "room",
@@ -210,6 +234,48 @@ const TWINS: [Twin; 16] = [
     },
 ];
 
+/// How many crossings of an axis come at or before a place in the order of all crossings.
+fn made_at(first: u32, period: u32, own: i32, t: u32, axis: i32) -> u32 {
+    match (own > axis, t) {
+        (false, _) => march::made_by(first, period, t),
+        (true, 0) => 0,
+        (true, _) => march::made_by(first, period, t - 1),
+    }
+}
+
+/// Steps to the last cell that a ray enters at or before (t, axis), or the last inside its room: the crossings of each
+/// axis, and whether the room ended it.
+fn made_until(origin: [i32; 3], dir: [i32; 3], room: [u32; 3], t: u32, axis: i32) -> Vec<u32> {
+    let mut march = march::start(origin, dir);
+    let mut made = [0; 3];
+    loop {
+        let next = march::next_axis(march.next_q16);
+        if (march.next_q16[next], next as i32) > (t, axis) {
+            return [made.to_vec(), vec![0]].concat();
+        }
+        if made[next] == room[next] {
+            return [made.to_vec(), vec![1]].concat();
+        }
+        march::cross(&mut march, next);
+        made[next] += 1;
+    }
+}
+
+/// Steps until a ray has come to a voxel, or past it.
+fn visits(origin: [i32; 3], dir: [i32; 3], ahead: [u32; 3]) -> bool {
+    let mut march = march::start(origin, dir);
+    let mut made = [0; 3];
+    while made != ahead {
+        let axis = march::next_axis(march.next_q16);
+        if march.next_q16[axis] > 2347 << 16 || made[axis] == ahead[axis] {
+            return false;
+        }
+        march::cross(&mut march, axis);
+        made[axis] += 1;
+    }
+    true
+}
+
 /// `launch` has no twin of its own: it is `start` in the directions of `direction_q16`.
 const LAUNCH: Twin = Twin {
     name: "launch",
@@ -217,7 +283,7 @@ const LAUNCH: Twin = Twin {
     outputs: 12,
     wgsl: "let p = Placement(
                array<i32, 3>(sin(0u), sin(1u), sin(2u)), array<i32, 3>(sin(3u), sin(4u), sin(5u)),
-               array<i32, 3>(sin(6u), sin(7u), sin(8u)), array<i32, 3>(sin(9u), sin(10u), sin(11u)), 0u, 0u);
+               array<i32, 3>(sin(6u), sin(7u), sin(8u)), array<i32, 3>(sin(9u), sin(10u), sin(11u)), 0u, 0u, 0u);
            out_march(launch(p, array<i32, 3>(sin(12u), sin(13u), sin(14u))));",
     rust: |w| {
         let dir_q16 = [3, 6, 9].map(|row| march::direction_q16(signed(&w[row..]), signed(&w[12..])));
@@ -321,25 +387,86 @@ fn cases(name: &str, random: &mut Random) -> Vec<u32> {
 /// The cases of the functions that say where a noisy return is read.
 fn read_cases(name: &str, random: &mut Random, out: &mut Vec<u32>) {
     match name {
-        "made_by" | "crossing_q16" => {
-            let third: &[u32] = if name == "made_by" {
-                &[0, 1, 9, 10, 11, 65_545, 65_546, 1772 << 16, 2047 << 16, 2347 << 16]
-            } else {
-                &[0, 1, 2, 3, 31, 32, 511, 1022, 1023]
-            };
+        "periods_in" => {
+            // Multiples of periods from all of a direction's, and what lies beside them.
+            for d in (3..=65_539).step_by(7).chain([3, 4, 5, 65_535, 65_536, 65_537, 65_539]) {
+                let period = march::period_q16(d);
+                let most = ((1 << 28) - 2) / period;
+                for n in [0, 1, 2, random.below(most + 1), most.saturating_sub(1), most].map(|n| n.min(most))
+                {
+                    let x = n * period;
+                    [x.saturating_sub(1), x, x + 1].iter().for_each(|&x| out.extend([x, period]));
+                }
+            }
+            for period in [65_533, 65_536, 131_072, 2047 << 16, 2048 << 16, NEVER - 1, NEVER] {
+                for x in [0, 1, 65_532, 65_533, 65_536, 2047 << 16, 2347 << 16, (1 << 28) - 1] {
+                    out.extend([x, period]);
+                }
+            }
+            (0..20_000).for_each(|_| {
+                out.extend([random.below(1 << 28), march::period_q16(3 + random.below(65_537))])
+            });
+        }
+        "made_at" => {
             for first in [0, 1, 10, 65_533, 65_536, 2047 << 16, NEVER - 1, NEVER] {
                 for period in [65_533, 65_536, 65_537, 131_072, 2047 << 16, 2048 << 16, NEVER - 1, NEVER] {
-                    third.iter().for_each(|&third| out.extend([first, period, third]));
+                    for t in [0, 1, 9, 10, 11, 65_545, 65_546, 1772 << 16, 2047 << 16, 2347 << 16] {
+                        for (own, axis) in [(0, -1), (0, 0), (0, 2), (1, 0), (1, 1), (2, 1)] {
+                            out.extend([first, period, own, t, axis as u32]);
+                        }
+                    }
+                }
+            }
+            for _ in 0..10_000 {
+                let period = march::period_q16(1 + random.below(65_539));
+                let first = march::first_q16(random.below(65_537), period);
+                let n = random.below(1 + (2000 << 16) / period);
+                // At a crossing, beside one, or anywhere.
+                let any = random.below(2347 << 16);
+                let at = first.min(300 << 16) + n * period.min(2000 << 16);
+                let t = random.of(&[at, at + 1, at.saturating_sub(1), any]).min(2347 << 16);
+                out.extend([first, period, random.below(3), t, random.between(-1, 2) as u32]);
+            }
+        }
+        "crossing_q16" => {
+            for first in [0, 1, 10, 65_533, 65_536, 2047 << 16, NEVER - 1, NEVER] {
+                for period in [65_533, 65_536, 65_537, 131_072, 2047 << 16, 2048 << 16, NEVER - 1, NEVER] {
+                    [0, 1, 2, 3, 31, 32, 511, 1022, 1023]
+                        .iter()
+                        .for_each(|&n| out.extend([first, period, n]));
                 }
             }
             for _ in 0..4000 {
                 let period = march::period_q16(1 + random.below(65_539));
                 let first = march::first_q16(random.below(65_537), period);
-                out.extend([first, period]);
-                out.push(random.below(if name == "made_by" { 2347 << 16 } else { 1024 }));
+                out.extend([first, period, random.below(1024)]);
             }
         }
-        "room" | "crossings_at" => {
+        "visits" => {
+            for i in 0..20_000 {
+                let (origin, dir, _) = ray_in_a_grid(random, i);
+                // A voxel that the ray comes to, or one beside it.
+                let mut march = march::start(origin, dir);
+                let mut ahead = [0u32; 3];
+                for _ in 0..random.below(40) {
+                    let axis = march::next_axis(march.next_q16);
+                    if march.next_q16[axis] > 1500 << 16 {
+                        break;
+                    }
+                    march::cross(&mut march, axis);
+                    ahead[axis] += 1;
+                }
+                ahead[random.below(3) as usize] += random.of(&[0, 0, 1]);
+                // What is entered past any range is never asked for.
+                let begin = march::start(origin, dir);
+                let enters = |r| march::crossing_q16(begin.next_q16[r], begin.period_q16[r], ahead[r] - 1);
+                if (0..3).any(|r| ahead[r] > 0 && (2047 << 16..NEVER).contains(&enters(r))) {
+                    continue;
+                }
+                out.extend(origin.map(|x| x as u32).into_iter().chain(dir.map(|x| x as u32)).chain(ahead));
+            }
+        }
+        "room" | "crossings_at" | "made_until" => {
             for i in 0..40_000 {
                 let (origin, dir, size) = ray_in_a_grid(random, i);
                 out.extend(origin.map(|x| x as u32).into_iter().chain(dir.map(|x| x as u32)));
@@ -348,6 +475,7 @@ fn read_cases(name: &str, random: &mut Random, out: &mut Vec<u32>) {
                     _ => {
                         let (room, t) = read_at(random, i, origin, dir, size);
                         out.extend(room.into_iter().chain([t]));
+                        out.extend((name == "made_until").then(|| random.between(-1, 2) as u32));
                     }
                 }
             }
@@ -444,8 +572,8 @@ fn every_function_equals_its_twin() {
 fn no_function_is_left_out() {
     let source = include_str!("../shaders/march.wgsl");
     let functions = source.lines().filter_map(|line| line.strip_prefix("fn ")?.split('(').next());
-    // These are parts of `start`, `launch` and `crossings_at`.
-    let parts = ["start_axis", "vec3_of", "made_inside"];
+    // These are parts of `start`, `launch`, `made_until` and `visits`.
+    let parts = ["start_axis", "vec3_of", "made_at3", "crossing3_q16"];
     for function in functions {
         let tested = TWINS.iter().chain([&LAUNCH]).any(|twin| twin.name == function);
         assert!(tested || parts.contains(&function), "shaders/march.wgsl: {function} has no twin test");

@@ -180,6 +180,11 @@ pub trait Backend {
         self.answer()
     }
 
+    /// What the stages of its work took so far, in the order they run, as far as that is known.
+    fn timings(&self) -> Vec<(&'static str, std::time::Duration)> {
+        Vec::new()
+    }
+
     /// All that is known of one placement, for comparisons, exports and pictures. No slot survives it.
     fn read(&mut self, table: usize, placement: &Placement) -> Result<Evidence>;
 }

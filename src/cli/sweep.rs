@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 use std::process::ExitCode;
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
 use perirobot::Result;
 use perirobot::report::{Results, best, scores};
@@ -27,6 +27,9 @@ pub(super) struct Args {
     out: PathBuf,
     #[command(flatten)]
     backend: BackendArgs,
+    /// Say afterwards, on standard error, what each stage of the backend's work took, where that is known
+    #[arg(long)]
+    timings: bool,
 }
 
 pub(super) fn run(args: &Args) -> Result<ExitCode> {
@@ -44,6 +47,10 @@ pub(super) fn run(args: &Args) -> Result<ExitCode> {
     bar.finish_and_clear();
     let timings = Timings { prepare_s, sweep_s: begin.elapsed().as_secs_f64() };
 
+    if args.timings {
+        print_timings(&backend.timings());
+    }
+
     folder.write("poses.csv", &table::poses_csv(&study))?;
     folder.write("results.csv", &table::results_csv(&study, &rows))?;
     let results = Results::of_sweep(&study, &worlds, &rows);
@@ -59,4 +66,14 @@ pub(super) fn run(args: &Args) -> Result<ExitCode> {
         args.out.display()
     ))?;
     Ok(ExitCode::SUCCESS)
+}
+
+/// A line a stage, in milliseconds.
+fn print_timings(timings: &[(&str, Duration)]) {
+    if timings.is_empty() {
+        eprintln!("this backend does not know what its stages took");
+    }
+    for (stage, took) in timings {
+        eprintln!("{stage:>8} {:10.1} ms", took.as_secs_f64() * 1e3);
+    }
 }

@@ -47,6 +47,11 @@ impl Bricks {
         Bricks { size, reach }
     }
 
+    /// Bricks on each axis of a grid of so many voxels.
+    pub fn size_of(voxels: [u32; 3]) -> [u32; 3] {
+        voxels.map(|n| n.div_ceil(Self::EDGE))
+    }
+
     /// Bricks on each axis.
     pub fn size(&self) -> [u32; 3] {
         self.size
@@ -68,7 +73,7 @@ impl Bricks {
 /// The bricks that hold a set voxel.
 fn occupied(blockers: &BitGrid) -> BitGrid {
     let [_, ny, nz] = blockers.window().size;
-    let size = blockers.window().size.map(|n| n.div_ceil(Bricks::EDGE));
+    let size = Bricks::size_of(blockers.window().size);
     let mut bricks = BitGrid::new(Window { min: [0; 3], size });
     let words_per_row = bricks.words_per_row() as usize;
     let voxels_per_row = blockers.words_per_row().max(1) as usize;
@@ -187,7 +192,7 @@ mod tests {
         };
         for case in 0..60 {
             let size = [90, 30, 30].map(|n| 1 + random(n) as u32);
-            let cells: Vec<_> = (0..[1, 3, 40][case % 3]).map(|_| size.map(|n| random(n))).collect();
+            let cells: Vec<_> = (0..[1, 3, 40][case % 3]).map(|_| size.map(&mut random)).collect();
             let bricks = Bricks::new(&plane(size, &cells));
             let [nx, ny, nz] = bricks.size().map(|n| n as i32);
             for z in 0..nz {

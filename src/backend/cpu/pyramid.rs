@@ -106,7 +106,7 @@ impl Pyramid {
                 let block = [u, v];
                 Rect {
                     first: std::array::from_fn(|a| rect.first[a].max(block[a] << SEARCHED)),
-                    last: std::array::from_fn(|a| rect.last[a].min((block[a] + 1 << SEARCHED) - 1)),
+                    last: std::array::from_fn(|a| rect.last[a].min(((block[a] + 1) << SEARCHED) - 1)),
                 }
             })
         })

@@ -99,7 +99,7 @@ pub(super) fn crossing(hit: Strike) -> Crossing {
 }
 
 /// No hit is later: crossings of the longest range, and of noise behind it.
-pub(super) const LAST: Strike = range(2 * MAX_RANGE_VOXELS << 16);
+pub(super) const LAST: Strike = range((2 * MAX_RANGE_VOXELS) << 16);
 
 /// The range as a strike: no crossing within it is later.
 pub(super) const fn range(range_max_q16: u32) -> Strike {

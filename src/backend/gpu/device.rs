@@ -5,7 +5,7 @@ use std::sync::{Arc, Mutex};
 use super::adapter::{self, AdapterChoice, AdapterReport};
 use crate::{Error, Result};
 
-/// Storage buffers that the hungriest kernel (`count`) sees; every WebGPU-class adapter has as many.
+/// Storage buffers that the hungriest kernels (`cast`, `gather`, `count`) see; every WebGPU-class adapter has as many.
 const STORAGE_BUFFERS: u32 = 8;
 
 /// An open adapter. Failures of the driver are kept as they come and reported by the next call that can fail.
@@ -13,7 +13,7 @@ pub struct Device {
     /// What was opened.
     pub report: AdapterReport,
     pub(super) device: wgpu::Device,
-    queue: wgpu::Queue,
+    pub(super) queue: wgpu::Queue,
     failure: Arc<Mutex<Option<String>>>,
 }
 
@@ -39,6 +39,7 @@ pub fn open(choice: &AdapterChoice) -> Result<Device> {
     let descriptor = wgpu::DeviceDescriptor {
         label: Some("perirobot"),
         required_limits: limits,
+        required_features: adapter.features() & wgpu::Features::TIMESTAMP_QUERY,
         // Few buffers, mostly large: there is nothing to win by allocating ahead.
         memory_hints: wgpu::MemoryHints::MemoryUsage,
         ..Default::default()
@@ -109,39 +110,56 @@ impl Device {
         self.device.create_command_encoder(&wgpu::CommandEncoderDescriptor { label: None })
     }
 
-    pub(super) fn submit(&self, encoder: wgpu::CommandEncoder) {
-        self.queue.submit([encoder.finish()]);
+    pub(super) fn submit(&self, encoder: wgpu::CommandEncoder) -> wgpu::SubmissionIndex {
+        self.queue.submit([encoder.finish()])
     }
 
-    /// Waits for all that was queued, then reads the first bytes of each buffer, a whole number of words.
-    pub(super) fn download(&self, wanted: &[(&wgpu::Buffer, u64)]) -> Result<Vec<Vec<u32>>> {
-        let mut encoder = self.encoder();
-        let mut stagings = Vec::with_capacity(wanted.len());
-        for &(buffer, bytes) in wanted {
-            let usage = wgpu::BufferUsages::MAP_READ | wgpu::BufferUsages::COPY_DST;
-            let staging = self.buffer("staging", bytes, usage);
-            if bytes > 0 {
-                encoder.copy_buffer_to_buffer(buffer, 0, &staging, 0, bytes);
-            }
-            stagings.push((staging, bytes));
+    /// Asks for the first bytes of buffers, a whole number of words of each, as they are after what the encoder
+    /// holds; nothing is waited for. `then` adds what is to be done after that.
+    pub(super) fn request(
+        &self,
+        mut encoder: wgpu::CommandEncoder,
+        wanted: &[(&wgpu::Buffer, u64)],
+        then: impl FnOnce(&mut wgpu::CommandEncoder),
+    ) -> Requested {
+        let usage = wgpu::BufferUsages::MAP_READ | wgpu::BufferUsages::COPY_DST;
+        let bytes: Vec<u64> = wanted.iter().map(|&(_, bytes)| bytes).collect();
+        let staging = self.buffer("staging", bytes.iter().sum(), usage);
+        let mut offset = 0;
+        for &(buffer, bytes) in wanted.iter().filter(|&&(_, bytes)| bytes > 0) {
+            encoder.copy_buffer_to_buffer(buffer, 0, &staging, offset, bytes);
+            offset += bytes;
         }
-        self.submit(encoder);
-        for (staging, _) in &stagings {
-            // A failed map leaves a range that cannot be read: reported below.
-            staging.map_async(wgpu::MapMode::Read, .., |_| {});
-        }
-        self.wait()?;
-        let words = stagings.into_iter().map(|(staging, bytes)| {
-            let view = staging.get_mapped_range(0..bytes).map_err(|e| self.failed(&e.to_string()))?;
-            Ok(bytemuck::pod_collect_to_vec(&view[..]))
+        then(&mut encoder);
+        let submission = self.submit(encoder);
+        // A failed map leaves a range that cannot be read: reported when it is received.
+        staging.map_async(wgpu::MapMode::Read, .., |_| {});
+        Requested { staging, bytes, submission }
+    }
+
+    /// Waits for what was asked for: the words of each buffer.
+    pub(super) fn receive(&self, requested: Requested) -> Result<Vec<Vec<u32>>> {
+        let Requested { staging, bytes, submission } = requested;
+        self.wait_until(Some(submission))?;
+        let view = staging.get_mapped_range(..).map_err(|e| self.failed(&e.to_string()))?;
+        let mut rest = &view[..];
+        let words = bytes.iter().map(|&bytes| {
+            let (first, others) = rest.split_at(bytes as usize);
+            rest = others;
+            bytemuck::pod_collect_to_vec(first)
         });
-        words.collect()
+        Ok(words.collect())
     }
 
     /// Waits until the queue is empty, however long that takes.
     pub(super) fn wait(&self) -> Result<()> {
+        self.wait_until(None)
+    }
+
+    /// Waits for a submission, or for all of them.
+    fn wait_until(&self, submission_index: Option<wgpu::SubmissionIndex>) -> Result<()> {
         // wgpu panics here when the device is lost on the way; that is an adapter's failure, not a bug of ours.
-        let poll = || self.device.poll(wgpu::PollType::wait_indefinitely());
+        let poll = || self.device.poll(wgpu::PollType::Wait { submission_index, timeout: None });
         let polled = std::panic::catch_unwind(std::panic::AssertUnwindSafe(poll));
         self.check()?;
         match polled {
@@ -150,6 +168,13 @@ impl Device {
             Err(_) => Err(self.failed("lost while waiting for it")),
         }
     }
+}
+
+/// Words that are on their way to the host.
+pub(super) struct Requested {
+    staging: wgpu::Buffer,
+    bytes: Vec<u64>,
+    submission: wgpu::SubmissionIndex,
 }
 
 /// A buffer that is kept, and grows when more is asked of it; then it forgets what it held.
@@ -164,6 +189,12 @@ impl Scratch {
     pub(super) fn storage(label: &'static str) -> Self {
         use wgpu::BufferUsages as Usage;
         Scratch { label, usage: Usage::STORAGE | Usage::COPY_DST | Usage::COPY_SRC, buffer: None }
+    }
+
+    /// For storage that tells dispatches how many workgroups they have.
+    pub(super) fn indirect(label: &'static str) -> Self {
+        use wgpu::BufferUsages as Usage;
+        Scratch { label, usage: Usage::STORAGE | Usage::INDIRECT | Usage::COPY_DST, buffer: None }
     }
 
     /// For uniforms that the host can write.

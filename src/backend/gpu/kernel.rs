@@ -18,6 +18,15 @@ pub(super) enum Binding {
     Write,
 }
 
+/// How many workgroups are launched.
+#[derive(Clone, Copy, Debug)]
+pub(super) enum Groups<'a> {
+    /// So many on x and y.
+    Known([u32; 2]),
+    /// As many as three words of a buffer say, from a byte on.
+    In(&'a wgpu::Buffer, u64),
+}
+
 /// A compute pipeline, entry point `main`, group 0.
 pub(super) struct Kernel {
     pipeline: wgpu::ComputePipeline,
@@ -72,18 +81,24 @@ impl Kernel {
         device.device.create_bind_group(&wgpu::BindGroupDescriptor { label: None, layout, entries: &entries })
     }
 
-    /// Records one dispatch of `groups` workgroups; `part` is the offset of its [`Part`], if the kernel has one.
+    /// Records one dispatch of `groups` workgroups, or of as many as a buffer says from an offset on; `part` is the offset of its [`Part`], if the kernel has one.
+    /// `stamps` says where to write when it began and ended.
     pub(super) fn dispatch(
         &self,
         encoder: &mut wgpu::CommandEncoder,
         bound: &wgpu::BindGroup,
         part: Option<u32>,
-        groups: [u32; 2],
+        groups: Groups,
+        stamps: Option<wgpu::ComputePassTimestampWrites>,
     ) {
-        let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor::default());
+        let descriptor = wgpu::ComputePassDescriptor { label: None, timestamp_writes: stamps };
+        let mut pass = encoder.begin_compute_pass(&descriptor);
         pass.set_pipeline(&self.pipeline);
         pass.set_bind_group(0, bound, part.as_slice());
-        pass.dispatch_workgroups(groups[0], groups[1], 1);
+        match groups {
+            Groups::Known([x, y]) => pass.dispatch_workgroups(x, y, 1),
+            Groups::In(buffer, offset) => pass.dispatch_workgroups_indirect(buffer, offset),
+        }
     }
 }
 
@@ -121,7 +136,13 @@ pub fn evaluate(
     let input = device.upload("input", input);
     let output = device.storage("output", words as u64 * 4);
     let mut encoder = device.encoder();
-    kernel.dispatch(&mut encoder, &kernel.bind(device, &[&input, &output]), None, [groups, 1]);
-    device.submit(encoder);
-    Ok(device.download(&[(&output, words as u64 * 4)])?.swap_remove(0))
+    kernel.dispatch(
+        &mut encoder,
+        &kernel.bind(device, &[&input, &output]),
+        None,
+        Groups::Known([groups, 1]),
+        None,
+    );
+    let requested = device.request(encoder, &[(&output, words as u64 * 4)], |_| {});
+    Ok(device.receive(requested)?.swap_remove(0))
 }

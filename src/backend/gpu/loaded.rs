@@ -1,11 +1,13 @@
 //! What stays on the device: tables of rays, a scene, evidence in slots, and room for a batch. Which kernel reads what
 //! when is `mod.rs`'s business.
 
+use std::sync::Arc;
+
 use super::device::{Device, Scratch};
 use super::plan::{CellSizes, TableSizes};
-use super::types::{NO_SLOT, ReadingWords, Setup, TableWords};
+use super::types::{BOX_BITS, BOX_EDGE, NO_SLOT, ReadingWords, Setup, TableWords};
 use crate::backend::{Cell, Rays, Reading, Slot};
-use crate::voxel::Window;
+use crate::voxel::{BitGrid, Bricks, Window};
 use crate::{Error, Result};
 
 /// A table of rays on the device.
@@ -35,7 +37,14 @@ pub(super) struct Loaded {
     pub(super) sizes: CellSizes,
     /// The uniform [`Setup`].
     pub(super) setup: wgpu::Buffer,
-    pub(super) blockers: wgpu::Buffer,
+    /// Blockers and the reach of their bricks: all, or what is not in the still layer.
+    pub(super) layer: wgpu::Buffer,
+    /// The same of the still layer, if there is one.
+    pub(super) still: Option<wgpu::Buffer>,
+    /// The numbers of the boxes of voxels that the window is decided in, those of the regions first.
+    pub(super) boxes: wgpu::Buffer,
+    /// The lowest voxels of the boxes of the regions, in the grid.
+    pub(super) corners: Vec<[i32; 3]>,
     pub(super) truth: wgpu::Buffer,
     pub(super) human: wgpu::Buffer,
     pub(super) robot: wgpu::Buffer,
@@ -48,20 +57,35 @@ pub(super) struct Loaded {
 }
 
 impl Loaded {
-    /// Uploads a scene of these sizes.
+    /// Uploads a scene of these sizes and boxes.
     pub(super) fn new(
         device: &Device,
         cell: &Cell,
         sizes: CellSizes,
+        (boxes, wanted): (&[[u32; 3]], u32),
         memory_bytes: Option<u64>,
+        kept: &Kept,
         room: &mut Room,
     ) -> Self {
         let slots = sizes.slots(&device.report, memory_bytes);
         let arena = slots as u64 * sizes.plane_bytes();
+        let mut layer = cell.blockers.clone();
+        if let Some(still) = &cell.still {
+            layer.remove(still);
+        }
+        let bits = BOX_BITS / 3;
+        let number = |corner: &[u32; 3]| {
+            let [x, y, z] = corner.map(|c| c / BOX_EDGE);
+            x | y << bits | z << (2 * bits)
+        };
+        let in_grid = |corner: &[u32; 3]| std::array::from_fn(|r| cell.window.min[r] + corner[r] as i32);
         Loaded {
             window: cell.window,
-            setup: Scratch::uniform("setup").filled(device, &[Setup::new(cell)]),
-            blockers: device.upload("blockers", cell.blockers.words()),
+            setup: Scratch::uniform("setup").filled(device, &[Setup::new(cell, kept.stride)]),
+            layer: device.upload("layer", &layer_words(&layer)),
+            still: cell.still.as_ref().map(|still| device.upload("still", &layer_words(still))),
+            boxes: device.upload("boxes", &boxes.iter().map(number).collect::<Vec<_>>()),
+            corners: boxes[..wanted as usize].iter().map(in_grid).collect(),
             truth: device.upload("truth", cell.truth.words()),
             human: device.upload("human", cell.human.words()),
             robot: device.upload("robot", cell.robot.words()),
@@ -93,10 +117,63 @@ impl Loaded {
     }
 }
 
+/// A layer of blockers as the shaders see it: its words, then the reach of its bricks, four of them a word.
+fn layer_words(blockers: &BitGrid) -> Vec<u32> {
+    let bricks = Bricks::new(blockers);
+    let four = |reach: &[u8]| reach.iter().rev().fold(0, |word, &reach| word << 8 | u32::from(reach));
+    blockers.words().iter().copied().chain(bricks.reach().chunks(4).map(four)).collect()
+}
+
+/// What rays hit first in a still layer: kept as long as the layer and the tables are.
+pub(super) struct Kept {
+    layer: Option<Arc<BitGrid>>,
+    /// Words of a slot.
+    pub(super) stride: u32,
+    /// Which slots hold hits in this layer.
+    pub(super) held: Vec<bool>,
+    room: Scratch,
+}
+
+impl Kept {
+    /// Nothing is kept.
+    pub(super) fn new() -> Self {
+        Kept { layer: None, stride: 0, held: Vec::new(), room: Scratch::storage("hits") }
+    }
+
+    /// Forgets what is kept: other tables are to be cast.
+    pub(super) fn forget(&mut self) {
+        self.layer = None;
+    }
+
+    /// Another scene, perhaps of the same still layer.
+    pub(super) fn load(&mut self, device: &Device, still: Option<&Arc<BitGrid>>, tables: &[Table]) {
+        let same = self.layer.as_ref().zip(still).is_some_and(|(a, b)| Arc::ptr_eq(a, b) || a == b);
+        if !same {
+            let largest = tables.iter().map(|table| &table.sizes).max_by_key(|sizes| sizes.ends_bytes());
+            let slots = largest.map_or(0, |sizes| sizes.hits_at_once(&device.report));
+            self.stride = largest.map_or(0, |sizes| (sizes.ends_bytes() / 4) as u32);
+            self.held = vec![false; if still.is_some() { slots.min(MOST_HITS) } else { 0 }];
+            self.layer = still.cloned();
+        }
+    }
+
+    /// The buffer of all slots.
+    pub(super) fn buffer(&mut self, device: &Device) -> wgpu::Buffer {
+        self.room.hold(device, self.held.len() as u64 * u64::from(self.stride) * 4)
+    }
+}
+
+/// Most placements whose hits are kept, however few their rays.
+const MOST_HITS: usize = 4096;
+
 /// Buffers that outlast a scene, because the next one mostly needs them as large.
 pub(super) struct Room {
     pub(super) placements: Scratch,
     pub(super) ends: Scratch,
+    pub(super) pyramid: Scratch,
+    pub(super) undecided: Scratch,
+    /// What `gather` leaves to `scan`: heads, then voxels.
+    pub(super) left: Scratch,
     /// The arenas of [`Loaded`].
     occupied: Scratch,
     free: Scratch,
@@ -113,6 +190,9 @@ impl Room {
         Room {
             placements: Scratch::storage("placements"),
             ends: Scratch::storage("ends"),
+            pyramid: Scratch::storage("pyramid"),
+            undecided: Scratch::storage("undecided"),
+            left: Scratch::indirect("left"),
             occupied: Scratch::storage("occupied"),
             free: Scratch::storage("free"),
             jobs: Scratch::storage("jobs"),

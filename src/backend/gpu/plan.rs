@@ -4,20 +4,33 @@
 use std::ops::Range;
 
 use super::adapter::AdapterReport;
-use super::types::{Part, Stage, WORDS_PER_INVOCATION, WORKGROUP};
-use crate::backend::{Cell, Rays};
+use super::pace::Pace;
+use super::types::{
+    BOX_EDGE, BOXES_AT_ONCE, FARTHEST_READ_Q16, HEADS, PYRAMID_LEVELS, Part, Stage, WORDS_PER_INVOCATION,
+    WORKGROUP, near_voxels,
+};
+use crate::backend::{Cell, Image, Rays};
 use crate::march::MAX_RANGE_VOXELS;
+use crate::voxel::{BitGrid, Bricks};
 use crate::{Error, Result};
 
-/// Crossings that one dispatch may have to make at worst. A software adapter makes some ten million a second on a
-/// core, so that this is seconds there and milliseconds on a GPU: no driver's watchdog bites.
-const CROSSINGS_PER_DISPATCH: u64 = 1 << 27;
-/// Rays of one dispatch, however short they are.
-const RAYS_PER_DISPATCH: u64 = 1 << 18;
-/// Words of the window that one dispatch fuses or counts.
-const WORDS_PER_DISPATCH: u32 = 1 << 20;
-/// What a word of one reading costs to fuse, in crossings, where each of its voxels has its own sum.
-const CROSSINGS_PER_READING: u64 = 32;
+/// What an item of a stage costs, about, in steps of a march: a ray that leaps, a ray's share of the pyramid, a box to judge, and
+/// the rows of a box that was left.
+const CAST_COST: u64 = 40;
+const PYRAMID_COST: u64 = 2;
+const JUDGE_COST: u64 = 50;
+const GATHER_COST: u64 = 4000;
+/// Items of one dispatch, however little they cost: the groups of one row must not be too many.
+const ITEMS_PER_DISPATCH: u64 = 1 << 21;
+/// Pixels of an image beyond which rays are numbered past what floats hold.
+const MOST_IMAGE_PIXELS: u32 = 1 << 24;
+/// Workgroups that share the boxes which were left.
+const GATHERING_GROUPS: Budget = Budget { software: 64, hardware: 4096 };
+/// Most workgroups of a row of a dispatch.
+const MOST_GROUPS: u64 = 65_535;
+/// What a word of one reading costs to fuse, where each of its voxels has its own sum, and a word to count.
+const STEPS_PER_READING: u64 = 32;
+const COUNT_COST: u64 = 4;
 /// Placements of a batch: more would not make the dispatches any larger.
 const PLACEMENTS_PER_BATCH: u64 = 64;
 /// Jobs of a batch.
@@ -28,18 +41,23 @@ const MOST_SLOTS: u64 = 2048;
 /// (the ends of its rays, or its fused planes).
 const EVIDENCE_BYTES: Budget = Budget { software: 256 << 20, hardware: 1 << 30 };
 const BATCH_BYTES: Budget = Budget { software: 64 << 20, hardware: 512 << 20 };
+/// The same of first hits in a still layer.
+const HIT_BYTES: Budget = Budget { software: 256 << 20, hardware: 4 << 30 };
 
-/// Bytes that something may take, by where they are.
+/// How much of something there may be, by where it is.
 struct Budget {
     software: u64,
     hardware: u64,
 }
 
 impl Budget {
+    fn of(&self, adapter: &AdapterReport) -> u64 {
+        if adapter.software { self.software } else { self.hardware }
+    }
+
     /// How many items of `planes` buffers, `bytes` an item in each, this holds and the adapter binds.
     fn holds(&self, adapter: &AdapterReport, planes: u64, bytes: u64) -> u64 {
-        let budget = if adapter.software { self.software } else { self.hardware };
-        (budget / planes).min(binding(adapter)) / bytes.max(1)
+        (self.of(adapter) / planes).min(binding(adapter)) / bytes.max(1)
     }
 }
 
@@ -65,10 +83,26 @@ pub(super) fn fits(adapter: &AdapterReport, what: &str, bytes: u64, cure: &str) 
 pub(super) struct Dispatch {
     pub(super) stage: Stage,
     pub(super) part: Part,
-    /// Workgroups on x (rays or words) and y (placements or jobs).
+    /// Workgroups on x (rays, boxes or words) and y (placements or jobs); none where the device decides.
     pub(super) groups: [u32; 2],
-    /// What it may cost at worst, in crossings.
+    /// What it costs, about, in steps of a march.
     pub(super) work: u64,
+}
+
+impl Dispatch {
+    /// Which head of the list of what `gather` leaves tells its workgroups, if the device alone knows how many they are.
+    pub(super) fn head(&self) -> Option<u32> {
+        (self.stage == Stage::Scan).then_some(self.part.region)
+    }
+}
+
+/// How the free voxels of a placement are found.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Carving {
+    /// From the pixels that see each: `pyramid`, `judge`, `gather` and `scan`, and `walk` near the sensor.
+    Gather,
+    /// Along each ray: `walk`.
+    Walk,
 }
 
 /// The sizes of a table of rays that decide how the work is cut.
@@ -77,6 +111,7 @@ pub(super) struct TableSizes {
     rays: u32,
     /// Crossings of one axis that its longest ray may make.
     reach: u32,
+    image: Option<Image>,
 }
 
 impl TableSizes {
@@ -87,35 +122,96 @@ impl TableSizes {
         // A noisy return may be read behind its blocker, and behind the range.
         let noise = rays.noise_q16.iter().max().map_or(0, |&most| most.max(0) as u32);
         let range = (rays.gates.range_max_q16 >> 16).min(MAX_RANGE_VOXELS);
-        Ok(TableSizes { rays: count as u32, reach: range + (noise >> 16) + 3 })
+        Ok(TableSizes { rays: count as u32, reach: range + (noise >> 16) + 3, image: rays.image })
     }
 
-    /// Bytes of the ends of one placement.
+    /// Bytes of one word a ray: the ends of one placement, or its hits in the still layer.
     pub(super) fn ends_bytes(&self) -> u64 {
         self.rays as u64 * 4
     }
 
-    /// How many placements go in a batch: as many as the budget and a binding hold the ends of, at least one.
-    pub(super) fn placements_at_once(&self, adapter: &AdapterReport) -> usize {
-        BATCH_BYTES.holds(adapter, 1, self.ends_bytes()).clamp(1, PLACEMENTS_PER_BATCH) as usize
+    /// Whether the rays are the pixels of a camera.
+    pub(super) fn is_image(&self) -> bool {
+        self.image.is_some()
+    }
+
+    /// Largest blocks of pixels of one placement's pyramid.
+    fn tiles(&self) -> u32 {
+        self.image
+            .map_or(0, |image| image.size_px.iter().map(|n| n.div_ceil(1 << PYRAMID_LEVELS.end())).product())
+    }
+
+    /// Bytes of the pyramid of one placement.
+    pub(super) fn pyramid_bytes(&self) -> u64 {
+        let levels = PYRAMID_LEVELS.end() - PYRAMID_LEVELS.start();
+        let blocks: u64 = (0..=levels).map(|level| 1 << (2 * level)).sum();
+        self.tiles() as u64 * blocks * 4
+    }
+
+    /// How many placements go in a batch: as many as the budget and a binding hold the ends of, and the boxes, at least one.
+    pub(super) fn placements_at_once(&self, cell: &CellSizes, adapter: &AdapterReport) -> usize {
+        let bytes = self.ends_bytes().max(cell.undecided_bytes(1));
+        let boxes = (HEADS * BOXES_AT_ONCE) as u64 / u64::from(cell.boxes[1].max(1));
+        BATCH_BYTES.holds(adapter, 1, bytes).min(boxes).clamp(1, PLACEMENTS_PER_BATCH) as usize
+    }
+
+    /// How many placements' hits in a still layer are kept.
+    pub(super) fn hits_at_once(&self, adapter: &AdapterReport) -> usize {
+        HIT_BYTES.holds(adapter, 1, self.ends_bytes()) as usize
+    }
+
+    /// The distance in 1/65536 voxels up to which rays pass voxels that are near, and no others need be walked: such a voxel
+    /// begins at most `near` deep, is less than two voxels deep, and the rays of the corners take the longest way there.
+    fn near_until_q16(&self) -> u32 {
+        let Some(image) = self.image else { return FARTHEST_READ_Q16 };
+        let corner = |a: usize| f64::from(image.size_px[a]) / 2.0 / image.focal_px[a];
+        let slant = (1.0 + corner(0).powi(2) + corner(1).powi(2)).sqrt();
+        let until = (near_voxels(&image) + 2.2) * slant * 1.01 + 1.0;
+        ((until * 65_536.0) as u64).min(FARTHEST_READ_Q16 as u64) as u32
+    }
+
+    /// Whether a placement may be so near to boxes of voxels that some of their voxels are near.
+    pub(super) fn is_near(&self, origin_q16: [i32; 3], boxes: &[[i32; 3]]) -> bool {
+        let until = (self.near_until_q16() >> 16) as i32 + 2;
+        let near = |corner: &[i32; 3]| {
+            (0..3).all(|r| {
+                let from = corner[r] - (origin_q16[r] >> 16);
+                from <= until && from + BOX_EDGE as i32 > -until
+            })
+        };
+        boxes.iter().any(near)
     }
 }
 
 /// The sizes of a loaded scene that decide how the work is cut.
 #[derive(Clone, Debug)]
 pub(super) struct CellSizes {
-    grid: [u32; 3],
+    window: [u32; 3],
     /// Words of a plane over the window.
     window_words: u32,
+    /// Boxes of voxels with voxels of a region, and all of the window.
+    boxes: [u32; 2],
     /// The words of each region that are not zero, from the first to the last.
     regions: Vec<Range<u32>>,
 }
 
+/// What a batch of placements needs.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Batch {
+    pub(super) placements: u32,
+    /// Placements, the first of the batch, that are near to boxes.
+    pub(super) near: u32,
+    /// Whether all is wanted, or only what is inside the regions.
+    pub(super) everything: bool,
+    pub(super) carving: Carving,
+}
+
 impl CellSizes {
-    /// The sizes of a scene, if the adapter can bind it.
-    pub(super) fn of(cell: &Cell, adapter: &AdapterReport) -> Result<Self> {
+    /// The sizes of a scene of so many boxes of voxels, if the adapter can bind it.
+    pub(super) fn of(cell: &Cell, boxes: [u32; 2], adapter: &AdapterReport) -> Result<Self> {
         let (grid, window) = (cell.blockers.words().len(), cell.truth.words().len());
-        fits(adapter, "the grid takes", grid as u64 * 4, "larger voxels")?;
+        let bricks = Bricks::size_of(cell.blockers.window().size).iter().map(|&n| n as u64).product::<u64>();
+        fits(adapter, "the grid takes", grid as u64 * 4 + bricks.next_multiple_of(4), "larger voxels")?;
         fits(adapter, "the evidence of one placement takes", window as u64 * 4, "smaller regions")?;
         let region_words = |words: &[u32]| {
             let first = words.iter().position(|&w| w != 0).unwrap_or(0);
@@ -123,15 +219,26 @@ impl CellSizes {
             first as u32..end as u32
         };
         Ok(CellSizes {
-            grid: cell.blockers.window().size,
+            window: cell.window.size,
             window_words: window as u32,
+            boxes,
             regions: cell.regions.iter().map(|region| region_words(region.words())).collect(),
         })
+    }
+
+    /// How many regions are counted.
+    pub(super) fn regions(&self) -> usize {
+        self.regions.len()
     }
 
     /// Bytes of a plane over the window.
     pub(super) fn plane_bytes(&self) -> u64 {
         self.window_words as u64 * 4
+    }
+
+    /// Bytes of the list of boxes that are left of some placements.
+    pub(super) fn undecided_bytes(&self, placements: u32) -> u64 {
+        (1 + placements as u64 * self.boxes[1] as u64) * 4
     }
 
     /// How many pieces of evidence are kept: as many as the budget, half of the memory if that was said, and a binding
@@ -146,37 +253,124 @@ impl CellSizes {
         BATCH_BYTES.holds(adapter, 2, self.plane_bytes()).clamp(1, JOBS_PER_BATCH) as usize
     }
 
-    /// The dispatches that cast and carve a batch of placements, in the order they must run.
-    pub(super) fn sensing(&self, table: &TableSizes, placements: u32) -> Vec<Dispatch> {
-        let longest = self.grid.iter().map(|&n| table.reach.min(n) as u64).sum::<u64>().max(1);
-        let rays_at_once = (CROSSINGS_PER_DISPATCH / longest).min(RAYS_PER_DISPATCH) as u32;
-        let rays_at_once = rays_at_once.next_multiple_of(WORKGROUP);
-        let mut out = Vec::new();
-        for stage in [Stage::Cast, Stage::Carve] {
-            let blocks = cut(placements, 0..table.rays, rays_at_once);
-            out.extend(blocks.into_iter().map(|block| block.dispatch(stage, 0, WORKGROUP, longest)));
+    /// How a table's free voxels are found for less: along its rays, through the window, or from the pixels of its
+    /// image, if it is one.
+    pub(super) fn carving(&self, table: &TableSizes) -> Carving {
+        let longest = self.window.iter().map(|&n| table.reach.min(n) as u64).sum::<u64>();
+        let walk = table.rays as u64 * longest / 2;
+        // A quarter of the boxes is left, about.
+        let gather = table.rays as u64 * PYRAMID_COST + self.boxes[0] as u64 * (JUDGE_COST + GATHER_COST / 4);
+        if table.image.is_some() && gather < walk && table.rays <= MOST_IMAGE_PIXELS {
+            Carving::Gather
+        } else {
+            Carving::Walk
         }
+    }
+
+    /// The dispatches that search the still layer for some placements.
+    pub(super) fn keeping(&self, table: &TableSizes, placements: u32, pace: &Pace) -> Vec<Dispatch> {
+        self.stage(Stage::Still, placements, 0..table.rays, CAST_COST, Part::default(), pace).collect()
+    }
+
+    /// The dispatches that cast and carve a batch of placements, in the order they must run.
+    pub(super) fn sensing(
+        &self,
+        table: &TableSizes,
+        batch: &Batch,
+        adapter: &AdapterReport,
+        pace: &Pace,
+    ) -> Vec<Dispatch> {
+        let (rays, rows) = (0..table.rays, batch.placements);
+        let cast = Part { every_ray: batch.everything as u32, ..Part::default() };
+        let mut out: Vec<_> = self.stage(Stage::Cast, rows, rays.clone(), CAST_COST, cast, pace).collect();
+        let walk = |rows: u32, until_q16: u32| {
+            let sizes = self.window.iter().map(|&n| (n.min(table.reach)) as u64).sum::<u64>();
+            let cost = (sizes / 2).min(3 * (until_q16 >> 16) as u64).max(1);
+            let part = Part { until_q16, ..Part::default() };
+            self.stage(Stage::Walk, rows, rays.clone(), cost, part, pace)
+        };
+        if batch.carving == Carving::Walk {
+            out.extend(walk(rows, FARTHEST_READ_Q16));
+            return out;
+        }
+        out.extend(walk(batch.near, table.near_until_q16()));
+        let boxes = 0..self.boxes[batch.everything as usize];
+        let tile_cost = PYRAMID_COST << (2 * PYRAMID_LEVELS.end());
+        out.extend(self.stage(Stage::Pyramid, rows, 0..table.tiles(), tile_cost, Part::default(), pace));
+        out.extend(self.stage(Stage::Judge, rows, boxes.clone(), JUDGE_COST, Part::default(), pace));
+        out.extend(self.gathering(boxes.end * rows, adapter, pace));
         out
+    }
+
+    /// The dispatches that decide the boxes which were left, and the voxels that were left of each of them.
+    fn gathering(
+        &self,
+        boxes: u32,
+        adapter: &AdapterReport,
+        pace: &Pace,
+    ) -> impl Iterator<Item = Dispatch> + use<> {
+        let at_once = (pace.work_at_once(Stage::Gather) / GATHER_COST).clamp(1, BOXES_AT_ONCE as u64) as u32;
+        let blocks = cut(1, 0..boxes, at_once.max(boxes.div_ceil(HEADS)));
+        let most = GATHERING_GROUPS.of(adapter) as u32;
+        blocks.into_iter().zip(0..).flat_map(move |(block, head)| {
+            let part = Part { region: head, ..Part::default() };
+            let gather = block.dispatch(Stage::Gather, part, 1, GATHER_COST);
+            let scan = Dispatch { stage: Stage::Scan, groups: [0, 0], ..gather };
+            [Dispatch { groups: [gather.groups[0].min(most), 1], ..gather }, scan]
+        })
+    }
+
+    /// The dispatches of a stage over items of rows, which cost so much each.
+    fn stage(
+        &self,
+        stage: Stage,
+        rows: u32,
+        items: Range<u32>,
+        cost: u64,
+        part: Part,
+        pace: &Pace,
+    ) -> impl Iterator<Item = Dispatch> + use<> {
+        let per_group = match stage {
+            Stage::Pyramid | Stage::Gather => 1,
+            Stage::Count => WORKGROUP * WORDS_PER_INVOCATION,
+            _ => WORKGROUP,
+        };
+        let at_once = (pace.work_at_once(stage) / cost.max(1))
+            .min(ITEMS_PER_DISPATCH.min(MOST_GROUPS * per_group as u64));
+        let at_once = (at_once.max(1) as u32).next_multiple_of(per_group);
+        cut(rows, items, at_once).into_iter().map(move |block| block.dispatch(stage, part, per_group, cost))
     }
 
     /// The dispatches that fuse and count a batch of jobs of at most so many readings, in the order they must run.
     /// Only words of regions are fused.
-    pub(super) fn scoring(&self, jobs: u32, readings: usize) -> Vec<Dispatch> {
+    pub(super) fn scoring(&self, jobs: u32, readings: usize, pace: &Pace) -> Vec<Dispatch> {
         let regions = self.regions.iter().filter(|words| !words.is_empty());
         let first = regions.clone().map(|words| words.start).min().unwrap_or(0);
         let end = regions.map(|words| words.end).max().unwrap_or(0);
-        let cost = CROSSINGS_PER_READING * readings.max(1) as u64;
-        let words_at_once = (CROSSINGS_PER_DISPATCH / cost).min(WORDS_PER_DISPATCH as u64) as u32;
-        let blocks = cut(jobs, first..end, words_at_once.max(1).next_multiple_of(WORKGROUP));
+        let cost = STEPS_PER_READING * readings.max(1) as u64;
         let mut out: Vec<_> =
-            blocks.into_iter().map(|block| block.dispatch(Stage::Fuse, 0, WORKGROUP, cost)).collect();
+            self.stage(Stage::Fuse, jobs, first..end, cost, Part::default(), pace).collect();
         for (words, region) in self.regions.iter().zip(0..) {
-            let blocks = cut(jobs, words.clone(), WORDS_PER_DISPATCH).into_iter();
-            let per_group = WORKGROUP * WORDS_PER_INVOCATION;
-            out.extend(blocks.map(|block| block.dispatch(Stage::Count, region, per_group, 0)));
+            let part = Part { region, ..Part::default() };
+            out.extend(self.stage(Stage::Count, jobs, words.clone(), COUNT_COST, part, pace));
         }
         out
     }
+}
+
+/// The boxes of voxels that a window is decided in, those with voxels of a region first and how many those are: the
+/// lowest voxel of each, counted from the window's corner.
+pub(super) fn boxes(cell: &Cell) -> (Vec<[u32; 3]>, u32) {
+    let [nx, ny, nz] = cell.window.size.map(|n| n.div_ceil(BOX_EDGE));
+    let mut wanted = vec![false; (nx * ny * nz) as usize];
+    for [x, y, z] in cell.regions.iter().flat_map(BitGrid::cells) {
+        let of = |voxel: i32, r: usize| (voxel - cell.window.min[r]) as u32 / BOX_EDGE;
+        wanted[((of(z, 2) * ny + of(y, 1)) * nx + of(x, 0)) as usize] = true;
+    }
+    let corner = |i: u32| [i % nx, i / nx % ny, i / nx / ny].map(|n| n * BOX_EDGE);
+    let (first, last): (Vec<_>, Vec<_>) = (0..nx * ny * nz).partition(|&i| wanted[i as usize]);
+    let count = first.len() as u32;
+    (first.into_iter().chain(last).map(corner).collect(), count)
 }
 
 /// Some items of some rows.
@@ -186,12 +380,12 @@ struct Block {
 }
 
 impl Block {
-    /// The dispatch of a block whose items cost so many crossings each; a workgroup takes `per_group` of them.
-    fn dispatch(self, stage: Stage, region: u32, per_group: u32, cost: u64) -> Dispatch {
+    /// The dispatch of a block whose items cost so much each; a workgroup takes `per_group` of them.
+    fn dispatch(self, stage: Stage, part: Part, per_group: u32, cost: u64) -> Dispatch {
         let Block { rows, items } = self;
         let work = (items.len() * rows.len()) as u64 * cost;
         let groups = [(items.len() as u32).div_ceil(per_group), rows.len() as u32];
-        let part = Part { first_row: rows.start, first: items.start, end: items.end, region };
+        let part = Part { first_row: rows.start, first: items.start, end: items.end, ..part };
         Dispatch { stage, part, groups, work }
     }
 }
@@ -211,15 +405,16 @@ fn cut(rows: u32, items: Range<u32>, at_once: u32) -> Vec<Block> {
 }
 
 /// Groups dispatches into submissions, so that none may take longer than its largest dispatch may.
-pub(super) fn submissions(dispatches: &[Dispatch]) -> Vec<&[Dispatch]> {
+pub(super) fn submissions<'a>(dispatches: &'a [Dispatch], pace: &Pace) -> Vec<&'a [Dispatch]> {
     let mut out = Vec::new();
-    let (mut first, mut work) = (0, 0);
+    let (mut first, mut share) = (0, 0.0);
     for (i, dispatch) in dispatches.iter().enumerate() {
-        if i > first && work + dispatch.work > CROSSINGS_PER_DISPATCH {
+        let own = dispatch.work as f64 / pace.work_at_once(dispatch.stage) as f64;
+        if i > first && share + own > 1.0 {
             out.push(&dispatches[first..i]);
-            (first, work) = (i, 0);
+            (first, share) = (i, 0.0);
         }
-        work += dispatch.work;
+        share += own;
     }
     out.push(&dispatches[first..]);
     out

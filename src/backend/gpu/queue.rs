@@ -1,10 +1,14 @@
 //! The compiled kernels and the work given to them: dispatches in, and word back that all of them ran. What they are
 //! bound to is decided in `mod.rs`.
 
-use super::device::{Device, Scratch};
-use super::kernel::{Binding, Kernel};
+use std::time::{Duration, Instant};
+
+use super::clock::{Clock, Timed};
+use super::device::{Device, Requested, Scratch};
+use super::kernel::{Binding, Groups, Kernel};
+use super::pace::Pace;
 use super::plan::{self, Dispatch, Launched};
-use super::types::{Part, Stage, shader_source};
+use super::types::{HEAD_WORDS, Part, Stage, shader_source};
 use crate::Result;
 
 /// An open adapter, its kernels, and what they were given to do.
@@ -17,6 +21,23 @@ pub(super) struct Queue {
     /// Completion counters, one a stage, and what they must come to.
     done: wgpu::Buffer,
     launched: Launched,
+    clock: Clock,
+    /// How much work goes in a dispatch.
+    pub(super) pace: Pace,
+    /// What each stage took so far, as far as it was timed.
+    pub(super) took: [Duration; Stage::ALL.len()],
+    /// Work submitted since the last request, a number a stage, and when the last answer came.
+    work: [u64; Stage::ALL.len()],
+    answered: Instant,
+}
+
+/// Words that are on their way, and what must have been done before they are trusted.
+pub(super) struct Asked {
+    requested: Requested,
+    launched: Launched,
+    timed: Vec<Timed>,
+    work: [u64; Stage::ALL.len()],
+    asked: Instant,
 }
 
 impl Queue {
@@ -28,8 +49,19 @@ impl Queue {
         };
         // In the order of each kernel's bindings; the last is always `done`.
         let kernels = [
-            kernel(Stage::Cast, &[Uniform, Each, Uniform, Read, Read, Read, Read, Write, Write])?,
-            kernel(Stage::Carve, &[Uniform, Each, Uniform, Read, Read, Read, Write, Write, Write])?,
+            kernel(Stage::Still, &[Uniform, Each, Uniform, Read, Read, Read, Write, Write])?,
+            kernel(
+                Stage::Cast,
+                &[Uniform, Each, Uniform, Read, Read, Read, Read, Read, Write, Write, Write],
+            )?,
+            kernel(Stage::Pyramid, &[Uniform, Each, Uniform, Read, Write, Write])?,
+            kernel(Stage::Judge, &[Uniform, Each, Uniform, Read, Read, Read, Write, Write, Write])?,
+            kernel(
+                Stage::Gather,
+                &[Uniform, Each, Uniform, Read, Read, Read, Read, Read, Write, Write, Write],
+            )?,
+            kernel(Stage::Scan, &[Uniform, Each, Uniform, Read, Read, Read, Read, Read, Read, Write, Write])?,
+            kernel(Stage::Walk, &[Uniform, Each, Uniform, Read, Read, Read, Write, Write])?,
             kernel(Stage::Fuse, &[Uniform, Each, Read, Read, Read, Read, Write, Write, Write])?,
             kernel(Stage::Count, &[Uniform, Each, Read, Read, Read, Read, Read, Read, Write, Write])?,
         ];
@@ -39,6 +71,11 @@ impl Queue {
             parts: Scratch::uniform("parts"),
             done: device.storage("done", Stage::ALL.len() as u64 * 4),
             launched: Launched::default(),
+            clock: Clock::new(&device),
+            pace: Pace::new(),
+            took: Default::default(),
+            work: Default::default(),
+            answered: Instant::now(),
             kernels,
             device,
         })
@@ -64,19 +101,27 @@ impl Queue {
         self.kernels[stage as usize].bind(&self.device, &[uniforms, storage, &[&self.done]].concat())
     }
 
-    /// Submits dispatches after what the encoder holds; nothing is waited for.
+    /// Submits dispatches after what the encoder holds; nothing is waited for. `bound` says what each is bound to, and `heads` is
+    /// where the device writes how many workgroups some have.
     pub(super) fn run<'a>(
         &mut self,
         mut encoder: wgpu::CommandEncoder,
         dispatches: &[Dispatch],
+        heads: Option<&wgpu::Buffer>,
         bound: impl Fn(&Dispatch) -> &'a wgpu::BindGroup,
     ) {
         let mut offset = 0;
-        for submission in plan::submissions(dispatches) {
+        for submission in plan::submissions(dispatches, &self.pace) {
             for dispatch in submission {
                 let kernel = &self.kernels[dispatch.stage as usize];
-                kernel.dispatch(&mut encoder, bound(dispatch), Some(offset), dispatch.groups);
+                let stamps = self.clock.stamp(dispatch);
+                let groups = match dispatch.head().zip(heads) {
+                    Some((head, heads)) => Groups::In(heads, u64::from(head * HEAD_WORDS) * 4),
+                    None => Groups::Known(dispatch.groups),
+                };
+                kernel.dispatch(&mut encoder, bound(dispatch), Some(offset), groups, stamps);
                 offset += self.part_stride;
+                self.work[dispatch.stage as usize] += dispatch.work;
             }
             self.device.submit(encoder);
             encoder = self.device.encoder();
@@ -84,16 +129,37 @@ impl Queue {
         self.launched.add(dispatches);
     }
 
-    /// Waits for all that ran and reads buffers back, unless the adapter left out some of the work.
-    pub(super) fn finish(&mut self, wanted: &[(&wgpu::Buffer, u64)]) -> Result<Vec<Vec<u32>>> {
-        let done = (&self.done, Stage::ALL.len() as u64 * 4);
-        let words = self.device.download(&[&[done], wanted].concat());
+    /// Asks for the first bytes of buffers as they are after all that was submitted; nothing is waited for.
+    pub(super) fn ask(&mut self, wanted: &[(&wgpu::Buffer, u64)]) -> Asked {
         let mut encoder = self.device.encoder();
-        encoder.clear_buffer(&self.done, 0, None);
-        self.device.submit(encoder);
-        let launched = std::mem::take(&mut self.launched);
-        let mut words = words?;
-        launched.check(&words.remove(0)).map_err(|e| self.device.failed(&e))?;
-        Ok(words)
+        let (timed, stamps) = self.clock.read(&mut encoder);
+        let stamps = stamps.as_ref().unwrap_or(&self.done);
+        let own = [(&self.done, Stage::ALL.len() as u64 * 4), (stamps, timed.len() as u64 * 16)];
+        let clear = |encoder: &mut wgpu::CommandEncoder| encoder.clear_buffer(&self.done, 0, None);
+        Asked {
+            requested: self.device.request(encoder, &[&own, wanted].concat(), clear),
+            launched: std::mem::take(&mut self.launched),
+            work: std::mem::take(&mut self.work),
+            asked: Instant::now(),
+            timed,
+        }
+    }
+
+    /// Waits for what was asked for, unless the adapter left out some of the work.
+    pub(super) fn answer(&mut self, asked: Asked) -> Result<Vec<Vec<u32>>> {
+        let Asked { requested, launched, timed, work, asked } = asked;
+        let mut words = self.device.receive(requested)?;
+        launched.check(&words[0]).map_err(|e| self.device.failed(&e))?;
+        for (Timed { stage, work }, stamps) in timed.iter().zip(words[1].chunks_exact(4)) {
+            let time = self.clock.time(stamps);
+            self.took[*stage as usize] += time;
+            self.pace.took(*stage, *work, time);
+        }
+        if timed.is_empty() {
+            // Without timestamps all that is known is when it was done: no sooner than what was asked for before it.
+            self.pace.all_took(&work, asked.max(self.answered).elapsed());
+        }
+        self.answered = Instant::now();
+        Ok(words.split_off(2))
     }
 }

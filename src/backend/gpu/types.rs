@@ -5,9 +5,10 @@ use std::fmt::Write;
 
 use bytemuck::{Pod, Zeroable};
 
-use crate::backend::{Cell, Fusion, LOG_ODDS, Placement, Rays, Slot};
+use crate::backend::{Cell, Fusion, Image, LOG_ODDS, Placement, Rays, Shot, Slot};
 use crate::march;
 use crate::metrics::COUNTERS;
+use crate::voxel::Bricks;
 
 /// Invocations of a workgroup: one wave or two on any GPU, and a whole number of vectors on a software adapter.
 pub const WORKGROUP: u32 = 64;
@@ -15,13 +16,54 @@ pub const WORKGROUP: u32 = 64;
 /// Words of a region that one invocation of `count` takes, so that a group's sums are worth their atomics.
 pub const WORDS_PER_INVOCATION: u32 = 16;
 
+/// Voxels along the edge of the boxes that are decided whole; a row of one lies in one word of a plane.
+pub const BOX_EDGE: u32 = 8;
+
+/// Bits of a box's number, a third of them an axis: 1023 voxels are 128 boxes.
+pub const BOX_BITS: u32 = 21;
+
+/// The smallest and the largest blocks of a pyramid have an edge of two to the power of these pixels.
+pub const PYRAMID_LEVELS: std::ops::RangeInclusive<u32> = 3..=6;
+
+/// Most pixels that an invocation of `gather` looks at for one voxel.
+pub const MOST_PIXELS: u32 = 512;
+
+/// Most turns of loops over pixels that an invocation of `gather` makes for all its voxels. Software adapters end all loops of an
+/// invocation after 65,535 turns in all, without a word; each of its boxes, at most 64, costs another 238.
+pub const MOST_TURNS: u32 = 30_000;
+
+/// Voxels that a workgroup of `scan` takes.
+pub const SCANS_AT_ONCE: u32 = 16;
+
+/// Most dispatches of `gather` in a batch; each has a head in the list of what it leaves.
+pub const HEADS: u32 = 1024;
+
+/// Words of a head: the workgroups that `scan` needs (x, y, z), and the voxels that are left.
+pub const HEAD_WORDS: u32 = 4;
+
+/// Boxes of a dispatch of `gather`: the list of what it leaves holds all of their voxels.
+pub const BOXES_AT_ONCE: u32 = 4096;
+
+/// No ray is read farther away: noise of 64 voxels, times the four or so of the largest of its steps, past the farthest range.
+pub const FARTHEST_READ_Q16: u32 = (1 << 28) - 1;
+
 /// The kernels, one a file of `shaders/`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Stage {
-    /// How each ray ends.
+    /// What each ray hits first in the still layer.
+    Still,
+    /// How each ray ends, and the endpoints.
     Cast,
-    /// What each ray's end proves.
-    Carve,
+    /// What blocks of a camera's pixels free at least and at most.
+    Pyramid,
+    /// Which boxes of voxels that decides.
+    Judge,
+    /// The voxels of the others.
+    Gather,
+    /// Those of them that many pixels may see.
+    Scan,
+    /// The cells that each ray frees, one by one.
+    Walk,
     /// What the evidence of several sensors says together.
     Fuse,
     /// What that is worth in a region.
@@ -30,11 +72,21 @@ pub enum Stage {
 
 impl Stage {
     /// All of them, in the order they run; a stage's place here is its completion counter.
-    pub const ALL: [Stage; 4] = [Stage::Cast, Stage::Carve, Stage::Fuse, Stage::Count];
+    pub const ALL: [Stage; 9] = [
+        Stage::Still,
+        Stage::Cast,
+        Stage::Pyramid,
+        Stage::Judge,
+        Stage::Gather,
+        Stage::Scan,
+        Stage::Walk,
+        Stage::Fuse,
+        Stage::Count,
+    ];
 
     /// The name of its file, without the ending.
     pub fn name(self) -> &'static str {
-        ["cast", "carve", "fuse", "count"][self as usize]
+        ["still", "cast", "pyramid", "judge", "gather", "scan", "walk", "fuse", "count"][self as usize]
     }
 }
 
@@ -59,11 +111,16 @@ pub struct Setup {
     pub window_z: u32,
     pub window_words: u32,
     pub regions: u32,
+    pub bricks_x: u32,
+    pub bricks_y: u32,
+    pub reach_word: u32,
+    pub hits_stride: u32,
 }
 
 impl Setup {
-    /// The numbers of a scene.
-    pub fn new(cell: &Cell) -> Self {
+    /// The numbers of a scene, and the words of a slot of hits in its still layer.
+    pub fn new(cell: &Cell, hits_stride: u32) -> Self {
+        let [bricks_x, bricks_y, _] = Bricks::size_of(cell.blockers.window().size);
         let [grid_x, grid_y, grid_z] = cell.blockers.window().size;
         let [window_min_x, window_min_y, window_min_z] = cell.window.min;
         let [window_x, window_y, window_z] = cell.window.size;
@@ -81,6 +138,10 @@ impl Setup {
             window_z,
             window_words: cell.truth.words().len() as u32,
             regions: cell.regions.len() as u32,
+            bricks_x,
+            bricks_y,
+            reach_word: cell.blockers.words().len() as u32,
+            hits_stride,
         }
     }
 }
@@ -98,11 +159,18 @@ pub struct TableWords {
     pub backdrop: u32,
     /// Whether there are steps of noise.
     pub noisy: u32,
+    pub image_x: u32,
+    pub image_y: u32,
+    pub focal_x: f32,
+    pub focal_y: f32,
+    /// Depth in voxels up to which voxels are near.
+    pub near: f32,
 }
 
 impl From<&Rays> for TableWords {
     fn from(rays: &Rays) -> Self {
         let gates = rays.gates;
+        let image = rays.image.unwrap_or(Image { size_px: [0; 2], focal_px: [1.0; 2] });
         TableWords {
             rays: rays.dirs_q15.len() as u32,
             range_min_q16: gates.range_min_q16,
@@ -111,22 +179,47 @@ impl From<&Rays> for TableWords {
             no_return_is_free: gates.no_return_is_free as u32,
             backdrop: gates.backdrop as u32,
             noisy: !rays.noise_q16.is_empty() as u32,
+            image_x: image.size_px[0],
+            image_y: image.size_px[1],
+            focal_x: image.focal_px[0] as f32,
+            focal_y: image.focal_px[1] as f32,
+            near: near_voxels(&image) as f32,
         }
     }
 }
 
+/// Depth in voxels up to which voxels of an image are near: behind it none may be seen by more pixels than the turns of an
+/// invocation of `scan` suffice for. As `sight` in `shaders/image.wgsl` sees a voxel, it is up to 1.84 voxels wide, and so much
+/// deeper than it begins; its pixels reach from the image's edge at its near side to where its other end is at its far side.
+pub fn near_voxels(image: &Image) -> f64 {
+    const MOST_PIXELS: f64 = 200_000.0;
+    const WIDE: f64 = 1.84;
+    let pixels = |depth: f64, axis: usize| {
+        let (size, focal) = (f64::from(image.size_px[axis]), image.focal_px[axis]);
+        (WIDE * (focal + size / 2.0) / (depth + WIDE) + 3.0).min(size)
+    };
+    (10..)
+        .map(|tenth| f64::from(tenth) / 10.0)
+        .find(|&depth| pixels(depth, 0) * pixels(depth, 1) <= MOST_PIXELS)
+        .unwrap_or(f64::MAX)
+}
+
 /// The twin of `Part` in `shaders/types.wgsl`: what one dispatch covers.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Pod, Zeroable)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable)]
 #[repr(C)]
 pub struct Part {
     /// The placement or job, counted from the first of the batch, of the first row of workgroups.
     pub first_row: u32,
-    /// First ray, or first word of the window.
+    /// First ray, block of pixels, box, or word of the window.
     pub first: u32,
-    /// The ray or word after the last.
+    /// The one after the last.
     pub end: u32,
     /// Which region is counted; 0 for all but `count`.
     pub region: u32,
+    /// Whether rays are cast that do not come near the window.
+    pub every_ray: u32,
+    /// Cells entered later than that are not walked.
+    pub until_q16: u32,
 }
 
 /// The twin of `Placement` in `shaders/types.wgsl`.
@@ -145,14 +238,15 @@ pub struct PlacementWords {
     pub draws: u32,
     /// Where the evidence goes.
     pub slot: Slot,
+    /// Where its first hits in the still layer are kept, or [`NO_SLOT`].
+    pub hits: Slot,
 }
 
-impl PlacementWords {
-    /// A placement, and the slot that its evidence goes to.
-    pub fn new(slot: Slot, placement: &Placement) -> Self {
-        let [axis_x_q15, axis_y_q15, axis_z_q15] = placement.axis_q15;
-        let Placement { origin_q16, draws, .. } = *placement;
-        PlacementWords { origin_q16, axis_x_q15, axis_y_q15, axis_z_q15, draws, slot }
+impl From<&Shot> for PlacementWords {
+    fn from(shot: &Shot) -> Self {
+        let Placement { origin_q16, draws, axis_q15: [axis_x_q15, axis_y_q15, axis_z_q15] } = shot.placement;
+        let hits = shot.hits.unwrap_or(NO_SLOT);
+        PlacementWords { origin_q16, axis_x_q15, axis_y_q15, axis_z_q15, draws, slot: shot.slot, hits }
     }
 }
 
@@ -204,14 +298,25 @@ pub fn shader_prelude() -> String {
         ("WORDS_PER_INVOCATION", WORDS_PER_INVOCATION),
         ("COUNTERS", COUNTERS as u32),
         ("KERNELS", Stage::ALL.len() as u32),
-        ("CAST", Stage::Cast as u32),
-        ("CARVE", Stage::Carve as u32),
-        ("FUSE", Stage::Fuse as u32),
-        ("COUNT", Stage::Count as u32),
         ("NO_SLOT", NO_SLOT),
+        ("BRICK_EDGE_LOG2", Bricks::EDGE_LOG2),
+        ("BOX_EDGE", BOX_EDGE),
+        ("BOX_BITS", BOX_BITS),
+        ("LEAST_LEVEL", *PYRAMID_LEVELS.start()),
+        ("MOST_LEVEL", *PYRAMID_LEVELS.end()),
+        ("MOST_PIXELS", MOST_PIXELS),
+        ("MOST_TURNS", MOST_TURNS),
+        ("SCANS_AT_ONCE", SCANS_AT_ONCE),
+        ("HEADS", HEADS),
+        ("HEAD_WORDS", HEAD_WORDS),
+        ("FARTHEST_READ_Q16", FARTHEST_READ_Q16),
     ];
     for (name, value) in constants {
         writeln!(source, "const {name} = {value}u;").expect("writing to a string");
+    }
+    for stage in Stage::ALL {
+        writeln!(source, "const {} = {}u;", stage.name().to_uppercase(), stage as u32)
+            .expect("writing to a string");
     }
     for (name, value) in [("LEAST_LOG_ODDS", LOG_ODDS.start()), ("MOST_LOG_ODDS", LOG_ODDS.end())] {
         writeln!(source, "const {name} = {value}i;").expect("writing to a string");
@@ -219,13 +324,20 @@ pub fn shader_prelude() -> String {
     source + include_str!("../../../shaders/types.wgsl") + include_str!("../../../shaders/march.wgsl")
 }
 
-/// The whole source of a kernel, as the device gets it: prelude and kernel, joined.
+/// The whole source of a kernel, as the device gets it: prelude, what several kernels share, and the kernel, joined.
 pub fn shader_source(stage: Stage) -> String {
-    shader_prelude()
-        + match stage {
-            Stage::Cast => include_str!("../../../shaders/cast.wgsl"),
-            Stage::Carve => include_str!("../../../shaders/carve.wgsl"),
-            Stage::Fuse => include_str!("../../../shaders/fuse.wgsl"),
-            Stage::Count => include_str!("../../../shaders/count.wgsl"),
-        }
+    let strike = include_str!("../../../shaders/strike.wgsl");
+    let image = include_str!("../../../shaders/image.wgsl");
+    let parts = match stage {
+        Stage::Still => [strike, include_str!("../../../shaders/still.wgsl")],
+        Stage::Cast => [strike, include_str!("../../../shaders/cast.wgsl")],
+        Stage::Pyramid => [image, include_str!("../../../shaders/pyramid.wgsl")],
+        Stage::Judge => [image, include_str!("../../../shaders/judge.wgsl")],
+        Stage::Gather => [image, include_str!("../../../shaders/gather.wgsl")],
+        Stage::Scan => [image, include_str!("../../../shaders/scan.wgsl")],
+        Stage::Walk => ["", include_str!("../../../shaders/walk.wgsl")],
+        Stage::Fuse => ["", include_str!("../../../shaders/fuse.wgsl")],
+        Stage::Count => ["", include_str!("../../../shaders/count.wgsl")],
+    };
+    shader_prelude() + &parts.concat()
 }

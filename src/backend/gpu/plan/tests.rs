@@ -2,14 +2,24 @@
 
 use super::*;
 
-/// A window of 30 000 words in a grid through which a ray may make `longest` crossings.
+/// A window of 30 000 words, `longest` voxels in all directions together, of 700 boxes, 500 with voxels of regions.
 fn cell(longest: u32, regions: &[(u32, u32)]) -> CellSizes {
     let regions = regions.iter().map(|&(first, end)| first..end).collect();
-    CellSizes { grid: [longest, 0, 0], window_words: 30_000, regions }
+    CellSizes { window: [longest, 0, 0], window_words: 30_000, boxes: [500, 700], regions }
 }
 
 fn table(rays: u32) -> TableSizes {
-    TableSizes { rays, reach: 4000 }
+    TableSizes { rays, reach: 4000, image: None }
+}
+
+/// A camera of 1280 × 720 pixels: 20 × 12 of the largest blocks.
+fn camera() -> TableSizes {
+    let image = Image { size_px: [1280, 720], focal_px: [674.4, 649.5] };
+    TableSizes { rays: 921_600, reach: 300, image: Some(image) }
+}
+
+fn batch(placements: u32, carving: Carving) -> Batch {
+    Batch { placements, near: placements / 3, everything: false, carving }
 }
 
 fn adapter(max_binding_bytes: u64, software: bool) -> AdapterReport {
@@ -29,15 +39,21 @@ fn adapter(max_binding_bytes: u64, software: bool) -> AdapterReport {
 
 /// Every (row, item) of a stage is in exactly one dispatch, no dispatch is too large, and its workgroups cover it.
 #[track_caller]
-fn covers_once(dispatches: &[Dispatch], expected: &[(Stage, u64)]) {
-    for dispatch in dispatches {
-        let per_group =
-            if dispatch.stage == Stage::Count { WORKGROUP * WORDS_PER_INVOCATION } else { WORKGROUP };
+fn covers_once(dispatches: &[Dispatch], pace: &Pace, expected: &[(Stage, u64)]) {
+    for dispatch in dispatches.iter().filter(|d| d.stage != Stage::Scan) {
+        let per_group = match dispatch.stage {
+            Stage::Count => WORKGROUP * WORDS_PER_INVOCATION,
+            Stage::Pyramid | Stage::Gather => 1,
+            _ => WORKGROUP,
+        };
         let items = dispatch.part.end - dispatch.part.first;
-        assert!(dispatch.groups[0] * per_group >= items, "{dispatch:?}");
+        // The groups of `gather` take boxes in turn.
+        assert!(dispatch.groups[0] * per_group >= items || dispatch.stage == Stage::Gather, "{dispatch:?}");
         assert!((dispatch.groups[0] - 1) * per_group < items, "an idle group: {dispatch:?}");
         assert!(dispatch.groups[0].max(dispatch.groups[1]) <= 65_535, "{dispatch:?}");
-        assert!(dispatch.work <= CROSSINGS_PER_DISPATCH + WORKGROUP as u64 * 4096, "{dispatch:?}");
+        let items = items as u64 * dispatch.groups[1] as u64;
+        let most = pace.work_at_once(dispatch.stage) + per_group as u64 * dispatch.work / items;
+        assert!(dispatch.work <= most, "{dispatch:?}");
     }
     for &(stage, expected) in expected {
         let of_stage = dispatches.iter().filter(|d| d.stage == stage);
@@ -46,32 +62,101 @@ fn covers_once(dispatches: &[Dispatch], expected: &[(Stage, u64)]) {
     }
 }
 
+/// The pace of an adapter that is `faster` times as fast as one is taken to be.
+fn pace(faster: u64) -> Pace {
+    let mut pace = Pace::new();
+    for stage in Stage::ALL {
+        let first = pace.work_at_once(stage);
+        (0..40).for_each(|_| pace.took(stage, faster * first, std::time::Duration::from_millis(250)));
+    }
+    pace
+}
+
 #[test]
-fn rays_are_cast_and_carved_once() {
-    for rays in [0, 1, 63, 64, 65, 300, 921_600, 3_000_000] {
-        for longest in [1, 263, 3069] {
-            for placements in [1, 3, 64] {
-                let total = rays as u64 * placements as u64;
-                let dispatches = cell(longest, &[]).sensing(&table(rays), placements);
-                covers_once(&dispatches, &[(Stage::Cast, total), (Stage::Carve, total)]);
+fn rays_are_cast_and_walked_once() {
+    for pace in [pace(1), pace(1000)] {
+        for rays in [0, 1, 63, 64, 65, 300, 921_600, 3_000_000] {
+            for longest in [1, 263, 3069] {
+                for placements in [1, 3, 64] {
+                    let total = rays as u64 * placements as u64;
+                    let walk = batch(placements, Carving::Walk);
+                    let dispatches =
+                        cell(longest, &[]).sensing(&table(rays), &walk, &adapter(1 << 27, true), &pace);
+                    covers_once(&dispatches, &pace, &[(Stage::Cast, total), (Stage::Walk, total)]);
+                    let dispatches = cell(longest, &[]).keeping(&table(rays), placements, &pace);
+                    covers_once(&dispatches, &pace, &[(Stage::Still, total)]);
+                }
             }
         }
     }
 }
 
 #[test]
+fn boxes_are_judged_and_gathered_once() {
+    for (software, pace) in [(true, pace(1)), (false, pace(1000))] {
+        for (everything, boxes) in [(false, 500), (true, 700)] {
+            let batch = Batch { everything, ..batch(18, Carving::Gather) };
+            let dispatches = cell(300, &[]).sensing(&camera(), &batch, &adapter(1 << 27, software), &pace);
+            let expected = [
+                (Stage::Cast, 18 * 921_600),
+                // Rays that pass near voxels, of the placements that are near some.
+                (Stage::Walk, 6 * 921_600),
+                (Stage::Pyramid, 18 * 240),
+                (Stage::Judge, 18 * boxes),
+                (Stage::Gather, 18 * boxes),
+            ];
+            covers_once(&dispatches, &pace, &expected);
+            // What is left of some boxes is scanned next, and each has its own head.
+            let gather = dispatches.iter().position(|d| d.stage == Stage::Gather).unwrap();
+            let (before, after) = dispatches.split_at(gather);
+            let order: Vec<_> = before.iter().map(|d| d.stage).collect();
+            let first = |stage| order.iter().position(|&s| s == stage);
+            assert!(
+                first(Stage::Cast) < first(Stage::Pyramid) && first(Stage::Pyramid) < first(Stage::Judge)
+            );
+            for (head, pair) in after.chunks(2).enumerate() {
+                assert_eq!((pair[0].stage, pair[1].stage), (Stage::Gather, Stage::Scan));
+                assert_eq!((pair[1].part, pair[1].head()), (pair[0].part, Some(head as u32)));
+                assert!(pair[0].part.end - pair[0].part.first <= BOXES_AT_ONCE);
+            }
+        }
+    }
+}
+
+#[test]
+fn what_costs_less_is_chosen() {
+    let cell = cell(300, &[]);
+    assert_eq!(cell.carving(&camera()), Carving::Gather);
+    assert_eq!(cell.carving(&TableSizes { image: None, ..camera() }), Carving::Walk, "rays without an image");
+    assert_eq!(cell.carving(&TableSizes { rays: 3000, ..camera() }), Carving::Walk, "few rays");
+}
+
+#[test]
+fn boxes_with_regions_come_first() {
+    use crate::voxel::{BitGrid, Window};
+    let window = Window::between([3, 4, 5], [3 + 16, 4 + 8, 5]);
+    let mut region = BitGrid::new(window);
+    region.set([3 + 16, 4 + 7, 5]);
+    region.set([3 + 8, 4 + 8, 5]);
+    let [blockers, truth, human, robot] = std::array::from_fn(|_| BitGrid::new(window));
+    let cell = Cell { window, blockers, still: None, truth, human, robot, regions: vec![region] };
+    let expected = [[16, 0, 0], [8, 8, 0], [0, 0, 0], [8, 0, 0], [0, 8, 0], [16, 8, 0]];
+    assert_eq!(boxes(&cell), (expected.to_vec(), 2));
+}
+
+#[test]
 fn words_are_fused_and_counted_once() {
-    let three = cell(1, &[(40, 30_000), (17, 18), (5, 5)]);
+    let (three, pace) = (cell(1, &[(40, 30_000), (17, 18), (5, 5)]), pace(1));
     for (jobs, readings) in [(1, 0), (1, 1), (256, 3), (7, 200), (3, 2048)] {
         let expected = [(Stage::Fuse, (30_000 - 17) * jobs as u64), (Stage::Count, 29_961 * jobs as u64)];
-        let dispatches = three.scoring(jobs, readings);
-        covers_once(&dispatches, &expected);
+        let dispatches = three.scoring(jobs, readings, &pace);
+        covers_once(&dispatches, &pace, &expected);
         // Nothing is counted before all of it is fused.
         let fused = dispatches.iter().rposition(|d| d.stage == Stage::Fuse);
         assert!(fused < dispatches.iter().position(|d| d.stage == Stage::Count));
     }
-    covers_once(&cell(1, &[(0, 33_000_000)]).scoring(2, 4), &[(Stage::Fuse, 66_000_000)]);
-    assert_eq!(cell(1, &[(5, 5)]).scoring(2, 4), []);
+    covers_once(&cell(1, &[(0, 33_000_000)]).scoring(2, 4, &pace), &pace, &[(Stage::Fuse, 66_000_000)]);
+    assert_eq!(cell(1, &[(5, 5)]).scoring(2, 4, &pace), []);
 }
 
 #[test]
@@ -84,25 +169,40 @@ fn noise_may_take_a_ray_behind_its_range() {
 
 #[test]
 fn submissions_are_the_dispatches_in_order() {
-    let dispatches = cell(263, &[]).sensing(&table(921_600), 3);
-    let groups = submissions(&dispatches);
-    assert!(groups.len() > 3 && groups.len() < dispatches.len());
+    let pace = pace(1);
+    let all = batch(3, Carving::Gather);
+    let dispatches = cell(263, &[]).sensing(&camera(), &all, &adapter(1 << 27, true), &pace);
+    let groups = submissions(&dispatches, &pace);
+    assert!(groups.len() > 3 && groups.len() < dispatches.len(), "{} of {}", groups.len(), dispatches.len());
     assert_eq!(groups.concat(), dispatches);
-    assert_eq!(submissions(&[]), vec![&[] as &[Dispatch]]);
+    assert_eq!(submissions(&[], &pace), vec![&[] as &[Dispatch]]);
+}
+
+#[test]
+fn placements_are_near_where_near_voxels_are() {
+    // Near is 3 voxels deep; corner rays are 1.486 times as long, so rays are walked for 1 + 1.01 · 1.486 · 5.2 voxels.
+    let until = camera().near_until_q16();
+    assert_eq!(until >> 16, 8, "{until}");
+    let corner = [100, 0, 0];
+    let near = |x: i32| camera().is_near([x << 16, 3 << 16, 3 << 16], &[corner]);
+    assert_eq!([89, 90, 107, 117, 118].map(near), [false, true, true, true, false]);
+    assert!(!camera().is_near([100 << 16; 3], &[]));
 }
 
 #[test]
 fn batches_fit_the_binding_and_the_budget() {
     let (software, hardware) = (adapter(1 << 27, true), adapter(1 << 27, false));
-    assert_eq!(table(300).placements_at_once(&software), 64);
-    assert_eq!(table(0).placements_at_once(&software), 64);
+    let cell = cell(263, &[]);
+    let at_once = |table: &TableSizes, adapter: &AdapterReport| table.placements_at_once(&cell, adapter);
+    assert_eq!(at_once(&table(300), &software), 64);
+    assert_eq!(at_once(&table(0), &software), 64);
     let camera = table(921_600);
-    assert_eq!(camera.placements_at_once(&software), 18, "18 times 3.7 MB of ends in 64 MiB");
-    assert_eq!(camera.placements_at_once(&hardware), 36, "36 times 3.7 MB of ends in 128 MiB");
-    assert_eq!(camera.placements_at_once(&adapter(1 << 10, true)), 1);
+    assert_eq!(at_once(&camera, &software), 18, "18 times 3.7 MB of ends in 64 MiB");
+    assert_eq!(at_once(&camera, &hardware), 36, "36 times 3.7 MB of ends in 128 MiB");
+    assert_eq!(at_once(&camera, &adapter(1 << 10, true)), 1);
+    assert_eq!((camera.hits_at_once(&software), camera.hits_at_once(&adapter(1 << 34, false))), (36, 582));
 
     // Two planes of 120 kB.
-    let cell = cell(263, &[]);
     assert_eq!((cell.slots(&software, None), cell.jobs_at_once(&software)), (1118, 256));
     assert_eq!(cell.slots(&adapter(1 << 30, false), None), 2048);
     assert_eq!(cell.slots(&software, Some(128 << 20)), 279, "a quarter of 1118");
@@ -136,9 +236,11 @@ fn what_cannot_be_bound_is_refused_with_its_size() {
     let [blockers, truth, human, robot] = std::array::from_fn(|_| grid.clone());
     let cell =
         Cell { window: grid.window(), blockers, still: None, truth, human, robot, regions: vec![grid] };
-    assert!(CellSizes::of(&cell, &adapter(2560, true)).is_ok(), "exactly as large as a binding");
-    let refused = CellSizes::of(&cell, &adapter(2559, true)).unwrap_err().to_string();
-    assert!(refused.contains("the grid takes 2560 bytes"), "{refused}");
+    // 20 rows of 32 words, and 256 · 5 bricks.
+    let sizes = |bytes| CellSizes::of(&cell, [0; 2], &adapter(bytes, true));
+    assert!(sizes(3840).is_ok(), "exactly as large as a binding");
+    let refused = sizes(3839).unwrap_err().to_string();
+    assert!(refused.contains("the grid takes 3840 bytes"), "{refused}");
     assert!(TableSizes::of(&rays(213), &adapter(2560, true)).is_ok());
     let refused = TableSizes::of(&rays(214), &adapter(2560, true)).unwrap_err().to_string();
     assert!(refused.contains("rays takes 2568 bytes") && refused.contains("at most 2560"), "{refused}");
@@ -147,13 +249,15 @@ fn what_cannot_be_bound_is_refused_with_its_size() {
 #[test]
 fn a_missing_workgroup_is_noticed_and_named() {
     let mut launched = Launched::default();
-    launched.add(&cell(263, &[]).sensing(&table(1000), 1));
-    launched.add(&cell(263, &[]).sensing(&table(1000), 1));
-    launched.add(&cell(263, &[(0, 2048)]).scoring(2, 1));
-    assert_eq!(launched.check(&[32, 32, 64, 4]), Ok(()));
-    let missing = launched.check(&[32, 31, 64, 4]).unwrap_err();
-    assert!(missing.contains("31 of 32 workgroups of `carve`"), "{missing}");
-    let missing = launched.check(&[32, 32, 63, 4]).unwrap_err();
+    let pace = pace(1);
+    let walk = cell(263, &[]).sensing(&table(1000), &batch(1, Carving::Walk), &adapter(1 << 27, true), &pace);
+    launched.add(&walk);
+    launched.add(&walk);
+    launched.add(&cell(263, &[(0, 2048)]).scoring(2, 1, &pace));
+    assert_eq!(launched.check(&[0, 32, 0, 0, 0, 0, 32, 64, 4]), Ok(()));
+    let missing = launched.check(&[0, 32, 0, 0, 0, 0, 31, 64, 4]).unwrap_err();
+    assert!(missing.contains("31 of 32 workgroups of `walk`"), "{missing}");
+    let missing = launched.check(&[0, 32, 0, 0, 0, 0, 32, 63, 4]).unwrap_err();
     assert!(missing.contains("63 of 64 workgroups of `fuse`"), "{missing}");
-    assert!(launched.check(&[32, 32, 64, 5]).is_err(), "too many is as wrong");
+    assert!(launched.check(&[0, 32, 0, 0, 0, 0, 32, 64, 5]).is_err(), "too many is as wrong");
 }

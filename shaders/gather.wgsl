@@ -1,0 +1,153 @@
+// Decides the boxes that `judge` left, voxel by voxel, from the pixels that may see each. One workgroup a box at a time, one
+// invocation a cube of 2 × 2 × 2 of its voxels; voxels that many pixels may see are listed for `scan`.
+//
+// # Theory
+// A voxel is free if and only if some ray that visits it frees more cells than the voxel is away: one witness is enough, and
+// whether a ray visits a voxel is a matter of six crossings. Near voxels, which most pixels may see, are left to `walk`.
+//
+// # Practice
+// Software adapters end all loops of an invocation after 65,535 turns in all, and say nothing. So turns are counted: a box costs
+// 238 at most besides the pixels, a group takes at most 64 boxes, and pixels come out of MOST_TURNS.
+
+@group(0) @binding(0) var<uniform> setup: Setup;
+@group(0) @binding(1) var<uniform> part: Part;
+@group(0) @binding(2) var<uniform> table: Table;
+@group(0) @binding(3) var<storage, read> placements: array<Placement>;
+@group(0) @binding(4) var<storage, read> dirs_q15: array<array<i32, 3>>;
+@group(0) @binding(5) var<storage, read> ends: array<u32>;
+@group(0) @binding(6) var<storage, read> pyramid: array<u32>;
+@group(0) @binding(7) var<storage, read> undecided: array<u32>;
+@group(0) @binding(8) var<storage, read_write> left: array<atomic<u32>>;
+@group(0) @binding(9) var<storage, read_write> free: array<atomic<u32>>;
+@group(0) @binding(10) var<storage, read_write> done: array<atomic<u32>, KERNELS>;
+
+// Turns of the loops over pixels so far.
+var<private> turns: u32;
+
+// Whether some pixel of a rectangle sees a voxel and frees more cells than it is away. The pixel through the voxel's centre is
+// asked first: it mostly knows.
+fn witnessed(placement: Placement, row: u32, offset: vec3<i32>, middle: vec2<i32>, first: vec2<i32>, last: vec2<i32>, away: u32) -> bool {
+    var pixel = middle;
+    var next = first;
+    var found = false;
+    loop {
+        // The next pixel that frees enough. Software adapters pay for what follows as often as the slowest of eight neighbours.
+        var enough = false;
+        loop {
+            turns += 1u;
+            let end = ends[row * table.rays + u32(pixel.y) * table.image_x + u32(pixel.x)];
+            enough = freed(unpacked(end), table.no_return_is_free != 0u) > away;
+            if enough || next.y > last.y {
+                break;
+            }
+            pixel = next;
+            next = select(next + vec2<i32>(1, 0), vec2<i32>(first.x, next.y + 1), next.x == last.x);
+        }
+        if !enough {
+            break;
+        }
+        turns += 1u;
+        found = sees(placement, dirs_q15[u32(pixel.y) * table.image_x + u32(pixel.x)], offset);
+        if found || next.y > last.y {
+            break;
+        }
+        pixel = next;
+        next = select(next + vec2<i32>(1, 0), vec2<i32>(first.x, next.y + 1), next.x == last.x);
+    }
+    return found;
+}
+
+// Lists a voxel for `scan`, whose workgroups take SCANS_AT_ONCE of them. What scan is asked to do is taken from its completion
+// counter, so that it comes to nothing when all is done.
+fn leave(item: u32, voxel: u32) {
+    let head = part.region * HEAD_WORDS;
+    let place = atomicAdd(&left[head + 3u], 1u);
+    atomicStore(&left[HEADS * HEAD_WORDS + place], (item << 9u) | voxel);
+    if place % SCANS_AT_ONCE == 0u {
+        atomicAdd(&left[head], 1u);
+        atomicSub(&done[SCAN], 1u);
+    }
+}
+
+// Whether a voxel is free as far as that is known; a voxel that it would take many pixels to know of is left.
+fn is_free(placement: Placement, view: View, row: u32, cell: vec3<i32>, item: u32, voxel: u32) -> bool {
+    let sight = sight(view, cell, 1);
+    let own = vec3_of(placement.origin_q16) >> vec3<u32>(16u);
+    let away = away(own, cell, 1).x;
+    let range = freed_range(row, sight.first, sight.last);
+    let open = sight.seen && !sight.near && range.y > away;
+    if open {
+        let size = sight.last - sight.first + 1;
+        let pixels = u32(size.x * size.y);
+        if pixels > MOST_PIXELS || turns + 2u * pixels + 4u > MOST_TURNS {
+            // The pixel through the middle mostly knows.
+            let index = u32(sight.centre.y) * table.image_x + u32(sight.centre.x);
+            let end = unpacked(ends[row * table.rays + index]);
+            let enough = freed(end, table.no_return_is_free != 0u) > away;
+            if enough && sees(placement, dirs_q15[index], cell - own) {
+                return true;
+            }
+            leave(item, voxel);
+            return false;
+        }
+        return witnessed(placement, row, cell - own, sight.centre, sight.first, sight.last, away);
+    }
+    return false;
+}
+
+// Which voxels of a cube of two are free as far as that is known: a bit each, x fastest. The cube may be decided whole, as boxes are.
+fn free_of_cube(placement: Placement, view: View, row: u32, low: vec3<u32>, item: u32, voxel: u32) -> u32 {
+    let window = vec3<u32>(setup.window_x, setup.window_y, setup.window_z);
+    let cell = vec3<i32>(low) + vec3<i32>(setup.window_min_x, setup.window_min_y, setup.window_min_z);
+    let sight = sight(view, cell, 2);
+    let away = away(vec3_of(placement.origin_q16) >> vec3<u32>(16u), cell, 2);
+    let range = freed_range(row, sight.first, sight.last);
+    let all_free = sight.dense && range.x > away.y;
+    // A loop that ends at once costs a software adapter little; what is behind a branch it pays for.
+    let voxels = select(0u, 8u, sight.seen && range.y > away.x && !all_free);
+    var bits = select(0u, 0xffu, all_free);
+    for (var i = 0u; i < voxels; i += 1u) {
+        let at = vec3<u32>(i & 1u, (i >> 1u) & 1u, i >> 2u);
+        if all(low + at < window) {
+            let number = voxel + at.x + at.y * BOX_EDGE + at.z * BOX_EDGE * BOX_EDGE;
+            bits |= u32(is_free(placement, view, row, cell + vec3<i32>(at), item, number)) << i;
+        }
+    }
+    return bits;
+}
+
+@compute @workgroup_size(WORKGROUP)
+fn main(
+    @builtin(workgroup_id) group: vec3<u32>,
+    @builtin(num_workgroups) groups: vec3<u32>,
+    @builtin(local_invocation_index) local: u32,
+) {
+    let window = vec3<u32>(setup.window_x, setup.window_y, setup.window_z);
+    let cube = vec3<u32>(local & 3u, (local >> 2u) & 3u, local >> 4u) * 2u;
+    let voxel = cube.x + cube.y * BOX_EDGE + cube.z * BOX_EDGE * BOX_EDGE;
+    let end = min(part.end, undecided[0]);
+    for (var item = part.first + group.x; item < end; item += groups.x) {
+        let word = undecided[item + 1u];
+        let row = word >> BOX_BITS;
+        let placement = placements[row];
+        let low = box_corner(word) + cube;
+        if all(low < window) {
+            let bits = free_of_cube(placement, view_of(placement), row, low, item - part.first, voxel);
+            // The last voxel of a row may stand alone.
+            let within = select(1u, 3u, low.x + 1u < window.x);
+            for (var i = 0u; i < 4u; i += 1u) {
+                let two = (bits >> (2u * i)) & within;
+                let y = low.y + (i & 1u);
+                let z = low.z + (i >> 1u);
+                if two != 0u && y < window.y && z < window.z {
+                    let at = (z * window.y + y) * setup.window_words_per_row + (low.x >> 5u);
+                    atomicOr(&free[placement.slot * setup.window_words + at], two << (low.x & 31u));
+                }
+            }
+        }
+    }
+    workgroupBarrier();
+    if local == 0u {
+        atomicAdd(&done[GATHER], 1u);
+    }
+}

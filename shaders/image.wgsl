@@ -1,0 +1,160 @@
+// Where boxes of voxels are in a camera's image, and what its pixels free there: what `judge` and `gather` share. The kernel
+// binds the pyramid as `pyramid`. Floats say only where to look; what is seen there is decided in integers.
+//
+// # Theory
+// The ideal rays that cross a box go through the pixels that it projects to. Rays of integers stray from them, by less than
+// `stray`, so the box is grown by that first. Depth and width are bounded one by one, which makes the rectangle larger than
+// need be, never smaller.
+
+// A camera at a placement.
+struct View {
+    origin: vec3<f32>,
+    // The sensor's axes in the grid.
+    right: vec3<f32>,
+    down: vec3<f32>,
+    forward: vec3<f32>,
+}
+
+// A box as a camera sees it: only rays of pixels from `first` to `last`, both included, visit any of it.
+struct Sight {
+    first: vec2<i32>,
+    last: vec2<i32>,
+    // The one of them next to its middle.
+    centre: vec2<i32>,
+    // Whether any pixel is left.
+    seen: bool,
+    // Whether some of it is so near that pixels say little.
+    near: bool,
+    // Whether it is so far inside the image, and pixels so close at its depth, that some ray surely visits each voxel.
+    dense: bool,
+}
+
+fn view_of(placement: Placement) -> View {
+    let x = vec3<f32>(vec3_of(placement.axis_x_q15)) / 32768.0;
+    let y = vec3<f32>(vec3_of(placement.axis_y_q15)) / 32768.0;
+    let z = vec3<f32>(vec3_of(placement.axis_z_q15)) / 32768.0;
+    return View(
+        vec3<f32>(vec3_of(placement.origin_q16)) / 65536.0,
+        vec3<f32>(x.x, y.x, z.x),
+        vec3<f32>(x.y, y.y, z.y),
+        vec3<f32>(x.z, y.z, z.z),
+    );
+}
+
+// How far a ray of integers may be from its ideal line at a distance, in voxels; twice what rounding can add up to.
+fn stray(distance: f32) -> f32 {
+    return 2e-4 * distance + 0.03;
+}
+
+// The smallest and largest of p / z over a box, in pixels of one axis of the image.
+fn span(p: f32, wide: f32, z_low: f32, z_high: f32, focal: f32, middle: f32) -> vec2<f32> {
+    let low = p - wide;
+    let high = p + wide;
+    return middle + focal * vec2<f32>(
+        low / select(z_high, z_low, low < 0.0),
+        high / select(z_low, z_high, high < 0.0),
+    );
+}
+
+// A cube of `edge` voxels from `corner` on, in the grid.
+fn sight(view: View, corner: vec3<i32>, edge: i32) -> Sight {
+    let half = f32(edge) * 0.5;
+    let centre = vec3<f32>(corner) + half - view.origin;
+    let p = vec3<f32>(dot(view.right, centre), dot(view.down, centre), dot(view.forward, centre));
+    let one = vec3<f32>(1.0);
+    let wide = half * vec3<f32>(dot(abs(view.right), one), dot(abs(view.down), one), dot(abs(view.forward), one))
+        + stray(dot(abs(p), one) + 3.0 * half);
+    let z_low = p.z - wide.z;
+    let z_high = p.z + wide.z;
+    let near = z_low < table.near;
+    let size = vec2<f32>(vec2<u32>(table.image_x, table.image_y));
+    // What is nearer than that lies in voxels that are near.
+    let z = max(z_low, 0.01);
+    let u = span(p.x, wide.x, z, max(z_high, z), table.focal_x, size.x * 0.5);
+    let v = span(p.y, wide.y, z, max(z_high, z), table.focal_y, size.y * 0.5);
+    // Half a pixel for the floats' own rounding.
+    let low = vec2<f32>(u.x, v.x) - 0.5;
+    let high = vec2<f32>(u.y, v.y) + 0.5;
+    let seen = z_high > 0.0 && all(high >= vec2<f32>()) && all(low < size);
+    let inside = all(low >= vec2<f32>()) && all(high <= size);
+    // Half the diagonal of a pixel, at most, at the farthest depth.
+    let gap = 0.71 * z_high / min(table.focal_x, table.focal_y) + stray(dot(abs(p), one) + 3.0 * half);
+    let first = floor(clamp(low, vec2<f32>(), size - 1.0));
+    let last = floor(clamp(high, vec2<f32>(), size - 1.0));
+    let middle = size * 0.5 + vec2<f32>(table.focal_x, table.focal_y) * p.xy / max(p.z, 0.01);
+    return Sight(
+        vec2<i32>(first),
+        vec2<i32>(last),
+        vec2<i32>(clamp(floor(middle), first, last)),
+        seen,
+        near,
+        !near && inside && gap <= 0.5,
+    );
+}
+
+// Whether a pixel's ray visits the voxel so many voxels from the sensor's cell, were nothing in its way.
+fn sees(placement: Placement, dir_q15: array<i32, 3>, offset: vec3<i32>) -> bool {
+    let begin = launch(placement, dir_q15);
+    let towards = all((offset == vec3<i32>()) | (sign(offset) == begin.step));
+    return towards && visits(begin.next_q16, begin.period_q16, vec3<u32>(abs(offset)));
+}
+
+// Voxel boundaries from the sensor's cell to the nearest and to the farthest voxel of a cube.
+fn away(own: vec3<i32>, corner: vec3<i32>, edge: i32) -> vec2<u32> {
+    let low = corner - own;
+    let high = low + edge - 1;
+    let nearest = max(max(low, -high), vec3<i32>());
+    let farthest = max(high, -low);
+    return vec2<u32>(u32(nearest.x + nearest.y + nearest.z), u32(farthest.x + farthest.y + farthest.z));
+}
+
+// The lowest voxel of a box, counted from the window's corner.
+fn box_corner(word: u32) -> vec3<u32> {
+    return ((vec3<u32>(word) >> vec3<u32>(0u, BOX_BITS / 3u, 2u * BOX_BITS / 3u)) & vec3<u32>((1u << (BOX_BITS / 3u)) - 1u)) * BOX_EDGE;
+}
+
+// The levels of a pyramid in its buffer: the largest blocks first, each level padded to whole blocks of the largest.
+
+// Blocks of 2^MOST_LEVEL pixels across and down.
+fn pyramid_tiles() -> vec2<u32> {
+    return (vec2<u32>(table.image_x, table.image_y) + (1u << MOST_LEVEL) - 1u) >> vec2<u32>(MOST_LEVEL);
+}
+
+// Blocks before those of a level: 1 + 4 + 16 + … for each of the largest.
+fn level_start(tiles: vec2<u32>, level: u32) -> u32 {
+    return tiles.x * tiles.y * (((1u << (2u * (MOST_LEVEL - level))) - 1u) / 3u);
+}
+
+// Blocks of all levels.
+fn pyramid_words(tiles: vec2<u32>) -> u32 {
+    return tiles.x * tiles.y * (((1u << (2u * (MOST_LEVEL - LEAST_LEVEL + 1u))) - 1u) / 3u);
+}
+
+// Least and most that the pixels of a rectangle free, or those of a little more. At most 25 turns of a loop: of rectangles too
+// large for that it says nothing.
+fn freed_range(row: u32, first: vec2<i32>, last: vec2<i32>) -> vec2<u32> {
+    let tiles = pyramid_tiles();
+    let wide = max(last.x - first.x, last.y - first.y);
+    let vast = wide >= i32(4u << MOST_LEVEL);
+    // At most five blocks on an axis, for rectangles of up to four of the largest.
+    let level = clamp(u32(max(firstLeadingBit(wide), 0)), LEAST_LEVEL + 1u, MOST_LEVEL + 1u) - 1u;
+    let columns = tiles.x << (MOST_LEVEL - level);
+    let start = row * pyramid_words(tiles) + level_start(tiles, level);
+    let low = vec2<u32>(first) >> vec2<u32>(level);
+    let high = vec2<u32>(last) >> vec2<u32>(level);
+    var least = 0xffffu;
+    var most = 0u;
+    var at = low;
+    loop {
+        let word = pyramid[start + at.y * columns + at.x];
+        least = min(least, word & 0xffffu);
+        most = max(most, word >> 16u);
+        at.x += 1u;
+        let next = at.x > high.x;
+        at = select(at, vec2<u32>(low.x, at.y + 1u), next);
+        if at.y > high.y || vast {
+            break;
+        }
+    }
+    return select(vec2<u32>(least, most), vec2<u32>(0u, 0xffffu), vast);
+}

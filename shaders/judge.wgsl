@@ -1,0 +1,66 @@
+// Decides boxes of 8 × 8 × 8 voxels of a camera whole, where its pixels agree: marks what is free, and lists what is left for `gather`.
+// One invocation a box.
+//
+// # Theory
+// A ray has made as many crossings on reaching a voxel as the voxel is away from the sensor's cell, counted along the axes
+// (src/march/SEMANTICS.md, "A ray, in integers"), whatever the ray. So if no pixel that could see a box frees more cells than its
+// nearest voxel is away, nothing of it is free; if all free more than its farthest is away, and no voxel slips between
+// the pixels, all of it is.
+
+@group(0) @binding(0) var<uniform> setup: Setup;
+@group(0) @binding(1) var<uniform> part: Part;
+@group(0) @binding(2) var<uniform> table: Table;
+@group(0) @binding(3) var<storage, read> placements: array<Placement>;
+@group(0) @binding(4) var<storage, read> pyramid: array<u32>;
+@group(0) @binding(5) var<storage, read> boxes: array<u32>;
+// How many, and which: the place of a box in `boxes` and its placement in the batch.
+@group(0) @binding(6) var<storage, read_write> undecided: array<atomic<u32>>;
+@group(0) @binding(7) var<storage, read_write> free: array<atomic<u32>>;
+@group(0) @binding(8) var<storage, read_write> done: array<atomic<u32>, KERNELS>;
+
+// Sets the voxels of a box, counted from the window's corner, that lie in the window.
+fn fill(slot: u32, corner: vec3<u32>) {
+    let mask = (0xffu >> (BOX_EDGE - min(BOX_EDGE, setup.window_x - corner.x))) << (corner.x & 31u);
+    for (var i = 0u; i < BOX_EDGE * BOX_EDGE; i += 1u) {
+        let y = corner.y + i % BOX_EDGE;
+        let z = corner.z + i / BOX_EDGE;
+        if y < setup.window_y && z < setup.window_z {
+            let row = (z * setup.window_y + y) * setup.window_words_per_row;
+            atomicOr(&free[slot * setup.window_words + row + (corner.x >> 5u)], mask);
+        }
+    }
+}
+
+@compute @workgroup_size(WORKGROUP)
+fn main(
+    @builtin(global_invocation_id) id: vec3<u32>,
+    @builtin(local_invocation_index) local: u32,
+) {
+    let item = part.first + id.x;
+    // No early return: the barrier below must see every invocation of the group.
+    if item < part.end {
+        let row = part.first_row + id.y;
+        let placement = placements[row];
+        let own = vec3_of(placement.origin_q16) >> vec3<u32>(16u);
+        let in_window = box_corner(boxes[item]);
+        let corner = vec3<i32>(in_window) + vec3<i32>(setup.window_min_x, setup.window_min_y, setup.window_min_z);
+        let edge = i32(BOX_EDGE);
+        let sight = sight(view_of(placement), corner, edge);
+        if sight.seen {
+            let freed = freed_range(row, sight.first, sight.last);
+            let away = away(own, corner, edge);
+            if freed.y > away.x {
+                if sight.dense && freed.x > away.y {
+                    fill(placement.slot, in_window);
+                } else {
+                    let place = atomicAdd(&undecided[0], 1u);
+                    atomicStore(&undecided[place + 1u], (row << BOX_BITS) | boxes[item]);
+                }
+            }
+        }
+    }
+    workgroupBarrier();
+    if local == 0u {
+        atomicAdd(&done[JUDGE], 1u);
+    }
+}

@@ -1,0 +1,64 @@
+// Decides the voxels that `gather` left, which many pixels may see: one workgroup a voxel at a time, one invocation a pixel.
+//
+// # Theory
+// As `gather`: one witness is enough, whoever finds it.
+
+@group(0) @binding(0) var<uniform> setup: Setup;
+@group(0) @binding(1) var<uniform> part: Part;
+@group(0) @binding(2) var<uniform> table: Table;
+@group(0) @binding(3) var<storage, read> placements: array<Placement>;
+@group(0) @binding(4) var<storage, read> dirs_q15: array<array<i32, 3>>;
+@group(0) @binding(5) var<storage, read> ends: array<u32>;
+@group(0) @binding(6) var<storage, read> pyramid: array<u32>;
+@group(0) @binding(7) var<storage, read> undecided: array<u32>;
+@group(0) @binding(8) var<storage, read> left: array<u32>;
+@group(0) @binding(9) var<storage, read_write> free: array<atomic<u32>>;
+@group(0) @binding(10) var<storage, read_write> done: array<atomic<u32>, KERNELS>;
+
+// Which of a group's voxels some invocation has found free.
+var<workgroup> found: array<atomic<u32>, SCANS_AT_ONCE>;
+
+// Looks at every WORKGROUPth pixel that may see a voxel.
+fn scan(voxel: u32, word: u32, local: u32) {
+    let box = undecided[part.first + (word >> 9u) + 1u];
+    let row = box >> BOX_BITS;
+    let placement = placements[row];
+    let at = box_corner(box) + vec3<u32>(word & 7u, (word >> 3u) & 7u, (word >> 6u) & 7u);
+    let cell = vec3<i32>(at) + vec3<i32>(setup.window_min_x, setup.window_min_y, setup.window_min_z);
+    let own = vec3_of(placement.origin_q16) >> vec3<u32>(16u);
+    let away = away(own, cell, 1).x;
+    let sight = sight(view_of(placement), cell, 1);
+    let columns = u32(sight.last.x - sight.first.x + 1);
+    let pixels = columns * u32(sight.last.y - sight.first.y + 1);
+    for (var pixel = local; pixel < pixels; pixel += WORKGROUP) {
+        let u = u32(sight.first.x) + pixel % columns;
+        let v = u32(sight.first.y) + pixel / columns;
+        let end = unpacked(ends[row * table.rays + v * table.image_x + u]);
+        let enough = freed(end, table.no_return_is_free != 0u) > away;
+        if enough && sees(placement, dirs_q15[v * table.image_x + u], cell - own) {
+            atomicStore(&found[voxel], 1u);
+            let plane = placement.slot * setup.window_words;
+            let in_row = (at.z * setup.window_y + at.y) * setup.window_words_per_row + (at.x >> 5u);
+            atomicOr(&free[plane + in_row], 1u << (at.x & 31u));
+        }
+        if atomicLoad(&found[voxel]) != 0u {
+            break;
+        }
+    }
+}
+
+@compute @workgroup_size(WORKGROUP)
+fn main(
+    @builtin(workgroup_id) group: vec3<u32>,
+    @builtin(local_invocation_index) local: u32,
+) {
+    let first = group.x * SCANS_AT_ONCE;
+    let count = min(SCANS_AT_ONCE, left[part.region * HEAD_WORDS + 3u] - first);
+    for (var voxel = 0u; voxel < count; voxel += 1u) {
+        scan(voxel, left[HEADS * HEAD_WORDS + first + voxel], local);
+    }
+    workgroupBarrier();
+    if local == 0u {
+        atomicAdd(&done[SCAN], 1u);
+    }
+}

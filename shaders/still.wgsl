@@ -1,0 +1,32 @@
+// What each ray of each placement hits first in the still layer, kept for all snapshots of a scene. One invocation a ray.
+//
+// # Theory
+// Of a union of two layers the first blocker is the earlier of both layers' (src/march/SEMANTICS.md, "How a ray ends"), so what is still
+// need be searched once. What is kept comes before all gates and noise but the sensor's own housing and range, which belong to the table.
+
+@group(0) @binding(0) var<uniform> setup: Setup;
+@group(0) @binding(1) var<uniform> part: Part;
+@group(0) @binding(2) var<uniform> table: Table;
+@group(0) @binding(3) var<storage, read> placements: array<Placement>;
+@group(0) @binding(4) var<storage, read> dirs_q15: array<array<i32, 3>>;
+@group(0) @binding(5) var<storage, read> layer: array<u32>;
+@group(0) @binding(6) var<storage, read_write> hits: array<u32>;
+@group(0) @binding(7) var<storage, read_write> done: array<atomic<u32>, KERNELS>;
+
+@compute @workgroup_size(WORKGROUP)
+fn main(
+    @builtin(global_invocation_id) id: vec3<u32>,
+    @builtin(local_invocation_index) local: u32,
+) {
+    let ray = part.first + id.x;
+    // No early return: the barrier below must see every invocation of the group.
+    if ray < part.end {
+        let placement = placements[part.first_row + id.y];
+        let begin = launch(placement, dirs_q15[ray]);
+        hits[placement.hits * setup.hits_stride + ray] = strike(begin, table.range_max_q16);
+    }
+    workgroupBarrier();
+    if local == 0u {
+        atomicAdd(&done[STILL], 1u);
+    }
+}

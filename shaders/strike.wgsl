@@ -1,0 +1,60 @@
+// What a ray hits first in a layer of blockers, before any gate: the part that `cast` and `keep` share. A layer is the
+// blockers of the whole grid and the reach of their bricks, in one buffer that the kernel binds as `layer`.
+//
+// # Theory
+// All bricks nearer than the reach of a brick are empty (src/voxel/bricks.rs), so all crossings inside that cube and the one
+// that leaves it may be made at once, in closed form; the first blocker is the one that single steps would find. In a brick
+// that holds blockers the cube is the cell itself, and the leap a step: there is one way of moving, since software
+// adapters pay for every branch, taken or not.
+
+// No blocker within range inside the grid.
+const NO_HIT = 0xffffffffu;
+
+// The reach of the brick that holds a cell.
+fn reach_at(cell: vec3<i32>) -> i32 {
+    let brick = vec3<u32>(cell) >> vec3<u32>(BRICK_EDGE_LOG2);
+    let index = (brick.z * setup.bricks_y + brick.y) * setup.bricks_x + brick.x;
+    return i32((layer[setup.reach_word + (index >> 2u)] >> ((index & 3u) * 8u)) & 0xffu);
+}
+
+// Voxels ahead on each axis in the empty cube around a cell, cut to the grid.
+fn ahead(cell: vec3<i32>, step: vec3<i32>, reach: i32, size: vec3<i32>) -> vec3<u32> {
+    let brick = cell >> vec3<u32>(BRICK_EDGE_LOG2);
+    let low = max((brick - reach + 1) << vec3<u32>(BRICK_EDGE_LOG2), vec3<i32>());
+    let high = min((brick + reach) << vec3<u32>(BRICK_EDGE_LOG2), size);
+    // Without reach both are behind the cell.
+    return vec3<u32>(max(select(high - 1 - cell, cell - low, step < vec3<i32>()), vec3<i32>()));
+}
+
+// The first blocker of a ray in one word that orders by distance: the distance times four, plus the axis of the crossing into it; NO_HIT
+// if there is none up to `last_q16`.
+fn strike(begin: March, last_q16: u32) -> u32 {
+    var ray = begin;
+    let size = vec3<i32>(vec3<u32>(setup.grid_x, setup.grid_y, setup.grid_z));
+    var reach = reach_at(ray.cell);
+    var hit = NO_HIT;
+    loop {
+        let leaves = crossing3_q16(ray.next_q16, ray.period_q16, ahead(ray.cell, ray.step, reach, size));
+        let axis = next_axis(leaves);
+        let t = min(leaves.x, min(leaves.y, leaves.z));
+        if t > last_q16 {
+            break;
+        }
+        let made = made_at3(ray.next_q16, ray.period_q16, t, i32(axis));
+        ray.cell += ray.step * vec3<i32>(made);
+        // What is never crossed again stays a signed number.
+        ray.next_q16 = min(ray.next_q16 + made * ray.period_q16, vec3<u32>(NEVER));
+        // A negative coordinate is a huge unsigned one.
+        if any(bitcast<vec3<u32>>(ray.cell) >= vec3<u32>(size)) {
+            break;
+        }
+        reach = reach_at(ray.cell);
+        let word = (u32(ray.cell.z) * setup.grid_y + u32(ray.cell.y)) * setup.grid_words_per_row + (u32(ray.cell.x) >> 5u);
+        let blocked = ((layer[word] >> (u32(ray.cell.x) & 31u)) & 1u) != 0u;
+        if blocked && t >= table.near_ignore_q16 {
+            hit = (t << 2u) | axis;
+            break;
+        }
+    }
+    return hit;
+}

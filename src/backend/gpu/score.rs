@@ -1,0 +1,94 @@
+//! Fusing and counting: questions are put to the device and answered later, so that it works on one while the host prepares
+//! the next. Which evidence they are about is decided by who asks.
+
+use super::queue::{Asked, Queue};
+use super::types::{JobWords, Stage};
+use super::{Gpu, no_scene, plan};
+use crate::Result;
+use crate::backend::{Fusion, Reading};
+use crate::metrics::{COUNTERS, Confusion};
+
+/// Counts that are on their way.
+pub(super) struct Question {
+    /// Each batch of jobs.
+    batches: Vec<Asked>,
+    jobs: usize,
+    regions: usize,
+}
+
+impl Question {
+    /// Waits for the counts of each job in each region.
+    pub(super) fn answer(self, queue: &mut Queue) -> Result<Vec<Vec<Confusion>>> {
+        let Question { batches, jobs, regions } = self;
+        if regions == 0 {
+            return Ok(vec![vec![]; jobs]);
+        }
+        let region = |c: &[u32]| Confusion::from_counts(std::array::from_fn(|i| c[i] as u64));
+        let mut counts = Vec::with_capacity(jobs);
+        for batch in batches {
+            let words = queue.answer(batch)?.swap_remove(0);
+            counts.extend(
+                words
+                    .chunks_exact(regions * COUNTERS)
+                    .map(|c| c.chunks_exact(COUNTERS).map(region).collect()),
+            );
+        }
+        Ok(counts)
+    }
+}
+
+impl Gpu {
+    /// Submits all that answers a question.
+    pub(super) fn question(&mut self, fusion: Fusion, jobs: &[Vec<Reading>]) -> Result<Question> {
+        let loaded = self.loaded.as_ref().ok_or_else(no_scene)?;
+        let regions = loaded.sizes.regions();
+        let at_once = loaded.sizes.jobs_at_once(&self.queue.device.report);
+        let batches = if regions == 0 { &[] } else { jobs };
+        let batches =
+            batches.chunks(at_once).map(|batch| self.ask_batch(fusion, batch)).collect::<Result<_>>()?;
+        Ok(Question { batches, jobs: jobs.len(), regions })
+    }
+
+    /// Fuses and counts a batch of jobs.
+    fn ask_batch(&mut self, fusion: Fusion, jobs: &[Vec<Reading>]) -> Result<Asked> {
+        let Gpu { queue, room, loaded, .. } = self;
+        let loaded = loaded.as_ref().ok_or_else(no_scene)?;
+        let mut readings = Vec::new();
+        let mut words = Vec::with_capacity(jobs.len());
+        for job in jobs {
+            let first = readings.len() as u32;
+            for reading in job {
+                readings.push(loaded.reading(reading)?);
+            }
+            words.push(JobWords::new(fusion, first..readings.len() as u32));
+        }
+        let bytes = size_of_val(readings.as_slice()) as u64;
+        plan::fits(&queue.device.report, "the readings of a batch take", bytes, "smaller combinations")?;
+        let device = &queue.device;
+        let (words, readings) = (room.jobs.filled(device, &words), room.readings.filled(device, &readings));
+        let planes = jobs.len() as u64 * loaded.sizes.plane_bytes();
+        let occupied = room.fused_occupied.hold(device, planes);
+        let free = room.fused_free.hold(device, planes);
+        let bytes = (jobs.len() * loaded.regions.len() * COUNTERS * 4) as u64;
+        let counts = room.counts.hold(device, bytes);
+        let mut encoder = device.encoder();
+        encoder.clear_buffer(&counts, 0, Some(bytes));
+
+        let most = jobs.iter().map(Vec::len).max().unwrap_or(0);
+        let dispatches = loaded.sizes.scoring(jobs.len() as u32, most, &queue.pace);
+        let parts = queue.parts(&dispatches);
+        let uniforms = [&loaded.setup, &parts];
+        let storage = [&words, &readings, &loaded.occupied, &loaded.free, &occupied, &free];
+        let fuse = queue.bind(Stage::Fuse, &uniforms, &storage);
+        let count = |region: &wgpu::Buffer| {
+            let storage = [&loaded.truth, &loaded.human, &loaded.robot, region, &occupied, &free, &counts];
+            queue.bind(Stage::Count, &uniforms, &storage)
+        };
+        let count: Vec<_> = loaded.regions.iter().map(count).collect();
+        queue.run(encoder, &dispatches, None, |d| match d.stage {
+            Stage::Fuse => &fuse,
+            _ => &count[d.part.region as usize],
+        });
+        Ok(queue.ask(&[(&counts, bytes)]))
+    }
+}

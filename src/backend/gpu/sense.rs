@@ -1,0 +1,117 @@
+//! Casting and carving a batch of placements: which kernels run, over which buffers. How the work is cut is `plan.rs`'s
+//! business.
+
+use super::loaded::Kept;
+use super::plan::{Batch, Carving};
+use super::types::{BOX_EDGE, BOXES_AT_ONCE, HEADS, PlacementWords, Stage};
+use super::{Gpu, no_scene};
+use crate::backend::{Shot, no_table};
+use crate::{Error, Result};
+
+impl Gpu {
+    /// Casts and carves a batch of placements into their slots: all of their evidence, or what is inside the regions.
+    /// The buffer returned begins with the ends of the first, if there is only one.
+    pub(super) fn sense_batch(
+        &mut self,
+        table: usize,
+        shots: &[Shot],
+        everything: bool,
+    ) -> Result<wgpu::Buffer> {
+        self.keep_hits(table, shots)?;
+        let Gpu { queue, room, tables, loaded, kept, carving, .. } = self;
+        let loaded = loaded.as_mut().ok_or_else(no_scene)?;
+        let table = tables.get(table).ok_or_else(|| no_table(table))?;
+        let (sizes, report) = (&loaded.sizes, &queue.device.report);
+        let near =
+            |shot: &&Shot| everything || table.sizes.is_near(shot.placement.origin_q16, &loaded.corners);
+        let (near, far): (Vec<&Shot>, Vec<&Shot>) = shots.iter().partition(near);
+        let batch = Batch {
+            placements: shots.len() as u32,
+            near: near.len() as u32,
+            everything,
+            carving: carving.filter(|_| table.sizes.is_image()).unwrap_or(sizes.carving(&table.sizes)),
+        };
+        let mut encoder = queue.device.encoder();
+        for &Shot { slot, .. } in shots {
+            let (offset, bytes) = (loaded.offset(slot)?, Some(sizes.plane_bytes()));
+            encoder.clear_buffer(&loaded.occupied, offset, bytes);
+            encoder.clear_buffer(&loaded.free, offset, bytes);
+            loaded.held[slot as usize] = true;
+        }
+        let dispatches = sizes.sensing(&table.sizes, &batch, report, &queue.pace);
+        let words = near.into_iter().chain(far).map(PlacementWords::from);
+        let placements = room.placements.filled(&queue.device, &words.collect::<Vec<_>>());
+        let rows = u64::from(batch.placements);
+        let ends = room.ends.hold(&queue.device, rows * table.sizes.ends_bytes());
+        let hits = kept.buffer(&queue.device);
+        let parts = queue.parts(&dispatches);
+        let uniforms = [&loaded.setup, &parts, &table.words];
+        let rays = [&placements, &table.dirs_q15];
+        let bind = |stage, storage: &[&[&wgpu::Buffer]]| queue.bind(stage, &uniforms, &storage.concat());
+        let cast = [&table.noise_q16, &loaded.layer, &hits, &ends, &loaded.occupied];
+        let cast = bind(Stage::Cast, &[&rays, &cast]);
+        let walk = bind(Stage::Walk, &[&rays, &[&ends, &loaded.free]]);
+        if batch.carving == Carving::Walk {
+            queue.run(encoder, &dispatches, None, |d| if d.stage == Stage::Cast { &cast } else { &walk });
+            return Ok(ends);
+        }
+        let pyramid = room.pyramid.hold(&queue.device, rows * table.sizes.pyramid_bytes());
+        let undecided = room.undecided.hold(&queue.device, sizes.undecided_bytes(batch.placements));
+        encoder.clear_buffer(&undecided, 0, Some(4));
+        let reduce = bind(Stage::Pyramid, &[&[&ends, &pyramid]]);
+        let judge = [&placements, &pyramid, &loaded.boxes, &undecided, &loaded.free];
+        let judge = bind(Stage::Judge, &[&judge]);
+        let heads = [[0, 1, 1, 0]; HEADS as usize];
+        let left = room.left.hold(
+            &queue.device,
+            (size_of_val(&heads) as u64) + u64::from(BOXES_AT_ONCE * BOX_EDGE.pow(3)) * 4,
+        );
+        queue.device.write(&left, 0, &heads);
+        let looked = [&ends, &pyramid, &undecided, &left, &loaded.free];
+        let gather = bind(Stage::Gather, &[&rays, &looked]);
+        let scan = bind(Stage::Scan, &[&rays, &looked]);
+        queue.run(encoder, &dispatches, Some(&left), |d| match d.stage {
+            Stage::Cast => &cast,
+            Stage::Pyramid => &reduce,
+            Stage::Judge => &judge,
+            Stage::Gather => &gather,
+            Stage::Scan => &scan,
+            _ => &walk,
+        });
+        Ok(ends)
+    }
+
+    /// Searches the still layer for placements whose hits are to be kept, but are not.
+    fn keep_hits(&mut self, table: usize, shots: &[Shot]) -> Result<()> {
+        let Gpu { queue, room, tables, loaded, kept, .. } = self;
+        let loaded = loaded.as_ref().ok_or_else(no_scene)?;
+        let table = tables.get(table).ok_or_else(|| no_table(table))?;
+        let Kept { held, .. } = kept;
+        let mut new = Vec::new();
+        for shot in shots {
+            match shot.hits.map(|hits| held.get_mut(hits as usize)) {
+                Some(Some(held)) if *held => {}
+                Some(Some(held)) => {
+                    *held = true;
+                    new.push(PlacementWords::from(shot));
+                }
+                Some(None) => {
+                    return Err(Error::Device(format!(
+                        "no slot {:?} for hits: there are {}",
+                        shot.hits,
+                        held.len()
+                    )));
+                }
+                None => {}
+            }
+        }
+        let Some(still) = loaded.still.as_ref().filter(|_| !new.is_empty()) else { return Ok(()) };
+        let dispatches = loaded.sizes.keeping(&table.sizes, new.len() as u32, &queue.pace);
+        let placements = room.placements.filled(&queue.device, &new);
+        let (hits, parts) = (kept.buffer(&queue.device), queue.parts(&dispatches));
+        let uniforms = [&loaded.setup, &parts, &table.words];
+        let bound = queue.bind(Stage::Still, &uniforms, &[&placements, &table.dirs_q15, still, &hits]);
+        queue.run(queue.device.encoder(), &dispatches, None, |_| &bound);
+        Ok(())
+    }
+}
