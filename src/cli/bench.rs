@@ -19,7 +19,7 @@ use super::packages::PackageArgs;
 /// threads) and the GPU, exactly as `perirobot sweep` does: cast, carve, fuse and count, in every representation and
 /// region of the study. Prints a Markdown table for each voxel size and each combination that casts rays.
 ///
-/// A line is the fastest of as many rounds over all poses as take a second (--seconds), one round at least. Making a scene ready
+/// A line is the fastest of as many rounds over all poses as take a second (--seconds), three at least. Making a scene ready
 /// for a backend (its acceleration structures among it) is in "load", a scene or snapshot when it is seen first, and
 /// in no other column. One-thread lines have one thread for the host's share of the work, too.
 ///
@@ -41,7 +41,7 @@ pub(super) struct Args {
     /// Choices of poses of each combination, spread evenly over the study's order
     #[arg(long, value_name = "N", default_value_t = 4, value_parser = clap::value_parser!(u32).range(1..))]
     poses: u32,
-    /// Repeat each measurement until its rounds took so many seconds together
+    /// Repeat each measurement until its rounds took so many seconds together; 0 for a single round
     #[arg(long, value_name = "SECONDS", default_value_t = 1, value_parser = clap::value_parser!(u16))]
     seconds: u16,
     /// Ideal sensors: no noise, whatever the study says
