@@ -37,10 +37,10 @@ pub(super) struct Loaded {
     pub(super) sizes: CellSizes,
     /// The uniform [`Setup`].
     pub(super) setup: wgpu::Buffer,
-    /// Blockers and the reach of their bricks: all, or what is not in the still layer.
-    pub(super) layer: wgpu::Buffer,
-    /// The same of the still layer, if there is one.
-    pub(super) still: Option<wgpu::Buffer>,
+    /// Blockers and the reach of their bricks.
+    pub(super) blockers: wgpu::Buffer,
+    /// The same of the still layer, if there is one, and of the blockers that are not in it.
+    pub(super) layers: Option<[wgpu::Buffer; 2]>,
     /// The numbers of the boxes of voxels that the window is decided in, those of the regions first.
     pub(super) boxes: wgpu::Buffer,
     /// The lowest voxels of the boxes of the regions, in the grid.
@@ -69,10 +69,11 @@ impl Loaded {
     ) -> Self {
         let slots = sizes.slots(&device.report, memory_bytes);
         let arena = slots as u64 * sizes.plane_bytes();
-        let mut layer = cell.blockers.clone();
-        if let Some(still) = &cell.still {
-            layer.remove(still);
-        }
+        let layers = |still: &Arc<BitGrid>| {
+            let mut moving = cell.blockers.clone();
+            moving.remove(still);
+            [device.upload("still", &layer_words(still)), device.upload("moving", &layer_words(&moving))]
+        };
         let bits = BOX_BITS / 3;
         let number = |corner: &[u32; 3]| {
             let [x, y, z] = corner.map(|c| c / BOX_EDGE);
@@ -82,8 +83,8 @@ impl Loaded {
         Loaded {
             window: cell.window,
             setup: Scratch::uniform("setup").filled(device, &[Setup::new(cell, kept.stride)]),
-            layer: device.upload("layer", &layer_words(&layer)),
-            still: cell.still.as_ref().map(|still| device.upload("still", &layer_words(still))),
+            blockers: device.upload("blockers", &layer_words(&cell.blockers)),
+            layers: cell.still.as_ref().map(layers),
             boxes: device.upload("boxes", &boxes.iter().map(number).collect::<Vec<_>>()),
             corners: boxes[..wanted as usize].iter().map(in_grid).collect(),
             truth: device.upload("truth", cell.truth.words()),
@@ -147,7 +148,7 @@ impl Kept {
 
     /// Another scene, perhaps of the same still layer.
     pub(super) fn load(&mut self, device: &Device, still: Option<&Arc<BitGrid>>, tables: &[Table]) {
-        let same = self.layer.as_ref().zip(still).is_some_and(|(a, b)| Arc::ptr_eq(a, b) || a == b);
+        let same = self.layer.as_ref().zip(still).is_some_and(|(a, b)| Arc::ptr_eq(a, b));
         if !same {
             let largest = tables.iter().map(|table| &table.sizes).max_by_key(|sizes| sizes.ends_bytes());
             let slots = largest.map_or(0, |sizes| sizes.hits_at_once(&device.report));

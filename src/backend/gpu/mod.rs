@@ -126,7 +126,8 @@ impl Backend for Gpu {
         let rays = &self.table(table)?.sizes;
         let cell = &self.loaded.as_ref().ok_or_else(no_scene)?.sizes;
         let at_once = rays.placements_at_once(cell, &report);
-        for batch in shots.chunks(at_once) {
+        let (kept, once): (Vec<Shot>, Vec<Shot>) = shots.iter().partition(|shot| shot.hits.is_some());
+        for batch in kept.chunks(at_once).chain(once.chunks(at_once)) {
             self.sense_batch(table, batch, false)?;
         }
         self.queue.device.check()

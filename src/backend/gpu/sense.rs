@@ -10,7 +10,7 @@ use crate::{Error, Result};
 
 impl Gpu {
     /// Casts and carves a batch of placements into their slots: all of their evidence, or what is inside the regions.
-    /// The buffer returned begins with the ends of the first, if there is only one.
+    /// The buffer returned begins with the ends of the first, if there is only one. Hits are kept of all of them or of none.
     pub(super) fn sense_batch(
         &mut self,
         table: usize,
@@ -48,7 +48,10 @@ impl Gpu {
         let uniforms = [&loaded.setup, &parts, &table.words];
         let rays = [&placements, &table.dirs_q15];
         let bind = |stage, storage: &[&[&wgpu::Buffer]]| queue.bind(stage, &uniforms, &storage.concat());
-        let cast = [&table.noise_q16, &loaded.layer, &hits, &ends, &loaded.occupied];
+        // Where the hits in the still layer are known, the other blockers are enough.
+        let known = shots.iter().all(|shot| shot.hits.is_some());
+        let layer = loaded.layers.as_ref().filter(|_| known).map_or(&loaded.blockers, |[_, moving]| moving);
+        let cast = [&table.noise_q16, layer, &hits, &ends, &loaded.occupied];
         let cast = bind(Stage::Cast, &[&rays, &cast]);
         let walk = bind(Stage::Walk, &[&rays, &[&ends, &loaded.free]]);
         if batch.carving == Carving::Walk {
@@ -105,7 +108,7 @@ impl Gpu {
                 None => {}
             }
         }
-        let Some(still) = loaded.still.as_ref().filter(|_| !new.is_empty()) else { return Ok(()) };
+        let Some([still, _]) = loaded.layers.as_ref().filter(|_| !new.is_empty()) else { return Ok(()) };
         let dispatches = loaded.sizes.keeping(&table.sizes, new.len() as u32, &queue.pace);
         let placements = room.placements.filled(&queue.device, &new);
         let (hits, parts) = (kept.buffer(&queue.device), queue.parts(&dispatches));

@@ -236,11 +236,11 @@ fn what_cannot_be_bound_is_refused_with_its_size() {
     let [blockers, truth, human, robot] = std::array::from_fn(|_| grid.clone());
     let cell =
         Cell { window: grid.window(), blockers, still: None, truth, human, robot, regions: vec![grid] };
-    // 20 rows of 32 words, and 256 · 5 bricks.
+    // 20 rows of 32 words, and 512 · 10 bricks.
     let sizes = |bytes| CellSizes::of(&cell, [0; 2], &adapter(bytes, true));
-    assert!(sizes(3840).is_ok(), "exactly as large as a binding");
-    let refused = sizes(3839).unwrap_err().to_string();
-    assert!(refused.contains("the grid takes 3840 bytes"), "{refused}");
+    assert!(sizes(7680).is_ok(), "exactly as large as a binding");
+    let refused = sizes(7679).unwrap_err().to_string();
+    assert!(refused.contains("the grid takes 7680 bytes"), "{refused}");
     assert!(TableSizes::of(&rays(213), &adapter(2560, true)).is_ok());
     let refused = TableSizes::of(&rays(214), &adapter(2560, true)).unwrap_err().to_string();
     assert!(refused.contains("rays takes 2568 bytes") && refused.contains("at most 2560"), "{refused}");
