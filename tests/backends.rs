@@ -60,8 +60,18 @@ fn keep(backend: &mut dyn Backend, case: &Case) -> perirobot::Result<()> {
     }
     backend.upload(case.uploads.clone())?;
     for table in 0..case.tables.len() {
-        let shots = case.shots.iter().filter(|shot| shot.table == table);
-        backend.sense(table, &shots.map(|shot| Shot::once(shot.slot, shot.placement)).collect::<Vec<_>>())?;
+        // Twice, where hits in the still layer are kept: once to find them, once to find them again.
+        let all = case.shots.iter().zip(0..).filter(|(shot, _)| shot.table == table);
+        let kept = |number: u32| Some(number).filter(|&number| (number as usize) < backend.hit_slots());
+        let shot = |(shot, number): (&cases::Shot, u32)| Shot {
+            hits: kept(number),
+            ..Shot::once(shot.slot, shot.placement)
+        };
+        let shots: Vec<_> = all.map(shot).collect();
+        backend.sense(table, &shots)?;
+        if shots.iter().any(|shot| shot.hits.is_some()) {
+            backend.sense(table, &shots)?;
+        }
     }
     Ok(())
 }
@@ -116,7 +126,7 @@ fn the_cpu_equals_the_oracle() {
     let cpu = || Cpu::new(Some(2)).unwrap_or_else(|e| panic!("{e}"));
     let [gather, walk] = [Carving::Gather, Carving::Walk].map(|carving| cpu().carving(carving));
     for mut cpu in [gather, walk, cpu(), cpu().without_simd()] {
-        for seed in seeds(0..400) {
+        for seed in seeds(0..600) {
             compare(&mut Oracle::default(), &mut cpu, &case(seed), "the_cpu_equals_the_oracle");
         }
     }
@@ -128,6 +138,28 @@ fn the_gpu_equals_the_oracle() {
     for seed in seeds(0..100) {
         compare(&mut Oracle::default(), &mut gpu, &case(seed), "the_gpu_equals_the_oracle");
     }
+}
+
+/// Cases without end: `PERIROBOT_SOAK_S=3600 cargo test --release --test backends -- --ignored soak`.
+#[test]
+#[ignore = "runs as long as PERIROBOT_SOAK_S says"]
+fn soak() {
+    let seconds =
+        std::env::var("PERIROBOT_SOAK_S").map_or(60, |s| s.parse().expect("PERIROBOT_SOAK_S: seconds"));
+    let first = std::env::var("PERIROBOT_SOAK_FROM").map_or(1_000_000, |s| s.parse().expect("a number"));
+    let (begin, mut seed) = (std::time::Instant::now(), first);
+    let cpu = || Cpu::new(Some(1)).unwrap_or_else(|e| panic!("{e}"));
+    let [gather, walk] = [Carving::Gather, Carving::Walk].map(|carving| cpu().carving(carving));
+    let mut cpus = [cpu(), gather, walk, cpu().without_simd(), cpu().carving(Carving::Gather).without_simd()];
+    let mut gpu = gpu();
+    while begin.elapsed().as_secs() < seconds {
+        cpus.iter_mut().for_each(|cpu| compare(&mut Oracle::default(), cpu, &case(seed), "the_cpu_equals"));
+        if let Some(gpu) = gpu.as_mut().filter(|_| seed % 4 == 0) {
+            compare(&mut Oracle::default(), gpu, &case(seed), "the_gpu_equals");
+        }
+        seed += 1;
+    }
+    common::say(&format!("soak: cases {first} to {seed}, {} s", begin.elapsed().as_secs()));
 }
 
 /// A batch and a bit, of placements and of jobs, each in its own part of the device's buffers.
@@ -220,10 +252,16 @@ fn clamps(case: &Case, kept: &[Option<Planes>], job: &[Reading], sums: &mut [u64
     }
 }
 
-/// The first case with a large region.
+/// The first case with a large region that its first table sees something of.
 fn with_a_region() -> Case {
-    let large = |case: &Case| case.cell.regions.iter().any(|region| region.count() > 1000);
-    (0..).map(case).find(large).expect("some case has a region")
+    let seen = |case: &Case| {
+        let mut oracle = Oracle::default();
+        unwrap(oracle.tables(&case.tables), "");
+        unwrap(oracle.load(&case.cell), "");
+        let mut known = case.shots.iter().map(|shot| unwrap(oracle.read(0, &shot.placement), "").planes.free);
+        known.any(|free| case.cell.regions.iter().any(|region| region.meets(&free) && region.count() > 1000))
+    };
+    (0..).map(case).find(seen).expect("some case has a region")
 }
 
 /// What was cast for one scene says nothing of the next.

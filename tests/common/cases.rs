@@ -1,6 +1,8 @@
 //! Random cells, sensors, placements and jobs, from a seed: walls and clutter, people and robots, odd grid sizes and
 //! windows, rays along axes and diagonals, ranges at exact hits, noise small and huge, readings with and without volumes.
 
+use std::sync::Arc;
+
 use perirobot::backend::oracle::Oracle;
 use perirobot::backend::{Backend, Cell, Placement, Planes, Rays, Reading, Slot};
 use perirobot::march::{self, End, Gates, MAX_RANGE_VOXELS, NOISE_STEPS};
@@ -162,8 +164,14 @@ fn fill(random: &mut Random, plane: &mut BitGrid, part: Window, percent: u32) {
 
 fn cell(random: &mut Random, grid: Window) -> Cell {
     let mut truth = BitGrid::new(grid);
-    let clutter = random.of(&[0, 1, 5, 10]);
+    let clutter = random.of(&[0, 0, 1, 1, 5, 10, 30, 50]);
     fill(random, &mut truth, grid, clutter);
+    if random.one_in(12) {
+        // A checkerboard: every ray is beside a blocker, and slips between them.
+        let part = inner(random, grid);
+        let black = |c: &[i32; 3]| c.iter().sum::<i32>() % 2 == 0;
+        BitGrid::full(part).cells().filter(black).for_each(|c| truth.set(c));
+    }
     // Walls one voxel thick across the grid, some of them at its sides.
     for _ in 0..random.below(4) {
         let axis = random.below(3) as usize;
@@ -203,7 +211,13 @@ fn cell(random: &mut Random, grid: Window) -> Cell {
         regions.push(region);
     }
     let [truth, human, robot] = [truth, human, robot].map(|plane| plane.over(window));
-    Cell { blockers, still: None, window, truth, human, robot, regions }
+    let still = random.one_in(3).then(|| {
+        let mut still = blockers.clone();
+        let moves = inner(random, grid);
+        still.remove(&BitGrid::full(moves));
+        Arc::new(still)
+    });
+    Cell { blockers, still, window, truth, human, robot, regions }
 }
 
 /// A direction in Q15, of length one.
