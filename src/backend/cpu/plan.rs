@@ -41,9 +41,10 @@ impl Wanted {
         let row_words = cells.words_per_row().max(1) as usize;
         for (row, words) in cells.words().chunks_exact(row_words).enumerate() {
             let (y, z) = (row % window.size[1] as usize, row / window.size[1] as usize);
-            let first = (z / 8 * steps[1] + y / 8) * steps[0];
+            let edge = LARGEST as usize;
+            let first = (z / edge * steps[1] + y / edge) * steps[0];
             for x in 0..steps[0] {
-                held[first + x] |= words[x / 4] >> (x % 4 * 8) & 0xff != 0;
+                held[first + x] |= words[x * edge / 32] >> (x * edge % 32) & ((1 << edge) - 1) != 0;
             }
         }
         let at = |i: usize| [i % steps[0], i / steps[0] % steps[1], i / steps[0] / steps[1]];

@@ -131,7 +131,7 @@ pub(super) struct Search<'a> {
 }
 
 /// Steps between two looks at the bricks.
-const STEPS: usize = 6;
+const STEPS: usize = 8;
 
 impl Search<'_> {
     /// Searches from where a ray is, in a cell that needs no test: at its start, or behind it in an empty box. A ray that comes
@@ -152,11 +152,6 @@ impl Search<'_> {
             }
         }
         loop {
-            match self.walk(&mut ray, end) {
-                Walked::Past => return past(),
-                Walked::Struck(at) => return at,
-                Walked::On => {}
-            }
             loop {
                 let reach = self.layer.bricks.reach_at(ray.cell);
                 if reach < 2 {
@@ -167,6 +162,11 @@ impl Search<'_> {
                     Some(entered) if self.stops(&ray, entered) => return entered as Strike,
                     Some(_) => {}
                 }
+            }
+            match self.walk(&mut ray, end) {
+                Walked::Past => return past(),
+                Walked::Struck(at) => return at,
+                Walked::On => {}
             }
         }
     }

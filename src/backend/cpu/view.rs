@@ -13,7 +13,7 @@ use super::pyramid::Rect;
 use crate::backend::{Image, Placement};
 
 /// Pixels on an axis beyond which a voxel is too near to be looked at from there.
-const WIDEST_VOXEL_PX: f32 = 192.0;
+const WIDEST_VOXEL_PX: f32 = 384.0;
 
 /// A camera at a placement.
 pub(super) struct View {
