@@ -200,9 +200,9 @@ impl Search<'_> {
             }
             for r in 0..3 {
                 // Which axis is crossed cannot be guessed, so nothing branches on it.
-                let mask = ((ray.next[r] == nearest) as u64).wrapping_neg();
-                ray.next[r] += period[r] & mask;
-                bit += stride[r] & mask as i64;
+                let crossed = ray.next[r] == nearest;
+                ray.next[r] += if crossed { period[r] } else { 0 };
+                bit += if crossed { stride[r] } else { 0 };
             }
             if words[bit as usize >> 5] >> (bit & 31) & 1 == 1 && nearest >> 2 >= self.ignore_q16.into() {
                 return Walked::Struck(nearest as Strike);

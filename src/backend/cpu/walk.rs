@@ -48,9 +48,9 @@ fn mark(plane: &mut BitGrid, mut ray: Ray, cells: u32, end: u64) {
             break;
         }
         for r in 0..3 {
-            let mask = ((ray.next[r] == nearest) as u64).wrapping_neg();
-            ray.next[r] += period[r] & mask;
-            bit += stride[r] & mask as i64;
+            let crossed = ray.next[r] == nearest;
+            ray.next[r] += if crossed { period[r] } else { 0 };
+            bit += if crossed { stride[r] } else { 0 };
         }
     }
 }
