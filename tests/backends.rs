@@ -5,10 +5,12 @@ mod common;
 
 use common::cases::{Case, case, job, open_gates};
 use common::{Random, cases};
-use perirobot::backend::cpu::{Carving, Cpu};
+use perirobot::backend::cpu::Cpu;
 use perirobot::backend::gpu::{AdapterChoice, Gpu};
 use perirobot::backend::oracle::Oracle;
-use perirobot::backend::{Backend, Evidence, Fusion, LOG_ODDS, Placement, Planes, Rays, Reading, Shot};
+use perirobot::backend::{
+    Backend, Carving, Evidence, Fusion, LOG_ODDS, Placement, Planes, Rays, Reading, Shot,
+};
 use perirobot::march::RETURN;
 use perirobot::metrics::Confusion;
 use perirobot::voxel::BitGrid;

@@ -122,6 +122,15 @@ pub struct Reading {
     pub miss: i32,
 }
 
+/// How the voxels that a placement frees are found; every way gives the same.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Carving {
+    /// Voxels look at the pixels that see them: for cameras.
+    Gather,
+    /// Rays mark the cells they pass.
+    Walk,
+}
+
 /// How the evidence of several sensors becomes one label a voxel.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Deserialize, serde::Serialize)]
 #[serde(rename_all = "snake_case")]

@@ -21,3 +21,46 @@ pub fn made_at(first_q16: u32, period_q16: u32, d: u32, own: u32, t_q16: u32, ax
     }
     periods_in(t_q16 - first_q16 - later, period_q16, d) + 1
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::march::{MAX_RANGE_VOXELS, period_q16};
+
+    /// Directions, distances and multiples of periods, and what lies beside them.
+    fn distances(period: u32) -> impl Iterator<Item = u32> {
+        const LAST: u64 = (2 * MAX_RANGE_VOXELS as u64) << 16;
+        let multiples = (0..40u64).chain([500, 1022, 1023]).map(move |n| n * u64::from(period));
+        let beside = multiples.flat_map(|x| [x.saturating_sub(1), x, x + 1]);
+        beside.chain([LAST - 1, LAST]).filter(|&x| x <= LAST).map(|x| x as u32)
+    }
+
+    #[test]
+    fn periods_are_counted_exactly() {
+        for d in (1..=65_539u32).step_by(7).chain([1, 2, 3, 65_535, 65_536, 65_537, 65_539]) {
+            let period = period_q16(d);
+            for x in distances(period) {
+                assert_eq!(periods_in(x, period, d), x / period, "{x} in periods of {period}, d {d}");
+            }
+        }
+    }
+
+    #[test]
+    fn crossings_made_are_those_up_to_a_place() {
+        for d in [3, 700, 21_845, 32_768, 65_535, 65_536, 65_539] {
+            let period = period_q16(d);
+            for first in [0, 1, period / 2, period - 1] {
+                for t in distances(period) {
+                    for (own, axis) in [(0, 0), (0, 2), (1, 0), (1, 1), (2, 1)] {
+                        let crossings = (0..2100u64).map(|n| u64::from(first) + n * u64::from(period));
+                        let place = (u64::from(t), axis);
+                        let made = crossings.take_while(|&at| (at, own) <= place).count() as u32;
+                        if made < 2100 {
+                            assert_eq!(made_at(first, period, d, own, t, axis), made, "{first} {period} {t}");
+                        }
+                    }
+                }
+            }
+        }
+    }
+}

@@ -23,13 +23,13 @@ use fearless_simd::Level;
 use rayon::prelude::*;
 
 use super::{
-    Backend, Cell, Evidence, Fusion, MEMORY_BYTES, Placement, Planes, Rays, Reading, Shot, Slot, count::Tally,
+    Backend, Carving, Cell, Evidence, Fusion, MEMORY_BYTES, Placement, Planes, Rays, Reading, Shot, Slot,
+    count::Tally,
 };
 use crate::march::{End, NOTHING};
 use crate::metrics::Confusion;
 use crate::voxel::BitGrid;
 use crate::{Error, Result};
-pub use plan::Carving;
 use plan::Wanted;
 use sense::{Blockers, Desk, Sensor, Table};
 use strike::{Layer, Strike};

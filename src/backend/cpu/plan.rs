@@ -3,16 +3,8 @@
 
 use super::bundle::Bundles;
 use super::gather::LARGEST;
+use crate::backend::Carving;
 use crate::voxel::{BitGrid, Window};
-
-/// How what rays free is found.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Carving {
-    /// Voxels look at the pixels that see them: for cameras.
-    Gather,
-    /// Rays mark the cells they pass.
-    Walk,
-}
 
 /// The voxels that matter, and the boxes that hold some.
 pub(super) struct Wanted {

@@ -7,12 +7,12 @@ use super::bundle::{Bundle, Bundles, Lanes, Places, RAYS, TILE};
 use super::end::{Ends, Rules};
 use super::gather::{Gather, LARGEST};
 use super::meet::Meeting;
-use super::plan::{self, Carving, Wanted};
+use super::plan::{self, Wanted};
 use super::pyramid::Pyramid;
 use super::strike::{self, Layer, Search, Strike};
 use super::view::{BOXES, Sight, View};
 use super::walk::{meets, walk};
-use crate::backend::{Placement, Planes, Rays};
+use crate::backend::{Carving, Placement, Planes, Rays};
 use crate::march::{self, End, Gates};
 use crate::voxel::BitGrid;
 
@@ -150,6 +150,7 @@ impl Sensor<'_> {
         pyramid.clear();
         let until_q16 = view.near_q16();
         for bundle in (0..tiles.len()).filter(|&bundle| tiles[bundle].cast) {
+            desk.bundle.start(self.level, shoot.placement, bundles.dirs_q15(bundle));
             self.cast(bundle, shoot, desk);
             let numbers = bundles.numbers(bundle);
             for lane in 0..RAYS {
@@ -187,10 +188,9 @@ impl Sensor<'_> {
         }
     }
 
-    /// How the rays of a bundle end.
+    /// How the rays of a bundle end, which are on the desk.
     fn cast(&self, bundle: usize, shoot: &mut Shoot, desk: &mut Desk) {
         let table = self.table;
-        desk.bundle.start(self.level, shoot.placement, table.bundles.dirs_q15(bundle));
         desk.strikes = [strike::NOTHING; RAYS];
         if let Some(still) = &shoot.still {
             let part = bundle * RAYS..(bundle + 1) * RAYS;

@@ -16,13 +16,14 @@ pub mod types;
 pub use adapter::{AdapterChoice, AdapterReport, adapters};
 pub use device::{Device, open};
 pub use kernel::evaluate;
-pub use plan::Carving;
 pub use types::{Stage, shader_prelude, shader_source};
 
 use std::collections::VecDeque;
 use std::time::Duration;
 
-use super::{Backend, Cell, Evidence, Fusion, Placement, Planes, Rays, Reading, Shot, Slot, no_table};
+use super::{
+    Backend, Carving, Cell, Evidence, Fusion, Placement, Planes, Rays, Reading, Shot, Slot, no_table,
+};
 use crate::march::End;
 use crate::metrics::Confusion;
 use crate::voxel::BitGrid;

@@ -9,7 +9,7 @@ use super::types::{
     BOX_EDGE, BOXES_AT_ONCE, FARTHEST_READ_Q16, HEADS, PYRAMID_LEVELS, Part, Stage, WORDS_PER_INVOCATION,
     WORKGROUP, near_voxels,
 };
-use crate::backend::{Cell, Image, Rays};
+use crate::backend::{Carving, Cell, Image, Rays};
 use crate::march::MAX_RANGE_VOXELS;
 use crate::voxel::{BitGrid, Bricks};
 use crate::{Error, Result};
@@ -94,15 +94,6 @@ impl Dispatch {
     pub(super) fn head(&self) -> Option<u32> {
         (self.stage == Stage::Scan).then_some(self.part.region)
     }
-}
-
-/// How the free voxels of a placement are found.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Carving {
-    /// From the pixels that see each: `pyramid`, `judge`, `gather` and `scan`, and `walk` near the sensor.
-    Gather,
-    /// Along each ray: `walk`.
-    Walk,
 }
 
 /// The sizes of a table of rays that decide how the work is cut.

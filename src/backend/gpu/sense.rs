@@ -2,10 +2,10 @@
 //! business.
 
 use super::loaded::Kept;
-use super::plan::{Batch, Carving};
+use super::plan::Batch;
 use super::types::{BOX_EDGE, BOXES_AT_ONCE, HEADS, PlacementWords, Stage};
 use super::{Gpu, no_scene};
-use crate::backend::{Shot, no_table};
+use crate::backend::{Carving, Shot, no_table};
 use crate::{Error, Result};
 
 impl Gpu {
