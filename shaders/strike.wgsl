@@ -1,4 +1,4 @@
-// What a ray hits first in a layer of blockers, before any gate: the part that `cast` and `keep` share. A layer is the
+// What a ray hits first in a layer of blockers, before any gate: the part that `cast` and `still` share. A layer is the
 // blockers of the whole grid and the reach of their bricks, in one buffer that the kernel binds as `layer`.
 //
 // # Theory

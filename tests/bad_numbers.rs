@@ -91,7 +91,7 @@ fn numbers_out_of_range() {
             STUDY,
             "[87, 58]",
             "[190, 58]",
-            "sensor \"camera\".fov_deg = 190: must be angles above 0 and below 180",
+            "sensor \"camera\".fov_deg = 190: must be angles from 0.001 and below 180",
         ),
         (STUDY, "[87, 58]", "[87, 0]", "sensor \"camera\".fov_deg = 0"),
         (STUDY, "[87, 58]", "[-87, 58]", "sensor \"camera\".fov_deg = -87"),

@@ -19,8 +19,8 @@ pub(super) struct BackendArgs {
     /// Threads that prepare scenes and sensors, and of the CPU backend [default: all that the process may use]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
     threads: Option<u16>,
-    /// Memory for evidence, first hits and batches: a number and KiB, MiB or GiB [default: 512MiB; more on a hardware
-    /// GPU]
+    /// Memory for evidence (half of it) and, on the CPU, for first hits in what stands still (a quarter): a number and
+    /// KiB, MiB or GiB; a few poses' evidence is kept in any case [default: 512MiB; more on a hardware GPU]
     #[arg(long, value_name = "BYTES", value_parser = super::bytes::bytes)]
     memory: Option<u64>,
 }

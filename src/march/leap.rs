@@ -1,4 +1,11 @@
-//! Many crossings at once: where a ray is at a distance. Exact like single steps, because crossings have a closed form.
+//! Many crossings at once: where a ray is at a distance.
+//!
+//! # Theory
+//! Crossing n of an axis happens at first + n · period (`SEMANTICS.md`, "A ray, in integers"), so how many lie at or before a place in
+//! the order of (distance, axis) is a floor division, without rounding: the ray lands where single steps would have led.
+//!
+//! # Practice
+//! Wherever a ray passes what is known to be empty, and where returns are read.
 
 /// How many whole periods lie in a distance: ⌊x / period⌋, for the period of a direction component of magnitude `d`.
 ///

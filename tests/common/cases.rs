@@ -77,9 +77,14 @@ fn table(random: &mut Random, cell: &Cell, placement: &Placement) -> Rays {
 /// A camera that is known to be one: from a single pixel to images whose pixels lie much denser than any voxel.
 pub(crate) fn image(random: &mut Random) -> Rays {
     let most = random.of(&[[3, 3], [24, 16], [90, 60], [200, 150]]);
-    let camera = Camera {
-        fov_rad: std::array::from_fn(|_| 0.1 + random.share() * 2.6),
-        resolution_px: most.map(|n| 1 + random.below(n)),
+    let camera = match random.below(12) {
+        // All of a half-space in one tile, and nearly nothing.
+        0 => Camera { fov_rad: [179.9999f64.to_radians(); 2], resolution_px: [8, 8] },
+        1 => Camera { fov_rad: [0.001f64.to_radians(); 2], resolution_px: [40, 30] },
+        _ => Camera {
+            fov_rad: std::array::from_fn(|_| 0.1 + random.share() * 2.6),
+            resolution_px: most.map(|n| 1 + random.below(n)),
+        },
     };
     Rays { dirs_q15: camera.dirs_q15(), image: Some(camera.image()), gates: open_gates(), noise_q16: vec![] }
 }

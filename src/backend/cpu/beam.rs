@@ -123,7 +123,12 @@ impl Beam {
     pub(super) fn touches(&self, cell: [i32; 3], to: f32) -> bool {
         let away: [f32; 3] = std::array::from_fn(|r| cell[r] as f32 + 0.5 - self.origin[r]);
         let dot = |a: &[f32; 3], b: &[f32; 3]| a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
-        let t = dot(&away, &self.along) / dot(&self.along, &self.along);
+        let length = dot(&self.along, &self.along);
+        if length < 0.25 {
+            // Rays so far apart that their middle says nothing: a tile with all of a very wide image.
+            return true;
+        }
+        let t = dot(&away, &self.along) / length;
         let off: [f32; 3] = std::array::from_fn(|r| away[r] - self.along[r] * t);
         // Half the diagonal of a voxel, and a little.
         let reach = self.radius(to) + 0.88;
@@ -131,7 +136,8 @@ impl Beam {
     }
 }
 
-/// ⌊x⌋ of what is no farther than a grid is large, without a call.
+/// ⌊x⌋ of what is no farther than a grid is large, without a call; within 1/128 of a whole number it may be that number. The
+/// stray used here has more to spare than that.
 fn floor(x: f32) -> i32 {
     const BEYOND: i32 = 1 << 16;
     (x + BEYOND as f32) as i32 - BEYOND

@@ -164,7 +164,7 @@ impl Backend for Cpu {
         let piece = 2 * 4 * cell.truth.words().len().max(1);
         // Even where a piece is large, all threads have one to work on, and a job of several sensors fits.
         let least = 4 * self.pool.current_num_threads().max(4);
-        self.slots = vec![None; (evidence / piece).clamp(least, MOST_SLOTS)];
+        self.slots = vec![None; (evidence / piece).min(MOST_SLOTS).max(least)];
         let before = self.loaded.take().and_then(|loaded| loaded.still);
         let was = before.as_ref().map(|(layer, _)| layer.clone());
         let loaded = Loaded::new(cell, before);

@@ -4,6 +4,9 @@
 //! # Theory
 //! The least of a block that holds a rectangle is at most the rectangle's least, and the most at least its most: both err on
 //! the side that decides nothing. Pixels that were not cast free nothing, which at most lowers a least.
+//!
+//! # Practice
+//! Made once a pose, for `gather`: a rectangle of any size is looked up in four blocks.
 
 use crate::backend::Image;
 

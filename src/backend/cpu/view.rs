@@ -5,6 +5,9 @@
 //! The ideal rays that cross a box go through the pixels that the box projects to. Rays of integers stray from them
 //! (`beam::stray`), so the box is grown by that first. Depth and width of a box are bounded one by one, which makes the
 //! rectangle larger than need be, never smaller.
+//!
+//! # Practice
+//! For the boxes and voxels of `gather`, eight at a time.
 
 use fearless_simd::{Level, Simd, dispatch};
 

@@ -42,7 +42,7 @@ pub const HEADS: u32 = 1024;
 pub const HEAD_WORDS: u32 = 4;
 
 /// Boxes of a dispatch of `gather`: the list of what it leaves holds all of their voxels.
-pub const BOXES_AT_ONCE: u32 = 4096;
+pub const BOXES_AT_ONCE: u32 = 2040;
 
 /// No ray is read farther away: noise of 64 voxels, times the four or so of the largest of its steps, past the farthest range.
 pub const FARTHEST_READ_Q16: u32 = (1 << 28) - 1;
@@ -198,10 +198,11 @@ pub fn near_voxels(image: &Image) -> f64 {
         let (size, focal) = (f64::from(image.size_px[axis]), image.focal_px[axis]);
         (WIDE * (focal + size / 2.0) / (depth + WIDE) + 3.0).min(size)
     };
-    (10..)
+    // No voxel is deeper.
+    (10..=10 * march::MAX_RANGE_VOXELS)
         .map(|tenth| f64::from(tenth) / 10.0)
         .find(|&depth| pixels(depth, 0) * pixels(depth, 1) <= MOST_PIXELS)
-        .unwrap_or(f64::MAX)
+        .unwrap_or(f64::from(march::MAX_RANGE_VOXELS))
 }
 
 /// The twin of `Part` in `shaders/types.wgsl`: what one dispatch covers.

@@ -70,7 +70,7 @@ pub(super) fn check(at: &Place, file: RgbdFile, noiseless: bool) -> Result<Rgbd>
 /// The optics of a camera.
 pub(super) fn camera(at: &Place, fov_deg: [f64; 2], resolution_px: [u32; 2]) -> Result<Camera> {
     for angle in fov_deg {
-        at.number("fov_deg", angle, f64::MIN_POSITIVE..180.0, "angles above 0 and below 180")?;
+        at.number("fov_deg", angle, 0.001..180.0, "angles from 0.001 and below 180")?;
     }
     let pixels = resolution_px.iter().map(|&n| n as usize).product::<usize>();
     if pixels == 0 || pixels > MAX_RAYS {
