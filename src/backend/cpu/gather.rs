@@ -1,5 +1,5 @@
 //! Which voxels a camera proves free, decided voxel by voxel and whole boxes at a time from the image of how many cells each
-//! pixel frees. The image is made by `cast`.
+//! pixel frees. The image is made by `sense`.
 //!
 //! # Theory
 //! A ray has made as many crossings on reaching a voxel as the voxel is away from the sensor's cell, counted along the axes

@@ -1,7 +1,8 @@
 //! All cores, one placement or one job a thread. The algorithms are in files of their own, each with a reason why it is
-//! exact: `strike` (leaps), `beam`, `gather`, `walk`; `plan` says which is used when. The arithmetic is `march`.
+//! exact: `strike` (leaps), `beam`, `meet`, `gather`, `walk`; `plan` says which is used when. The arithmetic is `march`.
 //!
-//! A pose is sensed in this order: `plan` (what matters), `bundle` (rays by the 64), `beam` and `strike` (what they hit),
+//! A pose is sensed in this order: `plan` (what matters), `bundle` (rays by the 64), `beam`, `meet` and `strike` (what they
+//! hit),
 //! `end` (gates and noise), `pyramid` and `gather`, or `walk` (what they free).
 
 mod beam;
@@ -102,7 +103,7 @@ impl Cpu {
         })
     }
 
-    /// The same with so much memory for evidence, first hits and batches, instead of [`MEMORY_BYTES`].
+    /// The same with half of so much memory for evidence and a quarter for first hits, instead of [`MEMORY_BYTES`].
     pub fn memory(self, bytes: u64) -> Self {
         Cpu { memory_bytes: bytes, ..self }
     }

@@ -46,15 +46,13 @@ impl Wanted {
     }
 }
 
-/// What walking a cell costs, in voxels gathered: most voxels are decided with many others.
-const CELLS_PER_VOXEL: u64 = 1;
-
-/// Which way is cheaper for a table in a window.
+/// Which way is cheaper for a table in a window. To walk a cell costs about as much as to decide a voxel, since most voxels are
+/// decided with many others.
 pub(super) fn carving(bundles: &Bundles, window: Window) -> Carving {
     let across: u64 = window.size.iter().map(|&n| u64::from(n)).sum::<u64>() / 2;
     let walked = bundles.rays() as u64 * across;
     match bundles.image() {
-        Some(_) if walked > CELLS_PER_VOXEL * window.volume() => Carving::Gather,
+        Some(_) if walked > window.volume() => Carving::Gather,
         _ => Carving::Walk,
     }
 }

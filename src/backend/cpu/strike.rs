@@ -163,10 +163,10 @@ impl Search<'_> {
                     Some(_) => {}
                 }
             }
-            match self.walk(&mut ray, end) {
-                Walked::Past => return past(),
-                Walked::Struck(at) => return at,
-                Walked::On => {}
+            match self.step(&mut ray, end) {
+                Stepped::Past => return past(),
+                Stepped::Struck(at) => return at,
+                Stepped::On => {}
             }
         }
     }
@@ -186,7 +186,7 @@ impl Search<'_> {
 
     /// Makes some steps.
     #[inline]
-    fn walk(&self, ray: &mut Ray, end: u64) -> Walked {
+    fn step(&self, ray: &mut Ray, end: u64) -> Stepped {
         let words = self.layer.blockers.words();
         let strides = self.strides();
         let stride: [i64; 3] = std::array::from_fn(|r| i64::from(ray.step[r] * strides[r]));
@@ -196,7 +196,7 @@ impl Search<'_> {
             let [x, y, z] = ray.next;
             let nearest = x.min(y).min(z);
             if nearest >= end {
-                return Walked::Past;
+                return Stepped::Past;
             }
             for r in 0..3 {
                 // Which axis is crossed cannot be guessed, so nothing branches on it.
@@ -205,17 +205,17 @@ impl Search<'_> {
                 bit += if crossed { stride[r] } else { 0 };
             }
             if words[bit as usize >> 5] >> (bit & 31) & 1 == 1 && nearest >> 2 >= self.ignore_q16.into() {
-                return Walked::Struck(nearest as Strike);
+                return Stepped::Struck(nearest as Strike);
             }
         }
         let (bit, row, layer) = (bit as u32, strides[1] as u32, strides[2] as u32);
         ray.cell = [bit % layer % row, bit % layer / row, bit / layer].map(|x| x as i32);
-        Walked::On
+        Stepped::On
     }
 }
 
 /// What became of some steps.
-enum Walked {
+enum Stepped {
     /// The next crossing is the end's, or after it.
     Past,
     /// A blocker was entered.
