@@ -10,5 +10,7 @@ pub(super) fn read(path: &Path) -> Result<Vec<u8>> {
     if !metadata.is_file() {
         return Err(Error::input(path.display(), "is not a regular file"));
     }
-    std::fs::read(path).map_err(|source| Error::io(path, "cannot be read", source))
+    let bytes = std::fs::read(path).map_err(|source| Error::io(path, "cannot be read", source))?;
+    tracing::info!("read {}: {} bytes", path.display(), bytes.len());
+    Ok(bytes)
 }

@@ -18,6 +18,7 @@ use glam::DVec3;
 use crate::sensor::Sensor;
 use crate::voxel::grid::VOXEL_SIZES_M;
 use crate::{Error, Result};
+pub(crate) use combination::nth_choice;
 pub use combination::{Combination, Member};
 pub use region::RegionSpec;
 pub use scene_file::{MotionSpec, NodeRule, ObjectSpec, SceneSpec, SurfaceSpec};
@@ -153,7 +154,9 @@ fn bounds(at: &Place, bounds: file::BoundsFile) -> Result<[DVec3; 2]> {
 
 /// Reads a file that must be text.
 fn read_text(path: &Path) -> Result<String> {
-    std::fs::read_to_string(path).map_err(|e| Error::io(path, "cannot be read", e))
+    let text = std::fs::read_to_string(path).map_err(|e| Error::io(path, "cannot be read", e))?;
+    tracing::info!("read {}: {} bytes", path.display(), text.len());
+    Ok(text)
 }
 
 /// Parses TOML; the parser's message shows the line and names unknown keys.

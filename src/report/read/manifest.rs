@@ -61,6 +61,7 @@ struct CombinationFile {
 /// Results without choices and counts, how many choices each combination has, and warnings.
 pub(super) fn read(path: &Path) -> Result<(Results, Vec<usize>, Vec<String>)> {
     let text = std::fs::read_to_string(path).map_err(|e| Error::io(path, "cannot be read", e))?;
+    tracing::info!("read {}: {} bytes", path.display(), text.len());
     let says = |what: String| Error::input(path.display(), format!("{what}; {CURE}"));
     let file: ManifestFile = serde_json::from_str(&text).map_err(|e| says(e.to_string()))?;
     let choices: Vec<usize> = file.combinations.iter().map(|combination| combination.choices).collect();

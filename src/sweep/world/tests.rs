@@ -68,7 +68,7 @@ fn no_pose_beats_the_ceiling() {
         let study = Study::load(&path, &Overrides { noiseless: true, ..Default::default() }).unwrap();
         let worlds = World::prepare_all(&study).unwrap();
         let mut cpu = crate::backend::cpu::Cpu::new(Some(1)).unwrap();
-        for row in crate::sweep::run(&study, &worlds, &mut cpu, |_| {}).unwrap() {
+        for row in crate::sweep::run(&study, &worlds, &mut cpu).unwrap() {
             let world = worlds.iter().find(|w| (w.scene, w.snapshot) == (row.scene, row.snapshot)).unwrap();
             let ceiling = world.baselines[row.region].ceiling;
             assert!(
