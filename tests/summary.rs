@@ -205,7 +205,10 @@ fn files_that_do_not_fit_together_are_refused() {
         (("poses.csv", "wall/0/0,wall,-1,", "wall/0/0,wall,NaN,"), &["line 2, column x_m: \"NaN\" must be"]),
         (("poses.csv", "wall/0/1", "wall/0/0"), &["line 3, column pose: \"wall/0/0\" stands twice"]),
         (("poses.csv", "wall/0/0,wall,-1,", "wall/0/0,wall,-1.5,"), &["is not the table that manifest.json"]),
-        (("manifest.json", "\"name\": \"cover\"", "\"name\": \"coat\""), &["column sensor: \"cover\" must be \"coat\""]),
+        (
+            ("manifest.json", "\"name\": \"cover\"", "\"name\": \"coat\""),
+            &["column sensor: \"cover\" must be \"coat\""],
+        ),
         (
             ("poses.csv", "camera,random/1", "lidar,random/1"),
             &["line 9, column sensor: \"lidar\" must be \"camera\""],
