@@ -13,8 +13,9 @@ use std::path::Path;
 use glam::DVec3;
 use roxmltree::{Document, Node};
 
+use super::Mesh;
 use super::mesh::Welder;
-use super::{Mesh, file};
+use crate::source::Sources;
 use crate::{Error, Result};
 
 /// Most triangles of a scene: a geometry may be placed many times.
@@ -25,10 +26,8 @@ const MOST_TRIANGLES: usize = 20_000_000;
 /// # Errors
 /// When the file cannot be read, is no COLLADA, refers to what is not there, has a number that is none, or has no
 /// triangle with an area. The message names the element and its line.
-pub fn load(path: &Path) -> Result<Mesh> {
-    let bytes = file::read(path)?;
-    let text = String::from_utf8(bytes).map_err(|_| Error::input(path.display(), "is not UTF-8 text"))?;
-    parse(&text).map_err(|what| Error::input(path.display(), what))
+pub fn load(path: &Path, sources: &Sources) -> Result<Mesh> {
+    parse(&sources.table(path)?).map_err(|what| Error::input(path.display(), what))
 }
 
 fn parse(text: &str) -> Result<Mesh, String> {

@@ -12,17 +12,22 @@ use super::build::{at, parts};
 use super::gltf::{Clip, Gltf, NodeMesh};
 use super::{Object, Surface, mannequin};
 use crate::sensor::pose::Pose;
+use crate::source::Sources;
 use crate::study::{MotionSpec, ObjectSpec, SurfaceSpec};
 use crate::{Error, Result};
 
-/// Files that are read once for all objects and snapshots of a scene.
-#[derive(Default)]
-pub(super) struct Files {
+/// The files of a scene; what is read once for all objects and snapshots is kept.
+pub(super) struct Files<'a> {
+    pub(super) sources: &'a Sources,
     gltf: HashMap<PathBuf, Rc<Gltf>>,
     clips: HashMap<(PathBuf, Option<String>), Rc<Clip>>,
 }
 
-impl Files {
+impl<'a> Files<'a> {
+    pub(super) fn new(sources: &'a Sources) -> Files<'a> {
+        Files { sources, gltf: HashMap::new(), clips: HashMap::new() }
+    }
+
     /// The nodes of a glTF file, at a time of one of its animations if there is one.
     pub(super) fn gltf_nodes(
         &mut self,
@@ -43,7 +48,7 @@ impl Files {
         if let Some(file) = self.gltf.get(path) {
             return Ok(file.clone());
         }
-        let file = Rc::new(Gltf::load(path).map_err(at("mesh"))?);
+        let file = Rc::new(Gltf::load(path, self.sources).map_err(at("mesh"))?);
         self.gltf.insert(path.into(), file.clone());
         Ok(file)
     }

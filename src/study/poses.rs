@@ -12,6 +12,7 @@ use super::value::Axis;
 use super::{FARTHEST_M, Place, slug};
 use crate::sensor::pose::{Frame, from_rpy};
 use crate::sensor::{Candidate, Pose, Setting, Stance};
+use crate::source::Sources;
 use crate::{Error, Result};
 
 /// Most poses in one study file's group; a larger number is a slip of a step.
@@ -24,6 +25,8 @@ pub(super) struct Source<'a> {
     pub(super) seed: u64,
     /// Different for each group of the study, so that none repeats another's draws.
     pub(super) stream: u64,
+    /// What a table is read through.
+    pub(super) files: &'a Sources,
 }
 
 /// Adds the poses of one `[[sensor.poses]]` entry.
@@ -62,8 +65,7 @@ pub(super) fn expand(
         });
         poses.collect::<Result<_>>()?
     } else if let Some(csv) = &entry.csv {
-        let folder = at.file.parent().unwrap_or(Path::new(""));
-        let poses = table(&folder.join(csv), entry.frame.unwrap_or_default(), source.sensor);
+        let poses = table(&at.folder().join(csv), entry.frame.unwrap_or_default(), source);
         poses.map_err(|e| at.says(format!("csv: {e}")))?
     } else if let Some(random) = &entry.random {
         drawn(at, random, entry.facing, source)?
@@ -222,8 +224,8 @@ struct Row {
 
 /// Poses from a table with a header: x_m, y_m, z_m, qw, qx, qy, qz and, if wanted, pose (a name) and sensor (only that
 /// sensor's rows are taken). Other columns are left alone, so the `poses.csv` of a sweep can be read back.
-fn table(path: &Path, frame: Frame, sensor: &str) -> Result<Vec<(String, Pose)>> {
-    let text = super::read_text(path)?;
+fn table(path: &Path, frame: Frame, source: &Source) -> Result<Vec<(String, Pose)>> {
+    let (sensor, text) = (source.sensor, source.files.table(path)?);
     let mut reader = csv::ReaderBuilder::new()
         .comment(Some(b'#'))
         .flexible(true)

@@ -67,7 +67,7 @@ impl World {
         let spec = &study.scenes[scene];
         let in_scene = |e| Error::input(spec.path.display(), e);
         let in_study = |e| Error::input(study.path.display(), e);
-        let snapshots = build(spec, study.voxel_size_m)?;
+        let snapshots = build(spec, &study.sources, study.voxel_size_m)?;
         let extent = voxelize::scene_extent(&snapshots, study.voxel_size_m).map_err(in_scene)?;
         let settings: Vec<Vec<Vec<Setting>>> = snapshots
             .iter()

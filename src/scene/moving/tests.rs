@@ -14,7 +14,8 @@ fn scene_of(toml: &str, files: &[(&str, String)]) -> Result<Vec<Scene>> {
     }
     let path = folder.path().join("cell.toml");
     std::fs::write(&path, toml).unwrap();
-    build(&SceneSpec::load(&path)?, 0.1)
+    let sources = Sources::beside(&path);
+    build(&SceneSpec::load(&path, &sources)?, &sources, 0.1)
 }
 
 /// Lowest and highest corner of a part.

@@ -5,7 +5,8 @@ fn poses_of(stance: Stance, seed: u64, stream: u64, entry: &str) -> Result<Vec<C
     let entry: PosesFile = toml::from_str(entry).unwrap();
     let at = Place { file: Path::new("study.toml"), prefix: String::new() };
     let mut candidates = Vec::new();
-    expand(&at, &entry, &Source { sensor: "s", stance, seed, stream }, &mut candidates)?;
+    let files = &Sources::beside(at.file);
+    expand(&at, &entry, &Source { sensor: "s", stance, seed, stream, files }, &mut candidates)?;
     Ok(candidates)
 }
 
@@ -102,7 +103,9 @@ fn tables_give_one_sensors_poses_with_their_lines() {
     let path = folder.path().join("poses.csv");
     let read = |text: &str, frame| {
         std::fs::write(&path, text).unwrap();
-        table(&path, frame, "s").map_err(|e| e.to_string())
+        let files = &Sources::beside(&path);
+        let source = Source { sensor: "s", stance: Stance::Facing, seed: 1, stream: 0, files };
+        table(&path, frame, &source).map_err(|e| e.to_string())
     };
     let text = "sensor,pose,x_m,y_m,z_m,qw,qx,qy,qz,note\ns,a,1,2,3,1,0,0,0,\nother,b,1,2,3,1,0,0,0,\n,,4,5,6,0,0,0,1,x\n";
     let found = read(text, Frame::Link).unwrap();
