@@ -153,6 +153,8 @@ fn candidates(
     if !kind.takes_poses() && (!groups.is_empty() || source.like.is_some()) {
         return Err(at.says(format!("poses do not belong to a {}: take them away", kind.name())));
     }
+    let before: usize = source.earlier.iter().map(|sensor| sensor.candidates.len()).sum();
+    let most = poses::MAX_POSES.saturating_sub(before);
     if let Some(like) = source.like {
         if !groups.is_empty() {
             return Err(at.says("both poses and same_poses_as: give one"));
@@ -171,6 +173,9 @@ fn candidates(
             let what = format!("{:?} stands otherwise than a {}: write out its poses", like, kind.name());
             return Err(at.says(format!("same_poses_as: {what}")));
         }
+        if found.candidates.len() > most {
+            return Err(at.says(format!("same_poses_as: {}", poses::too_many())));
+        }
         return Ok(found.candidates.clone());
     }
     let settings = kind.settings();
@@ -183,7 +188,7 @@ fn candidates(
     for (i, group) in groups.iter().enumerate() {
         let stream = (source.index as u64) << 32 | i as u64;
         let (stance, seed, files) = (kind.stance(), source.seed, source.files);
-        let source = poses::Source { sensor: name, stance, seed, stream, files };
+        let source = poses::Source { sensor: name, stance, seed, stream, most, files };
         poses::expand(at, group, &source, &mut candidates)?;
     }
     at.unique("pose", candidates.iter().map(|c| c.name.as_str()))?;
