@@ -9,7 +9,7 @@
 //! [`study`] (what the user wrote) → [`scene`] (surfaces with roles) → [`voxel`] (truth and regions) →
 //! [`sensor`] (rays, in integers) → [`backend`] (march, carve, count: the same integers on every device) →
 //! [`metrics`] (F1, κ) → [`sweep`] (counts of all poses) → [`table`] (long tables for programs) → [`report`] (tables for
-//! people). The arithmetic that every backend shares is [`march`].
+//! people). The arithmetic that every backend shares is [`march`]; every file comes in through [`source`].
 
 pub mod backend;
 pub mod error;
@@ -18,6 +18,7 @@ pub mod metrics;
 pub mod report;
 pub mod scene;
 pub mod sensor;
+pub mod source;
 pub mod study;
 pub mod sweep;
 pub mod table;

@@ -9,6 +9,7 @@ use std::fs;
 use std::path::Path;
 
 use perirobot::scene::{build::build, octomap};
+use perirobot::source::Sources;
 use perirobot::study::{Overrides, SceneSpec, Study};
 use perirobot::voxel::voxelize;
 use program::{Folder, Outcome, names, perirobot, text};
@@ -315,11 +316,13 @@ fn a_scene_goes_out_as_an_octomap_and_comes_back() {
     for shown in ["operator", "human", "watertight", "121 × 81 × 61"] {
         assert!(outcome.stdout.contains(shown), "no {shown:?} in {}", outcome.stdout);
     }
-    let spec = SceneSpec::load(Path::new("scenes/paper/scene1.toml")).unwrap();
-    let scene = build(&spec, 0.05).unwrap();
+    let path = Path::new("scenes/paper/scene1.toml");
+    let sources = Sources::beside(path);
+    let spec = SceneSpec::load(path, &sources).unwrap();
+    let scene = build(&spec, &sources, 0.05).unwrap();
     let grid = voxelize::grid_over(&voxelize::scene_extent(&scene, 0.05).unwrap(), 0.05).unwrap();
     let truth = voxelize::voxelize_all(&scene, grid).unwrap().remove(0);
-    let map = octomap::read(&out).unwrap();
+    let map = octomap::read(&out, &Sources::beside(&out)).unwrap();
     assert_eq!((map.resolution_m, map.occupied.len() as u64), (0.05, truth.occupied.count()));
     let inside = |key: &[i32; 3]| truth.occupied.get(std::array::from_fn(|r| key[r] - grid.origin[r]));
     assert!(map.occupied.iter().all(inside));

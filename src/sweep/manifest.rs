@@ -98,6 +98,7 @@ impl Manifest {
             "scene_files": study.scenes.iter().map(|spec| {
                 json!({ "name": spec.name, "says": says(&spec.text) })
             }).collect::<Vec<_>>(),
+            "files": files(study),
             "seed": study.seed,
             "voxel_size_m": study.voxel_size_m,
             "repeats": study.repeats,
@@ -203,6 +204,14 @@ fn object(value: Value) -> Map<String, Value> {
         Value::Object(map) => map,
         _ => Map::new(),
     }
+}
+
+/// Hashes of the files that were read, but for the study and its scenes: of those, what they say is compared.
+fn files(study: &Study) -> Map<String, Value> {
+    let texts = study.scenes.iter().map(|spec| &spec.text).chain([&study.text]);
+    let known: Vec<String> = texts.map(|text| sha256([text.as_bytes()])).collect();
+    let files = study.sources.read_files().into_iter().filter(|file| !known.contains(&file.sha256));
+    files.map(|file| (file.path.display().to_string(), file.sha256.into())).collect()
 }
 
 /// What a TOML file says, without comments and order of keys.

@@ -70,7 +70,7 @@ impl World {
         let in_study = |e| Error::input(study.path.display(), e);
         let begin = Instant::now();
         tracing::info!("scene {:?}: voxelizing at {} m", spec.name, study.voxel_size_m);
-        let snapshots = build(spec, study.voxel_size_m)?;
+        let snapshots = build(spec, &study.sources, study.voxel_size_m)?;
         let extent = voxelize::scene_extent(&snapshots, study.voxel_size_m).map_err(in_scene)?;
         let settings: Vec<Vec<Vec<Setting>>> = snapshots
             .iter()

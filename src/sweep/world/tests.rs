@@ -106,7 +106,7 @@ fn evidence_over_a_window_counts_the_same_as_over_the_grid() {
 fn the_grid_grows_to_the_sensors_unless_bounds_say_otherwise() {
     let mut study = tiny();
     let surfaces = Window::between([-12, -9, 0], [12, 9, 16]);
-    let scenes = build(&study.scenes[0], study.voxel_size_m).unwrap();
+    let scenes = build(&study.scenes[0], &study.sources, study.voxel_size_m).unwrap();
     let grid = |study: &Study| {
         let settings = study.sensors.iter().map(|sensor| settings(sensor, &scenes[0]).unwrap()).collect();
         grid(study, &scenes, &[settings], &surfaces)
