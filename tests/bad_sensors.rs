@@ -605,4 +605,10 @@ fn what_stands_otherwise_or_too_often() {
         &[all, many, often],
         &[STUDY, "combination \"both\": 40002 choices of poses in 4 representations, each 10000 times"],
     );
+    // The camera's 2,000,001 poses are the watch's, too.
+    let more = (STUDY, "x_m = [-1.0, 0, 1]", "x_m = { start = -1, stop = 1, step = 0.000001 }");
+    check(
+        &[more],
+        &[STUDY, "sensor \"watch\": same_poses_as: with these, the study has more than 4000000 poses"],
+    );
 }

@@ -129,10 +129,15 @@ pub fn largest_object(snapshots: &[Scene]) -> String {
     })
 }
 
+/// Most memory that the voxels of a scene take. A few words can ask for any amount, and a system that has no more to
+/// give ends the program without one.
+const MOST_GIB: u64 = 64;
+
 /// Voxelizes the snapshots of a scene on one grid, objects and triangles in parallel. An object that several
-/// snapshots share is voxelized once.
+/// snapshots share is voxelized once. Fails on a scene whose voxels would take more than 64 GiB.
 pub fn voxelize_all(snapshots: &[Scene], grid: Grid) -> Result<Vec<Truth>> {
     let objects = distinct_objects(snapshots);
+    refuse_excess(&objects, snapshots.len(), &grid)?;
     let bodies: Vec<Body> = objects.par_iter().map(|object| body(object, &grid)).collect::<Result<_>>()?;
     let body_of: HashMap<_, _> = objects.into_iter().map(Arc::as_ptr).zip(&bodies).collect();
     let truth = |scene: &Scene| {
@@ -140,6 +145,26 @@ pub fn voxelize_all(snapshots: &[Scene], grid: Grid) -> Result<Vec<Truth>> {
         combined(&placed.collect::<Vec<_>>(), grid)
     };
     Ok(snapshots.iter().map(truth).collect())
+}
+
+/// Counts a bit for each voxel in the box around an object, and two for each voxel of the grid in each snapshot.
+fn refuse_excess(objects: &[&Arc<Object>], snapshots: usize, grid: &Grid) -> Result<()> {
+    let whole: f64 = grid.size.map(f64::from).iter().product();
+    let around = |object: &&Arc<Object>| -> f64 {
+        let [low, high] = bounds_m(object);
+        let size = ((high - low) / grid.voxel_size_m + 1.0).to_array();
+        (0..3).map(|axis| size[axis].clamp(0.0, f64::from(grid.size[axis]))).product()
+    };
+    let bits = 2.0 * whole * snapshots as f64 + objects.iter().map(around).sum::<f64>();
+    let gib = bits / 8.0 / (1u64 << 30) as f64;
+    if gib <= MOST_GIB as f64 {
+        return Ok(());
+    }
+    Err(Error::Input(format!(
+        "the voxels of {snapshots} snapshots and {} objects, each counted where it is another, take {gib:.0} GiB, more \
+         than {MOST_GIB}: take larger voxels (--voxel-size), set bounds_m around the part that matters, or split the scene",
+        objects.len()
+    )))
 }
 
 /// The truth of one snapshot.
