@@ -32,4 +32,10 @@ impl Error {
     pub fn io(path: &Path, what: &str, source: std::io::Error) -> Self {
         Error::Input(format!("{}: {what}: {source}", path.display()))
     }
+
+    /// A file of a sweep that the disk does not take.
+    pub(crate) fn storage(path: &Path, source: std::io::Error) -> Self {
+        let cure = "What is finished is kept: mend that and run the same command again";
+        Error::Storage(format!("{}: cannot be written: {source}. {cure}", path.display()))
+    }
 }

@@ -4,6 +4,9 @@
 #[allow(dead_code)]
 #[path = "common/program.rs"]
 mod program;
+#[allow(dead_code)]
+#[path = "common/watch.rs"]
+mod watch;
 
 use std::fs;
 
@@ -11,11 +14,12 @@ use perirobot::backend::{Backend, cpu::Cpu};
 use perirobot::report::{Results, Subject, scores};
 use perirobot::study::{Overrides, Study};
 use perirobot::sweep::journal::{Header, Journal, Locked, Shard};
-use perirobot::sweep::manifest::{Fault, Manifest};
-use perirobot::sweep::session::{Crew, Gear, Session};
-use perirobot::sweep::{Watch, World, run};
+use perirobot::sweep::manifest::Manifest;
+use perirobot::sweep::session::Session;
+use perirobot::sweep::{Crew, Gear, World, run};
 use perirobot::table::Format;
 use program::{Folder, names, perirobot, text};
+use watch::Onlooker;
 
 /// The files of a finished sweep.
 const FILES: [&str; 5] = ["counts.journal", "manifest.json", "poses.csv", "results.csv", "scores.csv"];
@@ -55,25 +59,12 @@ fn rich() -> Folder {
 struct OnCpu;
 
 impl Crew for OnCpu {
-    fn open(&mut self, _: Gear) -> perirobot::Result<Box<dyn Backend>> {
+    fn open(&mut self, _: Gear) -> perirobot::Result<Box<dyn Backend + Send>> {
         Ok(Box::new(Cpu::new(None)?))
     }
 
     fn is_doubted(&self) -> bool {
         false
-    }
-}
-
-/// Looks away.
-struct Nobody;
-
-impl Watch for Nobody {
-    fn finished(&mut self, _: u64) {}
-
-    fn failed(&mut self, _: &Fault) {}
-
-    fn stop(&mut self) -> Option<String> {
-        None
     }
 }
 
@@ -89,7 +80,7 @@ fn results_read_back_are_those_of_the_sweep() {
     let rows = run(&study, &worlds, &mut Cpu::new(None).unwrap()).unwrap();
     let out = folder.path("out");
     let mut session = Session::open(&study, &worlds, &out, Shard::WHOLE, false, "perirobot").unwrap();
-    session.run(&mut OnCpu, 0, 0.0, &mut Nobody).unwrap();
+    session.run(&mut OnCpu, 0, 0.0, &mut Onlooker::default()).unwrap();
     let results = Results::new(Subject::of_study(&study, &worlds), session.into_pages());
     assert_eq!(results.scenes.iter().map(|scene| scene.moments.clone()).collect::<Vec<_>>(), [0..2, 2..3]);
 

@@ -22,13 +22,13 @@ fn check(folder: &Folder, edits: &[(&str, &str, &str)], expected: &[&str]) {
 /// The warnings of a sweep that succeeds, which the manifest must hold too.
 #[track_caller]
 fn warnings(folder: &Folder) -> Vec<String> {
-    let outcome = folder.sweep(&[]);
+    let outcome = folder.sweep(&["--restart"]);
     assert_eq!(outcome.code, Some(0), "{}", outcome.stderr);
     let warnings: Vec<_> = outcome.stderr.lines().filter_map(|line| line.strip_prefix("warning: ")).collect();
     let manifest = std::fs::read(folder.path("out").join("manifest.json")).unwrap();
     let manifest: serde_json::Value = serde_json::from_slice(&manifest).unwrap();
-    let recorded = manifest["scenes"][0]["warnings"].as_array().unwrap();
-    let recorded: Vec<_> = recorded.iter().map(|w| format!("cell: {}", w.as_str().unwrap())).collect();
+    let recorded = manifest["about"]["warnings"].as_array().unwrap();
+    let recorded: Vec<_> = recorded.iter().map(|w| w.as_str().unwrap().to_string()).collect();
     assert_eq!(warnings, recorded);
     recorded
 }

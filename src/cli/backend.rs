@@ -5,7 +5,7 @@ use perirobot::backend::cpu::Cpu;
 use perirobot::backend::gpu::{AdapterChoice, Gpu, adapters};
 use perirobot::backend::{Backend, MEMORY_BYTES, oracle::Oracle};
 use perirobot::sweep::bench::Contender;
-use perirobot::sweep::session::{Crew, Gear};
+use perirobot::sweep::{Crew, Gear};
 use perirobot::{Error, Result};
 
 #[derive(clap::Args)]
@@ -48,7 +48,7 @@ impl BackendArgs {
     }
 
     /// Opens the backend.
-    pub(super) fn open(&self) -> Result<Box<dyn Backend>> {
+    pub(super) fn open(&self) -> Result<Box<dyn Backend + Send>> {
         if self.adapter.is_some() && matches!(self.backend, Choice::Cpu | Choice::Oracle) {
             return Err(Error::Input("--adapter belongs to --backend gpu (or auto)".into()));
         }
@@ -160,7 +160,7 @@ pub(super) struct SweepCrew<'a> {
     args: &'a BackendArgs,
     is_gpu: bool,
     /// The backend that was opened first, until it is asked for.
-    ready: Option<Box<dyn Backend>>,
+    ready: Option<Box<dyn Backend + Send>>,
 }
 
 impl BackendArgs {
@@ -172,7 +172,7 @@ impl BackendArgs {
 }
 
 impl Crew for SweepCrew<'_> {
-    fn open(&mut self, gear: Gear) -> Result<Box<dyn Backend>> {
+    fn open(&mut self, gear: Gear) -> Result<Box<dyn Backend + Send>> {
         match gear {
             Gear::Full => {
                 let backend = self.ready.take().map_or_else(|| self.args.open(), Ok)?;

@@ -38,7 +38,9 @@ impl StopAt {
             flag::register(number, again.clone()).map_err(wrong)?;
             flag::register_usize(number, signal.clone(), number as usize).map_err(wrong)?;
         }
-        Ok(StopAt { signal, until: max_time.map(|time| Instant::now() + time) })
+        // Beyond all that a clock can show is never.
+        let until = max_time.and_then(|time| Instant::now().checked_add(time));
+        Ok(StopAt { signal, until })
     }
 
     /// Why to stop, if there is a reason by now.

@@ -57,9 +57,13 @@ impl Drop for WholeFile {
     }
 }
 
-/// The error of a file that could not be written whole.
+/// The error of a file that could not be written whole: the disk's if that is full, else the user's.
 pub(crate) fn cannot_write(path: &Path, source: std::io::Error) -> Error {
-    Error::io(path, "cannot be written", source)
+    use std::io::ErrorKind::{FileTooLarge, QuotaExceeded, StorageFull};
+    match source.kind() {
+        StorageFull | QuotaExceeded | FileTooLarge => Error::storage(path, source),
+        _ => Error::io(path, "cannot be written", source),
+    }
 }
 
 /// Writes a file whole from memory.

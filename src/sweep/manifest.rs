@@ -21,6 +21,10 @@ pub const MANIFEST: &str = "manifest.json";
 /// Keys that decide nothing: the fingerprint itself, which part this folder holds, where things came from, what was done.
 pub const BESIDE: [&str; 4] = ["fingerprint", "shard", "about", "runs"];
 
+/// Keys that say what the user wrote; all others follow from these and from the program.
+const CAUSES: [&str; 7] =
+    ["semantics_version", "study", "scene_files", "files", "seed", "voxel_size_m", "noiseless"];
+
 /// Most differences that are told; one is enough to refuse.
 const MOST_TOLD: usize = 6;
 
@@ -174,14 +178,14 @@ impl Manifest {
         whole
     }
 
-    /// In words, what another manifest has that decides the counts and is not the same here; causes before effects.
+    /// In words, what another manifest has that decides the counts and is not the same here; effects only where there is
+    /// no cause.
     pub fn changes(&self, now: &Manifest) -> Vec<String> {
         let mut told = Vec::new();
-        let causes = ["semantics_version", "study", "scene_files", "files"];
-        let all =
-            causes.into_iter().chain(now.decides().map(|(k, _)| k.as_str()).filter(|k| !causes.contains(k)));
-        for key in all {
-            differences(key, self.get(key), now.get(key), &mut told);
+        CAUSES.iter().for_each(|key| differences(key, self.get(key), now.get(key), &mut told));
+        if told.is_empty() {
+            let effects = now.decides().map(|(key, _)| key.as_str()).filter(|key| !CAUSES.contains(key));
+            effects.for_each(|key| differences(key, self.get(key), now.get(key), &mut told));
         }
         told.truncate(MOST_TOLD);
         told

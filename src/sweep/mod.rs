@@ -14,6 +14,7 @@ pub mod merge;
 mod order;
 pub mod session;
 pub mod shapes;
+mod shift;
 pub mod table;
 pub mod world;
 
@@ -25,6 +26,7 @@ pub use book::Watch;
 pub use evidence::Batch;
 pub use layout::{Ask, Key, Layout, Size};
 pub use order::{Ledger, run, run_asks};
+pub use shift::{Crew, Gear};
 pub use world::World;
 
 /// The counts of one choice of poses in one region of one scene; indices are those of the study.

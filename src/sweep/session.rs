@@ -3,50 +3,20 @@
 //!
 //! # Theory
 //! A row is finished when the journal has it, and only then. Everything that can happen (a signal, a device that is
-//! lost, a crash) leaves some rows finished and the others not; going on means to do the others. So a device that fails
-//! within a run is treated as a run that ended: the same loop is entered again, and finds what is left.
+//! lost, a crash) leaves some rows finished and the others not; going on means to do the others.
 
 use std::path::{Path, PathBuf};
-use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
+use std::time::{Instant, SystemTime, UNIX_EPOCH};
 
 use super::book::{Book, Done, Watch};
 use super::check::{DISAGREEMENT, Picked};
-use super::files::{OutputFolder, TABLES, write_whole};
+use super::files::{OutputFolder, TABLES};
 use super::journal::{Header, Journal, Locked, Pages, Shard};
-use super::manifest::{Fault, MANIFEST, Manifest, Run};
-use super::{Ask, Batch, Layout, Ledger, World, layout_of, run_asks, table};
-use crate::backend::Backend;
+use super::manifest::{MANIFEST, Manifest, Run};
+use super::shift::{Shift, Timings};
+use super::{Ask, Crew, Gear, Layout, World, layout_of, table};
 use crate::study::Study;
 use crate::{Error, Result};
-
-/// How many choices are done by somebody else before a device that failed is tried again.
-const STRETCH: usize = 64;
-
-/// How often a device may fail, with little done between, before it is left alone.
-const MOST_STRIKES: u32 = 3;
-
-/// A device that does so many choices between two failures starts again with a clean record.
-const CLEAN_AFTER: u64 = 1000;
-
-/// How a backend is worked.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Gear {
-    /// The backend of the user's choice.
-    Full,
-    /// The same, opened anew, with less memory and small batches.
-    Small,
-    /// The CPU.
-    Cpu,
-}
-
-/// Who can do the work.
-pub trait Crew {
-    /// Opens a backend.
-    fn open(&mut self, gear: Gear) -> Result<Box<dyn Backend>>;
-
-    /// Whether the backend of the user's choice is one that may fail or lie: a GPU. Then the CPU steps in, and checks.
-    fn is_doubted(&self) -> bool;
-}
 
 /// A sweep whose folder is open.
 pub struct Session<'a> {
@@ -79,7 +49,7 @@ pub struct Report {
     /// What the manifest says of it.
     pub run: Run,
     /// What the stages of the last backend's work took.
-    pub timings: Vec<(&'static str, Duration)>,
+    pub timings: Timings,
 }
 
 /// The choices of a shard, by their places among all. Every choice is in one shard.
@@ -179,7 +149,7 @@ impl<'a> Session<'a> {
     ) -> Result<Report> {
         let begin = Instant::now();
         let began_unix_s = SystemTime::now().duration_since(UNIX_EPOCH).map_or(0, |since| since.as_secs());
-        let mut backend = crew.open(Gear::Full)?;
+        let backend = crew.open(Gear::Full)?;
         let (name, device) = (backend.name(), backend.device());
         let doubts = crew.is_doubted();
         let mut book = Book {
@@ -203,7 +173,7 @@ impl<'a> Session<'a> {
             verified: 0,
             checker: None,
         };
-        let ended = shift.work(&mut backend, &mut book);
+        let ended = shift.work(backend, &mut book);
         let (stopped, finished) = (book.stopped.take(), book.finished);
         let synced = self.journal.sync();
         let sweep_s = begin.elapsed().as_secs_f64();
@@ -220,20 +190,20 @@ impl<'a> Session<'a> {
             faults: shift.faults,
             ended: match (&ended, &stopped) {
                 (Err(e), _) => e.to_string(),
-                (Ok(()), Some(why)) => why.clone(),
-                (Ok(()), None) => "finished".into(),
+                (Ok(_), Some(why)) => why.clone(),
+                (Ok(_), None) => "finished".into(),
             },
         };
         self.manifest.add_run(&run);
         // What the run did is worth less than why it failed.
         let written = self.folder.write(MANIFEST, &self.manifest.bytes());
-        ended.and(synced).and(written)?;
+        let timings = ended.and_then(|timings| synced.and(written).map(|()| timings))?;
         let ending = if self.done() == self.total() {
             Ending::Finished
         } else {
             Ending::Stopped(stopped.unwrap_or_default())
         };
-        Ok(Report { ending, run, timings: backend.timings() })
+        Ok(Report { ending, run, timings })
     }
 
     /// The finished rows, to be looked at.
@@ -262,126 +232,4 @@ fn another(path: &Path, found: &Header, header: &Header, manifest: &Manifest) ->
     let changes = Manifest::read(path).map(|earlier| earlier.changes(manifest)).unwrap_or_default();
     let what = if changes.is_empty() { "which is not known".into() } else { changes.join("; ") };
     Error::input(path.display(), format!("holds a sweep of something else: {what}. {cure}"))
-}
-
-/// The work of one run, whoever does it.
-struct Shift<'a> {
-    study: &'a Study,
-    worlds: &'a [World],
-    asks: &'a [Ask],
-    folder: &'a Path,
-    crew: &'a mut dyn Crew,
-    faults: Vec<Fault>,
-    verified: u64,
-    /// Who checks.
-    checker: Option<Box<dyn Backend>>,
-}
-
-impl Shift<'_> {
-    /// Does what is left, until it is done or stopped. A device that fails is replaced.
-    fn work(&mut self, backend: &mut Box<dyn Backend>, book: &mut Book) -> Result<()> {
-        let (mut gear, mut strikes, mut last_fault) = (Gear::Full, 0, 0);
-        loop {
-            let worked = run_asks(self.study, self.worlds, self.asks, Batch::FULL, backend.as_mut(), book);
-            match worked {
-                Err(Error::Device(what)) if self.crew.is_doubted() && gear != Gear::Cpu => {
-                    strikes = if book.finished - last_fault > CLEAN_AFTER { 1 } else { strikes + 1 };
-                    let instead = self.rescue(book)?;
-                    last_fault = book.finished;
-                    gear = if strikes < MOST_STRIKES { Gear::Full } else { Gear::Cpu };
-                    *backend = match self.crew.open(gear) {
-                        Err(Error::Device(_)) => {
-                            gear = Gear::Cpu;
-                            self.crew.open(gear)?
-                        }
-                        other => other?,
-                    };
-                    let for_good = if gear == Gear::Cpu { ", and from then on the CPU" } else { "" };
-                    let scene = self.scene(book);
-                    let fault = Fault { what, scene, instead: format!("{instead}{for_good}") };
-                    book.watch.failed(&fault);
-                    self.faults.push(fault);
-                    if gear == Gear::Cpu {
-                        self.check(book)?;
-                        book.doubted = None;
-                    }
-                }
-                Err(e) => return Err(e),
-                Ok(()) => {
-                    self.check(book)?;
-                    if book.stopped.is_some() || !self.is_anything_left(book) {
-                        return Ok(());
-                    }
-                }
-            }
-        }
-    }
-
-    /// Does the next few choices of the world that a device failed in: the device again, with little at a time, or the
-    /// CPU. Says who did.
-    fn rescue(&mut self, book: &mut Book) -> Result<&'static str> {
-        for (gear, who) in [(Gear::Small, "the same device in small batches"), (Gear::Cpu, "the CPU")] {
-            let opened = self.crew.open(gear);
-            let done = opened.and_then(|mut backend| {
-                // The CPU need not be checked by the CPU.
-                let doubted = book.doubted.take_if(|_| gear == Gear::Cpu);
-                let done = self.stretch(backend.as_mut(), book);
-                book.doubted = book.doubted.take().or(doubted);
-                done
-            });
-            match done {
-                Err(Error::Device(_)) if gear != Gear::Cpu => {}
-                other => return other.map(|()| who),
-            }
-        }
-        unreachable!("the CPU's outcome was returned")
-    }
-
-    /// The next few choices of the world that was worked on last.
-    fn stretch(&self, backend: &mut dyn Backend, book: &mut Book) -> Result<()> {
-        let here = |world: &World| Some([world.scene, world.snapshot]) == book.entered;
-        let Some(i) = self.worlds.iter().position(here) else { return Ok(()) };
-        let mut asks = self.asks.to_vec();
-        let repeats = 0..self.study.repeats as usize;
-        asks.retain(|ask| repeats.clone().any(|repeat| book.wants(&self.worlds[i], repeat, ask)));
-        asks.truncate(STRETCH);
-        run_asks(self.study, &self.worlds[i..=i], &asks, Batch::SMALL, backend, book)
-    }
-
-    /// Counts again what was picked for it. A difference ends the run, with the evidence in a file.
-    fn check(&mut self, book: &mut Book) -> Result<()> {
-        let Some(picked) = &mut book.doubted else { return Ok(()) };
-        if self.checker.is_none() {
-            self.checker = Some(self.crew.open(Gear::Cpu)?);
-        }
-        let Some(checker) = &mut self.checker else { return Ok(()) };
-        match picked.check(self.study, self.worlds, checker.as_mut())? {
-            Ok(number) => {
-                self.verified += number;
-                Ok(())
-            }
-            Err(difference) => {
-                let path = self.folder.join(DISAGREEMENT);
-                let mut bytes = serde_json::to_vec_pretty(&difference.evidence).unwrap_or_default();
-                bytes.push(b'\n');
-                write_whole(&path, &bytes)?;
-                Err(Error::Disagreement(format!(
-                    "the device and the CPU disagree: {}. Both counts are in {}; what the device counted before cannot be \
-                     trusted: run again with --backend cpu --restart, and `perirobot compare` to see more",
-                    difference.place,
-                    path.display()
-                )))
-            }
-        }
-    }
-
-    fn is_anything_left(&self, book: &Book) -> bool {
-        book.done.count() < (book.layout.blocks() * self.asks.len()) as u64
-    }
-
-    /// The world that was worked on last, in words.
-    fn scene(&self, book: &Book) -> String {
-        let here = |world: &&World| Some([world.scene, world.snapshot]) == book.entered;
-        self.worlds.iter().find(here).map_or(String::new(), |world| world.title(self.study))
-    }
 }

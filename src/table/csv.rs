@@ -19,7 +19,7 @@ impl CsvWriter {
     /// Writes the header.
     pub(super) fn new(file: WholeFile, columns: &[Column]) -> io::Result<Self> {
         let mut csv = ::csv::WriterBuilder::new().buffer_capacity(BUFFER).from_writer(file);
-        csv.write_record(columns.iter().map(|column| &column.name))?;
+        csv.write_record(columns.iter().map(|column| &column.name)).map_err(io_error)?;
         Ok(CsvWriter { csv, number: Vec::new() })
     }
 
@@ -27,7 +27,7 @@ impl CsvWriter {
         use io::Write;
         self.number.clear();
         write!(self.number, "{number}")?;
-        Ok(self.csv.write_field(&self.number)?)
+        self.csv.write_field(&self.number).map_err(io_error)
     }
 }
 
@@ -35,16 +35,24 @@ impl RowWriter for CsvWriter {
     fn row(&mut self, fields: &[Field<'_>]) -> io::Result<()> {
         for field in fields {
             match field {
-                Field::Text(text) => self.csv.write_field(text)?,
+                Field::Text(text) => self.csv.write_field(text).map_err(io_error)?,
                 Field::Count(count) => self.number(count)?,
                 Field::Score(Some(score)) => self.number(score)?,
-                Field::Score(None) => self.csv.write_field("")?,
+                Field::Score(None) => self.csv.write_field("").map_err(io_error)?,
             }
         }
-        Ok(self.csv.write_record(None::<&[u8]>)?)
+        self.csv.write_record(None::<&[u8]>).map_err(io_error)
     }
 
     fn finish(self: Box<Self>) -> io::Result<WholeFile> {
         self.csv.into_inner().map_err(|e| e.into_error())
+    }
+}
+
+/// What lies beneath an error: of which kind it is, is of interest.
+fn io_error(error: ::csv::Error) -> io::Error {
+    match error.into_kind() {
+        ::csv::ErrorKind::Io(beneath) => beneath,
+        other => io::Error::other(format!("{other:?}")),
     }
 }

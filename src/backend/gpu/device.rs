@@ -1,12 +1,17 @@
 //! An open adapter: buffers in, work queued, words out, every failure as an error. Knows nothing of rays.
 
 use std::sync::{Arc, Mutex};
+use std::time::Duration;
 
 use super::adapter::{self, AdapterChoice, AdapterReport};
 use crate::{Error, Result};
 
 /// Storage buffers that the hungriest kernels (`cast`, `gather`, `count`) see; every WebGPU-class adapter has as many.
 const STORAGE_BUFFERS: u32 = 8;
+
+/// How long a device may take over what it was given, which is minutes for two batches on a slow software adapter. Most
+/// drivers reset one that hangs within seconds, and say so.
+const PATIENCE: Duration = Duration::from_secs(600);
 
 /// An open adapter. Failures of the driver are kept as they come and reported by the next call that can fail.
 pub struct Device {
@@ -15,6 +20,8 @@ pub struct Device {
     pub(super) device: wgpu::Device,
     pub(super) queue: wgpu::Queue,
     failure: Arc<Mutex<Option<String>>>,
+    /// How long it is waited for.
+    pub(super) patience: Duration,
 }
 
 /// Opens the chosen adapter with the limits that it really has.
@@ -56,7 +63,7 @@ pub fn open(choice: &AdapterChoice) -> Result<Device> {
             keep(&lost, format!("device lost: {message}"));
         }
     });
-    Ok(Device { report: report.clone(), device, queue, failure })
+    Ok(Device { report: report.clone(), device, queue, failure, patience: PATIENCE })
 }
 
 /// Keeps the first failure: those that follow are mostly its consequences.
@@ -151,19 +158,23 @@ impl Device {
         Ok(words.collect())
     }
 
-    /// Waits until the queue is empty, however long that takes.
+    /// Waits until the queue is empty.
     pub(super) fn wait(&self) -> Result<()> {
         self.wait_until(None)
     }
 
-    /// Waits for a submission, or for all of them.
+    /// Waits for a submission, or for all of them, but not for ever.
     fn wait_until(&self, submission_index: Option<wgpu::SubmissionIndex>) -> Result<()> {
         // wgpu panics here when the device is lost on the way; that is an adapter's failure, not a bug of ours.
-        let poll = || self.device.poll(wgpu::PollType::Wait { submission_index, timeout: None });
+        let timeout = Some(self.patience);
+        let poll = || self.device.poll(wgpu::PollType::Wait { submission_index, timeout });
         let polled = std::panic::catch_unwind(std::panic::AssertUnwindSafe(poll));
         self.check()?;
         match polled {
             Ok(Ok(_)) => Ok(()),
+            Ok(Err(wgpu::PollError::Timeout)) => {
+                Err(self.failed(&format!("no answer in {:?}", self.patience)))
+            }
             Ok(Err(error)) => Err(self.failed(&error.to_string())),
             Err(_) => Err(self.failed("lost while waiting for it")),
         }

@@ -75,6 +75,17 @@ impl Gpu {
         self.carving = carving;
     }
 
+    /// The same, but not waited for any longer than this, for tests.
+    pub fn patience(mut self, patience: Duration) -> Self {
+        self.queue.device.patience = patience;
+        self
+    }
+
+    /// Loses the device, as a driver does that resets it, for tests.
+    pub fn lose(&self) {
+        self.queue.device.device.destroy();
+    }
+
     fn table(&self, table: usize) -> Result<&Table> {
         self.tables.get(table).ok_or_else(|| no_table(table))
     }

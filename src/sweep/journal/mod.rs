@@ -81,7 +81,7 @@ impl Locked {
             file.write_all(&header.bytes())?;
             file.sync_all()
         };
-        write(&mut self.file).map_err(|e| cannot_write(&self.path, e))?;
+        write(&mut self.file).map_err(|e| Error::storage(&self.path, e))?;
         Ok(Journal { path: self.path, file: self.file, header, unsynced_since: None })
     }
 }
@@ -120,7 +120,7 @@ impl Journal {
             file.seek(SeekFrom::Start(at))?;
             file.write_all(&bytes)
         };
-        write(&self.file).map_err(|e| cannot_write(&self.path, e))?;
+        write(&self.file).map_err(|e| Error::storage(&self.path, e))?;
         match self.unsynced_since {
             Some(since) if since.elapsed() >= SYNC_EVERY => self.sync(),
             Some(_) => Ok(()),
@@ -134,7 +134,7 @@ impl Journal {
     /// Waits until the disk has all that was written.
     pub fn sync(&mut self) -> Result<()> {
         self.unsynced_since = None;
-        self.file.sync_data().map_err(|e| cannot_write(&self.path, e))
+        self.file.sync_data().map_err(|e| Error::storage(&self.path, e))
     }
 
     /// Tells every finished row in the order of rows, and how many places hold something else than a row of this sweep.
@@ -197,13 +197,6 @@ fn read_header(path: &Path, mut file: &File) -> Result<Option<Header>> {
     }
     let header = Header::parse(&bytes);
     header.map(Some).map_err(|what| Error::input(path.display(), format!("{what}; --restart begins anew")))
-}
-
-fn cannot_write(path: &Path, e: std::io::Error) -> Error {
-    Error::Storage(format!(
-        "{}: cannot be written: {e}. What is finished is kept: mend that and run the same command again",
-        path.display()
-    ))
 }
 
 #[cfg(test)]

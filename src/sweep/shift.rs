@@ -1,0 +1,194 @@
+//! Who does the work of one run: the backend of the user's choice, the same with less at a time, or the CPU, which also
+//! checks what a device counted. Where finished rows go, and which are left, is the book's affair.
+//!
+//! # Theory
+//! A device that fails within a run is treated as a run that ended: its finished rows are in the journal, the others are
+//! not, and the same loop is entered again by somebody else, who finds what is left. So no failure needs a way back of
+//! its own.
+
+use std::path::Path;
+use std::sync::mpsc;
+use std::thread;
+use std::time::Duration;
+
+use super::book::Book;
+use super::check::DISAGREEMENT;
+use super::files::write_whole;
+use super::manifest::Fault;
+use super::{Ask, Batch, Ledger, World, run_asks};
+use crate::backend::Backend;
+use crate::study::Study;
+use crate::{Error, Result};
+
+/// How many choices are done by somebody else before a device that failed is tried again.
+const STRETCH: usize = 64;
+
+/// How often a device may fail, with little done between, before it is left alone.
+const MOST_STRIKES: u32 = 3;
+
+/// A device that does so many choices between two failures starts again with a clean record.
+const CLEAN_AFTER: u64 = 1000;
+
+/// How long a device that failed may take to be closed.
+const LET_GO_WITHIN: Duration = Duration::from_secs(10);
+
+/// How a backend is worked.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Gear {
+    /// The backend of the user's choice.
+    Full,
+    /// The same, opened anew, with less memory and small batches.
+    Small,
+    /// The CPU.
+    Cpu,
+}
+
+/// Who can do the work.
+pub trait Crew {
+    /// Opens a backend.
+    fn open(&mut self, gear: Gear) -> Result<Box<dyn Backend + Send>>;
+
+    /// Whether the backend of the user's choice is one that may fail or lie: a GPU. Then the CPU steps in, and checks.
+    fn is_doubted(&self) -> bool;
+}
+
+/// What the stages of a backend's work took, in the order they run.
+pub(super) type Timings = Vec<(&'static str, Duration)>;
+
+/// The work of one run, whoever does it.
+pub(super) struct Shift<'a> {
+    pub(super) study: &'a Study,
+    pub(super) worlds: &'a [World],
+    pub(super) asks: &'a [Ask],
+    pub(super) folder: &'a Path,
+    pub(super) crew: &'a mut dyn Crew,
+    pub(super) faults: Vec<Fault>,
+    pub(super) verified: u64,
+    /// Who checks.
+    pub(super) checker: Option<Box<dyn Backend + Send>>,
+}
+
+impl Shift<'_> {
+    /// Does what is left, until it is done or stopped. A device that fails is replaced. Says what the stages of the last
+    /// one's work took.
+    pub(super) fn work(&mut self, mut backend: Box<dyn Backend + Send>, book: &mut Book) -> Result<Timings> {
+        let (mut gear, mut strikes, mut last_fault) = (Gear::Full, 0, 0);
+        loop {
+            let worked = run_asks(self.study, self.worlds, self.asks, Batch::FULL, backend.as_mut(), book);
+            match worked {
+                Err(Error::Device(what)) if self.crew.is_doubted() && gear != Gear::Cpu => {
+                    let_go(backend);
+                    strikes = if book.finished - last_fault > CLEAN_AFTER { 1 } else { strikes + 1 };
+                    let instead = self.rescue(book)?;
+                    last_fault = book.finished;
+                    gear = if strikes < MOST_STRIKES { Gear::Full } else { Gear::Cpu };
+                    backend = match self.crew.open(gear) {
+                        Err(Error::Device(_)) => {
+                            gear = Gear::Cpu;
+                            self.crew.open(gear)?
+                        }
+                        other => other?,
+                    };
+                    let for_good = if gear == Gear::Cpu { ", and from then on the CPU" } else { "" };
+                    let scene = self.scene(book);
+                    let fault = Fault { what, scene, instead: format!("{instead}{for_good}") };
+                    book.watch.failed(&fault);
+                    self.faults.push(fault);
+                    if gear == Gear::Cpu {
+                        self.check(book)?;
+                        book.doubted = None;
+                    }
+                }
+                Err(e) => return Err(e),
+                Ok(()) => {
+                    self.check(book)?;
+                    if book.stopped.is_some() || !self.is_anything_left(book) {
+                        return Ok(backend.timings());
+                    }
+                }
+            }
+        }
+    }
+
+    /// Does the next few choices of the world that a device failed in: the device again, with little at a time, or the
+    /// CPU. Says who did.
+    fn rescue(&mut self, book: &mut Book) -> Result<&'static str> {
+        // What waits for it would stop whoever begins anything.
+        self.check(book)?;
+        for (gear, who) in [(Gear::Small, "the same device in small batches"), (Gear::Cpu, "the CPU")] {
+            let opened = self.crew.open(gear);
+            let done = opened.and_then(|mut backend| {
+                // The CPU need not be checked by the CPU.
+                let doubted = book.doubted.take_if(|_| gear == Gear::Cpu);
+                let done = self.stretch(backend.as_mut(), book);
+                let_go(backend);
+                book.doubted = book.doubted.take().or(doubted);
+                done
+            });
+            match done {
+                Err(Error::Device(_)) if gear != Gear::Cpu => {}
+                other => return other.map(|()| who),
+            }
+        }
+        unreachable!("the CPU's outcome was returned")
+    }
+
+    /// The next few choices of the world that was worked on last.
+    fn stretch(&self, backend: &mut dyn Backend, book: &mut Book) -> Result<()> {
+        let here = |world: &World| Some([world.scene, world.snapshot]) == book.entered;
+        let Some(i) = self.worlds.iter().position(here) else { return Ok(()) };
+        let mut asks = self.asks.to_vec();
+        let repeats = 0..self.study.repeats as usize;
+        asks.retain(|ask| repeats.clone().any(|repeat| book.wants(&self.worlds[i], repeat, ask)));
+        asks.truncate(STRETCH);
+        run_asks(self.study, &self.worlds[i..=i], &asks, Batch::SMALL, backend, book)
+    }
+
+    /// Counts again what was picked for it. A difference ends the run, with the evidence in a file.
+    fn check(&mut self, book: &mut Book) -> Result<()> {
+        let Some(picked) = &mut book.doubted else { return Ok(()) };
+        if self.checker.is_none() {
+            self.checker = Some(self.crew.open(Gear::Cpu)?);
+        }
+        let Some(checker) = &mut self.checker else { return Ok(()) };
+        match picked.check(self.study, self.worlds, checker.as_mut())? {
+            Ok(number) => {
+                self.verified += number;
+                Ok(())
+            }
+            Err(difference) => {
+                let path = self.folder.join(DISAGREEMENT);
+                let mut bytes = serde_json::to_vec_pretty(&difference.evidence).unwrap_or_default();
+                bytes.push(b'\n');
+                write_whole(&path, &bytes)?;
+                Err(Error::Disagreement(format!(
+                    "the device and the CPU disagree: {}. Both counts are in {}; what the device counted before cannot be \
+                     trusted: run again with --backend cpu --restart, and `perirobot compare` to see more",
+                    difference.place,
+                    path.display()
+                )))
+            }
+        }
+    }
+
+    fn is_anything_left(&self, book: &Book) -> bool {
+        book.done.count() < (book.layout.blocks() * self.asks.len()) as u64
+    }
+
+    /// The world that was worked on last, in words.
+    fn scene(&self, book: &Book) -> String {
+        let here = |world: &&World| Some([world.scene, world.snapshot]) == book.entered;
+        self.worlds.iter().find(here).map_or(String::new(), |world| world.title(self.study))
+    }
+}
+
+/// Parts with a device that failed, and waits until it has given back its memory; not for ever, since one that hangs may
+/// never do.
+fn let_go(backend: Box<dyn Backend + Send>) {
+    let (gone, wait) = mpsc::channel::<()>();
+    thread::spawn(move || {
+        drop(backend);
+        drop(gone);
+    });
+    let _ = wait.recv_timeout(LET_GO_WITHIN);
+}

@@ -1,0 +1,25 @@
+//! Who looks on while a test sweeps.
+
+use perirobot::sweep::Watch;
+use perirobot::sweep::manifest::Fault;
+
+/// Keeps what it hears of faults, and never stops.
+#[derive(Default)]
+pub(crate) struct Onlooker {
+    pub(crate) finished: u64,
+    pub(crate) faults: Vec<Fault>,
+}
+
+impl Watch for Onlooker {
+    fn finished(&mut self, choices: u64) {
+        self.finished += choices;
+    }
+
+    fn failed(&mut self, fault: &Fault) {
+        self.faults.push(fault.clone());
+    }
+
+    fn stop(&mut self) -> Option<String> {
+        None
+    }
+}

@@ -1,0 +1,502 @@
+//! A device that fails, or lies, on cue. What fails is done by somebody else, nothing is lost and all is written down; a
+//! lie stops the run, with the evidence in a file.
+
+mod common;
+#[allow(dead_code)]
+#[path = "common/program.rs"]
+mod program;
+#[path = "common/watch.rs"]
+mod watch;
+
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::sync::{Arc, Mutex};
+use std::time::Duration;
+
+use perirobot::backend::{Backend, Cell, Evidence, Fusion, Placement, Planes, Rays, Reading, Shot, Slot};
+use perirobot::backend::{cpu::Cpu, gpu::Gpu, oracle::Oracle};
+use perirobot::metrics::Confusion;
+use perirobot::sensor::{self, Setting};
+use perirobot::study::{Overrides, Study};
+use perirobot::sweep::check::DISAGREEMENT;
+use perirobot::sweep::journal::{JOURNAL, Shard};
+use perirobot::sweep::manifest::Manifest;
+use perirobot::sweep::session::{Ending, Report, Session};
+use perirobot::sweep::{Crew, Gear, World, tables};
+use perirobot::voxel::region::window_of;
+use perirobot::{Error, Result};
+use program::Folder;
+use watch::Onlooker;
+
+/// What a device is asked to do.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Call {
+    Open,
+    Load,
+    Sense,
+    Ask,
+    Answer,
+}
+
+/// What it does instead.
+#[derive(Clone, Copy)]
+enum Trouble {
+    Fails(&'static str),
+    /// Answers, with a voxel of the first region more than there is.
+    Lies,
+    /// Answers less than it was asked for.
+    Forgets,
+}
+
+/// Says what goes wrong: told the call, the gear, and how many such calls there were before in that gear.
+type Cue = Box<dyn FnMut(Call, Gear, usize) -> Option<Trouble> + Send>;
+
+/// The cue, and the calls so far.
+struct Script {
+    cue: Cue,
+    calls: Vec<(Call, Gear)>,
+}
+
+impl Script {
+    fn next(&mut self, call: Call, gear: Gear) -> Option<Trouble> {
+        let before = self.calls.iter().filter(|earlier| **earlier == (call, gear)).count();
+        self.calls.push((call, gear));
+        (self.cue)(call, gear, before)
+    }
+}
+
+/// A CPU that passes for a device which does as its script says.
+struct Actor {
+    inner: Cpu,
+    gear: Gear,
+    script: Arc<Mutex<Script>>,
+}
+
+impl Actor {
+    /// Whether it can do what it is asked.
+    fn can(&self, call: Call) -> Result<()> {
+        match self.script.lock().unwrap().next(call, self.gear) {
+            Some(Trouble::Fails(what)) => Err(Error::Device(format!("adapter Actor: {what}"))),
+            _ => Ok(()),
+        }
+    }
+}
+
+impl Backend for Actor {
+    fn name(&self) -> &'static str {
+        "gpu"
+    }
+
+    fn device(&self) -> String {
+        "Actor".into()
+    }
+
+    fn tables(&mut self, tables: &[Rays]) -> Result<()> {
+        self.inner.tables(tables)
+    }
+
+    fn load(&mut self, cell: &Cell) -> Result<()> {
+        self.can(Call::Load)?;
+        self.inner.load(cell)
+    }
+
+    fn slots(&self) -> usize {
+        // Few, so that there are many batches.
+        self.inner.slots().min(8)
+    }
+
+    fn hit_slots(&self) -> usize {
+        self.inner.hit_slots()
+    }
+
+    fn sense(&mut self, table: usize, shots: &[Shot]) -> Result<()> {
+        self.can(Call::Sense)?;
+        self.inner.sense(table, shots)
+    }
+
+    fn upload(&mut self, evidence: Vec<(Slot, Planes)>) -> Result<()> {
+        self.inner.upload(evidence)
+    }
+
+    fn ask(&mut self, fusion: Fusion, jobs: &[Vec<Reading>]) -> Result<()> {
+        self.can(Call::Ask)?;
+        self.inner.ask(fusion, jobs)
+    }
+
+    fn answer(&mut self) -> Result<Vec<Vec<Confusion>>> {
+        let trouble = self.script.lock().unwrap().next(Call::Answer, self.gear);
+        let mut answer = self.inner.answer()?;
+        match trouble {
+            Some(Trouble::Fails(what)) => return Err(Error::Device(format!("adapter Actor: {what}"))),
+            Some(Trouble::Lies) => {
+                let mut counts = answer[0][0].counts();
+                counts[0] += 1;
+                answer[0][0] = Confusion::from_counts(counts);
+            }
+            Some(Trouble::Forgets) => {
+                answer.pop();
+            }
+            None => {}
+        }
+        Ok(answer)
+    }
+
+    fn timings(&self) -> Vec<(&'static str, Duration)> {
+        self.inner.timings()
+    }
+
+    fn read(&mut self, table: usize, placement: &Placement) -> Result<Evidence> {
+        self.inner.read(table, placement)
+    }
+}
+
+/// The actor, and a CPU that steps in for it.
+struct Troupe(Arc<Mutex<Script>>);
+
+impl Troupe {
+    fn new(cue: impl FnMut(Call, Gear, usize) -> Option<Trouble> + Send + 'static) -> Troupe {
+        Troupe(Arc::new(Mutex::new(Script { cue: Box::new(cue), calls: Vec::new() })))
+    }
+}
+
+impl Crew for Troupe {
+    fn open(&mut self, gear: Gear) -> Result<Box<dyn Backend + Send>> {
+        if gear == Gear::Cpu {
+            self.0.lock().unwrap().next(Call::Open, gear);
+            return Ok(Box::new(Cpu::new(Some(1))?));
+        }
+        let actor = Actor { inner: Cpu::new(Some(1))?, gear, script: self.0.clone() };
+        actor.can(Call::Open)?;
+        Ok(Box::new(actor))
+    }
+
+    fn is_doubted(&self) -> bool {
+        true
+    }
+}
+
+/// The oracle, alone.
+struct Alone;
+
+impl Crew for Alone {
+    fn open(&mut self, _: Gear) -> Result<Box<dyn Backend + Send>> {
+        Ok(Box::new(Oracle::default()))
+    }
+
+    fn is_doubted(&self) -> bool {
+        false
+    }
+}
+
+/// A study of 151 choices of poses in 3 moments of 2 scenes, each twice.
+struct Theatre {
+    folder: Folder,
+    study: Study,
+    worlds: Vec<World>,
+}
+
+impl Theatre {
+    fn new() -> Theatre {
+        let folder = Folder::new();
+        folder.write("second.toml", fs::read(folder.path("cell.toml")).unwrap());
+        folder.edit("second.toml", "position_m = [0.1, -0.45, 0.65]", "position_m = [0.3, -0.4, 0.65]");
+        folder.edit(
+            "study.toml",
+            "[[region]]",
+            "[[scene]]\nfile = \"second.toml\"\nname = \"second\"\n[[region]]",
+        );
+        folder.edit("study.toml", "seed = 7", "seed = 7\nrepeats = 2");
+        folder.edit("study.toml", "count = 2", "count = 142");
+        folder.edit("study.toml", "range_m = [0.1, 5.0]", "range_m = [0.1, 5.0]\nnoise_std_m = 0.1");
+        let study = Study::load(&folder.path("study.toml"), &Overrides::default()).unwrap();
+        let worlds = World::prepare_all(&study).unwrap();
+        Theatre { folder, study, worlds }
+    }
+
+    /// Sweeps into a folder of that name.
+    fn sweep(&self, out: &str, crew: &mut dyn Crew, verify: u64, watch: &mut Onlooker) -> Result<Report> {
+        self.open(out, false)?.run(crew, verify, 0.0, watch)
+    }
+
+    fn open(&self, out: &str, restart: bool) -> Result<Session<'_>> {
+        Session::open(&self.study, &self.worlds, &self.out(out), Shard::WHOLE, restart, "perirobot")
+    }
+
+    fn out(&self, out: &str) -> PathBuf {
+        self.folder.path(out)
+    }
+
+    fn journal(&self, out: &str) -> Vec<u8> {
+        fs::read(self.out(out).join(JOURNAL)).unwrap()
+    }
+}
+
+fn manifest(folder: &Path) -> serde_json::Value {
+    Manifest::read(folder).unwrap().value()
+}
+
+const SMALL: &str = "the same device in small batches";
+const CPU: &str = "the CPU";
+const FOR_GOOD: &str = "the CPU, and from then on the CPU";
+
+/// What fails, when, and who does the work instead, each time.
+struct Case {
+    name: &'static str,
+    what: &'static str,
+    cue: fn(Call, Gear, usize) -> bool,
+    instead: &'static [&'static str],
+}
+
+const CASES: &[Case] = &[
+    Case {
+        name: "the device is lost once",
+        what: "device lost",
+        cue: |call, gear, before| (call, gear, before) == (Call::Sense, Gear::Full, 7),
+        instead: &[SMALL],
+    },
+    Case {
+        name: "the first thing it is asked",
+        what: "device lost",
+        cue: |call, gear, before| (call, gear, before) == (Call::Load, Gear::Full, 0),
+        instead: &[SMALL],
+    },
+    Case {
+        name: "a large batch does not fit its memory, a small one does",
+        what: "out of memory",
+        cue: |call, gear, before| (call, gear) == (Call::Ask, Gear::Full) && before >= 5,
+        instead: &[SMALL, SMALL, "the same device in small batches, and from then on the CPU"],
+    },
+    Case {
+        name: "an answer does not come",
+        what: "no answer in time",
+        cue: |call, gear, before| (call, gear, before) == (Call::Answer, Gear::Full, 9),
+        instead: &[SMALL],
+    },
+    Case {
+        name: "an answer does not come, not in small either",
+        what: "no answer in time",
+        cue: |call, gear, before| call == Call::Answer && (gear == Gear::Small || before == 9),
+        instead: &[CPU],
+    },
+    Case {
+        name: "it comes back broken",
+        what: "dispatched 5 workgroups, 4 ran",
+        cue: |call, gear, before| (call, gear) == (Call::Answer, Gear::Full) && before >= 4,
+        instead: &[SMALL, SMALL, "the same device in small batches, and from then on the CPU"],
+    },
+    Case {
+        name: "it never works",
+        what: "device lost",
+        cue: |call, _, _| call == Call::Sense,
+        instead: &[CPU, CPU, FOR_GOOD],
+    },
+    Case {
+        name: "it is lost and cannot be opened again",
+        what: "device lost",
+        cue: |call, gear, before| match call {
+            Call::Open => gear == Gear::Small || before > 0,
+            call => call == Call::Sense && before == 7,
+        },
+        instead: &[FOR_GOOD],
+    },
+];
+
+#[test]
+fn what_fails_is_done_by_somebody_else_and_nothing_is_lost() {
+    let theatre = Theatre::new();
+    let mut quiet = Onlooker::default();
+    theatre.sweep("quiet", &mut Alone, 0, &mut quiet).unwrap();
+    let jobs = quiet.finished;
+    assert_eq!(jobs, 151 * 2 * 2);
+    for (number, Case { name, what, cue, instead }) in CASES.iter().enumerate() {
+        let out = format!("out-{number}");
+        let mut troupe =
+            Troupe::new(move |call, gear, before| cue(call, gear, before).then_some(Trouble::Fails(what)));
+        let mut watch = Onlooker::default();
+        let report = theatre.sweep(&out, &mut troupe, 500, &mut watch).unwrap();
+        assert_eq!(report.ending, Ending::Finished, "{name}");
+        assert!(theatre.journal(&out) == theatre.journal("quiet"), "{name}: other counts than a quiet run's");
+        assert_eq!((watch.finished, report.run.poses), (jobs, jobs), "{name}: each choice is finished once");
+
+        let told: Vec<&str> = watch.faults.iter().map(|fault| fault.instead.as_str()).collect();
+        assert_eq!(told, *instead, "{name}");
+        for fault in &watch.faults {
+            assert_eq!(fault.what, format!("adapter Actor: {what}"), "{name}");
+            assert!(["cell", "second"].contains(&fault.scene.as_str()), "{name}: {}", fault.scene);
+        }
+        let run = &manifest(&theatre.out(&out))["runs"][0];
+        assert_eq!(run["ended"], "finished", "{name}");
+        assert_eq!(run["faults"], serde_json::json!(watch.faults), "{name}");
+    }
+}
+
+#[test]
+fn a_device_that_fails_now_and_then_stays_at_work() {
+    let theatre = Theatre::new();
+    theatre.sweep("quiet", &mut Alone, 0, &mut Onlooker::default()).unwrap();
+    // Two strikes are not three.
+    let mut troupe = Troupe::new(|call, gear, before| {
+        let now = (call, gear) == (Call::Sense, Gear::Full) && [3, 9].contains(&before);
+        now.then_some(Trouble::Fails("device lost"))
+    });
+    let mut watch = Onlooker::default();
+    theatre.sweep("out", &mut troupe, 500, &mut watch).unwrap();
+    assert_eq!(watch.faults.len(), 2);
+    assert!(theatre.journal("out") == theatre.journal("quiet"));
+    let last = troupe.0.lock().unwrap().calls.last().copied();
+    assert_eq!(last, Some((Call::Answer, Gear::Full)), "it is asked again, to the end");
+}
+
+#[test]
+fn an_answer_that_is_too_short_is_a_failure() {
+    let theatre = Theatre::new();
+    theatre.sweep("quiet", &mut Alone, 0, &mut Onlooker::default()).unwrap();
+    let mut troupe = Troupe::new(|call, gear, before| {
+        ((call, gear, before) == (Call::Answer, Gear::Full, 5)).then_some(Trouble::Forgets)
+    });
+    let mut watch = Onlooker::default();
+    theatre.sweep("out", &mut troupe, 500, &mut watch).unwrap();
+    assert!(theatre.journal("out") == theatre.journal("quiet"));
+    assert!(watch.faults[0].what.contains("answered for"), "{:?}", watch.faults);
+}
+
+#[test]
+fn without_a_device_to_doubt_a_failure_ends_the_run() {
+    struct Undoubted(Troupe);
+    impl Crew for Undoubted {
+        fn open(&mut self, gear: Gear) -> Result<Box<dyn Backend + Send>> {
+            self.0.open(gear)
+        }
+
+        fn is_doubted(&self) -> bool {
+            false
+        }
+    }
+    let theatre = Theatre::new();
+    theatre.sweep("quiet", &mut Alone, 0, &mut Onlooker::default()).unwrap();
+    let cue =
+        |call, _, before| (call == Call::Sense && before == 7).then_some(Trouble::Fails("threads gone"));
+    let error = theatre.sweep("out", &mut Undoubted(Troupe::new(cue)), 500, &mut Onlooker::default());
+    assert!(matches!(&error, Err(Error::Device(what)) if what.contains("threads gone")), "{error:?}");
+    assert!(manifest(&theatre.out("out"))["runs"][0]["ended"].as_str().unwrap().contains("threads gone"));
+    // What was finished is kept, and the rest follows.
+    let session = theatre.open("out", false).unwrap();
+    assert!(session.done() > 0 && session.done() < session.total());
+    drop(session);
+    theatre.sweep("out", &mut Alone, 0, &mut Onlooker::default()).unwrap();
+    assert!(theatre.journal("out") == theatre.journal("quiet"));
+}
+
+/// Lies in every answer from that one on.
+fn liar(from: usize) -> Troupe {
+    Troupe::new(move |call, _, before| (call == Call::Answer && before >= from).then_some(Trouble::Lies))
+}
+
+#[test]
+fn a_lie_stops_the_run_with_the_evidence_in_a_file() {
+    let theatre = Theatre::new();
+    theatre.sweep("quiet", &mut Alone, 0, &mut Onlooker::default()).unwrap();
+    let error = theatre.sweep("out", &mut liar(0), 500, &mut Onlooker::default()).unwrap_err();
+    let Error::Disagreement(what) = &error else { panic!("{error:?}") };
+    for part in ["scene cell, snapshot 0, repeat 0", "in region robot", DISAGREEMENT, "--restart"] {
+        assert!(what.contains(part), "no {part:?} in {what}");
+    }
+    let out = theatre.out("out");
+    let evidence: serde_json::Value =
+        serde_json::from_slice(&fs::read(out.join(DISAGREEMENT)).unwrap()).unwrap();
+    let columns = evidence["columns"].as_array().unwrap().len();
+    let counts = |who: &str| -> Vec<u64> { serde_json::from_value(evidence[who].clone()).unwrap() };
+    let (theirs, ours) = (counts("counted_by_device"), counts("counted_by_cpu"));
+    assert_eq!((theirs.len(), ours.len()), (columns, columns));
+    assert_eq!((theirs[0], &theirs[1..]), (ours[0] + 1, &ours[1..]));
+    let run = &manifest(&out)["runs"][0];
+    assert!(run["ended"].as_str().unwrap().contains("disagree"), "{run}");
+
+    // Nothing goes on from what a liar counted.
+    let refused = theatre.open("out", false).map(|_| ()).unwrap_err().to_string();
+    assert!(refused.contains(DISAGREEMENT) && refused.contains("--restart begins anew"), "{refused}");
+    theatre.open("out", true).unwrap().run(&mut Alone, 0, 0.0, &mut Onlooker::default()).unwrap();
+    assert!(theatre.journal("out") == theatre.journal("quiet"));
+    assert!(!out.join(DISAGREEMENT).exists());
+}
+
+#[test]
+fn the_share_that_is_checked_finds_a_later_lie_and_nothing_else_does() {
+    let theatre = Theatre::new();
+    theatre.sweep("quiet", &mut Alone, 0, &mut Onlooker::default()).unwrap();
+    // The first poses are honest.
+    let error = theatre.sweep("some", &mut liar(6), 1, &mut Onlooker::default()).unwrap_err();
+    assert!(matches!(error, Error::Disagreement(_)), "{error:?}");
+    // What nobody checks is believed.
+    theatre.sweep("none", &mut liar(6), 0, &mut Onlooker::default()).unwrap();
+    assert!(theatre.journal("none") != theatre.journal("quiet"));
+}
+
+#[test]
+fn an_honest_device_is_checked_three_times_and_then_for_a_share() {
+    let theatre = Theatre::new();
+    theatre.sweep("quiet", &mut Alone, 0, &mut Onlooker::default()).unwrap();
+    // Of 604 choices, those numbered 0, 1, 2 and each five-hundredth or twentieth; or all of them; or none.
+    for (verify, expected) in [(500, 3 + 1), (20, 3 + 30), (1, 604), (0, 0)] {
+        let out = format!("one-in-{verify}");
+        let report =
+            theatre.sweep(&out, &mut Troupe::new(|_, _, _| None), verify, &mut Onlooker::default()).unwrap();
+        assert_eq!(report.run.verified, expected, "1 in {verify}");
+        assert!(theatre.journal(&out) == theatre.journal("quiet"));
+        assert_eq!(manifest(&theatre.out(&out))["runs"][0]["verified"], expected);
+    }
+}
+
+#[test]
+fn what_the_cpu_did_instead_is_not_checked_by_the_cpu() {
+    let theatre = Theatre::new();
+    // Every pose of the device is checked; it did those of two batches.
+    let mut troupe = Troupe::new(|call, _, before| {
+        (call == Call::Sense && before >= 6).then_some(Trouble::Fails("device lost"))
+    });
+    let report = theatre.sweep("out", &mut troupe, 1, &mut Onlooker::default()).unwrap();
+    assert!(report.run.verified > 0 && report.run.verified < report.run.poses, "{}", report.run.verified);
+}
+
+/// A GPU that is closed under the hands of who works with it, and one that is not waited for.
+#[test]
+fn a_real_device_that_is_lost_or_late_is_a_failure_and_not_a_panic() {
+    let Some(adapter) = common::adapter() else { return };
+    let theatre = Theatre::new();
+    let tables: Vec<Rays> = tables(&theatre.study).into_iter().flatten().collect();
+    let world = &theatre.worlds[0];
+    let Setting::Pose(pose) = &world.settings[0][0] else { panic!("a camera has poses") };
+    let placement = sensor::placement(&*theatre.study.sensors[0].kind, pose, &world.truth.grid, 0);
+    let cell = world.cell(window_of(&world.regions));
+    let job = || vec![vec![Reading { slot: 0, volume: None, hit: 850, miss: -400 }]];
+    let open = |patience: u64| {
+        let mut gpu = Gpu::new(&adapter).unwrap().patience(Duration::from_secs(patience));
+        gpu.tables(&tables).unwrap();
+        gpu.load(&cell).unwrap();
+        gpu
+    };
+    let work = |gpu: &mut Gpu| {
+        gpu.sense(0, &[Shot::once(0, placement)])?;
+        gpu.score(Fusion::OccupiedWins, &job())
+    };
+    assert!(work(&mut open(600)).is_ok());
+
+    let mut gpu = open(600);
+    gpu.lose();
+    for _ in 0..2 {
+        let error = work(&mut gpu).unwrap_err();
+        assert!(matches!(error, Error::Device(_)), "{error:?}");
+    }
+    assert!(matches!(gpu.load(&cell), Err(Error::Device(_))));
+
+    // It is lost with work under way.
+    let mut gpu = open(600);
+    gpu.sense(0, &[Shot::once(0, placement)]).unwrap();
+    gpu.ask(Fusion::OccupiedWins, &job()).unwrap();
+    gpu.lose();
+    let error = gpu.answer().unwrap_err();
+    assert!(matches!(error, Error::Device(_)), "{error:?}");
+
+    let error = work(&mut open(0)).unwrap_err();
+    assert!(matches!(&error, Error::Device(what) if what.contains("no answer in 0ns")), "{error:?}");
+}
