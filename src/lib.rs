@@ -12,6 +12,7 @@
 //! shares is [`march`].
 
 pub mod backend;
+pub mod cluster;
 pub mod error;
 pub mod march;
 pub mod metrics;

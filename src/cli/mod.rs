@@ -3,6 +3,7 @@
 mod backend;
 mod bench;
 mod bytes;
+mod cluster;
 mod compare;
 mod devices;
 mod packages;
@@ -43,6 +44,7 @@ Exit codes: 0 done; 1 backends disagree (compare, bench); 2 bad input or argumen
 enum Command {
     Sweep(sweep::Args),
     Summary(summary::Args),
+    Cluster(cluster::Args),
     Compare(compare::Args),
     Bench(bench::Args),
     Devices(devices::Args),
@@ -54,6 +56,7 @@ pub(crate) fn run() -> ExitCode {
     let outcome = match Cli::parse().command {
         Command::Sweep(args) => sweep::run(&args),
         Command::Summary(args) => summary::run(&args),
+        Command::Cluster(args) => cluster::run(&args),
         Command::Compare(args) => compare::run(&args),
         Command::Bench(args) => bench::run(&args),
         Command::Devices(args) => devices::run(&args),
