@@ -11,6 +11,12 @@ pub enum Error {
     /// A device failed, or lied, after the input was accepted. Exit code 3.
     #[error("{0}")]
     Device(String),
+    /// The disk failed, or is full, while counts were written. What is finished is kept. Exit code 3.
+    #[error("{0}")]
+    Storage(String),
+    /// A device gave other counts than the CPU. Exit code 1.
+    #[error("{0}")]
+    Disagreement(String),
 }
 
 /// `std::result::Result` with [`Error`].

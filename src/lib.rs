@@ -8,8 +8,8 @@
 //! The rooms, in the order of the paper:
 //! [`study`] (what the user wrote) → [`scene`] (surfaces with roles) → [`voxel`] (truth and regions) →
 //! [`sensor`] (rays, in integers) → [`backend`] (march, carve, count: the same integers on every device) →
-//! [`metrics`] (F1, κ) → [`sweep`] (counts of all poses) → [`report`] (tables). The arithmetic that every backend
-//! shares is [`march`].
+//! [`metrics`] (F1, κ) → [`sweep`] (counts of all poses) → [`table`] (long tables for programs) → [`report`] (tables for
+//! people). The arithmetic that every backend shares is [`march`]; every file comes in through [`source`].
 
 pub mod backend;
 pub mod cluster;
@@ -19,8 +19,10 @@ pub mod metrics;
 pub mod report;
 pub mod scene;
 pub mod sensor;
+pub mod source;
 pub mod study;
 pub mod sweep;
+pub mod table;
 pub mod voxel;
 
 pub use error::{Error, Result};

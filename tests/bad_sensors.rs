@@ -599,9 +599,10 @@ fn what_stands_otherwise_or_too_often() {
         check(&[(STUDY, from, to)], &[STUDY, expected]);
     }
     let all = (STUDY, "wall/?/0", "wall/*");
-    let many = (STUDY, "x_m = [-1.0, 0, 1]", "x_m = { start = -1, stop = 1, step = 0.000001 }");
+    let many = (STUDY, "x_m = [-1.0, 0, 1]", "x_m = { start = -1, stop = 1, step = 0.0001 }");
+    let often = (STUDY, "repeats = 2", "repeats = 10000");
     check(
-        &[all, many],
-        &[STUDY, "combination \"both\": 4000002 choices of poses in 4 representations, each 2 times"],
+        &[all, many, often],
+        &[STUDY, "combination \"both\": 40002 choices of poses in 4 representations, each 10000 times"],
     );
 }

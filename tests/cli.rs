@@ -9,6 +9,7 @@ use std::fs;
 use std::path::Path;
 
 use perirobot::scene::{build::build, octomap};
+use perirobot::source::Sources;
 use perirobot::study::{Overrides, SceneSpec, Study};
 use perirobot::voxel::voxelize;
 use program::{Folder, Outcome, names, perirobot, text};
@@ -52,7 +53,7 @@ fn a_sweep_writes_its_files() {
     let folder = Folder::new();
     let out = folder.path("new/out");
     let outcome = sweep(TINY, &out, &[]);
-    assert_eq!(names(&out), ["manifest.json", "poses.csv", "results.csv", "scores.csv"]);
+    assert_eq!(names(&out), ["counts.journal", "manifest.json", "poses.csv", "results.csv", "scores.csv"]);
     for shown in ["best F1", "best kappa", "best human_seen", "nothing seen", "upper bound", "on cpu"] {
         assert!(outcome.stdout.contains(shown), "no {shown:?} in {}", outcome.stdout);
     }
@@ -121,11 +122,17 @@ fn a_sweep_writes_its_files() {
         }
     }
     assert!(rows.iter().any(|row| number(row, "tp_human") > 0 && number(row, "tn") > 0));
-    for key in ["perirobot", "semantics_version", "seed", "voxel_size_m", "backend", "timings", "poses_per_s"]
-    {
+    for key in ["about", "fingerprint", "semantics_version", "seed", "voxel_size_m", "shard"] {
         assert!(!manifest[key].is_null(), "{key}");
     }
-    assert_eq!(manifest["study"]["text"].as_str().unwrap(), study.text);
+    for key in ["backend", "device", "began_unix_s", "prepare_s", "sweep_s", "poses_per_s", "faults"] {
+        assert!(!manifest["runs"][0][key].is_null(), "{key}");
+    }
+    assert_eq!(
+        (&manifest["runs"][0]["poses"], &manifest["runs"][0]["ended"]),
+        (&13.into(), &"finished".into())
+    );
+    assert_eq!(manifest["about"]["study"]["text"].as_str().unwrap(), study.text);
     for key in ["occupied_sha256", "blockers_sha256", "human_sha256", "robot_sha256"] {
         assert_eq!(manifest["scenes"][0][key].as_str().unwrap().len(), 64, "{key}");
     }
@@ -143,7 +150,7 @@ fn bytes_do_not_depend_on_threads_or_backend() {
         assert!(outs[1..].iter().all(|out| read(out, name) == first), "{name}");
     }
     let [one, two, oracle] = outs.map(|out| manifest(&out));
-    for key in ["scenes", "sensors", "study"] {
+    for key in one.as_object().unwrap().keys().filter(|key| !["about", "runs"].contains(&key.as_str())) {
         assert!(one[key] == two[key] && one[key] == oracle[key], "{key}");
     }
     // Rays that end in nothing, and rays that certify what they passed.
@@ -156,8 +163,8 @@ fn bytes_do_not_depend_on_threads_or_backend() {
         read(&out, "results.csv")
     });
     assert!(cpu == plain, "{cpu}\n{plain}");
-    assert_eq!(one["backend"]["name"], "cpu");
-    assert_eq!(oracle["backend"]["name"], "oracle");
+    assert_eq!(one["runs"][0]["backend"], "cpu");
+    assert_eq!(oracle["runs"][0]["backend"], "oracle");
 }
 
 #[test]
@@ -199,7 +206,8 @@ fn an_existing_folder_gets_new_files_and_keeps_what_is_not_ours() {
         fs::write(out.join(name), "old").unwrap();
     }
     sweep(TINY, &out, &[]);
-    assert_eq!(names(&out), ["manifest.json", "notes.txt", "poses.csv", "results.csv", "scores.csv"]);
+    let expected = ["counts.journal", "manifest.json", "notes.txt", "poses.csv", "results.csv", "scores.csv"];
+    assert_eq!(names(&out), expected);
     assert!(read(&out, "results.csv").starts_with("scene,") && read(&out, "notes.txt") == "old");
 }
 
@@ -223,14 +231,14 @@ fn sensors_do_not_err_where_nothing_is_see_through() {
         if certified {
             folder.edit("study.toml", "range_m = [0.2, 3.0]", "range_m = [0.2, 3.0]\nno_return = \"free\"");
         }
-        sweep(text(&folder.path("study.toml")), &folder.path("out"), &[]);
+        sweep(text(&folder.path("study.toml")), &folder.path("out"), &["--restart"]);
         let rows = rows(&read(&folder.path("out"), "results.csv"));
         assert!(rows.iter().any(|row| number(row, "tp") > 0));
         assert_eq!(rows.iter().find(|row| wrong(row)), None);
     }
     // The crate of glass: now rays say free where the crate is.
     folder.edit("cell.toml", "box = {", "optical = \"see_through\"\nbox = {");
-    sweep(text(&folder.path("study.toml")), &folder.path("out"), &[]);
+    sweep(text(&folder.path("study.toml")), &folder.path("out"), &["--restart"]);
     let rows = rows(&read(&folder.path("out"), "results.csv"));
     assert!(rows.iter().any(|row| number(row, "fn") > 0) && rows.iter().all(|row| number(row, "fp") == 0));
 }
@@ -259,7 +267,16 @@ fn help_says_what_a_user_must_know() {
         (&["--help"][..], &["sweep", "summary", "compare", "devices", "voxelize", "Exit codes"][..]),
         (
             &["sweep", "--help"],
-            &["--out", "--voxel-size", "--backend", "--threads", "--adapter", "results.csv"],
+            &[
+                "--out",
+                "--voxel-size",
+                "--backend",
+                "--threads",
+                "--adapter",
+                "--restart",
+                "--shard",
+                "exit code is 75",
+            ],
         ),
         (&["summary", "--help"], &["--region", "--combination", "--score", "scores.csv", "baselines"]),
         (&["compare", "--help"], &["--poses", "--pose", "--all", "oracle", "Exits 1"]),
@@ -299,11 +316,13 @@ fn a_scene_goes_out_as_an_octomap_and_comes_back() {
     for shown in ["operator", "human", "watertight", "121 × 81 × 61"] {
         assert!(outcome.stdout.contains(shown), "no {shown:?} in {}", outcome.stdout);
     }
-    let spec = SceneSpec::load(Path::new("scenes/paper/scene1.toml")).unwrap();
-    let scene = build(&spec, 0.05).unwrap();
+    let path = Path::new("scenes/paper/scene1.toml");
+    let sources = Sources::beside(path);
+    let spec = SceneSpec::load(path, &sources).unwrap();
+    let scene = build(&spec, &sources, 0.05).unwrap();
     let grid = voxelize::grid_over(&voxelize::scene_extent(&scene, 0.05).unwrap(), 0.05).unwrap();
     let truth = voxelize::voxelize_all(&scene, grid).unwrap().remove(0);
-    let map = octomap::read(&out).unwrap();
+    let map = octomap::read(&out, &Sources::beside(&out)).unwrap();
     assert_eq!((map.resolution_m, map.occupied.len() as u64), (0.05, truth.occupied.count()));
     let inside = |key: &[i32; 3]| truth.occupied.get(std::array::from_fn(|r| key[r] - grid.origin[r]));
     assert!(map.occupied.iter().all(inside));

@@ -13,6 +13,7 @@ use glb::GlbNode;
 use perirobot::scene::mannequin::{Keypoints, body, read_keypoints};
 use perirobot::scene::primitive::cuboid;
 use perirobot::scene::{Mesh, Surface, build, gltf};
+use perirobot::source::Sources;
 use perirobot::study::SceneSpec;
 
 /// Largest distance between a round limb and its triangles, in metres.
@@ -68,7 +69,8 @@ fn the_shipped_table_is_the_generated_bytes() {
 
 /// Loads a shipped mesh as (path of names, mesh).
 fn load(name: &str) -> Vec<(String, Mesh)> {
-    let nodes = gltf::Gltf::load(&shipped(name)).unwrap().parts(None).unwrap();
+    let nodes =
+        gltf::Gltf::load(&shipped(name), &Sources::beside(&shipped(name))).unwrap().parts(None).unwrap();
     (nodes.into_iter()).map(|node| (node.names.join("/"), node.mesh)).collect()
 }
 
@@ -105,7 +107,8 @@ fn assert_closed(name: &str, mesh: &Mesh) {
 }
 
 fn person(name: &str) -> Keypoints {
-    let keypoints = read_keypoints(&shipped(&format!("{name}.csv"))).unwrap();
+    let file = shipped(&format!("{name}.csv"));
+    let keypoints = read_keypoints(&file, &Sources::beside(&file)).unwrap();
     assert!(keypoints.iter().all(Option::is_some), "{name} lacks a joint");
     keypoints
 }
@@ -163,7 +166,10 @@ fn people_stand_in_nothing() {
 
 /// The arm as it stands in Scene 1; `robots.rs` checks that it stands alike in the others.
 fn arm() -> Mesh {
-    let scene = build::build(&SceneSpec::load(&shipped("scene1.toml")).unwrap(), 0.05).unwrap().remove(0);
+    let file = shipped("scene1.toml");
+    let sources = Sources::beside(&file);
+    let spec = SceneSpec::load(&file, &sources).unwrap();
+    let scene = build::build(&spec, &sources, 0.05).unwrap().remove(0);
     let arm = scene.objects.iter().find(|object| object.name == "robot").unwrap();
     let Surface::Mesh(mesh) = &arm.surface else { panic!("a mesh") };
     mesh.clone()

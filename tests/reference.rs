@@ -251,7 +251,7 @@ fn study(temp: &Path, folder: &Path, sensors: &str) -> Study {
 
 fn swept(study: &Study) -> (World, Vec<Row>) {
     let worlds = World::prepare_all(study).unwrap();
-    let rows = run(study, &worlds, &mut Cpu::new(None).unwrap(), |_| {}).unwrap();
+    let rows = run(study, &worlds, &mut Cpu::new(None).unwrap()).unwrap();
     (worlds.into_iter().next().unwrap(), rows)
 }
 

@@ -5,6 +5,7 @@ use std::path::Path;
 
 use glam::DVec3;
 use perirobot::scene::{Object, Role, Surface, build::build};
+use perirobot::source::Sources;
 use perirobot::study::SceneSpec;
 
 fn shipped(name: &str) -> std::path::PathBuf {
@@ -17,7 +18,10 @@ fn arm(keys: &str) -> Object {
     let scene = folder.path().join("cell.toml");
     let urdf = shipped("ur10.urdf");
     std::fs::write(&scene, format!("[[object]]\nname = \"arm\"\nurdf = {urdf:?}\n{keys}\n")).unwrap();
-    let scene = build(&SceneSpec::load(&scene).unwrap(), 0.05).unwrap().remove(0);
+    // The arm lies elsewhere.
+    let sources = Sources::beside(&scene).allow_outside();
+    let spec = SceneSpec::load(&scene, &sources).unwrap();
+    let scene = build(&spec, &sources, 0.05).unwrap().remove(0);
     assert_eq!(scene.objects.len(), 1);
     (*scene.objects[0]).clone()
 }
@@ -54,7 +58,9 @@ fn a_urdf_is_a_robot_and_keeps_its_links() {
 
 /// The robot in each snapshot of a shipped scene.
 fn robots(scene: &str) -> Vec<Object> {
-    let scenes = build(&SceneSpec::load(&shipped(scene)).unwrap(), 0.05).unwrap();
+    let sources = Sources::beside(&shipped(scene));
+    let spec = SceneSpec::load(&shipped(scene), &sources).unwrap();
+    let scenes = build(&spec, &sources, 0.05).unwrap();
     (scenes.iter())
         .map(|scene| (**scene.objects.iter().find(|object| object.name == "robot").unwrap()).clone())
         .collect()

@@ -10,6 +10,7 @@ use perirobot::backend::{Backend, Fusion, Rays, Reading, Shot};
 use perirobot::scene::{Role, build::build, octomap};
 use perirobot::sensor::pose::Frame;
 use perirobot::sensor::{Camera, Station, placement};
+use perirobot::source::Sources;
 use perirobot::study::{Overrides, SceneSpec, Study};
 use perirobot::sweep::{World, jobs, tables};
 use perirobot::voxel::{Truth, voxelize};
@@ -70,7 +71,9 @@ fn every_study_loads_and_prepares_without_a_surprise() {
         }
     }
     for path in scenes {
-        build(&SceneSpec::load(&path).unwrap(), 0.05).unwrap();
+        // A scene beside others may use their meshes; its studies lie above them.
+        let sources = Sources::beside(&path).allow_outside();
+        build(&SceneSpec::load(&path, &sources).unwrap(), &sources, 0.05).unwrap();
     }
 }
 
@@ -292,7 +295,8 @@ fn scene_with(toml: &str) -> (tempfile::TempDir, perirobot::Result<Vec<perirobot
     fs::write(folder.path().join("cell.bt"), cell).unwrap();
     let path = folder.path().join("scene.toml");
     fs::write(&path, toml).unwrap();
-    let scene = SceneSpec::load(&path).and_then(|spec| build(&spec, 0.05));
+    let sources = Sources::beside(&path);
+    let scene = SceneSpec::load(&path, &sources).and_then(|spec| build(&spec, &sources, 0.05));
     (folder, scene)
 }
 

@@ -7,13 +7,18 @@ mod program;
 
 use std::fs;
 
-use perirobot::backend::cpu::Cpu;
-use perirobot::report::{Results, scores};
+use perirobot::backend::{Backend, cpu::Cpu};
+use perirobot::report::{Results, Subject, scores};
 use perirobot::study::{Overrides, Study};
-use perirobot::sweep::files::RESULT_FILES;
-use perirobot::sweep::manifest::{Timings, manifest};
-use perirobot::sweep::{World, run, table};
+use perirobot::sweep::journal::{Header, Journal, Locked, Shard};
+use perirobot::sweep::manifest::{Fault, Manifest};
+use perirobot::sweep::session::{Crew, Gear, Session};
+use perirobot::sweep::{Watch, World, run};
+use perirobot::table::Format;
 use program::{Folder, names, perirobot, text};
+
+/// The files of a finished sweep.
+const FILES: [&str; 5] = ["counts.journal", "manifest.json", "poses.csv", "results.csv", "scores.csv"];
 
 /// What is appended to the small study: a sensor without poses, representations to choose from, a combination of two
 /// posed sensors and one in which a single one is posed.
@@ -46,6 +51,32 @@ fn rich() -> Folder {
     folder
 }
 
+/// Sweeps on the CPU.
+struct OnCpu;
+
+impl Crew for OnCpu {
+    fn open(&mut self, _: Gear) -> perirobot::Result<Box<dyn Backend>> {
+        Ok(Box::new(Cpu::new(None)?))
+    }
+
+    fn is_doubted(&self) -> bool {
+        false
+    }
+}
+
+/// Looks away.
+struct Nobody;
+
+impl Watch for Nobody {
+    fn finished(&mut self, _: u64) {}
+
+    fn failed(&mut self, _: &Fault) {}
+
+    fn stop(&mut self) -> Option<String> {
+        None
+    }
+}
+
 #[test]
 fn results_read_back_are_those_of_the_sweep() {
     let folder = rich();
@@ -55,38 +86,36 @@ fn results_read_back_are_those_of_the_sweep() {
     worlds.extend(World::prepare(&study, 0).unwrap().into_iter().map(|world| World { snapshot: 1, ..world }));
     worlds.extend(World::prepare(&study, 1).unwrap());
     study.scenes[0].snapshots = 2;
-    let mut cpu = Cpu::new(None).unwrap();
-    let rows = run(&study, &worlds, &mut cpu, |_| ()).unwrap();
-    let results = Results::of_sweep(&study, &worlds, &rows);
+    let rows = run(&study, &worlds, &mut Cpu::new(None).unwrap()).unwrap();
+    let out = folder.path("out");
+    let mut session = Session::open(&study, &worlds, &out, Shard::WHOLE, false, "perirobot").unwrap();
+    session.run(&mut OnCpu, 0, 0.0, &mut Nobody).unwrap();
+    let results = Results::new(Subject::of_study(&study, &worlds), session.into_pages());
     assert_eq!(results.scenes.iter().map(|scene| scene.moments.clone()).collect::<Vec<_>>(), [0..2, 2..3]);
 
-    let timings = Timings { prepare_s: 0.0, sweep_s: 1.0 };
-    let files = [
-        table::poses_csv(&study),
-        table::results_csv(&study, &rows),
-        manifest(&study, &worlds, &cpu, timings),
-    ];
-    fs::create_dir(folder.path("out")).unwrap();
-    for (name, bytes) in ["poses.csv", "results.csv", "manifest.json"].into_iter().zip(files) {
-        folder.write(&format!("out/{name}"), bytes);
-    }
-    let (read, warnings) = Results::read(&folder.path("out")).unwrap();
-    assert!(read == results, "{read:?}\n{results:?}");
+    let read = |results: Results| {
+        for row in &rows {
+            let moment = results.scenes[row.scene].moments.start + row.snapshot;
+            let key = perirobot::report::Key {
+                combination: row.combination,
+                choice: row.choice,
+                representation: row.interpretation,
+                region: row.region,
+            };
+            assert_eq!(results.counts(moment, row.repeat, &key), row.counts, "{row:?}");
+        }
+        results.intact().unwrap();
+        results.subject
+    };
+    // Every row of the sweep is found under its own name, before and after.
+    let subject = read(results);
+    let (again, warnings) = Results::read(&out).unwrap();
+    assert_eq!(read(again), subject);
     assert_eq!(warnings, [""; 0]);
-
-    // Every row of the sweep is found under its own name.
-    for row in &rows {
-        let moment = read.scenes[row.scene].moments.start + row.snapshot;
-        let key = perirobot::report::Key {
-            combination: row.combination,
-            choice: row.choice,
-            representation: row.interpretation,
-            region: row.region,
-        };
-        assert_eq!(read.counts(moment, row.repeat, &key), &row.counts, "{row:?}");
-    }
-    let placed =
-        |combination: usize| read.combinations[combination].choices.iter().all(|c| c.place.is_some());
+    let placed = |combination: usize| {
+        let combination = &subject.combinations[combination];
+        (0..combination.choices()).all(|choice| combination.place_of(choice).is_some())
+    };
     assert_eq!([placed(0), placed(1), placed(2)], [true, false, true]);
 }
 
@@ -98,10 +127,10 @@ fn scores_csv_is_the_same_from_the_sweep_and_from_its_folder() {
     let out = folder.path("out");
     let written = fs::read(out.join("scores.csv")).unwrap();
     let (results, _) = Results::read(&out).unwrap();
-    assert!(scores::render(&results) == written);
-    let mut expected = RESULT_FILES.map(String::from);
-    expected.sort();
-    assert_eq!(names(&out), expected);
+    fs::create_dir(folder.path("again")).unwrap();
+    scores::write(&results, &folder.path("again"), Format::Csv).unwrap();
+    assert!(fs::read(folder.path("again/scores.csv")).unwrap() == written);
+    assert_eq!(names(&out), FILES);
     let header = String::from_utf8(written).unwrap();
     assert!(header.contains("\n*,skin,lidar:posts/corner;cover:"), "{header}");
     // Nine blocks would flood the screen.
@@ -167,48 +196,35 @@ fn refused(folder: &Folder, (file, from, to): (&str, &str, &str), expected: &[&s
 fn files_that_do_not_fit_together_are_refused() {
     let folder = rich();
     folder.sweep(&[]);
-    let results = fs::read_to_string(folder.path("out/results.csv")).unwrap();
-    let line = |number: usize| results.lines().nth(number - 1).unwrap();
-    let lines = |numbers: [usize; 2]| format!("{}\n", numbers.map(line).join("\n"));
-    let tp = line(3).split(',').nth(7).unwrap();
-    let with_tp = |tp: &str| line(3).split(',').take(7).chain([tp]).collect::<Vec<_>>().join(",");
-    let (last, cut) = (results.lines().count(), results.lines().last().unwrap());
     for (edit, expected) in [
-        (("results.csv", ",uf,", ",up,"), &["line 1", "no column \"uf\""][..]),
-        (
-            ("results.csv", "cell,0,0,camera", "Cell,0,0,camera"),
-            &["line 2, column scene: \"Cell\" must be \"cell\""],
-        ),
-        (
-            ("results.csv", &with_tp(tp), &with_tp("many")),
-            &["line 3, column tp: \"many\" must be a number of voxels"],
-        ),
-        (("results.csv", &with_tp(tp), &with_tp("-1")), &["line 3, column tp: \"-1\""]),
-        (("results.csv", &with_tp(tp), &with_tp("18446744073709551615")), &["line 3, column tp"]),
-        (
-            ("results.csv", &with_tp(tp), &with_tp(&format!("{tp}1"))),
-            &["line 3, column tp", "the region has"],
-        ),
-        (("results.csv", &lines([3, 4]), &lines([4, 3])), &["line 3, column region", "order of the sweep"]),
-        (("results.csv", "camera:wall/0/0", "camera:wall/0/9"), &["line 2, column poses", "poses.csv lacks"]),
-        (("results.csv", cut, ""), &[&*format!("ends after line {}", last - 1), "promises more rows"]),
-        (("results.csv", cut, &cut[..30]), &[&*format!("line {last}: has 5 fields, the header 24")]),
-        (("results.csv", "", cut), &[&*format!("line {}, column scene", last + 1), "a row more"]),
-        (("poses.csv", "x_m", "x"), &["line 1", "no column \"x_m\""]),
+        (("poses.csv", "x_m", "x"), &["line 1", "no column \"x_m\""][..]),
         (
             ("poses.csv", "wall/0/0,wall,-1,", "wall/0/0,wall,west,"),
             &["line 2, column x_m: \"west\" must be"],
         ),
         (("poses.csv", "wall/0/0,wall,-1,", "wall/0/0,wall,NaN,"), &["line 2, column x_m: \"NaN\" must be"]),
         (("poses.csv", "wall/0/1", "wall/0/0"), &["line 3, column pose: \"wall/0/0\" stands twice"]),
-        (("manifest.json", "\"name\": \"cover\"", "\"name\": \"coat\""), &["a sensor \"cover\" that is not"]),
+        (("poses.csv", "wall/0/0,wall,-1,", "wall/0/0,wall,-1.5,"), &["is not the table that manifest.json"]),
         (
-            ("manifest.json", "\"repeats\": 2", "\"repeats\": 3"),
-            &["column scene: \"second\" must be \"cell\""],
+            ("manifest.json", "\"name\": \"cover\"", "\"name\": \"coat\""),
+            &["column sensor: \"cover\" must be \"coat\""],
         ),
-        (("manifest.json", "\"repeats\": 2", "\"repeats\": 0"), &["repeats = 0"]),
-        (("manifest.json", "\"repeats\": 2", "\"repeats\": 20000000000"), &["repeats = 20000000000"]),
-        (("manifest.json", "\"repeats\"", "\"repetitions\""), &["missing field `repeats`", "line"]),
+        (
+            ("poses.csv", "camera,random/1", "lidar,random/1"),
+            &["line 9, column sensor: \"lidar\" must be \"camera\""],
+        ),
+        (
+            ("poses.csv", "", "camera,wall/9,wall,0,0,0,1,0,0,0,,\n"),
+            &["a row more than manifest.json promises"],
+        ),
+        (("manifest.json", "\"repeats\": 2", "\"repeats\": 3"), &["counts.journal", "of another sweep"]),
+        (("manifest.json", "\"seed\": 7", "\"seed\": 8"), &["counts.journal", "of another sweep"]),
+        (("manifest.json", "\"repeats\": 2", "\"repeats\": 0"), &["promises 0 rows (repeats = 0)"]),
+        (
+            ("manifest.json", "\"repeats\": 2", "\"repeats\": 20000000000"),
+            &["counts.journal", "of another sweep"],
+        ),
+        (("manifest.json", "\"repeats\"", "\"repetitions\""), &["missing field `repeats`"]),
         (("manifest.json", "\"snapshot\": 0", "\"snapshot\": 1"), &["snapshot 1 is alone"]),
         (("manifest.json", "{", ""), &["line 2 column"]),
     ] {
@@ -223,8 +239,8 @@ fn folders_without_results_are_refused() {
     for (path, remove, expected) in [
         ("nowhere", None, "nowhere: is not a folder: name one that `perirobot sweep --out` has written"),
         ("study.toml", None, "study.toml: is not a folder"),
+        ("out", Some("counts.journal"), "counts.journal: cannot be read"),
         ("out", Some("poses.csv"), "poses.csv: cannot be read"),
-        ("out", Some("results.csv"), "poses.csv: cannot be read"),
         ("out", Some("manifest.json"), "manifest.json: cannot be read"),
     ] {
         if let Some(name) = remove {
@@ -242,6 +258,17 @@ fn results_of_other_rules_come_with_a_warning() {
     folder.sweep(&[]);
     let version = format!("\"semantics_version\": {}", perirobot::SEMANTICS_VERSION);
     folder.edit("out/manifest.json", &version, "\"semantics_version\": 999");
+    // A sweep by those rules would have had their fingerprint from the beginning.
+    let out = folder.path("out");
+    let old = Journal::read(&out).unwrap();
+    let rows: Vec<_> = (0..old.header().blocks).map(|block| old.header().rows_of_block(block)).collect();
+    let counts: Vec<_> = rows.iter().map(|rows| old.counts(rows.clone()).unwrap()).collect();
+    let fingerprint = Manifest::read(&out).unwrap().fingerprint();
+    let header = Header { fingerprint, ..old.header().clone() };
+    drop(old);
+    let mut journal = Locked::open(&out).unwrap().begin(header).unwrap();
+    rows.iter().zip(&counts).for_each(|(rows, counts)| journal.put(rows.start, counts).unwrap());
+    drop(journal);
     let outcome = perirobot(&["summary", text(&folder.path("out"))]);
     assert_eq!(outcome.code, Some(0), "{}", outcome.stderr);
     for shown in ["warning: ", "manifest.json", "version 999 of the rules", "sweep again"] {

@@ -3,8 +3,9 @@
 use clap::ValueEnum;
 use perirobot::backend::cpu::Cpu;
 use perirobot::backend::gpu::{AdapterChoice, Gpu, adapters};
-use perirobot::backend::{Backend, oracle::Oracle};
+use perirobot::backend::{Backend, MEMORY_BYTES, oracle::Oracle};
 use perirobot::sweep::bench::Contender;
+use perirobot::sweep::session::{Crew, Gear};
 use perirobot::{Error, Result};
 
 #[derive(clap::Args)]
@@ -21,7 +22,7 @@ pub(super) struct BackendArgs {
     threads: Option<u16>,
     /// Memory for evidence (half of it) and, on the CPU, for first hits in what stands still (a quarter): a number and
     /// KiB, MiB or GiB; a few poses' evidence is kept in any case [default: 512MiB; more on a hardware GPU]
-    #[arg(long, value_name = "BYTES", value_parser = super::bytes::bytes)]
+    #[arg(long, value_name = "BYTES", value_parser = super::quantity::bytes)]
     memory: Option<u64>,
 }
 
@@ -130,11 +131,15 @@ impl BackendArgs {
 
     fn cpu(&self, threads: Option<usize>) -> Result<Cpu> {
         let cpu = Cpu::new(threads)?;
+        let mib = self.memory.unwrap_or(MEMORY_BYTES) >> 20;
+        tracing::info!("opened cpu: {}, {mib} MiB of memory for evidence and first hits", cpu.device());
         Ok(self.memory.into_iter().fold(cpu, Cpu::memory))
     }
 
     fn gpu(&self, choice: &AdapterChoice) -> Result<Gpu> {
         let gpu = Gpu::new(choice)?;
+        let mib = self.memory.map_or("as the adapter has it".into(), |bytes| format!("{} MiB", bytes >> 20));
+        tracing::info!("opened gpu: {}, memory for evidence: {mib}", gpu.device());
         Ok(self.memory.into_iter().fold(gpu, Gpu::memory))
     }
 
@@ -147,5 +152,42 @@ impl BackendArgs {
             Some(name) => name.parse().unwrap_or(AdapterChoice::Hardware),
             None => AdapterChoice::Hardware,
         }
+    }
+}
+
+/// The backend of a sweep and who steps in for it.
+pub(super) struct SweepCrew<'a> {
+    args: &'a BackendArgs,
+    is_gpu: bool,
+    /// The backend that was opened first, until it is asked for.
+    ready: Option<Box<dyn Backend>>,
+}
+
+impl BackendArgs {
+    /// Who sweeps. The backend of the user's choice is opened, so that what is wrong with it is known at once.
+    pub(super) fn crew(&self) -> Result<SweepCrew<'_>> {
+        let backend = self.open()?;
+        Ok(SweepCrew { args: self, is_gpu: backend.name() == "gpu", ready: Some(backend) })
+    }
+}
+
+impl Crew for SweepCrew<'_> {
+    fn open(&mut self, gear: Gear) -> Result<Box<dyn Backend>> {
+        match gear {
+            Gear::Full => {
+                let backend = self.ready.take().map_or_else(|| self.args.open(), Ok)?;
+                eprintln!("running on {}: {}", backend.name(), backend.device());
+                Ok(backend)
+            }
+            Gear::Small => {
+                let memory = self.args.memory.unwrap_or(MEMORY_BYTES).min(MEMORY_BYTES) / 4;
+                Ok(Box::new(self.args.gpu(&self.args.adapter())?.memory(memory)))
+            }
+            Gear::Cpu => Ok(Box::new(self.args.cpu(self.args.threads())?)),
+        }
+    }
+
+    fn is_doubted(&self) -> bool {
+        self.is_gpu
     }
 }

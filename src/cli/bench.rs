@@ -61,7 +61,7 @@ pub(super) fn run(args: &Args) -> Result<ExitCode> {
     for path in &args.studies {
         for &voxel_size_m in &args.voxel_size {
             let overrides = Overrides { voxel_size_m: Some(voxel_size_m), noiseless: args.noiseless };
-            let mut study = Study::load(path, &overrides)?;
+            let mut study = Study::read(path, &overrides, args.packages.sources(path))?;
             args.packages.apply(&mut study.scenes);
             let combinations = 0..study.combinations.len();
             let casting: Vec<usize> = combinations.filter(|&c| casts(&study, c)).collect();

@@ -82,7 +82,7 @@ struct JobArgs {
     #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u16).range(1..))]
     cpus: u16,
     /// Memory of each task, a number and KiB, MiB or GiB [default: the engine's]
-    #[arg(long, value_name = "BYTES", value_parser = super::bytes::bytes)]
+    #[arg(long, value_name = "BYTES", value_parser = super::quantity::bytes)]
     memory: Option<u64>,
     /// How often a shard that fails is tried again; one that is stopped and has new rows goes on in any case
     #[arg(long, value_name = "N", default_value_t = 5)]

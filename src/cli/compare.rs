@@ -8,6 +8,7 @@ use perirobot::sweep::compare::{
 use perirobot::{Error, Result};
 
 use super::backend::BackendArgs;
+use super::progress::ProgressArgs;
 use super::study::StudyArgs;
 
 /// Run chosen poses on every backend and compare each integer
@@ -29,6 +30,8 @@ pub(super) struct Args {
     all: bool,
     #[command(flatten)]
     backend: BackendArgs,
+    #[command(flatten)]
+    progress: ProgressArgs,
 }
 
 pub(super) fn run(args: &Args) -> Result<ExitCode> {
@@ -52,19 +55,19 @@ pub(super) fn run(args: &Args) -> Result<ExitCode> {
         eprintln!("comparing {}: {}", backend.name(), backend.device());
     }
     let steps = worlds.len() * (study.sensors.len() + study.combinations.len());
-    let bar = super::progress(steps as u64, "sensors and combinations");
+    let mut progress = args.progress.start("sensors and combinations", 0, steps as u64);
     let mut report = Report::default();
     for world in &worlds {
         for sensor in 0..study.sensors.len() {
             compare(&study, world, sensor, &selection, &mut backends, &mut report)?;
-            bar.inc(1);
+            progress.inc(1);
         }
         for combination in 0..study.combinations.len() {
             compare_combination(&study, world, combination, &selection, &mut backends, &mut report)?;
-            bar.inc(1);
+            progress.inc(1);
         }
     }
-    bar.finish_and_clear();
+    progress.finish();
     super::print(&table(&report.lines))?;
     match report.first_difference {
         None => {

@@ -1,22 +1,26 @@
-//! Subcommands and what they share: messages, exit codes, the progress bar. Nothing is computed here.
+//! Subcommands and what they share: messages and exit codes. Nothing is computed here.
 
 mod backend;
 mod bench;
-mod bytes;
 mod cluster;
 mod compare;
 mod devices;
+mod log;
+mod merge;
+mod outcome;
 mod packages;
+mod progress;
+mod quantity;
+mod shard;
+mod stop;
 mod study;
 mod summary;
 mod sweep;
 mod voxelize;
 
-use std::io::IsTerminal;
 use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
-use indicatif::{ProgressBar, ProgressStyle};
 use perirobot::{Error, Result};
 
 /// Score where to put the sensors of a robot cell.
@@ -29,20 +33,26 @@ use perirobot::{Error, Result};
 struct Cli {
     #[command(subcommand)]
     command: Command,
+    /// Say on standard error what is being done: files read, scenes voxelized, devices opened; -vv: each batch, too
+    #[arg(short, long, global = true, action = clap::ArgAction::Count)]
+    verbose: u8,
 }
 
 const AFTER_HELP: &str = "\
 First steps:
   perirobot sweep scenes/quick.toml --out out/quick   score the poses of a study that ships
   perirobot summary out/quick                         the tables of the paper from those results
+  perirobot sweep scenes/quick.toml --out out/quick   once more: nothing is left to do, after a stop it goes on
   perirobot compare scenes/tiny.toml                  prove that all backends agree
   perirobot devices                                   see which GPU would be used
 
-Exit codes: 0 done; 1 backends disagree (compare, bench); 2 bad input or arguments; 3 a device failed.";
+Exit codes: 0 done; 1 backends disagree; 2 bad input or arguments; 3 a device or the disk failed;
+75 a sweep was stopped before its end (Ctrl-C, SIGTERM, SIGUSR1, --max-time): the same command goes on.";
 
 #[derive(Subcommand)]
 enum Command {
     Sweep(sweep::Args),
+    Merge(merge::Args),
     Summary(summary::Args),
     Cluster(cluster::Args),
     Compare(compare::Args),
@@ -53,8 +63,11 @@ enum Command {
 
 /// Runs the command line and turns its outcome into an exit code.
 pub(crate) fn run() -> ExitCode {
-    let outcome = match Cli::parse().command {
+    let Cli { command, verbose } = Cli::parse();
+    log::start(verbose);
+    let outcome = match command {
         Command::Sweep(args) => sweep::run(&args),
+        Command::Merge(args) => merge::run(&args),
         Command::Summary(args) => summary::run(&args),
         Command::Cluster(args) => cluster::run(&args),
         Command::Compare(args) => compare::run(&args),
@@ -67,8 +80,9 @@ pub(crate) fn run() -> ExitCode {
         Err(error) => {
             eprintln!("error: {error}");
             ExitCode::from(match error {
+                Error::Disagreement(_) => 1,
                 Error::Input(_) => 2,
-                Error::Device(_) => 3,
+                Error::Device(_) | Error::Storage(_) => 3,
             })
         }
     }
@@ -88,16 +102,6 @@ fn warn<'a>(scenes: impl Iterator<Item = (&'a str, &'a [String])>) {
     for (warning, scenes) in all {
         eprintln!("warning: {}: {warning}", scenes.join(", "));
     }
-}
-
-/// A bar with rate and time left; hidden where nobody watches.
-fn progress(total: u64, what: &str) -> ProgressBar {
-    if !std::io::stderr().is_terminal() {
-        return ProgressBar::hidden();
-    }
-    let template = format!("{{bar:30}} {{pos}}/{{len}} {what}  {{per_sec}}  {{eta}} left");
-    let style = ProgressStyle::with_template(&template).unwrap_or_else(|_| ProgressStyle::default_bar());
-    ProgressBar::new(total).with_style(style)
 }
 
 /// Writes to standard output; a reader that went away (`| head`) is no failure.

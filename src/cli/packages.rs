@@ -1,18 +1,30 @@
-//! `--package`: where the packages of a robot's meshes are. What a package is for is `scene::urdf`'s affair.
+//! `--package` and `--allow-outside`: which files a study may bring in from outside of its folder. What a package is
+//! for is `scene::urdf`'s affair.
 
 use std::path::{Path, PathBuf};
 
+use perirobot::source::Sources;
 use perirobot::study::SceneSpec;
 
-/// Where ROS packages are on this machine.
+/// Where ROS packages are on this machine, and whether other folders may be read.
 #[derive(clap::Args)]
 pub(super) struct PackageArgs {
     /// Where a robot's package:// meshes are; repeatable, overrides the scene file's packages
     #[arg(long = "package", value_name = "NAME=DIR", value_parser = package)]
     packages: Vec<(String, PathBuf)>,
+    /// Read files that lie outside of the given file's folder, and of those of --package, too
+    #[arg(long)]
+    allow_outside: bool,
 }
 
 impl PackageArgs {
+    /// What the files of a study or scene are read through.
+    pub(super) fn sources(&self, file: &Path) -> Sources {
+        let beside = Sources::beside(file);
+        let sources = self.packages.iter().fold(beside, |all, (name, folder)| all.with_package(name, folder));
+        if self.allow_outside { sources.allow_outside() } else { sources }
+    }
+
     /// Tells the robots of all scenes.
     pub(super) fn apply(&self, scenes: &mut [SceneSpec]) {
         let packages = self.packages.iter().map(|(name, folder)| (name.as_str(), Path::new(folder)));

@@ -5,67 +5,159 @@ use std::process::ExitCode;
 use std::time::{Duration, Instant};
 
 use perirobot::Result;
-use perirobot::report::{Results, best, scores};
-use perirobot::sweep::files::OutputFolder;
-use perirobot::sweep::manifest::{Timings, manifest};
-use perirobot::sweep::{jobs, run as run_sweep, table};
+use perirobot::report::{Results, Subject};
+use perirobot::sweep::Watch;
+use perirobot::sweep::journal::Shard;
+use perirobot::sweep::manifest::Fault;
+use perirobot::sweep::session::{Ending, Report, Session, folder_of};
 
 use super::backend::BackendArgs;
+use super::outcome::{OutcomeArgs, print_best};
+use super::progress::{Progress, ProgressArgs, above_bar};
+use super::shard::ShardArg;
+use super::stop::{StopAt, stopped};
 use super::study::StudyArgs;
 
 /// Score every candidate pose of a study
 ///
-/// Writes results.csv (counts and scores), scores.csv (scores over snapshots and repeats), poses.csv (where each pose
-/// is) and manifest.json (what was run) into the output folder, each whole or not at all, and prints the best poses
-/// beside what trivial answers would score. `perirobot summary DIR` prints more from the folder.
+/// Writes into the output folder what is finished as soon as it is (counts.journal), what is swept (manifest.json,
+/// poses.csv), and at the end the tables: results (counts and scores) and scores (over snapshots and repeats). Prints the
+/// best poses beside what trivial answers would score; `perirobot summary DIR` prints more from the folder.
+///
+/// Whatever ends a run early, the same command goes on where it was, and the tables are those of a single run, byte for
+/// byte. A folder with a sweep of something else is refused, with what has changed.
 #[derive(clap::Args)]
+#[command(after_help = AFTER_HELP)]
 pub(super) struct Args {
     #[command(flatten)]
     study: StudyArgs,
     /// Folder for the results; made if needed
     #[arg(long, value_name = "DIR")]
     out: PathBuf,
+    /// Begin anew: whatever the folder holds of an earlier sweep is lost
+    #[arg(long)]
+    restart: bool,
+    /// Stop in time, as on a signal: after so long (90s, 30m, 1.5h), counted from the start of the program
+    #[arg(long, value_name = "TIME", value_parser = super::quantity::time)]
+    max_time: Option<Duration>,
+    /// Only one of N parts, K from 0 to N-1, in the folder OUT/shard-K-of-N; auto/N takes K from SLURM_ARRAY_TASK_ID,
+    /// HQ_TASK_ID or JOB_COMPLETION_INDEX. `perirobot merge OUT` puts them together
+    #[arg(long, value_name = "K/N", value_parser = super::shard::shard)]
+    shard: Option<ShardArg>,
+    /// On a GPU, count the first poses and then one in so many again on the CPU; a difference stops the run. 0 for none
+    #[arg(long, value_name = "N", default_value_t = 500)]
+    verify: u64,
+    #[command(flatten)]
+    outcome: OutcomeArgs,
     #[command(flatten)]
     backend: BackendArgs,
+    #[command(flatten)]
+    progress: ProgressArgs,
     /// Say afterwards, on standard error, what each stage of the backend's work took, where that is known
     #[arg(long)]
     timings: bool,
 }
 
+const AFTER_HELP: &str = "\
+Examples:
+  perirobot sweep scenes/quick.toml --out out/quick            score all poses; the same again goes on
+  perirobot sweep my.toml --out out/my --max-time 8h           stop in time, exit code 75 if anything is left
+  perirobot sweep my.toml --out out/my --shard 0/4             the first of four parts, on this machine
+  perirobot merge out/my                                       all four parts, as if one run had made them
+
+On Ctrl-C, SIGTERM, SIGUSR1 or --max-time the batch under way is finished, and the exit code is 75. A second signal
+ends the run at once; what is finished is kept in any case.";
+
 pub(super) fn run(args: &Args) -> Result<ExitCode> {
+    let stop = StopAt::listen(args.max_time)?;
     args.backend.start_threads()?;
     let begin = Instant::now();
+    let shard = args.shard.map_or(Ok(Shard::WHOLE), ShardArg::resolve)?;
+    let folder = folder_of(&args.out, shard);
     let (study, worlds) = args.study.load()?;
-    let mut backend = args.backend.open()?;
-    let folder = OutputFolder::open(&args.out)?;
-    let prepare_s = begin.elapsed().as_secs_f64();
+    let subject = Subject::of_study(&study, &worlds);
+    let mut crew = args.backend.crew()?;
+    let mut session = Session::open(&study, &worlds, &folder, shard, args.restart, &command())?;
+    if session.damaged > 0 {
+        eprintln!(
+            "warning: {}: {} rows are damaged and are counted again",
+            folder.display(),
+            session.damaged
+        );
+    }
+    let (done, total) = (session.done(), session.total());
+    if done > 0 {
+        eprintln!("{done} of {total} scene-poses are finished already");
+    }
+    if done < total {
+        let mut watch = Onlooker { progress: args.progress.start("poses", done, total), stop };
+        let prepare_s = begin.elapsed().as_secs_f64();
+        let report = session.run(&mut crew, args.verify, prepare_s, &mut watch)?;
+        watch.progress.finish();
+        if args.timings {
+            print_timings(&report.timings);
+        }
+        tell(&report)?;
+        if let Ending::Stopped(why) = &report.ending {
+            let left = total - session.done();
+            eprintln!("{why}: {left} of {total} scene-poses are left; to go on: {}", command());
+            return Ok(stopped());
+        }
+    }
+    if shard == Shard::WHOLE {
+        let results = Results::new(subject, session.into_pages());
+        args.outcome.write(&results, &folder)?;
+        print_best(&results)?;
+    } else {
+        let Shard { number, of } = shard;
+        let out = args.out.display();
+        super::print(&format!("shard {number} of {of} is finished; when all are: perirobot merge {out}\n"))?;
+    }
+    super::print(&format!("results in {}\n", folder.display()))?;
+    Ok(ExitCode::SUCCESS)
+}
 
-    eprintln!("running on {}: {}", backend.name(), backend.device());
-    let bar = super::progress(jobs(&study), "poses");
-    let begin = Instant::now();
-    let rows = run_sweep(&study, &worlds, backend.as_mut(), |poses| bar.inc(poses))?;
-    bar.finish_and_clear();
-    let timings = Timings { prepare_s, sweep_s: begin.elapsed().as_secs_f64() };
+/// Shows how far it is, and knows when to stop.
+struct Onlooker {
+    progress: Progress,
+    stop: StopAt,
+}
 
-    if args.timings {
-        print_timings(&backend.timings());
+impl Watch for Onlooker {
+    fn finished(&mut self, choices: u64) {
+        self.progress.inc(choices);
     }
 
-    folder.write("poses.csv", &table::poses_csv(&study))?;
-    folder.write("results.csv", &table::results_csv(&study, &rows))?;
-    let results = Results::of_sweep(&study, &worlds, &rows);
-    folder.write("scores.csv", &scores::render(&results))?;
-    folder.write("manifest.json", &manifest(&study, &worlds, backend.as_ref(), timings))?;
-    super::print(&best::render(&results))?;
-    let (poses, seconds) = (jobs(&study), timings.sweep_s);
+    fn failed(&mut self, Fault { what, scene, instead }: &Fault) {
+        above_bar(|| eprintln!("warning: scene {scene}: {what}; the next poses were done by {instead}"));
+    }
+
+    fn stop(&mut self) -> Option<String> {
+        self.stop.reason()
+    }
+}
+
+/// What the user typed, as it can be typed again.
+fn command() -> String {
+    let plain = |c: char| c.is_ascii_alphanumeric() || "-_./=,:+@%".contains(c);
+    let quoted = |word: String| match !word.is_empty() && word.chars().all(plain) {
+        true => word,
+        false => format!("'{}'", word.replace('\'', r"'\''")),
+    };
+    let words = std::env::args_os().skip(1).map(|word| quoted(word.to_string_lossy().into_owned()));
+    ["perirobot".into()].into_iter().chain(words).collect::<Vec<_>>().join(" ")
+}
+
+/// What the run did, in a line.
+fn tell(report: &Report) -> Result<()> {
+    let run = &report.run;
+    if run.verified > 0 {
+        eprintln!("{} scene-poses counted again on the CPU: no difference", run.verified);
+    }
     super::print(&format!(
-        "\n{poses} scene-poses in {seconds:.1} s ({:.1} poses/s) on {}: {}\nresults in {}\n",
-        poses as f64 / seconds.max(1e-9),
-        backend.name(),
-        backend.device(),
-        args.out.display()
-    ))?;
-    Ok(ExitCode::SUCCESS)
+        "{} scene-poses in {:.1} s ({:.1} poses/s) on {}: {}\n",
+        run.poses, run.sweep_s, run.poses_per_s, run.backend, run.device
+    ))
 }
 
 /// A line a stage, in milliseconds.

@@ -41,7 +41,8 @@ pub(super) fn run(args: &Args) -> Result<ExitCode> {
     if args.out.extension().is_none_or(|extension| extension != "bt") {
         return Err(Error::Input(format!("--out {}: must end in .bt", args.out.display())));
     }
-    let mut spec = SceneSpec::load(&args.scene)?;
+    let sources = args.packages.sources(&args.scene);
+    let mut spec = SceneSpec::load(&args.scene, &sources)?;
     args.packages.apply(std::slice::from_mut(&mut spec));
     let in_scene = |e| Error::input(spec.path.display(), e);
     if args.snapshot >= spec.snapshots {
@@ -51,7 +52,7 @@ pub(super) fn run(args: &Args) -> Result<ExitCode> {
             spec.path.display()
         )));
     }
-    let snapshots = build(&spec, args.voxel_size)?;
+    let snapshots = build(&spec, &sources, args.voxel_size)?;
     let extent = voxels::scene_extent(&snapshots, args.voxel_size).map_err(in_scene)?;
     let too_large = |e| Error::Input(format!("{e}{}", voxels::largest_object(&snapshots)));
     let grid = voxels::grid_over(&extent, args.voxel_size).map_err(too_large).map_err(in_scene)?;

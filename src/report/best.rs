@@ -52,7 +52,7 @@ pub fn render(results: &Results) -> String {
 
 /// The best few choices of one combination in one region by each score, and the baselines.
 fn block(results: &Results, series: Series, region: usize, left_out: &mut bool) -> String {
-    let choices = results.combinations[series.combination].choices.len();
+    let choices = results.combinations[series.combination].choices();
     let mut table = Table::new(&HEADER);
     let mut line = |label: String, name: String, of: &dyn Fn(Score) -> Option<Over>| {
         let scores = Score::ALL.iter().flat_map(|&score| cells(of(score), left_out));

@@ -1,9 +1,13 @@
 //! Results small enough to work out by hand: two scenes, of which the second moves, and two combinations.
 
+use std::sync::Arc;
+
 use glam::DVec3;
 
-use super::results::{Choice, ChoicePlace, CombinationResults, Key, Results, SceneResults};
+use super::results::{CombinationResults, MemberResults, Place, PoseResults, Results, SceneResults, Subject};
 use crate::metrics::{Confusion, RoleCounts};
+use crate::sweep::Key;
+use crate::sweep::journal::{Header, Locked, Pages, Shard};
 use crate::sweep::world::Baselines;
 
 /// Counts with an F1 of 2 / (2 + unknown).
@@ -26,14 +30,29 @@ pub(super) const NO_SCORE: Confusion = Confusion {
 /// Scenes `still` (moment 0) and `moving` (moments 1 and 2), one region. The camera has poses at two walls; the pair has
 /// two posed sensors and is scored in two representations.
 pub(super) fn results(repeats: usize, of: impl Fn(usize, usize, &Key) -> Confusion) -> Results {
-    let posed = |name: &str, x: f64| Choice {
-        name: format!("camera:{name}"),
-        place: Some(ChoicePlace {
+    results_in(&["robot"], repeats, of)
+}
+
+/// The same in some regions.
+pub(super) fn results_in(
+    regions: &[&str],
+    repeats: usize,
+    of: impl Fn(usize, usize, &Key) -> Confusion,
+) -> Results {
+    let posed = |name: &str, x: f64| PoseResults {
+        name: name.into(),
+        place: Some(Place {
             group: name.split('/').next().unwrap_or_default().into(),
             position_m: DVec3::new(x, 2.0, 3.0),
         }),
     };
-    let unplaced = |name: &str| Choice { name: name.into(), place: None };
+    let camera = Arc::new(vec![posed("left/0", 0.0), posed("left/1", 1.0), posed("right/0", 2.0)]);
+    let pads = Arc::new(vec![posed("floor/0", 0.0), posed("floor/1", 1.0)]);
+    let member = |sensor: &str, poses: &Arc<Vec<PoseResults>>, candidates: &[usize]| MemberResults {
+        sensor: sensor.into(),
+        poses: poses.clone(),
+        candidates: candidates.into(),
+    };
     let texts = |texts: &[&str]| texts.iter().map(|text| text.to_string()).collect();
     let baselines = Baselines {
         all_occupied: counts(8),
@@ -41,53 +60,61 @@ pub(super) fn results(repeats: usize, of: impl Fn(usize, usize, &Key) -> Confusi
         nothing_seen: NO_SCORE,
         ceiling: counts(0),
     };
-    let mut results = Results {
+    let subject = Subject {
         scenes: vec![
             SceneResults { name: "still".into(), moments: 0..1 },
             SceneResults { name: "moving".into(), moments: 1..3 },
         ],
-        regions: vec!["robot".into()],
+        regions: texts(regions),
         repeats,
         combinations: vec![
             CombinationResults {
                 name: "camera".into(),
-                sensors: texts(&["camera"]),
+                members: vec![member("camera", &camera, &[0, 1, 2])],
                 representations: texts(&["points"]),
-                choices: vec![posed("left/0", 0.0), posed("left/1", 1.0), posed("right/0", 2.0)],
             },
             CombinationResults {
                 name: "pair".into(),
-                sensors: texts(&["camera", "pads"]),
+                members: vec![member("camera", &camera, &[0]), member("pads", &pads, &[0, 1])],
                 representations: texts(&["points;volume", "box;volume"]),
-                choices: vec![unplaced("camera:left/0;pads:floor/0"), unplaced("camera:left/0;pads:floor/1")],
             },
         ],
-        baselines: vec![vec![baselines]; 3],
-        counts: Vec::new(),
+        baselines: vec![vec![baselines; regions.len()]; 3],
     };
+    let layout = subject.layout();
+    let header = Header {
+        fingerprint: [7; 32],
+        shard: Shard::WHOLE,
+        blocks: layout.blocks() as u64,
+        block_rows: layout.block_rows(),
+        kept: 0..layout.block_rows(),
+    };
+    let folder = tempfile::tempdir().unwrap();
+    let mut journal = Locked::open(folder.path()).unwrap().begin(header).unwrap();
     for moment in 0..3 {
         for repeat in 0..repeats {
-            for (combination, (choices, ways)) in [(3, 1), (2, 2)].into_iter().enumerate() {
-                for choice in 0..choices {
-                    for representation in 0..ways {
-                        let key = Key { combination, choice, representation, region: 0 };
-                        results.counts.push(of(moment, repeat, &key));
-                    }
-                }
-            }
+            let put = |_: [&str; 4], key: Key| {
+                journal.put(layout.row(moment, repeat, &key), &[of(moment, repeat, &key)])
+            };
+            subject.each_key(put).unwrap();
         }
     }
-    results
+    Results::new(subject, Pages::new(vec![journal]))
 }
 
 /// One repeat. F1 of the camera's choices at the three moments: 1, 1/4, 1/2; 1/2, 1/2, 1/2; none, none, 2/3. Of the pair,
 /// 1/2 everywhere but 1 in the still scene for the second choice's second representation.
 pub(super) fn worked() -> Results {
-    results(1, |moment, _, key| match (key.combination, key.choice, key.representation) {
+    results(1, |moment, _, key| worked_counts(moment, key))
+}
+
+/// The counts of [`worked`].
+pub(super) fn worked_counts(moment: usize, key: &Key) -> Confusion {
+    match (key.combination, key.choice, key.representation) {
         (0, 0, _) => counts([0, 6, 2][moment]),
         (0, 1, _) => counts(2),
         (0, _, _) => [NO_SCORE, NO_SCORE, counts(1)][moment],
         (_, 1, 1) if moment == 0 => counts(0),
         _ => counts(2),
-    })
+    }
 }

@@ -24,10 +24,10 @@ pub fn groups(
     moments: &Range<usize>,
     score: Score,
 ) -> Vec<GroupBest> {
-    let choices = &results.combinations[combination].choices;
-    let group = |choice: usize| choices[choice].place.as_ref().map(|place| place.group.as_str());
+    let combined = &results.combinations[combination];
+    let group = |choice: usize| combined.place_of(choice).map(|place| place.group.as_str());
     let mut groups: Vec<GroupBest> = Vec::new();
-    for name in (0..choices.len()).filter_map(group) {
+    for name in (0..combined.choices()).filter_map(group) {
         // Poses of a group follow each other, so the last is nearly always the one.
         if !groups.iter().rev().any(|known| known.group == name) {
             groups.push(GroupBest { group: name.into(), best: None, overall: false });
@@ -46,7 +46,8 @@ pub fn groups(
 /// A table for each region and score; nothing where no combination has several groups.
 pub fn render(results: &Results, selection: &Selection) -> String {
     let several = |series: &Series| {
-        let mut groups = results.combinations[series.combination].choices.iter().map(|c| c.place.as_ref());
+        let combined = &results.combinations[series.combination];
+        let mut groups = (0..combined.choices()).map(|choice| combined.place_of(choice));
         let first = groups.next().flatten().map(|place| &place.group);
         first.is_some() && groups.any(|place| place.map(|place| &place.group) != first)
     };

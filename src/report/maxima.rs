@@ -51,7 +51,7 @@ pub fn maxima(results: &Results, combination: usize, region: usize, score: Score
 
 /// The combination with the most sensors, if no other has as many.
 pub fn most_sensors(results: &Results) -> Option<usize> {
-    let sizes: Vec<usize> = results.combinations.iter().map(|c| c.sensors.len()).collect();
+    let sizes: Vec<usize> = results.combinations.iter().map(|c| c.members.len()).collect();
     let most = sizes.iter().max()?;
     let mut those = (0..sizes.len()).filter(|&combination| sizes[combination] == *most);
     those.next().filter(|_| those.next().is_none())

@@ -1,4 +1,4 @@
-//! Tables for people, and `scores.csv`, from the counts of a sweep. Scores are made in `metrics`; here they are put
+//! Tables for people, and those for pandas, from the counts of a sweep. Scores are made in `metrics`; here they are put
 //! together over scenes, snapshots and repeats, ordered and written down.
 
 pub mod best;
@@ -8,6 +8,7 @@ pub mod maxima;
 pub mod over;
 mod read;
 pub mod results;
+pub mod rows;
 pub mod scores;
 pub mod snapshots;
 mod table;
@@ -15,9 +16,11 @@ mod table;
 use std::ops::Range;
 
 use crate::metrics::Confusion;
+pub use crate::sweep::Key;
 use crate::{Error, Result};
 pub use over::Over;
-pub use results::{Key, Results};
+pub use read::Folder;
+pub use results::{Results, Subject};
 
 /// What the tables hold for a choice of sensors.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -135,7 +138,7 @@ impl Series {
     /// `camera · points`; of several sensors that are scored in one way only, that way is left out.
     fn title(self, results: &Results) -> String {
         let combination = &results.combinations[self.combination];
-        match (combination.sensors.len(), combination.representations.as_slice()) {
+        match (combination.members.len(), combination.representations.as_slice()) {
             (2.., [_]) => combination.name.clone(),
             (_, all) => format!("{} · {}", combination.name, all[self.representation]),
         }
@@ -149,7 +152,7 @@ impl Series {
         region: usize,
         score: Score,
     ) -> Vec<Option<Over>> {
-        let choices = 0..results.combinations[self.combination].choices.len();
+        let choices = 0..results.combinations[self.combination].choices();
         choices.map(|choice| results.over(moments.clone(), self.key(choice, region), score)).collect()
     }
 }

@@ -22,18 +22,18 @@ pub struct Over {
 }
 
 /// One choice's score over repeats, each with the counts of its moments; `None` if there is no value at all.
-pub fn over<'a, R>(repeats: impl Iterator<Item = R>, score: Score) -> Option<Over>
+pub fn over<R>(repeats: impl Iterator<Item = R>, score: Score) -> Option<Over>
 where
-    R: Iterator<Item = &'a Confusion>,
+    R: Iterator<Item = Confusion>,
 {
     let (mut all, mut means, mut counts, mut of) = (Sum::default(), Vec::new(), Confusion::default(), 0);
     let mut worst = f64::INFINITY;
     for repeat in repeats {
         let mut one = Sum::default();
         for reading in repeat {
-            counts = counts.plus(reading);
+            counts = counts.plus(&reading);
             of += 1;
-            if let Some(value) = score.of(reading) {
+            if let Some(value) = score.of(&reading) {
                 worst = worst.min(value);
                 one.add(value);
                 all.add(value);
@@ -82,7 +82,7 @@ mod tests {
     }
 
     fn f1(repeats: &[Vec<Confusion>]) -> Option<Over> {
-        over(repeats.iter().map(|repeat| repeat.iter()), Score::F1)
+        over(repeats.iter().map(|repeat| repeat.iter().copied()), Score::F1)
     }
 
     #[test]

@@ -1,21 +1,34 @@
 //! What a sweep found, by name: every count of every scene, snapshot, repeat and choice of poses, and the baselines
-//! beside them. It comes from a finished sweep or, by way of `read`, from its folder, and is the same either way.
+//! beside them. Names are kept in memory, counts are looked up in the journal as they are asked for. It comes from a
+//! sweep or, by way of `read`, from its folder, and is the same either way.
 
 use std::ops::Range;
+use std::sync::Arc;
 
 use glam::DVec3;
 
 use super::{Over, Score, over};
+use crate::Result;
 use crate::metrics::Confusion;
-use crate::sensor::Setting;
-use crate::study::{Combination, Study};
+use crate::sensor::{Candidate, Sensor, Setting};
+use crate::study::{self, Combination, Study, nth_choice};
+use crate::sweep::journal::Pages;
 use crate::sweep::world::Baselines;
-use crate::sweep::{Row, World, table};
+use crate::sweep::{Key, Layout, Size, World, table};
 
 /// What a sweep found. Indices of scenes, combinations, choices, representations and regions are those of the study; a
 /// moment is a snapshot of a scene, counted through all scenes.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Debug)]
 pub struct Results {
+    /// What was swept.
+    pub subject: Subject,
+    pub(super) layout: Layout,
+    pub(super) pages: Pages,
+}
+
+/// What was swept, by name.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Subject {
     /// Scenes in study order.
     pub scenes: Vec<SceneResults>,
     /// Names of the regions.
@@ -26,8 +39,6 @@ pub struct Results {
     pub combinations: Vec<CombinationResults>,
     /// For each moment and region, what the simplest answers would score.
     pub baselines: Vec<Vec<Baselines>>,
-    /// In study order: moment, repeat, combination, choice, representation, region.
-    pub(super) counts: Vec<Confusion>,
 }
 
 /// A scene that was swept.
@@ -44,76 +55,68 @@ pub struct SceneResults {
 pub struct CombinationResults {
     /// Its name.
     pub name: String,
-    /// Names of its sensors in the order they speak.
-    pub sensors: Vec<String>,
+    /// Its sensors in the order they speak.
+    pub members: Vec<MemberResults>,
     /// What is scored of each choice, as in the column `representation` of results.csv.
     pub representations: Vec<String>,
-    /// Choices of poses in study order.
-    pub choices: Vec<Choice>,
 }
 
-/// One choice of poses.
+/// A sensor of a combination.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Choice {
-    /// As in the column `poses` of results.csv.
+pub struct MemberResults {
+    /// Its name.
+    pub sensor: String,
+    /// All of its poses, in study order.
+    pub poses: Arc<Vec<PoseResults>>,
+    /// Which of them take part, in their order.
+    pub candidates: Vec<usize>,
+}
+
+/// A pose of a sensor.
+#[derive(Clone, Debug, PartialEq)]
+pub struct PoseResults {
+    /// Its name.
     pub name: String,
-    /// Where its sensor is, if exactly one of them has a pose.
-    pub place: Option<ChoicePlace>,
+    /// Where it is; `None` for what is set up without a pose.
+    pub place: Option<Place>,
 }
 
-/// Where the one posed sensor of a choice is.
+/// Where a sensor is.
 #[derive(Clone, Debug, PartialEq)]
-pub struct ChoicePlace {
+pub struct Place {
     /// The set of poses it belongs to: a wall, the ceiling.
     pub group: String,
     /// Position in metres, in the world or, for a sensor that a robot carries, on its link.
     pub position_m: DVec3,
 }
 
-/// Which counts: one choice of poses in one representation and region.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Key {
-    /// Index of the combination.
-    pub combination: usize,
-    /// Number of the choice.
-    pub choice: usize,
-    /// Number of the choice of representations.
-    pub representation: usize,
-    /// Index of the region.
-    pub region: usize,
-}
-
-impl Results {
-    /// The results of a finished sweep. `worlds` are those of [`World::prepare_all`], `rows` all that the sweep gave.
-    pub fn of_sweep(study: &Study, worlds: &[World], rows: &[Row]) -> Results {
+impl Subject {
+    /// What a study sweeps. `worlds` are those of [`World::prepare_all`].
+    pub fn of_study(study: &Study, worlds: &[World]) -> Subject {
         let mut end = 0;
-        let scenes = study.scenes.iter().enumerate().map(|(scene, spec)| {
+        let scenes = study.scenes.iter().map(|spec| {
             let begin = end;
-            end += worlds.iter().filter(|world| world.scene == scene).count();
+            end += spec.snapshots;
             SceneResults { name: spec.name.clone(), moments: begin..end }
         });
-        let mut results = Results {
+        let poses: Vec<Arc<Vec<PoseResults>>> = study.sensors.iter().map(|s| Arc::new(poses(s))).collect();
+        let member = |member: &study::Member| MemberResults {
+            sensor: study.sensors[member.sensor].name.clone(),
+            poses: poses[member.sensor].clone(),
+            candidates: member.candidates.clone(),
+        };
+        let combination = |combination: &Combination| CombinationResults {
+            name: combination.name.clone(),
+            members: combination.members.iter().map(member).collect(),
+            representations: table::representation_names(study, combination),
+        };
+        Subject {
             scenes: scenes.collect(),
             regions: study.regions.iter().map(|(name, _)| name.clone()).collect(),
             repeats: study.repeats as usize,
-            combinations: study.combinations.iter().map(|c| combination(study, c)).collect(),
+            combinations: study.combinations.iter().map(combination).collect(),
             baselines: worlds.iter().map(|world| world.baselines.clone()).collect(),
-            counts: Vec::new(),
-        };
-        results.counts =
-            vec![Confusion::default(); results.moments().len() * results.repeats * results.block()];
-        for row in rows {
-            let moment = results.scenes[row.scene].moments.start + row.snapshot;
-            let key = Key {
-                combination: row.combination,
-                choice: row.choice,
-                representation: row.interpretation,
-                region: row.region,
-            };
-            let at = results.index(moment, row.repeat, &key);
-            results.counts[at] = row.counts;
         }
-        results
     }
 
     /// All moments of all scenes.
@@ -121,29 +124,70 @@ impl Results {
         0..self.baselines.len()
     }
 
-    /// How many counts one repeat of one moment has.
-    pub(super) fn block(&self) -> usize {
-        self.combinations.iter().map(|c| c.choices.len() * c.representations.len() * self.regions.len()).sum()
+    /// Every row of a block in study order: names of combination, poses, representation and region, and its key.
+    pub fn each_key(&self, mut row: impl FnMut([&str; 4], Key) -> Result<()>) -> Result<()> {
+        for (combination, combined) in self.combinations.iter().enumerate() {
+            for choice in 0..combined.choices() {
+                let poses = combined.name_of(choice);
+                for (representation, as_what) in combined.representations.iter().enumerate() {
+                    for (region, place) in self.regions.iter().enumerate() {
+                        let key = Key { combination, choice, representation, region };
+                        row([&combined.name, &poses, as_what, place], key)?;
+                    }
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// How its rows are numbered.
+    pub fn layout(&self) -> Layout {
+        let size = |c: &CombinationResults| Size { choices: c.choices(), ways: c.representations.len() };
+        let sizes = self.combinations.iter().map(size).collect();
+        Layout::new(self.moments().len(), self.repeats, sizes, self.regions.len())
+    }
+}
+
+fn poses(sensor: &Sensor) -> Vec<PoseResults> {
+    let named = |candidate: &Candidate| PoseResults {
+        name: candidate.name.clone(),
+        place: match candidate.setting {
+            Setting::Pose(pose) => {
+                Some(Place { group: candidate.group.clone(), position_m: pose.position_m })
+            }
+            _ => None,
+        },
+    };
+    sensor.candidates.iter().map(named).collect()
+}
+
+impl std::ops::Deref for Results {
+    type Target = Subject;
+
+    fn deref(&self) -> &Subject {
+        &self.subject
+    }
+}
+
+impl Results {
+    /// The counts in some journals, which keep every row of what was swept between them.
+    pub fn new(subject: Subject, pages: Pages) -> Results {
+        Results { layout: subject.layout(), subject, pages }
     }
 
     /// What was counted at a moment.
-    pub fn counts(&self, moment: usize, repeat: usize, key: &Key) -> &Confusion {
-        &self.counts[self.index(moment, repeat, key)]
+    pub fn counts(&self, moment: usize, repeat: usize, key: &Key) -> Confusion {
+        self.pages.counts(self.layout.row(moment, repeat, key))
     }
 
-    fn index(&self, moment: usize, repeat: usize, key: &Key) -> usize {
-        let regions = self.regions.len();
-        let size = |c: &CombinationResults| c.choices.len() * c.representations.len() * regions;
-        let before: usize = self.combinations[..key.combination].iter().map(size).sum();
-        let ways = self.combinations[key.combination].representations.len();
-        let within = (key.choice * ways + key.representation) * regions + key.region;
-        (moment * self.repeats + repeat) * self.block() + before + within
+    /// Fails if counts could not be read since it was last asked; what was made of them is then worthless.
+    pub fn intact(&self) -> Result<()> {
+        self.pages.failure()
     }
 
     /// A score of one choice over some moments and all repeats; `None` if it has no value in any.
     pub fn over(&self, moments: Range<usize>, key: Key, score: Score) -> Option<Over> {
-        let (block, first) = (self.block(), self.index(0, 0, &key));
-        let at = move |moment, repeat| &self.counts[first + (moment * self.repeats + repeat) * block];
+        let at = move |moment, repeat| self.counts(moment, repeat, &key);
         let repeats = (0..self.repeats).map(|repeat| moments.clone().map(move |moment| at(moment, repeat)));
         over::over(repeats, score)
     }
@@ -156,7 +200,7 @@ impl Results {
         score: Score,
     ) -> [(&'static str, Option<Over>); 4] {
         let of = |pick: fn(&Baselines) -> &Confusion| {
-            let counts = moments.clone().map(move |moment| pick(&self.baselines[moment][region]));
+            let counts = moments.clone().map(move |moment| *pick(&self.baselines[moment][region]));
             over::over(std::iter::once(counts), score)
         };
         [
@@ -168,45 +212,40 @@ impl Results {
     }
 }
 
-fn combination(study: &Study, combination: &Combination) -> CombinationResults {
-    let sensor = |member: &crate::study::Member| &study.sensors[member.sensor];
-    let choices = (0..combination.choices()).map(|number| {
-        let chosen = combination.members.iter().zip(combination.choice(number));
-        let places = chosen.filter_map(|(member, candidate)| {
-            let candidate = &sensor(member).candidates[candidate];
-            match candidate.setting {
-                Setting::Pose(pose) => Some((candidate.group.as_str(), pose.position_m)),
-                _ => None,
-            }
-        });
-        let place = only(places);
-        Choice { name: table::pose_names(study, combination, number), place }
-    });
-    CombinationResults {
-        name: combination.name.clone(),
-        sensors: combination.members.iter().map(|member| sensor(member).name.clone()).collect(),
-        representations: table::representation_names(study, combination),
-        choices: choices.collect(),
-    }
-}
-
-/// The place of a choice, from the groups and positions of its posed sensors.
-pub(super) fn only<'a>(mut places: impl Iterator<Item = (&'a str, DVec3)>) -> Option<ChoicePlace> {
-    let (group, position_m) = places.next()?;
-    places.next().is_none().then(|| ChoicePlace { group: group.into(), position_m })
-}
-
 impl CombinationResults {
+    /// How many choices of poses it has.
+    pub fn choices(&self) -> usize {
+        self.members.iter().map(|member| member.candidates.len()).fold(1, usize::saturating_mul)
+    }
+
+    /// The poses of a choice.
+    fn poses(&self, choice: usize) -> impl Iterator<Item = (&MemberResults, &PoseResults)> {
+        let chosen = nth_choice(choice, self.members.iter().map(|member| member.candidates.len()));
+        self.members.iter().zip(chosen).map(|(member, i)| (member, &member.poses[member.candidates[i]]))
+    }
+
+    /// A choice, as in the column `poses` of results.csv: `camera:right-wall/8/1;pads:floor/3/0`.
+    pub fn name_of(&self, choice: usize) -> String {
+        let names = self.poses(choice).map(|(member, pose)| format!("{}:{}", member.sensor, pose.name));
+        names.collect::<Vec<_>>().join(table::BETWEEN_MEMBERS)
+    }
+
+    /// Where the sensor of a choice is, if exactly one of its sensors has a pose.
+    pub fn place_of(&self, choice: usize) -> Option<&Place> {
+        let mut places = self.poses(choice).filter_map(|(_, pose)| pose.place.as_ref());
+        let place = places.next()?;
+        places.next().is_none().then_some(place)
+    }
+
     /// A choice as it stands in tables: without the sensor's name where there is only one, and with its position.
     pub(super) fn label(&self, choice: usize) -> String {
-        let Choice { name, place } = &self.choices[choice];
-        let own = format!("{}:", self.sensors[0]);
-        let short = if self.sensors.len() == 1 { name.strip_prefix(&own).unwrap_or(name) } else { name };
-        match place {
-            Some(ChoicePlace { position_m: p, .. }) => {
-                format!("{short} ({:.2}, {:.2}, {:.2})", p.x, p.y, p.z)
-            }
-            None => short.to_string(),
+        let name = match self.members.as_slice() {
+            [_] => self.poses(choice).map(|(_, pose)| pose.name.clone()).collect(),
+            _ => self.name_of(choice),
+        };
+        match self.place_of(choice) {
+            Some(Place { position_m: p, .. }) => format!("{name} ({:.2}, {:.2}, {:.2})", p.x, p.y, p.z),
+            None => name,
         }
     }
 }

@@ -1,6 +1,6 @@
 //! Every aggregate of the example, against what it is by hand.
 
-use super::example::{NO_SCORE, counts, results, worked};
+use super::example::{NO_SCORE, counts, results, results_in, worked, worked_counts};
 use super::*;
 use maxima::{Maximum, maxima, most_sensors};
 
@@ -72,12 +72,12 @@ fn maxima_per_scene_and_their_mean() {
 #[test]
 fn nothing_is_relative_without_one_largest_combination() {
     let mut results = worked();
-    results.combinations[1].sensors.pop();
+    results.subject.combinations[1].members.pop();
     assert_eq!(most_sensors(&results), None);
     let text = maxima::render(&results, &all(&results, &[Score::F1]));
     assert!(!text.contains("as a part of") && text.contains("0.833         –"), "{text}");
-    let one = Results { combinations: results.combinations[..1].to_vec(), ..results };
-    assert_eq!(maxima::render(&one, &all(&one, &[Score::F1])), "");
+    results.subject.combinations.truncate(1);
+    assert_eq!(maxima::render(&results, &all(&results, &[Score::F1])), "");
 }
 
 #[test]
@@ -104,14 +104,19 @@ fn the_best_of_each_wall() {
 
 #[test]
 fn the_best_over_snapshots_by_mean_and_by_worst() {
-    let mut results = worked();
     // The first pose now has 1/4 and 1: the better mean, the worse worst.
-    let last = 2 * results.block();
-    results.counts[last] = counts(0);
+    let better = |moment, key: &Key| match (moment, key.combination, key.choice) {
+        (2, 0, 0) => counts(0),
+        _ => worked_counts(moment, key),
+    };
+    let results = results(1, |moment, _, key| better(moment, key));
     let moving = results.scenes[1].clone();
     assert_eq!(snapshots::worst_snapshot(&results, &moving, key(0, 0, 0), Score::F1), Some(0));
     assert_eq!(snapshots::worst_snapshot(&results, &moving, key(0, 2, 0), Score::F1), Some(1));
-    results.counts[last + 2] = NO_SCORE;
+    let results = super::example::results(1, |moment, _, key| match (key.combination, key.choice) {
+        (0, 2) => NO_SCORE,
+        _ => better(moment, key),
+    });
     assert_eq!(snapshots::worst_snapshot(&results, &moving, key(0, 2, 0), Score::F1), None);
     let text = snapshots::render(&results, &all(&results, &[Score::F1]));
     for line in [
@@ -123,7 +128,7 @@ fn the_best_over_snapshots_by_mean_and_by_worst() {
     }
     assert!(!text.contains("still"), "{text}");
     let mut results = worked();
-    results.scenes.remove(1);
+    results.subject.scenes.remove(1);
     assert_eq!(snapshots::render(&results, &all(&results, &[Score::F1])), "");
 }
 
@@ -144,6 +149,12 @@ fn distributions_stand_beside_their_baselines() {
     assert!(text.contains("0    –        –       –        –    –  |"), "nobody is in the region: {text}");
 }
 
+fn scores_csv(results: &Results) -> String {
+    let folder = tempfile::tempdir().unwrap();
+    scores::write(results, folder.path(), crate::table::Format::Csv).unwrap();
+    std::fs::read_to_string(folder.path().join("scores.csv")).unwrap()
+}
+
 #[test]
 fn the_table_for_pandas() {
     let two_repeats = results(2, |moment, repeat, key| match key.choice {
@@ -151,7 +162,7 @@ fn the_table_for_pandas() {
         _ if moment == 0 => NO_SCORE,
         _ => counts(2),
     });
-    let text = String::from_utf8(scores::render(&two_repeats)).unwrap();
+    let text = scores_csv(&two_repeats);
     let mut lines = text.lines();
     assert_eq!(
         lines.next().unwrap(),
@@ -174,7 +185,7 @@ fn the_table_for_pandas() {
     assert_eq!(lines[1], "still,camera,camera:left/1,points,robot,,,,,0,,,,,0,,,,,0");
     assert_eq!(lines[8], "moving,camera,camera:left/1,points,robot,0.5,0,0.5,0.5,4,0.25,0,0.25,0.25,4,,,,,0");
     assert!(lines[15].starts_with("*,camera,camera:left/1,points,robot,0.5,0,0.5,0.5,4,"), "{}", lines[15]);
-    let one = String::from_utf8(scores::render(&worked())).unwrap();
+    let one = scores_csv(&worked());
     assert!(
         one.contains("\nstill,camera,camera:left/1,points,robot,0.5,,0.5,0.5,1,"),
         "no spread of one repeat: {one}"
@@ -186,7 +197,7 @@ fn several_sensors_in_one_representation_need_not_name_it() {
     let mut results = worked();
     let title = |results: &Results, combination| Series { combination, representation: 0 }.title(results);
     assert_eq!([0, 1].map(|c| title(&results, c)), ["camera · points", "pair · points;volume"]);
-    results.combinations[1].representations.pop();
+    results.subject.combinations[1].representations.pop();
     assert_eq!(title(&results, 1), "pair");
 }
 
@@ -207,10 +218,7 @@ fn few_combinations_get_a_block_and_many_a_line() {
         assert!(text.contains(line), "no {line:?} in {text}");
     }
     assert!(text.lines().all(|line| line.chars().count() <= 140), "{text}");
-    let mut many = results;
-    many.regions = vec!["robot".into(), "human".into()];
-    many.baselines.iter_mut().for_each(|regions| regions.push(regions[0]));
-    many.counts = many.counts.iter().flat_map(|counts| [*counts; 2]).collect();
+    let many = results_in(&["robot", "human"], 1, |moment, _, key| worked_counts(moment, key));
     let text = best::render(&many);
     for line in [
         "Region human: the best choice of poses, 2 scenes, 3 snapshots\n",

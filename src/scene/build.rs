@@ -13,16 +13,17 @@ use super::{
     Mesh, Object, Optical, Role, Scene, Surface, gltf, mannequin, moving, octomap, primitive, stl, urdf,
 };
 use crate::sensor::pose::Pose;
+use crate::source::Sources;
 use crate::study::{NodeRule, ObjectSpec, SceneSpec, SurfaceSpec, UrdfSpec};
 use crate::{Error, Result};
 
 /// Reads a scene and gives its snapshots, at least one. Curved bodies stay within an eighth of a voxel of their true
 /// surface.
-pub fn build(spec: &SceneSpec, voxel_size_m: f64) -> Result<Vec<Scene>> {
+pub fn build(spec: &SceneSpec, sources: &Sources, voxel_size_m: f64) -> Result<Vec<Scene>> {
     let mut scenes: Vec<Scene> = (0..spec.snapshots)
         .map(|snapshot| Scene { name: spec.name.clone(), snapshot, objects: Vec::new() })
         .collect();
-    let mut files = Files::default();
+    let mut files = Files::new(sources);
     for object in &spec.objects {
         let moments = moving::moments(object, spec.snapshots, &mut files, voxel_size_m / 8.0)
             .map_err(|e| Error::input(format!("{}: object {:?}", spec.path.display(), object.name), e))?;
@@ -49,8 +50,9 @@ pub fn build(spec: &SceneSpec, voxel_size_m: f64) -> Result<Vec<Scene>> {
 
 /// The parts of an object at one moment, in its own frame.
 pub(super) fn parts(object: &ObjectSpec, files: &mut Files, sag_m: f64) -> Result<Vec<Object>> {
-    let mut keypoints =
-        object.keypoints.as_deref().map(mannequin::read_keypoints).transpose().map_err(at("keypoints"))?;
+    let sources = files.sources;
+    let keypoints = object.keypoints.as_deref().map(|path| mannequin::read_keypoints(path, sources));
+    let mut keypoints = keypoints.transpose().map_err(at("keypoints"))?;
     let mesh = match &object.surface {
         SurfaceSpec::Box { size_m } => primitive::cuboid(*size_m),
         SurfaceSpec::Room { size_m } => primitive::room(*size_m),
@@ -59,13 +61,15 @@ pub(super) fn parts(object: &ObjectSpec, files: &mut Files, sag_m: f64) -> Resul
         SurfaceSpec::Cylinder { radius_m, height_m } => primitive::cylinder(*radius_m, *height_m, sag_m),
         SurfaceSpec::Capsule { radius_m, length_m } => primitive::capsule(*radius_m, *length_m, sag_m),
         SurfaceSpec::Mannequin(path) => {
-            let person = mannequin::read_person(path).map_err(at("mannequin"))?;
+            let person = mannequin::read_person(path, sources).map_err(at("mannequin"))?;
             keypoints = (object.role == Role::Human).then_some(person);
             mannequin::body(&person, sag_m)
         }
-        SurfaceSpec::Stl { path, scale, y_up } => stl_mesh(path, *scale, *y_up).map_err(at("mesh"))?,
+        SurfaceSpec::Stl { path, scale, y_up } => {
+            stl_mesh(path, *scale, *y_up, sources).map_err(at("mesh"))?
+        }
         SurfaceSpec::Octomap(path) => {
-            let map = octomap::read(path).map_err(at("octomap"))?;
+            let map = octomap::read(path, sources).map_err(at("octomap"))?;
             let surface = Surface::Voxels { resolution_m: map.resolution_m, keys: map.occupied };
             let part = part(object, object.name.clone(), object.role, object.optical, surface);
             return Ok(vec![Object { keypoints, ..part }]);
@@ -88,7 +92,7 @@ pub(super) fn parts(object: &ObjectSpec, files: &mut Files, sag_m: f64) -> Resul
             }
             return Ok(objects);
         }
-        SurfaceSpec::Urdf(robot) => return Ok(vec![urdf_robot(object, robot, sag_m)?]),
+        SurfaceSpec::Urdf(robot) => return Ok(vec![urdf_robot(object, robot, sources, sag_m)?]),
     };
     let surface = Surface::Mesh(mesh);
     let part = part(object, object.name.clone(), object.role, object.optical, surface);
@@ -101,16 +105,16 @@ pub(super) fn at(key: &'static str) -> impl Fn(Error) -> Error {
 }
 
 /// Reads a mesh of which only the shape counts, all nodes of a glTF together; other surfaces have none in a file.
-pub fn mesh_of_file(surface: &SurfaceSpec) -> Result<Mesh> {
+pub fn mesh_of_file(surface: &SurfaceSpec, sources: &Sources) -> Result<Mesh> {
     match surface {
-        SurfaceSpec::Stl { path, scale, y_up } => stl_mesh(path, *scale, *y_up),
-        SurfaceSpec::Gltf(path) => gltf::Gltf::load(path)?.whole(),
+        SurfaceSpec::Stl { path, scale, y_up } => stl_mesh(path, *scale, *y_up, sources),
+        SurfaceSpec::Gltf(path) => gltf::Gltf::load(path, sources)?.whole(),
         _ => Ok(Mesh::default()),
     }
 }
 
-fn stl_mesh(path: &Path, scale: f64, y_up: bool) -> Result<Mesh> {
-    let mesh = stl::load(path)?.scaled(scale);
+fn stl_mesh(path: &Path, scale: f64, y_up: bool, sources: &Sources) -> Result<Mesh> {
+    let mesh = stl::load(path, sources)?.scaled(scale);
     Ok(if y_up { z_up(mesh) } else { mesh })
 }
 
@@ -177,10 +181,10 @@ fn part(spec: &ObjectSpec, name: String, role: Role, optical: Optical, surface: 
 }
 
 /// All links of a robot as one object, which keeps where they are.
-fn urdf_robot(object: &ObjectSpec, robot: &UrdfSpec, sag_m: f64) -> Result<Object> {
-    let model = urdf::load(&robot.path).map_err(at("urdf"))?;
+fn urdf_robot(object: &ObjectSpec, robot: &UrdfSpec, sources: &Sources, sag_m: f64) -> Result<Object> {
+    let model = urdf::load(&robot.path, sources).map_err(at("urdf"))?;
     let root_from_link = model.pose(&robot.joints)?;
-    let meshes = model.meshes(robot.geometry, &robot.packages, sag_m).map_err(at("urdf"))?;
+    let meshes = model.meshes(robot.geometry, &robot.packages, sources, sag_m).map_err(at("urdf"))?;
     let surface = Surface::Mesh(urdf::merged(&meshes, &root_from_link));
     let linkage = Some(Arc::new(model.linkage(&root_from_link, &Pose::ORIGIN)));
     Ok(Object { linkage, ..part(object, object.name.clone(), object.role, object.optical, surface) })
@@ -219,7 +223,9 @@ mod tests {
     fn scene(objects: Vec<ObjectSpec>) -> Result<Scene> {
         let (path, name) = ("cell.toml".into(), "cell".into());
         let spec = SceneSpec { path, text: String::new(), name, snapshots: 1, objects };
-        build(&spec, 0.08).map(|mut snapshots| snapshots.remove(0))
+        // The joints lie in a folder of their own.
+        let sources = Sources::beside(&spec.path).allow_outside();
+        build(&spec, &sources, 0.08).map(|mut snapshots| snapshots.remove(0))
     }
 
     #[test]

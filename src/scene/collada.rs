@@ -7,28 +7,33 @@
 mod geometry;
 mod nodes;
 
+use std::cell::Cell;
 use std::collections::HashMap;
 use std::path::Path;
 
 use glam::DVec3;
 use roxmltree::{Document, Node};
 
+use super::Mesh;
 use super::mesh::Welder;
-use super::{Mesh, file};
+use crate::source::Sources;
 use crate::{Error, Result};
 
 /// Most triangles of a scene: a geometry may be placed many times.
 const MOST_TRIANGLES: usize = 20_000_000;
+/// Numbers that any file may have read, before its own size gives it more: a geometry is read again wherever it is
+/// placed, and its positions for each of its primitives.
+const FLOOR_NUMBERS: usize = 20_000_000;
+/// Numbers that may be read for each byte of a file; two bytes are the least that a number needs.
+const NUMBERS_PER_BYTE: usize = 8;
 
 /// Reads the triangles of a file's scene.
 ///
 /// # Errors
 /// When the file cannot be read, is no COLLADA, refers to what is not there, has a number that is none, or has no
 /// triangle with an area. The message names the element and its line.
-pub fn load(path: &Path) -> Result<Mesh> {
-    let bytes = file::read(path)?;
-    let text = String::from_utf8(bytes).map_err(|_| Error::input(path.display(), "is not UTF-8 text"))?;
-    parse(&text).map_err(|what| Error::input(path.display(), what))
+pub fn load(path: &Path, sources: &Sources) -> Result<Mesh> {
+    parse(&sources.table(path)?).map_err(|what| Error::input(path.display(), what))
 }
 
 fn parse(text: &str) -> Result<Mesh, String> {
@@ -37,7 +42,7 @@ fn parse(text: &str) -> Result<Mesh, String> {
     if root.tag_name().name() != "COLLADA" {
         return Err(format!("its root is <{:.40}>: a COLLADA file's is <COLLADA>", root.tag_name().name()));
     }
-    let library = Library::of(&document);
+    let library = Library::of(&document, FLOOR_NUMBERS + NUMBERS_PER_BYTE * text.len());
     let unit_m = unit_m(root)?;
     let mut welder = Welder::default();
     let mut triangles = 0;
@@ -80,12 +85,15 @@ fn unit_m(root: Node) -> Result<f64, String> {
 struct Library<'a, 'i> {
     document: &'a Document<'i>,
     by_id: HashMap<&'a str, Node<'a, 'i>>,
+    /// Numbers that may still be read.
+    left: Cell<usize>,
 }
 
 impl<'a, 'i> Library<'a, 'i> {
-    fn of(document: &'a Document<'i>) -> Self {
+    fn of(document: &'a Document<'i>, left: usize) -> Self {
         let with_id = |node: Node<'a, 'i>| Some((node.attribute("id")?, node));
-        Library { document, by_id: document.descendants().filter_map(with_id).collect() }
+        let by_id = document.descendants().filter_map(with_id).collect();
+        Library { document, by_id, left: Cell::new(left) }
     }
 
     /// The element that an attribute refers to, which must be one of these.
@@ -108,18 +116,27 @@ impl<'a, 'i> Library<'a, 'i> {
     }
 
     fn numbers(&self, node: Node) -> Result<Vec<f64>, String> {
-        let words = node.text().unwrap_or_default().split_whitespace();
-        let number = |word: &str| word.parse().ok().filter(|x: &f64| x.is_finite());
-        words
-            .map(|word| number(word).ok_or_else(|| self.at(node, format!("{word:.40?} is no finite number"))))
-            .collect()
+        let finite = |word: &str| word.parse().ok().filter(|x: &f64| x.is_finite());
+        self.words(node, "finite number", finite)
     }
 
     fn whole_numbers(&self, node: Node) -> Result<Vec<usize>, String> {
+        self.words(node, "index", |word| word.parse().ok())
+    }
+
+    fn words<T>(&self, node: Node, what: &str, read: impl Fn(&str) -> Option<T>) -> Result<Vec<T>, String> {
         let words = node.text().unwrap_or_default().split_whitespace();
-        words
-            .map(|word| word.parse().map_err(|_| self.at(node, format!("{word:.40?} is no index"))))
-            .collect()
+        let number = |word: &str| {
+            let left = self.left.get().checked_sub(1).ok_or_else(|| {
+                self.at(
+                    node,
+                    "has the file's numbers read far too often: place fewer copies of its geometries",
+                )
+            })?;
+            self.left.set(left);
+            read(word).ok_or_else(|| self.at(node, format!("{word:.40?} is no {what}")))
+        };
+        words.map(number).collect()
     }
 
     fn attribute(&self, node: Node, name: &str) -> Result<Option<usize>, String> {

@@ -19,6 +19,7 @@ pub use self::animation::Clip;
 use self::animation::Moved;
 use self::container::Container;
 use super::Mesh;
+use crate::source::Sources;
 use crate::{Error, Result};
 
 /// What any file may unfold to, in bytes, before its own size gives it more: a mesh may be placed many times.
@@ -46,8 +47,8 @@ impl Gltf {
     ///
     /// # Errors
     /// When the file or a buffer cannot be read, or needs an extension.
-    pub fn load(path: &Path) -> Result<Gltf> {
-        let container = Container::open(path)?;
+    pub fn load(path: &Path, sources: &Sources) -> Result<Gltf> {
+        let container = Container::open(path, sources)?;
         refuse_extensions(&container.root).map_err(|what| Error::input(path.display(), what))?;
         Ok(Gltf { path: path.into(), container })
     }

@@ -5,8 +5,9 @@ use std::path::Path;
 
 use glam::{DMat3, DQuat, DVec3};
 
+use super::Mesh;
 use super::primitive::{capsule_between, ellipsoid};
-use super::{Mesh, file};
+use crate::source::Sources;
 use crate::{Error, Result};
 
 /// COCO's keypoints, in COCO's order. Left and right are the person's own.
@@ -50,17 +51,16 @@ const FARTHEST_M: f64 = 1000.0;
 ///
 /// # Errors
 /// When the file cannot be read, a row is not as above, or no joint is known.
-pub fn read_keypoints(path: &Path) -> Result<Keypoints> {
-    let bytes = file::read(path)?;
-    parse(&bytes).map_err(|what| Error::input(path.display(), what))
+pub fn read_keypoints(path: &Path, sources: &Sources) -> Result<Keypoints> {
+    parse(sources.text(path)?.as_bytes()).map_err(|what| Error::input(path.display(), what))
 }
 
 /// Reads keypoints to draw a body from, as [`read_keypoints`] does.
 ///
 /// # Errors
 /// As there, and when too few joints are known to draw any part of a body.
-pub fn read_person(path: &Path) -> Result<Keypoints> {
-    let keypoints = read_keypoints(path)?;
+pub fn read_person(path: &Path, sources: &Sources) -> Result<Keypoints> {
+    let keypoints = read_keypoints(path, sources)?;
     // The coarsest tessellation tells whether there is any.
     if parts(&keypoints, FARTHEST_M).is_empty() {
         let what = "no two neighbouring joints are known: nothing of a body can be drawn";
@@ -354,8 +354,9 @@ mod tests {
         std::fs::write(&path, ",,\n".repeat(16) + "0,0,0").unwrap();
         let mut ankle = [None; 17];
         ankle[16] = Some(DVec3::ZERO);
-        assert_eq!(read_keypoints(&path).unwrap(), ankle);
-        let error = read_person(&path).unwrap_err().to_string();
+        let sources = Sources::beside(&path);
+        assert_eq!(read_keypoints(&path, &sources).unwrap(), ankle);
+        let error = read_person(&path, &sources).unwrap_err().to_string();
         assert!(error.contains("ankle.csv: no two neighbouring joints are known"), "{error}");
     }
 

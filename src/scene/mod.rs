@@ -11,7 +11,6 @@ pub mod primitive;
 pub mod stl;
 pub mod urdf;
 
-mod file;
 mod mesh;
 mod moving;
 mod polygon;

@@ -12,17 +12,28 @@ use super::build::{at, parts};
 use super::gltf::{Clip, Gltf, NodeMesh};
 use super::{Object, Surface, mannequin};
 use crate::sensor::pose::Pose;
+use crate::source::Sources;
 use crate::study::{MotionSpec, ObjectSpec, SurfaceSpec};
 use crate::{Error, Result};
 
-/// Files that are read once for all objects and snapshots of a scene.
-#[derive(Default)]
-pub(super) struct Files {
+/// Most triangles that are held while a scene is built, each shape and each place of it that is another: about 5 GB. A
+/// ball of a few words has a quarter of a million, and may move through ten thousand snapshots.
+const MOST_TRIANGLES: usize = 200_000_000;
+
+/// The files of a scene; what is read once for all objects and snapshots is kept.
+pub(super) struct Files<'a> {
+    pub(super) sources: &'a Sources,
+    /// Of [`MOST_TRIANGLES`].
+    triangles_left: usize,
     gltf: HashMap<PathBuf, Rc<Gltf>>,
     clips: HashMap<(PathBuf, Option<String>), Rc<Clip>>,
 }
 
-impl Files {
+impl<'a> Files<'a> {
+    pub(super) fn new(sources: &'a Sources) -> Files<'a> {
+        Files { sources, triangles_left: MOST_TRIANGLES, gltf: HashMap::new(), clips: HashMap::new() }
+    }
+
     /// The nodes of a glTF file, at a time of one of its animations if there is one.
     pub(super) fn gltf_nodes(
         &mut self,
@@ -39,11 +50,21 @@ impl Files {
         .map_err(at("mesh"))
     }
 
+    fn spend(&mut self, part: &Object) -> Result<()> {
+        let Surface::Mesh(mesh) = &part.surface else { return Ok(()) };
+        let left = self.triangles_left.checked_sub(mesh.triangles.len()).ok_or_else(|| {
+            let what = format!("with it, the scene unfolds to more than {MOST_TRIANGLES} triangles");
+            Error::Input(format!("{what}: simplify its meshes, take larger voxels, or split the recording"))
+        })?;
+        self.triangles_left = left;
+        Ok(())
+    }
+
     fn gltf(&mut self, path: &Path) -> Result<Rc<Gltf>> {
         if let Some(file) = self.gltf.get(path) {
             return Ok(file.clone());
         }
-        let file = Rc::new(Gltf::load(path).map_err(at("mesh"))?);
+        let file = Rc::new(Gltf::load(path, self.sources).map_err(at("mesh"))?);
         self.gltf.insert(path.into(), file.clone());
         Ok(file)
     }
@@ -88,12 +109,15 @@ pub(super) fn moments(
                 if let Some(first) = parts.first_mut() {
                     first.warnings.extend(warnings.iter().cloned());
                 }
+                parts.iter().try_for_each(|part| files.spend(part))?;
                 shapes.push((own, parts));
                 shapes.len() - 1
             }
         };
         let parts = shapes[shape].1.iter().map(|part| placed(part.clone(), rotation, position_m));
         let moment = shared(parts.collect(), &moments);
+        // What an earlier snapshot has, too, has two owners.
+        moment.iter().filter(|part| Arc::strong_count(part) == 1).try_for_each(|part| files.spend(part))?;
         if let Some(first) = moments.first() {
             same_parts(first, &moment, snapshot)?;
         }

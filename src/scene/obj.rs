@@ -6,7 +6,8 @@ use std::path::Path;
 use glam::DVec3;
 
 use super::mesh::Welder;
-use super::{Mesh, file, polygon};
+use super::{Mesh, polygon};
+use crate::source::Sources;
 use crate::{Error, Result};
 
 /// Reads an OBJ file: raw coordinates, nothing scaled; faces of more than three corners are cut into triangles.
@@ -14,8 +15,8 @@ use crate::{Error, Result};
 /// # Errors
 /// When the file cannot be read, a corner is not three finite numbers, a face names a corner that is not there, or
 /// there is no triangle with an area. OBJ has no end mark: a file cut between two faces cannot be told from a whole one.
-pub fn load(path: &Path) -> Result<Mesh> {
-    let bytes = file::read(path)?;
+pub fn load(path: &Path, sources: &Sources) -> Result<Mesh> {
+    let bytes = sources.bytes(path)?;
     // Names may be in any encoding; numbers are ASCII in all of them.
     parse(&String::from_utf8_lossy(&bytes)).map_err(|what| Error::input(path.display(), what))
 }

@@ -3,7 +3,7 @@
 
 use std::path::Path;
 
-use super::file;
+use crate::source::Sources;
 use crate::{Error, Result};
 
 /// Levels below the root: a key has 16 bits on each axis.
@@ -40,8 +40,8 @@ pub struct OctoMap {
 ///
 /// # Errors
 /// When the file cannot be read, is not a binary OcTree, is damaged, or spans more voxels than a grid holds.
-pub fn read(path: &Path) -> Result<OctoMap> {
-    let bytes = file::read(path)?;
+pub fn read(path: &Path, sources: &Sources) -> Result<OctoMap> {
+    let bytes = sources.bytes(path)?;
     parse(&bytes).map_err(|what| Error::input(path.display(), what))
 }
 

@@ -3,13 +3,16 @@
 
 use glam::{DVec2, DVec3};
 
-/// Most corners of one polygon: the time it takes grows with the cube of them.
+/// Most corners of one polygon: the time it takes grows with their square.
 const MOST_CORNERS: usize = 1024;
+/// Looks at a corner, in squares of the number of corners, before a polygon is given up; one made to take long would
+/// need hundreds.
+const MOST_LOOKS: usize = 64;
 
 /// The triangles of a polygon, as indices into its corners, turned as it is turned. The corners go round it once.
 ///
 /// # Errors
-/// When it has fewer than three corners, or too many.
+/// When it has fewer than three corners, or too many, or winds about itself too much.
 pub(super) fn triangles(corners: &[DVec3]) -> Result<Vec<[usize; 3]>, String> {
     match corners.len() {
         0..=2 => return Err(format!("a face has {} corners: must be at least 3", corners.len())),
@@ -24,9 +27,16 @@ pub(super) fn triangles(corners: &[DVec3]) -> Result<Vec<[usize; 3]>, String> {
     let flat = flattened(corners);
     let mut left: Vec<usize> = (0..corners.len()).collect();
     let mut triangles = Vec::with_capacity(corners.len() - 2);
+    let mut looks = MOST_LOOKS * corners.len() * corners.len();
     while left.len() > 3 {
         // A polygon that crosses itself may have no ear; any corner will do then.
-        let ear = (0..left.len()).find(|&place| is_ear(&flat, &left, place)).unwrap_or(1);
+        let ear = (0..left.len()).find(|&place| is_ear(&flat, &left, place, &mut looks)).unwrap_or(1);
+        if looks == 0 {
+            let count = corners.len();
+            return Err(format!(
+                "a face of {count} corners winds about itself too much: triangulate the mesh"
+            ));
+        }
         triangles.push(around(&left, ear));
         left.remove(ear);
     }
@@ -52,13 +62,14 @@ fn around(left: &[usize], place: usize) -> [usize; 3] {
 }
 
 /// Whether a corner can be cut off: it points outward, and no other corner is in the triangle.
-fn is_ear(flat: &[DVec2], left: &[usize], place: usize) -> bool {
+fn is_ear(flat: &[DVec2], left: &[usize], place: usize, looks: &mut usize) -> bool {
     let corner = around(left, place);
     let [a, b, c] = corner.map(|i| flat[i]);
     let side = |p: DVec2, q: DVec2, r: DVec2| (q - p).perp_dot(r - p);
     let inside = |p: DVec2| side(a, b, p) >= 0.0 && side(b, c, p) >= 0.0 && side(c, a, p) >= 0.0;
     side(a, b, c) > 0.0
         && left.iter().filter(|i| !corner.contains(i)).map(|&i| flat[i]).all(|p| {
+            *looks = looks.saturating_sub(1);
             // A corner of the polygon may be visited twice, where a bridge leads to a hole.
             p == a || p == b || p == c || !inside(p)
         })
@@ -107,6 +118,33 @@ mod tests {
         // An arrowhead whose second diagonal runs outside.
         let corners = [[0., 0.], [2., 1.], [0., 2.], [0.5, 1.]].map(|[x, y]| DVec3::new(x, y, 0.0));
         assert!((area(&corners).z - 1.5).abs() < 1e-12);
+    }
+
+    #[test]
+    fn spirals_and_combs_are_cut() {
+        for corners in [50, 512] {
+            // A strip that winds inward, seven times with 512 corners on each of its sides.
+            let at = |i: usize, width: f64| {
+                let radius = 10.0 - i as f64 / 100.0 + width;
+                let angle = i as f64 * 0.09;
+                radius * DVec3::new(libm::cos(angle), libm::sin(angle), 0.0)
+            };
+            let inner = (0..corners).rev().map(|i| at(i, 0.0));
+            area(&(0..corners).map(|i| at(i, 0.3)).chain(inner).collect::<Vec<_>>());
+            let teeth = (0..corners).map(|i| DVec3::new(i as f64, if i % 2 == 0 { 1.0 } else { 9.0 }, 0.0));
+            let back = (0..corners).rev().map(|i| DVec3::new(i as f64, 0.0, 0.0));
+            area(&teeth.chain(back).collect::<Vec<_>>());
+        }
+    }
+
+    #[test]
+    fn a_polygon_that_only_takes_long_is_given_up() {
+        // Round the same triangle again and again; the last corner, on its edge, is in the way of every ear.
+        let round = [DVec3::ZERO, 3.0 * DVec3::X, 3.0 * DVec3::Y].into_iter().cycle().take(1023);
+        let corners: Vec<DVec3> = round.chain([DVec3::X]).collect();
+        let what = triangles(&corners).unwrap_err();
+        assert_eq!(what, "a face of 1024 corners winds about itself too much: triangulate the mesh");
+        assert!(triangles(&corners[924..]).is_ok(), "a small one may");
     }
 
     #[test]

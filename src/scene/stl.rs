@@ -6,8 +6,9 @@ use std::path::Path;
 
 use glam::DVec3;
 
+use super::Mesh;
 use super::mesh::Welder;
-use super::{Mesh, file};
+use crate::source::Sources;
 use crate::{Error, Result};
 
 /// Bytes before the first triangle of a binary file: 80 of free text, 4 of triangle count.
@@ -23,8 +24,8 @@ const LONGEST_LINE: usize = 1024;
 /// # Errors
 /// When the file cannot be read, its length is not what its triangle count needs, a number is not finite, or
 /// there is no triangle with an area.
-pub fn load(path: &Path) -> Result<Mesh> {
-    let bytes = file::read(path)?;
+pub fn load(path: &Path, sources: &Sources) -> Result<Mesh> {
+    let bytes = sources.bytes(path)?;
     parse(bytes).map_err(|what| Error::input(path.display(), what))
 }
 
@@ -215,7 +216,8 @@ mod tests {
 
     #[test]
     fn a_folder_is_no_file() {
-        let error = load(Path::new("src")).unwrap_err().to_string();
+        let folder = Path::new("src");
+        let error = load(folder, &Sources::beside(folder)).unwrap_err().to_string();
         assert_eq!(error, "src: is not a regular file");
     }
 }

@@ -8,8 +8,8 @@ use crate::Result;
 use crate::backend::Fusion;
 use crate::sensor::Sensor;
 
-/// Most rows of results of a study: all are kept in memory, some 150 bytes each, until they are written.
-const MAX_ROWS: usize = 20_000_000;
+/// Most rows of results of a study: a journal of 64 GB.
+const MAX_ROWS: usize = 1_000_000_000;
 
 /// Sensors that are scored together: every pose of each with every pose of the others.
 #[derive(Clone, Debug, PartialEq)]
@@ -38,13 +38,9 @@ impl Combination {
     }
 
     /// The candidate of each member in a choice; those of the last member vary fastest.
-    pub fn choice(&self, mut number: usize) -> Vec<usize> {
-        let mut chosen = vec![0; self.members.len()];
-        for (slot, member) in chosen.iter_mut().zip(&self.members).rev() {
-            *slot = member.candidates[number % member.candidates.len()];
-            number /= member.candidates.len();
-        }
-        chosen
+    pub fn choice(&self, number: usize) -> Vec<usize> {
+        let chosen = nth_choice(number, self.members.iter().map(|member| member.candidates.len()));
+        chosen.into_iter().zip(&self.members).map(|(i, member)| member.candidates[i]).collect()
     }
 
     /// How many choices of a representation for each member there are.
@@ -62,6 +58,19 @@ impl Combination {
                 .collect()
         })
     }
+}
+
+/// The choice of this number of one thing from each of several collections, by their lengths: those of the last vary
+/// fastest.
+pub(crate) fn nth_choice(mut number: usize, lengths: impl DoubleEndedIterator<Item = usize>) -> Vec<usize> {
+    let digit = |length: usize| {
+        let digit = number % length;
+        number /= length;
+        digit
+    };
+    let mut chosen: Vec<usize> = lengths.rev().map(digit).collect();
+    chosen.reverse();
+    chosen
 }
 
 /// The combinations of a study, or each sensor alone where it names none.
@@ -85,7 +94,7 @@ pub(super) fn check(
     Ok(combinations)
 }
 
-/// Refuses a study whose results would not fit memory. `per_choice` is how many regions, snapshots and repeats there
+/// Refuses a study whose results would not fit a disk. `per_choice` is how many regions, snapshots and repeats there
 /// are for each choice.
 pub(super) fn check_rows(
     at: &Place,

@@ -16,8 +16,10 @@ use std::path::{Path, PathBuf};
 use glam::DVec3;
 
 use crate::sensor::Sensor;
+use crate::source::Sources;
 use crate::voxel::grid::VOXEL_SIZES_M;
 use crate::{Error, Result};
+pub(crate) use combination::nth_choice;
 pub use combination::{Combination, Member};
 pub use region::RegionSpec;
 pub use scene_file::{MotionSpec, NodeRule, ObjectSpec, SceneSpec, SurfaceSpec};
@@ -56,6 +58,8 @@ pub struct Study {
     pub noiseless: bool,
     /// How often everything is scored, each time with other noise; once where nothing is noisy.
     pub repeats: u32,
+    /// What its files were read through, and its meshes will be.
+    pub sources: Sources,
 }
 
 /// What a command line may say instead of the study.
@@ -68,9 +72,14 @@ pub struct Overrides {
 }
 
 impl Study {
-    /// Reads and checks a study and its scene files (not their meshes).
+    /// Reads and checks a study and its scene files (not their meshes), which must lie in its folder or below.
     pub fn load(path: &Path, overrides: &Overrides) -> Result<Study> {
-        let text = read_text(path)?;
+        Study::read(path, overrides, Sources::beside(path))
+    }
+
+    /// Reads and checks a study and its scene files (not their meshes), from where its sources may lie.
+    pub fn read(path: &Path, overrides: &Overrides, sources: Sources) -> Result<Study> {
+        let text = sources.text(path)?;
         let file: file::StudyFile = parse(path, &text)?;
         let at = Place { file: path, prefix: String::new() };
 
@@ -91,7 +100,7 @@ impl Study {
         let scenes = file.scene.iter().enumerate().map(|(i, entry)| {
             let path = folder.join(&entry.file);
             // An error inside the file names the file; one of reaching it also says who asked for it.
-            let text = read_text(&path).map_err(|e| at.says(format!("scene[{i}].file: {e}")))?;
+            let text = sources.text(&path).map_err(|e| at.says(format!("scene[{i}].file: {e}")))?;
             let mut scene = SceneSpec::parse(&path, text)?;
             scene.name = entry.name.clone().unwrap_or(scene.name);
             Ok(scene)
@@ -103,7 +112,7 @@ impl Study {
             entries.map(|(i, entry)| region::check(&at, entry, &names[..i])).collect::<Result<_>>()?;
         let mut sensors = Vec::new();
         for keys in file.sensor {
-            sensors.push(sensor::check(&at, keys, file.seed, overrides.noiseless, &sensors)?);
+            sensors.push(sensor::check(&at, keys, file.seed, overrides.noiseless, &sensors, &sources)?);
         }
 
         at.unique("scene", scenes.iter().map(|s| s.name.as_str()))?;
@@ -138,6 +147,7 @@ impl Study {
             combinations,
             noiseless: overrides.noiseless,
             repeats,
+            sources,
         })
     }
 }
@@ -149,11 +159,6 @@ fn bounds(at: &Place, bounds: file::BoundsFile) -> Result<[DVec3; 2]> {
         return Err(at.wrong("max", format!("{:?}", bounds.max), "must be above min on every axis"));
     }
     Ok([min, max])
-}
-
-/// Reads a file that must be text.
-fn read_text(path: &Path) -> Result<String> {
-    std::fs::read_to_string(path).map_err(|e| Error::io(path, "cannot be read", e))
 }
 
 /// Parses TOML; the parser's message shows the line and names unknown keys.

@@ -12,10 +12,11 @@ use super::value::Axis;
 use super::{FARTHEST_M, Place, slug};
 use crate::sensor::pose::{Frame, from_rpy};
 use crate::sensor::{Candidate, Pose, Setting, Stance};
+use crate::source::Sources;
 use crate::{Error, Result};
 
-/// Most poses in one study file's group; a larger number is a slip of a step.
-const MAX_POSES: usize = 10_000_000;
+/// Most poses of a study, all its sensors together: about 1 GB. A larger number is a slip of a step.
+pub(super) const MAX_POSES: usize = 4_000_000;
 
 /// Whose poses they are, and what random ones are drawn from.
 pub(super) struct Source<'a> {
@@ -24,6 +25,10 @@ pub(super) struct Source<'a> {
     pub(super) seed: u64,
     /// Different for each group of the study, so that none repeats another's draws.
     pub(super) stream: u64,
+    /// Poses that the study may still have.
+    pub(super) most: usize,
+    /// What a table is read through.
+    pub(super) files: &'a Sources,
 }
 
 /// Adds the poses of one `[[sensor.poses]]` entry.
@@ -50,6 +55,7 @@ pub(super) fn expand(
     takes("facing", entry.facing.is_some(), lattice || entry.random.is_some())?;
     takes("orientations_deg", entry.orientations_deg.is_some(), lattice)?;
     takes("frame", entry.frame.is_some(), entry.csv.is_some())?;
+    let most = source.most.saturating_sub(candidates.len());
     let named: Vec<(String, Pose)> = if let Some(list) = &entry.list {
         at.some("list", list, "list = [{ position_m = [0, 0, 2], facing = [1, 0, 0] }]")?;
         let poses = list.iter().enumerate().map(|(i, pose)| {
@@ -62,14 +68,16 @@ pub(super) fn expand(
         });
         poses.collect::<Result<_>>()?
     } else if let Some(csv) = &entry.csv {
-        let folder = at.file.parent().unwrap_or(Path::new(""));
-        let poses = table(&folder.join(csv), entry.frame.unwrap_or_default(), source.sensor);
+        let poses = table(&at.folder().join(csv), entry.frame.unwrap_or_default(), source);
         poses.map_err(|e| at.says(format!("csv: {e}")))?
     } else if let Some(random) = &entry.random {
-        drawn(at, random, entry.facing, source)?
+        drawn(at, random, entry.facing, source, most)?
     } else {
-        lattice_poses(at, entry, source.stance)?
+        lattice_poses(at, entry, source.stance, most)?
     };
+    if named.len() > most {
+        return Err(at.says(too_many()));
+    }
     candidates.extend(named.into_iter().map(|(name, pose)| Candidate {
         name: format!("{group}/{name}"),
         group: group.clone(),
@@ -110,7 +118,12 @@ pub(super) fn numbers(at: &Place, key: &str, axis: &Axis) -> Result<Vec<f64>> {
     Ok(values)
 }
 
-fn lattice_poses(at: &Place, entry: &PosesFile, stance: Stance) -> Result<Vec<(String, Pose)>> {
+/// What to say of poses that are more than the study may still have.
+pub(super) fn too_many() -> String {
+    format!("with these, the study has more than {MAX_POSES} poses: widen a step, or leave some out")
+}
+
+fn lattice_poses(at: &Place, entry: &PosesFile, stance: Stance, most: usize) -> Result<Vec<(String, Pose)>> {
     let [xs, ys, zs] =
         [axis(at, "x_m", &entry.x_m)?, axis(at, "y_m", &entry.y_m)?, axis(at, "z_m", &entry.z_m)?];
     let facing = facing(at, entry.facing, stance)?;
@@ -120,8 +133,8 @@ fn lattice_poses(at: &Place, entry: &PosesFile, stance: Stance) -> Result<Vec<(S
     let count = [xs.len(), ys.len(), zs.len(), orientations.len()]
         .iter()
         .try_fold(1, |n: usize, &m| n.checked_mul(m));
-    if count.is_none_or(|n| n > MAX_POSES) {
-        return Err(at.says(format!("more than {MAX_POSES} poses: widen a step")));
+    if count.is_none_or(|n| n > most) {
+        return Err(at.says(too_many()));
     }
     let mut poses = Vec::new();
     let mut position = 0;
@@ -222,8 +235,8 @@ struct Row {
 
 /// Poses from a table with a header: x_m, y_m, z_m, qw, qx, qy, qz and, if wanted, pose (a name) and sensor (only that
 /// sensor's rows are taken). Other columns are left alone, so the `poses.csv` of a sweep can be read back.
-fn table(path: &Path, frame: Frame, sensor: &str) -> Result<Vec<(String, Pose)>> {
-    let text = super::read_text(path)?;
+fn table(path: &Path, frame: Frame, source: &Source) -> Result<Vec<(String, Pose)>> {
+    let (sensor, text) = (source.sensor, source.files.table(path)?);
     let mut reader = csv::ReaderBuilder::new()
         .comment(Some(b'#'))
         .flexible(true)
@@ -281,11 +294,15 @@ fn drawn(
     random: &RandomFile,
     facing_file: Option<[f64; 3]>,
     source: &Source,
+    most: usize,
 ) -> Result<Vec<(String, Pose)>> {
     let facing = facing(at, facing_file, source.stance)?;
     let at = &at.key("random");
     if random.count == 0 || random.count as usize > MAX_POSES {
         return Err(at.wrong("count", random.count, &format!("must be from 1 to {MAX_POSES}")));
+    }
+    if random.count as usize > most {
+        return Err(at.says(too_many()));
     }
     let (min, max) = (at.vector("min_m", random.min_m)?, at.vector("max_m", random.max_m)?);
     if !min.cmple(max).all() {

@@ -12,10 +12,11 @@ use serde::Deserialize;
 use super::file::Quaternion;
 use super::urdf::{UrdfFile, UrdfSpec};
 use super::value::{exactly, exactly_if_given};
-use super::{Place, only_one, parse, read_text};
+use super::{Place, only_one, parse};
 use crate::scene::urdf::Geometry;
 use crate::scene::{Interior, Optical, Role};
 use crate::sensor::pose::{Frame, Pose, from_rpy};
+use crate::source::Sources;
 use crate::{Error, Result};
 pub use snapshots::MotionSpec;
 use snapshots::SnapshotsFile;
@@ -124,8 +125,8 @@ impl SceneSpec {
     }
 
     /// Reads and checks a scene file; the meshes it names are read later.
-    pub fn load(path: &Path) -> Result<SceneSpec> {
-        SceneSpec::parse(path, read_text(path)?)
+    pub fn load(path: &Path, sources: &Sources) -> Result<SceneSpec> {
+        SceneSpec::parse(path, sources.text(path)?)
     }
 
     /// Checks the text of a scene file.

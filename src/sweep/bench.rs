@@ -4,7 +4,7 @@
 use std::cell;
 use std::time::{Duration, Instant};
 
-use super::{Ask, Row, World, compare};
+use super::{Ask, Batch, Ledger, Row, World, compare};
 use crate::backend::oracle::Oracle;
 use crate::backend::{Backend, Cell, Evidence, Fusion, Placement, Planes, Rays, Reading, Shot, Slot};
 use crate::metrics::Confusion;
@@ -146,8 +146,28 @@ fn round(
 ) -> Result<(Vec<Row>, Duration, Duration)> {
     let clock = Clock::default();
     let mut watched = Watched { backend, clock: &clock };
-    let rows = super::run_asks(study, worlds, asks, &mut watched, |_| clock.done())?;
-    Ok((rows, clock.load.get(), clock.work.get()))
+    let mut timed = Timed { rows: Vec::new(), clock: &clock };
+    super::run_asks(study, worlds, asks, Batch::FULL, &mut watched, &mut timed)?;
+    timed.rows.sort_by_key(Row::place);
+    Ok((timed.rows, clock.load.get(), clock.work.get()))
+}
+
+/// Keeps all rows, and the time when they came.
+struct Timed<'a> {
+    rows: Vec<Row>,
+    clock: &'a Clock,
+}
+
+impl Ledger for Timed<'_> {
+    fn wants(&self, _: &World, _: usize, _: &Ask) -> bool {
+        true
+    }
+
+    fn take(&mut self, rows: &[Row]) -> Result<()> {
+        self.rows.extend(rows);
+        self.clock.done();
+        Ok(())
+    }
 }
 
 /// Tells loading from work. What is made ready on the host between two scenes is neither.

@@ -5,8 +5,9 @@ mod explain;
 
 use std::time::{Duration, Instant};
 
+use super::order::run_some;
 use super::table::{BETWEEN_MEMBERS, pose_names, representation_names};
-use super::{Ask, Row, World, run_asks};
+use super::{Ask, Row, World};
 use crate::backend::oracle::Oracle;
 use crate::backend::{Backend, Cell, Evidence, Fusion, Placement, Rays, Reading, Shot};
 use crate::metrics::Confusion;
@@ -174,7 +175,7 @@ pub fn compare_combination(
     let worlds = std::slice::from_ref(world);
     let timed = |backend: &mut dyn Backend| -> Result<(Vec<Row>, Duration)> {
         let begin = Instant::now();
-        Ok((run_asks(study, worlds, &asks, backend, |_| {})?, begin.elapsed()))
+        Ok((run_some(study, worlds, &asks, backend)?, begin.elapsed()))
     };
     let mut oracle = Oracle::default();
     let (expected, time) = timed(&mut oracle)?;

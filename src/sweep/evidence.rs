@@ -13,11 +13,22 @@ use crate::voxel::Window;
 use crate::voxel::region::window_of;
 use crate::{Error, Result};
 
-/// Most jobs of a batch: enough to keep any device busy.
-const JOBS_PER_BATCH: usize = 4096;
+/// How much is asked of a backend at once, unless a single choice is more.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Batch {
+    /// Choices, each of their interpretations for itself.
+    pub jobs: usize,
+    /// Rays to be cast.
+    pub rays: usize,
+}
 
-/// Most rays of a batch, unless a single choice casts more: some twenty cameras, so that a progress bar moves.
-const RAYS_PER_BATCH: usize = 1 << 24;
+impl Batch {
+    /// Enough jobs to keep any device busy; rays of some twenty cameras, so that a progress bar moves.
+    pub const FULL: Batch = Batch { jobs: 4096, rays: 1 << 24 };
+
+    /// For a device that failed at more: about one camera.
+    pub const SMALL: Batch = Batch { jobs: 256, rays: 1 << 20 };
+}
 
 /// A sensor at a candidate, in one repeat; sensors without noise say the same in all of them.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -51,6 +62,7 @@ pub(super) struct Store<'a> {
     oldest: VecDeque<Key>,
     vacant: Vec<Slot>,
     slots: usize,
+    batch: Batch,
 }
 
 impl<'a> Store<'a> {
@@ -61,6 +73,7 @@ impl<'a> Store<'a> {
         tables: &'a [Option<Rays>],
         hits: &'a HitSlots,
         slots: usize,
+        batch: Batch,
     ) -> Store<'a> {
         Store {
             study,
@@ -72,6 +85,7 @@ impl<'a> Store<'a> {
             oldest: VecDeque::new(),
             vacant: (0..slots as Slot).rev().collect(),
             slots,
+            batch,
         }
     }
 
@@ -88,7 +102,7 @@ impl<'a> Store<'a> {
             let lacking = || new.iter().filter(|key| !self.held.contains_key(key));
             let table = |key: &Key| self.tables[key.sensor].as_ref().map_or(0, |table| table.dirs_q15.len());
             rays += lacking().map(table).sum::<usize>();
-            if slots > room || (count > 0 && (jobs > JOBS_PER_BATCH || rays > RAYS_PER_BATCH)) {
+            if slots > room || (count > 0 && (jobs > self.batch.jobs || rays > self.batch.rays)) {
                 break;
             }
             room -= slots;

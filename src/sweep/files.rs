@@ -4,29 +4,76 @@ use std::fs;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
+use super::journal::JOURNAL;
+use super::manifest::MANIFEST;
 use crate::{Error, Result};
 
-/// Writes a file whole: readers see the old bytes or the new ones, never a part.
-pub fn write_whole(path: &Path, bytes: &[u8]) -> Result<()> {
-    let cannot = |e| Error::io(path, "cannot be written", e);
-    let mut name = path.file_name().unwrap_or_default().to_os_string();
-    name.push(format!(".{}.part", std::process::id()));
-    let part = path.with_file_name(name);
-    let write = || -> std::io::Result<()> {
-        let mut file = fs::File::create(&part)?;
-        file.write_all(bytes)?;
-        file.sync_all()?;
-        fs::rename(&part, path)
-    };
-    write().map_err(|e| {
-        // The part is ours alone; if it never came to be, there is nothing to remove.
-        let _ = fs::remove_file(&part);
-        cannot(e)
-    })
+/// A file being written, which takes its place when all of it is there: readers see the old bytes or the new ones, never
+/// a part. Dropped before [`WholeFile::commit`], it leaves nothing behind.
+#[derive(Debug)]
+pub struct WholeFile {
+    path: PathBuf,
+    part: PathBuf,
+    file: fs::File,
+    committed: bool,
 }
 
-/// The files of a sweep.
-pub const RESULT_FILES: [&str; 4] = ["poses.csv", "results.csv", "scores.csv", "manifest.json"];
+impl WholeFile {
+    /// Begins the part beside the file's place. It is not buffered: write large pieces.
+    pub fn create(path: &Path) -> Result<Self> {
+        let mut name = path.file_name().unwrap_or_default().to_os_string();
+        name.push(format!(".{}.part", std::process::id()));
+        let part = path.with_file_name(name);
+        let file = fs::File::create(&part).map_err(|e| cannot_write(path, e))?;
+        Ok(WholeFile { path: path.into(), part, file, committed: false })
+    }
+
+    /// Brings what was written to the disk and puts it in its place.
+    pub fn commit(mut self) -> Result<()> {
+        let synced = self.file.sync_all();
+        synced.and_then(|()| fs::rename(&self.part, &self.path)).map_err(|e| cannot_write(&self.path, e))?;
+        self.committed = true;
+        tracing::info!("wrote {}", self.path.display());
+        Ok(())
+    }
+}
+
+impl Write for WholeFile {
+    fn write(&mut self, bytes: &[u8]) -> std::io::Result<usize> {
+        self.file.write(bytes)
+    }
+
+    fn flush(&mut self) -> std::io::Result<()> {
+        self.file.flush()
+    }
+}
+
+impl Drop for WholeFile {
+    fn drop(&mut self) {
+        if !self.committed {
+            // Nobody else knows the part; if it cannot go, there is nobody to tell.
+            let _ = fs::remove_file(&self.part);
+        }
+    }
+}
+
+/// The error of a file that could not be written whole.
+pub(crate) fn cannot_write(path: &Path, source: std::io::Error) -> Error {
+    Error::io(path, "cannot be written", source)
+}
+
+/// Writes a file whole from memory.
+pub fn write_whole(path: &Path, bytes: &[u8]) -> Result<()> {
+    let mut file = WholeFile::create(path)?;
+    file.write_all(bytes).map_err(|e| cannot_write(path, e))?;
+    file.commit()
+}
+
+/// The tables that are written when a sweep is done.
+pub const TABLES: [&str; 4] = ["results.csv", "results.parquet", "scores.csv", "scores.parquet"];
+
+/// The files that are there from its beginning.
+pub const BEGUN: [&str; 3] = [JOURNAL, MANIFEST, "poses.csv"];
 
 /// An output folder that is known to take files. Folders that this run made go again if nothing was put into them.
 #[derive(Debug)]
@@ -50,7 +97,7 @@ impl OutputFolder {
         fs::write(&probe, b"")
             .and_then(|()| fs::remove_file(&probe))
             .map_err(|e| Error::io(path, "cannot be written to (--out)", e))?;
-        for file in RESULT_FILES.map(|name| path.join(name)) {
+        for file in BEGUN.iter().chain(&TABLES).map(|name| path.join(name)) {
             if file.is_dir() {
                 return Err(Error::input(
                     file.display(),
@@ -59,6 +106,25 @@ impl OutputFolder {
             }
         }
         Ok(folder)
+    }
+
+    /// Where it is.
+    pub fn path(&self) -> &Path {
+        &self.path
+    }
+
+    /// Removes what runs that were killed have left half-written. Only for who holds the folder's lock.
+    pub fn tidy(&self) {
+        let ours = |name: &str| {
+            let left = name.strip_suffix(".part").and_then(|name| name.rsplit_once('.'));
+            left.is_some_and(|(name, _)| BEGUN.contains(&name) || TABLES.contains(&name))
+        };
+        for entry in fs::read_dir(&self.path).into_iter().flatten().flatten() {
+            if entry.file_name().to_str().is_some_and(ours) {
+                // Gone already, or of somebody else: then it is not ours to mend.
+                let _ = fs::remove_file(entry.path());
+            }
+        }
     }
 
     /// Writes a file of the folder whole.
@@ -97,6 +163,20 @@ mod tests {
         write_whole(&path, b"new").unwrap();
         assert_eq!(fs::read(&path).unwrap(), b"new");
         assert_eq!(names(folder.path()), ["table.csv"]);
+    }
+
+    #[test]
+    fn a_file_that_is_not_committed_never_was() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("table.csv");
+        write_whole(&path, b"old").unwrap();
+        let mut file = WholeFile::create(&path).unwrap();
+        file.write_all(b"new, and long").unwrap();
+        assert_eq!(fs::read(&path).unwrap(), b"old");
+        assert_eq!(names(folder.path()).len(), 2);
+        drop(file);
+        assert_eq!(names(folder.path()), ["table.csv"]);
+        assert_eq!(fs::read(&path).unwrap(), b"old");
     }
 
     #[test]

@@ -1,40 +1,78 @@
-//! `manifest.json`: what was run, on what, from which inputs. The hashes cover the integers that decide the counts,
-//! so that two machines can prove that they worked on the same.
+//! `manifest.json`: what is swept, from which inputs, and what each run of it did. All keys but [`BESIDE`] decide the
+//! counts or the names beside them; their hash is the sweep's fingerprint, by which two machines prove that they worked on the
+//! same.
 
-use serde_json::{Value, json};
+use std::path::Path;
+
+use serde_json::{Map, Value, json};
 use sha2::{Digest, Sha256};
 
-use super::World;
-use crate::backend::{Backend, Placement, Rays};
+use super::journal::Shard;
+use super::{World, table};
+use crate::backend::{Placement, Rays};
 use crate::sensor::{self, Setting};
 use crate::study::Study;
 use crate::voxel::{BitGrid, Truth};
+use crate::{Error, Result};
 
-/// Wall-clock seconds of a sweep's stages.
-#[derive(Clone, Copy, Debug, serde::Serialize)]
-pub struct Timings {
-    /// Reading and voxelizing all scenes.
+/// The name of the file in a sweep's folder.
+pub const MANIFEST: &str = "manifest.json";
+
+/// Keys that decide nothing: the fingerprint itself, which part this folder holds, where things came from, what was done.
+pub const BESIDE: [&str; 4] = ["fingerprint", "shard", "about", "runs"];
+
+/// Most differences that are told; one is enough to refuse.
+const MOST_TOLD: usize = 6;
+
+/// Longest text of which old and new are both shown.
+const SHORT: usize = 60;
+
+/// A manifest: an object with the keys of the file.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Manifest(Map<String, Value>);
+
+/// What one run of the program did for a sweep.
+#[derive(Clone, Debug, serde::Serialize)]
+pub struct Run {
+    /// Which part of the sweep it worked on.
+    pub shard: Shard,
+    /// `cpu`, `gpu` or `oracle`.
+    pub backend: &'static str,
+    /// Adapter or processor.
+    pub device: String,
+    /// When it began, in seconds since 1970.
+    pub began_unix_s: u64,
+    /// Seconds that it read and voxelized scenes.
     pub prepare_s: f64,
-    /// Casting and counting all poses.
+    /// Seconds that it cast and counted.
     pub sweep_s: f64,
+    /// How many poses it scored, each in every scene, snapshot and repeat for itself.
+    pub poses: u64,
+    /// The same in a second.
+    pub poses_per_s: f64,
+    /// How many of them were counted again on the CPU and found equal.
+    pub verified: u64,
+    /// What failed on the way, and who stepped in.
+    pub faults: Vec<Fault>,
+    /// `finished`, or why it was not.
+    pub ended: String,
 }
 
-/// The manifest of a finished sweep.
-pub fn manifest(study: &Study, worlds: &[World], backend: &dyn Backend, timings: Timings) -> Vec<u8> {
-    let jobs = super::jobs(study);
-    let manifest = json!({
-        "perirobot": env!("CARGO_PKG_VERSION"),
-        "semantics_version": crate::SEMANTICS_VERSION,
-        "study": {
-            "file": study.path.display().to_string(),
-            "sha256": sha256([study.text.as_bytes()]),
-            "text": study.text,
-        },
-        "seed": study.seed,
-        "voxel_size_m": study.voxel_size_m,
-        "backend": { "name": backend.name(), "device": backend.device() },
-        "scenes": worlds.iter().map(|world| scene(study, world)).collect::<Vec<_>>(),
-        "sensors": study.sensors.iter().zip(super::tables(study)).map(|(sensor, rays)| {
+/// Something that failed, and what was done about it.
+#[derive(Clone, Debug, PartialEq, Eq, serde::Serialize)]
+pub struct Fault {
+    /// What the backend said.
+    pub what: String,
+    /// The scene that it worked on.
+    pub scene: String,
+    /// Who did the work instead.
+    pub instead: String,
+}
+
+impl Manifest {
+    /// The manifest of a sweep that has not run. `command` is what the user typed.
+    pub fn new(study: &Study, worlds: &[World], shard: Shard, command: &str) -> Manifest {
+        let sensors = study.sensors.iter().zip(super::tables(study)).map(|(sensor, rays)| {
             json!({
                 "name": sensor.name,
                 "kind": sensor.kind.name(),
@@ -43,28 +81,179 @@ pub fn manifest(study: &Study, worlds: &[World], backend: &dyn Backend, timings:
                 "rays_per_pose": rays.as_ref().map_or(0, |rays| rays.dirs_q15.len()),
                 "rays_sha256": rays.as_ref().map(rays_sha256),
             })
-        }).collect::<Vec<_>>(),
-        "combinations": study.combinations.iter().map(|combination| {
+        });
+        let combinations = study.combinations.iter().map(|combination| {
             let sensors = combination.members.iter().map(|member| study.sensors[member.sensor].name.as_str());
             json!({
                 "name": combination.name,
                 "sensors": sensors.collect::<Vec<_>>(),
+                "poses": combination.members.iter().map(|m| ranges(&m.candidates)).collect::<Vec<_>>(),
                 "fusion": combination.fusion,
                 "choices": combination.choices(),
             })
-        }).collect::<Vec<_>>(),
-        "repeats": study.repeats,
-        "noiseless": study.noiseless,
-        "timings": timings,
-        "poses_per_s": jobs as f64 / timings.sweep_s.max(1e-9),
-    });
-    let mut bytes = serde_json::to_vec_pretty(&manifest).expect("a JSON value is serialisable");
-    bytes.push(b'\n');
-    bytes
+        });
+        let mut manifest = Manifest(object(json!({
+            "semantics_version": crate::SEMANTICS_VERSION,
+            "study": says(&study.text),
+            "scene_files": study.scenes.iter().map(|spec| {
+                json!({ "name": spec.name, "says": says(&spec.text) })
+            }).collect::<Vec<_>>(),
+            "files": files(study),
+            "seed": study.seed,
+            "voxel_size_m": study.voxel_size_m,
+            "repeats": study.repeats,
+            "noiseless": study.noiseless,
+            "scenes": worlds.iter().map(|world| scene(study, world)).collect::<Vec<_>>(),
+            "sensors": sensors.collect::<Vec<_>>(),
+            "poses_sha256": sha256([&table::poses_csv(study)]),
+            "combinations": combinations.collect::<Vec<_>>(),
+        })));
+        let about = json!({
+            "perirobot": env!("CARGO_PKG_VERSION"),
+            "command": command,
+            "study": { "file": study.path.display().to_string(), "text": study.text },
+            "scene_files": study.scenes.iter().map(|spec| spec.path.display().to_string()).collect::<Vec<_>>(),
+            "warnings": worlds.iter().flat_map(|world| {
+                world.warnings.iter().map(|warning| format!("{}: {warning}", world.name))
+            }).collect::<Vec<_>>(),
+        });
+        let fingerprint = hex(&manifest.fingerprint());
+        manifest.0.insert("fingerprint".into(), fingerprint.into());
+        manifest.0.insert("shard".into(), json!(shard));
+        manifest.0.insert("about".into(), about);
+        manifest.0.insert("runs".into(), json!([]));
+        manifest
+    }
+
+    /// Reads the manifest of a folder.
+    pub fn read(folder: &Path) -> Result<Manifest> {
+        let path = folder.join(MANIFEST);
+        let text = std::fs::read_to_string(&path).map_err(|e| Error::io(&path, "cannot be read", e))?;
+        let json = serde_json::from_str(&text);
+        json.map(Manifest).map_err(|e| Error::input(path.display(), format!("{e}; sweep again")))
+    }
+
+    /// As it stands in the file.
+    pub fn bytes(&self) -> Vec<u8> {
+        let mut bytes = serde_json::to_vec_pretty(&self.0).expect("a JSON value is serialisable");
+        bytes.push(b'\n');
+        bytes
+    }
+
+    /// What it says under a key.
+    pub fn get(&self, key: &str) -> &Value {
+        self.0.get(key).unwrap_or(&Value::Null)
+    }
+
+    /// The whole as one value.
+    pub fn value(&self) -> Value {
+        Value::Object(self.0.clone())
+    }
+
+    /// The hash of all that decides the counts, made from what is here, not from what it claims.
+    pub fn fingerprint(&self) -> [u8; 32] {
+        let decides: Map<String, Value> = self.decides().map(|(k, v)| (k.clone(), v.clone())).collect();
+        Sha256::digest(serde_json::to_vec(&decides).expect("a JSON value is serialisable")).into()
+    }
+
+    /// Adds what a run did.
+    pub fn add_run(&mut self, run: &Run) {
+        self.add_runs([json!(run)]);
+    }
+
+    /// Keeps what earlier runs did.
+    pub fn keep_runs(&mut self, earlier: &Manifest) {
+        self.add_runs(earlier.get("runs").as_array().cloned().unwrap_or_default());
+    }
+
+    /// The same sweep as a whole, before anything is known of runs.
+    pub fn of_whole(&self) -> Manifest {
+        let mut whole = self.clone();
+        whole.0.insert("shard".into(), json!(Shard::WHOLE));
+        whole.0.insert("runs".into(), json!([]));
+        whole
+    }
+
+    /// In words, what another manifest has that decides the counts and is not the same here; causes before effects.
+    pub fn changes(&self, now: &Manifest) -> Vec<String> {
+        let mut told = Vec::new();
+        let causes = ["semantics_version", "study", "scene_files", "files"];
+        let all =
+            causes.into_iter().chain(now.decides().map(|(k, _)| k.as_str()).filter(|k| !causes.contains(k)));
+        for key in all {
+            differences(key, self.get(key), now.get(key), &mut told);
+        }
+        told.truncate(MOST_TOLD);
+        told
+    }
+
+    fn decides(&self) -> impl Iterator<Item = (&String, &Value)> {
+        self.0.iter().filter(|(key, _)| !BESIDE.contains(&key.as_str()))
+    }
+
+    fn add_runs(&mut self, more: impl IntoIterator<Item = Value>) {
+        let runs = self.0.entry("runs").or_insert_with(|| json!([]));
+        if let Value::Array(runs) = runs {
+            runs.extend(more);
+        }
+    }
+}
+
+fn object(value: Value) -> Map<String, Value> {
+    match value {
+        Value::Object(map) => map,
+        _ => Map::new(),
+    }
+}
+
+/// Hashes of the files that were read, but for the study and its scenes: of those, what they say is compared.
+fn files(study: &Study) -> Map<String, Value> {
+    let texts = study.scenes.iter().map(|spec| &spec.text).chain([&study.text]);
+    let known: Vec<String> = texts.map(|text| sha256([text.as_bytes()])).collect();
+    let files = study.sources.read_files().into_iter().filter(|file| !known.contains(&file.sha256));
+    files.map(|file| (file.path.display().to_string(), file.sha256.into())).collect()
+}
+
+/// What a TOML file says, without comments and order of keys.
+fn says(text: &str) -> Value {
+    toml::from_str(text).unwrap_or_else(|_| text.into())
+}
+
+/// Numbers in ascending order as ranges `[first, end]`.
+fn ranges(numbers: &[usize]) -> Vec<[usize; 2]> {
+    let runs = numbers.chunk_by(|a, b| a + 1 == *b);
+    runs.filter_map(|run| Some([*run.first()?, run.last()? + 1])).collect()
+}
+
+/// Adds where two values differ.
+fn differences(place: &str, was: &Value, is: &Value, told: &mut Vec<String>) {
+    match (was, is) {
+        _ if was == is => {}
+        (Value::Object(a), Value::Object(b)) => {
+            let keys = a.keys().chain(b.keys().filter(|key| !a.contains_key(*key)));
+            for key in keys {
+                let at = |map: &Map<String, Value>| map.get(key).cloned().unwrap_or(Value::Null);
+                differences(&format!("{place}.{key}"), &at(a), &at(b), told);
+            }
+        }
+        (Value::Array(a), Value::Array(b)) if a.len() == b.len() && a.iter().any(|v| v.is_object()) => {
+            for (i, (a, b)) in a.iter().zip(b).enumerate() {
+                differences(&format!("{place}[{i}]"), a, b, told);
+            }
+        }
+        _ => {
+            let (was, is) = (was.to_string(), is.to_string());
+            let long = was.len().max(is.len()) > SHORT;
+            told.push(if long {
+                format!("{place} is another")
+            } else {
+                format!("{place} was {was}, is {is}")
+            });
+        }
+    }
 }
 
 fn scene(study: &Study, world: &World) -> Value {
-    let spec = &study.scenes[world.scene];
     let (truth, whole) = (&world.truth, world.truth.grid.window());
     let regions = world.regions.iter().zip(&world.baselines).map(|(region, baselines)| {
         json!({
@@ -86,8 +275,6 @@ fn scene(study: &Study, world: &World) -> Value {
     json!({
         "name": world.name,
         "snapshot": world.snapshot,
-        "file": spec.path.display().to_string(),
-        "sha256": sha256([spec.text.as_bytes()]),
         "grid": { "origin": truth.grid.origin, "size": truth.grid.size },
         "occupied_voxels": truth.occupied.count(),
         "occupied_sha256": plane_sha256(&truth.occupied),
@@ -98,10 +285,8 @@ fn scene(study: &Study, world: &World) -> Value {
         "keypoints_sha256": keypoints_sha256(truth),
         "regions": regions.collect::<Vec<_>>(),
         "placements": placements.collect::<Vec<_>>(),
-        "warnings": world.warnings,
     })
 }
-
 /// Hash of a plane: its window (min and size, little-endian i32) and its words.
 fn plane_sha256(plane: &BitGrid) -> String {
     let window = plane.window();
@@ -139,8 +324,16 @@ fn placements_sha256(placements: impl Iterator<Item = Placement>) -> String {
     sha256([bytes.as_slice()])
 }
 
-fn sha256<const N: usize>(parts: [&[u8]; N]) -> String {
+/// Hash of parts after each other.
+pub(crate) fn sha256<const N: usize>(parts: [&[u8]; N]) -> String {
     let mut hash = Sha256::new();
     parts.iter().for_each(|part| hash.update(part));
-    hash.finalize().iter().map(|byte| format!("{byte:02x}")).collect()
+    hex(&hash.finalize())
 }
+
+fn hex(bytes: &[u8]) -> String {
+    bytes.iter().map(|byte| format!("{byte:02x}")).collect()
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,12 +1,18 @@
-//! Candidates × scenes → counts: the main job, and the comparison of backends. Files are written by `table` and
-//! `manifest`; nothing here draws or searches.
+//! Candidates × scenes → counts: the main job, what keeps it safe on disk and splits it over machines, and the comparison
+//! of backends. Tables of results are written by `report`; nothing here draws or searches.
 
 pub mod bench;
+mod book;
+pub mod check;
 pub mod compare;
 mod evidence;
 pub mod files;
+pub mod journal;
+pub mod layout;
 pub mod manifest;
+pub mod merge;
 mod order;
+pub mod session;
 pub mod shapes;
 pub mod table;
 pub mod world;
@@ -14,9 +20,11 @@ pub mod world;
 use crate::backend::Rays;
 use crate::metrics::Confusion;
 use crate::sensor::Scale;
-use crate::study::Study;
-pub use order::run;
-use order::run_asks;
+use crate::study::{Combination, Study};
+pub use book::Watch;
+pub use evidence::Batch;
+pub use layout::{Ask, Key, Layout, Size};
+pub use order::{Ledger, run, run_asks};
 pub use world::World;
 
 /// The counts of one choice of poses in one region of one scene; indices are those of the study.
@@ -48,29 +56,18 @@ impl Row {
     }
 }
 
-/// A choice of poses to be scored.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Ask {
-    /// Index of the combination.
-    pub combination: usize,
-    /// Number of the choice of poses.
-    pub choice: usize,
-}
-
-/// Every choice of every combination of a study, in study order.
-pub fn asks(study: &Study) -> impl Iterator<Item = Ask> + '_ {
-    study
-        .combinations
-        .iter()
-        .enumerate()
-        .flat_map(|(combination, spec)| (0..spec.choices()).map(move |choice| Ask { combination, choice }))
+/// How the rows of a study are numbered.
+pub fn layout_of(study: &Study) -> Layout {
+    let size = |c: &Combination| Size { choices: c.choices(), ways: c.ways(&study.sensors) };
+    let moments = study.scenes.iter().map(|scene| scene.snapshots).sum();
+    let sizes = study.combinations.iter().map(size).collect();
+    Layout::new(moments, study.repeats as usize, sizes, study.regions.len())
 }
 
 /// How many choices are scored in all, each snapshot of a scene and each repeat for itself.
 pub fn jobs(study: &Study) -> u64 {
-    let choices: usize = study.combinations.iter().map(|combination| combination.choices()).sum();
-    let snapshots: usize = study.scenes.iter().map(|scene| scene.snapshots).sum();
-    (snapshots * choices) as u64 * u64::from(study.repeats)
+    let layout = layout_of(study);
+    layout.blocks() as u64 * layout.asks() as u64
 }
 
 /// The tables of rays that a study's sensors cast, in study order.

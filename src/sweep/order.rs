@@ -1,5 +1,5 @@
 //! In which order a study is cast and scored: scene, group of choices, snapshot, repeat, batch. What rows come out does
-//! not depend on it.
+//! not depend on it. Who wants which rows, and keeps them, is the ledger's affair.
 //!
 //! # Theory
 //! What a ray meets first in what does not move is the same in all snapshots, whatever is drawn for noise: the sooner of
@@ -12,56 +12,105 @@
 use std::collections::VecDeque;
 use std::sync::Arc;
 
-use super::evidence::{HitSlots, Store};
-use super::{Ask, Row, World, asks, tables};
+use super::evidence::{Batch, HitSlots, Store};
+use super::{Ask, Row, World, tables};
 use crate::backend::{Backend, Cell, Rays};
 use crate::study::Study;
 use crate::voxel::region::window_of;
 use crate::{Error, Result};
 
+/// Who asks for rows, and takes them as they come.
+pub trait Ledger {
+    /// Hears that work on a world begins.
+    fn begins(&mut self, _: &World) {}
+
+    /// Whether the rows of a choice are wanted, in one repeat of a world.
+    fn wants(&self, world: &World, repeat: usize, ask: &Ask) -> bool;
+
+    /// Takes the rows of some choices in one repeat of a world: choice by choice, interpretation by interpretation,
+    /// region by region.
+    fn take(&mut self, rows: &[Row]) -> Result<()>;
+
+    /// Whether nothing more is to be begun.
+    fn enough(&mut self) -> bool {
+        false
+    }
+}
+
+/// A ledger that wants everything and keeps it in memory.
+impl Ledger for Vec<Row> {
+    fn wants(&self, _: &World, _: usize, _: &Ask) -> bool {
+        true
+    }
+
+    fn take(&mut self, rows: &[Row]) -> Result<()> {
+        self.extend(rows);
+        Ok(())
+    }
+}
+
 /// Scores every choice of every combination in every scene, rows in study order: scene, snapshot, repeat, combination,
-/// choice, interpretation, region. `done` hears how many choices each batch finished.
-pub fn run(
-    study: &Study,
-    worlds: &[World],
-    backend: &mut dyn Backend,
-    done: impl FnMut(u64),
-) -> Result<Vec<Row>> {
-    let asks: Vec<Ask> = asks(study).collect();
-    run_asks(study, worlds, &asks, backend, done)
+/// choice, interpretation, region. For studies whose rows fit memory.
+pub fn run(study: &Study, worlds: &[World], backend: &mut dyn Backend) -> Result<Vec<Row>> {
+    let asks: Vec<Ask> = super::layout_of(study).all_asks().collect();
+    run_some(study, worlds, &asks, backend)
 }
 
 /// [`run`], of some choices.
-pub(super) fn run_asks(
+pub(super) fn run_some(
     study: &Study,
     worlds: &[World],
     asks: &[Ask],
     backend: &mut dyn Backend,
-    mut done: impl FnMut(u64),
 ) -> Result<Vec<Row>> {
+    let mut rows = Vec::new();
+    run_asks(study, worlds, asks, Batch::FULL, backend, &mut rows)?;
+    rows.sort_by_key(Row::place);
+    Ok(rows)
+}
+
+/// Scores what a ledger wants of some choices, as it comes.
+pub fn run_asks(
+    study: &Study,
+    worlds: &[World],
+    asks: &[Ask],
+    batch: Batch,
+    backend: &mut dyn Backend,
+    ledger: &mut dyn Ledger,
+) -> Result<()> {
     let tables = tables(study);
     backend.tables(&tables.iter().flatten().cloned().collect::<Vec<_>>())?;
-    let mut rows = Vec::new();
     for snapshots in worlds.chunk_by(|a, b| a.scene == b.scene) {
-        let mut left = asks;
+        let wanted = |world: &World, ask: &Ask, ledger: &dyn Ledger| {
+            (0..study.repeats as usize).any(|repeat| ledger.wants(world, repeat, ask))
+        };
+        let mut left: Vec<Ask> = asks.to_vec();
+        left.retain(|ask| snapshots.iter().any(|world| wanted(world, ask, ledger)));
+        let mut left = left.as_slice();
         while !left.is_empty() {
             // To a backend, other numbers for first hits are another layer.
             let still = snapshots[0].still.as_ref().map(|still| Arc::new(still.as_ref().clone()));
-            let (mut group, mut hits) = (left, HitSlots::new());
-            for (snapshot, world) in snapshots.iter().enumerate() {
+            let mut group: Option<(&[Ask], HitSlots)> = None;
+            for world in snapshots {
+                let some = group.as_ref().map_or(left, |(group, _)| *group);
+                if !some.iter().any(|ask| wanted(world, ask, ledger)) {
+                    continue;
+                }
+                ledger.begins(world);
                 let cell = world.cell(window_of(&world.regions));
                 backend.load(&Cell { still: still.clone(), ..cell })?;
-                if snapshot == 0 {
-                    (group, hits) = first_group(study, snapshots, &tables, left, backend.hit_slots());
+                let first = || first_group(study, snapshots, &tables, left, backend.hit_slots());
+                let (group, hits) = group.get_or_insert_with(first);
+                let store = Store::new(study, world, &tables, hits, backend.slots(), batch);
+                score(store, group, backend, ledger)?;
+                if ledger.enough() {
+                    return Ok(());
                 }
-                let store = Store::new(study, world, &tables, &hits, backend.slots());
-                score(store, group, backend, &mut rows, &mut done)?;
             }
-            left = &left[group.len()..];
+            left = &left[group.map_or(left.len(), |(group, _)| group.len())..];
         }
     }
-    rows.sort_by_key(Row::place);
-    Ok(rows)
+    Ok(())
 }
 
 /// The first of some choices whose sensors' first hits fit so many places, and those places. Nothing is kept of a sensor
@@ -100,27 +149,24 @@ fn first_group<'a>(
 }
 
 /// Choices of one combination whose counts are asked for.
-struct Question<'a> {
+struct Question {
     repeat: usize,
-    asks: &'a [Ask],
+    asks: Vec<Ask>,
     jobs: usize,
 }
 
-/// Scores choices in one world, in every repeat, as many at a time as their evidence fits the backend.
-fn score(
-    mut store: Store,
-    asks: &[Ask],
-    backend: &mut dyn Backend,
-    rows: &mut Vec<Row>,
-    done: &mut impl FnMut(u64),
-) -> Result<()> {
+/// Scores what is wanted of some choices in one world, in every repeat, as many at a time as their evidence fits the
+/// backend.
+fn score(mut store: Store, asks: &[Ask], backend: &mut dyn Backend, ledger: &mut dyn Ledger) -> Result<()> {
     let study = store.study;
     let ways: Vec<_> =
         study.combinations.iter().map(|combination| combination.interpretations(&study.sensors)).collect();
     let mut open: VecDeque<Question> = VecDeque::new();
     for repeat in 0..study.repeats as usize {
-        let mut left = asks;
-        while !left.is_empty() {
+        let mut wanted = asks.to_vec();
+        wanted.retain(|ask| ledger.wants(store.world, repeat, ask));
+        let mut left = wanted.as_slice();
+        while !left.is_empty() && !ledger.enough() {
             let batch;
             (batch, left) = left.split_at(store.gather(left, repeat, backend)?);
             let before = open.len();
@@ -131,34 +177,33 @@ fn score(
                 let jobs = of_one.iter().flat_map(|ask| ways.clone().map(move |way| (ask, way)));
                 let jobs: Vec<_> = jobs.map(|(ask, way)| store.readings(ask, repeat, way)).collect();
                 backend.ask(study.combinations[combination].fusion, &jobs)?;
-                open.push_back(Question { repeat, asks: of_one, jobs: jobs.len() });
+                open.push_back(Question { repeat, asks: of_one.to_vec(), jobs: jobs.len() });
             }
             for question in open.drain(..before) {
-                answer(&store, &question, backend, rows, done)?;
+                answer(store.world, &question, backend, ledger)?;
             }
         }
     }
-    open.iter().try_for_each(|question| answer(&store, question, backend, rows, done))
+    open.iter().try_for_each(|question| answer(store.world, question, backend, ledger))
 }
 
-/// Adds the rows of the oldest open question.
+/// Gives the rows of the oldest open question to the ledger.
 fn answer(
-    store: &Store,
+    world: &World,
     question: &Question,
     backend: &mut dyn Backend,
-    rows: &mut Vec<Row>,
-    done: &mut impl FnMut(u64),
+    ledger: &mut dyn Ledger,
 ) -> Result<()> {
-    let (world, regions) = (store.world, store.world.regions.len());
     let scored = backend.answer()?;
+    let regions = world.regions.len();
     if scored.len() != question.jobs || scored.iter().any(|of_regions| of_regions.len() != regions) {
         let what = format!("answered for {} of {} choices", scored.len(), question.jobs);
         return Err(Error::Device(format!("backend {}: {what}", backend.name())));
     }
     let ways = question.jobs / question.asks.len();
     let named = question.asks.iter().flat_map(|ask| (0..ways).map(move |way| (ask, way)));
-    for ((ask, interpretation), of_regions) in named.zip(scored) {
-        rows.extend(of_regions.into_iter().enumerate().map(|(region, counts)| Row {
+    let rows = named.zip(scored).flat_map(|((ask, interpretation), of_regions)| {
+        of_regions.into_iter().enumerate().map(move |(region, counts)| Row {
             scene: world.scene,
             snapshot: world.snapshot,
             repeat: question.repeat,
@@ -167,8 +212,7 @@ fn answer(
             interpretation,
             region,
             counts,
-        }));
-    }
-    done(question.asks.len() as u64);
-    Ok(())
+        })
+    });
+    ledger.take(&rows.collect::<Vec<_>>())
 }

@@ -4,6 +4,7 @@
 use std::sync::Arc;
 
 use crate::scene::build::mesh_of_file;
+use crate::source::Sources;
 use crate::study::{RegionSpec, Study};
 use crate::voxel::Shape;
 use crate::{Error, Result};
@@ -19,14 +20,14 @@ const MAX_PARTS: usize = 1000;
 pub fn shapes(study: &Study) -> Result<Vec<Shape>> {
     let mut shapes: Vec<Shape> = Vec::new();
     for (name, spec) in &study.regions {
-        let shape = shape(spec, &shapes)
+        let shape = shape(spec, &shapes, &study.sources)
             .map_err(|what| Error::input(study.path.display(), format!("region {name:?}{what}")))?;
         shapes.push(shape);
     }
     Ok(shapes)
 }
 
-fn shape(spec: &RegionSpec, before: &[Shape]) -> Result<Shape, String> {
+fn shape(spec: &RegionSpec, before: &[Shape], sources: &Sources) -> Result<Shape, String> {
     let parts = |parts: &[usize]| -> Result<Vec<Shape>, String> {
         let named = || parts.iter().filter_map(|&i| before.get(i));
         match named().map(count).sum::<usize>() {
@@ -39,7 +40,7 @@ fn shape(spec: &RegionSpec, before: &[Shape]) -> Result<Shape, String> {
     Ok(match spec {
         RegionSpec::Shape(shape) => shape.clone(),
         RegionSpec::Mesh { surface, position_m, rotation } => {
-            let mesh = mesh_of_file(surface).map_err(|e| format!(".mesh = {e}"))?;
+            let mesh = mesh_of_file(surface, sources).map_err(|e| format!(".mesh = {e}"))?;
             Shape::Mesh(Arc::new(mesh.transformed(*rotation, *position_m)))
         }
         RegionSpec::Union(names) => Shape::Union(parts(names)?),

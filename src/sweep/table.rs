@@ -1,6 +1,5 @@
-//! The tables of a sweep as CSV, made for pandas: one row a pose, one row a result.
+//! The table of a study's poses as CSV, made for pandas, and how other tables name what they are about.
 
-use super::Row;
 use crate::metrics::COUNTERS;
 use crate::sensor::{Pose, Setting};
 use crate::study::{Combination, Study};
@@ -49,35 +48,6 @@ pub fn poses_csv(study: &Study) -> Vec<u8> {
             fields.push(on.clone());
             csv.row(&fields);
         }
-    }
-    csv.bytes()
-}
-
-/// `results.csv`: counts and scores of every scene, snapshot, repeat, choice of poses, representation and region, in
-/// study order. A score that has no value (a zero denominator) is empty.
-pub fn results_csv(study: &Study, rows: &[Row]) -> Vec<u8> {
-    let mut header = vec!["scene", "snapshot", "repeat", "combination", "poses", "representation", "region"];
-    header.extend(COUNT_COLUMNS);
-    header.extend(["f1", "kappa", "human_seen", "unknown", "false_alarm"]);
-    let mut csv = Csv::new(&header);
-    let representations: Vec<Vec<String>> =
-        study.combinations.iter().map(|combination| representation_names(study, combination)).collect();
-    for row in rows {
-        let combination = &study.combinations[row.combination];
-        let mut fields = vec![
-            study.scenes[row.scene].name.clone(),
-            row.snapshot.to_string(),
-            row.repeat.to_string(),
-            combination.name.clone(),
-            pose_names(study, combination, row.choice),
-            representations[row.combination][row.interpretation].clone(),
-            study.regions[row.region].0.clone(),
-        ];
-        let c = &row.counts;
-        fields.extend(c.counts().map(|n| n.to_string()));
-        let scores = [c.f1(), c.kappa(), c.human_seen(), c.unknown(), c.false_alarm()];
-        fields.extend(scores.map(|score| score.map_or(String::new(), |s| s.to_string())));
-        csv.row(&fields);
     }
     csv.bytes()
 }

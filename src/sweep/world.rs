@@ -4,6 +4,7 @@
 mod warnings;
 
 use std::sync::Arc;
+use std::time::Instant;
 
 use glam::DVec3;
 
@@ -67,7 +68,9 @@ impl World {
         let spec = &study.scenes[scene];
         let in_scene = |e| Error::input(spec.path.display(), e);
         let in_study = |e| Error::input(study.path.display(), e);
-        let snapshots = build(spec, study.voxel_size_m)?;
+        let begin = Instant::now();
+        tracing::info!("scene {:?}: voxelizing at {} m", spec.name, study.voxel_size_m);
+        let snapshots = build(spec, &study.sources, study.voxel_size_m)?;
         let extent = voxelize::scene_extent(&snapshots, study.voxel_size_m).map_err(in_scene)?;
         let settings: Vec<Vec<Vec<Setting>>> = snapshots
             .iter()
@@ -94,6 +97,12 @@ impl World {
             let still = Arc::new(still);
             worlds.iter_mut().for_each(|world| world.still = Some(still.clone()));
         }
+        let ([x, y, z], occupied) = (grid.size, worlds[0].truth.occupied.count());
+        let (count, seconds) = (worlds.len(), begin.elapsed().as_secs_f64());
+        tracing::info!(
+            "scene {:?}: {x} × {y} × {z} voxels, {occupied} occupied (snapshot 0 of {count}), ready in {seconds:.3} s",
+            spec.name
+        );
         Ok(worlds)
     }
 

@@ -174,6 +174,10 @@ impl Backend for Cpu {
             self.hits.clear();
         }
         self.loaded = Some(loaded);
+        tracing::debug!(
+            "cpu: scene loaded, room for {} pieces of evidence of {piece} bytes",
+            self.slots.len()
+        );
         Ok(())
     }
 
@@ -189,6 +193,7 @@ impl Backend for Cpu {
     }
 
     fn sense(&mut self, table: usize, shots: &[Shot]) -> Result<()> {
+        tracing::debug!("cpu: casts table of rays {table} from {} poses", shots.len());
         let mut kept: Vec<Option<Vec<Strike>>> =
             shots.iter().map(|shot| self.take_hits(table, shot)).collect();
         let loaded = self.loaded()?;
@@ -215,6 +220,7 @@ impl Backend for Cpu {
     }
 
     fn ask(&mut self, fusion: Fusion, jobs: &[Vec<Reading>]) -> Result<()> {
+        tracing::debug!("cpu: scores {} choices", jobs.len());
         let tally = &self.loaded()?.tally;
         let planes = |slot: Slot| self.slots[slot as usize].as_ref();
         let score = |job: &Vec<Reading>| tally.score(fusion, job, planes);

@@ -111,7 +111,8 @@ impl Backend for Gpu {
         self.kept.load(device, cell.still.as_ref(), &self.tables);
         let (boxes, memory_bytes) = ((boxes.as_slice(), wanted), self.memory_bytes);
         self.loaded = Some(Loaded::new(device, cell, sizes, boxes, memory_bytes, &self.kept, &mut self.room));
-        device.check().inspect_err(|_| self.loaded = None)
+        tracing::debug!("gpu: scene loaded, room for {} pieces of evidence", self.slots());
+        self.queue.device.check().inspect_err(|_| self.loaded = None)
     }
 
     fn slots(&self) -> usize {
@@ -123,6 +124,7 @@ impl Backend for Gpu {
     }
 
     fn sense(&mut self, table: usize, shots: &[Shot]) -> Result<()> {
+        tracing::debug!("gpu: casts table of rays {table} from {} poses", shots.len());
         let report = self.queue.device.report.clone();
         let rays = &self.table(table)?.sizes;
         let cell = &self.loaded.as_ref().ok_or_else(no_scene)?.sizes;
@@ -159,6 +161,7 @@ impl Backend for Gpu {
     }
 
     fn ask(&mut self, fusion: Fusion, jobs: &[Vec<Reading>]) -> Result<()> {
+        tracing::debug!("gpu: scores {} choices", jobs.len());
         let question = self.question(fusion, jobs)?;
         self.questions.push_back(question);
         Ok(())

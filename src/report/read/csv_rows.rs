@@ -16,7 +16,6 @@ pub(super) struct CsvRows {
     at: Vec<usize>,
     record: csv::StringRecord,
     line: u64,
-    again: bool,
 }
 
 /// The row that was read last.
@@ -27,6 +26,7 @@ impl CsvRows {
     /// Opens a file that must have these columns; others are passed over.
     pub(super) fn open(path: &Path, columns: &[&str]) -> Result<Self> {
         let file = File::open(path).map_err(|e| Error::io(path, "cannot be read", e))?;
+        tracing::info!("reading {}", path.display());
         let mut reader = csv::ReaderBuilder::new().flexible(true).from_reader(file);
         let unreadable = |e: csv::Error| Error::input(path.display(), format!("{e}; {CURE}"));
         let header = reader.headers().map_err(unreadable)?.clone();
@@ -38,14 +38,11 @@ impl CsvRows {
         let at = columns.iter().map(place).collect::<Result<_>>()?;
         let columns = columns.iter().map(|name| name.to_string()).collect();
         let record = csv::StringRecord::new();
-        Ok(CsvRows { path: path.into(), reader, columns, at, record, line: 1, again: false })
+        Ok(CsvRows { path: path.into(), reader, columns, at, record, line: 1 })
     }
 
     /// The next row, if there is one.
     pub(super) fn next_if_any(&mut self) -> Result<Option<CsvRow<'_>>> {
-        if std::mem::take(&mut self.again) {
-            return Ok(Some(CsvRow(self)));
-        }
         let place = self.path.display();
         match self.reader.read_record(&mut self.record) {
             Ok(false) => return Ok(None),
@@ -67,22 +64,12 @@ impl CsvRows {
         self.next_if_any()?.ok_or(ends)
     }
 
-    /// Lets the row that was read last come once more.
-    pub(super) fn again(&mut self) {
-        self.again = true;
-    }
-
     /// Nothing may follow.
     pub(super) fn end(&mut self) -> Result<()> {
         match self.next_if_any()? {
             None => Ok(()),
             Some(row) => Err(row.wrong(0, "is in a row more than manifest.json promises")),
         }
-    }
-
-    /// The error for a field of the row that was read last.
-    pub(super) fn wrong(&self, column: usize, what: &str) -> Error {
-        CsvRow(self).wrong(column, what)
     }
 }
 

@@ -166,3 +166,18 @@ fn every_cut_of_a_good_file_is_refused() {
         assert!(parse(&CUBE[..length]).is_err(), "cut at {length}");
     }
 }
+
+#[test]
+fn numbers_that_are_read_again_and_again_are_refused() {
+    // Each of 300 primitives has no corner, and all positions read for it; 30 nodes show them.
+    let primitive =
+        "<triangles><input semantic=\"VERTEX\" source=\"#vertices\" offset=\"0\"/><p/></triangles>";
+    let places = NODE.repeat(30).replace(" id=\"part\"", "");
+    let (numbers, count) = ("1 2 3 ".repeat(1000), "count=\"3000\"");
+    let text = changed("<polylist", &(primitive.repeat(300) + "<polylist"))
+        .replace("0 0 0 1 0 0 1 1 0 0 1 0 0 0 1 1 0 1 1 1 1 0 1 1", &numbers)
+        .replace("count=\"24\"", count)
+        .replace(NODE, &places);
+    let what = parse(&text).unwrap_err();
+    assert!(what.starts_with("<float_array> in line 6: has the file's numbers read far too often"), "{what}");
+}

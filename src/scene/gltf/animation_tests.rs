@@ -87,7 +87,7 @@ impl Draft {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("part.glb");
         std::fs::write(&path, glb(&document, &self.binary)).unwrap();
-        Gltf::load(&path)
+        Gltf::load(&path, &Sources::beside(&path))
     }
 
     /// The vertices of the first part in glTF's axes, at a time of the clip or as the nodes stand.
@@ -447,7 +447,7 @@ fn damaged_animations_never_panic() {
             bytes[at] = if random.random() { b'0' + random.random_range(0..10) } else { random.random() };
         }
         std::fs::write(&path, bytes).unwrap();
-        let Ok(file) = Gltf::load(&path) else { continue };
+        let Ok(file) = Gltf::load(&path, &Sources::beside(&path)) else { continue };
         let Ok(clip) = file.clip(None) else { continue };
         for time_s in [f64::NEG_INFINITY, 0.0, 0.4, f64::MAX] {
             posed += usize::from(file.parts(Some((&clip, time_s))).is_ok());

@@ -9,7 +9,7 @@ use ::gltf::json::Root;
 use base64::Engine as _;
 use base64::engine::{DecodePaddingMode, GeneralPurpose, GeneralPurposeConfig};
 
-use crate::scene::file;
+use crate::source::Sources;
 use crate::{Error, Result};
 
 /// A parsed file with its buffers.
@@ -21,9 +21,9 @@ pub(super) struct Container {
 }
 
 impl Container {
-    pub(super) fn open(path: &Path) -> Result<Container> {
+    pub(super) fn open(path: &Path, sources: &Sources) -> Result<Container> {
         let place = |what: String| Error::input(path.display(), what);
-        let bytes = file::read(path)?;
+        let bytes = sources.bytes(path)?;
         let (json, blob) = match bytes.starts_with(b"glTF") {
             true => split_glb(&bytes).map_err(place)?,
             false => (&bytes[..], None),
@@ -35,13 +35,13 @@ impl Container {
         let mut container =
             Container { bytes: bytes.len() as u64, buffers: Vec::with_capacity(root.buffers.len()), root };
         let folder = path.parent().unwrap_or(Path::new(""));
-        let mut files = HashMap::new();
+        let mut beside = Beside { folder, sources, read: HashMap::new(), bytes: 0 };
         for (index, buffer) in container.root.buffers.iter().enumerate() {
             let bytes: Rc<[u8]> = match (&buffer.uri, blob) {
                 (None, Some(blob)) if index == 0 => Ok(Rc::from(blob)),
                 (None, _) => Err("has no uri and there is no binary chunk for it".to_string()),
                 (Some(uri), _) if uri.starts_with("data:") => data_uri(uri),
-                (Some(uri), _) => beside(folder, uri, &mut files, &mut container.bytes),
+                (Some(uri), _) => beside.file(uri),
             }
             .map_err(|what| place(format!("buffers[{index}]: {what}")))?;
             if (bytes.len() as u64) < buffer.byte_length.0 {
@@ -53,6 +53,7 @@ impl Container {
             }
             container.buffers.push(bytes);
         }
+        container.bytes += beside.bytes;
         Ok(container)
     }
 
@@ -125,39 +126,45 @@ fn data_uri(uri: &str) -> Result<Rc<[u8]>, String> {
         .map_err(|e| format!("base64 data: {e}"))
 }
 
-/// The bytes of a file that a buffer names, which must lie in the glTF's folder or below.
-fn beside(
-    folder: &Path,
-    uri: &str,
-    files: &mut HashMap<PathBuf, Rc<[u8]>>,
-    total: &mut u64,
-) -> Result<Rc<[u8]>, String> {
-    let refused = |why: &str| format!("uri = {uri:.200}: {why}");
-    let relative = percent_decoded(uri).ok_or_else(|| refused("is not percent-encoded UTF-8"))?;
-    let first_part = uri.split('/').next().unwrap_or_default();
-    let is_plain = |part| matches!(part, Component::Normal(_) | Component::CurDir);
-    if first_part.contains(':') || !Path::new(&relative).components().all(is_plain) {
-        return Err(refused("must name a file in the folder of the glTF or below, relative to it"));
+/// Files beside the glTF, each read once however many buffers name it.
+struct Beside<'a> {
+    folder: &'a Path,
+    sources: &'a Sources,
+    /// By the place on the disk.
+    read: HashMap<PathBuf, Rc<[u8]>>,
+    /// Bytes read in all.
+    bytes: u64,
+}
+
+impl Beside<'_> {
+    /// The bytes of a file that a buffer names, which must lie in the glTF's folder or below.
+    fn file(&mut self, uri: &str) -> Result<Rc<[u8]>, String> {
+        let refused = |why: &str| format!("uri = {uri:.200}: {why}");
+        let relative = percent_decoded(uri).ok_or_else(|| refused("is not percent-encoded UTF-8"))?;
+        let first_part = uri.split('/').next().unwrap_or_default();
+        let is_plain = |part| matches!(part, Component::Normal(_) | Component::CurDir);
+        if first_part.contains(':') || !Path::new(&relative).components().all(is_plain) {
+            return Err(refused("must name a file in the folder of the glTF or below, relative to it"));
+        }
+        let folder = match self.folder.as_os_str().is_empty() {
+            true => Path::new("."),
+            false => self.folder,
+        };
+        // Links are followed first, so that none leads out of the folder.
+        let home = folder.canonicalize().map_err(|e| refused(&e.to_string()))?;
+        let target = home.join(&relative).canonicalize().map_err(|e| refused(&e.to_string()))?;
+        if !target.starts_with(&home) {
+            return Err(refused("is a link out of the folder of the glTF"));
+        }
+        if let Some(bytes) = self.read.get(&target) {
+            return Ok(bytes.clone());
+        }
+        let bytes = self.sources.bytes(&self.folder.join(&relative)).map_err(|e| e.to_string())?;
+        let bytes: Rc<[u8]> = Rc::from(bytes);
+        self.bytes += bytes.len() as u64;
+        self.read.insert(target, bytes.clone());
+        Ok(bytes)
     }
-    let folder = match folder.as_os_str().is_empty() {
-        true => Path::new("."),
-        false => folder,
-    };
-    // Links are followed first, so that none leads out of the folder.
-    let home = folder.canonicalize().map_err(|e| refused(&e.to_string()))?;
-    let target = home.join(&relative);
-    let target = target.canonicalize().map_err(|e| refused(&e.to_string()))?;
-    if !target.starts_with(&home) {
-        return Err(refused("is a link out of the folder of the glTF"));
-    }
-    // Many buffers may name one file; it is read once.
-    if let Some(bytes) = files.get(&target) {
-        return Ok(bytes.clone());
-    }
-    let bytes: Rc<[u8]> = Rc::from(file::read(&target).map_err(|e| e.to_string())?);
-    *total += bytes.len() as u64;
-    files.insert(target, bytes.clone());
-    Ok(bytes)
 }
 
 fn percent_decoded(uri: &str) -> Option<String> {

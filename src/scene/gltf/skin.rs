@@ -111,6 +111,7 @@ impl<'a> Influences<'a> {
         container: &'a Container,
         primitive: &Primitive,
         vertices: usize,
+        budget: &mut Budget,
     ) -> Result<Influences<'a>, String> {
         let mut sets = Vec::new();
         for set in 0.. {
@@ -129,6 +130,8 @@ impl<'a> Influences<'a> {
                     "has {vertices} positions, but {joints} JOINTS_{set} and {weights} WEIGHTS_{set}"
                 ));
             }
+            // A skin without triangles can be worn by many nodes, too.
+            budget.spend(size_of::<(Elements, Elements)>() as u64)?;
             sets.push((joints, weights));
         }
         Ok(Influences { sets })

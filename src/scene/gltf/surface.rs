@@ -75,7 +75,7 @@ fn read_primitive(
         (primitive.attributes).get(&Checked::Valid(Semantic::Positions)).ok_or("attributes lack POSITION")?;
     let positions = Elements::positions(container, *positions)?;
     let influences = match skin {
-        Some(_) => Influences::read(container, primitive, positions.count)?,
+        Some(_) => Influences::read(container, primitive, positions.count, budget)?,
         None => Influences::default(),
     };
     let indices = match primitive.indices {

@@ -55,7 +55,7 @@ pub(super) fn glb(document: &Value, binary: &[u8]) -> Vec<u8> {
 }
 
 fn load(path: &Path) -> Result<Vec<NodeMesh>> {
-    Gltf::load(path)?.parts(None)
+    Gltf::load(path, &Sources::beside(path))?.parts(None)
 }
 
 fn load_bytes(bytes: &[u8]) -> Result<Vec<NodeMesh>> {

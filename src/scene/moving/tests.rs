@@ -14,7 +14,8 @@ fn scene_of(toml: &str, files: &[(&str, String)]) -> Result<Vec<Scene>> {
     }
     let path = folder.path().join("cell.toml");
     std::fs::write(&path, toml).unwrap();
-    build(&SceneSpec::load(&path)?, 0.1)
+    let sources = Sources::beside(&path);
+    build(&SceneSpec::load(&path, &sources)?, &sources, 0.1)
 }
 
 /// Lowest and highest corner of a part.
@@ -214,4 +215,23 @@ fn what_cannot_be_sampled_is_named_by_scene_object_key_and_file() {
     };
     let error = same_parts(&parts(&["a", "b"]), &parts(&["b"]), 3).unwrap_err().to_string();
     assert!(error.contains("the parts a, b in snapshot 0, but b in snapshot 3"), "{error}");
+}
+
+#[test]
+fn triangles_are_counted_where_an_object_is_another_than_before() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("cell.toml");
+    let moving = "[object.snapshots]\nposition_m = [[2, 0, 0], [2, 1, 0], [2, 0, 0], [2, 1, 0]]\n";
+    std::fs::write(&path, format!("{WALL}{moving}")).unwrap();
+    let sources = Sources::beside(&path);
+    let spec = SceneSpec::load(&path, &sources).unwrap();
+    let with = |triangles_left| {
+        let mut files = Files { triangles_left, ..Files::new(&sources) };
+        moments(&spec.objects[0], 4, &mut files, 0.01).map(|_| files.triangles_left)
+    };
+    // A box has 12: its shape, and it in two places.
+    assert_eq!(with(40).unwrap(), 4);
+    assert_eq!(with(36).unwrap(), 0);
+    let error = with(35).unwrap_err().to_string();
+    assert!(error.contains("unfolds to more than") && error.contains("split the recording"), "{error}");
 }

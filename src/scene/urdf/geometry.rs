@@ -10,6 +10,7 @@ use glam::{DAffine3, DMat3, DVec3};
 use super::{Body, Geometry, Model, Packages, Shape};
 use crate::scene::gltf::Gltf;
 use crate::scene::{Mesh, collada, obj, primitive, stl};
+use crate::source::Sources;
 use crate::{Error, Result};
 
 /// Most triangles of a robot: a mesh may be placed many times, and each costs memory.
@@ -21,9 +22,15 @@ impl Model {
     ///
     /// # Errors
     /// When a mesh cannot be found or read, its format is not known, or no link has a body of the kind asked for.
-    pub fn meshes(&self, geometry: Geometry, packages: &Packages, sag_m: f64) -> Result<Vec<Mesh>> {
+    pub fn meshes(
+        &self,
+        geometry: Geometry,
+        packages: &Packages,
+        sources: &Sources,
+        sag_m: f64,
+    ) -> Result<Vec<Mesh>> {
         let in_file = |what: String| Error::input(self.path.display(), what);
-        let mut files = HashMap::new();
+        let mut files = Files { urdf: &self.path, packages, sources, read: HashMap::new() };
         let mut triangles = 0;
         let mut meshes = Vec::with_capacity(self.links.len());
         for link in &self.links {
@@ -33,7 +40,7 @@ impl Model {
             };
             let mut whole = Mesh::default();
             for (number, body) in bodies.iter().enumerate() {
-                let mesh = body.mesh(&self.path, packages, sag_m, &mut files).map_err(|what| {
+                let mesh = body.mesh(sag_m, &mut files).map_err(|what| {
                     in_file(format!("link {:?}: {kind} {}: {what}", link.name, number + 1))
                 })?;
                 triangles += mesh.triangles.len();
@@ -87,14 +94,28 @@ fn moved(mesh: &Mesh, transform: &DAffine3) -> Mesh {
     mesh
 }
 
+/// The mesh files of a robot, each read once.
+struct Files<'a> {
+    urdf: &'a Path,
+    packages: &'a Packages,
+    sources: &'a Sources,
+    read: HashMap<PathBuf, Rc<Mesh>>,
+}
+
+impl Files<'_> {
+    fn mesh(&mut self, filename: &str) -> Result<Rc<Mesh>, String> {
+        let path = self.packages.resolve(filename, self.urdf)?;
+        if let Some(mesh) = self.read.get(&path) {
+            return Ok(mesh.clone());
+        }
+        let mesh = Rc::new(load(&path, self.sources).map_err(|e| e.to_string())?);
+        self.read.insert(path, mesh.clone());
+        Ok(mesh)
+    }
+}
+
 impl Body {
-    fn mesh(
-        &self,
-        urdf: &Path,
-        packages: &Packages,
-        sag_m: f64,
-        files: &mut HashMap<PathBuf, Rc<Mesh>>,
-    ) -> Result<Mesh, String> {
+    fn mesh(&self, sag_m: f64, files: &mut Files) -> Result<Mesh, String> {
         let (mesh, scale) = match &self.shape {
             Shape::Box { size_m } => (Rc::new(primitive::cuboid(*size_m)), DVec3::ONE),
             Shape::Sphere { radius_m } => (Rc::new(primitive::sphere(*radius_m, sag_m)), DVec3::ONE),
@@ -105,13 +126,7 @@ impl Body {
                 (Rc::new(primitive::capsule(*radius_m, *length_m, sag_m)), DVec3::ONE)
             }
             Shape::Mesh { filename, scale } => {
-                let path =
-                    packages.resolve(filename, urdf).map_err(|what| format!("mesh {filename:?}: {what}"))?;
-                if !files.contains_key(&path) {
-                    let mesh = load(&path).map_err(|e| format!("mesh {filename:?}: {e}"))?;
-                    files.insert(path.clone(), Rc::new(mesh));
-                }
-                (files[&path].clone(), *scale)
+                (files.mesh(filename).map_err(|what| format!("mesh {filename:?}: {what}"))?, *scale)
             }
         };
         let mesh = moved(&mesh, &(self.link_from_body * DAffine3::from_mat3(DMat3::from_diagonal(scale))));
@@ -123,13 +138,13 @@ impl Body {
 }
 
 /// A mesh by its file's ending.
-fn load(path: &Path) -> Result<Mesh> {
+fn load(path: &Path, sources: &Sources) -> Result<Mesh> {
     let ending = path.extension().map(|e| e.to_string_lossy().to_lowercase());
     match ending.as_deref() {
-        Some("stl") => stl::load(path),
-        Some("obj") => obj::load(path),
-        Some("dae") => collada::load(path),
-        Some("glb" | "gltf") => Gltf::load(path)?.whole(),
+        Some("stl") => stl::load(path, sources),
+        Some("obj") => obj::load(path, sources),
+        Some("dae") => collada::load(path, sources),
+        Some("glb" | "gltf") => Gltf::load(path, sources)?.whole(),
         _ => Err(Error::input(path.display(), "must be an .stl, .obj, .dae, .glb or .gltf file")),
     }
 }

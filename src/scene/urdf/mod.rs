@@ -16,7 +16,7 @@ use std::path::{Path, PathBuf};
 
 use glam::DAffine3;
 
-use super::file;
+use crate::source::Sources;
 use crate::{Error, Result};
 pub(super) use geometry::merged;
 pub use kinematics::JointValues;
@@ -89,10 +89,8 @@ enum Shape {
 /// # Errors
 /// When the file cannot be read, is a xacro or no URDF, its links are no tree, a joint is of a kind that is not
 /// supported, or a number is not what it must be. The message names the file, the link or joint, and the cure.
-pub fn load(path: &Path) -> Result<Model> {
-    let bytes = file::read(path)?;
-    let text = String::from_utf8(bytes).map_err(|_| Error::input(path.display(), "is not UTF-8 text"))?;
-    parse(path, &text)
+pub fn load(path: &Path, sources: &Sources) -> Result<Model> {
+    parse(path, &sources.text(path)?)
 }
 
 fn parse(path: &Path, text: &str) -> Result<Model> {

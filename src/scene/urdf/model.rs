@@ -1,7 +1,7 @@
 //! From the parser's structs to a checked tree of links: one root, no loops, names once, joints that are supported,
 //! numbers that are numbers. What the tree does when its joints move is for `kinematics`.
 
-use std::collections::{HashMap, VecDeque};
+use std::collections::{HashMap, HashSet, VecDeque};
 
 use glam::{DAffine3, DVec3};
 use urdf_rs::{JointType, Pose, Robot};
@@ -52,7 +52,8 @@ pub(super) fn links(robot: &Robot) -> Result<Vec<Link>, String> {
     }
     // One root and one joint a link: what was not reached hangs on itself.
     if links.len() < robot.links.len() {
-        let lost = (robot.links.iter()).find(|l| links.iter().all(|reached| reached.name != l.name));
+        let reached: HashSet<&str> = links.iter().map(|link| link.name.as_str()).collect();
+        let lost = robot.links.iter().find(|link| !reached.contains(link.name.as_str()));
         let name = lost.map_or("", |link| link.name.as_str());
         return Err(format!("link {name:?} is among its own ancestors: links must form a tree"));
     }
@@ -60,7 +61,7 @@ pub(super) fn links(robot: &Robot) -> Result<Vec<Link>, String> {
 }
 
 fn unique<'n>(kind: &str, names: impl Iterator<Item = &'n str>) -> Result<(), String> {
-    let mut seen = std::collections::HashSet::new();
+    let mut seen = HashSet::new();
     for name in names {
         if name.is_empty() {
             return Err(format!("one of the {kind}s has an empty name"));

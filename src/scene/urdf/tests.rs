@@ -154,13 +154,18 @@ fn no_cut_of_a_file_panics() {
     }
 }
 
+/// The triangles of a robot without packages.
+fn meshes(model: &Model, geometry: Geometry, sag_m: f64) -> Result<Vec<Mesh>> {
+    model.meshes(geometry, &Packages::default(), &Sources::beside(&model.path), sag_m)
+}
+
 /// The robot of one body at (0, 0, 1) of its link, as one mesh.
 fn body(folder: &Path, geometry: &str) -> Result<Mesh> {
     let text = TWO_LINKS.replace("<box size='1 2 3'/>", geometry);
     let model = parse(&folder.join("arm.urdf"), &text).unwrap();
-    let meshes = model.meshes(Geometry::Collision, &Packages::default(), 0.001)?;
+    let found = meshes(&model, Geometry::Collision, 0.001)?;
     let placed = model.pose(&JointValues::default()).unwrap();
-    Ok(merged(&meshes, &placed))
+    Ok(merged(&found, &placed))
 }
 
 #[track_caller]
@@ -201,13 +206,13 @@ fn meshes_are_scaled_and_mirrored_in_their_own_axes() {
 #[test]
 fn a_robot_without_the_geometry_asked_for_says_what_it_has() {
     let model = parse(Path::new("arm.urdf"), TWO_LINKS).unwrap();
-    let what = model.meshes(Geometry::Visual, &Packages::default(), 0.01).unwrap_err().to_string();
+    let what = meshes(&model, Geometry::Visual, 0.01).unwrap_err().to_string();
     assert_eq!(
         what,
         "arm.urdf: no link has visual geometry: write geometry = \"collision\" in the scene file"
     );
     let bare = parse(Path::new("arm.urdf"), "<robot name='x'><link name='a'/></robot>").unwrap();
-    let what = bare.meshes(Geometry::Visual, &Packages::default(), 0.01).unwrap_err().to_string();
+    let what = meshes(&bare, Geometry::Visual, 0.01).unwrap_err().to_string();
     assert!(what.contains("no link has a body"), "{what}");
     assert_eq!(bare.pose(&JointValues::default()).unwrap(), [DAffine3::IDENTITY]);
     assert_eq!(bare.reach_m(), 0.0);
@@ -222,8 +227,8 @@ fn visual_geometry_is_its_own() {
     );
     let model = parse(Path::new("arm.urdf"), &text).unwrap();
     let count = |geometry| {
-        let meshes = model.meshes(geometry, &Packages::default(), 0.1).unwrap();
-        meshes.iter().map(|mesh| mesh.triangles.len()).collect::<Vec<_>>()
+        let found = meshes(&model, geometry, 0.1).unwrap();
+        found.iter().map(|mesh| mesh.triangles.len()).collect::<Vec<_>>()
     };
     assert_eq!(count(Geometry::Visual), [0, 12, 0]);
     assert_eq!(count(Geometry::Collision)[..2], [0, 0]);

@@ -2,10 +2,16 @@ use super::*;
 
 /// The poses of one `[[sensor.poses]]` entry, written as TOML.
 fn poses_of(stance: Stance, seed: u64, stream: u64, entry: &str) -> Result<Vec<Candidate>> {
+    at_most(MAX_POSES, stance, seed, stream, entry)
+}
+
+fn at_most(most: usize, stance: Stance, seed: u64, stream: u64, entry: &str) -> Result<Vec<Candidate>> {
     let entry: PosesFile = toml::from_str(entry).unwrap();
     let at = Place { file: Path::new("study.toml"), prefix: String::new() };
     let mut candidates = Vec::new();
-    expand(&at, &entry, &Source { sensor: "s", stance, seed, stream }, &mut candidates)?;
+    let files = &Sources::beside(at.file);
+    let source = Source { sensor: "s", stance, seed, stream, most, files };
+    expand(&at, &entry, &source, &mut candidates)?;
     Ok(candidates)
 }
 
@@ -102,7 +108,10 @@ fn tables_give_one_sensors_poses_with_their_lines() {
     let path = folder.path().join("poses.csv");
     let read = |text: &str, frame| {
         std::fs::write(&path, text).unwrap();
-        table(&path, frame, "s").map_err(|e| e.to_string())
+        let files = &Sources::beside(&path);
+        let source =
+            Source { sensor: "s", stance: Stance::Facing, seed: 1, stream: 0, most: MAX_POSES, files };
+        table(&path, frame, &source).map_err(|e| e.to_string())
     };
     let text = "sensor,pose,x_m,y_m,z_m,qw,qx,qy,qz,note\ns,a,1,2,3,1,0,0,0,\nother,b,1,2,3,1,0,0,0,\n,,4,5,6,0,0,0,1,x\n";
     let found = read(text, Frame::Link).unwrap();
@@ -127,4 +136,19 @@ fn what_stands_level_may_leave_out_where_it_faces() {
     let tilted = poses_of(Stance::Level, 1, 0, &listed.replace("pan_deg = 90", "tilt_deg = 1")).unwrap_err();
     assert!(tilted.to_string().contains("list[0].tilt_deg = 1: it stands level"), "{tilted}");
     assert!(poses_of(Stance::Facing, 1, 0, listed).is_err(), "a camera must be told");
+}
+
+#[test]
+fn a_study_has_only_so_many_poses() {
+    let pose = "{ position_m = [0, 0, 0], facing = [1, 0, 0] }";
+    for poses in [
+        format!("list = [{pose}, {pose}, {pose}]"),
+        "x_m = 0\ny_m = 0\nz_m = [1, 2, 3]\nfacing = [1, 0, 0]".into(),
+        "facing = [1, 0, 0]\nrandom = { count = 3, min_m = [0, 0, 0], max_m = [1, 1, 1] }".into(),
+    ] {
+        let entry = format!("name = \"p\"\n{poses}");
+        assert_eq!(at_most(3, Stance::Facing, 1, 0, &entry).unwrap().len(), 3);
+        let what = at_most(2, Stance::Facing, 1, 0, &entry).unwrap_err().to_string();
+        assert!(what.contains("with these, the study has more than 4000000 poses"), "{what}");
+    }
 }

@@ -21,6 +21,7 @@ use super::{Place, poses};
 use crate::sensor::known_robot::KnownRobot;
 use crate::sensor::prism::Prism;
 use crate::sensor::{Candidate, Kind, Link, Sensor, Setting};
+use crate::source::Sources;
 use crate::{Error, Result};
 
 /// Most rays a sensor may cast at one pose: their directions, 12 bytes each, must fit one buffer of 128 MiB.
@@ -100,6 +101,7 @@ pub(super) fn check(
     seed: u64,
     noiseless: bool,
     earlier: &[Sensor],
+    sources: &Sources,
 ) -> Result<Sensor> {
     let index = earlier.len();
     let mut common = Table::new();
@@ -109,12 +111,11 @@ pub(super) fn check(
     let name = common.get("name").and_then(|name| name.as_str());
     let at = at.key(&name.map_or(format!("sensor[{index}]"), |name| format!("sensor {name:?}")));
     let common: CommonFile = common.try_into().map_err(|e| unreadable(&at, &e))?;
-    let folder = at.file.parent().unwrap_or(std::path::Path::new(""));
     let kind: Arc<dyn Kind> = match common.kind {
         KindName::Rgbd => Arc::new(rgbd::check(&at, own(&at, keys)?, noiseless)?),
         KindName::Rgb => Arc::new(rgb::check(&at, own(&at, keys)?)?),
         KindName::Lidar => Arc::new(lidar::check(&at, own(&at, keys)?, noiseless)?),
-        KindName::Rays => Arc::new(rays::check(&at, folder, own(&at, keys)?, noiseless)?),
+        KindName::Rays => Arc::new(rays::check(&at, own(&at, keys)?, noiseless, sources)?),
         KindName::Pad => Arc::new(pad::check(&at, own(&at, keys)?)?),
         KindName::Gate => Arc::new(gate::check(&at, own(&at, keys)?)?),
         KindName::Cover => Arc::new(cover::check(&at, own(&at, keys)?, noiseless)?),
@@ -127,7 +128,8 @@ pub(super) fn check(
     if on.is_some() && !kind.takes_poses() {
         return Err(at.says(format!("on does not belong to a {}: it is where the robot is", kind.name())));
     }
-    let source = Source { seed, index, earlier, like: common.same_poses_as.as_deref() };
+    let like = common.same_poses_as.as_deref();
+    let source = Source { seed, index, earlier, like, files: sources };
     let candidates = candidates(&at, &common.name, &*kind, &common.poses, &source)?;
     Ok(Sensor { name: common.name, kind, on, candidates })
 }
@@ -138,6 +140,7 @@ struct Source<'a> {
     index: usize,
     earlier: &'a [Sensor],
     like: Option<&'a str>,
+    files: &'a Sources,
 }
 
 fn candidates(
@@ -150,6 +153,8 @@ fn candidates(
     if !kind.takes_poses() && (!groups.is_empty() || source.like.is_some()) {
         return Err(at.says(format!("poses do not belong to a {}: take them away", kind.name())));
     }
+    let before: usize = source.earlier.iter().map(|sensor| sensor.candidates.len()).sum();
+    let most = poses::MAX_POSES.saturating_sub(before);
     if let Some(like) = source.like {
         if !groups.is_empty() {
             return Err(at.says("both poses and same_poses_as: give one"));
@@ -168,6 +173,9 @@ fn candidates(
             let what = format!("{:?} stands otherwise than a {}: write out its poses", like, kind.name());
             return Err(at.says(format!("same_poses_as: {what}")));
         }
+        if found.candidates.len() > most {
+            return Err(at.says(format!("same_poses_as: {}", poses::too_many())));
+        }
         return Ok(found.candidates.clone());
     }
     let settings = kind.settings();
@@ -179,7 +187,8 @@ fn candidates(
     let mut candidates = Vec::new();
     for (i, group) in groups.iter().enumerate() {
         let stream = (source.index as u64) << 32 | i as u64;
-        let source = poses::Source { sensor: name, stance: kind.stance(), seed: source.seed, stream };
+        let (stance, seed, files) = (kind.stance(), source.seed, source.files);
+        let source = poses::Source { sensor: name, stance, seed, stream, most, files };
         poses::expand(at, group, &source, &mut candidates)?;
     }
     at.unique("pose", candidates.iter().map(|c| c.name.as_str()))?;

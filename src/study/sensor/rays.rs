@@ -9,8 +9,9 @@ use super::range::RangeKeys;
 use super::{MAX_RAYS, Silence};
 use crate::sensor::quantise_q15;
 use crate::sensor::ray_set::RaySet;
+use crate::source::Sources;
+use crate::study::Place;
 use crate::study::value::exactly;
-use crate::study::{Place, read_text};
 use crate::{Error, Result};
 
 #[derive(Deserialize)]
@@ -24,15 +25,15 @@ pub(super) struct RaysFile {
     noise_std_m: Option<f64>,
 }
 
-pub(super) fn check(at: &Place, folder: &Path, file: RaysFile, noiseless: bool) -> Result<RaySet> {
+pub(super) fn check(at: &Place, file: RaysFile, noiseless: bool, sources: &Sources) -> Result<RaySet> {
     let range = RangeKeys {
         range_m: file.range_m,
         near_ignore_m: file.near_ignore_m,
         no_return: file.no_return,
         noise_std_m: file.noise_std_m,
     };
-    let dirs_q15 =
-        directions(&folder.join(file.directions)).map_err(|e| at.says(format!("directions: {e}")))?;
+    let path = at.folder().join(file.directions);
+    let dirs_q15 = directions(&path, sources).map_err(|e| at.says(format!("directions: {e}")))?;
     Ok(RaySet { dirs_q15, range: range.check(at, noiseless)? })
 }
 
@@ -44,8 +45,8 @@ struct Row {
 }
 
 /// Directions from a table with the header x,y,z, in the link frame; their lengths do not matter.
-fn directions(path: &Path) -> Result<Vec<[i32; 3]>> {
-    let text = read_text(path)?;
+fn directions(path: &Path, sources: &Sources) -> Result<Vec<[i32; 3]>> {
+    let text = sources.table(path)?;
     let columns = "the columns are x,y,z: a direction in the sensor's frame, x forward, y left, z up";
     let mut reader =
         csv::ReaderBuilder::new().comment(Some(b'#')).trim(csv::Trim::All).from_reader(text.as_bytes());

@@ -144,7 +144,7 @@ fn a_sweep_refuses_a_backend_that_answers_too_little() {
     let (study, world) = tiny();
     for (lie, expected) in [(Lie::FewerPoses, "backend liar"), (Lie::FewerRegions, "backend liar")] {
         let mut liar = Liar(Cpu::new(Some(1)).unwrap(), lie);
-        let error = crate::sweep::run(&study, std::slice::from_ref(&world), &mut liar, |_| {}).unwrap_err();
+        let error = crate::sweep::run(&study, std::slice::from_ref(&world), &mut liar).unwrap_err();
         assert!(error.to_string().contains(expected), "{error}");
     }
 }

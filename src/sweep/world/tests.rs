@@ -68,7 +68,7 @@ fn no_pose_beats_the_ceiling() {
         let study = Study::load(&path, &Overrides { noiseless: true, ..Default::default() }).unwrap();
         let worlds = World::prepare_all(&study).unwrap();
         let mut cpu = crate::backend::cpu::Cpu::new(Some(1)).unwrap();
-        for row in crate::sweep::run(&study, &worlds, &mut cpu, |_| {}).unwrap() {
+        for row in crate::sweep::run(&study, &worlds, &mut cpu).unwrap() {
             let world = worlds.iter().find(|w| (w.scene, w.snapshot) == (row.scene, row.snapshot)).unwrap();
             let ceiling = world.baselines[row.region].ceiling;
             assert!(
@@ -106,7 +106,7 @@ fn evidence_over_a_window_counts_the_same_as_over_the_grid() {
 fn the_grid_grows_to_the_sensors_unless_bounds_say_otherwise() {
     let mut study = tiny();
     let surfaces = Window::between([-12, -9, 0], [12, 9, 16]);
-    let scenes = build(&study.scenes[0], study.voxel_size_m).unwrap();
+    let scenes = build(&study.scenes[0], &study.sources, study.voxel_size_m).unwrap();
     let grid = |study: &Study| {
         let settings = study.sensors.iter().map(|sensor| settings(sensor, &scenes[0]).unwrap()).collect();
         grid(study, &scenes, &[settings], &surfaces)

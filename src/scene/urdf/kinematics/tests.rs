@@ -4,6 +4,7 @@ use glam::{DQuat, DVec3};
 
 use super::*;
 use crate::scene::urdf::{load, parse};
+use crate::source::Sources;
 
 /// A link that is a small ball.
 fn link(name: &str) -> String {
@@ -183,7 +184,8 @@ fn links_follow_the_robot_into_the_world() {
 
 /// The shipped arm.
 fn ur10() -> Model {
-    load(&Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/paper/ur10.urdf")).unwrap()
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/paper/ur10.urdf");
+    load(&path, &Sources::beside(&path)).unwrap()
 }
 
 fn ur10_values(angles_deg: [f64; 6]) -> JointValues {

@@ -1,0 +1,95 @@
+//! Rows of results a second into each kind of table, beside the rate at which the fastest sweep would make them, and the
+//! memory that it takes. The machine's disk is part of what is measured: tables are synced before the clock stops.
+//!
+//! `cargo bench --bench rows` prints a table in Markdown, with a million rows and with four million, so that memory
+//! that grows would be seen. Under `cargo test` it writes a few rows only.
+
+use std::path::Path;
+use std::time::Instant;
+
+use perirobot::metrics::Confusion;
+use perirobot::sweep::table::COUNT_COLUMNS;
+use perirobot::table::{Column, Field, Format, Kind, TableFile};
+
+/// 20,000 poses a second, five representations, two regions.
+const AIM_PER_S: f64 = 20_000.0 * 5.0 * 2.0;
+
+const REPRESENTATIONS: [&str; 5] =
+    ["points;volume", "rays;volume", "occupied;volume", "free;volume", "all;volume"];
+const REGIONS: [&str; 2] = ["robot", "human"];
+
+fn columns() -> Vec<Column> {
+    let of = |kind| move |name: &str| Column::new(name, kind);
+    let mut columns = vec![Column::new("scene", Kind::Text)];
+    columns.extend(["snapshot", "repeat"].map(of(Kind::Count)));
+    columns.extend(["combination", "poses", "representation", "region"].map(of(Kind::Text)));
+    columns.extend(COUNT_COLUMNS.map(of(Kind::Count)));
+    columns.extend(["f1", "kappa", "human_seen", "unknown", "false_alarm"].map(of(Kind::Score)));
+    columns
+}
+
+/// Counts below 2^17, as of a region of some hundred thousand voxels, without anything that repeats.
+fn counts(row: u64) -> Confusion {
+    // SplitMix64, so that no encoding finds the counts easier than those of poses.
+    let counts = std::array::from_fn(|i| {
+        let mut z = (row * 12 + i as u64 + 1).wrapping_mul(0x9e37_79b9_7f4a_7c15);
+        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+        (z ^ (z >> 31)) >> 47
+    });
+    Confusion::from_counts(counts)
+}
+
+/// Writes rows of results, and says how many seconds it took and how many bytes it made.
+fn write(path: &Path, format: Format, rows: u64) -> perirobot::Result<(f64, u64)> {
+    let begin = Instant::now();
+    let mut table = TableFile::create(path, format, &columns())?;
+    let mut poses = String::new();
+    for row in 0..rows {
+        let choice = row / 10;
+        if row % 10 == 0 {
+            poses = format!("camera:right-wall/{}/{};pads:floor/{}/0", choice / 16, choice % 16, choice % 7);
+        }
+        let representation = REPRESENTATIONS[(row % 10 / 2) as usize];
+        let c = counts(row);
+        let mut fields = vec![Field::Text("cell"), Field::Count(0), Field::Count(row % 3)];
+        fields.extend(["both", &poses, representation, REGIONS[(row % 2) as usize]].map(Field::Text));
+        fields.extend(c.counts().map(Field::Count));
+        fields.extend([c.f1(), c.kappa(), c.human_seen(), c.unknown(), c.false_alarm()].map(Field::Score));
+        table.row(&fields)?;
+    }
+    table.finish()?;
+    let bytes = std::fs::metadata(path).map(|file| file.len()).unwrap_or_default();
+    Ok((begin.elapsed().as_secs_f64(), bytes))
+}
+
+/// The most memory that the process has held so far, in MiB, where the system tells.
+fn peak_mib() -> String {
+    let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
+    let peak = status.lines().find_map(|line| line.strip_prefix("VmHWM:"));
+    let kib = peak.and_then(|peak| peak.trim().trim_end_matches("kB").trim().parse::<u64>().ok());
+    kib.map_or("?".into(), |kib| (kib >> 10).to_string())
+}
+
+fn main() -> perirobot::Result<()> {
+    let measured = std::env::args().any(|argument| argument == "--bench");
+    let sizes = if measured { [1_000_000, 4_000_000] } else { [1_000, 4_000] };
+    let folder = tempfile::tempdir_in(env!("CARGO_TARGET_TMPDIR")).expect("the target folder takes folders");
+    println!("| table | rows | rows/s | × {AIM_PER_S:.0} rows/s | bytes/row | peak memory so far, MiB |");
+    println!("|---|---:|---:|---:|---:|---:|");
+    for format in [Format::Csv, Format::Parquet] {
+        for rows in sizes {
+            let path = folder.path().join("results").with_extension(format.extension());
+            let (seconds, bytes) = write(&path, format, rows)?;
+            let per_s = rows as f64 / seconds;
+            println!(
+                "| {} | {rows} | {per_s:.0} | {:.1} | {:.0} | {} |",
+                format.extension(),
+                per_s / AIM_PER_S,
+                bytes as f64 / rows as f64,
+                peak_mib()
+            );
+        }
+    }
+    Ok(())
+}

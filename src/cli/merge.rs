@@ -1,0 +1,41 @@
+//! `perirobot merge`: the shards of a sweep put together.
+
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+use perirobot::Result;
+use perirobot::sweep::merge::{merge, shards_below};
+
+use super::outcome::{OutcomeArgs, print_best};
+
+/// Put the shards of a sweep together
+///
+/// Proves that the shards are of one sweep, complete and disjoint, and writes into OUT what a single run would have
+/// written, byte for byte (but for what manifest.json says of the runs). What is missing is named, with the command that
+/// makes it; then nothing is written, and the exit code is 2.
+#[derive(clap::Args)]
+#[command(after_help = "\
+Examples:
+  perirobot sweep my.toml --out out/my --shard 0/2      the two parts of a sweep, on two machines
+  perirobot sweep my.toml --out out/my --shard 1/2
+  perirobot merge out/my                                all folders out/my/shard-*-of-*
+  perirobot merge whole here/shard-0-of-2 there/shard-1-of-2")]
+pub(super) struct Args {
+    /// Folder for the whole
+    #[arg(value_name = "OUT")]
+    out: PathBuf,
+    /// Folders of the shards [default: OUT/shard-*-of-*]
+    #[arg(value_name = "DIR")]
+    shards: Vec<PathBuf>,
+    #[command(flatten)]
+    outcome: OutcomeArgs,
+}
+
+pub(super) fn run(args: &Args) -> Result<ExitCode> {
+    let shards = if args.shards.is_empty() { shards_below(&args.out)? } else { args.shards.clone() };
+    let results = merge(&args.out, &shards)?;
+    args.outcome.write(&results, &args.out)?;
+    print_best(&results)?;
+    super::print(&format!("{} shards merged; results in {}\n", shards.len(), args.out.display()))?;
+    Ok(ExitCode::SUCCESS)
+}

@@ -1,0 +1,53 @@
+//! What stands at the end of a sweep, whoever made its counts: tables in the folder, the best poses on the screen.
+
+use std::path::Path;
+
+use clap::ValueEnum;
+use perirobot::Result;
+use perirobot::report::{Results, best, rows, scores};
+use perirobot::table::Format;
+
+/// Tables with more rows than this are Parquet, unless the user says otherwise.
+const MOST_CSV_ROWS: u64 = 1_000_000;
+
+#[derive(clap::Args)]
+pub(super) struct OutcomeArgs {
+    /// How the tables `results` and `scores` are written [default: csv, parquet above a million rows of results]
+    #[arg(long, value_enum)]
+    table: Option<TableChoice>,
+}
+
+#[derive(Clone, Copy, PartialEq, ValueEnum)]
+enum TableChoice {
+    /// Comma-separated text
+    Csv,
+    /// Apache Parquet: typed columns, a tenth of the size
+    Parquet,
+    /// Both of them
+    Both,
+}
+
+impl OutcomeArgs {
+    /// Writes the tables. Those of the other format, from an earlier end of the same sweep, are the same and stay.
+    pub(super) fn write(&self, results: &Results, folder: &Path) -> Result<()> {
+        let formats: &[Format] = match self.table {
+            Some(TableChoice::Csv) => &[Format::Csv],
+            Some(TableChoice::Parquet) => &[Format::Parquet],
+            Some(TableChoice::Both) => &[Format::Csv, Format::Parquet],
+            None if results.layout().rows() > MOST_CSV_ROWS => &[Format::Parquet],
+            None => &[Format::Csv],
+        };
+        for &format in formats {
+            rows::write(results, folder, format)?;
+            scores::write(results, folder, format)?;
+        }
+        Ok(())
+    }
+}
+
+/// Prints the best poses.
+pub(super) fn print_best(results: &Results) -> Result<()> {
+    let best = best::render(results);
+    results.intact()?;
+    super::print(&format!("{best}\n"))
+}

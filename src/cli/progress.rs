@@ -1,0 +1,202 @@
+//! How far a long job is, for people (a bar) or machines (JSON lines), on standard error. What is counted, and when, is
+//! the subcommand's business.
+
+use std::io::Write;
+use std::sync::LazyLock;
+use std::time::{Duration, Instant};
+
+use clap::ValueEnum;
+use indicatif::{MultiProgress, ProgressBar, ProgressStyle};
+use serde::Serialize;
+
+#[derive(clap::Args)]
+pub(super) struct ProgressArgs {
+    /// How progress is shown on standard error
+    #[arg(long, value_enum, value_name = "HOW", default_value = "bar")]
+    progress: How,
+}
+
+#[derive(Clone, Copy, PartialEq, ValueEnum)]
+enum How {
+    /// A bar with rate and time left, where standard error is a terminal
+    Bar,
+    /// A JSON object a line, for programs: its event is start, progress (twice a second at most), done or stopped
+    Json,
+    /// Not at all
+    None,
+}
+
+/// Time between two lines for machines.
+const BETWEEN_LINES: Duration = Duration::from_millis(500);
+
+/// The place of the bar, known to whoever writes on standard error beside it.
+static BARS: LazyLock<MultiProgress> = LazyLock::new(MultiProgress::new);
+
+/// Does what writes on standard error, with the bar out of the way.
+pub(super) fn above_bar<T>(write: impl FnOnce() -> T) -> T {
+    BARS.suspend(write)
+}
+
+impl ProgressArgs {
+    /// Begins to show `done` of `of` things, in the plural. What is done already does not count for the rate.
+    pub(super) fn start(&self, what: &'static str, done: u64, of: u64) -> Progress {
+        let (mut bar, mut lines) = (None, None);
+        match self.progress {
+            How::Bar => bar = Some(new_bar(what, done, of)),
+            How::Json => lines = Some(Lines::new(what, done, of)),
+            How::None => (),
+        }
+        if let Some(lines) = &lines {
+            say(&lines.line("start", Duration::ZERO));
+        }
+        Progress { bar, lines, begin: Instant::now() }
+    }
+}
+
+fn new_bar(what: &str, done: u64, of: u64) -> ProgressBar {
+    let template = format!("{{bar:30}} {{pos}}/{{len}} {what}  {{per_sec}}  {{eta}} left");
+    let style = ProgressStyle::with_template(&template).unwrap_or_else(|_| ProgressStyle::default_bar());
+    let bar = BARS.add(ProgressBar::new(of).with_style(style).with_position(done));
+    bar.reset_eta();
+    bar
+}
+
+/// A long job on its way. When it is finished, or dropped on the way out, the bar goes.
+pub(super) struct Progress {
+    bar: Option<ProgressBar>,
+    lines: Option<Lines>,
+    begin: Instant,
+}
+
+impl Progress {
+    /// So many more are done.
+    pub(super) fn inc(&mut self, more: u64) {
+        if let Some(bar) = &self.bar {
+            bar.inc(more);
+        }
+        let elapsed = self.begin.elapsed();
+        if let Some(line) = self.lines.as_mut().and_then(|lines| lines.inc(more, elapsed)) {
+            say(&line);
+        }
+    }
+
+    /// No more will be done, all or not.
+    pub(super) fn finish(self) {
+        drop(self);
+    }
+}
+
+impl Drop for Progress {
+    fn drop(&mut self) {
+        if let Some(bar) = &self.bar {
+            bar.finish_and_clear();
+        }
+        if let Some(lines) = &self.lines {
+            say(&lines.end(self.begin.elapsed()));
+        }
+    }
+}
+
+/// Writes a line at once. That nobody reads it is no reason to stop the job.
+fn say(line: &str) {
+    let _ = std::io::stderr().write_all(format!("{line}\n").as_bytes());
+}
+
+/// What a line holds. Rate and time left are those since the start of this run, null while nothing is done.
+#[derive(Serialize)]
+struct Line<'a> {
+    event: &'a str,
+    what: &'a str,
+    done: u64,
+    of: u64,
+    elapsed_s: f64,
+    per_s: Option<f64>,
+    left_s: Option<f64>,
+}
+
+/// What the lines for machines are made of.
+struct Lines {
+    what: &'static str,
+    /// Done before this run.
+    before: u64,
+    done: u64,
+    of: u64,
+    /// When the last line was written, since the start.
+    last: Duration,
+}
+
+impl Lines {
+    fn new(what: &'static str, done: u64, of: u64) -> Self {
+        Lines { what, before: done, done, of, last: Duration::ZERO }
+    }
+
+    /// So many more are done; a line if it is time for one.
+    fn inc(&mut self, more: u64, elapsed: Duration) -> Option<String> {
+        self.done += more;
+        if elapsed < self.last + BETWEEN_LINES {
+            return None;
+        }
+        self.last = elapsed;
+        Some(self.line("progress", elapsed))
+    }
+
+    /// The last line, which says whether the job came to its end.
+    fn end(&self, elapsed: Duration) -> String {
+        self.line(if self.done >= self.of { "done" } else { "stopped" }, elapsed)
+    }
+
+    fn line(&self, event: &str, elapsed: Duration) -> String {
+        let (elapsed_s, new) = (elapsed.as_secs_f64(), self.done - self.before);
+        let per_s = (new > 0 && elapsed_s > 0.0).then(|| new as f64 / elapsed_s);
+        let left_s = per_s.map(|per_s| self.of.saturating_sub(self.done) as f64 / per_s);
+        let rounded = |x: f64| (1e3 * x).round() / 1e3;
+        let line = Line {
+            event,
+            what: self.what,
+            done: self.done,
+            of: self.of,
+            elapsed_s: rounded(elapsed_s),
+            per_s: per_s.map(rounded),
+            left_s: left_s.map(rounded),
+        };
+        serde_json::to_string(&line).expect("text and numbers make a line")
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn at(ms: u64) -> Duration {
+        Duration::from_millis(ms)
+    }
+
+    #[test]
+    fn lines_tell_rate_and_time_left() {
+        // 100 were there before, 50 came in 2 s: 25 a second, 850 are left.
+        let mut lines = Lines::new("poses", 100, 1000);
+        assert_eq!(
+            lines.line("start", at(0)),
+            r#"{"event":"start","what":"poses","done":100,"of":1000,"elapsed_s":0.0,"per_s":null,"left_s":null}"#
+        );
+        assert_eq!(
+            lines.inc(50, at(2000)).unwrap(),
+            r#"{"event":"progress","what":"poses","done":150,"of":1000,"elapsed_s":2.0,"per_s":25.0,"left_s":34.0}"#
+        );
+        assert!(lines.end(at(2000)).starts_with(r#"{"event":"stopped","what":"poses","done":150,"#));
+        lines.inc(850, at(2001));
+        assert_eq!(
+            lines.end(at(3000)),
+            r#"{"event":"done","what":"poses","done":1000,"of":1000,"elapsed_s":3.0,"per_s":300.0,"left_s":0.0}"#
+        );
+    }
+
+    #[test]
+    fn lines_come_twice_a_second_at_most() {
+        let mut lines = Lines::new("poses", 0, 100);
+        let times = [1, 400, 499, 500, 501, 999, 1000, 1700, 2100, 2200];
+        let told: Vec<u64> = times.into_iter().filter(|&ms| lines.inc(1, at(ms)).is_some()).collect();
+        assert_eq!(told, [500, 1000, 1700, 2200]);
+        assert_eq!(lines.done, 10, "what is not told is counted");
+    }
+}

@@ -1,0 +1,56 @@
+//! When to stop: a signal, or the end of the time that was given. What is under way is finished first; a second signal
+//! ends the program at once, and loses nothing either.
+
+use std::process::ExitCode;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
+use std::time::{Duration, Instant};
+
+use perirobot::{Error, Result};
+use signal_hook::consts::{SIGINT, SIGTERM};
+use signal_hook::flag;
+
+/// Stopped before the end, to be gone on with (`EX_TEMPFAIL`).
+pub(super) const STOPPED: u8 = 75;
+
+/// Waits for a reason to stop.
+pub(super) struct StopAt {
+    signal: Arc<AtomicUsize>,
+    until: Option<Instant>,
+}
+
+/// The signals that stop, and what they are called.
+const SIGNALS: &[(i32, &str)] = &[
+    (SIGINT, "Ctrl-C (SIGINT)"),
+    (SIGTERM, "SIGTERM"),
+    #[cfg(unix)]
+    (signal_hook::consts::SIGUSR1, "SIGUSR1"),
+];
+
+impl StopAt {
+    /// Begins to listen. `max_time` is counted from here.
+    pub(super) fn listen(max_time: Option<Duration>) -> Result<StopAt> {
+        let (signal, again) = (Arc::new(AtomicUsize::new(0)), Arc::new(AtomicBool::new(false)));
+        for &(number, name) in SIGNALS {
+            let wrong = |e| Error::Device(format!("cannot listen for {name}: {e}"));
+            // In this order: the first one arms the shutdown that the second one meets.
+            flag::register_conditional_shutdown(number, STOPPED.into(), again.clone()).map_err(wrong)?;
+            flag::register(number, again.clone()).map_err(wrong)?;
+            flag::register_usize(number, signal.clone(), number as usize).map_err(wrong)?;
+        }
+        Ok(StopAt { signal, until: max_time.map(|time| Instant::now() + time) })
+    }
+
+    /// Why to stop, if there is a reason by now.
+    pub(super) fn reason(&self) -> Option<String> {
+        let signal = self.signal.load(Ordering::Relaxed);
+        let name = SIGNALS.iter().find(|(number, _)| *number as usize == signal).map(|(_, name)| *name);
+        let late = self.until.is_some_and(|until| Instant::now() >= until);
+        name.or(late.then_some("--max-time")).map(|why| format!("stopped by {why}"))
+    }
+}
+
+/// The exit code of what was stopped.
+pub(super) fn stopped() -> ExitCode {
+    ExitCode::from(STOPPED)
+}

@@ -1,0 +1,208 @@
+//! What was swept, from `manifest.json` (scenes with their regions and baselines, combinations with their sensors) and
+//! `poses.csv` (the poses of each sensor).
+
+use std::collections::HashSet;
+use std::path::Path;
+use std::sync::Arc;
+
+use glam::DVec3;
+use serde::Deserialize;
+
+use super::CURE;
+use super::csv_rows::CsvRows;
+use crate::metrics::Confusion;
+use crate::report::results::{CombinationResults, MemberResults, Place, PoseResults, SceneResults, Subject};
+use crate::sweep::manifest::{MANIFEST, Manifest, sha256};
+use crate::sweep::table::BETWEEN_MEMBERS;
+use crate::sweep::world::Baselines;
+use crate::{Error, Result};
+
+/// No grid has more voxels, and sums of such numbers still fit.
+const MOST_VOXELS: u64 = 1 << 32;
+
+/// No sweep has more rows; beyond it, products of counts would not be numbers any more.
+const MOST_ROWS: u128 = 1 << 50;
+
+#[derive(Deserialize)]
+struct ManifestFile {
+    repeats: usize,
+    scenes: Vec<SceneFile>,
+    sensors: Vec<SensorFile>,
+    poses_sha256: String,
+    combinations: Vec<CombinationFile>,
+}
+
+#[derive(Deserialize)]
+struct SceneFile {
+    name: String,
+    snapshot: usize,
+    regions: Vec<RegionFile>,
+}
+
+#[derive(Deserialize)]
+struct RegionFile {
+    name: String,
+    baselines: BaselinesFile,
+}
+
+#[derive(Clone, Copy, Deserialize)]
+struct BaselinesFile {
+    all_occupied: Confusion,
+    all_free: Confusion,
+    nothing_seen: Confusion,
+    ceiling: Confusion,
+}
+
+#[derive(Deserialize)]
+struct SensorFile {
+    name: String,
+    representations: Vec<String>,
+    poses: usize,
+}
+
+#[derive(Deserialize)]
+struct CombinationFile {
+    name: String,
+    sensors: Vec<String>,
+    /// Of each sensor, ranges of its poses.
+    poses: Vec<Vec<[usize; 2]>>,
+}
+
+/// A sensor with its poses.
+struct Posed {
+    file: SensorFile,
+    poses: Arc<Vec<PoseResults>>,
+}
+
+/// What was swept.
+pub(super) fn read(folder: &Path, manifest: &Manifest) -> Result<Subject> {
+    let path = folder.join(MANIFEST);
+    let says = |what: String| Error::input(path.display(), format!("{what}; {CURE}"));
+    let file: ManifestFile = serde_json::from_value(manifest.value()).map_err(|e| says(e.to_string()))?;
+    let (scenes, regions, baselines) = scenes(&file.scenes).map_err(says)?;
+    let poses = folder.join("poses.csv");
+    let sensors = sensors(&poses, file.sensors)?;
+    let bytes = std::fs::read(&poses).map_err(|e| Error::io(&poses, "cannot be read", e))?;
+    if sha256([&bytes]) != file.poses_sha256 {
+        let what = format!("is not the table that {MANIFEST} beside it was written with; {CURE}");
+        return Err(Error::input(poses.display(), what));
+    }
+    let combinations = file.combinations.iter().map(|entry| combination(entry, &sensors));
+    let combinations: Vec<CombinationResults> = combinations.collect::<Result<_, String>>().map_err(says)?;
+    let of_one = |c: &CombinationResults| {
+        let lengths = c.members.iter().map(|member| member.candidates.len() as u128);
+        lengths.chain([c.representations.len() as u128]).fold(1, u128::saturating_mul)
+    };
+    let choices = combinations.iter().map(of_one).fold(0, u128::saturating_add);
+    let blocks = (file.repeats as u128).saturating_mul(baselines.len() as u128);
+    let rows = choices.saturating_mul(regions.len() as u128).saturating_mul(blocks);
+    if !(1..=MOST_ROWS).contains(&rows) {
+        return Err(says(format!("promises {rows} rows (repeats = {})", file.repeats)));
+    }
+    Ok(Subject { scenes, regions, repeats: file.repeats, combinations, baselines })
+}
+
+type Scenes = (Vec<SceneResults>, Vec<String>, Vec<Vec<Baselines>>);
+
+/// The scenes, the names of the regions, and the baselines of each moment and region.
+fn scenes(files: &[SceneFile]) -> Result<Scenes, String> {
+    let Some(first) = files.first() else { return Err("scenes is empty".into()) };
+    let regions: Vec<String> = first.regions.iter().map(|region| region.name.clone()).collect();
+    let mut scenes: Vec<SceneResults> = Vec::new();
+    let mut all: Vec<Vec<Baselines>> = Vec::new();
+    for scene in files {
+        if !scene.regions.iter().map(|region| &region.name).eq(&regions) {
+            return Err(format!("scene {:?} has other regions than the first", scene.name));
+        }
+        let moment = all.len();
+        match scenes.last_mut() {
+            Some(last) if last.name == scene.name && last.moments.len() == scene.snapshot => {
+                last.moments.end += 1;
+            }
+            _ if scene.snapshot == 0 => {
+                scenes.push(SceneResults { name: scene.name.clone(), moments: moment..moment + 1 });
+            }
+            _ => return Err(format!("scene {:?}: snapshot {} is alone", scene.name, scene.snapshot)),
+        }
+        all.push(scene.regions.iter().map(baselines).collect::<Result<_, _>>()?);
+    }
+    Ok((scenes, regions, all))
+}
+
+fn baselines(region: &RegionFile) -> Result<Baselines, String> {
+    let BaselinesFile { all_occupied, all_free, nothing_seen, ceiling } = region.baselines;
+    let all = [all_occupied, all_free, nothing_seen, ceiling];
+    if all.iter().flat_map(Confusion::counts).any(|count| count > MOST_VOXELS) {
+        return Err(format!("region {:?} has more voxels in its baselines than a grid", region.name));
+    }
+    Ok(Baselines { all_occupied, all_free, nothing_seen, ceiling })
+}
+
+/// The sensors with their poses, which stand in the file sensor by sensor.
+fn sensors(path: &Path, files: Vec<SensorFile>) -> Result<Vec<Posed>> {
+    let mut rows = CsvRows::open(path, &["sensor", "pose", "group", "x_m", "y_m", "z_m"])?;
+    let mut sensors = Vec::new();
+    for file in files {
+        let (mut poses, mut known) = (Vec::new(), HashSet::new());
+        for _ in 0..file.poses {
+            let row = rows.next()?;
+            if row.text(0) != file.name {
+                return Err(row.wrong(
+                    0,
+                    &format!("must be {:?}: {MANIFEST} has {} poses of it", file.name, file.poses),
+                ));
+            }
+            let name = row.text(1).to_string();
+            if !known.insert(name.clone()) {
+                return Err(row.wrong(1, "stands twice for this sensor"));
+            }
+            let coordinate = |column: usize| {
+                let value = row.text(column).parse().ok().filter(|v: &f64| v.is_finite());
+                value.ok_or_else(|| {
+                    row.wrong(column, "must be a number of metres, or x_m, y_m, z_m all empty")
+                })
+            };
+            let place = match (3..6).all(|column| row.text(column).is_empty()) {
+                true => None,
+                false => Some(Place {
+                    group: row.text(2).to_string(),
+                    position_m: DVec3::new(coordinate(3)?, coordinate(4)?, coordinate(5)?),
+                }),
+            };
+            poses.push(PoseResults { name, place });
+        }
+        sensors.push(Posed { file, poses: Arc::new(poses) });
+    }
+    rows.end()?;
+    Ok(sensors)
+}
+
+/// A combination; its representations are every one of each sensor with every one of the others, those of the last
+/// sensor varying fastest.
+fn combination(entry: &CombinationFile, sensors: &[Posed]) -> Result<CombinationResults, String> {
+    if entry.sensors.is_empty() || entry.sensors.len() != entry.poses.len() {
+        return Err(format!("combination {:?} must have sensors, and poses of each", entry.name));
+    }
+    let mut representations: Vec<String> = Vec::new();
+    let mut members = Vec::new();
+    for (name, ranges) in entry.sensors.iter().zip(&entry.poses) {
+        let Some(sensor) = sensors.iter().find(|sensor| sensor.file.name == *name) else {
+            return Err(format!("combination {:?} has a sensor {name:?} that is not there", entry.name));
+        };
+        if ranges.iter().any(|[first, end]| first >= end || *end > sensor.poses.len()) {
+            return Err(format!("combination {:?} has poses of {name:?} that are not there", entry.name));
+        }
+        let candidates = ranges.iter().flat_map(|[first, end]| *first..*end).collect();
+        members.push(MemberResults { sensor: name.clone(), poses: sensor.poses.clone(), candidates });
+        let own = &sensor.file.representations;
+        representations = match members.len() {
+            1 => own.clone(),
+            _ => {
+                let joined =
+                    |one: &String| own.iter().map(move |r| format!("{one}{BETWEEN_MEMBERS}{r}")).collect();
+                representations.iter().flat_map(|one| -> Vec<String> { joined(one) }).collect()
+            }
+        };
+    }
+    Ok(CombinationResults { name: entry.name.clone(), members, representations })
+}

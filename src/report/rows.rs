@@ -1,0 +1,43 @@
+//! The table `results`: counts and scores of every scene, snapshot, repeat, choice of poses, representation and region, in
+//! study order, made for pandas.
+
+use std::path::Path;
+
+use super::Results;
+use crate::Result;
+use crate::sweep::table::COUNT_COLUMNS;
+use crate::table::{Column, Field, Format, Kind, TableFile};
+
+/// The name of the file, without its extension.
+pub const RESULTS: &str = "results";
+
+/// Writes the table into a folder. A score that has no value (a zero denominator) is empty.
+pub fn write(results: &Results, folder: &Path, format: Format) -> Result<()> {
+    let of_kind = |kind: Kind| move |name: &str| Column::new(name, kind);
+    let mut columns = vec![Column::new("scene", Kind::Text)];
+    columns.extend(["snapshot", "repeat"].map(of_kind(Kind::Count)));
+    columns.extend(["combination", "poses", "representation", "region"].map(of_kind(Kind::Text)));
+    columns.extend(COUNT_COLUMNS.map(of_kind(Kind::Count)));
+    columns.extend(["f1", "kappa", "human_seen", "unknown", "false_alarm"].map(of_kind(Kind::Score)));
+    let path = folder.join(format!("{RESULTS}.{}", format.extension()));
+    let mut table = TableFile::create(&path, format, &columns)?;
+    for scene in &results.scenes {
+        for moment in scene.moments.clone() {
+            let snapshot = (moment - scene.moments.start) as u64;
+            for repeat in 0..results.repeats {
+                results.each_key(|[combination, poses, representation, region], key| {
+                    let c = results.counts(moment, repeat, &key);
+                    let mut fields = vec![Field::Text(&scene.name)];
+                    fields.extend([snapshot, repeat as u64].map(Field::Count));
+                    fields.extend([combination, poses, representation, region].map(Field::Text));
+                    fields.extend(c.counts().map(Field::Count));
+                    let scores = [c.f1(), c.kappa(), c.human_seen(), c.unknown(), c.false_alarm()];
+                    fields.extend(scores.map(Field::Score));
+                    table.row(&fields)
+                })?;
+            }
+        }
+    }
+    results.intact()?;
+    table.finish()
+}

@@ -1,0 +1,204 @@
+//! Reads the files that a study brings in, every one of them: only regular ones, only from the folders it may read
+//! from, none above a size, and each noted with its hash. What the bytes mean is the loaders' affair.
+
+use std::collections::{BTreeMap, HashMap};
+use std::fs::{File, Metadata};
+use std::io::Read;
+use std::path::{Component, Path, PathBuf};
+use std::sync::{Arc, Mutex, PoisonError};
+
+use sha2::{Digest, Sha256};
+
+use crate::{Error, Result};
+
+/// Most bytes of what people write: studies, scenes, robots, joints of a person. Some parsers need many times as much.
+const MOST_BYTES_OF_TEXT: u64 = 64 << 20;
+/// Most bytes of what programs write: meshes, maps, tables of poses and rays.
+const MOST_BYTES_OF_DATA: u64 = 1 << 30;
+
+/// Where the files of one study (or of one scene that is read alone) may lie, and which of them were read. Clones share
+/// the list.
+#[derive(Clone, Debug)]
+pub struct Sources {
+    /// The file named on the command line.
+    main: PathBuf,
+    /// Folders that may be read from besides the main file's, by the names of their packages.
+    packages: Vec<(String, PathBuf)>,
+    outside: bool,
+    record: Arc<Mutex<Record>>,
+}
+
+/// A file that was read.
+#[derive(Clone, Debug, PartialEq, Eq, serde::Serialize)]
+pub struct ReadFile {
+    /// As the study names it, from the folder of the main file and with forward slashes; `package://name/…` for what
+    /// lies in a package's folder. It is the same on two machines, unless the study names an absolute path.
+    pub path: PathBuf,
+    /// SHA-256 of its bytes, in hexadecimal.
+    pub sha256: String,
+}
+
+/// Hashes of what was read.
+#[derive(Debug, Default)]
+struct Record {
+    by_name: BTreeMap<String, String>,
+    /// By the place on the disk, since a file may have several names.
+    by_place: HashMap<PathBuf, String>,
+}
+
+impl Sources {
+    /// The file itself and what lies in its folder or below.
+    pub fn beside(main: &Path) -> Sources {
+        Sources { main: main.into(), packages: Vec::new(), outside: false, record: Arc::default() }
+    }
+
+    /// And what lies in the folder of a package, or below.
+    #[must_use]
+    pub fn with_package(mut self, name: &str, folder: &Path) -> Sources {
+        self.packages.push((name.into(), folder.into()));
+        self
+    }
+
+    /// And all other files.
+    #[must_use]
+    pub fn allow_outside(self) -> Sources {
+        Sources { outside: true, ..self }
+    }
+
+    /// A file that people write, of at most 64 MiB.
+    ///
+    /// # Errors
+    /// When the file cannot be read, is not a regular one, lies outside, is too large, or is not UTF-8. When its bytes
+    /// are others than at an earlier read.
+    pub fn text(&self, path: &Path) -> Result<String> {
+        utf8(path, self.read(path, MOST_BYTES_OF_TEXT)?)
+    }
+
+    /// A table that a program writes, of at most 1 GiB.
+    ///
+    /// # Errors
+    /// As [`Sources::text`].
+    pub fn table(&self, path: &Path) -> Result<String> {
+        utf8(path, self.read(path, MOST_BYTES_OF_DATA)?)
+    }
+
+    /// A mesh, a map, or a part of one, of at most 1 GiB.
+    ///
+    /// # Errors
+    /// As [`Sources::text`], but for what the bytes are.
+    pub fn bytes(&self, path: &Path) -> Result<Vec<u8>> {
+        self.read(path, MOST_BYTES_OF_DATA)
+    }
+
+    /// The files read so far, each once, sorted by path.
+    pub fn read_files(&self) -> Vec<ReadFile> {
+        let record = self.record.lock().unwrap_or_else(PoisonError::into_inner);
+        let file =
+            |(name, sha256): (&String, &String)| ReadFile { path: name.into(), sha256: sha256.clone() };
+        record.by_name.iter().map(file).collect()
+    }
+
+    fn read(&self, path: &Path, most_bytes: u64) -> Result<Vec<u8>> {
+        let unreadable = |source| Error::io(path, "cannot be read", source);
+        let place = path.canonicalize().map_err(unreadable)?;
+        self.refuse_outside(path, &place)?;
+        // Opening a pipe would wait for its writer, so what it is, is asked first; and again of what was opened.
+        check(path, &place.metadata().map_err(unreadable)?, most_bytes)?;
+        let file = File::open(&place).map_err(unreadable)?;
+        let length = check(path, &file.metadata().map_err(unreadable)?, most_bytes)?;
+        let mut bytes = Vec::new();
+        bytes.try_reserve_exact(length as usize + 1).map_err(|e| {
+            Error::input(path.display(), format!("has {length} bytes, for which there is no memory: {e}"))
+        })?;
+        // A byte more than it had tells whether it grew, and no more is taken.
+        file.take(length + 1).read_to_end(&mut bytes).map_err(unreadable)?;
+        if bytes.len() as u64 != length {
+            return Err(changed(path));
+        }
+        self.note(path, place, &bytes)?;
+        tracing::info!("read {}: {} bytes", path.display(), bytes.len());
+        Ok(bytes)
+    }
+
+    /// `place` is where the path leads when all links are followed, so that none leads out.
+    fn refuse_outside(&self, path: &Path, place: &Path) -> Result<()> {
+        let home = folder_of(&self.main);
+        let mut trees = self.packages.iter().map(|(_, folder)| folder.as_path()).chain([home.as_path()]);
+        let inside = |tree: &Path| tree.canonicalize().is_ok_and(|tree| place.starts_with(tree));
+        if self.outside || path == self.main || trees.any(inside) {
+            return Ok(());
+        }
+        let home = home.canonicalize().unwrap_or_else(|_| home.clone());
+        let what = format!(
+            "lies outside of {} and the folders below, where {} is: put it there, name its folder with --package \
+             NAME=DIR if it is of a robot's package, or allow all files with --allow-outside",
+            home.display(),
+            self.main.display()
+        );
+        Err(Error::input(path.display(), what))
+    }
+
+    fn note(&self, path: &Path, place: PathBuf, bytes: &[u8]) -> Result<()> {
+        let sha256: String = Sha256::digest(bytes).iter().map(|byte| format!("{byte:02x}")).collect();
+        let mut record = self.record.lock().unwrap_or_else(PoisonError::into_inner);
+        let name = self.name(path);
+        let before = [record.by_place.get(&place), record.by_name.get(&name)];
+        if before.into_iter().flatten().any(|before| *before != sha256) {
+            return Err(changed(path));
+        }
+        record.by_place.insert(place, sha256.clone());
+        record.by_name.insert(name, sha256);
+        Ok(())
+    }
+
+    /// What a file is called in the list.
+    fn name(&self, path: &Path) -> String {
+        for (package, folder) in &self.packages {
+            if let Ok(rest) = path.strip_prefix(folder) {
+                return format!("package://{package}/{}", with_slashes(rest));
+            }
+        }
+        let home = self.main.parent().unwrap_or(Path::new(""));
+        with_slashes(path.strip_prefix(home).unwrap_or(path))
+    }
+}
+
+fn utf8(path: &Path, bytes: Vec<u8>) -> Result<String> {
+    String::from_utf8(bytes).map_err(|_| Error::input(path.display(), "is not UTF-8 text"))
+}
+
+/// The length of a file that may be read.
+fn check(path: &Path, metadata: &Metadata, most_bytes: u64) -> Result<u64> {
+    if !metadata.is_file() {
+        return Err(Error::input(path.display(), "is not a regular file"));
+    }
+    match metadata.len() {
+        length if length > most_bytes => {
+            let most = most_bytes >> 20;
+            Err(Error::input(path.display(), format!("has {length} bytes: at most {most} MiB are read")))
+        }
+        length => Ok(length),
+    }
+}
+
+fn changed(path: &Path) -> Error {
+    Error::input(path.display(), "changed while it was being read: run again when nothing writes to it")
+}
+
+fn folder_of(file: &Path) -> PathBuf {
+    match file.parent() {
+        Some(folder) if !folder.as_os_str().is_empty() => folder.into(),
+        _ => ".".into(),
+    }
+}
+
+fn with_slashes(path: &Path) -> String {
+    if path.is_absolute() {
+        return path.display().to_string();
+    }
+    let parts = path.components().filter(|part| *part != Component::CurDir);
+    parts.map(|part| part.as_os_str().to_string_lossy()).collect::<Vec<_>>().join("/")
+}
+
+#[cfg(test)]
+mod tests;

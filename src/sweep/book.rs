@@ -1,0 +1,152 @@
+//! The ledger of a sweep on disk: which choices are finished, and their rows on the way into the journal.
+
+use super::journal::Journal;
+use super::manifest::Fault;
+use super::{Ask, Key, Layout, Ledger, Row, World};
+use crate::Result;
+use crate::metrics::Confusion;
+
+/// Which choices of a shard are finished in which blocks.
+#[derive(Debug)]
+pub(super) struct Done {
+    /// Choices of the shard, by their places among all.
+    places: std::ops::Range<usize>,
+    bits: Vec<u64>,
+    count: u64,
+}
+
+impl Done {
+    /// Nothing is.
+    pub(super) fn new(layout: &Layout, places: std::ops::Range<usize>) -> Done {
+        let bits = vec![0; (layout.blocks() * places.len()).div_ceil(64)];
+        Done { places, bits, count: 0 }
+    }
+
+    /// What a journal has all rows of. Says how many places are damaged, too.
+    pub(super) fn of_journal(
+        layout: &Layout,
+        places: std::ops::Range<usize>,
+        journal: &Journal,
+    ) -> Result<(Done, u64)> {
+        let mut done = Done::new(layout, places.clone());
+        let asks: Vec<Ask> = layout.all_asks().skip(places.start).take(places.len()).collect();
+        // Rows come in order, so those of a choice follow each other.
+        let (mut at, mut block, mut found) = (0, 0, 0);
+        let damaged = journal.scan(|row, _| {
+            let (now, within) = ((row / layout.block_rows()) as usize, row % layout.block_rows());
+            if now != block {
+                (at, block, found) = (0, now, 0);
+            }
+            while within >= layout.rows_of_ask(&asks[at]).end {
+                (at, found) = (at + 1, 0);
+            }
+            found += 1;
+            let of_ask = layout.rows_of_ask(&asks[at]);
+            if found == of_ask.end - of_ask.start {
+                done.set(block, places.start + at);
+            }
+            Ok(())
+        })?;
+        Ok((done, damaged))
+    }
+
+    /// How many choices are finished, each block for itself.
+    pub(super) fn count(&self) -> u64 {
+        self.count
+    }
+
+    fn set(&mut self, block: usize, place: usize) {
+        let (word, bit) = self.at(block, place);
+        self.count += u64::from(self.bits[word] & bit == 0);
+        self.bits[word] |= bit;
+    }
+
+    fn has(&self, block: usize, place: usize) -> bool {
+        let (word, bit) = self.at(block, place);
+        self.bits[word] & bit != 0
+    }
+
+    fn at(&self, block: usize, place: usize) -> (usize, u64) {
+        let number = block * self.places.len() + place - self.places.start;
+        (number / 64, 1 << (number % 64))
+    }
+}
+
+/// Who looks on while a sweep runs.
+pub trait Watch {
+    /// Hears how many choices were finished.
+    fn finished(&mut self, choices: u64);
+
+    /// Hears what failed, and who stepped in.
+    fn failed(&mut self, fault: &Fault);
+
+    /// Says why nothing more is to be begun, once that is so.
+    fn stop(&mut self) -> Option<String>;
+}
+
+/// Writes rows down, and who made them asks it what is still wanted.
+pub(super) struct Book<'a> {
+    pub(super) layout: &'a Layout,
+    /// The first moment of each scene.
+    pub(super) moments: Vec<usize>,
+    pub(super) journal: &'a mut Journal,
+    pub(super) done: &'a mut Done,
+    pub(super) watch: &'a mut dyn Watch,
+    /// Why it was stopped.
+    pub(super) stopped: Option<String>,
+    /// The world that is worked on: its scene and snapshot.
+    pub(super) entered: Option<[usize; 2]>,
+    /// Rows that have yet to be checked by somebody else.
+    pub(super) doubted: Option<super::check::Picked>,
+    /// How many choices were finished by this run.
+    pub(super) finished: u64,
+}
+
+impl Book<'_> {
+    fn moment(&self, scene: usize, snapshot: usize) -> usize {
+        self.moments[scene] + snapshot
+    }
+
+    /// The number of a row.
+    fn number(&self, row: &Row) -> u64 {
+        let Row { combination, choice, interpretation: representation, region, .. } = *row;
+        let key = Key { combination, choice, representation, region };
+        self.layout.row(self.moment(row.scene, row.snapshot), row.repeat, &key)
+    }
+}
+
+impl Ledger for Book<'_> {
+    fn begins(&mut self, world: &World) {
+        self.entered = Some([world.scene, world.snapshot]);
+    }
+
+    fn wants(&self, world: &World, repeat: usize, ask: &Ask) -> bool {
+        let moment = self.moment(world.scene, world.snapshot);
+        !self.done.has(self.layout.block(moment, repeat), self.layout.place(ask))
+    }
+
+    fn take(&mut self, rows: &[Row]) -> Result<()> {
+        let numbered: Vec<(u64, Confusion)> = rows.iter().map(|row| (self.number(row), row.counts)).collect();
+        for run in numbered.chunk_by(|(a, _), (b, _)| a + 1 == *b) {
+            let counts: Vec<Confusion> = run.iter().map(|(_, counts)| *counts).collect();
+            self.journal.put(run[0].0, &counts)?;
+        }
+        let of_one = |a: &Row, b: &Row| (a.combination, a.choice) == (b.combination, b.choice);
+        for rows in rows.chunk_by(of_one) {
+            let Row { scene, snapshot, repeat, combination, choice, .. } = rows[0];
+            let block = self.layout.block(self.moment(scene, snapshot), repeat);
+            self.done.set(block, self.layout.place(&Ask { combination, choice }));
+            if let Some(doubted) = &mut self.doubted {
+                doubted.pick(rows);
+            }
+            self.finished += 1;
+            self.watch.finished(1);
+        }
+        Ok(())
+    }
+
+    fn enough(&mut self) -> bool {
+        self.stopped = self.stopped.take().or_else(|| self.watch.stop());
+        self.stopped.is_some() || self.doubted.as_ref().is_some_and(|doubted| doubted.are_due())
+    }
+}

@@ -1,0 +1,134 @@
+//! What a device counts is counted again on the CPU, for its first poses and then for a small share: a driver that lies
+//! is found while it can still be stopped. Which device that is, and what follows, is not known here.
+
+use serde_json::{Value, json};
+
+use super::{Ask, Batch, Ledger, Row, World, run_asks, table};
+use crate::Result;
+use crate::backend::Backend;
+use crate::study::Study;
+
+/// How many choices are checked at the very beginning, and at least, where there are so many.
+pub const AT_LEAST: u64 = 3;
+
+/// How many that were picked may wait, so that a scene is made ready once for several.
+const MOST_WAITING: usize = 16;
+
+/// The file that a device's lie is written to.
+pub const DISAGREEMENT: &str = "disagreement.json";
+
+/// Choices that were picked to be counted again.
+#[derive(Debug)]
+pub(super) struct Picked {
+    every: u64,
+    seen: u64,
+    /// Whether any were checked.
+    begun: bool,
+    /// The rows of each, until they are checked.
+    waiting: Vec<Vec<Row>>,
+}
+
+/// A choice that was counted twice, and not alike.
+#[derive(Debug)]
+pub(super) struct Difference {
+    /// Its place in words.
+    pub(super) place: String,
+    /// All that is known, for the file.
+    pub(super) evidence: Value,
+}
+
+impl Picked {
+    /// Picks the first ones and then one in so many.
+    pub(super) fn one_in(every: u64) -> Picked {
+        Picked { every, seen: 0, begun: false, waiting: Vec::new() }
+    }
+
+    /// Looks at the rows of one choice.
+    pub(super) fn pick(&mut self, rows: &[Row]) {
+        if self.seen < AT_LEAST || self.seen.is_multiple_of(self.every) {
+            self.waiting.push(rows.to_vec());
+        }
+        self.seen += 1;
+    }
+
+    /// Whether those that wait should be checked before more is done.
+    pub(super) fn are_due(&self) -> bool {
+        let many = if self.begun { MOST_WAITING } else { 1 };
+        self.waiting.len() >= many
+    }
+
+    /// Counts all that wait again. Says how many there were, or what differs.
+    pub(super) fn check(
+        &mut self,
+        study: &Study,
+        worlds: &[World],
+        backend: &mut dyn Backend,
+    ) -> Result<Result<u64, Difference>> {
+        let mut waiting = std::mem::take(&mut self.waiting);
+        self.begun = true;
+        waiting.sort_by_key(|rows| rows[0].place());
+        let at = |rows: &Vec<Row>| (rows[0].scene, rows[0].snapshot);
+        for of_world in waiting.chunk_by(|a, b| at(a) == at(b)) {
+            let (scene, snapshot) = at(&of_world[0]);
+            let here = |world: &World| (world.scene, world.snapshot) == (scene, snapshot);
+            let Some(i) = worlds.iter().position(here) else { continue };
+            let mut again = Again { asked: of_world, found: Vec::new() };
+            let mut asks: Vec<Ask> = of_world.iter().map(|rows| ask(&rows[0])).collect();
+            asks.dedup();
+            run_asks(study, &worlds[i..=i], &asks, Batch::SMALL, backend, &mut again)?;
+            again.found.sort_by_key(Row::place);
+            for (theirs, ours) in of_world.iter().flatten().zip(&again.found) {
+                if theirs != ours {
+                    return Ok(Err(difference(study, theirs, ours)));
+                }
+            }
+        }
+        Ok(Ok(waiting.len() as u64))
+    }
+}
+
+fn ask(row: &Row) -> Ask {
+    Ask { combination: row.combination, choice: row.choice }
+}
+
+/// Asks for the same choices once more.
+struct Again<'a> {
+    asked: &'a [Vec<Row>],
+    found: Vec<Row>,
+}
+
+impl Ledger for Again<'_> {
+    fn wants(&self, _: &World, repeat: usize, wanted: &Ask) -> bool {
+        self.asked.iter().any(|rows| ask(&rows[0]) == *wanted && rows[0].repeat == repeat)
+    }
+
+    fn take(&mut self, rows: &[Row]) -> Result<()> {
+        self.found.extend(rows);
+        Ok(())
+    }
+}
+
+fn difference(study: &Study, theirs: &Row, ours: &Row) -> Difference {
+    let combination = &study.combinations[theirs.combination];
+    let scene = &study.scenes[theirs.scene].name;
+    let poses = table::pose_names(study, combination, theirs.choice);
+    let representation = &table::representation_names(study, combination)[theirs.interpretation];
+    let region = &study.regions[theirs.region].0;
+    let place = format!(
+        "scene {scene}, snapshot {}, repeat {}, poses {poses}, {representation} in region {region}",
+        theirs.snapshot, theirs.repeat
+    );
+    let evidence = json!({
+        "scene": scene,
+        "snapshot": theirs.snapshot,
+        "repeat": theirs.repeat,
+        "combination": combination.name,
+        "poses": poses,
+        "representation": representation,
+        "region": region,
+        "columns": table::COUNT_COLUMNS,
+        "counted_by_device": theirs.counts.counts(),
+        "counted_by_cpu": ours.counts.counts(),
+    });
+    Difference { place, evidence }
+}

@@ -1,0 +1,210 @@
+//! `counts.journal`: every row of counts that is finished, kept on disk from the moment it is. What decides that a row is
+//! wanted, and what it means, is not known here.
+//!
+//! # Theory
+//! A record has the same size for every row and stands at the row's own place, so the order in which rows are finished
+//! leaves no trace: two journals of the same rows are equal byte for byte. A record carries its row, its counts and a
+//! checksum over both and the fingerprint of the sweep; a place that was never written, or torn by a crash, or belongs to
+//! another sweep, cannot be taken for a finished row and is counted again.
+//!
+//! # Practice
+//! The file is its own lock: whoever writes holds it exclusively, whoever reads shares it. It is never replaced, since
+//! that would leave two files with a lock each.
+
+mod pages;
+mod record;
+
+use std::fs::{File, OpenOptions, TryLockError};
+use std::io::{Read, Seek, SeekFrom, Write};
+use std::ops::Range;
+use std::path::{Path, PathBuf};
+use std::time::{Duration, Instant};
+
+use crate::metrics::Confusion;
+use crate::{Error, Result};
+pub use pages::Pages;
+use record::{HEADER_BYTES, RECORD_BYTES, State};
+pub use record::{Header, Shard};
+
+/// The name of the file in a sweep's folder.
+pub const JOURNAL: &str = "counts.journal";
+
+/// How long finished rows may wait until the disk has them. A process that is killed loses nothing; a machine that
+/// loses power loses so much.
+const SYNC_EVERY: Duration = Duration::from_secs(1);
+
+/// Records that are read at once.
+const READ_ROWS: u64 = 1 << 14;
+
+/// An open journal.
+#[derive(Debug)]
+pub struct Journal {
+    path: PathBuf,
+    file: File,
+    header: Header,
+    unsynced_since: Option<Instant>,
+}
+
+/// A journal that nobody else writes to, before it is known what it holds.
+#[derive(Debug)]
+pub struct Locked {
+    path: PathBuf,
+    file: File,
+    /// What it says it holds: nothing if it is new, or was begun and never got so far; an error if it is no journal.
+    pub header: Result<Option<Header>>,
+}
+
+impl Locked {
+    /// Opens the journal of a folder, making it where there is none, for this process alone.
+    pub fn open(folder: &Path) -> Result<Locked> {
+        let path = folder.join(JOURNAL);
+        let file = OpenOptions::new().read(true).write(true).create(true).truncate(false).open(&path);
+        let file = file.map_err(|e| Error::io(&path, "cannot be opened", e))?;
+        if let Err(TryLockError::WouldBlock) = file.try_lock() {
+            let what = "another run is at work in this folder: wait for it, or name another folder";
+            return Err(Error::input(path.display(), what));
+        }
+        let header = read_header(&path, &file);
+        Ok(Locked { path, file, header })
+    }
+
+    /// Goes on with what it holds, which is what `header` says.
+    pub fn go_on(self, header: Header) -> Journal {
+        Journal { path: self.path, file: self.file, header, unsynced_since: None }
+    }
+
+    /// Begins anew; what it held is lost.
+    pub fn begin(mut self, header: Header) -> Result<Journal> {
+        let write = |file: &mut File| {
+            file.set_len(0)?;
+            file.rewind()?;
+            file.write_all(&header.bytes())?;
+            file.sync_all()
+        };
+        write(&mut self.file).map_err(|e| cannot_write(&self.path, e))?;
+        Ok(Journal { path: self.path, file: self.file, header, unsynced_since: None })
+    }
+}
+
+impl Journal {
+    /// Opens the journal of a folder to be read, while nobody writes to it.
+    pub fn read(folder: &Path) -> Result<Journal> {
+        let path = folder.join(JOURNAL);
+        let file = File::open(&path).map_err(|e| Error::io(&path, "cannot be read", e))?;
+        if let Err(TryLockError::WouldBlock) = file.try_lock_shared() {
+            let what = "a run is still at work in this folder: wait until it has ended";
+            return Err(Error::input(path.display(), what));
+        }
+        let Some(header) = read_header(&path, &file)? else {
+            return Err(Error::input(path.display(), "holds nothing: sweep again"));
+        };
+        Ok(Journal { path, file, header, unsynced_since: None })
+    }
+
+    /// The sweep it belongs to, and which part of it.
+    pub fn header(&self) -> &Header {
+        &self.header
+    }
+
+    /// The file, for messages.
+    pub fn path(&self) -> &Path {
+        &self.path
+    }
+
+    /// Writes the counts of rows that follow each other in one block.
+    pub fn put(&mut self, first: u64, counts: &[Confusion]) -> Result<()> {
+        let rows = (first..).zip(counts);
+        let bytes: Vec<u8> = rows.flat_map(|(row, counts)| self.header.record(row, counts)).collect();
+        let at = self.offset(first);
+        let write = |mut file: &File| {
+            file.seek(SeekFrom::Start(at))?;
+            file.write_all(&bytes)
+        };
+        write(&self.file).map_err(|e| cannot_write(&self.path, e))?;
+        match self.unsynced_since {
+            Some(since) if since.elapsed() >= SYNC_EVERY => self.sync(),
+            Some(_) => Ok(()),
+            None => {
+                self.unsynced_since = Some(Instant::now());
+                Ok(())
+            }
+        }
+    }
+
+    /// Waits until the disk has all that was written.
+    pub fn sync(&mut self) -> Result<()> {
+        self.unsynced_since = None;
+        self.file.sync_data().map_err(|e| cannot_write(&self.path, e))
+    }
+
+    /// Tells every finished row in the order of rows, and how many places hold something else than a row of this sweep.
+    pub fn scan(&self, mut finished: impl FnMut(u64, Confusion) -> Result<()>) -> Result<u64> {
+        let mut damaged = 0;
+        for block in 0..self.header.blocks {
+            let rows = self.header.rows_of_block(block);
+            for first in rows.clone().step_by(READ_ROWS as usize) {
+                let some = first..rows.end.min(first + READ_ROWS);
+                for (row, state) in some.clone().zip(self.states(some)?) {
+                    match state {
+                        State::Finished(counts) => finished(row, counts)?,
+                        State::Missing => {}
+                        State::Damaged => damaged += 1,
+                    }
+                }
+            }
+        }
+        Ok(damaged)
+    }
+
+    /// The counts of rows that follow each other in one block; all must be finished.
+    pub fn counts(&self, rows: Range<u64>) -> Result<Vec<Confusion>> {
+        let states = rows.clone().zip(self.states(rows)?);
+        let counts = states.map(|(row, state)| match state {
+            State::Finished(counts) => Ok(counts),
+            _ => Err(Error::Storage(format!("{}: row {row} is not there any more", self.path.display()))),
+        });
+        counts.collect()
+    }
+
+    /// What stands at the places of rows that follow each other in one block. Beyond the end of the file nothing does.
+    fn states(&self, rows: Range<u64>) -> Result<Vec<State>> {
+        let at = self.offset(rows.start);
+        let length = (rows.end - rows.start) * RECORD_BYTES as u64;
+        let mut bytes = Vec::with_capacity(length as usize);
+        let read = |mut file: &File, bytes: &mut Vec<u8>| {
+            file.seek(SeekFrom::Start(at))?;
+            file.take(length).read_to_end(bytes)
+        };
+        read(&self.file, &mut bytes)
+            .map_err(|e| Error::Storage(format!("{}: cannot be read: {e}", self.path.display())))?;
+        bytes.resize(length as usize, 0);
+        let records = bytes.chunks_exact(RECORD_BYTES);
+        Ok(rows.zip(records).map(|(row, record)| self.header.state(row, record)).collect())
+    }
+
+    fn offset(&self, row: u64) -> u64 {
+        HEADER_BYTES as u64 + self.header.place(row) * RECORD_BYTES as u64
+    }
+}
+
+/// The header of a file; `None` if the file ends before its header does.
+fn read_header(path: &Path, mut file: &File) -> Result<Option<Header>> {
+    let mut bytes = Vec::new();
+    let read = file.rewind().and_then(|()| file.take(HEADER_BYTES as u64).read_to_end(&mut bytes));
+    read.map_err(|e| Error::io(path, "cannot be read", e))?;
+    if bytes.len() < HEADER_BYTES {
+        return Ok(None);
+    }
+    let header = Header::parse(&bytes);
+    header.map(Some).map_err(|what| Error::input(path.display(), format!("{what}; --restart begins anew")))
+}
+
+fn cannot_write(path: &Path, e: std::io::Error) -> Error {
+    Error::Storage(format!(
+        "{}: cannot be written: {e}. What is finished is kept: mend that and run the same command again",
+        path.display()
+    ))
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,160 @@
+//! The bytes of a journal: a header that says which sweep and which part of it, and records of one size. Pure functions;
+//! files are the journal's business.
+//!
+//! All numbers are little-endian. Header, 128 bytes: magic, format version (u32), shard's number and how many there are
+//! (u32 each), blocks, rows of a block, first and end of the rows of each block that are kept here (u64 each), the
+//! sweep's fingerprint (32 bytes), zeros, and in the last 8 bytes a checksum of the rest. Record, 64 bytes: row (u64),
+//! twelve counts in the order of [`Confusion::counts`] (u32 each), checksum (8 bytes).
+
+use std::ops::Range;
+
+use sha2::{Digest, Sha256};
+
+use crate::metrics::{COUNTERS, Confusion};
+
+/// Bytes before the first record.
+pub(super) const HEADER_BYTES: usize = 128;
+
+/// Bytes of a record.
+pub(super) const RECORD_BYTES: usize = 64;
+
+/// What every journal begins with.
+const MAGIC: [u8; 8] = *b"PeRSjrnl";
+
+/// Version of this format.
+const VERSION: u32 = 1;
+
+/// Bytes of a checksum.
+const CHECK_BYTES: usize = 8;
+
+/// One of several parts that a sweep is split into.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize)]
+pub struct Shard {
+    /// Which one, counted from 0.
+    pub number: u32,
+    /// How many there are.
+    pub of: u32,
+}
+
+impl Shard {
+    /// The part that is everything.
+    pub const WHOLE: Shard = Shard { number: 0, of: 1 };
+}
+
+/// Which rows of which sweep a journal holds.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Header {
+    /// Hash of all that decides the counts.
+    pub fingerprint: [u8; 32],
+    /// Which part of the sweep it is.
+    pub shard: Shard,
+    /// How many blocks (repeats of moments) the sweep has.
+    pub blocks: u64,
+    /// How many rows each block has.
+    pub block_rows: u64,
+    /// The rows of each block that are kept here.
+    pub kept: Range<u64>,
+}
+
+/// What stands at a row's place.
+#[derive(Debug, PartialEq)]
+pub(super) enum State {
+    Missing,
+    Finished(Confusion),
+    Damaged,
+}
+
+impl Header {
+    /// The rows of a block that are kept here.
+    pub fn rows_of_block(&self, block: u64) -> Range<u64> {
+        let before = block * self.block_rows;
+        before + self.kept.start..before + self.kept.end
+    }
+
+    /// How many rows are kept here.
+    pub fn rows(&self) -> u64 {
+        self.blocks * (self.kept.end - self.kept.start)
+    }
+
+    /// The place of a row that is kept here.
+    pub(super) fn place(&self, row: u64) -> u64 {
+        let (block, within) = (row / self.block_rows, row % self.block_rows);
+        debug_assert!(self.kept.contains(&within), "row {row} is kept elsewhere");
+        block * (self.kept.end - self.kept.start) + within - self.kept.start
+    }
+
+    /// As it stands in the file.
+    pub(super) fn bytes(&self) -> Vec<u8> {
+        let mut bytes = MAGIC.to_vec();
+        bytes.extend([VERSION, self.shard.number, self.shard.of].iter().flat_map(|n| n.to_le_bytes()));
+        let numbers = [self.blocks, self.block_rows, self.kept.start, self.kept.end];
+        bytes.extend(numbers.iter().flat_map(|n| n.to_le_bytes()));
+        bytes.extend(self.fingerprint);
+        bytes.resize(HEADER_BYTES - CHECK_BYTES, 0);
+        bytes.extend(check([&bytes, &[]]));
+        bytes
+    }
+
+    /// Back from the file. The numbers of a header that parses can be trusted as far as sums and products of them go.
+    pub(super) fn parse(bytes: &[u8]) -> Result<Header, String> {
+        let (body, sum) = bytes.split_at(HEADER_BYTES - CHECK_BYTES);
+        if !body.starts_with(&MAGIC) {
+            return Err("is no journal of perirobot".into());
+        }
+        let u32_at = |at: usize| u32::from_le_bytes(std::array::from_fn(|i| body[at + i]));
+        let u64_at = |at: usize| u64::from_le_bytes(std::array::from_fn(|i| body[at + i]));
+        if u32_at(8) != VERSION {
+            return Err(format!("is a journal of format {}, this perirobot writes {VERSION}", u32_at(8)));
+        }
+        let header = Header {
+            fingerprint: std::array::from_fn(|i| body[52 + i]),
+            shard: Shard { number: u32_at(12), of: u32_at(16) },
+            blocks: u64_at(20),
+            block_rows: u64_at(28),
+            kept: u64_at(36)..u64_at(44),
+        };
+        let rows = header.blocks.checked_mul(header.block_rows).and_then(|rows| rows.checked_mul(64));
+        let sound = header.kept.start <= header.kept.end && header.kept.end <= header.block_rows;
+        if check([body, &[]]) != sum || !sound || rows.is_none_or(|bytes| bytes > i64::MAX as u64) {
+            return Err("has a damaged beginning".into());
+        }
+        Ok(header)
+    }
+
+    /// A row as it stands in the file.
+    pub(super) fn record(&self, row: u64, counts: &Confusion) -> [u8; RECORD_BYTES] {
+        let mut record = [0; RECORD_BYTES];
+        record[..8].copy_from_slice(&row.to_le_bytes());
+        for (to, count) in record[8..].chunks_exact_mut(4).zip(counts.counts()) {
+            let count = u32::try_from(count).expect("no grid has more voxels");
+            to.copy_from_slice(&count.to_le_bytes());
+        }
+        let (body, sum) = record.split_at_mut(RECORD_BYTES - CHECK_BYTES);
+        sum.copy_from_slice(&check([&self.fingerprint, body]));
+        record
+    }
+
+    /// What a record says at the place of a row.
+    pub(super) fn state(&self, row: u64, record: &[u8]) -> State {
+        if record.iter().all(|byte| *byte == 0) {
+            return State::Missing;
+        }
+        let (body, sum) = record.split_at(RECORD_BYTES - CHECK_BYTES);
+        if body[..8] != row.to_le_bytes() || check([&self.fingerprint, body]) != sum {
+            return State::Damaged;
+        }
+        let mut counts = [0; COUNTERS];
+        for (count, from) in counts.iter_mut().zip(body[8..].chunks_exact(4)) {
+            *count = u32::from_le_bytes(std::array::from_fn(|i| from[i])).into();
+        }
+        State::Finished(Confusion::from_counts(counts))
+    }
+}
+
+/// The first bytes of a SHA-256: chance passes one in 2⁶⁴.
+fn check(parts: [&[u8]; 2]) -> [u8; CHECK_BYTES] {
+    let mut hash = Sha256::new();
+    parts.iter().for_each(|part| hash.update(part));
+    let hash = hash.finalize();
+    std::array::from_fn(|i| hash[i])
+}

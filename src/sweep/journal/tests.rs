@@ -1,0 +1,179 @@
+//! What a journal keeps, what it refuses to believe, and that order leaves no trace.
+
+use std::fs;
+use std::path::Path;
+
+use super::*;
+
+/// Three blocks of ten rows, of which 2 to 7 are kept.
+fn header() -> Header {
+    Header {
+        fingerprint: std::array::from_fn(|i| i as u8),
+        shard: Shard { number: 1, of: 3 },
+        blocks: 3,
+        block_rows: 10,
+        kept: 2..8,
+    }
+}
+
+/// Counts that tell their row.
+fn counts(row: u64) -> Confusion {
+    Confusion::from_counts(std::array::from_fn(|i| 100 * row + i as u64))
+}
+
+fn begin(folder: &Path) -> Journal {
+    Locked::open(folder).unwrap().begin(header()).unwrap()
+}
+
+/// Everything that a journal has, and how many places are damaged.
+fn all(journal: &Journal) -> (Vec<u64>, u64) {
+    let mut rows = Vec::new();
+    let damaged = journal.scan(|row, found| {
+        assert_eq!(found, counts(row), "row {row}");
+        rows.push(row);
+        Ok(())
+    });
+    (rows, damaged.unwrap())
+}
+
+fn flip(folder: &Path, at: usize) {
+    let path = folder.join(JOURNAL);
+    let mut bytes = fs::read(&path).unwrap();
+    bytes[at] ^= 4;
+    fs::write(&path, bytes).unwrap();
+}
+
+#[test]
+fn order_leaves_no_trace() {
+    let [one, other] = [(); 2].map(|()| tempfile::tempdir().unwrap());
+    let mut journal = begin(one.path());
+    for block in 0..3 {
+        let rows = header().rows_of_block(block);
+        journal.put(rows.start, &rows.map(counts).collect::<Vec<_>>()).unwrap();
+    }
+    assert_eq!(all(&journal).0, [2, 3, 4, 5, 6, 7, 12, 13, 14, 15, 16, 17, 22, 23, 24, 25, 26, 27]);
+    drop(journal);
+    let mut journal = begin(other.path());
+    for row in [27, 12, 4, 5, 26, 25, 2, 3, 16, 17, 15, 6, 7, 22, 23, 24, 13, 14, 14] {
+        journal.put(row, &[counts(row)]).unwrap();
+    }
+    drop(journal);
+    let [a, b] = [&one, &other].map(|folder| fs::read(folder.path().join(JOURNAL)).unwrap());
+    assert!(a == b);
+    assert_eq!(a.len(), HEADER_BYTES + 18 * RECORD_BYTES);
+}
+
+#[test]
+fn what_was_finished_is_there_again() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut journal = begin(folder.path());
+    journal.put(13, &[counts(13), counts(14)]).unwrap();
+    journal.put(3, &[counts(3)]).unwrap();
+    drop(journal);
+    let locked = Locked::open(folder.path()).unwrap();
+    assert_eq!(*locked.header.as_ref().unwrap(), Some(header()));
+    let journal = locked.go_on(header());
+    assert_eq!(all(&journal), (vec![3, 13, 14], 0));
+    assert!(journal.counts(12..14).unwrap_err().to_string().contains("row 12 is not there"));
+    assert_eq!(journal.counts(13..15).unwrap(), [counts(13), counts(14)]);
+    // Begun anew, it has nothing.
+    drop(journal);
+    assert_eq!(all(&begin(folder.path())), (vec![], 0));
+}
+
+#[test]
+fn torn_and_foreign_rows_are_not_finished() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join(JOURNAL);
+    let mut journal = begin(folder.path());
+    journal.put(2, &[counts(2), counts(3), counts(4)]).unwrap();
+    drop(journal);
+    let whole = fs::read(&path).unwrap();
+    // Torn within the last record.
+    for cut in [1, 8, 40, 63] {
+        fs::write(&path, &whole[..whole.len() - cut]).unwrap();
+        assert_eq!(all(&Locked::open(folder.path()).unwrap().go_on(header())), (vec![2, 3], 1), "{cut}");
+    }
+    fs::write(&path, &whole[..whole.len() - 64]).unwrap();
+    assert_eq!(all(&Locked::open(folder.path()).unwrap().go_on(header())), (vec![2, 3], 0));
+    // Any bit of a record counts.
+    for at in 0..RECORD_BYTES {
+        fs::write(&path, &whole).unwrap();
+        flip(folder.path(), HEADER_BYTES + RECORD_BYTES + at);
+        let journal = Locked::open(folder.path()).unwrap().go_on(header());
+        assert_eq!(all(&journal), (vec![2, 4], 1), "byte {at}");
+    }
+    // A good record at another row's place, and the rows of another sweep.
+    let mut moved = whole.clone();
+    moved.copy_within(HEADER_BYTES..HEADER_BYTES + RECORD_BYTES, HEADER_BYTES + RECORD_BYTES);
+    fs::write(&path, &moved).unwrap();
+    assert_eq!(all(&Locked::open(folder.path()).unwrap().go_on(header())), (vec![2, 4], 1));
+    fs::write(&path, &whole).unwrap();
+    let other = Header { fingerprint: [9; 32], ..header() };
+    assert_eq!(all(&Locked::open(folder.path()).unwrap().go_on(other)), (vec![], 3));
+}
+
+#[test]
+fn a_damaged_beginning_is_refused_and_a_missing_one_is_new() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join(JOURNAL);
+    drop(begin(folder.path()));
+    let whole = fs::read(&path).unwrap();
+    for at in 0..HEADER_BYTES {
+        fs::write(&path, &whole).unwrap();
+        flip(folder.path(), at);
+        let error = Locked::open(folder.path()).unwrap().header.unwrap_err().to_string();
+        let expected = match at {
+            0..8 => "is no journal",
+            8..12 => "is a journal of format",
+            _ => "has a damaged beginning",
+        };
+        assert!(error.contains(expected) && error.contains("--restart"), "byte {at}: {error}");
+    }
+    for length in [0, 1, HEADER_BYTES - 1] {
+        fs::write(&path, &whole[..length]).unwrap();
+        assert!(matches!(Locked::open(folder.path()).unwrap().header, Ok(None)), "{length}");
+    }
+}
+
+#[test]
+fn one_at_a_time() {
+    let folder = tempfile::tempdir().unwrap();
+    let journal = begin(folder.path());
+    let error = Locked::open(folder.path()).map(drop).unwrap_err().to_string();
+    assert!(error.contains("another run is at work"), "{error}");
+    let error = Journal::read(folder.path()).map(drop).unwrap_err().to_string();
+    assert!(error.contains("a run is still at work"), "{error}");
+    drop(journal);
+    let [_a, _b] = [(); 2].map(|()| Journal::read(folder.path()).unwrap());
+    assert!(Locked::open(folder.path()).is_err(), "somebody reads it");
+}
+
+#[test]
+fn pages_find_rows_across_shards() {
+    let folders: Vec<_> = (0..3).map(|_| tempfile::tempdir().unwrap()).collect();
+    let journals = folders.iter().zip([0..3, 3..4, 4..1000]).map(|(folder, kept)| {
+        let header = Header { block_rows: 1000, kept, ..header() };
+        let mut journal = Locked::open(folder.path()).unwrap().begin(header.clone()).unwrap();
+        for block in 0..3 {
+            let rows = header.rows_of_block(block);
+            journal.put(rows.start, &rows.map(counts).collect::<Vec<_>>()).unwrap();
+        }
+        journal
+    });
+    let mut pages = Pages::new(journals.collect());
+    for page_rows in [64, 1, 2, 999, 1000] {
+        pages.page_rows = page_rows;
+        pages.pages.borrow_mut().fill(None);
+        for row in [0, 1, 2, 3, 4, 63, 64, 999, 1000, 1003, 2999, 0, 2003] {
+            assert_eq!(pages.counts(row), counts(row), "row {row}, pages of {page_rows}");
+        }
+    }
+    pages.failure().unwrap();
+    // The file is cut while a report is made.
+    fs::write(folders[2].path().join(JOURNAL), b"").unwrap();
+    pages.pages.borrow_mut().fill(None);
+    assert_eq!((pages.counts(2), pages.counts(500)), (Confusion::default(), Confusion::default()));
+    assert!(pages.failure().unwrap_err().to_string().contains("row 4 is not there any more"));
+    pages.failure().unwrap();
+}

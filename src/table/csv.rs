@@ -1,0 +1,50 @@
+//! Rows as CSV: numbers as Rust prints them, which is the shortest text that reads back as the same number. Files and
+//! checks of the fields are `mod`'s business.
+
+use std::io;
+
+use super::{Column, Field, RowWriter};
+use crate::sweep::files::WholeFile;
+
+/// Bytes that go to the file at once.
+const BUFFER: usize = 1 << 18;
+
+pub(super) struct CsvWriter {
+    csv: ::csv::Writer<WholeFile>,
+    /// The text of one number.
+    number: Vec<u8>,
+}
+
+impl CsvWriter {
+    /// Writes the header.
+    pub(super) fn new(file: WholeFile, columns: &[Column]) -> io::Result<Self> {
+        let mut csv = ::csv::WriterBuilder::new().buffer_capacity(BUFFER).from_writer(file);
+        csv.write_record(columns.iter().map(|column| &column.name))?;
+        Ok(CsvWriter { csv, number: Vec::new() })
+    }
+
+    fn number(&mut self, number: &impl std::fmt::Display) -> io::Result<()> {
+        use io::Write;
+        self.number.clear();
+        write!(self.number, "{number}")?;
+        Ok(self.csv.write_field(&self.number)?)
+    }
+}
+
+impl RowWriter for CsvWriter {
+    fn row(&mut self, fields: &[Field<'_>]) -> io::Result<()> {
+        for field in fields {
+            match field {
+                Field::Text(text) => self.csv.write_field(text)?,
+                Field::Count(count) => self.number(count)?,
+                Field::Score(Some(score)) => self.number(score)?,
+                Field::Score(None) => self.csv.write_field("")?,
+            }
+        }
+        Ok(self.csv.write_record(None::<&[u8]>)?)
+    }
+
+    fn finish(self: Box<Self>) -> io::Result<WholeFile> {
+        self.csv.into_inner().map_err(|e| e.into_error())
+    }
+}

@@ -1,0 +1,147 @@
+//! What is done with a stranger's bytes, one function a kind of file: they are written into a folder, and read as the
+//! program would read them. Each has to return, whatever the bytes are. How bytes are thought up is libFuzzer's affair;
+//! `tests/corpus.rs` brings those that are kept.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use glam::DVec3;
+use perirobot::Result;
+use perirobot::scene::build::build;
+use perirobot::scene::gltf::Gltf;
+use perirobot::scene::{Scene, collada, mannequin, obj, octomap, stl};
+use perirobot::source::Sources;
+use perirobot::study::{Overrides, SceneSpec, Study};
+use perirobot::sweep::World;
+use tempfile::TempDir;
+
+/// What a study in one input is parted by: the study above it, its scene `cell.toml` below.
+const CUT: &[u8] = b"\n----\n";
+/// Files that any input may name.
+const BESIDE: [(&str, &[u8]); 6] = [
+    ("body.stl", include_bytes!("corpus/stl/binary.stl")),
+    ("part.bin", include_bytes!("corpus/urdf/shapes.urdf")),
+    ("part.obj", include_bytes!("corpus/obj/cube.obj")),
+    ("ring.csv", include_bytes!("corpus/rays/three.csv")),
+    ("robot.urdf", include_bytes!("corpus/urdf/shapes.urdf")),
+    ("somebody.csv", include_bytes!("corpus/joints/operator.csv")),
+];
+/// A study is made ready in a small grid of coarse voxels, and only if it has no more than so many poses and
+/// [`MOST_SNAPSHOTS`]: how long a large one takes is its author's choice.
+const MOST_POSES: usize = 200;
+const MOST_SNAPSHOTS: usize = 4;
+
+thread_local! {
+    /// Written again and again; in memory, if TMPDIR says so.
+    static FOLDER: TempDir = {
+        let folder = tempfile::tempdir().expect("a folder for temporary files");
+        for (name, bytes) in BESIDE {
+            fs::write(folder.path().join(name), bytes).expect("a folder that can be written to");
+        }
+        folder
+    };
+}
+
+/// A study with its scene, up to the moment when rays would be cast.
+pub fn study(bytes: &[u8]) {
+    let cut = bytes.windows(CUT.len()).position(|window| window == CUT).unwrap_or(bytes.len());
+    file("cell.toml", bytes.get(cut + CUT.len()..).unwrap_or_default());
+    let path = file("study.toml", &bytes[..cut]);
+    let overrides = Overrides { voxel_size_m: Some(0.1), noiseless: false };
+    let Ok(mut study) = Study::load(&path, &overrides) else { return };
+    let poses: usize = study.sensors.iter().map(|sensor| sensor.candidates.len()).sum();
+    let snapshots: usize = study.scenes.iter().map(|scene| scene.snapshots).sum();
+    if poses <= MOST_POSES && snapshots <= MOST_SNAPSHOTS {
+        study.bounds_m = Some([DVec3::splat(-2.0), DVec3::splat(2.0)]);
+        let _ = World::prepare_all(&study);
+    }
+}
+
+/// A glTF file, `.glb` or `.gltf`, as it stands and in its animation.
+pub fn gltf(bytes: &[u8]) {
+    let path = file("part.glb", bytes);
+    let Ok(gltf) = Gltf::load(&path, &Sources::beside(&path)) else { return };
+    let _ = gltf.parts(None);
+    if let Ok(clip) = gltf.clip(None) {
+        let [first, last] = clip.span_s();
+        let _ = gltf.parts(Some((&clip, (first + last) / 2.0)));
+    }
+}
+
+/// An STL file, binary or text.
+pub fn stl(bytes: &[u8]) {
+    let path = file("part.stl", bytes);
+    let _ = stl::load(&path, &Sources::beside(&path));
+}
+
+/// A Wavefront OBJ file.
+pub fn obj(bytes: &[u8]) {
+    let path = file("part.obj", bytes);
+    let _ = obj::load(&path, &Sources::beside(&path));
+}
+
+/// A COLLADA file.
+pub fn collada(bytes: &[u8]) {
+    let path = file("part.dae", bytes);
+    let _ = collada::load(&path, &Sources::beside(&path));
+}
+
+/// A robot: both of its geometries, posed.
+pub fn urdf(bytes: &[u8]) {
+    file("arm.urdf", bytes);
+    for geometry in ["collision", "visual"] {
+        let _ =
+            scene(&format!("[[object]]\nname = \"arm\"\nurdf = \"arm.urdf\"\ngeometry = \"{geometry}\"\n"));
+    }
+}
+
+/// An OctoMap.
+pub fn octomap(bytes: &[u8]) {
+    let path = file("map.bt", bytes);
+    let _ = octomap::read(&path, &Sources::beside(&path));
+}
+
+/// A table of poses.
+pub fn poses(bytes: &[u8]) {
+    file("poses.csv", bytes);
+    sensor("kind = \"rgbd\"\nfov_deg = [87, 58]\nresolution_px = [4, 3]", "csv = \"poses.csv\"");
+}
+
+/// A table of directions.
+pub fn rays(bytes: &[u8]) {
+    file("rays.csv", bytes);
+    let pose = "list = [{ position_m = [0, 0, 1], facing = [1, 0, 0] }]";
+    sensor("kind = \"rays\"\ndirections = \"rays.csv\"", pose);
+}
+
+/// A table of a person's joints, and the body around them.
+pub fn joints(bytes: &[u8]) {
+    let path = file("person.csv", bytes);
+    let _ = mannequin::read_keypoints(&path, &Sources::beside(&path));
+    let _ = scene("[[object]]\nname = \"person\"\nmannequin = \"person.csv\"\n");
+}
+
+/// A study of one sensor with these keys and these poses.
+fn sensor(keys: &str, poses: &str) {
+    file("cell.toml", b"[[object]]\nname = \"box\"\nbox = { size_m = [1, 1, 1] }\n");
+    let study = format!(
+        "scene = [{{ file = \"cell.toml\" }}]\nregion = [{{ name = \"r\", box = {{ min_m = [0, 0, 0], max_m = [1, 1, 1] }} }}]\n\
+         [[sensor]]\nname = \"s\"\nrange_m = [0.1, 3]\n{keys}\n[[sensor.poses]]\nname = \"p\"\n{poses}\n"
+    );
+    let _ = Study::load(&file("study.toml", study.as_bytes()), &Overrides::default());
+}
+
+fn scene(text: &str) -> Result<Vec<Scene>> {
+    let path = file("cell.toml", text.as_bytes());
+    let sources = Sources::beside(&path);
+    build(&SceneSpec::load(&path, &sources)?, &sources, 0.1)
+}
+
+/// Writes a file into the folder that all inputs of a thread share.
+fn file(name: &str, bytes: &[u8]) -> PathBuf {
+    FOLDER.with(|folder| {
+        let path = Path::join(folder.path(), name);
+        fs::write(&path, bytes).expect("a folder that can be written to");
+        path
+    })
+}
