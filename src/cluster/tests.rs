@@ -140,7 +140,7 @@ fn threads_are_those_asked_for() {
 #[test]
 fn a_percent_sign_in_the_path_of_logs_is_itself() {
     let script = slurm::script(&Job { out: word("out/50%a"), ..job() }, &LIMITS).unwrap();
-    assert!(script.contains(" --output=out/50%%a/logs/shard-%a.out "), "{script}");
+    assert!(script.contains(" '--output=out/50%%a/logs/shard-%a.out' "), "{script}");
     assert!(script.contains("\nout=out/50%a\n"), "{script}");
 }
 
