@@ -1,13 +1,29 @@
-# What the tests of the engines share: a scratch folder, waiting, comparing. Sourced by bash, after `set -euo pipefail`.
+# What the tests of the engines share: a scratch folder, waiting, holding, comparing. Sourced by bash, after
+# `set -euo pipefail`.
 # shellcheck shell=bash disable=SC2034
 
 engines=$(cd "$(dirname "${BASH_SOURCE[0]}")" && pwd)
 root=$(cd "$engines/../.." && pwd)
 program=${PERIROBOT:-$root/target/release/perirobot}
-# Its name is hard to quote, so that every run proves that the scripts do.
-scratch=$(mktemp -d "${TMPDIR:-/tmp}/perirobot 50%a' \$(false).XXXXXX")
 # Where install.sh puts what comes from PyPI.
 venv=${PERIROBOT_ENGINES_VENV:-$root/target/engines}
+# Its name is hard to quote, so that every run proves that the scripts do.
+scratch=$(mktemp -d "${TMPDIR:-/tmp}/perirobot 50%a' \$(false).XXXXXX")
+
+# What to do at the end, however it ends, last first; the scratch folder goes in any case.
+at_end=()
+finish() {
+    local code=$? step
+    trap - EXIT
+    set +e
+    for step in "${!held[@]}"; do resume "$step" 2>/dev/null; done
+    for ((step = ${#at_end[@]} - 1; step >= 0; step--)); do "${at_end[step]}" "$code"; done
+    rm -rf "$scratch"
+    exit "$code"
+}
+trap finish EXIT
+trap 'exit 130' INT
+trap 'exit 143' TERM
 
 say() { printf '%s\n' "$*" >&2; }
 
@@ -35,7 +51,24 @@ within() {
     done
 }
 
-# has_rows OUT SHARD SHARDS: whether that shard has written rows, beyond the head of its journal.
+# end PROCESS: asks it to end, and makes it after 10 s.
+end() {
+    kill "$1" 2>/dev/null || return 0
+    for _ in {1..100}; do
+        kill -0 "$1" 2>/dev/null || return 0
+        sleep 0.1
+    done
+    kill -9 "$1"
+}
+
+# whole STUDY OPTION...: what a quiet run writes, to compare with.
+whole() {
+    local study=$1
+    shift
+    "$program" sweep "$study" --out "$scratch/whole" "$@" >"$scratch/whole.out" 2>&1 || fail "the quiet run: $?"
+}
+
+# has_rows OUT SHARD SHARDS: whether the journal of that shard has changed since it was first seen.
 has_rows() {
     local journal="$1/shard-$2-of-$3/counts.journal" now
     now=$({ cksum <"$journal"; } 2>/dev/null) || return 1
@@ -54,8 +87,26 @@ sweeper() {
             return
         fi
     done
-    fail "no process has $journal open: the shard ended before it could be disturbed"
+    fail "no process has $journal open: shard $2 ended before it could be disturbed"
 }
+
+# hold OUT SHARDS: stops the clock for each shard's program as soon as it has rows, so that however fast the machine is,
+# all can be disturbed in the middle of their work. Their processes are then in `held`; `resume SHARD` lets one go on.
+held=()
+hold() {
+    local limit=$((SECONDS + 300)) shard
+    while ((${#held[@]} < $2)); do
+        ((SECONDS < limit)) || fail "waited in vain for rows of all shards: only shards ${!held[*]} have some"
+        for ((shard = 0; shard < $2; shard++)); do
+            if [[ -z ${held[shard]-} ]] && has_rows "$1" "$shard" "$2"; then
+                held[shard]=$(sweeper "$1" "$shard" "$2")
+                kill -STOP "${held[shard]}"
+            fi
+        done
+        sleep 0.05
+    done
+}
+resume() { kill -CONT "${held[$1]}"; }
 
 # equal ONE OTHER: fails unless the tables in both folders have the same bytes.
 equal() {
@@ -67,6 +118,7 @@ equal() {
         done
         cmp "$1/$table" "$2/$table" || fail "$table differs"
     done
+    say "same bytes: $(($(wc -l <"$1/results.csv") - 1)) rows"
 }
 
 [[ -x $program ]] || fail "no program at $program: build it, or set PERIROBOT"

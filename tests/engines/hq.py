@@ -4,6 +4,7 @@ others, carried out by the real engine of the wheel. `hq.py server` is a server 
 import argparse
 import os
 import pathlib
+import signal
 import sys
 import time
 
@@ -15,7 +16,8 @@ FOLDER = pathlib.Path(os.environ["HQ_SERVER_DIR"])
 
 
 def server():
-    with LocalCluster(server_dir=str(FOLDER), worker_config=WorkerConfig(cores=2)):
+    with LocalCluster(server_dir=str(FOLDER), worker_config=WorkerConfig(cores=4)):
+        signal.signal(signal.SIGTERM, lambda number, frame: sys.exit())
         (FOLDER / "ready").touch()
         while True:
             time.sleep(3600)

@@ -8,13 +8,12 @@ cd "$(dirname "$0")"
 cd "$root"
 "$venv/bin/python" -c 'import kubernetes_validate, yaml' ||
     fail "no kubernetes-validate in $venv; tests/engines/install.sh installs it"
-trap 'rm -rf "$scratch"' EXIT
 
 study="study's \$(HOME) \$\$.toml"
-options=(--backend cpu --voxel-size "${VOXEL_SIZE:-0.05}" --memory 1MiB)
+options=(--backend cpu --voxel-size "${VOXEL_SIZE:-0.2}" --memory 1MiB)
 cp -r scenes/paper "$scratch/volume"
 cp scenes/paper/exp3.toml "$scratch/volume/$study"
-"$program" sweep "$scratch/volume/$study" --out "$scratch/whole" "${options[@]}" >/dev/null 2>&1
+whole "$scratch/volume/$study" "${options[@]}"
 
 "$program" cluster kubernetes "$study" --shards 3 --out "out \"x\"" --image example.org/perirobot:1 --claim cells \
     --mount "$scratch/volume" --program "$program" --cpus 1 --memory 1GiB --parallelism 2 \

@@ -59,11 +59,14 @@ class Pods:
         failures = 0
         while True:
             pod = self.start(index)
-            if disturb is not None:
-                self.wait_for_rows(index, pod)
-                pod.send_signal(disturb)
-                disturb = None
-            code = pod.wait()
+            try:
+                if disturb is not None:
+                    self.wait_for_rows(index, pod)
+                    pod.send_signal(disturb)
+                    disturb = None
+                code = pod.wait()
+            finally:
+                pod.kill()
             if code == 0:
                 return happened + ["done"]
             # A container that dies by a signal has the code 128 and its number.
@@ -113,4 +116,5 @@ def main():
     assert code == 0, f"the merge ended with {code}"
 
 
+signal.signal(signal.SIGTERM, lambda number, frame: sys.exit(143))
 main()

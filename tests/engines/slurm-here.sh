@@ -56,7 +56,7 @@ END
 }
 
 start_slurm() {
-    trap stop_slurm EXIT
+    at_end+=(stop_slurm)
     configure_slurm
     (umask 077 && head -c 1024 /dev/urandom >"$slurm/munge.key")
     munged --force --key-file="$slurm/munge.key" --socket="$slurm/munge.socket" --pid-file="$slurm/munged.pid" \
@@ -73,21 +73,19 @@ node_is_idle() { [[ $(sinfo --noheader --format=%t) == idle ]]; }
 
 # Only what this test started, by the numbers that it wrote down.
 stop_slurm() {
-    local code=$? daemon number
-    set +e
-    if ((code != 0)); then tail -v -n 20 "$slurm"/*.out >&2; fi
-    scancel --user=root 2>/dev/null
-    for daemon in slurmd slurmctld munged; do
-        number=$({ cat "$slurm/$daemon.pid"; } 2>/dev/null) || continue
-        kill "$number"
+    local daemon number
+    if (($1 != 0)); then tail -v -n 20 "$slurm"/*.out >&2; fi
+    if [[ -e $slurm/slurmctld.pid ]]; then
+        scancel --user=root
         for _ in {1..100}; do
-            kill -0 "$number" 2>/dev/null || continue 2
+            if all_ended; then break; fi
             sleep 0.1
         done
-        kill -9 "$number"
+    fi
+    for daemon in slurmd slurmctld munged; do
+        number=$({ cat "$slurm/$daemon.pid"; } 2>/dev/null) && end "$number"
     done
-    rm -rf "$slurm" "$scratch"
-    exit "$code"
+    rm -rf "$slurm"
 }
 
 # submit SCRIPT: runs it; `job` is then the number of its array job.
