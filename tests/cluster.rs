@@ -206,7 +206,9 @@ fn a_task_of_hyperqueue_goes_on_while_it_adds_rows() {
     fs::create_dir_all(cell.0.path("out dir's/logs")).unwrap();
     cell.0.write("add", "");
     cell.0.write("code", "75\n75\n0\n");
-    assert_eq!(cell.run(&["shard"], &[("HQ_TASK_ID", "2")]), (Some(0), String::new()));
+    // A worker that Slurm started has the number of its own task, too.
+    let numbers = [("HQ_TASK_ID", "2"), ("SLURM_ARRAY_TASK_ID", "9"), ("JOB_COMPLETION_INDEX", "9")];
+    assert_eq!(cell.run(&["shard"], &numbers), (Some(0), String::new()));
     assert_eq!(cell.read("out dir's/shard-2-of-4/counts.journal"), "row\nrow\nrow\n");
 
     cell.0.write("code", "75\n137\n0\n");
@@ -237,6 +239,7 @@ fn bad_arguments_are_refused() {
     refused(&["slurm", "none.toml", "--shards", "2"], &["none.toml"]);
     refused(&["slurm", tiny, "--shards", "2", "--", "--bogus"], &["after `--`: ", "--bogus"]);
     refused(&["slurm", tiny, "--shards", "2", "--", "--restart"], &["--restart after `--`"]);
+    refused(&["slurm", tiny, "--shards", "2", "--", "--table", "csv"], &["--table after `--`", "the merge"]);
     refused(&["slurm", tiny, "--shards", "2", "--time-limit", "1"], &["--time-limit 1", "5 minutes"]);
     refused(&["kubernetes", tiny, "--shards", "2"], &["--image", "--claim"]);
 }

@@ -9,11 +9,24 @@ use perirobot::study::{Overrides, Study};
 use perirobot::sweep::files::write_whole;
 use perirobot::{Error, Result};
 
+use super::outcome::OutcomeArgs;
+
 /// Write a script that runs a sweep in shards on a cluster and merges them
 ///
-/// The script gives each shard to a task of the cluster's own engine, lets it go on when it is stopped, and merges the
-/// shards into what one run would have written. What follows `--` is handed to `perirobot sweep`.
+/// A cluster's own engine does the work: the script gives each shard to one of its tasks, a task that is stopped goes on
+/// where it was, and at the end the shards are merged into what a single run would have written, byte for byte. Nothing is
+/// submitted before you run the script. What follows `--` is handed to `perirobot sweep`.
 #[derive(clap::Args)]
+#[command(after_help = "\
+Examples:
+  perirobot cluster slurm my.toml --shards 100 --cpus 8 --time-limit 240 --script my.sh
+      then, where sbatch is: sh my.sh
+  perirobot cluster hyperqueue my.toml --shards 100 --script my.sh -- --backend cpu
+      then, where hq is: sh my.sh
+  perirobot cluster kubernetes my.toml --shards 100 --image IMAGE --claim CLAIM --script my.yaml
+      then: kubectl apply -f my.yaml
+
+Each engine's --help says what happens when a task is stopped or fails.")]
 pub(super) struct Args {
     #[command(subcommand)]
     engine: Engine,
@@ -22,6 +35,11 @@ pub(super) struct Args {
 #[derive(Subcommand)]
 enum Engine {
     /// A shell script: an array job of Slurm, and the merge as the job that depends on it
+    ///
+    /// `sh FILE` submits both and returns. A task whose time is up, whose node is lost or whose program fails goes back into
+    /// the queue and goes on where it was; bad input and wrong counts end it for good, as another try would not help. When
+    /// all tasks have ended, the merge writes the tables into --out, or its log names the shards that lack rows: `sh FILE`
+    /// again goes on with them. Logs are in OUT/logs.
     Slurm {
         #[command(flatten)]
         job: JobArgs,
@@ -36,6 +54,10 @@ enum Engine {
         max_array_size: u32,
     },
     /// A shell script: an array of HyperQueue's tasks, then the merge
+    ///
+    /// `sh FILE` submits the tasks, waits for them, and merges. A task that is stopped goes on at once where it was; tasks
+    /// that fail are submitted again, --tries times at most. If shards still lack rows, the merge names them: `sh FILE`
+    /// again goes on with them. Logs are in OUT/logs.
     Hyperqueue {
         #[command(flatten)]
         job: JobArgs,
@@ -43,7 +65,11 @@ enum Engine {
         #[arg(long, value_name = "PATH")]
         program: Option<Word>,
     },
-    /// A manifest: an Indexed Job of Kubernetes, and the merge as a second Job. Paths are those in the container
+    /// A manifest: an Indexed Job of Kubernetes, and the merge as a second Job
+    ///
+    /// All paths are those in the container, so the study is not looked at here. A pod that is stopped is replaced by one
+    /// that goes on where it was; one that fails, --tries times at most; bad input and wrong counts end the Job. The merge
+    /// is started by hand when all pods have ended; the manifest's first lines say how.
     Kubernetes {
         #[command(flatten)]
         job: JobArgs,
@@ -69,10 +95,10 @@ enum Engine {
 struct JobArgs {
     /// The study file (TOML)
     study: Word,
-    /// How many shards
+    /// How many shards: as many as may run at a time, or a few times that
     #[arg(long, value_name = "N")]
     shards: u32,
-    /// Folder for the results, seen by all tasks [default: out/ and the study's name]
+    /// Folder for the results, shared by all nodes [default: out/ and the study's name]
     #[arg(long, value_name = "DIR")]
     out: Option<Word>,
     /// What the engine calls it [default: perirobot- and the study's name]
@@ -81,7 +107,7 @@ struct JobArgs {
     /// Processors of each task
     #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u16).range(1..))]
     cpus: u16,
-    /// Memory of each task, a number and KiB, MiB or GiB [default: the engine's]
+    /// Memory that the engine gives to each task, a number and KiB, MiB or GiB [default: the engine's]
     #[arg(long, value_name = "BYTES", value_parser = super::quantity::bytes)]
     memory: Option<u64>,
     /// How often a shard that fails is tried again; one that is stopped and has new rows goes on in any case
@@ -90,7 +116,9 @@ struct JobArgs {
     /// Write the script there instead of to standard output
     #[arg(long, value_name = "FILE")]
     script: Option<PathBuf>,
-    /// What `perirobot sweep` is told besides
+    #[command(flatten)]
+    outcome: OutcomeArgs,
+    /// What `perirobot sweep` is told besides, as in -- --backend cpu --memory 1GiB
     #[arg(last = true)]
     sweep_arguments: Vec<Word>,
 }
@@ -146,6 +174,7 @@ impl JobArgs {
             out: self.out.clone().map_or_else(|| word(format!("out/{stem}")), Ok)?,
             shards: self.shards,
             sweep_arguments: self.sweep_arguments.clone(),
+            merge_arguments: self.outcome.words().into_iter().map(word).collect::<Result<_>>()?,
             cpus: self.cpus,
             memory_mib: self.memory.map(|bytes| bytes.div_ceil(1 << 20)),
             tries: self.tries,

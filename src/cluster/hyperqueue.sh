@@ -28,6 +28,7 @@ submit() {
 # A sweep that was stopped goes on at once, as long as each start adds rows; what fails is for HyperQueue to see.
 shard() {
     exec >>"$out/logs/shard-$HQ_TASK_ID.out" 2>&1
+    unset SLURM_ARRAY_TASK_ID JOB_COMPLETION_INDEX # where a worker is itself a task: not the number of this shard
     while :; do
         before=$(rows)
         (sweep) && exit 0 || code=$?

@@ -27,6 +27,9 @@ pub fn manifest(job: &Job, pods: &Pods) -> String {
 #   kubectl wait --for=condition=complete --timeout=-1s job/{name}
 #   kubectl patch job/{name}-merge --type=merge -p '{{"spec":{{"suspend":false}}}}'
 #   kubectl wait --for=condition=complete --timeout=-1s job/{name}-merge
+# The first Job has a pod for each shard; a pod that is stopped or fails is replaced by one that goes on where it was. The
+# second merges (kubectl logs job/{name}-merge names what is missing) and is started by hand, as Jobs cannot wait for Jobs.
+# Add what your cluster wants (namespace, GPUs, tolerations); the commands and the number of completions belong together.
 # To go on with what is missing: kubectl delete -f FILE, and apply it again. What is done stays in the volume, which pods
 # on several nodes must be able to write (ReadWriteMany).
 apiVersion: batch/v1

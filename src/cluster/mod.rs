@@ -29,6 +29,8 @@ pub struct Job {
     pub shards: u32,
     /// What else the sweep is told; checked by who reads the command line.
     pub sweep_arguments: Vec<Word>,
+    /// What the merge is told besides; checked like the sweep's.
+    pub merge_arguments: Vec<Word>,
     /// Processors of each task; the sweep takes as many threads unless it is told otherwise.
     pub cpus: u16,
     /// Memory of each task in MiB; the engine's own default without.
@@ -68,6 +70,7 @@ impl Job {
         for (option, why) in [
             ("--shard", "the script gives each task its own"),
             ("--out", "give it before `--`, where it holds for the merge, too"),
+            ("--table", "give it before `--`: it is the merge that writes the tables"),
             ("--restart", "each task that is tried again would begin anew; remove the folder instead"),
         ] {
             if self.sweep_arguments.iter().any(|argument| takes(argument, option)) {
@@ -93,7 +96,8 @@ impl Job {
 
     /// The command that merges what the tasks left, or names what is missing.
     pub fn merge(&self) -> Vec<Word> {
-        [self.program.text(), "merge", self.out.text()].map(Word::known).into()
+        let fixed = [self.program.text(), "merge", self.out.text()].map(Word::known);
+        fixed.into_iter().chain(self.merge_arguments.iter().cloned()).collect()
     }
 }
 
@@ -117,7 +121,12 @@ fn shell(command: &[Word]) -> String {
 fn shell_head(job: &Job) -> String {
     let Job { shards, tries, .. } = job;
     format!(
-        "set -eu\nout={}\nshards={shards}\ntries={tries}\nsweep() {{ exec {}; }}\nmerge() {{ exec {}; }}\n",
+        "set -eu\n\
+         out={}\n\
+         shards={shards}\n\
+         tries={tries} # how often a shard that fails is tried again\n\
+         sweep() {{\n    exec {}\n}}\n\
+         merge() {{\n    exec {}\n}}\n",
         job.out.shell(),
         shell(&job.sweep()),
         shell(&job.merge())

@@ -43,7 +43,9 @@ pub fn script(job: &Job, limits: &Limits) -> Result<String> {
         "#!/bin/sh\n\
          # Sweeps {study} in {shards} shards through Slurm and merges them into {out}.\n\
          # Save it in a file and run that where sbatch is, in the folder its paths start from: sh FILE\n\
-         # Run it again to go on with what is missing; finished shards take a moment.\n\
+         # It submits two jobs and returns: one with a task for each shard, and one that merges when all have ended.\n\
+         # A task that is stopped goes back into the queue and goes on where it was.\n\
+         # If the merge's log says that something is missing: run this again; finished shards take a moment.\n\
          # Partition, account, GPUs: set SBATCH_PARTITION, SBATCH_ACCOUNT, SBATCH_GPUS and so on before (man sbatch).\n"
     );
     Ok([&head, &shell_head(job), &submissions(job, limits.time_limit_min), include_str!("slurm.sh")].concat())
@@ -58,14 +60,16 @@ fn submissions(job: &Job, time_limit_min: Option<u32>) -> String {
     let time = time_limit_min.map(|minutes| format!(" --time={minutes}")).unwrap_or_default();
     let array = format!(
         "--parsable --job-name={name} --array=0-{} --cpus-per-task={cpus} --requeue --open-mode=append \
-         --signal=B:USR1@{NOTICE_S} {}{memory}{time}",
+         --signal=B:USR1@{NOTICE_S} \\\n        {}{memory}{time}",
         shards - 1,
         log("shard-%a")
     );
     format!(
-        "submit_array() {{ sbatch {array} \"$0\" shard; }}\n\
-         submit_merge() {{ sbatch --parsable --job-name={name}-merge --dependency=\"afterany:$1\" \
-         --open-mode=append {}{memory} \"$0\" merge; }}\n",
+        "# USR1 comes {NOTICE_S} s before a task's time limit: time to finish its batch.\n\
+         submit_array() {{\n    sbatch {array} \\\n        \"$0\" shard\n}}\n\
+         # Also after tasks that failed: the merge tells what they lack.\n\
+         submit_merge() {{\n    sbatch --parsable --job-name={name}-merge --dependency=\"afterany:$1\" \
+         --open-mode=append \\\n        {}{memory} \\\n        \"$0\" merge\n}}\n",
         log("merge")
     )
 }

@@ -35,6 +35,7 @@ fn job() -> Job {
         out: word("out/quick"),
         shards: 4,
         sweep_arguments: vec![word("--noiseless")],
+        merge_arguments: vec![word("--table"), word("both")],
         cpus: 2,
         memory_mib: Some(1024),
         tries: 5,
@@ -116,18 +117,25 @@ fn the_number_of_shards_is_written_out() {
     let slurm = slurm::script(&job(), &LIMITS).unwrap();
     let kubernetes = kubernetes::manifest(&job(), &pods());
     for (script, expected) in [
-        (&slurm, "sweep scenes/quick.toml --out out/quick --shard auto/4 --threads 2 --noiseless;"),
+        (&slurm, "sweep scenes/quick.toml --out out/quick --shard auto/4 --threads 2 --noiseless\n"),
+        (&slurm, "merge out/quick --table both\n"),
         (&slurm, " --array=0-3 --cpus-per-task=2 --requeue --open-mode=append --signal=B:USR1@120 "),
-        (&slurm, " --mem=1024M --time=60 "),
+        (&slurm, " --mem=1024M --time=60 \\\n"),
         (&slurm, "--dependency=\"afterany:$1\""),
         (&hyperqueue::script(&job()), "--shard auto/4"),
         (&hyperqueue::script(&job()), " --cpus=2 --resource=mem=1024 --crash-limit=5 "),
         (&kubernetes, r#"command: ["/opt/perirobot", "sweep", "scenes/quick.toml", "--out", "out/quick", "#),
         (&kubernetes, r#""--shard", "auto/4", "--threads", "2", "--noiseless"]"#),
+        (&kubernetes, r#""merge", "out/quick", "--table", "both"]"#),
         (&kubernetes, "completions: 4\n  parallelism: 3\n  backoffLimitPerIndex: 5\n"),
     ] {
         assert!(script.contains(expected), "no {expected:?} in\n{script}");
     }
+}
+
+#[test]
+fn no_more_tries_are_not_endless_ones() {
+    assert!(hyperqueue::script(&Job { tries: 0, ..job() }).contains(" --crash-limit=1 "));
 }
 
 #[test]
@@ -160,7 +168,7 @@ fn what_no_engine_could_carry_out_is_refused() {
     for name in ["Quick", "a--b", "-a", "a_b", "a-name-that-is-longer-than-forty-letters-is"] {
         refused(Job { name: word(name), ..job() }.checked(), &["--name", name, "lower-case"]);
     }
-    for argument in ["--shard", "--shard=1/2", "--out", "--out=x", "--restart"] {
+    for argument in ["--shard", "--shard=1/2", "--out", "--out=x", "--table=csv", "--restart"] {
         let sweep_arguments = vec![word(argument)];
         refused(
             Job { sweep_arguments, ..job() }.checked(),

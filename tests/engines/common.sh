@@ -68,42 +68,47 @@ whole() {
     "$program" sweep "$study" --out "$scratch/whole" "$@" >"$scratch/whole.out" 2>&1 || fail "the quiet run: $?"
 }
 
-# has_rows OUT SHARD SHARDS: whether the journal of that shard has changed since it was first seen.
+# has_rows OUT SHARD SHARDS: whether the journal of that shard has changed since it was first seen to have its head.
 has_rows() {
     local journal="$1/shard-$2-of-$3/counts.journal" now
-    now=$({ cksum <"$journal"; } 2>/dev/null) || return 1
+    [[ -s $journal ]] || return 1
+    now=$(cksum <"$journal")
     [[ -e $scratch/first-$2 ]] || printf '%s' "$now" >"$scratch/first-$2"
     [[ $now != "$(<"$scratch/first-$2")" ]]
 }
 
-# sweeper OUT SHARD SHARDS: the process that has the journal of that shard open, and so holds its lock.
+# sweeper OUT SHARD SHARDS: the process that has the journal of that shard open, and so holds its lock; none is a failure.
 sweeper() {
-    local journal link
+    local journal found
     journal=$(realpath "$1/shard-$2-of-$3/counts.journal")
-    for link in /proc/[0-9]*/fd/*; do
-        if [[ $(readlink "$link") == "$journal" ]]; then
-            link=${link#/proc/}
-            echo "${link%%/*}"
-            return
-        fi
-    done
-    fail "no process has $journal open: shard $2 ended before it could be disturbed"
+    found=$(find /proc/[0-9]*/fd -lname "$journal" -print -quit 2>/dev/null) || true
+    found=${found#/proc/}
+    [[ -n $found ]] && echo "${found%%/*}"
 }
 
-# hold OUT SHARDS: stops the clock for each shard's program as soon as it has rows, so that however fast the machine is,
-# all can be disturbed in the middle of their work. Their processes are then in `held`; `resume SHARD` lets one go on.
+# hold OUT SHARDS: stops the clock for each shard's program as soon as it has its journal, and lets it run by and by until
+# it has rows: however fast the machine is, all are then in the middle of their work. Their processes are in `held`;
+# `resume SHARD` lets one go on.
 held=()
 hold() {
-    local limit=$((SECONDS + 300)) shard
+    local limit=$((SECONDS + 300)) shard process
     while ((${#held[@]} < $2)); do
-        ((SECONDS < limit)) || fail "waited in vain for rows of all shards: only shards ${!held[*]} have some"
+        ((SECONDS < limit)) || fail "waited in vain for all shards: only ${!held[*]} began"
         for ((shard = 0; shard < $2; shard++)); do
-            if [[ -z ${held[shard]-} ]] && has_rows "$1" "$shard" "$2"; then
-                held[shard]=$(sweeper "$1" "$shard" "$2")
-                kill -STOP "${held[shard]}"
-            fi
+            [[ -z ${held[shard]-} && -e $1/shard-$shard-of-$2/counts.journal ]] || continue
+            process=$(sweeper "$1" "$shard" "$2") || continue
+            kill -STOP "$process"
+            held[shard]=$process
         done
         sleep 0.05
+    done
+    for shard in "${!held[@]}"; do
+        until has_rows "$1" "$shard" "$2"; do
+            ((SECONDS < limit)) || fail "waited in vain for rows of shard $shard"
+            resume "$shard"
+            sleep 0.05
+            kill -STOP "${held[shard]}"
+        done
     done
 }
 resume() { kill -CONT "${held[$1]}"; }

@@ -13,7 +13,7 @@ study=scenes/paper/exp3.toml
 options=("$@")
 # Shards that share one machine's GPU would only wait for each other.
 [[ $# -gt 0 ]] || options=(--backend cpu)
-say "$("$program" --version), $(sinfo --version), $(date --utc +%F)"
+say "$("$program" --version), $(slurmctld -V), $(date --utc +%F)"
 say "whole: perirobot sweep $study ${options[*]}"
 whole "$study" "${options[@]}"
 grep ' scene-poses in ' "$scratch/whole.out" >&2
@@ -23,7 +23,7 @@ start_slurm
 say "in shards: perirobot cluster slurm $study --shards 4 -- ${options[*]}"
 submit "$scratch/job.sh"
 within 300 "shard 1 has rows" has_rows "$scratch/shards" 1 4
-sweep=$(sweeper "$scratch/shards" 1 4)
+sweep=$(sweeper "$scratch/shards" 1 4) || fail "shard 1 ended before it could be killed"
 say "shard 1: kill -9 of process $sweep"
 kill -9 "$sweep"
 within 3600 "all jobs end" all_ended
