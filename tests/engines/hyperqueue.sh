@@ -18,7 +18,8 @@ printf '#!/bin/sh\nexec "%s" "%s" "$@"\n' "$venv/bin/python" "$engines/hq.py" >"
 chmod +x "$scratch/bin/hq"
 export PATH="$scratch/bin:$PATH"
 export HQ_SERVER_DIR="$scratch/server"
-hq server >"$scratch/server.out" 2>&1 &
+# Its sockets would stay in the common folder.
+TMPDIR=$scratch hq server >"$scratch/server.out" 2>&1 &
 server=$!
 stop_server() { end "$server"; }
 at_end+=(stop_server)
