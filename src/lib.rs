@@ -12,6 +12,7 @@
 //! people). The arithmetic that every backend shares is [`march`]; every file comes in through [`source`].
 
 pub mod backend;
+pub mod cluster;
 pub mod error;
 pub mod march;
 pub mod metrics;

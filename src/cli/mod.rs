@@ -2,6 +2,7 @@
 
 mod backend;
 mod bench;
+mod cluster;
 mod compare;
 mod devices;
 mod log;
@@ -53,6 +54,7 @@ enum Command {
     Sweep(sweep::Args),
     Merge(merge::Args),
     Summary(summary::Args),
+    Cluster(cluster::Args),
     Compare(compare::Args),
     Bench(bench::Args),
     Devices(devices::Args),
@@ -67,6 +69,7 @@ pub(crate) fn run() -> ExitCode {
         Command::Sweep(args) => sweep::run(&args),
         Command::Merge(args) => merge::run(&args),
         Command::Summary(args) => summary::run(&args),
+        Command::Cluster(args) => cluster::run(&args),
         Command::Compare(args) => compare::run(&args),
         Command::Bench(args) => bench::run(&args),
         Command::Devices(args) => devices::run(&args),

@@ -17,7 +17,7 @@ pub(super) struct OutcomeArgs {
     table: Option<TableChoice>,
 }
 
-#[derive(Clone, Copy, PartialEq, ValueEnum)]
+#[derive(Clone, Copy, ValueEnum)]
 enum TableChoice {
     /// Comma-separated text
     Csv,
@@ -28,6 +28,12 @@ enum TableChoice {
 }
 
 impl OutcomeArgs {
+    /// The same as on the command line.
+    pub(super) fn words(&self) -> Vec<String> {
+        let named = self.table.and_then(|choice| choice.to_possible_value());
+        named.map_or(Vec::new(), |choice| vec!["--table".into(), choice.get_name().into()])
+    }
+
     /// Writes the tables. Those of the other format, from an earlier end of the same sweep, are the same and stay.
     pub(super) fn write(&self, results: &Results, folder: &Path) -> Result<()> {
         let formats: &[Format] = match self.table {

@@ -1,0 +1,134 @@
+//! Scripts that hand the shards of a sweep to what a cluster already runs, and merge them afterwards. Pure text: nothing
+//! is submitted here, and how a sweep goes on or shards are merged is theirs to know.
+
+pub mod hyperqueue;
+pub mod kubernetes;
+pub mod slurm;
+#[cfg(test)]
+mod tests;
+mod word;
+
+use crate::{Error, Result};
+pub use word::Word;
+
+/// How long a stopped sweep has to finish its batch and write it down, in seconds.
+const NOTICE_S: u32 = 120;
+
+/// A sweep in shards, as every engine needs to know it. Paths are those the tasks see.
+#[derive(Clone, Debug)]
+pub struct Job {
+    /// What the engine calls it: a DNS label of at most [`LONGEST_NAME`] letters, which every engine takes.
+    pub name: Word,
+    /// The program `perirobot`.
+    pub program: Word,
+    /// The study file.
+    pub study: Word,
+    /// The folder for results, seen by all tasks.
+    pub out: Word,
+    /// How many shards, 2 at least.
+    pub shards: u32,
+    /// What else the sweep is told; checked by who reads the command line.
+    pub sweep_arguments: Vec<Word>,
+    /// What the merge is told besides; checked like the sweep's.
+    pub merge_arguments: Vec<Word>,
+    /// Processors of each task; the sweep takes as many threads unless it is told otherwise.
+    pub cpus: u16,
+    /// Memory of each task in MiB; the engine's own default without.
+    pub memory_mib: Option<u64>,
+    /// How often a shard that fails is tried again; being stopped with rows done is no failure.
+    pub tries: u32,
+}
+
+/// Engines append to the name, and the whole must stay below 64 letters.
+pub const LONGEST_NAME: usize = 40;
+
+impl Job {
+    /// Refuses what no engine could carry out, naming the argument.
+    pub fn checked(self) -> Result<Job> {
+        let refuse = |what: String| Err(Error::Input(what));
+        if self.shards < 2 {
+            let shards = self.shards;
+            return refuse(format!("--shards {shards}: must be at least 2; one alone is `perirobot sweep`"));
+        }
+        for (key, word) in [("STUDY", &self.study), ("--out", &self.out), ("--program", &self.program)] {
+            let text = word.text();
+            if text.starts_with('-') {
+                return refuse(format!("{key} {text}: reads like an option; write ./{text}"));
+            }
+        }
+        let name = self.name.text();
+        if name != label(name) {
+            return refuse(format!(
+                "--name {name}: must be at most {LONGEST_NAME} lower-case letters, digits and single '-' between them, \
+                 as in {}",
+                label(name)
+            ));
+        }
+        let takes = |argument: &Word, option: &str| {
+            argument.text().strip_prefix(option).is_some_and(|rest| rest.is_empty() || rest.starts_with('='))
+        };
+        for (option, why) in [
+            ("--shard", "the script gives each task its own"),
+            ("--out", "give it before `--`, where it holds for the merge, too"),
+            ("--table", "give it before `--`: it is the merge that writes the tables"),
+            ("--restart", "each task that is tried again would begin anew; remove the folder instead"),
+        ] {
+            if self.sweep_arguments.iter().any(|argument| takes(argument, option)) {
+                return refuse(format!("{option} after `--`: {why}"));
+            }
+        }
+        Ok(self)
+    }
+
+    /// The command of a task, whose number comes from the engine's environment. How many shards there are is written
+    /// out: an engine counts only the tasks that it was last given.
+    pub fn sweep(&self) -> Vec<Word> {
+        let shard = format!("auto/{}", self.shards);
+        let fixed =
+            [self.program.text(), "sweep", self.study.text(), "--out", self.out.text(), "--shard", &shard];
+        let mut command: Vec<Word> = fixed.into_iter().map(Word::known).collect();
+        if !self.sweep_arguments.iter().any(|argument| argument.text().starts_with("--threads")) {
+            command.extend([Word::known("--threads"), Word::known(&self.cpus.to_string())]);
+        }
+        command.extend(self.sweep_arguments.iter().cloned());
+        command
+    }
+
+    /// The command that merges what the tasks left, or names what is missing.
+    pub fn merge(&self) -> Vec<Word> {
+        let fixed = [self.program.text(), "merge", self.out.text()].map(Word::known);
+        fixed.into_iter().chain(self.merge_arguments.iter().cloned()).collect()
+    }
+}
+
+/// A name that every engine takes, from any text: `Exp 3.v2` becomes `exp-3-v2`.
+pub fn label(text: &str) -> String {
+    let kept = |c: char| if c.is_ascii_alphanumeric() { c.to_ascii_lowercase() } else { ' ' };
+    let words: String = text.chars().map(kept).collect();
+    let joined = words.split_whitespace().collect::<Vec<_>>().join("-");
+    let short = &joined[..joined.len().min(LONGEST_NAME)];
+    let name = short.trim_end_matches('-');
+    if name.is_empty() { "sweep".into() } else { name.into() }
+}
+
+/// A command as a shell reads it.
+fn shell(command: &[Word]) -> String {
+    command.iter().map(Word::shell).collect::<Vec<_>>().join(" ")
+}
+
+/// What both shell scripts begin with: the job in variables and functions. The two commands replace the shell that runs
+/// them, so that a signal sent to one in the background reaches the program.
+fn shell_head(job: &Job) -> String {
+    let Job { shards, tries, .. } = job;
+    format!(
+        "set -eu\n\
+         out={}\n\
+         shards={shards}\n\
+         tries={tries} # how often a shard that fails is tried again\n\
+         sweep() {{\n    exec {}\n}}\n\
+         merge() {{\n    exec {}\n}}\n",
+        job.out.shell(),
+        shell(&job.sweep()),
+        shell(&job.merge())
+    )
+}

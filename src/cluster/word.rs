@@ -1,0 +1,60 @@
+//! A text that can stand in any script, and how each kind of script quotes it. What it means is not known here.
+
+use std::fmt;
+use std::str::FromStr;
+
+/// A text on one line, not empty, without control characters.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Word(String);
+
+impl FromStr for Word {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Word, String> {
+        if text.is_empty() {
+            return Err("is empty".into());
+        }
+        if text.contains(char::is_control) {
+            return Err("has a line break or another control character, which no script can hold".into());
+        }
+        Ok(Word(text.into()))
+    }
+}
+
+impl fmt::Display for Word {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        f.write_str(&self.0)
+    }
+}
+
+impl Word {
+    /// The text as it was given.
+    pub fn text(&self) -> &str {
+        &self.0
+    }
+
+    /// From text that is written here, or made of words.
+    pub(super) fn known(text: &str) -> Word {
+        debug_assert!(text.parse::<Word>().is_ok(), "{text:?}");
+        Word(text.into())
+    }
+
+    /// As a POSIX shell reads it: plain where that is safe, else between single quotes.
+    pub fn shell(&self) -> String {
+        let plain = |c: char| c.is_ascii_alphanumeric() || "_./:@%+,-".contains(c);
+        if self.0.chars().all(plain) {
+            return self.0.clone();
+        }
+        format!("'{}'", self.0.replace('\'', r"'\''"))
+    }
+
+    /// As YAML reads it: a string in double quotes, which are those of JSON.
+    pub fn yaml(&self) -> String {
+        serde_json::Value::from(self.0.as_str()).to_string()
+    }
+
+    /// As an argument of a container, in YAML: Kubernetes puts variables in place of `$(NAME)`, and `$` for `$$`.
+    pub fn container_argument(&self) -> String {
+        Word(self.0.replace('$', "$$")).yaml()
+    }
+}
