@@ -14,6 +14,9 @@ pub enum Error {
     /// The disk failed, or is full, while counts were written. What is finished is kept. Exit code 3.
     #[error("{0}")]
     Storage(String),
+    /// Somebody else is at work there; later it may work. Exit code 75.
+    #[error("{0}")]
+    Busy(String),
     /// A device gave other counts than the CPU. Exit code 1.
     #[error("{0}")]
     Disagreement(String),

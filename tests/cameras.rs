@@ -49,7 +49,7 @@ fn seen(seed: u64) -> Case {
         let axis = random.below(3) as usize;
         wall.min[axis] = random.below(wall.size[axis]) as i32;
         wall.size[axis] = 1;
-        case.cell.blockers = BitGrid::full(wall).over(case.cell.blockers.window());
+        case.cell.blockers = BitGrid::full(wall).over(case.cell.blockers.window()).into();
     }
     case.tables = (0..case.tables.len()).map(|_| camera(&mut random)).collect();
     case
@@ -140,7 +140,8 @@ fn large_cameras_equal_the_cpu() {
     let blank = || BitGrid::new(window);
     let (human, robot, blockers) = (blank(), blank(), truth.clone());
     let truth = truth.over(window);
-    let cell = Cell { blockers, still: None, window, truth, human, robot, regions: vec![region] };
+    let cell =
+        Cell { blockers: blockers.into(), still: None, window, truth, human, robot, regions: vec![region] };
     let camera = Camera { fov_rad: [1.5184, 1.0123], resolution_px: [1280, 720] };
     let gates = Gates {
         range_min_q16: 12 << 16,
@@ -211,16 +212,16 @@ fn hits_are_kept_from_snapshot_to_snapshot() {
     for seed in 0..30 {
         let case = seen(seed);
         let mut random = Random(seed);
-        let mut still = case.cell.blockers.clone();
+        let mut still = BitGrid::clone(&case.cell.blockers);
         let moving: Vec<_> = still.cells().filter(|_| random.one_in(3)).collect();
         let mut first = BitGrid::new(still.window());
         moving.iter().for_each(|&cell| first.set(cell));
         still.remove(&first);
         let still = std::sync::Arc::new(still);
         for (number, part) in [2, 3, 1].into_iter().enumerate() {
-            let mut cell = case.cell.clone();
-            cell.blockers = (*still).clone();
-            moving.iter().step_by(part).for_each(|&voxel| cell.blockers.set(voxel));
+            let mut blockers = BitGrid::clone(&still);
+            moving.iter().step_by(part).for_each(|&voxel| blockers.set(voxel));
+            let cell = Cell { blockers: blockers.into(), ..case.cell.clone() };
             let snapshot = Case { cell, ..seen(seed) };
             let mut oracle = Oracle::default();
             unwrap(oracle.tables(&case.tables));

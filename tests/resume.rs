@@ -24,8 +24,11 @@ const JOURNAL: &str = "out/counts.journal";
 const CPU: &[&str] = &["--backend", "cpu"];
 const SOFTWARE: &[&str] = &["--backend", "gpu", "--adapter", "software"];
 
+/// A file's name and bytes.
+type File = (String, Vec<u8>);
+
 /// What a quiet run of the long study leaves, and how long it takes.
-static QUIET: LazyLock<(Vec<(String, Vec<u8>)>, Duration)> = LazyLock::new(|| {
+static QUIET: LazyLock<(Vec<File>, Duration)> = LazyLock::new(|| {
     let folder = Folder::new();
     long(&folder);
     let begin = Instant::now();
@@ -228,11 +231,11 @@ fn two_runs_do_not_share_a_folder() {
     assert!(run.until_rows(&folder.path(JOURNAL), 0));
     for restart in [&[][..], &["--restart"]] {
         let other = folder.sweep(restart);
-        assert_eq!(other.code, Some(2), "{}", other.stderr);
+        assert_eq!(other.code, Some(75), "{}", other.stderr);
         assert!(other.stderr.contains("another run is at work in this folder"), "{}", other.stderr);
     }
     let summary = perirobot(&["summary", text(&folder.path("out"))]);
-    assert_eq!(summary.code, Some(2));
+    assert_eq!(summary.code, Some(75));
     assert!(summary.stderr.contains("a run is still at work"), "{}", summary.stderr);
     let outcome = run.end();
     assert_eq!(outcome.code, Some(0), "{}", outcome.stderr);

@@ -18,7 +18,7 @@ use crate::voxel::{BitGrid, Window};
 #[derive(Clone, Debug)]
 pub struct Cell {
     /// What stops rays, over the whole grid.
-    pub blockers: BitGrid,
+    pub blockers: Arc<BitGrid>,
     /// Of the blockers, what every snapshot of the scene has, so that it need be cast once only; the very same
     /// (`Arc::ptr_eq`) in the cells of all of them, and another one where numbers for first hits begin anew. `None` where
     /// there is one snapshot.

@@ -47,7 +47,8 @@ First steps:
   perirobot devices                                   see which GPU would be used
 
 Exit codes: 0 done; 1 backends disagree; 2 bad input or arguments; 3 a device or the disk failed;
-75 a sweep was stopped before its end (Ctrl-C, SIGTERM, SIGUSR1, --max-time): the same command goes on.";
+75 a sweep was stopped before its end (Ctrl-C, SIGTERM, SIGUSR1, --max-time), or another run is at work in its
+folder: the same command goes on, now or later.";
 
 #[derive(Subcommand)]
 enum Command {
@@ -83,6 +84,7 @@ pub(crate) fn run() -> ExitCode {
                 Error::Disagreement(_) => 1,
                 Error::Input(_) => 2,
                 Error::Device(_) | Error::Storage(_) => 3,
+                Error::Busy(_) => stop::TRY_AGAIN,
             })
         }
     }

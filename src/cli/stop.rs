@@ -10,8 +10,8 @@ use perirobot::{Error, Result};
 use signal_hook::consts::{SIGINT, SIGTERM};
 use signal_hook::flag;
 
-/// Stopped before the end, to be gone on with (`EX_TEMPFAIL`).
-pub(super) const STOPPED: u8 = 75;
+/// Not done, and the same command may do it (`EX_TEMPFAIL`): stopped before the end, or somebody else is at work.
+pub(super) const TRY_AGAIN: u8 = 75;
 
 /// Waits for a reason to stop.
 pub(super) struct StopAt {
@@ -34,7 +34,7 @@ impl StopAt {
         for &(number, name) in SIGNALS {
             let wrong = |e| Error::Device(format!("cannot listen for {name}: {e}"));
             // In this order: the first one arms the shutdown that the second one meets.
-            flag::register_conditional_shutdown(number, STOPPED.into(), again.clone()).map_err(wrong)?;
+            flag::register_conditional_shutdown(number, TRY_AGAIN.into(), again.clone()).map_err(wrong)?;
             flag::register(number, again.clone()).map_err(wrong)?;
             flag::register_usize(number, signal.clone(), number as usize).map_err(wrong)?;
         }
@@ -54,5 +54,5 @@ impl StopAt {
 
 /// The exit code of what was stopped.
 pub(super) fn stopped() -> ExitCode {
-    ExitCode::from(STOPPED)
+    ExitCode::from(TRY_AGAIN)
 }

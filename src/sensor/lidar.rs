@@ -147,7 +147,7 @@ impl Kind for Lidar {
         let cells = field.cells(self, at);
         let scale = Scale { voxel_size_m: at.truth.grid.voxel_size_m, backdrop: false };
         // What is there when nobody is, seen without noise.
-        let mut fixed = at.truth.blockers.clone();
+        let mut fixed = BitGrid::clone(&at.truth.blockers);
         fixed.remove(&at.truth.human);
         fixed.remove(&at.truth.robot);
         let rays = Range { noise_std_m: 0.0, ..self.range }.rays(self.dirs_q15(), &scale);

@@ -89,9 +89,10 @@ impl World {
                 world.map_err(|e| in_study(Error::input(place, e)))
             })
             .collect::<Result<_>>()?;
+        share_regions(&mut worlds);
         worlds[0].warnings = warnings::warnings(study, &worlds);
         if let [first, second, rest @ ..] = &worlds[..] {
-            let mut still = first.truth.blockers.clone();
+            let mut still = BitGrid::clone(&first.truth.blockers);
             still.keep(&second.truth.blockers);
             rest.iter().for_each(|world| still.keep(&world.truth.blockers));
             let still = Arc::new(still);
@@ -163,6 +164,18 @@ impl World {
             human: self.truth.human.over(window),
             robot: self.truth.robot.over(window),
             regions: self.regions.iter().map(|region| region.cells.over(window)).collect(),
+        }
+    }
+}
+
+/// Keeps a region that is the same in several snapshots on end once only.
+fn share_regions(snapshots: &mut [World]) {
+    for next in 1..snapshots.len() {
+        let (before, after) = snapshots.split_at_mut(next);
+        for (earlier, region) in before[next - 1].regions.iter().zip(&mut after[0].regions) {
+            if earlier.cells == region.cells {
+                region.cells = earlier.cells.clone();
+            }
         }
     }
 }
@@ -289,7 +302,7 @@ fn first_pose(
 
 fn baselines(truth: &Truth, region: &Region, reachable: &BitGrid) -> Baselines {
     let count = |planes: &[&BitGrid]| {
-        let mut cells = region.cells.clone();
+        let mut cells = BitGrid::clone(&region.cells);
         planes.iter().for_each(|plane| cells.keep(plane));
         cells.count()
     };

@@ -93,7 +93,7 @@ pub struct Region {
     /// Its name in the study.
     pub name: String,
     /// Its voxels, over the smallest window that holds them.
-    pub cells: BitGrid,
+    pub cells: Arc<BitGrid>,
     /// The share of the shape's voxels that lie outside the grid, 0 to 1; a union or difference counts as one shape.
     pub cut_share: f64,
 }
@@ -125,7 +125,7 @@ pub fn region(name: &str, shape: &Shape, truth: &Truth) -> Result<Region> {
     }
     Ok(Region {
         name: name.into(),
-        cells: cells.trimmed(),
+        cells: Arc::new(cells.trimmed()),
         cut_share: (total - inside) as f64 / total as f64,
     })
 }

@@ -23,9 +23,9 @@ pub struct Truth {
     /// Where the voxels are.
     pub grid: Grid,
     /// Voxels with a surface, or inside a body that is `occupied`; over the whole grid.
-    pub occupied: BitGrid,
-    /// What stops rays: `occupied` less see-through objects; over the whole grid.
-    pub blockers: BitGrid,
+    pub occupied: Arc<BitGrid>,
+    /// What stops rays: `occupied` less see-through objects; over the whole grid. The same allocation where there are none.
+    pub blockers: Arc<BitGrid>,
     /// Insides of bodies that belong to no region. This and what follows covers the part of the grid that holds it.
     pub ignored: BitGrid,
     /// Voxels of people.
@@ -170,13 +170,13 @@ fn refuse_excess(objects: &[&Arc<Object>], snapshots: usize, grid: &Grid) -> Res
 /// The truth of one snapshot.
 fn combined(objects: &[(&Object, &Body)], grid: Grid) -> Truth {
     let blank = || BitGrid::new(grid.window());
-    let (mut occupied, mut blockers, mut ignored) = (blank(), blank(), blank());
+    let (mut occupied, mut opaque, mut ignored) = (blank(), blank(), blank());
     let (mut human, mut robot, mut robot_volume) = (blank(), blank(), blank());
     for (object, body) in objects {
         if !object.tag_only {
             occupied.add(&body.voxels.cells);
             if object.optical == Optical::Opaque {
-                blockers.add(&body.voxels.cells);
+                opaque.add(&body.voxels.cells);
             }
             ignored.add(&body.ignored);
         }
@@ -194,6 +194,9 @@ fn combined(objects: &[(&Object, &Body)], grid: Grid) -> Truth {
     let objects = objects.iter().map(|(_, body)| body.voxels.clone()).collect();
     let [ignored, human, robot, robot_volume] =
         [ignored, human, robot, robot_volume].map(|plane| plane.trimmed());
+    let is_opaque = opaque == occupied;
+    let occupied = Arc::new(occupied);
+    let blockers = if is_opaque { occupied.clone() } else { Arc::new(opaque) };
     Truth { grid, occupied, blockers, ignored, human, robot, robot_volume, objects }
 }
 

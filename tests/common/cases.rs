@@ -222,7 +222,7 @@ fn cell(random: &mut Random, grid: Window) -> Cell {
         still.remove(&BitGrid::full(moves));
         Arc::new(still)
     });
-    Cell { blockers, still, window, truth, human, robot, regions }
+    Cell { blockers: blockers.into(), still, window, truth, human, robot, regions }
 }
 
 /// A direction in Q15, of length one.

@@ -71,7 +71,7 @@ impl Loaded {
             .still
             .as_ref()
             .map(|still| same(still).unwrap_or_else(|| (still.clone(), Layer::new(BitGrid::clone(still)))));
-        let mut moving = cell.blockers.clone();
+        let mut moving = BitGrid::clone(&cell.blockers);
         still.iter().for_each(|(still, _)| moving.remove(still));
         let wanted = Wanted::of(cell.window, &cell.regions);
         Loaded { still, moving: Layer::new(moving), wanted, tally: Tally::new(cell), cell: cell.clone() }

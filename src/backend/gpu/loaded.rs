@@ -70,7 +70,7 @@ impl Loaded {
         let slots = sizes.slots(&device.report, memory_bytes);
         let arena = slots as u64 * sizes.plane_bytes();
         let layers = |still: &Arc<BitGrid>| {
-            let mut moving = cell.blockers.clone();
+            let mut moving = BitGrid::clone(&cell.blockers);
             moving.remove(still);
             [device.upload("still", &layer_words(still)), device.upload("moving", &layer_words(&moving))]
         };

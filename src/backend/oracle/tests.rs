@@ -1,5 +1,7 @@
 //! The oracle against cells small enough to count by hand.
 
+use std::sync::Arc;
+
 use super::*;
 use crate::march::Gates;
 use crate::voxel::Window;
@@ -23,7 +25,7 @@ fn corridor() -> (Cell, Rays, Placement) {
     human.set([6, 1, 1]);
     human.set([6, 2, 1]);
     let cell = Cell {
-        blockers: wall.clone(),
+        blockers: wall.clone().into(),
         still: None,
         window,
         truth: wall,
@@ -104,7 +106,7 @@ fn a_housing_is_looked_through() {
 #[test]
 fn a_backdrop_frees_the_way_out() {
     let (mut cell, mut rays, placement) = corridor();
-    cell.blockers = BitGrid::new(cell.window);
+    cell.blockers = BitGrid::new(cell.window).into();
     check(&cell, &rays, &placement, (NOTHING, 9), [0, 0, 0, 0, 9, 81]);
     rays.gates.backdrop = true;
     check(&cell, &rays, &placement, (LEFT, 9), [0, 0, 1, 9, 8, 72]);
@@ -116,7 +118,7 @@ fn a_backdrop_frees_the_way_out() {
 #[test]
 fn the_first_cell_is_never_tested() {
     let (mut cell, rays, placement) = corridor();
-    cell.blockers.set([0, 1, 1]);
+    Arc::make_mut(&mut cell.blockers).set([0, 1, 1]);
     check(&cell, &rays, &placement, (RETURN, 6), [1, 0, 0, 6, 8, 75]);
 }
 
@@ -126,8 +128,8 @@ fn a_diagonal_takes_x_before_y_before_z() {
     placement.origin_q16 = [0x8000; 3];
     let diagonal = 18_919; // 2¹⁵ / √3: all three axes cross together
     rays.dirs_q15 = vec![[diagonal; 3]];
-    cell.blockers = BitGrid::new(cell.window);
-    cell.blockers.set([1, 1, 0]);
+    cell.blockers = BitGrid::new(cell.window).into();
+    Arc::make_mut(&mut cell.blockers).set([1, 1, 0]);
     check(&cell, &rays, &placement, (RETURN, 2), [0, 1, 0, 2, 9, 78]);
 }
 
@@ -201,8 +203,8 @@ fn a_hit_at_the_sensor_takes_all_axes_that_are_crossed_there() {
     // On the edge between four cells, backwards: x and y are crossed at distance 0, x first, and there is the hit.
     placement.origin_q16 = [3 << 16, 1 << 16, 0x8000];
     rays.dirs_q15 = vec![[-23_170, -23_170, 0]];
-    cell.blockers = BitGrid::new(cell.window);
-    cell.blockers.set([2, 1, 0]);
+    cell.blockers = BitGrid::new(cell.window).into();
+    Arc::make_mut(&mut cell.blockers).set([2, 1, 0]);
     check(&cell, &rays, &placement, (RETURN, 1), [0, 1, 0, 1, 9, 79]);
     rays.noise_q16 = vec![-1; 4096];
     check(&cell, &rays, &placement, (RETURN, 2), [0, 1, 0, 2, 9, 78]);

@@ -59,7 +59,7 @@ fn cell(random: &mut Random) -> Truth {
     let fence: Vec<_> = (0..random.below(150)).map(|_| anywhere(random)).collect();
     put(&mut truth, Role::Environment, &fence, None);
     let fence = truth.objects.last().unwrap().cells.clone();
-    truth.blockers.remove(&fence);
+    Arc::make_mut(&mut truth.blockers).remove(&fence);
     truth
 }
 

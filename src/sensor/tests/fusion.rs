@@ -21,7 +21,7 @@ fn labels(fusion: Fusion, said: &[(&Planes, [i32; 2])]) -> String {
         blockers: truth.blockers.clone(),
         still: None,
         window: truth.grid.window(),
-        truth: truth.occupied.clone(),
+        truth: BitGrid::clone(&truth.occupied),
         human: truth.human.clone(),
         robot: truth.robot.clone(),
         regions: (0..ROW).map(one).collect(),

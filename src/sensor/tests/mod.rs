@@ -31,8 +31,8 @@ fn empty(size: [u32; 3], voxel_size_m: f64) -> Truth {
     let blank = BitGrid::new(grid.window());
     Truth {
         grid,
-        occupied: blank.clone(),
-        blockers: blank.clone(),
+        occupied: blank.clone().into(),
+        blockers: blank.clone().into(),
         ignored: blank.clone(),
         human: blank.clone(),
         robot: blank.clone(),
@@ -45,8 +45,8 @@ fn empty(size: [u32; 3], voxel_size_m: f64) -> Truth {
 fn put(truth: &mut Truth, role: Role, cells: &[[i32; 3]], keypoints: Option<Keypoints>) {
     let mut own = BitGrid::new(truth.grid.window());
     cells.iter().for_each(|&cell| own.set(cell));
-    truth.occupied.add(&own);
-    truth.blockers.add(&own);
+    Arc::make_mut(&mut truth.occupied).add(&own);
+    Arc::make_mut(&mut truth.blockers).add(&own);
     match role {
         Role::Environment => {}
         Role::Human => truth.human.add(&own),

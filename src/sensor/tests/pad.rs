@@ -62,7 +62,7 @@ fn a_tared_pad_feels_what_comes_and_goes() {
     let at = facing(&truth, CORNER, [1.0, 0.0, 0.0]);
     assert!(matches!(says(&pad(3.0, true), 0, &at), Says::Occupied(_)));
     // Not occupied: what is in a person and has no surface presses nothing.
-    truth.occupied = BitGrid::new(truth.grid.window());
+    truth.occupied = BitGrid::new(truth.grid.window()).into();
     let at = facing(&truth, CORNER, [1.0, 0.0, 0.0]);
     assert!(matches!(says(&pad(3.0, true), 0, &at), Says::Free(_)));
 }

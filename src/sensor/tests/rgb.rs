@@ -55,7 +55,7 @@ fn a_nose_is_seen_unless_something_hides_it() {
     assert!(sees(anywhere, &cell(&[[0, 5, 5]]), 0.0));
     // A see-through fence stops nothing.
     let mut fenced = cell(&[[4, 5, 5]]);
-    fenced.blockers.remove(&fenced.objects[1].cells.clone());
+    Arc::make_mut(&mut fenced.blockers).remove(&fenced.objects[1].cells.clone());
     assert!(sees(anywhere, &fenced, 0.0));
 }
 

@@ -62,7 +62,7 @@ impl Locked {
         let file = file.map_err(|e| Error::io(&path, "cannot be opened", e))?;
         if let Err(TryLockError::WouldBlock) = file.try_lock() {
             let what = "another run is at work in this folder: wait for it, or name another folder";
-            return Err(Error::input(path.display(), what));
+            return Err(Error::Busy(format!("{}: {what}", path.display())));
         }
         let header = read_header(&path, &file);
         Ok(Locked { path, file, header })
@@ -93,7 +93,7 @@ impl Journal {
         let file = File::open(&path).map_err(|e| Error::io(&path, "cannot be read", e))?;
         if let Err(TryLockError::WouldBlock) = file.try_lock_shared() {
             let what = "a run is still at work in this folder: wait until it has ended";
-            return Err(Error::input(path.display(), what));
+            return Err(Error::Busy(format!("{}: {what}", path.display())));
         }
         let Some(header) = read_header(&path, &file)? else {
             return Err(Error::input(path.display(), "holds nothing: sweep again"));

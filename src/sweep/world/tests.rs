@@ -19,9 +19,9 @@ fn walled() -> Truth {
     robot.set([8, 8, 8]);
     Truth {
         grid,
-        blockers: occupied.clone(),
+        blockers: occupied.clone().into(),
         ignored: blank,
-        occupied,
+        occupied: occupied.into(),
         human,
         robot_volume: robot.clone(),
         robot,

@@ -9,8 +9,8 @@ fn empty_cell() -> Truth {
     let blank = BitGrid::new(grid.window());
     Truth {
         grid,
-        occupied: blank.clone(),
-        blockers: blank.clone(),
+        occupied: blank.clone().into(),
+        blockers: blank.clone().into(),
         ignored: blank.clone(),
         human: blank.clone(),
         robot: blank.clone(),
@@ -67,7 +67,7 @@ fn regions_that_cannot_be_are_refused() {
     let nobody = Shape::HumanBox { object: None, margin_min_m: DVec3::ZERO, margin_max_m: DVec3::ZERO };
     assert!(region("human", &nobody, &truth).is_err());
     let unit = Shape::Box { min_m: DVec3::ZERO, max_m: DVec3::ONE };
-    let mut everything = truth.occupied.clone();
+    let mut everything = BitGrid::new(truth.grid.window());
     (0..61).for_each(|z| (0..81).for_each(|y| everything.set_run(0, 121, y, z)));
     truth.ignored = everything;
     assert!(region("unit", &unit, &truth).unwrap_err().to_string().contains("interior"));

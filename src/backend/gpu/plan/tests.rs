@@ -139,7 +139,8 @@ fn boxes_with_regions_come_first() {
     region.set([3 + 16, 4 + 7, 5]);
     region.set([3 + 8, 4 + 8, 5]);
     let [blockers, truth, human, robot] = std::array::from_fn(|_| BitGrid::new(window));
-    let cell = Cell { window, blockers, still: None, truth, human, robot, regions: vec![region] };
+    let cell =
+        Cell { window, blockers: blockers.into(), still: None, truth, human, robot, regions: vec![region] };
     let expected = [[16, 0, 0], [8, 8, 0], [0, 0, 0], [8, 0, 0], [0, 8, 0], [16, 8, 0]];
     assert_eq!(boxes(&cell), (expected.to_vec(), 2));
 }
@@ -234,8 +235,15 @@ fn what_cannot_be_bound_is_refused_with_its_size() {
     use crate::voxel::{BitGrid, Window};
     let grid = BitGrid::new(Window::between([0; 3], [1022, 19, 0]));
     let [blockers, truth, human, robot] = std::array::from_fn(|_| grid.clone());
-    let cell =
-        Cell { window: grid.window(), blockers, still: None, truth, human, robot, regions: vec![grid] };
+    let cell = Cell {
+        window: grid.window(),
+        blockers: blockers.into(),
+        still: None,
+        truth,
+        human,
+        robot,
+        regions: vec![grid],
+    };
     // 20 rows of 32 words, and 512 · 10 bricks.
     let sizes = |bytes| CellSizes::of(&cell, [0; 2], &adapter(bytes, true));
     assert!(sizes(7680).is_ok(), "exactly as large as a binding");
