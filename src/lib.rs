@@ -23,6 +23,7 @@ pub mod source;
 pub mod study;
 pub mod sweep;
 pub mod table;
+pub mod view;
 pub mod voxel;
 
 pub use error::{Error, Result};

@@ -14,7 +14,7 @@
 use std::ops::Range;
 
 use super::{Fusion, LOG_ODDS, Planes, Reading, Slot};
-use crate::voxel::Window;
+use crate::voxel::{BitGrid, Window};
 
 /// Rows of one layer of a window, what is fused and counted at a time: few enough to stay in the nearest cache.
 #[derive(Clone, Debug)]
@@ -145,6 +145,28 @@ fn sum(voices: &[Voice], word: usize, mut so_far: i32, mut voxels: u32, labels: 
         0 => {}
         ..0 => labels[1] |= voxels,
     }
+}
+
+/// The labels of all voxels of a window.
+pub(super) fn fused<'a>(
+    window: Window,
+    fusion: Fusion,
+    readings: &[Reading],
+    planes: impl Fn(Slot) -> Option<&'a Planes>,
+) -> Planes {
+    let mut job = Job::new(window, fusion, readings, planes);
+    let mut labels = Planes { occupied: BitGrid::new(window), free: BitGrid::new(window) };
+    let ([_, y, z], [_, y_end, z_end]) = (window.min, window.end());
+    for z in z..z_end {
+        job.fuse(&Rows { z, ys: y..y_end });
+        for (plane, words) in [(&mut labels.occupied, &job.occupied), (&mut labels.free, &job.free)] {
+            let row = plane.words_per_row() as usize;
+            for (y, words) in (y..).zip(words.chunks_exact(row.max(1))) {
+                plane.add_row(y, z, words);
+            }
+        }
+    }
+    labels
 }
 
 fn blank(plane: &mut Vec<u32>, words: usize) {

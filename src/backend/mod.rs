@@ -198,6 +198,19 @@ pub trait Backend {
     fn read(&mut self, table: usize, placement: &Placement) -> Result<Evidence>;
 }
 
+/// What several sensors say together, in the order they speak, over a window: their planes, and what `occupied` and `free`
+/// add to a voxel's log-odds. No voxel is in both planes of the answer.
+pub fn fused(window: Window, fusion: Fusion, voices: &[(Planes, [i32; 2])]) -> Planes {
+    let reading = |(slot, (_, [hit, miss])): (usize, &(Planes, [i32; 2]))| Reading {
+        slot: slot as Slot,
+        volume: None,
+        hit: *hit,
+        miss: *miss,
+    };
+    let readings: Vec<_> = voices.iter().enumerate().map(reading).collect();
+    fuse::fused(window, fusion, &readings, |slot| voices.get(slot as usize).map(|(planes, _)| planes))
+}
+
 /// The error for a table that was never made ready.
 fn no_table(table: usize) -> crate::Error {
     crate::Error::Device(format!("no table {table} of rays is loaded"))

@@ -2,6 +2,7 @@
 
 mod backend;
 mod bench;
+#[allow(dead_code)] mod choice;
 mod cluster;
 mod compare;
 mod devices;
@@ -16,6 +17,7 @@ mod stop;
 mod study;
 mod summary;
 mod sweep;
+#[allow(dead_code)] mod swept;
 mod voxelize;
 
 use std::process::ExitCode;

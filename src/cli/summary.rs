@@ -9,7 +9,7 @@ use perirobot::report::{Results, Score, Selection, distribution, groups, maxima,
 
 /// Print the tables behind the paper's figures from the results of a sweep
 ///
-/// Reads results.csv, poses.csv and manifest.json of an output folder and prints, as far as they apply: how the scores
+/// Reads counts.journal, poses.csv and manifest.json of an output folder and prints, as far as they apply: how the scores
 /// of all choices of poses are distributed (per scene, region, combination and representation, beside the baselines of
 /// the region); the maximum of each combination of sensors, and its part of what the largest combination reaches; the
 /// best pose of each group of poses (a wall, the ceiling); the best choices over the snapshots of moving scenes, by mean

@@ -1,0 +1,39 @@
+//! The folder of a finished sweep, and the study it came from, for commands that look at single poses again.
+
+use std::path::{Path, PathBuf};
+
+use perirobot::Result;
+use perirobot::study::Study;
+use perirobot::sweep::{World, reopen};
+
+use super::packages::PackageArgs;
+
+#[derive(clap::Args)]
+pub(super) struct SweptArgs {
+    /// Folder that `perirobot sweep --out` has written; its study must be where it was, and as it was
+    #[arg(value_name = "DIR")]
+    folder: PathBuf,
+    /// The study file, where it is not where it was
+    #[arg(long, value_name = "FILE")]
+    study: Option<PathBuf>,
+    #[command(flatten)]
+    packages: PackageArgs,
+}
+
+impl SweptArgs {
+    /// The folder.
+    pub(super) fn folder(&self) -> &Path {
+        &self.folder
+    }
+
+    /// Reads the study again, and makes its scenes ready.
+    pub(super) fn load(&self) -> Result<(Study, Vec<World>)> {
+        let (file, overrides) = reopen::origin(&self.folder)?;
+        let file = self.study.clone().unwrap_or(file);
+        let mut study = Study::read(&file, &overrides, self.packages.sources(&file))?;
+        self.packages.apply(&mut study.scenes);
+        let worlds = World::prepare_all(&study)?;
+        reopen::same(&self.folder, &study, &worlds)?;
+        Ok((study, worlds))
+    }
+}

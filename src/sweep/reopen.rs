@@ -1,0 +1,33 @@
+//! From the folder of a finished sweep back to what was swept: its study read and made ready once more, proven to be the same.
+//! For whoever looks at single poses afterwards.
+
+use std::path::{Path, PathBuf};
+
+use super::World;
+use super::journal::Shard;
+use super::manifest::Manifest;
+use crate::study::{Overrides, Study};
+use crate::{Error, Result};
+
+/// The study file of a sweep, where it was when it began, and what the command line said instead of it.
+pub fn origin(folder: &Path) -> Result<(PathBuf, Overrides)> {
+    let manifest = Manifest::read(folder)?;
+    let lacks =
+        |key: &str| Error::input(folder.display(), format!("manifest.json has no {key}: sweep again"));
+    let file = manifest.get("about")["study"]["file"].as_str().ok_or_else(|| lacks("about.study.file"))?;
+    let voxel_size_m = manifest.get("voxel_size_m").as_f64().ok_or_else(|| lacks("voxel_size_m"))?;
+    let noiseless = manifest.get("noiseless").as_bool().ok_or_else(|| lacks("noiseless"))?;
+    Ok((file.into(), Overrides { voxel_size_m: Some(voxel_size_m), noiseless }))
+}
+
+/// Fails unless a study with its worlds is what was swept into a folder, naming what changed since.
+pub fn same(folder: &Path, study: &Study, worlds: &[World]) -> Result<()> {
+    let then = Manifest::read(folder)?;
+    let now = Manifest::new(study, worlds, Shard::WHOLE, "");
+    if then.fingerprint() == now.fingerprint() {
+        return Ok(());
+    }
+    let changes = then.changes(&now).join("; ");
+    let what = format!("{} is not what was swept: {changes}; sweep again", study.path.display());
+    Err(Error::input(folder.display(), what))
+}

@@ -1,0 +1,84 @@
+//! From names, as a user reads them in results.csv, to what they stand for in a study.
+
+use super::Choice;
+use crate::study::Study;
+use crate::sweep::World;
+use crate::sweep::compare::{self, select_choices};
+use crate::sweep::table::{pose_names, representation_names};
+use crate::{Error, Result};
+
+/// Which choice, in which scene; what is not said is the first there is.
+#[derive(Clone, Debug, Default)]
+pub struct Wanted {
+    /// As in the column `poses` of results.csv; of a sensor that is scored alone, the pose's own name will do.
+    pub poses: String,
+    /// The combination's name, where several have such a choice.
+    pub combination: Option<String>,
+    /// As in the column `representation`.
+    pub representation: Option<String>,
+    /// The scene's name.
+    pub scene: Option<String>,
+    /// Which moment of it, counted from 0.
+    pub snapshot: usize,
+    /// Which repeat, counted from 0.
+    pub repeat: usize,
+}
+
+/// Finds the world and the choice; names what there is where something is not.
+pub fn find<'w>(study: &Study, worlds: &'w [World], wanted: &Wanted) -> Result<(&'w World, Choice)> {
+    let named = compare::Selection::Named(wanted.poses.clone());
+    let asked = |name: &str| wanted.combination.as_ref().is_none_or(|wanted| wanted == name);
+    if !study.combinations.iter().any(|combination| asked(&combination.name)) {
+        let names: Vec<_> = study.combinations.iter().map(|combination| combination.name.as_str()).collect();
+        return Err(unknown("--combination", wanted.combination.as_deref(), &names));
+    }
+    let combinations = study.combinations.iter().enumerate().filter(|(_, c)| asked(&c.name));
+    let mut found = combinations.filter_map(|(number, combination)| {
+        Some((number, *select_choices(&named, study, combination).first()?))
+    });
+    let (combination, choice) = found.next().ok_or_else(|| {
+        let combination = study.combinations.iter().find(|c| asked(&c.name));
+        let example = combination.map_or(String::new(), |c| pose_names(study, c, 0));
+        let what = format!(
+            "no such choice of poses: must be as in the column `poses` of results.csv, as in {example}"
+        );
+        Error::input(format!("--pose {}", wanted.poses), what)
+    })?;
+    if let Some((other, _)) = found.next() {
+        let [a, b] = [combination, other].map(|number| &study.combinations[number].name);
+        let what = format!("is a choice of {a:?} and of {b:?}: say which with --combination");
+        return Err(Error::input(format!("--pose {}", wanted.poses), what));
+    }
+    let names = representation_names(study, &study.combinations[combination]);
+    let representation = match &wanted.representation {
+        None => 0,
+        Some(name) => names
+            .iter()
+            .position(|known| known == name)
+            .ok_or_else(|| unknown("--representation", Some(name), &names))?,
+    };
+    let scenes: Vec<_> = study.scenes.iter().map(|scene| scene.name.as_str()).collect();
+    let scene = match &wanted.scene {
+        None => 0,
+        Some(name) => scenes
+            .iter()
+            .position(|known| known == name)
+            .ok_or_else(|| unknown("--scene", Some(name), &scenes))?,
+    };
+    let snapshots = study.scenes[scene].snapshots;
+    let below = |option: &str, number: usize, of: usize| match number < of {
+        true => Ok(()),
+        false => Err(Error::input(format!("{option} {number}"), format!("must be from 0 to {}", of - 1))),
+    };
+    below("--snapshot", wanted.snapshot, snapshots)?;
+    below("--repeat", wanted.repeat, study.repeats as usize)?;
+    let here = |world: &&World| (world.scene, world.snapshot) == (scene, wanted.snapshot);
+    let world = worlds.iter().find(here).ok_or_else(|| unknown("--scene", Some(scenes[scene]), &scenes))?;
+    Ok((world, Choice { combination, choice, representation, repeat: wanted.repeat }))
+}
+
+fn unknown(option: &str, name: Option<&str>, known: &[impl AsRef<str>]) -> Error {
+    let known: Vec<_> = known.iter().map(AsRef::as_ref).collect();
+    let what = format!("there is no such one, there are {}", known.join(", "));
+    Error::input(format!("{option} {}", name.unwrap_or_default()), what)
+}

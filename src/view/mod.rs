@@ -1,0 +1,188 @@
+//! One choice of poses in one scene at one moment, voxel by voxel: what each sensor says, what they say together, and
+//! whether it is true. For whoever draws, exports or explains; sweeps count without it. Nothing is drawn here.
+//!
+//! # Practice
+//! Made on the host from what a backend reads back, over the whole grid, so that it costs as much as some thousand scored
+//! poses. Its counts in a region are those of the sweep.
+
+mod find;
+mod returns;
+
+use crate::Result;
+use crate::backend::{Backend, Evidence, Placement, Planes, fused};
+use crate::metrics::Confusion;
+use crate::sensor::{Claim, Station};
+use crate::study::Study;
+use crate::sweep::{World, tables};
+use crate::voxel::BitGrid;
+pub use find::{Wanted, find};
+pub use returns::Return;
+
+/// What is looked at; numbers are those of the study.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Choice {
+    /// Index of the combination.
+    pub combination: usize,
+    /// Number of the choice of poses ([`crate::study::Combination::choice`]).
+    pub choice: usize,
+    /// Number of the choice of representations ([`crate::study::Combination::interpretations`]).
+    pub representation: usize,
+    /// Which repeat, counted from 0.
+    pub repeat: usize,
+}
+
+/// What a sensor of a choice does.
+#[derive(Clone, Debug)]
+pub struct Member {
+    /// Index of the sensor.
+    pub sensor: usize,
+    /// Index of its candidate.
+    pub candidate: usize,
+    /// Where it stands in the grid; at the origin if it has no pose.
+    pub placement: Placement,
+    /// What its rays tell, if it casts any in this representation: planes over the grid, and how each ray ended.
+    pub cast: Option<Evidence>,
+    /// What it says in this representation, over the grid; `occupied` wins where both are set.
+    pub says: Planes,
+}
+
+/// A choice, looked at.
+#[derive(Debug)]
+pub struct View<'a> {
+    /// What is studied.
+    pub study: &'a Study,
+    /// The scene at its moment.
+    pub world: &'a World,
+    /// What is looked at.
+    pub choice: Choice,
+    /// Its sensors, in the order they speak.
+    pub members: Vec<Member>,
+    /// What they say together, over the grid; no voxel is in both planes, and what is in neither is unknown.
+    pub labels: Planes,
+}
+
+/// What a label is worth.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Verdict {
+    /// Occupied, and called so.
+    Tp,
+    /// Free, but called occupied.
+    Fp,
+    /// Occupied, but called free.
+    Fn,
+    /// Free, and called so.
+    Tn,
+    /// Occupied, and not known.
+    Uo,
+    /// Free, and not known.
+    Uf,
+}
+
+impl Verdict {
+    /// All of them, in the order of the counts.
+    pub const ALL: [Verdict; 6] =
+        [Verdict::Tp, Verdict::Fp, Verdict::Fn, Verdict::Tn, Verdict::Uo, Verdict::Uf];
+
+    /// As in the columns of results.csv.
+    pub fn name(self) -> &'static str {
+        ["tp", "fp", "fn", "tn", "uo", "uf"][self as usize]
+    }
+}
+
+impl<'a> View<'a> {
+    /// Looks at a choice. The backend forgets what it had loaded.
+    pub fn new(
+        study: &'a Study,
+        world: &'a World,
+        choice: Choice,
+        backend: &mut dyn Backend,
+    ) -> Result<View<'a>> {
+        let grid = world.truth.grid.window();
+        let tables = tables(study);
+        backend.tables(&tables.iter().flatten().cloned().collect::<Vec<_>>())?;
+        backend.load(&world.cell(grid))?;
+        let combination = &study.combinations[choice.combination];
+        let candidates = combination.choice(choice.choice);
+        let ways = combination.interpretations(&study.sensors).swap_remove(choice.representation);
+        let mut members = Vec::new();
+        let mut voices = Vec::new();
+        for ((member, candidate), way) in combination.members.iter().zip(candidates).zip(ways) {
+            let (sensor, kind) = (member.sensor, &study.sensors[member.sensor].kind);
+            let placement = world.placement(study, sensor, candidate, choice.repeat);
+            let station = Station {
+                truth: &world.truth,
+                window: grid,
+                setting: world.settings[sensor][candidate],
+                rays: tables[sensor].as_ref(),
+                draws: placement.draws,
+            };
+            let Claim { cast, planes } = kind.claims(&station).swap_remove(way);
+            let table = tables[..sensor].iter().flatten().count();
+            let cast =
+                (cast && tables[sensor].is_some()).then(|| backend.read(table, &placement)).transpose()?;
+            let mut says = Planes { occupied: BitGrid::new(grid), free: BitGrid::new(grid) };
+            for part in cast.iter().map(|cast| &cast.planes).chain(&planes) {
+                says.occupied.add(&part.occupied);
+                says.free.add(&part.free);
+            }
+            voices.push((says.clone(), kind.log_odds(way)));
+            members.push(Member { sensor, candidate, placement, cast, says });
+        }
+        let labels = fused(grid, combination.fusion, &voices);
+        Ok(View { study, world, choice, members, labels })
+    }
+
+    /// What the label of a voxel of the grid is worth.
+    pub fn verdict(&self, voxel: [i32; 3]) -> Verdict {
+        let is_there = self.world.truth.occupied.get(voxel);
+        match (self.labels.occupied.get(voxel), self.labels.free.get(voxel)) {
+            (true, _) if is_there => Verdict::Tp,
+            (true, _) => Verdict::Fp,
+            (_, true) if is_there => Verdict::Fn,
+            (_, true) => Verdict::Tn,
+            _ if is_there => Verdict::Uo,
+            _ => Verdict::Uf,
+        }
+    }
+
+    /// The voxels of the grid with this verdict.
+    pub fn voxels(&self, verdict: Verdict) -> BitGrid {
+        let grid = self.world.truth.grid.window();
+        let Planes { occupied, free } = &self.labels;
+        let truth = &*self.world.truth.occupied;
+        let mut voxels = match verdict {
+            Verdict::Tp | Verdict::Fp => occupied.clone(),
+            Verdict::Fn | Verdict::Tn => free.clone(),
+            Verdict::Uo | Verdict::Uf => BitGrid::full(grid),
+        };
+        match verdict {
+            Verdict::Tp | Verdict::Fn | Verdict::Uo => voxels.keep(truth),
+            Verdict::Fp | Verdict::Tn | Verdict::Uf => voxels.remove(truth),
+        }
+        if matches!(verdict, Verdict::Uo | Verdict::Uf) {
+            voxels.remove(occupied);
+            voxels.remove(free);
+        }
+        voxels
+    }
+
+    /// The counts in a region, as a sweep has them.
+    pub fn counts(&self, region: usize) -> Confusion {
+        let cells = &*self.world.regions[region].cells;
+        let truth = &self.world.truth;
+        let count = |verdict: Verdict, of: Option<&BitGrid>| {
+            let mut voxels = self.voxels(verdict);
+            [Some(cells), of].into_iter().flatten().for_each(|plane| voxels.keep(plane));
+            voxels.count()
+        };
+        let mut counts = Verdict::ALL.map(|verdict| count(verdict, None)).to_vec();
+        for of in [&truth.human, &truth.robot] {
+            let all = [Verdict::Tp, Verdict::Fn, Verdict::Uo];
+            counts.extend(all.map(|verdict| count(verdict, Some(of))));
+        }
+        Confusion::from_counts(std::array::from_fn(|i| counts[i]))
+    }
+}
+
+#[cfg(test)]
+mod tests;

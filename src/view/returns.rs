@@ -1,0 +1,45 @@
+//! The point cloud of a sensor: where its rays return.
+
+use glam::DVec3;
+
+use super::{Member, View};
+use crate::march::{self, RETURN};
+use crate::sensor::look;
+use crate::sweep::tables;
+
+/// A return of a ray.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Return {
+    /// Number of the ray in the sensor's table.
+    pub ray: usize,
+    /// Where it is read, in world metres: along the ray, as far as the voxel's near side and with the noise it drew.
+    pub at_m: DVec3,
+    /// The voxel where it is read.
+    pub voxel: [i32; 3],
+}
+
+impl View<'_> {
+    /// The returns of a sensor's rays, in ray order; none if it casts none.
+    pub fn returns(&self, member: &Member) -> Vec<Return> {
+        let (Some(cast), Some(rays)) = (&member.cast, &tables(self.study)[member.sensor]) else {
+            return Vec::new();
+        };
+        let (from, grid) = (&member.placement, &self.world.truth.grid);
+        let returned = cast.ends.iter().enumerate().filter(|(_, end)| end.kind == RETURN);
+        let found = returned.filter_map(|(ray, _)| {
+            let dir_q16 = from.axis_q15.map(|axis| march::direction_q16(axis, rays.dirs_q15[ray]));
+            let found = look::look(&self.world.truth.blockers, rays, from, dir_q16, ray as u32)?;
+            let step_q16 = match rays.noise_q16.is_empty() {
+                true => 0,
+                false => rays.noise_q16[march::draw(from.draws, ray as u32) as usize],
+            };
+            let voxels = f64::from(march::noisy_q16(found.distance_q16, step_q16)) / 65536.0;
+            let along = dir_q16.map(|d| f64::from(d) / 65536.0);
+            let begin = from.origin_q16.map(|o| f64::from(o) / 65536.0);
+            let at = DVec3::from_array(begin) + DVec3::from_array(along) * voxels;
+            let at_m = grid.corner_m([0; 3]) + at * grid.voxel_size_m;
+            Some(Return { ray, at_m, voxel: found.read })
+        });
+        found.collect()
+    }
+}

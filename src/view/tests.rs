@@ -1,0 +1,108 @@
+use super::*;
+use crate::backend::cpu::Cpu;
+use crate::march::RETURN;
+use crate::study::Overrides;
+use crate::sweep::run;
+
+/// A shipped study, coarse, with its worlds.
+fn shipped(name: &str, voxel_size_m: f64) -> (Study, Vec<World>) {
+    let path = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes").join(name);
+    let study =
+        Study::load(&path, &Overrides { voxel_size_m: Some(voxel_size_m), noiseless: false }).unwrap();
+    let worlds = World::prepare_all(&study).unwrap();
+    (study, worlds)
+}
+
+/// Views of every n-th row of a study have the counts of its sweep.
+fn counts_are_those_of_the_sweep(name: &str, voxel_size_m: f64, every: usize) {
+    let (study, worlds) = shipped(name, voxel_size_m);
+    let mut cpu = Cpu::new(Some(1)).unwrap();
+    let rows = run(&study, &worlds, &mut cpu).unwrap();
+    for row in rows.iter().step_by(every) {
+        let here = |world: &&World| (world.scene, world.snapshot) == (row.scene, row.snapshot);
+        let world = worlds.iter().find(here).unwrap();
+        let choice = Choice {
+            combination: row.combination,
+            choice: row.choice,
+            representation: row.interpretation,
+            repeat: row.repeat,
+        };
+        let view = View::new(&study, world, choice, &mut cpu).unwrap();
+        assert_eq!(view.counts(row.region), row.counts, "{name}: {row:?}");
+        let cells = world.regions[row.region].cells.cells().step_by(97);
+        cells.for_each(|cell| assert!(view.voxels(view.verdict(cell)).get(cell)));
+    }
+}
+
+#[test]
+fn a_view_counts_as_a_sweep_does() {
+    counts_are_those_of_the_sweep("tiny.toml", 0.1, 7);
+    // Pads, a cover, a camera on the robot, fused.
+    counts_are_those_of_the_sweep("paper/exp2.toml", 0.1, 1999);
+}
+
+#[test]
+fn returns_lie_where_they_are_read() {
+    let (study, worlds) = shipped("tiny.toml", 0.1);
+    let mut cpu = Cpu::new(Some(1)).unwrap();
+    let mut found = 0;
+    for combination in 0..study.combinations.len() {
+        let choice = Choice { combination, choice: 0, representation: 0, repeat: 0 };
+        let view = View::new(&study, &worlds[0], choice, &mut cpu).unwrap();
+        for member in &view.members {
+            let Some(cast) = &member.cast else { continue };
+            let returns = view.returns(member);
+            assert_eq!(returns.len(), cast.ends.iter().filter(|end| end.kind == RETURN).count());
+            for Return { at_m, voxel, .. } in &returns {
+                assert!(cast.planes.occupied.get(*voxel));
+                let grid = &worlds[0].truth.grid;
+                let centre = grid.corner_m(*voxel) + glam::DVec3::splat(grid.voxel_size_m / 2.0);
+                let off = (*at_m - centre).abs().max_element() / grid.voxel_size_m;
+                // Distances are rounded to 1/65536 voxels at each crossing.
+                assert!(off < 0.502, "{at_m} is no point of {voxel:?}");
+            }
+            found += returns.len();
+        }
+    }
+    assert!(found > 100);
+}
+
+#[test]
+fn a_choice_is_found_by_its_names() {
+    let (study, worlds) = shipped("tiny.toml", 0.1);
+    let named = |poses: &str| Wanted { poses: poses.into(), ..Default::default() };
+    for combination in 0..study.combinations.len() {
+        let spec = &study.combinations[combination];
+        for choice in 0..spec.choices() {
+            let whole = crate::sweep::table::pose_names(&study, spec, choice);
+            let wanted = Wanted { combination: Some(spec.name.clone()), ..named(&whole) };
+            let (world, found) = find(&study, &worlds, &wanted).unwrap();
+            assert_eq!(
+                (world.scene, found),
+                (0, Choice { combination, choice, representation: 0, repeat: 0 })
+            );
+        }
+    }
+    let known = crate::sweep::table::pose_names(&study, &study.combinations[0], 0);
+    let refused = |wanted: Wanted, expected: &str| {
+        let error = find(&study, &worlds, &wanted).unwrap_err().to_string();
+        assert!(error.contains(expected), "{error}");
+    };
+    refused(
+        named("nowhere"),
+        &format!(
+            "--pose nowhere: no such choice of poses: must be as in the column `poses` of results.csv, as in {known}"
+        ),
+    );
+    refused(
+        Wanted { combination: Some("x".into()), ..named(&known) },
+        "--combination x: there is no such one, there are ",
+    );
+    refused(
+        Wanted { representation: Some("x".into()), ..named(&known) },
+        "--representation x: there is no such one",
+    );
+    refused(Wanted { scene: Some("x".into()), ..named(&known) }, "--scene x: there is no such one");
+    refused(Wanted { snapshot: 9, ..named(&known) }, "--snapshot 9: must be from 0 to 0");
+    refused(Wanted { repeat: 9, ..named(&known) }, "--repeat 9: must be from 0 to 0");
+}
