@@ -95,14 +95,18 @@ fn rows_that_are_promised_take_no_time() {
 #[test]
 fn what_a_merge_lacks_is_told_in_part() {
     let folder = Folder::new();
-    assert_eq!(folder.sweep(&["--shard", "0/11"]).code, Some(0));
-    fs::rename(folder.path("out/shard-0-of-11"), folder.path("out/shard-1-of-11")).unwrap();
+    assert_eq!(folder.sweep(&["--shard", "10/11"]).code, Some(0));
     let absent: Vec<String> =
-        (1..11).map(|n| format!("\n  shard {n} of 11 is not there; to make it")).collect();
-    refused(&folder, "merge", &absent.iter().map(String::as_str).collect::<Vec<_>>());
-    begin(&folder, "out/shard-1-of-11", |_| {});
-    let last = ["\n  shard 0 of 11 lacks 3 of 3 rows", "\n  shard 9 of 11 is not there", "\n  and 1 more\n"];
-    refused(&folder, "merge", &last);
+        (0..10).map(|n| format!("\n  shard {n} of 11 is not there; to make it")).collect();
+    let absent: Vec<&str> = absent.iter().map(String::as_str).collect();
+    refused(&folder, "merge", &absent);
+    // Now the last one lacks its rows, too.
+    begin(&folder, "out/shard-10-of-11", |_| {});
+    refused(&folder, "merge", &[&absent[..], &["\n  and 1 more\n"]].concat());
+    fs::rename(folder.path("out/shard-10-of-11"), folder.path("out/shard-2-of-11")).unwrap();
+    begin(&folder, "out/shard-2-of-11", |header| (header.shard.number, header.kept) = (2, 6..9));
+    let lacks = ["\n  shard 1 of 11 is not there", "\n  shard 2 of 11 lacks 3 of 3 rows", "\n  and 1 more\n"];
+    refused(&folder, "merge", &lacks);
 }
 
 #[test]
