@@ -130,6 +130,10 @@ fn manifests_that_promise_nonsense_are_refused() {
         (&|m| m["combinations"][0]["poses"] = twice.clone(), &["\"camera\" has poses of \"camera\" twice"]),
         (&|m| m["combinations"][0]["poses"] = json!([[[2, 3], [0, 1]]]), &["has poses of \"camera\" twice"]),
         (&|m| m["combinations"][0]["poses"] = json!([[[0, 9]]]), &["poses of \"camera\" that are not there"]),
+        (
+            &|m| m["combinations"][0]["poses"] = json!([[[0, 600_000_000], [0, 600_000_000]]]),
+            &["has 1200000003 poses in its combinations, at most 1000000000 can be"],
+        ),
         (&|m| m["combinations"][0]["name"] = json!("\u{1b}[2J"), &["\"\\u{1b}[2J\" has control characters"]),
         (&|m| m["scenes"][0]["name"] = json!("a\nb"), &["the name \"a\\nb\" has control characters"]),
         (&|m| m["scenes"][0]["regions"][1]["name"] = json!("\u{9b}"), &["\"\\u{9b}\" has control"]),

@@ -86,6 +86,12 @@ pub(super) fn read(folder: &Path, manifest: &Manifest) -> Result<Subject> {
         let what = format!("is not the table that {MANIFEST} beside it was written with; {CURE}");
         return Err(Error::input(poses.display(), what));
     }
+    // Their numbers are kept, and each stands in a row at least.
+    let ranges = file.combinations.iter().flat_map(|combination| combination.poses.iter().flatten());
+    let listed: u128 = ranges.map(|[first, end]| end.saturating_sub(*first) as u128).sum();
+    if listed > MAX_ROWS as u128 {
+        return Err(says(format!("has {listed} poses in its combinations, at most {MAX_ROWS} can be")));
+    }
     let mut room = MAX_NAMES_BYTES;
     let combinations = file.combinations.iter().map(|entry| combination(entry, &sensors, &mut room));
     let combinations: Vec<CombinationResults> = combinations.collect::<Result<_, String>>().map_err(says)?;
