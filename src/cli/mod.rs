@@ -79,7 +79,7 @@ pub(crate) fn run() -> ExitCode {
     match outcome {
         Ok(code) => code,
         Err(error) => {
-            eprintln!("error: {error}");
+            eprintln!("error: {}", harmless(&error.to_string()));
             ExitCode::from(match error {
                 Error::Disagreement(_) => 1,
                 Error::Input(_) => 2,
@@ -88,6 +88,12 @@ pub(crate) fn run() -> ExitCode {
             })
         }
     }
+}
+
+/// Text in which a stranger's file may be quoted: what a terminal would obey is spelt out, but for the ends of lines.
+fn harmless(text: &str) -> String {
+    let spelt = |c: char| if c.is_control() && c != '\n' { c.escape_unicode().to_string() } else { c.into() };
+    text.chars().map(spelt).collect()
 }
 
 /// Prints each different warning once, with the scenes that have it.

@@ -9,6 +9,7 @@ use std::path::Path;
 use super::results::{Results, Subject};
 use crate::sweep::journal::{Header, Journal, Pages, Shard};
 use crate::sweep::manifest::{MANIFEST, Manifest};
+use crate::sweep::session::places_of;
 use crate::{Error, Result, SEMANTICS_VERSION};
 
 /// What mends a folder that does not fit together.
@@ -42,6 +43,16 @@ impl Folder {
             && header.block_rows == layout.block_rows();
         if !of_one {
             let what = format!("is of another sweep than {MANIFEST} beside it; {CURE}");
+            return Err(Error::input(journal.path().display(), what));
+        }
+        let Shard { number, of } = header.shard;
+        let choices = layout.asks();
+        if of as usize > choices || header.kept != layout.rows_of_asks(&places_of(&layout, header.shard)) {
+            let what = format!(
+                "keeps rows {:?} of each block as shard {number} of {of}, which are not that shard's of {choices} choices \
+                 of poses; {CURE}",
+                header.kept
+            );
             return Err(Error::input(journal.path().display(), what));
         }
         Ok(Folder { manifest, subject, journal })

@@ -73,6 +73,23 @@ pub fn write_whole(path: &Path, bytes: &[u8]) -> Result<()> {
     file.commit()
 }
 
+/// Most bytes of a manifest or a table of poses; no sweep writes so many.
+pub(crate) const MOST_BYTES: u64 = 1 << 30;
+
+/// Opens a file of a sweep's folder to be read. Only a regular one: a pipe would wait for its writer.
+pub(crate) fn open_regular(path: &Path, most_bytes: u64) -> Result<fs::File> {
+    let unreadable = |e| Error::io(path, "cannot be read", e);
+    let metadata = fs::metadata(path).map_err(unreadable)?;
+    if !metadata.is_file() {
+        return Err(Error::input(path.display(), "is not a regular file"));
+    }
+    if metadata.len() > most_bytes {
+        let what = format!("has {} bytes: at most {} MiB are read", metadata.len(), most_bytes >> 20);
+        return Err(Error::input(path.display(), what));
+    }
+    fs::File::open(path).map_err(unreadable)
+}
+
 /// The tables that are written when a sweep is done.
 pub const TABLES: [&str; 4] = ["results.csv", "results.parquet", "scores.csv", "scores.parquet"];
 

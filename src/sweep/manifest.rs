@@ -2,11 +2,13 @@
 //! counts or the names beside them; their hash is the sweep's fingerprint, by which two machines prove that they worked on the
 //! same.
 
+use std::io::Read;
 use std::path::Path;
 
 use serde_json::{Map, Value, json};
 use sha2::{Digest, Sha256};
 
+use super::files::{MOST_BYTES, open_regular};
 use super::journal::Shard;
 use super::{World, table};
 use crate::backend::{Placement, Rays};
@@ -132,7 +134,9 @@ impl Manifest {
     /// Reads the manifest of a folder.
     pub fn read(folder: &Path) -> Result<Manifest> {
         let path = folder.join(MANIFEST);
-        let text = std::fs::read_to_string(&path).map_err(|e| Error::io(&path, "cannot be read", e))?;
+        let mut text = String::new();
+        let read = open_regular(&path, MOST_BYTES)?.take(MOST_BYTES).read_to_string(&mut text);
+        read.map_err(|e| Error::io(&path, "cannot be read", e))?;
         let json = serde_json::from_str(&text);
         json.map(Manifest).map_err(|e| Error::input(path.display(), format!("{e}; sweep again")))
     }
@@ -187,7 +191,6 @@ impl Manifest {
             let effects = now.decides().map(|(key, _)| key.as_str()).filter(|key| !CAUSES.contains(key));
             effects.for_each(|key| differences(key, self.get(key), now.get(key), &mut told));
         }
-        told.truncate(MOST_TOLD);
         told
     }
 
@@ -229,10 +232,10 @@ fn ranges(numbers: &[usize]) -> Vec<[usize; 2]> {
     runs.filter_map(|run| Some([*run.first()?, run.last()? + 1])).collect()
 }
 
-/// Adds where two values differ.
+/// Adds where two values differ, while there is room.
 fn differences(place: &str, was: &Value, is: &Value, told: &mut Vec<String>) {
     match (was, is) {
-        _ if was == is => {}
+        _ if told.len() == MOST_TOLD || was == is => {}
         (Value::Object(a), Value::Object(b)) => {
             let keys = a.keys().chain(b.keys().filter(|key| !a.contains_key(*key)));
             for key in keys {

@@ -108,30 +108,31 @@ fn of_one_sweep(mut shards: Vec<(PathBuf, Folder)>) -> Result<Vec<(PathBuf, Fold
 /// Fails unless every row of the sweep is in one of its shards, naming what is missing and what makes it.
 fn complete(shards: &[(PathBuf, Folder)]) -> Result<()> {
     let of = shards[0].1.journal.header().shard.of;
+    let number_of = |shard: &Folder| shard.journal.header().shard.number;
     let mut missing = Vec::new();
-    for number in 0..of {
-        let here = |(_, shard): &&(PathBuf, Folder)| shard.journal.header().shard.number == number;
-        match shards.iter().find(here) {
-            None => missing.push((number, format!("shard {number} of {of} is not there"))),
-            Some((path, shard)) => {
-                let (lacks, rows) = (shard.missing()?, shard.journal.header().rows());
-                if lacks > 0 {
-                    let what =
-                        format!("shard {number} of {of} lacks {lacks} of {rows} rows ({})", path.display());
-                    missing.push((number, what));
-                }
-            }
+    for (path, shard) in shards {
+        let (number, lacks, rows) = (number_of(shard), shard.missing()?, shard.journal.header().rows());
+        if lacks > 0 {
+            let what = format!("shard {number} of {of} lacks {lacks} of {rows} rows ({})", path.display());
+            missing.push((number, what));
         }
     }
-    if missing.is_empty() {
+    let lacking = missing.len() + of as usize - shards.len();
+    if lacking == 0 {
         return Ok(());
     }
+    // No more than are told: a file may claim that there are billions.
+    let absent = (0..of).filter(|n| shards.binary_search_by_key(n, |(_, shard)| number_of(shard)).is_err());
+    let absent =
+        absent.take(MOST_TOLD).map(|number| (number, format!("shard {number} of {of} is not there")));
+    missing.extend(absent);
+    missing.sort();
     let command = |number: u32| command_of_shard(&shards[0].1.manifest, Shard { number, of });
     let told = missing.iter().take(MOST_TOLD);
     let mut text: String =
         told.map(|(number, what)| format!("\n  {what}; to make it:\n    {}", command(*number))).collect();
-    if missing.len() > MOST_TOLD {
-        text += &format!("\n  and {} more", missing.len() - MOST_TOLD);
+    if lacking > MOST_TOLD {
+        text += &format!("\n  and {} more", lacking - MOST_TOLD);
     }
     Err(Error::Input(format!("the sweep is not complete:{text}")))
 }

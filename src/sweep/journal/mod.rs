@@ -20,6 +20,7 @@ use std::ops::Range;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
+use super::files::open_regular;
 use crate::metrics::Confusion;
 use crate::{Error, Result};
 pub use pages::Pages;
@@ -58,6 +59,11 @@ impl Locked {
     /// Opens the journal of a folder, making it where there is none, for this process alone.
     pub fn open(folder: &Path) -> Result<Locked> {
         let path = folder.join(JOURNAL);
+        // Through a link, a folder from elsewhere could have any file of the user's begun anew.
+        if path.symlink_metadata().is_ok_and(|metadata| !metadata.is_file()) {
+            let what = "is not a regular file, and a journal is needed there: move it away";
+            return Err(Error::input(path.display(), what));
+        }
         let file = OpenOptions::new().read(true).write(true).create(true).truncate(false).open(&path);
         let file = file.map_err(|e| Error::io(&path, "cannot be opened", e))?;
         if let Err(TryLockError::WouldBlock) = file.try_lock() {
@@ -90,7 +96,7 @@ impl Journal {
     /// Opens the journal of a folder to be read, while nobody writes to it.
     pub fn read(folder: &Path) -> Result<Journal> {
         let path = folder.join(JOURNAL);
-        let file = File::open(&path).map_err(|e| Error::io(&path, "cannot be read", e))?;
+        let file = open_regular(&path, u64::MAX)?;
         if let Err(TryLockError::WouldBlock) = file.try_lock_shared() {
             let what = "a run is still at work in this folder: wait until it has ended";
             return Err(Error::Busy(format!("{}: {what}", path.display())));
@@ -139,10 +145,15 @@ impl Journal {
 
     /// Tells every finished row in the order of rows, and how many places hold something else than a row of this sweep.
     pub fn scan(&self, mut finished: impl FnMut(u64, Confusion) -> Result<()>) -> Result<u64> {
+        let length = self.file.metadata().map_err(|e| self.cannot_read(e))?.len();
         let mut damaged = 0;
         for block in 0..self.header.blocks {
             let rows = self.header.rows_of_block(block);
             for first in rows.clone().step_by(READ_ROWS as usize) {
+                // However many rows a header promises, a short file takes a short time.
+                if self.offset(first) >= length {
+                    return Ok(damaged);
+                }
                 let some = first..rows.end.min(first + READ_ROWS);
                 for (row, state) in some.clone().zip(self.states(some)?) {
                     match state {
@@ -175,8 +186,7 @@ impl Journal {
             file.seek(SeekFrom::Start(at))?;
             file.take(length).read_to_end(bytes)
         };
-        read(&self.file, &mut bytes)
-            .map_err(|e| Error::Storage(format!("{}: cannot be read: {e}", self.path.display())))?;
+        read(&self.file, &mut bytes).map_err(|e| self.cannot_read(e))?;
         bytes.resize(length as usize, 0);
         let records = bytes.chunks_exact(RECORD_BYTES);
         Ok(rows.zip(records).map(|(row, record)| self.header.state(row, record)).collect())
@@ -184,6 +194,10 @@ impl Journal {
 
     fn offset(&self, row: u64) -> u64 {
         HEADER_BYTES as u64 + self.header.place(row) * RECORD_BYTES as u64
+    }
+
+    fn cannot_read(&self, e: std::io::Error) -> Error {
+        Error::Storage(format!("{}: cannot be read: {e}", self.path.display()))
     }
 }
 
