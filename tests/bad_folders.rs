@@ -152,9 +152,9 @@ fn manifests_that_promise_nonsense_are_refused() {
 #[test]
 fn what_a_manifest_says_cannot_steer_a_terminal() {
     let folder = swept(&[]);
-    edit(&folder, |manifest| manifest["about"]["command"] = json!("perirobot\u{1b}]0;x\u{7} sweep\r"));
+    edit(&folder, |manifest| manifest["about"]["command"] = json!(["perirobot\u{1b}]0;x\u{7}", "sweep\r"]));
     begin(&folder, "out", |_| {});
-    refused(&folder, "summary", &["33 rows are missing", "perirobot\\u{1b}]0;x\\u{7} sweep\\u{d}\n"]);
+    refused(&folder, "summary", &["33 rows are missing", "'perirobot\\u{1b}]0;x\\u{7}' 'sweep\\u{d}'\n"]);
 }
 
 #[test]

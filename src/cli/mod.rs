@@ -1,5 +1,13 @@
 //! Subcommands and what they share: messages and exit codes. Nothing is computed here.
 
+/// Writes a line on standard error; whether anybody can read it changes nothing.
+macro_rules! say {
+    ($($text:tt)*) => {{
+        use std::io::Write;
+        let _ = writeln!(std::io::stderr(), $($text)*);
+    }};
+}
+
 mod backend;
 mod bench;
 mod cluster;
@@ -79,7 +87,7 @@ pub(crate) fn run() -> ExitCode {
     match outcome {
         Ok(code) => code,
         Err(error) => {
-            eprintln!("error: {}", harmless(&error.to_string()));
+            say!("error: {}", harmless(&error.to_string()));
             ExitCode::from(match error {
                 Error::Disagreement(_) => 1,
                 Error::Input(_) => 2,
@@ -108,7 +116,7 @@ fn warn<'a>(scenes: impl Iterator<Item = (&'a str, &'a [String])>) {
         }
     }
     for (warning, scenes) in all {
-        eprintln!("warning: {}: {warning}", scenes.join(", "));
+        say!("warning: {}: {warning}", scenes.join(", "));
     }
 }
 

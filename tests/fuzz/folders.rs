@@ -124,7 +124,7 @@ impl Sweep {
         let study = Study::load(&root.path().join("study.toml"), &Overrides::default());
         let study = study.expect("a study without mistakes");
         let worlds = World::prepare_all(&study).expect("scenes without mistakes");
-        let fingerprint = Manifest::new(&study, &worlds, Shard::WHOLE, "").fingerprint();
+        let fingerprint = Manifest::new(&study, &worlds, Shard::WHOLE, &[]).fingerprint();
         let voxels = worlds[0].regions.iter().map(|region| region.cells.count()).collect();
         let sweep = Sweep { root, study, worlds, fingerprint, voxels };
         sweep.open("out", Shard::WHOLE);
@@ -139,7 +139,14 @@ impl Sweep {
 
     /// Takes up what is in a folder, and lets it be.
     fn open(&self, folder: &str, shard: Shard) {
-        drop(Session::open(&self.study, &self.worlds, &self.path(folder), shard, false, "perirobot sweep"));
+        drop(Session::open(
+            &self.study,
+            &self.worlds,
+            &self.path(folder),
+            shard,
+            false,
+            &["perirobot".into()],
+        ));
     }
 
     /// Everything that reads the folder `out`, what changes it last.

@@ -20,7 +20,7 @@ use std::ops::Range;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
-use super::files::open_regular;
+use super::files::{open_regular, sync_folder_of};
 use crate::metrics::Confusion;
 use crate::{Error, Result};
 pub use pages::Pages;
@@ -66,10 +66,8 @@ impl Locked {
         }
         let file = OpenOptions::new().read(true).write(true).create(true).truncate(false).open(&path);
         let file = file.map_err(|e| Error::io(&path, "cannot be opened", e))?;
-        if let Err(TryLockError::WouldBlock) = file.try_lock() {
-            let what = "another run is at work in this folder: wait for it, or name another folder";
-            return Err(Error::Busy(format!("{}: {what}", path.display())));
-        }
+        let busy = "another run is at work in this folder: wait for it, or name another folder";
+        locked(&path, file.try_lock(), busy)?;
         let header = read_header(&path, &file);
         Ok(Locked { path, file, header })
     }
@@ -85,7 +83,8 @@ impl Locked {
             file.set_len(0)?;
             file.rewind()?;
             file.write_all(&header.bytes())?;
-            file.sync_all()
+            file.sync_all()?;
+            sync_folder_of(&self.path)
         };
         write(&mut self.file).map_err(|e| Error::storage(&self.path, e))?;
         Ok(Journal { path: self.path, file: self.file, header, unsynced_since: None })
@@ -97,11 +96,10 @@ impl Journal {
     pub fn read(folder: &Path) -> Result<Journal> {
         let path = folder.join(JOURNAL);
         let file = open_regular(&path, u64::MAX)?;
-        if let Err(TryLockError::WouldBlock) = file.try_lock_shared() {
-            let what = "a run is still at work in this folder: wait until it has ended";
-            return Err(Error::Busy(format!("{}: {what}", path.display())));
-        }
-        let Some(header) = read_header(&path, &file)? else {
+        let busy = "a run is still at work in this folder: wait until it has ended";
+        locked(&path, file.try_lock_shared(), busy)?;
+        let header = read_header(&path, &file).map_err(|e| Error::Input(format!("{e}; sweep again")))?;
+        let Some(header) = header else {
             return Err(Error::input(path.display(), "holds nothing: sweep again"));
         };
         Ok(Journal { path, file, header, unsynced_since: None })
@@ -135,6 +133,12 @@ impl Journal {
                 Ok(())
             }
         }
+    }
+
+    /// Loses all its rows, which nobody may trust any more.
+    pub fn clear(&mut self) -> Result<()> {
+        let shrink = self.file.set_len(HEADER_BYTES as u64).and_then(|()| self.file.sync_all());
+        shrink.map_err(|e| Error::storage(&self.path, e))
     }
 
     /// Waits until the disk has all that was written.
@@ -201,6 +205,21 @@ impl Journal {
     }
 }
 
+/// Fails unless a file could be locked: with `busy` where somebody else holds it.
+fn locked(path: &Path, outcome: Result<(), TryLockError>, busy: &str) -> Result<()> {
+    match outcome {
+        Ok(()) => Ok(()),
+        Err(TryLockError::WouldBlock) => Err(Error::Busy(format!("{}: {busy}", path.display()))),
+        Err(TryLockError::Error(e)) => {
+            let what = format!(
+                "cannot be locked ({e}), and without that two runs could write to it: name a folder on \
+                                another file system"
+            );
+            Err(Error::input(path.display(), what))
+        }
+    }
+}
+
 /// The header of a file; `None` if the file ends before its header does.
 fn read_header(path: &Path, mut file: &File) -> Result<Option<Header>> {
     let mut bytes = Vec::new();
@@ -210,7 +229,7 @@ fn read_header(path: &Path, mut file: &File) -> Result<Option<Header>> {
         return Ok(None);
     }
     let header = Header::parse(&bytes);
-    header.map(Some).map_err(|what| Error::input(path.display(), format!("{what}; --restart begins anew")))
+    header.map(Some).map_err(|what| Error::input(path.display(), what))
 }
 
 #[cfg(test)]
