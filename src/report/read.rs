@@ -28,6 +28,9 @@ pub struct Folder {
 
 impl Folder {
     /// Reads manifest.json, poses.csv and the beginning of counts.journal, which must be of one sweep.
+    ///
+    /// # Errors
+    /// `Error::Input` that names the file and what does not fit; `Error::Busy` if a run is at work in the folder.
     pub fn open(folder: &Path) -> Result<Folder> {
         if !folder.is_dir() {
             let what = "is not a folder: name one that `perirobot sweep --out` has written";

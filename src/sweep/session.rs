@@ -69,6 +69,10 @@ pub fn folder_of(out: &Path, shard: Shard) -> PathBuf {
 impl<'a> Session<'a> {
     /// Opens a folder, and takes up what was begun there: the same sweep, or, with `restart`, whatever it was.
     /// `command` is the command that does so, word by word.
+    ///
+    /// # Errors
+    /// `Error::Input` if the folder holds anything else, with what has changed, or cannot be written to; `Error::Busy` if
+    /// another run is at work in it; `Error::Storage` if the disk fails.
     pub fn open(
         study: &'a Study,
         worlds: &'a [World],
@@ -140,6 +144,10 @@ impl<'a> Session<'a> {
     }
 
     /// Scores what is left. One choice in `verify` is checked where the crew is doubted; none if it is 0.
+    ///
+    /// # Errors
+    /// `Error::Disagreement` if a device counted otherwise than the CPU; `Error::Storage` if the disk fails;
+    /// `Error::Device` if nobody can do the work. But for the first, what is finished is kept.
     pub fn run(
         &mut self,
         crew: &mut dyn Crew,
