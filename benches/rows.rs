@@ -1,5 +1,5 @@
-//! Rows of results a second into each kind of table, beside the rate at which the fastest sweep would make them, and the
-//! memory that it takes. The machine's disk is part of what is measured: tables are synced before the clock stops.
+//! Rows of results a second into the journal, as a sweep writes them, and then into each kind of table, beside the rate at
+//! which the fastest sweep would make them, and the memory that it takes. The machine's disk is part of what is measured: tables are synced before the clock stops.
 //!
 //! `cargo bench --bench rows` prints a table in Markdown, with a million rows and with four million, so that memory
 //! that grows would be seen. Under `cargo test` it writes a few rows only.
@@ -8,6 +8,7 @@ use std::path::Path;
 use std::time::Instant;
 
 use perirobot::metrics::Confusion;
+use perirobot::sweep::journal::{Header, Locked, Shard};
 use perirobot::sweep::table::COUNT_COLUMNS;
 use perirobot::table::{Column, Field, Format, Kind, TableFile};
 
@@ -63,6 +64,25 @@ fn write(path: &Path, format: Format, rows: u64) -> perirobot::Result<(f64, u64)
     Ok((begin.elapsed().as_secs_f64(), bytes))
 }
 
+/// Rows that a sweep hands to the journal at once: a batch of choices that follow each other.
+const BATCH_ROWS: u64 = 4096;
+
+/// Writes rows of one block into a journal, checksums and syncs included.
+fn keep(folder: &Path, rows: u64) -> perirobot::Result<(f64, u64)> {
+    let header =
+        Header { fingerprint: [7; 32], shard: Shard::WHOLE, blocks: 1, block_rows: rows, kept: 0..rows };
+    let begin = Instant::now();
+    let mut journal = Locked::open(folder)?.begin(header)?;
+    for first in (0..rows).step_by(BATCH_ROWS as usize) {
+        let batch: Vec<Confusion> = (first..rows.min(first + BATCH_ROWS)).map(counts).collect();
+        journal.put(first, &batch)?;
+    }
+    journal.sync()?;
+    let seconds = begin.elapsed().as_secs_f64();
+    let bytes = std::fs::metadata(journal.path()).map(|file| file.len()).unwrap_or_default();
+    Ok((seconds, bytes))
+}
+
 /// The most memory that the process has held so far, in MiB, where the system tells.
 fn peak_mib() -> String {
     let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
@@ -75,20 +95,24 @@ fn main() -> perirobot::Result<()> {
     let measured = std::env::args().any(|argument| argument == "--bench");
     let sizes = if measured { [1_000_000, 4_000_000] } else { [1_000, 4_000] };
     let folder = tempfile::tempdir_in(env!("CARGO_TARGET_TMPDIR")).expect("the target folder takes folders");
-    println!("| table | rows | rows/s | × {AIM_PER_S:.0} rows/s | bytes/row | peak memory so far, MiB |");
+    let line = |what: &str, rows: u64, (seconds, bytes): (f64, u64)| {
+        let per_s = rows as f64 / seconds;
+        println!(
+            "| {what} | {rows} | {per_s:.0} | {:.1} | {:.0} | {} |",
+            per_s / AIM_PER_S,
+            bytes as f64 / rows as f64,
+            peak_mib()
+        );
+    };
+    println!("| file | rows | rows/s | × {AIM_PER_S:.0} rows/s | bytes/row | peak memory so far, MiB |");
     println!("|---|---:|---:|---:|---:|---:|");
+    for rows in sizes {
+        line("journal", rows, keep(folder.path(), rows)?);
+    }
     for format in [Format::Csv, Format::Parquet] {
         for rows in sizes {
             let path = folder.path().join("results").with_extension(format.extension());
-            let (seconds, bytes) = write(&path, format, rows)?;
-            let per_s = rows as f64 / seconds;
-            println!(
-                "| {} | {rows} | {per_s:.0} | {:.1} | {:.0} | {} |",
-                format.extension(),
-                per_s / AIM_PER_S,
-                bytes as f64 / rows as f64,
-                peak_mib()
-            );
+            line(format.extension(), rows, write(&path, format, rows)?);
         }
     }
     Ok(())

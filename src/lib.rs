@@ -19,6 +19,7 @@ pub mod metrics;
 pub mod report;
 pub mod scene;
 pub mod sensor;
+pub mod shell;
 pub mod source;
 pub mod study;
 pub mod sweep;

@@ -98,6 +98,12 @@ impl Sources {
         record.by_name.iter().map(file).collect()
     }
 
+    /// Whether this file, by whatever name, is one of them.
+    pub fn has_read(&self, path: &Path) -> bool {
+        let record = self.record.lock().unwrap_or_else(PoisonError::into_inner);
+        path.canonicalize().is_ok_and(|place| record.by_place.contains_key(&place))
+    }
+
     fn read(&self, path: &Path, most_bytes: u64) -> Result<Vec<u8>> {
         let unreadable = |source| Error::io(path, "cannot be read", source);
         let place = path.canonicalize().map_err(unreadable)?;

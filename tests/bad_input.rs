@@ -114,6 +114,12 @@ fn things_that_are_missing_or_twice() {
         (STUDY, "name = \"lidar\"", "name = \"\"", "one of the sensors has an empty name"),
         (
             STUDY,
+            "name = \"lidar\"",
+            "name = \"a\\u001b[2J\"",
+            "sensor \"a\\u{1b}[2J\" has control characters",
+        ),
+        (
+            STUDY,
             "name = \"random\"",
             "name = \"Wall\"\nlist = []",
             "sensor \"camera\".poses \"Wall\": give one of",

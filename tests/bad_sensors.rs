@@ -565,6 +565,27 @@ fn combinations() {
 }
 
 #[test]
+fn too_many_representations_together() {
+    // 13 sensors of one pose and 4 representations each: 4¹³ names would have to be kept.
+    let names: Vec<String> = (0..13).map(|n| format!("c{n}")).collect();
+    let sensor = |name: &String| {
+        format!(
+            "[[sensor]]\nname = \"{name}\"\nkind = \"rgbd\"\nfov_deg = [60, 40]\nresolution_px = [2, 2]\nrange_m = [0.2, 3]\n\
+             representations = [\"points\", \"spheres\", \"cylinders\", \"box\"]\nspheres_radius_m = 0.2\n\
+             cylinders_radius_m = 0.2\n\
+             [[sensor.poses]]\nname = \"p\"\nlist = [{{ position_m = [0, 0, 1], facing = [1, 0, 0] }}]\n"
+        )
+    };
+    let sensors: String = names.iter().map(sensor).collect();
+    let together = format!("[[combination]]\nname = \"crowd\"\nsensors = {names:?}\n");
+    program::refused(
+        &program::Folder::new(),
+        &[("study.toml", "", &(sensors + &together))],
+        &["combination \"crowd\": 67108864 choices of a representation for each sensor are too many"],
+    );
+}
+
+#[test]
 fn what_stands_otherwise_or_too_often() {
     for (from, to, expected) in [
         // Far from all surfaces, and not stretching the grid to where it lies.

@@ -7,6 +7,9 @@ use std::path::Path;
 #[allow(unreachable_pub)]
 #[path = "fuzz/entries.rs"]
 mod entries;
+#[allow(unreachable_pub)]
+#[path = "fuzz/folders.rs"]
+mod folders;
 
 /// Feeds a target the files of its corpus, and each cut short and with its middle byte changed.
 fn feed(target: &str, entry: fn(&[u8])) {
@@ -51,4 +54,4 @@ macro_rules! targets {
     };
 }
 
-targets!(study, gltf, stl, obj, collada, urdf, octomap, poses, rays, joints);
+targets!(study, gltf, stl, obj, collada, urdf, octomap, poses, rays, joints, journal, manifest);

@@ -42,6 +42,8 @@ enum Call {
 #[derive(Clone, Copy)]
 enum Trouble {
     Fails(&'static str),
+    /// Is not there, or fits nothing: what would be the user's fault, had it not been there before.
+    Gone,
     /// Answers, with a voxel of the first region more than there is.
     Lies,
     /// Answers less than it was asked for.
@@ -77,6 +79,7 @@ impl Actor {
     fn can(&self, call: Call) -> Result<()> {
         match self.script.lock().unwrap().next(call, self.gear) {
             Some(Trouble::Fails(what)) => Err(Error::Device(format!("adapter Actor: {what}"))),
+            Some(Trouble::Gone) => Err(Error::Input("there is no adapter".into())),
             _ => Ok(()),
         }
     }
@@ -136,7 +139,7 @@ impl Backend for Actor {
             Some(Trouble::Forgets) => {
                 answer.pop();
             }
-            None => {}
+            Some(Trouble::Gone) | None => {}
         }
         Ok(answer)
     }
@@ -219,7 +222,7 @@ impl Theatre {
     }
 
     fn open(&self, out: &str, restart: bool) -> Result<Session<'_>> {
-        Session::open(&self.study, &self.worlds, &self.out(out), Shard::WHOLE, restart, "perirobot")
+        Session::open(&self.study, &self.worlds, &self.out(out), Shard::WHOLE, restart, &["perirobot".into()])
     }
 
     fn out(&self, out: &str) -> PathBuf {
@@ -331,6 +334,63 @@ fn what_fails_is_done_by_somebody_else_and_nothing_is_lost() {
 }
 
 #[test]
+fn a_device_that_is_gone_is_no_fault_of_the_users() {
+    let theatre = Theatre::new();
+    theatre.sweep("quiet", &mut Alone, 0, &mut Onlooker::default()).unwrap();
+    // It falls off the bus, or has too little memory left for what fitted before.
+    let gone: [fn(Call, Gear, usize) -> bool; 2] = [
+        |call, gear, before| call == Call::Open && (gear == Gear::Small || before > 0),
+        |call, gear, _| call == Call::Load && gear == Gear::Small,
+    ];
+    for (number, gone) in gone.into_iter().enumerate() {
+        let out = format!("out-{number}");
+        let mut troupe = Troupe::new(move |call, gear, before| match (call, gear, before) {
+            (Call::Sense, Gear::Full, 7) => Some(Trouble::Fails("device lost")),
+            _ => gone(call, gear, before).then_some(Trouble::Gone),
+        });
+        let mut watch = Onlooker::default();
+        let report = theatre.sweep(&out, &mut troupe, 500, &mut watch).unwrap();
+        assert_eq!(report.ending, Ending::Finished);
+        assert!(theatre.journal(&out) == theatre.journal("quiet"));
+        assert_eq!(watch.faults[0].instead, [FOR_GOOD, CPU][number]);
+    }
+}
+
+#[test]
+fn what_a_killed_run_left_unchecked_is_checked_later() {
+    let theatre = Theatre::new();
+    theatre.sweep("quiet", &mut Alone, 0, &mut Onlooker::default()).unwrap();
+    // As if it had been killed before its first check: all rows are there, and its entry is as it was at the beginning.
+    let killed = |out: &str, mut troupe: Troupe| {
+        theatre.sweep(out, &mut troupe, 0, &mut Onlooker::default()).unwrap();
+        let path = theatre.out(out).join("manifest.json");
+        let text = fs::read_to_string(&path).unwrap();
+        let as_begun = text.replacen("\"ended\": \"finished\"", "\"ended\": \"killed\"", 1);
+        assert_ne!(as_begun, text);
+        fs::write(&path, as_begun).unwrap();
+    };
+    killed("honest", Troupe::new(|_, _, _| None));
+    let report =
+        theatre.sweep("honest", &mut Troupe::new(|_, _, _| None), 500, &mut Onlooker::default()).unwrap();
+    assert_eq!((report.ending, report.run.poses, report.run.verified), (Ending::Finished, 0, 4));
+    assert!(theatre.journal("honest") == theatre.journal("quiet"));
+    let again = theatre.open("honest", false).unwrap();
+    assert!(!again.is_unchecked(), "once is enough");
+    drop(again);
+
+    // Whoever goes on, a liar's rows do not stay.
+    let crews: [&mut dyn Crew; 2] = [&mut Troupe::new(|_, _, _| None), &mut Alone];
+    for (number, crew) in crews.into_iter().enumerate() {
+        let out = format!("lied-{number}");
+        killed(&out, liar(0));
+        let error = theatre.sweep(&out, crew, 500, &mut Onlooker::default()).unwrap_err();
+        assert!(matches!(error, Error::Disagreement(_)), "{error:?}");
+        theatre.sweep(&out, &mut Alone, 500, &mut Onlooker::default()).unwrap();
+        assert!(theatre.journal(&out) == theatre.journal("quiet"));
+    }
+}
+
+#[test]
 fn a_device_that_fails_now_and_then_stays_at_work() {
     let theatre = Theatre::new();
     theatre.sweep("quiet", &mut Alone, 0, &mut Onlooker::default()).unwrap();
@@ -398,7 +458,12 @@ fn a_lie_stops_the_run_with_the_evidence_in_a_file() {
     theatre.sweep("quiet", &mut Alone, 0, &mut Onlooker::default()).unwrap();
     let error = theatre.sweep("out", &mut liar(0), 500, &mut Onlooker::default()).unwrap_err();
     let Error::Disagreement(what) = &error else { panic!("{error:?}") };
-    for part in ["scene cell, snapshot 0, repeat 0", "in region robot", DISAGREEMENT, "--restart"] {
+    for part in [
+        "scene cell, snapshot 0, repeat 0",
+        "in region robot",
+        DISAGREEMENT,
+        "All rows of this folder are dropped",
+    ] {
         assert!(what.contains(part), "no {part:?} in {what}");
     }
     let out = theatre.out("out");
@@ -412,12 +477,12 @@ fn a_lie_stops_the_run_with_the_evidence_in_a_file() {
     let run = &manifest(&out)["runs"][0];
     assert!(run["ended"].as_str().unwrap().contains("disagree"), "{run}");
 
-    // Nothing goes on from what a liar counted.
-    let refused = theatre.open("out", false).map(|_| ()).unwrap_err().to_string();
-    assert!(refused.contains(DISAGREEMENT) && refused.contains("--restart begins anew"), "{refused}");
-    theatre.open("out", true).unwrap().run(&mut Alone, 0, 0.0, &mut Onlooker::default()).unwrap();
+    // Nobody goes on from what a liar counted, nor merges it.
+    let session = theatre.open("out", false).unwrap();
+    assert_eq!(session.done(), 0);
+    drop(session);
+    theatre.sweep("out", &mut Alone, 0, &mut Onlooker::default()).unwrap();
     assert!(theatre.journal("out") == theatre.journal("quiet"));
-    assert!(!out.join(DISAGREEMENT).exists());
 }
 
 #[test]

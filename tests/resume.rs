@@ -76,7 +76,7 @@ fn killed(kills: u32, backends: &[&[&str]]) {
         let mut run = Running::sweep(&folder, random.of(backends));
         // From before it reads the study to when it has written more than there was.
         let rows = size(&folder.path(JOURNAL));
-        let _ = random.one_in(2) || run.until_rows(&folder.path(JOURNAL), rows);
+        let _ = killed % 2 == 0 || run.until_rows(&folder.path(JOURNAL), rows);
         sleep(whole.mul_f64(f64::from(random.below(1000)) / 5000.0));
         // Now and then a signal first, so that the kill meets a run that is about to stop.
         if random.one_in(4) {
@@ -355,6 +355,64 @@ fn a_sweep_begun_on_one_device_goes_on_on_another() {
     let backends: Vec<_> = runs.iter().map(|run| run["backend"].as_str().unwrap()).collect();
     assert_eq!(backends, ["cpu", "gpu", "cpu"]);
     assert!(runs[1]["verified"].as_u64().unwrap() >= 3, "{}", runs[1]);
+}
+
+#[test]
+fn tables_without_a_journal_are_not_lost() {
+    let folder = Folder::new();
+    assert_eq!(folder.sweep(&[]).code, Some(0));
+    let before = fs::read(folder.path("out/results.csv")).unwrap();
+    fs::remove_file(folder.path(JOURNAL)).unwrap();
+    let outcome = folder.sweep(&["--max-time", "0s"]);
+    assert_eq!(outcome.code, Some(2), "{}", outcome.stderr);
+    assert!(
+        outcome.stderr.contains("results.csv: is of an earlier sweep")
+            && outcome.stderr.contains("--restart")
+    );
+    assert!(fs::read(folder.path("out/results.csv")).unwrap() == before);
+    assert_eq!(folder.sweep(&["--restart"]).code, Some(0));
+}
+
+#[test]
+fn a_study_s_own_file_is_not_written_over() {
+    let folder = Folder::new();
+    let table = "pose,x_m,y_m,z_m,qw,qx,qy,qz\nmine,0,0,1.2,1,0,0,0\n";
+    folder.write("poses.csv", table);
+    folder.edit(
+        "study.toml",
+        "[[sensor.poses]]\nname = \"random\"",
+        "[[sensor.poses]]\nname = \"own\"\ncsv = \"poses.csv\"\n[[sensor.poses]]\nname = \"random\"",
+    );
+    let (study, out) = (folder.path("study.toml"), folder.path("."));
+    let outcome = perirobot(&["sweep", text(&study), "--out", text(&out), "--backend", "cpu"]);
+    assert_eq!(outcome.code, Some(2), "{}", outcome.stderr);
+    assert!(outcome.stderr.contains("poses.csv: is a file that the study reads"), "{}", outcome.stderr);
+    assert_eq!(fs::read_to_string(folder.path("poses.csv")).unwrap(), table);
+    assert_eq!(folder.sweep(&[]).code, Some(0));
+}
+
+#[test]
+fn what_is_said_to_go_on_does_not_begin_anew() {
+    let folder = Folder::new();
+    let outcome = folder.sweep(&["--restart", "--max-time", "0s"]);
+    assert_eq!(outcome.code, Some(75));
+    assert!(outcome.stderr.contains("to go on: perirobot sweep") && !outcome.stderr.contains("--restart"));
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn nobody_has_to_listen() {
+    let folder = Folder::new();
+    let (study, out) = (folder.path("study.toml"), folder.path("out"));
+    let sweep = |more: &[&str]| {
+        let full = fs::File::options().write(true).open("/dev/full").unwrap();
+        let mut command = std::process::Command::new(env!("CARGO_BIN_EXE_perirobot"));
+        command.args(["sweep", text(&study), "--out", text(&out), "--backend", "cpu"]).args(more);
+        command.stdout(std::process::Stdio::null()).stderr(full).status().unwrap().code()
+    };
+    assert_eq!(sweep(&["--max-time", "0s"]), Some(75));
+    assert_eq!(sweep(&["--progress", "json", "-vv"]), Some(0));
+    assert_eq!(sweep(&["--voxel-size", "0.05"]), Some(2));
 }
 
 #[test]

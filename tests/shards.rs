@@ -136,6 +136,23 @@ fn what_is_missing_is_named_with_the_command_that_makes_it() {
             command(2).trim(),
         ],
     );
+    // Whatever the folder is called, and however it was made.
+    let odd = folder.path("a --shard 9/9 b");
+    let outcome = perirobot(&[
+        "sweep",
+        text(&study),
+        "--out",
+        text(&odd),
+        "--backend",
+        "cpu",
+        "--restart",
+        "--shard",
+        "0/2",
+    ]);
+    assert_eq!(outcome.code, Some(0), "{}", outcome.stderr);
+    let outcome = perirobot(&["merge", text(&odd)]);
+    let told = format!("perirobot sweep {} --out '{}' --backend cpu --shard 1/2\n", text(&study), text(&odd));
+    assert!(outcome.stderr.contains(&told), "{}", outcome.stderr);
     // One that was stopped before its end.
     shard(&folder, "2/3");
     assert_eq!(folder.sweep(&["--shard", "1/3", "--max-time", "0s"]).code, Some(75));
@@ -199,6 +216,51 @@ fn a_merge_does_not_overwrite_another_sweep() {
     assert_eq!(outcome.code, Some(2));
     assert!(outcome.stderr.contains("holds a sweep of something else"), "{}", outcome.stderr);
     assert!(fs::read(folder.path("out/counts.journal")).unwrap() == before);
+}
+
+#[test]
+fn a_merge_writes_only_where_it_may() {
+    let folder = whole();
+    for number in ["0/2", "1/2"] {
+        shard(&folder, number);
+    }
+    let of_two = ["out/shard-0-of-2", "out/shard-1-of-2"].map(|name| folder.path(name));
+    let [zero, one] = of_two.each_ref().map(|path| text(path));
+    // Into a shard, and onto a file that is something else.
+    let before = fs::read(folder.path("out/shard-0-of-2/counts.journal")).unwrap();
+    let outcome = perirobot(&["merge", zero, zero, one]);
+    assert_eq!(outcome.code, Some(2));
+    assert!(outcome.stderr.contains("holds shard 0 of 2: name another folder"), "{}", outcome.stderr);
+    assert!(fs::read(folder.path("out/shard-0-of-2/counts.journal")).unwrap() == before);
+    folder.write("out/counts.journal", [b'x'; 300]);
+    let outcome = merge(&folder, &[]);
+    assert_eq!(outcome.code, Some(2));
+    assert!(outcome.stderr.contains("is no journal of perirobot; name another folder"), "{}", outcome.stderr);
+    assert_eq!(fs::read(folder.path("out/counts.journal")).unwrap(), [b'x'; 300]);
+    fs::remove_file(folder.path("out/counts.journal")).unwrap();
+    // What a killed merge left goes; what is not ours stays.
+    for name in ["results.csv.999.part", "results.csv.mine.part", "results.parquet", "disagreement.json"] {
+        folder.write(&format!("out/{name}"), "old");
+    }
+    assert_eq!(merge(&folder, &[]).code, Some(0));
+    let mut expected = ["shard-0-of-2", "shard-1-of-2", "results.csv.mine.part"].map(String::from).to_vec();
+    expected.extend(names(&folder.path("whole")));
+    expected.sort();
+    assert_eq!(names(&folder.path("out")), expected);
+}
+
+#[test]
+fn more_shards_than_files_can_be_open() {
+    let folder = whole();
+    for number in 0..CHOICES {
+        shard(&folder, &format!("{number}/{CHOICES}"));
+    }
+    let out = folder.path("out");
+    let script = "ulimit -n 20; exec \"$@\"";
+    let merge = ["-c", script, "sh", env!("CARGO_BIN_EXE_perirobot"), "merge", text(&out)];
+    let output = Command::new("sh").args(merge).output().unwrap();
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    same_bytes(&folder.path("whole"), &out);
 }
 
 #[test]

@@ -61,7 +61,7 @@ impl BackendArgs {
                 match self.gpu(&AdapterChoice::Hardware) {
                     Ok(gpu) => Ok(Box::new(gpu)),
                     Err(reason) => {
-                        eprintln!("warning: {reason}; using the CPU instead");
+                        say!("warning: {reason}; using the CPU instead");
                         Ok(Box::new(self.cpu(self.threads())?))
                     }
                 }
@@ -122,7 +122,7 @@ impl BackendArgs {
         }
         let found = adapters();
         if found.is_empty() {
-            eprintln!("warning: no Vulkan adapter, the GPU backend is not {what} (see `perirobot devices`)");
+            say!("warning: no Vulkan adapter, the GPU backend is not {what} (see `perirobot devices`)");
             return Ok(None);
         }
         let hardware = found.iter().any(|adapter| !adapter.software);
@@ -175,8 +175,11 @@ impl Crew for SweepCrew<'_> {
     fn open(&mut self, gear: Gear) -> Result<Box<dyn Backend + Send>> {
         match gear {
             Gear::Full => {
-                let backend = self.ready.take().map_or_else(|| self.args.open(), Ok)?;
-                eprintln!("running on {}: {}", backend.name(), backend.device());
+                // Once it was a GPU, it is one: what steps in for it is known by its own name.
+                let again = || Ok(Box::new(self.args.gpu(&self.args.adapter())?) as Box<dyn Backend + Send>);
+                let anew = || if self.is_gpu { again() } else { self.args.open() };
+                let backend = self.ready.take().map_or_else(anew, Ok)?;
+                say!("running on {}: {}", backend.name(), backend.device());
                 Ok(backend)
             }
             Gear::Small => {

@@ -52,7 +52,7 @@ pub(super) fn run(args: &Args) -> Result<ExitCode> {
     }
     let mut backends = args.backend.open_all()?;
     for backend in &backends {
-        eprintln!("comparing {}: {}", backend.name(), backend.device());
+        say!("comparing {}: {}", backend.name(), backend.device());
     }
     let steps = worlds.len() * (study.sensors.len() + study.combinations.len());
     let mut progress = args.progress.start("sensors and combinations", 0, steps as u64);

@@ -1,5 +1,13 @@
 //! Subcommands and what they share: messages and exit codes. Nothing is computed here.
 
+/// Writes a line on standard error; whether anybody can read it changes nothing.
+macro_rules! say {
+    ($($text:tt)*) => {{
+        use std::io::Write;
+        let _ = writeln!(std::io::stderr(), $($text)*);
+    }};
+}
+
 mod backend;
 mod bench;
 #[allow(dead_code)] mod choice;
@@ -81,7 +89,7 @@ pub(crate) fn run() -> ExitCode {
     match outcome {
         Ok(code) => code,
         Err(error) => {
-            eprintln!("error: {error}");
+            say!("error: {}", harmless(&error.to_string()));
             ExitCode::from(match error {
                 Error::Disagreement(_) => 1,
                 Error::Input(_) => 2,
@@ -90,6 +98,12 @@ pub(crate) fn run() -> ExitCode {
             })
         }
     }
+}
+
+/// Text in which a stranger's file may be quoted: what a terminal would obey is spelt out, but for the ends of lines.
+fn harmless(text: &str) -> String {
+    let spelt = |c: char| if c.is_control() && c != '\n' { c.escape_unicode().to_string() } else { c.into() };
+    text.chars().map(spelt).collect()
 }
 
 /// Prints each different warning once, with the scenes that have it.
@@ -104,7 +118,7 @@ fn warn<'a>(scenes: impl Iterator<Item = (&'a str, &'a [String])>) {
         }
     }
     for (warning, scenes) in all {
-        eprintln!("warning: {}: {warning}", scenes.join(", "));
+        say!("warning: {}: {warning}", scenes.join(", "));
     }
 }
 

@@ -4,12 +4,12 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 use std::time::{Duration, Instant};
 
-use perirobot::Result;
 use perirobot::report::{Results, Subject};
 use perirobot::sweep::Watch;
 use perirobot::sweep::journal::Shard;
 use perirobot::sweep::manifest::Fault;
 use perirobot::sweep::session::{Ending, Report, Session, folder_of};
+use perirobot::{Result, shell};
 
 use super::backend::BackendArgs;
 use super::outcome::{OutcomeArgs, print_best};
@@ -79,39 +79,45 @@ pub(super) fn run(args: &Args) -> Result<ExitCode> {
     let mut crew = args.backend.crew()?;
     let mut session = Session::open(&study, &worlds, &folder, shard, args.restart, &command())?;
     if session.damaged > 0 {
-        eprintln!(
-            "warning: {}: {} rows are damaged and are counted again",
-            folder.display(),
-            session.damaged
-        );
+        say!("warning: {}: {} rows are damaged and are counted again", folder.display(), session.damaged);
     }
     let (done, total) = (session.done(), session.total());
     if done > 0 {
-        eprintln!("{done} of {total} scene-poses are finished already");
+        say!("{done} of {total} scene-poses are finished already");
     }
-    if done < total {
-        let mut watch = Onlooker { progress: args.progress.start("poses", done, total), stop };
+    let mut watch = Onlooker { progress: args.progress.start("poses", done, total), stop };
+    let mut report = None;
+    if done < total || session.is_unchecked() {
         let prepare_s = begin.elapsed().as_secs_f64();
-        let report = session.run(&mut crew, args.verify, prepare_s, &mut watch)?;
-        watch.progress.finish();
-        if args.timings {
-            print_timings(&report.timings);
-        }
-        tell(&report)?;
-        if let Ending::Stopped(why) = &report.ending {
-            let left = total - session.done();
-            eprintln!("{why}: {left} of {total} scene-poses are left; to go on: {}", command());
+        let done = session.run(&mut crew, args.verify, prepare_s, &mut watch)?;
+        if let Ending::Stopped(why) = &done.ending {
+            watch.progress.finish();
+            tell(&done, args.timings)?;
+            let (left, command) = (total - session.done(), shell::command(&command()));
+            say!("{why}: {left} of {total} scene-poses are left; to go on: {command}");
             return Ok(stopped());
         }
+        report = Some(done);
     }
-    if shard == Shard::WHOLE {
-        let results = Results::new(subject, session.into_pages());
-        args.outcome.write(&results, &folder)?;
-        print_best(&results)?;
-    } else {
-        let Shard { number, of } = shard;
-        let out = args.out.display();
-        super::print(&format!("shard {number} of {of} is finished; when all are: perirobot merge {out}\n"))?;
+    let results = match shard {
+        Shard::WHOLE => Some(Results::new(subject, session.into_pages())),
+        _ => None,
+    };
+    if let Some(results) = &results {
+        args.outcome.write(results, &folder)?;
+    }
+    watch.progress.finish();
+    if let Some(report) = &report {
+        tell(report, args.timings)?;
+    }
+    match &results {
+        Some(results) => print_best(results)?,
+        None => {
+            let (Shard { number, of }, out) = (shard, args.out.display());
+            super::print(&format!(
+                "shard {number} of {of} is finished; when all are: perirobot merge {out}\n"
+            ))?;
+        }
     }
     super::print(&format!("results in {}\n", folder.display()))?;
     Ok(ExitCode::SUCCESS)
@@ -129,7 +135,7 @@ impl Watch for Onlooker {
     }
 
     fn failed(&mut self, Fault { what, scene, instead }: &Fault) {
-        above_bar(|| eprintln!("warning: scene {scene}: {what}; the next poses were done by {instead}"));
+        above_bar(|| say!("warning: scene {scene}: {what}; the next poses were done by {instead}"));
     }
 
     fn stop(&mut self) -> Option<String> {
@@ -137,22 +143,20 @@ impl Watch for Onlooker {
     }
 }
 
-/// What the user typed, as it can be typed again.
-fn command() -> String {
-    let plain = |c: char| c.is_ascii_alphanumeric() || "-_./=,:+@%".contains(c);
-    let quoted = |word: String| match !word.is_empty() && word.chars().all(plain) {
-        true => word,
-        false => format!("'{}'", word.replace('\'', r"'\''")),
-    };
-    let words = std::env::args_os().skip(1).map(|word| quoted(word.to_string_lossy().into_owned()));
-    ["perirobot".into()].into_iter().chain(words).collect::<Vec<_>>().join(" ")
+/// What the user typed, word by word, but for what would begin it anew.
+fn command() -> Vec<String> {
+    let words = std::env::args_os().skip(1).map(|word| word.to_string_lossy().into_owned());
+    ["perirobot".into()].into_iter().chain(words.filter(|word| word != "--restart")).collect()
 }
 
-/// What the run did, in a line.
-fn tell(report: &Report) -> Result<()> {
+/// What the run did, in a line; with a line a stage if that is wanted.
+fn tell(report: &Report, timings: bool) -> Result<()> {
     let run = &report.run;
+    if timings {
+        print_timings(&report.timings);
+    }
     if run.verified > 0 {
-        eprintln!("{} scene-poses counted again on the CPU: no difference", run.verified);
+        say!("{} scene-poses counted again on the CPU: no difference", run.verified);
     }
     super::print(&format!(
         "{} scene-poses in {:.1} s ({:.1} poses/s) on {}: {}\n",
@@ -163,9 +167,9 @@ fn tell(report: &Report) -> Result<()> {
 /// A line a stage, in milliseconds.
 fn print_timings(timings: &[(&str, Duration)]) {
     if timings.is_empty() {
-        eprintln!("this backend does not know what its stages took");
+        say!("this backend does not know what its stages took");
     }
     for (stage, took) in timings {
-        eprintln!("{stage:>8} {:10.1} ms", took.as_secs_f64() * 1e3);
+        say!("{stage:>8} {:10.1} ms", took.as_secs_f64() * 1e3);
     }
 }

@@ -68,7 +68,7 @@ pub(super) fn run(args: &Args) -> Result<ExitCode> {
     let truth = voxels::voxelize_all(wanted, grid).map_err(in_scene)?.remove(0);
     for object in &truth.objects {
         for warning in &object.warnings {
-            eprintln!("warning: {}: object {:?} {warning}", spec.path.display(), object.name);
+            say!("warning: {}: object {:?} {warning}", spec.path.display(), object.name);
         }
     }
     let state = |key: [i32; 3]| {

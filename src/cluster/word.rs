@@ -41,11 +41,7 @@ impl Word {
 
     /// As a POSIX shell reads it: plain where that is safe, else between single quotes.
     pub fn shell(&self) -> String {
-        let plain = |c: char| c.is_ascii_alphanumeric() || "_./:@%+,-".contains(c);
-        if self.0.chars().all(plain) {
-            return self.0.clone();
-        }
-        format!("'{}'", self.0.replace('\'', r"'\''"))
+        crate::shell::quoted(&self.0)
     }
 
     /// As YAML reads it: a string in double quotes, which are those of JSON.

@@ -20,6 +20,7 @@ pub use crate::sweep::Key;
 use crate::{Error, Result};
 pub use over::Over;
 pub use read::Folder;
+pub(crate) use read::{fits, missing};
 pub use results::{Results, Subject};
 
 /// What the tables hold for a choice of sensors.

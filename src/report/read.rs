@@ -9,7 +9,8 @@ use std::path::Path;
 use super::results::{Results, Subject};
 use crate::sweep::journal::{Header, Journal, Pages, Shard};
 use crate::sweep::manifest::{MANIFEST, Manifest};
-use crate::{Error, Result, SEMANTICS_VERSION};
+use crate::sweep::session::places_of;
+use crate::{Error, Result, SEMANTICS_VERSION, shell};
 
 /// What mends a folder that does not fit together.
 const CURE: &str = "leave the files as the sweep wrote them, or sweep again";
@@ -27,6 +28,9 @@ pub struct Folder {
 
 impl Folder {
     /// Reads manifest.json, poses.csv and the beginning of counts.journal, which must be of one sweep.
+    ///
+    /// # Errors
+    /// `Error::Input` that names the file and what does not fit; `Error::Busy` if a run is at work in the folder.
     pub fn open(folder: &Path) -> Result<Folder> {
         if !folder.is_dir() {
             let what = "is not a folder: name one that `perirobot sweep --out` has written";
@@ -35,41 +39,56 @@ impl Folder {
         let manifest = Manifest::read(folder)?;
         let subject = subject::read(folder, &manifest)?;
         let journal = Journal::read(folder)?;
-        let header = journal.header();
-        let layout = subject.layout();
-        let of_one = header.fingerprint == manifest.fingerprint()
-            && header.blocks == layout.blocks() as u64
-            && header.block_rows == layout.block_rows();
-        if !of_one {
-            let what = format!("is of another sweep than {MANIFEST} beside it; {CURE}");
-            return Err(Error::input(journal.path().display(), what));
-        }
+        fits(&subject, &manifest, &journal)?;
         Ok(Folder { manifest, subject, journal })
     }
+}
 
-    /// How many rows it lacks. Every row that it has must be one that its region can have.
-    pub fn missing(&self) -> Result<u64> {
-        let Header { block_rows, .. } = self.journal.header();
-        let (regions, repeats) = (self.subject.regions.len() as u64, self.subject.repeats as u64);
-        let mut missing = self.journal.header().rows();
-        self.journal.scan(|row, counts| {
-            missing -= 1;
-            // Regions vary fastest, and blocks have whole choices.
-            let moment = (row / block_rows / repeats) as usize;
-            let region = (row % block_rows % regions) as usize;
-            let voxels = self.subject.baselines[moment][region].nothing_seen.total();
-            if counts.total() == voxels {
-                return Ok(());
-            }
-            let what = format!(
-                "row {row}: tp to uf are {} together, region {:?} has {voxels} voxels; {CURE}",
-                counts.total(),
-                self.subject.regions[region]
-            );
-            Err(Error::input(self.journal.path().display(), what))
-        })?;
-        Ok(missing)
+/// Fails unless a journal is of the sweep of a manifest, and of the part of it that it claims to be.
+pub(crate) fn fits(subject: &Subject, manifest: &Manifest, journal: &Journal) -> Result<()> {
+    let (header, layout) = (journal.header(), subject.layout());
+    let of_one = header.fingerprint == manifest.fingerprint()
+        && header.blocks == layout.blocks() as u64
+        && header.block_rows == layout.block_rows();
+    if !of_one {
+        let what = format!("is of another sweep than {MANIFEST} beside it; {CURE}");
+        return Err(Error::input(journal.path().display(), what));
     }
+    let Shard { number, of } = header.shard;
+    let choices = layout.asks();
+    if of as usize > choices || header.kept != layout.rows_of_asks(&places_of(&layout, header.shard)) {
+        let what = format!(
+            "keeps rows {:?} of each block as shard {number} of {of}, which are not that shard's of {choices} choices \
+             of poses; {CURE}",
+            header.kept
+        );
+        return Err(Error::input(journal.path().display(), what));
+    }
+    Ok(())
+}
+
+/// How many rows a journal lacks. Every row that it has must be one that its region can have.
+pub(crate) fn missing(subject: &Subject, journal: &Journal) -> Result<u64> {
+    let Header { block_rows, .. } = journal.header();
+    let (regions, repeats) = (subject.regions.len() as u64, subject.repeats as u64);
+    let mut missing = journal.header().rows();
+    journal.scan(|row, counts| {
+        missing -= 1;
+        // Regions vary fastest, and blocks have whole choices.
+        let moment = (row / block_rows / repeats) as usize;
+        let region = (row % block_rows % regions) as usize;
+        let voxels = subject.baselines[moment][region].nothing_seen.total();
+        if counts.total() == voxels {
+            return Ok(());
+        }
+        let what = format!(
+            "row {row}: tp to uf are {} together, region {:?} has {voxels} voxels; {CURE}",
+            counts.total(),
+            subject.regions[region]
+        );
+        Err(Error::input(journal.path().display(), what))
+    })?;
+    Ok(missing)
 }
 
 impl Results {
@@ -83,11 +102,11 @@ impl Results {
             let what = format!("holds shard {number} of {of}: run `perirobot merge` on the folder above it");
             return Err(Error::input(path.display(), what));
         }
-        let missing = folder.missing()?;
+        let missing = missing(&folder.subject, &folder.journal)?;
         if missing > 0 {
             let what = format!(
                 "is not finished, {missing} rows are missing: run the command that began it again, it goes on: {}",
-                folder.manifest.get("about")["command"].as_str().unwrap_or("perirobot sweep")
+                shell::command(&folder.manifest.command())
             );
             return Err(Error::input(path.display(), what));
         }

@@ -9,7 +9,10 @@ use crate::backend::Fusion;
 use crate::sensor::Sensor;
 
 /// Most rows of results of a study: a journal of 64 GB.
-const MAX_ROWS: usize = 1_000_000_000;
+pub(crate) const MAX_ROWS: usize = 1_000_000_000;
+
+/// Most bytes that the names of all representations of all combinations may take; they are kept in memory.
+pub(crate) const MAX_NAMES_BYTES: usize = 64 << 20;
 
 /// Sensors that are scored together: every pose of each with every pose of the others.
 #[derive(Clone, Debug, PartialEq)]
@@ -102,7 +105,7 @@ pub(super) fn check_rows(
     sensors: &[Sensor],
     per_choice: usize,
 ) -> Result<()> {
-    let mut rows = 0usize;
+    let (mut rows, mut bytes) = (0usize, 0usize);
     for combination in combinations {
         let (choices, ways) = (combination.choices(), combination.ways(sensors));
         rows = rows.saturating_add(choices.saturating_mul(ways).saturating_mul(per_choice));
@@ -114,8 +117,31 @@ pub(super) fn check_rows(
                 combination.name
             )));
         }
+        let names = combination.members.iter().map(|member| sensors[member.sensor].kind.representations());
+        bytes = bytes.saturating_add(bytes_of_names(names));
+        if bytes > MAX_NAMES_BYTES {
+            return Err(at.says(format!(
+                "combination {:?}: {ways} choices of a representation for each sensor are too many: fuse fewer sensors, or \
+                 give them fewer representations",
+                combination.name
+            )));
+        }
     }
     Ok(())
+}
+
+/// At most so many bytes of memory the names of a combination's representations take, made from those of each of its
+/// sensors.
+pub(crate) fn bytes_of_names<S: AsRef<str>>(sensors: impl Iterator<Item = impl AsRef<[S]>>) -> usize {
+    /// Of the text itself and of its place in a list.
+    const OF_EACH: usize = 64;
+    let (mut ways, mut length) = (1usize, OF_EACH);
+    for names in sensors {
+        let names = names.as_ref();
+        ways = ways.saturating_mul(names.len());
+        length += 1 + names.iter().map(|name| name.as_ref().len()).max().unwrap_or(0);
+    }
+    ways.saturating_mul(length)
 }
 
 fn one(at: &Place, entry: CombinationFile, fusion: Fusion, sensors: &[Sensor]) -> Result<Combination> {

@@ -19,8 +19,8 @@ use crate::sensor::Sensor;
 use crate::source::Sources;
 use crate::voxel::grid::VOXEL_SIZES_M;
 use crate::{Error, Result};
-pub(crate) use combination::nth_choice;
 pub use combination::{Combination, Member};
+pub(crate) use combination::{MAX_NAMES_BYTES, MAX_ROWS, bytes_of_names, nth_choice};
 pub use region::RegionSpec;
 pub use scene_file::{MotionSpec, NodeRule, ObjectSpec, SceneSpec, SurfaceSpec};
 pub use urdf::UrdfSpec;
@@ -231,6 +231,11 @@ impl Place<'_> {
         for name in names {
             if name.is_empty() {
                 return Err(self.says(format!("one of the {kind}s has an empty name")));
+            }
+            if name.contains(char::is_control) {
+                let what =
+                    "has control characters, which terminals obey: name it with letters, digits and signs";
+                return Err(self.says(format!("{kind} {name:?} {what}")));
             }
             if !seen.insert(name) {
                 return Err(self.says(format!("two {kind}s are named {name:?}: give each its own name")));

@@ -61,7 +61,7 @@ impl Done {
         self.bits[word] |= bit;
     }
 
-    fn has(&self, block: usize, place: usize) -> bool {
+    pub(super) fn has(&self, block: usize, place: usize) -> bool {
         let (word, bit) = self.at(block, place);
         self.bits[word] & bit != 0
     }

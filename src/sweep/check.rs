@@ -43,6 +43,17 @@ impl Picked {
         Picked { every, seen: 0, begun: false, waiting: Vec::new() }
     }
 
+    /// Picks nothing but these rows, each of a choice, which somebody counted that cannot be asked any more.
+    pub(super) fn these(waiting: Vec<Vec<Row>>) -> Picked {
+        Picked { every: u64::MAX, seen: AT_LEAST, begun: false, waiting }
+    }
+
+    /// Picks these rows, too.
+    pub(super) fn and(mut self, waiting: Vec<Vec<Row>>) -> Picked {
+        self.waiting.extend(waiting);
+        self
+    }
+
     /// Looks at the rows of one choice.
     pub(super) fn pick(&mut self, rows: &[Row]) {
         if self.seen < AT_LEAST || self.seen.is_multiple_of(self.every) {

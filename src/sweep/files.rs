@@ -4,8 +4,10 @@ use std::fs;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
+use super::check::DISAGREEMENT;
 use super::journal::JOURNAL;
 use super::manifest::MANIFEST;
+use crate::source::Sources;
 use crate::{Error, Result};
 
 /// A file being written, which takes its place when all of it is there: readers see the old bytes or the new ones, never
@@ -31,7 +33,8 @@ impl WholeFile {
     /// Brings what was written to the disk and puts it in its place.
     pub fn commit(mut self) -> Result<()> {
         let synced = self.file.sync_all();
-        synced.and_then(|()| fs::rename(&self.part, &self.path)).map_err(|e| cannot_write(&self.path, e))?;
+        let renamed = synced.and_then(|()| fs::rename(&self.part, &self.path));
+        renamed.and_then(|()| sync_folder_of(&self.path)).map_err(|e| cannot_write(&self.path, e))?;
         self.committed = true;
         tracing::info!("wrote {}", self.path.display());
         Ok(())
@@ -57,12 +60,28 @@ impl Drop for WholeFile {
     }
 }
 
-/// The error of a file that could not be written whole: the disk's if that is full, else the user's.
+/// Waits until the disk knows the name of a new file, too.
+pub(super) fn sync_folder_of(path: &Path) -> std::io::Result<()> {
+    let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    match cfg!(unix) {
+        true => fs::File::open(folder)?.sync_all(),
+        false => Ok(()),
+    }
+}
+
+/// The error of a file that could not be written whole: the user's if the place is wrong, else the disk's.
 pub(crate) fn cannot_write(path: &Path, source: std::io::Error) -> Error {
-    use std::io::ErrorKind::{FileTooLarge, QuotaExceeded, StorageFull};
+    use std::io::ErrorKind as Kind;
     match source.kind() {
-        StorageFull | QuotaExceeded | FileTooLarge => Error::storage(path, source),
-        _ => Error::io(path, "cannot be written", source),
+        Kind::NotFound
+        | Kind::PermissionDenied
+        | Kind::AlreadyExists
+        | Kind::IsADirectory
+        | Kind::NotADirectory
+        | Kind::DirectoryNotEmpty
+        | Kind::InvalidFilename
+        | Kind::ReadOnlyFilesystem => Error::io(path, "cannot be written", source),
+        _ => Error::storage(path, source),
     }
 }
 
@@ -71,6 +90,23 @@ pub fn write_whole(path: &Path, bytes: &[u8]) -> Result<()> {
     let mut file = WholeFile::create(path)?;
     file.write_all(bytes).map_err(|e| cannot_write(path, e))?;
     file.commit()
+}
+
+/// Most bytes of a manifest or a table of poses; no sweep writes so many.
+pub(crate) const MOST_BYTES: u64 = 1 << 30;
+
+/// Opens a file of a sweep's folder to be read. Only a regular one: a pipe would wait for its writer.
+pub(crate) fn open_regular(path: &Path, most_bytes: u64) -> Result<fs::File> {
+    let unreadable = |e| Error::io(path, "cannot be read", e);
+    let metadata = fs::metadata(path).map_err(unreadable)?;
+    if !metadata.is_file() {
+        return Err(Error::input(path.display(), "is not a regular file"));
+    }
+    if metadata.len() > most_bytes {
+        let what = format!("has {} bytes: at most {} MiB are read", metadata.len(), most_bytes >> 20);
+        return Err(Error::input(path.display(), what));
+    }
+    fs::File::open(path).map_err(unreadable)
 }
 
 /// The tables that are written when a sweep is done.
@@ -121,7 +157,9 @@ impl OutputFolder {
     pub fn tidy(&self) {
         let ours = |name: &str| {
             let left = name.strip_suffix(".part").and_then(|name| name.rsplit_once('.'));
-            left.is_some_and(|(name, _)| BEGUN.contains(&name) || TABLES.contains(&name))
+            left.is_some_and(|(name, process)| {
+                process.parse::<u32>().is_ok() && (BEGUN.contains(&name) || TABLES.contains(&name))
+            })
         };
         for entry in fs::read_dir(&self.path).into_iter().flatten().flatten() {
             if entry.file_name().to_str().is_some_and(ours) {
@@ -129,6 +167,26 @@ impl OutputFolder {
                 let _ = fs::remove_file(entry.path());
             }
         }
+    }
+
+    /// Removes the tables of an earlier sweep, which would soon be beside a manifest that they do not belong to.
+    pub fn clear(&self) {
+        for name in TABLES.iter().chain([&DISAGREEMENT]) {
+            let _ = fs::remove_file(self.path.join(name));
+        }
+    }
+
+    /// The first table that is there.
+    pub fn table(&self) -> Option<&'static str> {
+        TABLES.into_iter().find(|name| self.path.join(name).exists())
+    }
+
+    /// Fails if a file of the sweep would take the place of one that the study reads.
+    pub fn spare(&self, sources: &Sources) -> Result<()> {
+        let mut places = BEGUN.iter().chain(&TABLES).map(|name| self.path.join(name));
+        let Some(place) = places.find(|place| sources.has_read(place)) else { return Ok(()) };
+        let what = "is a file that the study reads, and --out would write over it: name another folder";
+        Err(Error::input(place.display(), what))
     }
 
     /// Writes a file of the folder whole.

@@ -2,11 +2,13 @@
 //! counts or the names beside them; their hash is the sweep's fingerprint, by which two machines prove that they worked on the
 //! same.
 
+use std::io::Read;
 use std::path::Path;
 
 use serde_json::{Map, Value, json};
 use sha2::{Digest, Sha256};
 
+use super::files::{MOST_BYTES, open_regular};
 use super::journal::Shard;
 use super::{World, table};
 use crate::backend::{Placement, Rays};
@@ -27,6 +29,9 @@ const CAUSES: [&str; 7] =
 
 /// Most differences that are told; one is enough to refuse.
 const MOST_TOLD: usize = 6;
+
+/// How a run ended that nobody heard of again.
+pub const KILLED: &str = "killed";
 
 /// Longest text of which old and new are both shown.
 const SHORT: usize = 60;
@@ -58,7 +63,7 @@ pub struct Run {
     pub verified: u64,
     /// What failed on the way, and who stepped in.
     pub faults: Vec<Fault>,
-    /// `finished`, or why it was not.
+    /// `finished`, or why it was not; [`KILLED`] from its beginning until it ends.
     pub ended: String,
 }
 
@@ -74,8 +79,8 @@ pub struct Fault {
 }
 
 impl Manifest {
-    /// The manifest of a sweep that has not run. `command` is what the user typed.
-    pub fn new(study: &Study, worlds: &[World], shard: Shard, command: &str) -> Manifest {
+    /// The manifest of a sweep that has not run. `command` is the command that makes it, word by word.
+    pub fn new(study: &Study, worlds: &[World], shard: Shard, command: &[String]) -> Manifest {
         let sensors = study.sensors.iter().zip(super::tables(study)).map(|(sensor, rays)| {
             json!({
                 "name": sensor.name,
@@ -132,7 +137,9 @@ impl Manifest {
     /// Reads the manifest of a folder.
     pub fn read(folder: &Path) -> Result<Manifest> {
         let path = folder.join(MANIFEST);
-        let text = std::fs::read_to_string(&path).map_err(|e| Error::io(&path, "cannot be read", e))?;
+        let mut text = String::new();
+        let read = open_regular(&path, MOST_BYTES)?.take(MOST_BYTES).read_to_string(&mut text);
+        read.map_err(|e| Error::io(&path, "cannot be read", e))?;
         let json = serde_json::from_str(&text);
         json.map(Manifest).map_err(|e| Error::input(path.display(), format!("{e}; sweep again")))
     }
@@ -149,6 +156,12 @@ impl Manifest {
         self.0.get(key).unwrap_or(&Value::Null)
     }
 
+    /// The command that makes it, word by word.
+    pub fn command(&self) -> Vec<String> {
+        let words = self.get("about")["command"].as_array();
+        words.into_iter().flatten().filter_map(|word| Some(word.as_str()?.to_string())).collect()
+    }
+
     /// The whole as one value.
     pub fn value(&self) -> Value {
         Value::Object(self.0.clone())
@@ -160,9 +173,31 @@ impl Manifest {
         Sha256::digest(serde_json::to_vec(&decides).expect("a JSON value is serialisable")).into()
     }
 
-    /// Adds what a run did.
-    pub fn add_run(&mut self, run: &Run) {
+    /// Adds a run that begins; until [`Manifest::end_run`] nobody knows how it ended.
+    pub fn begin_run(&mut self, run: &Run) {
         self.add_runs([json!(run)]);
+    }
+
+    /// Says of the run that was begun last what it did.
+    pub fn end_run(&mut self, run: &Run) {
+        if let Some(Value::Array(runs)) = self.0.get_mut("runs") {
+            runs.pop();
+        }
+        self.add_runs([json!(run)]);
+    }
+
+    /// Says that what such runs counted was checked by a later one.
+    pub fn runs_are_checked(&mut self) {
+        let runs = self.0.get_mut("runs").and_then(Value::as_array_mut);
+        for run in runs.into_iter().flatten().filter(|run| run["ended"] == KILLED) {
+            run["ended"] = format!("{KILLED}; what it counted was checked later").into();
+        }
+    }
+
+    /// Whether a run on a GPU ended without a word, so that nobody checked what it counted.
+    pub fn has_unchecked_run(&self) -> bool {
+        let runs = self.get("runs").as_array();
+        runs.into_iter().flatten().any(|run| run["backend"] == "gpu" && run["ended"] == KILLED)
     }
 
     /// Keeps what earlier runs did.
@@ -187,7 +222,6 @@ impl Manifest {
             let effects = now.decides().map(|(key, _)| key.as_str()).filter(|key| !CAUSES.contains(key));
             effects.for_each(|key| differences(key, self.get(key), now.get(key), &mut told));
         }
-        told.truncate(MOST_TOLD);
         told
     }
 
@@ -229,10 +263,10 @@ fn ranges(numbers: &[usize]) -> Vec<[usize; 2]> {
     runs.filter_map(|run| Some([*run.first()?, run.last()? + 1])).collect()
 }
 
-/// Adds where two values differ.
+/// Adds where two values differ, while there is room.
 fn differences(place: &str, was: &Value, is: &Value, told: &mut Vec<String>) {
     match (was, is) {
-        _ if was == is => {}
+        _ if told.len() == MOST_TOLD || was == is => {}
         (Value::Object(a), Value::Object(b)) => {
             let keys = a.keys().chain(b.keys().filter(|key| !a.contains_key(*key)));
             for key in keys {

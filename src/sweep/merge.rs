@@ -4,10 +4,10 @@
 use std::path::{Path, PathBuf};
 
 use super::files::OutputFolder;
-use super::journal::{Header, Locked, Pages, Shard};
+use super::journal::{Header, Journal, Locked, Pages, Shard};
 use super::manifest::{MANIFEST, Manifest};
-use crate::report::{Folder, Results};
-use crate::{Error, Result};
+use crate::report::{Folder, Results, Subject, fits, missing};
+use crate::{Error, Result, shell};
 
 /// Most of what is missing that is told by name.
 const MOST_TOLD: usize = 10;
@@ -33,118 +33,158 @@ pub fn shards_below(out: &Path) -> Result<Vec<PathBuf>> {
     Ok(found.into_iter().map(|(_, path)| path).collect())
 }
 
+/// What is known of a shard while its folder is closed: there may be more of them than files can be open.
+struct Part {
+    path: PathBuf,
+    shard: Shard,
+    rows: u64,
+    lacks: u64,
+    manifest: Manifest,
+}
+
 /// Puts the shards in some folders together into one, and gives their results. Tables are the caller's to write. Nothing
 /// is written before all is proven.
+///
+/// # Errors
+/// `Error::Input` that names the folder if a shard is missing, not complete, there twice or of another sweep, or if `out`
+/// holds something else; `Error::Busy` if a run is at work in one of them.
 pub fn merge(out: &Path, folders: &[PathBuf]) -> Result<Results> {
-    let shards: Vec<(PathBuf, Folder)> =
-        folders.iter().map(|path| Ok((path.clone(), Folder::open(path)?))).collect::<Result<_>>()?;
-    let shards = of_one_sweep(shards)?;
-    complete(&shards)?;
+    let Some(first) = folders.first() else {
+        return Err(Error::Input("no shards: name the folder of each".into()));
+    };
+    let reference = Folder::open(first)?;
+    let header = reference.journal.header().clone();
+    let Folder { manifest, subject, journal } = reference;
+    let part = |path: &PathBuf, manifest: Manifest, journal: &Journal| -> Result<Part> {
+        let (lacks, header) = (missing(&subject, journal)?, journal.header());
+        Ok(Part { path: path.clone(), shard: header.shard, rows: header.rows(), lacks, manifest })
+    };
+    let mut parts = vec![part(first, manifest.clone(), &journal)?];
+    drop(journal);
+    for path in &folders[1..] {
+        let (manifest, journal) = alike(path, first, (&manifest, &subject), &header)?;
+        parts.push(part(path, manifest, &journal)?);
+    }
+    in_order(&mut parts)?;
+    complete(&parts)?;
 
     let folder = OutputFolder::open(out)?;
     let locked = Locked::open(out)?;
-    let first = &shards[0].1;
-    let whole = Header {
-        shard: Shard::WHOLE,
-        kept: 0..first.journal.header().block_rows,
-        ..first.journal.header().clone()
-    };
-    if let Ok(Some(found)) = &locked.header
-        && found.fingerprint != whole.fingerprint
-    {
-        let what = "holds a sweep of something else: name another folder for the whole";
-        return Err(Error::input(out.display(), what));
+    let whole = Header { shard: Shard::WHOLE, kept: 0..header.block_rows, ..header };
+    let elsewhere = "name another folder for the whole";
+    match &locked.header {
+        Ok(None) => {}
+        Ok(Some(found)) if found.fingerprint != whole.fingerprint => {
+            let what = format!("holds a sweep of something else: {elsewhere}");
+            return Err(Error::input(out.display(), what));
+        }
+        Ok(Some(found)) if found.shard != Shard::WHOLE => {
+            let Shard { number, of } = found.shard;
+            let what = format!("holds shard {number} of {of}: {elsewhere}");
+            return Err(Error::input(out.display(), what));
+        }
+        Ok(Some(_)) => {}
+        Err(e) => return Err(Error::Input(format!("{e}; {elsewhere}"))),
     }
-    let mut manifest = first.manifest.of_whole();
-    shards.iter().for_each(|(_, shard)| manifest.keep_runs(&shard.manifest));
+    folder.tidy();
+    folder.clear();
     let mut journal = locked.begin(whole)?;
-    for block in 0..journal.header().blocks {
-        for (_, shard) in &shards {
-            let rows = shard.journal.header().rows_of_block(block);
+    let mut whole = manifest.of_whole();
+    for part in &parts {
+        let shard = Journal::read(&part.path)?;
+        for block in 0..shard.header().blocks {
+            let rows = shard.header().rows_of_block(block);
             for first in rows.clone().step_by(ROWS as usize) {
-                journal.put(first, &shard.journal.counts(first..rows.end.min(first + ROWS))?)?;
+                journal.put(first, &shard.counts(first..rows.end.min(first + ROWS))?)?;
             }
         }
+        whole.keep_runs(&part.manifest);
     }
     journal.sync()?;
-    let poses = shards[0].0.join("poses.csv");
+    let poses = first.join("poses.csv");
     let poses = std::fs::read(&poses).map_err(|e| Error::io(&poses, "cannot be read", e))?;
     folder.write("poses.csv", &poses)?;
-    folder.write(MANIFEST, &manifest.bytes())?;
-    Ok(Results::new(first.subject.clone(), Pages::new(vec![journal])))
+    folder.write(MANIFEST, &whole.bytes())?;
+    Ok(Results::new(subject, Pages::new(vec![journal])))
 }
 
-/// Shards of one sweep in the order of their numbers, each once.
-fn of_one_sweep(mut shards: Vec<(PathBuf, Folder)>) -> Result<Vec<(PathBuf, Folder)>> {
-    let Some((first, reference)) = shards.first() else {
-        return Err(Error::Input("no shards: name the folder of each".into()));
-    };
-    let (first, header) = (first.display().to_string(), reference.journal.header().clone());
-    for (path, shard) in &shards[1..] {
-        let other = shard.journal.header();
-        if other.fingerprint != header.fingerprint {
-            let changes = reference.manifest.changes(&shard.manifest).join("; ");
-            let what = format!(
-                "is of another sweep than {first}: {changes}. Shards of one sweep only can be merged"
-            );
-            return Err(Error::input(path.display(), what));
-        }
-        if other.shard.of != header.shard.of {
-            let [a, b] = [other, &header].map(|header| header.shard.of);
-            return Err(Error::input(path.display(), format!("is one of {a} shards, {first} one of {b}")));
+/// The manifest and the journal of a folder, if it is a shard of the same sweep as the first one.
+fn alike(
+    path: &Path,
+    first: &Path,
+    (reference, subject): (&Manifest, &Subject),
+    header: &Header,
+) -> Result<(Manifest, Journal)> {
+    let (manifest, journal) = (Manifest::read(path)?, Journal::read(path)?);
+    let (first, other) = (first.display(), journal.header());
+    let wrong = |what: String| Err(Error::input(path.display(), what));
+    if other.fingerprint != header.fingerprint {
+        let changes = match reference.changes(&manifest) {
+            changes if changes.is_empty() => "in what is not known".into(),
+            changes => changes.join("; "),
+        };
+        return wrong(format!(
+            "is of another sweep than {first}: {changes}. Shards of one sweep only can be merged"
+        ));
+    }
+    if other.shard.of != header.shard.of {
+        let [a, b] = [other, header].map(|header| header.shard.of);
+        return wrong(format!("is one of {a} shards, {first} one of {b}: name those of one cut only"));
+    }
+    fits(subject, &manifest, &journal)?;
+    Ok((manifest, journal))
+}
+
+/// Orders shards by their numbers; each must be there once.
+fn in_order(parts: &mut [Part]) -> Result<()> {
+    parts.sort_by_key(|part| part.shard.number);
+    for two in parts.windows(2) {
+        if two[0].shard == two[1].shard {
+            let what = format!("is the same shard as {}: name each once", two[0].path.display());
+            return Err(Error::input(two[1].path.display(), what));
         }
     }
-    shards.sort_by_key(|(_, shard)| shard.journal.header().shard.number);
-    for two in shards.windows(2) {
-        let [a, b] = [&two[0], &two[1]];
-        if a.1.journal.header().shard == b.1.journal.header().shard {
-            let what = format!("is the same shard as {}: name each once", a.0.display());
-            return Err(Error::input(b.0.display(), what));
-        }
-    }
-    Ok(shards)
+    Ok(())
 }
 
 /// Fails unless every row of the sweep is in one of its shards, naming what is missing and what makes it.
-fn complete(shards: &[(PathBuf, Folder)]) -> Result<()> {
-    let of = shards[0].1.journal.header().shard.of;
-    let mut missing = Vec::new();
-    for number in 0..of {
-        let here = |(_, shard): &&(PathBuf, Folder)| shard.journal.header().shard.number == number;
-        match shards.iter().find(here) {
-            None => missing.push((number, format!("shard {number} of {of} is not there"))),
-            Some((path, shard)) => {
-                let (lacks, rows) = (shard.missing()?, shard.journal.header().rows());
-                if lacks > 0 {
-                    let what =
-                        format!("shard {number} of {of} lacks {lacks} of {rows} rows ({})", path.display());
-                    missing.push((number, what));
-                }
-            }
-        }
-    }
-    if missing.is_empty() {
+fn complete(parts: &[Part]) -> Result<()> {
+    let of = parts[0].shard.of;
+    let lacking = parts.iter().filter(|part| part.lacks > 0);
+    let mut missing: Vec<(u32, String)> = lacking
+        .map(|part| {
+            let Part { path, shard: Shard { number, .. }, rows, lacks, .. } = part;
+            (*number, format!("shard {number} of {of} lacks {lacks} of {rows} rows ({})", path.display()))
+        })
+        .collect();
+    let lacking = missing.len() + of as usize - parts.len();
+    if lacking == 0 {
         return Ok(());
     }
-    let command = |number: u32| command_of_shard(&shards[0].1.manifest, Shard { number, of });
+    // No more than are told: a file may claim that there are billions.
+    let absent =
+        (0..of).filter(|number| parts.binary_search_by_key(number, |part| part.shard.number).is_err());
+    let absent = absent.take(MOST_TOLD);
+    missing.extend(absent.map(|number| (number, format!("shard {number} of {of} is not there"))));
+    missing.sort();
+    let command = |number: u32| command_of_shard(&parts[0].manifest, Shard { number, of });
     let told = missing.iter().take(MOST_TOLD);
     let mut text: String =
         told.map(|(number, what)| format!("\n  {what}; to make it:\n    {}", command(*number))).collect();
-    if missing.len() > MOST_TOLD {
-        text += &format!("\n  and {} more", missing.len() - MOST_TOLD);
+    if lacking > MOST_TOLD {
+        text += &format!("\n  and {} more", lacking - MOST_TOLD);
     }
     Err(Error::Input(format!("the sweep is not complete:{text}")))
 }
 
 /// The command that makes a shard, from the one that made another.
 fn command_of_shard(manifest: &Manifest, shard: Shard) -> String {
-    let command = manifest.get("about")["command"].as_str().unwrap_or("perirobot sweep STUDY --out OUT");
+    let mut words = manifest.command();
     let wanted = format!("{}/{}", shard.number, shard.of);
-    let mut words: Vec<String> = command.split(' ').map(String::from).collect();
     match words.iter().position(|word| word == "--shard" || word.starts_with("--shard=")) {
         Some(at) if words[at] == "--shard" && at + 1 < words.len() => words[at + 1] = wanted,
         Some(at) => words[at] = format!("--shard={wanted}"),
         None => words.extend(["--shard".into(), wanted]),
     }
-    words.join(" ")
+    shell::command(&words)
 }

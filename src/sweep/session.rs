@@ -9,12 +9,12 @@ use std::path::{Path, PathBuf};
 use std::time::{Instant, SystemTime, UNIX_EPOCH};
 
 use super::book::{Book, Done, Watch};
-use super::check::{DISAGREEMENT, Picked};
-use super::files::{OutputFolder, TABLES};
-use super::journal::{Header, Journal, Locked, Pages, Shard};
-use super::manifest::{MANIFEST, Manifest, Run};
+use super::check::{AT_LEAST, Picked};
+use super::files::OutputFolder;
+use super::journal::{Header, JOURNAL, Journal, Locked, Pages, Shard};
+use super::manifest::{KILLED, MANIFEST, Manifest, Run};
 use super::shift::{Shift, Timings};
-use super::{Ask, Crew, Gear, Layout, World, layout_of, table};
+use super::{Ask, Crew, Gear, Layout, Row, World, layout_of, table};
 use crate::study::Study;
 use crate::{Error, Result};
 
@@ -68,14 +68,18 @@ pub fn folder_of(out: &Path, shard: Shard) -> PathBuf {
 
 impl<'a> Session<'a> {
     /// Opens a folder, and takes up what was begun there: the same sweep, or, with `restart`, whatever it was.
-    /// `command` is what the user typed.
+    /// `command` is the command that does so, word by word.
+    ///
+    /// # Errors
+    /// `Error::Input` if the folder holds anything else, with what has changed, or cannot be written to; `Error::Busy` if
+    /// another run is at work in it; `Error::Storage` if the disk fails.
     pub fn open(
         study: &'a Study,
         worlds: &'a [World],
         path: &Path,
         shard: Shard,
         restart: bool,
-        command: &str,
+        command: &[String],
     ) -> Result<Session<'a>> {
         let layout = layout_of(study);
         let places = places_of(&layout, shard);
@@ -88,6 +92,7 @@ impl<'a> Session<'a> {
             )));
         }
         let folder = OutputFolder::open(path)?;
+        folder.spare(&study.sources)?;
         let mut manifest = Manifest::new(study, worlds, shard, command);
         let header = Header {
             fingerprint: manifest.fingerprint(),
@@ -100,12 +105,6 @@ impl<'a> Session<'a> {
         folder.tidy();
         let (journal, done, damaged) = match (restart, &locked.header) {
             (false, Ok(Some(found))) if *found == header => {
-                if path.join(DISAGREEMENT).exists() {
-                    return Err(Error::input(
-                        path.join(DISAGREEMENT).display(),
-                        "says that a device counted wrongly here: its rows cannot be trusted; --restart begins anew",
-                    ));
-                }
                 if let Ok(earlier) = Manifest::read(path) {
                     manifest.keep_runs(&earlier);
                 }
@@ -114,12 +113,17 @@ impl<'a> Session<'a> {
                 (journal, done, damaged)
             }
             (false, Ok(Some(found))) => return Err(another(path, found, &header, &manifest)),
-            (false, Err(e)) => return Err(Error::Input(e.to_string())),
+            (false, Err(e)) => return Err(Error::Input(format!("{e}; --restart begins anew"))),
+            (false, Ok(None)) if folder.table().is_some() => {
+                let table = folder.table().unwrap_or_default();
+                let what = format!(
+                    "is of an earlier sweep, whose {JOURNAL} is gone, so that nothing is left to go on with: name another \
+                     folder, or --restart to lose it"
+                );
+                return Err(Error::input(path.join(table).display(), what));
+            }
             (true, _) | (false, Ok(None)) => {
-                // What an earlier sweep left would soon be beside a manifest that it does not belong to.
-                for name in TABLES.iter().chain([&DISAGREEMENT]) {
-                    let _ = std::fs::remove_file(path.join(name));
-                }
+                folder.clear();
                 (locked.begin(header)?, Done::new(&layout, places.clone()), 0)
             }
         };
@@ -140,6 +144,10 @@ impl<'a> Session<'a> {
     }
 
     /// Scores what is left. One choice in `verify` is checked where the crew is doubted; none if it is 0.
+    ///
+    /// # Errors
+    /// `Error::Disagreement` if a device counted otherwise than the CPU; `Error::Storage` if the disk fails;
+    /// `Error::Device` if nobody can do the work. But for the first, what is finished is kept.
     pub fn run(
         &mut self,
         crew: &mut dyn Crew,
@@ -152,6 +160,27 @@ impl<'a> Session<'a> {
         let backend = crew.open(Gear::Full)?;
         let (name, device) = (backend.name(), backend.device());
         let doubts = crew.is_doubted();
+        let unchecked = self.unchecked(verify)?;
+        let doubted = match (doubts && verify > 0, unchecked.is_empty()) {
+            (true, _) => Some(Picked::one_in(verify).and(unchecked)),
+            (false, false) => Some(Picked::these(unchecked)),
+            (false, true) => None,
+        };
+        let mut run = Run {
+            shard: self.journal.header().shard,
+            backend: name,
+            device,
+            began_unix_s,
+            prepare_s,
+            sweep_s: 0.0,
+            poses: 0,
+            poses_per_s: 0.0,
+            verified: 0,
+            faults: Vec::new(),
+            ended: KILLED.into(),
+        };
+        self.manifest.begin_run(&run);
+        self.folder.write(MANIFEST, &self.manifest.bytes())?;
         let mut book = Book {
             layout: &self.layout,
             moments: moments(self.study),
@@ -160,7 +189,7 @@ impl<'a> Session<'a> {
             watch,
             stopped: None,
             entered: None,
-            doubted: (doubts && verify > 0).then(|| Picked::one_in(verify)),
+            doubted,
             finished: 0,
         };
         let mut shift = Shift {
@@ -176,25 +205,19 @@ impl<'a> Session<'a> {
         let ended = shift.work(backend, &mut book);
         let (stopped, finished) = (book.stopped.take(), book.finished);
         let synced = self.journal.sync();
-        let sweep_s = begin.elapsed().as_secs_f64();
-        let run = Run {
-            shard: self.journal.header().shard,
-            backend: name,
-            device,
-            began_unix_s,
-            prepare_s,
-            sweep_s,
-            poses: finished,
-            poses_per_s: finished as f64 / sweep_s.max(1e-9),
-            verified: shift.verified,
-            faults: shift.faults,
-            ended: match (&ended, &stopped) {
-                (Err(e), _) => e.to_string(),
-                (Ok(_), Some(why)) => why.clone(),
-                (Ok(_), None) => "finished".into(),
-            },
+        run.sweep_s = begin.elapsed().as_secs_f64();
+        run.poses = finished;
+        run.poses_per_s = finished as f64 / run.sweep_s.max(1e-9);
+        (run.verified, run.faults) = (shift.verified, shift.faults);
+        run.ended = match (&ended, &stopped) {
+            (Err(e), _) => e.to_string(),
+            (Ok(_), Some(why)) => why.clone(),
+            (Ok(_), None) => "finished".into(),
         };
-        self.manifest.add_run(&run);
+        self.manifest.end_run(&run);
+        if ended.is_ok() && verify > 0 {
+            self.manifest.runs_are_checked();
+        }
         // What the run did is worth less than why it failed.
         let written = self.folder.write(MANIFEST, &self.manifest.bytes());
         let timings = ended.and_then(|timings| synced.and(written).map(|()| timings))?;
@@ -204,6 +227,56 @@ impl<'a> Session<'a> {
             Ending::Stopped(stopped.unwrap_or_default())
         };
         Ok(Report { ending, run, timings })
+    }
+
+    /// Whether rows may be there that were counted by a device and never checked: its run was killed.
+    pub fn is_unchecked(&self) -> bool {
+        self.manifest.has_unchecked_run()
+    }
+
+    /// Of the rows that nobody checked, those of the first choices and of one in `verify`.
+    fn unchecked(&self, verify: u64) -> Result<Vec<Vec<Row>>> {
+        let mut picked = Vec::new();
+        if verify == 0 || !self.is_unchecked() {
+            return Ok(picked);
+        }
+        let mut seen = 0;
+        for world in self.worlds {
+            let moment = moments(self.study)[world.scene] + world.snapshot;
+            for (repeat, ask) in
+                (0..self.study.repeats as usize).flat_map(|r| self.asks.iter().map(move |a| (r, a)))
+            {
+                let block = self.layout.block(moment, repeat);
+                if !self.done.has(block, self.layout.place(ask)) {
+                    continue;
+                }
+                if seen < AT_LEAST || seen % verify == 0 {
+                    picked.push(self.rows(world, repeat, ask)?);
+                }
+                seen += 1;
+            }
+        }
+        Ok(picked)
+    }
+
+    /// The rows of a finished choice.
+    fn rows(&self, world: &World, repeat: usize, ask: &Ask) -> Result<Vec<Row>> {
+        let moment = moments(self.study)[world.scene] + world.snapshot;
+        let first = self.layout.block(moment, repeat) as u64 * self.layout.block_rows();
+        let within = self.layout.rows_of_ask(ask);
+        let counts = self.journal.counts(first + within.start..first + within.end)?;
+        let regions = self.study.regions.len();
+        let row = |(number, counts)| Row {
+            scene: world.scene,
+            snapshot: world.snapshot,
+            repeat,
+            combination: ask.combination,
+            choice: ask.choice,
+            interpretation: number / regions,
+            region: number % regions,
+            counts,
+        };
+        Ok(counts.into_iter().enumerate().map(row).collect())
     }
 
     /// The finished rows, to be looked at.

@@ -82,8 +82,9 @@ impl Shift<'_> {
                     let instead = self.rescue(book)?;
                     last_fault = book.finished;
                     gear = if strikes < MOST_STRIKES { Gear::Full } else { Gear::Cpu };
+                    // It was opened before, so whatever is in the way now is the device's.
                     backend = match self.crew.open(gear) {
-                        Err(Error::Device(_)) => {
+                        Err(_) if gear != Gear::Cpu => {
                             gear = Gear::Cpu;
                             self.crew.open(gear)?
                         }
@@ -126,7 +127,8 @@ impl Shift<'_> {
                 done
             });
             match done {
-                Err(Error::Device(_)) if gear != Gear::Cpu => {}
+                // What does not fit in small batches is no fault of the user's.
+                Err(Error::Device(_) | Error::Input(_)) if gear != Gear::Cpu => {}
                 other => return other.map(|()| who),
             }
         }
@@ -157,15 +159,21 @@ impl Shift<'_> {
                 Ok(())
             }
             Err(difference) => {
+                // Rows of a liar would be taken for finished ones, by whoever goes on or merges.
+                let cleared = match book.journal.clear() {
+                    Ok(()) => "All rows of this folder are dropped".to_string(),
+                    Err(e) => format!("Its rows could not be dropped ({e}): remove the folder"),
+                };
                 let path = self.folder.join(DISAGREEMENT);
-                let mut bytes = serde_json::to_vec_pretty(&difference.evidence).unwrap_or_default();
-                bytes.push(b'\n');
-                write_whole(&path, &bytes)?;
+                let bytes = format!("{:#}\n", difference.evidence).into_bytes();
+                let kept = match write_whole(&path, &bytes) {
+                    Ok(()) => format!("Both counts are in {}", path.display()),
+                    Err(e) => format!("Both counts: {} ({e})", difference.evidence),
+                };
                 Err(Error::Disagreement(format!(
-                    "the device and the CPU disagree: {}. Both counts are in {}; what the device counted before cannot be \
-                     trusted: run again with --backend cpu --restart, and `perirobot compare` to see more",
-                    difference.place,
-                    path.display()
+                    "the device and the CPU disagree: {}. {kept}. {cleared}; run again with --backend cpu, and \
+                     `perirobot compare` to see more",
+                    difference.place
                 )))
             }
         }

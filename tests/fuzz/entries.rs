@@ -15,7 +15,9 @@ use perirobot::study::{Overrides, SceneSpec, Study};
 use perirobot::sweep::World;
 use tempfile::TempDir;
 
-/// What a study in one input is parted by: the study above it, its scene `cell.toml` below.
+pub use crate::folders::{journal, manifest};
+
+/// What two files in one input are parted by: a study and, below, its scene `cell.toml`; a manifest and its poses.
 const CUT: &[u8] = b"\n----\n";
 /// Files that any input may name.
 const BESIDE: [(&str, &[u8]); 6] = [
@@ -44,9 +46,9 @@ thread_local! {
 
 /// A study with its scene, up to the moment when rays would be cast.
 pub fn study(bytes: &[u8]) {
-    let cut = bytes.windows(CUT.len()).position(|window| window == CUT).unwrap_or(bytes.len());
-    file("cell.toml", bytes.get(cut + CUT.len()..).unwrap_or_default());
-    let path = file("study.toml", &bytes[..cut]);
+    let [study, cell] = parted(bytes);
+    file("cell.toml", cell);
+    let path = file("study.toml", study);
     let overrides = Overrides { voxel_size_m: Some(0.1), noiseless: false };
     let Ok(mut study) = Study::load(&path, &overrides) else { return };
     let poses: usize = study.sensors.iter().map(|sensor| sensor.candidates.len()).sum();
@@ -119,6 +121,12 @@ pub fn joints(bytes: &[u8]) {
     let path = file("person.csv", bytes);
     let _ = mannequin::read_keypoints(&path, &Sources::beside(&path));
     let _ = scene("[[object]]\nname = \"person\"\nmannequin = \"person.csv\"\n");
+}
+
+/// Two files that come in one input.
+pub(crate) fn parted(bytes: &[u8]) -> [&[u8]; 2] {
+    let cut = bytes.windows(CUT.len()).position(|window| window == CUT).unwrap_or(bytes.len());
+    [&bytes[..cut], bytes.get(cut + CUT.len()..).unwrap_or_default()]
 }
 
 /// A study of one sensor with these keys and these poses.

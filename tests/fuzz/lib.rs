@@ -5,6 +5,7 @@ use std::alloc::{GlobalAlloc, Layout, System};
 use std::sync::atomic::{AtomicUsize, Ordering::Relaxed};
 
 pub mod entries;
+pub mod folders;
 
 #[global_allocator]
 static MEMORY: Counted = Counted;

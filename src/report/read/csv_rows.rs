@@ -5,6 +5,7 @@ use std::fs::File;
 use std::path::{Path, PathBuf};
 
 use super::CURE;
+use crate::sweep::files::{MOST_BYTES, open_regular};
 use crate::{Error, Result};
 
 /// A file with a header, of which some columns are wanted.
@@ -25,7 +26,7 @@ pub(super) struct CsvRow<'a>(&'a CsvRows);
 impl CsvRows {
     /// Opens a file that must have these columns; others are passed over.
     pub(super) fn open(path: &Path, columns: &[&str]) -> Result<Self> {
-        let file = File::open(path).map_err(|e| Error::io(path, "cannot be read", e))?;
+        let file = open_regular(path, MOST_BYTES)?;
         tracing::info!("reading {}", path.display());
         let mut reader = csv::ReaderBuilder::new().flexible(true).from_reader(file);
         let unreadable = |e: csv::Error| Error::input(path.display(), format!("{e}; {CURE}"));

@@ -12,6 +12,7 @@ use super::CURE;
 use super::csv_rows::CsvRows;
 use crate::metrics::Confusion;
 use crate::report::results::{CombinationResults, MemberResults, Place, PoseResults, SceneResults, Subject};
+use crate::study::{MAX_NAMES_BYTES, MAX_ROWS, bytes_of_names};
 use crate::sweep::manifest::{MANIFEST, Manifest, sha256};
 use crate::sweep::table::BETWEEN_MEMBERS;
 use crate::sweep::world::Baselines;
@@ -19,9 +20,6 @@ use crate::{Error, Result};
 
 /// No grid has more voxels, and sums of such numbers still fit.
 const MOST_VOXELS: u64 = 1 << 32;
-
-/// No sweep has more rows; beyond it, products of counts would not be numbers any more.
-const MOST_ROWS: u128 = 1 << 50;
 
 #[derive(Deserialize)]
 struct ManifestFile {
@@ -79,6 +77,7 @@ pub(super) fn read(folder: &Path, manifest: &Manifest) -> Result<Subject> {
     let path = folder.join(MANIFEST);
     let says = |what: String| Error::input(path.display(), format!("{what}; {CURE}"));
     let file: ManifestFile = serde_json::from_value(manifest.value()).map_err(|e| says(e.to_string()))?;
+    plain_names(&file).map_err(says)?;
     let (scenes, regions, baselines) = scenes(&file.scenes).map_err(says)?;
     let poses = folder.join("poses.csv");
     let sensors = sensors(&poses, file.sensors)?;
@@ -87,7 +86,14 @@ pub(super) fn read(folder: &Path, manifest: &Manifest) -> Result<Subject> {
         let what = format!("is not the table that {MANIFEST} beside it was written with; {CURE}");
         return Err(Error::input(poses.display(), what));
     }
-    let combinations = file.combinations.iter().map(|entry| combination(entry, &sensors));
+    // Their numbers are kept, and each stands in a row at least.
+    let ranges = file.combinations.iter().flat_map(|combination| combination.poses.iter().flatten());
+    let listed: u128 = ranges.map(|[first, end]| end.saturating_sub(*first) as u128).sum();
+    if listed > MAX_ROWS as u128 {
+        return Err(says(format!("has {listed} poses in its combinations, at most {MAX_ROWS} can be")));
+    }
+    let mut room = MAX_NAMES_BYTES;
+    let combinations = file.combinations.iter().map(|entry| combination(entry, &sensors, &mut room));
     let combinations: Vec<CombinationResults> = combinations.collect::<Result<_, String>>().map_err(says)?;
     let of_one = |c: &CombinationResults| {
         let lengths = c.members.iter().map(|member| member.candidates.len() as u128);
@@ -96,10 +102,26 @@ pub(super) fn read(folder: &Path, manifest: &Manifest) -> Result<Subject> {
     let choices = combinations.iter().map(of_one).fold(0, u128::saturating_add);
     let blocks = (file.repeats as u128).saturating_mul(baselines.len() as u128);
     let rows = choices.saturating_mul(regions.len() as u128).saturating_mul(blocks);
-    if !(1..=MOST_ROWS).contains(&rows) {
+    if !(1..=MAX_ROWS as u128).contains(&rows) {
         return Err(says(format!("promises {rows} rows (repeats = {})", file.repeats)));
     }
     Ok(Subject { scenes, regions, repeats: file.repeats, combinations, baselines })
+}
+
+/// Names that a terminal can be given.
+fn plain_names(file: &ManifestFile) -> Result<(), String> {
+    let regions = file.scenes.iter().flat_map(|scene| scene.regions.iter().map(|region| &region.name));
+    let scenes = file.scenes.iter().map(|scene| &scene.name);
+    let sensors = file.sensors.iter().flat_map(|sensor| sensor.representations.iter().chain([&sensor.name]));
+    let combinations = file.combinations.iter().map(|combination| &combination.name);
+    match regions.chain(scenes).chain(sensors).chain(combinations).find(|name| !is_plain(name)) {
+        Some(name) => Err(format!("the name {name:?} has control characters")),
+        None => Ok(()),
+    }
+}
+
+fn is_plain(name: &str) -> bool {
+    !name.contains(char::is_control)
 }
 
 type Scenes = (Vec<SceneResults>, Vec<String>, Vec<Vec<Baselines>>);
@@ -152,6 +174,9 @@ fn sensors(path: &Path, files: Vec<SensorFile>) -> Result<Vec<Posed>> {
                     &format!("must be {:?}: {MANIFEST} has {} poses of it", file.name, file.poses),
                 ));
             }
+            if let Some(column) = [1, 2].into_iter().find(|column| !is_plain(row.text(*column))) {
+                return Err(row.wrong(column, "has control characters"));
+            }
             let name = row.text(1).to_string();
             if !known.insert(name.clone()) {
                 return Err(row.wrong(1, "stands twice for this sensor"));
@@ -178,19 +203,34 @@ fn sensors(path: &Path, files: Vec<SensorFile>) -> Result<Vec<Posed>> {
 }
 
 /// A combination; its representations are every one of each sensor with every one of the others, those of the last
-/// sensor varying fastest.
-fn combination(entry: &CombinationFile, sensors: &[Posed]) -> Result<CombinationResults, String> {
+/// sensor varying fastest. `room` is how many bytes their names may take.
+fn combination(
+    entry: &CombinationFile,
+    sensors: &[Posed],
+    room: &mut usize,
+) -> Result<CombinationResults, String> {
+    let says = |what: &str| Err(format!("combination {:?} {what}", entry.name));
     if entry.sensors.is_empty() || entry.sensors.len() != entry.poses.len() {
-        return Err(format!("combination {:?} must have sensors, and poses of each", entry.name));
+        return says("must have sensors, and poses of each");
     }
+    let known = |name: &String| sensors.iter().find(|sensor| sensor.file.name == *name);
+    let names = entry.sensors.iter().filter_map(known).map(|sensor| &sensor.file.representations);
+    let bytes = bytes_of_names(names);
+    if bytes == 0 || bytes > *room {
+        return says("must have a representation of each sensor, and not too many together");
+    }
+    *room -= bytes;
     let mut representations: Vec<String> = Vec::new();
     let mut members = Vec::new();
     for (name, ranges) in entry.sensors.iter().zip(&entry.poses) {
-        let Some(sensor) = sensors.iter().find(|sensor| sensor.file.name == *name) else {
-            return Err(format!("combination {:?} has a sensor {name:?} that is not there", entry.name));
+        let Some(sensor) = known(name) else {
+            return says(&format!("has a sensor {name:?} that is not there"));
         };
         if ranges.iter().any(|[first, end]| first >= end || *end > sensor.poses.len()) {
-            return Err(format!("combination {:?} has poses of {name:?} that are not there", entry.name));
+            return says(&format!("has poses of {name:?} that are not there"));
+        }
+        if ranges.windows(2).any(|two| two[0][1] > two[1][0]) {
+            return says(&format!("has poses of {name:?} twice"));
         }
         let candidates = ranges.iter().flat_map(|[first, end]| *first..*end).collect();
         members.push(MemberResults { sensor: name.clone(), poses: sensor.poses.clone(), candidates });

@@ -20,6 +20,7 @@ use std::ops::Range;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
+use super::files::{open_regular, sync_folder_of};
 use crate::metrics::Confusion;
 use crate::{Error, Result};
 pub use pages::Pages;
@@ -58,12 +59,15 @@ impl Locked {
     /// Opens the journal of a folder, making it where there is none, for this process alone.
     pub fn open(folder: &Path) -> Result<Locked> {
         let path = folder.join(JOURNAL);
+        // Through a link, a folder from elsewhere could have any file of the user's begun anew.
+        if path.symlink_metadata().is_ok_and(|metadata| !metadata.is_file()) {
+            let what = "is not a regular file, and a journal is needed there: move it away";
+            return Err(Error::input(path.display(), what));
+        }
         let file = OpenOptions::new().read(true).write(true).create(true).truncate(false).open(&path);
         let file = file.map_err(|e| Error::io(&path, "cannot be opened", e))?;
-        if let Err(TryLockError::WouldBlock) = file.try_lock() {
-            let what = "another run is at work in this folder: wait for it, or name another folder";
-            return Err(Error::Busy(format!("{}: {what}", path.display())));
-        }
+        let busy = "another run is at work in this folder: wait for it, or name another folder";
+        locked(&path, file.try_lock(), busy)?;
         let header = read_header(&path, &file);
         Ok(Locked { path, file, header })
     }
@@ -79,7 +83,8 @@ impl Locked {
             file.set_len(0)?;
             file.rewind()?;
             file.write_all(&header.bytes())?;
-            file.sync_all()
+            file.sync_all()?;
+            sync_folder_of(&self.path)
         };
         write(&mut self.file).map_err(|e| Error::storage(&self.path, e))?;
         Ok(Journal { path: self.path, file: self.file, header, unsynced_since: None })
@@ -90,12 +95,11 @@ impl Journal {
     /// Opens the journal of a folder to be read, while nobody writes to it.
     pub fn read(folder: &Path) -> Result<Journal> {
         let path = folder.join(JOURNAL);
-        let file = File::open(&path).map_err(|e| Error::io(&path, "cannot be read", e))?;
-        if let Err(TryLockError::WouldBlock) = file.try_lock_shared() {
-            let what = "a run is still at work in this folder: wait until it has ended";
-            return Err(Error::Busy(format!("{}: {what}", path.display())));
-        }
-        let Some(header) = read_header(&path, &file)? else {
+        let file = open_regular(&path, u64::MAX)?;
+        let busy = "a run is still at work in this folder: wait until it has ended";
+        locked(&path, file.try_lock_shared(), busy)?;
+        let header = read_header(&path, &file).map_err(|e| Error::Input(format!("{e}; sweep again")))?;
+        let Some(header) = header else {
             return Err(Error::input(path.display(), "holds nothing: sweep again"));
         };
         Ok(Journal { path, file, header, unsynced_since: None })
@@ -131,6 +135,12 @@ impl Journal {
         }
     }
 
+    /// Loses all its rows, which nobody may trust any more.
+    pub fn clear(&mut self) -> Result<()> {
+        let shrink = self.file.set_len(HEADER_BYTES as u64).and_then(|()| self.file.sync_all());
+        shrink.map_err(|e| Error::storage(&self.path, e))
+    }
+
     /// Waits until the disk has all that was written.
     pub fn sync(&mut self) -> Result<()> {
         self.unsynced_since = None;
@@ -139,10 +149,15 @@ impl Journal {
 
     /// Tells every finished row in the order of rows, and how many places hold something else than a row of this sweep.
     pub fn scan(&self, mut finished: impl FnMut(u64, Confusion) -> Result<()>) -> Result<u64> {
+        let length = self.file.metadata().map_err(|e| self.cannot_read(e))?.len();
         let mut damaged = 0;
         for block in 0..self.header.blocks {
             let rows = self.header.rows_of_block(block);
             for first in rows.clone().step_by(READ_ROWS as usize) {
+                // However many rows a header promises, a short file takes a short time.
+                if self.offset(first) >= length {
+                    return Ok(damaged);
+                }
                 let some = first..rows.end.min(first + READ_ROWS);
                 for (row, state) in some.clone().zip(self.states(some)?) {
                     match state {
@@ -175,8 +190,7 @@ impl Journal {
             file.seek(SeekFrom::Start(at))?;
             file.take(length).read_to_end(bytes)
         };
-        read(&self.file, &mut bytes)
-            .map_err(|e| Error::Storage(format!("{}: cannot be read: {e}", self.path.display())))?;
+        read(&self.file, &mut bytes).map_err(|e| self.cannot_read(e))?;
         bytes.resize(length as usize, 0);
         let records = bytes.chunks_exact(RECORD_BYTES);
         Ok(rows.zip(records).map(|(row, record)| self.header.state(row, record)).collect())
@@ -184,6 +198,25 @@ impl Journal {
 
     fn offset(&self, row: u64) -> u64 {
         HEADER_BYTES as u64 + self.header.place(row) * RECORD_BYTES as u64
+    }
+
+    fn cannot_read(&self, e: std::io::Error) -> Error {
+        Error::Storage(format!("{}: cannot be read: {e}", self.path.display()))
+    }
+}
+
+/// Fails unless a file could be locked: with `busy` where somebody else holds it.
+fn locked(path: &Path, outcome: Result<(), TryLockError>, busy: &str) -> Result<()> {
+    match outcome {
+        Ok(()) => Ok(()),
+        Err(TryLockError::WouldBlock) => Err(Error::Busy(format!("{}: {busy}", path.display()))),
+        Err(TryLockError::Error(e)) => {
+            let what = format!(
+                "cannot be locked ({e}), and without that two runs could write to it: name a folder on \
+                                another file system"
+            );
+            Err(Error::input(path.display(), what))
+        }
     }
 }
 
@@ -196,7 +229,7 @@ fn read_header(path: &Path, mut file: &File) -> Result<Option<Header>> {
         return Ok(None);
     }
     let header = Header::parse(&bytes);
-    header.map(Some).map_err(|what| Error::input(path.display(), format!("{what}; --restart begins anew")))
+    header.map(Some).map_err(|what| Error::input(path.display(), what))
 }
 
 #[cfg(test)]

@@ -114,7 +114,9 @@ impl Header {
             kept: u64_at(36)..u64_at(44),
         };
         let rows = header.blocks.checked_mul(header.block_rows).and_then(|rows| rows.checked_mul(64));
-        let sound = header.kept.start <= header.kept.end && header.kept.end <= header.block_rows;
+        let sound = header.kept.start < header.kept.end
+            && header.kept.end <= header.block_rows
+            && header.shard.number < header.shard.of;
         if check([body, &[]]) != sum || !sound || rows.is_none_or(|bytes| bytes > i64::MAX as u64) {
             return Err("has a damaged beginning".into());
         }

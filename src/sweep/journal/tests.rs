@@ -137,6 +137,45 @@ fn a_damaged_beginning_is_refused_and_a_missing_one_is_new() {
 }
 
 #[test]
+fn a_short_file_takes_a_short_time_whatever_it_promises() {
+    let folder = tempfile::tempdir().unwrap();
+    let header = Header { blocks: 1 << 50, ..header() };
+    let mut journal = Locked::open(folder.path()).unwrap().begin(header.clone()).unwrap();
+    journal.put(22, &[counts(22), counts(23)]).unwrap();
+    assert_eq!(all(&journal), (vec![22, 23], 0));
+    // A torn record is damage, wherever the file ends.
+    let path = folder.path().join(JOURNAL);
+    let length = fs::metadata(&path).unwrap().len();
+    fs::OpenOptions::new().write(true).open(&path).unwrap().set_len(length - 1).unwrap();
+    assert_eq!(all(&journal), (vec![22], 1));
+}
+
+#[cfg(unix)]
+#[test]
+fn what_a_link_leads_to_is_not_overwritten() {
+    let folder = tempfile::tempdir().unwrap();
+    let precious = folder.path().join("precious");
+    fs::write(&precious, "short").unwrap();
+    std::os::unix::fs::symlink(&precious, folder.path().join(JOURNAL)).unwrap();
+    let error = Locked::open(folder.path()).map(drop).unwrap_err().to_string();
+    assert!(error.contains("counts.journal: is not a regular file"), "{error}");
+    assert_eq!(fs::read(&precious).unwrap(), b"short");
+}
+
+#[test]
+fn headers_that_cannot_be_are_damaged() {
+    let good = header();
+    assert_eq!(Header::parse(&good.bytes()), Ok(good.clone()));
+    let shard = |number, of| Header { shard: Shard { number, of }, ..good.clone() };
+    let kept = |kept| Header { kept, ..good.clone() };
+    let size = |blocks, block_rows| Header { blocks, block_rows, ..good.clone() };
+    for bad in [shard(3, 3), shard(5, 3), shard(0, 0), kept(2..2), kept(2..11), size(1 << 60, 10)] {
+        let what = Header::parse(&bad.bytes()).unwrap_err();
+        assert!(what.contains("damaged beginning"), "{bad:?}: {what}");
+    }
+}
+
+#[test]
 fn one_at_a_time() {
     let folder = tempfile::tempdir().unwrap();
     let journal = begin(folder.path());

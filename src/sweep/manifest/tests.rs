@@ -34,6 +34,14 @@ fn changes_name_the_key_and_both_values() {
 }
 
 #[test]
+fn some_of_many_changes_are_told() {
+    let all = |value: u32| (0..1000).map(|i| (format!("key{i:04}"), json!(value))).collect::<Map<_, _>>();
+    let changes = told(json!({ "files": all(1), "seed": 1 }), json!({ "files": all(2), "seed": 2 }));
+    assert_eq!(changes.len(), MOST_TOLD);
+    assert_eq!(changes[5], "files.key0005 was 1, is 2");
+}
+
+#[test]
 fn what_decides_nothing_changes_nothing() {
     let was = json!({ "seed": 7, "about": 1, "shard": 2, "runs": [], "fingerprint": "x" });
     assert_eq!(told(was, json!({ "seed": 7 })), [""; 0]);
