@@ -4,6 +4,7 @@ mod backend;
 mod bench;
 mod cluster;
 mod compare;
+mod completions;
 mod devices;
 mod log;
 mod merge;
@@ -11,6 +12,8 @@ mod outcome;
 mod packages;
 mod progress;
 mod quantity;
+mod schema;
+mod sensors;
 mod shard;
 mod stop;
 mod study;
@@ -60,6 +63,10 @@ enum Command {
     Bench(bench::Args),
     Devices(devices::Args),
     Voxelize(voxelize::Args),
+    Sensors(sensors::Args),
+    Schema(schema::Args),
+    Completions(completions::CompletionArgs),
+    Man(completions::ManArgs),
 }
 
 /// Runs the command line and turns its outcome into an exit code.
@@ -75,6 +82,10 @@ pub(crate) fn run() -> ExitCode {
         Command::Bench(args) => bench::run(&args),
         Command::Devices(args) => devices::run(&args),
         Command::Voxelize(args) => voxelize::run(&args),
+        Command::Sensors(args) => sensors::run(&args),
+        Command::Schema(args) => schema::run(&args),
+        Command::Completions(args) => completions::completions(&args),
+        Command::Man(args) => completions::man(&args),
     };
     match outcome {
         Ok(code) => code,

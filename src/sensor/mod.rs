@@ -54,6 +54,8 @@ pub struct Sensor {
     pub on: Option<Link>,
     /// Candidates in study order.
     pub candidates: Vec<Candidate>,
+    /// What was assumed about it that the user may not expect.
+    pub warnings: Vec<String>,
 }
 
 /// A link of a robot that a sensor is mounted on.

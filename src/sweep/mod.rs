@@ -12,6 +12,7 @@ pub mod layout;
 pub mod manifest;
 pub mod merge;
 mod order;
+pub mod sample;
 pub mod session;
 pub mod shapes;
 mod shift;
