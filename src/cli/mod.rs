@@ -2,10 +2,13 @@
 
 mod backend;
 mod bench;
+mod check;
 mod cluster;
 mod compare;
 mod completions;
+mod contents;
 mod devices;
+mod init;
 mod log;
 mod merge;
 mod outcome;
@@ -43,6 +46,8 @@ struct Cli {
 
 const AFTER_HELP: &str = "\
 First steps:
+  perirobot init my-cell                              write a small study to begin with
+  perirobot check my-cell/study.toml                  what it contains, what is wrong, how long it takes
   perirobot sweep scenes/quick.toml --out out/quick   score the poses of a study that ships
   perirobot summary out/quick                         the tables of the paper from those results
   perirobot sweep scenes/quick.toml --out out/quick   once more: nothing is left to do, after a stop it goes on
@@ -55,6 +60,8 @@ folder: the same command goes on, now or later.";
 
 #[derive(Subcommand)]
 enum Command {
+    Init(init::Args),
+    Check(check::Args),
     Sweep(sweep::Args),
     Merge(merge::Args),
     Summary(summary::Args),
@@ -74,6 +81,8 @@ pub(crate) fn run() -> ExitCode {
     let Cli { command, verbose } = Cli::parse();
     log::start(verbose);
     let outcome = match command {
+        Command::Init(args) => init::run(&args),
+        Command::Check(args) => check::run(&args),
         Command::Sweep(args) => sweep::run(&args),
         Command::Merge(args) => merge::run(&args),
         Command::Summary(args) => summary::run(&args),
