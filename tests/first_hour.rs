@@ -81,6 +81,7 @@ fn check_says_what_a_study_contains() {
         "scene \"cell\"",
         "  grid 25 × 19 × 17 = 8075 voxels, 2.50 × 1.90 × 1.70 m",
         "  crate     environment  0.40 × 0.40 × 0.40 m",
+        "  panel     environment  0.00 × 0.60 × 0.40 m",
         "  operator  human        0.30 × 0.30 × 1.20 m",
         "  camera  rgbd         144 rays at each of 8 poses, read as points",
         // 360 / 8 columns of ⌈90 / 12⌉ rays.

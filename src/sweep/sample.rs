@@ -88,8 +88,9 @@ fn next_after_q16(placement: &Placement, dir_q15: [i32; 3], end: &End) -> u32 {
     march.next_q16[next_axis(march.next_q16)]
 }
 
-/// How long a sweep would take by what some choices of poses took, in seconds: each choice alone, though a sweep casts
-/// evidence that several share once only. Scenes are ready by then.
+/// How long a sweep would take by what some choices of poses took in the first moment, in seconds. It is rather too
+/// much: what choices share, and what stands still from one moment to the next, a sweep casts once. Scenes are ready
+/// by then.
 ///
 /// # Errors
 /// When the backend fails.
