@@ -36,6 +36,14 @@ impl Error {
         Error::Input(format!("{}: {what}: {source}", path.display()))
     }
 
+    /// The first of several, for who can tell one only; where there is none, that is what it says.
+    pub(crate) fn first(mut all: Vec<Error>) -> Self {
+        match all.is_empty() {
+            true => Error::Input("something is wrong, and nothing says what".into()),
+            false => all.swap_remove(0),
+        }
+    }
+
     /// A file of a sweep that the disk does not take.
     pub(crate) fn storage(path: &Path, source: std::io::Error) -> Self {
         let cure = "What is finished is kept: mend that and run the same command again";

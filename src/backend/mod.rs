@@ -132,7 +132,9 @@ pub enum Carving {
 }
 
 /// How the evidence of several sensors becomes one label a voxel.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Deserialize, serde::Serialize)]
+#[derive(
+    Clone, Copy, Debug, Default, PartialEq, Eq, serde::Deserialize, serde::Serialize, schemars::JsonSchema,
+)]
 #[serde(rename_all = "snake_case")]
 pub enum Fusion {
     /// Occupied if any sensor says so, else free if any does, else unknown.

@@ -143,6 +143,11 @@ impl BackendArgs {
         Ok(self.memory.into_iter().fold(gpu, Gpu::memory))
     }
 
+    /// Bytes for evidence, if the user said how many.
+    pub(super) fn memory(&self) -> Option<u64> {
+        self.memory
+    }
+
     fn threads(&self) -> Option<usize> {
         self.threads.map(usize::from)
     }

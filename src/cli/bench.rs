@@ -146,8 +146,6 @@ fn table(race: &Race) -> String {
 
 /// The most memory that the process has held so far, where the system tells.
 fn memory() -> String {
-    let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
-    let peak = status.lines().find_map(|line| line.strip_prefix("VmHWM:"));
-    let kib = peak.and_then(|peak| peak.trim().trim_end_matches("kB").trim().parse::<u64>().ok());
-    kib.map_or(String::new(), |kib| format!("Most memory held so far: {} MiB.\n\n", kib >> 10))
+    super::contents::held_mib()
+        .map_or(String::new(), |mib| format!("Most memory held so far: {mib} MiB.\n\n"))
 }

@@ -10,22 +10,30 @@ macro_rules! say {
 
 mod backend;
 mod bench;
-#[allow(dead_code)] mod choice;
+mod check;
+#[allow(dead_code)]
+mod choice;
 mod cluster;
 mod compare;
+mod completions;
+mod contents;
 mod devices;
+mod init;
 mod log;
 mod merge;
 mod outcome;
 mod packages;
 mod progress;
 mod quantity;
+mod schema;
+mod sensors;
 mod shard;
 mod stop;
 mod study;
 mod summary;
 mod sweep;
-#[allow(dead_code)] mod swept;
+#[allow(dead_code)]
+mod swept;
 mod voxelize;
 
 use std::process::ExitCode;
@@ -50,6 +58,8 @@ struct Cli {
 
 const AFTER_HELP: &str = "\
 First steps:
+  perirobot init my-cell                              write a small study to begin with
+  perirobot check my-cell/study.toml                  what it contains, what is wrong, how long it takes
   perirobot sweep scenes/quick.toml --out out/quick   score the poses of a study that ships
   perirobot summary out/quick                         the tables of the paper from those results
   perirobot sweep scenes/quick.toml --out out/quick   once more: nothing is left to do, after a stop it goes on
@@ -62,6 +72,8 @@ folder: the same command goes on, now or later.";
 
 #[derive(Subcommand)]
 enum Command {
+    Init(init::Args),
+    Check(check::Args),
     Sweep(sweep::Args),
     Merge(merge::Args),
     Summary(summary::Args),
@@ -70,6 +82,10 @@ enum Command {
     Bench(bench::Args),
     Devices(devices::Args),
     Voxelize(voxelize::Args),
+    Sensors(sensors::Args),
+    Schema(schema::Args),
+    Completions(completions::CompletionArgs),
+    Man(completions::ManArgs),
 }
 
 /// Runs the command line and turns its outcome into an exit code.
@@ -77,6 +93,8 @@ pub(crate) fn run() -> ExitCode {
     let Cli { command, verbose } = Cli::parse();
     log::start(verbose);
     let outcome = match command {
+        Command::Init(args) => init::run(&args),
+        Command::Check(args) => check::run(&args),
         Command::Sweep(args) => sweep::run(&args),
         Command::Merge(args) => merge::run(&args),
         Command::Summary(args) => summary::run(&args),
@@ -85,6 +103,10 @@ pub(crate) fn run() -> ExitCode {
         Command::Bench(args) => bench::run(&args),
         Command::Devices(args) => devices::run(&args),
         Command::Voxelize(args) => voxelize::run(&args),
+        Command::Sensors(args) => sensors::run(&args),
+        Command::Schema(args) => schema::run(&args),
+        Command::Completions(args) => completions::completions(&args),
+        Command::Man(args) => completions::man(&args),
     };
     match outcome {
         Ok(code) => code,

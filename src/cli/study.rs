@@ -2,9 +2,9 @@
 
 use std::path::PathBuf;
 
-use perirobot::Result;
 use perirobot::study::{Overrides, Study};
 use perirobot::sweep::World;
+use perirobot::{Error, Result};
 
 use super::packages::PackageArgs;
 
@@ -23,10 +23,28 @@ pub(super) struct StudyArgs {
 }
 
 impl StudyArgs {
+    /// Reads the study and makes ready what scenes can be, and tells everything that is wrong with them; nothing but what
+    /// is wrong where the study itself is.
+    pub(super) fn examine(&self) -> Result<(Study, Vec<World>, Vec<Error>), Vec<Error>> {
+        let mut study = Study::examine(&self.study, &self.overrides(), self.packages.sources(&self.study))?;
+        self.packages.apply(&mut study.scenes);
+        let (mut worlds, mut problems) = (Vec::new(), Vec::new());
+        for scene in 0..study.scenes.len() {
+            match World::examine(&study, scene) {
+                Ok(snapshots) => worlds.extend(snapshots),
+                Err(all) => problems.extend(all),
+            }
+        }
+        Ok((study, worlds, problems))
+    }
+
+    fn overrides(&self) -> Overrides {
+        Overrides { voxel_size_m: self.voxel_size, noiseless: self.noiseless }
+    }
+
     /// Reads the study and makes its scenes ready; warnings are printed.
     pub(super) fn load(&self) -> Result<(Study, Vec<World>)> {
-        let overrides = Overrides { voxel_size_m: self.voxel_size, noiseless: self.noiseless };
-        let mut study = Study::read(&self.study, &overrides, self.packages.sources(&self.study))?;
+        let mut study = Study::read(&self.study, &self.overrides(), self.packages.sources(&self.study))?;
         self.packages.apply(&mut study.scenes);
         let worlds = World::prepare_all(&study)?;
         super::warn(worlds.iter().map(|world| (world.name.as_str(), world.warnings.as_slice())));

@@ -20,32 +20,51 @@ use crate::{Error, Result};
 /// Reads a scene and gives its snapshots, at least one. Curved bodies stay within an eighth of a voxel of their true
 /// surface.
 pub fn build(spec: &SceneSpec, sources: &Sources, voxel_size_m: f64) -> Result<Vec<Scene>> {
-    let mut scenes: Vec<Scene> = (0..spec.snapshots)
-        .map(|snapshot| Scene { name: spec.name.clone(), snapshot, objects: Vec::new() })
-        .collect();
-    let mut files = Files::new(sources);
-    for object in &spec.objects {
-        let moments = moving::moments(object, spec.snapshots, &mut files, voxel_size_m / 8.0)
-            .map_err(|e| Error::input(format!("{}: object {:?}", spec.path.display(), object.name), e))?;
-        for (scene, moment) in scenes.iter_mut().zip(moments) {
-            scene.objects.extend(moment);
-        }
+    build_or_all(spec, sources, voxel_size_m).map_err(Error::first)
+}
+
+/// [`build`], but of each object that cannot be read it is told what is wrong.
+pub fn build_or_all(
+    spec: &SceneSpec,
+    sources: &Sources,
+    voxel_size_m: f64,
+) -> Result<Vec<Scene>, Vec<Error>> {
+    let (scenes, problems) = read_all(spec, sources, voxel_size_m);
+    if !problems.is_empty() {
+        return Err(problems);
     }
+    let one = |what: String| Err(vec![Error::input(spec.path.display(), what)]);
     let objects = &scenes[0].objects;
     if objects.is_empty() {
-        return Err(Error::input(
-            spec.path.display(),
-            "nodes: every part of every object is ignored, nothing is left",
-        ));
+        return one("nodes: every part of every object is ignored, nothing is left".into());
     }
     // Parts of a glTF file are named by their rules, and may meet another object's name.
     let mut names = HashSet::new();
     if let Some(twice) = objects.iter().find(|object| !names.insert(object.name.as_str())) {
-        let what =
-            format!("two objects are named {:?}, one of them by nodes.match: rename the other", twice.name);
-        return Err(Error::input(spec.path.display(), what));
+        let name = &twice.name;
+        return one(format!("two objects are named {name:?}, one of them by nodes.match: rename the other"));
     }
     Ok(scenes)
+}
+
+/// The snapshots of a scene with all objects that can be read, and what is wrong with the others.
+fn read_all(spec: &SceneSpec, sources: &Sources, voxel_size_m: f64) -> (Vec<Scene>, Vec<Error>) {
+    let mut scenes: Vec<Scene> = (0..spec.snapshots)
+        .map(|snapshot| Scene { name: spec.name.clone(), snapshot, objects: Vec::new() })
+        .collect();
+    let (mut files, mut problems) = (Files::new(sources), Vec::new());
+    for object in &spec.objects {
+        match moving::moments(object, spec.snapshots, &mut files, voxel_size_m / 8.0) {
+            Ok(moments) => {
+                scenes.iter_mut().zip(moments).for_each(|(scene, moment)| scene.objects.extend(moment))
+            }
+            Err(e) => {
+                let place = format!("{}: object {:?}", spec.path.display(), object.name);
+                problems.push(Error::input(place, e));
+            }
+        }
+    }
+    (scenes, problems)
 }
 
 /// The parts of an object at one moment, in its own frame.

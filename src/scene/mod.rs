@@ -23,7 +23,7 @@ use crate::sensor::pose::Pose;
 use mannequin::Keypoints;
 
 /// What an object is to the study (paper, section III).
-#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Deserialize, serde::Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Deserialize, serde::Serialize, schemars::JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum Role {
     /// Walls, tables, fences.
@@ -35,7 +35,7 @@ pub enum Role {
 }
 
 /// What the inside of a watertight body is.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Deserialize, serde::Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Deserialize, serde::Serialize, schemars::JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum Interior {
     /// Belongs to no region and stops no ray.
@@ -47,7 +47,7 @@ pub enum Interior {
 }
 
 /// Whether a sensor's ray stops at the object.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Deserialize, serde::Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Deserialize, serde::Serialize, schemars::JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Optical {
     /// Rays stop.

@@ -14,7 +14,7 @@ use crate::backend::Rays;
 use crate::voxel::BitGrid;
 
 /// How a LIDAR is fixed where a pose says which way it faces.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Deserialize, serde::Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Deserialize, serde::Serialize, schemars::JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum Mount {
     /// The spin axis is the pose's up: world z for a facing pose; azimuth 0 looks where the pose faces.

@@ -12,8 +12,8 @@
 //! | proximity cover (`cover`) | range | `naive` | | |
 //! | known robot pose (`known_robot`) | | | `volume` | |
 //!
-//! (Paper, table I.) A new sensor is a file here that implements [`Kind`], a struct for its keys in `study/sensor/`, and
-//! one arm of the `match` there.
+//! (Paper, table I.) A new sensor is a file here that implements [`Kind`], a struct for its keys in `study/sensor/`, one
+//! arm of the `match` there, and a line of its schema.
 
 pub mod camera;
 pub mod cover;
@@ -54,6 +54,8 @@ pub struct Sensor {
     pub on: Option<Link>,
     /// Candidates in study order.
     pub candidates: Vec<Candidate>,
+    /// What was assumed about it that the user may not expect.
+    pub warnings: Vec<String>,
 }
 
 /// A link of a robot that a sensor is mounted on.

@@ -13,7 +13,7 @@ pub struct Pose {
 }
 
 /// Which axes a given rotation turns.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Deserialize, schemars::JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum Frame {
     /// x forward, y left, z up.

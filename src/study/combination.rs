@@ -3,10 +3,11 @@
 use wildmatch::WildMatch;
 
 use super::Place;
+use super::Problems;
 use super::file::CombinationFile;
-use crate::Result;
 use crate::backend::Fusion;
 use crate::sensor::Sensor;
+use crate::{Error, Result};
 
 /// Most rows of results of a study: a journal of 64 GB.
 pub(crate) const MAX_ROWS: usize = 1_000_000_000;
@@ -82,7 +83,7 @@ pub(super) fn check(
     entries: Vec<CombinationFile>,
     fusion: Fusion,
     sensors: &[Sensor],
-) -> Result<Vec<Combination>> {
+) -> Result<Vec<Combination>, Vec<Error>> {
     if entries.is_empty() {
         let alone = |(sensor, spec): (usize, &Sensor)| Combination {
             name: spec.name.clone(),
@@ -91,9 +92,11 @@ pub(super) fn check(
         };
         return Ok(sensors.iter().enumerate().map(alone).collect());
     }
-    let combinations: Vec<Combination> =
-        entries.into_iter().map(|entry| one(at, entry, fusion, sensors)).collect::<Result<_>>()?;
-    at.unique("combination", combinations.iter().map(|c| c.name.as_str()))?;
+    let mut problems = Problems::default();
+    let checked = entries.into_iter().map(|entry| one(at, entry, fusion, sensors));
+    let combinations: Vec<Combination> = checked.filter_map(|one| problems.keep(one)).collect();
+    problems.keep(at.unique("combination", combinations.iter().map(|c| c.name.as_str())));
+    problems.none()?;
     Ok(combinations)
 }
 

@@ -3,30 +3,43 @@
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 
+use schemars::JsonSchema;
 use serde::Deserialize;
 
 use super::scene_file::{Unit, Up};
+use super::sensor::AnySensor;
 use super::value::{Axis, exactly, exactly_if_given};
 use crate::backend::Fusion;
 use crate::sensor::pose::Frame;
 
-#[derive(Deserialize)]
+/// What to sweep over what.
+#[derive(Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(super) struct StudyFile {
+    /// Seed of all noise and of random poses. Default 0.
     #[serde(default)]
     pub(super) seed: u64,
+    /// How sensors of a combination become one label a voxel, unless it says so itself. Default
+    /// "occupied_wins".
     #[serde(default)]
     pub(super) fusion: Fusion,
+    /// How often everything is measured, each time with other noise. Default 1.
     #[serde(default = "once")]
     pub(super) repeats: u32,
+    /// The voxels.
     #[serde(default)]
     pub(super) grid: GridFile,
+    /// The cells that are swept, at least one.
     #[serde(default)]
     pub(super) scene: Vec<SceneEntry>,
+    /// Where is counted, at least one.
     #[serde(default)]
     pub(super) region: Vec<RegionFile>,
+    /// What is placed, at least one.
     #[serde(default)]
+    #[schemars(with = "Vec<AnySensor>")]
     pub(super) sensor: Vec<toml::Table>,
+    /// Sensors that are scored together; each alone if there is none.
     #[serde(default)]
     pub(super) combination: Vec<CombinationFile>,
 }
@@ -35,11 +48,15 @@ fn once() -> u32 {
     1
 }
 
-#[derive(Deserialize)]
+/// The voxels.
+#[derive(Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub(super) struct GridFile {
+    /// Edge of a voxel in metres, from 0.0001 to 10. Default 0.05.
     pub(super) voxel_size_m: f64,
+    /// Corners of the grid; without, it holds all surfaces and sensors.
     pub(super) bounds_m: Option<BoundsFile>,
+    /// What a ray meets that leaves the grid. Default "nothing".
     pub(super) outside: Outside,
 }
 
@@ -50,63 +67,90 @@ impl Default for GridFile {
 }
 
 /// What a ray meets that leaves the grid.
-#[derive(Clone, Copy, PartialEq, Eq, Deserialize)]
+#[derive(Clone, Copy, PartialEq, Eq, Deserialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub(super) enum Outside {
     Nothing,
     Backdrop,
 }
 
-#[derive(Clone, Copy, Deserialize)]
+/// A box along the axes of the world.
+#[derive(Clone, Copy, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(super) struct BoundsFile {
+    /// Lowest corner, [x, y, z] in metres.
     #[serde(deserialize_with = "exactly")]
     pub(super) min: [f64; 3],
+    /// Highest corner, [x, y, z] in metres.
     #[serde(deserialize_with = "exactly")]
     pub(super) max: [f64; 3],
 }
 
-#[derive(Deserialize)]
+/// A cell.
+#[derive(Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(super) struct SceneEntry {
+    /// Its file, from the folder of this one.
     pub(super) file: PathBuf,
+    /// What results call it. Default: the name of the file.
     pub(super) name: Option<String>,
 }
 
-#[derive(Deserialize)]
+/// Where is counted: a name and one shape.
+#[derive(Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(super) struct RegionFile {
+    /// What results call it.
     pub(super) name: String,
+    /// A ball.
     pub(super) sphere: Option<SphereFile>,
+    /// A half of a ball.
     pub(super) half_sphere: Option<HalfSphereFile>,
+    /// A box along the axes of the world.
     pub(super) r#box: Option<BoxFile>,
+    /// The box around a person.
     pub(super) human_box: Option<HumanBoxFile>,
+    /// The ball that a robot of the scene reaches.
     pub(super) robot_reach: Option<RobotReachFile>,
+    /// The inside of a watertight .glb, .gltf or .stl file.
     pub(super) mesh: Option<PathBuf>,
+    /// Of an .stl file. Default "m".
     pub(super) unit: Option<Unit>,
+    /// The axis that points up in an .stl file. Default "z".
     pub(super) up: Option<Up>,
+    /// Where the mesh is, [x, y, z] in metres. Default the origin.
     #[serde(default, deserialize_with = "exactly_if_given")]
     pub(super) position_m: Option<[f64; 3]>,
+    /// How the mesh is turned: roll, pitch, yaw in degrees.
     #[serde(default, deserialize_with = "exactly_if_given")]
     pub(super) rpy_deg: Option<[f64; 3]>,
+    /// Names of regions above: what is in any of them.
     pub(super) union: Option<Vec<String>>,
+    /// Names of regions above: what is in the first and in no other.
     pub(super) difference: Option<Vec<String>>,
 }
 
-#[derive(Deserialize)]
+/// A ball.
+#[derive(Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(super) struct SphereFile {
+    /// [x, y, z] in metres.
     #[serde(deserialize_with = "exactly")]
     pub(super) center_m: [f64; 3],
+    /// In metres, above 0.
     pub(super) radius_m: f64,
 }
 
-#[derive(Deserialize)]
+/// A half of a ball.
+#[derive(Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(super) struct HalfSphereFile {
+    /// [x, y, z] in metres.
     #[serde(deserialize_with = "exactly")]
     pub(super) center_m: [f64; 3],
+    /// In metres, above 0.
     pub(super) radius_m: f64,
+    /// Which half: the side that this direction points to. Default up.
     #[serde(default = "upward", deserialize_with = "exactly")]
     pub(super) normal: [f64; 3],
 }
@@ -115,84 +159,125 @@ fn upward() -> [f64; 3] {
     [0.0, 0.0, 1.0]
 }
 
-#[derive(Deserialize)]
+/// What a robot reaches.
+#[derive(Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(super) struct RobotReachFile {
+    /// Its object in the scene; the only robot if left out.
     pub(super) object: Option<String>,
+    /// How far a tool reaches beyond its last link. Default 0.
     #[serde(default)]
     pub(super) tool_m: f64,
 }
 
-#[derive(Deserialize)]
+/// A box along the axes of the world.
+#[derive(Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(super) struct BoxFile {
+    /// Lowest corner, [x, y, z] in metres.
     #[serde(deserialize_with = "exactly")]
     pub(super) min_m: [f64; 3],
+    /// Highest corner, [x, y, z] in metres.
     #[serde(deserialize_with = "exactly")]
     pub(super) max_m: [f64; 3],
 }
 
-#[derive(Deserialize)]
+/// The box around a person.
+#[derive(Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(super) struct HumanBoxFile {
+    /// Its object in the scene; the only person if left out.
     pub(super) object: Option<String>,
+    /// Added on all sides. Default 0.
     pub(super) margin_m: Option<f64>,
+    /// Added below on x, y and z, instead of margin_m.
     #[serde(default, deserialize_with = "exactly_if_given")]
     pub(super) margin_min_m: Option<[f64; 3]>,
+    /// Added above on x, y and z, instead of margin_m.
     #[serde(default, deserialize_with = "exactly_if_given")]
     pub(super) margin_max_m: Option<[f64; 3]>,
 }
 
-#[derive(Deserialize)]
+/// Sensors that are scored together: every pose of each with every pose of the others.
+#[derive(Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(super) struct CombinationFile {
+    /// What results call it. Default: the names of its sensors, joined.
     pub(super) name: Option<String>,
+    /// Names of sensors of the study, each once.
     pub(super) sensors: Vec<String>,
+    /// How they become one label a voxel. Default: the fusion of the study.
     pub(super) fusion: Option<Fusion>,
+    /// Of some sensors, which poses take part: patterns with * and ?, as in camera = ["ceiling/*"]. Default
+    /// all.
     #[serde(default)]
     pub(super) poses: BTreeMap<String, Vec<String>>,
 }
 
-#[derive(Deserialize)]
+/// Candidate poses: a lattice (x_m, y_m, z_m), a list, a table (csv), or random ones.
+#[derive(Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(super) struct PosesFile {
+    /// First part of the names of its poses.
     pub(super) name: String,
+    /// A number, a list, or { start, stop, step }.
     pub(super) x_m: Option<Axis>,
+    /// A number, a list, or { start, stop, step }.
     pub(super) y_m: Option<Axis>,
+    /// A number, a list, or { start, stop, step }.
     pub(super) z_m: Option<Axis>,
+    /// Where the sensors look: a direction, as [0, 1, 0].
     #[serde(default, deserialize_with = "exactly_if_given")]
     pub(super) facing: Option<[f64; 3]>,
+    /// Turned from there, at each point of the lattice. Default straight.
     pub(super) orientations_deg: Option<Vec<PanTilt>>,
+    /// Poses one by one.
     pub(super) list: Option<Vec<PoseFile>>,
+    /// A table with the columns x_m,y_m,z_m,qw,qx,qy,qz and, optional, sensor and pose.
     pub(super) csv: Option<PathBuf>,
+    /// What the quaternions of the table turn. Default "link".
     pub(super) frame: Option<Frame>,
+    /// Poses drawn from a box.
     pub(super) random: Option<RandomFile>,
 }
 
-#[derive(Clone, Copy, Default, Deserialize)]
+/// A turn from where a sensor faces.
+#[derive(Clone, Copy, Default, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub(super) struct PanTilt {
+    /// About the vertical, to the left, in degrees.
     pub(super) pan: f64,
+    /// Upwards, in degrees.
     pub(super) tilt: f64,
 }
 
-#[derive(Deserialize)]
+/// One pose: facing (with pan and tilt), rpy_deg, or quaternion.
+#[derive(Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(super) struct PoseFile {
+    /// Last part of its name. Default: its number.
     pub(super) name: Option<String>,
+    /// [x, y, z] in metres.
     #[serde(deserialize_with = "exactly")]
     pub(super) position_m: [f64; 3],
+    /// Where the sensor looks: a direction.
     #[serde(default, deserialize_with = "exactly_if_given")]
     pub(super) facing: Option<[f64; 3]>,
+    /// Turned to the left from there.
     pub(super) pan_deg: Option<f64>,
+    /// Turned upwards from there.
     pub(super) tilt_deg: Option<f64>,
+    /// Roll, pitch, yaw in degrees.
     #[serde(default, deserialize_with = "exactly_if_given")]
     pub(super) rpy_deg: Option<[f64; 3]>,
+    /// A rotation.
     pub(super) quaternion: Option<Quaternion>,
+    /// What rpy_deg or quaternion turn. Default "link".
     pub(super) frame: Option<Frame>,
 }
 
-#[derive(Clone, Copy, Deserialize)]
+/// A rotation; normalised when it is read.
+#[derive(Clone, Copy, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(super) struct Quaternion {
     pub(super) w: f64,
@@ -201,16 +286,22 @@ pub(super) struct Quaternion {
     pub(super) z: f64,
 }
 
-#[derive(Deserialize)]
+/// Poses drawn from a box.
+#[derive(Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(super) struct RandomFile {
+    /// How many.
     pub(super) count: u32,
+    /// Lowest corner, [x, y, z] in metres.
     #[serde(deserialize_with = "exactly")]
     pub(super) min_m: [f64; 3],
+    /// Highest corner, [x, y, z] in metres.
     #[serde(deserialize_with = "exactly")]
     pub(super) max_m: [f64; 3],
+    /// [from, to]. Default straight.
     #[serde(default, deserialize_with = "exactly")]
     pub(super) pan_deg: [f64; 2],
+    /// [from, to]. Default straight.
     #[serde(default, deserialize_with = "exactly")]
     pub(super) tilt_deg: [f64; 2],
 }

@@ -1,11 +1,14 @@
 //! What the user wrote: a study file and the scene files it names, checked once at the edge and turned into metres
 //! and radians. Defaults live in `file.rs` and `scene_file.rs` and nowhere else; meshes are read by `scene`.
 
+pub mod catalogue;
 mod combination;
 mod file;
 mod poses;
+mod problems;
 mod region;
 mod scene_file;
+pub mod schema;
 mod sensor;
 mod urdf;
 mod value;
@@ -21,6 +24,8 @@ use crate::voxel::grid::VOXEL_SIZES_M;
 use crate::{Error, Result};
 pub use combination::{Combination, Member};
 pub(crate) use combination::{MAX_NAMES_BYTES, MAX_ROWS, bytes_of_names, nth_choice};
+use file::StudyFile;
+use problems::{Problems, parse_in_parts, reads};
 pub use region::RegionSpec;
 pub use scene_file::{MotionSpec, NodeRule, ObjectSpec, SceneSpec, SurfaceSpec};
 pub use urdf::UrdfSpec;
@@ -79,61 +84,53 @@ impl Study {
 
     /// Reads and checks a study and its scene files (not their meshes), from where its sources may lie.
     pub fn read(path: &Path, overrides: &Overrides, sources: Sources) -> Result<Study> {
-        let text = sources.text(path)?;
-        let file: file::StudyFile = parse(path, &text)?;
+        Study::examine(path, overrides, sources).map_err(Error::first)
+    }
+
+    /// The same, but all that is wrong is told, as far as one thing can be judged without another.
+    pub fn examine(path: &Path, overrides: &Overrides, sources: Sources) -> Result<Study, Vec<Error>> {
+        let mut problems = Problems::default();
+        let Some(text) = problems.keep(sources.text(path)) else { return Err(all(problems)) };
+        let file: Option<StudyFile> = parse_in_parts(path, &text, &LISTS, &mut problems);
+        let Some(file) = file else { return Err(all(problems)) };
+        let is_whole = problems.is_empty();
         let at = Place { file: path, prefix: String::new() };
 
-        let rule = "a size in metres from 0.0001 to 10";
-        at.key("grid").number("voxel_size_m", file.grid.voxel_size_m, VOXEL_SIZES_M, rule)?;
-        let voxel_size_m = match overrides.voxel_size_m {
-            Some(size) if !VOXEL_SIZES_M.contains(&size) => {
-                return Err(Error::Input(format!("--voxel-size {size}: must be {rule}")));
-            }
-            other => other.unwrap_or(file.grid.voxel_size_m),
-        };
-        let bounds_m = file.grid.bounds_m.map(|b| bounds(&at.key("grid"), b)).transpose()?;
-
-        at.some("scene", &file.scene, "[[scene]] file = \"scene.toml\"")?;
-        at.some("region", &file.region, "[[region]] name = \"robot\"")?;
-        at.some("sensor", &file.sensor, "[[sensor]] name = \"camera\"")?;
-        let folder = path.parent().unwrap_or(Path::new(""));
-        let scenes = file.scene.iter().enumerate().map(|(i, entry)| {
-            let path = folder.join(&entry.file);
-            // An error inside the file names the file; one of reaching it also says who asked for it.
-            let text = sources.text(&path).map_err(|e| at.says(format!("scene[{i}].file: {e}")))?;
-            let mut scene = SceneSpec::parse(&path, text)?;
-            scene.name = entry.name.clone().unwrap_or(scene.name);
-            Ok(scene)
-        });
-        let scenes: Vec<SceneSpec> = scenes.collect::<Result<_>>()?;
-        let names: Vec<_> = file.region.iter().map(|entry| entry.name.clone()).collect();
-        let entries = file.region.into_iter().enumerate();
-        let regions: Vec<_> =
-            entries.map(|(i, entry)| region::check(&at, entry, &names[..i])).collect::<Result<_>>()?;
-        let mut sensors = Vec::new();
-        for keys in file.sensor {
-            sensors.push(sensor::check(&at, keys, file.seed, overrides.noiseless, &sensors, &sources)?);
+        let voxel_size_m = problems.keep(voxel_size(&at, &file, overrides));
+        let bounds_m = file.grid.bounds_m.map(|b| bounds(&at.key("grid"), b)).transpose();
+        let bounds_m = problems.keep(bounds_m);
+        if is_whole {
+            problems.keep(at.some("scene", &file.scene, "[[scene]] file = \"scene.toml\""));
+            problems.keep(at.some("region", &file.region, "[[region]] name = \"robot\""));
+            problems.keep(at.some("sensor", &file.sensor, "[[sensor]] name = \"camera\""));
         }
-
-        at.unique("scene", scenes.iter().map(|s| s.name.as_str()))?;
-        at.unique("region", regions.iter().map(|(name, _)| name.as_str()))?;
-        at.unique("sensor", sensors.iter().map(|s| s.name.as_str()))?;
-        // Tables name a choice by joining the names of its poses.
-        let poses = sensors.iter().flat_map(|sensor| sensor.candidates.iter().map(|c| c.name.as_str()));
-        let names = sensors.iter().map(|sensor| sensor.name.as_str()).chain(poses);
-        if let Some(name) = names.into_iter().find(|name| name.contains(';')) {
-            return Err(at.says(format!("{name:?}: names of sensors and poses hold no semicolon")));
-        }
+        let scenes = scenes(&at, &file, &sources, &mut problems);
+        let regions = regions(&at, file.region, is_whole, &mut problems);
+        let (seed, noiseless) = (file.seed, overrides.noiseless);
+        let context = sensor::Context { seed, noiseless, index: 0, earlier: &[], sources: &sources };
+        let sensors = sensors(&at, file.sensor, context, &mut problems);
+        problems.keep(at.unique("scene", scenes.iter().map(|s| s.name.as_str())));
+        problems.keep(at.unique("region", regions.iter().map(|(name, _)| name.as_str())));
+        problems.keep(at.unique("sensor", sensors.iter().map(|s| s.name.as_str())));
+        problems.keep(no_semicolons(&at, &sensors));
         if !(1..=MAX_REPEATS).contains(&file.repeats) {
-            return Err(at.wrong("repeats", file.repeats, &format!("must be from 1 to {MAX_REPEATS}")));
+            problems.keep::<()>(Err(at.wrong(
+                "repeats",
+                file.repeats,
+                &format!("must be from 1 to {MAX_REPEATS}"),
+            )));
         }
+        // What names sensors can be judged only where all of them are known.
+        let (Some(voxel_size_m), Some(bounds_m), true) = (voxel_size_m, bounds_m, problems.is_empty()) else {
+            return Err(all(problems));
+        };
         // Without noise every repeat would be the first again.
         let noisy = sensors.iter().any(|sensor| sensor.kind.is_noisy());
         let repeats = if noisy { file.repeats } else { 1 };
         let combinations = combination::check(&at, file.combination, file.fusion, &sensors)?;
         let snapshots: usize = scenes.iter().map(|scene| scene.snapshots).sum();
         let per_choice = regions.len() * snapshots * repeats as usize;
-        combination::check_rows(&at, &combinations, &sensors, per_choice)?;
+        combination::check_rows(&at, &combinations, &sensors, per_choice).map_err(|e| vec![e])?;
         Ok(Study {
             path: path.into(),
             text,
@@ -149,6 +146,93 @@ impl Study {
             repeats,
             sources,
         })
+    }
+}
+
+/// The lists of a study that can be read entry by entry; each sensor is read for itself in any case.
+const LISTS: [problems::List; 3] = [
+    ("scene", reads::<file::SceneEntry>),
+    ("region", reads::<file::RegionFile>),
+    ("combination", reads::<file::CombinationFile>),
+];
+
+/// Everything that was found, for who cannot go on.
+fn all(problems: Problems) -> Vec<Error> {
+    problems.none().err().unwrap_or_default()
+}
+
+fn voxel_size(at: &Place, file: &StudyFile, overrides: &Overrides) -> Result<f64> {
+    let rule = "a size in metres from 0.0001 to 10";
+    at.key("grid").number("voxel_size_m", file.grid.voxel_size_m, VOXEL_SIZES_M, rule)?;
+    match overrides.voxel_size_m {
+        Some(size) if !VOXEL_SIZES_M.contains(&size) => {
+            Err(Error::Input(format!("--voxel-size {size}: must be {rule}")))
+        }
+        other => Ok(other.unwrap_or(file.grid.voxel_size_m)),
+    }
+}
+
+/// The scenes that are right.
+fn scenes(at: &Place, file: &StudyFile, sources: &Sources, problems: &mut Problems) -> Vec<SceneSpec> {
+    let scenes = file.scene.iter().enumerate().filter_map(|(i, entry)| {
+        let path = at.folder().join(&entry.file);
+        // An error inside the file names the file; one of reaching it also says who asked for it.
+        let text = sources.text(&path).map_err(|e| at.says(format!("scene[{i}].file: {e}")));
+        let mut scene =
+            problems.keep(text).and_then(|text| problems.keep_all(SceneSpec::parse(&path, text)))?;
+        scene.name = entry.name.clone().unwrap_or(scene.name);
+        Some(scene)
+    });
+    scenes.collect()
+}
+
+/// The regions that are right. Where some could not be read, those that are made of others are passed over.
+fn regions(
+    at: &Place,
+    entries: Vec<file::RegionFile>,
+    is_whole: bool,
+    problems: &mut Problems,
+) -> Vec<(String, RegionSpec)> {
+    let names: Vec<_> = entries.iter().map(|entry| entry.name.clone()).collect();
+    let regions = entries.into_iter().enumerate().filter_map(|(i, entry)| {
+        let made_of_others = entry.union.is_some() || entry.difference.is_some();
+        if made_of_others && !is_whole {
+            return None;
+        }
+        problems.keep(region::check(at, entry, &names[..i]))
+    });
+    regions.collect()
+}
+
+/// The sensors that are right. One that has the poses of a wrong one is passed over.
+fn sensors(
+    at: &Place,
+    entries: Vec<toml::Table>,
+    context: sensor::Context,
+    problems: &mut Problems,
+) -> Vec<Sensor> {
+    let (mut sensors, mut wrong) = (Vec::<Sensor>::new(), Vec::new());
+    for (index, keys) in entries.into_iter().enumerate() {
+        let (name, like) = (keys.get("name").cloned(), keys.get("same_poses_as").cloned());
+        if like.is_some() && wrong.contains(&like) {
+            continue;
+        }
+        let context = sensor::Context { index, earlier: &sensors, ..context };
+        match problems.keep_all(sensor::check(at, keys, &context)) {
+            Some(sensor) => sensors.push(sensor),
+            None => wrong.push(name),
+        }
+    }
+    sensors
+}
+
+/// Tables name a choice by joining the names of its poses.
+fn no_semicolons(at: &Place, sensors: &[Sensor]) -> Result<()> {
+    let poses = sensors.iter().flat_map(|sensor| sensor.candidates.iter().map(|c| c.name.as_str()));
+    let names = sensors.iter().map(|sensor| sensor.name.as_str()).chain(poses);
+    match names.into_iter().find(|name| name.contains(';')) {
+        Some(name) => Err(at.says(format!("{name:?}: names of sensors and poses hold no semicolon"))),
+        None => Ok(()),
     }
 }
 

@@ -7,12 +7,14 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use glam::{DQuat, DVec3};
+use schemars::JsonSchema;
 use serde::Deserialize;
 
 use super::file::Quaternion;
+use super::problems::{Problems, parse_in_parts, reads};
 use super::urdf::{UrdfFile, UrdfSpec};
 use super::value::{exactly, exactly_if_given};
-use super::{Place, only_one, parse};
+use super::{Place, only_one};
 use crate::scene::urdf::Geometry;
 use crate::scene::{Interior, Optical, Role};
 use crate::sensor::pose::{Frame, Pose, from_rpy};
@@ -22,95 +24,138 @@ pub use snapshots::MotionSpec;
 use snapshots::SnapshotsFile;
 pub use spec::{NodeRule, ObjectSpec, SceneSpec, SurfaceSpec};
 
-#[derive(Deserialize)]
+/// A cell: the objects in it.
+#[derive(Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-struct SceneFile {
+pub(super) struct SceneFile {
+    /// What the inside of its objects is, unless they say so. Default "ignored".
     interior: Option<Interior>,
+    /// At least one.
     #[serde(default)]
     object: Vec<ObjectFile>,
 }
 
-#[derive(Deserialize)]
+/// An object: a name, where it is, and one surface (box, room, plane, sphere, cylinder, capsule, mesh, octomap, mannequin or urdf).
+#[derive(Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 struct ObjectFile {
+    /// Unique in the scene.
     name: String,
+    /// Default: "human" for a mannequin, "robot" for a urdf, else "environment".
     role: Option<Role>,
+    /// What its inside is. Default: what the scene says.
     interior: Option<Interior>,
+    /// Whether rays stop at it. Default "opaque".
     optical: Option<Optical>,
+    /// Gives its role to voxels, and fills none. Default false.
     #[serde(default)]
     tag_only: bool,
+    /// Where its own frame is, [x, y, z] in metres; bodies are centred on it. Default the origin.
     #[serde(default, deserialize_with = "exactly")]
     position_m: [f64; 3],
+    /// How it is turned: roll, pitch, yaw in degrees.
     #[serde(default, deserialize_with = "exactly_if_given")]
     rpy_deg: Option<[f64; 3]>,
+    /// How it is turned, instead of rpy_deg.
     quaternion: Option<Quaternion>,
+    /// Of an .stl file. Default "m".
     unit: Option<Unit>,
+    /// The axis that points up in an .stl file. Default "z".
     up: Option<Up>,
+    /// A solid box.
     r#box: Option<SizeFile>,
+    /// Six walls seen from inside.
     room: Option<SizeFile>,
+    /// A rectangle in its xy plane.
     plane: Option<PlaneFile>,
+    /// A ball.
     sphere: Option<SphereFile>,
+    /// A cylinder about z.
     cylinder: Option<CylinderFile>,
+    /// A cylinder about z with round ends.
     capsule: Option<CapsuleFile>,
+    /// A .glb, .gltf or .stl file.
     mesh: Option<PathBuf>,
+    /// An OctoMap .bt file.
     octomap: Option<PathBuf>,
+    /// A body around 17 joints in a CSV file, in the order of COCO.
     mannequin: Option<PathBuf>,
+    /// The 17 joints of a person who is no mannequin, as a CSV file.
     keypoints: Option<PathBuf>,
+    /// A robot.
     urdf: Option<PathBuf>,
+    /// Which geometry of a urdf counts. Default "collision".
     geometry: Option<Geometry>,
+    /// Where package://NAME of a urdf is: NAME = "folder".
     packages: Option<BTreeMap<String, PathBuf>>,
+    /// Angles of a robot's joints by their names, in degrees.
     joints_deg: Option<BTreeMap<String, f64>>,
+    /// Travels of a robot's sliding joints by their names, in metres.
     joints_m: Option<BTreeMap<String, f64>>,
+    /// Rules for parts of a .glb or .gltf file.
     #[serde(default)]
     nodes: Vec<NodeRule>,
+    /// What changes from one moment to the next.
     snapshots: Option<SnapshotsFile>,
 }
 
-#[derive(Clone, Copy, Deserialize)]
+#[derive(Clone, Copy, Deserialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub(super) enum Unit {
     M,
     Mm,
 }
 
-#[derive(Clone, Copy, PartialEq, Deserialize)]
+#[derive(Clone, Copy, PartialEq, Deserialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub(super) enum Up {
     Y,
     Z,
 }
 
-#[derive(Deserialize)]
+/// Edges.
+#[derive(Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 struct SizeFile {
+    /// [x, y, z] in metres.
     #[serde(deserialize_with = "exactly")]
     size_m: [f64; 3],
 }
 
-#[derive(Deserialize)]
+/// A rectangle.
+#[derive(Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 struct PlaneFile {
+    /// [x, y] in metres.
     #[serde(deserialize_with = "exactly")]
     size_m: [f64; 2],
 }
 
-#[derive(Deserialize)]
+/// A ball.
+#[derive(Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 struct SphereFile {
+    /// In metres.
     radius_m: f64,
 }
 
-#[derive(Deserialize)]
+/// A cylinder.
+#[derive(Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 struct CylinderFile {
+    /// In metres.
     radius_m: f64,
+    /// In metres.
     height_m: f64,
 }
 
-#[derive(Deserialize)]
+/// A cylinder with round ends.
+#[derive(Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 struct CapsuleFile {
+    /// In metres.
     radius_m: f64,
+    /// Between the centres of its ends, in metres.
     length_m: f64,
 }
 
@@ -126,24 +171,29 @@ impl SceneSpec {
 
     /// Reads and checks a scene file; the meshes it names are read later.
     pub fn load(path: &Path, sources: &Sources) -> Result<SceneSpec> {
-        SceneSpec::parse(path, sources.text(path)?)
+        SceneSpec::parse(path, sources.text(path)?).map_err(Error::first)
     }
 
-    /// Checks the text of a scene file.
-    pub(super) fn parse(path: &Path, text: String) -> Result<SceneSpec> {
-        let file: SceneFile = parse(path, &text)?;
+    /// Checks the text of a scene file, every object of it.
+    pub(super) fn parse(path: &Path, text: String) -> Result<SceneSpec, Vec<Error>> {
+        let mut problems = Problems::default();
+        let lists = [("object", reads::<ObjectFile> as _)];
+        let file: Option<SceneFile> = parse_in_parts(path, &text, &lists, &mut problems);
         let at = Place { file: path, prefix: String::new() };
-        at.some("object", &file.object, "[[object]] name = \"table\"")?;
-        let default_interior = file.interior.unwrap_or(Interior::Ignored);
-        let objects: Vec<_> = file
-            .object
-            .into_iter()
-            .map(|entry| object(&at, entry, default_interior))
-            .collect::<Result<_>>()?;
-        at.unique("object", objects.iter().map(|o| o.name.as_str()))?;
+        let mut objects = Vec::new();
+        if let Some(file) = file {
+            if problems.is_empty() {
+                problems.keep(at.some("object", &file.object, "[[object]] name = \"table\""));
+            }
+            let default_interior = file.interior.unwrap_or(Interior::Ignored);
+            let checked = file.object.into_iter().map(|entry| object(&at, entry, default_interior));
+            objects = checked.filter_map(|object| problems.keep(object)).collect();
+            problems.keep(at.unique("object", objects.iter().map(|o| o.name.as_str())));
+        }
+        problems.none()?;
         let name =
             path.file_stem().map_or_else(|| "scene".into(), |stem| stem.to_string_lossy().into_owned());
-        let snapshots = snapshots::count(&at, &objects)?;
+        let snapshots = snapshots::count(&at, &objects).map_err(|e| vec![e])?;
         Ok(SceneSpec { path: path.into(), text, name, snapshots, objects })
     }
 }

@@ -1,5 +1,8 @@
 //! Values that a user may write in more than one way: a number or a pair, a number, a list or a lattice.
 
+use std::borrow::Cow;
+
+use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::Deserialize;
 use serde::de::{self, Deserializer, MapAccess, SeqAccess, Visitor};
 
@@ -81,6 +84,44 @@ impl<'de> Deserialize<'de> for OneOrTwo {
             }
         }
         deserializer.deserialize_any(PairVisitor)
+    }
+}
+
+impl JsonSchema for Axis {
+    fn inline_schema() -> bool {
+        true
+    }
+
+    fn schema_name() -> Cow<'static, str> {
+        "Axis".into()
+    }
+
+    fn json_schema(_: &mut SchemaGenerator) -> Schema {
+        let number = json_schema!({ "type": "number" });
+        json_schema!({ "anyOf": [
+            number,
+            { "type": "array", "items": number, "minItems": 1 },
+            {
+                "type": "object",
+                "properties": { "start": number, "stop": number, "step": number },
+                "required": ["start", "stop", "step"],
+                "additionalProperties": false,
+            },
+        ]})
+    }
+}
+
+impl JsonSchema for OneOrTwo {
+    fn inline_schema() -> bool {
+        true
+    }
+
+    fn schema_name() -> Cow<'static, str> {
+        "OneOrTwo".into()
+    }
+
+    fn json_schema(generator: &mut SchemaGenerator) -> Schema {
+        json_schema!({ "anyOf": [{ "type": "number" }, <[f64; 2]>::json_schema(generator)] })
     }
 }
 

@@ -13,7 +13,7 @@ use super::journal::Shard;
 use super::{World, table};
 use crate::backend::{Placement, Rays};
 use crate::sensor::{self, Setting};
-use crate::study::Study;
+use crate::study::{Study, catalogue};
 use crate::voxel::{BitGrid, Truth};
 use crate::{Error, Result};
 
@@ -103,7 +103,7 @@ impl Manifest {
         });
         let mut manifest = Manifest(object(json!({
             "semantics_version": crate::SEMANTICS_VERSION,
-            "study": says(&study.text),
+            "study": study_says(&study.text),
             "scene_files": study.scenes.iter().map(|spec| {
                 json!({ "name": spec.name, "says": says(&spec.text) })
             }).collect::<Vec<_>>(),
@@ -255,6 +255,11 @@ fn files(study: &Study) -> Map<String, Value> {
 /// What a TOML file says, without comments and order of keys.
 fn says(text: &str) -> Value {
     toml::from_str(text).unwrap_or_else(|_| text.into())
+}
+
+/// The same of a study, with the keys of the devices that it names: other values of a device are another study.
+fn study_says(text: &str) -> Value {
+    toml::from_str(text).map_or_else(|_| text.into(), |study| json!(catalogue::written_out(study)))
 }
 
 /// Numbers in ascending order as ranges `[first, end]`.

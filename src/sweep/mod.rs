@@ -13,6 +13,7 @@ pub mod manifest;
 pub mod merge;
 mod order;
 pub mod reopen;
+pub mod sample;
 pub mod session;
 pub mod shapes;
 mod shift;

@@ -12,7 +12,7 @@ use super::shapes;
 use crate::backend::{Cell, Placement};
 use crate::march::MAX_RANGE_VOXELS;
 use crate::metrics::Confusion;
-use crate::scene::{Scene, build::build};
+use crate::scene::{Scene, build::build_or_all};
 use crate::sensor::{self, Reach, Sensor, Setting, Stance, Station};
 use crate::study::Study;
 use crate::voxel::{BitGrid, Grid, Region, Shape, Truth, Window, region, voxelize};
@@ -65,30 +65,37 @@ impl World {
     /// Voxelizes one scene of a study, all its snapshots on one grid, and checks the study's sensors and regions
     /// against each.
     pub fn prepare(study: &Study, scene: usize) -> Result<Vec<World>> {
+        World::examine(study, scene).map_err(Error::first)
+    }
+
+    /// The same, but of what can be judged for itself (objects, carriers of sensors, regions) all that is wrong is told.
+    pub fn examine(study: &Study, scene: usize) -> Result<Vec<World>, Vec<Error>> {
         let spec = &study.scenes[scene];
-        let in_scene = |e| Error::input(spec.path.display(), e);
-        let in_study = |e| Error::input(study.path.display(), e);
+        let in_scene = |e| vec![Error::input(spec.path.display(), e)];
+        let in_study = |e| vec![Error::input(study.path.display(), e)];
         let begin = Instant::now();
         tracing::info!("scene {:?}: voxelizing at {} m", spec.name, study.voxel_size_m);
-        let snapshots = build(spec, &study.sources, study.voxel_size_m)?;
+        let snapshots = build_or_all(spec, &study.sources, study.voxel_size_m)?;
         let extent = voxelize::scene_extent(&snapshots, study.voxel_size_m).map_err(in_scene)?;
-        let settings: Vec<Vec<Vec<Setting>>> = snapshots
-            .iter()
-            .map(|snapshot| study.sensors.iter().map(|sensor| settings(sensor, snapshot)).collect())
-            .collect::<Result<_>>()
-            .map_err(in_study)?;
+        let of_snapshot = |snapshot| {
+            let each = study.sensors.iter().map(|sensor| settings(sensor, snapshot));
+            all_or_wrong(each).map_err(|all| all.into_iter().flat_map(in_study).collect::<Vec<_>>())
+        };
+        let settings: Vec<Vec<Vec<Setting>>> = snapshots.iter().map(of_snapshot).collect::<Result<_, _>>()?;
         let grid = grid(study, &snapshots, &settings, &extent).map_err(in_study)?;
         let truths = voxelize::voxelize_all(&snapshots, grid).map_err(in_scene)?;
-        let shapes = shapes::shapes(study)?;
+        let shapes = shapes::shapes(study).map_err(|e| vec![e])?;
         let mut worlds: Vec<World> = (truths.into_iter().zip(settings).enumerate())
             .map(|(snapshot, (truth, settings))| {
                 let moment =
                     if spec.snapshots > 1 { format!(", snapshot {snapshot}") } else { String::new() };
                 let place = format!("scene {:?}{moment}", spec.name);
                 let world = World::of_snapshot(study, [scene, snapshot], truth, settings, &shapes);
-                world.map_err(|e| in_study(Error::input(place, e)))
+                world.map_err(|all| {
+                    all.into_iter().flat_map(|e| in_study(Error::input(&place, e))).collect::<Vec<_>>()
+                })
             })
-            .collect::<Result<_>>()?;
+            .collect::<Result<_, _>>()?;
         share_regions(&mut worlds);
         worlds[0].warnings = warnings::warnings(study, &worlds);
         if let [first, second, rest @ ..] = &worlds[..] {
@@ -113,16 +120,13 @@ impl World {
         truth: Truth,
         settings: Vec<Vec<Setting>>,
         shapes: &[Shape],
-    ) -> Result<World> {
-        let regions: Vec<Region> = study
-            .regions
-            .iter()
-            .zip(shapes)
-            .map(|((name, _), shape)| region::region(name, shape, &truth))
-            .collect::<Result<_>>()?;
+    ) -> Result<World, Vec<Error>> {
+        let named = study.regions.iter().zip(shapes);
+        let regions: Vec<Region> =
+            all_or_wrong(named.map(|((name, _), shape)| region::region(name, shape, &truth)))?;
         let reachable = reachable(study, &truth, &settings).map_err(|(sensor, candidate, e)| {
             let (sensor, candidate) = (&study.sensors[sensor], &study.sensors[sensor].candidates[candidate]);
-            Error::Input(format!("sensor {:?}: {} {e}", sensor.name, candidate.name))
+            vec![Error::Input(format!("sensor {:?}: {} {e}", sensor.name, candidate.name))]
         })?;
         let baselines = regions.iter().map(|region| baselines(&truth, region, &reachable)).collect();
         let name = study.scenes[scene].name.clone();
@@ -166,6 +170,16 @@ impl World {
             regions: self.regions.iter().map(|region| region.cells.over(window)).collect(),
         }
     }
+}
+
+/// The values of checks that all passed, or all that is wrong.
+fn all_or_wrong<T>(checks: impl Iterator<Item = Result<T>>) -> Result<Vec<T>, Vec<Error>> {
+    let (mut good, mut wrong) = (Vec::new(), Vec::new());
+    checks.for_each(|check| match check {
+        Ok(value) => good.push(value),
+        Err(e) => wrong.push(e),
+    });
+    if wrong.is_empty() { Ok(good) } else { Err(wrong) }
 }
 
 /// Keeps a region that is the same in several snapshots on end once only.

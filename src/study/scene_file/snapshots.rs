@@ -5,6 +5,7 @@ use std::collections::BTreeMap;
 use std::path::PathBuf;
 
 use glam::{DQuat, DVec3};
+use schemars::JsonSchema;
 use serde::Deserialize;
 
 use super::{ObjectSpec, SurfaceSpec, rotation};
@@ -41,28 +42,41 @@ pub struct MotionSpec {
     pub cycle: bool,
 }
 
-#[derive(Deserialize)]
+/// Lists with an entry for each moment of the scene.
+#[derive(Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(super) struct SnapshotsFile {
+    /// Where it is, instead of its own position.
     position_m: Option<Vec<Triple>>,
+    /// How it is turned, instead of its own rotation.
     rpy_deg: Option<Vec<Triple>>,
+    /// The same as quaternions.
     quaternion: Option<Vec<Quaternion>>,
+    /// Files with the joints of a mannequin.
     pub(super) mannequin: Option<Vec<PathBuf>>,
+    /// Files with the joints of another person.
     pub(super) keypoints: Option<Vec<PathBuf>>,
+    /// Angles of joints, instead of the robot's own.
     joints_deg: Option<Vec<BTreeMap<String, f64>>>,
+    /// Travels of sliding joints, instead of the robot's own.
     joints_m: Option<Vec<BTreeMap<String, f64>>>,
+    /// Moments of an animation of a .glb or .gltf file.
     animation: Option<AnimationFile>,
+    /// The lists repeat until the scene's moments are through. Default false.
     #[serde(default)]
     cycle: bool,
 }
 
-#[derive(Deserialize)]
+#[derive(Deserialize, JsonSchema)]
 struct Triple(#[serde(deserialize_with = "exactly")] [f64; 3]);
 
-#[derive(Deserialize)]
+/// Moments of an animation.
+#[derive(Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 struct AnimationFile {
+    /// Its name; the only one if left out.
     clip: Option<String>,
+    /// A list of seconds, or { start, stop, step }.
     times_s: Axis,
 }
 

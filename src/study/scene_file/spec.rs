@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 
 use glam::{DQuat, DVec3};
+use schemars::JsonSchema;
 use serde::Deserialize;
 
 use super::MotionSpec;
@@ -110,7 +111,7 @@ pub enum SurfaceSpec {
 }
 
 /// What parts of a glTF file are, by the names of their nodes.
-#[derive(Clone, Debug, PartialEq, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct NodeRule {
     /// A pattern with `*` and `?`; it covers a node and all below it.

@@ -1,5 +1,6 @@
 //! The keys of a robot's proximity cover.
 
+use schemars::JsonSchema;
 use serde::Deserialize;
 
 use super::range::noise;
@@ -7,10 +8,13 @@ use crate::Result;
 use crate::sensor::cover::Cover;
 use crate::study::Place;
 
-#[derive(Deserialize)]
+/// A robot's skin that feels what is near.
+#[derive(Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(super) struct CoverFile {
+    /// How far it senses; each is a candidate.
     inflation_m: Vec<f64>,
+    /// Standard deviation of distances, in metres. Default 0.
     noise_std_m: Option<f64>,
 }
 

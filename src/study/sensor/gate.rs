@@ -1,5 +1,6 @@
 //! The keys of a light curtain.
 
+use schemars::JsonSchema;
 use serde::Deserialize;
 
 use super::{BoxFile, Silence};
@@ -7,11 +8,15 @@ use crate::Result;
 use crate::sensor::gate::Gate;
 use crate::study::Place;
 
-#[derive(Deserialize)]
+/// A light curtain.
+#[derive(Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(super) struct GateFile {
+    /// Where it senses.
     r#box: BoxFile,
+    /// What is occupied while something is in the box.
     zone: BoxFile,
+    /// What an idle curtain says of the zone. Default "unknown".
     otherwise: Option<Silence>,
 }
 

@@ -1,6 +1,7 @@
 //! The keys of a LIDAR or safety scanner.
 
 use glam::DVec2;
+use schemars::JsonSchema;
 use serde::Deserialize;
 
 use super::range::RangeKeys;
@@ -16,36 +17,52 @@ use crate::{Error, Result};
 /// Most corners of a field; scanners allow some dozens.
 const MAX_CORNERS: usize = 1000;
 
-#[derive(Deserialize)]
+/// A LIDAR, or a safety scanner.
+#[derive(Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(super) struct LidarFile {
+    /// Angle about its axis, or [about its axis, vertical]. Default 360.
     fov_deg: Option<OneOrTwo>,
+    /// Between rays: one number, or [about its axis, vertical].
     resolution_deg: OneOrTwo,
+    /// [from, to] above the plane of its rings.
     #[serde(default, deserialize_with = "exactly_if_given")]
     elevation_deg: Option<[f64; 2]>,
+    /// Elevation of each ring.
     rings_deg: Option<Vec<f64>>,
+    /// Default "upright".
     mount: Option<Mount>,
+    /// Nearest and farthest distance that it measures, in metres.
     #[serde(deserialize_with = "exactly")]
     range_m: [f64; 2],
+    /// Hits nearer than that are its own housing. Default 0.
     near_ignore_m: Option<f64>,
+    /// What a ray that hits nothing says of its way. Default "unknown".
     no_return: Option<Silence>,
+    /// Standard deviation of distances, in metres. Default 0.
     noise_std_m: Option<f64>,
+    /// How it is read, each for itself. Default ["field"] where there is one, else ["points"].
     representations: Option<Vec<Representation>>,
+    /// Makes it a switch: a return in this field makes the volume above it occupied.
     field: Option<FieldFile>,
 }
 
-#[derive(Clone, Copy, PartialEq, Eq, Deserialize)]
+#[derive(Clone, Copy, PartialEq, Eq, Deserialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 enum Representation {
     Points,
     Field,
 }
 
-#[derive(Deserialize)]
+/// A protective field.
+#[derive(Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 struct FieldFile {
+    /// Corners [x, y] in metres, x ahead and y left; its sides must not cross.
     polygon_m: Vec<[f64; 2]>,
+    /// Of the volume above it.
     height_m: f64,
+    /// What a field without returns says. Default "free".
     otherwise: Option<Silence>,
 }
 

@@ -1,5 +1,6 @@
 //! Sensors of a study, checked. The keys that all kinds share are read here, those of a kind in its own file.
 
+mod camera_info;
 mod cover;
 mod gate;
 mod lidar;
@@ -8,39 +9,47 @@ mod range;
 mod rays;
 mod rgb;
 mod rgbd;
+mod schema;
 
 use std::sync::Arc;
 
+use schemars::JsonSchema;
 use serde::Deserialize;
 use serde::de::DeserializeOwned;
 use toml::Table;
 
 use super::file::PosesFile;
 use super::value::exactly;
-use super::{Place, poses};
+use super::{Place, Problems, catalogue, poses};
 use crate::sensor::known_robot::KnownRobot;
 use crate::sensor::prism::Prism;
 use crate::sensor::{Candidate, Kind, Link, Sensor, Setting};
 use crate::source::Sources;
 use crate::{Error, Result};
+pub(super) use schema::AnySensor;
 
 /// Most rays a sensor may cast at one pose: their directions, 12 bytes each, must fit one buffer of 128 MiB.
 const MAX_RAYS: usize = (128 << 20) / 12;
 
 /// The keys of every sensor.
-#[derive(Deserialize)]
+#[derive(Deserialize, JsonSchema)]
 struct CommonFile {
+    /// What results call it.
     name: String,
+    /// What it is.
     kind: KindName,
+    /// The link of a robot that carries it; poses are then in the link's frame.
     on: Option<LinkFile>,
+    /// A sensor above it whose poses it has, too.
     same_poses_as: Option<String>,
+    /// Where it may stand.
     #[serde(default)]
     poses: Vec<PosesFile>,
 }
 
 const COMMON_KEYS: [&str; 5] = ["name", "kind", "on", "same_poses_as", "poses"];
 
-#[derive(Clone, Copy, PartialEq, Eq, Deserialize)]
+#[derive(Clone, Copy, PartialEq, Eq, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 enum KindName {
     Rgbd,
@@ -53,15 +62,18 @@ enum KindName {
     KnownRobot,
 }
 
-#[derive(Deserialize)]
+/// A link of a robot.
+#[derive(Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 struct LinkFile {
+    /// The robot's object in the scene.
     object: String,
+    /// The link's name in the URDF.
     link: String,
 }
 
 /// What a silent sensor says of what it watches.
-#[derive(Clone, Copy, PartialEq, Eq, Deserialize)]
+#[derive(Clone, Copy, PartialEq, Eq, Deserialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 enum Silence {
     Unknown,
@@ -69,11 +81,13 @@ enum Silence {
 }
 
 /// A box in a file.
-#[derive(Clone, Copy, Deserialize)]
+#[derive(Clone, Copy, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 struct BoxFile {
+    /// Lowest corner, [x, y, z] in metres.
     #[serde(deserialize_with = "exactly")]
     min_m: [f64; 3],
+    /// Highest corner, [x, y, z] in metres.
     #[serde(deserialize_with = "exactly")]
     max_m: [f64; 3],
 }
@@ -90,57 +104,80 @@ impl BoxFile {
 }
 
 /// A kind without keys of its own.
-#[derive(Deserialize)]
+#[derive(Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 struct NoKeys {}
 
-/// Checks one `[[sensor]]`, its place in the study being `earlier.len()`.
-pub(super) fn check(
-    at: &Place,
-    mut keys: Table,
-    seed: u64,
-    noiseless: bool,
-    earlier: &[Sensor],
-    sources: &Sources,
-) -> Result<Sensor> {
-    let index = earlier.len();
+/// What a sensor is checked with.
+#[derive(Clone, Copy)]
+pub(super) struct Context<'a> {
+    /// The study's seed.
+    pub(super) seed: u64,
+    /// Whether noise is switched off.
+    pub(super) noiseless: bool,
+    /// Its place in the study.
+    pub(super) index: usize,
+    /// The sensors before it that are right.
+    pub(super) earlier: &'a [Sensor],
+    /// What its files are read through.
+    pub(super) sources: &'a Sources,
+}
+
+/// Checks one `[[sensor]]`. All that is wrong with its poses is told at once.
+pub(super) fn check(at: &Place, mut keys: Table, context: &Context) -> Result<Sensor, Vec<Error>> {
+    let name = keys.get("name").and_then(|name| name.as_str());
+    let at = &at.key(&name.map_or(format!("sensor[{}]", context.index), |name| format!("sensor {name:?}")));
+    catalogue::resolve(at, &mut keys).map_err(|e| vec![e])?;
     let mut common = Table::new();
     for key in COMMON_KEYS {
         common.extend(keys.remove(key).map(|value| (key.to_string(), value)));
     }
-    let name = common.get("name").and_then(|name| name.as_str());
-    let at = at.key(&name.map_or(format!("sensor[{index}]"), |name| format!("sensor {name:?}")));
-    let common: CommonFile = common.try_into().map_err(|e| unreadable(&at, &e))?;
-    let kind: Arc<dyn Kind> = match common.kind {
-        KindName::Rgbd => Arc::new(rgbd::check(&at, own(&at, keys)?, noiseless)?),
-        KindName::Rgb => Arc::new(rgb::check(&at, own(&at, keys)?)?),
-        KindName::Lidar => Arc::new(lidar::check(&at, own(&at, keys)?, noiseless)?),
-        KindName::Rays => Arc::new(rays::check(&at, own(&at, keys)?, noiseless, sources)?),
-        KindName::Pad => Arc::new(pad::check(&at, own(&at, keys)?)?),
-        KindName::Gate => Arc::new(gate::check(&at, own(&at, keys)?)?),
-        KindName::Cover => Arc::new(cover::check(&at, own(&at, keys)?, noiseless)?),
+    let common: CommonFile = common.try_into().map_err(|e| vec![unreadable(at, &e)])?;
+    let (kind, warnings) = kind(at, common.kind, keys, context).map_err(|e| vec![e])?;
+    let on = common.on.map(|LinkFile { object, link }| Link { object, link });
+    if on.is_some() && !kind.takes_poses() {
+        return Err(vec![
+            at.says(format!("on does not belong to a {}: it is where the robot is", kind.name())),
+        ]);
+    }
+    let like = common.same_poses_as.as_deref();
+    let source = Source { like, context };
+    let candidates = candidates(at, &common.name, &*kind, &common.poses, &source)?;
+    Ok(Sensor { name: common.name, kind, on, candidates, warnings })
+}
+
+/// What the keys of its kind make of a sensor, and what was assumed for that.
+fn kind(
+    at: &Place,
+    kind: KindName,
+    mut keys: Table,
+    context: &Context,
+) -> Result<(Arc<dyn Kind>, Vec<String>)> {
+    let &Context { noiseless, sources, .. } = context;
+    let mut warnings = Vec::new();
+    if matches!(kind, KindName::Rgbd | KindName::Rgb) {
+        warnings = camera_info::resolve(at, &mut keys, sources)?;
+    }
+    let kind: Arc<dyn Kind> = match kind {
+        KindName::Rgbd => Arc::new(rgbd::check(at, own(at, keys)?, noiseless)?),
+        KindName::Rgb => Arc::new(rgb::check(at, own(at, keys)?)?),
+        KindName::Lidar => Arc::new(lidar::check(at, own(at, keys)?, noiseless)?),
+        KindName::Rays => Arc::new(rays::check(at, own(at, keys)?, noiseless, sources)?),
+        KindName::Pad => Arc::new(pad::check(at, own(at, keys)?)?),
+        KindName::Gate => Arc::new(gate::check(at, own(at, keys)?)?),
+        KindName::Cover => Arc::new(cover::check(at, own(at, keys)?, noiseless)?),
         KindName::KnownRobot => {
-            let NoKeys {} = own(&at, keys)?;
+            let NoKeys {} = own(at, keys)?;
             Arc::new(KnownRobot)
         }
     };
-    let on = common.on.map(|LinkFile { object, link }| Link { object, link });
-    if on.is_some() && !kind.takes_poses() {
-        return Err(at.says(format!("on does not belong to a {}: it is where the robot is", kind.name())));
-    }
-    let like = common.same_poses_as.as_deref();
-    let source = Source { seed, index, earlier, like, files: sources };
-    let candidates = candidates(&at, &common.name, &*kind, &common.poses, &source)?;
-    Ok(Sensor { name: common.name, kind, on, candidates })
+    Ok((kind, warnings))
 }
 
 /// Where candidates may come from besides the sensor's own poses.
 struct Source<'a> {
-    seed: u64,
-    index: usize,
-    earlier: &'a [Sensor],
     like: Option<&'a str>,
-    files: &'a Sources,
+    context: &'a Context<'a>,
 }
 
 fn candidates(
@@ -149,50 +186,61 @@ fn candidates(
     kind: &dyn Kind,
     groups: &[PosesFile],
     source: &Source,
-) -> Result<Vec<Candidate>> {
+) -> Result<Vec<Candidate>, Vec<Error>> {
+    let one = |e: Error| vec![e];
     if !kind.takes_poses() && (!groups.is_empty() || source.like.is_some()) {
-        return Err(at.says(format!("poses do not belong to a {}: take them away", kind.name())));
+        return Err(one(at.says(format!("poses do not belong to a {}: take them away", kind.name()))));
     }
-    let before: usize = source.earlier.iter().map(|sensor| sensor.candidates.len()).sum();
+    let before: usize = source.context.earlier.iter().map(|sensor| sensor.candidates.len()).sum();
     let most = poses::MAX_POSES.saturating_sub(before);
     if let Some(like) = source.like {
-        if !groups.is_empty() {
-            return Err(at.says("both poses and same_poses_as: give one"));
-        }
-        let posed = || source.earlier.iter().filter(|sensor| has_poses(sensor));
-        let found = posed().find(|sensor| sensor.name == like).ok_or_else(|| {
-            let known: Vec<_> = posed().map(|sensor| &sensor.name).collect();
-            at.wrong(
-                "same_poses_as",
-                format!("{like:?}"),
-                &format!("must be a sensor above it that has poses: {known:?}"),
-            )
-        })?;
-        // A pose means another way of standing to a sensor that stands otherwise.
-        if found.kind.stance() != kind.stance() {
-            let what = format!("{:?} stands otherwise than a {}: write out its poses", like, kind.name());
-            return Err(at.says(format!("same_poses_as: {what}")));
-        }
-        if found.candidates.len() > most {
-            return Err(at.says(format!("same_poses_as: {}", poses::too_many())));
-        }
-        return Ok(found.candidates.clone());
+        return same_poses(at, kind, groups, like, source.context.earlier, most).map_err(one);
     }
     let settings = kind.settings();
     if groups.is_empty() && !settings.is_empty() {
         let candidate = |(name, setting)| Candidate { name, group: kind.name().into(), setting };
         return Ok(settings.into_iter().map(candidate).collect());
     }
-    at.some("poses", groups, "[[sensor.poses]] name = \"wall\"")?;
-    let mut candidates = Vec::new();
+    at.some("poses", groups, "[[sensor.poses]] name = \"wall\"").map_err(one)?;
+    let (mut candidates, mut problems) = (Vec::new(), Problems::default());
     for (i, group) in groups.iter().enumerate() {
-        let stream = (source.index as u64) << 32 | i as u64;
-        let (stance, seed, files) = (kind.stance(), source.seed, source.files);
+        let stream = (source.context.index as u64) << 32 | i as u64;
+        let (stance, seed, files) = (kind.stance(), source.context.seed, source.context.sources);
         let source = poses::Source { sensor: name, stance, seed, stream, most, files };
-        poses::expand(at, group, &source, &mut candidates)?;
+        problems.keep(poses::expand(at, group, &source, &mut candidates));
     }
-    at.unique("pose", candidates.iter().map(|c| c.name.as_str()))?;
+    problems.none()?;
+    at.unique("pose", candidates.iter().map(|c| c.name.as_str())).map_err(one)?;
     Ok(candidates)
+}
+
+/// The candidates of an earlier sensor that stands as this one does.
+fn same_poses(
+    at: &Place,
+    kind: &dyn Kind,
+    groups: &[PosesFile],
+    like: &str,
+    earlier: &[Sensor],
+    most: usize,
+) -> Result<Vec<Candidate>> {
+    if !groups.is_empty() {
+        return Err(at.says("both poses and same_poses_as: give one"));
+    }
+    let posed = || earlier.iter().filter(|sensor| has_poses(sensor));
+    let found = posed().find(|sensor| sensor.name == like).ok_or_else(|| {
+        let known: Vec<_> = posed().map(|sensor| &sensor.name).collect();
+        let rule = format!("must be a sensor above it that has poses: {known:?}");
+        at.wrong("same_poses_as", format!("{like:?}"), &rule)
+    })?;
+    // A pose means another way of standing to a sensor that stands otherwise.
+    if found.kind.stance() != kind.stance() {
+        let what = format!("{:?} stands otherwise than a {}: write out its poses", like, kind.name());
+        return Err(at.says(format!("same_poses_as: {what}")));
+    }
+    if found.candidates.len() > most {
+        return Err(at.says(format!("same_poses_as: {}", poses::too_many())));
+    }
+    Ok(found.candidates.clone())
 }
 
 fn has_poses(sensor: &Sensor) -> bool {

@@ -1,6 +1,7 @@
 //! The keys of a pressure pad.
 
 use glam::DVec3;
+use schemars::JsonSchema;
 use serde::Deserialize;
 
 use super::{Silence, length};
@@ -13,13 +14,18 @@ use crate::study::value::exactly;
 /// How high a pad speaks for what stands on it: a person with an arm raised.
 const HEIGHT_M: f64 = 2.2;
 
-#[derive(Deserialize)]
+/// A pressure pad.
+#[derive(Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(super) struct PadFile {
+    /// Along and across where it faces, in metres.
     #[serde(deserialize_with = "exactly")]
     size_m: [f64; 2],
+    /// How high it speaks for what stands on it. Default 2.2.
     height_m: Option<f64>,
+    /// What always stands there was zeroed. Default true.
     tare: Option<bool>,
+    /// What an idle pad says. Default "free".
     otherwise: Option<Silence>,
 }
 

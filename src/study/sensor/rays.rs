@@ -3,6 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use glam::DVec3;
+use schemars::JsonSchema;
 use serde::Deserialize;
 
 use super::range::RangeKeys;
@@ -14,14 +15,20 @@ use crate::study::Place;
 use crate::study::value::exactly;
 use crate::{Error, Result};
 
-#[derive(Deserialize)]
+/// Rays in directions of one's own.
+#[derive(Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(super) struct RaysFile {
+    /// A table with the columns x,y,z.
     directions: PathBuf,
+    /// Nearest and farthest distance that it measures, in metres.
     #[serde(deserialize_with = "exactly")]
     range_m: [f64; 2],
+    /// Hits nearer than that are its own housing. Default 0.
     near_ignore_m: Option<f64>,
+    /// What a ray that hits nothing says of its way. Default "unknown".
     no_return: Option<Silence>,
+    /// Standard deviation of distances, in metres. Default 0.
     noise_std_m: Option<f64>,
 }
 

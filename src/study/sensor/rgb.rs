@@ -1,5 +1,6 @@
 //! The keys of an RGB camera that watches a zone.
 
+use schemars::JsonSchema;
 use serde::Deserialize;
 
 use super::range::RangeKeys;
@@ -11,19 +12,28 @@ use crate::sensor::rgb::Rgb;
 use crate::study::Place;
 use crate::study::value::exactly;
 
-#[derive(Deserialize)]
+/// An RGB camera that watches a zone.
+#[derive(Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(super) struct RgbFile {
+    /// Horizontal and vertical angle of view, below 180.
     #[serde(deserialize_with = "exactly")]
     fov_deg: [f64; 2],
+    /// Pixels across and down.
     #[serde(deserialize_with = "exactly")]
     resolution_px: [u32; 2],
+    /// Nearest and farthest distance that it measures, in metres.
     #[serde(deserialize_with = "exactly")]
     range_m: [f64; 2],
+    /// Hits nearer than that are its own housing. Default 0.
     near_ignore_m: Option<f64>,
+    /// What is occupied when it sees a person, in the world.
     zone: BoxFile,
+    /// How many joints of one person it must see. Default 1.
     min_keypoints: Option<u32>,
+    /// How far from a joint a hit may be that counts as it. Default 0.15.
     keypoint_tolerance_m: Option<f64>,
+    /// What seeing nobody says of the zone. Default "unknown".
     otherwise: Option<Silence>,
 }
 

@@ -1,5 +1,6 @@
 //! The keys of an RGB-D camera, and of cameras at large.
 
+use schemars::JsonSchema;
 use serde::Deserialize;
 
 use super::range::RangeKeys;
@@ -15,25 +16,36 @@ use crate::{Error, Result};
 const SPHERES_RADIUS_M: f64 = 0.20;
 const CYLINDERS_RADIUS_M: f64 = 0.25;
 
-#[derive(Deserialize)]
+/// An RGB-D camera.
+#[derive(Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(super) struct RgbdFile {
+    /// Horizontal and vertical angle of view, below 180.
     #[serde(deserialize_with = "exactly")]
     fov_deg: [f64; 2],
+    /// Pixels across and down.
     #[serde(deserialize_with = "exactly")]
     resolution_px: [u32; 2],
+    /// Nearest and farthest distance that it measures, in metres.
     #[serde(deserialize_with = "exactly")]
     range_m: [f64; 2],
+    /// Hits nearer than that are its own housing. Default 0.
     near_ignore_m: Option<f64>,
+    /// What a ray that hits nothing says of its way. Default "unknown".
     no_return: Option<Silence>,
+    /// Standard deviation of distances, in metres. Default 0.
     noise_std_m: Option<f64>,
+    /// How it is read, each for itself. Default ["points"].
     representations: Option<Vec<ShapeName>>,
+    /// Of the spheres about joints. Default 0.2.
     spheres_radius_m: Option<f64>,
+    /// Of the cylinders between joints. Default 0.25.
     cylinders_radius_m: Option<f64>,
+    /// How far from a joint a hit may be that counts as it. Default 0.15.
     keypoint_tolerance_m: Option<f64>,
 }
 
-#[derive(Clone, Copy, PartialEq, Eq, Deserialize)]
+#[derive(Clone, Copy, PartialEq, Eq, Deserialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 enum ShapeName {
     Points,

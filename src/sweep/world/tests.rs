@@ -1,5 +1,6 @@
 use super::*;
 use crate::metrics::RoleCounts;
+use crate::scene::build::build;
 use crate::sensor::Pose;
 use crate::study::Overrides;
 use crate::voxel::Shape;

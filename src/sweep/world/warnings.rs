@@ -38,6 +38,8 @@ pub(super) fn warnings(study: &Study, worlds: &[World]) -> Vec<String> {
         ));
     }
     for sensor in 0..study.sensors.len() {
+        let spec = &study.sensors[sensor];
+        warnings.extend(spec.warnings.iter().map(|what| format!("sensor {:?}: {what}", spec.name)));
         warnings.extend(stuck_warning(study, sensor, &worlds[0]));
         warnings.extend(outside_warning(study, sensor, &worlds[0]));
     }

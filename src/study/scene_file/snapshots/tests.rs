@@ -12,7 +12,7 @@ fn scene(objects: &[(&str, &str, &str)]) -> Result<SceneSpec> {
     let text = objects.iter().map(|(name, surface, lists)| {
         format!("[[object]]\nname = {name:?}\n{surface}\n[object.snapshots]\n{lists}\n")
     });
-    SceneSpec::parse(Path::new("cell.toml"), text.collect())
+    SceneSpec::parse(Path::new("cell.toml"), text.collect()).map_err(crate::Error::first)
 }
 
 #[track_caller]

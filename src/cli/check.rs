@@ -1,0 +1,111 @@
+//! `perirobot check`: what a study contains, how the rays of a few poses end, how long all would take, and everything that
+//! is wrong with it. Read in `study`, cast in `sweep::sample`, told in `contents`.
+
+use std::process::ExitCode;
+
+use perirobot::study::Study;
+use perirobot::sweep::sample::{self, Ends};
+use perirobot::{Error, Result};
+
+use super::backend::BackendArgs;
+use super::contents;
+use super::study::StudyArgs;
+
+/// Say what a study contains, what is wrong with it, and how long it would take
+///
+/// Reads the study, its scenes and all meshes, and lists scenes, objects, regions, sensors, poses and rows of results.
+/// Casts a few poses of each sensor, and says how many of their rays return, end too near, too far, or leave the grid, with
+/// the cure where most do. Times a few more on the backend that would sweep.
+///
+/// All that is wrong is listed at once, as far as one thing can be judged without another; then the exit code is 2.
+#[derive(clap::Args)]
+#[command(after_help = "\
+Examples:
+  perirobot check scenes/quick.toml                   before it is swept
+  perirobot check my.toml --poses 0                   cast nothing: only read")]
+pub(super) struct Args {
+    #[command(flatten)]
+    study: StudyArgs,
+    /// Poses of each sensor to cast, spread evenly over the study's order; 0 casts and times nothing
+    #[arg(long, value_name = "N", default_value_t = 8)]
+    poses: usize,
+    #[command(flatten)]
+    backend: BackendArgs,
+}
+
+pub(super) fn run(args: &Args) -> Result<ExitCode> {
+    args.backend.start_threads()?;
+    let (study, worlds, problems) = match args.study.examine() {
+        Ok((study, worlds, problems)) => (study, worlds, problems),
+        Err(problems) => return Ok(refuse(&problems)),
+    };
+    super::print(&contents::tables(&study, &worlds))?;
+    super::warn(worlds.iter().map(|world| (world.name.as_str(), world.warnings.as_slice())));
+    if !problems.is_empty() {
+        return Ok(refuse(&problems));
+    }
+    if args.poses > 0 {
+        let mut backend = args.backend.open()?;
+        let ends = sample::ends(&study, &worlds, args.poses, backend.as_mut())?;
+        super::print(&rays(&study, &ends))?;
+        let seconds = sample::seconds(&study, &worlds, backend.as_mut())?;
+        super::print(&format!(
+            "estimate: {} on {} ({}), by a few poses; scenes are ready by then\n",
+            contents::time(seconds),
+            backend.name(),
+            backend.device()
+        ))?;
+    }
+    super::print(&format!("{}\nno problems\n", contents::room(&study, args.backend.memory())))?;
+    Ok(ExitCode::SUCCESS)
+}
+
+/// Prints every problem for itself.
+fn refuse(problems: &[Error]) -> ExitCode {
+    problems.iter().for_each(|problem| say!("error: {problem}"));
+    let count = problems.len();
+    say!("{count} problem{}", if count == 1 { "" } else { "s" });
+    ExitCode::from(2)
+}
+
+/// How the rays of each sensor end, and what to do where most do not return.
+fn rays(study: &Study, ends: &[Ends]) -> String {
+    let mut text = String::new();
+    for (sensor, ends) in study.sensors.iter().zip(ends).filter(|(_, ends)| ends.rays() > 0) {
+        let percent = |some: u64| 100.0 * some as f64 / ends.rays() as f64;
+        text += &format!(
+            "rays of {:?} at {} poses: {:.1} % return, {:.1} % end too near, {:.1} % too far, {:.1} % leave the grid\n",
+            sensor.name,
+            ends.poses,
+            percent(ends.returns),
+            percent(ends.too_near),
+            percent(ends.too_far),
+            percent(ends.left)
+        );
+        if let Some(cure) = cure(study, ends) {
+            text += &format!("  {cure}\n");
+        }
+    }
+    if text.is_empty() { text } else { text + "\n" }
+}
+
+/// What to do about the end that most rays have.
+fn cure(study: &Study, ends: &Ends) -> Option<&'static str> {
+    let most = |some: u64| 2 * some > ends.rays();
+    match ends {
+        Ends { too_near, .. } if most(*too_near) => Some(
+            "most are blind: something stands nearer than range_m's first number; move the poses away from it, or, if it is \
+             the sensor's own housing, write near_ignore_m",
+        ),
+        Ends { too_far, .. } if most(*too_far) => Some(
+            "most find nothing within range_m's second number and say nothing: move the poses nearer, take a sensor with a \
+             longer range, or, if it certifies what is empty, write no_return = \"free\"",
+        ),
+        Ends { left, .. } if most(*left) && !study.backdrop => Some(
+            "most leave the grid without a hit and say nothing: model floor and walls (an object with room = { size_m = ... \
+             }), or write outside = \"backdrop\" in [grid] if something beyond it returns them; are the poses turned the \
+             right way?",
+        ),
+        _ => None,
+    }
+}

@@ -1,0 +1,164 @@
+//! What a study contains, as tables for `perirobot check`. Which of it is wrong is not known here.
+
+use perirobot::backend::MEMORY_BYTES;
+use perirobot::study::Study;
+use perirobot::sweep::{World, layout_of, tables as tables_of_rays};
+use perirobot::voxel::{ObjectVoxels, Truth};
+
+/// Bytes of a row of results: of the journal, of results.csv, and of its share of scores.csv, roughly.
+const ROW_BYTES: f64 = 500.0;
+
+/// Everything in it, in the order of the file.
+pub(super) fn tables(study: &Study, worlds: &[World]) -> String {
+    [head(study), scenes(study, worlds), regions(study, worlds), sensors(study), combinations(study)].concat()
+}
+
+fn head(study: &Study) -> String {
+    let noiseless = if study.noiseless { ", noise switched off" } else { "" };
+    let outside = if study.backdrop { ", a backdrop outside" } else { "" };
+    let [size, repeats, seed] = [study.voxel_size_m, f64::from(study.repeats), study.seed as f64];
+    let path = study.path.display();
+    format!("{path}: voxels of {size} m{outside}, {repeats} repeats{noiseless}, seed {seed}\n\n")
+}
+
+fn scenes(study: &Study, worlds: &[World]) -> String {
+    let mut text = String::new();
+    for (index, scene) in study.scenes.iter().enumerate() {
+        text +=
+            &format!("scene {:?} ({}), snapshots: {}\n", scene.name, scene.path.display(), scene.snapshots);
+        let Some(world) = worlds.iter().find(|world| world.scene == index) else { continue };
+        let ([x, y, z], voxel_m) = (world.truth.grid.size, study.voxel_size_m);
+        let [a, b, c] = [x, y, z].map(|count| f64::from(count) * voxel_m);
+        let voxels = world.truth.grid.window().volume();
+        text += &format!(
+            "  grid {x} × {y} × {z} = {voxels} voxels, {a:.2} × {b:.2} × {c:.2} m; {} occupied\n",
+            world.truth.occupied.count()
+        );
+        text += &objects(&world.truth);
+    }
+    text + "\n"
+}
+
+fn objects(truth: &Truth) -> String {
+    let width = width(truth.objects.iter().map(|object| object.name.as_str()));
+    let line = |object: &ObjectVoxels| {
+        let [low, high] = object.bounds_m;
+        let (size, role) = (high - low, format!("{:?}", object.role).to_lowercase());
+        format!(
+            "  {:<width$}  {role:<11}  {:.2} × {:.2} × {:.2} m, {} voxels\n",
+            object.name,
+            size.x,
+            size.y,
+            size.z,
+            object.cells.count()
+        )
+    };
+    truth.objects.iter().map(|object| line(object)).collect()
+}
+
+fn regions(study: &Study, worlds: &[World]) -> String {
+    let width = width(study.regions.iter().map(|(name, _)| name.as_str()));
+    let mut text = "regions\n".to_string();
+    for (index, (name, _)) in study.regions.iter().enumerate() {
+        let counts: Vec<u64> = worlds.iter().map(|world| world.regions[index].cells.count()).collect();
+        let voxels = match (counts.iter().min(), counts.iter().max()) {
+            (Some(least), Some(most)) if least == most => format!("{most} voxels"),
+            (Some(least), Some(most)) => format!("{least} to {most} voxels"),
+            _ => "not known".into(),
+        };
+        text += &format!("  {name:<width$}  {voxels}\n");
+    }
+    text + "\n"
+}
+
+fn sensors(study: &Study) -> String {
+    let width = width(study.sensors.iter().map(|sensor| sensor.name.as_str()));
+    let mut text = "sensors\n".to_string();
+    for (sensor, rays) in study.sensors.iter().zip(tables_of_rays(study)) {
+        let rays = rays.map_or("no rays,".into(), |rays| format!("{} rays at each of", rays.dirs_q15.len()));
+        text += &format!(
+            "  {:<width$}  {:<11}  {rays} {} poses, read as {}\n",
+            sensor.name,
+            sensor.kind.name(),
+            sensor.candidates.len(),
+            sensor.kind.representations().join(", ")
+        );
+    }
+    text + "\n"
+}
+
+fn combinations(study: &Study) -> String {
+    let width = width(study.combinations.iter().map(|combination| combination.name.as_str()));
+    let mut text = "combinations\n".to_string();
+    for combination in &study.combinations {
+        let (choices, ways) = (combination.choices(), combination.ways(&study.sensors));
+        let name = &combination.name;
+        text += &format!("  {name:<width$}  {choices} choices of poses × {ways} representations\n");
+    }
+    let layout = layout_of(study);
+    let (choices, rows) = (layout.blocks() as u64 * layout.asks() as u64, layout.rows());
+    text + &format!(
+        "  {choices} scene-poses, each snapshot and repeat for itself; {rows} rows of results\n\n"
+    )
+}
+
+/// What a sweep takes of memory and disk.
+pub(super) fn room(study: &Study, memory: Option<u64>) -> String {
+    let evidence = memory.unwrap_or(MEMORY_BYTES) >> 20;
+    let disk = layout_of(study).rows() as f64 * ROW_BYTES;
+    let held = held_mib().map_or(String::new(), |mib| format!("{mib} MiB at most so far, with all scenes; "));
+    format!(
+        "memory: {held}a sweep takes up to {evidence} MiB for evidence (--memory); disk: about {}",
+        bytes(disk)
+    )
+}
+
+/// The most memory that this process held, where the system tells.
+pub(super) fn held_mib() -> Option<u64> {
+    let status = std::fs::read_to_string("/proc/self/status").ok()?;
+    let peak = status.lines().find_map(|line| line.strip_prefix("VmHWM:"))?;
+    let kib: u64 = peak.trim().trim_end_matches("kB").trim().parse().ok()?;
+    Some(kib >> 10)
+}
+
+/// Seconds as people say them, no more exactly than they are known.
+pub(super) fn time(seconds: f64) -> String {
+    match seconds {
+        s if s < 1.0 => "less than a second".into(),
+        s if s < 90.0 => format!("about {s:.0} s"),
+        s if s < 5400.0 => format!("about {:.0} min", s / 60.0),
+        s if s < 172_800.0 => format!("about {:.1} h", s / 3600.0),
+        s => format!("about {:.1} days", s / 86_400.0),
+    }
+}
+
+fn bytes(bytes: f64) -> String {
+    match bytes / 1e6 {
+        mb if mb < 1.0 => "1 MB".into(),
+        mb if mb < 1000.0 => format!("{mb:.0} MB"),
+        mb => format!("{:.1} GB", mb / 1000.0),
+    }
+}
+
+fn width<'a>(names: impl Iterator<Item = &'a str>) -> usize {
+    names.map(|name| name.chars().count()).max().unwrap_or_default()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn times_and_sizes_are_said_as_people_say_them() {
+        for (seconds, expected) in [
+            (0.2, "less than a second"),
+            (42.4, "about 42 s"),
+            (600.0, "about 10 min"),
+            (9000.0, "about 2.5 h"),
+            (432_000.0, "about 5.0 days"),
+        ] {
+            assert_eq!(time(seconds), expected);
+        }
+        assert_eq!([bytes(1.0), bytes(35e6), bytes(2.25e9)], ["1 MB", "35 MB", "2.2 GB"]);
+    }
+}

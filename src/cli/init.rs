@@ -1,0 +1,58 @@
+//! `perirobot init`: a first study to change, with the files that it needs. They are beside this file, and in `scenes/paper/`.
+
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+
+use perirobot::study::schema;
+use perirobot::sweep::files::write_whole;
+use perirobot::{Error, Result};
+
+/// Write a small study with comments, which sweeps in seconds, as a beginning for your own
+///
+/// The folder then holds a study, its cell (a room, a table, a robot, a person who walks up to it), the robot's and the
+/// person's files, and the schemas by which editors complete and check keys. Nothing that is there is overwritten.
+#[derive(clap::Args)]
+#[command(after_help = "\
+Examples:
+  perirobot init my-cell                              then: perirobot check my-cell/study.toml")]
+pub(super) struct Args {
+    /// The folder that the files go to; made if needed
+    #[arg(value_name = "DIR")]
+    folder: PathBuf,
+}
+
+/// Their names, and what is in them.
+fn files() -> [(&'static str, String); 6] {
+    [
+        ("study.toml", include_str!("init/study.toml").into()),
+        ("cell.toml", include_str!("init/cell.toml").into()),
+        ("operator.csv", include_str!("../../scenes/paper/scene1_operator.csv").into()),
+        ("robot.urdf", include_str!("../../scenes/paper/ur10.urdf").into()),
+        ("schemas/study.schema.json", schema::study()),
+        ("schemas/scene.schema.json", schema::scene()),
+    ]
+}
+
+pub(super) fn run(args: &Args) -> Result<ExitCode> {
+    let files = files().map(|(name, text)| (args.folder.join(name), text));
+    // A link that leads nowhere is there, too.
+    if let Some((path, _)) = files.iter().find(|(path, _)| path.symlink_metadata().is_ok()) {
+        let what = "is there already and would be lost: name another folder";
+        return Err(Error::input(path.display(), what));
+    }
+    for (path, text) in &files {
+        let folder = path.parent().unwrap_or(Path::new(""));
+        std::fs::create_dir_all(folder).map_err(|e| Error::io(folder, "cannot be made", e))?;
+        write_whole(path, text.as_bytes())?;
+    }
+    let folder = args.folder.display();
+    super::print(&format!(
+        "{} files in {folder}. Next:\n\
+         \x20 perirobot check {folder}/study.toml                   what it contains, and how long it takes\n\
+         \x20 perirobot sweep {folder}/study.toml --out {folder}/out       score all poses\n\
+         \x20 perirobot summary {folder}/out                        the tables behind the best\n\
+         Then change {folder}/study.toml and {folder}/cell.toml: every line says what it is for.\n",
+        files.len()
+    ))?;
+    Ok(ExitCode::SUCCESS)
+}

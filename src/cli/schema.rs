@@ -1,0 +1,34 @@
+//! `perirobot schema`: what editors need to complete and check study and scene files. Made in `study::schema`.
+
+use std::process::ExitCode;
+
+use clap::ValueEnum;
+use perirobot::Result;
+use perirobot::study::schema;
+
+/// Print the JSON schema of study or scene files, by which editors complete and check keys
+///
+/// Write it into a file, and name that file in the first line of a study or scene: `#:schema study.schema.json`. Editors
+/// that know Taplo (as Even Better TOML for Visual Studio Code) then complete keys, explain them, and mark what is wrong.
+/// `perirobot init` does both.
+#[derive(clap::Args)]
+pub(super) struct Args {
+    /// Which kind of file
+    file: Kind,
+}
+
+#[derive(Clone, Copy, ValueEnum)]
+enum Kind {
+    /// What is swept over what
+    Study,
+    /// The objects of a cell
+    Scene,
+}
+
+pub(super) fn run(args: &Args) -> Result<ExitCode> {
+    super::print(&match args.file {
+        Kind::Study => schema::study(),
+        Kind::Scene => schema::scene(),
+    })?;
+    Ok(ExitCode::SUCCESS)
+}

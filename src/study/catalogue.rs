@@ -1,0 +1,126 @@
+//! Real devices by name: `model = "realsense-d435"` stands for the keys that `catalogue.toml` has of it, and what a study
+//! writes goes before them. Whether the keys make a sensor is checked afterwards, as if the user had written them all.
+
+use std::sync::LazyLock;
+
+use serde::Deserialize;
+use toml::{Table, Value};
+
+use super::Place;
+use crate::{Error, Result};
+
+/// A device of the catalogue.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Model {
+    /// What a study calls it.
+    pub name: String,
+    /// What its maker calls it, and in which mode of its own it is.
+    pub title: String,
+    /// The document that the values are from.
+    pub source: String,
+    /// Where that document, or a copy of it, is.
+    pub url: String,
+    /// What to know before relying on it.
+    pub note: String,
+    /// Which values could not be compared with the maker's words.
+    pub unconfirmed: Option<String>,
+    /// The keys of a `[[sensor]]` that it gives.
+    pub keys: Table,
+}
+
+impl Model {
+    /// The kind of sensor that it is.
+    pub fn kind(&self) -> &str {
+        self.keys.get("kind").and_then(Value::as_str).unwrap_or_default()
+    }
+}
+
+/// Keys of which those on the right say the same in another way, and yield to one on the left that a study writes.
+const INSTEAD: [(&str, &[&str]); 3] = [
+    ("rings_deg", &["elevation_deg"]),
+    ("elevation_deg", &["rings_deg"]),
+    ("camera_info", &["fov_deg", "resolution_px"]),
+];
+
+/// Names that are so near to what was written that they may be meant.
+const NEAR: f64 = 0.5;
+
+/// All devices, in the order of the file.
+pub fn models() -> &'static [Model] {
+    #[derive(Deserialize)]
+    struct Catalogue {
+        model: Vec<Model>,
+    }
+    static MODELS: LazyLock<Vec<Model>> = LazyLock::new(|| {
+        let catalogue: Catalogue = toml::from_str(include_str!("catalogue.toml")).expect("a tested file");
+        catalogue.model
+    });
+    &MODELS
+}
+
+/// What a study says once its models are written out, as the keys `sensor` of it; for the fingerprint, which a model
+/// whose values change must change.
+pub fn written_out(mut study: Table) -> Table {
+    let sensors = study.get_mut("sensor").and_then(Value::as_array_mut);
+    for sensor in sensors.into_iter().flatten().filter_map(Value::as_table_mut) {
+        if let Some(model) = sensor.get("model").and_then(Value::as_str).and_then(find) {
+            complete(sensor, model);
+        }
+    }
+    study
+}
+
+/// Replaces `model` in the keys of a sensor by the keys that it stands for.
+pub(super) fn resolve(at: &Place, keys: &mut Table) -> Result<()> {
+    let Some(written) = keys.remove("model") else { return Ok(()) };
+    let Some(name) = written.as_str() else {
+        return Err(at.wrong("model", written, "must be a name, as in model = \"realsense-d435\""));
+    };
+    let model = find(name).ok_or_else(|| unknown(at, name))?;
+    match keys.get("kind") {
+        Some(kind) if kind.as_str() != Some(model.kind()) => {
+            let rule = format!("the model {name:?} is of kind {:?}: take kind or model away", model.kind());
+            return Err(at.wrong("kind", kind, &rule));
+        }
+        _ => complete(keys, model),
+    }
+    Ok(())
+}
+
+fn find(name: &str) -> Option<&'static Model> {
+    models().iter().find(|model| model.name == name)
+}
+
+/// Adds what a model has and the study does not say.
+fn complete(keys: &mut Table, model: &Model) {
+    let written = keys.clone();
+    let said_otherwise = |key: &str| {
+        // A pair gives the vertical angles, too, which a lidar otherwise has from its rings.
+        let pair = model.kind() == "lidar" && written.get("fov_deg").is_some_and(Value::is_array);
+        let instead = INSTEAD.iter().any(|(new, old)| written.contains_key(*new) && old.contains(&key));
+        instead || pair && ["rings_deg", "elevation_deg"].contains(&key)
+    };
+    for (key, value) in &model.keys {
+        if !written.contains_key(key) && !said_otherwise(key) {
+            keys.insert(key.clone(), value.clone());
+        }
+    }
+}
+
+fn unknown(at: &Place, name: &str) -> Error {
+    let alike = |model: &&Model| {
+        let (known, name) = (model.name.as_str(), name.to_lowercase());
+        known.contains(&name) || strsim::normalized_damerau_levenshtein(known, &name) >= NEAR
+    };
+    let near: Vec<&str> = models().iter().filter(alike).map(|model| model.name.as_str()).collect();
+    let meant = match near.is_empty() || name.is_empty() {
+        true => String::new(),
+        false => format!(" (did you mean {}?)", near.join(", ")),
+    };
+    let rule = format!("is no device of the catalogue{meant}: `perirobot sensors` lists all");
+    at.wrong("model", format!("{name:?}"), &rule)
+}
+
+#[cfg(test)]
+mod tests;

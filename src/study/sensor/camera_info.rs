@@ -1,0 +1,221 @@
+//! `camera_info = "left.yaml"`: resolution and field of view of a camera from what ROS knows of it. The camera that is cast
+//! is an ideal pinhole that looks along its centre, so how far the real one is from that is measured here, and told.
+
+use std::path::Path;
+
+use serde::Deserialize;
+use toml::{Table, Value};
+
+use crate::source::Sources;
+use crate::study::Place;
+use crate::{Error, Result};
+
+/// The key that names the file.
+pub(super) const KEY: &str = "camera_info";
+
+/// The keys that it stands for.
+pub(super) const GIVES: [&str; 2] = ["fov_deg", "resolution_px"];
+
+/// Up to this part of the image's width, a pixel that is elsewhere than the pinhole's is passed over.
+const NEGLIGIBLE: f64 = 0.01;
+/// Beyond this part a pinhole says nothing of the camera.
+const TOO_FAR: f64 = 0.10;
+
+/// What to do about a camera that is no pinhole.
+const CURE: &str =
+    "name the camera_info of the rectified image, or cast its rays one by one with kind = \"rays\"";
+
+/// A `sensor_msgs/CameraInfo`, as `camera_calibration` writes it and as `ros2 topic echo` prints it.
+#[derive(Deserialize)]
+struct CameraInfo {
+    #[serde(alias = "width")]
+    image_width: u32,
+    #[serde(alias = "height")]
+    image_height: u32,
+    #[serde(alias = "K", alias = "k")]
+    camera_matrix: Numbers,
+    distortion_model: Option<String>,
+    #[serde(default, alias = "D", alias = "d")]
+    distortion_coefficients: Numbers,
+    #[serde(default)]
+    binning_x: u32,
+    #[serde(default)]
+    binning_y: u32,
+    #[serde(default)]
+    roi: Roi,
+}
+
+/// Numbers as a list, or as a matrix with its size.
+#[derive(Deserialize)]
+#[serde(untagged)]
+enum Numbers {
+    List(Vec<f64>),
+    Matrix { data: Vec<f64> },
+}
+
+impl Default for Numbers {
+    fn default() -> Self {
+        Numbers::List(Vec::new())
+    }
+}
+
+impl Numbers {
+    fn all(&self) -> &[f64] {
+        match self {
+            Numbers::List(all) | Numbers::Matrix { data: all } => all,
+        }
+    }
+}
+
+/// The part of the sensor that the image is; all zero means the whole.
+#[derive(Default, Deserialize)]
+#[serde(default)]
+struct Roi {
+    width: u32,
+    height: u32,
+}
+
+/// The pinhole of a file.
+struct Pinhole {
+    size_px: [f64; 2],
+    focal_px: [f64; 2],
+    center_px: [f64; 2],
+}
+
+/// Replaces `camera_info` in the keys of a camera by the keys that it stands for; what is not quite true then is said.
+pub(super) fn resolve(at: &Place, keys: &mut Table, sources: &Sources) -> Result<Vec<String>> {
+    let Some(written) = keys.remove(KEY) else { return Ok(Vec::new()) };
+    let Some(name) = written.as_str() else {
+        return Err(at.wrong(KEY, written, "must be a file, as in camera_info = \"left.yaml\""));
+    };
+    if let Some(twice) = GIVES.iter().find(|key| keys.contains_key(**key)) {
+        return Err(at.says(format!("both {KEY} and {twice}: the file gives it; take one away")));
+    }
+    let path = at.folder().join(name);
+    let wrong = |what: Error| at.says(format!("{KEY}: {what}"));
+    let info = read(&path, sources).map_err(wrong)?;
+    let pinhole = pinhole(&info).map_err(|e| wrong(Error::input(path.display(), e)))?;
+    let odd = oddities(&info, &pinhole).map_err(|e| wrong(Error::input(path.display(), e)))?;
+    let angle = |axis: usize| {
+        Value::from(2.0 * libm::atan(pinhole.size_px[axis] / 2.0 / pinhole.focal_px[axis]).to_degrees())
+    };
+    keys.insert("fov_deg".into(), Value::Array(vec![angle(0), angle(1)]));
+    let pixels = [info.image_width, info.image_height].map(|pixels| Value::from(i64::from(pixels)));
+    keys.insert("resolution_px".into(), Value::Array(pixels.to_vec()));
+    Ok(odd.into_iter().map(|what| format!("{KEY} = {name:?}: {what}")).collect())
+}
+
+fn read(path: &Path, sources: &Sources) -> Result<CameraInfo> {
+    let text = sources.text(path)?;
+    let keys = "a camera_info has image_width, image_height and camera_matrix (or width, height and k)";
+    let wrong = |what: String| Error::input(path.display(), format!("{}; {keys}", what.trim_end()));
+    // A topic that is echoed ends each message with a new document.
+    let plain = serde_saphyr::options! { with_snippet: false };
+    let all: Result<Vec<CameraInfo>, _> = serde_saphyr::from_multiple_with_options(&text, plain);
+    let all = all.map_err(|e| wrong(e.to_string()))?;
+    all.into_iter().next().ok_or_else(|| wrong("is empty".into()))
+}
+
+fn pinhole(info: &CameraInfo) -> Result<Pinhole, String> {
+    let &[fx, skew, cx, _, fy, cy, _, _, _] = info.camera_matrix.all() else {
+        return Err(format!("camera_matrix has {} numbers: must have 9", info.camera_matrix.all().len()));
+    };
+    let size_px = [info.image_width, info.image_height].map(f64::from);
+    if [info.image_width, info.image_height].contains(&0) {
+        let [x, y] = size_px;
+        return Err(format!("image_width and image_height are {x} and {y}: must be above 0"));
+    }
+    // The reader lets no number in that is not finite.
+    if !(fx > 0.0 && fy > 0.0) {
+        return Err(format!(
+            "camera_matrix has fx = {fx}, fy = {fy}: focal lengths must be above 0; a camera that \
+             was never calibrated has zeros"
+        ));
+    }
+    if skew != 0.0 {
+        return Err(format!("camera_matrix[1] = {skew}: must be 0; {CURE}"));
+    }
+    if info.binning_x > 1 || info.binning_y > 1 {
+        let (x, y) = (info.binning_x, info.binning_y);
+        return Err(format!(
+            "binning_x = {x}, binning_y = {y}: must be 0 or 1; give the numbers of the binned image"
+        ));
+    }
+    let whole = |part: u32, all: u32| part == 0 || part == all;
+    if !whole(info.roi.width, info.image_width) || !whole(info.roi.height, info.image_height) {
+        let (x, y) = (info.roi.width, info.roi.height);
+        return Err(format!("roi is {x} x {y}: must be the whole image; give the numbers of the part"));
+    }
+    Ok(Pinhole { size_px, focal_px: [fx, fy], center_px: [cx, cy] })
+}
+
+/// How the camera differs from a pinhole that looks along its centre, where that is worth telling.
+fn oddities(info: &CameraInfo, pinhole: &Pinhole) -> Result<Vec<String>, String> {
+    let Pinhole { size_px: [width, _], .. } = pinhole;
+    let mut odd = Vec::new();
+    // ROS counts pixels by their centres.
+    let off: [f64; 2] = std::array::from_fn(|r| pinhole.center_px[r] - (pinhole.size_px[r] - 1.0) / 2.0);
+    let angle: [f64; 2] = std::array::from_fn(|r| libm::atan(off[r] / pinhole.focal_px[r]).to_degrees());
+    let said = format!(
+        "the principal point is {:+.1} px across and {:+.1} px down from the centre of the image, so the view that is cast \
+         is turned by {:.1} and {:.1} degrees from the camera's",
+        off[0], off[1], angle[0], angle[1]
+    );
+    judge(off[0].abs().max(off[1].abs()) / width, said, &mut odd)?;
+    let moved = distortion(info, pinhole)?;
+    let said = format!(
+        "the lens moves pixels by up to {moved:.1} px ({:.1} % of the width), which the pinhole that is cast does not",
+        100.0 * moved / width
+    );
+    judge(moved / width, said, &mut odd)?;
+    Ok(odd)
+}
+
+/// Passes over, says, or refuses, by the part of the width.
+fn judge(part: f64, said: String, odd: &mut Vec<String>) -> Result<(), String> {
+    match part {
+        part if part <= NEGLIGIBLE => Ok(()),
+        part if part <= TOO_FAR => {
+            odd.push(said);
+            Ok(())
+        }
+        _ => Err(format!("{said}: more than {:.0} % of the width is too far; {CURE}", 100.0 * TOO_FAR)),
+    }
+}
+
+/// The farthest that the lens moves a pixel on the border of the image, where it moves them most.
+fn distortion(info: &CameraInfo, pinhole: &Pinhole) -> Result<f64, String> {
+    let given = info.distortion_coefficients.all();
+    let model = info.distortion_model.as_deref().unwrap_or("plumb_bob");
+    if !["", "none", "plumb_bob", "rational_polynomial"].contains(&model) {
+        return Err(format!("distortion_model = {model:?}: is no pinhole; {CURE}"));
+    }
+    if given.len() > 8 && given[8..].iter().any(|&coefficient| coefficient != 0.0) {
+        return Err(format!(
+            "distortion_coefficients has {} numbers: at most 8 are known; {CURE}",
+            given.len()
+        ));
+    }
+    let [k1, k2, p1, p2, k3, k4, k5, k6] = std::array::from_fn(|i| given.get(i).copied().unwrap_or_default());
+    let moved = |u: f64, v: f64| {
+        let [x, y] = [(u, 0), (v, 1)].map(|(pixel, r)| (pixel - pinhole.center_px[r]) / pinhole.focal_px[r]);
+        let r2 = x * x + y * y;
+        let radial = (1.0 + r2 * (k1 + r2 * (k2 + r2 * k3))) / (1.0 + r2 * (k4 + r2 * (k5 + r2 * k6)));
+        let dx = x * radial + 2.0 * p1 * x * y + p2 * (r2 + 2.0 * x * x) - x;
+        let dy = y * radial + p1 * (r2 + 2.0 * y * y) + 2.0 * p2 * x * y - y;
+        (dx * pinhole.focal_px[0]).hypot(dy * pinhole.focal_px[1])
+    };
+    let [right, bottom] = pinhole.size_px.map(|size| size - 1.0);
+    let along = (0..=16).map(|step| f64::from(step) / 16.0);
+    let border = along.flat_map(|part| {
+        let (u, v) = (part * right, part * bottom);
+        [(u, 0.0), (u, bottom), (0.0, v), (right, v)]
+    });
+    let most = border
+        .map(|(u, v)| moved(u, v))
+        .fold(0.0, |most: f64, one| if one > most || one.is_nan() { one } else { most });
+    Ok(most)
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,161 @@
+//! What files of ROS say, by hand: f = 320 across 640 pixels are 90 degrees, 320 down 480 are 73.74.
+
+use super::*;
+
+/// As `camera_calibration` writes it; the centre of 640 × 480 pixels is (319.5, 239.5).
+const CALIBRATED: &str = "\
+image_width: 640
+image_height: 480
+camera_name: left
+camera_matrix:
+  rows: 3
+  cols: 3
+  data: [320.0, 0, 319.5, 0, 320, 239.5, 0, 0, 1]
+distortion_model: plumb_bob
+distortion_coefficients:
+  rows: 1
+  cols: 5
+  data: [0.0, 0, 0, 0, 0]
+rectification_matrix:
+  rows: 3
+  cols: 3
+  data: [1, 0, 0, 0, 1, 0, 0, 0, 1]
+";
+
+/// As `ros2 topic echo --once` prints it.
+const ECHOED: &str = "\
+header:
+  stamp:
+    sec: 12
+    nanosec: 500
+  frame_id: left
+height: 480
+width: 640
+distortion_model: plumb_bob
+d:
+- 0.0
+- 0.0
+- 0.0
+- 0.0
+- 0.0
+k:
+- 320.0
+- 0.0
+- 319.5
+- 0.0
+- 320.0
+- 239.5
+- 0.0
+- 0.0
+- 1.0
+binning_x: 0
+binning_y: 0
+roi:
+  x_offset: 0
+  y_offset: 0
+  height: 0
+  width: 0
+  do_rectify: false
+---
+";
+
+fn resolved(text: &str, more: &str) -> Result<(Table, Vec<String>), String> {
+    let folder = tempfile::tempdir().unwrap();
+    let study = folder.path().join("study.toml");
+    std::fs::write(folder.path().join("left.yaml"), text).unwrap();
+    let at = Place { file: &study, prefix: "sensor \"camera\".".into() };
+    let mut keys: Table = toml::from_str(&format!("camera_info = \"left.yaml\"\n{more}")).unwrap();
+    let said = resolve(&at, &mut keys, &Sources::beside(&study)).map_err(|e| e.to_string())?;
+    Ok((keys, said))
+}
+
+fn edited(from: &str, to: &str) -> Result<(Table, Vec<String>), String> {
+    assert!(CALIBRATED.contains(from), "{from}");
+    resolved(&CALIBRATED.replace(from, to), "")
+}
+
+#[test]
+fn both_ways_of_writing_it_give_the_same_camera() {
+    let old = ECHOED.replace("\nd:", "\nD:").replace("\nk:", "\nK:");
+    for text in [CALIBRATED, ECHOED, &old] {
+        let (keys, said) = resolved(text, "").unwrap();
+        assert_eq!(said, Vec::<String>::new());
+        let fov: Vec<f64> = keys["fov_deg"].clone().try_into().unwrap();
+        assert!((fov[0] - 90.0).abs() < 1e-12, "{fov:?}");
+        assert!((fov[1] - 73.739_795_291_688_04).abs() < 1e-12, "{fov:?}");
+        assert_eq!(keys["resolution_px"], Value::try_from([640, 480]).unwrap());
+        assert!(!keys.contains_key(KEY));
+    }
+}
+
+/// A hundredth of 640 px is 6.4: 6 are passed over, 20 are told (atan(20/320) = 3.58°), 70 are refused.
+#[test]
+fn a_principal_point_off_centre_is_told_or_refused() {
+    assert!(edited("319.5", "325.5").unwrap().1.is_empty());
+    let (_, said) = edited("319.5", "339.5").unwrap();
+    assert_eq!(said.len(), 1);
+    for part in ["left.yaml", "+20.0 px across and +0.0 px down", "by 3.6 and 0.0 degrees"] {
+        assert!(said[0].contains(part), "{said:?}");
+    }
+    let error = edited("239.5", "169.5").unwrap_err();
+    for part in
+        ["sensor \"camera\": camera_info: ", "left.yaml", "-70.0 px down", "more than 10 %", "rectified"]
+    {
+        assert!(error.contains(part), "{error}");
+    }
+}
+
+/// At a corner r² = (319.5² + 239.5²) / 320² = 1.5570, so k1 moves it by k1 · r³ · 320 = k1 · 621.7 px.
+#[test]
+fn a_lens_that_bends_is_told_or_refused() {
+    assert!(edited("[0.0, 0, 0, 0, 0]", "[0.01, 0, 0, 0, 0]").unwrap().1.is_empty());
+    let (_, said) = edited("[0.0, 0, 0, 0, 0]", "[-0.05, 0, 0, 0, 0]").unwrap();
+    assert!(said[0].contains("by up to 31.1 px (4.9 % of the width)"), "{said:?}");
+    let error = edited("[0.0, 0, 0, 0, 0]", "[-0.3, 0, 0, 0, 0]").unwrap_err();
+    assert!(error.contains("moves pixels by up to 186.5 px (29.1 % of the width)"), "{error}");
+    assert!(edited("[0.0, 0, 0, 0, 0]", "[]").unwrap().1.is_empty());
+}
+
+#[test]
+fn what_is_no_camera_info_is_refused_by_file_key_and_cure() {
+    for (from, to, expected) in [
+        ("image_width: 640\n", "", "image_width"),
+        ("image_width: 640", "image_width: wide", "image_width"),
+        ("image_width: 640", "image_width: 0", "are 0 and 480: must be above 0"),
+        (
+            "[320.0, 0, 319.5, 0, 320, 239.5, 0, 0, 1]",
+            "[320, 0, 1]",
+            "camera_matrix has 3 numbers: must have 9",
+        ),
+        ("[320.0, 0, 319.5, 0, 320,", "[0, 0, 319.5, 0, 0,", "never calibrated has zeros"),
+        (
+            "[320.0, 0, 319.5",
+            "[.nan, 0, 319.5",
+            "non-finite float `.nan` rejected by the configured policy at line 7, column 10",
+        ),
+        ("[320.0, 0, 319.5", "[320.0, 2, 319.5", "camera_matrix[1] = 2: must be 0"),
+        (
+            "plumb_bob",
+            "equidistant",
+            "distortion_model = \"equidistant\": is no pinhole; name the camera_info",
+        ),
+        ("[0.0, 0, 0, 0, 0]", "[.inf]", "line 12, column"),
+        ("[0.0, 0, 0, 0, 0]", "[0, 0, 0, 0, 0, 0, 0, 0, 1]", "at most 8 are known"),
+        ("camera_name: left", "binning_x: 2", "binning_x = 2, binning_y = 0: must be 0 or 1"),
+        (
+            "camera_name: left",
+            "roi: { width: 320, height: 240 }",
+            "roi is 320 x 240: must be the whole image",
+        ),
+        ("camera_name: left", "camera_name: [", "a camera_info has image_width"),
+    ] {
+        let error = edited(from, to).map(drop).unwrap_err();
+        for part in ["study.toml: sensor \"camera\": camera_info: ", "left.yaml: ", expected] {
+            assert!(error.contains(part), "no {part:?} in {error}");
+        }
+        assert!(!error.contains('\n'), "{error}");
+    }
+    assert!(resolved("", "").unwrap_err().contains("left.yaml: "));
+    let twice = resolved(CALIBRATED, "fov_deg = [90, 60]").unwrap_err();
+    assert!(twice.contains("sensor \"camera\": both camera_info and fov_deg: the file gives it"), "{twice}");
+}

@@ -1,0 +1,78 @@
+//! The schema of a `[[sensor]]`: of each kind the keys of all and its own, what a model gives being left to the model.
+
+use std::borrow::Cow;
+
+use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
+use serde_json::{Map, Value, json};
+
+use super::{CommonFile, NoKeys, camera_info, cover, gate, lidar, pad, rays, rgb, rgbd};
+use crate::study::catalogue::models;
+
+/// A sensor of any kind, to the schema.
+pub(in crate::study) struct AnySensor;
+
+impl JsonSchema for AnySensor {
+    fn inline_schema() -> bool {
+        true
+    }
+
+    fn schema_name() -> Cow<'static, str> {
+        "Sensor".into()
+    }
+
+    fn json_schema(generator: &mut SchemaGenerator) -> Schema {
+        let common = CommonFile::json_schema(generator);
+        let kinds = [
+            ("rgbd", rgbd::RgbdFile::json_schema(generator)),
+            ("rgb", rgb::RgbFile::json_schema(generator)),
+            ("lidar", lidar::LidarFile::json_schema(generator)),
+            ("rays", rays::RaysFile::json_schema(generator)),
+            ("pad", pad::PadFile::json_schema(generator)),
+            ("gate", gate::GateFile::json_schema(generator)),
+            ("cover", cover::CoverFile::json_schema(generator)),
+            ("known_robot", NoKeys::json_schema(generator)),
+        ];
+        let all: Vec<Value> = kinds.iter().map(|(kind, own)| of_kind(kind, own, &common)).collect();
+        json_schema!({ "anyOf": all })
+    }
+}
+
+fn of_kind(kind: &str, own: &Schema, common: &Schema) -> Value {
+    let keys = |schema: &Schema| schema.get("properties").and_then(Value::as_object).cloned();
+    let mut properties: Map<String, Value> = keys(common).unwrap_or_default();
+    properties.extend(keys(own).unwrap_or_default());
+    properties.insert("kind".into(), json!({ "const": kind, "description": "What it is." }));
+    let mut ways = vec![required(own, &[], &["name", "kind"])];
+    if ["rgbd", "rgb"].contains(&kind) {
+        let about = "A sensor_msgs/CameraInfo of ROS as YAML, instead of fov_deg and resolution_px.";
+        properties.insert(camera_info::KEY.into(), json!({ "type": "string", "description": about }));
+        ways.push(required(own, &camera_info::GIVES, &["name", "kind", camera_info::KEY]));
+    }
+    let devices: Vec<_> = models().iter().filter(|model| model.kind() == kind).collect();
+    if !devices.is_empty() {
+        let names: Vec<&str> = devices.iter().map(|model| model.name.as_str()).collect();
+        let about =
+            "A device of the catalogue (`perirobot sensors`), which gives all keys that are not written.";
+        properties.insert("model".into(), json!({ "enum": names, "description": about }));
+        let given: Vec<&str> = devices[0].keys.keys().map(String::as_str).collect();
+        ways.push(required(own, &given, &["name", "model"]));
+    }
+    let mut schema = json!({
+        "type": "object",
+        "properties": properties,
+        "additionalProperties": false,
+        "anyOf": ways,
+    });
+    if let Some(about) = own.get("description") {
+        schema["description"] = about.clone();
+    }
+    schema
+}
+
+/// The keys that must be there: those of the kind, without what is given otherwise, and some more.
+fn required(own: &Schema, given: &[&str], more: &[&str]) -> Value {
+    let own = own.get("required").and_then(Value::as_array).into_iter().flatten();
+    let own = own.filter(|key| !given.iter().any(|given| *key == given)).cloned();
+    let more = more.iter().map(|key| Value::from(*key));
+    json!({ "required": more.chain(own).collect::<Vec<_>>() })
+}
