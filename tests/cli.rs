@@ -205,7 +205,7 @@ fn an_existing_folder_gets_new_files_and_keeps_what_is_not_ours() {
     for name in ["results.csv", "notes.txt"] {
         fs::write(out.join(name), "old").unwrap();
     }
-    sweep(TINY, &out, &[]);
+    sweep(TINY, &out, &["--restart"]);
     let expected = ["counts.journal", "manifest.json", "notes.txt", "poses.csv", "results.csv", "scores.csv"];
     assert_eq!(names(&out), expected);
     assert!(read(&out, "results.csv").starts_with("scene,") && read(&out, "notes.txt") == "old");

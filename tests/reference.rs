@@ -13,6 +13,7 @@ use std::path::{Path, PathBuf};
 
 use perirobot::backend::cpu::Cpu;
 use perirobot::metrics::Confusion;
+use perirobot::source::Sources;
 use perirobot::study::{Overrides, Study};
 use perirobot::sweep::{Row, World, run};
 
@@ -246,7 +247,9 @@ fn study(temp: &Path, folder: &Path, sensors: &str) -> Study {
     );
     std::fs::write(temp.join("scene.toml"), scene).unwrap();
     std::fs::write(temp.join("study.toml"), study).unwrap();
-    Study::load(&temp.join("study.toml"), &Overrides::default()).unwrap()
+    // Their maps lie where they are.
+    let path = temp.join("study.toml");
+    Study::read(&path, &Overrides::default(), Sources::beside(&path).allow_outside()).unwrap()
 }
 
 fn swept(study: &Study) -> (World, Vec<Row>) {

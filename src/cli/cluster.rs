@@ -138,7 +138,14 @@ pub(super) fn run(args: &Args) -> Result<ExitCode> {
         }
     };
     match &given.script {
-        Some(file) => write_whole(file, text.as_bytes())?,
+        Some(file) => {
+            write_whole(file, text.as_bytes())?;
+            let run = match args.engine {
+                Engine::Kubernetes { .. } => "kubectl apply -f",
+                _ => "sh",
+            };
+            say!("wrote {0}; to run it: {run} {0}", file.display());
+        }
         None => super::print(&text)?,
     }
     Ok(ExitCode::SUCCESS)

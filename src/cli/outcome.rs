@@ -21,7 +21,7 @@ pub(super) struct OutcomeArgs {
 enum TableChoice {
     /// Comma-separated text
     Csv,
-    /// Apache Parquet: typed columns, a tenth of the size
+    /// Apache Parquet: typed columns, a quarter of the size
     Parquet,
     /// Both of them
     Both,

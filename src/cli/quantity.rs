@@ -23,7 +23,7 @@ const TIMES: [(&str, f64); 5] = [("s", 1.0), ("m", 60.0), ("h", 3600.0), ("d", 8
 
 /// Reads `90s`, `30m`, `1.5h`, `2d` or a plain number of seconds.
 pub(super) fn time(text: &str) -> Result<Duration, String> {
-    let wrong = || "must be a number and s, m, h or d, as in 90s, 30m or 1.5h".to_string();
+    let wrong = || "must be a number of seconds, or one with m, h or d, as in 90s, 30m or 1.5h".to_string();
     let split = TIMES.iter().find_map(|(unit, size)| Some((text.strip_suffix(unit)?, *size)));
     let (number, size) = split.ok_or_else(wrong)?;
     let number: f64 = number.trim_end().parse().map_err(|_| wrong())?;

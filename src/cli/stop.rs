@@ -4,11 +4,15 @@
 use std::process::ExitCode;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
+use std::thread;
 use std::time::{Duration, Instant};
 
 use perirobot::{Error, Result};
 use signal_hook::consts::{SIGINT, SIGTERM};
 use signal_hook::flag;
+use signal_hook::iterator::Signals;
+
+use super::progress::above_bar;
 
 /// Not done, and the same command may do it (`EX_TEMPFAIL`): stopped before the end, or somebody else is at work.
 pub(super) const TRY_AGAIN: u8 = 75;
@@ -38,6 +42,13 @@ impl StopAt {
             flag::register(number, again.clone()).map_err(wrong)?;
             flag::register_usize(number, signal.clone(), number as usize).map_err(wrong)?;
         }
+        let numbers = SIGNALS.iter().map(|(number, _)| number);
+        let mut heard = Signals::new(numbers).map_err(|e| Error::Device(format!("cannot listen: {e}")))?;
+        thread::spawn(move || {
+            if heard.forever().next().is_some() {
+                above_bar(|| say!("stopping when the batch under way is finished; once more stops now"));
+            }
+        });
         // Beyond all that a clock can show is never.
         let until = max_time.and_then(|time| Instant::now().checked_add(time));
         Ok(StopAt { signal, until })

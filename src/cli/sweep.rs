@@ -37,7 +37,7 @@ pub(super) struct Args {
     /// Begin anew: whatever the folder holds of an earlier sweep is lost
     #[arg(long)]
     restart: bool,
-    /// Stop in time, as on a signal: after so long (90s, 30m, 1.5h), counted from the start of the program
+    /// Stop as on a signal after so long (90s, 30m, 1.5h, 2d) from the start of the program, and up to a batch more
     #[arg(long, value_name = "TIME", value_parser = super::quantity::time)]
     max_time: Option<Duration>,
     /// Only one of N parts, K from 0 to N-1, in the folder OUT/shard-K-of-N; auto/N takes K from SLURM_ARRAY_TASK_ID,
@@ -143,10 +143,19 @@ impl Watch for Onlooker {
     }
 }
 
-/// What the user typed, word by word, but for what would begin it anew.
+/// What the user typed, word by word, but for what would begin it anew, or stop it again.
 fn command() -> Vec<String> {
-    let words = std::env::args_os().skip(1).map(|word| word.to_string_lossy().into_owned());
-    ["perirobot".into()].into_iter().chain(words.filter(|word| word != "--restart")).collect()
+    let mut words = std::env::args_os().skip(1).map(|word| word.to_string_lossy().into_owned());
+    let mut command = vec!["perirobot".to_string()];
+    while let Some(word) = words.next() {
+        match word.as_str() {
+            "--restart" => {}
+            "--max-time" => drop(words.next()),
+            _ if word.starts_with("--max-time=") => {}
+            _ => command.push(word),
+        }
+    }
+    command
 }
 
 /// What the run did, in a line; with a line a stage if that is wanted.

@@ -169,9 +169,11 @@ impl OutputFolder {
         }
     }
 
-    /// Removes the tables of an earlier sweep, which would soon be beside a manifest that they do not belong to.
-    pub fn clear(&self) {
-        for name in TABLES.iter().chain([&DISAGREEMENT]) {
+    /// Removes the tables of an earlier sweep, which would soon be beside a manifest that they do not belong to, unless it
+    /// is the same sweep, and what a device said wrongly.
+    pub fn clear(&self, is_same: bool) {
+        let tables = TABLES.iter().filter(|_| !is_same);
+        for name in tables.chain([&DISAGREEMENT]) {
             let _ = fs::remove_file(self.path.join(name));
         }
     }

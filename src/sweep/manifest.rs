@@ -175,7 +175,11 @@ impl Manifest {
 
     /// Adds a run that begins; until [`Manifest::end_run`] nobody knows how it ended.
     pub fn begin_run(&mut self, run: &Run) {
-        self.add_runs([json!(run)]);
+        let mut begun = json!(run);
+        for unknown in ["sweep_s", "poses", "poses_per_s", "verified", "faults"] {
+            begun[unknown] = Value::Null;
+        }
+        self.add_runs([begun]);
     }
 
     /// Says of the run that was begun last what it did.

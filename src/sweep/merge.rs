@@ -87,7 +87,7 @@ pub fn merge(out: &Path, folders: &[PathBuf]) -> Result<Results> {
         Err(e) => return Err(Error::Input(format!("{e}; {elsewhere}"))),
     }
     folder.tidy();
-    folder.clear();
+    folder.clear(matches!(locked.header, Ok(Some(_))));
     let mut journal = locked.begin(whole)?;
     let mut whole = manifest.of_whole();
     for part in &parts {

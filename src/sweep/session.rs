@@ -123,7 +123,7 @@ impl<'a> Session<'a> {
                 return Err(Error::input(path.join(table).display(), what));
             }
             (true, _) | (false, Ok(None)) => {
-                folder.clear();
+                folder.clear(false);
                 (locked.begin(header)?, Done::new(&layout, places.clone()), 0)
             }
         };
