@@ -2,10 +2,11 @@
 
 mod backend;
 mod bench;
-#[allow(dead_code)] mod choice;
+mod choice;
 mod cluster;
 mod compare;
 mod devices;
+mod export;
 mod log;
 mod merge;
 mod outcome;
@@ -17,7 +18,7 @@ mod stop;
 mod study;
 mod summary;
 mod sweep;
-#[allow(dead_code)] mod swept;
+mod swept;
 mod voxelize;
 
 use std::process::ExitCode;
@@ -57,6 +58,7 @@ enum Command {
     Sweep(sweep::Args),
     Merge(merge::Args),
     Summary(summary::Args),
+    Export(export::Args),
     Cluster(cluster::Args),
     Compare(compare::Args),
     Bench(bench::Args),
@@ -72,6 +74,7 @@ pub(crate) fn run() -> ExitCode {
         Command::Sweep(args) => sweep::run(&args),
         Command::Merge(args) => merge::run(&args),
         Command::Summary(args) => summary::run(&args),
+        Command::Export(args) => export::run(&args),
         Command::Cluster(args) => cluster::run(&args),
         Command::Compare(args) => compare::run(&args),
         Command::Bench(args) => bench::run(&args),

@@ -57,6 +57,13 @@ pub fn find<'w>(study: &Study, worlds: &'w [World], wanted: &Wanted) -> Result<(
             .position(|known| known == name)
             .ok_or_else(|| unknown("--representation", Some(name), &names))?,
     };
+    below("--repeat", wanted.repeat, study.repeats as usize)?;
+    let world = find_world(study, worlds, wanted)?;
+    Ok((world, Choice { combination, choice, representation, repeat: wanted.repeat }))
+}
+
+/// Finds the world alone.
+pub fn find_world<'w>(study: &Study, worlds: &'w [World], wanted: &Wanted) -> Result<&'w World> {
     let scenes: Vec<_> = study.scenes.iter().map(|scene| scene.name.as_str()).collect();
     let scene = match &wanted.scene {
         None => 0,
@@ -65,16 +72,16 @@ pub fn find<'w>(study: &Study, worlds: &'w [World], wanted: &Wanted) -> Result<(
             .position(|known| known == name)
             .ok_or_else(|| unknown("--scene", Some(name), &scenes))?,
     };
-    let snapshots = study.scenes[scene].snapshots;
-    let below = |option: &str, number: usize, of: usize| match number < of {
+    below("--snapshot", wanted.snapshot, study.scenes[scene].snapshots)?;
+    let here = |world: &&World| (world.scene, world.snapshot) == (scene, wanted.snapshot);
+    worlds.iter().find(here).ok_or_else(|| unknown("--scene", Some(scenes[scene]), &scenes))
+}
+
+fn below(option: &str, number: usize, of: usize) -> Result<()> {
+    match number < of {
         true => Ok(()),
         false => Err(Error::input(format!("{option} {number}"), format!("must be from 0 to {}", of - 1))),
-    };
-    below("--snapshot", wanted.snapshot, snapshots)?;
-    below("--repeat", wanted.repeat, study.repeats as usize)?;
-    let here = |world: &&World| (world.scene, world.snapshot) == (scene, wanted.snapshot);
-    let world = worlds.iter().find(here).ok_or_else(|| unknown("--scene", Some(scenes[scene]), &scenes))?;
-    Ok((world, Choice { combination, choice, representation, repeat: wanted.repeat }))
+    }
 }
 
 fn unknown(option: &str, name: Option<&str>, known: &[impl AsRef<str>]) -> Error {
