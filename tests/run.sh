@@ -1,6 +1,7 @@
 #!/bin/sh
 # Installs what the tests need on Debian or Ubuntu (software Vulkan, so that the shaders run without a GPU; Python's venv,
-# so that pandas reads the tables; OctoMap's own tools, which read the maps), then runs every test. Without it, `cargo test` alone is enough where both exist.
+# so that pandas and numpy read what is written; OctoMap's own tools, which read the maps), then runs every test. Without it,
+# `cargo test` alone is enough where these exist.
 set -eu
 cd "$(dirname "$0")/.."
 if [ "$(id -u)" = 0 ]; then as_root=; else as_root=sudo; fi

@@ -3,7 +3,7 @@
 use perirobot::Result;
 use perirobot::study::Study;
 use perirobot::sweep::World;
-use perirobot::view::{Choice, Wanted, find, find_world};
+use perirobot::view::{Choice, Wanted, find, find_scene};
 
 #[derive(clap::Args)]
 pub(super) struct ChoiceArgs {
@@ -52,9 +52,9 @@ impl RestArgs {
         find(study, worlds, &self.wanted(poses))
     }
 
-    /// Finds the scene alone.
-    pub(super) fn find_world<'w>(&self, study: &Study, worlds: &'w [World]) -> Result<&'w World> {
-        find_world(study, worlds, &self.wanted(""))
+    /// Finds the scene alone, by its index, and its snapshot.
+    pub(super) fn find_scene(&self, study: &Study) -> Result<(usize, usize)> {
+        Ok((find_scene(study, &self.wanted(""))?, self.snapshot))
     }
 
     fn wanted(&self, poses: &str) -> Wanted {

@@ -13,6 +13,7 @@ mod outcome;
 mod packages;
 mod progress;
 mod quantity;
+mod render;
 mod shard;
 mod stop;
 mod study;
@@ -59,6 +60,7 @@ enum Command {
     Merge(merge::Args),
     Summary(summary::Args),
     Export(export::Args),
+    Render(render::Args),
     Cluster(cluster::Args),
     Compare(compare::Args),
     Bench(bench::Args),
@@ -75,6 +77,7 @@ pub(crate) fn run() -> ExitCode {
         Command::Merge(args) => merge::run(&args),
         Command::Summary(args) => summary::run(&args),
         Command::Export(args) => export::run(&args),
+        Command::Render(args) => render::run(&args),
         Command::Cluster(args) => cluster::run(&args),
         Command::Compare(args) => compare::run(&args),
         Command::Bench(args) => bench::run(&args),

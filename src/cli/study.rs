@@ -25,11 +25,17 @@ pub(super) struct StudyArgs {
 impl StudyArgs {
     /// Reads the study and makes its scenes ready; warnings are printed.
     pub(super) fn load(&self) -> Result<(Study, Vec<World>)> {
-        let overrides = Overrides { voxel_size_m: self.voxel_size, noiseless: self.noiseless };
-        let mut study = Study::read(&self.study, &overrides, self.packages.sources(&self.study))?;
-        self.packages.apply(&mut study.scenes);
+        let study = self.read()?;
         let worlds = World::prepare_all(&study)?;
         super::warn(worlds.iter().map(|world| (world.name.as_str(), world.warnings.as_slice())));
         Ok((study, worlds))
+    }
+
+    /// Reads the study alone.
+    pub(super) fn read(&self) -> Result<Study> {
+        let overrides = Overrides { voxel_size_m: self.voxel_size, noiseless: self.noiseless };
+        let mut study = Study::read(&self.study, &overrides, self.packages.sources(&self.study))?;
+        self.packages.apply(&mut study.scenes);
+        Ok(study)
     }
 }

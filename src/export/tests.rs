@@ -59,6 +59,20 @@ fn maps_come_back_voxel_by_voxel() {
             expected.sort_unstable();
             assert!(!keys.is_empty() && keys == expected, "{name}");
         }
+        // What the map is said to hold, and its own tools count, is what the planes hold.
+        let truth = &view.world.truth;
+        let free = truth.grid.window().volume() - truth.occupied.count() - truth.ignored.count();
+        let labels = &view.labels;
+        for (name, occupied, free) in [
+            ("labels.bt", labels.occupied.count(), labels.free.count()),
+            ("truth.bt", truth.occupied.count(), free),
+        ] {
+            assert_eq!(
+                named(&files, name).holds,
+                format!("{occupied} voxels occupied, {free} free"),
+                "{name}"
+            );
+        }
     });
 }
 

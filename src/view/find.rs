@@ -24,7 +24,7 @@ pub struct Wanted {
     pub repeat: usize,
 }
 
-/// Finds the world and the choice; names what there is where something is not.
+/// Finds the world (of those of the study, or at least of the scene) and the choice; names what there is where something is not.
 pub fn find<'w>(study: &Study, worlds: &'w [World], wanted: &Wanted) -> Result<(&'w World, Choice)> {
     let named = compare::Selection::Named(wanted.poses.clone());
     let asked = |name: &str| wanted.combination.as_ref().is_none_or(|wanted| wanted == name);
@@ -58,12 +58,14 @@ pub fn find<'w>(study: &Study, worlds: &'w [World], wanted: &Wanted) -> Result<(
             .ok_or_else(|| unknown("--representation", Some(name), &names))?,
     };
     below("--repeat", wanted.repeat, study.repeats as usize)?;
-    let world = find_world(study, worlds, wanted)?;
+    let scene = find_scene(study, wanted)?;
+    let here = |world: &&World| (world.scene, world.snapshot) == (scene, wanted.snapshot);
+    let world = worlds.iter().find(here).expect("worlds are those of the study's scenes");
     Ok((world, Choice { combination, choice, representation, repeat: wanted.repeat }))
 }
 
-/// Finds the world alone.
-pub fn find_world<'w>(study: &Study, worlds: &'w [World], wanted: &Wanted) -> Result<&'w World> {
+/// Finds the scene alone, which has such a snapshot.
+pub fn find_scene(study: &Study, wanted: &Wanted) -> Result<usize> {
     let scenes: Vec<_> = study.scenes.iter().map(|scene| scene.name.as_str()).collect();
     let scene = match &wanted.scene {
         None => 0,
@@ -73,8 +75,7 @@ pub fn find_world<'w>(study: &Study, worlds: &'w [World], wanted: &Wanted) -> Re
             .ok_or_else(|| unknown("--scene", Some(name), &scenes))?,
     };
     below("--snapshot", wanted.snapshot, study.scenes[scene].snapshots)?;
-    let here = |world: &&World| (world.scene, world.snapshot) == (scene, wanted.snapshot);
-    worlds.iter().find(here).ok_or_else(|| unknown("--scene", Some(scenes[scene]), &scenes))
+    Ok(scene)
 }
 
 fn below(option: &str, number: usize, of: usize) -> Result<()> {

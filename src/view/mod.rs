@@ -16,7 +16,7 @@ use crate::sensor::{Claim, Station};
 use crate::study::Study;
 use crate::sweep::{World, tables};
 use crate::voxel::BitGrid;
-pub use find::{Wanted, find, find_world};
+pub use find::{Wanted, find, find_scene};
 pub use outline::Outline;
 pub use returns::Return;
 

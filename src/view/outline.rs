@@ -5,7 +5,7 @@ use glam::DVec3;
 
 use super::{Member, View};
 use crate::sensor::Setting;
-use crate::sweep::tables;
+use crate::sweep::table;
 
 /// Directions along the rim of a cone.
 const RIM: usize = 24;
@@ -29,7 +29,7 @@ impl View<'_> {
         let Setting::Pose(pose) = self.world.settings[member.sensor][member.candidate] else { return None };
         let world_from_sensor = kind.frame(&pose);
         let mut rim = Vec::new();
-        if let Some(rays) = &tables(self.study)[member.sensor] {
+        if let Some(rays) = table(self.study, member.sensor) {
             let dir = |ray: usize| DVec3::from_array(rays.dirs_q15[ray].map(f64::from)).normalize();
             rim = match rays.image {
                 Some(image) => {
