@@ -9,13 +9,15 @@
 //! [`study`] (what the user wrote) → [`scene`] (surfaces with roles) → [`voxel`] (truth and regions) →
 //! [`sensor`] (rays, in integers) → [`backend`] (march, carve, count: the same integers on every device) →
 //! [`metrics`] (F1, κ) → [`sweep`] (counts of all poses) → [`table`] (long tables for programs) → [`report`] (tables for
-//! people). The arithmetic that every backend shares is [`march`]; every file comes in through [`source`].
+//! people). [`view`] looks at single poses, for [`export`] and [`render`]. The arithmetic that every backend shares is [`march`]; every file comes in through [`source`].
 
 pub mod backend;
 pub mod cluster;
 pub mod error;
+pub mod export;
 pub mod march;
 pub mod metrics;
+pub mod render;
 pub mod report;
 pub mod scene;
 pub mod sensor;

@@ -3,13 +3,20 @@
 use perirobot::Result;
 use perirobot::study::Study;
 use perirobot::sweep::World;
-use perirobot::view::{Choice, Wanted, find};
+use perirobot::view::{Choice, Wanted, find, find_scene};
 
 #[derive(clap::Args)]
 pub(super) struct ChoiceArgs {
     /// Which poses, as in the column `poses` of results.csv; of a sensor scored alone, the pose's own name will do
     #[arg(long, value_name = "POSES")]
     pose: String,
+    #[command(flatten)]
+    rest: RestArgs,
+}
+
+/// All but the poses.
+#[derive(clap::Args)]
+pub(super) struct RestArgs {
     /// The combination, where several have such a choice of poses
     #[arg(long, value_name = "NAME")]
     combination: Option<String>,
@@ -30,14 +37,34 @@ pub(super) struct ChoiceArgs {
 impl ChoiceArgs {
     /// Finds it in a study.
     pub(super) fn find<'w>(&self, study: &Study, worlds: &'w [World]) -> Result<(&'w World, Choice)> {
-        let wanted = Wanted {
-            poses: self.pose.clone(),
+        self.rest.find(&self.pose, study, worlds)
+    }
+}
+
+impl RestArgs {
+    /// Finds a choice of poses in a study.
+    pub(super) fn find<'w>(
+        &self,
+        poses: &str,
+        study: &Study,
+        worlds: &'w [World],
+    ) -> Result<(&'w World, Choice)> {
+        find(study, worlds, &self.wanted(poses))
+    }
+
+    /// Finds the scene alone, by its index, and its snapshot.
+    pub(super) fn find_scene(&self, study: &Study) -> Result<(usize, usize)> {
+        Ok((find_scene(study, &self.wanted(""))?, self.snapshot))
+    }
+
+    fn wanted(&self, poses: &str) -> Wanted {
+        Wanted {
+            poses: poses.into(),
             combination: self.combination.clone(),
             representation: self.representation.clone(),
             scene: self.scene.clone(),
             snapshot: self.snapshot,
             repeat: self.repeat,
-        };
-        find(study, worlds, &wanted)
+        }
     }
 }

@@ -11,13 +11,13 @@ macro_rules! say {
 mod backend;
 mod bench;
 mod check;
-#[allow(dead_code)]
 mod choice;
 mod cluster;
 mod compare;
 mod completions;
 mod contents;
 mod devices;
+mod export;
 mod init;
 mod log;
 mod merge;
@@ -25,6 +25,7 @@ mod outcome;
 mod packages;
 mod progress;
 mod quantity;
+mod render;
 mod schema;
 mod sensors;
 mod shard;
@@ -32,7 +33,6 @@ mod stop;
 mod study;
 mod summary;
 mod sweep;
-#[allow(dead_code)]
 mod swept;
 mod voxelize;
 
@@ -77,6 +77,8 @@ enum Command {
     Sweep(sweep::Args),
     Merge(merge::Args),
     Summary(summary::Args),
+    Export(export::Args),
+    Render(render::Args),
     Cluster(cluster::Args),
     Compare(compare::Args),
     Bench(bench::Args),
@@ -98,6 +100,8 @@ pub(crate) fn run() -> ExitCode {
         Command::Sweep(args) => sweep::run(&args),
         Command::Merge(args) => merge::run(&args),
         Command::Summary(args) => summary::run(&args),
+        Command::Export(args) => export::run(&args),
+        Command::Render(args) => render::run(&args),
         Command::Cluster(args) => cluster::run(&args),
         Command::Compare(args) => compare::run(&args),
         Command::Bench(args) => bench::run(&args),

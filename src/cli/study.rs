@@ -44,10 +44,17 @@ impl StudyArgs {
 
     /// Reads the study and makes its scenes ready; warnings are printed.
     pub(super) fn load(&self) -> Result<(Study, Vec<World>)> {
-        let mut study = Study::read(&self.study, &self.overrides(), self.packages.sources(&self.study))?;
-        self.packages.apply(&mut study.scenes);
+        let study = self.read()?;
         let worlds = World::prepare_all(&study)?;
         super::warn(worlds.iter().map(|world| (world.name.as_str(), world.warnings.as_slice())));
         Ok((study, worlds))
+    }
+
+    /// Reads the study alone.
+    pub(super) fn read(&self) -> Result<Study> {
+        let overrides = self.overrides();
+        let mut study = Study::read(&self.study, &overrides, self.packages.sources(&self.study))?;
+        self.packages.apply(&mut study.scenes);
+        Ok(study)
     }
 }

@@ -80,7 +80,7 @@ pub fn tables(study: &Study) -> Vec<Option<Rays>> {
 }
 
 /// The table of one of them, if it casts.
-fn table(study: &Study, sensor: usize) -> Option<Rays> {
+pub fn table(study: &Study, sensor: usize) -> Option<Rays> {
     let scale = Scale { voxel_size_m: study.voxel_size_m, backdrop: study.backdrop };
     study.sensors[sensor].kind.rays(&scale)
 }

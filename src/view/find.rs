@@ -24,7 +24,7 @@ pub struct Wanted {
     pub repeat: usize,
 }
 
-/// Finds the world and the choice; names what there is where something is not.
+/// Finds the world (of those of the study, or at least of the scene) and the choice; names what there is where something is not.
 pub fn find<'w>(study: &Study, worlds: &'w [World], wanted: &Wanted) -> Result<(&'w World, Choice)> {
     let named = compare::Selection::Named(wanted.poses.clone());
     let asked = |name: &str| wanted.combination.as_ref().is_none_or(|wanted| wanted == name);
@@ -57,6 +57,15 @@ pub fn find<'w>(study: &Study, worlds: &'w [World], wanted: &Wanted) -> Result<(
             .position(|known| known == name)
             .ok_or_else(|| unknown("--representation", Some(name), &names))?,
     };
+    below("--repeat", wanted.repeat, study.repeats as usize)?;
+    let scene = find_scene(study, wanted)?;
+    let here = |world: &&World| (world.scene, world.snapshot) == (scene, wanted.snapshot);
+    let world = worlds.iter().find(here).expect("worlds are those of the study's scenes");
+    Ok((world, Choice { combination, choice, representation, repeat: wanted.repeat }))
+}
+
+/// Finds the scene alone, which has such a snapshot.
+pub fn find_scene(study: &Study, wanted: &Wanted) -> Result<usize> {
     let scenes: Vec<_> = study.scenes.iter().map(|scene| scene.name.as_str()).collect();
     let scene = match &wanted.scene {
         None => 0,
@@ -65,16 +74,15 @@ pub fn find<'w>(study: &Study, worlds: &'w [World], wanted: &Wanted) -> Result<(
             .position(|known| known == name)
             .ok_or_else(|| unknown("--scene", Some(name), &scenes))?,
     };
-    let snapshots = study.scenes[scene].snapshots;
-    let below = |option: &str, number: usize, of: usize| match number < of {
+    below("--snapshot", wanted.snapshot, study.scenes[scene].snapshots)?;
+    Ok(scene)
+}
+
+fn below(option: &str, number: usize, of: usize) -> Result<()> {
+    match number < of {
         true => Ok(()),
         false => Err(Error::input(format!("{option} {number}"), format!("must be from 0 to {}", of - 1))),
-    };
-    below("--snapshot", wanted.snapshot, snapshots)?;
-    below("--repeat", wanted.repeat, study.repeats as usize)?;
-    let here = |world: &&World| (world.scene, world.snapshot) == (scene, wanted.snapshot);
-    let world = worlds.iter().find(here).ok_or_else(|| unknown("--scene", Some(scenes[scene]), &scenes))?;
-    Ok((world, Choice { combination, choice, representation, repeat: wanted.repeat }))
+    }
 }
 
 fn unknown(option: &str, name: Option<&str>, known: &[impl AsRef<str>]) -> Error {

@@ -6,6 +6,7 @@
 //! poses. Its counts in a region are those of the sweep.
 
 mod find;
+mod outline;
 mod returns;
 
 use crate::Result;
@@ -15,7 +16,8 @@ use crate::sensor::{Claim, Station};
 use crate::study::Study;
 use crate::sweep::{World, tables};
 use crate::voxel::BitGrid;
-pub use find::{Wanted, find};
+pub use find::{Wanted, find, find_scene};
+pub use outline::Outline;
 pub use returns::Return;
 
 /// What is looked at; numbers are those of the study.

@@ -1,0 +1,63 @@
+//! `perirobot export`: one choice of poses as files for other programs.
+
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+use perirobot::Result;
+use perirobot::export::{each_file, folder_name};
+use perirobot::scene::build::build;
+use perirobot::sweep::files::OutputFolder;
+use perirobot::view::View;
+
+use super::backend::BackendArgs;
+use super::choice::ChoiceArgs;
+use super::swept::SweptArgs;
+
+/// Write what one choice of poses sees as files for octovis, CloudCompare, numpy and Blender
+///
+/// Looks at one row of a sweep's results again, voxel by voxel, and writes the labels, the truth and what each sensor
+/// says as OctoMaps (.bt), the returns of each sensor's rays as point clouds (.ply, .pcd), everything as arrays (view.npz)
+/// and the cell with the placed sensors as glTF (cell.glb, y up, metres).
+#[derive(clap::Args)]
+#[command(after_help = AFTER_HELP)]
+pub(super) struct Args {
+    #[command(flatten)]
+    swept: SweptArgs,
+    #[command(flatten)]
+    choice: ChoiceArgs,
+    /// Folder for the files; made if needed. Files of the same names are replaced [default: one in DIR/export, named
+    /// after what is looked at]
+    #[arg(long, value_name = "FOLDER")]
+    out: Option<PathBuf>,
+    #[command(flatten)]
+    backend: BackendArgs,
+}
+
+const AFTER_HELP: &str = "\
+Examples:
+  perirobot sweep scenes/quick.toml --out out/quick
+  perirobot export out/quick --pose camera:right-wall/4/1
+  octovis out/quick/export/camera-right-wall-4-1.scene1.points/labels.bt
+
+In Python:
+  view = numpy.load(\"view.npz\"); view[\"labels\"][i, j, k]     1 occupied, 0 free, -1 unknown; i along x, j y, k z";
+
+pub(super) fn run(args: &Args) -> Result<ExitCode> {
+    args.backend.start_threads()?;
+    let (study, worlds) = args.swept.load()?;
+    let (world, choice) = args.choice.find(&study, &worlds)?;
+    let mut backend = args.backend.open()?;
+    let view = View::new(&study, world, choice, &mut *backend)?;
+    let scene =
+        build(&study.scenes[world.scene], &study.sources, study.voxel_size_m)?.swap_remove(world.snapshot);
+    let folder =
+        args.out.clone().unwrap_or_else(|| args.swept.folder().join("export").join(folder_name(&view)));
+    // Goes again where nothing can be written.
+    let folder = OutputFolder::open(&folder)?;
+    each_file(&view, &scene, |file| {
+        folder.write(&file.name, &file.bytes)?;
+        super::print(&format!("{:<24} {:>10} bytes  {}\n", file.name, file.bytes.len(), file.holds))
+    })?;
+    super::print(&format!("in {}\n", folder.path().display()))?;
+    Ok(ExitCode::SUCCESS)
+}

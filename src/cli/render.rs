@@ -1,0 +1,156 @@
+//! `perirobot render`: a picture of a cell, or of what a choice of poses sees in it.
+
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+use clap::ValueEnum;
+use glam::DVec3;
+use perirobot::render::{ANGLES_DEG, Colour, Eye, SIDES_PX, Wish, draw, point};
+use perirobot::sweep::World;
+use perirobot::sweep::files::write_whole;
+use perirobot::view::View;
+use perirobot::{Error, Result};
+
+use super::backend::BackendArgs;
+use super::choice::RestArgs;
+use super::study::StudyArgs;
+
+/// Draw a cell, or what one choice of poses sees in it, as a PNG
+///
+/// The picture's rays are cast by the same code that scores poses, so that the CPU and any GPU draw the same bytes. With
+/// --pose its colours say what the sensors make of each occupied voxel; free space that a volume or zone calls occupied is a
+/// veil, a part of the returns are dots, and the sensors stand where they are mounted, visible through everything.
+#[derive(clap::Args)]
+#[command(after_help = AFTER_HELP)]
+pub(super) struct Args {
+    #[command(flatten)]
+    study: StudyArgs,
+    /// Which poses, as in the column `poses` of results.csv [default: none, the cell alone]
+    #[arg(long, value_name = "POSES")]
+    pose: Option<String>,
+    #[command(flatten)]
+    rest: RestArgs,
+    /// The .png file to write
+    #[arg(long, value_name = "FILE")]
+    out: PathBuf,
+    /// Where the eye is: a point in world metres, or iso, top, front, back, left, right, bottom, from where all is in view
+    #[arg(long, value_name = "X,Y,Z|SIDE", default_value = "iso", allow_hyphen_values = true)]
+    from: Eye,
+    /// What is in the middle of the picture, in world metres [default: the middle of the cell]
+    #[arg(long, value_name = "X,Y,Z", allow_hyphen_values = true, value_parser = point)]
+    look_at: Option<DVec3>,
+    /// Full horizontal angle of view in degrees
+    #[arg(long, value_name = "DEGREES", default_value_t = 45.0)]
+    fov_deg: f64,
+    /// Width and height in pixels, with the legend below the picture
+    #[arg(long, value_name = "WxH", default_value = "960x600", value_parser = size)]
+    size: [u32; 2],
+    /// What the colours say [default: label with --pose, role without]
+    #[arg(long, value_enum)]
+    colour: Option<Choice>,
+    /// Draw only what lies in this region
+    #[arg(long, value_name = "NAME")]
+    only_region: Option<String>,
+    /// Draw nothing above this height
+    #[arg(long, value_name = "METRES", allow_hyphen_values = true)]
+    cut_above: Option<f64>,
+    /// Take walls and ceilings off that are between the eye and the cell, so thick; 0 leaves them
+    #[arg(long, value_name = "METRES", default_value_t = 0.1)]
+    open: f64,
+    /// Draw about so many returns of each sensor as dots, chosen by a hash; 0 for none
+    #[arg(long, value_name = "N", default_value_t = 3000)]
+    points: usize,
+    #[command(flatten)]
+    backend: BackendArgs,
+}
+
+const AFTER_HELP: &str = "\
+Examples:
+  perirobot render scenes/quick.toml --out cell.png
+  perirobot render scenes/quick.toml --pose camera:right-wall/4/1 --out seen.png
+  perirobot render scenes/quick.toml --pose camera:right-wall/4/1 --from top --cut-above 2.2 --out above.png
+  perirobot render scenes/quick.toml --from 2.8,1.8,2.7 --look-at 0,0,0.8 --fov-deg 77 --colour height --out inside.png";
+
+#[derive(Clone, Copy, PartialEq, ValueEnum)]
+enum Choice {
+    /// What the sensors say: seen, unknown, called free; people and the robot set off
+    Label,
+    /// From the lowest voxel to the highest
+    Height,
+    /// Along x
+    X,
+    /// People, the robot, the rest
+    Role,
+}
+
+pub(super) fn run(args: &Args) -> Result<ExitCode> {
+    if args.out.extension().is_none_or(|extension| extension != "png") {
+        return Err(Error::Input(format!("--out {}: must end in .png", args.out.display())));
+    }
+    args.backend.start_threads()?;
+    let study = args.study.read()?;
+    let (scene, snapshot) = args.rest.find_scene(&study)?;
+    let regions: Vec<&str> = study.regions.iter().map(|(name, _)| name.as_str()).collect();
+    let wish = args.wish(&regions)?;
+    let worlds = World::prepare(&study, scene)?;
+    super::warn(worlds.iter().map(|world| (world.name.as_str(), world.warnings.as_slice())));
+    let choice = args.pose.as_ref().map(|poses| args.rest.find(poses, &study, &worlds)).transpose()?;
+    let mut backend = args.backend.open()?;
+    let view = choice.map(|(world, choice)| View::new(&study, world, choice, &mut *backend)).transpose()?;
+    let picture = draw(&worlds[snapshot], view.as_ref(), &wish, &mut *backend)?;
+    let bytes = picture.png()?;
+    write_whole(&args.out, &bytes)?;
+    let [width, height] = picture.size_px();
+    super::print(&format!("{width} × {height} pixels, {} bytes in {}\n", bytes.len(), args.out.display()))?;
+    Ok(ExitCode::SUCCESS)
+}
+
+impl Args {
+    /// What the picture shall be, in a study with these regions.
+    fn wish(&self, regions: &[&str]) -> Result<Wish> {
+        let wrong = |option: &str, value: f64, rule: &str| Error::Input(format!("{option} {value}: {rule}"));
+        if !ANGLES_DEG.contains(&self.fov_deg) {
+            return Err(wrong("--fov-deg", self.fov_deg, "must be from 1 to 150"));
+        }
+        if !(0.0..=100.0).contains(&self.open) {
+            return Err(wrong("--open", self.open, "must be from 0 to 100 metres"));
+        }
+        if let Some(height) = self.cut_above.filter(|height| !(-1e4..=1e4).contains(height)) {
+            return Err(wrong("--cut-above", height, "must be from -10000 to 10000 metres"));
+        }
+        let region = |name: &String| {
+            let found = regions.iter().position(|region| region == name);
+            found.ok_or_else(|| {
+                let known = regions.join(", ");
+                Error::Input(format!("--only-region {name}: there is no such one, there are {known}"))
+            })
+        };
+        let colour = match (self.colour, &self.pose) {
+            (Some(Choice::Label), _) | (None, Some(_)) => Colour::Label,
+            (Some(Choice::Height), _) => Colour::Height,
+            (Some(Choice::X), _) => Colour::X,
+            (Some(Choice::Role), _) | (None, None) => Colour::Role,
+        };
+        Ok(Wish {
+            eye: self.from,
+            look_at_m: self.look_at,
+            fov_rad: self.fov_deg.to_radians(),
+            size_px: self.size,
+            colour,
+            only_region: self.only_region.as_ref().map(region).transpose()?,
+            cut_above_m: self.cut_above,
+            open_m: self.open,
+            points: self.points,
+        })
+    }
+}
+
+/// Reads `960x600`.
+fn size(text: &str) -> Result<[u32; 2], String> {
+    let parts =
+        text.split_once('x').and_then(|(width, height)| Some([width.parse().ok()?, height.parse().ok()?]));
+    let (least, most) = (SIDES_PX.start(), SIDES_PX.end());
+    parts
+        .filter(|size: &[u32; 2]| size.iter().all(|side| SIDES_PX.contains(side)))
+        .ok_or_else(|| format!("must be width x height in pixels from {least} to {most}, as in 960x600"))
+}

@@ -1,0 +1,57 @@
+//! What sensors say, and what is true, as OctoMap's binary trees for octovis, ROS and MoveIt. The format itself is
+//! `scene::octomap`'s.
+
+use crate::backend::Planes;
+use crate::scene::octomap::{KEYS, write};
+use crate::view::{Member, View};
+use crate::{Error, Result};
+
+/// How many voxels of a map are occupied, and how many free.
+pub type Held = (u64, u64);
+
+/// The fused labels; unknown voxels are left out.
+pub fn labels(view: &View) -> Result<(Vec<u8>, Held)> {
+    map(view, &|cell| said(&view.labels, cell))
+}
+
+/// What one sensor says.
+pub fn evidence(view: &View, member: &Member) -> Result<(Vec<u8>, Held)> {
+    map(view, &|cell| said(&member.says, cell))
+}
+
+/// What is true; the insides of bodies that belong to no region are left out.
+pub fn truth(view: &View) -> Result<(Vec<u8>, Held)> {
+    let truth = &view.world.truth;
+    map(view, &|cell| (!truth.ignored.get(cell)).then(|| truth.occupied.get(cell)))
+}
+
+fn said(planes: &Planes, cell: [i32; 3]) -> Option<bool> {
+    match (planes.occupied.get(cell), planes.free.get(cell)) {
+        (true, _) => Some(true),
+        (_, true) => Some(false),
+        _ => None,
+    }
+}
+
+/// A map of the grid from what each voxel is.
+fn map(view: &View, state: &dyn Fn([i32; 3]) -> Option<bool>) -> Result<(Vec<u8>, Held)> {
+    let grid = &view.world.truth.grid;
+    if (0..3).any(|r| {
+        !KEYS.contains(&grid.origin[r]) || !KEYS.contains(&(grid.origin[r] + grid.size[r] as i32 - 1))
+    }) {
+        let farthest_m = f64::from(KEYS.end) * grid.voxel_size_m;
+        let what = format!(
+            "reaches more than {farthest_m:.0} m from the origin, where an OctoMap ends: move the cell nearer to it"
+        );
+        return Err(Error::input(format!("scene {:?}", view.world.name), what));
+    }
+    let held = std::cell::Cell::new((0, 0));
+    let counted = |key: [i32; 3]| {
+        let state = state(std::array::from_fn(|r| key[r] - grid.origin[r]));
+        let (occupied, free) = held.get();
+        held.set((occupied + u64::from(state == Some(true)), free + u64::from(state == Some(false))));
+        state
+    };
+    let bytes = write(grid.voxel_size_m, grid.origin, grid.size, &counted);
+    Ok((bytes, held.get()))
+}

@@ -1,0 +1,50 @@
+//! A sensor's returns as a point cloud: PLY for CloudCompare, MeshLab, Open3D and Blender, PCD for PCL and ROS. Both hold, for
+//! each point, x, y, z in world metres (float32), the number of its ray, and what the label of its voxel is worth (0 … 5: tp,
+//! fp, fn, tn, uo, uf).
+
+use super::title;
+use crate::view::{Member, Return, View};
+
+/// A binary PLY file.
+pub fn ply(view: &View, member: &Member, returns: &[Return]) -> Vec<u8> {
+    let [poses, scene, representation, _] = title(view).map(|text| one_line(&text));
+    let sensor = one_line(&view.study.sensors[member.sensor].name);
+    let header = format!(
+        "ply\nformat binary_little_endian 1.0\n\
+         comment returns of {sensor} in {scene}, poses {poses}, representation {representation}\n\
+         comment metres in the world; verdict: 0 tp, 1 fp, 2 fn, 3 tn, 4 uo, 5 uf\n\
+         element vertex {}\nproperty float x\nproperty float y\nproperty float z\n\
+         property uint ray\nproperty uchar verdict\nend_header\n",
+        returns.len()
+    );
+    with_points(header, view, returns)
+}
+
+/// A binary PCD file.
+pub fn pcd(view: &View, returns: &[Return]) -> Vec<u8> {
+    let count = returns.len();
+    // The points are in the world already, so the viewpoint, by which PCL would move them, is none.
+    let header = format!(
+        "# .PCD v0.7 - Point Cloud Data file format\nVERSION 0.7\nFIELDS x y z ray verdict\nSIZE 4 4 4 4 1\n\
+         TYPE F F F U U\nCOUNT 1 1 1 1 1\nWIDTH {count}\nHEIGHT 1\nVIEWPOINT 0 0 0 1 0 0 0\nPOINTS {count}\n\
+         DATA binary\n"
+    );
+    with_points(header, view, returns)
+}
+
+/// A header, and 17 bytes a point behind it.
+fn with_points(header: String, view: &View, returns: &[Return]) -> Vec<u8> {
+    let mut bytes = header.into_bytes();
+    bytes.reserve(17 * returns.len());
+    for found in returns {
+        found.at_m.to_array().iter().for_each(|&x| bytes.extend((x as f32).to_le_bytes()));
+        bytes.extend((found.ray as u32).to_le_bytes());
+        bytes.push(view.verdict(found.voxel) as u8);
+    }
+    bytes
+}
+
+/// A user's words in a header that ends its lines with a newline; PLY's readers want ASCII.
+fn one_line(text: &str) -> String {
+    text.chars().map(|c| if c.is_ascii_graphic() || c == ' ' { c } else { '?' }).collect()
+}

@@ -1,0 +1,119 @@
+//! The rays of a picture, cast by a backend like those of any sensor: what each ends in, where, and on which face.
+
+use glam::DVec3;
+use rayon::prelude::*;
+
+use super::eye::Camera;
+use crate::backend::{Backend, Cell, Placement, Rays};
+use crate::march::{self, Gates, MAX_RANGE_VOXELS, RETURN};
+use crate::sensor::quantise_q15;
+use crate::voxel::grid::MAX_VOXELS_PER_AXIS;
+use crate::voxel::{BitGrid, Grid, Window};
+use crate::{Error, Result};
+
+/// Rays that are cast in one go, so that a large picture fits any device.
+const MOST_RAYS: usize = 1 << 20;
+
+/// What a ray of the picture ends in.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct Hit {
+    /// The voxel, in the grid of the cell.
+    pub(super) cell: [i32; 3],
+    /// The axis across which it was entered.
+    pub(super) axis: usize,
+    /// −1 or 1: the way of the ray along it, so that the face looks the other way.
+    pub(super) step: i32,
+    /// How far away.
+    pub(super) distance_q16: u32,
+}
+
+/// Casts every ray of a picture at a plane of voxels of a grid.
+pub(super) fn cast(
+    plane: &BitGrid,
+    grid: &Grid,
+    camera: &Camera,
+    backend: &mut dyn Backend,
+) -> Result<Vec<Option<Hit>>> {
+    let (cell, shift, around) = around(plane, grid, camera.eye_m)?;
+    let row = |r: usize| std::array::from_fn(|a| quantise_q15(camera.rotation.col(a)[r]));
+    let placement = Placement {
+        origin_q16: around.position_q16(camera.eye_m).map(|x| x as i32),
+        axis_q15: std::array::from_fn(row),
+        draws: 0,
+    };
+    let [width, height] = camera.size;
+    let pixels = (0..height).flat_map(|v| (0..width).map(move |u| [u, v]));
+    let dirs: Vec<[i32; 3]> =
+        pixels.map(|pixel| camera.direction(pixel).normalize().to_array().map(quantise_q15)).collect();
+    let mut hits = Vec::with_capacity(dirs.len());
+    for dirs_q15 in dirs.chunks(MOST_RAYS) {
+        backend.tables(&[rays(dirs_q15)])?;
+        backend.load(&cell)?;
+        let ends = backend.read(0, &placement)?.ends;
+        hits.par_extend(ends.par_iter().zip(dirs_q15).map(|(end, dir_q15)| {
+            (end.kind == RETURN).then(|| hit(&placement, *dir_q15, end.crossings, shift))
+        }));
+    }
+    Ok(hits)
+}
+
+/// The plane in a grid that holds the eye as well, how far its voxels are moved there, and that grid.
+fn around(plane: &BitGrid, grid: &Grid, eye_m: DVec3) -> Result<(Cell, [i32; 3], Grid)> {
+    let eye = Grid::cell_of(grid.position_q16(eye_m));
+    let window = plane.window().union(&Window::between(eye, eye));
+    if let Some(axis) = (0..3).find(|&r| window.size[r] > MAX_VOXELS_PER_AXIS) {
+        return Err(Error::Input(format!(
+            "--from: the eye at {:.2}, {:.2}, {:.2} and the cell are {} voxels along {}, at most {MAX_VOXELS_PER_AXIS} fit: come \
+             nearer (a wider --fov-deg does, too), or take larger voxels (--voxel-size)",
+            eye_m.x,
+            eye_m.y,
+            eye_m.z,
+            window.size[axis],
+            ["x", "y", "z"][axis]
+        )));
+    }
+    let shift = window.min.map(|low| -low);
+    let whole = Window { min: [0; 3], size: window.size };
+    let moved = BitGrid::from_words(plane.window().moved(shift), plane.words().to_vec())
+        .expect("a plane has the words of its window");
+    let one = Window::between([0; 3], [0; 3]);
+    let none = BitGrid::new(one);
+    let cell = Cell {
+        blockers: moved.over(whole).into(),
+        still: None,
+        // Only how rays end is looked at.
+        window: one,
+        truth: none.clone(),
+        human: none.clone(),
+        robot: none.clone(),
+        regions: vec![none],
+    };
+    let origin = std::array::from_fn(|r| grid.origin[r] - shift[r]);
+    Ok((cell, shift, Grid { origin, size: window.size, ..*grid }))
+}
+
+/// Rays that go as far as any can, without noise.
+fn rays(dirs_q15: &[[i32; 3]]) -> Rays {
+    let gates = Gates {
+        range_min_q16: 0,
+        range_max_q16: MAX_RANGE_VOXELS << 16,
+        near_ignore_q16: 0,
+        no_return_is_free: false,
+        backdrop: false,
+    };
+    Rays { dirs_q15: dirs_q15.to_vec(), image: None, gates, noise_q16: Vec::new() }
+}
+
+/// Walks a ray that returned to its end once more.
+fn hit(from: &Placement, dir_q15: [i32; 3], crossings: u32, shift: [i32; 3]) -> Hit {
+    let mut ray =
+        march::start(from.origin_q16, from.axis_q15.map(|axis| march::direction_q16(axis, dir_q15)));
+    let (mut axis, mut distance_q16) = (0, 0);
+    for _ in 0..crossings {
+        axis = march::next_axis(ray.next_q16);
+        distance_q16 = ray.next_q16[axis];
+        march::cross(&mut ray, axis);
+    }
+    let cell = std::array::from_fn(|r| ray.cell[r] - shift[r]);
+    Hit { cell, axis, step: ray.step[axis], distance_q16 }
+}
