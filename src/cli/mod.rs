@@ -2,7 +2,8 @@
 
 mod backend;
 mod bench;
-#[allow(dead_code)] mod choice;
+#[allow(dead_code)]
+mod choice;
 mod cluster;
 mod compare;
 mod devices;
@@ -17,8 +18,9 @@ mod stop;
 mod study;
 mod summary;
 mod sweep;
-#[allow(dead_code)] mod swept;
+mod swept;
 mod voxelize;
+mod why;
 
 use std::process::ExitCode;
 
@@ -44,6 +46,7 @@ const AFTER_HELP: &str = "\
 First steps:
   perirobot sweep scenes/quick.toml --out out/quick   score the poses of a study that ships
   perirobot summary out/quick                         the tables of the paper from those results
+  perirobot why out/quick                             what the best poses miss, and why
   perirobot sweep scenes/quick.toml --out out/quick   once more: nothing is left to do, after a stop it goes on
   perirobot compare scenes/tiny.toml                  prove that all backends agree
   perirobot devices                                   see which GPU would be used
@@ -62,6 +65,7 @@ enum Command {
     Bench(bench::Args),
     Devices(devices::Args),
     Voxelize(voxelize::Args),
+    Why(why::Args),
 }
 
 /// Runs the command line and turns its outcome into an exit code.
@@ -77,6 +81,7 @@ pub(crate) fn run() -> ExitCode {
         Command::Bench(args) => bench::run(&args),
         Command::Devices(args) => devices::run(&args),
         Command::Voxelize(args) => voxelize::run(&args),
+        Command::Why(args) => why::run(&args),
     };
     match outcome {
         Ok(code) => code,

@@ -73,8 +73,9 @@ pub fn write_whole(path: &Path, bytes: &[u8]) -> Result<()> {
     file.commit()
 }
 
-/// The tables that are written when a sweep is done.
-pub const TABLES: [&str; 4] = ["results.csv", "results.parquet", "scores.csv", "scores.parquet"];
+/// The tables that are written when a sweep is done, and afterwards.
+pub const TABLES: [&str; 6] =
+    ["results.csv", "results.parquet", "scores.csv", "scores.parquet", "reasons.csv", "reasons.parquet"];
 
 /// The files that are there from its beginning.
 pub const BEGUN: [&str; 3] = [JOURNAL, MANIFEST, "poses.csv"];
