@@ -203,21 +203,21 @@ fn a_switch_that_is_off_certifies_nothing() {
 
 #[test]
 fn of_several_sensors_the_one_that_came_nearest_gives_the_reason() {
-    // A second ray comes from the far end: it is out of range behind the box for the first, hidden for the second.
-    let second = "[[sensor]]\nname = \"back\"\nkind = \"rays\"\ndirections = \"ray.csv\"\nrange_m = [0, 2.6]\n\
+    let second = "[[sensor]]\nname = \"back\"\nkind = \"rays\"\ndirections = \"ray.csv\"\nrange_m = [0, 20]\n\
                   [[sensor.poses]]\nname = \"p\"\nlist = [{ position_m = [9.5, 1.5, 1.5], facing = [-1, 0, 0] }]\n\
                   [[combination]]\nsensors = [\"ray\", \"back\"]\n";
     let study = corridor("range_m = [0, 20]") + second;
     let all = [("near", [2, 1, 1], ""), ("far", [6, 1, 1], "")];
     let ray = [("ray.csv", "x,y,z\n1,0,0\n".to_string())];
-    // The first knows 0 to 2 and has 3 to 9 hidden by the near box. The second enters the far one at 2.5, knows 6 to 9, and
-    // has 3 to 5 hidden, too; the first to speak names the object.
+    // The first knows 0 to 2 and has the rest hidden by the near box, the second knows 6 to 9 and has the rest hidden by the
+    // far one: of what neither knows, the first to speak names the object.
     assert_eq!(
         reasons(&study, &boxes(&all), &ray),
         [found("out_of_view", "", 80), found("hidden", "near", 3)]
     );
-    // Where the second's range ends before its box, it knows nothing, and 7 to 9 are hidden for the one and silent for the other.
-    let shorter = study.replace("[0, 2.6]", "[0, 2.4]");
+    // The far box is entered at 2.5: where the second's range ends before that, nothing returns from 7 to 9, which comes
+    // nearer to knowing than a box before them, and what is beyond is hidden, which is nearer than out of range.
+    let shorter = format!("{}{}", corridor("range_m = [0, 20]"), second.replace("[0, 20]", "[0, 2.4]"));
     assert_eq!(
         reasons(&shorter, &boxes(&all), &ray),
         [found("out_of_view", "", 80), found("hidden", "near", 4), found("no_return", "", 3)]
