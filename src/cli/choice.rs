@@ -18,10 +18,10 @@ pub(super) struct ChoiceArgs {
 #[derive(clap::Args)]
 pub(super) struct RestArgs {
     /// The combination, where several have such a choice of poses
-    #[arg(long, value_name = "NAME")]
+    #[arg(long, value_name = "NAME", requires = "pose")]
     combination: Option<String>,
     /// What the sensors are taken to say, as in results.csv [default: the first]
-    #[arg(long, value_name = "NAME")]
+    #[arg(long, value_name = "NAME", requires = "pose")]
     representation: Option<String>,
     /// The scene [default: the study's first]
     #[arg(long, value_name = "NAME")]
@@ -30,7 +30,7 @@ pub(super) struct RestArgs {
     #[arg(long, value_name = "N", default_value_t = 0)]
     snapshot: usize,
     /// Which repeat, for sensors with noise
-    #[arg(long, value_name = "N", default_value_t = 0)]
+    #[arg(long, value_name = "N", default_value_t = 0, requires = "pose")]
     repeat: usize,
 }
 

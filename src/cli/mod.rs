@@ -35,6 +35,7 @@ mod summary;
 mod sweep;
 mod swept;
 mod voxelize;
+mod why;
 
 use std::process::ExitCode;
 
@@ -62,6 +63,7 @@ First steps:
   perirobot check my-cell/study.toml                  what it contains, what is wrong, how long it takes
   perirobot sweep scenes/quick.toml --out out/quick   score the poses of a study that ships
   perirobot summary out/quick                         the tables of the paper from those results
+  perirobot why out/quick                             what the best poses miss, and why
   perirobot sweep scenes/quick.toml --out out/quick   once more: nothing is left to do, after a stop it goes on
   perirobot compare scenes/tiny.toml                  prove that all backends agree
   perirobot devices                                   see which GPU would be used
@@ -77,6 +79,7 @@ enum Command {
     Sweep(sweep::Args),
     Merge(merge::Args),
     Summary(summary::Args),
+    Why(why::Args),
     Export(export::Args),
     Render(render::Args),
     Cluster(cluster::Args),
@@ -100,6 +103,7 @@ pub(crate) fn run() -> ExitCode {
         Command::Sweep(args) => sweep::run(&args),
         Command::Merge(args) => merge::run(&args),
         Command::Summary(args) => summary::run(&args),
+        Command::Why(args) => why::run(&args),
         Command::Export(args) => export::run(&args),
         Command::Render(args) => render::run(&args),
         Command::Cluster(args) => cluster::run(&args),

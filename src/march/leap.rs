@@ -1,11 +1,13 @@
-//! Many crossings at once: where a ray is at a distance.
+//! Many crossings at once: where a ray is at a distance, and when it comes to a cell.
 //!
 //! # Theory
 //! Crossing n of an axis happens at first + n · period (`SEMANTICS.md`, "A ray, in integers"), so how many lie at or before a place in
 //! the order of (distance, axis) is a floor division, without rounding: the ray lands where single steps would have led.
 //!
 //! # Practice
-//! Wherever a ray passes what is known to be empty, and where returns are read.
+//! Wherever a ray passes what is known to be empty, where returns are read, and where single voxels ask for single rays.
+
+use super::{March, NEVER};
 
 /// How many whole periods lie in a distance: ⌊x / period⌋, for the period of a direction component of magnitude `d`.
 ///
@@ -29,10 +31,59 @@ pub fn made_at(first_q16: u32, period_q16: u32, d: u32, own: u32, t_q16: u32, ax
     periods_in(t_q16 - first_q16 - later, period_q16, d) + 1
 }
 
+/// When a ray enters a cell, were nothing in its way; `None` if it does not, 0 for the cell where it begins. The ray must be
+/// at its start.
+pub fn entry_q16(begin: &March, cell: [i32; 3]) -> Option<u32> {
+    if cell == begin.cell {
+        return Some(0);
+    }
+    // Crossings in order are numbers, distance · 4 + axis.
+    let (mut enters, mut leaves) = (0, u64::MAX);
+    for r in 0..3 {
+        let away = cell[r] - begin.cell[r];
+        let (first, period) = (u64::from(begin.next_q16[r]), u64::from(begin.period_q16[r]));
+        let last = 4 * (first + u64::from(away.unsigned_abs()) * period) + r as u64;
+        leaves = leaves.min(last);
+        if away != 0 {
+            if away.signum() != begin.step[r] {
+                return None;
+            }
+            enters = enters.max(last - 4 * period);
+        }
+    }
+    (enters < leaves).then_some((enters / 4).min(NEVER.into()) as u32)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::march::{MAX_RANGE_VOXELS, period_q16};
+    use crate::march::{MAX_RANGE_VOXELS, cross, next_axis, period_q16, start};
+
+    #[test]
+    fn cells_are_entered_when_single_steps_enter_them() {
+        // Along lattice lines, through corners, and in no simple direction.
+        let dirs =
+            [[65_536, 0, 0], [-37_837; 3], [46_341, -46_341, 0], [1, -2, 65_535], [40_000, 30_000, -41_000]];
+        for origin_q16 in [[5 << 16; 3], [0x5_8000; 3], [0x5_1234, 0x4_ffff, 0x6_0001]] {
+            for dir_q16 in dirs {
+                let begin = start(origin_q16, dir_q16);
+                let (mut at, mut entered) = (begin, vec![(begin.cell, 0)]);
+                for _ in 0..30 {
+                    let axis = next_axis(at.next_q16);
+                    let t = at.next_q16[axis];
+                    if t < NEVER {
+                        cross(&mut at, axis);
+                        entered.push((at.cell, t));
+                    }
+                }
+                for cell in (0..11i32.pow(3)).map(|i| [i % 11, i / 11 % 11, i / 121]) {
+                    let expected = entered.iter().find(|(entered, _)| *entered == cell).map(|(_, t)| *t);
+                    let found = entry_q16(&begin, cell).filter(|&t| t < NEVER);
+                    assert_eq!(found, expected, "{cell:?} from {origin_q16:?} along {dir_q16:?}");
+                }
+            }
+        }
+    }
 
     /// Directions, distances and multiples of periods, and what lies beside them.
     fn distances(period: u32) -> impl Iterator<Item = u32> {

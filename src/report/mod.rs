@@ -7,6 +7,7 @@ pub mod groups;
 pub mod maxima;
 pub mod over;
 mod read;
+pub mod reasons;
 pub mod results;
 pub mod rows;
 pub mod scores;

@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 
-use super::quantise_q15;
+use super::{FieldOfView, quantise_q15};
 use crate::backend::Image;
 
 /// Field of view and resolution; x is horizontal, y vertical.
@@ -27,12 +27,7 @@ impl Camera {
 
     /// Whether a point in the optical frame is in front of the camera and in its image.
     pub fn sees(&self, point: DVec3) -> bool {
-        let focal = self.focal_px();
-        let inside = |a: usize| {
-            let size = f64::from(self.resolution_px[a]);
-            (0.0..size).contains(&(focal[a] * point[a] / point.z + size / 2.0))
-        };
-        point.z > 0.0 && inside(0) && inside(1)
+        FieldOfView::Image(self.image()).holds(point) == Some(true)
     }
 
     /// How many pixels it has.

@@ -7,8 +7,8 @@ use super::pose::Frame;
 use super::prism::Prism;
 use super::range::Range;
 use super::{
-    Claim, Kind, MEASURES, Pose, Reach, SWITCHES, Scale, Stance, Station, look, placement, quantise_q15,
-    switched,
+    Claim, FieldOfView, Kind, MEASURES, Pose, Reach, SWITCHES, Scale, Stance, Station, look, placement,
+    quantise_q15, switched,
 };
 use crate::backend::Rays;
 use crate::voxel::BitGrid;
@@ -101,6 +101,10 @@ impl Kind for Lidar {
 
     fn rays(&self, scale: &Scale) -> Option<Rays> {
         Some(self.range.rays(self.dirs_q15(), scale))
+    }
+
+    fn field_of_view(&self) -> FieldOfView {
+        FieldOfView::of_rings(&self.azimuths_rad, &self.elevations_rad)
     }
 
     fn frame(&self, pose: &Pose) -> DMat3 {

@@ -17,6 +17,7 @@
 
 pub mod camera;
 pub mod cover;
+pub mod field_of_view;
 pub mod gate;
 pub mod keypoints;
 pub mod known_robot;
@@ -40,6 +41,7 @@ use crate::backend::{Placement, Planes, Rays};
 use crate::march;
 use crate::voxel::{BitGrid, Grid, Truth, Window};
 pub use camera::Camera;
+pub use field_of_view::FieldOfView;
 pub use lidar::{Lidar, Mount};
 pub use pose::Pose;
 
@@ -130,6 +132,11 @@ pub trait Kind: Debug + Send + Sync {
     /// The rays that a backend casts from every pose; `None` for a sensor that needs none.
     fn rays(&self, _: &Scale) -> Option<Rays> {
         None
+    }
+
+    /// Where its rays look, so that what no ray passes can be told from what lies elsewhere.
+    fn field_of_view(&self) -> FieldOfView {
+        FieldOfView::Spacing
     }
 
     /// The frame of its rays in the world.

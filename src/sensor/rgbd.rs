@@ -2,7 +2,7 @@
 
 use super::keypoints::{self, BONES, Detected, Eye};
 use super::range::Range;
-use super::{Camera, Claim, Kind, MEASURES, Scale, Station, placement};
+use super::{Camera, Claim, FieldOfView, Kind, MEASURES, Scale, Station, placement};
 use crate::backend::{Planes, Rays};
 use crate::voxel::grid::{MAX_VOXELS_PER_AXIS, ONE_Q16, length_q16};
 use crate::voxel::{BitGrid, Truth, Window, solid};
@@ -97,6 +97,10 @@ impl Kind for Rgbd {
 
     fn rays(&self, scale: &Scale) -> Option<Rays> {
         Some(Rays { image: Some(self.camera.image()), ..self.range.rays(self.camera.dirs_q15(), scale) })
+    }
+
+    fn field_of_view(&self) -> FieldOfView {
+        FieldOfView::Image(self.camera.image())
     }
 
     fn is_noisy(&self) -> bool {

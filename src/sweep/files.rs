@@ -109,8 +109,9 @@ pub(crate) fn open_regular(path: &Path, most_bytes: u64) -> Result<fs::File> {
     fs::File::open(path).map_err(unreadable)
 }
 
-/// The tables that are written when a sweep is done.
-pub const TABLES: [&str; 4] = ["results.csv", "results.parquet", "scores.csv", "scores.parquet"];
+/// The tables that are written when a sweep is done, and afterwards.
+pub const TABLES: [&str; 6] =
+    ["results.csv", "results.parquet", "scores.csv", "scores.parquet", "reasons.csv", "reasons.parquet"];
 
 /// The files that are there from its beginning.
 pub const BEGUN: [&str; 3] = [JOURNAL, MANIFEST, "poses.csv"];

@@ -8,9 +8,12 @@
 mod find;
 mod outline;
 mod returns;
+pub mod why;
+
+use std::sync::Arc;
 
 use crate::Result;
-use crate::backend::{Backend, Evidence, Placement, Planes, fused};
+use crate::backend::{Backend, Evidence, Placement, Planes, Rays, fused};
 use crate::metrics::Confusion;
 use crate::sensor::{Claim, Station};
 use crate::study::Study;
@@ -61,6 +64,16 @@ pub struct View<'a> {
     pub members: Vec<Member>,
     /// What they say together, over the grid; no voxel is in both planes, and what is in neither is unknown.
     pub labels: Planes,
+    /// The rays of the study's sensors.
+    tables: Arc<Vec<Option<Rays>>>,
+}
+
+/// Looks at many choices, one after another, on a backend; what choices and worlds share is made ready once.
+pub struct Viewer<'a, 'b> {
+    study: &'a Study,
+    tables: Arc<Vec<Option<Rays>>>,
+    backend: &'b mut dyn Backend,
+    loaded: Option<&'a World>,
 }
 
 /// What a label is worth.
@@ -91,18 +104,23 @@ impl Verdict {
     }
 }
 
-impl<'a> View<'a> {
-    /// Looks at a choice. The backend forgets what it had loaded.
-    pub fn new(
-        study: &'a Study,
-        world: &'a World,
-        choice: Choice,
-        backend: &mut dyn Backend,
-    ) -> Result<View<'a>> {
-        let grid = world.truth.grid.window();
+impl<'a, 'b> Viewer<'a, 'b> {
+    /// For the choices of a study. The backend forgets what it had loaded.
+    pub fn new(study: &'a Study, backend: &'b mut dyn Backend) -> Result<Viewer<'a, 'b>> {
         let tables = tables(study);
         backend.tables(&tables.iter().flatten().cloned().collect::<Vec<_>>())?;
-        backend.load(&world.cell(grid))?;
+        Ok(Viewer { study, tables: tables.into(), backend, loaded: None })
+    }
+
+    /// Looks at a choice. It is quicker to stay in the same world.
+    pub fn view(&mut self, world: &'a World, choice: Choice) -> Result<View<'a>> {
+        let grid = world.truth.grid.window();
+        if !self.loaded.is_some_and(|loaded| std::ptr::eq(loaded, world)) {
+            self.loaded = None;
+            self.backend.load(&world.cell(grid))?;
+            self.loaded = Some(world);
+        }
+        let (study, tables) = (self.study, &self.tables);
         let combination = &study.combinations[choice.combination];
         let candidates = combination.choice(choice.choice);
         let ways = combination.interpretations(&study.sensors).swap_remove(choice.representation);
@@ -120,8 +138,9 @@ impl<'a> View<'a> {
             };
             let Claim { cast, planes } = kind.claims(&station).swap_remove(way);
             let table = tables[..sensor].iter().flatten().count();
-            let cast =
-                (cast && tables[sensor].is_some()).then(|| backend.read(table, &placement)).transpose()?;
+            let cast = (cast && tables[sensor].is_some())
+                .then(|| self.backend.read(table, &placement))
+                .transpose()?;
             let mut says = Planes { occupied: BitGrid::new(grid), free: BitGrid::new(grid) };
             for part in cast.iter().map(|cast| &cast.planes).chain(&planes) {
                 says.occupied.add(&part.occupied);
@@ -131,7 +150,19 @@ impl<'a> View<'a> {
             members.push(Member { sensor, candidate, placement, cast, says });
         }
         let labels = fused(grid, combination.fusion, &voices);
-        Ok(View { study, world, choice, members, labels })
+        Ok(View { study, world, choice, members, labels, tables: tables.clone() })
+    }
+}
+
+impl<'a> View<'a> {
+    /// Looks at a choice. The backend forgets what it had loaded.
+    pub fn new(
+        study: &'a Study,
+        world: &'a World,
+        choice: Choice,
+        backend: &mut dyn Backend,
+    ) -> Result<View<'a>> {
+        Viewer::new(study, backend)?.view(world, choice)
     }
 
     /// What the label of a voxel of the grid is worth.

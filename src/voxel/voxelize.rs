@@ -45,6 +45,8 @@ pub struct ObjectVoxels {
     pub name: String,
     /// Its role.
     pub role: Role,
+    /// Whether rays end on it: it is opaque, and more than a tag.
+    pub stops_rays: bool,
     /// Triangles of its surface; none for an OctoMap.
     pub triangles: usize,
     /// Whether each edge of its surface is used equally often in both directions; `None` for an OctoMap.
@@ -252,6 +254,7 @@ fn body(object: &Object, grid: &Grid) -> Result<Body> {
     let voxels = ObjectVoxels {
         name: object.name.clone(),
         role: object.role,
+        stops_rays: !object.tag_only && object.optical == Optical::Opaque,
         triangles: lattice.triangles.len(),
         watertight,
         bounds_m,

@@ -60,6 +60,7 @@ fn put(truth: &mut Truth, role: Role, cells: &[[i32; 3]], keypoints: Option<Keyp
     truth.objects.push(Arc::new(ObjectVoxels {
         name: format!("object {}", truth.objects.len()),
         role,
+        stops_rays: true,
         triangles: 0,
         watertight: None,
         bounds_m: [DVec3::ZERO; 2],

@@ -174,6 +174,7 @@ fn a_robots_reach_is_a_sphere_around_its_base() {
         Arc::new(ObjectVoxels {
             name: name.into(),
             role,
+            stops_rays: true,
             triangles: 0,
             watertight: None,
             bounds_m: [DVec3::ZERO; 2],

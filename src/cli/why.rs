@@ -1,0 +1,142 @@
+//! `perirobot why`: the reasons of what single poses miss.
+
+use std::process::ExitCode;
+
+use clap::ValueEnum;
+use perirobot::Result;
+use perirobot::report::{Results, reasons};
+use perirobot::study::Study;
+use perirobot::sweep::World;
+use perirobot::table::Format;
+use perirobot::view::{Choice, View, Viewer};
+
+use super::backend::BackendArgs;
+use super::choice::RestArgs;
+use super::progress::ProgressArgs;
+use super::swept::SweptArgs;
+
+/// Say why voxels stay unknown: out of view, too far, between rays, hidden, and by which object
+///
+/// Looks again, voxel by voxel, at the best poses of a finished sweep and writes reasons.csv into its folder: how many of the
+/// unknown voxels of each region have which reason, and which object is to blame. With --pose it looks at one choice of
+/// poses, prints what that misses and what would help, and leaves the file alone.
+#[derive(clap::Args)]
+#[command(after_help = AFTER_HELP)]
+#[command(mut_arg("scene", |arg| arg.requires("pose")), mut_arg("snapshot", |arg| arg.requires("pose")))]
+pub(super) struct Args {
+    #[command(flatten)]
+    swept: SweptArgs,
+    /// Only these poses, as in the column `poses` of results.csv; of a sensor scored alone, the pose's own name will do
+    #[arg(long, value_name = "POSES")]
+    pose: Option<String>,
+    #[command(flatten)]
+    rest: RestArgs,
+    /// So many of the best by F1 and by human_seen, of each combination and representation in each region
+    #[arg(long, value_name = "N", default_value_t = 20, value_parser = clap::value_parser!(u32).range(1..), conflicts_with_all = ["pose", "all"])]
+    best: u32,
+    /// All poses: a third of a second or so for each, scene, snapshot, repeat and representation
+    #[arg(long, conflicts_with = "pose")]
+    all: bool,
+    /// How the table of reasons is written
+    #[arg(long, value_enum, default_value = "csv", conflicts_with = "pose")]
+    table: Table,
+    #[command(flatten)]
+    backend: BackendArgs,
+    #[command(flatten)]
+    progress: ProgressArgs,
+}
+
+#[derive(Clone, Copy, ValueEnum)]
+enum Table {
+    /// Comma-separated text
+    Csv,
+    /// Apache Parquet
+    Parquet,
+}
+
+const AFTER_HELP: &str = "\
+Examples:
+  perirobot sweep scenes/quick.toml --out out/quick
+  perirobot why out/quick                                        reasons.csv of the best poses, and the best one in words
+  perirobot why out/quick --pose right-wall/4/0                  one pose
+  perirobot why out/quick --pose right-wall/4/0 --scene scene2   in another scene of the study
+
+Reasons, of which a voxel has the first that applies to the ray nearest to its centre; of several sensors, the latest:
+  out_of_view    no sensor looks there                            not monitored
+  out_of_range   it is too far away                               not monitored
+  silent         a switch that is off, and certifies nothing      monitored
+  between_rays   no ray crosses it: too sparse                    not monitored
+  hidden         an object stands before it                       monitored
+  blind          an object is too near to the lens                monitored
+  no_return      nothing behind it returned, which certifies nothing   monitored
+  misread        noise read the return elsewhere                  monitored
+  cancelled      votes of sensors cancel each other               monitored";
+
+pub(super) fn run(args: &Args) -> Result<ExitCode> {
+    args.backend.start_threads()?;
+    let (results, warnings) = Results::read(args.swept.folder())?;
+    warnings.iter().for_each(|warning| say!("warning: {warning}"));
+    let (study, worlds) = args.swept.load()?;
+    let mut backend = args.backend.open()?;
+    let mut viewer = Viewer::new(&study, &mut *backend)?;
+    if let Some(poses) = &args.pose {
+        let (world, choice) = args.rest.find(poses, &study, &worlds)?;
+        super::print(&in_words(&viewer.view(world, choice)?, 0..study.regions.len()))?;
+        return Ok(ExitCode::SUCCESS);
+    }
+    let chosen = if args.all { every(&study) } else { reasons::leaders(&results, args.best as usize) };
+    results.intact()?;
+    write(args, &study, &worlds, &chosen, &mut viewer)?;
+    for region in 0..study.regions.len() {
+        if let Some([combination, choice, representation]) = reasons::leader(&results, region) {
+            let choice = Choice { combination, choice, representation, repeat: 0 };
+            super::print(&in_words(&viewer.view(&worlds[0], choice)?, [region]))?;
+        }
+    }
+    results.intact()?;
+    Ok(ExitCode::SUCCESS)
+}
+
+fn in_words(view: &View, regions: impl IntoIterator<Item = usize>) -> String {
+    reasons::render(view, &view.why_in_regions(), regions)
+}
+
+/// Combination, choice and representation of all there are.
+fn every(study: &Study) -> Vec<[usize; 3]> {
+    let of = |(number, combination): (usize, &perirobot::study::Combination)| {
+        let ways = combination.ways(&study.sensors);
+        (0..combination.choices()).flat_map(move |choice| (0..ways).map(move |way| [number, choice, way]))
+    };
+    study.combinations.iter().enumerate().flat_map(of).collect()
+}
+
+/// Writes the table of some choices in all scenes, snapshots and repeats.
+fn write<'a>(
+    args: &Args,
+    study: &Study,
+    worlds: &'a [World],
+    chosen: &[[usize; 3]],
+    viewer: &mut Viewer<'a, '_>,
+) -> Result<()> {
+    let folder = args.swept.folder();
+    let views = worlds.len() * study.repeats as usize * chosen.len();
+    let format = match args.table {
+        Table::Csv => Format::Csv,
+        Table::Parquet => Format::Parquet,
+    };
+    let mut file = reasons::ReasonsFile::create(folder, format)?;
+    let mut progress = args.progress.start("views", 0, views as u64);
+    for world in worlds {
+        for repeat in 0..study.repeats as usize {
+            for &[combination, choice, representation] in chosen {
+                let view = viewer.view(world, Choice { combination, choice, representation, repeat })?;
+                file.add(&view, &view.why_in_regions())?;
+                progress.inc(1);
+            }
+        }
+    }
+    progress.finish();
+    let rows = file.finish()?;
+    let path = folder.join(format!("{}.{}", reasons::REASONS, format.extension()));
+    super::print(&format!("{rows} rows of {} choices of poses in {}\n", chosen.len(), path.display()))
+}

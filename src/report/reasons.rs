@@ -1,0 +1,253 @@
+//! The table `reasons`, made for pandas, and its words for people: why voxels of the regions stay unknown, and what would
+//! help. What a reason is, `view` says.
+//!
+//! | column | |
+//! |---|---|
+//! | `scene`, `snapshot`, `repeat`, `combination`, `poses`, `representation`, `region` | as in `results` |
+//! | `reason` | one of those of [`crate::view::why`] |
+//! | `object` | what hides a hidden voxel, or blinds the ray of a blind one; else empty |
+//! | `monitored` | 1 if some sensor watches the voxels all the same (the paper's monitored, but occluded), 0 if none does |
+//! | `voxels_occupied`, `voxels_free` | how many of the row's `uo` and `uf` in `results` have this reason |
+//! | `voxels_human` | how many of its `uo_human` |
+//!
+//! Reasons that no voxel has have no row; those of a row of `results` add up to its unknown voxels.
+
+use std::path::Path;
+
+use super::table::Table;
+use super::{Results, Score, Series, ranked, series};
+use crate::Result;
+use crate::metrics::Confusion;
+use crate::sweep::table::{pose_names, representation_names};
+use crate::table::{Column, Field, Format, Kind, TableFile};
+use crate::view::why::{Missed, Reason, Tally};
+use crate::view::{Choice, View};
+
+/// The name of the file, without its extension.
+pub const REASONS: &str = "reasons";
+
+/// The table on its way into a folder. Dropped before [`ReasonsFile::finish`], it leaves nothing behind.
+pub struct ReasonsFile {
+    table: TableFile,
+    rows: u64,
+}
+
+impl ReasonsFile {
+    /// Begins the table.
+    pub fn create(folder: &Path, format: Format) -> Result<ReasonsFile> {
+        let of_kind = |kind: Kind| move |name: &str| Column::new(name, kind);
+        let mut columns = vec![Column::new("scene", Kind::Text)];
+        columns.extend(["snapshot", "repeat"].map(of_kind(Kind::Count)));
+        let texts = ["combination", "poses", "representation", "region", "reason", "object"];
+        columns.extend(texts.map(of_kind(Kind::Text)));
+        let counts = ["monitored", "voxels_occupied", "voxels_free", "voxels_human"];
+        columns.extend(counts.map(of_kind(Kind::Count)));
+        let path = folder.join(format!("{REASONS}.{}", format.extension()));
+        Ok(ReasonsFile { table: TableFile::create(&path, format, &columns)?, rows: 0 })
+    }
+
+    /// Appends the rows of a view: region by region, in the order of the reasons.
+    pub fn add(&mut self, view: &View, missed: &[Missed]) -> Result<()> {
+        let [combination, poses, representation] = names(view);
+        for (region, (name, _)) in view.study.regions.iter().enumerate() {
+            for tally in view.tally(missed, region) {
+                let object = view.object(&tally.cause).unwrap_or_default();
+                let mut fields = vec![Field::Text(&view.world.name)];
+                fields.extend([view.world.snapshot, view.choice.repeat].map(|n| Field::Count(n as u64)));
+                let reason = tally.cause.reason;
+                let texts = [&combination, &poses, &representation, name, reason.name(), object];
+                fields.extend(texts.map(Field::Text));
+                let counts = [reason.is_monitored().into(), tally.occupied, tally.free, tally.human];
+                fields.extend(counts.map(Field::Count));
+                self.table.row(&fields)?;
+                self.rows += 1;
+            }
+        }
+        Ok(())
+    }
+
+    /// Puts the table in its place; how many rows it has.
+    pub fn finish(self) -> Result<u64> {
+        self.table.finish()?;
+        Ok(self.rows)
+    }
+}
+
+/// Combination, poses and representation of what is looked at, as in the columns of `results`.
+fn names(view: &View) -> [String; 3] {
+    let combination = &view.study.combinations[view.choice.combination];
+    let representation =
+        representation_names(view.study, combination).swap_remove(view.choice.representation);
+    [combination.name.clone(), pose_names(view.study, combination, view.choice.choice), representation]
+}
+
+/// The best choices by F1 and by human_seen over all scenes, snapshots and repeats, so many of each combination and
+/// representation in each region, all of them once: combination, choice and representation, in study order.
+pub fn leaders(results: &Results, count: usize) -> Vec<[usize; 3]> {
+    let mut leaders = Vec::new();
+    for one in series(results, 0..results.combinations.len()) {
+        for region in 0..results.regions.len() {
+            for score in [Score::F1, Score::HumanSeen] {
+                let Series { combination, representation } = one;
+                let best = best_of(results, one, region, score);
+                leaders.extend(best.iter().take(count).map(|&choice| [combination, choice, representation]));
+            }
+        }
+    }
+    leaders.sort_unstable();
+    leaders.dedup();
+    leaders
+}
+
+/// The best choice of all by F1 in a region: combination, choice and representation; `None` where nothing has a value.
+pub fn leader(results: &Results, region: usize) -> Option<[usize; 3]> {
+    let all = series(results, 0..results.combinations.len()).into_iter();
+    let firsts = all.filter_map(|one| {
+        let choice = *best_of(results, one, region, Score::F1).first()?;
+        let over = results.over(results.moments(), one.key(choice, region), Score::F1)?;
+        Some(([one.combination, choice, one.representation], over.mean))
+    });
+    firsts.reduce(|best, next| if next.1 > best.1 { next } else { best }).map(|(choice, _)| choice)
+}
+
+fn best_of(results: &Results, one: Series, region: usize, score: Score) -> Vec<usize> {
+    let values = one.over(results, &results.moments(), region, score);
+    ranked(values.iter().map(|over| Some(over.as_ref()?.mean)))
+        .into_iter()
+        .map(|(choice, _)| choice)
+        .collect()
+}
+
+/// Least share of the unknown voxels, in percent, for which a reason gets advice.
+const WORTH_ADVICE: u64 = 10;
+
+/// Most pieces of advice for a region.
+const MOST_ADVICE: usize = 3;
+
+/// What a view misses in some regions and why, with advice.
+pub fn render(view: &View, missed: &[Missed], regions: impl IntoIterator<Item = usize>) -> String {
+    let [combination, poses, representation] = names(view);
+    let Choice { repeat, .. } = view.choice;
+    let again = if view.study.repeats > 1 { format!(", repeat {repeat}") } else { String::new() };
+    let mut text = format!(
+        "\n{poses} · {combination} · {representation} · scene {}{again}\n",
+        view.world.title(view.study)
+    );
+    for region in regions {
+        text +=
+            &of_region(view, &view.study.regions[region].0, &view.counts(region), view.tally(missed, region));
+    }
+    text
+}
+
+fn of_region(view: &View, region: &str, counts: &Confusion, mut tallies: Vec<Tally>) -> String {
+    let unknown = counts.uo + counts.uf;
+    // Ties keep the order of the reasons.
+    tallies.sort_by_key(|tally| std::cmp::Reverse(tally.voxels()));
+    let of_all = percent(unknown, counts.total());
+    let people = match counts.human.uo {
+        0 => String::new(),
+        some => format!(", {some} of them a person's"),
+    };
+    let mut text =
+        format!("\n{region} region: {of_all} unknown ({unknown} of {} voxels{people})", counts.total());
+    if unknown == 0 {
+        return text + "\n";
+    }
+    let phrases = tallies.iter().take(MOST_ADVICE);
+    let phrases =
+        phrases.map(|tally| format!("{} {}", percent(tally.voxels(), unknown), phrase(view, tally)));
+    text += &format!(
+        ": {}{}\n",
+        phrases.collect::<Vec<_>>().join(", "),
+        if tallies.len() > MOST_ADVICE { ", …" } else { "" }
+    );
+    let mut table = Table::new(&["<reason", "<object", "share", "voxels", "occupied", "a person's", "free"]);
+    for tally in &tallies {
+        let object = view.object(&tally.cause).unwrap_or_default().to_string();
+        let counts = [tally.voxels(), tally.occupied, tally.human, tally.free].map(|n| n.to_string());
+        let words = [tally.cause.reason.name().into(), object, percent(tally.voxels(), unknown)];
+        table.row(words.into_iter().chain(counts));
+    }
+    text += &table.text();
+    let monitored: u64 = tallies.iter().filter(|t| t.cause.reason.is_monitored()).map(Tally::voxels).sum();
+    text += &format!(
+        "  monitored, but not known: {}; not monitored: {}\n",
+        percent(monitored, unknown),
+        percent(unknown - monitored, unknown)
+    );
+    for tally in tallies.iter().filter(|t| 100 * t.voxels() >= WORTH_ADVICE * unknown).take(MOST_ADVICE) {
+        text += &format!("  {}: {}\n", phrase(view, tally), advice(view, tally));
+    }
+    text
+}
+
+/// Rounded; what is there is not 0 %, and what is not all is not 100 %.
+fn percent(part: u64, of: u64) -> String {
+    match (200 * part + of) / (2 * of).max(1) {
+        0 if part > 0 => "<1 %".into(),
+        100 if part < of => ">99 %".into(),
+        rounded => format!("{rounded} %"),
+    }
+}
+
+fn phrase(view: &View, tally: &Tally) -> String {
+    let object = view.object(&tally.cause).unwrap_or_default();
+    match tally.cause.reason {
+        Reason::OutOfView => "out of view".into(),
+        Reason::OutOfRange => "out of range".into(),
+        Reason::Silent => "under a switch that is off".into(),
+        Reason::BetweenRays => "between rays".into(),
+        Reason::Hidden => format!("hidden by {object}"),
+        Reason::Blind => format!("lost to {object}, too near to the lens"),
+        Reason::NoReturn => "before nothing that returns".into(),
+        Reason::Misread => "misread by noise".into(),
+        Reason::Cancelled => "voted down".into(),
+    }
+}
+
+/// A sentence that says what would help.
+fn advice(view: &View, tally: &Tally) -> String {
+    let object = view.object(&tally.cause).unwrap_or_default();
+    match tally.cause.reason {
+        Reason::OutOfView => {
+            "turn the sensor there, move it back, take a wider field of view, or add a sensor".into()
+        }
+        Reason::OutOfRange => "move the sensor nearer, or take one that measures farther".into(),
+        Reason::Silent => {
+            "an idle switch proves nothing here; where the device's does, say otherwise = \"free\"".into()
+        }
+        Reason::BetweenRays => "move the sensor nearer, or take one with a finer resolution".into(),
+        Reason::Hidden => {
+            format!("look past {object}, from above or from its other side, or add a sensor there")
+        }
+        Reason::Blind => {
+            format!("move the sensor away from {object}, or, if that is its own mount, say near_ignore_m")
+        }
+        Reason::NoReturn => {
+            "face a wall or the floor; where silence does certify free space, say no_return = \"free\", and \
+                             of an open hall outside = \"backdrop\""
+                .into()
+        }
+        Reason::Misread => {
+            "readings scatter by more than a voxel: take a steadier sensor, or larger voxels".into()
+        }
+        Reason::Cancelled => {
+            "sensors contradict each other; fusion = \"occupied_wins\" keeps the cautious answer".into()
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn shares_are_not_rounded_to_nothing_or_all() {
+        let shares = [(0, 10), (1, 1000), (1, 200), (1, 3), (999, 1000), (10, 10), (0, 0)];
+        assert_eq!(
+            shares.map(|(part, of)| percent(part, of)),
+            ["0 %", "<1 %", "1 %", "33 %", ">99 %", "100 %", "0 %"]
+        );
+    }
+}

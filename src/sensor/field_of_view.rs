@@ -1,0 +1,146 @@
+//! Where a sensor looks, whatever stands there. Which of its rays comes nearest to something is left to whoever asks.
+
+use std::f64::consts::TAU;
+
+use glam::DVec3;
+
+use crate::backend::Image;
+
+/// The directions that a sensor looks in, in the frame of its rays.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum FieldOfView {
+    /// Whatever lies in front and in an image, to the outer edges of its pixels.
+    Image(Image),
+    /// Whatever lies between two azimuths (from x towards y) and two elevations (from the plane of x and y towards z), in
+    /// radians; all around where the azimuths are a full turn apart.
+    Turn {
+        /// The first azimuth and the last, which is not below it.
+        azimuth_rad: [f64; 2],
+        /// The lowest elevation and the highest.
+        elevation_rad: [f64; 2],
+    },
+    /// Whatever its rays stand close enough to: how close they stand to each other is all that is known.
+    Spacing,
+}
+
+impl FieldOfView {
+    /// The field of rings of rays: from half a step before the first angle to half a step behind the last, on both axes. What
+    /// has one angle only is as thick as the step of the other axis.
+    pub fn of_rings(azimuths_rad: &[f64], elevations_rad: &[f64]) -> FieldOfView {
+        let [azimuths, elevations] = [azimuths_rad, elevations_rad].map(|angles| {
+            let mut angles = angles.to_vec();
+            angles.sort_by(f64::total_cmp);
+            angles.dedup();
+            angles
+        });
+        let steps = |angles: &[f64]| match angles {
+            [first, second, ..] => {
+                let [before, last] = [angles[angles.len() - 2], angles[angles.len() - 1]];
+                Some([second - first, last - before])
+            }
+            _ => None,
+        };
+        let (across, up) = (steps(&azimuths), steps(&elevations));
+        let grown = |angles: &[f64], own: Option<[f64; 2]>, other: Option<[f64; 2]>| {
+            let [low, high] = own.or(other.map(|[step, _]| [step; 2])).unwrap_or([0.0; 2]);
+            match angles {
+                [first, .., last] => [first - low / 2.0, last + high / 2.0],
+                [only] => [only - low / 2.0, only + high / 2.0],
+                [] => [0.0; 2],
+            }
+        };
+        FieldOfView::Turn {
+            azimuth_rad: grown(&azimuths, across, up),
+            elevation_rad: grown(&elevations, up, across),
+        }
+    }
+
+    /// Whether a direction of any length lies in it; `None` where only the spacing of the rays can tell.
+    pub fn holds(&self, direction: DVec3) -> Option<bool> {
+        match self {
+            FieldOfView::Image(image) => Some(
+                direction.z > 0.0 && {
+                    let inside = |a: usize| {
+                        let size = f64::from(image.size_px[a]);
+                        (0.0..size).contains(&(image.focal_px[a] * direction[a] / direction.z + size / 2.0))
+                    };
+                    inside(0) && inside(1)
+                },
+            ),
+            FieldOfView::Turn { azimuth_rad: [first, last], elevation_rad: [low, high] } => {
+                let DVec3 { x, y, z } = direction;
+                let (azimuth, elevation) = (libm::atan2(y, x), libm::atan2(z, libm::sqrt(x * x + y * y)));
+                let turned = [azimuth - TAU, azimuth, azimuth + TAU];
+                let around =
+                    last - first >= TAU - 1e-9 || turned.iter().any(|a| (*first..=*last).contains(a));
+                Some(around && (*low..=*high).contains(&elevation))
+            }
+            FieldOfView::Spacing => None,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn direction(azimuth_deg: f64, elevation_deg: f64) -> DVec3 {
+        let (a, e) = (azimuth_deg.to_radians(), elevation_deg.to_radians());
+        7.0 * DVec3::new(a.cos() * e.cos(), a.sin() * e.cos(), e.sin())
+    }
+
+    fn rings(azimuths_deg: &[f64], elevations_deg: &[f64]) -> FieldOfView {
+        let radians = |angles: &[f64]| angles.iter().map(|angle| angle.to_radians()).collect::<Vec<_>>();
+        FieldOfView::of_rings(&radians(azimuths_deg), &radians(elevations_deg))
+    }
+
+    #[track_caller]
+    fn check(field: FieldOfView, inside: &[[f64; 2]], outside: &[[f64; 2]]) {
+        for (directions, expected) in [(inside, true), (outside, false)] {
+            for &[a, e] in directions {
+                assert_eq!(field.holds(direction(a, e)), Some(expected), "{a}° around, {e}° up, {field:?}");
+            }
+        }
+    }
+
+    #[test]
+    fn rings_look_half_a_step_beyond_their_ends() {
+        // Steps of 10° around; of 1° below and 4° above, in no order.
+        let field = rings(&[-20.0, -10.0, 0.0, 10.0], &[5.0, 0.0, 1.0]);
+        check(
+            field,
+            &[[-24.9, 0.0], [14.9, 0.0], [0.0, -0.4], [0.0, 6.9], [0.0, 3.0]],
+            &[[-25.1, 0.0], [15.1, 0.0], [0.0, -0.6], [0.0, 7.1], [180.0, 0.0]],
+        );
+    }
+
+    #[test]
+    fn a_single_ring_is_as_thick_as_its_columns_are_wide() {
+        let all: Vec<f64> = (0..180).map(|i| -180.0 + 2.0 * f64::from(i)).collect();
+        check(
+            rings(&all, &[0.0]),
+            &[[179.9, 0.9], [-179.9, -0.9], [90.0, 0.0]],
+            &[[0.0, 1.1], [90.0, -1.1], [0.0, 90.0]],
+        );
+        // A column without azimuths beside it, and one ray alone.
+        check(rings(&[0.0], &[-30.0, 0.0, 30.0]), &[[14.0, 0.0], [0.0, 44.0]], &[[16.0, 0.0], [180.0, 0.0]]);
+        check(rings(&[0.0], &[0.0]), &[[0.0, 0.0]], &[[0.1, 0.0], [0.0, 0.1]]);
+    }
+
+    #[test]
+    fn a_field_goes_on_across_the_back() {
+        // From −185° to 165°: what lies at 176° is inside, as −184°.
+        let azimuths: Vec<f64> = (0..35).map(|i| -180.0 + 10.0 * f64::from(i)).collect();
+        check(rings(&azimuths, &[0.0, 10.0]), &[[176.0, 0.0], [-180.0, 0.0]], &[[166.0, 0.0], [174.0, 0.0]]);
+    }
+
+    #[test]
+    fn an_image_ends_at_the_edges_of_its_pixels() {
+        // Half the image is as wide as the focal length is long.
+        let field = FieldOfView::Image(Image { size_px: [4, 2], focal_px: [2.0, 2.0] });
+        let holds = |x, y, z| field.holds(DVec3::new(x, y, z)).unwrap();
+        assert!(holds(0.999, 0.0, 1.0) && holds(-3.0, 1.499, 3.0));
+        assert!(!holds(1.001, 0.0, 1.0) && !holds(0.0, 0.501, 1.0));
+        assert!(!holds(0.0, 0.0, -1.0) && !holds(0.0, 0.0, 0.0), "behind, and inside");
+    }
+}

@@ -1,0 +1,305 @@
+//! Why a voxel stays unknown: what became of the ray nearest to its centre, and which object stood in its way. Tables and
+//! advice for people are made of it in `report`.
+//!
+//! # Theory
+//! The paper splits unknown space into what is monitored but occluded and what is not monitored. Of a sensor that casts rays,
+//! the ray nearest to the voxel's centre is looked at: for a camera the pixel that the centre falls into, for any other table
+//! the direction that is nearest to that of the centre, the first of equals. The first reason that applies is the voxel's:
+//!
+//! | reason | holds where | monitored |
+//! |---|---|---|
+//! | `out_of_view` | the centre is outside the field of view, and the ray does not cross the voxel; for a sensor without rays: the voxel is none of those that it speaks of | no |
+//! | `out_of_range` | the ray enters the voxel beyond the longest range, or, if it misses it, the centre is beyond | no |
+//! | `silent` | a switch speaks of the voxel, is off, and that certifies nothing | yes |
+//! | `between_rays` | the ray does not cross the voxel: rays are too sparse there | no |
+//! | `hidden` | the ray returned from an object before it came to the voxel | yes |
+//! | `blind` | the ray ended, before or behind the voxel, in an object nearer than the shortest range | yes |
+//! | `no_return` | the ray ended in nothing, and that certifies nothing | yes |
+//! | `misread` | the ray returned from the voxel or from behind it, and noise read it before it; a cover's noise read the voxel elsewhere | yes |
+//! | `cancelled` | some sensor knows the voxel, and the others' votes weigh exactly as much against it | yes |
+//!
+//! That is all that can happen. A voxel is unknown if no sensor says anything of it, or if votes cancel. A sensor that casts
+//! says nothing of a voxel that the ray crosses only if the ray was blind, was silent, or returned and was read before the
+//! voxel; and what it returned from then lies before the voxel, or noise misread it. Keypoint volumes only add to what rays say.
+//! So the voxels of all reasons together are those that a sweep counts as `uo` and `uf`.
+//!
+//! * A field of view ([`crate::sensor::FieldOfView`]) is a camera's image to the outer edges of its pixels; of a LIDAR what lies
+//!   within half a step of its outermost angles; of other tables what is as near to a ray as the middle of four neighbours
+//!   would be. A voxel that the ray crosses is in view wherever its centre is: a scanner of one ring monitors all of its layer.
+//! * An object hides if the voxel that ended the ray is one of its own; where several objects share it, the first in the
+//!   scene's order. Tags and see-through objects end no ray. What hides may be the voxel's own object: its far side, or its inside.
+//! * Of several sensors, the voxel's reason is that of the sensor which came nearest to knowing it, that of the latest row in
+//!   the table; of equals, of the first to speak. So a switch that is silent takes no reason from a ray that looked there,
+//!   and a voxel is out of view only if it is so for all.
+//! * `between_rays` counts as not monitored: nothing is in the way, but no ray measures there.
+//!
+//! # Practice
+//! For each unknown voxel, as many closed forms as there are sensors; what ended a ray is searched step by step, for hidden
+//! and blind voxels only. Voxels are looked at in parallel and each for itself, so that every machine finds the same.
+
+mod nearest;
+mod sight;
+
+use std::collections::BTreeMap;
+
+use rayon::prelude::*;
+
+use super::{Member, View};
+use crate::backend::Rays;
+use crate::march::{self, BLIND, RETURN, leap};
+use crate::sensor::{Reach, Station};
+use crate::voxel::{BitGrid, Truth};
+use sight::{Look, Sight};
+
+/// Why a voxel is unknown, those that are nearer to knowing it later.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum Reason {
+    /// No sensor looks there.
+    OutOfView,
+    /// It is too far away.
+    OutOfRange,
+    /// It is a switch's, which is off, and that certifies nothing.
+    Silent,
+    /// No ray crosses it.
+    BetweenRays,
+    /// Something stands before it.
+    Hidden,
+    /// Something stands too near to the sensor.
+    Blind,
+    /// Nothing behind it returns the ray, and that certifies nothing.
+    NoReturn,
+    /// Noise read the sensor's return elsewhere.
+    Misread,
+    /// The votes of several sensors cancel each other.
+    Cancelled,
+}
+
+impl Reason {
+    /// All of them, in their order.
+    pub const ALL: [Reason; 9] = [
+        Reason::OutOfView,
+        Reason::OutOfRange,
+        Reason::Silent,
+        Reason::BetweenRays,
+        Reason::Hidden,
+        Reason::Blind,
+        Reason::NoReturn,
+        Reason::Misread,
+        Reason::Cancelled,
+    ];
+
+    /// As in the column `reason` of reasons.csv.
+    pub fn name(self) -> &'static str {
+        match self {
+            Reason::OutOfView => "out_of_view",
+            Reason::OutOfRange => "out_of_range",
+            Reason::Silent => "silent",
+            Reason::BetweenRays => "between_rays",
+            Reason::Hidden => "hidden",
+            Reason::Blind => "blind",
+            Reason::NoReturn => "no_return",
+            Reason::Misread => "misread",
+            Reason::Cancelled => "cancelled",
+        }
+    }
+
+    /// Whether some sensor watches the voxel all the same: what the paper calls monitored, but occluded.
+    pub fn is_monitored(self) -> bool {
+        !matches!(self, Reason::OutOfView | Reason::OutOfRange | Reason::BetweenRays)
+    }
+}
+
+/// A reason, and what is to blame.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct Cause {
+    /// What happened.
+    pub reason: Reason,
+    /// The object that a hidden or a blind voxel's ray ended in, by its index in [`Truth::objects`].
+    pub object: Option<usize>,
+}
+
+/// Voxels that are unknown for the same cause.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Missed {
+    /// Why.
+    pub cause: Cause,
+    /// Which, over the smallest window that holds them.
+    pub voxels: BitGrid,
+}
+
+/// How many voxels are unknown for a cause.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Tally {
+    /// Why.
+    pub cause: Cause,
+    /// Those that are truly occupied.
+    pub occupied: u64,
+    /// Those that are truly free.
+    pub free: u64,
+    /// Those of the occupied that are a person's.
+    pub human: u64,
+}
+
+impl Tally {
+    /// Occupied and free.
+    pub fn voxels(&self) -> u64 {
+        self.occupied + self.free
+    }
+}
+
+impl View<'_> {
+    /// Why those of some voxels that are unknown are so: each cause that there is, in their order, with its voxels.
+    pub fn why(&self, of: &BitGrid) -> Vec<Missed> {
+        let mut unknown = of.clone();
+        unknown.remove(&self.labels.occupied);
+        unknown.remove(&self.labels.free);
+        let witnesses: Vec<_> = self.members.iter().map(|member| Witness::new(self, member)).collect();
+        let cells: Vec<_> = unknown.cells().collect();
+        let causes: Vec<_> = cells.par_iter().map(|&cell| cause(&witnesses, cell)).collect();
+        let mut planes = BTreeMap::new();
+        for (cell, cause) in cells.into_iter().zip(causes) {
+            planes.entry(cause).or_insert_with(|| BitGrid::new(unknown.window())).set(cell);
+        }
+        planes.into_iter().map(|(cause, plane)| Missed { cause, voxels: plane.trimmed() }).collect()
+    }
+
+    /// Why voxels of all regions are unknown.
+    pub fn why_in_regions(&self) -> Vec<Missed> {
+        let mut all = BitGrid::new(self.world.truth.grid.window());
+        self.world.regions.iter().for_each(|region| all.add(&region.cells));
+        self.why(&all)
+    }
+
+    /// How many of the missed voxels lie in a region; together, as many as are unknown there.
+    pub fn tally(&self, missed: &[Missed], region: usize) -> Vec<Tally> {
+        let truth = &self.world.truth;
+        let of = |Missed { cause, voxels }: &Missed| {
+            let mut inside = voxels.clone();
+            inside.keep(&self.world.regions[region].cells);
+            let all = inside.count();
+            inside.keep(&truth.occupied);
+            let occupied = inside.count();
+            inside.keep(&truth.human);
+            Tally { cause: *cause, occupied, free: all - occupied, human: inside.count() }
+        };
+        missed.iter().map(of).filter(|tally| tally.voxels() > 0).collect()
+    }
+
+    /// The name of the object to blame.
+    pub fn object(&self, cause: &Cause) -> Option<&str> {
+        cause.object.map(|index| self.world.truth.objects[index].name.as_str())
+    }
+}
+
+/// The cause of the sensor that came nearest to knowing a voxel.
+fn cause(witnesses: &[Witness], cell: [i32; 3]) -> Cause {
+    let all = witnesses.iter().map(|witness| witness.cause(cell));
+    // Of equals the first, so that the object does not depend on who speaks later.
+    let latest = all.reduce(|best, next| if next.reason > best.reason { next } else { best });
+    latest.unwrap_or(Cause { reason: Reason::OutOfView, object: None })
+}
+
+/// What a sensor can say of why it does not know a voxel.
+struct Witness<'a> {
+    truth: &'a Truth,
+    member: &'a Member,
+    means: Means<'a>,
+}
+
+enum Means<'a> {
+    /// By its rays; and how they ended.
+    Rays { sight: Sight<'a>, rays: &'a Rays, ends: &'a [march::End] },
+    /// By a volume that it speaks of; and what it means that it did not speak of a voxel in it.
+    Volume { cells: BitGrid, otherwise: Reason },
+}
+
+impl<'a> Witness<'a> {
+    fn new(view: &'a View, member: &'a Member) -> Self {
+        let (truth, kind) = (&view.world.truth, &view.study.sensors[member.sensor].kind);
+        let means = match (&member.cast, &view.tables[member.sensor]) {
+            (Some(cast), Some(rays)) => {
+                let sight = Sight::new(rays, &member.placement, kind.field_of_view());
+                Means::Rays { sight, rays, ends: &cast.ends }
+            }
+            _ => {
+                let station = Station {
+                    truth,
+                    window: truth.grid.window(),
+                    setting: view.world.settings[member.sensor][member.candidate],
+                    rays: None,
+                    draws: member.placement.draws,
+                };
+                let mut cells = BitGrid::new(truth.grid.window());
+                if let Reach::Only(volume) | Reach::RaysAnd(volume) = kind.reach(&station) {
+                    cells.add(&volume);
+                }
+                if let Some(volume) = kind.wherever_it_stands(truth) {
+                    cells.add(&volume);
+                }
+                let says_nothing = member.says.occupied.is_empty() && member.says.free.is_empty();
+                let otherwise = if says_nothing { Reason::Silent } else { Reason::Misread };
+                Means::Volume { cells, otherwise }
+            }
+        };
+        Witness { truth, member, means }
+    }
+
+    fn cause(&self, cell: [i32; 3]) -> Cause {
+        let because = |reason| Cause { reason, object: None };
+        if self.member.says.occupied.get(cell) || self.member.says.free.get(cell) {
+            return because(Reason::Cancelled);
+        }
+        match &self.means {
+            Means::Volume { cells, otherwise } if cells.get(cell) => because(*otherwise),
+            Means::Volume { .. } => because(Reason::OutOfView),
+            Means::Rays { sight, rays, ends } => {
+                let Look { in_view, ray, squared_q32 } = sight.look(cell);
+                let begin = ray.map(|ray| (ray, sight.start(ray)));
+                let crosses =
+                    begin.and_then(|(ray, begin)| Some((ray, begin, leap::entry_q16(&begin, cell)?)));
+                let range_q16 = rays.gates.range_max_q16;
+                match crosses {
+                    None if !in_view => because(Reason::OutOfView),
+                    None if squared_q32 > i128::from(range_q16).pow(2) => because(Reason::OutOfRange),
+                    None => because(Reason::BetweenRays),
+                    Some((_, _, entered_q16)) if entered_q16 > range_q16 => because(Reason::OutOfRange),
+                    Some((ray, begin, _)) => self.ended(ends[ray as usize].kind, &begin, rays, cell),
+                }
+            }
+        }
+    }
+
+    /// What became of a ray that crosses a voxel within its range.
+    fn ended(&self, kind: u32, begin: &march::March, rays: &Rays, cell: [i32; 3]) -> Cause {
+        if !matches!(kind, BLIND | RETURN) {
+            return Cause { reason: Reason::NoReturn, object: None };
+        }
+        let hit = first_blocker(&self.truth.blockers, begin, rays.gates.near_ignore_q16);
+        // Rays from one cell cross as many boundaries on their way to another.
+        let crossings = |to: [i32; 3]| (0..3).map(|r| to[r].abs_diff(begin.cell[r])).sum::<u32>();
+        let reason = match kind {
+            BLIND => Reason::Blind,
+            _ if crossings(cell) > crossings(hit) => Reason::Hidden,
+            _ => return Cause { reason: Reason::Misread, object: None },
+        };
+        let objects = &self.truth.objects;
+        Cause { reason, object: objects.iter().position(|object| object.stops_rays && object.cells.get(hit)) }
+    }
+}
+
+/// The blocker that a ray ends in which does end in one. What is entered before a distance is the sensor's housing.
+fn first_blocker(blockers: &BitGrid, begin: &march::March, near_ignore_q16: u32) -> [i32; 3] {
+    let mut at = *begin;
+    loop {
+        let axis = march::next_axis(at.next_q16);
+        let entered_q16 = at.next_q16[axis];
+        march::cross(&mut at, axis);
+        let is_outside = !blockers.window().contains(at.cell);
+        if is_outside || (entered_q16 >= near_ignore_q16 && blockers.get(at.cell)) {
+            return at.cell;
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests;

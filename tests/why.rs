@@ -1,0 +1,128 @@
+//! `perirobot why`: its table adds up to what the sweep counted, its words name what stands in the way, and wrong input is
+//! refused.
+
+#[allow(dead_code)]
+#[path = "common/program.rs"]
+mod program;
+
+use std::collections::BTreeMap;
+use std::fs;
+use std::path::Path;
+
+use program::{Folder, names, perirobot, text};
+
+/// Sums of some columns of a table, for each scene, snapshot, repeat, combination, poses, representation and region.
+fn sums(path: &Path, columns: [&str; 3]) -> BTreeMap<String, [u64; 3]> {
+    let mut reader = csv::Reader::from_path(path).unwrap();
+    let header = reader.headers().unwrap().clone();
+    let at = columns.map(|name| header.iter().position(|column| column == name).unwrap());
+    let mut sums = BTreeMap::new();
+    for row in reader.records().map(Result::unwrap) {
+        let key = (0..7).map(|column| row[column].to_string()).collect::<Vec<_>>().join("|");
+        let sum: &mut [u64; 3] = sums.entry(key).or_default();
+        (0..3).for_each(|i| sum[i] += row[at[i]].parse::<u64>().unwrap());
+    }
+    sums
+}
+
+/// Every row of reasons.csv is of one of results.csv, and those of one add up to its unknown voxels; how many rows of results
+/// were met.
+#[track_caller]
+fn adds_up(out: &Path) -> usize {
+    let expected = sums(&out.join("results.csv"), ["uo", "uf", "uo_human"]);
+    let found = sums(&out.join("reasons.csv"), ["voxels_occupied", "voxels_free", "voxels_human"]);
+    for (key, sum) in &found {
+        assert_eq!(Some(sum), expected.get(key), "{key}");
+    }
+    found.len()
+}
+
+#[track_caller]
+fn done(arguments: &[&str]) -> String {
+    let outcome = perirobot(arguments);
+    assert_eq!(outcome.code, Some(0), "{arguments:?}: {}", outcome.stderr);
+    outcome.stdout
+}
+
+/// A shipped study, swept into a folder, coarse.
+fn swept(study: &str, voxel_size: &str) -> Folder {
+    let folder = Folder::new();
+    let out = folder.path("out");
+    done(&[
+        "sweep",
+        study,
+        "--voxel-size",
+        voxel_size,
+        "--backend",
+        "cpu",
+        "--progress",
+        "none",
+        "--out",
+        text(&out),
+    ]);
+    folder
+}
+
+#[test]
+fn the_reasons_of_the_tiny_study_add_up_in_every_row() {
+    let folder = swept("scenes/tiny.toml", "0.1");
+    let out = folder.path("out");
+    done(&["why", text(&out), "--all", "--progress", "none"]);
+    let rows = sums(&out.join("results.csv"), ["uo", "uf", "uo_human"]);
+    let unknown = rows.values().filter(|[uo, uf, _]| uo + uf > 0).count();
+    assert_eq!((adds_up(&out), unknown), (rows.len(), rows.len()), "all rows have unknown voxels");
+    // On any number of threads the same bytes.
+    let first = fs::read(out.join("reasons.csv")).unwrap();
+    done(&["why", text(&out), "--all", "--threads", "1", "--backend", "oracle"]);
+    assert!(fs::read(out.join("reasons.csv")).unwrap() == first);
+    // A sweep that begins anew takes the table away.
+    done(&["sweep", "scenes/tiny.toml", "--backend", "cpu", "--restart", "--out", text(&out)]);
+    assert!(!names(&out).contains(&"reasons.csv".into()));
+}
+
+#[test]
+fn the_best_of_a_study_with_pads_and_covers_add_up() {
+    let folder = swept("scenes/paper/exp2.toml", "0.2");
+    let out = folder.path("out");
+    let printed = done(&["why", text(&out), "--best", "1"]);
+    assert!(adds_up(&out) >= 7 * 3 * 2, "seven combinations, three scenes, two regions");
+    assert!(printed.contains("robot region: ") && printed.contains("human region: "), "{printed}");
+    done(&["why", text(&out), "--best", "1", "--table", "parquet"]);
+    assert!(names(&out).contains(&"reasons.parquet".into()));
+}
+
+#[test]
+fn a_pose_of_the_papers_scene_has_its_shadow_named() {
+    let folder = swept("scenes/quick.toml", "0.1");
+    let out = folder.path("out");
+    let before = names(&out);
+    let printed = done(&["why", text(&out), "--pose", "right-wall/8/1"]);
+    for shown in ["human region: ", "hidden by table", "look past table", "monitored, but not known: "] {
+        assert!(printed.contains(shown), "no {shown:?} in {printed}");
+    }
+    assert_eq!(names(&out), before, "one pose leaves no table");
+}
+
+#[test]
+fn wrong_input_is_refused() {
+    let folder = Folder::new();
+    folder.sweep(&[]);
+    let out = folder.path("out");
+    let refused = |arguments: &[&str], expected: &str| {
+        let outcome = perirobot(&[&["why"], arguments].concat());
+        let what = format!("{arguments:?}: {:?}\n{}", outcome.code, outcome.stderr);
+        assert_eq!((outcome.code, outcome.stdout.as_str()), (Some(2), ""), "{what}");
+        assert!(
+            outcome.stderr.contains(expected) && !outcome.stderr.contains("panicked"),
+            "no {expected:?} in {what}"
+        );
+    };
+    refused(&["no/such"], "no/such: is not a folder");
+    refused(&[text(&out), "--pose", "nowhere"], "--pose nowhere: no such choice of poses");
+    refused(&[text(&out), "--best", "0"], "0 is not in 1..");
+    refused(&[text(&out), "--scene", "cell"], "--pose <POSES>");
+    refused(&[text(&out), "--all", "--best", "3"], "cannot be used with");
+    folder.edit("cell.toml", "radius_m = 0.12", "radius_m = 0.2");
+    refused(&[text(&out)], "is not what was swept");
+    assert!(!names(&out).contains(&"reasons.csv".into()));
+}
