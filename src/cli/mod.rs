@@ -10,7 +10,8 @@ macro_rules! say {
 
 mod backend;
 mod bench;
-#[allow(dead_code)] mod choice;
+#[allow(dead_code)]
+mod choice;
 mod cluster;
 mod compare;
 mod devices;
@@ -20,12 +21,13 @@ mod outcome;
 mod packages;
 mod progress;
 mod quantity;
+mod report;
 mod shard;
 mod stop;
 mod study;
 mod summary;
 mod sweep;
-#[allow(dead_code)] mod swept;
+mod swept;
 mod voxelize;
 
 use std::process::ExitCode;
@@ -52,6 +54,7 @@ const AFTER_HELP: &str = "\
 First steps:
   perirobot sweep scenes/quick.toml --out out/quick   score the poses of a study that ships
   perirobot summary out/quick                         the tables of the paper from those results
+  perirobot report out/quick                          all of it as one page, with plots and a 3D view
   perirobot sweep scenes/quick.toml --out out/quick   once more: nothing is left to do, after a stop it goes on
   perirobot compare scenes/tiny.toml                  prove that all backends agree
   perirobot devices                                   see which GPU would be used
@@ -65,6 +68,7 @@ enum Command {
     Sweep(sweep::Args),
     Merge(merge::Args),
     Summary(summary::Args),
+    Report(report::Args),
     Cluster(cluster::Args),
     Compare(compare::Args),
     Bench(bench::Args),
@@ -80,6 +84,7 @@ pub(crate) fn run() -> ExitCode {
         Command::Sweep(args) => sweep::run(&args),
         Command::Merge(args) => merge::run(&args),
         Command::Summary(args) => summary::run(&args),
+        Command::Report(args) => report::run(&args),
         Command::Cluster(args) => cluster::run(&args),
         Command::Compare(args) => compare::run(&args),
         Command::Bench(args) => bench::run(&args),

@@ -23,7 +23,7 @@ pub fn origin(folder: &Path) -> Result<(PathBuf, Overrides)> {
 /// Fails unless a study with its worlds is what was swept into a folder, naming what changed since.
 pub fn same(folder: &Path, study: &Study, worlds: &[World]) -> Result<()> {
     let then = Manifest::read(folder)?;
-    let now = Manifest::new(study, worlds, Shard::WHOLE, "");
+    let now = Manifest::new(study, worlds, Shard::WHOLE, &[]);
     if then.fingerprint() == now.fingerprint() {
         return Ok(());
     }
