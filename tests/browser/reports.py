@@ -53,12 +53,12 @@ def look(browser, report, name, size, pictures):
 
 def quiet(browser):
     """Nothing was complained of, and nobody but the file was asked for anything."""
-    # A software renderer tells that it is slow to be read from; that is no fault of the page.
-    harmless = ("GPU stall due to ReadPixels", "Automatic fallback to software WebGL")
+    # Slow ways of a software renderer and of plotly.js; neither is a fault of the page.
+    harmless = ("GPU stall due to ReadPixels", "Automatic fallback to software WebGL", "Multiple readback operations")
     said = [entry["message"] for entry in browser.log("browser") if entry["level"] in ("SEVERE", "WARNING")]
     said = [message for message in said if not any(text in message for text in harmless)]
     assert not said, said
-    asked = [url for url in browser.requests() if not url.startswith(("file:", "data:", "blob:"))]
+    asked = [url for url in browser.requests() if not url.startswith(("file:", "data:", "blob:", "chrome:"))]
     assert not asked, asked
 
 

@@ -119,6 +119,7 @@ function sensorTraces(cell) {
 
 /** Draws the cell at the chosen moment. */
 function drawCell() {
+  drawSheet();
   const { labelled, all } = moments();
   if (!all.includes(chosen.moment)) chosen.moment = all[0];
   const cell = cellAt(chosen.moment), found = verdicts(cell);
@@ -133,7 +134,6 @@ function drawCell() {
   counts(found);
   noteOf(found, labelled);
   drawMoments(all, labelled);
-  drawSheet();
 }
 
 /** How many voxels of each verdict there are, beside the switches. */

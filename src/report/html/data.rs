@@ -6,7 +6,7 @@ use serde::Serialize;
 
 use super::Sweep;
 use super::cells::Cells;
-use super::measure::{self, Measure};
+use super::measure::{self, Baseline, Measure};
 use super::mounting::{Turned, room_m};
 use super::packed::Numbers;
 use super::ranking::Ranking;
@@ -21,6 +21,9 @@ use crate::sweep::{World, table};
 /// Rays that stand for the many of a sensor that is no camera.
 const RAYS_SHOWN: usize = 48;
 
+/// For each scene and series: minimum, quartiles and maximum.
+type Boxes = Vec<Vec<Option<[f64; 5]>>>;
+
 /// The root of the JSON.
 #[derive(Serialize)]
 pub(super) struct Data<'a> {
@@ -32,9 +35,9 @@ pub(super) struct Data<'a> {
     combinations: Vec<CombinationData<'a>>,
     series: Vec<SeriesData>,
     /// For each region, extent (all scenes, then each), and baseline: its measures.
-    baselines: Vec<Vec<Vec<(&'static str, [Option<f64>; measure::MEASURES])>>>,
-    /// For each region and score F1 and κ: each scene's and series' minimum, quartiles and maximum.
-    distributions: Vec<Vec<Vec<Vec<Option<[f64; 5]>>>>>,
+    baselines: Vec<Vec<Vec<Baseline>>>,
+    /// For each region and score F1 and κ.
+    distributions: Vec<Vec<Boxes>>,
     /// For each region and score F1 and κ: each combination's mean of the scenes' maxima.
     maxima: Vec<Vec<Vec<Option<f64>>>>,
     /// The combination with the most sensors, if there is one.
@@ -197,18 +200,13 @@ fn combinations<'a>(sweep: &'a Sweep) -> Vec<CombinationData<'a>> {
         .collect()
 }
 
-fn baselines(results: &Results, region: usize) -> Vec<Vec<(&'static str, [Option<f64>; measure::MEASURES])>> {
+fn baselines(results: &Results, region: usize) -> Vec<Vec<Baseline>> {
     let scenes = results.scenes.iter().map(|scene| scene.moments.clone());
     let extents = [results.moments()].into_iter().chain(scenes);
     extents.map(|moments| measure::of_baselines(results, moments, region)).collect()
 }
 
-fn distributions(
-    results: &Results,
-    rankings: &[Ranking],
-    region: usize,
-    score: Score,
-) -> Vec<Vec<Option<[f64; 5]>>> {
+fn distributions(results: &Results, rankings: &[Ranking], region: usize, score: Score) -> Boxes {
     let of_one = |ranking: &Ranking, scene: &crate::report::results::SceneResults| {
         let values = ranking.series.over(results, &scene.moments, region, score);
         let d = distribution(values.into_iter().flatten().map(|over| over.mean).collect())?;

@@ -32,8 +32,14 @@ pub(super) const ALL: [Measure; MEASURES] = [
     Measure { name: "false_alarm", title: "false alarm", less_is_better: true, of: Confusion::false_alarm },
 ];
 
-/// The simplest answers, by name.
-const TRIVIAL: [(&str, fn(&Baselines) -> &Confusion); 3] = [
+/// What an answer without a sensor is called, and its counts.
+type Answer = (&'static str, fn(&Baselines) -> &Confusion);
+
+/// What an answer without a sensor is called, and its mean of each measure.
+pub(super) type Baseline = (&'static str, [Option<f64>; MEASURES]);
+
+/// The simplest answers.
+const TRIVIAL: [Answer; 3] = [
     ("all occupied", |b| &b.all_occupied),
     ("all free", |b| &b.all_free),
     ("nothing seen", |b| &b.nothing_seen),
@@ -48,12 +54,10 @@ pub(super) fn of_choice(results: &Results, moments: Range<usize>, key: Key) -> [
 
 /// The mean of each measure over some moments, for each answer that needs no sensor, and last for the best that any
 /// sensor of the study could give.
-pub(super) fn of_baselines(
-    results: &Results,
-    moments: Range<usize>,
-    region: usize,
-) -> Vec<(&'static str, [Option<f64>; MEASURES])> {
-    let all = TRIVIAL.into_iter().chain([("upper bound", (|b| &b.ceiling) as fn(&Baselines) -> &Confusion)]);
+pub(super) fn of_baselines(results: &Results, moments: Range<usize>, region: usize) -> Vec<Baseline> {
+    let all = TRIVIAL
+        .into_iter()
+        .chain([("upper bound", (|b| &b.ceiling) as fn(&Baselines) -> &Confusion)] as [Answer; 1]);
     let of_one = |pick: fn(&Baselines) -> &Confusion| {
         let counts = || moments.clone().map(|moment| *pick(&results.baselines[moment][region]));
         ALL.map(|measure| Some(over::over(std::iter::once(counts()), measure.of)?.mean))
@@ -62,10 +66,7 @@ pub(super) fn of_baselines(
 }
 
 /// The best of the answers that need no sensor, by the measure of this number.
-pub(super) fn to_beat(
-    baselines: &[(&'static str, [Option<f64>; MEASURES])],
-    measure: usize,
-) -> Option<(&'static str, f64)> {
+pub(super) fn to_beat(baselines: &[Baseline], measure: usize) -> Option<(&'static str, f64)> {
     let with_value =
         baselines[..TRIVIAL.len()].iter().filter_map(|(name, values)| Some((*name, values[measure]?)));
     with_value.reduce(|best, next| if next.1 > best.1 { next } else { best })

@@ -64,7 +64,8 @@ function drawWalls() {
     const axis = a => [...new Set(here.map(p => p.at[a]))].sort((a, b) => a - b);
     const [us, vs] = [axis(u), axis(v)];
     const at = new Map(here.map(p => [`${p.at[u]}/${p.at[v]}`, p]));
-    const lattice = us.length > 1 && vs.length > 1 && here.length >= 0.6 * us.length * vs.length && at.size === here.length;
+    const even = all => all.every((x, i) => i < 2 || Math.abs(x - 2 * all[i - 1] + all[i - 2]) < 1e-6);
+    const lattice = us.length > 1 && vs.length > 1 && even(us) && even(vs) && here.length >= 0.6 * us.length * vs.length && at.size === here.length;
     const map = { zmin, zmax };
     const word = p => `${plain(nameOf(p.choice))}<br>x ${p.at[0].toFixed(2)}, y ${p.at[1].toFixed(2)}, z ${p.at[2].toFixed(2)} m<br>${measure().title} ${shown(p.value)}`;
     const traces = lattice

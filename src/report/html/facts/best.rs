@@ -2,7 +2,7 @@
 
 use super::mount::{self, Sheet};
 use crate::report::html::Sweep;
-use crate::report::html::measure::{self, MEASURES};
+use crate::report::html::measure::{self, Baseline, MEASURES};
 use crate::report::html::ranking::Ranking;
 use crate::report::table::number;
 use crate::report::{Results, Series};
@@ -57,13 +57,9 @@ pub(super) fn region<'a>(sweep: &Sweep<'a>, rankings: &[Ranking], region: usize)
             mount::sheets(sweep, rankings[number].series.combination, choice)
         }),
         below: below(rankings, region, &baselines),
-        baselines: baselines.into_iter().map(|(name, values)| (name, values.map(number_or_none))).collect(),
+        baselines: baselines.into_iter().map(|(name, values)| (name, values.map(number))).collect(),
         cut: if cut > 0.0 { format!("{:.1} %", 100.0 * cut) } else { String::new() },
     }
-}
-
-fn number_or_none(value: Option<f64>) -> String {
-    number(value)
 }
 
 fn row(
@@ -71,7 +67,7 @@ fn row(
     (series_number, series): (usize, Series),
     choice: usize,
     region: usize,
-    baselines: &[(&'static str, [Option<f64>; MEASURES])],
+    baselines: &[Baseline],
 ) -> Row {
     let over = measure::of_choice(results, results.moments(), series.key(choice, region));
     // Of an answer that is always `occupied` all people are seen: only F1 and κ weigh both ways of being wrong.
@@ -91,11 +87,7 @@ fn row(
     }
 }
 
-fn below(
-    rankings: &[Ranking],
-    region: usize,
-    baselines: &[(&'static str, [Option<f64>; MEASURES])],
-) -> String {
+fn below(rankings: &[Ranking], region: usize, baselines: &[Baseline]) -> String {
     let Some((name, to_beat)) = measure::to_beat(baselines, 0) else { return String::new() };
     let all: usize = rankings.iter().map(|ranking| ranking.by_region[region].len()).sum();
     let values = rankings.iter().flat_map(|ranking| &ranking.by_region[region]);

@@ -134,7 +134,21 @@ pub(super) fn assumed(sweep: &Sweep) -> Vec<String> {
         "The cell was looked at in {moments} moment{}; between and besides them nothing is claimed.",
         if moments == 1 { "" } else { "s" }
     ));
-    let warnings = sweep.manifest.get("about")["warnings"].as_array();
-    assumed.extend(warnings.into_iter().flatten().filter_map(|warning| Some(warning.as_str()?.to_string())));
     assumed
+        .extend(warnings(sweep).into_iter().map(|(what, scenes)| format!("{}: {what}", scenes.join(", "))));
+    assumed
+}
+
+/// What was assumed about scenes, each once, with the scenes.
+fn warnings<'a>(sweep: &Sweep<'a>) -> Vec<(&'a str, Vec<&'a str>)> {
+    let mut all: Vec<(&str, Vec<&str>)> = Vec::new();
+    for world in sweep.worlds {
+        for warning in &world.warnings {
+            match all.iter_mut().find(|(known, _)| known == warning) {
+                Some((_, scenes)) => scenes.push(&world.name),
+                None => all.push((warning, vec![&world.name])),
+            }
+        }
+    }
+    all
 }
