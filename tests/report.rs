@@ -119,7 +119,9 @@ fn scores_and_voxels_are_those_of_the_sweep() {
         }
     }
     assert!(compared > 100, "{compared}");
-    assert_eq!(voxels_compared(&page, &data, &rows), 3 * 2 * 3);
+    // At least three choices of each sensor, in three regions.
+    let voxels = voxels_compared(&page, &data, &rows);
+    assert!(voxels >= 3 * 2 * 3, "{voxels}");
 }
 
 /// Counts the voxels of each verdict in the page's labels, and how often they were those of results.csv.
