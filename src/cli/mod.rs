@@ -26,6 +26,7 @@ mod packages;
 mod progress;
 mod quantity;
 mod render;
+mod report;
 mod schema;
 mod sensors;
 mod shard;
@@ -64,6 +65,7 @@ First steps:
   perirobot sweep scenes/quick.toml --out out/quick   score the poses of a study that ships
   perirobot summary out/quick                         the tables of the paper from those results
   perirobot why out/quick                             what the best poses miss, and why
+  perirobot report out/quick                          all of it as one page, with plots and a 3D view
   perirobot sweep scenes/quick.toml --out out/quick   once more: nothing is left to do, after a stop it goes on
   perirobot compare scenes/tiny.toml                  prove that all backends agree
   perirobot devices                                   see which GPU would be used
@@ -80,6 +82,7 @@ enum Command {
     Merge(merge::Args),
     Summary(summary::Args),
     Why(why::Args),
+    Report(report::Args),
     Export(export::Args),
     Render(render::Args),
     Cluster(cluster::Args),
@@ -104,6 +107,7 @@ pub(crate) fn run() -> ExitCode {
         Command::Merge(args) => merge::run(&args),
         Command::Summary(args) => summary::run(&args),
         Command::Why(args) => why::run(&args),
+        Command::Report(args) => report::run(&args),
         Command::Export(args) => export::run(&args),
         Command::Render(args) => render::run(&args),
         Command::Cluster(args) => cluster::run(&args),

@@ -116,7 +116,7 @@ fn cells(over: Option<Over>, left_out: &mut bool) -> [String; 3] {
 }
 
 /// What the scores are over: `3 scenes, 10 repeats`.
-fn extent(results: &Results) -> String {
+pub(super) fn extent(results: &Results) -> String {
     let (scenes, moments) = (results.scenes.len(), results.moments().len());
     let mut text = count(scenes, "scene");
     if moments > scenes {

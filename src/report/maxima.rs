@@ -107,7 +107,7 @@ pub fn render(results: &Results, selection: &Selection) -> String {
 }
 
 /// A mean as a part of another.
-fn relative(mean: Option<f64>, reference: Option<f64>) -> Option<f64> {
+pub(super) fn relative(mean: Option<f64>, reference: Option<f64>) -> Option<f64> {
     let reference = reference.filter(|r| *r != 0.0)?;
     Some(mean? / reference)
 }

@@ -4,6 +4,7 @@
 pub mod best;
 pub mod distribution;
 pub mod groups;
+pub mod html;
 pub mod maxima;
 pub mod over;
 mod read;

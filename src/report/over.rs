@@ -1,7 +1,6 @@
 //! One score over several scenes, snapshots and repeats: mean, worst, spread and pooled. A score without a value (a zero
 //! denominator) is left out, never counted as zero.
 
-use super::Score;
 use crate::metrics::Confusion;
 
 /// What a score is over several moments and repeats.
@@ -22,7 +21,7 @@ pub struct Over {
 }
 
 /// One choice's score over repeats, each with the counts of its moments; `None` if there is no value at all.
-pub fn over<R>(repeats: impl Iterator<Item = R>, score: Score) -> Option<Over>
+pub fn over<R>(repeats: impl Iterator<Item = R>, score: impl Fn(&Confusion) -> Option<f64>) -> Option<Over>
 where
     R: Iterator<Item = Confusion>,
 {
@@ -33,7 +32,7 @@ where
         for reading in repeat {
             counts = counts.plus(&reading);
             of += 1;
-            if let Some(value) = score.of(&reading) {
+            if let Some(value) = score(&reading) {
                 worst = worst.min(value);
                 one.add(value);
                 all.add(value);
@@ -42,7 +41,7 @@ where
         means.extend(one.mean());
     }
     let mean = all.mean()?;
-    Some(Over { mean, std: deviation(&means), worst, pooled: score.of(&counts), values: all.count, of })
+    Some(Over { mean, std: deviation(&means), worst, pooled: score(&counts), values: all.count, of })
 }
 
 /// Values added up in the order they come, so that the same counts give the same bytes.
@@ -82,7 +81,7 @@ mod tests {
     }
 
     fn f1(repeats: &[Vec<Confusion>]) -> Option<Over> {
-        over(repeats.iter().map(|repeat| repeat.iter().copied()), Score::F1)
+        over(repeats.iter().map(|repeat| repeat.iter().copied()), Confusion::f1)
     }
 
     #[test]

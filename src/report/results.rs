@@ -189,7 +189,7 @@ impl Results {
     pub fn over(&self, moments: Range<usize>, key: Key, score: Score) -> Option<Over> {
         let at = move |moment, repeat| self.counts(moment, repeat, &key);
         let repeats = (0..self.repeats).map(|repeat| moments.clone().map(move |moment| at(moment, repeat)));
-        over::over(repeats, score)
+        over::over(repeats, |counts| score.of(counts))
     }
 
     /// The names of the baselines and their score over some moments.
@@ -201,7 +201,7 @@ impl Results {
     ) -> [(&'static str, Option<Over>); 4] {
         let of = |pick: fn(&Baselines) -> &Confusion| {
             let counts = moments.clone().map(move |moment| *pick(&self.baselines[moment][region]));
-            over::over(std::iter::once(counts), score)
+            over::over(std::iter::once(counts), |counts| score.of(counts))
         };
         [
             ("upper bound", of(|b| &b.ceiling)),
@@ -219,7 +219,7 @@ impl CombinationResults {
     }
 
     /// The poses of a choice.
-    fn poses(&self, choice: usize) -> impl Iterator<Item = (&MemberResults, &PoseResults)> {
+    pub(super) fn poses(&self, choice: usize) -> impl Iterator<Item = (&MemberResults, &PoseResults)> {
         let chosen = nth_choice(choice, self.members.iter().map(|member| member.candidates.len()));
         self.members.iter().zip(chosen).map(|(member, i)| (member, &member.poses[member.candidates[i]]))
     }

@@ -1,0 +1,67 @@
+//! `perirobot report`: the folder of a sweep as one page to read, click through, mail and print.
+
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+use perirobot::report::{Results, html};
+use perirobot::sweep::files::write_whole;
+use perirobot::sweep::manifest::Manifest;
+use perirobot::{Error, Result};
+
+use super::backend::BackendArgs;
+use super::swept::SweptArgs;
+
+/// Write the results of a sweep as one HTML page
+///
+/// The page holds everything and needs no network: what was assumed, the best placements with a mounting sheet for each
+/// sensor, distributions of the scores, maps of walls and ceiling, a table of the poses, and a 3D view of the cell with what
+/// the selected pose gets right, wrong and does not know. It opens from a mail attachment and prints to PDF.
+#[derive(clap::Args)]
+#[command(after_help = AFTER_HELP)]
+pub(super) struct Args {
+    #[command(flatten)]
+    swept: SweptArgs,
+    /// The page [default: report.html in DIR]
+    #[arg(long, value_name = "FILE")]
+    out: Option<PathBuf>,
+    /// How many of the best choices of poses, of each region and representation, the 3D view shows voxel by voxel; of all
+    /// others it shows cell and frustum
+    #[arg(long, value_name = "N", default_value_t = html::LOOKED_AT)]
+    voxels_of: usize,
+    #[command(flatten)]
+    backend: BackendArgs,
+}
+
+const AFTER_HELP: &str = "\
+Examples:
+  perirobot sweep scenes/quick.toml --out out/quick
+  perirobot report out/quick                     writes out/quick/report.html
+  perirobot report out/quick --voxels-of 3       sooner done, and smaller";
+
+pub(super) fn run(args: &Args) -> Result<ExitCode> {
+    args.backend.start_threads()?;
+    let folder = args.swept.folder();
+    let out = args.out.clone().unwrap_or_else(|| folder.join(html::REPORT));
+    if out.is_dir() {
+        return Err(Error::input(format!("--out {}", out.display()), "is a folder: name a file"));
+    }
+    let (results, warnings) = Results::read(folder)?;
+    for warning in warnings {
+        say!("warning: {}", super::harmless(&warning));
+    }
+    let manifest = Manifest::read(folder)?;
+    let (study, worlds) = args.swept.load()?;
+    let mut backend = args.backend.open()?;
+    let sweep = html::Sweep { results: &results, manifest: &manifest, study: &study, worlds: &worlds };
+    let bar = indicatif::ProgressBar::new(0).with_prefix("poses looked at");
+    let style = indicatif::ProgressStyle::with_template("{prefix} {wide_bar} {pos}/{len}, {eta} left");
+    bar.set_style(style.unwrap_or_else(|_| indicatif::ProgressStyle::default_bar()));
+    let page = html::page(&sweep, args.voxels_of, &mut *backend, &mut |done, of| {
+        bar.set_length(of as u64);
+        bar.set_position(done as u64);
+    })?;
+    bar.finish_and_clear();
+    write_whole(&out, page.as_bytes())?;
+    super::print(&format!("{} ({:.1} MB)\n", out.display(), page.len() as f64 / 1e6))?;
+    Ok(ExitCode::SUCCESS)
+}

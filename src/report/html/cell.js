@@ -1,0 +1,203 @@
+// The cell in three dimensions: what is there, what the chosen pose makes of a region, where the sensors are and look; and
+// their mounting sheets.
+const LAYERS = [
+  { name: "TP", what: "occupied, and called so", colour: "#0072b2", on: true },
+  { name: "FN", what: "occupied, but called free", colour: "#d55e00", on: true },
+  { name: "FP", what: "free, but called occupied", colour: "#e69f00", on: true },
+  { name: "TN", what: "free, and called so", colour: "#56b4e9", on: false, opacity: 0.25 },
+  { name: "UO", what: "occupied, and not known", colour: "#cc79a7", on: true },
+  { name: "UF", what: "free, and not known", colour: "#6b7280", on: false, opacity: 0.25 },
+  { name: "environment", what: "walls, tables, fences", colour: "#b8c0c8", on: true, opacity: 0.16 },
+  { name: "robot", what: "the robot", colour: "#3d4a57", on: false, opacity: 0.6 },
+  { name: "people", what: "people", colour: "#009e73", on: false, opacity: 0.6 },
+  { name: "sensors", what: "where sensors are and look", colour: "#000000", on: true },
+];
+const VERDICTS = 6;
+const scenery = new Map();
+
+/** The scene at a moment, its runs undone once. */
+function cellAt(moment) {
+  if (!scenery.has(moment)) {
+    const found = data.cells.moments.find(one => one.moment === moment);
+    const count = found.size.reduce((a, b) => a * b);
+    const regions = found.regions.map(part => classes(part, count));
+    const anywhere = new Uint8Array(count);
+    let members = 0;
+    for (let i = 0; i < count; i++) if (regions.some(region => region[i])) { anywhere[i] = 1; members++; }
+    scenery.set(moment, { ...found, count, truth: classes(found.truth, count), regions, anywhere, members, meshes: new Map() });
+  }
+  return scenery.get(moment);
+}
+
+/** The moments at which the chosen scene can be shown: first those with labels of the chosen pose. */
+function moments() {
+  const { moments: [begin, end] } = data.scenes[Math.max(0, chosen.extent - 1)];
+  const inside = all => all.map(one => one.moment).filter(moment => moment >= begin && moment < end);
+  const labelled = inside(data.cells.labels.filter(one => one.series === chosen.series && one.choice === chosen.choice));
+  return { labelled, all: [...new Set([...labelled, ...inside(data.cells.moments)])] };
+}
+
+/** Each voxel's layer plus one, in the chosen region; null where the pose has no labels at that moment. */
+function verdicts(cell) {
+  const found = data.cells.labels.find(one => one.series === chosen.series && one.choice === chosen.choice && one.moment === cell.moment);
+  if (!found) return null;
+  const labels = classes(found.labels, cell.members), region = cell.regions[chosen.region];
+  const verdicts = new Uint8Array(cell.count);
+  // By label (unknown, free, occupied), for what is free and for what is there.
+  const layers = [[6, 4, 3], [5, 2, 1]];
+  for (let i = 0, n = 0; i < cell.count; i++) {
+    if (!cell.anywhere[i]) continue;
+    const label = labels[n++];
+    if (region[i]) verdicts[i] = layers[cell.truth[i] ? 1 : 0][label];
+  }
+  return verdicts;
+}
+
+/** The outside of the voxels of a class, as triangles; faces beside each other are one. */
+function mesh(voxels, wanted, { size, origin }) {
+  const h = data.voxel_size_m, step = [1, size[0], size[0] * size[1]];
+  const x = [], y = [], z = [], i = [], j = [], k = [];
+  const corner = at => { x.push((at[0] + origin[0]) * h); y.push((at[1] + origin[1]) * h); z.push((at[2] + origin[2]) * h); };
+  for (let axis = 0; axis < 3; axis++) for (const side of [0, 1]) {
+    const along = axis === 0 ? 1 : 0, across = 3 - axis - along, to = side ? step[axis] : -step[axis];
+    const at = [0, 0, 0];
+    for (at[axis] = 0; at[axis] < size[axis]; at[axis]++) {
+      const edge = side ? at[axis] === size[axis] - 1 : at[axis] === 0;
+      for (at[across] = 0; at[across] < size[across]; at[across]++) {
+        let begin = -1;
+        const row = at[axis] * step[axis] + at[across] * step[across];
+        for (let n = 0; n <= size[along]; n++) {
+          const here = row + n * step[along];
+          const face = n < size[along] && voxels[here] === wanted && (edge || voxels[here + to] !== wanted);
+          if (face && begin < 0) begin = n;
+          if (face || begin < 0) continue;
+          const first = x.length, low = [...at];
+          low[axis] += side;
+          for (const [a, b] of [[begin, 0], [n, 0], [n, 1], [begin, 1]]) {
+            const point = [...low];
+            point[along] = a;
+            point[across] += b;
+            corner(point);
+          }
+          i.push(first, first); j.push(first + 1, first + 2); k.push(first + 2, first + 3);
+          begin = -1;
+        }
+      }
+    }
+  }
+  return { x, y, z, i, j, k };
+}
+
+const surface = (layer, shape) => ({ type: "mesh3d", ...shape, name: layer.name, color: layer.colour, opacity: layer.opacity ?? 1, flatshading: true, hoverinfo: "name", visible: layer.on, lighting: { ambient: 0.72, diffuse: 0.45, specular: 0.05 }, lightposition: { x: 4000, y: -6000, z: 9000 } });
+
+/** How far a ray goes until it leaves a box. */
+function farthest(at, along, [low, high]) {
+  const ends = along.map((d, axis) => d === 0 ? Infinity : ((d > 0 ? high[axis] : low[axis]) - at[axis]) / d);
+  return Math.max(0, Math.min(...ends));
+}
+
+/** Places, axes and frustums of the chosen sensors. */
+function sensorTraces(cell) {
+  const h = data.voxel_size_m, box = [times(cell.origin, h), cell.size.map((n, axis) => (cell.origin[axis] + n) * h)];
+  const traces = [], on = LAYERS.at(-1).on;
+  for (const { sensor, pose } of members(chosen.choice)) {
+    if (!pose.at_m) continue;
+    const { at, turn } = inWorld(sensor, pose, cell.moment);
+    traces.push({ type: "scatter3d", mode: "markers+text", x: [at[0]], y: [at[1]], z: [at[2]], text: [plain(sensor.name)], textposition: "top center", hoverinfo: "text", marker: { size: 6, color: "#000", symbol: "diamond" }, visible: on });
+    [[1, 0, 0], [0, 1, 0], [0, 0, 1]].forEach((axis, n) => traces.push(lines3d([at, plus(at, times(turn(axis), 0.3))], { line: { width: 6, color: ["#d55e00", "#009e73", "#0072b2"][n] }, visible: on })));
+    if (!sensor.rays) continue;
+    const ends = sensor.rays.directions.map(direction => {
+      const along = turn(direction);
+      return plus(at, times(along, Math.min(sensor.rays.range_m[1], farthest(at, along, box))));
+    });
+    const rays = ends.flatMap(end => [at, end, [null, null, null]]);
+    const rim = sensor.rays.is_picture ? [...ends, ends[0]] : [];
+    traces.push(lines3d([...rays, ...rim], { line: { width: sensor.rays.is_picture ? 4 : 1.5, color: "#222" }, visible: on }));
+  }
+  return traces;
+}
+
+/** Draws the cell at the chosen moment. */
+function drawCell() {
+  drawSheet();
+  const { labelled, all } = moments();
+  if (!all.includes(chosen.moment)) chosen.moment = all[0];
+  const cell = cellAt(chosen.moment), found = verdicts(cell);
+  const traces = LAYERS.slice(0, VERDICTS).map((layer, n) => surface(layer, found ? mesh(found, n + 1, cell) : { x: [], y: [], z: [], i: [], j: [], k: [] }));
+  LAYERS.slice(VERDICTS, -1).forEach((layer, n) => {
+    if (!cell.meshes.has(n)) cell.meshes.set(n, mesh(cell.truth, n + 1, cell));
+    // What has no verdict to show is shown itself.
+    traces.push({ ...surface(layer, cell.meshes.get(n)), visible: layer.on || !found && n > 0 });
+  });
+  traces.push(...sensorTraces(cell));
+  Plotly.react(element("view"), traces, { ...LAYOUT, margin: { l: 0, r: 0, t: 0, b: 0 }, showlegend: false, scene: { ...SCENE, uirevision: 1 } }, CONFIG);
+  counts(found);
+  noteOf(found, labelled);
+  drawMoments(all, labelled);
+}
+
+/** How many voxels of each verdict there are, beside the switches. */
+function counts(found) {
+  const all = new Array(VERDICTS + 1).fill(0);
+  found?.forEach(verdict => all[verdict]++);
+  LAYERS.slice(0, VERDICTS).forEach((layer, n) => {
+    element(`count-${layer.name}`).textContent = found ? all[n + 1] : "";
+    element(`layer-${layer.name}`).disabled = !found;
+  });
+}
+
+function noteOf(found, labelled) {
+  const of = combination(), scene = data.scenes[Math.max(0, chosen.extent - 1)];
+  const text = `${fullName(chosen.choice)} in scene ${scene.name}`;
+  const note = element("cell-note");
+  if (found) return note.replaceChildren(`${text}: what it makes of region ${data.regions[chosen.region]}, in voxels.`);
+  const quoted = word => /^[\w./:+-]+$/.test(word) ? word : `'${word.replace(/'/g, `'\\''`)}'`;
+  const words = ["perirobot", "render", data.study, "--pose", fullName(chosen.choice), "--combination", of.name, "--representation", of.representations[series().representation], "--scene", scene.name, "--snapshot", String(chosen.moment - scene.moments[0]), "--out", "pose.png"];
+  const why = labelled.length ? "at this moment" : "as it is not among the best";
+  note.replaceChildren(`${text}: its voxels are not in this page, ${why}. This draws them: `, made("code", {}, words.map(quoted).join(" ")));
+}
+
+/** The moments to choose from, where there are several. */
+function drawMoments(all, labelled) {
+  const home = element("moment"), [begin] = data.scenes[Math.max(0, chosen.extent - 1)].moments;
+  home.parentElement.hidden = all.length < 2;
+  home.replaceChildren(...all.map(moment => {
+    const option = made("option", { value: moment }, `${moment - begin}${labelled.includes(moment) ? "" : " (no labels)"}`);
+    option.selected = moment === chosen.moment;
+    return option;
+  }));
+}
+
+/** A mounting sheet for each chosen sensor that stands somewhere. */
+function drawSheet() {
+  const [low, high] = data.scenes[Math.max(0, chosen.extent - 1)].room_m;
+  const sheets = members(chosen.choice).filter(({ pose }) => pose.at_m).map(({ sensor, pose }) => {
+    const at = pose.at_m, metres = value => `${value.toFixed(3)} m`;
+    const sides = ["x", "y"].flatMap((name, axis) => [[`wall at lowest ${name}`, metres(at[axis] - low[axis])], [`wall at highest ${name}`, metres(high[axis] - at[axis])]]);
+    const places = sensor.on ? [["mounted on", `${sensor.on.object}, link ${sensor.on.link}`]] : [...sides, ["floor", metres(at[2] - low[2])], ["ceiling", metres(high[2] - at[2])]];
+    const turns = ["pan", "tilt", "roll"].map((name, n) => [name, `${pose.turned_deg[n].toFixed(1)}°`]);
+    const lines = [["position", NAMES.map((name, axis) => `${name} ${metres(at[axis])}`).join(", ")], ...places, ...turns];
+    return made("table", { class: "sheet" }, made("caption", {}, `Mounting sheet: ${sensor.name}, ${pose.name}`), ...lines.map(([name, value]) => made("tr", {}, made("th", { scope: "row" }, name), made("td", {}, value))));
+  });
+  element("sheet").replaceChildren(...sheets);
+}
+
+/** The switches of the layers. */
+function makeLayers() {
+  const home = element("layers");
+  LAYERS.forEach((layer, n) => {
+    const box = made("input", { type: "checkbox", id: `layer-${layer.name}` });
+    box.checked = layer.on;
+    box.addEventListener("change", () => {
+      layer.on = box.checked;
+      const traces = n < LAYERS.length - 1 ? [n] : element("view").data.map((_, i) => i).slice(LAYERS.length - 1);
+      Plotly.restyle(element("view"), { visible: layer.on }, traces);
+    });
+    const colour = made("i", {});
+    colour.style.background = layer.colour;
+    home.append(made("label", { class: "layer", title: layer.what }, box, colour, layer.name, made("span", { id: `count-${layer.name}`, class: "note" })));
+  });
+  const moment = made("select", { id: "moment" });
+  moment.addEventListener("change", () => { chosen.moment = Number(moment.value); drawCell(); });
+  home.append(made("label", {}, "Moment ", moment));
+}

@@ -1,0 +1,120 @@
+// What is chosen, and what follows from it: the scores of choices of poses, their names and places. Whoever shows something
+// listens here.
+const chosen = { extent: 0, region: 0, series: 0, measure: 0, member: 0, choice: 0 };
+const listeners = [];
+const series = () => data.series[chosen.series];
+const combination = () => data.combinations[series().combination];
+const measure = () => data.measures[chosen.measure];
+const extents = ["all scenes", ...data.scenes.map(scene => scene.name)];
+
+/** Changes what is chosen and tells everybody. */
+function choose(changes) {
+  const before = chosen.series;
+  Object.assign(chosen, changes);
+  if (chosen.series !== before) {
+    chosen.member = posed()[0] ?? 0;
+    if (changes.choice === undefined) chosen.choice = bestChoice();
+  }
+  listeners.forEach(listener => listener(changes));
+}
+
+/** The choices of a block of scores. */
+const choicesOf = block => block.choices ?? Array.from({ length: block.count }, (_, i) => i);
+
+/** Where a choice stands in a block; -1 where there was no room for it. */
+const placeIn = (block, choice) => block.choices ? block.choices.indexOf(choice) : choice;
+
+/** Each choice's value of a measure over an extent. */
+function values(measure = chosen.measure, extent = chosen.extent, of = series()) {
+  const block = of.scores.over;
+  const row = (chosen.region * extents.length + extent) * data.measures.length + measure;
+  return numbers.subarray(block.begin + row * block.count, block.begin + (row + 1) * block.count);
+}
+
+/** The better of two values, where any is better than none. */
+function isBetter(a, b, measure = chosen.measure) {
+  if (Number.isNaN(a)) return false;
+  return Number.isNaN(b) || (data.measures[measure].less_is_better ? a < b : a > b);
+}
+
+function bestChoice() {
+  const all = values();
+  let best = 0;
+  all.forEach((value, i) => { if (isBetter(value, all[best])) best = i; });
+  return choicesOf(series().scores.over)[best];
+}
+
+/** Which candidate each member of a choice has; those of the last member vary fastest. */
+function candidates(choice, of = combination()) {
+  const found = [];
+  for (let i = of.members.length - 1, rest = choice; i >= 0; i--) {
+    const all = of.members[i].candidates;
+    found[i] = all[rest % all.length];
+    rest = Math.floor(rest / all.length);
+  }
+  return found;
+}
+
+/** Members, each with its sensor and the pose it has in a choice. */
+const members = (choice, of = combination()) => candidates(choice, of).map((candidate, i) => {
+  const sensor = data.sensors[of.members[i].sensor];
+  return { sensor, pose: sensor.poses[candidate] };
+});
+
+/** As in the column `poses` of results.csv. */
+const fullName = (choice, of = combination()) => members(choice, of).map(({ sensor, pose }) => `${sensor.name}:${pose.name}`).join(data.between_members);
+
+/** As in tables: without the name of an only sensor, and without what there is one of. */
+function nameOf(choice, of = combination()) {
+  if (of.members.length === 1) return members(choice, of)[0].pose.name;
+  return members(choice, of).filter((_, i) => of.members[i].candidates.length > 1).map(({ sensor, pose }) => `${sensor.name}: ${pose.name}`).join(", ") || fullName(choice, of);
+}
+
+/** Numbers of the members that stand somewhere and could stand elsewhere; else of those that stand anywhere. */
+function posed(of = combination()) {
+  const with_place = of.members.map((_, i) => i).filter(i => data.sensors[of.members[i].sensor].poses.some(pose => pose.at_m));
+  const several = with_place.filter(i => of.members[i].candidates.length > 1);
+  return several.length ? several : with_place;
+}
+
+/** The best answer without a sensor, by a measure over an extent. */
+function toBeat(measure = chosen.measure, extent = chosen.extent, region = chosen.region) {
+  const all = data.baselines[region][extent].slice(0, 3).filter(([, values]) => values[measure] !== null);
+  return all.map(([name, values]) => ({ name, value: values[measure] })).reduce((best, next) => !best || next.value > best.value ? next : best, null);
+}
+
+/** Positions of a member: for each the best choice that has it there. */
+function positions(member = chosen.member) {
+  const of = combination(), sensor = data.sensors[of.members[member].sensor];
+  const all = values(), choices = choicesOf(series().scores.over);
+  const found = new Map();
+  choices.forEach((choice, i) => {
+    const pose = sensor.poses[candidates(choice)[member]];
+    if (!pose.at_m) return;
+    const key = `${pose.group}/${pose.at_m}`;
+    const known = found.get(key);
+    if (!known) found.set(key, { group: pose.group, at: pose.at_m, choice, value: all[i], key });
+    else if (isBetter(all[i], known.value)) Object.assign(known, { choice, value: all[i] });
+  });
+  return [...found.values()];
+}
+
+/** The key of where a member stands in the chosen choice. */
+function chosenPosition(member = chosen.member) {
+  const pose = members(chosen.choice)[member]?.pose;
+  return pose?.at_m ? `${pose.group}/${pose.at_m}` : "";
+}
+
+// Vectors and quaternions (x, y, z, w).
+const plus = (a, b) => a.map((x, i) => x + b[i]);
+const times = (a, s) => a.map(x => x * s);
+function turned([x, y, z, w], [a, b, c]) {
+  const t = [2 * (y * c - z * b), 2 * (z * a - x * c), 2 * (x * b - y * a)];
+  return [a + w * t[0] + y * t[2] - z * t[1], b + w * t[1] + z * t[0] - x * t[2], c + w * t[2] + x * t[1] - y * t[0]];
+}
+/** Where a pose is in the world at a moment: a place, and how directions are turned. */
+function inWorld(sensor, pose, moment) {
+  if (!sensor.on) return { at: pose.at_m, turn: v => turned(pose.turn, v) };
+  const carrier = sensor.on.frames[moment];
+  return { at: plus(carrier.at_m, turned(carrier.turn, pose.at_m)), turn: v => turned(carrier.turn, turned(pose.turn, v)) };
+}

@@ -1,0 +1,154 @@
+//! What was run: study, cell, sensors, who computed, what went wrong on the way; and what was assumed.
+
+use serde_json::Value;
+
+use super::Plain;
+use crate::report::html::Sweep;
+use crate::{SEMANTICS_VERSION, shell};
+
+/// What was run.
+#[derive(Debug)]
+pub(in crate::report::html) struct Run {
+    /// Name and value.
+    pub(in crate::report::html) lines: Vec<(&'static str, String)>,
+    pub(in crate::report::html) tables: Vec<Plain>,
+}
+
+pub(super) fn run(sweep: &Sweep) -> Run {
+    let (study, manifest) = (sweep.study, sweep.manifest);
+    let about = manifest.get("about");
+    let of = |value: &Value| value.as_str().map_or_else(|| value.to_string(), str::to_string);
+    let lines = vec![
+        ("study", study.path.display().to_string()),
+        ("command", shell::command(&manifest.command())),
+        ("voxel size", format!("{} m", study.voxel_size_m)),
+        ("seed", study.seed.to_string()),
+        ("repeats", study.repeats.to_string()),
+        ("swept by", format!("perirobot {}", of(&about["perirobot"]))),
+        ("rules of counting", format!("version {}", manifest.get("semantics_version"))),
+        ("report by", format!("perirobot {} (rules {SEMANTICS_VERSION})", env!("CARGO_PKG_VERSION"))),
+        ("fingerprint", of(manifest.get("fingerprint"))),
+    ];
+    Run { lines, tables: vec![scenes(sweep), sensors(sweep), combinations(sweep), runs(sweep)] }
+}
+
+fn plain(title: &str, columns: &[&str], rows: Vec<Vec<String>>) -> Plain {
+    let columns = columns.iter().map(|name| name.to_string()).collect();
+    Plain { title: title.into(), columns, rows }
+}
+
+fn scenes(sweep: &Sweep) -> Plain {
+    let rows = sweep.results.scenes.iter().zip(&sweep.study.scenes).map(|(scene, spec)| {
+        let world = &sweep.worlds[scene.moments.start];
+        let truth = &world.truth;
+        let [x, y, z] = truth.grid.size;
+        let objects = truth.objects.iter().map(|object| object.name.as_str());
+        vec![
+            scene.name.clone(),
+            spec.path.display().to_string(),
+            scene.moments.len().to_string(),
+            format!("{x} × {y} × {z}"),
+            truth.occupied.count().to_string(),
+            objects.collect::<Vec<_>>().join(", "),
+        ]
+    });
+    let columns = ["scene", "file", "moments", "voxels", "occupied", "objects"];
+    plain("Cell", &columns, rows.collect())
+}
+
+fn sensors(sweep: &Sweep) -> Plain {
+    let all = sweep.manifest.get("sensors").as_array();
+    let rows = all.into_iter().flatten().map(|sensor| {
+        let words = sensor["representations"].as_array().into_iter().flatten().filter_map(Value::as_str);
+        let text = |key: &str| sensor[key].as_str().unwrap_or_default().to_string();
+        vec![
+            text("name"),
+            text("kind"),
+            sensor["poses"].to_string(),
+            sensor["rays_per_pose"].to_string(),
+            words.collect::<Vec<_>>().join(", "),
+        ]
+    });
+    plain("Sensors", &["sensor", "kind", "poses", "rays a pose", "representations"], rows.collect())
+}
+
+fn combinations(sweep: &Sweep) -> Plain {
+    let pairs = sweep.results.combinations.iter().zip(&sweep.study.combinations);
+    let rows = pairs.map(|(found, asked)| {
+        let sensors = found.members.iter().map(|member| member.sensor.as_str());
+        let fusion = serde_json::to_value(asked.fusion).unwrap_or_default();
+        vec![
+            found.name.clone(),
+            sensors.collect::<Vec<_>>().join(", "),
+            fusion.as_str().unwrap_or_default().to_string(),
+            found.choices().to_string(),
+        ]
+    });
+    plain("Combinations", &["combination", "sensors", "fusion", "choices of poses"], rows.collect())
+}
+
+fn runs(sweep: &Sweep) -> Plain {
+    let all = sweep.manifest.get("runs").as_array();
+    let rows = all.into_iter().flatten().map(|run| {
+        let text = |key: &str| run[key].as_str().unwrap_or_default().to_string();
+        let faults = run["faults"].as_array().into_iter().flatten().map(|fault| {
+            let of = |key: &str| fault[key].as_str().unwrap_or_default();
+            format!("{} (scene {}; instead: {})", of("what"), of("scene"), of("instead"))
+        });
+        let faults = faults.collect::<Vec<_>>().join("; ");
+        vec![
+            format!("{}, {}", text("backend"), text("device")),
+            run["poses"].to_string(),
+            format!("{:.1}", run["sweep_s"].as_f64().unwrap_or_default()),
+            run["verified"].to_string(),
+            text("ended"),
+            if faults.is_empty() { "none".into() } else { faults },
+        ]
+    });
+    let columns = ["adapter", "poses scored", "seconds", "poses checked on the CPU", "ended", "faults"];
+    plain("Runs", &columns, rows.collect())
+}
+
+/// What a reader may not expect, a sentence each.
+pub(super) fn assumed(sweep: &Sweep) -> Vec<String> {
+    let (study, results) = (sweep.study, sweep.results);
+    let mut assumed = vec![format!(
+        "Space is cut into voxels of {} m: nothing smaller is told apart, and scores at other sizes are not comparable.",
+        study.voxel_size_m
+    )];
+    assumed.push(match (study.noiseless, study.repeats) {
+        (true, _) => "Sensors measure without noise, whatever the study says of it.".into(),
+        (false, 1) => {
+            "Every pose was scored once; where a sensor has noise, another draw gives a slightly other score."
+                .into()
+        }
+        (false, n) => format!("Every pose was scored {n} times with other noise; scores are means."),
+    });
+    if study.backdrop {
+        assumed.push(
+            "A ray that leaves the grid returns from just outside: what it passed counts as free.".into(),
+        );
+    }
+    let moments = results.moments().len();
+    assumed.push(format!(
+        "The cell was looked at in {moments} moment{}; between and besides them nothing is claimed.",
+        if moments == 1 { "" } else { "s" }
+    ));
+    assumed
+        .extend(warnings(sweep).into_iter().map(|(what, scenes)| format!("{}: {what}", scenes.join(", "))));
+    assumed
+}
+
+/// What was assumed about scenes, each once, with the scenes.
+fn warnings<'a>(sweep: &Sweep<'a>) -> Vec<(&'a str, Vec<&'a str>)> {
+    let mut all: Vec<(&str, Vec<&str>)> = Vec::new();
+    for world in sweep.worlds {
+        for warning in &world.warnings {
+            match all.iter_mut().find(|(known, _)| known == warning) {
+                Some((_, scenes)) => scenes.push(&world.name),
+                None => all.push((warning, vec![&world.name])),
+            }
+        }
+    }
+    all
+}

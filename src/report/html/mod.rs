@@ -1,0 +1,119 @@
+//! One page that holds a whole sweep: what was assumed, the best placements and how to mount them, every plot, and the cell in
+//! three dimensions. It needs no other file and no network. Scores are made elsewhere; nothing is swept again.
+//!
+//! # Practice
+//! What can be read is in `page.html` and made here; what is drawn is drawn by `*.js` with plotly.js, from numbers that the
+//! page holds compressed. Text from the user's files reaches the page through the template or as JSON only.
+
+mod cells;
+mod data;
+mod facts;
+mod measure;
+mod mounting;
+mod packed;
+mod ranking;
+mod scores;
+
+use askama::Template;
+
+use crate::backend::Backend;
+use crate::report::Results;
+use crate::study::Study;
+use crate::sweep::World;
+use crate::sweep::manifest::Manifest;
+use crate::{Error, Result};
+use packed::{Numbers, packed};
+
+/// The name of the file in a sweep's folder.
+pub const REPORT: &str = "report.html";
+
+/// How many choices of poses of each region and representation are looked at voxel by voxel, unless others are wanted.
+pub const LOOKED_AT: usize = 20;
+
+/// A finished sweep, and what it came from.
+#[derive(Clone, Copy, Debug)]
+pub struct Sweep<'a> {
+    /// What was found.
+    pub results: &'a Results,
+    /// What was asked, of whom, and who answered.
+    pub manifest: &'a Manifest,
+    /// The study that was swept.
+    pub study: &'a Study,
+    /// Its scenes at their moments.
+    pub worlds: &'a [World],
+}
+
+#[derive(Template)]
+#[template(path = "page.html")]
+struct Page<'a> {
+    facts: facts::Facts<'a>,
+    style: &'static str,
+    script: String,
+    plotly: String,
+    data: String,
+    numbers: String,
+    cells: String,
+}
+
+/// The page. Of each region and representation the best `looked_at` choices of poses are looked at voxel by voxel on a
+/// backend, which is told of after each: how many of how many are done.
+///
+/// # Errors
+/// Those of the backend, and of a journal that cannot be read.
+pub fn page(
+    sweep: &Sweep,
+    looked_at: usize,
+    backend: &mut dyn Backend,
+    said: &mut dyn FnMut(usize, usize),
+) -> Result<String> {
+    let Sweep { results, study, worlds, .. } = *sweep;
+    let rankings = ranking::rankings(results);
+    let cells = cells::look((study, worlds), (results, &rankings), looked_at, backend, said)?;
+    let mut numbers = Numbers::default();
+    let data = data::Data::new(sweep, &rankings, &cells, &mut numbers);
+    let page = Page {
+        facts: facts::Facts::new(sweep, &rankings),
+        style: include_str!("style.css"),
+        script: script(),
+        plotly: plotly_js(),
+        data: json(&data)?,
+        numbers: numbers.packed(),
+        cells: packed(&cells.bytes),
+    };
+    results.intact()?;
+    page.render().map_err(|e| Error::Input(format!("{REPORT} cannot be made: {e}")))
+}
+
+/// What a browser says that cannot run the script, an old one mostly.
+const FAILED: &str = r#"error => {
+  const failure = document.getElementById("failure");
+  failure.hidden = false;
+  failure.textContent = `The plots cannot be drawn: ${error.message}. The tables are complete without.`;
+  throw error;
+}"#;
+
+/// The script, in the order it is read.
+fn script() -> String {
+    let parts = [
+        include_str!("read.js"),
+        include_str!("choice.js"),
+        include_str!("plots.js"),
+        include_str!("cell.js"),
+        include_str!("table.js"),
+        include_str!("page.js"),
+    ];
+    format!("(async () => {{\n\"use strict\";\n{}}})().catch({FAILED});\n", parts.join("\n"))
+}
+
+/// JSON that may stand in an element of a page: nothing in it can end that element.
+fn json(data: &impl serde::Serialize) -> Result<String> {
+    let text =
+        serde_json::to_string(data).map_err(|e| Error::Input(format!("{REPORT} cannot be made: {e}")))?;
+    Ok(text.replace('<', "\\u003c"))
+}
+
+/// plotly.js alone; the crate's sources go on with MathJax, which no plot here needs.
+fn plotly_js() -> String {
+    let sources = plotly::Plot::offline_js_sources();
+    sources.split_inclusive("</script>").next().unwrap_or_default().to_string()
+}

@@ -1,0 +1,110 @@
+//! How to mount a sensor, in the words of who drills the holes: where it is in the room, where it looks, how it is turned.
+//! Which sensors are mounted is others' choice.
+
+use glam::DVec3;
+
+use crate::scene::Role;
+use crate::sensor::Pose;
+use crate::voxel::Truth;
+
+/// Nearer than this to straight up or down, a direction has no azimuth.
+const VERTICAL: f64 = 1e-9;
+
+/// Where a sensor looks, in degrees.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Turned {
+    /// Azimuth of where it looks, from world x towards world y: counter-clockwise, seen from above.
+    pub(super) pan_deg: f64,
+    /// How far above the horizon it looks; negative is down.
+    pub(super) tilt_deg: f64,
+    /// How far it is turned about where it looks, clockwise, seen from behind it.
+    pub(super) roll_deg: f64,
+}
+
+impl Turned {
+    /// Of a pose. What looks straight up or down is panned only: pan 0 has the top of its picture towards world x.
+    pub(super) fn of(pose: &Pose) -> Turned {
+        let link = pose.link();
+        let (forward, right) = (link.x_axis, -link.y_axis);
+        let vertical = forward.x.hypot(forward.y) < VERTICAL;
+        let up = if vertical { DVec3::X } else { DVec3::Z };
+        let level = forward.cross(up).normalize();
+        let turn = level.cross(right).dot(forward).atan2(level.dot(right));
+        let tilt = forward.z.clamp(-1.0, 1.0).asin();
+        let (pan, roll) = match vertical {
+            true => (turn * forward.z.signum(), 0.0),
+            false => (forward.y.atan2(forward.x), turn),
+        };
+        let [pan_deg, tilt_deg, roll_deg] = [pan, tilt, roll].map(tidy_deg);
+        Turned { pan_deg, tilt_deg, roll_deg }
+    }
+}
+
+/// Degrees, to a hundredth; never −0, and 180 for −180.
+fn tidy_deg(radians: f64) -> f64 {
+    let degrees = (radians.to_degrees() * 100.0).round() / 100.0;
+    if degrees == -180.0 { 180.0 } else { degrees + 0.0 }
+}
+
+/// Lowest and highest corner of all that is not robot or human, in metres: walls, floor and ceiling, where the scene has
+/// them. Of the grid where it has nothing else.
+pub(super) fn room_m(truth: &Truth) -> [DVec3; 2] {
+    let environment = truth.objects.iter().filter(|object| object.role == Role::Environment);
+    let corners = environment.map(|object| object.bounds_m);
+    let end = truth.grid.window().end();
+    let whole = || [truth.grid.corner_m([0; 3]), truth.grid.corner_m(end)];
+    corners.reduce(|[a, b], [c, d]| [a.min(c), b.max(d)]).unwrap_or_else(whole)
+}
+
+/// Distances from a place to the sides of a room, each with its name.
+pub(super) fn distances_m(at: DVec3, [low, high]: [DVec3; 2]) -> [(&'static str, f64); 6] {
+    [
+        ("wall at lowest x", at.x - low.x),
+        ("wall at highest x", high.x - at.x),
+        ("wall at lowest y", at.y - low.y),
+        ("wall at highest y", high.y - at.y),
+        ("floor", at.z - low.z),
+        ("ceiling", high.z - at.z),
+    ]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::sensor::pose::{Frame, from_rpy};
+
+    fn turned(pose: Pose) -> [f64; 3] {
+        let Turned { pan_deg, tilt_deg, roll_deg } = Turned::of(&pose);
+        [pan_deg, tilt_deg, roll_deg]
+    }
+
+    #[test]
+    fn pan_is_from_x_and_tilt_is_up() {
+        let facing = |facing, pan: f64, tilt: f64| {
+            turned(Pose::facing(DVec3::ZERO, facing, pan.to_radians(), tilt.to_radians()))
+        };
+        assert_eq!(facing(DVec3::Y, 0.0, 0.0), [90.0, 0.0, 0.0]);
+        assert_eq!(facing(DVec3::Y, -20.0, -30.0), [70.0, -30.0, 0.0]);
+        assert_eq!(facing(-DVec3::X, 0.0, 10.0), [180.0, 10.0, 0.0]);
+        // Straight down the picture's top is towards x, panned.
+        assert_eq!(facing(-DVec3::Z, 0.0, 0.0), [0.0, -90.0, 0.0]);
+        assert_eq!(facing(-DVec3::Z, 25.0, 0.0), [25.0, -90.0, 0.0]);
+        assert_eq!(facing(DVec3::Z, 25.0, 0.0), [25.0, 90.0, 0.0]);
+    }
+
+    #[test]
+    fn roll_is_clockwise_from_behind() {
+        // URDF's roll about x (forward) lifts the left side: clockwise for who looks along it.
+        let rpy = |r: f64, p: f64, y: f64| from_rpy([r, p, y].map(f64::to_radians));
+        let pose = |r, p, y| Pose::turned(DVec3::ZERO, rpy(r, p, y), Frame::Link);
+        assert_eq!(turned(pose(30.0, 0.0, 40.0)), [40.0, 0.0, 30.0]);
+        assert_eq!(turned(pose(-90.0, 20.0, 0.0)), [0.0, -20.0, -90.0]);
+    }
+
+    #[test]
+    fn distances_are_to_all_six_sides() {
+        let room = [DVec3::new(-3.0, -2.0, 0.0), DVec3::new(3.0, 2.0, 2.5)];
+        let found = distances_m(DVec3::new(1.0, -0.5, 2.0), room).map(|(_, metres)| metres);
+        assert_eq!(found, [4.0, 2.0, 1.5, 2.5, 2.0, 0.5]);
+    }
+}

@@ -1,0 +1,86 @@
+//! Numbers and bytes as text that a page can hold: gzip, then base64, which browsers undo by themselves. What they mean is
+//! for whoever packs them.
+
+use std::io::Write;
+
+use base64::Engine;
+use base64::engine::general_purpose::STANDARD;
+use flate2::{Compression, write::GzEncoder};
+
+/// Bytes, compressed and spelt in letters.
+pub(super) fn packed(bytes: &[u8]) -> String {
+    let mut gzip = GzEncoder::new(Vec::new(), Compression::default());
+    let written = gzip.write_all(bytes).and_then(|()| gzip.finish());
+    STANDARD.encode(written.expect("memory takes all that is written"))
+}
+
+/// Numbers that a script finds by where they begin.
+#[derive(Debug, Default)]
+pub(super) struct Numbers(Vec<u8>);
+
+impl Numbers {
+    /// How many there are.
+    pub(super) fn len(&self) -> usize {
+        self.0.len() / 4
+    }
+
+    /// Adds one; what has no value is NaN.
+    pub(super) fn push(&mut self, value: Option<f64>) {
+        self.0.extend((value.unwrap_or(f64::NAN) as f32).to_le_bytes());
+    }
+
+    /// All of them as text: little-endian floats of 32 bits.
+    pub(super) fn packed(&self) -> String {
+        packed(&self.0)
+    }
+}
+
+/// Adds classes, as runs of equal ones, to some bytes: LEB128 numbers, the class in the lowest three bits and the length of
+/// the run above.
+pub(super) fn put_runs(classes: impl Iterator<Item = u8>, bytes: &mut Vec<u8>) {
+    let mut run: Option<(u8, u64)> = None;
+    let mut put = |(class, length): (u8, u64)| {
+        let mut rest = length << 3 | u64::from(class);
+        while rest >= 0x80 {
+            bytes.push(rest as u8 | 0x80);
+            rest >>= 7;
+        }
+        bytes.push(rest as u8);
+    };
+    for class in classes {
+        debug_assert!(class < 8, "three bits");
+        run = match run {
+            Some((same, length)) if same == class => Some((same, length + 1)),
+            other => {
+                other.into_iter().for_each(&mut put);
+                Some((class, 1))
+            }
+        };
+    }
+    run.into_iter().for_each(put);
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn runs_worked_by_hand() {
+        let mut bytes = vec![9];
+        // Three of class 1: 3·8 + 1. Twenty of class 5: 165 = 37 + 128. One of class 0.
+        let classes = [vec![1; 3], vec![5; 20], vec![0]].concat();
+        put_runs(classes.into_iter(), &mut bytes);
+        assert_eq!(bytes, [9, 25, 165, 1, 8]);
+        put_runs(std::iter::empty(), &mut bytes);
+        assert_eq!(bytes.len(), 5, "nothing of nothing");
+    }
+
+    #[test]
+    fn what_is_packed_can_be_unpacked() {
+        let text = packed(b"abc");
+        let gzip = STANDARD.decode(text).unwrap();
+        let mut back = String::new();
+        std::io::Read::read_to_string(&mut flate2::read::GzDecoder::new(&gzip[..]), &mut back).unwrap();
+        assert_eq!(back, "abc");
+    }
+}

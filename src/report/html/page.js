@@ -1,0 +1,59 @@
+// Puts the page together: fills the selectors, and draws again what a choice changes.
+function fill(id, names, key) {
+  const select = element(id);
+  select.replaceChildren(...names.map((name, i) => made("option", { value: i }, name)));
+  select.addEventListener("change", () => choose({ [key]: Number(select.value) }));
+}
+
+/** The sensors whose positions can be mapped. */
+function fillMembers() {
+  const all = posed();
+  element("member").replaceChildren(...all.map(i => made("option", { value: i }, data.sensors[combination().members[i].sensor].name)));
+  element("member").value = chosen.member;
+  element("member-label").hidden = all.length < 2;
+}
+
+function drawSelected() {
+  const block = series().scores.over, place = placeIn(block, chosen.choice);
+  const scores = place < 0 ? "" : data.measures.map((one, m) => `${one.title} ${shown(values(m)[place])}`).join(", ");
+  element("selected").replaceChildren("Selected: ", made("strong", {}, nameOf(chosen.choice)), ` — ${scores}`);
+  for (const id of ["extent", "region", "series", "measure"]) element(id).value = chosen[id];
+}
+
+function later(draw) {
+  return new Promise(resolve => setTimeout(() => { draw(); resolve(); }));
+}
+
+/** Draws what depends on some changes; the cell last, as it takes longest. */
+async function draw(changes) {
+  const changed = (...keys) => keys.some(key => key in changes);
+  drawSelected();
+  if (changed("series")) fillMembers();
+  if (changed("series", "extent", "region", "measure", "member")) { drawWalls(); } else { markWalls(); }
+  drawPositions();
+  drawTimes();
+  drawTable();
+  if (changed("series", "extent", "region", "choice")) await later(drawCell);
+}
+
+/** Chooses a row of the summary. */
+function chooseRow({ dataset }) {
+  choose({ series: Number(dataset.series), region: Number(dataset.region), choice: Number(dataset.choice) });
+  element("cell").scrollIntoView();
+}
+
+fill("extent", extents, "extent");
+fill("region", data.regions, "region");
+fill("series", data.series.map(one => one.title), "series");
+fill("measure", data.measures.map(one => one.title), "measure");
+fill("member", [], "member");
+makeLayers();
+document.querySelectorAll("#summary .choose").forEach(button => button.addEventListener("click", () => chooseRow(button)));
+drawDistributions();
+drawMaxima();
+const first = document.querySelector("#summary .choose");
+Object.assign(chosen, first ? { series: Number(first.dataset.series), choice: Number(first.dataset.choice) } : {});
+chosen.member = posed()[0] ?? 0;
+listeners.push(draw);
+await draw({ series: 0 });
+document.body.dataset.ready = "yes";

@@ -1,0 +1,146 @@
+// Distributions, maxima, maps of the placements, scores over time. What they show is in `choice.js`.
+const NAMES = ["x", "y", "z"];
+const PAPER = ["F1", "κ"];
+const heading = text => ({ text: plain(text), font: { size: 13 }, x: 0, xref: "paper", xanchor: "left" });
+
+/** Boxes of F1 and κ in each region: scenes side by side, a colour for each series. */
+function drawDistributions() {
+  const home = element("distributions");
+  data.regions.forEach((region, r) => PAPER.forEach((score, s) => {
+    const traces = data.series.map((one, i) => {
+      const five = data.scenes.map((_, scene) => data.distributions[r][s][scene][i] ?? [null, null, null, null, null]);
+      const row = n => five.map(numbers => numbers[n]);
+      return { type: "box", name: plain(one.title), x: data.scenes.map(scene => plain(scene.name)), lowerfence: row(0), q1: row(1), median: row(2), q3: row(3), upperfence: row(4), marker: { color: COLOURS[i % COLOURS.length] }, line: { width: 1.5 }, offsetgroup: String(i) };
+    });
+    const floor = data.scenes.map((_, scene) => toBeat(s, scene + 1, r));
+    traces.push({ type: "scatter", mode: "markers", name: "best without a sensor", x: data.scenes.map(scene => plain(scene.name)), y: floor.map(f => f?.value ?? null), text: floor.map(f => f ? plain(f.name) : ""), hovertemplate: "%{text}: %{y:.3f}<extra></extra>", marker: { symbol: "line-ew-open", size: 46, line: { width: 2.5, color: "#8a3c00" }, color: "#8a3c00" } });
+    const plot = home.appendChild(made("div", { "aria-label": `${score} in region ${region}`, role: "img" }));
+    const many = traces.length > 6;
+    Plotly.newPlot(plot, traces, { ...LAYOUT, title: heading(`${score} · region ${region}`), boxmode: "group", showlegend: r === 0 && s === 0 || !many, legend: { orientation: "h", y: -0.18, font: { size: 11 } }, yaxis: { rangemode: "tozero", gridcolor: "#e3e8ed", zerolinecolor: "#b5bec8" }, xaxis: { type: "category" } }, CONFIG);
+  }));
+}
+
+/** Bars of the maxima of combinations, and what part of the full set's they are. */
+function drawMaxima() {
+  const home = element("maxima");
+  if (!home) return;
+  data.regions.forEach((region, r) => PAPER.forEach((score, s) => {
+    const maxima = data.maxima[r][s], full = data.full_set === null ? null : maxima[data.full_set];
+    const text = maxima.map(value => full && value !== null ? `${Math.round(100 * value / full)} %` : shown(value));
+    const names = data.combinations.map(combination => plain(combination.name));
+    const bars = { type: "bar", orientation: "h", y: names, x: maxima, text, textposition: "auto", hovertemplate: "%{y}: %{x:.3f}<extra></extra>", marker: { color: names.map((_, i) => i === data.full_set ? COLOURS[1] : COLOURS[0]) } };
+    const plot = home.appendChild(made("div", { role: "img", "aria-label": `Largest ${score} in region ${region}` }));
+    Plotly.newPlot(plot, [bars], { ...LAYOUT, title: heading(`Largest ${score} · region ${region}`), yaxis: { autorange: "reversed", automargin: true }, xaxis: { gridcolor: "#e3e8ed" } }, CONFIG);
+  }));
+}
+
+/** The two axes along which positions of a group spread the most. */
+function plane(all) {
+  const spread = axis => Math.max(...all.map(p => p.at[axis])) - Math.min(...all.map(p => p.at[axis]));
+  const normal = [0, 1, 2].reduce((least, axis) => spread(axis) < spread(least) - 1e-9 ? axis : least, 2);
+  return [0, 1, 2].filter(axis => axis !== normal);
+}
+
+/** Smallest and largest of some numbers, apart from each other. */
+function span(all) {
+  const known = all.filter(value => !Number.isNaN(value));
+  if (!known.length) return [0, 1];
+  const [low, high] = [known.reduce((a, b) => Math.min(a, b)), known.reduce((a, b) => Math.max(a, b))];
+  return high > low ? [low, high] : [low - 0.01, high + 0.01];
+}
+
+const colourBar = () => ({ title: { text: measure().title, side: "right" }, thickness: 12, len: 0.9 });
+
+/** One map for each group of positions: a heatmap where they form a lattice, else points. */
+function drawWalls() {
+  const home = element("walls"), all = positions();
+  const [zmin, zmax] = span(all.map(p => p.value));
+  const groups = new Map();
+  for (const p of all) groups.has(p.group) ? groups.get(p.group).push(p) : groups.set(p.group, [p]);
+  [...home.children].forEach(plot => Plotly.purge(plot));
+  home.replaceChildren();
+  for (const [group, here] of groups) {
+    const [u, v] = plane(here);
+    const axis = a => [...new Set(here.map(p => p.at[a]))].sort((a, b) => a - b);
+    const [us, vs] = [axis(u), axis(v)];
+    const at = new Map(here.map(p => [`${p.at[u]}/${p.at[v]}`, p]));
+    const even = all => all.every((x, i) => i < 2 || Math.abs(x - 2 * all[i - 1] + all[i - 2]) < 1e-6);
+    const lattice = us.length > 1 && vs.length > 1 && even(us) && even(vs) && here.length >= 0.6 * us.length * vs.length && at.size === here.length;
+    const map = { zmin, zmax };
+    const word = p => `${plain(nameOf(p.choice))}<br>x ${p.at[0].toFixed(2)}, y ${p.at[1].toFixed(2)}, z ${p.at[2].toFixed(2)} m<br>${measure().title} ${shown(p.value)}`;
+    const traces = lattice
+      ? [{ type: "heatmap", x: us, y: vs, z: vs.map(y => us.map(x => at.get(`${x}/${y}`)?.value ?? null)), text: vs.map(y => us.map(x => at.has(`${x}/${y}`) ? word(at.get(`${x}/${y}`)) : "")), hovertemplate: "%{text}<extra></extra>", colorscale: MAP, reversescale: measure().less_is_better, ...map, xgap: 1, ygap: 1, colorbar: colourBar() }]
+      : [{ type: "scatter", mode: "markers", x: here.map(p => p.at[u]), y: here.map(p => p.at[v]), text: here.map(word), hovertemplate: "%{text}<extra></extra>", marker: { symbol: "square", size: 16, color: here.map(p => p.value), colorscale: MAP, reversescale: measure().less_is_better, cmin: zmin, cmax: zmax, showscale: true, colorbar: colourBar() } }];
+    traces.push({ type: "scatter", mode: "markers", x: [], y: [], hoverinfo: "skip", showlegend: false, marker: { symbol: "circle-open", size: 20, color: "#d55e00", line: { width: 4 } } });
+    const plot = home.appendChild(made("div", { role: "img", "aria-label": `Map of ${group}` }));
+    plot.positions = here;
+    plot.pick = point => here.find(p => p.at[u] === point.x && p.at[v] === point.y);
+    plot.axes = [u, v];
+    const label = a => ({ title: { text: `${NAMES[a]} in m` }, zeroline: false, showgrid: false, automargin: true });
+    Plotly.newPlot(plot, traces, { ...LAYOUT, title: heading(group), xaxis: { ...label(u), constrain: "domain" }, yaxis: { ...label(v), scaleanchor: lattice ? "x" : undefined, constrain: "domain" } }, CONFIG);
+    plot.on("plotly_click", event => {
+      const found = plot.pick(event.points[0]);
+      if (found) choose({ choice: found.choice });
+    });
+  }
+  home.hidden = !groups.size;
+  markWalls();
+}
+
+/** Rings the chosen position. */
+function markWalls() {
+  const key = chosenPosition();
+  for (const plot of element("walls").children) {
+    const here = plot.positions.filter(p => p.key === key);
+    Plotly.restyle(plot, { x: [here.map(p => p.at[plot.axes[0]])], y: [here.map(p => p.at[plot.axes[1]])] }, [1]);
+  }
+}
+
+/** Lines along the edges of a box. */
+function edges([low, high]) {
+  const corner = n => [0, 1, 2].map(axis => n >> axis & 1 ? high[axis] : low[axis]);
+  const lines = [];
+  for (let n = 0; n < 8; n++) for (let axis = 0; axis < 3; axis++) if (!(n >> axis & 1)) lines.push(corner(n), corner(n | 1 << axis), [null, null, null]);
+  return lines;
+}
+const lines3d = (points, more) => ({ type: "scatter3d", mode: "lines", x: points.map(p => p[0]), y: points.map(p => p[1]), z: points.map(p => p[2]), hoverinfo: "skip", showlegend: false, ...more });
+const SCENE = { aspectmode: "data", xaxis: { title: { text: "x" } }, yaxis: { title: { text: "y" } }, zaxis: { title: { text: "z" } }, camera: { eye: { x: 0.9, y: -1.5, z: 1.1 } } };
+
+/** All positions in the room, with their best scores. */
+function drawPositions() {
+  const plot = element("positions"), all = positions();
+  plot.hidden = !all.length;
+  if (!all.length) return;
+  const key = chosenPosition(), here = all.filter(p => p.key === key);
+  const [cmin, cmax] = span(all.map(p => p.value));
+  const column = axis => of => of.map(p => p.at[axis]);
+  const [x, y, z] = [0, 1, 2].map(column);
+  const traces = [
+    { type: "scatter3d", mode: "markers", x: x(all), y: y(all), z: z(all), text: all.map(p => `${plain(nameOf(p.choice))}<br>${measure().title} ${shown(p.value)}`), hovertemplate: "%{text}<extra></extra>", marker: { size: 5, color: all.map(p => p.value), colorscale: MAP, reversescale: measure().less_is_better, cmin, cmax, colorbar: colourBar() } },
+    { type: "scatter3d", mode: "markers", x: x(here), y: y(here), z: z(here), hoverinfo: "skip", marker: { size: 11, color: "#d55e00", symbol: "circle-open", line: { width: 3 } } },
+    lines3d(edges(data.scenes[Math.max(0, chosen.extent - 1)].room_m), { line: { color: "#9aa5b1", width: 2 } }),
+  ];
+  const fresh = !plot.data;
+  Plotly.react(plot, traces, { ...LAYOUT, margin: { l: 0, r: 0, t: 30, b: 0 }, title: heading("All positions in the room"), showlegend: false, scene: { ...SCENE, uirevision: 1 } }, CONFIG);
+  if (fresh) plot.on("plotly_click", event => {
+    const point = event.points[0];
+    if (point.curveNumber === 0) choose({ choice: positions()[point.pointNumber].choice });
+  });
+}
+
+/** The chosen score of the chosen pose at each moment, beside the best answer without a sensor. */
+function drawTimes() {
+  const plot = element("times"), block = series().scores.at_moments;
+  if (!plot || !block) return;
+  const place = placeIn(block, chosen.choice), moving = data.scenes.filter(scene => scene.moments[1] - scene.moments[0] > 1);
+  const moments = data.scenes.at(-1).moments[1];
+  const at = (measure, moment) => numbers[block.begin + ((chosen.region * moments + moment) * data.measures.length + measure) * block.count + place];
+  const traces = [];
+  if (place >= 0) for (const scene of moving) data.measures.forEach((one, m) => {
+    const steps = Array.from({ length: scene.moments[1] - scene.moments[0] }, (_, i) => i);
+    const name = moving.length > 1 ? `${one.title}, ${scene.name}` : one.title;
+    traces.push({ type: "scatter", mode: "lines+markers", name: plain(name), x: steps, y: steps.map(i => at(m, scene.moments[0] + i)), line: { color: COLOURS[m], width: m === chosen.measure ? 4 : 1.5, dash: ["solid", "dash", "dot", "dashdot", "longdash"][m] } });
+  });
+  const title = place < 0 ? `No scores over time are kept for ${nameOf(chosen.choice)}: see results.csv` : `${nameOf(chosen.choice)} · region ${data.regions[chosen.region]}`;
+  Plotly.react(plot, traces, { ...LAYOUT, title: heading(title), xaxis: { title: { text: "moment" } }, yaxis: { rangemode: "tozero", gridcolor: "#e3e8ed" }, legend: { orientation: "h", y: -0.25 } }, CONFIG);
+}

@@ -1,0 +1,49 @@
+// Reads what the page holds: names as JSON; numbers and voxels as base64 of gzip. Nothing is drawn here.
+const element = id => document.getElementById(id);
+const data = JSON.parse(element("data").textContent);
+
+/** The bytes that an element of the page holds. */
+async function unpacked(id) {
+  const letters = element(id).textContent.trim();
+  const bytes = Uint8Array.from(atob(letters), letter => letter.charCodeAt(0));
+  const stream = new Blob([bytes]).stream().pipeThrough(new DecompressionStream("gzip"));
+  return new Response(stream).arrayBuffer();
+}
+
+const numbers = new Float32Array(await unpacked("numbers"));
+const bytes = new Uint8Array(await unpacked("cells"));
+
+/** Classes from their runs, as many as are wanted. */
+function classes([begin, end], count) {
+  const all = new Uint8Array(count);
+  let at = 0;
+  for (let i = begin; i < end;) {
+    let number = 0, unit = 1, byte;
+    do { byte = bytes[i++]; number += (byte & 127) * unit; unit *= 128; } while (byte > 127);
+    const length = Math.floor(number / 8);
+    all.fill(number % 8, at, at += length);
+  }
+  return all;
+}
+
+/** A value as it stands in tables. */
+const shown = (value, digits = 3) => value === null || Number.isNaN(value) ? "–" : (Math.abs(value) < 0.5 * 10 ** -digits ? 0 : value).toFixed(digits);
+
+/** An element with attributes and children; text is never taken for HTML. */
+function made(tag, attributes = {}, ...children) {
+  const node = document.createElement(tag);
+  for (const [name, value] of Object.entries(attributes)) {
+    if (name === "onclick") node.addEventListener("click", value); else node.setAttribute(name, value);
+  }
+  node.append(...children);
+  return node;
+}
+
+/** Text for plotly, which takes some tags for markup. */
+const plain = text => String(text).replace(/&/g, "&amp;").replace(/</g, "&lt;").replace(/>/g, "&gt;");
+
+// Okabe and Ito's colours, which people with any colour vision tell apart.
+const COLOURS = ["#0072b2", "#e69f00", "#009e73", "#cc79a7", "#56b4e9", "#d55e00", "#8a8a00", "#000000"];
+const MAP = "Cividis";
+const CONFIG = { responsive: true, displaylogo: false, modeBarButtonsToRemove: ["lasso2d", "select2d", "autoScale2d"] };
+const LAYOUT = { margin: { l: 52, r: 12, t: 36, b: 44 }, font: { family: "system-ui, sans-serif", size: 12, color: "#1c2430" }, paper_bgcolor: "#fff", plot_bgcolor: "#fff" };

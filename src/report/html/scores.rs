@@ -1,0 +1,96 @@
+//! The scores of a report's choices of poses as numbers that its script reads: over all scenes, over each, and at each
+//! moment of scenes that move. Which numbers are drawn is the script's business.
+
+use std::ops::Range;
+
+use serde::Serialize;
+
+use super::measure::{self, MEASURES};
+use super::packed::Numbers;
+use super::ranking::Ranking;
+use crate::report::{Results, Series};
+
+/// Most scores in a report: 8 MB before they are compressed, about as many after they are spelt in letters.
+const MOST_SCORES: usize = 2_000_000;
+
+/// Most scores at single moments.
+const MOST_AT_MOMENTS: usize = 400_000;
+
+/// Where the scores of some choices are.
+#[derive(Debug, Serialize)]
+pub(super) struct Block {
+    /// The choices, if they are not all.
+    choices: Option<Vec<usize>>,
+    /// How many there are.
+    count: usize,
+    /// Place of the first number. They follow by region, extent, measure and choice, the last fastest.
+    begin: usize,
+}
+
+/// The scores of one representation of one combination.
+#[derive(Debug, Serialize)]
+pub(super) struct Scores {
+    /// Over all scenes (extent 0), then over each.
+    over: Block,
+    /// At each moment of all scenes; `None` where none moves.
+    at_moments: Option<Block>,
+}
+
+/// The scores of every ranking's best choices, of as many as there is room for.
+pub(super) fn scores(results: &Results, rankings: &[Ranking], numbers: &mut Numbers) -> Vec<Scores> {
+    let scenes = results.scenes.iter().map(|scene| scene.moments.clone());
+    let extents: Vec<Range<usize>> = [results.moments()].into_iter().chain(scenes).collect();
+    let moments: Vec<Range<usize>> = results.moments().map(|moment| moment..moment + 1).collect();
+    let moves = moments.len() > results.scenes.len();
+    let mut of_one = |ranking: &Ranking| Scores {
+        over: block(results, ranking, share(results, rankings, &extents, MOST_SCORES), &extents, numbers),
+        at_moments: moves.then(|| {
+            block(results, ranking, share(results, rankings, &moments, MOST_AT_MOMENTS), &moments, numbers)
+        }),
+    };
+    rankings.iter().map(&mut of_one).collect()
+}
+
+/// How many choices of each ranking fit: all, or an equal share.
+fn share(results: &Results, rankings: &[Ranking], extents: &[Range<usize>], most: usize) -> usize {
+    let each = results.regions.len() * extents.len() * MEASURES;
+    let choices = rankings.iter().map(|r| results.combinations[r.series.combination].choices());
+    let all = choices.fold(0usize, usize::saturating_add);
+    if all.saturating_mul(each) <= most { usize::MAX } else { (most / each / rankings.len()).max(1) }
+}
+
+fn block(
+    results: &Results,
+    ranking: &Ranking,
+    most: usize,
+    extents: &[Range<usize>],
+    numbers: &mut Numbers,
+) -> Block {
+    let all = results.combinations[ranking.series.combination].choices();
+    let choices: Vec<usize> = match most >= all {
+        true => (0..all).collect(),
+        false => ranking.first(most, all),
+    };
+    let begin = numbers.len();
+    for region in 0..results.regions.len() {
+        for extent in extents {
+            put(results, ranking.series, &choices, (region, extent), numbers);
+        }
+    }
+    Block { count: choices.len(), choices: (most < all).then_some(choices), begin }
+}
+
+/// Each measure of each choice, in one region over one extent.
+fn put(
+    results: &Results,
+    series: Series,
+    choices: &[usize],
+    (region, extent): (usize, &Range<usize>),
+    numbers: &mut Numbers,
+) {
+    let means = |&choice: &usize| {
+        measure::of_choice(results, extent.clone(), series.key(choice, region)).map(|over| Some(over?.mean))
+    };
+    let all: Vec<[Option<f64>; MEASURES]> = choices.iter().map(means).collect();
+    (0..MEASURES).for_each(|measure| all.iter().for_each(|values| numbers.push(values[measure])));
+}

@@ -1,0 +1,67 @@
+//! Reports of the paper's three experiments, with fewer poses and coarse, in a real browser: `browser/reports.py` opens and
+//! uses them. Not run by default, as it needs Debian's chromium and chromium-driver, python3, and minutes:
+//! `cargo test --test browser -- --ignored`. `PERIROBOT_PICTURES=FOLDER` keeps pictures of every section.
+
+#![cfg(target_os = "linux")]
+
+#[allow(dead_code)]
+#[path = "common/program.rs"]
+mod program;
+
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+use program::{perirobot, text};
+
+/// Fewer rays and poses: what to look for, and what stands there instead.
+const FEWER: [(&str, &str); 4] = [
+    ("resolution_px = [1280, 720]", "resolution_px = [160, 90]"),
+    ("step = 0.5 }", "step = 1.5 }"),
+    ("resolution_deg = 0.7", "resolution_deg = 4"),
+    ("z_m = [1.5, 2.0, 2.5]", "z_m = [1.5, 2.5]"),
+];
+
+/// The paper's studies in a folder, thinned out.
+fn studies(folder: &Path) {
+    let paper = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/paper");
+    for entry in fs::read_dir(paper).unwrap() {
+        let path = entry.unwrap().path();
+        fs::copy(&path, folder.join(path.file_name().unwrap())).unwrap();
+    }
+    for name in ["exp1.toml", "exp2.toml", "exp3.toml"] {
+        let whole = fs::read_to_string(folder.join(name)).unwrap();
+        let thin = FEWER.iter().fold(whole, |text, (from, to)| text.replace(from, to));
+        fs::write(folder.join(name), thin).unwrap();
+    }
+}
+
+/// Sweeps a study and reports it; the page.
+fn page(folder: &Path, name: &str) -> PathBuf {
+    let (study, out) = (folder.join(format!("{name}.toml")), folder.join(name));
+    let coarse = ["--voxel-size", "0.1", "--backend", "cpu"];
+    for arguments in [
+        [&["sweep", text(&study), "--out", text(&out)][..], &coarse].concat(),
+        vec!["report", text(&out), "--backend", "cpu", "--voxels-of", "5"],
+    ] {
+        let outcome = perirobot(&arguments);
+        assert_eq!(outcome.code, Some(0), "{arguments:?}: {}", outcome.stderr);
+    }
+    out.join("report.html")
+}
+
+#[test]
+#[ignore = "needs chromium, chromium-driver and python3"]
+fn reports_of_the_paper_open_and_are_used_offline() {
+    let folder = tempfile::tempdir().unwrap();
+    studies(folder.path());
+    let pages = ["exp1", "exp2", "exp3"].map(|name| page(folder.path(), name));
+    let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/browser/reports.py");
+    let mut command = Command::new("python3");
+    command.arg(script).args(pages);
+    if let Some(pictures) = std::env::var_os("PERIROBOT_PICTURES") {
+        command.arg("--pictures").arg(pictures);
+    }
+    let status = command.status().unwrap();
+    assert!(status.success(), "tests/browser/reports.py: {status}; what it said is above");
+}

@@ -1,0 +1,177 @@
+"""Opens reports in a headless Chromium without network, at a laptop's and a phone's width, and uses them.
+
+    python3 reports.py [--pictures FOLDER] REPORT.html ...
+"""
+
+import argparse
+import pathlib
+import time
+
+from driver import Browser
+
+WIDTHS = {"laptop": (1280, 800), "phone": (390, 844)}
+MOST_BYTES = 30_000_000
+TAB, ENTER, SPACE = "\ue004", "\ue007", " "
+
+
+def main():
+    parser = argparse.ArgumentParser()
+    parser.add_argument("--pictures", type=pathlib.Path)
+    parser.add_argument("reports", nargs="+", type=pathlib.Path)
+    arguments = parser.parse_args()
+    for report in arguments.reports:
+        assert report.stat().st_size < MOST_BYTES, f"{report}: {report.stat().st_size} bytes"
+        for name, size in WIDTHS.items():
+            with Browser() as browser:
+                look(browser, report.resolve(), name, size, arguments.pictures)
+
+
+def look(browser, report, name, size, pictures):
+    """One report at one width."""
+    browser.size(*size)
+    begin = time.monotonic()
+    browser.open(report)
+    browser.until("return document.body.dataset.ready === 'yes' || !document.getElementById('failure').hidden", "plots")
+    print(f"{report}, {name}: ready after {time.monotonic() - begin:.1f} s", flush=True)
+    quiet(browser)
+    all_plots_are_drawn(browser)
+    nothing_sticks_out(browser, size[0])
+    if pictures:
+        sections(browser, pictures, f"{report.parent.name}-{name}")
+    a_position_changes_the_cell(browser)
+    layers_hide_and_show(browser)
+    the_table_sorts(browser)
+    the_summary_chooses(browser)
+    keys_are_enough(browser)
+    quiet(browser)
+    if name == "laptop":
+        pdf = browser.printed()
+        assert pdf[:5] == b"%PDF-" and len(pdf) > 20_000
+        if pictures:
+            (pictures / f"{report.parent.name}.pdf").write_bytes(pdf)
+
+
+def quiet(browser):
+    """Nothing was complained of, and nobody but the file was asked for anything."""
+    # Slow ways of a software renderer and of plotly.js; neither is a fault of the page.
+    harmless = ("GPU stall due to ReadPixels", "Automatic fallback to software WebGL", "Multiple readback operations")
+    said = [entry["message"] for entry in browser.log("browser") if entry["level"] in ("SEVERE", "WARNING")]
+    said = [message for message in said if not any(text in message for text in harmless)]
+    assert not said, said
+    asked = [url for url in browser.requests() if not url.startswith(("file:", "data:", "blob:", "chrome:"))]
+    assert not asked, asked
+
+
+def all_plots_are_drawn(browser):
+    plots = browser.run(
+        """return [...document.querySelectorAll('.plots > div, .plot')].filter(plot => !plot.hidden).map(plot =>
+        [plot.id || plot.getAttribute('aria-label'), plot.querySelectorAll('svg.main-svg, canvas').length,
+         plot.data ? plot.data.length : 0, plot.clientWidth, plot.clientHeight])"""
+    )
+    assert len(plots) >= 4, plots
+    for what, drawn, traces, width, height in plots:
+        assert drawn and traces and width > 200 and height > 200, (what, drawn, traces, width, height)
+
+
+def nothing_sticks_out(browser, width):
+    """The page is no wider than the window; what is wide scrolls for itself."""
+    found = browser.run("return document.documentElement.scrollWidth")
+    assert found <= width, f"{found} px in {width} px"
+
+
+# What the 3D view shows, as a number that changes when it does.
+SHOWN = """return JSON.stringify(document.getElementById('view').data.map(trace =>
+    [trace.visible, (trace.x || []).length, (trace.x || [])[0], (trace.y || [])[1], (trace.z || [])[2]]))"""
+
+
+def a_position_changes_the_cell(browser):
+    """Clicks on positions of the first map until another one than the chosen is hit."""
+    before, was = browser.run(SHOWN), browser.run("return document.getElementById('selected').textContent")
+    places = browser.run(
+        """const plot = document.querySelector('#walls > div');
+        if (!plot) return [];
+        plot.scrollIntoView({ block: 'center' });
+        const box = plot.getBoundingClientRect(), { xaxis, yaxis } = plot._fullLayout, [u, v] = plot.axes;
+        return plot.positions.map(({ at }) => [box.x + xaxis._offset + xaxis.d2p(at[u]), box.y + yaxis._offset + yaxis.d2p(at[v])])"""
+    )
+    assert places, "no positions to click on"
+    for x, y in (places[0], places[-1], places[len(places) // 2]):
+        browser.click(x, y)
+        time.sleep(0.3)
+        now = browser.run("return document.getElementById('selected').textContent")
+        if now != was:
+            break
+    assert now != was, "a click chooses another pose"
+    browser.until(f"return (() => {{ {SHOWN} }})() !== {before!r}", "another 3D view")
+    chosen = browser.run("return document.querySelector('#selected strong').textContent")
+    note = browser.run("return document.getElementById('cell-note').textContent")
+    assert chosen.split(": ")[-1] in note, (chosen, note)
+    assert browser.run("return document.querySelectorAll('#sheet table').length"), "a mounting sheet"
+
+
+def layers_hide_and_show(browser):
+    browser.run("document.querySelector('#summary .choose').click()")
+    browser.until("return !document.getElementById('layer-TP').disabled", "labels of the best pose")
+    names = browser.run("return [...document.querySelectorAll('#layers input')].map(box => box.id)")
+    assert len(names) >= 9, names
+    voxels = "return ['TP','FN','FP','TN','UO','UF'].reduce((sum, name) => sum + Number(document.getElementById('count-' + name).textContent), 0)"
+    assert browser.run(voxels) > 0, "voxels are counted"
+    for index, name in enumerate(names[:6]):
+        of_trace = f"return document.getElementById('view').data[{index}].visible"
+        before = browser.run(of_trace)
+        browser.run(f"document.getElementById({name!r}).click()")
+        browser.until(f"return (() => {{ {of_trace} }})() === {str(not before).lower()}", f"{name} to change")
+        browser.run(f"document.getElementById({name!r}).click()")
+        browser.until(f"return (() => {{ {of_trace} }})() === {str(before).lower()}", f"{name} to change back")
+
+
+def the_table_sorts(browser):
+    column = "return [...document.querySelectorAll('#table tbody tr')].map(row => parseFloat(row.cells[{}].textContent)).filter(value => !isNaN(value))"
+    for measure in range(5):
+        for _ in range(2):
+            browser.run(f"document.querySelector('#table [data-measure=\"{measure}\"]').click()")
+            values = browser.run(column.format(measure + 2))
+            order = browser.run(f"return document.querySelector('#table [data-measure=\"{measure}\"]').parentElement.ariaSort")
+            assert values == sorted(values, reverse=order == "descending"), (measure, order, values)
+    button = "document.querySelectorAll('#table tbody .choose')[3]"
+    if browser.run(f"return !!{button}"):
+        name = browser.run(f"const name = {button}.textContent; {button}.click(); return name")
+        now = browser.run("return document.querySelector('#selected strong').textContent")
+        assert name == now, (name, now)
+        marked = browser.run("return document.querySelector('#table tr.chosen .choose').textContent")
+        assert marked == name
+
+
+def the_summary_chooses(browser):
+    rows = browser.run("return document.querySelectorAll('#summary .choose').length")
+    browser.run(f"document.querySelectorAll('#summary .choose')[{rows - 1}].click()")
+    wanted = browser.run(f"return document.querySelectorAll('#summary .choose')[{rows - 1}].dataset.series")
+    assert browser.run("return document.getElementById('series').value") == wanted
+
+
+def keys_are_enough(browser):
+    """A layer is switched and a pose chosen without a mouse."""
+    browser.run("document.getElementById('layer-sensors').focus()")
+    before = browser.run("return document.getElementById('layer-sensors').checked")
+    browser.press(SPACE)
+    assert browser.run("return document.getElementById('layer-sensors').checked") != before
+    browser.press(SPACE)
+    browser.run("document.querySelector('#table tbody .choose').focus()")
+    name = browser.run("return document.activeElement.textContent")
+    browser.press(ENTER)
+    assert browser.run("return document.querySelector('#selected strong').textContent") == name
+    browser.press(TAB)
+    assert browser.run("return document.activeElement !== document.body")
+
+
+def sections(browser, folder, name):
+    """A picture of each section."""
+    folder.mkdir(parents=True, exist_ok=True)
+    for section in browser.run("return [...document.querySelectorAll('section')].map(section => section.id)"):
+        browser.run(f"document.getElementById({section!r}).scrollIntoView()")
+        time.sleep(0.5)
+        browser.picture(folder / f"{name}-{section}.png")
+
+
+if __name__ == "__main__":
+    main()

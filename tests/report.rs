@@ -1,0 +1,210 @@
+//! The page of a sweep: it holds the numbers of results.csv, needs nothing from anywhere else, and takes no name for HTML.
+//! What a browser makes of it is `browser.rs`' business.
+
+#[allow(dead_code)]
+#[path = "common/program.rs"]
+mod program;
+
+use std::collections::HashMap;
+use std::fs;
+use std::io::Read;
+
+use base64::Engine;
+use base64::engine::general_purpose::STANDARD;
+use program::{Folder, perirobot, text};
+use serde_json::Value;
+
+/// The page of the small study in a folder, and what the program said.
+#[track_caller]
+fn report(folder: &Folder, more: &[&str]) -> String {
+    let swept = folder.sweep(&[]);
+    assert_eq!(swept.code, Some(0), "{}", swept.stderr);
+    let out = folder.path("out");
+    let outcome = perirobot(&[&["report", text(&out), "--backend", "cpu"], more].concat());
+    assert_eq!(outcome.code, Some(0), "{}", outcome.stderr);
+    assert!(outcome.stdout.contains("report.html ("), "{}", outcome.stdout);
+    fs::read_to_string(out.join("report.html")).unwrap()
+}
+
+/// What an element of the page holds.
+#[track_caller]
+fn held<'a>(page: &'a str, id: &str) -> &'a str {
+    let (_, rest) = page.split_once(&format!("id=\"{id}\">")).unwrap_or_else(|| panic!("no element {id}"));
+    rest.split_once("</script>").unwrap().0
+}
+
+fn unpacked(page: &str, id: &str) -> Vec<u8> {
+    let gzip = STANDARD.decode(held(page, id)).unwrap();
+    let mut bytes = Vec::new();
+    flate2::read::GzDecoder::new(&gzip[..]).read_to_end(&mut bytes).unwrap();
+    bytes
+}
+
+/// Classes from their runs.
+fn classes(bytes: &[u8], part: &Value) -> Vec<u8> {
+    let [begin, end] = [0, 1].map(|i| part[i].as_u64().unwrap() as usize);
+    let (mut all, mut number, mut shift) = (Vec::new(), 0u64, 0);
+    for byte in &bytes[begin..end] {
+        number |= u64::from(byte & 127) << shift;
+        shift += 7;
+        if byte & 128 == 0 {
+            all.extend(std::iter::repeat_n((number & 7) as u8, (number >> 3) as usize));
+            (number, shift) = (0, 0);
+        }
+    }
+    all
+}
+
+/// The rows of results.csv by scene, combination, poses, representation and region.
+fn rows(folder: &Folder) -> HashMap<[String; 5], HashMap<String, String>> {
+    let mut csv = csv::Reader::from_path(folder.path("out/results.csv")).unwrap();
+    let each = csv.deserialize().map(|row| row.unwrap());
+    let key = |row: &HashMap<String, String>| {
+        ["scene", "combination", "poses", "representation", "region"].map(|name| row[name].clone())
+    };
+    each.map(|row: HashMap<String, String>| (key(&row), row)).collect()
+}
+
+fn list(value: &Value) -> &Vec<Value> {
+    value.as_array().unwrap()
+}
+
+/// The key of a row, by numbers of the page's data.
+fn key(data: &Value, series: usize, choice: usize, region: usize) -> [String; 5] {
+    let series = &data["series"][series];
+    let combination = &data["combinations"][series["combination"].as_u64().unwrap() as usize];
+    let representation = &combination["representations"][series["representation"].as_u64().unwrap() as usize];
+    // One member each, in the small study.
+    let member = &combination["members"][0];
+    let sensor = &data["sensors"][member["sensor"].as_u64().unwrap() as usize];
+    let pose = &sensor["poses"][member["candidates"][choice].as_u64().unwrap() as usize];
+    let text = |value: &Value| value.as_str().unwrap().to_string();
+    [
+        text(&data["scenes"][0]["name"]),
+        text(&combination["name"]),
+        format!("{}:{}", text(&sensor["name"]), text(&pose["name"])),
+        text(representation),
+        text(&data["regions"][region]),
+    ]
+}
+
+#[test]
+fn scores_and_voxels_are_those_of_the_sweep() {
+    let folder = Folder::new();
+    let page = report(&folder, &["--voxels-of", "3"]);
+    let data: Value = serde_json::from_str(held(&page, "data")).unwrap();
+    let rows = rows(&folder);
+    let numbers = unpacked(&page, "numbers");
+    let number = |i: usize| f32::from_le_bytes(numbers[4 * i..4 * i + 4].try_into().unwrap());
+    let (regions, measures, mut compared) = (list(&data["regions"]).len(), list(&data["measures"]), 0);
+    for (s, series) in list(&data["series"]).iter().enumerate() {
+        let block = &series["scores"]["over"];
+        let [count, begin] = ["count", "begin"].map(|name| block[name].as_u64().unwrap() as usize);
+        for region in 0..regions {
+            for (m, measure) in measures.iter().enumerate() {
+                for choice in 0..count {
+                    // Extent 1 is the only scene.
+                    let found = number(begin + ((region * 2 + 1) * measures.len() + m) * count + choice);
+                    let row = &rows[&key(&data, s, choice, region)];
+                    let wanted = &row[measure["name"].as_str().unwrap()];
+                    let same = if wanted.is_empty() {
+                        found.is_nan()
+                    } else {
+                        found == wanted.parse::<f32>().unwrap()
+                    };
+                    assert!(same, "{measure}: {found}, not {wanted} of {row:?}");
+                    compared += 1;
+                }
+            }
+        }
+    }
+    assert!(compared > 100, "{compared}");
+    // At least three choices of each sensor, in three regions.
+    let voxels = voxels_compared(&page, &data, &rows);
+    assert!(voxels >= 3 * 2 * 3, "{voxels}");
+}
+
+/// Counts the voxels of each verdict in the page's labels, and how often they were those of results.csv.
+fn voxels_compared(page: &str, data: &Value, rows: &HashMap<[String; 5], HashMap<String, String>>) -> usize {
+    let (bytes, scene) = (unpacked(page, "cells"), &data["cells"]["moments"][0]);
+    let truth = classes(&bytes, &scene["truth"]);
+    let regions: Vec<Vec<u8>> = list(&scene["regions"]).iter().map(|part| classes(&bytes, part)).collect();
+    let mut compared = 0;
+    for labels in list(&data["cells"]["labels"]) {
+        let mut said = classes(&bytes, &labels["labels"]).into_iter();
+        let label: Vec<u8> = (0..truth.len())
+            .map(|i| if regions.iter().any(|region| region[i] == 1) { said.next().unwrap() } else { 7 })
+            .collect();
+        assert_eq!(said.next(), None, "as many labels as voxels of regions");
+        for (region, cells) in regions.iter().enumerate() {
+            let count = |there: bool, wanted: u8| {
+                let all = (0..truth.len()).filter(|&i| cells[i] == 1 && label[i] == wanted);
+                all.filter(|&i| (truth[i] != 0) == there).count().to_string()
+            };
+            let of = |name: &str| labels[name].as_u64().unwrap() as usize;
+            let row = &rows[&key(data, of("series"), of("choice"), region)];
+            let found = [
+                count(true, 2),
+                count(false, 2),
+                count(true, 1),
+                count(false, 1),
+                count(true, 0),
+                count(false, 0),
+            ];
+            assert_eq!(found, ["tp", "fp", "fn", "tn", "uo", "uf"].map(|name| row[name].clone()), "{row:?}");
+            compared += 1;
+        }
+    }
+    compared
+}
+
+#[test]
+fn the_page_stands_alone_and_says_what_it_is() {
+    let folder = Folder::new();
+    let page = report(&folder, &["--voxels-of", "1"]);
+    for said in
+        ["A planning aid, not a validation", "Mounting sheet: ", "fingerprint", "wall at lowest x", "0.750 m"]
+    {
+        assert!(page.contains(said), "no {said:?}");
+    }
+    for away in ["src=\"http", "href=\"http", "@import", "url(http", "<link"] {
+        let page = page.replace(held(&page, "data"), "");
+        let own = page.split("<script type=\"text/javascript\">").next().unwrap();
+        assert!(!own.contains(away), "{away:?} in the page");
+    }
+    assert!(page.len() < 6_000_000, "{} bytes", page.len());
+}
+
+#[test]
+fn names_are_no_html() {
+    let folder = Folder::new();
+    let nasty = r#"</script><b onclick=\"x\">&'"#;
+    folder.edit("study.toml", "name = \"posts\"", &format!("name = \"{nasty}\""));
+    folder.edit("study.toml", "name = \"robot\"", &format!("name = \"{nasty}\""));
+    let page = report(&folder, &["--voxels-of", "1"]);
+    assert!(!page.contains("<b onclick"), "a name became an element");
+    let data: Value = serde_json::from_str(held(&page, "data")).unwrap();
+    assert_eq!(data["regions"][0], nasty.replace('\\', ""));
+}
+
+#[test]
+fn folders_that_cannot_be_reported_are_refused() {
+    let folder = Folder::new();
+    folder.sweep(&[]);
+    let out = folder.path("out");
+    let fails = |arguments: &[&str], expected: &str| {
+        let outcome = perirobot(&[&["report"], arguments].concat());
+        assert_eq!(outcome.code, Some(2), "{arguments:?}: {}", outcome.stderr);
+        assert!(outcome.stderr.contains(expected), "no {expected:?} in {}", outcome.stderr);
+    };
+    fails(
+        &[text(&folder.path("nowhere"))],
+        "is not a folder: name one that `perirobot sweep --out` has written",
+    );
+    fails(&[text(&out), "--out", text(&out)], "is a folder: name a file");
+    folder.edit("study.toml", "seed = 7", "seed = 8");
+    fails(&[text(&out)], "seed was 7, is 8");
+    fs::remove_file(folder.path("study.toml")).unwrap();
+    fails(&[text(&out)], "study.toml");
+    assert!(!out.join("report.html").exists(), "nothing is left of what failed");
+}
