@@ -40,15 +40,15 @@ fn unpacked(page: &str, id: &str) -> Vec<u8> {
     bytes
 }
 
-/// Classes from their runs.
-fn classes(bytes: &[u8], part: &Value) -> Vec<u8> {
+/// Classes from their runs; there are so many kinds of them.
+fn classes(bytes: &[u8], part: &Value, kinds: u64) -> Vec<usize> {
     let [begin, end] = [0, 1].map(|i| part[i].as_u64().unwrap() as usize);
     let (mut all, mut number, mut shift) = (Vec::new(), 0u64, 0);
     for byte in &bytes[begin..end] {
         number |= u64::from(byte & 127) << shift;
         shift += 7;
         if byte & 128 == 0 {
-            all.extend(std::iter::repeat_n((number & 7) as u8, (number >> 3) as usize));
+            all.extend(std::iter::repeat_n((number % kinds) as usize, (number / kinds) as usize));
             (number, shift) = (0, 0);
         }
     }
@@ -59,10 +59,11 @@ fn classes(bytes: &[u8], part: &Value) -> Vec<u8> {
 fn rows(folder: &Folder) -> HashMap<[String; 5], HashMap<String, String>> {
     let mut csv = csv::Reader::from_path(folder.path("out/results.csv")).unwrap();
     let each = csv.deserialize().map(|row| row.unwrap());
-    let key = |row: &HashMap<String, String>| {
-        ["scene", "combination", "poses", "representation", "region"].map(|name| row[name].clone())
-    };
-    each.map(|row: HashMap<String, String>| (key(&row), row)).collect()
+    each.map(|row: HashMap<String, String>| (key_of(&row), row)).collect()
+}
+
+fn key_of(row: &HashMap<String, String>) -> [String; 5] {
+    ["scene", "combination", "poses", "representation", "region"].map(|name| row[name].clone())
 }
 
 fn list(value: &Value) -> &Vec<Value> {
@@ -120,38 +121,66 @@ fn scores_and_voxels_are_those_of_the_sweep() {
     }
     assert!(compared > 100, "{compared}");
     // At least three choices of each sensor, in three regions.
-    let voxels = voxels_compared(&page, &data, &rows);
+    let voxels = voxels_compared(&page, &data, &rows, &reasons(&folder));
     assert!(voxels >= 3 * 2 * 3, "{voxels}");
 }
 
-/// Counts the voxels of each verdict in the page's labels, and how often they were those of results.csv.
-fn voxels_compared(page: &str, data: &Value, rows: &HashMap<[String; 5], HashMap<String, String>>) -> usize {
+/// Voxels of reasons.csv, occupied and free, by the key of a row and the page's words for the cause.
+fn reasons(folder: &Folder) -> HashMap<([String; 5], String), [String; 2]> {
+    let outcome = perirobot(&["why", text(&folder.path("out")), "--all", "--backend", "cpu"]);
+    assert_eq!(outcome.code, Some(0), "{}", outcome.stderr);
+    let mut csv = csv::Reader::from_path(folder.path("out/reasons.csv")).unwrap();
+    let each = csv.deserialize().map(|row| row.unwrap());
+    let words = |row: &HashMap<String, String>| match row["reason"].as_str() {
+        "hidden" => format!("hidden by {}", row["object"]),
+        "blind" => format!("lost to {}, too near to the lens", row["object"]),
+        "no_return" => "before nothing that returns".into(),
+        "silent" => "under a switch that is off".into(),
+        other => other.replace('_', " "),
+    };
+    let voxels =
+        |row: &HashMap<String, String>| ["voxels_occupied", "voxels_free"].map(|name| row[name].clone());
+    each.map(|row: HashMap<String, String>| ((key_of(&row), words(&row)), voxels(&row))).collect()
+}
+
+/// Counts the voxels of each verdict in the page's labels, and how often they were those of results.csv, and those of each
+/// cause those of reasons.csv.
+fn voxels_compared(
+    page: &str,
+    data: &Value,
+    rows: &HashMap<[String; 5], HashMap<String, String>>,
+    reasons: &HashMap<([String; 5], String), [String; 2]>,
+) -> usize {
     let (bytes, scene) = (unpacked(page, "cells"), &data["cells"]["moments"][0]);
-    let truth = classes(&bytes, &scene["truth"]);
-    let regions: Vec<Vec<u8>> = list(&scene["regions"]).iter().map(|part| classes(&bytes, part)).collect();
+    let truth = classes(&bytes, &scene["truth"], 5);
+    let regions: Vec<_> = list(&scene["regions"]).iter().map(|part| classes(&bytes, part, 2)).collect();
     let mut compared = 0;
     for labels in list(&data["cells"]["labels"]) {
-        let mut said = classes(&bytes, &labels["labels"]).into_iter();
-        let label: Vec<u8> = (0..truth.len())
-            .map(|i| if regions.iter().any(|region| region[i] == 1) { said.next().unwrap() } else { 7 })
-            .collect();
+        let causes = list(&labels["causes"]);
+        let mut said = classes(&bytes, &labels["labels"], 2 + causes.len() as u64).into_iter();
+        let in_some = |i: usize| regions.iter().any(|region| region[i] == 1);
+        let label: Vec<Option<usize>> =
+            (0..truth.len()).map(|i| in_some(i).then(|| said.next().unwrap())).collect();
         assert_eq!(said.next(), None, "as many labels as voxels of regions");
         for (region, cells) in regions.iter().enumerate() {
-            let count = |there: bool, wanted: u8| {
-                let all = (0..truth.len()).filter(|&i| cells[i] == 1 && label[i] == wanted);
+            let count = |there: bool, wanted: &dyn Fn(usize) -> bool| {
+                let all = (0..truth.len()).filter(|&i| cells[i] == 1 && label[i].is_some_and(wanted));
                 all.filter(|&i| (truth[i] != 0) == there).count().to_string()
             };
             let of = |name: &str| labels[name].as_u64().unwrap() as usize;
-            let row = &rows[&key(data, of("series"), of("choice"), region)];
-            let found = [
-                count(true, 2),
-                count(false, 2),
-                count(true, 1),
-                count(false, 1),
-                count(true, 0),
-                count(false, 0),
-            ];
-            assert_eq!(found, ["tp", "fp", "fn", "tn", "uo", "uf"].map(|name| row[name].clone()), "{row:?}");
+            let key = key(data, of("series"), of("choice"), region);
+            let found =
+                [1, 0].map(|wanted| [true, false].map(|there| count(there, &|label| label == wanted)));
+            let unknown = [true, false].map(|there| count(there, &|label| label > 1));
+            let wanted = ["tp", "fp", "fn", "tn", "uo", "uf"].map(|name| rows[&key][name].clone());
+            assert_eq!([found[0].clone(), found[1].clone(), unknown].concat(), wanted, "{key:?}");
+            for (number, cause) in causes.iter().enumerate() {
+                let words = cause["words"].as_str().unwrap().to_string();
+                let found = [true, false].map(|there| count(there, &|label| label == 2 + number));
+                let wanted = reasons.get(&(key.clone(), words.clone()));
+                let none = || ["0".to_string(), "0".to_string()];
+                assert_eq!(found, wanted.cloned().unwrap_or_else(none), "{words}: {key:?}");
+            }
             compared += 1;
         }
     }
@@ -162,9 +191,14 @@ fn voxels_compared(page: &str, data: &Value, rows: &HashMap<[String; 5], HashMap
 fn the_page_stands_alone_and_says_what_it_is() {
     let folder = Folder::new();
     let page = report(&folder, &["--voxels-of", "1"]);
-    for said in
-        ["A planning aid, not a validation", "Mounting sheet: ", "fingerprint", "wall at lowest x", "0.750 m"]
-    {
+    for said in [
+        "A planning aid, not a validation",
+        "Mounting sheet: ",
+        "What the first of them misses in scene ",
+        "fingerprint",
+        "wall at lowest x",
+        "0.750 m",
+    ] {
         assert!(page.contains(said), "no {said:?}");
     }
     for away in ["src=\"http", "href=\"http", "@import", "url(http", "<link"] {

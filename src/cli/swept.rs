@@ -2,9 +2,9 @@
 
 use std::path::{Path, PathBuf};
 
-use perirobot::Result;
 use perirobot::study::Study;
 use perirobot::sweep::{World, reopen};
+use perirobot::{Error, Result};
 
 use super::packages::PackageArgs;
 
@@ -29,7 +29,16 @@ impl SweptArgs {
     /// Reads the study again, and makes its scenes ready.
     pub(super) fn load(&self) -> Result<(Study, Vec<World>)> {
         let (file, overrides) = reopen::origin(&self.folder)?;
-        let file = self.study.clone().unwrap_or(file);
+        let file = match &self.study {
+            Some(other) => other.clone(),
+            None if file.exists() => file,
+            None => {
+                let was = file.display();
+                let what =
+                    format!("was swept from {was}, which is not there: name its study by --study FILE");
+                return Err(Error::input(self.folder.display(), what));
+            }
+        };
         let mut study = Study::read(&file, &overrides, self.packages.sources(&file))?;
         self.packages.apply(&mut study.scenes);
         let worlds = World::prepare_all(&study)?;

@@ -20,7 +20,7 @@ use crate::Result;
 use crate::metrics::Confusion;
 use crate::sweep::table::{pose_names, representation_names};
 use crate::table::{Column, Field, Format, Kind, TableFile};
-use crate::view::why::{Missed, Reason, Tally};
+use crate::view::why::{Cause, Missed, Reason, Tally};
 use crate::view::{Choice, View};
 
 /// The name of the file, without its extension.
@@ -140,7 +140,37 @@ pub fn render(view: &View, missed: &[Missed], regions: impl IntoIterator<Item = 
     text
 }
 
-fn of_region(view: &View, region: &str, counts: &Confusion, mut tallies: Vec<Tally>) -> String {
+fn of_region(view: &View, region: &str, counts: &Confusion, tallies: Vec<Tally>) -> String {
+    let Explained { headline, rows, monitored, advice } = explain(view, counts, tallies);
+    let mut text = format!("\n{region} region: {headline}\n");
+    if rows.is_empty() {
+        return text;
+    }
+    let mut table = Table::new(&["<reason", "<object", "share", "voxels", "occupied", "a person's", "free"]);
+    rows.into_iter().for_each(|row| table.row(row));
+    text += &table.text();
+    text += &format!("  {monitored}\n");
+    for (cause, cure) in advice {
+        text += &format!("  {cause}: {cure}\n");
+    }
+    text
+}
+
+/// Why voxels of a region stay unknown, for people.
+#[derive(Clone, Debug)]
+pub(super) struct Explained {
+    /// How many, and the most frequent causes.
+    pub(super) headline: String,
+    /// For each cause, the most frequent first: reason, object, share, voxels, occupied, a person's, free.
+    pub(super) rows: Vec<[String; 7]>,
+    /// How many are monitored all the same.
+    pub(super) monitored: String,
+    /// Causes, and what would help.
+    pub(super) advice: Vec<(String, String)>,
+}
+
+/// Explains the unknown voxels of a region by their tallies.
+pub(super) fn explain(view: &View, counts: &Confusion, mut tallies: Vec<Tally>) -> Explained {
     let unknown = counts.uo + counts.uf;
     // Ties keep the order of the reasons.
     tallies.sort_by_key(|tally| std::cmp::Reverse(tally.voxels()));
@@ -149,37 +179,33 @@ fn of_region(view: &View, region: &str, counts: &Confusion, mut tallies: Vec<Tal
         0 => String::new(),
         some => format!(", {some} of them a person's"),
     };
-    let mut text =
-        format!("\n{region} region: {of_all} unknown ({unknown} of {} voxels{people})", counts.total());
-    if unknown == 0 {
-        return text + "\n";
+    let mut headline = format!("{of_all} unknown ({unknown} of {} voxels{people})", counts.total());
+    if !tallies.is_empty() {
+        let phrase =
+            |tally: &Tally| format!("{} {}", percent(tally.voxels(), unknown), phrase(view, &tally.cause));
+        let phrases: Vec<_> = tallies.iter().take(MOST_ADVICE).map(phrase).collect();
+        let more = if tallies.len() > MOST_ADVICE { ", …" } else { "" };
+        headline += &format!(": {}{more}", phrases.join(", "));
     }
-    let phrases = tallies.iter().take(MOST_ADVICE);
-    let phrases =
-        phrases.map(|tally| format!("{} {}", percent(tally.voxels(), unknown), phrase(view, tally)));
-    text += &format!(
-        ": {}{}\n",
-        phrases.collect::<Vec<_>>().join(", "),
-        if tallies.len() > MOST_ADVICE { ", …" } else { "" }
-    );
-    let mut table = Table::new(&["<reason", "<object", "share", "voxels", "occupied", "a person's", "free"]);
-    for tally in &tallies {
-        let object = view.object(&tally.cause).unwrap_or_default().to_string();
-        let counts = [tally.voxels(), tally.occupied, tally.human, tally.free].map(|n| n.to_string());
-        let words = [tally.cause.reason.name().into(), object, percent(tally.voxels(), unknown)];
-        table.row(words.into_iter().chain(counts));
-    }
-    text += &table.text();
+    let row = |tally: &Tally| {
+        let Tally { cause, occupied, free, human } = tally;
+        let object = view.object(cause).unwrap_or_default().to_string();
+        let [voxels, occupied, human, free] =
+            [tally.voxels(), *occupied, *human, *free].map(|n| n.to_string());
+        [cause.reason.name().into(), object, percent(tally.voxels(), unknown), voxels, occupied, human, free]
+    };
     let monitored: u64 = tallies.iter().filter(|t| t.cause.reason.is_monitored()).map(Tally::voxels).sum();
-    text += &format!(
-        "  monitored, but not known: {}; not monitored: {}\n",
-        percent(monitored, unknown),
-        percent(unknown - monitored, unknown)
-    );
-    for tally in tallies.iter().filter(|t| 100 * t.voxels() >= WORTH_ADVICE * unknown).take(MOST_ADVICE) {
-        text += &format!("  {}: {}\n", phrase(view, tally), advice(view, tally));
+    let worth = tallies.iter().filter(|t| 100 * t.voxels() >= WORTH_ADVICE * unknown).take(MOST_ADVICE);
+    Explained {
+        headline,
+        rows: tallies.iter().map(row).collect(),
+        monitored: format!(
+            "monitored, but not known: {}; not monitored: {}",
+            percent(monitored, unknown),
+            percent(unknown - monitored, unknown)
+        ),
+        advice: worth.map(|t| (phrase(view, &t.cause), advice(view, &t.cause))).collect(),
     }
-    text
 }
 
 /// Rounded; what is there is not 0 %, and what is not all is not 100 %.
@@ -191,9 +217,10 @@ fn percent(part: u64, of: u64) -> String {
     }
 }
 
-fn phrase(view: &View, tally: &Tally) -> String {
-    let object = view.object(&tally.cause).unwrap_or_default();
-    match tally.cause.reason {
+/// A cause in words.
+pub(super) fn phrase(view: &View, cause: &Cause) -> String {
+    let object = view.object(cause).unwrap_or_default();
+    match cause.reason {
         Reason::OutOfView => "out of view".into(),
         Reason::OutOfRange => "out of range".into(),
         Reason::Silent => "under a switch that is off".into(),
@@ -207,9 +234,9 @@ fn phrase(view: &View, tally: &Tally) -> String {
 }
 
 /// A sentence that says what would help.
-fn advice(view: &View, tally: &Tally) -> String {
-    let object = view.object(&tally.cause).unwrap_or_default();
-    match tally.cause.reason {
+fn advice(view: &View, cause: &Cause) -> String {
+    let object = view.object(cause).unwrap_or_default();
+    match cause.reason {
         Reason::OutOfView => {
             "turn the sensor there, move it back, take a wider field of view, or add a sensor".into()
         }

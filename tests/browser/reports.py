@@ -40,6 +40,7 @@ def look(browser, report, name, size, pictures):
         sections(browser, pictures, f"{report.parent.name}-{name}")
     a_position_changes_the_cell(browser)
     layers_hide_and_show(browser)
+    causes_hide_and_show(browser)
     the_table_sorts(browser)
     the_summary_chooses(browser)
     keys_are_enough(browser)
@@ -123,6 +124,30 @@ def layers_hide_and_show(browser):
         browser.until(f"return (() => {{ {of_trace} }})() === {str(not before).lower()}", f"{name} to change")
         browser.run(f"document.getElementById({name!r}).click()")
         browser.until(f"return (() => {{ {of_trace} }})() === {str(before).lower()}", f"{name} to change back")
+
+
+def causes_hide_and_show(browser):
+    """The causes of the unknown voxels are all of them; each can be taken out of the 3D view, and they have colours."""
+    browser.run("document.querySelector('#summary .choose').click()")
+    browser.until("return !document.getElementById('layer-TP').disabled", "labels of the best pose")
+    of_note = "return [...document.querySelectorAll('#causes .note')].reduce((sum, note) => sum + Number(note.textContent), 0)"
+    unknown = "return ['UO', 'UF'].reduce((sum, name) => sum + Number(document.getElementById('count-' + name).textContent), 0)"
+    assert browser.run(of_note) == browser.run(unknown) > 0, "every unknown voxel has a cause"
+    bars = "return document.getElementById('reasons').data.flatMap(bars => bars.x).reduce((a, b) => a + b, 0)"
+    assert browser.run(bars) == browser.run(unknown), "so have the bars"
+    faces = "return document.getElementById('view').data.slice(4, 6).reduce((sum, trace) => sum + trace.i.length, 0)"
+    before = browser.run(faces)
+    first = "document.querySelector('#causes input')"
+    browser.run(f"{first}.click()")
+    browser.until(f"return (() => {{ {faces} }})() < {before}", "a cause to go")
+    browser.run(f"{first}.click()")
+    browser.until(f"return (() => {{ {faces} }})() === {before}", "a cause to come back")
+    colours = "return new Set(document.getElementById('view').data.slice(4, 6).flatMap(trace => trace.facecolor)).size"
+    assert browser.run(colours) <= 2
+    causes = browser.run("return document.querySelectorAll('#causes .note').length")
+    browser.run("document.getElementById('by-cause').click()")
+    browser.until(f"return (() => {{ {colours} }})() === {causes}", "a colour for each cause")
+    browser.run("document.getElementById('by-cause').click()")
 
 
 def the_table_sorts(browser):

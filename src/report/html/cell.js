@@ -1,5 +1,5 @@
 // The cell in three dimensions: what is there, what the chosen pose makes of a region, where the sensors are and look; and
-// their mounting sheets.
+// their mounting sheets. Why voxels are unknown is in `causes.js`.
 const LAYERS = [
   { name: "TP", what: "occupied, and called so", colour: "#0072b2", on: true },
   { name: "FN", what: "occupied, but called free", colour: "#d55e00", on: true },
@@ -13,6 +13,8 @@ const LAYERS = [
   { name: "sensors", what: "where sensors are and look", colour: "#000000", on: true },
 ];
 const VERDICTS = 6;
+const KINDS_OF_TRUTH = 5;
+const CALLED = 2;
 const scenery = new Map();
 
 /** The scene at a moment, its runs undone once. */
@@ -20,11 +22,11 @@ function cellAt(moment) {
   if (!scenery.has(moment)) {
     const found = data.cells.moments.find(one => one.moment === moment);
     const count = found.size.reduce((a, b) => a * b);
-    const regions = found.regions.map(part => classes(part, count));
+    const regions = found.regions.map(part => classes(part, 2, count));
     const anywhere = new Uint8Array(count);
     let members = 0;
     for (let i = 0; i < count; i++) if (regions.some(region => region[i])) { anywhere[i] = 1; members++; }
-    scenery.set(moment, { ...found, count, truth: classes(found.truth, count), regions, anywhere, members, meshes: new Map() });
+    scenery.set(moment, { ...found, count, truth: classes(found.truth, KINDS_OF_TRUTH, count), regions, anywhere, members, meshes: new Map() });
   }
   return scenery.get(moment);
 }
@@ -37,21 +39,29 @@ function moments() {
   return { labelled, all: [...new Set([...labelled, ...inside(data.cells.moments)])] };
 }
 
-/** Each voxel's layer plus one, in the chosen region; null where the pose has no labels at that moment. */
+/**
+ * What the chosen pose makes of the chosen region: each voxel's layer plus one, and of the unknown ones their cause plus one;
+ * null where the page does not hold it for this moment.
+ */
 function verdicts(cell) {
   const found = data.cells.labels.find(one => one.series === chosen.series && one.choice === chosen.choice && one.moment === cell.moment);
   if (!found) return null;
-  const labels = classes(found.labels, cell.members), region = cell.regions[chosen.region];
-  const verdicts = new Uint8Array(cell.count);
-  // By label (unknown, free, occupied), for what is free and for what is there.
-  const layers = [[6, 4, 3], [5, 2, 1]];
+  const labels = classes(found.labels, CALLED + found.causes.length, cell.members), region = cell.regions[chosen.region];
+  const layers = new Uint8Array(cell.count), causes = new Uint16Array(cell.count);
+  // Called free, called occupied, unknown: for what is free, and for what is there.
+  const names = [[4, 3, 6], [2, 1, 5]];
   for (let i = 0, n = 0; i < cell.count; i++) {
     if (!cell.anywhere[i]) continue;
     const label = labels[n++];
-    if (region[i]) verdicts[i] = layers[cell.truth[i] ? 1 : 0][label];
+    if (!region[i]) continue;
+    layers[i] = names[cell.truth[i] ? 1 : 0][Math.min(label, CALLED)];
+    if (label >= CALLED) causes[i] = label - CALLED + 1;
   }
-  return verdicts;
+  return { layers, causes, names: found.causes };
 }
+
+/** The outside of a layer's voxels: unknown ones by their cause, as far as it is switched on. */
+const shapeOf = (found, n, cell) => UNKNOWN.includes(n) ? shapeOfUnknown(found, n, cell) : mesh(found.layers, n + 1, cell);
 
 /** The outside of the voxels of a class, as triangles; faces beside each other are one. */
 function mesh(voxels, wanted, { size, origin }) {
@@ -123,7 +133,8 @@ function drawCell() {
   const { labelled, all } = moments();
   if (!all.includes(chosen.moment)) chosen.moment = all[0];
   const cell = cellAt(chosen.moment), found = verdicts(cell);
-  const traces = LAYERS.slice(0, VERDICTS).map((layer, n) => surface(layer, found ? mesh(found, n + 1, cell) : { x: [], y: [], z: [], i: [], j: [], k: [] }));
+  drawCauses(found);
+  const traces = LAYERS.slice(0, VERDICTS).map((layer, n) => surface(layer, found ? shapeOf(found, n, cell) : { x: [], y: [], z: [], i: [], j: [], k: [] }));
   LAYERS.slice(VERDICTS, -1).forEach((layer, n) => {
     if (!cell.meshes.has(n)) cell.meshes.set(n, mesh(cell.truth, n + 1, cell));
     // What has no verdict to show is shown itself.
@@ -139,7 +150,7 @@ function drawCell() {
 /** How many voxels of each verdict there are, beside the switches. */
 function counts(found) {
   const all = new Array(VERDICTS + 1).fill(0);
-  found?.forEach(verdict => all[verdict]++);
+  found?.layers.forEach(verdict => all[verdict]++);
   LAYERS.slice(0, VERDICTS).forEach((layer, n) => {
     element(`count-${layer.name}`).textContent = found ? all[n + 1] : "";
     element(`layer-${layer.name}`).disabled = !found;

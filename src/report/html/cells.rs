@@ -1,18 +1,20 @@
-//! The cell in voxels for the page's 3D view: what is there at some moments, and what the sensors of the best choices say of
-//! the regions. Which of it is drawn is the script's business.
+//! The cell in voxels for the page's 3D view: what is there at some moments, what the sensors of the best choices say of the
+//! regions, and why they do not know the rest. Which of it is drawn is the script's business.
 
 use std::collections::BTreeSet;
 
 use serde::Serialize;
 
 use super::packed::put_runs;
-use super::ranking::Ranking;
+use super::ranking::{Ranking, firsts};
 use crate::Result;
 use crate::backend::Backend;
-use crate::report::{Results, Score, snapshots};
+use crate::report::reasons::{Explained, explain, phrase};
+use crate::report::{Results, Score, Series, snapshots};
 use crate::study::Study;
 use crate::sweep::World;
-use crate::view::{Choice, View};
+use crate::view::why::Missed;
+use crate::view::{Choice, View, Viewer};
 use crate::voxel::BitGrid;
 
 /// Most bytes of voxels before they are compressed; less than half of that after.
@@ -36,19 +38,33 @@ struct Moment {
 
 /// What is said of a choice at a moment.
 #[derive(Debug, Serialize)]
-struct Labels {
-    series: usize,
-    choice: usize,
-    moment: usize,
-    /// Classes of the voxels that are in any region, in their order: 0 unknown, 1 free, 2 occupied.
+pub(super) struct Labels {
+    pub(super) series: usize,
+    pub(super) choice: usize,
+    pub(super) moment: usize,
+    /// Classes of the voxels that are in any region, in their order: 0 called free, 1 called occupied, 2 and more unknown for
+    /// the first cause and so on.
     labels: Part,
+    causes: Vec<CauseData>,
+    /// For each region, where the choice is the best of all there and the moment a scene's first.
+    #[serde(skip)]
+    pub(super) explained: Vec<(usize, Explained)>,
+}
+
+/// Why voxels are unknown.
+#[derive(Debug, Serialize)]
+struct CauseData {
+    /// As in the column `reason` of reasons.csv.
+    reason: &'static str,
+    words: String,
+    monitored: bool,
 }
 
 /// Everything, and where in the bytes it is.
 #[derive(Debug, Default, Serialize)]
 pub(super) struct Cells {
     moments: Vec<Moment>,
-    labels: Vec<Labels>,
+    pub(super) labels: Vec<Labels>,
     #[serde(skip)]
     pub(super) bytes: Vec<u8>,
 }
@@ -62,7 +78,8 @@ struct Sight {
 }
 
 /// Looks at the best choices of each region and representation, as many as are wanted and fit, in each scene's first
-/// moment and in the one where the choice is worst. Says how many of how many are done after each.
+/// moment and in the one where the choice is worst. Says how many of how many are done after each. The best of a region are
+/// explained.
 ///
 /// # Errors
 /// Those of the backend.
@@ -76,25 +93,29 @@ pub(super) fn look(
     let mut cells = Cells::default();
     results.scenes.iter().for_each(|scene| cells.put_moment(worlds, scene.moments.start));
     let sights = sights(results, rankings, most);
-    for (done, sight) in sights.iter().enumerate() {
+    let best = best(rankings, results.regions.len());
+    let mut viewer = Viewer::new(study, backend)?;
+    for (done, &sight) in sights.iter().enumerate() {
         if cells.bytes.len() > MOST_BYTES {
             break;
         }
         cells.put_moment(worlds, sight.moment);
-        let series = rankings[sight.series].series;
-        let (combination, representation) = (series.combination, series.representation);
+        let Series { combination, representation } = rankings[sight.series].series;
         let choice = Choice { combination, choice: sight.choice, representation, repeat: 0 };
-        let world = &worlds[sight.moment];
-        let view = View::new(study, world, choice, backend)?;
-        let (occupied, free) = (&view.labels.occupied, &view.labels.free);
-        let of = |voxel| if occupied.get(voxel) { 2 } else { u8::from(free.get(voxel)) };
-        let begin = cells.bytes.len();
-        put_runs(anywhere(world).cells().map(of), &mut cells.bytes);
-        let Sight { series, choice, moment } = *sight;
-        cells.labels.push(Labels { series, choice, moment, labels: [begin, cells.bytes.len()] });
+        let view = viewer.view(&worlds[sight.moment], choice)?;
+        let is_first = results.scenes.iter().any(|scene| scene.moments.start == sight.moment);
+        let is_best = |region: &usize| is_first && best[*region] == Some((sight.series, sight.choice));
+        cells.put_labels(sight, &view, (0..best.len()).filter(is_best));
         said(done + 1, sights.len());
     }
     Ok(cells)
+}
+
+/// The best choice of each region, and of which series it is.
+fn best(rankings: &[Ranking], regions: usize) -> Vec<Option<(usize, usize)>> {
+    (0..regions)
+        .map(|region| firsts(rankings, region).first().map(|&(series, (choice, _))| (series, choice)))
+        .collect()
 }
 
 /// What is worth looking at, the best first.
@@ -126,6 +147,31 @@ fn anywhere(world: &World) -> BitGrid {
 }
 
 impl Cells {
+    /// Adds what a view says of all regions, and explains it in some.
+    fn put_labels(&mut self, sight: Sight, view: &View, explained: impl Iterator<Item = usize>) {
+        let missed = view.why_in_regions();
+        let (occupied, free) = (&view.labels.occupied, &view.labels.free);
+        let why = |voxel| {
+            missed.iter().position(|m| m.voxels.get(voxel)).expect("each unknown voxel has its cause")
+        };
+        let of = |voxel| match () {
+            _ if free.get(voxel) => 0,
+            _ if occupied.get(voxel) => 1,
+            _ => 2 + why(voxel),
+        };
+        let labels = self.put(anywhere(view.world).cells().map(of), 2 + missed.len());
+        let cause = |Missed { cause, .. }: &Missed| CauseData {
+            reason: cause.reason.name(),
+            words: phrase(view, cause),
+            monitored: cause.reason.is_monitored(),
+        };
+        let explained = explained
+            .map(|region| (region, explain(view, &view.counts(region), view.tally(&missed, region))));
+        let Sight { series, choice, moment } = sight;
+        let (causes, explained) = (missed.iter().map(cause).collect(), explained.collect());
+        self.labels.push(Labels { series, choice, moment, labels, causes, explained });
+    }
+
     /// Adds the scene at a moment, once.
     fn put_moment(&mut self, worlds: &[World], moment: usize) {
         if self.moments.iter().any(|known| known.moment == moment) {
@@ -140,17 +186,17 @@ impl Cells {
             _ if truth.robot.get(voxel) => 2,
             _ => 1,
         };
-        let truth = self.put(voxels().cells().map(role));
+        let truth = self.put(voxels().cells().map(role), 5);
         let regions = &worlds[moment].regions;
         let regions =
-            regions.iter().map(|r| self.put(voxels().cells().map(|voxel| r.cells.get(voxel).into())));
+            regions.iter().map(|r| self.put(voxels().cells().map(|voxel| r.cells.get(voxel).into()), 2));
         let regions = regions.collect();
         self.moments.push(Moment { moment, origin: grid.origin, size: grid.size, truth, regions });
     }
 
-    fn put(&mut self, classes: impl Iterator<Item = u8>) -> Part {
+    fn put(&mut self, classes: impl Iterator<Item = usize>, kinds: usize) -> Part {
         let begin = self.bytes.len();
-        put_runs(classes, &mut self.bytes);
+        put_runs(classes, kinds, &mut self.bytes);
         [begin, self.bytes.len()]
     }
 }

@@ -6,6 +6,7 @@ mod mount;
 mod run;
 
 use super::Sweep;
+use super::cells::Cells;
 use super::ranking::Ranking;
 use crate::report::maxima::most_sensors;
 use crate::report::table::number;
@@ -33,13 +34,15 @@ pub(super) struct Plain {
 }
 
 impl<'a> Facts<'a> {
-    pub(super) fn new(sweep: &Sweep<'a>, rankings: &[Ranking]) -> Facts<'a> {
+    pub(super) fn new(sweep: &Sweep<'a>, rankings: &[Ranking], cells: &'a Cells) -> Facts<'a> {
         let Sweep { results, study, .. } = *sweep;
         Facts {
             study: study.path.file_stem().unwrap_or_default().to_string_lossy().into_owned(),
             extent: crate::report::best::extent(results),
             assumed: run::assumed(sweep),
-            regions: (0..results.regions.len()).map(|region| best::region(sweep, rankings, region)).collect(),
+            regions: (0..results.regions.len())
+                .map(|region| best::region(sweep, rankings, cells, region))
+                .collect(),
             run: run::run(sweep),
             distributions: distributions(sweep, rankings),
             maxima: maxima_tables(sweep),

@@ -72,7 +72,7 @@ pub fn page(
     let mut numbers = Numbers::default();
     let data = data::Data::new(sweep, &rankings, &cells, &mut numbers);
     let page = Page {
-        facts: facts::Facts::new(sweep, &rankings),
+        facts: facts::Facts::new(sweep, &rankings, &cells),
         style: include_str!("style.css"),
         script: script(),
         plotly: plotly_js(),
@@ -99,6 +99,7 @@ fn script() -> String {
         include_str!("choice.js"),
         include_str!("plots.js"),
         include_str!("cell.js"),
+        include_str!("causes.js"),
         include_str!("table.js"),
         include_str!("page.js"),
     ];

@@ -49,6 +49,8 @@ fill("measure", data.measures.map(one => one.title), "measure");
 fill("member", [], "member");
 makeLayers();
 document.querySelectorAll("#summary .choose").forEach(button => button.addEventListener("click", () => chooseRow(button)));
+// Paper has nothing to click on.
+addEventListener("beforeprint", () => document.querySelectorAll("details").forEach(part => { part.open = true; }));
 drawDistributions();
 drawMaxima();
 const first = document.querySelector("#summary .choose");

@@ -27,6 +27,15 @@ pub(super) fn rankings(results: &Results) -> Vec<Ranking> {
     .collect()
 }
 
+/// The first choice of each ranking in a region, the best first: the ranking's number, the choice, and its score.
+pub(super) fn firsts(rankings: &[Ranking], region: usize) -> Vec<(usize, (usize, f64))> {
+    let first = |(number, ranking): (usize, &Ranking)| Some((number, *ranking.by_region[region].first()?));
+    let mut firsts: Vec<_> = rankings.iter().enumerate().filter_map(first).collect();
+    // The sort is stable: equal ones keep study order.
+    firsts.sort_by(|a, b| b.1.1.total_cmp(&a.1.1));
+    firsts
+}
+
 impl Ranking {
     /// At most so many choices, each once: the best of each region, then the second best of each, and so on; those without
     /// a score last.

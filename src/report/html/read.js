@@ -13,15 +13,15 @@ async function unpacked(id) {
 const numbers = new Float32Array(await unpacked("numbers"));
 const bytes = new Uint8Array(await unpacked("cells"));
 
-/** Classes from their runs, as many as are wanted. */
-function classes([begin, end], count) {
-  const all = new Uint8Array(count);
+/** Classes from their runs, as many as are wanted; there are so many kinds of them. */
+function classes([begin, end], kinds, count) {
+  const all = new Uint16Array(count);
   let at = 0;
   for (let i = begin; i < end;) {
     let number = 0, unit = 1, byte;
     do { byte = bytes[i++]; number += (byte & 127) * unit; unit *= 128; } while (byte > 127);
-    const length = Math.floor(number / 8);
-    all.fill(number % 8, at, at += length);
+    const length = Math.floor(number / kinds);
+    all.fill(number % kinds, at, at += length);
   }
   return all;
 }

@@ -2,8 +2,11 @@
 
 use super::mount::{self, Sheet};
 use crate::report::html::Sweep;
+use crate::report::html::cells::Cells;
 use crate::report::html::measure::{self, Baseline, MEASURES};
-use crate::report::html::ranking::Ranking;
+use crate::report::html::ranking::{Ranking, firsts};
+use crate::report::reasons::Explained;
+use crate::report::results::SceneResults;
 use crate::report::table::number;
 use crate::report::{Results, Series};
 
@@ -20,6 +23,8 @@ pub(in crate::report::html) struct Region<'a> {
     pub(in crate::report::html) below: String,
     /// How to mount the first of the best.
     pub(in crate::report::html) sheets: Vec<Sheet>,
+    /// What the first of the best misses and why: of each scene's first moment, its name.
+    pub(in crate::report::html) missed: Vec<(&'a str, &'a Explained)>,
     /// How much of the region lies outside the grid, in words; empty for nothing.
     pub(in crate::report::html) cut: String,
 }
@@ -38,13 +43,15 @@ pub(in crate::report::html) struct Row {
 }
 
 /// The best of a region.
-pub(super) fn region<'a>(sweep: &Sweep<'a>, rankings: &[Ranking], region: usize) -> Region<'a> {
+pub(super) fn region<'a>(
+    sweep: &Sweep<'a>,
+    rankings: &[Ranking],
+    cells: &'a Cells,
+    region: usize,
+) -> Region<'a> {
     let results = sweep.results;
     let baselines = measure::of_baselines(results, results.moments(), region);
-    let first = |(number, ranking): (usize, &Ranking)| Some((number, *ranking.by_region[region].first()?));
-    let mut firsts: Vec<(usize, (usize, f64))> = rankings.iter().enumerate().filter_map(first).collect();
-    // The sort is stable: equal ones keep study order.
-    firsts.sort_by(|a, b| b.1.1.total_cmp(&a.1.1));
+    let firsts = firsts(rankings, region);
     let row = |&(number, (choice, _)): &(usize, (usize, f64))| {
         row(results, (number, rankings[number].series), choice, region, &baselines)
     };
@@ -56,10 +63,20 @@ pub(super) fn region<'a>(sweep: &Sweep<'a>, rankings: &[Ranking], region: usize)
         sheets: firsts.first().map_or(Vec::new(), |&(number, (choice, _))| {
             mount::sheets(sweep, rankings[number].series.combination, choice)
         }),
+        missed: missed(results, cells, region),
         below: below(rankings, region, &baselines),
         baselines: baselines.into_iter().map(|(name, values)| (name, values.map(number))).collect(),
         cut: if cut > 0.0 { format!("{:.1} %", 100.0 * cut) } else { String::new() },
     }
+}
+
+fn missed<'a>(results: &'a Results, cells: &'a Cells, region: usize) -> Vec<(&'a str, &'a Explained)> {
+    let of_scene = |scene: &'a SceneResults| {
+        let there = cells.labels.iter().filter(|labels| labels.moment == scene.moments.start);
+        let mut explained = there.flat_map(|labels| &labels.explained);
+        Some((scene.name.as_str(), &explained.find(|(of, _)| *of == region)?.1))
+    };
+    results.scenes.iter().filter_map(of_scene).collect()
 }
 
 fn row(

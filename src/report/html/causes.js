@@ -1,0 +1,67 @@
+// Why voxels are unknown: a switch for each cause, which takes its voxels out of the 3D view; their colours; and bars of how
+// many there are. A cause is a reason and, where one is to blame, an object.
+const UNKNOWN = [4, 5]; // UO and UF among the layers.
+const CAUSE_COLOURS = { out_of_view: "#6b7280", out_of_range: "#000000", silent: "#8a8a00", between_rays: "#56b4e9", blind: "#f0e442", no_return: "#009e73", misread: "#0072b2", cancelled: "#332288" };
+const HIDDEN_COLOURS = ["#cc79a7", "#d55e00", "#e69f00", "#882255", "#b07aa1"];
+const causes = { off: new Set(), coloured: false };
+
+/** The causes of a region's unknown voxels, the most frequent first: number, words, colour, and how many are occupied or free. */
+function causesOf(found) {
+  const all = found.names.map((cause, number) => ({ ...cause, number, occupied: 0, free: 0 }));
+  found.causes.forEach((cause, i) => { if (cause) all[cause - 1][found.layers[i] === UNKNOWN[0] + 1 ? "occupied" : "free"]++; });
+  const here = all.filter(cause => cause.occupied + cause.free).sort((a, b) => b.occupied + b.free - a.occupied - a.free);
+  let hidden = 0;
+  return here.map(cause => ({ ...cause, colour: CAUSE_COLOURS[cause.reason] ?? HIDDEN_COLOURS[hidden++ % HIDDEN_COLOURS.length] }));
+}
+
+/** The outside of the unknown voxels of a layer, cause by cause. */
+function shapeOfUnknown(found, layer, cell) {
+  const marks = found.causes.map((cause, i) => found.layers[i] === layer + 1 ? cause : 0);
+  const whole = { x: [], y: [], z: [], i: [], j: [], k: [] }, facecolor = [];
+  for (const { number, words, colour } of causesOf(found)) {
+    if (causes.off.has(words)) continue;
+    const part = mesh(marks, number + 1, cell), first = whole.x.length;
+    for (const axis of ["x", "y", "z"]) for (const value of part[axis]) whole[axis].push(value);
+    for (const corner of ["i", "j", "k"]) for (const value of part[corner]) whole[corner].push(first + value);
+    for (let n = 0; n < part.i.length; n++) facecolor.push(causes.coloured ? colour : LAYERS[layer].colour);
+  }
+  return { ...whole, facecolor };
+}
+
+/** The switches, and the bars. */
+function drawCauses(found) {
+  const home = element("causes"), plot = element("reasons");
+  const all = found ? causesOf(found) : [];
+  for (const part of [home, plot, element("reasons-note"), element("reasons-title")]) part.hidden = !all.length;
+  if (!all.length) return home.replaceChildren();
+  const total = all.reduce((sum, cause) => sum + cause.occupied + cause.free, 0);
+  home.replaceChildren("Unknown, by cause:", ...all.map(cause => {
+    const box = made("input", { type: "checkbox" });
+    box.checked = !causes.off.has(cause.words);
+    box.addEventListener("change", () => { causes.off[box.checked ? "delete" : "add"](cause.words); redrawUnknown(); });
+    const colour = made("i", {});
+    colour.style.background = cause.colour;
+    return made("label", { class: "layer" }, box, colour, cause.words, made("span", { class: "note" }, String(cause.occupied + cause.free)));
+  }), coloursSwitch());
+  const share = cause => `${(100 * (cause.occupied + cause.free) / total).toFixed(1)} %`;
+  const part = (key, textposition, shape) => ({ type: "bar", orientation: "h", name: key, y: all.map(cause => plain(cause.words)), x: all.map(cause => cause[key]), text: all.map(share), customdata: all.map(cause => cause.monitored ? "monitored" : "not monitored"), hovertemplate: `%{y}, %{customdata}: %{text} of the unknown<br>${key}: %{x} voxels<extra></extra>`, textposition, marker: { color: all.map(cause => cause.colour), pattern: { shape, solidity: 0.25 } } });
+  const bars = [part("occupied", "none", "/"), part("free", "auto", "")];
+  plot.style.height = `${8 + 2.2 * all.length}rem`;
+  Plotly.react(plot, bars, { ...LAYOUT, margin: { ...LAYOUT.margin, t: 46 }, title: heading(`${total} unknown voxels · region ${data.regions[chosen.region]}`), barmode: "stack", yaxis: { autorange: "reversed", automargin: true }, xaxis: { title: { text: "voxels" }, gridcolor: "#e3e8ed" }, legend: { orientation: "h", y: 1, yanchor: "bottom", x: 1, xanchor: "right" } }, CONFIG);
+}
+
+function coloursSwitch() {
+  const box = made("input", { type: "checkbox", id: "by-cause" });
+  box.checked = causes.coloured;
+  box.addEventListener("change", () => { causes.coloured = box.checked; redrawUnknown(); });
+  return made("label", { class: "layer" }, box, "colour UO and UF by cause");
+}
+
+/** Draws UO and UF again, with the causes that are switched on. */
+function redrawUnknown() {
+  const cell = cellAt(chosen.moment), found = verdicts(cell);
+  for (const n of UNKNOWN) {
+    const shape = Object.entries(shapeOfUnknown(found, n, cell)).map(([key, value]) => [key, [value]]);
+    Plotly.restyle(element("view"), Object.fromEntries(shape), [n]);
+  }
+}
