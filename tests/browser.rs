@@ -1,5 +1,5 @@
-//! Reports of the paper's three experiments, with fewer poses and coarse, in a real browser: `browser/reports.py` opens and
-//! uses them. Not run by default, as it needs Debian's chromium and chromium-driver, python3, and minutes:
+//! Reports of the paper's three experiments, with fewer poses and coarse, and one of ten thousand poses, in a real browser:
+//! `browser/reports.py` opens and uses them. Not run by default, as it needs Debian's chromium and chromium-driver, python3, and minutes:
 //! `cargo test --test browser -- --ignored`. `PERIROBOT_PICTURES=FOLDER` keeps pictures of every section.
 
 #![cfg(target_os = "linux")]
@@ -22,10 +22,22 @@ const FEWER: [(&str, &str); 4] = [
     ("z_m = [1.5, 2.0, 2.5]", "z_m = [1.5, 2.5]"),
 ];
 
-/// The paper's studies in a folder, thinned out.
+/// More poses: 3,876 on the wall of the quick study and 6,561 on its ceiling.
+const MORE: [(&str, &str); 5] = [
+    ("resolution_px = [640, 360]", "resolution_px = [64, 36]"),
+    (
+        "x_m = { start = -2, stop = 2, step = 1 }\ny_m = -1.9",
+        "x_m = { start = -2, stop = 2, step = 0.08 }\ny_m = -1.9",
+    ),
+    ("z_m = [1.5, 2.5]", "z_m = { start = 1, stop = 2.5, step = 0.04 }"),
+    ("x_m = { start = -2, stop = 2, step = 1 }", "x_m = { start = -2, stop = 2, step = 0.05 }"),
+    ("y_m = [-1, 0, 1]", "y_m = { start = -1.8, stop = 1.8, step = 0.045 }"),
+];
+
+/// The paper's studies in a folder, thinned out; and the quick one with ten thousand poses.
 fn studies(folder: &Path) {
-    let paper = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/paper");
-    for entry in fs::read_dir(paper).unwrap() {
+    let scenes = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes");
+    for entry in fs::read_dir(scenes.join("paper")).unwrap() {
         let path = entry.unwrap().path();
         fs::copy(&path, folder.join(path.file_name().unwrap())).unwrap();
     }
@@ -34,6 +46,12 @@ fn studies(folder: &Path) {
         let thin = FEWER.iter().fold(whole, |text, (from, to)| text.replace(from, to));
         fs::write(folder.join(name), thin).unwrap();
     }
+    let mut quick = fs::read_to_string(scenes.join("quick.toml")).unwrap().replace("paper/", "");
+    for (from, to) in MORE {
+        assert!(quick.contains(from), "{from}");
+        quick = quick.replacen(from, to, 1);
+    }
+    fs::write(folder.join("many.toml"), quick).unwrap();
 }
 
 /// Sweeps a study and reports it; the page.
@@ -55,13 +73,16 @@ fn page(folder: &Path, name: &str) -> PathBuf {
 fn reports_of_the_paper_open_and_are_used_offline() {
     let folder = tempfile::tempdir().unwrap();
     studies(folder.path());
-    let pages = ["exp1", "exp2", "exp3"].map(|name| page(folder.path(), name));
+    let pages = ["exp1", "exp2", "exp3", "many"].map(|name| page(folder.path(), name));
     let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/browser/reports.py");
     let mut command = Command::new("python3");
     command.arg(script).args(pages);
     if let Some(pictures) = std::env::var_os("PERIROBOT_PICTURES") {
         command.arg("--pictures").arg(pictures);
     }
+    // Sensors alone: 10,437 poses of the camera and 12 of the LIDAR.
+    let poses = fs::read_to_string(folder.path().join("many/poses.csv")).unwrap().lines().count() - 1;
+    assert!(poses >= 10_000, "{poses}");
     let status = command.status().unwrap();
     assert!(status.success(), "tests/browser/reports.py: {status}; what it said is above");
 }

@@ -144,9 +144,9 @@ def causes_hide_and_show(browser):
     browser.until(f"return (() => {{ {faces} }})() === {before}", "a cause to come back")
     colours = "return new Set(document.getElementById('view').data.slice(4, 6).flatMap(trace => trace.facecolor)).size"
     assert browser.run(colours) <= 2
-    causes = browser.run("return document.querySelectorAll('#causes .note').length")
+    swatches = browser.run("return new Set([...document.querySelectorAll('#causes i')].map(swatch => swatch.style.background)).size")
     browser.run("document.getElementById('by-cause').click()")
-    browser.until(f"return (() => {{ {colours} }})() === {causes}", "a colour for each cause")
+    browser.until(f"return (() => {{ {colours} }})() === {swatches}", "the colours of the causes")
     browser.run("document.getElementById('by-cause').click()")
 
 

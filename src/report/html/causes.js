@@ -1,8 +1,8 @@
 // Why voxels are unknown: a switch for each cause, which takes its voxels out of the 3D view; their colours; and bars of how
 // many there are. A cause is a reason and, where one is to blame, an object.
 const UNKNOWN = [4, 5]; // UO and UF among the layers.
-const CAUSE_COLOURS = { out_of_view: "#6b7280", out_of_range: "#000000", silent: "#8a8a00", between_rays: "#56b4e9", blind: "#f0e442", no_return: "#009e73", misread: "#0072b2", cancelled: "#332288" };
-const HIDDEN_COLOURS = ["#cc79a7", "#d55e00", "#e69f00", "#882255", "#b07aa1"];
+const CAUSE_COLOURS = { out_of_view: "#6b7280", out_of_range: "#000000", silent: "#8a8a00", between_rays: "#56b4e9", no_return: "#009e73", misread: "#0072b2", cancelled: "#332288" };
+const OBJECT_COLOURS = ["#cc79a7", "#d55e00", "#e69f00", "#882255", "#f0e442"];
 const causes = { off: new Set(), coloured: false };
 
 /** The causes of a region's unknown voxels, the most frequent first: number, words, colour, and how many are occupied or free. */
@@ -10,8 +10,8 @@ function causesOf(found) {
   const all = found.names.map((cause, number) => ({ ...cause, number, occupied: 0, free: 0 }));
   found.causes.forEach((cause, i) => { if (cause) all[cause - 1][found.layers[i] === UNKNOWN[0] + 1 ? "occupied" : "free"]++; });
   const here = all.filter(cause => cause.occupied + cause.free).sort((a, b) => b.occupied + b.free - a.occupied - a.free);
-  let hidden = 0;
-  return here.map(cause => ({ ...cause, colour: CAUSE_COLOURS[cause.reason] ?? HIDDEN_COLOURS[hidden++ % HIDDEN_COLOURS.length] }));
+  let objects = 0;
+  return here.map(cause => ({ ...cause, colour: CAUSE_COLOURS[cause.reason] ?? OBJECT_COLOURS[objects++ % OBJECT_COLOURS.length] }));
 }
 
 /** The outside of the unknown voxels of a layer, cause by cause. */
