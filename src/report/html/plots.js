@@ -80,7 +80,7 @@ function drawWalls() {
     const map = { zmin, zmax };
     const word = p => `${plain(nameOf(p.choice))}<br>x ${p.at[0].toFixed(2)}, y ${p.at[1].toFixed(2)}, z ${p.at[2].toFixed(2)} m<br>${measure().title} ${shown(p.value)}`;
     const traces = lattice
-      ? [{ type: "heatmap", x: us, y: vs, z: vs.map(y => us.map(x => at.get(`${x}/${y}`)?.value ?? null)), text: vs.map(y => us.map(x => at.has(`${x}/${y}`) ? word(at.get(`${x}/${y}`)) : "")), hovertemplate: "%{text}<extra></extra>", colorscale: MAP, reversescale: measure().less_is_better, ...map, xgap: 1, ygap: 1, colorbar: colourBar() }]
+      ? [{ type: "heatmap", x: us, y: vs, z: vs.map(y => us.map(x => at.get(`${x}/${y}`)?.value ?? null)), text: vs.map(y => us.map(x => at.has(`${x}/${y}`) ? word(at.get(`${x}/${y}`)) : "")), hovertemplate: "%{text}<extra></extra>", colorscale: MAP, reversescale: measure().less_is_better, ...map, xgap: us.length > 30 ? 0 : 1, ygap: vs.length > 30 ? 0 : 1, colorbar: colourBar() }]
       : [{ type: "scatter", mode: "markers", x: here.map(p => p.at[u]), y: here.map(p => p.at[v]), text: here.map(word), hovertemplate: "%{text}<extra></extra>", marker: { symbol: "square", size: 16, color: here.map(p => p.value), colorscale: MAP, reversescale: measure().less_is_better, cmin: zmin, cmax: zmax, showscale: true, colorbar: colourBar() } }];
     traces.push({ type: "scatter", mode: "markers", x: [], y: [], hoverinfo: "skip", showlegend: false, marker: { symbol: "circle-open", size: 20, color: "#d55e00", line: { width: 4 } } });
     const plot = home.appendChild(made("div", { role: "img", "aria-label": `Map of ${group}` }));
