@@ -2,9 +2,9 @@
 
 use std::path::{Path, PathBuf};
 
-use perirobot::Result;
 use perirobot::study::Study;
 use perirobot::sweep::{World, reopen};
+use perirobot::{Error, Result};
 
 use super::packages::PackageArgs;
 
@@ -30,6 +30,10 @@ impl SweptArgs {
     pub(super) fn load(&self) -> Result<(Study, Vec<World>)> {
         let (file, overrides) = reopen::origin(&self.folder)?;
         let file = self.study.clone().unwrap_or(file);
+        if !file.exists() {
+            let what = "the study of this sweep is not there: go to the folder where it was swept, or say --study FILE";
+            return Err(Error::input(file.display(), what));
+        }
         let mut study = Study::read(&file, &overrides, self.packages.sources(&file))?;
         self.packages.apply(&mut study.scenes);
         let worlds = World::prepare_all(&study)?;
