@@ -20,11 +20,17 @@ fn swept(more: &[&str]) -> Folder {
     folder
 }
 
+/// Whatever reads the results of a sweep must refuse the folder, in words that hold all of `expected`.
+#[track_caller]
+fn unread(folder: &Folder, expected: &[&str]) {
+    ["summary", "why", "report"].into_iter().for_each(|command| refused(folder, command, expected));
+}
+
 /// The command must refuse the folder in words that hold all of `expected`, and give terminals nothing to obey.
 #[track_caller]
 fn refused(folder: &Folder, command: &str, expected: &[&str]) {
     let outcome = perirobot(&[command, text(&folder.path("out"))]);
-    let what = format!("{expected:?}: {:?}\n{}", outcome.code, outcome.stderr);
+    let what = format!("{command}, {expected:?}: {:?}\n{}", outcome.code, outcome.stderr);
     assert_eq!((outcome.code, outcome.stdout.as_str()), (Some(2), ""), "{what}");
     for fragment in expected {
         assert!(outcome.stderr.contains(fragment), "no {fragment:?} in {what}");
@@ -56,23 +62,23 @@ fn a_journal_that_keeps_other_rows_than_its_shard_is_not_believed() {
     // A whole without rows would be finished, and asking for one of them a panic.
     for kept in [0..0, 33..33] {
         begin(&folder, "out", |header| header.kept = kept.clone());
-        refused(&folder, "summary", &["counts.journal: has a damaged beginning"]);
+        unread(&folder, &["counts.journal: has a damaged beginning"]);
         begin_anew(&folder);
     }
     for kept in [0..3, 3..33, 0..32] {
         begin(&folder, "out", |header| header.kept = kept.clone());
         let rows = format!("keeps rows {kept:?} of each block as shard 0 of 1");
-        refused(&folder, "summary", &["counts.journal", &rows, "11 choices of poses", "sweep again"]);
+        unread(&folder, &["counts.journal", &rows, "11 choices of poses", "sweep again"]);
     }
     for (number, of) in [(5, 3), (1, 1), (0, 0)] {
         begin(&folder, "out", |header| header.shard = Shard { number, of });
-        refused(&folder, "summary", &["counts.journal: has a damaged beginning"]);
+        unread(&folder, &["counts.journal: has a damaged beginning"]);
         begin_anew(&folder);
     }
     // The rows of the last of four billion shards are the last choice's; there cannot be so many.
     let last = Shard { number: u32::MAX - 1, of: u32::MAX };
     begin(&folder, "out", |header| (header.shard, header.kept) = (last, 30..33));
-    refused(&folder, "summary", &["keeps rows 30..33", "shard 4294967294 of 4294967295"]);
+    unread(&folder, &["keeps rows 30..33", "shard 4294967294 of 4294967295"]);
 }
 
 /// A journal that can be read again.
@@ -86,10 +92,10 @@ fn rows_that_are_promised_take_no_time() {
     let folder = swept(&[]);
     edit(&folder, |manifest| manifest["repeats"] = json!(30_000_000));
     begin(&folder, "out", |header| header.blocks = 30_000_000);
-    refused(&folder, "summary", &["is not finished, 990000000 rows are missing"]);
+    unread(&folder, &["is not finished, 990000000 rows are missing"]);
     edit(&folder, |manifest| manifest["repeats"] = json!(40_000_000));
     begin(&folder, "out", |header| header.blocks = 40_000_000);
-    refused(&folder, "summary", &["manifest.json: promises 1320000000 rows (repeats = 40000000)"]);
+    unread(&folder, &["manifest.json: promises 1320000000 rows (repeats = 40000000)"]);
 }
 
 #[test]
@@ -142,11 +148,11 @@ fn manifests_that_promise_nonsense_are_refused() {
     ] {
         let folder = swept(&[]);
         edit(&folder, change);
-        refused(&folder, "summary", &[expected, &["sweep again"]].concat());
+        unread(&folder, &[expected, &["sweep again"]].concat());
     }
     let folder = swept(&[]);
     folder.edit("out/poses.csv", "wall/0/0,wall", "wall/0/0,\u{1b}[2J");
-    refused(&folder, "summary", &["poses.csv: line 2, column group: \"\\u{1b}[2J\" has control characters"]);
+    unread(&folder, &["poses.csv: line 2, column group: \"\\u{1b}[2J\" has control characters"]);
 }
 
 #[test]
@@ -154,7 +160,7 @@ fn what_a_manifest_says_cannot_steer_a_terminal() {
     let folder = swept(&[]);
     edit(&folder, |manifest| manifest["about"]["command"] = json!(["perirobot\u{1b}]0;x\u{7}", "sweep\r"]));
     begin(&folder, "out", |_| {});
-    refused(&folder, "summary", &["33 rows are missing", "'perirobot\\u{1b}]0;x\\u{7}' 'sweep\\u{d}'\n"]);
+    unread(&folder, &["33 rows are missing", "'perirobot\\u{1b}]0;x\\u{7}' 'sweep\\u{d}'\n"]);
 }
 
 #[test]
@@ -164,12 +170,12 @@ fn only_regular_files_of_a_sane_size_are_read() {
         let (path, aside) = (folder.path("out").join(name), folder.path(name));
         fs::rename(&path, &aside).unwrap();
         fs::create_dir(&path).unwrap();
-        refused(&folder, "summary", &[name, "is not a regular file"]);
+        unread(&folder, &[name, "is not a regular file"]);
         fs::remove_dir(&path).unwrap();
         if name != "counts.journal" {
             // All of it is a hole.
             fs::File::create(&path).unwrap().set_len((1 << 30) + 1).unwrap();
-            refused(&folder, "summary", &[name, "has 1073741825 bytes: at most 1024 MiB are read"]);
+            unread(&folder, &[name, "has 1073741825 bytes: at most 1024 MiB are read"]);
         }
         fs::rename(&aside, &path).unwrap();
     }
@@ -179,6 +185,6 @@ fn only_regular_files_of_a_sane_size_are_read() {
         fs::remove_file(folder.path("out/counts.journal")).unwrap();
         let made = std::process::Command::new("mkfifo").arg(folder.path("out/counts.journal")).status();
         assert!(made.unwrap().success());
-        refused(&folder, "summary", &["counts.journal", "is not a regular file"]);
+        unread(&folder, &["counts.journal", "is not a regular file"]);
     }
 }

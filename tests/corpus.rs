@@ -54,4 +54,4 @@ macro_rules! targets {
     };
 }
 
-targets!(study, gltf, stl, obj, collada, urdf, octomap, poses, rays, joints, journal, manifest);
+targets!(study, gltf, stl, obj, collada, urdf, octomap, poses, rays, camera_info, joints, journal, manifest);

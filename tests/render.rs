@@ -68,7 +68,9 @@ fn commands() -> Vec<Vec<String>> {
     let list = std::fs::read_to_string(in_project(PICTURES)).unwrap();
     let joined = list.replace("\\\n", " ");
     let lines = joined.lines().filter_map(|line| line.trim().strip_prefix("perirobot render "));
-    lines.map(|line| line.split_whitespace().map(str::to_string).collect()).collect()
+    lines
+        .map(|line| line.split_whitespace().map(|word| word.trim_matches('\'').to_string()).collect())
+        .collect()
 }
 
 #[test]

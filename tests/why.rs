@@ -103,6 +103,32 @@ fn a_pose_of_the_papers_scene_has_its_shadow_named() {
     assert_eq!(names(&out), before, "one pose leaves no table");
 }
 
+/// Stopped in the middle: neither a table nor a part of one is left.
+#[cfg(unix)]
+#[test]
+fn a_signal_leaves_no_table() {
+    use std::io::{BufRead, BufReader};
+    use std::process::{Command, Stdio};
+
+    let folder = swept("scenes/paper/exp2.toml", "0.2");
+    let out = folder.path("out");
+    let before = names(&out);
+    let mut run = Command::new(env!("CARGO_BIN_EXE_perirobot"))
+        .args(["why", text(&out), "--all", "--backend", "cpu", "--progress", "json"])
+        .stderr(Stdio::piped())
+        .stdout(Stdio::null())
+        .spawn()
+        .unwrap();
+    let mut lines = BufReader::new(run.stderr.take().unwrap()).lines().map(Result::unwrap);
+    assert!(lines.any(|line| line.contains("\"start\"")), "it begins");
+    let pid = run.id().to_string();
+    assert!(Command::new("kill").args(["-INT", &pid]).status().unwrap().success());
+    let rest = lines.collect::<Vec<_>>().join("\n");
+    assert_eq!(run.wait().unwrap().code(), Some(75), "{rest}");
+    assert!(rest.contains("stopped by Ctrl-C (SIGINT): no table is written"), "{rest}");
+    assert_eq!(names(&out), before);
+}
+
 #[test]
 fn wrong_input_is_refused() {
     let folder = Folder::new();
@@ -118,6 +144,8 @@ fn wrong_input_is_refused() {
         );
     };
     refused(&["no/such"], "no/such: is not a folder");
+    refused(&[text(&folder.path("."))], "manifest.json: cannot be read, it is not there: name a folder");
+    refused(&[text(&out), "--study", "no/such.toml"], "no/such.toml: the study of this sweep is not there");
     refused(&[text(&out), "--pose", "nowhere"], "--pose nowhere: no such choice of poses");
     refused(&[text(&out), "--best", "0"], "0 is not in 1..");
     refused(&[text(&out), "--scene", "cell"], "--pose <POSES>");

@@ -29,16 +29,11 @@ impl SweptArgs {
     /// Reads the study again, and makes its scenes ready.
     pub(super) fn load(&self) -> Result<(Study, Vec<World>)> {
         let (file, overrides) = reopen::origin(&self.folder)?;
-        let file = match &self.study {
-            Some(other) => other.clone(),
-            None if file.exists() => file,
-            None => {
-                let was = file.display();
-                let what =
-                    format!("was swept from {was}, which is not there: name its study by --study FILE");
-                return Err(Error::input(self.folder.display(), what));
-            }
-        };
+        let file = self.study.clone().unwrap_or(file);
+        if !file.exists() {
+            let what = "the study of this sweep is not there: go to the folder where it was swept, or say --study FILE";
+            return Err(Error::input(file.display(), what));
+        }
         let mut study = Study::read(&file, &overrides, self.packages.sources(&file))?;
         self.packages.apply(&mut study.scenes);
         let worlds = World::prepare_all(&study)?;

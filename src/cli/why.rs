@@ -13,6 +13,7 @@ use perirobot::view::{Choice, View, Viewer};
 use super::backend::BackendArgs;
 use super::choice::RestArgs;
 use super::progress::ProgressArgs;
+use super::stop::{StopAt, stopped};
 use super::swept::SweptArgs;
 
 /// Say why voxels stay unknown: out of view, too far, between rays, hidden, and by which object
@@ -34,7 +35,7 @@ pub(super) struct Args {
     /// So many of the best by F1 and by human_seen, of each combination and representation in each region
     #[arg(long, value_name = "N", default_value_t = 20, value_parser = clap::value_parser!(u32).range(1..), conflicts_with_all = ["pose", "all"])]
     best: u32,
-    /// All poses: a third of a second or so for each, scene, snapshot, repeat and representation
+    /// All poses: a tenth of a second or so for each, scene, snapshot, repeat and representation
     #[arg(long, conflicts_with = "pose")]
     all: bool,
     /// How the table of reasons is written
@@ -57,25 +58,26 @@ enum Table {
 const AFTER_HELP: &str = "\
 Examples:
   perirobot sweep scenes/quick.toml --out out/quick
-  perirobot why out/quick                                        reasons.csv of the best poses, and the best one in words
-  perirobot why out/quick --pose right-wall/4/0                  one pose
-  perirobot why out/quick --pose right-wall/4/0 --scene scene2   in another scene of the study
+  perirobot why out/quick                         reasons.csv of the best poses; the best in words
+  perirobot why out/quick --pose right-wall/4/0   one pose, in words
+  perirobot why out/exp3 --pose front-wall/0/0 --snapshot 8
 
-Reasons, of which a voxel has the first that applies to the ray nearest to its centre; of several sensors, the latest:
-  out_of_view    no sensor looks there                            not monitored
-  out_of_range   it is too far away                               not monitored
-  silent         a switch that is off, and certifies nothing      monitored
-  between_rays   no ray crosses it: too sparse                    not monitored
-  hidden         an object stands before it                       monitored
-  blind          an object is too near to the lens                monitored
-  no_return      nothing behind it returned, which certifies nothing   monitored
-  misread        noise read the return elsewhere                  monitored
-  cancelled      votes of sensors cancel each other               monitored";
+Reasons; a voxel has the first that applies to the ray nearest to its centre, and of several sensors the
+latest in this list. Those with a star count as monitored (the paper's: monitored, but occluded):
+  out_of_view    no sensor looks there
+  out_of_range   it is too far away
+  silent       * a switch that is off, and certifies nothing
+  between_rays   no ray crosses it: too sparse
+  hidden       * an object stands before it
+  blind        * an object is too near to the lens
+  no_return    * nothing behind it returned, which certifies nothing
+  misread      * noise read the return elsewhere
+  cancelled    * votes of sensors cancel each other";
 
 pub(super) fn run(args: &Args) -> Result<ExitCode> {
     args.backend.start_threads()?;
     let (results, warnings) = Results::read(args.swept.folder())?;
-    warnings.iter().for_each(|warning| say!("warning: {warning}"));
+    warnings.iter().for_each(|warning| say!("warning: {}", super::harmless(warning)));
     let (study, worlds) = args.swept.load()?;
     let mut backend = args.backend.open()?;
     let mut viewer = Viewer::new(&study, &mut *backend)?;
@@ -86,12 +88,21 @@ pub(super) fn run(args: &Args) -> Result<ExitCode> {
     }
     let chosen = if args.all { every(&study) } else { reasons::leaders(&results, args.best as usize) };
     results.intact()?;
-    write(args, &study, &worlds, &chosen, &mut viewer)?;
+    if let Some(why) = write(args, &study, &worlds, &chosen, &mut viewer)? {
+        say!("{why}: no table is written; the same command begins it again");
+        return Ok(stopped());
+    }
     for region in 0..study.regions.len() {
         if let Some([combination, choice, representation]) = reasons::leader(&results, region) {
             let choice = Choice { combination, choice, representation, repeat: 0 };
             super::print(&in_words(&viewer.view(&worlds[0], choice)?, [region]))?;
         }
+    }
+    if let [first, _, ..] = worlds.as_slice() {
+        let (title, all) = (first.title(&study), worlds.len());
+        super::print(&format!(
+            "\nIn words only {title} of {all} scenes and snapshots is told; others by --pose, --scene and --snapshot.\n"
+        ))?;
     }
     results.intact()?;
     Ok(ExitCode::SUCCESS)
@@ -110,14 +121,15 @@ fn every(study: &Study) -> Vec<[usize; 3]> {
     study.combinations.iter().enumerate().flat_map(of).collect()
 }
 
-/// Writes the table of some choices in all scenes, snapshots and repeats.
+/// Writes the table of some choices in all scenes, snapshots and repeats; why it was stopped before the end, if it was.
 fn write<'a>(
     args: &Args,
     study: &Study,
     worlds: &'a [World],
     chosen: &[[usize; 3]],
     viewer: &mut Viewer<'a, '_>,
-) -> Result<()> {
+) -> Result<Option<String>> {
+    let stop = StopAt::listen(None)?;
     let folder = args.swept.folder();
     let views = worlds.len() * study.repeats as usize * chosen.len();
     let format = match args.table {
@@ -129,6 +141,9 @@ fn write<'a>(
     for world in worlds {
         for repeat in 0..study.repeats as usize {
             for &[combination, choice, representation] in chosen {
+                if let why @ Some(_) = stop.reason() {
+                    return Ok(why);
+                }
                 let view = viewer.view(world, Choice { combination, choice, representation, repeat })?;
                 file.add(&view, &view.why_in_regions())?;
                 progress.inc(1);
@@ -138,5 +153,6 @@ fn write<'a>(
     progress.finish();
     let rows = file.finish()?;
     let path = folder.join(format!("{}.{}", reasons::REASONS, format.extension()));
-    super::print(&format!("{rows} rows of {} choices of poses in {}\n", chosen.len(), path.display()))
+    super::print(&format!("{rows} rows of {} choices of poses in {}\n", chosen.len(), path.display()))?;
+    Ok(None)
 }

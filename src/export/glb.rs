@@ -9,7 +9,7 @@ use gltf::binary::{Glb, Header};
 use gltf::json::validation::Checked::Valid;
 use gltf::json::{Index, Root, accessor, buffer, material, mesh, scene};
 
-use crate::scene::{Mesh, Role, Scene, Surface};
+use crate::scene::{Mesh, Role, Scene, Surface, polygon};
 use crate::view::{Outline, View};
 use crate::{Error, Result};
 
@@ -17,6 +17,8 @@ use crate::{Error, Result};
 const FIGURE_M: f64 = 0.3;
 /// Half the width of the figure of a sensor that looks all around, in metres.
 const ALL_AROUND_M: f64 = 0.06;
+/// Height of the plate that stands for what a pad or a gate watches.
+const PLATE_M: f64 = 0.02;
 
 /// Materials: name, colour (linear red, green, blue, opacity).
 const MATERIALS: [(&str, [f32; 4]); 4] = [
@@ -43,9 +45,11 @@ pub fn bytes(view: &View, of: &Scene) -> Result<(Vec<u8>, usize)> {
     }
     for member in &view.members {
         let sensor = &view.study.sensors[member.sensor];
-        let Some(outline) = view.outline(member) else { continue };
         let name = format!("{}:{}", sensor.name, sensor.candidates[member.candidate].name);
-        writer.node(&name, &figure(&outline), 3)?;
+        let plates = view.grounds(member).iter().map(|corners| plate(corners)).collect::<Result<Vec<_>>>()?;
+        for mesh in view.outline(member).map(|outline| figure(&outline)).into_iter().chain(plates) {
+            writer.node(&name, &mesh, 3)?;
+        }
     }
     writer.finish()
 }
@@ -67,6 +71,27 @@ pub(super) fn figure(outline: &Outline) -> Mesh {
     let next = |i: u32| 2 + (i + 1) % count;
     let sides = (0..count).flat_map(|i| [[0, 2 + i, next(i)], [1, next(i), 2 + i]]);
     Mesh { vertices, triangles: sides.collect() }
+}
+
+/// A flat body on the ground that a pad or a gate watches.
+pub(super) fn plate(corners: &[DVec3]) -> Result<Mesh> {
+    let count = corners.len() as u32;
+    let next = |i: u32| (i + 1) % count;
+    let mut around = corners.to_vec();
+    let turn: f64 = (0..count).map(|i| corners[i as usize].cross(corners[next(i) as usize]).z).sum();
+    // Anticlockwise as seen from above.
+    if turn < 0.0 {
+        around.reverse();
+    }
+    let lids = polygon::triangles(&around).map_err(Error::Input)?;
+    let mut mesh = Mesh { vertices: around.clone(), triangles: Vec::new() };
+    mesh.vertices.extend(around.iter().map(|corner| *corner + DVec3::Z * PLATE_M));
+    for [a, b, c] in lids.into_iter().map(|lid| lid.map(|i| i as u32)) {
+        mesh.triangles.extend([[a, c, b], [count + a, count + b, count + c]]);
+    }
+    let sides = (0..count).flat_map(|i| [[i, next(i), count + next(i)], [i, count + next(i), count + i]]);
+    mesh.triangles.extend(sides);
+    Ok(mesh)
 }
 
 /// The faces of voxels that no other voxel covers.

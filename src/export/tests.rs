@@ -126,6 +126,15 @@ fn figures_and_voxel_faces_are_closed_and_face_outward() {
         // A third of 0.3 m times a picture of about 2 · 0.3 · tan(43.5°) by 2 · 0.3 · tan(29°) m.
         assert!((0.017..0.021).contains(&size), "{size}");
     });
+    // An L of three quarters of a square metre, either way round.
+    let mut corners = [[0, 0], [2, 0], [2, 1], [1, 1], [1, 2], [0, 2]]
+        .map(|[x, y]| glam::DVec3::new(f64::from(x) / 2.0, f64::from(y) / 2.0, 1.0))
+        .to_vec();
+    for _ in 0..2 {
+        let plate = glb::plate(&corners).unwrap();
+        assert!((volume(&plate) - 0.75 * 0.02).abs() < 1e-12, "{}", volume(&plate));
+        corners.reverse();
+    }
     // Two voxels side by side: ten faces.
     let pair = glb::faces(0.5, &[[0, 0, 0], [1, 0, 0]]);
     assert_eq!(pair.triangles.len(), 20);

@@ -137,7 +137,11 @@ impl<'a> Palette<'a> {
         {
             entries.push(Entry::Dot(colour, name.to_string()));
         }
-        if self.view.is_some_and(|view| view.members.iter().any(|member| view.outline(member).is_some())) {
+        let is_drawn = |view: &View| {
+            let mut members = view.members.iter();
+            members.any(|member| view.outline(member).is_some() || !view.grounds(member).is_empty())
+        };
+        if self.view.is_some_and(is_drawn) {
             entries.push(Entry::Sensor("sensor".into()));
         }
         entries

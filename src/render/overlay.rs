@@ -38,11 +38,15 @@ pub(super) fn points(samples: &mut Samples, view: &View, most: usize, places: &B
     }
 }
 
-/// Draws each sensor where it stands, as it looks.
+/// Draws each sensor where it stands, as it looks; of a pad and of a gate the ground that it watches.
 pub(super) fn sensors(samples: &mut Samples, view: &View, camera: &Camera) {
     let outlines: Vec<_> = view.members.iter().filter_map(|member| view.outline(member)).collect();
+    let grounds: Vec<_> = view.members.iter().flat_map(|member| view.grounds(member)).collect();
     // The rims of all lines first, so that the lines stand out.
     for (radius, colour) in [(3.2, [255; 3]), (1.7, SENSOR)] {
+        for corners in &grounds {
+            ring(samples, corners, radius, colour, camera);
+        }
         for outline in &outlines {
             let apex = outline.apex_m;
             let rim: Vec<DVec3> = match outline.rim.is_empty() {
@@ -57,8 +61,8 @@ pub(super) fn sensors(samples: &mut Samples, view: &View, camera: &Camera) {
             };
             // Four edges are enough for a cone.
             let spoke = (rim.len() / 4).max(1);
+            ring(samples, &rim, radius, colour, camera);
             for (i, corner) in rim.iter().enumerate() {
-                line(samples, [*corner, rim[(i + 1) % rim.len()]], radius, colour, camera);
                 for end in ends.iter().filter(|_| i % spoke == 0) {
                     line(samples, [*end, *corner], radius, colour, camera);
                 }
@@ -67,6 +71,13 @@ pub(super) fn sensors(samples: &mut Samples, view: &View, camera: &Camera) {
                 dot(samples, at, 2.0 * radius, colour, camera.size);
             }
         }
+    }
+}
+
+/// Lines from each point of the world to the next, and from the last to the first.
+fn ring(samples: &mut Samples, points: &[DVec3], radius: f64, colour: [u8; 3], camera: &Camera) {
+    for (i, from) in points.iter().enumerate() {
+        line(samples, [*from, points[(i + 1) % points.len()]], radius, colour, camera);
     }
 }
 

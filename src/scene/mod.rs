@@ -13,7 +13,7 @@ pub mod urdf;
 
 mod mesh;
 mod moving;
-mod polygon;
+pub(crate) mod polygon;
 
 use std::sync::Arc;
 

@@ -13,7 +13,7 @@ const MOST_LOOKS: usize = 64;
 ///
 /// # Errors
 /// When it has fewer than three corners, or too many, or winds about itself too much.
-pub(super) fn triangles(corners: &[DVec3]) -> Result<Vec<[usize; 3]>, String> {
+pub(crate) fn triangles(corners: &[DVec3]) -> Result<Vec<[usize; 3]>, String> {
     match corners.len() {
         0..=2 => return Err(format!("a face has {} corners: must be at least 3", corners.len())),
         3 => return Ok(vec![[0, 1, 2]]),

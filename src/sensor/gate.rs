@@ -46,6 +46,10 @@ impl Kind for Gate {
         SWITCHES
     }
 
+    fn prisms(&self) -> Vec<&Prism> {
+        vec![&self.gate, &self.zone]
+    }
+
     fn check(&self, at: &Station) -> Result<(), String> {
         level(at)?;
         self.gate.check(&at.pose(), &at.truth.grid).map_err(|e| format!("box: {e}"))?;

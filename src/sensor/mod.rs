@@ -37,6 +37,7 @@ use std::sync::Arc;
 
 use glam::DMat3;
 
+use self::prism::Prism;
 use crate::backend::{Placement, Planes, Rays};
 use crate::march;
 use crate::voxel::{BitGrid, Grid, Truth, Window};
@@ -167,6 +168,11 @@ pub trait Kind: Debug + Send + Sync {
     /// Whether it speaks after all others, wherever a combination lists it.
     fn speaks_last(&self) -> bool {
         false
+    }
+
+    /// The volumes that it watches where they do not begin at a lens, for whoever draws it.
+    fn prisms(&self) -> Vec<&Prism> {
+        Vec::new()
     }
 
     /// How far its own housing reaches, in metres: blockers nearer than that let its rays pass.

@@ -43,6 +43,10 @@ impl Kind for Pad {
         SWITCHES
     }
 
+    fn prisms(&self) -> Vec<&Prism> {
+        vec![&self.column]
+    }
+
     fn check(&self, at: &Station) -> Result<(), String> {
         level(at)?;
         let (pose, grid) = (at.pose(), &at.truth.grid);

@@ -34,19 +34,29 @@ impl Prism {
         Prism { polygon_m, z_m: [min_m.z, max_m.z] }
     }
 
-    /// Corners in the grid, in 1/65536 voxels.
-    pub fn corners_q16(&self, pose: &Pose, grid: &Grid) -> Vec<[i64; 2]> {
+    /// Corners in world metres, at the sensor's own height.
+    fn corners_m(&self, pose: &Pose) -> impl Iterator<Item = DVec3> {
         let (forward, up) = (pose.link().x_axis, pose.link().z_axis);
         let flat = DVec2::new(forward.x, forward.y);
         // A sensor that looks straight up or down has no heading: its volume keeps the world's.
         let x = if flat.length() < 1e-9 { DVec2::X } else { flat.normalize() };
         let y = if up.z < -1e-9 { -x.perp() } else { x.perp() };
-        let place = |corner: &DVec2| {
-            let turned = x * corner.x + y * corner.y;
-            let [x, y, _] = grid.position_q16(pose.position_m + turned.extend(0.0));
+        let origin_m = pose.position_m;
+        self.polygon_m.iter().map(move |corner| origin_m + (x * corner.x + y * corner.y).extend(0.0))
+    }
+
+    /// Corners in the grid, in 1/65536 voxels.
+    pub fn corners_q16(&self, pose: &Pose, grid: &Grid) -> Vec<[i64; 2]> {
+        let place = |corner: DVec3| {
+            let [x, y, _] = grid.position_q16(corner);
             [x, y]
         };
-        self.polygon_m.iter().map(place).collect()
+        self.corners_m(pose).map(place).collect()
+    }
+
+    /// Where it stands: corners in world metres, at its lowest height.
+    pub fn footprint_m(&self, pose: &Pose) -> Vec<DVec3> {
+        self.corners_m(pose).map(|corner| corner + DVec3::Z * self.z_m[0]).collect()
     }
 
     /// The voxels of a window whose centre lies inside, half-open; over the part of it that holds them.

@@ -137,6 +137,11 @@ impl Manifest {
     /// Reads the manifest of a folder.
     pub fn read(folder: &Path) -> Result<Manifest> {
         let path = folder.join(MANIFEST);
+        if folder.is_dir() && !path.exists() {
+            let what =
+                "cannot be read, it is not there: name a folder that `perirobot sweep --out` has written";
+            return Err(Error::input(path.display(), what));
+        }
         let mut text = String::new();
         let read = open_regular(&path, MOST_BYTES)?.take(MOST_BYTES).read_to_string(&mut text);
         read.map_err(|e| Error::io(&path, "cannot be read", e))?;

@@ -1,5 +1,5 @@
-//! Which way a sensor looks, as a small figure: a pyramid for a camera, a cone for rays that go one way. For whoever draws
-//! sensors; how far they see is not told.
+//! Which way a sensor looks, as a small figure: a pyramid for a camera, a cone for rays that go one way; and the ground that
+//! pads and gates watch. For whoever draws sensors; how far rays see is not told.
 
 use glam::DVec3;
 
@@ -23,9 +23,12 @@ pub struct Outline {
 }
 
 impl View<'_> {
-    /// The figure of a sensor; `None` if it stands nowhere.
+    /// The figure of a sensor; `None` if it stands nowhere, or is [`View::grounds`].
     pub fn outline(&self, member: &Member) -> Option<Outline> {
         let kind = &self.study.sensors[member.sensor].kind;
+        if !kind.prisms().is_empty() {
+            return None;
+        }
         let Setting::Pose(pose) = self.world.settings[member.sensor][member.candidate] else { return None };
         let world_from_sensor = kind.frame(&pose);
         let mut rim = Vec::new();
@@ -41,6 +44,13 @@ impl View<'_> {
         }
         let rim = rim.into_iter().map(|dir| world_from_sensor * dir).collect();
         Some(Outline { apex_m: pose.position_m, rim })
+    }
+
+    /// The ground below what a pad or a gate watches, each as its corners in world metres; none for other sensors.
+    pub fn grounds(&self, member: &Member) -> Vec<Vec<DVec3>> {
+        let pose = self.world.settings[member.sensor][member.candidate].pose();
+        let prisms = self.study.sensors[member.sensor].kind.prisms();
+        prisms.into_iter().map(|prism| prism.footprint_m(&pose)).collect()
     }
 }
 
@@ -63,7 +73,13 @@ fn cone(dirs: &[DVec3]) -> Vec<DVec3> {
 
 #[cfg(test)]
 mod tests {
+    use std::path::Path;
+
     use super::*;
+    use crate::backend::cpu::Cpu;
+    use crate::study::{Overrides, Study};
+    use crate::sweep::World;
+    use crate::view::{Wanted, find};
 
     #[test]
     fn cones_hold_what_goes_one_way_and_nothing_else() {
@@ -76,6 +92,22 @@ mod tests {
         assert_eq!(found.len(), RIM);
         assert!(found.iter().all(|dir| (dir.z - cos).abs() < 1e-12 && dir.is_normalized()), "{found:?}");
         assert_eq!(cone(&ring(cos).chain(ring(-cos)).collect::<Vec<_>>()), [], "all around");
+    }
+
+    #[test]
+    fn a_pad_is_drawn_as_its_rectangle() {
+        let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/paper/exp2.toml");
+        let coarse = Overrides { voxel_size_m: Some(0.2), ..Overrides::default() };
+        let study = Study::load(&path, &coarse).unwrap();
+        let world = &World::prepare(&study, 0).unwrap()[0];
+        // The pads, at (0, −1.25), are before the robot, which stands nowhere and has neither figure nor ground.
+        let wanted = Wanted { poses: "pads:floor/13/0;robot:known".into(), ..Wanted::default() };
+        let (_, choice) = find(&study, std::slice::from_ref(world), &wanted).unwrap();
+        let view = View::new(&study, world, choice, &mut Cpu::new(Some(1)).unwrap()).unwrap();
+        let drawn = view.members.iter().map(|member| (view.outline(member), view.grounds(member)));
+        let corners = [[0.0, -1.25], [1.0, -1.25], [1.0, -0.5], [0.0, -0.5]];
+        let rectangle = corners.map(|[x, y]| DVec3::new(x, y, 0.0)).to_vec();
+        assert_eq!(drawn.collect::<Vec<_>>(), [(None, vec![rectangle]), (None, vec![])]);
     }
 
     #[test]

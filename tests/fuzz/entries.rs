@@ -116,6 +116,13 @@ pub fn rays(bytes: &[u8]) {
     sensor("kind = \"rays\"\ndirections = \"rays.csv\"", pose);
 }
 
+/// What ROS knows of a camera.
+pub fn camera_info(bytes: &[u8]) {
+    file("left.yaml", bytes);
+    let pose = "list = [{ position_m = [0, 0, 1], facing = [1, 0, 0] }]";
+    sensor("kind = \"rgbd\"\ncamera_info = \"left.yaml\"", pose);
+}
+
 /// A table of a person's joints, and the body around them.
 pub fn joints(bytes: &[u8]) {
     let path = file("person.csv", bytes);
