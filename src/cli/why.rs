@@ -59,7 +59,7 @@ Examples:
   perirobot sweep scenes/quick.toml --out out/quick
   perirobot why out/quick                                        reasons.csv of the best poses, and the best one in words
   perirobot why out/quick --pose right-wall/4/0                  one pose
-  perirobot why out/quick --pose right-wall/4/0 --scene scene2   in another scene of the study
+  perirobot why out/quick --pose right-wall/4/0 --scene scene1   in this scene, where the study has several
 
 Reasons, of which a voxel has the first that applies to the ray nearest to its centre; of several sensors, the latest:
   out_of_view    no sensor looks there                            not monitored
