@@ -1,70 +1,69 @@
-//! Makes the mesh that ships with the paper's scenes, and checks that the committed file is this, that it loads as
-//! meant, and that the people beside it are people and stand in nothing.
+//! Makes the meshes that ship with the paper's scenes and the tutorial, and checks that the committed files are these, that
+//! they load as meant, and that the people beside them are people and stand in nothing.
 //!
-//! `PERIROBOT_REGENERATE=1 cargo test --test generated_meshes` writes the file instead.
+//! `PERIROBOT_REGENERATE=1 cargo test --test generated_meshes` writes the files instead.
 
 #[path = "common/glb.rs"]
 mod glb;
+#[path = "common/tutorial.rs"]
+mod tutorial;
 
 use std::path::{Path, PathBuf};
 
 use glam::DVec3;
-use glb::GlbNode;
+use glb::{GlbNode, group, part};
 use perirobot::scene::mannequin::{Keypoints, body, read_keypoints};
-use perirobot::scene::primitive::cuboid;
 use perirobot::scene::{Mesh, Surface, build, gltf};
 use perirobot::source::Sources;
 use perirobot::study::SceneSpec;
 
 /// Largest distance between a round limb and its triangles, in metres.
 const SAG: f64 = 0.002;
-/// People in world coordinates, then the one whom the third experiment's scene moves.
-const PEOPLE: [&str; 5] =
-    ["scene1_operator", "scene2_operator", "scene3_operator", "scene3_second", "exp3_observer"];
+/// People in world coordinates, then those whom the scenes of the third experiment and of the tutorial move.
+const PEOPLE: [&str; 6] = [
+    "scene1_operator",
+    "scene2_operator",
+    "scene3_operator",
+    "scene3_second",
+    "exp3_observer",
+    "../tutorial/operator",
+];
 
 fn shipped(name: &str) -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/paper").join(name)
 }
 
-fn node(name: &'static str, mesh: Option<Mesh>, children: Vec<GlbNode>) -> GlbNode {
-    GlbNode { name, mesh, children }
-}
-
 /// The table of the paper's cell: its top is 1 m high, flush with the legs. Corners are in world coordinates, not
 /// moved by nodes, so that f32 rounds each of them only once.
 fn table() -> GlbNode {
-    let slab = |low: [f64; 3], high: [f64; 3]| {
-        let corners = [DVec3::from(low), DVec3::from(high)];
-        let mut mesh = cuboid(DVec3::ONE);
-        for vertex in &mut mesh.vertices {
-            *vertex =
-                DVec3::from_array(std::array::from_fn(|axis| corners[usize::from(vertex[axis] > 0.0)][axis]));
-        }
-        Some(mesh)
-    };
-    let leg = |name, x: f64, y: f64| node(name, slab([x, y, 0.0], [x + 0.1, y + 0.1, 0.9]), vec![]);
+    let leg = |name, x: f64, y: f64| part(name, [x, y, 0.0], [x + 0.1, y + 0.1, 0.9]);
     let children = vec![
-        node("Top", slab([-0.2, -0.5, 0.9], [1.5, 0.5, 1.0]), vec![]),
+        part("Top", [-0.2, -0.5, 0.9], [1.5, 0.5, 1.0]),
         leg("Leg1", -0.2, -0.5),
         leg("Leg2", 1.4, -0.5),
         leg("Leg3", 1.4, 0.4),
         leg("Leg4", -0.2, 0.4),
     ];
-    node("Table", None, children)
+    group("Table", children)
+}
+
+/// Panics unless a file that ships holds these bytes; writes them first where that is asked for.
+#[track_caller]
+fn assert_shipped(path: &Path, bytes: &[u8]) {
+    if std::env::var("PERIROBOT_REGENERATE").is_ok_and(|value| value == "1") {
+        std::fs::write(path, bytes).unwrap();
+    }
+    let committed = std::fs::read(path).unwrap_or_default();
+    let difference = (0..bytes.len().max(committed.len())).find(|i| bytes.get(*i) != committed.get(*i));
+    let cure = "see the top of this file for how to write it anew";
+    assert_eq!(difference, None, "{} differs from this byte on; {cure}", path.display());
 }
 
 #[test]
-fn the_shipped_table_is_the_generated_bytes() {
-    let (path, bytes) = (shipped("table.glb"), glb::bytes(&table()));
-    if std::env::var("PERIROBOT_REGENERATE").is_ok_and(|value| value == "1") {
-        std::fs::write(&path, &bytes).unwrap();
-    }
-    let committed = std::fs::read(&path).unwrap();
-    let difference = (0..bytes.len().max(committed.len())).find(|i| bytes.get(*i) != committed.get(*i));
-    assert_eq!(
-        difference, None,
-        "table.glb differs from this byte on; see the top of this file for how to write it anew"
-    );
+fn shipped_meshes_are_the_generated_bytes() {
+    assert_shipped(&shipped("table.glb"), &glb::bytes(&table()));
+    assert_shipped(&shipped("../tutorial/cell.glb"), &glb::bytes(&tutorial::cell()));
+    assert_shipped(&shipped("../tutorial/gearbox.stl"), &tutorial::gearbox());
 }
 
 /// Loads a shipped mesh as (path of names, mesh).
@@ -91,6 +90,34 @@ fn the_table_stands_where_the_study_expects_it() {
         let as_stored = |corner: [f64; 3]| DVec3::from(corner.map(|x| f64::from(x as f32)));
         assert_eq!(mesh.bounds(), Some((as_stored(low), as_stored(high))), "{name}");
         assert_closed(name, mesh);
+    }
+}
+
+/// The tutorial's scene turns, scales and places what its files hold, and leaves the dimensions out.
+#[test]
+fn the_tutorials_parts_stand_where_its_text_says() {
+    let file = shipped("../tutorial/cell.toml");
+    let sources = Sources::beside(&file);
+    let scene = &build::build(&SceneSpec::load(&file, &sources).unwrap(), &sources, 0.05).unwrap()[0];
+    let bounds = |name: &str| {
+        let meshes = scene.objects.iter().filter(|object| object.name.starts_with(name));
+        let bounds = meshes.filter_map(|object| {
+            let Surface::Mesh(mesh) = &object.surface else { panic!("{name} is a mesh") };
+            mesh.bounds()
+        });
+        bounds.reduce(|(a, b), (c, d)| (a.min(c), b.max(d))).unwrap()
+    };
+    for (name, low, high) in [
+        ("plant", [-2.6, -2.1, -0.1], [2.6, 2.1, 3.1]),
+        // 300 x 200 mm; its shaft sticks out towards the person.
+        ("gearbox", [-0.15, -0.2, 0.8], [0.15, 0.1, 1.02]),
+    ] {
+        let (found_low, found_high) = bounds(name);
+        let off = (found_low - DVec3::from(low)).abs().max((found_high - DVec3::from(high)).abs());
+        assert!(off.max_element() < 1e-6, "{name}: {found_low} to {found_high}");
+    }
+    for (name, mesh) in load("../tutorial/cell.glb") {
+        assert_closed(&name, &mesh);
     }
 }
 

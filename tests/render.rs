@@ -15,7 +15,8 @@ use perirobot::sweep::World;
 use perirobot::view::{View, Wanted, find};
 use program::{Folder, perirobot, text};
 
-const PICTURES: &str = "scenes/paper/PICTURES.md";
+/// Where commands of pictures stand, beside the pictures.
+const PICTURES: [&str; 2] = ["scenes/paper/PICTURES.md", "scenes/tutorial/README.md"];
 
 fn in_project(file: &str) -> std::path::PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join(file)
@@ -63,22 +64,25 @@ fn every_backend_draws_the_same_bytes() {
     assert!(drawn[0][0] != drawn[0][1] && drawn[0][0].len() > 2000, "{again}");
 }
 
-/// The commands of the pictures that ship, in words.
-fn commands() -> Vec<Vec<String>> {
-    let list = std::fs::read_to_string(in_project(PICTURES)).unwrap();
-    let joined = list.replace("\\\n", " ");
+/// The commands of the pictures that ship in the folder of a list, in words.
+fn commands(list: &str) -> Vec<Vec<String>> {
+    let text = std::fs::read_to_string(in_project(list)).unwrap();
+    let (joined, folder) = (text.replace("\\\n", " "), list.rsplit_once('/').unwrap().0);
     let lines = joined.lines().filter_map(|line| line.trim().strip_prefix("perirobot render "));
-    lines
-        .map(|line| line.split_whitespace().map(|word| word.trim_matches('\'').to_string()).collect())
+    let here = lines.filter(|line| line.contains(&format!("--out {folder}/")));
+    here.map(|line| line.split_whitespace().map(|word| word.trim_matches('\'').to_string()).collect())
         .collect()
 }
 
 #[test]
 fn the_pictures_that_ship_are_those_of_their_commands() {
-    let commands = commands();
-    let shipped = std::fs::read_dir(in_project("scenes/paper")).unwrap();
-    let pngs = shipped.filter(|entry| entry.as_ref().unwrap().path().extension().is_some_and(|e| e == "png"));
-    assert_eq!(commands.len(), pngs.count(), "{PICTURES} has a command for each picture");
+    for list in PICTURES {
+        let shipped = std::fs::read_dir(in_project(list).with_file_name("")).unwrap();
+        let is_png = |path: &Path| path.extension().is_some_and(|extension| extension == "png");
+        let pictures = shipped.filter(|entry| is_png(&entry.as_ref().unwrap().path())).count();
+        assert_eq!(commands(list).len(), pictures, "{list} has a command for each picture");
+    }
+    let commands = PICTURES.map(commands).concat();
     let folder = tempfile::tempdir().unwrap();
     for words in commands {
         let place = words.iter().position(|word| word == "--out").unwrap() + 1;

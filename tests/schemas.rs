@@ -57,6 +57,13 @@ fn every_file_that_ships_keeps_to_its_schema() {
         let is_scene = text.contains("[[object]]");
         let found = errors(if is_scene { &scene } else { &study }, &text);
         assert!(found.is_empty(), "{}: {found:#?}", path.display());
+        // Editors find the schema by the first line; `init` puts schemas beside what it writes.
+        let kind = if is_scene { "scene" } else { "study" };
+        let named = text.lines().next().and_then(|line| line.strip_prefix("#:schema "));
+        let named = named.unwrap_or_else(|| panic!("{} names no schema in its first line", path.display()));
+        assert!(named.ends_with(&format!("schemas/{kind}.schema.json")), "{}: {named}", path.display());
+        let template = path.starts_with(root("src"));
+        assert!(template || path.with_file_name(named).exists(), "{}: no {named}", path.display());
         *(if is_scene { &mut scenes } else { &mut studies }) += 1;
     }
     assert!(studies >= 8 && scenes >= 6, "{studies} studies, {scenes} scenes");

@@ -60,7 +60,6 @@ Examples:
   perirobot sweep scenes/quick.toml --out out/quick
   perirobot why out/quick                         reasons.csv of the best poses; the best in words
   perirobot why out/quick --pose right-wall/4/0   one pose, in words
-  perirobot why out/exp3 --pose front-wall/0/0 --snapshot 8
 
 Reasons; a voxel has the first that applies to the ray nearest to its centre, and of several sensors the
 latest in this list. Those with a star count as monitored (the paper's: monitored, but occluded):

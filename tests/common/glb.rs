@@ -3,12 +3,34 @@
 
 use glam::DVec3;
 use perirobot::scene::Mesh;
+use perirobot::scene::primitive::cuboid;
 
 /// A node in the world's convention (z up, metres); the writer turns it to glTF's y up.
 pub(crate) struct GlbNode {
     pub(crate) name: &'static str,
     pub(crate) mesh: Option<Mesh>,
     pub(crate) children: Vec<GlbNode>,
+}
+
+/// A box with these corners. They are in world coordinates, not moved by nodes, so that f32 rounds each of them only once.
+pub(crate) fn slab(low: [f64; 3], high: [f64; 3]) -> Mesh {
+    let corners = [DVec3::from(low), DVec3::from(high)];
+    let mut mesh = cuboid(DVec3::ONE);
+    for vertex in &mut mesh.vertices {
+        *vertex =
+            DVec3::from_array(std::array::from_fn(|axis| corners[usize::from(vertex[axis] > 0.0)][axis]));
+    }
+    mesh
+}
+
+/// A node that is a box with these corners.
+pub(crate) fn part(name: &'static str, low: [f64; 3], high: [f64; 3]) -> GlbNode {
+    GlbNode { name, mesh: Some(slab(low, high)), children: vec![] }
+}
+
+/// A node without a mesh.
+pub(crate) fn group(name: &'static str, children: Vec<GlbNode>) -> GlbNode {
+    GlbNode { name, mesh: None, children }
 }
 
 /// The bytes of a GLB with one scene, whose root is `root`.

@@ -1,0 +1,283 @@
+//! What the documents tell a reader to do is done here, in a copy of what ships: every block of commands and of Python, every
+//! piece of TOML, and the examples of every `--help`. A block that needs what a test has not says so where it begins:
+//! "```sh not-run". What pictures ship is `render.rs`' business.
+
+#![cfg(unix)]
+
+#[path = "common/blocks.rs"]
+mod blocks;
+#[path = "common/place.rs"]
+mod place;
+#[allow(dead_code)]
+#[path = "common/program.rs"]
+mod program;
+#[allow(dead_code)]
+#[path = "common/python.rs"]
+mod python;
+
+use std::collections::BTreeSet;
+use std::fs;
+
+use blocks::{Block, blocks};
+use jsonschema::error::ValidationErrorKind;
+use perirobot::study::schema;
+use place::{Place, read, root};
+use program::perirobot;
+
+const README: &str = "README.md";
+const REFERENCE: &str = "scenes/README.md";
+const TUTORIAL: &str = "scenes/tutorial/README.md";
+const PYTHON: &str = "scenes/tutorial/PYTHON.md";
+const DOCUMENTS: [&str; 4] = [README, REFERENCE, TUTORIAL, PYTHON];
+
+/// Languages of blocks that are there to be read.
+const READ: [&str; 2] = ["text", "csv"];
+
+/// Examples of `--help` that are not run, with the reason.
+const TOO_LONG: [(&str, &str); 3] = [
+    ("perirobot bench", "takes minutes, as its help says"),
+    ("perirobot bench --voxel-size 0.05 --poses 2", "casts the paper's cameras with the plain oracle"),
+    (
+        "perirobot bench my.toml --backend cpu >> RESULTS.md",
+        "measures each of many rounds for a second; bench.rs runs one",
+    ),
+];
+
+/// What an example takes for granted: the subcommand, the example, commands.
+const BEFORE: [(&str, &str, &str); 2] = [
+    (
+        "sweep",
+        "perirobot merge out/my",
+        "rm out/my/*.*; for k in 1 2 3; do perirobot sweep my.toml --out out/my --shard $k/4; done",
+    ),
+    (
+        "merge",
+        "perirobot merge whole here/shard-0-of-2 there/shard-1-of-2",
+        "mkdir here there; cp -r out/my/shard-0-of-2 here; cp -r out/my/shard-1-of-2 there",
+    ),
+];
+
+/// Runs the blocks of a document, in order, in one place; at least so many must be there.
+#[track_caller]
+fn follow(document: &str, least: usize) {
+    let place = Place::new();
+    let (mut run, mut skipped, mut printed) = (0, 0, String::new());
+    for block in blocks(document, &read(document)) {
+        let Block { language, is_run, text, place: at } = block;
+        match (language.as_str(), is_run) {
+            (_, false) => continue,
+            ("sh", _) => printed = place.shell(&text.replace("cargo run --release --", "perirobot"), &at),
+            ("python", _) => {
+                let Some(interpreter) = python::python() else {
+                    skipped += 1;
+                    continue;
+                };
+                place.run(&interpreter, &["-W", "error", "-c", &text], &at);
+                place.has_files(&text, &at);
+            }
+            ("toml", _) => check_toml(document, &text, &at),
+            ("text", _) if document == TUTORIAL => {
+                let missing = text.lines().find(|line| !printed.contains(line));
+                assert_eq!(missing, None, "{at}: is not what the commands before print:\n{printed}");
+            }
+            (language, _) => {
+                assert!(READ.contains(&language), "{at}: ```{language} is neither run nor known to be read");
+                continue;
+            }
+        }
+        run += 1;
+    }
+    assert!(run + skipped >= least, "{document}: only {run} blocks were run");
+}
+
+/// Panics unless a block is spelled as files of its kind are; in the tutorial it is a piece of a file beside it.
+#[track_caller]
+fn check_toml(document: &str, text: &str, at: &str) {
+    let json: serde_json::Value = toml::from_str(text).unwrap_or_else(|e| panic!("{at}: {e}"));
+    let schema = if json.get("object").is_some() { schema::scene() } else { schema::study() };
+    let validator = jsonschema::validator_for(&serde_json::from_str(&schema).unwrap()).unwrap();
+    // A piece of a file lacks what the rest of the file says.
+    let wrong =
+        validator.iter_errors(&json).filter(|e| !matches!(e.kind(), ValidationErrorKind::Required { .. }));
+    let wrong: Vec<String> = wrong.map(|e| format!("{}: {e}", e.instance_path())).collect();
+    assert!(wrong.is_empty(), "{at}: {wrong:#?}");
+    if document == TUTORIAL {
+        let files = ["scenes/tutorial/cell.toml", "scenes/tutorial/study.toml"];
+        assert!(files.iter().any(|file| read(file).contains(text)), "{at}: is in neither of {files:?}");
+    }
+}
+
+#[test]
+fn readme() {
+    follow(README, 4);
+    // The table is that of the quick study as it ships.
+    let out = tempfile::tempdir().unwrap();
+    let swept = perirobot(&["sweep", "scenes/quick.toml", "--out", out.path().to_str().unwrap()]);
+    for block in blocks(README, &read(README)).iter().filter(|block| block.language == "text") {
+        let missing = block.text.lines().find(|line| !swept.stdout.contains(line));
+        assert_eq!(missing, None, "{}: is not what the sweep prints:\n{}", block.place, swept.stdout);
+    }
+}
+
+#[test]
+fn reference() {
+    follow(REFERENCE, 7);
+}
+
+#[test]
+fn tutorial() {
+    follow(TUTORIAL, 10);
+}
+
+#[test]
+fn python_page() {
+    follow(PYTHON, 7);
+}
+
+/// The subcommands that `--help` lists.
+fn subcommands() -> Vec<String> {
+    let help = perirobot(&["--help"]).stdout;
+    let (_, list) = help.split_once("Commands:\n").unwrap();
+    let rows = list.lines().take_while(|line| !line.is_empty());
+    let names =
+        rows.filter_map(|row| row.strip_prefix("  ")?.split(' ').next().filter(|name| !name.is_empty()));
+    names.filter(|name| *name != "help").map(str::to_string).collect()
+}
+
+/// The commands below "Examples:" or "First steps:" of a help, put together where lines were broken.
+fn examples(help: &str) -> Vec<String> {
+    let Some((_, rest)) = help.split_once("Examples:\n").or_else(|| help.split_once("First steps:\n")) else {
+        return vec![];
+    };
+    let mut examples: Vec<String> = Vec::new();
+    for line in rest.lines().take_while(|line| !line.is_empty()) {
+        let bare = line.trim_start();
+        let is_new = ["perirobot ", "octovis "].iter().any(|name| bare.starts_with(name));
+        match examples.last_mut() {
+            // Deeper lines say what to do next, elsewhere.
+            _ if line.starts_with("      ") => {}
+            Some(last) if !is_new => *last += &format!(" {bare}"),
+            _ => examples.push(bare.into()),
+        }
+    }
+    examples
+}
+
+#[test]
+fn examples_of_help() {
+    let (mut run, mut skipped) = (0, 0);
+    for subcommand in [vec![String::new()], subcommands()].concat() {
+        let words = if subcommand.is_empty() { vec!["--help"] } else { vec![subcommand.as_str(), "--help"] };
+        let (place, examples) = (Place::new(), examples(&perirobot(&words).stdout));
+        let has_none = ["devices", "compare", "voxelize", "schema"].contains(&subcommand.as_str());
+        assert_eq!(examples.is_empty(), has_none, "perirobot {subcommand} --help");
+        for example in examples {
+            let command = example.split("  ").next().unwrap().to_string();
+            let what = format!("`perirobot {subcommand} --help`: {command}");
+            if TOO_LONG.iter().any(|(long, _)| *long == command) {
+                skipped += 1;
+                continue;
+            }
+            if let Some((.., before)) = BEFORE.iter().find(|(of, it, _)| *of == subcommand && *it == command)
+            {
+                place.shell(before, &what);
+            }
+            // Of other programs, the files that they are given.
+            if command.starts_with("perirobot") {
+                place.shell(&command, &what);
+            }
+            place.has_files(&example, &what);
+            run += 1;
+        }
+    }
+    assert!(run > 30 && skipped == TOO_LONG.len(), "{run} run, {skipped} not");
+}
+
+/// Text in backquotes, outside of blocks.
+fn inline_code(text: &str) -> Vec<String> {
+    let mut is_block = false;
+    let prose = text.lines().filter(|line| {
+        let fence = line.trim_start().starts_with("```");
+        is_block ^= fence;
+        !is_block && !fence
+    });
+    prose
+        .flat_map(|line| line.split('`').skip(1).step_by(2).map(str::to_string).collect::<Vec<_>>())
+        .collect()
+}
+
+#[test]
+fn subcommands_and_options_are_those_of_the_program() {
+    let subcommands = subcommands();
+    let helps: Vec<String> = subcommands.iter().map(|name| perirobot(&[name, "--help"]).stdout).collect();
+    let engines = ["slurm", "hyperqueue", "kubernetes"].map(|e| perirobot(&["cluster", e, "--help"]).stdout);
+    let known: BTreeSet<&str> = (helps.iter().chain(&engines))
+        .flat_map(|help| help.split(|c: char| !c.is_ascii_alphanumeric() && c != '-'))
+        .filter(|word| word.starts_with("--"))
+        .collect();
+    let named: Vec<String> = inline_code(&read(README));
+    for name in &subcommands {
+        let is_named = |code: &String| code.split_whitespace().take(2).eq(["perirobot", name]);
+        assert!(named.iter().any(is_named), "{README} lacks `perirobot {name}`");
+    }
+    for document in DOCUMENTS {
+        for code in inline_code(&read(document)) {
+            let words: Vec<&str> = code.split_whitespace().collect();
+            if let ["perirobot", name, ..] = words[..] {
+                assert!(subcommands.iter().any(|known| known == name), "{document}: `{code}`");
+            }
+            // Of other programs nothing is known.
+            let first = words.first().copied().unwrap_or_default();
+            if first != "perirobot"
+                && !first.starts_with("--")
+                && !subcommands.iter().any(|name| name == first)
+            {
+                continue;
+            }
+            for option in words.iter().filter(|word| word.starts_with("--")) {
+                let option = option.split(['=', ',']).next().unwrap();
+                assert!(known.contains(option), "{document}: no {option}, in `{code}`");
+            }
+        }
+    }
+}
+
+/// What GitHub makes of a heading to link to it.
+fn anchor(heading: &str) -> String {
+    let kept = heading.chars().filter(|c| c.is_alphanumeric() || " -_".contains(*c));
+    kept.map(|c| if c == ' ' { '-' } else { c.to_ascii_lowercase() }).collect()
+}
+
+#[test]
+fn links_lead_somewhere() {
+    for document in DOCUMENTS {
+        let text = read(document);
+        for link in text.split("](").skip(1).filter_map(|rest| rest.split(')').next()) {
+            if link.starts_with("https://") {
+                continue;
+            }
+            let (file, heading) = link.split_once('#').unwrap_or((link, ""));
+            let target = root(document);
+            let target = if file.is_empty() { target } else { target.with_file_name("").join(file) };
+            assert!(target.exists(), "{document}: no {file}");
+            if !heading.is_empty() {
+                let text = fs::read_to_string(&target).unwrap();
+                let mut headings = text.lines().filter(|line| line.starts_with('#'));
+                let found = headings.any(|line| anchor(line.trim_start_matches('#').trim()) == heading);
+                assert!(found, "{document}: {} has no heading {heading}", target.display());
+            }
+        }
+    }
+}
+
+#[test]
+fn the_index_names_every_study_and_scene() {
+    let index = read(REFERENCE);
+    for folder in ["scenes", "scenes/paper", "scenes/tutorial"] {
+        for name in program::names(&root(folder)).iter().filter(|name| name.ends_with(".toml")) {
+            let path = root(folder).join(name);
+            let below = path.strip_prefix(root("scenes")).unwrap().display().to_string();
+            assert!(index.contains(&format!("`{below}`")), "{REFERENCE} lacks `{below}`");
+        }
+    }
+}
