@@ -562,6 +562,7 @@ fn a_real_device_that_is_lost_or_late_is_a_failure_and_not_a_panic() {
     let error = gpu.answer().unwrap_err();
     assert!(matches!(error, Error::Device(_)), "{error:?}");
 
-    let error = work(&mut open(0)).unwrap_err();
+    // A device may have answered before anybody began to wait; not every time.
+    let error = (0..100).find_map(|_| work(&mut open(0)).err()).expect("a device that is late");
     assert!(matches!(&error, Error::Device(what) if what.contains("no answer in 0ns")), "{error:?}");
 }
