@@ -89,11 +89,11 @@ def a_position_changes_the_cell(browser):
     """Clicks on positions of the first map until another one than the chosen is hit."""
     before, was = browser.run(SHOWN), browser.run("return document.getElementById('selected').textContent")
     places = browser.run(
-        """const plot = document.querySelector('#walls > div');
+        """const plot = document.querySelector('#maps > div');
         if (!plot) return [];
         plot.scrollIntoView({ block: 'center' });
-        const box = plot.getBoundingClientRect(), { xaxis, yaxis } = plot._fullLayout, [u, v] = plot.axes;
-        return plot.positions.map(({ at }) => [box.x + xaxis._offset + xaxis.d2p(at[u]), box.y + yaxis._offset + yaxis.d2p(at[v])])"""
+        const box = plot.getBoundingClientRect(), { xaxis, yaxis } = plot._fullLayout;
+        return plot.spots.flatMap(spots => [...spots.values()]).map(({ x, y }) => [box.x + xaxis._offset + xaxis.d2p(x), box.y + yaxis._offset + yaxis.d2p(y)])"""
     )
     assert places, "no positions to click on"
     for x, y in (places[0], places[-1], places[len(places) // 2]):

@@ -98,6 +98,7 @@ fn script() -> String {
         include_str!("read.js"),
         include_str!("choice.js"),
         include_str!("plots.js"),
+        include_str!("maps.js"),
         include_str!("cell.js"),
         include_str!("causes.js"),
         include_str!("table.js"),

@@ -29,7 +29,7 @@ async function draw(changes) {
   const changed = (...keys) => keys.some(key => key in changes);
   drawSelected();
   if (changed("series")) fillMembers();
-  if (changed("series", "extent", "region", "measure", "member")) { drawWalls(); } else { markWalls(); }
+  if (changed("series", "extent", "region", "measure", "member")) { drawMaps(); } else { markMaps(); }
   drawPositions();
   drawTimes();
   drawTable();

@@ -1,4 +1,4 @@
-// Distributions, maxima, maps of the placements, scores over time. What they show is in `choice.js`.
+// Distributions, maxima, positions in the room, scores over time. What they show is in `choice.js`.
 const NAMES = ["x", "y", "z"];
 const PAPER = ["F1", "κ"];
 const heading = text => ({ text: plain(text), font: { size: 13 }, x: 0, xref: "paper", xanchor: "left" });
@@ -34,23 +34,6 @@ function drawMaxima() {
   }));
 }
 
-/** The two axes along which positions of a group spread the most. */
-function plane(all) {
-  const spread = axis => Math.max(...all.map(p => p.at[axis])) - Math.min(...all.map(p => p.at[axis]));
-  const normal = [0, 1, 2].reduce((least, axis) => spread(axis) < spread(least) - 1e-9 ? axis : least, 2);
-  return [0, 1, 2].filter(axis => axis !== normal);
-}
-
-/** Of positions that fall together on a map, the best. */
-function bestOfEach(all, u, v) {
-  const found = new Map();
-  for (const p of all) {
-    const key = `${p.at[u]}/${p.at[v]}`, known = found.get(key);
-    if (!known || isBetter(p.value, known.value)) found.set(key, p);
-  }
-  return [...found.values()];
-}
-
 /** Smallest and largest of some numbers, apart from each other. */
 function span(all) {
   const known = all.filter(value => !Number.isNaN(value));
@@ -60,53 +43,6 @@ function span(all) {
 }
 
 const colourBar = () => ({ title: { text: measure().title, side: "right" }, thickness: 12, len: 0.9 });
-
-/** One map for each group of positions: a heatmap where they form a lattice, else points. */
-function drawWalls() {
-  const home = element("walls"), all = positions();
-  const [zmin, zmax] = span(all.map(p => p.value));
-  const groups = new Map();
-  for (const p of all) groups.has(p.group) ? groups.get(p.group).push(p) : groups.set(p.group, [p]);
-  [...home.children].forEach(plot => Plotly.purge(plot));
-  home.replaceChildren();
-  for (const [group, whole] of groups) {
-    const [u, v] = plane(whole), here = bestOfEach(whole, u, v);
-    const axis = a => [...new Set(here.map(p => p.at[a]))].sort((a, b) => a - b);
-    const [us, vs] = [axis(u), axis(v)];
-    const at = new Map(here.map(p => [`${p.at[u]}/${p.at[v]}`, p]));
-    const behind = whole.length > here.length ? " (of those behind each other, the best)" : "";
-    const even = all => all.every((x, i) => i < 2 || Math.abs(x - 2 * all[i - 1] + all[i - 2]) < 1e-6);
-    const lattice = us.length > 1 && vs.length > 1 && even(us) && even(vs) && here.length >= 0.6 * us.length * vs.length;
-    const map = { zmin, zmax };
-    const word = p => `${plain(nameOf(p.choice))}<br>x ${p.at[0].toFixed(2)}, y ${p.at[1].toFixed(2)}, z ${p.at[2].toFixed(2)} m<br>${measure().title} ${shown(p.value)}`;
-    const traces = lattice
-      ? [{ type: "heatmap", x: us, y: vs, z: vs.map(y => us.map(x => at.get(`${x}/${y}`)?.value ?? null)), text: vs.map(y => us.map(x => at.has(`${x}/${y}`) ? word(at.get(`${x}/${y}`)) : "")), hovertemplate: "%{text}<extra></extra>", colorscale: MAP, reversescale: measure().less_is_better, ...map, xgap: us.length > 30 ? 0 : 1, ygap: vs.length > 30 ? 0 : 1, colorbar: colourBar() }]
-      : [{ type: "scatter", mode: "markers", x: here.map(p => p.at[u]), y: here.map(p => p.at[v]), text: here.map(word), hovertemplate: "%{text}<extra></extra>", marker: { symbol: "square", size: 16, color: here.map(p => p.value), colorscale: MAP, reversescale: measure().less_is_better, cmin: zmin, cmax: zmax, showscale: true, colorbar: colourBar() } }];
-    traces.push({ type: "scatter", mode: "markers", x: [], y: [], hoverinfo: "skip", showlegend: false, marker: { symbol: "circle-open", size: 20, color: "#d55e00", line: { width: 4 } } });
-    const plot = home.appendChild(made("div", { role: "img", "aria-label": `Map of ${group}` }));
-    plot.positions = here;
-    plot.whole = whole;
-    plot.pick = point => here.find(p => p.at[u] === point.x && p.at[v] === point.y);
-    plot.axes = [u, v];
-    const label = a => ({ title: { text: `${NAMES[a]} in m` }, zeroline: false, showgrid: false, automargin: true });
-    Plotly.newPlot(plot, traces, { ...LAYOUT, showlegend: false, title: heading(group + behind), xaxis: { ...label(u), constrain: "domain" }, yaxis: { ...label(v), scaleanchor: lattice ? "x" : undefined, constrain: "domain" } }, CONFIG);
-    plot.on("plotly_click", event => {
-      const found = plot.pick(event.points[0]);
-      if (found) choose({ choice: found.choice });
-    });
-  }
-  home.hidden = !groups.size;
-  markWalls();
-}
-
-/** Rings the chosen position. */
-function markWalls() {
-  const key = chosenPosition();
-  for (const plot of element("walls").children) {
-    const here = plot.whole.filter(p => p.key === key);
-    Plotly.restyle(plot, { x: [here.map(p => p.at[plot.axes[0]])], y: [here.map(p => p.at[plot.axes[1]])] }, [1]);
-  }
-}
 
 /** Lines along the edges of a box. */
 function edges([low, high]) {
