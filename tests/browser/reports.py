@@ -64,6 +64,8 @@ def quiet(browser):
 
 
 def all_plots_are_drawn(browser):
+    empty = browser.run("return [...document.querySelectorAll('.plots')].filter(home => !home.hidden && !home.children.length).map(home => home.id)")
+    assert not empty, empty
     plots = browser.run(
         """return [...document.querySelectorAll('.plots > div, .plot')].filter(plot => !plot.hidden).map(plot =>
         [plot.id || plot.getAttribute('aria-label'), plot.querySelectorAll('svg.main-svg, canvas').length,
