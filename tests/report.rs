@@ -134,7 +134,7 @@ fn reasons(folder: &Folder) -> HashMap<([String; 5], String), [String; 2]> {
     let words = |row: &HashMap<String, String>| match row["reason"].as_str() {
         "hidden" => format!("hidden by {}", row["object"]),
         "blind" => format!("lost to {}, too near to the lens", row["object"]),
-        "no_return" => "before nothing that returns".into(),
+        "no_return" => "nothing behind to return the ray".into(),
         "silent" => "under a switch that is off".into(),
         other => other.replace('_', " "),
     };
@@ -196,8 +196,9 @@ fn the_page_stands_alone_and_says_what_it_is() {
         "Mounting sheet: ",
         "What the first of them misses in scene ",
         "fingerprint",
-        "wall at lowest x",
-        "0.750 m",
+        "towards −x",
+        "best by human seen",
+        "as the study says",
     ] {
         assert!(page.contains(said), "no {said:?}");
     }

@@ -16,7 +16,7 @@ pub(super) fn tables(study: &Study, worlds: &[World]) -> String {
 fn head(study: &Study) -> String {
     let noiseless = if study.noiseless { ", noise switched off" } else { "" };
     let outside = if study.backdrop { ", a backdrop outside" } else { "" };
-    let [size, repeats, seed] = [study.voxel_size_m, f64::from(study.repeats), study.seed as f64];
+    let (size, repeats, seed) = (study.voxel_size_m, study.repeats, study.seed);
     let path = study.path.display();
     format!("{path}: voxels of {size} m{outside}, {repeats} repeats{noiseless}, seed {seed}\n\n")
 }

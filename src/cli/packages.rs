@@ -25,6 +25,14 @@ impl PackageArgs {
         if self.allow_outside { sources.allow_outside() } else { sources }
     }
 
+    /// The words by which a command says the same.
+    pub(super) fn words(&self) -> Vec<String> {
+        let of =
+            |(name, folder): &(String, PathBuf)| ["--package".into(), format!("{name}={}", folder.display())];
+        let outside = self.allow_outside.then(|| "--allow-outside".to_string());
+        self.packages.iter().flat_map(of).chain(outside).collect()
+    }
+
     /// Tells the robots of all scenes.
     pub(super) fn apply(&self, scenes: &mut [SceneSpec]) {
         let packages = self.packages.iter().map(|(name, folder)| (name.as_str(), Path::new(folder)));

@@ -26,6 +26,11 @@ impl SweptArgs {
         &self.folder
     }
 
+    /// The words by which a command that takes the study reads the same files.
+    pub(super) fn words(&self) -> Vec<String> {
+        self.packages.words()
+    }
+
     /// Reads the study again, and makes its scenes ready.
     pub(super) fn load(&self) -> Result<(Study, Vec<World>)> {
         let (file, overrides) = reopen::origin(&self.folder)?;

@@ -8,7 +8,8 @@
 //! | `regions` | bool (x, y, z, region) | the voxels of each region; `region_names` in the same order |
 //! | `origin_m` | float64 (3) | lower corner of voxel `[0, 0, 0]` in the world; its centre is half a voxel further |
 //! | `voxel_size_m` | float64 () | edge of a voxel |
-//! | `poses`, `scene`, `representation` | text () | what is looked at |
+//! | `scene`, `combination`, `poses`, `representation` | text () | what is looked at, as in the columns of results.csv |
+//! | `snapshot`, `repeat` | float64 () | at which moment, in which repeat |
 //!
 //! Voxel `[i, j, k]` is the i-th along x, the j-th along y, the k-th along z. In memory x is the fastest (Fortran order),
 //! as everywhere here.
@@ -53,9 +54,19 @@ fn write(view: &View) -> io::Result<Vec<u8>> {
     }
     archive.numbers("origin_m", &grid.corner_m([0; 3]).to_array(), false)?;
     archive.numbers("voxel_size_m", &[grid.voxel_size_m], true)?;
-    let [poses, scene, representation, _] = title(view);
-    for (name, text) in [("poses", poses), ("scene", scene), ("representation", representation)] {
-        archive.texts(name, &[&text], true)?;
+    let [poses, _, representation, _] = title(view);
+    let combination = &view.study.combinations[view.choice.combination].name;
+    let texts = [
+        ("scene", &world.name),
+        ("combination", combination),
+        ("poses", &poses),
+        ("representation", &representation),
+    ];
+    for (name, text) in texts {
+        archive.texts(name, &[text], true)?;
+    }
+    for (name, number) in [("snapshot", world.snapshot), ("repeat", view.choice.repeat)] {
+        archive.numbers(name, &[number as f64], true)?;
     }
     Ok(archive.0.finish()?.into_inner())
 }

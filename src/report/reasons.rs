@@ -227,7 +227,7 @@ pub(super) fn phrase(view: &View, cause: &Cause) -> String {
         Reason::BetweenRays => "between rays".into(),
         Reason::Hidden => format!("hidden by {object}"),
         Reason::Blind => format!("lost to {object}, too near to the lens"),
-        Reason::NoReturn => "before nothing that returns".into(),
+        Reason::NoReturn => "nothing behind to return the ray".into(),
         Reason::Misread => "misread by noise".into(),
         Reason::Cancelled => "voted down".into(),
     }

@@ -43,6 +43,8 @@ def look(browser, report, name, size, pictures):
     causes_hide_and_show(browser)
     the_table_sorts(browser)
     the_summary_chooses(browser)
+    haste_breaks_nothing(browser)
+    another_pose_is_shown_where_it_has_labels(browser)
     keys_are_enough(browser)
     quiet(browser)
     if name == "laptop":
@@ -174,6 +176,36 @@ def the_summary_chooses(browser):
     browser.run(f"document.querySelectorAll('#summary .choose')[{rows - 1}].click()")
     wanted = browser.run(f"return document.querySelectorAll('#summary .choose')[{rows - 1}].dataset.series")
     assert browser.run("return document.getElementById('series').value") == wanted
+
+
+def haste_breaks_nothing(browser):
+    """Selectors are changed faster than plots are drawn."""
+    browser.run(
+        """for (const id of ['measure', 'region', 'series', 'measure', 'series', 'region']) {
+            const select = document.getElementById(id);
+            select.value = (Number(select.value) + 1) % select.options.length;
+            select.dispatchEvent(new Event('change'));
+        }"""
+    )
+    wanted = browser.run("return document.querySelector('#selected strong').textContent")
+    browser.until(f"return document.querySelector('#table tr.chosen .choose')?.textContent === {wanted!r}", "the table to follow")
+    plots = "return [...document.querySelectorAll('#maps > div')].every(plot => plot._fullLayout) && document.getElementById('maps').children.length > 0"
+    browser.until(plots, "maps to be drawn")
+
+
+def another_pose_is_shown_where_it_has_labels(browser):
+    """A snapshot without labels of the next pose is left for one that has them."""
+    browser.run("document.querySelector('#summary .choose').click()")
+    browser.until("return !document.getElementById('layer-TP').disabled", "labels of the best pose")
+    snapshots = browser.run("return [...document.getElementById('moment').options].map(option => [option.value, option.textContent])")
+    empty = [value for value, text in snapshots if "no labels" in text]
+    if not empty:
+        return
+    choose = "const select = document.getElementById('moment'); select.value = {!r}; select.dispatchEvent(new Event('change'));"
+    browser.run(choose.format(empty[0]))
+    browser.until("return document.getElementById('layer-TP').disabled", "a snapshot without labels")
+    browser.run("[...document.querySelectorAll('#summary .choose')].at(-1).click()")
+    browser.until("return !document.getElementById('layer-TP').disabled", "labels of another pose")
 
 
 def keys_are_enough(browser):

@@ -1,8 +1,11 @@
 // Why voxels are unknown: a switch for each cause, which takes its voxels out of the 3D view; their colours; and bars of how
 // many there are. A cause is a reason and, where one is to blame, an object.
 const UNKNOWN = [4, 5]; // UO and UF among the layers.
-const CAUSE_COLOURS = { out_of_view: "#6b7280", out_of_range: "#000000", silent: "#8a8a00", between_rays: "#56b4e9", no_return: "#009e73", misread: "#0072b2", cancelled: "#332288" };
-const OBJECT_COLOURS = ["#cc79a7", "#d55e00", "#e69f00", "#882255", "#f0e442"];
+// Paul Tol's muted colours, apart from those of the verdicts; an object has the same in every view.
+const CAUSE_COLOURS = { out_of_view: "#888888", out_of_range: "#000000", silent: "#999933", between_rays: "#88ccee", no_return: "#44aa99", misread: "#332288", cancelled: "#117733" };
+const OBJECT_COLOURS = ["#cc6677", "#aa4499", "#ddcc77", "#882255", "#661100", "#6699cc"];
+const blamed = [...new Set(data.cells.labels.flatMap(one => one.causes).filter(cause => !(cause.reason in CAUSE_COLOURS)).map(cause => cause.words))];
+const colourOf = cause => CAUSE_COLOURS[cause.reason] ?? OBJECT_COLOURS[blamed.indexOf(cause.words) % OBJECT_COLOURS.length];
 const causes = { off: new Set(), coloured: false };
 
 /** The causes of a region's unknown voxels, the most frequent first: number, words, colour, and how many are occupied or free. */
@@ -10,20 +13,19 @@ function causesOf(found) {
   const all = found.names.map((cause, number) => ({ ...cause, number, occupied: 0, free: 0 }));
   found.causes.forEach((cause, i) => { if (cause) all[cause - 1][found.layers[i] === UNKNOWN[0] + 1 ? "occupied" : "free"]++; });
   const here = all.filter(cause => cause.occupied + cause.free).sort((a, b) => b.occupied + b.free - a.occupied - a.free);
-  let objects = 0;
-  return here.map(cause => ({ ...cause, colour: CAUSE_COLOURS[cause.reason] ?? OBJECT_COLOURS[objects++ % OBJECT_COLOURS.length] }));
+  return here.map(cause => ({ ...cause, colour: colourOf(cause) }));
 }
 
 /** The outside of the unknown voxels of a layer, cause by cause. */
 function shapeOfUnknown(found, layer, cell) {
   const marks = found.causes.map((cause, i) => found.layers[i] === layer + 1 ? cause : 0);
-  const whole = { x: [], y: [], z: [], i: [], j: [], k: [] }, facecolor = [];
-  for (const { number, words, colour } of causesOf(found)) {
-    if (causes.off.has(words)) continue;
-    const part = mesh(marks, number + 1, cell), first = whole.x.length;
+  const whole = speck(cell), all = causesOf(found), colourIn = cause => causes.coloured && cause ? cause.colour : LAYERS[layer].colour;
+  const facecolor = [colourIn(all[0])];
+  for (const cause of all.filter(cause => !causes.off.has(cause.words))) {
+    const part = mesh(marks, cause.number + 1, cell), first = whole.x.length;
     for (const axis of ["x", "y", "z"]) for (const value of part[axis]) whole[axis].push(value);
     for (const corner of ["i", "j", "k"]) for (const value of part[corner]) whole[corner].push(first + value);
-    for (let n = 0; n < part.i.length; n++) facecolor.push(causes.coloured ? colour : LAYERS[layer].colour);
+    for (let n = 0; n < part.i.length; n++) facecolor.push(colourIn(cause));
   }
   return { ...whole, facecolor };
 }

@@ -7,10 +7,10 @@ const LAYERS = [
   { name: "TN", what: "free, and called so", colour: "#56b4e9", on: false, opacity: 0.25 },
   { name: "UO", what: "occupied, and not known", colour: "#cc79a7", on: true },
   { name: "UF", what: "free, and not known", colour: "#6b7280", on: false, opacity: 0.25 },
-  { name: "environment", what: "walls, tables, fences", colour: "#b8c0c8", on: true, opacity: 0.16 },
-  { name: "robot", what: "the robot", colour: "#3d4a57", on: false, opacity: 0.6 },
-  { name: "people", what: "people", colour: "#009e73", on: false, opacity: 0.6 },
-  { name: "sensors", what: "where sensors are and look", colour: "#000000", on: true },
+  { name: "environment", what: "around it", colour: "#b8c0c8", on: true, opacity: 0.16 },
+  { name: "robot", what: "around it", colour: "#3d4a57", on: true, opacity: 0.6 },
+  { name: "people", what: "around it", colour: "#009e73", on: true, opacity: 0.6 },
+  { name: "sensors", what: "where they are and look", colour: "#000000", on: true },
 ];
 const VERDICTS = 6;
 const KINDS_OF_TRUTH = 5;
@@ -26,12 +26,12 @@ function cellAt(moment) {
     const anywhere = new Uint8Array(count);
     let members = 0;
     for (let i = 0; i < count; i++) if (regions.some(region => region[i])) { anywhere[i] = 1; members++; }
-    scenery.set(moment, { ...found, count, truth: classes(found.truth, KINDS_OF_TRUTH, count), regions, anywhere, members, meshes: new Map() });
+    scenery.set(moment, { ...found, count, truth: classes(found.truth, KINDS_OF_TRUTH, count), regions, anywhere, members });
   }
   return scenery.get(moment);
 }
 
-/** The moments at which the chosen scene can be shown: first those with labels of the chosen pose. */
+/** The moments at which the chosen scene can be shown: first those with labels of the chosen pose, its worst before others. */
 function moments() {
   const { moments: [begin, end] } = data.scenes[Math.max(0, chosen.extent - 1)];
   const inside = all => all.map(one => one.moment).filter(moment => moment >= begin && moment < end);
@@ -95,8 +95,14 @@ function mesh(voxels, wanted, { size, origin }) {
       }
     }
   }
-  return { x, y, z, i, j, k };
+  return x.length ? { x, y, z, i, j, k } : speck({ origin });
 }
+
+/** A triangle that nobody sees: plotly.js fails where the mouse is over a mesh without any. */
+const speck = ({ origin }) => {
+  const [x, y, z] = times(origin, data.voxel_size_m).map(value => [value, value, value]);
+  return { x, y, z, i: [0], j: [1], k: [2] };
+};
 
 const surface = (layer, shape) => ({ type: "mesh3d", ...shape, name: layer.name, color: layer.colour, opacity: layer.opacity ?? 1, flatshading: true, hoverinfo: "name", visible: layer.on, lighting: { ambient: 0.72, diffuse: 0.45, specular: 0.05 }, lightposition: { x: 4000, y: -6000, z: 9000 } });
 
@@ -115,6 +121,10 @@ function sensorTraces(cell) {
     const { at, turn } = inWorld(sensor, pose, cell.moment);
     traces.push({ type: "scatter3d", mode: "markers+text", x: [at[0]], y: [at[1]], z: [at[2]], text: [plain(sensor.name)], textposition: "top center", hoverinfo: "text", marker: { size: 6, color: "#000", symbol: "diamond" }, visible: on });
     [[1, 0, 0], [0, 1, 0], [0, 0, 1]].forEach((axis, n) => traces.push(lines3d([at, plus(at, times(turn(axis), 0.3))], { line: { width: 6, color: ["#d55e00", "#009e73", "#0072b2"][n] }, visible: on })));
+    for (const ground of sensor.grounds) {
+      const corners = [...ground, ground[0]].map(corner => plus(at, turn(corner)));
+      traces.push(lines3d(corners, { line: { width: 5, color: "#222" }, visible: on }));
+    }
     if (!sensor.rays) continue;
     const ends = sensor.rays.directions.map(direction => {
       const along = turn(direction);
@@ -127,21 +137,20 @@ function sensorTraces(cell) {
   return traces;
 }
 
-/** Draws the cell at the chosen moment. */
-function drawCell() {
+/** Draws the cell at the chosen moment; of another pose than before at one that it has labels for, if any. */
+async function drawCell(isAnotherPose) {
   drawSheet();
   const { labelled, all } = moments();
-  if (!all.includes(chosen.moment)) chosen.moment = all[0];
+  const fallsBack = isAnotherPose && labelled.length && !labelled.includes(chosen.moment);
+  if (fallsBack || !all.includes(chosen.moment)) chosen.moment = all[0];
   const cell = cellAt(chosen.moment), found = verdicts(cell);
   drawCauses(found);
-  const traces = LAYERS.slice(0, VERDICTS).map((layer, n) => surface(layer, found ? shapeOf(found, n, cell) : { x: [], y: [], z: [], i: [], j: [], k: [] }));
-  LAYERS.slice(VERDICTS, -1).forEach((layer, n) => {
-    if (!cell.meshes.has(n)) cell.meshes.set(n, mesh(cell.truth, n + 1, cell));
-    // What has no verdict to show is shown itself.
-    traces.push({ ...surface(layer, cell.meshes.get(n)), visible: layer.on || !found && n > 0 });
-  });
+  const traces = LAYERS.slice(0, VERDICTS).map((layer, n) => surface(layer, found ? shapeOf(found, n, cell) : speck(cell)));
+  // What has a verdict is shown by that.
+  const rest = found ? cell.truth.map((what, i) => cell.regions[chosen.region][i] ? 0 : what) : cell.truth;
+  LAYERS.slice(VERDICTS, -1).forEach((layer, n) => traces.push(surface(layer, mesh(rest, n + 1, cell))));
   traces.push(...sensorTraces(cell));
-  Plotly.react(element("view"), traces, { ...LAYOUT, margin: { l: 0, r: 0, t: 0, b: 0 }, showlegend: false, scene: { ...SCENE, uirevision: 1 } }, CONFIG);
+  await Plotly.react(element("view"), traces, { ...LAYOUT, margin: { l: 0, r: 0, t: 0, b: 0 }, showlegend: false, scene: { ...SCENE, uirevision: 1 } }, CONFIG);
   counts(found);
   noteOf(found, labelled);
   drawMoments(all, labelled);
@@ -161,10 +170,11 @@ function noteOf(found, labelled) {
   const of = combination(), scene = data.scenes[Math.max(0, chosen.extent - 1)];
   const text = `${fullName(chosen.choice)} in scene ${scene.name}`;
   const note = element("cell-note");
-  if (found) return note.replaceChildren(`${text}: what it makes of region ${data.regions[chosen.region]}, in voxels.`);
+  const repeat = data.repeats > 1 ? ", in the first of the repeats" : "";
+  if (found) return note.replaceChildren(`${text}: what it makes of region ${data.regions[chosen.region]}, in voxels${repeat}.`);
   const quoted = word => /^[\w./:+-]+$/.test(word) ? word : `'${word.replace(/'/g, `'\\''`)}'`;
-  const words = ["perirobot", "render", data.study, "--pose", fullName(chosen.choice), "--combination", of.name, "--representation", of.representations[series().representation], "--scene", scene.name, "--snapshot", String(chosen.moment - scene.moments[0]), "--out", "pose.png"];
-  const why = labelled.length ? "at this moment" : "as it is not among the best";
+  const words = [...data.render, "--pose", fullName(chosen.choice), "--combination", of.name, "--representation", of.representations[series().representation], "--scene", scene.name, "--snapshot", String(chosen.moment - scene.moments[0]), "--out", "pose.png"];
+  const why = labelled.length ? "at this snapshot (only at its worst and the scene's first)" : "as it is not among those looked at";
   note.replaceChildren(`${text}: its voxels are not in this page, ${why}. This draws them: `, made("code", {}, words.map(quoted).join(" ")));
 }
 
@@ -172,22 +182,27 @@ function noteOf(found, labelled) {
 function drawMoments(all, labelled) {
   const home = element("moment"), [begin] = data.scenes[Math.max(0, chosen.extent - 1)].moments;
   home.parentElement.hidden = all.length < 2;
-  home.replaceChildren(...all.map(moment => {
+  home.replaceChildren(...[...all].sort((a, b) => a - b).map(moment => {
     const option = made("option", { value: moment }, `${moment - begin}${labelled.includes(moment) ? "" : " (no labels)"}`);
     option.selected = moment === chosen.moment;
     return option;
   }));
 }
 
+/** What a mounting sheet tells of a sensor that stands somewhere. */
+function linesOf(sensor, pose, metres) {
+  const next = found => found ? `${metres(found[0])} to ${data.objects[found[1]]}` : "nothing";
+  const places = sensor.on ? [["mounted on", frameOf(sensor)]] : pose.around.map((found, n) => [data.ways[n], next(found)]);
+  const turns = ["pan", "tilt", "roll"].slice(0, sensor.level ? 1 : 3).map((name, n) => [name, `${pose.turned_deg[n].toFixed(1)}°`]);
+  const position = NAMES.map((name, axis) => `${name} ${metres(pose.at_m[axis])}`).join(", ");
+  return [[sensor.level ? "corner" : "position", position], ...places, ...turns];
+}
+
 /** A mounting sheet for each chosen sensor that stands somewhere. */
 function drawSheet() {
-  const [low, high] = data.scenes[Math.max(0, chosen.extent - 1)].room_m;
-  const sheets = members(chosen.choice).filter(({ pose }) => pose.at_m).map(({ sensor, pose }) => {
-    const at = pose.at_m, metres = value => `${value.toFixed(3)} m`;
-    const sides = ["x", "y"].flatMap((name, axis) => [[`wall at lowest ${name}`, metres(at[axis] - low[axis])], [`wall at highest ${name}`, metres(high[axis] - at[axis])]]);
-    const places = sensor.on ? [["mounted on", `${sensor.on.object}, link ${sensor.on.link}`]] : [...sides, ["floor", metres(at[2] - low[2])], ["ceiling", metres(high[2] - at[2])]];
-    const turns = ["pan", "tilt", "roll"].map((name, n) => [name, `${pose.turned_deg[n].toFixed(1)}°`]);
-    const lines = [["position", NAMES.map((name, axis) => `${name} ${metres(at[axis])}`).join(", ")], ...places, ...turns];
+  const sheets = members(chosen.choice).filter(({ pose }) => pose.at_m || pose.senses_m).map(({ sensor, pose }) => {
+    const metres = value => `${value.toFixed(3)} m`;
+    const lines = pose.at_m ? linesOf(sensor, pose, metres) : [["senses up to", metres(pose.senses_m)]];
     return made("table", { class: "sheet" }, made("caption", {}, `Mounting sheet: ${sensor.name}, ${pose.name}`), ...lines.map(([name, value]) => made("tr", {}, made("th", { scope: "row" }, name), made("td", {}, value))));
   });
   element("sheet").replaceChildren(...sheets);
@@ -206,9 +221,9 @@ function makeLayers() {
     });
     const colour = made("i", {});
     colour.style.background = layer.colour;
-    home.append(made("label", { class: "layer", title: layer.what }, box, colour, layer.name, made("span", { id: `count-${layer.name}`, class: "note" })));
+    home.append(made("label", { class: "layer" }, box, colour, made("strong", {}, layer.name), made("span", { class: "note" }, layer.what), made("span", { id: `count-${layer.name}`, class: "note" })));
   });
   const moment = made("select", { id: "moment" });
-  moment.addEventListener("change", () => { chosen.moment = Number(moment.value); drawCell(); });
-  home.append(made("label", {}, "Moment ", moment));
+  moment.addEventListener("change", () => { chosen.moment = Number(moment.value); draw({ moment: 0 }); });
+  home.append(made("label", {}, "Snapshot ", moment));
 }

@@ -6,11 +6,12 @@ use std::collections::BTreeSet;
 use serde::Serialize;
 
 use super::packed::put_runs;
-use super::ranking::{Ranking, firsts};
+use super::ranking::{BESTS, Ranking, firsts};
 use crate::Result;
 use crate::backend::Backend;
 use crate::report::reasons::{Explained, explain, phrase};
-use crate::report::{Results, Score, Series, snapshots};
+use crate::report::results::SceneResults;
+use crate::report::{Key, Results, Score, Series, snapshots};
 use crate::study::Study;
 use crate::sweep::World;
 use crate::view::why::Missed;
@@ -46,9 +47,9 @@ pub(super) struct Labels {
     /// the first cause and so on.
     labels: Part,
     causes: Vec<CauseData>,
-    /// For each region, where the choice is the best of all there and the moment a scene's first.
+    /// What is explained: by which of [`BESTS`] the choice is the best of all, and in which region.
     #[serde(skip)]
-    pub(super) explained: Vec<(usize, Explained)>,
+    pub(super) explained: Vec<((usize, usize), Explained)>,
 }
 
 /// Why voxels are unknown.
@@ -77,9 +78,9 @@ struct Sight {
     moment: usize,
 }
 
-/// Looks at the best choices of each region and representation, as many as are wanted and fit, in each scene's first
-/// moment and in the one where the choice is worst. Says how many of how many are done after each. The best of a region are
-/// explained.
+/// Looks at the best choices of each region and representation by F1, as many as are wanted and fit, and at some of the best by
+/// human_seen, in each scene's first moment and in the one where the choice is worst. Says how many of how many are done
+/// after each. What the best of a region misses at its worst moment is explained.
 ///
 /// # Errors
 /// Those of the backend.
@@ -93,7 +94,7 @@ pub(super) fn look(
     let mut cells = Cells::default();
     results.scenes.iter().for_each(|scene| cells.put_moment(worlds, scene.moments.start));
     let sights = sights(results, rankings, most);
-    let best = best(rankings, results.regions.len());
+    let asked = asked(results, rankings);
     let mut viewer = Viewer::new(study, backend)?;
     for (done, &sight) in sights.iter().enumerate() {
         if cells.bytes.len() > MOST_BYTES {
@@ -103,40 +104,68 @@ pub(super) fn look(
         let Series { combination, representation } = rankings[sight.series].series;
         let choice = Choice { combination, choice: sight.choice, representation, repeat: 0 };
         let view = viewer.view(&worlds[sight.moment], choice)?;
-        let is_first = results.scenes.iter().any(|scene| scene.moments.start == sight.moment);
-        let is_best = |region: &usize| is_first && best[*region] == Some((sight.series, sight.choice));
-        cells.put_labels(sight, &view, (0..best.len()).filter(is_best));
+        let here = asked.iter().filter(|asked| asked.sight == sight);
+        cells.put_labels(sight, &view, here.map(|asked| (asked.best, asked.region)));
         said(done + 1, sights.len());
     }
     Ok(cells)
 }
 
-/// The best choice of each region, and of which series it is.
-fn best(rankings: &[Ranking], regions: usize) -> Vec<Option<(usize, usize)>> {
-    (0..regions)
-        .map(|region| firsts(rankings, region).first().map(|&(series, (choice, _))| (series, choice)))
-        .collect()
+/// How many of the best by human_seen are looked at, where so many are by F1.
+fn share_of_seen(most: usize) -> usize {
+    most.div_ceil(5)
 }
 
-/// What is worth looking at, the best first.
+/// What is worth looking at, the best first, each in every scene at its worst moment and then at the scene's first.
 fn sights(results: &Results, rankings: &[Ranking], most: usize) -> Vec<Sight> {
     let (mut known, mut sights) = (BTreeSet::new(), Vec::new());
     for rank in 0..most {
         for (series, ranking) in rankings.iter().enumerate() {
-            for (region, best) in ranking.by_region.iter().enumerate() {
-                let Some(&(choice, _)) = best.get(rank) else { continue };
-                let key = ranking.series.key(choice, region);
-                for scene in &results.scenes {
-                    let worst = snapshots::worst_snapshot(results, scene, key, Score::F1);
-                    let moments =
-                        [Some(scene.moments.start), worst.map(|snapshot| scene.moments.start + snapshot)];
-                    let all = moments.into_iter().flatten().map(|moment| Sight { series, choice, moment });
-                    sights.extend(all.filter(|&sight| known.insert(sight)));
+            for (best, score) in BESTS.into_iter().enumerate() {
+                if score == Score::HumanSeen && rank >= share_of_seen(most) {
+                    continue;
+                }
+                for (region, list) in ranking.by(best).iter().enumerate() {
+                    let Some(&(choice, _)) = list.get(rank) else { continue };
+                    let key = ranking.series.key(choice, region);
+                    for scene in &results.scenes {
+                        let moments = [worst(results, scene, key, score), scene.moments.start];
+                        let all = moments.into_iter().map(|moment| Sight { series, choice, moment });
+                        sights.extend(all.filter(|&sight| known.insert(sight)));
+                    }
                 }
             }
         }
     }
     sights
+}
+
+/// The moment at which a choice scores least; the first of the scene where it never has a value.
+fn worst(results: &Results, scene: &SceneResults, key: Key, score: Score) -> usize {
+    scene.moments.start + snapshots::worst_snapshot(results, scene, key, score).unwrap_or(0)
+}
+
+/// What is to be explained: the best choice of all in a region, by one of [`BESTS`].
+struct Asked {
+    sight: Sight,
+    best: usize,
+    region: usize,
+}
+
+/// Of each region and scene, what the best choices miss at their worst moment.
+fn asked(results: &Results, rankings: &[Ranking]) -> Vec<Asked> {
+    let mut asked = Vec::new();
+    for (best, score) in BESTS.into_iter().enumerate() {
+        for region in 0..results.regions.len() {
+            let Some(&(series, (choice, _))) = firsts(rankings, region, best).first() else { continue };
+            let key = rankings[series].series.key(choice, region);
+            for scene in &results.scenes {
+                let moment = worst(results, scene, key, score);
+                asked.push(Asked { sight: Sight { series, choice, moment }, best, region });
+            }
+        }
+    }
+    asked
 }
 
 /// The voxels of all regions.
@@ -148,7 +177,7 @@ fn anywhere(world: &World) -> BitGrid {
 
 impl Cells {
     /// Adds what a view says of all regions, and explains it in some.
-    fn put_labels(&mut self, sight: Sight, view: &View, explained: impl Iterator<Item = usize>) {
+    fn put_labels(&mut self, sight: Sight, view: &View, asked: impl Iterator<Item = (usize, usize)>) {
         let missed = view.why_in_regions();
         let (occupied, free) = (&view.labels.occupied, &view.labels.free);
         let why = |voxel| {
@@ -165,8 +194,9 @@ impl Cells {
             words: phrase(view, cause),
             monitored: cause.reason.is_monitored(),
         };
-        let explained = explained
-            .map(|region| (region, explain(view, &view.counts(region), view.tally(&missed, region))));
+        let explained = asked.map(|(best, region)| {
+            ((best, region), explain(view, &view.counts(region), view.tally(&missed, region)))
+        });
         let Sight { series, choice, moment } = sight;
         let (causes, explained) = (missed.iter().map(cause).collect(), explained.collect());
         self.labels.push(Labels { series, choice, moment, labels, causes, explained });

@@ -93,8 +93,8 @@ function positions(member = chosen.member) {
     if (!pose.at_m) return;
     const key = `${pose.group}/${pose.at_m}`;
     const known = found.get(key);
-    if (!known) found.set(key, { group: pose.group, at: pose.at_m, choice, value: all[i], key });
-    else if (isBetter(all[i], known.value)) Object.assign(known, { choice, value: all[i] });
+    if (!known) found.set(key, { group: pose.group, at: pose.at_m, pose, choice, value: all[i], key });
+    else if (isBetter(all[i], known.value)) Object.assign(known, { pose, choice, value: all[i] });
   });
   return [...found.values()];
 }
@@ -112,6 +112,9 @@ function turned([x, y, z, w], [a, b, c]) {
   const t = [2 * (y * c - z * b), 2 * (z * a - x * c), 2 * (x * b - y * a)];
   return [a + w * t[0] + y * t[2] - z * t[1], b + w * t[1] + z * t[0] - x * t[2], c + w * t[2] + x * t[1] - y * t[0]];
 }
+/** What a sensor is mounted on, in whose frame its poses are. */
+const frameOf = sensor => `${sensor.on.object}, link ${sensor.on.link}`;
+
 /** Where a pose is in the world at a moment: a place, and how directions are turned. */
 function inWorld(sensor, pose, moment) {
   if (!sensor.on) return { at: pose.at_m, turn: v => turned(pose.turn, v) };

@@ -1,7 +1,7 @@
 //! What the page's script knows of a sweep, besides scores and voxels: names, poses, where sensors look, baselines. It is
 //! written as JSON; how it is shown is the script's business.
 
-use glam::{DMat3, DQuat};
+use glam::{DMat3, DQuat, DVec3};
 use serde::Serialize;
 
 use super::Sweep;
@@ -11,10 +11,12 @@ use super::mounting::{Turned, room_m};
 use super::packed::Numbers;
 use super::ranking::Ranking;
 use super::scores::{self, Scores};
+use super::surroundings::{Around, Surroundings, WAYS, key};
 use crate::report::distribution::distribution;
 use crate::report::maxima::{maxima, most_sensors};
 use crate::report::{Results, Score};
-use crate::sensor::{Pose, Scale, Sensor, Setting};
+use crate::sensor::prism::Prism;
+use crate::sensor::{Candidate, Pose, Scale, Sensor, Setting, Stance};
 use crate::study::Study;
 use crate::sweep::{World, table};
 
@@ -27,7 +29,9 @@ type Boxes = Vec<Vec<Option<[f64; 5]>>>;
 /// The root of the JSON.
 #[derive(Serialize)]
 pub(super) struct Data<'a> {
-    study: String,
+    /// The words of a command line that renders a pose of this sweep, but for what names the pose.
+    render: Vec<String>,
+    repeats: usize,
     regions: &'a [String],
     scenes: Vec<SceneData<'a>>,
     measures: Vec<MeasureData>,
@@ -44,6 +48,9 @@ pub(super) struct Data<'a> {
     full_set: Option<usize>,
     between_members: &'static str,
     voxel_size_m: f64,
+    /// Objects of the first scene, by which what is around a pose is named, and the ways that it is looked for.
+    objects: Vec<String>,
+    ways: [&'static str; 6],
     cells: &'a Cells,
 }
 
@@ -65,6 +72,10 @@ struct MeasureData {
 struct SensorData<'a> {
     name: &'a str,
     kind: &'static str,
+    /// Whether it lies or stands level, with its origin at a corner.
+    level: bool,
+    /// The ground below what it watches, in its own frame.
+    grounds: Vec<Vec<[f64; 3]>>,
     /// What carries it, and where that is in the world at each moment.
     on: Option<Carrier<'a>>,
     poses: Vec<PoseData<'a>>,
@@ -93,6 +104,10 @@ struct PoseData<'a> {
     frame: Option<FrameData>,
     /// Pan, tilt and roll.
     turned_deg: Option<[f64; 3]>,
+    /// How far a cover senses.
+    senses_m: Option<f64>,
+    /// What is around it; of what is on a link nothing is known.
+    around: Option<Around>,
 }
 
 /// Some rays of a sensor, in its link frame (x forward, y left, z up).
@@ -133,7 +148,7 @@ impl<'a> Data<'a> {
     pub(super) fn new(
         sweep: &'a Sweep,
         rankings: &[Ranking],
-        cells: &'a Cells,
+        (cells, surroundings): (&'a Cells, &Surroundings),
         numbers: &mut Numbers,
     ) -> Data<'a> {
         let Sweep { results, study, worlds, .. } = *sweep;
@@ -154,11 +169,14 @@ impl<'a> Data<'a> {
             regions().map(|region| OF_THE_PAPER.iter().map(|&score| of(region, score)).collect()).collect()
         };
         Data {
-            study: study.path.display().to_string(),
+            render: render(sweep),
+            repeats: results.repeats,
             regions: &results.regions,
             scenes: results.scenes.iter().map(|scene| scene_data(scene, worlds)).collect(),
             measures: measures.into(),
-            sensors: (0..study.sensors.len()).map(|sensor| sensor_data(study, worlds, sensor)).collect(),
+            sensors: (0..study.sensors.len())
+                .map(|sensor| sensor_data(study, worlds, surroundings, sensor))
+                .collect(),
             combinations: combinations(sweep),
             series: series.collect(),
             baselines: regions().map(|region| baselines(results, region)).collect(),
@@ -174,9 +192,23 @@ impl<'a> Data<'a> {
             full_set: most_sensors(results),
             between_members: table::BETWEEN_MEMBERS,
             voxel_size_m: study.voxel_size_m,
+            objects: surroundings.objects(),
+            ways: WAYS,
             cells,
         }
     }
+}
+
+fn render(sweep: &Sweep) -> Vec<String> {
+    let Sweep { study, words, .. } = *sweep;
+    let size = study.voxel_size_m.to_string();
+    let mut render: Vec<String> =
+        ["perirobot", "render", &study.path.display().to_string(), "--voxel-size", &size]
+            .map(String::from)
+            .into();
+    render.extend(study.noiseless.then(|| "--noiseless".to_string()));
+    render.extend_from_slice(words);
+    render
 }
 
 fn scene_data<'a>(scene: &'a crate::report::results::SceneResults, worlds: &[World]) -> SceneData<'a> {
@@ -216,33 +248,58 @@ fn distributions(results: &Results, rankings: &[Ranking], region: usize, score: 
     scenes.map(|scene| rankings.iter().map(|ranking| of_one(ranking, scene)).collect()).collect()
 }
 
-fn sensor_data<'a>(study: &'a Study, worlds: &[World], number: usize) -> SensorData<'a> {
+fn sensor_data<'a>(
+    study: &'a Study,
+    worlds: &[World],
+    surroundings: &Surroundings,
+    number: usize,
+) -> SensorData<'a> {
     let sensor = &study.sensors[number];
     let on = sensor.on.as_ref().map(|link| Carrier {
         object: &link.object,
         link: &link.link,
         frames: worlds.iter().map(|world| carrier(sensor, &world.settings[number])).collect(),
     });
+    let pose_of = |candidate: &Candidate| match candidate.setting {
+        Setting::Pose(pose) => Some(pose),
+        _ => None,
+    };
+    let places = sensor.candidates.iter().filter_map(pose_of).map(|pose| pose.position_m);
+    let around = surroundings.around_all(places.filter(|_| sensor.on.is_none()));
     let poses = sensor.candidates.iter().map(|candidate| {
-        let pose = match candidate.setting {
-            Setting::Pose(pose) => Some(pose),
-            _ => None,
-        };
+        let pose = pose_of(candidate);
         let turned = pose.as_ref().map(Turned::of);
         PoseData {
             name: &candidate.name,
             group: &candidate.group,
             frame: pose.as_ref().map(frame_data),
             turned_deg: turned.map(|t| [t.pan_deg, t.tilt_deg, t.roll_deg]),
+            senses_m: match candidate.setting {
+                Setting::Inflation(metres) => Some(metres),
+                _ => None,
+            },
+            around: pose.and_then(|pose| around.get(&key(pose.position_m)).copied().map(tidy)),
         }
     });
     SensorData {
         name: &sensor.name,
         kind: sensor.kind.name(),
+        level: sensor.kind.stance() == Stance::Level,
+        grounds: grounds(sensor),
         on,
         poses: poses.collect(),
         rays: rays_data(study, sensor),
     }
+}
+
+fn grounds(sensor: &Sensor) -> Vec<Vec<[f64; 3]>> {
+    let corners = |prism: &Prism| prism.footprint_m(&Pose::ORIGIN).into_iter().map(DVec3::into).collect();
+    sensor.kind.prisms().into_iter().map(corners).collect()
+}
+
+/// Metres to a tenth of a millimetre, which no tape tells apart.
+fn tidy(around: Around) -> Around {
+    around.map(|next| next.map(|(metres, object)| ((metres * 1e4).round() / 1e4, object)))
 }
 
 /// Where the link that carries a sensor is, from where its first candidate is on it and in the world.

@@ -8,6 +8,7 @@ mod run;
 use super::Sweep;
 use super::cells::Cells;
 use super::ranking::Ranking;
+use super::surroundings::Surroundings;
 use crate::report::maxima::most_sensors;
 use crate::report::table::number;
 use crate::report::{Score, distribution, maxima};
@@ -34,14 +35,19 @@ pub(super) struct Plain {
 }
 
 impl<'a> Facts<'a> {
-    pub(super) fn new(sweep: &Sweep<'a>, rankings: &[Ranking], cells: &'a Cells) -> Facts<'a> {
+    pub(super) fn new(
+        sweep: &Sweep<'a>,
+        rankings: &[Ranking],
+        cells: &'a Cells,
+        surroundings: &Surroundings,
+    ) -> Facts<'a> {
         let Sweep { results, study, .. } = *sweep;
         Facts {
             study: study.path.file_stem().unwrap_or_default().to_string_lossy().into_owned(),
             extent: crate::report::best::extent(results),
             assumed: run::assumed(sweep),
             regions: (0..results.regions.len())
-                .map(|region| best::region(sweep, rankings, cells, region))
+                .map(|region| best::region(sweep, rankings, (cells, surroundings), region))
                 .collect(),
             run: run::run(sweep),
             distributions: distributions(sweep, rankings),
@@ -92,7 +98,8 @@ fn distributions(sweep: &Sweep, rankings: &[Ranking]) -> Vec<Plain> {
 
 fn maxima_tables(sweep: &Sweep) -> Vec<Plain> {
     let results = sweep.results;
-    if results.combinations.len() < 2 {
+    // Sensors alone are compared in the first table.
+    if results.combinations.len() < 2 || results.combinations.iter().all(|c| c.members.len() < 2) {
         return Vec::new();
     }
     let full = most_sensors(results);

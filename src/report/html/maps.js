@@ -24,6 +24,9 @@ function facesOf([low, high]) {
   ];
 }
 
+/** Farther apart than this, positions stand for themselves only: squares are drawn, no areas. */
+const WIDEST_M = 2;
+
 /** How far from a wall something still hangs on it. */
 const NEAR_M = 0.5;
 
@@ -43,6 +46,7 @@ function maps() {
   if (used.length === 1) own.unshift([used[0].groups.join(", "), used[0].positions]);
   const found = own.map(([title, whole]) => {
     const [u, v] = plane(whole);
+    if (onLink) title += `, in the frame of ${frameOf(data.sensors[combination().members[chosen.member].sensor])}`;
     return { title, axes: [u, v], parts: [{ whole, to: at => [at[u], at[v]] }] };
   });
   if (used.length > 1) {
@@ -55,7 +59,7 @@ function maps() {
 /** Of positions that fall together on paper, the best. */
 function bestOfEach({ whole, to }) {
   const found = new Map();
-  for (const p of whole) {
+  for (const p of whole.filter(p => !Number.isNaN(p.value))) {
     const [x, y] = to(p.at).map(value => Math.round(value * 1e6) / 1e6), key = `${x}/${y}`, known = found.get(key);
     if (!known || isBetter(p.value, known.p.value)) found.set(key, { x, y, p });
   }
@@ -73,7 +77,8 @@ function trace(spots, [low, high], showscale) {
   const [xs, ys] = [axis("x"), axis("y")], at = (x, y) => spots.get(`${x}/${y}`);
   const common = { hovertemplate: "%{text}<extra></extra>", showlegend: false };
   const colours = { colorscale: MAP, reversescale: measure().less_is_better, showscale, colorbar: colourBar() };
-  const lattice = xs.length > 1 && ys.length > 1 && even(xs) && even(ys) && all.length >= 0.6 * xs.length * ys.length;
+  const close = all => all.length > 1 && all[1] - all[0] <= WIDEST_M && even(all);
+  const lattice = close(xs) && close(ys) && all.length >= 0.6 * xs.length * ys.length;
   if (!lattice) return { ...common, type: "scatter", mode: "markers", x: all.map(spot => spot.x), y: all.map(spot => spot.y), text: all.map(spot => word(spot.p)), marker: { ...colours, symbol: "square", size: 16, color: all.map(spot => spot.p.value), cmin: low, cmax: high } };
   const table = of => ys.map(y => xs.map(x => of(at(x, y))));
   return { ...common, ...colours, type: "heatmap", x: xs, y: ys, z: table(spot => spot?.p.value ?? null), text: table(spot => spot ? word(spot.p) : ""), zmin: low, zmax: high, xgap: xs.length > 30 ? 0 : 1, ygap: ys.length > 30 ? 0 : 1 };
@@ -96,7 +101,7 @@ function axesOf({ axes }, isLattice) {
 }
 
 /** Draws all maps of the chosen member. */
-function drawMaps() {
+async function drawMaps() {
   const home = element("maps"), all = maps();
   [...home.children].forEach(plot => Plotly.purge(plot));
   home.replaceChildren();
@@ -104,26 +109,28 @@ function drawMaps() {
   for (const map of all) {
     const spots = map.parts.map(bestOfEach);
     const traces = spots.map((of, n) => trace(of, range, n === 0));
-    const behind = map.parts.some((part, n) => part.whole.length > spots[n].size) ? " (of positions behind each other the best)" : "";
+    const valued = map.parts.map(part => part.whole.filter(p => !Number.isNaN(p.value)).length);
+    const behind = spots.some((of, n) => valued[n] > of.size) ? " (of positions behind each other the best)" : "";
+    const none = valued.every(count => !count) ? ` (no ${measure().title} here)` : "";
     const plot = home.appendChild(made("div", { role: "img", "aria-label": `Map: ${map.title}`, class: map.room ? "room" : "" }));
     Object.assign(plot, { parts: map.parts, spots });
     const ring = { type: "scatter", mode: "markers", x: [], y: [], hoverinfo: "skip", showlegend: false, marker: { symbol: "circle-open", size: 20, color: "#d55e00", line: { width: 4 } } };
     const margin = map.room ? { l: 8, r: 8, t: 36, b: 8 } : LAYOUT.margin;
-    Plotly.newPlot(plot, [...traces, ring], { ...LAYOUT, margin, title: heading(map.title + behind), ...axesOf(map, traces[0].type === "heatmap"), ...(map.room ? outlines(map) : {}) }, CONFIG);
+    await Plotly.newPlot(plot, [...traces, ring], { ...LAYOUT, margin, title: heading(map.title + behind + none), ...axesOf(map, traces[0].type === "heatmap"), ...(map.room ? outlines(map) : {}) }, CONFIG);
     plot.on("plotly_click", ({ points: [point] }) => {
       const spot = plot.spots[point.curveNumber]?.get(`${point.x}/${point.y}`);
       if (spot) choose({ choice: spot.p.choice });
     });
   }
   home.hidden = !all.length;
-  markMaps();
+  await markMaps();
 }
 
 /** Rings the chosen position. */
-function markMaps() {
+async function markMaps() {
   const key = chosenPosition();
   for (const plot of element("maps").children) {
     const here = plot.parts.flatMap(({ whole, to }) => whole.filter(p => p.key === key).map(p => to(p.at)));
-    Plotly.restyle(plot, { x: [here.map(at => at[0])], y: [here.map(at => at[1])] }, [plot.parts.length]);
+    await Plotly.restyle(plot, { x: [here.map(at => at[0])], y: [here.map(at => at[1])] }, [plot.parts.length]);
   }
 }

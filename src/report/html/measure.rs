@@ -4,7 +4,7 @@
 use std::ops::Range;
 
 use crate::metrics::Confusion;
-use crate::report::{Key, Over, Results, over};
+use crate::report::{Key, Over, Results, Score, over};
 use crate::sweep::world::Baselines;
 
 /// A number about some counts.
@@ -20,6 +20,13 @@ pub(super) struct Measure {
     of: fn(&Confusion) -> Option<f64>,
 }
 
+impl Measure {
+    /// Whether its worst value is told beside its mean: of what names a best.
+    pub(super) fn has_worst(&self) -> bool {
+        matches!(self.name, "f1" | "human_seen")
+    }
+}
+
 /// How many there are.
 pub(super) const MEASURES: usize = 5;
 
@@ -31,6 +38,11 @@ pub(super) const ALL: [Measure; MEASURES] = [
     Measure { name: "unknown", title: "unknown", less_is_better: true, of: Confusion::unknown },
     Measure { name: "false_alarm", title: "false alarm", less_is_better: true, of: Confusion::false_alarm },
 ];
+
+/// As in headings: a score that is among them.
+pub(super) fn title(score: Score) -> &'static str {
+    ALL.iter().find(|measure| measure.name == score.name()).map_or(score.title(), |measure| measure.title)
+}
 
 /// What an answer without a sensor is called, and its counts.
 type Answer = (&'static str, fn(&Baselines) -> &Confusion);

@@ -13,6 +13,7 @@ mod mounting;
 mod packed;
 mod ranking;
 mod scores;
+mod surroundings;
 
 use askama::Template;
 
@@ -41,6 +42,8 @@ pub struct Sweep<'a> {
     pub study: &'a Study,
     /// Its scenes at their moments.
     pub worlds: &'a [World],
+    /// What a command line must say besides the study, so that the same files are read.
+    pub words: &'a [String],
 }
 
 #[derive(Template)]
@@ -70,9 +73,10 @@ pub fn page(
     let rankings = ranking::rankings(results);
     let cells = cells::look((study, worlds), (results, &rankings), looked_at, backend, said)?;
     let mut numbers = Numbers::default();
-    let data = data::Data::new(sweep, &rankings, &cells, &mut numbers);
+    let surroundings = surroundings::Surroundings::of(study)?;
+    let data = data::Data::new(sweep, &rankings, (&cells, &surroundings), &mut numbers);
     let page = Page {
-        facts: facts::Facts::new(sweep, &rankings, &cells),
+        facts: facts::Facts::new(sweep, &rankings, &cells, &surroundings),
         style: include_str!("style.css"),
         script: script(),
         plotly: plotly_js(),
@@ -85,7 +89,7 @@ pub fn page(
 }
 
 /// What a browser says that cannot run the script, an old one mostly.
-const FAILED: &str = r#"error => {
+const FAILED: &str = r#"function failed(error) {
   const failure = document.getElementById("failure");
   failure.hidden = false;
   failure.textContent = `The plots cannot be drawn: ${error.message}. The tables are complete without.`;
@@ -104,7 +108,7 @@ fn script() -> String {
         include_str!("table.js"),
         include_str!("page.js"),
     ];
-    format!("(async () => {{\n\"use strict\";\n{}}})().catch({FAILED});\n", parts.join("\n"))
+    format!("{FAILED}\n(async () => {{\n\"use strict\";\n{}}})().catch(failed);\n", parts.join("\n"))
 }
 
 /// JSON that may stand in an element of a page: nothing in it can end that element.

@@ -1,5 +1,5 @@
-//! How to mount a sensor, in the words of who drills the holes: where it is in the room, where it looks, how it is turned.
-//! Which sensors are mounted is others' choice.
+//! How to mount a sensor, in the words of who drills the holes: where it looks, how it is turned, and the room. How far it is
+//! to the next surface is `surroundings`', which sensors are mounted is others' choice.
 
 use glam::DVec3;
 
@@ -56,18 +56,6 @@ pub(super) fn room_m(truth: &Truth) -> [DVec3; 2] {
     corners.reduce(|[a, b], [c, d]| [a.min(c), b.max(d)]).unwrap_or_else(whole)
 }
 
-/// Distances from a place to the sides of a room, each with its name.
-pub(super) fn distances_m(at: DVec3, [low, high]: [DVec3; 2]) -> [(&'static str, f64); 6] {
-    [
-        ("wall at lowest x", at.x - low.x),
-        ("wall at highest x", high.x - at.x),
-        ("wall at lowest y", at.y - low.y),
-        ("wall at highest y", high.y - at.y),
-        ("floor", at.z - low.z),
-        ("ceiling", high.z - at.z),
-    ]
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -99,12 +87,5 @@ mod tests {
         let pose = |r, p, y| Pose::turned(DVec3::ZERO, rpy(r, p, y), Frame::Link);
         assert_eq!(turned(pose(30.0, 0.0, 40.0)), [40.0, 0.0, 30.0]);
         assert_eq!(turned(pose(-90.0, 20.0, 0.0)), [0.0, -20.0, -90.0]);
-    }
-
-    #[test]
-    fn distances_are_to_all_six_sides() {
-        let room = [DVec3::new(-3.0, -2.0, 0.0), DVec3::new(3.0, 2.0, 2.5)];
-        let found = distances_m(DVec3::new(1.0, -0.5, 2.0), room).map(|(_, metres)| metres);
-        assert_eq!(found, [4.0, 2.0, 1.5, 2.5, 2.0, 0.5]);
     }
 }

@@ -20,20 +20,23 @@ function drawSelected() {
   for (const id of ["extent", "region", "series", "measure"]) element(id).value = chosen[id];
 }
 
-function later(draw) {
-  return new Promise(resolve => setTimeout(() => { draw(); resolve(); }));
+/** Words and tables follow a choice at once, plots one after another: they may not be changed while they are drawn. */
+let drawn = Promise.resolve();
+function draw(changes) {
+  drawSelected();
+  if ("series" in changes) fillMembers();
+  drawTable();
+  drawn = drawn.then(() => drawPlots(changes)).catch(failed);
+  return drawn;
 }
 
-/** Draws what depends on some changes; the cell last, as it takes longest. */
-async function draw(changes) {
+/** Draws the plots that depend on some changes; the cell last, as it takes longest. */
+async function drawPlots(changes) {
   const changed = (...keys) => keys.some(key => key in changes);
-  drawSelected();
-  if (changed("series")) fillMembers();
-  if (changed("series", "extent", "region", "measure", "member")) { drawMaps(); } else { markMaps(); }
-  drawPositions();
-  drawTimes();
-  drawTable();
-  if (changed("series", "extent", "region", "choice")) await later(drawCell);
+  await (changed("series", "extent", "region", "measure", "member") ? drawMaps() : markMaps());
+  await drawPositions();
+  await drawTimes();
+  if (changed("series", "extent", "region", "choice", "moment")) await drawCell(changed("series", "choice"));
 }
 
 /** Chooses a row of the summary. */

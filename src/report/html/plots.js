@@ -13,10 +13,14 @@ function drawDistributions() {
       return { type: "box", name: plain(one.title), x: data.scenes.map(scene => plain(scene.name)), lowerfence: row(0), q1: row(1), median: row(2), q3: row(3), upperfence: row(4), marker: { color: COLOURS[i % COLOURS.length] }, line: { width: 1.5 }, offsetgroup: String(i) };
     });
     const floor = data.scenes.map((_, scene) => toBeat(s, scene + 1, r));
-    traces.push({ type: "scatter", mode: "markers", name: "best without a sensor", x: data.scenes.map(scene => plain(scene.name)), y: floor.map(f => f?.value ?? null), text: floor.map(f => f ? plain(f.name) : ""), hovertemplate: "%{text}: %{y:.3f}<extra></extra>", marker: { symbol: "line-ew-open", size: 46, line: { width: 2.5, color: "#8a3c00" }, color: "#8a3c00" } });
+    const dash = { color: "#8a3c00", width: 2.5 };
+    traces.push({ type: "scatter", mode: "markers", name: "best without a sensor", x: data.scenes.map(scene => plain(scene.name)), y: floor.map(f => f?.value ?? null), text: floor.map(f => f ? plain(f.name) : ""), hovertemplate: "%{text}: %{y:.3f}<extra></extra>", marker: { symbol: "line-ew-open", size: 12, line: dash, color: dash.color } });
+    const shapes = floor.flatMap((f, n) => f ? [{ type: "line", x0: n - 0.45, x1: n + 0.45, y0: f.value, y1: f.value, line: dash }] : []);
     const plot = home.appendChild(made("div", { "aria-label": `${score} in region ${region}`, role: "img" }));
-    const many = traces.length > 6;
-    Plotly.newPlot(plot, traces, { ...LAYOUT, title: heading(`${score} · region ${region}`), boxmode: "group", showlegend: r === 0 && s === 0 || !many, legend: { orientation: "h", y: -0.18, font: { size: 11 } }, yaxis: { rangemode: "tozero", gridcolor: "#e3e8ed", zerolinecolor: "#b5bec8" }, xaxis: { type: "category" } }, CONFIG);
+    const many = traces.length > 6, hasLegend = r === 0 && s === 0 || !many;
+    // A legend of many lines gets room of its own.
+    if (many && hasLegend) Object.assign(plot.style, { gridColumn: "1 / -1", height: `${20 + 1.4 * Math.ceil(traces.length / 4)}rem` });
+    Plotly.newPlot(plot, traces, { ...LAYOUT, title: heading(`${score} · region ${region}`), shapes, boxmode: "group", showlegend: hasLegend, legend: { orientation: "h", y: -0.18, font: { size: 11 } }, yaxis: { rangemode: "tozero", gridcolor: "#e3e8ed", zerolinecolor: "#b5bec8" }, xaxis: { type: "category" } }, CONFIG);
   }));
 }
 
@@ -55,8 +59,10 @@ const lines3d = (points, more) => ({ type: "scatter3d", mode: "lines", x: points
 const SCENE = { aspectmode: "data", xaxis: { title: { text: "x" } }, yaxis: { title: { text: "y" } }, zaxis: { title: { text: "z" } }, camera: { eye: { x: 0.9, y: -1.5, z: 1.1 } } };
 
 /** All positions in the room, with their best scores. */
-function drawPositions() {
-  const plot = element("positions"), all = positions();
+async function drawPositions() {
+  // What is on a link stands where the link is at the scene's first moment.
+  const sensor = data.sensors[combination().members[chosen.member]?.sensor], [moment] = data.scenes[Math.max(0, chosen.extent - 1)].moments;
+  const plot = element("positions"), all = positions().map(p => ({ ...p, at: inWorld(sensor, p.pose, moment).at }));
   plot.hidden = !all.length;
   if (!all.length) return;
   const key = chosenPosition(), here = all.filter(p => p.key === key);
@@ -69,15 +75,16 @@ function drawPositions() {
     lines3d(edges(data.scenes[Math.max(0, chosen.extent - 1)].room_m), { line: { color: "#9aa5b1", width: 2 } }),
   ];
   const fresh = !plot.data;
-  Plotly.react(plot, traces, { ...LAYOUT, margin: { l: 0, r: 0, t: 30, b: 0 }, title: heading("All positions in the room"), showlegend: false, scene: { ...SCENE, uirevision: 1 } }, CONFIG);
+  plot.all = all;
+  await Plotly.react(plot, traces, { ...LAYOUT, margin: { l: 0, r: 0, t: 30, b: 0 }, title: heading("All positions in the room"), showlegend: false, scene: { ...SCENE, uirevision: 1 } }, CONFIG);
   if (fresh) plot.on("plotly_click", event => {
     const point = event.points[0];
-    if (point.curveNumber === 0) choose({ choice: positions()[point.pointNumber].choice });
+    if (point.curveNumber === 0) choose({ choice: plot.all[point.pointNumber].choice });
   });
 }
 
 /** The chosen score of the chosen pose at each moment, beside the best answer without a sensor. */
-function drawTimes() {
+async function drawTimes() {
   const plot = element("times"), block = series().scores.at_moments;
   if (!plot || !block) return;
   const place = placeIn(block, chosen.choice), moving = data.scenes.filter(scene => scene.moments[1] - scene.moments[0] > 1);
@@ -90,5 +97,5 @@ function drawTimes() {
     traces.push({ type: "scatter", mode: "lines+markers", name: plain(name), x: steps, y: steps.map(i => at(m, scene.moments[0] + i)), line: { color: COLOURS[m], width: m === chosen.measure ? 4 : 1.5, dash: ["solid", "dash", "dot", "dashdot", "longdash"][m] } });
   });
   const title = place < 0 ? `No scores over time are kept for ${nameOf(chosen.choice)}: see results.csv` : `${nameOf(chosen.choice)} · region ${data.regions[chosen.region]}`;
-  Plotly.react(plot, traces, { ...LAYOUT, title: heading(title), xaxis: { title: { text: "moment" } }, yaxis: { rangemode: "tozero", gridcolor: "#e3e8ed" }, legend: { orientation: "h", y: -0.25 } }, CONFIG);
+  await Plotly.react(plot, traces, { ...LAYOUT, title: heading(title), xaxis: { title: { text: "snapshot" }, tickformat: "d", rangemode: "tozero" }, yaxis: { rangemode: "tozero", gridcolor: "#e3e8ed" }, legend: { orientation: "h", y: -0.25 } }, CONFIG);
 }

@@ -9,27 +9,43 @@ pub(super) struct Ranking {
     /// Whose choices they are.
     pub(super) series: Series,
     /// For each region, the choices that have an F1 over all scenes, the largest mean first; equal ones in study order.
-    pub(super) by_region: Vec<Vec<(usize, f64)>>,
+    pub(super) by_f1: Vec<Vec<(usize, f64)>>,
+    /// The same by human_seen; equal ones by F1.
+    pub(super) by_human_seen: Vec<Vec<(usize, f64)>>,
 }
 
 /// A ranking for every representation of every combination.
 pub(super) fn rankings(results: &Results) -> Vec<Ranking> {
-    let of_region = |series: Series, region| {
-        let values = series.over(results, &results.moments(), region, Score::F1);
-        ranked(values.iter().map(|over| Some(over.as_ref()?.mean)))
+    let means = |series: Series, region, score| -> Vec<Option<f64>> {
+        let values = series.over(results, &results.moments(), region, score);
+        values.iter().map(|over| Some(over.as_ref()?.mean)).collect()
+    };
+    let f1 = |series, region| ranked(means(series, region, Score::F1).into_iter());
+    let human_seen = |series, region| {
+        let seen = means(series, region, Score::HumanSeen);
+        let mut all: Vec<(usize, f64)> =
+            f1(series, region).into_iter().filter_map(|(choice, _)| Some((choice, seen[choice]?))).collect();
+        // The sort is stable.
+        all.sort_by(|a, b| b.1.total_cmp(&a.1));
+        all
     };
     let all = series(results, 0..results.combinations.len()).into_iter();
     let regions = || 0..results.regions.len();
     all.map(|series| Ranking {
         series,
-        by_region: regions().map(|region| of_region(series, region)).collect(),
+        by_f1: regions().map(|region| f1(series, region)).collect(),
+        by_human_seen: regions().map(|region| human_seen(series, region)).collect(),
     })
     .collect()
 }
 
-/// The first choice of each ranking in a region, the best first: the ranking's number, the choice, and its score.
-pub(super) fn firsts(rankings: &[Ranking], region: usize) -> Vec<(usize, (usize, f64))> {
-    let first = |(number, ranking): (usize, &Ranking)| Some((number, *ranking.by_region[region].first()?));
+/// The scores that name a best: F1, as in the paper, and what a safety review asks first.
+pub(super) const BESTS: [Score; 2] = [Score::F1, Score::HumanSeen];
+
+/// The first choice of each ranking in a region by one of [`BESTS`], the best first: the ranking's number, the choice, and
+/// its score.
+pub(super) fn firsts(rankings: &[Ranking], region: usize, best: usize) -> Vec<(usize, (usize, f64))> {
+    let first = |(number, ranking): (usize, &Ranking)| Some((number, *ranking.by(best)[region].first()?));
     let mut firsts: Vec<_> = rankings.iter().enumerate().filter_map(first).collect();
     // The sort is stable: equal ones keep study order.
     firsts.sort_by(|a, b| b.1.1.total_cmp(&a.1.1));
@@ -37,13 +53,19 @@ pub(super) fn firsts(rankings: &[Ranking], region: usize) -> Vec<(usize, (usize,
 }
 
 impl Ranking {
-    /// At most so many choices, each once: the best of each region, then the second best of each, and so on; those without
-    /// a score last.
+    /// The choices of each region by one of [`BESTS`].
+    pub(super) fn by(&self, best: usize) -> &[Vec<(usize, f64)>] {
+        [&self.by_f1, &self.by_human_seen][best]
+    }
+
+    /// At most so many choices, each once: the best of each region by each of [`BESTS`], then the second best of each, and so
+    /// on; those without a score last.
     pub(super) fn first(&self, most: usize, choices: usize) -> Vec<usize> {
         let mut taken = vec![false; choices];
         let mut first = Vec::new();
-        let ranks = self.by_region.iter().map(Vec::len).max().unwrap_or(0);
-        let best = (0..ranks).flat_map(|rank| self.by_region.iter().filter_map(move |best| best.get(rank)));
+        let lists = || self.by_f1.iter().chain(&self.by_human_seen);
+        let ranks = lists().map(Vec::len).max().unwrap_or(0);
+        let best = (0..ranks).flat_map(|rank| lists().filter_map(move |best| best.get(rank)));
         for choice in best.map(|&(choice, _)| choice).chain(0..choices) {
             if first.len() == most {
                 break;
@@ -62,8 +84,10 @@ mod tests {
 
     #[test]
     fn regions_take_turns() {
-        let by_region = vec![vec![(3, 0.9), (1, 0.8), (0, 0.1)], vec![(3, 0.7), (4, 0.6)]];
-        let ranking = Ranking { series: Series { combination: 0, representation: 0 }, by_region };
+        let by_f1 = vec![vec![(3, 0.9), (1, 0.8), (0, 0.1)], vec![(3, 0.7), (4, 0.6)]];
+        let by_human_seen = vec![Vec::new(); 2];
+        let series = Series { combination: 0, representation: 0 };
+        let ranking = Ranking { series, by_f1, by_human_seen };
         assert_eq!(ranking.first(10, 6), [3, 1, 4, 0, 2, 5]);
         assert_eq!(ranking.first(2, 6), [3, 1]);
     }

@@ -45,5 +45,6 @@ const plain = text => String(text).replace(/&/g, "&amp;").replace(/</g, "&lt;").
 // Okabe and Ito's colours, which people with any colour vision tell apart.
 const COLOURS = ["#0072b2", "#e69f00", "#009e73", "#cc79a7", "#56b4e9", "#d55e00", "#8a8a00", "#000000"];
 const MAP = "Cividis";
-const CONFIG = { responsive: true, displaylogo: false, modeBarButtonsToRemove: ["lasso2d", "select2d", "autoScale2d"] };
+// A phone has no room for buttons.
+const CONFIG = { responsive: true, displayModeBar: innerWidth < 640 ? false : "hover", displaylogo: false, modeBarButtonsToRemove: ["lasso2d", "select2d", "autoScale2d"] };
 const LAYOUT = { margin: { l: 52, r: 12, t: 36, b: 44 }, font: { family: "system-ui, sans-serif", size: 12, color: "#1c2430" }, paper_bgcolor: "#fff", plot_bgcolor: "#fff" };

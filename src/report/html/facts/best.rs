@@ -4,29 +4,35 @@ use super::mount::{self, Sheet};
 use crate::report::html::Sweep;
 use crate::report::html::cells::Cells;
 use crate::report::html::measure::{self, Baseline, MEASURES};
-use crate::report::html::ranking::{Ranking, firsts};
+use crate::report::html::ranking::{BESTS, Ranking, firsts};
+use crate::report::html::surroundings::Surroundings;
 use crate::report::reasons::Explained;
-use crate::report::results::SceneResults;
 use crate::report::table::number;
-use crate::report::{Results, Series};
+use crate::report::{Results, Score, Series};
 
 /// A region's best placements.
 #[derive(Debug)]
 pub(in crate::report::html) struct Region<'a> {
     pub(in crate::report::html) name: &'a str,
     pub(in crate::report::html) number: usize,
-    /// The best choice of each representation by F1, the best of all first.
-    pub(in crate::report::html) best: Vec<Row>,
+    /// By F1, and by human_seen where there are people.
+    pub(in crate::report::html) best: Vec<Best<'a>>,
     /// What answers without a sensor score, and the most that any could.
     pub(in crate::report::html) baselines: Vec<(&'static str, [String; MEASURES])>,
     /// How many choices score below the best answer without a sensor, in words.
     pub(in crate::report::html) below: String,
-    /// How to mount the first of the best.
+}
+
+/// The best by one score.
+#[derive(Debug)]
+pub(in crate::report::html) struct Best<'a> {
+    pub(in crate::report::html) by: &'static str,
+    /// The best choice of each representation, the best of all first.
+    pub(in crate::report::html) rows: Vec<Row>,
+    /// How to mount the first.
     pub(in crate::report::html) sheets: Vec<Sheet>,
-    /// What the first of the best misses and why: of each scene's first moment, its name.
-    pub(in crate::report::html) missed: Vec<(&'a str, &'a Explained)>,
-    /// How much of the region lies outside the grid, in words; empty for nothing.
-    pub(in crate::report::html) cut: String,
+    /// What the first misses and why, at the worst moment of each scene, in words.
+    pub(in crate::report::html) missed: Vec<(String, &'a Explained)>,
 }
 
 /// A choice of poses and what it scores.
@@ -36,8 +42,8 @@ pub(in crate::report::html) struct Row {
     pub(in crate::report::html) series_number: usize,
     pub(in crate::report::html) choice: usize,
     pub(in crate::report::html) poses: String,
-    pub(in crate::report::html) means: [String; MEASURES],
-    pub(in crate::report::html) worst_f1: String,
+    /// For each measure its mean; of F1 and human_seen the worst behind it.
+    pub(in crate::report::html) cells: Vec<String>,
     /// The answers without a sensor that score more, in words; empty for none.
     pub(in crate::report::html) below: String,
 }
@@ -46,37 +52,49 @@ pub(in crate::report::html) struct Row {
 pub(super) fn region<'a>(
     sweep: &Sweep<'a>,
     rankings: &[Ranking],
-    cells: &'a Cells,
+    (cells, surroundings): (&'a Cells, &Surroundings),
     region: usize,
 ) -> Region<'a> {
     let results = sweep.results;
     let baselines = measure::of_baselines(results, results.moments(), region);
-    let firsts = firsts(rankings, region);
-    let row = |&(number, (choice, _)): &(usize, (usize, f64))| {
-        row(results, (number, rankings[number].series), choice, region, &baselines)
+    let best = |(best, by): (usize, Score)| {
+        let firsts = firsts(rankings, region, best);
+        let &(first, (choice, _)) = firsts.first()?;
+        let row = |&(number, (choice, _)): &(usize, (usize, f64))| {
+            row(results, (number, rankings[number].series), choice, region, &baselines)
+        };
+        Some(Best {
+            by: measure::title(by),
+            rows: firsts.iter().map(row).collect(),
+            sheets: mount::sheets(sweep, surroundings, rankings[first].series.combination, choice),
+            missed: missed(results, cells, (best, region)),
+        })
     };
-    let cut = sweep.worlds.iter().map(|world| world.regions[region].cut_share).fold(0.0, f64::max);
     Region {
         name: &results.regions[region],
         number: region,
-        best: firsts.iter().map(row).collect(),
-        sheets: firsts.first().map_or(Vec::new(), |&(number, (choice, _))| {
-            mount::sheets(sweep, rankings[number].series.combination, choice)
-        }),
-        missed: missed(results, cells, region),
+        best: BESTS.into_iter().enumerate().filter_map(best).collect(),
         below: below(rankings, region, &baselines),
         baselines: baselines.into_iter().map(|(name, values)| (name, values.map(number))).collect(),
-        cut: if cut > 0.0 { format!("{:.1} %", 100.0 * cut) } else { String::new() },
     }
 }
 
-fn missed<'a>(results: &'a Results, cells: &'a Cells, region: usize) -> Vec<(&'a str, &'a Explained)> {
-    let of_scene = |scene: &'a SceneResults| {
-        let there = cells.labels.iter().filter(|labels| labels.moment == scene.moments.start);
-        let mut explained = there.flat_map(|labels| &labels.explained);
-        Some((scene.name.as_str(), &explained.find(|(of, _)| *of == region)?.1))
-    };
-    results.scenes.iter().filter_map(of_scene).collect()
+/// What is explained of the best by one of [`BESTS`] in a region, scene by scene.
+fn missed<'a>(results: &Results, cells: &'a Cells, of: (usize, usize)) -> Vec<(String, &'a Explained)> {
+    let mut missed = Vec::new();
+    for scene in &results.scenes {
+        let there = cells.labels.iter().filter(|labels| scene.moments.contains(&labels.moment));
+        for labels in there {
+            let when = match scene.moments.len() {
+                1 => String::new(),
+                _ => format!(", snapshot {} (its worst)", labels.moment - scene.moments.start),
+            };
+            let when = if results.repeats > 1 { when + ", first repeat" } else { when };
+            let here = labels.explained.iter().filter(|(asked, _)| *asked == of);
+            missed.extend(here.map(|(_, explained)| (format!("“{}”{when}", scene.name), explained)));
+        }
+    }
+    missed
 }
 
 fn row(
@@ -93,23 +111,32 @@ fn row(
         let below = over[measure]?.mean < to_beat;
         below.then(|| format!("{} below “{name}”", measure::ALL[measure].title))
     });
+    let cells = over.iter().zip(measure::ALL).flat_map(|(over, measure)| {
+        let mean = over.map(|over| {
+            // A mean of some values only says so, as in the tables of `summary`.
+            let part = if over.values < over.of { format!("[{}] ", over.values) } else { String::new() };
+            part + &number(Some(over.mean))
+        });
+        let worst = measure.has_worst().then(|| number(over.map(|over| over.worst)));
+        [Some(mean.unwrap_or_else(|| number(None))), worst].into_iter().flatten()
+    });
     Row {
         series: series.title(results),
         series_number,
         choice,
         poses: results.combinations[series.combination].label(choice),
-        means: over.map(|over| number(over.map(|over| over.mean))),
-        worst_f1: number(over[0].map(|over| over.worst)),
+        cells: cells.collect(),
         below: better.collect::<Vec<_>>().join(", "),
     }
 }
 
 fn below(rankings: &[Ranking], region: usize, baselines: &[Baseline]) -> String {
     let Some((name, to_beat)) = measure::to_beat(baselines, 0) else { return String::new() };
-    let all: usize = rankings.iter().map(|ranking| ranking.by_region[region].len()).sum();
-    let values = rankings.iter().flat_map(|ranking| &ranking.by_region[region]);
+    let all: usize = rankings.iter().map(|ranking| ranking.by_f1[region].len()).sum();
+    let values = rankings.iter().flat_map(|ranking| &ranking.by_f1[region]);
     let below = values.filter(|(_, value)| *value < to_beat).count();
     format!(
-        "{below} of {all} choices of poses have a mean F1 below {to_beat:.3}, which a sensor gets that says “{name}” always."
+        "{below} of {all} choices of poses have a mean F1 below {to_beat:.3}, that of a sensor which always says “{name}” and is \
+         useless: one view sees only the near side of things. κ is the fairer guide; all such answers have 0 there."
     )
 }

@@ -1,8 +1,9 @@
 //! Mounting sheets of a choice of poses. What the numbers mean is said in the template.
 
 use crate::report::html::Sweep;
-use crate::report::html::mounting::{Turned, distances_m, room_m};
-use crate::sensor::Setting;
+use crate::report::html::mounting::Turned;
+use crate::report::html::surroundings::{Surroundings, WAYS};
+use crate::sensor::{Setting, Stance};
 
 /// How to mount one sensor.
 #[derive(Debug)]
@@ -14,14 +15,19 @@ pub(in crate::report::html) struct Sheet {
 }
 
 /// A sheet for each sensor of a choice that is mounted somewhere, or set to something.
-pub(super) fn sheets(sweep: &Sweep, combination: usize, choice: usize) -> Vec<Sheet> {
+pub(super) fn sheets(
+    sweep: &Sweep,
+    surroundings: &Surroundings,
+    combination: usize,
+    choice: usize,
+) -> Vec<Sheet> {
     let asked = &sweep.study.combinations[combination];
     let candidates = asked.choice(choice);
     let members = asked.members.iter().zip(candidates);
-    members.filter_map(|(member, candidate)| sheet(sweep, member.sensor, candidate)).collect()
+    members.filter_map(|(member, candidate)| sheet(sweep, surroundings, member.sensor, candidate)).collect()
 }
 
-fn sheet(sweep: &Sweep, number: usize, candidate: usize) -> Option<Sheet> {
+fn sheet(sweep: &Sweep, surroundings: &Surroundings, number: usize, candidate: usize) -> Option<Sheet> {
     let sensor = &sweep.study.sensors[number];
     let named = &sensor.candidates[candidate];
     let text = |name: &str, value: String| (name.to_string(), value);
@@ -30,16 +36,24 @@ fn sheet(sweep: &Sweep, number: usize, candidate: usize) -> Option<Sheet> {
         (Setting::Inflation(metres), _) => vec![text("senses up to", format!("{metres:.3} m"))],
         (Setting::Pose(pose), on) => {
             let p = pose.position_m;
-            let mut lines = vec![text("position", format!("x {:.3} m, y {:.3} m, z {:.3} m", p.x, p.y, p.z))];
+            let level = sensor.kind.stance() == Stance::Level;
+            let what = if level { "corner" } else { "position" };
+            let mut lines = vec![text(what, format!("x {:.3} m, y {:.3} m, z {:.3} m", p.x, p.y, p.z))];
             match on {
                 Some(link) => lines.push(text("mounted on", format!("{}, link {}", link.object, link.link))),
                 None => {
-                    let distances = distances_m(p, room_m(&sweep.worlds[0].truth));
-                    lines.extend(distances.map(|(name, metres)| text(name, format!("{metres:.3} m"))));
+                    let objects = surroundings.objects();
+                    let found = |next: Option<(f64, usize)>| match next {
+                        Some((metres, object)) => format!("{metres:.3} m to {}", objects[object]),
+                        None => "nothing".into(),
+                    };
+                    let around = surroundings.around(p).map(found);
+                    lines.extend(WAYS.iter().zip(around).map(|(way, next)| text(way, next)));
                 }
             }
             let turned = Turned::of(&pose);
             let turns = [("pan", turned.pan_deg), ("tilt", turned.tilt_deg), ("roll", turned.roll_deg)];
+            let turns = turns.into_iter().take(if level { 1 } else { 3 });
             lines.extend(turns.map(|(name, degrees)| text(name, format!("{degrees:.1}°"))));
             lines
         }

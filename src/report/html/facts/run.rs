@@ -28,8 +28,16 @@ pub(super) fn run(sweep: &Sweep) -> Run {
         ("rules of counting", format!("version {}", manifest.get("semantics_version"))),
         ("report by", format!("perirobot {} (rules {SEMANTICS_VERSION})", env!("CARGO_PKG_VERSION"))),
         ("fingerprint", of(manifest.get("fingerprint"))),
+        ("written", written()),
     ];
     Run { lines, tables: vec![scenes(sweep), sensors(sweep), combinations(sweep), runs(sweep)] }
+}
+
+/// The day, by the clock of whoever writes the report.
+fn written() -> String {
+    chrono::DateTime::<chrono::Utc>::from(std::time::SystemTime::now())
+        .format("%Y-%m-%d, %H:%M UTC")
+        .to_string()
 }
 
 fn plain(title: &str, columns: &[&str], rows: Vec<Vec<String>>) -> Plain {
@@ -52,12 +60,13 @@ fn scenes(sweep: &Sweep) -> Plain {
             objects.collect::<Vec<_>>().join(", "),
         ]
     });
-    let columns = ["scene", "file", "moments", "voxels", "occupied", "objects"];
+    let columns = ["scene", "file", "snapshots", "voxels", "occupied", "objects"];
     plain("Cell", &columns, rows.collect())
 }
 
 fn sensors(sweep: &Sweep) -> Plain {
     let all = sweep.manifest.get("sensors").as_array();
+    let study: toml::Table = toml::from_str(&sweep.study.text).unwrap_or_default();
     let rows = all.into_iter().flatten().map(|sensor| {
         let words = sensor["representations"].as_array().into_iter().flatten().filter_map(Value::as_str);
         let text = |key: &str| sensor[key].as_str().unwrap_or_default().to_string();
@@ -67,9 +76,21 @@ fn sensors(sweep: &Sweep) -> Plain {
             sensor["poses"].to_string(),
             sensor["rays_per_pose"].to_string(),
             words.collect::<Vec<_>>().join(", "),
+            keys_of(&study, &text("name")),
         ]
     });
-    plain("Sensors", &["sensor", "kind", "poses", "rays a pose", "representations"], rows.collect())
+    let columns = ["sensor", "kind", "poses", "rays a pose", "representations", "as the study says"];
+    plain("Sensors", &columns, rows.collect())
+}
+
+/// What a study says of a sensor besides its name, its kind and where it may stand.
+fn keys_of(study: &toml::Table, name: &str) -> String {
+    let all = study.get("sensor").and_then(toml::Value::as_array).into_iter().flatten();
+    let mut tables = all.filter_map(toml::Value::as_table);
+    let table = tables.find(|table| table.get("name").and_then(toml::Value::as_str) == Some(name));
+    let told =
+        table.into_iter().flatten().filter(|(key, _)| !["name", "kind", "poses"].contains(&key.as_str()));
+    told.map(|(key, value)| format!("{key} = {value}")).collect::<Vec<_>>().join(", ")
 }
 
 fn combinations(sweep: &Sweep) -> Plain {
@@ -129,10 +150,12 @@ pub(super) fn assumed(sweep: &Sweep) -> Vec<String> {
             "A ray that leaves the grid returns from just outside: what it passed counts as free.".into(),
         );
     }
-    let moments = results.moments().len();
+    let (scenes, moments) = (results.scenes.len(), results.moments().len());
+    let of = |count: usize, what: &str| format!("{count} {what}{}", if count == 1 { "" } else { "s" });
     assumed.push(format!(
-        "The cell was looked at in {moments} moment{}; between and besides them nothing is claimed.",
-        if moments == 1 { "" } else { "s" }
+        "The cell was looked at in {}, {}; between and besides them nothing is claimed.",
+        of(scenes, "scene"),
+        of(moments, "snapshot")
     ));
     assumed
         .extend(warnings(sweep).into_iter().map(|(what, scenes)| format!("{}: {what}", scenes.join(", "))));
