@@ -62,8 +62,7 @@ function coloursSwitch() {
 /** Draws UO and UF again, with the causes that are switched on. */
 function redrawUnknown() {
   const cell = cellAt(chosen.moment), found = verdicts(cell);
-  for (const n of UNKNOWN) {
-    const shape = Object.entries(shapeOfUnknown(found, n, cell)).map(([key, value]) => [key, [value]]);
-    Plotly.restyle(element("view"), Object.fromEntries(shape), [n]);
-  }
+  const view = element("view"), shapes = UNKNOWN.map(n => shapeOfUnknown(found, n, cell));
+  const values = Object.fromEntries(Object.keys(shapes[0]).map(key => [key, shapes.map(shape => shape[key])]));
+  deaf(view, () => Plotly.restyle(view, values, UNKNOWN));
 }

@@ -98,7 +98,16 @@ function mesh(voxels, wanted, { size, origin }) {
   return x.length ? { x, y, z, i, j, k } : speck({ origin });
 }
 
-/** A triangle that nobody sees: plotly.js fails where the mouse is over a mesh without any. */
+/** While a view changes it does not heed the mouse: until it is drawn, plotly.js looks for what was there before, and fails. */
+let changes = 0;
+async function deaf(plot, change) {
+  changes++;
+  plot.style.pointerEvents = "none";
+  await change();
+  setTimeout(() => { if (--changes === 0) plot.style.pointerEvents = ""; }, 500);
+}
+
+/** A triangle that nobody sees, for a layer that is empty. */
 const speck = ({ origin }) => {
   const [x, y, z] = times(origin, data.voxel_size_m).map(value => [value, value, value]);
   return { x, y, z, i: [0], j: [1], k: [2] };
@@ -150,7 +159,8 @@ async function drawCell(isAnotherPose) {
   const rest = found ? cell.truth.map((what, i) => cell.regions[chosen.region][i] ? 0 : what) : cell.truth;
   LAYERS.slice(VERDICTS, -1).forEach((layer, n) => traces.push(surface(layer, mesh(rest, n + 1, cell))));
   traces.push(...sensorTraces(cell));
-  await Plotly.react(element("view"), traces, { ...LAYOUT, margin: { l: 0, r: 0, t: 0, b: 0 }, showlegend: false, scene: { ...SCENE, uirevision: 1 } }, CONFIG);
+  const view = element("view"), layout = { ...LAYOUT, margin: { l: 0, r: 0, t: 0, b: 0 }, showlegend: false, scene: { ...SCENE, uirevision: 1 } };
+  await deaf(view, () => Plotly.react(view, traces, layout, CONFIG));
   counts(found);
   noteOf(found, labelled);
   drawMoments(all, labelled);
@@ -217,7 +227,7 @@ function makeLayers() {
     box.addEventListener("change", () => {
       layer.on = box.checked;
       const traces = n < LAYERS.length - 1 ? [n] : element("view").data.map((_, i) => i).slice(LAYERS.length - 1);
-      Plotly.restyle(element("view"), { visible: layer.on }, traces);
+      deaf(element("view"), () => Plotly.restyle(element("view"), { visible: layer.on }, traces));
     });
     const colour = made("i", {});
     colour.style.background = layer.colour;
