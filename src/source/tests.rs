@@ -119,6 +119,8 @@ fn a_file_that_differs_in_case_is_named() {
     let sources = Sources::beside(&study.join("study.toml"));
     let namesake = "; there is \"a.stl\": upper and lower case are told apart";
     refused(sources.bytes(&study.join("parts/A.STL")), &["A.STL: cannot be read: ", namesake]);
+    fs::write(study.join("Hall.stl"), "").unwrap();
+    refused(sources.bytes(&study.join("hall.stl")), &["there is \"Hall.stl\""]);
     let silent = |path: &Path| !sources.bytes(path).unwrap_err().to_string().contains("there is");
     assert!(silent(&study.join("parts/b.stl")));
     assert!(silent(&study.join("../SECRET.toml")), "of other folders nothing is told");
