@@ -106,7 +106,7 @@ impl Sources {
 
     fn read(&self, path: &Path, most_bytes: u64) -> Result<Vec<u8>> {
         let unreadable = |source| Error::io(path, "cannot be read", source);
-        let place = path.canonicalize().map_err(unreadable)?;
+        let place = path.canonicalize().map_err(|e| self.with_namesake(path, unreadable(e)))?;
         self.refuse_outside(path, &place)?;
         // Opening a pipe would wait for its writer, so what it is, is asked first; and again of what was opened.
         check(path, &place.metadata().map_err(unreadable)?, most_bytes)?;
@@ -124,6 +124,24 @@ impl Sources {
         self.note(path, place, &bytes)?;
         tracing::info!("read {}: {} bytes", path.display(), bytes.len());
         Ok(bytes)
+    }
+
+    /// The error for a file that is not there, with the one beside it that differs in upper and lower case only.
+    fn with_namesake(&self, path: &Path, error: Error) -> Error {
+        let namesake = || {
+            let (name, folder) = (path.file_name()?.to_str()?.to_lowercase(), folder_of(path));
+            self.refuse_outside(path, &folder.canonicalize().ok()?).ok()?;
+            let names = std::fs::read_dir(folder)
+                .ok()?
+                .filter_map(|entry| entry.ok()?.file_name().into_string().ok());
+            names.filter(|other| other.to_lowercase() == name).min()
+        };
+        match namesake() {
+            Some(other) => {
+                Error::Input(format!("{error}; there is {other:?}: upper and lower case are told apart"))
+            }
+            None => error,
+        }
     }
 
     /// `place` is where the path leads when all links are followed, so that none leads out.

@@ -171,12 +171,19 @@ fn things_that_are_missing_or_twice() {
         ),
         (STUDY, "resolution_deg = [8, 12]", "resolution_deg = 8\nrings_deg = [1]", "elevations given twice"),
         (STUDY, "fov_deg = [360, 90]", "fov_deg = 360", "no elevations"),
+        (STUDY, "fov_deg = [360, 90]", "fov_deg = [270, 0]", "as in fov_deg = 270 and rings_deg = [0]"),
         (SCENE, program::SCENE, "", "no object"),
         (SCENE, "name = \"ball\"", "name = \"arm\"", "two objects are named \"arm\""),
         (SCENE, "name = \"ball\"", "name = \"\"", "one of the objects has an empty name"),
         (SCENE, "sphere = { radius_m = 0.12 }", "", "object \"ball\": no surface: give one of"),
         (SCENE, "sphere = {", "box = { size_m = [1, 1, 1] }\nsphere = {", "object \"ball\": both"),
         (SCENE, "sphere = {", "unit = \"mm\"\nsphere = {", "object \"ball\": unit and up belong"),
+        (
+            SCENE,
+            "sphere = {",
+            "unit = \"mm\"\nmesh = \"a.glb\"\n#",
+            "exported again in metres, or as .stl with unit = \"mm\"",
+        ),
         (SCENE, "sphere = {", "nodes = [{ match = \"*\" }]\nsphere = {", "object \"ball\": nodes belong"),
         (SCENE, "room = {", "interior = \"free\"\nroom = {", "object \"walls\": interior does not belong"),
         (
@@ -336,4 +343,32 @@ fn outputs_and_arguments() {
     let outcome = perirobot(&["voxelize", text(&scene), "--out", text(&below)]);
     assert_eq!(outcome.code, Some(2));
     assert!(outcome.stderr.contains("no/cell.bt: cannot be written"), "{}", outcome.stderr);
+}
+
+/// A file of the other kind, or a folder.
+#[test]
+fn files_of_another_kind_are_known_by_their_keys() {
+    let folder = Folder::new();
+    let said = |arguments: &[&str]| {
+        let outcome = perirobot(arguments);
+        assert_eq!(outcome.code, Some(2), "{}", outcome.stderr);
+        outcome.stderr
+    };
+    let (study, scene, home) = (folder.path(STUDY), folder.path(SCENE), folder.path(""));
+    let (picture, map) = (folder.path("cell.png"), folder.path("cell.bt"));
+    let is_scene = "cell.toml: this looks like a scene file: name the study that lists it";
+    let is_study = "study.toml: this looks like a study: name a scene file that it lists";
+    for (arguments, expected) in [
+        (&["check", text(&scene)][..], is_scene),
+        (&["render", text(&scene), "--out", text(&picture)], is_scene),
+        (&["voxelize", text(&study), "--out", text(&map)], is_study),
+        (&["check", text(&home)], "is a folder: name a study (.toml)"),
+        (&["render", text(&home), "--out", text(&picture)], "is a folder: name a study (.toml)"),
+        (&["voxelize", text(&home), "--out", text(&map)], "is a folder: name a scene file (.toml)"),
+    ] {
+        let said = said(arguments);
+        assert!(said.contains(expected), "{arguments:?}: no {expected:?} in {said}");
+        assert!(!said.contains("unknown field"), "{said}");
+    }
+    wrong(STUDY, "file = \"cell.toml\"", "file = \"study.toml\"", &[is_study]);
 }

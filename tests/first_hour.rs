@@ -34,8 +34,9 @@ fn init_writes_a_study_that_is_checked_and_swept() {
     let home = folder.path().join("new/cell");
     let outcome = perirobot(&["init", text(&home)]);
     assert_eq!(outcome.code, Some(0), "{}", outcome.stderr);
-    for next in ["perirobot check ", "perirobot sweep ", "perirobot summary "] {
-        assert!(outcome.stdout.contains(next), "{}", outcome.stdout);
+    for next in ["check", "sweep", "summary", "why", "report"] {
+        let next = format!("\n  perirobot {next} ");
+        assert!(outcome.stdout.contains(&next), "{}", outcome.stdout);
     }
     assert_eq!(program::names(&home), ["cell.toml", "operator.csv", "robot.urdf", "schemas", "study.toml"]);
     for (file, schema) in [("study.toml", "study"), ("cell.toml", "scene")] {
@@ -86,12 +87,13 @@ fn check_says_what_a_study_contains() {
         "  camera  rgbd         144 rays at each of 8 poses, read as points",
         // 360 / 8 columns of ⌈90 / 12⌉ rays.
         "  lidar   lidar        360 rays at each of 3 poses, read as points",
+        "    poses wall/0/0 to wall/2/1, random/0 to random/1",
+        "    poses posts/upright to posts/corner",
         "  11 scene-poses, each snapshot and repeat for itself; 33 rows of results",
         "rays of \"camera\" at 8 poses: ",
         "rays of \"lidar\" at 3 poses: ",
         "estimate: ",
         "memory: ",
-        "no problems",
     ] {
         assert!(outcome.stdout.contains(line), "no {line:?} in {}", outcome.stdout);
     }
@@ -107,18 +109,23 @@ fn check_says_what_a_study_contains() {
 fn check_names_the_cure_where_most_rays_do_not_return() {
     for (file, from, to, expected) in [
         (STUDY, "near_ignore_m = 0.05", "", "% return"),
-        (STUDY, "range_m = [0.2, 3.0]", "range_m = [2.9, 3.0]", "most are blind: something stands nearer"),
+        (
+            STUDY,
+            "range_m = [0.2, 3.0]",
+            "range_m = [2.9, 3.0]",
+            "most rays are blind: something stands nearer",
+        ),
         (
             STUDY,
             "range_m = [0.2, 3.0]",
             "range_m = [0.01, 0.11]",
-            "most find nothing within range_m's second number",
+            "most rays find nothing within range_m's second number",
         ),
         (
             SCENE,
             "room = { size_m = [2.4, 1.8, 1.6] }",
             "plane = { size_m = [2.4, 1.8] }",
-            "most leave the grid",
+            "most rays leave the grid",
         ),
     ] {
         let folder = Folder::new();
@@ -129,8 +136,39 @@ fn check_names_the_cure_where_most_rays_do_not_return() {
         }
         let outcome = check(&folder, &[]);
         assert_eq!(outcome.code, Some(0), "{}", outcome.stderr);
-        assert!(outcome.stdout.contains(expected), "no {expected:?} in {}", outcome.stdout);
+        let advice = format!("warning: sensor \"camera\": {expected}");
+        assert!(
+            expected == "% return" || outcome.stderr.contains(&advice),
+            "no {advice:?} in {}",
+            outcome.stderr
+        );
     }
+}
+
+/// "no problems" is said where nothing was said before.
+#[test]
+fn check_ends_with_what_it_found() {
+    let folder = Folder::new();
+    let ends = |more: &[&str]| {
+        let outcome = check(&folder, more);
+        assert_eq!(outcome.code, Some(0), "{}", outcome.stderr);
+        let warnings = outcome.stderr.lines().filter(|line| line.starts_with("warning: ")).count();
+        (warnings, outcome.stdout.lines().last().unwrap().to_string())
+    };
+    // The floor cuts the ball around the arm's foot and the operator's box.
+    assert_eq!(ends(&[]), (2, "no errors; 2 warnings above".into()));
+    folder.edit(STUDY, "margin_m = 0.2", "margin_m = 0.02");
+    assert_eq!(ends(&[]), (1, "no errors; 1 warning above".into()));
+    folder.edit(
+        STUDY,
+        "center_m = [0.2, 0.3, 0.4], radius_m = 0.6",
+        "center_m = [0.2, 0.3, 0.7], radius_m = 0.5",
+    );
+    assert_eq!(ends(&[]), (0, "no problems".into()));
+    folder.edit(STUDY, "range_m = [0.2, 3.0]", "range_m = [2.9, 3.0]");
+    folder.edit(STUDY, "range_m = [0.1, 5.0]", "range_m = [2.9, 3.0]");
+    assert_eq!(ends(&[]), (2, "no errors; 2 warnings above".into()), "both see nothing");
+    assert_eq!(ends(&["--poses", "0"]), (0, "no problems".into()), "nothing is cast");
 }
 
 /// Every error of a study and its scene at once: those of the files' own spelling, and those of what they say.

@@ -75,7 +75,7 @@ fn a_warning_is_given_once_for_all_snapshots() {
     assert_eq!(outcome.code, Some(0), "{}", outcome.stderr);
     for warning in [
         "no object has role = \"human\"",
-        "region \"robot\": 7.5 % of it lies outside the grid and is not counted\n",
+        "region \"robot\": 7.5 % of it lies outside the grid (below) and is not counted: no loss",
     ] {
         assert_eq!(outcome.stderr.matches(warning).count(), 1, "{}", outcome.stderr);
     }

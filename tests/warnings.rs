@@ -83,6 +83,47 @@ fn a_mesh_in_millimetres() {
 }
 
 #[test]
+fn an_object_of_less_than_a_voxel() {
+    let edit = |mm: &str| {
+        let folder = Folder::new();
+        folder.edit(
+            "cell.toml",
+            "sphere = { radius_m = 0.12 }",
+            &format!("box = {{ size_m = [{mm}, 0.01, 0.01] }}"),
+        );
+        warnings(&folder).into_iter().filter(|w| w.contains("ball")).collect::<Vec<_>>()
+    };
+    let [told] = &edit("0.0812")[..] else { panic!("one warning") };
+    assert!(
+        told.contains("object \"ball\" is 81.2 mm long, less than a voxel: is its unit right?"),
+        "{told}"
+    );
+    assert_eq!(edit("0.101"), Vec::<String>::new());
+}
+
+#[test]
+fn a_part_beside_which_all_others_are_tiny() {
+    let folder = Folder::new();
+    folder.write("knob.stl", stl_box([15.0, 15.0, 10.0], 0));
+    let ball = "sphere = { radius_m = 0.12 }";
+    let edits = [BOUNDS, ("cell.toml", ball, "mesh = \"knob.stl\"")];
+    let expected = ["object \"ball\" is 30.0 m long, and no other is longer than 2.4 m", "unit = \"mm\""];
+    check(&folder, &edits, &expected);
+    folder.edit("cell.toml", "mesh =", "unit = \"mm\"\nmesh =");
+    assert!(!warnings(&folder).iter().any(|w| w.contains("is 30.0 m long")));
+    // What is written in metres is meant so, and a hall may stand beside something long.
+    let quiet = |surface: &str, more: &str| {
+        let folder = Folder::new();
+        folder.write("knob.stl", stl_box([15.0, 15.0, 10.0], 0));
+        folder.edit(BOUNDS.0, BOUNDS.1, BOUNDS.2);
+        folder.edit("cell.toml", ball, &format!("{surface}\n{more}"));
+        !warnings(&folder).iter().any(|w| w.contains("is its unit right?"))
+    };
+    assert!(quiet("box = { size_m = [30, 30, 20] }", ""));
+    assert!(quiet("mesh = \"knob.stl\"", "[[object]]\nname = \"rail\"\nbox = { size_m = [7, 0.3, 0.3] }"));
+}
+
+#[test]
 fn a_leaky_mesh_asked_to_be_solid() {
     let folder = Folder::new();
     let ball = "sphere = { radius_m = 0.12 }";
@@ -97,7 +138,14 @@ fn a_leaky_mesh_asked_to_be_solid() {
 #[test]
 fn a_region_that_the_grid_cuts() {
     let edit = ("study.toml", "max_m = [0.5,", "max_m = [2.9,");
-    check(&Folder::new(), &[edit], &["region \"box\"", "% of it lies outside the grid and is not counted"]);
+    let share = "% of it lies outside the grid (towards +x) and is not counted";
+    let cure =
+        ": no loss if the cell ends there; if not, set bounds_m of [grid], or make the region smaller there";
+    check(&Folder::new(), &[edit], &["region \"box\"", share, cure]);
+    // A person's box has a margin, and the bounds are there already.
+    let margin = ("study.toml", "margin_m = 0.2", "margin_m = 0.4");
+    let cure = "; if not, widen bounds_m of [grid], or take a smaller margin_m";
+    check(&Folder::new(), &[BOUNDS, margin], &["region \"human\"", "grid (below, towards -y) and", cure]);
 }
 
 #[test]

@@ -14,10 +14,11 @@ use super::study::StudyArgs;
 /// Say what a study contains, what is wrong with it, and how long it would take
 ///
 /// Reads the study, its scenes and all meshes, and lists scenes, objects, regions, sensors, poses and rows of results.
-/// Casts a few poses of each sensor, and says how many of their rays return, end too near, too far, or leave the grid, with
-/// the cure where most do. Times a few more on the backend that would sweep.
+/// Casts a few poses of each sensor, and says how many of their rays return, end too near, too far, or leave the grid; where
+/// most do not return it warns, with the cure. Times a few more on the backend that would sweep.
 ///
-/// All that is wrong is listed at once, as far as one thing can be judged without another; then the exit code is 2.
+/// All that is wrong is listed at once, as far as one thing can be judged without another; then the exit code is 2. With
+/// warnings only it is 0.
 #[derive(clap::Args)]
 #[command(after_help = "\
 Examples:
@@ -40,7 +41,8 @@ pub(super) fn run(args: &Args) -> Result<ExitCode> {
         Err(problems) => return Ok(refuse(&problems)),
     };
     super::print(&contents::tables(&study, &worlds))?;
-    super::warn(worlds.iter().map(|world| (world.name.as_str(), world.warnings.as_slice())));
+    let mut warnings =
+        super::warn(worlds.iter().map(|world| (world.name.as_str(), world.warnings.as_slice())));
     if !problems.is_empty() {
         return Ok(refuse(&problems));
     }
@@ -48,6 +50,7 @@ pub(super) fn run(args: &Args) -> Result<ExitCode> {
         let mut backend = args.backend.open()?;
         let ends = sample::ends(&study, &worlds, args.poses, backend.as_mut())?;
         super::print(&rays(&study, &ends))?;
+        warnings += advise(&study, &ends);
         let seconds = sample::seconds(&study, &worlds, backend.as_mut())?;
         super::print(&format!(
             "estimate: {} on {} ({}), by a few poses; scenes are ready by then\n",
@@ -56,8 +59,17 @@ pub(super) fn run(args: &Args) -> Result<ExitCode> {
             backend.device()
         ))?;
     }
-    super::print(&format!("{}\nno problems\n", contents::room(&study, args.backend.memory())))?;
+    super::print(&format!("{}\n{}\n", contents::room(&study, args.backend.memory()), verdict(warnings)))?;
     Ok(ExitCode::SUCCESS)
+}
+
+/// The last line of a study without errors.
+fn verdict(warnings: usize) -> String {
+    match warnings {
+        0 => "no problems".into(),
+        1 => "no errors; 1 warning above".into(),
+        more => format!("no errors; {more} warnings above"),
+    }
 }
 
 /// Prints every problem for itself.
@@ -68,7 +80,7 @@ fn refuse(problems: &[Error]) -> ExitCode {
     ExitCode::from(2)
 }
 
-/// How the rays of each sensor end, and what to do where most do not return.
+/// How the rays of each sensor end.
 fn rays(study: &Study, ends: &[Ends]) -> String {
     let mut text = String::new();
     for (sensor, ends) in study.sensors.iter().zip(ends).filter(|(_, ends)| ends.rays() > 0) {
@@ -82,11 +94,15 @@ fn rays(study: &Study, ends: &[Ends]) -> String {
             percent(ends.too_far),
             percent(ends.left)
         );
-        if let Some(cure) = cure(study, ends) {
-            text += &format!("  {cure}\n");
-        }
     }
     if text.is_empty() { text } else { text + "\n" }
+}
+
+/// Warns of each sensor of which most rays do not return, with what to do; how many there are.
+fn advise(study: &Study, ends: &[Ends]) -> usize {
+    let cures =
+        study.sensors.iter().zip(ends).filter_map(|(sensor, ends)| Some((sensor, cure(study, ends)?)));
+    cures.map(|(sensor, cure)| say!("warning: sensor {:?}: {cure}", sensor.name)).count()
 }
 
 /// What to do about the end that most rays have.
@@ -94,15 +110,15 @@ fn cure(study: &Study, ends: &Ends) -> Option<&'static str> {
     let most = |some: u64| 2 * some > ends.rays();
     match ends {
         Ends { too_near, .. } if most(*too_near) => Some(
-            "most are blind: something stands nearer than range_m's first number; move the poses away from it, or, if it is \
+            "most rays are blind: something stands nearer than range_m's first number; move the poses away from it, or, if it is \
              the sensor's own housing, write near_ignore_m",
         ),
         Ends { too_far, .. } if most(*too_far) => Some(
-            "most find nothing within range_m's second number and say nothing: move the poses nearer, take a sensor with a \
+            "most rays find nothing within range_m's second number and say nothing: move the poses nearer, take a sensor with a \
              longer range, or, if it certifies what is empty, write no_return = \"free\"",
         ),
         Ends { left, .. } if most(*left) && !study.backdrop => Some(
-            "most leave the grid without a hit and say nothing: model floor and walls (an object with room = { size_m = ... \
+            "most rays leave the grid without a hit and say nothing: model floor and walls (an object with room = { size_m = ... \
              }), or write outside = \"backdrop\" in [grid] if something beyond it returns them; are the poses turned the \
              right way?",
         ),

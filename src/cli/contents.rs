@@ -1,6 +1,7 @@
 //! What a study contains, as tables for `perirobot check`. Which of it is wrong is not known here.
 
 use perirobot::backend::MEMORY_BYTES;
+use perirobot::sensor::Sensor;
 use perirobot::study::Study;
 use perirobot::sweep::{World, layout_of, tables as tables_of_rays};
 use perirobot::voxel::{ObjectVoxels, Truth};
@@ -83,8 +84,21 @@ fn sensors(study: &Study) -> String {
             sensor.candidates.len(),
             sensor.kind.representations().join(", ")
         );
+        text += &poses(sensor);
     }
     text + "\n"
+}
+
+/// The names of a sensor's poses: the first and the last of each group.
+fn poses(sensor: &Sensor) -> String {
+    let groups = sensor.candidates.chunk_by(|a, b| a.group == b.group);
+    let names = groups.filter_map(|group| match group {
+        [] => None,
+        [one] => Some(one.name.clone()),
+        [first, .., last] => Some(format!("{} to {}", first.name, last.name)),
+    });
+    let names: Vec<String> = names.filter(|name| !name.is_empty()).collect();
+    if names.is_empty() { String::new() } else { format!("    poses {}\n", names.join(", ")) }
 }
 
 fn combinations(study: &Study) -> String {

@@ -51,6 +51,8 @@ pub(super) fn run(args: &Args) -> Result<ExitCode> {
          \x20 perirobot check {folder}/study.toml                   what it contains, and how long it takes\n\
          \x20 perirobot sweep {folder}/study.toml --out {folder}/out       score all poses\n\
          \x20 perirobot summary {folder}/out                        the tables behind the best\n\
+         \x20 perirobot why {folder}/out                            what the best poses miss, and why\n\
+         \x20 perirobot report {folder}/out                         all of it as one page, with a 3D view\n\
          Then change {folder}/study.toml and {folder}/cell.toml: every line says what it is for.\n",
         files.len()
     ))?;

@@ -140,8 +140,8 @@ fn harmless(text: &str) -> String {
     text.chars().map(spelt).collect()
 }
 
-/// Prints each different warning once, with the scenes that have it.
-fn warn<'a>(scenes: impl Iterator<Item = (&'a str, &'a [String])>) {
+/// Prints each different warning once, with the scenes that have it; how many there were.
+fn warn<'a>(scenes: impl Iterator<Item = (&'a str, &'a [String])>) -> usize {
     let mut all: Vec<(&str, Vec<&str>)> = Vec::new();
     for (scene, warnings) in scenes {
         for warning in warnings {
@@ -151,9 +151,10 @@ fn warn<'a>(scenes: impl Iterator<Item = (&'a str, &'a [String])>) {
             }
         }
     }
-    for (warning, scenes) in all {
+    for (warning, scenes) in &all {
         say!("warning: {}: {warning}", scenes.join(", "));
     }
+    all.len()
 }
 
 /// Writes to standard output; a reader that went away (`| head`) is no failure.

@@ -25,7 +25,8 @@ use super::study::StudyArgs;
 pub(super) struct Args {
     #[command(flatten)]
     study: StudyArgs,
-    /// Which poses, as in the column `poses` of results.csv [default: none, the cell alone]
+    /// Which poses, sensor:pose as `perirobot check` lists them, or as in the column `poses` of results.csv [default: none, the
+    /// cell alone]
     #[arg(long, value_name = "POSES")]
     pose: Option<String>,
     #[command(flatten)]

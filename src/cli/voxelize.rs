@@ -54,8 +54,7 @@ pub(super) fn run(args: &Args) -> Result<ExitCode> {
     }
     let snapshots = build(&spec, &sources, args.voxel_size)?;
     let extent = voxels::scene_extent(&snapshots, args.voxel_size).map_err(in_scene)?;
-    let too_large = |e| Error::Input(format!("{e}{}", voxels::largest_object(&snapshots)));
-    let grid = voxels::grid_over(&extent, args.voxel_size).map_err(too_large).map_err(in_scene)?;
+    let grid = voxels::grid_over_all(&extent, args.voxel_size, &snapshots).map_err(in_scene)?;
     let keys = (0..3).flat_map(|r| [grid.origin[r], grid.origin[r] + grid.size[r] as i32 - 1]);
     if keys.into_iter().any(|key| !octomap::KEYS.contains(&key)) {
         let farthest = octomap::KEYS.end as f64 * args.voxel_size;

@@ -114,6 +114,19 @@ fn only_regular_files_of_a_sane_size_are_opened() {
 }
 
 #[test]
+fn a_file_that_differs_in_case_is_named() {
+    let (_all, study) = folders();
+    let sources = Sources::beside(&study.join("study.toml"));
+    let namesake = "; there is \"a.stl\": upper and lower case are told apart";
+    refused(sources.bytes(&study.join("parts/A.STL")), &["A.STL: cannot be read: ", namesake]);
+    fs::write(study.join("Hall.stl"), "").unwrap();
+    refused(sources.bytes(&study.join("hall.stl")), &["there is \"Hall.stl\""]);
+    let silent = |path: &Path| !sources.bytes(path).unwrap_err().to_string().contains("there is");
+    assert!(silent(&study.join("parts/b.stl")));
+    assert!(silent(&study.join("../SECRET.toml")), "of other folders nothing is told");
+}
+
+#[test]
 fn a_file_that_changes_between_two_reads_is_refused() {
     let (_all, study) = folders();
     let (sources, part) = (Sources::beside(&study.join("study.toml")), study.join("parts/a.stl"));

@@ -3,8 +3,8 @@
 use wildmatch::WildMatch;
 
 use super::Place;
-use super::Problems;
 use super::file::CombinationFile;
+use super::{Problems, slug};
 use crate::backend::Fusion;
 use crate::sensor::Sensor;
 use crate::{Error, Result};
@@ -180,13 +180,28 @@ fn one(at: &Place, entry: CombinationFile, fusion: Fusion, sensors: &[Sensor]) -
     Ok(Combination { name, fusion: entry.fusion.unwrap_or(fusion), members })
 }
 
+/// A pattern whose group is spelled as the study does, `south wall/*`, in the spelling of names.
+fn with_slug(pattern: &str) -> String {
+    match pattern.split_once('/') {
+        Some((group, rest)) if !group.contains(['*', '?']) => format!("{}/{rest}", slug(group)),
+        _ => pattern.into(),
+    }
+}
+
 /// The candidates that some pattern names, or all without patterns.
 fn subset(at: &Place, sensor: &Sensor, patterns: Option<&Vec<String>>) -> Result<Vec<usize>> {
     let all = 0..sensor.candidates.len();
     let Some(patterns) = patterns else { return Ok(all.collect()) };
     let at = at.key("poses");
-    let matches: Vec<WildMatch> = patterns.iter().map(|pattern| WildMatch::new(pattern)).collect();
     let names = |candidate: usize| sensor.candidates[candidate].name.as_str();
+    let matching = |pattern: &String| {
+        let as_is = WildMatch::new(pattern);
+        match all.clone().any(|candidate| as_is.matches(names(candidate))) {
+            true => as_is,
+            false => WildMatch::new(&with_slug(pattern)),
+        }
+    };
+    let matches: Vec<WildMatch> = patterns.iter().map(matching).collect();
     for (pattern, matcher) in patterns.iter().zip(&matches) {
         if !all.clone().any(|candidate| matcher.matches(names(candidate))) {
             let rule = format!("names no pose; those of {:?} are like {:?}", sensor.name, names(0));
@@ -197,4 +212,27 @@ fn subset(at: &Place, sensor: &Sensor, patterns: Option<&Vec<String>>) -> Result
         all.filter(|&candidate| matches.iter().any(|matcher| matcher.matches(names(candidate)))).collect();
     at.some(&sensor.name, &chosen, "camera = [\"ceiling/*\"]")?;
     Ok(chosen)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::study::{Overrides, Study};
+    use std::path::Path;
+
+    #[test]
+    fn groups_of_poses_may_be_spelled_as_in_the_study() {
+        let quick = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/quick.toml");
+        let study = Study::load(&quick, &Overrides::default()).unwrap();
+        let at = Place { file: &quick, prefix: String::new() };
+        let chosen = |pattern: &str| subset(&at, &study.sensors[0], Some(&vec![pattern.into()]));
+        // Ten positions with two orientations each come before the ceiling.
+        assert_eq!(chosen("right wall/*").unwrap(), (0..20).collect::<Vec<_>>());
+        assert_eq!(chosen("Right wall/?/1").unwrap(), chosen("right-wall/?/1").unwrap());
+        assert_eq!(chosen("*wall/4/0").unwrap(), [8]);
+        for wrong in ["right wall", "left wall/*", "Right*/0/0"] {
+            let error = chosen(wrong).unwrap_err().to_string();
+            assert!(error.contains(&format!("camera = {wrong:?}: names no pose")), "{error}");
+        }
+    }
 }

@@ -90,7 +90,9 @@ impl Study {
     /// The same, but all that is wrong is told, as far as one thing can be judged without another.
     pub fn examine(path: &Path, overrides: &Overrides, sources: Sources) -> Result<Study, Vec<Error>> {
         let mut problems = Problems::default();
+        refuse_folder(path, "a study").map_err(|e| vec![e])?;
         let Some(text) = problems.keep(sources.text(path)) else { return Err(all(problems)) };
+        refuse_scene(path, &text).map_err(|e| vec![e])?;
         let file: Option<StudyFile> = parse_in_parts(path, &text, &LISTS, &mut problems);
         let Some(file) = file else { return Err(all(problems)) };
         let is_whole = problems.is_empty();
@@ -146,6 +148,31 @@ impl Study {
             repeats,
             sources,
         })
+    }
+}
+
+/// Refuses what is a scene by its keys.
+fn refuse_scene(path: &Path, text: &str) -> Result<()> {
+    let keys = top_keys(text);
+    match keys.contains_key("object") && !["scene", "sensor"].iter().any(|key| keys.contains_key(*key)) {
+        true => Err(Error::input(
+            path.display(),
+            "this looks like a scene file: name the study that lists it, with [[scene]]",
+        )),
+        false => Ok(()),
+    }
+}
+
+/// What stands at the top of a file; nothing of one that cannot be read at all.
+fn top_keys(text: &str) -> toml::Table {
+    toml::from_str(text).unwrap_or_default()
+}
+
+/// Refuses a folder where a file of some kind is wanted.
+fn refuse_folder(path: &Path, wanted: &str) -> Result<()> {
+    match path.is_dir() {
+        true => Err(Error::input(path.display(), format!("is a folder: name {wanted} (.toml)"))),
+        false => Ok(()),
     }
 }
 
@@ -342,7 +369,7 @@ fn only_one<T>(at: &Place, what: &str, choices: Vec<(&str, Option<T>)>) -> Resul
 }
 
 /// A name as it stands in tables: lower case, letters and digits, everything else one hyphen.
-fn slug(name: &str) -> String {
+pub(crate) fn slug(name: &str) -> String {
     let plain: String =
         name.chars().map(|c| if c.is_alphanumeric() { c.to_ascii_lowercase() } else { '-' }).collect();
     plain.split('-').filter(|part| !part.is_empty()).collect::<Vec<_>>().join("-")

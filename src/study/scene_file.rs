@@ -14,7 +14,7 @@ use super::file::Quaternion;
 use super::problems::{Problems, parse_in_parts, reads};
 use super::urdf::{UrdfFile, UrdfSpec};
 use super::value::{exactly, exactly_if_given};
-use super::{Place, only_one};
+use super::{Place, only_one, refuse_folder, top_keys};
 use crate::scene::urdf::Geometry;
 use crate::scene::{Interior, Optical, Role};
 use crate::sensor::pose::{Frame, Pose, from_rpy};
@@ -23,6 +23,10 @@ use crate::{Error, Result};
 pub use snapshots::MotionSpec;
 use snapshots::SnapshotsFile;
 pub use spec::{NodeRule, ObjectSpec, SceneSpec, SurfaceSpec};
+
+/// What to say of `unit` and `up` beside anything else.
+pub(super) const STL_ONLY: &str = "unit and up belong to an .stl mesh: glTF is always metres and turned to z-up by itself; a file \
+                                   in millimetres has to be exported again in metres, or as .stl with unit = \"mm\"";
 
 /// A cell: the objects in it.
 #[derive(Deserialize, JsonSchema)]
@@ -171,11 +175,13 @@ impl SceneSpec {
 
     /// Reads and checks a scene file; the meshes it names are read later.
     pub fn load(path: &Path, sources: &Sources) -> Result<SceneSpec> {
+        refuse_folder(path, "a scene file")?;
         SceneSpec::parse(path, sources.text(path)?).map_err(Error::first)
     }
 
     /// Checks the text of a scene file, every object of it.
     pub(super) fn parse(path: &Path, text: String) -> Result<SceneSpec, Vec<Error>> {
+        refuse_study(path, &text).map_err(|e| vec![e])?;
         let mut problems = Problems::default();
         let lists = [("object", reads::<ObjectFile> as _)];
         let file: Option<SceneFile> = parse_in_parts(path, &text, &lists, &mut problems);
@@ -195,6 +201,20 @@ impl SceneSpec {
             path.file_stem().map_or_else(|| "scene".into(), |stem| stem.to_string_lossy().into_owned());
         let snapshots = snapshots::count(&at, &objects).map_err(|e| vec![e])?;
         Ok(SceneSpec { path: path.into(), text, name, snapshots, objects })
+    }
+}
+
+/// Refuses what is a study by its keys.
+fn refuse_study(path: &Path, text: &str) -> Result<()> {
+    let keys = top_keys(text);
+    match ["scene", "region", "sensor"].iter().any(|key| keys.contains_key(*key))
+        && !keys.contains_key("object")
+    {
+        true => Err(Error::input(
+            path.display(),
+            "this looks like a study: name a scene file that it lists, with [[object]]",
+        )),
+        false => Ok(()),
     }
 }
 
@@ -247,9 +267,7 @@ fn object(at: &Place, entry: ObjectFile, default_interior: Interior) -> Result<O
     let surface = only_one(at, "surface", choices)??;
 
     if !matches!(surface, SurfaceSpec::Stl { .. }) && (entry.unit.is_some() || entry.up.is_some()) {
-        return Err(
-            at.says("unit and up belong to an .stl mesh: glTF is always metres and turned to z-up by itself")
-        );
+        return Err(at.says(STL_ONLY));
     }
     if !matches!(surface, SurfaceSpec::Gltf(_)) && !entry.nodes.is_empty() {
         return Err(at.says("nodes belong to a .glb or .gltf mesh"));

@@ -261,8 +261,7 @@ fn grid(
     let key = |p: DVec3| Grid::cell_of(at_world.position_q16(p));
     let one = |p: DVec3| Window::between(key(p), key(p));
     let Some([min, max]) = study.bounds_m else {
-        voxelize::grid_over(surfaces, size_m)
-            .map_err(|e| Error::Input(format!("{e}{}", voxelize::largest_object(snapshots))))?;
+        voxelize::grid_over_all(surfaces, size_m, snapshots)?;
         let each = settings.iter().flat_map(|snapshot| study.sensors.iter().zip(snapshot));
         let all = each.flat_map(|(sensor, all)| all.iter().filter_map(|setting| position(sensor, setting)));
         let all = all.fold(*surfaces, |all, p| all.union(&one(p)));

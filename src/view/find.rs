@@ -1,6 +1,6 @@
 //! From names, as a user reads them in results.csv, to what they stand for in a study.
 
-use super::Choice;
+use super::{Choice, names};
 use crate::study::Study;
 use crate::sweep::World;
 use crate::sweep::compare::{self, select_choices};
@@ -32,15 +32,27 @@ pub fn find<'w>(study: &Study, worlds: &'w [World], wanted: &Wanted) -> Result<(
         let names: Vec<_> = study.combinations.iter().map(|combination| combination.name.as_str()).collect();
         return Err(unknown("--combination", wanted.combination.as_deref(), &names));
     }
-    let combinations = study.combinations.iter().enumerate().filter(|(_, c)| asked(&c.name));
-    let mut found = combinations.filter_map(|(number, combination)| {
-        Some((number, *select_choices(&named, study, combination).first()?))
+    let combinations: Vec<_> =
+        study.combinations.iter().enumerate().filter(|(_, c)| asked(&c.name)).collect();
+    let mut found = combinations.iter().filter_map(|(number, combination)| {
+        let as_written = || {
+            let spelled = names::spelled(study, combination, &wanted.poses)?;
+            select_choices(&compare::Selection::Named(spelled), study, combination).first().copied()
+        };
+        Some((*number, select_choices(&named, study, combination).first().copied().or_else(as_written)?))
     });
     let (combination, choice) = found.next().ok_or_else(|| {
-        let combination = study.combinations.iter().find(|c| asked(&c.name));
-        let example = combination.map_or(String::new(), |c| pose_names(study, c, 0));
+        let all = combinations.iter().map(|(_, combination)| *combination);
+        let example = all.clone().next().map_or(String::new(), |c| pose_names(study, c, 0));
+        let mut near: Vec<String> = all.filter_map(|c| names::nearest(study, c, &wanted.poses)).collect();
+        near.dedup();
+        let meant = match near.is_empty() {
+            true => String::new(),
+            false => format!(" (did you mean {}?)", near.join(", ")),
+        };
         let what = format!(
-            "no such choice of poses: must be as in the column `poses` of results.csv, as in {example}"
+            "no such choice of poses{meant}: must be sensor:pose as `perirobot check` lists poses, or as in the column \
+             `poses` of results.csv, as in {example}"
         );
         Error::input(format!("--pose {}", wanted.poses), what)
     })?;

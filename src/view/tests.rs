@@ -91,7 +91,8 @@ fn a_choice_is_found_by_its_names() {
     refused(
         named("nowhere"),
         &format!(
-            "--pose nowhere: no such choice of poses: must be as in the column `poses` of results.csv, as in {known}"
+            "--pose nowhere: no such choice of poses: must be sensor:pose as `perirobot check` lists poses, or as in the \
+             column `poses` of results.csv, as in {known}"
         ),
     );
     refused(
@@ -105,4 +106,32 @@ fn a_choice_is_found_by_its_names() {
     refused(Wanted { scene: Some("x".into()), ..named(&known) }, "--scene x: there is no such one");
     refused(Wanted { snapshot: 9, ..named(&known) }, "--snapshot 9: must be from 0 to 0");
     refused(Wanted { repeat: 9, ..named(&known) }, "--repeat 9: must be from 0 to 0");
+}
+
+#[test]
+fn a_choice_is_found_as_the_study_spells_it_and_else_the_nearest_is_named() {
+    let (study, worlds) = shipped("sensors.toml", 0.1);
+    let look = |combination: &str, poses: &str| {
+        let (poses, combination) = (poses.into(), Some(combination.into()));
+        find(&study, &worlds, &Wanted { poses, combination, ..Default::default() })
+    };
+    let found = |combination, poses| look(combination, poses).unwrap().1.choice;
+    assert_eq!(found("watch", "Corners /1/0"), found("watch", "watch:corners/1/0"));
+    let exact = found("camera and cover", "camera:corners/1/1;cover:0.2");
+    assert!(exact > 0);
+    assert_eq!(found("camera and cover", "camera:CORNERS/1/1;cover:0.2"), exact);
+    assert_eq!(found("camera and cover", "corners/1/1;0.2"), exact, "sensors are known by their order");
+    let refused = |combination, poses, expected: &str| {
+        let error = look(combination, poses).unwrap_err().to_string();
+        assert!(error.contains(expected), "{error}");
+    };
+    refused("watch", "watch:cornrs/1/0", "poses (did you mean watch:corners/1/0?): must be sensor:pose as ");
+    refused(
+        "camera and cover",
+        "camera:corner/1/1;cover:0.2",
+        "(did you mean camera:corners/1/1;cover:0.2?)",
+    );
+    // One sensor too few, and nothing like it.
+    refused("camera and cover", "camera:corners/1/1", "no such choice of poses: must be");
+    refused("watch", "watch:bench", "no such choice of poses: must be");
 }

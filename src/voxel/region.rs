@@ -96,6 +96,8 @@ pub struct Region {
     pub cells: Arc<BitGrid>,
     /// The share of the shape's voxels that lie outside the grid, 0 to 1; a union or difference counts as one shape.
     pub cut_share: f64,
+    /// Whether the shape goes beyond the low and the high end of the grid, on each axis.
+    pub cut_at: [[bool; 2]; 3],
 }
 
 /// The voxels of a shape in a scene. Ignored insides belong to no region; a region left without voxels is an error.
@@ -103,12 +105,16 @@ pub fn region(name: &str, shape: &Shape, truth: &Truth) -> Result<Region> {
     let wrong = |what: String| Error::input(format!("region {name:?}"), what);
     let rows = rows_of(shape, truth).map_err(wrong)?;
     let mut cells = BitGrid::new(truth.grid.window());
-    let mut total = 0u64;
+    let (mut total, mut cut_at) = (0u64, [[false; 2]; 3]);
     let [ys, zs] = rows.span();
     for z in zs {
         for y in ys.clone() {
             for run in rows.runs(y, z) {
                 total += (run.end - run.start) as u64;
+                for (axis, cells) in [run.clone(), y..y + 1, z..z + 1].into_iter().enumerate() {
+                    cut_at[axis][0] |= cells.start < 0;
+                    cut_at[axis][1] |= cells.end > i64::from(truth.grid.size[axis]);
+                }
                 solid::mark(&mut cells, &run, y, z);
             }
         }
@@ -127,6 +133,7 @@ pub fn region(name: &str, shape: &Shape, truth: &Truth) -> Result<Region> {
         name: name.into(),
         cells: Arc::new(cells.trimmed()),
         cut_share: (total - inside) as f64 / total as f64,
+        cut_at,
     })
 }
 

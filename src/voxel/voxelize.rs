@@ -1,6 +1,8 @@
 //! From a scene to its truth: which voxels are occupied, what stops rays, whose they are. Regions and sensors are
 //! left to others.
 
+mod odd;
+
 use std::collections::{BTreeMap, HashMap, HashSet};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU32, Ordering};
@@ -16,6 +18,11 @@ use super::{BitGrid, grid};
 use crate::scene::mannequin::Keypoints;
 use crate::scene::{Interior, Mesh, Object, Optical, Role, Scene, Surface};
 use crate::{Error, Result};
+
+/// What is longer, in metres, may be in millimetres if other objects say so, too.
+pub(crate) const LARGE_M: f64 = 20.0;
+/// What is longer, in metres, is in millimetres or no cell.
+pub(crate) const HUGE_M: f64 = 200.0;
 
 /// A scene in voxels.
 #[derive(Clone, Debug)]
@@ -89,6 +96,15 @@ fn distinct_objects(snapshots: &[Scene]) -> Vec<&Arc<Object>> {
 /// The grid that holds a box of world keys; refuses one with too many voxels on an axis, with a size that fits where
 /// there is one.
 pub fn grid_over(extent: &Window, voxel_size_m: f64) -> Result<Grid> {
+    grid_unless(extent, voxel_size_m, || None)
+}
+
+/// [`grid_over`] all surfaces of these snapshots; the message names objects that make the grid too large.
+pub fn grid_over_all(extent: &Window, voxel_size_m: f64, snapshots: &[Scene]) -> Result<Grid> {
+    grid_unless(extent, voxel_size_m, || odd::odd_ones_out(snapshots))
+}
+
+fn grid_unless(extent: &Window, voxel_size_m: f64, cause: impl Fn() -> Option<String>) -> Result<Grid> {
     let longest = extent.size.into_iter().max().unwrap_or(0);
     if longest > MAX_VOXELS_PER_AXIS {
         let metres = longest as f64 * voxel_size_m;
@@ -98,12 +114,16 @@ pub fn grid_over(extent: &Window, voxel_size_m: f64) -> Result<Grid> {
         let far = |key: i32| i64::from(key).abs() >= FARTHEST_VOXEL;
         let told =
             grid::VOXEL_SIZES_M.contains(&fits) && !extent.min.into_iter().chain(extent.end()).any(far);
-        let cure = if told {
-            format!(
-                "set voxel_size_m = {fits} or more (--voxel-size), or bounds_m around the part that matters"
-            )
+        let cause = cause();
+        let size = if told {
+            format!("set voxel_size_m = {fits} or more (--voxel-size), or bounds_m")
         } else {
-            "is a length in millimetres? If not, set bounds_m around the part that matters".into()
+            "set bounds_m".into()
+        };
+        let cure = match cause {
+            Some(cause) => format!("{cause} If that is right, {size} around the part that matters"),
+            None if told => format!("{size} around the part that matters"),
+            None => format!("is a length in millimetres? If not, {size} around the part that matters"),
         };
         return Err(Error::Input(format!(
             "grid: {longest} voxels on an axis ({metres:.2} m at voxel_size_m = {voxel_size_m}), at most \
@@ -111,24 +131,6 @@ pub fn grid_over(extent: &Window, voxel_size_m: f64) -> Result<Grid> {
         )));
     }
     Ok(Grid { voxel_size_m, origin: extent.min, size: extent.size })
-}
-
-/// The largest object of a scene in words, for the message that a grid is too large: mostly it is in millimetres.
-pub fn largest_object(snapshots: &[Scene]) -> String {
-    let size = |object: &Object| {
-        let [low, high] = bounds_m(object);
-        high - low
-    };
-    let objects = distinct_objects(snapshots).into_iter();
-    let largest = objects.max_by(|a, b| size(a).max_element().total_cmp(&size(b).max_element()));
-    largest.map_or(String::new(), |object| {
-        let DVec3 { x, y, z } = size(object);
-        format!(
-            "; the largest object is {:?}, {x:.2} × {y:.2} × {z:.2} m: is its file in millimetres? (unit = \"mm\" for \
-             an .stl)",
-            object.name
-        )
-    })
 }
 
 /// Most memory that the voxels of a scene take. A few words can ask for any amount, and a system that has no more to
@@ -341,8 +343,11 @@ fn bounds_m(object: &Object) -> [DVec3; 2] {
 /// The classic traps: millimetres for metres, a person lying along y.
 fn size_warning(object: &Object, [low, high]: [DVec3; 2]) -> Option<String> {
     let size = high - low;
-    if size.max_element() > 200.0 {
-        return Some(format!("is {:.0} m long: is it in millimetres? (unit = \"mm\")", size.max_element()));
+    if size.max_element() > HUGE_M {
+        return Some(format!(
+            "is {:.0} m long: is it in millimetres? (unit = \"mm\" for an .stl; a glTF is exported again, in metres)",
+            size.max_element()
+        ));
     }
     if object.role == Role::Human && size.y > 1.3 && size.y > 2.0 * size.z {
         return Some(format!(

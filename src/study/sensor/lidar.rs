@@ -157,7 +157,9 @@ fn elevations(at: &Place, entry: &LidarFile, step: f64) -> Result<Vec<f64>> {
             Ok(lidar::angles(from, to - from, step))
         }
         (None, None, Some(vertical)) => {
-            at.number("fov_deg", vertical, f64::MIN_POSITIVE..=180.0, "above 0 and at most 180 vertically")?;
+            let rule = "above 0 and at most 180 vertically; a scanner of one plane has one angle and one ring, as in fov_deg = \
+                        270 and rings_deg = [0]";
+            at.number("fov_deg", vertical, f64::MIN_POSITIVE..=180.0, rule)?;
             Ok(lidar::angles(-vertical / 2.0, vertical, step))
         }
         (None, None, None) => Err(elevation_error(at, "no elevations")),
@@ -167,6 +169,7 @@ fn elevations(at: &Place, entry: &LidarFile, step: f64) -> Result<Vec<f64>> {
 
 fn elevation_error(at: &Place, what: &str) -> Error {
     at.says(format!(
-        "{what}: give one of fov_deg = [horizontal, vertical], elevation_deg = [from, to], rings_deg"
+        "{what}: give one of fov_deg = [horizontal, vertical], elevation_deg = [from, to], rings_deg; the last two go with \
+         one angle, as in fov_deg = 270 and rings_deg = [0] for a scanner of one plane"
     ))
 }

@@ -4,28 +4,21 @@
 use super::World;
 use crate::scene::Role;
 use crate::sensor::{Setting, Stance, Station};
-use crate::study::Study;
-use crate::voxel::{BitGrid, Grid};
+use crate::study::{RegionSpec, Study, SurfaceSpec};
+use crate::voxel::voxelize::{HUGE_M, LARGE_M};
+use crate::voxel::{BitGrid, Grid, ObjectVoxels, Shape};
 
 /// The warnings of a scene from all its snapshots, which have the same objects in the same order.
 pub(super) fn warnings(study: &Study, worlds: &[World]) -> Vec<String> {
     let mut warnings = Vec::new();
     for object in 0..worlds[0].truth.objects.len() {
         object_warnings(worlds, object, &mut warnings);
+        warnings.extend(size_warning(study, &worlds[0], object));
     }
     if !worlds[0].truth.objects.iter().any(|o| o.role == Role::Human) {
         warnings.push("no object has role = \"human\": human_seen has no value".into());
     }
-    for (region, (name, _)) in study.regions.iter().enumerate() {
-        let cut: Vec<f64> = worlds.iter().map(|world| world.regions[region].cut_share).collect();
-        let (at, when) = largest(&cut);
-        if cut[at] > 0.0 {
-            let percent = 100.0 * cut[at];
-            warnings.push(format!(
-                "region {name:?}: {percent:.1} % of it lies outside the grid and is not counted{when}"
-            ));
-        }
-    }
+    warnings.extend((0..study.regions.len()).filter_map(|region| cut_warning(study, worlds, region)));
     let share =
         |world: &World| world.truth.ignored.count() as f64 / world.truth.grid.window().volume() as f64;
     let ignored: Vec<f64> = worlds.iter().map(share).collect();
@@ -70,6 +63,65 @@ fn object_warnings(worlds: &[World], index: usize, warnings: &mut Vec<String>) {
             worlds.len()
         ));
     }
+}
+
+/// What a slip of units makes of an object: less than a voxel, or a mesh beside which all others are tiny.
+fn size_warning(study: &Study, world: &World, index: usize) -> Option<String> {
+    let objects = &world.truth.objects;
+    let length_m = |object: &ObjectVoxels| (object.bounds_m[1] - object.bounds_m[0]).max_element();
+    let (name, own_m) = (&objects[index].name, length_m(&objects[index]));
+    let is_map = objects[index].watertight.is_none();
+    if !is_map && own_m < study.voxel_size_m {
+        let mm = own_m * 1e3;
+        return Some(format!(
+            "object {name:?} is {mm:.1} mm long, less than a voxel: is its unit right? Lengths in a scene are metres"
+        ));
+    }
+    let others = objects.iter().enumerate().filter(|(other, _)| *other != index);
+    let longest_m = others.map(|(_, object)| length_m(object)).reduce(f64::max)?;
+    // What is longer than that is told as it is voxelized.
+    let is_odd = own_m > LARGE_M && own_m <= HUGE_M && own_m >= 5.0 * longest_m;
+    let is_mesh = study.scenes[world.scene].objects.iter().any(|spec| {
+        let part = name.strip_prefix(spec.name.as_str());
+        let is_its = part.is_some_and(|rest| rest.is_empty() || rest.starts_with('/'));
+        is_its && matches!(spec.surface, SurfaceSpec::Stl { .. } | SurfaceSpec::Gltf(_))
+    });
+    (is_odd && is_mesh).then(|| {
+        format!(
+            "object {name:?} is {own_m:.1} m long, and no other is longer than {longest_m:.1} m: is its unit right? \
+             (unit = \"mm\" for an .stl; a glTF is exported again, in metres)"
+        )
+    })
+}
+
+/// How much of a region the grid cuts off, where, and what to do if that matters; in the snapshot where it is most.
+fn cut_warning(study: &Study, worlds: &[World], region: usize) -> Option<String> {
+    let cut: Vec<f64> = worlds.iter().map(|world| world.regions[region].cut_share).collect();
+    let (at, when) = largest(&cut);
+    let (name, spec) = &study.regions[region];
+    let sides = sides(worlds[at].regions[region].cut_at);
+    let smaller = match spec {
+        RegionSpec::Shape(Shape::HumanBox { .. }) => "take a smaller margin_m",
+        _ => "make the region smaller there",
+    };
+    let bounds = if study.bounds_m.is_some() { "widen bounds_m of [grid]" } else { "set bounds_m of [grid]" };
+    let percent = 100.0 * cut[at];
+    (percent > 0.0).then(|| {
+        format!(
+            "region {name:?}: {percent:.1} % of it lies outside the grid ({sides}) and is not counted{when}: no loss \
+             if the cell ends there; if not, {bounds}, or {smaller}"
+        )
+    })
+}
+
+/// The sides of the grid in words, from whether something goes beyond the low and the high end of each axis.
+fn sides(beyond: [[bool; 2]; 3]) -> String {
+    let names = [["towards -x", "towards +x"], ["towards -y", "towards +y"], ["below", "above"]];
+    // Floors and ceilings are what is cut off most often.
+    let order = [2, 0, 1].into_iter().flat_map(|axis| [0, 1].map(|end| (axis, end)));
+    let cut: Vec<&str> =
+        order.filter(|&(axis, end)| beyond[axis][end]).map(|(axis, end)| names[axis][end]).collect();
+    cut.join(", ")
 }
 
 /// The first snapshot where a value is largest, and in words which that is; none where all are alike.
@@ -148,6 +200,16 @@ fn inside_warning(
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn sides_are_named_with_floor_and_ceiling_first() {
+        assert_eq!(sides([[true, false], [false; 2], [true, false]]), "below, towards -x");
+        assert_eq!(
+            sides([[false, true], [true, true], [false, true]]),
+            "above, towards +x, towards -y, towards +y"
+        );
+        assert_eq!(sides([[false; 2]; 3]), "");
+    }
 
     #[test]
     fn the_worst_snapshot_is_named_unless_all_are_alike() {

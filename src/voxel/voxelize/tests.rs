@@ -122,6 +122,50 @@ fn grids_hold_both_ends_and_refuse_too_many_voxels() {
     assert!(grid_over(&fits, 0.0059).is_ok());
 }
 
+/// Whom the message blames that a grid of 5 cm voxels is too large.
+#[track_caller]
+fn blamed(objects: &[(&str, DVec3, DVec3)], voxel_size_m: f64) -> String {
+    let objects = objects.iter().map(|(name, low, high)| {
+        Arc::new(object(name, Role::Environment, Interior::Free, cuboid(*low, *high)))
+    });
+    let snapshots = [scene(0, objects.collect())];
+    let extent = scene_extent(&snapshots, voxel_size_m).unwrap();
+    grid_over_all(&extent, voxel_size_m, &snapshots).unwrap_err().to_string()
+}
+
+#[test]
+fn a_grid_is_too_large_because_of_whom() {
+    let room = ("room", DVec3::new(-3.0, -2.0, 0.0), DVec3::new(3.0, 2.0, 3.0));
+    let at = |x: f64, size: f64| (DVec3::new(x, 0.0, 0.0), DVec3::new(x + size, size, size));
+    let crate_at = |name: &'static str, x: f64, size: f64| (name, at(x, size).0, at(x, size).1);
+    let far = blamed(&[room, crate_at("arm", 800.0, 1.0)], 0.05);
+    let expected = "at most 1023: object \"arm\" reaches from x = 800.00 to 801.00 m, far from all others (-3.00 to 3.00 \
+                    m): is its position_m right? If that is right, set voxel_size_m = ";
+    assert!(far.contains(expected), "{far}");
+    // Those that are fewer stand wrong, wherever the origin is.
+    let two = blamed(&[crate_at("a", 400.0, 1.0), crate_at("b", 403.0, 1.0), crate_at("c", 0.0, 1.0)], 0.05);
+    assert!(two.contains("object \"c\" reaches from x = 0.00 to 1.00 m, far"), "{two}");
+    let both = blamed(
+        &[
+            room,
+            crate_at("a", -403.0, 1.0),
+            crate_at("b", -400.0, 1.0),
+            crate_at("c", 0.0, 1.0),
+            crate_at("d", 0.0, 1.0),
+        ],
+        0.05,
+    );
+    assert!(both.contains("objects \"a\", \"b\" reach from x = -403.00 to -399.00 m, far"), "{both}");
+    let large = blamed(&[room, crate_at("knob", -15.0, 60.0)], 0.05);
+    assert!(
+        large.contains("object \"knob\" is 60.00 × 60.00 × 60.00 m: is its file in millimetres?"),
+        "{large}"
+    );
+    let small_voxels = blamed(&[room, crate_at("crate", 0.0, 1.0)], 0.002);
+    assert!(small_voxels.contains("at most 1023: set voxel_size_m = 0.0059 or more"), "{small_voxels}");
+    assert!(!small_voxels.contains("millimetres") && !small_voxels.contains("object"), "{small_voxels}");
+}
+
 #[test]
 fn millimetres_and_maps_of_another_size_are_caught() {
     let big = object("crate", Role::Environment, Interior::Free, cuboid(DVec3::ZERO, DVec3::splat(700.0)));
