@@ -213,6 +213,33 @@ fn check_lists_every_problem() {
 }
 
 #[test]
+fn check_goes_on_after_keys_that_are_wrong() {
+    let folder = Folder::new();
+    for (file, from, to) in [
+        (STUDY, "seed = 7", "sed = 7\nrepeats = \"five\"\nfused = true"),
+        (STUDY, "voxel_size_m = 0.1", "voxel_size_m = 0.1\noutsides = \"backdrop\""),
+        (STUDY, "margin_m = 0.2", "margin = 0.2, margins_m = 0.2"),
+        (STUDY, "radius_m = 0.6", "radius_m = -0.6"),
+    ] {
+        folder.edit(file, from, to);
+    }
+    let outcome = check(&folder, &[]);
+    assert_eq!((outcome.code, outcome.stdout.as_str()), (Some(2), ""), "{}", outcome.stderr);
+    for expected in [
+        "unknown field `sed`",
+        "unknown field `fused`",
+        "invalid type: string \"five\", expected u32",
+        "unknown field `outsides`",
+        "unknown field `margin`",
+        "unknown field `margins_m`",
+        "region \"robot\".sphere.radius_m = -0.6: must be",
+    ] {
+        assert_eq!(outcome.stderr.matches(expected).count(), 1, "{expected:?} in {}", outcome.stderr);
+    }
+    assert!(outcome.stderr.ends_with("7 problems\n"), "{}", outcome.stderr);
+}
+
+#[test]
 fn check_goes_on_after_what_cannot_be_read() {
     let folder = Folder::new();
     for (file, from, to) in [

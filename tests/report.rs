@@ -194,7 +194,7 @@ fn the_page_stands_alone_and_says_what_it_is() {
     for said in [
         "A planning aid, not a validation",
         "Mounting sheet: ",
-        "What the first of them misses in scene ",
+        "What it misses in scene ",
         "fingerprint",
         "towards −x",
         "best by human seen",

@@ -25,7 +25,7 @@ use crate::{Error, Result};
 pub use combination::{Combination, Member};
 pub(crate) use combination::{MAX_NAMES_BYTES, MAX_ROWS, bytes_of_names, nth_choice};
 use file::StudyFile;
-use problems::{Problems, parse_in_parts, reads};
+use problems::{Problems, parse_in_parts, wrong_with};
 pub use region::RegionSpec;
 pub use scene_file::{MotionSpec, NodeRule, ObjectSpec, SceneSpec, SurfaceSpec};
 pub use urdf::UrdfSpec;
@@ -178,9 +178,9 @@ fn refuse_folder(path: &Path, wanted: &str) -> Result<()> {
 
 /// The lists of a study that can be read entry by entry; each sensor is read for itself in any case.
 const LISTS: [problems::List; 3] = [
-    ("scene", reads::<file::SceneEntry>),
-    ("region", reads::<file::RegionFile>),
-    ("combination", reads::<file::CombinationFile>),
+    ("scene", wrong_with::<file::SceneEntry>),
+    ("region", wrong_with::<file::RegionFile>),
+    ("combination", wrong_with::<file::CombinationFile>),
 ];
 
 /// Everything that was found, for who cannot go on.

@@ -35,16 +35,16 @@ impl Problems {
     }
 }
 
-/// A list of a file that can be read entry by entry: its key, and whether an entry can be read.
-pub(super) type List = (&'static str, fn(Value) -> Result<(), toml::de::Error>);
+/// A list of a file that can be read entry by entry: its key, and what is wrong with an entry.
+pub(super) type List = (&'static str, fn(Value) -> Vec<toml::de::Error>);
 
-/// Whether an entry can be read as what it should be.
-pub(super) fn reads<T: DeserializeOwned>(entry: Value) -> Result<(), toml::de::Error> {
-    entry.try_into::<T>().map(drop)
+/// What keeps an entry from being read as what it should be.
+pub(super) fn wrong_with<T: DeserializeOwned>(entry: Value) -> Vec<toml::de::Error> {
+    read_without_wrong_keys::<T>(entry).1
 }
 
-/// Reads a file. If it cannot be read as it is, then without the entries of these lists that cannot be read, so that
-/// the others can still be checked.
+/// Reads a file. If it cannot be read as it is, then without the keys that are wrong, and without the entries of these lists
+/// that cannot be read, so that the others can still be checked.
 pub(super) fn parse_in_parts<T: DeserializeOwned>(
     path: &Path,
     text: &str,
@@ -60,19 +60,66 @@ pub(super) fn parse_in_parts<T: DeserializeOwned>(
     problems.0.push(whole);
     let mut table: Table = toml::from_str(text).ok()?;
     let at = Place { file: path, prefix: String::new() };
-    for (list, reads) in lists {
+    let mut told = |place: Option<&str>, all: Vec<toml::de::Error>| {
+        for e in all.into_iter().filter(|e| !shown.contains(e.message())) {
+            let said = e.to_string().trim_end().replace('\n', " ");
+            problems.0.push(place.map_or_else(|| at.says(&said), |place| at.key(place).says(&said)));
+        }
+    };
+    for (list, wrong_with) in lists {
         let Some(entries) = table.get_mut(*list).and_then(Value::as_array_mut) else { continue };
         let mut number = 0;
         entries.retain(|entry| {
             let name = entry.get("name").and_then(Value::as_str);
             let place = name.map_or(format!("{list}[{number}]"), |name| format!("{list} {name:?}"));
             number += 1;
-            let Err(e) = reads(entry.clone()) else { return true };
-            if !shown.contains(e.message()) {
-                problems.0.push(at.key(&place).says(e.to_string().trim_end().replace('\n', " ")));
-            }
-            false
+            let wrong = wrong_with(entry.clone());
+            let is_right = wrong.is_empty();
+            told(Some(&place), wrong);
+            is_right
         });
     }
-    table.try_into().ok()
+    let (file, wrong) = read_without_wrong_keys(table.into());
+    told(None, wrong);
+    file
+}
+
+/// What can be read of a value when wrong keys are left out, and what was wrong with each of them. What is missing only
+/// because of that is not told.
+fn read_without_wrong_keys<T: DeserializeOwned>(mut value: Value) -> (Option<T>, Vec<toml::de::Error>) {
+    let mut wrong = Vec::new();
+    loop {
+        let error = match value.clone().try_into() {
+            Ok(read) => return (Some(read), wrong),
+            Err(error) => error,
+        };
+        let is_missing = error.message().starts_with("missing field");
+        let is_left_out = !is_missing && leave_out(&mut value, &culprit(&error));
+        if !is_missing || wrong.is_empty() {
+            wrong.push(error);
+        }
+        if !is_left_out {
+            return (None, wrong);
+        }
+    }
+}
+
+/// The key that an error is about, from the outermost table inwards.
+fn culprit(error: &toml::de::Error) -> Vec<String> {
+    let shown = error.to_string();
+    let quoted = |text: &str| Some(text.split('`').nth(1)?.to_string());
+    let tables = shown.lines().last().filter(|line| line.starts_with("in `")).and_then(quoted);
+    let mut keys: Vec<String> =
+        tables.iter().flat_map(|tables| tables.split('.')).map(String::from).collect();
+    if error.message().starts_with("unknown field") {
+        keys.extend(quoted(error.message()));
+    }
+    keys
+}
+
+/// Takes a key out of tables in tables; whether it was there.
+fn leave_out(value: &mut Value, keys: &[String]) -> bool {
+    let Some((last, tables)) = keys.split_last() else { return false };
+    let table = tables.iter().try_fold(value, |value, key| value.get_mut(key));
+    table.and_then(Value::as_table_mut).is_some_and(|table| table.remove(last).is_some())
 }

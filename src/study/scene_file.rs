@@ -11,7 +11,7 @@ use schemars::JsonSchema;
 use serde::Deserialize;
 
 use super::file::Quaternion;
-use super::problems::{Problems, parse_in_parts, reads};
+use super::problems::{Problems, parse_in_parts, wrong_with};
 use super::urdf::{UrdfFile, UrdfSpec};
 use super::value::{exactly, exactly_if_given};
 use super::{Place, only_one, refuse_folder, top_keys};
@@ -183,7 +183,7 @@ impl SceneSpec {
     pub(super) fn parse(path: &Path, text: String) -> Result<SceneSpec, Vec<Error>> {
         refuse_study(path, &text).map_err(|e| vec![e])?;
         let mut problems = Problems::default();
-        let lists = [("object", reads::<ObjectFile> as _)];
+        let lists = [("object", wrong_with::<ObjectFile> as _)];
         let file: Option<SceneFile> = parse_in_parts(path, &text, &lists, &mut problems);
         let at = Place { file: path, prefix: String::new() };
         let mut objects = Vec::new();

@@ -29,8 +29,8 @@ of = {(1, True): "tp", (1, False): "fp", (0, True): "fn", (0, False): "tn", (-1,
 for (label, there), name in of.items():
     assert (verdict[(labels == label) & (truth == there)] == names.index(name)).all(), name
 
-same = (results["poses"] == str(view["poses"])) & (results["representation"] == str(view["representation"]))
-rows = results[same & (results["scene"] == str(view["scene"]))].set_index("region")
+is_same = [results[key] == view[key].item() for key in ["scene", "combination", "poses", "representation", "snapshot", "repeat"]]
+rows = results[np.logical_and.reduce(is_same)].set_index("region")
 regions = view["regions"]
 assert regions.shape == (*shape, len(rows)) and regions.dtype == bool
 assert sorted(view["region_names"]) == sorted(rows.index), (view["region_names"], rows.index)
