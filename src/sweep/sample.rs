@@ -1,6 +1,7 @@
 //! A few poses of a study, cast before it is swept: how their rays end, and how long all of them would take. What to do
 //! about it is for the front.
 
+use std::collections::HashSet;
 use std::time::Instant;
 
 use super::compare::spread;
@@ -88,20 +89,20 @@ fn next_after_q16(placement: &Placement, dir_q15: [i32; 3], end: &End) -> u32 {
     march.next_q16[next_axis(march.next_q16)]
 }
 
-/// How long a sweep would take by what some choices of poses took in the first moment, in seconds. It is rather too
-/// much: what choices share, and what stands still from one moment to the next, a sweep casts once. Scenes are ready
-/// by then.
+/// How long a sweep would take by what some choices of poses took in the first moment, in seconds: so much for each pose
+/// that is cast, and so much for each choice that is fused and counted. It is rather too much: what stands still from one
+/// moment to the next, a sweep casts once. Scenes are ready by then.
 ///
 /// # Errors
 /// When the backend fails.
 pub fn seconds(study: &Study, worlds: &[World], backend: &mut dyn Backend) -> Result<f64> {
-    let layout = layout_of(study);
-    let few = |most: usize| -> Vec<Ask> {
+    let all = layout_of(study).asks();
+    let some = |which: &dyn Fn(usize) -> Vec<usize>| -> Vec<Ask> {
         let sizes = study.combinations.iter().map(|c| c.choices()).enumerate();
-        let asks = sizes.flat_map(|(combination, choices)| {
-            spread(most, choices).into_iter().map(move |choice| Ask { combination, choice })
-        });
-        asks.collect()
+        let of_one = |(combination, choices)| {
+            which(choices).into_iter().map(move |choice| Ask { combination, choice })
+        };
+        sizes.flat_map(of_one).collect()
     };
     let mut measure = |asks: &[Ask]| -> Result<f64> {
         let begin = Instant::now();
@@ -109,19 +110,42 @@ pub fn seconds(study: &Study, worlds: &[World], backend: &mut dyn Backend) -> Re
         Ok(begin.elapsed().as_secs_f64())
     };
     // What is made ready for the first choice is made ready once.
-    let first = few(1);
+    let first = some(&|choices| spread(1, choices));
     measure(&first)?;
     let ready_s = measure(&first)?;
-    let (mut most, mut asks, mut took_s) = (1, first.len(), ready_s);
-    while took_s < LONG_ENOUGH_S && asks < layout.asks() {
+    let (mut most, mut asks, mut took_s) = (1, first.clone(), ready_s);
+    while took_s < LONG_ENOUGH_S && asks.len() < all {
         most *= 4;
-        let more = few(most);
-        (asks, took_s) = (more.len(), measure(&more)?);
+        asks = some(&|choices| spread(most, choices));
+        took_s = measure(&asks)?;
     }
-    let more_s = (took_s - ready_s).max(0.0);
-    let each_s = if asks > first.len() { more_s / (asks - first.len()) as f64 } else { 0.0 };
-    let rest = layout.asks().saturating_sub(first.len()) as f64;
-    Ok(worlds.len() as f64 * (ready_s + each_s * rest))
+    // As many choices in a row share more of their poses, so that the two costs can be told apart.
+    let in_a_row = some(&|choices| (0..most.min(choices)).collect());
+    let poses = |asks: &[Ask]| poses(study, asks) as f64;
+    let fewer = poses(&asks) - poses(&in_a_row);
+    let each_pose_s = match fewer > 0.0 {
+        true => (took_s - measure(&in_a_row)?).max(0.0) / fewer,
+        false => (took_s - ready_s).max(0.0) / (poses(&asks) - poses(&first)).max(1.0),
+    };
+    let of_poses_s = each_pose_s * (poses(&asks) - poses(&first));
+    let more = (asks.len() - first.len()).max(1) as f64;
+    let each_choice_s = (took_s - ready_s - of_poses_s).max(0.0) / more;
+    let members = study.combinations.iter().flat_map(|combination| &combination.members);
+    let every =
+        members.flat_map(|member| member.candidates.iter().map(|&candidate| (member.sensor, candidate)));
+    let rest = every.collect::<HashSet<_>>().len() as f64 - poses(&first);
+    let choices = all.saturating_sub(first.len()) as f64;
+    Ok(worlds.len() as f64 * (ready_s + each_pose_s * rest + each_choice_s * choices))
+}
+
+/// How many different poses some choices have, each sensor for itself.
+fn poses(study: &Study, asks: &[Ask]) -> usize {
+    let of = |ask: &Ask| {
+        let combination = &study.combinations[ask.combination];
+        let sensors = combination.members.iter().map(|member| member.sensor);
+        sensors.zip(combination.choice(ask.choice)).collect::<Vec<_>>()
+    };
+    asks.iter().flat_map(of).collect::<HashSet<_>>().len()
 }
 
 /// Wants everything and keeps nothing.

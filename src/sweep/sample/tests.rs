@@ -43,3 +43,14 @@ fn rays_return_or_leave_or_end_too_near_or_too_far() {
     assert_eq!(ends_of("[0.1, 5]", "nothing"), ends(0, 0, 2, 2));
     assert_eq!(ends_of("[0.1, 0.4]", "nothing"), ends(0, 0, 4, 0));
 }
+
+#[test]
+fn poses_that_choices_share_are_counted_once() {
+    let paper = concat!(env!("CARGO_MANIFEST_DIR"), "/scenes/paper/exp2.toml");
+    let study = Study::load(paper.as_ref(), &Overrides::default()).unwrap();
+    let triplet = |choice| Ask { combination: 0, choice };
+    // A pad, a camera, a robot; the cover has three ways to be and varies fastest.
+    assert_eq!(poses(&study, &[0, 1, 2].map(triplet)), 6);
+    assert_eq!(poses(&study, &[0, 3].map(triplet)), 5, "another pose of the camera");
+    assert_eq!(poses(&study, &[triplet(0), triplet(0)]), 4);
+}
