@@ -73,6 +73,12 @@ fn shards_merge_into_the_bytes_of_a_single_run() {
             shard_or_all(&folder, number, shards);
         }
         if shards > 1 {
+            for command in ["summary", "report"] {
+                let outcome = perirobot(&[command, text(&folder.path("out"))]);
+                assert_eq!(outcome.code, Some(2), "{command}");
+                let cure = "these are shards, put them together by `perirobot merge`";
+                assert!(outcome.stderr.contains(cure), "{command}: {}", outcome.stderr);
+            }
             let outcome = merge(&folder, &[]);
             assert_eq!(outcome.code, Some(0), "{}", outcome.stderr);
             assert!(outcome.stdout.contains(&format!("{shards} shards merged")), "{}", outcome.stdout);

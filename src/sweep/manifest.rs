@@ -10,6 +10,7 @@ use sha2::{Digest, Sha256};
 
 use super::files::{MOST_BYTES, open_regular};
 use super::journal::Shard;
+use super::merge;
 use super::{World, table};
 use crate::backend::{Placement, Rays};
 use crate::sensor::{self, Setting};
@@ -138,9 +139,11 @@ impl Manifest {
     pub fn read(folder: &Path) -> Result<Manifest> {
         let path = folder.join(MANIFEST);
         if folder.is_dir() && !path.exists() {
-            let what =
-                "cannot be read, it is not there: name a folder that `perirobot sweep --out` has written";
-            return Err(Error::input(path.display(), what));
+            let cure = match merge::shards_below(folder) {
+                Ok(_) => "these are shards, put them together by `perirobot merge`",
+                Err(_) => "name a folder that `perirobot sweep --out` has written",
+            };
+            return Err(Error::input(path.display(), format!("cannot be read, it is not there: {cure}")));
         }
         let mut text = String::new();
         let read = open_regular(&path, MOST_BYTES)?.take(MOST_BYTES).read_to_string(&mut text);

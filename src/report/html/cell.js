@@ -203,7 +203,7 @@ function drawMoments(all, labelled) {
 function linesOf(sensor, pose, metres) {
   const next = found => found ? `${metres(found[0])} to ${data.objects[found[1]]}` : "nothing";
   const places = sensor.on ? [["mounted on", frameOf(sensor)]] : pose.around.map((found, n) => [data.ways[n], next(found)]);
-  const turns = ["pan", "tilt", "roll"].slice(0, sensor.level ? 1 : 3).map((name, n) => [name, `${pose.turned_deg[n].toFixed(1)}°`]);
+  const turns = ["pan, from x to y", "tilt, up", "roll"].slice(0, sensor.level ? 1 : 3).map((name, n) => [name, `${pose.turned_deg[n].toFixed(1)}°`]);
   const position = NAMES.map((name, axis) => `${name} ${metres(pose.at_m[axis])}`).join(", ");
   return [[sensor.level ? "corner" : "position", position], ...places, ...turns];
 }

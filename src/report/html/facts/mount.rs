@@ -52,7 +52,11 @@ fn sheet(sweep: &Sweep, surroundings: &Surroundings, number: usize, candidate: u
                 }
             }
             let turned = Turned::of(&pose);
-            let turns = [("pan", turned.pan_deg), ("tilt", turned.tilt_deg), ("roll", turned.roll_deg)];
+            let turns = [
+                ("pan, from x to y", turned.pan_deg),
+                ("tilt, up", turned.tilt_deg),
+                ("roll", turned.roll_deg),
+            ];
             let turns = turns.into_iter().take(if level { 1 } else { 3 });
             lines.extend(turns.map(|(name, degrees)| text(name, format!("{degrees:.1}°"))));
             lines
