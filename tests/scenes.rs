@@ -63,7 +63,7 @@ fn every_study_loads_and_prepares_without_a_surprise() {
             assert!(!world.truth.human.is_empty() && !world.truth.robot.is_empty(), "{}", path.display());
             for warning in &world.warnings {
                 assert!(
-                    warning.contains("outside the grid and is not counted"),
+                    warning.contains("of it lies outside the grid (below) and is not counted"),
                     "{}: {warning}",
                     path.display()
                 );
