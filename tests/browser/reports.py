@@ -187,8 +187,9 @@ def haste_breaks_nothing(browser):
             select.dispatchEvent(new Event('change'));
         }"""
     )
-    wanted = browser.run("return document.querySelector('#selected strong').textContent")
-    browser.until(f"return document.querySelector('#table tr.chosen .choose')?.textContent === {wanted!r}", "the table to follow")
+    follows = """const text = document.getElementById('table-note').textContent;
+        return ['series', 'region'].every(id => text.includes(document.getElementById(id).selectedOptions[0].textContent))"""
+    assert browser.run(follows), "the table follows at once"
     plots = "return [...document.querySelectorAll('#maps > div')].every(plot => plot._fullLayout) && document.getElementById('maps').children.length > 0"
     browser.until(plots, "maps to be drawn")
 

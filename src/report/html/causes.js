@@ -49,7 +49,7 @@ function drawCauses(found) {
   const part = (key, textposition, shape) => ({ type: "bar", orientation: "h", name: key, y: all.map(cause => plain(cause.words)), x: all.map(cause => cause[key]), text: all.map(share), customdata: all.map(cause => cause.monitored ? "monitored" : "not monitored"), hovertemplate: `%{y}, %{customdata}: %{text} of the unknown<br>${key}: %{x} voxels<extra></extra>`, textposition, marker: { color: all.map(cause => cause.colour), pattern: { shape, solidity: 0.25 } } });
   const bars = [part("occupied", "none", "/"), part("free", "auto", "")];
   plot.style.height = `${8 + 2.2 * all.length}rem`;
-  Plotly.react(plot, bars, { ...LAYOUT, margin: { ...LAYOUT.margin, t: 46 }, title: heading(`${total} unknown voxels · region ${data.regions[chosen.region]}`), barmode: "stack", yaxis: { autorange: "reversed", automargin: true }, xaxis: { title: { text: "voxels" }, gridcolor: "#e3e8ed" }, legend: { orientation: "h", y: 1, yanchor: "bottom", x: 1, xanchor: "right" } }, CONFIG);
+  Plotly.react(plot, bars, { ...LAYOUT, margin: { ...LAYOUT.margin, t: 46 }, title: { ...heading(`${total} unknown voxels · region ${data.regions[chosen.region]}`), x: 0.02, xref: "container" }, barmode: "stack", yaxis: { autorange: "reversed", automargin: true }, xaxis: { title: { text: "voxels" }, gridcolor: "#e3e8ed" }, legend: { orientation: "h", y: 1, yanchor: "bottom", x: 1, xanchor: "right" } }, CONFIG);
 }
 
 function coloursSwitch() {
