@@ -59,8 +59,7 @@ fn block(results: &Results, series: Series, region: usize, left_out: &mut bool) 
         table.row([label, name].into_iter().chain(scores));
     };
     for score in Score::ALL {
-        let values = series.over(results, &results.moments(), region, score);
-        let best = ranked(values.iter().map(|over| Some(over.as_ref()?.mean)));
+        let best = series.best(results, &results.moments(), region, score);
         if best.is_empty() {
             line(format!("best {}", score.title()), "no choice has a value".into(), &|_| None);
         }

@@ -4,7 +4,7 @@
 use std::ops::Range;
 
 use super::table::{Table, number};
-use super::{Results, Score, Selection, Series, ranked};
+use super::{Results, Score, Selection, Series};
 
 /// The best choice of a group.
 #[derive(Clone, Debug, PartialEq)]
@@ -33,8 +33,7 @@ pub fn groups(
             groups.push(GroupBest { group: name.into(), best: None, overall: false });
         }
     }
-    let values = Series { combination, representation }.over(results, moments, region, score);
-    let best = ranked(values.iter().map(|over| Some(over.as_ref()?.mean)));
+    let best = Series { combination, representation }.best(results, moments, region, score);
     for entry in &mut groups {
         entry.best = best.iter().copied().find(|&(choice, _)| group(choice) == Some(entry.group.as_str()));
     }

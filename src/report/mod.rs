@@ -158,6 +158,18 @@ impl Series {
         let choices = 0..results.combinations[self.combination].choices();
         choices.map(|choice| results.over(moments.clone(), self.key(choice, region), score)).collect()
     }
+
+    /// Its choices that have a mean of a score over some moments, with it, the best first; equal ones keep study order.
+    fn best(
+        self,
+        results: &Results,
+        moments: &Range<usize>,
+        region: usize,
+        score: Score,
+    ) -> Vec<(usize, f64)> {
+        let values = self.over(results, moments, region, score);
+        ranked(values.iter().map(|over| Some(over.as_ref()?.mean)))
+    }
 }
 
 /// Choices that have a value, the largest first; equal ones keep study order.

@@ -15,7 +15,7 @@
 use std::path::Path;
 
 use super::table::Table;
-use super::{Results, Score, Series, ranked, series};
+use super::{Results, Score, Series, series};
 use crate::Result;
 use crate::metrics::Confusion;
 use crate::sweep::table::{pose_names, representation_names};
@@ -89,8 +89,8 @@ pub fn leaders(results: &Results, count: usize) -> Vec<[usize; 3]> {
         for region in 0..results.regions.len() {
             for score in [Score::F1, Score::HumanSeen] {
                 let Series { combination, representation } = one;
-                let best = best_of(results, one, region, score);
-                leaders.extend(best.iter().take(count).map(|&choice| [combination, choice, representation]));
+                let best = one.best(results, &results.moments(), region, score).into_iter().take(count);
+                leaders.extend(best.map(|(choice, _)| [combination, choice, representation]));
             }
         }
     }
@@ -103,19 +103,10 @@ pub fn leaders(results: &Results, count: usize) -> Vec<[usize; 3]> {
 pub fn leader(results: &Results, region: usize) -> Option<[usize; 3]> {
     let all = series(results, 0..results.combinations.len()).into_iter();
     let firsts = all.filter_map(|one| {
-        let choice = *best_of(results, one, region, Score::F1).first()?;
-        let over = results.over(results.moments(), one.key(choice, region), Score::F1)?;
-        Some(([one.combination, choice, one.representation], over.mean))
+        let (choice, mean) = *one.best(results, &results.moments(), region, Score::F1).first()?;
+        Some(([one.combination, choice, one.representation], mean))
     });
     firsts.reduce(|best, next| if next.1 > best.1 { next } else { best }).map(|(choice, _)| choice)
-}
-
-fn best_of(results: &Results, one: Series, region: usize, score: Score) -> Vec<usize> {
-    let values = one.over(results, &results.moments(), region, score);
-    ranked(values.iter().map(|over| Some(over.as_ref()?.mean)))
-        .into_iter()
-        .map(|(choice, _)| choice)
-        .collect()
 }
 
 /// Least share of the unknown voxels, in percent, for which a reason gets advice.

@@ -199,9 +199,19 @@ impl Results {
         region: usize,
         score: Score,
     ) -> [(&'static str, Option<Over>); 4] {
+        self.baselines_by(moments, region, |counts| score.of(counts))
+    }
+
+    /// The same of any number about counts.
+    pub fn baselines_by(
+        &self,
+        moments: Range<usize>,
+        region: usize,
+        number: impl Fn(&Confusion) -> Option<f64>,
+    ) -> [(&'static str, Option<Over>); 4] {
         let of = |pick: fn(&Baselines) -> &Confusion| {
             let counts = moments.clone().map(move |moment| *pick(&self.baselines[moment][region]));
-            over::over(std::iter::once(counts), |counts| score.of(counts))
+            over::over(std::iter::once(counts), &number)
         };
         [
             ("upper bound", of(|b| &b.ceiling)),

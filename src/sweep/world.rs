@@ -62,6 +62,13 @@ impl World {
         Ok(scenes.into_iter().flatten().collect())
     }
 
+    /// The voxels of all regions.
+    pub fn in_regions(&self) -> BitGrid {
+        let mut all = BitGrid::new(self.truth.grid.window());
+        self.regions.iter().for_each(|region| all.add(&region.cells));
+        all
+    }
+
     /// Voxelizes one scene of a study, all its snapshots on one grid, and checks the study's sensors and regions
     /// against each.
     pub fn prepare(study: &Study, scene: usize) -> Result<Vec<World>> {

@@ -165,9 +165,7 @@ impl View<'_> {
 
     /// Why voxels of all regions are unknown.
     pub fn why_in_regions(&self) -> Vec<Missed> {
-        let mut all = BitGrid::new(self.world.truth.grid.window());
-        self.world.regions.iter().for_each(|region| all.add(&region.cells));
-        self.why(&all)
+        self.why(&self.world.in_regions())
     }
 
     /// How many of the missed voxels lie in a region; together, as many as are unknown there.

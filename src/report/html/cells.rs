@@ -168,13 +168,6 @@ fn asked(results: &Results, rankings: &[Ranking]) -> Vec<Asked> {
     asked
 }
 
-/// The voxels of all regions.
-fn anywhere(world: &World) -> BitGrid {
-    let mut all = BitGrid::new(world.truth.grid.window());
-    world.regions.iter().for_each(|region| all.add(&region.cells));
-    all
-}
-
 impl Cells {
     /// Adds what a view says of all regions, and explains it in some.
     fn put_labels(&mut self, sight: Sight, view: &View, asked: impl Iterator<Item = (usize, usize)>) {
@@ -188,7 +181,7 @@ impl Cells {
             _ if occupied.get(voxel) => 1,
             _ => 2 + why(voxel),
         };
-        let labels = self.put(anywhere(view.world).cells().map(of), 2 + missed.len());
+        let labels = self.put(view.world.in_regions().cells().map(of), 2 + missed.len());
         let cause = |Missed { cause, .. }: &Missed| CauseData {
             reason: cause.reason.name(),
             words: phrase(view, cause),

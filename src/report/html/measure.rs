@@ -5,7 +5,6 @@ use std::ops::Range;
 
 use crate::metrics::Confusion;
 use crate::report::{Key, Over, Results, Score, over};
-use crate::sweep::world::Baselines;
 
 /// A number about some counts.
 #[derive(Clone, Copy, Debug)]
@@ -44,18 +43,11 @@ pub(super) fn title(score: Score) -> &'static str {
     ALL.iter().find(|measure| measure.name == score.name()).map_or(score.title(), |measure| measure.title)
 }
 
-/// What an answer without a sensor is called, and its counts.
-type Answer = (&'static str, fn(&Baselines) -> &Confusion);
+/// How many answers need no sensor; the upper bound stands behind them.
+const TRIVIAL: usize = 3;
 
 /// What an answer without a sensor is called, and its mean of each measure.
 pub(super) type Baseline = (&'static str, [Option<f64>; MEASURES]);
-
-/// The simplest answers.
-const TRIVIAL: [Answer; 3] = [
-    ("all occupied", |b| &b.all_occupied),
-    ("all free", |b| &b.all_free),
-    ("nothing seen", |b| &b.nothing_seen),
-];
 
 /// Each measure of a choice over some moments and all repeats.
 pub(super) fn of_choice(results: &Results, moments: Range<usize>, key: Key) -> [Option<Over>; MEASURES] {
@@ -67,19 +59,16 @@ pub(super) fn of_choice(results: &Results, moments: Range<usize>, key: Key) -> [
 /// The mean of each measure over some moments, for each answer that needs no sensor, and last for the best that any
 /// sensor of the study could give.
 pub(super) fn of_baselines(results: &Results, moments: Range<usize>, region: usize) -> Vec<Baseline> {
-    let all = TRIVIAL
-        .into_iter()
-        .chain([("upper bound", (|b| &b.ceiling) as fn(&Baselines) -> &Confusion)] as [Answer; 1]);
-    let of_one = |pick: fn(&Baselines) -> &Confusion| {
-        let counts = || moments.clone().map(|moment| *pick(&results.baselines[moment][region]));
-        ALL.map(|measure| Some(over::over(std::iter::once(counts()), measure.of)?.mean))
-    };
-    all.map(|(name, pick)| (name, of_one(pick))).collect()
+    let all = ALL.map(|measure| results.baselines_by(moments.clone(), region, measure.of));
+    let one = |n: usize| (all[0][n].0, all.each_ref().map(|answers| answers[n].1.map(|over| over.mean)));
+    let mut found: Vec<Baseline> = (0..=TRIVIAL).map(one).collect();
+    // The upper bound is the first there.
+    found.rotate_left(1);
+    found
 }
 
 /// The best of the answers that need no sensor, by the measure of this number.
 pub(super) fn to_beat(baselines: &[Baseline], measure: usize) -> Option<(&'static str, f64)> {
-    let with_value =
-        baselines[..TRIVIAL.len()].iter().filter_map(|(name, values)| Some((*name, values[measure]?)));
+    let with_value = baselines[..TRIVIAL].iter().filter_map(|(name, values)| Some((*name, values[measure]?)));
     with_value.reduce(|best, next| if next.1 > best.1 { next } else { best })
 }

@@ -1,7 +1,9 @@
 //! Which choices of poses a report says more of than others: the best ones, fairly from each region and representation.
 //! Scores come from elsewhere.
 
-use crate::report::{Results, Score, Series, ranked, series};
+use std::collections::HashMap;
+
+use crate::report::{Results, Score, Series, series};
 
 /// The choices of one representation of one combination, the best first.
 #[derive(Debug)]
@@ -16,16 +18,12 @@ pub(super) struct Ranking {
 
 /// A ranking for every representation of every combination.
 pub(super) fn rankings(results: &Results) -> Vec<Ranking> {
-    let means = |series: Series, region, score| -> Vec<Option<f64>> {
-        let values = series.over(results, &results.moments(), region, score);
-        values.iter().map(|over| Some(over.as_ref()?.mean)).collect()
-    };
-    let f1 = |series, region| ranked(means(series, region, Score::F1).into_iter());
-    let human_seen = |series, region| {
-        let seen = means(series, region, Score::HumanSeen);
-        let mut all: Vec<(usize, f64)> =
-            f1(series, region).into_iter().filter_map(|(choice, _)| Some((choice, seen[choice]?))).collect();
-        // The sort is stable.
+    let best = |series: Series, region, score| series.best(results, &results.moments(), region, score);
+    let human_seen = |series: Series, region| {
+        // The sort is stable, so that F1 decides between equal ones; all that have a human_seen have an F1.
+        let by_f1 = best(series, region, Score::F1).into_iter();
+        let seen: HashMap<usize, f64> = best(series, region, Score::HumanSeen).into_iter().collect();
+        let mut all: Vec<_> = by_f1.filter_map(|(choice, _)| Some((choice, *seen.get(&choice)?))).collect();
         all.sort_by(|a, b| b.1.total_cmp(&a.1));
         all
     };
@@ -33,7 +31,7 @@ pub(super) fn rankings(results: &Results) -> Vec<Ranking> {
     let regions = || 0..results.regions.len();
     all.map(|series| Ranking {
         series,
-        by_f1: regions().map(|region| f1(series, region)).collect(),
+        by_f1: regions().map(|region| best(series, region, Score::F1)).collect(),
         by_human_seen: regions().map(|region| human_seen(series, region)).collect(),
     })
     .collect()
