@@ -332,7 +332,7 @@ fn outputs_and_arguments() {
         &["sweep", "scenes/tiny.toml"],
         &["sing"],
         &[],
-        &["compare", "scenes/tiny.toml", "--pose", "none", "--backend", "cpu"],
+        &["verify-backends", "scenes/tiny.toml", "--pose", "none", "--backend", "cpu"],
     ] {
         assert_eq!(perirobot(arguments).code, Some(2), "{arguments:?}");
     }

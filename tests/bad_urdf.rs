@@ -241,7 +241,8 @@ fn packages_are_found_by_the_scene_file_or_the_command_line() {
     assert!(outcome.stderr.contains("/nowhere/hand.stl: cannot be read"), "{}", outcome.stderr);
     let study = folder.path("study.toml");
     let compared = |package: &str| {
-        let arguments = ["compare", text(&study), "--poses", "1", "--backend", "cpu", "--package", package];
+        let arguments =
+            ["verify-backends", text(&study), "--poses", "1", "--backend", "cpu", "--package", package];
         perirobot(&arguments)
     };
     assert_eq!(compared("my_arm=/nowhere").code, Some(2));

@@ -264,7 +264,7 @@ fn the_seed_moves_random_poses_and_nothing_else() {
 #[test]
 fn help_says_what_a_user_must_know() {
     for (arguments, fragments) in [
-        (&["--help"][..], &["sweep", "summary", "compare", "devices", "voxelize", "Exit codes"][..]),
+        (&["--help"][..], &["sweep", "summary", "verify-backends", "devices", "voxelize", "Exit codes"][..]),
         (
             &["sweep", "--help"],
             &[
@@ -279,7 +279,7 @@ fn help_says_what_a_user_must_know() {
             ],
         ),
         (&["summary", "--help"], &["--region", "--combination", "--score", "scores.csv", "baselines"]),
-        (&["compare", "--help"], &["--poses", "--pose", "--all", "oracle", "Exits 1"]),
+        (&["verify-backends", "--help"], &["--poses", "--pose", "--all", "oracle", "Exits 1"]),
         (&["devices", "--help"], &["Vulkan"]),
         (&["voxelize", "--help"], &["--out", "--voxel-size", ".bt", "octovis"]),
         (&["--version"], &[env!("CARGO_PKG_VERSION")]),
@@ -293,18 +293,19 @@ fn help_says_what_a_user_must_know() {
 }
 
 #[test]
-fn compare_finds_no_difference_between_cpu_and_oracle() {
-    let outcome = perirobot(&["compare", TINY, "--all", "--backend", "cpu"]);
+fn verify_backends_finds_no_difference_between_cpu_and_oracle() {
+    let outcome = perirobot(&["verify-backends", TINY, "--all", "--backend", "cpu"]);
     assert_eq!(outcome.code, Some(0), "{}{}", outcome.stdout, outcome.stderr);
     assert!(outcome.stdout.contains("\n0 differences between oracle and cpu\n"), "{}", outcome.stdout);
-    let one = perirobot(&["compare", TINY, "--pose", "posts/leaning", "--backend", "cpu"]);
+    let one = perirobot(&["verify-backends", TINY, "--pose", "posts/leaning", "--backend", "cpu"]);
     // The sensor and the combination of it alone, each on two backends.
     assert_eq!((one.code, one.stdout.matches("lidar").count()), (Some(0), 4), "{}", one.stdout);
     assert!(!one.stdout.contains("camera"), "{}", one.stdout);
-    let as_in_results = perirobot(&["compare", TINY, "--pose", "lidar:posts/leaning", "--backend", "cpu"]);
+    let as_in_results =
+        perirobot(&["verify-backends", TINY, "--pose", "lidar:posts/leaning", "--backend", "cpu"]);
     assert_eq!(as_in_results.stdout.matches("lidar").count(), 4, "{}", as_in_results.stderr);
-    let itself = perirobot(&["compare", TINY, "--backend", "oracle"]);
-    assert_eq!(itself.code, Some(2), "the oracle is not compared with itself");
+    let itself = perirobot(&["verify-backends", TINY, "--backend", "oracle"]);
+    assert_eq!(itself.code, Some(2), "the oracle is not held against itself");
 }
 
 #[test]

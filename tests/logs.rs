@@ -73,7 +73,8 @@ fn vv_names_each_batch() {
 fn v_works_before_and_after_the_subcommand() {
     let folder = Folder::new();
     let study = folder.path("study.toml");
-    for arguments in [["-v", "compare", text(&study)], ["compare", text(&study), "--verbose"]] {
+    for arguments in [["-v", "verify-backends", text(&study)], ["verify-backends", text(&study), "--verbose"]]
+    {
         let outcome = perirobot(&[&arguments[..], &["--poses", "1", "--backend", "cpu"]].concat());
         assert_eq!(outcome.code, Some(0), "{}", outcome.stderr);
         says(&lines(&outcome, "INFO"), &["read", "cell.toml"]);
@@ -119,7 +120,7 @@ fn json_has_a_line_at_the_start_and_at_the_end() {
 fn compare_tells_its_progress_too() {
     let study = Folder::new();
     let study = study.path("study.toml");
-    let fixed = ["compare", text(&study), "--poses", "1", "--backend", "cpu", "--progress"];
+    let fixed = ["verify-backends", text(&study), "--poses", "1", "--backend", "cpu", "--progress"];
     let outcome = perirobot(&[&fixed[..], &["json"]].concat());
     let last = events(&outcome).pop().unwrap();
     assert_eq!((&last["event"], &last["what"]), (&"done".into(), &"sensors and combinations".into()));

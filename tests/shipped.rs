@@ -31,7 +31,7 @@ fn check(file: &str, voxel_size_m: Option<f64>, selection: Selection) {
     let casting = tables(&study).iter().flatten().count();
     let compared = worlds.len() * (casting + study.combinations.len()) * (1 + backends.len());
     assert_eq!(report.lines.len(), compared, "{file}: every sensor and combination on every backend");
-    let again = format!("cargo run -- compare {file}");
+    let again = format!("cargo run -- verify-backends {file}");
     assert_eq!(report.first_difference, None, "{file}; rerun with: {again}");
 }
 

@@ -13,7 +13,7 @@ mod bench;
 mod check;
 mod choice;
 mod cluster;
-mod compare;
+
 mod completions;
 mod contents;
 mod devices;
@@ -35,6 +35,7 @@ mod study;
 mod summary;
 mod sweep;
 mod swept;
+mod verify_backends;
 mod voxelize;
 mod why;
 
@@ -67,7 +68,7 @@ First steps:
   perirobot why out/quick                             what the best poses miss, and why
   perirobot report out/quick                          all of it as one page, with plots and a 3D view
   perirobot sweep scenes/quick.toml --out out/quick   once more: nothing is left to do, after a stop it goes on
-  perirobot compare scenes/tiny.toml                  prove that all backends agree
+  perirobot verify-backends scenes/tiny.toml          prove that all backends agree
   perirobot devices                                   see which GPU would be used
 
 Exit codes: 0 done; 1 backends disagree; 2 bad input or arguments; 3 a device or the disk failed;
@@ -86,7 +87,7 @@ enum Command {
     Export(export::Args),
     Render(render::Args),
     Cluster(cluster::Args),
-    Compare(compare::Args),
+    VerifyBackends(verify_backends::Args),
     Bench(bench::Args),
     Devices(devices::Args),
     Voxelize(voxelize::Args),
@@ -111,7 +112,7 @@ pub(crate) fn run() -> ExitCode {
         Command::Export(args) => export::run(&args),
         Command::Render(args) => render::run(&args),
         Command::Cluster(args) => cluster::run(&args),
-        Command::Compare(args) => compare::run(&args),
+        Command::VerifyBackends(args) => verify_backends::run(&args),
         Command::Bench(args) => bench::run(&args),
         Command::Devices(args) => devices::run(&args),
         Command::Voxelize(args) => voxelize::run(&args),

@@ -172,7 +172,7 @@ impl Shift<'_> {
                 };
                 Err(Error::Disagreement(format!(
                     "the device and the CPU disagree: {}. {kept}. {cleared}; run again with --backend cpu, and \
-                     `perirobot compare` to see more",
+                     `perirobot verify-backends` to see more",
                     difference.place
                 )))
             }

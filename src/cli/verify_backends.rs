@@ -1,4 +1,4 @@
-//! `perirobot compare`: proves that every backend gives the oracle's integers.
+//! `perirobot verify-backends`: proves that every backend gives the oracle's integers.
 
 use std::process::ExitCode;
 
@@ -11,7 +11,7 @@ use super::backend::BackendArgs;
 use super::progress::ProgressArgs;
 use super::study::StudyArgs;
 
-/// Run chosen poses on every backend and compare each integer
+/// Prove that every backend gives the same integers: chosen poses on each, everything compared
 ///
 /// Counts, both bit planes over the whole grid and the end of every ray are compared with the oracle, the plain
 /// reference. Exits 1 on any difference and names the first: scene, pose, ray, voxel.
