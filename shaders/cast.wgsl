@@ -1,4 +1,4 @@
-// How each ray of each placement ends, and the endpoint of each return, marked in the slot of its placement. One
+// How each ray of each placement ends; where each return is read and what it hits, marked in the slot of its placement. One
 // invocation a ray.
 
 @group(0) @binding(0) var<uniform> setup: Setup;
@@ -8,15 +8,16 @@
 @group(0) @binding(4) var<storage, read> dirs_q15: array<array<i32, 3>>;
 @group(0) @binding(5) var<storage, read> noise_q16: array<i32>;
 @group(0) @binding(6) var<storage, read> layer: array<u32>;
-@group(0) @binding(7) var<storage, read> hits: array<u32>;
+@group(0) @binding(7) var<storage, read> first_hits: array<u32>;
 @group(0) @binding(8) var<storage, read_write> ends: array<u32>;
-@group(0) @binding(9) var<storage, read_write> occupied: array<atomic<u32>>;
+@group(0) @binding(9) var<storage, read_write> ended: array<atomic<u32>>;
 @group(0) @binding(10) var<storage, read_write> done: array<atomic<u32>, KERNELS>;
 
-// How the ray that struck something ended, and where.
+// How a ray ended, in which cell it is read, and in which a return has its blocker.
 struct Finish {
     end: End,
     cell: vec3<i32>,
+    hit: vec3<i32>,
 }
 
 fn finish(begin: March, struck: u32, step_q16: i32) -> Finish {
@@ -36,7 +37,12 @@ fn finish(begin: March, struck: u32, step_q16: i32) -> Finish {
     let left = stand.stopped && table.backdrop != 0u;
     kind = select(kind, select(NOTHING, LEFT, left), nothing);
     let cell = begin.cell + begin.step * vec3<i32>(stand.made);
-    return Finish(End(kind, stand.made.x + stand.made.y + stand.made.z), cell);
+    var hit = cell;
+    if !exact {
+        let made = made_at3(begin.next_q16, begin.period_q16, hit_q16, i32(struck & 3u));
+        hit = begin.cell + begin.step * vec3<i32>(made);
+    }
+    return Finish(End(kind, stand.made.x + stand.made.y + stand.made.z), cell, hit);
 }
 
 // Whether a ray may come near the window. In floats: the window is grown by 1.5 voxels on each side, of which the ray's place in its
@@ -55,15 +61,16 @@ fn comes_near(begin: March) -> bool {
     return max(enters.x, max(enters.y, enters.z)) <= min(leaves.x, min(leaves.y, leaves.z)) + 1.0;
 }
 
-fn mark(slot: u32, cell: vec3<i32>) {
+// Marks a cell in a plane of `ended`: planes 2 · slot and 2 · slot + 1 are a slot's occupied voxels and its hits.
+fn mark(plane: u32, cell: vec3<i32>) {
     let at = cell - vec3<i32>(setup.window_min_x, setup.window_min_y, setup.window_min_z);
     if all(bitcast<vec3<u32>>(at) < vec3<u32>(setup.window_x, setup.window_y, setup.window_z)) {
         let row = u32(at.z) * setup.window_y + u32(at.y);
-        let word = slot * setup.window_words + row * setup.window_words_per_row + (u32(at.x) >> 5u);
+        let word = plane * setup.window_words + row * setup.window_words_per_row + (u32(at.x) >> 5u);
         let mask = 1u << (u32(at.x) & 31u);
         // Many rays end in the same voxel: looking is cheaper than another atomic write.
-        if (atomicLoad(&occupied[word]) & mask) == 0u {
-            atomicOr(&occupied[word], mask);
+        if (atomicLoad(&ended[word]) & mask) == 0u {
+            atomicOr(&ended[word], mask);
         }
     }
 }
@@ -82,8 +89,8 @@ fn main(
         var end = End(NOTHING, 0u);
         var last_q16 = table.range_max_q16;
         var struck = NO_HIT;
-        if placement.hits != NO_SLOT {
-            struck = hits[placement.hits * setup.hits_stride + ray];
+        if placement.first_hits != NO_SLOT {
+            struck = first_hits[placement.first_hits * setup.first_hits_stride + ray];
             // Only what is struck before counts, or at the same distance.
             last_q16 = min(last_q16, struck >> 2u);
         }
@@ -97,7 +104,8 @@ fn main(
             let finish = finish(begin, struck, step_q16);
             end = finish.end;
             if end.kind == RETURN {
-                mark(placement.slot, finish.cell);
+                mark(2u * placement.slot, finish.cell);
+                mark(2u * placement.slot + 1u, finish.hit);
             }
         }
         ends[row * table.rays + ray] = packed(end);

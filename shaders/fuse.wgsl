@@ -5,7 +5,7 @@
 @group(0) @binding(1) var<uniform> part: Part;
 @group(0) @binding(2) var<storage, read> jobs: array<Job>;
 @group(0) @binding(3) var<storage, read> readings: array<Reading>;
-@group(0) @binding(4) var<storage, read> occupied: array<u32>;
+@group(0) @binding(4) var<storage, read> ended: array<u32>;
 @group(0) @binding(5) var<storage, read> free: array<u32>;
 @group(0) @binding(6) var<storage, read_write> fused_occupied: array<u32>;
 @group(0) @binding(7) var<storage, read_write> fused_free: array<u32>;
@@ -21,8 +21,8 @@ fn kept(slot: u32, word: u32) -> Said {
     if slot == NO_SLOT {
         return Said(0u, 0u);
     }
-    let at = slot * setup.window_words + word;
-    return Said(occupied[at], free[at]);
+    let plane = slot * setup.window_words;
+    return Said(ended[2u * plane + word], free[plane + word]);
 }
 
 fn said(reading: Reading, word: u32) -> Said {

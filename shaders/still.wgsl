@@ -10,7 +10,7 @@
 @group(0) @binding(3) var<storage, read> placements: array<Placement>;
 @group(0) @binding(4) var<storage, read> dirs_q15: array<array<i32, 3>>;
 @group(0) @binding(5) var<storage, read> layer: array<u32>;
-@group(0) @binding(6) var<storage, read_write> hits: array<u32>;
+@group(0) @binding(6) var<storage, read_write> first_hits: array<u32>;
 @group(0) @binding(7) var<storage, read_write> done: array<atomic<u32>, KERNELS>;
 
 @compute @workgroup_size(WORKGROUP)
@@ -23,7 +23,7 @@ fn main(
     if ray < part.end {
         let placement = placements[part.first_row + id.y];
         let begin = launch(placement, dirs_q15[ray]);
-        hits[placement.hits * setup.hits_stride + ray] = strike(begin, table.range_max_q16);
+        first_hits[placement.first_hits * setup.first_hits_stride + ray] = strike(begin, table.range_max_q16);
     }
     workgroupBarrier();
     if local == 0u {

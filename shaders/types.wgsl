@@ -20,8 +20,8 @@ struct Setup {
     bricks_x: u32,
     bricks_y: u32,
     reach_word: u32,
-    // Words of the still layer's hits from one slot to the next.
-    hits_stride: u32,
+    // Words of the still layer's first hits from one slot to the next.
+    first_hits_stride: u32,
 }
 
 // One table of rays.
@@ -62,7 +62,7 @@ struct Placement {
     draws: u32,
     slot: u32,
     // Where its first hits in the still layer are kept, or NO_SLOT.
-    hits: u32,
+    first_hits: u32,
 }
 
 // What is fused: readings from `first` to `end`, exclusive.

@@ -62,16 +62,16 @@ fn keep(backend: &mut dyn Backend, case: &Case) -> perirobot::Result<()> {
     }
     backend.upload(case.uploads.clone())?;
     for table in 0..case.tables.len() {
-        // Twice, where hits in the still layer are kept: once to find them, once to find them again.
+        // Twice, where first hits in the still layer are kept: once to find them, once to find them again.
         let all = case.shots.iter().zip(0..).filter(|(shot, _)| shot.table == table);
-        let kept = |number: u32| Some(number).filter(|&number| (number as usize) < backend.hit_slots());
+        let kept = |number: u32| Some(number).filter(|&number| (number as usize) < backend.first_hit_slots());
         let shot = |(shot, number): (&cases::Shot, u32)| Shot {
-            hits: kept(number),
+            first_hits: kept(number),
             ..Shot::once(shot.slot, shot.placement)
         };
         let shots: Vec<_> = all.map(shot).collect();
         backend.sense(table, &shots)?;
-        if shots.iter().any(|shot| shot.hits.is_some()) {
+        if shots.iter().any(|shot| shot.first_hits.is_some()) {
             backend.sense(table, &shots)?;
         }
     }
@@ -92,9 +92,8 @@ fn difference(left: &Evidence, right: &Evidence, rays: &Rays) -> Option<String> 
         let dir_q15 = rays.dirs_q15[ray];
         return Some(format!("ray {ray}, {dir_q15:?}: {:?}, expected {:?}", left.ends[ray], right.ends[ray]));
     }
-    let (left, right) = (&left.planes, &right.planes);
-    let planes = [("occupied", &left.occupied, &right.occupied), ("free", &left.free, &right.free)];
-    planes.iter().find_map(|(name, left, right)| plane_difference(name, left, right))
+    let mut planes = left.planes.named().into_iter().zip(right.planes.named());
+    planes.find_map(|((name, left), (_, right))| plane_difference(name, left, right))
 }
 
 fn plane_difference(name: &str, left: &BitGrid, right: &BitGrid) -> Option<String> {
@@ -205,7 +204,7 @@ fn a_camera_of_several_dispatches() {
 #[test]
 fn the_cases_are_varied() {
     let mut kinds = [0u32; 4];
-    let (mut occupied, mut free, mut windows) = (0, 0, 0);
+    let (mut occupied, mut free, mut hits, mut windows) = (0, 0, [0; 2], 0);
     let (mut reads, mut sums) = ([0u32; 3], [0u64; 3]);
     for seed in 0..100 {
         let case = case(seed);
@@ -221,6 +220,10 @@ fn the_cases_are_varied() {
             evidence.ends.iter().for_each(|end| kinds[end.kind as usize] += 1);
             occupied += evidence.planes.occupied.count();
             free += evidence.planes.free.count();
+            let mut only_hit = evidence.planes.hits.clone();
+            only_hit.remove(&evidence.planes.occupied);
+            hits[0] += evidence.planes.hits.count();
+            hits[1] += only_hit.count();
             if !case.tables[*table].noise_q16.is_empty() {
                 let returns = evidence.ends.iter().zip(&quiet.ends).filter(|(_, quiet)| quiet.kind == RETURN);
                 let order = returns.map(|(end, quiet)| end.crossings.cmp(&quiet.crossings));
@@ -234,6 +237,7 @@ fn the_cases_are_varied() {
     }
     assert!(kinds.iter().all(|&n| n > 1000), "nothing, return, blind, left: {kinds:?}");
     assert!(occupied > 1000 && free > 10_000 && windows > 30, "{occupied} {free} {windows}");
+    assert!(hits[0] > 1000 && hits[1] > 200, "hit, and hit but read elsewhere: {hits:?}");
     assert!(reads.iter().all(|&n| n > 1000), "read before, at, behind the blocker: {reads:?}");
     assert!(sums.iter().all(|&n| n > 100), "log-odds clamped below, within, clamped above: {sums:?}");
 }

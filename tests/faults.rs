@@ -108,8 +108,8 @@ impl Backend for Actor {
         self.inner.slots().min(8)
     }
 
-    fn hit_slots(&self) -> usize {
-        self.inner.hit_slots()
+    fn first_hit_slots(&self) -> usize {
+        self.inner.first_hit_slots()
     }
 
     fn sense(&mut self, table: usize, shots: &[Shot]) -> Result<()> {

@@ -180,7 +180,7 @@ struct Few {
     slots: usize,
     kept: usize,
     /// How many placements' first hits it keeps, were it to keep any.
-    hit_slots: usize,
+    first_hit_slots: usize,
     /// The still layers of the cells that were loaded, each once, and for each of these cells which numbers were given.
     layers: Vec<Arc<BitGrid>>,
     numbers: Vec<(usize, BTreeSet<Slot>)>,
@@ -196,7 +196,7 @@ impl Few {
             cpu: Cpu::new(None).unwrap(),
             slots,
             kept: 0,
-            hit_slots: 0,
+            first_hit_slots: 0,
             layers: Vec::new(),
             numbers: Vec::new(),
             stands_for: BTreeMap::new(),
@@ -206,13 +206,13 @@ impl Few {
     }
 
     /// Checks the number of a placement's first hits.
-    fn find_hits(&mut self, table: usize, Shot { placement, hits, .. }: &Shot) {
-        let Some(hits) = *hits else { return };
-        assert!((hits as usize) < self.hit_slots, "{hits} of {}", self.hit_slots);
+    fn find_hits(&mut self, table: usize, Shot { placement, first_hits, .. }: &Shot) {
+        let Some(first_hits) = *first_hits else { return };
+        assert!((first_hits as usize) < self.first_hit_slots, "{first_hits} of {}", self.first_hit_slots);
         let known = (table, Placement { draws: 0, ..*placement });
-        let first = *self.stands_for.entry(hits).or_insert(known);
-        assert_eq!(first, known, "number {hits} stands for one placement while a layer is loaded");
-        self.numbers.last_mut().unwrap().1.insert(hits);
+        let first = *self.stands_for.entry(first_hits).or_insert(known);
+        assert_eq!(first, known, "number {first_hits} stands for one placement while a layer is loaded");
+        self.numbers.last_mut().unwrap().1.insert(first_hits);
     }
 
     fn keep(&mut self, slots: impl Iterator<Item = Slot>) {
@@ -263,8 +263,8 @@ impl Backend for Few {
         self.cpu.upload(evidence)
     }
 
-    fn hit_slots(&self) -> usize {
-        self.hit_slots
+    fn first_hit_slots(&self) -> usize {
+        self.first_hit_slots
     }
 
     fn ask(&mut self, fusion: Fusion, jobs: &[Vec<Reading>]) -> Result<()> {
@@ -313,25 +313,25 @@ fn first_hits_are_kept_from_snapshot_to_snapshot() {
     let stays = |c: &Combination| if c.members[0].sensor == wrist { 0 } else { c.choices() };
     let all: usize = study.combinations.iter().map(stays).sum();
     assert!(study.sensors[wrist].on.is_some() && all > 3, "{all}");
-    for hit_slots in [0, 1, 3, all, 1000] {
-        let mut few = Few { hit_slots, ..Few::new(40) };
-        assert!(rows_by(&study, &mut few) == expected, "{hit_slots} places for first hits");
-        let groups = match hit_slots {
+    for first_hit_slots in [0, 1, 3, all, 1000] {
+        let mut few = Few { first_hit_slots, ..Few::new(40) };
+        assert!(rows_by(&study, &mut few) == expected, "{first_hit_slots} places for first hits");
+        let groups = match first_hit_slots {
             0 => 1,
-            _ => all.div_ceil(hit_slots),
+            _ => all.div_ceil(first_hit_slots),
         };
-        assert_eq!((few.layers.len(), few.numbers.len()), (groups, 2 * groups), "{hit_slots} places");
+        assert_eq!((few.layers.len(), few.numbers.len()), (groups, 2 * groups), "{first_hit_slots} places");
         for group in few.numbers.chunks(2) {
             let [(layer, first), (same, second)] = group else { panic!("two snapshots a group") };
             assert_eq!((layer, first), (same, second), "each is found again in the other snapshot");
         }
         let numbered: usize = few.numbers.iter().map(|(_, numbers)| numbers.len()).sum();
-        assert_eq!(numbered, if hit_slots == 0 { 0 } else { 2 * all }, "{hit_slots} places");
+        assert_eq!(numbered, if first_hit_slots == 0 { 0 } else { 2 * all }, "{first_hit_slots} places");
     }
     // One choice that has more sensors than places: what does not fit is cast each time.
     let mut whole = load(&Overrides::default());
     whole.combinations.retain(|c| c.members.len() == 8);
-    let mut few = Few { hit_slots: 1, ..Few::new(40) };
+    let mut few = Few { first_hit_slots: 1, ..Few::new(40) };
     assert!(rows_by(&whole, &mut few) == rows(&whole));
     assert!(few.numbers.iter().all(|(_, numbers)| numbers.len() <= 1));
 }

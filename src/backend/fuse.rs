@@ -14,7 +14,7 @@
 use std::ops::Range;
 
 use super::{Fusion, LOG_ODDS, Planes, Reading, Slot};
-use crate::voxel::{BitGrid, Window};
+use crate::voxel::Window;
 
 /// Rows of one layer of a window, what is fused and counted at a time: few enough to stay in the nearest cache.
 #[derive(Clone, Debug)]
@@ -147,15 +147,17 @@ fn sum(voices: &[Voice], word: usize, mut so_far: i32, mut voxels: u32, labels: 
     }
 }
 
-/// The labels of all voxels of a window.
+/// The labels of all voxels of a window, and the hits of all readings.
 pub(super) fn fused<'a>(
     window: Window,
     fusion: Fusion,
     readings: &[Reading],
     planes: impl Fn(Slot) -> Option<&'a Planes>,
 ) -> Planes {
-    let mut job = Job::new(window, fusion, readings, planes);
-    let mut labels = Planes { occupied: BitGrid::new(window), free: BitGrid::new(window) };
+    let mut job = Job::new(window, fusion, readings, &planes);
+    let mut labels = Planes::blank(window);
+    let slots = readings.iter().flat_map(|reading| [Some(reading.slot), reading.volume]).flatten();
+    slots.filter_map(&planes).for_each(|said| labels.hits.add(&said.hits));
     let ([_, y, z], [_, y_end, z_end]) = (window.min, window.end());
     for z in z..z_end {
         job.fuse(&Rows { z, ys: y..y_end });
@@ -205,7 +207,8 @@ mod tests {
                 voxels.cells().filter(|_| random(2) == 0).for_each(|voxel| plane.set(voxel));
                 plane
             };
-            let planes: Vec<_> = (0..6).map(|_| Planes { occupied: plane(), free: plane() }).collect();
+            let planes: Vec<_> =
+                (0..6).map(|_| Planes { occupied: plane(), free: plane(), hits: plane() }).collect();
             let reading = |_| {
                 let [hit, miss] = match random(4) {
                     0 => [847, -405],

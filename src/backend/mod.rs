@@ -68,19 +68,34 @@ pub struct Placement {
     pub draws: u32,
 }
 
-/// What a sensor says: two planes over a window, or over parts of it outside of which it says nothing.
+/// What a sensor says: three planes over a window, or over parts of it outside of which it says nothing.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Planes {
     /// Voxels that the sensor calls occupied.
     pub occupied: BitGrid,
     /// Voxels that it calls free; `occupied` wins where both are set.
     pub free: BitGrid,
+    /// Voxels that its returns truly come from, whatever distance they are read at.
+    pub hits: BitGrid,
+}
+
+impl Planes {
+    /// Nothing is said of any voxel of a window.
+    pub fn blank(window: Window) -> Planes {
+        let blank = BitGrid::new(window);
+        Planes { occupied: blank.clone(), free: blank.clone(), hits: blank }
+    }
+
+    /// The planes with their names, in order.
+    pub fn named(&self) -> [(&'static str, &BitGrid); 3] {
+        [("occupied", &self.occupied), ("free", &self.free), ("hits", &self.hits)]
+    }
 }
 
 /// All that casting one placement tells: planes over the cell's window, and how each ray ended.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Evidence {
-    /// Endpoints, and the cells that returning (or certifying) rays passed.
+    /// Endpoints, the cells that returning (or certifying) rays passed, and the blockers that returns come from.
     pub planes: Planes,
     /// One end a ray, in ray order; the end of a noisy return is where it is read.
     pub ends: Vec<End>,
@@ -97,15 +112,15 @@ pub struct Shot {
     /// Where the sensor is.
     pub placement: Placement,
     /// Where to keep what its rays hit first in the cell's still layer, and to find it again in the next cell of the
-    /// same layer: a number below [`Backend::hit_slots`]. A number stands for one table and placement, but for its
+    /// same layer: a number below [`Backend::first_hit_slots`]. A number stands for one table and placement, but for its
     /// draws, as long as the layer is loaded.
-    pub hits: Option<Slot>,
+    pub first_hits: Option<Slot>,
 }
 
 impl Shot {
     /// A placement that is cast in this cell only.
     pub fn once(slot: Slot, placement: Placement) -> Self {
-        Shot { slot, placement, hits: None }
+        Shot { slot, placement, first_hits: None }
     }
 }
 
@@ -170,7 +185,7 @@ pub trait Backend {
     fn slots(&self) -> usize;
 
     /// How many placements' first hits in the still layer can be kept at once; 0 if the cell has no such layer.
-    fn hit_slots(&self) -> usize;
+    fn first_hit_slots(&self) -> usize;
 
     /// Casts a table's rays from placements; what each proves replaces what its slot held. No slot comes twice.
     fn sense(&mut self, table: usize, shots: &[Shot]) -> Result<()>;
@@ -201,7 +216,7 @@ pub trait Backend {
 }
 
 /// What several sensors say together, in the order they speak, over a window: their planes, and what `occupied` and `free`
-/// add to a voxel's log-odds. No voxel is in both planes of the answer.
+/// add to a voxel's log-odds. No voxel of the answer is both occupied and free; its hits are those of any sensor.
 pub fn fused(window: Window, fusion: Fusion, voices: &[(Planes, [i32; 2])]) -> Planes {
     let reading = |(slot, (_, [hit, miss])): (usize, &(Planes, [i32; 2]))| Reading {
         slot: slot as Slot,

@@ -6,8 +6,8 @@ use std::collections::VecDeque;
 use super::{Backend, Cell, Evidence, Fusion, LOG_ODDS, Placement, Planes, Rays, Reading, Shot, Slot};
 use crate::march::{BLIND, End, LEFT, NEVER, NOTHING, RETURN};
 use crate::metrics::{COUNTERS, Confusion};
-use crate::voxel::BitGrid;
 use crate::voxel::grid::MAX_VOXELS_PER_AXIS;
+use crate::voxel::{BitGrid, Window};
 use crate::{Error, Result};
 
 /// Evidence kept at once; as many as any test or comparison asks of it.
@@ -46,7 +46,7 @@ impl Backend for Oracle {
         SLOTS
     }
 
-    fn hit_slots(&self) -> usize {
+    fn first_hit_slots(&self) -> usize {
         0
     }
 
@@ -59,9 +59,8 @@ impl Backend for Oracle {
 
     fn upload(&mut self, evidence: Vec<(Slot, Planes)>) -> Result<()> {
         let window = self.cell()?.window;
-        for (slot, Planes { occupied, free }) in evidence {
-            let planes = Planes { occupied: occupied.over(window), free: free.over(window) };
-            self.slots[slot as usize] = Some(planes);
+        for (slot, planes) in evidence {
+            self.slots[slot as usize] = Some(over(window, &planes));
         }
         Ok(())
     }
@@ -83,13 +82,12 @@ impl Backend for Oracle {
     fn read(&mut self, table: usize, placement: &Placement) -> Result<Evidence> {
         let cell = self.cell()?;
         let rays = self.tables.get(table).ok_or_else(|| super::no_table(table))?;
-        let mut occupied = BitGrid::new(cell.blockers.window());
-        let mut free = BitGrid::new(cell.blockers.window());
+        let mut planes = Planes::blank(cell.blockers.window());
         let mut ends = Vec::with_capacity(rays.dirs_q15.len());
         let mut path = Box::new(Path { cells: [0; LONGEST_PATH], entered: [0; LONGEST_PATH] });
         let mark = |plane: &mut [u32], bit: u32| plane[bit as usize >> 5] |= 1 << (bit & 31);
         for ray in 0..rays.dirs_q15.len() {
-            let end = walk(cell, rays, placement, ray, &mut path);
+            let (end, blocker) = walk(cell, rays, placement, ray, &mut path);
             let endpoint = end.crossings as usize;
             let freed = match end.kind {
                 RETURN => endpoint,
@@ -97,14 +95,14 @@ impl Backend for Oracle {
                 NOTHING if rays.gates.no_return_is_free => endpoint + 1,
                 _ => 0,
             };
-            path.cells[..freed].iter().for_each(|&bit| mark(free.words_mut(), bit));
+            path.cells[..freed].iter().for_each(|&bit| mark(planes.free.words_mut(), bit));
             if end.kind == RETURN {
-                mark(occupied.words_mut(), path.cells[endpoint]);
+                mark(planes.occupied.words_mut(), path.cells[endpoint]);
+                mark(planes.hits.words_mut(), path.cells[blocker]);
             }
             ends.push(end);
         }
-        let planes = Planes { occupied: occupied.over(cell.window), free: free.over(cell.window) };
-        Ok(Evidence { planes, ends })
+        Ok(Evidence { planes: over(cell.window, &planes), ends })
     }
 }
 
@@ -171,6 +169,12 @@ impl Oracle {
             }
         }
     }
+}
+
+/// Planes over a window, whatever they covered.
+fn over(window: Window, planes: &Planes) -> Planes {
+    let Planes { occupied, free, hits } = planes;
+    Planes { occupied: occupied.over(window), free: free.over(window), hits: hits.over(window) }
 }
 
 /// Most cells that a ray can be in: it moves one way on each axis.
@@ -250,8 +254,8 @@ fn is_set(words: &[u32], bit: usize) -> bool {
 }
 
 /// Fills `path` with the cells that a ray is in, inside the grid and within range, up to its first blocker, or to where
-/// a noisy return is read, and says how the ray ended.
-fn walk(cell: &Cell, rays: &Rays, placement: &Placement, number: usize, path: &mut Path) -> End {
+/// a noisy return is read, and says how the ray ended and after how many crossings it was in the last cell before noise.
+fn walk(cell: &Cell, rays: &Rays, placement: &Placement, number: usize, path: &mut Path) -> (End, usize) {
     let words = cell.blockers.words();
     let gates = &rays.gates;
     let mut ray = Ray::start(&cell.blockers, placement, rays.dirs_q15[number]);
@@ -268,17 +272,18 @@ fn walk(cell: &Cell, rays: &Rays, placement: &Placement, number: usize, path: &m
         let t = crossing >> 2;
         if is_set(words, ray.bit as usize) && t >= u64::from(gates.near_ignore_q16) {
             if t < u64::from(gates.range_min_q16) {
-                return end(BLIND, crossings);
+                return (end(BLIND, crossings), crossings);
             }
             let noise_q16 = noise_q16(rays, placement.draws, number);
+            let mut read = crossings;
             if noise_q16 != 0 {
                 let read_q16 = (t as i64 + noise_q16).max(0) as u64;
-                crossings = endpoint(ray, read_q16, path, crossings);
+                read = endpoint(ray, read_q16, path, crossings);
             }
-            return end(RETURN, crossings);
+            return (end(RETURN, read), crossings);
         }
     }
-    end(if gates.backdrop && ray.exit < out_of_range { LEFT } else { NOTHING }, crossings)
+    (end(if gates.backdrop && ray.exit < out_of_range { LEFT } else { NOTHING }, crossings), crossings)
 }
 
 /// How many crossings a ray has made where it is read, if it was stopped after so many of them.

@@ -3,6 +3,7 @@
 //! | array | type, shape | what |
 //! |---|---|---|
 //! | `labels` | int8 (x, y, z) | 1 occupied, 0 free, −1 unknown: what the sensors say together |
+//! | `hits` | bool (x, y, z) | voxels that returns truly come from, whatever distance they are read at |
 //! | `truth`, `human`, `robot` | bool (x, y, z) | truly occupied; voxels of a person; of the robot |
 //! | `verdict` | uint8 (x, y, z) | an index of `verdict_names`: tp, fp, fn, tn, uo, uf |
 //! | `regions` | bool (x, y, z, region) | the voxels of each region; `region_names` in the same order |
@@ -39,8 +40,12 @@ fn write(view: &View) -> io::Result<Vec<u8>> {
         () if labels.free.get(cell) => 0,
         () => -1i8 as u8,
     })?;
-    let planes: [(&str, &BitGrid); 3] =
-        [("truth", &truth.occupied), ("human", &truth.human), ("robot", &truth.robot)];
+    let planes: [(&str, &BitGrid); 4] = [
+        ("hits", &labels.hits),
+        ("truth", &truth.occupied),
+        ("human", &truth.human),
+        ("robot", &truth.robot),
+    ];
     for (name, plane) in planes {
         archive.voxels(name, "|b1", shape, |cell| plane.get(cell).into())?;
     }

@@ -92,7 +92,10 @@ impl Kind for Cover {
         near.keep(&at.truth.occupied);
         free.remove(&near);
         let (occupied, window) = (self.shifted(&near, at), free.window().intersection(&at.window));
-        vec![Claim { cast: false, planes: Some(Planes { occupied, free: free.over(window) }) }]
+        vec![Claim {
+            cast: false,
+            planes: Some(Planes { occupied, free: free.over(window), hits: BitGrid::nowhere() }),
+        }]
     }
 
     fn reach(&self, at: &Station) -> Reach {

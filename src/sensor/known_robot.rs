@@ -47,7 +47,10 @@ impl Kind for KnownRobot {
     fn claims(&self, at: &Station) -> Vec<Claim> {
         let robot = &at.truth.robot_volume;
         let occupied = robot.over(robot.window().intersection(&at.window));
-        vec![Claim { cast: false, planes: Some(Planes { occupied, free: BitGrid::nowhere() }) }]
+        vec![Claim {
+            cast: false,
+            planes: Some(Planes { occupied, free: BitGrid::nowhere(), hits: BitGrid::nowhere() }),
+        }]
     }
 
     fn reach(&self, at: &Station) -> Reach {

@@ -278,8 +278,8 @@ fn level(at: &Station) -> Result<(), String> {
 fn switched(volume: BitGrid, on: bool, otherwise_free: bool) -> Claim {
     let empty = BitGrid::nowhere();
     let planes = match (on, otherwise_free) {
-        (true, _) => Some(Planes { occupied: volume, free: empty }),
-        (false, true) => Some(Planes { occupied: empty, free: volume }),
+        (true, _) => Some(Planes { occupied: volume, free: empty.clone(), hits: empty }),
+        (false, true) => Some(Planes { occupied: empty.clone(), free: volume, hits: empty }),
         (false, false) => None,
     };
     Claim { cast: false, planes }

@@ -150,7 +150,7 @@ impl Kind for Rgbd {
         let people = at.rays.filter(|_| looks).map_or_else(Vec::new, detected);
         let claim = |shape: &Shape| {
             let occupied = shape.volume(&people, at.truth.grid.voxel_size_m, at.window);
-            let planes = Planes { occupied, free: BitGrid::nowhere() };
+            let planes = Planes { occupied, free: BitGrid::nowhere(), hits: BitGrid::nowhere() };
             Claim { cast: true, planes: (!planes.occupied.is_empty()).then_some(planes) }
         };
         self.shapes.iter().map(claim).collect()

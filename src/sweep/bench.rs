@@ -226,8 +226,8 @@ impl Backend for Watched<'_> {
         self.backend.slots()
     }
 
-    fn hit_slots(&self) -> usize {
-        self.backend.hit_slots()
+    fn first_hit_slots(&self) -> usize {
+        self.backend.first_hit_slots()
     }
 
     fn sense(&mut self, table: usize, shots: &[Shot]) -> Result<()> {

@@ -1,4 +1,4 @@
-//! Every backend on the same poses, every integer compared: counts, both bit planes over the whole grid, and how
+//! Every backend on the same poses, every integer compared: counts, all bit planes over the whole grid, and how
 //! each ray ended. The oracle is right by definition; the first difference is explained.
 
 mod explain;
@@ -257,8 +257,8 @@ fn count_differences((expected, counts): Said, (got, found): Said) -> u64 {
         only_a.count() + only_b.count()
     };
     let flat = |all: &[Confusion]| -> Vec<u64> { all.iter().flat_map(Confusion::counts).collect() };
-    bits(&expected.planes.occupied, &got.planes.occupied)
-        + bits(&expected.planes.free, &got.planes.free)
+    let planes = expected.planes.named().into_iter().zip(got.planes.named());
+    planes.map(|((_, a), (_, b))| bits(a, b)).sum::<u64>()
         + unequal(&expected.ends, &got.ends)
         + unequal(&flat(counts), &flat(found))
 }

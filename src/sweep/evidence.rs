@@ -39,7 +39,7 @@ struct Key {
 }
 
 /// Where the first hits of a sensor at a candidate are kept: by the indices of both.
-pub(super) type HitSlots = HashMap<(usize, usize), Slot>;
+pub(super) type FirstHitSlots = HashMap<(usize, usize), Slot>;
 
 /// Where its evidence is.
 struct Held {
@@ -55,7 +55,7 @@ pub(super) struct Store<'a> {
     pub(super) world: &'a World,
     tables: &'a [Option<Rays>],
     /// Where the backend keeps first hits.
-    hits: &'a HitSlots,
+    first_hits: &'a FirstHitSlots,
     window: Window,
     held: HashMap<Key, Held>,
     /// In the order they were made.
@@ -71,7 +71,7 @@ impl<'a> Store<'a> {
         study: &'a Study,
         world: &'a World,
         tables: &'a [Option<Rays>],
-        hits: &'a HitSlots,
+        first_hits: &'a FirstHitSlots,
         slots: usize,
         batch: Batch,
     ) -> Store<'a> {
@@ -79,7 +79,7 @@ impl<'a> Store<'a> {
             study,
             world,
             tables,
-            hits,
+            first_hits,
             window: window_of(&world.regions),
             held: HashMap::new(),
             oldest: VecDeque::new(),
@@ -175,8 +175,8 @@ impl<'a> Store<'a> {
                 slot
             };
             let cast = claims.iter().any(|claim| claim.cast).then(|| take(&mut self.vacant));
-            let hits = self.hits.get(&(key.sensor, key.candidate)).copied();
-            shots[key.sensor].extend(cast.map(|slot| Shot { slot, placement, hits }));
+            let first_hits = self.first_hits.get(&(key.sensor, key.candidate)).copied();
+            shots[key.sensor].extend(cast.map(|slot| Shot { slot, placement, first_hits }));
             let mut readings = Vec::new();
             for (representation, claim) in claims.into_iter().enumerate() {
                 let [hit, miss] = self.study.sensors[key.sensor].kind.log_odds(representation);

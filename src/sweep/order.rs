@@ -12,7 +12,7 @@
 use std::collections::VecDeque;
 use std::sync::Arc;
 
-use super::evidence::{Batch, HitSlots, Store};
+use super::evidence::{Batch, FirstHitSlots, Store};
 use super::{Ask, Row, World, tables};
 use crate::backend::{Backend, Cell, Rays};
 use crate::study::Study;
@@ -90,7 +90,7 @@ pub fn run_asks(
         while !left.is_empty() {
             // To a backend, other numbers for first hits are another layer.
             let still = snapshots[0].still.as_ref().map(|still| Arc::new(still.as_ref().clone()));
-            let mut group: Option<(&[Ask], HitSlots)> = None;
+            let mut group: Option<(&[Ask], FirstHitSlots)> = None;
             for world in snapshots {
                 let some = group.as_ref().map_or(left, |(group, _)| *group);
                 if !some.iter().any(|ask| wanted(world, ask, ledger)) {
@@ -99,9 +99,9 @@ pub fn run_asks(
                 ledger.begins(world);
                 let cell = world.cell(window_of(&world.regions));
                 backend.load(&Cell { still: still.clone(), ..cell })?;
-                let first = || first_group(study, snapshots, &tables, left, backend.hit_slots());
-                let (group, hits) = group.get_or_insert_with(first);
-                let store = Store::new(study, world, &tables, hits, backend.slots(), batch);
+                let first = || first_group(study, snapshots, &tables, left, backend.first_hit_slots());
+                let (group, first_hits) = group.get_or_insert_with(first);
+                let store = Store::new(study, world, &tables, first_hits, backend.slots(), batch);
                 score(store, group, backend, ledger)?;
                 if ledger.enough() {
                     return Ok(());
@@ -121,10 +121,10 @@ fn first_group<'a>(
     tables: &[Option<Rays>],
     asks: &'a [Ask],
     places: usize,
-) -> (&'a [Ask], HitSlots) {
-    let mut hits = HitSlots::new();
+) -> (&'a [Ask], FirstHitSlots) {
+    let mut first_hits = FirstHitSlots::new();
     if places == 0 || snapshots.len() < 2 {
-        return (asks, hits);
+        return (asks, first_hits);
     }
     let stays = |&(sensor, candidate): &(usize, usize)| {
         let setting = |world: &World| world.settings[sensor][candidate];
@@ -134,18 +134,18 @@ fn first_group<'a>(
         let combination = &study.combinations[ask.combination];
         let members = combination.members.iter().map(|member| member.sensor);
         let all = members.zip(combination.choice(ask.choice)).filter(stays);
-        let new: Vec<_> = all.filter(|key| !hits.contains_key(key)).collect();
-        if count > 0 && hits.len() + new.len() > places {
-            return (&asks[..count], hits);
+        let new: Vec<_> = all.filter(|key| !first_hits.contains_key(key)).collect();
+        if count > 0 && first_hits.len() + new.len() > places {
+            return (&asks[..count], first_hits);
         }
         // More than fit even for one choice are cast each time.
         for key in new {
-            if hits.len() < places {
-                hits.insert(key, hits.len() as u32);
+            if first_hits.len() < places {
+                first_hits.insert(key, first_hits.len() as u32);
             }
         }
     }
-    (asks, hits)
+    (asks, first_hits)
 }
 
 /// Choices of one combination whose counts are asked for.

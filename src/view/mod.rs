@@ -63,7 +63,7 @@ pub struct View<'a> {
     pub choice: Choice,
     /// Its sensors, in the order they speak.
     pub members: Vec<Member>,
-    /// What they say together, over the grid; no voxel is in both planes, and what is in neither is unknown.
+    /// What they say together, over the grid; no voxel is occupied and free, and what is neither is unknown.
     pub labels: Planes,
     /// The rays of the study's sensors.
     tables: Arc<Vec<Option<Rays>>>,
@@ -142,10 +142,11 @@ impl<'a, 'b> Viewer<'a, 'b> {
             let cast = (cast && tables[sensor].is_some())
                 .then(|| self.backend.read(table, &placement))
                 .transpose()?;
-            let mut says = Planes { occupied: BitGrid::new(grid), free: BitGrid::new(grid) };
+            let mut says = Planes::blank(grid);
             for part in cast.iter().map(|cast| &cast.planes).chain(&planes) {
                 says.occupied.add(&part.occupied);
                 says.free.add(&part.free);
+                says.hits.add(&part.hits);
             }
             voices.push((says.clone(), kind.log_odds(way)));
             members.push(Member { sensor, candidate, placement, cast, says });
@@ -182,7 +183,7 @@ impl<'a> View<'a> {
     /// The voxels of the grid with this verdict.
     pub fn voxels(&self, verdict: Verdict) -> BitGrid {
         let grid = self.world.truth.grid.window();
-        let Planes { occupied, free } = &self.labels;
+        let Planes { occupied, free, .. } = &self.labels;
         let truth = &*self.world.truth.occupied;
         let mut voxels = match verdict {
             Verdict::Tp | Verdict::Fp => occupied.clone(),

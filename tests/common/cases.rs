@@ -101,9 +101,9 @@ pub(crate) fn noise_q16(random: &mut Random) -> Vec<i32> {
     (0..NOISE_STEPS).map(|_| random.between(-most, most)).collect()
 }
 
-/// Evidence as a host may make it: with voxels in both planes, too, each over a part of the window.
+/// Evidence as a host may make it: with voxels in several planes, too, each over a part of the window.
 fn planes(random: &mut Random, window: Window) -> Planes {
-    let [occupied, free] = [40, 60].map(|percent| {
+    let [occupied, free, hits] = [40, 60, 30].map(|percent| {
         let window = match random.below(8) {
             0 => Window::between([0; 3], [-1; 3]),
             1 | 2 => inner(random, window),
@@ -117,7 +117,7 @@ fn planes(random: &mut Random, window: Window) -> Planes {
         fill(random, &mut plane, part, percent);
         plane
     });
-    Planes { occupied, free }
+    Planes { occupied, free, hits }
 }
 
 /// One to four readings of any slots, those included that hold nothing.

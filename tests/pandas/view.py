@@ -17,6 +17,7 @@ shape = labels.shape
 assert labels.dtype == np.int8 and truth.dtype == bool and verdict.dtype == np.uint8
 assert set(np.unique(labels)) <= {-1, 0, 1} and labels.size > 0
 assert view["origin_m"].shape == (3,) and view["voxel_size_m"].shape == () and view["voxel_size_m"] == 0.1
+assert view["hits"].dtype == bool and view["hits"].shape == shape
 assert truth.shape == verdict.shape == view["human"].shape == view["robot"].shape == shape
 # The room is 2.4 x 1.8 x 1.6 m: x is the first axis, z the last.
 assert shape[0] > shape[1] > shape[2], shape

@@ -12,6 +12,7 @@ use fearless_simd::{Level, Simd, dispatch};
 
 use super::bundle::{Bundle, Lanes, Places, RAYS};
 use super::strike::{self, Strike};
+use crate::backend::Planes;
 use crate::march::{self, BLIND, End, Gates, LEFT, NOTHING, RETURN};
 use crate::voxel::BitGrid;
 
@@ -23,6 +24,8 @@ pub(super) struct Ends {
     pub(super) freed: Lanes<u32>,
     /// The bit of each return's endpoint in the window's plane; [`NO_BIT`] outside and for other rays.
     bits: Lanes<u32>,
+    /// The same of the blocker that each return comes from.
+    hits: Lanes<u32>,
     places: Places,
     steps_q16: Lanes<i32>,
     made: [Lanes<u32>; 3],
@@ -51,6 +54,7 @@ impl Ends {
             crossings: [0; RAYS],
             freed: [0; RAYS],
             bits: [NO_BIT; RAYS],
+            hits: [NO_BIT; RAYS],
             places: Places { t_q16: [0; RAYS], axis: [0; RAYS] },
             steps_q16: [0; RAYS],
             made: [[0; RAYS]; 3],
@@ -80,6 +84,13 @@ impl Ends {
         for lane in (0..RAYS).filter(|lane| unusual >> lane & 1 == 1) {
             self.end_alone(bundle, lane, strikes[lane], rules, plane);
         }
+        self.hits = self.bits;
+        for lane in (0..RAYS).filter(|&lane| self.kinds[lane] == RETURN && self.steps_q16[lane] != 0) {
+            let made = bundle.made_by(lane, strike::crossing(strikes[lane]));
+            let begin = bundle.march(lane);
+            let cell = std::array::from_fn(|r| begin.cell[r] + begin.step[r] * made[r] as i32);
+            self.hits[lane] = plane.bit_index(cell).map_or(NO_BIT, |bit| bit as u32);
+        }
     }
 
     /// How a ray ended.
@@ -87,11 +98,13 @@ impl Ends {
         End { kind: self.kinds[lane], crossings: self.crossings[lane] }
     }
 
-    /// Marks where returns are read.
-    pub(super) fn occupy(&self, occupied: &mut BitGrid) {
-        let words = occupied.words_mut();
-        for bit in self.bits.into_iter().filter(|&bit| bit != NO_BIT) {
-            words[bit as usize >> 5] |= 1 << (bit & 31);
+    /// Marks where returns are read, and what they come from.
+    pub(super) fn mark(&self, planes: &mut Planes) {
+        for (bits, plane) in [(&self.bits, &mut planes.occupied), (&self.hits, &mut planes.hits)] {
+            let words = plane.words_mut();
+            for &bit in bits.iter().filter(|&&bit| bit != NO_BIT) {
+                words[bit as usize >> 5] |= 1 << (bit & 31);
+            }
         }
     }
 

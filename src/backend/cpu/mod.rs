@@ -48,7 +48,7 @@ pub struct Cpu {
     loaded: Option<Loaded>,
     slots: Vec<Option<Planes>>,
     /// What was struck in the still layer, by hit slot; empty where nothing is kept.
-    hits: Vec<Vec<Strike>>,
+    first_hits: Vec<Vec<Strike>>,
     answers: VecDeque<Vec<Vec<Confusion>>>,
 }
 
@@ -97,7 +97,7 @@ impl Cpu {
             carving: None,
             tables: Vec::new(),
             loaded: None,
-            hits: Vec::new(),
+            first_hits: Vec::new(),
             slots: Vec::new(),
             answers: VecDeque::new(),
         })
@@ -125,13 +125,13 @@ impl Cpu {
     }
 
     /// The strikes on the still layer kept for a shot, unknown ones if it is new.
-    fn take_hits(&mut self, table: usize, shot: &Shot) -> Option<Vec<Strike>> {
-        let slot = shot.hits? as usize;
-        if self.hits.len() <= slot {
-            self.hits.resize(slot + 1, Vec::new());
+    fn take_first_hits(&mut self, table: usize, shot: &Shot) -> Option<Vec<Strike>> {
+        let slot = shot.first_hits? as usize;
+        if self.first_hits.len() <= slot {
+            self.first_hits.resize(slot + 1, Vec::new());
         }
         let rays = self.tables.get(table)?.bundles.count() * bundle::RAYS;
-        let kept = std::mem::take(&mut self.hits[slot]);
+        let kept = std::mem::take(&mut self.first_hits[slot]);
         Some(if kept.len() == rays { kept } else { vec![strike::UNKNOWN; rays] })
     }
 
@@ -155,14 +155,14 @@ impl Backend for Cpu {
     }
 
     fn tables(&mut self, tables: &[Rays]) -> Result<()> {
-        self.hits.clear();
+        self.first_hits.clear();
         self.tables = tables.iter().map(Table::new).collect();
         Ok(())
     }
 
     fn load(&mut self, cell: &Cell) -> Result<()> {
         let evidence = usize::try_from(self.memory_bytes / 2).unwrap_or(usize::MAX);
-        let piece = 2 * 4 * cell.truth.words().len().max(1);
+        let piece = 3 * 4 * cell.truth.words().len().max(1);
         // Even where a piece is large, all threads have one to work on, and a job of several sensors fits.
         let least = 4 * self.pool.current_num_threads().max(4);
         self.slots = vec![None; (evidence / piece).min(MOST_SLOTS).max(least)];
@@ -171,7 +171,7 @@ impl Backend for Cpu {
         let loaded = Loaded::new(cell, before);
         let is = loaded.still.as_ref().map(|(layer, _)| layer);
         if !was.iter().zip(is).any(|(was, is)| Arc::ptr_eq(was, is)) {
-            self.hits.clear();
+            self.first_hits.clear();
         }
         self.loaded = Some(loaded);
         tracing::debug!(
@@ -185,7 +185,7 @@ impl Backend for Cpu {
         self.slots.len()
     }
 
-    fn hit_slots(&self) -> usize {
+    fn first_hit_slots(&self) -> usize {
         let rays = self.tables.iter().map(|table| table.bundles.count() * bundle::RAYS).max().unwrap_or(0);
         let still = self.loaded.as_ref().is_some_and(|loaded| loaded.still.is_some());
         let bytes = usize::try_from(self.memory_bytes / 4).unwrap_or(usize::MAX);
@@ -195,7 +195,7 @@ impl Backend for Cpu {
     fn sense(&mut self, table: usize, shots: &[Shot]) -> Result<()> {
         tracing::debug!("cpu: casts table of rays {table} from {} poses", shots.len());
         let mut kept: Vec<Option<Vec<Strike>>> =
-            shots.iter().map(|shot| self.take_hits(table, shot)).collect();
+            shots.iter().map(|shot| self.take_first_hits(table, shot)).collect();
         let loaded = self.loaded()?;
         let sensor = self.sensor(table, &loaded.wanted)?;
         let sensed: Vec<Planes> = self.pool.install(|| {
@@ -207,8 +207,8 @@ impl Backend for Cpu {
         });
         for ((shot, planes), kept) in shots.iter().zip(sensed).zip(kept) {
             self.slots[shot.slot as usize] = Some(planes);
-            if let (Some(slot), Some(kept)) = (shot.hits, kept) {
-                self.hits[slot as usize] = kept;
+            if let (Some(slot), Some(kept)) = (shot.first_hits, kept) {
+                self.first_hits[slot as usize] = kept;
             }
         }
         Ok(())

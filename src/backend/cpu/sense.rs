@@ -14,7 +14,6 @@ use super::view::{BOXES, Sight, View};
 use super::walk::{meets, walk};
 use crate::backend::{Carving, Placement, Planes, Rays};
 use crate::march::{self, End, Gates};
-use crate::voxel::BitGrid;
 
 /// A table of rays made ready.
 pub(super) struct Table {
@@ -46,7 +45,7 @@ struct Shoot<'a> {
     still: Option<Search<'a>>,
     moving: Search<'a>,
     /// Strikes on the still layer, bundle by bundle, if they are kept.
-    hits: Option<&'a mut [Strike]>,
+    first_hits: Option<&'a mut [Strike]>,
     /// Where the end of every ray is wanted.
     see: Option<&'a mut [End]>,
 }
@@ -104,24 +103,24 @@ struct Tile {
 }
 
 impl Sensor<'_> {
-    /// Casts and carves a placement. `hits` are the strikes on the still layer, bundle by bundle, filled in where they are
+    /// Casts and carves a placement. `first_hits` are the strikes on the still layer, bundle by bundle, filled in where they are
     /// unknown. `see` receives the end of every ray.
     pub(super) fn sense(
         &self,
         placement: &Placement,
         desk: &mut Desk,
-        hits: Option<&mut [Strike]>,
+        first_hits: Option<&mut [Strike]>,
         see: Option<&mut [End]>,
     ) -> Planes {
         let window = self.wanted.cells.window();
-        let mut planes = Planes { occupied: BitGrid::new(window), free: BitGrid::new(window) };
+        let mut planes = Planes::blank(window);
         let search = |layer| {
             let cell = placement.origin_q16.map(|x| x >> 16);
             let ignore_q16 = self.table.gates.near_ignore_q16;
             Search { layer, ignore_q16, clearing: Layer::clearing(layer, cell) }
         };
         let (still, moving) = (self.blockers.still.map(search), search(self.blockers.moving));
-        let mut shoot = Shoot { placement, still, moving, hits, see };
+        let mut shoot = Shoot { placement, still, moving, first_hits, see };
         let carving = self.carving.unwrap_or_else(|| plan::carving(&self.table.bundles, window));
         match (carving, self.table.bundles.image()) {
             (Carving::Gather, Some(image)) => {
@@ -160,7 +159,7 @@ impl Sensor<'_> {
                     walk(&desk.bundle, lane, freed, until_q16, &mut planes.free);
                 }
             }
-            desk.ends.occupy(&mut planes.occupied);
+            desk.ends.mark(planes);
         }
         pyramid.build();
         let placement = shoot.placement;
@@ -184,7 +183,7 @@ impl Sensor<'_> {
             for lane in 0..RAYS {
                 walk(&desk.bundle, lane, desk.ends.freed[lane], march::NEVER, &mut planes.free);
             }
-            desk.ends.occupy(&mut planes.occupied);
+            desk.ends.mark(planes);
         }
     }
 
@@ -194,7 +193,7 @@ impl Sensor<'_> {
         desk.strikes = [strike::NOTHING; RAYS];
         if let Some(still) = &shoot.still {
             let part = bundle * RAYS..(bundle + 1) * RAYS;
-            match shoot.hits.as_mut().map(|hits| &mut hits[part]) {
+            match shoot.first_hits.as_mut().map(|first_hits| &mut first_hits[part]) {
                 Some(kept) if kept[0] != strike::UNKNOWN => desk.strikes.copy_from_slice(kept),
                 kept => {
                     self.strike(still, bundle, shoot.placement, desk);

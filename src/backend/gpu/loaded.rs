@@ -49,8 +49,9 @@ pub(super) struct Loaded {
     pub(super) human: wgpu::Buffer,
     pub(super) robot: wgpu::Buffer,
     pub(super) regions: Vec<wgpu::Buffer>,
-    /// The planes of all slots, one after the other.
-    pub(super) occupied: wgpu::Buffer,
+    /// Two planes of each slot, one after the other: occupied and hits.
+    pub(super) ended: wgpu::Buffer,
+    /// The free plane of each slot.
     pub(super) free: wgpu::Buffer,
     /// Which slots hold evidence of this scene; what the others hold is left over from another.
     pub(super) held: Vec<bool>,
@@ -91,14 +92,14 @@ impl Loaded {
             human: device.upload("human", cell.human.words()),
             robot: device.upload("robot", cell.robot.words()),
             regions: cell.regions.iter().map(|region| device.upload("region", region.words())).collect(),
-            occupied: room.occupied.hold(device, arena),
+            ended: room.ended.hold(device, 2 * arena),
             free: room.free.hold(device, arena),
             held: vec![false; slots],
             sizes,
         }
     }
 
-    /// Where a slot's planes begin, in bytes. An error for a slot that there is not: writing there would hit nothing, or
+    /// Where a slot's free plane begins, in bytes; its other planes begin at twice as many. An error for a slot that there is not: writing there would hit nothing, or
     /// another's evidence.
     pub(super) fn offset(&self, slot: Slot) -> Result<u64> {
         if slot as usize >= self.held.len() {
@@ -130,7 +131,7 @@ pub(super) struct Kept {
     layer: Option<Arc<BitGrid>>,
     /// Words of a slot.
     pub(super) stride: u32,
-    /// Which slots hold hits in this layer.
+    /// Which slots hold first hits in this layer.
     pub(super) held: Vec<bool>,
     room: Scratch,
 }
@@ -138,7 +139,7 @@ pub(super) struct Kept {
 impl Kept {
     /// Nothing is kept.
     pub(super) fn new() -> Self {
-        Kept { layer: None, stride: 0, held: Vec::new(), room: Scratch::storage("hits") }
+        Kept { layer: None, stride: 0, held: Vec::new(), room: Scratch::storage("first_hits") }
     }
 
     /// Forgets what is kept: other tables are to be cast.
@@ -151,9 +152,9 @@ impl Kept {
         let same = self.layer.as_ref().zip(still).is_some_and(|(a, b)| Arc::ptr_eq(a, b));
         if !same {
             let largest = tables.iter().map(|table| &table.sizes).max_by_key(|sizes| sizes.ends_bytes());
-            let slots = largest.map_or(0, |sizes| sizes.hits_at_once(&device.report));
+            let slots = largest.map_or(0, |sizes| sizes.first_hits_at_once(&device.report));
             self.stride = largest.map_or(0, |sizes| (sizes.ends_bytes() / 4) as u32);
-            self.held = vec![false; if still.is_some() { slots.min(MOST_HITS) } else { 0 }];
+            self.held = vec![false; if still.is_some() { slots.min(MOST_FIRST_HITS) } else { 0 }];
             self.layer = still.cloned();
         }
     }
@@ -164,8 +165,8 @@ impl Kept {
     }
 }
 
-/// Most placements whose hits are kept, however few their rays.
-const MOST_HITS: usize = 4096;
+/// Most placements whose first hits are kept, however few their rays.
+const MOST_FIRST_HITS: usize = 4096;
 
 /// Buffers that outlast a scene, because the next one mostly needs them as large.
 pub(super) struct Room {
@@ -176,7 +177,7 @@ pub(super) struct Room {
     /// What `gather` leaves to `scan`: heads, then voxels.
     pub(super) left: Scratch,
     /// The arenas of [`Loaded`].
-    occupied: Scratch,
+    ended: Scratch,
     free: Scratch,
     pub(super) jobs: Scratch,
     pub(super) readings: Scratch,
@@ -194,7 +195,7 @@ impl Room {
             pyramid: Scratch::storage("pyramid"),
             undecided: Scratch::storage("undecided"),
             left: Scratch::indirect("left"),
-            occupied: Scratch::storage("occupied"),
+            ended: Scratch::storage("ended"),
             free: Scratch::storage("free"),
             jobs: Scratch::storage("jobs"),
             readings: Scratch::storage("readings"),

@@ -130,7 +130,7 @@ impl Backend for Gpu {
         self.loaded.as_ref().map_or(1, |loaded| loaded.held.len())
     }
 
-    fn hit_slots(&self) -> usize {
+    fn first_hit_slots(&self) -> usize {
         self.kept.held.len()
     }
 
@@ -140,7 +140,7 @@ impl Backend for Gpu {
         let rays = &self.table(table)?.sizes;
         let cell = &self.loaded.as_ref().ok_or_else(no_scene)?.sizes;
         let at_once = rays.placements_at_once(cell, &report);
-        let (kept, once): (Vec<Shot>, Vec<Shot>) = shots.iter().partition(|shot| shot.hits.is_some());
+        let (kept, once): (Vec<Shot>, Vec<Shot>) = shots.iter().partition(|shot| shot.first_hits.is_some());
         for batch in kept.chunks(at_once).chain(once.chunks(at_once)) {
             self.sense_batch(table, batch, false)?;
         }
@@ -153,7 +153,13 @@ impl Backend for Gpu {
         let mut on_their_way = 0;
         for (slot, planes) in evidence {
             let offset = loaded.offset(slot)?;
-            for (plane, arena) in [(&planes.occupied, &loaded.occupied), (&planes.free, &loaded.free)] {
+            let bytes = loaded.sizes.plane_bytes();
+            let places = [
+                (&planes.occupied, &loaded.ended, 2 * offset),
+                (&planes.free, &loaded.free, offset),
+                (&planes.hits, &loaded.ended, 2 * offset + bytes),
+            ];
+            for (plane, arena, offset) in places {
                 if plane.window() == loaded.window {
                     queue.device.write(arena, offset, plane.words());
                 } else {
@@ -161,7 +167,7 @@ impl Backend for Gpu {
                 }
             }
             loaded.held[slot as usize] = true;
-            on_their_way += 2 * loaded.sizes.plane_bytes();
+            on_their_way += 3 * bytes;
             if on_their_way > UPLOADED_AT_ONCE {
                 queue.device.submit(queue.device.encoder());
                 queue.device.wait()?;
@@ -191,11 +197,12 @@ impl Backend for Gpu {
         loaded.held.fill(false);
         // The first slot is where the arenas begin.
         let plane = loaded.sizes.plane_bytes();
-        let asked = queue.ask(&[(&loaded.occupied, plane), (&loaded.free, plane), (&ends, ends_bytes)]);
+        let asked = queue.ask(&[(&loaded.ended, 2 * plane), (&loaded.free, plane), (&ends, ends_bytes)]);
         let words = queue.answer(asked)?;
-        let [occupied, free, ends] = words.try_into().expect("as many as were wanted");
+        let [mut occupied, free, ends] = words.try_into().expect("as many as were wanted");
+        let hits = occupied.split_off(plane as usize / 4);
         let grid = |words| BitGrid::from_words(loaded.window, words).expect("a plane has the window's words");
-        let planes = Planes { occupied: grid(occupied), free: grid(free) };
+        let planes = Planes { occupied: grid(occupied), free: grid(free), hits: grid(hits) };
         Ok(Evidence { planes, ends: ends.into_iter().map(End::unpacked).collect() })
     }
 

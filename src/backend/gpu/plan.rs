@@ -42,7 +42,7 @@ const MOST_SLOTS: u64 = 2048;
 const EVIDENCE_BYTES: Budget = Budget { software: 256 << 20, hardware: 1 << 30 };
 const BATCH_BYTES: Budget = Budget { software: 64 << 20, hardware: 512 << 20 };
 /// The same of first hits in a still layer.
-const HIT_BYTES: Budget = Budget { software: 256 << 20, hardware: 4 << 30 };
+const FIRST_HIT_BYTES: Budget = Budget { software: 256 << 20, hardware: 4 << 30 };
 
 /// How much of something there may be, by where it is.
 struct Budget {
@@ -55,9 +55,10 @@ impl Budget {
         if adapter.software { self.software } else { self.hardware }
     }
 
-    /// How many items of `planes` buffers, `bytes` an item in each, this holds and the adapter binds.
-    fn holds(&self, adapter: &AdapterReport, planes: u64, bytes: u64) -> u64 {
-        (self.of(adapter) / planes).min(binding(adapter)) / bytes.max(1)
+    /// How many items this holds and the adapter binds, each with so many bytes in each of some buffers.
+    fn holds(&self, adapter: &AdapterReport, bytes: &[u64]) -> u64 {
+        let largest = bytes.iter().max().copied().unwrap_or(0);
+        (self.of(adapter) / bytes.iter().sum::<u64>().max(1)).min(binding(adapter) / largest.max(1))
     }
 }
 
@@ -116,7 +117,7 @@ impl TableSizes {
         Ok(TableSizes { rays: count as u32, reach: range + (noise >> 16) + 3, image: rays.image })
     }
 
-    /// Bytes of one word a ray: the ends of one placement, or its hits in the still layer.
+    /// Bytes of one word a ray: the ends of one placement, or its first hits in the still layer.
     pub(super) fn ends_bytes(&self) -> u64 {
         self.rays as u64 * 4
     }
@@ -143,12 +144,12 @@ impl TableSizes {
     pub(super) fn placements_at_once(&self, cell: &CellSizes, adapter: &AdapterReport) -> usize {
         let bytes = self.ends_bytes().max(cell.undecided_bytes(1));
         let boxes = (HEADS * BOXES_AT_ONCE) as u64 / u64::from(cell.boxes[1].max(1));
-        BATCH_BYTES.holds(adapter, 1, bytes).min(boxes).clamp(1, PLACEMENTS_PER_BATCH) as usize
+        BATCH_BYTES.holds(adapter, &[bytes]).min(boxes).clamp(1, PLACEMENTS_PER_BATCH) as usize
     }
 
-    /// How many placements' hits in a still layer are kept.
-    pub(super) fn hits_at_once(&self, adapter: &AdapterReport) -> usize {
-        HIT_BYTES.holds(adapter, 1, self.ends_bytes()) as usize
+    /// How many placements' first hits in a still layer are kept.
+    pub(super) fn first_hits_at_once(&self, adapter: &AdapterReport) -> usize {
+        FIRST_HIT_BYTES.holds(adapter, &[self.ends_bytes()]) as usize
     }
 
     /// The distance in 1/65536 voxels up to which rays pass voxels that are near, and no others need be walked: such a voxel
@@ -203,7 +204,7 @@ impl CellSizes {
         let (grid, window) = (cell.blockers.words().len(), cell.truth.words().len());
         let bricks = Bricks::size_of(cell.blockers.window().size).iter().map(|&n| n as u64).product::<u64>();
         fits(adapter, "the grid takes", grid as u64 * 4 + bricks.next_multiple_of(4), "larger voxels")?;
-        fits(adapter, "the evidence of one placement takes", window as u64 * 4, "smaller regions")?;
+        fits(adapter, "the evidence of one placement takes", window as u64 * 8, "smaller regions")?;
         let region_words = |words: &[u32]| {
             let first = words.iter().position(|&w| w != 0).unwrap_or(0);
             let end = words.iter().rposition(|&w| w != 0).map_or(first, |last| last + 1);
@@ -236,12 +237,13 @@ impl CellSizes {
     /// hold, at least one.
     pub(super) fn slots(&self, adapter: &AdapterReport, memory_bytes: Option<u64>) -> usize {
         let told = memory_bytes.map(|bytes| Budget { software: bytes / 2, hardware: bytes / 2 });
-        told.unwrap_or(EVIDENCE_BYTES).holds(adapter, 2, self.plane_bytes()).clamp(1, MOST_SLOTS) as usize
+        let planes = [2 * self.plane_bytes(), self.plane_bytes()];
+        told.unwrap_or(EVIDENCE_BYTES).holds(adapter, &planes).clamp(1, MOST_SLOTS) as usize
     }
 
     /// How many jobs go in a batch: as many as the budget and a binding hold the fused planes of, at least one.
     pub(super) fn jobs_at_once(&self, adapter: &AdapterReport) -> usize {
-        BATCH_BYTES.holds(adapter, 2, self.plane_bytes()).clamp(1, JOBS_PER_BATCH) as usize
+        BATCH_BYTES.holds(adapter, &[self.plane_bytes(); 2]).clamp(1, JOBS_PER_BATCH) as usize
     }
 
     /// How a table's free voxels are found for less: along its rays, through the window, or from the pixels of its

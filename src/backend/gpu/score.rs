@@ -78,7 +78,7 @@ impl Gpu {
         let dispatches = loaded.sizes.scoring(jobs.len() as u32, most, &queue.pace);
         let parts = queue.parts(&dispatches);
         let uniforms = [&loaded.setup, &parts];
-        let storage = [&words, &readings, &loaded.occupied, &loaded.free, &occupied, &free];
+        let storage = [&words, &readings, &loaded.ended, &loaded.free, &occupied, &free];
         let fuse = queue.bind(Stage::Fuse, &uniforms, &storage);
         let count = |region: &wgpu::Buffer| {
             let storage = [&loaded.truth, &loaded.human, &loaded.robot, region, &occupied, &free, &counts];

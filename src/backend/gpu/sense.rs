@@ -17,7 +17,7 @@ impl Gpu {
         shots: &[Shot],
         everything: bool,
     ) -> Result<wgpu::Buffer> {
-        self.keep_hits(table, shots)?;
+        self.keep_first_hits(table, shots)?;
         let Gpu { queue, room, tables, loaded, kept, carving, .. } = self;
         let loaded = loaded.as_mut().ok_or_else(no_scene)?;
         let table = tables.get(table).ok_or_else(|| no_table(table))?;
@@ -33,9 +33,9 @@ impl Gpu {
         };
         let mut encoder = queue.device.encoder();
         for &Shot { slot, .. } in shots {
-            let (offset, bytes) = (loaded.offset(slot)?, Some(sizes.plane_bytes()));
-            encoder.clear_buffer(&loaded.occupied, offset, bytes);
-            encoder.clear_buffer(&loaded.free, offset, bytes);
+            let (offset, bytes) = (loaded.offset(slot)?, sizes.plane_bytes());
+            encoder.clear_buffer(&loaded.ended, 2 * offset, Some(2 * bytes));
+            encoder.clear_buffer(&loaded.free, offset, Some(bytes));
             loaded.held[slot as usize] = true;
         }
         let dispatches = sizes.sensing(&table.sizes, &batch, report, &queue.pace);
@@ -43,15 +43,15 @@ impl Gpu {
         let placements = room.placements.filled(&queue.device, &words.collect::<Vec<_>>());
         let rows = u64::from(batch.placements);
         let ends = room.ends.hold(&queue.device, rows * table.sizes.ends_bytes());
-        let hits = kept.buffer(&queue.device);
+        let first_hits = kept.buffer(&queue.device);
         let parts = queue.parts(&dispatches);
         let uniforms = [&loaded.setup, &parts, &table.words];
         let rays = [&placements, &table.dirs_q15];
         let bind = |stage, storage: &[&[&wgpu::Buffer]]| queue.bind(stage, &uniforms, &storage.concat());
-        // Where the hits in the still layer are known, the other blockers are enough.
-        let known = shots.iter().all(|shot| shot.hits.is_some());
+        // Where the first hits in the still layer are known, the other blockers are enough.
+        let known = shots.iter().all(|shot| shot.first_hits.is_some());
         let layer = loaded.layers.as_ref().filter(|_| known).map_or(&loaded.blockers, |[_, moving]| moving);
-        let cast = [&table.noise_q16, layer, &hits, &ends, &loaded.occupied];
+        let cast = [&table.noise_q16, layer, &first_hits, &ends, &loaded.ended];
         let cast = bind(Stage::Cast, &[&rays, &cast]);
         let walk = bind(Stage::Walk, &[&rays, &[&ends, &loaded.free]]);
         if batch.carving == Carving::Walk {
@@ -84,15 +84,15 @@ impl Gpu {
         Ok(ends)
     }
 
-    /// Searches the still layer for placements whose hits are to be kept, but are not.
-    fn keep_hits(&mut self, table: usize, shots: &[Shot]) -> Result<()> {
+    /// Searches the still layer for placements whose first hits are to be kept, but are not.
+    fn keep_first_hits(&mut self, table: usize, shots: &[Shot]) -> Result<()> {
         let Gpu { queue, room, tables, loaded, kept, .. } = self;
         let loaded = loaded.as_ref().ok_or_else(no_scene)?;
         let table = tables.get(table).ok_or_else(|| no_table(table))?;
         let Kept { held, .. } = kept;
         let mut new = Vec::new();
         for shot in shots {
-            match shot.hits.map(|hits| held.get_mut(hits as usize)) {
+            match shot.first_hits.map(|first_hits| held.get_mut(first_hits as usize)) {
                 Some(Some(held)) if *held => {}
                 Some(Some(held)) => {
                     *held = true;
@@ -100,8 +100,8 @@ impl Gpu {
                 }
                 Some(None) => {
                     return Err(Error::Device(format!(
-                        "no slot {:?} for hits: there are {}",
-                        shot.hits,
+                        "no slot {:?} for first hits: there are {}",
+                        shot.first_hits,
                         held.len()
                     )));
                 }
@@ -111,9 +111,9 @@ impl Gpu {
         let Some([still, _]) = loaded.layers.as_ref().filter(|_| !new.is_empty()) else { return Ok(()) };
         let dispatches = loaded.sizes.keeping(&table.sizes, new.len() as u32, &queue.pace);
         let placements = room.placements.filled(&queue.device, &new);
-        let (hits, parts) = (kept.buffer(&queue.device), queue.parts(&dispatches));
+        let (first_hits, parts) = (kept.buffer(&queue.device), queue.parts(&dispatches));
         let uniforms = [&loaded.setup, &parts, &table.words];
-        let bound = queue.bind(Stage::Still, &uniforms, &[&placements, &table.dirs_q15, still, &hits]);
+        let bound = queue.bind(Stage::Still, &uniforms, &[&placements, &table.dirs_q15, still, &first_hits]);
         queue.run(queue.device.encoder(), &dispatches, None, |_| &bound);
         Ok(())
     }

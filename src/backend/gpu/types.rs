@@ -114,12 +114,12 @@ pub struct Setup {
     pub bricks_x: u32,
     pub bricks_y: u32,
     pub reach_word: u32,
-    pub hits_stride: u32,
+    pub first_hits_stride: u32,
 }
 
 impl Setup {
-    /// The numbers of a scene, and the words of a slot of hits in its still layer.
-    pub fn new(cell: &Cell, hits_stride: u32) -> Self {
+    /// The numbers of a scene, and the words of a slot of first hits in its still layer.
+    pub fn new(cell: &Cell, first_hits_stride: u32) -> Self {
         let [bricks_x, bricks_y, _] = Bricks::size_of(cell.blockers.window().size);
         let [grid_x, grid_y, grid_z] = cell.blockers.window().size;
         let [window_min_x, window_min_y, window_min_z] = cell.window.min;
@@ -141,7 +141,7 @@ impl Setup {
             bricks_x,
             bricks_y,
             reach_word: cell.blockers.words().len() as u32,
-            hits_stride,
+            first_hits_stride,
         }
     }
 }
@@ -240,14 +240,14 @@ pub struct PlacementWords {
     /// Where the evidence goes.
     pub slot: Slot,
     /// Where its first hits in the still layer are kept, or [`NO_SLOT`].
-    pub hits: Slot,
+    pub first_hits: Slot,
 }
 
 impl From<&Shot> for PlacementWords {
     fn from(shot: &Shot) -> Self {
         let Placement { origin_q16, draws, axis_q15: [axis_x_q15, axis_y_q15, axis_z_q15] } = shot.placement;
-        let hits = shot.hits.unwrap_or(NO_SLOT);
-        PlacementWords { origin_q16, axis_x_q15, axis_y_q15, axis_z_q15, draws, slot: shot.slot, hits }
+        let first_hits = shot.first_hits.unwrap_or(NO_SLOT);
+        PlacementWords { origin_q16, axis_x_q15, axis_y_q15, axis_z_q15, draws, slot: shot.slot, first_hits }
     }
 }
 

@@ -221,7 +221,7 @@ fn check_fused(evidence: &[&str], job: &[Reading], occupied_wins: &str, octomap:
     let mut oracle = Oracle::default();
     oracle.load(&cell).unwrap();
     for (row, slot) in evidence.iter().zip(0..) {
-        let mut planes = Planes { occupied: blank.clone(), free: blank.clone() };
+        let mut planes = Planes::blank(window);
         for (said, x) in row.chars().zip(0..) {
             "ob".contains(said).then(|| planes.occupied.set([x, 0, 0]));
             "fb".contains(said).then(|| planes.free.set([x, 0, 0]));

@@ -32,7 +32,7 @@ fn squared(cell: [i32; 3]) -> i32 {
 #[test]
 fn thirty_centimetres_are_six_voxels_in_a_straight_line() {
     let truth = cell(&[]);
-    let Planes { occupied, free } = planes(&cover(0.0), &station(&truth, Setting::Inflation(0.3)));
+    let Planes { occupied, free, .. } = planes(&cover(0.0), &station(&truth, Setting::Inflation(0.3)));
     let expected: Vec<_> =
         block([0; 3], [16; 3]).into_iter().filter(|&c| (1..=36).contains(&squared(c))).collect();
     assert_eq!(free.cells().collect::<Vec<_>>(), expected);
@@ -51,7 +51,7 @@ fn what_is_near_is_occupied_and_the_rest_of_the_shell_free() {
     let (near, far) = ([14, 8, 8], [15, 8, 8]);
     let truth = cell(&[near, far, ROBOT]);
     let at = station(&truth, Setting::Inflation(0.3));
-    let Planes { occupied, free } = planes(&cover(0.0), &at);
+    let Planes { occupied, free, .. } = planes(&cover(0.0), &at);
     assert_eq!(occupied.cells().collect::<Vec<_>>(), [near]);
     let Reach::Only(shell) = cover(0.0).reach(&at) else { panic!("a cover casts no rays") };
     assert_eq!(shell.count(), free.count() + 1);
@@ -65,7 +65,7 @@ fn the_inside_of_the_robot_is_not_around_it() {
     let mut hull = block([6; 3], [10; 3]);
     hull.retain(|cell| cell.iter().any(|c| [6, 10].contains(c)));
     put(&mut truth, Role::Robot, &hull, None);
-    let Planes { occupied, free } = planes(&cover(0.0), &station(&truth, Setting::Inflation(0.05)));
+    let Planes { occupied, free, .. } = planes(&cover(0.0), &station(&truth, Setting::Inflation(0.05)));
     // One voxel around 5 × 5 × 5: its six sides.
     assert_eq!((occupied.count(), free.count()), (0, 6 * 25));
     assert!(!free.get([8, 8, 8]));
@@ -85,7 +85,7 @@ fn noise_shifts_each_voxel_by_draws_of_its_own() {
     let draws = 0x1234_5678;
     let at = Station { draws, ..station(&truth, Setting::Inflation(0.3)) };
     let std_m = 0.1;
-    let Planes { occupied, free } = planes(&cover(std_m), &at);
+    let Planes { occupied, free, .. } = planes(&cover(std_m), &at);
     let table = noise::table_q16(std_m, 0.05);
     let mut expected = BitGrid::new(truth.grid.window());
     let mut lost = 0;
@@ -116,7 +116,7 @@ fn what_noise_takes_out_of_the_grid_marks_nothing() {
     let truth = cell(&block([7, 7, 9], [9, 9, 10]));
     let at = station(&truth, Setting::Inflation(0.3));
     let noise_m = 100.0;
-    let Planes { occupied, free } = planes(&cover(noise_m), &at);
+    let Planes { occupied, free, .. } = planes(&cover(noise_m), &at);
     assert!(occupied.count() < 3, "64 voxels of noise in a grid of 17: {}", occupied.count());
     assert_eq!(free, planes(&cover(0.0), &at).free);
 }

@@ -63,7 +63,7 @@ fn camera() -> Planes {
     let (mut occupied, mut free) = (BitGrid::new(window), BitGrid::new(window));
     occupied.set([0, 0, 1]);
     free.set([1, 0, 1]);
-    Planes { occupied, free }
+    Planes { occupied, free, hits: BitGrid::new(window) }
 }
 
 /// A pad under all three, with someone on it or not.

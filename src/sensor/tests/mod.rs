@@ -105,7 +105,7 @@ enum Says {
 fn says(kind: &dyn Kind, representation: usize, at: &Station) -> Says {
     let claim = kind.claims(at).swap_remove(representation);
     assert!(!claim.cast, "a switch keeps its rays to itself");
-    let Some(Planes { occupied, free }) = claim.planes else { return Says::Nothing };
+    let Some(Planes { occupied, free, .. }) = claim.planes else { return Says::Nothing };
     match (occupied.is_empty(), free.is_empty()) {
         (false, true) => Says::Occupied(occupied.cells().collect()),
         (true, false) => Says::Free(free.cells().collect()),

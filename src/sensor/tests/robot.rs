@@ -15,7 +15,7 @@ fn the_robot_is_known_inside_and_out() {
     let window = Window::between([4, 0, 0], [8, 8, 8]);
     let at = Station { window, ..station(&truth, Setting::Fixed) };
     let claim = KnownRobot.claims(&at).swap_remove(0);
-    let Planes { occupied, free } = claim.planes.unwrap();
+    let Planes { occupied, free, .. } = claim.planes.unwrap();
     assert_eq!(occupied.cells().collect::<Vec<_>>(), block([4, 2, 2], [6, 6, 6]));
     assert!(!claim.cast && free.is_empty());
     let Reach::Only(reach) = KnownRobot.reach(&at) else { panic!("it casts no rays") };

@@ -11,6 +11,7 @@ pub(in crate::sweep) enum Lie {
     None,
     Occupied([i32; 3]),
     Free([i32; 3]),
+    Hits([i32; 3]),
     Count,
     End(usize),
     FewerEnds,
@@ -43,7 +44,7 @@ impl Backend for Liar {
     fn upload(&mut self, evidence: Vec<(Slot, Planes)>) -> Result<()> {
         self.0.upload(evidence)
     }
-    fn hit_slots(&self) -> usize {
+    fn first_hit_slots(&self) -> usize {
         0
     }
     fn ask(&mut self, fusion: Fusion, jobs: &[Vec<Reading>]) -> Result<()> {
@@ -68,6 +69,7 @@ impl Backend for Liar {
         match self.1 {
             Lie::Occupied(voxel) => flip(&mut evidence.planes.occupied, voxel),
             Lie::Free(voxel) => flip(&mut evidence.planes.free, voxel),
+            Lie::Hits(voxel) => flip(&mut evidence.planes.hits, voxel),
             Lie::End(ray) => evidence.ends[ray] = End { kind: NOTHING, crossings: 77 },
             Lie::FewerEnds => evidence.ends.truncate(5),
             _ => {}
@@ -128,6 +130,8 @@ fn each_kind_of_lie_is_found_and_named() {
     let extra =
         format!("voxel {unseen:?} should not be in the occupied plane; the oracle's rays do not mark it");
     check(Lie::Occupied(unseen), 4, &[place, &extra]);
+    let extra = format!("voxel {unseen:?} should not be in the hits plane; the oracle's rays do not mark it");
+    check(Lie::Hits(unseen), 4, &[place, &extra]);
     // One count in each batch of two poses.
     check(Lie::Count, 2, &[place, "all rays and planes agree, the counts of region 1 (from 0) do not"]);
     check(Lie::End(3), 4, &[place, "ray 3 (direction [", "after 77 crossings, expected blind in voxel "]);
