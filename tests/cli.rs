@@ -61,7 +61,10 @@ fn a_sweep_writes_its_files() {
 
     let study = Study::load(Path::new(TINY), &Overrides::default()).unwrap();
     let poses = read(&out, "poses.csv");
-    assert_eq!(poses.lines().next().unwrap(), "sensor,pose,group,x_m,y_m,z_m,qw,qx,qy,qz,inflation_m,on");
+    assert_eq!(
+        poses.lines().next().unwrap(),
+        "sensor,pose,group,x_m,y_m,z_m,qw,qx,qy,qz,inflation_m,on,place"
+    );
     let results = read(&out, "results.csv");
     assert_eq!(
         results.lines().next().unwrap(),

@@ -106,7 +106,7 @@ fn results_read_back_are_those_of_the_sweep() {
     assert_eq!(warnings, [""; 0]);
     let placed = |combination: usize| {
         let combination = &subject.combinations[combination];
-        (0..combination.choices()).all(|choice| combination.place_of(choice).is_some())
+        (0..combination.choices()).all(|choice| combination.group_of(choice).is_some())
     };
     assert_eq!([placed(0), placed(1), placed(2)], [true, false, true]);
 }
@@ -162,7 +162,9 @@ fn the_shipped_tiny_study_has_a_summary() {
     let outcome = perirobot(&["summary", text(&out)]);
     assert_eq!(outcome.code, Some(0), "{}", outcome.stderr);
     assert!(
-        outcome.stdout.contains("random                 0.605  *  random/3 (-0.32, 0.35, 1.48)"),
+        outcome
+            .stdout
+            .contains("random                 0.605  *  random/3  free-standing, x -0.32 m, y 0.35 m"),
         "{}",
         outcome.stdout
     );
@@ -190,11 +192,7 @@ fn files_that_do_not_fit_together_are_refused() {
     folder.sweep(&[]);
     for (edit, expected) in [
         (("poses.csv", "x_m", "x"), &["line 1", "no column \"x_m\""][..]),
-        (
-            ("poses.csv", "wall/0/0,wall,-1,", "wall/0/0,wall,west,"),
-            &["line 2, column x_m: \"west\" must be"],
-        ),
-        (("poses.csv", "wall/0/0,wall,-1,", "wall/0/0,wall,NaN,"), &["line 2, column x_m: \"NaN\" must be"]),
+        (("poses.csv", ",place", ",where"), &["line 1", "no column \"place\""]),
         (("poses.csv", "wall/0/1", "wall/0/0"), &["line 3, column pose: \"wall/0/0\" stands twice"]),
         (("poses.csv", "wall/0/0,wall,-1,", "wall/0/0,wall,-1.5,"), &["is not the table that manifest.json"]),
         (
@@ -206,7 +204,7 @@ fn files_that_do_not_fit_together_are_refused() {
             &["line 9, column sensor: \"lidar\" must be \"camera\""],
         ),
         (
-            ("poses.csv", "", "camera,wall/9,wall,0,0,0,1,0,0,0,,\n"),
+            ("poses.csv", "", "camera,wall/9,wall,0,0,0,1,0,0,0,,,wall\n"),
             &["a row more than manifest.json promises"],
         ),
         (("manifest.json", "\"repeats\": 2", "\"repeats\": 3"), &["counts.journal", "of another sweep"]),

@@ -2,6 +2,7 @@
 //! study with many combinations or representations gets one line for each instead of a block.
 
 use super::over::Over;
+use super::results::CombinationResults;
 use super::table::{NONE, Table, number};
 use super::{Results, Score, Series, ranked, series};
 
@@ -54,6 +55,8 @@ pub fn render(results: &Results) -> String {
 fn block(results: &Results, series: Series, region: usize, left_out: &mut bool) -> String {
     let choices = results.combinations[series.combination].choices();
     let mut table = Table::new(&HEADER);
+    let combination = &results.combinations[series.combination];
+    let mut shown: Vec<usize> = Vec::new();
     let mut line = |label: String, name: String, of: &dyn Fn(Score) -> Option<Over>| {
         let scores = Score::ALL.iter().flat_map(|&score| cells(of(score), left_out));
         table.row([label, name].into_iter().chain(scores));
@@ -65,8 +68,10 @@ fn block(results: &Results, series: Series, region: usize, left_out: &mut bool) 
         }
         for (rank, &(choice, _)) in best.iter().take(SHOWN).enumerate() {
             let label = if rank == 0 { format!("best {}", score.title()) } else { String::new() };
-            let name = results.combinations[series.combination].label(choice);
-            line(label, name, &|score| results.over(results.moments(), series.key(choice, region), score));
+            shown.push(choice);
+            line(label, combination.label(choice), &|score| {
+                results.over(results.moments(), series.key(choice, region), score)
+            });
         }
     }
     for b in 0..4 {
@@ -74,7 +79,19 @@ fn block(results: &Results, series: Series, region: usize, left_out: &mut bool) 
         line("baseline".into(), at(Score::F1).0.into(), &|score| at(score).1);
     }
     let title = format!("{} · region {}", series.title(results), results.regions[region]);
-    format!("\n{title}: {choices} choices of poses, {}\n{}", extent(results), table.text())
+    let places = places(combination, &mut shown);
+    format!("\n{title}: {choices} choices of poses, {}\n{}{places}", extent(results), table.text())
+}
+
+/// Where some choices are, each once.
+fn places(combination: &CombinationResults, choices: &mut Vec<usize>) -> String {
+    choices.sort_unstable();
+    choices.dedup();
+    let mut table = Table::new(&["<pose", "<place"]);
+    for &choice in choices.iter() {
+        table.row([combination.label(choice), combination.place_of(choice)]);
+    }
+    if choices.is_empty() { String::new() } else { format!("\n{}", table.text()) }
 }
 
 /// One line a combination and representation: its best choice by each score. Baselines by their means.
@@ -84,19 +101,20 @@ fn compact(results: &Results, all: &[Series], region: usize, left_out: &mut bool
     for score in Score::ALL {
         text.push('\n');
         let best = format!("<best {}", score.title());
-        let mut table = Table::new(&[&best, "mean", "± std", "worst", "pooled", "<poses"]);
+        let mut table = Table::new(&[&best, "mean", "± std", "worst", "pooled", "<poses", "<place"]);
         for series in all {
             let values = series.over(results, &results.moments(), region, score);
             let best = ranked(values.iter().map(|over| Some(over.as_ref()?.mean)));
-            let (over, name) = match best.first() {
+            let combination = &results.combinations[series.combination];
+            let (over, name, place) = match best.first() {
                 Some(&(choice, _)) => {
-                    (values[choice], results.combinations[series.combination].label(choice))
+                    (values[choice], combination.label(choice), combination.place_of(choice))
                 }
-                None => (None, NONE.into()),
+                None => (None, NONE.into(), String::new()),
             };
             let [mean, worst, pooled] = cells(over, left_out);
             let std = number(over.and_then(|over| over.std));
-            table.row([series.title(results), mean, std, worst, pooled, name]);
+            table.row([series.title(results), mean, std, worst, pooled, name, place]);
         }
         let baselines = results.baselines_over(results.moments(), region, score);
         let each = baselines.map(|(name, over)| format!("{name} {}", number(over.map(|over| over.mean))));

@@ -25,7 +25,7 @@ pub fn groups(
     score: Score,
 ) -> Vec<GroupBest> {
     let combined = &results.combinations[combination];
-    let group = |choice: usize| combined.place_of(choice).map(|place| place.group.as_str());
+    let group = |choice: usize| combined.group_of(choice);
     let mut groups: Vec<GroupBest> = Vec::new();
     for name in (0..combined.choices()).filter_map(group) {
         // Poses of a group follow each other, so the last is nearly always the one.
@@ -46,9 +46,9 @@ pub fn groups(
 pub fn render(results: &Results, selection: &Selection) -> String {
     let several = |series: &Series| {
         let combined = &results.combinations[series.combination];
-        let mut groups = (0..combined.choices()).map(|choice| combined.place_of(choice));
-        let first = groups.next().flatten().map(|place| &place.group);
-        first.is_some() && groups.any(|place| place.map(|place| &place.group) != first)
+        let mut groups = (0..combined.choices()).map(|choice| combined.group_of(choice));
+        let first = groups.next().flatten();
+        first.is_some() && groups.any(|group| group != first)
     };
     let all: Vec<Series> = selection.series(results).into_iter().filter(several).collect();
     if all.is_empty() {
@@ -59,8 +59,15 @@ pub fn render(results: &Results, selection: &Selection) -> String {
          By mean over snapshots and repeats; * marks the group that holds the best pose of all.\n",
     );
     for (score, region) in selection.parts() {
-        let mut table =
-            Table::new(&["<scene", "<combination · representation", "<group", "best", "<", "<pose"]);
+        let mut table = Table::new(&[
+            "<scene",
+            "<combination · representation",
+            "<group",
+            "best",
+            "<",
+            "<pose",
+            "<place",
+        ]);
         for scene in &results.scenes {
             for series in &all {
                 let which = [series.combination, series.representation, region];
@@ -68,10 +75,12 @@ pub fn render(results: &Results, selection: &Selection) -> String {
                 for (i, GroupBest { group, best, overall }) in found.into_iter().enumerate() {
                     let names = [scene.name.clone(), series.title(results)];
                     let names = if i == 0 { names } else { Default::default() };
-                    let label = |(choice, _)| results.combinations[series.combination].label(choice);
+                    let combination = &results.combinations[series.combination];
+                    let pose =
+                        best.map(|(choice, _)| [combination.label(choice), combination.place_of(choice)]);
                     let mark = if overall { "*" } else { "" };
                     let cells = [group, number(best.map(|b| b.1)), mark.into()];
-                    table.row(names.into_iter().chain(cells).chain(best.map(label)));
+                    table.row(names.into_iter().chain(cells).chain(pose.into_iter().flatten()));
                 }
             }
             for (name, over) in results.baselines_over(scene.moments.clone(), region, score) {

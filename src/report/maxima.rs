@@ -76,7 +76,7 @@ pub fn render(results: &Results, selection: &Selection) -> String {
         let columns: Vec<&str> =
             ["<combination"].into_iter().chain(scenes).chain(["mean", "relative"]).collect();
         let mut table = Table::new(&columns);
-        let mut choices = Table::new(&["<combination", "<scenes", "<maximum reached first by"]);
+        let mut choices = Table::new(&["<combination", "<scenes", "<maximum reached first by", "<place"]);
         let of_reference = reference.and_then(|reference| maxima(results, reference, region, score).mean);
         for &combination in &selection.combinations {
             let found = maxima(results, combination, region, score);
@@ -84,10 +84,10 @@ pub fn render(results: &Results, selection: &Selection) -> String {
             let relative = relative(found.mean, of_reference);
             let begin = [results.combinations[combination].name.clone()].into_iter().chain(values);
             table.row(begin.chain([number(found.mean), number(relative)]));
-            for (i, (label, scenes)) in reached(results, &found).into_iter().enumerate() {
+            for (i, ([label, place], scenes)) in reached(results, &found).into_iter().enumerate() {
                 let name =
                     if i == 0 { results.combinations[combination].name.clone() } else { String::new() };
-                choices.row([name, scenes.join(", "), label]);
+                choices.row([name, scenes.join(", "), label, place]);
             }
         }
         for (name, overall) in results.baselines_over(0..results.baselines.len(), region, score) {
@@ -112,16 +112,17 @@ pub(super) fn relative(mean: Option<f64>, reference: Option<f64>) -> Option<f64>
     Some(mean? / reference)
 }
 
-/// The choices that reach the maxima, each with the scenes where it does.
-fn reached<'a>(results: &'a Results, found: &Maxima) -> Vec<(String, Vec<&'a str>)> {
+/// The choices that reach the maxima, each with its place and the scenes where it does.
+fn reached<'a>(results: &'a Results, found: &Maxima) -> Vec<([String; 2], Vec<&'a str>)> {
     let combination = &results.combinations[found.combination];
     let label = |maximum: &Maximum| {
         let representation = &combination.representations[maximum.representation];
         let several = combination.representations.len() > 1;
         let as_what = if several { format!(" as {representation}") } else { String::new() };
-        format!("{}{as_what}", combination.label(maximum.choice))
+        let label = format!("{}{as_what}", combination.label(maximum.choice));
+        [label, combination.place_of(maximum.choice)]
     };
-    let mut choices: Vec<(String, Vec<&str>)> = Vec::new();
+    let mut choices: Vec<([String; 2], Vec<&str>)> = Vec::new();
     for (scene, maximum) in results.scenes.iter().zip(&found.scenes) {
         let Some(maximum) = maximum else { continue };
         let label = label(maximum);

@@ -18,6 +18,7 @@ use super::table::Table;
 use super::{Results, Score, Series, series};
 use crate::Result;
 use crate::metrics::Confusion;
+use crate::sweep::place::Places;
 use crate::sweep::table::{pose_names, representation_names};
 use crate::table::{Column, Field, Format, Kind, TableFile};
 use crate::view::why::{Cause, Missed, Reason, Tally};
@@ -120,10 +121,15 @@ pub fn render(view: &View, missed: &[Missed], regions: impl IntoIterator<Item = 
     let [combination, poses, representation] = names(view);
     let Choice { repeat, .. } = view.choice;
     let again = if view.study.repeats > 1 { format!(", repeat {repeat}") } else { String::new() };
+    let asked = &view.study.combinations[view.choice.combination];
+    let place = Places::of(view.study, view.world).of_choice(asked, view.choice.choice);
     let mut text = format!(
         "\n{poses} · {combination} · {representation} · scene {}{again}\n",
         view.world.title(view.study)
     );
+    if !place.is_empty() {
+        text += &format!("{place}\n");
+    }
     for region in regions {
         text +=
             &of_region(view, &view.study.regions[region].0, &view.counts(region), view.tally(missed, region));

@@ -5,14 +5,13 @@
 use std::ops::Range;
 use std::sync::Arc;
 
-use glam::DVec3;
-
 use super::{Over, Score, over};
 use crate::Result;
 use crate::metrics::Confusion;
-use crate::sensor::{Candidate, Sensor, Setting};
+use crate::sensor::{Candidate, Setting};
 use crate::study::{self, Combination, Study, nth_choice};
 use crate::sweep::journal::Pages;
+use crate::sweep::place::{self, Places};
 use crate::sweep::world::Baselines;
 use crate::sweep::{Key, Layout, Size, World, table};
 
@@ -77,17 +76,10 @@ pub struct MemberResults {
 pub struct PoseResults {
     /// Its name.
     pub name: String,
-    /// Where it is; `None` for what is set up without a pose.
-    pub place: Option<Place>,
-}
-
-/// Where a sensor is.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Place {
-    /// The set of poses it belongs to: a wall, the ceiling.
-    pub group: String,
-    /// Position in metres, in the world or, for a sensor that a robot carries, on its link.
-    pub position_m: DVec3,
+    /// The set of poses it belongs to, a wall or the ceiling; `None` for what is set up without a pose.
+    pub group: Option<String>,
+    /// Where it is, in words for people, as in the column `place` of poses.csv.
+    pub place: String,
 }
 
 impl Subject {
@@ -99,7 +91,10 @@ impl Subject {
             end += spec.snapshots;
             SceneResults { name: spec.name.clone(), moments: begin..end }
         });
-        let poses: Vec<Arc<Vec<PoseResults>>> = study.sensors.iter().map(|s| Arc::new(poses(s))).collect();
+        let poses: Vec<Arc<Vec<PoseResults>>> = {
+            let places = Places::of(study, &worlds[0]);
+            (0..study.sensors.len()).map(|sensor| Arc::new(poses(study, &places, sensor))).collect()
+        };
         let member = |member: &study::Member| MemberResults {
             sensor: study.sensors[member.sensor].name.clone(),
             poses: poses[member.sensor].clone(),
@@ -148,17 +143,13 @@ impl Subject {
     }
 }
 
-fn poses(sensor: &Sensor) -> Vec<PoseResults> {
-    let named = |candidate: &Candidate| PoseResults {
+fn poses(study: &Study, places: &Places, sensor: usize) -> Vec<PoseResults> {
+    let named = |(index, candidate): (usize, &Candidate)| PoseResults {
         name: candidate.name.clone(),
-        place: match candidate.setting {
-            Setting::Pose(pose) => {
-                Some(Place { group: candidate.group.clone(), position_m: pose.position_m })
-            }
-            _ => None,
-        },
+        group: matches!(candidate.setting, Setting::Pose(_)).then(|| candidate.group.clone()),
+        place: places.words(sensor, index),
     };
-    sensor.candidates.iter().map(named).collect()
+    study.sensors[sensor].candidates.iter().enumerate().map(named).collect()
 }
 
 impl std::ops::Deref for Results {
@@ -240,22 +231,25 @@ impl CombinationResults {
         names.collect::<Vec<_>>().join(table::BETWEEN_MEMBERS)
     }
 
-    /// Where the sensor of a choice is, if exactly one of its sensors has a pose.
-    pub fn place_of(&self, choice: usize) -> Option<&Place> {
-        let mut places = self.poses(choice).filter_map(|(_, pose)| pose.place.as_ref());
-        let place = places.next()?;
-        places.next().is_none().then_some(place)
+    /// Where the sensors of a choice are, in words: `left wall, x 0.5 m, 2.2 m high, 30° down`, those of several sensors with
+    /// their names.
+    pub fn place_of(&self, choice: usize) -> String {
+        let places = self.poses(choice).map(|(member, pose)| (member.sensor.as_str(), &pose.place));
+        place::join(&places.collect::<Vec<_>>())
     }
 
-    /// A choice as it stands in tables: without the sensor's name where there is only one, and with its position.
+    /// The group of a choice's poses, if exactly one of its sensors has a pose.
+    pub fn group_of(&self, choice: usize) -> Option<&str> {
+        let mut groups = self.poses(choice).filter_map(|(_, pose)| pose.group.as_deref());
+        let group = groups.next()?;
+        groups.next().is_none().then_some(group)
+    }
+
+    /// The name of a choice as it stands in tables: without the sensor's where there is only one.
     pub(super) fn label(&self, choice: usize) -> String {
-        let name = match self.members.as_slice() {
+        match self.members.as_slice() {
             [_] => self.poses(choice).map(|(_, pose)| pose.name.clone()).collect(),
             _ => self.name_of(choice),
-        };
-        match self.place_of(choice) {
-            Some(Place { position_m: p, .. }) => format!("{name} ({:.2}, {:.2}, {:.2})", p.x, p.y, p.z),
-            None => name,
         }
     }
 }

@@ -35,6 +35,7 @@ pub fn render(results: &Results, selection: &Selection) -> String {
             "in",
             "pooled",
             "<poses",
+            "<place",
         ]);
         for scene in &moving {
             rows(results, selection, scene, (score, region), &mut table);
@@ -65,13 +66,15 @@ fn rows(
             for (rank, &(choice, _)) in best.iter().take(SHOWN).enumerate() {
                 let names = [scene.name.clone(), series.title(results), by.into()];
                 let over = values[choice];
+                let combination = &results.combinations[series.combination];
                 let snapshot = worst_snapshot(results, scene, series.key(choice, region), score);
                 table.row(if rank == 0 { names } else { Default::default() }.into_iter().chain([
                     number(over.map(|over| over.mean)),
                     number(over.map(|over| over.worst)),
                     snapshot.map_or(String::new(), |snapshot| snapshot.to_string()),
                     number(over.and_then(|over| over.pooled)),
-                    results.combinations[series.combination].label(choice),
+                    combination.label(choice),
+                    combination.place_of(choice),
                 ]));
             }
         }

@@ -60,8 +60,9 @@ fn maxima_per_scene_and_their_mean() {
         "  camera                 1.000   0.667  0.833     1.111\n",
         "  pair                   1.000   0.500  0.750     1.000\n",
         "  baseline all occupied  0.200   0.200  0.200\n",
-        "  camera       still   left/0 (0.00, 2.00, 3.00)\n               moving  right/0 (2.00, 2.00, 3.00)\n",
-        "  pair         still   camera:left/0;pads:floor/1 as box;volume\n",
+        "  camera       still   left/0                                       wall, x 0.0 m, 3.0 m high\n",
+        "               moving  right/0                                      wall, x 2.0 m, 3.0 m high\n",
+        "  pair         still   camera:left/0;pads:floor/1 as box;volume     camera: wall, x 0.0 m, 3.0 m high; pads: wall, x 1.0 m, 3.0 m high\n",
         "as a part of that mean of pair.",
         "F1 in region robot",
     ] {
@@ -93,11 +94,11 @@ fn the_best_of_each_wall() {
     let text = groups::render(&results, &all(&results, &[Score::F1]));
     assert!(
         text.contains(
-            "moving  camera · points               left                   0.500     left/1 (1.00, 2.00"
+            "moving  camera · points               left                   0.500     left/1   wall, x 1.0 m, 3.0 m high\n"
         ),
         "{text}"
     );
-    assert!(text.contains("right                  0.667  *  right/0 (2.00, 2.00, 3.00)"), "{text}");
+    assert!(text.contains("right                  0.667  *  right/0  wall, x 2.0 m, 3.0 m high\n"), "{text}");
     assert!(text.contains("baseline all occupied  0.200\n"), "{text}");
     assert!(!text.contains("pair"), "two posed sensors are at no wall: {text}");
 }
@@ -121,8 +122,8 @@ fn the_best_over_snapshots_by_mean_and_by_worst() {
     let text = snapshots::render(&results, &all(&results, &[Score::F1]));
     for line in [
         // Pooled: 2 found, 6 unknown.
-        "  moving  camera · points               mean     0.625  0.250   0   0.400  left/0 (0.00, 2.00, 3.00)\n",
-        "  moving  camera · points               worst    0.500  0.500   0   0.500  left/1 (1.00, 2.00, 3.00)\n",
+        "  moving  camera · points               mean     0.625  0.250   0   0.400  left/0                      wall, x 0.0 m, 3.0 m high\n",
+        "  moving  camera · points               worst    0.500  0.500   0   0.500  left/1                      wall, x 1.0 m, 3.0 m high\n",
     ] {
         assert!(text.contains(line), "no {line:?} in {text}");
     }
@@ -208,11 +209,12 @@ fn few_combinations_get_a_block_and_many_a_line() {
     for line in [
         "camera · points · region robot: 3 choices of poses, 2 scenes, 3 snapshots\n",
         // κ of one found and n unknown: n / ((n + 1)² − 1), so 1/8 and 1/4, none for n = 0.
-        "  best F1          right/0 (2.00, 2.00, 3.00)  [1] 0.667  0.667   0.667    [1] 0.333  0.333   0.333",
+        "  best F1          right/0                [1] 0.667  0.667   0.667    [1] 0.333  0.333   0.333",
         // Pooled 3 found, 8 unknown: 6/14 and (11·3 − 3·3) / (11² − 3·3).
-        "                   left/0 (0.00, 2.00, 3.00)       0.583  0.250   0.429    [2] 0.188  0.125   0.214",
-        "  best human_seen  no choice has a value               –      –       –",
+        "                   left/0                     0.583  0.250   0.429    [2] 0.188  0.125   0.214",
+        "  best human_seen  no choice has a value          –      –       –",
         "  baseline         upper bound ",
+        "\n\n  pose     place\n  left/0   wall, x 0.0 m, 3.0 m high\n  left/1   wall, x 1.0 m, 3.0 m high\n  right/0  wall, x 2.0 m",
         "[n] before a mean: only n of the values",
     ] {
         assert!(text.contains(line), "no {line:?} in {text}");
@@ -222,8 +224,8 @@ fn few_combinations_get_a_block_and_many_a_line() {
     let text = best::render(&many);
     for line in [
         "Region human: the best choice of poses, 2 scenes, 3 snapshots\n",
-        "  camera · points       [1] 0.667      –  0.667   0.667  right/0 (2.00, 2.00, 3.00)\n",
-        "  pair · box;volume         0.667      –  0.500   0.600  camera:left/0;pads:floor/1\n",
+        "  camera · points       [1] 0.667      –  0.667   0.667  right/0                     wall, x 2.0 m, 3.0 m high\n",
+        "  pair · box;volume         0.667      –  0.500   0.600  camera:left/0;pads:floor/1  camera: wall, x 0.0 m, 3.0 m high; pads: wall, x 1.0 m, 3.0 m high\n",
         "  baselines: upper bound 1.000, all occupied 0.200, all free 0.100, nothing seen –\n",
         "perirobot summary DIR",
     ] {

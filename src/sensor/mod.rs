@@ -31,6 +31,7 @@ pub mod range;
 pub mod ray_set;
 pub mod rgb;
 pub mod rgbd;
+pub mod turned;
 
 use std::fmt::Debug;
 use std::sync::Arc;

@@ -115,7 +115,7 @@ impl Manifest {
             "noiseless": study.noiseless,
             "scenes": worlds.iter().map(|world| scene(study, world)).collect::<Vec<_>>(),
             "sensors": sensors.collect::<Vec<_>>(),
-            "poses_sha256": sha256([&table::poses_csv(study)]),
+            "poses_sha256": sha256([&table::poses_csv(study, &worlds[0])]),
             "combinations": combinations.collect::<Vec<_>>(),
         })));
         let about = json!({

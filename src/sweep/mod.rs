@@ -12,6 +12,7 @@ pub mod layout;
 pub mod manifest;
 pub mod merge;
 mod order;
+pub mod place;
 pub mod reopen;
 pub mod sample;
 pub mod session;

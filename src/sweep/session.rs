@@ -127,7 +127,7 @@ impl<'a> Session<'a> {
                 (locked.begin(header)?, Done::new(&layout, places.clone()), 0)
             }
         };
-        folder.write("poses.csv", &table::poses_csv(study))?;
+        folder.write("poses.csv", &table::poses_csv(study, &worlds[0]))?;
         folder.write(MANIFEST, &manifest.bytes())?;
         let asks = layout.all_asks().skip(places.start).take(places.len()).collect();
         Ok(Session { study, worlds, folder, layout, asks, journal, manifest, done, damaged })

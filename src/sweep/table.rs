@@ -1,5 +1,7 @@
 //! The table of a study's poses as CSV, made for pandas, and how other tables name what they are about.
 
+use super::World;
+use super::place::Places;
 use crate::metrics::COUNTERS;
 use crate::sensor::{Pose, Setting};
 use crate::study::{Combination, Study};
@@ -14,8 +16,10 @@ pub const COUNT_COLUMNS: [&str; COUNTERS] = [
 pub const BETWEEN_MEMBERS: &str = ";";
 
 /// `poses.csv`: every candidate. Position in metres and rotation of the link frame (x forward, y left, z up) are in the
-/// world, or, where `on` names a robot and its link, in that link's frame; both are empty for what has no pose.
-pub fn poses_csv(study: &Study) -> Vec<u8> {
+/// world, or, where `on` names a robot and its link, in that link's frame; both are empty for what has no pose. `place` says
+/// for people where that is in a world of the study.
+pub fn poses_csv(study: &Study, world: &World) -> Vec<u8> {
+    let places = Places::of(study, world);
     let mut csv = Csv::new(&[
         "sensor",
         "pose",
@@ -29,10 +33,11 @@ pub fn poses_csv(study: &Study) -> Vec<u8> {
         "qz",
         "inflation_m",
         "on",
+        "place",
     ]);
-    for sensor in &study.sensors {
+    for (number, sensor) in study.sensors.iter().enumerate() {
         let on = sensor.on.as_ref().map_or(String::new(), |on| format!("{}/{}", on.object, on.link));
-        for candidate in &sensor.candidates {
+        for (index, candidate) in sensor.candidates.iter().enumerate() {
             let mut fields = vec![sensor.name.clone(), candidate.name.clone(), candidate.group.clone()];
             match candidate.setting {
                 Setting::Pose(Pose { position_m: p, rotation: q }) => {
@@ -46,6 +51,7 @@ pub fn poses_csv(study: &Study) -> Vec<u8> {
                 Setting::Fixed => fields.extend([const { String::new() }; 8]),
             }
             fields.push(on.clone());
+            fields.push(places.words(number, index));
             csv.row(&fields);
         }
     }

@@ -70,6 +70,13 @@ function nameOf(choice, of = combination()) {
   return members(choice, of).filter((_, i) => of.members[i].candidates.length > 1).map(({ sensor, pose }) => `${sensor.name}: ${pose.name}`).join(", ") || fullName(choice, of);
 }
 
+/** Where the sensors of a choice are, in words: of several, those that could stand elsewhere, each with its name. */
+function placeOf(choice) {
+  const which = posed();
+  const told = which.map(i => members(choice)[i]).filter(({ pose }) => pose.place);
+  return told.map(({ sensor, pose }) => which.length > 1 ? `${sensor.name}: ${pose.place}` : pose.place).join("; ") || "–";
+}
+
 /** Numbers of the members that stand somewhere and could stand elsewhere; else of those that stand anywhere. */
 function posed(of = combination()) {
   const with_place = of.members.map((_, i) => i).filter(i => data.sensors[of.members[i].sensor].poses.some(pose => pose.at_m));

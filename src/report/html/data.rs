@@ -8,7 +8,6 @@ use serde::Serialize;
 use super::Sweep;
 use super::cells::Cells;
 use super::measure::{self, Baseline, Measure};
-use super::mounting::room_m;
 use super::packed::Numbers;
 use super::ranking::Ranking;
 use super::scores::{self, Scores};
@@ -16,6 +15,7 @@ use super::surroundings::{Surroundings, WAYS};
 use crate::report::distribution::distribution;
 use crate::report::maxima::{maxima, most_sensors};
 use crate::report::{Results, Score};
+use crate::sweep::place::room_m;
 use crate::sweep::{World, table};
 use sensor::{SensorData, sensor_data};
 

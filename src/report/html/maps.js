@@ -69,7 +69,7 @@ function bestOfEach({ whole, to }) {
 const even = all => all.every((x, i) => i < 2 || Math.abs(x - 2 * all[i - 1] + all[i - 2]) < 1e-5);
 
 /** What hovering over a position tells. */
-const word = p => `${plain(nameOf(p.choice))}<br>x ${p.at[0].toFixed(2)}, y ${p.at[1].toFixed(2)}, z ${p.at[2].toFixed(2)} m<br>${measure().title} ${shown(p.value)}`;
+const word = p => `${plain(nameOf(p.choice))}<br>${plain(p.pose.place)}<br>${measure().title} ${shown(p.value)}`;
 
 /** A heatmap where positions form a lattice, else squares. */
 function trace(spots, [low, high], showscale) {

@@ -9,7 +9,6 @@ mod cells;
 mod data;
 mod facts;
 mod measure;
-mod mounting;
 mod packed;
 mod ranking;
 mod scores;

@@ -16,7 +16,7 @@ function fillMembers() {
 function drawSelected() {
   const block = series().scores.over, place = placeIn(block, chosen.choice);
   const scores = place < 0 ? "" : data.measures.map((one, m) => `${one.title} ${shown(values(m)[place])}`).join(", ");
-  element("selected").replaceChildren("Selected: ", made("strong", {}, nameOf(chosen.choice)), ` — ${scores}`);
+  element("selected").replaceChildren("Selected: ", made("strong", {}, nameOf(chosen.choice)), ` (${placeOf(chosen.choice)}) — ${scores}`);
   for (const id of ["extent", "region", "series", "measure"]) element(id).value = chosen[id];
 }
 

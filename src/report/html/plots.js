@@ -70,7 +70,7 @@ async function drawPositions() {
   const column = axis => of => of.map(p => p.at[axis]);
   const [x, y, z] = [0, 1, 2].map(column);
   const traces = [
-    { type: "scatter3d", mode: "markers", x: x(all), y: y(all), z: z(all), text: all.map(p => `${plain(nameOf(p.choice))}<br>${measure().title} ${shown(p.value)}`), hovertemplate: "%{text}<extra></extra>", marker: { size: 5, color: all.map(p => p.value), colorscale: MAP, reversescale: measure().less_is_better, cmin, cmax, colorbar: colourBar() } },
+    { type: "scatter3d", mode: "markers", x: x(all), y: y(all), z: z(all), text: all.map(p => `${plain(nameOf(p.choice))}<br>${plain(p.pose.place)}<br>${measure().title} ${shown(p.value)}`), hovertemplate: "%{text}<extra></extra>", marker: { size: 5, color: all.map(p => p.value), colorscale: MAP, reversescale: measure().less_is_better, cmin, cmax, colorbar: colourBar() } },
     { type: "scatter3d", mode: "markers", x: x(here), y: y(here), z: z(here), hoverinfo: "skip", marker: { size: 11, color: "#d55e00", symbol: "circle-open", line: { width: 3 } } },
     lines3d(edges(data.scenes[Math.max(0, chosen.extent - 1)].room_m), { line: { color: "#9aa5b1", width: 2 } }),
   ];

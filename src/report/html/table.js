@@ -5,7 +5,7 @@ const sorting = { by: 0, down: true, rows: STEP };
 /** Columns besides the measures: a heading, and what is shown of a choice. */
 const COLUMNS = [
   { title: "pose", of: choice => nameOf(choice) },
-  { title: "at x, y, z in m", of: choice => posed().map(i => members(choice)[i]).filter(({ pose }) => pose.at_m).map(({ sensor, pose }) => pose.at_m.map(x => x.toFixed(2)).join(", ") + (sensor.on ? ` (of ${sensor.on.link})` : "")).join("; ") || "–" },
+  { title: "place", of: placeOf },
 ];
 
 /** The rows in order: places in the block. */

@@ -5,13 +5,12 @@ use std::collections::HashSet;
 use std::path::Path;
 use std::sync::Arc;
 
-use glam::DVec3;
 use serde::Deserialize;
 
 use super::CURE;
 use super::csv_rows::CsvRows;
 use crate::metrics::Confusion;
-use crate::report::results::{CombinationResults, MemberResults, Place, PoseResults, SceneResults, Subject};
+use crate::report::results::{CombinationResults, MemberResults, PoseResults, SceneResults, Subject};
 use crate::study::{MAX_NAMES_BYTES, MAX_ROWS, bytes_of_names};
 use crate::sweep::manifest::{MANIFEST, Manifest, sha256};
 use crate::sweep::table::BETWEEN_MEMBERS;
@@ -162,7 +161,7 @@ fn baselines(region: &RegionFile) -> Result<Baselines, String> {
 
 /// The sensors with their poses, which stand in the file sensor by sensor.
 fn sensors(path: &Path, files: Vec<SensorFile>) -> Result<Vec<Posed>> {
-    let mut rows = CsvRows::open(path, &["sensor", "pose", "group", "x_m", "y_m", "z_m"])?;
+    let mut rows = CsvRows::open(path, &["sensor", "pose", "group", "x_m", "place"])?;
     let mut sensors = Vec::new();
     for file in files {
         let (mut poses, mut known) = (Vec::new(), HashSet::new());
@@ -174,27 +173,15 @@ fn sensors(path: &Path, files: Vec<SensorFile>) -> Result<Vec<Posed>> {
                     &format!("must be {:?}: {MANIFEST} has {} poses of it", file.name, file.poses),
                 ));
             }
-            if let Some(column) = [1, 2].into_iter().find(|column| !is_plain(row.text(*column))) {
+            if let Some(column) = [1, 2, 4].into_iter().find(|column| !is_plain(row.text(*column))) {
                 return Err(row.wrong(column, "has control characters"));
             }
             let name = row.text(1).to_string();
             if !known.insert(name.clone()) {
                 return Err(row.wrong(1, "stands twice for this sensor"));
             }
-            let coordinate = |column: usize| {
-                let value = row.text(column).parse().ok().filter(|v: &f64| v.is_finite());
-                value.ok_or_else(|| {
-                    row.wrong(column, "must be a number of metres, or x_m, y_m, z_m all empty")
-                })
-            };
-            let place = match (3..6).all(|column| row.text(column).is_empty()) {
-                true => None,
-                false => Some(Place {
-                    group: row.text(2).to_string(),
-                    position_m: DVec3::new(coordinate(3)?, coordinate(4)?, coordinate(5)?),
-                }),
-            };
-            poses.push(PoseResults { name, place });
+            let group = (!row.text(3).is_empty()).then(|| row.text(2).to_string());
+            poses.push(PoseResults { name, group, place: row.text(4).to_string() });
         }
         sensors.push(Posed { file, poses: Arc::new(poses) });
     }

@@ -4,12 +4,13 @@
 use glam::{DMat3, DQuat, DVec3};
 use serde::Serialize;
 
-use crate::report::html::mounting::Turned;
 use crate::report::html::surroundings::{Around, Surroundings, key};
 use crate::sensor::prism::Prism;
+use crate::sensor::turned::Turned;
 use crate::sensor::{Candidate, Pose, Scale, Sensor, Setting, Stance};
 use crate::study::Study;
 use crate::sweep::World;
+use crate::sweep::place::Places;
 
 /// Rays that stand for the many of a sensor that is no camera.
 const RAYS_SHOWN: usize = 48;
@@ -46,6 +47,8 @@ struct FrameData {
 struct PoseData<'a> {
     name: &'a str,
     group: &'a str,
+    /// Where it is, in words.
+    place: String,
     #[serde(flatten)]
     frame: Option<FrameData>,
     /// Pan, tilt and roll.
@@ -82,14 +85,16 @@ pub(super) fn sensor_data<'a>(
         Setting::Pose(pose) => Some(pose),
         _ => None,
     };
-    let places = sensor.candidates.iter().filter_map(pose_of).map(|pose| pose.position_m);
-    let around = surroundings.around_all(places.filter(|_| sensor.on.is_none()));
-    let poses = sensor.candidates.iter().map(|candidate| {
+    let positions = sensor.candidates.iter().filter_map(pose_of).map(|pose| pose.position_m);
+    let around = surroundings.around_all(positions.filter(|_| sensor.on.is_none()));
+    let places = Places::of(study, &worlds[0]);
+    let poses = sensor.candidates.iter().enumerate().map(|(index, candidate)| {
         let pose = pose_of(candidate);
         let turned = pose.as_ref().map(Turned::of);
         PoseData {
             name: &candidate.name,
             group: &candidate.group,
+            place: places.words(number, index),
             frame: pose.as_ref().map(frame_data),
             turned_deg: turned.map(|t| [t.pan_deg, t.tilt_deg, t.roll_deg]),
             senses_m: match candidate.setting {

@@ -42,6 +42,8 @@ pub(in crate::report::html) struct Row {
     pub(in crate::report::html) series_number: usize,
     pub(in crate::report::html) choice: usize,
     pub(in crate::report::html) poses: String,
+    /// Where they are, in words.
+    pub(in crate::report::html) place: String,
     /// For each measure its mean; of F1 and human_seen the worst behind it.
     pub(in crate::report::html) cells: Vec<String>,
     /// The answers without a sensor that score more, in words; empty for none.
@@ -125,6 +127,7 @@ fn row(
         series_number,
         choice,
         poses: results.combinations[series.combination].label(choice),
+        place: results.combinations[series.combination].place_of(choice),
         cells: cells.collect(),
         below: better.collect::<Vec<_>>().join(", "),
     }

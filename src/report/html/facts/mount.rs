@@ -1,8 +1,8 @@
 //! Mounting sheets of a choice of poses. What the numbers mean is said in the template.
 
 use crate::report::html::Sweep;
-use crate::report::html::mounting::Turned;
 use crate::report::html::surroundings::{Surroundings, WAYS};
+use crate::sensor::turned::Turned;
 use crate::sensor::{Setting, Stance};
 
 /// How to mount one sensor.

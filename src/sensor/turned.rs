@@ -1,39 +1,37 @@
-//! How to mount a sensor, in the words of who drills the holes: where it looks, how it is turned, and the room. How far it is
-//! to the next surface is `surroundings`', which sensors are mounted is others' choice.
+//! How a sensor is turned, as angles that people measure: pan, tilt and roll. The same on every machine, since tables hold
+//! them.
 
 use glam::DVec3;
 
-use crate::scene::Role;
-use crate::sensor::Pose;
-use crate::voxel::Truth;
+use super::Pose;
 
 /// Nearer than this to straight up or down, a direction has no azimuth.
 const VERTICAL: f64 = 1e-9;
 
 /// Where a sensor looks, in degrees.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Turned {
+pub struct Turned {
     /// Azimuth of where it looks, from world x towards world y: counter-clockwise, seen from above.
-    pub(super) pan_deg: f64,
+    pub pan_deg: f64,
     /// How far above the horizon it looks; negative is down.
-    pub(super) tilt_deg: f64,
+    pub tilt_deg: f64,
     /// How far it is turned about where it looks, clockwise, seen from behind it.
-    pub(super) roll_deg: f64,
+    pub roll_deg: f64,
 }
 
 impl Turned {
     /// Of a pose. What looks straight up or down is panned only: pan 0 has the top of its picture towards world x.
-    pub(super) fn of(pose: &Pose) -> Turned {
+    pub fn of(pose: &Pose) -> Turned {
         let link = pose.link();
         let (forward, right) = (link.x_axis, -link.y_axis);
-        let vertical = forward.x.hypot(forward.y) < VERTICAL;
+        let vertical = libm::hypot(forward.x, forward.y) < VERTICAL;
         let up = if vertical { DVec3::X } else { DVec3::Z };
         let level = forward.cross(up).normalize();
-        let turn = level.cross(right).dot(forward).atan2(level.dot(right));
-        let tilt = forward.z.clamp(-1.0, 1.0).asin();
+        let turn = libm::atan2(level.cross(right).dot(forward), level.dot(right));
+        let tilt = libm::asin(forward.z.clamp(-1.0, 1.0));
         let (pan, roll) = match vertical {
             true => (turn * forward.z.signum(), 0.0),
-            false => (forward.y.atan2(forward.x), turn),
+            false => (libm::atan2(forward.y, forward.x), turn),
         };
         let [pan_deg, tilt_deg, roll_deg] = [pan, tilt, roll].map(tidy_deg);
         Turned { pan_deg, tilt_deg, roll_deg }
@@ -44,16 +42,6 @@ impl Turned {
 fn tidy_deg(radians: f64) -> f64 {
     let degrees = (radians.to_degrees() * 100.0).round() / 100.0;
     if degrees == -180.0 { 180.0 } else { degrees + 0.0 }
-}
-
-/// Lowest and highest corner of all that is not robot or human, in metres: walls, floor and ceiling, where the scene has
-/// them. Of the grid where it has nothing else.
-pub(super) fn room_m(truth: &Truth) -> [DVec3; 2] {
-    let environment = truth.objects.iter().filter(|object| object.role == Role::Environment);
-    let corners = environment.map(|object| object.bounds_m);
-    let end = truth.grid.window().end();
-    let whole = || [truth.grid.corner_m([0; 3]), truth.grid.corner_m(end)];
-    corners.reduce(|[a, b], [c, d]| [a.min(c), b.max(d)]).unwrap_or_else(whole)
 }
 
 #[cfg(test)]
