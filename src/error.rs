@@ -1,5 +1,6 @@
 //! The one error type. It says where, what, and what to do; the command line turns its kind into an exit code.
 
+use std::io::ErrorKind;
 use std::path::Path;
 
 /// Why a command could not be carried out.
@@ -11,7 +12,7 @@ pub enum Error {
     /// A device failed, or lied, after the input was accepted. Exit code 3.
     #[error("{0}")]
     Device(String),
-    /// The disk failed, or is full, while counts were written. What is finished is kept. Exit code 3.
+    /// The disk failed, or is full: another time the same may work. What is finished is kept. Exit code 3.
     #[error("{0}")]
     Storage(String),
     /// Somebody else is at work there; later it may work. Exit code 75.
@@ -31,9 +32,33 @@ impl Error {
         Error::Input(format!("{place}: {what}"))
     }
 
-    /// A file that cannot be read or written.
+    /// A file that cannot be read or written: the user's affair, unless it may pass.
     pub fn io(path: &Path, what: &str, source: std::io::Error) -> Self {
-        Error::Input(format!("{}: {what}: {source}", path.display()))
+        let text = format!("{}: {what}: {source}", path.display());
+        match Error::may_pass(&source) {
+            false => Error::Input(text),
+            true => Error::Storage(format!("{text}. That may pass: run the same command again")),
+        }
+    }
+
+    /// Whether the disk or the network failed: whatever does not follow from the path and what stands there.
+    pub(crate) fn may_pass(source: &std::io::Error) -> bool {
+        /// Too many links, for which there is no stable kind.
+        const ELOOP: i32 = if cfg!(target_os = "linux") { 40 } else { 62 };
+        let of_the_place = matches!(
+            source.kind(),
+            ErrorKind::NotFound
+                | ErrorKind::PermissionDenied
+                | ErrorKind::AlreadyExists
+                | ErrorKind::IsADirectory
+                | ErrorKind::NotADirectory
+                | ErrorKind::DirectoryNotEmpty
+                | ErrorKind::InvalidFilename
+                | ErrorKind::InvalidInput
+                | ErrorKind::InvalidData
+                | ErrorKind::ReadOnlyFilesystem
+        );
+        !of_the_place && source.raw_os_error() != Some(ELOOP)
     }
 
     /// The first of several, for who can tell one only; where there is none, that is what it says.
@@ -48,5 +73,28 @@ impl Error {
     pub(crate) fn storage(path: &Path, source: std::io::Error) -> Self {
         let cure = "What is finished is kept: mend that and run the same command again";
         Error::Storage(format!("{}: cannot be written: {source}. {cure}", path.display()))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[cfg(target_os = "linux")]
+    #[test]
+    fn failures_that_may_pass_are_no_bad_input() {
+        let [enoent, enotdir, eloop, eio, emfile, estale] = [2, 20, 40, 5, 24, 116];
+        for (numbers, passes) in [([enoent, enotdir, eloop], false), ([eio, emfile, estale], true)] {
+            for number in numbers {
+                let source = std::io::Error::from_raw_os_error(number);
+                let error = Error::io(Path::new("a.stl"), "cannot be read", source);
+                let is_right = match error {
+                    Error::Input(_) => !passes,
+                    Error::Storage(_) => passes,
+                    _ => false,
+                };
+                assert!(is_right && error.to_string().starts_with("a.stl: cannot be read: "), "{error}");
+            }
+        }
     }
 }

@@ -3,8 +3,9 @@
 
 use std::collections::{BTreeMap, HashMap};
 use std::fs::{File, Metadata};
-use std::io::Read;
+use std::io::{ErrorKind, Read};
 use std::path::{Component, Path, PathBuf};
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
 
 use sha2::{Digest, Sha256};
@@ -26,6 +27,8 @@ pub struct Sources {
     packages: Vec<(String, PathBuf)>,
     outside: bool,
     record: Arc<Mutex<Record>>,
+    /// Whether a file could not be read for a reason that may pass.
+    failed: Arc<AtomicBool>,
 }
 
 /// A file that was read.
@@ -49,7 +52,8 @@ struct Record {
 impl Sources {
     /// The file itself and what lies in its folder or below.
     pub fn beside(main: &Path) -> Sources {
-        Sources { main: main.into(), packages: Vec::new(), outside: false, record: Arc::default() }
+        let (record, failed) = Default::default();
+        Sources { main: main.into(), packages: Vec::new(), outside: false, record, failed }
     }
 
     /// And what lies in the folder of a package, or below.
@@ -104,9 +108,35 @@ impl Sources {
         path.canonicalize().is_ok_and(|place| record.by_place.contains_key(&place))
     }
 
+    /// What is wrong with files, whoever put it into words: where one could not be read for a reason that may pass,
+    /// nobody knows whether the input is wrong.
+    pub(crate) fn judged(&self, problems: Vec<Error>) -> Vec<Error> {
+        let of_storage = |problem| match problem {
+            Error::Input(what) => Error::Storage(what),
+            other => other,
+        };
+        match self.failed.load(Ordering::Relaxed) {
+            true => problems.into_iter().map(of_storage).collect(),
+            false => problems,
+        }
+    }
+
     fn read(&self, path: &Path, most_bytes: u64) -> Result<Vec<u8>> {
+        let read = self.read_once(path, most_bytes);
+        if matches!(read, Err(Error::Storage(_))) {
+            self.failed.store(true, Ordering::Relaxed);
+        }
+        read
+    }
+
+    fn read_once(&self, path: &Path, most_bytes: u64) -> Result<Vec<u8>> {
         let unreadable = |source| Error::io(path, "cannot be read", source);
-        let place = path.canonicalize().map_err(|e| self.with_namesake(path, unreadable(e)))?;
+        let place = path.canonicalize().map_err(|e| match path.read_link() {
+            Ok(target) if e.kind() == ErrorKind::NotFound => {
+                Error::input(path.display(), format!("is a link to {}, which is not there", target.display()))
+            }
+            _ => self.with_namesake(path, unreadable(e)),
+        })?;
         self.refuse_outside(path, &place)?;
         // Opening a pipe would wait for its writer, so what it is, is asked first; and again of what was opened.
         check(path, &place.metadata().map_err(unreadable)?, most_bytes)?;

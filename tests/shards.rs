@@ -70,21 +70,22 @@ fn shards_merge_into_the_bytes_of_a_single_run() {
     let folder = whole();
     for shards in [1, 2, 3, CHOICES] {
         for number in (0..shards).rev() {
-            shard_or_all(&folder, number, shards);
+            shard(&folder, &format!("{number}/{shards}"));
         }
-        if shards > 1 {
-            for command in ["summary", "report"] {
-                let outcome = perirobot(&[command, text(&folder.path("out"))]);
-                assert_eq!(outcome.code, Some(2), "{command}");
-                let cure = "these are shards, put them together by `perirobot merge`";
-                assert!(outcome.stderr.contains(cure), "{command}: {}", outcome.stderr);
-            }
-            let outcome = merge(&folder, &[]);
-            assert_eq!(outcome.code, Some(0), "{}", outcome.stderr);
-            assert!(outcome.stdout.contains(&format!("{shards} shards merged")), "{}", outcome.stdout);
-            // Once more changes nothing.
-            assert_eq!(merge(&folder, &[]).code, Some(0));
+        for command in ["summary", "report"] {
+            let outcome = perirobot(&[command, text(&folder.path("out"))]);
+            assert_eq!(outcome.code, Some(2), "{command}");
+            let cure = "these are shards, put them together by `perirobot merge`";
+            assert!(outcome.stderr.contains(cure), "{command}: {}", outcome.stderr);
         }
+        let outcome = merge(&folder, &[]);
+        assert_eq!(outcome.code, Some(0), "{}", outcome.stderr);
+        assert!(outcome.stdout.contains(&format!("{shards} shards merged")), "{}", outcome.stdout);
+        // Once more changes nothing, nor does what is its own part.
+        assert_eq!(merge(&folder, &[]).code, Some(0));
+        let outcome = merge(&folder, &[text(&folder.path("out"))]);
+        assert_eq!(outcome.code, Some(2), "{}", outcome.stderr);
+        assert!(outcome.stderr.contains("is both a shard and the place for the whole"), "{}", outcome.stderr);
         same_bytes(&folder.path("whole"), &folder.path("out"));
         let [mut one, mut other] = ["whole", "out"].map(|name| manifest(&folder.path(name)));
         assert_eq!(other["runs"].as_array().unwrap().len(), shards);
@@ -98,14 +99,6 @@ fn shards_merge_into_the_bytes_of_a_single_run() {
         assert_eq!(one, other);
         fs::remove_dir_all(folder.path("out")).unwrap();
     }
-}
-
-#[track_caller]
-fn shard_or_all(folder: &Folder, number: usize, shards: usize) {
-    if shards > 1 {
-        return shard(folder, &format!("{number}/{shards}"));
-    }
-    assert_eq!(folder.sweep(&["--shard", "0/1"]).code, Some(0));
 }
 
 #[test]
@@ -245,7 +238,9 @@ fn a_merge_writes_only_where_it_may() {
     assert_eq!(fs::read(folder.path("out/counts.journal")).unwrap(), [b'x'; 300]);
     fs::remove_file(folder.path("out/counts.journal")).unwrap();
     // What a killed merge left goes; what is not ours stays.
-    for name in ["results.csv.999.part", "results.csv.mine.part", "results.parquet", "disagreement.json"] {
+    for name in
+        ["results.csv.0123456789abcdef.part", "results.csv.mine.part", "results.parquet", "disagreement.json"]
+    {
         folder.write(&format!("out/{name}"), "old");
     }
     assert_eq!(merge(&folder, &[]).code, Some(0));

@@ -8,6 +8,9 @@ use perirobot::sweep::bench::Contender;
 use perirobot::sweep::{Crew, Gear};
 use perirobot::{Error, Result};
 
+/// Most threads; no machine of today has as many processors.
+const MOST_THREADS: i64 = 1024;
+
 #[derive(clap::Args)]
 pub(super) struct BackendArgs {
     /// Who computes: auto takes a hardware GPU if there is one, else the CPU
@@ -18,7 +21,7 @@ pub(super) struct BackendArgs {
     #[arg(long, value_name = "INDEX|NAME|software")]
     adapter: Option<String>,
     /// Threads that prepare scenes and sensors, and of the CPU backend [default: all that the process may use]
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=MOST_THREADS))]
     threads: Option<u16>,
     /// Memory for evidence (half of it) and, on the CPU, for first hits in what stands still (a quarter): a number and
     /// KiB, MiB or GiB; a few poses' evidence is kept in any case [default: 512MiB; more on a hardware GPU]
@@ -39,12 +42,10 @@ enum Choice {
 }
 
 impl BackendArgs {
-    /// Starts the threads that prepare scenes and sensors; before any of that begins. The CPU backend has as many of
-    /// its own, and while those work these wait.
+    /// Starts the threads that prepare scenes and sensors. The CPU backend has as many of its own, and while those work
+    /// these wait.
     pub(super) fn start_threads(&self) -> Result<()> {
-        let Some(threads) = self.threads() else { return Ok(()) };
-        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads);
-        pool.build_global().map_err(|e| Error::Device(format!("cannot start {threads} threads: {e}")))
+        start_threads(self.threads())
     }
 
     /// Opens the backend.
@@ -158,6 +159,14 @@ impl BackendArgs {
             None => AdapterChoice::Hardware,
         }
     }
+}
+
+/// Starts the threads that prepare scenes and sensors, before any of that begins: as many as the process may use unless a
+/// number is given.
+pub(super) fn start_threads(threads: Option<usize>) -> Result<()> {
+    let threads = threads.or_else(|| std::thread::available_parallelism().ok().map(|n| n.get())).unwrap_or(1);
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads);
+    pool.build_global().map_err(|e| Error::Device(format!("cannot start {threads} threads: {e}")))
 }
 
 /// The backend of a sweep and who steps in for it.

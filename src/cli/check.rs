@@ -72,12 +72,13 @@ fn verdict(warnings: usize) -> String {
     }
 }
 
-/// Prints every problem for itself.
+/// Prints every problem for itself. Where the disk is the only one, another time the same may be right.
 fn refuse(problems: &[Error]) -> ExitCode {
     problems.iter().for_each(|problem| say!("error: {problem}"));
     let count = problems.len();
     say!("{count} problem{}", if count == 1 { "" } else { "s" });
-    ExitCode::from(2)
+    let is_wrong = problems.iter().any(|problem| matches!(problem, Error::Input(_)));
+    ExitCode::from(if is_wrong { 2 } else { 3 })
 }
 
 /// How the rays of each sensor end.

@@ -154,13 +154,22 @@ fn bytes(bytes: f64) -> String {
     }
 }
 
+/// Widest column; a name may be longer. The standard library pads to 65,535 at most.
+const WIDEST: usize = 1000;
+
 fn width<'a>(names: impl Iterator<Item = &'a str>) -> usize {
-    names.map(|name| name.chars().count()).max().unwrap_or_default()
+    names.map(|name| name.chars().count()).max().unwrap_or_default().min(WIDEST)
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_long_name_does_not_widen_the_column_without_end() {
+        let long = "x".repeat(70_000);
+        assert_eq!([width([long.as_str(), "a"].into_iter()), width(["ab", "a"].into_iter())], [WIDEST, 2]);
+    }
 
     #[test]
     fn times_and_sizes_are_said_as_people_say_them() {

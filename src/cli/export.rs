@@ -43,6 +43,7 @@ In Python:
   view = numpy.load(\"view.npz\"); view[\"labels\"][i, j, k]     1 occupied, 0 free, -1 unknown; i along x, j y, k z";
 
 pub(super) fn run(args: &Args) -> Result<ExitCode> {
+    super::stop::end_tidily()?;
     args.backend.start_threads()?;
     let (study, worlds) = args.swept.load()?;
     let (world, choice) = args.choice.find(&study, &worlds)?;

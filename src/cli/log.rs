@@ -32,8 +32,8 @@ struct AboveBar;
 
 impl Write for AboveBar {
     fn write(&mut self, line: &[u8]) -> io::Result<usize> {
-        // Whether anybody can read it changes nothing.
-        let _ = super::progress::above_bar(|| io::stderr().write_all(line));
+        let text = String::from_utf8_lossy(line);
+        super::progress::above_bar(|| say!("{}", text.trim_end_matches('\n')));
         Ok(line.len())
     }
 

@@ -32,6 +32,7 @@ pub(super) struct Args {
 }
 
 pub(super) fn run(args: &Args) -> Result<ExitCode> {
+    super::stop::end_tidily()?;
     let shards = if args.shards.is_empty() { shards_below(&args.out)? } else { args.shards.clone() };
     let results = merge(&args.out, &shards)?;
     args.outcome.write(&results, &args.out)?;

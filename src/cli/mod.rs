@@ -1,11 +1,8 @@
 //! Subcommands and what they share: messages and exit codes. Nothing is computed here.
 
-/// Writes a line on standard error; whether anybody can read it changes nothing.
+/// Writes a line on standard error.
 macro_rules! say {
-    ($($text:tt)*) => {{
-        use std::io::Write;
-        let _ = writeln!(std::io::stderr(), $($text)*);
-    }};
+    ($($text:tt)*) => { crate::cli::terminal::say(&format!($($text)*)) };
 }
 
 mod backend;
@@ -35,6 +32,7 @@ mod study;
 mod summary;
 mod sweep;
 mod swept;
+mod terminal;
 mod verify_backends;
 mod voxelize;
 mod why;
@@ -42,7 +40,8 @@ mod why;
 use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
-use perirobot::{Error, Result};
+use perirobot::Error;
+use terminal::print;
 
 /// Score where to put the sensors of a robot cell.
 ///
@@ -99,7 +98,7 @@ enum Command {
 
 /// Runs the command line and turns its outcome into an exit code.
 pub(crate) fn run() -> ExitCode {
-    let Cli { command, verbose } = Cli::parse();
+    let Cli { command, verbose } = parse();
     log::start(verbose);
     let outcome = match command {
         Command::Init(args) => init::run(&args),
@@ -124,7 +123,7 @@ pub(crate) fn run() -> ExitCode {
     match outcome {
         Ok(code) => code,
         Err(error) => {
-            say!("error: {}", harmless(&error.to_string()));
+            say!("error: {error}");
             ExitCode::from(match error {
                 Error::Disagreement(_) => 1,
                 Error::Input(_) => 2,
@@ -135,10 +134,13 @@ pub(crate) fn run() -> ExitCode {
     }
 }
 
-/// Text in which a stranger's file may be quoted: what a terminal would obey is spelt out, but for the ends of lines.
-fn harmless(text: &str) -> String {
-    let spelt = |c: char| if c.is_control() && c != '\n' { c.escape_unicode().to_string() } else { c.into() };
-    text.chars().map(spelt).collect()
+/// Reads the arguments. Wrong ones may be quoted, so of those the harmless spelling is refused.
+fn parse() -> Cli {
+    let harmless = |word: std::ffi::OsString| terminal::harmless(&word.to_string_lossy()).into_owned();
+    Cli::try_parse().unwrap_or_else(|wrong| {
+        let again = Cli::try_parse_from(std::env::args_os().map(harmless));
+        again.err().unwrap_or(wrong).exit()
+    })
 }
 
 /// Prints each different warning once, with the scenes that have it; how many there were.
@@ -156,15 +158,4 @@ fn warn<'a>(scenes: impl Iterator<Item = (&'a str, &'a [String])>) -> usize {
         say!("warning: {}: {warning}", scenes.join(", "));
     }
     all.len()
-}
-
-/// Writes to standard output; a reader that went away (`| head`) is no failure.
-fn print(text: &str) -> Result<()> {
-    use std::io::Write;
-    match std::io::stdout().write_all(text.as_bytes()) {
-        Err(e) if e.kind() != std::io::ErrorKind::BrokenPipe => {
-            Err(Error::Device(format!("cannot write to standard output: {e}")))
-        }
-        _ => Ok(()),
-    }
 }

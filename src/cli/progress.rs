@@ -1,7 +1,6 @@
 //! How far a long job is, for people (a bar) or machines (JSON lines), on standard error. What is counted, and when, is
 //! the subcommand's business.
 
-use std::io::Write;
 use std::sync::LazyLock;
 use std::time::{Duration, Instant};
 
@@ -47,7 +46,7 @@ impl ProgressArgs {
             How::None => (),
         }
         if let Some(lines) = &lines {
-            say(&lines.line("start", Duration::ZERO));
+            say!("{}", lines.line("start", Duration::ZERO));
         }
         Progress { bar, lines, begin: Instant::now() }
     }
@@ -76,7 +75,7 @@ impl Progress {
         }
         let elapsed = self.begin.elapsed();
         if let Some(line) = self.lines.as_mut().and_then(|lines| lines.inc(more, elapsed)) {
-            say(&line);
+            say!("{line}");
         }
     }
 
@@ -92,14 +91,9 @@ impl Drop for Progress {
             bar.finish_and_clear();
         }
         if let Some(lines) = &self.lines {
-            say(&lines.end(self.begin.elapsed()));
+            say!("{}", lines.end(self.begin.elapsed()));
         }
     }
-}
-
-/// Writes a line at once. That nobody reads it is no reason to stop the job.
-fn say(line: &str) {
-    let _ = std::io::stderr().write_all(format!("{line}\n").as_bytes());
 }
 
 /// What a line holds. Rate and time left are those since the start of this run, null while nothing is done.

@@ -85,6 +85,7 @@ enum Choice {
 }
 
 pub(super) fn run(args: &Args) -> Result<ExitCode> {
+    super::stop::end_tidily()?;
     if args.out.extension().is_none_or(|extension| extension != "png") {
         return Err(Error::Input(format!("--out {}: must end in .png", args.out.display())));
     }

@@ -1,10 +1,11 @@
 //! `perirobot report`: the folder of a sweep as one page to read, click through, mail and print.
 
+use std::io::Write;
 use std::path::PathBuf;
 use std::process::ExitCode;
 
 use perirobot::report::{Results, html};
-use perirobot::sweep::files::write_whole;
+use perirobot::sweep::files::{WholeFile, cannot_write};
 use perirobot::sweep::manifest::Manifest;
 use perirobot::{Error, Result};
 
@@ -39,6 +40,7 @@ Examples:
   perirobot report out/quick --voxels-of 3       sooner done, and smaller";
 
 pub(super) fn run(args: &Args) -> Result<ExitCode> {
+    super::stop::end_tidily()?;
     args.backend.start_threads()?;
     let folder = args.swept.folder();
     let out = args.out.clone().unwrap_or_else(|| folder.join(html::REPORT));
@@ -47,8 +49,10 @@ pub(super) fn run(args: &Args) -> Result<ExitCode> {
     }
     let (results, warnings) = Results::read(folder)?;
     for warning in warnings {
-        say!("warning: {}", super::harmless(&warning));
+        say!("warning: {warning}");
     }
+    // What cannot be written need not be computed.
+    let mut file = WholeFile::create(&out)?;
     let manifest = Manifest::read(folder)?;
     let (study, worlds) = args.swept.load()?;
     let mut backend = args.backend.open()?;
@@ -63,7 +67,8 @@ pub(super) fn run(args: &Args) -> Result<ExitCode> {
         bar.set_position(done as u64);
     })?;
     bar.finish_and_clear();
-    write_whole(&out, page.as_bytes())?;
+    file.write_all(page.as_bytes()).map_err(|e| cannot_write(&out, e))?;
+    file.commit()?;
     super::print(&format!("{} ({:.1} MB)\n", out.display(), page.len() as f64 / 1e6))?;
     Ok(ExitCode::SUCCESS)
 }

@@ -42,13 +42,9 @@ impl StopAt {
             flag::register(number, again.clone()).map_err(wrong)?;
             flag::register_usize(number, signal.clone(), number as usize).map_err(wrong)?;
         }
-        let numbers = SIGNALS.iter().map(|(number, _)| number);
-        let mut heard = Signals::new(numbers).map_err(|e| Error::Device(format!("cannot listen: {e}")))?;
-        thread::spawn(move || {
-            if heard.forever().next().is_some() {
-                above_bar(|| say!("stopping when the batch under way is finished; once more stops now"));
-            }
-        });
+        on_signal(|_| {
+            above_bar(|| say!("stopping when the batch under way is finished; once more stops now"))
+        })?;
         // Beyond all that a clock can show is never.
         let until = max_time.and_then(|time| Instant::now().checked_add(time));
         Ok(StopAt { signal, until })
@@ -61,6 +57,26 @@ impl StopAt {
         let late = self.until.is_some_and(|until| Instant::now() >= until);
         name.or(late.then_some("--max-time")).map(|why| format!("stopped by {why}"))
     }
+}
+
+/// Sees to it that a signal ends the program as ever, but leaves no file half-written.
+pub(super) fn end_tidily() -> Result<()> {
+    on_signal(|signal| {
+        perirobot::sweep::files::abandon();
+        let _ = signal_hook::low_level::emulate_default_handler(signal);
+    })
+}
+
+/// Does something once, in a thread of its own, when the first signal is heard.
+fn on_signal(act: impl FnOnce(i32) + Send + 'static) -> Result<()> {
+    let wrong = |e| Error::Device(format!("cannot listen for signals: {e}"));
+    let mut heard = Signals::new(SIGNALS.iter().map(|(number, _)| number)).map_err(wrong)?;
+    let listener = thread::Builder::new().spawn(move || {
+        if let Some(signal) = heard.forever().next() {
+            act(signal);
+        }
+    });
+    listener.map(drop).map_err(wrong)
 }
 
 /// The exit code of what was stopped.

@@ -56,7 +56,7 @@ enum Choice {
 pub(super) fn run(args: &Args) -> Result<ExitCode> {
     let (results, warnings) = Results::read(&args.folder)?;
     for warning in warnings {
-        say!("warning: {}", super::harmless(&warning));
+        say!("warning: {warning}");
     }
     let scores = match args.score {
         None => &[Score::F1, Score::Kappa][..],

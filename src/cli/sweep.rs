@@ -72,8 +72,9 @@ pub(super) fn run(args: &Args) -> Result<ExitCode> {
     let stop = StopAt::listen(args.max_time)?;
     args.backend.start_threads()?;
     let begin = Instant::now();
-    let shard = args.shard.map_or(Ok(Shard::WHOLE), ShardArg::resolve)?;
-    let folder = folder_of(&args.out, shard);
+    let part = args.shard.map(ShardArg::resolve).transpose()?;
+    let folder = part.map_or_else(|| args.out.clone(), |part| folder_of(&args.out, part));
+    let shard = part.unwrap_or(Shard::WHOLE);
     let (study, worlds) = args.study.load()?;
     let subject = Subject::of_study(&study, &worlds);
     let mut crew = args.backend.crew()?;
@@ -99,10 +100,7 @@ pub(super) fn run(args: &Args) -> Result<ExitCode> {
         }
         report = Some(done);
     }
-    let results = match shard {
-        Shard::WHOLE => Some(Results::new(subject, session.into_pages())),
-        _ => None,
-    };
+    let results = part.is_none().then(|| Results::new(subject, session.into_pages()));
     if let Some(results) = &results {
         args.outcome.write(results, &folder)?;
     }

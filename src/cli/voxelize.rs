@@ -32,6 +32,7 @@ pub(super) struct Args {
 }
 
 pub(super) fn run(args: &Args) -> Result<ExitCode> {
+    super::stop::end_tidily()?;
     if !(1e-4..=10.0).contains(&args.voxel_size) {
         return Err(Error::Input(format!(
             "--voxel-size {}: must be from 0.0001 to 10 metres",
@@ -41,6 +42,7 @@ pub(super) fn run(args: &Args) -> Result<ExitCode> {
     if args.out.extension().is_none_or(|extension| extension != "bt") {
         return Err(Error::Input(format!("--out {}: must end in .bt", args.out.display())));
     }
+    super::backend::start_threads(None)?;
     let sources = args.packages.sources(&args.scene);
     let mut spec = SceneSpec::load(&args.scene, &sources)?;
     args.packages.apply(std::slice::from_mut(&mut spec));

@@ -4,7 +4,10 @@ use std::process::ExitCode;
 
 use clap::ValueEnum;
 use perirobot::Result;
-use perirobot::report::{Results, reasons};
+use perirobot::report::{
+    Results,
+    reasons::{self, ReasonsFile},
+};
 use perirobot::study::Study;
 use perirobot::sweep::World;
 use perirobot::table::Format;
@@ -76,7 +79,13 @@ latest in this list. Those with a star count as monitored (the paper's: monitore
 pub(super) fn run(args: &Args) -> Result<ExitCode> {
     args.backend.start_threads()?;
     let (results, warnings) = Results::read(args.swept.folder())?;
-    warnings.iter().for_each(|warning| say!("warning: {}", super::harmless(warning)));
+    warnings.iter().for_each(|warning| say!("warning: {warning}"));
+    // What cannot be written need not be computed.
+    let format = match args.table {
+        Table::Csv => Format::Csv,
+        Table::Parquet => Format::Parquet,
+    };
+    let file = args.pose.is_none().then(|| ReasonsFile::create(args.swept.folder(), format)).transpose()?;
     let (study, worlds) = args.swept.load()?;
     let mut backend = args.backend.open()?;
     let mut viewer = Viewer::new(&study, &mut *backend)?;
@@ -87,7 +96,9 @@ pub(super) fn run(args: &Args) -> Result<ExitCode> {
     }
     let chosen = if args.all { every(&study) } else { reasons::leaders(&results, args.best as usize) };
     results.intact()?;
-    if let Some(why) = write(args, &study, &worlds, &chosen, &mut viewer)? {
+    if let Some(file) = file
+        && let Some(why) = write(args, file, &study, &worlds, &chosen, &mut viewer)?
+    {
         say!("{why}: no table is written; the same command begins it again");
         return Ok(stopped());
     }
@@ -123,19 +134,14 @@ fn every(study: &Study) -> Vec<[usize; 3]> {
 /// Writes the table of some choices in all scenes, snapshots and repeats; why it was stopped before the end, if it was.
 fn write<'a>(
     args: &Args,
+    mut file: ReasonsFile,
     study: &Study,
     worlds: &'a [World],
     chosen: &[[usize; 3]],
     viewer: &mut Viewer<'a, '_>,
 ) -> Result<Option<String>> {
     let stop = StopAt::listen(None)?;
-    let folder = args.swept.folder();
     let views = worlds.len() * study.repeats as usize * chosen.len();
-    let format = match args.table {
-        Table::Csv => Format::Csv,
-        Table::Parquet => Format::Parquet,
-    };
-    let mut file = reasons::ReasonsFile::create(folder, format)?;
     let mut progress = args.progress.start("views", 0, views as u64);
     for world in worlds {
         for repeat in 0..study.repeats as usize {
@@ -150,8 +156,8 @@ fn write<'a>(
         }
     }
     progress.finish();
+    let path = file.path().display().to_string();
     let rows = file.finish()?;
-    let path = folder.join(format!("{}.{}", reasons::REASONS, format.extension()));
-    super::print(&format!("{rows} rows of {} choices of poses in {}\n", chosen.len(), path.display()))?;
+    super::print(&format!("{rows} rows of {} choices of poses in {path}\n", chosen.len()))?;
     Ok(None)
 }

@@ -54,6 +54,13 @@ fn nasty_job(text: &str) -> Job {
 }
 
 #[test]
+fn what_ends_a_line_is_no_word() {
+    for text in ["", "a\nb", "a\u{7}", "a\u{85}b", "out/a\u{2028}b", "out/a\u{2029}b"] {
+        assert!(text.parse::<Word>().is_err(), "{text:?}");
+    }
+}
+
+#[test]
 fn shells_read_words_as_they_were() {
     for text in NASTY {
         for shell in ["sh", "bash"] {

@@ -14,7 +14,8 @@ impl FromStr for Word {
         if text.is_empty() {
             return Err("is empty".into());
         }
-        if text.contains(char::is_control) {
+        // YAML ends lines at U+2028 and U+2029, too.
+        if text.contains(|c: char| c.is_control() || matches!(c, '\u{2028}' | '\u{2029}')) {
             return Err("has a line break or another control character, which no script can hold".into());
         }
         Ok(Word(text.into()))

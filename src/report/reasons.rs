@@ -67,6 +67,11 @@ impl ReasonsFile {
         Ok(())
     }
 
+    /// Where it will be.
+    pub fn path(&self) -> &Path {
+        self.table.path()
+    }
+
     /// Puts the table in its place; how many rows it has.
     pub fn finish(self) -> Result<u64> {
         self.table.finish()?;

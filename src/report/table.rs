@@ -3,6 +3,9 @@
 /// How a cell without a value is shown.
 pub(super) const NONE: &str = "–";
 
+/// Widest column that others stand beside; a cell may be longer. The standard library pads to 65,535 at most.
+const WIDEST: usize = 1000;
+
 /// Rows of cells below a header; numbers stand right, words left.
 pub(super) struct Table {
     words: Vec<bool>,
@@ -28,7 +31,8 @@ impl Table {
     pub(super) fn text(&self) -> String {
         let length = |cell: &String| cell.chars().count();
         let width = |column: usize| self.rows.iter().filter_map(|row| row.get(column)).map(length).max();
-        let widths: Vec<usize> = (0..self.words.len()).map(|column| width(column).unwrap_or(0)).collect();
+        let widths: Vec<usize> =
+            (0..self.words.len()).map(|column| width(column).unwrap_or(0).min(WIDEST)).collect();
         let mut text = String::new();
         for row in &self.rows {
             let mut line = String::new();
@@ -57,6 +61,10 @@ mod tests {
         let mut table = Table::new(&["<pose", "F1", "<at"]);
         table.row(["wände/1".into(), number(Some(0.5)), "x".into()]);
         table.row(["a".into(), number(None)]);
+        let long = "x".repeat(65_536);
+        let mut wide = Table::new(&["<name", "n"]);
+        wide.row([long.clone(), "1".into()]);
+        assert!(wide.text().ends_with(&format!("\n  {long}  1\n")));
         assert_eq!([-0.0004, -0.0006].map(|v| number(Some(v))), ["0.000", "-0.001"]);
         assert_eq!(table.text(), "  pose        F1  at\n  wände/1  0.500  x\n  a            –\n");
     }

@@ -31,7 +31,7 @@ pub fn build_or_all(
 ) -> Result<Vec<Scene>, Vec<Error>> {
     let (scenes, problems) = read_all(spec, sources, voxel_size_m);
     if !problems.is_empty() {
-        return Err(problems);
+        return Err(sources.judged(problems));
     }
     let one = |what: String| Err(vec![Error::input(spec.path.display(), what)]);
     let objects = &scenes[0].objects;

@@ -14,8 +14,8 @@ use std::path::Path;
 use glam::DVec3;
 use roxmltree::{Document, Node};
 
-use super::Mesh;
 use super::mesh::Welder;
+use super::{Mesh, xml};
 use crate::source::Sources;
 use crate::{Error, Result};
 
@@ -37,7 +37,7 @@ pub fn load(path: &Path, sources: &Sources) -> Result<Mesh> {
 }
 
 fn parse(text: &str) -> Result<Mesh, String> {
-    let document = Document::parse(text).map_err(|e| format!("is no XML: {e}"))?;
+    let document = xml::parse(text)?;
     let root = document.root_element();
     if root.tag_name().name() != "COLLADA" {
         return Err(format!("its root is <{:.40}>: a COLLADA file's is <COLLADA>", root.tag_name().name()));

@@ -14,6 +14,7 @@ pub mod urdf;
 mod mesh;
 mod moving;
 pub(crate) mod polygon;
+mod xml;
 
 use std::sync::Arc;
 

@@ -117,6 +117,14 @@ fn only_regular_files_of_a_sane_size_are_opened() {
 fn a_file_that_differs_in_case_is_named() {
     let (_all, study) = folders();
     let sources = Sources::beside(&study.join("study.toml"));
+    #[cfg(unix)]
+    {
+        std::os::unix::fs::symlink("gone.stl", study.join("dangling.stl")).unwrap();
+        refused(
+            sources.bytes(&study.join("dangling.stl")),
+            &["dangling.stl: is a link to gone.stl, which is not there"],
+        );
+    }
     let namesake = "; there is \"a.stl\": upper and lower case are told apart";
     refused(sources.bytes(&study.join("parts/A.STL")), &["A.STL: cannot be read: ", namesake]);
     fs::write(study.join("Hall.stl"), "").unwrap();

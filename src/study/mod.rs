@@ -90,6 +90,10 @@ impl Study {
 
     /// The same, but all that is wrong is told, as far as one thing can be judged without another.
     pub fn examine(path: &Path, overrides: &Overrides, sources: Sources) -> Result<Study, Vec<Error>> {
+        Study::check(path, overrides, sources.clone()).map_err(|problems| sources.judged(problems))
+    }
+
+    fn check(path: &Path, overrides: &Overrides, sources: Sources) -> Result<Study, Vec<Error>> {
         let mut problems = Problems::default();
         refuse_folder(path, "a study").map_err(|e| vec![e])?;
         let Some(text) = problems.keep(sources.text(path)) else { return Err(all(problems)) };
@@ -110,7 +114,8 @@ impl Study {
         let scenes = scenes(&at, &file, &sources, &mut problems);
         let regions = regions(&at, file.region, is_whole, &mut problems);
         let (seed, noiseless) = (file.seed, overrides.noiseless);
-        let context = sensor::Context { seed, noiseless, index: 0, earlier: &[], sources: &sources };
+        let context =
+            sensor::Context { seed, noiseless, index: 0, earlier: &[], poses: 0, sources: &sources };
         let sensors = sensors(&at, file.sensor, context, &mut problems);
         problems.keep(at.unique("scene", scenes.iter().map(|s| s.name.as_str())));
         problems.keep(at.unique("region", regions.iter().map(|(name, _)| name.as_str())));
@@ -239,15 +244,18 @@ fn sensors(
     context: sensor::Context,
     problems: &mut Problems,
 ) -> Vec<Sensor> {
-    let (mut sensors, mut wrong) = (Vec::<Sensor>::new(), Vec::new());
+    let (mut sensors, mut wrong, mut poses) = (Vec::<Sensor>::new(), Vec::new(), 0);
     for (index, keys) in entries.into_iter().enumerate() {
         let (name, like) = (keys.get("name").cloned(), keys.get("same_poses_as").cloned());
         if like.is_some() && wrong.contains(&like) {
             continue;
         }
-        let context = sensor::Context { index, earlier: &sensors, ..context };
+        let context = sensor::Context { index, earlier: &sensors, poses, ..context };
         match problems.keep_all(sensor::check(at, keys, &context)) {
-            Some(sensor) => sensors.push(sensor),
+            Some(sensor) => {
+                poses += sensor.candidates.len();
+                sensors.push(sensor);
+            }
             None => wrong.push(name),
         }
     }

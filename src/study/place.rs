@@ -9,6 +9,9 @@ use glam::DVec3;
 use super::FARTHEST_M;
 use crate::{Error, Result};
 
+/// Most characters of a name; a default name of a combination is made of several.
+const MOST_OF_NAME: usize = 1000;
+
 /// Where in a file a check looks, so that every message names file, key, value and what would be right.
 #[derive(Clone)]
 pub(super) struct Place<'a> {
@@ -74,6 +77,11 @@ impl Place<'_> {
         for name in names {
             if name.is_empty() {
                 return Err(self.says(format!("one of the {kind}s has an empty name")));
+            }
+            if name.chars().count() > MOST_OF_NAME {
+                let begin: String = name.chars().take(40).collect();
+                let what = format!("has more than {MOST_OF_NAME} characters: take a shorter one");
+                return Err(self.says(format!("{kind} {begin:?}…: its name {what}")));
             }
             if name.contains(char::is_control) {
                 let what =

@@ -1,7 +1,9 @@
 //! Files that appear whole or not at all: written beside their place under another name, then renamed.
 
+mod part;
+
 use std::fs;
-use std::io::Write;
+use std::io::{ErrorKind, Write};
 use std::path::{Path, PathBuf};
 
 use super::check::DISAGREEMENT;
@@ -9,33 +11,40 @@ use super::journal::JOURNAL;
 use super::manifest::MANIFEST;
 use crate::source::Sources;
 use crate::{Error, Result};
+pub use part::abandon;
+use part::{Part, tidy};
 
 /// A file being written, which takes its place when all of it is there: readers see the old bytes or the new ones, never
 /// a part. Dropped before [`WholeFile::commit`], it leaves nothing behind.
 #[derive(Debug)]
 pub struct WholeFile {
     path: PathBuf,
-    part: PathBuf,
-    file: fs::File,
-    committed: bool,
+    part: Part,
 }
 
 impl WholeFile {
     /// Begins the part beside the file's place. It is not buffered: write large pieces.
     pub fn create(path: &Path) -> Result<Self> {
-        let mut name = path.file_name().unwrap_or_default().to_os_string();
-        name.push(format!(".{}.part", std::process::id()));
-        let part = path.with_file_name(name);
-        let file = fs::File::create(&part).map_err(|e| cannot_write(path, e))?;
-        Ok(WholeFile { path: path.into(), part, file, committed: false })
+        let part = match path.is_dir() {
+            true => Err(ErrorKind::IsADirectory.into()),
+            false => Part::create(path),
+        };
+        let part = part.map_err(|e| cannot_write(path, e))?;
+        Ok(WholeFile { path: path.into(), part })
+    }
+
+    /// The same, but the disk is full: the device that always is takes what is written.
+    #[cfg(all(test, target_os = "linux"))]
+    pub(crate) fn on_full_disk(mut self) -> Self {
+        self.part.file = fs::File::options().write(true).open("/dev/full").unwrap();
+        self
     }
 
     /// Brings what was written to the disk and puts it in its place.
-    pub fn commit(mut self) -> Result<()> {
-        let synced = self.file.sync_all();
-        let renamed = synced.and_then(|()| fs::rename(&self.part, &self.path));
+    pub fn commit(self) -> Result<()> {
+        let synced = self.part.file.sync_all();
+        let renamed = synced.and_then(|()| fs::rename(&self.part.path, &self.path));
         renamed.and_then(|()| sync_folder_of(&self.path)).map_err(|e| cannot_write(&self.path, e))?;
-        self.committed = true;
         tracing::info!("wrote {}", self.path.display());
         Ok(())
     }
@@ -43,45 +52,31 @@ impl WholeFile {
 
 impl Write for WholeFile {
     fn write(&mut self, bytes: &[u8]) -> std::io::Result<usize> {
-        self.file.write(bytes)
+        self.part.file.write(bytes)
     }
 
     fn flush(&mut self) -> std::io::Result<()> {
-        self.file.flush()
-    }
-}
-
-impl Drop for WholeFile {
-    fn drop(&mut self) {
-        if !self.committed {
-            // Nobody else knows the part; if it cannot go, there is nobody to tell.
-            let _ = fs::remove_file(&self.part);
-        }
+        self.part.file.flush()
     }
 }
 
 /// Waits until the disk knows the name of a new file, too.
 pub(super) fn sync_folder_of(path: &Path) -> std::io::Result<()> {
-    let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
     match cfg!(unix) {
-        true => fs::File::open(folder)?.sync_all(),
+        true => fs::File::open(folder_of(path))?.sync_all(),
         false => Ok(()),
     }
 }
 
+fn folder_of(path: &Path) -> &Path {
+    path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."))
+}
+
 /// The error of a file that could not be written whole: the user's if the place is wrong, else the disk's.
-pub(crate) fn cannot_write(path: &Path, source: std::io::Error) -> Error {
-    use std::io::ErrorKind as Kind;
-    match source.kind() {
-        Kind::NotFound
-        | Kind::PermissionDenied
-        | Kind::AlreadyExists
-        | Kind::IsADirectory
-        | Kind::NotADirectory
-        | Kind::DirectoryNotEmpty
-        | Kind::InvalidFilename
-        | Kind::ReadOnlyFilesystem => Error::io(path, "cannot be written", source),
-        _ => Error::storage(path, source),
+pub fn cannot_write(path: &Path, source: std::io::Error) -> Error {
+    match Error::may_pass(&source) {
+        false => Error::io(path, "cannot be written", source),
+        true => Error::storage(path, source),
     }
 }
 
@@ -134,10 +129,7 @@ impl OutputFolder {
         let folder = OutputFolder { path: path.into(), made: missing.map(Path::to_path_buf).collect() };
         fs::create_dir_all(path)
             .map_err(|e| Error::io(path, "cannot be made a folder for results (--out)", e))?;
-        let probe = path.join(format!(".{}.probe", std::process::id()));
-        fs::write(&probe, b"")
-            .and_then(|()| fs::remove_file(&probe))
-            .map_err(|e| Error::io(path, "cannot be written to (--out)", e))?;
+        Part::create(&path.join("probe")).map_err(|e| Error::io(path, "cannot be written to (--out)", e))?;
         for file in BEGUN.iter().chain(&TABLES).map(|name| path.join(name)) {
             if file.is_dir() {
                 return Err(Error::input(
@@ -154,20 +146,9 @@ impl OutputFolder {
         &self.path
     }
 
-    /// Removes what runs that were killed have left half-written. Only for who holds the folder's lock.
+    /// Removes what runs that were killed have left half-written.
     pub fn tidy(&self) {
-        let ours = |name: &str| {
-            let left = name.strip_suffix(".part").and_then(|name| name.rsplit_once('.'));
-            left.is_some_and(|(name, process)| {
-                process.parse::<u32>().is_ok() && (BEGUN.contains(&name) || TABLES.contains(&name))
-            })
-        };
-        for entry in fs::read_dir(&self.path).into_iter().flatten().flatten() {
-            if entry.file_name().to_str().is_some_and(ours) {
-                // Gone already, or of somebody else: then it is not ours to mend.
-                let _ = fs::remove_file(entry.path());
-            }
-        }
+        tidy(&self.path, |name| BEGUN.contains(&name) || TABLES.contains(&name));
     }
 
     /// Removes the tables of an earlier sweep, which would soon be beside a manifest that they do not belong to, unless it
@@ -256,6 +237,47 @@ mod tests {
         assert_eq!(names(folder.path()), ["table.csv"]);
         assert_eq!(names(&path), ["kept"]);
         assert!(write_whole(&folder.path().join("no/such/table.csv"), b"new").is_err());
+    }
+
+    #[test]
+    fn what_stands_in_the_way_is_not_written_through() {
+        let folder = tempfile::tempdir().unwrap();
+        let (victim, path) = (folder.path().join("victim"), folder.path().join("table.csv"));
+        fs::write(&victim, b"precious").unwrap();
+        // Names that were in use once, and another name of a table.
+        let planted =
+            ["", "."].map(|dot| folder.path().join(format!("{dot}table.csv.{}.part", std::process::id())));
+        #[cfg(unix)]
+        planted.iter().for_each(|planted| std::os::unix::fs::symlink(&victim, planted).unwrap());
+        fs::write(&path, b"old").unwrap();
+        let other = folder.path().join("other.csv");
+        fs::hard_link(&path, &other).unwrap();
+        let part = || WholeFile::create(&path).unwrap().part.path.clone();
+        assert_ne!(part(), part());
+        write_whole(&path, b"new").unwrap();
+        OutputFolder::open(folder.path()).unwrap();
+        let read = |path: &Path| fs::read_to_string(path).unwrap();
+        assert_eq!([&victim, &other, &path].map(|path| read(path)), ["precious", "old", "new"]);
+    }
+
+    #[test]
+    fn parts_that_nobody_writes_to_go() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("table.csv");
+        let left = folder.path().join("table.csv.0123456789abcdef.part");
+        let others = ["table.csv.mine.part", "other.csv.0123456789abcdef.part"];
+        others.iter().for_each(|name| fs::write(folder.path().join(name), b"").unwrap());
+        fs::write(&left, b"half").unwrap();
+        let writing = fs::File::open(&left).unwrap();
+        writing.lock().unwrap();
+        let two = [WholeFile::create(&path).unwrap(), WholeFile::create(&path).unwrap()];
+        assert!(left.exists() && two.iter().all(|file| file.part.path.exists()), "they are written to");
+        drop(writing);
+        two.into_iter().for_each(|file| file.commit().unwrap());
+        write_whole(&path, b"new").unwrap();
+        let mut expected = [&others[..], &["table.csv"]].concat();
+        expected.sort();
+        assert_eq!(names(folder.path()), expected);
     }
 
     #[test]

@@ -4,7 +4,7 @@
 use std::path::{Path, PathBuf};
 
 use super::files::OutputFolder;
-use super::journal::{Header, Journal, Locked, Pages, Shard};
+use super::journal::{Header, JOURNAL, Journal, Locked, Pages, Shard};
 use super::manifest::{MANIFEST, Manifest};
 use crate::report::{Folder, Results, Subject, fits, missing};
 use crate::{Error, Result, shell};
@@ -84,7 +84,12 @@ pub fn merge(out: &Path, folders: &[PathBuf]) -> Result<Results> {
             return Err(Error::input(out.display(), what));
         }
         Ok(Some(_)) => {}
-        Err(e) => return Err(Error::Input(format!("{e}; {elsewhere}"))),
+        Err(unfit) => return Err(Error::input(out.join(JOURNAL).display(), format!("{unfit}; {elsewhere}"))),
+    }
+    let here = |path: &PathBuf| path.canonicalize().ok() == out.canonicalize().ok();
+    if folders.iter().any(here) {
+        let what = format!("is both a shard and the place for the whole: {elsewhere}");
+        return Err(Error::input(out.display(), what));
     }
     folder.tidy();
     folder.clear(matches!(locked.header, Ok(Some(_))));

@@ -11,7 +11,7 @@ use std::time::{Instant, SystemTime, UNIX_EPOCH};
 use super::book::{Book, Done, Watch};
 use super::check::{AT_LEAST, Picked};
 use super::files::OutputFolder;
-use super::journal::{Header, JOURNAL, Journal, Locked, Pages, Shard};
+use super::journal::{Header, JOURNAL, Journal, Locked, Pages, Shard, Unfit};
 use super::manifest::{KILLED, MANIFEST, Manifest, Run};
 use super::shift::{Shift, Timings};
 use super::{Ask, Crew, Gear, Layout, Row, World, layout_of, table};
@@ -58,12 +58,9 @@ pub fn places_of(layout: &Layout, shard: Shard) -> std::ops::Range<usize> {
     at(shard.number)..at(shard.number + 1)
 }
 
-/// The folder of a shard below the folder of the sweep; the sweep's own if there is only one.
-pub fn folder_of(out: &Path, shard: Shard) -> PathBuf {
-    match shard {
-        Shard::WHOLE => out.into(),
-        Shard { number, of } => out.join(format!("shard-{number}-of-{of}")),
-    }
+/// The folder of a shard below the folder of the sweep, were it the only one.
+pub fn folder_of(out: &Path, Shard { number, of }: Shard) -> PathBuf {
+    out.join(format!("shard-{number}-of-{of}"))
 }
 
 impl<'a> Session<'a> {
@@ -113,7 +110,14 @@ impl<'a> Session<'a> {
                 (journal, done, damaged)
             }
             (false, Ok(Some(found))) => return Err(another(path, found, &header, &manifest)),
-            (false, Err(e)) => return Err(Error::Input(format!("{e}; --restart begins anew"))),
+            (false, Err(unfit)) => {
+                let cure = match unfit {
+                    Unfit::Damaged => "--restart begins anew",
+                    Unfit::Format(_) => "name another folder",
+                    Unfit::Foreign => "name another folder, or move it away",
+                };
+                return Err(Error::input(path.join(JOURNAL).display(), format!("{unfit}; {cure}")));
+            }
             (false, Ok(None)) if folder.table().is_some() => {
                 let table = folder.table().unwrap_or_default();
                 let what = format!(

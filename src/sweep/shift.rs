@@ -194,7 +194,8 @@ impl Shift<'_> {
 /// never do.
 fn let_go(backend: Box<dyn Backend + Send>) {
     let (gone, wait) = mpsc::channel::<()>();
-    thread::spawn(move || {
+    // Where no thread can be started, it is waited for.
+    let _ = thread::Builder::new().spawn(move || {
         drop(backend);
         drop(gone);
     });

@@ -91,7 +91,7 @@ impl World {
         let settings: Vec<Vec<Vec<Setting>>> = snapshots.iter().map(of_snapshot).collect::<Result<_, _>>()?;
         let grid = grid(study, &snapshots, &settings, &extent).map_err(in_study)?;
         let truths = voxelize::voxelize_all(&snapshots, grid).map_err(in_scene)?;
-        let shapes = shapes::shapes(study).map_err(|e| vec![e])?;
+        let shapes = shapes::shapes(study).map_err(|e| study.sources.judged(vec![e]))?;
         let mut worlds: Vec<World> = (truths.into_iter().zip(settings).enumerate())
             .map(|(snapshot, (truth, settings))| {
                 let moment =

@@ -99,7 +99,10 @@ impl TableFile {
     /// # Errors
     /// `Error::Input` that names the file if it cannot be written; so for all methods.
     pub fn create(path: &Path, format: Format, columns: &[Column]) -> Result<Self> {
-        let file = WholeFile::create(path)?;
+        TableFile::over(WholeFile::create(path)?, path, format, columns)
+    }
+
+    fn over(file: WholeFile, path: &Path, format: Format, columns: &[Column]) -> Result<Self> {
         let begin = || -> io::Result<Box<dyn RowWriter>> {
             Ok(match format {
                 Format::Csv => Box::new(csv::CsvWriter::new(file, columns)?),
@@ -108,6 +111,11 @@ impl TableFile {
         };
         let writer = begin().map_err(|e| cannot_write(path, e))?;
         Ok(TableFile { path: path.into(), kinds: columns.iter().map(|column| column.kind).collect(), writer })
+    }
+
+    /// Where it will be.
+    pub fn path(&self) -> &Path {
+        &self.path
     }
 
     /// Appends a row: a field a column, in their order.

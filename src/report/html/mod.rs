@@ -14,7 +14,11 @@ mod ranking;
 mod scores;
 mod surroundings;
 
+use std::sync::LazyLock;
+
 use askama::Template;
+use base64::{Engine, prelude::BASE64_STANDARD as STANDARD};
+use sha2::{Digest, Sha256};
 
 use crate::backend::Backend;
 use crate::report::Results;
@@ -49,9 +53,10 @@ pub struct Sweep<'a> {
 #[template(path = "page.html")]
 struct Page<'a> {
     facts: facts::Facts<'a>,
+    policy: String,
     style: &'static str,
     script: String,
-    plotly: String,
+    plotly: &'static str,
     data: String,
     numbers: String,
     cells: String,
@@ -74,11 +79,13 @@ pub fn page(
     let mut numbers = Numbers::default();
     let surroundings = surroundings::Surroundings::of(study)?;
     let data = data::Data::new(sweep, &rankings, (&cells, &surroundings), &mut numbers);
+    let (script, plotly) = (script(), plotly_js());
     let page = Page {
+        policy: policy([&script, plotly]),
         facts: facts::Facts::new(sweep, &rankings, &cells, &surroundings),
         style: include_str!("style.css"),
-        script: script(),
-        plotly: plotly_js(),
+        script,
+        plotly,
         data: json(&data)?,
         numbers: numbers.packed(),
         cells: packed(&cells.bytes),
@@ -118,7 +125,18 @@ fn json(data: &impl serde::Serialize) -> Result<String> {
 }
 
 /// plotly.js alone; the crate's sources go on with MathJax, which no plot here needs.
-fn plotly_js() -> String {
-    let sources = plotly::Plot::offline_js_sources();
-    sources.split_inclusive("</script>").next().unwrap_or_default().to_string()
+fn plotly_js() -> &'static str {
+    static SOURCES: LazyLock<String> = LazyLock::new(plotly::Plot::offline_js_sources);
+    let element = SOURCES.split("</script>").next().unwrap_or_default();
+    element.split_once('>').map_or("", |(_, script)| script)
+}
+
+/// What a browser may do with the page, whatever text of a stranger's is in it: run these scripts, which make functions for
+/// the 3D plots, and fetch nothing.
+fn policy(scripts: [&str; 2]) -> String {
+    let [script, plotly] = scripts.map(|script| STANDARD.encode(Sha256::digest(script)));
+    format!(
+        "default-src 'none'; script-src 'sha256-{script}' 'sha256-{plotly}' 'unsafe-eval'; style-src 'unsafe-inline'; \
+         img-src data: blob:; base-uri 'none'; form-action 'none'"
+    )
 }

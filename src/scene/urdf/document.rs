@@ -8,6 +8,8 @@ use std::path::Path;
 use roxmltree::{Document, Node};
 use urdf_rs::Robot;
 
+use crate::scene::xml;
+
 /// Deepest nesting of elements: a URDF needs 5, and the parser recurses.
 const MAX_DEPTH: usize = 64;
 /// Elements of links and joints that are not read.
@@ -19,9 +21,9 @@ pub(super) fn read(path: &Path, text: &str) -> Result<Robot, String> {
     if ending.is_some_and(|e| e == "xacro") {
         return Err(expand(path));
     }
-    let document = Document::parse(text).map_err(|e| match text.contains("<xacro:") {
+    let document = xml::parse(text).map_err(|what| match text.contains("<xacro:") {
         true => expand(path),
-        false => format!("is no XML: {e}"),
+        false => what,
     })?;
     let root = document.root_element();
     if root.tag_name().name() != "robot" {

@@ -43,6 +43,7 @@ fn every_device_is_a_sensor_with_a_source() {
                 noiseless: false,
                 index: 0,
                 earlier: &[],
+                poses: 0,
                 sources: &Sources::beside(Path::new(STUDY)),
             },
         );
@@ -77,8 +78,14 @@ fn known_devices_have_known_rays() {
              0] }}] }}]"
         );
         let sources = Sources::beside(Path::new(STUDY));
-        let context =
-            sensor::Context { seed: 0, noiseless: false, index: 0, earlier: &[], sources: &sources };
+        let context = sensor::Context {
+            seed: 0,
+            noiseless: false,
+            index: 0,
+            earlier: &[],
+            poses: 0,
+            sources: &sources,
+        };
         let sensor = sensor::check(&place(), toml::from_str(&keys).unwrap(), &context).unwrap();
         let rays = sensor.kind.rays(&Scale { voxel_size_m: 0.05, backdrop: false }).unwrap();
         assert_eq!(rays.dirs_q15.len(), expected, "{name}");

@@ -16,7 +16,7 @@ use std::sync::Arc;
 use schemars::JsonSchema;
 use serde::Deserialize;
 use serde::de::DeserializeOwned;
-use toml::Table;
+use toml::{Table, Value};
 
 use super::file::PosesFile;
 use super::value::exactly;
@@ -119,6 +119,8 @@ pub(super) struct Context<'a> {
     pub(super) index: usize,
     /// The sensors before it that are right.
     pub(super) earlier: &'a [Sensor],
+    /// How many poses those have together.
+    pub(super) poses: usize,
     /// What its files are read through.
     pub(super) sources: &'a Sources,
 }
@@ -154,9 +156,9 @@ fn kind(
     context: &Context,
 ) -> Result<(Arc<dyn Kind>, Vec<String>)> {
     let &Context { noiseless, sources, .. } = context;
-    let mut warnings = Vec::new();
+    let mut warnings = odd_lengths(&keys);
     if matches!(kind, KindName::Rgbd | KindName::Rgb) {
-        warnings = camera_info::resolve(at, &mut keys, sources)?;
+        warnings.extend(camera_info::resolve(at, &mut keys, sources)?);
     }
     let kind: Arc<dyn Kind> = match kind {
         KindName::Rgbd => Arc::new(rgbd::check(at, own(at, keys)?, noiseless)?),
@@ -191,8 +193,7 @@ fn candidates(
     if !kind.takes_poses() && (!groups.is_empty() || source.like.is_some()) {
         return Err(one(at.says(format!("poses do not belong to a {}: take them away", kind.name()))));
     }
-    let before: usize = source.context.earlier.iter().map(|sensor| sensor.candidates.len()).sum();
-    let most = poses::MAX_POSES.saturating_sub(before);
+    let most = poses::MAX_POSES.saturating_sub(source.context.poses);
     if let Some(like) = source.like {
         return same_poses(at, kind, groups, like, source.context.earlier, most).map_err(one);
     }
@@ -291,6 +292,33 @@ fn each_once<T: PartialEq>(at: &Place, names: &[T], example: &str) -> Result<()>
         Some(i) => Err(at.says(format!("representations[{i}] stands there before: name each once"))),
         None => Ok(()),
     }
+}
+
+/// Lengths of which larger ones are slips of the pen, in metres: some times what is built, or what a person needs.
+const LARGEST_M: [(&str, f64); 6] = [
+    ("spheres_radius_m", 2.0),
+    ("cylinders_radius_m", 2.0),
+    ("keypoint_tolerance_m", 2.0),
+    ("near_ignore_m", 2.0),
+    ("size_m", 50.0),
+    ("height_m", 50.0),
+];
+
+/// What is said of lengths that are larger than any such length is.
+fn odd_lengths(keys: &Table) -> Vec<String> {
+    let metres = |value: &Value| match value {
+        Value::Array(all) => all.iter().filter_map(number).fold(0.0, f64::max),
+        value => number(value).unwrap_or(0.0),
+    };
+    let odd = LARGEST_M.iter().filter_map(|(key, most_m)| {
+        let given = keys.get(*key).filter(|value| metres(value) > *most_m)?;
+        Some(format!("{key} = {given}: is more than {most_m} m meant? Lengths are metres"))
+    });
+    odd.collect()
+}
+
+fn number(value: &Value) -> Option<f64> {
+    value.as_float().or_else(|| value.as_integer().map(|whole| whole as f64))
 }
 
 /// A length that must be above zero.

@@ -25,7 +25,7 @@ use crate::metrics::Confusion;
 use crate::{Error, Result};
 pub use pages::Pages;
 use record::{HEADER_BYTES, RECORD_BYTES, State};
-pub use record::{Header, Shard};
+pub use record::{Header, Shard, Unfit};
 
 /// The name of the file in a sweep's folder.
 pub const JOURNAL: &str = "counts.journal";
@@ -51,12 +51,16 @@ pub struct Journal {
 pub struct Locked {
     path: PathBuf,
     file: File,
-    /// What it says it holds: nothing if it is new, or was begun and never got so far; an error if it is no journal.
-    pub header: Result<Option<Header>>,
+    /// What it says it holds: nothing if it is new, or was begun and never got so far.
+    pub header: Result<Option<Header>, Unfit>,
 }
 
 impl Locked {
     /// Opens the journal of a folder, making it where there is none, for this process alone.
+    ///
+    /// # Errors
+    /// `Error::Busy` if another process has it; `Error::Storage` if the disk fails; `Error::Input` if what is there is no
+    /// file of this folder alone.
     pub fn open(folder: &Path) -> Result<Locked> {
         let path = folder.join(JOURNAL);
         // Through a link, a folder from elsewhere could have any file of the user's begun anew.
@@ -66,9 +70,17 @@ impl Locked {
         }
         let file = OpenOptions::new().read(true).write(true).create(true).truncate(false).open(&path);
         let file = file.map_err(|e| Error::io(&path, "cannot be opened", e))?;
+        let names = names_of(&file).map_err(|e| Error::io(&path, "cannot be read", e))?;
+        if names > 1 {
+            let what = format!(
+                "has {names} names (hard links), and what is written to it would change under all of them: put a copy in its \
+                 place"
+            );
+            return Err(Error::input(path.display(), what));
+        }
         let busy = "another run is at work in this folder: wait for it, or name another folder";
         locked(&path, file.try_lock(), busy)?;
-        let header = read_header(&path, &file);
+        let header = read_header(&path, &file)?;
         Ok(Locked { path, file, header })
     }
 
@@ -98,10 +110,10 @@ impl Journal {
         let file = open_regular(&path, u64::MAX)?;
         let busy = "a run is still at work in this folder: wait until it has ended";
         locked(&path, file.try_lock_shared(), busy)?;
-        let header = read_header(&path, &file).map_err(|e| Error::Input(format!("{e}; sweep again")))?;
-        let Some(header) = header else {
-            return Err(Error::input(path.display(), "holds nothing: sweep again"));
-        };
+        let wrong =
+            |what: &dyn std::fmt::Display| Error::input(path.display(), format!("{what}; sweep again"));
+        let header = read_header(&path, &file)?.map_err(|unfit| wrong(&unfit))?;
+        let header = header.ok_or_else(|| wrong(&"holds nothing"))?;
         Ok(Journal { path, file, header, unsynced_since: None })
     }
 
@@ -220,16 +232,23 @@ fn locked(path: &Path, outcome: Result<(), TryLockError>, busy: &str) -> Result<
     }
 }
 
+/// How many names a file has, where the system tells.
+fn names_of(file: &File) -> std::io::Result<u64> {
+    #[cfg(unix)]
+    return Ok(std::os::unix::fs::MetadataExt::nlink(&file.metadata()?));
+    #[cfg(not(unix))]
+    return file.metadata().map(|_| 1);
+}
+
 /// The header of a file; `None` if the file ends before its header does.
-fn read_header(path: &Path, mut file: &File) -> Result<Option<Header>> {
+fn read_header(path: &Path, mut file: &File) -> Result<Result<Option<Header>, Unfit>> {
     let mut bytes = Vec::new();
     let read = file.rewind().and_then(|()| file.take(HEADER_BYTES as u64).read_to_end(&mut bytes));
     read.map_err(|e| Error::io(path, "cannot be read", e))?;
     if bytes.len() < HEADER_BYTES {
-        return Ok(None);
+        return Ok(Ok(None));
     }
-    let header = Header::parse(&bytes);
-    header.map(Some).map_err(|what| Error::input(path.display(), what))
+    Ok(Header::parse(&bytes).map(Some))
 }
 
 #[cfg(test)]

@@ -6,6 +6,7 @@
 //! sweep's fingerprint (32 bytes), zeros, and in the last 8 bytes a checksum of the rest. Record, 64 bytes: row (u64),
 //! twelve counts in the order of [`Confusion::counts`] (u32 each), checksum (8 bytes).
 
+use std::fmt;
 use std::ops::Range;
 
 use sha2::{Digest, Sha256};
@@ -26,6 +27,29 @@ const VERSION: u32 = 1;
 
 /// Bytes of a checksum.
 const CHECK_BYTES: usize = 8;
+
+/// Why a file is not gone on with.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Unfit {
+    /// It never was a journal.
+    Foreign,
+    /// Another perirobot wrote it.
+    Format(u32),
+    /// It was one, and nobody can say of which sweep.
+    Damaged,
+}
+
+impl fmt::Display for Unfit {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        match self {
+            Unfit::Foreign => write!(f, "is no journal of perirobot"),
+            Unfit::Format(format) => {
+                write!(f, "is a journal of format {format}, this perirobot writes {VERSION}")
+            }
+            Unfit::Damaged => write!(f, "has a damaged beginning"),
+        }
+    }
+}
 
 /// One of several parts that a sweep is split into.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize)]
@@ -96,15 +120,15 @@ impl Header {
     }
 
     /// Back from the file. The numbers of a header that parses can be trusted as far as sums and products of them go.
-    pub(super) fn parse(bytes: &[u8]) -> Result<Header, String> {
+    pub(super) fn parse(bytes: &[u8]) -> Result<Header, Unfit> {
         let (body, sum) = bytes.split_at(HEADER_BYTES - CHECK_BYTES);
         if !body.starts_with(&MAGIC) {
-            return Err("is no journal of perirobot".into());
+            return Err(Unfit::Foreign);
         }
         let u32_at = |at: usize| u32::from_le_bytes(std::array::from_fn(|i| body[at + i]));
         let u64_at = |at: usize| u64::from_le_bytes(std::array::from_fn(|i| body[at + i]));
         if u32_at(8) != VERSION {
-            return Err(format!("is a journal of format {}, this perirobot writes {VERSION}", u32_at(8)));
+            return Err(Unfit::Format(u32_at(8)));
         }
         let header = Header {
             fingerprint: std::array::from_fn(|i| body[52 + i]),
@@ -118,7 +142,7 @@ impl Header {
             && header.kept.end <= header.block_rows
             && header.shard.number < header.shard.of;
         if check([body, &[]]) != sum || !sound || rows.is_none_or(|bytes| bytes > i64::MAX as u64) {
-            return Err("has a damaged beginning".into());
+            return Err(Unfit::Damaged);
         }
         Ok(header)
     }

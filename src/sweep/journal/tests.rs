@@ -162,6 +162,32 @@ fn what_a_link_leads_to_is_not_overwritten() {
     assert_eq!(fs::read(&precious).unwrap(), b"short");
 }
 
+/// A second name stands for what a copy made of links holds: a snapshot of the folder.
+#[test]
+fn a_journal_with_two_names_is_not_written_to() {
+    let folder = tempfile::tempdir().unwrap();
+    drop(begin(folder.path()));
+    let (path, copy) = (folder.path().join(JOURNAL), folder.path().join("copy"));
+    fs::hard_link(&path, &copy).unwrap();
+    let error = Locked::open(folder.path()).map(drop).unwrap_err().to_string();
+    assert!(error.contains("counts.journal: has 2 names (hard links)"), "{error}");
+    Journal::read(folder.path()).unwrap();
+    fs::remove_file(&copy).unwrap();
+    Locked::open(folder.path()).unwrap();
+}
+
+/// The memory of a process cannot be read at its beginning: an input/output error.
+#[cfg(target_os = "linux")]
+#[test]
+fn a_disk_that_fails_is_no_damage() {
+    let path = Path::new("/proc/self/mem");
+    let error = read_header(path, &File::open(path).unwrap()).unwrap_err();
+    assert!(
+        matches!(&error, Error::Storage(what) if what.starts_with("/proc/self/mem: cannot be read")),
+        "{error}"
+    );
+}
+
 #[test]
 fn headers_that_cannot_be_are_damaged() {
     let good = header();
@@ -171,7 +197,7 @@ fn headers_that_cannot_be_are_damaged() {
     let size = |blocks, block_rows| Header { blocks, block_rows, ..good.clone() };
     for bad in [shard(3, 3), shard(5, 3), shard(0, 0), kept(2..2), kept(2..11), size(1 << 60, 10)] {
         let what = Header::parse(&bad.bytes()).unwrap_err();
-        assert!(what.contains("damaged beginning"), "{bad:?}: {what}");
+        assert_eq!(what, Unfit::Damaged, "{bad:?}");
     }
 }
 

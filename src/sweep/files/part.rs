@@ -1,0 +1,90 @@
+//! The file that holds what is written until it is whole, and what is done with those that a run left behind.
+//!
+//! # Theory
+//! Who writes to a part holds its lock, and the system gives the lock back however the process ends. So a part that can be
+//! locked belongs to nobody, and may be removed by anybody.
+
+use std::fs::{self, File};
+use std::hash::{BuildHasher, RandomState};
+use std::io::{Error, ErrorKind, Result};
+use std::path::{Path, PathBuf};
+use std::sync::{Mutex, PoisonError};
+
+/// The parts that this process writes to.
+static OPEN: Mutex<Vec<PathBuf>> = Mutex::new(Vec::new());
+
+/// How often a part is begun again that somebody removed before it was locked.
+const ATTEMPTS: usize = 16;
+
+/// A file beside the place of another, which goes when this is dropped. Nobody can know its name before.
+#[derive(Debug)]
+pub(super) struct Part {
+    pub(super) path: PathBuf,
+    pub(super) file: File,
+}
+
+impl Part {
+    /// Begins a part of the file at this place, and removes those that were left of it.
+    pub(super) fn create(of: &Path) -> Result<Part> {
+        let name = of.file_name().ok_or(ErrorKind::IsADirectory)?;
+        tidy(super::folder_of(of), |other| *name == *other);
+        for _ in 0..ATTEMPTS {
+            let mut name = name.to_os_string();
+            name.push(format!(".{:016x}.part", RandomState::new().hash_one(())));
+            let path = of.with_file_name(name);
+            // Only a new file, so that nothing that was put there is written through.
+            let file = match File::create_new(&path) {
+                Err(e) if e.kind() == ErrorKind::AlreadyExists => continue,
+                file => file?,
+            };
+            // Where there are no locks nobody tidies either.
+            let locked = file.try_lock();
+            if path.exists() && !matches!(locked, Err(fs::TryLockError::WouldBlock)) {
+                parts().push(path.clone());
+                return Ok(Part { path, file });
+            }
+        }
+        Err(Error::new(ErrorKind::ResourceBusy, "somebody removes what is written there"))
+    }
+}
+
+impl Drop for Part {
+    fn drop(&mut self) {
+        // It may have been renamed; if it cannot go, there is nobody to tell.
+        let _ = fs::remove_file(&self.path);
+        parts().retain(|path| *path != self.path);
+    }
+}
+
+/// Removes the parts that this process writes to, for who ends it at once.
+pub fn abandon() {
+    for path in parts().drain(..) {
+        let _ = fs::remove_file(path);
+    }
+}
+
+fn parts() -> std::sync::MutexGuard<'static, Vec<PathBuf>> {
+    OPEN.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+/// Removes the parts in a folder that nobody writes to, of files with certain names.
+pub(super) fn tidy(folder: &Path, is_wanted: impl Fn(&str) -> bool) {
+    for entry in fs::read_dir(folder).into_iter().flatten().flatten() {
+        let is_file = entry.file_type().is_ok_and(|kind| kind.is_file());
+        if !is_file || !entry.file_name().to_str().and_then(whole_of).is_some_and(&is_wanted) {
+            continue;
+        }
+        let left = File::open(entry.path()).is_ok_and(|file| file.try_lock().is_ok());
+        if left {
+            // Gone already, or of somebody else: then it is not ours to mend.
+            let _ = fs::remove_file(entry.path());
+        }
+    }
+}
+
+/// The name of the file that a file is a part of, if it is one.
+fn whole_of(name: &str) -> Option<&str> {
+    let (whole, number) = name.strip_suffix(".part")?.rsplit_once('.')?;
+    let is_number = number.len() == 16 && number.bytes().all(|b| b.is_ascii_hexdigit());
+    is_number.then_some(whole)
+}
