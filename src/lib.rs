@@ -29,6 +29,8 @@ pub mod table;
 pub mod view;
 pub mod voxel;
 
+mod spelling;
+
 pub use error::{Error, Result};
 
 /// The version of the rules that decide the counts (`src/march/SEMANTICS.md`), recorded in every manifest.

@@ -10,6 +10,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 
 use sha2::{Digest, Sha256};
 
+use crate::spelling::nearest;
 use crate::{Error, Result};
 
 /// Most bytes of what people write: studies, scenes, robots, joints of a person. Some parsers need many times as much.
@@ -135,7 +136,7 @@ impl Sources {
             Ok(target) if e.kind() == ErrorKind::NotFound => {
                 Error::input(path.display(), format!("is a link to {}, which is not there", target.display()))
             }
-            _ => self.with_namesake(path, unreadable(e)),
+            _ => self.with_nearest(path, unreadable(e)),
         })?;
         self.refuse_outside(path, &place)?;
         // Opening a pipe would wait for its writer, so what it is, is asked first; and again of what was opened.
@@ -156,20 +157,38 @@ impl Sources {
         Ok(bytes)
     }
 
-    /// The error for a file that is not there, with the one beside it that differs in upper and lower case only.
-    fn with_namesake(&self, path: &Path, error: Error) -> Error {
-        let namesake = || {
-            let (name, folder) = (path.file_name()?.to_str()?.to_lowercase(), folder_of(path));
+    /// The error for a file that is not there, with what stands in its place: the name of its folder, or of the file itself,
+    /// that is nearest to what was written.
+    fn with_nearest(&self, path: &Path, error: Error) -> Error {
+        let instead = || {
+            let upwards: Vec<&Path> = path.ancestors().filter(|part| !part.as_os_str().is_empty()).collect();
+            let missing = *upwards.iter().rev().find(|part| !part.exists())?;
+            let (name, folder) = (missing.file_name()?.to_str()?, folder_of(missing));
             self.refuse_outside(path, &folder.canonicalize().ok()?).ok()?;
-            let names = std::fs::read_dir(folder)
-                .ok()?
-                .filter_map(|entry| entry.ok()?.file_name().into_string().ok());
-            names.filter(|other| other.to_lowercase() == name).min()
+            let wants_folder = missing != path;
+            let entries = std::fs::read_dir(&folder).ok()?.flatten();
+            let fits = entries.filter(|entry| entry.path().is_dir() == wants_folder);
+            let mut names: Vec<String> =
+                fits.filter_map(|entry| entry.file_name().into_string().ok()).collect();
+            // Of names that are equally near, one of the same kind comes first.
+            names.sort_by_key(|other| (split(other).1 != split(name).1, other.clone()));
+            let namesake = names.iter().find(|other| other.to_lowercase() == name.to_lowercase());
+            let stem = nearest(split(name).0, names.iter().map(|other| split(other).0));
+            let near = names.iter().find(|other| Some(split(other).0) == stem);
+            let what = match (namesake, near) {
+                (Some(other), _) => format!("there is {other:?}: upper and lower case are told apart"),
+                (None, Some(other)) => format!("there is {other:?}: is that meant?"),
+                (None, None) => String::new(),
+            };
+            let missing = match wants_folder {
+                true => format!("there is no folder {name:?} in {}", folder.display()),
+                false => String::new(),
+            };
+            Some([missing, what].into_iter().filter(|said| !said.is_empty()).collect::<Vec<_>>().join("; "))
         };
-        match namesake() {
-            Some(other) => {
-                Error::Input(format!("{error}; there is {other:?}: upper and lower case are told apart"))
-            }
+        let is_not_there = matches!(error, Error::Input(_));
+        match instead().filter(|said| is_not_there && !said.is_empty()) {
+            Some(said) => Error::Input(format!("{error}; {said}")),
             None => error,
         }
     }
@@ -215,6 +234,11 @@ impl Sources {
         let home = self.main.parent().unwrap_or(Path::new(""));
         with_slashes(path.strip_prefix(home).unwrap_or(path))
     }
+}
+
+/// The stem of a file's name and what follows its last dot.
+fn split(name: &str) -> (&str, &str) {
+    name.rsplit_once('.').unwrap_or((name, ""))
 }
 
 fn utf8(path: &Path, bytes: Vec<u8>) -> Result<String> {

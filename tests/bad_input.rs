@@ -181,8 +181,14 @@ fn things_that_are_missing_or_twice() {
         (
             SCENE,
             "sphere = {",
-            "unit = \"mm\"\nmesh = \"a.glb\"\n#",
-            "exported again in metres, or as .stl with unit = \"mm\"",
+            "mesh = \"cell.STEP\"\n#",
+            "mesh = \"cell.STEP\": holds curved surfaces and no",
+        ),
+        (
+            SCENE,
+            "sphere = {",
+            "up = \"y\"\nmesh = \"a.glb\"\n#",
+            "up belongs to an .stl mesh: glTF says itself what is up",
         ),
         (SCENE, "sphere = {", "nodes = [{ match = \"*\" }]\nsphere = {", "object \"ball\": nodes belong"),
         (SCENE, "room = {", "interior = \"free\"\nroom = {", "object \"walls\": interior does not belong"),

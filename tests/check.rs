@@ -226,3 +226,62 @@ fn check_lists_what_is_wrong_with_each_scene() {
     assert!(outcome.stderr.ends_with("3 problems\n"), "{}", outcome.stderr);
     assert!(outcome.stdout.contains("sensors\n"), "what is right is listed: {}", outcome.stdout);
 }
+
+/// Poses in millimetres make a grid that cannot be; the cure is not a larger voxel.
+#[test]
+fn check_takes_positions_in_millimetres_for_the_cause() {
+    let folder = Folder::new();
+    folder.edit(STUDY, "position_m = [-0.9, 0.6, 0.9]", "position_m = [-90000, 600, 900]");
+    let outcome = check(&folder, &[]);
+    assert_eq!(outcome.code, Some(2), "{}", outcome.stderr);
+    for expected in [
+        "pose posts/upright at [-90000, 600, 900] stretches the grid",
+        "line 47: position_m = [-90000, 600, 900] looks like millimetres, and metres are wanted: -90000 mm are -90 m",
+    ] {
+        assert!(outcome.stderr.contains(expected), "no {expected:?} in {}", outcome.stderr);
+    }
+}
+
+#[test]
+fn check_says_what_may_be_meant_and_where() {
+    let told = |file: &str, from: &str, to: &str, expected: &[&str]| {
+        let folder = Folder::new();
+        folder.edit(file, from, to);
+        let outcome = check(&folder, &[]);
+        assert_eq!(outcome.code, Some(2), "{}", outcome.stderr);
+        for part in expected {
+            assert!(outcome.stderr.contains(part), "no {part:?} in {}", outcome.stderr);
+        }
+    };
+    told(STUDY, "seed = 7", "sed = 7", &["line 1, column 1", "did you mean `seed`?"]);
+    // The keys of a sensor and of its poses are read apart from the file.
+    let line = "sensor \"camera\": unknown field `range`";
+    told(
+        STUDY,
+        "range_m = [0.2, 3.0]",
+        "range = [0.2, 3.0]",
+        &[line, "(line 21)", "did you mean `range_m`?"],
+    );
+    let line = "sensor \"camera\": unknown field `orientation_deg`";
+    told(
+        STUDY,
+        "orientations_deg =",
+        "orientation_deg =",
+        &[line, "(line 29)", "did you mean `orientations_deg`?"],
+    );
+    told(STUDY, "kind = \"lidar\"", "kind = \"lida\"", &["unknown variant `lida`", "did you mean `lidar`?"]);
+    told(SCENE, "position_m = [-0.7", "positon_m = [-0.7", &["did you mean `position_m`?"]);
+    // Where two are wrong, the second is read apart, too.
+    told(
+        STUDY,
+        "margin_m = 0.2 }",
+        "margins = 0.2 }\n[[region]]\nname = \"more\"\nbal = 1",
+        &["line 14", "region \"more\": unknown field `bal`", "(line 17)"],
+    );
+    told(
+        STUDY,
+        "\"cell.toml\"",
+        "\"cel.toml\"",
+        &["scene[0].file: ", "there is \"cell.toml\": is that meant?"],
+    );
+}

@@ -143,7 +143,7 @@ fn shapes_that_cannot_be() {
     );
     wrong(
         "unit = \"mm\"\nsphere = { center_m = [0, 0, 1], radius_m = 1 }",
-        &["unit and up belong to an .stl"],
+        &["unit and up belong to a mesh"],
     );
     wrong(
         "rpy_deg = [0, 0, 1]\nsphere = { center_m = [0, 0, 1], radius_m = 1 }",
@@ -159,7 +159,7 @@ fn shapes_that_cannot_be() {
 fn meshes_that_cannot_be_regions() {
     wrong("mesh = \"gone.stl\"", &[".mesh = ", "gone.stl: cannot be read"]);
     wrong("mesh = \"zone.dae\"", &["mesh = \"zone.dae\": must be a .glb, .gltf or .stl file"]);
-    wrong("mesh = \"zone.glb\"\nup = \"y\"", &["unit and up belong to an .stl"]);
+    wrong("mesh = \"zone.glb\"\nup = \"y\"", &["up belongs to an .stl mesh"]);
     wrong("mesh = \"open.stl\"", &["mesh: is not watertight (an edge has only one side)", "close its holes"]);
     wrong("mesh = \"zone.stl\"\nposition_m = [0, 0, nan]", &["position_m = [0.0, 0.0, NaN]"]);
     wrong("mesh = \"zone.stl\"\nposition_m = [0, 0, 900000]", &["mesh: has a corner at", "millimetres"]);

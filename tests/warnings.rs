@@ -62,12 +62,19 @@ fn a_sensor_inside_an_occupied_voxel() {
 }
 
 #[test]
-fn a_sensor_inside_an_ignored_body() {
+fn a_sensor_inside_a_closed_body_is_dead() {
     let edits = [
         ("study.toml", "position_m = [0.1, 0.1, 1.3]", "position_m = [0.7, 0.4, 0.25]"),
         ("cell.toml", "box = {", "interior = \"ignored\"\nbox = {"),
     ];
-    check(&Folder::new(), &edits, &["posts/corner", "inside a body whose interior is ignored"]);
+    let expected = "sensor \"lidar\": pose posts/corner (x 0.70, y 0.40, z 0.25 m) is dead: it stands inside \"crate\", in a hollow of";
+    check(&Folder::new(), &edits, &[expected, "that no ray leaves: move it out"]);
+    // Whatever its inside is.
+    check(&Folder::new(), &edits[..1], &[expected]);
+    let solid = ("cell.toml", "box = {", "interior = \"occupied\"\nbox = {");
+    let nowhere =
+        "pose posts/corner (x 0.70, y 0.40, z 0.25 m) is dead: it stands inside \"crate\", where no ray goes";
+    check(&Folder::new(), &[edits[0], solid], &[nowhere]);
 }
 
 #[test]
@@ -117,7 +124,7 @@ fn a_part_beside_which_all_others_are_tiny() {
         folder.write("knob.stl", stl_box([15.0, 15.0, 10.0], 0));
         folder.edit(BOUNDS.0, BOUNDS.1, BOUNDS.2);
         folder.edit("cell.toml", ball, &format!("{surface}\n{more}"));
-        !warnings(&folder).iter().any(|w| w.contains("is its unit right?"))
+        !warnings(&folder).iter().any(|w| w.contains("is its file in millimetres?"))
     };
     assert!(quiet("box = { size_m = [30, 30, 20] }", ""));
     assert!(quiet("mesh = \"knob.stl\"", "[[object]]\nname = \"rail\"\nbox = { size_m = [7, 0.3, 0.3] }"));
@@ -224,4 +231,131 @@ fn a_gate_that_the_floor_trips_is_told() {
     };
     assert!(told("0"), "the floor is in it");
     assert!(!told("0.6"), "nothing is");
+}
+
+#[test]
+fn a_gltf_in_millimetres() {
+    let folder = Folder::new();
+    // One triangle of 400 by 400 units, upright.
+    let corners: [f32; 9] = [0.0, 0.0, 0.0, 400.0, 0.0, 0.0, 0.0, 400.0, 0.0];
+    folder.write("sign.bin", corners.map(f32::to_le_bytes).concat());
+    folder.write(
+        "sign.gltf",
+        r#"{"asset":{"version":"2.0"},"scene":0,"scenes":[{"nodes":[0]}],"nodes":[{"mesh":0}],
+            "meshes":[{"primitives":[{"attributes":{"POSITION":0}}]}],
+            "accessors":[{"bufferView":0,"componentType":5126,"count":3,"type":"VEC3"}],
+            "bufferViews":[{"buffer":0,"byteLength":36}],"buffers":[{"uri":"sign.bin","byteLength":36}]}"#,
+    );
+    let ball = "sphere = { radius_m = 0.12 }";
+    let edits = [BOUNDS, ("cell.toml", ball, "mesh = \"sign.gltf\"")];
+    check(&folder, &edits, &["object \"ball\" is 400 m long", "unit = \"mm\""]);
+    folder.edit("cell.toml", "mesh =", "unit = \"mm\"\nmesh =");
+    assert!(!warnings(&folder).iter().any(|w| w.contains("ball")));
+}
+
+#[test]
+fn angles_in_radians_and_ranges_in_millimetres() {
+    let radians = ("study.toml", "rpy_deg = [0, 30, 135]", "rpy_deg = [0, 0.5236, 2.3562]");
+    let told = "study.toml: line 48: rpy_deg = [0, 0.5236, 2.3562] looks like radians";
+    check(&Folder::new(), &[radians], &[told, "0.5236 rad are 30.0001°"]);
+    let range = ("study.toml", "range_m = [0.2, 3.0]", "range_m = [0.2, 3000]");
+    check(&Folder::new(), &[range], &["line 21: range_m = [0.2, 3000]", "3000 mm are 3 m"]);
+    let scene = ("cell.toml", "rpy_deg = [0, 90, 0]", "rpy_deg = [0, 1.5708, 0]");
+    check(&Folder::new(), &[scene], &["cell.toml: line 13: rpy_deg = [0, 1.5708, 0] looks like radians"]);
+}
+
+#[test]
+fn a_pose_before_a_wall_is_dead() {
+    let turned = ("study.toml", "facing = [0, 1, 0]", "facing = [0, -1, 0]");
+    let pose = "sensor \"camera\": pose wall/0/0 (x -1.00, y -0.75, z 1.20 m) is dead: 100 % of its rays end at \"walls\" ";
+    let blind = [pose, "nearer than the 0.2 m from which it measures", "write near_ignore_m"];
+    check(&Folder::new(), &[turned], &blind);
+    let near = ("study.toml", "range_m = [0.2, 3.0]", "range_m = [0.01, 6.1]");
+    check(&Folder::new(), &[turned, near], &[pose, "within 0.30 m: turn it round, or move it away"]);
+}
+
+#[test]
+fn poses_with_nothing_in_range_are_dead_and_counted() {
+    let folder = Folder::new();
+    assert!(!warnings(&folder).iter().any(|w| w.contains("dead")), "none is");
+    folder.edit("study.toml", "range_m = [0.2, 3.0]", "range_m = [0.01, 0.02]");
+    folder.edit("study.toml", "near_ignore_m = 0.05", "");
+    folder.edit("study.toml", "range_m = [0.1, 5.0]", "range_m = [0.01, 0.02]");
+    let told: Vec<_> = warnings(&folder).into_iter().filter(|w| w.contains("dead")).collect();
+    let lone = "is dead: its rays meet nothing from 0.01 to 0.02 m: turn it towards the cell";
+    assert_eq!(told.iter().filter(|w| w.contains(lone)).count(), 10, "{told:#?}");
+    assert_eq!(told[10], "cell: 1 more poses are dead, 11 of 11 in all");
+    // Who certifies what is empty says enough.
+    folder.edit("study.toml", "range_m = [0.01, 0.02]", "range_m = [0.01, 0.02]\nno_return = \"free\"");
+    let told = warnings(&folder).iter().filter(|w| w.contains("dead")).count();
+    assert_eq!(told, 3, "the LIDAR's");
+}
+
+/// COCO's joints of somebody who stands at the origin, looks along x and lets the arms hang.
+const JOINTS: &str = "0.1,0,1.65\n0.08,0.03,1.7\n0.08,-0.03,1.7\n0,0.08,1.68\n0,-0.08,1.68\n0,0.2,1.45\n0,-0.2,1.45\n\
+                      0,0.25,1.15\n0,-0.25,1.15\n0.05,0.25,0.9\n0.05,-0.25,0.9\n0,0.12,0.95\n0,-0.12,0.95\n0.02,0.12,0.5\n\
+                      0.02,-0.12,0.5\n0,0.12,0.08\n0,-0.12,0.08\n";
+
+/// What is said of the operator, a mannequin at this place in a room of 2.4 m, beside these objects.
+fn said_of_a_person_at(place: &str, more: &str) -> Vec<String> {
+    let folder = Folder::new();
+    folder.write("joints.csv", JOINTS);
+    folder.edit("cell.toml", "room = { size_m = [2.4, 1.8, 1.6] }", "room = { size_m = [2.4, 1.8, 2.4] }");
+    folder.edit("cell.toml", "position_m = [0, 0, 0.8]", "position_m = [0, 0, 1.2]");
+    folder.edit("cell.toml", "cylinder = { radius_m = 0.15, height_m = 1.2 }", "mannequin = \"joints.csv\"");
+    folder.edit("cell.toml", "position_m = [0.1, -0.45, 0.65]", &format!("position_m = {place}"));
+    folder.edit("cell.toml", "", more);
+    let said =
+        warnings(&folder).into_iter().filter_map(|w| Some(w.strip_prefix("cell: person ")?.to_string()));
+    said.collect()
+}
+
+#[test]
+fn a_person_where_nobody_can_be() {
+    let here = "[0.1, -0.3, 0]";
+    assert_eq!(said_of_a_person_at(here, ""), [""; 0]);
+    // A table at the height of the hanging hands, beside the left arm.
+    let table = |at: &str| {
+        format!("[[object]]\nname = \"bench\"\nbox = {{ size_m = [0.6, 0.4, 0.04] }}\nposition_m = {at}\n")
+    };
+    let said = said_of_a_person_at(here, &table("[0.3, 0.1, 1.0]"));
+    assert_eq!(said.len(), 1, "{said:?}");
+    let arm = "\"operator\" is in \"bench\": left forearm goes through its surface: move one of them";
+    assert!(said[0].starts_with(arm), "{said:?}");
+    assert_eq!(said_of_a_person_at(here, &table("[0.3, 0.28, 1.0]")), [""; 0], "a hand's breadth away");
+    let one = |place: &str, more: &str, expected: &str| {
+        let said = said_of_a_person_at(place, more);
+        assert!(said.len() == 1 && said[0].contains(expected), "{expected:?} in {said:?}");
+    };
+    one("[0.1, -0.3, -0.4]", "", "\"operator\" is cut by \"walls\": 0.");
+    one("[0.1, -0.3, 0.4]", "", "\"operator\" floats 0.");
+    one("[0.7, 0.4, 0]", "", "\"crate\"");
+    one("[0.2, 0.3, 0]", "", "\"arm\"");
+    let cabinet =
+        "[[object]]\nname = \"cabinet\"\nbox = { size_m = [0.8, 0.9, 2.1] }\nposition_m = [0.1, -0.3, 1.1]\n";
+    one(here, cabinet, "is shut up in a closed body");
+}
+
+#[test]
+fn a_fence_that_voxels_make_solid() {
+    // Upright strips of 5 mm every 5 cm, 80 cm high and wide.
+    let mut fence = String::from("solid fence\n");
+    for i in 0..17 {
+        let [low, high] = [0.0, 0.005].map(|x| x + 0.05 * f64::from(i) - 0.4);
+        for corners in [[[low, 0.0], [high, 0.0], [high, 0.8]], [[low, 0.0], [high, 0.8], [low, 0.8]]] {
+            fence += "facet normal 0 0 0\nouter loop\n";
+            corners.iter().for_each(|[x, z]| fence += &format!("vertex {x} 0.013 {z}\n"));
+            fence += "endloop\nendfacet\n";
+        }
+    }
+    let folder = Folder::new();
+    folder.write("fence.stl", fence + "endsolid fence\n");
+    let edit = ("cell.toml", "sphere = { radius_m = 0.12 }", "mesh = \"fence.stl\"");
+    check(
+        &folder,
+        &[edit],
+        &["object \"ball\" is a sheet that fills ", "% of its voxels", "optical = \"see_through\""],
+    );
+    folder.edit("cell.toml", "mesh = \"fence.stl\"", "optical = \"see_through\"\nmesh = \"fence.stl\"");
+    assert!(!warnings(&folder).iter().any(|w| w.contains("sheet")));
 }

@@ -8,6 +8,7 @@ use std::sync::Arc;
 use glam::DVec3;
 use wildmatch::WildMatch;
 
+use super::gltf::NodeMesh;
 use super::moving::Files;
 use super::{
     Mesh, Object, Optical, Role, Scene, Surface, gltf, mannequin, moving, octomap, primitive, stl, urdf,
@@ -93,8 +94,9 @@ pub(super) fn parts(object: &ObjectSpec, files: &mut Files, sag_m: f64) -> Resul
             let part = part(object, object.name.clone(), object.role, object.optical, surface);
             return Ok(vec![Object { keypoints, ..part }]);
         }
-        SurfaceSpec::Gltf(path) => {
-            let nodes = files.gltf_nodes(path, object.animated.as_ref())?;
+        SurfaceSpec::Gltf { path, scale } => {
+            let nodes = files.gltf_nodes(path, object.animated.as_ref())?.into_iter();
+            let nodes = nodes.map(|node| NodeMesh { mesh: node.mesh.scaled(*scale), ..node }).collect();
             let mut objects = Vec::new();
             gltf_parts(object, nodes, &mut objects)?;
             // Parts may have other roles; the joints go with the person.
@@ -127,7 +129,7 @@ pub(super) fn at(key: &'static str) -> impl Fn(Error) -> Error {
 pub fn mesh_of_file(surface: &SurfaceSpec, sources: &Sources) -> Result<Mesh> {
     match surface {
         SurfaceSpec::Stl { path, scale, y_up } => stl_mesh(path, *scale, *y_up, sources),
-        SurfaceSpec::Gltf(path) => gltf::Gltf::load(path, sources)?.whole(),
+        SurfaceSpec::Gltf { path, scale } => Ok(gltf::Gltf::load(path, sources)?.whole()?.scaled(*scale)),
         _ => Ok(Mesh::default()),
     }
 }
@@ -139,7 +141,7 @@ fn stl_mesh(path: &Path, scale: f64, y_up: bool, sources: &Sources) -> Result<Me
 
 /// A glTF file becomes one object for the nodes that no rule names, under the object's own name, and one for each
 /// rule, named `object/pattern`. A node follows the first rule that matches it or a node above it.
-fn gltf_parts(object: &ObjectSpec, nodes: Vec<gltf::NodeMesh>, objects: &mut Vec<Object>) -> Result<()> {
+fn gltf_parts(object: &ObjectSpec, nodes: Vec<NodeMesh>, objects: &mut Vec<Object>) -> Result<()> {
     let rules: Vec<WildMatch> = object.nodes.iter().map(|rule| WildMatch::new(&rule.r#match)).collect();
     let mut rest = Mesh::default();
     let mut parts = vec![Mesh::default(); rules.len()];
@@ -241,7 +243,7 @@ mod tests {
 
     fn scene(objects: Vec<ObjectSpec>) -> Result<Scene> {
         let (path, name) = ("cell.toml".into(), "cell".into());
-        let spec = SceneSpec { path, text: String::new(), name, snapshots: 1, objects };
+        let spec = SceneSpec { path, text: String::new(), name, snapshots: 1, objects, warnings: Vec::new() };
         // The joints lie in a folder of their own.
         let sources = Sources::beside(&spec.path).allow_outside();
         build(&spec, &sources, 0.08).map(|mut snapshots| snapshots.remove(0))
@@ -315,7 +317,7 @@ mod tests {
     fn what_cannot_be_read_is_named_by_scene_object_key_and_file() {
         for (surface, expected) in [
             (
-                SurfaceSpec::Gltf("gone.glb".into()),
+                SurfaceSpec::Gltf { path: "gone.glb".into(), scale: 1.0 },
                 "cell.toml: object \"part\": mesh = gone.glb: cannot be read",
             ),
             (

@@ -164,7 +164,7 @@ fn same_parts(first: &[Arc<Object>], now: &[Arc<Object>], snapshot: usize) -> Re
 
 fn clip_warnings(object: &ObjectSpec, files: &mut Files) -> Result<Vec<String>> {
     let MotionSpec { clip, times_s, .. } = &object.motion;
-    let SurfaceSpec::Gltf(path) = &object.surface else { return Ok(Vec::new()) };
+    let SurfaceSpec::Gltf { path, .. } = &object.surface else { return Ok(Vec::new()) };
     if times_s.is_empty() {
         return Ok(Vec::new());
     }

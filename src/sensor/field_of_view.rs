@@ -55,6 +55,36 @@ impl FieldOfView {
         }
     }
 
+    /// At most so many unit directions in it (one at least), evenly spread; none where only the spacing of the rays is known.
+    pub fn some(&self, most: usize) -> Vec<DVec3> {
+        let grid = |columns: usize, rows: usize, towards: &dyn Fn(f64, f64) -> DVec3| {
+            let middle = |i: usize, of: usize| (i as f64 + 0.5) / of as f64;
+            let each =
+                (0..rows).flat_map(|r| (0..columns).map(move |c| (middle(c, columns), middle(r, rows))));
+            each.map(|(x, y)| towards(x, y).normalize()).collect()
+        };
+        match self {
+            FieldOfView::Image(Image { size_px, focal_px }) => {
+                let rows = ((most as f64 / 1.5).sqrt() as usize).max(1);
+                let half = |a: usize| f64::from(size_px[a]) / 2.0 / focal_px[a];
+                grid((most / rows).max(1), rows, &|x, y| {
+                    DVec3::new(half(0) * (2.0 * x - 1.0), half(1) * (2.0 * y - 1.0), 1.0)
+                })
+            }
+            FieldOfView::Turn { azimuth_rad: [first, last], elevation_rad: [low, high] } => {
+                // As many rows as make the steps about alike on both axes.
+                let rows = (most as f64 * (high - low) / (last - first).max(1e-9)).sqrt() as usize;
+                let rows = rows.clamp(1, most);
+                grid((most / rows).max(1), rows, &|x, y| {
+                    let (azimuth, elevation) = (first + x * (last - first), low + y * (high - low));
+                    let flat = libm::cos(elevation);
+                    DVec3::new(flat * libm::cos(azimuth), flat * libm::sin(azimuth), libm::sin(elevation))
+                })
+            }
+            FieldOfView::Spacing => Vec::new(),
+        }
+    }
+
     /// Whether a direction of any length lies in it; `None` where only the spacing of the rays can tell.
     pub fn holds(&self, direction: DVec3) -> Option<bool> {
         match self {
@@ -125,6 +155,31 @@ mod tests {
         // A column without azimuths beside it, and one ray alone.
         check(rings(&[0.0], &[-30.0, 0.0, 30.0]), &[[14.0, 0.0], [0.0, 44.0]], &[[16.0, 0.0], [180.0, 0.0]]);
         check(rings(&[0.0], &[0.0]), &[[0.0, 0.0]], &[[0.1, 0.0], [0.0, 0.1]]);
+    }
+
+    #[test]
+    fn some_directions_lie_in_the_field_and_reach_its_ends() {
+        let all_around: Vec<f64> = (0..180).map(|i| -180.0 + 2.0 * f64::from(i)).collect();
+        for (field, most) in [
+            (FieldOfView::Image(Image { size_px: [1280, 720], focal_px: [640.0, 640.0] }), 24),
+            (rings(&all_around, &[0.0]), 24),
+            (rings(&all_around, &[-15.0, 0.0, 15.0]), 96),
+            (rings(&[0.0], &[0.0]), 5),
+            (FieldOfView::Image(Image { size_px: [2, 2], focal_px: [1.0, 1.0] }), 1),
+        ] {
+            let some = field.some(most);
+            assert!(
+                !some.is_empty() && some.len() <= most && 2 * some.len() > most,
+                "{field:?}: {}",
+                some.len()
+            );
+            // What has no width at all holds only what rounding leaves there.
+            let thin = matches!(field, FieldOfView::Turn { azimuth_rad: [a, b], .. } if a == b);
+            assert!(thin || some.iter().all(|&dir| field.holds(dir) == Some(true)), "{field:?}");
+            let x = some.iter().map(|dir| dir.x).fold(f64::INFINITY, f64::min);
+            assert!(x < 0.0 || some.len() < 6, "{field:?}: the left or the back is looked at, too");
+        }
+        assert_eq!(FieldOfView::Spacing.some(9), []);
     }
 
     #[test]

@@ -2,7 +2,17 @@
 
 use super::{Claim, Kind, Reach, Setting, Station};
 use crate::backend::Planes;
-use crate::voxel::BitGrid;
+use crate::voxel::{BitGrid, Truth};
+
+/// The robot's voxels, surface and inside, but for what the truth calls free: of that nothing is said, since a scene with
+/// `interior = "free"` would count it as a false alarm.
+fn known(truth: &Truth) -> BitGrid {
+    let window = truth.robot_volume.window();
+    let mut solid = truth.occupied.over(window);
+    solid.add(&truth.ignored.over(window));
+    solid.keep(&truth.robot_volume);
+    solid
+}
 
 /// The robot's own pose, taken for certain.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -45,7 +55,7 @@ impl Kind for KnownRobot {
     }
 
     fn claims(&self, at: &Station) -> Vec<Claim> {
-        let robot = &at.truth.robot_volume;
+        let robot = known(at.truth);
         let occupied = robot.over(robot.window().intersection(&at.window));
         vec![Claim {
             cast: false,
@@ -54,6 +64,6 @@ impl Kind for KnownRobot {
     }
 
     fn reach(&self, at: &Station) -> Reach {
-        Reach::Only(at.truth.robot_volume.clone())
+        Reach::Only(known(at.truth))
     }
 }

@@ -125,6 +125,10 @@ impl Kind for Lidar {
         self.range.noise_std_m > 0.0
     }
 
+    fn range(&self) -> Option<&Range> {
+        Some(&self.range)
+    }
+
     fn housing_m(&self) -> f64 {
         self.range.near_ignore_m
     }

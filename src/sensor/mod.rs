@@ -39,6 +39,7 @@ use std::sync::Arc;
 use glam::DMat3;
 
 use self::prism::Prism;
+use self::range::Range;
 use crate::backend::{Placement, Planes, Rays};
 use crate::march;
 use crate::voxel::{BitGrid, Grid, Truth, Window};
@@ -139,6 +140,11 @@ pub trait Kind: Debug + Send + Sync {
     /// Where its rays look, so that what no ray passes can be told from what lies elsewhere.
     fn field_of_view(&self) -> FieldOfView {
         FieldOfView::Spacing
+    }
+
+    /// The distances that it measures; `None` for what looks nowhere.
+    fn range(&self) -> Option<&Range> {
+        None
     }
 
     /// The frame of its rays in the world.

@@ -20,17 +20,22 @@ pub struct Range {
 }
 
 impl Range {
-    /// A table of rays in these directions.
-    pub fn rays(&self, dirs_q15: Vec<[i32; 3]>, scale: &Scale) -> Rays {
-        let size_m = scale.voxel_size_m;
-        let range_q16 = |metres| length_q16(metres, size_m).clamp(0, (MAX_RANGE_VOXELS as i64) << 16) as u32;
-        let gates = Gates {
+    /// What ends its rays, in voxels.
+    pub fn gates(&self, scale: &Scale) -> Gates {
+        let range_q16 =
+            |metres| length_q16(metres, scale.voxel_size_m).clamp(0, (MAX_RANGE_VOXELS as i64) << 16) as u32;
+        Gates {
             range_min_q16: range_q16(self.range_m[0]),
             range_max_q16: range_q16(self.range_m[1]),
             near_ignore_q16: range_q16(self.near_ignore_m),
             no_return_is_free: self.no_return_is_free,
             backdrop: scale.backdrop,
-        };
-        Rays { dirs_q15, image: None, gates, noise_q16: noise::table_q16(self.noise_std_m, size_m) }
+        }
+    }
+
+    /// A table of rays in these directions.
+    pub fn rays(&self, dirs_q15: Vec<[i32; 3]>, scale: &Scale) -> Rays {
+        let noise_q16 = noise::table_q16(self.noise_std_m, scale.voxel_size_m);
+        Rays { dirs_q15, image: None, gates: self.gates(scale), noise_q16 }
     }
 }

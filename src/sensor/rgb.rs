@@ -3,7 +3,7 @@
 use super::keypoints::{self, Eye};
 use super::prism::Prism;
 use super::range::Range;
-use super::{Camera, Claim, Kind, Pose, Reach, SWITCHES, Scale, Station, placement, switched};
+use super::{Camera, Claim, FieldOfView, Kind, Pose, Reach, SWITCHES, Scale, Station, placement, switched};
 use crate::backend::Rays;
 use crate::voxel::{BitGrid, Grid, Truth, Window};
 
@@ -37,6 +37,14 @@ impl Kind for Rgb {
 
     fn representations(&self) -> Vec<&'static str> {
         vec!["zone"]
+    }
+
+    fn field_of_view(&self) -> FieldOfView {
+        FieldOfView::Image(self.camera.image())
+    }
+
+    fn range(&self) -> Option<&Range> {
+        Some(&self.range)
     }
 
     fn housing_m(&self) -> f64 {

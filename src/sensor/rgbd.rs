@@ -107,6 +107,10 @@ impl Kind for Rgbd {
         self.range.noise_std_m > 0.0
     }
 
+    fn range(&self) -> Option<&Range> {
+        Some(&self.range)
+    }
+
     fn housing_m(&self) -> f64 {
         self.range.near_ignore_m
     }

@@ -135,6 +135,26 @@ fn a_file_that_differs_in_case_is_named() {
 }
 
 #[test]
+fn a_file_that_is_not_there_is_told_the_nearest_name() {
+    let (_all, study) = folders();
+    let sources = Sources::beside(&study.join("study.toml"));
+    for name in ["crate.glb", "crate.stl", "fence.stl"] {
+        fs::write(study.join("parts").join(name), "").unwrap();
+    }
+    let told = |path: &str, expected: &str| {
+        refused(sources.bytes(&study.join(path)), &["cannot be read: ", expected])
+    };
+    told("parts/crates.stl", "; there is \"crate.stl\": is that meant?");
+    told("parts/crates.glb", "; there is \"crate.glb\": is that meant?");
+    told("parts/fence.step", "; there is \"fence.stl\": is that meant?");
+    told("part/crate.stl", "; there is no folder \"part\" in ");
+    told("part/crate.stl", "; there is \"parts\": is that meant?");
+    let silent = |path: &Path| !sources.bytes(path).unwrap_err().to_string().contains("there is");
+    assert!(silent(&study.join("parts/robot.stl")), "nothing is alike");
+    assert!(silent(&study.join("../SECRETS.toml")), "of other folders nothing is told");
+}
+
+#[test]
 fn a_file_that_changes_between_two_reads_is_refused() {
     let (_all, study) = folders();
     let (sources, part) = (Sources::beside(&study.join("study.toml")), study.join("parts/a.stl"));

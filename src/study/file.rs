@@ -114,7 +114,7 @@ pub(super) struct RegionFile {
     pub(super) robot_reach: Option<RobotReachFile>,
     /// The inside of a watertight .glb, .gltf or .stl file.
     pub(super) mesh: Option<PathBuf>,
-    /// Of an .stl file. Default "m".
+    /// Of the mesh: what its numbers are. Default "m".
     pub(super) unit: Option<Unit>,
     /// The axis that points up in an .stl file. Default "z".
     pub(super) up: Option<Up>,

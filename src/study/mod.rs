@@ -11,6 +11,8 @@ mod region;
 mod scene_file;
 pub mod schema;
 mod sensor;
+mod slips;
+mod unreadable;
 mod urdf;
 mod value;
 
@@ -62,6 +64,8 @@ pub struct Study {
     pub combinations: Vec<Combination>,
     /// Whether noise was switched off, whatever the study says.
     pub noiseless: bool,
+    /// Numbers in its file that look like slips of a unit.
+    pub warnings: Vec<String>,
     /// How often everything is scored, each time with other noise; once where nothing is noisy.
     pub repeats: u32,
     /// What its files were read through, and its meshes will be.
@@ -115,7 +119,7 @@ impl Study {
         let regions = regions(&at, file.region, is_whole, &mut problems);
         let (seed, noiseless) = (file.seed, overrides.noiseless);
         let context =
-            sensor::Context { seed, noiseless, index: 0, earlier: &[], poses: 0, sources: &sources };
+            sensor::Context { seed, noiseless, index: 0, earlier: &[], poses: 0, sources: &sources, text: &text };
         let sensors = sensors(&at, file.sensor, context, &mut problems);
         problems.keep(at.unique("scene", scenes.iter().map(|s| s.name.as_str())));
         problems.keep(at.unique("region", regions.iter().map(|(name, _)| name.as_str())));
@@ -141,6 +145,7 @@ impl Study {
         combination::check_rows(&at, &combinations, &sensors, per_choice).map_err(|e| vec![e])?;
         Ok(Study {
             path: path.into(),
+            warnings: slips::warnings(&text),
             text,
             seed: file.seed,
             voxel_size_m,
@@ -283,7 +288,9 @@ fn bounds(at: &Place, bounds: file::BoundsFile) -> Result<[DVec3; 2]> {
 
 /// Parses TOML; the parser's message shows the line and names unknown keys.
 fn parse<T: serde::de::DeserializeOwned>(path: &Path, text: &str) -> Result<T> {
-    toml::from_str(text).map_err(|e| Error::input(path.display(), e.to_string().trim_end()))
+    toml::from_str(text).map_err(|e| {
+        Error::input(path.display(), format!("{}{}", e.to_string().trim_end(), unreadable::meant(&e)))
+    })
 }
 
 /// A name as it stands in tables: lower case, letters and digits, everything else one hyphen.

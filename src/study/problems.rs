@@ -6,7 +6,7 @@ use std::path::Path;
 use serde::de::DeserializeOwned;
 use toml::{Table, Value};
 
-use super::{Place, parse};
+use super::{Place, parse, unreadable};
 use crate::{Error, Result};
 
 /// What was found wrong so far, in the order of the checks.
@@ -60,9 +60,9 @@ pub(super) fn parse_in_parts<T: DeserializeOwned>(
     problems.0.push(whole);
     let mut table: Table = toml::from_str(text).ok()?;
     let at = Place { file: path, prefix: String::new() };
-    let mut told = |place: Option<&str>, all: Vec<toml::de::Error>| {
+    let mut told = |place: Option<&str>, within: &[unreadable::Step], all: Vec<toml::de::Error>| {
         for e in all.into_iter().filter(|e| !shown.contains(e.message())) {
-            let said = e.to_string().trim_end().replace('\n', " ");
+            let said = unreadable::in_words(&e, text, within);
             problems.0.push(place.map_or_else(|| at.says(&said), |place| at.key(place).says(&said)));
         }
     };
@@ -75,12 +75,12 @@ pub(super) fn parse_in_parts<T: DeserializeOwned>(
             number += 1;
             let wrong = wrong_with(entry.clone());
             let is_right = wrong.is_empty();
-            told(Some(&place), wrong);
+            told(Some(&place), &[unreadable::Step::Key(list), unreadable::Step::Entry(number - 1)], wrong);
             is_right
         });
     }
     let (file, wrong) = read_without_wrong_keys(table.into());
-    told(None, wrong);
+    told(None, &[], wrong);
     file
 }
 
@@ -94,7 +94,7 @@ fn read_without_wrong_keys<T: DeserializeOwned>(mut value: Value) -> (Option<T>,
             Err(error) => error,
         };
         let is_missing = error.message().starts_with("missing field");
-        let is_left_out = !is_missing && leave_out(&mut value, &culprit(&error));
+        let is_left_out = !is_missing && leave_out(&mut value, &unreadable::culprit(&error));
         if !is_missing || wrong.is_empty() {
             wrong.push(error);
         }
@@ -102,19 +102,6 @@ fn read_without_wrong_keys<T: DeserializeOwned>(mut value: Value) -> (Option<T>,
             return (None, wrong);
         }
     }
-}
-
-/// The key that an error is about, from the outermost table inwards.
-fn culprit(error: &toml::de::Error) -> Vec<String> {
-    let shown = error.to_string();
-    let quoted = |text: &str| Some(text.split('`').nth(1)?.to_string());
-    let tables = shown.lines().last().filter(|line| line.starts_with("in `")).and_then(quoted);
-    let mut keys: Vec<String> =
-        tables.iter().flat_map(|tables| tables.split('.')).map(String::from).collect();
-    if error.message().starts_with("unknown field") {
-        keys.extend(quoted(error.message()));
-    }
-    keys
 }
 
 /// Takes a key out of tables in tables; whether it was there.

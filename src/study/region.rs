@@ -5,7 +5,7 @@ use std::path::Path;
 use glam::{DQuat, DVec3};
 
 use super::file::{HumanBoxFile, RegionFile};
-use super::scene_file::{STL_ONLY, SurfaceSpec, mesh};
+use super::scene_file::{SurfaceSpec, mesh, unit_and_up_belong};
 use super::{Place, only_one};
 use crate::Result;
 use crate::sensor::pose::{Frame, Pose, from_rpy};
@@ -80,10 +80,11 @@ pub(super) fn check(at: &Place, entry: RegionFile, known: &[String]) -> Result<(
         ),
     ];
     let spec = only_one(at, "shape", choices)??;
-    let is_stl = matches!(&spec, RegionSpec::Mesh { surface: SurfaceSpec::Stl { .. }, .. });
-    if !is_stl && (entry.unit.is_some() || entry.up.is_some()) {
-        return Err(at.says(STL_ONLY));
-    }
+    let surface = match &spec {
+        RegionSpec::Mesh { surface, .. } => Some(surface),
+        _ => None,
+    };
+    unit_and_up_belong(at, surface, entry.unit, entry.up)?;
     if entry.mesh.is_none() && (entry.position_m.is_some() || entry.rpy_deg.is_some()) {
         return Err(at.says("position_m and rpy_deg belong to a mesh: other shapes are given in the world"));
     }

@@ -14,7 +14,7 @@ use super::file::Quaternion;
 use super::problems::{Problems, parse_in_parts, wrong_with};
 use super::urdf::{UrdfFile, UrdfSpec};
 use super::value::{exactly, exactly_if_given};
-use super::{Place, only_one, refuse_folder, top_keys};
+use super::{Place, only_one, refuse_folder, slips, top_keys};
 use crate::scene::urdf::Geometry;
 use crate::scene::{Interior, Optical, Role};
 use crate::sensor::pose::{Frame, Pose, from_rpy};
@@ -23,10 +23,6 @@ use crate::{Error, Result};
 pub use snapshots::MotionSpec;
 use snapshots::SnapshotsFile;
 pub use spec::{NodeRule, ObjectSpec, SceneSpec, SurfaceSpec};
-
-/// What to say of `unit` and `up` beside anything else.
-pub(super) const STL_ONLY: &str = "unit and up belong to an .stl mesh: glTF is always metres and turned to z-up by itself; a file \
-                                   in millimetres has to be exported again in metres, or as .stl with unit = \"mm\"";
 
 /// A cell: the objects in it.
 #[derive(Deserialize, JsonSchema)]
@@ -62,7 +58,7 @@ struct ObjectFile {
     rpy_deg: Option<[f64; 3]>,
     /// How it is turned, instead of rpy_deg.
     quaternion: Option<Quaternion>,
-    /// Of an .stl file. Default "m".
+    /// Of a mesh in a file: what its numbers are. Default "m", which glTF promises and not every exporter keeps.
     unit: Option<Unit>,
     /// The axis that points up in an .stl file. Default "z".
     up: Option<Up>,
@@ -200,7 +196,8 @@ impl SceneSpec {
         let name =
             path.file_stem().map_or_else(|| "scene".into(), |stem| stem.to_string_lossy().into_owned());
         let snapshots = snapshots::count(&at, &objects).map_err(|e| vec![e])?;
-        Ok(SceneSpec { path: path.into(), text, name, snapshots, objects })
+        let warnings = slips::warnings(&text);
+        Ok(SceneSpec { path: path.into(), text, name, snapshots, objects, warnings })
     }
 }
 
@@ -266,10 +263,8 @@ fn object(at: &Place, entry: ObjectFile, default_interior: Interior) -> Result<O
     ];
     let surface = only_one(at, "surface", choices)??;
 
-    if !matches!(surface, SurfaceSpec::Stl { .. }) && (entry.unit.is_some() || entry.up.is_some()) {
-        return Err(at.says(STL_ONLY));
-    }
-    if !matches!(surface, SurfaceSpec::Gltf(_)) && !entry.nodes.is_empty() {
+    unit_and_up_belong(at, Some(&surface), entry.unit, entry.up)?;
+    if !matches!(surface, SurfaceSpec::Gltf { .. }) && !entry.nodes.is_empty() {
         return Err(at.says("nodes belong to a .glb or .gltf mesh"));
     }
     let rotation = rotation(at, "", entry.rpy_deg, entry.quaternion)?;
@@ -332,6 +327,26 @@ fn urdf(at: &Place, entry: &ObjectFile, folder: &Path) -> Result<Option<UrdfSpec
     keys.check(at, folder).transpose()
 }
 
+/// Refuses `unit` and `up` beside a surface (none: a shape that is no mesh) that has no use for them.
+pub(super) fn unit_and_up_belong(
+    at: &Place,
+    surface: Option<&SurfaceSpec>,
+    unit: Option<Unit>,
+    up: Option<Up>,
+) -> Result<()> {
+    match surface {
+        Some(SurfaceSpec::Stl { .. }) => Ok(()),
+        Some(SurfaceSpec::Gltf { .. }) if up.is_none() => Ok(()),
+        Some(SurfaceSpec::Gltf { .. }) => Err(at.says(
+            "up belongs to an .stl mesh: glTF says itself what is up, and is turned; what was exported lying, rpy_deg turns",
+        )),
+        _ if unit.is_some() || up.is_some() => {
+            Err(at.says("unit and up belong to a mesh: all other lengths are metres, and z is up"))
+        }
+        _ => Ok(()),
+    }
+}
+
 /// A mesh by the kind of its file; whether `unit` and `up` belong to it is the caller's to check.
 pub(super) fn mesh(
     at: &Place,
@@ -341,14 +356,17 @@ pub(super) fn mesh(
     up: Option<Up>,
 ) -> Result<SurfaceSpec> {
     let extension = path.extension().map(|e| e.to_string_lossy().to_lowercase());
-    let full = folder.join(path);
+    let scale = if matches!(unit, Some(Unit::Mm)) { 1e-3 } else { 1.0 };
+    let path_of_mesh = folder.join(path);
     match extension.as_deref() {
-        Some("glb" | "gltf") => Ok(SurfaceSpec::Gltf(full)),
-        Some("stl") => Ok(SurfaceSpec::Stl {
-            path: full,
-            scale: if matches!(unit, Some(Unit::Mm)) { 1e-3 } else { 1.0 },
-            y_up: up == Some(Up::Y),
-        }),
+        Some("glb" | "gltf") => Ok(SurfaceSpec::Gltf { path: path_of_mesh, scale }),
+        Some("stl") => Ok(SurfaceSpec::Stl { path: path_of_mesh, scale, y_up: up == Some(Up::Y) }),
+        Some("step" | "stp" | "iges" | "igs") => Err(at.wrong(
+            "mesh",
+            format!("{path:?}"),
+            "holds curved surfaces and no triangles: convert it to a .glb or .stl file, for example in FreeCAD (File > \
+             Export); CAD programs mostly write millimetres, then add unit = \"mm\"",
+        )),
         Some("bt") => {
             Err(at.wrong("mesh", format!("{path:?}"), "an OctoMap is not a mesh: write octomap = instead"))
         }

@@ -1,6 +1,9 @@
 //! A study made ready to cast: every scene voxelized, every region a mask, every pose inside its grid. Whatever can be
 //! wrong with the input is found here, before any ray.
 
+mod dead;
+mod people;
+mod thin;
 mod warnings;
 
 use std::sync::Arc;
@@ -89,7 +92,14 @@ impl World {
             all_or_wrong(each).map_err(|all| all.into_iter().flat_map(in_study).collect::<Vec<_>>())
         };
         let settings: Vec<Vec<Vec<Setting>>> = snapshots.iter().map(of_snapshot).collect::<Result<_, _>>()?;
-        let grid = grid(study, &snapshots, &settings, &extent).map_err(in_study)?;
+        // A slip of a unit is the likely cause of a grid that cannot be.
+        let slips = || {
+            let all = study.warnings.iter().map(|slip| (&study.path, slip));
+            let all = all.chain(spec.warnings.iter().map(|slip| (&spec.path, slip)));
+            all.map(|(path, slip)| format!("; {}: {slip}", path.display())).collect::<String>()
+        };
+        let grid = grid(study, &snapshots, &settings, &extent)
+            .map_err(|e| in_study(Error::Input(format!("{e}{}", slips()))))?;
         let truths = voxelize::voxelize_all(&snapshots, grid).map_err(in_scene)?;
         let shapes = shapes::shapes(study).map_err(|e| study.sources.judged(vec![e]))?;
         let mut worlds: Vec<World> = (truths.into_iter().zip(settings).enumerate())
@@ -104,7 +114,7 @@ impl World {
             })
             .collect::<Result<_, _>>()?;
         share_regions(&mut worlds);
-        worlds[0].warnings = warnings::warnings(study, &worlds);
+        worlds[0].warnings = warnings::warnings(study, &snapshots, &worlds);
         if let [first, second, rest @ ..] = &worlds[..] {
             let mut still = BitGrid::clone(&first.truth.blockers);
             still.keep(&second.truth.blockers);

@@ -345,7 +345,7 @@ fn size_warning(object: &Object, [low, high]: [DVec3; 2]) -> Option<String> {
     let size = high - low;
     if size.max_element() > HUGE_M {
         return Some(format!(
-            "is {:.0} m long: is it in millimetres? (unit = \"mm\" for an .stl; a glTF is exported again, in metres)",
+            "is {:.0} m long: is its file in millimetres? (unit = \"mm\" beside mesh)",
             size.max_element()
         ));
     }
@@ -386,7 +386,7 @@ pub fn reachable(truth: &Truth, begins: impl IntoIterator<Item = Begin>) -> BitG
 }
 
 /// A plane with the voxels that share a face with one of its own.
-fn with_neighbours(plane: &BitGrid) -> BitGrid {
+pub(crate) fn with_neighbours(plane: &BitGrid) -> BitGrid {
     let mut grown = plane.clone();
     for axis in 0..3 {
         for by in [-1, 1] {

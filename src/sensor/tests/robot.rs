@@ -12,6 +12,15 @@ fn the_robot_is_known_inside_and_out() {
     hull.retain(|cell| cell.iter().any(|c| [2, 6].contains(c)));
     put(&mut truth, Role::Robot, &hull, None);
     put(&mut truth, Role::Human, &[[8, 8, 8]], None);
+    let all = |truth: &Truth| {
+        let claim = KnownRobot.claims(&station(truth, Setting::Fixed)).swap_remove(0);
+        claim.planes.unwrap().occupied.cells().collect::<Vec<_>>()
+    };
+    // With `interior = "free"` the truth calls the inside free, and it would be a false alarm.
+    hull.sort_by_key(|&[x, y, z]| [z, y, x]);
+    assert_eq!(all(&truth), hull);
+    block([3; 3], [5; 3]).into_iter().for_each(|cell| truth.ignored.set(cell));
+    assert_eq!(all(&truth), block([2; 3], [6; 3]));
     let window = Window::between([4, 0, 0], [8, 8, 8]);
     let at = Station { window, ..station(&truth, Setting::Fixed) };
     let claim = KnownRobot.claims(&at).swap_remove(0);

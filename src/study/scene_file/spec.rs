@@ -23,6 +23,8 @@ pub struct SceneSpec {
     pub snapshots: usize,
     /// Objects in file order.
     pub objects: Vec<ObjectSpec>,
+    /// Numbers in it that look like slips of a unit.
+    pub warnings: Vec<String>,
 }
 
 /// One object of a scene file.
@@ -91,8 +93,13 @@ pub enum SurfaceSpec {
         /// Distance between the centres of its ends in metres.
         length_m: f64,
     },
-    /// A `.glb` or `.gltf` file; metres, turned to z-up when it is read.
-    Gltf(PathBuf),
+    /// A `.glb` or `.gltf` file, turned to z-up when it is read.
+    Gltf {
+        /// The file.
+        path: PathBuf,
+        /// Metres in one of its units.
+        scale: f64,
+    },
     /// An `.stl` file.
     Stl {
         /// The file.

@@ -19,6 +19,7 @@ use serde::de::DeserializeOwned;
 use toml::{Table, Value};
 
 use super::file::PosesFile;
+use super::unreadable::{self, Step};
 use super::value::exactly;
 use super::{Place, Problems, catalogue, poses};
 use crate::sensor::known_robot::KnownRobot;
@@ -123,6 +124,24 @@ pub(super) struct Context<'a> {
     pub(super) poses: usize,
     /// What its files are read through.
     pub(super) sources: &'a Sources,
+    /// The text of the study, in which wrong keys are found again.
+    pub(super) text: &'a str,
+}
+
+impl Context<'_> {
+    /// The reader's words on the keys of this sensor, with an example of the key that they are about.
+    fn unreadable(&self, at: &Place, error: &toml::de::Error, more: &str) -> Error {
+        // They end with the key.
+        let said = error.to_string();
+        let about = |example: &&&str| {
+            let key = example.split(' ').next().unwrap_or_default();
+            said.trim_end().ends_with(&format!("`{key}`"))
+        };
+        let example =
+            EXAMPLES.iter().find(about).map_or(String::new(), |example| format!(", as in {example}"));
+        let place = [Step::Key("sensor"), Step::Entry(self.index)];
+        at.says(format!("{}{example}{more}", unreadable::in_words(error, self.text, &place)))
+    }
 }
 
 /// Checks one `[[sensor]]`. All that is wrong with its poses is told at once.
@@ -134,7 +153,7 @@ pub(super) fn check(at: &Place, mut keys: Table, context: &Context) -> Result<Se
     for key in COMMON_KEYS {
         common.extend(keys.remove(key).map(|value| (key.to_string(), value)));
     }
-    let common: CommonFile = common.try_into().map_err(|e| vec![unreadable(at, &e)])?;
+    let common: CommonFile = common.try_into().map_err(|e| vec![context.unreadable(at, &e, "")])?;
     let (kind, warnings) = kind(at, common.kind, keys, context).map_err(|e| vec![e])?;
     let on = common.on.map(|LinkFile { object, link }| Link { object, link });
     if on.is_some() && !kind.takes_poses() {
@@ -161,15 +180,15 @@ fn kind(
         warnings.extend(camera_info::resolve(at, &mut keys, sources)?);
     }
     let kind: Arc<dyn Kind> = match kind {
-        KindName::Rgbd => Arc::new(rgbd::check(at, own(at, keys)?, noiseless)?),
-        KindName::Rgb => Arc::new(rgb::check(at, own(at, keys)?)?),
-        KindName::Lidar => Arc::new(lidar::check(at, own(at, keys)?, noiseless)?),
-        KindName::Rays => Arc::new(rays::check(at, own(at, keys)?, noiseless, sources)?),
-        KindName::Pad => Arc::new(pad::check(at, own(at, keys)?)?),
-        KindName::Gate => Arc::new(gate::check(at, own(at, keys)?)?),
-        KindName::Cover => Arc::new(cover::check(at, own(at, keys)?, noiseless)?),
+        KindName::Rgbd => Arc::new(rgbd::check(at, own(at, keys, context)?, noiseless)?),
+        KindName::Rgb => Arc::new(rgb::check(at, own(at, keys, context)?)?),
+        KindName::Lidar => Arc::new(lidar::check(at, own(at, keys, context)?, noiseless)?),
+        KindName::Rays => Arc::new(rays::check(at, own(at, keys, context)?, noiseless, sources)?),
+        KindName::Pad => Arc::new(pad::check(at, own(at, keys, context)?)?),
+        KindName::Gate => Arc::new(gate::check(at, own(at, keys, context)?)?),
+        KindName::Cover => Arc::new(cover::check(at, own(at, keys, context)?, noiseless)?),
         KindName::KnownRobot => {
-            let NoKeys {} = own(at, keys)?;
+            let NoKeys {} = own(at, keys, context)?;
             Arc::new(KnownRobot)
         }
     };
@@ -249,13 +268,13 @@ fn has_poses(sensor: &Sensor) -> bool {
 }
 
 /// The keys of one kind.
-fn own<T: DeserializeOwned>(at: &Place, keys: Table) -> Result<T> {
-    keys.try_into().map_err(|e| {
-        let error = unreadable(at, &e);
-        match e.message().starts_with("unknown field") {
-            true => Error::Input(format!("{error} (and {} with every sensor)", COMMON_KEYS.join(", "))),
-            false => error,
-        }
+fn own<T: DeserializeOwned>(at: &Place, keys: Table, context: &Context) -> Result<T> {
+    keys.try_into().map_err(|e: toml::de::Error| {
+        let more = match e.message().starts_with("unknown field") {
+            true => format!(" (and {} with every sensor)", COMMON_KEYS.join(", ")),
+            false => String::new(),
+        };
+        context.unreadable(at, &e, &more)
     })
 }
 
@@ -273,17 +292,6 @@ const EXAMPLES: [&str; 11] = [
     "box = { min_m = [0, 0, 0.3], max_m = [0.1, 1, 2] }",
     "zone = { min_m = [0, -1, 0], max_m = [2, 1, 2] }",
 ];
-
-/// The reader's words, with an example of the key that they are about. They end with it.
-fn unreadable(at: &Place, error: &toml::de::Error) -> Error {
-    let said = error.to_string().trim_end().replace('\n', " ");
-    let about = |example: &&&str| {
-        let key = example.split(' ').next().unwrap_or_default();
-        said.ends_with(&format!("`{key}`"))
-    };
-    let example = EXAMPLES.iter().find(about).map_or(String::new(), |example| format!(", as in {example}"));
-    at.says(format!("{said}{example}"))
-}
 
 /// Representations are there, and none twice.
 fn each_once<T: PartialEq>(at: &Place, names: &[T], example: &str) -> Result<()> {

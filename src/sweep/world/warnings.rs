@@ -1,19 +1,26 @@
 //! What was assumed about a scene that the user may not expect, each thing once however many snapshots have it.
 //! What is wrong, rather than unexpected, is an error elsewhere.
 
-use super::World;
-use crate::scene::Role;
+use std::path::Path;
+
+use super::{World, dead, people, thin};
+use crate::scene::{Object, Role, Scene};
 use crate::sensor::{Setting, Stance, Station};
-use crate::study::{RegionSpec, Study, SurfaceSpec};
+use crate::study::{RegionSpec, Study};
 use crate::voxel::voxelize::{HUGE_M, LARGE_M};
-use crate::voxel::{BitGrid, Grid, ObjectVoxels, Shape};
+use crate::voxel::{Grid, ObjectVoxels, Shape};
 
 /// The warnings of a scene from all its snapshots, which have the same objects in the same order.
-pub(super) fn warnings(study: &Study, worlds: &[World]) -> Vec<String> {
-    let mut warnings = Vec::new();
+pub(super) fn warnings(study: &Study, scenes: &[Scene], worlds: &[World]) -> Vec<String> {
+    let scene = &study.scenes[worlds[0].scene];
+    let of_file = |path: &Path, said: &[String]| {
+        said.iter().map(|what| format!("{}: {what}", path.display())).collect::<Vec<_>>()
+    };
+    let mut warnings = of_file(&study.path, &study.warnings);
+    warnings.extend(of_file(&scene.path, &scene.warnings));
     for object in 0..worlds[0].truth.objects.len() {
         object_warnings(worlds, object, &mut warnings);
-        warnings.extend(size_warning(study, &worlds[0], object));
+        warnings.extend(size_warning(study, &scenes[0].objects[object], &worlds[0], object));
     }
     if !worlds[0].truth.objects.iter().any(|o| o.role == Role::Human) {
         warnings.push("no object has role = \"human\": human_seen has no value".into());
@@ -40,10 +47,11 @@ pub(super) fn warnings(study: &Study, worlds: &[World]) -> Vec<String> {
     let looks = |sensor: &usize| study.sensors[*sensor].kind.stance() != Stance::Level;
     for sensor in (0..study.sensors.len()).filter(looks) {
         let what = "stand in an occupied voxel (move them out of it): their rays start behind its surface";
-        warnings.extend(inside_warning(study, sensor, worlds, |world| &world.truth.blockers, what));
-        let what = "stand inside a body whose interior is ignored";
-        warnings.extend(inside_warning(study, sensor, worlds, |world| &world.truth.ignored, what));
+        warnings.extend(inside_warning(study, sensor, worlds, what));
     }
+    warnings.extend(people::warnings(scenes, worlds));
+    warnings.extend(thin::warnings(study, scenes, worlds));
+    warnings.extend(dead::warnings(study, worlds));
     warnings
 }
 
@@ -66,7 +74,7 @@ fn object_warnings(worlds: &[World], index: usize, warnings: &mut Vec<String>) {
 }
 
 /// What a slip of units makes of an object: less than a voxel, or a mesh beside which all others are tiny.
-fn size_warning(study: &Study, world: &World, index: usize) -> Option<String> {
+fn size_warning(study: &Study, object: &Object, world: &World, index: usize) -> Option<String> {
     let objects = &world.truth.objects;
     let length_m = |object: &ObjectVoxels| (object.bounds_m[1] - object.bounds_m[0]).max_element();
     let (name, own_m) = (&objects[index].name, length_m(&objects[index]));
@@ -81,15 +89,10 @@ fn size_warning(study: &Study, world: &World, index: usize) -> Option<String> {
     let longest_m = others.map(|(_, object)| length_m(object)).reduce(f64::max)?;
     // What is longer than that is told as it is voxelized.
     let is_odd = own_m > LARGE_M && own_m <= HUGE_M && own_m >= 5.0 * longest_m;
-    let is_mesh = study.scenes[world.scene].objects.iter().any(|spec| {
-        let part = name.strip_prefix(spec.name.as_str());
-        let is_its = part.is_some_and(|rest| rest.is_empty() || rest.starts_with('/'));
-        is_its && matches!(spec.surface, SurfaceSpec::Stl { .. } | SurfaceSpec::Gltf(_))
-    });
-    (is_odd && is_mesh).then(|| {
+    (is_odd && thin::is_of_a_file(study, world.scene, object)).then(|| {
         format!(
-            "object {name:?} is {own_m:.1} m long, and no other is longer than {longest_m:.1} m: is its unit right? \
-             (unit = \"mm\" for an .stl; a glTF is exported again, in metres)"
+            "object {name:?} is {own_m:.1} m long, and no other is longer than {longest_m:.1} m: is its file in \
+             millimetres? (unit = \"mm\")"
         )
     })
 }
@@ -172,19 +175,13 @@ fn outside_warning(study: &Study, sensor: usize, world: &World) -> Option<String
     ))
 }
 
-/// How many poses stand in a plane, in the snapshot where most do.
-fn inside_warning(
-    study: &Study,
-    sensor: usize,
-    worlds: &[World],
-    plane: impl Fn(&World) -> &BitGrid,
-    what: &str,
-) -> Option<String> {
+/// How many poses stand in a blocker, in the snapshot where most do.
+fn inside_warning(study: &Study, sensor: usize, worlds: &[World], what: &str) -> Option<String> {
     let spec = &study.sensors[sensor];
     let inside = |world: &World| -> Vec<&str> {
         let stands = |setting: &Setting| match setting {
             Setting::Pose(pose) => {
-                plane(world).get(Grid::cell_of(world.truth.grid.position_q16(pose.position_m)))
+                world.truth.blockers.get(Grid::cell_of(world.truth.grid.position_q16(pose.position_m)))
             }
             _ => false,
         };

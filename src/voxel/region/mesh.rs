@@ -29,7 +29,7 @@ impl MeshRows {
         let extent = overlap::extent(triangles().flatten().collect::<Vec<_>>().iter());
         if extent.size.iter().any(|&n| n > 4 * MAX_VOXELS_PER_AXIS) {
             return Err(format!(
-                "is over {} voxels long; is it in millimetres (unit = \"mm\" for an .stl)?",
+                "is over {} voxels long; is it in millimetres (unit = \"mm\")?",
                 4 * MAX_VOXELS_PER_AXIS
             ));
         }
@@ -78,9 +78,7 @@ impl MeshRows {
 fn corners(mesh: &Mesh, voxel_size_m: f64) -> Result<Vec<Corner>, String> {
     let corner = |&vertex| {
         overlap::corner(vertex, voxel_size_m).ok_or_else(|| {
-            format!(
-                "has a corner at {vertex} m, too far away: is it in millimetres (unit = \"mm\" for an .stl)?"
-            )
+            format!("has a corner at {vertex} m, too far away: is it in millimetres (unit = \"mm\")?")
         })
     };
     mesh.vertices.iter().map(corner).collect()

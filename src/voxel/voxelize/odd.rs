@@ -63,8 +63,7 @@ fn in_millimetres(spans: &BTreeMap<&str, [DVec3; 2]>) -> Option<String> {
     let is_odd = sizes.get(1).is_some_and(|(_, next)| own_m >= 5.0 * next.max_element());
     (own_m > HUGE_M || own_m > LARGE_M && is_odd).then(|| {
         format!(
-            "object {name:?} is {:.2} × {:.2} × {:.2} m: is its file in millimetres? (unit = \"mm\" for an .stl; a glTF is \
-             exported again, in metres)",
+            "object {name:?} is {:.2} × {:.2} × {:.2} m: is its file in millimetres? (unit = \"mm\" beside mesh)",
             size.x, size.y, size.z
         )
     })

@@ -1,0 +1,105 @@
+//! Keys and words of a file that are spelt wrong: on which line they stand, and what they are nearest to. That they are
+//! wrong, the reader of TOML says.
+
+use toml::de::{DeTable, DeValue, Error};
+
+use crate::spelling::nearest;
+
+/// A step from a file's top towards one of its values.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum Step<'a> {
+    /// To the value of this key.
+    Key(&'a str),
+    /// To this entry of a list.
+    Entry(usize),
+}
+
+/// The reader's words on one line, with the line of the file that they are about, where it is found at `within` or below,
+/// and with what may be meant.
+pub(super) fn in_words(error: &Error, text: &str, within: &[Step]) -> String {
+    let said = error.to_string().trim_end().replace('\n', " ");
+    let culprit = culprit(error);
+    let steps: Vec<Step> = within.iter().copied().chain(culprit.iter().map(|key| Step::Key(key))).collect();
+    // What is missing stands on no line.
+    let line = line_of(text, &steps).filter(|_| !culprit.is_empty());
+    let line = line.map_or(String::new(), |line| format!(" (line {line})"));
+    format!("{said}{line}{}", meant(error))
+}
+
+/// What a word is nearest to among those that the reader expected, as the end of a message.
+pub(super) fn meant(error: &Error) -> String {
+    let unknown =
+        ["unknown field `", "unknown variant `"].iter().any(|begin| error.message().starts_with(begin));
+    let words: Vec<&str> = error.message().split('`').skip(1).step_by(2).collect();
+    match &words[..] {
+        [written, expected @ ..] if unknown => nearest(written, expected.iter().copied())
+            .map_or(String::new(), |nearest| format!("; did you mean `{nearest}`?")),
+        _ => String::new(),
+    }
+}
+
+/// The key that an error is about, from the outermost table inwards.
+pub(super) fn culprit(error: &Error) -> Vec<String> {
+    let shown = error.to_string();
+    let quoted = |text: &str| Some(text.split('`').nth(1)?.to_string());
+    let tables = shown.lines().last().filter(|line| line.starts_with("in `")).and_then(quoted);
+    let mut keys: Vec<String> =
+        tables.iter().flat_map(|tables| tables.split('.')).map(String::from).collect();
+    if error.message().starts_with("unknown field") {
+        keys.extend(quoted(error.message()));
+    }
+    keys
+}
+
+/// The line on which the last key stands.
+fn line_of(text: &str, steps: &[Step]) -> Option<usize> {
+    Some(line_at(text, place_of(DeTable::parse(text).ok()?.get_ref(), steps)?))
+}
+
+/// The line of a byte, counted from 1.
+pub(super) fn line_at(text: &str, byte: usize) -> usize {
+    1 + text.bytes().take(byte).filter(|b| *b == b'\n').count()
+}
+
+/// The byte at which the last key begins; of lists without a number, in the first entry that has it.
+pub(super) fn place_of(table: &DeTable, steps: &[Step]) -> Option<usize> {
+    let (Step::Key(key), rest) = (steps.first()?, &steps[1..]) else { return None };
+    let (name, value) = table.get_key_value(*key)?;
+    match rest.iter().any(|step| matches!(step, Step::Key(_))) {
+        true => in_value(value.get_ref(), rest),
+        false => Some(name.span().start),
+    }
+}
+
+fn in_value(value: &DeValue, steps: &[Step]) -> Option<usize> {
+    match (value, steps.first()?) {
+        (DeValue::Table(table), Step::Key(_)) => place_of(table, steps),
+        (DeValue::Array(list), Step::Entry(number)) => in_value(list.get(*number)?.get_ref(), &steps[1..]),
+        (DeValue::Array(list), Step::Key(_)) => {
+            list.iter().find_map(|entry| in_value(entry.get_ref(), steps))
+        }
+        _ => None,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const FILE: &str = "seed = 1\n[[sensor]]\nname = \"a\"\n[[sensor]]\nname = \"b\"\n\n[[sensor.poses]]\nx = 1\n\
+                        [[sensor.poses]]\nlist = [\n  { wrong = 2 },\n]\n";
+
+    #[test]
+    fn a_key_is_found_by_its_tables() {
+        let line = |steps: &[Step]| line_of(FILE, steps);
+        use Step::{Entry, Key};
+        assert_eq!(line(&[Key("seed")]), Some(1));
+        assert_eq!(line(&[Key("sensor"), Entry(0), Key("name")]), Some(3));
+        assert_eq!(line(&[Key("sensor"), Entry(1), Key("name")]), Some(5));
+        assert_eq!(line(&[Key("sensor"), Entry(1), Key("poses"), Key("list"), Key("wrong")]), Some(11));
+        assert_eq!(line(&[Key("sensor"), Entry(1), Key("poses"), Entry(1), Key("list"), Entry(0)]), Some(10));
+        assert_eq!(line(&[Key("sensor"), Entry(2), Key("name")]), None);
+        assert_eq!(line(&[Key("sed")]), None);
+        assert_eq!(line_of("no toml", &[Key("no")]), None);
+    }
+}
