@@ -108,8 +108,9 @@ fn check_ends_with_what_it_found() {
     assert_eq!(ends(&[]), (0, "no problems".into()));
     folder.edit(STUDY, "range_m = [0.2, 3.0]", "range_m = [2.9, 3.0]");
     folder.edit(STUDY, "range_m = [0.1, 5.0]", "range_m = [2.9, 3.0]");
-    assert_eq!(ends(&[]), (2, "no errors; 2 warnings above".into()), "both see nothing");
-    assert_eq!(ends(&["--poses", "0"]), (0, "no problems".into()), "nothing is cast");
+    // Nine of the eleven poses are dead, which is told without a backend; and of both sensors most rays are blind.
+    assert_eq!(ends(&["--poses", "0"]), (9, "no errors; 9 warnings above".into()));
+    assert_eq!(ends(&[]), (11, "no errors; 11 warnings above".into()));
 }
 
 /// Every error of a study and its scene at once: those of the files' own spelling, and those of what they say.
@@ -236,7 +237,7 @@ fn check_takes_positions_in_millimetres_for_the_cause() {
     assert_eq!(outcome.code, Some(2), "{}", outcome.stderr);
     for expected in [
         "pose posts/upright at [-90000, 600, 900] stretches the grid",
-        "line 47: position_m = [-90000, 600, 900] looks like millimetres, and metres are wanted: -90000 mm are -90 m",
+        "line 42: position_m = [-90000, 600, 900] looks like millimetres, and metres are wanted: -90000 mm are -90 m",
     ] {
         assert!(outcome.stderr.contains(expected), "no {expected:?} in {}", outcome.stderr);
     }
@@ -260,14 +261,14 @@ fn check_says_what_may_be_meant_and_where() {
         STUDY,
         "range_m = [0.2, 3.0]",
         "range = [0.2, 3.0]",
-        &[line, "(line 21)", "did you mean `range_m`?"],
+        &[line, "(line 20)", "did you mean `range_m`?"],
     );
     let line = "sensor \"camera\": unknown field `orientation_deg`";
     told(
         STUDY,
         "orientations_deg =",
         "orientation_deg =",
-        &[line, "(line 29)", "did you mean `orientations_deg`?"],
+        &[line, "(line 28)", "did you mean `orientations_deg`?"],
     );
     told(STUDY, "kind = \"lidar\"", "kind = \"lida\"", &["unknown variant `lida`", "did you mean `lidar`?"]);
     told(SCENE, "position_m = [-0.7", "positon_m = [-0.7", &["did you mean `position_m`?"]);
@@ -283,5 +284,41 @@ fn check_says_what_may_be_meant_and_where() {
         "\"cell.toml\"",
         "\"cel.toml\"",
         &["scene[0].file: ", "there is \"cell.toml\": is that meant?"],
+    );
+}
+
+#[test]
+fn check_keeps_to_a_screen_unless_all_is_wished_for() {
+    let folder = Folder::new();
+    for number in 0..60 {
+        folder.edit(
+            STUDY,
+            "[[region]]",
+            &format!("[[scene]]\nfile = \"cell.toml\"\nname = \"cell {number}\"\n[[region]]"),
+        );
+    }
+    let lines = |outcome: &Outcome| outcome.stdout.lines().count() + outcome.stderr.lines().count();
+    let short = check(&folder, &["--poses", "0"]);
+    assert_eq!(short.code, Some(0), "{}", short.stderr);
+    assert!(lines(&short) <= 50, "{} lines: {}{}", lines(&short), short.stdout, short.stderr);
+    for expected in ["and 60 more scenes (--all)", "and 3 more objects (--all)"] {
+        assert!(short.stdout.contains(expected), "no {expected:?} in {}", short.stdout);
+    }
+    assert!(short.stderr.contains("warning: cell, cell 0, cell 1 and 58 more scenes: "), "{}", short.stderr);
+    let whole = check(&folder, &["--poses", "0", "--all"]);
+    assert!(
+        whole.stdout.contains("scene \"cell 7\"") && !whole.stdout.contains("(--all)"),
+        "{}",
+        whole.stdout
+    );
+    assert!(whole.stderr.contains(", cell 31, "), "{}", whole.stderr);
+    // What is wrong with all of them, too.
+    folder.edit(SCENE, "sphere = { radius_m = 0.12 }", "mesh = \"gone.stl\"");
+    let wrong = check(&folder, &[]);
+    assert!(lines(&wrong) <= 50, "{} lines: {}", lines(&wrong), wrong.stderr);
+    assert!(
+        wrong.stderr.contains("and 41 more (--all)") && wrong.stderr.ends_with("61 problems\n"),
+        "{}",
+        wrong.stderr
     );
 }

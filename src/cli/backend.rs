@@ -137,6 +137,11 @@ impl BackendArgs {
         Ok(self.memory.into_iter().fold(cpu, Cpu::memory))
     }
 
+    /// The CPU that checks what a device counts.
+    pub(super) fn cpu_beside(&self) -> Result<Cpu> {
+        self.cpu(self.threads())
+    }
+
     fn gpu(&self, choice: &AdapterChoice) -> Result<Gpu> {
         let gpu = Gpu::new(choice)?;
         let mib = self.memory.map_or("as the adapter has it".into(), |bytes| format!("{} MiB", bytes >> 20));

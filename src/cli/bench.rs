@@ -72,7 +72,10 @@ pub(super) fn run(args: &Args) -> Result<ExitCode> {
             }
             let begin = Instant::now();
             let worlds = World::prepare(&study, 0)?;
-            super::warn(worlds.iter().map(|world| (world.name.as_str(), world.warnings.as_slice())));
+            super::warn(
+                worlds.iter().map(|world| (world.name.as_str(), world.warnings.as_slice())),
+                super::MOST_WARNINGS,
+            );
             super::print(&headline(&study, &worlds, begin.elapsed()))?;
             for combination in casting {
                 let race =

@@ -3,8 +3,9 @@
 
 use std::process::ExitCode;
 
+use perirobot::sensor::Sensor;
 use perirobot::study::Study;
-use perirobot::sweep::sample::{self, Ends};
+use perirobot::sweep::sample::{self, Checker, Ends};
 use perirobot::{Error, Result};
 
 use super::backend::BackendArgs;
@@ -30,28 +31,39 @@ pub(super) struct Args {
     /// Poses of each sensor to cast, spread evenly over the study's order; 0 casts and times nothing
     #[arg(long, value_name = "N", default_value_t = 8)]
     poses: usize,
+    /// Tell all: each scene, object, region, sensor, combination and warning, not only what fits a screen
+    #[arg(long)]
+    all: bool,
     #[command(flatten)]
     backend: BackendArgs,
 }
+
+/// Warnings that are told of a study, problems, and sensors whose rays are counted, unless all are wished for.
+const FEW_WARNINGS: usize = 10;
+const FEW_PROBLEMS: usize = 20;
+const FEW_SENSORS: usize = 3;
 
 pub(super) fn run(args: &Args) -> Result<ExitCode> {
     args.backend.start_threads()?;
     let (study, worlds, problems) = match args.study.examine() {
         Ok((study, worlds, problems)) => (study, worlds, problems),
-        Err(problems) => return Ok(refuse(&problems)),
+        Err(problems) => return Ok(refuse(&problems, args.all)),
     };
-    super::print(&contents::tables(&study, &worlds))?;
-    let mut warnings =
-        super::warn(worlds.iter().map(|world| (world.name.as_str(), world.warnings.as_slice())));
+    super::print(&contents::tables(&study, &worlds, args.all))?;
+    let few = |few: usize| if args.all { usize::MAX } else { few };
+    let of_scenes = worlds.iter().map(|world| (world.name.as_str(), world.warnings.as_slice()));
+    let mut warnings = super::warn(of_scenes, few(FEW_WARNINGS));
     if !problems.is_empty() {
-        return Ok(refuse(&problems));
+        return Ok(refuse(&problems, args.all));
     }
     if args.poses > 0 {
         let mut backend = args.backend.open()?;
         let ends = sample::ends(&study, &worlds, args.poses, backend.as_mut())?;
-        super::print(&rays(&study, &ends))?;
+        super::print(&rays(&study, &ends, few(FEW_SENSORS)))?;
         warnings += advise(&study, &ends);
-        let seconds = sample::seconds(&study, &worlds, backend.as_mut())?;
+        let mut cpu = (backend.name() == "gpu").then(|| args.backend.cpu_beside()).transpose()?;
+        let checker = cpu.as_mut().map(|cpu| Checker { backend: cpu, every: super::sweep::VERIFY });
+        let seconds = sample::seconds(&study, &worlds, backend.as_mut(), checker)?;
         super::print(&format!(
             "estimate: {} on {} ({}), by a few poses; scenes are ready by then\n",
             contents::time(seconds),
@@ -72,21 +84,24 @@ fn verdict(warnings: usize) -> String {
     }
 }
 
-/// Prints every problem for itself. Where the disk is the only one, another time the same may be right.
-fn refuse(problems: &[Error]) -> ExitCode {
-    problems.iter().for_each(|problem| say!("error: {problem}"));
-    let count = problems.len();
+/// Prints every problem for itself, as many as fit a screen unless all are wished for. Where the disk is the only one,
+/// another time the same may be right.
+fn refuse(problems: &[Error], all: bool) -> ExitCode {
+    let (count, most) = (problems.len(), if all { usize::MAX } else { FEW_PROBLEMS });
+    problems.iter().take(most).for_each(|problem| say!("error: {problem}"));
+    if count > most {
+        say!("and {} more (--all)", count - most);
+    }
     say!("{count} problem{}", if count == 1 { "" } else { "s" });
     let is_wrong = problems.iter().any(|problem| matches!(problem, Error::Input(_)));
     ExitCode::from(if is_wrong { 2 } else { 3 })
 }
 
 /// How the rays of each sensor end.
-fn rays(study: &Study, ends: &[Ends]) -> String {
-    let mut text = String::new();
-    for (sensor, ends) in study.sensors.iter().zip(ends).filter(|(_, ends)| ends.rays() > 0) {
+fn rays(study: &Study, ends: &[Ends], most: usize) -> String {
+    let line = |(sensor, ends): (&Sensor, &Ends)| {
         let percent = |some: u64| 100.0 * some as f64 / ends.rays() as f64;
-        text += &format!(
+        format!(
             "rays of {:?} at {} poses: {:.1} % return, {:.1} % end too near, {:.1} % too far, {:.1} % leave the grid\n",
             sensor.name,
             ends.poses,
@@ -94,8 +109,10 @@ fn rays(study: &Study, ends: &[Ends]) -> String {
             percent(ends.too_near),
             percent(ends.too_far),
             percent(ends.left)
-        );
-    }
+        )
+    };
+    let casting = study.sensors.iter().zip(ends).filter(|(_, ends)| ends.rays() > 0);
+    let text = contents::first_of(casting.map(line), most, "", "sensors that cast rays");
     if text.is_empty() { text } else { text + "\n" }
 }
 

@@ -1,17 +1,49 @@
 //! What a study contains, as tables for `perirobot check`. Which of it is wrong is not known here.
 
-use perirobot::backend::MEMORY_BYTES;
+use perirobot::backend::{MEMORY_BYTES, Rays};
 use perirobot::sensor::Sensor;
-use perirobot::study::Study;
+use perirobot::study::{Combination, RegionSpec, SceneSpec, Study};
 use perirobot::sweep::{World, layout_of, tables as tables_of_rays};
 use perirobot::voxel::{ObjectVoxels, Truth};
 
 /// Bytes of a row of results: of the journal, of results.csv, and of its share of scores.csv, roughly.
 const ROW_BYTES: f64 = 500.0;
 
-/// Everything in it, in the order of the file.
-pub(super) fn tables(study: &Study, worlds: &[World]) -> String {
-    [head(study), scenes(study, worlds), regions(study, worlds), sensors(study), combinations(study)].concat()
+/// Lines of a screen that a study may take before it is told in part.
+const SCREEN: usize = 32;
+/// Entries of each list that are told then.
+const FEW: usize = 3;
+
+/// What is in it, in the order of the file: everything if that is wished for or fits a screen, else the first of each list.
+pub(super) fn tables(study: &Study, worlds: &[World], all: bool) -> String {
+    let of = |most: usize| {
+        let sections = [
+            head(study),
+            scenes(study, worlds, most),
+            regions(study, worlds, most),
+            sensors(study, most),
+            combinations(study, most),
+        ];
+        sections.concat()
+    };
+    let whole = of(usize::MAX);
+    if all || whole.lines().count() <= SCREEN { whole } else { of(FEW) }
+}
+
+/// The first of some entries, one to a line or more, and how many more there are.
+pub(super) fn first_of(
+    entries: impl Iterator<Item = String>,
+    most: usize,
+    indent: &str,
+    what: &str,
+) -> String {
+    let mut entries = entries;
+    let mut text: String = entries.by_ref().take(most).collect();
+    match entries.count() {
+        0 => {}
+        more => text += &format!("{indent}and {more} more {what} (--all)\n"),
+    }
+    text
 }
 
 fn head(study: &Study) -> String {
@@ -22,12 +54,11 @@ fn head(study: &Study) -> String {
     format!("{path}: voxels of {size} m{outside}, {repeats} repeats{noiseless}, seed {seed}\n\n")
 }
 
-fn scenes(study: &Study, worlds: &[World]) -> String {
-    let mut text = String::new();
-    for (index, scene) in study.scenes.iter().enumerate() {
-        text +=
-            &format!("scene {:?} ({}), snapshots: {}\n", scene.name, scene.path.display(), scene.snapshots);
-        let Some(world) = worlds.iter().find(|world| world.scene == index) else { continue };
+fn scenes(study: &Study, worlds: &[World], most: usize) -> String {
+    let one = |(index, scene): (usize, &SceneSpec)| {
+        let mut text =
+            format!("scene {:?} ({}), snapshots: {}\n", scene.name, scene.path.display(), scene.snapshots);
+        let Some(world) = worlds.iter().find(|world| world.scene == index) else { return text };
         let ([x, y, z], voxel_m) = (world.truth.grid.size, study.voxel_size_m);
         let [a, b, c] = [x, y, z].map(|count| f64::from(count) * voxel_m);
         let voxels = world.truth.grid.window().volume();
@@ -35,12 +66,15 @@ fn scenes(study: &Study, worlds: &[World]) -> String {
             "  grid {x} × {y} × {z} = {voxels} voxels, {a:.2} × {b:.2} × {c:.2} m; {} occupied\n",
             world.truth.occupied.count()
         );
-        text += &objects(&world.truth);
-    }
-    text + "\n"
+        text += &objects(&world.truth, most);
+        text
+    };
+    // One scene with its objects is a screen's third.
+    let scenes = if most == usize::MAX { most } else { 1 };
+    first_of(study.scenes.iter().enumerate().map(one), scenes, "", "scenes") + "\n"
 }
 
-fn objects(truth: &Truth) -> String {
+fn objects(truth: &Truth, most: usize) -> String {
     let width = width(truth.objects.iter().map(|object| object.name.as_str()));
     let line = |object: &ObjectVoxels| {
         let [low, high] = object.bounds_m;
@@ -54,39 +88,38 @@ fn objects(truth: &Truth) -> String {
             object.cells.count()
         )
     };
-    truth.objects.iter().map(|object| line(object)).collect()
+    first_of(truth.objects.iter().map(|object| line(object)), most, "  ", "objects")
 }
 
-fn regions(study: &Study, worlds: &[World]) -> String {
+fn regions(study: &Study, worlds: &[World], most: usize) -> String {
     let width = width(study.regions.iter().map(|(name, _)| name.as_str()));
-    let mut text = "regions\n".to_string();
-    for (index, (name, _)) in study.regions.iter().enumerate() {
-        let counts: Vec<u64> = worlds.iter().map(|world| world.regions[index].cells.count()).collect();
-        let voxels = match (counts.iter().min(), counts.iter().max()) {
+    let line = |(index, (name, _)): (usize, &(String, RegionSpec))| {
+        let counts = || worlds.iter().map(|world| world.regions[index].cells.count());
+        let voxels = match (counts().min(), counts().max()) {
             (Some(least), Some(most)) if least == most => format!("{most} voxels"),
             (Some(least), Some(most)) => format!("{least} to {most} voxels"),
             _ => "not known".into(),
         };
-        text += &format!("  {name:<width$}  {voxels}\n");
-    }
-    text + "\n"
+        format!("  {name:<width$}  {voxels}\n")
+    };
+    format!("regions\n{}\n", first_of(study.regions.iter().enumerate().map(line), most, "  ", "regions"))
 }
 
-fn sensors(study: &Study) -> String {
+fn sensors(study: &Study, most: usize) -> String {
     let width = width(study.sensors.iter().map(|sensor| sensor.name.as_str()));
-    let mut text = "sensors\n".to_string();
-    for (sensor, rays) in study.sensors.iter().zip(tables_of_rays(study)) {
+    let one = |(sensor, rays): (&Sensor, Option<Rays>)| {
         let rays = rays.map_or("no rays,".into(), |rays| format!("{} rays at each of", rays.dirs_q15.len()));
-        text += &format!(
+        let line = format!(
             "  {:<width$}  {:<11}  {rays} {} poses, read as {}\n",
             sensor.name,
             sensor.kind.name(),
             sensor.candidates.len(),
             sensor.kind.representations().join(", ")
         );
-        text += &poses(sensor);
-    }
-    text + "\n"
+        line + &poses(sensor)
+    };
+    let all = study.sensors.iter().zip(tables_of_rays(study)).map(one);
+    format!("sensors\n{}\n", first_of(all, most, "  ", "sensors"))
 }
 
 /// The names of a sensor's poses: the first and the last of each group.
@@ -101,18 +134,17 @@ fn poses(sensor: &Sensor) -> String {
     if names.is_empty() { String::new() } else { format!("    poses {}\n", names.join(", ")) }
 }
 
-fn combinations(study: &Study) -> String {
+fn combinations(study: &Study, most: usize) -> String {
     let width = width(study.combinations.iter().map(|combination| combination.name.as_str()));
-    let mut text = "combinations\n".to_string();
-    for combination in &study.combinations {
+    let line = |combination: &Combination| {
         let (choices, ways) = (combination.choices(), combination.ways(&study.sensors));
-        let name = &combination.name;
-        text += &format!("  {name:<width$}  {choices} choices of poses × {ways} representations\n");
-    }
+        format!("  {:<width$}  {choices} choices of poses × {ways} representations\n", combination.name)
+    };
+    let all = first_of(study.combinations.iter().map(line), most, "  ", "combinations");
     let layout = layout_of(study);
     let (choices, rows) = (layout.blocks() as u64 * layout.asks() as u64, layout.rows());
-    text + &format!(
-        "  {choices} scene-poses, each snapshot and repeat for itself; {rows} rows of results\n\n"
+    format!(
+        "combinations\n{all}  {choices} scene-poses, each snapshot and repeat for itself; {rows} rows of results\n\n"
     )
 }
 

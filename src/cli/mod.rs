@@ -143,8 +143,14 @@ fn parse() -> Cli {
     })
 }
 
-/// Prints each different warning once, with the scenes that have it; how many there were.
-fn warn<'a>(scenes: impl Iterator<Item = (&'a str, &'a [String])>) -> usize {
+/// Warnings that are printed before some work begins; the manifest of a sweep has all.
+const MOST_WARNINGS: usize = 20;
+
+/// Scenes that are named beside a warning; the others are counted.
+const FEW_SCENES: usize = 3;
+
+/// Prints each different warning once, with the scenes that have it, at most so many; how many there were.
+fn warn<'a>(scenes: impl Iterator<Item = (&'a str, &'a [String])>, most: usize) -> usize {
     let mut all: Vec<(&str, Vec<&str>)> = Vec::new();
     for (scene, warnings) in scenes {
         for warning in warnings {
@@ -154,8 +160,17 @@ fn warn<'a>(scenes: impl Iterator<Item = (&'a str, &'a [String])>) -> usize {
             }
         }
     }
-    for (warning, scenes) in &all {
-        say!("warning: {}: {warning}", scenes.join(", "));
+    for (warning, scenes) in all.iter().take(most) {
+        let more = match scenes.len().saturating_sub(FEW_SCENES) {
+            0 => String::new(),
+            more if most == usize::MAX => format!(", {}", scenes[scenes.len() - more..].join(", ")),
+            more => format!(" and {more} more scenes"),
+        };
+        let first = scenes[..scenes.len().min(FEW_SCENES)].join(", ");
+        say!("warning: {first}{more}: {warning}");
+    }
+    if all.len() > most {
+        say!("and {} more warnings (perirobot check --all)", all.len() - most);
     }
     all.len()
 }

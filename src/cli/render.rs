@@ -95,7 +95,10 @@ pub(super) fn run(args: &Args) -> Result<ExitCode> {
     let regions: Vec<&str> = study.regions.iter().map(|(name, _)| name.as_str()).collect();
     let wish = args.wish(&regions)?;
     let worlds = World::prepare(&study, scene)?;
-    super::warn(worlds.iter().map(|world| (world.name.as_str(), world.warnings.as_slice())));
+    super::warn(
+        worlds.iter().map(|world| (world.name.as_str(), world.warnings.as_slice())),
+        super::MOST_WARNINGS,
+    );
     let choice = args.pose.as_ref().map(|poses| args.rest.find(poses, &study, &worlds)).transpose()?;
     let mut backend = args.backend.open()?;
     let view = choice.map(|(world, choice)| View::new(&study, world, choice, &mut *backend)).transpose()?;

@@ -46,7 +46,10 @@ impl StudyArgs {
     pub(super) fn load(&self) -> Result<(Study, Vec<World>)> {
         let study = self.read()?;
         let worlds = World::prepare_all(&study)?;
-        super::warn(worlds.iter().map(|world| (world.name.as_str(), world.warnings.as_slice())));
+        super::warn(
+            worlds.iter().map(|world| (world.name.as_str(), world.warnings.as_slice())),
+            super::MOST_WARNINGS,
+        );
         Ok((study, worlds))
     }
 

@@ -18,6 +18,9 @@ use super::shard::ShardArg;
 use super::stop::{StopAt, stopped};
 use super::study::StudyArgs;
 
+/// One choice in so many that a GPU counts is counted again, unless the user says otherwise.
+pub(super) const VERIFY: u64 = 500;
+
 /// Score every candidate pose of a study
 ///
 /// Writes into the output folder what is finished as soon as it is (counts.journal), what is swept (manifest.json,
@@ -45,7 +48,7 @@ pub(super) struct Args {
     #[arg(long, value_name = "K/N", value_parser = super::shard::shard)]
     shard: Option<ShardArg>,
     /// On a GPU, count the first poses and then one in so many again on the CPU; a difference stops the run. 0 for none
-    #[arg(long, value_name = "N", default_value_t = 500)]
+    #[arg(long, value_name = "N", default_value_t = VERIFY)]
     verify: u64,
     #[command(flatten)]
     outcome: OutcomeArgs,

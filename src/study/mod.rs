@@ -118,8 +118,15 @@ impl Study {
         let scenes = scenes(&at, &file, &sources, &mut problems);
         let regions = regions(&at, file.region, is_whole, &mut problems);
         let (seed, noiseless) = (file.seed, overrides.noiseless);
-        let context =
-            sensor::Context { seed, noiseless, index: 0, earlier: &[], poses: 0, sources: &sources, text: &text };
+        let context = sensor::Context {
+            seed,
+            noiseless,
+            index: 0,
+            earlier: &[],
+            poses: 0,
+            sources: &sources,
+            text: &text,
+        };
         let sensors = sensors(&at, file.sensor, context, &mut problems);
         problems.keep(at.unique("scene", scenes.iter().map(|s| s.name.as_str())));
         problems.keep(at.unique("region", regions.iter().map(|(name, _)| name.as_str())));

@@ -89,14 +89,27 @@ fn next_after_q16(placement: &Placement, dir_q15: [i32; 3], end: &End) -> u32 {
     march.next_q16[next_axis(march.next_q16)]
 }
 
-/// How long a sweep would take by what some choices of poses took in the first moment, in seconds: so much for each pose
-/// that is cast, and so much for each choice that is fused and counted. It is rather too much: what stands still from one
-/// moment to the next, a sweep casts once. Scenes are ready by then.
+/// Who counts again what a device counts, and one choice in how many.
+pub struct Checker<'a> {
+    /// Who.
+    pub backend: &'a mut dyn Backend,
+    /// One in so many.
+    pub every: u64,
+}
+
+/// How long a sweep would take, in seconds, by what some choices of poses took: so much for each pose that is cast, so much
+/// for each choice that is fused and counted, and what a checker takes. Scenes are ready by then.
 ///
 /// # Errors
-/// When the backend fails.
-pub fn seconds(study: &Study, worlds: &[World], backend: &mut dyn Backend) -> Result<f64> {
-    let all = layout_of(study).asks();
+/// When a backend fails.
+pub fn seconds(
+    study: &Study,
+    worlds: &[World],
+    backend: &mut dyn Backend,
+    checker: Option<Checker>,
+) -> Result<f64> {
+    let layout = layout_of(study);
+    let all = layout.asks();
     let some = |which: &dyn Fn(usize) -> Vec<usize>| -> Vec<Ask> {
         let sizes = study.combinations.iter().map(|c| c.choices()).enumerate();
         let of_one = |(combination, choices)| {
@@ -104,38 +117,80 @@ pub fn seconds(study: &Study, worlds: &[World], backend: &mut dyn Backend) -> Re
         };
         sizes.flat_map(of_one).collect()
     };
-    let mut measure = |asks: &[Ask]| -> Result<f64> {
-        let begin = Instant::now();
-        run_asks(study, &worlds[..1], asks, Batch::FULL, backend, &mut Forgetful)?;
-        Ok(begin.elapsed().as_secs_f64())
-    };
+    let here = &worlds[..1];
     // What is made ready for the first choice is made ready once.
     let first = some(&|choices| spread(1, choices));
-    measure(&first)?;
-    let ready_s = measure(&first)?;
-    let (mut most, mut asks, mut took_s) = (1, first.clone(), ready_s);
-    while took_s < LONG_ENOUGH_S && asks.len() < all {
+    let warm_s = took_s(study, here, &first, backend)?;
+    let ready_s = took_s(study, here, &first, backend)?.min(warm_s);
+    let (mut most, mut apart, mut apart_s) = (1, first.clone(), ready_s);
+    while apart_s < LONG_ENOUGH_S && apart.len() < all {
         most *= 4;
-        asks = some(&|choices| spread(most, choices));
-        took_s = measure(&asks)?;
+        apart = some(&|choices| spread(most, choices));
+        apart_s = took_s(study, here, &apart, backend)?;
     }
-    // As many choices in a row share more of their poses, so that the two costs can be told apart.
-    let in_a_row = some(&|choices| (0..most.min(choices)).collect());
-    let poses = |asks: &[Ask]| poses(study, asks) as f64;
-    let fewer = poses(&asks) - poses(&in_a_row);
-    let each_pose_s = match fewer > 0.0 {
-        true => (took_s - measure(&in_a_row)?).max(0.0) / fewer,
-        false => (took_s - ready_s).max(0.0) / (poses(&asks) - poses(&first)).max(1.0),
+    // Choices in a row share most of their poses: as many as take as long tell what a choice takes beside its poses.
+    let (mut in_a_row, mut in_a_row_s) = (apart.clone(), apart_s);
+    while apart.len() < all {
+        in_a_row = some(&|choices| (0..most.min(choices)).collect());
+        in_a_row_s = took_s(study, here, &in_a_row, backend)?;
+        if in_a_row_s >= LONG_ENOUGH_S || in_a_row.len() >= all {
+            break;
+        }
+        most *= 4;
+    }
+    let beyond = |asks: &[Ask]| {
+        [poses(study, asks) - poses(study, &first), asks.len() - first.len()].map(|count| count as f64)
     };
-    let of_poses_s = each_pose_s * (poses(&asks) - poses(&first));
-    let more = (asks.len() - first.len()).max(1) as f64;
-    let each_choice_s = (took_s - ready_s - of_poses_s).max(0.0) / more;
+    let each = both([beyond(&apart), beyond(&in_a_row)], [apart_s - ready_s, in_a_row_s - ready_s]);
     let members = study.combinations.iter().flat_map(|combination| &combination.members);
     let every =
         members.flat_map(|member| member.candidates.iter().map(|&candidate| (member.sensor, candidate)));
-    let rest = every.collect::<HashSet<_>>().len() as f64 - poses(&first);
-    let choices = all.saturating_sub(first.len()) as f64;
-    Ok(worlds.len() as f64 * (ready_s + each_pose_s * rest + each_choice_s * choices))
+    let rest = [every.collect::<HashSet<_>>().len() - poses(study, &first), all - first.len()];
+    let moment_s = ready_s + each[0] * rest[0] as f64 + each[1] * rest[1] as f64;
+    // What stands still from one moment of a scene to the next is cast once.
+    let again = match worlds {
+        [one, two, ..] if one.scene == two.scene => {
+            (took_s(study, &worlds[..2], &apart, backend)? / apart_s - 1.0).clamp(0.0, 1.0)
+        }
+        _ => 1.0,
+    };
+    let scenes = worlds.chunk_by(|a, b| a.scene == b.scene).count() as f64;
+    let moments = scenes + again * (worlds.len() as f64 - scenes);
+    let checks_s = match checker {
+        Some(Checker { backend, every }) => {
+            let some = some(&|choices| spread(4, choices));
+            let each_s = took_s(study, here, &some, backend)? / (some.len() * study.repeats as usize) as f64;
+            each_s * (layout.blocks() * all) as f64 / every as f64
+        }
+        None => 0.0,
+    };
+    Ok(moment_s * moments + checks_s)
+}
+
+/// How long some choices take in these worlds.
+fn took_s(study: &Study, worlds: &[World], asks: &[Ask], backend: &mut dyn Backend) -> Result<f64> {
+    let begin = Instant::now();
+    run_asks(study, worlds, asks, Batch::FULL, backend, &mut Forgetful)?;
+    Ok(begin.elapsed().as_secs_f64())
+}
+
+/// What each of two kinds of things takes, none less than nothing, from how many of each two measurements had and how long
+/// those took. Where they had the same mixture, all that they took is the first kind's.
+fn both([a, b]: [[f64; 2]; 2], took_s: [f64; 2]) -> [f64; 2] {
+    let area = a[0] * b[1] - b[0] * a[1];
+    let alone = |kind: usize| {
+        let each = (took_s[0] + took_s[1]).max(0.0) / (a[kind] + b[kind]).max(1.0);
+        if kind == 0 { [each, 0.0] } else { [0.0, each] }
+    };
+    if area.abs() <= 1e-9 * (a[0] * b[1]).max(1.0) {
+        return alone(0);
+    }
+    let each = [(took_s[0] * b[1] - took_s[1] * a[1]) / area, (took_s[1] * a[0] - took_s[0] * b[0]) / area];
+    match each {
+        [pose, _] if pose < 0.0 => alone(1),
+        [_, choice] if choice < 0.0 => alone(0),
+        each => each,
+    }
 }
 
 /// How many different poses some choices have, each sensor for itself.

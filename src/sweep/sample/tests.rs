@@ -54,3 +54,14 @@ fn poses_that_choices_share_are_counted_once() {
     assert_eq!(poses(&study, &[0, 3].map(triplet)), 5, "another pose of the camera");
     assert_eq!(poses(&study, &[triplet(0), triplet(0)]), 4);
 }
+
+#[test]
+fn two_measurements_tell_two_costs_apart() {
+    // 3 s a pose, half a second a choice.
+    assert_eq!(both([[10.0, 10.0], [2.0, 100.0]], [35.0, 56.0]), [3.0, 0.5]);
+    assert_eq!(both([[10.0, 10.0], [20.0, 20.0]], [30.0, 60.0]), [3.0, 0.0], "they cannot be told apart");
+    // A busy machine: what would come out below nothing is nothing, and the other has all.
+    assert_eq!(both([[10.0, 10.0], [2.0, 100.0]], [1.0, 54.0]), [0.0, 0.5]);
+    assert_eq!(both([[10.0, 10.0], [2.0, 100.0]], [30.0, 0.0]), [2.5, 0.0]);
+    assert_eq!(both([[0.0, 0.0], [0.0, 0.0]], [0.0, 0.0]), [0.0, 0.0]);
+}

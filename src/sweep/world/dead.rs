@@ -11,6 +11,7 @@ use crate::march::{self, Gates};
 use crate::sensor::range::Range;
 use crate::sensor::{FieldOfView, Kind, Scale, Sensor, Setting, Stance, quantise_q15};
 use crate::study::Study;
+use crate::sweep::place;
 use crate::voxel::flood::flood;
 use crate::voxel::voxelize::with_neighbours;
 use crate::voxel::{BitGrid, Grid, Truth, Window};
@@ -53,14 +54,10 @@ pub(super) fn warnings(study: &Study, worlds: &[World]) -> Vec<String> {
             });
         dead.extend(found.into_iter().filter(|(c, _)| left.contains(c)).map(|(c, why)| (sensor, c, why)));
     }
+    let places = place::Places::of(study, &worlds[0]);
     let line = |(sensor, candidate, why): &(usize, usize, String)| {
-        let (of, world) = (&study.sensors[*sensor], &worlds[0]);
-        let place = world.settings[*sensor][*candidate].pose().position_m;
-        let name = &of.candidates[*candidate].name;
-        format!(
-            "sensor {:?}: pose {name} (x {:.2}, y {:.2}, z {:.2} m) is dead: {why}",
-            of.name, place.x, place.y, place.z
-        )
+        let (of, place) = (&study.sensors[*sensor], places.words(*sensor, *candidate));
+        format!("sensor {:?}: pose {} ({place}) is dead: {why}", of.name, of.candidates[*candidate].name)
     };
     let mut lines: Vec<String> = dead.iter().take(MOST_TOLD).map(line).collect();
     if dead.len() > MOST_TOLD {
@@ -111,9 +108,9 @@ impl Few<'_> {
             candidates.iter().map(|&c| (c, world.settings[sensor][c])).collect();
         let posed: Vec<_> =
             posed.into_iter().filter(|(_, setting)| matches!(setting, Setting::Pose(_))).collect();
-        let mut places = Places::of(&world.truth);
+        let mut hollows = Hollows::of(&world.truth);
         let walled: Vec<Option<String>> =
-            posed.iter().map(|(_, setting)| places.walls(self, &world.truth, setting)).collect();
+            posed.iter().map(|(_, setting)| hollows.walls(self, &world.truth, setting)).collect();
         let by_rays = |(_, setting): &(usize, Setting)| {
             let grid = &world.truth.grid;
             self.verdict(&world.truth, &crate::sensor::placement(self.kind, &setting.pose(), grid, 0))
@@ -201,18 +198,18 @@ fn mostly(truth: &Truth, cells: impl Iterator<Item = [i32; 3]>) -> String {
 }
 
 /// The places of a scene that walls part from each other, as far as poses stand in them.
-struct Places {
+struct Hollows {
     open: BitGrid,
     volume: u64,
     /// Each with what closes it, if it is closed.
     known: Vec<(BitGrid, Option<String>)>,
 }
 
-impl Places {
-    fn of(truth: &Truth) -> Places {
+impl Hollows {
+    fn of(truth: &Truth) -> Hollows {
         let mut open = BitGrid::full(truth.grid.window());
         open.remove(&truth.blockers);
-        Places { volume: open.count(), open, known: Vec::new() }
+        Hollows { volume: open.count(), open, known: Vec::new() }
     }
 
     /// What no ray from here leaves, in words; `None` where one may.

@@ -9,7 +9,7 @@ use glam::DVec3;
 use super::World;
 use super::dead::SMALL;
 use crate::scene::mannequin::Keypoints;
-use crate::scene::{Object, Role, Scene, Surface};
+use crate::scene::{Interior, Object, Role, Scene, Surface};
 use crate::voxel::flood::{enclosed, flood};
 use crate::voxel::voxelize::with_neighbours;
 use crate::voxel::{BitGrid, ObjectVoxels, Truth};
@@ -20,7 +20,7 @@ const CUTS: f64 = 0.9;
 const APPARENT_M: f64 = 0.1;
 const APPARENT_VOXELS: i32 = 2;
 /// Feet may be so far from the ground, in metres.
-const STEP_M: f64 = 0.15;
+const STEP_M: f64 = 0.2;
 /// More of a person's voxels inside a body are no touch.
 const INSIDE: f64 = 0.1;
 
@@ -83,7 +83,8 @@ fn faults_of(scene: &Scene, truth: &Truth, index: usize) -> Vec<(String, String)
             )
         });
         let what = what.or_else(|| {
-            let share = inside(person, voxels);
+            // The hull of a cell is free inside; so is what its author calls so.
+            let share = if object.interior == Interior::Free { 0.0 } else { inside(person, voxels) };
             (share > INSIDE && share < 1.0).then(|| {
                 format!("is inside {with:?} with {:.0} % of the body: move one of them", 100.0 * share)
             })
@@ -194,7 +195,7 @@ fn floats(truth: &Truth, person: &ObjectVoxels) -> Option<String> {
     };
     let gap = lowest.iter().map(gap).min()?;
     let gap_m = f64::from(gap) * truth.grid.voxel_size_m;
-    (gap >= APPARENT_VOXELS && gap_m >= STEP_M).then(|| {
+    (gap >= APPARENT_VOXELS && gap_m > STEP_M).then(|| {
         format!(
             "floats {gap_m:.2} m above all that is below: lower its position_m, or model what it stands on"
         )

@@ -7,7 +7,7 @@ use rayon::prelude::*;
 use super::World;
 use crate::scene::{Mesh, Object, Optical, Role, Scene, Surface};
 use crate::study::{Study, SurfaceSpec};
-use crate::voxel::{BitGrid, Grid};
+use crate::voxel::{BitGrid, Grid, Window};
 
 /// Voxels of an object that are sampled, spread evenly; fewer of a sheet tell nothing.
 const MOST_VOXELS: usize = 48;
@@ -52,21 +52,16 @@ pub(super) fn is_of_a_file(study: &Study, scene: usize, object: &Object) -> bool
 }
 
 /// The share of straight lines through its voxels that meet a sheet, on the axis where most do; `None` for what is no sheet:
-/// most of a sheet's voxels have neighbours on both sides along two axes.
+/// of the voxels of a sheet, a fourth at least have as many around them, two to each side, as a plane has.
 fn fill_share(mesh: &Mesh, cells: &BitGrid, grid: &Grid) -> Option<f64> {
-    let in_sheet = |cell: &[i32; 3]| {
-        let goes_on = |axis: &usize| {
-            [-1, 1].iter().all(|by| {
-                let mut next = *cell;
-                next[*axis] += by;
-                cells.get(next)
-            })
-        };
-        (0..3).filter(goes_on).count() >= 2
+    let in_sheet = |&cell: &[i32; 3]| {
+        let mut around = 0;
+        cells.each_in(&Window::between(cell, cell).grown(2), |_| around += 1);
+        around >= 25
     };
     let all = cells.count() as usize;
     let sheet: Vec<[i32; 3]> = cells.cells().filter(in_sheet).collect();
-    if sheet.len() < LEAST_VOXELS || 2 * sheet.len() < all {
+    if sheet.len() < LEAST_VOXELS || 4 * sheet.len() < all {
         return None;
     }
     let corner = |i: u32| {
