@@ -18,6 +18,9 @@ pub enum Error {
     /// Somebody else is at work there; later it may work. Exit code 75.
     #[error("{0}")]
     Busy(String),
+    /// Somebody asked for the end before the work had begun. Exit code 75.
+    #[error("{0}")]
+    Stopped(String),
     /// A device gave other counts than the CPU. Exit code 1.
     #[error("{0}")]
     Disagreement(String),
@@ -30,6 +33,14 @@ impl Error {
     /// Bad input at a place (a file, or a file and a key): `place: what`.
     pub fn input(place: impl std::fmt::Display, what: impl std::fmt::Display) -> Self {
         Error::Input(format!("{place}: {what}"))
+    }
+
+    /// The same, with the place where it is bad input; what else went wrong is not of the place.
+    pub(crate) fn at(self, place: impl std::fmt::Display) -> Self {
+        match self {
+            Error::Input(what) => Error::input(place, what),
+            other => other,
+        }
     }
 
     /// A file that cannot be read or written: the user's affair, unless it may pass.

@@ -175,12 +175,37 @@ fn the_clock_stops_a_sweep_and_the_next_goes_on() {
     same_bytes(&folder.path("quiet"), &folder.path("out"));
 }
 
+/// 200 snapshots of a person who walks through a fine grid: more work than a signal takes to arrive.
+#[cfg(target_os = "linux")]
+#[test]
+fn a_signal_is_heard_while_scenes_are_made_ready() {
+    let folder = Folder::new();
+    let places: Vec<String> =
+        (0..200).map(|i| format!("[0.1, {}, 0.65]", -0.6 + 0.005 * f64::from(i))).collect();
+    let moving = format!("snapshots = {{ position_m = [{}] }}", places.join(", "));
+    folder.edit("cell.toml", "position_m = [0.1, -0.45, 0.65]", &moving);
+    folder.edit("study.toml", "voxel_size_m = 0.1", "voxel_size_m = 0.02");
+    let mut sweep = Running::sweep(&folder, &[]);
+    sweep.until_it_catches_signals();
+    assert!(sweep.signal("TERM"));
+    let outcome = sweep.end();
+    assert_eq!(outcome.code, Some(75), "{}", outcome.stderr);
+    let told = "stopped by SIGTERM while scenes were made ready; to go on: perirobot sweep";
+    assert!(outcome.stderr.contains(told), "{}", outcome.stderr);
+    assert!(!folder.path("out").exists());
+}
+
 #[test]
 fn no_time_at_all_is_time_for_nothing() {
     let folder = Folder::new();
     let outcome = folder.sweep(&["--max-time", "0s"]);
     assert_eq!(outcome.code, Some(75), "{}", outcome.stderr);
-    assert!(outcome.stderr.contains("11 of 11 scene-poses are left"), "{}", outcome.stderr);
+    assert!(
+        outcome.stderr.contains("stopped by --max-time while scenes were made ready"),
+        "{}",
+        outcome.stderr
+    );
+    assert!(!folder.path("out").exists());
     for wrong in ["soon", "-1s", "1e99h"] {
         let outcome = folder.sweep(&[&format!("--max-time={wrong}")]);
         assert_eq!(outcome.code, Some(2), "{wrong}");
@@ -363,7 +388,7 @@ fn tables_without_a_journal_are_not_lost() {
     assert_eq!(folder.sweep(&[]).code, Some(0));
     let before = fs::read(folder.path("out/results.csv")).unwrap();
     fs::remove_file(folder.path(JOURNAL)).unwrap();
-    let outcome = folder.sweep(&["--max-time", "0s"]);
+    let outcome = folder.sweep(&[]);
     assert_eq!(outcome.code, Some(2), "{}", outcome.stderr);
     assert!(
         outcome.stderr.contains("results.csv: is of an earlier sweep")
@@ -422,7 +447,8 @@ fn a_file_that_is_no_journal_is_not_overwritten() {
     folder.write(JOURNAL, [b'x'; 300]);
     let outcome = folder.sweep(&[]);
     assert_eq!(outcome.code, Some(2), "{}", outcome.stderr);
-    assert!(outcome.stderr.contains("counts.journal") && outcome.stderr.contains("--restart begins anew"));
+    let told = "counts.journal: is no journal of perirobot; name another folder, or move it away";
+    assert!(outcome.stderr.contains(told) && !outcome.stderr.contains("--restart"), "{}", outcome.stderr);
     assert_eq!(fs::read(folder.path(JOURNAL)).unwrap(), [b'x'; 300]);
     assert_eq!(folder.sweep(&["--restart"]).code, Some(0));
 }

@@ -128,7 +128,7 @@ pub(crate) fn run() -> ExitCode {
                 Error::Disagreement(_) => 1,
                 Error::Input(_) => 2,
                 Error::Device(_) | Error::Storage(_) => 3,
-                Error::Busy(_) => stop::TRY_AGAIN,
+                Error::Busy(_) | Error::Stopped(_) => stop::TRY_AGAIN,
             })
         }
     }

@@ -44,8 +44,16 @@ impl StudyArgs {
 
     /// Reads the study and makes its scenes ready; warnings are printed.
     pub(super) fn load(&self) -> Result<(Study, Vec<World>)> {
+        self.load_unless(&|| None)
+    }
+
+    /// The same, unless somebody says why to stop.
+    pub(super) fn load_unless(
+        &self,
+        stop: &(dyn Fn() -> Option<String> + Sync),
+    ) -> Result<(Study, Vec<World>)> {
         let study = self.read()?;
-        let worlds = World::prepare_all(&study)?;
+        let worlds = World::prepare_all_unless(&study, stop)?;
         super::warn(
             worlds.iter().map(|world| (world.name.as_str(), world.warnings.as_slice())),
             super::MOST_WARNINGS,

@@ -78,7 +78,7 @@ pub(super) fn run(args: &Args) -> Result<ExitCode> {
     let part = args.shard.map(ShardArg::resolve).transpose()?;
     let folder = part.map_or_else(|| args.out.clone(), |part| folder_of(&args.out, part));
     let shard = part.unwrap_or(Shard::WHOLE);
-    let (study, worlds) = args.study.load()?;
+    let (study, worlds) = args.study.load_unless(&|| stop.reason().map(|why| not_begun(&why)))?;
     let subject = Subject::of_study(&study, &worlds);
     let mut crew = args.backend.crew()?;
     let mut session = Session::open(&study, &worlds, &folder, shard, args.restart, &command())?;
@@ -122,6 +122,11 @@ pub(super) fn run(args: &Args) -> Result<ExitCode> {
     }
     super::print(&format!("results in {}\n", folder.display()))?;
     Ok(ExitCode::SUCCESS)
+}
+
+/// What is said of a run that was stopped while its scenes were made ready.
+fn not_begun(why: &str) -> String {
+    format!("{why} while scenes were made ready; to go on: {}", shell::command(&command()))
 }
 
 /// Shows how far it is, and knows when to stop.

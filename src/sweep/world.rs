@@ -60,8 +60,20 @@ pub struct Baselines {
 impl World {
     /// The worlds of all scenes of a study: scene by scene, in each snapshot by snapshot.
     pub fn prepare_all(study: &Study) -> Result<Vec<World>> {
-        let scenes: Vec<_> =
-            (0..study.scenes.len()).map(|scene| World::prepare(study, scene)).collect::<Result<_>>()?;
+        World::prepare_all_unless(study, &|| None)
+    }
+
+    /// The same, unless somebody says why to stop, who is asked before each object and each snapshot.
+    ///
+    /// # Errors
+    /// `Error::Stopped` with what was said.
+    pub fn prepare_all_unless(
+        study: &Study,
+        stop: &(dyn Fn() -> Option<String> + Sync),
+    ) -> Result<Vec<World>> {
+        let go_on = || stop().map_or(Ok(()), |why| Err(Error::Stopped(why)));
+        let make = |scene| World::make(study, scene, &go_on).map_err(Error::first);
+        let scenes: Vec<_> = (0..study.scenes.len()).map(make).collect::<Result<_>>()?;
         Ok(scenes.into_iter().flatten().collect())
     }
 
@@ -80,9 +92,14 @@ impl World {
 
     /// The same, but of what can be judged for itself (objects, carriers of sensors, regions) all that is wrong is told.
     pub fn examine(study: &Study, scene: usize) -> Result<Vec<World>, Vec<Error>> {
+        World::make(study, scene, &|| Ok(()))
+    }
+
+    fn make(study: &Study, scene: usize, go_on: voxelize::GoOn) -> Result<Vec<World>, Vec<Error>> {
+        go_on().map_err(|e| vec![e])?;
         let spec = &study.scenes[scene];
-        let in_scene = |e| vec![Error::input(spec.path.display(), e)];
-        let in_study = |e| vec![Error::input(study.path.display(), e)];
+        let in_scene = |e: Error| vec![e.at(spec.path.display())];
+        let in_study = |e: Error| vec![e.at(study.path.display())];
         let begin = Instant::now();
         tracing::info!("scene {:?}: voxelizing at {} m", spec.name, study.voxel_size_m);
         let snapshots = build_or_all(spec, &study.sources, study.voxel_size_m)?;
@@ -100,17 +117,16 @@ impl World {
         };
         let grid = grid(study, &snapshots, &settings, &extent)
             .map_err(|e| in_study(Error::Input(format!("{e}{}", slips()))))?;
-        let truths = voxelize::voxelize_all(&snapshots, grid).map_err(in_scene)?;
+        let truths = voxelize::voxelize_unless(&snapshots, grid, go_on).map_err(in_scene)?;
         let shapes = shapes::shapes(study).map_err(|e| study.sources.judged(vec![e]))?;
         let mut worlds: Vec<World> = (truths.into_iter().zip(settings).enumerate())
             .map(|(snapshot, (truth, settings))| {
                 let moment =
                     if spec.snapshots > 1 { format!(", snapshot {snapshot}") } else { String::new() };
                 let place = format!("scene {:?}{moment}", spec.name);
+                go_on().map_err(|e| vec![e])?;
                 let world = World::of_snapshot(study, [scene, snapshot], truth, settings, &shapes);
-                world.map_err(|all| {
-                    all.into_iter().flat_map(|e| in_study(Error::input(&place, e))).collect::<Vec<_>>()
-                })
+                world.map_err(|all| all.into_iter().flat_map(|e| in_study(e.at(&place))).collect::<Vec<_>>())
             })
             .collect::<Result<_, _>>()?;
         share_regions(&mut worlds);

@@ -138,21 +138,31 @@ fn grid_unless(extent: &Window, voxel_size_m: f64, cause: impl Fn() -> Option<St
 const MOST_GIB: u64 = 64;
 
 /// Voxelizes the snapshots of a scene on one grid, objects and triangles in parallel. An object that several
-/// snapshots share is voxelized once. Fails on a scene whose voxels would take more than 64 GiB.
+/// snapshots share is voxelized once. Fails on a scene whose voxels would take more than 64 GiB, or than there is.
 pub fn voxelize_all(snapshots: &[Scene], grid: Grid) -> Result<Vec<Truth>> {
+    voxelize_unless(snapshots, grid, &|| Ok(()))
+}
+
+/// Asked between two pieces of work; an error is a reason to begin no other.
+pub(crate) type GoOn<'a> = &'a (dyn Fn() -> Result<()> + Sync);
+
+/// [`voxelize_all`], unless there is a reason not to go on before an object or a snapshot.
+pub(crate) fn voxelize_unless(snapshots: &[Scene], grid: Grid, go_on: GoOn) -> Result<Vec<Truth>> {
     let objects = distinct_objects(snapshots);
-    refuse_excess(&objects, snapshots.len(), &grid)?;
-    let bodies: Vec<Body> = objects.par_iter().map(|object| body(object, &grid)).collect::<Result<_>>()?;
+    refuse_excess(&objects, snapshots.len(), &grid, free_bytes())?;
+    let bodies: Vec<Body> =
+        objects.par_iter().map(|object| go_on().and_then(|()| body(object, &grid))).collect::<Result<_>>()?;
     let body_of: HashMap<_, _> = objects.into_iter().map(Arc::as_ptr).zip(&bodies).collect();
     let truth = |scene: &Scene| {
         let placed = scene.objects.iter().map(|object| (&**object, body_of[&Arc::as_ptr(object)]));
-        combined(&placed.collect::<Vec<_>>(), grid)
+        go_on().map(|()| combined(&placed.collect::<Vec<_>>(), grid))
     };
-    Ok(snapshots.iter().map(truth).collect())
+    snapshots.iter().map(truth).collect()
 }
 
-/// Counts a bit for each voxel in the box around an object, and two for each voxel of the grid in each snapshot.
-fn refuse_excess(objects: &[&Arc<Object>], snapshots: usize, grid: &Grid) -> Result<()> {
+/// Counts a bit for each voxel in the box around an object, and two for each voxel of the grid in each snapshot. `free` is
+/// how much memory there is.
+fn refuse_excess(objects: &[&Arc<Object>], snapshots: usize, grid: &Grid, free: Option<u64>) -> Result<()> {
     let whole: f64 = grid.size.map(f64::from).iter().product();
     let around = |object: &&Arc<Object>| -> f64 {
         let [low, high] = bounds_m(object);
@@ -160,15 +170,30 @@ fn refuse_excess(objects: &[&Arc<Object>], snapshots: usize, grid: &Grid) -> Res
         (0..3).map(|axis| size[axis].clamp(0.0, f64::from(grid.size[axis]))).product()
     };
     let bits = 2.0 * whole * snapshots as f64 + objects.iter().map(around).sum::<f64>();
-    let gib = bits / 8.0 / (1u64 << 30) as f64;
-    if gib <= MOST_GIB as f64 {
-        return Ok(());
-    }
+    let gib = |bytes: f64| bytes / (1u64 << 30) as f64;
+    let (taken, free) = (gib(bits / 8.0), free.map(|bytes| gib(bytes as f64)));
+    let than = match free {
+        _ if taken > MOST_GIB as f64 => format!("than {MOST_GIB}"),
+        Some(free) if taken > free => format!("than the {free:.1} that are free"),
+        _ => return Ok(()),
+    };
     Err(Error::Input(format!(
-        "the voxels of {snapshots} snapshots and {} objects, each counted where it is another, take {gib:.0} GiB, more \
-         than {MOST_GIB}: take larger voxels (--voxel-size), set bounds_m around the part that matters, or split the scene",
+        "the voxels of {snapshots} snapshots and {} objects, each counted where it is another, take {taken:.1} GiB, more \
+         {than}: take larger voxels (--voxel-size), set bounds_m around the part that matters, or split the scene",
         objects.len()
     )))
+}
+
+/// The memory that there is for this program, where the system tells: what is free, and what its control group may have.
+fn free_bytes() -> Option<u64> {
+    let read = |path: &str| std::fs::read_to_string(path).ok();
+    let number = |text: &str| text.trim().parse::<u64>().ok();
+    let machine = read("/proc/meminfo").and_then(|all| {
+        let line = all.lines().find_map(|line| line.strip_prefix("MemAvailable:"))?;
+        Some(number(line.trim().trim_end_matches("kB"))? << 10)
+    });
+    let group = read("/sys/fs/cgroup/memory.max").and_then(|text| number(&text));
+    machine.into_iter().chain(group).min()
 }
 
 /// The truth of one snapshot.

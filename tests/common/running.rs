@@ -48,6 +48,20 @@ impl Running {
         true
     }
 
+    /// Waits until it would hear SIGTERM.
+    #[cfg(target_os = "linux")]
+    pub(crate) fn until_it_catches_signals(&mut self) {
+        let status = format!("/proc/{}/status", self.0.id());
+        let caught = |text: String| {
+            let mask = text.lines().find_map(|line| line.strip_prefix("SigCgt:"))?;
+            u64::from_str_radix(mask.trim(), 16).ok()
+        };
+        while !fs::read_to_string(&status).ok().and_then(caught).is_some_and(|mask| mask >> 14 & 1 == 1) {
+            assert!(self.0.try_wait().unwrap().is_none(), "it has ended");
+            sleep(Duration::from_millis(2));
+        }
+    }
+
     /// Sends a signal; whether it was still there to take it.
     pub(crate) fn signal(&mut self, name: &str) -> bool {
         let there = self.0.try_wait().unwrap().is_none();
