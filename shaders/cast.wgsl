@@ -11,7 +11,7 @@
 @group(0) @binding(7) var<storage, read> first_hits: array<u32>;
 @group(0) @binding(8) var<storage, read_write> ends: array<u32>;
 @group(0) @binding(9) var<storage, read_write> ended: array<atomic<u32>>;
-@group(0) @binding(10) var<storage, read_write> done: array<atomic<u32>, KERNELS>;
+@group(0) @binding(10) var<storage, read_write> done: array<atomic<u32>, DONE_WORDS>;
 
 // How a ray ended, in which cell it is read, and in which a return has its blocker.
 struct Finish {
@@ -81,7 +81,7 @@ fn main(
     @builtin(local_invocation_index) local: u32,
 ) {
     let ray = part.first + id.x;
-    // No early return: the barrier below must see every invocation of the group.
+    // No early return: `report` must see every invocation of the group.
     if ray < part.end {
         let row = part.first_row + id.y;
         let placement = placements[row];
@@ -110,8 +110,5 @@ fn main(
         }
         ends[row * table.rays + ray] = packed(end);
     }
-    workgroupBarrier();
-    if local == 0u {
-        atomicAdd(&done[CAST], 1u);
-    }
+    report(CAST, local);
 }

@@ -10,7 +10,7 @@
 @group(0) @binding(6) var<storage, read> occupied: array<u32>;
 @group(0) @binding(7) var<storage, read> free: array<u32>;
 @group(0) @binding(8) var<storage, read_write> counts: array<atomic<u32>>;
-@group(0) @binding(9) var<storage, read_write> done: array<atomic<u32>, KERNELS>;
+@group(0) @binding(9) var<storage, read_write> done: array<atomic<u32>, DONE_WORDS>;
 
 var<workgroup> sums: array<atomic<u32>, COUNTERS>;
 
@@ -54,12 +54,14 @@ fn main(
     let row = part.first_row + group.y;
     // Neighbouring invocations take neighbouring words.
     let first = part.first + group.x * WORKGROUP * WORDS_PER_INVOCATION + local;
-    for (var i = 0u; i < WORDS_PER_INVOCATION; i += 1u) {
+    var i = 0u;
+    for (; i < WORDS_PER_INVOCATION; i += 1u) {
         let word = first + i * WORKGROUP;
         if word < part.end {
             count_word(word, row * setup.window_words + word);
         }
     }
+    loop_ended(opaque(i) >= WORDS_PER_INVOCATION);
     workgroupBarrier();
     if local < COUNTERS {
         let sum = atomicLoad(&sums[local]);
@@ -67,8 +69,5 @@ fn main(
             atomicAdd(&counts[(row * setup.regions + part.region) * COUNTERS + local], sum);
         }
     }
-    workgroupBarrier();
-    if local == 0u {
-        atomicAdd(&done[COUNT], 1u);
-    }
+    report(COUNT, local);
 }

@@ -9,7 +9,7 @@
 @group(0) @binding(5) var<storage, read> free: array<u32>;
 @group(0) @binding(6) var<storage, read_write> fused_occupied: array<u32>;
 @group(0) @binding(7) var<storage, read_write> fused_free: array<u32>;
-@group(0) @binding(8) var<storage, read_write> done: array<atomic<u32>, KERNELS>;
+@group(0) @binding(8) var<storage, read_write> done: array<atomic<u32>, DONE_WORDS>;
 
 // 32 voxels, as one sensor or all of them see them.
 struct Said {
@@ -35,11 +35,13 @@ fn said(reading: Reading, word: u32) -> Said {
 // Occupied if any sensor says so, else free if any does.
 fn fuse_word(job: Job, word: u32) -> Said {
     var any = Said(0u, 0u);
-    for (var i = job.first; i < job.end; i += 1u) {
+    var i = job.first;
+    for (; i < job.end; i += 1u) {
         let one = said(readings[i], word);
         any.occupied |= one.occupied;
         any.free |= one.free;
     }
+    loop_ended(opaque(i) >= job.end);
     any.free &= ~any.occupied;
     return any;
 }
@@ -53,7 +55,8 @@ fn sum_word(job: Job, word: u32) -> Said {
         let first = left & (~left + 1u);
         var same = left;
         var sum = 0;
-        for (var i = job.first; i < job.end; i += 1u) {
+        var i = job.first;
+        for (; i < job.end; i += 1u) {
             let reading = readings[i];
             let one = said(reading, word);
             if (one.occupied & first) != 0u {
@@ -67,10 +70,12 @@ fn sum_word(job: Job, word: u32) -> Said {
             }
             sum = clamp(sum, LEAST_LOG_ODDS, MOST_LOG_ODDS);
         }
+        loop_ended(opaque(i) >= job.end);
         signs.occupied |= select(0u, same, sum > 0);
         signs.free |= select(0u, same, sum < 0);
         left &= ~same;
     }
+    loop_ended(opaque(left) == 0u);
     return signs;
 }
 
@@ -80,7 +85,7 @@ fn main(
     @builtin(local_invocation_index) local: u32,
 ) {
     let word = part.first + id.x;
-    // No early return: the barrier below must see every invocation of the group.
+    // No early return: `report` must see every invocation of the group.
     if word < part.end {
         let row = part.first_row + id.y;
         let job = jobs[row];
@@ -94,8 +99,5 @@ fn main(
         fused_occupied[at] = fused.occupied;
         fused_free[at] = fused.free;
     }
-    workgroupBarrier();
-    if local == 0u {
-        atomicAdd(&done[FUSE], 1u);
-    }
+    report(FUSE, local);
 }

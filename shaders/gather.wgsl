@@ -1,4 +1,4 @@
-// Decides the boxes that `judge` left, voxel by voxel, from the pixels that may see each. One workgroup a box at a time, one
+// Decides the boxes that `judge` left, voxel by voxel, from the pixels that may see each. One workgroup a box, one
 // invocation a cube of 2 × 2 × 2 of its voxels; voxels that many pixels may see are listed for `scan`.
 //
 // # Theory
@@ -6,8 +6,8 @@
 // whether a ray visits a voxel is a matter of six crossings. Near voxels, which most pixels may see, are left to `walk`.
 //
 // # Practice
-// Software adapters end all loops of an invocation after 65,535 turns in all, and say nothing. So turns are counted: a box costs
-// 238 at most besides the pixels, a group takes at most 64 boxes, and pixels come out of MOST_TURNS.
+// Software adapters count the turns of the invocations of a vector together, and end all loops when there were too many. So an
+// invocation counts those that it makes over pixels, and makes MOST_TURNS at most (src/backend/gpu/turns.rs).
 
 @group(0) @binding(0) var<uniform> setup: Setup;
 @group(0) @binding(1) var<uniform> part: Part;
@@ -19,7 +19,7 @@
 @group(0) @binding(7) var<storage, read> undecided: array<u32>;
 @group(0) @binding(8) var<storage, read_write> left: array<atomic<u32>>;
 @group(0) @binding(9) var<storage, read_write> free: array<atomic<u32>>;
-@group(0) @binding(10) var<storage, read_write> done: array<atomic<u32>, KERNELS>;
+@group(0) @binding(10) var<storage, read_write> done: array<atomic<u32>, DONE_WORDS>;
 
 // Turns of the loops over pixels so far.
 var<private> turns: u32;
@@ -30,9 +30,10 @@ fn witnessed(placement: Placement, row: u32, offset: vec3<i32>, middle: vec2<i32
     var pixel = middle;
     var next = first;
     var found = false;
+    var enough = false;
     loop {
         // The next pixel that frees enough. Software adapters pay for what follows as often as the slowest of eight neighbours.
-        var enough = false;
+        turns += 1u;
         loop {
             turns += 1u;
             let end = ends[row * table.rays + u32(pixel.y) * table.image_x + u32(pixel.x)];
@@ -43,10 +44,10 @@ fn witnessed(placement: Placement, row: u32, offset: vec3<i32>, middle: vec2<i32
             pixel = next;
             next = select(next + vec2<i32>(1, 0), vec2<i32>(first.x, next.y + 1), next.x == last.x);
         }
+        loop_ended(opaque(u32(enough)) != 0u || opaque(u32(next.y)) > u32(last.y));
         if !enough {
             break;
         }
-        turns += 1u;
         found = sees(placement, dirs_q15[u32(pixel.y) * table.image_x + u32(pixel.x)], offset);
         if found || next.y > last.y {
             break;
@@ -54,11 +55,12 @@ fn witnessed(placement: Placement, row: u32, offset: vec3<i32>, middle: vec2<i32
         pixel = next;
         next = select(next + vec2<i32>(1, 0), vec2<i32>(first.x, next.y + 1), next.x == last.x);
     }
+    loop_ended(!enough || opaque(u32(found)) != 0u || opaque(u32(next.y)) > u32(last.y));
     return found;
 }
 
 // Lists a voxel for `scan`, whose workgroups take SCANS_AT_ONCE of them. What scan is asked to do is taken from its completion
-// counter, so that it comes to nothing when all is done.
+// counters, so that they come to nothing when all is done.
 fn leave(item: u32, voxel: u32) {
     let head = part.region * HEAD_WORDS;
     let place = atomicAdd(&left[head + 3u], 1u);
@@ -66,6 +68,7 @@ fn leave(item: u32, voxel: u32) {
     if place % SCANS_AT_ONCE == 0u {
         atomicAdd(&left[head], 1u);
         atomicSub(&done[SCAN], 1u);
+        atomicSub(&done[KERNELS + SCAN], WORKGROUP);
     }
 }
 
@@ -106,36 +109,39 @@ fn free_of_cube(placement: Placement, view: View, row: u32, low: vec3<u32>, item
     // A loop that ends at once costs a software adapter little; what is behind a branch it pays for.
     let voxels = select(0u, 8u, sight.seen && range.y > away.x && !all_free);
     var bits = select(0u, 0xffu, all_free);
-    for (var i = 0u; i < voxels; i += 1u) {
+    var i = 0u;
+    for (; i < voxels; i += 1u) {
         let at = vec3<u32>(i & 1u, (i >> 1u) & 1u, i >> 2u);
         if all(low + at < window) {
             let number = voxel + at.x + at.y * BOX_EDGE + at.z * BOX_EDGE * BOX_EDGE;
             bits |= u32(is_free(placement, view, row, cell + vec3<i32>(at), item, number)) << i;
         }
     }
+    loop_ended(opaque(i) >= voxels);
     return bits;
 }
 
 @compute @workgroup_size(WORKGROUP)
 fn main(
     @builtin(workgroup_id) group: vec3<u32>,
-    @builtin(num_workgroups) groups: vec3<u32>,
     @builtin(local_invocation_index) local: u32,
 ) {
     let window = vec3<u32>(setup.window_x, setup.window_y, setup.window_z);
     let cube = vec3<u32>(local & 3u, (local >> 2u) & 3u, local >> 4u) * 2u;
     let voxel = cube.x + cube.y * BOX_EDGE + cube.z * BOX_EDGE * BOX_EDGE;
-    let end = min(part.end, undecided[0]);
-    for (var item = part.first + group.x; item < end; item += groups.x) {
+    let item = part.first + group.x;
+    // No early return: `report` must see every invocation of the group.
+    if item < min(part.end, undecided[0]) {
         let word = undecided[item + 1u];
         let row = word >> BOX_BITS;
         let placement = placements[row];
         let low = box_corner(word) + cube;
         if all(low < window) {
-            let bits = free_of_cube(placement, view_of(placement), row, low, item - part.first, voxel);
+            let bits = free_of_cube(placement, view_of(placement), row, low, group.x, voxel);
             // The last voxel of a row may stand alone.
             let within = select(1u, 3u, low.x + 1u < window.x);
-            for (var i = 0u; i < 4u; i += 1u) {
+            var i = 0u;
+            for (; i < 4u; i += 1u) {
                 let two = (bits >> (2u * i)) & within;
                 let y = low.y + (i & 1u);
                 let z = low.z + (i >> 1u);
@@ -144,10 +150,8 @@ fn main(
                     atomicOr(&free[placement.slot * setup.window_words + at], two << (low.x & 31u));
                 }
             }
+            loop_ended(opaque(i) >= 4u);
         }
     }
-    workgroupBarrier();
-    if local == 0u {
-        atomicAdd(&done[GATHER], 1u);
-    }
+    report(GATHER, local);
 }

@@ -156,5 +156,6 @@ fn freed_range(row: u32, first: vec2<i32>, last: vec2<i32>) -> vec2<u32> {
             break;
         }
     }
+    loop_ended(vast || opaque(at.y) > high.y);
     return select(vec2<u32>(least, most), vec2<u32>(0u, 0xffffu), vast);
 }

@@ -16,12 +16,13 @@
 // How many, and which: the place of a box in `boxes` and its placement in the batch.
 @group(0) @binding(6) var<storage, read_write> undecided: array<atomic<u32>>;
 @group(0) @binding(7) var<storage, read_write> free: array<atomic<u32>>;
-@group(0) @binding(8) var<storage, read_write> done: array<atomic<u32>, KERNELS>;
+@group(0) @binding(8) var<storage, read_write> done: array<atomic<u32>, DONE_WORDS>;
 
 // Sets the voxels of a box, counted from the window's corner, that lie in the window.
 fn fill(slot: u32, corner: vec3<u32>) {
     let mask = (0xffu >> (BOX_EDGE - min(BOX_EDGE, setup.window_x - corner.x))) << (corner.x & 31u);
-    for (var i = 0u; i < BOX_EDGE * BOX_EDGE; i += 1u) {
+    var i = 0u;
+    for (; i < BOX_EDGE * BOX_EDGE; i += 1u) {
         let y = corner.y + i % BOX_EDGE;
         let z = corner.z + i / BOX_EDGE;
         if y < setup.window_y && z < setup.window_z {
@@ -29,6 +30,7 @@ fn fill(slot: u32, corner: vec3<u32>) {
             atomicOr(&free[slot * setup.window_words + row + (corner.x >> 5u)], mask);
         }
     }
+    loop_ended(opaque(i) >= BOX_EDGE * BOX_EDGE);
 }
 
 @compute @workgroup_size(WORKGROUP)
@@ -37,7 +39,7 @@ fn main(
     @builtin(local_invocation_index) local: u32,
 ) {
     let item = part.first + id.x;
-    // No early return: the barrier below must see every invocation of the group.
+    // No early return: `report` must see every invocation of the group.
     if item < part.end {
         let row = part.first_row + id.y;
         let placement = placements[row];
@@ -59,8 +61,5 @@ fn main(
             }
         }
     }
-    workgroupBarrier();
-    if local == 0u {
-        atomicAdd(&done[JUDGE], 1u);
-    }
+    report(JUDGE, local);
 }

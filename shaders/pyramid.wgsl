@@ -10,7 +10,7 @@
 @group(0) @binding(2) var<uniform> table: Table;
 @group(0) @binding(3) var<storage, read> ends: array<u32>;
 @group(0) @binding(4) var<storage, read_write> pyramid: array<u32>;
-@group(0) @binding(5) var<storage, read_write> done: array<atomic<u32>, KERNELS>;
+@group(0) @binding(5) var<storage, read_write> done: array<atomic<u32>, DONE_WORDS>;
 
 var<workgroup> blocks: array<u32, WORKGROUP>;
 
@@ -22,7 +22,8 @@ fn joined(a: u32, b: u32) -> u32 {
 // Least and most of the pixels of a block; of none, what changes nothing.
 fn block(row: u32, corner: vec2<u32>) -> u32 {
     var word = 0xffffu;
-    for (var i = 0u; i < 64u; i += 1u) {
+    var i = 0u;
+    for (; i < 64u; i += 1u) {
         let pixel = corner + vec2<u32>(i & 7u, i >> 3u);
         if pixel.x < table.image_x && pixel.y < table.image_y {
             let end = unpacked(ends[row * table.rays + pixel.y * table.image_x + pixel.x]);
@@ -30,6 +31,7 @@ fn block(row: u32, corner: vec2<u32>) -> u32 {
             word = joined(word, cells | (cells << 16u));
         }
     }
+    loop_ended(opaque(i) >= 64u);
     return word;
 }
 
@@ -46,7 +48,8 @@ fn main(
     var side = 8u;
     var at = vec2<u32>(local & 7u, local >> 3u);
     var word = block(row, tile * 64u + at * 8u);
-    for (var level = LEAST_LEVEL; level <= MOST_LEVEL; level += 1u) {
+    var level = LEAST_LEVEL;
+    for (; level <= MOST_LEVEL; level += 1u) {
         at = vec2<u32>(local % side, local / side);
         let inside = local < side * side;
         if inside && level > LEAST_LEVEL {
@@ -66,7 +69,6 @@ fn main(
         workgroupBarrier();
         side /= 2u;
     }
-    if local == 0u {
-        atomicAdd(&done[PYRAMID], 1u);
-    }
+    loop_ended(opaque(level) > MOST_LEVEL);
+    report(PYRAMID, local);
 }

@@ -13,7 +13,7 @@
 @group(0) @binding(7) var<storage, read> undecided: array<u32>;
 @group(0) @binding(8) var<storage, read> left: array<u32>;
 @group(0) @binding(9) var<storage, read_write> free: array<atomic<u32>>;
-@group(0) @binding(10) var<storage, read_write> done: array<atomic<u32>, KERNELS>;
+@group(0) @binding(10) var<storage, read_write> done: array<atomic<u32>, DONE_WORDS>;
 
 // Which of a group's voxels some invocation has found free.
 var<workgroup> found: array<atomic<u32>, SCANS_AT_ONCE>;
@@ -30,7 +30,9 @@ fn scan(voxel: u32, word: u32, local: u32) {
     let sight = sight(view_of(placement), cell, 1);
     let columns = u32(sight.last.x - sight.first.x + 1);
     let pixels = columns * u32(sight.last.y - sight.first.y + 1);
-    for (var pixel = local; pixel < pixels; pixel += WORKGROUP) {
+    var pixel = local;
+    var known = 0u;
+    for (; pixel < pixels; pixel += WORKGROUP) {
         let u = u32(sight.first.x) + pixel % columns;
         let v = u32(sight.first.y) + pixel / columns;
         let end = unpacked(ends[row * table.rays + v * table.image_x + u]);
@@ -41,10 +43,12 @@ fn scan(voxel: u32, word: u32, local: u32) {
             let in_row = (at.z * setup.window_y + at.y) * setup.window_words_per_row + (at.x >> 5u);
             atomicOr(&free[plane + in_row], 1u << (at.x & 31u));
         }
-        if atomicLoad(&found[voxel]) != 0u {
+        known = atomicLoad(&found[voxel]);
+        if known != 0u {
             break;
         }
     }
+    loop_ended(opaque(known) != 0u || opaque(pixel) >= pixels);
 }
 
 @compute @workgroup_size(WORKGROUP)
@@ -54,11 +58,10 @@ fn main(
 ) {
     let first = group.x * SCANS_AT_ONCE;
     let count = min(SCANS_AT_ONCE, left[part.region * HEAD_WORDS + 3u] - first);
-    for (var voxel = 0u; voxel < count; voxel += 1u) {
+    var voxel = 0u;
+    for (; voxel < count; voxel += 1u) {
         scan(voxel, left[HEADS * HEAD_WORDS + first + voxel], local);
     }
-    workgroupBarrier();
-    if local == 0u {
-        atomicAdd(&done[SCAN], 1u);
-    }
+    loop_ended(opaque(voxel) >= count);
+    report(SCAN, local);
 }

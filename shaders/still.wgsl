@@ -11,7 +11,7 @@
 @group(0) @binding(4) var<storage, read> dirs_q15: array<array<i32, 3>>;
 @group(0) @binding(5) var<storage, read> layer: array<u32>;
 @group(0) @binding(6) var<storage, read_write> first_hits: array<u32>;
-@group(0) @binding(7) var<storage, read_write> done: array<atomic<u32>, KERNELS>;
+@group(0) @binding(7) var<storage, read_write> done: array<atomic<u32>, DONE_WORDS>;
 
 @compute @workgroup_size(WORKGROUP)
 fn main(
@@ -19,14 +19,11 @@ fn main(
     @builtin(local_invocation_index) local: u32,
 ) {
     let ray = part.first + id.x;
-    // No early return: the barrier below must see every invocation of the group.
+    // No early return: `report` must see every invocation of the group.
     if ray < part.end {
         let placement = placements[part.first_row + id.y];
         let begin = launch(placement, dirs_q15[ray]);
         first_hits[placement.first_hits * setup.first_hits_stride + ray] = strike(begin, table.range_max_q16);
     }
-    workgroupBarrier();
-    if local == 0u {
-        atomicAdd(&done[STILL], 1u);
-    }
+    report(STILL, local);
 }

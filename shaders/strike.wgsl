@@ -33,10 +33,11 @@ fn strike(begin: March, last_q16: u32) -> u32 {
     let size = vec3<i32>(vec3<u32>(setup.grid_x, setup.grid_y, setup.grid_z));
     var reach = reach_at(ray.cell);
     var hit = NO_HIT;
+    var t = 0u;
     loop {
         let leaves = crossing3_q16(ray.next_q16, ray.period_q16, ahead(ray.cell, ray.step, reach, size));
         let axis = next_axis(leaves);
-        let t = min(leaves.x, min(leaves.y, leaves.z));
+        t = min(leaves.x, min(leaves.y, leaves.z));
         if t > last_q16 {
             break;
         }
@@ -56,5 +57,7 @@ fn strike(begin: March, last_q16: u32) -> u32 {
             break;
         }
     }
+    let outside = any(bitcast<vec3<u32>>(ray.cell) + opaque(0u) >= vec3<u32>(size));
+    loop_ended(opaque(t) > last_q16 || outside || opaque(hit) != NO_HIT);
     return hit;
 }

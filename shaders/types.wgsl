@@ -52,6 +52,8 @@ struct Part {
     every_ray: u32,
     // Cells entered later than that are not walked.
     until_q16: u32,
+    // Always 0, which compilers do not know.
+    zero: u32,
 }
 
 struct Placement {

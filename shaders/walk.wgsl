@@ -15,7 +15,7 @@
 @group(0) @binding(4) var<storage, read> dirs_q15: array<array<i32, 3>>;
 @group(0) @binding(5) var<storage, read> ends: array<u32>;
 @group(0) @binding(6) var<storage, read_write> free: array<atomic<u32>>;
-@group(0) @binding(7) var<storage, read_write> done: array<atomic<u32>, KERNELS>;
+@group(0) @binding(7) var<storage, read_write> done: array<atomic<u32>, DONE_WORDS>;
 
 // The crossings made when a ray has entered the window on every axis: none if it begins inside. Where it never comes
 // there, or has left again, the cell that it is in then is outside.
@@ -65,6 +65,7 @@ fn walk(slot: u32, begin: March, cells: u32) {
         bit += select(select(strides.z, strides.y, crossed.y), strides.x, crossed.x);
         crossings += 1u;
     }
+    loop_ended(!inside || opaque(crossings) >= cells);
 }
 
 @compute @workgroup_size(WORKGROUP)
@@ -73,15 +74,12 @@ fn main(
     @builtin(local_invocation_index) local: u32,
 ) {
     let ray = part.first + id.x;
-    // No early return: the barrier below must see every invocation of the group.
+    // No early return: `report` must see every invocation of the group.
     if ray < part.end {
         let row = part.first_row + id.y;
         let placement = placements[row];
         let end = unpacked(ends[row * table.rays + ray]);
         walk(placement.slot, launch(placement, dirs_q15[ray]), freed(end, table.no_return_is_free != 0u));
     }
-    workgroupBarrier();
-    if local == 0u {
-        atomicAdd(&done[WALK], 1u);
-    }
+    report(WALK, local);
 }

@@ -62,7 +62,7 @@ fn structs_match_their_mirrors() {
         regions bricks_x bricks_y reach_word first_hits_stride);
     mirrored!("Table", TableWords, rays range_min_q16 range_max_q16 near_ignore_q16 no_return_is_free backdrop noisy
         image_x image_y focal_x focal_y near);
-    mirrored!("Part", Part, first_row first end region every_ray until_q16);
+    mirrored!("Part", Part, first_row first end region every_ray until_q16 zero);
     mirrored!("Placement", PlacementWords, origin_q16 axis_x_q15 axis_y_q15 axis_z_q15 draws slot first_hits);
     mirrored!("Job", JobWords, first end octomap);
     mirrored!("Reading", ReadingWords, slot volume hit miss);
@@ -90,6 +90,47 @@ fn arrays_in_storage_have_no_gaps() {
             assert_eq!(stride as usize, expected, "{place}: stride of {name}");
         }
     }
+}
+
+/// A driver that ends loops early is found by what is asked after each of them (`shaders/proof.wgsl`).
+#[test]
+fn after_each_loop_a_kernel_asks_whether_it_ended() {
+    let mut loops = 0;
+    for stage in Stage::ALL {
+        let module = parsed(stage);
+        let asks = module.functions.iter().find(|(_, f)| f.name.as_deref() == Some("loop_ended"));
+        let (asks, _) = asks.expect("every kernel has the proof");
+        let bodies = module.functions.iter().map(|(_, f)| f);
+        for function in bodies.chain(module.entry_points.iter().map(|entry| &entry.function)) {
+            let name = function.name.as_deref().unwrap_or("main");
+            loops += asked(&function.body, asks, &format!("{}, fn {name}", stage.name()));
+        }
+    }
+    assert!(loops >= 20, "{loops} loops");
+}
+
+/// How many loops a block has, each of them followed by the question before anything else could lead away.
+#[track_caller]
+fn asked(block: &naga::Block, asks: naga::Handle<naga::Function>, place: &str) -> usize {
+    use naga::Statement as S;
+    let mut loops = 0;
+    for (i, statement) in block.iter().enumerate() {
+        loops += match statement {
+            S::Block(inner) => asked(inner, asks, place),
+            S::If { accept, reject, .. } => asked(accept, asks, place) + asked(reject, asks, place),
+            S::Switch { cases, .. } => cases.iter().map(|case| asked(&case.body, asks, place)).sum(),
+            S::Loop { body, .. } => {
+                let led_away =
+                    |s: &&S| matches!(s, S::Loop { .. } | S::Return { .. } | S::Break | S::Continue);
+                let next = block[i + 1..].iter().take_while(|s| !led_away(s));
+                let calls = |s: &S| matches!(s, S::Call { function, .. } if *function == asks);
+                assert!(next.clone().any(calls), "{place}: a loop is not followed by `loop_ended`");
+                1 + asked(body, asks, place)
+            }
+            _ => 0,
+        };
+    }
+    loops
 }
 
 /// As many as every WebGPU-class adapter has.

@@ -6,6 +6,7 @@ pub mod cpu;
 mod fuse;
 pub mod gpu;
 pub mod oracle;
+mod self_test;
 
 use std::sync::Arc;
 
@@ -13,6 +14,7 @@ use crate::Result;
 use crate::march::{End, Gates};
 use crate::metrics::Confusion;
 use crate::voxel::{BitGrid, Window};
+pub use self_test::{POSES as SELF_TEST_POSES, self_test};
 
 /// One scene at one moment, as the backends see it. All planes but `blockers` cover `window`.
 #[derive(Clone, Debug)]

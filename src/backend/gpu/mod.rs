@@ -11,12 +11,13 @@ mod plan;
 mod queue;
 mod score;
 mod sense;
+mod turns;
 pub mod types;
 
 pub use adapter::{AdapterChoice, AdapterReport, adapters};
 pub use device::{Device, open};
 pub use kernel::evaluate;
-pub use types::{Stage, shader_prelude, shader_source};
+pub use types::{SHADER_PROOF, Stage, shader_prelude, shader_source};
 
 use std::collections::VecDeque;
 use std::time::Duration;
@@ -52,8 +53,13 @@ pub struct Gpu {
 impl Gpu {
     /// Opens the chosen adapter and compiles the kernels.
     pub fn new(choice: &AdapterChoice) -> Result<Gpu> {
+        Gpu::with_sources(choice, &shader_source)
+    }
+
+    /// The same with kernels from other sources, for tests.
+    pub fn with_sources(choice: &AdapterChoice, source: &dyn Fn(Stage) -> String) -> Result<Gpu> {
         Ok(Gpu {
-            queue: Queue::new(open(choice)?)?,
+            queue: Queue::new(open(choice)?, source)?,
             memory_bytes: None,
             room: Room::new(),
             tables: Vec::new(),

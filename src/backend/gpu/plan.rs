@@ -5,9 +5,10 @@ use std::ops::Range;
 
 use super::adapter::AdapterReport;
 use super::pace::Pace;
+use super::turns::near_voxels;
 use super::types::{
     BOX_EDGE, BOXES_AT_ONCE, FARTHEST_READ_Q16, HEADS, PYRAMID_LEVELS, Part, Stage, WORDS_PER_INVOCATION,
-    WORKGROUP, near_voxels,
+    WORKGROUP,
 };
 use crate::backend::{Carving, Cell, Image, Rays};
 use crate::march::MAX_RANGE_VOXELS;
@@ -24,8 +25,6 @@ const GATHER_COST: u64 = 4000;
 const ITEMS_PER_DISPATCH: u64 = 1 << 21;
 /// Pixels of an image beyond which rays are numbered past what floats hold.
 const MOST_IMAGE_PIXELS: u32 = 1 << 24;
-/// Workgroups that share the boxes which were left.
-const GATHERING_GROUPS: Budget = Budget { software: 64, hardware: 4096 };
 /// Most workgroups of a row of a dispatch.
 const MOST_GROUPS: u64 = 65_535;
 /// What a word of one reading costs to fuse, where each of its voxels has its own sum, and a word to count.
@@ -266,13 +265,7 @@ impl CellSizes {
     }
 
     /// The dispatches that cast and carve a batch of placements, in the order they must run.
-    pub(super) fn sensing(
-        &self,
-        table: &TableSizes,
-        batch: &Batch,
-        adapter: &AdapterReport,
-        pace: &Pace,
-    ) -> Vec<Dispatch> {
+    pub(super) fn sensing(&self, table: &TableSizes, batch: &Batch, pace: &Pace) -> Vec<Dispatch> {
         let (rays, rows) = (0..table.rays, batch.placements);
         let cast = Part { every_ray: batch.everything as u32, ..Part::default() };
         let mut out: Vec<_> = self.stage(Stage::Cast, rows, rays.clone(), CAST_COST, cast, pace).collect();
@@ -291,26 +284,8 @@ impl CellSizes {
         let tile_cost = PYRAMID_COST << (2 * PYRAMID_LEVELS.end());
         out.extend(self.stage(Stage::Pyramid, rows, 0..table.tiles(), tile_cost, Part::default(), pace));
         out.extend(self.stage(Stage::Judge, rows, boxes.clone(), JUDGE_COST, Part::default(), pace));
-        out.extend(self.gathering(boxes.end * rows, adapter, pace));
+        out.extend(gathering(boxes.end * rows, pace));
         out
-    }
-
-    /// The dispatches that decide the boxes which were left, and the voxels that were left of each of them.
-    fn gathering(
-        &self,
-        boxes: u32,
-        adapter: &AdapterReport,
-        pace: &Pace,
-    ) -> impl Iterator<Item = Dispatch> + use<> {
-        let at_once = (pace.work_at_once(Stage::Gather) / GATHER_COST).clamp(1, BOXES_AT_ONCE as u64) as u32;
-        let blocks = cut(1, 0..boxes, at_once.max(boxes.div_ceil(HEADS)));
-        let most = GATHERING_GROUPS.of(adapter) as u32;
-        blocks.into_iter().zip(0..).flat_map(move |(block, head)| {
-            let part = Part { region: head, ..Part::default() };
-            let gather = block.dispatch(Stage::Gather, part, 1, GATHER_COST);
-            let scan = Dispatch { stage: Stage::Scan, groups: [0, 0], ..gather };
-            [Dispatch { groups: [gather.groups[0].min(most), 1], ..gather }, scan]
-        })
     }
 
     /// The dispatches of a stage over items of rows, which cost so much each.
@@ -349,6 +324,17 @@ impl CellSizes {
         }
         out
     }
+}
+
+/// The dispatches that decide the boxes which were left, a workgroup a box, and the voxels that were left of each of them.
+fn gathering(boxes: u32, pace: &Pace) -> impl Iterator<Item = Dispatch> + use<> {
+    let at_once = (pace.work_at_once(Stage::Gather) / GATHER_COST).clamp(1, BOXES_AT_ONCE as u64) as u32;
+    let blocks = cut(1, 0..boxes, at_once.max(boxes.div_ceil(HEADS)));
+    blocks.into_iter().zip(0..).flat_map(|(block, head)| {
+        let part = Part { region: head, ..Part::default() };
+        let gather = block.dispatch(Stage::Gather, part, 1, GATHER_COST);
+        [gather, Dispatch { stage: Stage::Scan, groups: [0, 0], ..gather }]
+    })
 }
 
 /// The boxes of voxels that a window is decided in, those with voxels of a region first and how many those are: the
@@ -425,16 +411,23 @@ impl Launched {
         }
     }
 
-    /// Compares the workgroups launched with those that reported their end.
+    /// Compares the workgroups launched with those that came to their end, and their invocations with those whose loops did.
     pub(super) fn check(&self, done: &[u32]) -> Result<(), String> {
+        let (groups, whole) = done.split_at(self.0.len());
+        let cure = "so its counts cannot be trusted; use another adapter, or `--backend cpu`";
         for stage in Stage::ALL {
-            let (launched, ended) = (self.0[stage as usize], done[stage as usize]);
+            let (name, launched, ended) = (stage.name(), self.0[stage as usize], groups[stage as usize]);
             // The device counts in 32 bits.
             if ended != launched as u32 {
                 return Err(format!(
-                    "incomplete dispatch: {ended} of {launched} workgroups of `{}` ran to their end, so its counts \
-                     cannot be trusted; use another adapter, or `--backend cpu`",
-                    stage.name()
+                    "incomplete dispatch: {ended} of {launched} workgroups of `{name}` ran to their end, {cure}"
+                ));
+            }
+            let (launched, ended) = (launched * u64::from(WORKGROUP), whole[stage as usize]);
+            if ended != launched as u32 {
+                return Err(format!(
+                    "loops cut short: in {ended} of {launched} invocations of `{name}` all loops ended by their own \
+                     condition, the driver ended others early, {cure}"
                 ));
             }
         }

@@ -1,4 +1,4 @@
-//! The compiled kernels and the work given to them: dispatches in, and word back that all of them ran. What they are
+//! The compiled kernels and the work given to them: dispatches in, and word back that all of them ran to their ends. What they are
 //! bound to is decided in `mod.rs`.
 
 use std::time::{Duration, Instant};
@@ -8,7 +8,7 @@ use super::device::{Device, Requested, Scratch};
 use super::kernel::{Binding, Groups, Kernel};
 use super::pace::Pace;
 use super::plan::{self, Dispatch, Launched};
-use super::types::{HEAD_WORDS, Part, Stage, shader_source};
+use super::types::{DONE_WORDS, HEAD_WORDS, Part, Stage};
 use crate::Result;
 
 /// An open adapter, its kernels, and what they were given to do.
@@ -18,7 +18,7 @@ pub(super) struct Queue {
     /// Bytes from one dispatch's [`Part`] to the next.
     part_stride: u32,
     parts: Scratch,
-    /// Completion counters, one a stage, and what they must come to.
+    /// Completion counters, and what they must come to.
     done: wgpu::Buffer,
     launched: Launched,
     clock: Clock,
@@ -41,12 +41,11 @@ pub(super) struct Asked {
 }
 
 impl Queue {
-    /// Compiles the kernels.
-    pub(super) fn new(device: Device) -> Result<Self> {
+    /// Compiles the kernels from the source of each stage.
+    pub(super) fn new(device: Device, source: &dyn Fn(Stage) -> String) -> Result<Self> {
         use Binding::{Part as Each, Read, Uniform, Write};
-        let kernel = |stage: Stage, bindings: &[Binding]| {
-            Kernel::new(&device, stage.name(), shader_source(stage), bindings)
-        };
+        let kernel =
+            |stage: Stage, bindings: &[Binding]| Kernel::new(&device, stage.name(), source(stage), bindings);
         // In the order of each kernel's bindings; the last is always `done`.
         let kernels = [
             kernel(Stage::Still, &[Uniform, Each, Uniform, Read, Read, Read, Write, Write])?,
@@ -69,7 +68,7 @@ impl Queue {
         Ok(Queue {
             part_stride: alignment.max(size_of::<Part>() as u32),
             parts: Scratch::uniform("parts"),
-            done: device.storage("done", Stage::ALL.len() as u64 * 4),
+            done: device.storage("done", u64::from(DONE_WORDS) * 4),
             launched: Launched::default(),
             clock: Clock::new(&device),
             pace: Pace::new(),
@@ -134,7 +133,7 @@ impl Queue {
         let mut encoder = self.device.encoder();
         let (timed, stamps) = self.clock.read(&mut encoder);
         let stamps = stamps.as_ref().unwrap_or(&self.done);
-        let own = [(&self.done, Stage::ALL.len() as u64 * 4), (stamps, timed.len() as u64 * 16)];
+        let own = [(&self.done, u64::from(DONE_WORDS) * 4), (stamps, timed.len() as u64 * 16)];
         let clear = |encoder: &mut wgpu::CommandEncoder| encoder.clear_buffer(&self.done, 0, None);
         Asked {
             requested: self.device.request(encoder, &[&own, wanted].concat(), clear),
@@ -145,7 +144,7 @@ impl Queue {
         }
     }
 
-    /// Waits for what was asked for, unless the adapter left out some of the work.
+    /// Waits for what was asked for. An error if the adapter left out some of the work.
     pub(super) fn answer(&mut self, asked: Asked) -> Result<Vec<Vec<u32>>> {
         let Asked { requested, launched, timed, work, asked } = asked;
         let mut words = self.device.receive(requested)?;

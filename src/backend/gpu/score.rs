@@ -2,11 +2,12 @@
 //! the next. Which evidence they are about is decided by who asks.
 
 use super::queue::{Asked, Queue};
+use super::turns::MOST_READINGS;
 use super::types::{JobWords, Stage};
 use super::{Gpu, no_scene, plan};
-use crate::Result;
 use crate::backend::{Fusion, Reading};
 use crate::metrics::{COUNTERS, Confusion};
+use crate::{Error, Result};
 
 /// Counts that are on their way.
 pub(super) struct Question {
@@ -56,6 +57,12 @@ impl Gpu {
         let mut readings = Vec::new();
         let mut words = Vec::with_capacity(jobs.len());
         for job in jobs {
+            if job.len() > MOST_READINGS as usize {
+                return Err(Error::Input(format!(
+                    "a choice of {} readings: a GPU fuses at most {MOST_READINGS}, use smaller combinations, or `--backend cpu`",
+                    job.len()
+                )));
+            }
             let first = readings.len() as u32;
             for reading in job {
                 readings.push(loaded.reading(reading)?);

@@ -21,7 +21,7 @@ impl Gpu {
         let Gpu { queue, room, tables, loaded, kept, carving, .. } = self;
         let loaded = loaded.as_mut().ok_or_else(no_scene)?;
         let table = tables.get(table).ok_or_else(|| no_table(table))?;
-        let (sizes, report) = (&loaded.sizes, &queue.device.report);
+        let sizes = &loaded.sizes;
         let near =
             |shot: &&Shot| everything || table.sizes.is_near(shot.placement.origin_q16, &loaded.corners);
         let (near, far): (Vec<&Shot>, Vec<&Shot>) = shots.iter().partition(near);
@@ -38,7 +38,7 @@ impl Gpu {
             encoder.clear_buffer(&loaded.free, offset, Some(bytes));
             loaded.held[slot as usize] = true;
         }
-        let dispatches = sizes.sensing(&table.sizes, &batch, report, &queue.pace);
+        let dispatches = sizes.sensing(&table.sizes, &batch, &queue.pace);
         let words = near.into_iter().chain(far).map(PlacementWords::from);
         let placements = room.placements.filled(&queue.device, &words.collect::<Vec<_>>());
         let rows = u64::from(batch.placements);

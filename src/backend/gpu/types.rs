@@ -5,6 +5,7 @@ use std::fmt::Write;
 
 use bytemuck::{Pod, Zeroable};
 
+use super::turns::{MOST_PIXELS, MOST_TURNS, SCANS_AT_ONCE, near_voxels};
 use crate::backend::{Cell, Fusion, Image, LOG_ODDS, Placement, Rays, Shot, Slot};
 use crate::march;
 use crate::metrics::COUNTERS;
@@ -24,16 +25,6 @@ pub const BOX_BITS: u32 = 21;
 
 /// The smallest and the largest blocks of a pyramid have an edge of two to the power of these pixels.
 pub const PYRAMID_LEVELS: std::ops::RangeInclusive<u32> = 3..=6;
-
-/// Most pixels that an invocation of `gather` looks at for one voxel.
-pub const MOST_PIXELS: u32 = 512;
-
-/// Most turns of loops over pixels that an invocation of `gather` makes for all its voxels. Software adapters end all loops of an
-/// invocation after 65,535 turns in all, without a word; each of its boxes, at most 64, costs another 238.
-pub const MOST_TURNS: u32 = 30_000;
-
-/// Voxels that a workgroup of `scan` takes.
-pub const SCANS_AT_ONCE: u32 = 16;
 
 /// Most dispatches of `gather` in a batch; each has a head in the list of what it leaves.
 pub const HEADS: u32 = 1024;
@@ -71,7 +62,7 @@ pub enum Stage {
 }
 
 impl Stage {
-    /// All of them, in the order they run; a stage's place here is its completion counter.
+    /// All of them, in the order they run; a stage's place here is that of its completion counters.
     pub const ALL: [Stage; 9] = [
         Stage::Still,
         Stage::Cast,
@@ -89,6 +80,10 @@ impl Stage {
         ["still", "cast", "pyramid", "judge", "gather", "scan", "walk", "fuse", "count"][self as usize]
     }
 }
+
+/// Words that prove that kernels ran to their ends: of each stage, the workgroups that did, then of each the invocations
+/// whose loops did.
+pub const DONE_WORDS: u32 = 2 * Stage::ALL.len() as u32;
 
 /// In place of a slot: evidence that there is not.
 pub const NO_SLOT: Slot = u32::MAX;
@@ -188,23 +183,6 @@ impl From<&Rays> for TableWords {
     }
 }
 
-/// Depth in voxels up to which voxels of an image are near: behind it none may be seen by more pixels than the turns of an
-/// invocation of `scan` suffice for. As `sight` in `shaders/image.wgsl` sees a voxel, it is up to 1.84 voxels wide, and so much
-/// deeper than it begins; its pixels reach from the image's edge at its near side to where its other end is at its far side.
-pub fn near_voxels(image: &Image) -> f64 {
-    const MOST_PIXELS: f64 = 200_000.0;
-    const WIDE: f64 = 1.84;
-    let pixels = |depth: f64, axis: usize| {
-        let (size, focal) = (f64::from(image.size_px[axis]), image.focal_px[axis]);
-        (WIDE * (focal + size / 2.0) / (depth + WIDE) + 3.0).min(size)
-    };
-    // No voxel is deeper.
-    (10..=10 * march::MAX_RANGE_VOXELS)
-        .map(|tenth| f64::from(tenth) / 10.0)
-        .find(|&depth| pixels(depth, 0) * pixels(depth, 1) <= MOST_PIXELS)
-        .unwrap_or(f64::from(march::MAX_RANGE_VOXELS))
-}
-
 /// The twin of `Part` in `shaders/types.wgsl`: what one dispatch covers.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable)]
 #[repr(C)]
@@ -221,6 +199,8 @@ pub struct Part {
     pub every_ray: u32,
     /// Cells entered later than that are not walked.
     pub until_q16: u32,
+    /// Always 0, which compilers do not know (`shaders/proof.wgsl`).
+    pub zero: u32,
 }
 
 /// The twin of `Placement` in `shaders/types.wgsl`.
@@ -299,6 +279,7 @@ pub fn shader_prelude() -> String {
         ("WORDS_PER_INVOCATION", WORDS_PER_INVOCATION),
         ("COUNTERS", COUNTERS as u32),
         ("KERNELS", Stage::ALL.len() as u32),
+        ("DONE_WORDS", DONE_WORDS),
         ("NO_SLOT", NO_SLOT),
         ("BRICK_EDGE_LOG2", Bricks::EDGE_LOG2),
         ("BOX_EDGE", BOX_EDGE),
@@ -325,6 +306,10 @@ pub fn shader_prelude() -> String {
     source + include_str!("../../../shaders/types.wgsl") + include_str!("../../../shaders/march.wgsl")
 }
 
+/// The proof that a kernel ran to its end, which follows the prelude in every kernel; it is for kernels that bind `part`
+/// and `done`.
+pub const SHADER_PROOF: &str = include_str!("../../../shaders/proof.wgsl");
+
 /// The whole source of a kernel, as the device gets it: prelude, what several kernels share, and the kernel, joined.
 pub fn shader_source(stage: Stage) -> String {
     let strike = include_str!("../../../shaders/strike.wgsl");
@@ -340,5 +325,5 @@ pub fn shader_source(stage: Stage) -> String {
         Stage::Fuse => ["", include_str!("../../../shaders/fuse.wgsl")],
         Stage::Count => ["", include_str!("../../../shaders/count.wgsl")],
     };
-    shader_prelude() + &parts.concat()
+    shader_prelude() + SHADER_PROOF + &parts.concat()
 }

@@ -1,0 +1,128 @@
+//! How many turns the loops of a kernel make at most: never as many as a driver allows.
+//!
+//! # Theory
+//! Mesa's software adapters (llvmpipe, up to 22.3.6 at least) work on a vector of invocations at a time. The loops of a vector
+//! share one allowance, nested ones included; a turn is taken from it as long as any invocation of the vector is in the loop.
+//! When nothing is left every loop ends after its first turn, and nobody is told.
+//!
+//! So where each invocation loops once, a vector makes as many turns as its slowest invocation; where loops are nested, up to
+//! the sum over all of its invocations.
+//!
+//! # Practice
+//! `still`, `cast` and `walk` make one loop, over the crossings of a ray: 3 · 1023 at most. `pyramid`, `judge` and `count` make some
+//! hundred turns. What `gather`, `scan` and `fuse` do is bounded below. That no loop was ended early is proved by
+//! `shaders/proof.wgsl`, on every device and in every batch.
+
+use super::types::WORKGROUP;
+use crate::backend::Image;
+use crate::march::MAX_RANGE_VOXELS;
+
+/// Turns that the loops of a vector may make.
+const ALLOWED: u32 = 65_535;
+
+/// Most invocations of a vector: 512 bits.
+const LANES: u32 = 16;
+
+/// Most pixels that an invocation of `gather` looks at for one voxel.
+pub(super) const MOST_PIXELS: u32 = 512;
+
+/// Most turns of the nested loops over pixels that an invocation of `gather` makes for all its voxels.
+pub(super) const MOST_TURNS: u32 = 4000;
+
+// Besides, for a cube of voxels: its own blocks of the pyramid, its voxels and the blocks of each, and its rows.
+const _: () = assert!(LANES * MOST_TURNS + 25 + 9 + 8 * 25 + 5 <= ALLOWED);
+
+/// Voxels that a workgroup of `scan` takes.
+pub(super) const SCANS_AT_ONCE: u32 = 16;
+
+/// Most pixels that may see a voxel that is scanned; its invocations share them.
+const MOST_SCANNED: u32 = 240_000;
+
+const _: () = assert!(SCANS_AT_ONCE * (MOST_SCANNED.div_ceil(WORKGROUP) + 2) < ALLOWED);
+
+/// Most readings that are fused for a choice: `fuse` looks at each of them once, and again for each of the 32 voxels of a word.
+pub(super) const MOST_READINGS: u32 = 1900;
+
+const _: () = assert!((MOST_READINGS + 1) + 32 * (MOST_READINGS + 1) + 33 <= ALLOWED);
+
+/// Depth in voxels up to which voxels of an image are near: behind it none is seen by more than [`MOST_SCANNED`] pixels.
+///
+/// A voxel is at most √3 wide and as deep, and `sight` in `shaders/image.wgsl` grows it by what rays may stray at its distance,
+/// on both sides. If it is in the middle of the image, its near side decides how many pixels it covers; else they
+/// reach from the image's edge at its near side to where its other end is at its far side, at least a voxel deeper.
+pub(super) fn near_voxels(image: &Image) -> f64 {
+    let edge = |axis: usize| f64::from(image.size_px[axis]) / 2.0;
+    let slopes = edge(0) / image.focal_px[0] + edge(1) / image.focal_px[1];
+    let pixels = |depth: f64, axis: usize| {
+        let stray = 2e-4 * ((depth + 2.0) * (1.0 + slopes) + 3.5) + 0.03;
+        let (wide, focal) = (3f64.sqrt() + 2.0 * stray, image.focal_px[axis]);
+        let across = wide * f64::max(focal / depth, (focal + edge(axis)) / (depth + 1.0));
+        (across + 3.0).min(2.0 * edge(axis))
+    };
+    // No voxel is deeper.
+    (10..=10 * MAX_RANGE_VOXELS)
+        .map(|tenth| f64::from(tenth) / 10.0)
+        .find(|&depth| pixels(depth, 0) * pixels(depth, 1) <= f64::from(MOST_SCANNED))
+        .unwrap_or(f64::from(MAX_RANGE_VOXELS))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// `sight` in `shaders/image.wgsl`: the first and last pixel of one axis that may see a voxel, for a voxel at `p` in the
+    /// camera's frame whose half extents there are `half`, and the depth where it begins.
+    fn seen(image: &Image, axis: usize, p: [f64; 3], half: [f64; 3]) -> (f64, f64) {
+        let stray = 2e-4 * (p.iter().map(|x| x.abs()).sum::<f64>() + 1.5) + 0.03;
+        let (low, high) = (p[axis] - half[axis] - stray, p[axis] + half[axis] + stray);
+        let (z_low, z_high) = (p[2] - half[2] - stray, p[2] + half[2] + stray);
+        let (size, focal) = (f64::from(image.size_px[axis]), image.focal_px[axis]);
+        let from = size / 2.0 + focal * low / if low < 0.0 { z_low } else { z_high } - 0.5;
+        let to = size / 2.0 + focal * high / if high < 0.0 { z_high } else { z_low } + 0.5;
+        if to < 0.0 || from >= size {
+            return (0.0, z_low);
+        }
+        (to.clamp(0.0, size - 1.0).floor() - from.clamp(0.0, size - 1.0).floor() + 1.0, z_low)
+    }
+
+    #[test]
+    fn no_voxel_that_is_not_near_is_seen_by_more_pixels_than_scan_looks_at() {
+        let cameras = [
+            Image { size_px: [1280, 720], focal_px: [674.4, 649.5] },
+            Image { size_px: [4096, 4096], focal_px: [2000.0, 2000.0] },
+            Image { size_px: [4096, 3000], focal_px: [40_000.0, 40_000.0] },
+            Image { size_px: [4000, 4000], focal_px: [250.0, 250.0] },
+        ];
+        for image in &cameras {
+            let near = near_voxels(image);
+            let mut most = 0.0f64;
+            // Turned in all directions by eighths of a right angle, at depths from the nearest on, over a quarter of the image.
+            for turn in 0..64 {
+                let [a, b] = [turn % 8, turn / 8].map(|i| f64::from(i) * std::f64::consts::FRAC_PI_2 / 8.0);
+                let rows = [
+                    [a.cos(), a.sin(), 0.0],
+                    [-a.sin() * b.cos(), a.cos() * b.cos(), b.sin()],
+                    [a.sin() * b.sin(), -a.cos() * b.sin(), b.cos()],
+                ];
+                for order in [[0, 1, 2], [1, 2, 0], [2, 0, 1]] {
+                    let half = order.map(|r| rows[r].iter().map(|x| x.abs() / 2.0).sum::<f64>());
+                    for step in 0..2000 {
+                        let z = near + f64::from(step % 20) * 0.2 * (1.0 + near / 20.0);
+                        let off = |axis: usize, i: i32| {
+                            z * f64::from(i) / 9.0 * f64::from(image.size_px[axis])
+                                / 2.0
+                                / image.focal_px[axis]
+                        };
+                        let p = [off(0, step / 20 % 10), off(1, step / 200), z];
+                        let ((u, begins), (v, _)) = (seen(image, 0, p, half), seen(image, 1, p, half));
+                        if begins >= near {
+                            most = most.max(u * v);
+                        }
+                    }
+                }
+            }
+            assert!(most <= f64::from(MOST_SCANNED), "{image:?}: {most} pixels, near is {near}");
+            assert!(most >= 0.3 * f64::from(MOST_SCANNED) || near >= 2000.0, "{image:?}: only {most} pixels");
+        }
+    }
+}
