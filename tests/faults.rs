@@ -13,12 +13,13 @@ use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex};
 use std::time::Duration;
 
+use perirobot::backend::gpu::{AdapterChoice, Gpu, Stage, shader_source};
 use perirobot::backend::{Backend, Cell, Evidence, Fusion, Placement, Planes, Rays, Reading, Shot, Slot};
-use perirobot::backend::{cpu::Cpu, gpu::Gpu, oracle::Oracle};
+use perirobot::backend::{cpu::Cpu, oracle::Oracle};
 use perirobot::metrics::Confusion;
 use perirobot::sensor::{self, Setting};
 use perirobot::study::{Overrides, Study};
-use perirobot::sweep::check::DISAGREEMENT;
+use perirobot::sweep::check::{DISAGREED, DISAGREEMENT};
 use perirobot::sweep::journal::{JOURNAL, Shard};
 use perirobot::sweep::manifest::Manifest;
 use perirobot::sweep::session::{Ending, Report, Session};
@@ -191,7 +192,7 @@ impl Crew for Alone {
     }
 }
 
-/// A study of 151 choices of poses in 3 moments of 2 scenes, each twice.
+/// A study of 151 choices of poses in 2 scenes, each twice.
 struct Theatre {
     folder: Folder,
     study: Study,
@@ -200,6 +201,11 @@ struct Theatre {
 
 impl Theatre {
     fn new() -> Theatre {
+        Theatre::of(142, 2)
+    }
+
+    /// The same with so many random poses, so often.
+    fn of(random: u32, repeats: u32) -> Theatre {
         let folder = Folder::new();
         folder.write("second.toml", fs::read(folder.path("cell.toml")).unwrap());
         folder.edit("second.toml", "position_m = [0.1, -0.45, 0.65]", "position_m = [0.3, -0.4, 0.65]");
@@ -208,8 +214,8 @@ impl Theatre {
             "[[region]]",
             "[[scene]]\nfile = \"second.toml\"\nname = \"second\"\n[[region]]",
         );
-        folder.edit("study.toml", "seed = 7", "seed = 7\nrepeats = 2");
-        folder.edit("study.toml", "count = 2", "count = 142");
+        folder.edit("study.toml", "seed = 7", &format!("seed = 7\nrepeats = {repeats}"));
+        folder.edit("study.toml", "count = 2", &format!("count = {random}"));
         folder.edit("study.toml", "range_m = [0.1, 5.0]", "range_m = [0.1, 5.0]\nnoise_std_m = 0.1");
         let study = Study::load(&folder.path("study.toml"), &Overrides::default()).unwrap();
         let worlds = World::prepare_all(&study).unwrap();
@@ -223,6 +229,14 @@ impl Theatre {
 
     fn open(&self, out: &str, restart: bool) -> Result<Session<'_>> {
         Session::open(&self.study, &self.worlds, &self.out(out), Shard::WHOLE, restart, &["perirobot".into()])
+    }
+
+    /// How many answers a sweep takes.
+    fn answers(&self) -> usize {
+        let mut honest = Troupe::new(|_, _, _| None);
+        self.sweep("answers", &mut honest, 1, &mut Onlooker::default()).unwrap();
+        let script = honest.0.lock().unwrap();
+        script.calls.iter().filter(|(call, gear)| (*call, *gear) == (Call::Answer, Gear::Full)).count()
     }
 
     fn out(&self, out: &str) -> PathBuf {
@@ -462,7 +476,7 @@ fn a_lie_stops_the_run_with_the_evidence_in_a_file() {
         "scene cell, snapshot 0, repeat 0",
         "in region robot",
         DISAGREEMENT,
-        "All rows of this folder are dropped",
+        "All rows of this folder are set aside in disagreement.journal",
     ] {
         assert!(what.contains(part), "no {part:?} in {what}");
     }
@@ -477,7 +491,9 @@ fn a_lie_stops_the_run_with_the_evidence_in_a_file() {
     let run = &manifest(&out)["runs"][0];
     assert!(run["ended"].as_str().unwrap().contains("disagree"), "{run}");
 
-    // Nobody goes on from what a liar counted, nor merges it.
+    // Its rows are there for whoever wants to see them, but nobody goes on from them, nor merges them.
+    let aside = fs::read(out.join(DISAGREED)).unwrap();
+    assert!(aside.len() > theatre.journal("out").len(), "rows are kept");
     let session = theatre.open("out", false).unwrap();
     assert_eq!(session.done(), 0);
     drop(session);
@@ -512,6 +528,26 @@ fn an_honest_device_is_checked_three_times_and_then_for_a_share() {
     }
 }
 
+/// Poses and repeats of which some are checked together, in no order but that in which they were picked.
+#[test]
+fn an_honest_device_is_believed_however_often_poses_are_repeated() {
+    for (random, repeats) in [(1, 2), (2, 7)] {
+        let theatre = Theatre::of(random, repeats);
+        theatre.sweep("quiet", &mut Alone, 0, &mut Onlooker::default()).unwrap();
+        for verify in [1, 2, 500] {
+            let out = format!("one-in-{verify}");
+            let mut honest = Troupe::new(|_, _, _| None);
+            let report = theatre.sweep(&out, &mut honest, verify, &mut Onlooker::default()).unwrap();
+            assert!(report.run.verified >= report.run.poses / verify, "{} verified", report.run.verified);
+            assert!(theatre.journal(&out) == theatre.journal("quiet"));
+        }
+        // A lie in the last answer of all is found where all are checked.
+        let answers = theatre.answers();
+        let error = theatre.sweep("lied", &mut liar(answers - 1), 1, &mut Onlooker::default()).unwrap_err();
+        assert!(matches!(error, Error::Disagreement(_)), "{error:?}");
+    }
+}
+
 #[test]
 fn what_the_cpu_did_instead_is_not_checked_by_the_cpu() {
     let theatre = Theatre::new();
@@ -521,6 +557,57 @@ fn what_the_cpu_did_instead_is_not_checked_by_the_cpu() {
     });
     let report = theatre.sweep("out", &mut troupe, 1, &mut Onlooker::default()).unwrap();
     assert!(report.run.verified > 0 && report.run.verified < report.run.poses, "{}", report.run.verified);
+}
+
+/// A GPU whose driver ends loops early, in full batches or in all of them; and a CPU that steps in for it.
+struct Cutting {
+    adapter: AdapterChoice,
+    in_small: bool,
+}
+
+impl Crew for Cutting {
+    fn open(&mut self, gear: Gear) -> Result<Box<dyn Backend + Send>> {
+        // Rays turn at most twelve times on their way.
+        let source = |stage| {
+            let (whole, head) = (shader_source(stage), "        let leaves = crossing3_q16(ray.next_q16");
+            let cut = whole.replacen(
+                head,
+                &format!("        if turns > 11u {{ break; }}\n        turns += 1u;\n{head}"),
+                1,
+            );
+            assert_eq!(cut != whole, [Stage::Still, Stage::Cast].contains(&stage), "strike's loop");
+            cut.replace("var hit = NO_HIT;", "var hit = NO_HIT;\n    var turns = 0u;")
+        };
+        match gear {
+            Gear::Cpu => Ok(Box::new(Cpu::new(Some(1))?)),
+            Gear::Small if !self.in_small => Ok(Box::new(Gpu::new(&self.adapter)?)),
+            _ => Ok(Box::new(Gpu::with_sources(&self.adapter, &source)?)),
+        }
+    }
+
+    fn is_doubted(&self) -> bool {
+        true
+    }
+}
+
+#[test]
+fn what_a_driver_cuts_short_is_done_again_and_told() {
+    let Some(adapter) = common::adapter() else { return };
+    let theatre = Theatre::new();
+    theatre.sweep("quiet", &mut Alone, 0, &mut Onlooker::default()).unwrap();
+    for (in_small, instead) in [(false, SMALL), (true, CPU)] {
+        let out = format!("cut-{in_small}");
+        let mut crew = Cutting { adapter: adapter.clone(), in_small };
+        let mut watch = Onlooker::default();
+        let report = theatre.sweep(&out, &mut crew, 1, &mut watch).unwrap();
+        assert_eq!(report.ending, Ending::Finished);
+        assert!(theatre.journal(&out) == theatre.journal("quiet"), "other counts than a quiet run's");
+        let run = &manifest(&theatre.out(&out))["runs"][0];
+        assert_eq!(run["faults"], serde_json::json!(watch.faults));
+        let first = &watch.faults[0];
+        assert!(first.what.contains("loops cut short: in ") && first.what.contains("`cast`"), "{first:?}");
+        assert_eq!(first.instead, instead);
+    }
 }
 
 /// A GPU that is closed under the hands of who works with it, and one that is not waited for.

@@ -1,12 +1,14 @@
 //! What a device counts is counted again on the CPU, for its first poses and then for a small share: a driver that lies
 //! is found while it can still be stopped. Which device that is, and what follows, is not known here.
 
+use std::collections::HashMap;
+
 use serde_json::{Value, json};
 
 use super::{Ask, Batch, Ledger, Row, World, run_asks, table};
-use crate::Result;
 use crate::backend::Backend;
 use crate::study::Study;
+use crate::{Error, Result};
 
 /// How many choices are checked at the very beginning, and at least, where there are so many.
 pub const AT_LEAST: u64 = 3;
@@ -16,6 +18,9 @@ const MOST_WAITING: usize = 16;
 
 /// The file that a device's lie is written to.
 pub const DISAGREEMENT: &str = "disagreement.json";
+
+/// The journal with the rows that it counted, set aside.
+pub const DISAGREED: &str = "disagreement.journal";
 
 /// Choices that were picked to be counted again.
 #[derive(Debug)]
@@ -85,17 +90,32 @@ impl Picked {
             let Some(i) = worlds.iter().position(here) else { continue };
             let mut again = Again { asked: of_world, found: Vec::new() };
             let mut asks: Vec<Ask> = of_world.iter().map(|rows| ask(&rows[0])).collect();
+            // Each repeat of a choice was picked for itself; they are not neighbours.
+            asks.sort_by_key(|ask| (ask.combination, ask.choice));
             asks.dedup();
             run_asks(study, &worlds[i..=i], &asks, Batch::SMALL, backend, &mut again)?;
-            again.found.sort_by_key(Row::place);
-            for (theirs, ours) in of_world.iter().flatten().zip(&again.found) {
-                if theirs != ours {
-                    return Ok(Err(difference(study, theirs, ours)));
+            let (wanted, found) = (of_world.iter().map(Vec::len).sum::<usize>(), again.found.len());
+            let ours: HashMap<_, _> = again.found.iter().map(|row| (row.place(), row)).collect();
+            for theirs in of_world.iter().flatten() {
+                match ours.get(&theirs.place()) {
+                    Some(ours) if *ours == theirs => {}
+                    Some(ours) => return Ok(Err(difference(study, theirs, ours))),
+                    None => return Err(uneven(wanted, found)),
                 }
+            }
+            if found != wanted {
+                return Err(uneven(wanted, found));
             }
         }
         Ok(Ok(waiting.len() as u64))
     }
+}
+
+/// Why nothing can be said of what a device counted: the CPU counted other rows.
+fn uneven(wanted: usize, found: usize) -> Error {
+    Error::Device(format!(
+        "the check of {wanted} rows on the CPU came back with {found}, and not all of them match: report this"
+    ))
 }
 
 fn ask(row: &Row) -> Ask {

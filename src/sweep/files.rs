@@ -6,7 +6,7 @@ use std::fs;
 use std::io::{ErrorKind, Write};
 use std::path::{Path, PathBuf};
 
-use super::check::DISAGREEMENT;
+use super::check::{DISAGREED, DISAGREEMENT};
 use super::journal::JOURNAL;
 use super::manifest::MANIFEST;
 use crate::source::Sources;
@@ -155,7 +155,7 @@ impl OutputFolder {
     /// is the same sweep, and what a device said wrongly.
     pub fn clear(&self, is_same: bool) {
         let tables = TABLES.iter().filter(|_| !is_same);
-        for name in tables.chain([&DISAGREEMENT]) {
+        for name in tables.chain([&DISAGREEMENT, &DISAGREED]) {
             let _ = fs::remove_file(self.path.join(name));
         }
     }

@@ -12,7 +12,7 @@ use std::thread;
 use std::time::Duration;
 
 use super::book::Book;
-use super::check::DISAGREEMENT;
+use super::check::{DISAGREED, DISAGREEMENT};
 use super::files::write_whole;
 use super::manifest::Fault;
 use super::{Ask, Batch, Ledger, World, run_asks};
@@ -160,9 +160,9 @@ impl Shift<'_> {
             }
             Err(difference) => {
                 // Rows of a liar would be taken for finished ones, by whoever goes on or merges.
-                let cleared = match book.journal.clear() {
-                    Ok(()) => "All rows of this folder are dropped".to_string(),
-                    Err(e) => format!("Its rows could not be dropped ({e}): remove the folder"),
+                let cleared = match book.journal.set_aside(DISAGREED) {
+                    Ok(()) => format!("All rows of this folder are set aside in {DISAGREED}"),
+                    Err(e) => format!("Its rows could not be set aside ({e}): remove the folder"),
                 };
                 let path = self.folder.join(DISAGREEMENT);
                 let bytes = format!("{:#}\n", difference.evidence).into_bytes();

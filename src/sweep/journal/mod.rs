@@ -147,10 +147,13 @@ impl Journal {
         }
     }
 
-    /// Loses all its rows, which nobody may trust any more.
-    pub fn clear(&mut self) -> Result<()> {
-        let shrink = self.file.set_len(HEADER_BYTES as u64).and_then(|()| self.file.sync_all());
-        shrink.map_err(|e| Error::storage(&self.path, e))
+    /// Gives the file with all its rows, which nobody may trust any more, another name in its folder, and begins anew.
+    pub fn set_aside(&mut self, name: &str) -> Result<()> {
+        let renamed = std::fs::rename(&self.path, self.path.with_file_name(name));
+        renamed.map_err(|e| Error::storage(&self.path, e))?;
+        let folder = self.path.parent().unwrap_or(Path::new("."));
+        *self = Locked::open(folder)?.begin(self.header.clone())?;
+        Ok(())
     }
 
     /// Waits until the disk has all that was written.
