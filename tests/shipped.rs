@@ -42,17 +42,17 @@ fn tiny_whole() {
 
 #[test]
 fn tiny_with_voxels_of_3_cm() {
-    check("scenes/tiny.toml", Some(0.03), Selection::Spread(3));
+    check("scenes/tiny.toml", Some(0.03), Selection::Spread { number: 3, turn: 0 });
 }
 
 #[test]
 fn quick() {
-    check("scenes/quick.toml", None, Selection::Spread(3));
+    check("scenes/quick.toml", None, Selection::Spread { number: 3, turn: 0 });
 }
 
 #[test]
 fn lidars() {
-    check("scenes/paper/lidar.toml", None, Selection::Spread(2));
+    check("scenes/paper/lidar.toml", None, Selection::Spread { number: 2, turn: 0 });
 }
 
 #[test]

@@ -1,11 +1,15 @@
-//! `perirobot devices`: which adapters there are and which would run.
+//! `perirobot devices`: which adapters there are, whether each counts right, and which would run.
 
 use std::process::ExitCode;
+use std::time::Instant;
 
 use perirobot::Result;
-use perirobot::backend::gpu::{AdapterChoice, adapter::select, adapters};
+use perirobot::backend::gpu::{AdapterChoice, AdapterReport, Gpu, adapter::select, adapters};
+use perirobot::backend::{SELF_TEST_POSES, self_test};
 
 /// List the Vulkan adapters, which one would be used, and how to get one
+///
+/// Each of them counts a batch of poses that the CPU counts as well, and is called exact only if all counts are the same.
 #[derive(clap::Args)]
 pub(super) struct Args {}
 
@@ -15,13 +19,14 @@ pub(super) fn run(_args: &Args) -> Result<ExitCode> {
     let mut text = format!("cpu      {threads} threads for this process\n");
     for adapter in &found {
         text += &format!(
-            "gpu {:<4} {}\n         type {}, {} MiB a binding, {} MiB a buffer, {} workgroups on an axis\n",
+            "gpu {:<4} {}\n         type {}, {} MiB a binding, {} MiB a buffer, {} workgroups on an axis\n         {}\n",
             adapter.index,
             adapter.label(),
             adapter.device_type,
             adapter.max_binding_bytes >> 20,
             adapter.max_buffer_bytes >> 20,
-            adapter.max_workgroups
+            adapter.max_workgroups,
+            tested(adapter)
         );
     }
     // The same choice as a run makes.
@@ -35,13 +40,24 @@ pub(super) fn run(_args: &Args) -> Result<ExitCode> {
         text += "  for a hardware GPU, install its vendor's Vulkan driver; `vulkaninfo --summary` should list it\n";
     }
     text += match software {
-        Some(_) => {
-            "  --adapter software runs the shaders on the processor, as CI does: exact, but slower than cpu\n"
-        }
+        Some(_) => "  --adapter software runs the shaders on the processor, as CI does: slower than cpu\n",
         None => {
             "  for a software adapter (to compare with): apt-get install mesa-vulkan-drivers libvulkan1\n"
         }
     };
     super::print(&text)?;
     Ok(ExitCode::SUCCESS)
+}
+
+/// What the self-test says of an adapter.
+fn tested(adapter: &AdapterReport) -> String {
+    let begin = Instant::now();
+    let outcome = Gpu::new(&AdapterChoice::Named(adapter.index.to_string()))
+        .and_then(|mut gpu| self_test(&mut gpu).map(|()| begin.elapsed().as_secs_f64()));
+    match outcome {
+        Ok(seconds) => {
+            format!("exact: counts {SELF_TEST_POSES} poses of a camera as the cpu does ({seconds:.1} s)")
+        }
+        Err(e) => format!("NOT EXACT, do not use it: {e}"),
+    }
 }

@@ -13,8 +13,8 @@ use super::study::StudyArgs;
 
 /// Prove that every backend gives the same integers: chosen poses on each, everything compared
 ///
-/// Counts, both bit planes over the whole grid and the end of every ray are compared with the oracle, the plain
-/// reference. Exits 1 on any difference and names the first: scene, pose, ray, voxel.
+/// Counts, bit planes over the whole grid and the end of every ray are compared with the oracle, the plain
+/// reference; counts in the batches that a sweep makes. Exits 1 on any difference and names the first: scene, pose, ray, voxel.
 #[derive(clap::Args)]
 pub(super) struct Args {
     #[command(flatten)]
@@ -22,6 +22,12 @@ pub(super) struct Args {
     /// Poses of each scene and sensor, and choices of each combination, spread evenly
     #[arg(long, value_name = "N", default_value_t = 5, value_parser = clap::value_parser!(u32).range(1..))]
     poses: u32,
+    /// Others of them: how far the first is from the study's first
+    #[arg(long, value_name = "N", default_value_t = 0, conflicts_with_all = ["pose", "all"])]
+    turn: u32,
+    /// Only counts, as a sweep makes them; neither planes nor rays
+    #[arg(long)]
+    counts: bool,
     /// One pose by its name, as in poses.csv
     #[arg(long, value_name = "NAME", conflicts_with = "poses")]
     pose: Option<String>,
@@ -40,7 +46,7 @@ pub(super) fn run(args: &Args) -> Result<ExitCode> {
     let selection = match (&args.pose, args.all) {
         (Some(name), _) => Selection::Named(name.clone()),
         (None, true) => Selection::All,
-        (None, false) => Selection::Spread(args.poses as usize),
+        (None, false) => Selection::Spread { number: args.poses as usize, turn: args.turn as usize },
     };
     let no_pose = study.sensors.iter().all(|sensor| select(&selection, sensor).is_empty());
     if no_pose && study.combinations.iter().all(|c| select_choices(&selection, &study, c).is_empty()) {
@@ -54,11 +60,12 @@ pub(super) fn run(args: &Args) -> Result<ExitCode> {
     for backend in &backends {
         say!("comparing {}: {}", backend.name(), backend.device());
     }
-    let steps = worlds.len() * (study.sensors.len() + study.combinations.len());
+    let sensors = if args.counts { 0 } else { study.sensors.len() };
+    let steps = worlds.len() * (sensors + study.combinations.len());
     let mut progress = args.progress.start("sensors and combinations", 0, steps as u64);
     let mut report = Report::default();
     for world in &worlds {
-        for sensor in 0..study.sensors.len() {
+        for sensor in 0..sensors {
             compare(&study, world, sensor, &selection, &mut backends, &mut report)?;
             progress.inc(1);
         }

@@ -20,8 +20,13 @@ use crate::{Error, Result};
 /// Which poses are compared.
 #[derive(Clone, Debug)]
 pub enum Selection {
-    /// This many of each scene and sensor, spread evenly over the study's order.
-    Spread(usize),
+    /// So many of each scene and sensor, spread evenly over the study's order; another turn gives others.
+    Spread {
+        /// How many.
+        number: usize,
+        /// By how many the first is from the beginning.
+        turn: usize,
+    },
     /// The pose of this name.
     Named(String),
     /// All of them.
@@ -63,7 +68,7 @@ pub fn select(selection: &Selection, sensor: &Sensor) -> Vec<usize> {
     let count = sensor.candidates.len();
     match selection {
         Selection::All => (0..count).collect(),
-        Selection::Spread(wanted) => spread(*wanted, count),
+        Selection::Spread { number, turn } => turned(*number, *turn, count),
         Selection::Named(name) => {
             // As in poses.csv, or with its sensor as in results.csv.
             let own = name.strip_prefix(&format!("{}:", sensor.name)).unwrap_or(name);
@@ -78,7 +83,7 @@ pub fn select_choices(selection: &Selection, study: &Study, combination: &Combin
     let count = combination.choices();
     match selection {
         Selection::All => (0..count).collect(),
-        Selection::Spread(wanted) => spread(*wanted, count),
+        Selection::Spread { number, turn } => turned(*number, *turn, count),
         Selection::Named(name) => match &combination.members[..] {
             [alone] => {
                 let named = select(selection, &study.sensors[alone.sensor]);
@@ -88,6 +93,13 @@ pub fn select_choices(selection: &Selection, study: &Study, combination: &Combin
             _ => (0..count).filter(|&choice| pose_names(study, combination, choice) == *name).collect(),
         },
     }
+}
+
+/// So many of `count`, evenly, from another one on in each turn; in ascending order.
+fn turned(number: usize, turn: usize, count: usize) -> Vec<usize> {
+    let mut all: Vec<usize> = spread(number, count).into_iter().map(|i| (i + turn) % count).collect();
+    all.sort_unstable();
+    all
 }
 
 /// So many of `count`, evenly.

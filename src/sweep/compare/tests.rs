@@ -90,7 +90,7 @@ fn caught(lie: Lie) -> Result<Report> {
     let (study, world) = tiny();
     let mut report = Report::default();
     let mut backends: Vec<Box<dyn Backend>> = vec![Box::new(Liar(Cpu::new(Some(1))?, lie))];
-    compare(&study, &world, 0, &Selection::Spread(4), &mut backends, &mut report)?;
+    compare(&study, &world, 0, &Selection::Spread { number: 4, turn: 0 }, &mut backends, &mut report)?;
     Ok(report)
 }
 
@@ -158,8 +158,10 @@ fn poses_are_chosen_evenly_or_by_name() {
     let (study, _) = tiny();
     let camera = &study.sensors[0];
     assert_eq!(camera.candidates.len(), 10);
-    assert_eq!(select(&Selection::Spread(4), camera), [0, 2, 5, 7]);
-    assert_eq!(select(&Selection::Spread(99), camera), (0..10).collect::<Vec<_>>());
+    let spread = |number, turn| select(&Selection::Spread { number, turn }, camera);
+    assert_eq!(spread(4, 0), [0, 2, 5, 7]);
+    assert_eq!(spread(4, 4), [1, 4, 6, 9]);
+    assert_eq!(spread(99, 7), (0..10).collect::<Vec<_>>());
     assert_eq!(select(&Selection::All, camera), (0..10).collect::<Vec<_>>());
     assert_eq!(select(&Selection::Named("wall/1/1".into()), camera), [3]);
     assert_eq!(select(&Selection::Named("wall/9/9".into()), camera), [0; 0]);
