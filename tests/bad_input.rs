@@ -335,7 +335,6 @@ fn outputs_and_arguments() {
     assert_eq!(folder.names(), ["cell.toml", "file", "study.toml"]);
     for arguments in [
         &["sweep"][..],
-        &["sweep", "scenes/tiny.toml"],
         &["sing"],
         &[],
         &["verify-backends", "scenes/tiny.toml", "--pose", "none", "--backend", "cpu"],

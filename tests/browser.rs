@@ -60,7 +60,7 @@ fn page(folder: &Path, name: &str) -> PathBuf {
     let coarse = ["--voxel-size", "0.1", "--backend", "cpu"];
     for arguments in [
         [&["sweep", text(&study), "--out", text(&out)][..], &coarse].concat(),
-        vec!["report", text(&out), "--backend", "cpu", "--voxels-of", "5"],
+        vec!["report", text(&out), "--backend", "cpu", "--best", "5"],
     ] {
         let outcome = perirobot(&arguments);
         assert_eq!(outcome.code, Some(0), "{arguments:?}: {}", outcome.stderr);

@@ -332,3 +332,23 @@ fn a_scene_goes_out_as_an_octomap_and_comes_back() {
     assert!(map.occupied.iter().all(inside));
     assert_eq!(folder.names(), ["cell.toml", "scene1.bt", "study.toml"]);
 }
+
+#[test]
+fn a_sweep_that_is_told_no_folder_names_one() {
+    let folder = Folder::new();
+    let home = folder.path("home");
+    fs::create_dir(&home).unwrap();
+    let sweep = || {
+        let mut command = std::process::Command::new(env!("CARGO_BIN_EXE_perirobot"));
+        command.current_dir(&home).args(["sweep", "../study.toml", "--backend", "cpu"]);
+        let output = command.output().unwrap();
+        (output.status.code(), String::from_utf8(output.stderr).unwrap())
+    };
+    let (code, told) = sweep();
+    assert_eq!(code, Some(0), "{told}");
+    assert!(told.contains("results go to out/study\n"), "{told}");
+    assert!(home.join("out/study/results.csv").exists());
+    // The same again goes on there.
+    let (code, told) = sweep();
+    assert!(code == Some(0) && told.contains("are finished already"), "{told}");
+}

@@ -137,11 +137,11 @@ fn python_page() {
 /// The subcommands that `--help` lists.
 fn subcommands() -> Vec<String> {
     let help = perirobot(&["--help"]).stdout;
-    let (_, list) = help.split_once("Commands:\n").unwrap();
-    let rows = list.lines().take_while(|line| !line.is_empty());
+    let (_, list) = help.split_once("Usage: ").unwrap();
+    let rows = list.lines().skip(1).take_while(|line| *line != "Options:");
     let names =
         rows.filter_map(|row| row.strip_prefix("  ")?.split(' ').next().filter(|name| !name.is_empty()));
-    names.filter(|name| *name != "help").map(str::to_string).collect()
+    names.map(str::to_string).collect()
 }
 
 /// The commands below "Examples:" or "First steps:" of a help, put together where lines were broken.
@@ -156,11 +156,37 @@ fn examples(help: &str) -> Vec<String> {
         match examples.last_mut() {
             // Deeper lines say what to do next, elsewhere.
             _ if line.starts_with("      ") => {}
-            Some(last) if !is_new => *last += &format!(" {bare}"),
+            Some(last) if !is_new => *last = format!("{} {bare}", last.trim_end_matches(" \\")),
             _ => examples.push(bare.into()),
         }
     }
     examples
+}
+
+#[test]
+fn help_is_not_broken_at_80_columns() {
+    let help = |words: &[String], columns: u32| {
+        let mut command = std::process::Command::new(env!("CARGO_BIN_EXE_perirobot"));
+        let output = command.args(words).env("COLUMNS", columns.to_string()).output().unwrap();
+        String::from_utf8(output.stdout).unwrap()
+    };
+    // What is laid out by hand begins behind the options.
+    let by_hand = |help: &str| -> Vec<String> {
+        let begins = ["Examples:", "First steps:", "How to read it:", "Reasons;"];
+        let lines = help.lines().skip_while(|line| !begins.iter().any(|begin| line.starts_with(begin)));
+        lines.map(String::from).collect()
+    };
+    let engines = ["slurm", "hyperqueue", "kubernetes"].map(|engine| format!("cluster {engine}"));
+    let all = subcommands().into_iter().chain(engines).chain([String::new()]);
+    for subcommand in all {
+        let words: Vec<String> = subcommand.split_whitespace().chain(["--help"]).map(String::from).collect();
+        let [narrow, wide] = [80, 100].map(|columns| help(&words, columns));
+        // clap does not break the line of the usage.
+        let mut lines = narrow.lines().filter(|line| !line.starts_with("Usage:"));
+        let long = lines.find(|line| line.chars().count() > 80);
+        assert_eq!(long, None, "perirobot {subcommand} --help");
+        assert_eq!(by_hand(&narrow), by_hand(&wide), "perirobot {subcommand} --help");
+    }
 }
 
 #[test]

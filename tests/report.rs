@@ -92,7 +92,7 @@ fn key(data: &Value, series: usize, choice: usize, region: usize) -> [String; 5]
 #[test]
 fn scores_and_voxels_are_those_of_the_sweep() {
     let folder = Folder::new();
-    let page = report(&folder, &["--voxels-of", "3"]);
+    let page = report(&folder, &["--best", "3"]);
     let data: Value = serde_json::from_str(held(&page, "data")).unwrap();
     let rows = rows(&folder);
     let numbers = unpacked(&page, "numbers");
@@ -190,7 +190,7 @@ fn voxels_compared(
 #[test]
 fn the_page_stands_alone_and_says_what_it_is() {
     let folder = Folder::new();
-    let page = report(&folder, &["--voxels-of", "1"]);
+    let page = report(&folder, &["--best", "1"]);
     for said in [
         "A planning aid, not a validation",
         "Mounting sheet: ",
@@ -216,7 +216,7 @@ fn names_are_no_html() {
     let nasty = r#"</script><b onclick=\"x\">&'"#;
     folder.edit("study.toml", "name = \"posts\"", &format!("name = \"{nasty}\""));
     folder.edit("study.toml", "name = \"robot\"", &format!("name = \"{nasty}\""));
-    let page = report(&folder, &["--voxels-of", "1"]);
+    let page = report(&folder, &["--best", "1"]);
     assert!(!page.contains("<b onclick"), "a name became an element");
     let data: Value = serde_json::from_str(held(&page, "data")).unwrap();
     assert_eq!(data["regions"][0], nasty.replace('\\', ""));

@@ -164,7 +164,7 @@ fn the_shipped_tiny_study_has_a_summary() {
     assert!(
         outcome
             .stdout
-            .contains("random                 0.605  *  random/3  free-standing, x -0.32 m, y 0.35 m"),
+            .contains("random                 0.605  *  random/3  ceiling, x -0.32 m, y 0.35 m, 1.48 m high"),
         "{}",
         outcome.stdout
     );

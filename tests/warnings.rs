@@ -339,8 +339,7 @@ fn a_person_where_nobody_can_be() {
     one("[0.1, -0.3, 0.4]", "", "\"operator\" floats 0.");
     one("[0.7, 0.4, 0]", "", "\"crate\"");
     one("[0.2, 0.2, 0]", "", "\"arm\": left thigh");
-    let cabinet =
-        "[[object]]\nname = \"cabinet\"\nbox = { size_m = [0.5, 0.8, 2.05] }\nposition_m = [0.1, -0.3, 1.05]\n";
+    let cabinet = "[[object]]\nname = \"cabinet\"\nbox = { size_m = [0.5, 0.8, 2.05] }\nposition_m = [0.1, -0.3, 1.05]\n";
     one(here, cabinet, "is shut up in a closed body");
 }
 

@@ -12,6 +12,7 @@ use perirobot::{Error, Result};
 const MOST_THREADS: i64 = 1024;
 
 #[derive(clap::Args)]
+#[command(next_help_heading = "Backend")]
 pub(super) struct BackendArgs {
     /// Who computes: auto takes a hardware GPU if there is one, else the CPU
     #[arg(long, value_enum, default_value = "auto")]

@@ -13,7 +13,7 @@ use perirobot::{Error, Result};
 use super::backend::BackendArgs;
 use super::packages::PackageArgs;
 
-/// Measure how fast each backend does the whole job, as a ratio to the oracle
+/// Measure how fast each backend is, as a ratio to the oracle
 ///
 /// Scores the same poses on the oracle (one thread, plain march), the CPU (one thread without and with SIMD, all
 /// threads) and the GPU, exactly as `perirobot sweep` does: cast, carve, fuse and count, in every representation and
@@ -28,9 +28,12 @@ use super::packages::PackageArgs;
 #[derive(clap::Args)]
 #[command(after_help = "\
 Examples:
-  perirobot bench                                        the paper's camera and LIDAR; takes minutes
-  perirobot bench --voxel-size 0.05 --poses 2            only 5 cm voxels, two poses
-  perirobot bench my.toml --backend cpu >> RESULTS.md    your study, no GPU")]
+  perirobot bench
+      the paper's camera and LIDAR; takes minutes
+  perirobot bench --voxel-size 0.05 --poses 2
+      only 5 cm voxels, two poses
+  perirobot bench my.toml --backend cpu >> RESULTS.md
+      your study, no GPU")]
 pub(super) struct Args {
     /// Study files (TOML); the first scene of each is used, in all its snapshots
     #[arg(value_name = "STUDY", default_values = ["scenes/paper/exp1.toml", "scenes/paper/exp3.toml"])]

@@ -12,7 +12,7 @@ use super::backend::BackendArgs;
 use super::contents;
 use super::study::StudyArgs;
 
-/// Say what a study contains, what is wrong with it, and how long it would take
+/// Say what a study holds, what is wrong, how long it takes
 ///
 /// Reads the study, its scenes and all meshes, and lists scenes, objects, regions, sensors, poses and rows of results.
 /// Casts a few poses of each sensor, and says how many of their rays return, end too near, too far, or leave the grid; where

@@ -6,6 +6,7 @@ use perirobot::sweep::World;
 use perirobot::view::{Choice, Wanted, find, find_scene};
 
 #[derive(clap::Args)]
+#[command(next_help_heading = "Poses")]
 pub(super) struct ChoiceArgs {
     /// Which poses, as in the column `poses` of results.csv; of a sensor scored alone, the pose's own name will do
     #[arg(long, value_name = "POSES")]
@@ -16,6 +17,7 @@ pub(super) struct ChoiceArgs {
 
 /// All but the poses.
 #[derive(clap::Args)]
+#[command(next_help_heading = "Poses")]
 pub(super) struct RestArgs {
     /// The combination, where several have such a choice of poses
     #[arg(long, value_name = "NAME", requires = "pose")]

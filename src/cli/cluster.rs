@@ -11,7 +11,7 @@ use perirobot::{Error, Result};
 
 use super::outcome::OutcomeArgs;
 
-/// Write a script that runs a sweep in shards on a cluster and merges them
+/// Write a script that sweeps in shards on a cluster
 ///
 /// A cluster's own engine does the work: the script gives each shard to one of its tasks, a task that is stopped goes on
 /// where it was, and at the end the shards are merged into what a single run would have written, byte for byte. Nothing is
@@ -19,11 +19,14 @@ use super::outcome::OutcomeArgs;
 #[derive(clap::Args)]
 #[command(after_help = "\
 Examples:
-  perirobot cluster slurm my.toml --shards 100 --cpus 8 --time-limit 240 --script my.sh
+  perirobot cluster slurm my.toml --shards 100 --cpus 8 --time-limit 240 \\
+    --script my.sh
       then, where sbatch is: sh my.sh
-  perirobot cluster hyperqueue my.toml --shards 100 --script my.sh -- --backend cpu
+  perirobot cluster hyperqueue my.toml --shards 100 --script my.sh -- \\
+    --backend cpu
       then, where hq is: sh my.sh
-  perirobot cluster kubernetes my.toml --shards 100 --image IMAGE --claim CLAIM --script my.yaml
+  perirobot cluster kubernetes my.toml --shards 100 --image IMAGE \\
+    --claim CLAIM --script my.yaml
       then: kubectl apply -f my.yaml
 
 Each engine's --help says what happens when a task is stopped or fails.")]

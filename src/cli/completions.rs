@@ -13,8 +13,10 @@ use super::Cli;
 #[derive(clap::Args)]
 #[command(after_help = "\
 Examples:
-  perirobot completions bash > ~/.local/share/bash-completion/completions/perirobot
-  perirobot completions zsh > ~/.zfunc/_perirobot            (with fpath+=~/.zfunc before compinit)
+  perirobot completions bash > \\
+    ~/.local/share/bash-completion/completions/perirobot
+  perirobot completions zsh > ~/.zfunc/_perirobot
+      (with fpath+=~/.zfunc before compinit)
   perirobot completions fish > ~/.config/fish/completions/perirobot.fish")]
 pub(super) struct CompletionArgs {
     /// For which shell

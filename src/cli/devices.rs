@@ -7,7 +7,7 @@ use perirobot::Result;
 use perirobot::backend::gpu::{AdapterChoice, AdapterReport, Gpu, adapter::select, adapters};
 use perirobot::backend::{SELF_TEST_POSES, self_test};
 
-/// List the Vulkan adapters, which one would be used, and how to get one
+/// List Vulkan adapters, which would be used, how to get one
 ///
 /// Each of them counts a batch of poses that the CPU counts as well, and is called exact only if all counts are the same.
 #[derive(clap::Args)]

@@ -13,7 +13,7 @@ use super::backend::BackendArgs;
 use super::choice::ChoiceArgs;
 use super::swept::SweptArgs;
 
-/// Write what one choice of poses sees as files for octovis, CloudCompare, numpy and Blender
+/// Write what one choice of poses sees for other programs
 ///
 /// Looks at one row of a sweep's results again, voxel by voxel, and writes the labels, the truth and what each sensor
 /// says as OctoMaps (.bt), the returns of each sensor's rays as point clouds (.ply, .pcd), everything as arrays (view.npz)
@@ -40,7 +40,8 @@ Examples:
   octovis out/quick/export/camera-right-wall-4-1.scene1.points/labels.bt
 
 In Python:
-  view = numpy.load(\"view.npz\"); view[\"labels\"][i, j, k]     1 occupied, 0 free, -1 unknown; i along x, j y, k z";
+  view = numpy.load(\"view.npz\"); view[\"labels\"][i, j, k]
+      1 occupied, 0 free, -1 unknown; i along x, j y, k z";
 
 pub(super) fn run(args: &Args) -> Result<ExitCode> {
     super::stop::end_tidily()?;

@@ -7,14 +7,15 @@ use perirobot::study::schema;
 use perirobot::sweep::files::write_whole;
 use perirobot::{Error, Result};
 
-/// Write a small study with comments, which sweeps in seconds, as a beginning for your own
+/// Write a small study with comments to begin with
 ///
 /// The folder then holds a study, its cell (a room, a table, a robot, a person who walks up to it), the robot's and the
 /// person's files, and the schemas by which editors complete and check keys. Nothing that is there is overwritten.
 #[derive(clap::Args)]
 #[command(after_help = "\
 Examples:
-  perirobot init my-cell                              then: perirobot check my-cell/study.toml")]
+  perirobot init my-cell
+      then: perirobot check my-cell/study.toml")]
 pub(super) struct Args {
     /// The folder that the files go to; made if needed
     #[arg(value_name = "DIR")]

@@ -16,9 +16,11 @@ use super::outcome::{OutcomeArgs, print_best};
 #[derive(clap::Args)]
 #[command(after_help = "\
 Examples:
-  perirobot sweep my.toml --out out/my --shard 0/2      the two parts of a sweep, on two machines
+  perirobot sweep my.toml --out out/my --shard 0/2
+      the two parts of a sweep, on two machines
   perirobot sweep my.toml --out out/my --shard 1/2
-  perirobot merge out/my                                all folders out/my/shard-*-of-*
+  perirobot merge out/my
+      all folders out/my/shard-*-of-*
   perirobot merge whole here/shard-0-of-2 there/shard-1-of-2")]
 pub(super) struct Args {
     /// Folder for the whole

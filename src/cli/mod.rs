@@ -37,9 +37,10 @@ mod verify_backends;
 mod voxelize;
 mod why;
 
+use std::ffi::OsString;
 use std::process::ExitCode;
 
-use clap::{Parser, Subcommand};
+use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
 use perirobot::Error;
 use terminal::print;
 
@@ -60,19 +61,57 @@ struct Cli {
 
 const AFTER_HELP: &str = "\
 First steps:
-  perirobot init my-cell                              write a small study to begin with
-  perirobot check my-cell/study.toml                  what it contains, what is wrong, how long it takes
-  perirobot sweep scenes/quick.toml --out out/quick   score the poses of a study that ships
-  perirobot summary out/quick                         the tables of the paper from those results
-  perirobot why out/quick                             what the best poses miss, and why
-  perirobot report out/quick                          all of it as one page, with plots and a 3D view
-  perirobot sweep scenes/quick.toml --out out/quick   once more: nothing is left to do, after a stop it goes on
-  perirobot verify-backends scenes/tiny.toml          prove that all backends agree
-  perirobot devices                                   see which GPU would be used
+  perirobot init my-cell
+      write a small study to begin with
+  perirobot check my-cell/study.toml
+      what it contains, what is wrong, how long it takes
+  perirobot sweep scenes/quick.toml --out out/quick
+      score the poses of a study that ships
+  perirobot summary out/quick
+      the tables of the paper from those results
+  perirobot why out/quick
+      what the best poses miss, and why
+  perirobot report out/quick
+      all of it as one page, with plots and a 3D view
+  perirobot sweep scenes/quick.toml --out out/quick
+      once more: nothing is left to do, after a stop it goes on
+  perirobot verify-backends scenes/tiny.toml
+      prove that all backends agree
+  perirobot devices
+      see which GPU would be used
 
-Exit codes: 0 done; 1 backends disagree; 2 bad input or arguments; 3 a device or the disk failed;
-75 a sweep was stopped before its end (Ctrl-C, SIGTERM, SIGUSR1, --max-time), or another run is at work in its
-folder: the same command goes on, now or later.";
+Exit codes: 0 done; 1 backends disagree; 2 bad input or arguments; 3 a device
+or the disk failed; 75 a sweep was stopped before its end (Ctrl-C, SIGTERM,
+SIGUSR1, --max-time), or another run is at work in its folder: the same command
+goes on, now or later.";
+
+/// The commands by what they are for, in the order of a first hour.
+const GROUPS: [(&str, &[&str]); 6] = [
+    ("Start", &["init", "check", "sensors"]),
+    ("Look", &["render", "voxelize"]),
+    ("Run", &["sweep", "merge"]),
+    ("Explain", &["summary", "why", "report", "export"]),
+    ("Clusters", &["cluster"]),
+    ("Developers", &["verify-backends", "bench", "devices", "schema", "completions", "man"]),
+];
+
+/// The program with its commands listed by groups.
+fn command() -> clap::Command {
+    let command = Cli::command();
+    let mut list = String::new();
+    for (title, names) in GROUPS {
+        list += &format!("{title}:\n");
+        for name in names {
+            let about = command.find_subcommand(name).and_then(|found| found.get_about());
+            list += &format!("  {name:<16} {}\n", about.map(|about| about.to_string()).unwrap_or_default());
+        }
+        list.push('\n');
+    }
+    let template = format!(
+        "{{about-with-newline}}\n{{usage-heading}} {{usage}}\n\n{list}Options:\n{{options}}{{after-help}}"
+    );
+    command.help_template(template)
+}
 
 #[derive(Subcommand)]
 enum Command {
@@ -136,9 +175,12 @@ pub(crate) fn run() -> ExitCode {
 
 /// Reads the arguments. Wrong ones may be quoted, so of those the harmless spelling is refused.
 fn parse() -> Cli {
-    let harmless = |word: std::ffi::OsString| terminal::harmless(&word.to_string_lossy()).into_owned();
-    Cli::try_parse().unwrap_or_else(|wrong| {
-        let again = Cli::try_parse_from(std::env::args_os().map(harmless));
+    let harmless = |word: OsString| OsString::from(&*terminal::harmless(&word.to_string_lossy()));
+    let read = |words: Vec<OsString>| {
+        command().try_get_matches_from(words).and_then(|found| Cli::from_arg_matches(&found))
+    };
+    read(std::env::args_os().collect()).unwrap_or_else(|wrong| {
+        let again = read(std::env::args_os().map(harmless).collect());
         again.err().unwrap_or(wrong).exit()
     })
 }

@@ -11,6 +11,7 @@ use perirobot::table::Format;
 const MOST_CSV_ROWS: u64 = 1_000_000;
 
 #[derive(clap::Args)]
+#[command(next_help_heading = "Results")]
 pub(super) struct OutcomeArgs {
     /// How the tables `results` and `scores` are written [default: csv, parquet above a million rows of results]
     #[arg(long, value_enum)]

@@ -8,6 +8,7 @@ use perirobot::study::SceneSpec;
 
 /// Where ROS packages are on this machine, and whether other folders may be read.
 #[derive(clap::Args)]
+#[command(next_help_heading = "Study")]
 pub(super) struct PackageArgs {
     /// Where a robot's package:// meshes are; repeatable, overrides the scene file's packages
     #[arg(long = "package", value_name = "NAME=DIR", value_parser = package)]

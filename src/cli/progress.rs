@@ -9,6 +9,7 @@ use indicatif::{MultiProgress, ProgressBar, ProgressStyle};
 use serde::Serialize;
 
 #[derive(clap::Args)]
+#[command(next_help_heading = "Progress")]
 pub(super) struct ProgressArgs {
     /// How progress is shown on standard error
     #[arg(long, value_enum, value_name = "HOW", default_value = "bar")]

@@ -15,7 +15,7 @@ use super::backend::BackendArgs;
 use super::choice::RestArgs;
 use super::study::StudyArgs;
 
-/// Draw a cell, or what one choice of poses sees in it, as a PNG
+/// Draw a cell, or what one choice of poses sees in it
 ///
 /// The picture's rays are cast by the same code that scores poses, so that the CPU and any GPU draw the same bytes. With
 /// --pose its colours say what the sensors make of each occupied voxel; free space that a volume or zone calls occupied is a
@@ -68,9 +68,12 @@ pub(super) struct Args {
 const AFTER_HELP: &str = "\
 Examples:
   perirobot render scenes/quick.toml --out cell.png
-  perirobot render scenes/quick.toml --pose camera:right-wall/4/1 --out seen.png
-  perirobot render scenes/quick.toml --pose camera:right-wall/4/1 --from top --cut-above 2.2 --out above.png
-  perirobot render scenes/quick.toml --from 2.8,1.8,2.7 --look-at 0,0,0.8 --fov-deg 77 --colour height --out inside.png";
+  perirobot render scenes/quick.toml --pose camera:right-wall/4/1 \\
+    --out seen.png
+  perirobot render scenes/quick.toml --pose camera:right-wall/4/1 \\
+    --from top --cut-above 2.2 --out above.png
+  perirobot render scenes/quick.toml --from 2.8,1.8,2.7 --look-at 0,0,0.8 \\
+    --fov-deg 77 --colour height --out inside.png";
 
 #[derive(Clone, Copy, PartialEq, ValueEnum)]
 enum Choice {

@@ -25,10 +25,10 @@ pub(super) struct Args {
     /// The page [default: report.html in DIR]
     #[arg(long, value_name = "FILE")]
     out: Option<PathBuf>,
-    /// How many of the best choices of poses, of each region and representation, the 3D view shows voxel by voxel; of all
+    /// So many of the best choices of poses, of each region and representation, the 3D view shows voxel by voxel; of all
     /// others it shows cell and frustum
     #[arg(long, value_name = "N", default_value_t = html::LOOKED_AT)]
-    voxels_of: usize,
+    best: usize,
     #[command(flatten)]
     backend: BackendArgs,
 }
@@ -37,7 +37,7 @@ const AFTER_HELP: &str = "\
 Examples:
   perirobot sweep scenes/quick.toml --out out/quick
   perirobot report out/quick                     writes out/quick/report.html
-  perirobot report out/quick --voxels-of 3       sooner done, and smaller";
+  perirobot report out/quick --best 3            sooner done, and smaller";
 
 pub(super) fn run(args: &Args) -> Result<ExitCode> {
     super::stop::end_tidily()?;
@@ -62,7 +62,7 @@ pub(super) fn run(args: &Args) -> Result<ExitCode> {
     let bar = indicatif::ProgressBar::new(0).with_prefix("poses looked at");
     let style = indicatif::ProgressStyle::with_template("{prefix} {wide_bar} {pos}/{len}, {eta} left");
     bar.set_style(style.unwrap_or_else(|_| indicatif::ProgressStyle::default_bar()));
-    let page = html::page(&sweep, args.voxels_of, &mut *backend, &mut |done, of| {
+    let page = html::page(&sweep, args.best, &mut *backend, &mut |done, of| {
         bar.set_length(of as u64);
         bar.set_position(done as u64);
     })?;

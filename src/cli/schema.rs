@@ -6,7 +6,7 @@ use clap::ValueEnum;
 use perirobot::Result;
 use perirobot::study::schema;
 
-/// Print the JSON schema of study or scene files, by which editors complete and check keys
+/// Print the JSON schema of study or scene files
 ///
 /// Write it into a file, and name that file in the first line of a study or scene: `#:schema study.schema.json`. Editors
 /// that know Taplo (as Even Better TOML for Visual Studio Code) then complete keys, explain them, and mark what is wrong.

@@ -6,7 +6,7 @@ use std::process::ExitCode;
 use perirobot::study::catalogue::{Model, models};
 use perirobot::{Error, Result};
 
-/// List the devices that `model = "..."` may name, with their values and sources
+/// List the devices that a study may name, with sources
 ///
 /// A [[sensor]] with `model = "realsense-d435"` has the keys of that device; keys that the study writes itself go before
 /// them. Values are the makers', as far as they could be had; what could not be compared with a maker's own document is

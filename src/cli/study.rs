@@ -1,6 +1,6 @@
 //! Which study is run, and what the command line says instead of it.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use perirobot::study::{Overrides, Study};
 use perirobot::sweep::World;
@@ -9,8 +9,10 @@ use perirobot::{Error, Result};
 use super::packages::PackageArgs;
 
 #[derive(clap::Args)]
+#[command(next_help_heading = "Study")]
 pub(super) struct StudyArgs {
     /// The study file (TOML)
+    #[arg(help_heading = None::<&'static str>)]
     study: PathBuf,
     /// Edge of a voxel in metres, instead of the study's
     #[arg(long, value_name = "METRES")]
@@ -59,6 +61,11 @@ impl StudyArgs {
             super::MOST_WARNINGS,
         );
         Ok((study, worlds))
+    }
+
+    /// Where the results of a sweep go that is told no folder.
+    pub(super) fn usual_out(&self) -> PathBuf {
+        Path::new("out").join(self.study.file_stem().unwrap_or_default())
     }
 
     /// Reads the study alone.

@@ -7,7 +7,7 @@ use clap::ValueEnum;
 use perirobot::Result;
 use perirobot::report::{Results, Score, Selection, distribution, groups, maxima, snapshots};
 
-/// Print the tables behind the paper's figures from the results of a sweep
+/// Print the tables behind the paper's figures from a sweep
 ///
 /// Reads counts.journal, poses.csv and manifest.json of an output folder and prints, as far as they apply: how the scores
 /// of all choices of poses are distributed (per scene, region, combination and representation, beside the baselines of
@@ -34,13 +34,18 @@ pub(super) struct Args {
 const AFTER_HELP: &str = "\
 Examples:
   perirobot sweep scenes/quick.toml --out out/quick
-  perirobot summary out/quick                              all tables that apply
-  perirobot summary out/quick --region human --score f1    one score in one region
+  perirobot summary out/quick
+      all tables that apply
+  perirobot summary out/quick --region human --score f1
+      one score in one region
 
 How to read it:
-  A score without a value (nothing of the kind is in the region) is a dash and is left out of means, never 0.
-  Hold every score against the baselines: a sensor stuck at `occupied` has a better F1 than many poses.
-  The same numbers for pandas, one row a choice of poses: scores.csv in the folder.";
+  A score without a value (nothing of the kind is in the region) is a dash, and
+  is left out of means, never 0.
+  Hold every score against the baselines: a sensor stuck at `occupied` has a
+  better F1 than many poses.
+  The same numbers for pandas, one row a choice of poses: scores.csv in the
+  folder.";
 
 #[derive(Clone, Copy, PartialEq, ValueEnum)]
 enum Choice {

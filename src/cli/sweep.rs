@@ -34,21 +34,21 @@ pub(super) const VERIFY: u64 = 500;
 pub(super) struct Args {
     #[command(flatten)]
     study: StudyArgs,
-    /// Folder for the results; made if needed
-    #[arg(long, value_name = "DIR")]
-    out: PathBuf,
+    /// Folder for the results; made if needed [default: out/ and the study's name]
+    #[arg(long, value_name = "DIR", help_heading = "Results")]
+    out: Option<PathBuf>,
     /// Begin anew: whatever the folder holds of an earlier sweep is lost
-    #[arg(long)]
+    #[arg(long, help_heading = "Results")]
     restart: bool,
     /// Stop as on a signal after so long (90s, 30m, 1.5h, 2d) from the start of the program, and up to a batch more
-    #[arg(long, value_name = "TIME", value_parser = super::quantity::time)]
+    #[arg(long, value_name = "TIME", value_parser = super::quantity::time, help_heading = "Parts of a sweep")]
     max_time: Option<Duration>,
     /// Only one of N parts, K from 0 to N-1, in the folder OUT/shard-K-of-N; auto/N takes K from SLURM_ARRAY_TASK_ID,
     /// HQ_TASK_ID or JOB_COMPLETION_INDEX. `perirobot merge OUT` puts them together
-    #[arg(long, value_name = "K/N", value_parser = super::shard::shard)]
+    #[arg(long, value_name = "K/N", value_parser = super::shard::shard, help_heading = "Parts of a sweep")]
     shard: Option<ShardArg>,
     /// On a GPU, count the first poses and then one in so many again on the CPU; a difference stops the run. 0 for none
-    #[arg(long, value_name = "N", default_value_t = VERIFY)]
+    #[arg(long, value_name = "N", default_value_t = VERIFY, help_heading = "Backend")]
     verify: u64,
     #[command(flatten)]
     outcome: OutcomeArgs,
@@ -57,26 +57,32 @@ pub(super) struct Args {
     #[command(flatten)]
     progress: ProgressArgs,
     /// Say afterwards, on standard error, what each stage of the backend's work took, where that is known
-    #[arg(long)]
+    #[arg(long, help_heading = "Progress")]
     timings: bool,
 }
 
 const AFTER_HELP: &str = "\
 Examples:
-  perirobot sweep scenes/quick.toml --out out/quick            score all poses; the same again goes on
-  perirobot sweep my.toml --out out/my --max-time 8h           stop in time, exit code 75 if anything is left
-  perirobot sweep my.toml --out out/my --shard 0/4             the first of four parts, on this machine
-  perirobot merge out/my                                       all four parts, as if one run had made them
+  perirobot sweep scenes/quick.toml
+      score all poses, into out/quick; the same again goes on
+  perirobot sweep my.toml --out out/my --max-time 8h
+      stop in time, exit code 75 if anything is left
+  perirobot sweep my.toml --out out/my --shard 0/4
+      the first of four parts, on this machine
+  perirobot merge out/my
+      all four parts, as if one run had made them
 
-On Ctrl-C, SIGTERM, SIGUSR1 or --max-time the batch under way is finished, and the exit code is 75. A second signal
-ends the run at once; what is finished is kept in any case.";
+On Ctrl-C, SIGTERM, SIGUSR1 or --max-time the batch under way is finished, and
+the exit code is 75. A second signal ends the run at once; what is finished is
+kept in any case.";
 
 pub(super) fn run(args: &Args) -> Result<ExitCode> {
     let stop = StopAt::listen(args.max_time)?;
     args.backend.start_threads()?;
     let begin = Instant::now();
     let part = args.shard.map(ShardArg::resolve).transpose()?;
-    let folder = part.map_or_else(|| args.out.clone(), |part| folder_of(&args.out, part));
+    let out = args.out.clone().unwrap_or_else(|| args.study.usual_out());
+    let folder = part.map_or_else(|| out.clone(), |part| folder_of(&out, part));
     let shard = part.unwrap_or(Shard::WHOLE);
     let (study, worlds) = args.study.load_unless(&|| stop.reason().map(|why| not_begun(&why)))?;
     let subject = Subject::of_study(&study, &worlds);
@@ -86,6 +92,9 @@ pub(super) fn run(args: &Args) -> Result<ExitCode> {
         say!("warning: {}: {} rows are damaged and are counted again", folder.display(), session.damaged);
     }
     let (done, total) = (session.done(), session.total());
+    if args.out.is_none() {
+        say!("results go to {}", folder.display());
+    }
     if done > 0 {
         say!("{done} of {total} scene-poses are finished already");
     }
@@ -114,7 +123,7 @@ pub(super) fn run(args: &Args) -> Result<ExitCode> {
     match &results {
         Some(results) => print_best(results)?,
         None => {
-            let (Shard { number, of }, out) = (shard, args.out.display());
+            let (Shard { number, of }, out) = (shard, out.display());
             super::print(&format!(
                 "shard {number} of {of} is finished; when all are: perirobot merge {out}\n"
             ))?;

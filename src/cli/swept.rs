@@ -9,9 +9,10 @@ use perirobot::{Error, Result};
 use super::packages::PackageArgs;
 
 #[derive(clap::Args)]
+#[command(next_help_heading = "Study")]
 pub(super) struct SweptArgs {
     /// Folder that `perirobot sweep --out` has written; its study must be where it was, and as it was
-    #[arg(value_name = "DIR")]
+    #[arg(value_name = "DIR", help_heading = None::<&'static str>)]
     folder: PathBuf,
     /// The study file, where it is not where it was
     #[arg(long, value_name = "FILE")]

@@ -11,7 +11,7 @@ use super::backend::BackendArgs;
 use super::progress::ProgressArgs;
 use super::study::StudyArgs;
 
-/// Prove that every backend gives the same integers: chosen poses on each, everything compared
+/// Prove that every backend gives the same integers
 ///
 /// Counts, bit planes over the whole grid and the end of every ray are compared with the oracle, the plain
 /// reference; counts in the batches that a sweep makes. Exits 1 on any difference and names the first: scene, pose, ray, voxel.

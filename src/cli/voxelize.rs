@@ -11,7 +11,7 @@ use perirobot::{Error, Result};
 
 use super::packages::PackageArgs;
 
-/// Turn a scene into voxels and write them as an OctoMap .bt file
+/// Turn a scene into voxels and write them as an OctoMap
 ///
 /// Prints for each object its triangles, voxels, size and whether it is watertight. The file opens in octovis.
 #[derive(clap::Args)]

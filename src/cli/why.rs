@@ -19,7 +19,7 @@ use super::progress::ProgressArgs;
 use super::stop::{StopAt, stopped};
 use super::swept::SweptArgs;
 
-/// Say why voxels stay unknown: out of view, too far, between rays, hidden, and by which object
+/// Say why voxels stay unknown, and which object is to blame
 ///
 /// Looks again, voxel by voxel, at the best poses of a finished sweep and writes reasons.csv into its folder: how many of the
 /// unknown voxels of each region have which reason, and which object is to blame. With --pose it looks at one choice of
@@ -61,11 +61,14 @@ enum Table {
 const AFTER_HELP: &str = "\
 Examples:
   perirobot sweep scenes/quick.toml --out out/quick
-  perirobot why out/quick                         reasons.csv of the best poses; the best in words
-  perirobot why out/quick --pose right-wall/4/0   one pose, in words
+  perirobot why out/quick
+      reasons.csv of the best poses; the best in words
+  perirobot why out/quick --pose right-wall/4/0
+      one pose, in words
 
-Reasons; a voxel has the first that applies to the ray nearest to its centre, and of several sensors the
-latest in this list. Those with a star count as monitored (the paper's: monitored, but occluded):
+Reasons; a voxel has the first that applies to the ray nearest to its centre,
+and of several sensors the latest in this list. Those with a star count as
+monitored (the paper's: monitored, but occluded):
   out_of_view    no sensor looks there
   out_of_range   it is too far away
   silent       * a switch that is off, and certifies nothing
