@@ -6,7 +6,7 @@
 @group(0) @binding(2) var<uniform> table: Table;
 @group(0) @binding(3) var<storage, read> placements: array<Placement>;
 @group(0) @binding(4) var<storage, read> dirs_q15: array<array<i32, 3>>;
-@group(0) @binding(5) var<storage, read> noise_q16: array<i32>;
+@group(0) @binding(5) var<storage, read> noise: array<i32>;
 @group(0) @binding(6) var<storage, read> layer: array<u32>;
 @group(0) @binding(7) var<storage, read> first_hits: array<u32>;
 @group(0) @binding(8) var<storage, read_write> ends: array<u32>;
@@ -20,27 +20,48 @@ struct Finish {
     hit: vec3<i32>,
 }
 
-fn finish(begin: March, struck: u32, step_q16: i32) -> Finish {
-    let nothing = struck == NO_HIT;
+// What a return at a distance is off by: the unit table comes first in the buffer.
+fn off_by_q16(drawn: u32, t_q16: u32) -> i32 {
+    if table.noisy == 0u {
+        return 0;
+    }
+    return step_q16(noise[entry(drawn)], u32(noise[NOISE_STEPS + (t_q16 >> 16u)]));
+}
+
+// `sent` is the ray that struck; `begin` the same as it is believed to go, which is another where the mount is off.
+fn finish(sent: March, begin: March, is_off: bool, struck: u32, drawn: u32) -> Finish {
+    let size = vec3<u32>(setup.grid_x, setup.grid_y, setup.grid_z);
     let hit_q16 = struck >> 2u;
-    var kind = select(RETURN, BLIND, hit_q16 < table.range_min_q16);
-    // Where it is read: at the crossing into the blocker, with noise after all crossings up to there.
-    let exact = kind == BLIND || step_q16 == 0;
-    let read_q16 = select(noisy_q16(hit_q16, step_q16), hit_q16, exact);
+    let blind = struck != NO_HIT && hit_q16 < table.range_min_q16;
+    let lost = is_lost(drawn, table.lost_below) && !blind;
+    let nothing = struck == NO_HIT || lost;
+    var kind = select(RETURN, BLIND, blind);
+    var step_q16 = 0;
+    if !nothing {
+        step_q16 = off_by_q16(drawn, hit_q16);
+    }
+    // Where it is read: at the crossing into the blocker; with noise, or on a ray that is only believed, after all crossings up
+    // to there.
+    let exact = !is_off && (blind || step_q16 == 0);
+    let read_q16 = select(noisy_q16(hit_q16, step_q16), hit_q16, blind || step_q16 == 0);
     let read_axis = select(2, i32(struck & 3u), exact);
     let stand = made_until(
         begin,
-        room(begin, vec3<u32>(setup.grid_x, setup.grid_y, setup.grid_z)),
+        room(begin, size),
         select(read_q16, table.range_max_q16, nothing),
         select(read_axis, 2, nothing),
     );
-    let left = stand.stopped && table.backdrop != 0u;
+    var stopped = stand.stopped;
+    if is_off {
+        stopped = made_until(sent, room(sent, size), table.range_max_q16, 2).stopped;
+    }
+    let left = stopped && table.backdrop != 0u && !lost;
     kind = select(kind, select(NOTHING, LEFT, left), nothing);
     let cell = begin.cell + begin.step * vec3<i32>(stand.made);
     var hit = cell;
     if !exact {
-        let made = made_at3(begin.next_q16, begin.period_q16, hit_q16, i32(struck & 3u));
-        hit = begin.cell + begin.step * vec3<i32>(made);
+        let made = made_at3(sent.next_q16, sent.period_q16, hit_q16, i32(struck & 3u));
+        hit = sent.cell + sent.step * vec3<i32>(made);
     }
     return Finish(End(kind, stand.made.x + stand.made.y + stand.made.z), cell, hit);
 }
@@ -86,6 +107,11 @@ fn main(
         let row = part.first_row + id.y;
         let placement = placements[row];
         let begin = launch(placement, dirs_q15[ray]);
+        let is_off = placement.is_off != 0u;
+        var sent = begin;
+        if is_off {
+            sent = launch_truly(placement, dirs_q15[ray]);
+        }
         var end = End(NOTHING, 0u);
         var last_q16 = table.range_max_q16;
         var struck = NO_HIT;
@@ -94,14 +120,11 @@ fn main(
             // Only what is struck before counts, or at the same distance.
             last_q16 = min(last_q16, struck >> 2u);
         }
-        let near = part.every_ray != 0u || comes_near(begin);
+        // What is hit lies elsewhere than the ray is believed to go if the mount is off.
+        let near = part.every_ray != 0u || is_off || comes_near(begin);
         if near {
-            struck = min(struck, strike(begin, last_q16));
-            var step_q16 = 0;
-            if table.noisy != 0u {
-                step_q16 = noise_q16[draw(placement.draws, ray)];
-            }
-            let finish = finish(begin, struck, step_q16);
+            struck = min(struck, strike(sent, last_q16));
+            let finish = finish(sent, begin, is_off, struck, draw(placement.draws, ray));
             end = finish.end;
             if end.kind == RETURN {
                 mark(2u * placement.slot, finish.cell);

@@ -177,14 +177,28 @@ fn pcg(word: u32) -> u32 {
 }
 
 fn draw(draws: u32, ray: u32) -> u32 {
-    return pcg(draws ^ ray) >> DRAW_SHIFT;
+    return pcg(draws ^ ray);
+}
+
+fn entry(drawn: u32) -> u32 {
+    return drawn >> ENTRY_SHIFT;
+}
+
+fn is_lost(drawn: u32, lost_below: u32) -> bool {
+    return pcg(drawn) < lost_below;
+}
+
+fn step_q16(unit_q12: i32, std_q16: u32) -> i32 {
+    let whole = i32(std_q16 >> 12u);
+    let part = i32(std_q16 & 0xfffu);
+    return unit_q12 * whole + ((unit_q12 * part + 2048) >> 12u);
 }
 
 fn noisy_q16(t_q16: u32, step_q16: i32) -> u32 {
     return u32(max(i32(t_q16) + step_q16, 0));
 }
 
-// The march of one ray of a placement: `start` in the directions that `direction_q16` gives for each axis.
+// The march of one ray of a placement as it is believed to go: `start` in the directions that `direction_q16` gives for each axis.
 fn launch(placement: Placement, dir_q15: array<i32, 3>) -> March {
     let dir = vec3_of(dir_q15);
     let dir_q16 = vec3<i32>(
@@ -193,6 +207,17 @@ fn launch(placement: Placement, dir_q15: array<i32, 3>) -> March {
         direction_q16(vec3_of(placement.axis_z_q15), dir),
     );
     return start(vec3_of(placement.origin_q16), dir_q16);
+}
+
+// The same ray as it is truly cast.
+fn launch_truly(placement: Placement, dir_q15: array<i32, 3>) -> March {
+    let dir = vec3_of(dir_q15);
+    let dir_q16 = vec3<i32>(
+        direction_q16(vec3_of(placement.true_axis_x_q15), dir),
+        direction_q16(vec3_of(placement.true_axis_y_q15), dir),
+        direction_q16(vec3_of(placement.true_axis_z_q15), dir),
+    );
+    return start(vec3_of(placement.true_origin_q16), dir_q16);
 }
 
 fn vec3_of(values: array<i32, 3>) -> vec3<i32> {

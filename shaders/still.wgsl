@@ -22,7 +22,7 @@ fn main(
     // No early return: `report` must see every invocation of the group.
     if ray < part.end {
         let placement = placements[part.first_row + id.y];
-        let begin = launch(placement, dirs_q15[ray]);
+        let begin = launch_truly(placement, dirs_q15[ray]);
         first_hits[placement.first_hits * setup.first_hits_stride + ray] = strike(begin, table.range_max_q16);
     }
     report(STILL, local);

@@ -32,7 +32,9 @@ struct Table {
     near_ignore_q16: u32,
     no_return_is_free: u32,
     backdrop: u32,
+    // Whether returns are read elsewhere than they are, and below which number they are lost.
     noisy: u32,
+    lost_below: u32,
     // A camera's pixels, focal lengths in pixels, and the depth in voxels up to which voxels are near.
     image_x: u32,
     image_y: u32,
@@ -61,6 +63,12 @@ struct Placement {
     axis_x_q15: array<i32, 3>,
     axis_y_q15: array<i32, 3>,
     axis_z_q15: array<i32, 3>,
+    // Where its rays are cast from: the same again, unless its mount is off.
+    true_origin_q16: array<i32, 3>,
+    true_axis_x_q15: array<i32, 3>,
+    true_axis_y_q15: array<i32, 3>,
+    true_axis_z_q15: array<i32, 3>,
+    is_off: u32,
     draws: u32,
     slot: u32,
     // Where its first hits in the still layer are kept, or NO_SLOT.

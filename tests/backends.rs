@@ -9,9 +9,9 @@ use perirobot::backend::cpu::Cpu;
 use perirobot::backend::gpu::{AdapterChoice, Gpu};
 use perirobot::backend::oracle::Oracle;
 use perirobot::backend::{
-    Backend, Carving, Evidence, Fusion, LOG_ODDS, Placement, Planes, Rays, Reading, Shot,
+    Backend, Carving, Evidence, Fusion, LOG_ODDS, Noise, Placement, Planes, Rays, Reading, Shot,
 };
-use perirobot::march::RETURN;
+use perirobot::march::{NOTHING, RETURN};
 use perirobot::metrics::Confusion;
 use perirobot::voxel::BitGrid;
 
@@ -173,8 +173,12 @@ fn more_than_a_batch() {
         let size = small.cell.blockers.window().size;
         let shot = |slot| {
             let origin_q16 = size.map(|n| random.below(n << 16) as i32);
-            let placement =
-                Placement { origin_q16, axis_q15: cases::quarter_turns(&mut random), draws: slot };
+            let placement = Placement {
+                origin_q16,
+                axis_q15: cases::quarter_turns(&mut random),
+                truly: None,
+                draws: slot,
+            };
             cases::Shot { table: 0, slot, placement }
         };
         small.shots = (0..70).map(shot).collect();
@@ -192,8 +196,8 @@ fn a_camera_of_several_dispatches() {
     let Some(mut gpu) = gpu() else { return };
     let mut large = case(1);
     let dirs_q15 = cases::camera(700, 500, 1.2, 0.8);
-    let noise_q16 = (0..4096).map(|step| (step - 2048) << 7).collect();
-    large.tables = vec![Rays { dirs_q15, image: None, gates: open_gates(), noise_q16 }];
+    let noise = cases::steps((0..4096).map(|step| (step - 2048) << 7).collect(), 1 << 29);
+    large.tables = vec![Rays { dirs_q15, image: None, gates: open_gates(), noise }];
     large.shots.truncate(2);
     large.shots.iter_mut().for_each(|shot| shot.table = 0);
     let mut cpu = Cpu::new(Some(2)).unwrap_or_else(|e| panic!("{e}"));
@@ -205,17 +209,18 @@ fn a_camera_of_several_dispatches() {
 fn the_cases_are_varied() {
     let mut kinds = [0u32; 4];
     let (mut occupied, mut free, mut hits, mut windows) = (0, 0, [0; 2], 0);
-    let (mut reads, mut sums) = ([0u32; 3], [0u64; 3]);
+    let (mut reads, mut losses, mut off, mut sums) = ([0u32; 3], 0, 0, [0u64; 3]);
     for seed in 0..100 {
         let case = case(seed);
         let mut oracle = Oracle::default();
-        let quiet = |rays: &Rays| Rays { noise_q16: vec![], ..rays.clone() };
+        let quiet = |rays: &Rays| Rays { noise: Noise::default(), ..rays.clone() };
         let tables = case.tables.iter().cloned().chain(case.tables.iter().map(quiet));
         oracle.tables(&tables.collect::<Vec<_>>()).unwrap_or_else(|e| panic!("{e}"));
         oracle.load(&case.cell).unwrap_or_else(|e| panic!("{e}"));
         let mut kept = vec![None; 16];
         for cases::Shot { table, slot, placement } in &case.shots {
             let mut read = |table| oracle.read(table, placement).unwrap_or_else(|e| panic!("{e}"));
+            off += placement.truly.is_some() as u32;
             let (evidence, quiet) = (read(*table), read(*table + case.tables.len()));
             evidence.ends.iter().for_each(|end| kinds[end.kind as usize] += 1);
             occupied += evidence.planes.occupied.count();
@@ -224,9 +229,11 @@ fn the_cases_are_varied() {
             only_hit.remove(&evidence.planes.occupied);
             hits[0] += evidence.planes.hits.count();
             hits[1] += only_hit.count();
-            if !case.tables[*table].noise_q16.is_empty() {
-                let returns = evidence.ends.iter().zip(&quiet.ends).filter(|(_, quiet)| quiet.kind == RETURN);
-                let order = returns.map(|(end, quiet)| end.crossings.cmp(&quiet.crossings));
+            let returns = evidence.ends.iter().zip(&quiet.ends).filter(|(_, quiet)| quiet.kind == RETURN);
+            let (lost, read): (Vec<_>, Vec<_>) = returns.partition(|(end, _)| end.kind == NOTHING);
+            losses += lost.len();
+            if !case.tables[*table].noise.unit_q12.is_empty() {
+                let order = read.into_iter().map(|(end, quiet)| end.crossings.cmp(&quiet.crossings));
                 order.for_each(|order| reads[(order as i8 + 1) as usize] += 1);
             }
             kept[*slot as usize] = Some(evidence.planes);
@@ -239,6 +246,8 @@ fn the_cases_are_varied() {
     assert!(occupied > 1000 && free > 10_000 && windows > 30, "{occupied} {free} {windows}");
     assert!(hits[0] > 1000 && hits[1] > 200, "hit, and hit but read elsewhere: {hits:?}");
     assert!(reads.iter().all(|&n| n > 1000), "read before, at, behind the blocker: {reads:?}");
+    assert!(off > 50, "placements whose mounts are off: {off}");
+    assert!(losses > 1000, "lost returns: {losses}");
     assert!(sums.iter().all(|&n| n > 100), "log-odds clamped below, within, clamped above: {sums:?}");
 }
 

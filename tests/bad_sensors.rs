@@ -25,7 +25,7 @@ kind = "rgbd"
 fov_deg = [87, 58]
 resolution_px = [16, 9]
 range_m = [0.2, 3.0]
-noise_std_m = 0.01
+noise = { std_m = 0.01 }
 representations = ["points", "spheres", "cylinders", "box"]
 spheres_radius_m = 0.2
 cylinders_radius_m = 0.25
@@ -52,7 +52,7 @@ kind = "lidar"
 rings_deg = [0]
 resolution_deg = 4
 range_m = [0.1, 4.5]
-noise_std_m = 0.02
+noise = { std_m = 0.02 }
 representations = ["points", "field"]
 field = { polygon_m = [[0, -0.5], [1, -0.5], [1, 0.5], [0, 0.5]], height_m = 1.0 }
 [[sensor.poses]]
@@ -86,7 +86,7 @@ zone = { min_m = [-0.6, -0.8, 0.15], max_m = [1, 0.8, 1] }
 name = "cover"
 kind = "cover"
 inflation_m = [0.1, 0.2]
-noise_std_m = 0.03
+noise = { std_m = 0.03 }
 [[sensor]]
 name = "known"
 kind = "known_robot"
@@ -144,17 +144,20 @@ fn the_study_they_start_from_is_good() {
 fn each_kind_has_keys_of_its_own() {
     for (key, sensor) in [
         ("resolution_deg = 1", "camera"),
-        ("noise_std_m = 0.1", "watch"),
+        ("noise = { std_m = 0.1 }", "watch"),
         ("representations = [\"zone\"]", "watch"),
         ("resolution_px = [8, 8]", "scanner"),
         ("fov_deg = [80, 60]", "ring"),
         ("range_m = [0, 1]", "pads"),
-        ("noise_std_m = 0.1", "gate"),
+        ("noise = { std_m = 0.1 }", "gate"),
         ("tare = true", "gate"),
         ("size_m = [1, 1]", "cover"),
         ("range_m = [0, 1]", "cover"),
-        ("noise_std_m = 0.1", "known"),
+        ("noise = { std_m = 0.1 }", "known"),
         ("pose = []", "known"),
+        ("calibration = { angle_deg = 1 }", "pads"),
+        ("dropout = 0.1", "cover"),
+        ("dropout = 0.1", "watch"),
     ] {
         let name = format!("name = \"{sensor}\"\n");
         let unknown = format!("unknown field `{}`", key.split(' ').next().unwrap());
@@ -190,24 +193,150 @@ fn each_kind_has_keys_of_its_own() {
 }
 
 #[test]
+fn sensors_of_unknown_noise_are_not_compared_with_others_unasked() {
+    let unknown = (STUDY, "noise = { std_m = 0.01 }", "noise = \"unknown\"");
+    let told = "the noise of sensor \"camera\" is unknown and that of sensor \"scanner\" is not, so they cannot be compared: \
+                give \"camera\" noise = { std_m = ... }, or write mixed_noise = true at the top of the study";
+    check(&[unknown], &[STUDY, told]);
+    // A device of the catalogue whose noise nobody knows.
+    let device = (STUDY, "kind = \"lidar\"\nrings_deg = [0]\n", "model = \"sick-s300\"\nrings_deg = [0]\n");
+    let own = (STUDY, "noise = { std_m = 0.02 }\nrepresentations", "representations");
+    check(
+        &[device, own],
+        &[STUDY, "the noise of sensor \"scanner\" is unknown and that of sensor \"camera\" is not"],
+    );
+    for (edits, arguments) in [
+        (vec![unknown], vec!["--noiseless"]),
+        (vec![unknown, (STUDY, "repeats = 2", "repeats = 2\nmixed_noise = true")], vec![]),
+        (
+            vec![unknown, (STUDY, "noise = { std_m = 0.02 }", ""), (STUDY, "noise = { std_m = 0.03 }", "")],
+            vec![],
+        ),
+    ] {
+        let folder = folder();
+        edits.iter().for_each(|(file, from, to)| folder.edit(file, from, to));
+        let outcome = folder.sweep(&arguments);
+        assert_eq!(outcome.code, Some(0), "{}", outcome.stderr);
+    }
+}
+
+#[test]
+fn a_mount_that_is_off_may_not_leave_bounds_that_are_given() {
+    let bounds = (STUDY, "[grid]", "[grid]\nbounds_m = { min = [-1.3, -0.9, 0], max = [1.3, 0.9, 1.4] }");
+    let off = (STUDY, "noise = { std_m = 0.01 }", "calibration = { position_m = 1 }");
+    check(
+        &[bounds, off],
+        &[
+            STUDY,
+            "sensor \"camera\": pose wall/",
+            "(where its calibration puts it",
+            "is outside grid.bounds_m",
+        ],
+    );
+}
+
+#[test]
 fn numbers_and_choices() {
     for (from, to, expected) in [
         ("repeats = 2", "repeats = 0", "repeats = 0: must be from 1 to 10000"),
         ("repeats = 2", "repeats = 10001", "repeats = 10001: must be from 1 to 10000"),
         ("repeats = 2", "repeats = -1", "repeats"),
         (
-            "noise_std_m = 0.01",
-            "noise_std_m = -0.01",
-            "sensor \"camera\".noise_std_m = -0.01: must be a length",
+            "noise = { std_m = 0.01 }",
+            "noise = { std_m = -0.01 }",
+            "sensor \"camera\".noise.std_m = -0.01: must be a length",
         ),
-        ("noise_std_m = 0.01", "noise_std_m = nan", "sensor \"camera\".noise_std_m = NaN: must be a length"),
-        ("noise_std_m = 0.01", "noise_std_m = inf", "sensor \"camera\".noise_std_m = inf: must be a length"),
-        ("noise_std_m = 0.03", "noise_std_m = -1", "sensor \"cover\".noise_std_m = -1: must be a length"),
-        ("noise_std_m = 0.02", "noise_std_m = -1", "sensor \"scanner\".noise_std_m = -1: must be a length"),
+        (
+            "noise = { std_m = 0.01 }",
+            "noise = { std_m = nan }",
+            "sensor \"camera\".noise.std_m = NaN: must be a length",
+        ),
+        (
+            "noise = { std_m = 0.01 }",
+            "noise = { std_m = inf }",
+            "sensor \"camera\".noise.std_m = inf: must be a length",
+        ),
+        (
+            "noise = { std_m = 0.03 }",
+            "noise = { std_m = -1 }",
+            "sensor \"cover\".noise.std_m = -1: must be a length",
+        ),
+        (
+            "noise = { std_m = 0.02 }",
+            "noise = { std_m = -1 }",
+            "sensor \"scanner\".noise.std_m = -1: must be a length",
+        ),
         (
             "range_m = [0.1, 2.5]",
-            "range_m = [0.1, 2.5]\nnoise_std_m = nan",
-            "sensor \"ring\".noise_std_m = NaN",
+            "range_m = [0.1, 2.5]\nnoise = { std_m = nan }",
+            "sensor \"ring\".noise.std_m = NaN",
+        ),
+        (
+            "noise = { std_m = 0.01 }",
+            "noise_std_m = 0.01",
+            "sensor \"camera\".noise_std_m = 0.01: is written noise = { std_m = 0.01 } now",
+        ),
+        (
+            "noise = { std_m = 0.03 }",
+            "noise_std_m = 0.03",
+            "sensor \"cover\".noise_std_m = 0.03: is written noise = { std_m = 0.03 } now",
+        ),
+        (
+            "noise = { std_m = 0.01 }",
+            "noise = {}",
+            "sensor \"camera\".noise: give at least one of std_m, per_m and per_m2, as in noise = { std_m = 0.02 }",
+        ),
+        (
+            "noise = { std_m = 0.01 }",
+            "noise = { std = 0.01 }",
+            "sensor \"camera\": unknown field `std`, expected one of `std_m`, `per_m`, `per_m2`",
+        ),
+        (
+            "noise = { std_m = 0.01 }",
+            "noise = 0.01",
+            "invalid type: floating point `0.01`, expected { std_m, per_m, per_m2 }, as in noise = { std_m = 0.02 }, or \"unknown\"",
+        ),
+        ("noise = { std_m = 0.01 }", "noise = \"none\"", "invalid value: string \"none\", expected { std_m"),
+        (
+            "noise = { std_m = 0.01 }",
+            "noise = { per_m = -0.1 }",
+            "sensor \"camera\".noise.per_m = -0.1: must be metres of deviation for a metre of distance, from 0 to 1",
+        ),
+        (
+            "noise = { std_m = 0.01 }",
+            "noise = { per_m2 = 2 }",
+            "sensor \"camera\".noise.per_m2 = 2: must be metres of deviation for a square metre, from 0 to 1",
+        ),
+        (
+            "noise = { std_m = 0.01 }",
+            "noise = { std_m = 1, per_m2 = 0.5 }",
+            "sensor \"camera\".noise: is 5.5 m at 3 m, which must be at most the distance itself",
+        ),
+        (
+            "noise = { std_m = 0.03 }",
+            "noise = { std_m = 0.03, per_m = 0.1 }",
+            "sensor \"cover\".noise: a cover has the same noise at all distances: give std_m only",
+        ),
+        (
+            "noise = { std_m = 0.01 }",
+            "dropout = 1",
+            "sensor \"camera\".dropout = 1: must be the share of returns that is lost, from 0 to below 1",
+        ),
+        ("noise = { std_m = 0.01 }", "dropout = -0.1", "sensor \"camera\".dropout = -0.1: must be the share"),
+        (
+            "noise = { std_m = 0.01 }",
+            "calibration = {}",
+            "sensor \"camera\".calibration: give position_m, angle_deg or both, as in calibration = { position_m = 0.01",
+        ),
+        (
+            "min_keypoints = 2",
+            "calibration = { position_m = -1 }",
+            "sensor \"watch\".calibration.position_m = -1: must be a standard deviation in metres, from 0 to 1",
+        ),
+        (
+            "range_m = [0.1, 2.5]",
+            "range_m = [0.1, 2.5]\ncalibration = { angle_deg = 90 }",
+            "sensor \"ring\".calibration.angle_deg = 90: must be a standard deviation in degrees, from 0 to 30",
         ),
         (
             "[\"points\", \"spheres\", \"cylinders\", \"box\"]",
@@ -386,7 +515,7 @@ fn sensors_that_do_not_fit_the_scene() {
         &nobody[..],
         &[(
             STUDY,
-            "kind = \"cover\"\ninflation_m = [0.1, 0.2]\nnoise_std_m = 0.03",
+            "kind = \"cover\"\ninflation_m = [0.1, 0.2]\nnoise = { std_m = 0.03 }",
             "kind = \"known_robot\"",
         )],
     ]
@@ -611,9 +740,9 @@ fn what_stands_otherwise_or_too_often() {
             "facing is straight up or down",
         ),
         (
-            "noise_std_m = 0.01",
-            "noise_std_m = 10",
-            "sensor \"camera\".noise_std_m = 10: must be a length in metres from 0 to 3",
+            "noise = { std_m = 0.01 }",
+            "noise = { std_m = 10 }",
+            "sensor \"camera\".noise.std_m = 10: must be a length in metres from 0 to 3",
         ),
         ("name = \"pads\"", "name = \"pads;2\"", "\"pads;2\": names of sensors and poses hold no semicolon"),
     ] {

@@ -8,7 +8,7 @@ use common::cases::{self, Case, case};
 use perirobot::backend::cpu::Cpu;
 use perirobot::backend::gpu::Gpu;
 use perirobot::backend::oracle::Oracle;
-use perirobot::backend::{Backend, Carving, Cell, Evidence, Fusion, Placement, Rays, Reading, Shot};
+use perirobot::backend::{Backend, Carving, Cell, Evidence, Fusion, Noise, Placement, Rays, Reading, Shot};
 use perirobot::march::Gates;
 use perirobot::metrics::{COUNTERS, Confusion};
 use perirobot::sensor::Camera;
@@ -31,12 +31,13 @@ fn camera(random: &mut Random) -> Rays {
         no_return_is_free: random.one_in(2),
         backdrop: random.one_in(2),
     };
-    let noise_q16 = match random.below(3) {
-        0 => (0..4096).map(|step| (step - 2048) * 50).collect(),
-        1 => (0..4096).map(|step| (step - 2048) / 1800 * 65_536).collect(),
-        _ => vec![],
+    let lost_below = random.of(&[0, 0, 1 << 29]);
+    let noise = match random.below(3) {
+        0 => cases::steps((0..4096).map(|step| (step - 2048) * 50).collect(), lost_below),
+        1 => cases::steps((0..4096).map(|step| (step - 2048) / 1800 * 65_536).collect(), lost_below),
+        _ => Noise { lost_below, ..Noise::default() },
     };
-    Rays { dirs_q15: camera.dirs_q15(), image: Some(camera.image()), gates, noise_q16 }
+    Rays { dirs_q15: camera.dirs_q15(), image: Some(camera.image()), gates, noise }
 }
 
 /// A random cell, seen by cameras from anywhere; every other one is open but for a wall, so that boxes of voxels are free whole,
@@ -147,8 +148,8 @@ fn large_cameras_equal_the_cpu() {
         no_return_is_free: false,
         backdrop: true,
     };
-    let noise_q16 = (0..4096).map(|step| (step - 2048) * 80).collect();
-    let rays = Rays { dirs_q15: camera.dirs_q15(), image: Some(camera.image()), gates, noise_q16 };
+    let noise = cases::steps((0..4096).map(|step| (step - 2048) * 80).collect(), 0);
+    let rays = Rays { dirs_q15: camera.dirs_q15(), image: Some(camera.image()), gates, noise };
     // In front of the region, beside it, and inside.
     let origins = [[50, 2, 30], [55, 5, 35], [21, 40, 30], [5, 40, 30], [60, 40, 20], [97, 77, 57]];
     let mut shots = Vec::new();
@@ -157,7 +158,7 @@ fn large_cameras_equal_the_cpu() {
         // Along y, or turned by quarters.
         let along_y = [[32_768, 0, 0], [0, 0, 32_768], [0, -32_768, 0]];
         let axis_q15 = if slot % 2 == 0 { along_y } else { cases::quarter_turns(&mut random) };
-        shots.push(Shot::once(slot, Placement { origin_q16, axis_q15, draws: slot }));
+        shots.push(Shot::once(slot, Placement { origin_q16, axis_q15, truly: None, draws: slot }));
     }
     let job = |shot: &Shot| vec![Reading { slot: shot.slot, volume: None, hit: 847, miss: -405 }];
     let jobs: Vec<_> = shots.iter().map(job).collect();

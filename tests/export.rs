@@ -35,7 +35,7 @@ sensors = ["lidar", "pad"]
 
 fn swept() -> Folder {
     let folder = Folder::new();
-    folder.edit("study.toml", "range_m = [0.1, 5.0]", "range_m = [0.1, 5.0]\nnoise_std_m = 0.05");
+    folder.edit("study.toml", "range_m = [0.1, 5.0]", "range_m = [0.1, 5.0]\nnoise = { std_m = 0.05 }");
     folder.edit("study.toml", "", MORE);
     let outcome = folder.sweep(&[]);
     assert_eq!(outcome.code, Some(0), "{}", outcome.stderr);

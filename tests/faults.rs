@@ -216,7 +216,7 @@ impl Theatre {
         );
         folder.edit("study.toml", "seed = 7", &format!("seed = 7\nrepeats = {repeats}"));
         folder.edit("study.toml", "count = 2", &format!("count = {random}"));
-        folder.edit("study.toml", "range_m = [0.1, 5.0]", "range_m = [0.1, 5.0]\nnoise_std_m = 0.1");
+        folder.edit("study.toml", "range_m = [0.1, 5.0]", "range_m = [0.1, 5.0]\nnoise = { std_m = 0.1 }");
         let study = Study::load(&folder.path("study.toml"), &Overrides::default()).unwrap();
         let worlds = World::prepare_all(&study).unwrap();
         Theatre { folder, study, worlds }

@@ -80,7 +80,7 @@ fn a_device_gives_what_the_study_does_not_say() {
     assert_eq!(sensor["model"], "azure-kinect-nfov-binned");
     // The same keys, written out, cast the same rays.
     let written = Folder::new();
-    let keys = "kind = \"rgbd\"\nfov_deg = [75, 65]\nrange_m = [0.5, 5.46]\nnoise_std_m = 0.017\nresolution_px = [16, 9]\n";
+    let keys = "kind = \"rgbd\"\nfov_deg = [75, 65]\nrange_m = [0.5, 5.46]\nnoise = { std_m = 0.017 }\nresolution_px = [16, 9]\n";
     written.edit(STUDY, CAMERA, keys);
     assert_eq!(written.sweep(&[]).code, Some(0));
     let other = manifest(&written);
@@ -185,6 +185,15 @@ fn devices_are_listed_with_their_sources() {
         let keys: toml::Table =
             toml::from_str(&one.stdout.lines().take(6).collect::<Vec<_>>().join("\n")).unwrap();
         assert!(keys.is_empty() || keys["model"].is_str());
+    }
+    // What a device can do stands in its line, in columns.
+    for expected in [
+        "realsense-d435                rgbd  87 x 58      848 x 480 px   0.3-3      1.4 cm",
+        "velodyne-vlp-16               lidar 360 x 30     0.2 deg        0.5-100    3.0 cm",
+        "sick-s300                     lidar 270 x 0      0.5 deg        0.05-2     unknown",
+        "safety-mat                    pad",
+    ] {
+        assert!(outcome.stdout.lines().any(|line| line == expected), "{expected}\n{}", outcome.stdout);
     }
     let outcome = perirobot(&["sensors", "OUSTER", "sick"]);
     assert!(["ouster-os1-128", "sick-nanoscan3"].iter().all(|name| outcome.stdout.contains(name)));

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use std::sync::{Arc, OnceLock};
 
 use perirobot::backend::cpu::Cpu;
-use perirobot::backend::{Backend, Fusion, Rays, Reading, Shot};
+use perirobot::backend::{Backend, Fusion, Noise, Rays, Reading, Shot};
 use perirobot::scene::{Role, build::build, octomap};
 use perirobot::sensor::pose::Frame;
 use perirobot::sensor::{Camera, Station, placement};
@@ -141,7 +141,8 @@ fn the_table_alone_triggers_four_pads() {
     let pressed: Vec<[f64; 2]> = (pads.candidates.iter())
         .filter(|pad| {
             let window = truth.grid.window();
-            let at = Station { truth: &truth, window, setting: pad.setting, rays: None, draws: 0 };
+            let at =
+                Station { truth: &truth, window, setting: pad.setting, rays: None, truly: None, draws: 0 };
             !pads.kind.claims(&at).swap_remove(0).planes.unwrap().occupied.is_empty()
         })
         .map(|pad| [pad.setting.pose().position_m.x, pad.setting.pose().position_m.y])
@@ -164,7 +165,7 @@ fn experiment_3_has_the_papers_poses_and_snapshots() {
     let [lidar] = &study.sensors[..] else { panic!("one sensor") };
     let cone = &self::study("paper/lidar.toml").sensors[0];
     assert_eq!((lidar.name.as_str(), &lidar.candidates), ("cone-45", &cone.candidates));
-    let with_noise = format!("{:?}", cone.kind).replace("noise_std_m: 0.0", "noise_std_m: 0.01");
+    let with_noise = format!("{:?}", cone.kind).replace("{ std_m: 0.0", "{ std_m: 0.01");
     assert!(format!("{:?}", lidar.kind) == with_noise, "cone-45 with noise of 0.01 m");
     assert_eq!((study.scenes[0].snapshots, jobs(&study)), (27, 27 * 172));
     let observer = study.scenes[0].objects.iter().find(|object| object.name == "observer").unwrap();
@@ -365,7 +366,7 @@ fn the_best_of_a_few_poses_sees_the_operator() {
     cpu.tables(&[Rays {
         dirs_q15: small.dirs_q15(),
         image: Some(small.image()),
-        noise_q16: Vec::new(),
+        noise: Noise::default(),
         ..table
     }])
     .unwrap();

@@ -440,5 +440,5 @@ fn a_gate_without_poses_may_be_far_from_the_origin() {
     let outcome = folder.sweep(&[]);
     assert_eq!(outcome.code, Some(0), "{}", outcome.stderr);
     let poses = std::fs::read_to_string(folder.path("out/poses.csv")).unwrap();
-    assert!(poses.ends_with("gate,here,gate,,,,,,,,,\n"), "{poses}");
+    assert!(poses.ends_with("gate,here,gate,,,,,,,,,,\n"), "{poses}");
 }

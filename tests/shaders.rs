@@ -60,10 +60,11 @@ fn structs_match_their_mirrors() {
     mirrored!("Setup", Setup, grid_x grid_y grid_z grid_words_per_row
         window_min_x window_min_y window_min_z window_words_per_row window_x window_y window_z window_words
         regions bricks_x bricks_y reach_word first_hits_stride);
-    mirrored!("Table", TableWords, rays range_min_q16 range_max_q16 near_ignore_q16 no_return_is_free backdrop noisy
+    mirrored!("Table", TableWords, rays range_min_q16 range_max_q16 near_ignore_q16 no_return_is_free backdrop noisy lost_below
         image_x image_y focal_x focal_y near);
     mirrored!("Part", Part, first_row first end region every_ray until_q16 zero);
-    mirrored!("Placement", PlacementWords, origin_q16 axis_x_q15 axis_y_q15 axis_z_q15 draws slot first_hits);
+    mirrored!("Placement", PlacementWords, origin_q16 axis_x_q15 axis_y_q15 axis_z_q15
+        true_origin_q16 true_axis_x_q15 true_axis_y_q15 true_axis_z_q15 is_off draws slot first_hits);
     mirrored!("Job", JobWords, first end octomap);
     mirrored!("Reading", ReadingWords, slot volume hit miss);
 }

@@ -79,7 +79,7 @@ fn march_of(words: &[u32]) -> March {
     }
 }
 
-const TWINS: [Twin; 19] = [
+const TWINS: [Twin; 22] = [
     Twin {
         name: "packed",
         inputs: 2,
@@ -226,6 +226,27 @@ const TWINS: [Twin; 19] = [
         rust: |w| vec![march::draw(w[0], w[1])],
     },
     Twin {
+        name: "entry",
+        inputs: 1,
+        outputs: 1,
+        wgsl: "out(0u, entry(in(0u)));",
+        rust: |w| vec![march::entry(w[0])],
+    },
+    Twin {
+        name: "is_lost",
+        inputs: 2,
+        outputs: 1,
+        wgsl: "out(0u, u32(is_lost(in(0u), in(1u))));",
+        rust: |w| vec![march::is_lost(w[0], w[1]) as u32],
+    },
+    Twin {
+        name: "step_q16",
+        inputs: 2,
+        outputs: 1,
+        wgsl: "out(0u, bitcast<u32>(step_q16(sin(0u), in(1u))));",
+        rust: |w| vec![march::step_q16(w[0] as i32, w[1]) as u32],
+    },
+    Twin {
         name: "noisy_q16",
         inputs: 2,
         outputs: 1,
@@ -276,20 +297,37 @@ fn visits(origin: [i32; 3], dir: [i32; 3], ahead: [u32; 3]) -> bool {
     true
 }
 
-/// `launch` has no twin of its own: it is `start` in the directions of `direction_q16`.
-const LAUNCH: Twin = Twin {
-    name: "launch",
-    inputs: 15,
-    outputs: 12,
-    wgsl: "let p = Placement(
-               array<i32, 3>(sin(0u), sin(1u), sin(2u)), array<i32, 3>(sin(3u), sin(4u), sin(5u)),
-               array<i32, 3>(sin(6u), sin(7u), sin(8u)), array<i32, 3>(sin(9u), sin(10u), sin(11u)), 0u, 0u, 0u);
-           out_march(launch(p, array<i32, 3>(sin(12u), sin(13u), sin(14u))));",
-    rust: |w| {
-        let dir_q16 = [3, 6, 9].map(|row| march::direction_q16(signed(&w[row..]), signed(&w[12..])));
-        march_words(march::start(signed(w), dir_q16))
+/// `launch` and `launch_truly` have no twins of their own: they are `start` in the directions of `direction_q16`, from where a
+/// sensor is believed to be and from where it truly is. The other of both is somewhere else.
+const LAUNCHES: [Twin; 2] = [
+    Twin {
+        name: "launch",
+        inputs: 15,
+        outputs: 12,
+        wgsl: "let p = Placement(
+                   array<i32, 3>(sin(0u), sin(1u), sin(2u)), array<i32, 3>(sin(3u), sin(4u), sin(5u)),
+                   array<i32, 3>(sin(6u), sin(7u), sin(8u)), array<i32, 3>(sin(9u), sin(10u), sin(11u)),
+                   array<i32, 3>(1, 2, 3), array<i32, 3>(), array<i32, 3>(), array<i32, 3>(), 1u, 0u, 0u, 0u);
+               out_march(launch(p, array<i32, 3>(sin(12u), sin(13u), sin(14u))));",
+        rust: launched,
     },
-};
+    Twin {
+        name: "launch_truly",
+        inputs: 15,
+        outputs: 12,
+        wgsl: "let p = Placement(
+                   array<i32, 3>(1, 2, 3), array<i32, 3>(), array<i32, 3>(), array<i32, 3>(),
+                   array<i32, 3>(sin(0u), sin(1u), sin(2u)), array<i32, 3>(sin(3u), sin(4u), sin(5u)),
+                   array<i32, 3>(sin(6u), sin(7u), sin(8u)), array<i32, 3>(sin(9u), sin(10u), sin(11u)), 1u, 0u, 0u, 0u);
+               out_march(launch_truly(p, array<i32, 3>(sin(12u), sin(13u), sin(14u))));",
+        rust: launched,
+    },
+];
+
+fn launched(w: &[u32]) -> Vec<u32> {
+    let dir_q16 = [3, 6, 9].map(|row| march::direction_q16(signed(&w[row..]), signed(&w[12..])));
+    march_words(march::start(signed(w), dir_q16))
+}
 
 /// The cases of each function, within what the rules allow as its arguments.
 fn cases(name: &str, random: &mut Random) -> Vec<u32> {
@@ -373,7 +411,7 @@ fn cases(name: &str, random: &mut Random) -> Vec<u32> {
                 out.push(random.below(3));
             }
         }
-        "launch" => {
+        "launch" | "launch_truly" => {
             for _ in 0..4000 {
                 out.extend((0..3).map(|_| random.below(1023 << 16)));
                 (0..4).for_each(|_| out.extend(unit(random)));
@@ -480,13 +518,30 @@ fn read_cases(name: &str, random: &mut Random, out: &mut Vec<u32>) {
                 }
             }
         }
-        "pcg" => {
+        "pcg" | "entry" => {
             out.extend([0, 1, 42, 0xdead_beef, 1 << 31, u32::MAX]);
             out.extend((0..20_000).map(|_| random.bits() as u32));
         }
         "draw" => {
             (0..64).for_each(|ray| out.extend([129_708_002, ray]));
             (0..20_000).for_each(|_| out.extend([random.bits() as u32, random.below(1 << 20)]));
+        }
+        "is_lost" => {
+            for drawn in (0..10_000).map(|_| random.bits() as u32) {
+                let hash = march::pcg(drawn);
+                let beside = [hash.saturating_sub(1), hash, hash.saturating_add(1), 0, u32::MAX];
+                beside.iter().for_each(|&below| out.extend([drawn, below]));
+            }
+        }
+        "step_q16" => {
+            for unit in [0, 1, -1, 3, 4096, -4096, 15_025, -15_025, 18_432] {
+                for std in [0, 1, 2047, 2048, 2049, 4095, 4096, 65_536, (64 << 16) - 1, 64 << 16] {
+                    out.extend([unit as u32, std]);
+                }
+            }
+            for _ in 0..20_000 {
+                out.extend([random.between(-18_432, 18_432) as u32, random.below((64 << 16) + 1)]);
+            }
         }
         "noisy_q16" => {
             for t in [0, 1, 65_536, 2047 << 16] {
@@ -563,7 +618,7 @@ fn unit(random: &mut Random) -> [u32; 3] {
 fn every_function_equals_its_twin() {
     let Some(choice) = common::adapter() else { return };
     let device = open(&choice).unwrap_or_else(|e| panic!("{e}"));
-    for twin in TWINS.iter().chain([&LAUNCH]) {
+    for twin in TWINS.iter().chain(&LAUNCHES) {
         check(&device, twin, &cases(twin.name, &mut Random(1)));
     }
 }
@@ -575,7 +630,7 @@ fn no_function_is_left_out() {
     // These are parts of `start`, `launch`, `made_until` and `visits`.
     let parts = ["start_axis", "vec3_of", "made_at3", "crossing3_q16"];
     for function in functions {
-        let tested = TWINS.iter().chain([&LAUNCH]).any(|twin| twin.name == function);
+        let tested = TWINS.iter().chain(&LAUNCHES).any(|twin| twin.name == function);
         assert!(tested || parts.contains(&function), "shaders/march.wgsl: {function} has no twin test");
     }
 }

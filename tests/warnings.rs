@@ -204,7 +204,7 @@ fn nobody_in_the_cell() {
 #[test]
 fn a_scanner_whose_field_holds_a_wall_is_told() {
     let scanner = "[[sensor]]\nname = \"scanner\"\nkind = \"lidar\"\nrings_deg = [0]\nresolution_deg = 4\nrange_m = [0.1, 9]\n\
-                   noise_std_m = 0.02\nfield = { polygon_m = [[0, -0.2], [FAR, -0.2], [FAR, 0.2], [0, 0.2]], height_m = 1 }\n\
+                   noise = { std_m = 0.02 }\nfield = { polygon_m = [[0, -0.2], [FAR, -0.2], [FAR, 0.2], [0, 0.2]], height_m = 1 }\n\
                    [[sensor.poses]]\nname = \"post\"\nlist = [{ position_m = [0.3, 0.3, 0.7], facing = [0, 1, 0] }]\n";
     let told = |far: &str| {
         let folder = Folder::new();

@@ -11,7 +11,7 @@ mod self_test;
 use std::sync::Arc;
 
 use crate::Result;
-use crate::march::{End, Gates};
+use crate::march::{self, End, Gates};
 use crate::metrics::Confusion;
 use crate::voxel::{BitGrid, Window};
 pub use self_test::{POSES as SELF_TEST_POSES, self_test};
@@ -37,7 +37,7 @@ pub struct Cell {
     pub regions: Vec<BitGrid>,
 }
 
-/// One table of rays, as the backends see it: where they go, what ends them, and how far off they read.
+/// One table of rays, as the backends see it: where they go, what ends them, and what chance does to them.
 #[derive(Clone, Debug)]
 pub struct Rays {
     /// Unit directions in the sensor's frame, Q15, in ray order.
@@ -46,8 +46,40 @@ pub struct Rays {
     pub image: Option<Image>,
     /// Ranges and rules that decide how a ray ends.
     pub gates: Gates,
-    /// What is added to a return's distance, in 1/65536 voxels: [`crate::march::NOISE_STEPS`] equally likely steps, or none at all.
-    pub noise_q16: Vec<i32>,
+    /// How far off returns are read, and how many are lost.
+    pub noise: Noise,
+}
+
+/// What chance does to returns. The default does nothing.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Noise {
+    /// Equally likely deviations of unit width in 1/4096: [`march::NOISE_STEPS`] of them, or none where returns are exact.
+    pub unit_q12: Vec<i32>,
+    /// Width by which those are multiplied, in 1/65536 voxels: an entry for each whole voxel of distance up to the longest
+    /// range; empty with the other table.
+    pub std_q16: Vec<u32>,
+    /// A return is lost where its ray's number, hashed again, is below this ([`march::is_lost`]).
+    pub lost_below: u32,
+}
+
+impl Noise {
+    /// What a return at a distance within the range is off by, if its ray drew this number.
+    #[inline]
+    pub fn step_q16(&self, drawn: u32, t_q16: u32) -> i32 {
+        match self.unit_q12.is_empty() {
+            true => 0,
+            false => {
+                let unit_q12 = self.unit_q12[march::entry(drawn) as usize];
+                march::step_q16(unit_q12, self.std_q16[(t_q16 >> 16) as usize])
+            }
+        }
+    }
+
+    /// The farthest behind its distance that a return may be read.
+    pub fn farthest_q16(&self) -> u32 {
+        let unit_q12 = self.unit_q12.iter().copied().max().unwrap_or(0).max(0);
+        march::step_q16(unit_q12, self.std_q16.iter().copied().max().unwrap_or(0)) as u32
+    }
 }
 
 /// An ideal pinhole camera: ray (u, v) goes along ((u + ½ − width/2) / focal x, (v + ½ − height/2) / focal y, 1).
@@ -59,15 +91,38 @@ pub struct Image {
     pub focal_px: [f64; 2],
 }
 
-/// One pose of a sensor in a grid, quantised.
+/// One pose of a sensor in a grid, quantised: where it is believed to be, which is where its evidence is written.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Placement {
     /// Position from the grid's corner, in 1/65536 voxels; inside the grid.
     pub origin_q16: [i32; 3],
     /// Row r of `world_from_sensor`, Q15.
     pub axis_q15: [[i32; 3]; 3],
+    /// Where it truly is, if its mount is off: its rays are cast from there.
+    pub truly: Option<Standpoint>,
     /// The hash of all words before the ray, for rays with noise ([`crate::march::fold`]).
     pub draws: u32,
+}
+
+/// Where a sensor is and how it is turned, quantised as in a [`Placement`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Standpoint {
+    /// As [`Placement::origin_q16`].
+    pub origin_q16: [i32; 3],
+    /// As [`Placement::axis_q15`].
+    pub axis_q15: [[i32; 3]; 3],
+}
+
+impl Placement {
+    /// Where its rays are cast from: the true standpoint, as if it were the believed one.
+    pub fn caster(&self) -> Placement {
+        match self.truly {
+            None => *self,
+            Some(Standpoint { origin_q16, axis_q15 }) => {
+                Placement { origin_q16, axis_q15, truly: None, draws: self.draws }
+            }
+        }
+    }
 }
 
 /// What a sensor says: three planes over a window, or over parts of it outside of which it says nothing.

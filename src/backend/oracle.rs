@@ -87,7 +87,10 @@ impl Backend for Oracle {
         let mut path = Box::new(Path { cells: [0; LONGEST_PATH], entered: [0; LONGEST_PATH] });
         let mark = |plane: &mut [u32], bit: u32| plane[bit as usize >> 5] |= 1 << (bit & 31);
         for ray in 0..rays.dirs_q15.len() {
-            let (end, blocker) = walk(cell, rays, placement, ray, &mut path);
+            let Walked { mut end, blocker, t_q16 } = walk(cell, rays, &placement.caster(), ray, &mut path);
+            if placement.truly.is_some() {
+                end.crossings = along(cell, rays, placement, ray, t_q16, &mut path);
+            }
             let endpoint = end.crossings as usize;
             let freed = match end.kind {
                 RETURN => endpoint,
@@ -98,7 +101,7 @@ impl Backend for Oracle {
             path.cells[..freed].iter().for_each(|&bit| mark(planes.free.words_mut(), bit));
             if end.kind == RETURN {
                 mark(planes.occupied.words_mut(), path.cells[endpoint]);
-                mark(planes.hits.words_mut(), path.cells[blocker]);
+                mark(planes.hits.words_mut(), blocker);
             }
             ends.push(end);
         }
@@ -253,16 +256,29 @@ fn is_set(words: &[u32], bit: usize) -> bool {
     words[bit >> 5] >> (bit & 31) & 1 == 1
 }
 
+/// What became of a ray.
+struct Walked {
+    end: End,
+    /// The bit of the blocker that a return comes from.
+    blocker: u32,
+    /// How far what the ray says reaches: where a return is read, where the blocker of a blind ray is, else the range.
+    t_q16: u64,
+}
+
 /// Fills `path` with the cells that a ray is in, inside the grid and within range, up to its first blocker, or to where
-/// a noisy return is read, and says how the ray ended and after how many crossings it was in the last cell before noise.
-fn walk(cell: &Cell, rays: &Rays, placement: &Placement, number: usize, path: &mut Path) -> (End, usize) {
+/// a noisy return is read.
+fn walk(cell: &Cell, rays: &Rays, placement: &Placement, number: usize, path: &mut Path) -> Walked {
     let words = cell.blockers.words();
     let gates = &rays.gates;
     let mut ray = Ray::start(&cell.blockers, placement, rays.dirs_q15[number]);
     let out_of_range = after(gates.range_max_q16.into());
     let limit = ray.exit.min(out_of_range);
     let mut crossings = 0;
-    let end = |kind, crossings: usize| End { kind, crossings: crossings as u32 };
+    let walked = |kind, crossings: usize, blocker: u32, t_q16: u64| {
+        let end = End { kind, crossings: crossings as u32 };
+        Walked { end, blocker, t_q16 }
+    };
+    let range_q16 = u64::from(gates.range_max_q16);
     path.cells[0] = ray.bit as u32;
     path.entered[0] = 0;
     while let Some(crossing) = ray.cross(limit) {
@@ -272,45 +288,68 @@ fn walk(cell: &Cell, rays: &Rays, placement: &Placement, number: usize, path: &m
         let t = crossing >> 2;
         if is_set(words, ray.bit as usize) && t >= u64::from(gates.near_ignore_q16) {
             if t < u64::from(gates.range_min_q16) {
-                return (end(BLIND, crossings), crossings);
+                return walked(BLIND, crossings, 0, t);
             }
-            let noise_q16 = noise_q16(rays, placement.draws, number);
-            let mut read = crossings;
-            if noise_q16 != 0 {
-                let read_q16 = (t as i64 + noise_q16).max(0) as u64;
-                read = endpoint(ray, read_q16, path, crossings);
+            let drawn = hash(placement.draws as u64 ^ number as u64);
+            if hash(drawn) < rays.noise.lost_below.into() {
+                return walked(NOTHING, unhindered(ray, limit, path, crossings), 0, range_q16);
             }
-            return (end(RETURN, read), crossings);
+            let noise_q16 = noise_q16(rays, drawn, t);
+            let read_q16 = (t as i64 + noise_q16).max(0) as u64;
+            let read = match noise_q16 {
+                0 => crossings,
+                _ => endpoint(ray, read_q16, path, crossings),
+            };
+            return walked(RETURN, read, ray.bit as u32, read_q16);
         }
     }
-    (end(if gates.backdrop && ray.exit < out_of_range { LEFT } else { NOTHING }, crossings), crossings)
+    let lost = || hash(hash(placement.draws as u64 ^ number as u64)) < rays.noise.lost_below.into();
+    let left = gates.backdrop && ray.exit < out_of_range && !lost();
+    walked(if left { LEFT } else { NOTHING }, crossings, 0, range_q16)
 }
 
-/// How many crossings a ray has made where it is read, if it was stopped after so many of them.
-fn endpoint(mut ray: Ray, read_q16: u64, path: &mut Path, mut crossings: usize) -> usize {
-    let limit = after(read_q16);
-    // Cells entered later than that were not seen to be entered.
-    while path.entered[crossings] >= limit {
-        crossings -= 1;
-    }
-    // At that distance or farther, blockers stop nothing.
-    while ray.cross(ray.exit.min(limit)).is_some() {
+/// Fills `path` with the cells that a ray is believed to be in up to a distance, were nothing in its way: how many crossings
+/// those are.
+fn along(cell: &Cell, rays: &Rays, from: &Placement, number: usize, t_q16: u64, path: &mut Path) -> u32 {
+    let ray = Ray::start(&cell.blockers, from, rays.dirs_q15[number]);
+    path.cells[0] = ray.bit as u32;
+    unhindered(ray, ray.exit.min(after(t_q16)), path, 0) as u32
+}
+
+/// How many crossings a ray makes up to a limit, if it was stopped after so many of them and nothing stops it now.
+fn unhindered(mut ray: Ray, limit: u64, path: &mut Path, mut crossings: usize) -> usize {
+    while ray.cross(limit).is_some() {
         crossings += 1;
         path.cells[crossings] = ray.bit as u32;
     }
     crossings
 }
 
-/// What a ray's return is off by.
-fn noise_q16(rays: &Rays, draws: u32, ray: usize) -> i64 {
-    const WORD: u64 = u32::MAX as u64;
-    if rays.noise_q16.is_empty() {
-        return 0;
+/// How many crossings a ray has made where it is read, if it was stopped after so many of them.
+fn endpoint(ray: Ray, read_q16: u64, path: &mut Path, mut crossings: usize) -> usize {
+    let limit = after(read_q16);
+    // Cells entered later than that were not seen to be entered.
+    while path.entered[crossings] >= limit {
+        crossings -= 1;
     }
-    let state = ((draws as u64 ^ ray as u64) * 747_796_405 + 2_891_336_453) & WORD;
+    // At that distance or farther, blockers stop nothing.
+    unhindered(ray, ray.exit.min(limit), path, crossings)
+}
+
+/// What a return at a distance is off by.
+fn noise_q16(rays: &Rays, drawn: u64, t: u64) -> i64 {
+    match rays.noise.unit_q12.get((drawn >> 20) as usize) {
+        None => 0,
+        Some(&unit) => (i64::from(unit) * i64::from(rays.noise.std_q16[(t >> 16) as usize]) + 2048) >> 12,
+    }
+}
+
+/// The hash of 32 bits, in 64.
+fn hash(word: u64) -> u64 {
+    const WORD: u64 = u32::MAX as u64;
+    let state = (word * 747_796_405 + 2_891_336_453) & WORD;
     let mixed = (((state >> ((state >> 28) + 4)) ^ state) * 277_803_737) & WORD;
-    let hash = (mixed >> 22) ^ mixed;
-    rays.noise_q16[(hash >> 20) as usize] as i64
+    (mixed >> 22) ^ mixed
 }
 
 #[cfg(test)]

@@ -2,7 +2,7 @@
 //! held against the CPU. Some poses stand so close to what they see that every kernel has long loops.
 
 use super::cpu::Cpu;
-use super::{Backend, Cell, Fusion, Image, Placement, Rays, Reading, Shot};
+use super::{Backend, Cell, Fusion, Image, Noise, Placement, Rays, Reading, Shot};
 use crate::march::{Gates, pcg};
 use crate::metrics::{COUNTERS, Confusion};
 use crate::voxel::{BitGrid, Window};
@@ -69,7 +69,7 @@ fn camera() -> Rays {
         backdrop: false,
     };
     let dirs_q15 = (0..size_px[0] * size_px[1]).map(pixel).collect();
-    Rays { dirs_q15, image: Some(Image { size_px, focal_px }), gates, noise_q16: vec![] }
+    Rays { dirs_q15, image: Some(Image { size_px, focal_px }), gates, noise: Noise::default() }
 }
 
 /// A room of columns and clutter, 140 × 120 × 60 voxels, with a person and a robot in it.
@@ -119,6 +119,7 @@ fn placement(number: u32) -> Placement {
     Placement {
         origin_q16: cell.map(|c: i32| (c << 16) + 0x6789),
         axis_q15: std::array::from_fn(|r| [q15(right[r]), q15(down[r]), q15(forward[r])]),
+        truly: None,
         draws: 0,
     }
 }

@@ -47,7 +47,7 @@ pub(super) struct Args {
     /// Repeat each measurement until its rounds took so many seconds together; 0 for a single round
     #[arg(long, value_name = "SECONDS", default_value_t = 1, value_parser = clap::value_parser!(u16))]
     seconds: u16,
-    /// Ideal sensors: no noise, whatever the study says
+    /// Ideal sensors: no noise, no lost returns, no mount that is off, whatever the study says
     #[arg(long)]
     noiseless: bool,
     #[command(flatten)]

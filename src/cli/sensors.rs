@@ -3,8 +3,10 @@
 
 use std::process::ExitCode;
 
-use perirobot::study::catalogue::{Model, models};
+use perirobot::sensor::noise::Deviation;
+use perirobot::study::catalogue::{Model, Stereo, models};
 use perirobot::{Error, Result};
+use toml::Value;
 
 /// List the devices that a study may name, with sources
 ///
@@ -25,10 +27,9 @@ pub(super) struct Args {
 
 pub(super) fn run(args: &Args) -> Result<ExitCode> {
     if args.names.is_empty() {
-        let lines =
-            models().iter().map(|model| format!("{:<26} {:<6} {}\n", model.name, model.kind(), model.title));
+        let lines = models().iter().map(line);
         let more = "\n`perirobot sensors NAME` tells values and sources; in a study: model = \"NAME\"\n";
-        super::print(&(lines.collect::<String>() + more))?;
+        super::print(&(HEAD.to_string() + &lines.collect::<String>() + more))?;
         return Ok(ExitCode::SUCCESS);
     }
     for name in &args.names {
@@ -43,12 +44,84 @@ pub(super) fn run(args: &Args) -> Result<ExitCode> {
     Ok(ExitCode::SUCCESS)
 }
 
+const HEAD: &str = "\
+model                         kind  field (deg)  resolution     range (m)  noise at 2 m
+";
+
+/// A device in a line: where it looks, how finely, how far, and how exactly.
+fn line(model: &Model) -> String {
+    let key = |key: &str| model.keys.get(key);
+    let numbers = |value: &Value| match value {
+        Value::Array(all) => all.iter().map(plain).collect::<Vec<_>>().join(" x "),
+        one => plain(one),
+    };
+    let field = match (key("fov_deg"), key("rings_deg"), key("elevation_deg")) {
+        (Some(around), Some(Value::Array(rings)), _) => format!("{} x {}", plain(around), spread(rings)),
+        (Some(around), _, Some(Value::Array(rise))) => format!("{} x {}", plain(around), spread(rise)),
+        (around, ..) => around.map_or_else(String::new, numbers),
+    };
+    let resolution = match (key("resolution_px"), key("resolution_deg")) {
+        (Some(pixels), _) => format!("{} px", numbers(pixels)),
+        (None, Some(degrees)) => format!("{} deg", numbers(degrees)),
+        (None, None) => String::new(),
+    };
+    let range = match key("range_m") {
+        Some(Value::Array(range)) => range.iter().map(plain).collect::<Vec<_>>().join("-"),
+        _ => String::new(),
+    };
+    let line = format!(
+        "{:<29} {:<5} {field:<12} {resolution:<14} {range:<10} {}",
+        model.name,
+        model.kind(),
+        model.keys.get("noise").map_or_else(String::new, noise)
+    );
+    line.trim_end().to_string() + "\n"
+}
+
+/// The standard deviation at 2 m.
+fn noise(said: &Value) -> String {
+    let term = |key: &str| said.get(key).and_then(Value::as_float).unwrap_or(0.0);
+    match said {
+        Value::Table(_) => {
+            let deviation = Deviation { std_m: term("std_m"), per_m: term("per_m"), per_m2: term("per_m2") };
+            format!("{:.1} cm", 100.0 * deviation.at_m(2.0))
+        }
+        word => plain(word),
+    }
+}
+
+/// A number with at most two places behind the point, or a word.
+fn plain(value: &Value) -> String {
+    let short = |number: f64| {
+        let text = format!("{number:.2}");
+        text.trim_end_matches('0').trim_end_matches('.').to_string()
+    };
+    match value {
+        Value::Float(number) => short(*number),
+        Value::String(word) => word.clone(),
+        other => other.to_string(),
+    }
+}
+
+/// From the lowest of some angles to the highest.
+fn spread(angles: &[Value]) -> String {
+    let number = |value: &Value| value.as_float().or_else(|| value.as_integer().map(|n| n as f64));
+    let angles = angles.iter().filter_map(number);
+    let (low, high) = angles.fold((f64::MAX, f64::MIN), |(low, high), a| (low.min(a), high.max(a)));
+    plain(&Value::Float(high - low))
+}
+
 /// All that is known of a device; its lines can be pasted into a study.
 fn told(model: &Model) -> String {
     let mut text = format!("# {}\n# source: {}\n#         {}\n", model.title, model.source, model.url);
     text += &format!("# {}\n", model.note);
     if let Some(unconfirmed) = &model.unconfirmed {
         text += &format!("# not compared with the maker's words: {unconfirmed}\n");
+    }
+    if let Some(Stereo { baseline_m, subpixel_px }) = model.stereo {
+        text += &format!(
+            "# noise: {subpixel_px} pixels of disparity, lenses {baseline_m} m apart: subpixel * z^2 / (focal length * baseline)\n"
+        );
     }
     let keys = model.keys.iter().map(|(key, value)| format!("{key} = {value}\n"));
     format!(

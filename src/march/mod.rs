@@ -11,7 +11,7 @@ pub const NEVER: u32 = 0x7fff_ffff;
 /// sum of crossings leaves 32 bits.
 pub const MAX_RANGE_VOXELS: u32 = 2047;
 
-/// Steps of a noise table: a standard normal distribution cut into so many equal shares.
+/// Deviations of the unit table: a standard normal distribution cut into so many equal shares.
 pub const NOISE_STEPS: u32 = 4096;
 
 /// The ray met no blocker within range inside the grid.
@@ -188,10 +188,27 @@ pub fn pcg(word: u32) -> u32 {
     (mixed >> 22) ^ mixed
 }
 
-/// Which of the [`NOISE_STEPS`] steps of a noise table a ray draws; `draws` is the hash of all that precedes the ray
-/// ([`fold`]).
+/// The number that a ray draws; `draws` is the hash of all that precedes the ray ([`fold`]).
 pub fn draw(draws: u32, ray: u32) -> u32 {
-    pcg(draws ^ ray) >> (32 - NOISE_STEPS.ilog2())
+    pcg(draws ^ ray)
+}
+
+/// Which of the [`NOISE_STEPS`] deviations of a table goes with a drawn number.
+pub fn entry(drawn: u32) -> u32 {
+    drawn >> (32 - NOISE_STEPS.ilog2())
+}
+
+/// Whether the return of a ray that drew this number is lost. The number is hashed once more, so that what is lost does
+/// not depend on how far off it would be read.
+pub fn is_lost(drawn: u32, lost_below: u32) -> bool {
+    pcg(drawn) < lost_below
+}
+
+/// What a return is off by: a deviation of the unit table (Q12) times the standard deviation at its distance (Q16),
+/// rounded: (unit · std + 2¹¹) >> 12. In two parts, since the product has more than 32 bits.
+pub fn step_q16(unit_q12: i32, std_q16: u32) -> i32 {
+    let (whole, part) = ((std_q16 >> 12) as i32, (std_q16 & 0xfff) as i32);
+    unit_q12 * whole + ((unit_q12 * part + (1 << 11)) >> 12)
 }
 
 /// The hash of a sequence of words.

@@ -214,13 +214,14 @@ fn words_fold_in_their_order() {
     assert_ne!(fold([2, 1, 3]), fold([1, 2, 3]));
     assert_ne!(fold([0, 1]), fold([1]));
     // The ray is the last word, of which the top twelve bits are drawn.
-    assert_eq!(draw(fold([1, 2]), 3), 604_675_008 >> 20);
+    assert_eq!(draw(fold([1, 2]), 3), 604_675_008);
+    assert_eq!(entry(604_675_008), 604_675_008 >> 20);
 }
 
 #[test]
 fn every_step_of_noise_is_drawn_about_equally_often() {
     let mut often = [0u32; NOISE_STEPS as usize];
-    (0..409_600).for_each(|ray| often[draw(fold([7, 1, 0]), ray) as usize] += 1);
+    (0..409_600).for_each(|ray| often[entry(draw(fold([7, 1, 0]), ray)) as usize] += 1);
     // 100 each on the mean; a share strays by 10, and none of 4096 by six times that.
     assert!(
         often.iter().all(|n| (40..=160).contains(n)),
@@ -228,6 +229,31 @@ fn every_step_of_noise_is_drawn_about_equally_often() {
         often.iter().min(),
         often.iter().max()
     );
+}
+
+#[test]
+fn steps_are_rounded_products() {
+    let mut word = 1;
+    for _ in 0..20_000 {
+        word = pcg(word);
+        let (unit, std) = ((word >> 17) as i32 - (1 << 14), pcg(word) % ((64 << 16) + 1));
+        let expected = (f64::from(unit) * f64::from(std) / 4096.0 + 0.5).floor();
+        assert_eq!(f64::from(step_q16(unit, std)), expected, "{unit} of {std}");
+    }
+    assert_eq!([1, -1, 3].map(|unit| step_q16(unit, 2048)), [1, 0, 2], "halves are rounded up");
+    assert_eq!(step_q16(-15_025, 64 << 16), -15_385_600);
+}
+
+#[test]
+fn what_is_lost_does_not_depend_on_the_noise() {
+    let mut lost = [0u32; 2];
+    for ray in 0..100_000 {
+        let drawn = draw(fold([7, 1, 0]), ray);
+        lost[(entry(drawn) >= NOISE_STEPS / 2) as usize] += is_lost(drawn, 1 << 30) as u32;
+    }
+    // A quarter of each half; six standard errors.
+    assert!(lost.iter().all(|&n| n.abs_diff(12_500) < 6 * 97), "{lost:?}");
+    assert!(!is_lost(draw(0, 0), 0));
 }
 
 #[test]

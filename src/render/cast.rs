@@ -4,7 +4,7 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 use super::eye::Camera;
-use crate::backend::{Backend, Cell, Placement, Rays};
+use crate::backend::{Backend, Cell, Noise, Placement, Rays};
 use crate::march::{self, Gates, MAX_RANGE_VOXELS, RETURN};
 use crate::sensor::quantise_q15;
 use crate::voxel::grid::MAX_VOXELS_PER_AXIS;
@@ -39,6 +39,7 @@ pub(super) fn cast(
     let placement = Placement {
         origin_q16: around.position_q16(camera.eye_m).map(|x| x as i32),
         axis_q15: std::array::from_fn(row),
+        truly: None,
         draws: 0,
     };
     let [width, height] = camera.size;
@@ -101,7 +102,7 @@ fn rays(dirs_q15: &[[i32; 3]]) -> Rays {
         no_return_is_free: false,
         backdrop: false,
     };
-    Rays { dirs_q15: dirs_q15.to_vec(), image: None, gates, noise_q16: Vec::new() }
+    Rays { dirs_q15: dirs_q15.to_vec(), image: None, gates, noise: Noise::default() }
 }
 
 /// Walks a ray that returned to its end once more.

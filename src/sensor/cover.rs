@@ -1,6 +1,7 @@
 //! A proximity cover, the robot's skin: it measures what comes near any part of the robot.
 
-use super::{Claim, Kind, MEASURES, Reach, Setting, Station, noise};
+use super::noise::{self, Deviation};
+use super::{Claim, Kind, MEASURES, Reach, Setting, Station};
 use crate::backend::Planes;
 use crate::march;
 use crate::voxel::grid::{MAX_VOXELS_PER_AXIS, ONE_Q16, length_q16};
@@ -31,17 +32,20 @@ impl Cover {
     /// Each occupied voxel where noise puts its centre. One that leaves the window marks nothing.
     fn shifted(&self, occupied: &BitGrid, at: &Station) -> BitGrid {
         let grid = &at.truth.grid;
-        let table = noise::table_q16(self.noise_std_m, grid.voxel_size_m);
-        if table.is_empty() {
+        let deviation = Deviation { std_m: self.noise_std_m, ..Deviation::NONE };
+        let std_q16 = deviation.at_q16(0.0, grid.voxel_size_m);
+        if std_q16 == 0 {
             return occupied.over(occupied.window().intersection(&at.window));
         }
+        let unit_q12 = noise::unit_q12();
         let [x, y, _] = grid.size;
         let mut shifted = BitGrid::new(at.window);
         for cell in occupied.cells() {
             let voxel = cell[0] as u32 + x * (cell[1] as u32 + y * cell[2] as u32);
             shifted.set(std::array::from_fn(|axis| {
                 // 3 · 1023³ has 32 bits and wraps nothing.
-                let step = table[march::draw(at.draws, 3 * voxel + axis as u32) as usize];
+                let entry = march::entry(march::draw(at.draws, 3 * voxel + axis as u32));
+                let step = march::step_q16(unit_q12[entry as usize], std_q16);
                 ((i64::from(cell[axis]) * ONE_Q16 + ONE_Q16 / 2 + i64::from(step)) >> 16) as i32
             }));
         }

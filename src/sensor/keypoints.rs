@@ -3,7 +3,8 @@
 
 use glam::DVec3;
 
-use super::{Camera, Station, look};
+use super::look::{self, Way};
+use super::{Camera, Station};
 use crate::backend::{Placement, Rays};
 use crate::scene::Role;
 use crate::scene::mannequin::JOINTS;
@@ -83,16 +84,20 @@ pub fn check(at: &Station) -> Result<(), String> {
 /// The cell where a joint is detected: in front and in the image, its ray ending in the same person near the joint.
 fn seen(eye: &Eye, at: &Station, human: &ObjectVoxels, joint_m: DVec3, ray: u32) -> Option<[i32; 3]> {
     let grid = &at.truth.grid;
-    let from = eye.placement.origin_q16;
+    let from = eye.placement.caster().origin_q16;
     let joint = grid.position_q16(joint_m);
     let way: [i64; 3] = std::array::from_fn(|r| joint[r] - i64::from(from[r]));
     let way_f64 = DVec3::from_array(way.map(|x| x as f64));
-    if !eye.camera.sees(at.pose().optical().transpose() * way_f64) {
+    let seen = at.truly.unwrap_or(at.pose()).optical().transpose() * way_f64;
+    if !eye.camera.sees(seen) {
         return None;
     }
-    let unit = way_f64 / way_f64.length();
-    let dir_q16 = unit.to_array().map(|x| (x * 65_536.0).round() as i32);
-    let found = look::look(&at.truth.blockers, eye.rays, eye.placement, dir_q16, ray)?;
+    let dir_q16 = |way: DVec3| (way / way_f64.length()).to_array().map(|x| (x * 65_536.0).round() as i32);
+    let truly_q16 = dir_q16(way_f64);
+    // The camera takes the joint to be where it sees it from where it is believed to be.
+    let believed_q16 = if at.truly.is_some() { dir_q16(at.pose().optical() * seen) } else { truly_q16 };
+    let found =
+        look::look(&at.truth.blockers, eye.rays, eye.placement, Way { truly_q16, believed_q16 }, ray)?;
     let distance = way.iter().map(|&x| x as i128 * x as i128).sum::<i128>().isqrt();
     let off = (i128::from(found.distance_q16) - distance).abs();
     let near = off <= i128::from(length_q16(eye.tolerance_m, grid.voxel_size_m));

@@ -122,7 +122,7 @@ impl Kind for Lidar {
     }
 
     fn is_noisy(&self) -> bool {
-        self.range.noise_std_m > 0.0
+        self.range.is_noisy()
     }
 
     fn range(&self) -> Option<&Range> {
@@ -158,7 +158,7 @@ impl Kind for Lidar {
         let mut fixed = BitGrid::clone(&at.truth.blockers);
         fixed.remove(&at.truth.human);
         fixed.remove(&at.truth.robot);
-        let rays = Range { noise_std_m: 0.0, ..self.range }.rays(self.dirs_q15(), &scale);
+        let rays = self.range.without_noise().rays(self.dirs_q15(), &scale);
         let from = placement(self, &at.pose(), &at.truth.grid, 0);
         look::returns(&fixed, &rays, &from).any(|found| cells.get(found.read))
     }
@@ -167,7 +167,7 @@ impl Kind for Lidar {
         let points = || Claim { cast: true, planes: None };
         let guarded = |(field, rays): (&Field, &Rays)| {
             let whole = field.cells(self, at);
-            let from = placement(self, &at.pose(), &at.truth.grid, at.draws);
+            let from = at.placement(self);
             let on = look::returns(&at.truth.blockers, rays, &from).any(|found| whole.get(found.read));
             let window = whole.window().intersection(&at.window);
             switched(whole.over(window), on, field.otherwise_free)
@@ -188,6 +188,7 @@ impl Kind for Lidar {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::sensor::noise::Deviation;
 
     #[test]
     fn spans_have_their_start_and_not_their_end() {
@@ -209,7 +210,9 @@ mod tests {
                 range_m: [0.0, 1.0],
                 near_ignore_m: 0.0,
                 no_return_is_free: false,
-                noise_std_m: 0.0,
+                noise: Deviation::NONE,
+                dropout: 0.0,
+                calibration: None,
             },
             points: true,
             field: None,

@@ -15,6 +15,7 @@
 //! (Paper, table I.) A new sensor is a file here that implements [`Kind`], a struct for its keys in `study/sensor/`, one
 //! arm of the `match` there, and a line of its schema.
 
+pub mod calibration;
 pub mod camera;
 pub mod cover;
 pub mod field_of_view;
@@ -40,9 +41,10 @@ use glam::DMat3;
 
 use self::prism::Prism;
 use self::range::Range;
-use crate::backend::{Placement, Planes, Rays};
+use crate::backend::{Placement, Planes, Rays, Standpoint};
 use crate::march;
 use crate::voxel::{BitGrid, Grid, Truth, Window};
+pub use calibration::Calibration;
 pub use camera::Camera;
 pub use field_of_view::FieldOfView;
 pub use lidar::{Lidar, Mount};
@@ -59,8 +61,21 @@ pub struct Sensor {
     pub on: Option<Link>,
     /// Candidates in study order.
     pub candidates: Vec<Candidate>,
+    /// What the study says of its noise.
+    pub noise: SaidOfNoise,
     /// What was assumed about it that the user may not expect.
     pub warnings: Vec<String>,
+}
+
+/// What a study says of a sensor's noise, by its keys or those of a device.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum SaidOfNoise {
+    /// Nothing: it is ideal.
+    Nothing,
+    /// How large it is.
+    Model,
+    /// That nobody knows it; it is as if it were ideal.
+    Unknown,
 }
 
 /// A link of a robot that a sensor is mounted on.
@@ -172,6 +187,11 @@ pub trait Kind: Debug + Send + Sync {
         false
     }
 
+    /// How far its mount may be off, if it may.
+    fn calibration(&self) -> Option<Calibration> {
+        self.range()?.calibration
+    }
+
     /// Whether it speaks after all others, wherever a combination lists it.
     fn speaks_last(&self) -> bool {
         false
@@ -255,6 +275,8 @@ pub struct Station<'a> {
     pub setting: Setting,
     /// The sensor's own table of rays, if it has one.
     pub rays: Option<&'a Rays>,
+    /// Where the sensor truly is, if its mount is off; in the world.
+    pub truly: Option<Pose>,
     /// The hash of the words before the ray, for what is noisy.
     pub draws: u32,
 }
@@ -263,6 +285,12 @@ impl Station<'_> {
     /// Where the sensor is; the world's origin if it has no pose.
     pub fn pose(&self) -> Pose {
         self.setting.pose()
+    }
+
+    /// Where a sensor of some kind is, as integers.
+    pub fn placement(&self, kind: &dyn Kind) -> Placement {
+        let truly = self.truly.map(|pose| standpoint(kind, &pose, &self.truth.grid));
+        Placement { truly, ..placement(kind, &self.pose(), &self.truth.grid, self.draws) }
     }
 
     /// The same candidate, looked at over the whole grid.
@@ -293,14 +321,19 @@ fn switched(volume: BitGrid, on: bool, otherwise_free: bool) -> Claim {
 }
 
 /// A pose as integers. The position must lie in the grid.
-pub fn placement(kind: &dyn Kind, pose: &Pose, grid: &Grid, draws: u32) -> Placement {
+pub fn standpoint(kind: &dyn Kind, pose: &Pose, grid: &Grid) -> Standpoint {
     let rotation = kind.frame(pose);
     let row = |r: usize| std::array::from_fn(|a| quantise_q15(rotation.col(a)[r]));
-    Placement {
+    Standpoint {
         origin_q16: grid.position_q16(pose.position_m).map(|x| x as i32),
         axis_q15: std::array::from_fn(row),
-        draws,
     }
+}
+
+/// The placement of a sensor that is where it is believed to be.
+pub fn placement(kind: &dyn Kind, pose: &Pose, grid: &Grid, draws: u32) -> Placement {
+    let Standpoint { origin_q16, axis_q15 } = standpoint(kind, pose, grid);
+    Placement { origin_q16, axis_q15, truly: None, draws }
 }
 
 /// The hash of the words before the ray: all indices count in study order.

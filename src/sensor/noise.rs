@@ -1,20 +1,61 @@
-//! The table that noise is drawn from: a normal distribution as equally likely whole numbers, made once a sensor on
-//! the host. Which entry a ray draws is `march::draw`'s business.
+//! The tables that noise is drawn from, made once a sensor on the host: a normal distribution of unit width as equally
+//! likely whole numbers, and its width at each distance. Which entry a ray draws is `march`'s business.
 
+use std::sync::LazyLock;
+
+use crate::backend::Noise;
 use crate::march::NOISE_STEPS;
 use crate::voxel::grid::{ONE_Q16, length_q16};
 
 /// Largest standard deviation in voxels; a larger one would say nothing of any grid.
 pub const MAX_STD_VOXELS: i64 = 64;
 
-/// [`NOISE_STEPS`] deviations round(σ · Φ⁻¹((u + ½) / steps)) in 1/65536 voxels, rising; empty without noise.
-pub fn table_q16(std_m: f64, voxel_size_m: f64) -> Vec<i32> {
-    let std_q16 = length_q16(std_m, voxel_size_m).clamp(0, MAX_STD_VOXELS * ONE_Q16) as f64;
-    if std_q16 == 0.0 {
-        return Vec::new();
+/// The standard deviation of a measured distance of t metres: std_m + t · (per_m + t · per_m2).
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Deviation {
+    /// What it is at any distance, in metres.
+    pub std_m: f64,
+    /// What a metre of distance adds, in metres.
+    pub per_m: f64,
+    /// What the square of the distance adds, in metres a square metre.
+    pub per_m2: f64,
+}
+
+impl Deviation {
+    /// Distances are exact.
+    pub const NONE: Deviation = Deviation { std_m: 0.0, per_m: 0.0, per_m2: 0.0 };
+
+    /// The standard deviation at a distance, in metres.
+    pub fn at_m(&self, t_m: f64) -> f64 {
+        self.std_m + t_m * (self.per_m + t_m * self.per_m2)
     }
-    let share = |u: u32| (f64::from(u) + 0.5) / f64::from(NOISE_STEPS);
-    (0..NOISE_STEPS).map(|u| (std_q16 * normal_quantile(share(u))).round() as i32).collect()
+
+    /// The same in 1/65536 voxels, at most [`MAX_STD_VOXELS`].
+    pub fn at_q16(&self, t_m: f64, voxel_size_m: f64) -> u32 {
+        length_q16(self.at_m(t_m), voxel_size_m).clamp(0, MAX_STD_VOXELS * ONE_Q16) as u32
+    }
+}
+
+/// What chance does to the returns of a sensor with this range in voxels.
+pub fn noise(deviation: &Deviation, dropout: f64, range_voxels: u32, voxel_size_m: f64) -> Noise {
+    let middle_m = |voxels: u32| (f64::from(voxels) + 0.5) * voxel_size_m;
+    let std_q16: Vec<u32> =
+        (0..=range_voxels).map(|voxels| deviation.at_q16(middle_m(voxels), voxel_size_m)).collect();
+    // Beyond what 32 bits hold, the float becomes the largest number.
+    let lost_below = (dropout * 4_294_967_296.0).round() as u32;
+    match std_q16.iter().all(|&std_q16| std_q16 == 0) {
+        true => Noise { lost_below, ..Noise::default() },
+        false => Noise { unit_q12: unit_q12().to_vec(), std_q16, lost_below },
+    }
+}
+
+/// [`NOISE_STEPS`] deviations round(2¹² · Φ⁻¹((u + ½) / steps)), rising.
+pub fn unit_q12() -> &'static [i32] {
+    static UNIT: LazyLock<Vec<i32>> = LazyLock::new(|| {
+        let share = |u: u32| (f64::from(u) + 0.5) / f64::from(NOISE_STEPS);
+        (0..NOISE_STEPS).map(|u| (4096.0 * normal_quantile(share(u))).round() as i32).collect()
+    });
+    &UNIT
 }
 
 /// Φ⁻¹, the quantile of the standard normal distribution, to about 16 digits (Wichura, algorithm AS 241, PPND16).
@@ -129,20 +170,41 @@ mod tests {
     }
 
     #[test]
-    fn a_table_is_symmetric_and_has_its_standard_deviation() {
-        let table = table_q16(0.06, 0.05);
+    fn the_unit_table_is_symmetric_and_of_unit_width() {
+        let table = unit_q12();
         assert_eq!(table.len(), NOISE_STEPS as usize);
         assert!(table.is_sorted());
         assert!((0..table.len()).all(|u| table[u] == -table[table.len() - 1 - u]));
-        let variance = table.iter().map(|&g| (g as f64).powi(2)).sum::<f64>() / table.len() as f64;
-        let std_voxels = variance.sqrt() / 65_536.0;
-        assert!((std_voxels - 1.2).abs() < 0.002, "{std_voxels}");
-        assert!(table_q16(0.0, 0.05).is_empty());
+        let variance = table.iter().map(|&z| f64::from(z).powi(2)).sum::<f64>() / table.len() as f64;
+        assert!((variance.sqrt() / 4096.0 - 1.0).abs() < 0.002, "{variance}");
+    }
+
+    /// By hand: at the middle of voxel 40, t = 40.5 · 0.05 m = 2.025 m, σ = 0.01 + 0.004 · 2.025 + 0.002 · 2.025² m =
+    /// 0.02630125 m = 0.526025 voxels = 34,473.57 / 65,536.
+    #[test]
+    fn a_deviation_grows_with_distance() {
+        let deviation = Deviation { std_m: 0.01, per_m: 0.004, per_m2: 0.002 };
+        let noise = noise(&deviation, 0.25, 60, 0.05);
+        assert_eq!((noise.std_q16.len(), noise.std_q16[40], noise.lost_below), (61, 34_474, 1 << 30));
+        assert!(noise.std_q16.is_sorted() && noise.std_q16[0] == 13_240, "{}", noise.std_q16[0]);
+        // 3.2 standard deviations, in whole numbers: 13,107 · 34,474 / 4096 = 110,315.12.
+        assert_eq!(crate::march::step_q16(13_107, noise.std_q16[40]), 110_315);
+    }
+
+    #[test]
+    fn without_noise_there_are_no_tables() {
+        assert_eq!(noise(&Deviation::NONE, 0.0, 60, 0.05), Noise::default());
+        let lossy = noise(&Deviation::NONE, 0.5, 60, 0.05);
+        assert_eq!(lossy, Noise { lost_below: 1 << 31, ..Noise::default() });
+        let all_but_all = f64::from_bits(1f64.to_bits() - 1);
+        assert_eq!(noise(&Deviation::NONE, all_but_all, 60, 0.05).lost_below, u32::MAX);
     }
 
     #[test]
     fn a_huge_deviation_stays_in_32_bits() {
-        let largest = *table_q16(1e300, 0.05).last().unwrap();
+        let huge = noise(&Deviation { std_m: 1e300, per_m: 1e300, per_m2: 1e300 }, 0.0, 2047, 0.05);
+        assert!(huge.std_q16.iter().all(|&std_q16| std_q16 == 64 << 16));
+        let largest = huge.farthest_q16() as i32;
         assert!((64 * 3 * 65_536..64 * 4 * 65_536).contains(&largest), "{largest}");
     }
 }

@@ -1,10 +1,11 @@
-//! What all sensors that measure distances share: how near and far, what silence means, how noisy.
+//! What all sensors that measure distances share: how near and far, what silence means, how noisy, how well mounted.
 
 use crate::backend::Rays;
 use crate::march::{Gates, MAX_RANGE_VOXELS};
 use crate::voxel::grid::length_q16;
 
-use super::{Scale, noise};
+use super::noise::{self, Deviation};
+use super::{Calibration, Scale};
 
 /// The distances that a sensor measures.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -15,8 +16,12 @@ pub struct Range {
     pub near_ignore_m: f64,
     /// Whether a ray without a return certifies that what it passed is free.
     pub no_return_is_free: bool,
-    /// Standard deviation of a measured distance in metres; 0 for none.
-    pub noise_std_m: f64,
+    /// How far off its distances are.
+    pub noise: Deviation,
+    /// Which share of its returns is lost, from 0 to below 1.
+    pub dropout: f64,
+    /// How far its mount may be off, if it may.
+    pub calibration: Option<Calibration>,
 }
 
 impl Range {
@@ -35,7 +40,19 @@ impl Range {
 
     /// A table of rays in these directions.
     pub fn rays(&self, dirs_q15: Vec<[i32; 3]>, scale: &Scale) -> Rays {
-        let noise_q16 = noise::table_q16(self.noise_std_m, scale.voxel_size_m);
-        Rays { dirs_q15, image: None, gates: self.gates(scale), noise_q16 }
+        let gates = self.gates(scale);
+        let voxels = gates.range_max_q16 >> 16;
+        let noise = noise::noise(&self.noise, self.dropout, voxels, scale.voxel_size_m);
+        Rays { dirs_q15, image: None, gates, noise }
+    }
+
+    /// Whether chance does something to what it says.
+    pub fn is_noisy(&self) -> bool {
+        self.noise != Deviation::NONE || self.dropout > 0.0 || self.calibration.is_some()
+    }
+
+    /// The same without chance.
+    pub fn without_noise(self) -> Self {
+        Range { noise: Deviation::NONE, dropout: 0.0, calibration: None, ..self }
     }
 }

@@ -33,7 +33,7 @@ impl Kind for RaySet {
     }
 
     fn is_noisy(&self) -> bool {
-        self.range.noise_std_m > 0.0
+        self.range.is_noisy()
     }
 
     fn range(&self) -> Option<&Range> {

@@ -3,7 +3,7 @@
 use super::keypoints::{self, Eye};
 use super::prism::Prism;
 use super::range::Range;
-use super::{Camera, Claim, FieldOfView, Kind, Pose, Reach, SWITCHES, Scale, Station, placement, switched};
+use super::{Camera, Claim, FieldOfView, Kind, Pose, Reach, SWITCHES, Scale, Station, switched};
 use crate::backend::Rays;
 use crate::voxel::{BitGrid, Grid, Truth, Window};
 
@@ -12,7 +12,7 @@ use crate::voxel::{BitGrid, Grid, Truth, Window};
 pub struct Rgb {
     /// Its optics.
     pub camera: Camera,
-    /// How far it recognises a person, and its own housing. It measures no distance, so it has no noise.
+    /// How far it recognises a person, its own housing and its mount. It measures no distance, so it has no noise.
     pub range: Range,
     /// The zone, in the world whatever the camera's pose.
     pub zone: Prism,
@@ -47,6 +47,10 @@ impl Kind for Rgb {
         Some(&self.range)
     }
 
+    fn is_noisy(&self) -> bool {
+        self.range.is_noisy()
+    }
+
     fn housing_m(&self) -> f64 {
         self.range.near_ignore_m
     }
@@ -64,7 +68,7 @@ impl Kind for Rgb {
         let scale = Scale { voxel_size_m: at.truth.grid.voxel_size_m, backdrop: false };
         // No ray but those to the joints is cast: an image says nothing of distances.
         let rays: &Rays = &self.range.rays(Vec::new(), &scale);
-        let placement = &placement(self, &at.pose(), &at.truth.grid, at.draws);
+        let placement = &at.placement(self);
         let eye = Eye { camera: &self.camera, rays, placement, tolerance_m: self.keypoint_tolerance_m };
         let people = keypoints::detect(&eye, at);
         let on = people.iter().any(|joints| keypoints::count(joints) >= self.min_keypoints);

@@ -2,7 +2,7 @@
 
 use super::keypoints::{self, BONES, Detected, Eye};
 use super::range::Range;
-use super::{Camera, Claim, FieldOfView, Kind, MEASURES, Scale, Station, placement};
+use super::{Camera, Claim, FieldOfView, Kind, MEASURES, Scale, Station};
 use crate::backend::{Planes, Rays};
 use crate::voxel::grid::{MAX_VOXELS_PER_AXIS, ONE_Q16, length_q16};
 use crate::voxel::{BitGrid, Truth, Window, solid};
@@ -104,7 +104,7 @@ impl Kind for Rgbd {
     }
 
     fn is_noisy(&self) -> bool {
-        self.range.noise_std_m > 0.0
+        self.range.is_noisy()
     }
 
     fn range(&self) -> Option<&Range> {
@@ -146,7 +146,7 @@ impl Kind for Rgbd {
 
     fn claims(&self, at: &Station) -> Vec<Claim> {
         let detected = |rays: &Rays| {
-            let placement = &placement(self, &at.pose(), &at.truth.grid, at.draws);
+            let placement = &at.placement(self);
             let tolerance_m = self.keypoint_tolerance_m;
             keypoints::detect(&Eye { camera: &self.camera, rays, placement, tolerance_m }, at)
         };

@@ -25,14 +25,51 @@ pub struct Model {
     pub note: String,
     /// Which values could not be compared with the maker's words.
     pub unconfirmed: Option<String>,
-    /// The keys of a `[[sensor]]` that it gives.
+    /// Of a stereo camera, what its noise follows from.
+    pub stereo: Option<Stereo>,
+    /// The keys of a `[[sensor]]` that it gives; the noise of a stereo camera is added as the file is read.
     pub keys: Table,
+}
+
+/// What the depth noise of a stereo camera follows from, besides its focal length.
+#[derive(Clone, Copy, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Stereo {
+    /// Between its two lenses, in metres.
+    pub baseline_m: f64,
+    /// Standard deviation with which a thing in one image is found in the other, in pixels.
+    pub subpixel_px: f64,
+}
+
+impl Stereo {
+    /// The standard deviation of depth, in metres for a square metre of distance: subpixel / (focal length * baseline), to four
+    /// digits. From z = f b / d, an error of the disparity d becomes one of z * z / (f b) times as much.
+    pub fn per_m2(&self, fov_deg: f64, pixels: f64) -> f64 {
+        let focal_px = pixels / 2.0 / libm::tan(fov_deg.to_radians() / 2.0);
+        let exact = self.subpixel_px / (focal_px * self.baseline_m);
+        let digits = 10f64.powi(3 - exact.log10().floor() as i32);
+        (exact * digits).round() / digits
+    }
 }
 
 impl Model {
     /// The kind of sensor that it is.
     pub fn kind(&self) -> &str {
         self.keys.get("kind").and_then(Value::as_str).unwrap_or_default()
+    }
+
+    /// The first of the two numbers of a key.
+    fn horizontal(&self, key: &str) -> Option<f64> {
+        let value = self.keys.get(key)?.as_array()?.first()?;
+        value.as_float().or_else(|| value.as_integer().map(|n| n as f64))
+    }
+
+    fn add_stereo_noise(&mut self) {
+        let optics = self.horizontal("fov_deg").zip(self.horizontal("resolution_px"));
+        if let (Some(stereo), Some((fov_deg, pixels))) = (self.stereo, optics) {
+            let noise = Table::from_iter([("per_m2".to_string(), stereo.per_m2(fov_deg, pixels).into())]);
+            self.keys.insert("noise".into(), noise.into());
+        }
     }
 }
 
@@ -53,7 +90,8 @@ pub fn models() -> &'static [Model] {
         model: Vec<Model>,
     }
     static MODELS: LazyLock<Vec<Model>> = LazyLock::new(|| {
-        let catalogue: Catalogue = toml::from_str(include_str!("catalogue.toml")).expect("a tested file");
+        let mut catalogue: Catalogue = toml::from_str(include_str!("catalogue.toml")).expect("a tested file");
+        catalogue.model.iter_mut().for_each(Model::add_stereo_noise);
         catalogue.model
     });
     &MODELS

@@ -26,6 +26,9 @@ pub(super) struct StudyFile {
     /// How often everything is measured, each time with other noise. Default 1.
     #[serde(default = "once")]
     pub(super) repeats: u32,
+    /// Whether sensors of unknown noise may be compared with sensors whose noise is known. Default false.
+    #[serde(default)]
+    pub(super) mixed_noise: bool,
     /// The voxels.
     #[serde(default)]
     pub(super) grid: GridFile,

@@ -20,7 +20,7 @@ use std::path::{Path, PathBuf};
 
 use glam::DVec3;
 
-use crate::sensor::Sensor;
+use crate::sensor::{SaidOfNoise, Sensor};
 use crate::source::Sources;
 use crate::voxel::grid::VOXEL_SIZES_M;
 use crate::{Error, Result};
@@ -132,6 +132,9 @@ impl Study {
         problems.keep(at.unique("region", regions.iter().map(|(name, _)| name.as_str())));
         problems.keep(at.unique("sensor", sensors.iter().map(|s| s.name.as_str())));
         problems.keep(no_semicolons(&at, &sensors));
+        if !file.mixed_noise && !noiseless {
+            problems.keep(no_mixed_noise(&at, &sensors));
+        }
         if !(1..=MAX_REPEATS).contains(&file.repeats) {
             problems.keep::<()>(Err(at.wrong(
                 "repeats",
@@ -281,6 +284,19 @@ fn no_semicolons(at: &Place, sensors: &[Sensor]) -> Result<()> {
     match names.into_iter().find(|name| name.contains(';')) {
         Some(name) => Err(at.says(format!("{name:?}: names of sensors and poses hold no semicolon"))),
         None => Ok(()),
+    }
+}
+
+/// A sensor of unknown noise is cast as if it had none, and beats what is known to have some.
+fn no_mixed_noise(at: &Place, sensors: &[Sensor]) -> Result<()> {
+    let first = |said| sensors.iter().find(|sensor| sensor.noise == said);
+    match (first(SaidOfNoise::Unknown), first(SaidOfNoise::Model)) {
+        (Some(unknown), Some(known)) => Err(at.says(format!(
+            "the noise of sensor {:?} is unknown and that of sensor {:?} is not, so they cannot be compared: give {:?} \
+             noise = {{ std_m = ... }}, or write mixed_noise = true at the top of the study (or sweep with --noiseless)",
+            unknown.name, known.name, unknown.name
+        ))),
+        _ => Ok(()),
     }
 }
 

@@ -204,14 +204,11 @@ impl<'a> Store<'a> {
     /// Where a sensor is, and what it says in each representation.
     fn ask_sensor(&self, key: &Key) -> (Placement, Vec<Claim>) {
         let (world, spec) = (self.world, &self.study.sensors[key.sensor]);
-        let placement = world.placement(self.study, key.sensor, key.candidate, key.repeat);
         let station = Station {
-            truth: &world.truth,
             window: self.window,
-            setting: world.settings[key.sensor][key.candidate],
             rays: self.tables[key.sensor].as_ref(),
-            draws: placement.draws,
+            ..world.station(self.study, key.sensor, key.candidate, key.repeat)
         };
-        (placement, spec.kind.claims(&station))
+        (station.placement(&*spec.kind), spec.kind.claims(&station))
     }
 }

@@ -12,7 +12,7 @@ use super::files::{MOST_BYTES, open_regular};
 use super::journal::Shard;
 use super::merge;
 use super::{World, table};
-use crate::backend::{Placement, Rays};
+use crate::backend::{Noise, Placement, Rays};
 use crate::sensor::{self, Setting};
 use crate::study::{Study, catalogue};
 use crate::voxel::{BitGrid, Truth};
@@ -368,7 +368,10 @@ fn rays_sha256(rays: &Rays) -> String {
         .into_iter()
         .chain([gates.no_return_is_free as u32, gates.backdrop as u32]);
     let gates: Vec<u8> = numbers.flat_map(u32::to_le_bytes).collect();
-    let noise: Vec<u8> = rays.noise_q16.iter().flat_map(|g| g.to_le_bytes()).collect();
+    let Noise { unit_q12, std_q16, lost_below } = &rays.noise;
+    let unit = unit_q12.iter().map(|&unit| unit as u32);
+    let noise = unit.chain(std_q16.iter().copied()).chain([*lost_below]);
+    let noise: Vec<u8> = noise.flat_map(u32::to_le_bytes).collect();
     let dirs: Vec<u8> = rays.dirs_q15.iter().flatten().flat_map(|d| d.to_le_bytes()).collect();
     sha256([gates.as_slice(), &dirs, &noise])
 }

@@ -128,7 +128,9 @@ fn first_group<'a>(
     }
     let stays = |&(sensor, candidate): &(usize, usize)| {
         let setting = |world: &World| world.settings[sensor][candidate];
-        tables[sensor].is_some() && snapshots.iter().all(|world| setting(world) == setting(&snapshots[0]))
+        tables[sensor].is_some()
+            && study.sensors[sensor].kind.calibration().is_none()
+            && snapshots.iter().all(|world| setting(world) == setting(&snapshots[0]))
     };
     for (count, ask) in asks.iter().enumerate() {
         let combination = &study.combinations[ask.combination];

@@ -16,7 +16,7 @@ use crate::backend::{Cell, Placement};
 use crate::march::MAX_RANGE_VOXELS;
 use crate::metrics::Confusion;
 use crate::scene::{Scene, build::build_or_all};
-use crate::sensor::{self, Reach, Sensor, Setting, Stance, Station};
+use crate::sensor::{self, Pose, Reach, Sensor, Setting, Stance, Station};
 use crate::study::Study;
 use crate::voxel::{BitGrid, Grid, Region, Shape, Truth, Window, region, voxelize};
 use crate::{Error, Result};
@@ -186,9 +186,20 @@ impl World {
 
     /// A sensor at a candidate, quantised; at the origin if it has no pose.
     pub fn placement(&self, study: &Study, sensor: usize, candidate: usize, repeat: usize) -> Placement {
-        let draws = sensor::draws(study.seed, [self.scene, self.snapshot, sensor, candidate, repeat]);
-        let pose = self.settings[sensor][candidate].pose();
-        sensor::placement(&*study.sensors[sensor].kind, &pose, &self.truth.grid, draws)
+        self.station(study, sensor, candidate, repeat).placement(&*study.sensors[sensor].kind)
+    }
+
+    /// A sensor at a candidate in one repeat, looked at over the whole grid, without its table of rays.
+    pub fn station(&self, study: &Study, sensor: usize, candidate: usize, repeat: usize) -> Station<'_> {
+        let setting = self.settings[sensor][candidate];
+        Station {
+            truth: &self.truth,
+            window: self.truth.grid.window(),
+            setting,
+            rays: None,
+            truly: true_pose(study, setting, [sensor, candidate, repeat]),
+            draws: sensor::draws(study.seed, [self.scene, self.snapshot, sensor, candidate, repeat]),
+        }
     }
 
     /// The scene as backends see it, with evidence kept over a window.
@@ -202,6 +213,15 @@ impl World {
             robot: self.truth.robot.over(window),
             regions: self.regions.iter().map(|region| region.cells.over(window)).collect(),
         }
+    }
+}
+
+/// Where a sensor truly is in a repeat, if it has a pose and its mount may be off.
+fn true_pose(study: &Study, setting: Setting, [sensor, candidate, repeat]: [usize; 3]) -> Option<Pose> {
+    let calibration = study.sensors[sensor].kind.calibration()?;
+    match setting {
+        Setting::Pose(pose) => Some(calibration.true_pose(&pose, study.seed, [sensor, candidate, repeat])),
+        _ => None,
     }
 }
 
@@ -263,7 +283,8 @@ fn reachable(study: &Study, truth: &Truth, settings: &[Vec<Setting>]) -> Result<
         let housing = (sensor.kind.housing_m() / study.voxel_size_m).ceil();
         let housing = housing.min(f64::from(MAX_RANGE_VOXELS)) as u32;
         for (c, &setting) in settings[s].iter().enumerate() {
-            let station = Station { truth, window: truth.grid.window(), setting, rays: None, draws: 0 };
+            let station =
+                Station { truth, window: truth.grid.window(), setting, rays: None, truly: None, draws: 0 };
             sensor.kind.check(&station).map_err(|e| (s, c, e))?;
             let begin = (truth.grid.position_q16(station.pose().position_m), housing);
             match sensor.kind.reach(&station) {
@@ -295,8 +316,11 @@ fn grid(
     let one = |p: DVec3| Window::between(key(p), key(p));
     let Some([min, max]) = study.bounds_m else {
         voxelize::grid_over_all(surfaces, size_m, snapshots)?;
-        let each = settings.iter().flat_map(|snapshot| study.sensors.iter().zip(snapshot));
-        let all = each.flat_map(|(sensor, all)| all.iter().filter_map(|setting| position(sensor, setting)));
+        let each = settings.iter().flat_map(|snapshot| snapshot.iter().enumerate());
+        let all = each.flat_map(|(sensor, all)| {
+            let candidates = all.iter().enumerate();
+            candidates.flat_map(move |(candidate, setting)| positions(study, [sensor, candidate], setting))
+        });
         let all = all.fold(*surfaces, |all, p| all.union(&one(p)));
         return voxelize::grid_over(&all, size_m).map_err(|e| {
             let mut extent = *surfaces;
@@ -319,13 +343,23 @@ fn grid(
     }
 }
 
-/// Where a setting puts a sensor that looks out from there. Pads and gates are checked against the grid, and do not
-/// stretch it.
-fn position(sensor: &Sensor, setting: &Setting) -> Option<DVec3> {
-    match setting {
-        Setting::Pose(pose) if sensor.kind.stance() != Stance::Level => Some(pose.position_m),
+/// Where a setting puts a sensor that looks out from there: where it is believed to be, and where it truly is in each repeat
+/// if its mount may be off. Pads and gates are checked against the grid, and do not stretch it.
+fn positions<'a>(
+    study: &'a Study,
+    [sensor, candidate]: [usize; 2],
+    setting: &Setting,
+) -> impl Iterator<Item = DVec3> + use<'a> {
+    let kind = &study.sensors[sensor].kind;
+    let believed = match setting {
+        Setting::Pose(pose) if kind.stance() != Stance::Level => Some(*pose),
         _ => None,
-    }
+    };
+    let truly = believed.into_iter().flat_map(move |pose| {
+        let repeats = 0..study.repeats as usize;
+        repeats.map_while(move |repeat| true_pose(study, Setting::Pose(pose), [sensor, candidate, repeat]))
+    });
+    believed.into_iter().chain(truly).map(|pose| pose.position_m)
 }
 
 /// The first pose of the study, in any snapshot, whose position is so, in words.
@@ -334,16 +368,21 @@ fn first_pose(
     settings: &[Vec<Vec<Setting>>],
     mut is_so: impl FnMut(DVec3) -> bool,
 ) -> Option<String> {
-    let each = settings.iter().flat_map(|snapshot| study.sensors.iter().zip(snapshot));
-    let mut poses = each.flat_map(|(sensor, all)| {
-        sensor
-            .candidates
-            .iter()
-            .zip(all)
-            .filter_map(move |(c, setting)| Some((sensor, c, position(sensor, setting)?)))
+    let each = settings.iter().flat_map(|snapshot| snapshot.iter().enumerate());
+    let mut poses = each.flat_map(|(s, all)| {
+        let candidates = all.iter().enumerate();
+        candidates.flat_map(move |(c, setting)| {
+            positions(study, [s, c], setting).map(move |at| (s, c, setting, at))
+        })
     });
-    let (sensor, candidate, at) = poses.find(|(_, _, at)| is_so(*at))?;
-    Some(format!("sensor {:?}: pose {} at {at}", sensor.name, candidate.name))
+    let (s, c, setting, at) = poses.find(|(.., at)| is_so(*at))?;
+    let (sensor, believed) = (&study.sensors[s], setting.pose().position_m);
+    let off = if at == believed {
+        String::new()
+    } else {
+        format!(" (where its calibration puts it, which is believed at {believed})")
+    };
+    Some(format!("sensor {:?}: pose {} at {at}{off}", sensor.name, sensor.candidates[c].name))
 }
 
 fn baselines(truth: &Truth, region: &Region, reachable: &BitGrid) -> Baselines {

@@ -129,14 +129,11 @@ impl<'a, 'b> Viewer<'a, 'b> {
         let mut voices = Vec::new();
         for ((member, candidate), way) in combination.members.iter().zip(candidates).zip(ways) {
             let (sensor, kind) = (member.sensor, &study.sensors[member.sensor].kind);
-            let placement = world.placement(study, sensor, candidate, choice.repeat);
             let station = Station {
-                truth: &world.truth,
-                window: grid,
-                setting: world.settings[sensor][candidate],
                 rays: tables[sensor].as_ref(),
-                draws: placement.draws,
+                ..world.station(study, sensor, candidate, choice.repeat)
             };
+            let placement = station.placement(&**kind);
             let Claim { cast, planes } = kind.claims(&station).swap_remove(way);
             let table = tables[..sensor].iter().flatten().count();
             let cast = (cast && tables[sensor].is_some())

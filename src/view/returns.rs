@@ -4,7 +4,7 @@ use glam::DVec3;
 
 use super::{Member, View};
 use crate::march::{self, RETURN};
-use crate::sensor::look;
+use crate::sensor::look::{self, Way};
 use crate::sweep::table;
 
 /// A return of a ray.
@@ -27,14 +27,12 @@ impl View<'_> {
         let (from, grid) = (&member.placement, &self.world.truth.grid);
         let returned = cast.ends.iter().enumerate().filter(|(_, end)| end.kind == RETURN);
         let found = returned.filter_map(|(ray, _)| {
-            let dir_q16 = from.axis_q15.map(|axis| march::direction_q16(axis, rays.dirs_q15[ray]));
-            let found = look::look(&self.world.truth.blockers, rays, from, dir_q16, ray as u32)?;
-            let step_q16 = match rays.noise_q16.is_empty() {
-                true => 0,
-                false => rays.noise_q16[march::draw(from.draws, ray as u32) as usize],
-            };
+            let way = Way::of(from, rays.dirs_q15[ray]);
+            let found = look::look(&self.world.truth.blockers, rays, from, way, ray as u32)?;
+            let drawn = march::draw(from.draws, ray as u32);
+            let step_q16 = rays.noise.step_q16(drawn, found.distance_q16);
             let voxels = f64::from(march::noisy_q16(found.distance_q16, step_q16)) / 65536.0;
-            let along = dir_q16.map(|d| f64::from(d) / 65536.0);
+            let along = way.believed_q16.map(|d| f64::from(d) / 65536.0);
             let begin = from.origin_q16.map(|o| f64::from(o) / 65536.0);
             let at = DVec3::from_array(begin) + DVec3::from_array(along) * voxels;
             let at_m = grid.corner_m([0; 3]) + at * grid.voxel_size_m;

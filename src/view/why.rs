@@ -14,8 +14,8 @@
 //! | `between_rays` | the ray does not cross the voxel: rays are too sparse there | no |
 //! | `hidden` | the ray returned from an object before it came to the voxel | yes |
 //! | `blind` | the ray ended, before or behind the voxel, in an object nearer than the shortest range | yes |
-//! | `no_return` | the ray ended in nothing, and that certifies nothing | yes |
-//! | `misread` | the ray returned from the voxel or from behind it, and noise read it before it; a cover's noise read the voxel elsewhere | yes |
+//! | `no_return` | the ray ended in nothing, or its return was lost, and that certifies nothing | yes |
+//! | `misread` | the ray returned from the voxel or from behind it, and noise, or a mount that is off, had it read before it; a cover's noise read the voxel elsewhere | yes |
 //! | `cancelled` | some sensor knows the voxel, and the others' votes weigh exactly as much against it | yes |
 //!
 //! That is all that can happen. A voxel is unknown if no sensor says anything of it, or if votes cancel. A sensor that casts
@@ -23,6 +23,8 @@
 //! voxel; and what it returned from then lies before the voxel, or noise misread it. Keypoint volumes only add to what rays say.
 //! So the voxels of all reasons together are those that a sweep counts as `uo` and `uf`.
 //!
+//! * Where a mount is off, rays are looked at as they are believed to go. What ended one is what the true ray ended in; it lies
+//!   before the voxel if it was nearer than the believed ray enters the voxel.
 //! * A field of view ([`crate::sensor::FieldOfView`]) is a camera's image to the outer edges of its pixels; of a LIDAR what lies
 //!   within half a step of its outermost angles; of other tables what is as near to a ray as the middle of four neighbours
 //!   would be. A voxel that the ray crosses is in view wherever its centre is: a scanner of one ring monitors all of its layer.
@@ -47,7 +49,8 @@ use rayon::prelude::*;
 use super::{Member, View};
 use crate::backend::Rays;
 use crate::march::{self, BLIND, RETURN, leap};
-use crate::sensor::{Reach, Station};
+use crate::sensor::Reach;
+use crate::sensor::look::Way;
 use crate::voxel::{BitGrid, Truth};
 use sight::{Look, Sight};
 
@@ -66,7 +69,7 @@ pub enum Reason {
     Hidden,
     /// Something stands too near to the sensor.
     Blind,
-    /// Nothing behind it returns the ray, and that certifies nothing.
+    /// Nothing behind it returns the ray, or the return is lost, and that certifies nothing.
     NoReturn,
     /// Noise read the sensor's return elsewhere.
     Misread,
@@ -220,13 +223,8 @@ impl<'a> Witness<'a> {
                 Means::Rays { sight, rays, ends: &cast.ends }
             }
             _ => {
-                let station = Station {
-                    truth,
-                    window: truth.grid.window(),
-                    setting: view.world.settings[member.sensor][member.candidate],
-                    rays: None,
-                    draws: member.placement.draws,
-                };
+                let station =
+                    view.world.station(view.study, member.sensor, member.candidate, view.choice.repeat);
                 let mut cells = BitGrid::new(truth.grid.window());
                 if let Reach::Only(volume) | Reach::RaysAnd(volume) = kind.reach(&station) {
                     cells.add(&volume);
@@ -261,23 +259,38 @@ impl<'a> Witness<'a> {
                     None if squared_q32 > i128::from(range_q16).pow(2) => because(Reason::OutOfRange),
                     None => because(Reason::BetweenRays),
                     Some((_, _, entered_q16)) if entered_q16 > range_q16 => because(Reason::OutOfRange),
-                    Some((ray, begin, _)) => self.ended(ends[ray as usize].kind, &begin, rays, cell),
+                    Some((ray, begin, entered_q16)) => {
+                        let way = Way::of(&self.member.placement, rays.dirs_q15[ray as usize]);
+                        self.ended(ends[ray as usize].kind, (&begin, way), rays, (cell, entered_q16))
+                    }
                 }
             }
         }
     }
 
-    /// What became of a ray that crosses a voxel within its range.
-    fn ended(&self, kind: u32, begin: &march::March, rays: &Rays, cell: [i32; 3]) -> Cause {
+    /// What became of a ray that crosses a voxel within its range, as it is believed to go.
+    fn ended(
+        &self,
+        kind: u32,
+        (begin, way): (&march::March, Way),
+        rays: &Rays,
+        (cell, entered_q16): ([i32; 3], u32),
+    ) -> Cause {
         if !matches!(kind, BLIND | RETURN) {
             return Cause { reason: Reason::NoReturn, object: None };
         }
-        let hit = first_blocker(&self.truth.blockers, begin, rays.gates.near_ignore_q16);
-        // Rays from one cell cross as many boundaries on their way to another.
+        let from = &self.member.placement;
+        let cast = march::start(from.caster().origin_q16, way.truly_q16);
+        let (hit, hit_q16) = first_blocker(&self.truth.blockers, &cast, rays.gates.near_ignore_q16);
+        // Rays from one cell cross as many boundaries on their way to another; where a mount is off, distances tell.
         let crossings = |to: [i32; 3]| (0..3).map(|r| to[r].abs_diff(begin.cell[r])).sum::<u32>();
+        let is_before = match from.truly {
+            None => crossings(cell) > crossings(hit),
+            Some(_) => entered_q16 > hit_q16,
+        };
         let reason = match kind {
             BLIND => Reason::Blind,
-            _ if crossings(cell) > crossings(hit) => Reason::Hidden,
+            _ if is_before => Reason::Hidden,
             _ => return Cause { reason: Reason::Misread, object: None },
         };
         let objects = &self.truth.objects;
@@ -285,8 +298,9 @@ impl<'a> Witness<'a> {
     }
 }
 
-/// The blocker that a ray ends in which does end in one. What is entered before a distance is the sensor's housing.
-fn first_blocker(blockers: &BitGrid, begin: &march::March, near_ignore_q16: u32) -> [i32; 3] {
+/// The blocker that a ray ends in which does end in one, and how far it is. What is entered before a distance is the sensor's
+/// housing.
+fn first_blocker(blockers: &BitGrid, begin: &march::March, near_ignore_q16: u32) -> ([i32; 3], u32) {
     let mut at = *begin;
     loop {
         let axis = march::next_axis(at.next_q16);
@@ -294,7 +308,7 @@ fn first_blocker(blockers: &BitGrid, begin: &march::March, near_ignore_q16: u32)
         march::cross(&mut at, axis);
         let is_outside = !blockers.window().contains(at.cell);
         if is_outside || (entered_q16 >= near_ignore_q16 && blockers.get(at.cell)) {
-            return at.cell;
+            return (at.cell, entered_q16);
         }
     }
 }

@@ -1,10 +1,11 @@
 //! Random cells, sensors, placements and jobs, from a seed: walls and clutter, people and robots, odd grid sizes and
-//! windows, rays along axes and diagonals, ranges at exact hits, noise small and huge, readings with and without volumes.
+//! windows, rays along axes and diagonals, ranges at exact hits, noise small and huge, lost returns, readings with and without
+//! volumes.
 
 use std::sync::Arc;
 
 use perirobot::backend::oracle::Oracle;
-use perirobot::backend::{Backend, Cell, Placement, Planes, Rays, Reading, Slot};
+use perirobot::backend::{Backend, Cell, Noise, Placement, Planes, Rays, Reading, Slot, Standpoint};
 use perirobot::march::{self, End, Gates, MAX_RANGE_VOXELS, NOISE_STEPS};
 use perirobot::sensor::Camera;
 use perirobot::voxel::{BitGrid, Window};
@@ -67,10 +68,10 @@ fn table(random: &mut Random, cell: &Cell, placement: &Placement) -> Rays {
     } else {
         let mut dirs_q15 = if random.one_in(2) { pinhole(random) } else { lidar(random) };
         dirs_q15.extend(lattice());
-        Rays { dirs_q15, image: None, gates: open_gates(), noise_q16: vec![] }
+        Rays { dirs_q15, image: None, gates: open_gates(), noise: Noise::default() }
     };
     rays.gates = gates(random, cell, &rays, placement);
-    rays.noise_q16 = noise_q16(random);
+    rays.noise = noise(random);
     rays
 }
 
@@ -86,19 +87,40 @@ pub(crate) fn image(random: &mut Random) -> Rays {
             resolution_px: most.map(|n| 1 + random.below(n)),
         },
     };
-    Rays { dirs_q15: camera.dirs_q15(), image: Some(camera.image()), gates: open_gates(), noise_q16: vec![] }
+    Rays {
+        dirs_q15: camera.dirs_q15(),
+        image: Some(camera.image()),
+        gates: open_gates(),
+        noise: Noise::default(),
+    }
 }
 
-/// No steps, or as many as there must be: none that moves anything, small ones, or some that reach across any grid.
-pub(crate) fn noise_q16(random: &mut Random) -> Vec<i32> {
-    let most = match random.below(6) {
-        0 | 1 => return vec![],
+/// Noise that moves nothing, as much at all distances, or another width at each; small, or across any grid. Some lose
+/// returns.
+pub(crate) fn noise(random: &mut Random) -> Noise {
+    let lost_below = random.of(&[0, 0, 0, 1 << 28, 1 << 31]);
+    let most = match random.below(7) {
+        0 | 1 => return Noise { lost_below, ..Noise::default() },
         2 => 0,
         3 => 1 << 15,
         4 => 5 << 16,
-        _ => 300 << 16,
+        5 => 300 << 16,
+        _ => {
+            let most = random.of(&[1 << 16, 1 << 19, 64 << 16]);
+            return Noise {
+                // Up to 4.5 widths, more than any table has.
+                unit_q12: (0..NOISE_STEPS).map(|_| random.between(-18_432, 18_432)).collect(),
+                std_q16: (0..=MAX_RANGE_VOXELS).map(|_| random.below(most + 1)).collect(),
+                lost_below,
+            };
+        }
     };
-    (0..NOISE_STEPS).map(|_| random.between(-most, most)).collect()
+    steps((0..NOISE_STEPS).map(|_| random.between(-most, most)).collect(), lost_below)
+}
+
+/// Noise of these steps in 1/65536 voxels at any distance: a width of 4096 makes the entries of the unit table steps.
+pub(crate) fn steps(unit_q12: Vec<i32>, lost_below: u32) -> Noise {
+    Noise { unit_q12, std_q16: vec![4096; MAX_RANGE_VOXELS as usize + 1], lost_below }
 }
 
 /// Evidence as a host may make it: with voxels in several planes, too, each over a part of the window.
@@ -282,7 +304,33 @@ fn placement(random: &mut Random, cell: &Cell) -> Placement {
         _ => anywhere(random),
     };
     let axis_q15 = if random.one_in(3) { quarter_turns(random) } else { turned(random) };
-    Placement { origin_q16, axis_q15, draws: random.bits() as u32 }
+    let truly = random.one_in(4).then(|| standpoint(random, cell, origin_q16, axis_q15));
+    Placement { origin_q16, axis_q15, truly, draws: random.bits() as u32 }
+}
+
+/// Where a sensor truly is that is believed to be somewhere: there, near by, or anywhere.
+fn standpoint(random: &mut Random, cell: &Cell, origin_q16: [i32; 3], axis_q15: [[i32; 3]; 3]) -> Standpoint {
+    let size = cell.blockers.window().size;
+    match random.below(6) {
+        0 => Standpoint { origin_q16, axis_q15 },
+        1 => Standpoint { origin_q16: size.map(|n| random.below(n << 16) as i32), axis_q15: turned(random) },
+        _ => {
+            let most = random.of(&[1, 1 << 12, 1 << 16, 4 << 16]);
+            let near =
+                |r: usize| (origin_q16[r] + random.between(-most, most)).clamp(0, (size[r] << 16) as i32 - 1);
+            let origin_q16 = std::array::from_fn(near);
+            // Turned by up to three degrees about one of its own axes.
+            let (a, by) = (random.below(3) as usize, random.between(-1700, 1700));
+            let (b, c) = ((a + 1) % 3, (a + 2) % 3);
+            let (sin, cos) = (f64::from(by) / 32_768.0).sin_cos();
+            let mut rows = axis_q15;
+            for (row, old) in rows.iter_mut().zip(axis_q15) {
+                row[b] = (f64::from(old[b]) * cos - f64::from(old[c]) * sin).round() as i32;
+                row[c] = (f64::from(old[b]) * sin + f64::from(old[c]) * cos).round() as i32;
+            }
+            Standpoint { origin_q16, axis_q15: rows }
+        }
+    }
 }
 
 /// Axes onto axes: rays along the lattice stay there.

@@ -15,8 +15,8 @@ pub(crate) fn long(folder: &Folder) {
     folder.edit("study.toml", "seed = 7", "seed = 7\nrepeats = 2");
     folder.edit("study.toml", "count = 2", "count = 302");
     folder.edit("study.toml", "[16, 9]", "[160, 90]");
-    folder.edit("study.toml", "range_m = [0.1, 5.0]", "range_m = [0.1, 5.0]\nnoise_std_m = 0.1");
-    folder.edit("study.toml", "near_ignore_m = 0.05", "near_ignore_m = 0.05\nnoise_std_m = 0.02");
+    folder.edit("study.toml", "range_m = [0.1, 5.0]", "range_m = [0.1, 5.0]\nnoise = { std_m = 0.1 }");
+    folder.edit("study.toml", "near_ignore_m = 0.05", "near_ignore_m = 0.05\nnoise = { std_m = 0.02 }");
 }
 
 /// A run of the program.

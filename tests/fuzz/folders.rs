@@ -39,7 +39,7 @@ kind = "rgbd"
 fov_deg = [40, 30]
 resolution_px = [2, 2]
 range_m = [0.1, 2]
-noise_std_m = 0.01
+noise = { std_m = 0.01 }
 [[sensor.poses]]
 name = "wall"
 x_m = [-0.2, 0, 0.2]

@@ -6,13 +6,13 @@
 //! "A ray, in integers"); so neither path nor cell need be kept from the search.
 //!
 //! # Practice
-//! Returns, which most rays are, go 64 at a time; rays that end otherwise, or may be read outside the grid, one by one.
+//! Returns, which most rays are, go 64 at a time; rays that end otherwise or are lost, or may be read outside the grid, one by one.
 
 use fearless_simd::{Level, Simd, dispatch};
 
 use super::bundle::{Bundle, Lanes, Places, RAYS};
 use super::strike::{self, Strike};
-use crate::backend::Planes;
+use crate::backend::{Noise, Planes};
 use crate::march::{self, BLIND, End, Gates, LEFT, NOTHING, RETURN};
 use crate::voxel::BitGrid;
 
@@ -27,7 +27,10 @@ pub(super) struct Ends {
     /// The same of the blocker that each return comes from.
     hits: Lanes<u32>,
     places: Places,
+    drawn: Lanes<u32>,
     steps_q16: Lanes<i32>,
+    /// Which rays' returns are lost, a bit each.
+    lost: u64,
     made: [Lanes<u32>; 3],
 }
 
@@ -37,14 +40,21 @@ const NO_BIT: u32 = u32::MAX;
 /// What decides how rays end.
 pub(super) struct Rules<'a> {
     pub(super) gates: &'a Gates,
-    /// Steps of noise; none for a silent sensor.
-    pub(super) noise_q16: &'a [i32],
+    pub(super) noise: &'a Noise,
     /// The hash of what precedes the ray.
     pub(super) draws: u32,
     /// The grid.
     pub(super) size: [u32; 3],
     /// Whether crossings are wanted of rays that free nothing.
     pub(super) all: bool,
+}
+
+/// Rays that were sent.
+pub(super) struct Sent<'a> {
+    /// As they are believed to go.
+    pub(super) believed: &'a Bundle,
+    /// As they were truly cast, if the mount is off.
+    pub(super) truly: Option<&'a Bundle>,
 }
 
 impl Ends {
@@ -56,7 +66,9 @@ impl Ends {
             bits: [NO_BIT; RAYS],
             hits: [NO_BIT; RAYS],
             places: Places { t_q16: [0; RAYS], axis: [0; RAYS] },
+            drawn: [0; RAYS],
             steps_q16: [0; RAYS],
+            lost: 0,
             made: [[0; RAYS]; 3],
         }
     }
@@ -65,29 +77,40 @@ impl Ends {
     pub(super) fn end(
         &mut self,
         level: Level,
-        bundle: &Bundle,
+        sent: &Sent,
         rays: &Lanes<u32>,
         strikes: &Lanes<Strike>,
         rules: &Rules,
         plane: &BitGrid,
     ) {
-        if !rules.noise_q16.is_empty() {
-            let mut draws = [0; RAYS];
-            dispatch!(level, simd => draw(simd, rules.draws, rays, &mut draws));
+        let noise = rules.noise;
+        if *noise != Noise::default() {
+            self.lost = dispatch!(level, simd => draw(simd, rules, rays, &mut self.drawn));
+        }
+        if !noise.unit_q12.is_empty() {
             for lane in 0..RAYS {
-                self.steps_q16[lane] = rules.noise_q16[draws[lane] as usize];
+                let hit = if strikes[lane] < strike::LEFT { strikes[lane] } else { 0 };
+                self.steps_q16[lane] = noise.step_q16(self.drawn[lane], hit >> 2);
             }
         }
         dispatch!(level, simd => read(simd, strikes, &self.steps_q16, &mut self.places));
-        bundle.made(level, &self.places, &mut self.made);
-        let unusual = dispatch!(level, simd => returns(simd, self, bundle, strikes, rules, plane));
+        let unusual = match sent.truly {
+            // Rays struck elsewhere than they are believed to have been.
+            Some(_) => u64::MAX,
+            None => {
+                sent.believed.made(level, &self.places, &mut self.made);
+                dispatch!(level, simd => returns(simd, self, sent.believed, strikes, rules, plane))
+            }
+        };
         for lane in (0..RAYS).filter(|lane| unusual >> lane & 1 == 1) {
-            self.end_alone(bundle, lane, strikes[lane], rules, plane);
+            self.end_alone(sent, lane, strikes[lane], rules, plane);
         }
         self.hits = self.bits;
-        for lane in (0..RAYS).filter(|&lane| self.kinds[lane] == RETURN && self.steps_q16[lane] != 0) {
-            let made = bundle.made_by(lane, strike::crossing(strikes[lane]));
-            let begin = bundle.march(lane);
+        let elsewhere = |lane: usize| sent.truly.is_some() || self.steps_q16[lane] != 0;
+        let cast = sent.truly.unwrap_or(sent.believed);
+        for lane in (0..RAYS).filter(|&lane| self.kinds[lane] == RETURN && elsewhere(lane)) {
+            let made = cast.made_by(lane, strike::crossing(strikes[lane]));
+            let begin = cast.march(lane);
             let cell = std::array::from_fn(|r| begin.cell[r] + begin.step[r] * made[r] as i32);
             self.hits[lane] = plane.bit_index(cell).map_or(NO_BIT, |bit| bit as u32);
         }
@@ -108,25 +131,30 @@ impl Ends {
         }
     }
 
-    /// Ends a ray that is no return, or a return that may be read outside the grid.
-    fn end_alone(&mut self, bundle: &Bundle, lane: usize, strike: Strike, rules: &Rules, plane: &BitGrid) {
-        let begin = bundle.march(lane);
+    /// Ends a ray that is no return, or a return that may be read outside the grid or was not struck where it is believed to be.
+    fn end_alone(&mut self, sent: &Sent, lane: usize, strike: Strike, rules: &Rules, plane: &BitGrid) {
+        let begin = sent.believed.march(lane);
         let room = march::room(&begin, rules.size);
+        let lost = self.lost >> lane & 1 == 1;
         let mut end = |kind, crossings| {
             (self.kinds[lane], self.crossings[lane]) = (kind, crossings);
             self.freed[lane] = march::freed(End { kind, crossings }, rules.gates.no_return_is_free);
             self.bits[lane] = NO_BIT;
         };
-        if strike >= strike::LEFT {
-            let kind = if strike == strike::LEFT && rules.gates.backdrop { LEFT } else { NOTHING };
+        let blind = strike < strike::LEFT && strike >> 2 < rules.gates.range_min_q16;
+        if strike >= strike::LEFT || lost && !blind {
+            let left = strike == strike::LEFT && rules.gates.backdrop && !lost;
+            let kind = if left { LEFT } else { NOTHING };
             let counts = rules.all || kind == LEFT || rules.gates.no_return_is_free;
             let crossings = || march::crossings_at(&begin, room, rules.gates.range_max_q16);
             return end(kind, if counts { crossings() } else { 0 });
         }
-        let key = strike::crossing(strike);
-        if key.t_q16 < rules.gates.range_min_q16 {
+        if blind {
             // Not where a return would be read, but where the blocker is.
-            let made = bundle.made_by(lane, key);
+            let made = match sent.truly {
+                None => sent.believed.made_by(lane, strike::crossing(strike)),
+                Some(_) => march::made_until(&begin, room, strike >> 2),
+            };
             return end(BLIND, made.iter().sum());
         }
         let made = march::made_until(&begin, room, self.places.t_q16[lane]);
@@ -136,11 +164,21 @@ impl Ends {
     }
 }
 
+/// The numbers that rays draw; says which of them are lost.
 #[inline(always)]
-fn draw<S: Simd>(_: S, hash: u32, rays: &Lanes<u32>, draws: &mut Lanes<u32>) {
+fn draw<S: Simd>(_: S, rules: &Rules, rays: &Lanes<u32>, drawn: &mut Lanes<u32>) -> u64 {
+    let mut lost = [0u32; RAYS];
     for lane in 0..RAYS {
-        draws[lane] = march::draw(hash, rays[lane]);
+        drawn[lane] = march::draw(rules.draws, rays[lane]);
+        lost[lane] = march::is_lost(drawn[lane], rules.noise.lost_below) as u32;
     }
+    mask(&lost)
+}
+
+/// A bit for each lane.
+#[inline(always)]
+fn mask(lanes: &Lanes<u32>) -> u64 {
+    (0..RAYS).fold(0, |all, lane| all | u64::from(lanes[lane]) << lane)
 }
 
 /// Where returns are read: at the crossing into the blocker, or with noise after all crossings up to there.
@@ -190,5 +228,5 @@ fn returns<S: Simd>(
         let blind = strikes[lane] >> 2 < rules.gates.range_min_q16;
         outside[lane] |= (none | blind) as u32;
     }
-    (0..RAYS).fold(0, |all, lane| all | u64::from(outside[lane]) << lane)
+    mask(&outside) | ends.lost
 }

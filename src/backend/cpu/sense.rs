@@ -4,7 +4,7 @@ use fearless_simd::Level;
 
 use super::beam::{Beam, Cone};
 use super::bundle::{Bundle, Bundles, Lanes, Places, RAYS, TILE};
-use super::end::{Ends, Rules};
+use super::end::{Ends, Rules, Sent};
 use super::gather::{Gather, LARGEST};
 use super::meet::Meeting;
 use super::plan::{self, Wanted};
@@ -12,7 +12,7 @@ use super::pyramid::Pyramid;
 use super::strike::{self, Layer, Search, Strike};
 use super::view::{BOXES, Sight, View};
 use super::walk::{meets, walk};
-use crate::backend::{Carving, Placement, Planes, Rays};
+use crate::backend::{Carving, Noise, Placement, Planes, Rays};
 use crate::march::{self, End, Gates};
 
 /// A table of rays made ready.
@@ -21,7 +21,7 @@ pub(super) struct Table {
     /// For a camera's bundles.
     cones: Vec<Cone>,
     gates: Gates,
-    noise_q16: Vec<i32>,
+    noise: Noise,
 }
 
 impl Table {
@@ -29,7 +29,7 @@ impl Table {
         let bundles = Bundles::new(rays);
         let tiles = if rays.image.is_some() { bundles.count() } else { 0 };
         let cones = (0..tiles).map(|tile| Cone::of(&bundles, tile)).collect();
-        Table { bundles, cones, gates: rays.gates, noise_q16: rays.noise_q16.clone() }
+        Table { bundles, cones, gates: rays.gates, noise: rays.noise.clone() }
     }
 }
 
@@ -42,12 +42,22 @@ pub(super) struct Blockers<'a> {
 /// A pose being sensed.
 struct Shoot<'a> {
     placement: &'a Placement,
+    /// Where its rays are cast from.
+    caster: Placement,
     still: Option<Search<'a>>,
     moving: Search<'a>,
     /// Strikes on the still layer, bundle by bundle, if they are kept.
     first_hits: Option<&'a mut [Strike]>,
     /// Where the end of every ray is wanted.
     see: Option<&'a mut [End]>,
+}
+
+impl Shoot<'_> {
+    /// Whether rays count that pass the window by: their ends are wanted, or what they hit lies elsewhere than they are believed
+    /// to go.
+    fn casts_all(&self) -> bool {
+        self.see.is_some() || self.placement.truly.is_some()
+    }
 }
 
 /// Length of a section of a beam in voxels, how many are looked at one after the other, and the most blockers that are held
@@ -70,6 +80,8 @@ pub(super) struct Sensor<'a> {
 /// What a thread works on, kept from pose to pose.
 pub(super) struct Desk {
     bundle: Bundle,
+    /// The rays as they are truly cast, where those of the bundle are only believed.
+    truly: Bundle,
     strikes: Lanes<Strike>,
     ends: Ends,
     places: Places,
@@ -84,6 +96,7 @@ impl Desk {
     pub(super) fn new(table: &Table) -> Self {
         Desk {
             bundle: Bundle::new(),
+            truly: Bundle::new(),
             strikes: [strike::UNKNOWN; RAYS],
             ends: Ends::new(),
             places: Places { t_q16: [0; RAYS], axis: [2; RAYS] },
@@ -114,13 +127,14 @@ impl Sensor<'_> {
     ) -> Planes {
         let window = self.wanted.cells.window();
         let mut planes = Planes::blank(window);
+        let caster = placement.caster();
         let search = |layer| {
-            let cell = placement.origin_q16.map(|x| x >> 16);
+            let cell = caster.origin_q16.map(|x| x >> 16);
             let ignore_q16 = self.table.gates.near_ignore_q16;
             Search { layer, ignore_q16, clearing: Layer::clearing(layer, cell) }
         };
         let (still, moving) = (self.blockers.still.map(search), search(self.blockers.moving));
-        let mut shoot = Shoot { placement, still, moving, first_hits, see };
+        let mut shoot = Shoot { placement, caster, still, moving, first_hits, see };
         let carving = self.carving.unwrap_or_else(|| plan::carving(&self.table.bundles, window));
         match (carving, self.table.bundles.image()) {
             (Carving::Gather, Some(image)) => {
@@ -134,7 +148,7 @@ impl Sensor<'_> {
     /// Rays first, then voxels look at the image that they make.
     fn gather(&self, view: &View, shoot: &mut Shoot, desk: &mut Desk, planes: &mut Planes) {
         let bundles = &self.table.bundles;
-        let mut tiles = vec![Tile { cast: shoot.see.is_some(), near: false }; bundles.count()];
+        let mut tiles = vec![Tile { cast: shoot.casts_all(), near: false }; bundles.count()];
         let mut boxes = Vec::new();
         for corners in self.wanted.boxes.chunks(BOXES) {
             let sights = view.sights(self.level, corners, LARGEST, &view.all());
@@ -176,7 +190,7 @@ impl Sensor<'_> {
         let bundles = &self.table.bundles;
         for bundle in 0..bundles.count() {
             desk.bundle.start(self.level, shoot.placement, bundles.dirs_q15(bundle));
-            if shoot.see.is_none() && !(0..RAYS).any(|lane| meets(&desk.bundle, lane, &planes.free)) {
+            if !shoot.casts_all() && !(0..RAYS).any(|lane| meets(&desk.bundle, lane, &planes.free)) {
                 continue;
             }
             self.cast(bundle, shoot, desk);
@@ -187,30 +201,39 @@ impl Sensor<'_> {
         }
     }
 
-    /// How the rays of a bundle end, which are on the desk.
+    /// How the rays of a bundle end, which are on the desk as they are believed to go.
     fn cast(&self, bundle: usize, shoot: &mut Shoot, desk: &mut Desk) {
         let table = self.table;
         desk.strikes = [strike::NOTHING; RAYS];
+        let is_off = shoot.placement.truly.is_some();
+        if is_off {
+            std::mem::swap(&mut desk.bundle, &mut desk.truly);
+            desk.bundle.start(self.level, &shoot.caster, table.bundles.dirs_q15(bundle));
+        }
         if let Some(still) = &shoot.still {
             let part = bundle * RAYS..(bundle + 1) * RAYS;
             match shoot.first_hits.as_mut().map(|first_hits| &mut first_hits[part]) {
                 Some(kept) if kept[0] != strike::UNKNOWN => desk.strikes.copy_from_slice(kept),
                 kept => {
-                    self.strike(still, bundle, shoot.placement, desk);
+                    self.strike(still, bundle, &shoot.caster, desk);
                     kept.into_iter().for_each(|kept| kept.copy_from_slice(&desk.strikes));
                 }
             }
         }
-        self.strike(&shoot.moving, bundle, shoot.placement, desk);
+        self.strike(&shoot.moving, bundle, &shoot.caster, desk);
+        if is_off {
+            std::mem::swap(&mut desk.bundle, &mut desk.truly);
+        }
         let rules = Rules {
             gates: &table.gates,
-            noise_q16: &table.noise_q16,
+            noise: &table.noise,
             draws: shoot.placement.draws,
             size: self.blockers.moving.blockers.window().size,
             all: shoot.see.is_some(),
         };
         let numbers = table.bundles.numbers(bundle);
-        desk.ends.end(self.level, &desk.bundle, &numbers, &desk.strikes, &rules, &self.wanted.cells);
+        let bundles = Sent { believed: &desk.bundle, truly: is_off.then_some(&desk.truly) };
+        desk.ends.end(self.level, &bundles, &numbers, &desk.strikes, &rules, &self.wanted.cells);
         if let Some(see) = &mut shoot.see {
             (0..RAYS).for_each(|lane| see[numbers[lane] as usize] = desk.ends.get(lane));
         }

@@ -16,17 +16,20 @@ pub(super) struct Table {
     /// The uniform [`TableWords`].
     pub(super) words: wgpu::Buffer,
     pub(super) dirs_q15: wgpu::Buffer,
-    pub(super) noise_q16: wgpu::Buffer,
+    /// Both tables of the noise, one after the other.
+    pub(super) noise: wgpu::Buffer,
 }
 
 impl Table {
     /// Uploads a table, if the adapter can bind it.
     pub(super) fn new(device: &Device, rays: &Rays) -> Result<Self> {
+        let std_q16 = rays.noise.std_q16.iter().map(|&std_q16| std_q16 as i32);
+        let noise: Vec<i32> = rays.noise.unit_q12.iter().copied().chain(std_q16).collect();
         Ok(Table {
             sizes: TableSizes::of(rays, &device.report)?,
             words: Scratch::uniform("table").filled(device, &[TableWords::from(rays)]),
             dirs_q15: device.upload("dirs_q15", &rays.dirs_q15),
-            noise_q16: device.upload("noise_q16", &rays.noise_q16),
+            noise: device.upload("noise", &noise),
         })
     }
 }

@@ -111,7 +111,7 @@ impl TableSizes {
         let count = rays.dirs_q15.len() as u64;
         fits(adapter, "the sensor's table of rays takes", count * 12, "fewer rays")?;
         // A noisy return may be read behind its blocker, and behind the range.
-        let noise = rays.noise_q16.iter().max().map_or(0, |&most| most.max(0) as u32);
+        let noise = rays.noise.farthest_q16();
         let range = (rays.gates.range_max_q16 >> 16).min(MAX_RANGE_VOXELS);
         Ok(TableSizes { rays: count as u32, reach: range + (noise >> 16) + 3, image: rays.image })
     }

@@ -51,7 +51,7 @@ impl Gpu {
         // Where the first hits in the still layer are known, the other blockers are enough.
         let known = shots.iter().all(|shot| shot.first_hits.is_some());
         let layer = loaded.layers.as_ref().filter(|_| known).map_or(&loaded.blockers, |[_, moving]| moving);
-        let cast = [&table.noise_q16, layer, &first_hits, &ends, &loaded.ended];
+        let cast = [&table.noise, layer, &first_hits, &ends, &loaded.ended];
         let cast = bind(Stage::Cast, &[&rays, &cast]);
         let walk = bind(Stage::Walk, &[&rays, &[&ends, &loaded.free]]);
         if batch.carving == Carving::Walk {

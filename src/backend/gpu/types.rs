@@ -152,8 +152,9 @@ pub struct TableWords {
     pub near_ignore_q16: u32,
     pub no_return_is_free: u32,
     pub backdrop: u32,
-    /// Whether there are steps of noise.
+    /// Whether returns are read elsewhere than they are.
     pub noisy: u32,
+    pub lost_below: u32,
     pub image_x: u32,
     pub image_y: u32,
     pub focal_x: f32,
@@ -173,7 +174,8 @@ impl From<&Rays> for TableWords {
             near_ignore_q16: gates.near_ignore_q16,
             no_return_is_free: gates.no_return_is_free as u32,
             backdrop: gates.backdrop as u32,
-            noisy: !rays.noise_q16.is_empty() as u32,
+            noisy: !rays.noise.unit_q12.is_empty() as u32,
+            lost_below: rays.noise.lost_below,
             image_x: image.size_px[0],
             image_y: image.size_px[1],
             focal_x: image.focal_px[0] as f32,
@@ -215,6 +217,16 @@ pub struct PlacementWords {
     pub axis_y_q15: [i32; 3],
     /// Row 2.
     pub axis_z_q15: [i32; 3],
+    /// As [`Placement::caster`] has them: the same again, unless the mount is off.
+    pub true_origin_q16: [i32; 3],
+    /// Row 0 of where it truly is.
+    pub true_axis_x_q15: [i32; 3],
+    /// Row 1.
+    pub true_axis_y_q15: [i32; 3],
+    /// Row 2.
+    pub true_axis_z_q15: [i32; 3],
+    /// Whether the mount is off.
+    pub is_off: u32,
     /// As [`Placement::draws`].
     pub draws: u32,
     /// Where the evidence goes.
@@ -225,9 +237,24 @@ pub struct PlacementWords {
 
 impl From<&Shot> for PlacementWords {
     fn from(shot: &Shot) -> Self {
-        let Placement { origin_q16, draws, axis_q15: [axis_x_q15, axis_y_q15, axis_z_q15] } = shot.placement;
-        let first_hits = shot.first_hits.unwrap_or(NO_SLOT);
-        PlacementWords { origin_q16, axis_x_q15, axis_y_q15, axis_z_q15, draws, slot: shot.slot, first_hits }
+        let Placement { origin_q16, truly, draws, axis_q15: [axis_x_q15, axis_y_q15, axis_z_q15] } =
+            shot.placement;
+        let caster = shot.placement.caster();
+        let [true_axis_x_q15, true_axis_y_q15, true_axis_z_q15] = caster.axis_q15;
+        PlacementWords {
+            origin_q16,
+            axis_x_q15,
+            axis_y_q15,
+            axis_z_q15,
+            true_origin_q16: caster.origin_q16,
+            true_axis_x_q15,
+            true_axis_y_q15,
+            true_axis_z_q15,
+            is_off: truly.is_some() as u32,
+            draws,
+            slot: shot.slot,
+            first_hits: shot.first_hits.unwrap_or(NO_SLOT),
+        }
     }
 }
 
@@ -270,7 +297,8 @@ pub fn shader_prelude() -> String {
     let constants = [
         ("NEVER", march::NEVER),
         ("MAX_RANGE_VOXELS", march::MAX_RANGE_VOXELS),
-        ("DRAW_SHIFT", 32 - march::NOISE_STEPS.ilog2()),
+        ("NOISE_STEPS", march::NOISE_STEPS),
+        ("ENTRY_SHIFT", 32 - march::NOISE_STEPS.ilog2()),
         ("NOTHING", march::NOTHING),
         ("RETURN", march::RETURN),
         ("BLIND", march::BLIND),

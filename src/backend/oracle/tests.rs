@@ -3,6 +3,7 @@
 use std::sync::Arc;
 
 use super::*;
+use crate::backend::{Noise, Standpoint};
 use crate::march::Gates;
 use crate::voxel::Window;
 
@@ -40,10 +41,11 @@ fn corridor() -> (Cell, Rays, Placement) {
         no_return_is_free: false,
         backdrop: false,
     };
-    let rays = Rays { dirs_q15: vec![[32_768, 0, 0]], image: None, gates, noise_q16: vec![] };
+    let rays = Rays { dirs_q15: vec![[32_768, 0, 0]], image: None, gates, noise: Noise::default() };
     let placement = Placement {
         origin_q16: [0x8000, 0x18000, 0x18000],
         axis_q15: [[32_768, 0, 0], [0, 32_768, 0], [0, 0, 32_768]],
+        truly: None,
         draws: 0,
     };
     (cell, rays, placement)
@@ -133,11 +135,16 @@ fn a_diagonal_takes_x_before_y_before_z() {
     check(&cell, &rays, &placement, (RETURN, 2), [0, 1, 0, 2, 9, 78]);
 }
 
+/// Noise of these steps at any distance: a width of 4096 makes the entries of the unit table steps of 1/65536 voxel.
+fn steps(unit_q12: Vec<i32>) -> Noise {
+    Noise { unit_q12, std_q16: vec![4096; 10], lost_below: 0 }
+}
+
 /// The corridor (9 voxels of wall, 81 free) with one and the same noise, whatever is drawn.
 #[track_caller]
 fn check_noisy(noise_q16: i32, end: (u32, u32), six: [u64; 6]) {
     let (cell, mut rays, placement) = corridor();
-    rays.noise_q16 = vec![noise_q16; 4096];
+    rays.noise = steps(vec![noise_q16; 4096]);
     check(&cell, &rays, &placement, end, six);
 }
 
@@ -169,7 +176,7 @@ fn gates_judge_where_the_wall_is_not_where_it_is_read() {
     let wall = 5 * 65_536 + 32_768;
     (rays.gates.range_min_q16, rays.gates.range_max_q16) = (wall, wall);
     for (noise, end) in [(-3 * 65_536, 3), (2 * 65_536, 8)] {
-        rays.noise_q16 = vec![noise; 4096];
+        rays.noise = steps(vec![noise; 4096]);
         let mut oracle = Oracle::default();
         oracle.tables(std::slice::from_ref(&rays)).unwrap();
         oracle.load(&cell).unwrap();
@@ -183,8 +190,8 @@ fn gates_judge_where_the_wall_is_not_where_it_is_read() {
 fn a_ray_draws_its_own_step() {
     let (cell, mut rays, mut placement) = corridor();
     // The hash of 0 is 129 708 002: step 123. That of 1 is 2 831 084 092: step 2699.
-    rays.noise_q16 = vec![0; 4096];
-    (rays.noise_q16[123], rays.noise_q16[2699]) = (65_536, 2 * 65_536);
+    rays.noise = steps(vec![0; 4096]);
+    (rays.noise.unit_q12[123], rays.noise.unit_q12[2699]) = (65_536, 2 * 65_536);
     rays.dirs_q15 = vec![[32_768, 0, 0]; 3];
     let mut oracle = Oracle::default();
     oracle.tables(&[rays]).unwrap();
@@ -198,6 +205,93 @@ fn a_ray_draws_its_own_step() {
 }
 
 #[test]
+fn the_step_grows_with_the_distance_of_the_return() {
+    // The wall is at 5.5 voxels, so that entry 5 decides. -1.5 · 4096 times 1.33334 voxels is 2.00001 voxels less.
+    let (cell, mut rays, placement) = corridor();
+    let mut check_entry = |at: usize, end| {
+        let mut std_q16 = vec![0; 10];
+        std_q16[at] = 87_382;
+        rays.noise = Noise { unit_q12: vec![-6144; 4096], std_q16, lost_below: 0 };
+        let mut oracle = Oracle::default();
+        oracle.tables(std::slice::from_ref(&rays)).unwrap();
+        oracle.load(&cell).unwrap();
+        assert_eq!(oracle.read(0, &placement).unwrap().ends, [End { kind: RETURN, crossings: end }], "{at}");
+    };
+    (0..10).filter(|&at| at != 5).for_each(|at| check_entry(at, 6));
+    check_entry(5, 3);
+}
+
+/// The hash of 0 is 129 708 002, and of that again 817 759 070.
+#[test]
+fn a_lost_return_says_nothing_or_frees_what_its_ray_passes() {
+    let (cell, mut rays, placement) = corridor();
+    rays.noise.lost_below = 817_759_070;
+    check(&cell, &rays, &placement, (RETURN, 6), [1, 0, 0, 6, 8, 75]);
+    rays.noise.lost_below += 1;
+    // Along all ten voxels, the wall among them: it is the third that is called free.
+    check(&cell, &rays, &placement, (NOTHING, 9), [0, 0, 0, 0, 9, 81]);
+    rays.gates.no_return_is_free = true;
+    check(&cell, &rays, &placement, (NOTHING, 9), [0, 0, 1, 9, 8, 72]);
+    // No farther than its range, and not if it is blind.
+    rays.gates.range_max_q16 = 7 << 16;
+    check(&cell, &rays, &placement, (NOTHING, 7), [0, 0, 1, 7, 8, 74]);
+    rays.gates.range_min_q16 = 6 << 16;
+    check(&cell, &rays, &placement, (BLIND, 6), [0, 0, 0, 0, 9, 81]);
+    // What leaves towards a backdrop is a return, too.
+    let (mut cell, mut rays, placement) = corridor();
+    cell.blockers = BitGrid::new(cell.window).into();
+    (rays.gates.backdrop, rays.noise.lost_below) = (true, 817_759_070);
+    check(&cell, &rays, &placement, (LEFT, 9), [0, 0, 1, 9, 8, 72]);
+    rays.noise.lost_below += 1;
+    check(&cell, &rays, &placement, (NOTHING, 9), [0, 0, 0, 0, 9, 81]);
+}
+
+/// Believed to stand two voxels nearer to the wall, at x = 2.5, and to look a row higher: what the ray meets after 5.5 voxels
+/// is taken for something at x = 8.
+#[test]
+fn evidence_is_written_where_the_mount_is_believed_to_be() {
+    let (cell, mut rays, mut placement) = corridor();
+    let Placement { origin_q16, axis_q15, .. } = placement;
+    placement.truly = Some(Standpoint { origin_q16, axis_q15 });
+    // Where both are the same, so is what is said.
+    check(&cell, &rays, &placement, (RETURN, 6), [1, 0, 0, 6, 8, 75]);
+    placement.origin_q16 = [0x28000, 0x28000, 0x18000];
+    check(&cell, &rays, &placement, (RETURN, 6), [0, 1, 1, 5, 8, 75]);
+    let read = |rays: &Rays, placement: &Placement| {
+        let mut oracle = Oracle::default();
+        oracle.tables(std::slice::from_ref(rays)).unwrap();
+        oracle.load(&cell).unwrap();
+        let Evidence { planes: Planes { occupied, hits, .. }, ends } = oracle.read(0, placement).unwrap();
+        (occupied.cells().collect::<Vec<_>>(), hits.cells().collect::<Vec<_>>(), ends[0])
+    };
+    let (occupied, hits, _) = read(&rays, &placement);
+    assert_eq!((occupied, hits), (vec![[8, 2, 1]], vec![[6, 1, 1]]), "what is hit is what is there");
+    // Noise takes it to where the believed ray leaves the grid; ranges are those of the true ray.
+    rays.noise = steps(vec![3 * 65_536; 4096]);
+    let end = |kind, crossings| End { kind, crossings };
+    assert_eq!(read(&rays, &placement), (vec![[9, 2, 1]], vec![[6, 1, 1]], end(RETURN, 7)));
+    rays.noise = Noise::default();
+    rays.gates.range_min_q16 = 6 << 16;
+    assert_eq!(read(&rays, &placement), (vec![], vec![], end(BLIND, 6)));
+    (rays.gates.range_min_q16, rays.gates.range_max_q16) = (0, 5 << 16);
+    assert_eq!(read(&rays, &placement).2, end(NOTHING, 5));
+}
+
+/// A tie that the blocker ends at once for a true ray: the believed one makes all crossings at that distance.
+#[test]
+fn a_believed_ray_takes_all_axes_that_are_crossed_at_a_distance() {
+    let (mut cell, mut rays, mut placement) = corridor();
+    placement.origin_q16 = [3 << 16, 1 << 16, 0x8000];
+    rays.dirs_q15 = vec![[-23_170, -23_170, 0]];
+    cell.blockers = BitGrid::new(cell.window).into();
+    Arc::make_mut(&mut cell.blockers).set([2, 1, 0]);
+    check(&cell, &rays, &placement, (RETURN, 1), [0, 1, 0, 1, 9, 79]);
+    let Placement { origin_q16, axis_q15, .. } = placement;
+    placement.truly = Some(Standpoint { origin_q16, axis_q15 });
+    check(&cell, &rays, &placement, (RETURN, 2), [0, 1, 0, 2, 9, 78]);
+}
+
+#[test]
 fn a_hit_at_the_sensor_takes_all_axes_that_are_crossed_there() {
     let (mut cell, mut rays, mut placement) = corridor();
     // On the edge between four cells, backwards: x and y are crossed at distance 0, x first, and there is the hit.
@@ -206,7 +300,7 @@ fn a_hit_at_the_sensor_takes_all_axes_that_are_crossed_there() {
     cell.blockers = BitGrid::new(cell.window).into();
     Arc::make_mut(&mut cell.blockers).set([2, 1, 0]);
     check(&cell, &rays, &placement, (RETURN, 1), [0, 1, 0, 1, 9, 79]);
-    rays.noise_q16 = vec![-1; 4096];
+    rays.noise = steps(vec![-1; 4096]);
     check(&cell, &rays, &placement, (RETURN, 2), [0, 1, 0, 2, 9, 78]);
 }
 

@@ -86,14 +86,15 @@ fn noise_shifts_each_voxel_by_draws_of_its_own() {
     let at = Station { draws, ..station(&truth, Setting::Inflation(0.3)) };
     let std_m = 0.1;
     let Planes { occupied, free, .. } = planes(&cover(std_m), &at);
-    let table = noise::table_q16(std_m, 0.05);
+    // Two voxels of deviation.
+    let step = |u: u64| (i64::from(noise::unit_q12()[u as usize]) * 2 * 65_536 + 2048) >> 12;
     let mut expected = BitGrid::new(truth.grid.window());
     let mut lost = 0;
     for cell in things {
         let voxel = cell[0] as u64 + 17 * (cell[1] as u64 + 17 * cell[2] as u64);
         let moved: [i32; 3] = std::array::from_fn(|axis| {
             let u = (pcg(u64::from(draws) ^ (3 * voxel + axis as u64)) * u64::from(NOISE_STEPS)) >> 32;
-            (f64::from(cell[axis]) + 0.5 + f64::from(table[u as usize]) / 65_536.0).floor() as i32
+            (f64::from(cell[axis]) + 0.5 + step(u) as f64 / 65_536.0).floor() as i32
         });
         match truth.grid.window().contains(moved) {
             true => expected.set(moved),

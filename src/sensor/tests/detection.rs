@@ -1,12 +1,14 @@
 //! Keypoints in random cells against a plain march in u64, which shares nothing with the sensors' but the rules.
 
 use super::*;
+use crate::backend::Noise;
 use crate::march::NOISE_STEPS;
 use crate::scene::mannequin::JOINTS;
 use crate::sensor::keypoints::{Detected, Eye, detect};
+use crate::sensor::noise::Deviation;
 use crate::sensor::range::Range;
 use crate::sensor::rgbd::{Rgbd, Shape};
-use crate::sensor::{Camera, Scale, placement};
+use crate::sensor::{Camera, Scale};
 
 struct Random(u64);
 
@@ -69,7 +71,13 @@ fn camera(random: &mut Random) -> Rgbd {
         range_m: [near, random.between(0.8, 4.0)],
         near_ignore_m: [0.0, 0.3][random.below(2) as usize],
         no_return_is_free: false,
-        noise_std_m: [0.0, 0.05, 0.4][random.below(3) as usize],
+        noise: [
+            Deviation::NONE,
+            Deviation { std_m: 0.05, ..Deviation::NONE },
+            Deviation { std_m: 0.3, per_m: 0.05, per_m2: 0.02 },
+        ][random.below(3) as usize],
+        calibration: None,
+        dropout: [0.0, 0.0, 0.1][random.below(3) as usize],
     };
     let fov_rad = [random.between(0.3, 2.5), random.between(0.3, 2.5)];
     let resolution_px = [1 + random.below(5) as u32, 1 + random.below(5) as u32];
@@ -78,18 +86,34 @@ fn camera(random: &mut Random) -> Rgbd {
 }
 
 /// What the rules say, from the words of `SEMANTICS.md`.
-fn expected(truth: &Truth, sensor: &Rgbd, pose: &Pose, draws: u32, table: &[i32]) -> Vec<Detected> {
+fn expected(
+    truth: &Truth,
+    sensor: &Rgbd,
+    pose: &Pose,
+    truly: &Pose,
+    draws: u32,
+    noise: &Noise,
+) -> Vec<Detected> {
     let people: Vec<_> = truth.objects.iter().filter(|object| object.role == Role::Human).collect();
     let pixels = u64::from(sensor.camera.resolution_px[0] * sensor.camera.resolution_px[1]);
     let one = |(number, human): (usize, &&Arc<ObjectVoxels>)| -> Detected {
         std::array::from_fn(|k| {
             let joint_m = human.keypoints.unwrap()[k]?;
             let ray = pixels + 17 * number as u64 + k as u64;
-            let u = pcg(u64::from(draws) ^ ray) >> 20;
-            let noise = table.get(u as usize).map_or(0, |&g| i64::from(g));
+            let drawn = pcg(u64::from(draws) ^ ray);
+            if pcg(drawn) < u64::from(noise.lost_below) {
+                return None;
+            }
+            let noise = |t: u64| match noise.unit_q12.get((drawn >> 20) as usize) {
+                None => 0,
+                Some(&unit) => (i64::from(unit) * i64::from(noise.std_q16[(t >> 16) as usize]) + 2048) >> 12,
+            };
             let (way, end) =
-                (in_image(sensor, pose, truth, joint_m)?, |way| walk(truth, sensor, pose, way, noise));
-            let (t, hit, read) = end(way)?;
+                (in_image(sensor, truly, truth, joint_m)?, |way| walk(truth, sensor, truly, way, &noise));
+            let (t, hit, mut read) = end(way)?;
+            if truly != pose {
+                read = along(truth, pose, truly, way, (t as i64 + noise(t)).max(0) as u64);
+            }
             let squared: i128 = way.iter().map(|&w| i128::from(w).pow(2)).sum();
             let mut distance = (squared as f64).sqrt() as i128;
             while distance.pow(2) > squared {
@@ -126,33 +150,55 @@ fn in_image(sensor: &Rgbd, pose: &Pose, truth: &Truth, joint_m: DVec3) -> Option
     (seen.x > 0.0 && inside(right, across) && inside(down, along)).then_some(way)
 }
 
+/// The cell where a camera takes something to be that its true ray has met: the ray as it sees it, from where it is believed
+/// to be, after all crossings up to a distance, in the grid.
+fn along(truth: &Truth, pose: &Pose, truly: &Pose, way: [i64; 3], until: u64) -> [i32; 3] {
+    let way = DVec3::from_array(way.map(|w| w as f64));
+    let seen = truly.optical().transpose() * way;
+    let dir = (pose.optical() * seen / way.length()).to_array().map(|d| (d * 65_536.0).round() as i64);
+    let mut cell: [i32; 3] = std::array::from_fn(|r| (q16(pose.position_m[r]) >> 16) as i32);
+    let mut made = [0; 3];
+    loop {
+        let (t, r) = (0..3).map(|r| (crossing(pose, dir, r, made[r]), r)).min().unwrap();
+        let mut next = cell;
+        next[r] += dir[r].signum() as i32;
+        if t > until || !truth.grid.window().contains(next) {
+            return cell;
+        }
+        made[r] += 1;
+        cell = next;
+    }
+}
+
+/// When a ray makes crossing `n` of an axis.
+fn crossing(pose: &Pose, dir: [i64; 3], r: usize, n: u64) -> u64 {
+    if dir[r] == 0 {
+        return u64::MAX;
+    }
+    let frac = (q16(pose.position_m[r]) & 0xffff) as u64;
+    let f = if dir[r] < 0 { frac } else { (1 << 16) - frac };
+    let period = (1u64 << 32) / dir[r].unsigned_abs();
+    ((f * period) >> 16) + n * period
+}
+
 /// Distance, blocker and cell read of a ray, one crossing after the other.
 fn walk(
     truth: &Truth,
     sensor: &Rgbd,
     pose: &Pose,
     way: [i64; 3],
-    noise: i64,
+    noise: &dyn Fn(u64) -> i64,
 ) -> Option<(u64, [i32; 3], [i32; 3])> {
     let length = way.iter().map(|&w| (w as f64).powi(2)).sum::<f64>().sqrt();
     let dir: [i64; 3] = way.map(|w| (w as f64 / length * 65_536.0).round() as i64);
     let [near, far] = sensor.range.range_m.map(|m| q16(m) as u64);
     let ignore = q16(sensor.range.near_ignore_m) as u64;
-    let crossing = |r: usize, n: u64| -> u64 {
-        if dir[r] == 0 {
-            return u64::MAX;
-        }
-        let frac = (q16(pose.position_m[r]) & 0xffff) as u64;
-        let f = if dir[r] < 0 { frac } else { (1 << 16) - frac };
-        let period = (1u64 << 32) / dir[r].unsigned_abs();
-        ((f * period) >> 16) + n * period
-    };
     let mut cell: [i32; 3] = std::array::from_fn(|r| (q16(pose.position_m[r]) >> 16) as i32);
     let mut made = [0; 3];
     let mut path = vec![(0, cell)];
     let mut found = None;
     loop {
-        let (t, r) = (0..3).map(|r| (crossing(r, made[r]), r)).min().unwrap();
+        let (t, r) = (0..3).map(|r| (crossing(pose, dir, r, made[r]), r)).min().unwrap();
         if let Some((_, _, until)) = found
             && t > until
         {
@@ -171,10 +217,10 @@ fn walk(
             if t < near {
                 return None;
             }
-            if noise == 0 {
+            if noise(t) == 0 {
                 return Some((t, cell, cell));
             }
-            found = Some((t, cell, (t as i64 + noise).max(0) as u64));
+            found = Some((t, cell, (t as i64 + noise(t)).max(0) as u64));
         }
     }
     let (t, hit, until) = found?;
@@ -191,14 +237,19 @@ fn the_same_joints_as_a_plain_march() {
         let truth = cell(&mut random);
         let sensor = camera(&mut random);
         let rays = sensor.rays(&Scale { voxel_size_m: VOXEL_M, backdrop: case % 2 == 0 }).unwrap();
-        assert!([0, NOISE_STEPS as usize].contains(&rays.noise_q16.len()));
+        assert!([0, NOISE_STEPS as usize].contains(&rays.noise.unit_q12.len()));
         let target = truth.objects[0].keypoints.unwrap().into_iter().flatten().next().unwrap_or(DVec3::ONE);
         let position = random.point([0.05; 3], [3.35, 1.95, 1.65]);
         let [pan, tilt] = [random.between(-0.6, 0.6), random.between(-0.6, 0.6)];
         let pose = Pose::facing(position, target - position, pan, tilt);
         let draws = random.bits() as u32;
-        let at = Station { rays: Some(&rays), draws, ..station(&truth, Setting::Pose(pose)) };
-        let from = placement(&sensor, &pose, &truth.grid, draws);
+        let truly = (case % 3 == 0).then(|| {
+            let position_m = (position + random.point([-0.2; 3], [0.2; 3]))
+                .clamp(DVec3::splat(0.05), DVec3::new(3.35, 1.95, 1.65));
+            Pose::facing(position_m, target - position, pan + random.between(-0.1, 0.1), tilt)
+        });
+        let at = Station { rays: Some(&rays), truly, draws, ..station(&truth, Setting::Pose(pose)) };
+        let from = at.placement(&sensor);
         let eye = Eye {
             camera: &sensor.camera,
             rays: &rays,
@@ -206,7 +257,7 @@ fn the_same_joints_as_a_plain_march() {
             tolerance_m: sensor.keypoint_tolerance_m,
         };
         let found = detect(&eye, &at);
-        let plain = expected(&truth, &sensor, &pose, draws, &rays.noise_q16);
+        let plain = expected(&truth, &sensor, &pose, &truly.unwrap_or(pose), draws, &rays.noise);
         assert_eq!(found, plain, "case {case}");
         joints += found.len() * JOINTS.len();
         let detected: Vec<_> = found.iter().flatten().flatten().collect();

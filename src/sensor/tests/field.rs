@@ -2,6 +2,7 @@
 
 use super::*;
 use crate::sensor::lidar::{Field, Lidar, Mount};
+use crate::sensor::noise::Deviation;
 use crate::sensor::prism::Prism;
 use crate::sensor::range::Range;
 use crate::sensor::{MEASURES, Reach, SWITCHES, Scale};
@@ -14,7 +15,14 @@ fn scanner(points: bool, otherwise_free: bool) -> Lidar {
         azimuths_rad: [0.0, 90.0, 180.0, 270.0].map(f64::to_radians).to_vec(),
         elevations_rad: vec![0.0],
         mount: Mount::Upright,
-        range: Range { range_m: [0.0, 9.0], near_ignore_m: 0.0, no_return_is_free: false, noise_std_m: 0.0 },
+        range: Range {
+            range_m: [0.0, 9.0],
+            near_ignore_m: 0.0,
+            no_return_is_free: false,
+            noise: Deviation::NONE,
+            dropout: 0.0,
+            calibration: None,
+        },
         points,
         field: Some(Field { volume: Prism { polygon_m, z_m: [0.0, 2.0] }, otherwise_free }),
     }
@@ -47,6 +55,25 @@ fn a_return_in_the_field_switches_it() {
     assert_eq!(field_says(&scanner(false, false), level(1.2), [8, 5, 1]), Says::Nothing);
     // The scanner sees nothing in between its four rays.
     assert_eq!(field_says(&scanner(false, true), level(1.2), [7, 6, 1]), Says::Free(field));
+}
+
+/// A scanner knows its field in its own frame: what it returns from is in it or not by where it is believed to stand.
+#[test]
+fn a_scanner_whose_mount_is_off_switches_for_things_elsewhere() {
+    let field = block([5, 5, 1], [7, 6, 2]);
+    let says_from = |truly_x: f64, occupied: [i32; 3]| {
+        let mut truth = empty([11, 11, 5], 1.0);
+        put(&mut truth, Role::Environment, &[occupied], None);
+        let lidar = scanner(false, true);
+        let rays = lidar.rays(&Scale { voxel_size_m: 1.0, backdrop: true });
+        let truly = Some(Pose::upright(DVec3::new(truly_x, 5.5, 1.2), DVec3::X, 0.0));
+        says(&lidar, 0, &Station { rays: rays.as_ref(), truly, ..station(&truth, Setting::Pose(level(1.2))) })
+    };
+    assert_eq!(says_from(5.0, [8, 5, 1]), Says::Free(field.clone()));
+    // A metre and a half ahead of it, though three from where it is believed to be.
+    assert_eq!(says_from(6.5, [8, 5, 1]), Says::Occupied(field.clone()));
+    assert_eq!(says_from(5.0, [6, 5, 1]), Says::Occupied(field.clone()));
+    assert_eq!(says_from(1.0, [6, 5, 1]), Says::Free(field));
 }
 
 #[test]

@@ -72,7 +72,7 @@ fn put(truth: &mut Truth, role: Role, cells: &[[i32; 3]], keypoints: Option<Keyp
 }
 
 fn station(truth: &Truth, setting: Setting) -> Station<'_> {
-    Station { truth, window: truth.grid.window(), setting, rays: None, draws: 0 }
+    Station { truth, window: truth.grid.window(), setting, rays: None, truly: None, draws: 0 }
 }
 
 /// A station that stands at a position and faces a direction, level.

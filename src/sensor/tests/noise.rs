@@ -1,10 +1,12 @@
 //! Whose draws are whose, and what a noisy sensor measures of a flat wall.
 
 use super::*;
+use crate::march;
 use crate::sensor::look;
+use crate::sensor::noise::{self, Deviation};
 use crate::sensor::range::Range;
 use crate::sensor::ray_set::RaySet;
-use crate::sensor::{Scale, draws, noise, placement};
+use crate::sensor::{Scale, draws, placement};
 
 /// The hash as the paper prints it, in 64 bits.
 fn pcg(word: u64) -> u64 {
@@ -21,8 +23,8 @@ fn the_words_are_folded_in_their_order() {
     let expected = words.iter().fold(0, |hash, &word| pcg(hash ^ word));
     assert_eq!(u64::from(draws(seed, [3, 1, 4, 1_000_000, 9])), expected);
     let ray = 77;
-    let drawn = crate::march::draw(draws(seed, [3, 1, 4, 1_000_000, 9]), ray);
-    assert_eq!(u64::from(drawn), pcg(expected ^ u64::from(ray)) >> 20);
+    let drawn = march::draw(draws(seed, [3, 1, 4, 1_000_000, 9]), ray);
+    assert_eq!(u64::from(drawn), pcg(expected ^ u64::from(ray)));
     // Each word counts, and so does its place.
     let all: std::collections::HashSet<u32> = [
         draws(seed, [3, 1, 4, 1_000_000, 9]),
@@ -49,7 +51,9 @@ fn a_flat_wall_is_measured_with_the_tables_mean_and_deviation() {
         range_m: [0.0, 2.0],
         near_ignore_m: 0.0,
         no_return_is_free: false,
-        noise_std_m: STD_VOXELS * 0.02,
+        noise: Deviation { std_m: STD_VOXELS * 0.02, ..Deviation::NONE },
+        dropout: 0.0,
+        calibration: None,
     };
     let kind = RaySet { dirs_q15: vec![[32_768, 0, 0]; RAYS], range };
     let rays = kind.rays(&Scale { voxel_size_m: 0.02, backdrop: false }).unwrap();
@@ -59,8 +63,7 @@ fn a_flat_wall_is_measured_with_the_tables_mean_and_deviation() {
     assert!(found.iter().all(|f| f.hit == [50, 0, 0] && f.distance_q16 == 49 * 65_536 + 32_768));
     let read: Vec<f64> = found.iter().map(|f| f64::from(f.read[0] - 50)).collect();
     // The wall is met on the boundary of its voxel, and a cell is read for all distances inside it.
-    let told: Vec<f64> =
-        noise::table_q16(range.noise_std_m, 0.02).iter().map(|&g| f64::from(g >> 16)).collect();
+    let told: Vec<f64> = noise::unit_q12().iter().map(|&z| f64::from((48 * z) >> 16)).collect();
     let mean = |values: &[f64]| values.iter().sum::<f64>() / values.len() as f64;
     let std = |values: &[f64]| {
         let m = mean(values);
@@ -75,4 +78,66 @@ fn a_flat_wall_is_measured_with_the_tables_mean_and_deviation() {
     let m = mean(&read);
     let products: Vec<f64> = read.windows(2).map(|w| (w[0] - m) * (w[1] - m)).collect();
     assert!(mean(&products).abs() < 4.0 * 9.0 / (RAYS as f64).sqrt(), "{}", mean(&products));
+}
+
+/// A wall at 10 m and one at 90 m, a ray each way, over and over.
+#[test]
+fn distances_scatter_as_much_as_the_model_says_where_they_are_measured() {
+    let mut truth = empty([1001, 1, 1], 0.1);
+    put(&mut truth, Role::Environment, &[[0, 0, 0], [1000, 0, 0]], None);
+    // At 10 m 0.05 + 0.1 + 0.1 = 0.25 m, at 90 m 0.05 + 0.9 + 8.1 = 9.05 m, cut to 64 voxels, which are 6.4 m.
+    let noise = Deviation { std_m: 0.05, per_m: 0.01, per_m2: 0.001 };
+    let range = Range {
+        range_m: [0.0, 100.0],
+        near_ignore_m: 0.0,
+        no_return_is_free: false,
+        noise,
+        dropout: 0.0,
+        calibration: None,
+    };
+    let dirs_q15 = (0..RAYS as i32).map(|ray| [32_768 * (ray % 2 * 2 - 1), 0, 0]).collect();
+    let kind = RaySet { dirs_q15, range };
+    let rays = kind.rays(&Scale { voxel_size_m: 0.1, backdrop: false }).unwrap();
+    let pose = Pose::upright(DVec3::new(10.05, 0.05, 0.05), DVec3::X, 0.0);
+    let from = placement(&kind, &pose, &truth.grid, draws(1, [0; 5]));
+    let mut off = [Vec::new(), Vec::new()];
+    for (found, ray) in look::returns(&truth.blockers, &rays, &from).zip(0..) {
+        let drawn = march::draw(from.draws, ray);
+        let step_m = 0.1 * f64::from(rays.noise.step_q16(drawn, found.distance_q16)) / 65_536.0;
+        off[(found.hit[0] > 0) as usize].push(step_m);
+    }
+    for (off, expected) in off.iter().zip([0.25, 6.4]) {
+        let std = (off.iter().map(|m| m * m).sum::<f64>() / off.len() as f64).sqrt();
+        assert!(off.len() == RAYS / 2 && (std / expected - 1.0).abs() < 0.04, "{std}, not {expected}");
+    }
+}
+
+#[test]
+fn as_many_returns_are_lost_as_the_study_says_whatever_their_noise() {
+    let mut truth = empty([100, 1, 1], 0.02);
+    put(&mut truth, Role::Environment, &[[50, 0, 0]], None);
+    let noise = Deviation { std_m: 0.06, ..Deviation::NONE };
+    let range = |dropout| Range {
+        range_m: [0.0, 2.0],
+        near_ignore_m: 0.0,
+        no_return_is_free: false,
+        noise,
+        dropout,
+        calibration: None,
+    };
+    let found = |dropout| {
+        let kind = RaySet { dirs_q15: vec![[32_768, 0, 0]; RAYS], range: range(dropout) };
+        let rays = kind.rays(&Scale { voxel_size_m: 0.02, backdrop: false }).unwrap();
+        let pose = Pose::upright(DVec3::splat(0.01), DVec3::X, 0.0);
+        let from = placement(&kind, &pose, &truth.grid, draws(1, [0; 5]));
+        let read: Vec<f64> =
+            look::returns(&truth.blockers, &rays, &from).map(|found| f64::from(found.read[0])).collect();
+        read
+    };
+    let (all, some) = (found(0.0), found(0.3));
+    let n = RAYS as f64;
+    // Four standard errors.
+    assert!((some.len() as f64 / n - 0.7).abs() < 4.0 * (0.21 / n).sqrt(), "{} of {RAYS}", some.len());
+    let mean = |values: &[f64]| values.iter().sum::<f64>() / values.len() as f64;
+    assert!((mean(&all) - mean(&some)).abs() < 4.0 * STD_VOXELS / n.sqrt(), "{} {}", mean(&all), mean(&some));
 }

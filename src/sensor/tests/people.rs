@@ -2,13 +2,20 @@
 
 use super::*;
 use crate::sensor::Camera;
+use crate::sensor::noise::Deviation;
 use crate::sensor::range::Range;
 
 /// Half the image is as wide as it is far.
 pub(super) const CAMERA: Camera = Camera { fov_rad: [std::f64::consts::FRAC_PI_2; 2], resolution_px: [8, 8] };
 
-pub(super) const RANGE: Range =
-    Range { range_m: [0.0, 30.0], near_ignore_m: 0.0, no_return_is_free: false, noise_std_m: 0.0 };
+pub(super) const RANGE: Range = Range {
+    range_m: [0.0, 30.0],
+    near_ignore_m: 0.0,
+    no_return_is_free: false,
+    noise: Deviation::NONE,
+    dropout: 0.0,
+    calibration: None,
+};
 
 /// A person whose joints are the centres of these voxels, in a cell of 1 m voxels.
 pub(super) fn person(truth: &mut Truth, joints: &[(usize, [i32; 3])]) {

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use super::*;
-use crate::sensor::Scale;
+use crate::sensor::{SaidOfNoise, Scale};
 use crate::source::Sources;
 use crate::study::sensor;
 
@@ -50,6 +50,9 @@ fn every_device_is_a_sensor_with_a_source() {
         );
         let sensor = checked.unwrap_or_else(|e| panic!("{}: {e:?}", model.name));
         assert_eq!(sensor.kind.name(), model.kind());
+        let measures = ["rgbd", "lidar"].contains(&model.kind());
+        assert_eq!(sensor.noise != SaidOfNoise::Nothing, measures, "{}: noise", model.name);
+        assert!(model.stereo.is_none() || sensor.noise == SaidOfNoise::Model, "{}: noise", model.name);
         if let Some(rays) = sensor.kind.rays(&Scale { voxel_size_m: 0.05, backdrop: false }) {
             assert!(
                 (500..1_100_000).contains(&rays.dirs_q15.len()),
@@ -59,7 +62,16 @@ fn every_device_is_a_sensor_with_a_source() {
             );
         }
     }
-    assert!(names.len() >= 16);
+    assert!(names.len() >= 40);
+}
+
+/// By hand: 424 / tan(43.5 deg) = 446.80 pixels; 0.08 / (446.80 * 0.05) = 0.0035810, and 0.08 / (446.80 * 0.095) = 0.0018848.
+#[test]
+fn the_noise_of_stereo_cameras_follows_from_their_baseline() {
+    let per_m2 = |name: &str| find(name).unwrap().keys["noise"]["per_m2"].as_float().unwrap();
+    assert_eq!([per_m2("realsense-d435"), per_m2("realsense-d455")], [0.003581, 0.001885]);
+    let stereo = Stereo { baseline_m: 0.1, subpixel_px: 0.1 };
+    assert_eq!(stereo.per_m2(90.0, 200.0), 0.01, "100 pixels of focal length");
 }
 
 /// Rays by hand: 848 · 480; 16 · 1800; 350 · 58; 1024 · 128; 275 / 0.17 = 1617.6.
@@ -106,12 +118,12 @@ fn what_a_study_writes_goes_before_the_catalogue() {
 fn other_ways_to_say_a_key_go_before_it_too() {
     let has = |keys: &str| -> Vec<String> { resolved(keys).unwrap().keys().cloned().collect() };
     let vlp = "model = \"velodyne-vlp-16\"\n";
-    assert_eq!(has(vlp), ["fov_deg", "kind", "range_m", "resolution_deg", "rings_deg"]);
+    assert_eq!(has(vlp), ["fov_deg", "kind", "noise", "range_m", "resolution_deg", "rings_deg"]);
     assert!(!has(&format!("{vlp}elevation_deg = [-10, 10]")).contains(&"rings_deg".into()));
     assert!(!has(&format!("{vlp}fov_deg = [360, 20]")).contains(&"rings_deg".into()));
     assert!(has(&format!("{vlp}fov_deg = 180")).contains(&"rings_deg".into()));
     let info = has("model = \"zed-2\"\ncamera_info = \"left.yaml\"");
-    assert_eq!(info, ["camera_info", "kind", "range_m"]);
+    assert_eq!(info, ["camera_info", "kind", "noise", "range_m"]);
 }
 
 #[test]
@@ -120,7 +132,7 @@ fn unknown_devices_are_refused_with_names_that_are_near() {
         (
             "model = \"realsense-435\"",
             "study.toml: model = \"realsense-435\": is no device of the catalogue (did you mean realsense-d435, \
-             realsense-d455?): `perirobot sensors` lists all",
+             realsense-d455, realsense-d415, realsense-d405, realsense-l515?): `perirobot sensors` lists all",
         ),
         ("model = \"KINECT\"", "(did you mean azure-kinect-nfov, "),
         ("model = \"\"", "model = \"\": is no device of the catalogue: `perirobot sensors` lists all"),

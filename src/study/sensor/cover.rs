@@ -3,7 +3,7 @@
 use schemars::JsonSchema;
 use serde::Deserialize;
 
-use super::range::noise;
+use super::range::{NoiseFile, constant};
 use crate::Result;
 use crate::sensor::cover::Cover;
 use crate::study::Place;
@@ -14,8 +14,8 @@ use crate::study::Place;
 pub(super) struct CoverFile {
     /// How far it senses; each is a candidate.
     inflation_m: Vec<f64>,
-    /// Standard deviation of distances, in metres. Default 0.
-    noise_std_m: Option<f64>,
+    /// How far off it feels what is near, on each axis: { std_m }. Default exact.
+    noise: Option<NoiseFile>,
 }
 
 pub(super) fn check(at: &Place, file: CoverFile, noiseless: bool) -> Result<Cover> {
@@ -27,8 +27,5 @@ pub(super) fn check(at: &Place, file: CoverFile, noiseless: bool) -> Result<Cove
         }
     }
     let farthest_m = file.inflation_m.iter().copied().fold(0.0, f64::max);
-    Ok(Cover {
-        inflation_m: file.inflation_m,
-        noise_std_m: noise(at, file.noise_std_m, farthest_m, noiseless)?,
-    })
+    Ok(Cover { inflation_m: file.inflation_m, noise_std_m: constant(at, file.noise, farthest_m, noiseless)? })
 }

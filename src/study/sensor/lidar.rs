@@ -4,7 +4,7 @@ use glam::DVec2;
 use schemars::JsonSchema;
 use serde::Deserialize;
 
-use super::range::RangeKeys;
+use super::range::{CalibrationFile, NoiseFile, RangeKeys};
 use super::{MAX_RAYS, Silence, each_once, length};
 use crate::sensor::lidar::{self, Field};
 use crate::sensor::prism::Prism;
@@ -39,8 +39,12 @@ pub(super) struct LidarFile {
     near_ignore_m: Option<f64>,
     /// What a ray that hits nothing says of its way. Default "unknown".
     no_return: Option<Silence>,
-    /// Standard deviation of distances, in metres. Default 0.
-    noise_std_m: Option<f64>,
+    /// How far off distances are. Default exact.
+    noise: Option<NoiseFile>,
+    /// Share of returns that is lost, from 0 to below 1. Default 0.
+    dropout: Option<f64>,
+    /// How far its mount may be off, anew in each repeat. Default not at all.
+    calibration: Option<CalibrationFile>,
     /// How it is read, each for itself. Default ["field"] where there is one, else ["points"].
     representations: Option<Vec<Representation>>,
     /// Makes it a switch: a return in this field makes the volume above it occupied.
@@ -88,7 +92,9 @@ pub(super) fn check(at: &Place, file: LidarFile, noiseless: bool) -> Result<Lida
         range_m: file.range_m,
         near_ignore_m: file.near_ignore_m,
         no_return: file.no_return,
-        noise_std_m: file.noise_std_m,
+        noise: file.noise,
+        dropout: file.dropout,
+        calibration: file.calibration,
     };
     // A field is there to be scored, and then the points are not, unless both are asked for.
     let usual = if file.field.is_some() { Representation::Field } else { Representation::Points };

@@ -154,6 +154,7 @@ pub(super) fn check(at: &Place, mut keys: Table, context: &Context) -> Result<Se
         common.extend(keys.remove(key).map(|value| (key.to_string(), value)));
     }
     let common: CommonFile = common.try_into().map_err(|e| vec![context.unreadable(at, &e, "")])?;
+    let noise = range::said(&keys);
     let (kind, warnings) = kind(at, common.kind, keys, context).map_err(|e| vec![e])?;
     let on = common.on.map(|LinkFile { object, link }| Link { object, link });
     if on.is_some() && !kind.takes_poses() {
@@ -164,7 +165,7 @@ pub(super) fn check(at: &Place, mut keys: Table, context: &Context) -> Result<Se
     let like = common.same_poses_as.as_deref();
     let source = Source { like, context };
     let candidates = candidates(at, &common.name, &*kind, &common.poses, &source)?;
-    Ok(Sensor { name: common.name, kind, on, candidates, warnings })
+    Ok(Sensor { name: common.name, kind, on, candidates, noise, warnings })
 }
 
 /// What the keys of its kind make of a sensor, and what was assumed for that.
@@ -179,9 +180,12 @@ fn kind(
     if matches!(kind, KindName::Rgbd | KindName::Rgb) {
         warnings.extend(camera_info::resolve(at, &mut keys, sources)?);
     }
+    if matches!(kind, KindName::Rgbd | KindName::Lidar | KindName::Rays | KindName::Cover) {
+        range::refuse_former(at, &keys)?;
+    }
     let kind: Arc<dyn Kind> = match kind {
         KindName::Rgbd => Arc::new(rgbd::check(at, own(at, keys, context)?, noiseless)?),
-        KindName::Rgb => Arc::new(rgb::check(at, own(at, keys, context)?)?),
+        KindName::Rgb => Arc::new(rgb::check(at, own(at, keys, context)?, noiseless)?),
         KindName::Lidar => Arc::new(lidar::check(at, own(at, keys, context)?, noiseless)?),
         KindName::Rays => Arc::new(rays::check(at, own(at, keys, context)?, noiseless, sources)?),
         KindName::Pad => Arc::new(pad::check(at, own(at, keys, context)?)?),

@@ -6,7 +6,7 @@ use glam::DVec3;
 use schemars::JsonSchema;
 use serde::Deserialize;
 
-use super::range::RangeKeys;
+use super::range::{CalibrationFile, NoiseFile, RangeKeys};
 use super::{MAX_RAYS, Silence};
 use crate::sensor::quantise_q15;
 use crate::sensor::ray_set::RaySet;
@@ -28,8 +28,12 @@ pub(super) struct RaysFile {
     near_ignore_m: Option<f64>,
     /// What a ray that hits nothing says of its way. Default "unknown".
     no_return: Option<Silence>,
-    /// Standard deviation of distances, in metres. Default 0.
-    noise_std_m: Option<f64>,
+    /// How far off distances are. Default exact.
+    noise: Option<NoiseFile>,
+    /// Share of returns that is lost, from 0 to below 1. Default 0.
+    dropout: Option<f64>,
+    /// How far its mount may be off, anew in each repeat. Default not at all.
+    calibration: Option<CalibrationFile>,
 }
 
 pub(super) fn check(at: &Place, file: RaysFile, noiseless: bool, sources: &Sources) -> Result<RaySet> {
@@ -37,7 +41,9 @@ pub(super) fn check(at: &Place, file: RaysFile, noiseless: bool, sources: &Sourc
         range_m: file.range_m,
         near_ignore_m: file.near_ignore_m,
         no_return: file.no_return,
-        noise_std_m: file.noise_std_m,
+        noise: file.noise,
+        dropout: file.dropout,
+        calibration: file.calibration,
     };
     let path = at.folder().join(file.directions);
     let dirs_q15 = directions(&path, sources).map_err(|e| at.says(format!("directions: {e}")))?;

@@ -3,7 +3,7 @@
 use schemars::JsonSchema;
 use serde::Deserialize;
 
-use super::range::RangeKeys;
+use super::range::{CalibrationFile, RangeKeys};
 use super::rgbd::{camera, tolerance};
 use super::{BoxFile, Silence};
 use crate::Result;
@@ -27,6 +27,8 @@ pub(super) struct RgbFile {
     range_m: [f64; 2],
     /// Hits nearer than that are its own housing. Default 0.
     near_ignore_m: Option<f64>,
+    /// How far its mount may be off, anew in each repeat. Default not at all.
+    calibration: Option<CalibrationFile>,
     /// What is occupied when it sees a person, in the world.
     zone: BoxFile,
     /// How many joints of one person it must see. Default 1.
@@ -37,12 +39,14 @@ pub(super) struct RgbFile {
     otherwise: Option<Silence>,
 }
 
-pub(super) fn check(at: &Place, file: RgbFile) -> Result<Rgb> {
+pub(super) fn check(at: &Place, file: RgbFile, noiseless: bool) -> Result<Rgb> {
     let range = RangeKeys {
         range_m: file.range_m,
         near_ignore_m: file.near_ignore_m,
         no_return: None,
-        noise_std_m: None,
+        noise: None,
+        dropout: None,
+        calibration: file.calibration,
     };
     let min_keypoints = file.min_keypoints.unwrap_or(1) as usize;
     if !(1..=JOINTS.len()).contains(&min_keypoints) {
@@ -50,7 +54,7 @@ pub(super) fn check(at: &Place, file: RgbFile) -> Result<Rgb> {
     }
     Ok(Rgb {
         camera: camera(at, file.fov_deg, file.resolution_px)?,
-        range: range.check(at, true)?,
+        range: range.check(at, noiseless)?,
         zone: file.zone.check(at, "zone")?,
         min_keypoints,
         keypoint_tolerance_m: tolerance(at, file.keypoint_tolerance_m)?,

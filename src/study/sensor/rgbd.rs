@@ -3,7 +3,7 @@
 use schemars::JsonSchema;
 use serde::Deserialize;
 
-use super::range::RangeKeys;
+use super::range::{CalibrationFile, NoiseFile, RangeKeys};
 use super::{MAX_RAYS, Silence, each_once, length};
 use crate::sensor::Camera;
 use crate::sensor::keypoints::TOLERANCE_M;
@@ -33,8 +33,12 @@ pub(super) struct RgbdFile {
     near_ignore_m: Option<f64>,
     /// What a ray that hits nothing says of its way. Default "unknown".
     no_return: Option<Silence>,
-    /// Standard deviation of distances, in metres. Default 0.
-    noise_std_m: Option<f64>,
+    /// How far off distances are. Default exact.
+    noise: Option<NoiseFile>,
+    /// Share of returns that is lost, from 0 to below 1. Default 0.
+    dropout: Option<f64>,
+    /// How far its mount may be off, anew in each repeat. Default not at all.
+    calibration: Option<CalibrationFile>,
     /// How it is read, each for itself. Default ["points"].
     representations: Option<Vec<ShapeName>>,
     /// Of the spheres about joints. Default 0.2.
@@ -59,7 +63,9 @@ pub(super) fn check(at: &Place, file: RgbdFile, noiseless: bool) -> Result<Rgbd>
         range_m: file.range_m,
         near_ignore_m: file.near_ignore_m,
         no_return: file.no_return,
-        noise_std_m: file.noise_std_m,
+        noise: file.noise,
+        dropout: file.dropout,
+        calibration: file.calibration,
     };
     let names = file.representations.unwrap_or_else(|| vec![ShapeName::Points]);
     each_once(at, &names, "representations = [\"points\", \"cylinders\"]")?;

@@ -98,9 +98,9 @@ fn noise_is_switched_off_for_all() {
     let cover = "kind = \"cover\"\ninflation_m = [0.1]".to_string();
     for keys in [format!("{RGBD}\n{pose}"), format!("{LIDAR}\n{pose}"), cover] {
         let noisy = |noiseless| {
-            let sensor = read(&format!("name = \"s\"\nnoise_std_m = 0.02\n{keys}"), noiseless);
+            let sensor = read(&format!("name = \"s\"\nnoise = {{ std_m = 0.02 }}\n{keys}"), noiseless);
             let rays = sensor.kind.rays(&Scale { voxel_size_m: 0.1, backdrop: false });
-            let drawn = rays.map_or(sensor.kind.is_noisy(), |rays: Rays| !rays.noise_q16.is_empty());
+            let drawn = rays.map_or(sensor.kind.is_noisy(), |rays: Rays| !rays.noise.unit_q12.is_empty());
             assert_eq!(sensor.kind.is_noisy(), drawn);
             drawn
         };

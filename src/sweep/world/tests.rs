@@ -123,3 +123,41 @@ fn the_grid_grows_to_the_sensors_unless_bounds_say_otherwise() {
     // −2 to 2.05 at 0.1: the voxels −20 to 20, both ends inside.
     assert_eq!(grid(&study).unwrap().size, [41; 3]);
 }
+
+/// The wrist camera goes where the arm goes; its mount is off by as much wherever it is.
+#[test]
+fn a_mount_is_off_by_as_much_in_every_snapshot_and_inside_the_grid() {
+    let path = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/sensors.toml");
+    let study = Study::load(&path, &Overrides::default()).unwrap();
+    let worlds = World::prepare_all(&study).unwrap();
+    assert_eq!((study.repeats, worlds.len()), (2, 2));
+    let mut errors = Vec::new();
+    for (s, sensor) in study.sensors.iter().enumerate() {
+        for (c, repeat) in (0..sensor.candidates.len()).flat_map(|c| [(c, 0), (c, 1)]) {
+            let seen: Vec<_> = worlds.iter().map(|world| world.station(&study, s, c, repeat)).collect();
+            let truly: Vec<Option<Pose>> = seen.iter().map(|station| station.truly).collect();
+            assert!(truly.iter().all(|pose| pose.is_some() == (sensor.name == "wrist")), "{}", sensor.name);
+            let errors_here = seen.iter().zip(&truly).filter_map(|(station, truly)| {
+                let (believed, truly) = (station.pose(), (*truly)?);
+                let placement = station.placement(&*sensor.kind);
+                let cell = placement.truly?.origin_q16.map(|x| x >> 16);
+                assert!(station.truth.grid.window().contains(cell), "{cell:?}");
+                assert_ne!(placement.caster(), placement);
+                let back = believed.rotation.inverse();
+                Some((back * (truly.position_m - believed.position_m), back * truly.rotation))
+            });
+            let errors_here: Vec<_> = errors_here.collect();
+            if let [(first, turn), (second, other_turn)] = errors_here[..] {
+                assert!((first - second).length() < 1e-9 && turn.dot(other_turn).abs() > 1.0 - 1e-12);
+                errors.push(first);
+            }
+        }
+    }
+    // Two poses, two repeats: none like another.
+    assert_eq!(errors.len(), 4);
+    assert!((0..4).all(|i| (0..i).all(|j| (errors[i] - errors[j]).length() > 1e-6)), "{errors:?}");
+    let ideal = Study::load(&path, &Overrides { noiseless: true, ..Default::default() }).unwrap();
+    assert!(
+        ideal.sensors.iter().all(|sensor| sensor.kind.calibration().is_none() && !sensor.kind.is_noisy())
+    );
+}

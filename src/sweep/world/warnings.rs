@@ -139,7 +139,14 @@ fn largest(values: &[f64]) -> (usize, String) {
 fn stuck_warning(study: &Study, sensor: usize, world: &World) -> Option<String> {
     let (spec, truth) = (&study.sensors[sensor], &world.truth);
     let stuck = |setting: &Setting| {
-        let station = Station { truth, window: truth.grid.window(), setting: *setting, rays: None, draws: 0 };
+        let station = Station {
+            truth,
+            window: truth.grid.window(),
+            setting: *setting,
+            rays: None,
+            truly: None,
+            draws: 0,
+        };
         spec.kind.is_stuck(&station)
     };
     let candidates = spec.candidates.iter().zip(&world.settings[sensor]);

@@ -1,6 +1,7 @@
 //! Plans are checked by what they cover and what they hold; nothing is run.
 
 use super::*;
+use crate::backend::Noise;
 
 /// A window of 30 000 words, `longest` voxels in all directions together, of 700 boxes, 500 with voxels of regions.
 fn cell(longest: u32, regions: &[(u32, u32)]) -> CellSizes {
@@ -162,7 +163,8 @@ fn words_are_fused_and_counted_once() {
 fn noise_may_take_a_ray_behind_its_range() {
     let mut rays = rays(1);
     assert_eq!(TableSizes::of(&rays, &adapter(1 << 27, true)).unwrap().reach, 103);
-    rays.noise_q16 = vec![-9 << 16, 5 << 16, 0];
+    rays.noise =
+        Noise { unit_q12: vec![-9 << 12, 5 << 12, 0], std_q16: vec![1 << 16, 1 << 15], lost_below: 0 };
     assert_eq!(TableSizes::of(&rays, &adapter(1 << 27, true)).unwrap().reach, 108);
 }
 
@@ -228,7 +230,7 @@ fn rays(number: usize) -> Rays {
         no_return_is_free: false,
         backdrop: false,
     };
-    Rays { dirs_q15: vec![[0, 0, 32_768]; number], image: None, gates, noise_q16: vec![] }
+    Rays { dirs_q15: vec![[0, 0, 32_768]; number], image: None, gates, noise: Noise::default() }
 }
 
 #[test]

@@ -4,6 +4,7 @@ use serde_json::Value;
 
 use super::Plain;
 use crate::report::html::Sweep;
+use crate::sensor::SaidOfNoise;
 use crate::{SEMANTICS_VERSION, shell};
 
 /// What was run.
@@ -138,13 +139,19 @@ pub(super) fn assumed(sweep: &Sweep) -> Vec<String> {
         study.voxel_size_m
     )];
     assumed.push(match (study.noiseless, study.repeats) {
-        (true, _) => "Sensors measure without noise, whatever the study says of it.".into(),
+        (true, _) => "Sensors measure without noise, lose no returns and stand where they are said to, whatever the study says.".into(),
         (false, 1) => {
             "Every pose was scored once; where a sensor has noise, another draw gives a slightly other score."
                 .into()
         }
         (false, n) => format!("Every pose was scored {n} times with other noise; scores are means."),
     });
+    let unknown = study.sensors.iter().filter(|sensor| sensor.noise == SaidOfNoise::Unknown);
+    assumed.extend(
+        unknown.map(|sensor| {
+            format!("The noise of {:?} is unknown: it measures as if it had none.", sensor.name)
+        }),
+    );
     if study.backdrop {
         assumed.push(
             "A ray that leaves the grid returns from just outside: what it passed counts as free.".into(),

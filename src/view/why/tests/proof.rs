@@ -28,29 +28,40 @@ fn plain(view: &View, member: &Member, cell: [i32; 3]) -> (Reason, Option<[i32; 
     let in_view = field.holds(direction).unwrap_or_else(|| off <= gap(&rays.dirs_q15) / 2);
     assert_eq!(field == FieldOfView::Spacing, kind.name() == "rays");
 
-    let dir_q16 = from.axis_q15.map(|axis| march::direction_q16(axis, rays.dirs_q15[ray]));
-    let mut at = march::start(from.origin_q16, dir_q16);
-    let mut entered = (at.cell == cell).then_some(0);
+    let mut entered = None;
     // What ended the ray, where, and whether it had crossed the voxel by then.
     let mut end: Option<([i32; 3], u32, bool)> = None;
     let mut left = false;
-    loop {
-        let axis = march::next_axis(at.next_q16);
-        let t = at.next_q16[axis];
-        if t > NEVER / 2 {
+    // The ray as it is believed to go crosses the voxel; as it is truly cast it ends in something.
+    for (from, is_cast) in [(*from, from.truly.is_none()), (from.caster(), true)] {
+        let dir_q16 = from.axis_q15.map(|axis| march::direction_q16(axis, rays.dirs_q15[ray]));
+        let mut at = march::start(from.origin_q16, dir_q16);
+        if from.origin_q16 == member.placement.origin_q16 && at.cell == cell {
+            entered = entered.or(Some(0));
+        }
+        let is_believed = from.truly == member.placement.truly;
+        loop {
+            let axis = march::next_axis(at.next_q16);
+            let t = at.next_q16[axis];
+            if t > NEVER / 2 {
+                break;
+            }
+            march::cross(&mut at, axis);
+            if is_believed && at.cell == cell {
+                entered = entered.or(Some(t));
+            }
+            if !truth.blockers.window().contains(at.cell) {
+                left = is_cast && t <= rays.gates.range_max_q16;
+                break;
+            }
+            let stops = is_cast && t >= rays.gates.near_ignore_q16 && truth.blockers.get(at.cell);
+            if stops && end.is_none() && t <= rays.gates.range_max_q16 {
+                let crossed = entered.is_some_and(|entered| is_believed || entered <= t);
+                end = Some((at.cell, t, crossed));
+            }
+        }
+        if is_cast {
             break;
-        }
-        march::cross(&mut at, axis);
-        if at.cell == cell {
-            entered = Some(t);
-        }
-        if !truth.blockers.window().contains(at.cell) {
-            left = t <= rays.gates.range_max_q16;
-            break;
-        }
-        let stops = t >= rays.gates.near_ignore_q16 && truth.blockers.get(at.cell);
-        if stops && end.is_none() && t <= rays.gates.range_max_q16 {
-            end = Some((at.cell, t, entered.is_some()));
         }
     }
     let Some(entered) = entered else {
@@ -65,13 +76,15 @@ fn plain(view: &View, member: &Member, cell: [i32; 3]) -> (Reason, Option<[i32; 
     match end {
         _ if entered > rays.gates.range_max_q16 => (Reason::OutOfRange, None),
         Some((hit, t, _)) if t < rays.gates.range_min_q16 => (Reason::Blind, Some(hit)),
+        Some(_) if pcg(pcg(from.draws ^ ray as u32)) < rays.noise.lost_below => (Reason::NoReturn, None),
         Some((hit, _, false)) => (Reason::Hidden, Some(hit)),
         Some(_) => {
             assert!(kind.is_noisy(), "without noise a ray knows what it passed");
             (Reason::Misread, None)
         }
         None => {
-            let certifies = rays.gates.no_return_is_free || (left && rays.gates.backdrop);
+            let lost = pcg(pcg(from.draws ^ ray as u32)) < rays.noise.lost_below;
+            let certifies = rays.gates.no_return_is_free || (left && rays.gates.backdrop && !lost);
             assert!(!certifies, "a ray that certifies knows what it passed");
             (Reason::NoReturn, None)
         }
@@ -81,7 +94,7 @@ fn plain(view: &View, member: &Member, cell: [i32; 3]) -> (Reason, Option<[i32; 
 fn without_rays(view: &View, member: &Member, cell: [i32; 3]) -> Reason {
     let (truth, sensor) = (&view.world.truth, &view.study.sensors[member.sensor]);
     let (window, setting) = (truth.grid.window(), view.world.settings[member.sensor][member.candidate]);
-    let station = Station { truth, window, setting, rays: None, draws: 0 };
+    let station = crate::sensor::Station { truth, window, setting, rays: None, truly: None, draws: 0 };
     let inside = match sensor.kind.reach(&station) {
         Reach::Only(cells) | Reach::RaysAnd(cells) => cells.get(cell),
         Reach::Rays => panic!("{} casts", sensor.name),
@@ -274,12 +287,19 @@ fn random_study(random: &mut Random) -> String {
     ] {
         let near = random.below(2) * random.below(6);
         study += &format!(
-            "[[sensor]]\nname = \"{name}\"\n{keys}\nrange_m = [{}, {}]\nnear_ignore_m = {}\nnoise_std_m = {}\nno_return = \"{}\"\n\
+            "[[sensor]]\nname = \"{name}\"\n{keys}\nrange_m = [{}, {}]\nnear_ignore_m = {}\nnoise = {}\ndropout = {}\n{}\nno_return = \"{}\"\n\
              [[sensor.poses]]\nname = \"p\"\nlist = [{{ position_m = {}, rpy_deg = [{}, {}, {}] }}]\n",
             f64::from(near) * 0.1,
             f64::from(near) * 0.1 + random.between(0.6, 3.0),
             random.of(&["0", "0", "0.25"]),
-            random.of(&["0", "0.08", "0.5"]),
+            random.of(&["{ std_m = 0 }", "{ std_m = 0.08 }", "{ std_m = 0.3, per_m = 0.05, per_m2 = 0.03 }"]),
+            random.of(&["0", "0", "0.2"]),
+            random.of(&[
+                "",
+                "",
+                "calibration = { position_m = 0.1, angle_deg = 3 }",
+                "calibration = { angle_deg = 20 }"
+            ]),
             random.of(&["unknown", "unknown", "free"]),
             random.place(),
             random.between(-180.0, 180.0),
@@ -291,7 +311,7 @@ fn random_study(random: &mut Random) -> String {
         + &format!(
             "[[sensor]]\nname = \"gate\"\nkind = \"gate\"\nbox = {{ min_m = [0.6, -1, 0], max_m = [1, 1, 1] }}\n\
          zone = {{ min_m = [-0.6, -0.5, 0.2], max_m = [0.6, 1, 1.2] }}\notherwise = \"{}\"\n\
-         [[sensor]]\nname = \"cover\"\nkind = \"cover\"\ninflation_m = [{}]\nnoise_std_m = {}\n\
+         [[sensor]]\nname = \"cover\"\nkind = \"cover\"\ninflation_m = [{}]\nnoise = {{ std_m = {} }}\n\
          [[sensor]]\nname = \"robot\"\nkind = \"known_robot\"\n\
          [[combination]]\nsensors = [\"camera\"]\n[[combination]]\nsensors = [\"lidar\"]\n[[combination]]\nsensors = [\"ring\"]\n\
          [[combination]]\nsensors = [\"gate\", \"lidar\", \"camera\"]\n\
