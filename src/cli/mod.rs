@@ -216,3 +216,18 @@ fn warn<'a>(scenes: impl Iterator<Item = (&'a str, &'a [String])>, most: usize) 
     }
     all.len()
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn each_command_is_in_one_group() {
+        let mut grouped: Vec<&str> = GROUPS.iter().flat_map(|(_, names)| names.iter().copied()).collect();
+        let program = Cli::command();
+        let mut known: Vec<&str> = program.get_subcommands().map(|command| command.get_name()).collect();
+        grouped.sort_unstable();
+        known.sort_unstable();
+        assert_eq!(grouped, known);
+    }
+}
