@@ -96,7 +96,10 @@ fn threads_have_an_end_and_may_be_missing() {
         let text = |bytes| String::from_utf8(bytes).unwrap();
         Outcome { code: output.status.code(), stdout: text(output.stdout), stderr: text(output.stderr) }
     };
-    ended(&limited(&["--backend", "cpu", "--threads", "1024"]), 3, &["cannot start 1024 threads"]);
+    // A thread that was started, but has no memory for itself, may say so in the words of the standard library.
+    let outcome = limited(&["--backend", "cpu", "--threads", "1024"]);
+    assert_eq!(outcome.code, Some(3), "{}", outcome.stderr);
+    assert!(outcome.stderr.contains("error: cannot start 1024 threads"), "{}", outcome.stderr);
     ended(&limited(&["--backend", "cpu", "--threads", "1", "--poses", "0"]), 0, &[]);
 }
 
@@ -177,6 +180,7 @@ fn a_page_runs_its_own_scripts_only() {
     let (_, rest) = page.split_once("http-equiv=\"Content-Security-Policy\" content=\"").unwrap();
     let policy = rest.split('"').next().unwrap().replace("&#39;", "'");
     assert!(policy.starts_with("default-src 'none'; script-src 'sha256-"), "{policy}");
+    let page = page.replace("<script type=\"text/javascript\">", "<script>");
     let scripts: Vec<&str> =
         page.split("<script>").skip(1).map(|rest| rest.split("</script>").next().unwrap()).collect();
     assert_eq!(scripts.len(), 2);
@@ -184,5 +188,6 @@ fn a_page_runs_its_own_scripts_only() {
         let hash = format!("'sha256-{}'", BASE64_STANDARD.encode(Sha256::digest(script)));
         assert!(policy.contains(&hash), "{hash} is not in {policy}");
     }
-    assert!(!page.contains(" onclick=") && !policy.contains("script-src 'unsafe-inline'"));
+    let scripts = policy.split("; ").find(|rule| rule.starts_with("script-src ")).unwrap();
+    assert!(!scripts.contains("unsafe"), "{policy}");
 }

@@ -113,7 +113,9 @@ fn rays(study: &Study, ends: &[Ends], most: usize) -> String {
     };
     let casting = study.sensors.iter().zip(ends).filter(|(_, ends)| ends.rays() > 0);
     let text = contents::first_of(casting.map(line), most, "", "sensors that cast rays");
-    if text.is_empty() { text } else { text + "\n" }
+    let (cast, all) = (sample::SENSORS, study.sensors.len());
+    let rest = if all > cast { format!("of {all} sensors {cast} were looked at\n") } else { String::new() };
+    if text.is_empty() { text } else { text + &rest + "\n" }
 }
 
 /// Warns of each sensor of which most rays do not return, with what to do; how many there are.

@@ -14,6 +14,10 @@ use crate::voxel::region::window_of;
 
 /// Moments of a study that are looked at, spread evenly.
 const MOMENTS: usize = 4;
+/// Sensors of a study that are looked at, spread evenly.
+pub const SENSORS: usize = 1000;
+/// Combinations that are timed, spread evenly.
+const COMBINATIONS: usize = 1000;
 /// Rays of a pose that are looked at, spread evenly.
 const RAYS: usize = 20_000;
 /// Seconds that a measurement takes before it is believed.
@@ -41,19 +45,22 @@ impl Ends {
     }
 }
 
-/// How the rays of each sensor end, at so many of its poses, spread evenly; no rays of a sensor that casts none.
+/// How the rays of each sensor end, at so many of its poses, spread evenly; no rays of a sensor that casts none, nor of one
+/// that is not among [`SENSORS`].
 ///
 /// # Errors
 /// When the backend fails.
 pub fn ends(study: &Study, worlds: &[World], poses: usize, backend: &mut dyn Backend) -> Result<Vec<Ends>> {
     let tables = tables(study);
     let mut all = vec![Ends::default(); study.sensors.len()];
+    let looked_at = spread(SENSORS, study.sensors.len());
     backend.tables(&tables.iter().flatten().cloned().collect::<Vec<_>>())?;
     for moment in spread(MOMENTS, worlds.len()) {
         let world = &worlds[moment];
         backend.load(&world.cell(window_of(&world.regions)))?;
         let casting = (0..tables.len()).filter_map(|sensor| Some((sensor, tables[sensor].as_ref()?)));
-        for (number, (sensor, rays)) in casting.enumerate() {
+        let casting = casting.enumerate().filter(|(_, (sensor, _))| looked_at.binary_search(sensor).is_ok());
+        for (number, (sensor, rays)) in casting {
             for candidate in spread(poses, study.sensors[sensor].candidates.len()) {
                 let placement = world.placement(study, sensor, candidate, 0);
                 let evidence = backend.read(number, &placement)?;
@@ -110,8 +117,11 @@ pub fn seconds(
 ) -> Result<f64> {
     let layout = layout_of(study);
     let all = layout.asks();
+    let timed = spread(COMBINATIONS, study.combinations.len());
+    let sizes = timed.into_iter().map(|c| (c, study.combinations[c].choices())).collect::<Vec<_>>();
+    let most_asks: usize = sizes.iter().map(|(_, choices)| choices).sum();
     let some = |which: &dyn Fn(usize) -> Vec<usize>| -> Vec<Ask> {
-        let sizes = study.combinations.iter().map(|c| c.choices()).enumerate();
+        let sizes = sizes.iter().copied();
         let of_one = |(combination, choices)| {
             which(choices).into_iter().map(move |choice| Ask { combination, choice })
         };
@@ -123,17 +133,17 @@ pub fn seconds(
     let warm_s = took_s(study, here, &first, backend)?;
     let ready_s = took_s(study, here, &first, backend)?.min(warm_s);
     let (mut most, mut apart, mut apart_s) = (1, first.clone(), ready_s);
-    while apart_s < LONG_ENOUGH_S && apart.len() < all {
+    while apart_s < LONG_ENOUGH_S && apart.len() < most_asks {
         most *= 4;
         apart = some(&|choices| spread(most, choices));
         apart_s = took_s(study, here, &apart, backend)?;
     }
     // Choices in a row share most of their poses: as many as take as long tell what a choice takes beside its poses.
     let (mut in_a_row, mut in_a_row_s) = (apart.clone(), apart_s);
-    while apart.len() < all {
+    while apart.len() < most_asks {
         in_a_row = some(&|choices| (0..most.min(choices)).collect());
         in_a_row_s = took_s(study, here, &in_a_row, backend)?;
-        if in_a_row_s >= LONG_ENOUGH_S || in_a_row.len() >= all {
+        if in_a_row_s >= LONG_ENOUGH_S || in_a_row.len() >= most_asks {
             break;
         }
         most *= 4;

@@ -57,7 +57,7 @@ impl Running {
             let mask = text.lines().find_map(|line| line.strip_prefix("SigCgt:"))?;
             u64::from_str_radix(mask.trim(), 16).ok()
         };
-        while !fs::read_to_string(&status).ok().and_then(caught).is_some_and(|mask| mask >> 14 & 1 == 1) {
+        while fs::read_to_string(&status).ok().and_then(caught).is_none_or(|mask| mask >> 14 & 1 == 0) {
             assert!(self.0.try_wait().unwrap().is_none(), "it has ended");
             sleep(Duration::from_millis(2));
         }

@@ -131,12 +131,11 @@ fn plotly_js() -> &'static str {
     element.split_once('>').map_or("", |(_, script)| script)
 }
 
-/// What a browser may do with the page, whatever text of a stranger's is in it: run these scripts, which make functions for
-/// the 3D plots, and fetch nothing.
+/// What a browser may do with the page, whatever text of a stranger's is in it: run these scripts, and fetch nothing.
 fn policy(scripts: [&str; 2]) -> String {
     let [script, plotly] = scripts.map(|script| STANDARD.encode(Sha256::digest(script)));
     format!(
-        "default-src 'none'; script-src 'sha256-{script}' 'sha256-{plotly}' 'unsafe-eval'; style-src 'unsafe-inline'; \
+        "default-src 'none'; script-src 'sha256-{script}' 'sha256-{plotly}'; style-src 'unsafe-inline'; \
          img-src data: blob:; base-uri 'none'; form-action 'none'"
     )
 }
