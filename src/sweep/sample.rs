@@ -22,6 +22,10 @@ const COMBINATIONS: usize = 1000;
 const RAYS: usize = 20_000;
 /// Seconds that a measurement takes before it is believed.
 const LONG_ENOUGH_S: f64 = 0.5;
+/// Rows of choices that share their poses.
+const ROWS: usize = 8;
+/// Seconds by which choices that share their poses must take longer than some that do not.
+const IN_A_ROW_S: f64 = 1.5;
 
 /// How the rays of a sensor ended, at some of its poses.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -138,12 +142,14 @@ pub fn seconds(
         apart = some(&|choices| spread(most, choices));
         apart_s = took_s(study, here, &apart, backend)?;
     }
-    // Choices in a row share most of their poses: as many as take as long tell what a choice takes beside its poses.
+    // Choices in a row share most of their poses: many of them tell what a choice takes beside its poses, which where there
+    // are millions decides.
     let (mut in_a_row, mut in_a_row_s) = (apart.clone(), apart_s);
-    while apart.len() < most_asks {
-        in_a_row = some(&|choices| (0..most.min(choices)).collect());
+    let shares_poses = study.combinations.iter().any(|combination| combination.members.len() > 1);
+    while shares_poses && apart.len() < most_asks {
+        in_a_row = some(&|choices| rows_of(most, choices));
         in_a_row_s = took_s(study, here, &in_a_row, backend)?;
-        if in_a_row_s >= LONG_ENOUGH_S || in_a_row.len() >= most_asks {
+        if in_a_row_s >= apart_s + IN_A_ROW_S || in_a_row.len() >= most_asks {
             break;
         }
         most *= 4;
@@ -175,6 +181,16 @@ pub fn seconds(
         None => 0.0,
     };
     Ok(moment_s * moments + checks_s)
+}
+
+/// At most so many choices and a few, in rows that begin evenly spread: what the first poses see is not what all do.
+fn rows_of(most: usize, choices: usize) -> Vec<usize> {
+    let each = most.div_ceil(ROWS);
+    let rows = spread(ROWS, choices).into_iter().map(|first| first..(first + each).min(choices));
+    let mut all: Vec<usize> = rows.flatten().collect();
+    all.sort_unstable();
+    all.dedup();
+    all
 }
 
 /// How long some choices take in these worlds.

@@ -65,3 +65,14 @@ fn two_measurements_tell_two_costs_apart() {
     assert_eq!(both([[10.0, 10.0], [2.0, 100.0]], [30.0, 0.0]), [2.5, 0.0]);
     assert_eq!(both([[0.0, 0.0], [0.0, 0.0]], [0.0, 0.0]), [0.0, 0.0]);
 }
+
+#[test]
+fn rows_of_choices_begin_everywhere_and_hold_none_twice() {
+    assert_eq!(rows_of(8, 5), [0, 1, 2, 3, 4]);
+    let some = rows_of(80, 10_000);
+    assert!(some.len() > 60 && some.len() <= 80, "{}", some.len());
+    assert!(some.windows(2).all(|pair| pair[0] < pair[1]) && some.iter().all(|&choice| choice < 10_000));
+    assert_eq!(some[..10], [0, 1, 2, 3, 4, 5, 6, 7, 8, 9]);
+    assert!(some[some.len() / 2] > 3000, "{some:?}");
+    assert_eq!(rows_of(1 << 20, 1000).len(), 1000);
+}
