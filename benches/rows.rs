@@ -9,7 +9,7 @@ use std::time::Instant;
 
 use perirobot::metrics::Confusion;
 use perirobot::sweep::journal::{Header, Locked, Shard};
-use perirobot::sweep::table::COUNT_COLUMNS;
+use perirobot::sweep::table::{COUNT_COLUMNS, DETECTION_COLUMNS, MISSED_COLUMN};
 use perirobot::table::{Column, Field, Format, Kind, TableFile};
 
 /// 20,000 poses a second, five representations, two regions.
@@ -25,9 +25,21 @@ fn columns() -> Vec<Column> {
     columns.extend(["snapshot", "repeat"].map(of(Kind::Count)));
     columns.extend(["combination", "poses", "representation", "region"].map(of(Kind::Text)));
     columns.extend(COUNT_COLUMNS.map(of(Kind::Count)));
-    columns.extend(["f1", "kappa", "human_seen", "unknown", "false_alarm"].map(of(Kind::Score)));
+    columns.extend(DETECTION_COLUMNS.map(of(Kind::Count)));
+    columns.push(Column::new(MISSED_COLUMN, Kind::Text));
+    columns.extend(SCORES.map(|(name, _)| name).map(of(Kind::Score)));
     columns
 }
+
+/// The scores of a row.
+const SCORES: [(&str, fn(&Confusion) -> Option<f64>); 6] = [
+    ("f1", Confusion::f1),
+    ("kappa", Confusion::kappa),
+    ("human_seen", Confusion::human_seen),
+    ("human_claimed", Confusion::human_claimed),
+    ("unknown", Confusion::unknown),
+    ("false_alarm", Confusion::false_alarm),
+];
 
 /// Counts below 2^17, as of a region of some hundred thousand voxels, without anything that repeats.
 fn counts(row: u64) -> Confusion {
@@ -56,7 +68,9 @@ fn write(path: &Path, format: Format, rows: u64) -> perirobot::Result<(f64, u64)
         let mut fields = vec![Field::Text("cell"), Field::Count(0), Field::Count(row % 3)];
         fields.extend(["both", &poses, representation, REGIONS[(row % 2) as usize]].map(Field::Text));
         fields.extend(c.counts().map(Field::Count));
-        fields.extend([c.f1(), c.kappa(), c.human_seen(), c.unknown(), c.false_alarm()].map(Field::Score));
+        fields.extend(c.detection.counts().map(Field::Count));
+        fields.push(Field::Text("left_forearm+right_forearm"));
+        fields.extend(SCORES.map(|(_, of)| Field::Score(of(&c))));
         table.row(&fields)?;
     }
     table.finish()?;

@@ -64,7 +64,8 @@ fn stages(
     backend: &mut dyn Backend,
     job: &Job,
 ) -> perirobot::Result<()> {
-    let alone = |shot: &Shot| vec![Reading { slot: shot.slot, volume: None, hit: 847, miss: -405 }];
+    let alone =
+        |shot: &Shot| vec![Reading { slot: shot.slot, volume: None, hit: 847, miss: -405, presence: false }];
     let readings: Vec<_> = job.shots.iter().map(alone).collect();
     backend.tables(std::slice::from_ref(&job.rays))?;
     let id = |stage: &str| format!("{stage}/{name}/{}", job.name);

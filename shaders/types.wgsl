@@ -22,6 +22,8 @@ struct Setup {
     reach_word: u32,
     // Words of the still layer's first hits from one slot to the next.
     first_hits_stride: u32,
+    // Counters of people's hits of a job.
+    detection_counters: u32,
 }
 
 // One table of rays.
@@ -88,4 +90,15 @@ struct Reading {
     volume: u32,
     hit: i32,
     miss: i32,
+    // Whether its hits are felt by a presence sensor.
+    presence: u32,
+}
+
+// Voxels of one part of one person in one region that share a word of a plane, and the counters of those that are hit and of
+// those that presence sensors feel.
+struct Flesh {
+    word: u32,
+    voxels: u32,
+    hits: u32,
+    sensed: u32,
 }

@@ -1,6 +1,10 @@
 //! From counts to scores: F1, Cohen's κ and what a safety review asks first. Pure functions of integers; each score
 //! is one division in f64, so equal counts give equal scores everywhere.
 
+mod detection;
+
+pub use detection::{BODY_PARTS, BodyPart, DETECTION_COUNTERS, Detection, PartTally};
+
 /// True positives, false negatives and unknowns among the voxels of one role (the human's, the robot's).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 pub struct RoleCounts {
@@ -31,9 +35,11 @@ pub struct Confusion {
     pub human: RoleCounts,
     /// The robot's voxels alone.
     pub robot: RoleCounts,
+    /// Which people are detected.
+    pub detection: Detection,
 }
 
-/// How many counters a [`Confusion`] has, in the order of [`Confusion::from_counts`].
+/// How many counters of labels a [`Confusion`] has, in the order of [`Confusion::from_counts`].
 pub const COUNTERS: usize = 12;
 
 impl Confusion {
@@ -49,19 +55,31 @@ impl Confusion {
             uf: c[5],
             human: role(6),
             robot: role(9),
+            detection: Detection::default(),
         }
     }
 
-    /// The inverse of [`Confusion::from_counts`].
+    /// The inverse of [`Confusion::from_counts`]: all but the detection.
     pub fn counts(&self) -> [u64; COUNTERS] {
         let (h, r) = (self.human, self.robot);
         [self.tp, self.fp, self.fn_, self.tn, self.uo, self.uf, h.tp, h.fn_, h.uo, r.tp, r.fn_, r.uo]
     }
 
+    /// All numbers: the counters of labels, those of the detection, and in how many rows each part is missed.
+    pub fn numbers(&self) -> Vec<u64> {
+        [&self.counts()[..], &self.detection.counts(), &self.detection.missed].concat()
+    }
+
+    /// The same labels with a detection.
+    pub fn with(self, detection: Detection) -> Self {
+        Confusion { detection, ..self }
+    }
+
     /// Counter by counter.
     pub fn plus(&self, other: &Confusion) -> Confusion {
         let (a, b) = (self.counts(), other.counts());
-        Confusion::from_counts(std::array::from_fn(|i| a[i] + b[i]))
+        let labels = Confusion::from_counts(std::array::from_fn(|i| a[i] + b[i]));
+        labels.with(self.detection.plus(&other.detection))
     }
 
     /// Voxels of the region.
@@ -86,10 +104,29 @@ impl Confusion {
         ratio(s * (tp + tn) - chance, s * s - chance)
     }
 
-    /// The share of the human's voxels that are labelled occupied.
+    /// People's voxels of the region.
+    pub fn people_voxels(&self) -> u64 {
+        self.human.tp + self.human.fn_ + self.human.uo
+    }
+
+    /// The share of people's voxels that are hit, or that a presence sensor feels.
     pub fn human_seen(&self) -> Option<f64> {
-        let h = self.human;
-        ratio(h.tp as i128, (h.tp + h.fn_ + h.uo) as i128)
+        ratio(self.detection.hit_human as i128, self.people_voxels() as i128)
+    }
+
+    /// The share of people's voxels that are labelled occupied.
+    pub fn human_claimed(&self) -> Option<f64> {
+        ratio(self.human.tp as i128, self.people_voxels() as i128)
+    }
+
+    /// The share of people that are detected.
+    pub fn people_detected(&self) -> Option<f64> {
+        ratio(self.detection.people_detected as i128, self.detection.people as i128)
+    }
+
+    /// The share of people's parts that are detected.
+    pub fn parts_detected(&self) -> Option<f64> {
+        ratio(self.detection.parts_detected as i128, self.detection.parts as i128)
     }
 
     /// The share of the region that stays unknown.
@@ -133,6 +170,10 @@ mod tests {
     fn empty_and_blind_regions_have_no_false_scores() {
         let empty = Confusion::default();
         assert_eq!((empty.f1(), empty.kappa(), empty.human_seen()), (None, None, None));
+        assert_eq!(
+            (empty.human_claimed(), empty.people_detected(), empty.parts_detected()),
+            (None, None, None)
+        );
         assert_eq!((empty.unknown(), empty.false_alarm()), (None, None));
         let blind = table(0, 0, 0, 0, 10, 90);
         assert_eq!(blind.f1(), Some(0.0));
@@ -150,7 +191,18 @@ mod tests {
         let counts: [u64; COUNTERS] = std::array::from_fn(|i| i as u64 + 1);
         assert_eq!(Confusion::from_counts(counts).counts(), counts);
         assert_eq!(Confusion::from_counts(counts).total(), 21);
-        assert_eq!(Confusion::from_counts(counts).human_seen(), Some(7.0 / 24.0));
+        let detection = Detection {
+            hit_human: 5,
+            people: 4,
+            people_detected: 3,
+            parts: 20,
+            parts_detected: 11,
+            ..Default::default()
+        };
+        let of = Confusion::from_counts(counts).with(detection);
+        assert_eq!((of.human_claimed(), of.human_seen()), (Some(7.0 / 24.0), Some(5.0 / 24.0)));
+        assert_eq!((of.people_detected(), of.parts_detected()), (Some(0.75), Some(0.55)));
+        assert_eq!(of.plus(&of).detection.counts(), detection.counts().map(|n| 2 * n));
     }
 
     #[test]

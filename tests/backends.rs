@@ -46,6 +46,7 @@ fn compare(expected: &mut impl Backend, found: &mut impl Backend, case: &Case, t
             assert_eq!(left.len(), case.cell.regions.len(), "{place}");
             for (region, (left, right)) in left.iter().zip(right).enumerate() {
                 assert_eq!(left.counts(), right.counts(), "region {region}, {place}");
+                assert_eq!(left.detection, right.detection, "region {region}, {place}");
             }
         }
     }
@@ -285,7 +286,13 @@ fn nothing_is_left_of_another_scene() {
     let Some(mut gpu) = gpu() else { return };
     let case = with_a_region();
     let shots: Vec<_> = case.shots.iter().map(|shot| Shot::once(shot.slot, shot.placement)).collect();
-    let reading = |&Shot { slot, .. }: &Shot| Reading { slot, volume: Some(slot), hit: 847, miss: -405 };
+    let reading = |&Shot { slot, .. }: &Shot| Reading {
+        slot,
+        volume: Some(slot),
+        hit: 847,
+        miss: -405,
+        presence: false,
+    };
     let job: Vec<_> = shots.iter().map(reading).collect();
     // Voxels that are known, and all of them, over the regions.
     let known_to = |gpu: &mut Gpu, job: &Vec<Reading>| {
@@ -322,6 +329,6 @@ fn what_is_not_there_is_an_error() {
     fails(gpu.sense(3, &[Shot::once(0, placement)]), "no table 3 of rays is loaded");
     let slots = gpu.slots() as u32;
     fails(gpu.sense(0, &[Shot::once(slots, placement)]), &format!("no slot {slots}"));
-    let far = Reading { slot: 0, volume: Some(slots), hit: 1, miss: -1 };
+    let far = Reading { slot: 0, volume: Some(slots), hit: 1, miss: -1, presence: false };
     fails(gpu.score(Fusion::Octomap, &[vec![far]]).map(drop), &format!("no slot {slots}"));
 }

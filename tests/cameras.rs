@@ -138,8 +138,16 @@ fn large_cameras_equal_the_cpu() {
     let blank = || BitGrid::new(window);
     let (human, robot, blockers) = (blank(), blank(), truth.clone());
     let truth = truth.over(window);
-    let cell =
-        Cell { blockers: blockers.into(), still: None, window, truth, human, robot, regions: vec![region] };
+    let cell = Cell {
+        blockers: blockers.into(),
+        still: None,
+        window,
+        truth,
+        human,
+        robot,
+        regions: vec![region],
+        people: Default::default(),
+    };
     let camera = Camera { fov_rad: [1.5184, 1.0123], resolution_px: [1280, 720] };
     let gates = Gates {
         range_min_q16: 12 << 16,
@@ -160,7 +168,8 @@ fn large_cameras_equal_the_cpu() {
         let axis_q15 = if slot % 2 == 0 { along_y } else { cases::quarter_turns(&mut random) };
         shots.push(Shot::once(slot, Placement { origin_q16, axis_q15, truly: None, draws: slot }));
     }
-    let job = |shot: &Shot| vec![Reading { slot: shot.slot, volume: None, hit: 847, miss: -405 }];
+    let job =
+        |shot: &Shot| vec![Reading { slot: shot.slot, volume: None, hit: 847, miss: -405, presence: false }];
     let jobs: Vec<_> = shots.iter().map(job).collect();
     let mut cpu = Cpu::new(Some(2)).unwrap_or_else(|e| panic!("{e}"));
     let counts = [&mut cpu as &mut dyn Backend, &mut gpu].map(|backend| {
@@ -185,7 +194,7 @@ fn questions_may_wait() {
     let case =
         (0..).map(seen).find(|case| case.cell.regions.iter().any(|r| r.count() > 1000)).expect("some region");
     let placements: Vec<Placement> = case.shots.iter().map(|shot| shot.placement).collect();
-    let job = |slot| vec![Reading { slot, volume: None, hit: 847, miss: -405 }];
+    let job = |slot| vec![Reading { slot, volume: None, hit: 847, miss: -405, presence: false }];
     unwrap(gpu.tables(&case.tables));
     unwrap(gpu.load(&case.cell));
     let mut alone = Vec::new();

@@ -69,7 +69,8 @@ fn a_sweep_writes_its_files() {
     assert_eq!(
         results.lines().next().unwrap(),
         "scene,snapshot,repeat,combination,poses,representation,region,tp,fp,fn,tn,uo,uf,tp_human,fn_human,\
-         uo_human,tp_robot,fn_robot,uo_robot,f1,kappa,human_seen,unknown,false_alarm"
+         uo_human,tp_robot,fn_robot,uo_robot,hit_human,people,people_detected,parts,parts_detected,parts_missed,\
+         f1,kappa,human_seen,human_claimed,unknown,false_alarm"
     );
     let mut expected = Vec::new();
     for scene in &study.scenes {
@@ -105,6 +106,16 @@ fn a_sweep_writes_its_files() {
             }
         }
     }
+    // A person is there, in parts, of which some are seen from somewhere, and those that are not have names.
+    let sum = |column: &str| rows.iter().map(|row| number(row, column)).sum::<u64>();
+    for [some, all] in [["people_detected", "people"], ["parts_detected", "parts"], ["hit_human", "tp_human"]]
+    {
+        assert!(0 < sum(some) && sum(some) <= sum(all), "{some} {}, {all} {}", sum(some), sum(all));
+    }
+    for row in &rows {
+        let missed = row["parts_missed"].split('+').filter(|name| !name.is_empty()).count() as u64;
+        assert_eq!(missed, number(row, "parts") - number(row, "parts_detected"), "of one person: {row:?}");
+    }
     // The scores are those of the columns beside them.
     for row in &rows {
         let [tp, fp, fn_, tn, uo, uf] = LABELS.map(|label| number(row, label) as f64);
@@ -113,7 +124,8 @@ fn a_sweep_writes_its_files() {
         let s = tp + fp + fn_ + tn + uo + uf;
         for (column, score) in [
             ("f1", 2.0 * tp / (2.0 * tp + fp + fn_ + uf + uo)),
-            ("human_seen", tp_human / (tp_human + fn_human + uo_human)),
+            ("human_seen", number(row, "hit_human") as f64 / (tp_human + fn_human + uo_human)),
+            ("human_claimed", tp_human / (tp_human + fn_human + uo_human)),
             ("unknown", (uo + uf) / s),
             ("false_alarm", fp / (fp + tn)),
         ] {

@@ -276,7 +276,7 @@ fn damaged_rows_are_counted_again() {
         fs::copy(quiet.join(name), out.join(name)).unwrap();
     }
     let mut bytes = fs::read(out.join("counts.journal")).unwrap();
-    let (early, late) = (128 + 64 * 10 + 5, bytes.len() - 64 * 20 - 1);
+    let (early, late) = (128 + 88 * 10 + 5, bytes.len() - 88 * 20 - 1);
     bytes[early] ^= 1;
     bytes[late] ^= 0x80;
     bytes.truncate(bytes.len() - 70);

@@ -374,7 +374,8 @@ fn the_best_of_a_few_poses_sees_the_operator() {
     let poses = (0..860).step_by(25).map(|pose| world.placement(&study, 0, pose, 0));
     let shots: Vec<_> = (0..).zip(poses).map(|(slot, placement)| Shot::once(slot, placement)).collect();
     cpu.sense(0, &shots).unwrap();
-    let alone = |shot: &Shot| vec![Reading { slot: shot.slot, volume: None, hit: 1, miss: -1 }];
+    let alone =
+        |shot: &Shot| vec![Reading { slot: shot.slot, volume: None, hit: 1, miss: -1, presence: false }];
     let counts = cpu.score(Fusion::OccupiedWins, &shots.iter().map(alone).collect::<Vec<_>>()).unwrap();
     let best = counts.iter().filter_map(|regions| regions[1].human_seen()).fold(0.0, f64::max);
     assert!(best > 0.2, "{best}");

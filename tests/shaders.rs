@@ -6,6 +6,7 @@ use std::mem::offset_of;
 use naga::{Module, TypeInner};
 use perirobot::backend::gpu::types::{JobWords, Part, PlacementWords, ReadingWords, Setup, TableWords};
 use perirobot::backend::gpu::{Stage, shader_source};
+use perirobot::backend::roll::Flesh;
 
 fn parsed(stage: Stage) -> Module {
     let source = shader_source(stage);
@@ -59,14 +60,15 @@ macro_rules! mirrored {
 fn structs_match_their_mirrors() {
     mirrored!("Setup", Setup, grid_x grid_y grid_z grid_words_per_row
         window_min_x window_min_y window_min_z window_words_per_row window_x window_y window_z window_words
-        regions bricks_x bricks_y reach_word first_hits_stride);
+        regions bricks_x bricks_y reach_word first_hits_stride detection_counters);
     mirrored!("Table", TableWords, rays range_min_q16 range_max_q16 near_ignore_q16 no_return_is_free backdrop noisy lost_below
         image_x image_y focal_x focal_y near);
     mirrored!("Part", Part, first_row first end region every_ray until_q16 zero);
     mirrored!("Placement", PlacementWords, origin_q16 axis_x_q15 axis_y_q15 axis_z_q15
         true_origin_q16 true_axis_x_q15 true_axis_y_q15 true_axis_z_q15 is_off draws slot first_hits);
     mirrored!("Job", JobWords, first end octomap);
-    mirrored!("Reading", ReadingWords, slot volume hit miss);
+    mirrored!("Flesh", Flesh, word voxels hits sensed);
+    mirrored!("Reading", ReadingWords, slot volume hit miss presence);
 }
 
 #[test]
@@ -84,6 +86,7 @@ fn arrays_in_storage_have_no_gaps() {
                     Some("Placement") => size_of::<PlacementWords>(),
                     Some("Job") => size_of::<JobWords>(),
                     Some("Reading") => size_of::<ReadingWords>(),
+                    Some("Flesh") => size_of::<Flesh>(),
                     other => panic!("{place}: {name} is an array of {other:?}, for which there is no mirror"),
                 },
                 other => panic!("{place}: {name} is an array of {other:?}, for which there is no mirror"),

@@ -198,7 +198,7 @@ fn a_shard_that_is_damaged_is_not_merged() {
     shard(&folder, "1/2");
     let path = folder.path("out/shard-1-of-2/counts.journal");
     let mut bytes = fs::read(&path).unwrap();
-    bytes[128 + 64 * 3 + 20] ^= 4;
+    bytes[128 + 88 * 3 + 20] ^= 4;
     fs::write(&path, bytes).unwrap();
     refused(&folder, &[], &["shard 1 of 2 lacks 1 of "]);
     shard(&folder, "1/2");

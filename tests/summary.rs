@@ -149,6 +149,12 @@ fn the_summary_has_the_tables_that_apply() {
     let arguments = ["--region", "human", "--combination", "camera", "--score", "human_seen"];
     let one = perirobot(&[&["summary", text(&out)], &arguments[..]].concat());
     assert!(one.stdout.contains("human_seen in region human"), "{}", one.stdout);
+    assert!(one.stdout.contains("Only the near side of a body can be hit"), "{}", one.stdout);
+    let arguments = ["--region", "human", "--combination", "camera", "--score", "human_claimed"];
+    let claimed = perirobot(&[&["summary", text(&out)], &arguments[..]].concat());
+    let order =
+        ["human_claimed in region human", "false_alarm in region human"].map(|t| claimed.stdout.find(t));
+    assert!(order[0].is_some() && order[0] < order[1], "{}", claimed.stdout);
     for not in ["F1 in", "region box", "skin", "both"] {
         assert!(!one.stdout.contains(not), "{not:?} in {}", one.stdout);
     }

@@ -1,5 +1,5 @@
-//! How many labels are right: readings fused and counted in one pass, a layer at a time and only where a region has
-//! voxels. `fuse` makes the labels.
+//! How many labels are right, and how many voxels of people are hit: readings fused and counted in one pass, a layer at a
+//! time and only where a region has voxels. `fuse` makes the labels.
 //!
 //! # Theory
 //! A region's voxels, and how many of them are truly occupied, a person's or the robot's, do not depend on labels. Two
@@ -10,6 +10,7 @@
 //! with the voxels in them, and so are the person's and the robot's.
 
 use super::fuse::{Job, Rows};
+use super::roll::Roll;
 use super::{Cell, Fusion, Planes, Reading, Slot};
 use crate::metrics::Confusion;
 use crate::voxel::{BitGrid, Window};
@@ -21,6 +22,7 @@ pub(super) struct Tally {
     layers: Vec<Layer>,
     /// For each region, its voxels and how many of them are occupied, a person's, the robot's.
     totals: Vec<[u64; 4]>,
+    roll: Roll,
 }
 
 /// The rows of a layer in which some region has voxels.
@@ -66,10 +68,10 @@ impl Tally {
             Some(Layer { rows: Rows { z, ys: first..end }, parts })
         });
         let layers = layers.collect();
-        Tally { window, layers, totals }
+        Tally { window, layers, totals, roll: Roll::new(cell) }
     }
 
-    /// Fuses the readings of a job, and counts the labels in each region.
+    /// Fuses the readings of a job, and counts the labels and the hits in each region. Hits cover the window, or are empty.
     pub(super) fn score<'a>(
         &self,
         fusion: Fusion,
@@ -77,6 +79,7 @@ impl Tally {
         planes: impl Fn(Slot) -> Option<&'a Planes>,
     ) -> Vec<Confusion> {
         let mut labelled = vec![[[0; 2]; 4]; self.totals.len()];
+        let detections = self.detect(readings, &planes);
         let mut job = Job::new(self.window, fusion, readings, planes);
         for layer in &self.layers {
             job.fuse(&layer.rows);
@@ -84,7 +87,30 @@ impl Tally {
                 part.count(&job.occupied, &job.free, &mut labelled[part.region]);
             }
         }
-        self.totals.iter().zip(&labelled).map(|(totals, labelled)| confusion(totals, labelled)).collect()
+        let counted = self.totals.iter().zip(&labelled).map(|(totals, labelled)| confusion(totals, labelled));
+        counted.zip(self.roll.detections(&detections)).map(|(counts, found)| counts.with(found)).collect()
+    }
+
+    /// Counts the hits of a job: the counters of [`Roll`].
+    fn detect<'a>(&self, readings: &[Reading], planes: impl Fn(Slot) -> Option<&'a Planes>) -> Vec<u32> {
+        let mut counters = vec![0; self.roll.counters()];
+        let hits = readings.iter().flat_map(|reading| {
+            let slots = [Some(reading.slot), reading.volume].into_iter().flatten();
+            let words = slots.filter_map(&planes).map(|said| said.hits.words());
+            words.filter(|words| !words.is_empty()).map(|words| (words, reading.presence)).collect::<Vec<_>>()
+        });
+        let hits: Vec<(&[u32], bool)> = hits.collect();
+        for flesh in &self.roll.flesh {
+            let (mut hit, mut sensed) = (0, 0);
+            for &(words, presence) in &hits {
+                let word = words[flesh.word as usize];
+                hit |= word;
+                sensed |= if presence { word } else { 0 };
+            }
+            counters[flesh.hits as usize] += (hit & flesh.voxels).count_ones();
+            counters[flesh.sensed as usize] += (sensed & flesh.voxels).count_ones();
+        }
+        counters
     }
 }
 

@@ -217,7 +217,7 @@ mod tests {
                     _ => [random(8001) as i32 - 4000, random(8001) as i32 - 4000],
                 };
                 let volume = (random(2) == 0).then(|| random(6) as Slot);
-                Reading { slot: random(8) as Slot, volume, hit, miss }
+                Reading { slot: random(8) as Slot, volume, hit, miss, presence: false }
             };
             let readings: Vec<_> = (0..case % 9).map(reading).collect();
             let mut job = Job::new(window, Fusion::Octomap, &readings, |slot| planes.get(slot as usize));

@@ -6,6 +6,7 @@ pub mod cpu;
 mod fuse;
 pub mod gpu;
 pub mod oracle;
+pub mod roll;
 mod self_test;
 
 use std::sync::Arc;
@@ -13,7 +14,7 @@ use std::sync::Arc;
 use crate::Result;
 use crate::march::{self, End, Gates};
 use crate::metrics::Confusion;
-use crate::voxel::{BitGrid, Window};
+use crate::voxel::{BitGrid, People, Window};
 pub use self_test::{POSES as SELF_TEST_POSES, self_test};
 
 /// One scene at one moment, as the backends see it. All planes but `blockers` cover `window`.
@@ -35,6 +36,8 @@ pub struct Cell {
     pub robot: BitGrid,
     /// The voxels of each region.
     pub regions: Vec<BitGrid>,
+    /// Whose voxels people's are, and of which part of the body.
+    pub people: People,
 }
 
 /// One table of rays, as the backends see it: where they go, what ends them, and what chance does to them.
@@ -192,6 +195,8 @@ pub struct Reading {
     pub hit: i32,
     /// What `free` adds.
     pub miss: i32,
+    /// Whether its hits are voxels of people that a presence sensor feels: one is enough to detect a person.
+    pub presence: bool,
 }
 
 /// How the voxels that a placement frees are found; every way gives the same.
@@ -250,11 +255,11 @@ pub trait Backend {
     /// Puts evidence made by the host into slots. Planes cover the cell's window or any part of it.
     fn upload(&mut self, evidence: Vec<(Slot, Planes)>) -> Result<()>;
 
-    /// Asks for the readings of each job to be fused, in their order, and for the labels in each region of the cell to
-    /// be counted. What is cast or uploaded later changes nothing.
+    /// Asks for the readings of each job to be fused, in their order, and for the labels and the hits in each region of the
+    /// cell to be counted. What is cast or uploaded later changes nothing.
     fn ask(&mut self, fusion: Fusion, jobs: &[Vec<Reading>]) -> Result<()>;
 
-    /// Waits for the counts of the oldest question not yet answered: of each job, in each region.
+    /// Waits for the counts of the oldest question not yet answered: of each job, in each region, with who is detected there.
     fn answer(&mut self) -> Result<Vec<Vec<Confusion>>>;
 
     /// Asks and waits. No question may be open.
@@ -280,6 +285,7 @@ pub fn fused(window: Window, fusion: Fusion, voices: &[(Planes, [i32; 2])]) -> P
         volume: None,
         hit: *hit,
         miss: *miss,
+        presence: false,
     };
     let readings: Vec<_> = voices.iter().enumerate().map(reading).collect();
     fuse::fused(window, fusion, &readings, |slot| voices.get(slot as usize).map(|(planes, _)| planes))

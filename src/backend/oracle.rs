@@ -5,7 +5,7 @@ use std::collections::VecDeque;
 
 use super::{Backend, Cell, Evidence, Fusion, LOG_ODDS, Placement, Planes, Rays, Reading, Shot, Slot};
 use crate::march::{BLIND, End, LEFT, NEVER, NOTHING, RETURN};
-use crate::metrics::{COUNTERS, Confusion};
+use crate::metrics::{COUNTERS, Confusion, Detection};
 use crate::voxel::grid::MAX_VOXELS_PER_AXIS;
 use crate::voxel::{BitGrid, Window};
 use crate::{Error, Result};
@@ -68,7 +68,9 @@ impl Backend for Oracle {
     fn ask(&mut self, fusion: Fusion, jobs: &[Vec<Reading>]) -> Result<()> {
         let cell = self.cell()?;
         let score = |job: &Vec<Reading>| {
-            cell.regions.iter().map(|region| self.count(cell, region, fusion, job)).collect()
+            let in_region =
+                |region| self.count(cell, region, fusion, job).with(self.detect(cell, region, job));
+            cell.regions.iter().map(in_region).collect()
         };
         let answer = jobs.iter().map(score).collect();
         self.answers.push_back(answer);
@@ -129,6 +131,20 @@ impl Oracle {
             }
         }
         Confusion::from_counts(counts)
+    }
+
+    /// Looks at each voxel of a person whether some reading hits it.
+    fn detect(&self, cell: &Cell, region: &BitGrid, job: &[Reading]) -> Detection {
+        let in_slot =
+            |slot: Slot, voxel| self.slots[slot as usize].as_ref().is_some_and(|said| said.hits.get(voxel));
+        let hits = |reading: &Reading, voxel| {
+            in_slot(reading.slot, voxel) || reading.volume.is_some_and(|slot| in_slot(slot, voxel))
+        };
+        cell.people.detection(
+            region,
+            |voxel| job.iter().any(|reading| hits(reading, voxel)),
+            |voxel| job.iter().any(|reading| reading.presence && hits(reading, voxel)),
+        )
     }
 
     /// 0, 1 or 2: occupied, free, unknown.

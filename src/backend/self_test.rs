@@ -4,8 +4,8 @@
 use super::cpu::Cpu;
 use super::{Backend, Cell, Fusion, Image, Noise, Placement, Rays, Reading, Shot};
 use crate::march::{Gates, pcg};
-use crate::metrics::{COUNTERS, Confusion};
-use crate::voxel::{BitGrid, Window};
+use crate::metrics::{BodyPart, Confusion};
+use crate::voxel::{BitGrid, BodyVoxel, People, Window};
 use crate::{Error, Result};
 
 /// Poses of the camera, a batch of them.
@@ -19,7 +19,7 @@ pub const POSES: u32 = 8;
 pub fn self_test(backend: &mut dyn Backend) -> Result<()> {
     let (found, expected) = (counts(backend)?, counts(&mut Cpu::new(None)?)?);
     if let Some(i) = (0..expected.len()).find(|&i| found.get(i) != Some(&expected[i])) {
-        let of = |counts: &[[u64; COUNTERS]]| counts.get(i).map_or(vec![], |c| c.to_vec());
+        let of = |counts: &[Vec<u64>]| counts.get(i).cloned().unwrap_or_default();
         return Err(Error::Disagreement(format!(
             "{}: of {} lists of counts, number {i} is {:?}, on the CPU {:?}",
             backend.device(),
@@ -32,20 +32,20 @@ pub fn self_test(backend: &mut dyn Backend) -> Result<()> {
 }
 
 /// The counts of each pose alone and of all together, in both rules of fusion and each region.
-fn counts(backend: &mut dyn Backend) -> Result<Vec<[u64; COUNTERS]>> {
+fn counts(backend: &mut dyn Backend) -> Result<Vec<Vec<u64>>> {
     backend.tables(&[camera()])?;
     backend.load(&cell())?;
     // As many at once as there is room for: a few poses of a camera always fit.
     let slots = POSES.min(backend.slots() as u32);
     let shots: Vec<_> = (0..slots).map(|slot| Shot::once(slot, placement(slot))).collect();
     backend.sense(0, &shots)?;
-    let reading = |slot| Reading { slot, volume: None, hit: 847, miss: -405 };
+    let reading = |slot| Reading { slot, volume: None, hit: 847, miss: -405, presence: slot % 2 == 0 };
     let alone = (0..slots).map(|slot| vec![reading(slot)]);
     let jobs: Vec<_> = alone.chain([(0..slots).map(reading).collect()]).collect();
     let mut all = Vec::new();
     for fusion in [Fusion::OccupiedWins, Fusion::Octomap] {
         let scored = backend.score(fusion, &jobs)?;
-        all.extend(scored.iter().flatten().map(Confusion::counts));
+        all.extend(scored.iter().flatten().map(Confusion::numbers));
     }
     Ok(all)
 }
@@ -95,7 +95,11 @@ fn cell() -> Cell {
     let near = Window::between([50, 40, 0], [100, 80, 40]);
     let regions = vec![BitGrid::full(window), BitGrid::full(near).over(window)];
     let [truth, human, robot] = [truth, human, robot].map(|plane| plane.over(window));
-    Cell { blockers, still: None, window, truth, human, robot, regions }
+    // A part every five layers.
+    let part = |[.., z]: [i32; 3]| BodyPart::ALL[z as usize / 5 % BodyPart::ALL.len()];
+    let voxels = human.cells().map(|voxel| BodyVoxel { voxel, person: 0, part: part(voxel) }).collect();
+    let people = People { min_hits: 3, voxels };
+    Cell { blockers, still: None, window, truth, human, robot, regions, people }
 }
 
 /// Around the room and amid the clutter, turned by eighths of a circle, level or tilted down.

@@ -8,7 +8,7 @@ use crate::backend::{Backend, Cell, Noise, Placement, Rays};
 use crate::march::{self, Gates, MAX_RANGE_VOXELS, RETURN};
 use crate::sensor::quantise_q15;
 use crate::voxel::grid::MAX_VOXELS_PER_AXIS;
-use crate::voxel::{BitGrid, Grid, Window};
+use crate::voxel::{BitGrid, Grid, People, Window};
 use crate::{Error, Result};
 
 /// Rays that are cast in one go, so that a large picture fits any device.
@@ -88,6 +88,7 @@ fn around(plane: &BitGrid, grid: &Grid, eye_m: DVec3) -> Result<(Cell, [i32; 3],
         human: none.clone(),
         robot: none.clone(),
         regions: vec![none],
+        people: People::default(),
     };
     let origin = std::array::from_fn(|r| grid.origin[r] - shift[r]);
     Ok((cell, shift, Grid { origin, size: window.size, ..*grid }))

@@ -4,7 +4,7 @@
 use super::over::Over;
 use super::results::CombinationResults;
 use super::table::{NONE, Table, number};
-use super::{Results, Score, Series, ranked, series};
+use super::{NEAR_SIDE, Results, Score, Series, ranked, series};
 
 /// How many choices each list of a block shows.
 const SHOWN: usize = 3;
@@ -12,8 +12,11 @@ const SHOWN: usize = 3;
 /// Most combinations, each representation and region for itself, that get a block.
 const MOST_BLOCKS: usize = 4;
 
-/// Columns of a block; `seen` is human_seen.
-const HEADER: [&str; 11] = [
+/// The scores that are shown; the tables of `summary` have all.
+const SCORES: [Score; 4] = [Score::F1, Score::Kappa, Score::HumanSeen, Score::PartsDetected];
+
+/// Columns of a block; `seen` is human_seen, `parts` parts_detected.
+const HEADER: [&str; 2 + 3 * SCORES.len()] = [
     "<",
     "<",
     "F1: mean",
@@ -23,6 +26,9 @@ const HEADER: [&str; 11] = [
     "worst",
     "pooled",
     "seen: mean",
+    "worst",
+    "pooled",
+    "parts: mean",
     "worst",
     "pooled",
 ];
@@ -46,9 +52,12 @@ pub fn render(results: &Results) -> String {
         text += "\n`perirobot summary DIR` on the output folder shows more: distributions, maxima, walls, snapshots\n";
     }
     if left_out {
-        text += "\n[n] before a mean: only n of the values exist there, and only they are in it\n";
+        text.insert_str(
+            0,
+            "\n[n] before a mean: only n of the values exist there, and only they are in it\n",
+        );
     }
-    text
+    text + NEAR_SIDE + "\n"
 }
 
 /// The best few choices of one combination in one region by each score, and the baselines.
@@ -58,10 +67,10 @@ fn block(results: &Results, series: Series, region: usize, left_out: &mut bool) 
     let combination = &results.combinations[series.combination];
     let mut shown: Vec<usize> = Vec::new();
     let mut line = |label: String, name: String, of: &dyn Fn(Score) -> Option<Over>| {
-        let scores = Score::ALL.iter().flat_map(|&score| cells(of(score), left_out));
+        let scores = SCORES.iter().flat_map(|&score| cells(of(score), left_out));
         table.row([label, name].into_iter().chain(scores));
     };
-    for score in Score::ALL {
+    for score in SCORES {
         let best = series.best(results, &results.moments(), region, score);
         if best.is_empty() {
             line(format!("best {}", score.title()), "no choice has a value".into(), &|_| None);
@@ -98,13 +107,13 @@ fn places(combination: &CombinationResults, choices: &mut Vec<usize>) -> String 
 fn compact(results: &Results, all: &[Series], region: usize, left_out: &mut bool) -> String {
     let mut text =
         format!("\nRegion {}: the best choice of poses, {}\n", results.regions[region], extent(results));
-    for score in Score::ALL {
+    for score in SCORES {
         text.push('\n');
         let best = format!("<best {}", score.title());
         let mut table = Table::new(&[&best, "mean", "± std", "worst", "pooled", "<poses", "<place"]);
         for series in all {
             let values = series.over(results, &results.moments(), region, score);
-            let best = ranked(values.iter().map(|over| Some(over.as_ref()?.mean)));
+            let best = ranked(score, values.iter().map(|over| Some(over.as_ref()?.mean)));
             let combination = &results.combinations[series.combination];
             let (over, name, place) = match best.first() {
                 Some(&(choice, _)) => {

@@ -2,7 +2,7 @@
 //! combination and representation, beside the baselines of that scene and region.
 
 use super::table::{NONE, Table, number};
-use super::{Results, Selection};
+use super::{Results, Selection, near_side};
 
 /// Five numbers about many.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -74,6 +74,7 @@ pub fn render(results: &Results, selection: &Selection) -> String {
             }
         }
         text += &format!("\n{} in region {}\n{}", score.title(), results.regions[region], table.text());
+        text += &near_side(score);
     }
     text
 }

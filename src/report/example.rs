@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use super::results::{CombinationResults, MemberResults, PoseResults, Results, SceneResults, Subject};
-use crate::metrics::{Confusion, RoleCounts};
+use crate::metrics::{BODY_PARTS, Confusion, Detection, RoleCounts};
 use crate::sweep::Key;
 use crate::sweep::journal::{Header, Locked, Pages, Shard};
 use crate::sweep::world::Baselines;
@@ -23,6 +23,14 @@ pub(super) const NO_SCORE: Confusion = Confusion {
     uf: 0,
     human: RoleCounts { tp: 0, fn_: 0, uo: 0 },
     robot: RoleCounts { tp: 0, fn_: 0, uo: 0 },
+    detection: Detection {
+        hit_human: 0,
+        people: 0,
+        people_detected: 0,
+        parts: 0,
+        parts_detected: 0,
+        missed: [0; BODY_PARTS],
+    },
 };
 
 /// Scenes `still` (moment 0) and `moving` (moments 1 and 2), one region. The camera has poses at two walls; the pair has

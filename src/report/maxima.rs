@@ -3,14 +3,14 @@
 
 use super::results::SceneResults;
 use super::table::{Table, number};
-use super::{Results, Score, Selection, Series, largest};
+use super::{Results, Score, Selection, Series, first_best, near_side};
 
 /// The best of one combination in one region.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Maxima {
     /// Index of the combination.
     pub combination: usize,
-    /// For each scene, the largest mean over snapshots and repeats that a choice in some representation has.
+    /// For each scene, the best mean over snapshots and repeats that a choice in some representation has.
     pub scenes: Vec<Option<Maximum>>,
     /// Mean of the scenes' maxima, of those that there are.
     pub mean: Option<f64>,
@@ -37,11 +37,13 @@ pub fn maxima(results: &Results, combination: usize, region: usize, score: Score
             let of_one = |representation| {
                 let series = Series { combination, representation };
                 let values = series.over(results, &scene.moments, region, score);
-                let (choice, value) = largest(values.iter().map(|over| Some(over.as_ref()?.mean)))?;
+                let (choice, value) = first_best(score, values.iter().map(|over| Some(over.as_ref()?.mean)))?;
                 Some(Maximum { value, choice, representation })
             };
             let each = ways.clone().filter_map(of_one);
-            each.reduce(|best, next| if next.value > best.value { next } else { best })
+            each.reduce(
+                |best, next| if score.merit(next.value) > score.merit(best.value) { next } else { best },
+            )
         })
         .collect();
     let values: Vec<f64> = scenes.iter().flatten().map(|maximum| maximum.value).collect();
@@ -65,7 +67,7 @@ pub fn render(results: &Results, selection: &Selection) -> String {
     let reference = most_sensors(results);
     let mut text = String::from(
         "\nMAXIMA of each combination (the paper's Experiment 2: sensors fused)\n\
-         The largest score of any choice of poses, each with its mean over snapshots and repeats, and the mean of the\n\
+         The best score of any choice of poses, each with its mean over snapshots and repeats, and the mean of the\n\
          scenes' maxima.",
     );
     text += &reference.map_or("\n".into(), |reference| {
@@ -102,6 +104,7 @@ pub fn render(results: &Results, selection: &Selection) -> String {
         }
         let title = format!("{} in region {}", score.title(), results.regions[region]);
         text += &format!("\n{title}\n{}{}", table.text(), choices.text());
+        text += &near_side(score);
     }
     text
 }

@@ -25,7 +25,7 @@ pub use read::Folder;
 pub(crate) use read::{fits, missing};
 pub use results::{Results, Subject};
 
-/// What the tables hold for a choice of sensors.
+/// A score of a choice of sensors.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Score {
     /// [`Confusion::f1`].
@@ -34,11 +34,33 @@ pub enum Score {
     Kappa,
     /// [`Confusion::human_seen`].
     HumanSeen,
+    /// [`Confusion::human_claimed`].
+    HumanClaimed,
+    /// [`Confusion::people_detected`].
+    PeopleDetected,
+    /// [`Confusion::parts_detected`].
+    PartsDetected,
+    /// [`Confusion::unknown`].
+    Unknown,
+    /// [`Confusion::false_alarm`].
+    FalseAlarm,
 }
 
+/// How many scores there are.
+pub const SCORES: usize = 8;
+
 impl Score {
-    /// All of them, in the order of the tables.
-    pub const ALL: [Score; 3] = [Score::F1, Score::Kappa, Score::HumanSeen];
+    /// All of them, in the order of every table.
+    pub const ALL: [Score; SCORES] = [
+        Score::F1,
+        Score::Kappa,
+        Score::HumanSeen,
+        Score::HumanClaimed,
+        Score::PeopleDetected,
+        Score::PartsDetected,
+        Score::Unknown,
+        Score::FalseAlarm,
+    ];
 
     /// As in the columns of results.csv and scores.csv.
     pub fn name(self) -> &'static str {
@@ -46,6 +68,11 @@ impl Score {
             Score::F1 => "f1",
             Score::Kappa => "kappa",
             Score::HumanSeen => "human_seen",
+            Score::HumanClaimed => "human_claimed",
+            Score::PeopleDetected => "people_detected",
+            Score::PartsDetected => "parts_detected",
+            Score::Unknown => "unknown",
+            Score::FalseAlarm => "false_alarm",
         }
     }
 
@@ -53,8 +80,7 @@ impl Score {
     pub fn title(self) -> &'static str {
         match self {
             Score::F1 => "F1",
-            Score::Kappa => "kappa",
-            Score::HumanSeen => "human_seen",
+            _ => self.name(),
         }
     }
 
@@ -64,8 +90,36 @@ impl Score {
             Score::F1 => counts.f1(),
             Score::Kappa => counts.kappa(),
             Score::HumanSeen => counts.human_seen(),
+            Score::HumanClaimed => counts.human_claimed(),
+            Score::PeopleDetected => counts.people_detected(),
+            Score::PartsDetected => counts.parts_detected(),
+            Score::Unknown => counts.unknown(),
+            Score::FalseAlarm => counts.false_alarm(),
         }
     }
+
+    /// Whether less of it is better.
+    pub fn less_is_better(self) -> bool {
+        matches!(self, Score::Unknown | Score::FalseAlarm)
+    }
+
+    /// How good a value is: more is always better.
+    fn merit(self, value: f64) -> f64 {
+        if self.less_is_better() { -value } else { value }
+    }
+
+    /// The worse of two values.
+    fn worse(self, a: f64, b: f64) -> f64 {
+        if self.less_is_better() { a.max(b) } else { a.min(b) }
+    }
+}
+
+/// What stands under tables with an upper bound of human_seen.
+const NEAR_SIDE: &str = "Only the near side of a body can be hit: human_seen ends well below 1, while parts_detected can reach it.";
+
+/// The line under the table of a score with an upper bound, if it needs one.
+fn near_side(score: Score) -> String {
+    if score == Score::HumanSeen { format!("{NEAR_SIDE}\n") } else { String::new() }
 }
 
 /// Which part of the results a report is about.
@@ -168,22 +222,22 @@ impl Series {
         score: Score,
     ) -> Vec<(usize, f64)> {
         let values = self.over(results, moments, region, score);
-        ranked(values.iter().map(|over| Some(over.as_ref()?.mean)))
+        ranked(score, values.iter().map(|over| Some(over.as_ref()?.mean)))
     }
 }
 
-/// Choices that have a value, the largest first; equal ones keep study order.
-fn ranked(values: impl Iterator<Item = Option<f64>>) -> Vec<(usize, f64)> {
+/// Choices that have a value, the best first; equal ones keep study order.
+fn ranked(score: Score, values: impl Iterator<Item = Option<f64>>) -> Vec<(usize, f64)> {
     let mut best: Vec<(usize, f64)> =
         values.enumerate().filter_map(|(choice, value)| Some((choice, value?))).collect();
-    best.sort_by(|a, b| b.1.total_cmp(&a.1));
+    best.sort_by(|a, b| score.merit(b.1).total_cmp(&score.merit(a.1)));
     best
 }
 
-/// The largest value and the first choice that has it.
-fn largest(values: impl Iterator<Item = Option<f64>>) -> Option<(usize, f64)> {
+/// The best value and the first choice that has it.
+fn first_best(score: Score, values: impl Iterator<Item = Option<f64>>) -> Option<(usize, f64)> {
     let with_value = values.enumerate().filter_map(|(choice, value)| Some((choice, value?)));
-    with_value.reduce(|best, next| if next.1 > best.1 { next } else { best })
+    with_value.reduce(|best, next| if score.merit(next.1) > score.merit(best.1) { next } else { best })
 }
 
 #[cfg(test)]

@@ -1,6 +1,7 @@
 //! One score over several scenes, snapshots and repeats: mean, worst, spread and pooled. A score without a value (a zero
 //! denominator) is left out, never counted as zero.
 
+use super::Score;
 use crate::metrics::Confusion;
 
 /// What a score is over several moments and repeats.
@@ -10,7 +11,7 @@ pub struct Over {
     pub mean: f64,
     /// Sample standard deviation (n − 1) of the repeats' means; `None` unless two repeats have one.
     pub std: Option<f64>,
-    /// The smallest value.
+    /// The smallest value; the largest of a score of which less is better.
     pub worst: f64,
     /// The score of all counts together.
     pub pooled: Option<f64>,
@@ -21,27 +22,27 @@ pub struct Over {
 }
 
 /// One choice's score over repeats, each with the counts of its moments; `None` if there is no value at all.
-pub fn over<R>(repeats: impl Iterator<Item = R>, score: impl Fn(&Confusion) -> Option<f64>) -> Option<Over>
+pub fn over<R>(repeats: impl Iterator<Item = R>, score: Score) -> Option<Over>
 where
     R: Iterator<Item = Confusion>,
 {
     let (mut all, mut means, mut counts, mut of) = (Sum::default(), Vec::new(), Confusion::default(), 0);
-    let mut worst = f64::INFINITY;
+    let mut worst: Option<f64> = None;
     for repeat in repeats {
         let mut one = Sum::default();
         for reading in repeat {
             counts = counts.plus(&reading);
             of += 1;
-            if let Some(value) = score(&reading) {
-                worst = worst.min(value);
+            if let Some(value) = score.of(&reading) {
+                worst = Some(worst.map_or(value, |worst| score.worse(worst, value)));
                 one.add(value);
                 all.add(value);
             }
         }
         means.extend(one.mean());
     }
-    let mean = all.mean()?;
-    Some(Over { mean, std: deviation(&means), worst, pooled: score(&counts), values: all.count, of })
+    let (mean, worst) = (all.mean()?, worst?);
+    Some(Over { mean, std: deviation(&means), worst, pooled: score.of(&counts), values: all.count, of })
 }
 
 /// Values added up in the order they come, so that the same counts give the same bytes.
@@ -81,7 +82,7 @@ mod tests {
     }
 
     fn f1(repeats: &[Vec<Confusion>]) -> Option<Over> {
-        over(repeats.iter().map(|repeat| repeat.iter().copied()), Confusion::f1)
+        over(repeats.iter().map(|repeat| repeat.iter().copied()), Score::F1)
     }
 
     #[test]
@@ -106,6 +107,13 @@ mod tests {
         assert_eq!(value.std, Some(0.25));
         // 6 true positives, 6 unknown: 12 / 18.
         assert_eq!(value.pooled, Some(12.0 / 18.0));
+    }
+
+    #[test]
+    fn the_worst_of_what_is_better_small_is_the_largest() {
+        let moments = vec![vec![with(1, 2), with(1, 1)]];
+        let value = over(moments.iter().map(|repeat| repeat.iter().copied()), Score::Unknown).unwrap();
+        assert_eq!((value.worst, value.pooled), (2.0 / 3.0, Some(3.0 / 5.0)));
     }
 
     #[test]

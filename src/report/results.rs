@@ -180,7 +180,15 @@ impl Results {
     pub fn over(&self, moments: Range<usize>, key: Key, score: Score) -> Option<Over> {
         let at = move |moment, repeat| self.counts(moment, repeat, &key);
         let repeats = (0..self.repeats).map(|repeat| moments.clone().map(move |moment| at(moment, repeat)));
-        over::over(repeats, |counts| score.of(counts))
+        over::over(repeats, score)
+    }
+
+    /// All counts of one choice over some moments and all repeats together.
+    pub fn together(&self, moments: Range<usize>, key: &Key) -> Confusion {
+        let repeats = 0..self.repeats;
+        let each =
+            repeats.flat_map(|repeat| moments.clone().map(move |moment| self.counts(moment, repeat, key)));
+        each.fold(Confusion::default(), |all, one| all.plus(&one))
     }
 
     /// The names of the baselines and their score over some moments.
@@ -190,19 +198,9 @@ impl Results {
         region: usize,
         score: Score,
     ) -> [(&'static str, Option<Over>); 4] {
-        self.baselines_by(moments, region, |counts| score.of(counts))
-    }
-
-    /// The same of any number about counts.
-    pub fn baselines_by(
-        &self,
-        moments: Range<usize>,
-        region: usize,
-        number: impl Fn(&Confusion) -> Option<f64>,
-    ) -> [(&'static str, Option<Over>); 4] {
         let of = |pick: fn(&Baselines) -> &Confusion| {
             let counts = moments.clone().map(move |moment| *pick(&self.baselines[moment][region]));
-            over::over(std::iter::once(counts), &number)
+            over::over(std::iter::once(counts), score)
         };
         [
             ("upper bound", of(|b| &b.ceiling)),

@@ -3,9 +3,9 @@
 
 use std::path::Path;
 
-use super::Results;
+use super::{Results, Score};
 use crate::Result;
-use crate::sweep::table::COUNT_COLUMNS;
+use crate::sweep::table::{COUNT_COLUMNS, DETECTION_COLUMNS, MISSED_COLUMN};
 use crate::table::{Column, Field, Format, Kind, TableFile};
 
 /// The name of the file, without its extension.
@@ -18,7 +18,9 @@ pub fn write(results: &Results, folder: &Path, format: Format) -> Result<()> {
     columns.extend(["snapshot", "repeat"].map(of_kind(Kind::Count)));
     columns.extend(["combination", "poses", "representation", "region"].map(of_kind(Kind::Text)));
     columns.extend(COUNT_COLUMNS.map(of_kind(Kind::Count)));
-    columns.extend(["f1", "kappa", "human_seen", "unknown", "false_alarm"].map(of_kind(Kind::Score)));
+    columns.extend(DETECTION_COLUMNS.map(of_kind(Kind::Count)));
+    columns.push(Column::new(MISSED_COLUMN, Kind::Text));
+    columns.extend(scores().map(Score::name).map(of_kind(Kind::Score)));
     let path = folder.join(format!("{RESULTS}.{}", format.extension()));
     let mut table = TableFile::create(&path, format, &columns)?;
     for scene in &results.scenes {
@@ -31,8 +33,10 @@ pub fn write(results: &Results, folder: &Path, format: Format) -> Result<()> {
                     fields.extend([snapshot, repeat as u64].map(Field::Count));
                     fields.extend([combination, poses, representation, region].map(Field::Text));
                     fields.extend(c.counts().map(Field::Count));
-                    let scores = [c.f1(), c.kappa(), c.human_seen(), c.unknown(), c.false_alarm()];
-                    fields.extend(scores.map(Field::Score));
+                    fields.extend(c.detection.counts().map(Field::Count));
+                    let missed = c.detection.missed_names();
+                    fields.push(Field::Text(&missed));
+                    fields.extend(scores().map(|score| Field::Score(score.of(&c))));
                     table.row(&fields)
                 })?;
             }
@@ -40,4 +44,9 @@ pub fn write(results: &Results, folder: &Path, format: Format) -> Result<()> {
     }
     results.intact()?;
     table.finish()
+}
+
+/// The scores of a row. Of people and parts detected the counts are there, under the same names.
+fn scores() -> impl Iterator<Item = Score> {
+    Score::ALL.into_iter().filter(|score| !DETECTION_COLUMNS.contains(&score.name()))
 }

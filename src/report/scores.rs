@@ -14,7 +14,8 @@ pub const SCORES: &str = "scores";
 pub const ALL_SCENES: &str = "*";
 
 /// Writes the table into a folder: one row a scene, combination, choice of poses, representation and region, in the order
-/// of `results`; then the same for all scenes. What has no value is empty: a score that is nowhere defined, and the spread
+/// of `results`; then the same for all scenes. `worst_part` is the body part that is missed in most rows of `results`, and
+/// `worst_part_missed` in how many. What has no value is empty: a score that is nowhere defined, and the spread
 /// of a single repeat.
 pub fn write(results: &Results, folder: &Path, format: Format) -> Result<()> {
     let names = ["scene", "combination", "poses", "representation", "region"];
@@ -24,6 +25,8 @@ pub fn write(results: &Results, folder: &Path, format: Format) -> Result<()> {
         columns.extend(["mean", "std", "worst", "pooled"].map(|what| of(what, Kind::Score)));
         columns.push(of("n", Kind::Count));
     }
+    columns.push(Column::new("worst_part", Kind::Text));
+    columns.push(Column::new("worst_part_missed", Kind::Count));
     let path = folder.join(format!("{SCORES}.{}", format.extension()));
     let mut table = TableFile::create(&path, format, &columns)?;
     let scenes = results.scenes.iter().map(|scene| (scene.name.as_str(), scene.moments.clone()));
@@ -34,6 +37,9 @@ pub fn write(results: &Results, folder: &Path, format: Format) -> Result<()> {
             for score in Score::ALL {
                 fields.extend(values(results.over(moments.clone(), key, score)));
             }
+            let worst = results.together(moments.clone(), &key).detection.worst_part();
+            fields.push(Field::Text(worst.map_or("", |(part, _)| part.name())));
+            fields.push(Field::Count(worst.map_or(0, |(_, rows)| rows)));
             table.row(&fields)
         })?;
     }

@@ -2,16 +2,18 @@
 
 use super::results::SceneResults;
 use super::table::{Table, number};
-use super::{Key, Over, Results, Score, Selection, ranked};
+use super::{Key, Over, Results, Score, Selection, near_side, ranked};
 
 /// How many choices each list shows.
 const SHOWN: usize = 3;
 
-/// The snapshot of a scene, counted from 0, where a choice's score is the smallest in some repeat; the first of several.
+/// The snapshot of a scene, counted from 0, where a choice's score is the worst in some repeat; the first of several.
 pub fn worst_snapshot(results: &Results, scene: &SceneResults, key: Key, score: Score) -> Option<usize> {
     let of = |moment: usize| Some(results.over(moment..moment + 1, key, score)?.worst);
     let values = scene.moments.clone().enumerate().filter_map(|(snapshot, m)| Some((snapshot, of(m)?)));
-    values.reduce(|worst, next| if next.1 < worst.1 { next } else { worst }).map(|(snapshot, _)| snapshot)
+    values
+        .reduce(|worst, next| if score.merit(next.1) < score.merit(worst.1) { next } else { worst })
+        .map(|(snapshot, _)| snapshot)
 }
 
 /// A table for each region and score; nothing where no scene moves.
@@ -47,6 +49,7 @@ pub fn render(results: &Results, selection: &Selection) -> String {
             }
         }
         text += &format!("\n{} in region {}\n{}", score.title(), results.regions[region], table.text());
+        text += &near_side(score);
     }
     text
 }
@@ -62,7 +65,7 @@ fn rows(
     for series in selection.series(results) {
         let values = series.over(results, &scene.moments, region, score);
         for (by, of) in [("mean", (|over| over.mean) as fn(&Over) -> f64), ("worst", |over| over.worst)] {
-            let best = ranked(values.iter().map(|over| over.as_ref().map(of)));
+            let best = ranked(score, values.iter().map(|over| over.as_ref().map(of)));
             for (rank, &(choice, _)) in best.iter().take(SHOWN).enumerate() {
                 let names = [scene.name.clone(), series.title(results), by.into()];
                 let over = values[choice];

@@ -2,6 +2,7 @@
 
 use super::example::{NO_SCORE, counts, results, results_in, worked, worked_counts};
 use super::*;
+use crate::metrics::Detection;
 use maxima::{Maximum, maxima, most_sensors};
 
 fn key(combination: usize, choice: usize, representation: usize) -> Key {
@@ -167,30 +168,64 @@ fn the_table_for_pandas() {
     let mut lines = text.lines();
     assert_eq!(
         lines.next().unwrap(),
-        "scene,combination,poses,representation,region,f1_mean,f1_std,f1_worst,f1_pooled,f1_n,kappa_mean,kappa_std,\
-         kappa_worst,kappa_pooled,kappa_n,human_seen_mean,human_seen_std,human_seen_worst,human_seen_pooled,human_seen_n"
+        "scene,combination,poses,representation,region,".to_string()
+            + &Score::ALL
+                .map(|s| ["mean", "std", "worst", "pooled", "n"]
+                    .map(|of| s.name().to_string() + "_" + of)
+                    .join(","))
+                .join(",")
+            + ",worst_part,worst_part_missed"
     );
     let lines: Vec<&str> = lines.collect();
     assert_eq!(lines.len(), 3 * (3 + 2 * 2), "two scenes and all");
     // Repeats 1 and 1/2: the root of 2/16; pooled 4/6. κ: one found alone agrees by chance (no value), one of three is
     // (3·1 − 1·1 − 0·2) / (9 − 1); pooled (4·2 − 2·2) / (16 − 4).
     let std = 0.125f64.sqrt();
+    let nobody = ",,,,,0".repeat(4);
+    let unknown: f64 = 2.0 / 3.0 / 2.0;
     assert_eq!(
         lines[0],
         format!(
-            "still,camera,camera:left/0,points,robot,0.75,{std},0.5,{},2,0.25,,0.25,{},1,,,,,0",
+            "still,camera,camera:left/0,points,robot,0.75,{std},0.5,{},2,0.25,,0.25,{},1{nobody},{},{},{},0.5,2,,,,,0,,0",
             4.0 / 6.0,
-            4.0 / 12.0
+            4.0 / 12.0,
+            unknown,
+            (unknown * unknown + (2.0 / 3.0 - unknown) * (2.0 / 3.0 - unknown)).sqrt(),
+            2.0 / 3.0,
         )
     );
-    assert_eq!(lines[1], "still,camera,camera:left/1,points,robot,,,,,0,,,,,0,,,,,0");
-    assert_eq!(lines[8], "moving,camera,camera:left/1,points,robot,0.5,0,0.5,0.5,4,0.25,0,0.25,0.25,4,,,,,0");
+    assert_eq!(
+        lines[1],
+        format!("still,camera,camera:left/1,points,robot,,,,,0,,,,,0{nobody},,,,,0,,,,,0,,0")
+    );
+    let begin = "moving,camera,camera:left/1,points,robot,0.5,0,0.5,0.5,4,0.25,0,0.25,0.25,4";
+    assert!(lines[8].starts_with(&format!("{begin}{nobody},")), "{}", lines[8]);
     assert!(lines[15].starts_with("*,camera,camera:left/1,points,robot,0.5,0,0.5,0.5,4,"), "{}", lines[15]);
     let one = scores_csv(&worked());
     assert!(
         one.contains("\nstill,camera,camera:left/1,points,robot,0.5,,0.5,0.5,1,"),
         "no spread of one repeat: {one}"
     );
+}
+
+/// Missed in one row of three, in two, and in none.
+#[test]
+fn the_part_that_is_missed_most_is_named() {
+    let missed = |moment: usize, choice: usize| match (choice, moment) {
+        (0, 0) => 0b11,
+        (0, _) => 0b10,
+        _ => 0,
+    };
+    let results = results(1, |moment, _, key| {
+        counts(1).with(Detection::from_counts([2, 1, 1, 4, 3], missed(moment, key.choice)))
+    });
+    let text = scores_csv(&results);
+    let end = |line: usize| text.lines().nth(line).unwrap().rsplitn(3, ',').take(2).collect::<Vec<_>>();
+    assert_eq!(end(1), ["1", "head"], "in the still scene head and torso are missed once: {text}");
+    assert_eq!(end(15), ["3", "torso"], "{text}");
+    assert_eq!(end(16), ["0", ""], "{text}");
+    let score = |score| results.over(0..3, key(0, 0, 0), score).unwrap().mean;
+    assert_eq!((score(Score::PartsDetected), score(Score::PeopleDetected)), (0.75, 1.0));
 }
 
 #[test]
@@ -209,17 +244,18 @@ fn few_combinations_get_a_block_and_many_a_line() {
     for line in [
         "camera · points · region robot: 3 choices of poses, 2 scenes, 3 snapshots\n",
         // κ of one found and n unknown: n / ((n + 1)² − 1), so 1/8 and 1/4, none for n = 0.
-        "  best F1          right/0                [1] 0.667  0.667   0.667    [1] 0.333  0.333   0.333",
+        "  best F1              right/0                [1] 0.667  0.667   0.667    [1] 0.333  0.333   0.333",
         // Pooled 3 found, 8 unknown: 6/14 and (11·3 − 3·3) / (11² − 3·3).
-        "                   left/0                     0.583  0.250   0.429    [2] 0.188  0.125   0.214",
-        "  best human_seen  no choice has a value          –      –       –",
-        "  baseline         upper bound ",
+        "                       left/0                     0.583  0.250   0.429    [2] 0.188  0.125   0.214",
+        "  best human_seen      no choice has a value          –      –       –",
+        "  baseline             upper bound ",
         "\n\n  pose     place\n  left/0   wall, x 0.0 m, 3.0 m high\n  left/1   wall, x 1.0 m, 3.0 m high\n  right/0  wall, x 2.0 m",
-        "[n] before a mean: only n of the values",
+        "\nOnly the near side of a body can be hit",
     ] {
         assert!(text.contains(line), "no {line:?} in {text}");
     }
-    assert!(text.lines().all(|line| line.chars().count() <= 140), "{text}");
+    assert!(text.starts_with("\n[n] before a mean: only n of the values"), "before what it explains: {text}");
+    assert!(text.lines().all(|line| line.chars().count() <= 160), "{text}");
     let many = results_in(&["robot", "human"], 1, |moment, _, key| worked_counts(moment, key));
     let text = best::render(&many);
     for line in [

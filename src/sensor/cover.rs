@@ -80,6 +80,10 @@ impl Kind for Cover {
         MEASURES
     }
 
+    fn feels_presence(&self, _: usize) -> bool {
+        true
+    }
+
     fn check(&self, at: &Station) -> Result<(), String> {
         match at.truth.robot.is_empty() {
             true => {
@@ -96,10 +100,13 @@ impl Kind for Cover {
         near.keep(&at.truth.occupied);
         free.remove(&near);
         let (occupied, window) = (self.shifted(&near, at), free.window().intersection(&at.window));
-        vec![Claim {
-            cast: false,
-            planes: Some(Planes { occupied, free: free.over(window), hits: BitGrid::nowhere() }),
-        }]
+        near.keep(&at.truth.human);
+        let planes = Planes { occupied, free: free.over(window), hits: near.over(window) };
+        vec![Claim { cast: false, planes: Some(planes) }]
+    }
+
+    fn feels(&self, at: &Station) -> Reach {
+        Reach::Only(self.shell(at))
     }
 
     fn reach(&self, at: &Station) -> Reach {

@@ -46,6 +46,10 @@ impl Kind for Gate {
         SWITCHES
     }
 
+    fn feels_presence(&self, _: usize) -> bool {
+        true
+    }
+
     fn prisms(&self) -> Vec<&Prism> {
         vec![&self.gate, &self.zone]
     }
@@ -65,8 +69,14 @@ impl Kind for Gate {
 
     fn claims(&self, at: &Station) -> Vec<Claim> {
         let (pose, grid) = (at.pose(), &at.truth.grid);
-        let inside = self.inside(at);
-        vec![switched(self.zone.cells(&pose, grid, at.window), !inside.is_empty(), self.otherwise_free)]
+        let mut inside = self.inside(at);
+        let on = !inside.is_empty();
+        inside.keep(&at.truth.human);
+        vec![switched(at, self.zone.cells(&pose, grid, at.window), on, self.otherwise_free, inside)]
+    }
+
+    fn feels(&self, at: &Station) -> Reach {
+        Reach::Only(self.gate.cells(&at.pose(), &at.truth.grid, at.truth.grid.window()))
     }
 
     fn reach(&self, at: &Station) -> Reach {

@@ -3,7 +3,7 @@
 
 use glam::DVec3;
 
-use super::look::{self, Way};
+use super::look::{self, Return, Way};
 use super::{Camera, Station};
 use crate::backend::{Placement, Rays};
 use crate::scene::Role;
@@ -11,8 +11,8 @@ use crate::scene::mannequin::JOINTS;
 use crate::voxel::grid::length_q16;
 use crate::voxel::{ObjectVoxels, Truth};
 
-/// Where each joint of one person is detected; `None` where it is not.
-pub type Detected = [Option<[i32; 3]>; JOINTS.len()];
+/// The return from each joint of one person that is detected; `None` where it is not.
+pub type Detected = [Option<Return>; JOINTS.len()];
 
 /// How far a return may be from the joint that it is taken for, in metres, unless a study says otherwise: a joint lies
 /// inside the body, its surface is seen.
@@ -81,8 +81,8 @@ pub fn check(at: &Station) -> Result<(), String> {
     }
 }
 
-/// The cell where a joint is detected: in front and in the image, its ray ending in the same person near the joint.
-fn seen(eye: &Eye, at: &Station, human: &ObjectVoxels, joint_m: DVec3, ray: u32) -> Option<[i32; 3]> {
+/// The return from a joint: in front and in the image, its ray ending in the same person near the joint.
+fn seen(eye: &Eye, at: &Station, human: &ObjectVoxels, joint_m: DVec3, ray: u32) -> Option<Return> {
     let grid = &at.truth.grid;
     let from = eye.placement.caster().origin_q16;
     let joint = grid.position_q16(joint_m);
@@ -101,7 +101,7 @@ fn seen(eye: &Eye, at: &Station, human: &ObjectVoxels, joint_m: DVec3, ray: u32)
     let distance = way.iter().map(|&x| x as i128 * x as i128).sum::<i128>().isqrt();
     let off = (i128::from(found.distance_q16) - distance).abs();
     let near = off <= i128::from(length_q16(eye.tolerance_m, grid.voxel_size_m));
-    (near && human.cells.get(found.hit)).then_some(found.read)
+    (near && human.cells.get(found.hit)).then_some(found)
 }
 
 /// How many joints of a person are detected.

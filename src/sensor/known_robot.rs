@@ -54,6 +54,10 @@ impl Kind for KnownRobot {
         }
     }
 
+    fn feels(&self, _: &Station) -> Reach {
+        Reach::Only(BitGrid::nowhere())
+    }
+
     fn claims(&self, at: &Station) -> Vec<Claim> {
         let robot = known(at.truth);
         let occupied = robot.over(robot.window().intersection(&at.window));

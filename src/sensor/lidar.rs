@@ -146,6 +146,10 @@ impl Kind for Lidar {
         }
     }
 
+    fn feels_presence(&self, representation: usize) -> bool {
+        self.field(representation).is_some()
+    }
+
     fn adds(&self, representation: usize) -> bool {
         self.field(representation).is_some()
     }
@@ -168,9 +172,16 @@ impl Kind for Lidar {
         let guarded = |(field, rays): (&Field, &Rays)| {
             let whole = field.cells(self, at);
             let from = at.placement(self);
-            let on = look::returns(&at.truth.blockers, rays, &from).any(|found| whole.get(found.read));
+            let mut felt = BitGrid::new(at.truth.human.window());
+            let mut on = false;
+            for found in look::returns(&at.truth.blockers, rays, &from).filter(|found| whole.get(found.read))
+            {
+                on = true;
+                felt.set(found.hit);
+            }
+            felt.keep(&at.truth.human);
             let window = whole.window().intersection(&at.window);
-            switched(whole.over(window), on, field.otherwise_free)
+            switched(at, whole.over(window), on, field.otherwise_free, felt)
         };
         let claim = |r| self.field(r).zip(at.rays).map_or_else(points, guarded);
         (0..self.representations().len()).map(claim).collect()

@@ -220,6 +220,16 @@ pub trait Kind: Debug + Send + Sync {
         true
     }
 
+    /// Whether it tells that somebody is there: the people's voxels that it feels are its hits.
+    fn feels_presence(&self, _representation: usize) -> bool {
+        false
+    }
+
+    /// Where voxels may be that it hits or feels, if that is not where its rays can reach.
+    fn feels(&self, _: &Station) -> Reach {
+        Reach::Rays
+    }
+
     /// Whether the environment alone trips it, so that it never changes.
     fn is_stuck(&self, _: &Station) -> bool {
         false
@@ -309,11 +319,15 @@ fn level(at: &Station) -> Result<(), String> {
     }
 }
 
-/// What a switch says of a volume: occupied when it is on, else free if its silence certifies that.
-fn switched(volume: BitGrid, on: bool, otherwise_free: bool) -> Claim {
+/// What a switch says of a volume: occupied when it is on, else free if its silence certifies that. `felt` are the voxels
+/// of people that it feels when it is on.
+fn switched(at: &Station, volume: BitGrid, on: bool, otherwise_free: bool, felt: BitGrid) -> Claim {
     let empty = BitGrid::nowhere();
     let planes = match (on, otherwise_free) {
-        (true, _) => Some(Planes { occupied: volume, free: empty.clone(), hits: empty }),
+        (true, _) => {
+            let hits = felt.over(felt.window().intersection(&at.window));
+            Some(Planes { occupied: volume, free: empty, hits })
+        }
         (false, true) => Some(Planes { occupied: empty.clone(), free: volume, hits: empty }),
         (false, false) => None,
     };

@@ -43,6 +43,10 @@ impl Kind for Pad {
         SWITCHES
     }
 
+    fn feels_presence(&self, _: usize) -> bool {
+        true
+    }
+
     fn prisms(&self) -> Vec<&Prism> {
         vec![&self.column]
     }
@@ -71,7 +75,12 @@ impl Kind for Pad {
             true => pressing.meets(&at.truth.human) || pressing.meets(&at.truth.robot),
             false => !pressing.is_empty(),
         };
-        vec![switched(self.column(at, false), on, self.otherwise_free)]
+        pressing.keep(&at.truth.human);
+        vec![switched(at, self.column(at, false), on, self.otherwise_free, pressing)]
+    }
+
+    fn feels(&self, at: &Station) -> Reach {
+        Reach::Only(self.column(&at.everywhere(), true))
     }
 
     fn reach(&self, at: &Station) -> Reach {

@@ -59,6 +59,10 @@ impl Kind for Rgb {
         SWITCHES
     }
 
+    fn feels_presence(&self, _: usize) -> bool {
+        true
+    }
+
     fn check(&self, at: &Station) -> Result<(), String> {
         keypoints::check(at)?;
         self.zone.check(&Pose::ORIGIN, &at.truth.grid).map_err(|e| format!("zone: {e}"))
@@ -72,7 +76,9 @@ impl Kind for Rgb {
         let eye = Eye { camera: &self.camera, rays, placement, tolerance_m: self.keypoint_tolerance_m };
         let people = keypoints::detect(&eye, at);
         let on = people.iter().any(|joints| keypoints::count(joints) >= self.min_keypoints);
-        vec![switched(self.zone(&at.truth.grid, at.window), on, self.otherwise_free)]
+        let mut felt = BitGrid::new(at.truth.human.window());
+        people.iter().flatten().flatten().for_each(|found| felt.set(found.hit));
+        vec![switched(at, self.zone(&at.truth.grid, at.window), on, self.otherwise_free, felt)]
     }
 
     fn wherever_it_stands(&self, truth: &Truth) -> Option<BitGrid> {

@@ -4,6 +4,7 @@ use super::keypoints::{self, BONES, Detected, Eye};
 use super::range::Range;
 use super::{Camera, Claim, FieldOfView, Kind, MEASURES, Scale, Station};
 use crate::backend::{Planes, Rays};
+use crate::scene::mannequin::JOINTS;
 use crate::voxel::grid::{MAX_VOXELS_PER_AXIS, ONE_Q16, length_q16};
 use crate::voxel::{BitGrid, Truth, Window, solid};
 
@@ -19,6 +20,9 @@ pub struct Rgbd {
     /// Largest difference between the distance of a return and of the joint it is taken for, in metres.
     pub keypoint_tolerance_m: f64,
 }
+
+/// Where each joint of a person is read.
+type Joints = [Option<[i32; 3]>; JOINTS.len()];
 
 /// What a camera makes of the keypoints that it detects, besides the points.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -51,7 +55,7 @@ impl Shape {
     }
 
     /// The volume around what is detected of each person, over the part of a window that holds it.
-    fn volume(&self, people: &[Detected], voxel_size_m: f64, window: Window) -> BitGrid {
+    fn volume(&self, people: &[Joints], voxel_size_m: f64, window: Window) -> BitGrid {
         let radius_q16 = self.radius_m().map_or(0, |radius_m| length_q16(radius_m, voxel_size_m));
         let reach = (radius_q16 / ONE_Q16).clamp(0, MAX_VOXELS_PER_AXIS.into()) as i32 + 1;
         let joints = people.iter().flatten().flatten().map(|&joint| Window::between(joint, joint));
@@ -152,6 +156,8 @@ impl Kind for Rgbd {
         };
         let looks = self.shapes.iter().any(|shape| *shape != Shape::Points);
         let people = at.rays.filter(|_| looks).map_or_else(Vec::new, detected);
+        let read = |joints: &Detected| joints.map(|joint| joint.map(|found| found.read));
+        let people: Vec<Joints> = people.iter().map(read).collect();
         let claim = |shape: &Shape| {
             let occupied = shape.volume(&people, at.truth.grid.voxel_size_m, at.window);
             let planes = Planes { occupied, free: BitGrid::nowhere(), hits: BitGrid::nowhere() };

@@ -29,6 +29,9 @@ pub(super) struct StudyFile {
     /// Whether sensors of unknown noise may be compared with sensors whose noise is known. Default false.
     #[serde(default)]
     pub(super) mixed_noise: bool,
+    /// How many voxels of a body part must be hit for it to be detected. Default 3.
+    #[serde(default = "three")]
+    pub(super) min_hits: u32,
     /// The voxels.
     #[serde(default)]
     pub(super) grid: GridFile,
@@ -49,6 +52,10 @@ pub(super) struct StudyFile {
 
 fn once() -> u32 {
     1
+}
+
+fn three() -> u32 {
+    3
 }
 
 /// The voxels.

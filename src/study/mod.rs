@@ -68,6 +68,8 @@ pub struct Study {
     pub warnings: Vec<String>,
     /// How often everything is scored, each time with other noise; once where nothing is noisy.
     pub repeats: u32,
+    /// How many voxels of a body part must be hit for it to be detected.
+    pub min_hits: u32,
     /// What its files were read through, and its meshes will be.
     pub sources: Sources,
 }
@@ -142,6 +144,9 @@ impl Study {
                 &format!("must be from 1 to {MAX_REPEATS}"),
             )));
         }
+        if file.min_hits == 0 {
+            problems.keep::<()>(Err(at.wrong("min_hits", 0, "must be 1 or more")));
+        }
         // What names sensors can be judged only where all of them are known.
         let (Some(voxel_size_m), Some(bounds_m), true) = (voxel_size_m, bounds_m, problems.is_empty()) else {
             return Err(all(problems));
@@ -167,6 +172,7 @@ impl Study {
             combinations,
             noiseless: overrides.noiseless,
             repeats,
+            min_hits: file.min_hits,
             sources,
         })
     }

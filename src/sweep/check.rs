@@ -7,6 +7,7 @@ use serde_json::{Value, json};
 
 use super::{Ask, Batch, Ledger, Row, World, run_asks, table};
 use crate::backend::Backend;
+use crate::metrics::BodyPart;
 use crate::study::Study;
 use crate::{Error, Result};
 
@@ -149,6 +150,8 @@ fn difference(study: &Study, theirs: &Row, ours: &Row) -> Difference {
         "scene {scene}, snapshot {}, repeat {}, poses {poses}, {representation} in region {region}",
         theirs.snapshot, theirs.repeat
     );
+    let missed = BodyPart::ALL.map(BodyPart::name);
+    let columns = [&table::COUNT_COLUMNS[..], &table::DETECTION_COLUMNS, &missed].concat();
     let evidence = json!({
         "scene": scene,
         "snapshot": theirs.snapshot,
@@ -157,9 +160,9 @@ fn difference(study: &Study, theirs: &Row, ours: &Row) -> Difference {
         "poses": poses,
         "representation": representation,
         "region": region,
-        "columns": table::COUNT_COLUMNS,
-        "counted_by_device": theirs.counts.counts(),
-        "counted_by_cpu": ours.counts.counts(),
+        "columns": columns,
+        "counted_by_device": theirs.counts.numbers(),
+        "counted_by_cpu": ours.counts.numbers(),
     });
     Difference { place, evidence }
 }

@@ -225,14 +225,14 @@ pub(super) fn first_unequal(
     let world = worlds.iter().find(|world| (world.scene, world.snapshot) == (a.scene, a.snapshot))?;
     Some(format!(
         "scene {}, repeat {}, poses {}, {} in region {}, {backend} against the oracle: counts {:?}, expected {:?} (tp fp fn \
-         tn uo uf, then tp fn uo of the human and of the robot)",
+         tn uo uf, then tp fn uo of people and of the robot, then hits of people, people, people detected, parts, parts detected, and each part missed)",
         world.title(study),
         a.repeat,
         pose_names(study, spec, a.choice),
         representation_names(study, spec)[a.interpretation],
         study.regions[a.region].0,
-        b.counts.counts(),
-        a.counts.counts()
+        b.counts.numbers(),
+        a.counts.numbers()
     ))
 }
 
@@ -250,7 +250,8 @@ fn timed(
     for batch in placements.chunks(backend.slots()) {
         let shots: Vec<_> = (0..).zip(batch).map(|(slot, placement)| Shot::once(slot, *placement)).collect();
         backend.sense(0, &shots)?;
-        let alone = |shot: &Shot| vec![Reading { slot: shot.slot, volume: None, hit: 1, miss: -1 }];
+        let alone =
+            |shot: &Shot| vec![Reading { slot: shot.slot, volume: None, hit: 1, miss: -1, presence: false }];
         let jobs: Vec<_> = shots.iter().map(alone).collect();
         counts.extend(backend.score(Fusion::OccupiedWins, &jobs)?);
     }
@@ -268,7 +269,7 @@ fn count_differences((expected, counts): Said, (got, found): Said) -> u64 {
         only_b.remove(a);
         only_a.count() + only_b.count()
     };
-    let flat = |all: &[Confusion]| -> Vec<u64> { all.iter().flat_map(Confusion::counts).collect() };
+    let flat = |all: &[Confusion]| -> Vec<u64> { all.iter().flat_map(Confusion::numbers).collect() };
     let planes = expected.planes.named().into_iter().zip(got.planes.named());
     planes.map(|((_, a), (_, b))| bits(a, b)).sum::<u64>()
         + unequal(&expected.ends, &got.ends)

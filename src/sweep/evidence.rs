@@ -179,7 +179,9 @@ impl<'a> Store<'a> {
             shots[key.sensor].extend(cast.map(|slot| Shot { slot, placement, first_hits }));
             let mut readings = Vec::new();
             for (representation, claim) in claims.into_iter().enumerate() {
-                let [hit, miss] = self.study.sensors[key.sensor].kind.log_odds(representation);
+                let kind = &self.study.sensors[key.sensor].kind;
+                let ([hit, miss], presence) =
+                    (kind.log_odds(representation), kind.feels_presence(representation));
                 let added = claim.planes.map(|planes| {
                     let slot = take(&mut self.vacant);
                     uploads.push((slot, planes));
@@ -187,8 +189,8 @@ impl<'a> Store<'a> {
                 });
                 let cast = cast.filter(|_| claim.cast);
                 readings.push(match (cast, added) {
-                    (Some(slot), volume) => Some(Reading { slot, volume, hit, miss }),
-                    (None, added) => added.map(|slot| Reading { slot, volume: None, hit, miss }),
+                    (Some(slot), volume) => Some(Reading { slot, volume, hit, miss, presence }),
+                    (None, added) => added.map(|slot| Reading { slot, volume: None, hit, miss, presence }),
                 });
             }
             self.held.insert(*key, Held { slots, readings });

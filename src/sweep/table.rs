@@ -2,7 +2,7 @@
 
 use super::World;
 use super::place::Places;
-use crate::metrics::COUNTERS;
+use crate::metrics::{COUNTERS, DETECTION_COUNTERS};
 use crate::sensor::{Pose, Setting};
 use crate::study::{Combination, Study};
 
@@ -11,6 +11,13 @@ pub const COUNT_COLUMNS: [&str; COUNTERS] = [
     "tp", "fp", "fn", "tn", "uo", "uf", "tp_human", "fn_human", "uo_human", "tp_robot", "fn_robot",
     "uo_robot",
 ];
+
+/// The columns of who is detected, in the order of [`crate::metrics::Detection::counts`].
+pub const DETECTION_COLUMNS: [&str; DETECTION_COUNTERS] =
+    ["hit_human", "people", "people_detected", "parts", "parts_detected"];
+
+/// The column of the names of the body parts that are missed.
+pub const MISSED_COLUMN: &str = "parts_missed";
 
 /// What stands between the members of a combination in the columns `poses` and `representation`.
 pub const BETWEEN_MEMBERS: &str = ";";

@@ -18,7 +18,7 @@ use crate::metrics::Confusion;
 use crate::scene::{Scene, build::build_or_all};
 use crate::sensor::{self, Pose, Reach, Sensor, Setting, Stance, Station};
 use crate::study::Study;
-use crate::voxel::{BitGrid, Grid, Region, Shape, Truth, Window, region, voxelize};
+use crate::voxel::{BitGrid, Grid, People, Region, Shape, Truth, Window, region, voxelize};
 use crate::{Error, Result};
 
 /// A scene of a study at one moment, in voxels.
@@ -40,6 +40,8 @@ pub struct World {
     pub settings: Vec<Vec<Setting>>,
     /// For each region, what the simplest answers would score.
     pub baselines: Vec<Baselines>,
+    /// Whose voxels people's are.
+    pub people: People,
     /// What was assumed about the scene that the user may not expect, told with its first snapshot only.
     pub warnings: Vec<String>,
 }
@@ -161,7 +163,8 @@ impl World {
             let (sensor, candidate) = (&study.sensors[sensor], &study.sensors[sensor].candidates[candidate]);
             vec![Error::Input(format!("sensor {:?}: {} {e}", sensor.name, candidate.name))]
         })?;
-        let baselines = regions.iter().map(|region| baselines(&truth, region, &reachable)).collect();
+        let people = People::of(&truth, study.min_hits);
+        let baselines = regions.iter().map(|region| baselines(&truth, region, &people, &reachable)).collect();
         let name = study.scenes[scene].name.clone();
         Ok(World {
             scene,
@@ -172,6 +175,7 @@ impl World {
             regions,
             settings,
             baselines,
+            people,
             warnings: Vec::new(),
         })
     }
@@ -212,6 +216,7 @@ impl World {
             human: self.truth.human.over(window),
             robot: self.truth.robot.over(window),
             regions: self.regions.iter().map(|region| region.cells.over(window)).collect(),
+            people: self.people.within(window),
         }
     }
 }
@@ -273,9 +278,19 @@ fn settings(sensor: &Sensor, scene: &Scene) -> Result<Vec<Setting>> {
 /// What is wrong with a candidate: index of the sensor, of the candidate, and why.
 type Wrong = (usize, usize, String);
 
-/// The voxels that any sensor of the study could speak of from any of its candidates, every candidate checked.
-fn reachable(study: &Study, truth: &Truth, settings: &[Vec<Setting>]) -> Result<BitGrid, Wrong> {
-    let (mut begins, mut spoken_of) = (Vec::new(), BitGrid::new(truth.grid.window()));
+/// What any sensor of a study could do from any of its candidates.
+struct Reachable {
+    /// The voxels that it could speak of.
+    spoken_of: BitGrid,
+    /// The voxels that it could hit or feel.
+    hit: BitGrid,
+}
+
+/// What any sensor of the study could do from any of its candidates, every candidate checked.
+fn reachable(study: &Study, truth: &Truth, settings: &[Vec<Setting>]) -> Result<Reachable, Wrong> {
+    let blank = BitGrid::new(truth.grid.window());
+    let (mut begins, mut spoken_of) = (Vec::new(), blank.clone());
+    let (mut hits_begin, mut hit) = (Vec::new(), blank);
     for (s, sensor) in study.sensors.iter().enumerate() {
         if let Some(cells) = sensor.kind.wherever_it_stands(truth) {
             spoken_of.add(&cells);
@@ -287,6 +302,10 @@ fn reachable(study: &Study, truth: &Truth, settings: &[Vec<Setting>]) -> Result<
                 Station { truth, window: truth.grid.window(), setting, rays: None, truly: None, draws: 0 };
             sensor.kind.check(&station).map_err(|e| (s, c, e))?;
             let begin = (truth.grid.position_q16(station.pose().position_m), housing);
+            match sensor.kind.feels(&station) {
+                Reach::Only(cells) => hit.add(&cells),
+                Reach::Rays | Reach::RaysAnd(_) => hits_begin.push(begin),
+            }
             match sensor.kind.reach(&station) {
                 Reach::Rays => begins.push(begin),
                 Reach::Only(cells) => spoken_of.add(&cells),
@@ -297,10 +316,13 @@ fn reachable(study: &Study, truth: &Truth, settings: &[Vec<Setting>]) -> Result<
             }
         }
     }
-    if !begins.is_empty() {
-        spoken_of.add(&voxelize::reachable(truth, begins));
-    }
-    Ok(spoken_of)
+    let same = begins == hits_begin;
+    let by_rays = |begins: Vec<_>| (!begins.is_empty()).then(|| voxelize::reachable(truth, begins));
+    let seen = by_rays(begins);
+    let may_hit = if same { seen.clone() } else { by_rays(hits_begin) };
+    seen.iter().for_each(|cells| spoken_of.add(cells));
+    may_hit.iter().for_each(|cells| hit.add(cells));
+    Ok(Reachable { spoken_of, hit })
 }
 
 /// The grid of a scene: the user's bounds, or all surfaces of all snapshots and sensor positions.
@@ -385,7 +407,8 @@ fn first_pose(
     Some(format!("sensor {:?}: pose {} at {at}{off}", sensor.name, sensor.candidates[c].name))
 }
 
-fn baselines(truth: &Truth, region: &Region, reachable: &BitGrid) -> Baselines {
+fn baselines(truth: &Truth, region: &Region, people: &People, reachable: &Reachable) -> Baselines {
+    let Reachable { spoken_of: reachable, hit } = reachable;
     let count = |planes: &[&BitGrid]| {
         let mut cells = BitGrid::clone(&region.cells);
         planes.iter().for_each(|plane| cells.keep(plane));
@@ -397,7 +420,10 @@ fn baselines(truth: &Truth, region: &Region, reachable: &BitGrid) -> Baselines {
     let h_reached = count(&[reachable, &truth.occupied, &truth.human]);
     let r_reached = count(&[reachable, &truth.occupied, &truth.robot]);
     let f = s - t;
-    let from = Confusion::from_counts;
+    // Whoever reaches a voxel of a person may be a presence sensor.
+    let may_hit = people.detection(&region.cells, |voxel| hit.get(voxel), |voxel| hit.get(voxel));
+    let no_hit = people.detection(&region.cells, |_| false, |_| false);
+    let from = |counts| Confusion::from_counts(counts).with(no_hit);
     Baselines {
         all_occupied: from([t, f, 0, 0, 0, 0, h, 0, 0, r, 0, 0]),
         all_free: from([0, 0, t, f, 0, 0, 0, h, 0, 0, r, 0]),
@@ -415,7 +441,8 @@ fn baselines(truth: &Truth, region: &Region, reachable: &BitGrid) -> Baselines {
             r_reached,
             0,
             r - r_reached,
-        ]),
+        ])
+        .with(may_hit),
     }
 }
 

@@ -50,6 +50,8 @@ pub struct Member {
     pub cast: Option<Evidence>,
     /// What it says in this representation, over the grid; `occupied` wins where both are set.
     pub says: Planes,
+    /// Whether its hits are voxels of people that it feels.
+    pub presence: bool,
 }
 
 /// A choice, looked at.
@@ -146,7 +148,8 @@ impl<'a, 'b> Viewer<'a, 'b> {
                 says.hits.add(&part.hits);
             }
             voices.push((says.clone(), kind.log_odds(way)));
-            members.push(Member { sensor, candidate, placement, cast, says });
+            let presence = kind.feels_presence(way);
+            members.push(Member { sensor, candidate, placement, cast, says, presence });
         }
         let labels = fused(grid, combination.fusion, &voices);
         Ok(View { study, world, choice, members, labels, tables: tables.clone() })
@@ -212,7 +215,9 @@ impl<'a> View<'a> {
             let all = [Verdict::Tp, Verdict::Fn, Verdict::Uo];
             counts.extend(all.map(|verdict| count(verdict, Some(of))));
         }
-        Confusion::from_counts(std::array::from_fn(|i| counts[i]))
+        let sensed = |voxel| self.members.iter().any(|member| member.presence && member.says.hits.get(voxel));
+        let detection = self.world.people.detection(cells, |voxel| self.labels.hits.get(voxel), sensed);
+        Confusion::from_counts(std::array::from_fn(|i| counts[i])).with(detection)
     }
 }
 

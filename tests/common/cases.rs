@@ -7,8 +7,9 @@ use std::sync::Arc;
 use perirobot::backend::oracle::Oracle;
 use perirobot::backend::{Backend, Cell, Noise, Placement, Planes, Rays, Reading, Slot, Standpoint};
 use perirobot::march::{self, End, Gates, MAX_RANGE_VOXELS, NOISE_STEPS};
+use perirobot::metrics::BodyPart;
 use perirobot::sensor::Camera;
-use perirobot::voxel::{BitGrid, Window};
+use perirobot::voxel::{BitGrid, BodyVoxel, People, Window};
 
 use super::Random;
 
@@ -152,7 +153,7 @@ pub(crate) fn job(random: &mut Random) -> Vec<Reading> {
             _ => random.of(&[(847, -405), (3511, -405), (3511, 0)]),
         };
         let volume = random.one_in(2).then(|| random.below(SLOTS));
-        Reading { slot: random.below(SLOTS), volume, hit, miss }
+        Reading { slot: random.below(SLOTS), volume, hit, miss, presence: random.one_in(3) }
     };
     (0..1 + random.below(4)).map(|_| reading(random)).collect()
 }
@@ -238,13 +239,28 @@ fn cell(random: &mut Random, grid: Window) -> Cell {
         regions.push(region);
     }
     let [truth, human, robot] = [truth, human, robot].map(|plane| plane.over(window));
+    let people = people(random, &truth, &human);
     let still = random.one_in(3).then(|| {
         let mut still = blockers.clone();
         let moves = inner(random, grid);
         still.remove(&BitGrid::full(moves));
         Arc::new(still)
     });
-    Cell { blockers: blockers.into(), still, window, truth, human, robot, regions }
+    Cell { blockers: blockers.into(), still, window, truth, human, robot, regions, people }
+}
+
+/// Whose the truly occupied voxels of people are: of up to three people, who have parts of all kinds in any voxel.
+fn people(random: &mut Random, truth: &BitGrid, human: &BitGrid) -> People {
+    let mut theirs = human.clone();
+    theirs.keep(truth);
+    let (people, parts) = (1 + random.below(3), 1 + random.below(11));
+    let mut of = |voxel| BodyVoxel {
+        voxel,
+        person: random.below(people),
+        part: BodyPart::ALL[random.below(parts) as usize],
+    };
+    let voxels = theirs.cells().map(&mut of).collect();
+    People { min_hits: 1 + random.below(6), voxels }
 }
 
 /// A direction in Q15, of length one.

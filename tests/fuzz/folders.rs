@@ -61,7 +61,7 @@ position_m = [0, 0, 0.3]
 "#;
 /// Sizes in the journal's bytes.
 const HEADER_BYTES: usize = 128;
-const RECORD_BYTES: usize = 64;
+const RECORD_BYTES: usize = 88;
 const CHECK_BYTES: usize = 8;
 /// How a journal is mended before it is written, by the bits of its input's first byte: chance does not find checksums.
 const OF_THIS_SWEEP: u8 = 1;

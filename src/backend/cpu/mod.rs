@@ -215,7 +215,15 @@ impl Backend for Cpu {
     }
 
     fn upload(&mut self, evidence: Vec<(Slot, Planes)>) -> Result<()> {
-        evidence.into_iter().for_each(|(slot, planes)| self.slots[slot as usize] = Some(planes));
+        let window = self.loaded()?.cell.window;
+        for (slot, mut planes) in evidence {
+            // Hits are looked up by their words.
+            if planes.hits.window() != window {
+                let blank = planes.hits.is_empty();
+                planes.hits = if blank { BitGrid::nowhere() } else { planes.hits.over(window) };
+            }
+            self.slots[slot as usize] = Some(planes);
+        }
         Ok(())
     }
 

@@ -6,6 +6,7 @@ use std::sync::Arc;
 use super::device::{Device, Scratch};
 use super::plan::{CellSizes, TableSizes};
 use super::types::{BOX_BITS, BOX_EDGE, NO_SLOT, ReadingWords, Setup, TableWords};
+use crate::backend::roll::Roll;
 use crate::backend::{Cell, Rays, Reading, Slot};
 use crate::voxel::{BitGrid, Bricks, Window};
 use crate::{Error, Result};
@@ -52,6 +53,9 @@ pub(super) struct Loaded {
     pub(super) human: wgpu::Buffer,
     pub(super) robot: wgpu::Buffer,
     pub(super) regions: Vec<wgpu::Buffer>,
+    pub(super) roll: Roll,
+    /// The voxels of people, as the roll lists them.
+    pub(super) flesh: wgpu::Buffer,
     /// Two planes of each slot, one after the other: occupied and hits.
     pub(super) ended: wgpu::Buffer,
     /// The free plane of each slot.
@@ -65,7 +69,7 @@ impl Loaded {
     pub(super) fn new(
         device: &Device,
         cell: &Cell,
-        sizes: CellSizes,
+        (sizes, roll): (CellSizes, Roll),
         (boxes, wanted): (&[[u32; 3]], u32),
         memory_bytes: Option<u64>,
         kept: &Kept,
@@ -86,7 +90,8 @@ impl Loaded {
         let in_grid = |corner: &[u32; 3]| std::array::from_fn(|r| cell.window.min[r] + corner[r] as i32);
         Loaded {
             window: cell.window,
-            setup: Scratch::uniform("setup").filled(device, &[Setup::new(cell, kept.stride)]),
+            setup: Scratch::uniform("setup")
+                .filled(device, &[Setup::new(cell, kept.stride, roll.counters() as u32)]),
             blockers: device.upload("blockers", &layer_words(&cell.blockers)),
             layers: cell.still.as_ref().map(layers),
             boxes: device.upload("boxes", &boxes.iter().map(number).collect::<Vec<_>>()),
@@ -95,6 +100,8 @@ impl Loaded {
             human: device.upload("human", cell.human.words()),
             robot: device.upload("robot", cell.robot.words()),
             regions: cell.regions.iter().map(|region| device.upload("region", region.words())).collect(),
+            flesh: device.upload("flesh", &roll.flesh),
+            roll,
             ended: room.ended.hold(device, 2 * arena),
             free: room.free.hold(device, arena),
             held: vec![false; slots],
@@ -117,8 +124,9 @@ impl Loaded {
             self.offset(slot)?;
             Ok(if self.held[slot as usize] { slot } else { NO_SLOT })
         };
-        let Reading { slot, volume, hit, miss } = *reading;
-        Ok(ReadingWords { slot: held(slot)?, volume: volume.map_or(Ok(NO_SLOT), held)?, hit, miss })
+        let Reading { slot, volume, hit, miss, presence } = *reading;
+        let volume = volume.map_or(Ok(NO_SLOT), held)?;
+        Ok(ReadingWords { slot: held(slot)?, volume, hit, miss, presence: presence.into() })
     }
 }
 
@@ -187,6 +195,7 @@ pub(super) struct Room {
     pub(super) fused_occupied: Scratch,
     pub(super) fused_free: Scratch,
     pub(super) counts: Scratch,
+    pub(super) found: Scratch,
 }
 
 impl Room {
@@ -205,6 +214,7 @@ impl Room {
             fused_occupied: Scratch::storage("fused_occupied"),
             fused_free: Scratch::storage("fused_free"),
             counts: Scratch::storage("counts"),
+            found: Scratch::storage("found"),
         }
     }
 }

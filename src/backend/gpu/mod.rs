@@ -22,6 +22,7 @@ pub use types::{SHADER_PROOF, Stage, shader_prelude, shader_source};
 use std::collections::VecDeque;
 use std::time::Duration;
 
+use super::roll::Roll;
 use super::{
     Backend, Carving, Cell, Evidence, Fusion, Placement, Planes, Rays, Reading, Shot, Slot, no_table,
 };
@@ -124,10 +125,12 @@ impl Backend for Gpu {
         self.loaded = None;
         let device = &self.queue.device;
         let (boxes, wanted) = plan::boxes(cell);
-        let sizes = CellSizes::of(cell, [wanted, boxes.len() as u32], &device.report)?;
+        let roll = Roll::new(cell);
+        let sizes = CellSizes::of(cell, [wanted, boxes.len() as u32], &roll, &device.report)?;
         self.kept.load(device, cell.still.as_ref(), &self.tables);
         let (boxes, memory_bytes) = ((boxes.as_slice(), wanted), self.memory_bytes);
-        self.loaded = Some(Loaded::new(device, cell, sizes, boxes, memory_bytes, &self.kept, &mut self.room));
+        self.loaded =
+            Some(Loaded::new(device, cell, (sizes, roll), boxes, memory_bytes, &self.kept, &mut self.room));
         tracing::debug!("gpu: scene loaded, room for {} pieces of evidence", self.slots());
         self.queue.device.check().inspect_err(|_| self.loaded = None)
     }
@@ -192,7 +195,8 @@ impl Backend for Gpu {
 
     fn answer(&mut self) -> Result<Vec<Vec<Confusion>>> {
         let question = self.questions.pop_front().ok_or_else(super::nothing_asked)?;
-        question.answer(&mut self.queue)
+        let roll = &self.loaded.as_ref().ok_or_else(no_scene)?.roll;
+        question.answer(&mut self.queue, roll)
     }
 
     fn read(&mut self, table: usize, placement: &Placement) -> Result<Evidence> {

@@ -10,6 +10,7 @@ use super::types::{
     BOX_EDGE, BOXES_AT_ONCE, FARTHEST_READ_Q16, HEADS, PYRAMID_LEVELS, Part, Stage, WORDS_PER_INVOCATION,
     WORKGROUP,
 };
+use crate::backend::roll::{Flesh, Roll};
 use crate::backend::{Carving, Cell, Image, Rays};
 use crate::march::MAX_RANGE_VOXELS;
 use crate::voxel::{BitGrid, Bricks};
@@ -184,6 +185,9 @@ pub(super) struct CellSizes {
     boxes: [u32; 2],
     /// The words of each region that are not zero, from the first to the last.
     regions: Vec<Range<u32>>,
+    /// Words with voxels of people, and the counters of a job's hits in them.
+    flesh: u32,
+    counters: u32,
 }
 
 /// What a batch of placements needs.
@@ -199,11 +203,14 @@ pub(super) struct Batch {
 
 impl CellSizes {
     /// The sizes of a scene of so many boxes of voxels, if the adapter can bind it.
-    pub(super) fn of(cell: &Cell, boxes: [u32; 2], adapter: &AdapterReport) -> Result<Self> {
+    pub(super) fn of(cell: &Cell, boxes: [u32; 2], roll: &Roll, adapter: &AdapterReport) -> Result<Self> {
         let (grid, window) = (cell.blockers.words().len(), cell.truth.words().len());
         let bricks = Bricks::size_of(cell.blockers.window().size).iter().map(|&n| n as u64).product::<u64>();
         fits(adapter, "the grid takes", grid as u64 * 4 + bricks.next_multiple_of(4), "larger voxels")?;
         fits(adapter, "the evidence of one placement takes", window as u64 * 8, "smaller regions")?;
+        let (flesh, counters) = (roll.flesh.len() as u64, roll.counters() as u64);
+        fits(adapter, "the voxels of people take", flesh * size_of::<Flesh>() as u64, "fewer regions")?;
+        fits(adapter, "the parts of people take", counters * 4, "fewer regions")?;
         let region_words = |words: &[u32]| {
             let first = words.iter().position(|&w| w != 0).unwrap_or(0);
             let end = words.iter().rposition(|&w| w != 0).map_or(first, |last| last + 1);
@@ -214,6 +221,8 @@ impl CellSizes {
             window_words: window as u32,
             boxes,
             regions: cell.regions.iter().map(|region| region_words(region.words())).collect(),
+            flesh: flesh as u32,
+            counters: counters as u32,
         })
     }
 
@@ -240,9 +249,15 @@ impl CellSizes {
         told.unwrap_or(EVIDENCE_BYTES).holds(adapter, &planes).clamp(1, MOST_SLOTS) as usize
     }
 
-    /// How many jobs go in a batch: as many as the budget and a binding hold the fused planes of, at least one.
+    /// Bytes of the counters of one job's hits.
+    pub(super) fn found_bytes(&self) -> u64 {
+        self.counters as u64 * 4
+    }
+
+    /// How many jobs go in a batch: as many as the budget and a binding hold the fused planes and counters of, at least one.
     pub(super) fn jobs_at_once(&self, adapter: &AdapterReport) -> usize {
-        BATCH_BYTES.holds(adapter, &[self.plane_bytes(); 2]).clamp(1, JOBS_PER_BATCH) as usize
+        let bytes = [self.plane_bytes(), self.plane_bytes(), self.found_bytes()];
+        BATCH_BYTES.holds(adapter, &bytes).clamp(1, JOBS_PER_BATCH) as usize
     }
 
     /// How a table's free voxels are found for less: along its rays, through the window, or from the pixels of its
@@ -322,6 +337,8 @@ impl CellSizes {
             let part = Part { region, ..Part::default() };
             out.extend(self.stage(Stage::Count, jobs, words.clone(), COUNT_COST, part, pace));
         }
+        let cost = readings.max(1) as u64;
+        out.extend(self.stage(Stage::Detect, jobs, 0..self.flesh, cost, Part::default(), pace));
         out
     }
 }

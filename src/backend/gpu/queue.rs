@@ -63,6 +63,7 @@ impl Queue {
             kernel(Stage::Walk, &[Uniform, Each, Uniform, Read, Read, Read, Write, Write])?,
             kernel(Stage::Fuse, &[Uniform, Each, Read, Read, Read, Read, Write, Write, Write])?,
             kernel(Stage::Count, &[Uniform, Each, Read, Read, Read, Read, Read, Read, Write, Write])?,
+            kernel(Stage::Detect, &[Uniform, Each, Read, Read, Read, Read, Write, Write])?,
         ];
         let alignment = device.device.limits().min_uniform_buffer_offset_alignment;
         Ok(Queue {

@@ -5,6 +5,7 @@ use super::queue::{Asked, Queue};
 use super::turns::MOST_READINGS;
 use super::types::{JobWords, Stage};
 use super::{Gpu, no_scene, plan};
+use crate::backend::roll::Roll;
 use crate::backend::{Fusion, Reading};
 use crate::metrics::{COUNTERS, Confusion};
 use crate::{Error, Result};
@@ -19,7 +20,7 @@ pub(super) struct Question {
 
 impl Question {
     /// Waits for the counts of each job in each region.
-    pub(super) fn answer(self, queue: &mut Queue) -> Result<Vec<Vec<Confusion>>> {
+    pub(super) fn answer(self, queue: &mut Queue, roll: &Roll) -> Result<Vec<Vec<Confusion>>> {
         let Question { batches, jobs, regions } = self;
         if regions == 0 {
             return Ok(vec![vec![]; jobs]);
@@ -27,12 +28,13 @@ impl Question {
         let region = |c: &[u32]| Confusion::from_counts(std::array::from_fn(|i| c[i] as u64));
         let mut counts = Vec::with_capacity(jobs);
         for batch in batches {
-            let words = queue.answer(batch)?.swap_remove(0);
-            counts.extend(
-                words
-                    .chunks_exact(regions * COUNTERS)
-                    .map(|c| c.chunks_exact(COUNTERS).map(region).collect()),
-            );
+            let words = queue.answer(batch)?;
+            let of_jobs = words[0].chunks_exact(regions * COUNTERS).enumerate();
+            counts.extend(of_jobs.map(|(job, counts)| {
+                let found = &words[1][job * roll.counters()..(job + 1) * roll.counters()];
+                let labels = counts.chunks_exact(COUNTERS).map(region);
+                labels.zip(roll.detections(found)).map(|(labels, found)| labels.with(found)).collect()
+            }));
         }
         Ok(counts)
     }
@@ -80,6 +82,9 @@ impl Gpu {
         let counts = room.counts.hold(device, bytes);
         let mut encoder = device.encoder();
         encoder.clear_buffer(&counts, 0, Some(bytes));
+        let found_bytes = jobs.len() as u64 * loaded.sizes.found_bytes();
+        let found = room.found.hold(device, found_bytes);
+        encoder.clear_buffer(&found, 0, Some(found_bytes));
 
         let most = jobs.iter().map(Vec::len).max().unwrap_or(0);
         let dispatches = loaded.sizes.scoring(jobs.len() as u32, most, &queue.pace);
@@ -92,10 +97,13 @@ impl Gpu {
             queue.bind(Stage::Count, &uniforms, &storage)
         };
         let count: Vec<_> = loaded.regions.iter().map(count).collect();
+        let detect = [&words, &readings, &loaded.flesh, &loaded.ended, &found];
+        let detect = queue.bind(Stage::Detect, &uniforms, &detect);
         queue.run(encoder, &dispatches, None, |d| match d.stage {
             Stage::Fuse => &fuse,
+            Stage::Detect => &detect,
             _ => &count[d.part.region as usize],
         });
-        Ok(queue.ask(&[(&counts, bytes)]))
+        Ok(queue.ask(&[(&counts, bytes), (&found, found_bytes)]))
     }
 }

@@ -59,11 +59,13 @@ pub enum Stage {
     Fuse,
     /// What that is worth in a region.
     Count,
+    /// Which voxels of people are hit.
+    Detect,
 }
 
 impl Stage {
     /// All of them, in the order they run; a stage's place here is that of its completion counters.
-    pub const ALL: [Stage; 9] = [
+    pub const ALL: [Stage; 10] = [
         Stage::Still,
         Stage::Cast,
         Stage::Pyramid,
@@ -73,11 +75,13 @@ impl Stage {
         Stage::Walk,
         Stage::Fuse,
         Stage::Count,
+        Stage::Detect,
     ];
 
     /// The name of its file, without the ending.
     pub fn name(self) -> &'static str {
-        ["still", "cast", "pyramid", "judge", "gather", "scan", "walk", "fuse", "count"][self as usize]
+        ["still", "cast", "pyramid", "judge", "gather", "scan", "walk", "fuse", "count", "detect"]
+            [self as usize]
     }
 }
 
@@ -110,11 +114,13 @@ pub struct Setup {
     pub bricks_y: u32,
     pub reach_word: u32,
     pub first_hits_stride: u32,
+    pub detection_counters: u32,
 }
 
 impl Setup {
-    /// The numbers of a scene, and the words of a slot of first hits in its still layer.
-    pub fn new(cell: &Cell, first_hits_stride: u32) -> Self {
+    /// The numbers of a scene, the words of a slot of first hits in its still layer, and the counters of people's hits of a
+    /// job.
+    pub fn new(cell: &Cell, first_hits_stride: u32, detection_counters: u32) -> Self {
         let [bricks_x, bricks_y, _] = Bricks::size_of(cell.blockers.window().size);
         let [grid_x, grid_y, grid_z] = cell.blockers.window().size;
         let [window_min_x, window_min_y, window_min_z] = cell.window.min;
@@ -137,6 +143,7 @@ impl Setup {
             bricks_y,
             reach_word: cell.blockers.words().len() as u32,
             first_hits_stride,
+            detection_counters,
         }
     }
 }
@@ -288,6 +295,7 @@ pub struct ReadingWords {
     pub volume: Slot,
     pub hit: i32,
     pub miss: i32,
+    pub presence: u32,
 }
 
 /// What stands in front of every kernel: the constants, the structs and the march. A kernel of a test's own can
@@ -352,6 +360,7 @@ pub fn shader_source(stage: Stage) -> String {
         Stage::Walk => ["", include_str!("../../../shaders/walk.wgsl")],
         Stage::Fuse => ["", include_str!("../../../shaders/fuse.wgsl")],
         Stage::Count => ["", include_str!("../../../shaders/count.wgsl")],
+        Stage::Detect => ["", include_str!("../../../shaders/detect.wgsl")],
     };
     shader_prelude() + SHADER_PROOF + &parts.concat()
 }

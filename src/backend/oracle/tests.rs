@@ -5,7 +5,7 @@ use std::sync::Arc;
 use super::*;
 use crate::backend::{Noise, Standpoint};
 use crate::march::Gates;
-use crate::voxel::Window;
+use crate::voxel::{People, Window};
 
 /// A ray along +x through the middle of a 10 × 3 × 3 grid, from voxel (0, 1, 1), with a wall at x = 6.
 fn corridor() -> (Cell, Rays, Placement) {
@@ -33,6 +33,7 @@ fn corridor() -> (Cell, Rays, Placement) {
         human,
         robot: BitGrid::new(window),
         regions: vec![everything],
+        people: People::default(),
     };
     let gates = Gates {
         range_min_q16: 0,
@@ -59,7 +60,7 @@ fn check(cell: &Cell, rays: &Rays, placement: &Placement, end: (u32, u32), six: 
     let evidence = oracle.read(0, placement).unwrap();
     assert_eq!((evidence.ends[0].kind, evidence.ends[0].crossings), end);
     oracle.sense(0, &[Shot::once(3, *placement)]).unwrap();
-    let alone = vec![Reading { slot: 3, volume: None, hit: 1, miss: -1 }];
+    let alone = vec![Reading { slot: 3, volume: None, hit: 1, miss: -1, presence: false }];
     let counts = oracle.score(Fusion::OccupiedWins, &[alone]).unwrap()[0][0];
     assert_eq!(counts.counts()[..6], six, "tp fp fn tn uo uf");
     counts
@@ -332,13 +333,13 @@ fn check_fused(evidence: &[&str], job: &[Reading], occupied_wins: &str, octomap:
 
 /// A range sensor, a pad, the known robot.
 fn range(slot: Slot) -> Reading {
-    Reading { slot, volume: None, hit: 847, miss: -405 }
+    Reading { slot, volume: None, hit: 847, miss: -405, presence: false }
 }
 fn pad(slot: Slot) -> Reading {
-    Reading { slot, volume: None, hit: 3511, miss: -405 }
+    Reading { slot, volume: None, hit: 3511, miss: -405, presence: false }
 }
 fn robot(slot: Slot) -> Reading {
-    Reading { slot, volume: None, hit: 3511, miss: 0 }
+    Reading { slot, volume: None, hit: 3511, miss: 0, presence: false }
 }
 
 #[test]
@@ -353,7 +354,7 @@ fn a_silent_pad_does_not_erase_what_a_camera_saw() {
     // 847 − 405; −2 · 405; −405 + 3511; −405.
     check_fused(&["off?", "ffof"], &[range(0), pad(1)], "ofof", "ofof");
     // A sum of zero is no label.
-    let even = Reading { slot: 0, volume: None, hit: 405, miss: -405 };
+    let even = Reading { slot: 0, volume: None, hit: 405, miss: -405, presence: false };
     check_fused(&["o", "f"], &[even, range(1)], "o", "?");
 }
 

@@ -79,7 +79,7 @@ struct Sight {
 }
 
 /// Looks at the best choices of each region and representation by F1, as many as are wanted and fit, and at some of the best by
-/// human_seen, in each scene's first moment and in the one where the choice is worst. Says how many of how many are done
+/// human_seen and by parts_detected, in each scene's first moment and in the one where the choice is worst. Says how many of how many are done
 /// after each. What the best of a region misses at its worst moment is explained.
 ///
 /// # Errors
@@ -111,8 +111,8 @@ pub(super) fn look(
     Ok(cells)
 }
 
-/// How many of the best by human_seen are looked at, where so many are by F1.
-fn share_of_seen(most: usize) -> usize {
+/// How many of the best by human_seen and by parts_detected are looked at, where so many are by F1.
+fn share_of_safety(most: usize) -> usize {
     most.div_ceil(5)
 }
 
@@ -122,7 +122,7 @@ fn sights(results: &Results, rankings: &[Ranking], most: usize) -> Vec<Sight> {
     for rank in 0..most {
         for (series, ranking) in rankings.iter().enumerate() {
             for (best, score) in BESTS.into_iter().enumerate() {
-                if score == Score::HumanSeen && rank >= share_of_seen(most) {
+                if score != Score::F1 && rank >= share_of_safety(most) {
                     continue;
                 }
                 for (region, list) in ranking.by(best).iter().enumerate() {

@@ -87,7 +87,7 @@ function posed(of = combination()) {
 /** The best answer without a sensor, by a measure over an extent. */
 function toBeat(measure = chosen.measure, extent = chosen.extent, region = chosen.region) {
   const all = data.baselines[region][extent].slice(0, 3).filter(([, values]) => values[measure] !== null);
-  return all.map(([name, values]) => ({ name, value: values[measure] })).reduce((best, next) => !best || next.value > best.value ? next : best, null);
+  return all.map(([name, values]) => ({ name, value: values[measure] })).reduce((best, next) => !best || isBetter(next.value, best.value, measure) ? next : best, null);
 }
 
 /** Positions of a member: for each the best choice that has it there. */

@@ -7,7 +7,7 @@ use serde::Serialize;
 
 use super::Sweep;
 use super::cells::Cells;
-use super::measure::{self, Baseline, Measure};
+use super::measure::{self, Baseline};
 use super::packed::Numbers;
 use super::ranking::Ranking;
 use super::scores::{self, Scores};
@@ -31,14 +31,16 @@ pub(super) struct Data<'a> {
     regions: &'a [String],
     scenes: Vec<SceneData<'a>>,
     measures: Vec<MeasureData>,
+    /// Which of them are plotted.
+    plotted: Vec<usize>,
     sensors: Vec<SensorData<'a>>,
     combinations: Vec<CombinationData<'a>>,
     series: Vec<SeriesData>,
     /// For each region, extent (all scenes, then each), and baseline: its measures.
     baselines: Vec<Vec<Vec<Baseline>>>,
-    /// For each region and score F1 and κ.
+    /// For each region and score that is plotted.
     distributions: Vec<Vec<Boxes>>,
-    /// For each region and score F1 and κ: each combination's mean of the scenes' maxima.
+    /// For each region and score that is plotted: each combination's mean of the scenes' maxima.
     maxima: Vec<Vec<Vec<Option<f64>>>>,
     /// The combination with the most sensors, if there is one.
     full_set: Option<usize>,
@@ -60,7 +62,7 @@ struct SceneData<'a> {
 #[derive(Serialize)]
 struct MeasureData {
     name: &'static str,
-    title: &'static str,
+    title: String,
     less_is_better: bool,
 }
 
@@ -85,8 +87,8 @@ struct SeriesData {
     scores: Scores,
 }
 
-/// The scores for which distributions and maxima are shown, as in the paper.
-const OF_THE_PAPER: [Score; 2] = [Score::F1, Score::Kappa];
+/// The scores for which distributions and maxima are shown: those of the paper, and of people what sensors truly see.
+pub(super) const PLOTTED: [Score; 4] = [Score::F1, Score::Kappa, Score::HumanSeen, Score::PartsDetected];
 
 impl<'a> Data<'a> {
     /// Of a sweep; its scores are added to the numbers.
@@ -105,13 +107,13 @@ impl<'a> Data<'a> {
             title: ranking.series.title(results),
             scores,
         });
-        let measures = measure::ALL.map(|Measure { name, title, less_is_better, .. }| MeasureData {
-            name,
-            title,
-            less_is_better,
+        let measures = Score::ALL.map(|score| MeasureData {
+            name: score.name(),
+            title: measure::title(score),
+            less_is_better: score.less_is_better(),
         });
-        let of_paper = |of: &dyn Fn(usize, Score) -> _| {
-            regions().map(|region| OF_THE_PAPER.iter().map(|&score| of(region, score)).collect()).collect()
+        let of_plotted = |of: &dyn Fn(usize, Score) -> _| {
+            regions().map(|region| PLOTTED.iter().map(|&score| of(region, score)).collect()).collect()
         };
         Data {
             render: render(sweep),
@@ -119,6 +121,7 @@ impl<'a> Data<'a> {
             regions: &results.regions,
             scenes: results.scenes.iter().map(|scene| scene_data(scene, worlds)).collect(),
             measures: measures.into(),
+            plotted: PLOTTED.map(|score| score as usize).into(),
             sensors: (0..study.sensors.len())
                 .map(|sensor| sensor_data(study, worlds, surroundings, sensor))
                 .collect(),
@@ -126,11 +129,9 @@ impl<'a> Data<'a> {
             series: series.collect(),
             baselines: regions().map(|region| baselines(results, region)).collect(),
             distributions: regions()
-                .map(|region| {
-                    OF_THE_PAPER.map(|score| distributions(results, rankings, region, score)).into()
-                })
+                .map(|region| PLOTTED.map(|score| distributions(results, rankings, region, score)).into())
                 .collect(),
-            maxima: of_paper(&|region, score| {
+            maxima: of_plotted(&|region, score| {
                 let all = 0..results.combinations.len();
                 all.map(|combination| maxima(results, combination, region, score).mean).collect()
             }),

@@ -7,6 +7,7 @@ mod run;
 
 use super::Sweep;
 use super::cells::Cells;
+use super::data::PLOTTED;
 use super::ranking::Ranking;
 use super::surroundings::Surroundings;
 use crate::report::maxima::most_sensors;
@@ -57,10 +58,10 @@ impl<'a> Facts<'a> {
     }
 }
 
-/// The scores of the paper, each in each region.
+/// The scores that are plotted, each in each region.
 fn parts(sweep: &Sweep) -> impl Iterator<Item = (usize, Score)> {
     let regions = 0..sweep.results.regions.len();
-    regions.flat_map(|region| [Score::F1, Score::Kappa].map(|score| (region, score)))
+    regions.flat_map(|region| PLOTTED.map(|score| (region, score)))
 }
 
 fn title(sweep: &Sweep, (region, score): (usize, Score)) -> String {

@@ -1,18 +1,18 @@
 // Distributions, maxima, positions in the room, scores over time. What they show is in `choice.js`.
 const NAMES = ["x", "y", "z"];
-const PAPER = ["F1", "κ"];
 const heading = text => ({ text: plain(text), font: { size: 13 }, x: 0, xref: "paper", xanchor: "left" });
 
-/** Boxes of F1 and κ in each region: scenes side by side, a colour for each series. */
+/** Boxes of some scores in each region: scenes side by side, a colour for each series. */
 function drawDistributions() {
   const home = element("distributions");
-  data.regions.forEach((region, r) => PAPER.forEach((score, s) => {
+  data.regions.forEach((region, r) => data.plotted.forEach((m, s) => {
+    const score = data.measures[m].title;
     const traces = data.series.map((one, i) => {
       const five = data.scenes.map((_, scene) => data.distributions[r][s][scene][i] ?? [null, null, null, null, null]);
       const row = n => five.map(numbers => numbers[n]);
       return { type: "box", name: plain(one.title), x: data.scenes.map(scene => plain(scene.name)), lowerfence: row(0), q1: row(1), median: row(2), q3: row(3), upperfence: row(4), marker: { color: COLOURS[i % COLOURS.length] }, line: { width: 1.5 }, offsetgroup: String(i) };
     });
-    const floor = data.scenes.map((_, scene) => toBeat(s, scene + 1, r));
+    const floor = data.scenes.map((_, scene) => toBeat(m, scene + 1, r));
     const dash = { color: "#8a3c00", width: 2.5 };
     traces.push({ type: "scatter", mode: "markers", name: "best without a sensor", x: data.scenes.map(scene => plain(scene.name)), y: floor.map(f => f?.value ?? null), text: floor.map(f => f ? plain(f.name) : ""), hovertemplate: "%{text}: %{y:.3f}<extra></extra>", marker: { symbol: "line-ew-open", size: 12, line: dash, color: dash.color } });
     const shapes = floor.flatMap((f, n) => f ? [{ type: "line", x0: n - 0.45, x1: n + 0.45, y0: f.value, y1: f.value, line: dash }] : []);
@@ -28,7 +28,8 @@ function drawDistributions() {
 function drawMaxima() {
   const home = element("maxima");
   if (!home) return;
-  data.regions.forEach((region, r) => PAPER.forEach((score, s) => {
+  data.regions.forEach((region, r) => data.plotted.forEach((m, s) => {
+    const score = data.measures[m].title;
     const maxima = data.maxima[r][s], full = data.full_set === null ? null : maxima[data.full_set];
     const text = maxima.map(value => full && value !== null ? `${Math.round(100 * value / full)} %` : shown(value));
     const names = data.combinations.map(combination => plain(combination.name));
@@ -94,7 +95,7 @@ async function drawTimes() {
   if (place >= 0) for (const scene of moving) data.measures.forEach((one, m) => {
     const steps = Array.from({ length: scene.moments[1] - scene.moments[0] }, (_, i) => i);
     const name = moving.length > 1 ? `${one.title}, ${scene.name}` : one.title;
-    traces.push({ type: "scatter", mode: "lines+markers", name: plain(name), x: steps, y: steps.map(i => at(m, scene.moments[0] + i)), line: { color: COLOURS[m], width: m === chosen.measure ? 4 : 1.5, dash: ["solid", "dash", "dot", "dashdot", "longdash"][m] } });
+    traces.push({ type: "scatter", mode: "lines+markers", name: plain(name), x: steps, y: steps.map(i => at(m, scene.moments[0] + i)), line: { color: COLOURS[m], width: m === chosen.measure ? 4 : 1.5, dash: ["solid", "dash", "dot", "dashdot", "longdash", "longdashdot", "2px,6px", "10px,3px"][m] } });
   });
   const title = place < 0 ? `No scores over time are kept for ${nameOf(chosen.choice)}: see results.csv` : `${nameOf(chosen.choice)} · region ${data.regions[chosen.region]}`;
   await Plotly.react(plot, traces, { ...LAYOUT, title: heading(title), xaxis: { title: { text: "snapshot" }, tickformat: "d", rangemode: "tozero" }, yaxis: { rangemode: "tozero", gridcolor: "#e3e8ed" }, legend: { orientation: "h", y: -0.25 } }, CONFIG);

@@ -5,40 +5,34 @@ use std::collections::HashMap;
 
 use crate::report::{Results, Score, Series, series};
 
+/// The scores that name a best: F1, as in the paper, and what a safety review asks first.
+pub(super) const BESTS: [Score; 3] = [Score::F1, Score::HumanSeen, Score::PartsDetected];
+
 /// The choices of one representation of one combination, the best first.
 #[derive(Debug)]
 pub(super) struct Ranking {
     /// Whose choices they are.
     pub(super) series: Series,
-    /// For each region, the choices that have an F1 over all scenes, the largest mean first; equal ones in study order.
-    pub(super) by_f1: Vec<Vec<(usize, f64)>>,
-    /// The same by human_seen; equal ones by F1.
-    pub(super) by_human_seen: Vec<Vec<(usize, f64)>>,
+    /// By each of [`BESTS`], for each region, the choices that have a value over all scenes, the largest mean first; equal
+    /// ones by F1, then in study order.
+    by: [Vec<Vec<(usize, f64)>>; BESTS.len()],
 }
 
 /// A ranking for every representation of every combination.
 pub(super) fn rankings(results: &Results) -> Vec<Ranking> {
-    let best = |series: Series, region, score| series.best(results, &results.moments(), region, score);
-    let human_seen = |series: Series, region| {
-        // The sort is stable, so that F1 decides between equal ones; all that have a human_seen have an F1.
-        let by_f1 = best(series, region, Score::F1).into_iter();
-        let seen: HashMap<usize, f64> = best(series, region, Score::HumanSeen).into_iter().collect();
-        let mut all: Vec<_> = by_f1.filter_map(|(choice, _)| Some((choice, *seen.get(&choice)?))).collect();
+    let ranked = |series: Series, region, score| {
+        // The sort is stable, so that F1 decides between equal ones; all that have a value have an F1.
+        let by_f1 = series.best(results, &results.moments(), region, Score::F1).into_iter();
+        let means: HashMap<usize, f64> =
+            series.best(results, &results.moments(), region, score).into_iter().collect();
+        let mut all: Vec<_> = by_f1.filter_map(|(choice, _)| Some((choice, *means.get(&choice)?))).collect();
         all.sort_by(|a, b| b.1.total_cmp(&a.1));
         all
     };
     let all = series(results, 0..results.combinations.len()).into_iter();
-    let regions = || 0..results.regions.len();
-    all.map(|series| Ranking {
-        series,
-        by_f1: regions().map(|region| best(series, region, Score::F1)).collect(),
-        by_human_seen: regions().map(|region| human_seen(series, region)).collect(),
-    })
-    .collect()
+    let by = |series, score| (0..results.regions.len()).map(|region| ranked(series, region, score)).collect();
+    all.map(|series| Ranking { series, by: BESTS.map(|score| by(series, score)) }).collect()
 }
-
-/// The scores that name a best: F1, as in the paper, and what a safety review asks first.
-pub(super) const BESTS: [Score; 2] = [Score::F1, Score::HumanSeen];
 
 /// The first choice of each ranking in a region by one of [`BESTS`], the best first: the ranking's number, the choice, and
 /// its score.
@@ -53,7 +47,7 @@ pub(super) fn firsts(rankings: &[Ranking], region: usize, best: usize) -> Vec<(u
 impl Ranking {
     /// The choices of each region by one of [`BESTS`].
     pub(super) fn by(&self, best: usize) -> &[Vec<(usize, f64)>] {
-        [&self.by_f1, &self.by_human_seen][best]
+        &self.by[best]
     }
 
     /// At most so many choices, each once: the best of each region by each of [`BESTS`], then the second best of each, and so
@@ -61,7 +55,7 @@ impl Ranking {
     pub(super) fn first(&self, most: usize, choices: usize) -> Vec<usize> {
         let mut taken = vec![false; choices];
         let mut first = Vec::new();
-        let lists = || self.by_f1.iter().chain(&self.by_human_seen);
+        let lists = || self.by.iter().flatten();
         let ranks = lists().map(Vec::len).max().unwrap_or(0);
         let best = (0..ranks).flat_map(|rank| lists().filter_map(move |best| best.get(rank)));
         for choice in best.map(|&(choice, _)| choice).chain(0..choices) {
@@ -83,9 +77,9 @@ mod tests {
     #[test]
     fn regions_take_turns() {
         let by_f1 = vec![vec![(3, 0.9), (1, 0.8), (0, 0.1)], vec![(3, 0.7), (4, 0.6)]];
-        let by_human_seen = vec![Vec::new(); 2];
+        let by = [by_f1, vec![Vec::new(); 2], vec![Vec::new(); 2]];
         let series = Series { combination: 0, representation: 0 };
-        let ranking = Ranking { series, by_f1, by_human_seen };
+        let ranking = Ranking { series, by };
         assert_eq!(ranking.first(10, 6), [3, 1, 4, 0, 2, 5]);
         assert_eq!(ranking.first(2, 6), [3, 1]);
     }

@@ -5,9 +5,10 @@ use std::ops::Range;
 
 use serde::Serialize;
 
-use super::measure::{self, MEASURES};
+use super::measure;
 use super::packed::Numbers;
 use super::ranking::Ranking;
+use crate::report::SCORES;
 use crate::report::{Results, Series};
 
 /// Most scores in a report: 8 MB before they are compressed, about as many after they are spelt in letters.
@@ -53,7 +54,7 @@ pub(super) fn scores(results: &Results, rankings: &[Ranking], numbers: &mut Numb
 
 /// How many choices of each ranking fit: all, or an equal share.
 fn share(results: &Results, rankings: &[Ranking], extents: &[Range<usize>], most: usize) -> usize {
-    let each = results.regions.len() * extents.len() * MEASURES;
+    let each = results.regions.len() * extents.len() * SCORES;
     let choices = rankings.iter().map(|r| results.combinations[r.series.combination].choices());
     let all = choices.fold(0usize, usize::saturating_add);
     if all.saturating_mul(each) <= most { usize::MAX } else { (most / each / rankings.len()).max(1) }
@@ -91,6 +92,6 @@ fn put(
     let means = |&choice: &usize| {
         measure::of_choice(results, extent.clone(), series.key(choice, region)).map(|over| Some(over?.mean))
     };
-    let all: Vec<[Option<f64>; MEASURES]> = choices.iter().map(means).collect();
-    (0..MEASURES).for_each(|measure| all.iter().for_each(|values| numbers.push(values[measure])));
+    let all: Vec<[Option<f64>; SCORES]> = choices.iter().map(means).collect();
+    (0..SCORES).for_each(|measure| all.iter().for_each(|values| numbers.push(values[measure])));
 }

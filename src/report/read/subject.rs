@@ -153,7 +153,7 @@ fn scenes(files: &[SceneFile]) -> Result<Scenes, String> {
 fn baselines(region: &RegionFile) -> Result<Baselines, String> {
     let BaselinesFile { all_occupied, all_free, nothing_seen, ceiling } = region.baselines;
     let all = [all_occupied, all_free, nothing_seen, ceiling];
-    if all.iter().flat_map(Confusion::counts).any(|count| count > MOST_VOXELS) {
+    if all.iter().flat_map(Confusion::numbers).any(|count| count > MOST_VOXELS) {
         return Err(format!("region {:?} has more voxels in its baselines than a grid", region.name));
     }
     Ok(Baselines { all_occupied, all_free, nothing_seen, ceiling })

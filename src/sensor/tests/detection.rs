@@ -5,6 +5,7 @@ use crate::backend::Noise;
 use crate::march::NOISE_STEPS;
 use crate::scene::mannequin::JOINTS;
 use crate::sensor::keypoints::{Detected, Eye, detect};
+use crate::sensor::look::Return;
 use crate::sensor::noise::Deviation;
 use crate::sensor::range::Range;
 use crate::sensor::rgbd::{Rgbd, Shape};
@@ -123,7 +124,7 @@ fn expected(
                 distance += 1;
             }
             let near = (i128::from(t) - distance).abs() <= i128::from(q16(sensor.keypoint_tolerance_m));
-            (near && human.cells.get(hit)).then_some(read)
+            (near && human.cells.get(hit)).then_some(Return { hit, distance_q16: t as u32, read })
         })
     };
     people.iter().enumerate().map(one).collect()
@@ -262,7 +263,7 @@ fn the_same_joints_as_a_plain_march() {
         joints += found.len() * JOINTS.len();
         let detected: Vec<_> = found.iter().flatten().flatten().collect();
         seen += detected.len();
-        moved += detected.iter().filter(|&&&cell| !truth.human.get(cell)).count();
+        moved += detected.iter().filter(|found| !truth.human.get(found.read)).count();
     }
     assert!(seen * 20 > joints && seen < joints, "{seen} of {joints}: too few or too many to tell");
     assert!(moved * 20 > seen, "{moved} of {seen} read elsewhere");

@@ -6,6 +6,7 @@ use crate::sensor::known_robot::KnownRobot;
 use crate::sensor::pad::Pad;
 use crate::sensor::prism::Prism;
 use crate::sensor::{MEASURES, SWITCHES};
+use crate::voxel::People;
 
 const ROW: u32 = 3;
 
@@ -25,6 +26,7 @@ fn labels(fusion: Fusion, said: &[(&Planes, [i32; 2])]) -> String {
         human: truth.human.clone(),
         robot: truth.robot.clone(),
         regions: (0..ROW).map(one).collect(),
+        people: People::default(),
     };
     let uploads: Vec<_> = (0..).zip(said.iter().map(|(planes, _)| (*planes).clone())).collect();
     let job = (0..).zip(said).map(|(slot, (_, [hit, miss]))| Reading {
@@ -32,6 +34,7 @@ fn labels(fusion: Fusion, said: &[(&Planes, [i32; 2])]) -> String {
         volume: None,
         hit: *hit,
         miss: *miss,
+        presence: false,
     });
     let job: Vec<_> = job.collect();
     let backends: [Box<dyn Backend>; 2] = [Box::new(Oracle::default()), Box::new(Cpu::new(Some(1)).unwrap())];

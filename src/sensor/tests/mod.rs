@@ -10,6 +10,7 @@ mod look;
 mod noise;
 mod pad;
 mod people;
+mod presence;
 mod rgb;
 mod rgbd;
 mod robot;
@@ -23,7 +24,7 @@ use crate::backend::Planes;
 use crate::scene::Role;
 use crate::scene::mannequin::Keypoints;
 use crate::voxel::flood::enclosed;
-use crate::voxel::{BitGrid, Grid, ObjectVoxels, Truth};
+use crate::voxel::{BitGrid, Grid, ObjectVoxels, Truth, Window};
 
 /// A grid at the world's origin with nothing in it.
 fn empty(size: [u32; 3], voxel_size_m: f64) -> Truth {

@@ -4,7 +4,6 @@ use super::*;
 use crate::sensor::Reach;
 use crate::sensor::pad::Pad;
 use crate::sensor::prism::Prism;
-use crate::voxel::Window;
 
 fn pad(height_m: f64, tare: bool) -> Pad {
     Pad { column: Prism::between(DVec3::ZERO, DVec3::new(2.0, 3.0, height_m)), tare, otherwise_free: true }

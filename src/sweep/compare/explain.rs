@@ -54,10 +54,10 @@ pub(super) fn explain(
     }
     let unequal = counts.iter().zip(found).position(|(a, b)| a != b);
     let region = unequal.unwrap_or(counts.len().min(found.len()));
-    let told = |all: &[Confusion]| all.get(region).map(Confusion::counts).unwrap_or_default();
+    let told = |all: &[Confusion]| all.get(region).map(Confusion::numbers).unwrap_or_default();
     Ok(format!(
         "all rays and planes agree, the counts of region {region} (from 0) do not: {:?}, expected {:?} (tp fp fn tn uo uf, \
-         then tp fn uo of the human and of the robot)",
+         then tp fn uo of people and of the robot, then hits of people, people, people detected, parts, parts detected, and each part missed)",
         told(found),
         told(counts)
     ))

@@ -3,27 +3,28 @@
 //!
 //! All numbers are little-endian. Header, 128 bytes: magic, format version (u32), shard's number and how many there are
 //! (u32 each), blocks, rows of a block, first and end of the rows of each block that are kept here (u64 each), the
-//! sweep's fingerprint (32 bytes), zeros, and in the last 8 bytes a checksum of the rest. Record, 64 bytes: row (u64),
-//! twelve counts in the order of [`Confusion::counts`] (u32 each), checksum (8 bytes).
+//! sweep's fingerprint (32 bytes), zeros, and in the last 8 bytes a checksum of the rest. Record, 88 bytes: row (u64),
+//! twelve counts in the order of [`Confusion::counts`], five in that of [`Detection::counts`], and a bit for each body part
+//! that is missed (u32 each), checksum (8 bytes).
 
 use std::fmt;
 use std::ops::Range;
 
 use sha2::{Digest, Sha256};
 
-use crate::metrics::{COUNTERS, Confusion};
+use crate::metrics::{COUNTERS, Confusion, DETECTION_COUNTERS, Detection};
 
 /// Bytes before the first record.
 pub(super) const HEADER_BYTES: usize = 128;
 
 /// Bytes of a record.
-pub(super) const RECORD_BYTES: usize = 64;
+pub(super) const RECORD_BYTES: usize = 88;
 
 /// What every journal begins with.
 const MAGIC: [u8; 8] = *b"PeRSjrnl";
 
 /// Version of this format.
-const VERSION: u32 = 1;
+const VERSION: u32 = 2;
 
 /// Bytes of a checksum.
 const CHECK_BYTES: usize = 8;
@@ -137,7 +138,10 @@ impl Header {
             block_rows: u64_at(28),
             kept: u64_at(36)..u64_at(44),
         };
-        let rows = header.blocks.checked_mul(header.block_rows).and_then(|rows| rows.checked_mul(64));
+        let rows = header
+            .blocks
+            .checked_mul(header.block_rows)
+            .and_then(|rows| rows.checked_mul(RECORD_BYTES as u64));
         let sound = header.kept.start < header.kept.end
             && header.kept.end <= header.block_rows
             && header.shard.number < header.shard.of;
@@ -151,9 +155,11 @@ impl Header {
     pub(super) fn record(&self, row: u64, counts: &Confusion) -> [u8; RECORD_BYTES] {
         let mut record = [0; RECORD_BYTES];
         record[..8].copy_from_slice(&row.to_le_bytes());
-        for (to, count) in record[8..].chunks_exact_mut(4).zip(counts.counts()) {
-            let count = u32::try_from(count).expect("no grid has more voxels");
-            to.copy_from_slice(&count.to_le_bytes());
+        let detection = &counts.detection;
+        let numbers = [&counts.counts()[..], &detection.counts(), &[detection.missed_bits().into()]].concat();
+        for (to, number) in record[8..].chunks_exact_mut(4).zip(numbers) {
+            let number = u32::try_from(number).expect("no grid has more voxels");
+            to.copy_from_slice(&number.to_le_bytes());
         }
         let (body, sum) = record.split_at_mut(RECORD_BYTES - CHECK_BYTES);
         sum.copy_from_slice(&check([&self.fingerprint, body]));
@@ -169,11 +175,11 @@ impl Header {
         if body[..8] != row.to_le_bytes() || check([&self.fingerprint, body]) != sum {
             return State::Damaged;
         }
-        let mut counts = [0; COUNTERS];
-        for (count, from) in counts.iter_mut().zip(body[8..].chunks_exact(4)) {
-            *count = u32::from_le_bytes(std::array::from_fn(|i| from[i])).into();
-        }
-        State::Finished(Confusion::from_counts(counts))
+        let number = |at: usize| u32::from_le_bytes(std::array::from_fn(|i| body[8 + 4 * at + i]));
+        let counts = std::array::from_fn(|i| number(i).into());
+        let found = std::array::from_fn(|i| number(COUNTERS + i).into());
+        let detection = Detection::from_counts(found, number(COUNTERS + DETECTION_COUNTERS));
+        State::Finished(Confusion::from_counts(counts).with(detection))
     }
 }
 

@@ -4,6 +4,7 @@ use std::fs;
 use std::path::Path;
 
 use super::*;
+use crate::metrics::{BODY_PARTS, Detection};
 
 /// Three blocks of ten rows, of which 2 to 7 are kept.
 fn header() -> Header {
@@ -18,7 +19,9 @@ fn header() -> Header {
 
 /// Counts that tell their row.
 fn counts(row: u64) -> Confusion {
-    Confusion::from_counts(std::array::from_fn(|i| 100 * row + i as u64))
+    let labels = Confusion::from_counts(std::array::from_fn(|i| 100 * row + i as u64));
+    let found = std::array::from_fn(|i| 100 * row + 50 + i as u64);
+    labels.with(Detection::from_counts(found, row as u32 % (1 << BODY_PARTS)))
 }
 
 fn begin(folder: &Path) -> Journal {
@@ -94,7 +97,7 @@ fn torn_and_foreign_rows_are_not_finished() {
         fs::write(&path, &whole[..whole.len() - cut]).unwrap();
         assert_eq!(all(&Locked::open(folder.path()).unwrap().go_on(header())), (vec![2, 3], 1), "{cut}");
     }
-    fs::write(&path, &whole[..whole.len() - 64]).unwrap();
+    fs::write(&path, &whole[..whole.len() - RECORD_BYTES]).unwrap();
     assert_eq!(all(&Locked::open(folder.path()).unwrap().go_on(header())), (vec![2, 3], 0));
     // Any bit of a record counts.
     for at in 0..RECORD_BYTES {

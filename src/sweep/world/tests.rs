@@ -1,9 +1,9 @@
 use super::*;
-use crate::metrics::RoleCounts;
+use crate::metrics::{BODY_PARTS, BodyPart, Detection, RoleCounts};
 use crate::scene::build::build;
 use crate::sensor::Pose;
 use crate::study::Overrides;
-use crate::voxel::Shape;
+use crate::voxel::{BodyVoxel, Shape};
 
 /// A scene of 10 × 10 × 10 voxels of a metre, cut in two by a wall at x = 5, with one human voxel on each side and one
 /// robot voxel on the far one.
@@ -38,15 +38,23 @@ fn baselines_are_what_trivial_answers_score() {
     let reachable = voxelize::reachable(&truth, [([1 << 16; 3], 0)]);
     // Free and joined to (1, 1, 1): 500 less the human; and beside those, that human and the wall.
     assert_eq!(reachable.count(), 600);
-    let found = baselines(&truth, &region, &reachable);
+    let voxel = |person, voxel| BodyVoxel { voxel, person, part: BodyPart::Body };
+    let people = People { min_hits: 1, voxels: vec![voxel(0, [2, 2, 2]), voxel(1, [8, 2, 2])] };
+    let reachable = Reachable { spoken_of: reachable.clone(), hit: reachable };
+    let found = baselines(&truth, &region, &people, &reachable);
     let role = |tp, fn_, uo| RoleCounts { tp, fn_, uo };
     let (t, f) = (100 + 2 + 1, 1000 - 103);
-    let none = Confusion::default();
+    let mut missed = [0; BODY_PARTS];
+    missed[BodyPart::Body as usize] = 1;
+    let nobody = Detection { people: 2, parts: 2, missed, ..Detection::default() };
+    let one = Detection { hit_human: 1, people_detected: 1, parts_detected: 1, ..nobody };
+    let none = Confusion::default().with(nobody);
     let all_occupied = Confusion { tp: t, fp: f, human: role(2, 0, 0), robot: role(1, 0, 0), ..none };
     let all_free = Confusion { fn_: t, tn: f, human: role(0, 2, 0), robot: role(0, 1, 0), ..none };
     let nothing_seen = Confusion { uo: t, uf: f, human: role(0, 0, 2), robot: role(0, 0, 1), ..none };
     let ceiling =
-        Confusion { tp: 101, tn: 499, uo: 2, uf: 398, human: role(1, 0, 1), robot: role(0, 0, 1), ..none };
+        Confusion { tp: 101, tn: 499, uo: 2, uf: 398, human: role(1, 0, 1), robot: role(0, 0, 1), ..none }
+            .with(one);
     assert_eq!(found, Baselines { all_occupied, all_free, nothing_seen, ceiling });
     assert!(
         [found.all_occupied, found.all_free, found.nothing_seen, found.ceiling]
@@ -97,7 +105,8 @@ fn evidence_over_a_window_counts_the_same_as_over_the_grid() {
         let shots: Vec<_> =
             (0..).zip(&placements).map(|(slot, placement)| Shot::once(slot, *placement)).collect();
         cpu.sense(0, &shots).unwrap();
-        let alone = |shot: &Shot| vec![Reading { slot: shot.slot, volume: None, hit: 1, miss: -1 }];
+        let alone =
+            |shot: &Shot| vec![Reading { slot: shot.slot, volume: None, hit: 1, miss: -1, presence: false }];
         cpu.score(Fusion::OccupiedWins, &shots.iter().map(alone).collect::<Vec<_>>()).unwrap()
     };
     assert_eq!(score(region::window_of(&world.regions)), score(world.truth.grid.window()));

@@ -6,7 +6,14 @@ use crate::backend::Noise;
 /// A window of 30 000 words, `longest` voxels in all directions together, of 700 boxes, 500 with voxels of regions.
 fn cell(longest: u32, regions: &[(u32, u32)]) -> CellSizes {
     let regions = regions.iter().map(|&(first, end)| first..end).collect();
-    CellSizes { window: [longest, 0, 0], window_words: 30_000, boxes: [500, 700], regions }
+    CellSizes {
+        window: [longest, 0, 0],
+        window_words: 30_000,
+        boxes: [500, 700],
+        regions,
+        flesh: 0,
+        counters: 0,
+    }
 }
 
 fn table(rays: u32) -> TableSizes {
@@ -138,8 +145,16 @@ fn boxes_with_regions_come_first() {
     region.set([3 + 16, 4 + 7, 5]);
     region.set([3 + 8, 4 + 8, 5]);
     let [blockers, truth, human, robot] = std::array::from_fn(|_| BitGrid::new(window));
-    let cell =
-        Cell { window, blockers: blockers.into(), still: None, truth, human, robot, regions: vec![region] };
+    let cell = Cell {
+        window,
+        blockers: blockers.into(),
+        still: None,
+        truth,
+        human,
+        robot,
+        regions: vec![region],
+        people: Default::default(),
+    };
     let expected = [[16, 0, 0], [8, 8, 0], [0, 0, 0], [8, 0, 0], [0, 8, 0], [16, 8, 0]];
     assert_eq!(boxes(&cell), (expected.to_vec(), 2));
 }
@@ -246,9 +261,10 @@ fn what_cannot_be_bound_is_refused_with_its_size() {
         human,
         robot,
         regions: vec![grid],
+        people: Default::default(),
     };
     // 20 rows of 32 words, and 512 · 10 bricks.
-    let sizes = |bytes| CellSizes::of(&cell, [0; 2], &adapter(bytes, true));
+    let sizes = |bytes| CellSizes::of(&cell, [0; 2], &Roll::new(&cell), &adapter(bytes, true));
     assert!(sizes(7680).is_ok(), "exactly as large as a binding");
     let refused = sizes(7679).unwrap_err().to_string();
     assert!(refused.contains("the grid takes 7680 bytes"), "{refused}");
@@ -264,17 +280,20 @@ fn a_missing_workgroup_is_noticed_and_named() {
     let walk = cell(263, &[]).sensing(&table(1000), &batch(1, Carving::Walk), &pace);
     launched.add(&walk);
     launched.add(&walk);
-    launched.add(&cell(263, &[(0, 2048)]).scoring(2, 1, &pace));
-    let groups = [0, 32, 0, 0, 0, 0, 32, 64, 4];
-    let done = |groups: [u32; 9], whole: [u32; 9]| launched.check(&[groups, whole].concat());
+    let with_people = CellSizes { flesh: 130, ..cell(263, &[(0, 2048)]) };
+    launched.add(&with_people.scoring(2, 1, &pace));
+    let groups = [0, 32, 0, 0, 0, 0, 32, 64, 4, 6];
+    let done = |groups: [u32; 10], whole: [u32; 10]| launched.check(&[groups, whole].concat());
     let whole = groups.map(|groups| groups * WORKGROUP);
     assert_eq!(done(groups, whole), Ok(()));
-    let missing = done([0, 32, 0, 0, 0, 0, 31, 64, 4], whole).unwrap_err();
+    let missing = done([0, 32, 0, 0, 0, 0, 31, 64, 4, 6], whole).unwrap_err();
     assert!(missing.contains("31 of 32 workgroups of `walk`"), "{missing}");
-    let missing = done([0, 32, 0, 0, 0, 0, 32, 63, 4], whole).unwrap_err();
+    let missing = done([0, 32, 0, 0, 0, 0, 32, 63, 4, 6], whole).unwrap_err();
     assert!(missing.contains("63 of 64 workgroups of `fuse`"), "{missing}");
-    assert!(done([0, 32, 0, 0, 0, 0, 32, 64, 5], whole).is_err(), "too many is as wrong");
-    let cut = [0, 32 * 64 - 1, 0, 0, 0, 0, 32 * 64, 64 * 64, 4 * 64];
+    assert!(done([0, 32, 0, 0, 0, 0, 32, 64, 5, 6], whole).is_err(), "too many is as wrong");
+    let missing = done([0, 32, 0, 0, 0, 0, 32, 64, 4, 5], whole).unwrap_err();
+    assert!(missing.contains("5 of 6 workgroups of `detect`"), "{missing}");
+    let cut = [0, 32 * 64 - 1, 0, 0, 0, 0, 32 * 64, 64 * 64, 4 * 64, 6 * 64];
     let missing = done(groups, cut).unwrap_err();
     assert!(missing.contains("loops cut short: in 2047 of 2048 invocations of `cast`"), "{missing}");
 }

@@ -3,30 +3,32 @@
 use super::mount::{self, Sheet};
 use crate::report::html::Sweep;
 use crate::report::html::cells::Cells;
-use crate::report::html::measure::{self, Baseline, MEASURES};
+use crate::report::html::measure::{self, Baseline};
 use crate::report::html::ranking::{BESTS, Ranking, firsts};
 use crate::report::html::surroundings::Surroundings;
 use crate::report::reasons::Explained;
 use crate::report::table::number;
-use crate::report::{Results, Score, Series};
+use crate::report::{NEAR_SIDE, Results, SCORES, Score, Series};
 
 /// A region's best placements.
 #[derive(Debug)]
 pub(in crate::report::html) struct Region<'a> {
     pub(in crate::report::html) name: &'a str,
     pub(in crate::report::html) number: usize,
-    /// By F1, and by human_seen where there are people.
+    /// By F1, and by human_seen and parts_detected where there are people.
     pub(in crate::report::html) best: Vec<Best<'a>>,
     /// What answers without a sensor score, and the most that any could.
-    pub(in crate::report::html) baselines: Vec<(&'static str, [String; MEASURES])>,
+    pub(in crate::report::html) baselines: Vec<(&'static str, [String; SCORES])>,
     /// How many choices score below the best answer without a sensor, in words.
     pub(in crate::report::html) below: String,
+    /// Why the upper bound of human_seen is out of reach.
+    pub(in crate::report::html) near_side: &'static str,
 }
 
 /// The best by one score.
 #[derive(Debug)]
 pub(in crate::report::html) struct Best<'a> {
-    pub(in crate::report::html) by: &'static str,
+    pub(in crate::report::html) by: String,
     /// The best choice of each representation, the best of all first.
     pub(in crate::report::html) rows: Vec<Row>,
     /// How to mount the first.
@@ -44,7 +46,7 @@ pub(in crate::report::html) struct Row {
     pub(in crate::report::html) poses: String,
     /// Where they are, in words.
     pub(in crate::report::html) place: String,
-    /// For each measure its mean; of F1 and human_seen the worst behind it.
+    /// For each score its mean; of those that name a best the worst behind it.
     pub(in crate::report::html) cells: Vec<String>,
     /// The answers without a sensor that score more, in words; empty for none.
     pub(in crate::report::html) below: String,
@@ -77,6 +79,7 @@ pub(super) fn region<'a>(
         number: region,
         best: BESTS.into_iter().enumerate().filter_map(best).collect(),
         below: below(rankings, region, &baselines),
+        near_side: NEAR_SIDE,
         baselines: baselines.into_iter().map(|(name, values)| (name, values.map(number))).collect(),
     }
 }
@@ -111,15 +114,15 @@ fn row(
     let better = (0..2).filter_map(|measure| {
         let (name, to_beat) = measure::to_beat(baselines, measure)?;
         let below = over[measure]?.mean < to_beat;
-        below.then(|| format!("{} below “{name}”", measure::ALL[measure].title))
+        below.then(|| format!("{} below “{name}”", measure::title(Score::ALL[measure])))
     });
-    let cells = over.iter().zip(measure::ALL).flat_map(|(over, measure)| {
+    let cells = over.iter().zip(Score::ALL).flat_map(|(over, score)| {
         let mean = over.map(|over| {
             // A mean of some values only says so, as in the tables of `summary`.
             let part = if over.values < over.of { format!("[{}] ", over.values) } else { String::new() };
             part + &number(Some(over.mean))
         });
-        let worst = measure.has_worst().then(|| number(over.map(|over| over.worst)));
+        let worst = measure::has_worst(score).then(|| number(over.map(|over| over.worst)));
         [Some(mean.unwrap_or_else(|| number(None))), worst].into_iter().flatten()
     });
     Row {
@@ -135,8 +138,8 @@ fn row(
 
 fn below(rankings: &[Ranking], region: usize, baselines: &[Baseline]) -> String {
     let Some((name, to_beat)) = measure::to_beat(baselines, 0) else { return String::new() };
-    let all: usize = rankings.iter().map(|ranking| ranking.by_f1[region].len()).sum();
-    let values = rankings.iter().flat_map(|ranking| &ranking.by_f1[region]);
+    let all: usize = rankings.iter().map(|ranking| ranking.by(0)[region].len()).sum();
+    let values = rankings.iter().flat_map(|ranking| &ranking.by(0)[region]);
     let below = values.filter(|(_, value)| *value < to_beat).count();
     format!(
         "{below} of {all} choices of poses have a mean F1 below {to_beat:.3}, that of a sensor which always says “{name}” and is \

@@ -1,0 +1,107 @@
+//! The voxels of people that presence sensors feel: where the people truly are, and only while the sensor is on.
+
+use super::people::{CAMERA, RANGE, person};
+use super::*;
+use crate::sensor::Scale;
+use crate::sensor::cover::Cover;
+use crate::sensor::gate::Gate;
+use crate::sensor::lidar::{Field, Lidar, Mount};
+use crate::sensor::pad::Pad;
+use crate::sensor::prism::Prism;
+use crate::sensor::range::Range;
+use crate::sensor::rgb::Rgb;
+
+/// What a presence sensor feels.
+#[track_caller]
+fn feels(kind: &dyn Kind, representation: usize, at: &Station) -> Vec<[i32; 3]> {
+    assert!(kind.feels_presence(representation));
+    let claim = kind.claims(at).swap_remove(representation);
+    claim.planes.map_or_else(Vec::new, |planes| planes.hits.cells().collect())
+}
+
+#[test]
+fn a_pad_feels_feet() {
+    let mut truth = empty([10, 10, 6], 1.0);
+    put(&mut truth, Role::Robot, &[[2, 2, 1]], None);
+    put(&mut truth, Role::Human, &[[1, 2, 1], [1, 2, 2], [5, 5, 1]], None);
+    let column = Prism::between(DVec3::ZERO, DVec3::new(2.0, 3.0, 3.0));
+    let pad = Pad { column, tare: true, otherwise_free: true };
+    let at = facing(&truth, [1.0, 2.0, 0.5], [1.0, 0.0, 0.0]);
+    assert_eq!(feels(&pad, 0, &at), [[1, 2, 1]], "nothing above the first layer, and not the robot");
+    let part = Station { window: Window::between([2, 0, 0], [9, 9, 5]), ..at };
+    assert_eq!(feels(&pad, 0, &part), [[0; 3]; 0], "what is felt is felt inside the window");
+}
+
+#[test]
+fn a_gate_feels_what_is_in_its_box() {
+    let mut truth = empty([8, 8, 4], 1.0);
+    let between = |low: [f64; 3], high: [f64; 3]| Prism::between(low.into(), high.into());
+    let gate = Gate {
+        gate: between([0.0, 0.0, 0.0], [1.0, 4.0, 2.0]),
+        zone: between([1.0, 0.0, 0.0], [3.0, 4.0, 2.0]),
+        otherwise_free: true,
+    };
+    put(&mut truth, Role::Human, &[[1, 1, 0]], None);
+    assert_eq!(feels(&gate, 0, &station(&truth, Setting::Fixed)), [[0; 3]; 0], "off");
+    put(&mut truth, Role::Environment, &[[0, 0, 0]], None);
+    put(&mut truth, Role::Human, &[[0, 1, 0]], None);
+    assert_eq!(feels(&gate, 0, &station(&truth, Setting::Fixed)), [[0, 1, 0]]);
+}
+
+#[test]
+fn a_cover_feels_people_where_they_are_however_noisy() {
+    let mut truth = empty([17, 17, 17], 0.05);
+    put(&mut truth, Role::Robot, &[[8, 8, 8]], None);
+    put(&mut truth, Role::Environment, &[[10, 8, 8]], None);
+    put(&mut truth, Role::Human, &[[11, 8, 8], [16, 8, 8]], None);
+    for noise_std_m in [0.0, 0.2] {
+        let cover = Cover { inflation_m: vec![0.3], noise_std_m };
+        assert_eq!(feels(&cover, 0, &station(&truth, Setting::Inflation(0.3))), [[11, 8, 8]]);
+    }
+}
+
+#[test]
+fn a_field_feels_whom_its_returns_hit() {
+    let field =
+        Field { volume: Prism::between(DVec3::ZERO, DVec3::new(3.0, 2.0, 2.0)), otherwise_free: true };
+    let range = Range { range_m: [0.0, 9.0], ..RANGE };
+    let lidar = Lidar {
+        azimuths_rad: [0.0, 90.0].map(f64::to_radians).to_vec(),
+        elevations_rad: vec![0.0],
+        mount: Mount::Upright,
+        range,
+        points: true,
+        field: Some(field),
+    };
+    assert!(!lidar.feels_presence(0), "points feel nobody");
+    let felt = |human: &[[i32; 3]], environment: &[[i32; 3]]| {
+        let mut truth = empty([11, 11, 5], 1.0);
+        put(&mut truth, Role::Human, human, None);
+        put(&mut truth, Role::Environment, environment, None);
+        let rays = lidar.rays(&Scale { voxel_size_m: 1.0, backdrop: true });
+        let pose = Pose::upright(DVec3::new(5.0, 5.5, 1.2), DVec3::X, 0.0);
+        feels(&lidar, 1, &Station { rays: rays.as_ref(), ..station(&truth, Setting::Pose(pose)) })
+    };
+    // Behind the first is nobody seen; beyond the field nobody is guarded; a post switches it, and is nobody.
+    assert_eq!(felt(&[[6, 5, 1], [7, 5, 1]], &[]), [[6, 5, 1]]);
+    assert_eq!(felt(&[[9, 5, 1]], &[]), [[0; 3]; 0]);
+    assert_eq!(felt(&[[9, 5, 1], [5, 6, 1]], &[[6, 5, 1]]), [[5, 6, 1]]);
+}
+
+#[test]
+fn a_zone_camera_feels_where_its_rays_to_joints_end() {
+    let rgb = |min_keypoints| Rgb {
+        camera: CAMERA,
+        range: RANGE,
+        zone: Prism::between(DVec3::ZERO, DVec3::new(2.0, 1.0, 1.0)),
+        min_keypoints,
+        keypoint_tolerance_m: 1.5,
+        otherwise_free: true,
+    };
+    let mut truth = empty([20, 11, 11], 1.0);
+    person(&mut truth, &[(0, [9, 5, 5]), (5, [9, 7, 5])]);
+    let pose = Pose::facing(DVec3::new(0.5, 5.5, 5.5), DVec3::X, 0.0, 0.0);
+    let felt = |min| feels(&rgb(min), 0, &station(&truth, Setting::Pose(pose)));
+    assert_eq!(felt(1), [[9, 5, 5], [9, 7, 5]]);
+    assert_eq!(felt(3), [[0; 3]; 0], "two joints are too few to switch it");
+}
