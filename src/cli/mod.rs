@@ -10,7 +10,6 @@ mod bench;
 mod check;
 mod choice;
 mod cluster;
-
 mod completions;
 mod contents;
 mod devices;
@@ -18,6 +17,7 @@ mod export;
 mod init;
 mod log;
 mod merge;
+mod mesa;
 mod outcome;
 mod packages;
 mod progress;
@@ -137,6 +137,7 @@ enum Command {
 
 /// Runs the command line and turns its outcome into an exit code.
 pub(crate) fn run() -> ExitCode {
+    mesa::keep_quiet();
     let Cli { command, verbose } = parse();
     log::start(verbose);
     let outcome = match command {
