@@ -4,6 +4,9 @@
 # it gets the paper's experiments in turn, one a day. `sh .ci/drivers.sh all` does all poses of exp1 on both drivers.
 set -eu
 cd "$(dirname "$0")/.."
+# What the tests were built with: dependencies are not compiled once more.
+perirobot=${CARGO_TARGET_DIR:-target}/debug/perirobot
+[ -x "$perirobot" ] || cargo test --locked --no-run --test cli
 day=$(($(date +%s) / 86400))
 lavapipe=$(ls /usr/share/vulkan/icd.d/lvp_icd*.json)
 swiftshader=/usr/lib/chromium/vk_swiftshader_icd.json
@@ -13,7 +16,7 @@ verify() {
     driver=$1 study=$2
     shift 2
     printf '\n%s on %s\n' "$study" "$driver"
-    VK_ICD_FILENAMES=$driver cargo run --locked -q -- verify-backends "$study" --backend gpu --adapter software --counts "$@"
+    VK_ICD_FILENAMES=$driver "$perirobot" verify-backends "$study" --backend gpu --adapter software --counts "$@"
 }
 if [ "${1:-}" = all ]; then
     for driver in "$lavapipe" "$swiftshader"; do verify "$driver" scenes/paper/exp1.toml --all; done
