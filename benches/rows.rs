@@ -31,8 +31,11 @@ fn columns() -> Vec<Column> {
     columns
 }
 
+/// A score of counts, if they have one.
+type OfCounts = fn(&Confusion) -> Option<f64>;
+
 /// The scores of a row.
-const SCORES: [(&str, fn(&Confusion) -> Option<f64>); 6] = [
+const SCORES: [(&str, OfCounts); 6] = [
     ("f1", Confusion::f1),
     ("kappa", Confusion::kappa),
     ("human_seen", Confusion::human_seen),

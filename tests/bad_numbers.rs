@@ -95,7 +95,7 @@ fn numbers_out_of_range() {
         ),
         (STUDY, "[87, 58]", "[87, 0]", "sensor \"camera\".fov_deg = 0"),
         (STUDY, "[87, 58]", "[-87, 58]", "sensor \"camera\".fov_deg = -87"),
-        (STUDY, "[87, 58]", "180", "`fov_deg`, as in fov_deg = [87, 58], horizontal and vertical"),
+        (STUDY, "[87, 58]", "180", "`fov_deg` (line 18), as in fov_deg = [87, 58], horizontal and vertical"),
         (STUDY, "[16, 9]", "[0, 9]", "sensor \"camera\".resolution_px = [0, 9]"),
         (STUDY, "[16, 9]", "[1000000, 1000000]", "sensor \"camera\".resolution_px"),
         (STUDY, "[16, 9]", "[4294967295, 4294967295]", "sensor \"camera\".resolution_px"),

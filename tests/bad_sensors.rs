@@ -175,7 +175,11 @@ fn each_kind_has_keys_of_its_own() {
         ),
         ("kind = \"gate\"", "", "missing field `kind`, as in kind = \"rgbd\""),
         ("size_m = [0.4, 0.3]", "", "sensor \"pads\": missing field `size_m`, as in size_m = [1, 0.75]"),
-        ("inflation_m = [0.1, 0.2]", "inflation_m = 0.1", "`inflation_m`, as in inflation_m = [0.1, 0.2]"),
+        (
+            "inflation_m = [0.1, 0.2]",
+            "inflation_m = 0.1",
+            "`inflation_m` (line 75), as in inflation_m = [0.1, 0.2]",
+        ),
         ("directions = \"ring.csv\"", "", "missing field `directions`, as in directions = \"rays.csv\""),
         (
             "box = { min_m = [-0.8, -0.8, 0.1], max_m = [-0.6, 0.8, 1] }",

@@ -133,9 +133,7 @@ impl Backend for Actor {
         match trouble {
             Some(Trouble::Fails(what)) => return Err(Error::Device(format!("adapter Actor: {what}"))),
             Some(Trouble::Lies) => {
-                let mut counts = answer[0][0].counts();
-                counts[0] += 1;
-                answer[0][0] = Confusion::from_counts(counts);
+                answer[0][0].tp += 1;
             }
             Some(Trouble::Forgets) => {
                 answer.pop();

@@ -205,11 +205,9 @@ fn devices_are_listed_with_their_sources() {
 #[test]
 fn shells_and_man_know_every_subcommand() {
     let help = perirobot(&["--help"]).stdout;
-    let commands =
-        help.lines().skip_while(|line| *line != "Commands:").skip(1).take_while(|line| !line.is_empty());
-    let words = commands.filter(|line| line.starts_with("  ") && !line.starts_with("   "));
-    let commands: Vec<&str> =
-        words.filter_map(|line| line.split_whitespace().next()).filter(|name| *name != "help").collect();
+    let groups = help.lines().skip_while(|line| *line != "Start:").take_while(|line| *line != "Options:");
+    let lines = groups.filter(|line| line.starts_with("  "));
+    let commands: Vec<&str> = lines.filter_map(|line| line.split_whitespace().next()).collect();
     assert!(commands.len() >= 14, "{commands:?}");
     for shell in ["bash", "zsh", "fish", "elvish", "powershell"] {
         let outcome = perirobot(&["completions", shell]);

@@ -3,6 +3,8 @@
 
 mod common;
 
+use std::sync::Arc;
+
 use common::cases::{self, Case, case};
 use common::{Random, say};
 use perirobot::backend::gpu::{
@@ -10,9 +12,10 @@ use perirobot::backend::gpu::{
     types::WORKGROUP,
 };
 use perirobot::backend::{Backend, Carving, Fusion, Shot, oracle::Oracle};
-use perirobot::march::pcg;
+use perirobot::march::{Gates, pcg};
 use perirobot::metrics::Confusion;
 use perirobot::sensor::Camera;
+use perirobot::voxel::BitGrid;
 use perirobot::{Error, Result};
 
 /// Runs a kernel's statements in one workgroup: they turn `input[0]` times, and leave a number in `hash`, whatever its loops.
@@ -106,14 +109,21 @@ fn cut(source: &str, head: usize) -> String {
     format!("{before}var cut_after = 0u;\n{header}\nif cut_after > 0u {{ break; }}\ncut_after += 1u;\n{body}")
 }
 
-/// A case whose first table is a camera of more pixels than voxels, in the middle of the grid.
-fn close_up(seed: u64) -> Case {
+/// A case whose first table is a camera of more pixels than voxels, in the middle of the grid; in an `empty` one nothing
+/// stops its rays, and all they pass is free, whole boxes of voxels.
+fn close_up(seed: u64, empty: bool) -> Case {
     let mut case = case(seed);
     let mut random = Random(seed);
-    let camera = Camera { fov_rad: [0.9, 0.7], resolution_px: [500, 400] };
+    let fov_rad = if empty { [2.0, 2.0] } else { [0.9, 0.7] };
+    let camera = Camera { fov_rad, resolution_px: [500, 400] };
     case.tables[0].dirs_q15 = camera.dirs_q15();
     case.tables[0].image = Some(camera.image());
-    case.tables[0].gates = cases::open_gates();
+    case.tables[0].gates = Gates { no_return_is_free: empty, ..cases::open_gates() };
+    if empty {
+        case.cell.blockers = Arc::new(BitGrid::new(case.cell.blockers.window()));
+        case.cell.still = None;
+        case.cell.regions[0] = BitGrid::full(case.cell.window);
+    }
     let size = case.cell.blockers.window().size;
     for shot in &mut case.shots {
         shot.table = 0;
@@ -148,7 +158,11 @@ fn counts(backend: &mut dyn Backend, case: &Case) -> Result<Vec<Vec<Confusion>>>
 #[test]
 fn each_loop_that_is_cut_is_found_in_the_same_batch() {
     let Some(adapter) = common::adapter() else { return };
-    let cases: Vec<_> = (0..24).map(|seed| if seed % 2 == 0 { close_up(seed) } else { case(seed) }).collect();
+    let of_seed = |seed| if seed % 2 == 0 { close_up(seed, false) } else { case(seed) };
+    // Room for whole boxes of free voxels.
+    let is_large = |seed: &u64| case(*seed).cell.window.size.iter().all(|&n| n >= 24);
+    let empty = (24..).filter(is_large).take(4).map(|seed| close_up(seed, true));
+    let cases: Vec<_> = (0..24).map(of_seed).chain(empty).collect();
     let of_oracle = |case: &Case| counts(&mut Oracle::default(), case).unwrap_or_else(|e| panic!("{e}"));
     let expected: Vec<_> = cases.iter().map(of_oracle).collect();
     let mut gpu = Gpu::new(&adapter).unwrap_or_else(|e| panic!("{e}"));

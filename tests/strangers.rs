@@ -96,8 +96,9 @@ fn threads_have_an_end_and_may_be_missing() {
         let text = |bytes| String::from_utf8(bytes).unwrap();
         Outcome { code: output.status.code(), stdout: text(output.stdout), stderr: text(output.stderr) }
     };
-    // A thread that was started, but has no memory for itself, may say so in the words of the standard library.
-    let outcome = limited(&["--backend", "cpu", "--threads", "1024"]);
+    // Where memory ends just as a thread that was started asks for its own, the standard library aborts: then once more.
+    let mut outcomes = (0..50).map(|_| limited(&["--backend", "cpu", "--threads", "1024"]));
+    let outcome = outcomes.find(|outcome| outcome.code.is_some()).expect("one that was not aborted");
     assert_eq!(outcome.code, Some(3), "{}", outcome.stderr);
     assert!(outcome.stderr.contains("error: cannot start 1024 threads"), "{}", outcome.stderr);
     ended(&limited(&["--backend", "cpu", "--threads", "1", "--poses", "0"]), 0, &[]);
@@ -165,7 +166,7 @@ fn a_report_that_is_stopped_leaves_nothing() {
         assert_eq!(names(&out).contains(&part), stays, "{signal}");
     }
     // What could not be tidied then, the next run tidies.
-    assert_eq!(perirobot(&["report", text(&out), "--voxels-of", "1"]).code, Some(0));
+    assert_eq!(perirobot(&["report", text(&out), "--best", "1"]).code, Some(0));
     let mut expected = [&before[..], &["report.html".into()]].concat();
     expected.sort();
     assert_eq!(names(&out), expected);
@@ -175,7 +176,7 @@ fn a_report_that_is_stopped_leaves_nothing() {
 fn a_page_runs_its_own_scripts_only() {
     let folder = Folder::new();
     assert_eq!(folder.sweep(&[]).code, Some(0));
-    assert_eq!(perirobot(&["report", text(&folder.path("out")), "--voxels-of", "1"]).code, Some(0));
+    assert_eq!(perirobot(&["report", text(&folder.path("out")), "--best", "1"]).code, Some(0));
     let page = fs::read_to_string(folder.path("out/report.html")).unwrap();
     let (_, rest) = page.split_once("http-equiv=\"Content-Security-Policy\" content=\"").unwrap();
     let policy = rest.split('"').next().unwrap().replace("&#39;", "'");

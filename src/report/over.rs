@@ -111,7 +111,7 @@ mod tests {
 
     #[test]
     fn the_worst_of_what_is_better_small_is_the_largest() {
-        let moments = vec![vec![with(1, 2), with(1, 1)]];
+        let moments = [vec![with(1, 2), with(1, 1)]];
         let value = over(moments.iter().map(|repeat| repeat.iter().copied()), Score::Unknown).unwrap();
         assert_eq!((value.worst, value.pooled), (2.0 / 3.0, Some(3.0 / 5.0)));
     }

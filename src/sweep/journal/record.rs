@@ -83,6 +83,7 @@ pub struct Header {
 
 /// What stands at a row's place.
 #[derive(Debug, PartialEq)]
+#[allow(clippy::large_enum_variant, reason = "one at a time is looked at, and most are finished rows")]
 pub(super) enum State {
     Missing,
     Finished(Confusion),
