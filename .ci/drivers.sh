@@ -4,9 +4,8 @@
 # it gets the paper's experiments in turn, one a day. `sh .ci/drivers.sh all` does all poses of exp1 on both drivers.
 set -eu
 cd "$(dirname "$0")/.."
-# What the tests were built with: dependencies are not compiled once more.
-perirobot=${CARGO_TARGET_DIR:-target}/debug/perirobot
-[ -x "$perirobot" ] || cargo test --locked --no-run --test cli
+# What the tests were built with, unless another is named.
+perirobot=${PERIROBOT:-target/debug/perirobot}
 day=$(($(date +%s) / 86400))
 lavapipe=$(ls /usr/share/vulkan/icd.d/lvp_icd*.json)
 swiftshader=/usr/lib/chromium/vk_swiftshader_icd.json
