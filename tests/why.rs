@@ -5,7 +5,7 @@
 #[path = "common/program.rs"]
 mod program;
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 use std::path::Path;
 
@@ -89,6 +89,40 @@ fn the_best_of_a_study_with_pads_and_covers_add_up() {
     assert!(printed.contains("robot region: ") && printed.contains("human region: "), "{printed}");
     done(&["why", text(&out), "--best", "1", "--table", "parquet"]);
     assert!(names(&out).contains(&"reasons.parquet".into()));
+}
+
+#[test]
+fn the_best_are_those_by_the_score_that_is_asked_for() {
+    let folder = swept("scenes/tiny.toml", "0.1");
+    let out = folder.path("out");
+    let printed = done(&["why", text(&out), "--best", "1", "--score", "unknown"]);
+    let mut results = csv::Reader::from_path(out.join("results.csv")).unwrap();
+    let rows = results.deserialize().map(|row| row.unwrap());
+    let mut best: BTreeMap<[String; 2], (f64, String)> = BTreeMap::new();
+    for row in rows {
+        let row: std::collections::HashMap<String, String> = row;
+        let key = ["combination", "region"].map(|column| row[column].clone());
+        let next = (row["unknown"].parse::<f64>().unwrap(), row["poses"].clone());
+        best.entry(key)
+            .and_modify(|best| {
+                if next.0 < best.0 {
+                    *best = next.clone()
+                }
+            })
+            .or_insert(next);
+    }
+    let expected: BTreeSet<&String> = best.values().map(|(_, poses)| poses).collect();
+    let mut reasons = csv::Reader::from_path(out.join("reasons.csv")).unwrap();
+    let found: BTreeSet<String> = reasons.records().map(|row| row.unwrap()[4].to_string()).collect();
+    assert_eq!(found.iter().collect::<BTreeSet<_>>(), expected);
+    // In words the best of all, of whatever sensor.
+    for region in ["robot", "human"] {
+        let all = best.iter().filter(|([_, of], _)| of == region).map(|(_, best)| best);
+        let (_, poses) = all.min_by(|a, b| a.0.total_cmp(&b.0)).unwrap();
+        assert!(printed.contains(&format!("\n{poses} · ")), "{poses} in {printed}");
+    }
+    let both = perirobot(&["why", text(&out), "--all", "--score", "unknown"]);
+    assert_eq!(both.code, Some(2), "{}", both.stderr);
 }
 
 #[test]

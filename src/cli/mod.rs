@@ -10,6 +10,7 @@ mod bench;
 mod check;
 mod choice;
 mod cluster;
+mod compare;
 mod completions;
 mod contents;
 mod devices;
@@ -25,6 +26,7 @@ mod quantity;
 mod render;
 mod report;
 mod schema;
+mod score;
 mod sensors;
 mod shard;
 mod stop;
@@ -88,7 +90,7 @@ goes on, now or later.";
 /// The commands by what they are for, in the order of a first hour.
 const GROUPS: [(&str, &[&str]); 6] = [
     ("Start", &["init", "check", "sensors"]),
-    ("Look", &["render", "voxelize"]),
+    ("Look", &["render", "voxelize", "compare"]),
     ("Run", &["sweep", "merge"]),
     ("Explain", &["summary", "why", "report", "export"]),
     ("Clusters", &["cluster"]),
@@ -120,6 +122,7 @@ enum Command {
     Sweep(sweep::Args),
     Merge(merge::Args),
     Summary(summary::Args),
+    Compare(compare::Args),
     Why(why::Args),
     Report(report::Args),
     Export(export::Args),
@@ -146,6 +149,7 @@ pub(crate) fn run() -> ExitCode {
         Command::Sweep(args) => sweep::run(&args),
         Command::Merge(args) => merge::run(&args),
         Command::Summary(args) => summary::run(&args),
+        Command::Compare(args) => compare::run(&args),
         Command::Why(args) => why::run(&args),
         Command::Report(args) => report::run(&args),
         Command::Export(args) => export::run(&args),

@@ -3,9 +3,10 @@
 use std::path::PathBuf;
 use std::process::ExitCode;
 
-use clap::ValueEnum;
 use perirobot::Result;
 use perirobot::report::{Results, Score, Selection, distribution, groups, maxima, snapshots};
+
+use super::score::ScoreArg;
 
 /// Print the tables behind the paper's figures from a sweep
 ///
@@ -28,7 +29,7 @@ pub(super) struct Args {
     combination: Option<String>,
     /// Only this score [default: f1 and kappa]
     #[arg(long, value_enum)]
-    score: Option<Choice>,
+    score: Option<ScoreArg>,
 }
 
 const AFTER_HELP: &str = "\
@@ -47,49 +48,12 @@ How to read it:
   The same numbers for pandas, one row a choice of poses: scores.csv in the
   folder.";
 
-#[derive(Clone, Copy, PartialEq, ValueEnum)]
-#[value(rename_all = "snake_case")]
-enum Choice {
-    /// 2TP / (2TP + FP + FN + UF + UO)
-    F1,
-    /// Cohen's kappa over occupied, free, unknown
-    Kappa,
-    /// Share of people's voxels that are hit, or that a presence sensor feels
-    HumanSeen,
-    /// Share of people's voxels that are labelled occupied, rightly or by noise; with false_alarm beside it
-    HumanClaimed,
-    /// Share of people of whom a part is detected, or whom a presence sensor feels
-    PeopleDetected,
-    /// Share of people's body parts that are detected
-    PartsDetected,
-    /// Share of the region that stays unknown
-    Unknown,
-    /// Share of the free voxels with a label that are called occupied
-    FalseAlarm,
-}
-
-impl Choice {
-    /// The tables that it stands for: a claimed share says nothing without its false alarms.
-    fn scores(self) -> &'static [Score] {
-        match self {
-            Choice::F1 => &[Score::F1],
-            Choice::Kappa => &[Score::Kappa],
-            Choice::HumanSeen => &[Score::HumanSeen],
-            Choice::HumanClaimed => &[Score::HumanClaimed, Score::FalseAlarm],
-            Choice::PeopleDetected => &[Score::PeopleDetected],
-            Choice::PartsDetected => &[Score::PartsDetected],
-            Choice::Unknown => &[Score::Unknown],
-            Choice::FalseAlarm => &[Score::FalseAlarm],
-        }
-    }
-}
-
 pub(super) fn run(args: &Args) -> Result<ExitCode> {
     let (results, warnings) = Results::read(&args.folder)?;
     for warning in warnings {
         say!("warning: {warning}");
     }
-    let scores = args.score.map_or(&[Score::F1, Score::Kappa][..], Choice::scores);
+    let scores = args.score.map_or(&[Score::F1, Score::Kappa][..], ScoreArg::scores);
     let (region, combination) = (args.region.as_deref(), args.combination.as_deref());
     let selection = Selection::named(&results, region, combination, scores)?;
     for render in [distribution::render, maxima::render, groups::render, snapshots::render] {

@@ -5,7 +5,7 @@ use std::process::ExitCode;
 use clap::ValueEnum;
 use perirobot::Result;
 use perirobot::report::{
-    Results,
+    Results, Score,
     reasons::{self, ReasonsFile},
 };
 use perirobot::study::Study;
@@ -16,6 +16,7 @@ use perirobot::view::{Choice, View, Viewer};
 use super::backend::BackendArgs;
 use super::choice::RestArgs;
 use super::progress::ProgressArgs;
+use super::score::ScoreArg;
 use super::stop::{StopAt, stopped};
 use super::swept::SweptArgs;
 
@@ -35,9 +36,12 @@ pub(super) struct Args {
     pose: Option<String>,
     #[command(flatten)]
     rest: RestArgs,
-    /// So many of the best by F1 and by human_seen, of each combination and representation in each region
+    /// So many of the best, of each combination and representation in each region
     #[arg(long, value_name = "N", default_value_t = 20, value_parser = clap::value_parser!(u32).range(1..), conflicts_with_all = ["pose", "all"])]
     best: u32,
+    /// By which score they are the best [default: f1 and human_seen]
+    #[arg(long, value_enum, conflicts_with_all = ["pose", "all"])]
+    score: Option<ScoreArg>,
     /// All poses: a tenth of a second or so for each, scene, snapshot, repeat and representation
     #[arg(long, conflicts_with = "pose")]
     all: bool,
@@ -97,7 +101,9 @@ pub(super) fn run(args: &Args) -> Result<ExitCode> {
         super::print(&in_words(&viewer.view(world, choice)?, 0..study.regions.len()))?;
         return Ok(ExitCode::SUCCESS);
     }
-    let chosen = if args.all { every(&study) } else { reasons::leaders(&results, args.best as usize) };
+    let scores = args.score.map_or(vec![Score::F1, Score::HumanSeen], |arg| vec![arg.score()]);
+    let chosen =
+        if args.all { every(&study) } else { reasons::leaders(&results, args.best as usize, &scores) };
     results.intact()?;
     if let Some(file) = file
         && let Some(why) = write(args, file, &study, &worlds, &chosen, &mut viewer)?
@@ -106,7 +112,7 @@ pub(super) fn run(args: &Args) -> Result<ExitCode> {
         return Ok(stopped());
     }
     for region in 0..study.regions.len() {
-        if let Some([combination, choice, representation]) = reasons::leader(&results, region) {
+        if let Some([combination, choice, representation]) = reasons::leader(&results, region, scores[0]) {
             let choice = Choice { combination, choice, representation, repeat: 0 };
             super::print(&in_words(&viewer.view(&worlds[0], choice)?, [region]))?;
         }

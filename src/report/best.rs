@@ -15,6 +15,10 @@ const MOST_BLOCKS: usize = 4;
 /// The scores that are shown; the tables of `summary` have all.
 const SCORES: [Score; 4] = [Score::F1, Score::Kappa, Score::HumanSeen, Score::PartsDetected];
 
+/// What stands before tables with a mean of fewer values than there could be.
+pub(super) const FEWER: &str =
+    "[n] before a mean: only n of the values exist there, and only they are in it\n";
+
 /// Columns of a block; `seen` is human_seen, `parts` parts_detected.
 const HEADER: [&str; 2 + 3 * SCORES.len()] = [
     "<",
@@ -52,10 +56,7 @@ pub fn render(results: &Results) -> String {
         text += "\n`perirobot summary DIR` on the output folder shows more: distributions, maxima, walls, snapshots\n";
     }
     if left_out {
-        text.insert_str(
-            0,
-            "\n[n] before a mean: only n of the values exist there, and only they are in it\n",
-        );
+        text.insert_str(0, &format!("\n{FEWER}"));
     }
     text + NEAR_SIDE + "\n"
 }
@@ -133,7 +134,7 @@ fn compact(results: &Results, all: &[Series], region: usize, left_out: &mut bool
 }
 
 /// Mean, worst and pooled. A mean over fewer values than there could be must not look like one over all.
-fn cells(over: Option<Over>, left_out: &mut bool) -> [String; 3] {
+pub(super) fn cells(over: Option<Over>, left_out: &mut bool) -> [String; 3] {
     let Some(Over { mean, worst, pooled, values, of, .. }) = over else { return [NONE; 3].map(String::from) };
     let fewer = values < of;
     *left_out |= fewer;
@@ -154,6 +155,6 @@ pub(super) fn extent(results: &Results) -> String {
     text
 }
 
-fn count(number: usize, what: &str) -> String {
+pub(super) fn count(number: usize, what: &str) -> String {
     format!("{number} {what}{}", if number == 1 { "" } else { "s" })
 }

@@ -7,6 +7,7 @@ pub mod groups;
 pub mod html;
 pub mod maxima;
 pub mod over;
+pub mod placements;
 mod read;
 pub mod reasons;
 pub mod results;
@@ -14,8 +15,6 @@ pub mod rows;
 pub mod scores;
 pub mod snapshots;
 mod table;
-
-use std::ops::Range;
 
 use crate::metrics::Confusion;
 pub use crate::sweep::Key;
@@ -205,7 +204,7 @@ impl Series {
     fn over(
         self,
         results: &Results,
-        moments: &Range<usize>,
+        moments: &(impl Iterator<Item = usize> + Clone),
         region: usize,
         score: Score,
     ) -> Vec<Option<Over>> {
@@ -217,7 +216,7 @@ impl Series {
     fn best(
         self,
         results: &Results,
-        moments: &Range<usize>,
+        moments: &(impl Iterator<Item = usize> + Clone),
         region: usize,
         score: Score,
     ) -> Vec<(usize, f64)> {

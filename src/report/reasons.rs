@@ -87,13 +87,13 @@ fn names(view: &View) -> [String; 3] {
     [combination.name.clone(), pose_names(view.study, combination, view.choice.choice), representation]
 }
 
-/// The best choices by F1 and by human_seen over all scenes, snapshots and repeats, so many of each combination and
+/// The best choices by some scores over all scenes, snapshots and repeats, so many of each combination and
 /// representation in each region, all of them once: combination, choice and representation, in study order.
-pub fn leaders(results: &Results, count: usize) -> Vec<[usize; 3]> {
+pub fn leaders(results: &Results, count: usize, scores: &[Score]) -> Vec<[usize; 3]> {
     let mut leaders = Vec::new();
     for one in series(results, 0..results.combinations.len()) {
         for region in 0..results.regions.len() {
-            for score in [Score::F1, Score::HumanSeen] {
+            for &score in scores {
                 let Series { combination, representation } = one;
                 let best = one.best(results, &results.moments(), region, score).into_iter().take(count);
                 leaders.extend(best.map(|(choice, _)| [combination, choice, representation]));
@@ -105,14 +105,16 @@ pub fn leaders(results: &Results, count: usize) -> Vec<[usize; 3]> {
     leaders
 }
 
-/// The best choice of all by F1 in a region: combination, choice and representation; `None` where nothing has a value.
-pub fn leader(results: &Results, region: usize) -> Option<[usize; 3]> {
+/// The best choice of all by a score in a region: combination, choice and representation; `None` where nothing has a value.
+pub fn leader(results: &Results, region: usize, score: Score) -> Option<[usize; 3]> {
     let all = series(results, 0..results.combinations.len()).into_iter();
     let firsts = all.filter_map(|one| {
-        let (choice, mean) = *one.best(results, &results.moments(), region, Score::F1).first()?;
+        let (choice, mean) = *one.best(results, &results.moments(), region, score).first()?;
         Some(([one.combination, choice, one.representation], mean))
     });
-    firsts.reduce(|best, next| if next.1 > best.1 { next } else { best }).map(|(choice, _)| choice)
+    firsts
+        .reduce(|best, next| if score.merit(next.1) > score.merit(best.1) { next } else { best })
+        .map(|(choice, _)| choice)
 }
 
 /// Least share of the unknown voxels, in percent, for which a reason gets advice.

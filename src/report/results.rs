@@ -177,7 +177,7 @@ impl Results {
     }
 
     /// A score of one choice over some moments and all repeats; `None` if it has no value in any.
-    pub fn over(&self, moments: Range<usize>, key: Key, score: Score) -> Option<Over> {
+    pub fn over(&self, moments: impl Iterator<Item = usize> + Clone, key: Key, score: Score) -> Option<Over> {
         let at = move |moment, repeat| self.counts(moment, repeat, &key);
         let repeats = (0..self.repeats).map(|repeat| moments.clone().map(move |moment| at(moment, repeat)));
         over::over(repeats, score)
@@ -194,7 +194,7 @@ impl Results {
     /// The names of the baselines and their score over some moments.
     pub fn baselines_over(
         &self,
-        moments: Range<usize>,
+        moments: impl Iterator<Item = usize> + Clone,
         region: usize,
         score: Score,
     ) -> [(&'static str, Option<Over>); 4] {

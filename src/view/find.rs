@@ -1,10 +1,10 @@
 //! From names, as a user reads them in results.csv, to what they stand for in a study.
 
-use super::{Choice, names};
-use crate::study::Study;
+use super::Choice;
+use super::names::{ChoiceNames, find_choices, unknown};
+use crate::study::{Combination, Study};
 use crate::sweep::World;
-use crate::sweep::compare::{self, select_choices};
-use crate::sweep::table::{pose_names, representation_names};
+use crate::sweep::table::representation_names;
 use crate::{Error, Result};
 
 /// Which choice, in which scene; what is not said is the first there is.
@@ -26,38 +26,11 @@ pub struct Wanted {
 
 /// Finds the world (of those of the study, or at least of the scene) and the choice; names what there is where something is not.
 pub fn find<'w>(study: &Study, worlds: &'w [World], wanted: &Wanted) -> Result<(&'w World, Choice)> {
-    let named = compare::Selection::Named(wanted.poses.clone());
-    let asked = |name: &str| wanted.combination.as_ref().is_none_or(|wanted| wanted == name);
-    if !study.combinations.iter().any(|combination| asked(&combination.name)) {
-        let names: Vec<_> = study.combinations.iter().map(|combination| combination.name.as_str()).collect();
-        return Err(unknown("--combination", wanted.combination.as_deref(), &names));
-    }
-    let combinations: Vec<_> =
-        study.combinations.iter().enumerate().filter(|(_, c)| asked(&c.name)).collect();
-    let mut found = combinations.iter().filter_map(|(number, combination)| {
-        let as_written = || {
-            let spelled = names::spelled(study, combination, &wanted.poses)?;
-            select_choices(&compare::Selection::Named(spelled), study, combination).first().copied()
-        };
-        Some((*number, select_choices(&named, study, combination).first().copied().or_else(as_written)?))
-    });
-    let (combination, choice) = found.next().ok_or_else(|| {
-        let all = combinations.iter().map(|(_, combination)| *combination);
-        let example = all.clone().next().map_or(String::new(), |c| pose_names(study, c, 0));
-        let mut near: Vec<String> = all.filter_map(|c| names::nearest(study, c, &wanted.poses)).collect();
-        near.dedup();
-        let meant = match near.is_empty() {
-            true => String::new(),
-            false => format!(" (did you mean {}?)", near.join(", ")),
-        };
-        let what = format!(
-            "no such choice of poses{meant}: must be sensor:pose as `perirobot check` lists poses, or as in the column \
-             `poses` of results.csv, as in {example}"
-        );
-        Error::input(format!("--pose {}", wanted.poses), what)
-    })?;
-    if let Some((other, _)) = found.next() {
-        let [a, b] = [combination, other].map(|number| &study.combinations[number].name);
+    let all: Vec<ChoiceNames> = study.combinations.iter().map(|c| choice_names(study, c)).collect();
+    let found = find_choices(&all, &wanted.poses, wanted.combination.as_deref())?;
+    let (combination, choice) = found[0];
+    if let Some((other, _)) = found.get(1) {
+        let [a, b] = [combination, *other].map(|number| &study.combinations[number].name);
         let what = format!("is a choice of {a:?} and of {b:?}: say which with --combination");
         return Err(Error::input(format!("--pose {}", wanted.poses), what));
     }
@@ -97,8 +70,12 @@ fn below(option: &str, number: usize, of: usize) -> Result<()> {
     }
 }
 
-fn unknown(option: &str, name: Option<&str>, known: &[impl AsRef<str>]) -> Error {
-    let known: Vec<_> = known.iter().map(AsRef::as_ref).collect();
-    let what = format!("there is no such one, there are {}", known.join(", "));
-    Error::input(format!("{option} {}", name.unwrap_or_default()), what)
+/// The names of a combination's choices.
+fn choice_names<'a>(study: &'a Study, combination: &'a Combination) -> ChoiceNames<'a> {
+    let members = combination.members.iter().map(|member| {
+        let sensor = &study.sensors[member.sensor];
+        let poses = member.candidates.iter().map(|&candidate| sensor.candidates[candidate].name.as_str());
+        (sensor.name.as_str(), poses.collect())
+    });
+    ChoiceNames { combination: &combination.name, members: members.collect() }
 }

@@ -6,7 +6,7 @@
 //! poses. Its counts in a region are those of the sweep.
 
 mod find;
-mod names;
+pub mod names;
 mod outline;
 mod returns;
 pub mod why;

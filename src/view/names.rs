@@ -1,54 +1,122 @@
-//! Names of poses that are not written as they stand in tables: what is meant by them. Which choice of poses has a name
-//! is for `find`.
+//! Names of choices of poses: which one is meant by a name that somebody wrote. Whether a study or the folder of a sweep has
+//! the names is not known here.
 
-use crate::sensor::Sensor;
-use crate::study::{Combination, Study, slug};
+use crate::study::slug;
 use crate::sweep::table::BETWEEN_MEMBERS;
+use crate::{Error, Result};
 
 /// Names that are so near to what was written that they may be meant.
 const NEAR: f64 = 0.7;
 
-/// The name of the choice that is meant where only its spelling is another: `South wall/2/0` for `south-wall/2/0`.
-pub(super) fn spelled(study: &Study, combination: &Combination, poses: &str) -> Option<String> {
-    each(study, combination, poses, |sensor, candidates, own| {
-        let own = plain(own);
-        let mut alike = candidates.iter().filter(|&&c| plain(&sensor.candidates[c].name) == own);
-        // Two that differ in spelling only are both not meant.
-        alike.next().copied().filter(|_| alike.next().is_none())
-    })
+/// The choices of poses of a combination, by name.
+#[derive(Clone, Debug)]
+pub struct ChoiceNames<'a> {
+    /// The combination's name.
+    pub combination: &'a str,
+    /// Its sensors in the order they speak, each with the names of its poses that take part, in their order.
+    pub members: Vec<(&'a str, Vec<&'a str>)>,
 }
 
-/// The name of the choice that is nearest to what was written, if each of its poses is near.
-pub(super) fn nearest(study: &Study, combination: &Combination, poses: &str) -> Option<String> {
-    each(study, combination, poses, |sensor, candidates, own| {
-        let own = plain(own);
-        let near =
-            |c: &usize| strsim::normalized_damerau_levenshtein(&plain(&sensor.candidates[*c].name), &own);
-        // Of equals the first.
-        let best = candidates.iter().rev().copied().max_by(|a, b| near(a).total_cmp(&near(b)))?;
-        (near(&best) >= NEAR).then_some(best)
-    })
-}
-
-/// The name of a choice, from what is found for each sensor among its candidates; a sensor's own name may be left out.
-fn each(
-    study: &Study,
-    combination: &Combination,
+/// Combinations and the number of their choice that is meant by a name: as in the column `poses` of results.csv, or spelled
+/// another way (`South wall/2/0` for `south-wall/2/0`); of a sensor that is scored alone, the pose's own name will do. Several
+/// combinations may have such a choice. An unknown name is an [`Error::Input`] that names the nearest.
+pub fn find_choices(
+    all: &[ChoiceNames],
     poses: &str,
-    find: impl Fn(&Sensor, &[usize], &str) -> Option<usize>,
-) -> Option<String> {
-    let parts: Vec<&str> = poses.split(BETWEEN_MEMBERS).collect();
-    if parts.len() != combination.members.len() {
-        return None;
+    combination: Option<&str>,
+) -> Result<Vec<(usize, usize)>> {
+    let asked: Vec<(usize, &ChoiceNames)> = all
+        .iter()
+        .enumerate()
+        .filter(|(_, names)| combination.is_none_or(|c| c == names.combination))
+        .collect();
+    if asked.is_empty() {
+        let names: Vec<_> = all.iter().map(|names| names.combination).collect();
+        return Err(unknown("--combination", combination, &names));
     }
-    let name = |(part, member): (&str, &crate::study::Member)| {
-        let sensor = &study.sensors[member.sensor];
-        let own = part.strip_prefix(&format!("{}:", sensor.name)).unwrap_or(part);
-        let found = find(sensor, &member.candidates, own)?;
-        Some(format!("{}:{}", sensor.name, sensor.candidates[found].name))
+    let meant = |(number, names): &(usize, &ChoiceNames)| {
+        let choice = names.written(poses).or_else(|| names.spelled(poses))?;
+        Some((*number, names.number(&choice)))
     };
-    let names: Option<Vec<String>> = parts.into_iter().zip(&combination.members).map(name).collect();
-    Some(names?.join(BETWEEN_MEMBERS))
+    let found: Vec<(usize, usize)> = asked.iter().filter_map(meant).collect();
+    if !found.is_empty() {
+        return Ok(found);
+    }
+    let name = |names: &ChoiceNames, choice: Option<Vec<usize>>| Some(names.name(&choice?));
+    let mut near: Vec<String> =
+        asked.iter().filter_map(|(_, names)| name(names, names.nearest(poses))).collect();
+    near.dedup();
+    let meant = match near.is_empty() {
+        true => String::new(),
+        false => format!(" (did you mean {}?)", near.join(", ")),
+    };
+    let (_, first) = asked[0];
+    let what = format!(
+        "no such choice of poses{meant}: must be sensor:pose as `perirobot check` lists poses, or as in the column \
+         `poses` of results.csv, as in {}",
+        first.name(&vec![0; first.members.len()])
+    );
+    Err(Error::input(format!("--pose {poses}"), what))
+}
+
+/// The error of a name that is not there.
+pub fn unknown(option: &str, name: Option<&str>, known: &[impl AsRef<str>]) -> Error {
+    let known: Vec<_> = known.iter().map(AsRef::as_ref).collect();
+    let what = format!("there is no such one, there are {}", known.join(", "));
+    Error::input(format!("{option} {}", name.unwrap_or_default()), what)
+}
+
+impl ChoiceNames<'_> {
+    /// Of each sensor the place of its pose, of the choice with exactly this name.
+    fn written(&self, poses: &str) -> Option<Vec<usize>> {
+        self.each(poses, |known, own| known.iter().position(|name| *name == own))
+    }
+
+    /// The same of the choice whose name differs in spelling only.
+    fn spelled(&self, poses: &str) -> Option<Vec<usize>> {
+        self.each(poses, |known, own| {
+            let own = plain(own);
+            let mut alike = (0..known.len()).filter(|&i| plain(known[i]) == own);
+            // Two that differ in spelling only are both not meant.
+            alike.next().filter(|_| alike.next().is_none())
+        })
+    }
+
+    /// The same of the choice whose name is nearest, if each of its poses is near.
+    fn nearest(&self, poses: &str) -> Option<Vec<usize>> {
+        self.each(poses, |known, own| {
+            let own = plain(own);
+            let near = |i: &usize| strsim::normalized_damerau_levenshtein(&plain(known[*i]), &own);
+            // Of equals the first.
+            let best = (0..known.len()).rev().max_by(|a, b| near(a).total_cmp(&near(b)))?;
+            (near(&best) >= NEAR).then_some(best)
+        })
+    }
+
+    /// What is found for each sensor among the names of its poses; a sensor's own name may be left out.
+    fn each(&self, poses: &str, find: impl Fn(&[&str], &str) -> Option<usize>) -> Option<Vec<usize>> {
+        let parts: Vec<&str> = poses.split(BETWEEN_MEMBERS).collect();
+        if parts.len() != self.members.len() {
+            return None;
+        }
+        let members = parts.into_iter().zip(&self.members);
+        let found = members.map(|(part, (sensor, known))| {
+            let own = part.strip_prefix(sensor).and_then(|rest| rest.strip_prefix(':')).unwrap_or(part);
+            find(known, own)
+        });
+        found.collect()
+    }
+
+    /// The number of a choice; those of the last sensor vary fastest.
+    fn number(&self, choice: &[usize]) -> usize {
+        self.members.iter().zip(choice).fold(0, |number, ((_, known), place)| number * known.len() + place)
+    }
+
+    fn name(&self, choice: &[usize]) -> String {
+        let names = self.members.iter().zip(choice);
+        let names = names.map(|((sensor, known), &place)| format!("{sensor}:{}", known[place]));
+        names.collect::<Vec<_>>().join(BETWEEN_MEMBERS)
+    }
 }
 
 /// A name with each of its parts as names of groups are spelled.

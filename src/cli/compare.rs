@@ -1,0 +1,102 @@
+//! `perirobot compare`: placements side by side, from the folder of a sweep or of two.
+
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+use perirobot::report::Score;
+use perirobot::report::placements::{Among, PLACEMENTS, Placement, Sweeps};
+use perirobot::{Error, Result};
+
+use super::score::ScoreArg;
+
+/// Put placements of one sweep, or of two, side by side
+///
+/// Reads the folders of finished sweeps and prints, for each region, every score of each placement (one column a placement),
+/// of two also the difference, and last what all positions of the study could reach together: over all scenes (mean, worst and
+/// pooled), then for each scene. Of two sweeps it says what differs. Nothing is cast.
+#[derive(clap::Args)]
+#[command(after_help = AFTER_HELP)]
+pub(super) struct Args {
+    /// Folder that `perirobot sweep --out` has written, and another, for a sweep of a changed study
+    #[arg(value_name = "DIR", required = true, num_args = 1..=2)]
+    folders: Vec<PathBuf>,
+    /// A placement, as in the column `poses` of results.csv; of a sensor scored alone, the pose's own name will do. Once for
+    /// each
+    #[arg(long, value_name = "POSES", required_unless_present = "best")]
+    pose: Vec<String>,
+    /// Instead of names: so many of the best of each sweep in each region
+    #[arg(long, value_name = "N", conflicts_with = "pose", value_parser = clap::value_parser!(u32).range(1..=26))]
+    best: Option<u32>,
+    /// By which score they are the best [default: f1]
+    #[arg(long, value_enum, conflicts_with = "pose")]
+    score: Option<ScoreArg>,
+    /// Only placements of this combination [default: all that have them]
+    #[arg(long, value_name = "NAME")]
+    combination: Option<String>,
+    /// What the sensors are taken to say, as in results.csv [default: of names the first, of the best any]
+    #[arg(long, value_name = "NAME")]
+    representation: Option<String>,
+    /// Only this scene
+    #[arg(long, value_name = "NAME")]
+    scene: Option<String>,
+    /// Only this region
+    #[arg(long, value_name = "NAME")]
+    region: Option<String>,
+}
+
+const AFTER_HELP: &str = "\
+Examples:
+  perirobot sweep scenes/quick.toml --out out/quick
+  perirobot compare out/quick --pose right-wall/8/1 --pose ceiling/7/0
+      two placements
+  perirobot compare out/quick --best 3 --score parts_detected
+      the three that detect most body parts, of each region
+  perirobot sweep scenes/quick.toml --voxel-size 0.1 --out out/coarse
+  perirobot compare out/quick out/coarse --pose right-wall/8/1
+      one placement in two sweeps
+
+How to read it:
+  Of unknown and false_alarm less is better, of all others more. human_claimed
+  is worth nothing without its false_alarm.
+  A score without a value (nothing of the kind is in the region) is a dash.";
+
+pub(super) fn run(args: &Args) -> Result<ExitCode> {
+    let (sweeps, notes) = Sweeps::read(&args.folders, args.scene.as_deref())?;
+    notes.iter().for_each(|note| say!("note: {note}"));
+    let (regions, left_out) = sweeps.regions(args.region.as_deref())?;
+    left_out.iter().for_each(|note| say!("note: {note}"));
+    let among =
+        Among { combination: args.combination.as_deref(), representation: args.representation.as_deref() };
+    let mut text = String::new();
+    match args.best {
+        Some(count) => {
+            let score = args.score.map_or(Score::F1, ScoreArg::score);
+            for region in regions {
+                let best = enough(sweeps.best(&region, score, count as usize, among)?)?;
+                text += &sweeps.key(&best);
+                text += &sweeps.render(&region, &best);
+            }
+        }
+        None => {
+            let (placements, notes) = sweeps.named(&args.pose, among)?;
+            notes.iter().for_each(|note| say!("note: {note}"));
+            let placements = enough(placements)?;
+            text += &sweeps.key(&placements);
+            regions.iter().for_each(|region| text += &sweeps.render(region, &placements));
+        }
+    }
+    sweeps.intact()?;
+    super::print(&text)?;
+    Ok(ExitCode::SUCCESS)
+}
+
+/// As many as can stand side by side.
+fn enough(placements: Vec<Placement>) -> Result<Vec<Placement>> {
+    let (found, least, most) = (placements.len(), PLACEMENTS.start(), PLACEMENTS.end());
+    if PLACEMENTS.contains(&found) {
+        return Ok(placements);
+    }
+    Err(Error::Input(format!(
+        "--pose, --best: {found} placements: must be {least} to {most}; name another --pose, or say another --best"
+    )))
+}

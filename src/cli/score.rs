@@ -1,0 +1,46 @@
+//! `--score`: the scores by name, for commands that print or rank by one of them.
+
+use clap::ValueEnum;
+use perirobot::report::Score;
+
+#[derive(Clone, Copy, PartialEq, ValueEnum)]
+#[value(rename_all = "snake_case")]
+pub(super) enum ScoreArg {
+    /// 2TP / (2TP + FP + FN + UF + UO)
+    F1,
+    /// Cohen's kappa over occupied, free, unknown
+    Kappa,
+    /// Share of people's voxels that are hit, or that a presence sensor feels
+    HumanSeen,
+    /// Share of people's voxels that are labelled occupied, rightly or by noise; with false_alarm beside it
+    HumanClaimed,
+    /// Share of people of whom a part is detected, or whom a presence sensor feels
+    PeopleDetected,
+    /// Share of people's body parts that are detected
+    PartsDetected,
+    /// Share of the region that stays unknown
+    Unknown,
+    /// Share of the free voxels with a label that are called occupied
+    FalseAlarm,
+}
+
+impl ScoreArg {
+    /// The score that it names.
+    pub(super) fn score(self) -> Score {
+        self.scores()[0]
+    }
+
+    /// The tables that it stands for: a claimed share says nothing without its false alarms.
+    pub(super) fn scores(self) -> &'static [Score] {
+        match self {
+            ScoreArg::F1 => &[Score::F1],
+            ScoreArg::Kappa => &[Score::Kappa],
+            ScoreArg::HumanSeen => &[Score::HumanSeen],
+            ScoreArg::HumanClaimed => &[Score::HumanClaimed, Score::FalseAlarm],
+            ScoreArg::PeopleDetected => &[Score::PeopleDetected],
+            ScoreArg::PartsDetected => &[Score::PartsDetected],
+            ScoreArg::Unknown => &[Score::Unknown],
+            ScoreArg::FalseAlarm => &[Score::FalseAlarm],
+        }
+    }
+}
