@@ -1,4 +1,4 @@
-//! `perirobot render`: a picture of a cell, or of what a choice of poses sees in it.
+//! `perirobot render`: a picture of a cell, or of what a choice of poses makes of it.
 
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -15,7 +15,7 @@ use super::backend::BackendArgs;
 use super::choice::RestArgs;
 use super::study::StudyArgs;
 
-/// Draw a cell, or what one choice of poses sees in it
+/// Draw a cell, or what one choice of poses makes of it
 ///
 /// The picture's rays are cast by the same code that scores poses, so that the CPU and any GPU draw the same bytes. With
 /// --pose its colours say what the sensors make of each occupied voxel; free space that a volume or zone calls occupied is a
@@ -69,7 +69,7 @@ const AFTER_HELP: &str = "\
 Examples:
   perirobot render scenes/quick.toml --out cell.png
   perirobot render scenes/quick.toml --pose camera:right-wall/4/1 \\
-    --out seen.png
+    --out pose.png
   perirobot render scenes/quick.toml --pose camera:right-wall/4/1 \\
     --from top --cut-above 2.2 --out above.png
   perirobot render scenes/quick.toml --from 2.8,1.8,2.7 --look-at 0,0,0.8 \\
@@ -77,7 +77,7 @@ Examples:
 
 #[derive(Clone, Copy, PartialEq, ValueEnum)]
 enum Choice {
-    /// What the sensors say: seen, unknown, called free; people and the robot set off
+    /// What the sensors say: called occupied, unknown, called free; people and the robot set off
     Label,
     /// From the lowest voxel to the highest
     Height,

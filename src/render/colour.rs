@@ -27,16 +27,16 @@ pub(super) const SKY: [u8; 3] = [255; 3];
 pub(super) const POINTS: [[u8; 3]; 2] = [[0, 0, 0], [230, 97, 0]];
 /// A sensor.
 pub(super) const SENSOR: [u8; 3] = [0, 0, 0];
-/// Free space that is called occupied, seen through.
+/// Free space that is called occupied: a veil over what is behind it.
 const VEIL: [u8; 3] = [230, 159, 0];
-/// How much of it is seen, of 256.
+/// How much of it covers that, of 256.
 const VEIL_SHARE: u32 = 110;
 
 /// What a voxel may be, its name in the legend, its colour.
 const KINDS: [(&str, [u8; 3]); 10] = [
-    ("seen", [86, 180, 233]),
-    ("robot, seen", [0, 114, 178]),
-    ("person, seen", [0, 158, 115]),
+    ("called occupied", [86, 180, 233]),
+    ("robot, called occupied", [0, 114, 178]),
+    ("person, called occupied", [0, 158, 115]),
     ("unknown", [176, 176, 180]),
     ("robot, unknown", [104, 104, 112]),
     ("person, unknown", [213, 94, 0]),

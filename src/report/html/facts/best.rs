@@ -110,7 +110,7 @@ fn row(
     baselines: &[Baseline],
 ) -> Row {
     let over = measure::of_choice(results, results.moments(), series.key(choice, region));
-    // Of an answer that is always `occupied` all people are seen: only F1 and κ weigh both ways of being wrong.
+    // An answer that is always `occupied` claims all people: only F1 and κ weigh both ways of being wrong.
     let better = (0..2).filter_map(|measure| {
         let (name, to_beat) = measure::to_beat(baselines, measure)?;
         let below = over[measure]?.mean < to_beat;
