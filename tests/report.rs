@@ -120,6 +120,21 @@ fn scores_and_voxels_are_those_of_the_sweep() {
         }
     }
     assert!(compared > 100, "{compared}");
+    // The largest and the smallest of each score, of all poses of a series.
+    for (s, series) in list(&data["series"]).iter().enumerate() {
+        let count = series["scores"]["over"]["count"].as_u64().unwrap() as usize;
+        for (region, m) in (0..regions).flat_map(|region| (0..measures.len()).map(move |m| (region, m))) {
+            let name = measures[m]["name"].as_str().unwrap();
+            let values =
+                (0..count).filter_map(|choice| rows[&key(&data, s, choice, region)][name].parse().ok());
+            let values: Vec<f64> = values.collect();
+            let ends = [f64::min, f64::max].map(|end| values.iter().copied().reduce(end));
+            let plotted = &data["distributions"][region][m][0][s];
+            assert_eq!([0, 4].map(|n| plotted[n].as_f64()), ends, "{name} in region {region}");
+            let title = format!("{} in region", if m == 0 { "F1" } else { name });
+            assert!(page.contains(&title), "no table of {name}");
+        }
+    }
     // At least three choices of each sensor, in three regions.
     let voxels = voxels_compared(&page, &data, &rows, &reasons(&folder));
     assert!(voxels >= 3 * 2 * 3, "{voxels}");

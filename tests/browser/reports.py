@@ -39,6 +39,7 @@ def look(browser, report, name, size, pictures):
     if pictures:
         sections(browser, pictures, f"{report.parent.name}-{name}")
     a_position_changes_the_cell(browser)
+    every_score_is_plotted(browser)
     layers_hide_and_show(browser)
     causes_hide_and_show(browser)
     the_table_sorts(browser)
@@ -112,6 +113,23 @@ def a_position_changes_the_cell(browser):
     note = browser.run("return document.getElementById('cell-note').textContent")
     assert chosen.split(": ")[-1] in note, (chosen, note)
     assert browser.run("return document.querySelectorAll('#sheet table').length"), "a mounting sheet"
+
+
+def every_score_is_plotted(browser):
+    """The selector above the boxes takes all scores; a claimed share is never without its false alarms."""
+    regions = browser.run("return document.getElementById('region').options.length")
+    select = "document.getElementById('measure-of-distributions')"
+    names = browser.run(f"return [...{select}.options].map(option => option.textContent)")
+    assert len(names) == 8, names
+    for number, name in [*enumerate(names), (0, names[0])]:
+        browser.run(f"{select}.value = {number}; {select}.dispatchEvent(new Event('change'))")
+        expected = [name] + ["false alarm"] * (name == "human claimed")
+        for home in ("distributions", "maxima"):
+            labels = f"return [...(document.getElementById('{home}')?.children ?? [])].filter(plot => plot._fullLayout).map(plot => plot.getAttribute('aria-label').replace('Largest ', '').split(' in region')[0])"
+            if home == "maxima" and not browser.run("return !!document.getElementById('maxima')"):
+                continue
+            browser.until(f"return (() => {{ {labels} }})().join() === {','.join(expected * regions)!r}", f"{home} of {name}")
+        assert browser.run("return document.getElementById('measure').value") == str(number)
 
 
 def layers_hide_and_show(browser):

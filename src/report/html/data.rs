@@ -31,16 +31,14 @@ pub(super) struct Data<'a> {
     regions: &'a [String],
     scenes: Vec<SceneData<'a>>,
     measures: Vec<MeasureData>,
-    /// Which of them are plotted.
-    plotted: Vec<usize>,
     sensors: Vec<SensorData<'a>>,
     combinations: Vec<CombinationData<'a>>,
     series: Vec<SeriesData>,
     /// For each region, extent (all scenes, then each), and baseline: its measures.
     baselines: Vec<Vec<Vec<Baseline>>>,
-    /// For each region and score that is plotted.
+    /// For each region and score.
     distributions: Vec<Vec<Boxes>>,
-    /// For each region and score that is plotted: each combination's mean of the scenes' maxima.
+    /// For each region and score: each combination's mean of the scenes' maxima.
     maxima: Vec<Vec<Vec<Option<f64>>>>,
     /// The combination with the most sensors, if there is one.
     full_set: Option<usize>,
@@ -87,9 +85,6 @@ struct SeriesData {
     scores: Scores,
 }
 
-/// The scores for which distributions and maxima are shown: those of the paper, and of people what sensors truly see.
-pub(super) const PLOTTED: [Score; 4] = [Score::F1, Score::Kappa, Score::HumanSeen, Score::PartsDetected];
-
 impl<'a> Data<'a> {
     /// Of a sweep; its scores are added to the numbers.
     pub(super) fn new(
@@ -112,8 +107,9 @@ impl<'a> Data<'a> {
             title: measure::title(score),
             less_is_better: score.less_is_better(),
         });
-        let of_plotted = |of: &dyn Fn(usize, Score) -> _| {
-            regions().map(|region| PLOTTED.iter().map(|&score| of(region, score)).collect()).collect()
+        let largest = |region, score| {
+            let all = 0..results.combinations.len();
+            all.map(|combination| maxima(results, combination, region, score).mean).collect()
         };
         Data {
             render: render(sweep),
@@ -121,7 +117,6 @@ impl<'a> Data<'a> {
             regions: &results.regions,
             scenes: results.scenes.iter().map(|scene| scene_data(scene, worlds)).collect(),
             measures: measures.into(),
-            plotted: PLOTTED.map(|score| score as usize).into(),
             sensors: (0..study.sensors.len())
                 .map(|sensor| sensor_data(study, worlds, surroundings, sensor))
                 .collect(),
@@ -129,12 +124,9 @@ impl<'a> Data<'a> {
             series: series.collect(),
             baselines: regions().map(|region| baselines(results, region)).collect(),
             distributions: regions()
-                .map(|region| PLOTTED.map(|score| distributions(results, rankings, region, score)).into())
+                .map(|region| Score::ALL.map(|score| distributions(results, rankings, region, score)).into())
                 .collect(),
-            maxima: of_plotted(&|region, score| {
-                let all = 0..results.combinations.len();
-                all.map(|combination| maxima(results, combination, region, score).mean).collect()
-            }),
+            maxima: regions().map(|region| Score::ALL.map(|score| largest(region, score)).into()).collect(),
             full_set: most_sensors(results),
             between_members: table::BETWEEN_MEMBERS,
             voxel_size_m: study.voxel_size_m,

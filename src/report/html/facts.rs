@@ -7,7 +7,6 @@ mod run;
 
 use super::Sweep;
 use super::cells::Cells;
-use super::data::PLOTTED;
 use super::ranking::Ranking;
 use super::surroundings::Surroundings;
 use crate::report::maxima::most_sensors;
@@ -58,10 +57,10 @@ impl<'a> Facts<'a> {
     }
 }
 
-/// The scores that are plotted, each in each region.
+/// The scores in each region.
 fn parts(sweep: &Sweep) -> impl Iterator<Item = (usize, Score)> {
     let regions = 0..sweep.results.regions.len();
-    regions.flat_map(|region| PLOTTED.map(|score| (region, score)))
+    regions.flat_map(|region| Score::ALL.map(|score| (region, score)))
 }
 
 fn title(sweep: &Sweep, (region, score): (usize, Score)) -> String {

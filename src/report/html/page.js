@@ -1,4 +1,8 @@
 // Puts the page together: fills the selectors, and draws again what a choice changes.
+
+/** The selectors of the one score that is chosen; a sensor alone has no maxima. */
+const SCORE_SELECTORS = ["measure", "measure-of-distributions", "measure-of-maxima"].filter(element);
+
 function fill(id, names, key) {
   const select = element(id);
   select.replaceChildren(...names.map((name, i) => made("option", { value: i }, name)));
@@ -17,7 +21,8 @@ function drawSelected() {
   const block = series().scores.over, place = placeIn(block, chosen.choice);
   const scores = place < 0 ? "" : data.measures.map((one, m) => `${one.title} ${shown(values(m)[place])}`).join(", ");
   element("selected").replaceChildren("Selected: ", made("strong", {}, nameOf(chosen.choice)), ` (${placeOf(chosen.choice)}) — ${scores}`);
-  for (const id of ["extent", "region", "series", "measure"]) element(id).value = chosen[id];
+  for (const id of ["extent", "region", "series"]) element(id).value = chosen[id];
+  for (const id of SCORE_SELECTORS) element(id).value = chosen.measure;
 }
 
 /** Words and tables follow a choice at once, plots one after another: they may not be changed while they are drawn. */
@@ -33,6 +38,7 @@ function draw(changes) {
 /** Draws the plots that depend on some changes; the cell last, as it takes longest. */
 async function drawPlots(changes) {
   const changed = (...keys) => keys.some(key => key in changes);
+  if (changed("measure")) await drawScores();
   await (changed("series", "extent", "region", "measure", "member") ? drawMaps() : markMaps());
   await drawPositions();
   await drawTimes();
@@ -48,17 +54,15 @@ function chooseRow({ dataset }) {
 fill("extent", extents, "extent");
 fill("region", data.regions, "region");
 fill("series", data.series.map(one => one.title), "series");
-fill("measure", data.measures.map(one => one.title), "measure");
+SCORE_SELECTORS.forEach(id => fill(id, data.measures.map(one => one.title), "measure"));
 fill("member", [], "member");
 makeLayers();
 document.querySelectorAll("#summary .choose").forEach(button => button.addEventListener("click", () => chooseRow(button)));
 // Paper has nothing to click on.
 addEventListener("beforeprint", () => document.querySelectorAll("details").forEach(part => { part.open = true; }));
-drawDistributions();
-drawMaxima();
 const first = document.querySelector("#summary .choose");
 Object.assign(chosen, first ? { series: Number(first.dataset.series), choice: Number(first.dataset.choice) } : {});
 chosen.member = posed()[0] ?? 0;
 listeners.push(draw);
-await draw({ series: 0 });
+await draw({ series: 0, measure: 0 });
 document.body.dataset.ready = "yes";

@@ -2,13 +2,26 @@
 const NAMES = ["x", "y", "z"];
 const heading = text => ({ text: plain(text), font: { size: 13 }, x: 0, xref: "paper", xanchor: "left" });
 
-/** Boxes of some scores in each region: scenes side by side, a colour for each series. */
-function drawDistributions() {
+/** The score that is chosen, by its number; with a claimed share its false alarms, without which it says nothing. */
+const plotted = () => [chosen.measure, measure().name === "human_claimed" ? data.measures.findIndex(one => one.name === "false_alarm") : -1].filter(m => m >= 0);
+
+/** Plots of the chosen score, of all poses together. */
+async function drawScores() {
+  for (const home of ["distributions", "maxima"].map(element).filter(Boolean)) {
+    [...home.children].forEach(plot => Plotly.purge(plot));
+    home.replaceChildren();
+  }
+  await drawDistributions();
+  await drawMaxima();
+}
+
+/** Boxes of the chosen score in each region: scenes side by side, a colour for each series. */
+async function drawDistributions() {
   const home = element("distributions");
-  data.regions.forEach((region, r) => data.plotted.forEach((m, s) => {
+  for (const [r, region] of data.regions.entries()) for (const [n, m] of plotted().entries()) {
     const score = data.measures[m].title;
     const traces = data.series.map((one, i) => {
-      const five = data.scenes.map((_, scene) => data.distributions[r][s][scene][i] ?? [null, null, null, null, null]);
+      const five = data.scenes.map((_, scene) => data.distributions[r][m][scene][i] ?? [null, null, null, null, null]);
       const row = n => five.map(numbers => numbers[n]);
       return { type: "box", name: plain(one.title), x: data.scenes.map(scene => plain(scene.name)), lowerfence: row(0), q1: row(1), median: row(2), q3: row(3), upperfence: row(4), marker: { color: COLOURS[i % COLOURS.length] }, line: { width: 1.5 }, offsetgroup: String(i) };
     });
@@ -17,26 +30,26 @@ function drawDistributions() {
     traces.push({ type: "scatter", mode: "markers", name: "best without a sensor", x: data.scenes.map(scene => plain(scene.name)), y: floor.map(f => f?.value ?? null), text: floor.map(f => f ? plain(f.name) : ""), hovertemplate: "%{text}: %{y:.3f}<extra></extra>", marker: { symbol: "line-ew-open", size: 12, line: dash, color: dash.color } });
     const shapes = floor.flatMap((f, n) => f ? [{ type: "line", x0: n - 0.45, x1: n + 0.45, y0: f.value, y1: f.value, line: dash }] : []);
     const plot = home.appendChild(made("div", { "aria-label": `${score} in region ${region}`, role: "img" }));
-    const many = traces.length > 6, hasLegend = r === 0 && s === 0 || !many;
+    const many = traces.length > 6, hasLegend = r === 0 && n === 0 || !many;
     // A legend of many lines gets room of its own.
     if (many && hasLegend) Object.assign(plot.style, { gridColumn: "1 / -1", height: `${20 + 1.4 * Math.ceil(traces.length / 4)}rem` });
-    Plotly.newPlot(plot, traces, { ...LAYOUT, title: heading(`${score} · region ${region}`), shapes, boxmode: "group", showlegend: hasLegend, legend: { orientation: "h", y: -0.18, font: { size: 11 } }, yaxis: { rangemode: "tozero", gridcolor: "#e3e8ed", zerolinecolor: "#b5bec8" }, xaxis: { type: "category" } }, CONFIG);
-  }));
+    await Plotly.newPlot(plot, traces, { ...LAYOUT, title: heading(`${score} · region ${region}`), shapes, boxmode: "group", showlegend: hasLegend, legend: { orientation: "h", y: -0.18, font: { size: 11 } }, yaxis: { rangemode: "tozero", gridcolor: "#e3e8ed", zerolinecolor: "#b5bec8" }, xaxis: { type: "category" } }, CONFIG);
+  }
 }
 
-/** Bars of the maxima of combinations, and what part of the full set's they are. */
-function drawMaxima() {
+/** Bars of the maxima of combinations by the chosen score, and what part of the full set's they are. */
+async function drawMaxima() {
   const home = element("maxima");
   if (!home) return;
-  data.regions.forEach((region, r) => data.plotted.forEach((m, s) => {
+  for (const [r, region] of data.regions.entries()) for (const m of plotted()) {
     const score = data.measures[m].title;
-    const maxima = data.maxima[r][s], full = data.full_set === null ? null : maxima[data.full_set];
+    const maxima = data.maxima[r][m], full = data.full_set === null ? null : maxima[data.full_set];
     const text = maxima.map(value => full && value !== null ? `${Math.round(100 * value / full)} %` : shown(value));
     const names = data.combinations.map(combination => plain(combination.name));
     const bars = { type: "bar", orientation: "h", y: names, x: maxima, text, textposition: "auto", hovertemplate: "%{y}: %{x:.3f}<extra></extra>", marker: { color: names.map((_, i) => i === data.full_set ? COLOURS[1] : COLOURS[0]) } };
     const plot = home.appendChild(made("div", { role: "img", "aria-label": `Largest ${score} in region ${region}` }));
-    Plotly.newPlot(plot, [bars], { ...LAYOUT, title: heading(`Largest ${score} · region ${region}`), yaxis: { autorange: "reversed", automargin: true }, xaxis: { gridcolor: "#e3e8ed" } }, CONFIG);
-  }));
+    await Plotly.newPlot(plot, [bars], { ...LAYOUT, title: heading(`Largest ${score} · region ${region}`), yaxis: { autorange: "reversed", automargin: true }, xaxis: { gridcolor: "#e3e8ed" } }, CONFIG);
+  }
 }
 
 /** Smallest and largest of some numbers, apart from each other. */
