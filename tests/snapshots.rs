@@ -83,7 +83,7 @@ fn a_warning_is_given_once_for_all_snapshots() {
     let folder = moving();
     folder.edit("study.toml", "position_m = [0.1, 0.1, 1.3]", "position_m = [0.2, 0.58, 0.45]");
     let outcome = folder.sweep(&[]);
-    let expected = "sensor \"lidar\": 1 poses (first posts/corner) stand in an occupied voxel (move them out of it): their rays start behind \
+    let expected = "sensor \"lidar\": 1 poses (first posts/corner: at crate, x 0.2 m, y 0.58 m, 0.45 m high, level) stand in an occupied voxel (move them out of it): their rays start behind \
                     its surface (in snapshot 1, where it is most)";
     assert!(outcome.stderr.contains(expected), "{}", outcome.stderr);
 }

@@ -56,9 +56,25 @@ const BOUNDS: (&str, &str, &str) =
 #[test]
 fn a_sensor_inside_an_occupied_voxel() {
     let edit = ("study.toml", "position_m = [0.1, 0.1, 1.3]", "position_m = [0.75, 0.4, 0.45]");
-    let expected =
-        ["sensor \"lidar\": 1 poses (first posts/corner) stand in an occupied voxel", "behind its surface"];
+    let expected = [
+        "sensor \"lidar\": 1 poses (first posts/corner: on crate, x 0.75 m, y 0.4 m, 0.45 m high, ",
+        ") stand in an occupied voxel",
+        "behind its surface",
+    ];
     check(&Folder::new(), &[edit], &expected);
+}
+
+#[test]
+fn a_mount_that_is_drawn_once() {
+    let off = "range_m = [0.1, 5.0]\ncalibration = { position_m = 0.01 }";
+    let edit = ("study.toml", "range_m = [0.1, 5.0]", off);
+    let expected = ["sensor \"lidar\": of its calibration one mount is drawn for each pose", "repeats = 10"];
+    check(&Folder::new(), &[edit], &expected);
+    let folder = Folder::new();
+    folder.edit("study.toml", "range_m = [0.1, 5.0]", off);
+    folder.edit("study.toml", "seed = 7", "seed = 7\nrepeats = 2");
+    let outcome = folder.sweep(&[]);
+    assert!(outcome.code == Some(0) && !outcome.stderr.contains("of its calibration"), "{}", outcome.stderr);
 }
 
 #[test]

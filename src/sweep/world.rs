@@ -230,6 +230,16 @@ fn true_pose(study: &Study, setting: Setting, [sensor, candidate, repeat]: [usiz
     }
 }
 
+/// The same in each repeat.
+fn true_poses(
+    study: &Study,
+    setting: Setting,
+    [sensor, candidate]: [usize; 2],
+) -> impl Iterator<Item = Pose> + use<'_> {
+    let repeats = 0..study.repeats as usize;
+    repeats.map_while(move |repeat| true_pose(study, setting, [sensor, candidate, repeat]))
+}
+
 /// The values of checks that all passed, or all that is wrong.
 fn all_or_wrong<T>(checks: impl Iterator<Item = Result<T>>) -> Result<Vec<T>, Vec<Error>> {
     let (mut good, mut wrong) = (Vec::new(), Vec::new());
@@ -301,26 +311,28 @@ fn reachable(study: &Study, truth: &Truth, settings: &[Vec<Setting>]) -> Result<
             let station =
                 Station { truth, window: truth.grid.window(), setting, rays: None, truly: None, draws: 0 };
             sensor.kind.check(&station).map_err(|e| (s, c, e))?;
-            let begin = (truth.grid.position_q16(station.pose().position_m), housing);
+            let truly = true_poses(study, setting, [s, c]).map(|pose| pose.position_m);
+            let from = [station.pose().position_m].into_iter().chain(truly);
+            let here: Vec<_> = from.map(|at| (truth.grid.position_q16(at), housing)).collect();
             match sensor.kind.feels(&station) {
                 Reach::Only(cells) => hit.add(&cells),
-                Reach::Rays | Reach::RaysAnd(_) => hits_begin.push(begin),
+                Reach::Rays | Reach::RaysAnd(_) => hits_begin.extend_from_slice(&here),
             }
             match sensor.kind.reach(&station) {
-                Reach::Rays => begins.push(begin),
+                Reach::Rays => begins.extend(here),
                 Reach::Only(cells) => spoken_of.add(&cells),
                 Reach::RaysAnd(cells) => {
                     spoken_of.add(&cells);
-                    begins.push(begin);
+                    begins.extend(here);
                 }
             }
         }
     }
     let same = begins == hits_begin;
     let by_rays = |begins: Vec<_>| (!begins.is_empty()).then(|| voxelize::reachable(truth, begins));
-    let seen = by_rays(begins);
-    let may_hit = if same { seen.clone() } else { by_rays(hits_begin) };
-    seen.iter().for_each(|cells| spoken_of.add(cells));
+    let reached = by_rays(begins);
+    let may_hit = if same { reached.clone() } else { by_rays(hits_begin) };
+    reached.iter().for_each(|cells| spoken_of.add(cells));
     may_hit.iter().for_each(|cells| hit.add(cells));
     Ok(Reachable { spoken_of, hit })
 }
@@ -377,10 +389,9 @@ fn positions<'a>(
         Setting::Pose(pose) if kind.stance() != Stance::Level => Some(*pose),
         _ => None,
     };
-    let truly = believed.into_iter().flat_map(move |pose| {
-        let repeats = 0..study.repeats as usize;
-        repeats.map_while(move |repeat| true_pose(study, Setting::Pose(pose), [sensor, candidate, repeat]))
-    });
+    let truly = believed
+        .into_iter()
+        .flat_map(move |pose| true_poses(study, Setting::Pose(pose), [sensor, candidate]));
     believed.into_iter().chain(truly).map(|pose| pose.position_m)
 }
 

@@ -68,6 +68,28 @@ fn tiny() -> Study {
     Study::load(&path, &Overrides::default()).unwrap()
 }
 
+/// A sensor that is believed to stand before a wall, and in some repeats truly stands behind it.
+#[test]
+fn the_ceiling_has_what_mounts_that_are_off_may_hit() {
+    let scenes = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes");
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::create_dir(folder.path().join("tiny")).unwrap();
+    std::fs::copy(scenes.join("tiny/cell.toml"), folder.path().join("tiny/cell.toml")).unwrap();
+    let off = [("seed = 7", "seed = 7\nrepeats = 200"), ("3.0]", "3.0]\ncalibration = { position_m = 1 }")];
+    let text = std::fs::read_to_string(scenes.join("tiny.toml")).unwrap();
+    let text = off.iter().fold(text, |text, (from, to)| text.replacen(from, to, 1));
+    let path = folder.path().join("study.toml");
+    std::fs::write(&path, text).unwrap();
+    let hit = |noiseless| {
+        let study = Study::load(&path, &Overrides { noiseless, ..Overrides::default() }).unwrap();
+        let before = Setting::Pose(Pose { position_m: DVec3::new(4.2, 5.0, 5.0), ..Pose::ORIGIN });
+        let settings: Vec<_> = study.sensors.iter().map(|s| vec![before; s.candidates.len()]).collect();
+        let Reachable { spoken_of, hit } = reachable(&study, &walled(), &settings).ok().unwrap();
+        [[2, 2, 2], [8, 2, 2]].map(|person| spoken_of.get(person) && hit.get(person))
+    };
+    assert_eq!((hit(true), hit(false)), ([true, false], [true, true]));
+}
+
 /// No choice of any kind of sensor knows more of what is there than the ceiling says could be known; without noise, which
 /// may put a reading where none could be taken.
 #[test]

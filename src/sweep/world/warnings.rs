@@ -5,8 +5,9 @@ use std::path::Path;
 
 use super::{World, dead, people, thin};
 use crate::scene::{Object, Role, Scene};
-use crate::sensor::{Setting, Stance, Station};
+use crate::sensor::{Sensor, Setting, Stance, Station};
 use crate::study::{RegionSpec, Study};
+use crate::sweep::place::Places;
 use crate::voxel::voxelize::{HUGE_M, LARGE_M};
 use crate::voxel::{Grid, ObjectVoxels, Shape};
 
@@ -37,17 +38,19 @@ pub(super) fn warnings(study: &Study, scenes: &[Scene], worlds: &[World]) -> Vec
              needs interior = \"free\""
         ));
     }
+    let places = Places::of(study, &worlds[0]);
     for sensor in 0..study.sensors.len() {
         let spec = &study.sensors[sensor];
         warnings.extend(spec.warnings.iter().map(|what| format!("sensor {:?}: {what}", spec.name)));
-        warnings.extend(stuck_warning(study, sensor, &worlds[0]));
-        warnings.extend(outside_warning(study, sensor, &worlds[0]));
+        warnings.extend(once_warning(study, sensor));
+        warnings.extend(stuck_warning(study, &places, sensor, &worlds[0]));
+        warnings.extend(outside_warning(study, &places, sensor, &worlds[0]));
     }
     // Pads lie in the floor and gates stand where they like; only what looks out can be in the way of its own rays.
     let looks = |sensor: &usize| study.sensors[*sensor].kind.stance() != Stance::Level;
     for sensor in (0..study.sensors.len()).filter(looks) {
         let what = "stand in an occupied voxel (move them out of it): their rays start behind its surface";
-        warnings.extend(inside_warning(study, sensor, worlds, what));
+        warnings.extend(inside_warning(study, &places, sensor, worlds, what));
     }
     warnings.extend(people::warnings(scenes, worlds));
     warnings.extend(thin::warnings(study, scenes, worlds));
@@ -135,8 +138,32 @@ fn largest(values: &[f64]) -> (usize, String) {
     (at, if alike { String::new() } else { format!(" (in snapshot {at}, where it is most)") })
 }
 
+/// A mount that is drawn once only.
+fn once_warning(study: &Study, sensor: usize) -> Option<String> {
+    let Sensor { name, kind, .. } = &study.sensors[sensor];
+    (kind.calibration().is_some() && study.repeats == 1).then(|| {
+        format!(
+            "sensor {name:?}: of its calibration one mount is drawn for each pose, and another would score otherwise: write \
+             repeats = 10 at the top of the study, and look at the worst and at the spread"
+        )
+    })
+}
+
+/// The first of some candidates of a sensor, by name and place.
+fn first_of(study: &Study, places: &Places, sensor: usize, candidates: &[usize]) -> Option<String> {
+    let first = *candidates.first()?;
+    let (name, place) = (&study.sensors[sensor].candidates[first].name, places.words(sensor, first));
+    Some(if place.is_empty() { format!("first {name}") } else { format!("first {name}: {place}") })
+}
+
+/// The candidates of a sensor whose setting in a world is so.
+fn candidates(world: &World, sensor: usize, is_so: impl Fn(&Setting) -> bool) -> Vec<usize> {
+    let settings = &world.settings[sensor];
+    (0..settings.len()).filter(|&candidate| is_so(&settings[candidate])).collect()
+}
+
 /// Which candidates of a switch the environment trips without anybody there, in the first snapshot.
-fn stuck_warning(study: &Study, sensor: usize, world: &World) -> Option<String> {
+fn stuck_warning(study: &Study, places: &Places, sensor: usize, world: &World) -> Option<String> {
     let (spec, truth) = (&study.sensors[sensor], &world.truth);
     let stuck = |setting: &Setting| {
         let station = Station {
@@ -149,56 +176,56 @@ fn stuck_warning(study: &Study, sensor: usize, world: &World) -> Option<String> 
         };
         spec.kind.is_stuck(&station)
     };
-    let candidates = spec.candidates.iter().zip(&world.settings[sensor]);
-    let names: Vec<&str> =
-        candidates.filter(|(_, setting)| stuck(setting)).map(|(c, _)| c.name.as_str()).collect();
-    let first = names.first()?;
+    let found = candidates(world, sensor, stuck);
+    let first = first_of(study, places, sensor, &found)?;
     Some(format!(
-        "sensor {:?}: the environment alone trips {} of {} (first {first}), which are always on: keep the box or the field \
+        "sensor {:?}: the environment alone trips {} of {} ({first}), which are always on: keep the box or the field \
          off floor and walls",
         spec.name,
-        names.len(),
+        found.len(),
         spec.candidates.len()
     ))
 }
 
 /// Which poses are outside everything that is modelled, in the first snapshot.
-fn outside_warning(study: &Study, sensor: usize, world: &World) -> Option<String> {
-    let spec = &study.sensors[sensor];
+fn outside_warning(study: &Study, places: &Places, sensor: usize, world: &World) -> Option<String> {
     let all = world.truth.objects.iter().map(|object| object.bounds_m);
     let [low, high] = all.reduce(|[low, high], [l, h]| [low.min(l), high.max(h)])?;
     let outside = |setting: &Setting| match setting {
         Setting::Pose(pose) => !(pose.position_m.cmpge(low) & pose.position_m.cmple(high)).all(),
         _ => false,
     };
-    let candidates = spec.candidates.iter().zip(&world.settings[sensor]);
-    let names: Vec<&str> =
-        candidates.filter(|(_, setting)| outside(setting)).map(|(c, _)| c.name.as_str()).collect();
-    let first = names.first()?;
+    let found = candidates(world, sensor, outside);
+    let first = first_of(study, places, sensor, &found)?;
     Some(format!(
-        "sensor {:?}: {} poses (first {first}) are outside all surfaces of the scene: is that where they should be?",
-        spec.name,
-        names.len()
+        "sensor {:?}: {} poses ({first}) are outside all surfaces of the scene: is that where they should be?",
+        study.sensors[sensor].name,
+        found.len()
     ))
 }
 
 /// How many poses stand in a blocker, in the snapshot where most do.
-fn inside_warning(study: &Study, sensor: usize, worlds: &[World], what: &str) -> Option<String> {
-    let spec = &study.sensors[sensor];
-    let inside = |world: &World| -> Vec<&str> {
+fn inside_warning(
+    study: &Study,
+    places: &Places,
+    sensor: usize,
+    worlds: &[World],
+    what: &str,
+) -> Option<String> {
+    let inside = |world: &World| {
         let stands = |setting: &Setting| match setting {
             Setting::Pose(pose) => {
                 world.truth.blockers.get(Grid::cell_of(world.truth.grid.position_q16(pose.position_m)))
             }
             _ => false,
         };
-        let candidates = spec.candidates.iter().zip(&world.settings[sensor]);
-        candidates.filter(|(_, setting)| stands(setting)).map(|(c, _)| c.name.as_str()).collect()
+        candidates(world, sensor, stands)
     };
-    let poses: Vec<Vec<&str>> = worlds.iter().map(inside).collect();
+    let poses: Vec<Vec<usize>> = worlds.iter().map(inside).collect();
     let (at, when) = largest(&poses.iter().map(|names| names.len() as f64).collect::<Vec<_>>());
-    let first = poses[at].first()?;
-    Some(format!("sensor {:?}: {} poses (first {first}) {what}{when}", spec.name, poses[at].len()))
+    let first = first_of(study, places, sensor, &poses[at])?;
+    let name = &study.sensors[sensor].name;
+    Some(format!("sensor {name:?}: {} poses ({first}) {what}{when}", poses[at].len()))
 }
 
 #[cfg(test)]
