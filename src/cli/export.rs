@@ -13,7 +13,7 @@ use super::backend::BackendArgs;
 use super::choice::ChoiceArgs;
 use super::swept::SweptArgs;
 
-/// Write what one choice of poses makes of the cell, for other programs
+/// Write one choice of poses voxel by voxel, for other programs
 ///
 /// Looks at one row of a sweep's results again, voxel by voxel, and writes the labels, the truth and what each sensor
 /// says as OctoMaps (.bt), the returns of each sensor's rays as point clouds (.ply, .pcd), everything as arrays (view.npz)
