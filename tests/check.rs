@@ -312,6 +312,19 @@ fn check_keeps_to_a_screen_unless_all_is_wished_for() {
         whole.stdout
     );
     assert!(whole.stderr.contains(", cell 31, "), "{}", whole.stderr);
+    // Of sensors of which most rays are blind, a few are named.
+    let sensors = Folder::new();
+    for number in 0..60 {
+        let blind = format!(
+            "[[sensor]]\nname = \"blind {number}\"\nkind = \"rgbd\"\nfov_deg = [60, 40]\nresolution_px = [8, 6]\n\
+             range_m = [2.9, 3.0]\n[[sensor.poses]]\nname = \"here\"\nlist = [{{ position_m = [0, 0, 1], facing = [1, 0, 0] }}]\n"
+        );
+        sensors.edit(STUDY, "", &blind);
+    }
+    let few = check(&sensors, &[]);
+    assert_eq!(few.code, Some(0), "{}", few.stderr);
+    assert!(lines(&few) <= 75, "{} lines: {}{}", lines(&few), few.stdout, few.stderr);
+    assert!(few.stderr.contains("sensors more most rays do not return (--all)"), "{}", few.stderr);
     // What is wrong with all of them, too.
     folder.edit(SCENE, "sphere = { radius_m = 0.12 }", "mesh = \"gone.stl\"");
     let wrong = check(&folder, &[]);

@@ -616,7 +616,7 @@ fn a_real_device_that_is_lost_or_late_is_a_failure_and_not_a_panic() {
     let tables: Vec<Rays> = tables(&theatre.study).into_iter().flatten().collect();
     let world = &theatre.worlds[0];
     let Setting::Pose(pose) = &world.settings[0][0] else { panic!("a camera has poses") };
-    let placement = sensor::placement(&*theatre.study.sensors[0].kind, pose, &world.truth.grid, 0);
+    let placement = sensor::placement(&*theatre.study.sensors[0].kind, pose, &world.grid, 0);
     let cell = world.cell(window_of(&world.regions));
     let job = || vec![vec![Reading { slot: 0, volume: None, hit: 850, miss: -400, presence: false }]];
     let open = |patience: u64| {

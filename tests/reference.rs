@@ -55,7 +55,7 @@ fn the_authors_poses_rank_alike() {
     let strict = strict + "keypoint_tolerance_m = 0.05\nmin_keypoints = 2\n";
     let study = study(temp.path(), &folder, &format!("{sensors}{strict}"));
     let (world, rows) = swept(&study);
-    assert_eq!(world.truth.occupied.count(), 46_505);
+    assert_eq!(world.truth().occupied.count(), 46_505);
 
     let best = [("robot", "725"), ("human", "660")];
     for (r, (region, best_pose)) in best.into_iter().enumerate() {

@@ -29,7 +29,7 @@ fn regions(folder: &Folder, more: &str) -> Vec<(String, BitGrid)> {
     folder.edit(STUDY, "[[sensor]]", &format!("{more}\n[[sensor]]"));
     let study = Study::load(&folder.path(STUDY), &Overrides::default()).unwrap();
     let world = World::prepare(&study, 0).unwrap().remove(0);
-    let window = world.truth.grid.window();
+    let window = world.grid.window();
     world.regions.iter().map(|region| (region.name.clone(), region.cells.over(window))).collect()
 }
 

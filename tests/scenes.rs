@@ -60,7 +60,7 @@ fn every_study_loads_and_prepares_without_a_surprise() {
         let study = Study::load(&path, &Overrides::default()).unwrap();
         for scene in 0..study.scenes.len() {
             let world = World::prepare(&study, scene).unwrap().remove(0);
-            assert!(!world.truth.human.is_empty() && !world.truth.robot.is_empty(), "{}", path.display());
+            assert!(!world.truth().human.is_empty() && !world.truth().robot.is_empty(), "{}", path.display());
             for warning in &world.warnings {
                 assert!(
                     warning.contains("of it lies outside the grid (below) and is not counted"),
@@ -133,7 +133,7 @@ fn experiment_2_has_the_papers_choices() {
 #[test]
 fn the_table_alone_triggers_four_pads() {
     let study = study("paper/exp2.toml");
-    let mut truth = paper()[0].truth.clone();
+    let mut truth = Truth::clone(&paper()[0].truth());
     let occupied = Arc::make_mut(&mut truth.occupied);
     occupied.remove(&truth.human);
     occupied.remove(&truth.robot);
@@ -184,7 +184,8 @@ fn experiment_3_has_the_papers_poses_and_snapshots() {
 fn nobody_walks_into_anything_in_experiment_3() {
     let worlds = World::prepare(&study("paper/exp3.toml"), 0).unwrap();
     for (world, [x, y]) in worlds.iter().zip(walk()) {
-        let part = |name: &str| &world.truth.objects.iter().find(|o| o.name == name).unwrap().cells;
+        let truth = world.truth();
+        let part = |name: &str| &truth.objects.iter().find(|o| o.name == name).unwrap().cells;
         for (a, b) in [
             ("observer", "table"),
             ("observer", "robot"),
@@ -201,7 +202,7 @@ fn nobody_walks_into_anything_in_experiment_3() {
                 both.count()
             );
         }
-        let above = cell(&world.truth, x + 0.01, y + 0.01, 0.0);
+        let above = cell(&world.truth(), x + 0.01, y + 0.01, 0.0);
         let column = (above[2]..40).filter(|z| part("observer").get([above[0], above[1], *z])).count();
         assert!(column > 0, "snapshot {}: the observer is at {x}, {y}", world.snapshot);
     }
@@ -223,7 +224,7 @@ fn the_lidar_study_casts_the_papers_rays() {
         assert!((least - expected).abs() <= 1, "{least}, expected {expected}");
         let sensor = &study.sensors[i];
         let wall = sensor.candidates.iter().find(|c| c.group == "right-wall").unwrap();
-        let placement = placement(&*sensor.kind, &wall.setting.pose(), &paper()[0].truth.grid, 0);
+        let placement = placement(&*sensor.kind, &wall.setting.pose(), &paper()[0].grid, 0);
         assert_eq!(placement.axis_q15.map(|row| row[2]), [0, 32_768, 0], "the axis looks along +y");
     }
 }
@@ -231,10 +232,11 @@ fn the_lidar_study_casts_the_papers_rays() {
 #[test]
 fn the_cell_is_121_by_81_by_61_voxels() {
     for world in paper() {
-        let grid = world.truth.grid;
+        let grid = world.grid;
         assert_eq!((grid.size, grid.origin), ([121, 81, 61], [-60, -40, 0]), "{}", world.name);
         // Floor, ceiling and four walls, each one layer.
-        let walls = &world.truth.objects.iter().find(|o| o.name == "cell").unwrap().cells;
+        let truth = world.truth();
+        let walls = &truth.objects.iter().find(|o| o.name == "cell").unwrap().cells;
         assert_eq!(walls.count(), 121 * 81 * 61 - 119 * 79 * 59, "{}", world.name);
     }
 }
@@ -242,7 +244,7 @@ fn the_cell_is_121_by_81_by_61_voxels() {
 #[test]
 fn the_table_stands_where_it_should() {
     for world in paper() {
-        let truth = &world.truth;
+        let truth = &world.truth();
         let table = &truth.objects.iter().find(|o| o.name == "table").unwrap();
         let has = |x, y, z| table.cells.get(cell(truth, x, y, z));
         // The top's faces at 0.9 and 1.0 m, and its rim; a surface on a boundary fills the upper layer.
@@ -263,7 +265,7 @@ fn the_table_stands_where_it_should() {
 #[test]
 fn people_and_robot_are_there_and_apart() {
     for (world, people) in paper().iter().zip([1, 1, 2]) {
-        let truth = &world.truth;
+        let truth = &world.truth();
         let humans: Vec<_> = truth.objects.iter().filter(|o| o.role == Role::Human).collect();
         assert_eq!(humans.len(), people, "{}", world.name);
         assert!(humans.iter().all(|human| human.cells.count() > 1000), "{}", world.name);
@@ -282,7 +284,7 @@ fn people_and_robot_are_there_and_apart() {
         assert_eq!(near(0.3, 0.8), people == 2, "{}: the second person", world.name);
     }
     let feet =
-        |i: usize| paper()[i].truth.objects.iter().find(|o| o.name == "operator").unwrap().bounds_m[0].z;
+        |i: usize| paper()[i].truth().objects.iter().find(|o| o.name == "operator").unwrap().bounds_m[0].z;
     assert!(feet(0) < 0.05 && feet(2) > 0.05, "Scene 3's operator does not touch the floor");
 }
 
@@ -370,7 +372,7 @@ fn the_best_of_a_few_poses_sees_the_operator() {
         ..table
     }])
     .unwrap();
-    cpu.load(&world.cell(world.truth.grid.window())).unwrap();
+    cpu.load(&world.cell(world.grid.window())).unwrap();
     let poses = (0..860).step_by(25).map(|pose| world.placement(&study, 0, pose, 0));
     let shots: Vec<_> = (0..).zip(poses).map(|(slot, placement)| Shot::once(slot, placement)).collect();
     cpu.sense(0, &shots).unwrap();

@@ -417,7 +417,7 @@ fn a_sensor_on_a_link_goes_where_the_link_goes() {
 fn a_gate_on_a_link_without_poses_is_carried_by_it() {
     let mut study = study();
     let gate = index(&study, "gate");
-    assert_eq!(World::prepare_all(&study).unwrap()[0].settings[gate], [Setting::Fixed]);
+    assert_eq!(World::prepare_all(&study).unwrap()[0].settings[gate][..], [Setting::Fixed]);
     study.sensors[gate].on = Some(Link { object: "arm".into(), link: "base_link".into() });
     let carried = World::prepare_all(&study).unwrap()[0].settings[gate][0].pose();
     assert_eq!(rounded(carried.position_m), [-800_000, 0, 800_000]);

@@ -24,12 +24,16 @@ fn check(file: &str, voxel_size_m: Option<f64>, selection: Selection) {
         for sensor in 0..study.sensors.len() {
             compare(&study, world, sensor, &selection, &mut backends, &mut report).unwrap();
         }
+    }
+    for of_scene in worlds.chunk_by(|a, b| a.scene == b.scene) {
         for combination in 0..study.combinations.len() {
-            compare_combination(&study, world, combination, &selection, &mut backends, &mut report).unwrap();
+            compare_combination(&study, of_scene, combination, &selection, &mut backends, &mut report)
+                .unwrap();
         }
     }
     let casting = tables(&study).iter().flatten().count();
-    let compared = worlds.len() * (casting + study.combinations.len()) * (1 + backends.len());
+    let each = worlds.len() * casting + study.scenes.len() * study.combinations.len();
+    let compared = each * (1 + backends.len());
     assert_eq!(report.lines.len(), compared, "{file}: every sensor and combination on every backend");
     let again = format!("cargo run -- verify-backends {file}");
     assert_eq!(report.first_difference, None, "{file}; rerun with: {again}");

@@ -71,12 +71,11 @@ impl Crew for OnCpu {
 #[test]
 fn results_read_back_are_those_of_the_sweep() {
     let folder = rich();
-    let mut study = Study::load(&folder.path("study.toml"), &Overrides::default()).unwrap();
     // The first scene at two moments: what stands still differs by its noise.
-    let mut worlds = World::prepare(&study, 0).unwrap();
-    worlds.extend(World::prepare(&study, 0).unwrap().into_iter().map(|world| World { snapshot: 1, ..world }));
-    worlds.extend(World::prepare(&study, 1).unwrap());
-    study.scenes[0].snapshots = 2;
+    let twice = "snapshots = { position_m = [[0.1, -0.45, 0.65], [0.1, -0.45, 0.65]] }";
+    folder.edit("cell.toml", "position_m = [0.1, -0.45, 0.65]", twice);
+    let study = Study::load(&folder.path("study.toml"), &Overrides::default()).unwrap();
+    let worlds = World::prepare_all(&study).unwrap();
     let rows = run(&study, &worlds, &mut Cpu::new(None).unwrap()).unwrap();
     let out = folder.path("out");
     let mut session =

@@ -100,7 +100,7 @@ pub(super) fn run(args: &Args) -> Result<ExitCode> {
 
 /// What was raced on: the study, the scene, its grid and its regions.
 fn headline(study: &Study, worlds: &[World], prepare: Duration) -> String {
-    let (world, [x, y, z]) = (&worlds[0], worlds[0].truth.grid.size);
+    let (world, [x, y, z]) = (&worlds[0], worlds[0].grid.size);
     let (size_cm, window) = (100.0 * study.voxel_size_m, window_of(&world.regions));
     let snapshots = match worlds.len() {
         1 => String::new(),

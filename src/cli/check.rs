@@ -60,7 +60,7 @@ pub(super) fn run(args: &Args) -> Result<ExitCode> {
         let mut backend = args.backend.open()?;
         let ends = sample::ends(&study, &worlds, args.poses, backend.as_mut())?;
         super::print(&rays(&study, &ends, few(FEW_SENSORS)))?;
-        warnings += advise(&study, &ends);
+        warnings += advise(&study, &ends, few(FEW_WARNINGS));
         let mut cpu = (backend.name() == "gpu").then(|| args.backend.cpu_beside()).transpose()?;
         let checker = cpu.as_mut().map(|cpu| Checker { backend: cpu, every: super::sweep::VERIFY });
         let seconds = sample::seconds(&study, &worlds, backend.as_mut(), checker)?;
@@ -111,18 +111,23 @@ fn rays(study: &Study, ends: &[Ends], most: usize) -> String {
             percent(ends.left)
         )
     };
-    let casting = study.sensors.iter().zip(ends).filter(|(_, ends)| ends.rays() > 0);
-    let text = contents::first_of(casting.map(line), most, "", "sensors that cast rays");
+    let casting: Vec<_> = study.sensors.iter().zip(ends).filter(|(_, ends)| ends.rays() > 0).collect();
+    let text = contents::first_of(casting.into_iter().map(line), most, "", "sensors that cast rays");
     let (cast, all) = (sample::SENSORS, study.sensors.len());
     let rest = if all > cast { format!("of {all} sensors {cast} were looked at\n") } else { String::new() };
     if text.is_empty() { text } else { text + &rest + "\n" }
 }
 
-/// Warns of each sensor of which most rays do not return, with what to do; how many there are.
-fn advise(study: &Study, ends: &[Ends]) -> usize {
+/// Warns of each sensor of which most rays do not return, with what to do, as many as are wished for; how many there are.
+fn advise(study: &Study, ends: &[Ends], most: usize) -> usize {
     let cures =
         study.sensors.iter().zip(ends).filter_map(|(sensor, ends)| Some((sensor, cure(study, ends)?)));
-    cures.map(|(sensor, cure)| say!("warning: sensor {:?}: {cure}", sensor.name)).count()
+    let cures: Vec<_> = cures.collect();
+    cures.iter().take(most).for_each(|(sensor, cure)| say!("warning: sensor {:?}: {cure}", sensor.name));
+    if cures.len() > most {
+        say!("and of {} sensors more most rays do not return (--all)", cures.len() - most);
+    }
+    cures.len()
 }
 
 /// What to do about the end that most rays have.

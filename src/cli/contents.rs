@@ -1,9 +1,9 @@
 //! What a study contains, as tables for `perirobot check`. Which of it is wrong is not known here.
 
-use perirobot::backend::{MEMORY_BYTES, Rays};
+use perirobot::backend::MEMORY_BYTES;
 use perirobot::sensor::Sensor;
 use perirobot::study::{Combination, RegionSpec, SceneSpec, Study};
-use perirobot::sweep::{World, layout_of, tables as tables_of_rays};
+use perirobot::sweep::{World, layout_of, table as table_of_rays};
 use perirobot::voxel::{ObjectVoxels, Truth};
 
 /// Bytes of a row of results: of the journal, of results.csv, and of its share of scores.csv, roughly.
@@ -32,14 +32,14 @@ pub(super) fn tables(study: &Study, worlds: &[World], all: bool) -> String {
 
 /// The first of some entries, one to a line or more, and how many more there are.
 pub(super) fn first_of(
-    entries: impl Iterator<Item = String>,
+    entries: impl ExactSizeIterator<Item = String>,
     most: usize,
     indent: &str,
     what: &str,
 ) -> String {
     let mut entries = entries;
     let mut text: String = entries.by_ref().take(most).collect();
-    match entries.count() {
+    match entries.len() {
         0 => {}
         more => text += &format!("{indent}and {more} more {what} (--all)\n"),
     }
@@ -59,14 +59,14 @@ fn scenes(study: &Study, worlds: &[World], most: usize) -> String {
         let mut text =
             format!("scene {:?} ({}), snapshots: {}\n", scene.name, scene.path.display(), scene.snapshots);
         let Some(world) = worlds.iter().find(|world| world.scene == index) else { return text };
-        let ([x, y, z], voxel_m) = (world.truth.grid.size, study.voxel_size_m);
+        let ([x, y, z], voxel_m) = (world.grid.size, study.voxel_size_m);
         let [a, b, c] = [x, y, z].map(|count| f64::from(count) * voxel_m);
-        let voxels = world.truth.grid.window().volume();
+        let voxels = world.grid.window().volume();
         text += &format!(
             "  grid {x} × {y} × {z} = {voxels} voxels, {a:.2} × {b:.2} × {c:.2} m; {} occupied\n",
-            world.truth.occupied.count()
+            world.truth().occupied.count()
         );
-        text += &objects(&world.truth, most);
+        text += &objects(&world.truth(), most);
         text
     };
     // One scene with its objects is a screen's third.
@@ -107,8 +107,9 @@ fn regions(study: &Study, worlds: &[World], most: usize) -> String {
 
 fn sensors(study: &Study, most: usize) -> String {
     let width = width(study.sensors.iter().map(|sensor| sensor.name.as_str()));
-    let one = |(sensor, rays): (&Sensor, Option<Rays>)| {
-        let rays = rays.map_or("no rays,".into(), |rays| format!("{} rays at each of", rays.dirs_q15.len()));
+    let one = |(number, sensor): (usize, &Sensor)| {
+        let rays = table_of_rays(study, number)
+            .map_or("no rays,".into(), |rays| format!("{} rays at each of", rays.dirs_q15.len()));
         let line = format!(
             "  {:<width$}  {:<11}  {rays} {} poses, read as {}\n",
             sensor.name,
@@ -118,7 +119,7 @@ fn sensors(study: &Study, most: usize) -> String {
         );
         line + &poses(sensor)
     };
-    let all = study.sensors.iter().zip(tables_of_rays(study)).map(one);
+    let all = study.sensors.iter().enumerate().map(one);
     format!("sensors\n{}\n", first_of(all, most, "  ", "sensors"))
 }
 

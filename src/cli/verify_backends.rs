@@ -61,7 +61,7 @@ pub(super) fn run(args: &Args) -> Result<ExitCode> {
         say!("comparing {}: {}", backend.name(), backend.device());
     }
     let sensors = if args.counts { 0 } else { study.sensors.len() };
-    let steps = worlds.len() * (sensors + study.combinations.len());
+    let steps = worlds.len() * sensors + study.scenes.len() * study.combinations.len();
     let mut progress = args.progress.start("sensors and combinations", 0, steps as u64);
     let mut report = Report::default();
     for world in &worlds {
@@ -69,8 +69,10 @@ pub(super) fn run(args: &Args) -> Result<ExitCode> {
             compare(&study, world, sensor, &selection, &mut backends, &mut report)?;
             progress.inc(1);
         }
+    }
+    for of_scene in worlds.chunk_by(|a, b| a.scene == b.scene) {
         for combination in 0..study.combinations.len() {
-            compare_combination(&study, world, combination, &selection, &mut backends, &mut report)?;
+            compare_combination(&study, of_scene, combination, &selection, &mut backends, &mut report)?;
             progress.inc(1);
         }
     }

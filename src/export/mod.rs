@@ -60,7 +60,7 @@ pub fn each_file(view: &View, scene: &Scene, mut take: impl FnMut(File) -> Resul
         out(format!("points-{name}.ply"), points::ply(view, member, &returns), holds.clone())?;
         out(format!("points-{name}.pcd"), points::pcd(view, &returns), holds)?;
     }
-    let [x, y, z] = view.world.truth.grid.size;
+    let [x, y, z] = view.world.grid.size;
     out("view.npz".into(), npz::bytes(view)?, format!("{x} × {y} × {z} voxels"))?;
     let (bytes, nodes) = glb::bytes(view, scene)?;
     out("cell.glb".into(), bytes, format!("{nodes} objects and sensors"))

@@ -32,7 +32,7 @@ pub fn bytes(view: &View) -> Result<Vec<u8>> {
 
 fn write(view: &View) -> io::Result<Vec<u8>> {
     let mut archive = Archive(ZipWriter::new(Cursor::new(Vec::new())));
-    let (world, truth) = (view.world, &view.world.truth);
+    let (world, truth) = (view.world, &view.truth);
     let (grid, labels) = (&truth.grid, &view.labels);
     let shape = grid.size.map(|n| n as usize);
     archive.voxels("labels", "|i1", shape, |cell| match () {

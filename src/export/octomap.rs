@@ -21,7 +21,7 @@ pub fn evidence(view: &View, member: &Member) -> Result<(Vec<u8>, Held)> {
 
 /// What is true; the insides of bodies that belong to no region are left out.
 pub fn truth(view: &View) -> Result<(Vec<u8>, Held)> {
-    let truth = &view.world.truth;
+    let truth = &view.truth;
     map(view, &|cell| (!truth.ignored.get(cell)).then(|| truth.occupied.get(cell)))
 }
 
@@ -35,7 +35,7 @@ fn said(planes: &Planes, cell: [i32; 3]) -> Option<bool> {
 
 /// A map of the grid from what each voxel is.
 fn map(view: &View, state: &dyn Fn([i32; 3]) -> Option<bool>) -> Result<(Vec<u8>, Held)> {
-    let grid = &view.world.truth.grid;
+    let grid = &view.world.grid;
     if (0..3).any(|r| {
         !KEYS.contains(&grid.origin[r]) || !KEYS.contains(&(grid.origin[r] + grid.size[r] as i32 - 1))
     }) {

@@ -43,10 +43,10 @@ fn named<'f>(files: &'f [File], name: &str) -> &'f File {
 #[test]
 fn maps_come_back_voxel_by_voxel() {
     exported("camera:wall/1/1", |view, _, files| {
-        let grid = &view.world.truth.grid;
+        let grid = &view.world.grid;
         let planes = [
             ("labels.bt", &view.labels.occupied),
-            ("truth.bt", &*view.world.truth.occupied),
+            ("truth.bt", &*view.truth.occupied),
             ("evidence-camera.bt", &view.members[0].says.occupied),
         ];
         for (name, plane) in planes {
@@ -60,7 +60,7 @@ fn maps_come_back_voxel_by_voxel() {
             assert!(!keys.is_empty() && keys == expected, "{name}");
         }
         // What the map is said to hold, and its own tools count, is what the planes hold.
-        let truth = &view.world.truth;
+        let truth = &view.truth;
         let free = truth.grid.window().volume() - truth.occupied.count() - truth.ignored.count();
         let labels = &view.labels;
         for (name, occupied, free) in [

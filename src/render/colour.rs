@@ -71,7 +71,7 @@ impl<'a> Palette<'a> {
     pub(super) fn of(&self, cell: [i32; 3]) -> [u8; 3] {
         match self.ramp() {
             Some(axis) => {
-                let last = self.world.truth.grid.size[axis].max(2) - 1;
+                let last = self.world.grid.size[axis].max(2) - 1;
                 ramp(cell[axis].max(0) as u32 * 1024 / last)
             }
             None => KINDS[self.kind(cell)].1,
@@ -88,7 +88,7 @@ impl<'a> Palette<'a> {
     }
 
     fn kind(&self, cell: [i32; 3]) -> usize {
-        let truth = &self.world.truth;
+        let truth = &self.world.truth();
         let role = match (truth.human.get(cell), truth.robot.get(cell)) {
             (true, _) => 2,
             (_, true) => 1,
@@ -107,7 +107,7 @@ impl<'a> Palette<'a> {
         let mut entries = Vec::new();
         match self.ramp() {
             Some(axis) => {
-                let grid = &self.world.truth.grid;
+                let grid = &self.world.grid;
                 let at = |cell: u32| grid.corner_m([cell as i32; 3])[axis];
                 let name = ["x", "y", "z"][axis];
                 let [low, high] = [at(0), at(grid.size[axis])];
@@ -128,7 +128,7 @@ impl<'a> Palette<'a> {
             casts.fold([false; 2], |[right, wrong], cast| {
                 let read = &cast.planes.occupied;
                 let mut beside = read.clone();
-                beside.remove(&self.world.truth.occupied);
+                beside.remove(&self.world.truth().occupied);
                 [right || !read.is_empty(), wrong || !beside.is_empty()]
             })
         });

@@ -24,7 +24,7 @@ impl Cut {
 
     /// The occupied voxels that are drawn.
     pub(super) fn solid(&self, world: &World, eye_m: DVec3) -> BitGrid {
-        let truth = &world.truth;
+        let truth = &world.truth();
         let mut solid = self.plane(world, BitGrid::clone(&truth.occupied));
         for side in self.open_sides(world, eye_m) {
             let mut walls = BitGrid::full(side);
@@ -37,7 +37,7 @@ impl Cut {
 
     /// Where a return may be drawn: not where it would hang about a side that is taken off.
     pub(super) fn dots(&self, world: &World, eye_m: DVec3) -> BitGrid {
-        let mut dots = self.plane(world, BitGrid::full(world.truth.grid.window()));
+        let mut dots = self.plane(world, BitGrid::full(world.grid.window()));
         let sides = self.open_sides(world, eye_m).into_iter();
         sides.for_each(|side| dots.remove(&BitGrid::full(side.grown(BESIDE))));
         dots
@@ -45,7 +45,7 @@ impl Cut {
 
     /// The sides of the cell between it and the eye, as thick as they are taken off.
     fn open_sides(&self, world: &World, eye_m: DVec3) -> Vec<Window> {
-        let truth = &world.truth;
+        let truth = &world.truth();
         let thick = (self.open_m / truth.grid.voxel_size_m).ceil().clamp(0.0, 1023.0) as i32;
         let eye = Grid::cell_of(truth.grid.position_q16(eye_m));
         let bounds = truth.occupied.bounds();
@@ -66,7 +66,7 @@ impl Cut {
 
     /// What is left of a plane, whatever side it is seen from.
     pub(super) fn plane(&self, world: &World, mut plane: BitGrid) -> BitGrid {
-        let grid = &world.truth.grid;
+        let grid = &world.grid;
         if let Some(region) = self.only_region {
             plane.keep(&world.regions[region].cells);
         }

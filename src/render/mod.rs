@@ -81,7 +81,7 @@ pub fn draw(world: &World, view: Option<&View>, wish: &Wish, backend: &mut dyn B
         return Err(Error::Input(format!("--size: the legend leaves no room: at least {least} pixels high")));
     }
     let size = [wish.size_px[0] * FINE, height * FINE];
-    let camera = Camera::new(wish, size, &world.truth.grid, &whole)?;
+    let camera = Camera::new(wish, size, &world.grid, &whole)?;
     let solid = Cut::of(wish).solid(world, camera.eye_m);
     let mut samples = paint(world, &palette, &solid, haze.as_ref(), &camera, backend)?;
     if let Some(view) = view {
@@ -119,7 +119,7 @@ fn paint(
     camera: &Camera,
     backend: &mut dyn Backend,
 ) -> Result<Samples> {
-    let grid = &world.truth.grid;
+    let grid = &world.grid;
     let hits = cast::cast(solid, grid, camera, backend)?;
     let mut colours: Vec<[u8; 3]> = hits
         .iter()

@@ -31,7 +31,7 @@ pub(super) fn points(samples: &mut Samples, view: &View, most: usize, places: &B
             let Some(([x, y], distance_q16)) = camera.project(found.at_m) else { continue };
             let here = inside([x.floor(), y.floor()], camera.size);
             if here.is_some_and(|at| distance_q16 <= f64::from(samples.depths_q16[at]) + SLACK_Q16) {
-                let is_there = view.world.truth.occupied.get(found.voxel);
+                let is_there = view.truth.occupied.get(found.voxel);
                 dot(samples, [x, y], 1.0, POINTS[usize::from(!is_there)], camera.size);
             }
         }

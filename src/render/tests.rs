@@ -29,7 +29,7 @@ fn wish() -> Wish {
 #[test]
 fn rays_end_in_the_first_voxel_on_their_way() {
     let (_, world) = tiny();
-    let grid = &world.truth.grid;
+    let grid = &world.grid;
     let solid = Cut::of(&wish()).solid(&world, DVec3::new(9.0, 9.0, 9.0));
     // From outside the grid, on either side of it, and from within.
     for at in [[4.0, 3.0, 5.0], [-4.0, -3.0, -2.0], [0.3, 0.1, 1.2]] {
@@ -60,7 +60,7 @@ fn rays_end_in_the_first_voxel_on_their_way() {
 #[test]
 fn walls_between_the_eye_and_the_cell_are_taken_off() {
     let (_, world) = tiny();
-    let truth = &world.truth;
+    let truth = &world.truth();
     let cut = Cut::of(&wish());
     let bounds = truth.occupied.bounds();
     let left = cut.solid(&world, DVec3::new(9.0, 0.0, 9.0));

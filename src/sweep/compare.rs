@@ -119,7 +119,7 @@ pub fn compare(
     report: &mut Report,
 ) -> Result<()> {
     let spec = &study.sensors[sensor];
-    let cell = world.cell(world.truth.grid.window());
+    let cell = world.cell(world.grid.window());
     let poses = select(selection, spec);
     let Some(rays) = super::table(study, sensor).filter(|_| !poses.is_empty()) else {
         return Ok(());
@@ -134,7 +134,7 @@ pub fn compare(
         backend: oracle.name(),
         poses: poses.len(),
         rays: (poses.len() * rays.dirs_q15.len()) as u64,
-        voxels: world.truth.grid.window().volume(),
+        voxels: world.grid.window().volume(),
         differences: 0,
         time,
     };
@@ -168,11 +168,11 @@ pub fn compare(
     Ok(())
 }
 
-/// Scores chosen choices of one combination in one world, in every repeat, representation and region, as a sweep does,
-/// on the oracle and on each backend, and adds to the report.
+/// Scores chosen choices of one combination in all snapshots of a scene, in every repeat, representation and region, as a
+/// sweep does, on the oracle and on each backend, and adds to the report.
 pub fn compare_combination(
     study: &Study,
-    world: &World,
+    worlds: &[World],
     combination: usize,
     selection: &Selection,
     backends: &mut [Box<dyn Backend>],
@@ -181,10 +181,7 @@ pub fn compare_combination(
     let spec = &study.combinations[combination];
     let choices = select_choices(selection, study, spec);
     let asks: Vec<Ask> = choices.iter().map(|&choice| Ask { combination, choice }).collect();
-    if asks.is_empty() {
-        return Ok(());
-    }
-    let worlds = std::slice::from_ref(world);
+    let Some(first) = worlds.first().filter(|_| !asks.is_empty()) else { return Ok(()) };
     let timed = |backend: &mut dyn Backend| -> Result<(Vec<Row>, Duration)> {
         let begin = Instant::now();
         Ok((run_some(study, worlds, &asks, backend)?, begin.elapsed()))
@@ -192,12 +189,12 @@ pub fn compare_combination(
     let mut oracle = Oracle::default();
     let (expected, time) = timed(&mut oracle)?;
     let line = Line {
-        scene: world.title(study),
+        scene: first.name.clone(),
         what: format!("= {}", spec.name),
         backend: oracle.name(),
-        poses: asks.len(),
+        poses: asks.len() * worlds.len(),
         rays: 0,
-        voxels: window_of(&world.regions).volume(),
+        voxels: window_of(&first.regions).volume(),
         differences: 0,
         time,
     };

@@ -2,6 +2,7 @@
 //! combinations ask for it. When the slots run out, what was made first goes first.
 
 use std::collections::{HashMap, HashSet, VecDeque};
+use std::sync::Arc;
 
 use rayon::prelude::*;
 
@@ -9,8 +10,8 @@ use super::{Ask, World};
 use crate::backend::{Backend, Placement, Planes, Rays, Reading, Shot, Slot};
 use crate::sensor::{Claim, Station};
 use crate::study::Study;
-use crate::voxel::Window;
 use crate::voxel::region::window_of;
+use crate::voxel::{Truth, Window};
 use crate::{Error, Result};
 
 /// How much is asked of a backend at once, unless a single choice is more.
@@ -53,6 +54,7 @@ struct Held {
 pub(super) struct Store<'a> {
     pub(super) study: &'a Study,
     pub(super) world: &'a World,
+    truth: Arc<Truth>,
     tables: &'a [Option<Rays>],
     /// Where the backend keeps first hits.
     first_hits: &'a FirstHitSlots,
@@ -78,6 +80,7 @@ impl<'a> Store<'a> {
         Store {
             study,
             world,
+            truth: world.truth(),
             tables,
             first_hits,
             window: window_of(&world.regions),
@@ -209,7 +212,7 @@ impl<'a> Store<'a> {
         let station = Station {
             window: self.window,
             rays: self.tables[key.sensor].as_ref(),
-            ..world.station(self.study, key.sensor, key.candidate, key.repeat)
+            ..world.station(self.study, &self.truth, [key.sensor, key.candidate, key.repeat])
         };
         (station.placement(&*spec.kind), spec.kind.claims(&station))
     }

@@ -12,10 +12,8 @@ use super::files::{MOST_BYTES, open_regular};
 use super::journal::Shard;
 use super::merge;
 use super::{World, table};
-use crate::backend::{Noise, Placement, Rays};
-use crate::sensor::{self, Setting};
+use crate::backend::{Noise, Rays};
 use crate::study::{Study, catalogue};
-use crate::voxel::{BitGrid, Truth};
 use crate::{Error, Result};
 
 /// The name of the file in a sweep's folder.
@@ -82,7 +80,8 @@ pub struct Fault {
 impl Manifest {
     /// The manifest of a sweep that has not run. `command` is the command that makes it, word by word.
     pub fn new(study: &Study, worlds: &[World], shard: Shard, command: &[String]) -> Manifest {
-        let sensors = study.sensors.iter().zip(super::tables(study)).map(|(sensor, rays)| {
+        let sensors = study.sensors.iter().enumerate().map(|(number, sensor)| {
+            let rays = super::table(study, number);
             json!({
                 "name": sensor.name,
                 "kind": sensor.kind.name(),
@@ -113,7 +112,7 @@ impl Manifest {
             "voxel_size_m": study.voxel_size_m,
             "repeats": study.repeats,
             "noiseless": study.noiseless,
-            "scenes": worlds.iter().map(|world| scene(study, world)).collect::<Vec<_>>(),
+            "scenes": worlds.iter().map(|world| &world.described).collect::<Vec<_>>(),
             "sensors": sensors.collect::<Vec<_>>(),
             "poses_sha256": sha256([&table::poses_csv(study, &worlds[0])]),
             "combinations": combinations.collect::<Vec<_>>(),
@@ -308,60 +307,6 @@ fn differences(place: &str, was: &Value, is: &Value, told: &mut Vec<String>) {
     }
 }
 
-fn scene(study: &Study, world: &World) -> Value {
-    let (truth, whole) = (&world.truth, world.truth.grid.window());
-    let regions = world.regions.iter().zip(&world.baselines).map(|(region, baselines)| {
-        json!({
-            "name": region.name,
-            "voxels": region.cells.count(),
-            "cut_share": region.cut_share,
-            "sha256": plane_sha256(&region.cells),
-            "baselines": baselines,
-        })
-    });
-    let placements = study.sensors.iter().enumerate().map(|(s, sensor)| {
-        let poses = world.settings[s].iter().filter_map(|setting| match setting {
-            Setting::Pose(pose) => Some(pose),
-            _ => None,
-        });
-        let all = poses.map(|pose| sensor::placement(&*sensor.kind, pose, &truth.grid, 0));
-        json!({ "sensor": sensor.name, "placements_sha256": placements_sha256(all) })
-    });
-    json!({
-        "name": world.name,
-        "snapshot": world.snapshot,
-        "grid": { "origin": truth.grid.origin, "size": truth.grid.size },
-        "occupied_voxels": truth.occupied.count(),
-        "occupied_sha256": plane_sha256(&truth.occupied),
-        "blockers_sha256": plane_sha256(&truth.blockers),
-        "human_sha256": plane_sha256(&truth.human.over(whole)),
-        "robot_sha256": plane_sha256(&truth.robot.over(whole)),
-        "robot_volume_sha256": plane_sha256(&truth.robot_volume.over(whole)),
-        "keypoints_sha256": keypoints_sha256(truth),
-        "regions": regions.collect::<Vec<_>>(),
-        "placements": placements.collect::<Vec<_>>(),
-    })
-}
-/// Hash of a plane: its window (min and size, little-endian i32) and its words.
-fn plane_sha256(plane: &BitGrid) -> String {
-    let window = plane.window();
-    let corner: Vec<u8> = window.min.iter().flat_map(|m| m.to_le_bytes()).collect();
-    let size: Vec<u8> = window.size.iter().flat_map(|n| n.to_le_bytes()).collect();
-    let words: Vec<u8> = plane.words().iter().flat_map(|w| w.to_le_bytes()).collect();
-    sha256([corner.as_slice(), &size, &words])
-}
-
-/// Hash of where all joints of all people are, in the grid; an unknown one counts as no number at all.
-fn keypoints_sha256(truth: &Truth) -> String {
-    let people = truth.objects.iter().filter_map(|object| object.keypoints.as_ref());
-    let joints = people.flat_map(|keypoints| keypoints.iter().enumerate());
-    let numbers =
-        joints.filter_map(|(number, joint)| Some((number as i64, truth.grid.position_q16((*joint)?))));
-    let bytes: Vec<u8> =
-        numbers.flat_map(|(number, [x, y, z])| [number, x, y, z]).flat_map(i64::to_le_bytes).collect();
-    sha256([bytes.as_slice()])
-}
-
 fn rays_sha256(rays: &Rays) -> String {
     let gates = &rays.gates;
     let numbers = [gates.range_min_q16, gates.range_max_q16, gates.near_ignore_q16]
@@ -374,12 +319,6 @@ fn rays_sha256(rays: &Rays) -> String {
     let noise: Vec<u8> = noise.flat_map(u32::to_le_bytes).collect();
     let dirs: Vec<u8> = rays.dirs_q15.iter().flatten().flat_map(|d| d.to_le_bytes()).collect();
     sha256([gates.as_slice(), &dirs, &noise])
-}
-
-fn placements_sha256(placements: impl Iterator<Item = Placement>) -> String {
-    let numbers = placements.flat_map(|p| p.origin_q16.into_iter().chain(p.axis_q15.into_iter().flatten()));
-    let bytes: Vec<u8> = numbers.flat_map(i32::to_le_bytes).collect();
-    sha256([bytes.as_slice()])
 }
 
 /// Hash of parts after each other.

@@ -77,7 +77,12 @@ pub fn jobs(study: &Study) -> u64 {
 
 /// The tables of rays that a study's sensors cast, in study order.
 pub fn tables(study: &Study) -> Vec<Option<Rays>> {
-    (0..study.sensors.len()).map(|sensor| table(study, sensor)).collect()
+    tables_of(study, |_| true)
+}
+
+/// Those of some sensors; nothing in the places of the others.
+fn tables_of(study: &Study, wanted: impl Fn(usize) -> bool) -> Vec<Option<Rays>> {
+    (0..study.sensors.len()).map(|sensor| wanted(sensor).then(|| table(study, sensor)).flatten()).collect()
 }
 
 /// The table of one of them, if it casts.

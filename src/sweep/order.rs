@@ -9,11 +9,11 @@
 //! A group has as many choices as the backend has places for first hits; all of them if there is one snapshot, or no
 //! such place. Two batches are under way: the host prepares one while the backend works on the other.
 
-use std::collections::VecDeque;
+use std::collections::{HashSet, VecDeque};
 use std::sync::Arc;
 
 use super::evidence::{Batch, FirstHitSlots, Store};
-use super::{Ask, Row, World, tables};
+use super::{Ask, Row, World, tables_of};
 use crate::backend::{Backend, Cell, Rays};
 use crate::study::Study;
 use crate::voxel::region::window_of;
@@ -78,7 +78,11 @@ pub fn run_asks(
     backend: &mut dyn Backend,
     ledger: &mut dyn Ledger,
 ) -> Result<()> {
-    let tables = tables(study);
+    let mut members = HashSet::new();
+    for of_one in asks.chunk_by(|a, b| a.combination == b.combination) {
+        members.extend(study.combinations[of_one[0].combination].members.iter().map(|member| member.sensor));
+    }
+    let tables = tables_of(study, |sensor| members.contains(&sensor));
     backend.tables(&tables.iter().flatten().cloned().collect::<Vec<_>>())?;
     for snapshots in worlds.chunk_by(|a, b| a.scene == b.scene) {
         let wanted = |world: &World, ask: &Ask, ledger: &dyn Ledger| {

@@ -2,6 +2,7 @@
 //! study calls the group of poses; where that names none, it is what the first scene has next to the sensor.
 
 use std::collections::HashMap;
+use std::sync::Arc;
 
 use glam::DVec3;
 
@@ -33,7 +34,7 @@ const UP: usize = 5;
 /// The places of a study's poses in one of its scenes.
 pub struct Places<'a> {
     study: &'a Study,
-    truth: &'a Truth,
+    truth: Arc<Truth>,
     room_m: [DVec3; 2],
     floor_m: f64,
     /// Of each sensor, the groups named after a wall, with the axis that the wall is across.
@@ -49,10 +50,11 @@ struct Mount {
 impl<'a> Places<'a> {
     /// Of the poses as they are in a world of the study.
     pub fn of(study: &'a Study, world: &'a World) -> Places<'a> {
-        let truth = &world.truth;
-        let room_m = room_m(truth);
+        let truth = world.truth();
+        let room_m = room_m(&truth);
         let walls = study.sensors.iter().map(walls).collect();
-        Places { study, truth, room_m, floor_m: floor_m(truth, room_m), walls }
+        let floor_m = floor_m(&truth, room_m);
+        Places { study, truth, room_m, floor_m, walls }
     }
 
     /// Where a sensor is at a candidate; nothing where it has no place of its own.

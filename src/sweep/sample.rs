@@ -5,7 +5,7 @@ use std::collections::HashSet;
 use std::time::Instant;
 
 use super::compare::spread;
-use super::{Ask, Batch, Ledger, Row, World, layout_of, run_asks, tables};
+use super::{Ask, Batch, Ledger, Row, World, layout_of, run_asks, tables_of};
 use crate::Result;
 use crate::backend::{Backend, Placement, Rays};
 use crate::march::{BLIND, End, LEFT, RETURN, direction_q16, next_axis, start};
@@ -55,16 +55,15 @@ impl Ends {
 /// # Errors
 /// When the backend fails.
 pub fn ends(study: &Study, worlds: &[World], poses: usize, backend: &mut dyn Backend) -> Result<Vec<Ends>> {
-    let tables = tables(study);
     let mut all = vec![Ends::default(); study.sensors.len()];
     let looked_at = spread(SENSORS, study.sensors.len());
+    let tables = tables_of(study, |sensor| looked_at.binary_search(&sensor).is_ok());
     backend.tables(&tables.iter().flatten().cloned().collect::<Vec<_>>())?;
     for moment in spread(MOMENTS, worlds.len()) {
         let world = &worlds[moment];
         backend.load(&world.cell(window_of(&world.regions)))?;
         let casting = (0..tables.len()).filter_map(|sensor| Some((sensor, tables[sensor].as_ref()?)));
-        let casting = casting.enumerate().filter(|(_, (sensor, _))| looked_at.binary_search(sensor).is_ok());
-        for (number, (sensor, rays)) in casting {
+        for (number, (sensor, rays)) in casting.enumerate() {
             for candidate in spread(poses, study.sensors[sensor].candidates.len()) {
                 let placement = world.placement(study, sensor, candidate, 0);
                 let evidence = backend.read(number, &placement)?;
@@ -133,10 +132,11 @@ pub fn seconds(
     };
     let here = &worlds[..1];
     // What is made ready for the first choice is made ready once.
-    let first = some(&|choices| spread(1, choices));
+    let mut apart = some(&|choices| spread(1, choices));
+    let first = apart[..1].to_vec();
     let warm_s = took_s(study, here, &first, backend)?;
     let ready_s = took_s(study, here, &first, backend)?.min(warm_s);
-    let (mut most, mut apart, mut apart_s) = (1, first.clone(), ready_s);
+    let (mut most, mut apart_s) = (1, took_s(study, here, &apart, backend)?);
     while apart_s < LONG_ENOUGH_S && apart.len() < most_asks {
         most *= 4;
         apart = some(&|choices| spread(most, choices));

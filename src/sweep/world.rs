@@ -2,6 +2,7 @@
 //! wrong with the input is found here, before any ray.
 
 mod dead;
+mod described;
 mod people;
 mod thin;
 mod warnings;
@@ -10,6 +11,7 @@ use std::sync::Arc;
 use std::time::Instant;
 
 use glam::DVec3;
+use serde_json::Value;
 
 use super::shapes;
 use crate::backend::{Cell, Placement};
@@ -18,7 +20,7 @@ use crate::metrics::Confusion;
 use crate::scene::{Scene, build::build_or_all};
 use crate::sensor::{self, Pose, Reach, Sensor, Setting, Stance, Station};
 use crate::study::Study;
-use crate::voxel::{BitGrid, Grid, People, Region, Shape, Truth, Window, region, voxelize};
+use crate::voxel::{BitGrid, GoOn, Grid, People, Region, Shape, Snapshots, Truth, Window, region, voxelize};
 use crate::{Error, Result};
 
 /// A scene of a study at one moment, in voxels.
@@ -30,21 +32,29 @@ pub struct World {
     pub name: String,
     /// Which moment of the scene it is, counted from 0.
     pub snapshot: usize,
-    /// Which voxels are what.
-    pub truth: Truth,
+    /// Where its voxels are.
+    pub grid: Grid,
+    /// All snapshots of the scene, in voxels.
+    snapshots: Arc<Snapshots>,
     /// Of its blockers, what every snapshot of the scene has; `None` where there is one snapshot.
     pub still: Option<Arc<BitGrid>>,
     /// The study's regions in this scene, in study order.
     pub regions: Vec<Region>,
-    /// For each sensor, its candidates' settings with poses in the world, whatever carries the sensor.
-    pub settings: Vec<Vec<Setting>>,
+    /// For each sensor, its candidates' settings with poses in the world, whatever carries the sensor; one allocation in
+    /// snapshots on end where they are the same.
+    pub settings: Vec<Arc<Vec<Setting>>>,
     /// For each region, what the simplest answers would score.
     pub baselines: Vec<Baselines>,
     /// Whose voxels people's are.
     pub people: People,
     /// What was assumed about the scene that the user may not expect, told with its first snapshot only.
     pub warnings: Vec<String>,
+    /// Its entry in the manifest.
+    pub(crate) described: Value,
 }
+
+/// What the truths of all scenes that are kept to be asked again may take; what does not fit is put together again.
+const KEPT_BYTES: u64 = 256 << 20;
 
 /// Scores to hold a pose against: a sensor that is stuck beats many poses.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize)]
@@ -81,7 +91,7 @@ impl World {
 
     /// The voxels of all regions.
     pub fn in_regions(&self) -> BitGrid {
-        let mut all = BitGrid::new(self.truth.grid.window());
+        let mut all = BitGrid::new(self.grid.window());
         self.regions.iter().for_each(|region| all.add(&region.cells));
         all
     }
@@ -97,7 +107,7 @@ impl World {
         World::make(study, scene, &|| Ok(()))
     }
 
-    fn make(study: &Study, scene: usize, go_on: voxelize::GoOn) -> Result<Vec<World>, Vec<Error>> {
+    fn make(study: &Study, scene: usize, go_on: GoOn) -> Result<Vec<World>, Vec<Error>> {
         go_on().map_err(|e| vec![e])?;
         let spec = &study.scenes[scene];
         let in_scene = |e: Error| vec![e.at(spec.path.display())];
@@ -106,11 +116,19 @@ impl World {
         tracing::info!("scene {:?}: voxelizing at {} m", spec.name, study.voxel_size_m);
         let snapshots = build_or_all(spec, &study.sources, study.voxel_size_m)?;
         let extent = voxelize::scene_extent(&snapshots, study.voxel_size_m).map_err(in_scene)?;
-        let of_snapshot = |snapshot| {
-            let each = study.sensors.iter().map(|sensor| settings(sensor, snapshot));
-            all_or_wrong(each).map_err(|all| all.into_iter().flat_map(in_study).collect::<Vec<_>>())
-        };
-        let settings: Vec<Vec<Vec<Setting>>> = snapshots.iter().map(of_snapshot).collect::<Result<_, _>>()?;
+        let mut settings: Vec<Vec<Arc<Vec<Setting>>>> = Vec::new();
+        for snapshot in &snapshots {
+            let each = study.sensors.iter().map(|sensor| self::settings(sensor, snapshot));
+            let each =
+                all_or_wrong(each).map_err(|all| all.into_iter().flat_map(in_study).collect::<Vec<_>>())?;
+            let before = settings.last().map_or(&[][..], Vec::as_slice);
+            let shared = each.into_iter().enumerate().map(|(sensor, new)| match before.get(sensor) {
+                Some(same) if **same == new => same.clone(),
+                _ => Arc::new(new),
+            });
+            let shared = shared.collect();
+            settings.push(shared);
+        }
         // A slip of a unit is the likely cause of a grid that cannot be.
         let slips = || {
             let all = study.warnings.iter().map(|slip| (&study.path, slip));
@@ -119,28 +137,29 @@ impl World {
         };
         let grid = grid(study, &snapshots, &settings, &extent)
             .map_err(|e| in_study(Error::Input(format!("{e}{}", slips()))))?;
-        let truths = voxelize::voxelize_unless(&snapshots, grid, go_on).map_err(in_scene)?;
+        let kept_bytes = KEPT_BYTES / study.scenes.len() as u64;
+        let in_voxels = Arc::new(Snapshots::of(&snapshots, grid, kept_bytes, go_on).map_err(in_scene)?);
         let shapes = shapes::shapes(study).map_err(|e| study.sources.judged(vec![e]))?;
-        let mut worlds: Vec<World> = (truths.into_iter().zip(settings).enumerate())
-            .map(|(snapshot, (truth, settings))| {
-                let moment =
-                    if spec.snapshots > 1 { format!(", snapshot {snapshot}") } else { String::new() };
-                let place = format!("scene {:?}{moment}", spec.name);
-                go_on().map_err(|e| vec![e])?;
-                let world = World::of_snapshot(study, [scene, snapshot], truth, settings, &shapes);
-                world.map_err(|all| all.into_iter().flat_map(|e| in_study(e.at(&place))).collect::<Vec<_>>())
-            })
-            .collect::<Result<_, _>>()?;
-        share_regions(&mut worlds);
+        let mut worlds: Vec<World> = Vec::new();
+        let mut still: Option<BitGrid> = None;
+        for (snapshot, settings) in settings.into_iter().enumerate() {
+            go_on().map_err(|e| vec![e])?;
+            let moment = if spec.snapshots > 1 { format!(", snapshot {snapshot}") } else { String::new() };
+            let place = format!("scene {:?}{moment}", spec.name);
+            let world = World::of_snapshot(study, [scene, snapshot], &in_voxels, settings, &shapes);
+            let mut world = world
+                .map_err(|all| all.into_iter().flat_map(|e| in_study(e.at(&place))).collect::<Vec<_>>())?;
+            worlds.last().iter().for_each(|before| world.share_regions(before));
+            let blockers = &world.truth().blockers;
+            still.get_or_insert_with(|| BitGrid::clone(blockers)).keep(blockers);
+            worlds.push(world);
+        }
         worlds[0].warnings = warnings::warnings(study, &snapshots, &worlds);
-        if let [first, second, rest @ ..] = &worlds[..] {
-            let mut still = BitGrid::clone(&first.truth.blockers);
-            still.keep(&second.truth.blockers);
-            rest.iter().for_each(|world| still.keep(&world.truth.blockers));
+        if let (Some(still), [_, _, ..]) = (still, &worlds[..]) {
             let still = Arc::new(still);
             worlds.iter_mut().for_each(|world| world.still = Some(still.clone()));
         }
-        let ([x, y, z], occupied) = (grid.size, worlds[0].truth.occupied.count());
+        let ([x, y, z], occupied) = (grid.size, worlds[0].truth().occupied.count());
         let (count, seconds) = (worlds.len(), begin.elapsed().as_secs_f64());
         tracing::info!(
             "scene {:?}: {x} × {y} × {z} voxels, {occupied} occupied (snapshot 0 of {count}), ready in {seconds:.3} s",
@@ -152,10 +171,11 @@ impl World {
     fn of_snapshot(
         study: &Study,
         [scene, snapshot]: [usize; 2],
-        truth: Truth,
-        settings: Vec<Vec<Setting>>,
+        snapshots: &Arc<Snapshots>,
+        settings: Vec<Arc<Vec<Setting>>>,
         shapes: &[Shape],
     ) -> Result<World, Vec<Error>> {
+        let truth = snapshots.truth(snapshot);
         let named = study.regions.iter().zip(shapes);
         let regions: Vec<Region> =
             all_or_wrong(named.map(|((name, _), shape)| region::region(name, shape, &truth)))?;
@@ -166,18 +186,36 @@ impl World {
         let people = People::of(&truth, study.min_hits);
         let baselines = regions.iter().map(|region| baselines(&truth, region, &people, &reachable)).collect();
         let name = study.scenes[scene].name.clone();
-        Ok(World {
+        let mut world = World {
             scene,
             name,
             snapshot,
-            truth,
+            grid: truth.grid,
+            snapshots: snapshots.clone(),
             still: None,
             regions,
             settings,
             baselines,
             people,
             warnings: Vec::new(),
-        })
+            described: Value::Null,
+        };
+        world.described = described::described(study, &world);
+        Ok(world)
+    }
+
+    /// Keeps regions that are the same in an earlier snapshot once only.
+    fn share_regions(&mut self, earlier: &World) {
+        for (region, before) in self.regions.iter_mut().zip(&earlier.regions) {
+            if before.cells == region.cells {
+                region.cells = before.cells.clone();
+            }
+        }
+    }
+
+    /// Which voxels are what: put together when it is asked for, unless it was of late. Whoever asks often keeps it.
+    pub fn truth(&self) -> Arc<Truth> {
+        self.snapshots.truth(self.snapshot)
     }
 
     /// The scene's name, with the snapshot's number where there are several.
@@ -190,15 +228,22 @@ impl World {
 
     /// A sensor at a candidate, quantised; at the origin if it has no pose.
     pub fn placement(&self, study: &Study, sensor: usize, candidate: usize, repeat: usize) -> Placement {
-        self.station(study, sensor, candidate, repeat).placement(&*study.sensors[sensor].kind)
+        let truth = self.truth();
+        self.station(study, &truth, [sensor, candidate, repeat]).placement(&*study.sensors[sensor].kind)
     }
 
-    /// A sensor at a candidate in one repeat, looked at over the whole grid, without its table of rays.
-    pub fn station(&self, study: &Study, sensor: usize, candidate: usize, repeat: usize) -> Station<'_> {
+    /// A sensor at a candidate in one repeat, looked at over the whole grid, without its table of rays. `truth` is this
+    /// world's.
+    pub fn station<'a>(
+        &self,
+        study: &Study,
+        truth: &'a Truth,
+        [sensor, candidate, repeat]: [usize; 3],
+    ) -> Station<'a> {
         let setting = self.settings[sensor][candidate];
         Station {
-            truth: &self.truth,
-            window: self.truth.grid.window(),
+            truth,
+            window: self.grid.window(),
             setting,
             rays: None,
             truly: true_pose(study, setting, [sensor, candidate, repeat]),
@@ -208,13 +253,14 @@ impl World {
 
     /// The scene as backends see it, with evidence kept over a window.
     pub fn cell(&self, window: Window) -> Cell {
+        let truth = self.truth();
         Cell {
-            blockers: self.truth.blockers.clone(),
+            blockers: truth.blockers.clone(),
             still: self.still.clone(),
             window,
-            truth: self.truth.occupied.over(window),
-            human: self.truth.human.over(window),
-            robot: self.truth.robot.over(window),
+            truth: truth.occupied.over(window),
+            human: truth.human.over(window),
+            robot: truth.robot.over(window),
             regions: self.regions.iter().map(|region| region.cells.over(window)).collect(),
             people: self.people.within(window),
         }
@@ -248,18 +294,6 @@ fn all_or_wrong<T>(checks: impl Iterator<Item = Result<T>>) -> Result<Vec<T>, Ve
         Err(e) => wrong.push(e),
     });
     if wrong.is_empty() { Ok(good) } else { Err(wrong) }
-}
-
-/// Keeps a region that is the same in several snapshots on end once only.
-fn share_regions(snapshots: &mut [World]) {
-    for next in 1..snapshots.len() {
-        let (before, after) = snapshots.split_at_mut(next);
-        for (earlier, region) in before[next - 1].regions.iter().zip(&mut after[0].regions) {
-            if earlier.cells == region.cells {
-                region.cells = earlier.cells.clone();
-            }
-        }
-    }
 }
 
 /// The settings of a sensor's candidates in a scene, with poses in the world.
@@ -297,7 +331,7 @@ struct Reachable {
 }
 
 /// What any sensor of the study could do from any of its candidates, every candidate checked.
-fn reachable(study: &Study, truth: &Truth, settings: &[Vec<Setting>]) -> Result<Reachable, Wrong> {
+fn reachable(study: &Study, truth: &Truth, settings: &[Arc<Vec<Setting>>]) -> Result<Reachable, Wrong> {
     let blank = BitGrid::new(truth.grid.window());
     let (mut begins, mut spoken_of) = (Vec::new(), blank.clone());
     let (mut hits_begin, mut hit) = (Vec::new(), blank);
@@ -341,7 +375,7 @@ fn reachable(study: &Study, truth: &Truth, settings: &[Vec<Setting>]) -> Result<
 fn grid(
     study: &Study,
     snapshots: &[Scene],
-    settings: &[Vec<Vec<Setting>>],
+    settings: &[Vec<Arc<Vec<Setting>>>],
     surfaces: &Window,
 ) -> Result<Grid> {
     let size_m = study.voxel_size_m;
@@ -398,7 +432,7 @@ fn positions<'a>(
 /// The first pose of the study, in any snapshot, whose position is so, in words.
 fn first_pose(
     study: &Study,
-    settings: &[Vec<Vec<Setting>>],
+    settings: &[Vec<Arc<Vec<Setting>>>],
     mut is_so: impl FnMut(DVec3) -> bool,
 ) -> Option<String> {
     let each = settings.iter().flat_map(|snapshot| snapshot.iter().enumerate());

@@ -19,7 +19,7 @@ use crate::metrics::Confusion;
 use crate::sensor::{Claim, Station};
 use crate::study::Study;
 use crate::sweep::{World, tables};
-use crate::voxel::BitGrid;
+use crate::voxel::{BitGrid, Truth};
 pub use find::{Wanted, find, find_scene};
 pub use outline::Outline;
 pub use returns::Return;
@@ -61,6 +61,8 @@ pub struct View<'a> {
     pub study: &'a Study,
     /// The scene at its moment.
     pub world: &'a World,
+    /// Which of its voxels are what.
+    pub truth: Arc<Truth>,
     /// What is looked at.
     pub choice: Choice,
     /// Its sensors, in the order they speak.
@@ -117,13 +119,13 @@ impl<'a, 'b> Viewer<'a, 'b> {
 
     /// Looks at a choice. It is quicker to stay in the same world.
     pub fn view(&mut self, world: &'a World, choice: Choice) -> Result<View<'a>> {
-        let grid = world.truth.grid.window();
+        let grid = world.grid.window();
         if !self.loaded.is_some_and(|loaded| std::ptr::eq(loaded, world)) {
             self.loaded = None;
             self.backend.load(&world.cell(grid))?;
             self.loaded = Some(world);
         }
-        let (study, tables) = (self.study, &self.tables);
+        let (study, tables, truth) = (self.study, &self.tables, world.truth());
         let combination = &study.combinations[choice.combination];
         let candidates = combination.choice(choice.choice);
         let ways = combination.interpretations(&study.sensors).swap_remove(choice.representation);
@@ -133,7 +135,7 @@ impl<'a, 'b> Viewer<'a, 'b> {
             let (sensor, kind) = (member.sensor, &study.sensors[member.sensor].kind);
             let station = Station {
                 rays: tables[sensor].as_ref(),
-                ..world.station(study, sensor, candidate, choice.repeat)
+                ..world.station(study, &truth, [sensor, candidate, choice.repeat])
             };
             let placement = station.placement(&**kind);
             let Claim { cast, planes } = kind.claims(&station).swap_remove(way);
@@ -152,7 +154,7 @@ impl<'a, 'b> Viewer<'a, 'b> {
             members.push(Member { sensor, candidate, placement, cast, says, presence });
         }
         let labels = fused(grid, combination.fusion, &voices);
-        Ok(View { study, world, choice, members, labels, tables: tables.clone() })
+        Ok(View { study, world, truth, choice, members, labels, tables: tables.clone() })
     }
 }
 
@@ -169,7 +171,7 @@ impl<'a> View<'a> {
 
     /// What the label of a voxel of the grid is worth.
     pub fn verdict(&self, voxel: [i32; 3]) -> Verdict {
-        let is_there = self.world.truth.occupied.get(voxel);
+        let is_there = self.truth.occupied.get(voxel);
         match (self.labels.occupied.get(voxel), self.labels.free.get(voxel)) {
             (true, _) if is_there => Verdict::Tp,
             (true, _) => Verdict::Fp,
@@ -182,9 +184,9 @@ impl<'a> View<'a> {
 
     /// The voxels of the grid with this verdict.
     pub fn voxels(&self, verdict: Verdict) -> BitGrid {
-        let grid = self.world.truth.grid.window();
+        let grid = self.world.grid.window();
         let Planes { occupied, free, .. } = &self.labels;
-        let truth = &*self.world.truth.occupied;
+        let truth = &*self.truth.occupied;
         let mut voxels = match verdict {
             Verdict::Tp | Verdict::Fp => occupied.clone(),
             Verdict::Fn | Verdict::Tn => free.clone(),
@@ -204,7 +206,7 @@ impl<'a> View<'a> {
     /// The counts in a region, as a sweep has them.
     pub fn counts(&self, region: usize) -> Confusion {
         let cells = &*self.world.regions[region].cells;
-        let truth = &self.world.truth;
+        let truth = &self.truth;
         let count = |verdict: Verdict, of: Option<&BitGrid>| {
             let mut voxels = self.voxels(verdict);
             [Some(cells), of].into_iter().flatten().for_each(|plane| voxels.keep(plane));

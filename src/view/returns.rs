@@ -24,11 +24,11 @@ impl View<'_> {
         let (Some(cast), Some(rays)) = (&member.cast, &table(self.study, member.sensor)) else {
             return Vec::new();
         };
-        let (from, grid) = (&member.placement, &self.world.truth.grid);
+        let (from, grid) = (&member.placement, &self.world.grid);
         let returned = cast.ends.iter().enumerate().filter(|(_, end)| end.kind == RETURN);
         let found = returned.filter_map(|(ray, _)| {
             let way = Way::of(from, rays.dirs_q15[ray]);
-            let found = look::look(&self.world.truth.blockers, rays, from, way, ray as u32)?;
+            let found = look::look(&self.truth.blockers, rays, from, way, ray as u32)?;
             let drawn = march::draw(from.draws, ray as u32);
             let step_q16 = rays.noise.step_q16(drawn, found.distance_q16);
             let voxels = f64::from(march::noisy_q16(found.distance_q16, step_q16)) / 65536.0;

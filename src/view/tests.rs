@@ -55,7 +55,7 @@ fn returns_lie_where_they_are_read() {
             assert_eq!(returns.len(), cast.ends.iter().filter(|end| end.kind == RETURN).count());
             for Return { at_m, voxel, .. } in &returns {
                 assert!(cast.planes.occupied.get(*voxel));
-                let grid = &worlds[0].truth.grid;
+                let grid = &worlds[0].grid;
                 let centre = grid.corner_m(*voxel) + glam::DVec3::splat(grid.voxel_size_m / 2.0);
                 let off = (*at_m - centre).abs().max_element() / grid.voxel_size_m;
                 // Distances are rounded to 1/65536 voxels at each crossing.

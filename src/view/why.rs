@@ -173,7 +173,7 @@ impl View<'_> {
 
     /// How many of the missed voxels lie in a region; together, as many as are unknown there.
     pub fn tally(&self, missed: &[Missed], region: usize) -> Vec<Tally> {
-        let truth = &self.world.truth;
+        let truth = &self.truth;
         let of = |Missed { cause, voxels }: &Missed| {
             let mut inside = voxels.clone();
             inside.keep(&self.world.regions[region].cells);
@@ -188,7 +188,7 @@ impl View<'_> {
 
     /// The name of the object to blame.
     pub fn object(&self, cause: &Cause) -> Option<&str> {
-        cause.object.map(|index| self.world.truth.objects[index].name.as_str())
+        cause.object.map(|index| self.truth.objects[index].name.as_str())
     }
 }
 
@@ -216,15 +216,18 @@ enum Means<'a> {
 
 impl<'a> Witness<'a> {
     fn new(view: &'a View, member: &'a Member) -> Self {
-        let (truth, kind) = (&view.world.truth, &view.study.sensors[member.sensor].kind);
+        let (truth, kind) = (&view.truth, &view.study.sensors[member.sensor].kind);
         let means = match (&member.cast, &view.tables[member.sensor]) {
             (Some(cast), Some(rays)) => {
                 let sight = Sight::new(rays, &member.placement, kind.field_of_view());
                 Means::Rays { sight, rays, ends: &cast.ends }
             }
             _ => {
-                let station =
-                    view.world.station(view.study, member.sensor, member.candidate, view.choice.repeat);
+                let station = view.world.station(
+                    view.study,
+                    truth,
+                    [member.sensor, member.candidate, view.choice.repeat],
+                );
                 let mut cells = BitGrid::new(truth.grid.window());
                 if let Reach::Only(volume) | Reach::RaysAnd(volume) = kind.reach(&station) {
                     cells.add(&volume);

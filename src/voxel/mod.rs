@@ -7,6 +7,7 @@ pub mod grid;
 pub mod overlap;
 pub mod people;
 pub mod region;
+mod snapshots;
 pub mod solid;
 pub mod voxelize;
 
@@ -15,4 +16,6 @@ pub use bricks::Bricks;
 pub use grid::{Grid, Window};
 pub use people::{BodyVoxel, People};
 pub use region::{Reach, Region, Shape};
+pub(crate) use snapshots::GoOn;
+pub use snapshots::Snapshots;
 pub use voxelize::{ObjectVoxels, Truth};

@@ -3,7 +3,7 @@
 
 mod odd;
 
-use std::collections::{BTreeMap, HashMap, HashSet};
+use std::collections::{BTreeMap, HashSet};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU32, Ordering};
 
@@ -14,7 +14,7 @@ use super::flood::enclosed;
 use super::grid::{FARTHEST_VOXEL, Grid, MAX_VOXELS_PER_AXIS, Window};
 use super::overlap::{self, Corner};
 use super::region::Reach;
-use super::{BitGrid, grid};
+use super::{BitGrid, Snapshots, grid};
 use crate::scene::mannequin::Keypoints;
 use crate::scene::{Interior, Mesh, Object, Optical, Role, Scene, Surface};
 use crate::{Error, Result};
@@ -87,7 +87,7 @@ pub fn scene_extent(snapshots: &[Scene], voxel_size_m: f64) -> Result<Window> {
 }
 
 /// Every object once, in the order of its first snapshot.
-fn distinct_objects(snapshots: &[Scene]) -> Vec<&Arc<Object>> {
+pub(super) fn distinct_objects(snapshots: &[Scene]) -> Vec<&Arc<Object>> {
     let mut seen = HashSet::new();
     let all = snapshots.iter().flat_map(|scene| &scene.objects);
     all.filter(|object| seen.insert(Arc::as_ptr(object))).collect()
@@ -133,110 +133,28 @@ fn grid_unless(extent: &Window, voxel_size_m: f64, cause: impl Fn() -> Option<St
     Ok(Grid { voxel_size_m, origin: extent.min, size: extent.size })
 }
 
-/// Most memory that the voxels of a scene take. A few words can ask for any amount, and a system that has no more to
-/// give ends the program without one.
-const MOST_GIB: u64 = 64;
-
-/// Voxelizes the snapshots of a scene on one grid, objects and triangles in parallel. An object that several
-/// snapshots share is voxelized once. Fails on a scene whose voxels would take more than 64 GiB, or than there is.
+/// The truth of each snapshot of a scene on one grid: [`Snapshots`], all of them at once.
+///
+/// # Errors
+/// As those.
 pub fn voxelize_all(snapshots: &[Scene], grid: Grid) -> Result<Vec<Truth>> {
-    voxelize_unless(snapshots, grid, &|| Ok(()))
+    let all = Snapshots::of(snapshots, grid, 0, &|| Ok(()))?;
+    Ok((0..all.count()).map(|snapshot| Truth::clone(&all.truth(snapshot))).collect())
 }
 
-/// Asked between two pieces of work; an error is a reason to begin no other.
-pub(crate) type GoOn<'a> = &'a (dyn Fn() -> Result<()> + Sync);
-
-/// [`voxelize_all`], unless there is a reason not to go on before an object or a snapshot.
-pub(crate) fn voxelize_unless(snapshots: &[Scene], grid: Grid, go_on: GoOn) -> Result<Vec<Truth>> {
-    let objects = distinct_objects(snapshots);
-    refuse_excess(&objects, snapshots.len(), &grid, free_bytes())?;
-    let bodies: Vec<Body> =
-        objects.par_iter().map(|object| go_on().and_then(|()| body(object, &grid))).collect::<Result<_>>()?;
-    let body_of: HashMap<_, _> = objects.into_iter().map(Arc::as_ptr).zip(&bodies).collect();
-    let truth = |scene: &Scene| {
-        let placed = scene.objects.iter().map(|object| (&**object, body_of[&Arc::as_ptr(object)]));
-        go_on().map(|()| combined(&placed.collect::<Vec<_>>(), grid))
-    };
-    snapshots.iter().map(truth).collect()
+/// What an object becomes on a grid.
+#[derive(Debug)]
+pub(super) struct Body {
+    pub(super) voxels: Arc<ObjectVoxels>,
+    /// The inside that belongs to no region.
+    pub(super) ignored: BitGrid,
+    /// For a robot, all of its inside.
+    pub(super) inside: BitGrid,
+    /// Whether it adds to the truth, rather than only its role.
+    pub(super) is_there: bool,
 }
 
-/// Counts a bit for each voxel in the box around an object, and two for each voxel of the grid in each snapshot. `free` is
-/// how much memory there is.
-fn refuse_excess(objects: &[&Arc<Object>], snapshots: usize, grid: &Grid, free: Option<u64>) -> Result<()> {
-    let whole: f64 = grid.size.map(f64::from).iter().product();
-    let around = |object: &&Arc<Object>| -> f64 {
-        let [low, high] = bounds_m(object);
-        let size = ((high - low) / grid.voxel_size_m + 1.0).to_array();
-        (0..3).map(|axis| size[axis].clamp(0.0, f64::from(grid.size[axis]))).product()
-    };
-    let bits = 2.0 * whole * snapshots as f64 + objects.iter().map(around).sum::<f64>();
-    let gib = |bytes: f64| bytes / (1u64 << 30) as f64;
-    let (taken, free) = (gib(bits / 8.0), free.map(|bytes| gib(bytes as f64)));
-    let than = match free {
-        _ if taken > MOST_GIB as f64 => format!("than {MOST_GIB}"),
-        Some(free) if taken > free => format!("than the {free:.1} that are free"),
-        _ => return Ok(()),
-    };
-    Err(Error::Input(format!(
-        "the voxels of {snapshots} snapshots and {} objects, each counted where it is another, take {taken:.1} GiB, more \
-         {than}: take larger voxels (--voxel-size), set bounds_m around the part that matters, or split the scene",
-        objects.len()
-    )))
-}
-
-/// The memory that there is for this program, where the system tells: what is free, and what its control group may have.
-fn free_bytes() -> Option<u64> {
-    let read = |path: &str| std::fs::read_to_string(path).ok();
-    let number = |text: &str| text.trim().parse::<u64>().ok();
-    let machine = read("/proc/meminfo").and_then(|all| {
-        let line = all.lines().find_map(|line| line.strip_prefix("MemAvailable:"))?;
-        Some(number(line.trim().trim_end_matches("kB"))? << 10)
-    });
-    let group = read("/sys/fs/cgroup/memory.max").and_then(|text| number(&text));
-    machine.into_iter().chain(group).min()
-}
-
-/// The truth of one snapshot.
-fn combined(objects: &[(&Object, &Body)], grid: Grid) -> Truth {
-    let blank = || BitGrid::new(grid.window());
-    let (mut occupied, mut opaque, mut ignored) = (blank(), blank(), blank());
-    let (mut human, mut robot, mut robot_volume) = (blank(), blank(), blank());
-    for (object, body) in objects {
-        if !object.tag_only {
-            occupied.add(&body.voxels.cells);
-            if object.optical == Optical::Opaque {
-                opaque.add(&body.voxels.cells);
-            }
-            ignored.add(&body.ignored);
-        }
-        match object.role {
-            Role::Environment => {}
-            Role::Robot => {
-                robot.add(&body.voxels.cells);
-                robot_volume.add(&body.voxels.cells);
-                robot_volume.add(&body.inside);
-            }
-            Role::Human => human.add(&body.voxels.cells),
-        }
-    }
-    ignored.remove(&occupied);
-    let objects = objects.iter().map(|(_, body)| body.voxels.clone()).collect();
-    let [ignored, human, robot, robot_volume] =
-        [ignored, human, robot, robot_volume].map(|plane| plane.trimmed());
-    let is_opaque = opaque == occupied;
-    let occupied = Arc::new(occupied);
-    let blockers = if is_opaque { occupied.clone() } else { Arc::new(opaque) };
-    Truth { grid, occupied, blockers, ignored, human, robot, robot_volume, objects }
-}
-
-/// An object in voxels, the inside that belongs to no region, and for a robot all of its inside.
-struct Body {
-    voxels: Arc<ObjectVoxels>,
-    ignored: BitGrid,
-    inside: BitGrid,
-}
-
-fn body(object: &Object, grid: &Grid) -> Result<Body> {
+pub(super) fn body(object: &Object, grid: &Grid) -> Result<Body> {
     let lattice = lattice(object, grid.voxel_size_m)?;
     let in_grid = lattice.extent.moved(grid.origin.map(|o| -o)).intersection(&grid.window());
     let world = in_grid.moved(grid.origin);
@@ -290,7 +208,7 @@ fn body(object: &Object, grid: &Grid) -> Result<Body> {
         keypoints: object.keypoints,
         warnings,
     };
-    Ok(Body { voxels: Arc::new(voxels), ignored, inside })
+    Ok(Body { voxels: Arc::new(voxels), ignored, inside, is_there: !object.tag_only })
 }
 
 /// The same words, counted from the grid's corner instead of the world's.
@@ -352,7 +270,7 @@ fn surface(lattice: &Lattice, window: Window) -> BitGrid {
     BitGrid::from_words(window, words).unwrap_or(cells)
 }
 
-fn bounds_m(object: &Object) -> [DVec3; 2] {
+pub(super) fn bounds_m(object: &Object) -> [DVec3; 2] {
     let nowhere = [DVec3::INFINITY, DVec3::NEG_INFINITY];
     let grow = |[low, high]: [DVec3; 2], p: DVec3| [low.min(p), high.max(p)];
     match &object.surface {

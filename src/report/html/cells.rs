@@ -200,7 +200,7 @@ impl Cells {
         if self.moments.iter().any(|known| known.moment == moment) {
             return;
         }
-        let (truth, grid) = (&worlds[moment].truth, worlds[moment].truth.grid);
+        let (truth, grid) = (&worlds[moment].truth(), worlds[moment].grid);
         let voxels = || BitGrid::full(grid.window());
         let role = |voxel| match () {
             _ if truth.ignored.get(voxel) => 4,

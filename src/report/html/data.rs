@@ -150,7 +150,7 @@ fn render(sweep: &Sweep) -> Vec<String> {
 }
 
 fn scene_data<'a>(scene: &'a crate::report::results::SceneResults, worlds: &[World]) -> SceneData<'a> {
-    let room = room_m(&worlds[scene.moments.start].truth);
+    let room = room_m(&worlds[scene.moments.start].truth());
     let moments = [scene.moments.start, scene.moments.end];
     SceneData { name: &scene.name, moments, room_m: room.map(|corner| corner.to_array()) }
 }

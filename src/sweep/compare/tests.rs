@@ -115,7 +115,7 @@ fn each_kind_of_lie_is_found_and_named() {
     let (study, world) = tiny();
     let mut oracle = Oracle::default();
     oracle.tables(&[crate::sweep::tables(&study)[0].clone().unwrap()]).unwrap();
-    oracle.load(&world.cell(world.truth.grid.window())).unwrap();
+    oracle.load(&world.cell(world.grid.window())).unwrap();
     let placement = world.placement(&study, 0, 0, 0);
     let evidence = oracle.read(0, &placement).unwrap().planes;
     let freed = evidence.free.cells().next().unwrap();

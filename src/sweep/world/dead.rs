@@ -2,6 +2,7 @@
 //! few rays of each pose tell, cast on the host, and a flood of the places that the poses stand in.
 
 use std::fmt::Write;
+use std::sync::Arc;
 
 use rayon::prelude::*;
 
@@ -42,17 +43,26 @@ pub(super) fn warnings(study: &Study, worlds: &[World]) -> Vec<String> {
     let looking: Vec<usize> = (0..study.sensors.len()).filter(|&s| looks(&study.sensors[s])).collect();
     let poses: usize = looking.iter().map(|&s| study.sensors[s].candidates.len()).sum();
     let rays = (RAYS_IN_ALL / (poses * study.scenes.len()).max(1)).clamp(RAYS[0], RAYS[1]);
+    let all = |sensor: usize| (0..study.sensors[sensor].candidates.len()).collect::<Vec<_>>();
+    let few: Vec<Few> = looking.iter().map(|&sensor| Few::of(study, sensor, rays)).collect();
+    let mut hollows = Hollows::of(&worlds[0]);
+    let found: Vec<Vec<(usize, String)>> =
+        few.iter().map(|few| few.dead(&worlds[0], &mut hollows, &all(few.sensor))).collect();
+    // What moves may free a pose: dead are those that no snapshot frees.
+    let mut left: Vec<Vec<usize>> =
+        found.iter().map(|of| of.iter().map(|(candidate, _)| *candidate).collect()).collect();
+    for world in &worlds[1..] {
+        if left.iter().all(Vec::is_empty) {
+            break;
+        }
+        let mut hollows = Hollows::of(world);
+        for (few, left) in few.iter().zip(&mut left) {
+            *left = few.dead(world, &mut hollows, left).into_iter().map(|(candidate, _)| candidate).collect();
+        }
+    }
     let mut dead: Vec<(usize, usize, String)> = Vec::new();
-    for &sensor in &looking {
-        let few = Few::of(study, sensor, rays);
-        let all: Vec<usize> = (0..study.sensors[sensor].candidates.len()).collect();
-        let found = few.dead(&worlds[0], sensor, &all);
-        // What moves may free a pose: dead are those that no snapshot frees.
-        let left =
-            worlds[1..].iter().fold(found.iter().map(|(c, _)| *c).collect::<Vec<_>>(), |left, world| {
-                few.dead(world, sensor, &left).into_iter().map(|(candidate, _)| candidate).collect()
-            });
-        dead.extend(found.into_iter().filter(|(c, _)| left.contains(c)).map(|(c, why)| (sensor, c, why)));
+    for ((few, found), left) in few.iter().zip(found).zip(&left) {
+        dead.extend(found.into_iter().filter(|(c, _)| left.contains(c)).map(|(c, why)| (few.sensor, c, why)));
     }
     let places = place::Places::of(study, &worlds[0]);
     let line = |(sensor, candidate, why): &(usize, usize, String)| {
@@ -72,6 +82,7 @@ pub(super) fn warnings(study: &Study, worlds: &[World]) -> Vec<String> {
 
 /// A few of the rays of a sensor, spread over its field of view.
 struct Few<'a> {
+    sensor: usize,
     kind: &'a dyn Kind,
     range: &'a Range,
     gates: Gates,
@@ -99,21 +110,20 @@ impl Few<'_> {
             }
             field => field.some(most).into_iter().map(|dir| dir.to_array().map(quantise_q15)).collect(),
         };
-        Few { kind, range, gates: range.gates(&scale), dirs_q15 }
+        Few { sensor, kind, range, gates: range.gates(&scale), dirs_q15 }
     }
 
     /// Which of these candidates are dead in a world, and why.
-    fn dead(&self, world: &World, sensor: usize, candidates: &[usize]) -> Vec<(usize, String)> {
+    fn dead(&self, world: &World, hollows: &mut Hollows, candidates: &[usize]) -> Vec<(usize, String)> {
+        let truth = &*hollows.truth.clone();
         let posed: Vec<(usize, Setting)> =
-            candidates.iter().map(|&c| (c, world.settings[sensor][c])).collect();
+            candidates.iter().map(|&c| (c, world.settings[self.sensor][c])).collect();
         let posed: Vec<_> =
             posed.into_iter().filter(|(_, setting)| matches!(setting, Setting::Pose(_))).collect();
-        let mut hollows = Hollows::of(&world.truth);
         let walled: Vec<Option<String>> =
-            posed.iter().map(|(_, setting)| hollows.walls(self, &world.truth, setting)).collect();
+            posed.iter().map(|(_, setting)| hollows.walls(self, setting)).collect();
         let by_rays = |(_, setting): &(usize, Setting)| {
-            let grid = &world.truth.grid;
-            self.verdict(&world.truth, &crate::sensor::placement(self.kind, &setting.pose(), grid, 0))
+            self.verdict(truth, &crate::sensor::placement(self.kind, &setting.pose(), &truth.grid, 0))
         };
         let by_rays: Vec<Option<String>> = posed.par_iter().map(by_rays).collect();
         let why = walled.into_iter().zip(by_rays).map(|(walled, by_rays)| walled.or(by_rays));
@@ -199,6 +209,7 @@ fn mostly(truth: &Truth, cells: impl Iterator<Item = [i32; 3]>) -> String {
 
 /// The places of a scene that walls part from each other, as far as poses stand in them.
 struct Hollows {
+    truth: Arc<Truth>,
     open: BitGrid,
     volume: u64,
     /// Each with what closes it, if it is closed.
@@ -206,14 +217,16 @@ struct Hollows {
 }
 
 impl Hollows {
-    fn of(truth: &Truth) -> Hollows {
+    fn of(world: &World) -> Hollows {
+        let truth = world.truth();
         let mut open = BitGrid::full(truth.grid.window());
         open.remove(&truth.blockers);
-        Hollows { volume: open.count(), open, known: Vec::new() }
+        Hollows { truth, volume: open.count(), open, known: Vec::new() }
     }
 
     /// What no ray from here leaves, in words; `None` where one may.
-    fn walls(&mut self, few: &Few, truth: &Truth, setting: &Setting) -> Option<String> {
+    fn walls(&mut self, few: &Few, setting: &Setting) -> Option<String> {
+        let truth = &*self.truth.clone();
         let position = truth.grid.position_q16(setting.pose().position_m);
         let own = Grid::cell_of(position);
         // Blockers nearer than that let rays pass.
@@ -244,7 +257,7 @@ impl Hollows {
         let mut walls = None;
         for cell in around.iter().copied().chain(beside) {
             if self.open.get(cell) {
-                walls = Some(self.place(truth, cell)?);
+                walls = Some(self.place(cell)?);
             }
         }
         walls.or_else(|| {
@@ -255,7 +268,7 @@ impl Hollows {
     }
 
     /// What closes the place of an open cell, in words.
-    fn place(&mut self, truth: &Truth, cell: [i32; 3]) -> Option<String> {
+    fn place(&mut self, cell: [i32; 3]) -> Option<String> {
         if let Some((_, walls)) = self.known.iter().find(|(place, _)| place.get(cell)) {
             return walls.clone();
         }
@@ -267,16 +280,17 @@ impl Hollows {
         let place = flood(&self.open, &seed);
         let with_walls = with_neighbours(&place);
         let is_small = place.count() as f64 <= SMALL * self.volume as f64;
-        let is_closed = is_small && !with_walls.meets(&truth.human) && !with_walls.meets(&truth.robot);
+        let is_closed =
+            is_small && !with_walls.meets(&self.truth.human) && !with_walls.meets(&self.truth.robot);
         let walls = is_closed.then(|| {
             let share = |object: &&std::sync::Arc<crate::voxel::ObjectVoxels>| {
                 let mut shared = object.cells.clone();
                 shared.keep(&with_walls.over(shared.window()));
                 shared.count()
             };
-            let body = truth.objects.iter().filter(|object| object.stops_rays).max_by_key(share);
+            let body = self.truth.objects.iter().filter(|object| object.stops_rays).max_by_key(share);
             let name = body.map_or("walls".into(), |object| format!("{:?}", object.name));
-            let litres = place.count() as f64 * truth.grid.voxel_size_m.powi(3) * 1e3;
+            let litres = place.count() as f64 * self.truth.grid.voxel_size_m.powi(3) * 1e3;
             format!("it stands inside {name}, in a hollow of {litres:.0} l that no ray leaves: move it out")
         });
         self.known.push((place, walls.clone()));

@@ -44,11 +44,12 @@ const LIMBS: [(&str, [usize; 2]); 12] = [
 pub(super) fn warnings(scenes: &[Scene], worlds: &[World]) -> Vec<String> {
     let mut faults: BTreeMap<(usize, String), (usize, usize, String)> = BTreeMap::new();
     for (snapshot, (scene, world)) in scenes.iter().zip(worlds).enumerate() {
+        let truth = world.truth();
         for (index, person) in scene.objects.iter().enumerate() {
-            if person.role != Role::Human || person.tag_only || world.truth.objects[index].cells.is_empty() {
+            if person.role != Role::Human || person.tag_only || truth.objects[index].cells.is_empty() {
                 continue;
             }
-            for (with, what) in faults_of(scene, &world.truth, index) {
+            for (with, what) in faults_of(scene, &truth, index) {
                 let seen = faults.entry((index, with)).or_insert((snapshot, 0, what));
                 seen.1 += 1;
             }

@@ -83,7 +83,8 @@ fn the_ceiling_has_what_mounts_that_are_off_may_hit() {
     let hit = |noiseless| {
         let study = Study::load(&path, &Overrides { noiseless, ..Overrides::default() }).unwrap();
         let before = Setting::Pose(Pose { position_m: DVec3::new(4.2, 5.0, 5.0), ..Pose::ORIGIN });
-        let settings: Vec<_> = study.sensors.iter().map(|s| vec![before; s.candidates.len()]).collect();
+        let of = |sensor: &Sensor| Arc::new(vec![before; sensor.candidates.len()]);
+        let settings: Vec<_> = study.sensors.iter().map(of).collect();
         let Reachable { spoken_of, hit } = reachable(&study, &walled(), &settings).ok().unwrap();
         [[2, 2, 2], [8, 2, 2]].map(|person| spoken_of.get(person) && hit.get(person))
     };
@@ -131,7 +132,7 @@ fn evidence_over_a_window_counts_the_same_as_over_the_grid() {
             |shot: &Shot| vec![Reading { slot: shot.slot, volume: None, hit: 1, miss: -1, presence: false }];
         cpu.score(Fusion::OccupiedWins, &shots.iter().map(alone).collect::<Vec<_>>()).unwrap()
     };
-    assert_eq!(score(region::window_of(&world.regions)), score(world.truth.grid.window()));
+    assert_eq!(score(region::window_of(&world.regions)), score(world.grid.window()));
 }
 
 #[test]
@@ -140,7 +141,8 @@ fn the_grid_grows_to_the_sensors_unless_bounds_say_otherwise() {
     let surfaces = Window::between([-12, -9, 0], [12, 9, 16]);
     let scenes = build(&study.scenes[0], &study.sources, study.voxel_size_m).unwrap();
     let grid = |study: &Study| {
-        let settings = study.sensors.iter().map(|sensor| settings(sensor, &scenes[0]).unwrap()).collect();
+        let settings =
+            study.sensors.iter().map(|sensor| Arc::new(settings(sensor, &scenes[0]).unwrap())).collect();
         grid(study, &scenes, &[settings], &surfaces)
     };
     assert_eq!(grid(&study).unwrap().window().size, surfaces.size);
@@ -165,7 +167,12 @@ fn a_mount_is_off_by_as_much_in_every_snapshot_and_inside_the_grid() {
     let mut errors = Vec::new();
     for (s, sensor) in study.sensors.iter().enumerate() {
         for (c, repeat) in (0..sensor.candidates.len()).flat_map(|c| [(c, 0), (c, 1)]) {
-            let seen: Vec<_> = worlds.iter().map(|world| world.station(&study, s, c, repeat)).collect();
+            let truths: Vec<_> = worlds.iter().map(World::truth).collect();
+            let seen: Vec<_> = worlds
+                .iter()
+                .zip(&truths)
+                .map(|(world, truth)| world.station(&study, truth, [s, c, repeat]))
+                .collect();
             let truly: Vec<Option<Pose>> = seen.iter().map(|station| station.truly).collect();
             assert!(truly.iter().all(|pose| pose.is_some() == (sensor.name == "wrist")), "{}", sensor.name);
             let errors_here = seen.iter().zip(&truly).filter_map(|(station, truly)| {

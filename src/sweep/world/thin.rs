@@ -21,15 +21,15 @@ const FILLED: f64 = 0.5;
 
 /// The opaque meshes of the first snapshot that are thin, with what they fill.
 pub(super) fn warnings(study: &Study, scenes: &[Scene], worlds: &[World]) -> Vec<String> {
-    let world = &worlds[0];
-    let objects = scenes[0].objects.iter().zip(&world.truth.objects);
+    let (world, truth) = (&worlds[0], worlds[0].truth());
+    let objects = scenes[0].objects.iter().zip(&truth.objects);
     let thin = objects.filter_map(|(object, voxels)| {
         let counts = object.role == Role::Environment && object.optical == Optical::Opaque && !object.tag_only;
         let Surface::Mesh(mesh) = &object.surface else { return None };
         if !counts || !is_of_a_file(study, world.scene, object) {
             return None;
         }
-        let share = fill_share(mesh, &voxels.cells, &world.truth.grid)?;
+        let share = fill_share(mesh, &voxels.cells, &world.grid)?;
         (share < FILLED).then(|| {
             format!(
                 "object {:?} is a sheet that fills {:.0} % of its voxels, and stops all rays as if it filled them: if it is a \

@@ -2,6 +2,7 @@
 //! What is wrong, rather than unexpected, is an error elsewhere.
 
 use std::path::Path;
+use std::sync::Arc;
 
 use super::{World, dead, people, thin};
 use crate::scene::{Object, Role, Scene};
@@ -9,7 +10,7 @@ use crate::sensor::{Sensor, Setting, Stance, Station};
 use crate::study::{RegionSpec, Study};
 use crate::sweep::place::Places;
 use crate::voxel::voxelize::{HUGE_M, LARGE_M};
-use crate::voxel::{Grid, ObjectVoxels, Shape};
+use crate::voxel::{Grid, ObjectVoxels, Shape, Truth};
 
 /// The warnings of a scene from all its snapshots, which have the same objects in the same order.
 pub(super) fn warnings(study: &Study, scenes: &[Scene], worlds: &[World]) -> Vec<String> {
@@ -19,17 +20,23 @@ pub(super) fn warnings(study: &Study, scenes: &[Scene], worlds: &[World]) -> Vec
     };
     let mut warnings = of_file(&study.path, &study.warnings);
     warnings.extend(of_file(&scene.path, &scene.warnings));
-    for object in 0..worlds[0].truth.objects.len() {
-        object_warnings(worlds, object, &mut warnings);
-        warnings.extend(size_warning(study, &scenes[0].objects[object], &worlds[0], object));
+    let first = worlds[0].truth();
+    let glances: Vec<Glance> = worlds.iter().map(|world| Glance::of(study, world)).collect();
+    for (index, object) in first.objects.iter().enumerate() {
+        object_warnings(&glances, &object.name, index, &mut warnings);
+        warnings.extend(size_warning(
+            study,
+            &scenes[0].objects[index],
+            worlds[0].scene,
+            &first.objects,
+            index,
+        ));
     }
-    if !worlds[0].truth.objects.iter().any(|o| o.role == Role::Human) {
+    if !first.objects.iter().any(|o| o.role == Role::Human) {
         warnings.push("no object has role = \"human\": human_seen has no value".into());
     }
     warnings.extend((0..study.regions.len()).filter_map(|region| cut_warning(study, worlds, region)));
-    let share =
-        |world: &World| world.truth.ignored.count() as f64 / world.truth.grid.window().volume() as f64;
-    let ignored: Vec<f64> = worlds.iter().map(share).collect();
+    let ignored: Vec<f64> = glances.iter().map(|glance| glance.ignored_share).collect();
     let (at, when) = largest(&ignored);
     if ignored[at] > 0.5 {
         let percent = 100.0 * ignored[at];
@@ -43,42 +50,74 @@ pub(super) fn warnings(study: &Study, scenes: &[Scene], worlds: &[World]) -> Vec
         let spec = &study.sensors[sensor];
         warnings.extend(spec.warnings.iter().map(|what| format!("sensor {:?}: {what}", spec.name)));
         warnings.extend(once_warning(study, sensor));
-        warnings.extend(stuck_warning(study, &places, sensor, &worlds[0]));
-        warnings.extend(outside_warning(study, &places, sensor, &worlds[0]));
+        warnings.extend(stuck_warning(study, &places, sensor, &first, &worlds[0]));
+        warnings.extend(outside_warning(study, &places, sensor, &first, &worlds[0]));
     }
-    // Pads lie in the floor and gates stand where they like; only what looks out can be in the way of its own rays.
-    let looks = |sensor: &usize| study.sensors[*sensor].kind.stance() != Stance::Level;
-    for sensor in (0..study.sensors.len()).filter(looks) {
-        let what = "stand in an occupied voxel (move them out of it): their rays start behind its surface";
-        warnings.extend(inside_warning(study, &places, sensor, worlds, what));
-    }
+    warnings.extend(
+        (0..study.sensors.len()).filter_map(|sensor| inside_warning(study, &places, sensor, &glances)),
+    );
     warnings.extend(people::warnings(scenes, worlds));
     warnings.extend(thin::warnings(study, scenes, worlds));
     warnings.extend(dead::warnings(study, worlds));
     warnings
 }
 
+/// What is looked at in each snapshot.
+struct Glance {
+    objects: Vec<Arc<ObjectVoxels>>,
+    /// How much of the grid is inside bodies whose interior is ignored.
+    ignored_share: f64,
+    /// For each sensor, the candidates that stand in a blocker. Pads lie in the floor and gates stand where they like; only
+    /// what looks out can be in the way of its own rays.
+    inside: Vec<Vec<usize>>,
+}
+
+impl Glance {
+    fn of(study: &Study, world: &World) -> Glance {
+        let truth = world.truth();
+        let stands = |setting: &Setting| match setting {
+            Setting::Pose(pose) => {
+                truth.blockers.get(Grid::cell_of(world.grid.position_q16(pose.position_m)))
+            }
+            _ => false,
+        };
+        let inside = study.sensors.iter().enumerate().map(|(number, sensor)| {
+            let looks = sensor.kind.stance() != Stance::Level;
+            candidates(world, number, |setting| looks && stands(setting))
+        });
+        Glance {
+            objects: truth.objects.clone(),
+            ignored_share: truth.ignored.count() as f64 / world.grid.window().volume() as f64,
+            inside: inside.collect(),
+        }
+    }
+}
+
 /// What is odd about one object in the first snapshot where anything is, and where it is left out.
-fn object_warnings(worlds: &[World], index: usize, warnings: &mut Vec<String>) {
-    let object = |world: &World| world.truth.objects[index].clone();
-    let name = &worlds[0].truth.objects[index].name;
-    if let Some(odd) = worlds.iter().map(object).find(|object| !object.warnings.is_empty()) {
+fn object_warnings(glances: &[Glance], name: &str, index: usize, warnings: &mut Vec<String>) {
+    let all = || glances.iter().map(|glance| &glance.objects[index]);
+    if let Some(odd) = all().find(|object| !object.warnings.is_empty()) {
         warnings.extend(odd.warnings.iter().map(|w| format!("object {name:?} {w}")));
     }
-    let outside = worlds.iter().filter(|&world| object(world).cells.is_empty()).count();
-    if outside == worlds.len() {
+    let outside = all().filter(|object| object.cells.is_empty()).count();
+    if outside == glances.len() {
         warnings.push(format!("object {name:?} lies outside the grid and is left out"));
     } else if outside > 0 {
         warnings.push(format!(
             "object {name:?} lies outside the grid in {outside} of {} snapshots and is left out there",
-            worlds.len()
+            glances.len()
         ));
     }
 }
 
 /// What a slip of units makes of an object: less than a voxel, or a mesh beside which all others are tiny.
-fn size_warning(study: &Study, object: &Object, world: &World, index: usize) -> Option<String> {
-    let objects = &world.truth.objects;
+fn size_warning(
+    study: &Study,
+    object: &Object,
+    scene: usize,
+    objects: &[Arc<ObjectVoxels>],
+    index: usize,
+) -> Option<String> {
     let length_m = |object: &ObjectVoxels| (object.bounds_m[1] - object.bounds_m[0]).max_element();
     let (name, own_m) = (&objects[index].name, length_m(&objects[index]));
     let is_map = objects[index].watertight.is_none();
@@ -92,7 +131,7 @@ fn size_warning(study: &Study, object: &Object, world: &World, index: usize) -> 
     let longest_m = others.map(|(_, object)| length_m(object)).reduce(f64::max)?;
     // What is longer than that is told as it is voxelized.
     let is_odd = own_m > LARGE_M && own_m <= HUGE_M && own_m >= 5.0 * longest_m;
-    (is_odd && thin::is_of_a_file(study, world.scene, object)).then(|| {
+    (is_odd && thin::is_of_a_file(study, scene, object)).then(|| {
         format!(
             "object {name:?} is {own_m:.1} m long, and no other is longer than {longest_m:.1} m: is its file in \
              millimetres? (unit = \"mm\")"
@@ -163,8 +202,14 @@ fn candidates(world: &World, sensor: usize, is_so: impl Fn(&Setting) -> bool) ->
 }
 
 /// Which candidates of a switch the environment trips without anybody there, in the first snapshot.
-fn stuck_warning(study: &Study, places: &Places, sensor: usize, world: &World) -> Option<String> {
-    let (spec, truth) = (&study.sensors[sensor], &world.truth);
+fn stuck_warning(
+    study: &Study,
+    places: &Places,
+    sensor: usize,
+    truth: &Truth,
+    world: &World,
+) -> Option<String> {
+    let spec = &study.sensors[sensor];
     let stuck = |setting: &Setting| {
         let station = Station {
             truth,
@@ -188,8 +233,14 @@ fn stuck_warning(study: &Study, places: &Places, sensor: usize, world: &World) -
 }
 
 /// Which poses are outside everything that is modelled, in the first snapshot.
-fn outside_warning(study: &Study, places: &Places, sensor: usize, world: &World) -> Option<String> {
-    let all = world.truth.objects.iter().map(|object| object.bounds_m);
+fn outside_warning(
+    study: &Study,
+    places: &Places,
+    sensor: usize,
+    truth: &Truth,
+    world: &World,
+) -> Option<String> {
+    let all = truth.objects.iter().map(|object| object.bounds_m);
     let [low, high] = all.reduce(|[low, high], [l, h]| [low.min(l), high.max(h)])?;
     let outside = |setting: &Setting| match setting {
         Setting::Pose(pose) => !(pose.position_m.cmpge(low) & pose.position_m.cmple(high)).all(),
@@ -205,27 +256,17 @@ fn outside_warning(study: &Study, places: &Places, sensor: usize, world: &World)
 }
 
 /// How many poses stand in a blocker, in the snapshot where most do.
-fn inside_warning(
-    study: &Study,
-    places: &Places,
-    sensor: usize,
-    worlds: &[World],
-    what: &str,
-) -> Option<String> {
-    let inside = |world: &World| {
-        let stands = |setting: &Setting| match setting {
-            Setting::Pose(pose) => {
-                world.truth.blockers.get(Grid::cell_of(world.truth.grid.position_q16(pose.position_m)))
-            }
-            _ => false,
-        };
-        candidates(world, sensor, stands)
-    };
-    let poses: Vec<Vec<usize>> = worlds.iter().map(inside).collect();
-    let (at, when) = largest(&poses.iter().map(|names| names.len() as f64).collect::<Vec<_>>());
-    let first = first_of(study, places, sensor, &poses[at])?;
-    let name = &study.sensors[sensor].name;
-    Some(format!("sensor {name:?}: {} poses ({first}) {what}{when}", poses[at].len()))
+fn inside_warning(study: &Study, places: &Places, sensor: usize, glances: &[Glance]) -> Option<String> {
+    let counts: Vec<f64> = glances.iter().map(|glance| glance.inside[sensor].len() as f64).collect();
+    let (at, when) = largest(&counts);
+    let inside = &glances[at].inside[sensor];
+    let first = first_of(study, places, sensor, inside)?;
+    Some(format!(
+        "sensor {:?}: {} poses ({first}) stand in an occupied voxel (move them out of it): their rays start behind its \
+         surface{when}",
+        study.sensors[sensor].name,
+        inside.len()
+    ))
 }
 
 #[cfg(test)]

@@ -217,26 +217,3 @@ fn only_what_a_ray_could_reach_counts_for_the_ceiling() {
     // A housing that reaches through the shell lets rays inside.
     assert_eq!(reachable(&truth, [([0; 3], 2)]).count(), 1000);
 }
-
-#[test]
-fn more_voxels_than_any_memory_holds_are_refused_before_they_are_made() {
-    let cube = cuboid(DVec3::splat(1.0), DVec3::splat(11.0));
-    let cube = Arc::new(object("cube", Role::Robot, Interior::Ignored, cube));
-    // 2³⁰ voxels, 1/8 GiB a plane: two planes a snapshot, and a box of 101³ around the cube.
-    let grid = Grid { voxel_size_m: 0.1, origin: [0; 3], size: [1024; 3] };
-    refuse_excess(&[&cube], 255, &grid, None).unwrap();
-    let what = refuse_excess(&[&cube], 256, &grid, None).unwrap_err().to_string();
-    assert!(
-        what.contains("256 snapshots and 1 objects") && what.contains("64.0 GiB, more than 64:"),
-        "{what}"
-    );
-    // Nor more than there is.
-    refuse_excess(&[&cube], 7, &grid, Some(2 << 30)).unwrap();
-    let what = refuse_excess(&[&cube], 8, &grid, Some(2 << 30)).unwrap_err().to_string();
-    assert!(what.contains("take 2.0 GiB, more than the 2.0 that are free: take larger voxels"), "{what}");
-    // Whatever sticks out of the grid takes nothing.
-    let fine = Grid { voxel_size_m: 0.001, ..grid };
-    refuse_excess(&[&cube; 511], 0, &fine, None).unwrap();
-    let what = refuse_excess(&[&cube; 513], 0, &fine, None).unwrap_err().to_string();
-    assert!(what.contains("and 513 objects"), "{what}");
-}

@@ -49,7 +49,7 @@ fn plain(title: &str, columns: &[&str], rows: Vec<Vec<String>>) -> Plain {
 fn scenes(sweep: &Sweep) -> Plain {
     let rows = sweep.results.scenes.iter().zip(&sweep.study.scenes).map(|(scene, spec)| {
         let world = &sweep.worlds[scene.moments.start];
-        let truth = &world.truth;
+        let truth = &world.truth();
         let [x, y, z] = truth.grid.size;
         let objects = truth.objects.iter().map(|object| object.name.as_str());
         vec![

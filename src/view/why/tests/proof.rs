@@ -12,7 +12,7 @@ use crate::view::why::nearest::gap;
 /// What a sensor should say of a voxel, and the voxel that its ray ended in: all rays searched, single steps, nothing shared
 /// with what is tested but directions, fields of view and gaps.
 fn plain(view: &View, member: &Member, cell: [i32; 3]) -> (Reason, Option<[i32; 3]>) {
-    let (truth, kind) = (&view.world.truth, &view.study.sensors[member.sensor].kind);
+    let (truth, kind) = (&view.truth, &view.study.sensors[member.sensor].kind);
     if member.says.occupied.get(cell) || member.says.free.get(cell) {
         return (Reason::Cancelled, None);
     }
@@ -92,7 +92,7 @@ fn plain(view: &View, member: &Member, cell: [i32; 3]) -> (Reason, Option<[i32; 
 }
 
 fn without_rays(view: &View, member: &Member, cell: [i32; 3]) -> Reason {
-    let (truth, sensor) = (&view.world.truth, &view.study.sensors[member.sensor]);
+    let (truth, sensor) = (&view.truth, &view.study.sensors[member.sensor]);
     let (window, setting) = (truth.grid.window(), view.world.settings[member.sensor][member.candidate]);
     let station = crate::sensor::Station { truth, window, setting, rays: None, truly: None, draws: 0 };
     let inside = match sensor.kind.reach(&station) {
@@ -145,7 +145,7 @@ fn check(view: &View, every: usize, met: &mut [u64; Reason::ALL.len()], rerun: &
         let sums = [together(|t| t.occupied), together(|t| t.free), together(|t| t.human)];
         assert_eq!(sums, [counts.uo, counts.uf, counts.human.uo], "{:?}\n{rerun}", view.choice);
     }
-    let objects = &view.world.truth.objects;
+    let objects = &view.truth.objects;
     for Missed { cause, voxels } in &missed {
         met[cause.reason as usize] += voxels.count();
         for cell in voxels.cells().step_by(every) {
