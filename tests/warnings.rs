@@ -214,7 +214,14 @@ fn nobody_in_the_cell() {
             "sphere = { center_m = [0, 0, 1], radius_m = 0.3 }",
         ),
     ];
-    check(&Folder::new(), &edits, &["no object has role = \"human\"", "human_seen has no value"]);
+    check(
+        &Folder::new(),
+        &edits,
+        &[
+            "no object has role = \"human\"",
+            "human_seen, human_claimed, people_detected and parts_detected have no value",
+        ],
+    );
 }
 
 #[test]

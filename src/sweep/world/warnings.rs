@@ -33,7 +33,10 @@ pub(super) fn warnings(study: &Study, scenes: &[Scene], worlds: &[World]) -> Vec
         ));
     }
     if !first.objects.iter().any(|o| o.role == Role::Human) {
-        warnings.push("no object has role = \"human\": human_seen has no value".into());
+        warnings.push(
+            "no object has role = \"human\": human_seen, human_claimed, people_detected and parts_detected have no value"
+                .into(),
+        );
     }
     warnings.extend((0..study.regions.len()).filter_map(|region| cut_warning(study, worlds, region)));
     let ignored: Vec<f64> = glances.iter().map(|glance| glance.ignored_share).collect();
