@@ -11,11 +11,11 @@ use crate::sensor::range::Range;
 use crate::sensor::rgbd::{Rgbd, Shape};
 use crate::sensor::{Camera, Scale};
 
-struct Random(u64);
+pub(super) struct Random(pub(super) u64);
 
 impl Random {
     /// SplitMix64.
-    fn bits(&mut self) -> u64 {
+    pub(super) fn bits(&mut self) -> u64 {
         self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
         let mut z = self.0;
         z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
@@ -23,24 +23,24 @@ impl Random {
         z ^ (z >> 31)
     }
 
-    fn below(&mut self, n: u64) -> u64 {
+    pub(super) fn below(&mut self, n: u64) -> u64 {
         self.bits() % n
     }
 
-    fn between(&mut self, from: f64, to: f64) -> f64 {
+    pub(super) fn between(&mut self, from: f64, to: f64) -> f64 {
         from + (to - from) * (self.bits() >> 11) as f64 / (1u64 << 53) as f64
     }
 
-    fn point(&mut self, from: [f64; 3], to: [f64; 3]) -> DVec3 {
+    pub(super) fn point(&mut self, from: [f64; 3], to: [f64; 3]) -> DVec3 {
         DVec3::from_array(std::array::from_fn(|r| self.between(from[r], to[r])))
     }
 }
 
 const SIZE: [u32; 3] = [34, 20, 17];
-const VOXEL_M: f64 = 0.1;
+pub(super) const VOXEL_M: f64 = 0.1;
 
 /// Two or three people of loose voxels around their joints, clutter, and a fence that stops nothing.
-fn cell(random: &mut Random) -> Truth {
+pub(super) fn cell(random: &mut Random) -> Truth {
     let mut truth = empty(SIZE, VOXEL_M);
     let anywhere = |random: &mut Random| SIZE.map(|n| random.below(n.into()) as i32);
     for _ in 0..2 + random.below(2) {
@@ -66,7 +66,7 @@ fn cell(random: &mut Random) -> Truth {
     truth
 }
 
-fn camera(random: &mut Random) -> Rgbd {
+pub(super) fn camera(random: &mut Random) -> Rgbd {
     let near = [0.0, 0.0, 0.5][random.below(3) as usize];
     let range = Range {
         range_m: [near, random.between(0.8, 4.0)],

@@ -1,8 +1,9 @@
 //! The voxels of people that presence sensors feel: where the people truly are, and only while the sensor is on.
 
+use super::detection::{Random, VOXEL_M, camera, cell};
 use super::people::{CAMERA, RANGE, person};
 use super::*;
-use crate::sensor::Scale;
+use crate::backend::{Backend, Cell, Placement, Rays, oracle::Oracle};
 use crate::sensor::cover::Cover;
 use crate::sensor::gate::Gate;
 use crate::sensor::lidar::{Field, Lidar, Mount};
@@ -10,6 +11,8 @@ use crate::sensor::pad::Pad;
 use crate::sensor::prism::Prism;
 use crate::sensor::range::Range;
 use crate::sensor::rgb::Rgb;
+use crate::sensor::{Reach, Scale};
+use crate::voxel::People;
 
 /// What a presence sensor feels.
 #[track_caller]
@@ -53,7 +56,8 @@ fn a_cover_feels_people_where_they_are_however_noisy() {
     let mut truth = empty([17, 17, 17], 0.05);
     put(&mut truth, Role::Robot, &[[8, 8, 8]], None);
     put(&mut truth, Role::Environment, &[[10, 8, 8]], None);
-    put(&mut truth, Role::Human, &[[11, 8, 8], [16, 8, 8]], None);
+    // Near, too far, and too far across the corner of the box around what is near.
+    put(&mut truth, Role::Human, &[[11, 8, 8], [16, 8, 8], [13, 13, 13]], None);
     for noise_std_m in [0.0, 0.2] {
         let cover = Cover { inflation_m: vec![0.3], noise_std_m };
         assert_eq!(feels(&cover, 0, &station(&truth, Setting::Inflation(0.3))), [[11, 8, 8]]);
@@ -100,8 +104,77 @@ fn a_zone_camera_feels_where_its_rays_to_joints_end() {
     };
     let mut truth = empty([20, 11, 11], 1.0);
     person(&mut truth, &[(0, [9, 5, 5]), (5, [9, 7, 5])]);
+    put(&mut truth, Role::Human, &[[12, 5, 8]], None);
     let pose = Pose::facing(DVec3::new(0.5, 5.5, 5.5), DVec3::X, 0.0, 0.0);
     let felt = |min| feels(&rgb(min), 0, &station(&truth, Setting::Pose(pose)));
     assert_eq!(felt(1), [[9, 5, 5], [9, 7, 5]]);
+    // Where the people are, not where a camera takes them to be whose mount is a voxel off.
+    let truly = Some(Pose::facing(DVec3::new(0.5, 4.5, 5.5), DVec3::X, 0.0, 0.0));
+    let off = Station { truly, ..station(&truth, Setting::Pose(pose)) };
+    assert_eq!(feels(&rgb(1), 0, &off), [[9, 5, 5], [9, 7, 5]]);
     assert_eq!(felt(3), [[0; 3]; 0], "two joints are too few to switch it");
+}
+
+/// Somewhere in a random cell, level, and where the mount truly is: there, or near by.
+fn stands(random: &mut Random) -> (Pose, Option<Pose>) {
+    let (low, high) = ([0.05; 3], [3.35, 1.95, 1.65]);
+    let (position_m, ahead) = (random.point(low, high), random.point([-1.0, -1.0, 0.0], [1.0, 1.0, 0.0]));
+    let off = position_m + random.point([-0.2; 3], [0.2; 3]);
+    let off = Pose::facing(off.clamp(low.into(), high.into()), ahead, random.between(-0.1, 0.1), 0.03);
+    (Pose::facing(position_m, ahead, 0.0, 0.0), (random.below(3) > 0).then_some(off))
+}
+
+/// The oracle casts the rays of a scanner one by one: where each is read, and what it hits.
+#[test]
+fn in_random_cells_a_field_feels_whom_rays_hit_that_are_read_in_it() {
+    let mut random = Random(13);
+    let (mut felt, mut silent, mut elsewhere) = (0, 0, 0);
+    for case in 0..200 {
+        let truth = cell(&mut random);
+        let corners = [random.point([-1.5, -1.5, -0.2], [0.0; 3]), random.point([0.0; 3], [1.5, 1.5, 0.4])];
+        let lidar = Lidar {
+            azimuths_rad: (0..40).map(|i| f64::from(i) * 0.157).collect(),
+            elevations_rad: vec![-0.1, 0.0],
+            mount: Mount::Upright,
+            range: camera(&mut random).range,
+            points: false,
+            field: Some(Field { volume: Prism::between(corners[0], corners[1]), otherwise_free: true }),
+        };
+        let rays = lidar.rays(&Scale { voxel_size_m: VOXEL_M, backdrop: case % 2 == 0 }).unwrap();
+        let (pose, truly) = stands(&mut random);
+        let draws = random.bits() as u32;
+        let at = Station { rays: Some(&rays), truly, draws, ..station(&truth, Setting::Pose(pose)) };
+        let Reach::Only(field) = lidar.reach(&at) else { panic!("a field") };
+        let mut oracle = Oracle::default();
+        let alone = |&dir| Rays { dirs_q15: vec![dir], ..rays.clone() };
+        oracle.tables(&rays.dirs_q15.iter().map(alone).collect::<Vec<_>>()).unwrap();
+        let blank = BitGrid::new(truth.grid.window());
+        let [occupied, blockers] = [&truth.occupied, &truth.blockers].map(Arc::clone);
+        let cell = Cell {
+            blockers,
+            still: None,
+            window: truth.grid.window(),
+            truth: BitGrid::clone(&occupied),
+            human: truth.human.clone(),
+            robot: blank.clone(),
+            regions: Vec::new(),
+            people: People::default(),
+        };
+        oracle.load(&cell).unwrap();
+        let (from, mut expected) = (at.placement(&lidar), blank);
+        for ray in 0..rays.dirs_q15.len() {
+            // Of one ray alone, the number is 0.
+            let said = oracle.read(ray, &Placement { draws: draws ^ ray as u32, ..from }).unwrap().planes;
+            if said.occupied.meets(&field) {
+                elsewhere += u32::from(said.hits != said.occupied);
+                expected.add(&said.hits);
+            }
+        }
+        expected.keep(&truth.human);
+        let expected: Vec<_> = expected.cells().collect();
+        assert_eq!(feels(&lidar, 0, &at), expected, "case {case}");
+        felt += u32::from(!expected.is_empty());
+        silent += u32::from(expected.is_empty());
+    }
+    assert!(felt > 50 && silent > 20 && elsewhere > 100, "{felt} {silent} {elsewhere}");
 }
