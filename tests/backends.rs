@@ -9,11 +9,12 @@ use perirobot::backend::cpu::Cpu;
 use perirobot::backend::gpu::{AdapterChoice, Gpu};
 use perirobot::backend::oracle::Oracle;
 use perirobot::backend::{
-    Backend, Carving, Evidence, Fusion, LOG_ODDS, Noise, Placement, Planes, Rays, Reading, Shot,
+    Backend, Carving, Cell, Evidence, Fusion, LOG_ODDS, Noise, Placement, Planes, Rays, Reading, Shot,
+    Standpoint,
 };
 use perirobot::march::{NOTHING, RETURN};
-use perirobot::metrics::Confusion;
-use perirobot::voxel::BitGrid;
+use perirobot::metrics::{BodyPart, Confusion};
+use perirobot::voxel::{BitGrid, BodyVoxel, People, Window};
 
 /// Runs a case on both and compares all that comes back.
 #[track_caller]
@@ -173,13 +174,14 @@ fn more_than_a_batch() {
         let mut small = case(seed);
         let size = small.cell.blockers.window().size;
         let shot = |slot| {
-            let origin_q16 = size.map(|n| random.below(n << 16) as i32);
-            let placement = Placement {
-                origin_q16,
-                axis_q15: cases::quarter_turns(&mut random),
-                truly: None,
-                draws: slot,
+            let mut stand = || {
+                let origin_q16 = size.map(|n| random.below(n << 16) as i32);
+                Standpoint { origin_q16, axis_q15: cases::quarter_turns(&mut random) }
             };
+            let Standpoint { origin_q16, axis_q15 } = stand();
+            // Every other one hits where no ray is believed to go.
+            let truly = (slot % 2 == 1).then(stand);
+            let placement = Placement { origin_q16, axis_q15, truly, draws: slot };
             cases::Shot { table: 0, slot, placement }
         };
         small.shots = (0..70).map(shot).collect();
@@ -189,6 +191,46 @@ fn more_than_a_batch() {
         small.jobs = (0..300).map(|_| far(&mut random)).collect();
         compare(&mut Oracle::default(), &mut gpu, &small, "more_than_a_batch");
     }
+}
+
+/// A camera in a corner is believed to look out of the grid; truly it looks at a person, of whom all evidence is kept.
+#[test]
+fn people_are_hit_where_no_ray_is_believed_to_come_near() {
+    let (grid, window) = ([30; 3], Window::between([20; 3], [24; 3]));
+    let person = BitGrid::full(window);
+    let voxels = person.cells().map(|voxel| BodyVoxel { voxel, person: 0, part: BodyPart::Body }).collect();
+    let cell = Cell {
+        blockers: person.over(Window { min: [0; 3], size: grid }).into(),
+        still: None,
+        window,
+        truth: person.clone(),
+        human: person.clone(),
+        robot: BitGrid::new(window),
+        regions: vec![person],
+        people: People { min_hits: 3, voxels },
+    };
+    let looks = |x: i32| [[0, 0, x], [x, 0, 0], [0, -32_768, 0]];
+    let at = |place: [i32; 3]| place.map(|cell| (cell << 16) + 0x8000);
+    let truly = Standpoint { origin_q16: at([10, 22, 22]), axis_q15: looks(32_768) };
+    let placement =
+        Placement { origin_q16: at([1; 3]), axis_q15: looks(-32_768), truly: Some(truly), draws: 0 };
+    let dirs_q15 = cases::camera(24, 16, 0.2, 0.2);
+    let rays = Rays { dirs_q15, image: None, gates: open_gates(), noise: Noise::default() };
+    let reading = Reading { slot: 0, volume: None, hit: 847, miss: -405, presence: true };
+    let case = Case {
+        seed: 0,
+        cell,
+        tables: vec![rays],
+        shots: vec![cases::Shot { table: 0, slot: 0, placement }],
+        uploads: Vec::new(),
+        jobs: vec![vec![reading]],
+    };
+    let mut cpu = Cpu::new(Some(1)).unwrap_or_else(|e| panic!("{e}"));
+    compare(&mut Oracle::default(), &mut cpu, &case, "people_are_hit");
+    let counts = unwrap(cpu.score(Fusion::OccupiedWins, &case.jobs), "");
+    assert_eq!(counts[0][0].detection.counts(), [25, 1, 1, 1, 1], "the near side of a cube");
+    let Some(mut gpu) = gpu() else { return };
+    compare(&mut Oracle::default(), &mut gpu, &case, "people_are_hit");
 }
 
 /// More rays than one dispatch takes.
@@ -210,7 +252,8 @@ fn a_camera_of_several_dispatches() {
 fn the_cases_are_varied() {
     let mut kinds = [0u32; 4];
     let (mut occupied, mut free, mut hits, mut windows) = (0, 0, [0; 2], 0);
-    let (mut reads, mut losses, mut off, mut sums) = ([0u32; 3], 0, 0, [0u64; 3]);
+    let (mut reads, mut losses, mut sums) = ([0u32; 3], 0, [0u64; 3]);
+    let (mut off, mut off_and_felt) = (0, 0);
     for seed in 0..100 {
         let case = case(seed);
         let mut oracle = Oracle::default();
@@ -241,13 +284,21 @@ fn the_cases_are_varied() {
         }
         case.uploads.iter().for_each(|(slot, planes)| kept[*slot as usize] = Some(planes.clone()));
         case.jobs.iter().for_each(|job| clamps(&case, &kept, job, &mut sums));
+        let feels = |shot: &&cases::Shot| {
+            let hits = kept[shot.slot as usize].as_ref().map(|planes| &planes.hits);
+            shot.placement.truly.is_some() && hits.is_some_and(|hits| hits.meets(&case.cell.human))
+        };
+        off_and_felt += case.shots.iter().filter(feels).count();
         windows += (case.cell.window != case.cell.blockers.window()) as u32;
     }
     assert!(kinds.iter().all(|&n| n > 1000), "nothing, return, blind, left: {kinds:?}");
     assert!(occupied > 1000 && free > 10_000 && windows > 30, "{occupied} {free} {windows}");
     assert!(hits[0] > 1000 && hits[1] > 200, "hit, and hit but read elsewhere: {hits:?}");
     assert!(reads.iter().all(|&n| n > 1000), "read before, at, behind the blocker: {reads:?}");
-    assert!(off > 50, "placements whose mounts are off: {off}");
+    assert!(
+        off > 50 && off_and_felt > 5,
+        "mounts that are off: {off}, those from which people are hit: {off_and_felt}"
+    );
     assert!(losses > 1000, "lost returns: {losses}");
     assert!(sums.iter().all(|&n| n > 100), "log-odds clamped below, within, clamped above: {sums:?}");
 }

@@ -56,9 +56,13 @@ pub(crate) fn case(seed: u64) -> Case {
     let mut slots = (0..SLOTS).map(|i| (first + 5 * i) % SLOTS);
     let mut slot = || slots.next().expect("fewer pieces of evidence than slots");
     let shots = placements.iter().enumerate();
-    let shots = shots.map(|(i, &placement)| Shot { table: i % number, slot: slot(), placement }).collect();
+    let shots: Vec<_> =
+        shots.map(|(i, &placement)| Shot { table: i % number, slot: slot(), placement }).collect();
     let uploads = (0..1 + random.below(4)).map(|_| (slot(), planes(&mut random, cell.window))).collect();
-    let jobs = (0..8).map(|_| job(&mut random)).collect();
+    // Each shot alone as a presence sensor, wherever its mount is, and any slots together.
+    let alone =
+        |shot: &Shot| vec![Reading { slot: shot.slot, volume: None, hit: 3511, miss: -405, presence: true }];
+    let jobs = shots.iter().map(alone).chain((0..8).map(|_| job(&mut random))).collect();
     Case { seed, cell, tables, shots, uploads, jobs }
 }
 
