@@ -15,7 +15,7 @@ use std::time::Duration;
 
 use perirobot::backend::gpu::{AdapterChoice, Gpu, Stage, shader_source};
 use perirobot::backend::{Backend, Cell, Evidence, Fusion, Placement, Planes, Rays, Reading, Shot, Slot};
-use perirobot::backend::{cpu::Cpu, oracle::Oracle};
+use perirobot::backend::{cpu::Cpu, oracle::Oracle, self_test};
 use perirobot::metrics::Confusion;
 use perirobot::sensor::{self, Setting};
 use perirobot::study::{Overrides, Study};
@@ -544,6 +544,25 @@ fn an_honest_device_is_believed_however_often_poses_are_repeated() {
         let error = theatre.sweep("lied", &mut liar(answers - 1), 1, &mut Onlooker::default()).unwrap_err();
         assert!(matches!(error, Error::Disagreement(_)), "{error:?}");
     }
+}
+
+/// Only what passes is called exact by `perirobot devices`.
+#[test]
+fn a_device_that_lies_in_one_answer_fails_the_self_test() {
+    let tested = |mut troupe: Troupe| self_test(&mut *troupe.open(Gear::Full).unwrap());
+    tested(Troupe::new(|_, _, _| None)).unwrap();
+    for answer in 0..2 {
+        for trouble in [Trouble::Lies, Trouble::Forgets] {
+            let now = move |call, before| (call, before) == (Call::Answer, answer);
+            let error = tested(Troupe::new(move |call, _, before| now(call, before).then_some(trouble)));
+            assert!(
+                matches!(&error, Err(Error::Disagreement(what)) if what.starts_with("Actor: of 36")),
+                "{error:?}"
+            );
+        }
+    }
+    let lost = |call, _, _| (call == Call::Sense).then_some(Trouble::Fails("device lost"));
+    assert!(matches!(tested(Troupe::new(lost)), Err(Error::Device(_))));
 }
 
 #[test]

@@ -166,3 +166,33 @@ fn difference(study: &Study, theirs: &Row, ours: &Row) -> Difference {
     });
     Difference { place, evidence }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::backend::cpu::Cpu;
+    use crate::study::Overrides;
+
+    #[test]
+    fn rows_too_few_or_too_many_are_an_error_of_their_own() {
+        let path = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/tiny.toml");
+        let study = Study::load(&path, &Overrides::default()).unwrap();
+        let worlds = World::prepare_all(&study).unwrap();
+        let mut cpu = Cpu::new(Some(1)).unwrap();
+        let all = crate::sweep::run(&study, &worlds, &mut cpu).unwrap();
+        let first: Vec<Row> =
+            all.iter().filter(|row| row.repeat == 0 && ask(row) == ask(&all[0])).copied().collect();
+        let mut check = |rows: Vec<Row>| Picked::these(vec![rows]).check(&study, &worlds, &mut cpu);
+        assert!(matches!(check(first.clone()), Ok(Ok(1))));
+        let mut lied = first.clone();
+        lied[1].counts.tp += 1;
+        assert!(matches!(check(lied), Ok(Err(_))));
+        let foreign = Row { region: study.regions.len(), ..first[0] };
+        let many = [&first[..], &[foreign]].concat();
+        for rows in [first[1..].to_vec(), many.clone(), many[1..].to_vec()] {
+            let told = format!("the check of {} rows on the CPU came back with {}", rows.len(), first.len());
+            let error = check(rows);
+            assert!(matches!(&error, Err(Error::Device(what)) if what.starts_with(&told)), "{error:?}");
+        }
+    }
+}
