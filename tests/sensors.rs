@@ -336,6 +336,24 @@ fn first_hits_are_kept_from_snapshot_to_snapshot() {
     assert!(few.numbers.iter().all(|(_, numbers)| numbers.len() <= 1));
 }
 
+/// A sensor that stands still has its first hits kept, unless its mount is off: by another pose in each repeat.
+#[test]
+fn no_first_hits_are_kept_of_a_mount_that_is_off() {
+    let mut study = study();
+    study.combinations.retain(|c| c.name == "watch");
+    let [camera, wrist] = ["camera", "wrist"].map(|sensor| index(&study, sensor));
+    study.sensors[camera].kind = study.sensors[wrist].kind.clone();
+    assert!(study.sensors[camera].kind.calibration().is_some() && study.sensors[camera].on.is_none());
+    combination(&mut study, "watch").members[0].sensor = camera;
+    let expected = rows_by(&study, &mut Oracle::default());
+    let of = |repeat| expected.iter().filter(move |row| row.repeat == repeat).map(|row| row.counts);
+    assert!(!of(0).eq(of(1)), "repeats differ");
+    assert!(rows(&study) == expected);
+    let mut few = Few { first_hit_slots: 1000, ..Few::new(40) };
+    assert!(rows_by(&study, &mut few) == expected);
+    assert!(few.numbers.iter().all(|(_, numbers)| numbers.is_empty()));
+}
+
 /// The host prepares a batch while the backend works on the one before.
 #[test]
 fn two_batches_are_under_way() {
