@@ -80,6 +80,7 @@ fn numbers_that_are_none() {
 #[test]
 fn numbers_out_of_range() {
     for (file, from, to, expected) in [
+        (STUDY, "seed = 7", "seed = 7\nmin_hits = 0", "study.toml: min_hits = 0: must be 1 or more"),
         (STUDY, "voxel_size_m = 0.1", "voxel_size_m = 0", "grid.voxel_size_m = 0: must be"),
         (STUDY, "voxel_size_m = 0.1", "voxel_size_m = -0.1", "grid.voxel_size_m = -0.1: must be"),
         (STUDY, "voxel_size_m = 0.1", "voxel_size_m = 50", "grid.voxel_size_m = 50: must be"),

@@ -96,6 +96,59 @@ fn a_sensor_inside_a_closed_body_is_dead() {
     check(&Folder::new(), &[edits[0], solid], &[nowhere]);
 }
 
+/// Whether the LIDAR's last pose, at this place, is called dead beside these objects.
+fn corner_is_dead(place: &str, study: [&str; 2], scene: [&str; 2]) -> bool {
+    let folder = Folder::new();
+    folder.edit("study.toml", "position_m = [0.1, 0.1, 1.3]", &format!("position_m = {place}"));
+    folder.edit("study.toml", study[0], study[1]);
+    folder.edit("cell.toml", scene[0], scene[1]);
+    warnings(&folder).iter().any(|w| w.contains("pose posts/corner (") && w.contains(") is dead: "))
+}
+
+#[test]
+fn what_looks_out_of_a_closed_body_or_at_somebody_in_it_is_not_dead() {
+    let (in_crate, as_it_is) = ("[0.7, 0.4, 0.25]", ["", ""]);
+    assert!(corner_is_dead(in_crate, as_it_is, as_it_is));
+    // The crate is its housing.
+    let range = "range_m = [0.1, 5.0]";
+    assert!(!corner_is_dead(in_crate, [range, "range_m = [0.1, 5.0]\nnear_ignore_m = 0.4"], as_it_is));
+    // The crate is not always there.
+    let goes = "snapshots = { position_m = [[0.7, 0.4, 0.25], [-0.3, 0.4, 0.25]] }";
+    assert!(!corner_is_dead(in_crate, as_it_is, ["position_m = [0.7, 0.4, 0.25]", goes]));
+    let stays = "snapshots = { position_m = [[0.7, 0.4, 0.25], [0.7, 0.45, 0.25]] }";
+    assert!(corner_is_dead(in_crate, as_it_is, ["position_m = [0.7, 0.4, 0.25]", stays]));
+    // A cabinet with a person in it, or the robot, or nobody.
+    let cabinet = |at: &str| {
+        format!("[[object]]\nname = \"cabinet\"\nbox = {{ size_m = [0.6, 0.6, 1.4] }}\nposition_m = {at}\n")
+    };
+    for (lidar, cabinet_at, dead) in [
+        ("[0.3, -0.25, 1.0]", "[0.1, -0.45, 0.75]", false),
+        ("[0.35, 0.45, 1.0]", "[0.2, 0.3, 0.75]", false),
+        ("[-0.7, 0.5, 1.0]", "[-0.7, 0.5, 0.75]", true),
+    ] {
+        assert_eq!(corner_is_dead(lidar, as_it_is, ["", &cabinet(cabinet_at)]), dead, "{cabinet_at}");
+    }
+}
+
+/// People go away; whoever stands before a sensor kills no pose.
+#[test]
+fn a_person_before_a_sensor_is_something_in_range() {
+    let range = ["range_m = [0.1, 5.0]", "range_m = [0.24, 0.25]"];
+    let before_the_operator = "[0.35, -0.45, 1.0]";
+    assert!(!corner_is_dead(before_the_operator, range, ["", ""]));
+    assert!(corner_is_dead(
+        before_the_operator,
+        range,
+        ["position_m = [0.1, -0.45,", "position_m = [-0.6, 0.3,"]
+    ));
+}
+
+#[test]
+fn lengths_beyond_all_reason_are_told() {
+    let edit = ("study.toml", "near_ignore_m = 0.05", "near_ignore_m = 2.5");
+    check(&Folder::new(), &[edit], &["sensor \"camera\": near_ignore_m = 2.5: is more than 2 m meant?"]);
+}
+
 #[test]
 fn a_mesh_in_millimetres() {
     let folder = Folder::new();
@@ -361,6 +414,8 @@ fn a_person_where_nobody_can_be() {
     one("[0.1, -0.3, -0.4]", "", "\"operator\" is cut by \"walls\": 0.");
     one("[0.1, -0.3, 0.4]", "", "\"operator\" floats 0.");
     one("[0.7, 0.4, 0]", "", "\"crate\"");
+    let chest = "[[object]]\nname = \"chest\"\ninterior = \"ignored\"\nbox = { size_m = [0.6, 0.4, 1.6] }\nposition_m = [0.1, -0.1, 0.9]\n";
+    one(here, chest, "is inside \"chest\" with ");
     one("[0.2, 0.2, 0]", "", "\"arm\": left thigh");
     let cabinet = "[[object]]\nname = \"cabinet\"\nbox = { size_m = [0.5, 0.8, 2.05] }\nposition_m = [0.1, -0.3, 1.05]\n";
     one(here, cabinet, "is shut up in a closed body");
