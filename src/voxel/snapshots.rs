@@ -220,4 +220,30 @@ mod tests {
         (0..2000).for_each(|snapshot| drop(few.truth(snapshot)));
         assert_eq!(few.kept.lock().unwrap().len(), 3);
     }
+
+    /// Nothing is begun of a scene that does not fit, nor an object once there is a reason to stop.
+    #[test]
+    fn before_each_object_it_is_asked_whether_to_go_on() {
+        use std::sync::atomic::{AtomicUsize, Ordering};
+        let (scenes, grid) = walk(5);
+        let until = |last: usize| {
+            let asked = AtomicUsize::new(0);
+            let go_on = || match asked.fetch_add(1, Ordering::Relaxed) {
+                number if number < last => Ok(()),
+                _ => Err(Error::Stopped("enough".into())),
+            };
+            Snapshots::of(&scenes, grid, 0, &go_on).map(|all| all.count())
+        };
+        for last in 0..6 {
+            assert!(
+                matches!(until(last), Err(Error::Stopped(_))),
+                "one that stands and five that walk: {last}"
+            );
+        }
+        assert!(matches!(until(6), Ok(5)));
+        let (scenes, _) = walk(300);
+        let large = Grid { size: [1024; 3], ..grid };
+        let begun = Snapshots::of(&scenes, large, u64::MAX, &|| Err(Error::Stopped("begun".into())));
+        assert!(matches!(&begun, Err(Error::Input(what)) if what.contains("GiB, more than")), "{begun:?}");
+    }
 }
