@@ -8,9 +8,17 @@ use std::path::Path;
 use std::time::Instant;
 
 use perirobot::metrics::Confusion;
-use perirobot::sweep::journal::{Header, Locked, Shard};
-use perirobot::sweep::table::{COUNT_COLUMNS, DETECTION_COLUMNS, MISSED_COLUMN};
-use perirobot::table::{Column, Field, Format, Kind, TableFile};
+use perirobot::results::columns::COUNT_COLUMNS;
+use perirobot::results::columns::DETECTION_COLUMNS;
+use perirobot::results::columns::MISSED_COLUMN;
+use perirobot::results::journal::Header;
+use perirobot::results::journal::Locked;
+use perirobot::results::journal::Shard;
+use perirobot::results::table::Column;
+use perirobot::results::table::Field;
+use perirobot::results::table::Format;
+use perirobot::results::table::Kind;
+use perirobot::results::table::TableFile;
 
 /// 20,000 poses a second, five representations, two regions.
 const AIM_PER_S: f64 = 20_000.0 * 5.0 * 2.0;

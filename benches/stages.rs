@@ -13,8 +13,8 @@ use perirobot::backend::gpu::{AdapterChoice, Gpu, adapters};
 use perirobot::backend::oracle::Oracle;
 use perirobot::backend::{Backend, Cell, Fusion, Rays, Reading, Shot};
 use perirobot::study::{Overrides, Study};
-use perirobot::sweep::{World, tables};
 use perirobot::voxel::region::window_of;
+use perirobot::world::{World, ray_tables};
 
 /// One sensor of a study at two of its poses, in the first scene.
 struct Job {
@@ -28,7 +28,7 @@ fn job(study: &str, sensor: usize, voxel_size_m: f64) -> perirobot::Result<Job> 
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes").join(study);
     let study = Study::load(&path, &Overrides { voxel_size_m: Some(voxel_size_m), noiseless: false })?;
     let world = World::prepare(&study, 0)?.remove(0);
-    let rays = tables(&study).swap_remove(sensor).expect("the benches' sensors cast rays");
+    let rays = ray_tables(&study).swap_remove(sensor).expect("the benches' sensors cast rays");
     let poses = world.settings[sensor].len();
     let shots = (0..).zip([poses / 3, 2 * poses / 3]);
     let shots = shots.map(|(slot, pose)| Shot::once(slot, world.placement(&study, sensor, pose, 0)));

@@ -5,11 +5,30 @@
 //! scores the pose with F1 and Cohen's κ. It implements the perirobot space representation of Rozlivek, Svarny
 //! and Hoffmann (IROS 2023).
 //!
-//! The rooms, in the order of the paper:
-//! [`study`] (what the user wrote) → [`scene`] (surfaces with roles) → [`voxel`] (truth and regions) →
-//! [`sensor`] (rays, in integers) → [`backend`] (march, carve, count: the same integers on every device) →
-//! [`metrics`] (F1, κ) → [`sweep`] (counts of all poses) → [`table`] (long tables for programs) → [`report`] (tables for
-//! people). [`view`] looks at single poses, for [`export`] and [`render`]. The arithmetic that every backend shares is [`march`]; every file comes in through [`source`].
+//! # Rooms
+//!
+//! No room uses one that stands below it in this table; `tests/rooms.rs` holds the code to that.
+//!
+//! | room | what it has |
+//! |---|---|
+//! | [`error`], [`spelling`], [`shell`] | what is wrong, what may be meant, words for a shell |
+//! | [`source`] | the one door by which files come in |
+//! | [`march`] | the arithmetic that every backend shares, and the rules of every count |
+//! | [`metrics`] | from counts to scores: F1, κ, who is detected |
+//! | [`pose`] | where something is and how it is turned |
+//! | [`scene`] | surfaces with roles: formats, robots, people, motion |
+//! | [`voxel`] | grid, bit planes, voxelizer, regions: the truth |
+//! | [`backend`] | march, carve, fuse, count: the same integers from oracle, CPU and GPU |
+//! | [`sensor`] | rays and volumes, a file a sensor |
+//! | [`study`] | what the user wrote, checked once |
+//! | [`world`] | a study's scene at one moment, ready to be asked |
+//! | [`results`] | what a sweep leaves: journal, manifest, tables, and all of it read back |
+//! | [`sweep`] | what is run, in which order, on whom; the comparison of backends |
+//! | [`view`], [`render`], [`export`] | a chosen set, voxel by voxel: why, as a picture, as files |
+//! | [`report`] | results presented to people: text and page |
+//! | [`cluster`] | a sweep for Slurm, HyperQueue and Kubernetes |
+//!
+//! The command line (`cli`) is the program's, above them all.
 
 pub mod backend;
 pub mod cluster;
@@ -17,17 +36,19 @@ pub mod error;
 pub mod export;
 pub mod march;
 pub mod metrics;
+pub mod pose;
 pub mod render;
 pub mod report;
+pub mod results;
 pub mod scene;
 pub mod sensor;
 pub mod shell;
 pub mod source;
 pub mod study;
 pub mod sweep;
-pub mod table;
 pub mod view;
 pub mod voxel;
+pub mod world;
 
 mod spelling;
 

@@ -2,8 +2,10 @@
 //! is one division in f64, so equal counts give equal scores everywhere.
 
 mod detection;
+mod score;
 
 pub use detection::{BODY_PARTS, BodyPart, DETECTION_COUNTERS, Detection, PartTally};
+pub use score::{SCORES, Score};
 
 /// True positives, false negatives and unknowns among the voxels of one role (the human's, the robot's).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize, serde::Deserialize)]

@@ -212,7 +212,7 @@ impl Sources {
     }
 
     fn note(&self, path: &Path, place: PathBuf, bytes: &[u8]) -> Result<()> {
-        let sha256: String = Sha256::digest(bytes).iter().map(|byte| format!("{byte:02x}")).collect();
+        let sha256 = sha256([bytes]);
         let mut record = self.record.lock().unwrap_or_else(PoisonError::into_inner);
         let name = self.name(path);
         let before = [record.by_place.get(&place), record.by_name.get(&name)];
@@ -276,6 +276,18 @@ fn with_slashes(path: &Path) -> String {
     }
     let parts = path.components().filter(|part| *part != Component::CurDir);
     parts.map(|part| part.as_os_str().to_string_lossy()).collect::<Vec<_>>().join("/")
+}
+
+/// Hash of parts after each other.
+pub(crate) fn sha256<const N: usize>(parts: [&[u8]; N]) -> String {
+    let mut hash = Sha256::new();
+    parts.iter().for_each(|part| hash.update(part));
+    hex(&hash.finalize())
+}
+
+/// Bytes as hexadecimal digits.
+pub(crate) fn hex(bytes: &[u8]) -> String {
+    bytes.iter().map(|byte| format!("{byte:02x}")).collect()
 }
 
 #[cfg(test)]

@@ -7,8 +7,11 @@ mod program;
 
 use std::fs;
 
-use perirobot::sweep::journal::{Header, Journal, Locked, Shard};
-use perirobot::sweep::manifest::Manifest;
+use perirobot::results::journal::Header;
+use perirobot::results::journal::Journal;
+use perirobot::results::journal::Locked;
+use perirobot::results::journal::Shard;
+use perirobot::results::manifest::Manifest;
 use program::{Folder, perirobot, text};
 use serde_json::{Value, json};
 

@@ -9,7 +9,7 @@ use std::path::Path;
 
 use perirobot::source::Sources;
 use perirobot::study::{Overrides, Study};
-use perirobot::sweep::World;
+use perirobot::world::World;
 use program::{Edit, Folder, perirobot, refused, text};
 
 const STUDY: &str = "study.toml";

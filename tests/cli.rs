@@ -8,9 +8,10 @@ use std::collections::BTreeMap;
 use std::fs;
 use std::path::Path;
 
+use perirobot::scene::spec::SceneSpec;
 use perirobot::scene::{build::build, octomap};
 use perirobot::source::Sources;
-use perirobot::study::{Overrides, SceneSpec, Study};
+use perirobot::study::{Overrides, Study};
 use perirobot::voxel::voxelize;
 use program::{Folder, Outcome, names, perirobot, text};
 use serde_json::Value;
@@ -337,7 +338,7 @@ fn a_scene_goes_out_as_an_octomap_and_comes_back() {
     let spec = SceneSpec::load(path, &sources).unwrap();
     let scene = build(&spec, &sources, 0.05).unwrap();
     let grid = voxelize::grid_over(&voxelize::scene_extent(&scene, 0.05).unwrap(), 0.05).unwrap();
-    let truth = voxelize::voxelize_all(&scene, grid).unwrap().remove(0);
+    let truth = perirobot::voxel::voxelize_all(&scene, grid).unwrap().remove(0);
     let map = octomap::read(&out, &Sources::beside(&out)).unwrap();
     assert_eq!((map.resolution_m, map.occupied.len() as u64), (0.05, truth.occupied.count()));
     let inside = |key: &[i32; 3]| truth.occupied.get(std::array::from_fn(|r| key[r] - grid.origin[r]));

@@ -13,9 +13,9 @@ use std::path::{Path, PathBuf};
 use glam::DVec3;
 use glb::{GlbNode, group, part};
 use perirobot::scene::mannequin::{Keypoints, body, read_keypoints};
+use perirobot::scene::spec::SceneSpec;
 use perirobot::scene::{Mesh, Surface, build, gltf};
 use perirobot::source::Sources;
-use perirobot::study::SceneSpec;
 
 /// Largest distance between a round limb and its triangles, in metres.
 const SAG: f64 = 0.002;

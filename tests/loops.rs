@@ -8,8 +8,8 @@ use std::sync::Arc;
 use common::cases::{self, Case, case};
 use common::{Random, say};
 use perirobot::backend::gpu::{
-    Device, Gpu, SHADER_PROOF, Stage, evaluate, open, shader_prelude, shader_source, types::DONE_WORDS,
-    types::WORKGROUP,
+    Device, Gpu, SHADER_PROOF, Stage, WORKGROUP, evaluate, open, shader_prelude, shader_source,
+    types::DONE_WORDS,
 };
 use perirobot::backend::{Backend, Carving, Fusion, Shot, oracle::Oracle};
 use perirobot::march::{Gates, pcg};

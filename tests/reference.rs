@@ -15,7 +15,8 @@ use perirobot::backend::cpu::Cpu;
 use perirobot::metrics::Confusion;
 use perirobot::source::Sources;
 use perirobot::study::{Overrides, Study};
-use perirobot::sweep::{Row, World, run};
+use perirobot::sweep::{Row, run};
+use perirobot::world::World;
 
 /// Their counts of one pose (or choice of poses) in one region, and whatever else stood in the row.
 struct Theirs {

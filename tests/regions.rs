@@ -6,8 +6,8 @@
 mod program;
 
 use perirobot::study::{Overrides, Study};
-use perirobot::sweep::world::World;
 use perirobot::voxel::BitGrid;
+use perirobot::world::World;
 use program::{Folder, refused};
 
 const STUDY: &str = "study.toml";

@@ -11,8 +11,8 @@ use std::path::Path;
 use perirobot::backend::{Backend, cpu::Cpu, gpu::Gpu, oracle::Oracle};
 use perirobot::render::{Colour, Wish, draw};
 use perirobot::study::{Overrides, Study};
-use perirobot::sweep::World;
 use perirobot::view::{View, Wanted, find};
+use perirobot::world::World;
 use program::{Folder, perirobot, text};
 
 /// Where commands of pictures stand, beside the pictures.

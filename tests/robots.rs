@@ -4,9 +4,9 @@
 use std::path::Path;
 
 use glam::DVec3;
+use perirobot::scene::spec::SceneSpec;
 use perirobot::scene::{Object, Role, Surface, build::build};
 use perirobot::source::Sources;
-use perirobot::study::SceneSpec;
 
 fn shipped(name: &str) -> std::path::PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/paper").join(name)

@@ -7,13 +7,15 @@ use std::sync::{Arc, OnceLock};
 
 use perirobot::backend::cpu::Cpu;
 use perirobot::backend::{Backend, Fusion, Noise, Rays, Reading, Shot};
+use perirobot::pose::Frame;
+use perirobot::results::jobs;
+use perirobot::scene::spec::SceneSpec;
 use perirobot::scene::{Role, build::build, octomap};
-use perirobot::sensor::pose::Frame;
 use perirobot::sensor::{Camera, Station, placement};
 use perirobot::source::Sources;
-use perirobot::study::{Overrides, SceneSpec, Study};
-use perirobot::sweep::{World, jobs, tables};
+use perirobot::study::{Overrides, Study};
 use perirobot::voxel::{BitGrid, Truth, voxelize};
+use perirobot::world::{World, ray_tables};
 
 /// All `.toml` files below `scenes`, as (studies, scenes): a study has sensors.
 fn shipped() -> (Vec<PathBuf>, Vec<PathBuf>) {
@@ -213,7 +215,7 @@ fn nobody_walks_into_anything_in_experiment_3() {
 #[test]
 fn the_lidar_study_casts_the_papers_rays() {
     let study = study("paper/lidar.toml");
-    let tables = tables(&study);
+    let tables = ray_tables(&study);
     let rays = |i: usize| &tables[i].as_ref().unwrap().dirs_q15;
     assert_eq!((rays(0).len(), rays(1).len()), (515 * 65, 515 * 79));
     assert!(study.sensors.iter().all(|sensor| sensor.candidates.len() == 172));
@@ -307,7 +309,7 @@ fn scene_with(toml: &str) -> (tempfile::TempDir, perirobot::Result<Vec<perirobot
 fn truth_of(toml: &str) -> Truth {
     let scene = scene_with(toml).1.unwrap();
     let grid = voxelize::grid_over(&voxelize::scene_extent(&scene, 0.05).unwrap(), 0.05).unwrap();
-    voxelize::voxelize_all(&scene, grid).unwrap().remove(0)
+    perirobot::voxel::voxelize_all(&scene, grid).unwrap().remove(0)
 }
 
 #[test]
@@ -363,7 +365,7 @@ fn an_octomap_is_truth_and_another_tags_the_people_in_it() {
 fn the_best_of_a_few_poses_sees_the_operator() {
     let (study, world) = (study("paper/exp1.toml"), &paper()[0]);
     let small = Camera { fov_rad: [87f64, 58.0].map(f64::to_radians), resolution_px: [128, 72] };
-    let table = tables(&study)[0].clone().unwrap();
+    let table = ray_tables(&study)[0].clone().unwrap();
     let mut cpu = Cpu::new(None).unwrap();
     cpu.tables(&[Rays {
         dirs_q15: small.dirs_q15(),

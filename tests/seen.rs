@@ -10,7 +10,8 @@ use perirobot::backend::oracle::Oracle;
 use perirobot::backend::{Backend, Fusion, Shot, cpu::Cpu};
 use perirobot::metrics::Confusion;
 use perirobot::study::{Overrides, Study};
-use perirobot::sweep::{World, run};
+use perirobot::sweep::run;
+use perirobot::world::World;
 
 /// 64 poses of one depth camera around a mannequin, a robot and a table.
 const STUDY: &str = r#"

@@ -16,12 +16,16 @@ use perirobot::backend::{
     Backend, Cell, Evidence, Fusion, Placement, Planes, Rays, Reading, Shot, Slot, cpu::Cpu, oracle::Oracle,
 };
 use perirobot::metrics::Confusion;
+use perirobot::pose::Pose;
+use perirobot::results::columns;
+use perirobot::results::journal::Journal;
 use perirobot::scene::Optical;
-use perirobot::sensor::{Link, Pose, Setting};
+use perirobot::sensor::{Link, Setting};
 use perirobot::study::{Combination, Overrides, Study};
-use perirobot::sweep::journal::Journal;
-use perirobot::sweep::{Row, World, run, table};
+use perirobot::sweep::Row;
+use perirobot::sweep::run;
 use perirobot::voxel::BitGrid;
+use perirobot::world::World;
 use perirobot::{Error, Result};
 
 const STUDY: &str = "scenes/sensors.toml";
@@ -155,7 +159,7 @@ fn a_part_of_the_poses_gives_the_same_rows_as_all() {
     let named = |study: &Study| -> Vec<_> {
         let own = rows(study).into_iter().filter(|row| study.combinations[row.combination].name == name);
         own.map(|row| {
-            let poses = table::pose_names(study, &study.combinations[row.combination], row.choice);
+            let poses = columns::pose_names(study, &study.combinations[row.combination], row.choice);
             (row.snapshot, row.repeat, poses, row.interpretation, row.region, row.counts)
         })
         .collect()

@@ -8,7 +8,7 @@ use std::path::Path;
 use perirobot::backend::{Backend, cpu::Cpu, gpu::Gpu};
 use perirobot::study::{Overrides, Study};
 use perirobot::sweep::compare::{Report, Selection, compare, compare_combination};
-use perirobot::sweep::{World, tables};
+use perirobot::world::{World, ray_tables};
 
 #[track_caller]
 fn check(file: &str, voxel_size_m: Option<f64>, selection: Selection) {
@@ -31,7 +31,7 @@ fn check(file: &str, voxel_size_m: Option<f64>, selection: Selection) {
                 .unwrap();
         }
     }
-    let casting = tables(&study).iter().flatten().count();
+    let casting = ray_tables(&study).iter().flatten().count();
     let each = worlds.len() * casting + study.scenes.len() * study.combinations.len();
     let compared = each * (1 + backends.len());
     assert_eq!(report.lines.len(), compared, "{file}: every sensor and combination on every backend");

@@ -11,13 +11,19 @@ mod watch;
 use std::fs;
 
 use perirobot::backend::{Backend, cpu::Cpu};
-use perirobot::report::{Results, Subject, scores};
+use perirobot::results::Results;
+use perirobot::results::Subject;
+use perirobot::results::journal::Header;
+use perirobot::results::journal::Journal;
+use perirobot::results::journal::Locked;
+use perirobot::results::journal::Shard;
+use perirobot::results::manifest::Manifest;
+use perirobot::results::scores;
+use perirobot::results::table::Format;
 use perirobot::study::{Overrides, Study};
-use perirobot::sweep::journal::{Header, Journal, Locked, Shard};
-use perirobot::sweep::manifest::Manifest;
 use perirobot::sweep::session::Session;
-use perirobot::sweep::{Crew, Gear, World, run};
-use perirobot::table::Format;
+use perirobot::sweep::{Crew, Gear, run};
+use perirobot::world::World;
 use program::{Folder, names, perirobot, text};
 use watch::Onlooker;
 
@@ -87,7 +93,7 @@ fn results_read_back_are_those_of_the_sweep() {
     let read = |results: Results| {
         for row in &rows {
             let moment = results.scenes[row.scene].moments.start + row.snapshot;
-            let key = perirobot::report::Key {
+            let key = perirobot::results::Key {
                 combination: row.combination,
                 choice: row.choice,
                 representation: row.interpretation,

@@ -4,7 +4,7 @@
 mod common;
 
 use common::Random;
-use perirobot::backend::gpu::{Device, evaluate, open, shader_prelude, types::WORKGROUP};
+use perirobot::backend::gpu::{Device, WORKGROUP, evaluate, open, shader_prelude};
 use perirobot::march::{self, BLIND, End, LEFT, March, NEVER, NOTHING, RETURN};
 
 /// A pure function of words: what WGSL and Rust make of `input`.

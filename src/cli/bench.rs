@@ -5,9 +5,9 @@ use std::process::ExitCode;
 use std::time::{Duration, Instant};
 
 use perirobot::study::{Overrides, Study};
-use perirobot::sweep::World;
 use perirobot::sweep::bench::{Race, casts, race};
 use perirobot::voxel::region::window_of;
+use perirobot::world::World;
 use perirobot::{Error, Result};
 
 use super::backend::BackendArgs;

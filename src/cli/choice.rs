@@ -2,8 +2,8 @@
 
 use perirobot::Result;
 use perirobot::study::Study;
-use perirobot::sweep::World;
 use perirobot::view::{Choice, Wanted, find, find_scene};
+use perirobot::world::World;
 
 #[derive(clap::Args)]
 #[command(next_help_heading = "Poses")]

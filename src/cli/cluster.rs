@@ -5,8 +5,8 @@ use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
 use perirobot::cluster::{Job, Word, hyperqueue, kubernetes, label, slurm};
+use perirobot::results::files::write_whole;
 use perirobot::study::{Overrides, Study};
-use perirobot::sweep::files::write_whole;
 use perirobot::{Error, Result};
 
 use super::outcome::OutcomeArgs;

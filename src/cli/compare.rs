@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 use std::process::ExitCode;
 
-use perirobot::report::Score;
+use perirobot::metrics::Score;
 use perirobot::report::placements::{Among, PLACEMENTS, Placement, Sweeps};
 use perirobot::{Error, Result};
 

@@ -1,10 +1,12 @@
 //! What a study contains, as tables for `perirobot check`. Which of it is wrong is not known here.
 
 use perirobot::backend::MEMORY_BYTES;
+use perirobot::results::layout_of;
+use perirobot::scene::spec::SceneSpec;
 use perirobot::sensor::Sensor;
-use perirobot::study::{Combination, RegionSpec, SceneSpec, Study};
-use perirobot::sweep::{World, layout_of, table as table_of_rays};
+use perirobot::study::{Combination, RegionSpec, Study};
 use perirobot::voxel::{ObjectVoxels, Truth};
+use perirobot::world::{World, ray_table};
 
 /// Bytes of a row of results: of the journal, of results.csv, and of its share of scores.csv, roughly.
 const ROW_BYTES: f64 = 500.0;
@@ -108,7 +110,7 @@ fn regions(study: &Study, worlds: &[World], most: usize) -> String {
 fn sensors(study: &Study, most: usize) -> String {
     let width = width(study.sensors.iter().map(|sensor| sensor.name.as_str()));
     let one = |(number, sensor): (usize, &Sensor)| {
-        let rays = table_of_rays(study, number)
+        let rays = ray_table(study, number)
             .map_or("no rays,".into(), |rays| format!("{} rays at each of", rays.dirs_q15.len()));
         let line = format!(
             "  {:<width$}  {:<11}  {rays} {} poses, read as {}\n",

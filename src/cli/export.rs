@@ -5,8 +5,8 @@ use std::process::ExitCode;
 
 use perirobot::Result;
 use perirobot::export::{each_file, folder_name};
+use perirobot::results::files::OutputFolder;
 use perirobot::scene::build::build;
-use perirobot::sweep::files::OutputFolder;
 use perirobot::view::View;
 
 use super::backend::BackendArgs;

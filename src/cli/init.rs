@@ -3,8 +3,8 @@
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
+use perirobot::results::files::write_whole;
 use perirobot::study::schema;
-use perirobot::sweep::files::write_whole;
 use perirobot::{Error, Result};
 
 /// Write a small study with comments to begin with

@@ -4,7 +4,8 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 
 use perirobot::Result;
-use perirobot::sweep::merge::{merge, shards_below};
+use perirobot::results::files::shards_below;
+use perirobot::results::merge::merge;
 
 use super::outcome::{OutcomeArgs, print_best};
 

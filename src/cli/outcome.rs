@@ -4,8 +4,11 @@ use std::path::Path;
 
 use clap::ValueEnum;
 use perirobot::Result;
-use perirobot::report::{Results, best, rows, scores};
-use perirobot::table::Format;
+use perirobot::report::best;
+use perirobot::results::Results;
+use perirobot::results::rows;
+use perirobot::results::scores;
+use perirobot::results::table::Format;
 
 /// Tables with more rows than this are Parquet, unless the user says otherwise.
 const MOST_CSV_ROWS: u64 = 1_000_000;

@@ -3,8 +3,8 @@
 
 use std::path::{Path, PathBuf};
 
+use perirobot::scene::spec::SceneSpec;
 use perirobot::source::Sources;
-use perirobot::study::SceneSpec;
 
 /// Where ROS packages are on this machine, and whether other folders may be read.
 #[derive(clap::Args)]

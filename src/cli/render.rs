@@ -6,9 +6,9 @@ use std::process::ExitCode;
 use clap::ValueEnum;
 use glam::DVec3;
 use perirobot::render::{ANGLES_DEG, Colour, Eye, SIDES_PX, Wish, draw, point};
-use perirobot::sweep::World;
-use perirobot::sweep::files::write_whole;
+use perirobot::results::files::write_whole;
 use perirobot::view::View;
+use perirobot::world::World;
 use perirobot::{Error, Result};
 
 use super::backend::BackendArgs;

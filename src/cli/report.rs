@@ -4,9 +4,11 @@ use std::io::Write;
 use std::path::PathBuf;
 use std::process::ExitCode;
 
-use perirobot::report::{Results, html};
-use perirobot::sweep::files::{WholeFile, cannot_write};
-use perirobot::sweep::manifest::Manifest;
+use perirobot::report::html;
+use perirobot::results::Results;
+use perirobot::results::files::WholeFile;
+use perirobot::results::files::cannot_write;
+use perirobot::results::manifest::Manifest;
 use perirobot::{Error, Result};
 
 use super::backend::BackendArgs;

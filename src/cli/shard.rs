@@ -1,6 +1,6 @@
 //! `--shard K/N`: which part of a sweep this run works on. `auto` takes K from the engine that runs the task.
 
-use perirobot::sweep::journal::Shard;
+use perirobot::results::journal::Shard;
 use perirobot::{Error, Result};
 
 /// Where engines tell a task its number: Slurm's array jobs, HyperQueue, Kubernetes' indexed jobs.

@@ -62,7 +62,7 @@ impl StopAt {
 /// Sees to it that a signal ends the program as ever, but leaves no file half-written.
 pub(super) fn end_tidily() -> Result<()> {
     on_signal(|signal| {
-        perirobot::sweep::files::abandon();
+        perirobot::results::files::abandon();
         let _ = signal_hook::low_level::emulate_default_handler(signal);
     })
 }

@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use perirobot::study::{Overrides, Study};
-use perirobot::sweep::World;
+use perirobot::world::World;
 use perirobot::{Error, Result};
 
 use super::packages::PackageArgs;

@@ -4,7 +4,13 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 
 use perirobot::Result;
-use perirobot::report::{Results, Score, Selection, distribution, groups, maxima, snapshots};
+use perirobot::metrics::Score;
+use perirobot::report::Selection;
+use perirobot::report::distribution;
+use perirobot::report::groups;
+use perirobot::report::maxima;
+use perirobot::report::snapshots;
+use perirobot::results::Results;
 
 use super::score::ScoreArg;
 

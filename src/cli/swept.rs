@@ -3,7 +3,8 @@
 use std::path::{Path, PathBuf};
 
 use perirobot::study::Study;
-use perirobot::sweep::{World, reopen};
+use perirobot::sweep::reopen;
+use perirobot::world::World;
 use perirobot::{Error, Result};
 
 use super::packages::PackageArgs;

@@ -3,9 +3,9 @@
 use std::path::PathBuf;
 use std::process::ExitCode;
 
+use perirobot::results::files::write_whole;
+use perirobot::scene::spec::SceneSpec;
 use perirobot::scene::{build::build, octomap};
-use perirobot::study::SceneSpec;
-use perirobot::sweep::files::write_whole;
 use perirobot::voxel::{Truth, voxelize as voxels};
 use perirobot::{Error, Result};
 
@@ -66,7 +66,7 @@ pub(super) fn run(args: &Args) -> Result<ExitCode> {
         return Err(in_scene(Error::Input(what)));
     }
     let wanted = &snapshots[args.snapshot..=args.snapshot];
-    let truth = voxels::voxelize_all(wanted, grid).map_err(in_scene)?.remove(0);
+    let truth = perirobot::voxel::voxelize_all(wanted, grid).map_err(in_scene)?.remove(0);
     for object in &truth.objects {
         for warning in &object.warnings {
             say!("warning: {}: object {:?} {warning}", spec.path.display(), object.name);

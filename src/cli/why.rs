@@ -4,14 +4,14 @@ use std::process::ExitCode;
 
 use clap::ValueEnum;
 use perirobot::Result;
-use perirobot::report::{
-    Results, Score,
-    reasons::{self, ReasonsFile},
-};
+use perirobot::metrics::Score;
+use perirobot::report::reasons;
+use perirobot::report::reasons::ReasonsFile;
+use perirobot::results::Results;
+use perirobot::results::table::Format;
 use perirobot::study::Study;
-use perirobot::sweep::World;
-use perirobot::table::Format;
 use perirobot::view::{Choice, View, Viewer};
+use perirobot::world::World;
 
 use super::backend::BackendArgs;
 use super::choice::RestArgs;

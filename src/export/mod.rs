@@ -7,8 +7,9 @@ pub mod octomap;
 pub mod points;
 
 use crate::Result;
+use crate::results::columns::pose_names;
+use crate::results::columns::representation_names;
 use crate::scene::Scene;
-use crate::sweep::table::{pose_names, representation_names};
 use crate::view::View;
 
 /// A file, and what is in it, for people.

@@ -6,8 +6,8 @@ use crate::scene::build::build;
 use crate::scene::octomap as trees;
 use crate::source::Sources;
 use crate::study::{Overrides, Study};
-use crate::sweep::World;
 use crate::view::{Wanted, find};
+use crate::world::World;
 
 /// The files of a choice of poses of the tiny study, the view, and what its world was made of.
 fn exported(poses: &str, test: impl FnOnce(&View, &Scene, Vec<File>)) {

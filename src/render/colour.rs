@@ -2,10 +2,9 @@
 //! Design", 2008), which people with any kind of colour vision tell apart; heights are drawn from dark to light.
 
 use super::cast::Hit;
-use super::legend::Entry;
-use crate::sweep::World;
 use crate::view::{Verdict, View};
 use crate::voxel::BitGrid;
+use crate::world::World;
 use crate::{Error, Result};
 
 /// What the colours say.
@@ -51,6 +50,18 @@ const ROLES: usize = 7;
 
 /// From low to high: five colours of Matplotlib's viridis.
 const RAMP: [[u8; 3]; 5] = [[68, 1, 84], [59, 82, 139], [33, 145, 140], [94, 201, 98], [253, 231, 37]];
+
+/// A line of the legend: something that a colour stands for.
+pub(super) enum Entry {
+    /// A colour.
+    Patch([u8; 3], String),
+    /// Colours from low to high, with what stands at either end.
+    Ramp(String, String),
+    /// The dots of returns.
+    Dot([u8; 3], String),
+    /// The figures of sensors.
+    Sensor(String),
+}
 
 /// Which colour each voxel has.
 pub(super) struct Palette<'a> {

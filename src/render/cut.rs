@@ -3,9 +3,9 @@
 use glam::DVec3;
 
 use super::Wish;
-use crate::sweep::World;
 use crate::voxel::grid::{ONE_Q16, length_q16};
 use crate::voxel::{BitGrid, Grid, Window};
+use crate::world::World;
 
 /// Noise puts returns so many voxels beside a wall.
 const BESIDE: i32 = 3;

@@ -4,7 +4,7 @@
 use glam::{DMat3, DVec3};
 
 use super::Wish;
-use crate::sensor::Pose;
+use crate::pose::Pose;
 use crate::voxel::{BitGrid, Grid};
 use crate::{Error, Result};
 

@@ -8,10 +8,11 @@ use embedded_graphics::primitives::{Circle, PrimitiveStyle, Rectangle};
 use embedded_graphics::text::{Baseline, Text};
 
 use super::canvas::Canvas;
-use super::colour::{SENSOR, ramp};
-use crate::sweep::World;
-use crate::sweep::table::{pose_names, representation_names};
+use super::colour::{Entry, SENSOR, ramp};
+use crate::results::columns::pose_names;
+use crate::results::columns::representation_names;
 use crate::view::View;
+use crate::world::World;
 
 const EDGE_PX: u32 = 8;
 const LINE_PX: u32 = 18;
@@ -19,18 +20,6 @@ const PATCH_PX: u32 = 13;
 const RAMP_PX: u32 = 120;
 const GAP_PX: u32 = 16;
 const INK: Rgb888 = Rgb888::new(30, 30, 30);
-
-/// Something to be explained.
-pub(super) enum Entry {
-    /// A colour.
-    Patch([u8; 3], String),
-    /// Colours from low to high, with what stands at either end.
-    Ramp(String, String),
-    /// The dots of returns.
-    Dot([u8; 3], String),
-    /// The figures of sensors.
-    Sensor(String),
-}
 
 /// A legend, laid out.
 pub(super) struct Legend {

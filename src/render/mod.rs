@@ -14,9 +14,9 @@ mod legend;
 mod overlay;
 
 use crate::backend::Backend;
-use crate::sweep::World;
 use crate::view::{Verdict, View};
 use crate::voxel::BitGrid;
+use crate::world::World;
 use crate::{Error, Result};
 pub use canvas::Canvas;
 pub use colour::Colour;

@@ -1,10 +1,15 @@
 //! What a sweep prints at its end: the best choices of poses by each score, beside what trivial answers would score. A
 //! study with many combinations or representations gets one line for each instead of a block.
 
-use super::over::Over;
-use super::results::CombinationResults;
+use super::NEAR_SIDE;
+use super::Series;
+use super::ranked;
+use super::series;
 use super::table::{NONE, Table, number};
-use super::{NEAR_SIDE, Results, Score, Series, ranked, series};
+use crate::metrics::Score;
+use crate::results::Results;
+use crate::results::over::Over;
+use crate::results::swept::CombinationResults;
 
 /// How many choices each list of a block shows.
 const SHOWN: usize = 3;

@@ -1,8 +1,10 @@
 //! How the scores of all choices of poses are distributed: smallest, quartiles and largest of each scene, region,
 //! combination and representation, beside the baselines of that scene and region.
 
+use super::Selection;
+use super::near_side;
 use super::table::{NONE, Table, number};
-use super::{Results, Selection, near_side};
+use crate::results::Results;
 
 /// Five numbers about many.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -3,8 +3,11 @@
 
 use std::ops::Range;
 
+use super::Selection;
+use super::Series;
 use super::table::{Table, number};
-use super::{Results, Score, Selection, Series};
+use crate::metrics::Score;
+use crate::results::Results;
 
 /// The best choice of a group.
 #[derive(Clone, Debug, PartialEq)]

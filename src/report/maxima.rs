@@ -1,9 +1,14 @@
 //! The best that each combination of sensors reaches, per scene and on average, and how much of what the largest
 //! combination reaches that is.
 
-use super::results::SceneResults;
+use super::Selection;
+use super::Series;
+use super::first_best;
+use super::near_side;
 use super::table::{Table, number};
-use super::{Results, Score, Selection, Series, first_best, near_side};
+use crate::metrics::Score;
+use crate::results::Results;
+use crate::results::swept::SceneResults;
 
 /// The best of one combination in one region.
 #[derive(Clone, Debug, PartialEq)]

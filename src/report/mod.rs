@@ -1,117 +1,18 @@
-//! Tables for people, and those for pandas, from the counts of a sweep. Scores are made in `metrics`; here they are put
-//! together over scenes, snapshots and repeats, ordered and written down.
+//! Results presented to people: tables for a terminal, and the report as a page.
 
 pub mod best;
 pub mod distribution;
 pub mod groups;
 pub mod html;
 pub mod maxima;
-pub mod over;
 pub mod placements;
-mod read;
 pub mod reasons;
-pub mod results;
-pub mod rows;
-pub mod scores;
 pub mod snapshots;
 mod table;
 
-use crate::metrics::Confusion;
-pub use crate::sweep::Key;
+use crate::metrics::Score;
+use crate::results::{Key, Over, Results};
 use crate::{Error, Result};
-pub use over::Over;
-pub use read::Folder;
-pub(crate) use read::{fits, missing};
-pub use results::{Results, Subject};
-
-/// A score of a choice of sensors.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Score {
-    /// [`Confusion::f1`].
-    F1,
-    /// [`Confusion::kappa`].
-    Kappa,
-    /// [`Confusion::human_seen`].
-    HumanSeen,
-    /// [`Confusion::human_claimed`].
-    HumanClaimed,
-    /// [`Confusion::people_detected`].
-    PeopleDetected,
-    /// [`Confusion::parts_detected`].
-    PartsDetected,
-    /// [`Confusion::unknown`].
-    Unknown,
-    /// [`Confusion::false_alarm`].
-    FalseAlarm,
-}
-
-/// How many scores there are.
-pub const SCORES: usize = 8;
-
-impl Score {
-    /// All of them, in the order of every table.
-    pub const ALL: [Score; SCORES] = [
-        Score::F1,
-        Score::Kappa,
-        Score::HumanSeen,
-        Score::HumanClaimed,
-        Score::PeopleDetected,
-        Score::PartsDetected,
-        Score::Unknown,
-        Score::FalseAlarm,
-    ];
-
-    /// As in the columns of results.csv and scores.csv.
-    pub fn name(self) -> &'static str {
-        match self {
-            Score::F1 => "f1",
-            Score::Kappa => "kappa",
-            Score::HumanSeen => "human_seen",
-            Score::HumanClaimed => "human_claimed",
-            Score::PeopleDetected => "people_detected",
-            Score::PartsDetected => "parts_detected",
-            Score::Unknown => "unknown",
-            Score::FalseAlarm => "false_alarm",
-        }
-    }
-
-    /// As in headings.
-    pub fn title(self) -> &'static str {
-        match self {
-            Score::F1 => "F1",
-            _ => self.name(),
-        }
-    }
-
-    /// The score of counts, if they have one.
-    pub fn of(self, counts: &Confusion) -> Option<f64> {
-        match self {
-            Score::F1 => counts.f1(),
-            Score::Kappa => counts.kappa(),
-            Score::HumanSeen => counts.human_seen(),
-            Score::HumanClaimed => counts.human_claimed(),
-            Score::PeopleDetected => counts.people_detected(),
-            Score::PartsDetected => counts.parts_detected(),
-            Score::Unknown => counts.unknown(),
-            Score::FalseAlarm => counts.false_alarm(),
-        }
-    }
-
-    /// Whether less of it is better.
-    pub fn less_is_better(self) -> bool {
-        matches!(self, Score::Unknown | Score::FalseAlarm)
-    }
-
-    /// How good a value is: more is always better.
-    fn merit(self, value: f64) -> f64 {
-        if self.less_is_better() { -value } else { value }
-    }
-
-    /// The worse of two values.
-    fn worse(self, a: f64, b: f64) -> f64 {
-        if self.less_is_better() { a.max(b) } else { a.min(b) }
-    }
-}
 
 /// What stands under tables with an upper bound of human_seen.
 const NEAR_SIDE: &str = "Only the near side of a body can be hit: human_seen ends well below 1, while parts_detected can reach it.";
@@ -239,7 +140,5 @@ fn first_best(score: Score, values: impl Iterator<Item = Option<f64>>) -> Option
     with_value.reduce(|best, next| if score.merit(next.1) > score.merit(best.1) { next } else { best })
 }
 
-#[cfg(test)]
-mod example;
 #[cfg(test)]
 mod tests;

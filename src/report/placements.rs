@@ -3,12 +3,16 @@
 
 use std::path::{Path, PathBuf};
 
+use super::NEAR_SIDE;
+use super::Series;
 use super::best::{FEWER, cells, count};
-use super::over::Over;
-use super::results::CombinationResults;
+use super::series;
 use super::table::{NONE, Table, number};
-use super::{NEAR_SIDE, Results, Score, Series, series};
-use crate::sweep::manifest::Manifest;
+use crate::metrics::Score;
+use crate::results::Results;
+use crate::results::manifest::Manifest;
+use crate::results::over::Over;
+use crate::results::swept::CombinationResults;
 use crate::view::names::{ChoiceNames, find_choices, unknown};
 use crate::{Error, Result};
 

@@ -14,15 +14,23 @@
 
 use std::path::Path;
 
+use super::Series;
+use super::series;
 use super::table::Table;
-use super::{Results, Score, Series, series};
 use crate::Result;
 use crate::metrics::Confusion;
-use crate::sweep::place::Places;
-use crate::sweep::table::{pose_names, representation_names};
-use crate::table::{Column, Field, Format, Kind, TableFile};
+use crate::metrics::Score;
+use crate::results::Results;
+use crate::results::columns::pose_names;
+use crate::results::columns::representation_names;
+use crate::results::table::Column;
+use crate::results::table::Field;
+use crate::results::table::Format;
+use crate::results::table::Kind;
+use crate::results::table::TableFile;
 use crate::view::why::{Cause, Missed, Reason, Tally};
 use crate::view::{Choice, View};
+use crate::world::place::Places;
 
 /// The name of the file, without its extension.
 pub const REASONS: &str = "reasons";

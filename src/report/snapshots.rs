@@ -1,8 +1,14 @@
 //! Moving scenes: the choices that are best on average over the snapshots, and those that are best at their worst.
 
-use super::results::SceneResults;
+use super::Selection;
+use super::near_side;
+use super::ranked;
 use super::table::{Table, number};
-use super::{Key, Over, Results, Score, Selection, near_side, ranked};
+use crate::metrics::Score;
+use crate::results::Key;
+use crate::results::Over;
+use crate::results::Results;
+use crate::results::swept::SceneResults;
 
 /// How many choices each list shows.
 const SHOWN: usize = 3;

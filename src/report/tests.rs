@@ -1,8 +1,13 @@
 //! Every aggregate of the example, against what it is by hand.
 
-use super::example::{NO_SCORE, counts, results, results_in, worked, worked_counts};
 use super::*;
 use crate::metrics::Detection;
+use crate::results::example::NO_SCORE;
+use crate::results::example::counts;
+use crate::results::example::results;
+use crate::results::example::results_in;
+use crate::results::example::worked;
+use crate::results::example::worked_counts;
 use maxima::{Maximum, maxima, most_sensors};
 
 fn key(combination: usize, choice: usize, representation: usize) -> Key {
@@ -115,7 +120,7 @@ fn the_best_over_snapshots_by_mean_and_by_worst() {
     let moving = results.scenes[1].clone();
     assert_eq!(snapshots::worst_snapshot(&results, &moving, key(0, 0, 0), Score::F1), Some(0));
     assert_eq!(snapshots::worst_snapshot(&results, &moving, key(0, 2, 0), Score::F1), Some(1));
-    let results = super::example::results(1, |moment, _, key| match (key.combination, key.choice) {
+    let results = crate::results::example::results(1, |moment, _, key| match (key.combination, key.choice) {
         (0, 2) => NO_SCORE,
         _ => better(moment, key),
     });
@@ -153,7 +158,7 @@ fn distributions_stand_beside_their_baselines() {
 
 fn scores_csv(results: &Results) -> String {
     let folder = tempfile::tempdir().unwrap();
-    scores::write(results, folder.path(), crate::table::Format::Csv).unwrap();
+    crate::results::scores::write(results, folder.path(), crate::results::table::Format::Csv).unwrap();
     std::fs::read_to_string(folder.path().join("scores.csv")).unwrap()
 }
 

@@ -8,11 +8,14 @@ pub mod mannequin;
 pub mod obj;
 pub mod octomap;
 pub mod primitive;
+pub mod spec;
 pub mod stl;
 pub mod urdf;
 
+mod loaded;
 mod mesh;
 mod moving;
+mod parts;
 pub(crate) mod polygon;
 mod xml;
 
@@ -20,8 +23,9 @@ use std::sync::Arc;
 
 use glam::DVec3;
 
-use crate::sensor::pose::Pose;
+use crate::pose::Pose;
 use mannequin::Keypoints;
+pub use parts::mesh_of_file;
 
 /// What an object is to the study (paper, section III).
 #[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Deserialize, serde::Serialize, schemars::JsonSchema)]

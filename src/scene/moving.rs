@@ -1,92 +1,23 @@
 //! One object over the snapshots of its scene: its parts made once a shape, put where it is in each, and shared
-//! between the snapshots in which they are the same. What the parts are is for `build`.
+//! between the snapshots in which they are the same. What the parts are is for `parts`.
 
-use std::collections::HashMap;
-use std::path::{Path, PathBuf};
-use std::rc::Rc;
 use std::sync::Arc;
 
 use glam::{DQuat, DVec3};
 
-use super::build::{at, parts};
-use super::gltf::{Clip, Gltf, NodeMesh};
+use super::loaded::Loaded;
+use super::parts::parts;
 use super::{Object, Surface, mannequin};
-use crate::sensor::pose::Pose;
-use crate::source::Sources;
-use crate::study::{MotionSpec, ObjectSpec, SurfaceSpec};
+use crate::pose::Pose;
+use crate::scene::spec::{MotionSpec, ObjectSpec, SurfaceSpec};
 use crate::{Error, Result};
-
-/// Most triangles that are held while a scene is built, each shape and each place of it that is another: about 5 GB. A
-/// ball of a few words has a quarter of a million, and may move through ten thousand snapshots.
-const MOST_TRIANGLES: usize = 200_000_000;
-
-/// The files of a scene; what is read once for all objects and snapshots is kept.
-pub(super) struct Files<'a> {
-    pub(super) sources: &'a Sources,
-    /// Of [`MOST_TRIANGLES`].
-    triangles_left: usize,
-    gltf: HashMap<PathBuf, Rc<Gltf>>,
-    clips: HashMap<(PathBuf, Option<String>), Rc<Clip>>,
-}
-
-impl<'a> Files<'a> {
-    pub(super) fn new(sources: &'a Sources) -> Files<'a> {
-        Files { sources, triangles_left: MOST_TRIANGLES, gltf: HashMap::new(), clips: HashMap::new() }
-    }
-
-    /// The nodes of a glTF file, at a time of one of its animations if there is one.
-    pub(super) fn gltf_nodes(
-        &mut self,
-        path: &Path,
-        animated: Option<&(Option<String>, f64)>,
-    ) -> Result<Vec<NodeMesh>> {
-        match animated {
-            None => self.gltf(path)?.parts(None),
-            Some((name, time_s)) => {
-                let clip = self.clip(path, name)?;
-                self.gltf(path)?.parts(Some((&clip, *time_s)))
-            }
-        }
-        .map_err(at("mesh"))
-    }
-
-    fn spend(&mut self, part: &Object) -> Result<()> {
-        let Surface::Mesh(mesh) = &part.surface else { return Ok(()) };
-        let left = self.triangles_left.checked_sub(mesh.triangles.len()).ok_or_else(|| {
-            let what = format!("with it, the scene unfolds to more than {MOST_TRIANGLES} triangles");
-            Error::Input(format!("{what}: simplify its meshes, take larger voxels, or split the recording"))
-        })?;
-        self.triangles_left = left;
-        Ok(())
-    }
-
-    fn gltf(&mut self, path: &Path) -> Result<Rc<Gltf>> {
-        if let Some(file) = self.gltf.get(path) {
-            return Ok(file.clone());
-        }
-        let file = Rc::new(Gltf::load(path, self.sources).map_err(at("mesh"))?);
-        self.gltf.insert(path.into(), file.clone());
-        Ok(file)
-    }
-
-    fn clip(&mut self, path: &Path, name: &Option<String>) -> Result<Rc<Clip>> {
-        let key = (path.to_path_buf(), name.clone());
-        if let Some(clip) = self.clips.get(&key) {
-            return Ok(clip.clone());
-        }
-        let clip = self.gltf(path)?.clip(name.as_deref());
-        let clip = Rc::new(clip.map_err(|e| Error::Input(format!("snapshots.animation.clip: {e}")))?);
-        self.clips.insert(key, clip.clone());
-        Ok(clip)
-    }
-}
 
 /// The parts of an object in each snapshot, the same parts in the same order. A part that is the same as in an earlier
 /// snapshot is the same allocation.
 pub(super) fn moments(
     object: &ObjectSpec,
     snapshots: usize,
-    files: &mut Files,
+    files: &mut Loaded,
     sag_m: f64,
 ) -> Result<Vec<Vec<Arc<Object>>>> {
     let warnings = clip_warnings(object, files)?;
@@ -162,7 +93,7 @@ fn same_parts(first: &[Arc<Object>], now: &[Arc<Object>], snapshot: usize) -> Re
     Ok(())
 }
 
-fn clip_warnings(object: &ObjectSpec, files: &mut Files) -> Result<Vec<String>> {
+fn clip_warnings(object: &ObjectSpec, files: &mut Loaded) -> Result<Vec<String>> {
     let MotionSpec { clip, times_s, .. } = &object.motion;
     let SurfaceSpec::Gltf { path, .. } = &object.surface else { return Ok(Vec::new()) };
     if times_s.is_empty() {

@@ -3,8 +3,8 @@
 use glam::{DQuat, DVec3};
 
 use super::noise::unit_q12;
-use super::pose::Pose;
 use crate::march;
+use crate::pose::Pose;
 
 /// How far off mounts are.
 #[derive(Clone, Copy, Debug, PartialEq)]

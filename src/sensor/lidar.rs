@@ -3,14 +3,15 @@
 
 use glam::{DMat3, DVec3};
 
-use super::pose::Frame;
 use super::prism::Prism;
 use super::range::Range;
 use super::{
-    Claim, FieldOfView, Kind, MEASURES, Pose, Reach, SWITCHES, Scale, Stance, Station, look, placement,
+    Claim, FieldOfView, Kind, MEASURES, Reach, SWITCHES, Scale, Stance, Station, look, placement,
     quantise_q15, switched,
 };
 use crate::backend::Rays;
+use crate::pose::Frame;
+use crate::pose::Pose;
 use crate::voxel::BitGrid;
 
 /// How a LIDAR is fixed where a pose says which way it faces.

@@ -26,7 +26,6 @@ pub mod lidar;
 pub mod look;
 pub mod noise;
 pub mod pad;
-pub mod pose;
 pub mod prism;
 pub mod range;
 pub mod ray_set;
@@ -43,12 +42,12 @@ use self::prism::Prism;
 use self::range::Range;
 use crate::backend::{Placement, Planes, Rays, Standpoint};
 use crate::march;
+use crate::pose::Pose;
 use crate::voxel::{BitGrid, Grid, Truth, Window};
 pub use calibration::Calibration;
 pub use camera::Camera;
 pub use field_of_view::FieldOfView;
 pub use lidar::{Lidar, Mount};
-pub use pose::Pose;
 
 /// A sensor of a study.
 #[derive(Clone, Debug)]

@@ -5,7 +5,7 @@ use std::ops::Range;
 
 use glam::{DVec2, DVec3};
 
-use super::Pose;
+use crate::pose::Pose;
 use crate::voxel::grid::{ONE_Q16, length_q16};
 use crate::voxel::solid::{column, first_centre};
 use crate::voxel::{BitGrid, Grid, Window};

@@ -3,8 +3,9 @@
 use glam::DMat3;
 
 use super::range::Range;
-use super::{Claim, Kind, MEASURES, Pose, Scale, Station};
+use super::{Claim, Kind, MEASURES, Scale, Station};
 use crate::backend::Rays;
+use crate::pose::Pose;
 
 /// Directions in the sensor's link frame (x forward, y left, z up).
 #[derive(Clone, Debug, PartialEq)]

@@ -3,8 +3,9 @@
 use super::keypoints::{self, Eye};
 use super::prism::Prism;
 use super::range::Range;
-use super::{Camera, Claim, FieldOfView, Kind, Pose, Reach, SWITCHES, Scale, Station, switched};
+use super::{Camera, Claim, FieldOfView, Kind, Reach, SWITCHES, Scale, Station, switched};
 use crate::backend::Rays;
+use crate::pose::Pose;
 use crate::voxel::{BitGrid, Grid, Truth, Window};
 
 /// Optics, reach and zone.

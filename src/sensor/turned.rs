@@ -3,7 +3,7 @@
 
 use glam::DVec3;
 
-use super::Pose;
+use crate::pose::Pose;
 
 /// Nearer than this to straight up or down, a direction has no azimuth.
 const VERTICAL: f64 = 1e-9;
@@ -47,7 +47,7 @@ fn tidy_deg(radians: f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::sensor::pose::{Frame, from_rpy};
+    use crate::pose::{Frame, from_rpy};
 
     fn turned(pose: Pose) -> [f64; 3] {
         let Turned { pan_deg, tilt_deg, roll_deg } = Turned::of(&pose);

@@ -6,11 +6,9 @@ use std::path::PathBuf;
 use schemars::JsonSchema;
 use serde::Deserialize;
 
-use super::scene_file::{Unit, Up};
 use super::sensor::AnySensor;
-use super::value::{Axis, exactly, exactly_if_given};
+use super::value::{Unit, Up, exactly, exactly_if_given};
 use crate::backend::Fusion;
-use crate::sensor::pose::Frame;
 
 /// What to sweep over what.
 #[derive(Deserialize, JsonSchema)]
@@ -222,96 +220,4 @@ pub(super) struct CombinationFile {
     /// all.
     #[serde(default)]
     pub(super) poses: BTreeMap<String, Vec<String>>,
-}
-
-/// Candidate poses: a lattice (x_m, y_m, z_m), a list, a table (csv), or random ones.
-#[derive(Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub(super) struct PosesFile {
-    /// First part of the names of its poses.
-    pub(super) name: String,
-    /// A number, a list, or { start, stop, step }.
-    pub(super) x_m: Option<Axis>,
-    /// A number, a list, or { start, stop, step }.
-    pub(super) y_m: Option<Axis>,
-    /// A number, a list, or { start, stop, step }.
-    pub(super) z_m: Option<Axis>,
-    /// Where the sensors look: a direction, as [0, 1, 0].
-    #[serde(default, deserialize_with = "exactly_if_given")]
-    pub(super) facing: Option<[f64; 3]>,
-    /// Turned from there, at each point of the lattice. Default straight.
-    pub(super) orientations_deg: Option<Vec<PanTilt>>,
-    /// Poses one by one.
-    pub(super) list: Option<Vec<PoseFile>>,
-    /// A table with the columns x_m,y_m,z_m,qw,qx,qy,qz and, optional, sensor and pose.
-    pub(super) csv: Option<PathBuf>,
-    /// What the quaternions of the table turn. Default "link".
-    pub(super) frame: Option<Frame>,
-    /// Poses drawn from a box.
-    pub(super) random: Option<RandomFile>,
-}
-
-/// A turn from where a sensor faces.
-#[derive(Clone, Copy, Default, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields, default)]
-pub(super) struct PanTilt {
-    /// About the vertical, to the left, in degrees.
-    pub(super) pan: f64,
-    /// Upwards, in degrees.
-    pub(super) tilt: f64,
-}
-
-/// One pose: facing (with pan and tilt), rpy_deg, or quaternion.
-#[derive(Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub(super) struct PoseFile {
-    /// Last part of its name. Default: its number.
-    pub(super) name: Option<String>,
-    /// [x, y, z] in metres.
-    #[serde(deserialize_with = "exactly")]
-    pub(super) position_m: [f64; 3],
-    /// Where the sensor looks: a direction.
-    #[serde(default, deserialize_with = "exactly_if_given")]
-    pub(super) facing: Option<[f64; 3]>,
-    /// Turned to the left from there.
-    pub(super) pan_deg: Option<f64>,
-    /// Turned upwards from there.
-    pub(super) tilt_deg: Option<f64>,
-    /// Roll, pitch, yaw in degrees.
-    #[serde(default, deserialize_with = "exactly_if_given")]
-    pub(super) rpy_deg: Option<[f64; 3]>,
-    /// A rotation.
-    pub(super) quaternion: Option<Quaternion>,
-    /// What rpy_deg or quaternion turn. Default "link".
-    pub(super) frame: Option<Frame>,
-}
-
-/// A rotation; normalised when it is read.
-#[derive(Clone, Copy, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub(super) struct Quaternion {
-    pub(super) w: f64,
-    pub(super) x: f64,
-    pub(super) y: f64,
-    pub(super) z: f64,
-}
-
-/// Poses drawn from a box.
-#[derive(Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub(super) struct RandomFile {
-    /// How many.
-    pub(super) count: u32,
-    /// Lowest corner, [x, y, z] in metres.
-    #[serde(deserialize_with = "exactly")]
-    pub(super) min_m: [f64; 3],
-    /// Highest corner, [x, y, z] in metres.
-    #[serde(deserialize_with = "exactly")]
-    pub(super) max_m: [f64; 3],
-    /// [from, to]. Default straight.
-    #[serde(default, deserialize_with = "exactly")]
-    pub(super) pan_deg: [f64; 2],
-    /// [from, to]. Default straight.
-    #[serde(default, deserialize_with = "exactly")]
-    pub(super) tilt_deg: [f64; 2],
 }

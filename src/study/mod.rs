@@ -20,6 +20,7 @@ use std::path::{Path, PathBuf};
 
 use glam::DVec3;
 
+use crate::scene::spec::SceneSpec;
 use crate::sensor::{SaidOfNoise, Sensor};
 use crate::source::Sources;
 use crate::voxel::grid::VOXEL_SIZES_M;
@@ -30,8 +31,6 @@ use file::StudyFile;
 use place::{Place, only_one};
 use problems::{Problems, parse_in_parts, wrong_with};
 pub use region::RegionSpec;
-pub use scene_file::{MotionSpec, NodeRule, ObjectSpec, SceneSpec, SurfaceSpec};
-pub use urdf::UrdfSpec;
 
 /// No coordinate in a file is larger; beyond it there are slips of the pen, infinities and NaN.
 const FARTHEST_M: f64 = 1e6;

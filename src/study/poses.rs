@@ -1,5 +1,7 @@
 //! Candidate poses: lattices, lists, tables and random draws become named poses in study order.
 
+mod file;
+
 use std::path::Path;
 
 use glam::DVec3;
@@ -7,13 +9,16 @@ use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use serde::Deserialize;
 
-use super::file::{PanTilt, PoseFile, PosesFile, RandomFile};
 use super::value::Axis;
 use super::{FARTHEST_M, Place, slug};
-use crate::sensor::pose::{Frame, from_rpy};
-use crate::sensor::{Candidate, Pose, Setting, Stance};
+use crate::pose::Pose;
+use crate::pose::{Frame, from_rpy};
+use crate::sensor::{Candidate, Setting, Stance};
 use crate::source::Sources;
 use crate::{Error, Result};
+
+use file::{PanTilt, PoseFile, RandomFile};
+pub(super) use file::{PosesFile, Quaternion};
 
 /// Most poses of a study, all its sensors together: about 1 GB. A larger number is a slip of a step.
 pub(super) const MAX_POSES: usize = 4_000_000;

@@ -5,10 +5,11 @@ use std::path::Path;
 use glam::{DQuat, DVec3};
 
 use super::file::{HumanBoxFile, RegionFile};
-use super::scene_file::{SurfaceSpec, mesh, unit_and_up_belong};
+use super::scene_file::{mesh, unit_and_up_belong};
 use super::{Place, only_one};
 use crate::Result;
-use crate::sensor::pose::{Frame, Pose, from_rpy};
+use crate::pose::{Frame, Pose, from_rpy};
+use crate::scene::spec::SurfaceSpec;
 use crate::voxel::Shape;
 
 /// What a region of a study is, before meshes are read.

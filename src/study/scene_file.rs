@@ -1,7 +1,6 @@
 //! A scene file, as TOML: the objects of a cell with their roles, poses and surfaces, checked into what `spec` says.
 
 mod snapshots;
-mod spec;
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -10,19 +9,18 @@ use glam::{DQuat, DVec3};
 use schemars::JsonSchema;
 use serde::Deserialize;
 
-use super::file::Quaternion;
+use super::poses::Quaternion;
 use super::problems::{Problems, parse_in_parts, wrong_with};
-use super::urdf::{UrdfFile, UrdfSpec};
-use super::value::{exactly, exactly_if_given};
+use super::urdf::UrdfFile;
+use super::value::{Unit, Up, exactly, exactly_if_given};
 use super::{Place, only_one, refuse_folder, slips, top_keys};
+use crate::pose::{Frame, Pose, from_rpy};
+use crate::scene::spec::{NodeRule, ObjectSpec, SceneSpec, SurfaceSpec, UrdfSpec};
 use crate::scene::urdf::Geometry;
 use crate::scene::{Interior, Optical, Role};
-use crate::sensor::pose::{Frame, Pose, from_rpy};
 use crate::source::Sources;
 use crate::{Error, Result};
-pub use snapshots::MotionSpec;
 use snapshots::SnapshotsFile;
-pub use spec::{NodeRule, ObjectSpec, SceneSpec, SurfaceSpec};
 
 /// A cell: the objects in it.
 #[derive(Deserialize, JsonSchema)]
@@ -97,20 +95,6 @@ struct ObjectFile {
     nodes: Vec<NodeRule>,
     /// What changes from one moment to the next.
     snapshots: Option<SnapshotsFile>,
-}
-
-#[derive(Clone, Copy, Deserialize, JsonSchema)]
-#[serde(rename_all = "lowercase")]
-pub(super) enum Unit {
-    M,
-    Mm,
-}
-
-#[derive(Clone, Copy, PartialEq, Deserialize, JsonSchema)]
-#[serde(rename_all = "lowercase")]
-pub(super) enum Up {
-    Y,
-    Z,
 }
 
 /// Edges.

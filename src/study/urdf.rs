@@ -6,20 +6,8 @@ use std::path::{Path, PathBuf};
 
 use super::Place;
 use crate::Result;
-use crate::scene::urdf::{Geometry, JointValues, Packages};
-
-/// A robot to load and to pose.
-#[derive(Clone, Debug, PartialEq)]
-pub struct UrdfSpec {
-    /// The URDF.
-    pub path: PathBuf,
-    /// Which of its geometry counts.
-    pub geometry: Geometry,
-    /// Where the packages of its meshes are.
-    pub packages: Packages,
-    /// How it stands.
-    pub joints: JointValues,
-}
+use crate::scene::spec::UrdfSpec;
+use crate::scene::urdf::{Geometry, JointValues};
 
 /// The keys of an object that belong to its `urdf`.
 pub(super) struct UrdfFile<'a> {

@@ -145,3 +145,19 @@ where
 {
     exactly(deserializer).map(Some)
 }
+
+/// The unit of a file.
+#[derive(Clone, Copy, Deserialize, JsonSchema)]
+#[serde(rename_all = "lowercase")]
+pub(super) enum Unit {
+    M,
+    Mm,
+}
+
+/// Which axis of a file points up.
+#[derive(Clone, Copy, PartialEq, Deserialize, JsonSchema)]
+#[serde(rename_all = "lowercase")]
+pub(super) enum Up {
+    Y,
+    Z,
+}

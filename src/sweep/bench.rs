@@ -4,11 +4,16 @@
 use std::cell;
 use std::time::{Duration, Instant};
 
-use super::{Ask, Batch, Ledger, Row, World, compare};
+use super::Batch;
+use super::Ledger;
+use super::Row;
+use super::compare;
 use crate::backend::oracle::Oracle;
 use crate::backend::{Backend, Cell, Evidence, Fusion, Placement, Planes, Rays, Reading, Shot, Slot};
 use crate::metrics::Confusion;
+use crate::results::Ask;
 use crate::study::Study;
+use crate::world::{World, ray_table};
 use crate::{Error, Result};
 
 /// Fewest rounds of a measurement: a slow backend that is measured once would look slower beside the best of many rounds
@@ -68,7 +73,7 @@ pub fn casts(study: &Study, combination: usize) -> bool {
 /// Rays a pose of each member of a combination.
 fn rays(study: &Study, combination: usize) -> Vec<usize> {
     let members = study.combinations[combination].members.iter();
-    let tables = members.map(|member| super::table(study, member.sensor));
+    let tables = members.map(|member| ray_table(study, member.sensor));
     tables.map(|table| table.map_or(0, |rays| rays.dirs_q15.len())).collect()
 }
 

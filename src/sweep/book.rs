@@ -1,10 +1,15 @@
 //! The ledger of a sweep on disk: which choices are finished, and their rows on the way into the journal.
 
-use super::journal::Journal;
-use super::manifest::Fault;
-use super::{Ask, Key, Layout, Ledger, Row, World};
+use super::Ledger;
+use super::Row;
 use crate::Result;
 use crate::metrics::Confusion;
+use crate::results::Ask;
+use crate::results::Key;
+use crate::results::Layout;
+use crate::results::journal::Journal;
+use crate::results::manifest::Fault;
+use crate::world::World;
 
 /// Which choices of a shard are finished in which blocks.
 #[derive(Debug)]

@@ -5,10 +5,16 @@ use std::collections::HashMap;
 
 use serde_json::{Value, json};
 
-use super::{Ask, Batch, Ledger, Row, World, run_asks, table};
+use super::Batch;
+use super::Ledger;
+use super::Row;
+use super::run_asks;
 use crate::backend::Backend;
 use crate::metrics::BodyPart;
+use crate::results::Ask;
+use crate::results::columns;
 use crate::study::Study;
+use crate::world::World;
 use crate::{Error, Result};
 
 /// How many choices are checked at the very beginning, and at least, where there are so many.
@@ -16,12 +22,6 @@ pub const AT_LEAST: u64 = 3;
 
 /// How many that were picked may wait, so that a scene is made ready once for several.
 const MOST_WAITING: usize = 16;
-
-/// The file that a device's lie is written to.
-pub const DISAGREEMENT: &str = "disagreement.json";
-
-/// The journal with the rows that it counted, set aside.
-pub const DISAGREED: &str = "disagreement.journal";
 
 /// Choices that were picked to be counted again.
 #[derive(Debug)]
@@ -143,15 +143,15 @@ impl Ledger for Again<'_> {
 fn difference(study: &Study, theirs: &Row, ours: &Row) -> Difference {
     let combination = &study.combinations[theirs.combination];
     let scene = &study.scenes[theirs.scene].name;
-    let poses = table::pose_names(study, combination, theirs.choice);
-    let representation = &table::representation_names(study, combination)[theirs.interpretation];
+    let poses = columns::pose_names(study, combination, theirs.choice);
+    let representation = &columns::representation_names(study, combination)[theirs.interpretation];
     let region = &study.regions[theirs.region].0;
     let place = format!(
         "scene {scene}, snapshot {}, repeat {}, poses {poses}, {representation} in region {region}",
         theirs.snapshot, theirs.repeat
     );
     let missed = BodyPart::ALL.map(BodyPart::name);
-    let columns = [&table::COUNT_COLUMNS[..], &table::DETECTION_COLUMNS, &missed].concat();
+    let columns = [&columns::COUNT_COLUMNS[..], &columns::DETECTION_COLUMNS, &missed].concat();
     let evidence = json!({
         "scene": scene,
         "snapshot": theirs.snapshot,

@@ -5,16 +5,20 @@ mod explain;
 
 use std::time::{Duration, Instant};
 
+use super::Row;
 use super::order::run_some;
-use super::table::{BETWEEN_MEMBERS, pose_names, representation_names};
-use super::{Ask, Row, World};
 use crate::backend::oracle::Oracle;
 use crate::backend::{Backend, Cell, Evidence, Fusion, Placement, Rays, Reading, Shot};
 use crate::metrics::Confusion;
+use crate::results::Ask;
+use crate::results::columns::BETWEEN_MEMBERS;
+use crate::results::columns::pose_names;
+use crate::results::columns::representation_names;
 use crate::sensor::Sensor;
 use crate::study::{Combination, Study};
 use crate::voxel::BitGrid;
 use crate::voxel::region::window_of;
+use crate::world::{World, ray_table};
 use crate::{Error, Result};
 
 /// Which poses are compared.
@@ -121,7 +125,7 @@ pub fn compare(
     let spec = &study.sensors[sensor];
     let cell = world.cell(world.grid.window());
     let poses = select(selection, spec);
-    let Some(rays) = super::table(study, sensor).filter(|_| !poses.is_empty()) else {
+    let Some(rays) = ray_table(study, sensor).filter(|_| !poses.is_empty()) else {
         return Ok(());
     };
     let placements: Vec<Placement> =

@@ -6,12 +6,13 @@ use std::sync::Arc;
 
 use rayon::prelude::*;
 
-use super::{Ask, World};
 use crate::backend::{Backend, Placement, Planes, Rays, Reading, Shot, Slot};
+use crate::results::Ask;
 use crate::sensor::{Claim, Station};
 use crate::study::Study;
 use crate::voxel::region::window_of;
 use crate::voxel::{Truth, Window};
+use crate::world::World;
 use crate::{Error, Result};
 
 /// How much is asked of a backend at once, unless a single choice is more.

@@ -12,11 +12,13 @@
 use std::collections::{HashSet, VecDeque};
 use std::sync::Arc;
 
+use super::Row;
 use super::evidence::{Batch, FirstHitSlots, Store};
-use super::{Ask, Row, World, tables_of};
 use crate::backend::{Backend, Cell, Rays};
+use crate::results::{Ask, layout_of};
 use crate::study::Study;
 use crate::voxel::region::window_of;
+use crate::world::{World, ray_tables_of};
 use crate::{Error, Result};
 
 /// Who asks for rows, and takes them as they come.
@@ -52,7 +54,7 @@ impl Ledger for Vec<Row> {
 /// Scores every choice of every combination in every scene, rows in study order: scene, snapshot, repeat, combination,
 /// choice, interpretation, region. For studies whose rows fit memory.
 pub fn run(study: &Study, worlds: &[World], backend: &mut dyn Backend) -> Result<Vec<Row>> {
-    let asks: Vec<Ask> = super::layout_of(study).all_asks().collect();
+    let asks: Vec<Ask> = layout_of(study).all_asks().collect();
     run_some(study, worlds, &asks, backend)
 }
 
@@ -82,7 +84,7 @@ pub fn run_asks(
     for of_one in asks.chunk_by(|a, b| a.combination == b.combination) {
         members.extend(study.combinations[of_one[0].combination].members.iter().map(|member| member.sensor));
     }
-    let tables = tables_of(study, |sensor| members.contains(&sensor));
+    let tables = ray_tables_of(study, |sensor| members.contains(&sensor));
     backend.tables(&tables.iter().flatten().cloned().collect::<Vec<_>>())?;
     for snapshots in worlds.chunk_by(|a, b| a.scene == b.scene) {
         let wanted = |world: &World, ask: &Ask, ledger: &dyn Ledger| {

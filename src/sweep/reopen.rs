@@ -3,10 +3,10 @@
 
 use std::path::{Path, PathBuf};
 
-use super::World;
-use super::journal::Shard;
-use super::manifest::Manifest;
+use crate::results::journal::Shard;
+use crate::results::manifest::Manifest;
 use crate::study::{Overrides, Study};
+use crate::world::World;
 use crate::{Error, Result};
 
 /// The study file of a sweep, where it was when it began, and what the command line said instead of it.

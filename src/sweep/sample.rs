@@ -4,13 +4,19 @@
 use std::collections::HashSet;
 use std::time::Instant;
 
+use super::Batch;
+use super::Ledger;
+use super::Row;
 use super::compare::spread;
-use super::{Ask, Batch, Ledger, Row, World, layout_of, run_asks, tables_of};
+use super::run_asks;
 use crate::Result;
 use crate::backend::{Backend, Placement, Rays};
 use crate::march::{BLIND, End, LEFT, RETURN, direction_q16, next_axis, start};
+use crate::results::Ask;
+use crate::results::layout_of;
 use crate::study::Study;
 use crate::voxel::region::window_of;
+use crate::world::{World, ray_tables_of};
 
 /// Moments of a study that are looked at, spread evenly.
 const MOMENTS: usize = 4;
@@ -57,7 +63,7 @@ impl Ends {
 pub fn ends(study: &Study, worlds: &[World], poses: usize, backend: &mut dyn Backend) -> Result<Vec<Ends>> {
     let mut all = vec![Ends::default(); study.sensors.len()];
     let looked_at = spread(SENSORS, study.sensors.len());
-    let tables = tables_of(study, |sensor| looked_at.binary_search(&sensor).is_ok());
+    let tables = ray_tables_of(study, |sensor| looked_at.binary_search(&sensor).is_ok());
     backend.tables(&tables.iter().flatten().cloned().collect::<Vec<_>>())?;
     for moment in spread(MOMENTS, worlds.len()) {
         let world = &worlds[moment];

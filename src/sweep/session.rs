@@ -8,14 +8,30 @@
 use std::path::{Path, PathBuf};
 use std::time::{Instant, SystemTime, UNIX_EPOCH};
 
+use super::Crew;
+use super::Gear;
+use super::Row;
 use super::book::{Book, Done, Watch};
 use super::check::{AT_LEAST, Picked};
-use super::files::OutputFolder;
-use super::journal::{Header, JOURNAL, Journal, Locked, Pages, Shard, Unfit};
-use super::manifest::{KILLED, MANIFEST, Manifest, Run};
 use super::shift::{Shift, Timings};
-use super::{Ask, Crew, Gear, Layout, Row, World, layout_of, table};
+use crate::results::Ask;
+use crate::results::Layout;
+use crate::results::columns;
+use crate::results::files::JOURNAL;
+use crate::results::files::MANIFEST;
+use crate::results::files::OutputFolder;
+use crate::results::journal::Header;
+use crate::results::journal::Journal;
+use crate::results::journal::Locked;
+use crate::results::journal::Pages;
+use crate::results::journal::Shard;
+use crate::results::journal::Unfit;
+use crate::results::manifest::KILLED;
+use crate::results::manifest::Manifest;
+use crate::results::manifest::Run;
+use crate::results::{layout_of, places_of};
 use crate::study::Study;
+use crate::world::World;
 use crate::{Error, Result};
 
 /// A sweep whose folder is open.
@@ -50,12 +66,6 @@ pub struct Report {
     pub run: Run,
     /// What the stages of the last backend's work took.
     pub timings: Timings,
-}
-
-/// The choices of a shard, by their places among all. Every choice is in one shard.
-pub fn places_of(layout: &Layout, shard: Shard) -> std::ops::Range<usize> {
-    let at = |number: u32| (layout.asks() as u128 * u128::from(number) / u128::from(shard.of)) as usize;
-    at(shard.number)..at(shard.number + 1)
 }
 
 /// The folder of a shard below the folder of the sweep, were it the only one.
@@ -131,7 +141,7 @@ impl<'a> Session<'a> {
                 (locked.begin(header)?, Done::new(&layout, places.clone()), 0)
             }
         };
-        folder.write("poses.csv", &table::poses_csv(study, &worlds[0]))?;
+        folder.write("poses.csv", &columns::poses_csv(study, &worlds[0]))?;
         folder.write(MANIFEST, &manifest.bytes())?;
         let asks = layout.all_asks().skip(places.start).take(places.len()).collect();
         Ok(Session { study, worlds, folder, layout, asks, journal, manifest, done, damaged })
@@ -292,7 +302,7 @@ impl<'a> Session<'a> {
 /// The first moment of each scene.
 fn moments(study: &Study) -> Vec<usize> {
     let mut next = 0;
-    let first = |scene: &crate::study::SceneSpec| {
+    let first = |scene: &crate::scene::spec::SceneSpec| {
         next += scene.snapshots;
         next - scene.snapshots
     };

@@ -11,13 +11,18 @@ use std::sync::mpsc;
 use std::thread;
 use std::time::Duration;
 
+use super::Batch;
+use super::Ledger;
 use super::book::Book;
-use super::check::{DISAGREED, DISAGREEMENT};
-use super::files::write_whole;
-use super::manifest::Fault;
-use super::{Ask, Batch, Ledger, World, run_asks};
+use super::run_asks;
 use crate::backend::Backend;
+use crate::results::Ask;
+use crate::results::files::DISAGREED;
+use crate::results::files::DISAGREEMENT;
+use crate::results::files::write_whole;
+use crate::results::manifest::Fault;
 use crate::study::Study;
+use crate::world::World;
 use crate::{Error, Result};
 
 /// How many choices are done by somebody else before a device that failed is tried again.

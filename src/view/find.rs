@@ -2,9 +2,9 @@
 
 use super::Choice;
 use super::names::{ChoiceNames, find_choices, unknown};
+use crate::results::columns::representation_names;
 use crate::study::{Combination, Study};
-use crate::sweep::World;
-use crate::sweep::table::representation_names;
+use crate::world::World;
 use crate::{Error, Result};
 
 /// Which choice, in which scene; what is not said is the first there is.

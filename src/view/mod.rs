@@ -18,8 +18,8 @@ use crate::backend::{Backend, Evidence, Placement, Planes, Rays, fused};
 use crate::metrics::Confusion;
 use crate::sensor::{Claim, Station};
 use crate::study::Study;
-use crate::sweep::{World, tables};
 use crate::voxel::{BitGrid, Truth};
+use crate::world::{World, ray_tables};
 pub use find::{Wanted, find, find_scene};
 pub use outline::Outline;
 pub use returns::Return;
@@ -112,7 +112,7 @@ impl Verdict {
 impl<'a, 'b> Viewer<'a, 'b> {
     /// For the choices of a study. The backend forgets what it had loaded.
     pub fn new(study: &'a Study, backend: &'b mut dyn Backend) -> Result<Viewer<'a, 'b>> {
-        let tables = tables(study);
+        let tables = ray_tables(study);
         backend.tables(&tables.iter().flatten().cloned().collect::<Vec<_>>())?;
         Ok(Viewer { study, tables: tables.into(), backend, loaded: None })
     }

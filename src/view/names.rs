@@ -1,8 +1,8 @@
 //! Names of choices of poses: which one is meant by a name that somebody wrote. Whether a study or the folder of a sweep has
 //! the names is not known here.
 
+use crate::results::columns::BETWEEN_MEMBERS;
 use crate::study::slug;
-use crate::sweep::table::BETWEEN_MEMBERS;
 use crate::{Error, Result};
 
 /// Names that are so near to what was written that they may be meant.

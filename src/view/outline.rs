@@ -5,7 +5,7 @@ use glam::DVec3;
 
 use super::{Member, View};
 use crate::sensor::Setting;
-use crate::sweep::table;
+use crate::world::ray_table;
 
 /// Directions along the rim of a cone.
 const RIM: usize = 24;
@@ -32,7 +32,7 @@ impl View<'_> {
         let Setting::Pose(pose) = self.world.settings[member.sensor][member.candidate] else { return None };
         let world_from_sensor = kind.frame(&pose);
         let mut rim = Vec::new();
-        if let Some(rays) = table(self.study, member.sensor) {
+        if let Some(rays) = ray_table(self.study, member.sensor) {
             let dir = |ray: usize| DVec3::from_array(rays.dirs_q15[ray].map(f64::from)).normalize();
             rim = match rays.image {
                 Some(image) => {
@@ -78,8 +78,8 @@ mod tests {
     use super::*;
     use crate::backend::cpu::Cpu;
     use crate::study::{Overrides, Study};
-    use crate::sweep::World;
     use crate::view::{Wanted, find};
+    use crate::world::World;
 
     #[test]
     fn cones_hold_what_goes_one_way_and_nothing_else() {

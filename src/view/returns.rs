@@ -5,7 +5,7 @@ use glam::DVec3;
 use super::{Member, View};
 use crate::march::{self, RETURN};
 use crate::sensor::look::{self, Way};
-use crate::sweep::table;
+use crate::world::ray_table;
 
 /// A return of a ray.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -21,7 +21,7 @@ pub struct Return {
 impl View<'_> {
     /// The returns of a sensor's rays, in ray order; none if it casts none.
     pub fn returns(&self, member: &Member) -> Vec<Return> {
-        let (Some(cast), Some(rays)) = (&member.cast, &table(self.study, member.sensor)) else {
+        let (Some(cast), Some(rays)) = (&member.cast, &ray_table(self.study, member.sensor)) else {
             return Vec::new();
         };
         let (from, grid) = (&member.placement, &self.world.grid);

@@ -74,7 +74,7 @@ fn a_choice_is_found_by_its_names() {
     for combination in 0..study.combinations.len() {
         let spec = &study.combinations[combination];
         for choice in 0..spec.choices() {
-            let whole = crate::sweep::table::pose_names(&study, spec, choice);
+            let whole = crate::results::columns::pose_names(&study, spec, choice);
             let wanted = Wanted { combination: Some(spec.name.clone()), ..named(&whole) };
             let (world, found) = find(&study, &worlds, &wanted).unwrap();
             assert_eq!(
@@ -83,7 +83,7 @@ fn a_choice_is_found_by_its_names() {
             );
         }
     }
-    let known = crate::sweep::table::pose_names(&study, &study.combinations[0], 0);
+    let known = crate::results::columns::pose_names(&study, &study.combinations[0], 0);
     let refused = |wanted: Wanted, expected: &str| {
         let error = find(&study, &worlds, &wanted).unwrap_err().to_string();
         assert!(error.contains(expected), "{error}");

@@ -9,13 +9,14 @@ pub mod people;
 pub mod region;
 mod snapshots;
 pub mod solid;
+mod truth;
 pub mod voxelize;
 
 pub use bits::BitGrid;
 pub use bricks::Bricks;
 pub use grid::{Grid, Window};
 pub use people::{BodyVoxel, People};
-pub use region::{Reach, Region, Shape};
+pub use region::{Region, Shape};
 pub(crate) use snapshots::GoOn;
-pub use snapshots::Snapshots;
-pub use voxelize::{ObjectVoxels, Truth};
+pub use snapshots::{Snapshots, voxelize_all};
+pub use truth::{ObjectVoxels, Reach, Truth};

@@ -20,7 +20,7 @@ use std::sync::Arc;
 use super::BitGrid;
 use super::grid::{MAX_VOXELS_PER_AXIS, ONE_Q16, Window, length_q16, point_q16};
 use super::solid::{self, Ball, MAX_RADIUS_Q16};
-use super::voxelize::{ObjectVoxels, Truth};
+use super::truth::{ObjectVoxels, Reach, Truth};
 use crate::scene::{Mesh, Role};
 use crate::{Error, Result};
 use glam::DVec3;
@@ -76,15 +76,6 @@ pub enum Shape {
     Union(Vec<Shape>),
     /// What is in the first of several shapes and in none of the others.
     Difference(Vec<Shape>),
-}
-
-/// How far a robot can reach.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Reach {
-    /// Where its base stands, in the world.
-    pub base_m: DVec3,
-    /// The farthest it gets from there, whatever its joints.
-    pub radius_m: f64,
 }
 
 /// A region of a scene, in voxels.

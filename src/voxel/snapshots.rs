@@ -72,6 +72,15 @@ impl Snapshots {
     }
 }
 
+/// The truth of each snapshot of a scene on one grid: [`Snapshots`], all of them at once.
+///
+/// # Errors
+/// As those.
+pub fn voxelize_all(snapshots: &[Scene], grid: Grid) -> Result<Vec<Truth>> {
+    let all = Snapshots::of(snapshots, grid, 0, &|| Ok(()))?;
+    Ok((0..all.count()).map(|snapshot| Truth::clone(&all.truth(snapshot))).collect())
+}
+
 /// Two planes over the whole grid; what else a truth has is small.
 fn bytes_of_truth(grid: &Grid) -> u64 {
     (grid.window().volume() / 4).max(1)

@@ -13,9 +13,8 @@ use rayon::prelude::*;
 use super::flood::enclosed;
 use super::grid::{FARTHEST_VOXEL, Grid, MAX_VOXELS_PER_AXIS, Window};
 use super::overlap::{self, Corner};
-use super::region::Reach;
-use super::{BitGrid, Snapshots, grid};
-use crate::scene::mannequin::Keypoints;
+use super::truth::{ObjectVoxels, Reach, Truth};
+use super::{BitGrid, grid};
 use crate::scene::{Interior, Mesh, Object, Optical, Role, Scene, Surface};
 use crate::{Error, Result};
 
@@ -23,52 +22,6 @@ use crate::{Error, Result};
 pub(crate) const LARGE_M: f64 = 20.0;
 /// What is longer, in metres, is in millimetres or no cell.
 pub(crate) const HUGE_M: f64 = 200.0;
-
-/// A scene in voxels.
-#[derive(Clone, Debug)]
-pub struct Truth {
-    /// Where the voxels are.
-    pub grid: Grid,
-    /// Voxels with a surface, or inside a body that is `occupied`; over the whole grid.
-    pub occupied: Arc<BitGrid>,
-    /// What stops rays: `occupied` less see-through objects; over the whole grid. The same allocation where there are none.
-    pub blockers: Arc<BitGrid>,
-    /// Insides of bodies that belong to no region. This and what follows covers the part of the grid that holds it.
-    pub ignored: BitGrid,
-    /// Voxels of people.
-    pub human: BitGrid,
-    /// Voxels of the robot.
-    pub robot: BitGrid,
-    /// The robot's voxels with the inside of its bodies, whatever their interior is.
-    pub robot_volume: BitGrid,
-    /// One entry for each object of the scene; one allocation for what does not move between snapshots.
-    pub objects: Vec<Arc<ObjectVoxels>>,
-}
-
-/// What one object became.
-#[derive(Clone, Debug)]
-pub struct ObjectVoxels {
-    /// Its name in the scene.
-    pub name: String,
-    /// Its role.
-    pub role: Role,
-    /// Whether rays end on it: it is opaque, and more than a tag.
-    pub stops_rays: bool,
-    /// Triangles of its surface; none for an OctoMap.
-    pub triangles: usize,
-    /// Whether each edge of its surface is used equally often in both directions; `None` for an OctoMap.
-    pub watertight: Option<bool>,
-    /// Lowest and highest corner of its surface in metres.
-    pub bounds_m: [DVec3; 2],
-    /// How far it reaches, if it is a robot of which that is known.
-    pub reach: Option<Reach>,
-    /// Its voxels inside the grid: the surface, and the inside where that is `occupied`.
-    pub cells: BitGrid,
-    /// A human's joints in world metres, where they are known.
-    pub keypoints: Option<Keypoints>,
-    /// What was assumed about it that its author may not expect.
-    pub warnings: Vec<String>,
-}
 
 /// An object's surface on the lattice, before any grid.
 struct Lattice {
@@ -131,15 +84,6 @@ fn grid_unless(extent: &Window, voxel_size_m: f64, cause: impl Fn() -> Option<St
         )));
     }
     Ok(Grid { voxel_size_m, origin: extent.min, size: extent.size })
-}
-
-/// The truth of each snapshot of a scene on one grid: [`Snapshots`], all of them at once.
-///
-/// # Errors
-/// As those.
-pub fn voxelize_all(snapshots: &[Scene], grid: Grid) -> Result<Vec<Truth>> {
-    let all = Snapshots::of(snapshots, grid, 0, &|| Ok(()))?;
-    Ok((0..all.count()).map(|snapshot| Truth::clone(&all.truth(snapshot))).collect())
 }
 
 /// What an object becomes on a grid.

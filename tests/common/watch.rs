@@ -1,7 +1,7 @@
 //! Who looks on while a test sweeps.
 
+use perirobot::results::manifest::Fault;
 use perirobot::sweep::Watch;
-use perirobot::sweep::manifest::Fault;
 
 /// Keeps what it hears of faults, and never stops.
 #[derive(Default)]

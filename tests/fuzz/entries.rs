@@ -9,10 +9,11 @@ use glam::DVec3;
 use perirobot::Result;
 use perirobot::scene::build::build;
 use perirobot::scene::gltf::Gltf;
+use perirobot::scene::spec::SceneSpec;
 use perirobot::scene::{Scene, collada, mannequin, obj, octomap, stl};
 use perirobot::source::Sources;
-use perirobot::study::{Overrides, SceneSpec, Study};
-use perirobot::sweep::World;
+use perirobot::study::{Overrides, Study};
+use perirobot::world::World;
 use tempfile::TempDir;
 
 pub use crate::folders::{journal, manifest};

@@ -5,16 +5,29 @@ use std::fs;
 use std::path::PathBuf;
 
 use perirobot::metrics::Confusion;
-use perirobot::report::{
-    Folder, Results, Score, Selection, best, distribution, groups, maxima, rows, scores, snapshots,
-};
+use perirobot::metrics::Score;
+use perirobot::report::Selection;
+use perirobot::report::best;
+use perirobot::report::distribution;
+use perirobot::report::groups;
+use perirobot::report::maxima;
+use perirobot::report::snapshots;
+use perirobot::results::Folder;
+use perirobot::results::Results;
+use perirobot::results::files::JOURNAL;
+use perirobot::results::files::MANIFEST;
+use perirobot::results::journal::Header;
+use perirobot::results::journal::Journal;
+use perirobot::results::journal::Locked;
+use perirobot::results::journal::Shard;
+use perirobot::results::manifest::Manifest;
+use perirobot::results::merge::merge;
+use perirobot::results::rows;
+use perirobot::results::scores;
+use perirobot::results::table::Format;
 use perirobot::study::{Overrides, Study};
-use perirobot::sweep::World;
-use perirobot::sweep::journal::{Header, JOURNAL, Journal, Locked, Shard};
-use perirobot::sweep::manifest::{MANIFEST, Manifest};
-use perirobot::sweep::merge::merge;
 use perirobot::sweep::session::Session;
-use perirobot::table::Format;
+use perirobot::world::World;
 use serde_json::Value;
 use sha2::{Digest, Sha256};
 use tempfile::TempDir;

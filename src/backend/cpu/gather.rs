@@ -22,9 +22,6 @@ use crate::backend::Placement;
 use crate::march;
 use crate::voxel::BitGrid;
 
-/// Edge of the largest boxes in voxels; a row of one lies in one word of a plane.
-pub(super) const LARGEST: i32 = 4;
-
 /// What boxes are decided from.
 pub(super) struct Gather<'a> {
     pub(super) level: Level,

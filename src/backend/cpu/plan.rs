@@ -2,9 +2,11 @@
 //! by cost; whatever it says, the counts are the same.
 
 use super::bundle::Bundles;
-use super::gather::LARGEST;
 use crate::backend::Carving;
 use crate::voxel::{BitGrid, Window};
+
+/// Edge of the largest boxes in voxels; a row of one lies in one word of a plane.
+pub(super) const LARGEST: i32 = 4;
 
 /// The voxels that matter, and the boxes that hold some.
 pub(super) struct Wanted {

@@ -17,6 +17,7 @@ pub mod types;
 pub use adapter::{AdapterChoice, AdapterReport, adapters};
 pub use device::{Device, open};
 pub use kernel::evaluate;
+pub use turns::WORKGROUP;
 pub use types::{SHADER_PROOF, Stage, shader_prelude, shader_source};
 
 use std::collections::VecDeque;

@@ -5,10 +5,10 @@ use std::ops::Range;
 
 use super::adapter::AdapterReport;
 use super::pace::Pace;
+use super::turns::WORKGROUP;
 use super::turns::near_voxels;
 use super::types::{
     BOX_EDGE, BOXES_AT_ONCE, FARTHEST_READ_Q16, HEADS, PYRAMID_LEVELS, Part, Stage, WORDS_PER_INVOCATION,
-    WORKGROUP,
 };
 use crate::backend::roll::{Flesh, Roll};
 use crate::backend::{Carving, Cell, Image, Rays};

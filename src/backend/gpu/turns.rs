@@ -13,9 +13,11 @@
 //! hundred turns. What `gather`, `scan` and `fuse` do is bounded below. That no loop was ended early is proved by
 //! `shaders/proof.wgsl`, on every device and in every batch.
 
-use super::types::WORKGROUP;
 use crate::backend::Image;
 use crate::march::MAX_RANGE_VOXELS;
+
+/// Invocations of a workgroup: one wave or two on any GPU, and a whole number of vectors on a software adapter.
+pub const WORKGROUP: u32 = 64;
 
 /// Turns that the loops of a vector may make.
 const ALLOWED: u32 = 65_535;

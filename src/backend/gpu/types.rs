@@ -5,14 +5,11 @@ use std::fmt::Write;
 
 use bytemuck::{Pod, Zeroable};
 
-use super::turns::{MOST_PIXELS, MOST_TURNS, SCANS_AT_ONCE, near_voxels};
+use super::turns::{MOST_PIXELS, MOST_TURNS, SCANS_AT_ONCE, WORKGROUP, near_voxels};
 use crate::backend::{Cell, Fusion, Image, LOG_ODDS, Placement, Rays, Shot, Slot};
 use crate::march;
 use crate::metrics::COUNTERS;
 use crate::voxel::Bricks;
-
-/// Invocations of a workgroup: one wave or two on any GPU, and a whole number of vectors on a software adapter.
-pub const WORKGROUP: u32 = 64;
 
 /// Words of a region that one invocation of `count` takes, so that a group's sums are worth their atomics.
 pub const WORDS_PER_INVOCATION: u32 = 16;

@@ -9,14 +9,18 @@ use super::packed::put_runs;
 use super::ranking::{BESTS, Ranking, firsts};
 use crate::Result;
 use crate::backend::Backend;
+use crate::metrics::Score;
+use crate::report::Series;
 use crate::report::reasons::{Explained, explain, phrase};
-use crate::report::results::SceneResults;
-use crate::report::{Key, Results, Score, Series, snapshots};
+use crate::report::snapshots;
+use crate::results::Key;
+use crate::results::Results;
+use crate::results::swept::SceneResults;
 use crate::study::Study;
-use crate::sweep::World;
 use crate::view::why::Missed;
 use crate::view::{Choice, View, Viewer};
 use crate::voxel::BitGrid;
+use crate::world::World;
 
 /// Most bytes of voxels before they are compressed; less than half of that after.
 const MOST_BYTES: usize = 24 << 20;

@@ -12,11 +12,13 @@ use super::packed::Numbers;
 use super::ranking::Ranking;
 use super::scores::{self, Scores};
 use super::surroundings::{Surroundings, WAYS};
+use crate::metrics::Score;
 use crate::report::distribution::distribution;
 use crate::report::maxima::{maxima, most_sensors};
-use crate::report::{Results, Score};
-use crate::sweep::place::room_m;
-use crate::sweep::{World, table};
+use crate::results::Results;
+use crate::results::columns;
+use crate::world::World;
+use crate::world::place::room_m;
 use sensor::{SensorData, sensor_data};
 
 /// For each scene and series: minimum, quartiles and maximum.
@@ -128,7 +130,7 @@ impl<'a> Data<'a> {
                 .collect(),
             maxima: regions().map(|region| Score::ALL.map(|score| largest(region, score)).into()).collect(),
             full_set: most_sensors(results),
-            between_members: table::BETWEEN_MEMBERS,
+            between_members: columns::BETWEEN_MEMBERS,
             voxel_size_m: study.voxel_size_m,
             objects: surroundings.objects(),
             ways: WAYS,
@@ -149,7 +151,7 @@ fn render(sweep: &Sweep) -> Vec<String> {
     render
 }
 
-fn scene_data<'a>(scene: &'a crate::report::results::SceneResults, worlds: &[World]) -> SceneData<'a> {
+fn scene_data<'a>(scene: &'a crate::results::swept::SceneResults, worlds: &[World]) -> SceneData<'a> {
     let room = room_m(&worlds[scene.moments.start].truth());
     let moments = [scene.moments.start, scene.moments.end];
     SceneData { name: &scene.name, moments, room_m: room.map(|corner| corner.to_array()) }
@@ -177,7 +179,7 @@ fn baselines(results: &Results, region: usize) -> Vec<Vec<Baseline>> {
 }
 
 fn distributions(results: &Results, rankings: &[Ranking], region: usize, score: Score) -> Boxes {
-    let of_one = |ranking: &Ranking, scene: &crate::report::results::SceneResults| {
+    let of_one = |ranking: &Ranking, scene: &crate::results::swept::SceneResults| {
         let values = ranking.series.over(results, &scene.moments, region, score);
         let d = distribution(values.into_iter().flatten().map(|over| over.mean).collect())?;
         Some([d.min, d.lower_quartile, d.median, d.upper_quartile, d.max])

@@ -9,9 +9,11 @@ use super::Sweep;
 use super::cells::Cells;
 use super::ranking::Ranking;
 use super::surroundings::Surroundings;
+use crate::metrics::Score;
+use crate::report::distribution;
+use crate::report::maxima;
 use crate::report::maxima::most_sensors;
 use crate::report::table::number;
-use crate::report::{Score, distribution, maxima};
 
 /// What the template shows.
 #[derive(Debug)]

@@ -4,7 +4,12 @@
 use std::ops::Range;
 
 use crate::metrics::Confusion;
-use crate::report::{Key, Over, Results, SCORES, Score, over};
+use crate::metrics::SCORES;
+use crate::metrics::Score;
+use crate::results::Key;
+use crate::results::Over;
+use crate::results::Results;
+use crate::results::over;
 
 /// Whether its worst value is told beside its mean: of what names a best.
 pub(super) fn has_worst(score: Score) -> bool {

@@ -21,10 +21,10 @@ use base64::{Engine, prelude::BASE64_STANDARD as STANDARD};
 use sha2::{Digest, Sha256};
 
 use crate::backend::Backend;
-use crate::report::Results;
+use crate::results::Results;
+use crate::results::manifest::Manifest;
 use crate::study::Study;
-use crate::sweep::World;
-use crate::sweep::manifest::Manifest;
+use crate::world::World;
 use crate::{Error, Result};
 use packed::{Numbers, packed};
 

@@ -3,7 +3,10 @@
 
 use std::collections::HashMap;
 
-use crate::report::{Results, Score, Series, series};
+use crate::metrics::Score;
+use crate::report::Series;
+use crate::report::series;
+use crate::results::Results;
 
 /// The scores that name a best: F1, as in the paper, and what a safety review asks first.
 pub(super) const BESTS: [Score; 3] = [Score::F1, Score::HumanSeen, Score::PartsDetected];

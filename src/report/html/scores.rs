@@ -8,8 +8,9 @@ use serde::Serialize;
 use super::measure;
 use super::packed::Numbers;
 use super::ranking::Ranking;
-use crate::report::SCORES;
-use crate::report::{Results, Series};
+use crate::metrics::SCORES;
+use crate::report::Series;
+use crate::results::Results;
 
 /// Most scores in a report: 8 MB before they are compressed, about as many after they are spelt in letters.
 const MOST_SCORES: usize = 2_000_000;

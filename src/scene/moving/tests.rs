@@ -2,9 +2,11 @@
 
 use super::*;
 use crate::scene::build::build;
+use crate::scene::spec::SceneSpec;
 use crate::scene::{Role, Scene};
-use crate::study::SceneSpec;
-use crate::voxel::voxelize::{grid_over, scene_extent, voxelize_all};
+use crate::source::Sources;
+use crate::voxel::voxelize::{grid_over, scene_extent};
+use crate::voxel::voxelize_all;
 
 /// The snapshots of a scene file in a folder with these other files.
 fn scene_of(toml: &str, files: &[(&str, String)]) -> Result<Vec<Scene>> {
@@ -226,7 +228,7 @@ fn triangles_are_counted_where_an_object_is_another_than_before() {
     let sources = Sources::beside(&path);
     let spec = SceneSpec::load(&path, &sources).unwrap();
     let with = |triangles_left| {
-        let mut files = Files { triangles_left, ..Files::new(&sources) };
+        let mut files = Loaded { triangles_left, ..Loaded::new(&sources) };
         moments(&spec.objects[0], 4, &mut files, 0.01).map(|_| files.triangles_left)
     };
     // A box has 12: its shape, and it in two places.

@@ -6,8 +6,8 @@ use std::collections::BTreeMap;
 use glam::{DAffine3, DMat3, DVec3};
 
 use super::{Joint, Model, Motion};
+use crate::pose::{Frame, Pose};
 use crate::scene::Linkage;
-use crate::sensor::pose::{Frame, Pose};
 use crate::{Error, Result};
 
 /// A URDF's limits are often written with a few digits of π: 180° must be within 3.14159.

@@ -7,7 +7,7 @@ use glam::{DAffine3, DVec3};
 use urdf_rs::{JointType, Pose, Robot};
 
 use super::{Body, Joint, Link, Motion, Shape};
-use crate::sensor::pose::from_rpy;
+use crate::pose::from_rpy;
 
 /// No length or distance is larger; beyond it there are slips of the pen.
 const FARTHEST_M: f64 = 1e6;

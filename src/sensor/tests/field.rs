@@ -88,8 +88,8 @@ fn a_level_scanner_switches_wherever_in_a_voxel_it_stands() {
 fn a_tilted_scanner_keeps_an_upright_field() {
     let field = block([5, 5, 1], [7, 6, 2]);
     let tilted = |pitch: f64| {
-        let rotation = crate::sensor::pose::from_rpy([0.0, pitch.to_radians(), 0.0]);
-        Pose::turned(DVec3::new(5.0, 5.5, 1.2), rotation, crate::sensor::pose::Frame::Link)
+        let rotation = crate::pose::from_rpy([0.0, pitch.to_radians(), 0.0]);
+        Pose::turned(DVec3::new(5.0, 5.5, 1.2), rotation, crate::pose::Frame::Link)
     };
     // Up by 30°: the ray is in layer 2 from x = 6.39 on. Down by 30°: in layer 0 from x = 5.35 on, below the field.
     assert_eq!(field_says(&scanner(false, true), tilted(-30.0), [7, 5, 2]), Says::Occupied(field.clone()));
@@ -99,8 +99,8 @@ fn a_tilted_scanner_keeps_an_upright_field() {
 
 #[test]
 fn a_scanner_upside_down_has_its_left_on_the_other_side() {
-    let rolled = crate::sensor::pose::from_rpy([180f64.to_radians(), 0.0, 0.0]);
-    let pose = Pose::turned(DVec3::new(5.0, 5.5, 1.2), rolled, crate::sensor::pose::Frame::Link);
+    let rolled = crate::pose::from_rpy([180f64.to_radians(), 0.0, 0.0]);
+    let pose = Pose::turned(DVec3::new(5.0, 5.5, 1.2), rolled, crate::pose::Frame::Link);
     // y 3.5 to 5.5: rows 3 and 4, half-open as the other way round.
     let field = block([5, 3, 1], [7, 4, 2]);
     assert_eq!(field_says(&scanner(false, true), pose, [5, 4, 1]), Says::Occupied(field.clone()));

@@ -19,8 +19,9 @@ use std::sync::Arc;
 
 use glam::DVec3;
 
-use super::{Kind, Pose, Setting, Station};
+use super::{Kind, Setting, Station};
 use crate::backend::Planes;
+use crate::pose::Pose;
 use crate::scene::Role;
 use crate::scene::mannequin::Keypoints;
 use crate::voxel::flood::enclosed;

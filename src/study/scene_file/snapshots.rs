@@ -4,43 +4,19 @@
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 
-use glam::{DQuat, DVec3};
 use schemars::JsonSchema;
 use serde::Deserialize;
 
-use super::{ObjectSpec, SurfaceSpec, rotation};
-use crate::scene::urdf::JointValues;
+use super::rotation;
+use crate::scene::spec::{MotionSpec, ObjectSpec, SurfaceSpec};
 use crate::study::Place;
-use crate::study::file::Quaternion;
-use crate::study::poses::numbers;
+use crate::study::poses::{Quaternion, numbers};
 use crate::study::urdf::joints;
 use crate::study::value::{Axis, exactly};
 use crate::{Error, Result};
 
 /// More snapshots than any recording that is scored one by one.
 const MAX_SNAPSHOTS: usize = 10_000;
-
-/// What changes about an object over the snapshots of its scene; an empty list changes nothing. A list shorter than the
-/// scene belongs to an object whose lists repeat.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct MotionSpec {
-    /// Where it is, instead of the object's own position.
-    pub position_m: Vec<DVec3>,
-    /// How it is turned, instead of the object's own rotation.
-    pub rotation: Vec<DQuat>,
-    /// Keypoint files of a mannequin.
-    pub mannequin: Vec<PathBuf>,
-    /// Keypoint files of another human.
-    pub keypoints: Vec<PathBuf>,
-    /// Joint values of a robot, instead of the object's own; joints that an entry does not name keep those.
-    pub joints: Vec<JointValues>,
-    /// The animation that a glTF file is sampled from; the only one if there is no name.
-    pub clip: Option<String>,
-    /// When it is sampled.
-    pub times_s: Vec<f64>,
-    /// Whether the lists repeat until the scene's snapshots are through.
-    pub cycle: bool,
-}
 
 /// Lists with an entry for each moment of the scene.
 #[derive(Deserialize, JsonSchema)]

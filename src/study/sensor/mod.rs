@@ -18,7 +18,7 @@ use serde::Deserialize;
 use serde::de::DeserializeOwned;
 use toml::{Table, Value};
 
-use super::file::PosesFile;
+use super::poses::PosesFile;
 use super::unreadable::{self, Step};
 use super::value::exactly;
 use super::{Place, Problems, catalogue, poses};

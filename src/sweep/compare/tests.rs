@@ -114,7 +114,7 @@ fn each_kind_of_lie_is_found_and_named() {
     // A voxel in front of the first pose that its rays free, and one that none reaches.
     let (study, world) = tiny();
     let mut oracle = Oracle::default();
-    oracle.tables(&[crate::sweep::tables(&study)[0].clone().unwrap()]).unwrap();
+    oracle.tables(&[crate::world::ray_tables(&study)[0].clone().unwrap()]).unwrap();
     oracle.load(&world.cell(world.grid.window())).unwrap();
     let placement = world.placement(&study, 0, 0, 0);
     let evidence = oracle.read(0, &placement).unwrap().planes;

@@ -7,8 +7,8 @@ use tempfile::TempDir;
 use super::*;
 use crate::backend::cpu::Cpu;
 use crate::study::{Overrides, Study};
-use crate::sweep::World;
 use crate::view::Choice;
+use crate::world::World;
 
 /// A study made ready, from its text, that of its scene `cell.toml`, and other files.
 fn ready(study: &str, scene: &str, others: &[(&str, String)]) -> (Study, Vec<World>) {

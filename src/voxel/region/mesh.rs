@@ -3,11 +3,13 @@
 
 use std::ops::Range;
 
-use super::rows::Run;
 use crate::scene::Mesh;
 use crate::voxel::overlap::{self, Corner, VOXEL};
 use crate::voxel::solid::{ceil_div, centre_q16, centres_in, first_centre, passes};
 use crate::voxel::{grid::MAX_VOXELS_PER_AXIS, grid::ONE_Q16};
+
+/// A run of voxels along x, not empty.
+pub(super) type Run = Range<i64>;
 
 /// Where rows of centres pass the surface of a mesh.
 pub(super) struct MeshRows {

@@ -3,11 +3,8 @@
 
 use std::ops::Range;
 
-use super::mesh::MeshRows;
+use super::mesh::{MeshRows, Run};
 use crate::voxel::solid::{Ball, at_least_zero, both, centre_q16};
-
-/// A run of voxels along x, not empty.
-pub(super) type Run = Range<i64>;
 
 /// A shape that can be asked for its rows.
 pub(super) enum Rows {

@@ -1,6 +1,7 @@
 //! The voxelizer on bodies whose voxels can be counted by hand.
 
 use super::*;
+use crate::voxel::voxelize_all;
 
 /// The surface of a box in metres, as twelve triangles that face outward.
 fn cuboid(low: DVec3, high: DVec3) -> Mesh {

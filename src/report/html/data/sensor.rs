@@ -4,13 +4,14 @@
 use glam::{DMat3, DQuat, DVec3};
 use serde::Serialize;
 
+use crate::pose::Pose;
 use crate::report::html::surroundings::{Around, Surroundings, key};
 use crate::sensor::prism::Prism;
 use crate::sensor::turned::Turned;
-use crate::sensor::{Candidate, Pose, Scale, Sensor, Setting, Stance};
+use crate::sensor::{Candidate, Scale, Sensor, Setting, Stance};
 use crate::study::Study;
-use crate::sweep::World;
-use crate::sweep::place::Places;
+use crate::world::World;
+use crate::world::place::Places;
 
 /// Rays that stand for the many of a sensor that is no camera.
 const RAYS_SHOWN: usize = 48;

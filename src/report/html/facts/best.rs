@@ -1,6 +1,10 @@
 //! The best placements in each region, beside what simple answers score. How they are mounted is `mount`'s.
 
 use super::mount::{self, Sheet};
+use crate::metrics::SCORES;
+use crate::metrics::Score;
+use crate::report::NEAR_SIDE;
+use crate::report::Series;
 use crate::report::html::Sweep;
 use crate::report::html::cells::Cells;
 use crate::report::html::measure::{self, Baseline};
@@ -8,7 +12,7 @@ use crate::report::html::ranking::{BESTS, Ranking, firsts};
 use crate::report::html::surroundings::Surroundings;
 use crate::report::reasons::Explained;
 use crate::report::table::number;
-use crate::report::{NEAR_SIDE, Results, SCORES, Score, Series};
+use crate::results::Results;
 
 /// A region's best placements.
 #[derive(Debug)]

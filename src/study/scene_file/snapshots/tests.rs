@@ -2,8 +2,8 @@
 
 use std::path::Path;
 
-use super::super::SceneSpec;
 use super::*;
+use crate::scene::spec::SceneSpec;
 
 const BOX: &str = "box = { size_m = [1, 1, 1] }";
 

@@ -1,0 +1,92 @@
+//! The scores by name, and which way each is better.
+
+use super::Confusion;
+
+/// A score of a choice of sensors.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Score {
+    /// [`Confusion::f1`].
+    F1,
+    /// [`Confusion::kappa`].
+    Kappa,
+    /// [`Confusion::human_seen`].
+    HumanSeen,
+    /// [`Confusion::human_claimed`].
+    HumanClaimed,
+    /// [`Confusion::people_detected`].
+    PeopleDetected,
+    /// [`Confusion::parts_detected`].
+    PartsDetected,
+    /// [`Confusion::unknown`].
+    Unknown,
+    /// [`Confusion::false_alarm`].
+    FalseAlarm,
+}
+
+/// How many scores there are.
+pub const SCORES: usize = 8;
+
+impl Score {
+    /// All of them, in the order of every table.
+    pub const ALL: [Score; SCORES] = [
+        Score::F1,
+        Score::Kappa,
+        Score::HumanSeen,
+        Score::HumanClaimed,
+        Score::PeopleDetected,
+        Score::PartsDetected,
+        Score::Unknown,
+        Score::FalseAlarm,
+    ];
+
+    /// As in the columns of results.csv and scores.csv.
+    pub fn name(self) -> &'static str {
+        match self {
+            Score::F1 => "f1",
+            Score::Kappa => "kappa",
+            Score::HumanSeen => "human_seen",
+            Score::HumanClaimed => "human_claimed",
+            Score::PeopleDetected => "people_detected",
+            Score::PartsDetected => "parts_detected",
+            Score::Unknown => "unknown",
+            Score::FalseAlarm => "false_alarm",
+        }
+    }
+
+    /// As in headings.
+    pub fn title(self) -> &'static str {
+        match self {
+            Score::F1 => "F1",
+            _ => self.name(),
+        }
+    }
+
+    /// The score of counts, if they have one.
+    pub fn of(self, counts: &Confusion) -> Option<f64> {
+        match self {
+            Score::F1 => counts.f1(),
+            Score::Kappa => counts.kappa(),
+            Score::HumanSeen => counts.human_seen(),
+            Score::HumanClaimed => counts.human_claimed(),
+            Score::PeopleDetected => counts.people_detected(),
+            Score::PartsDetected => counts.parts_detected(),
+            Score::Unknown => counts.unknown(),
+            Score::FalseAlarm => counts.false_alarm(),
+        }
+    }
+
+    /// Whether less of it is better.
+    pub fn less_is_better(self) -> bool {
+        matches!(self, Score::Unknown | Score::FalseAlarm)
+    }
+
+    /// How good a value is: more is always better.
+    pub(crate) fn merit(self, value: f64) -> f64 {
+        if self.less_is_better() { -value } else { value }
+    }
+
+    /// The worse of two values.
+    pub(crate) fn worse(self, a: f64, b: f64) -> f64 {
+        if self.less_is_better() { a.max(b) } else { a.min(b) }
+    }
+}

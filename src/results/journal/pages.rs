@@ -1,0 +1,77 @@
+//! The counts of a finished sweep by row, from one journal or from those of all its shards, with as much of them in
+//! memory as a report looks at in turn.
+
+use std::cell::RefCell;
+
+use crate::metrics::Confusion;
+use crate::results::journal::Journal;
+use crate::{Error, Result};
+
+/// Counts that are kept in memory, all blocks together: some 50 MB.
+const KEPT_ROWS: u64 = 1 << 19;
+
+/// Fewest rows of a block that are read at once.
+const LEAST_ROWS: u64 = 64;
+
+/// The number of a page of a block, and its counts.
+type Page = (u64, Vec<Confusion>);
+
+/// Journals that hold all rows of a sweep between them. A report asks for the same row of many blocks, then for the
+/// next row of them, so a page of each block is kept.
+#[derive(Debug)]
+pub struct Pages {
+    /// In the order of the rows that they keep.
+    journals: Vec<Journal>,
+    pub(super) page_rows: u64,
+    /// For each block, the page that is kept.
+    pub(super) pages: RefCell<Vec<Option<Page>>>,
+    failure: RefCell<Option<Error>>,
+}
+
+impl Pages {
+    /// Of journals of one sweep that together keep every row of each block once, in the order of those rows.
+    pub fn new(journals: Vec<Journal>) -> Pages {
+        let blocks = journals[0].header().blocks;
+        let page_rows = (KEPT_ROWS / blocks.max(1)).max(LEAST_ROWS);
+        let pages = RefCell::new((0..blocks).map(|_| None).collect());
+        Pages { journals, page_rows, pages, failure: RefCell::new(None) }
+    }
+
+    /// The counts of a row. If they cannot be read they are zero, and [`Pages::failure`] says why.
+    pub fn counts(&self, row: u64) -> Confusion {
+        let block_rows = self.journals[0].header().block_rows;
+        let (block, within) = (row / block_rows, row % block_rows);
+        let (page, at) = (within / self.page_rows, (within % self.page_rows) as usize);
+        let kept = &mut self.pages.borrow_mut()[block as usize];
+        if kept.as_ref().is_none_or(|(number, _)| *number != page) {
+            match self.read(block, page) {
+                Ok(counts) => *kept = Some((page, counts)),
+                Err(e) => {
+                    self.failure.borrow_mut().get_or_insert(e);
+                    return Confusion::default();
+                }
+            }
+        }
+        kept.as_ref().map_or_else(Confusion::default, |(_, counts)| counts[at])
+    }
+
+    /// Why counts could not be read, the first time they could not; told once.
+    pub fn failure(&self) -> Result<()> {
+        self.failure.borrow_mut().take().map_or(Ok(()), Err)
+    }
+
+    /// A page of a block.
+    fn read(&self, block: u64, page: u64) -> Result<Vec<Confusion>> {
+        let block_rows = self.journals[0].header().block_rows;
+        let (first, end) = (page * self.page_rows, block_rows.min((page + 1) * self.page_rows));
+        let mut counts = Vec::new();
+        for journal in &self.journals {
+            let kept = &journal.header().kept;
+            let (from, to) = (first.max(kept.start), end.min(kept.end));
+            if from < to {
+                counts.extend(journal.counts(block * block_rows + from..block * block_rows + to)?);
+            }
+        }
+        Ok(counts)
+    }
+}

@@ -1,0 +1,64 @@
+//! The table `scores`, made for pandas: the scores of every choice over snapshots and repeats, for each scene and for all
+//! scenes together. Which choice is best is left to the tables for people.
+
+use std::path::Path;
+
+use crate::Result;
+use crate::metrics::Score;
+use crate::results::Over;
+use crate::results::Results;
+use crate::results::table::Column;
+use crate::results::table::Field;
+use crate::results::table::Format;
+use crate::results::table::Kind;
+use crate::results::table::TableFile;
+
+/// The name of the file, without its extension.
+pub const SCORES: &str = "scores";
+
+/// What stands in the column `scene` for all scenes together.
+pub const ALL_SCENES: &str = "*";
+
+/// Writes the table into a folder: one row a scene, combination, choice of poses, representation and region, in the order
+/// of `results`; then the same for all scenes. `worst_part` is the body part that is missed in most rows of `results`, and
+/// `worst_part_missed` in how many. What has no value is empty: a score that is nowhere defined, and the spread
+/// of a single repeat.
+pub fn write(results: &Results, folder: &Path, format: Format) -> Result<()> {
+    let names = ["scene", "combination", "poses", "representation", "region"];
+    let mut columns = names.map(|name| Column::new(name, Kind::Text)).to_vec();
+    for score in Score::ALL {
+        let of = |what: &str, kind| Column::new(format!("{}_{what}", score.name()), kind);
+        columns.extend(["mean", "std", "worst", "pooled"].map(|what| of(what, Kind::Score)));
+        columns.push(of("n", Kind::Count));
+    }
+    columns.push(Column::new("worst_part", Kind::Text));
+    columns.push(Column::new("worst_part_missed", Kind::Count));
+    let path = folder.join(format!("{SCORES}.{}", format.extension()));
+    let mut table = TableFile::create(&path, format, &columns)?;
+    let scenes = results.scenes.iter().map(|scene| (scene.name.as_str(), scene.moments.clone()));
+    for (scene, moments) in scenes.chain([(ALL_SCENES, results.moments())]) {
+        results.each_key(|names, key| {
+            let mut fields = vec![Field::Text(scene)];
+            fields.extend(names.map(Field::Text));
+            for score in Score::ALL {
+                fields.extend(values(results.over(moments.clone(), key, score)));
+            }
+            let worst = results.together(moments.clone(), &key).detection.worst_part();
+            fields.push(Field::Text(worst.map_or("", |(part, _)| part.name())));
+            fields.push(Field::Count(worst.map_or(0, |(_, rows)| rows)));
+            table.row(&fields)
+        })?;
+    }
+    results.intact()?;
+    table.finish()
+}
+
+/// mean, std, worst, pooled, n.
+fn values(over: Option<Over>) -> [Field<'static>; 5] {
+    let [mean, std, worst, pooled] = match over {
+        Some(Over { mean, std, worst, pooled, .. }) => [Some(mean), std, Some(worst), pooled],
+        None => [None; 4],
+    };
+    let n = over.map_or(0, |over| over.values as u64);
+    [Field::Score(mean), Field::Score(std), Field::Score(worst), Field::Score(pooled), Field::Count(n)]
+}

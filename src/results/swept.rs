@@ -1,0 +1,259 @@
+//! What a sweep found, by name: every count of every scene, snapshot, repeat and choice of poses, and the baselines
+//! beside them. Names are kept in memory, counts are looked up in the journal as they are asked for. It comes from a
+//! sweep or, by way of `read`, from its folder, and is the same either way.
+
+use std::ops::Range;
+use std::sync::Arc;
+
+use crate::Result;
+use crate::metrics::Confusion;
+use crate::metrics::Score;
+use crate::results::Key;
+use crate::results::Layout;
+use crate::results::Over;
+use crate::results::Size;
+use crate::results::columns;
+use crate::results::journal::Pages;
+use crate::results::over;
+use crate::sensor::{Candidate, Setting};
+use crate::study::{self, Combination, Study, nth_choice};
+use crate::world::Baselines;
+use crate::world::World;
+use crate::world::place::{self, Places};
+
+/// What a sweep found. Indices of scenes, combinations, choices, representations and regions are those of the study; a
+/// moment is a snapshot of a scene, counted through all scenes.
+#[derive(Debug)]
+pub struct Results {
+    /// What was swept.
+    pub subject: Subject,
+    pub(super) layout: Layout,
+    pub(super) pages: Pages,
+}
+
+/// What was swept, by name.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Subject {
+    /// Scenes in study order.
+    pub scenes: Vec<SceneResults>,
+    /// Names of the regions.
+    pub regions: Vec<String>,
+    /// How often everything was scored.
+    pub repeats: usize,
+    /// Combinations in study order.
+    pub combinations: Vec<CombinationResults>,
+    /// For each moment and region, what the simplest answers would score.
+    pub baselines: Vec<Vec<Baselines>>,
+}
+
+/// A scene that was swept.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct SceneResults {
+    /// Its name.
+    pub name: String,
+    /// Its snapshots among the moments of all scenes.
+    pub moments: Range<usize>,
+}
+
+/// A combination that was swept.
+#[derive(Clone, Debug, PartialEq)]
+pub struct CombinationResults {
+    /// Its name.
+    pub name: String,
+    /// Its sensors in the order they speak.
+    pub members: Vec<MemberResults>,
+    /// What is scored of each choice, as in the column `representation` of results.csv.
+    pub representations: Vec<String>,
+}
+
+/// A sensor of a combination.
+#[derive(Clone, Debug, PartialEq)]
+pub struct MemberResults {
+    /// Its name.
+    pub sensor: String,
+    /// All of its poses, in study order.
+    pub poses: Arc<Vec<PoseResults>>,
+    /// Which of them take part, in their order.
+    pub candidates: Vec<usize>,
+}
+
+/// A pose of a sensor.
+#[derive(Clone, Debug, PartialEq)]
+pub struct PoseResults {
+    /// Its name.
+    pub name: String,
+    /// The set of poses it belongs to, a wall or the ceiling; `None` for what is set up without a pose.
+    pub group: Option<String>,
+    /// Where it is, in words for people, as in the column `place` of poses.csv.
+    pub place: String,
+}
+
+impl Subject {
+    /// What a study sweeps. `worlds` are those of [`World::prepare_all`].
+    pub fn of_study(study: &Study, worlds: &[World]) -> Subject {
+        let mut end = 0;
+        let scenes = study.scenes.iter().map(|spec| {
+            let begin = end;
+            end += spec.snapshots;
+            SceneResults { name: spec.name.clone(), moments: begin..end }
+        });
+        let poses: Vec<Arc<Vec<PoseResults>>> = {
+            let places = Places::of(study, &worlds[0]);
+            (0..study.sensors.len()).map(|sensor| Arc::new(poses(study, &places, sensor))).collect()
+        };
+        let member = |member: &study::Member| MemberResults {
+            sensor: study.sensors[member.sensor].name.clone(),
+            poses: poses[member.sensor].clone(),
+            candidates: member.candidates.clone(),
+        };
+        let combination = |combination: &Combination| CombinationResults {
+            name: combination.name.clone(),
+            members: combination.members.iter().map(member).collect(),
+            representations: columns::representation_names(study, combination),
+        };
+        Subject {
+            scenes: scenes.collect(),
+            regions: study.regions.iter().map(|(name, _)| name.clone()).collect(),
+            repeats: study.repeats as usize,
+            combinations: study.combinations.iter().map(combination).collect(),
+            baselines: worlds.iter().map(|world| world.baselines.clone()).collect(),
+        }
+    }
+
+    /// All moments of all scenes.
+    pub fn moments(&self) -> Range<usize> {
+        0..self.baselines.len()
+    }
+
+    /// Every row of a block in study order: names of combination, poses, representation and region, and its key.
+    pub fn each_key(&self, mut row: impl FnMut([&str; 4], Key) -> Result<()>) -> Result<()> {
+        for (combination, combined) in self.combinations.iter().enumerate() {
+            for choice in 0..combined.choices() {
+                let poses = combined.name_of(choice);
+                for (representation, as_what) in combined.representations.iter().enumerate() {
+                    for (region, place) in self.regions.iter().enumerate() {
+                        let key = Key { combination, choice, representation, region };
+                        row([&combined.name, &poses, as_what, place], key)?;
+                    }
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// How its rows are numbered.
+    pub fn layout(&self) -> Layout {
+        let size = |c: &CombinationResults| Size { choices: c.choices(), ways: c.representations.len() };
+        let sizes = self.combinations.iter().map(size).collect();
+        Layout::new(self.moments().len(), self.repeats, sizes, self.regions.len())
+    }
+}
+
+fn poses(study: &Study, places: &Places, sensor: usize) -> Vec<PoseResults> {
+    let named = |(index, candidate): (usize, &Candidate)| PoseResults {
+        name: candidate.name.clone(),
+        group: matches!(candidate.setting, Setting::Pose(_)).then(|| candidate.group.clone()),
+        place: places.words(sensor, index),
+    };
+    study.sensors[sensor].candidates.iter().enumerate().map(named).collect()
+}
+
+impl std::ops::Deref for Results {
+    type Target = Subject;
+
+    fn deref(&self) -> &Subject {
+        &self.subject
+    }
+}
+
+impl Results {
+    /// The counts in some journals, which keep every row of what was swept between them.
+    pub fn new(subject: Subject, pages: Pages) -> Results {
+        Results { layout: subject.layout(), subject, pages }
+    }
+
+    /// What was counted at a moment.
+    pub fn counts(&self, moment: usize, repeat: usize, key: &Key) -> Confusion {
+        self.pages.counts(self.layout.row(moment, repeat, key))
+    }
+
+    /// Fails if counts could not be read since it was last asked; what was made of them is then worthless.
+    pub fn intact(&self) -> Result<()> {
+        self.pages.failure()
+    }
+
+    /// A score of one choice over some moments and all repeats; `None` if it has no value in any.
+    pub fn over(&self, moments: impl Iterator<Item = usize> + Clone, key: Key, score: Score) -> Option<Over> {
+        let at = move |moment, repeat| self.counts(moment, repeat, &key);
+        let repeats = (0..self.repeats).map(|repeat| moments.clone().map(move |moment| at(moment, repeat)));
+        over::over(repeats, score)
+    }
+
+    /// All counts of one choice over some moments and all repeats together.
+    pub fn together(&self, moments: Range<usize>, key: &Key) -> Confusion {
+        let repeats = 0..self.repeats;
+        let each =
+            repeats.flat_map(|repeat| moments.clone().map(move |moment| self.counts(moment, repeat, key)));
+        each.fold(Confusion::default(), |all, one| all.plus(&one))
+    }
+
+    /// The names of the baselines and their score over some moments.
+    pub fn baselines_over(
+        &self,
+        moments: impl Iterator<Item = usize> + Clone,
+        region: usize,
+        score: Score,
+    ) -> [(&'static str, Option<Over>); 4] {
+        let of = |pick: fn(&Baselines) -> &Confusion| {
+            let counts = moments.clone().map(move |moment| *pick(&self.baselines[moment][region]));
+            over::over(std::iter::once(counts), score)
+        };
+        [
+            ("upper bound", of(|b| &b.ceiling)),
+            ("all occupied", of(|b| &b.all_occupied)),
+            ("all free", of(|b| &b.all_free)),
+            ("nothing seen", of(|b| &b.nothing_seen)),
+        ]
+    }
+}
+
+impl CombinationResults {
+    /// How many choices of poses it has.
+    pub fn choices(&self) -> usize {
+        self.members.iter().map(|member| member.candidates.len()).fold(1, usize::saturating_mul)
+    }
+
+    /// The poses of a choice.
+    pub(crate) fn poses(&self, choice: usize) -> impl Iterator<Item = (&MemberResults, &PoseResults)> {
+        let chosen = nth_choice(choice, self.members.iter().map(|member| member.candidates.len()));
+        self.members.iter().zip(chosen).map(|(member, i)| (member, &member.poses[member.candidates[i]]))
+    }
+
+    /// A choice, as in the column `poses` of results.csv: `camera:right-wall/8/1;pads:floor/3/0`.
+    pub fn name_of(&self, choice: usize) -> String {
+        let names = self.poses(choice).map(|(member, pose)| format!("{}:{}", member.sensor, pose.name));
+        names.collect::<Vec<_>>().join(columns::BETWEEN_MEMBERS)
+    }
+
+    /// Where the sensors of a choice are, in words: `left wall, x 0.5 m, 2.2 m high, 30° down`, those of several sensors with
+    /// their names.
+    pub fn place_of(&self, choice: usize) -> String {
+        let places = self.poses(choice).map(|(member, pose)| (member.sensor.as_str(), &pose.place));
+        place::join(&places.collect::<Vec<_>>())
+    }
+
+    /// The group of a choice's poses, if exactly one of its sensors has a pose.
+    pub fn group_of(&self, choice: usize) -> Option<&str> {
+        let mut groups = self.poses(choice).filter_map(|(_, pose)| pose.group.as_deref());
+        let group = groups.next()?;
+        groups.next().is_none().then_some(group)
+    }
+
+    /// The name of a choice as it stands in tables: without the sensor's where there is only one.
+    pub(crate) fn label(&self, choice: usize) -> String {
+        match self.members.as_slice() {
+            [_] => self.poses(choice).map(|(_, pose)| pose.name.clone()).collect(),
+            _ => self.name_of(choice),
+        }
+    }
+}

@@ -1,0 +1,60 @@
+//! Rows as CSV: numbers as Rust prints them, which is the shortest text that reads back as the same number. Files and
+//! checks of the fields are `mod`'s business.
+
+use std::io;
+
+use crate::results::files::WholeFile;
+use crate::results::table::Column;
+use crate::results::table::Field;
+use crate::results::table::RowWriter;
+
+/// Bytes that go to the file at once.
+const BUFFER: usize = 1 << 18;
+
+pub(super) struct CsvWriter {
+    csv: ::csv::Writer<WholeFile>,
+    /// The text of one number.
+    number: Vec<u8>,
+}
+
+impl CsvWriter {
+    /// Writes the header.
+    pub(super) fn new(file: WholeFile, columns: &[Column]) -> io::Result<Self> {
+        let mut csv = ::csv::WriterBuilder::new().buffer_capacity(BUFFER).from_writer(file);
+        csv.write_record(columns.iter().map(|column| &column.name)).map_err(io_error)?;
+        Ok(CsvWriter { csv, number: Vec::new() })
+    }
+
+    fn number(&mut self, number: &impl std::fmt::Display) -> io::Result<()> {
+        use io::Write;
+        self.number.clear();
+        write!(self.number, "{number}")?;
+        self.csv.write_field(&self.number).map_err(io_error)
+    }
+}
+
+impl RowWriter for CsvWriter {
+    fn row(&mut self, fields: &[Field<'_>]) -> io::Result<()> {
+        for field in fields {
+            match field {
+                Field::Text(text) => self.csv.write_field(text).map_err(io_error)?,
+                Field::Count(count) => self.number(count)?,
+                Field::Score(Some(score)) => self.number(score)?,
+                Field::Score(None) => self.csv.write_field("").map_err(io_error)?,
+            }
+        }
+        self.csv.write_record(None::<&[u8]>).map_err(io_error)
+    }
+
+    fn finish(self: Box<Self>) -> io::Result<WholeFile> {
+        self.csv.into_inner().map_err(|e| e.into_error())
+    }
+}
+
+/// What lies beneath an error: of which kind it is, is of interest.
+fn io_error(error: ::csv::Error) -> io::Error {
+    match error.into_kind() {
+        ::csv::ErrorKind::Io(beneath) => beneath,
+        other => io::Error::other(format!("{other:?}")),
+    }
+}

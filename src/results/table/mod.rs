@@ -1,0 +1,139 @@
+//! Tables too long for memory: typed columns, written row by row as CSV or Parquet, that appear whole or not at all. What
+//! the columns mean, and tables for people, are left to `sweep` and `report`.
+
+mod csv;
+mod parquet;
+
+use std::io;
+use std::path::{Path, PathBuf};
+
+use crate::Result;
+use crate::results::files::WholeFile;
+use crate::results::files::cannot_write;
+
+/// What a column holds.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Kind {
+    /// Text: a string in Parquet, with a dictionary.
+    Text,
+    /// Whole numbers below 2^63: int64 in Parquet.
+    Count,
+    /// Numbers, or nothing where there is no value: a double that may be null in Parquet, an empty field in CSV.
+    Score,
+}
+
+/// One column of a table.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Column {
+    /// Its header.
+    pub name: String,
+    /// What it holds.
+    pub kind: Kind,
+}
+
+impl Column {
+    /// A column by its header and kind.
+    pub fn new(name: impl Into<String>, kind: Kind) -> Self {
+        Column { name: name.into(), kind }
+    }
+}
+
+/// One value of a row.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Field<'a> {
+    /// For [`Kind::Text`].
+    Text(&'a str),
+    /// For [`Kind::Count`], below 2^63.
+    Count(u64),
+    /// For [`Kind::Score`]; `None` where it has no value.
+    Score(Option<f64>),
+}
+
+impl Field<'_> {
+    fn fits(&self, kind: Kind) -> bool {
+        match self {
+            Field::Text(_) => kind == Kind::Text,
+            Field::Count(count) => kind == Kind::Count && *count <= i64::MAX as u64,
+            Field::Score(_) => kind == Kind::Score,
+        }
+    }
+}
+
+/// How a table is written.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Format {
+    /// Text with a header: commas, quotes where needed, the shortest decimal that gives the same double.
+    Csv,
+    /// Apache Parquet: int64, double and string columns, Snappy.
+    Parquet,
+}
+
+impl Format {
+    /// The end of the file's name, without the dot.
+    pub fn extension(self) -> &'static str {
+        match self {
+            Format::Csv => "csv",
+            Format::Parquet => "parquet",
+        }
+    }
+}
+
+/// A table on its way into a file. The same rows give the same bytes, and memory does not grow with their number.
+/// Dropped before [`TableFile::finish`], it leaves nothing behind.
+pub struct TableFile {
+    path: PathBuf,
+    kinds: Vec<Kind>,
+    writer: Box<dyn RowWriter>,
+}
+
+/// What a format does with rows that fit the columns.
+trait RowWriter: Send {
+    fn row(&mut self, fields: &[Field<'_>]) -> io::Result<()>;
+
+    /// Writes what is left; the file is still to be committed.
+    fn finish(self: Box<Self>) -> io::Result<WholeFile>;
+}
+
+impl TableFile {
+    /// Begins a table of at least one column beside the file's place, which stays as it is until the end.
+    ///
+    /// # Errors
+    /// `Error::Input` that names the file if it cannot be written; so for all methods.
+    pub fn create(path: &Path, format: Format, columns: &[Column]) -> Result<Self> {
+        TableFile::over(WholeFile::create(path)?, path, format, columns)
+    }
+
+    fn over(file: WholeFile, path: &Path, format: Format, columns: &[Column]) -> Result<Self> {
+        let begin = || -> io::Result<Box<dyn RowWriter>> {
+            Ok(match format {
+                Format::Csv => Box::new(csv::CsvWriter::new(file, columns)?),
+                Format::Parquet => Box::new(parquet::ParquetWriter::new(file, columns)?),
+            })
+        };
+        let writer = begin().map_err(|e| cannot_write(path, e))?;
+        Ok(TableFile { path: path.into(), kinds: columns.iter().map(|column| column.kind).collect(), writer })
+    }
+
+    /// Where it will be.
+    pub fn path(&self) -> &Path {
+        &self.path
+    }
+
+    /// Appends a row: a field a column, in their order.
+    ///
+    /// # Panics
+    /// If the fields do not fit the columns.
+    pub fn row(&mut self, fields: &[Field<'_>]) -> Result<()> {
+        let fit = fields.len() == self.kinds.len() && fields.iter().zip(&self.kinds).all(|(f, k)| f.fits(*k));
+        assert!(fit, "columns are {:?}, the row is {fields:?}", self.kinds);
+        self.writer.row(fields).map_err(|e| cannot_write(&self.path, e))
+    }
+
+    /// Writes what is left, and puts the file in its place.
+    pub fn finish(self) -> Result<()> {
+        self.writer.finish().map_err(|e| cannot_write(&self.path, e))?.commit()
+    }
+}
+
+#[cfg(test)]
+mod tests;

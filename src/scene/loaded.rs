@@ -1,0 +1,80 @@
+//! The files of a scene while it is built: what is read once for all its objects and snapshots is kept.
+
+use std::collections::HashMap;
+use std::path::{Path, PathBuf};
+use std::rc::Rc;
+
+use super::gltf::{Clip, Gltf, NodeMesh};
+use super::{Object, Surface};
+use crate::source::Sources;
+use crate::{Error, Result};
+
+/// Most triangles that are held while a scene is built, each shape and each place of it that is another: about 5 GB. A
+/// ball of a few words has a quarter of a million, and may move through ten thousand snapshots.
+const MOST_TRIANGLES: usize = 200_000_000;
+
+/// The files of a scene; what is read once for all objects and snapshots is kept.
+pub(super) struct Loaded<'a> {
+    pub(super) sources: &'a Sources,
+    /// Of [`MOST_TRIANGLES`].
+    pub(super) triangles_left: usize,
+    pub(super) gltf: HashMap<PathBuf, Rc<Gltf>>,
+    pub(super) clips: HashMap<(PathBuf, Option<String>), Rc<Clip>>,
+}
+
+impl<'a> Loaded<'a> {
+    pub(super) fn new(sources: &'a Sources) -> Loaded<'a> {
+        Loaded { sources, triangles_left: MOST_TRIANGLES, gltf: HashMap::new(), clips: HashMap::new() }
+    }
+
+    /// The nodes of a glTF file, at a time of one of its animations if there is one.
+    pub(super) fn gltf_nodes(
+        &mut self,
+        path: &Path,
+        animated: Option<&(Option<String>, f64)>,
+    ) -> Result<Vec<NodeMesh>> {
+        match animated {
+            None => self.gltf(path)?.parts(None),
+            Some((name, time_s)) => {
+                let clip = self.clip(path, name)?;
+                self.gltf(path)?.parts(Some((&clip, *time_s)))
+            }
+        }
+        .map_err(at("mesh"))
+    }
+
+    pub(super) fn spend(&mut self, part: &Object) -> Result<()> {
+        let Surface::Mesh(mesh) = &part.surface else { return Ok(()) };
+        let left = self.triangles_left.checked_sub(mesh.triangles.len()).ok_or_else(|| {
+            let what = format!("with it, the scene unfolds to more than {MOST_TRIANGLES} triangles");
+            Error::Input(format!("{what}: simplify its meshes, take larger voxels, or split the recording"))
+        })?;
+        self.triangles_left = left;
+        Ok(())
+    }
+
+    pub(super) fn gltf(&mut self, path: &Path) -> Result<Rc<Gltf>> {
+        if let Some(file) = self.gltf.get(path) {
+            return Ok(file.clone());
+        }
+        let file = Rc::new(Gltf::load(path, self.sources).map_err(at("mesh"))?);
+        self.gltf.insert(path.into(), file.clone());
+        Ok(file)
+    }
+
+    pub(super) fn clip(&mut self, path: &Path, name: &Option<String>) -> Result<Rc<Clip>> {
+        let key = (path.to_path_buf(), name.clone());
+        if let Some(clip) = self.clips.get(&key) {
+            return Ok(clip.clone());
+        }
+        let clip = self.gltf(path)?.clip(name.as_deref());
+        let clip = Rc::new(clip.map_err(|e| Error::Input(format!("snapshots.animation.clip: {e}")))?);
+        self.clips.insert(key, clip.clone());
+        Ok(clip)
+    }
+}
+
+/// A loader's message begins with the file, the value of this key.
+pub(super) fn at(key: &'static str) -> impl Fn(Error) -> Error {
+    move |e| Error::Input(format!("{key} = {e}"))
+}

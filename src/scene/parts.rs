@@ -1,0 +1,170 @@
+//! The parts of an object: reads the meshes and tessellates the bodies. Where each is at which moment is for `moving`.
+
+use std::path::Path;
+use std::sync::Arc;
+
+use glam::DVec3;
+use wildmatch::WildMatch;
+
+use super::gltf::NodeMesh;
+use super::loaded::{Loaded, at};
+use super::spec::{NodeRule, ObjectSpec, SurfaceSpec, UrdfSpec};
+use super::{Mesh, Object, Optical, Role, Surface, gltf, mannequin, octomap, primitive, stl, urdf};
+use crate::pose::Pose;
+use crate::source::Sources;
+use crate::{Error, Result};
+
+/// The parts of an object at one moment, in its own frame.
+pub(super) fn parts(object: &ObjectSpec, files: &mut Loaded, sag_m: f64) -> Result<Vec<Object>> {
+    let sources = files.sources;
+    let keypoints = object.keypoints.as_deref().map(|path| mannequin::read_keypoints(path, sources));
+    let mut keypoints = keypoints.transpose().map_err(at("keypoints"))?;
+    let mesh = match &object.surface {
+        SurfaceSpec::Box { size_m } => primitive::cuboid(*size_m),
+        SurfaceSpec::Room { size_m } => primitive::room(*size_m),
+        SurfaceSpec::Plane { size_m } => primitive::plane(*size_m),
+        SurfaceSpec::Sphere { radius_m } => primitive::sphere(*radius_m, sag_m),
+        SurfaceSpec::Cylinder { radius_m, height_m } => primitive::cylinder(*radius_m, *height_m, sag_m),
+        SurfaceSpec::Capsule { radius_m, length_m } => primitive::capsule(*radius_m, *length_m, sag_m),
+        SurfaceSpec::Mannequin(path) => {
+            let person = mannequin::read_person(path, sources).map_err(at("mannequin"))?;
+            keypoints = (object.role == Role::Human).then_some(person);
+            mannequin::body(&person, sag_m)
+        }
+        SurfaceSpec::Stl { path, scale, y_up } => {
+            stl_mesh(path, *scale, *y_up, sources).map_err(at("mesh"))?
+        }
+        SurfaceSpec::Octomap(path) => {
+            let map = octomap::read(path, sources).map_err(at("octomap"))?;
+            let surface = Surface::Voxels { resolution_m: map.resolution_m, keys: map.occupied };
+            let part = part(object, object.name.clone(), object.role, object.optical, surface);
+            return Ok(vec![Object { keypoints, ..part }]);
+        }
+        SurfaceSpec::Gltf { path, scale } => {
+            let nodes = files.gltf_nodes(path, object.animated.as_ref())?.into_iter();
+            let nodes = nodes.map(|node| NodeMesh { mesh: node.mesh.scaled(*scale), ..node }).collect();
+            let mut objects = Vec::new();
+            gltf_parts(object, nodes, &mut objects)?;
+            // Parts may have other roles; the joints go with the person.
+            let mut people = objects.iter_mut().filter(|part| part.role == Role::Human);
+            if let (Some(person), Some(_)) = (people.next(), &keypoints) {
+                if let Some(other) = people.next() {
+                    let what = "are both human, and keypoints belong to one body: let one rule match all of the person";
+                    return Err(Error::Input(format!(
+                        "nodes: {:?} and {:?} {what}",
+                        person.name, other.name
+                    )));
+                }
+                person.keypoints = keypoints;
+            }
+            return Ok(objects);
+        }
+        SurfaceSpec::Urdf(robot) => return Ok(vec![urdf_robot(object, robot, sources, sag_m)?]),
+    };
+    let surface = Surface::Mesh(mesh);
+    let part = part(object, object.name.clone(), object.role, object.optical, surface);
+    Ok(vec![Object { keypoints, ..part }])
+}
+
+/// Reads a mesh of which only the shape counts, all nodes of a glTF together; other surfaces have none in a file.
+pub fn mesh_of_file(surface: &SurfaceSpec, sources: &Sources) -> Result<Mesh> {
+    match surface {
+        SurfaceSpec::Stl { path, scale, y_up } => stl_mesh(path, *scale, *y_up, sources),
+        SurfaceSpec::Gltf { path, scale } => Ok(gltf::Gltf::load(path, sources)?.whole()?.scaled(*scale)),
+        _ => Ok(Mesh::default()),
+    }
+}
+
+fn stl_mesh(path: &Path, scale: f64, y_up: bool, sources: &Sources) -> Result<Mesh> {
+    let mesh = stl::load(path, sources)?.scaled(scale);
+    Ok(if y_up { z_up(mesh) } else { mesh })
+}
+
+/// A glTF file becomes one object for the nodes that no rule names, under the object's own name, and one for each
+/// rule, named `object/pattern`. A node follows the first rule that matches it or a node above it.
+fn gltf_parts(object: &ObjectSpec, nodes: Vec<NodeMesh>, objects: &mut Vec<Object>) -> Result<()> {
+    let rules: Vec<WildMatch> = object.nodes.iter().map(|rule| WildMatch::new(&rule.r#match)).collect();
+    let mut rest = Mesh::default();
+    let mut parts = vec![Mesh::default(); rules.len()];
+    let mut matched = vec![false; rules.len()];
+    for node in &nodes {
+        let covers = |rule: &WildMatch| node.names.iter().any(|name| rule.matches(name));
+        for (seen, rule) in matched.iter_mut().zip(&rules) {
+            *seen |= covers(rule);
+        }
+        match rules.iter().position(covers) {
+            Some(rule) => parts[rule].append(&node.mesh),
+            None => rest.append(&node.mesh),
+        }
+    }
+    if let Some(rule) = matched.iter().position(|&seen| !seen) {
+        let mut names: Vec<&str> =
+            nodes.iter().filter_map(|node| node.names.last()).map(String::as_str).collect();
+        names.truncate(12);
+        return Err(Error::Input(format!(
+            "nodes.match = {:?}: no node with triangles has such a name; there are {}",
+            object.nodes[rule].r#match,
+            names.join(", ")
+        )));
+    }
+    if let Some(rule) = parts.iter().position(|mesh| mesh.triangles.is_empty()) {
+        return Err(Error::Input(format!(
+            "nodes.match = {:?}: every node that it names already follows a rule above it; the first that matches \
+             counts, so put it first",
+            object.nodes[rule].r#match
+        )));
+    }
+    if !rest.triangles.is_empty() {
+        let rest = Surface::Mesh(rest);
+        objects.push(part(object, object.name.clone(), object.role, object.optical, rest));
+    }
+    for (NodeRule { r#match, role, optical, ignore }, mesh) in object.nodes.iter().zip(parts) {
+        if !ignore {
+            let name = format!("{}/{match}", object.name);
+            let (role, optical) = (role.unwrap_or(object.role), optical.unwrap_or(object.optical));
+            objects.push(part(object, name, role, optical, Surface::Mesh(mesh)));
+        }
+    }
+    Ok(())
+}
+
+fn part(spec: &ObjectSpec, name: String, role: Role, optical: Optical, surface: Surface) -> Object {
+    Object {
+        name,
+        role,
+        interior: spec.interior,
+        optical,
+        tag_only: spec.tag_only,
+        surface,
+        keypoints: None,
+        linkage: None,
+        warnings: Vec::new(),
+    }
+}
+
+/// All links of a robot as one object, which keeps where they are.
+fn urdf_robot(object: &ObjectSpec, robot: &UrdfSpec, sources: &Sources, sag_m: f64) -> Result<Object> {
+    let model = urdf::load(&robot.path, sources).map_err(at("urdf"))?;
+    let root_from_link = model.pose(&robot.joints)?;
+    let meshes = model.meshes(robot.geometry, &robot.packages, sources, sag_m).map_err(at("urdf"))?;
+    let surface = Surface::Mesh(urdf::merged(&meshes, &root_from_link));
+    let linkage = Some(Arc::new(model.linkage(&root_from_link, &Pose::ORIGIN)));
+    Ok(Object { linkage, ..part(object, object.name.clone(), object.role, object.optical, surface) })
+}
+
+/// A y-up mesh turned to z up: (x, y, z) → (x, −z, y), exactly.
+fn z_up(mut mesh: Mesh) -> Mesh {
+    mesh.vertices.iter_mut().for_each(|v| *v = DVec3::new(v.x, -v.z, v.y));
+    mesh
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn y_up_files_are_turned_to_z_up() {
+        let mesh = Mesh { vertices: vec![DVec3::new(1.0, 2.0, 3.0)], triangles: Vec::new() };
+        assert_eq!(z_up(mesh).vertices, [DVec3::new(1.0, -3.0, 2.0)]);
+    }
+}

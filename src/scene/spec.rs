@@ -1,0 +1,168 @@
+//! What is to be loaded and where it stands, checked: scenes, objects, surfaces, robots and how they move. Meshes are not
+//! read yet.
+
+use std::path::PathBuf;
+
+use glam::{DQuat, DVec3};
+use schemars::JsonSchema;
+use serde::Deserialize;
+
+use super::urdf::{Geometry, JointValues, Packages};
+use super::{Interior, Optical, Role};
+
+/// A checked scene: what to load and where to put it.
+#[derive(Clone, Debug)]
+pub struct SceneSpec {
+    /// The file it came from.
+    pub path: PathBuf,
+    /// Its text, for the manifest.
+    pub text: String,
+    /// Its name: the file's stem, unless the study gives another.
+    pub name: String,
+    /// How many moments it has; one where nothing moves.
+    pub snapshots: usize,
+    /// Objects in file order.
+    pub objects: Vec<ObjectSpec>,
+    /// Numbers in it that look like slips of a unit.
+    pub warnings: Vec<String>,
+}
+
+/// One object of a scene file.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ObjectSpec {
+    /// Unique in the file.
+    pub name: String,
+    /// What it is to the study.
+    pub role: Role,
+    /// What its inside is.
+    pub interior: Interior,
+    /// Whether rays stop at it.
+    pub optical: Optical,
+    /// Gives its role without adding truth.
+    pub tag_only: bool,
+    /// Where its own frame is in the world.
+    pub position_m: DVec3,
+    /// How its own frame is turned.
+    pub rotation: DQuat,
+    /// What it is made of.
+    pub surface: SurfaceSpec,
+    /// A file with a human's joints in the object's own frame; a mannequin's are its own.
+    pub keypoints: Option<PathBuf>,
+    /// Rules for the parts of a glTF file.
+    pub nodes: Vec<NodeRule>,
+    /// The animation that poses a glTF file (the only one if there is no name) and when in it, in seconds.
+    pub animated: Option<(Option<String>, f64)>,
+    /// What changes over the snapshots of the scene.
+    pub motion: MotionSpec,
+}
+
+/// What an object is made of. Bodies are centred on the object's own frame.
+#[derive(Clone, Debug, PartialEq)]
+pub enum SurfaceSpec {
+    /// A solid box.
+    Box {
+        /// Edges in metres.
+        size_m: DVec3,
+    },
+    /// Six walls seen from inside.
+    Room {
+        /// Edges in metres.
+        size_m: DVec3,
+    },
+    /// A rectangle in the object's xy plane.
+    Plane {
+        /// Edges in metres.
+        size_m: [f64; 2],
+    },
+    /// A sphere.
+    Sphere {
+        /// Radius in metres.
+        radius_m: f64,
+    },
+    /// A cylinder about z.
+    Cylinder {
+        /// Radius in metres.
+        radius_m: f64,
+        /// Height in metres.
+        height_m: f64,
+    },
+    /// A cylinder about z with round ends.
+    Capsule {
+        /// Radius in metres.
+        radius_m: f64,
+        /// Distance between the centres of its ends in metres.
+        length_m: f64,
+    },
+    /// A `.glb` or `.gltf` file, turned to z-up when it is read.
+    Gltf {
+        /// The file.
+        path: PathBuf,
+        /// Metres in one of its units.
+        scale: f64,
+    },
+    /// An `.stl` file.
+    Stl {
+        /// The file.
+        path: PathBuf,
+        /// Metres in one of its units.
+        scale: f64,
+        /// Whether its y axis points up.
+        y_up: bool,
+    },
+    /// An OctoMap `.bt` file.
+    Octomap(PathBuf),
+    /// A body around 17 keypoints in a CSV file.
+    Mannequin(PathBuf),
+    /// A robot from a URDF.
+    Urdf(UrdfSpec),
+}
+
+/// What parts of a glTF file are, by the names of their nodes.
+#[derive(Clone, Debug, PartialEq, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct NodeRule {
+    /// A pattern with `*` and `?`; it covers a node and all below it.
+    pub r#match: String,
+    /// Another role than the object's.
+    pub role: Option<Role>,
+    /// Another optical kind than the object's.
+    pub optical: Option<Optical>,
+    /// Leaves the parts out.
+    #[serde(default)]
+    pub ignore: bool,
+}
+
+/// A robot to load and to pose.
+#[derive(Clone, Debug, PartialEq)]
+pub struct UrdfSpec {
+    /// The URDF.
+    pub path: PathBuf,
+    /// Which of its geometry counts.
+    pub geometry: Geometry,
+    /// Where the packages of its meshes are.
+    pub packages: Packages,
+    /// How it stands.
+    pub joints: JointValues,
+}
+
+/// What changes about an object over the snapshots of its scene; an empty list changes nothing. A list shorter than the
+/// scene belongs to an object whose lists repeat.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct MotionSpec {
+    /// Where it is, instead of the object's own position.
+    pub position_m: Vec<DVec3>,
+    /// How it is turned, instead of the object's own rotation.
+    pub rotation: Vec<DQuat>,
+    /// Keypoint files of a mannequin.
+    pub mannequin: Vec<PathBuf>,
+    /// Keypoint files of another human.
+    pub keypoints: Vec<PathBuf>,
+    /// Joint values of a robot, instead of the object's own; joints that an entry does not name keep those.
+    pub joints: Vec<JointValues>,
+    /// The animation that a glTF file is sampled from; the only one if there is no name.
+    pub clip: Option<String>,
+    /// When it is sampled.
+    pub times_s: Vec<f64>,
+    /// Whether the lists repeat until the scene's snapshots are through.
+    pub cycle: bool,
+}

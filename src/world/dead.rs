@@ -1,0 +1,299 @@
+//! Poses from which a sensor can tell nothing: walled in, too near to what stands before them, or with nothing in range. A
+//! few rays of each pose tell, cast on the host, and a flood of the places that the poses stand in.
+
+use std::fmt::Write;
+use std::sync::Arc;
+
+use rayon::prelude::*;
+
+use super::World;
+use crate::backend::Placement;
+use crate::march::{self, Gates};
+use crate::sensor::range::Range;
+use crate::sensor::{FieldOfView, Kind, Scale, Sensor, Setting, Stance, quantise_q15};
+use crate::study::Study;
+use crate::voxel::flood::flood;
+use crate::voxel::voxelize::with_neighbours;
+use crate::voxel::{BitGrid, Grid, Truth, Window};
+use crate::world::place;
+
+/// Dead poses that are told one by one; the others are counted.
+const MOST_TOLD: usize = 10;
+/// Rays that are cast from a pose where there are few poses, and where there are many.
+const RAYS: [usize; 2] = [24, 96];
+/// Rays that are cast in all, where that leaves each pose the fewest.
+const RAYS_IN_ALL: usize = 1 << 22;
+/// Places between walls that are told apart in a scene; poses elsewhere count as not walled in.
+const MOST_PLACES: usize = 32;
+/// A place is closed that has no larger share of all free voxels, and neither people nor robots in it or beside it.
+pub(super) const SMALL: f64 = 0.1;
+/// Where more of a pose's rays are blind, it is dead. People do not count: they go away.
+const BLIND: f64 = 0.75;
+/// Where more of a pose's rays end nearer than the sensor's longest range by this factor, but not farther than so many metres,
+/// it faces its own wall.
+const FACES_WALL: f64 = 0.9;
+const NEAR_SHARE: f64 = 0.05;
+const NEAR_M: f64 = 0.3;
+/// Where fewer of a pose's rays return, and what does not return says nothing, it is dead.
+const RETURNS: f64 = 0.02;
+
+/// One line for each dead pose, up to ten, then their number.
+pub(super) fn warnings(study: &Study, worlds: &[World]) -> Vec<String> {
+    let looks = |sensor: &Sensor| sensor.kind.range().is_some() && sensor.kind.stance() != Stance::Level;
+    let looking: Vec<usize> = (0..study.sensors.len()).filter(|&s| looks(&study.sensors[s])).collect();
+    let poses: usize = looking.iter().map(|&s| study.sensors[s].candidates.len()).sum();
+    let rays = (RAYS_IN_ALL / (poses * study.scenes.len()).max(1)).clamp(RAYS[0], RAYS[1]);
+    let all = |sensor: usize| (0..study.sensors[sensor].candidates.len()).collect::<Vec<_>>();
+    let few: Vec<Few> = looking.iter().map(|&sensor| Few::of(study, sensor, rays)).collect();
+    let mut hollows = Hollows::of(&worlds[0]);
+    let found: Vec<Vec<(usize, String)>> =
+        few.iter().map(|few| few.dead(&worlds[0], &mut hollows, &all(few.sensor))).collect();
+    // What moves may free a pose: dead are those that no snapshot frees.
+    let mut left: Vec<Vec<usize>> =
+        found.iter().map(|of| of.iter().map(|(candidate, _)| *candidate).collect()).collect();
+    for world in &worlds[1..] {
+        if left.iter().all(Vec::is_empty) {
+            break;
+        }
+        let mut hollows = Hollows::of(world);
+        for (few, left) in few.iter().zip(&mut left) {
+            *left = few.dead(world, &mut hollows, left).into_iter().map(|(candidate, _)| candidate).collect();
+        }
+    }
+    let mut dead: Vec<(usize, usize, String)> = Vec::new();
+    for ((few, found), left) in few.iter().zip(found).zip(&left) {
+        dead.extend(found.into_iter().filter(|(c, _)| left.contains(c)).map(|(c, why)| (few.sensor, c, why)));
+    }
+    let places = place::Places::of(study, &worlds[0]);
+    let line = |(sensor, candidate, why): &(usize, usize, String)| {
+        let (of, place) = (&study.sensors[*sensor], places.words(*sensor, *candidate));
+        format!("sensor {:?}: pose {} ({place}) is dead: {why}", of.name, of.candidates[*candidate].name)
+    };
+    let mut lines: Vec<String> = dead.iter().take(MOST_TOLD).map(line).collect();
+    if dead.len() > MOST_TOLD {
+        lines.push(format!(
+            "{} more poses are dead, {} of {poses} in all",
+            dead.len() - MOST_TOLD,
+            dead.len()
+        ));
+    }
+    lines
+}
+
+/// A few of the rays of a sensor, spread over its field of view.
+struct Few<'a> {
+    sensor: usize,
+    kind: &'a dyn Kind,
+    range: &'a Range,
+    gates: Gates,
+    dirs_q15: Vec<[i32; 3]>,
+}
+
+/// How a ray ended: the cell and the distance of what it met first, or neither.
+struct Met {
+    cell: Option<[i32; 3]>,
+    distance_q16: u32,
+    is_backdrop: bool,
+}
+
+impl Few<'_> {
+    /// `sensor` must have a range.
+    fn of(study: &Study, sensor: usize, most: usize) -> Few<'_> {
+        let kind = &*study.sensors[sensor].kind;
+        let range = kind.range().expect("asked before");
+        let scale = Scale { voxel_size_m: study.voxel_size_m, backdrop: study.backdrop };
+        let dirs_q15 = match kind.field_of_view() {
+            FieldOfView::Spacing => {
+                let all = kind.rays(&scale).map_or(Vec::new(), |rays| rays.dirs_q15);
+                let step = all.len().div_ceil(most).max(1);
+                all.into_iter().step_by(step).collect()
+            }
+            field => field.some(most).into_iter().map(|dir| dir.to_array().map(quantise_q15)).collect(),
+        };
+        Few { sensor, kind, range, gates: range.gates(&scale), dirs_q15 }
+    }
+
+    /// Which of these candidates are dead in a world, and why.
+    fn dead(&self, world: &World, hollows: &mut Hollows, candidates: &[usize]) -> Vec<(usize, String)> {
+        let truth = &*hollows.truth.clone();
+        let posed: Vec<(usize, Setting)> =
+            candidates.iter().map(|&c| (c, world.settings[self.sensor][c])).collect();
+        let posed: Vec<_> =
+            posed.into_iter().filter(|(_, setting)| matches!(setting, Setting::Pose(_))).collect();
+        let walled: Vec<Option<String>> =
+            posed.iter().map(|(_, setting)| hollows.walls(self, setting)).collect();
+        let by_rays = |(_, setting): &(usize, Setting)| {
+            self.verdict(truth, &crate::sensor::placement(self.kind, &setting.pose(), &truth.grid, 0))
+        };
+        let by_rays: Vec<Option<String>> = posed.par_iter().map(by_rays).collect();
+        let why = walled.into_iter().zip(by_rays).map(|(walled, by_rays)| walled.or(by_rays));
+        posed.iter().zip(why).filter_map(|((candidate, _), why)| Some((*candidate, why?))).collect()
+    }
+
+    /// Why rays from here tell nothing.
+    fn verdict(&self, truth: &Truth, from: &Placement) -> Option<String> {
+        let met: Vec<Met> =
+            self.dirs_q15.iter().map(|&dir_q15| self.cast(&truth.blockers, from, dir_q15)).collect();
+        let metres = |q16: u32| f64::from(q16) / 65_536.0 * truth.grid.voxel_size_m;
+        let ends = || met.iter().filter_map(|met| Some((met.cell?, met.distance_q16)));
+        let standing = || ends().filter(|(cell, _)| !truth.human.get(*cell));
+        let share = |some: usize| some as f64 / met.len().max(1) as f64;
+        let is_blind = |t: u32| t < self.gates.range_min_q16;
+        let blind = standing().filter(|(_, t)| is_blind(*t)).count();
+        let returns =
+            ends().filter(|(_, t)| !is_blind(*t)).count() + met.iter().filter(|met| met.is_backdrop).count();
+        let percent = |some: usize| 100.0 * share(some);
+        let before = || mostly(truth, standing().map(|(cell, _)| cell));
+        let [nearest_m, farthest_m] = self.range.range_m;
+        if share(blind) > BLIND {
+            return Some(format!(
+                "{:.0} % of its rays end{} nearer than the {nearest_m} m from which it measures: move it away, or, if that is \
+                 its own housing, write near_ignore_m",
+                percent(blind),
+                before()
+            ));
+        }
+        let near_m = NEAR_M.min(NEAR_SHARE * farthest_m);
+        let near = standing().filter(|(_, t)| metres(*t) <= near_m).count();
+        if share(near) > FACES_WALL {
+            return Some(format!(
+                "{:.0} % of its rays end{} within {near_m:.2} m: turn it round, or move it away",
+                percent(near),
+                before()
+            ));
+        }
+        let someone = ends().count() > standing().count();
+        (share(returns) < RETURNS && !someone && !met.is_empty() && !self.gates.no_return_is_free).then(|| {
+            format!(
+                "its rays meet nothing from {nearest_m} to {farthest_m} m: turn it towards the cell, move it nearer, or take a \
+                 sensor with a longer range"
+            )
+        })
+    }
+
+    fn cast(&self, blockers: &BitGrid, from: &Placement, dir_q15: [i32; 3]) -> Met {
+        let dir_q16 = from.axis_q15.map(|axis| march::direction_q16(axis, dir_q15));
+        let mut ray = march::start(from.origin_q16, dir_q16);
+        loop {
+            let axis = march::next_axis(ray.next_q16);
+            let distance_q16 = ray.next_q16[axis];
+            let met = |cell, is_backdrop| Met { cell, distance_q16, is_backdrop };
+            if distance_q16 > self.gates.range_max_q16 {
+                return met(None, false);
+            }
+            march::cross(&mut ray, axis);
+            if !blockers.window().contains(ray.cell) {
+                return met(None, self.gates.backdrop);
+            }
+            if distance_q16 >= self.gates.near_ignore_q16 && blockers.get(ray.cell) {
+                return met(Some(ray.cell), false);
+            }
+        }
+    }
+}
+
+/// ` at "NAME"`, of the object that has most of these cells; nothing where none has any.
+fn mostly(truth: &Truth, cells: impl Iterator<Item = [i32; 3]>) -> String {
+    let mut counts = vec![0; truth.objects.len()];
+    for cell in cells {
+        let owner = truth.objects.iter().position(|object| object.stops_rays && object.cells.get(cell));
+        owner.into_iter().for_each(|owner| counts[owner] += 1);
+    }
+    let most = counts.iter().enumerate().max_by_key(|(index, count)| (**count, std::cmp::Reverse(*index)));
+    let mut text = String::new();
+    if let Some((index, 1..)) = most {
+        let _ = write!(text, " at {:?}", truth.objects[index].name);
+    }
+    text
+}
+
+/// The places of a scene that walls part from each other, as far as poses stand in them.
+struct Hollows {
+    truth: Arc<Truth>,
+    open: BitGrid,
+    volume: u64,
+    /// Each with what closes it, if it is closed.
+    known: Vec<(BitGrid, Option<String>)>,
+}
+
+impl Hollows {
+    fn of(world: &World) -> Hollows {
+        let truth = world.truth();
+        let mut open = BitGrid::full(truth.grid.window());
+        open.remove(&truth.blockers);
+        Hollows { truth, volume: open.count(), open, known: Vec::new() }
+    }
+
+    /// What no ray from here leaves, in words; `None` where one may.
+    fn walls(&mut self, few: &Few, setting: &Setting) -> Option<String> {
+        let truth = &*self.truth.clone();
+        let position = truth.grid.position_q16(setting.pose().position_m);
+        let own = Grid::cell_of(position);
+        // Blockers nearer than that let rays pass.
+        let passes = |cell: [i32; 3]| {
+            let apart = |r: usize| {
+                let low = i64::from(cell[r]) << 16;
+                (low - position[r]).max(position[r] - low - (1 << 16)).max(0) as f64
+            };
+            let apart_q16 = (0..3).map(apart).map(|gap| gap * gap).sum::<f64>().sqrt();
+            cell == own || apart_q16 < f64::from(few.gates.near_ignore_q16)
+        };
+        let reach = 1 + (few.gates.near_ignore_q16 >> 16) as i32;
+        if reach > 8 {
+            return None;
+        }
+        let around: Vec<[i32; 3]> = BitGrid::full(Window::between(own, own).grown(reach))
+            .cells()
+            .filter(|cell| passes(*cell))
+            .collect();
+        let beside = around.iter().flat_map(|cell| {
+            let towards = move |(axis, by): (usize, i32)| {
+                let mut next = *cell;
+                next[axis] += by;
+                next
+            };
+            [(0, -1), (0, 1), (1, -1), (1, 1), (2, -1), (2, 1)].map(towards)
+        });
+        let mut walls = None;
+        for cell in around.iter().copied().chain(beside) {
+            if self.open.get(cell) {
+                walls = Some(self.place(cell)?);
+            }
+        }
+        walls.or_else(|| {
+            let body = truth.objects.iter().find(|object| object.stops_rays && object.cells.get(own));
+            let name = body.map_or("a body".into(), |object| format!("{:?}", object.name));
+            Some(format!("it stands inside {name}, where no ray goes: move it out"))
+        })
+    }
+
+    /// What closes the place of an open cell, in words.
+    fn place(&mut self, cell: [i32; 3]) -> Option<String> {
+        if let Some((_, walls)) = self.known.iter().find(|(place, _)| place.get(cell)) {
+            return walls.clone();
+        }
+        if self.known.len() == MOST_PLACES {
+            return None;
+        }
+        let mut seed = BitGrid::new(self.open.window());
+        seed.set(cell);
+        let place = flood(&self.open, &seed);
+        let with_walls = with_neighbours(&place);
+        let is_small = place.count() as f64 <= SMALL * self.volume as f64;
+        let is_closed =
+            is_small && !with_walls.meets(&self.truth.human) && !with_walls.meets(&self.truth.robot);
+        let walls = is_closed.then(|| {
+            let share = |object: &&std::sync::Arc<crate::voxel::ObjectVoxels>| {
+                let mut shared = object.cells.clone();
+                shared.keep(&with_walls.over(shared.window()));
+                shared.count()
+            };
+            let body = self.truth.objects.iter().filter(|object| object.stops_rays).max_by_key(share);
+            let name = body.map_or("walls".into(), |object| format!("{:?}", object.name));
+            let litres = place.count() as f64 * self.truth.grid.voxel_size_m.powi(3) * 1e3;
+            format!("it stands inside {name}, in a hollow of {litres:.0} l that no ray leaves: move it out")
+        });
+        self.known.push((place, walls.clone()));
+        walls
+    }
+}

@@ -1,0 +1,73 @@
+//! What the manifest says of a world: its grid, regions and baselines, and hashes of all that decides its counts, by which
+//! the same study is known again.
+
+use serde_json::{Value, json};
+
+use super::World;
+use crate::backend::Placement;
+use crate::sensor::{self, Setting};
+use crate::source::sha256;
+use crate::study::Study;
+use crate::voxel::{BitGrid, Truth};
+
+/// The entry of a world in the manifest.
+pub(super) fn described(study: &Study, world: &World) -> Value {
+    let (truth, whole) = (&*world.truth(), world.grid.window());
+    let regions = world.regions.iter().zip(&world.baselines).map(|(region, baselines)| {
+        json!({
+            "name": region.name,
+            "voxels": region.cells.count(),
+            "cut_share": region.cut_share,
+            "sha256": plane_sha256(&region.cells),
+            "baselines": baselines,
+        })
+    });
+    let placements = study.sensors.iter().enumerate().map(|(s, sensor)| {
+        let poses = world.settings[s].iter().filter_map(|setting| match setting {
+            Setting::Pose(pose) => Some(pose),
+            _ => None,
+        });
+        let all = poses.map(|pose| sensor::placement(&*sensor.kind, pose, &truth.grid, 0));
+        json!({ "sensor": sensor.name, "placements_sha256": placements_sha256(all) })
+    });
+    json!({
+        "name": world.name,
+        "snapshot": world.snapshot,
+        "grid": { "origin": truth.grid.origin, "size": truth.grid.size },
+        "occupied_voxels": truth.occupied.count(),
+        "occupied_sha256": plane_sha256(&truth.occupied),
+        "blockers_sha256": plane_sha256(&truth.blockers),
+        "human_sha256": plane_sha256(&truth.human.over(whole)),
+        "robot_sha256": plane_sha256(&truth.robot.over(whole)),
+        "robot_volume_sha256": plane_sha256(&truth.robot_volume.over(whole)),
+        "keypoints_sha256": keypoints_sha256(truth),
+        "regions": regions.collect::<Vec<_>>(),
+        "placements": placements.collect::<Vec<_>>(),
+    })
+}
+
+/// Hash of a plane: its window (min and size, little-endian i32) and its words.
+fn plane_sha256(plane: &BitGrid) -> String {
+    let window = plane.window();
+    let corner: Vec<u8> = window.min.iter().flat_map(|m| m.to_le_bytes()).collect();
+    let size: Vec<u8> = window.size.iter().flat_map(|n| n.to_le_bytes()).collect();
+    let words: Vec<u8> = plane.words().iter().flat_map(|w| w.to_le_bytes()).collect();
+    sha256([corner.as_slice(), &size, &words])
+}
+
+/// Hash of where all joints of all people are, in the grid; an unknown one counts as no number at all.
+fn keypoints_sha256(truth: &Truth) -> String {
+    let people = truth.objects.iter().filter_map(|object| object.keypoints.as_ref());
+    let joints = people.flat_map(|keypoints| keypoints.iter().enumerate());
+    let numbers =
+        joints.filter_map(|(number, joint)| Some((number as i64, truth.grid.position_q16((*joint)?))));
+    let bytes: Vec<u8> =
+        numbers.flat_map(|(number, [x, y, z])| [number, x, y, z]).flat_map(i64::to_le_bytes).collect();
+    sha256([bytes.as_slice()])
+}
+
+fn placements_sha256(placements: impl Iterator<Item = Placement>) -> String {
+    let numbers = placements.flat_map(|p| p.origin_q16.into_iter().chain(p.axis_q15.into_iter().flatten()));
+    let bytes: Vec<u8> = numbers.flat_map(i32::to_le_bytes).collect();
+    sha256([bytes.as_slice()])
+}

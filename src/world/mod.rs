@@ -1,0 +1,317 @@
+//! A study made ready to cast: every scene voxelized, every region a mask, every pose inside its grid. Whatever can be
+//! wrong with the input is found here, before any ray.
+
+mod baselines;
+mod dead;
+mod described;
+mod extent;
+mod people;
+pub mod place;
+mod rays;
+pub mod shapes;
+mod thin;
+mod warnings;
+
+use std::sync::Arc;
+use std::time::Instant;
+
+use serde_json::Value;
+
+use crate::backend::{Cell, Placement};
+use crate::pose::Pose;
+use crate::scene::{Scene, build::build_or_all};
+use crate::sensor::{self, Sensor, Setting, Station};
+use crate::study::Study;
+use crate::voxel::{BitGrid, GoOn, Grid, People, Region, Shape, Snapshots, Truth, Window, region, voxelize};
+use crate::{Error, Result};
+pub use baselines::Baselines;
+use baselines::{baselines, reachable};
+use extent::grid;
+pub(crate) use rays::ray_tables_of;
+pub use rays::{ray_table, ray_tables};
+
+/// A scene of a study at one moment, in voxels.
+#[derive(Debug)]
+pub struct World {
+    /// Index of the scene in the study.
+    pub scene: usize,
+    /// The scene's name.
+    pub name: String,
+    /// Which moment of the scene it is, counted from 0.
+    pub snapshot: usize,
+    /// Where its voxels are.
+    pub grid: Grid,
+    /// All snapshots of the scene, in voxels.
+    snapshots: Arc<Snapshots>,
+    /// Of its blockers, what every snapshot of the scene has; `None` where there is one snapshot.
+    pub still: Option<Arc<BitGrid>>,
+    /// The study's regions in this scene, in study order.
+    pub regions: Vec<Region>,
+    /// For each sensor, its candidates' settings with poses in the world, whatever carries the sensor; one allocation in
+    /// snapshots on end where they are the same.
+    pub settings: Vec<Arc<Vec<Setting>>>,
+    /// For each region, what the simplest answers would score.
+    pub baselines: Vec<Baselines>,
+    /// Whose voxels people's are.
+    pub people: People,
+    /// What was assumed about the scene that the user may not expect, told with its first snapshot only.
+    pub warnings: Vec<String>,
+    /// Its entry in the manifest.
+    pub(crate) described: Value,
+}
+
+/// What the truths of all scenes that are kept to be asked again may take; what does not fit is put together again.
+const KEPT_BYTES: u64 = 256 << 20;
+
+impl World {
+    /// The worlds of all scenes of a study: scene by scene, in each snapshot by snapshot.
+    pub fn prepare_all(study: &Study) -> Result<Vec<World>> {
+        World::prepare_all_unless(study, &|| None)
+    }
+
+    /// The same, unless somebody says why to stop, who is asked before each object and each snapshot.
+    ///
+    /// # Errors
+    /// `Error::Stopped` with what was said.
+    pub fn prepare_all_unless(
+        study: &Study,
+        stop: &(dyn Fn() -> Option<String> + Sync),
+    ) -> Result<Vec<World>> {
+        let go_on = || stop().map_or(Ok(()), |why| Err(Error::Stopped(why)));
+        let make = |scene| World::make(study, scene, &go_on).map_err(Error::first);
+        let scenes: Vec<_> = (0..study.scenes.len()).map(make).collect::<Result<_>>()?;
+        Ok(scenes.into_iter().flatten().collect())
+    }
+
+    /// The voxels of all regions.
+    pub fn in_regions(&self) -> BitGrid {
+        let mut all = BitGrid::new(self.grid.window());
+        self.regions.iter().for_each(|region| all.add(&region.cells));
+        all
+    }
+
+    /// Voxelizes one scene of a study, all its snapshots on one grid, and checks the study's sensors and regions
+    /// against each.
+    pub fn prepare(study: &Study, scene: usize) -> Result<Vec<World>> {
+        World::examine(study, scene).map_err(Error::first)
+    }
+
+    /// The same, but of what can be judged for itself (objects, carriers of sensors, regions) all that is wrong is told.
+    pub fn examine(study: &Study, scene: usize) -> Result<Vec<World>, Vec<Error>> {
+        World::make(study, scene, &|| Ok(()))
+    }
+
+    fn make(study: &Study, scene: usize, go_on: GoOn) -> Result<Vec<World>, Vec<Error>> {
+        go_on().map_err(|e| vec![e])?;
+        let spec = &study.scenes[scene];
+        let in_scene = |e: Error| vec![e.at(spec.path.display())];
+        let in_study = |e: Error| vec![e.at(study.path.display())];
+        let begin = Instant::now();
+        tracing::info!("scene {:?}: voxelizing at {} m", spec.name, study.voxel_size_m);
+        let snapshots = build_or_all(spec, &study.sources, study.voxel_size_m)?;
+        let extent = voxelize::scene_extent(&snapshots, study.voxel_size_m).map_err(in_scene)?;
+        let mut settings: Vec<Vec<Arc<Vec<Setting>>>> = Vec::new();
+        for snapshot in &snapshots {
+            let each = study.sensors.iter().map(|sensor| self::settings(sensor, snapshot));
+            let each =
+                all_or_wrong(each).map_err(|all| all.into_iter().flat_map(in_study).collect::<Vec<_>>())?;
+            let before = settings.last().map_or(&[][..], Vec::as_slice);
+            let shared = each.into_iter().enumerate().map(|(sensor, new)| match before.get(sensor) {
+                Some(same) if **same == new => same.clone(),
+                _ => Arc::new(new),
+            });
+            let shared = shared.collect();
+            settings.push(shared);
+        }
+        // A slip of a unit is the likely cause of a grid that cannot be.
+        let slips = || {
+            let all = study.warnings.iter().map(|slip| (&study.path, slip));
+            let all = all.chain(spec.warnings.iter().map(|slip| (&spec.path, slip)));
+            all.map(|(path, slip)| format!("; {}: {slip}", path.display())).collect::<String>()
+        };
+        let grid = grid(study, &snapshots, &settings, &extent)
+            .map_err(|e| in_study(Error::Input(format!("{e}{}", slips()))))?;
+        let kept_bytes = KEPT_BYTES / study.scenes.len() as u64;
+        let in_voxels = Arc::new(Snapshots::of(&snapshots, grid, kept_bytes, go_on).map_err(in_scene)?);
+        let shapes = shapes::shapes(study).map_err(|e| study.sources.judged(vec![e]))?;
+        let mut worlds: Vec<World> = Vec::new();
+        let mut still: Option<BitGrid> = None;
+        for (snapshot, settings) in settings.into_iter().enumerate() {
+            go_on().map_err(|e| vec![e])?;
+            let moment = if spec.snapshots > 1 { format!(", snapshot {snapshot}") } else { String::new() };
+            let place = format!("scene {:?}{moment}", spec.name);
+            let world = World::of_snapshot(study, [scene, snapshot], &in_voxels, settings, &shapes);
+            let mut world = world
+                .map_err(|all| all.into_iter().flat_map(|e| in_study(e.at(&place))).collect::<Vec<_>>())?;
+            worlds.last().iter().for_each(|before| world.share_regions(before));
+            let blockers = &world.truth().blockers;
+            still.get_or_insert_with(|| BitGrid::clone(blockers)).keep(blockers);
+            worlds.push(world);
+        }
+        worlds[0].warnings = warnings::warnings(study, &snapshots, &worlds);
+        if let (Some(still), [_, _, ..]) = (still, &worlds[..]) {
+            let still = Arc::new(still);
+            worlds.iter_mut().for_each(|world| world.still = Some(still.clone()));
+        }
+        let ([x, y, z], occupied) = (grid.size, worlds[0].truth().occupied.count());
+        let (count, seconds) = (worlds.len(), begin.elapsed().as_secs_f64());
+        tracing::info!(
+            "scene {:?}: {x} × {y} × {z} voxels, {occupied} occupied (snapshot 0 of {count}), ready in {seconds:.3} s",
+            spec.name
+        );
+        Ok(worlds)
+    }
+
+    fn of_snapshot(
+        study: &Study,
+        [scene, snapshot]: [usize; 2],
+        snapshots: &Arc<Snapshots>,
+        settings: Vec<Arc<Vec<Setting>>>,
+        shapes: &[Shape],
+    ) -> Result<World, Vec<Error>> {
+        let truth = snapshots.truth(snapshot);
+        let named = study.regions.iter().zip(shapes);
+        let regions: Vec<Region> =
+            all_or_wrong(named.map(|((name, _), shape)| region::region(name, shape, &truth)))?;
+        let reachable = reachable(study, &truth, &settings).map_err(|(sensor, candidate, e)| {
+            let (sensor, candidate) = (&study.sensors[sensor], &study.sensors[sensor].candidates[candidate]);
+            vec![Error::Input(format!("sensor {:?}: {} {e}", sensor.name, candidate.name))]
+        })?;
+        let people = People::of(&truth, study.min_hits);
+        let baselines = regions.iter().map(|region| baselines(&truth, region, &people, &reachable)).collect();
+        let name = study.scenes[scene].name.clone();
+        let mut world = World {
+            scene,
+            name,
+            snapshot,
+            grid: truth.grid,
+            snapshots: snapshots.clone(),
+            still: None,
+            regions,
+            settings,
+            baselines,
+            people,
+            warnings: Vec::new(),
+            described: Value::Null,
+        };
+        world.described = described::described(study, &world);
+        Ok(world)
+    }
+
+    /// Keeps regions that are the same in an earlier snapshot once only.
+    fn share_regions(&mut self, earlier: &World) {
+        for (region, before) in self.regions.iter_mut().zip(&earlier.regions) {
+            if before.cells == region.cells {
+                region.cells = before.cells.clone();
+            }
+        }
+    }
+
+    /// Which voxels are what: put together when it is asked for, unless it was of late. Whoever asks often keeps it.
+    pub fn truth(&self) -> Arc<Truth> {
+        self.snapshots.truth(self.snapshot)
+    }
+
+    /// The scene's name, with the snapshot's number where there are several.
+    pub fn title(&self, study: &Study) -> String {
+        match study.scenes[self.scene].snapshots {
+            1 => self.name.clone(),
+            _ => format!("{}[{}]", self.name, self.snapshot),
+        }
+    }
+
+    /// A sensor at a candidate, quantised; at the origin if it has no pose.
+    pub fn placement(&self, study: &Study, sensor: usize, candidate: usize, repeat: usize) -> Placement {
+        let truth = self.truth();
+        self.station(study, &truth, [sensor, candidate, repeat]).placement(&*study.sensors[sensor].kind)
+    }
+
+    /// A sensor at a candidate in one repeat, looked at over the whole grid, without its table of rays. `truth` is this
+    /// world's.
+    pub fn station<'a>(
+        &self,
+        study: &Study,
+        truth: &'a Truth,
+        [sensor, candidate, repeat]: [usize; 3],
+    ) -> Station<'a> {
+        let setting = self.settings[sensor][candidate];
+        Station {
+            truth,
+            window: self.grid.window(),
+            setting,
+            rays: None,
+            truly: true_pose(study, setting, [sensor, candidate, repeat]),
+            draws: sensor::draws(study.seed, [self.scene, self.snapshot, sensor, candidate, repeat]),
+        }
+    }
+
+    /// The scene as backends see it, with evidence kept over a window.
+    pub fn cell(&self, window: Window) -> Cell {
+        let truth = self.truth();
+        Cell {
+            blockers: truth.blockers.clone(),
+            still: self.still.clone(),
+            window,
+            truth: truth.occupied.over(window),
+            human: truth.human.over(window),
+            robot: truth.robot.over(window),
+            regions: self.regions.iter().map(|region| region.cells.over(window)).collect(),
+            people: self.people.within(window),
+        }
+    }
+}
+
+/// Where a sensor truly is in a repeat, if it has a pose and its mount may be off.
+fn true_pose(study: &Study, setting: Setting, [sensor, candidate, repeat]: [usize; 3]) -> Option<Pose> {
+    let calibration = study.sensors[sensor].kind.calibration()?;
+    match setting {
+        Setting::Pose(pose) => Some(calibration.true_pose(&pose, study.seed, [sensor, candidate, repeat])),
+        _ => None,
+    }
+}
+
+/// The same in each repeat.
+fn true_poses(
+    study: &Study,
+    setting: Setting,
+    [sensor, candidate]: [usize; 2],
+) -> impl Iterator<Item = Pose> + use<'_> {
+    let repeats = 0..study.repeats as usize;
+    repeats.map_while(move |repeat| true_pose(study, setting, [sensor, candidate, repeat]))
+}
+
+/// The values of checks that all passed, or all that is wrong.
+fn all_or_wrong<T>(checks: impl Iterator<Item = Result<T>>) -> Result<Vec<T>, Vec<Error>> {
+    let (mut good, mut wrong) = (Vec::new(), Vec::new());
+    checks.for_each(|check| match check {
+        Ok(value) => good.push(value),
+        Err(e) => wrong.push(e),
+    });
+    if wrong.is_empty() { Ok(good) } else { Err(wrong) }
+}
+
+/// The settings of a sensor's candidates in a scene, with poses in the world.
+fn settings(sensor: &Sensor, scene: &Scene) -> Result<Vec<Setting>> {
+    let own = sensor.candidates.iter().map(|candidate| candidate.setting);
+    let Some(on) = &sensor.on else { return Ok(own.collect()) };
+    let wrong = |what: String| Error::input(format!("sensor {:?}: on", sensor.name), what);
+    let carrier = scene.objects.iter().find(|object| object.name == on.object);
+    let linkage = carrier.and_then(|object| object.linkage.as_deref()).ok_or_else(|| {
+        let robots: Vec<_> =
+            scene.objects.iter().filter(|o| o.linkage.is_some()).map(|o| o.name.as_str()).collect();
+        wrong(format!(
+            "object = {:?}: must be a robot with links, an object with urdf = ...; scene {:?} has {robots:?}",
+            on.object, scene.name
+        ))
+    })?;
+    let link = linkage.link(&on.link).map_err(|e| wrong(format!("link = {:?}: {e}", on.link)))?;
+    let carried = |setting| match setting {
+        Setting::Pose(pose) => Setting::Pose(pose.carried_by(link)),
+        Setting::Fixed => Setting::Pose(*link),
+        Setting::Inflation(_) => setting,
+    };
+    Ok(own.map(carried).collect())
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,57 @@
+//! The shapes of a study's regions: reads the meshes they name and puts in the regions they are made of. Which voxels
+//! a shape has in a scene is decided by `voxel`.
+
+use std::sync::Arc;
+
+use crate::scene::mesh_of_file;
+use crate::source::Sources;
+use crate::study::{RegionSpec, Study};
+use crate::voxel::Shape;
+use crate::{Error, Result};
+
+/// Most shapes that a region may be made of, counting those of the regions it names, and theirs: a chain of regions
+/// can double at each step.
+const MAX_PARTS: usize = 1000;
+
+/// The shape of each region, in study order.
+///
+/// # Errors
+/// When a mesh cannot be read, or a region is made of more than 1000 shapes.
+pub fn shapes(study: &Study) -> Result<Vec<Shape>> {
+    let mut shapes: Vec<Shape> = Vec::new();
+    for (name, spec) in &study.regions {
+        let shape = shape(spec, &shapes, &study.sources)
+            .map_err(|what| Error::input(study.path.display(), format!("region {name:?}{what}")))?;
+        shapes.push(shape);
+    }
+    Ok(shapes)
+}
+
+fn shape(spec: &RegionSpec, before: &[Shape], sources: &Sources) -> Result<Shape, String> {
+    let parts = |parts: &[usize]| -> Result<Vec<Shape>, String> {
+        let named = || parts.iter().filter_map(|&i| before.get(i));
+        match named().map(count).sum::<usize>() {
+            ..=MAX_PARTS => Ok(named().cloned().collect()),
+            many => Err(format!(
+                ": is made of {many} shapes, counting those of the regions it names: at most {MAX_PARTS}"
+            )),
+        }
+    };
+    Ok(match spec {
+        RegionSpec::Shape(shape) => shape.clone(),
+        RegionSpec::Mesh { surface, position_m, rotation } => {
+            let mesh = mesh_of_file(surface, sources).map_err(|e| format!(".mesh = {e}"))?;
+            Shape::Mesh(Arc::new(mesh.transformed(*rotation, *position_m)))
+        }
+        RegionSpec::Union(names) => Shape::Union(parts(names)?),
+        RegionSpec::Difference(names) => Shape::Difference(parts(names)?),
+    })
+}
+
+/// How many simple shapes a shape is made of.
+fn count(shape: &Shape) -> usize {
+    match shape {
+        Shape::Union(parts) | Shape::Difference(parts) => parts.iter().map(count).sum(),
+        _ => 1,
+    }
+}

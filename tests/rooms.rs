@@ -1,0 +1,92 @@
+//! The order of the rooms, as the first page of the crate has it: no room uses one above it. Tests may look up.
+
+use std::collections::BTreeMap;
+use std::fs;
+use std::path::{Path, PathBuf};
+
+fn src() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("src")
+}
+
+/// The rooms in the order of the table in lib.rs, with the row of each: rooms of one row may use those to their left.
+fn order() -> BTreeMap<String, (usize, usize)> {
+    let lib = fs::read_to_string(src().join("lib.rs")).unwrap();
+    let rows = lib.lines().filter(|line| line.starts_with("//! | [`"));
+    let of_row = |(row, line): (usize, &str)| {
+        let names = line.split('|').nth(1).unwrap().split("[`").skip(1);
+        let names: Vec<String> = names.map(|rest| rest.split('`').next().unwrap().to_string()).collect();
+        names.into_iter().enumerate().map(move |(place, name)| (name, (row, place)))
+    };
+    rows.enumerate().flat_map(of_row).collect()
+}
+
+/// Rust files below a folder, but for those of tests.
+fn files(folder: &Path, found: &mut Vec<PathBuf>) {
+    for entry in fs::read_dir(folder).unwrap() {
+        let path = entry.unwrap().path();
+        let is_test = path.file_stem().is_some_and(|stem| stem.to_string_lossy().contains("tests"));
+        if path.is_dir() && !is_test {
+            files(&path, found);
+        } else if path.extension().is_some_and(|end| end == "rs") && !is_test {
+            found.push(path);
+        }
+    }
+}
+
+/// The rooms that a text names by `crate::room`, also in lists; comments and tests left out.
+fn named(text: &str, rooms: &BTreeMap<String, (usize, usize)>) -> Vec<String> {
+    let code = text.split("#[cfg(test)]\nmod tests {").next().unwrap();
+    let code: Vec<&str> = code.lines().map(|line| line.split("//").next().unwrap()).collect();
+    let code = code.join("\n");
+    let after = code.split("crate::").skip(1).flat_map(|rest| {
+        let list = rest.strip_prefix('{').and_then(|list| list.split('}').next());
+        list.unwrap_or(rest).split(',').take(if list.is_some() { usize::MAX } else { 1 }).collect::<Vec<_>>()
+    });
+    let first = |path: &str| -> String {
+        path.trim().chars().take_while(|c| c.is_alphanumeric() || *c == '_').collect()
+    };
+    let mut found: Vec<String> = after.map(first).filter(|name| rooms.contains_key(name)).collect();
+    found.sort();
+    found.dedup();
+    found
+}
+
+/// What a file uses that stands above its own room.
+fn above(room: &str, text: &str, rooms: &BTreeMap<String, (usize, usize)>) -> Vec<String> {
+    named(text, rooms).into_iter().filter(|used| rooms[used] > rooms[room]).collect()
+}
+
+#[test]
+fn no_room_uses_one_above_it() {
+    let (rooms, mut all) = (order(), Vec::new());
+    files(&src(), &mut all);
+    let mut used = 0;
+    for path in &all {
+        let below = path.strip_prefix(src()).unwrap();
+        let first = below.iter().next().unwrap().to_string_lossy();
+        let room = first.trim_end_matches(".rs");
+        if ["lib", "main", "cli"].contains(&room) {
+            continue;
+        }
+        assert!(rooms.contains_key(room), "{room} is not in the table of lib.rs");
+        let text = fs::read_to_string(path).unwrap();
+        let wrong = above(room, &text, &rooms);
+        assert!(wrong.is_empty(), "{} uses {wrong:?}, above {room} in the table of lib.rs", below.display());
+        used += named(&text, &rooms).len();
+    }
+    assert!(all.len() > 200 && used > 500, "{} files, {used} uses: are they found?", all.len());
+}
+
+#[test]
+fn a_use_of_a_room_above_is_found() {
+    let rooms = order();
+    for (room, text, expected) in [
+        ("voxel", "use crate::scene::Mesh;\nuse crate::backend::Cell;", &["backend"][..]),
+        ("scene", "use crate::{Error, study::Study};", &["study"]),
+        ("scene", "fn f() { let _ = crate::sweep::run; }", &["sweep"]),
+        ("render", "use crate::{view, export};", &["export"]),
+        ("scene", "// use crate::study::Study;\n#[cfg(test)]\nmod tests {\n use crate::study::Study; }", &[]),
+    ] {
+        assert_eq!(above(room, text, &rooms), expected, "{text}");
+    }
+}
