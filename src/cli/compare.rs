@@ -74,7 +74,7 @@ pub(super) fn run(args: &Args) -> Result<ExitCode> {
             for region in regions {
                 let best = enough(sweeps.best(&region, score, count as usize, among)?)?;
                 text += &sweeps.key(&best);
-                text += &sweeps.render(&region, &best);
+                text += &sweeps.render(&region, &best)?;
             }
         }
         None => {
@@ -82,10 +82,11 @@ pub(super) fn run(args: &Args) -> Result<ExitCode> {
             notes.iter().for_each(|note| say!("note: {note}"));
             let placements = enough(placements)?;
             text += &sweeps.key(&placements);
-            regions.iter().for_each(|region| text += &sweeps.render(region, &placements));
+            for region in regions {
+                text += &sweeps.render(&region, &placements)?;
+            }
         }
     }
-    sweeps.intact()?;
     super::print(&text)?;
     Ok(ExitCode::SUCCESS)
 }

@@ -57,7 +57,5 @@ impl OutcomeArgs {
 
 /// Prints the best poses.
 pub(super) fn print_best(results: &Results) -> Result<()> {
-    let best = best::render(results);
-    results.intact()?;
-    super::print(&format!("{best}\n"))
+    super::print(&format!("{}\n", best::render(results)?))
 }

@@ -63,7 +63,7 @@ pub(super) fn run(args: &Args) -> Result<ExitCode> {
     let (region, combination) = (args.region.as_deref(), args.combination.as_deref());
     let selection = Selection::named(&results, region, combination, scores)?;
     for render in [distribution::render, maxima::render, groups::render, snapshots::render] {
-        super::print(&render(&results, &selection))?;
+        super::print(&render(&results, &selection)?)?;
     }
     Ok(ExitCode::SUCCESS)
 }

@@ -103,8 +103,7 @@ pub(super) fn run(args: &Args) -> Result<ExitCode> {
     }
     let scores = args.score.map_or(vec![Score::F1, Score::HumanSeen], |arg| vec![arg.score()]);
     let chosen =
-        if args.all { every(&study) } else { reasons::leaders(&results, args.best as usize, &scores) };
-    results.intact()?;
+        if args.all { every(&study) } else { reasons::leaders(&results, args.best as usize, &scores)? };
     if let Some(file) = file
         && let Some(why) = write(args, file, &study, &worlds, &chosen, &mut viewer)?
     {
@@ -112,7 +111,7 @@ pub(super) fn run(args: &Args) -> Result<ExitCode> {
         return Ok(stopped());
     }
     for region in 0..study.regions.len() {
-        if let Some([combination, choice, representation]) = reasons::leader(&results, region, scores[0]) {
+        if let Some([combination, choice, representation]) = reasons::leader(&results, region, scores[0])? {
             let choice = Choice { combination, choice, representation, repeat: 0 };
             super::print(&in_words(&viewer.view(&worlds[0], choice)?, [region]))?;
         }
@@ -123,7 +122,6 @@ pub(super) fn run(args: &Args) -> Result<ExitCode> {
             "\nIn words only {title} of {all} scenes and snapshots is told; others by --pose, --scene and --snapshot.\n"
         ))?;
     }
-    results.intact()?;
     Ok(ExitCode::SUCCESS)
 }
 

@@ -6,9 +6,10 @@ use super::Series;
 use super::ranked;
 use super::series;
 use super::table::{NONE, Table, number};
+use crate::Result;
 use crate::metrics::Score;
 use crate::results::Results;
-use crate::results::over::Over;
+use crate::results::over::{Over, over};
 use crate::results::swept::CombinationResults;
 
 /// How many choices each list of a block shows.
@@ -43,7 +44,7 @@ const HEADER: [&str; 2 + 3 * SCORES.len()] = [
 ];
 
 /// The best choices over all scenes, snapshots and repeats.
-pub fn render(results: &Results) -> String {
+pub fn render(results: &Results) -> Result<String> {
     let series = series(results, 0..results.combinations.len());
     let regions = 0..results.regions.len();
     let mut left_out = false;
@@ -51,51 +52,50 @@ pub fn render(results: &Results) -> String {
     if series.len() * regions.len() <= MOST_BLOCKS {
         for one in series {
             for region in regions.clone() {
-                text += &block(results, one, region, &mut left_out);
+                text += &block(results, one, region, &mut left_out)?;
             }
         }
     } else {
         for region in regions {
-            text += &compact(results, &series, region, &mut left_out);
+            text += &compact(results, &series, region, &mut left_out)?;
         }
         text += "\n`perirobot summary DIR` on the output folder shows more: distributions, maxima, walls, snapshots\n";
     }
     if left_out {
         text.insert_str(0, &format!("\n{FEWER}"));
     }
-    text + NEAR_SIDE + "\n"
+    Ok(text + NEAR_SIDE + "\n")
 }
 
 /// The best few choices of one combination in one region by each score, and the baselines.
-fn block(results: &Results, series: Series, region: usize, left_out: &mut bool) -> String {
+fn block(results: &Results, series: Series, region: usize, left_out: &mut bool) -> Result<String> {
     let choices = results.combinations[series.combination].choices();
     let mut table = Table::new(&HEADER);
     let combination = &results.combinations[series.combination];
     let mut shown: Vec<usize> = Vec::new();
-    let mut line = |label: String, name: String, of: &dyn Fn(Score) -> Option<Over>| {
-        let scores = SCORES.iter().flat_map(|&score| cells(of(score), left_out));
+    let mut line = |label: String, name: String, scores: [Option<Over>; SCORES.len()]| {
+        let scores = scores.into_iter().flat_map(|over| cells(over, left_out));
         table.row([label, name].into_iter().chain(scores));
     };
     for score in SCORES {
-        let best = series.best(results, &results.moments(), region, score);
+        let best = series.best(results, &results.moments(), region, score)?;
         if best.is_empty() {
-            line(format!("best {}", score.title()), "no choice has a value".into(), &|_| None);
+            line(format!("best {}", score.title()), "no choice has a value".into(), [None; SCORES.len()]);
         }
         for (rank, &(choice, _)) in best.iter().take(SHOWN).enumerate() {
             let label = if rank == 0 { format!("best {}", score.title()) } else { String::new() };
             shown.push(choice);
-            line(label, combination.label(choice), &|score| {
-                results.over(results.moments(), series.key(choice, region), score)
-            });
+            let readings = results.readings(results.moments(), &series.key(choice, region))?;
+            line(label, combination.label(choice), SCORES.map(|score| over(&readings, score)));
         }
     }
     for b in 0..4 {
         let at = |score| results.baselines_over(results.moments(), region, score)[b];
-        line("baseline".into(), at(Score::F1).0.into(), &|score| at(score).1);
+        line("baseline".into(), at(Score::F1).0.into(), SCORES.map(|score| at(score).1));
     }
     let title = format!("{} · region {}", series.title(results), results.regions[region]);
     let places = places(combination, &mut shown);
-    format!("\n{title}: {choices} choices of poses, {}\n{}{places}", extent(results), table.text())
+    Ok(format!("\n{title}: {choices} choices of poses, {}\n{}{places}", extent(results), table.text()))
 }
 
 /// Where some choices are, each once.
@@ -110,7 +110,7 @@ fn places(combination: &CombinationResults, choices: &mut Vec<usize>) -> String 
 }
 
 /// One line a combination and representation: its best choice by each score. Baselines by their means.
-fn compact(results: &Results, all: &[Series], region: usize, left_out: &mut bool) -> String {
+fn compact(results: &Results, all: &[Series], region: usize, left_out: &mut bool) -> Result<String> {
     let mut text =
         format!("\nRegion {}: the best choice of poses, {}\n", results.regions[region], extent(results));
     for score in SCORES {
@@ -118,7 +118,7 @@ fn compact(results: &Results, all: &[Series], region: usize, left_out: &mut bool
         let best = format!("<best {}", score.title());
         let mut table = Table::new(&[&best, "mean", "± std", "worst", "pooled", "<poses", "<place"]);
         for series in all {
-            let values = series.over(results, &results.moments(), region, score);
+            let values = series.over(results, &results.moments(), region, score)?;
             let best = ranked(score, values.iter().map(|over| Some(over.as_ref()?.mean)));
             let combination = &results.combinations[series.combination];
             let (over, name, place) = match best.first() {
@@ -135,7 +135,7 @@ fn compact(results: &Results, all: &[Series], region: usize, left_out: &mut bool
         let each = baselines.map(|(name, over)| format!("{name} {}", number(over.map(|over| over.mean))));
         text += &format!("{}  baselines: {}\n", table.text(), each.join(", "));
     }
-    text
+    Ok(text)
 }
 
 /// Mean, worst and pooled. A mean over fewer values than there could be must not look like one over all.

@@ -4,6 +4,7 @@
 use super::Selection;
 use super::near_side;
 use super::table::{NONE, Table, number};
+use crate::Result;
 use crate::results::Results;
 
 /// Five numbers about many.
@@ -38,7 +39,7 @@ pub fn distribution(mut values: Vec<f64>) -> Option<Distribution> {
 }
 
 /// A table for each region and score.
-pub fn render(results: &Results, selection: &Selection) -> String {
+pub fn render(results: &Results, selection: &Selection) -> Result<String> {
     let mut text = String::from(
         "\nDISTRIBUTION over all choices of poses (the paper's Experiment 1: interpretations of one camera)\n\
          A choice counts with its mean over snapshots and repeats. Quartiles: the value at place p·(n − 1) of the n\n\
@@ -65,7 +66,7 @@ pub fn render(results: &Results, selection: &Selection) -> String {
                 .baselines_over(scene.moments.clone(), region, score)
                 .map(|(_, over)| number(over.map(|over| over.mean)));
             for series in selection.series(results) {
-                let values = series.over(results, &scene.moments, region, score);
+                let values = series.over(results, &scene.moments, region, score)?;
                 let found = distribution(values.into_iter().flatten().map(|over| over.mean).collect());
                 let five = found.map_or([NONE; 5].map(String::from), |d| {
                     [d.min, d.lower_quartile, d.median, d.upper_quartile, d.max].map(|v| number(Some(v)))
@@ -78,7 +79,7 @@ pub fn render(results: &Results, selection: &Selection) -> String {
         text += &format!("\n{} in region {}\n{}", score.title(), results.regions[region], table.text());
         text += &near_side(score);
     }
-    text
+    Ok(text)
 }
 
 #[cfg(test)]

@@ -6,6 +6,7 @@ use std::ops::Range;
 use super::Selection;
 use super::Series;
 use super::table::{Table, number};
+use crate::Result;
 use crate::metrics::Score;
 use crate::results::Results;
 
@@ -26,7 +27,7 @@ pub fn groups(
     [combination, representation, region]: [usize; 3],
     moments: &Range<usize>,
     score: Score,
-) -> Vec<GroupBest> {
+) -> Result<Vec<GroupBest>> {
     let combined = &results.combinations[combination];
     let group = |choice: usize| combined.group_of(choice);
     let mut groups: Vec<GroupBest> = Vec::new();
@@ -36,17 +37,17 @@ pub fn groups(
             groups.push(GroupBest { group: name.into(), best: None, overall: false });
         }
     }
-    let best = Series { combination, representation }.best(results, moments, region, score);
+    let best = Series { combination, representation }.best(results, moments, region, score)?;
     for entry in &mut groups {
         entry.best = best.iter().copied().find(|&(choice, _)| group(choice) == Some(entry.group.as_str()));
     }
     let most = best.first().map(|&(_, value)| value);
     groups.iter_mut().for_each(|entry| entry.overall = most.is_some() && entry.best.map(|b| b.1) == most);
-    groups
+    Ok(groups)
 }
 
 /// A table for each region and score; nothing where no combination has several groups.
-pub fn render(results: &Results, selection: &Selection) -> String {
+pub fn render(results: &Results, selection: &Selection) -> Result<String> {
     let several = |series: &Series| {
         let combined = &results.combinations[series.combination];
         let mut groups = (0..combined.choices()).map(|choice| combined.group_of(choice));
@@ -55,7 +56,7 @@ pub fn render(results: &Results, selection: &Selection) -> String {
     };
     let all: Vec<Series> = selection.series(results).into_iter().filter(several).collect();
     if all.is_empty() {
-        return String::new();
+        return Ok(String::new());
     }
     let mut text = String::from(
         "\nBEST POSE OF EACH GROUP (the paper's maps of walls and ceiling, Experiments 1 and 3)\n\
@@ -74,7 +75,7 @@ pub fn render(results: &Results, selection: &Selection) -> String {
         for scene in &results.scenes {
             for series in &all {
                 let which = [series.combination, series.representation, region];
-                let found = groups(results, which, &scene.moments, score);
+                let found = groups(results, which, &scene.moments, score)?;
                 for (i, GroupBest { group, best, overall }) in found.into_iter().enumerate() {
                     let names = [scene.name.clone(), series.title(results)];
                     let names = if i == 0 { names } else { Default::default() };
@@ -93,5 +94,5 @@ pub fn render(results: &Results, selection: &Selection) -> String {
         }
         text += &format!("\n{} in region {}\n{}", score.title(), results.regions[region], table.text());
     }
-    text
+    Ok(text)
 }

@@ -6,6 +6,7 @@ use super::Series;
 use super::first_best;
 use super::near_side;
 use super::table::{Table, number};
+use crate::Result;
 use crate::metrics::Score;
 use crate::results::Results;
 use crate::results::swept::SceneResults;
@@ -33,27 +34,25 @@ pub struct Maximum {
 }
 
 /// The maxima of a combination by one score in one region.
-pub fn maxima(results: &Results, combination: usize, region: usize, score: Score) -> Maxima {
-    let ways = 0..results.combinations[combination].representations.len();
-    let scenes: Vec<Option<Maximum>> = results
-        .scenes
-        .iter()
-        .map(|scene| {
-            let of_one = |representation| {
-                let series = Series { combination, representation };
-                let values = series.over(results, &scene.moments, region, score);
-                let (choice, value) = first_best(score, values.iter().map(|over| Some(over.as_ref()?.mean)))?;
-                Some(Maximum { value, choice, representation })
-            };
-            let each = ways.clone().filter_map(of_one);
-            each.reduce(
-                |best, next| if score.merit(next.value) > score.merit(best.value) { next } else { best },
-            )
-        })
-        .collect();
+pub fn maxima(results: &Results, combination: usize, region: usize, score: Score) -> Result<Maxima> {
+    let ways = results.combinations[combination].representations.len();
+    let of_scene = |scene: &SceneResults| {
+        let mut best: Option<Maximum> = None;
+        for representation in 0..ways {
+            let series = Series { combination, representation };
+            let values = series.over(results, &scene.moments, region, score)?;
+            let first = first_best(score, values.iter().map(|over| Some(over.as_ref()?.mean)));
+            let Some((choice, value)) = first else { continue };
+            if best.is_none_or(|best| score.merit(value) > score.merit(best.value)) {
+                best = Some(Maximum { value, choice, representation });
+            }
+        }
+        Ok(best)
+    };
+    let scenes: Vec<Option<Maximum>> = results.scenes.iter().map(of_scene).collect::<Result<_>>()?;
     let values: Vec<f64> = scenes.iter().flatten().map(|maximum| maximum.value).collect();
     let mean = (!values.is_empty()).then(|| values.iter().sum::<f64>() / values.len() as f64);
-    Maxima { combination, scenes, mean }
+    Ok(Maxima { combination, scenes, mean })
 }
 
 /// The combination with the most sensors, if no other has as many.
@@ -65,9 +64,9 @@ pub fn most_sensors(results: &Results) -> Option<usize> {
 }
 
 /// A table for each region and score; nothing where there is one combination only.
-pub fn render(results: &Results, selection: &Selection) -> String {
+pub fn render(results: &Results, selection: &Selection) -> Result<String> {
     if results.combinations.len() < 2 {
-        return String::new();
+        return Ok(String::new());
     }
     let reference = most_sensors(results);
     let mut text = String::from(
@@ -84,9 +83,11 @@ pub fn render(results: &Results, selection: &Selection) -> String {
             ["<combination"].into_iter().chain(scenes).chain(["mean", "relative"]).collect();
         let mut table = Table::new(&columns);
         let mut choices = Table::new(&["<combination", "<scenes", "<maximum reached first by", "<place"]);
-        let of_reference = reference.and_then(|reference| maxima(results, reference, region, score).mean);
+        let of_reference =
+            reference.map(|reference| maxima(results, reference, region, score)).transpose()?;
+        let of_reference = of_reference.and_then(|maxima| maxima.mean);
         for &combination in &selection.combinations {
-            let found = maxima(results, combination, region, score);
+            let found = maxima(results, combination, region, score)?;
             let values = found.scenes.iter().map(|maximum| number(maximum.map(|m| m.value)));
             let relative = relative(found.mean, of_reference);
             let begin = [results.combinations[combination].name.clone()].into_iter().chain(values);
@@ -111,7 +112,7 @@ pub fn render(results: &Results, selection: &Selection) -> String {
         text += &format!("\n{title}\n{}{}", table.text(), choices.text());
         text += &near_side(score);
     }
-    text
+    Ok(text)
 }
 
 /// A mean as a part of another.

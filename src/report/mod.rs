@@ -108,7 +108,7 @@ impl Series {
         moments: &(impl Iterator<Item = usize> + Clone),
         region: usize,
         score: Score,
-    ) -> Vec<Option<Over>> {
+    ) -> Result<Vec<Option<Over>>> {
         let choices = 0..results.combinations[self.combination].choices();
         choices.map(|choice| results.over(moments.clone(), self.key(choice, region), score)).collect()
     }
@@ -120,9 +120,9 @@ impl Series {
         moments: &(impl Iterator<Item = usize> + Clone),
         region: usize,
         score: Score,
-    ) -> Vec<(usize, f64)> {
-        let values = self.over(results, moments, region, score);
-        ranked(score, values.iter().map(|over| Some(over.as_ref()?.mean)))
+    ) -> Result<Vec<(usize, f64)>> {
+        let values = self.over(results, moments, region, score)?;
+        Ok(ranked(score, values.iter().map(|over| Some(over.as_ref()?.mean))))
     }
 }
 

@@ -144,7 +144,7 @@ impl Sweeps {
             let moments = self.scopes[0].moments[sweep].iter().copied();
             let mut best: Vec<(Placement, f64)> = Vec::new();
             for series in self.among(sweep, among)? {
-                let few = series.best(results, &moments, at, score).into_iter().take(count);
+                let few = series.best(results, &moments, at, score)?.into_iter().take(count);
                 best.extend(few.map(|(choice, value)| (Placement { sweep, series, choice }, value)));
             }
             best.sort_by(|a, b| score.merit(b.1).total_cmp(&score.merit(a.1)));
@@ -190,7 +190,7 @@ impl Sweeps {
     }
 
     /// The scores of some placements in a region that all sweeps have.
-    pub fn render(&self, region: &str, placements: &[Placement]) -> String {
+    pub fn render(&self, region: &str, placements: &[Placement]) -> Result<String> {
         let letters: Vec<String> = ('A'..).take(placements.len()).map(String::from).collect();
         let bounds = self.all.iter().map(|sweep| match self.all.len() {
             1 => "upper bound".into(),
@@ -214,7 +214,7 @@ impl Sweeps {
                     let over = if row == 0 && self.has_several(scope) { KINDS[kind] } else { "" };
                     let mut cell = |over: Option<Over>| cells(over, &mut fewer)[kind].clone();
                     let of = |placement: &Placement| self.over(placement, scope, region, score);
-                    let each: Vec<Option<Over>> = placements.iter().map(of).collect();
+                    let each: Vec<Option<Over>> = placements.iter().map(of).collect::<Result<_>>()?;
                     let difference = match each[..] {
                         [a, b] => Some(difference(value(a, kind), value(b, kind))),
                         _ => None,
@@ -228,14 +228,14 @@ impl Sweeps {
             }
         }
         let footnote = if fewer { FEWER } else { "" };
-        format!("\nRegion {region}\n{footnote}{}{NEAR_SIDE}\n", table.text())
+        Ok(format!("\nRegion {region}\n{footnote}{}{NEAR_SIDE}\n", table.text()))
     }
 
     /// A score of a placement.
-    fn over(&self, placement: &Placement, scope: &Scope, region: &str, score: Score) -> Option<Over> {
+    fn over(&self, placement: &Placement, scope: &Scope, region: &str, score: Score) -> Result<Option<Over>> {
         let Placement { sweep, series, choice } = *placement;
         let results = &self.all[sweep].results;
-        let region = results.regions.iter().position(|name| name == region)?;
+        let Some(region) = results.regions.iter().position(|name| name == region) else { return Ok(None) };
         results.over(scope.moments[sweep].iter().copied(), series.key(choice, region), score)
     }
 
@@ -251,11 +251,6 @@ impl Sweeps {
     fn has_several(&self, scope: &Scope) -> bool {
         let mut each = self.all.iter().zip(&scope.moments);
         each.any(|(sweep, moments)| moments.len() * sweep.results.repeats > 1)
-    }
-
-    /// Fails if counts could not be read; what was rendered is then worthless.
-    pub fn intact(&self) -> Result<()> {
-        self.all.iter().try_for_each(|sweep| sweep.results.intact())
     }
 }
 

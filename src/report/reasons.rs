@@ -97,32 +97,35 @@ fn names(view: &View) -> [String; 3] {
 
 /// The best choices by some scores over all scenes, snapshots and repeats, so many of each combination and
 /// representation in each region, all of them once: combination, choice and representation, in study order.
-pub fn leaders(results: &Results, count: usize, scores: &[Score]) -> Vec<[usize; 3]> {
+pub fn leaders(results: &Results, count: usize, scores: &[Score]) -> Result<Vec<[usize; 3]>> {
     let mut leaders = Vec::new();
     for one in series(results, 0..results.combinations.len()) {
         for region in 0..results.regions.len() {
             for &score in scores {
                 let Series { combination, representation } = one;
-                let best = one.best(results, &results.moments(), region, score).into_iter().take(count);
-                leaders.extend(best.map(|(choice, _)| [combination, choice, representation]));
+                let best = one.best(results, &results.moments(), region, score)?;
+                leaders.extend(
+                    best.into_iter().take(count).map(|(choice, _)| [combination, choice, representation]),
+                );
             }
         }
     }
     leaders.sort_unstable();
     leaders.dedup();
-    leaders
+    Ok(leaders)
 }
 
 /// The best choice of all by a score in a region: combination, choice and representation; `None` where nothing has a value.
-pub fn leader(results: &Results, region: usize, score: Score) -> Option<[usize; 3]> {
-    let all = series(results, 0..results.combinations.len()).into_iter();
-    let firsts = all.filter_map(|one| {
-        let (choice, mean) = *one.best(results, &results.moments(), region, score).first()?;
-        Some(([one.combination, choice, one.representation], mean))
-    });
-    firsts
-        .reduce(|best, next| if score.merit(next.1) > score.merit(best.1) { next } else { best })
-        .map(|(choice, _)| choice)
+pub fn leader(results: &Results, region: usize, score: Score) -> Result<Option<[usize; 3]>> {
+    let mut leader: Option<([usize; 3], f64)> = None;
+    for one in series(results, 0..results.combinations.len()) {
+        let best = one.best(results, &results.moments(), region, score)?;
+        let Some(&(choice, mean)) = best.first() else { continue };
+        if leader.is_none_or(|(_, most)| score.merit(mean) > score.merit(most)) {
+            leader = Some(([one.combination, choice, one.representation], mean));
+        }
+    }
+    Ok(leader.map(|(choice, _)| choice))
 }
 
 /// Least share of the unknown voxels, in percent, for which a reason gets advice.

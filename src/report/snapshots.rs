@@ -4,6 +4,7 @@ use super::Selection;
 use super::near_side;
 use super::ranked;
 use super::table::{Table, number};
+use crate::Result;
 use crate::metrics::Score;
 use crate::results::Key;
 use crate::results::Over;
@@ -14,19 +15,27 @@ use crate::results::swept::SceneResults;
 const SHOWN: usize = 3;
 
 /// The snapshot of a scene, counted from 0, where a choice's score is the worst in some repeat; the first of several.
-pub fn worst_snapshot(results: &Results, scene: &SceneResults, key: Key, score: Score) -> Option<usize> {
-    let of = |moment: usize| Some(results.over(moment..moment + 1, key, score)?.worst);
-    let values = scene.moments.clone().enumerate().filter_map(|(snapshot, m)| Some((snapshot, of(m)?)));
-    values
-        .reduce(|worst, next| if score.merit(next.1) < score.merit(worst.1) { next } else { worst })
-        .map(|(snapshot, _)| snapshot)
+pub fn worst_snapshot(
+    results: &Results,
+    scene: &SceneResults,
+    key: Key,
+    score: Score,
+) -> Result<Option<usize>> {
+    let mut worst: Option<(usize, f64)> = None;
+    for (snapshot, moment) in scene.moments.clone().enumerate() {
+        let Some(over) = results.over(moment..moment + 1, key, score)? else { continue };
+        if worst.is_none_or(|(_, value)| score.merit(over.worst) < score.merit(value)) {
+            worst = Some((snapshot, over.worst));
+        }
+    }
+    Ok(worst.map(|(snapshot, _)| snapshot))
 }
 
 /// A table for each region and score; nothing where no scene moves.
-pub fn render(results: &Results, selection: &Selection) -> String {
+pub fn render(results: &Results, selection: &Selection) -> Result<String> {
     let moving: Vec<&SceneResults> = results.scenes.iter().filter(|scene| scene.moments.len() > 1).collect();
     if moving.is_empty() {
-        return String::new();
+        return Ok(String::new());
     }
     let mut text = String::from(
         "\nSNAPSHOTS of moving scenes (the paper's Experiment 3: an observer walks, the arm moves)\n\
@@ -46,7 +55,7 @@ pub fn render(results: &Results, selection: &Selection) -> String {
             "<place",
         ]);
         for scene in &moving {
-            rows(results, selection, scene, (score, region), &mut table);
+            rows(results, selection, scene, (score, region), &mut table)?;
             for (name, over) in results.baselines_over(scene.moments.clone(), region, score) {
                 let what = [String::new(), format!("baseline {name}"), String::new()];
                 let [mean, worst] = [number(over.map(|o| o.mean)), number(over.map(|o| o.worst))];
@@ -57,7 +66,7 @@ pub fn render(results: &Results, selection: &Selection) -> String {
         text += &format!("\n{} in region {}\n{}", score.title(), results.regions[region], table.text());
         text += &near_side(score);
     }
-    text
+    Ok(text)
 }
 
 /// The rows of one scene: for each combination and representation the best by mean, then the best by worst.
@@ -67,16 +76,16 @@ fn rows(
     scene: &SceneResults,
     (score, region): (Score, usize),
     table: &mut Table,
-) {
+) -> Result<()> {
     for series in selection.series(results) {
-        let values = series.over(results, &scene.moments, region, score);
+        let values = series.over(results, &scene.moments, region, score)?;
         for (by, of) in [("mean", (|over| over.mean) as fn(&Over) -> f64), ("worst", |over| over.worst)] {
             let best = ranked(score, values.iter().map(|over| over.as_ref().map(of)));
             for (rank, &(choice, _)) in best.iter().take(SHOWN).enumerate() {
                 let names = [scene.name.clone(), series.title(results), by.into()];
                 let over = values[choice];
                 let combination = &results.combinations[series.combination];
-                let snapshot = worst_snapshot(results, scene, series.key(choice, region), score);
+                let snapshot = worst_snapshot(results, scene, series.key(choice, region), score)?;
                 table.row(if rank == 0 { names } else { Default::default() }.into_iter().chain([
                     number(over.map(|over| over.mean)),
                     number(over.map(|over| over.worst)),
@@ -88,4 +97,5 @@ fn rows(
             }
         }
     }
+    Ok(())
 }

@@ -25,11 +25,11 @@ fn counts_are_found_by_name() {
         let digits = [moment, repeat, key.combination, key.choice, key.representation];
         counts(digits.iter().fold(0, |n, digit| n * 10 + *digit as u64))
     });
-    assert_eq!(results.counts(2, 1, &key(1, 1, 0)).uf, 21110);
-    assert_eq!(results.counts(0, 0, &key(0, 2, 0)).uf, 20);
-    assert_eq!(results.counts(1, 0, &key(1, 0, 1)).uf, 10101);
+    assert_eq!(results.counts(2, 1, &key(1, 1, 0)).unwrap().uf, 21110);
+    assert_eq!(results.counts(0, 0, &key(0, 2, 0)).unwrap().uf, 20);
+    assert_eq!(results.counts(1, 0, &key(1, 0, 1)).unwrap().uf, 10101);
     // Both repeats of moments 1 and 2: unknown 10, 1010 + 10000, 20000, 21000 and one found voxel each.
-    let over = results.over(1..3, key(0, 0, 0), Score::F1).unwrap();
+    let over = results.over(1..3, key(0, 0, 0), Score::F1).unwrap().unwrap();
     let pooled = 8.0 / (8.0 + (10000 + 11000 + 20000 + 21000) as f64);
     assert_eq!((over.pooled, over.values), (Some(pooled), 4));
     assert_eq!(over.worst, 2.0 / 21002.0);
@@ -38,12 +38,12 @@ fn counts_are_found_by_name() {
 #[test]
 fn scores_over_scenes_and_snapshots() {
     let results = worked();
-    let over = results.over(0..3, key(0, 0, 0), Score::F1).unwrap();
+    let over = results.over(0..3, key(0, 0, 0), Score::F1).unwrap().unwrap();
     // (1 + 1/4 + 1/2) / 3; 3 found, 8 unknown.
     assert_eq!((over.mean, over.worst, over.pooled), (1.75 / 3.0, 0.25, Some(6.0 / 14.0)));
-    let some = results.over(0..3, key(0, 2, 0), Score::F1).unwrap();
+    let some = results.over(0..3, key(0, 2, 0), Score::F1).unwrap().unwrap();
     assert_eq!((some.mean, some.values, some.of), (2.0 / 3.0, 1, 3));
-    assert_eq!(results.over(0..1, key(0, 2, 0), Score::F1), None);
+    assert_eq!(results.over(0..1, key(0, 2, 0), Score::F1).unwrap(), None);
     let baselines = results.baselines_over(1..3, 0, Score::F1).map(|(_, over)| over.map(|o| o.mean));
     assert_eq!(baselines, [Some(1.0), Some(0.2), Some(0.1), None]);
 }
@@ -51,16 +51,16 @@ fn scores_over_scenes_and_snapshots() {
 #[test]
 fn maxima_per_scene_and_their_mean() {
     let results = worked();
-    let camera = maxima(&results, 0, 0, Score::F1);
+    let camera = maxima(&results, 0, 0, Score::F1).unwrap();
     let at = |value, choice, representation| Some(Maximum { value, choice, representation });
     // Still: 1 beats 1/2. Moving: 3/8, 1/2 and 2/3, which only one snapshot has.
     assert_eq!(camera.scenes, [at(1.0, 0, 0), at(2.0 / 3.0, 2, 0)]);
     assert_eq!(camera.mean, Some((1.0 + 2.0 / 3.0) / 2.0));
-    let pair = maxima(&results, 1, 0, Score::F1);
+    let pair = maxima(&results, 1, 0, Score::F1).unwrap();
     // The first of equal ones is named.
     assert_eq!(pair.scenes, [at(1.0, 1, 1), at(0.5, 0, 0)]);
     assert_eq!((pair.mean, most_sensors(&results)), (Some(0.75), Some(1)));
-    let text = maxima::render(&results, &all(&results, &[Score::F1]));
+    let text = maxima::render(&results, &all(&results, &[Score::F1])).unwrap();
     // (5/6) / (3/4) = 10/9.
     for line in [
         "  camera                 1.000   0.667  0.833     1.111\n",
@@ -81,23 +81,23 @@ fn nothing_is_relative_without_one_largest_combination() {
     let mut results = worked();
     results.subject.combinations[1].members.pop();
     assert_eq!(most_sensors(&results), None);
-    let text = maxima::render(&results, &all(&results, &[Score::F1]));
+    let text = maxima::render(&results, &all(&results, &[Score::F1])).unwrap();
     assert!(!text.contains("as a part of") && text.contains("0.833         –"), "{text}");
     results.subject.combinations.truncate(1);
-    assert_eq!(maxima::render(&results, &all(&results, &[Score::F1])), "");
+    assert_eq!(maxima::render(&results, &all(&results, &[Score::F1])).unwrap(), "");
 }
 
 #[test]
 fn the_best_of_each_wall() {
     let results = worked();
-    let found = groups::groups(&results, [0, 0, 0], &(1..3), Score::F1);
+    let found = groups::groups(&results, [0, 0, 0], &(1..3), Score::F1).unwrap();
     let plain: Vec<_> = found.iter().map(|g| (g.group.as_str(), g.best, g.overall)).collect();
     // In the moving scene the second pose is the better of the left wall: 1/2 against 3/8.
     assert_eq!(plain, [("left", Some((1, 0.5)), false), ("right", Some((2, 2.0 / 3.0)), true)]);
-    let still = groups::groups(&results, [0, 0, 0], &(0..1), Score::F1);
+    let still = groups::groups(&results, [0, 0, 0], &(0..1), Score::F1).unwrap();
     let plain: Vec<_> = still.iter().map(|g| (g.best, g.overall)).collect();
     assert_eq!(plain, [(Some((0, 1.0)), true), (None, false)]);
-    let text = groups::render(&results, &all(&results, &[Score::F1]));
+    let text = groups::render(&results, &all(&results, &[Score::F1])).unwrap();
     assert!(
         text.contains(
             "moving  camera · points               left                   0.500     left/1   wall, x 1.0 m, 3.0 m high\n"
@@ -118,14 +118,14 @@ fn the_best_over_snapshots_by_mean_and_by_worst() {
     };
     let results = results(1, |moment, _, key| better(moment, key));
     let moving = results.scenes[1].clone();
-    assert_eq!(snapshots::worst_snapshot(&results, &moving, key(0, 0, 0), Score::F1), Some(0));
-    assert_eq!(snapshots::worst_snapshot(&results, &moving, key(0, 2, 0), Score::F1), Some(1));
+    assert_eq!(snapshots::worst_snapshot(&results, &moving, key(0, 0, 0), Score::F1).unwrap(), Some(0));
+    assert_eq!(snapshots::worst_snapshot(&results, &moving, key(0, 2, 0), Score::F1).unwrap(), Some(1));
     let results = crate::results::example::results(1, |moment, _, key| match (key.combination, key.choice) {
         (0, 2) => NO_SCORE,
         _ => better(moment, key),
     });
-    assert_eq!(snapshots::worst_snapshot(&results, &moving, key(0, 2, 0), Score::F1), None);
-    let text = snapshots::render(&results, &all(&results, &[Score::F1]));
+    assert_eq!(snapshots::worst_snapshot(&results, &moving, key(0, 2, 0), Score::F1).unwrap(), None);
+    let text = snapshots::render(&results, &all(&results, &[Score::F1])).unwrap();
     for line in [
         // Pooled: 2 found, 6 unknown.
         "  moving  camera · points               mean     0.625  0.250   0   0.400  left/0                      wall, x 0.0 m, 3.0 m high\n",
@@ -136,13 +136,13 @@ fn the_best_over_snapshots_by_mean_and_by_worst() {
     assert!(!text.contains("still"), "{text}");
     let mut results = worked();
     results.subject.scenes.remove(1);
-    assert_eq!(snapshots::render(&results, &all(&results, &[Score::F1])), "");
+    assert_eq!(snapshots::render(&results, &all(&results, &[Score::F1])).unwrap(), "");
 }
 
 #[test]
 fn distributions_stand_beside_their_baselines() {
     let results = worked();
-    let text = distribution::render(&results, &all(&results, &[Score::F1]));
+    let text = distribution::render(&results, &all(&results, &[Score::F1])).unwrap();
     for line in [
         // 3/8, 1/2 and 2/3: quartiles halfway, 7/16 and 7/12.
         "  moving  camera · points               3  0.375    0.438   0.500    0.583  0.667  |  1.000    0.200     0.100        –",
@@ -151,9 +151,36 @@ fn distributions_stand_beside_their_baselines() {
         assert!(text.contains(line), "no {line:?} in {text}");
     }
     let of_one = Selection::named(&results, Some("robot"), Some("pair"), &[Score::HumanSeen]).unwrap();
-    let text = distribution::render(&results, &of_one);
+    let text = distribution::render(&results, &of_one).unwrap();
     assert!(text.contains("pair · box;volume") && !text.contains("camera ·"), "{text}");
     assert!(text.contains("0    –        –       –        –    –  |"), "nobody is in the region: {text}");
+}
+
+/// No table has zeros for counts that cannot be read.
+#[cfg(target_os = "linux")]
+#[test]
+fn a_disk_that_fails_fails_every_table() {
+    use crate::results::{example::unreadable, rows, scores, table::Format};
+    let (results, folder) = (unreadable(), tempfile::tempdir().unwrap());
+    let (selection, moving) = (all(&results, &[Score::F1]), &results.scenes[1]);
+    for (what, made) in [
+        ("best", best::render(&results).map(drop)),
+        ("distribution", distribution::render(&results, &selection).map(drop)),
+        ("maxima", maxima::render(&results, &selection).map(drop)),
+        ("groups", groups::render(&results, &selection).map(drop)),
+        ("snapshots", snapshots::render(&results, &selection).map(drop)),
+        ("worst", snapshots::worst_snapshot(&results, moving, key(0, 0, 0), Score::F1).map(drop)),
+        ("leaders", reasons::leaders(&results, 1, &[Score::F1]).map(drop)),
+        ("leader", reasons::leader(&results, 0, Score::F1).map(drop)),
+        ("results", rows::write(&results, folder.path(), Format::Csv)),
+        ("scores", scores::write(&results, folder.path(), Format::Csv)),
+    ] {
+        assert!(
+            matches!(&made, Err(Error::Storage(text)) if text.contains("cannot be read")),
+            "{what}: {made:?}"
+        );
+    }
+    assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 0, "no half of a table is left");
 }
 
 fn scores_csv(results: &Results) -> String {
@@ -229,7 +256,7 @@ fn the_part_that_is_missed_most_is_named() {
     assert_eq!(end(1), ["1", "head"], "in the still scene head and torso are missed once: {text}");
     assert_eq!(end(15), ["3", "torso"], "{text}");
     assert_eq!(end(16), ["0", ""], "{text}");
-    let score = |score| results.over(0..3, key(0, 0, 0), score).unwrap().mean;
+    let score = |score| results.over(0..3, key(0, 0, 0), score).unwrap().unwrap().mean;
     assert_eq!((score(Score::PartsDetected), score(Score::PeopleDetected)), (0.75, 1.0));
 }
 
@@ -245,7 +272,7 @@ fn several_sensors_in_one_representation_need_not_name_it() {
 #[test]
 fn few_combinations_get_a_block_and_many_a_line() {
     let results = worked();
-    let text = best::render(&results);
+    let text = best::render(&results).unwrap();
     for line in [
         "camera · points · region robot: 3 choices of poses, 2 scenes, 3 snapshots\n",
         // κ of one found and n unknown: n / ((n + 1)² − 1), so 1/8 and 1/4, none for n = 0.
@@ -262,7 +289,7 @@ fn few_combinations_get_a_block_and_many_a_line() {
     assert!(text.starts_with("\n[n] before a mean: only n of the values"), "before what it explains: {text}");
     assert!(text.lines().all(|line| line.chars().count() <= 160), "{text}");
     let many = results_in(&["robot", "human"], 1, |moment, _, key| worked_counts(moment, key));
-    let text = best::render(&many);
+    let text = best::render(&many).unwrap();
     for line in [
         "Region human: the best choice of poses, 2 scenes, 3 snapshots\n",
         "  camera · points       [1] 0.667      –  0.667   0.667  right/0                     wall, x 2.0 m, 3.0 m high\n",

@@ -114,6 +114,14 @@ pub(crate) fn results_in(
     Results::new(subject, Pages::new(vec![journal]))
 }
 
+/// The results of [`worked`] on a disk that fails.
+#[cfg(target_os = "linux")]
+pub(crate) fn unreadable() -> Results {
+    let mut results = worked();
+    results.pages.break_disk();
+    results
+}
+
 /// One repeat. F1 of the camera's choices at the three moments: 1, 1/4, 1/2; 1/2, 1/2, 1/2; none, none, 2/3. Of the pair,
 /// 1/2 everywhere but 1 in the still scene for the second choice's second representation.
 pub(crate) fn worked() -> Results {

@@ -3,7 +3,7 @@
 mod part;
 
 use std::fs;
-use std::io::{ErrorKind, Write};
+use std::io::{ErrorKind, Read, Write};
 use std::path::{Path, PathBuf};
 
 use crate::source::Sources;
@@ -98,7 +98,7 @@ pub fn write_whole(path: &Path, bytes: &[u8]) -> Result<()> {
 }
 
 /// Most bytes of a manifest or a table of poses; no sweep writes so many.
-pub(crate) const MOST_BYTES: u64 = 1 << 30;
+const MOST_BYTES: u64 = 1 << 30;
 
 /// Opens a file of a sweep's folder to be read. Only a regular one: a pipe would wait for its writer.
 pub(crate) fn open_regular(path: &Path, most_bytes: u64) -> Result<fs::File> {
@@ -112,6 +112,14 @@ pub(crate) fn open_regular(path: &Path, most_bytes: u64) -> Result<fs::File> {
         return Err(Error::input(path.display(), what));
     }
     fs::File::open(path).map_err(unreadable)
+}
+
+/// The bytes of a manifest or a table of poses.
+pub(crate) fn read_regular(path: &Path) -> Result<Vec<u8>> {
+    let mut bytes = Vec::new();
+    let read = open_regular(path, MOST_BYTES)?.take(MOST_BYTES).read_to_end(&mut bytes);
+    read.map_err(|e| Error::io(path, "cannot be read", e))?;
+    Ok(bytes)
 }
 
 /// The tables that are written when a sweep is done, and afterwards.

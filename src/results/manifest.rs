@@ -2,7 +2,6 @@
 //! counts or the names beside them; their hash is the sweep's fingerprint, by which two machines prove that they worked on the
 //! same.
 
-use std::io::Read;
 use std::path::Path;
 
 use serde_json::{Map, Value, json};
@@ -10,7 +9,7 @@ use sha2::{Digest, Sha256};
 
 use crate::backend::{Noise, Rays};
 use crate::results::columns;
-use crate::results::files::{MANIFEST, MOST_BYTES, open_regular, shards_below};
+use crate::results::files::{MANIFEST, read_regular, shards_below};
 use crate::results::journal::Shard;
 use crate::source::{hex, sha256};
 use crate::study::{Study, catalogue};
@@ -142,10 +141,7 @@ impl Manifest {
             };
             return Err(Error::input(path.display(), format!("cannot be read, it is not there: {cure}")));
         }
-        let mut text = String::new();
-        let read = open_regular(&path, MOST_BYTES)?.take(MOST_BYTES).read_to_string(&mut text);
-        read.map_err(|e| Error::io(&path, "cannot be read", e))?;
-        let json = serde_json::from_str(&text);
+        let json = serde_json::from_slice(&read_regular(&path)?);
         json.map(Manifest).map_err(|e| Error::input(path.display(), format!("{e}; sweep again")))
     }
 

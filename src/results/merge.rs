@@ -10,6 +10,7 @@ use crate::results::Subject;
 use crate::results::files::JOURNAL;
 use crate::results::files::MANIFEST;
 use crate::results::files::OutputFolder;
+use crate::results::files::read_regular;
 use crate::results::journal::Header;
 use crate::results::journal::Journal;
 use crate::results::journal::Locked;
@@ -97,9 +98,7 @@ pub fn merge(out: &Path, folders: &[PathBuf]) -> Result<Results> {
         whole.keep_runs(&part.manifest);
     }
     journal.sync()?;
-    let poses = first.join("poses.csv");
-    let poses = std::fs::read(&poses).map_err(|e| Error::io(&poses, "cannot be read", e))?;
-    folder.write("poses.csv", &poses)?;
+    folder.write("poses.csv", &read_regular(&first.join("poses.csv"))?)?;
     folder.write(MANIFEST, &whole.bytes())?;
     Ok(Results::new(subject, Pages::new(vec![journal])))
 }

@@ -22,18 +22,15 @@ pub struct Over {
 }
 
 /// One choice's score over repeats, each with the counts of its moments; `None` if there is no value at all.
-pub fn over<R>(repeats: impl Iterator<Item = R>, score: Score) -> Option<Over>
-where
-    R: Iterator<Item = Confusion>,
-{
+pub fn over(repeats: &[Vec<Confusion>], score: Score) -> Option<Over> {
     let (mut all, mut means, mut counts, mut of) = (Sum::default(), Vec::new(), Confusion::default(), 0);
     let mut worst: Option<f64> = None;
     for repeat in repeats {
         let mut one = Sum::default();
         for reading in repeat {
-            counts = counts.plus(&reading);
+            counts = counts.plus(reading);
             of += 1;
-            if let Some(value) = score.of(&reading) {
+            if let Some(value) = score.of(reading) {
                 worst = Some(worst.map_or(value, |worst| score.worse(worst, value)));
                 one.add(value);
                 all.add(value);
@@ -82,7 +79,7 @@ mod tests {
     }
 
     fn f1(repeats: &[Vec<Confusion>]) -> Option<Over> {
-        over(repeats.iter().map(|repeat| repeat.iter().copied()), Score::F1)
+        over(repeats, Score::F1)
     }
 
     #[test]
@@ -112,7 +109,7 @@ mod tests {
     #[test]
     fn the_worst_of_what_is_better_small_is_the_largest() {
         let moments = [vec![with(1, 2), with(1, 1)]];
-        let value = over(moments.iter().map(|repeat| repeat.iter().copied()), Score::Unknown).unwrap();
+        let value = over(&moments, Score::Unknown).unwrap();
         assert_eq!((value.worst, value.pooled), (2.0 / 3.0, Some(3.0 / 5.0)));
     }
 

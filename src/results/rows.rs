@@ -35,7 +35,7 @@ pub fn write(results: &Results, folder: &Path, format: Format) -> Result<()> {
             let snapshot = (moment - scene.moments.start) as u64;
             for repeat in 0..results.repeats {
                 results.each_key(|[combination, poses, representation, region], key| {
-                    let c = results.counts(moment, repeat, &key);
+                    let c = results.counts(moment, repeat, &key)?;
                     let mut fields = vec![Field::Text(&scene.name)];
                     fields.extend([snapshot, repeat as u64].map(Field::Count));
                     fields.extend([combination, poses, representation, region].map(Field::Text));
@@ -49,7 +49,6 @@ pub fn write(results: &Results, folder: &Path, format: Format) -> Result<()> {
             }
         }
     }
-    results.intact()?;
     table.finish()
 }
 

@@ -4,9 +4,9 @@
 use std::path::Path;
 
 use crate::Result;
-use crate::metrics::Score;
-use crate::results::Over;
+use crate::metrics::{Confusion, Score};
 use crate::results::Results;
+use crate::results::over::{Over, over};
 use crate::results::table::Column;
 use crate::results::table::Field;
 use crate::results::table::Format;
@@ -40,16 +40,17 @@ pub fn write(results: &Results, folder: &Path, format: Format) -> Result<()> {
         results.each_key(|names, key| {
             let mut fields = vec![Field::Text(scene)];
             fields.extend(names.map(Field::Text));
+            let readings = results.readings(moments.clone(), &key)?;
             for score in Score::ALL {
-                fields.extend(values(results.over(moments.clone(), key, score)));
+                fields.extend(values(over(&readings, score)));
             }
-            let worst = results.together(moments.clone(), &key).detection.worst_part();
+            let together = readings.iter().flatten().fold(Confusion::default(), |all, one| all.plus(one));
+            let worst = together.detection.worst_part();
             fields.push(Field::Text(worst.map_or("", |(part, _)| part.name())));
             fields.push(Field::Count(worst.map_or(0, |(_, rows)| rows)));
             table.row(&fields)
         })?;
     }
-    results.intact()?;
     table.finish()
 }
 

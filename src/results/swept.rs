@@ -173,28 +173,37 @@ impl Results {
     }
 
     /// What was counted at a moment.
-    pub fn counts(&self, moment: usize, repeat: usize, key: &Key) -> Confusion {
+    ///
+    /// # Errors
+    /// `Error::Storage` if the journal cannot be read any more.
+    pub fn counts(&self, moment: usize, repeat: usize, key: &Key) -> Result<Confusion> {
         self.pages.counts(self.layout.row(moment, repeat, key))
     }
 
-    /// Fails if counts could not be read since it was last asked; what was made of them is then worthless.
-    pub fn intact(&self) -> Result<()> {
-        self.pages.failure()
+    /// What was counted of one choice at some moments, for each repeat.
+    ///
+    /// # Errors
+    /// Those of [`Results::counts`].
+    pub fn readings(
+        &self,
+        moments: impl Iterator<Item = usize> + Clone,
+        key: &Key,
+    ) -> Result<Vec<Vec<Confusion>>> {
+        let repeat = |repeat| moments.clone().map(|moment| self.counts(moment, repeat, key)).collect();
+        (0..self.repeats).map(repeat).collect()
     }
 
     /// A score of one choice over some moments and all repeats; `None` if it has no value in any.
-    pub fn over(&self, moments: impl Iterator<Item = usize> + Clone, key: Key, score: Score) -> Option<Over> {
-        let at = move |moment, repeat| self.counts(moment, repeat, &key);
-        let repeats = (0..self.repeats).map(|repeat| moments.clone().map(move |moment| at(moment, repeat)));
-        over::over(repeats, score)
-    }
-
-    /// All counts of one choice over some moments and all repeats together.
-    pub fn together(&self, moments: Range<usize>, key: &Key) -> Confusion {
-        let repeats = 0..self.repeats;
-        let each =
-            repeats.flat_map(|repeat| moments.clone().map(move |moment| self.counts(moment, repeat, key)));
-        each.fold(Confusion::default(), |all, one| all.plus(&one))
+    ///
+    /// # Errors
+    /// Those of [`Results::counts`].
+    pub fn over(
+        &self,
+        moments: impl Iterator<Item = usize> + Clone,
+        key: Key,
+        score: Score,
+    ) -> Result<Option<Over>> {
+        Ok(over::over(&self.readings(moments, &key)?, score))
     }
 
     /// The names of the baselines and their score over some moments.
@@ -205,8 +214,8 @@ impl Results {
         score: Score,
     ) -> [(&'static str, Option<Over>); 4] {
         let of = |pick: fn(&Baselines) -> &Confusion| {
-            let counts = moments.clone().map(move |moment| *pick(&self.baselines[moment][region]));
-            over::over(std::iter::once(counts), score)
+            let counts = moments.clone().map(|moment| *pick(&self.baselines[moment][region]));
+            over::over(&[counts.collect()], score)
         };
         [
             ("upper bound", of(|b| &b.ceiling)),

@@ -221,9 +221,9 @@ fn check(before: &[u8], bytes: &mut [u8]) {
 fn report(results: &Results, folder: &std::path::Path) {
     let selection = Selection::named(results, None, None, &Score::ALL).expect("nothing is named");
     for render in [distribution::render, maxima::render, groups::render, snapshots::render] {
-        render(results, &selection);
+        render(results, &selection).expect("what was scanned can be read again");
     }
-    best::render(results);
+    best::render(results).expect("what was scanned can be read again");
     let _ = rows::write(results, folder, Format::Csv);
     let _ = scores::write(results, folder, Format::Csv);
     let _ = scores::write(results, folder, Format::Parquet);

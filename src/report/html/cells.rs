@@ -87,7 +87,7 @@ struct Sight {
 /// after each. What the best of a region misses at its worst moment is explained.
 ///
 /// # Errors
-/// Those of the backend.
+/// Those of the backend, and of a journal that cannot be read.
 pub(super) fn look(
     (study, worlds): (&Study, &[World]),
     (results, rankings): (&Results, &[Ranking]),
@@ -97,8 +97,8 @@ pub(super) fn look(
 ) -> Result<Cells> {
     let mut cells = Cells::default();
     results.scenes.iter().for_each(|scene| cells.put_moment(worlds, scene.moments.start));
-    let sights = sights(results, rankings, most);
-    let asked = asked(results, rankings);
+    let sights = sights(results, rankings, most)?;
+    let asked = asked(results, rankings)?;
     let mut viewer = Viewer::new(study, backend)?;
     for (done, &sight) in sights.iter().enumerate() {
         if cells.bytes.len() > MOST_BYTES {
@@ -121,7 +121,7 @@ fn share_of_safety(most: usize) -> usize {
 }
 
 /// What is worth looking at, the best first, each in every scene at its worst moment and then at the scene's first.
-fn sights(results: &Results, rankings: &[Ranking], most: usize) -> Vec<Sight> {
+fn sights(results: &Results, rankings: &[Ranking], most: usize) -> Result<Vec<Sight>> {
     let (mut known, mut sights) = (BTreeSet::new(), Vec::new());
     for rank in 0..most {
         for (series, ranking) in rankings.iter().enumerate() {
@@ -133,7 +133,7 @@ fn sights(results: &Results, rankings: &[Ranking], most: usize) -> Vec<Sight> {
                     let Some(&(choice, _)) = list.get(rank) else { continue };
                     let key = ranking.series.key(choice, region);
                     for scene in &results.scenes {
-                        let moments = [worst(results, scene, key, score), scene.moments.start];
+                        let moments = [worst(results, scene, key, score)?, scene.moments.start];
                         let all = moments.into_iter().map(|moment| Sight { series, choice, moment });
                         sights.extend(all.filter(|&sight| known.insert(sight)));
                     }
@@ -141,12 +141,12 @@ fn sights(results: &Results, rankings: &[Ranking], most: usize) -> Vec<Sight> {
             }
         }
     }
-    sights
+    Ok(sights)
 }
 
 /// The moment at which a choice scores least; the first of the scene where it never has a value.
-fn worst(results: &Results, scene: &SceneResults, key: Key, score: Score) -> usize {
-    scene.moments.start + snapshots::worst_snapshot(results, scene, key, score).unwrap_or(0)
+fn worst(results: &Results, scene: &SceneResults, key: Key, score: Score) -> Result<usize> {
+    Ok(scene.moments.start + snapshots::worst_snapshot(results, scene, key, score)?.unwrap_or(0))
 }
 
 /// What is to be explained: the best choice of all in a region, by one of [`BESTS`].
@@ -157,19 +157,19 @@ struct Asked {
 }
 
 /// Of each region and scene, what the best choices miss at their worst moment.
-fn asked(results: &Results, rankings: &[Ranking]) -> Vec<Asked> {
+fn asked(results: &Results, rankings: &[Ranking]) -> Result<Vec<Asked>> {
     let mut asked = Vec::new();
     for (best, score) in BESTS.into_iter().enumerate() {
         for region in 0..results.regions.len() {
             let Some(&(series, (choice, _))) = firsts(rankings, region, best).first() else { continue };
             let key = rankings[series].series.key(choice, region);
             for scene in &results.scenes {
-                let moment = worst(results, scene, key, score);
+                let moment = worst(results, scene, key, score)?;
                 asked.push(Asked { sight: Sight { series, choice, moment }, best, region });
             }
         }
     }
-    asked
+    Ok(asked)
 }
 
 impl Cells {

@@ -12,6 +12,7 @@ use super::packed::Numbers;
 use super::ranking::Ranking;
 use super::scores::{self, Scores};
 use super::surroundings::{Surroundings, WAYS};
+use crate::Result;
 use crate::metrics::Score;
 use crate::report::distribution::distribution;
 use crate::report::maxima::{maxima, most_sensors};
@@ -94,10 +95,10 @@ impl<'a> Data<'a> {
         rankings: &[Ranking],
         (cells, surroundings): (&'a Cells, &Surroundings),
         numbers: &mut Numbers,
-    ) -> Data<'a> {
+    ) -> Result<Data<'a>> {
         let Sweep { results, study, worlds, .. } = *sweep;
         let regions = || 0..results.regions.len();
-        let scores = scores::scores(results, rankings, numbers);
+        let scores = scores::scores(results, rankings, numbers)?;
         let series = rankings.iter().zip(scores).map(|(ranking, scores)| SeriesData {
             combination: ranking.series.combination,
             representation: ranking.series.representation,
@@ -111,9 +112,11 @@ impl<'a> Data<'a> {
         });
         let largest = |region, score| {
             let all = 0..results.combinations.len();
-            all.map(|combination| maxima(results, combination, region, score).mean).collect()
+            all.map(|combination| Ok(maxima(results, combination, region, score)?.mean))
+                .collect::<Result<_>>()
         };
-        Data {
+        let of_scores = |region| Score::ALL.into_iter().map(move |score| (region, score));
+        Ok(Data {
             render: render(sweep),
             repeats: results.repeats,
             regions: &results.regions,
@@ -126,16 +129,21 @@ impl<'a> Data<'a> {
             series: series.collect(),
             baselines: regions().map(|region| baselines(results, region)).collect(),
             distributions: regions()
-                .map(|region| Score::ALL.map(|score| distributions(results, rankings, region, score)).into())
-                .collect(),
-            maxima: regions().map(|region| Score::ALL.map(|score| largest(region, score)).into()).collect(),
+                .map(|region| {
+                    let each = of_scores(region);
+                    each.map(|(region, score)| distributions(results, rankings, region, score)).collect()
+                })
+                .collect::<Result<_>>()?,
+            maxima: regions()
+                .map(|region| of_scores(region).map(|(region, score)| largest(region, score)).collect())
+                .collect::<Result<_>>()?,
             full_set: most_sensors(results),
             between_members: columns::BETWEEN_MEMBERS,
             voxel_size_m: study.voxel_size_m,
             objects: surroundings.objects(),
             ways: WAYS,
             cells,
-        }
+        })
     }
 }
 
@@ -178,11 +186,11 @@ fn baselines(results: &Results, region: usize) -> Vec<Vec<Baseline>> {
     extents.map(|moments| measure::of_baselines(results, moments, region)).collect()
 }
 
-fn distributions(results: &Results, rankings: &[Ranking], region: usize, score: Score) -> Boxes {
+fn distributions(results: &Results, rankings: &[Ranking], region: usize, score: Score) -> Result<Boxes> {
     let of_one = |ranking: &Ranking, scene: &crate::results::swept::SceneResults| {
-        let values = ranking.series.over(results, &scene.moments, region, score);
-        let d = distribution(values.into_iter().flatten().map(|over| over.mean).collect())?;
-        Some([d.min, d.lower_quartile, d.median, d.upper_quartile, d.max])
+        let values = ranking.series.over(results, &scene.moments, region, score)?;
+        let found = distribution(values.into_iter().flatten().map(|over| over.mean).collect());
+        Ok(found.map(|d| [d.min, d.lower_quartile, d.median, d.upper_quartile, d.max]))
     };
     let scenes = results.scenes.iter();
     scenes.map(|scene| rankings.iter().map(|ranking| of_one(ranking, scene)).collect()).collect()

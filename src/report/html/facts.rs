@@ -9,6 +9,7 @@ use super::Sweep;
 use super::cells::Cells;
 use super::ranking::Ranking;
 use super::surroundings::Surroundings;
+use crate::Result;
 use crate::metrics::Score;
 use crate::report::distribution;
 use crate::report::maxima;
@@ -42,20 +43,20 @@ impl<'a> Facts<'a> {
         rankings: &[Ranking],
         cells: &'a Cells,
         surroundings: &Surroundings,
-    ) -> Facts<'a> {
+    ) -> Result<Facts<'a>> {
         let Sweep { results, study, .. } = *sweep;
-        Facts {
+        Ok(Facts {
             study: study.path.file_stem().unwrap_or_default().to_string_lossy().into_owned(),
             extent: crate::report::best::extent(results),
             assumed: run::assumed(sweep),
             regions: (0..results.regions.len())
                 .map(|region| best::region(sweep, rankings, (cells, surroundings), region))
-                .collect(),
+                .collect::<Result<_>>()?,
             run: run::run(sweep),
-            distributions: distributions(sweep, rankings),
-            maxima: maxima_tables(sweep),
+            distributions: distributions(sweep, rankings)?,
+            maxima: maxima_tables(sweep)?,
             moves: results.moments().len() > results.scenes.len(),
-        }
+        })
     }
 }
 
@@ -69,20 +70,22 @@ fn title(sweep: &Sweep, (region, score): (usize, Score)) -> String {
     format!("{} in region {}", score.title(), sweep.results.regions[region])
 }
 
-fn distributions(sweep: &Sweep, rankings: &[Ranking]) -> Vec<Plain> {
+fn distributions(sweep: &Sweep, rankings: &[Ranking]) -> Result<Vec<Plain>> {
     let results = sweep.results;
     let table = |part: (usize, Score)| {
-        let rows = results.scenes.iter().flat_map(|scene| {
-            rankings.iter().map(move |ranking| {
-                let values = ranking.series.over(results, &scene.moments, part.0, part.1);
+        let mut rows: Vec<Vec<String>> = Vec::new();
+        for scene in &results.scenes {
+            for ranking in rankings {
+                let values = ranking.series.over(results, &scene.moments, part.0, part.1)?;
                 let values = values.into_iter().flatten().map(|over| over.mean).collect();
                 let d = distribution::distribution(values);
                 let five = d.map(|d| [d.min, d.lower_quartile, d.median, d.upper_quartile, d.max]);
                 let five = five.map_or([None; 5], |five| five.map(Some)).map(number);
                 let n = d.map_or(0, |d| d.values).to_string();
-                [scene.name.clone(), ranking.series.title(results), n].into_iter().chain(five).collect()
-            })
-        });
+                let names = [scene.name.clone(), ranking.series.title(results), n];
+                rows.push(names.into_iter().chain(five).collect());
+            }
+        }
         let columns = [
             "scene",
             "sensors · representation",
@@ -93,33 +96,34 @@ fn distributions(sweep: &Sweep, rankings: &[Ranking]) -> Vec<Plain> {
             "upper quartile",
             "max",
         ];
-        Plain { title: title(sweep, part), columns: columns.map(String::from).into(), rows: rows.collect() }
+        Ok(Plain { title: title(sweep, part), columns: columns.map(String::from).into(), rows })
     };
     parts(sweep).map(table).collect()
 }
 
-fn maxima_tables(sweep: &Sweep) -> Vec<Plain> {
+fn maxima_tables(sweep: &Sweep) -> Result<Vec<Plain>> {
     let results = sweep.results;
     // Sensors alone are compared in the first table.
     if results.combinations.len() < 2 || results.combinations.iter().all(|c| c.members.len() < 2) {
-        return Vec::new();
+        return Ok(Vec::new());
     }
     let full = most_sensors(results);
     let table = |part: (usize, Score)| {
         let of = |combination| maxima::maxima(results, combination, part.0, part.1);
-        let of_full = full.and_then(|full| of(full).mean);
+        let of_full = full.map(of).transpose()?.and_then(|maxima| maxima.mean);
         let rows = (0..results.combinations.len()).map(|combination| {
-            let found = of(combination);
+            let found = of(combination)?;
             let scenes = found.scenes.iter().map(|maximum| number(maximum.map(|m| m.value)));
             let last = [number(found.mean), number(maxima::relative(found.mean, of_full))];
-            [results.combinations[combination].name.clone()].into_iter().chain(scenes).chain(last).collect()
+            let name = results.combinations[combination].name.clone();
+            Ok([name].into_iter().chain(scenes).chain(last).collect())
         });
         let scenes = results.scenes.iter().map(|scene| scene.name.clone());
         let columns = ["sensors".to_string()].into_iter().chain(scenes);
         let relative =
             full.map_or("relative".into(), |full| format!("relative to {}", results.combinations[full].name));
         let columns = columns.chain(["mean".into(), relative]).collect();
-        Plain { title: title(sweep, part), columns, rows: rows.collect() }
+        Ok(Plain { title: title(sweep, part), columns, rows: rows.collect::<Result<_>>()? })
     };
     parts(sweep).map(table).collect()
 }

@@ -3,7 +3,7 @@
 
 use std::ops::Range;
 
-use crate::metrics::Confusion;
+use crate::Result;
 use crate::metrics::SCORES;
 use crate::metrics::Score;
 use crate::results::Key;
@@ -31,10 +31,13 @@ const TRIVIAL: usize = 3;
 pub(super) type Baseline = (&'static str, [Option<f64>; SCORES]);
 
 /// Each measure of a choice over some moments and all repeats.
-pub(super) fn of_choice(results: &Results, moments: Range<usize>, key: Key) -> [Option<Over>; SCORES] {
-    let repeat = |repeat| moments.clone().map(move |moment| results.counts(moment, repeat, &key)).collect();
-    let counts: Vec<Vec<Confusion>> = (0..results.repeats).map(repeat).collect();
-    Score::ALL.map(|score| over::over(counts.iter().map(|repeat| repeat.iter().copied()), score))
+pub(super) fn of_choice(
+    results: &Results,
+    moments: Range<usize>,
+    key: Key,
+) -> Result<[Option<Over>; SCORES]> {
+    let readings = results.readings(moments, &key)?;
+    Ok(Score::ALL.map(|score| over::over(&readings, score)))
 }
 
 /// The mean of each measure over some moments, for each answer that needs no sensor, and last for the best that any

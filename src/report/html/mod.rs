@@ -74,15 +74,15 @@ pub fn page(
     said: &mut dyn FnMut(usize, usize),
 ) -> Result<String> {
     let Sweep { results, study, worlds, .. } = *sweep;
-    let rankings = ranking::rankings(results);
+    let rankings = ranking::rankings(results)?;
     let cells = cells::look((study, worlds), (results, &rankings), looked_at, backend, said)?;
     let mut numbers = Numbers::default();
     let surroundings = surroundings::Surroundings::of(study)?;
-    let data = data::Data::new(sweep, &rankings, (&cells, &surroundings), &mut numbers);
+    let data = data::Data::new(sweep, &rankings, (&cells, &surroundings), &mut numbers)?;
     let (script, plotly) = (script(), plotly_js());
     let page = Page {
         policy: policy([&script, plotly]),
-        facts: facts::Facts::new(sweep, &rankings, &cells, &surroundings),
+        facts: facts::Facts::new(sweep, &rankings, &cells, &surroundings)?,
         style: include_str!("style.css"),
         script,
         plotly,
@@ -90,7 +90,6 @@ pub fn page(
         numbers: numbers.packed(),
         cells: packed(&cells.bytes),
     };
-    results.intact()?;
     page.render().map_err(|e| Error::Input(format!("{REPORT} cannot be made: {e}")))
 }
 

@@ -3,6 +3,7 @@
 
 use std::collections::HashMap;
 
+use crate::Result;
 use crate::metrics::Score;
 use crate::report::Series;
 use crate::report::series;
@@ -22,19 +23,23 @@ pub(super) struct Ranking {
 }
 
 /// A ranking for every representation of every combination.
-pub(super) fn rankings(results: &Results) -> Vec<Ranking> {
+pub(super) fn rankings(results: &Results) -> Result<Vec<Ranking>> {
     let ranked = |series: Series, region, score| {
         // The sort is stable, so that F1 decides between equal ones; all that have a value have an F1.
-        let by_f1 = series.best(results, &results.moments(), region, Score::F1).into_iter();
+        let by_f1 = series.best(results, &results.moments(), region, Score::F1)?.into_iter();
         let means: HashMap<usize, f64> =
-            series.best(results, &results.moments(), region, score).into_iter().collect();
+            series.best(results, &results.moments(), region, score)?.into_iter().collect();
         let mut all: Vec<_> = by_f1.filter_map(|(choice, _)| Some((choice, *means.get(&choice)?))).collect();
         all.sort_by(|a, b| b.1.total_cmp(&a.1));
-        all
+        Ok(all)
     };
     let all = series(results, 0..results.combinations.len()).into_iter();
-    let by = |series, score| (0..results.regions.len()).map(|region| ranked(series, region, score)).collect();
-    all.map(|series| Ranking { series, by: BESTS.map(|score| by(series, score)) }).collect()
+    let by = |series, score| {
+        (0..results.regions.len()).map(|region| ranked(series, region, score)).collect::<Result<_>>()
+    };
+    let [f1, seen, parts] = BESTS;
+    all.map(|series| Ok(Ranking { series, by: [by(series, f1)?, by(series, seen)?, by(series, parts)?] }))
+        .collect()
 }
 
 /// The first choice of each ranking in a region by one of [`BESTS`], the best first: the ranking's number, the choice, and

@@ -8,6 +8,7 @@ use serde::Serialize;
 use super::measure;
 use super::packed::Numbers;
 use super::ranking::Ranking;
+use crate::Result;
 use crate::metrics::SCORES;
 use crate::report::Series;
 use crate::results::Results;
@@ -39,18 +40,19 @@ pub(super) struct Scores {
 }
 
 /// The scores of every ranking's best choices, of as many as there is room for.
-pub(super) fn scores(results: &Results, rankings: &[Ranking], numbers: &mut Numbers) -> Vec<Scores> {
+pub(super) fn scores(results: &Results, rankings: &[Ranking], numbers: &mut Numbers) -> Result<Vec<Scores>> {
     let scenes = results.scenes.iter().map(|scene| scene.moments.clone());
     let extents: Vec<Range<usize>> = [results.moments()].into_iter().chain(scenes).collect();
     let moments: Vec<Range<usize>> = results.moments().map(|moment| moment..moment + 1).collect();
     let moves = moments.len() > results.scenes.len();
-    let mut of_one = |ranking: &Ranking| Scores {
-        over: block(results, ranking, share(results, rankings, &extents, MOST_SCORES), &extents, numbers),
-        at_moments: moves.then(|| {
-            block(results, ranking, share(results, rankings, &moments, MOST_AT_MOMENTS), &moments, numbers)
-        }),
+    let [of_extents, of_moments] = [(&extents, MOST_SCORES), (&moments, MOST_AT_MOMENTS)]
+        .map(|(extents, most)| share(results, rankings, extents, most));
+    let of_one = |ranking: &Ranking| {
+        let over = block(results, ranking, of_extents, &extents, numbers)?;
+        let at_moments = moves.then(|| block(results, ranking, of_moments, &moments, numbers)).transpose()?;
+        Ok(Scores { over, at_moments })
     };
-    rankings.iter().map(&mut of_one).collect()
+    rankings.iter().map(of_one).collect()
 }
 
 /// How many choices of each ranking fit: all, or an equal share.
@@ -67,7 +69,7 @@ fn block(
     most: usize,
     extents: &[Range<usize>],
     numbers: &mut Numbers,
-) -> Block {
+) -> Result<Block> {
     let all = results.combinations[ranking.series.combination].choices();
     let choices: Vec<usize> = match most >= all {
         true => (0..all).collect(),
@@ -76,10 +78,10 @@ fn block(
     let begin = numbers.len();
     for region in 0..results.regions.len() {
         for extent in extents {
-            put(results, ranking.series, &choices, (region, extent), numbers);
+            put(results, ranking.series, &choices, (region, extent), numbers)?;
         }
     }
-    Block { count: choices.len(), choices: (most < all).then_some(choices), begin }
+    Ok(Block { count: choices.len(), choices: (most < all).then_some(choices), begin })
 }
 
 /// Each measure of each choice, in one region over one extent.
@@ -89,10 +91,12 @@ fn put(
     choices: &[usize],
     (region, extent): (usize, &Range<usize>),
     numbers: &mut Numbers,
-) {
+) -> Result<()> {
     let means = |&choice: &usize| {
-        measure::of_choice(results, extent.clone(), series.key(choice, region)).map(|over| Some(over?.mean))
+        let measures = measure::of_choice(results, extent.clone(), series.key(choice, region))?;
+        Ok(measures.map(|over| Some(over?.mean)))
     };
-    let all: Vec<[Option<f64>; SCORES]> = choices.iter().map(means).collect();
+    let all: Vec<[Option<f64>; SCORES]> = choices.iter().map(means).collect::<Result<_>>()?;
     (0..SCORES).for_each(|measure| all.iter().for_each(|values| numbers.push(values[measure])));
+    Ok(())
 }

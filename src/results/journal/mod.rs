@@ -218,6 +218,14 @@ impl Journal {
     }
 }
 
+#[cfg(all(test, target_os = "linux"))]
+impl Journal {
+    /// From now on every read fails: the memory of a process cannot be read at its beginning, an input/output error.
+    pub(crate) fn break_disk(&mut self) {
+        self.file = File::open("/proc/self/mem").expect("Linux has it");
+    }
+}
+
 /// Fails unless a file could be locked: with `busy` where somebody else holds it.
 fn locked(path: &Path, outcome: Result<(), TryLockError>, busy: &str) -> Result<()> {
     match outcome {

@@ -3,9 +3,9 @@
 
 use std::cell::RefCell;
 
+use crate::Result;
 use crate::metrics::Confusion;
 use crate::results::journal::Journal;
-use crate::{Error, Result};
 
 /// Counts that are kept in memory, all blocks together: some 50 MB.
 const KEPT_ROWS: u64 = 1 << 19;
@@ -25,7 +25,6 @@ pub struct Pages {
     pub(super) page_rows: u64,
     /// For each block, the page that is kept.
     pub(super) pages: RefCell<Vec<Option<Page>>>,
-    failure: RefCell<Option<Error>>,
 }
 
 impl Pages {
@@ -34,30 +33,31 @@ impl Pages {
         let blocks = journals[0].header().blocks;
         let page_rows = (KEPT_ROWS / blocks.max(1)).max(LEAST_ROWS);
         let pages = RefCell::new((0..blocks).map(|_| None).collect());
-        Pages { journals, page_rows, pages, failure: RefCell::new(None) }
+        Pages { journals, page_rows, pages }
     }
 
-    /// The counts of a row. If they cannot be read they are zero, and [`Pages::failure`] says why.
-    pub fn counts(&self, row: u64) -> Confusion {
+    /// The counts of a row.
+    ///
+    /// # Errors
+    /// `Error::Storage` if the disk fails, or the row is not in its file any more.
+    pub fn counts(&self, row: u64) -> Result<Confusion> {
         let block_rows = self.journals[0].header().block_rows;
         let (block, within) = (row / block_rows, row % block_rows);
         let (page, at) = (within / self.page_rows, (within % self.page_rows) as usize);
         let kept = &mut self.pages.borrow_mut()[block as usize];
-        if kept.as_ref().is_none_or(|(number, _)| *number != page) {
-            match self.read(block, page) {
-                Ok(counts) => *kept = Some((page, counts)),
-                Err(e) => {
-                    self.failure.borrow_mut().get_or_insert(e);
-                    return Confusion::default();
-                }
-            }
+        if let Some((number, counts)) = kept
+            && *number == page
+        {
+            return Ok(counts[at]);
         }
-        kept.as_ref().map_or_else(Confusion::default, |(_, counts)| counts[at])
+        let (_, counts) = kept.insert((page, self.read(block, page)?));
+        Ok(counts[at])
     }
 
-    /// Why counts could not be read, the first time they could not; told once.
-    pub fn failure(&self) -> Result<()> {
-        self.failure.borrow_mut().take().map_or(Ok(()), Err)
+    /// From now on every read fails.
+    #[cfg(all(test, target_os = "linux"))]
+    pub(crate) fn break_disk(&mut self) {
+        self.journals.iter_mut().for_each(Journal::break_disk);
     }
 
     /// A page of a block.

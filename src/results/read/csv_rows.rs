@@ -1,18 +1,15 @@
 //! The rows of a CSV file, one after the other, with the place of each field for messages. What they mean is not known
 //! here.
 
-use std::fs::File;
 use std::path::{Path, PathBuf};
 
-use crate::results::files::MOST_BYTES;
-use crate::results::files::open_regular;
 use crate::results::read::CURE;
 use crate::{Error, Result};
 
 /// A file with a header, of which some columns are wanted.
-pub(super) struct CsvRows {
+pub(super) struct CsvRows<'b> {
     path: PathBuf,
-    reader: csv::Reader<File>,
+    reader: csv::Reader<&'b [u8]>,
     columns: Vec<String>,
     /// Where the wanted columns stand.
     at: Vec<usize>,
@@ -22,14 +19,12 @@ pub(super) struct CsvRows {
 
 /// The row that was read last.
 #[derive(Clone, Copy)]
-pub(super) struct CsvRow<'a>(&'a CsvRows);
+pub(super) struct CsvRow<'a>(&'a CsvRows<'a>);
 
-impl CsvRows {
-    /// Opens a file that must have these columns; others are passed over.
-    pub(super) fn open(path: &Path, columns: &[&str]) -> Result<Self> {
-        let file = open_regular(path, MOST_BYTES)?;
-        tracing::info!("reading {}", path.display());
-        let mut reader = csv::ReaderBuilder::new().flexible(true).from_reader(file);
+impl<'b> CsvRows<'b> {
+    /// The bytes of a file that must have these columns; others are passed over.
+    pub(super) fn new(path: &Path, bytes: &'b [u8], columns: &[&str]) -> Result<Self> {
+        let mut reader = csv::ReaderBuilder::new().flexible(true).from_reader(bytes);
         let unreadable = |e: csv::Error| Error::input(path.display(), format!("{e}; {CURE}"));
         let header = reader.headers().map_err(unreadable)?.clone();
         let place = |column: &&str| {

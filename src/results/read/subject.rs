@@ -9,7 +9,7 @@ use serde::Deserialize;
 
 use crate::metrics::Confusion;
 use crate::results::columns::BETWEEN_MEMBERS;
-use crate::results::files::MANIFEST;
+use crate::results::files::{MANIFEST, read_regular};
 use crate::results::manifest::Manifest;
 use crate::results::read::CURE;
 use crate::results::read::csv_rows::CsvRows;
@@ -85,8 +85,8 @@ pub(super) fn read(folder: &Path, manifest: &Manifest) -> Result<Subject> {
     plain_names(&file).map_err(says)?;
     let (scenes, regions, baselines) = scenes(&file.scenes).map_err(says)?;
     let poses = folder.join("poses.csv");
-    let sensors = sensors(&poses, file.sensors)?;
-    let bytes = std::fs::read(&poses).map_err(|e| Error::io(&poses, "cannot be read", e))?;
+    let bytes = read_regular(&poses)?;
+    let sensors = sensors(&poses, &bytes, file.sensors)?;
     if sha256([&bytes]) != file.poses_sha256 {
         let what = format!("is not the table that {MANIFEST} beside it was written with; {CURE}");
         return Err(Error::input(poses.display(), what));
@@ -166,8 +166,8 @@ fn baselines(region: &RegionFile) -> Result<Baselines, String> {
 }
 
 /// The sensors with their poses, which stand in the file sensor by sensor.
-fn sensors(path: &Path, files: Vec<SensorFile>) -> Result<Vec<Posed>> {
-    let mut rows = CsvRows::open(path, &["sensor", "pose", "group", "x_m", "place"])?;
+fn sensors(path: &Path, bytes: &[u8], files: Vec<SensorFile>) -> Result<Vec<Posed>> {
+    let mut rows = CsvRows::new(path, bytes, &["sensor", "pose", "group", "x_m", "place"])?;
     let mut sensors = Vec::new();
     for file in files {
         let (mut poses, mut known) = (Vec::new(), HashSet::new());

@@ -1,6 +1,7 @@
 //! The best placements in each region, beside what simple answers score. How they are mounted is `mount`'s.
 
 use super::mount::{self, Sheet};
+use crate::Result;
 use crate::metrics::SCORES;
 use crate::metrics::Score;
 use crate::report::NEAR_SIDE;
@@ -62,30 +63,31 @@ pub(super) fn region<'a>(
     rankings: &[Ranking],
     (cells, surroundings): (&'a Cells, &Surroundings),
     region: usize,
-) -> Region<'a> {
+) -> Result<Region<'a>> {
     let results = sweep.results;
     let baselines = measure::of_baselines(results, results.moments(), region);
-    let best = |(best, by): (usize, Score)| {
+    let mut bests = Vec::new();
+    for (best, by) in BESTS.into_iter().enumerate() {
         let firsts = firsts(rankings, region, best);
-        let &(first, (choice, _)) = firsts.first()?;
+        let Some(&(first, (choice, _))) = firsts.first() else { continue };
         let row = |&(number, (choice, _)): &(usize, (usize, f64))| {
             row(results, (number, rankings[number].series), choice, region, &baselines)
         };
-        Some(Best {
+        bests.push(Best {
             by: measure::title(by),
-            rows: firsts.iter().map(row).collect(),
+            rows: firsts.iter().map(row).collect::<Result<_>>()?,
             sheets: mount::sheets(sweep, surroundings, rankings[first].series.combination, choice),
             missed: missed(results, cells, (best, region)),
-        })
-    };
-    Region {
+        });
+    }
+    Ok(Region {
         name: &results.regions[region],
         number: region,
-        best: BESTS.into_iter().enumerate().filter_map(best).collect(),
+        best: bests,
         below: below(rankings, region, &baselines),
         near_side: NEAR_SIDE,
         baselines: baselines.into_iter().map(|(name, values)| (name, values.map(number))).collect(),
-    }
+    })
 }
 
 /// What is explained of the best by one of [`BESTS`] in a region, scene by scene.
@@ -112,8 +114,8 @@ fn row(
     choice: usize,
     region: usize,
     baselines: &[Baseline],
-) -> Row {
-    let over = measure::of_choice(results, results.moments(), series.key(choice, region));
+) -> Result<Row> {
+    let over = measure::of_choice(results, results.moments(), series.key(choice, region))?;
     // An answer that is always `occupied` claims all people: only F1 and κ weigh both ways of being wrong.
     let better = (0..2).filter_map(|measure| {
         let (name, to_beat) = measure::to_beat(baselines, measure)?;
@@ -129,7 +131,7 @@ fn row(
         let worst = measure::has_worst(score).then(|| number(over.map(|over| over.worst)));
         [Some(mean.unwrap_or_else(|| number(None))), worst].into_iter().flatten()
     });
-    Row {
+    Ok(Row {
         series: series.title(results),
         series_number,
         choice,
@@ -137,7 +139,7 @@ fn row(
         place: results.combinations[series.combination].place_of(choice),
         cells: cells.collect(),
         below: better.collect::<Vec<_>>().join(", "),
-    }
+    })
 }
 
 fn below(rankings: &[Ranking], region: usize, baselines: &[Baseline]) -> String {
