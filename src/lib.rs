@@ -28,12 +28,14 @@
 //! | [`report`] | results presented to people: text and page |
 //! | [`cluster`] | a sweep for Slurm, HyperQueue and Kubernetes |
 //!
-//! The command line (`cli`) is the program's, above them all.
+//! The command line (`cli`) is the program's, above them all. The [`guide`] has no code: it is pages to read, from a first
+//! hour to which files to touch for a new sensor.
 
 pub mod backend;
 pub mod cluster;
 pub mod error;
 pub mod export;
+pub mod guide;
 pub mod march;
 pub mod metrics;
 pub mod pose;

@@ -27,8 +27,27 @@ use program::perirobot;
 const README: &str = "README.md";
 const REFERENCE: &str = "scenes/README.md";
 const TUTORIAL: &str = "scenes/tutorial/README.md";
-const PYTHON: &str = "scenes/tutorial/PYTHON.md";
-const DOCUMENTS: [&str; 4] = [README, REFERENCE, TUTORIAL, PYTHON];
+const FIRST_HOUR: &str = "src/guide/first_hour.md";
+const SENSORS: &str = "src/guide/sensors.md";
+const LONG_SWEEPS: &str = "src/guide/long_sweeps.md";
+const PYTHON: &str = "src/guide/python.md";
+const SAME_INTEGERS: &str = "src/guide/same_integers.md";
+const WHY_FAST: &str = "src/guide/why_fast.md";
+const CHANGE_IT: &str = "src/guide/change_it.md";
+const CONTRIBUTING: &str = "src/guide/contributing.md";
+const DOCUMENTS: [&str; 11] = [
+    README,
+    REFERENCE,
+    TUTORIAL,
+    FIRST_HOUR,
+    SENSORS,
+    LONG_SWEEPS,
+    PYTHON,
+    SAME_INTEGERS,
+    WHY_FAST,
+    CHANGE_IT,
+    CONTRIBUTING,
+];
 
 /// Languages of blocks that are there to be read.
 const READ: [&str; 2] = ["text", "csv"];
@@ -109,7 +128,9 @@ fn check_toml(document: &str, text: &str, at: &str) {
 
 #[test]
 fn readme() {
-    follow(README, 4);
+    follow(README, 1);
+    let lines = read(README).lines().count();
+    assert!(lines <= 130, "{README} has {lines} lines, 130 at most: what is too long goes to src/guide");
     // The table is that of the quick study as it ships.
     let out = tempfile::tempdir().unwrap();
     let swept = perirobot(&["sweep", "scenes/quick.toml", "--out", out.path().to_str().unwrap()]);
@@ -130,8 +151,78 @@ fn tutorial() {
 }
 
 #[test]
+fn first_hour() {
+    follow(FIRST_HOUR, 5);
+}
+
+#[test]
+fn sensors() {
+    follow(SENSORS, 2);
+}
+
+#[test]
+fn long_sweeps() {
+    follow(LONG_SWEEPS, 2);
+}
+
+#[test]
+fn same_integers() {
+    follow(SAME_INTEGERS, 1);
+}
+
+#[test]
 fn python_page() {
     follow(PYTHON, 7);
+}
+
+#[test]
+fn every_page_of_the_guide_is_tested() {
+    let folder = program::names(&root("src/guide"));
+    for name in folder.iter().filter(|name| name.ends_with(".md")) {
+        assert!(DOCUMENTS.contains(&format!("src/guide/{name}").as_str()), "src/guide/{name} is not tested");
+    }
+    assert!(folder.len() > 5, "{folder:?}");
+}
+
+/// Paths of the project in backquotes: those with a folder and without a placeholder.
+fn paths(text: &str) -> Vec<String> {
+    let folders = ["src/", "shaders/", "tests/", "scenes/", "benches/", ".ci/"];
+    let is_path =
+        |code: &String| folders.iter().any(|folder| code.starts_with(folder)) && !code.contains('*');
+    inline_code(text).into_iter().filter(is_path).collect()
+}
+
+#[test]
+fn files_that_the_guide_names_are_there() {
+    let mut named = 0;
+    for document in [FIRST_HOUR, SENSORS, LONG_SWEEPS, SAME_INTEGERS, WHY_FAST, CHANGE_IT, CONTRIBUTING] {
+        for path in paths(&read(document)) {
+            assert!(root(&path).exists(), "{document}: no {path}");
+            named += 1;
+        }
+    }
+    assert!(named > 50, "only {named} files were found");
+}
+
+/// Each list of files to touch follows an example, `gate` for a sensor, which each of the files must mention.
+#[test]
+fn files_to_touch_mention_the_example_that_they_follow() {
+    let (mut example, mut seen) = (None, Vec::new());
+    for line in read(CHANGE_IT).lines() {
+        if line.starts_with("## ") {
+            example = None;
+        } else if let Some(rest) = line.strip_prefix("Follow `") {
+            example = rest.split('`').next().map(str::to_string);
+        } else if let (Some(path), Some(example)) = (line.strip_prefix("| `"), &example) {
+            let path = path.split('`').next().unwrap();
+            let mentions = path.contains(example) || read(path).to_lowercase().contains(example);
+            assert!(mentions, "{CHANGE_IT}: {path} does not mention {example}");
+            seen.push(example.clone());
+        }
+    }
+    let count = |name: &str| seen.iter().filter(|example| *example == name).count();
+    let each = ["gate", "cylinders", "stl", "judge"].map(count);
+    assert!(each.iter().all(|files| *files >= 5), "{each:?} files were found");
 }
 
 /// The subcommands that `--help` lists.
@@ -219,17 +310,22 @@ fn examples_of_help() {
     assert!(run > 30 && skipped == TOO_LONG.len(), "{run} run, {skipped} not");
 }
 
-/// Text in backquotes, outside of blocks.
-fn inline_code(text: &str) -> Vec<String> {
+/// The lines outside of blocks.
+fn prose(text: &str) -> Vec<&str> {
     let mut is_block = false;
-    let prose = text.lines().filter(|line| {
+    let is_prose = |line: &&str| {
         let fence = line.trim_start().starts_with("```");
         is_block ^= fence;
         !is_block && !fence
-    });
-    prose
-        .flat_map(|line| line.split('`').skip(1).step_by(2).map(str::to_string).collect::<Vec<_>>())
-        .collect()
+    };
+    text.lines().filter(is_prose).collect()
+}
+
+/// Text in backquotes, outside of blocks.
+fn inline_code(text: &str) -> Vec<String> {
+    let of_line =
+        |line: &str| -> Vec<String> { line.split('`').skip(1).step_by(2).map(str::to_string).collect() };
+    prose(text).into_iter().flat_map(of_line).collect()
 }
 
 #[test]
@@ -277,8 +373,20 @@ fn anchor(heading: &str) -> String {
 #[test]
 fn links_lead_somewhere() {
     for document in DOCUMENTS {
-        let text = read(document);
-        for link in text.split("](").skip(1).filter_map(|rest| rest.split(')').next()) {
+        let text = prose(&read(document)).join("\n");
+        // `[text](file)`, and `[text][page]` with `[page]: file` at the end, which the guide's modules must know, too.
+        let inline = text.split("](").skip(1).filter_map(|rest| rest.split(')').next());
+        let is_page = |line: &&str| line.starts_with('[') && line.contains("]: ");
+        let pages: Vec<(&str, &str)> =
+            text.lines().filter(is_page).filter_map(|line| line[1..].split_once("]: ")).collect();
+        for used in text.split("][").skip(1).filter_map(|rest| rest.split(']').next()) {
+            assert!(pages.iter().any(|(page, _)| *page == used), "{document}: no page [{used}]");
+        }
+        for (page, _) in &pages {
+            let known = format!("[{page}]: crate::guide::");
+            assert!(read("src/guide/mod.rs").contains(&known), "{document}: rustdoc has no page [{page}]");
+        }
+        for link in inline.chain(pages.iter().map(|(_, file)| *file)) {
             if link.starts_with("https://") {
                 continue;
             }
