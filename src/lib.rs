@@ -11,7 +11,7 @@
 //!
 //! | room | what it has |
 //! |---|---|
-//! | [`error`], [`spelling`], [`shell`] | what is wrong, what may be meant, words for a shell |
+//! | [`error`], `spelling`, [`shell`] | what is wrong, what may be meant, words for a shell |
 //! | [`source`] | the one door by which files come in |
 //! | [`march`] | the arithmetic that every backend shares, and the rules of every count |
 //! | [`metrics`] | from counts to scores: F1, κ, who is detected |

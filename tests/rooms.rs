@@ -13,8 +13,8 @@ fn order() -> BTreeMap<String, (usize, usize)> {
     let lib = fs::read_to_string(src().join("lib.rs")).unwrap();
     let rows = lib.lines().filter(|line| line.starts_with("//! | [`"));
     let of_row = |(row, line): (usize, &str)| {
-        let names = line.split('|').nth(1).unwrap().split("[`").skip(1);
-        let names: Vec<String> = names.map(|rest| rest.split('`').next().unwrap().to_string()).collect();
+        let names = line.split('|').nth(1).unwrap().split('`').skip(1).step_by(2);
+        let names: Vec<String> = names.map(str::to_string).collect();
         names.into_iter().enumerate().map(move |(place, name)| (name, (row, place)))
     };
     rows.enumerate().flat_map(of_row).collect()
