@@ -119,6 +119,7 @@ impl Study {
         let scenes = scenes(&at, &file, &sources, &mut problems);
         let regions = regions(&at, file.region, is_whole, &mut problems);
         let (seed, noiseless) = (file.seed, overrides.noiseless);
+        let written = unreadable::Written::new(&text);
         let context = sensor::Context {
             seed,
             noiseless,
@@ -126,7 +127,7 @@ impl Study {
             earlier: &[],
             poses: 0,
             sources: &sources,
-            text: &text,
+            line_of: &|steps| written.line_of(steps),
         };
         let sensors = sensors(&at, file.sensor, context, &mut problems);
         problems.keep(at.unique("scene", scenes.iter().map(|s| s.name.as_str())));

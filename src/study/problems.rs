@@ -60,9 +60,10 @@ pub(super) fn parse_in_parts<T: DeserializeOwned>(
     problems.0.push(whole);
     let mut table: Table = toml::from_str(text).ok()?;
     let at = Place { file: path, prefix: String::new() };
+    let written = unreadable::Written::new(text);
     let mut told = |place: Option<&str>, within: &[unreadable::Step], all: Vec<toml::de::Error>| {
         for e in all.into_iter().filter(|e| !shown.contains(e.message())) {
-            let said = unreadable::in_words(&e, text, within);
+            let said = unreadable::in_words(&e, &|steps| written.line_of(steps), within);
             problems.0.push(place.map_or_else(|| at.says(&said), |place| at.key(place).says(&said)));
         }
     };

@@ -1,6 +1,8 @@
 //! Keys and words of a file that are spelt wrong: on which line they stand, and what they are nearest to. That they are
 //! wrong, the reader of TOML says.
 
+use std::cell::OnceCell;
+
 use toml::de::{DeTable, DeValue, Error};
 
 use crate::spelling::nearest;
@@ -14,14 +16,35 @@ pub(super) enum Step<'a> {
     Entry(usize),
 }
 
+/// A file as it is written, in which wrong keys are found again. It is read for that once, when the first is looked for.
+pub(super) struct Written<'a> {
+    text: &'a str,
+    table: OnceCell<Option<DeTable<'a>>>,
+}
+
+impl Written<'_> {
+    pub(super) fn new(text: &str) -> Written<'_> {
+        Written { text, table: OnceCell::new() }
+    }
+
+    /// The line on which the last key stands.
+    pub(super) fn line_of(&self, steps: &[Step]) -> Option<usize> {
+        let read = || Some(DeTable::parse(self.text).ok()?.into_inner());
+        Some(line_at(self.text, place_of(self.table.get_or_init(read).as_ref()?, steps)?))
+    }
+}
+
+/// Finds the line on which the last of some keys stands.
+pub(super) type LineOf<'a> = &'a dyn Fn(&[Step]) -> Option<usize>;
+
 /// The reader's words on one line, with the line of the file that they are about, where it is found at `within` or below,
 /// and with what may be meant.
-pub(super) fn in_words(error: &Error, text: &str, within: &[Step]) -> String {
+pub(super) fn in_words(error: &Error, line_of: LineOf, within: &[Step]) -> String {
     let said = error.to_string().trim_end().replace('\n', " ");
     let culprit = culprit(error);
     let steps: Vec<Step> = within.iter().copied().chain(culprit.iter().map(|key| Step::Key(key))).collect();
     // What is missing stands on no line.
-    let line = line_of(text, &steps).filter(|_| !culprit.is_empty());
+    let line = if culprit.is_empty() { None } else { line_of(&steps) };
     let line = line.map_or(String::new(), |line| format!(" (line {line})"));
     format!("{said}{line}{}", meant(error))
 }
@@ -49,11 +72,6 @@ pub(super) fn culprit(error: &Error) -> Vec<String> {
         keys.extend(quoted(error.message()));
     }
     keys
-}
-
-/// The line on which the last key stands.
-fn line_of(text: &str, steps: &[Step]) -> Option<usize> {
-    Some(line_at(text, place_of(DeTable::parse(text).ok()?.get_ref(), steps)?))
 }
 
 /// The line of a byte, counted from 1.
@@ -91,7 +109,7 @@ mod tests {
 
     #[test]
     fn a_key_is_found_by_its_tables() {
-        let line = |steps: &[Step]| line_of(FILE, steps);
+        let line = |steps: &[Step]| Written::new(FILE).line_of(steps);
         use Step::{Entry, Key};
         assert_eq!(line(&[Key("seed")]), Some(1));
         assert_eq!(line(&[Key("sensor"), Entry(0), Key("name")]), Some(3));
@@ -100,6 +118,6 @@ mod tests {
         assert_eq!(line(&[Key("sensor"), Entry(1), Key("poses"), Entry(1), Key("list"), Entry(0)]), Some(10));
         assert_eq!(line(&[Key("sensor"), Entry(2), Key("name")]), None);
         assert_eq!(line(&[Key("sed")]), None);
-        assert_eq!(line_of("no toml", &[Key("no")]), None);
+        assert_eq!(Written::new("no toml").line_of(&[Key("no")]), None);
     }
 }

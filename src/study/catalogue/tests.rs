@@ -45,7 +45,7 @@ fn every_device_is_a_sensor_with_a_source() {
                 earlier: &[],
                 poses: 0,
                 sources: &Sources::beside(Path::new(STUDY)),
-                text: "",
+                line_of: &|_| None,
             },
         );
         let sensor = checked.unwrap_or_else(|e| panic!("{}: {e:?}", model.name));
@@ -98,7 +98,7 @@ fn known_devices_have_known_rays() {
             earlier: &[],
             poses: 0,
             sources: &sources,
-            text: "",
+            line_of: &|_| None,
         };
         let sensor = sensor::check(&place(), toml::from_str(&keys).unwrap(), &context).unwrap();
         let rays = sensor.kind.rays(&Scale { voxel_size_m: 0.05, backdrop: false }).unwrap();

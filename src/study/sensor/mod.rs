@@ -19,7 +19,7 @@ use serde::de::DeserializeOwned;
 use toml::{Table, Value};
 
 use super::poses::PosesFile;
-use super::unreadable::{self, Step};
+use super::unreadable::{self, LineOf, Step};
 use super::value::exactly;
 use super::{Place, Problems, catalogue, poses};
 use crate::sensor::known_robot::KnownRobot;
@@ -124,8 +124,8 @@ pub(super) struct Context<'a> {
     pub(super) poses: usize,
     /// What its files are read through.
     pub(super) sources: &'a Sources,
-    /// The text of the study, in which wrong keys are found again.
-    pub(super) text: &'a str,
+    /// On which line of the study a key stands.
+    pub(super) line_of: LineOf<'a>,
 }
 
 impl Context<'_> {
@@ -140,7 +140,7 @@ impl Context<'_> {
         let example =
             EXAMPLES.iter().find(about).map_or(String::new(), |example| format!(", as in {example}"));
         let place = [Step::Key("sensor"), Step::Entry(self.index)];
-        at.says(format!("{}{example}{more}", unreadable::in_words(error, self.text, &place)))
+        at.says(format!("{}{example}{more}", unreadable::in_words(error, self.line_of, &place)))
     }
 }
 

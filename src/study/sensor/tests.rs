@@ -9,8 +9,15 @@ use crate::sensor::Scale;
 fn read(keys: &str, noiseless: bool) -> Sensor {
     let at = Place { file: Path::new("study.toml"), prefix: String::new() };
     let sources = Sources::beside(at.file);
-    let context =
-        Context { seed: 1, noiseless, index: 0, earlier: &[], poses: 0, sources: &sources, text: "" };
+    let context = Context {
+        seed: 1,
+        noiseless,
+        index: 0,
+        earlier: &[],
+        poses: 0,
+        sources: &sources,
+        line_of: &|_| None,
+    };
     check(&at, toml::from_str(keys).unwrap(), &context).unwrap()
 }
 
@@ -118,8 +125,15 @@ fn a_table_of_rays_gives_directions_of_any_length() {
     let keys = "name = \"s\"\nkind = \"rays\"\ndirections = \"ring.csv\"\nrange_m = [0, 1]\n\
                 poses = [{ name = \"p\", list = [{ position_m = [0, 0, 1], facing = [1, 0, 0] }] }]";
     let sources = Sources::beside(&file);
-    let context =
-        Context { seed: 1, noiseless: false, index: 0, earlier: &[], poses: 0, sources: &sources, text: "" };
+    let context = Context {
+        seed: 1,
+        noiseless: false,
+        index: 0,
+        earlier: &[],
+        poses: 0,
+        sources: &sources,
+        line_of: &|_| None,
+    };
     let sensor = check(&at, toml::from_str(keys).unwrap(), &context).unwrap();
     let rays = sensor.kind.rays(&Scale { voxel_size_m: 0.1, backdrop: false }).unwrap();
     // 0.6 · 2¹⁵ = 19660.8 and 0.8 · 2¹⁵ = 26214.4.
@@ -135,8 +149,15 @@ fn poses_of_another_sensor_are_the_same_poses() {
     let first = read(&format!("name = \"first\"\n{RGBD}\n{pose}"), false);
     let like = format!("name = \"second\"\n{RGBD}\nsame_poses_as = \"first\"");
     let (earlier, sources) = (std::slice::from_ref(&first), Sources::beside(at.file));
-    let context =
-        Context { seed: 1, noiseless: false, index: 1, earlier, poses: 1, sources: &sources, text: "" };
+    let context = Context {
+        seed: 1,
+        noiseless: false,
+        index: 1,
+        earlier,
+        poses: 1,
+        sources: &sources,
+        line_of: &|_| None,
+    };
     let second = check(&at, toml::from_str(&like).unwrap(), &context).unwrap();
     assert_eq!(first.candidates, second.candidates);
     assert_eq!(first.candidates[0].name, "p/0");
