@@ -75,7 +75,7 @@ fn no_room_uses_one_above_it() {
         assert!(wrong.is_empty(), "{} uses {wrong:?}, above {room} in the table of lib.rs", below.display());
         used += named(&text, &rooms).len();
     }
-    assert!(all.len() > 200 && used > 500, "{} files, {used} uses: are they found?", all.len());
+    assert!(all.len() > 200 && used > 400, "{} files, {used} uses: are they found?", all.len());
 }
 
 #[test]

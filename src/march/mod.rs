@@ -1,5 +1,5 @@
-//! A ray through the voxels, in integers: the arithmetic of `SEMANTICS.md` as pure functions. Every function here
-//! has a twin of the same name in `shaders/march.wgsl`; buffers, planes and threads are the backends' business.
+//! A ray through the voxels, in integers: the arithmetic of `SEMANTICS.md` as pure functions. What backends
+//! use has a twin of the same name in `shaders/march.wgsl`; [`crossings`] and [`leap::entry_q16`] are for the host alone.
 #![doc = include_str!("SEMANTICS.md")]
 
 pub mod leap;
@@ -125,6 +125,34 @@ pub fn next_axis(next_q16: [u32; 3]) -> usize {
 pub fn cross(march: &mut March, axis: usize) {
     march.cell[axis] += march.step[axis];
     march.next_q16[axis] += march.period_q16[axis];
+}
+
+/// A crossing of a ray.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Crossing {
+    /// Its distance in 1/65536 voxels.
+    pub t_q16: u32,
+    /// The axis whose boundary is crossed.
+    pub axis: usize,
+    /// The cell that it leads into, inside a grid or not.
+    pub cell: [i32; 3],
+}
+
+/// The crossings of a ray one by one, in order, up to the longest range; for the host, where one ray at a time is followed.
+pub fn crossings(mut ray: March) -> impl Iterator<Item = Crossing> {
+    std::iter::from_fn(move || {
+        let axis = next_axis(ray.next_q16);
+        let t_q16 = ray.next_q16[axis];
+        (t_q16 <= MAX_RANGE_VOXELS << 16).then(|| {
+            cross(&mut ray, axis);
+            Crossing { t_q16, axis, cell: ray.cell }
+        })
+    })
+}
+
+/// The cell that a ray is in after so many crossings.
+pub fn cell_after(begin: March, made: u32) -> [i32; 3] {
+    crossings(begin).take(made as usize).last().map_or(begin.cell, |crossing| crossing.cell)
 }
 
 /// How many leading cells of a ray its end proves free: those before the blocker of a return, all that it entered

@@ -108,14 +108,10 @@ fn rays(dirs_q15: &[[i32; 3]]) -> Rays {
 
 /// Walks a ray that returned to its end once more.
 fn hit(from: &Placement, dir_q15: [i32; 3], crossings: u32, shift: [i32; 3]) -> Hit {
-    let mut ray =
-        march::start(from.origin_q16, from.axis_q15.map(|axis| march::direction_q16(axis, dir_q15)));
-    let (mut axis, mut distance_q16) = (0, 0);
-    for _ in 0..crossings {
-        axis = march::next_axis(ray.next_q16);
-        distance_q16 = ray.next_q16[axis];
-        march::cross(&mut ray, axis);
-    }
-    let cell = std::array::from_fn(|r| ray.cell[r] - shift[r]);
+    let ray = march::start(from.origin_q16, from.axis_q15.map(|axis| march::direction_q16(axis, dir_q15)));
+    let last = march::crossings(ray).take(crossings as usize).last();
+    let march::Crossing { t_q16: distance_q16, axis, cell } =
+        last.unwrap_or(march::Crossing { t_q16: 0, axis: 0, cell: ray.cell });
+    let cell = std::array::from_fn(|r| cell[r] - shift[r]);
     Hit { cell, axis, step: ray.step[axis], distance_q16 }
 }

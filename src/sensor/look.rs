@@ -36,45 +36,26 @@ impl Way {
 /// Casts a ray with the gates and the noise of a table, as ray number `ray` of it.
 pub fn look(blockers: &BitGrid, rays: &Rays, from: &Placement, way: Way, ray: u32) -> Option<Return> {
     let (gates, size) = (&rays.gates, blockers.window().size);
-    let mut at = march::start(from.caster().origin_q16, way.truly_q16);
-    loop {
-        let axis = march::next_axis(at.next_q16);
-        let t = at.next_q16[axis];
-        if t > gates.range_max_q16 {
-            return None;
-        }
-        march::cross(&mut at, axis);
-        if !blockers.window().contains(at.cell) {
-            return None;
-        }
-        if t >= gates.near_ignore_q16 && blockers.get(at.cell) {
-            if t < gates.range_min_q16 {
-                return None;
-            }
-            let drawn = march::draw(from.draws, ray);
-            if march::is_lost(drawn, rays.noise.lost_below) {
-                return None;
-            }
-            let read = match rays.noise.step_q16(drawn, t) {
-                0 if from.truly.is_none() => at.cell,
-                step => {
-                    let begin = march::start(from.origin_q16, way.believed_q16);
-                    let read_q16 = march::noisy_q16(t, step);
-                    after(begin, march::crossings_at(&begin, march::room(&begin, size), read_q16))
-                }
-            };
-            return Some(Return { hit: at.cell, distance_q16: t, read });
-        }
+    let inside = |crossing: &march::Crossing| {
+        crossing.t_q16 <= gates.range_max_q16 && blockers.window().contains(crossing.cell)
+    };
+    let mut entered =
+        march::crossings(march::start(from.caster().origin_q16, way.truly_q16)).take_while(inside);
+    let march::Crossing { t_q16: t, cell: hit, .. } =
+        entered.find(|to| to.t_q16 >= gates.near_ignore_q16 && blockers.get(to.cell))?;
+    let drawn = march::draw(from.draws, ray);
+    if t < gates.range_min_q16 || march::is_lost(drawn, rays.noise.lost_below) {
+        return None;
     }
-}
-
-/// The cell that a ray is in after so many crossings.
-pub fn after(mut ray: march::March, crossings: u32) -> [i32; 3] {
-    for _ in 0..crossings {
-        let axis = march::next_axis(ray.next_q16);
-        march::cross(&mut ray, axis);
-    }
-    ray.cell
+    let read = match rays.noise.step_q16(drawn, t) {
+        0 if from.truly.is_none() => hit,
+        step => {
+            let begin = march::start(from.origin_q16, way.believed_q16);
+            let read_q16 = march::noisy_q16(t, step);
+            march::cell_after(begin, march::crossings_at(&begin, march::room(&begin, size), read_q16))
+        }
+    };
+    Some(Return { hit, distance_q16: t, read })
 }
 
 /// All returns of a table from a placement.

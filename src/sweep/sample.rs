@@ -11,7 +11,7 @@ use super::compare::spread;
 use super::run_asks;
 use crate::Result;
 use crate::backend::{Backend, Placement, Rays};
-use crate::march::{BLIND, End, LEFT, RETURN, direction_q16, next_axis, start};
+use crate::march::{BLIND, End, LEFT, NEVER, RETURN, crossings, direction_q16, start};
 use crate::results::Ask;
 use crate::results::layout_of;
 use crate::study::Study;
@@ -97,12 +97,8 @@ fn add(all: &mut Ends, rays: &Rays, placement: &Placement, ends: &[End]) {
 /// Where a ray would have crossed the next boundary: within its range only if that led out of the grid.
 fn next_after_q16(placement: &Placement, dir_q15: [i32; 3], end: &End) -> u32 {
     let dir_q16 = std::array::from_fn(|r| direction_q16(placement.axis_q15[r], dir_q15));
-    let mut march = start(placement.origin_q16, dir_q16);
-    for _ in 0..end.crossings {
-        let axis = next_axis(march.next_q16);
-        march.next_q16[axis] = march.next_q16[axis].saturating_add(march.period_q16[axis]);
-    }
-    march.next_q16[next_axis(march.next_q16)]
+    let mut after = crossings(start(placement.origin_q16, dir_q16)).skip(end.crossings as usize);
+    after.next().map_or(NEVER, |crossing| crossing.t_q16)
 }
 
 /// Who counts again what a device counts, and one choice in how many.

@@ -301,19 +301,14 @@ impl<'a> Witness<'a> {
     }
 }
 
-/// The blocker that a ray ends in which does end in one, and how far it is. What is entered before a distance is the sensor's
-/// housing.
+/// The blocker in which a ray ends that is known to end in one, and how far it is. What is entered before `near_ignore_q16` is
+/// the sensor's housing.
 fn first_blocker(blockers: &BitGrid, begin: &march::March, near_ignore_q16: u32) -> ([i32; 3], u32) {
-    let mut at = *begin;
-    loop {
-        let axis = march::next_axis(at.next_q16);
-        let entered_q16 = at.next_q16[axis];
-        march::cross(&mut at, axis);
-        let is_outside = !blockers.window().contains(at.cell);
-        if is_outside || (entered_q16 >= near_ignore_q16 && blockers.get(at.cell)) {
-            return (at.cell, entered_q16);
-        }
-    }
+    let ends = |to: &march::Crossing| {
+        !blockers.window().contains(to.cell) || (to.t_q16 >= near_ignore_q16 && blockers.get(to.cell))
+    };
+    let end = march::crossings(*begin).find(ends);
+    end.map_or((begin.cell, 0), |to| (to.cell, to.t_q16))
 }
 
 #[cfg(test)]

@@ -173,22 +173,21 @@ impl Few<'_> {
 
     fn cast(&self, blockers: &BitGrid, from: &Placement, dir_q15: [i32; 3]) -> Met {
         let dir_q16 = from.axis_q15.map(|axis| march::direction_q16(axis, dir_q15));
-        let mut ray = march::start(from.origin_q16, dir_q16);
-        loop {
-            let axis = march::next_axis(ray.next_q16);
-            let distance_q16 = ray.next_q16[axis];
-            let met = |cell, is_backdrop| Met { cell, distance_q16, is_backdrop };
-            if distance_q16 > self.gates.range_max_q16 {
+        let mut last_q16 = 0;
+        for march::Crossing { t_q16, cell, .. } in march::crossings(march::start(from.origin_q16, dir_q16)) {
+            let met = |cell, is_backdrop| Met { cell, distance_q16: t_q16, is_backdrop };
+            if t_q16 > self.gates.range_max_q16 {
                 return met(None, false);
             }
-            march::cross(&mut ray, axis);
-            if !blockers.window().contains(ray.cell) {
+            if !blockers.window().contains(cell) {
                 return met(None, self.gates.backdrop);
             }
-            if distance_q16 >= self.gates.near_ignore_q16 && blockers.get(ray.cell) {
-                return met(Some(ray.cell), false);
+            if t_q16 >= self.gates.near_ignore_q16 && blockers.get(cell) {
+                return met(Some(cell), false);
             }
+            last_q16 = t_q16;
         }
+        Met { cell: None, distance_q16: last_q16, is_backdrop: false }
     }
 }
 

@@ -6,7 +6,6 @@ use crate::backend::oracle::Oracle;
 use crate::backend::{Backend, Cell, Evidence, Placement, Rays};
 use crate::march::{self, End};
 use crate::metrics::Confusion;
-use crate::sensor::look;
 
 /// Names the ray and the voxel of the first difference of a pose.
 pub(super) fn explain(
@@ -66,7 +65,7 @@ pub(super) fn explain(
 /// The cell of a ray after this many crossings.
 fn cell_after(placement: &Placement, dir_q15: [i32; 3], crossings: u32) -> [i32; 3] {
     let dir_q16 = placement.axis_q15.map(|axis| march::direction_q16(axis, dir_q15));
-    look::after(march::start(placement.origin_q16, dir_q16), crossings)
+    march::cell_after(march::start(placement.origin_q16, dir_q16), crossings)
 }
 
 /// The first ray with which the oracle's evidence has a mark. Marks only grow with the rays, so halving finds it.
