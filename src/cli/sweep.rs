@@ -180,12 +180,15 @@ fn tell(report: &Report, timings: bool) -> Result<()> {
     if timings {
         print_timings(&report.timings);
     }
-    if run.verified > 0 {
-        say!("{} scene-poses counted again on the CPU: no difference", run.verified);
+    if let Some(verified @ 1..) = run.verified {
+        say!("{verified} scene-poses counted again on the CPU: no difference");
     }
+    let (poses, sweep_s) = (run.poses.unwrap_or(0), run.sweep_s.unwrap_or(0.0));
     super::print(&format!(
-        "{} scene-poses in {:.1} s ({:.1} poses/s) on {}: {}\n",
-        run.poses, run.sweep_s, run.poses_per_s, run.backend, run.device
+        "{poses} scene-poses in {sweep_s:.1} s ({:.1} poses/s) on {}: {}\n",
+        run.poses_per_s.unwrap_or(0.0),
+        run.backend,
+        run.device
     ))
 }
 

@@ -262,7 +262,7 @@ fn differences(all: &[Sweep]) -> Vec<String> {
         return vec![format!("{a} and {b} are sweeps of the same study, and have the same scores")];
     }
     let mut notes = vec![format!("from {a} to {b}: {}", first.manifest.changes(&second.manifest).join("; "))];
-    let size = |sweep: &Sweep| sweep.manifest.get("voxel_size_m").clone();
+    let size = |sweep: &Sweep| sweep.manifest.identity.voxel_size_m;
     if size(first) != size(second) {
         notes.push("scores at different voxel sizes are not comparable".into());
     }

@@ -1,48 +1,81 @@
-//! `manifest.json`: what is swept, from which inputs, and what each run of it did. All keys but [`BESIDE`] decide the
-//! counts or the names beside them; their hash is the sweep's fingerprint, by which two machines prove that they worked on the
-//! same.
+//! `manifest.json`: what is swept, from which inputs, and what each run of it did. The hash of all that decides the counts or
+//! the names beside them is the sweep's fingerprint, by which two machines prove that they worked on the same.
+
+mod changes;
+mod identity;
 
 use std::path::Path;
 
-use serde_json::{Map, Value, json};
+use serde::{Deserialize, Serialize};
+use serde_json::{Map, Value};
 use sha2::{Digest, Sha256};
 
-use crate::backend::{Noise, Rays};
-use crate::results::columns;
 use crate::results::files::{MANIFEST, read_regular, shards_below};
 use crate::results::journal::Shard;
-use crate::source::{hex, sha256};
-use crate::study::{Study, catalogue};
-use crate::world::{self, World};
+use crate::source::hex;
+use crate::study::Study;
+use crate::world::World;
 use crate::{Error, Result};
-
-/// Keys that decide nothing: the fingerprint itself, which part this folder holds, where things came from, what was done.
-pub const BESIDE: [&str; 4] = ["fingerprint", "shard", "about", "runs"];
-
-/// Keys that say what the user wrote; all others follow from these and from the program.
-const CAUSES: [&str; 7] =
-    ["semantics_version", "study", "scene_files", "files", "seed", "voxel_size_m", "noiseless"];
-
-/// Most differences that are told; one is enough to refuse.
-const MOST_TOLD: usize = 6;
+pub use identity::{Identity, SceneFile, Sensor, Sensors};
 
 /// How a run ended that nobody heard of again.
 pub const KILLED: &str = "killed";
 
-/// Longest text of which old and new are both shown.
-const SHORT: usize = 60;
-
-/// A manifest: an object with the keys of the file.
+/// A manifest.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Manifest(Map<String, Value>);
+pub struct Manifest {
+    /// All that decides the counts.
+    pub identity: Identity,
+    /// The same as it stands in the file, whoever wrote that: this is what is hashed and compared.
+    as_written: Map<String, Value>,
+    /// Where it came from and what was done, which decides nothing.
+    pub provenance: Provenance,
+}
 
-/// What one run of the program did for a sweep.
-#[derive(Clone, Debug, serde::Serialize)]
+/// What decides nothing.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Provenance {
+    /// Who made it, and from what.
+    pub about: About,
+    /// What the file says its fingerprint is; [`Manifest::fingerprint`] is made anew.
+    pub fingerprint: String,
+    /// What each run did, the latest last.
+    pub runs: Vec<Run>,
+    /// Which part of the sweep its folder holds.
+    pub shard: Shard,
+}
+
+/// Who made a manifest, and from what.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct About {
+    /// The version of the program.
+    pub perirobot: String,
+    /// The command that makes it, word by word.
+    pub command: Vec<String>,
+    /// The study.
+    pub study: StudyFile,
+    /// Paths of its scenes.
+    pub scene_files: Vec<String>,
+    /// What was warned of.
+    pub warnings: Vec<String>,
+}
+
+/// The file of a study.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct StudyFile {
+    /// Its path.
+    pub file: String,
+    /// All that stands in it.
+    pub text: String,
+}
+
+/// What one run of the program did for a sweep. What it did is not known until it ends.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Run {
     /// Which part of the sweep it worked on.
     pub shard: Shard,
     /// `cpu`, `gpu` or `oracle`.
-    pub backend: &'static str,
+    pub backend: String,
     /// Adapter or processor.
     pub device: String,
     /// When it began, in seconds since 1970.
@@ -50,21 +83,21 @@ pub struct Run {
     /// Seconds that it read and voxelized scenes.
     pub prepare_s: f64,
     /// Seconds that it cast and counted.
-    pub sweep_s: f64,
+    pub sweep_s: Option<f64>,
     /// How many poses it scored, each in every scene, snapshot and repeat for itself.
-    pub poses: u64,
+    pub poses: Option<u64>,
     /// The same in a second.
-    pub poses_per_s: f64,
+    pub poses_per_s: Option<f64>,
     /// How many of them were counted again on the CPU and found equal.
-    pub verified: u64,
+    pub verified: Option<u64>,
     /// What failed on the way, and who stepped in.
-    pub faults: Vec<Fault>,
+    pub faults: Option<Vec<Fault>>,
     /// `finished`, or why it was not; [`KILLED`] from its beginning until it ends.
     pub ended: String,
 }
 
 /// Something that failed, and what was done about it.
-#[derive(Clone, Debug, PartialEq, Eq, serde::Serialize)]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Fault {
     /// What the backend said.
     pub what: String,
@@ -77,61 +110,27 @@ pub struct Fault {
 impl Manifest {
     /// The manifest of a sweep that has not run. `command` is the command that makes it, word by word.
     pub fn new(study: &Study, worlds: &[World], shard: Shard, command: &[String]) -> Manifest {
-        let sensors = study.sensors.iter().enumerate().map(|(number, sensor)| {
-            let rays = world::ray_table(study, number);
-            json!({
-                "name": sensor.name,
-                "kind": sensor.kind.name(),
-                "representations": sensor.kind.representations(),
-                "poses": sensor.candidates.len(),
-                "rays_per_pose": rays.as_ref().map_or(0, |rays| rays.dirs_q15.len()),
-                "rays_sha256": rays.as_ref().map(rays_sha256),
-            })
-        });
-        let combinations = study.combinations.iter().map(|combination| {
-            let sensors = combination.members.iter().map(|member| study.sensors[member.sensor].name.as_str());
-            json!({
-                "name": combination.name,
-                "sensors": sensors.collect::<Vec<_>>(),
-                "poses": combination.members.iter().map(|m| ranges(&m.candidates)).collect::<Vec<_>>(),
-                "fusion": combination.fusion,
-                "choices": combination.choices(),
-            })
-        });
-        let mut manifest = Manifest(object(json!({
-            "semantics_version": crate::SEMANTICS_VERSION,
-            "study": study_says(&study.text),
-            "scene_files": study.scenes.iter().map(|spec| {
-                json!({ "name": spec.name, "says": says(&spec.text) })
-            }).collect::<Vec<_>>(),
-            "files": files(study),
-            "seed": study.seed,
-            "voxel_size_m": study.voxel_size_m,
-            "repeats": study.repeats,
-            "noiseless": study.noiseless,
-            "scenes": worlds.iter().map(|world| &world.described).collect::<Vec<_>>(),
-            "sensors": sensors.collect::<Vec<_>>(),
-            "poses_sha256": sha256([&columns::poses_csv(study, &worlds[0])]),
-            "combinations": combinations.collect::<Vec<_>>(),
-        })));
-        let about = json!({
-            "perirobot": env!("CARGO_PKG_VERSION"),
-            "command": command,
-            "study": { "file": study.path.display().to_string(), "text": study.text },
-            "scene_files": study.scenes.iter().map(|spec| spec.path.display().to_string()).collect::<Vec<_>>(),
-            "warnings": worlds.iter().flat_map(|world| {
-                world.warnings.iter().map(|warning| format!("{}: {warning}", world.name))
-            }).collect::<Vec<_>>(),
-        });
-        let fingerprint = hex(&manifest.fingerprint());
-        manifest.0.insert("fingerprint".into(), fingerprint.into());
-        manifest.0.insert("shard".into(), json!(shard));
-        manifest.0.insert("about".into(), about);
-        manifest.0.insert("runs".into(), json!([]));
-        manifest
+        let identity = Identity::of(study, worlds);
+        let as_written = object(&identity);
+        let warnings = worlds
+            .iter()
+            .flat_map(|world| world.warnings.iter().map(|warning| format!("{}: {warning}", world.name)));
+        let about = About {
+            perirobot: env!("CARGO_PKG_VERSION").into(),
+            command: command.into(),
+            study: StudyFile { file: study.path.display().to_string(), text: study.text.clone() },
+            scene_files: study.scenes.iter().map(|spec| spec.path.display().to_string()).collect(),
+            warnings: warnings.collect(),
+        };
+        let fingerprint = hex(&hash(&as_written));
+        let provenance = Provenance { about, fingerprint, runs: Vec::new(), shard };
+        Manifest { identity, as_written, provenance }
     }
 
     /// Reads the manifest of a folder.
+    ///
+    /// # Errors
+    /// `Error::Input` that names the file and what is missing in it or wrong; `Error::Storage` if the disk fails.
     pub fn read(folder: &Path) -> Result<Manifest> {
         let path = folder.join(MANIFEST);
         if folder.is_dir() && !path.exists() {
@@ -141,179 +140,138 @@ impl Manifest {
             };
             return Err(Error::input(path.display(), format!("cannot be read, it is not there: {cure}")));
         }
-        let json = serde_json::from_slice(&read_regular(&path)?);
-        json.map(Manifest).map_err(|e| Error::input(path.display(), format!("{e}; sweep again")))
+        let bytes = read_regular(&path)?;
+        Manifest::parse(&bytes).map_err(|e| Error::input(path.display(), format!("{e}; sweep again")))
+    }
+
+    fn parse(bytes: &[u8]) -> Result<Manifest, serde_json::Error> {
+        let json: Value = serde_json::from_slice(bytes)?;
+        let (identity, provenance) = (Identity::deserialize(&json)?, Provenance::deserialize(&json)?);
+        let beside = object(&provenance);
+        let mut as_written = object(&json);
+        as_written.retain(|key, _| !beside.contains_key(key));
+        Ok(Manifest { identity, as_written, provenance })
     }
 
     /// As it stands in the file.
     pub fn bytes(&self) -> Vec<u8> {
-        let mut bytes = serde_json::to_vec_pretty(&self.0).expect("a JSON value is serialisable");
+        let mut whole = self.as_written.clone();
+        whole.extend(object(&self.provenance));
+        let mut bytes = serde_json::to_vec_pretty(&whole).expect("a JSON value is serialisable");
         bytes.push(b'\n');
         bytes
     }
 
-    /// What it says under a key.
-    pub fn get(&self, key: &str) -> &Value {
-        self.0.get(key).unwrap_or(&Value::Null)
-    }
-
-    /// The command that makes it, word by word.
-    pub fn command(&self) -> Vec<String> {
-        let words = self.get("about")["command"].as_array();
-        words.into_iter().flatten().filter_map(|word| Some(word.as_str()?.to_string())).collect()
-    }
-
-    /// The whole as one value.
-    pub fn value(&self) -> Value {
-        Value::Object(self.0.clone())
-    }
-
     /// The hash of all that decides the counts, made from what is here, not from what it claims.
     pub fn fingerprint(&self) -> [u8; 32] {
-        let decides: Map<String, Value> = self.decides().map(|(k, v)| (k.clone(), v.clone())).collect();
-        Sha256::digest(serde_json::to_vec(&decides).expect("a JSON value is serialisable")).into()
-    }
-
-    /// Adds a run that begins; until [`Manifest::end_run`] nobody knows how it ended.
-    pub fn begin_run(&mut self, run: &Run) {
-        let mut begun = json!(run);
-        for unknown in ["sweep_s", "poses", "poses_per_s", "verified", "faults"] {
-            begun[unknown] = Value::Null;
-        }
-        self.add_runs([begun]);
+        hash(&self.as_written)
     }
 
     /// Says of the run that was begun last what it did.
-    pub fn end_run(&mut self, run: &Run) {
-        if let Some(Value::Array(runs)) = self.0.get_mut("runs") {
-            runs.pop();
-        }
-        self.add_runs([json!(run)]);
+    pub fn end_run(&mut self, run: Run) {
+        self.provenance.runs.pop();
+        self.provenance.runs.push(run);
     }
 
     /// Says that what such runs counted was checked by a later one.
     pub fn runs_are_checked(&mut self) {
-        let runs = self.0.get_mut("runs").and_then(Value::as_array_mut);
-        for run in runs.into_iter().flatten().filter(|run| run["ended"] == KILLED) {
-            run["ended"] = format!("{KILLED}; what it counted was checked later").into();
+        for run in self.provenance.runs.iter_mut().filter(|run| run.ended == KILLED) {
+            run.ended = format!("{KILLED}; what it counted was checked later");
         }
     }
 
     /// Whether a run on a GPU ended without a word, so that nobody checked what it counted.
     pub fn has_unchecked_run(&self) -> bool {
-        let runs = self.get("runs").as_array();
-        runs.into_iter().flatten().any(|run| run["backend"] == "gpu" && run["ended"] == KILLED)
-    }
-
-    /// Keeps what earlier runs did.
-    pub fn keep_runs(&mut self, earlier: &Manifest) {
-        self.add_runs(earlier.get("runs").as_array().cloned().unwrap_or_default());
-    }
-
-    /// The same sweep as a whole, before anything is known of runs.
-    pub fn of_whole(&self) -> Manifest {
-        let mut whole = self.clone();
-        whole.0.insert("shard".into(), json!(Shard::WHOLE));
-        whole.0.insert("runs".into(), json!([]));
-        whole
+        self.provenance.runs.iter().any(|run| run.backend == "gpu" && run.ended == KILLED)
     }
 
     /// In words, what another manifest has that decides the counts and is not the same here; effects only where there is
     /// no cause.
     pub fn changes(&self, now: &Manifest) -> Vec<String> {
-        let mut told = Vec::new();
-        CAUSES.iter().for_each(|key| differences(key, self.get(key), now.get(key), &mut told));
-        if told.is_empty() {
-            let effects = now.decides().map(|(key, _)| key.as_str()).filter(|key| !CAUSES.contains(key));
-            effects.for_each(|key| differences(key, self.get(key), now.get(key), &mut told));
-        }
-        told
-    }
-
-    fn decides(&self) -> impl Iterator<Item = (&String, &Value)> {
-        self.0.iter().filter(|(key, _)| !BESIDE.contains(&key.as_str()))
-    }
-
-    fn add_runs(&mut self, more: impl IntoIterator<Item = Value>) {
-        let runs = self.0.entry("runs").or_insert_with(|| json!([]));
-        if let Value::Array(runs) = runs {
-            runs.extend(more);
-        }
+        changes::changes(&self.as_written, &now.as_written)
     }
 }
 
-fn object(value: Value) -> Map<String, Value> {
-    match value {
-        Value::Object(map) => map,
+/// A structure as the object that stands for it in JSON, its keys in order.
+fn object(of: &impl Serialize) -> Map<String, Value> {
+    match serde_json::to_value(of) {
+        Ok(Value::Object(map)) => map,
         _ => Map::new(),
     }
 }
 
-/// Hashes of the files that were read, but for the study and its scenes: of those, what they say is compared.
-fn files(study: &Study) -> Map<String, Value> {
-    let texts = study.scenes.iter().map(|spec| &spec.text).chain([&study.text]);
-    let known: Vec<String> = texts.map(|text| sha256([text.as_bytes()])).collect();
-    let files = study.sources.read_files().into_iter().filter(|file| !known.contains(&file.sha256));
-    files.map(|file| (file.path.display().to_string(), file.sha256.into())).collect()
-}
-
-/// What a TOML file says, without comments and order of keys.
-fn says(text: &str) -> Value {
-    toml::from_str(text).unwrap_or_else(|_| text.into())
-}
-
-/// The same of a study, with the keys of the devices that it names: other values of a device are another study.
-fn study_says(text: &str) -> Value {
-    toml::from_str(text).map_or_else(|_| text.into(), |study| json!(catalogue::written_out(study)))
-}
-
-/// Numbers in ascending order as ranges `[first, end]`.
-fn ranges(numbers: &[usize]) -> Vec<[usize; 2]> {
-    let runs = numbers.chunk_by(|a, b| a + 1 == *b);
-    runs.filter_map(|run| Some([*run.first()?, run.last()? + 1])).collect()
-}
-
-/// Adds where two values differ, while there is room.
-fn differences(place: &str, was: &Value, is: &Value, told: &mut Vec<String>) {
-    match (was, is) {
-        _ if told.len() == MOST_TOLD || was == is => {}
-        (Value::Object(a), Value::Object(b)) => {
-            let keys = a.keys().chain(b.keys().filter(|key| !a.contains_key(*key)));
-            for key in keys {
-                let at = |map: &Map<String, Value>| map.get(key).cloned().unwrap_or(Value::Null);
-                differences(&format!("{place}.{key}"), &at(a), &at(b), told);
-            }
-        }
-        (Value::Array(a), Value::Array(b)) if a.len() == b.len() && a.iter().any(|v| v.is_object()) => {
-            for (i, (a, b)) in a.iter().zip(b).enumerate() {
-                differences(&format!("{place}[{i}]"), a, b, told);
-            }
-        }
-        _ => {
-            let (was, is) = (was.to_string(), is.to_string());
-            let long = was.len().max(is.len()) > SHORT;
-            told.push(if long {
-                format!("{place} is another")
-            } else {
-                format!("{place} was {was}, is {is}")
-            });
-        }
-    }
-}
-
-fn rays_sha256(rays: &Rays) -> String {
-    let gates = &rays.gates;
-    let numbers = [gates.range_min_q16, gates.range_max_q16, gates.near_ignore_q16]
-        .into_iter()
-        .chain([gates.no_return_is_free as u32, gates.backdrop as u32]);
-    let gates: Vec<u8> = numbers.flat_map(u32::to_le_bytes).collect();
-    let Noise { unit_q12, std_q16, lost_below } = &rays.noise;
-    let unit = unit_q12.iter().map(|&unit| unit as u32);
-    let noise = unit.chain(std_q16.iter().copied()).chain([*lost_below]);
-    let noise: Vec<u8> = noise.flat_map(u32::to_le_bytes).collect();
-    let dirs: Vec<u8> = rays.dirs_q15.iter().flatten().flat_map(|d| d.to_le_bytes()).collect();
-    sha256([gates.as_slice(), &dirs, &noise])
+fn hash(map: &Map<String, Value>) -> [u8; 32] {
+    Sha256::digest(serde_json::to_vec(map).expect("a JSON value is serialisable")).into()
 }
 
 #[cfg(test)]
-mod tests;
+mod tests {
+    use serde_json::json;
+
+    use super::*;
+
+    /// A manifest of an older program: some keys are missing, one is not known any more.
+    fn old() -> Value {
+        let run = json!({
+            "shard": { "number": 0, "of": 1 }, "backend": "gpu", "device": "a", "began_unix_s": 1, "prepare_s": 0.1,
+            "sweep_s": null, "poses": null, "poses_per_s": null, "verified": null, "faults": null, "ended": "killed",
+        });
+        json!({
+            "semantics_version": 2, "seed": 7, "voxel_size_m": 0.05, "repeats": 1, "noiseless": false, "scenes": [],
+            "sensors": [], "poses_sha256": "x", "combinations": [], "gone": [0.1, { "since": "long" }],
+            "about": {
+                "perirobot": "0.0.9", "command": ["perirobot"], "study": { "file": "a.toml", "text": "" },
+                "scene_files": [], "warnings": [],
+            },
+            "fingerprint": "y", "runs": [run], "shard": { "number": 0, "of": 1 },
+        })
+    }
+
+    fn parse(json: &Value) -> Result<Manifest, serde_json::Error> {
+        Manifest::parse(&serde_json::to_vec(json).unwrap())
+    }
+
+    #[test]
+    fn what_stands_in_a_file_is_what_is_written_again() {
+        let manifest = parse(&old()).unwrap();
+        assert_eq!(serde_json::from_slice::<Value>(&manifest.bytes()).unwrap(), old());
+        assert!(manifest.bytes().starts_with(b"{\n  \"about\": {") && manifest.bytes().ends_with(b"}\n"));
+        assert_eq!((manifest.identity.semantics_version, manifest.has_unchecked_run()), (2, true));
+    }
+
+    #[test]
+    fn what_decides_nothing_changes_nothing() {
+        let was = parse(&old()).unwrap();
+        let with = |key: &str, value: Value| {
+            let mut json = old();
+            json[key] = value;
+            parse(&json).unwrap()
+        };
+        for beside in [
+            with("runs", json!([])),
+            with("fingerprint", json!("z")),
+            with("shard", json!({ "number": 1, "of": 2 })),
+        ] {
+            assert_eq!((beside.fingerprint(), was.changes(&beside)), (was.fingerprint(), vec![]));
+        }
+        // Keys that are not known here have been hashed by whoever wrote them.
+        for (key, told) in
+            [("seed", "seed was 7, is 8"), ("gone", "gone was [0.1,{\"since\":\"long\"}], is 8")]
+        {
+            let other = with(key, json!(8));
+            assert_ne!(other.fingerprint(), was.fingerprint(), "{key}");
+            assert_eq!(was.changes(&other), [told]);
+        }
+    }
+
+    #[test]
+    fn what_is_missing_is_named() {
+        for key in
+            ["semantics_version", "voxel_size_m", "noiseless", "poses_sha256", "about", "runs", "shard"]
+        {
+            let mut json = old();
+            json.as_object_mut().unwrap().remove(key);
+            assert_eq!(parse(&json).unwrap_err().to_string(), format!("missing field `{key}`"));
+        }
+    }
+}

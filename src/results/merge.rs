@@ -16,7 +16,7 @@ use crate::results::journal::Journal;
 use crate::results::journal::Locked;
 use crate::results::journal::Pages;
 use crate::results::journal::Shard;
-use crate::results::manifest::Manifest;
+use crate::results::manifest::{Manifest, Provenance};
 use crate::{Error, Result, shell};
 
 /// Most of what is missing that is told by name.
@@ -86,7 +86,8 @@ pub fn merge(out: &Path, folders: &[PathBuf]) -> Result<Results> {
     folder.tidy();
     folder.clear(matches!(locked.header, Ok(Some(_))));
     let mut journal = locked.begin(whole)?;
-    let mut whole = manifest.of_whole();
+    let mut whole = manifest;
+    whole.provenance = Provenance { shard: Shard::WHOLE, runs: Vec::new(), ..whole.provenance };
     for part in &parts {
         let shard = Journal::read(&part.path)?;
         for block in 0..shard.header().blocks {
@@ -95,7 +96,7 @@ pub fn merge(out: &Path, folders: &[PathBuf]) -> Result<Results> {
                 journal.put(first, &shard.counts(first..rows.end.min(first + ROWS))?)?;
             }
         }
-        whole.keep_runs(&part.manifest);
+        whole.provenance.runs.extend_from_slice(&part.manifest.provenance.runs);
     }
     journal.sync()?;
     folder.write("poses.csv", &read_regular(&first.join("poses.csv"))?)?;
@@ -174,7 +175,7 @@ fn complete(parts: &[Part]) -> Result<()> {
 
 /// The command that makes a shard, from the one that made another.
 fn command_of_shard(manifest: &Manifest, shard: Shard) -> String {
-    let mut words = manifest.command();
+    let mut words = manifest.provenance.about.command.clone();
     let wanted = format!("{}/{}", shard.number, shard.of);
     match words.iter().position(|word| word == "--shard" || word.starts_with("--shard=")) {
         Some(at) if words[at] == "--shard" && at + 1 < words.len() => words[at + 1] = wanted,

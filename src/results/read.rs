@@ -111,18 +111,18 @@ impl Results {
         if missing > 0 {
             let what = format!(
                 "is not finished, {missing} rows are missing: run the command that began it again, it goes on: {}",
-                shell::command(&folder.manifest.command())
+                shell::command(&folder.manifest.provenance.about.command)
             );
             return Err(Error::input(path.display(), what));
         }
         let mut warnings = Vec::new();
-        let version = folder.manifest.get("semantics_version");
-        if *version != SEMANTICS_VERSION {
+        let version = folder.manifest.identity.semantics_version;
+        if version != SEMANTICS_VERSION {
             warnings.push(format!(
                 "{}: perirobot {} counted by version {version} of the rules, this is perirobot {} with version \
                  {SEMANTICS_VERSION}: do not hold these scores against new ones; sweep again to compare",
                 path.join(MANIFEST).display(),
-                folder.manifest.get("about")["perirobot"].as_str().unwrap_or("(unknown)"),
+                folder.manifest.provenance.about.perirobot,
                 env!("CARGO_PKG_VERSION"),
             ));
         }

@@ -11,13 +11,9 @@ use crate::{Error, Result};
 
 /// The study file of a sweep, where it was when it began, and what the command line said instead of it.
 pub fn origin(folder: &Path) -> Result<(PathBuf, Overrides)> {
-    let manifest = Manifest::read(folder)?;
-    let lacks =
-        |key: &str| Error::input(folder.display(), format!("manifest.json has no {key}: sweep again"));
-    let file = manifest.get("about")["study"]["file"].as_str().ok_or_else(|| lacks("about.study.file"))?;
-    let voxel_size_m = manifest.get("voxel_size_m").as_f64().ok_or_else(|| lacks("voxel_size_m"))?;
-    let noiseless = manifest.get("noiseless").as_bool().ok_or_else(|| lacks("noiseless"))?;
-    Ok((file.into(), Overrides { voxel_size_m: Some(voxel_size_m), noiseless }))
+    let Manifest { identity, provenance, .. } = Manifest::read(folder)?;
+    let overrides = Overrides { voxel_size_m: Some(identity.voxel_size_m), noiseless: identity.noiseless };
+    Ok((provenance.about.study.file.into(), overrides))
 }
 
 /// Fails unless a study with its worlds is what was swept into a folder, naming what changed since.

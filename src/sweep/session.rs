@@ -113,7 +113,7 @@ impl<'a> Session<'a> {
         let (journal, done, damaged) = match (restart, &locked.header) {
             (false, Ok(Some(found))) if *found == header => {
                 if let Ok(earlier) = Manifest::read(path) {
-                    manifest.keep_runs(&earlier);
+                    manifest.provenance.runs = earlier.provenance.runs;
                 }
                 let journal = locked.go_on(header);
                 let (done, damaged) = Done::of_journal(&layout, places.clone(), &journal)?;
@@ -182,18 +182,18 @@ impl<'a> Session<'a> {
         };
         let mut run = Run {
             shard: self.journal.header().shard,
-            backend: name,
+            backend: name.into(),
             device,
             began_unix_s,
             prepare_s,
-            sweep_s: 0.0,
-            poses: 0,
-            poses_per_s: 0.0,
-            verified: 0,
-            faults: Vec::new(),
+            sweep_s: None,
+            poses: None,
+            poses_per_s: None,
+            verified: None,
+            faults: None,
             ended: KILLED.into(),
         };
-        self.manifest.begin_run(&run);
+        self.manifest.provenance.runs.push(run.clone());
         self.folder.write(MANIFEST, &self.manifest.bytes())?;
         let mut book = Book {
             layout: &self.layout,
@@ -219,16 +219,16 @@ impl<'a> Session<'a> {
         let ended = shift.work(backend, &mut book);
         let (stopped, finished) = (book.stopped.take(), book.finished);
         let synced = self.journal.sync();
-        run.sweep_s = begin.elapsed().as_secs_f64();
-        run.poses = finished;
-        run.poses_per_s = finished as f64 / run.sweep_s.max(1e-9);
-        (run.verified, run.faults) = (shift.verified, shift.faults);
+        let sweep_s = begin.elapsed().as_secs_f64();
+        (run.sweep_s, run.poses) = (Some(sweep_s), Some(finished));
+        run.poses_per_s = Some(finished as f64 / sweep_s.max(1e-9));
+        (run.verified, run.faults) = (Some(shift.verified), Some(shift.faults));
         run.ended = match (&ended, &stopped) {
             (Err(e), _) => e.to_string(),
             (Ok(_), Some(why)) => why.clone(),
             (Ok(_), None) => "finished".into(),
         };
-        self.manifest.end_run(&run);
+        self.manifest.end_run(run.clone());
         if ended.is_ok() && verify > 0 {
             self.manifest.runs_are_checked();
         }

@@ -10,7 +10,7 @@ use crate::study::Study;
 use crate::voxel::{BitGrid, People, Region, Truth, voxelize};
 
 /// Scores to hold a pose against: a sensor that is stuck beats many poses.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 pub struct Baselines {
     /// Everything labelled occupied.
     pub all_occupied: Confusion,

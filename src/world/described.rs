@@ -1,26 +1,98 @@
 //! What the manifest says of a world: its grid, regions and baselines, and hashes of all that decides its counts, by which
 //! the same study is known again.
 
-use serde_json::{Value, json};
+use serde::{Deserialize, Serialize};
 
-use super::World;
+use super::{Baselines, World};
 use crate::backend::Placement;
 use crate::sensor::{self, Setting};
 use crate::source::sha256;
 use crate::study::Study;
 use crate::voxel::{BitGrid, Truth};
 
+/// The entry of a world in the manifest. What reading a sweep back does not need may be missing there, and is empty then.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Described {
+    /// The scene's name.
+    pub name: String,
+    /// Which moment of the scene it is, counted from 0.
+    pub snapshot: usize,
+    /// Where its voxels are.
+    #[serde(default)]
+    pub grid: DescribedGrid,
+    /// How many are occupied.
+    #[serde(default)]
+    pub occupied_voxels: u64,
+    /// Hashes of planes of voxels.
+    #[serde(default)]
+    pub occupied_sha256: String,
+    /// The same of what rays stop at.
+    #[serde(default)]
+    pub blockers_sha256: String,
+    /// Of people.
+    #[serde(default)]
+    pub human_sha256: String,
+    /// Of robots' surfaces.
+    #[serde(default)]
+    pub robot_sha256: String,
+    /// Of what robots enclose.
+    #[serde(default)]
+    pub robot_volume_sha256: String,
+    /// Of where people's joints are.
+    #[serde(default)]
+    pub keypoints_sha256: String,
+    /// The study's regions, in study order.
+    pub regions: Vec<DescribedRegion>,
+    /// Where the sensors are in the grid.
+    #[serde(default)]
+    pub placements: Vec<DescribedPlacements>,
+}
+
+/// Where a grid is and how large, in voxels.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct DescribedGrid {
+    /// World key of its first voxel.
+    pub origin: [i32; 3],
+    /// Voxels on each axis.
+    pub size: [u32; 3],
+}
+
+/// A region of a world.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct DescribedRegion {
+    /// Its name.
+    pub name: String,
+    /// How many voxels it has.
+    #[serde(default)]
+    pub voxels: u64,
+    /// The share of its shape that lies outside the grid.
+    #[serde(default)]
+    pub cut_share: f64,
+    /// Hash of its voxels.
+    #[serde(default)]
+    pub sha256: String,
+    /// What the simplest answers would score.
+    pub baselines: Baselines,
+}
+
+/// Where all poses of a sensor are in the grid.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct DescribedPlacements {
+    /// The sensor's name.
+    pub sensor: String,
+    /// Hash of the poses.
+    pub placements_sha256: String,
+}
+
 /// The entry of a world in the manifest.
-pub(super) fn described(study: &Study, world: &World) -> Value {
+pub(super) fn described(study: &Study, world: &World) -> Described {
     let (truth, whole) = (&*world.truth(), world.grid.window());
-    let regions = world.regions.iter().zip(&world.baselines).map(|(region, baselines)| {
-        json!({
-            "name": region.name,
-            "voxels": region.cells.count(),
-            "cut_share": region.cut_share,
-            "sha256": plane_sha256(&region.cells),
-            "baselines": baselines,
-        })
+    let regions = world.regions.iter().zip(&world.baselines).map(|(region, baselines)| DescribedRegion {
+        name: region.name.clone(),
+        voxels: region.cells.count(),
+        cut_share: region.cut_share,
+        sha256: plane_sha256(&region.cells),
+        baselines: *baselines,
     });
     let placements = study.sensors.iter().enumerate().map(|(s, sensor)| {
         let poses = world.settings[s].iter().filter_map(|setting| match setting {
@@ -28,22 +100,22 @@ pub(super) fn described(study: &Study, world: &World) -> Value {
             _ => None,
         });
         let all = poses.map(|pose| sensor::placement(&*sensor.kind, pose, &truth.grid, 0));
-        json!({ "sensor": sensor.name, "placements_sha256": placements_sha256(all) })
+        DescribedPlacements { sensor: sensor.name.clone(), placements_sha256: placements_sha256(all) }
     });
-    json!({
-        "name": world.name,
-        "snapshot": world.snapshot,
-        "grid": { "origin": truth.grid.origin, "size": truth.grid.size },
-        "occupied_voxels": truth.occupied.count(),
-        "occupied_sha256": plane_sha256(&truth.occupied),
-        "blockers_sha256": plane_sha256(&truth.blockers),
-        "human_sha256": plane_sha256(&truth.human.over(whole)),
-        "robot_sha256": plane_sha256(&truth.robot.over(whole)),
-        "robot_volume_sha256": plane_sha256(&truth.robot_volume.over(whole)),
-        "keypoints_sha256": keypoints_sha256(truth),
-        "regions": regions.collect::<Vec<_>>(),
-        "placements": placements.collect::<Vec<_>>(),
-    })
+    Described {
+        name: world.name.clone(),
+        snapshot: world.snapshot,
+        grid: DescribedGrid { origin: truth.grid.origin, size: truth.grid.size },
+        occupied_voxels: truth.occupied.count(),
+        occupied_sha256: plane_sha256(&truth.occupied),
+        blockers_sha256: plane_sha256(&truth.blockers),
+        human_sha256: plane_sha256(&truth.human.over(whole)),
+        robot_sha256: plane_sha256(&truth.robot.over(whole)),
+        robot_volume_sha256: plane_sha256(&truth.robot_volume.over(whole)),
+        keypoints_sha256: keypoints_sha256(truth),
+        regions: regions.collect(),
+        placements: placements.collect(),
+    }
 }
 
 /// Hash of a plane: its window (min and size, little-endian i32) and its words.

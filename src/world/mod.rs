@@ -15,8 +15,6 @@ mod warnings;
 use std::sync::Arc;
 use std::time::Instant;
 
-use serde_json::Value;
-
 use crate::backend::{Cell, Placement};
 use crate::pose::Pose;
 use crate::scene::{Scene, build::build_or_all};
@@ -26,6 +24,7 @@ use crate::voxel::{BitGrid, GoOn, Grid, People, Region, Shape, Snapshots, Truth,
 use crate::{Error, Result};
 pub use baselines::Baselines;
 use baselines::{baselines, reachable};
+pub use described::{Described, DescribedRegion};
 use extent::grid;
 pub(crate) use rays::ray_tables_of;
 pub use rays::{ray_table, ray_tables};
@@ -57,7 +56,7 @@ pub struct World {
     /// What was assumed about the scene that the user may not expect, told with its first snapshot only.
     pub warnings: Vec<String>,
     /// Its entry in the manifest.
-    pub(crate) described: Value,
+    pub(crate) described: Described,
 }
 
 /// What the truths of all scenes that are kept to be asked again may take; what does not fit is put together again.
@@ -192,7 +191,7 @@ impl World {
             baselines,
             people,
             warnings: Vec::new(),
-            described: Value::Null,
+            described: Described::default(),
         };
         world.described = described::described(study, &world);
         Ok(world)

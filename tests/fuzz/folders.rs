@@ -20,7 +20,7 @@ use perirobot::results::journal::Header;
 use perirobot::results::journal::Journal;
 use perirobot::results::journal::Locked;
 use perirobot::results::journal::Shard;
-use perirobot::results::manifest::Manifest;
+use perirobot::results::manifest::{Identity, Manifest};
 use perirobot::results::merge::merge;
 use perirobot::results::rows;
 use perirobot::results::scores;
@@ -239,26 +239,23 @@ fn with_hash(manifest: &[u8], poses: &[u8]) -> Option<Vec<u8>> {
 
 /// The header of the journal of a whole sweep with this manifest.
 fn header_of(manifest: &Manifest) -> Option<Header> {
-    let sensors = manifest.get("sensors").as_array()?;
-    let ways = |name: &Value| {
-        let sensor = sensors.iter().find(|sensor| sensor["name"] == *name)?;
-        Some(sensor["representations"].as_array()?.len() as u64)
+    let Identity { sensors, scenes, combinations, repeats, .. } = &manifest.identity;
+    let ways = |name: &String| {
+        let sensor = sensors.iter().find(|sensor| sensor.name == *name)?;
+        Some(sensor.representations.len() as u64)
     };
-    let length = |range: &Value| range[1].as_u64()?.checked_sub(range[0].as_u64()?);
-    let scenes = manifest.get("scenes").as_array()?;
-    let regions = scenes.first()?["regions"].as_array()?.len() as u64;
+    let length = |[first, end]: &[usize; 2]| end.checked_sub(*first).map(|length| length as u64);
+    let regions = scenes.first()?.regions.len() as u64;
     let mut block_rows = 0u64;
-    for combination in manifest.get("combinations").as_array()? {
+    for combination in combinations {
         let mut rows = regions;
-        let (names, poses) = (combination["sensors"].as_array()?, combination["poses"].as_array()?);
-        for (name, ranges) in names.iter().zip(poses) {
-            let mut ranges = ranges.as_array()?.iter();
-            let poses = ranges.try_fold(0u64, |sum, range| sum.checked_add(length(range)?))?;
+        for (name, ranges) in combination.sensors.iter().zip(&combination.poses) {
+            let poses = ranges.iter().try_fold(0u64, |sum, range| sum.checked_add(length(range)?))?;
             rows = rows.checked_mul(poses)?.checked_mul(ways(name)?)?;
         }
         block_rows = block_rows.checked_add(rows)?;
     }
-    let blocks = manifest.get("repeats").as_u64()?.checked_mul(scenes.len() as u64)?;
+    let blocks = (*repeats as u64).checked_mul(scenes.len() as u64)?;
     let (fingerprint, kept) = (manifest.fingerprint(), 0..block_rows);
     Some(Header { fingerprint, shard: Shard::WHOLE, blocks, block_rows, kept })
 }

@@ -53,7 +53,7 @@ impl fmt::Display for Unfit {
 }
 
 /// One of several parts that a sweep is split into.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 pub struct Shard {
     /// Which one, counted from 0.
     pub number: u32,

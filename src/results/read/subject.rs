@@ -5,12 +5,10 @@ use std::collections::HashSet;
 use std::path::Path;
 use std::sync::Arc;
 
-use serde::Deserialize;
-
 use crate::metrics::Confusion;
 use crate::results::columns::BETWEEN_MEMBERS;
 use crate::results::files::{MANIFEST, read_regular};
-use crate::results::manifest::Manifest;
+use crate::results::manifest::{Identity, Manifest, Sensor, Sensors};
 use crate::results::read::CURE;
 use crate::results::read::csv_rows::CsvRows;
 use crate::results::swept::CombinationResults;
@@ -20,60 +18,15 @@ use crate::results::swept::SceneResults;
 use crate::results::swept::Subject;
 use crate::source::sha256;
 use crate::study::{MAX_NAMES_BYTES, MAX_ROWS, bytes_of_names};
-use crate::world::Baselines;
+use crate::world::{Baselines, Described, DescribedRegion};
 use crate::{Error, Result};
 
 /// No grid has more voxels, and sums of such numbers still fit.
 const MOST_VOXELS: u64 = 1 << 32;
 
-#[derive(Deserialize)]
-struct ManifestFile {
-    repeats: usize,
-    scenes: Vec<SceneFile>,
-    sensors: Vec<SensorFile>,
-    poses_sha256: String,
-    combinations: Vec<CombinationFile>,
-}
-
-#[derive(Deserialize)]
-struct SceneFile {
-    name: String,
-    snapshot: usize,
-    regions: Vec<RegionFile>,
-}
-
-#[derive(Deserialize)]
-struct RegionFile {
-    name: String,
-    baselines: BaselinesFile,
-}
-
-#[derive(Clone, Copy, Deserialize)]
-struct BaselinesFile {
-    all_occupied: Confusion,
-    all_free: Confusion,
-    nothing_seen: Confusion,
-    ceiling: Confusion,
-}
-
-#[derive(Deserialize)]
-struct SensorFile {
-    name: String,
-    representations: Vec<String>,
-    poses: usize,
-}
-
-#[derive(Deserialize)]
-struct CombinationFile {
-    name: String,
-    sensors: Vec<String>,
-    /// Of each sensor, ranges of its poses.
-    poses: Vec<Vec<[usize; 2]>>,
-}
-
 /// A sensor with its poses.
-struct Posed {
-    file: SensorFile,
+struct Posed<'m> {
+    file: &'m Sensor,
     poses: Arc<Vec<PoseResults>>,
 }
 
@@ -81,12 +34,12 @@ struct Posed {
 pub(super) fn read(folder: &Path, manifest: &Manifest) -> Result<Subject> {
     let path = folder.join(MANIFEST);
     let says = |what: String| Error::input(path.display(), format!("{what}; {CURE}"));
-    let file: ManifestFile = serde_json::from_value(manifest.value()).map_err(|e| says(e.to_string()))?;
-    plain_names(&file).map_err(says)?;
+    let file = &manifest.identity;
+    plain_names(file).map_err(says)?;
     let (scenes, regions, baselines) = scenes(&file.scenes).map_err(says)?;
     let poses = folder.join("poses.csv");
     let bytes = read_regular(&poses)?;
-    let sensors = sensors(&poses, &bytes, file.sensors)?;
+    let sensors = sensors(&poses, &bytes, &file.sensors)?;
     if sha256([&bytes]) != file.poses_sha256 {
         let what = format!("is not the table that {MANIFEST} beside it was written with; {CURE}");
         return Err(Error::input(poses.display(), what));
@@ -114,7 +67,7 @@ pub(super) fn read(folder: &Path, manifest: &Manifest) -> Result<Subject> {
 }
 
 /// Names that a terminal can be given.
-fn plain_names(file: &ManifestFile) -> Result<(), String> {
+fn plain_names(file: &Identity) -> Result<(), String> {
     let regions = file.scenes.iter().flat_map(|scene| scene.regions.iter().map(|region| &region.name));
     let scenes = file.scenes.iter().map(|scene| &scene.name);
     let sensors = file.sensors.iter().flat_map(|sensor| sensor.representations.iter().chain([&sensor.name]));
@@ -132,7 +85,7 @@ fn is_plain(name: &str) -> bool {
 type Scenes = (Vec<SceneResults>, Vec<String>, Vec<Vec<Baselines>>);
 
 /// The scenes, the names of the regions, and the baselines of each moment and region.
-fn scenes(files: &[SceneFile]) -> Result<Scenes, String> {
+fn scenes(files: &[Described]) -> Result<Scenes, String> {
     let Some(first) = files.first() else { return Err("scenes is empty".into()) };
     let regions: Vec<String> = first.regions.iter().map(|region| region.name.clone()).collect();
     let mut scenes: Vec<SceneResults> = Vec::new();
@@ -156,17 +109,17 @@ fn scenes(files: &[SceneFile]) -> Result<Scenes, String> {
     Ok((scenes, regions, all))
 }
 
-fn baselines(region: &RegionFile) -> Result<Baselines, String> {
-    let BaselinesFile { all_occupied, all_free, nothing_seen, ceiling } = region.baselines;
+fn baselines(region: &DescribedRegion) -> Result<Baselines, String> {
+    let Baselines { all_occupied, all_free, nothing_seen, ceiling } = region.baselines;
     let all = [all_occupied, all_free, nothing_seen, ceiling];
     if all.iter().flat_map(Confusion::numbers).any(|count| count > MOST_VOXELS) {
         return Err(format!("region {:?} has more voxels in its baselines than a grid", region.name));
     }
-    Ok(Baselines { all_occupied, all_free, nothing_seen, ceiling })
+    Ok(region.baselines)
 }
 
 /// The sensors with their poses, which stand in the file sensor by sensor.
-fn sensors(path: &Path, bytes: &[u8], files: Vec<SensorFile>) -> Result<Vec<Posed>> {
+fn sensors<'m>(path: &Path, bytes: &[u8], files: &'m [Sensor]) -> Result<Vec<Posed<'m>>> {
     let mut rows = CsvRows::new(path, bytes, &["sensor", "pose", "group", "x_m", "place"])?;
     let mut sensors = Vec::new();
     for file in files {
@@ -197,11 +150,7 @@ fn sensors(path: &Path, bytes: &[u8], files: Vec<SensorFile>) -> Result<Vec<Pose
 
 /// A combination; its representations are every one of each sensor with every one of the others, those of the last
 /// sensor varying fastest. `room` is how many bytes their names may take.
-fn combination(
-    entry: &CombinationFile,
-    sensors: &[Posed],
-    room: &mut usize,
-) -> Result<CombinationResults, String> {
+fn combination(entry: &Sensors, sensors: &[Posed], room: &mut usize) -> Result<CombinationResults, String> {
     let says = |what: &str| Err(format!("combination {:?} {what}", entry.name));
     if entry.sensors.is_empty() || entry.sensors.len() != entry.poses.len() {
         return says("must have sensors, and poses of each");

@@ -1,9 +1,9 @@
 //! What was run: study, cell, sensors, who computed, what went wrong on the way; and what was assumed.
 
-use serde_json::Value;
-
 use super::Plain;
 use crate::report::html::Sweep;
+use crate::report::table::NONE;
+use crate::results::manifest::Fault;
 use crate::sensor::SaidOfNoise;
 use crate::{SEMANTICS_VERSION, shell};
 
@@ -17,18 +17,17 @@ pub(in crate::report::html) struct Run {
 
 pub(super) fn run(sweep: &Sweep) -> Run {
     let (study, manifest) = (sweep.study, sweep.manifest);
-    let about = manifest.get("about");
-    let of = |value: &Value| value.as_str().map_or_else(|| value.to_string(), str::to_string);
+    let about = &manifest.provenance.about;
     let lines = vec![
         ("study", study.path.display().to_string()),
-        ("command", shell::command(&manifest.command())),
+        ("command", shell::command(&about.command)),
         ("voxel size", format!("{} m", study.voxel_size_m)),
         ("seed", study.seed.to_string()),
         ("repeats", study.repeats.to_string()),
-        ("swept by", format!("perirobot {}", of(&about["perirobot"]))),
-        ("rules of counting", format!("version {}", manifest.get("semantics_version"))),
+        ("swept by", format!("perirobot {}", about.perirobot)),
+        ("rules of counting", format!("version {}", manifest.identity.semantics_version)),
         ("report by", format!("perirobot {} (rules {SEMANTICS_VERSION})", env!("CARGO_PKG_VERSION"))),
-        ("fingerprint", of(manifest.get("fingerprint"))),
+        ("fingerprint", manifest.provenance.fingerprint.clone()),
         ("written", written()),
     ];
     Run { lines, tables: vec![scenes(sweep), sensors(sweep), combinations(sweep), runs(sweep)] }
@@ -66,18 +65,15 @@ fn scenes(sweep: &Sweep) -> Plain {
 }
 
 fn sensors(sweep: &Sweep) -> Plain {
-    let all = sweep.manifest.get("sensors").as_array();
     let study: toml::Table = toml::from_str(&sweep.study.text).unwrap_or_default();
-    let rows = all.into_iter().flatten().map(|sensor| {
-        let words = sensor["representations"].as_array().into_iter().flatten().filter_map(Value::as_str);
-        let text = |key: &str| sensor[key].as_str().unwrap_or_default().to_string();
+    let rows = sweep.manifest.identity.sensors.iter().map(|sensor| {
         vec![
-            text("name"),
-            text("kind"),
-            sensor["poses"].to_string(),
-            sensor["rays_per_pose"].to_string(),
-            words.collect::<Vec<_>>().join(", "),
-            keys_of(&study, &text("name")),
+            sensor.name.clone(),
+            sensor.kind.clone(),
+            sensor.poses.to_string(),
+            sensor.rays_per_pose.to_string(),
+            sensor.representations.join(", "),
+            keys_of(&study, &sensor.name),
         ]
     });
     let columns = ["sensor", "kind", "poses", "rays a pose", "representations", "as the study says"];
@@ -110,20 +106,20 @@ fn combinations(sweep: &Sweep) -> Plain {
 }
 
 fn runs(sweep: &Sweep) -> Plain {
-    let all = sweep.manifest.get("runs").as_array();
-    let rows = all.into_iter().flatten().map(|run| {
-        let text = |key: &str| run[key].as_str().unwrap_or_default().to_string();
-        let faults = run["faults"].as_array().into_iter().flatten().map(|fault| {
-            let of = |key: &str| fault[key].as_str().unwrap_or_default();
-            format!("{} (scene {}; instead: {})", of("what"), of("scene"), of("instead"))
-        });
+    let rows = sweep.manifest.provenance.runs.iter().map(|run| {
+        let count = |count: Option<u64>| count.map_or(NONE.into(), |count| count.to_string());
+        let faults = run
+            .faults
+            .iter()
+            .flatten()
+            .map(|Fault { what, scene, instead }| format!("{what} (scene {scene}; instead: {instead})"));
         let faults = faults.collect::<Vec<_>>().join("; ");
         vec![
-            format!("{}, {}", text("backend"), text("device")),
-            run["poses"].to_string(),
-            format!("{:.1}", run["sweep_s"].as_f64().unwrap_or_default()),
-            run["verified"].to_string(),
-            text("ended"),
+            format!("{}, {}", run.backend, run.device),
+            count(run.poses),
+            run.sweep_s.map_or(NONE.into(), |seconds| format!("{seconds:.1}")),
+            count(run.verified),
+            run.ended.clone(),
             if faults.is_empty() { "none".into() } else { faults },
         ]
     });

@@ -1,0 +1,184 @@
+//! What makes two sweeps the same: all keys of `manifest.json` that decide the counts or the names beside them.
+
+use std::collections::BTreeMap;
+
+use serde::{Deserialize, Serialize};
+use serde_json::Value;
+
+use crate::backend::{Fusion, Noise, Rays};
+use crate::results::columns;
+use crate::source::sha256;
+use crate::study::{Member, Study, catalogue};
+use crate::world::{self, Described, World};
+
+/// All that decides the counts. What reading a sweep back does not need may be missing in a file, and is empty then.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Identity {
+    /// [`crate::SEMANTICS_VERSION`] of who counted.
+    pub semantics_version: u32,
+    /// What the study says, without comments and order of keys.
+    #[serde(default)]
+    pub study: Value,
+    /// The same of its scenes.
+    #[serde(default)]
+    pub scene_files: Vec<SceneFile>,
+    /// Hashes of the other files that were read, by their paths.
+    #[serde(default)]
+    pub files: BTreeMap<String, String>,
+    /// Of all that is drawn by chance.
+    #[serde(default)]
+    pub seed: u64,
+    /// Edge of a voxel in metres.
+    pub voxel_size_m: f64,
+    /// How often everything is scored.
+    pub repeats: usize,
+    /// Whether sensors measure without noise, whatever the study says.
+    pub noiseless: bool,
+    /// Each snapshot of each scene.
+    pub scenes: Vec<Described>,
+    /// Sensors in study order.
+    pub sensors: Vec<Sensor>,
+    /// Hash of `poses.csv`.
+    pub poses_sha256: String,
+    /// Combinations in study order.
+    pub combinations: Vec<Sensors>,
+}
+
+/// What a scene file says.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct SceneFile {
+    /// The scene's name.
+    pub name: String,
+    /// As of the study.
+    pub says: Value,
+}
+
+/// A sensor of the study.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Sensor {
+    /// Its name.
+    pub name: String,
+    /// As in the key `kind` of the study.
+    pub kind: String,
+    /// What it can be taken to say.
+    pub representations: Vec<String>,
+    /// How many poses it has.
+    pub poses: usize,
+    /// How many rays it casts from each.
+    pub rays_per_pose: usize,
+    /// Hash of their directions, ranges and noise; `None` of a sensor without rays.
+    pub rays_sha256: Option<String>,
+}
+
+/// Sensors that are scored together.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Sensors {
+    /// The combination's name.
+    pub name: String,
+    /// Names of its sensors.
+    pub sensors: Vec<String>,
+    /// Of each sensor, ranges of its poses: the first, and one beyond the last.
+    pub poses: Vec<Vec<[usize; 2]>>,
+    /// How they are fused.
+    #[serde(default)]
+    pub fusion: Fusion,
+    /// How many choices of poses it has.
+    #[serde(default)]
+    pub choices: usize,
+}
+
+impl Identity {
+    /// Of a study. `worlds` are those of [`World::prepare_all`].
+    pub(super) fn of(study: &Study, worlds: &[World]) -> Identity {
+        let scene_files = study.scenes.iter().map(|spec| {
+            let says = toml::from_str(&spec.text).unwrap_or_else(|_| spec.text.as_str().into());
+            SceneFile { name: spec.name.clone(), says }
+        });
+        let sensors = study.sensors.iter().enumerate().map(|(number, sensor)| {
+            let rays = world::ray_table(study, number);
+            Sensor {
+                name: sensor.name.clone(),
+                kind: sensor.kind.name().into(),
+                representations: sensor.kind.representations().into_iter().map(String::from).collect(),
+                poses: sensor.candidates.len(),
+                rays_per_pose: rays.as_ref().map_or(0, |rays| rays.dirs_q15.len()),
+                rays_sha256: rays.as_ref().map(rays_sha256),
+            }
+        });
+        let combinations = study.combinations.iter().map(|combination| {
+            let name = |member: &Member| study.sensors[member.sensor].name.clone();
+            Sensors {
+                name: combination.name.clone(),
+                sensors: combination.members.iter().map(name).collect(),
+                poses: combination.members.iter().map(|member| ranges(&member.candidates)).collect(),
+                fusion: combination.fusion,
+                choices: combination.choices(),
+            }
+        });
+        Identity {
+            semantics_version: crate::SEMANTICS_VERSION,
+            study: says(&study.text),
+            scene_files: scene_files.collect(),
+            files: files(study),
+            seed: study.seed,
+            voxel_size_m: study.voxel_size_m,
+            repeats: study.repeats as usize,
+            noiseless: study.noiseless,
+            scenes: worlds.iter().map(|world| world.described.clone()).collect(),
+            sensors: sensors.collect(),
+            poses_sha256: sha256([&columns::poses_csv(study, &worlds[0])]),
+            combinations: combinations.collect(),
+        }
+    }
+}
+
+/// What a study says, with the keys of the devices that it names: other values of a device are another study.
+fn says(text: &str) -> Value {
+    toml::from_str(text)
+        .map_or_else(|_| text.into(), |study| serde_json::json!(catalogue::written_out(study)))
+}
+
+/// Hashes of the files that were read, but for the study and its scenes: of those, what they say is compared.
+fn files(study: &Study) -> BTreeMap<String, String> {
+    let texts = study.scenes.iter().map(|spec| &spec.text).chain([&study.text]);
+    let known: Vec<String> = texts.map(|text| sha256([text.as_bytes()])).collect();
+    let files = study.sources.read_files().into_iter().filter(|file| !known.contains(&file.sha256));
+    files.map(|file| (file.path.display().to_string(), file.sha256)).collect()
+}
+
+/// Numbers in ascending order as ranges `[first, end]`.
+fn ranges(numbers: &[usize]) -> Vec<[usize; 2]> {
+    let runs = numbers.chunk_by(|a, b| a + 1 == *b);
+    runs.filter_map(|run| Some([*run.first()?, run.last()? + 1])).collect()
+}
+
+fn rays_sha256(rays: &Rays) -> String {
+    let gates = &rays.gates;
+    let numbers = [gates.range_min_q16, gates.range_max_q16, gates.near_ignore_q16]
+        .into_iter()
+        .chain([gates.no_return_is_free as u32, gates.backdrop as u32]);
+    let gates: Vec<u8> = numbers.flat_map(u32::to_le_bytes).collect();
+    let Noise { unit_q12, std_q16, lost_below } = &rays.noise;
+    let unit = unit_q12.iter().map(|&unit| unit as u32);
+    let noise = unit.chain(std_q16.iter().copied()).chain([*lost_below]);
+    let noise: Vec<u8> = noise.flat_map(u32::to_le_bytes).collect();
+    let dirs: Vec<u8> = rays.dirs_q15.iter().flatten().flat_map(|d| d.to_le_bytes()).collect();
+    sha256([gates.as_slice(), &dirs, &noise])
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn comments_and_order_of_keys_say_nothing() {
+        assert_eq!(says("a = 1\nb = 2 # much"), says("b = 2\n\na = 1"));
+        assert_ne!(says("a = 1"), says("a = 1.5"));
+    }
+
+    #[test]
+    fn candidates_are_told_as_ranges() {
+        assert_eq!(ranges(&[0, 1, 2, 5, 7, 8]), [[0, 3], [5, 6], [7, 9]]);
+        assert_eq!(ranges(&[]), [[0; 2]; 0]);
+    }
+}
