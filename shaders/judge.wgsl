@@ -3,7 +3,7 @@
 //
 // # Theory
 // A ray has made as many crossings on reaching a voxel as the voxel is away from the sensor's cell, counted along the axes
-// (src/march/SEMANTICS.md, "A ray, in integers"), whatever the ray. So if no pixel that could see a box frees more cells than its
+// (src/march/SEMANTICS.md, "Rays"), whatever the ray. So if no pixel that could see a box frees more cells than its
 // nearest voxel is away, nothing of it is free; if all free more than its farthest is away, and no voxel slips between
 // the pixels, all of it is.
 

@@ -1,7 +1,7 @@
 // Decides the voxels that `gather` left, which many pixels may see: one workgroup a voxel at a time, one invocation a pixel.
 //
 // # Theory
-// As `gather`: one witness is enough, whoever finds it.
+// As `gather`: one witness is enough, whichever invocation finds it.
 
 @group(0) @binding(0) var<uniform> setup: Setup;
 @group(0) @binding(1) var<uniform> part: Part;

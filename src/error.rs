@@ -18,7 +18,7 @@ pub enum Error {
     /// Somebody else is at work there; later it may work. Exit code 75.
     #[error("{0}")]
     Busy(String),
-    /// Somebody asked for the end before the work had begun. Exit code 75.
+    /// A stop was asked for before the work had begun. Exit code 75.
     #[error("{0}")]
     Stopped(String),
     /// A device gave other counts than the CPU. Exit code 1.
@@ -43,7 +43,7 @@ impl Error {
         }
     }
 
-    /// A file that cannot be read or written: the user's affair, unless it may pass.
+    /// A file that cannot be read or written: bad input, unless it may pass.
     pub fn io(path: &Path, what: &str, source: std::io::Error) -> Self {
         let text = format!("{}: {what}: {source}", path.display());
         match Error::may_pass(&source) {
@@ -52,7 +52,7 @@ impl Error {
         }
     }
 
-    /// Whether the disk or the network failed: whatever does not follow from the path and what stands there.
+    /// Whether the disk or the network failed: any error that the path and the file there do not explain.
     pub(crate) fn may_pass(source: &std::io::Error) -> bool {
         /// Too many links, for which there is no stable kind.
         const ELOOP: i32 = if cfg!(target_os = "linux") { 40 } else { 62 };
@@ -72,7 +72,7 @@ impl Error {
         !of_the_place && source.raw_os_error() != Some(ELOOP)
     }
 
-    /// The first of several, for who can tell one only; where there is none, that is what it says.
+    /// The first of several errors, for callers that report one only.
     pub(crate) fn first(mut all: Vec<Error>) -> Self {
         match all.is_empty() {
             true => Error::Input("something is wrong, and nothing says what".into()),

@@ -1,5 +1,5 @@
-//! Reads the files that a study brings in, every one of them: only regular ones, only from the folders it may read
-//! from, none above a size, and each noted with its hash. What the bytes mean is the loaders' affair.
+//! Reads the files that a study brings in, every one of them: only regular ones, only from the folders it may
+//! read from, none above a size, and each noted with its hash.
 
 use std::collections::{BTreeMap, HashMap};
 use std::fs::{File, Metadata};

@@ -188,7 +188,7 @@ fn things_that_are_missing_or_twice() {
             SCENE,
             "sphere = {",
             "up = \"y\"\nmesh = \"a.glb\"\n#",
-            "up belongs to an .stl mesh: glTF says itself what is up",
+            "up belongs to an .stl mesh: glTF is y up by its own rules",
         ),
         (SCENE, "sphere = {", "nodes = [{ match = \"*\" }]\nsphere = {", "object \"ball\": nodes belong"),
         (SCENE, "room = {", "interior = \"free\"\nroom = {", "object \"walls\": interior does not belong"),

@@ -1,5 +1,5 @@
-//! Broken, empty and missing surface files: each is refused by the scene's file, the object, the key and the mesh's own
-//! file, before any ray is cast. What the loaders know of damage is tested beside them; here it reaches the user.
+//! Broken, empty and missing surface files: each is refused by the scene's file, the object, the key and the
+//! mesh's own file, before any ray is cast. The tests beside the loaders try each kind of damage.
 
 #[allow(dead_code)]
 #[path = "common/program.rs"]

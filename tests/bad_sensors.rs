@@ -350,7 +350,7 @@ fn numbers_and_choices() {
         (
             "\"cylinders\", \"box\"]",
             "\"box\", \"spheres\"]",
-            "sensor \"camera\": representations[3] stands there before",
+            "sensor \"camera\": representations[3] is there already",
         ),
         (
             "\"cylinders\", \"box\"]",
@@ -361,7 +361,7 @@ fn numbers_and_choices() {
         (
             "[\"points\", \"field\"]",
             "[\"field\", \"field\"]",
-            "representations[1] stands there before: name each once",
+            "representations[1] is there already: name each once",
         ),
         ("field = {", "#", "sensor \"scanner\": representation \"field\" needs field = { polygon_m"),
         (
@@ -731,7 +731,7 @@ fn what_stands_otherwise_or_too_often() {
         (
             "[[sensor.poses]]\nname = \"post\"\nlist = [{ position_m = [-0.9, 0, 0.35], facing = [1, 0, 0] }]\n",
             "same_poses_as = \"camera\"\n",
-            "sensor \"scanner\": same_poses_as: \"camera\" stands otherwise than a lidar",
+            "sensor \"scanner\": same_poses_as: \"camera\" is not mounted as a lidar is",
         ),
         (
             "representations = [\"points\", \"field\"]",

@@ -1,5 +1,5 @@
-//! Robots that cannot be loaded or posed as asked: each is refused by the scene's file, the object, the key and the
-//! cure, before any ray is cast. What the reader knows of damage is tested beside it; here it reaches the user.
+//! Robots that cannot be loaded or posed as asked: each is refused by the scene's file, the object, the key
+//! and the cure, before any ray is cast. The tests beside the reader try each kind of damage.
 
 #[allow(dead_code)]
 #[path = "common/program.rs"]

@@ -1,6 +1,6 @@
-//! What the documents tell a reader to do is done here, in a copy of what ships: every block of commands and of Python, every
-//! piece of TOML, and the examples of every `--help`. A block that needs what a test has not says so where it begins:
-//! "```sh not-run". What pictures ship is `render.rs`' business.
+//! What the documents tell a reader to do is done here, in a copy of what ships: every block of commands and
+//! of Python, every piece of TOML, and the examples of every `--help`. A block that needs what a test has not
+//! says so where it begins: "```sh not-run". `render.rs` tests the pictures.
 
 #![cfg(unix)]
 
@@ -383,7 +383,7 @@ fn links_lead_somewhere() {
             assert!(pages.iter().any(|(page, _)| *page == used), "{document}: no page [{used}]");
         }
         for (page, _) in &pages {
-            let known = format!("[{page}]: crate::guide::");
+            let known = format!("[{page}]: crate::");
             assert!(read("src/guide/mod.rs").contains(&known), "{document}: rustdoc has no page [{page}]");
         }
         for link in inline.chain(pages.iter().map(|(_, file)| *file)) {

@@ -1,5 +1,5 @@
-//! A device that fails, or lies, on cue. What fails is done by somebody else, nothing is lost and all is written down; a
-//! lie stops the run, with the evidence in a file.
+//! A device that fails, or counts wrongly, on cue. Failed work goes to another backend, nothing is lost and
+//! all is written down; a wrong count stops the run, with both counts in a file.
 
 mod common;
 #[allow(dead_code)]

@@ -1,5 +1,5 @@
-//! The page of a sweep: it holds the numbers of results.csv, needs nothing from anywhere else, and takes no name for HTML.
-//! What a browser makes of it is `browser.rs`' business.
+//! The page of a sweep: it holds the numbers of results.csv, needs nothing from anywhere else, and takes no
+//! name for HTML. `browser.rs` opens it in a browser.
 
 #[allow(dead_code)]
 #[path = "common/program.rs"]

@@ -1,5 +1,5 @@
-//! Several sensors' evidence becomes one label a voxel, some rows of words at a time: the twin of `shaders/fuse.wgsl`.
-//! Which readings belong together is the sweep's business, what the labels are worth is `count`'s.
+//! Several sensors' evidence becomes one label a voxel, some rows of words at a time: the twin of
+//! `shaders/fuse.wgsl`.
 //!
 //! # Theory
 //! Sums are clamped after each reading, and clamp(sum + said) never falls where `sum` or `said` rises. So where no

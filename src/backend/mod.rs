@@ -1,5 +1,5 @@
-//! The one seam between what is asked and who computes it: quantised placements in, integers out. Which backend
-//! runs is chosen once, at the top; they all give the same counts (`oracle` defines them, `cpu` and `gpu` are fast).
+//! The backends behind one trait: quantised placements in, integers out. All give the same counts: `oracle`
+//! defines them, `cpu` and `gpu` are fast. The command line chooses one, once.
 
 mod count;
 pub mod cpu;
@@ -228,7 +228,7 @@ pub const LOG_ODDS: std::ops::RangeInclusive<i32> = -2000..=3511;
 /// memory of any machine that sweeps. Half of it is for evidence.
 pub const MEMORY_BYTES: u64 = 512 << 20;
 
-/// Who computes. Ray tables and a cell are loaded, evidence is cast or uploaded into slots, and fused from there any
+/// A backend. Ray tables and a cell are loaded, evidence is cast or uploaded into slots, and fused from there any
 /// number of times.
 pub trait Backend {
     /// `oracle`, `cpu` or `gpu`.

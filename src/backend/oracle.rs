@@ -1,5 +1,5 @@
-//! The plain oracle: one ray after the other, one step after the other, in u64 arithmetic written straight from
-//! the rules, sharing nothing with `march` or the other backends. It defines the counts; it is lean, but not clever.
+//! The plain oracle: one ray after the other, one step after the other, in u64 arithmetic written straight
+//! from the rules, sharing nothing with `march` or the other backends. It defines the counts.
 
 use std::collections::VecDeque;
 

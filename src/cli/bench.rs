@@ -19,9 +19,9 @@ use super::packages::PackageArgs;
 /// threads) and the GPU, exactly as `perirobot sweep` does: cast, carve, fuse and count, in every representation and
 /// region of the study. Prints a Markdown table for each voxel size and each combination that casts rays.
 ///
-/// A line is the fastest of as many rounds over all poses as take a second (--seconds), three at least. Making a scene ready
-/// for a backend (its acceleration structures among it) is in "load", a scene or snapshot when it is seen first, and
-/// in no other column. One-thread lines have one thread for the host's share of the work, too.
+/// A line is the fastest of as many rounds over all poses as take a second (--seconds), three at least. The column
+/// "load" is the time to make a scene ready for a backend, acceleration structures included, when a scene or snapshot
+/// is first used; no other column contains it. One-thread lines have one thread for the host's share of the work, too.
 ///
 /// Times mean little while other programs run; ratios to the oracle, from the same minute, mean more. Counts that are
 /// not the oracle's make any speed worthless: they are named, and the exit code is 1.
@@ -47,7 +47,7 @@ pub(super) struct Args {
     /// Repeat each measurement until its rounds took so many seconds together; 0 for a single round
     #[arg(long, value_name = "SECONDS", default_value_t = 1, value_parser = clap::value_parser!(u16))]
     seconds: u16,
-    /// Ideal sensors: no noise, no lost returns, no mount that is off, whatever the study says
+    /// Ideal sensors: no noise, no lost returns, no error of the mount, whatever the study says
     #[arg(long)]
     noiseless: bool,
     #[command(flatten)]

@@ -20,11 +20,11 @@ pub(super) struct Args {
     /// Folder that `perirobot sweep --out` has written, and another, for a sweep of a changed study
     #[arg(value_name = "DIR", required = true, num_args = 1..=2)]
     folders: Vec<PathBuf>,
-    /// A placement, as in the column `poses` of results.csv; of a sensor scored alone, the pose's own name will do. Once for
-    /// each
+    /// A placement, as in the column `poses` of results.csv; of a sensor scored alone, the pose's own name will do.
+    /// Repeat it for each
     #[arg(long, value_name = "POSES", required_unless_present = "best")]
     pose: Vec<String>,
-    /// Instead of names: so many of the best of each sweep in each region
+    /// Instead of names: how many of the best placements of each sweep in each region
     #[arg(long, value_name = "N", conflicts_with = "pose", value_parser = clap::value_parser!(u32).range(1..=26))]
     best: Option<u32>,
     /// By which score they are the best [default: f1]

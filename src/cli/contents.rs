@@ -1,4 +1,4 @@
-//! What a study contains, as tables for `perirobot check`. Which of it is wrong is not known here.
+//! What a study contains, as tables for `perirobot check`.
 
 use perirobot::backend::MEMORY_BYTES;
 use perirobot::results::layout_of;

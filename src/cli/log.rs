@@ -1,5 +1,5 @@
-//! What `-v` says on standard error: a line for each thing that the library reports of itself. What is worth a line is
-//! decided there; warnings are printed whatever the level.
+//! What `-v` prints on standard error: a line for each event that the library reports. Warnings are printed
+//! at every level.
 
 use std::io::{self, Write};
 use std::time::Instant;

@@ -1,4 +1,4 @@
-//! What stands at the end of a sweep, whoever made its counts: tables in the folder, the best poses on the screen.
+//! The end of a sweep or merge: tables in the folder, the best poses on the screen.
 
 use std::path::Path;
 

@@ -1,5 +1,4 @@
-//! `--package` and `--allow-outside`: which files a study may bring in from outside of its folder. What a package is
-//! for is `scene::urdf`'s affair.
+//! `--package` and `--allow-outside`: which files a study may bring in from outside of its folder.
 
 use std::path::{Path, PathBuf};
 

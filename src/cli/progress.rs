@@ -1,5 +1,4 @@
-//! How far a long job is, for people (a bar) or machines (JSON lines), on standard error. What is counted, and when, is
-//! the subcommand's business.
+//! How far a long job is, for people (a bar) or machines (JSON lines), on standard error.
 
 use std::sync::LazyLock;
 use std::time::{Duration, Instant};

@@ -1,4 +1,4 @@
-//! Quantities as people write them: `--memory` in bytes, `--max-time` in seconds. What they bound is not known here.
+//! Quantities as people write them: `--memory` in bytes, `--max-time` in seconds.
 
 use std::time::Duration;
 

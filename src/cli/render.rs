@@ -55,7 +55,7 @@ pub(super) struct Args {
     /// Draw nothing above this height
     #[arg(long, value_name = "METRES", allow_hyphen_values = true)]
     cut_above: Option<f64>,
-    /// Take walls and ceilings off that are between the eye and the cell, so thick; 0 leaves them
+    /// Leave out walls and ceilings up to this thick between the viewpoint and the cell; 0 draws them
     #[arg(long, value_name = "METRES", default_value_t = 0.1)]
     open: f64,
     /// Draw about so many returns of each sensor as dots, chosen by a hash; 0 for none

@@ -27,8 +27,8 @@ pub(super) struct Args {
     /// The page [default: report.html in DIR]
     #[arg(long, value_name = "FILE")]
     out: Option<PathBuf>,
-    /// So many of the best choices of poses, of each region and representation, the 3D view shows voxel by voxel; of all
-    /// others it shows cell and frustum
+    /// How many of the best choices of poses of each region and representation the 3D view shows voxel by voxel; of all
+    /// others it shows the cell and the frustum
     #[arg(long, value_name = "N", default_value_t = html::LOOKED_AT)]
     best: usize,
     #[command(flatten)]

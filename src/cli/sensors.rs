@@ -10,9 +10,9 @@ use toml::Value;
 
 /// List the devices that a study may name, with sources
 ///
-/// A [[sensor]] with `model = "realsense-d435"` has the keys of that device; keys that the study writes itself go before
-/// them. Values are the makers', as far as they could be had; what could not be compared with a maker's own document is
-/// named. Have a look at the data sheet of your device before you rely on any.
+/// A [[sensor]] with `model = "realsense-d435"` has the keys of that device; keys that the study writes itself take
+/// precedence. Values are the makers', where they could be found; those that could not be checked against a maker's own
+/// document are named. Check the data sheet of your device before you rely on any.
 #[derive(clap::Args)]
 #[command(after_help = "\
 Examples:

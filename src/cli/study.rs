@@ -17,7 +17,7 @@ pub(super) struct StudyArgs {
     /// Edge of a voxel in metres, instead of the study's
     #[arg(long, value_name = "METRES")]
     voxel_size: Option<f64>,
-    /// Ideal sensors: no noise, no lost returns, no mount that is off, whatever the study says
+    /// Ideal sensors: no noise, no lost returns, no error of the mount, whatever the study says
     #[arg(long)]
     noiseless: bool,
     #[command(flatten)]

@@ -41,7 +41,7 @@ pub(super) struct Args {
     /// Begin anew: whatever the folder holds of an earlier sweep is lost
     #[arg(long, help_heading = "Results")]
     restart: bool,
-    /// Stop as on a signal after so long (90s, 30m, 1.5h, 2d) from the start of the program, and up to a batch more
+    /// Stop, as on a signal, this long after the start of the program (90s, 30m, 1.5h, 2d); the batch under way is finished
     #[arg(long, value_name = "TIME", value_parser = super::quantity::time, help_heading = "Parts of a sweep")]
     max_time: Option<Duration>,
     /// Only one of N parts, K from 0 to N-1, in the folder OUT/shard-K-of-N; auto/N takes K from SLURM_ARRAY_TASK_ID,

@@ -22,7 +22,7 @@ pub(super) struct Args {
     /// Poses of each scene and sensor, and choices of each combination, spread evenly
     #[arg(long, value_name = "N", default_value_t = 5, value_parser = clap::value_parser!(u32).range(1..))]
     poses: u32,
-    /// Others of them: how far the first is from the study's first
+    /// Shift the chosen poses by this many places in study order, to take others
     #[arg(long, value_name = "N", default_value_t = 0, conflicts_with_all = ["pose", "all"])]
     turn: u32,
     /// Only counts, as a sweep makes them; neither planes nor rays

@@ -36,7 +36,7 @@ pub(super) struct Args {
     pose: Option<String>,
     #[command(flatten)]
     rest: RestArgs,
-    /// So many of the best, of each combination and representation in each region
+    /// How many of the best, of each combination and representation in each region
     #[arg(long, value_name = "N", default_value_t = 20, value_parser = clap::value_parser!(u32).range(1..), conflicts_with_all = ["pose", "all"])]
     best: u32,
     /// By which score they are the best [default: f1 and human_seen]

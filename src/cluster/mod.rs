@@ -1,5 +1,5 @@
-//! Scripts that hand the shards of a sweep to what a cluster already runs, and merge them afterwards. Pure text: nothing
-//! is submitted here, and how a sweep goes on or shards are merged is theirs to know.
+//! Scripts that hand the shards of a sweep to what a cluster already runs, and merge them afterwards. Pure
+//! text: nothing is submitted here.
 
 pub mod hyperqueue;
 pub mod kubernetes;

@@ -1,4 +1,4 @@
-//! A text that can stand in any script, and how each kind of script quotes it. What it means is not known here.
+//! Text that can stand in any script, and how each kind of script quotes it.
 
 use std::fmt;
 use std::str::FromStr;

@@ -1,5 +1,5 @@
-//! The cell with its placed sensors as glTF, for Blender and web viewers: metres, y up, a node for each object and sensor,
-//! coloured by role. Surfaces are those of the scene, not voxels; what they mean is for others.
+//! The cell with its placed sensors as glTF, for Blender and web viewers: metres, y up, a node for each
+//! object and sensor, coloured by role. Surfaces are those of the scene, not voxels.
 
 use std::borrow::Cow;
 use std::collections::{BTreeMap, HashSet};

@@ -1,5 +1,5 @@
-//! What sensors say, and what is true, as OctoMap's binary trees for octovis, ROS and MoveIt. The format itself is
-//! `scene::octomap`'s.
+//! What sensors say, and what is true, as OctoMap's binary trees for octovis, ROS and MoveIt.
+//! `scene::octomap` writes the format.
 
 use crate::backend::Planes;
 use crate::scene::octomap::{KEYS, write};

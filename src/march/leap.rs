@@ -1,7 +1,7 @@
 //! Many crossings at once: where a ray is at a distance, and when it comes to a cell.
 //!
 //! # Theory
-//! Crossing n of an axis happens at first + n · period (`SEMANTICS.md`, "A ray, in integers"), so how many lie at or before a place in
+//! Crossing n of an axis happens at first + n · period (`SEMANTICS.md`, "Rays"), so how many lie at or before a place in
 //! the order of (distance, axis) is a floor division, without rounding: the ray lands where single steps would have led.
 //!
 //! # Practice

@@ -1,5 +1,5 @@
-//! Where a picture is seen from: a point, or a side from which all of the cell is in view. How points land in the picture is
-//! here, too; nothing is cast.
+//! Where a picture is seen from: a point, or a side from which all of the cell is in view. It also projects
+//! points into the picture.
 
 use glam::{DMat3, DVec3};
 

@@ -1,5 +1,5 @@
-//! Pictures of a cell and of what a choice of poses sees in it, drawn by the march that scores: each pixel is a few rays of a
-//! camera that a backend casts. Where the eye is, what is cut away, what has which colour are files here; files are for others.
+//! Pictures of a cell and of what a choice of poses sees in it. Each pixel is a few rays of a camera, cast by
+//! the same backend that scores.
 //!
 //! # Practice
 //! What a ray ends in is an integer on every backend, and what follows is plain arithmetic of the host, so the CPU and any GPU

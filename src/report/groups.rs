@@ -1,5 +1,5 @@
-//! The best pose of each group of poses (a wall, the ceiling), and which group holds the best of all. Only combinations
-//! in which one sensor has poses take part: of several, none could be said to be at a wall.
+//! The best pose of each group of poses (a wall, the ceiling), and which group holds the best of all. Only
+//! combinations in which one sensor has poses take part, since several sensors are not at one wall.
 
 use std::ops::Range;
 

@@ -1,5 +1,5 @@
-//! The table `reasons`, made for pandas, and its words for people: why voxels of the regions stay unknown, and what would
-//! help. What a reason is, `view` says.
+//! The table `reasons`, made for pandas, and its words for people: why voxels of the regions stay unknown,
+//! and what would help. `view::why` defines the reasons.
 //!
 //! | column | |
 //! |---|---|

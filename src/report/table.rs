@@ -1,4 +1,4 @@
-//! A table as plain text, its columns as wide as what they hold. What stands in it is others' business.
+//! A table as plain text, its columns as wide as what they hold.
 
 /// How a cell without a value is shown.
 pub(super) const NONE: &str = "–";

@@ -1,5 +1,5 @@
-//! How the rows of results are numbered: by moment, repeat, combination, choice of poses, representation and region, in
-//! study order. The journal, the shards and the tables agree by it; names are not known here.
+//! How the rows of results are numbered: by moment, repeat, combination, choice of poses, representation and
+//! region, in study order. The journal, the shards and the tables use it.
 
 use std::ops::Range;
 

@@ -1,5 +1,5 @@
-//! Shards put together: proof that they are of one sweep, complete and disjoint, and the folder that a single run would
-//! have left. What a shard is, is `session`'s affair; its folder is read by `report`.
+//! Shards put together: proof that they are of one sweep, complete and disjoint, and the folder that a single
+//! run would have left.
 
 use std::path::{Path, PathBuf};
 

@@ -1,5 +1,5 @@
-//! The folder of a sweep read back, strictly: whatever is missing or does not fit together is an error that says where.
-//! What the files mean is `results`' business.
+//! The folder of a sweep read back, strictly: whatever is missing or does not fit together is an error that
+//! says where.
 
 mod csv_rows;
 mod subject;

@@ -1,5 +1,5 @@
-//! The table `scores`, made for pandas: the scores of every choice over snapshots and repeats, for each scene and for all
-//! scenes together. Which choice is best is left to the tables for people.
+//! The table `scores`, made for pandas: the scores of every choice over snapshots and repeats, for each scene
+//! and for all scenes together.
 
 use std::path::Path;
 

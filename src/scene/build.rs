@@ -1,5 +1,5 @@
-//! From a checked scene file to the snapshots of a scene. What the parts of an object are is for `parts`, where each is in
-//! which snapshot for `moving`.
+//! From a checked scene file to the snapshots of a scene. `parts` reads the parts of an object, `moving`
+//! places them in each snapshot.
 
 use std::collections::HashSet;
 

@@ -1,5 +1,5 @@
-//! Reads glTF 2.0 files (`.glb`, `.gltf`) as one mesh a node, in metres, turned from glTF's y up to the world's
-//! z up, at any moment of an animation. Which node is which object, and where the file stands in the cell, is for others.
+//! Reads glTF 2.0 files (`.glb`, `.gltf`) as one mesh a node, in metres, turned from glTF's y up to the
+//! world's z up, at any moment of an animation.
 //!
 //! Only shape is read: materials, morphs, cameras and lights are passed over. Indices and sizes in the file are checked
 //! where they are used, because the parser's own readers trust them.

@@ -1,5 +1,4 @@
-//! Makes a person of adult size from the 17 keypoints of COCO: limbs as capsules, head as an ellipsoid. Where the
-//! keypoints come from, and whether a sensor sees them, is for others.
+//! Makes a person of adult size from the 17 keypoints of COCO: limbs as capsules, head as an ellipsoid.
 
 use std::path::Path;
 

@@ -1,5 +1,4 @@
 //! Moves, joins and measures triangle meshes, and welds equal corners so that closed bodies share vertices.
-//! What a mesh means, and which voxels it fills, is for others.
 
 use std::collections::HashMap;
 

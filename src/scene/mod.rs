@@ -1,5 +1,5 @@
-//! Surfaces with a role, in world metres: what the cell is made of before it becomes voxels. Loaders turn files
-//! into [`Object`]s once, at the edge; nothing here knows of voxels.
+//! Surfaces with a role, in world metres: what the cell is made of before it becomes voxels. Loaders turn
+//! files into [`Object`]s once, at the edge.
 
 pub mod build;
 pub mod collada;

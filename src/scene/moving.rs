@@ -1,5 +1,5 @@
-//! One object over the snapshots of its scene: its parts made once a shape, put where it is in each, and shared
-//! between the snapshots in which they are the same. What the parts are is for `parts`.
+//! One object over the snapshots of its scene: its parts made once a shape, put where it is in each, and
+//! shared between the snapshots in which they are the same.
 
 use std::sync::Arc;
 

@@ -1,5 +1,5 @@
-//! Reads the surfaces of Wavefront OBJ files, in the file's own numbers: OBJ has no unit and no up axis, so both are
-//! the caller's business. Lines, points, curves, normals and materials are passed over.
+//! Reads the surfaces of Wavefront OBJ files, in the file's own numbers: OBJ has no unit and no up axis, so
+//! the caller supplies both. Lines, points, curves, normals and materials are passed over.
 
 use std::path::Path;
 

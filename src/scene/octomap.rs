@@ -1,5 +1,5 @@
-//! Reads and writes OctoMap's binary trees (`.bt`, as OctoMap 1.9's `writeBinary` makes them), so that maps come
-//! in and go out without loss. It keeps integer keys; where the voxels lie in a grid is for others.
+//! Reads and writes OctoMap's binary trees (`.bt`, as OctoMap 1.9's `writeBinary` makes them), so that maps
+//! come in and go out without loss. It keeps integer keys.
 
 use std::path::Path;
 

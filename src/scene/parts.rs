@@ -1,4 +1,4 @@
-//! The parts of an object: reads the meshes and tessellates the bodies. Where each is at which moment is for `moving`.
+//! The parts of an object: reads the meshes and tessellates the bodies.
 
 use std::path::Path;
 use std::sync::Arc;

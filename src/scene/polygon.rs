@@ -1,5 +1,4 @@
-//! Cuts a flat polygon into triangles, also where it has dents, so that nothing outside it is covered. Which polygons
-//! there are is the loaders' affair.
+//! Cuts a flat polygon into triangles, also where it has dents, so that nothing outside it is covered.
 
 use glam::{DVec2, DVec3};
 

@@ -1,5 +1,4 @@
-//! Makes the simple bodies that scenes are built of, about the origin, z up, vertices on the true surface. Where a
-//! body stands and what it is made of is for others.
+//! Makes the simple bodies that scenes are built of, about the origin, z up, vertices on the true surface.
 //!
 //! All trigonometry goes through `libm`, so two machines make identical vertices. A closed body shares its
 //! vertices and its triangles look outward. Sizes are taken as they come: callers check that they are positive.
@@ -22,8 +21,8 @@ pub fn cuboid(size: DVec3) -> Mesh {
     Mesh { vertices, triangles: quads.into_iter().flatten().collect() }
 }
 
-/// The six inner walls of a room of `size` metres, facing inward. It is closed, so whoever asks for
-/// interiors must know that its inside is the cell and no body.
+/// The six inner walls of a room of `size` metres, facing inward. It is closed, but its inside is the
+/// cell and no body.
 pub fn room(size: DVec3) -> Mesh {
     let mut mesh = Mesh::default();
     for [a, b, c, d] in FACES {

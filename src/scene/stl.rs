@@ -1,5 +1,5 @@
-//! Reads STL files, binary and ASCII, in the file's own numbers: STL has no unit, so metres are the caller's
-//! business. Equal corners become one vertex; normals and colours are ignored.
+//! Reads STL files, binary and ASCII, in the file's own numbers: STL has no unit, so the caller scales. Equal
+//! corners become one vertex; normals and colours are ignored.
 
 use std::io::Cursor;
 use std::path::Path;

@@ -1,4 +1,4 @@
-//! A mount that is not quite where a study believes it to be. What that does to evidence is the backends' business.
+//! A mount that is not quite where a study believes it to be.
 
 use glam::{DQuat, DVec3};
 

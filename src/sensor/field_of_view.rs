@@ -1,4 +1,4 @@
-//! Where a sensor looks, whatever stands there. Which of its rays comes nearest to something is left to whoever asks.
+//! Where a sensor looks, whatever stands there.
 
 use std::f64::consts::TAU;
 

@@ -1,5 +1,5 @@
-//! Which of a person's keypoints a camera sees, and where it detects them: rays towards the 17 joints of COCO, cast on
-//! the host. What is concluded from a detection is for `rgbd` and `rgb`.
+//! Which of a person's keypoints a camera sees, and where it detects them: rays towards the 17 joints of
+//! COCO, cast on the host. `rgbd` and `rgb` turn detections into claims.
 
 use glam::DVec3;
 

@@ -1,5 +1,5 @@
-//! What a sensor is: where it may stand, the rays it casts and the voxels it claims. Everything leaves this room
-//! quantised; how a ray travels is `march`'s business, and who casts it a backend's.
+//! What a sensor is: where it may stand, the rays it casts and the voxels it claims. Everything leaves this
+//! room quantised, so that backends get integers only.
 //!
 //! | sensor | type | naive | volume | feature |
 //! |---|---|---|---|---|
@@ -12,8 +12,7 @@
 //! | proximity cover (`cover`) | range | `naive` | | |
 //! | known robot pose (`known_robot`) | | | `volume` | |
 //!
-//! (Paper, table I.) A new sensor is a file here that implements [`Kind`], a struct for its keys in `study/sensor/`, one
-//! arm of the `match` there, and a line of its schema.
+//! (Paper, table I.) [`crate::guide::change_it`] lists the files of a new sensor.
 
 pub mod calibration;
 pub mod camera;
@@ -73,7 +72,7 @@ pub enum SaidOfNoise {
     Nothing,
     /// How large it is.
     Model,
-    /// That nobody knows it; it is as if it were ideal.
+    /// That it is unknown; the sensor is cast as if it were ideal.
     Unknown,
 }
 
@@ -196,7 +195,7 @@ pub trait Kind: Debug + Send + Sync {
         false
     }
 
-    /// The volumes that it watches where they do not begin at a lens, for whoever draws it.
+    /// The volumes that it watches where they do not begin at a lens, for drawings.
     fn prisms(&self) -> Vec<&Prism> {
         Vec::new()
     }

@@ -1,5 +1,5 @@
-//! The tables that noise is drawn from, made once a sensor on the host: a normal distribution of unit width as equally
-//! likely whole numbers, and its width at each distance. Which entry a ray draws is `march`'s business.
+//! The tables that noise is drawn from, made once a sensor on the host: a normal distribution of unit width
+//! as equally likely whole numbers, and its width at each distance. `march` says which entry a ray draws.
 
 use std::sync::LazyLock;
 

@@ -70,7 +70,7 @@ mod tests {
 
     #[test]
     fn roll_is_clockwise_from_behind() {
-        // URDF's roll about x (forward) lifts the left side: clockwise for who looks along it.
+        // URDF's roll about x (forward) lifts the left side: clockwise for a viewer who looks along it.
         let rpy = |r: f64, p: f64, y: f64| from_rpy([r, p, y].map(f64::to_radians));
         let pose = |r, p, y| Pose::turned(DVec3::ZERO, rpy(r, p, y), Frame::Link);
         assert_eq!(turned(pose(30.0, 0.0, 40.0)), [40.0, 0.0, 30.0]);

@@ -210,7 +210,7 @@ const LISTS: [problems::List; 3] = [
     ("combination", wrong_with::<file::CombinationFile>),
 ];
 
-/// Everything that was found, for who cannot go on.
+/// Everything that was found, for a check that cannot go on.
 fn all(problems: Problems) -> Vec<Error> {
     problems.none().err().unwrap_or_default()
 }

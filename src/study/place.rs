@@ -1,5 +1,4 @@
-//! Where in a file a check looks, and what its errors say: file, key, value, and what would be right. What is right is known to
-//! the checks.
+//! Where in a file a check looks, and what its errors say: file, key, value, and what would be right.
 
 use std::collections::HashSet;
 use std::path::Path;

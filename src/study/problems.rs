@@ -1,5 +1,5 @@
-//! Everything that is wrong with a study's files, gathered so that it can be told at once. What is wrong is found
-//! elsewhere; who wants one error only takes the first.
+//! Everything that is wrong with a study's files, gathered so that it can be told at once. A caller that
+//! reports one error takes the first.
 
 use std::path::Path;
 

@@ -322,7 +322,7 @@ pub(super) fn unit_and_up_belong(
         Some(SurfaceSpec::Stl { .. }) => Ok(()),
         Some(SurfaceSpec::Gltf { .. }) if up.is_none() => Ok(()),
         Some(SurfaceSpec::Gltf { .. }) => Err(at.says(
-            "up belongs to an .stl mesh: glTF says itself what is up, and is turned; what was exported lying, rpy_deg turns",
+            "up belongs to an .stl mesh: glTF is y up by its own rules and is turned to z up; if it was exported lying, turn it with rpy_deg",
         )),
         _ if unit.is_some() || up.is_some() => {
             Err(at.says("unit and up belong to a mesh: all other lengths are metres, and z is up"))

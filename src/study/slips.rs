@@ -1,5 +1,5 @@
-//! Numbers that look as if they were written in another unit: radians where degrees are wanted, millimetres where metres
-//! are. They are told and obeyed; what no number may be is refused elsewhere.
+//! Numbers that look as if they were written in another unit: radians where degrees are wanted, millimetres
+//! where metres are. They are warned of, and used as written.
 
 use std::f64::consts::PI;
 

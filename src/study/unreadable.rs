@@ -1,5 +1,5 @@
-//! Keys and words of a file that are spelt wrong: on which line they stand, and what they are nearest to. That they are
-//! wrong, the reader of TOML says.
+//! Keys and words of a file that are spelt wrong: on which line they stand, and which known word they
+//! resemble.
 
 use std::cell::OnceCell;
 

@@ -40,7 +40,7 @@ impl UrdfFile<'_> {
     }
 }
 
-/// Joint values by the joints' names; which joints there are is the robot's affair.
+/// Joint values by the joints' names; the robot says which joints there are.
 pub(super) fn joints(
     at: &Place,
     joints_deg: Option<&BTreeMap<String, f64>>,

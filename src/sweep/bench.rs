@@ -1,5 +1,6 @@
-//! How fast each backend does the whole job, as a sweep does it: the oracle first, then every other on the same poses
-//! until its time can be told, its counts compared. Which backends, poses and tables are shown is the front's choice.
+//! How fast each backend does the whole job, as a sweep does it: the oracle first, then every other on the
+//! same poses until its time can be told, its counts compared. The command line chooses backends, poses and
+//! tables.
 
 use std::cell;
 use std::time::{Duration, Instant};
@@ -24,7 +25,7 @@ const ROUNDS: u32 = 3;
 pub struct Contender {
     /// What its line is called.
     pub name: String,
-    /// Who computes.
+    /// The backend.
     pub backend: Box<dyn Backend + Send>,
     /// Threads for what the host does for it: placements, and the volumes around what was detected.
     pub threads: usize,

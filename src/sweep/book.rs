@@ -77,19 +77,19 @@ impl Done {
     }
 }
 
-/// Who looks on while a sweep runs.
+/// Is told how a sweep proceeds, and may stop it.
 pub trait Watch {
-    /// Hears how many choices were finished.
+    /// How many choices were finished since the last call.
     fn finished(&mut self, choices: u64);
 
-    /// Hears what failed, and who stepped in.
+    /// What failed, and which backend took over.
     fn failed(&mut self, fault: &Fault);
 
-    /// Says why nothing more is to be begun, once that is so.
+    /// Why nothing more is to be begun, if that is so.
     fn stop(&mut self) -> Option<String>;
 }
 
-/// Writes rows down, and who made them asks it what is still wanted.
+/// Writes finished rows into the journal, and knows which are left.
 pub(super) struct Book<'a> {
     pub(super) layout: &'a Layout,
     /// The first moment of each scene.
@@ -101,7 +101,7 @@ pub(super) struct Book<'a> {
     pub(super) stopped: Option<String>,
     /// The world that is worked on: its scene and snapshot.
     pub(super) entered: Option<[usize; 2]>,
-    /// Rows that have yet to be checked by somebody else.
+    /// Rows of a device that the CPU has yet to check.
     pub(super) doubted: Option<super::check::Picked>,
     /// How many choices were finished by this run.
     pub(super) finished: u64,

@@ -1,5 +1,5 @@
-//! What a device counts is counted again on the CPU, for its first poses and then for a small share: a driver that lies
-//! is found while it can still be stopped. Which device that is, and what follows, is not known here.
+//! What a device counts is counted again on the CPU, for its first poses and then for a small share: a driver
+//! that counts wrongly is found while the sweep can still be stopped.
 
 use std::collections::HashMap;
 
@@ -49,7 +49,7 @@ impl Picked {
         Picked { every, seen: 0, begun: false, waiting: Vec::new() }
     }
 
-    /// Picks nothing but these rows, each of a choice, which somebody counted that cannot be asked any more.
+    /// Picks nothing but these rows, each of a choice: the run that counted them was killed.
     pub(super) fn these(waiting: Vec<Vec<Row>>) -> Picked {
         Picked { every: u64::MAX, seen: AT_LEAST, begun: false, waiting }
     }

@@ -1,9 +1,10 @@
-//! In which order a study is cast and scored: scene, group of choices, snapshot, repeat, batch. What rows come out does
-//! not depend on it. Who wants which rows, and keeps them, is the ledger's affair.
+//! In which order a study is cast and scored: scene, group of choices, snapshot, repeat, batch. What rows
+//! come out does not depend on it. A [`Ledger`] says which rows are wanted, and takes them.
 //!
 //! # Theory
-//! What a ray meets first in what does not move is the same in all snapshots, whatever is drawn for noise: the sooner of
-//! that and of what it meets in the rest is its first hit. So it is cast once for a scene, where the backend keeps it.
+//! A ray's first hit in the objects that stand still is the same in all snapshots, whatever noise is drawn.
+//! It is cast once for a scene, where the backend can keep it. In each snapshot the ray is then cast against
+//! the moving objects only, and the nearer of the two hits is its first hit.
 //!
 //! # Practice
 //! A group has as many choices as the backend has places for first hits; all of them if there is one snapshot, or no
@@ -21,9 +22,9 @@ use crate::voxel::region::window_of;
 use crate::world::{World, ray_tables_of};
 use crate::{Error, Result};
 
-/// Who asks for rows, and takes them as they come.
+/// Says which rows are wanted, and takes them as they come.
 pub trait Ledger {
-    /// Hears that work on a world begins.
+    /// Work on a world begins.
     fn begins(&mut self, _: &World) {}
 
     /// Whether the rows of a choice are wanted, in one repeat of a world.

@@ -1,5 +1,5 @@
-//! From the folder of a finished sweep back to what was swept: its study read and made ready once more, proven to be the same.
-//! For whoever looks at single poses afterwards.
+//! From the folder of a finished sweep back to what was swept: its study read and made ready once more,
+//! proven to be the same. Commands that look at single poses afterwards begin here.
 
 use std::path::{Path, PathBuf};
 

@@ -1,5 +1,4 @@
-//! A few poses of a study, cast before it is swept: how their rays end, and how long all of them would take. What to do
-//! about it is for the front.
+//! A few poses of a study, cast before it is swept: how their rays end, and how long all of them would take.
 
 use std::collections::HashSet;
 use std::time::Instant;
@@ -101,9 +100,9 @@ fn next_after_q16(placement: &Placement, dir_q15: [i32; 3], end: &End) -> u32 {
     after.next().map_or(NEVER, |crossing| crossing.t_q16)
 }
 
-/// Who counts again what a device counts, and one choice in how many.
+/// The backend that counts again what a device counts, and one choice in how many.
 pub struct Checker<'a> {
-    /// Who.
+    /// The backend.
     pub backend: &'a mut dyn Backend,
     /// One in so many.
     pub every: u64,

@@ -1,5 +1,5 @@
-//! One run of the program on the folder of a sweep: what an earlier run finished is kept, what fails is done by somebody
-//! else, what a device says is doubted, and nothing is lost when it is stopped.
+//! One run of the program on the folder of a sweep: finished rows are kept, failed work goes to another
+//! backend, a device's counts are checked, and nothing is lost when the run is stopped.
 //!
 //! # Theory
 //! A row is finished when the journal has it, and only then. Everything that can happen (a signal, a device that is
@@ -157,11 +157,11 @@ impl<'a> Session<'a> {
         self.done.count()
     }
 
-    /// Scores what is left. One choice in `verify` is checked where the crew is doubted; none if it is 0.
+    /// Scores what is left. Where a device counts, one choice in `verify` is checked on the CPU; none if it is 0.
     ///
     /// # Errors
     /// `Error::Disagreement` if a device counted otherwise than the CPU; `Error::Storage` if the disk fails;
-    /// `Error::Device` if nobody can do the work. But for the first, what is finished is kept.
+    /// `Error::Device` if no backend can do the work. But for the first, what is finished is kept.
     pub fn run(
         &mut self,
         crew: &mut dyn Crew,
@@ -248,7 +248,7 @@ impl<'a> Session<'a> {
         self.manifest.has_unchecked_run()
     }
 
-    /// Of the rows that nobody checked, those of the first choices and of one in `verify`.
+    /// Of the rows that were never checked, those of the first choices and of one in `verify`.
     fn unchecked(&self, verify: u64) -> Result<Vec<Vec<Row>>> {
         let mut picked = Vec::new();
         if verify == 0 || !self.is_unchecked() {

@@ -1,5 +1,5 @@
-//! Who does the work of one run: the backend of the user's choice, the same with less at a time, or the CPU, which also
-//! checks what a device counted. Where finished rows go, and which are left, is the book's affair.
+//! Who does the work of one run: the backend of the user's choice, the same with less at a time, or the CPU,
+//! which also checks what a device counted.
 //!
 //! # Theory
 //! A device that fails within a run is treated as a run that ended: its finished rows are in the journal, the others are
@@ -25,7 +25,7 @@ use crate::study::Study;
 use crate::world::World;
 use crate::{Error, Result};
 
-/// How many choices are done by somebody else before a device that failed is tried again.
+/// How many choices are done in another way before a device that failed is tried again.
 const STRETCH: usize = 64;
 
 /// How often a device may fail, with little done between, before it is left alone.
@@ -37,7 +37,7 @@ const CLEAN_AFTER: u64 = 1000;
 /// How long a device that failed may take to be closed.
 const LET_GO_WITHIN: Duration = Duration::from_secs(10);
 
-/// How a backend is worked.
+/// Which backend works, and with how much at a time.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Gear {
     /// The backend of the user's choice.
@@ -48,19 +48,19 @@ pub enum Gear {
     Cpu,
 }
 
-/// Who can do the work.
+/// Opens the backends that a run may use.
 pub trait Crew {
     /// Opens a backend.
     fn open(&mut self, gear: Gear) -> Result<Box<dyn Backend + Send>>;
 
-    /// Whether the backend of the user's choice is one that may fail or lie: a GPU. Then the CPU steps in, and checks.
+    /// Whether the backend of the user's choice is one that may fail or count wrongly: a GPU. Then the CPU takes over, and checks.
     fn is_doubted(&self) -> bool;
 }
 
 /// What the stages of a backend's work took, in the order they run.
 pub(super) type Timings = Vec<(&'static str, Duration)>;
 
-/// The work of one run, whoever does it.
+/// The work of one run, by whichever backend.
 pub(super) struct Shift<'a> {
     pub(super) study: &'a Study,
     pub(super) worlds: &'a [World],
@@ -69,7 +69,7 @@ pub(super) struct Shift<'a> {
     pub(super) crew: &'a mut dyn Crew,
     pub(super) faults: Vec<Fault>,
     pub(super) verified: u64,
-    /// Who checks.
+    /// The backend that checks: the CPU.
     pub(super) checker: Option<Box<dyn Backend + Send>>,
 }
 
@@ -117,9 +117,9 @@ impl Shift<'_> {
     }
 
     /// Does the next few choices of the world that a device failed in: the device again, with little at a time, or the
-    /// CPU. Says who did.
+    /// CPU. Says which.
     fn rescue(&mut self, book: &mut Book) -> Result<&'static str> {
-        // What waits for it would stop whoever begins anything.
+        // Rows that wait to be checked would keep the next backend from beginning.
         self.check(book)?;
         for (gear, who) in [(Gear::Small, "the same device in small batches"), (Gear::Cpu, "the CPU")] {
             let opened = self.crew.open(gear);
@@ -164,7 +164,7 @@ impl Shift<'_> {
                 Ok(())
             }
             Err(difference) => {
-                // Rows of a liar would be taken for finished ones, by whoever goes on or merges.
+                // A later run or a merge would take rows of a device that counts wrongly for finished ones.
                 let cleared = match book.journal.set_aside(DISAGREED) {
                     Ok(()) => format!("All rows of this folder are set aside in {DISAGREED}"),
                     Err(e) => format!("Its rows could not be set aside ({e}): remove the folder"),

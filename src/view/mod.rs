@@ -1,5 +1,5 @@
-//! One choice of poses in one scene at one moment, voxel by voxel: what each sensor says, what they say together, and
-//! whether it is true. For whoever draws, exports or explains; sweeps count without it. Nothing is drawn here.
+//! One choice of poses in one scene at one moment, voxel by voxel: what each sensor says, what they say
+//! together, and whether it is true. Pictures, exports and reasons are made from it; sweeps count without it.
 //!
 //! # Practice
 //! Made on the host from what a backend reads back, over the whole grid, so that it costs as much as some thousand scored

@@ -1,5 +1,4 @@
-//! Names of choices of poses: which one is meant by a name that somebody wrote. Whether a study or the folder of a sweep has
-//! the names is not known here.
+//! Names of choices of poses: which one is meant by a name that a user wrote.
 
 use crate::results::columns::BETWEEN_MEMBERS;
 use crate::study::slug;

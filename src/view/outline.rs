@@ -1,5 +1,5 @@
-//! Which way a sensor looks, as a small figure: a pyramid for a camera, a cone for rays that go one way; and the ground that
-//! pads and gates watch. For whoever draws sensors; how far rays see is not told.
+//! Which way a sensor looks, as a small figure: a pyramid for a camera, a cone for rays that go one way; and
+//! the ground that pads and gates watch. Pictures and exports draw sensors with it.
 
 use glam::DVec3;
 

@@ -1,5 +1,5 @@
-//! Why a voxel stays unknown: what became of the ray nearest to its centre, and which object stood in its way. Tables and
-//! advice for people are made of it in `report`.
+//! Why a voxel stays unknown: what became of the ray nearest to its centre, and which object stood in its
+//! way. `report` makes tables and advice of it.
 //!
 //! # Theory
 //! The paper splits unknown space into what is monitored but occluded and what is not monitored. Of a sensor that casts rays,

@@ -1,10 +1,10 @@
-//! How far a ray may leap: bricks of 2 × 2 × 2 voxels, each knowing how far away the nearest brick with a blocker is.
-//! Says where space is empty; what travels through it is `march`'s and the backends' business.
+//! How far a ray may leap: bricks of 2 × 2 × 2 voxels, each knowing how far away the nearest brick with a
+//! blocker is.
 //!
 //! # Theory
 //! The chessboard distance of two bricks is the largest of their distances along the axes. If the nearest brick with a
 //! blocker is `k` away, the cube of (2k − 1)³ bricks around a brick holds no blocker, so no cell in it can stop a ray
-//! (`SEMANTICS.md`, "How a ray ends"). Growing a set of bricks by one on each axis in turn reaches exactly the bricks
+//! (`SEMANTICS.md`, "Rays"). Growing a set of bricks by one on each axis in turn reaches exactly the bricks
 //! at chessboard distance 1, so counting how often the occupied ones must grow until they hold a brick gives its
 //! distance: a few operations a word of 32 bricks and step, and as many steps as the largest gap has bricks.
 //!

@@ -1,4 +1,4 @@
-//! Where voxels are: lengths as integers, the grid, and windows of it. Knows nothing of what fills a voxel.
+//! Where voxels are: lengths as integers, the grid, and windows of it.
 
 use glam::DVec3;
 

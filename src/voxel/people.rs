@@ -1,5 +1,4 @@
-//! Which voxels are a person's, and of which part of the body: the nearest of the person's limbs decides. What is hit, and
-//! whether that is enough, is for `backend` and `metrics`.
+//! Which voxels are a person's, and of which part of the body: the nearest of the person's limbs decides.
 
 use std::collections::BTreeMap;
 

@@ -1,5 +1,4 @@
-//! Regions of interest: sets of voxels, those whose centre lies inside, decided in integers. Which regions a study has,
-//! and reading meshes from files, is left to others.
+//! Regions of interest: sets of voxels, those whose centre lies inside, decided in integers.
 //!
 //! | shape | in a study | voxels |
 //! |---|---|---|

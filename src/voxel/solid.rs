@@ -1,5 +1,5 @@
-//! Solids as voxels: which centres lie in a ball, a box, a cylinder, a column or near other voxels, row by row and all
-//! in integers. Regions and sensors say which solid; a plane's window cuts it.
+//! Solids as voxels: which centres lie in a ball, a box, a cylinder, a column or near other voxels, row by
+//! row and all in integers.
 //!
 //! | solid | voxels |
 //! |---|---|

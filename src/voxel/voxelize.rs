@@ -1,5 +1,4 @@
-//! From a scene to its truth: which voxels are occupied, what stops rays, whose they are. Regions and sensors are
-//! left to others.
+//! From a scene to its truth: which voxels are occupied, what stops rays, whose they are.
 
 mod odd;
 

@@ -1,5 +1,4 @@
-//! The shapes of a study's regions: reads the meshes they name and puts in the regions they are made of. Which voxels
-//! a shape has in a scene is decided by `voxel`.
+//! The shapes of a study's regions: reads the meshes they name and puts in the regions they are made of.
 
 use std::sync::Arc;
 

@@ -1,5 +1,5 @@
-//! Meshes that let rays pass and voxels do not: a fence or a grating becomes a wall. How much of its voxels such a surface
-//! fills is sampled on straight lines; whether it should be see-through is for whoever knows what it is.
+//! Meshes that let rays pass and voxels do not: a fence or a grating becomes a wall. How much of its voxels
+//! such a surface fills is sampled on straight lines. The user is asked to decide whether it is see-through.
 
 use glam::DVec3;
 use rayon::prelude::*;

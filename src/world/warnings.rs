@@ -1,5 +1,5 @@
-//! What was assumed about a scene that the user may not expect, each thing once however many snapshots have it.
-//! What is wrong, rather than unexpected, is an error elsewhere.
+//! What was assumed about a scene that the user may not expect, each thing once however many snapshots have
+//! it.
 
 use std::path::Path;
 use std::sync::Arc;

@@ -1,4 +1,4 @@
-//! The fenced blocks of a Markdown document. What is done with them is the tests' business.
+//! The fenced blocks of a Markdown document.
 
 /// A block between fences.
 pub(crate) struct Block {

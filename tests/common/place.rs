@@ -1,4 +1,4 @@
-//! A folder with what ships, where commands of the documents are run. Which commands these are, the tests know.
+//! A folder with what ships, where commands of the documents are run.
 
 use std::collections::BTreeSet;
 use std::ffi::OsString;

@@ -1,5 +1,4 @@
-//! The meshes of `scenes/tutorial/`, as CAD programs would export them. What the tutorial's scene makes of them is the
-//! scene's business.
+//! The meshes of `scenes/tutorial/`, as CAD programs would export them.
 
 use glam::DVec3;
 use perirobot::scene::Mesh;

@@ -1,4 +1,4 @@
-//! Who looks on while a test sweeps.
+//! A watcher that records what a sweep reports while a test runs it.
 
 use perirobot::results::manifest::Fault;
 use perirobot::sweep::Watch;

@@ -1,6 +1,6 @@
-//! What is done with a stranger's bytes, one function a kind of file: they are written into a folder, and read as the
-//! program would read them. Each has to return, whatever the bytes are. How bytes are thought up is libFuzzer's affair;
-//! `tests/corpus.rs` brings those that are kept.
+//! What is done with a stranger's bytes, one function a kind of file: they are written into a folder, and
+//! read as the program would read them. Each has to return, whatever the bytes are. libFuzzer makes up the
+//! bytes; `tests/corpus.rs` brings those that are kept.
 
 use std::fs;
 use std::path::{Path, PathBuf};

@@ -1,5 +1,5 @@
-//! How far all rays of a camera's tile travel through nothing: a cone around the tile is pushed through empty boxes, and
-//! every ray starts where it stops. What they meet from there on is `strike`'s business.
+//! How far all rays of a camera's tile travel through nothing: a cone around the tile is pushed through empty
+//! boxes, and every ray starts where it stops. `strike` finds what they hit from there on.
 //!
 //! # Theory
 //! A ray of integers strays from the ideal one, at distance t, by at most 10⁻⁴·t + 0.02 voxels (rounded directions, rotations

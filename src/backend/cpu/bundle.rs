@@ -1,6 +1,5 @@
-//! Rays by the 64: tables in the order in which rays are cast together, and the arithmetic that is alike for all rays of
-//! a bundle, in loops that the compiler turns into vector code for the processor at hand. What a ray meets is not known
-//! here.
+//! Rays by the 64: tables in the order in which rays are cast together, and the arithmetic that is alike for
+//! all rays of a bundle, in loops that the compiler turns into vector code for the processor at hand.
 //!
 //! # Theory
 //! Every value is the one that `march` defines; lanes do not depend on each other, so their number changes nothing.

@@ -1,9 +1,8 @@
-//! From what rays struck to how they ended: ranges, noise, and where each is read. What that proves of the cells on the way is
-//! marked elsewhere.
+//! How rays end, from what they hit first: ranges, noise, and where each return is read.
 //!
 //! # Theory
 //! A ray's place, a distance and an axis, says how many crossings of each axis it has made, in closed form (`SEMANTICS.md`,
-//! "A ray, in integers"); so neither path nor cell need be kept from the search.
+//! "Rays"); so neither path nor cell need be kept from the search.
 //!
 //! # Practice
 //! Returns, which most rays are, go 64 at a time; rays that end otherwise or are lost, or may be read outside the grid, one by one.

@@ -1,9 +1,9 @@
-//! Which of a few blockers each ray of a bundle meets first: every ray against every blocker, 64 rays at once. Which blockers
-//! come into question is told by the beam.
+//! Which of a few blockers each ray of a bundle meets first: every ray against every blocker, 64 rays at
+//! once. `beam` lists these blockers.
 //!
 //! # Theory
 //! A ray visits a voxel if and only if it enters on every axis before it leaves on any, six crossings in closed form
-//! (`SEMANTICS.md`, "A ray, in integers"). Of all blockers visited, the one entered first is the one that single steps would
+//! (`SEMANTICS.md`, "Rays"). Of all blockers visited, the one entered first is the one that single steps would
 //! find. A section of a beam holds every voxel that its rays are in up to a distance, so an entry up to there is first of all.
 //!
 //! # Practice

@@ -1,5 +1,5 @@
-//! How many cells each pixel of a camera frees, as an image, and the least and most of them over blocks of pixels. What a
-//! block of pixels says about voxels is `gather`'s business.
+//! How many cells each pixel of a camera frees, as an image, and the least and most of them over blocks of
+//! pixels.
 //!
 //! # Theory
 //! The least of a block that holds a rectangle is at most the rectangle's least, and the most at least its most: both err on

@@ -53,8 +53,8 @@ struct Shoot<'a> {
 }
 
 impl Shoot<'_> {
-    /// Whether rays count that pass the window by: their ends are wanted, or what they hit lies elsewhere than they are believed
-    /// to go.
+    /// Whether rays outside the window must be cast, too: their ends are wanted, or the mount is off, so that they hit
+    /// elsewhere than they are believed to go.
     fn casts_all(&self) -> bool {
         self.see.is_some() || self.placement.truly.is_some()
     }
@@ -66,7 +66,7 @@ const SECTION: f32 = 4.0;
 const SECTIONS: usize = 4;
 const MOST_NEAR: usize = 48;
 
-/// Who senses: a table of rays in a scene, whatever the pose.
+/// A table of rays in a scene, before it has a pose.
 pub(super) struct Sensor<'a> {
     pub(super) level: Level,
     /// Whether vectors are wide enough to hold all rays against all blockers near.

@@ -1,5 +1,4 @@
-//! What a ray hits first, before any gate: leaps through empty boxes, steps elsewhere. Where it begins and what the hit
-//! means is decided elsewhere.
+//! What a ray hits first, before any gate: leaps through empty boxes, steps elsewhere.
 //!
 //! # Theory
 //! A leap makes all crossings inside a box without blockers at once, and the one that leaves it (`leap`); every cell left
@@ -83,7 +82,7 @@ pub(super) type Strike = u32;
 pub(super) const LEFT: Strike = u32::MAX - 2;
 /// The ray came to the end of its range.
 pub(super) const NOTHING: Strike = u32::MAX - 1;
-/// Nobody looked.
+/// The ray was not searched.
 pub(super) const UNKNOWN: Strike = u32::MAX;
 
 /// A crossing: its distance and axis.

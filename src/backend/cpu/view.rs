@@ -1,5 +1,5 @@
-//! Where boxes of voxels are in a camera's image: conservative rectangles of pixels, in floats. A rectangle only says where to
-//! look; what is seen there is decided in integers elsewhere.
+//! Where boxes of voxels are in a camera's image: conservative rectangles of pixels, in floats. A rectangle
+//! only says where to look; `gather` decides in integers.
 //!
 //! # Theory
 //! The ideal rays that cross a box go through the pixels that the box projects to. Rays of integers stray from them

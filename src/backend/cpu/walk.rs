@@ -1,5 +1,5 @@
-//! Cells along a ray, marked one after the other: from where it enters the window to where it leaves it, or frees no more.
-//! Which rays go this way is `plan`'s business.
+//! Cells along a ray, marked one after the other: from where it enters the window to where it leaves it, or
+//! frees no more. `plan` chooses the rays.
 //!
 //! # Theory
 //! A ray enters a box when it has entered on every axis, and leaves it when it leaves on any; both are crossings, whose

@@ -1,4 +1,4 @@
-//! Which Vulkan adapters there are, and which one a user means. Opening one is `device`'s business.
+//! Which Vulkan adapters there are, and which one a user means.
 
 use crate::{Error, Result};
 

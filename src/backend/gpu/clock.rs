@@ -1,5 +1,4 @@
-//! How long dispatches take, from timestamps that the adapter writes between them; nothing where it has none. What that
-//! means for later dispatches is `pace.rs`'s business.
+//! How long dispatches take, from timestamps that the adapter writes between them; nothing where it has none.
 
 use std::time::Duration;
 

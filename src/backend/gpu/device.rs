@@ -1,4 +1,4 @@
-//! An open adapter: buffers in, work queued, words out, every failure as an error. Knows nothing of rays.
+//! An open adapter: buffers in, work queued, words out, every failure as an error.
 
 use std::sync::{Arc, Mutex};
 use std::time::Duration;

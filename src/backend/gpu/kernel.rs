@@ -1,5 +1,4 @@
-//! A compute pipeline and what it is bound to: all of wgpu's ceremony is here. What the kernels compute is in
-//! `shaders/`, and who calls them when in `mod.rs`.
+//! A compute pipeline and the buffers that it is bound to. What the kernels compute is in `shaders/`.
 
 use super::device::Device;
 use super::types::Part;

@@ -1,5 +1,4 @@
-//! What stays on the device: tables of rays, a scene, evidence in slots, and room for a batch. Which kernel reads what
-//! when is `mod.rs`'s business.
+//! What stays on the device: tables of rays, a scene, evidence in slots, and room for a batch.
 
 use std::sync::Arc;
 

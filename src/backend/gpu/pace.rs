@@ -1,5 +1,5 @@
-//! How much work goes in one dispatch: as much as the adapter does in a fraction of a second, told from how long it took
-//! before. Measuring is left to `clock.rs`, and cutting to `plan.rs`.
+//! How much work goes in one dispatch: as much as the adapter does in a fraction of a second, told from how
+//! long it took before.
 
 use std::time::Duration;
 

@@ -1,5 +1,5 @@
-//! How the work is cut: what fits the device at once, which dispatches do it, and whether all of them were done.
-//! Pure arithmetic; recording and running is left to `mod.rs`.
+//! How the work is cut: what fits the device at once, which dispatches do it, and whether all of them were
+//! done.
 
 use std::ops::Range;
 

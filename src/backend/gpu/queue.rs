@@ -1,5 +1,5 @@
-//! The compiled kernels and the work given to them: dispatches in, and word back that all of them ran to their ends. What they are
-//! bound to is decided in `mod.rs`.
+//! The compiled kernels and the work given to them: dispatches in, and word back that all of them ran to
+//! their ends.
 
 use std::time::{Duration, Instant};
 

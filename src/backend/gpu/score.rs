@@ -1,5 +1,5 @@
-//! Fusing and counting: questions are put to the device and answered later, so that it works on one while the host prepares
-//! the next. Which evidence they are about is decided by who asks.
+//! Fusing and counting: questions are put to the device and answered later, so that it works on one while the
+//! host prepares the next.
 
 use super::queue::{Asked, Queue};
 use super::turns::MOST_READINGS;

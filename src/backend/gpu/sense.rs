@@ -1,5 +1,4 @@
-//! Casting and carving a batch of placements: which kernels run, over which buffers. How the work is cut is `plan.rs`'s
-//! business.
+//! Casting and carving a batch of placements: which kernels run, over which buffers. `plan.rs` cuts the work.
 
 use super::loaded::Kept;
 use super::plan::Batch;

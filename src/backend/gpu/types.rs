@@ -1,5 +1,5 @@
-//! What the host and the shaders share: Rust mirrors of the structs in `shaders/types.wgsl`, and the constants, which
-//! Rust owns and prints in front of every shader. Buffers and dispatches are left to the other files.
+//! What the host and the shaders share: Rust mirrors of the structs in `shaders/types.wgsl`, and the
+//! constants, which Rust owns and prints in front of every shader.
 
 use std::fmt::Write;
 
@@ -339,7 +339,7 @@ pub fn shader_prelude() -> String {
     source + include_str!("../../../shaders/types.wgsl") + include_str!("../../../shaders/march.wgsl")
 }
 
-/// The proof that a kernel ran to its end, which follows the prelude in every kernel; it is for kernels that bind `part`
+/// The proof that a kernel ran to its end, which follows the prelude in every kernel and needs the bindings `part`
 /// and `done`.
 pub const SHADER_PROOF: &str = include_str!("../../../shaders/proof.wgsl");
 

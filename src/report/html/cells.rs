@@ -1,5 +1,5 @@
-//! The cell in voxels for the page's 3D view: what is there at some moments, what the sensors of the best choices say of the
-//! regions, and why they do not know the rest. Which of it is drawn is the script's business.
+//! The cell in voxels for the page's 3D view: what is there at some moments, what the sensors of the best
+//! choices say of the regions, and why they do not know the rest.
 
 use std::collections::BTreeSet;
 

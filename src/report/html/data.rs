@@ -1,5 +1,5 @@
-//! What the page's script knows of a sweep, besides scores and voxels: names, poses, where sensors look, baselines. It is
-//! written as JSON; how it is shown is the script's business.
+//! What the page's script knows of a sweep, besides scores and voxels: names, poses, where sensors look,
+//! baselines. It is written as JSON.
 
 mod sensor;
 

@@ -1,5 +1,5 @@
-//! One page that holds a whole sweep: what was assumed, the best placements and how to mount them, every plot, and the cell in
-//! three dimensions. It needs no other file and no network. Scores are made elsewhere; nothing is swept again.
+//! One page that holds a whole sweep: what was assumed, the best placements and how to mount them, every
+//! plot, and the cell in three dimensions. It needs no other file and no network.
 //!
 //! # Practice
 //! What can be read is in `page.html` and made here; what is drawn is drawn by `*.js` with plotly.js, from numbers that the
@@ -39,7 +39,7 @@ pub const LOOKED_AT: usize = 20;
 pub struct Sweep<'a> {
     /// What was found.
     pub results: &'a Results,
-    /// What was asked, of whom, and who answered.
+    /// What was swept, and which runs on which devices counted it.
     pub manifest: &'a Manifest,
     /// The study that was swept.
     pub study: &'a Study,

@@ -1,5 +1,4 @@
-//! Numbers and bytes as text that a page can hold: gzip, then base64, which browsers undo by themselves. What they mean is
-//! for whoever packs them.
+//! Numbers and bytes as text that a page can hold: gzip, then base64, which browsers undo by themselves.
 
 use std::io::Write;
 

@@ -1,5 +1,4 @@
-//! Which choices of poses a report says more of than others: the best ones, fairly from each region and representation.
-//! Scores come from elsewhere.
+//! Which choices of poses a report describes in detail: the best ones of each region and representation.
 
 use std::collections::HashMap;
 

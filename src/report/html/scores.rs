@@ -1,5 +1,5 @@
-//! The scores of a report's choices of poses as numbers that its script reads: over all scenes, over each, and at each
-//! moment of scenes that move. Which numbers are drawn is the script's business.
+//! The scores of a report's choices of poses as numbers that its script reads: over all scenes, over each,
+//! and at each moment of scenes that move.
 
 use std::ops::Range;
 

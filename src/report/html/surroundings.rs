@@ -1,5 +1,5 @@
-//! How far it is from a place to the next surface of the cell along each axis, and whose it is: what a tape measure would
-//! say. Surfaces are those of the scene's files, not voxels; people and robots are no fixtures.
+//! How far it is from a place to the next surface of the cell along each axis, and whose it is: what a tape
+//! measure would say. Surfaces are those of the scene's files, not voxels; people and robots are left out.
 
 use std::collections::HashMap;
 

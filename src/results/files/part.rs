@@ -44,7 +44,7 @@ impl Part {
                 return Ok(Part { path, file });
             }
         }
-        Err(Error::new(ErrorKind::ResourceBusy, "somebody removes what is written there"))
+        Err(Error::new(ErrorKind::ResourceBusy, "another program removes what is written there"))
     }
 }
 
@@ -56,7 +56,7 @@ impl Drop for Part {
     }
 }
 
-/// Removes the parts that this process writes to, for who ends it at once.
+/// Removes the parts that this process writes to, before it ends at once.
 pub fn abandon() {
     for path in parts().drain(..) {
         let _ = fs::remove_file(path);

@@ -1,5 +1,4 @@
-//! `counts.journal`: every row of counts that is finished, kept on disk from the moment it is. What decides that a row is
-//! wanted, and what it means, is not known here.
+//! `counts.journal`: every row of counts that is finished, kept on disk from the moment it is.
 //!
 //! # Theory
 //! A record has the same size for every row and stands at the row's own place, so the order in which rows are finished

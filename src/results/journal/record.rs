@@ -1,5 +1,4 @@
-//! The bytes of a journal: a header that says which sweep and which part of it, and records of one size. Pure functions;
-//! files are the journal's business.
+//! The bytes of a journal: a header that says which sweep and which part of it, and records of one size.
 //!
 //! All numbers are little-endian. Header, 128 bytes: magic, format version (u32), shard's number and how many there are
 //! (u32 each), blocks, rows of a block, first and end of the rows of each block that are kept here (u64 each), the

@@ -1,5 +1,4 @@
-//! The rows of a CSV file, one after the other, with the place of each field for messages. What they mean is not known
-//! here.
+//! The rows of a CSV file, one after the other, with the place of each field for messages.
 
 use std::path::{Path, PathBuf};
 

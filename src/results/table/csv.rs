@@ -1,5 +1,4 @@
-//! Rows as CSV: numbers as Rust prints them, which is the shortest text that reads back as the same number. Files and
-//! checks of the fields are `mod`'s business.
+//! Rows as CSV: numbers as Rust prints them, which is the shortest text that reads back as the same number.
 
 use std::io;
 

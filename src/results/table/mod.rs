@@ -1,5 +1,5 @@
-//! Tables too long for memory: typed columns, written row by row as CSV or Parquet, that appear whole or not at all. What
-//! the columns mean, and tables for people, are left to `sweep` and `report`.
+//! Tables too long for memory: typed columns, written row by row as CSV or Parquet, that appear whole or not
+//! at all.
 
 mod csv;
 mod parquet;

@@ -1,5 +1,5 @@
-//! Rows as Parquet: gathered in columns until a row group is full, then encoded and written a column at a time. Files and
-//! checks of the fields are `mod`'s business.
+//! Rows as Parquet: gathered in columns until a row group is full, then encoded and written a column at a
+//! time.
 
 use std::io;
 use std::sync::Arc;

@@ -1,4 +1,4 @@
-//! The triangles of one COLLADA geometry, in its own frame and unit. Where it stands is for `nodes`.
+//! The triangles of one COLLADA geometry, in its own frame and unit.
 
 use glam::DVec3;
 use roxmltree::Node;

@@ -1,4 +1,4 @@
-//! Walks the scene of a COLLADA file: which geometry stands where. What a geometry holds is for `geometry`.
+//! Walks the scene of a COLLADA file: which geometry stands where.
 
 use glam::{DAffine3, DMat3, DMat4, DQuat, DVec3, DVec4};
 use roxmltree::Node;

@@ -1,5 +1,5 @@
-//! Samples a glTF animation: where its channels put and turn the nodes at a time. What hangs on the nodes is for
-//! others; channels that blend morph targets are counted, not followed.
+//! Samples a glTF animation: where its channels put and turn the nodes at a time. Channels that blend morph
+//! targets are counted, not followed.
 
 use std::collections::{HashMap, HashSet};
 

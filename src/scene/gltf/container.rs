@@ -1,5 +1,5 @@
-//! Opens a glTF file: its JSON and the bytes of its buffers, from the GLB itself, from files beside it, or from
-//! data URIs. What the JSON means is for the parent module.
+//! Opens a glTF file: its JSON and the bytes of its buffers, from the GLB itself, from files beside it, or
+//! from data URIs.
 
 use std::collections::HashMap;
 use std::path::{Component, Path, PathBuf};

@@ -1,5 +1,4 @@
-//! Puts the nodes of a glTF file where the scene has them, by their own transforms or an animation's. Their meshes are
-//! read by others.
+//! Puts the nodes of a glTF file where the scene has them, by their own transforms or an animation's.
 
 use std::collections::HashMap;
 

@@ -1,5 +1,4 @@
-//! Poses the corners of a mesh by the joints of its skeleton, in f64. Where the joints are is for the nodes and the
-//! animation.
+//! Poses the corners of a mesh by the joints of its skeleton, in f64.
 
 use std::collections::HashMap;
 

@@ -1,5 +1,4 @@
-//! From the text of a URDF to the parser's structs, with a place in every message. What the numbers mean is for
-//! `model`.
+//! From the text of a URDF to the parser's structs, with a place in every message.
 //!
 //! The parser itself names no place and passes over words that should be numbers, so the text is looked through first.
 

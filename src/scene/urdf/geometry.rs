@@ -1,5 +1,4 @@
-//! The bodies of a robot as triangles, one mesh a link. Which file a mesh is in is for `packages`; what is in the file
-//! is for the loaders.
+//! The bodies of a robot as triangles, one mesh a link.
 
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};

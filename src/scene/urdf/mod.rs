@@ -1,5 +1,5 @@
-//! Reads a robot from a URDF: its links and joints, where each link is for given joint values, and the bodies that
-//! hang on the links. Where the robot stands in the cell, and what it is to the study, is for others.
+//! Reads a robot from a URDF: its links and joints, where each link is for given joint values, and the bodies
+//! that hang on the links.
 //!
 //! Conventions are those of ROS: metres and radians, z up, roll-pitch-yaw about fixed axes; a mesh's numbers are
 //! metres times its `scale`. glTF is turned from y up to z up, as RViz does since 2025; COLLADA's `<unit>` is

@@ -1,5 +1,5 @@
-//! From the parser's structs to a checked tree of links: one root, no loops, names once, joints that are supported,
-//! numbers that are numbers. What the tree does when its joints move is for `kinematics`.
+//! From the parser's structs to a checked tree of links: one root, no loops, names once, joints that are
+//! supported, numbers that are numbers.
 
 use std::collections::{HashMap, HashSet, VecDeque};
 

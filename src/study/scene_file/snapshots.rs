@@ -1,5 +1,4 @@
-//! How an object moves from one snapshot of its scene to the next: lists with an entry a snapshot, checked. What the
-//! entries mean for its surface is for the scene.
+//! How an object moves from one snapshot of its scene to the next: lists with an entry a snapshot, checked.
 
 use std::collections::BTreeMap;
 use std::path::PathBuf;

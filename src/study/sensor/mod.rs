@@ -256,9 +256,9 @@ fn same_poses(
         let rule = format!("must be a sensor above it that has poses: {known:?}");
         at.wrong("same_poses_as", format!("{like:?}"), &rule)
     })?;
-    // A pose means another way of standing to a sensor that stands otherwise.
+    // The same pose turns sensors of different stances differently.
     if found.kind.stance() != kind.stance() {
-        let what = format!("{:?} stands otherwise than a {}: write out its poses", like, kind.name());
+        let what = format!("{:?} is not mounted as a {} is: write out its poses", like, kind.name());
         return Err(at.says(format!("same_poses_as: {what}")));
     }
     if found.candidates.len() > most {
@@ -301,7 +301,7 @@ const EXAMPLES: [&str; 11] = [
 fn each_once<T: PartialEq>(at: &Place, names: &[T], example: &str) -> Result<()> {
     at.some("representations", names, example)?;
     match (0..names.len()).find(|&i| names[..i].contains(&names[i])) {
-        Some(i) => Err(at.says(format!("representations[{i}] stands there before: name each once"))),
+        Some(i) => Err(at.says(format!("representations[{i}] is there already: name each once"))),
         None => Ok(()),
     }
 }

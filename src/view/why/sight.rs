@@ -1,5 +1,4 @@
-//! Which of a sensor's rays is nearest to a voxel's centre, and whether the sensor looks there at all. What became of the
-//! ray is not asked here.
+//! Which of a sensor's rays is nearest to a voxel's centre, and whether the sensor looks there at all.
 //!
 //! # Practice
 //! A camera's pixel is found by projection, the ray of any other table by a search that goes no farther than a ray can be

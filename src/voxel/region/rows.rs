@@ -1,5 +1,4 @@
-//! Shapes in integers, as runs of voxels along x for each row y, z, wherever the grid is. What a shape is in metres,
-//! and where the grid cuts it, is the region's business.
+//! Shapes in integers, as runs of voxels along x for each row y, z, wherever the grid is.
 
 use std::ops::Range;
 

@@ -1,5 +1,5 @@
-//! Which objects make a scene too large for a grid, in words: one slip of a position or a unit is mostly why. That it is
-//! too large is found elsewhere.
+//! Which objects make a scene too large for a grid, in words. The cause is mostly a slip of one position or
+//! unit.
 
 use std::collections::BTreeMap;
 

@@ -1,5 +1,5 @@
-//! What the page's script knows of a sensor: where its poses are, what is around them, where its rays look, and what it
-//! stands on. Scores are not known here.
+//! What the page's script knows of a sensor: where its poses are, what is around them, where its rays look,
+//! and what it stands on.
 
 use glam::{DMat3, DQuat, DVec3};
 use serde::Serialize;

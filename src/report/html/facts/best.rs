@@ -1,4 +1,4 @@
-//! The best placements in each region, beside what simple answers score. How they are mounted is `mount`'s.
+//! The best placements in each region, beside what simple answers score.
 
 use super::mount::{self, Sheet};
 use crate::Result;

@@ -1,4 +1,4 @@
-//! Mounting sheets of a choice of poses. What the numbers mean is said in the template.
+//! Mounting sheets of a choice of poses. The template explains their numbers.
 
 use crate::report::html::Sweep;
 use crate::report::html::surroundings::{Surroundings, WAYS};

@@ -33,7 +33,7 @@ pub(super) fn run(sweep: &Sweep) -> Run {
     Run { lines, tables: vec![scenes(sweep), sensors(sweep), combinations(sweep), runs(sweep)] }
 }
 
-/// The day, by the clock of whoever writes the report.
+/// The day, by the clock of the machine that writes the report.
 fn written() -> String {
     chrono::DateTime::<chrono::Utc>::from(std::time::SystemTime::now())
         .format("%Y-%m-%d, %H:%M UTC")
