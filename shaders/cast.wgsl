@@ -67,7 +67,7 @@ fn finish(sent: March, begin: March, is_off: bool, struck: u32, drawn: u32) -> F
 }
 
 // Whether a ray may come near the window. In floats: the window is grown by 1.5 voxels on each side, of which the ray's place in its
-// first cell takes one, and its stray (10⁻⁴ of the distance) and the floats' rounding less than the other half.
+// first cell takes one, and its stray (a quarter of a voxel at the longest range, src/march/stray.rs) and the floats' rounding less than the other half.
 fn comes_near(begin: March) -> bool {
     let low = vec3<f32>(vec3<i32>(setup.window_min_x, setup.window_min_y, setup.window_min_z) - begin.cell) - 1.5;
     let high = low + vec3<f32>(vec3<u32>(setup.window_x, setup.window_y, setup.window_z)) + 3.0;

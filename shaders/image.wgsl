@@ -41,9 +41,9 @@ fn view_of(placement: Placement) -> View {
     );
 }
 
-// How far a ray of integers may be from its ideal line at a distance, in voxels; twice what rounding can add up to.
+// How far a ray of integers may be from its ideal line at a distance, in voxels (src/march/stray.rs).
 fn stray(distance: f32) -> f32 {
-    return 2e-4 * distance + 0.03;
+    return STRAY_PER_VOXEL * distance + STRAY_FIXED;
 }
 
 // The smallest and largest of p / z over a box, in pixels of one axis of the image.

@@ -3,6 +3,7 @@
 #![doc = include_str!("SEMANTICS.md")]
 
 pub mod leap;
+pub mod stray;
 
 /// A crossing that does not happen, later than any range.
 pub const NEVER: u32 = 0x7fff_ffff;

@@ -2,9 +2,8 @@
 //! boxes, and every ray starts where it stops. `strike` finds what they hit from there on.
 //!
 //! # Theory
-//! A ray of integers strays from the ideal one, at distance t, by at most 10⁻⁴·t + 0.02 voxels (rounded directions, rotations
-//! and periods). The cone holds all ideal rays of the tile and is grown by that stray, so while it stays in boxes without
-//! blockers, no ray of the tile has entered one. Floats decide only how far that is proved, with room to spare; the ray
+//! A ray of integers strays from the ideal one by no more than `march::stray` says. The cone holds all ideal rays of the tile and
+//! is grown by that, so while it stays in boxes without blockers, no ray of the tile has entered one. Floats decide only how far that is proved, with room to spare; the ray
 //! itself lands by counting crossings (`leap`).
 //!
 //! # Practice
@@ -13,6 +12,7 @@
 use super::bundle::Bundles;
 use super::strike::Search;
 use crate::backend::Placement;
+use crate::march::stray;
 use crate::voxel::Window;
 
 /// The cone of a tile in the sensor's frame: rays of length 1 end within `spread` of `middle`.
@@ -25,13 +25,13 @@ pub(super) struct Cone {
 /// A gain of fewer voxels is not worth another look.
 const LEAST_GAIN: f32 = 1.0;
 
-/// How far a ray of integers may be from the ideal one, in voxels, with room for the floats used here.
+/// How far a ray of integers may be from the ideal one, in voxels.
 pub(super) fn stray(t: f32) -> f32 {
-    1.1e-4 * t + 0.03
+    STRAY_PER_VOXEL * t + stray::FIXED as f32
 }
 
 /// What the stray grows by along a ray.
-const STRAY_PER_VOXEL: f32 = 1.1e-4;
+const STRAY_PER_VOXEL: f32 = stray::PER_VOXEL as f32;
 
 impl Cone {
     /// The cone of a bundle.

@@ -14,7 +14,7 @@
 //! `shaders/proof.wgsl`, on every device and in every batch.
 
 use crate::backend::Image;
-use crate::march::MAX_RANGE_VOXELS;
+use crate::march::{MAX_RANGE_VOXELS, stray};
 
 /// Invocations of a workgroup: one wave or two on any GPU, and a whole number of vectors on a software adapter.
 pub const WORKGROUP: u32 = 64;
@@ -47,6 +47,10 @@ pub(super) const MOST_READINGS: u32 = 1900;
 
 const _: () = assert!((MOST_READINGS + 1) + 32 * (MOST_READINGS + 1) + 33 <= ALLOWED);
 
+/// What a ray may stray in a voxel of distance, for kernels: twice as much, since their floats have fewer digits than the distance
+/// needs.
+pub(super) const STRAY_PER_VOXEL: f64 = 2.0 * stray::PER_VOXEL;
+
 /// Depth in voxels up to which voxels of an image are near: behind it none is seen by more than [`MOST_SCANNED`] pixels.
 ///
 /// A voxel is at most √3 wide and as deep, and `sight` in `shaders/image.wgsl` grows it by what rays may stray at its distance,
@@ -56,7 +60,7 @@ pub(super) fn near_voxels(image: &Image) -> f64 {
     let edge = |axis: usize| f64::from(image.size_px[axis]) / 2.0;
     let slopes = edge(0) / image.focal_px[0] + edge(1) / image.focal_px[1];
     let pixels = |depth: f64, axis: usize| {
-        let stray = 2e-4 * ((depth + 2.0) * (1.0 + slopes) + 3.5) + 0.03;
+        let stray = STRAY_PER_VOXEL * ((depth + 2.0) * (1.0 + slopes) + 3.5) + stray::FIXED;
         let (wide, focal) = (3f64.sqrt() + 2.0 * stray, image.focal_px[axis]);
         let across = wide * f64::max(focal / depth, (focal + edge(axis)) / (depth + 1.0));
         (across + 3.0).min(2.0 * edge(axis))
@@ -75,7 +79,7 @@ mod tests {
     /// `sight` in `shaders/image.wgsl`: the first and last pixel of one axis that may see a voxel, for a voxel at `p` in the
     /// camera's frame whose half extents there are `half`, and the depth where it begins.
     fn seen(image: &Image, axis: usize, p: [f64; 3], half: [f64; 3]) -> (f64, f64) {
-        let stray = 2e-4 * (p.iter().map(|x| x.abs()).sum::<f64>() + 1.5) + 0.03;
+        let stray = STRAY_PER_VOXEL * (p.iter().map(|x| x.abs()).sum::<f64>() + 1.5) + stray::FIXED;
         let (low, high) = (p[axis] - half[axis] - stray, p[axis] + half[axis] + stray);
         let (z_low, z_high) = (p[2] - half[2] - stray, p[2] + half[2] + stray);
         let (size, focal) = (f64::from(image.size_px[axis]), image.focal_px[axis]);

@@ -5,9 +5,9 @@ use std::fmt::Write;
 
 use bytemuck::{Pod, Zeroable};
 
-use super::turns::{MOST_PIXELS, MOST_TURNS, SCANS_AT_ONCE, WORKGROUP, near_voxels};
+use super::turns::{MOST_PIXELS, MOST_TURNS, SCANS_AT_ONCE, STRAY_PER_VOXEL, WORKGROUP, near_voxels};
 use crate::backend::{Cell, Fusion, Image, LOG_ODDS, Placement, Rays, Shot, Slot};
-use crate::march;
+use crate::march::{self, stray};
 use crate::metrics::COUNTERS;
 use crate::voxel::Bricks;
 
@@ -332,6 +332,9 @@ pub fn shader_prelude() -> String {
     for stage in Stage::ALL {
         writeln!(source, "const {} = {}u;", stage.name().to_uppercase(), stage as u32)
             .expect("writing to a string");
+    }
+    for (name, value) in [("STRAY_PER_VOXEL", STRAY_PER_VOXEL), ("STRAY_FIXED", stray::FIXED)] {
+        writeln!(source, "const {name} = {value:?}f;").expect("writing to a string");
     }
     for (name, value) in [("LEAST_LOG_ODDS", LOG_ODDS.start()), ("MOST_LOG_ODDS", LOG_ODDS.end())] {
         writeln!(source, "const {name} = {value}i;").expect("writing to a string");
