@@ -1,8 +1,9 @@
-//! Rows of results a second into the journal, as a sweep writes them, and then into each kind of table, beside the rate at
-//! which the fastest sweep would make them, and the memory that it takes. The machine's disk is part of what is measured: tables are synced before the clock stops.
+//! Rows of results a second into the journal, as a sweep writes them, and then into each kind of table,
+//! beside the rate at which the fastest sweep would make them, and the memory that it takes. The machine's
+//! disk is part of what is measured: tables are synced before the clock stops.
 //!
-//! `cargo bench --bench rows` prints a table in Markdown, with a million rows and with four million, so that memory
-//! that grows would be seen. Under `cargo test` it writes a few rows only.
+//! `cargo bench --bench rows` prints a table in Markdown, with a million rows and with four million, so that
+//! memory that grows would be seen. Under `cargo test` it writes a few rows only.
 
 use std::path::Path;
 use std::time::Instant;

@@ -1,8 +1,8 @@
 //! The stages of the job, by the same names on every backend: `load` a scene, `sense` (cast and carve) two
 //! poses, `score` (fuse and count) them. `perirobot bench` measures whole jobs, as ratios to the oracle.
 //!
-//! `cargo bench` takes some minutes on the paper's first scene; `cargo bench -- sense/cpu` measures a part. Under
-//! `cargo test` each runs once, on a small study.
+//! `cargo bench` takes some minutes on the paper's first scene; `cargo bench -- sense/cpu` measures a part.
+//! Under `cargo test` each runs once, on a small study.
 
 use std::path::Path;
 use std::time::Duration;

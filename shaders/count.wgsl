@@ -1,5 +1,5 @@
-// Counts one region for each job, word by word of what was fused, in the order of Confusion::from_counts. An invocation takes
-// WORDS_PER_INVOCATION words; a group adds its sums to the global counters once.
+// Counts one region for each job, word by word of what was fused, in the order of Confusion::from_counts. An
+// invocation takes WORDS_PER_INVOCATION words; a group adds its sums to the global counters once.
 
 @group(0) @binding(0) var<uniform> setup: Setup;
 @group(0) @binding(1) var<uniform> part: Part;

@@ -1,5 +1,6 @@
-// Counts the people's voxels that any reading of a job hits, part by part, and those that presence sensors feel, person by
-// person: the twin of src/backend/count.rs. One invocation a word of voxels of one part in one region.
+// Counts the people's voxels that any reading of a job hits, part by part, and those that presence sensors
+// feel, person by person: the twin of src/backend/count.rs. One invocation a word of voxels of one part in
+// one region.
 
 @group(0) @binding(0) var<uniform> setup: Setup;
 @group(0) @binding(1) var<uniform> part: Part;

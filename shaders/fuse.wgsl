@@ -1,5 +1,5 @@
-// What the readings of each job say together: the twin of src/backend/fuse.rs. One invocation a word of 32 voxels; the
-// fused `free` holds no voxel of the fused `occupied`.
+// What the readings of each job say together: the twin of src/backend/fuse.rs. One invocation a word of 32
+// voxels; the fused `free` holds no voxel of the fused `occupied`.
 
 @group(0) @binding(0) var<uniform> setup: Setup;
 @group(0) @binding(1) var<uniform> part: Part;
@@ -46,7 +46,8 @@ fn fuse_word(job: Job, word: u32) -> Said {
     return any;
 }
 
-// The sign of the log-odds. Voxels of which all sensors say the same are summed once; there are few kinds in a word.
+// The sign of the log-odds. Voxels of which all sensors say the same are summed once; there are few kinds in
+// a word.
 fn sum_word(job: Job, word: u32) -> Said {
     let any = fuse_word(job, word);
     var left = any.occupied | any.free;

@@ -1,13 +1,16 @@
-// Decides the boxes that `judge` left, voxel by voxel, from the pixels that may see each. One workgroup a box, one
-// invocation a cube of 2 × 2 × 2 of its voxels; voxels that many pixels may see are listed for `scan`.
+// Decides the boxes that `judge` left, voxel by voxel, from the pixels that may see each. One workgroup a
+// box, one invocation a cube of 2 × 2 × 2 of its voxels; voxels that many pixels may see are listed for
+// `scan`.
 //
 // # Theory
-// A voxel is free if and only if some ray that visits it frees more cells than the voxel is away: one witness is enough, and
-// whether a ray visits a voxel is a matter of six crossings. Near voxels, which most pixels may see, are left to `walk`.
+// A voxel is free if and only if some ray that visits it frees more cells than the voxel is away: one witness
+// is enough, and whether a ray visits a voxel is a matter of six crossings. Near voxels, which most pixels
+// may see, are left to `walk`.
 //
 // # Practice
-// Software adapters count the turns of the invocations of a vector together, and end all loops when there were too many. So an
-// invocation counts those that it makes over pixels, and makes MOST_TURNS at most (src/backend/gpu/turns.rs).
+// Software adapters count the turns of the invocations of a vector together, and end all loops when there
+// were too many. So an invocation counts those that it makes over pixels, and makes MOST_TURNS at most
+// (src/backend/gpu/turns.rs).
 
 @group(0) @binding(0) var<uniform> setup: Setup;
 @group(0) @binding(1) var<uniform> part: Part;
@@ -24,15 +27,16 @@
 // Turns of the loops over pixels so far.
 var<private> turns: u32;
 
-// Whether some pixel of a rectangle sees a voxel and frees more cells than it is away. The pixel through the voxel's centre is
-// asked first: it mostly knows.
+// Whether some pixel of a rectangle sees a voxel and frees more cells than it is away. The pixel through the
+// voxel's centre is asked first: it mostly knows.
 fn witnessed(placement: Placement, row: u32, offset: vec3<i32>, middle: vec2<i32>, first: vec2<i32>, last: vec2<i32>, away: u32) -> bool {
     var pixel = middle;
     var next = first;
     var found = false;
     var enough = false;
     loop {
-        // The next pixel that frees enough. Software adapters pay for what follows as often as the slowest of eight neighbours.
+        // The next pixel that frees enough. Software adapters pay for what follows as often as the slowest of
+        // eight neighbours.
         turns += 1u;
         loop {
             turns += 1u;
@@ -59,8 +63,8 @@ fn witnessed(placement: Placement, row: u32, offset: vec3<i32>, middle: vec2<i32
     return found;
 }
 
-// Lists a voxel for `scan`, whose workgroups take SCANS_AT_ONCE of them. What scan is asked to do is taken from its completion
-// counters, so that they come to nothing when all is done.
+// Lists a voxel for `scan`, whose workgroups take SCANS_AT_ONCE of them. What scan is asked to do is taken
+// from its completion counters, so that they come to nothing when all is done.
 fn leave(item: u32, voxel: u32) {
     let head = part.region * HEAD_WORDS;
     let place = atomicAdd(&left[head + 3u], 1u);
@@ -98,7 +102,8 @@ fn is_free(placement: Placement, view: View, row: u32, cell: vec3<i32>, item: u3
     return false;
 }
 
-// Which voxels of a cube of two are free as far as that is known: a bit each, x fastest. The cube may be decided whole, as boxes are.
+// Which voxels of a cube of two are free as far as that is known: a bit each, x fastest. The cube may be
+// decided whole, as boxes are.
 fn free_of_cube(placement: Placement, view: View, row: u32, low: vec3<u32>, item: u32, voxel: u32) -> u32 {
     let window = vec3<u32>(setup.window_x, setup.window_y, setup.window_z);
     let cell = vec3<i32>(low) + vec3<i32>(setup.window_min_x, setup.window_min_y, setup.window_min_z);

@@ -1,11 +1,11 @@
-// Decides boxes of 8 × 8 × 8 voxels of a camera whole, where its pixels agree: marks what is free, and lists what is left for `gather`.
-// One invocation a box.
+// Decides boxes of 8 × 8 × 8 voxels of a camera whole, where its pixels agree: marks what is free, and lists
+// what is left for `gather`. One invocation a box.
 //
 // # Theory
-// A ray has made as many crossings on reaching a voxel as the voxel is away from the sensor's cell, counted along the axes
-// (src/march/SEMANTICS.md, "Rays"), whatever the ray. So if no pixel that could see a box frees more cells than its
-// nearest voxel is away, nothing of it is free; if all free more than its farthest is away, and no voxel slips between
-// the pixels, all of it is.
+// A ray has made as many crossings on reaching a voxel as the voxel is away from the sensor's cell, counted
+// along the axes (src/march/SEMANTICS.md, "Rays"), whatever the ray. So if no pixel that could see a box
+// frees more cells than its nearest voxel is away, nothing of it is free; if all free more than its farthest
+// is away, and no voxel slips between the pixels, all of it is.
 
 @group(0) @binding(0) var<uniform> setup: Setup;
 @group(0) @binding(1) var<uniform> part: Part;

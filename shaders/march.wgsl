@@ -1,5 +1,5 @@
-// A ray through the voxels, in integers: the twin of src/march/mod.rs, function by function, without bindings.
-// Axes are told apart by comparing, never by indexing a vector: that is slow on software adapters.
+// A ray through the voxels, in integers: the twin of src/march/mod.rs, function by function, without
+// bindings. Axes are told apart by comparing, never by indexing a vector: that is slow on software adapters.
 
 struct End {
     kind: u32,
@@ -21,9 +21,10 @@ fn unpacked(word: u32) -> End {
     return End(word >> 16u, word & 0xffffu);
 }
 
-// floor(2^32 / d), in floats and put right in integers. The quotient of floats errs by less than 2^-21 of itself (half an ulp for
-// f32(d), 2.5 for the division), so what is left of 2^32 is within 2^11 + d of nothing. Of that the second quotient, at most 2^17 / d,
-// errs by less than 1 / d: its floor is wrong only where a whole quotient comes out too small.
+// floor(2^32 / d), in floats and put right in integers. The quotient of floats errs by less than 2^-21 of
+// itself (half an ulp for f32(d), 2.5 for the division), so what is left of 2^32 is within 2^11 + d of
+// nothing. Of that the second quotient, at most 2^17 / d, errs by less than 1 / d: its floor is wrong only
+// where a whole quotient comes out too small.
 fn period_q16(d: u32) -> u32 {
     let about = u32(4294967296.0 / f32(d));
     let rest = bitcast<i32>(0u - about * d);
@@ -88,20 +89,22 @@ fn freed(end: End, no_return_is_free: bool) -> u32 {
     return 0u;
 }
 
-// How many whole periods lie in a distance, floor(x / period), for x < 2^28 and periods of directions (65,533 or more): software
-// adapters divide floats, but not integers, several at a time. The true quotient is at most 4096, and that of floats errs by less than
-// 2^-21 of it (half an ulp for each f32, 2.5 for the division), so its whole part is off by one at most: what is left of x
-// tells which way.
+// How many whole periods lie in a distance, floor(x / period), for x < 2^28 and periods of directions (65,533
+// or more): software adapters divide floats, but not integers, several at a time. The true quotient is at
+// most 4096, and that of floats errs by less than 2^-21 of it (half an ulp for each f32, 2.5 for the
+// division), so its whole part is off by one at most: what is left of x tells which way.
 fn periods_in(x: u32, period_q16: u32) -> u32 {
     let about = i32(f32(bitcast<i32>(x)) / f32(bitcast<i32>(period_q16)));
     let rest = bitcast<i32>(x - u32(about) * period_q16);
     return u32(about + i32(rest >= bitcast<i32>(period_q16)) - i32(rest < 0));
 }
 
-// How many crossings of one axis are made when a ray has come to (t_q16, axis) in the order of all crossings, those at that
-// very place included: `own` is the axis in question. An axis below 0 comes before all crossings at its distance.
+// How many crossings of one axis are made when a ray has come to (t_q16, axis) in the order of all crossings,
+// those at that very place included: `own` is the axis in question. An axis below 0 comes before all
+// crossings at its distance.
 fn made_at(first_q16: u32, period_q16: u32, own: i32, t_q16: u32, axis: i32) -> u32 {
-    // At the same distance a later axis has not crossed yet. Negative where the first crossing is later still.
+    // At the same distance a later axis has not crossed yet. Negative where the first crossing is later
+    // still.
     let x = t_q16 - first_q16 - u32(own > axis);
     return select(periods_in(x, period_q16) + 1u, 0u, bitcast<i32>(x) < 0);
 }
@@ -152,8 +155,8 @@ fn crossings_at(begin: March, room: vec3<u32>, t_q16: u32) -> u32 {
     return made.x + made.y + made.z;
 }
 
-// Whether a ray visits the voxel that lies so many voxels ahead on each axis: it does if it enters on every axis before it
-// leaves on any. What is not entered was entered before all crossings.
+// Whether a ray visits the voxel that lies so many voxels ahead on each axis: it does if it enters on every
+// axis before it leaves on any. What is not entered was entered before all crossings.
 fn visits(first_q16: vec3<u32>, period_q16: vec3<u32>, ahead: vec3<u32>) -> bool {
     let last = crossing3_q16(first_q16, period_q16, max(ahead, vec3<u32>(1u)) - 1u);
     let enters = select(vec3<i32>(-1), vec3<i32>(last), ahead > vec3<u32>());
@@ -198,7 +201,8 @@ fn noisy_q16(t_q16: u32, step_q16: i32) -> u32 {
     return u32(max(i32(t_q16) + step_q16, 0));
 }
 
-// The march of one ray of a placement as it is believed to go: `start` in the directions that `direction_q16` gives for each axis.
+// The march of one ray of a placement as it is believed to go: `start` in the directions that `direction_q16`
+// gives for each axis.
 fn launch(placement: Placement, dir_q15: array<i32, 3>) -> March {
     let dir = vec3_of(dir_q15);
     let dir_q16 = vec3<i32>(

@@ -1,9 +1,10 @@
-// Least and most cells that the pixels of a camera free, over blocks of 8 × 8, 16 × 16, 32 × 32 and 64 × 64 pixels, both in one
-// word. One workgroup a block of the largest, one invocation a block of the smallest in it.
+// Least and most cells that the pixels of a camera free, over blocks of 8 × 8, 16 × 16, 32 × 32 and 64 × 64
+// pixels, both in one word. One workgroup a block of the largest, one invocation a block of the smallest in
+// it.
 //
 // # Theory
-// The least of a block that holds a rectangle is at most the rectangle's least, and the most at least its most: both err on
-// the side that decides nothing.
+// The least of a block that holds a rectangle is at most the rectangle's least, and the most at least its
+// most: both err on the side that decides nothing.
 
 @group(0) @binding(0) var<uniform> setup: Setup;
 @group(0) @binding(1) var<uniform> part: Part;

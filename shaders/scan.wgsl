@@ -1,4 +1,5 @@
-// Decides the voxels that `gather` left, which many pixels may see: one workgroup a voxel at a time, one invocation a pixel.
+// Decides the voxels that `gather` left, which many pixels may see: one workgroup a voxel at a time, one
+// invocation a pixel.
 //
 // # Theory
 // As `gather`: one witness is enough, whichever invocation finds it.

@@ -1,8 +1,10 @@
-// What each ray of each placement hits first in the still layer, kept for all snapshots of a scene. One invocation a ray.
+// What each ray of each placement hits first in the still layer, kept for all snapshots of a scene. One
+// invocation a ray.
 //
 // # Theory
-// Of a union of two layers the first blocker is the earlier of both layers' (src/march/SEMANTICS.md, "Rays"), so what is still
-// need be searched once. What is kept comes before all gates and noise but the sensor's own housing and range, which belong to the table.
+// Of a union of two layers the first blocker is the earlier of both layers' (src/march/SEMANTICS.md, "Rays"),
+// so what is still need be searched once. What is kept comes before all gates and noise but the sensor's own
+// housing and range, which belong to the table.
 
 @group(0) @binding(0) var<uniform> setup: Setup;
 @group(0) @binding(1) var<uniform> part: Part;

@@ -1,11 +1,12 @@
-// What a ray hits first in a layer of blockers, before any gate: the part that `cast` and `still` share. A layer is the
-// blockers of the whole grid and the reach of their bricks, in one buffer that the kernel binds as `layer`.
+// What a ray hits first in a layer of blockers, before any gate: the part that `cast` and `still` share. A
+// layer is the blockers of the whole grid and the reach of their bricks, in one buffer that the kernel binds
+// as `layer`.
 //
 // # Theory
-// All bricks nearer than the reach of a brick are empty (src/voxel/bricks.rs), so all crossings inside that cube and the one
-// that leaves it may be made at once, in closed form; the first blocker is the one that single steps would find. In a brick
-// that holds blockers the cube is the cell itself, and the leap a step: there is one way of moving, since software
-// adapters pay for every branch, taken or not.
+// All bricks nearer than the reach of a brick are empty (src/voxel/bricks.rs), so all crossings inside that
+// cube and the one that leaves it may be made at once, in closed form; the first blocker is the one that
+// single steps would find. In a brick that holds blockers the cube is the cell itself, and the leap a step:
+// there is one way of moving, since software adapters pay for every branch, taken or not.
 
 // No blocker within range inside the grid.
 const NO_HIT = 0xffffffffu;
@@ -26,8 +27,8 @@ fn ahead(cell: vec3<i32>, step: vec3<i32>, reach: i32, size: vec3<i32>) -> vec3<
     return vec3<u32>(max(select(high - 1 - cell, cell - low, step < vec3<i32>()), vec3<i32>()));
 }
 
-// The first blocker of a ray in one word that orders by distance: the distance times four, plus the axis of the crossing into it; NO_HIT
-// if there is none up to `last_q16`.
+// The first blocker of a ray in one word that orders by distance: the distance times four, plus the axis of
+// the crossing into it; NO_HIT if there is none up to `last_q16`.
 fn strike(begin: March, last_q16: u32) -> u32 {
     var ray = begin;
     let size = vec3<i32>(vec3<u32>(setup.grid_x, setup.grid_y, setup.grid_z));

@@ -1,5 +1,5 @@
-// What the host and the kernels share. Scalars only, so that WGSL and Rust agree on every offset; the Rust mirrors
-// are in src/backend/gpu/types.rs, and tests/shaders.rs asks naga whether they still match.
+// What the host and the kernels share. Scalars only, so that WGSL and Rust agree on every offset; the Rust
+// mirrors are in src/backend/gpu/types.rs, and tests/shaders.rs asks naga whether they still match.
 
 // One scene, as long as it is loaded.
 struct Setup {
@@ -45,8 +45,8 @@ struct Table {
     near: f32,
 }
 
-// What one dispatch covers: placements (or jobs, for fuse and count) of the batch from `first_row` on, one a workgroup row, and
-// rays, tiles, boxes or words from `first` to `end`, exclusive.
+// What one dispatch covers: placements (or jobs, for fuse and count) of the batch from `first_row` on, one a
+// workgroup row, and rays, tiles, boxes or words from `first` to `end`, exclusive.
 struct Part {
     first_row: u32,
     first: u32,
@@ -94,8 +94,8 @@ struct Reading {
     presence: u32,
 }
 
-// Voxels of one part of one person in one region that share a word of a plane, and the counters of those that are hit and of
-// those that presence sensors feel.
+// Voxels of one part of one person in one region that share a word of a plane, and the counters of those that
+// are hit and of those that presence sensors feel.
 struct Flesh {
     word: u32,
     voxels: u32,

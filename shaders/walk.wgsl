@@ -1,12 +1,13 @@
-// Marks the cells that each ray frees, one after the other, from where it enters the window to where it leaves it. One
-// invocation a ray; bits are set with atomics, so the order of rays cannot matter.
+// Marks the cells that each ray frees, one after the other, from where it enters the window to where it
+// leaves it. One invocation a ray; bits are set with atomics, so the order of rays cannot matter.
 //
 // # Theory
-// A ray enters a box when it has entered on every axis: that is a crossing, whose place is known in closed form.
+// A ray enters a box when it has entered on every axis: that is a crossing, whose place is known in closed
+// form.
 //
 // # Practice
-// For sensors with few rays, where looking from each voxel at the rays would cost more, and for the voxels next to a
-// camera, which thousands of its pixels see.
+// For sensors with few rays, where looking from each voxel at the rays would cost more, and for the voxels
+// next to a camera, which thousands of its pixels see.
 
 @group(0) @binding(0) var<uniform> setup: Setup;
 @group(0) @binding(1) var<uniform> part: Part;
@@ -17,8 +18,8 @@
 @group(0) @binding(6) var<storage, read_write> free: array<atomic<u32>>;
 @group(0) @binding(7) var<storage, read_write> done: array<atomic<u32>, DONE_WORDS>;
 
-// The crossings made when a ray has entered the window on every axis: none if it begins inside. Where it never comes
-// there, or has left again, the cell that it is in then is outside.
+// The crossings made when a ray has entered the window on every axis: none if it begins inside. Where it
+// never comes there, or has left again, the cell that it is in then is outside.
 fn entered(begin: March, low: vec3<i32>, high: vec3<i32>) -> vec3<u32> {
     let short = max(max(low - begin.cell, begin.cell - high), vec3<i32>());
     let last = crossing3_q16(begin.next_q16, begin.period_q16, vec3<u32>(max(short, vec3<i32>(1)) - 1));

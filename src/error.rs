@@ -1,4 +1,5 @@
-//! The one error type. It says where, what, and what to do; the command line turns its kind into an exit code.
+//! The one error type. It says where, what, and what to do; the command line turns its kind into an exit
+//! code.
 
 use std::io::ErrorKind;
 use std::path::Path;
@@ -6,7 +7,8 @@ use std::path::Path;
 /// Why a command could not be carried out.
 #[derive(Debug, thiserror::Error)]
 pub enum Error {
-    /// The user's files or arguments are wrong; the message names the place and what would be right. Exit code 2.
+    /// The user's files or arguments are wrong; the message names the place and what would be right. Exit
+    /// code 2.
     #[error("{0}")]
     Input(String),
     /// A device failed, or lied, after the input was accepted. Exit code 3.

@@ -2,8 +2,8 @@
 //!
 //! perirobot voxelizes a cell, casts every ray of every candidate sensor pose through it, writes what the
 //! sensor would claim (occupied, free, unknown), compares that with the truth inside regions of interest, and
-//! scores the pose with F1 and Cohen's κ. It implements the perirobot space representation of Rozlivek, Svarny
-//! and Hoffmann (IROS 2023).
+//! scores the pose with F1 and Cohen's κ. It implements the perirobot space representation of Rozlivek,
+//! Svarny and Hoffmann (IROS 2023).
 //!
 //! # Rooms
 //!
@@ -28,8 +28,8 @@
 //! | [`report`] | results presented to people: text and page |
 //! | [`cluster`] | a sweep for Slurm, HyperQueue and Kubernetes |
 //!
-//! The command line (`cli`) is the program's, above them all. The [`guide`] has no code: it is pages to read, from a first
-//! hour to which files to touch for a new sensor.
+//! The command line (`cli`) is the program's, above them all. The [`guide`] has no code: it is pages to read,
+//! from a first hour to which files to touch for a new sensor.
 
 pub mod backend;
 pub mod cluster;

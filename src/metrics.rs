@@ -1,5 +1,5 @@
-//! From counts to scores: F1, Cohen's κ and what a safety review asks first. Pure functions of integers; each score
-//! is one division in f64, so equal counts give equal scores everywhere.
+//! From counts to scores: F1, Cohen's κ and what a safety review asks first. Pure functions of integers; each
+//! score is one division in f64, so equal counts give equal scores everywhere.
 
 mod detection;
 mod score;
@@ -96,8 +96,8 @@ impl Confusion {
         ratio(twice_tp, twice_tp + wrong)
     }
 
-    /// Cohen's κ over the classes occupied, free, unknown; the truth has no unknown. `None` where chance alone
-    /// would agree on everything.
+    /// Cohen's κ over the classes occupied, free, unknown; the truth has no unknown. `None` where chance
+    /// alone would agree on everything.
     pub fn kappa(&self) -> Option<f64> {
         let [tp, fp, fn_, tn, uo, uf] =
             [self.tp, self.fp, self.fn_, self.tn, self.uo, self.uf].map(|n| n as i128);

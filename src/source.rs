@@ -13,13 +13,14 @@ use sha2::{Digest, Sha256};
 use crate::spelling::nearest;
 use crate::{Error, Result};
 
-/// Most bytes of what people write: studies, scenes, robots, joints of a person. Some parsers need many times as much.
+/// Most bytes of what people write: studies, scenes, robots, joints of a person. Some parsers need many times
+/// as much.
 const MOST_BYTES_OF_TEXT: u64 = 64 << 20;
 /// Most bytes of what programs write: meshes, maps, tables of poses and rays.
 const MOST_BYTES_OF_DATA: u64 = 1 << 30;
 
-/// Where the files of one study (or of one scene that is read alone) may lie, and which of them were read. Clones share
-/// the list.
+/// Where the files of one study (or of one scene that is read alone) may lie, and which of them were read.
+/// Clones share the list.
 #[derive(Clone, Debug)]
 pub struct Sources {
     /// The file named on the command line.
@@ -35,8 +36,9 @@ pub struct Sources {
 /// A file that was read.
 #[derive(Clone, Debug, PartialEq, Eq, serde::Serialize)]
 pub struct ReadFile {
-    /// As the study names it, from the folder of the main file and with forward slashes; `package://name/…` for what
-    /// lies in a package's folder. It is the same on two machines, unless the study names an absolute path.
+    /// As the study names it, from the folder of the main file and with forward slashes; `package://name/…`
+    /// for what lies in a package's folder. It is the same on two machines, unless the study names an
+    /// absolute path.
     pub path: PathBuf,
     /// SHA-256 of its bytes, in hexadecimal.
     pub sha256: String,
@@ -73,8 +75,8 @@ impl Sources {
     /// A file that people write, of at most 64 MiB.
     ///
     /// # Errors
-    /// When the file cannot be read, is not a regular one, lies outside, is too large, or is not UTF-8. When its bytes
-    /// are others than at an earlier read.
+    /// When the file cannot be read, is not a regular one, lies outside, is too large, or is not UTF-8. When
+    /// its bytes are others than at an earlier read.
     pub fn text(&self, path: &Path) -> Result<String> {
         utf8(path, self.read(path, MOST_BYTES_OF_TEXT)?)
     }
@@ -109,8 +111,8 @@ impl Sources {
         path.canonicalize().is_ok_and(|place| record.by_place.contains_key(&place))
     }
 
-    /// What is wrong with files, whoever put it into words: where one could not be read for a reason that may pass,
-    /// nobody knows whether the input is wrong.
+    /// What is wrong with files, whoever put it into words: where one could not be read for a reason that may
+    /// pass, nobody knows whether the input is wrong.
     pub(crate) fn judged(&self, problems: Vec<Error>) -> Vec<Error> {
         let of_storage = |problem| match problem {
             Error::Input(what) => Error::Storage(what),
@@ -139,7 +141,8 @@ impl Sources {
             _ => self.with_nearest(path, unreadable(e)),
         })?;
         self.refuse_outside(path, &place)?;
-        // Opening a pipe would wait for its writer, so what it is, is asked first; and again of what was opened.
+        // Opening a pipe would wait for its writer, so what it is, is asked first; and again of what was
+        // opened.
         check(path, &place.metadata().map_err(unreadable)?, most_bytes)?;
         let file = File::open(&place).map_err(unreadable)?;
         let length = check(path, &file.metadata().map_err(unreadable)?, most_bytes)?;
@@ -157,8 +160,8 @@ impl Sources {
         Ok(bytes)
     }
 
-    /// The error for a file that is not there, with what stands in its place: the name of its folder, or of the file itself,
-    /// that is nearest to what was written.
+    /// The error for a file that is not there, with what stands in its place: the name of its folder, or of
+    /// the file itself, that is nearest to what was written.
     fn with_nearest(&self, path: &Path, error: Error) -> Error {
         let instead = || {
             let upwards: Vec<&Path> = path.ancestors().filter(|part| !part.as_os_str().is_empty()).collect();

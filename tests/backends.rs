@@ -193,7 +193,8 @@ fn more_than_a_batch() {
     }
 }
 
-/// A camera in a corner is believed to look out of the grid; truly it looks at a person, of whom all evidence is kept.
+/// A camera in a corner is believed to look out of the grid; truly it looks at a person, of whom all evidence
+/// is kept.
 #[test]
 fn people_are_hit_where_no_ray_is_believed_to_come_near() {
     let (grid, window) = ([30; 3], Window::between([20; 3], [24; 3]));

@@ -1,5 +1,5 @@
-//! What a stranger, a copy that was cut short or a broken disk may leave in the folder of a sweep: it is refused with exit
-//! code 2 in words that name the file, before it costs time or memory.
+//! What a stranger, a copy that was cut short or a broken disk may leave in the folder of a sweep: it is
+//! refused with exit code 2 in words that name the file, before it costs time or memory.
 
 #[allow(dead_code)]
 #[path = "common/program.rs"]
@@ -29,7 +29,8 @@ fn unread(folder: &Folder, expected: &[&str]) {
     ["summary", "why", "report"].into_iter().for_each(|command| refused(folder, command, expected));
 }
 
-/// The command must refuse the folder in words that hold all of `expected`, and give terminals nothing to obey.
+/// The command must refuse the folder in words that hold all of `expected`, and give terminals nothing to
+/// obey.
 #[track_caller]
 fn refused(folder: &Folder, command: &str, expected: &[&str]) {
     let outcome = perirobot(&[command, text(&folder.path("out"))]);
@@ -41,8 +42,8 @@ fn refused(folder: &Folder, command: &str, expected: &[&str]) {
     assert!(!outcome.stderr.contains("panicked") && !outcome.stderr.contains('\u{1b}'), "{what}");
 }
 
-/// Begins the journal of a folder anew, without rows, with a header that is right but for what is changed; its
-/// fingerprint is the manifest's.
+/// Begins the journal of a folder anew, without rows, with a header that is right but for what is changed;
+/// its fingerprint is the manifest's.
 fn begin(folder: &Folder, name: &str, change: impl FnOnce(&mut Header)) {
     let out = folder.path(name);
     let mut header = Journal::read(&out).unwrap().header().clone();

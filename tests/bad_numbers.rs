@@ -1,5 +1,5 @@
-//! Every number of a study and its scene, made not-a-number, infinite, absurdly large and out of its range: each is
-//! refused by file, key and value before any ray is cast.
+//! Every number of a study and its scene, made not-a-number, infinite, absurdly large and out of its range:
+//! each is refused by file, key and value before any ray is cast.
 
 #[allow(dead_code)]
 #[path = "common/program.rs"]
@@ -10,7 +10,8 @@ use program::{Folder, refused};
 const STUDY: &str = "study.toml";
 const SCENE: &str = "cell.toml";
 
-/// The good study with `to` in place of `from` in a file must be refused in words that hold all of `expected`.
+/// The good study with `to` in place of `from` in a file must be refused in words that hold all of
+/// `expected`.
 #[track_caller]
 fn wrong(file: &str, from: &str, to: &str, expected: &[&str]) {
     refused(&Folder::new(), &[(file, from, to)], &[&[file], expected].concat());

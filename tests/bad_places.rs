@@ -1,5 +1,5 @@
-//! Files that a study brings in from where it may not: each is refused with exit code 2, in a message that names who
-//! asked, the file, the folder and the flags; and all that is read is listed.
+//! Files that a study brings in from where it may not: each is refused with exit code 2, in a message that
+//! names who asked, the file, the folder and the flags; and all that is read is listed.
 
 #[allow(dead_code)]
 #[path = "common/program.rs"]

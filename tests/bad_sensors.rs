@@ -1,5 +1,6 @@
-//! What a user can get wrong about sensors, combinations and noise: each is refused with exit code 2 before any ray is
-//! cast, in a message that names the file, the key and, where there is one, the value and the cure.
+//! What a user can get wrong about sensors, combinations and noise: each is refused with exit code 2 before
+//! any ray is cast, in a message that names the file, the key and, where there is one, the value and the
+//! cure.
 
 #[allow(dead_code)]
 #[path = "common/program.rs"]
@@ -10,7 +11,8 @@ use program::{Edit, Folder, refused};
 const STUDY: &str = "study.toml";
 const SCENE: &str = "cell.toml";
 
-/// A study of all kinds of sensors in the small scene, whose arm is a robot with a link and whose operator has joints.
+/// A study of all kinds of sensors in the small scene, whose arm is a robot with a link and whose operator
+/// has joints.
 const SENSORS: &str = r#"repeats = 2
 [grid]
 voxel_size_m = 0.1

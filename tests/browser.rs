@@ -1,6 +1,7 @@
-//! Reports of the paper's three experiments, with fewer poses and coarse, and one of ten thousand poses, in a real browser:
-//! `browser/reports.py` opens and uses them. Not run by default, as it needs Debian's chromium and chromium-driver, python3, and minutes:
-//! `cargo test --test browser -- --ignored`. `PERIROBOT_PICTURES=FOLDER` keeps pictures of every section.
+//! Reports of the paper's three experiments, with fewer poses and coarse, and one of ten thousand poses, in a
+//! real browser: `browser/reports.py` opens and uses them. Not run by default, as it needs Debian's chromium
+//! and chromium-driver, python3, and minutes: `cargo test --test browser -- --ignored`.
+//! `PERIROBOT_PICTURES=FOLDER` keeps pictures of every section.
 
 #![cfg(target_os = "linux")]
 

@@ -1,5 +1,5 @@
-//! Cameras on the GPU, whose free voxels are found from their pixels: every count, plane and end is the oracle's, whichever
-//! way they are found. `PERIROBOT_CASE=<seed>` runs one case.
+//! Cameras on the GPU, whose free voxels are found from their pixels: every count, plane and end is the
+//! oracle's, whichever way they are found. `PERIROBOT_CASE=<seed>` runs one case.
 
 mod common;
 
@@ -40,8 +40,8 @@ fn camera(random: &mut Random) -> Rays {
     Rays { dirs_q15: camera.dirs_q15(), image: Some(camera.image()), gates, noise }
 }
 
-/// A random cell, seen by cameras from anywhere; every other one is open but for a wall, so that boxes of voxels are free whole,
-/// or would be if pixels were closer.
+/// A random cell, seen by cameras from anywhere; every other one is open but for a wall, so that boxes of
+/// voxels are free whole, or would be if pixels were closer.
 fn seen(seed: u64) -> Case {
     let mut case = case(seed);
     let mut random = Random(seed ^ 0xca3e7a);
@@ -119,8 +119,8 @@ fn cameras_equal_the_oracle_either_way() {
     }
 }
 
-/// As many pixels as real cameras have, before and inside a region, several placements at once: voxels that a hundred thousand
-/// pixels may see, and more work an invocation than a software adapter's loops have turns.
+/// As many pixels as real cameras have, before and inside a region, several placements at once: voxels that a
+/// hundred thousand pixels may see, and more work an invocation than a software adapter's loops have turns.
 #[test]
 fn large_cameras_equal_the_cpu() {
     let Some(mut gpu) = gpu() else { return };

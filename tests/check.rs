@@ -108,12 +108,14 @@ fn check_ends_with_what_it_found() {
     assert_eq!(ends(&[]), (0, "no problems".into()));
     folder.edit(STUDY, "range_m = [0.2, 3.0]", "range_m = [2.9, 3.0]");
     folder.edit(STUDY, "range_m = [0.1, 5.0]", "range_m = [2.9, 3.0]");
-    // Nine of the eleven poses are dead, which is told without a backend; and of both sensors most rays are blind.
+    // Nine of the eleven poses are dead, which is told without a backend; and of both sensors most rays are
+    // blind.
     assert_eq!(ends(&["--poses", "0"]), (9, "no errors; 9 warnings above".into()));
     assert_eq!(ends(&[]), (11, "no errors; 11 warnings above".into()));
 }
 
-/// Every error of a study and its scene at once: those of the files' own spelling, and those of what they say.
+/// Every error of a study and its scene at once: those of the files' own spelling, and those of what they
+/// say.
 #[test]
 fn check_lists_every_problem() {
     let folder = Folder::new();

@@ -1,4 +1,5 @@
-//! The program from arguments to files: what a sweep writes, what decides it and what must not, and the way back in.
+//! The program from arguments to files: what a sweep writes, what decides it and what must not, and the way
+//! back in.
 
 #[allow(dead_code)]
 #[path = "common/program.rs"]

@@ -1,5 +1,6 @@
-//! `perirobot cluster`: the scripts it writes, carried out by stand-ins for the engines' commands and for the sweep, which do
-//! as they are told and write down what they were told. `engines.rs` has the engines themselves.
+//! `perirobot cluster`: the scripts it writes, carried out by stand-ins for the engines' commands and for the
+//! sweep, which do as they are told and write down what they were told. `engines.rs` has the engines
+//! themselves.
 
 #![cfg(target_os = "linux")]
 
@@ -15,8 +16,8 @@ use std::time::Duration;
 
 use program::{Folder, perirobot, text};
 
-/// A sweep that ends with the code in `code`, or with 75 after USR1 where it says `wait`; it adds a row where there is a
-/// file `add`. A merge says so.
+/// A sweep that ends with the code in `code`, or with 75 after USR1 where it says `wait`; it adds a row where
+/// there is a file `add`. A merge says so.
 const SWEEP: &str = r#"#!/bin/sh
 cd "$(dirname "$0")" || exit 9
 printf '%s\n' "$@" >>told

@@ -1,5 +1,5 @@
-//! The inputs that fuzzing begins with, and those that it found to matter, read once more without libFuzzer: each has
-//! to return. `tests/fuzz/README.md` tells how more are thought up.
+//! The inputs that fuzzing begins with, and those that it found to matter, read once more without libFuzzer:
+//! each has to return. `tests/fuzz/README.md` tells how more are thought up.
 
 use std::fs;
 use std::path::Path;

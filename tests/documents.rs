@@ -109,7 +109,8 @@ fn follow(document: &str, least: usize) {
     assert!(run + skipped >= least, "{document}: only {run} blocks were run");
 }
 
-/// Panics unless a block is spelled as files of its kind are; in the tutorial it is a piece of a file beside it.
+/// Panics unless a block is spelled as files of its kind are; in the tutorial it is a piece of a file beside
+/// it.
 #[track_caller]
 fn check_toml(document: &str, text: &str, at: &str) {
     let json: serde_json::Value = toml::from_str(text).unwrap_or_else(|e| panic!("{at}: {e}"));
@@ -374,7 +375,8 @@ fn anchor(heading: &str) -> String {
 fn links_lead_somewhere() {
     for document in DOCUMENTS {
         let text = prose(&read(document)).join("\n");
-        // `[text](file)`, and `[text][page]` with `[page]: file` at the end, which the guide's modules must know, too.
+        // `[text](file)`, and `[text][page]` with `[page]: file` at the end, which the guide's modules must
+        // know, too.
         let inline = text.split("](").skip(1).filter_map(|rest| rest.split(')').next());
         let is_page = |line: &&str| line.starts_with('[') && line.contains("]: ");
         let pages: Vec<(&str, &str)> =

@@ -1,5 +1,6 @@
-//! Real sweeps through real engines, disturbed on the way and compared with a quiet run: what is in `engines/`. Not run by
-//! default, as they need what `engines/install.sh` installs, and minutes: `cargo test --test engines -- --ignored`.
+//! Real sweeps through real engines, disturbed on the way and compared with a quiet run: what is in
+//! `engines/`. Not run by default, as they need what `engines/install.sh` installs, and minutes: `cargo test
+//! --test engines -- --ignored`.
 
 #![cfg(target_os = "linux")]
 

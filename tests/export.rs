@@ -1,5 +1,5 @@
-//! What `perirobot export` writes is what other programs take it for: OctoMap's own tools count the same voxels, numpy finds the
-//! counts of the sweep. What cannot be looked at is refused.
+//! What `perirobot export` writes is what other programs take it for: OctoMap's own tools count the same
+//! voxels, numpy finds the counts of the sweep. What cannot be looked at is refused.
 
 #[allow(dead_code)]
 #[path = "common/program.rs"]
@@ -77,8 +77,8 @@ fn octomap_counts_the_same_voxels() {
     }
 }
 
-/// A tool of OctoMap's; `None` and a note where it is not installed, a failure where `PERIROBOT_REQUIRE_OCTOMAP=1`
-/// promises it.
+/// A tool of OctoMap's; `None` and a note where it is not installed, a failure where
+/// `PERIROBOT_REQUIRE_OCTOMAP=1` promises it.
 fn tool(name: &str) -> Option<std::path::PathBuf> {
     // Without arguments it says how it is used, and fails.
     if Command::new(name).output().is_ok() {
@@ -90,7 +90,8 @@ fn tool(name: &str) -> Option<std::path::PathBuf> {
     None
 }
 
-/// How many voxels of an `.ot` file are free, and occupied: nodes are a log-odd and a byte of children each, depth first.
+/// How many voxels of an `.ot` file are free, and occupied: nodes are a log-odd and a byte of children each,
+/// depth first.
 fn leaves(file: &[u8]) -> [u64; 2] {
     let data = file.windows(6).position(|window| window == b"\ndata\n").unwrap() + 6;
     let mut counts = [0; 2];

@@ -379,7 +379,8 @@ fn a_device_that_is_gone_is_no_fault_of_the_users() {
 fn what_a_killed_run_left_unchecked_is_checked_later() {
     let theatre = Theatre::new();
     theatre.sweep("quiet", &mut Alone, 0, &mut Onlooker::default()).unwrap();
-    // As if it had been killed before its first check: all rows are there, and its entry is as it was at the beginning.
+    // As if it had been killed before its first check: all rows are there, and its entry is as it was at the
+    // beginning.
     let killed = |out: &str, mut troupe: Troupe| {
         theatre.sweep(out, &mut troupe, 0, &mut Onlooker::default()).unwrap();
         let path = theatre.out(out).join("manifest.json");

@@ -1,5 +1,5 @@
-//! What a user meets first: `init`, `sensors`, a device by its name, a camera by its calibration, completions and
-//! manual pages.
+//! What a user meets first: `init`, `sensors`, a device by its name, a camera by its calibration, completions
+//! and manual pages.
 
 #[allow(dead_code)]
 #[path = "common/program.rs"]

@@ -1,5 +1,5 @@
-//! Makes the meshes that ship with the paper's scenes and the tutorial, and checks that the committed files are these, that
-//! they load as meant, and that the people beside them are people and stand in nothing.
+//! Makes the meshes that ship with the paper's scenes and the tutorial, and checks that the committed files
+//! are these, that they load as meant, and that the people beside them are people and stand in nothing.
 //!
 //! `PERIROBOT_REGENERATE=1 cargo test --test generated_meshes` writes the files instead.
 
@@ -33,8 +33,8 @@ fn shipped(name: &str) -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/paper").join(name)
 }
 
-/// The table of the paper's cell: its top is 1 m high, flush with the legs. Corners are in world coordinates, not
-/// moved by nodes, so that f32 rounds each of them only once.
+/// The table of the paper's cell: its top is 1 m high, flush with the legs. Corners are in world coordinates,
+/// not moved by nodes, so that f32 rounds each of them only once.
 fn table() -> GlbNode {
     let leg = |name, x: f64, y: f64| part(name, [x, y, 0.0], [x + 0.1, y + 0.1, 0.9]);
     let children = vec![
@@ -202,8 +202,8 @@ fn arm() -> Mesh {
     mesh.clone()
 }
 
-/// Distance from a body to the nearest part, in steps of the samples' spacing; 0 where a part that is a box is
-/// entered.
+/// Distance from a body to the nearest part, in steps of the samples' spacing; 0 where a part that is a box
+/// is entered.
 fn smallest_gap(body: &Mesh, parts: &[Mesh]) -> f64 {
     let body_points = samples(body);
     let mut gap = f64::INFINITY;

@@ -20,7 +20,8 @@ const ALLOWED: [&str; 11] = [
 /// Whether an SPDX expression (or crates.io's old `A/B`) can be met with allowed licences only.
 fn allowed(expression: &str) -> bool {
     let plain = expression.replace(['(', ')'], " ").replace('/', " OR ");
-    // OR binds loosest; parentheses only ever group ORs under an AND here, which the split by AND first would break.
+    // OR binds loosest; parentheses only ever group ORs under an AND here, which the split by AND first would
+    // break.
     let any = |part: &str| part.split(" OR ").any(|name| ALLOWED.contains(&name.trim()));
     if expression.contains('(') {
         plain.split(" AND ").all(any)

@@ -1,5 +1,5 @@
-//! What the program says on standard error while it works: nothing but what it must, lines with `-v`, more with `-vv`,
-//! and JSON for machines. None of it changes the results.
+//! What the program says on standard error while it works: nothing but what it must, lines with `-v`, more
+//! with `-vv`, and JSON for machines. None of it changes the results.
 
 #[allow(dead_code)]
 #[path = "common/program.rs"]

@@ -1,5 +1,5 @@
-//! Loops that a driver ends early. Mesa's software adapters do so, and say nothing; here it is done to each loop of each
-//! kernel on purpose, and it is always found.
+//! Loops that a driver ends early. Mesa's software adapters do so, and say nothing; here it is done to each
+//! loop of each kernel on purpose, and it is always found.
 
 mod common;
 
@@ -18,8 +18,8 @@ use perirobot::sensor::Camera;
 use perirobot::voxel::BitGrid;
 use perirobot::{Error, Result};
 
-/// Runs a kernel's statements in one workgroup: they turn `input[0]` times, and leave a number in `hash`, whatever its loops.
-/// Says how many invocations proved that their loops ended, and the sum of the numbers.
+/// Runs a kernel's statements in one workgroup: they turn `input[0]` times, and leave a number in `hash`,
+/// whatever its loops. Says how many invocations proved that their loops ended, and the sum of the numbers.
 #[track_caller]
 fn turned(device: &Device, turns: u32, statements: &str) -> (u32, u32) {
     let kernel = format!(
@@ -109,8 +109,8 @@ fn cut(source: &str, head: usize) -> String {
     format!("{before}var cut_after = 0u;\n{header}\nif cut_after > 0u {{ break; }}\ncut_after += 1u;\n{body}")
 }
 
-/// A case whose first table is a camera of more pixels than voxels, in the middle of the grid; in an `empty` one nothing
-/// stops its rays, and all they pass is free, whole boxes of voxels.
+/// A case whose first table is a camera of more pixels than voxels, in the middle of the grid; in an `empty`
+/// one nothing stops its rays, and all they pass is free, whole boxes of voxels.
 fn close_up(seed: u64, empty: bool) -> Case {
     let mut case = case(seed);
     let mut random = Random(seed);

@@ -1,5 +1,5 @@
-//! `perirobot compare`: placements stand side by side with the scores of scores.csv, of one sweep and of two, and what
-//! cannot be compared is refused.
+//! `perirobot compare`: placements stand side by side with the scores of scores.csv, of one sweep and of two,
+//! and what cannot be compared is refused.
 
 #[allow(dead_code)]
 #[path = "common/program.rs"]
@@ -63,7 +63,8 @@ fn number(value: &str) -> String {
     }
 }
 
-/// The rows of a region in the order that they are printed, each in cells; of what is printed for no letter, the last.
+/// The rows of a region in the order that they are printed, each in cells; of what is printed for no letter,
+/// the last.
 #[track_caller]
 fn rows(outcome: &Outcome, region: &str) -> Vec<Vec<String>> {
     assert_eq!((outcome.code, outcome.stdout.contains("panicked")), (Some(0), false), "{}", outcome.stderr);

@@ -1,10 +1,10 @@
-//! One scene of the paper's authors, with the counts that their own code printed (opt-in: the data carries no licence
-//! and is not part of this project). Set PERIROBOT_REFERENCE to a folder that holds `human4/`.
+//! One scene of the paper's authors, with the counts that their own code printed (opt-in: the data carries no
+//! licence and is not part of this project). Set PERIROBOT_REFERENCE to a folder that holds `human4/`.
 //!
-//! Equal counts are not possible: their code casts only toward occupied voxels, carves a second time to the hit
-//! voxel's centre, and measures range to centres; it detects a hidden keypoint at what hides it; its pads and zones snap
-//! the map between sensors; its covers grow by city blocks. What must agree is the size of the regions, the ranking of
-//! the poses, for points the best pose too, and the size of the scores.
+//! Equal counts are not possible: their code casts only toward occupied voxels, carves a second time to the
+//! hit voxel's centre, and measures range to centres; it detects a hidden keypoint at what hides it; its pads
+//! and zones snap the map between sensors; its covers grow by city blocks. What must agree is the size of the
+//! regions, the ranking of the poses, for points the best pose too, and the size of the scores.
 
 mod common;
 
@@ -87,8 +87,9 @@ fn the_authors_poses_rank_alike() {
         }
     }
 
-    // A zone is on or off. Theirs is on in fewer poses, never where ours is off: it seems to want a joint that is within
-    // a voxel of what is seen, where ours allows for a body around it. With that asked of two joints, ours is much like it.
+    // A zone is on or off. Theirs is on in fewer poses, never where ours is off: it seems to want a joint
+    // that is within a voxel of what is seen, where ours allows for a body around it. With that asked of two
+    // joints, ours is much like it.
     let on = |combination: usize, pose: &str| {
         let is = |row: &&Row| (row.combination, row.region) == (combination, 0);
         let name = |row: &Row| &study.sensors[0].candidates[row.choice].name;
@@ -131,9 +132,9 @@ fn the_authors_combinations_rank_alike() {
             .collect();
         let counts: Vec<Confusion> = theirs.iter().map(|t| t.counts).collect();
         assert_eq!(ours[0].total(), counts[0].total(), "voxels of region {region}");
-        // Kappa of combinations is only reported. It is 0.00 to 0.03 here, and two habits of theirs decide its order:
-        // a pad's column begins in the floor's own layer (a triggered pad is right about the floor, a silent one wrong)
-        // and is a voxel wider, so that three more pads feel a leg of the table.
+        // Kappa of combinations is only reported. It is 0.00 to 0.03 here, and two habits of theirs decide
+        // its order: a pad's column begins in the floor's own layer (a triggered pad is right about the
+        // floor, a silent one wrong) and is a voxel wider, so that three more pads feel a leg of the table.
         let [f1, _kappa] = rank(&format!("combinations, {region}"), &ours, &counts);
         assert!(f1.rho >= 0.9 && f1.median <= 0.005, "{f1:?}");
     }

@@ -1,5 +1,5 @@
-//! Pictures: CPU, GPU and oracle draw the same bytes; those that ship are what the commands beside them draw; wishes that
-//! cannot be met are refused.
+//! Pictures: CPU, GPU and oracle draw the same bytes; those that ship are what the commands beside them draw;
+//! wishes that cannot be met are refused.
 
 mod common;
 #[allow(dead_code)]

@@ -158,8 +158,8 @@ fn reasons(folder: &Folder) -> HashMap<([String; 5], String), [String; 2]> {
     each.map(|row: HashMap<String, String>| ((key_of(&row), words(&row)), voxels(&row))).collect()
 }
 
-/// Counts the voxels of each verdict in the page's labels, and how often they were those of results.csv, and those of each
-/// cause those of reasons.csv.
+/// Counts the voxels of each verdict in the page's labels, and how often they were those of results.csv, and
+/// those of each cause those of reasons.csv.
 fn voxels_compared(
     page: &str,
     data: &Value,

@@ -1,5 +1,6 @@
-//! Sweeps that are ended before they have: by a kill at any moment, a signal, the clock, a full disk. The same command goes
-//! on, and what it leaves is what a quiet run leaves, byte for byte. A folder of something else is not gone on with.
+//! Sweeps that are ended before they have: by a kill at any moment, a signal, the clock, a full disk. The
+//! same command goes on, and what it leaves is what a quiet run leaves, byte for byte. A folder of something
+//! else is not gone on with.
 
 #![cfg(unix)]
 
@@ -66,8 +67,8 @@ fn runs(out: &Path) -> Vec<serde_json::Value> {
     manifest["runs"].as_array().unwrap().clone()
 }
 
-/// Sweeps until it has killed so many runs, each at a random moment, and compares whatever finishes. Each run is on
-/// one of `backends`.
+/// Sweeps until it has killed so many runs, each at a random moment, and compares whatever finishes. Each run
+/// is on one of `backends`.
 fn killed(kills: u32, backends: &[&[&str]]) {
     let (folder, whole) = (quiet(), QUIET.1);
     let mut random = Random(whole.as_nanos() as u64);

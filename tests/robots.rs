@@ -1,5 +1,5 @@
-//! Robots from a URDF in a scene: what they are by default, where their links stand in the world, and how the shipped
-//! arm stands in the paper's scenes.
+//! Robots from a URDF in a scene: what they are by default, where their links stand in the world, and how the
+//! shipped arm stands in the paper's scenes.
 
 use std::path::Path;
 
@@ -69,9 +69,9 @@ fn robots(scene: &str) -> Vec<Object> {
 #[test]
 fn the_arm_of_the_papers_scenes_reaches_where_its_kinematics_say() {
     let arm = robots("scene1.toml").remove(0);
-    // By hand. The arm's plane points to −35° (145° − 180°, its a are negative). In it the elbow is at reach 0,
-    // height 1 + 0.1273 + 0.612; the forearm falls by 30°: reach 0.5723 cos 30° = 0.49563, height 1.45315. Wrist 1
-    // goes 0.1639 to the left, wrist 2 0.1157 down to 1.33745, wrist 3 0.0922 ahead to 0.587826:
+    // By hand. The arm's plane points to −35° (145° − 180°, its a are negative). In it the elbow is at reach
+    // 0, height 1 + 0.1273 + 0.612; the forearm falls by 30°: reach 0.5723 cos 30° = 0.49563, height 1.45315.
+    // Wrist 1 goes 0.1639 to the left, wrist 2 0.1157 down to 1.33745, wrist 3 0.0922 ahead to 0.587826:
     // (0.587826 cos 35° + 0.1639 sin 35°, −0.587826 sin 35° + 0.1639 cos 35°).
     let flange = *arm.linkage.as_ref().unwrap().link("tool0").unwrap();
     let expected = DVec3::new(0.575528, -0.202904, 1.337450);
@@ -91,9 +91,9 @@ fn the_arm_of_the_third_experiment_alternates() {
         assert_eq!(arm.surface == still.surface, i % 2 == 0, "snapshot {i}");
     }
     assert!(moving.iter().skip(1).step_by(2).all(|arm| arm.surface == moving[1].surface));
-    // By hand. The arm's plane points to 0°. The elbow is at 0.612 · (cos 60°, sin 60°) from the shoulder, the
-    // forearm falls by 50°: reach 0.306 + 0.36787 = 0.67387, height 1.1273 + 0.53001 − 0.43841 = 1.2189. Wrist 1 goes
-    // 0.1639 to the left, wrist 2 0.1157 ahead, wrist 3 0.0922 down, where the tool looks.
+    // By hand. The arm's plane points to 0°. The elbow is at 0.612 · (cos 60°, sin 60°) from the shoulder,
+    // the forearm falls by 50°: reach 0.306 + 0.36787 = 0.67387, height 1.1273 + 0.53001 − 0.43841 = 1.2189.
+    // Wrist 1 goes 0.1639 to the left, wrist 2 0.1157 ahead, wrist 3 0.0922 down, where the tool looks.
     let flange = *moving[1].linkage.as_ref().unwrap().link("tool0").unwrap();
     let expected = DVec3::new(0.78957, 0.1639, 1.12670);
     assert!((flange.position_m - expected).length() < 2e-5, "{}, not {expected}", flange.position_m);

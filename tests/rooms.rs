@@ -1,4 +1,5 @@
-//! The order of the rooms, as the first page of the crate has it: no room uses one above it. Tests may look up.
+//! The order of the rooms, as the first page of the crate has it: no room uses one above it. Tests may look
+//! up.
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -8,7 +9,8 @@ fn src() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("src")
 }
 
-/// The rooms in the order of the table in lib.rs, with the row of each: rooms of one row may use those to their left.
+/// The rooms in the order of the table in lib.rs, with the row of each: rooms of one row may use those to
+/// their left.
 fn order() -> BTreeMap<String, (usize, usize)> {
     let lib = fs::read_to_string(src().join("lib.rs")).unwrap();
     let rows = lib.lines().filter(|line| line.starts_with("//! | [`"));

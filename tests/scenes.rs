@@ -1,4 +1,5 @@
-//! The studies and scenes that ship: each loads and prepares, and the paper's cell is where the paper puts it.
+//! The studies and scenes that ship: each loads and prepares, and the paper's cell is where the paper puts
+//! it.
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -94,7 +95,8 @@ fn experiment_1_has_the_papers_poses() {
     assert_eq!(groups, BTreeMap::from(expected));
     assert_eq!((camera.candidates.len(), study.scenes.len(), study.regions.len()), (860, 3, 2));
     assert_eq!(jobs(&study), 2 * 860 * 3);
-    // Position 12 of the right wall: x −2.2 + 4 · 0.5, z 1.5; its orientation 3 is panned left and tilted down.
+    // Position 12 of the right wall: x −2.2 + 4 · 0.5, z 1.5; its orientation 3 is panned left and tilted
+    // down.
     let pose = camera.candidates.iter().find(|c| c.name == "right-wall/12/3").unwrap().setting.pose();
     assert!((pose.position_m - glam::DVec3::new(-0.2, -1.9, 1.5)).length() < 1e-12, "{}", pose.position_m);
     let ahead = pose.link().x_axis;
@@ -129,9 +131,9 @@ fn experiment_2_has_the_papers_choices() {
     assert_eq!(jobs(&study), 3 * (648 + 216 + 72 + 27 + 36));
 }
 
-/// The authors' table triggers 8 pads, 4 on either side; ours triggers the 4 on the far side. The legs fill the same
-/// voxels in both, from −0.5 to 0.55 on y, and pads end at y = −0.5: half-open as all boxes here, a pad has no voxel
-/// that begins there, while theirs take it in.
+/// The authors' table triggers 8 pads, 4 on either side; ours triggers the 4 on the far side. The legs fill
+/// the same voxels in both, from −0.5 to 0.55 on y, and pads end at y = −0.5: half-open as all boxes here, a
+/// pad has no voxel that begins there, while theirs take it in.
 #[test]
 fn the_table_alone_triggers_four_pads() {
     let study = study("paper/exp2.toml");

@@ -1,5 +1,5 @@
-//! The schemas of study and scene files: those that ship are those of the program, every file that ships keeps to them, and
-//! they find what they are there to find.
+//! The schemas of study and scene files: those that ship are those of the program, every file that ships
+//! keeps to them, and they find what they are there to find.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -132,7 +132,8 @@ fn studies_are_found_good_or_wrong() {
     }
 }
 
-/// What the schema takes as spelled right is what the program reads: each device of the catalogue by its name.
+/// What the schema takes as spelled right is what the program reads: each device of the catalogue by its
+/// name.
 #[test]
 fn every_device_is_known_to_both() {
     let study = validator(&schema::study());

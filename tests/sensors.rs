@@ -1,5 +1,5 @@
-//! Every kind of sensor in one study that ships: the same bytes from the same seed whoever computes them and however
-//! little of it is kept at once, other bytes from another, and sensors that go where the arm goes.
+//! Every kind of sensor in one study that ships: the same bytes from the same seed whoever computes them and
+//! however little of it is kept at once, other bytes from another, and sensors that go where the arm goes.
 
 mod common;
 #[allow(dead_code)]
@@ -185,7 +185,8 @@ struct Few {
     kept: usize,
     /// How many placements' first hits it keeps, were it to keep any.
     first_hit_slots: usize,
-    /// The still layers of the cells that were loaded, each once, and for each of these cells which numbers were given.
+    /// The still layers of the cells that were loaded, each once, and for each of these cells which numbers
+    /// were given.
     layers: Vec<Arc<BitGrid>>,
     numbers: Vec<(usize, BTreeSet<Slot>)>,
     /// What each number of the last layer stands for: a table, and a placement without its draws.
@@ -340,7 +341,8 @@ fn first_hits_are_kept_from_snapshot_to_snapshot() {
     assert!(few.numbers.iter().all(|(_, numbers)| numbers.len() <= 1));
 }
 
-/// A sensor that stands still has its first hits kept, unless its mount is off: by another pose in each repeat.
+/// A sensor that stands still has its first hits kept, unless its mount is off: by another pose in each
+/// repeat.
 #[test]
 fn no_first_hits_are_kept_of_a_mount_that_is_off() {
     let mut study = study();
@@ -374,8 +376,8 @@ fn evidence_is_made_once() {
     study.combinations.retain(|c| ["camera and cover", "arm's own"].contains(&c.name.as_str()));
     let mut few = Few::new(4000);
     rows_by(&study, &mut few);
-    // In each of 2 snapshots and 2 repeats 2 covers, 2 rings and 2 wrists; 4 cameras' points; the robot in each
-    // snapshot. The rest are volumes around people, at most 3 a camera.
+    // In each of 2 snapshots and 2 repeats 2 covers, 2 rings and 2 wrists; 4 cameras' points; the robot in
+    // each snapshot. The rest are volumes around people, at most 3 a camera.
     let fixed = 4 * (2 + 2 + 2 + 4) + 2;
     assert!((fixed + 1..=fixed + 4 * 4 * 3).contains(&few.kept), "{}", few.kept);
 }
@@ -409,8 +411,8 @@ fn a_sensor_on_a_link_goes_where_the_link_goes() {
     mount(&mut study, lidar, "shoulder_link", Pose::upright(offset, DVec3::X, 0.0));
     let worlds = World::prepare_all(&study).unwrap();
     let pose = |world: usize, sensor: usize| worlds[world].settings[sensor][0].pose();
-    // The base stands at (−0.8, 0, 0.8), the shoulder 0.1273 m above it; it pans by −100° and then by −70°, from half a
-    // turn: to 80° and 110°.
+    // The base stands at (−0.8, 0, 0.8), the shoulder 0.1273 m above it; it pans by −100° and then by −70°,
+    // from half a turn: to 80° and 110°.
     let (cos, sin) = (-0.342_020_143, 0.939_692_621);
     for sensor in [camera, lidar] {
         assert_eq!(

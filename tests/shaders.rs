@@ -1,5 +1,5 @@
-//! The shaders as naga sees them: every joined kernel is valid, and every struct that Rust mirrors has the same
-//! members at the same offsets. Needs no device.
+//! The shaders as naga sees them: every joined kernel is valid, and every struct that Rust mirrors has the
+//! same members at the same offsets. Needs no device.
 
 use std::mem::offset_of;
 

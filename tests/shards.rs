@@ -1,5 +1,5 @@
-//! Sweeps in parts, and the parts put together: what a single run would have left, byte for byte, or a refusal that names
-//! what is missing and how to make it.
+//! Sweeps in parts, and the parts put together: what a single run would have left, byte for byte, or a
+//! refusal that names what is missing and how to make it.
 
 #![cfg(unix)]
 
@@ -18,7 +18,8 @@ use program::{Folder, Outcome, names, perirobot, text};
 use running::same_bytes;
 use serde_json::Value;
 
-/// A study with noise, two scenes, repeats and a combination, so that shards cut through all of them; swept whole.
+/// A study with noise, two scenes, repeats and a combination, so that shards cut through all of them; swept
+/// whole.
 fn whole() -> Folder {
     let folder = Folder::new();
     folder.write("second.toml", fs::read(folder.path("cell.toml")).unwrap());

@@ -1,5 +1,5 @@
-//! Oracle = CPU = GPU on the quick studies that ship: every count, every voxel of the whole grid, the end of every ray.
-//! The gate compares the experiments by the program itself.
+//! Oracle = CPU = GPU on the quick studies that ship: every count, every voxel of the whole grid, the end of
+//! every ray. The gate compares the experiments by the program itself.
 
 mod common;
 

@@ -1,4 +1,5 @@
-//! Moving scenes through the program: a result a snapshot, warnings once a scene, and what a user can get wrong.
+//! Moving scenes through the program: a result a snapshot, warnings once a scene, and what a user can get
+//! wrong.
 
 #[allow(dead_code)]
 #[path = "common/program.rs"]

@@ -1,5 +1,5 @@
-//! Files, names and places that somebody else chose: nothing that a terminal or a browser would obey comes out, nothing
-//! takes long or stops the program, and what may pass is not called wrong.
+//! Files, names and places that somebody else chose: nothing that a terminal or a browser would obey comes
+//! out, nothing takes long or stops the program, and what may pass is not called wrong.
 
 #![cfg(target_os = "linux")]
 
@@ -96,7 +96,8 @@ fn threads_have_an_end_and_may_be_missing() {
         let text = |bytes| String::from_utf8(bytes).unwrap();
         Outcome { code: output.status.code(), stdout: text(output.stdout), stderr: text(output.stderr) }
     };
-    // Where memory ends just as a thread that was started asks for its own, the standard library aborts: then once more.
+    // Where memory ends just as a thread that was started asks for its own, the standard library aborts: then
+    // once more.
     let mut outcomes = (0..50).map(|_| limited(&["--backend", "cpu", "--threads", "1024"]));
     let outcome = outcomes.find(|outcome| outcome.code.is_some()).expect("one that was not aborted");
     assert_eq!(outcome.code, Some(3), "{}", outcome.stderr);

@@ -1,5 +1,5 @@
-//! From a sweep to its folder and back: the results read are those that were written, the tables are printed from them,
-//! and a folder that is not whole is refused.
+//! From a sweep to its folder and back: the results read are those that were written, the tables are printed
+//! from them, and a folder that is not whole is refused.
 
 #[allow(dead_code)]
 #[path = "common/program.rs"]
@@ -30,8 +30,8 @@ use watch::Onlooker;
 /// The files of a finished sweep.
 const FILES: [&str; 5] = ["counts.journal", "manifest.json", "poses.csv", "results.csv", "scores.csv"];
 
-/// What is appended to the small study: a sensor without poses, representations to choose from, a combination of two
-/// posed sensors and one in which a single one is posed.
+/// What is appended to the small study: a sensor without poses, representations to choose from, a combination
+/// of two posed sensors and one in which a single one is posed.
 const MORE: &str = r#"
 [[sensor]]
 name = "cover"

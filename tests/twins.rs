@@ -1,5 +1,5 @@
-//! Each function of `shaders/march.wgsl` alone, on a device, against its Rust twin: edge values, and thousands of
-//! random ones.
+//! Each function of `shaders/march.wgsl` alone, on a device, against its Rust twin: edge values, and
+//! thousands of random ones.
 
 mod common;
 
@@ -264,8 +264,8 @@ fn made_at(first: u32, period: u32, own: i32, t: u32, axis: i32) -> u32 {
     }
 }
 
-/// Steps to the last cell that a ray enters at or before (t, axis), or the last inside its room: the crossings of each
-/// axis, and whether the room ended it.
+/// Steps to the last cell that a ray enters at or before (t, axis), or the last inside its room: the
+/// crossings of each axis, and whether the room ended it.
 fn made_until(origin: [i32; 3], dir: [i32; 3], room: [u32; 3], t: u32, axis: i32) -> Vec<u32> {
     let mut march = march::start(origin, dir);
     let mut made = [0; 3];
@@ -297,8 +297,9 @@ fn visits(origin: [i32; 3], dir: [i32; 3], ahead: [u32; 3]) -> bool {
     true
 }
 
-/// `launch` and `launch_truly` have no twins of their own: they are `start` in the directions of `direction_q16`, from where a
-/// sensor is believed to be and from where it truly is. The other of both is somewhere else.
+/// `launch` and `launch_truly` have no twins of their own: they are `start` in the directions of
+/// `direction_q16`, from where a sensor is believed to be and from where it truly is. The other of both is
+/// somewhere else.
 const LAUNCHES: [Twin; 2] = [
     Twin {
         name: "launch",
@@ -557,7 +558,8 @@ fn read_cases(name: &str, random: &mut Random, out: &mut Vec<u32>) {
     }
 }
 
-/// A position in a grid and a direction: on boundaries, centres or anywhere; along the lattice, nearly so, or anywhere.
+/// A position in a grid and a direction: on boundaries, centres or anywhere; along the lattice, nearly so, or
+/// anywhere.
 fn ray_in_a_grid(random: &mut Random, i: usize) -> ([i32; 3], [i32; 3], [u32; 3]) {
     let size: [u32; 3] =
         std::array::from_fn(|_| if i.is_multiple_of(4) { 1023 } else { 1 + random.below(12) });

@@ -1,4 +1,5 @@
-//! Input that is accepted with an assumption: the program runs, exits with 0, and says what it assumed of what.
+//! Input that is accepted with an assumption: the program runs, exits with 0, and says what it assumed of
+//! what.
 
 #[allow(dead_code)]
 #[path = "common/program.rs"]
@@ -6,7 +7,8 @@ mod program;
 
 use program::{Folder, STUDY};
 
-/// The good study with these edits, `(file, from, to)`, must run and warn in words that hold all of `expected`.
+/// The good study with these edits, `(file, from, to)`, must run and warn in words that hold all of
+/// `expected`.
 #[track_caller]
 fn check(folder: &Folder, edits: &[(&str, &str, &str)], expected: &[&str]) {
     let before = warnings(folder);

@@ -1,5 +1,5 @@
-//! `perirobot why`: its table adds up to what the sweep counted, its words name what stands in the way, and wrong input is
-//! refused.
+//! `perirobot why`: its table adds up to what the sweep counted, its words name what stands in the way, and
+//! wrong input is refused.
 
 #[allow(dead_code)]
 #[path = "common/program.rs"]
@@ -11,7 +11,8 @@ use std::path::Path;
 
 use program::{Folder, names, perirobot, text};
 
-/// Sums of some columns of a table, for each scene, snapshot, repeat, combination, poses, representation and region.
+/// Sums of some columns of a table, for each scene, snapshot, repeat, combination, poses, representation and
+/// region.
 fn sums(path: &Path, columns: [&str; 3]) -> BTreeMap<String, [u64; 3]> {
     let mut reader = csv::Reader::from_path(path).unwrap();
     let header = reader.headers().unwrap().clone();
@@ -25,8 +26,8 @@ fn sums(path: &Path, columns: [&str; 3]) -> BTreeMap<String, [u64; 3]> {
     sums
 }
 
-/// Every row of reasons.csv is of one of results.csv, and those of one add up to its unknown voxels; how many rows of results
-/// were met.
+/// Every row of reasons.csv is of one of results.csv, and those of one add up to its unknown voxels; how many
+/// rows of results were met.
 #[track_caller]
 fn adds_up(out: &Path) -> usize {
     let expected = sums(&out.join("results.csv"), ["uo", "uf", "uo_human"]);

@@ -1,13 +1,13 @@
-//! How many labels are right, and how many voxels of people are hit: readings fused and counted in one pass, a layer at a
-//! time and only where a region has voxels. `fuse` makes the labels.
+//! How many labels are right, and how many voxels of people are hit: readings fused and counted in one pass,
+//! a layer at a time and only where a region has voxels. `fuse` makes the labels.
 //!
 //! # Theory
-//! A region's voxels, and how many of them are truly occupied, a person's or the robot's, do not depend on labels. Two
-//! counts of labels, occupied and free, among each of the four give all twelve counters.
+//! A region's voxels, and how many of them are truly occupied, a person's or the robot's, do not depend on
+//! labels. Two counts of labels, occupied and free, among each of the four give all twelve counters.
 //!
 //! # Practice
-//! Voxels are counted under the words of a region's rows. Those that are truly occupied are few: their words are listed
-//! with the voxels in them, and so are the person's and the robot's.
+//! Voxels are counted under the words of a region's rows. Those that are truly occupied are few: their words
+//! are listed with the voxels in them, and so are the person's and the robot's.
 
 use super::fuse::{Job, Rows};
 use super::roll::Roll;
@@ -39,8 +39,8 @@ struct Part {
     /// Its first word, counted from that of the layer's rows.
     first: usize,
     words: Vec<u32>,
-    /// Of the voxels that are truly occupied, a person's occupied ones, the robot's: words, counted alike, and the
-    /// voxels in them.
+    /// Of the voxels that are truly occupied, a person's occupied ones, the robot's: words, counted alike,
+    /// and the voxels in them.
     listed: [Vec<(u32, u32)>; 3],
 }
 
@@ -71,7 +71,8 @@ impl Tally {
         Tally { window, layers, totals, roll: Roll::new(cell) }
     }
 
-    /// Fuses the readings of a job, and counts the labels and the hits in each region. Hits cover the window, or are empty.
+    /// Fuses the readings of a job, and counts the labels and the hits in each region. Hits cover the window,
+    /// or are empty.
     pub(super) fn score<'a>(
         &self,
         fusion: Fusion,

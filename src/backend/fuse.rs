@@ -2,21 +2,23 @@
 //! `shaders/fuse.wgsl`.
 //!
 //! # Theory
-//! Sums are clamped after each reading, and clamp(sum + said) never falls where `sum` or `said` rises. So where no
-//! reading pulls a voxel down, its sum is above zero as soon as one pulls it up, and the other way round: only voxels
-//! that are pulled both ways need their sum. From a sum, what is still to be said cannot lead below the sum of the
-//! lowest that each may say (on the way down the upper clamp is never met), nor above that of the highest.
+//! Sums are clamped after each reading, and clamp(sum + said) never falls where `sum` or `said` rises. So
+//! where no reading pulls a voxel down, its sum is above zero as soon as one pulls it up, and the other way
+//! round: only voxels that are pulled both ways need their sum. From a sum, what is still to be said cannot
+//! lead below the sum of the lowest that each may say (on the way down the upper clamp is never met), nor
+//! above that of the highest.
 //!
 //! # Practice
-//! Most words are settled by three bit operations a reading; the rest sum up, for all voxels of a word that heard the
-//! same together.
+//! Most words are settled by three bit operations a reading; the rest sum up, for all voxels of a word that
+//! heard the same together.
 
 use std::ops::Range;
 
 use super::{Fusion, LOG_ODDS, Planes, Reading, Slot};
 use crate::voxel::Window;
 
-/// Rows of one layer of a window, what is fused and counted at a time: few enough to stay in the nearest cache.
+/// Rows of one layer of a window, what is fused and counted at a time: few enough to stay in the nearest
+/// cache.
 #[derive(Clone, Debug)]
 pub(super) struct Rows {
     /// The layer.
@@ -120,8 +122,8 @@ impl Voice<'_> {
     }
 }
 
-/// Lets voices speak in order to some voxels of a word that have the same sum so far, and labels them occupied or free,
-/// or, at a sum of zero, neither.
+/// Lets voices speak in order to some voxels of a word that have the same sum so far, and labels them
+/// occupied or free, or, at a sum of zero, neither.
 fn sum(voices: &[Voice], word: usize, mut so_far: i32, mut voxels: u32, labels: &mut [u32; 2]) {
     for (i, voice) in voices.iter().enumerate() {
         if so_far + voice.still[0] > 0 || so_far + voice.still[1] < 0 {
@@ -189,7 +191,8 @@ mod tests {
     use super::*;
     use crate::voxel::BitGrid;
 
-    /// Up to eight readings of dense planes, some of whose sums are clamped and come back, against plain sums.
+    /// Up to eight readings of dense planes, some of whose sums are clamped and come back, against plain
+    /// sums.
     #[test]
     fn sums_of_words_are_sums_of_voxels() {
         let mut state = 1u64;

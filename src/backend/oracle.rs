@@ -205,7 +205,8 @@ struct Path {
     entered: [u64; LONGEST_PATH],
 }
 
-/// A ray on its way. Crossings come in the order of (distance, axis), so that both are one number: 4 · distance + axis.
+/// A ray on its way. Crossings come in the order of (distance, axis), so that both are one number: 4 ·
+/// distance + axis.
 #[derive(Clone, Copy)]
 struct Ray {
     /// The bit of the cell that it is in.
@@ -277,12 +278,13 @@ struct Walked {
     end: End,
     /// The bit of the blocker that a return comes from.
     blocker: u32,
-    /// How far what the ray says reaches: where a return is read, where the blocker of a blind ray is, else the range.
+    /// How far what the ray says reaches: where a return is read, where the blocker of a blind ray is, else
+    /// the range.
     t_q16: u64,
 }
 
-/// Fills `path` with the cells that a ray is in, inside the grid and within range, up to its first blocker, or to where
-/// a noisy return is read.
+/// Fills `path` with the cells that a ray is in, inside the grid and within range, up to its first blocker,
+/// or to where a noisy return is read.
 fn walk(cell: &Cell, rays: &Rays, placement: &Placement, number: usize, path: &mut Path) -> Walked {
     let words = cell.blockers.words();
     let gates = &rays.gates;
@@ -324,15 +326,16 @@ fn walk(cell: &Cell, rays: &Rays, placement: &Placement, number: usize, path: &m
     walked(if left { LEFT } else { NOTHING }, crossings, 0, range_q16)
 }
 
-/// Fills `path` with the cells that a ray is believed to be in up to a distance, were nothing in its way: how many crossings
-/// those are.
+/// Fills `path` with the cells that a ray is believed to be in up to a distance, were nothing in its way: how
+/// many crossings those are.
 fn along(cell: &Cell, rays: &Rays, from: &Placement, number: usize, t_q16: u64, path: &mut Path) -> u32 {
     let ray = Ray::start(&cell.blockers, from, rays.dirs_q15[number]);
     path.cells[0] = ray.bit as u32;
     unhindered(ray, ray.exit.min(after(t_q16)), path, 0) as u32
 }
 
-/// How many crossings a ray makes up to a limit, if it was stopped after so many of them and nothing stops it now.
+/// How many crossings a ray makes up to a limit, if it was stopped after so many of them and nothing stops it
+/// now.
 fn unhindered(mut ray: Ray, limit: u64, path: &mut Path, mut crossings: usize) -> usize {
     while ray.cross(limit).is_some() {
         crossings += 1;

@@ -1,16 +1,18 @@
-//! The people of a cell, laid out for counting what is hit: their voxels word by word, one list for all regions. Words are
-//! looked up by `count` and, on a device, by `shaders/detect.wgsl`.
+//! The people of a cell, laid out for counting what is hit: their voxels word by word, one list for all
+//! regions. Words are looked up by `count` and, on a device, by `shaders/detect.wgsl`.
 //!
 //! # Theory
-//! Hits are joined over the readings of a job, whatever the rule of fusion, so a word of voxels of one part in one region
-//! needs only the hits in it. The thresholds are applied to the sums, on the host, for all backends (`metrics`).
+//! Hits are joined over the readings of a job, whatever the rule of fusion, so a word of voxels of one part
+//! in one region needs only the hits in it. The thresholds are applied to the sums, on the host, for all
+//! backends (`metrics`).
 
 use bytemuck::{Pod, Zeroable};
 
 use super::Cell;
 use crate::metrics::{BodyPart, Detection, PartTally};
 
-/// Voxels of one part of one person in one region that share a word of a plane; the twin of `Flesh` in `shaders/types.wgsl`.
+/// Voxels of one part of one person in one region that share a word of a plane; the twin of `Flesh` in
+/// `shaders/types.wgsl`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Pod, Zeroable)]
 #[repr(C)]
 pub struct Flesh {

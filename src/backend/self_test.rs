@@ -1,5 +1,6 @@
-//! Whether a device gives the right counts here and now: a camera of many pixels in a cluttered cell, a whole batch of poses,
-//! held against the CPU. Some poses stand so close to what they see that every kernel has long loops.
+//! Whether a device gives the right counts here and now: a camera of many pixels in a cluttered cell, a whole
+//! batch of poses, held against the CPU. Some poses stand so close to what they see that every kernel has
+//! long loops.
 
 use super::cpu::Cpu;
 use super::{Backend, Cell, Fusion, Image, Noise, Placement, Rays, Reading, Shot};
@@ -14,8 +15,8 @@ pub const POSES: u32 = 8;
 /// Compares all counts of the test with those of the CPU.
 ///
 /// # Errors
-/// `Error::Device` if the device fails, or finds out itself that it did not do all of its work; `Error::Disagreement` if it counts
-/// otherwise than the CPU.
+/// `Error::Device` if the device fails, or finds out itself that it did not do all of its work;
+/// `Error::Disagreement` if it counts otherwise than the CPU.
 pub fn self_test(backend: &mut dyn Backend) -> Result<()> {
     let (found, expected) = (counts(backend)?, counts(&mut Cpu::new(None)?)?);
     if let Some(i) = (0..expected.len()).find(|&i| found.get(i) != Some(&expected[i])) {

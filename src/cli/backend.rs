@@ -1,4 +1,5 @@
-//! Which backend runs and what it may use: chosen once, here, from `--backend`, `--adapter`, `--threads` and `--memory`.
+//! Which backend runs and what it may use: chosen once, here, from `--backend`, `--adapter`, `--threads` and
+//! `--memory`.
 
 use clap::ValueEnum;
 use perirobot::backend::cpu::Cpu;
@@ -21,11 +22,13 @@ pub(super) struct BackendArgs {
     /// `software` for one that runs on the processor
     #[arg(long, value_name = "INDEX|NAME|software")]
     adapter: Option<String>,
-    /// Threads that prepare scenes and sensors, and of the CPU backend [default: all that the process may use]
+    /// Threads that prepare scenes and sensors, and of the CPU backend [default: all that the process may
+    /// use]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=MOST_THREADS))]
     threads: Option<u16>,
-    /// Memory for evidence (half of it) and, on the CPU, for first hits in what stands still (a quarter): a number and
-    /// KiB, MiB or GiB; a few poses' evidence is kept in any case [default: 512MiB; more on a hardware GPU]
+    /// Memory for evidence (half of it) and, on the CPU, for first hits in what stands still (a quarter): a
+    /// number and KiB, MiB or GiB; a few poses' evidence is kept in any case [default: 512MiB; more on a
+    /// hardware GPU]
     #[arg(long, value_name = "BYTES", value_parser = super::quantity::bytes)]
     memory: Option<u64>,
 }
@@ -43,8 +46,8 @@ enum Choice {
 }
 
 impl BackendArgs {
-    /// Starts the threads that prepare scenes and sensors. The CPU backend has as many of its own, and while those work
-    /// these wait.
+    /// Starts the threads that prepare scenes and sensors. The CPU backend has as many of its own, and while
+    /// those work these wait.
     pub(super) fn start_threads(&self) -> Result<()> {
         start_threads(self.threads())
     }
@@ -72,8 +75,8 @@ impl BackendArgs {
         }
     }
 
-    /// What `bench` measures besides the oracle: the CPU on one thread without and with SIMD and on all, and the GPU. A
-    /// software adapter counts.
+    /// What `bench` measures besides the oracle: the CPU on one thread without and with SIMD and on all, and
+    /// the GPU. A software adapter counts.
     pub(super) fn contenders(&self) -> Result<Vec<Contender>> {
         let all = std::thread::available_parallelism().map_or(1, |n| n.get());
         let mut contenders = Vec::new();
@@ -116,8 +119,8 @@ impl BackendArgs {
         Ok(all)
     }
 
-    /// The adapter that was asked for, or a hardware GPU, or a software one; none, and a warning, where there is no
-    /// adapter at all.
+    /// The adapter that was asked for, or a hardware GPU, or a software one; none, and a warning, where there
+    /// is no adapter at all.
     fn any_gpu(&self, what: &str) -> Result<Option<Gpu>> {
         if self.adapter.is_some() || self.backend == Choice::Gpu {
             return self.gpu(&self.adapter()).map(Some);
@@ -167,8 +170,8 @@ impl BackendArgs {
     }
 }
 
-/// Starts the threads that prepare scenes and sensors, before any of that begins: as many as the process may use unless a
-/// number is given.
+/// Starts the threads that prepare scenes and sensors, before any of that begins: as many as the process may
+/// use unless a number is given.
 pub(super) fn start_threads(threads: Option<usize>) -> Result<()> {
     let threads = threads.or_else(|| std::thread::available_parallelism().ok().map(|n| n.get())).unwrap_or(1);
     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads);
@@ -184,7 +187,8 @@ pub(super) struct SweepCrew<'a> {
 }
 
 impl BackendArgs {
-    /// Who sweeps. The backend of the user's choice is opened, so that what is wrong with it is known at once.
+    /// Who sweeps. The backend of the user's choice is opened, so that what is wrong with it is known at
+    /// once.
     pub(super) fn crew(&self) -> Result<SweepCrew<'_>> {
         let backend = self.open()?;
         Ok(SweepCrew { args: self, is_gpu: backend.name() == "gpu", ready: Some(backend) })

@@ -1,4 +1,5 @@
-//! `perirobot bench`: how fast each backend does the whole job, as tables to paste. Measured in `sweep::bench`.
+//! `perirobot bench`: how fast each backend does the whole job, as tables to paste. Measured in
+//! `sweep::bench`.
 
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -15,16 +16,18 @@ use super::packages::PackageArgs;
 
 /// Measure how fast each backend is, as a ratio to the oracle
 ///
-/// Scores the same poses on the oracle (one thread, plain march), the CPU (one thread without and with SIMD, all
-/// threads) and the GPU, exactly as `perirobot sweep` does: cast, carve, fuse and count, in every representation and
-/// region of the study. Prints a Markdown table for each voxel size and each combination that casts rays.
+/// Scores the same poses on the oracle (one thread, plain march), the CPU (one thread without and with SIMD,
+/// all threads) and the GPU, exactly as `perirobot sweep` does: cast, carve, fuse and count, in every
+/// representation and region of the study. Prints a Markdown table for each voxel size and each combination
+/// that casts rays.
 ///
-/// A line is the fastest of as many rounds over all poses as take a second (--seconds), three at least. The column
-/// "load" is the time to make a scene ready for a backend, acceleration structures included, when a scene or snapshot
-/// is first used; no other column contains it. One-thread lines have one thread for the host's share of the work, too.
+/// A line is the fastest of as many rounds over all poses as take a second (--seconds), three at least. The
+/// column "load" is the time to make a scene ready for a backend, acceleration structures included, when a
+/// scene or snapshot is first used; no other column contains it. One-thread lines have one thread for the
+/// host's share of the work, too.
 ///
-/// Times mean little while other programs run; ratios to the oracle, from the same minute, mean more. Counts that are
-/// not the oracle's make any speed worthless: they are named, and the exit code is 1.
+/// Times mean little while other programs run; ratios to the oracle, from the same minute, mean more. Counts
+/// that are not the oracle's make any speed worthless: they are named, and the exit code is 1.
 #[derive(clap::Args)]
 #[command(after_help = "\
 Examples:

@@ -1,5 +1,5 @@
-//! `perirobot check`: what a study contains, how the rays of a few poses end, how long all would take, and everything that
-//! is wrong with it. Read in `study`, cast in `sweep::sample`, told in `contents`.
+//! `perirobot check`: what a study contains, how the rays of a few poses end, how long all would take, and
+//! everything that is wrong with it. Read in `study`, cast in `sweep::sample`, told in `contents`.
 
 use std::process::ExitCode;
 
@@ -14,12 +14,13 @@ use super::study::StudyArgs;
 
 /// Say what a study holds, what is wrong, how long it takes
 ///
-/// Reads the study, its scenes and all meshes, and lists scenes, objects, regions, sensors, poses and rows of results.
-/// Casts a few poses of each sensor, and says how many of their rays return, end too near, too far, or leave the grid; where
-/// most do not return it warns, with the cure. Times a few more on the backend that would sweep.
+/// Reads the study, its scenes and all meshes, and lists scenes, objects, regions, sensors, poses and rows of
+/// results. Casts a few poses of each sensor, and says how many of their rays return, end too near, too far,
+/// or leave the grid; where most do not return it warns, with the cure. Times a few more on the backend that
+/// would sweep.
 ///
-/// All that is wrong is listed at once, as far as one thing can be judged without another; then the exit code is 2. With
-/// warnings only it is 0.
+/// All that is wrong is listed at once, as far as one thing can be judged without another; then the exit code
+/// is 2. With warnings only it is 0.
 #[derive(clap::Args)]
 #[command(after_help = "\
 Examples:
@@ -38,7 +39,8 @@ pub(super) struct Args {
     backend: BackendArgs,
 }
 
-/// Warnings that are told of a study, problems, and sensors whose rays are counted, unless all are wished for.
+/// Warnings that are told of a study, problems, and sensors whose rays are counted, unless all are wished
+/// for.
 const FEW_WARNINGS: usize = 10;
 const FEW_PROBLEMS: usize = 20;
 const FEW_SENSORS: usize = 3;
@@ -84,8 +86,8 @@ fn verdict(warnings: usize) -> String {
     }
 }
 
-/// Prints every problem for itself, as many as fit a screen unless all are wished for. Where the disk is the only one,
-/// another time the same may be right.
+/// Prints every problem for itself, as many as fit a screen unless all are wished for. Where the disk is the
+/// only one, another time the same may be right.
 fn refuse(problems: &[Error], all: bool) -> ExitCode {
     let (count, most) = (problems.len(), if all { usize::MAX } else { FEW_PROBLEMS });
     problems.iter().take(most).for_each(|problem| say!("error: {problem}"));
@@ -118,7 +120,8 @@ fn rays(study: &Study, ends: &[Ends], most: usize) -> String {
     if text.is_empty() { text } else { text + &rest + "\n" }
 }
 
-/// Warns of each sensor of which most rays do not return, with what to do, as many as are wished for; how many there are.
+/// Warns of each sensor of which most rays do not return, with what to do, as many as are wished for; how
+/// many there are.
 fn advise(study: &Study, ends: &[Ends], most: usize) -> usize {
     let cures =
         study.sensors.iter().zip(ends).filter_map(|(sensor, ends)| Some((sensor, cure(study, ends)?)));

@@ -8,7 +8,8 @@ use perirobot::world::World;
 #[derive(clap::Args)]
 #[command(next_help_heading = "Poses")]
 pub(super) struct ChoiceArgs {
-    /// Which poses, as in the column `poses` of results.csv; of a sensor scored alone, the pose's own name will do
+    /// Which poses, as in the column `poses` of results.csv; of a sensor scored alone, the pose's own name
+    /// will do
     #[arg(long, value_name = "POSES")]
     pose: String,
     #[command(flatten)]

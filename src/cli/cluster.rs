@@ -13,9 +13,10 @@ use super::outcome::OutcomeArgs;
 
 /// Write a script that sweeps in shards on a cluster
 ///
-/// A cluster's own engine does the work: the script gives each shard to one of its tasks, a task that is stopped goes on
-/// where it was, and at the end the shards are merged into what a single run would have written, byte for byte. Nothing is
-/// submitted before you run the script. What follows `--` is handed to `perirobot sweep`.
+/// A cluster's own engine does the work: the script gives each shard to one of its tasks, a task that is
+/// stopped goes on where it was, and at the end the shards are merged into what a single run would have
+/// written, byte for byte. Nothing is submitted before you run the script. What follows `--` is handed to
+/// `perirobot sweep`.
 #[derive(clap::Args)]
 #[command(after_help = "\
 Examples:
@@ -39,10 +40,10 @@ pub(super) struct Args {
 enum Engine {
     /// A shell script: an array job of Slurm, and the merge as the job that depends on it
     ///
-    /// `sh FILE` submits both and returns. A task whose time is up, whose node is lost or whose program fails goes back into
-    /// the queue and goes on where it was; bad input and wrong counts end it for good, as another try would not help. When
-    /// all tasks have ended, the merge writes the tables into --out, or its log names the shards that lack rows: `sh FILE`
-    /// again goes on with them. Logs are in OUT/logs.
+    /// `sh FILE` submits both and returns. A task whose time is up, whose node is lost or whose program fails
+    /// goes back into the queue and goes on where it was; bad input and wrong counts end it for good, as
+    /// another try would not help. When all tasks have ended, the merge writes the tables into --out, or its
+    /// log names the shards that lack rows: `sh FILE` again goes on with them. Logs are in OUT/logs.
     Slurm {
         #[command(flatten)]
         job: JobArgs,
@@ -58,9 +59,9 @@ enum Engine {
     },
     /// A shell script: an array of HyperQueue's tasks, then the merge
     ///
-    /// `sh FILE` submits the tasks, waits for them, and merges. A task that is stopped goes on at once where it was; tasks
-    /// that fail are submitted again, --tries times at most. If shards still lack rows, the merge names them: `sh FILE`
-    /// again goes on with them. Logs are in OUT/logs.
+    /// `sh FILE` submits the tasks, waits for them, and merges. A task that is stopped goes on at once where
+    /// it was; tasks that fail are submitted again, --tries times at most. If shards still lack rows, the
+    /// merge names them: `sh FILE` again goes on with them. Logs are in OUT/logs.
     Hyperqueue {
         #[command(flatten)]
         job: JobArgs,
@@ -70,9 +71,10 @@ enum Engine {
     },
     /// A manifest: an Indexed Job of Kubernetes, and the merge as a second Job
     ///
-    /// All paths are those in the container, so the study is not looked at here. A pod that is stopped is replaced by one
-    /// that goes on where it was; one that fails, --tries times at most; bad input and wrong counts end the Job. The merge
-    /// is started by hand when all pods have ended; the manifest's first lines say how.
+    /// All paths are those in the container, so the study is not looked at here. A pod that is stopped is
+    /// replaced by one that goes on where it was; one that fails, --tries times at most; bad input and wrong
+    /// counts end the Job. The merge is started by hand when all pods have ended; the manifest's first lines
+    /// say how.
     Kubernetes {
         #[command(flatten)]
         job: JobArgs,

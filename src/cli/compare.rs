@@ -11,17 +11,18 @@ use super::score::ScoreArg;
 
 /// Put placements of one sweep, or of two, side by side
 ///
-/// Reads the folders of finished sweeps and prints, for each region, every score of each placement (one column a placement),
-/// of two also the difference, and last what all positions of the study could reach together: over all scenes (mean, worst and
-/// pooled), then for each scene. Of two sweeps it says what differs. Nothing is cast.
+/// Reads the folders of finished sweeps and prints, for each region, every score of each placement (one
+/// column a placement), of two also the difference, and last what all positions of the study could reach
+/// together: over all scenes (mean, worst and pooled), then for each scene. Of two sweeps it says what
+/// differs. Nothing is cast.
 #[derive(clap::Args)]
 #[command(after_help = AFTER_HELP)]
 pub(super) struct Args {
     /// Folder that `perirobot sweep --out` has written, and another, for a sweep of a changed study
     #[arg(value_name = "DIR", required = true, num_args = 1..=2)]
     folders: Vec<PathBuf>,
-    /// A placement, as in the column `poses` of results.csv; of a sensor scored alone, the pose's own name will do.
-    /// Repeat it for each
+    /// A placement, as in the column `poses` of results.csv; of a sensor scored alone, the pose's own name
+    /// will do. Repeat it for each
     #[arg(long, value_name = "POSES", required_unless_present = "best")]
     pose: Vec<String>,
     /// Instead of names: how many of the best placements of each sweep in each region

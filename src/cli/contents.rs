@@ -16,7 +16,8 @@ const SCREEN: usize = 32;
 /// Entries of each list that are told then.
 const FEW: usize = 3;
 
-/// What is in it, in the order of the file: everything if that is wished for or fits a screen, else the first of each list.
+/// What is in it, in the order of the file: everything if that is wished for or fits a screen, else the first
+/// of each list.
 pub(super) fn tables(study: &Study, worlds: &[World], all: bool) -> String {
     let of = |most: usize| {
         let sections = [

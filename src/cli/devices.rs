@@ -9,7 +9,8 @@ use perirobot::backend::{SELF_TEST_POSES, self_test};
 
 /// List Vulkan adapters, which would be used, how to get one
 ///
-/// Each of them counts a batch of poses that the CPU counts as well, and is called exact only if all counts are the same.
+/// Each of them counts a batch of poses that the CPU counts as well, and is called exact only if all counts
+/// are the same.
 #[derive(clap::Args)]
 pub(super) struct Args {}
 

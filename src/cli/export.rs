@@ -15,9 +15,9 @@ use super::swept::SweptArgs;
 
 /// Write one choice of poses voxel by voxel, for other programs
 ///
-/// Looks at one row of a sweep's results again, voxel by voxel, and writes the labels, the truth and what each sensor
-/// says as OctoMaps (.bt), the returns of each sensor's rays as point clouds (.ply, .pcd), everything as arrays (view.npz)
-/// and the cell with the placed sensors as glTF (cell.glb, y up, metres).
+/// Looks at one row of a sweep's results again, voxel by voxel, and writes the labels, the truth and what
+/// each sensor says as OctoMaps (.bt), the returns of each sensor's rays as point clouds (.ply, .pcd),
+/// everything as arrays (view.npz) and the cell with the placed sensors as glTF (cell.glb, y up, metres).
 #[derive(clap::Args)]
 #[command(after_help = AFTER_HELP)]
 pub(super) struct Args {
@@ -25,8 +25,8 @@ pub(super) struct Args {
     swept: SweptArgs,
     #[command(flatten)]
     choice: ChoiceArgs,
-    /// Folder for the files; made if needed. Files of the same names are replaced [default: one in DIR/export, named
-    /// after what is looked at]
+    /// Folder for the files; made if needed. Files of the same names are replaced [default: one in
+    /// DIR/export, named after what is looked at]
     #[arg(long, value_name = "FOLDER")]
     out: Option<PathBuf>,
     #[command(flatten)]

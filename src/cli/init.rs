@@ -1,4 +1,5 @@
-//! `perirobot init`: a first study to change, with the files that it needs. They are beside this file, and in `scenes/paper/`.
+//! `perirobot init`: a first study to change, with the files that it needs. They are beside this file, and in
+//! `scenes/paper/`.
 
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -9,8 +10,9 @@ use perirobot::{Error, Result};
 
 /// Write a small study with comments to begin with
 ///
-/// The folder then holds a study, its cell (a room, a table, a robot, a person who walks up to it), the robot's and the
-/// person's files, and the schemas by which editors complete and check keys. Nothing that is there is overwritten.
+/// The folder then holds a study, its cell (a room, a table, a robot, a person who walks up to it), the
+/// robot's and the person's files, and the schemas by which editors complete and check keys. Nothing that is
+/// there is overwritten.
 #[derive(clap::Args)]
 #[command(after_help = "\
 Examples:

@@ -11,9 +11,9 @@ use super::outcome::{OutcomeArgs, print_best};
 
 /// Put the shards of a sweep together
 ///
-/// Proves that the shards are of one sweep, complete and disjoint, and writes into OUT what a single run would have
-/// written, byte for byte (but for what manifest.json says of the runs). What is missing is named, with the command that
-/// makes it; then nothing is written, and the exit code is 2.
+/// Proves that the shards are of one sweep, complete and disjoint, and writes into OUT what a single run
+/// would have written, byte for byte (but for what manifest.json says of the runs). What is missing is named,
+/// with the command that makes it; then nothing is written, and the exit code is 2.
 #[derive(clap::Args)]
 #[command(after_help = "\
 Examples:

@@ -1,8 +1,9 @@
 //! Mesa's drivers write two lines about XDG_RUNTIME_DIR on standard error where it is not set, as in
 //! containers and over ssh. They say nothing about results, so the variable is set here.
 
-/// Starts the program anew in its own process with the variable set, where it is not: to a folder that does not exist, so
-/// that nothing is found there. (A process cannot set its own variables without `unsafe`.) Where that fails, it goes on.
+/// Starts the program anew in its own process with the variable set, where it is not: to a folder that does
+/// not exist, so that nothing is found there. (A process cannot set its own variables without `unsafe`.)
+/// Where that fails, it goes on.
 #[cfg(unix)]
 pub(super) fn keep_quiet() {
     use std::os::unix::process::CommandExt;

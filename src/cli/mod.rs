@@ -48,15 +48,16 @@ use terminal::print;
 
 /// Score where to put the sensors of a robot cell.
 ///
-/// perirobot voxelizes a cell, casts every ray of every candidate sensor pose through it, compares what the sensor
-/// would claim (occupied, free, unknown) with the truth in regions of interest, and scores the pose with F1 and
-/// Cohen's kappa. The counts are the same integers on every device.
+/// perirobot voxelizes a cell, casts every ray of every candidate sensor pose through it, compares what the
+/// sensor would claim (occupied, free, unknown) with the truth in regions of interest, and scores the pose
+/// with F1 and Cohen's kappa. The counts are the same integers on every device.
 #[derive(Parser)]
 #[command(name = "perirobot", bin_name = "perirobot", version, max_term_width = 100, after_help = AFTER_HELP)]
 struct Cli {
     #[command(subcommand)]
     command: Command,
-    /// Say on standard error what is being done: files read, scenes voxelized, devices opened; -vv: each batch, too
+    /// Say on standard error what is being done: files read, scenes voxelized, devices opened; -vv: each
+    /// batch, too
     #[arg(short, long, global = true, action = clap::ArgAction::Count)]
     verbose: u8,
 }

@@ -16,7 +16,8 @@ const MOST_CSV_ROWS: u64 = 1_000_000;
 #[derive(clap::Args)]
 #[command(next_help_heading = "Results")]
 pub(super) struct OutcomeArgs {
-    /// How the tables `results` and `scores` are written [default: csv, parquet above a million rows of results]
+    /// How the tables `results` and `scores` are written [default: csv, parquet above a million rows of
+    /// results]
     #[arg(long, value_enum)]
     table: Option<TableChoice>,
 }
@@ -38,7 +39,8 @@ impl OutcomeArgs {
         named.map_or(Vec::new(), |choice| vec!["--table".into(), choice.get_name().into()])
     }
 
-    /// Writes the tables. Those of the other format, from an earlier end of the same sweep, are the same and stay.
+    /// Writes the tables. Those of the other format, from an earlier end of the same sweep, are the same and
+    /// stay.
     pub(super) fn write(&self, results: &Results, folder: &Path) -> Result<()> {
         let formats: &[Format] = match self.table {
             Some(TableChoice::Csv) => &[Format::Csv],

@@ -19,7 +19,8 @@ pub(super) struct ProgressArgs {
 enum How {
     /// A bar with rate and time left, where standard error is a terminal
     Bar,
-    /// A JSON object a line, for programs: its event is start, progress (twice a second at most), done or stopped
+    /// A JSON object a line, for programs: its event is start, progress (twice a second at most), done or
+    /// stopped
     Json,
     /// Not at all
     None,

@@ -17,16 +17,17 @@ use super::study::StudyArgs;
 
 /// Draw a cell, or what one choice of poses makes of it
 ///
-/// The picture's rays are cast by the same code that scores poses, so that the CPU and any GPU draw the same bytes. With
-/// --pose its colours say what the sensors make of each occupied voxel; free space that a volume or zone calls occupied is a
-/// veil, a part of the returns are dots, and the sensors stand where they are mounted, visible through everything.
+/// The picture's rays are cast by the same code that scores poses, so that the CPU and any GPU draw the same
+/// bytes. With --pose its colours say what the sensors make of each occupied voxel; free space that a volume
+/// or zone calls occupied is a veil, a part of the returns are dots, and the sensors stand where they are
+/// mounted, visible through everything.
 #[derive(clap::Args)]
 #[command(after_help = AFTER_HELP)]
 pub(super) struct Args {
     #[command(flatten)]
     study: StudyArgs,
-    /// Which poses, sensor:pose as `perirobot check` lists them, or as in the column `poses` of results.csv [default: none, the
-    /// cell alone]
+    /// Which poses, sensor:pose as `perirobot check` lists them, or as in the column `poses` of results.csv
+    /// [default: none, the cell alone]
     #[arg(long, value_name = "POSES")]
     pose: Option<String>,
     #[command(flatten)]
@@ -34,7 +35,8 @@ pub(super) struct Args {
     /// The .png file to write
     #[arg(long, value_name = "FILE")]
     out: PathBuf,
-    /// Where the eye is: a point in world metres, or iso, top, front, back, left, right, bottom, from where all is in view
+    /// Where the eye is: a point in world metres, or iso, top, front, back, left, right, bottom, from where
+    /// all is in view
     #[arg(long, value_name = "X,Y,Z|SIDE", default_value = "iso", allow_hyphen_values = true)]
     from: Eye,
     /// What is in the middle of the picture, in world metres [default: the middle of the cell]

@@ -16,9 +16,10 @@ use super::swept::SweptArgs;
 
 /// Write the results of a sweep as one HTML page
 ///
-/// The page holds everything and needs no network: what was assumed, the best placements with a mounting sheet for each
-/// sensor, distributions of the scores, maps of walls and ceiling, a table of the poses, and a 3D view of the cell with what
-/// the selected pose gets right, wrong and does not know. It opens from a mail attachment and prints to PDF.
+/// The page holds everything and needs no network: what was assumed, the best placements with a mounting
+/// sheet for each sensor, distributions of the scores, maps of walls and ceiling, a table of the poses, and a
+/// 3D view of the cell with what the selected pose gets right, wrong and does not know. It opens from a mail
+/// attachment and prints to PDF.
 #[derive(clap::Args)]
 #[command(after_help = AFTER_HELP)]
 pub(super) struct Args {
@@ -27,8 +28,8 @@ pub(super) struct Args {
     /// The page [default: report.html in DIR]
     #[arg(long, value_name = "FILE")]
     out: Option<PathBuf>,
-    /// How many of the best choices of poses of each region and representation the 3D view shows voxel by voxel; of all
-    /// others it shows the cell and the frustum
+    /// How many of the best choices of poses of each region and representation the 3D view shows voxel by
+    /// voxel; of all others it shows the cell and the frustum
     #[arg(long, value_name = "N", default_value_t = html::LOOKED_AT)]
     best: usize,
     #[command(flatten)]

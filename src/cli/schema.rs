@@ -1,4 +1,5 @@
-//! `perirobot schema`: what editors need to complete and check study and scene files. Made in `study::schema`.
+//! `perirobot schema`: what editors need to complete and check study and scene files. Made in
+//! `study::schema`.
 
 use std::process::ExitCode;
 
@@ -8,9 +9,9 @@ use perirobot::study::schema;
 
 /// Print the JSON schema of study or scene files
 ///
-/// Write it into a file, and name that file in the first line of a study or scene: `#:schema study.schema.json`. Editors
-/// that know Taplo (as Even Better TOML for Visual Studio Code) then complete keys, explain them, and mark what is wrong.
-/// `perirobot init` does both.
+/// Write it into a file, and name that file in the first line of a study or scene: `#:schema
+/// study.schema.json`. Editors that know Taplo (as Even Better TOML for Visual Studio Code) then complete
+/// keys, explain them, and mark what is wrong. `perirobot init` does both.
 #[derive(clap::Args)]
 pub(super) struct Args {
     /// Which kind of file

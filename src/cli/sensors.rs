@@ -1,5 +1,5 @@
-//! `perirobot sensors`: the devices that a study may name, with their values and where those are from. They are in
-//! `study::catalogue`.
+//! `perirobot sensors`: the devices that a study may name, with their values and where those are from. They
+//! are in `study::catalogue`.
 
 use std::process::ExitCode;
 
@@ -10,9 +10,9 @@ use toml::Value;
 
 /// List the devices that a study may name, with sources
 ///
-/// A [[sensor]] with `model = "realsense-d435"` has the keys of that device; keys that the study writes itself take
-/// precedence. Values are the makers', where they could be found; those that could not be checked against a maker's own
-/// document are named. Check the data sheet of your device before you rely on any.
+/// A [[sensor]] with `model = "realsense-d435"` has the keys of that device; keys that the study writes
+/// itself take precedence. Values are the makers', where they could be found; those that could not be checked
+/// against a maker's own document are named. Check the data sheet of your device before you rely on any.
 #[derive(clap::Args)]
 #[command(after_help = "\
 Examples:

@@ -1,5 +1,5 @@
-//! When to stop: a signal, or the end of the time that was given. What is under way is finished first; a second signal
-//! ends the program at once, and loses nothing either.
+//! When to stop: a signal, or the end of the time that was given. What is under way is finished first; a
+//! second signal ends the program at once, and loses nothing either.
 
 use std::process::ExitCode;
 use std::sync::Arc;
@@ -14,7 +14,8 @@ use signal_hook::iterator::Signals;
 
 use super::progress::above_bar;
 
-/// Not done, and the same command may do it (`EX_TEMPFAIL`): stopped before the end, or somebody else is at work.
+/// Not done, and the same command may do it (`EX_TEMPFAIL`): stopped before the end, or somebody else is at
+/// work.
 pub(super) const TRY_AGAIN: u8 = 75;
 
 /// Waits for a reason to stop.

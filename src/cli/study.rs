@@ -25,8 +25,8 @@ pub(super) struct StudyArgs {
 }
 
 impl StudyArgs {
-    /// Reads the study and makes ready what scenes can be, and tells everything that is wrong with them; nothing but what
-    /// is wrong where the study itself is.
+    /// Reads the study and makes ready what scenes can be, and tells everything that is wrong with them;
+    /// nothing but what is wrong where the study itself is.
     pub(super) fn examine(&self) -> Result<(Study, Vec<World>, Vec<Error>), Vec<Error>> {
         let mut study = Study::examine(&self.study, &self.overrides(), self.packages.sources(&self.study))?;
         self.packages.apply(&mut study.scenes);

@@ -16,11 +16,11 @@ use super::score::ScoreArg;
 
 /// Print the tables behind the paper's figures from a sweep
 ///
-/// Reads counts.journal, poses.csv and manifest.json of an output folder and prints, as far as they apply: how the scores
-/// of all choices of poses are distributed (per scene, region, combination and representation, beside the baselines of
-/// the region); the maximum of each combination of sensors, and its part of what the largest combination reaches; the
-/// best pose of each group of poses (a wall, the ceiling); the best choices over the snapshots of moving scenes, by mean
-/// and by worst.
+/// Reads counts.journal, poses.csv and manifest.json of an output folder and prints, as far as they apply:
+/// how the scores of all choices of poses are distributed (per scene, region, combination and representation,
+/// beside the baselines of the region); the maximum of each combination of sensors, and its part of what the
+/// largest combination reaches; the best pose of each group of poses (a wall, the ceiling); the best choices
+/// over the snapshots of moving scenes, by mean and by worst.
 #[derive(clap::Args)]
 #[command(after_help = AFTER_HELP)]
 pub(super) struct Args {

@@ -24,12 +24,13 @@ pub(super) const VERIFY: u64 = 500;
 
 /// Score every candidate pose of a study
 ///
-/// Writes into the output folder what is finished as soon as it is (counts.journal), what is swept (manifest.json,
-/// poses.csv), and at the end the tables: results (counts and scores) and scores (over snapshots and repeats). Prints the
-/// best poses beside what trivial answers would score; `perirobot summary DIR` prints more from the folder.
+/// Writes into the output folder what is finished as soon as it is (counts.journal), what is swept
+/// (manifest.json, poses.csv), and at the end the tables: results (counts and scores) and scores (over
+/// snapshots and repeats). Prints the best poses beside what trivial answers would score; `perirobot summary
+/// DIR` prints more from the folder.
 ///
-/// Whatever ends a run early, the same command goes on where it was, and the tables are those of a single run, byte for
-/// byte. A folder with a sweep of something else is refused, with what has changed.
+/// Whatever ends a run early, the same command goes on where it was, and the tables are those of a single
+/// run, byte for byte. A folder with a sweep of something else is refused, with what has changed.
 #[derive(clap::Args)]
 #[command(after_help = AFTER_HELP)]
 pub(super) struct Args {
@@ -41,14 +42,16 @@ pub(super) struct Args {
     /// Begin anew: whatever the folder holds of an earlier sweep is lost
     #[arg(long, help_heading = "Results")]
     restart: bool,
-    /// Stop, as on a signal, this long after the start of the program (90s, 30m, 1.5h, 2d); the batch under way is finished
+    /// Stop, as on a signal, this long after the start of the program (90s, 30m, 1.5h, 2d); the batch under
+    /// way is finished
     #[arg(long, value_name = "TIME", value_parser = super::quantity::time, help_heading = "Parts of a sweep")]
     max_time: Option<Duration>,
-    /// Only one of N parts, K from 0 to N-1, in the folder OUT/shard-K-of-N; auto/N takes K from SLURM_ARRAY_TASK_ID,
-    /// HQ_TASK_ID or JOB_COMPLETION_INDEX. `perirobot merge OUT` puts them together
+    /// Only one of N parts, K from 0 to N-1, in the folder OUT/shard-K-of-N; auto/N takes K from
+    /// SLURM_ARRAY_TASK_ID, HQ_TASK_ID or JOB_COMPLETION_INDEX. `perirobot merge OUT` puts them together
     #[arg(long, value_name = "K/N", value_parser = super::shard::shard, help_heading = "Parts of a sweep")]
     shard: Option<ShardArg>,
-    /// On a GPU, count the first poses and then one in so many again on the CPU; a difference stops the run. 0 for none
+    /// On a GPU, count the first poses and then one in so many again on the CPU; a difference stops the run.
+    /// 0 for none
     #[arg(long, value_name = "N", default_value_t = VERIFY, help_heading = "Backend")]
     verify: u64,
     #[command(flatten)]

@@ -20,8 +20,8 @@ pub(super) fn say(line: &str) {
     let _ = stderr().write_all(format!("{}\n", harmless(line)).as_bytes());
 }
 
-/// Text with what a terminal would obey spelt out: control characters but for line feeds and tabs, and characters that
-/// turn the direction of writing.
+/// Text with what a terminal would obey spelt out: control characters but for line feeds and tabs, and
+/// characters that turn the direction of writing.
 pub(super) fn harmless(text: &str) -> Cow<'_, str> {
     if !text.contains(is_obeyed) {
         return text.into();

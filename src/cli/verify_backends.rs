@@ -14,7 +14,8 @@ use super::study::StudyArgs;
 /// Prove that every backend gives the same integers
 ///
 /// Counts, bit planes over the whole grid and the end of every ray are compared with the oracle, the plain
-/// reference; counts in the batches that a sweep makes. Exits 1 on any difference and names the first: scene, pose, ray, voxel.
+/// reference; counts in the batches that a sweep makes. Exits 1 on any difference and names the first: scene,
+/// pose, ray, voxel.
 #[derive(clap::Args)]
 pub(super) struct Args {
     #[command(flatten)]

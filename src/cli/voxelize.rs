@@ -13,7 +13,8 @@ use super::packages::PackageArgs;
 
 /// Turn a scene into voxels and write them as an OctoMap
 ///
-/// Prints for each object its triangles, voxels, size and whether it is watertight. The file opens in octovis.
+/// Prints for each object its triangles, voxels, size and whether it is watertight. The file opens in
+/// octovis.
 #[derive(clap::Args)]
 pub(super) struct Args {
     /// The scene file (TOML)

@@ -22,16 +22,17 @@ use super::swept::SweptArgs;
 
 /// Say why voxels stay unknown, and which object is to blame
 ///
-/// Looks again, voxel by voxel, at the best poses of a finished sweep and writes reasons.csv into its folder: how many of the
-/// unknown voxels of each region have which reason, and which object is to blame. With --pose it looks at one choice of
-/// poses, prints what that misses and what would help, and leaves the file alone.
+/// Looks again, voxel by voxel, at the best poses of a finished sweep and writes reasons.csv into its folder:
+/// how many of the unknown voxels of each region have which reason, and which object is to blame. With --pose
+/// it looks at one choice of poses, prints what that misses and what would help, and leaves the file alone.
 #[derive(clap::Args)]
 #[command(after_help = AFTER_HELP)]
 #[command(mut_arg("scene", |arg| arg.requires("pose")), mut_arg("snapshot", |arg| arg.requires("pose")))]
 pub(super) struct Args {
     #[command(flatten)]
     swept: SweptArgs,
-    /// Only these poses, as in the column `poses` of results.csv; of a sensor scored alone, the pose's own name will do
+    /// Only these poses, as in the column `poses` of results.csv; of a sensor scored alone, the pose's own
+    /// name will do
     #[arg(long, value_name = "POSES")]
     pose: Option<String>,
     #[command(flatten)]
@@ -138,7 +139,8 @@ fn every(study: &Study) -> Vec<[usize; 3]> {
     study.combinations.iter().enumerate().flat_map(of).collect()
 }
 
-/// Writes the table of some choices in all scenes, snapshots and repeats; why it was stopped before the end, if it was.
+/// Writes the table of some choices in all scenes, snapshots and repeats; why it was stopped before the end,
+/// if it was.
 fn write<'a>(
     args: &Args,
     mut file: ReasonsFile,

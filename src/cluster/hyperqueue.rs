@@ -1,5 +1,5 @@
-//! The script for HyperQueue: an array of tasks, one for each shard, submitted again as long as some fail, then the merge.
-//! What it does when a task is stopped or fails is in `hyperqueue.sh`.
+//! The script for HyperQueue: an array of tasks, one for each shard, submitted again as long as some fail,
+//! then the merge. What it does when a task is stopped or fails is in `hyperqueue.sh`.
 
 use super::{Job, shell_head};
 

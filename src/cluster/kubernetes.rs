@@ -1,5 +1,5 @@
-//! The manifest for Kubernetes: an Indexed Job with a pod for each shard, and the merge as a Job that waits to be started.
-//! Kubernetes itself replaces pods that are stopped or fail.
+//! The manifest for Kubernetes: an Indexed Job with a pod for each shard, and the merge as a Job that waits
+//! to be started. Kubernetes itself replaces pods that are stopped or fail.
 
 use super::{Job, NOTICE_S, Word};
 

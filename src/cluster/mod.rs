@@ -80,8 +80,8 @@ impl Job {
         Ok(self)
     }
 
-    /// The command of a task, whose number comes from the engine's environment. How many shards there are is written
-    /// out: an engine counts only the tasks that it was last given.
+    /// The command of a task, whose number comes from the engine's environment. How many shards there are is
+    /// written out: an engine counts only the tasks that it was last given.
     pub fn sweep(&self) -> Vec<Word> {
         let shard = format!("auto/{}", self.shards);
         let fixed =
@@ -116,8 +116,8 @@ fn shell(command: &[Word]) -> String {
     command.iter().map(Word::shell).collect::<Vec<_>>().join(" ")
 }
 
-/// What both shell scripts begin with: the job in variables and functions. The two commands replace the shell that runs
-/// them, so that a signal sent to one in the background reaches the program.
+/// What both shell scripts begin with: the job in variables and functions. The two commands replace the shell
+/// that runs them, so that a signal sent to one in the background reaches the program.
 fn shell_head(job: &Job) -> String {
     let Job { shards, tries, .. } = job;
     format!(

@@ -1,5 +1,5 @@
-//! The script for Slurm: an array job with a task for each shard, and the merge as the job that depends on it. What it
-//! does when a task is stopped or fails is in `slurm.sh`.
+//! The script for Slurm: an array job with a task for each shard, and the merge as the job that depends on
+//! it. What it does when a task is stopped or fails is in `slurm.sh`.
 
 use super::{Job, NOTICE_S, Word, shell_head};
 use crate::{Error, Result};
@@ -7,20 +7,22 @@ use crate::{Error, Result};
 /// What Slurm allows if its configuration does not say otherwise (`MaxArraySize`).
 pub const MAX_ARRAY_SIZE: u32 = 1001;
 
-/// The least time limit in minutes: the sweep must have begun before it is told to stop, which Slurm may do a minute
-/// early.
+/// The least time limit in minutes: the sweep must have begun before it is told to stop, which Slurm may do a
+/// minute early.
 pub const LEAST_TIME_LIMIT_MIN: u32 = NOTICE_S / 60 + 3;
 
 /// What Slurm alone is told.
 #[derive(Clone, Debug)]
 pub struct Limits {
-    /// How long a task may run before it goes back into the queue, in minutes; the partition's own limit without.
+    /// How long a task may run before it goes back into the queue, in minutes; the partition's own limit
+    /// without.
     pub time_limit_min: Option<u32>,
     /// How many tasks an array job may have.
     pub max_array_size: u32,
 }
 
-/// The script; refuses more shards than an array job may have, and what Slurm cannot write in the name of a log.
+/// The script; refuses more shards than an array job may have, and what Slurm cannot write in the name of a
+/// log.
 pub fn script(job: &Job, limits: &Limits) -> Result<String> {
     let Job { shards, study, out, .. } = job;
     let most = limits.max_array_size;

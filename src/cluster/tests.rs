@@ -73,7 +73,8 @@ fn shells_read_words_as_they_were() {
     assert_eq!(word("it's").shell(), r"'it'\''s'");
 }
 
-/// What Kubernetes makes of an argument of a container without variables: `$$` is `$`, and `$(NAME)` would be looked up.
+/// What Kubernetes makes of an argument of a container without variables: `$$` is `$`, and `$(NAME)` would be
+/// looked up.
 fn expanded(text: &str) -> String {
     let (mut out, mut rest) = (String::new(), text);
     while let Some((before, after)) = rest.split_once('$') {

@@ -50,7 +50,8 @@ impl Word {
         serde_json::Value::from(self.0.as_str()).to_string()
     }
 
-    /// As an argument of a container, in YAML: Kubernetes puts variables in place of `$(NAME)`, and `$` for `$$`.
+    /// As an argument of a container, in YAML: Kubernetes puts variables in place of `$(NAME)`, and `$` for
+    /// `$$`.
     pub fn container_argument(&self) -> String {
         Word(self.0.replace('$', "$$")).yaml()
     }

@@ -12,8 +12,8 @@
 //! | `scene`, `combination`, `poses`, `representation` | text () | what is looked at, as in the columns of results.csv |
 //! | `snapshot`, `repeat` | float64 () | at which moment, in which repeat |
 //!
-//! Voxel `[i, j, k]` is the i-th along x, the j-th along y, the k-th along z. In memory x is the fastest (Fortran order),
-//! as everywhere here.
+//! Voxel `[i, j, k]` is the i-th along x, the j-th along y, the k-th along z. In memory x is the fastest
+//! (Fortran order), as everywhere here.
 
 use std::io::{self, Cursor, Write};
 

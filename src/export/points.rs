@@ -1,6 +1,6 @@
-//! A sensor's returns as a point cloud: PLY for CloudCompare, MeshLab, Open3D and Blender, PCD for PCL and ROS. Both hold, for
-//! each point, x, y, z in world metres (float32), the number of its ray, and what the label of its voxel is worth (0 … 5: tp,
-//! fp, fn, tn, uo, uf).
+//! A sensor's returns as a point cloud: PLY for CloudCompare, MeshLab, Open3D and Blender, PCD for PCL and
+//! ROS. Both hold, for each point, x, y, z in world metres (float32), the number of its ray, and what the
+//! label of its voxel is worth (0 … 5: tp, fp, fn, tn, uo, uf).
 
 use super::title;
 use crate::view::{Member, Return, View};

@@ -1,5 +1,5 @@
-//! The guide: pages to read, no code. They are the Markdown files of `src/guide`, and of other folders where they lie beside
-//! the files they are about; `tests/documents.rs` carries out their commands.
+//! The guide: pages to read, no code. They are the Markdown files of `src/guide`, and of other folders where
+//! they lie beside the files they are about; `tests/documents.rs` carries out their commands.
 //!
 //! | page | what it tells |
 //! |---|---|
@@ -17,8 +17,8 @@
 //! | [`contributing`] | building, testing, shipped pictures and schemas, releases |
 //! | [`tests`] | which file of `tests/` proves what |
 
-/// Makes a module of a page. Links between pages are written `[text][page]`; of two definitions the first counts, so here
-/// they lead to modules, and on GitHub to the files named at the end of the page.
+/// Makes a module of a page. Links between pages are written `[text][page]`; of two definitions the first
+/// counts, so here they lead to modules, and on GitHub to the files named at the end of the page.
 macro_rules! page {
     ($name:ident, $file:literal) => {
         #[doc = "[first hour]: crate::guide::first_hour"]

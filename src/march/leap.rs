@@ -1,26 +1,29 @@
 //! Many crossings at once: where a ray is at a distance, and when it comes to a cell.
 //!
 //! # Theory
-//! Crossing n of an axis happens at first + n · period (`SEMANTICS.md`, "Rays"), so how many lie at or before a place in
-//! the order of (distance, axis) is a floor division, without rounding: the ray lands where single steps would have led.
+//! Crossing n of an axis happens at first + n · period (`SEMANTICS.md`, "Rays"), so how many lie at or before
+//! a place in the order of (distance, axis) is a floor division, without rounding: the ray lands where single
+//! steps would have led.
 //!
 //! # Practice
-//! Wherever a ray passes what is known to be empty, where returns are read, and where single voxels ask for single rays.
+//! Wherever a ray passes what is known to be empty, where returns are read, and where single voxels ask for
+//! single rays.
 
 use super::{March, NEVER};
 
-/// How many whole periods lie in a distance: ⌊x / period⌋, for the period of a direction component of magnitude `d`.
+/// How many whole periods lie in a distance: ⌊x / period⌋, for the period of a direction component of
+/// magnitude `d`.
 ///
-/// period = ⌊2³² / d⌋, so x·d / 2³² is below x / period by less than 2⁻¹⁶ of it. With fewer than 2¹⁶ periods in any range
-/// it falls short of the next whole number at most once, which a multiplication finds.
+/// period = ⌊2³² / d⌋, so x·d / 2³² is below x / period by less than 2⁻¹⁶ of it. With fewer than 2¹⁶ periods
+/// in any range it falls short of the next whole number at most once, which a multiplication finds.
 #[inline(always)]
 pub fn periods_in(x: u32, period_q16: u32, d: u32) -> u32 {
     let low = ((x as u64 * d as u64) >> 32) as u32;
     low + ((low + 1) * period_q16 <= x) as u32
 }
 
-/// How many crossings of one axis are made when a ray has come to (`t_q16`, `axis`) in the order of all crossings, those
-/// at that very place included: `own` is the axis in question.
+/// How many crossings of one axis are made when a ray has come to (`t_q16`, `axis`) in the order of all
+/// crossings, those at that very place included: `own` is the axis in question.
 #[inline(always)]
 pub fn made_at(first_q16: u32, period_q16: u32, d: u32, own: u32, t_q16: u32, axis: u32) -> u32 {
     // At the same distance a later axis has not crossed yet.
@@ -31,8 +34,8 @@ pub fn made_at(first_q16: u32, period_q16: u32, d: u32, own: u32, t_q16: u32, ax
     periods_in(t_q16 - first_q16 - later, period_q16, d) + 1
 }
 
-/// When a ray enters a cell, were nothing in its way; `None` if it does not, 0 for the cell where it begins. The ray must be
-/// at its start.
+/// When a ray enters a cell, were nothing in its way; `None` if it does not, 0 for the cell where it begins.
+/// The ray must be at its start.
 pub fn entry_q16(begin: &March, cell: [i32; 3]) -> Option<u32> {
     if cell == begin.cell {
         return Some(0);

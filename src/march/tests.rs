@@ -65,8 +65,8 @@ fn random() -> impl FnMut(i32) -> i32 {
     }
 }
 
-/// A position in a grid and a direction: on boundaries, centres or anywhere; along the lattice or anywhere. `None` for
-/// no direction.
+/// A position in a grid and a direction: on boundaries, centres or anywhere; along the lattice or anywhere.
+/// `None` for no direction.
 fn ray(random: &mut impl FnMut(i32) -> i32, case: usize, size: [u32; 3]) -> Option<([i32; 3], [i32; 3])> {
     let lattice = [-65_536, -37_837, 0, 37_837, 65_536];
     let origin = size.map(|n| match case % 3 {
@@ -128,8 +128,8 @@ fn stepped(begin: March, size: [u32; 3], t_q16: u32) -> u32 {
     }
 }
 
-/// The closed form is where a march stands that was stopped at a distance, or at the grid's last cell: at the distance
-/// of each of the ray's crossings, around them, and far behind the grid.
+/// The closed form is where a march stands that was stopped at a distance, or at the grid's last cell: at the
+/// distance of each of the ray's crossings, around them, and far behind the grid.
 #[test]
 fn a_closed_form_lands_where_a_march_would() {
     let mut random = random();
@@ -174,7 +174,8 @@ fn a_closed_form_lands_where_a_march_would() {
 
 #[test]
 fn a_tie_at_the_exit_takes_the_axes_before_it_only() {
-    // From the middle of a cell along the diagonal all three axes cross together, at √3 · ½ and then every √3.
+    // From the middle of a cell along the diagonal all three axes cross together, at √3 · ½ and then every
+    // √3.
     let begin = start([0x8000; 3], [37_837; 3]);
     let at = begin.next_q16[0];
     // y has no room: x is crossed before it, z would come after.
@@ -265,9 +266,10 @@ fn noise_ends_at_the_sensor() {
     assert_eq!(noisy_q16(0, -300 << 16), 0);
 }
 
-/// Invariants of the march on random and lattice rays in a grid of 1023³: distance never falls, each crossing moves
-/// to an adjacent cell along the step, the running sum equals the closed form first + n · period, the crossings
-/// made are the Manhattan distance from the first cell, and a ray that leaves the grid never comes back.
+/// Invariants of the march on random and lattice rays in a grid of 1023³: distance never falls, each crossing
+/// moves to an adjacent cell along the step, the running sum equals the closed form first + n · period, the
+/// crossings made are the Manhattan distance from the first cell, and a ray that leaves the grid never comes
+/// back.
 #[test]
 fn marches_move_on_and_stay_adjacent() {
     let mut random = random();

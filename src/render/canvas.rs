@@ -31,7 +31,8 @@ impl Canvas {
         &self.rgb
     }
 
-    /// Puts a finer picture of the same width into the upper part: each pixel is the mean of `fine` × `fine` samples.
+    /// Puts a finer picture of the same width into the upper part: each pixel is the mean of `fine` × `fine`
+    /// samples.
     pub(super) fn paste(&mut self, samples: &[[u8; 3]], [width, height]: [u32; 2], fine: u32) {
         let (fine, width) = (fine as usize, width as usize);
         for y in 0..height as usize / fine {

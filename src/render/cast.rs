@@ -1,4 +1,5 @@
-//! The rays of a picture, cast by a backend like those of any sensor: what each ends in, where, and on which face.
+//! The rays of a picture, cast by a backend like those of any sensor: what each ends in, where, and on which
+//! face.
 
 use glam::DVec3;
 use rayon::prelude::*;

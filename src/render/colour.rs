@@ -1,5 +1,6 @@
-//! What has which colour, and how light falls on it. The colours of labels and roles are Okabe and Ito's ("Color Universal
-//! Design", 2008), which people with any kind of colour vision tell apart; heights are drawn from dark to light.
+//! What has which colour, and how light falls on it. The colours of labels and roles are Okabe and Ito's
+//! ("Color Universal Design", 2008), which people with any kind of colour vision tell apart; heights are
+//! drawn from dark to light.
 
 use super::cast::Hit;
 use crate::view::{Verdict, View};
@@ -10,7 +11,8 @@ use crate::{Error, Result};
 /// What the colours say.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Colour {
-    /// What the sensors say of each occupied voxel, people and the robot set off; and where they call free space occupied.
+    /// What the sensors say of each occupied voxel, people and the robot set off; and where they call free
+    /// space occupied.
     Label,
     /// How high it is.
     Height,

@@ -1,4 +1,5 @@
-//! What of a cell is drawn: a region only, nothing above a height, and no wall or ceiling between the cell and the eye.
+//! What of a cell is drawn: a region only, nothing above a height, and no wall or ceiling between the cell
+//! and the eye.
 
 use glam::DVec3;
 

@@ -90,7 +90,8 @@ impl Camera {
         DVec3::new(f64::from(u) + 0.5 - middle[0], f64::from(v) + 0.5 - middle[1], self.focal)
     }
 
-    /// Where a point lands, in rays from the upper left, and its distance in 1/65536 voxels; `None` behind the eye.
+    /// Where a point lands, in rays from the upper left, and its distance in 1/65536 voxels; `None` behind
+    /// the eye.
     pub(super) fn project(&self, at_m: DVec3) -> Option<([f64; 2], f64)> {
         let ahead = at_m - self.eye_m;
         let seen = self.rotation.transpose() * ahead;
@@ -103,8 +104,8 @@ impl Camera {
     }
 }
 
-/// The nearest point from which a box is in view for an eye that looks in a direction, with a little margin: its middle, or a
-/// point of it, in the middle of the picture. `tans` are those of half the angles of view.
+/// The nearest point from which a box is in view for an eye that looks in a direction, with a little margin:
+/// its middle, or a point of it, in the middle of the picture. `tans` are those of half the angles of view.
 fn overlooking(ahead: DVec3, [low, high]: [DVec3; 2], tans: [f64; 2], middle: Option<DVec3>) -> DVec3 {
     let rotation = Pose::facing(DVec3::ZERO, ahead, 0.0, 0.0).optical();
     let corner =

@@ -2,8 +2,8 @@
 //! the same backend that scores.
 //!
 //! # Practice
-//! What a ray ends in is an integer on every backend, and what follows is plain arithmetic of the host, so the CPU and any GPU
-//! draw the same bytes.
+//! What a ray ends in is an integer on every backend, and what follows is plain arithmetic of the host, so
+//! the CPU and any GPU draw the same bytes.
 
 mod canvas;
 mod cast;
@@ -95,8 +95,8 @@ pub fn draw(world: &World, view: Option<&View>, wish: &Wish, backend: &mut dyn B
     Ok(canvas)
 }
 
-/// Free space that is called occupied though no ray was read there: volumes around what was detected, zones. Returns that noise
-/// puts beside what they hit are dots.
+/// Free space that is called occupied though no ray was read there: volumes around what was detected, zones.
+/// Returns that noise puts beside what they hit are dots.
 fn beyond_returns(view: &View) -> BitGrid {
     let mut voxels = view.voxels(Verdict::Fp);
     let cast = view.members.iter().filter_map(|member| member.cast.as_ref());

@@ -1,5 +1,5 @@
-//! What is drawn over the voxels: returns as dots, where nothing is before them, and sensors as figures of lines, through
-//! everything.
+//! What is drawn over the voxels: returns as dots, where nothing is before them, and sensors as figures of
+//! lines, through everything.
 
 use glam::DVec3;
 

@@ -1,5 +1,5 @@
-//! What a sweep prints at its end: the best choices of poses by each score, beside what trivial answers would score. A
-//! study with many combinations or representations gets one line for each instead of a block.
+//! What a sweep prints at its end: the best choices of poses by each score, beside what trivial answers would
+//! score. A study with many combinations or representations gets one line for each instead of a block.
 
 use super::NEAR_SIDE;
 use super::Series;

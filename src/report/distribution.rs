@@ -1,5 +1,5 @@
-//! How the scores of all choices of poses are distributed: smallest, quartiles and largest of each scene, region,
-//! combination and representation, beside the baselines of that scene and region.
+//! How the scores of all choices of poses are distributed: smallest, quartiles and largest of each scene,
+//! region, combination and representation, beside the baselines of that scene and region.
 
 use super::Selection;
 use super::near_side;
@@ -24,8 +24,8 @@ pub struct Distribution {
     pub values: usize,
 }
 
-/// The distribution of some values; `None` if there are none. A quantile p of n sorted values lies at place p·(n − 1),
-/// counted from 0, and between two values on the straight line from one to the other.
+/// The distribution of some values; `None` if there are none. A quantile p of n sorted values lies at place
+/// p·(n − 1), counted from 0, and between two values on the straight line from one to the other.
 pub fn distribution(mut values: Vec<f64>) -> Option<Distribution> {
     values.sort_by(f64::total_cmp);
     let last = values.len().checked_sub(1)?;

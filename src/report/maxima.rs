@@ -1,5 +1,5 @@
-//! The best that each combination of sensors reaches, per scene and on average, and how much of what the largest
-//! combination reaches that is.
+//! The best that each combination of sensors reaches, per scene and on average, and how much of what the
+//! largest combination reaches that is.
 
 use super::Selection;
 use super::Series;

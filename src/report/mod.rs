@@ -34,7 +34,8 @@ pub struct Selection {
 }
 
 impl Selection {
-    /// The named region and combination, or all of them; an unknown name is an [`Error::Input`] that lists the known.
+    /// The named region and combination, or all of them; an unknown name is an [`Error::Input`] that lists
+    /// the known.
     pub fn named(
         results: &Results,
         region: Option<&str>,
@@ -113,7 +114,8 @@ impl Series {
         choices.map(|choice| results.over(moments.clone(), self.key(choice, region), score)).collect()
     }
 
-    /// Its choices that have a mean of a score over some moments, with it, the best first; equal ones keep study order.
+    /// Its choices that have a mean of a score over some moments, with it, the best first; equal ones keep
+    /// study order.
     fn best(
         self,
         results: &Results,

@@ -1,5 +1,5 @@
-//! Placements side by side: two or more choices of poses, of one sweep or of two, by every score, with what the positions of
-//! their study could reach at most. It reads what was counted, and casts nothing.
+//! Placements side by side: two or more choices of poses, of one sweep or of two, by every score, with what
+//! the positions of their study could reach at most. It reads what was counted, and casts nothing.
 
 use std::path::{Path, PathBuf};
 
@@ -60,8 +60,8 @@ pub struct Among<'a> {
 }
 
 impl Sweeps {
-    /// Reads the folders of finished sweeps. `scene` is the one to be looked at; else it is all that the sweeps share. With
-    /// them come sentences about what a reader should know.
+    /// Reads the folders of finished sweeps. `scene` is the one to be looked at; else it is all that the
+    /// sweeps share. With them come sentences about what a reader should know.
     pub fn read(folders: &[PathBuf], scene: Option<&str>) -> Result<(Sweeps, Vec<String>)> {
         let (mut all, mut notes): (Vec<Sweep>, Vec<String>) = (Vec::new(), Vec::new());
         for folder in folders {
@@ -80,7 +80,8 @@ impl Sweeps {
         Ok((Sweeps { all, scopes }, notes))
     }
 
-    /// The regions that all sweeps have, or the one that is named, and a sentence about those that are left out.
+    /// The regions that all sweeps have, or the one that is named, and a sentence about those that are left
+    /// out.
     pub fn regions(&self, name: Option<&str>) -> Result<(Vec<String>, Option<String>)> {
         let names = |sweep: &Sweep| sweep.results.regions.clone();
         let shared = shared(self.all.iter().map(names));
@@ -99,7 +100,8 @@ impl Sweeps {
         Ok((shared, left_out))
     }
 
-    /// The placements of these names in every sweep that has them, each once, and a sentence for each sweep that has not.
+    /// The placements of these names in every sweep that has them, each once, and a sentence for each sweep
+    /// that has not.
     pub fn named(&self, poses: &[String], among: Among) -> Result<(Vec<Placement>, Vec<String>)> {
         let (mut found, mut notes): (Vec<Placement>, Vec<String>) = (Vec::new(), Vec::new());
         for poses in poses {
@@ -136,7 +138,8 @@ impl Sweeps {
         found.into_iter().map(placement).collect()
     }
 
-    /// The best few placements of each sweep by a score in a region, of all combinations and representations together.
+    /// The best few placements of each sweep by a score in a region, of all combinations and representations
+    /// together.
     pub fn best(&self, region: &str, score: Score, count: usize, among: Among) -> Result<Vec<Placement>> {
         let mut placements = Vec::new();
         for (sweep, Sweep { results, .. }) in self.all.iter().enumerate() {

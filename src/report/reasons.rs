@@ -115,7 +115,8 @@ pub fn leaders(results: &Results, count: usize, scores: &[Score]) -> Result<Vec<
     Ok(leaders)
 }
 
-/// The best choice of all by a score in a region: combination, choice and representation; `None` where nothing has a value.
+/// The best choice of all by a score in a region: combination, choice and representation; `None` where
+/// nothing has a value.
 pub fn leader(results: &Results, region: usize, score: Score) -> Result<Option<[usize; 3]>> {
     let mut leader: Option<([usize; 3], f64)> = None;
     for one in series(results, 0..results.combinations.len()) {

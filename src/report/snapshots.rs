@@ -1,4 +1,5 @@
-//! Moving scenes: the choices that are best on average over the snapshots, and those that are best at their worst.
+//! Moving scenes: the choices that are best on average over the snapshots, and those that are best at their
+//! worst.
 
 use super::Selection;
 use super::near_side;
@@ -14,7 +15,8 @@ use crate::results::swept::SceneResults;
 /// How many choices each list shows.
 const SHOWN: usize = 3;
 
-/// The snapshot of a scene, counted from 0, where a choice's score is the worst in some repeat; the first of several.
+/// The snapshot of a scene, counted from 0, where a choice's score is the worst in some repeat; the first of
+/// several.
 pub fn worst_snapshot(
     results: &Results,
     scene: &SceneResults,

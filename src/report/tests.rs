@@ -210,8 +210,8 @@ fn the_table_for_pandas() {
     );
     let lines: Vec<&str> = lines.collect();
     assert_eq!(lines.len(), 3 * (3 + 2 * 2), "two scenes and all");
-    // Repeats 1 and 1/2: the root of 2/16; pooled 4/6. κ: one found alone agrees by chance (no value), one of three is
-    // (3·1 − 1·1 − 0·2) / (9 − 1); pooled (4·2 − 2·2) / (16 − 4).
+    // Repeats 1 and 1/2: the root of 2/16; pooled 4/6. κ: one found alone agrees by chance (no value), one of
+    // three is (3·1 − 1·1 − 0·2) / (9 − 1); pooled (4·2 − 2·2) / (16 − 4).
     let std = 0.125f64.sqrt();
     let nobody = ",,,,,0".repeat(4);
     let unknown: f64 = 2.0 / 3.0 / 2.0;

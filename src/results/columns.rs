@@ -23,9 +23,9 @@ pub const MISSED_COLUMN: &str = "parts_missed";
 /// What stands between the members of a combination in the columns `poses` and `representation`.
 pub const BETWEEN_MEMBERS: &str = ";";
 
-/// `poses.csv`: every candidate. Position in metres and rotation of the link frame (x forward, y left, z up) are in the
-/// world, or, where `on` names a robot and its link, in that link's frame; both are empty for what has no pose. `place` says
-/// for people where that is in a world of the study.
+/// `poses.csv`: every candidate. Position in metres and rotation of the link frame (x forward, y left, z up)
+/// are in the world, or, where `on` names a robot and its link, in that link's frame; both are empty for what
+/// has no pose. `place` says for people where that is in a world of the study.
 pub fn poses_csv(study: &Study, world: &World) -> Vec<u8> {
     let places = Places::of(study, world);
     let mut csv = Csv::new(&[

@@ -41,8 +41,8 @@ pub(crate) const NO_SCORE: Confusion = Confusion {
     },
 };
 
-/// Scenes `still` (moment 0) and `moving` (moments 1 and 2), one region. The camera has poses at two walls; the pair has
-/// two posed sensors and is scored in two representations.
+/// Scenes `still` (moment 0) and `moving` (moments 1 and 2), one region. The camera has poses at two walls;
+/// the pair has two posed sensors and is scored in two representations.
 pub(crate) fn results(repeats: usize, of: impl Fn(usize, usize, &Key) -> Confusion) -> Results {
     results_in(&["robot"], repeats, of)
 }
@@ -122,8 +122,8 @@ pub(crate) fn unreadable() -> Results {
     results
 }
 
-/// One repeat. F1 of the camera's choices at the three moments: 1, 1/4, 1/2; 1/2, 1/2, 1/2; none, none, 2/3. Of the pair,
-/// 1/2 everywhere but 1 in the still scene for the second choice's second representation.
+/// One repeat. F1 of the camera's choices at the three moments: 1, 1/4, 1/2; 1/2, 1/2, 1/2; none, none, 2/3.
+/// Of the pair, 1/2 everywhere but 1 in the still scene for the second choice's second representation.
 pub(crate) fn worked() -> Results {
     results(1, |moment, _, key| worked_counts(moment, key))
 }

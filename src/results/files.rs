@@ -24,8 +24,8 @@ pub const DISAGREED: &str = "disagreement.journal";
 pub use part::abandon;
 use part::{Part, tidy};
 
-/// A file being written, which takes its place when all of it is there: readers see the old bytes or the new ones, never
-/// a part. Dropped before [`WholeFile::commit`], it leaves nothing behind.
+/// A file being written, which takes its place when all of it is there: readers see the old bytes or the new
+/// ones, never a part. Dropped before [`WholeFile::commit`], it leaves nothing behind.
 #[derive(Debug)]
 pub struct WholeFile {
     path: PathBuf,
@@ -129,7 +129,8 @@ pub const TABLES: [&str; 6] =
 /// The files that are there from its beginning.
 pub const BEGUN: [&str; 3] = [JOURNAL, MANIFEST, "poses.csv"];
 
-/// An output folder that is known to take files. Folders that this run made go again if nothing was put into them.
+/// An output folder that is known to take files. Folders that this run made go again if nothing was put into
+/// them.
 #[derive(Debug)]
 pub struct OutputFolder {
     path: PathBuf,
@@ -169,8 +170,8 @@ impl OutputFolder {
         tidy(&self.path, |name| BEGUN.contains(&name) || TABLES.contains(&name));
     }
 
-    /// Removes the tables of an earlier sweep, which would soon be beside a manifest that they do not belong to, unless it
-    /// is the same sweep, and what a device said wrongly.
+    /// Removes the tables of an earlier sweep, which would soon be beside a manifest that they do not belong
+    /// to, unless it is the same sweep, and what a device said wrongly.
     pub fn clear(&self, is_same: bool) {
         let tables = TABLES.iter().filter(|_| !is_same);
         for name in tables.chain([&DISAGREEMENT, &DISAGREED]) {

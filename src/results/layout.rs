@@ -6,8 +6,8 @@ use std::ops::Range;
 use super::journal::Shard;
 use crate::study::{Combination, Study};
 
-/// Which counts of a moment and repeat: one choice of poses in one representation and region. Indices are those of the
-/// study.
+/// Which counts of a moment and repeat: one choice of poses in one representation and region. Indices are
+/// those of the study.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Key {
     /// Index of the combination.
@@ -38,8 +38,8 @@ pub struct Size {
     pub ways: usize,
 }
 
-/// The numbers of all rows. A block is one repeat of one moment (a snapshot of a scene, counted through all scenes);
-/// every block has the same rows.
+/// The numbers of all rows. A block is one repeat of one moment (a snapshot of a scene, counted through all
+/// scenes); every block has the same rows.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Layout {
     moments: usize,

@@ -1,5 +1,6 @@
-//! `manifest.json`: what is swept, from which inputs, and what each run of it did. The hash of all that decides the counts or
-//! the names beside them is the sweep's fingerprint, by which two machines prove that they worked on the same.
+//! `manifest.json`: what is swept, from which inputs, and what each run of it did. The hash of all that
+//! decides the counts or the names beside them is the sweep's fingerprint, by which two machines prove that
+//! they worked on the same.
 
 mod changes;
 mod identity;
@@ -130,7 +131,8 @@ impl Manifest {
     /// Reads the manifest of a folder.
     ///
     /// # Errors
-    /// `Error::Input` that names the file and what is missing in it or wrong; `Error::Storage` if the disk fails.
+    /// `Error::Input` that names the file and what is missing in it or wrong; `Error::Storage` if the disk
+    /// fails.
     pub fn read(folder: &Path) -> Result<Manifest> {
         let path = folder.join(MANIFEST);
         if folder.is_dir() && !path.exists() {
@@ -185,8 +187,8 @@ impl Manifest {
         self.provenance.runs.iter().any(|run| run.backend == "gpu" && run.ended == KILLED)
     }
 
-    /// In words, what another manifest has that decides the counts and is not the same here; effects only where there is
-    /// no cause.
+    /// In words, what another manifest has that decides the counts and is not the same here; effects only
+    /// where there is no cause.
     pub fn changes(&self, now: &Manifest) -> Vec<String> {
         changes::changes(&self.as_written, &now.as_written)
     }

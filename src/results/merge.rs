@@ -34,12 +34,12 @@ struct Part {
     manifest: Manifest,
 }
 
-/// Puts the shards in some folders together into one, and gives their results. Tables are the caller's to write. Nothing
-/// is written before all is proven.
+/// Puts the shards in some folders together into one, and gives their results. Tables are the caller's to
+/// write. Nothing is written before all is proven.
 ///
 /// # Errors
-/// `Error::Input` that names the folder if a shard is missing, not complete, there twice or of another sweep, or if `out`
-/// holds something else; `Error::Busy` if a run is at work in one of them.
+/// `Error::Input` that names the folder if a shard is missing, not complete, there twice or of another sweep,
+/// or if `out` holds something else; `Error::Busy` if a run is at work in one of them.
 pub fn merge(out: &Path, folders: &[PathBuf]) -> Result<Results> {
     let Some(first) = folders.first() else {
         return Err(Error::Input("no shards: name the folder of each".into()));

@@ -1,5 +1,5 @@
-//! One score over several scenes, snapshots and repeats: mean, worst, spread and pooled. A score without a value (a zero
-//! denominator) is left out, never counted as zero.
+//! One score over several scenes, snapshots and repeats: mean, worst, spread and pooled. A score without a
+//! value (a zero denominator) is left out, never counted as zero.
 
 use crate::metrics::Confusion;
 use crate::metrics::Score;
@@ -96,7 +96,8 @@ mod tests {
 
     #[test]
     fn repeats_spread_about_their_mean() {
-        // Two moments each: the repeats' means are (1 + 1/2)/2, (1/2 + 1/2)/2 and (1 + 1)/2, that is 3/4, 1/2 and 1.
+        // Two moments each: the repeats' means are (1 + 1/2)/2, (1/2 + 1/2)/2 and (1 + 1)/2, that is 3/4, 1/2
+        // and 1.
         let (one, half) = (with(1, 0), with(1, 2));
         let value = f1(&[vec![one, half], vec![half, half], vec![one, one]]).unwrap();
         assert_eq!((value.mean, value.worst, value.values), (0.75, 0.5, 6));

@@ -35,7 +35,8 @@ impl Folder {
     /// Reads manifest.json, poses.csv and the beginning of counts.journal, which must be of one sweep.
     ///
     /// # Errors
-    /// `Error::Input` that names the file and what does not fit; `Error::Busy` if a run is at work in the folder.
+    /// `Error::Input` that names the file and what does not fit; `Error::Busy` if a run is at work in the
+    /// folder.
     pub fn open(folder: &Path) -> Result<Folder> {
         if !folder.is_dir() {
             let what = "is not a folder: name one that `perirobot sweep --out` has written";
@@ -97,8 +98,8 @@ pub(crate) fn missing(subject: &Subject, journal: &Journal) -> Result<u64> {
 }
 
 impl Results {
-    /// Reads the folder of a finished sweep. With the results come warnings about what was made differently. Errors name
-    /// file and place.
+    /// Reads the folder of a finished sweep. With the results come warnings about what was made differently.
+    /// Errors name file and place.
     pub fn read(path: &Path) -> Result<(Results, Vec<String>)> {
         let folder = Folder::open(path)?;
         let Header { shard, .. } = folder.journal.header();

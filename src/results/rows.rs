@@ -1,5 +1,5 @@
-//! The table `results`: counts and scores of every scene, snapshot, repeat, choice of poses, representation and region, in
-//! study order, made for pandas.
+//! The table `results`: counts and scores of every scene, snapshot, repeat, choice of poses, representation
+//! and region, in study order, made for pandas.
 
 use std::path::Path;
 

@@ -19,10 +19,10 @@ pub const SCORES: &str = "scores";
 /// What stands in the column `scene` for all scenes together.
 pub const ALL_SCENES: &str = "*";
 
-/// Writes the table into a folder: one row a scene, combination, choice of poses, representation and region, in the order
-/// of `results`; then the same for all scenes. `worst_part` is the body part that is missed in most rows of `results`, and
-/// `worst_part_missed` in how many. What has no value is empty: a score that is nowhere defined, and the spread
-/// of a single repeat.
+/// Writes the table into a folder: one row a scene, combination, choice of poses, representation and region,
+/// in the order of `results`; then the same for all scenes. `worst_part` is the body part that is missed in
+/// most rows of `results`, and `worst_part_missed` in how many. What has no value is empty: a score that is
+/// nowhere defined, and the spread of a single repeat.
 pub fn write(results: &Results, folder: &Path, format: Format) -> Result<()> {
     let names = ["scene", "combination", "poses", "representation", "region"];
     let mut columns = names.map(|name| Column::new(name, Kind::Text)).to_vec();

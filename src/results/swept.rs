@@ -1,6 +1,6 @@
-//! What a sweep found, by name: every count of every scene, snapshot, repeat and choice of poses, and the baselines
-//! beside them. Names are kept in memory, counts are looked up in the journal as they are asked for. It comes from a
-//! sweep or, by way of `read`, from its folder, and is the same either way.
+//! What a sweep found, by name: every count of every scene, snapshot, repeat and choice of poses, and the
+//! baselines beside them. Names are kept in memory, counts are looked up in the journal as they are asked
+//! for. It comes from a sweep or, by way of `read`, from its folder, and is the same either way.
 
 use std::ops::Range;
 use std::sync::Arc;
@@ -21,8 +21,8 @@ use crate::world::Baselines;
 use crate::world::World;
 use crate::world::place::{self, Places};
 
-/// What a sweep found. Indices of scenes, combinations, choices, representations and regions are those of the study; a
-/// moment is a snapshot of a scene, counted through all scenes.
+/// What a sweep found. Indices of scenes, combinations, choices, representations and regions are those of the
+/// study; a moment is a snapshot of a scene, counted through all scenes.
 #[derive(Debug)]
 pub struct Results {
     /// What was swept.
@@ -125,7 +125,8 @@ impl Subject {
         0..self.baselines.len()
     }
 
-    /// Every row of a block in study order: names of combination, poses, representation and region, and its key.
+    /// Every row of a block in study order: names of combination, poses, representation and region, and its
+    /// key.
     pub fn each_key(&self, mut row: impl FnMut([&str; 4], Key) -> Result<()>) -> Result<()> {
         for (combination, combined) in self.combinations.iter().enumerate() {
             for choice in 0..combined.choices() {
@@ -244,8 +245,8 @@ impl CombinationResults {
         names.collect::<Vec<_>>().join(columns::BETWEEN_MEMBERS)
     }
 
-    /// Where the sensors of a choice are, in words: `left wall, x 0.5 m, 2.2 m high, 30° down`, those of several sensors with
-    /// their names.
+    /// Where the sensors of a choice are, in words: `left wall, x 0.5 m, 2.2 m high, 30° down`, those of
+    /// several sensors with their names.
     pub fn place_of(&self, choice: usize) -> String {
         let places = self.poses(choice).map(|(member, pose)| (member.sensor.as_str(), &pose.place));
         place::join(&places.collect::<Vec<_>>())

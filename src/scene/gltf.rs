@@ -1,8 +1,8 @@
 //! Reads glTF 2.0 files (`.glb`, `.gltf`) as one mesh a node, in metres, turned from glTF's y up to the
 //! world's z up, at any moment of an animation.
 //!
-//! Only shape is read: materials, morphs, cameras and lights are passed over. Indices and sizes in the file are checked
-//! where they are used, because the parser's own readers trust them.
+//! Only shape is read: materials, morphs, cameras and lights are passed over. Indices and sizes in the file
+//! are checked where they are used, because the parser's own readers trust them.
 
 mod accessor;
 mod animation;
@@ -62,8 +62,8 @@ impl Gltf {
             .map_err(|what| Error::input(self.path.display(), what))
     }
 
-    /// The default scene's nodes (or the first scene's, or all nodes) that have triangles, parents first: as the nodes
-    /// stand in the file, or as a clip of this file moves them at a time in seconds.
+    /// The default scene's nodes (or the first scene's, or all nodes) that have triangles, parents first: as
+    /// the nodes stand in the file, or as a clip of this file moves them at a time in seconds.
     ///
     /// # Errors
     /// When the file contradicts itself, has a position that is not finite, or has no triangle at all.

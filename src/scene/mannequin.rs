@@ -46,8 +46,9 @@ const ANKLES: [usize; 2] = [15, 16];
 /// No joint lies further from the world's origin; numbers beyond it are millimetres, or nonsense.
 const FARTHEST_M: f64 = 1000.0;
 
-/// Reads keypoints from a CSV of 17 rows in COCO's order with the columns `x_m,y_m,z_m`, or `joint,x_m,y_m,z_m`
-/// with COCO's names. A header row and `#` comments are optional; empty cells mean an unknown joint.
+/// Reads keypoints from a CSV of 17 rows in COCO's order with the columns `x_m,y_m,z_m`, or
+/// `joint,x_m,y_m,z_m` with COCO's names. A header row and `#` comments are optional; empty cells mean an
+/// unknown joint.
 ///
 /// # Errors
 /// When the file cannot be read, a row is not as above, or no joint is known.
@@ -185,7 +186,8 @@ impl Limb {
     }
 }
 
-/// The limbs of a person whose joints are known: the head, a ball about the middle of the face's joints, then the bones.
+/// The limbs of a person whose joints are known: the head, a ball about the middle of the face's joints, then
+/// the bones.
 pub fn limbs(keypoints: &Keypoints) -> Vec<Limb> {
     let face: Vec<DVec3> = keypoints[..=EARS[1]].iter().flatten().copied().collect();
     let middle = face.iter().sum::<DVec3>() / face.len().max(1) as f64;
@@ -264,8 +266,8 @@ fn hand(elbow: Option<DVec3>, wrist: Option<DVec3>) -> Option<[DVec3; 2]> {
     Some([wrist, wrist + 0.13 * onward])
 }
 
-/// Level, whatever the shin's slope, toward where the hips face; the sole is 8 cm below the ankle. Without hips
-/// side by side (someone lying on a side) there is no such direction, and no foot.
+/// Level, whatever the shin's slope, toward where the hips face; the sole is 8 cm below the ankle. Without
+/// hips side by side (someone lying on a side) there is no such direction, and no foot.
 fn foot(keypoints: &Keypoints, side: usize) -> Option<[DVec3; 2]> {
     let [left_hip, right_hip] = both(keypoints, HIPS)?;
     let ankle = keypoints[ANKLES[side]]?;

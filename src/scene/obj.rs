@@ -10,11 +10,13 @@ use super::{Mesh, polygon};
 use crate::source::Sources;
 use crate::{Error, Result};
 
-/// Reads an OBJ file: raw coordinates, nothing scaled; faces of more than three corners are cut into triangles.
+/// Reads an OBJ file: raw coordinates, nothing scaled; faces of more than three corners are cut into
+/// triangles.
 ///
 /// # Errors
-/// When the file cannot be read, a corner is not three finite numbers, a face names a corner that is not there, or
-/// there is no triangle with an area. OBJ has no end mark: a file cut between two faces cannot be told from a whole one.
+/// When the file cannot be read, a corner is not three finite numbers, a face names a corner that is not
+/// there, or there is no triangle with an area. OBJ has no end mark: a file cut between two faces cannot be
+/// told from a whole one.
 pub fn load(path: &Path, sources: &Sources) -> Result<Mesh> {
     let bytes = sources.bytes(path)?;
     // Names may be in any encoding; numbers are ASCII in all of them.

@@ -12,7 +12,8 @@ const DEPTH: u32 = 16;
 const KEY_ORIGIN: i32 = 1 << (DEPTH - 1);
 /// A grid has at most this many voxels on an axis.
 const MAX_SPAN: i64 = 1023;
-/// A pruned leaf of a few bits may stand for millions of voxels; past this many (400 MB of keys) a map is refused.
+/// A pruned leaf of a few bits may stand for millions of voxels; past this many (400 MB of keys) a map is
+/// refused.
 const MAX_OCCUPIED: u64 = 1 << 25;
 
 const FIRST_LINE: &str = "# Octomap OcTree binary file";
@@ -213,7 +214,8 @@ fn child_key(key: [i32; 3], child: usize, edge: i32) -> [i32; 3] {
 }
 
 /// The bytes of a pruned `.bt` file: `state` is asked once for each key in `min .. min + size` and says
-/// occupied (`Some(true)`), free (`Some(false)`) or unknown. Keys outside OctoMap's −32768 … 32767 are left out.
+/// occupied (`Some(true)`), free (`Some(false)`) or unknown. Keys outside OctoMap's −32768 … 32767 are left
+/// out.
 pub fn write(
     resolution_m: f64,
     min: [i32; 3],

@@ -4,11 +4,12 @@ use glam::{DVec2, DVec3};
 
 /// Most corners of one polygon: the time it takes grows with their square.
 const MOST_CORNERS: usize = 1024;
-/// Looks at a corner, in squares of the number of corners, before a polygon is given up; one made to take long would
-/// need hundreds.
+/// Looks at a corner, in squares of the number of corners, before a polygon is given up; one made to take
+/// long would need hundreds.
 const MOST_LOOKS: usize = 64;
 
-/// The triangles of a polygon, as indices into its corners, turned as it is turned. The corners go round it once.
+/// The triangles of a polygon, as indices into its corners, turned as it is turned. The corners go round it
+/// once.
 ///
 /// # Errors
 /// When it has fewer than three corners, or too many, or winds about itself too much.

@@ -1,7 +1,8 @@
 //! Makes the simple bodies that scenes are built of, about the origin, z up, vertices on the true surface.
 //!
 //! All trigonometry goes through `libm`, so two machines make identical vertices. A closed body shares its
-//! vertices and its triangles look outward. Sizes are taken as they come: callers check that they are positive.
+//! vertices and its triangles look outward. Sizes are taken as they come: callers check that they are
+//! positive.
 
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
@@ -155,8 +156,9 @@ mod tests {
 
     const SAG: f64 = 0.002;
 
-    /// Checks that the body is closed, looks outward, spans ±`half`, and that points spread over each triangle are
-    /// no more than `sag` inside the surface, of which `distance` gives a point's distance (negative inside).
+    /// Checks that the body is closed, looks outward, spans ±`half`, and that points spread over each
+    /// triangle are no more than `sag` inside the surface, of which `distance` gives a point's distance
+    /// (negative inside).
     #[track_caller]
     fn check(mesh: &Mesh, half: DVec3, sag: f64, distance: impl Fn(DVec3) -> f64) {
         assert_closed(mesh);
@@ -204,7 +206,8 @@ mod tests {
             }
         }
         let radii = DVec3::new(0.08, 0.1, 0.12);
-        // (|p/r| − 1) · the smallest half-axis is at most the true distance, so this asks more than sag promises.
+        // (|p/r| − 1) · the smallest half-axis is at most the true distance, so this asks more than sag
+        // promises.
         check(&ellipsoid(radii, SAG), radii, SAG, |p| ((p / radii).length() - 1.0) * 0.08);
     }
 

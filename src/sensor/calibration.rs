@@ -19,7 +19,8 @@ pub struct Calibration {
 const NO_SCENE: u32 = u32::MAX;
 
 impl Calibration {
-    /// Where a sensor truly is that is believed to be somewhere, in one repeat: all indices count in study order.
+    /// Where a sensor truly is that is believed to be somewhere, in one repeat: all indices count in study
+    /// order.
     pub fn true_pose(&self, believed: &Pose, seed: u64, [sensor, candidate, repeat]: [usize; 3]) -> Pose {
         let words = [seed as u32, (seed >> 32) as u32, NO_SCENE];
         let draws =

@@ -11,8 +11,8 @@ use crate::backend::Image;
 pub enum FieldOfView {
     /// Whatever lies in front and in an image, to the outer edges of its pixels.
     Image(Image),
-    /// Whatever lies between two azimuths (from x towards y) and two elevations (from the plane of x and y towards z), in
-    /// radians; all around where the azimuths are a full turn apart.
+    /// Whatever lies between two azimuths (from x towards y) and two elevations (from the plane of x and y
+    /// towards z), in radians; all around where the azimuths are a full turn apart.
     Turn {
         /// The first azimuth and the last, which is not below it.
         azimuth_rad: [f64; 2],
@@ -24,8 +24,8 @@ pub enum FieldOfView {
 }
 
 impl FieldOfView {
-    /// The field of rings of rays: from half a step before the first angle to half a step behind the last, on both axes. What
-    /// has one angle only is as thick as the step of the other axis.
+    /// The field of rings of rays: from half a step before the first angle to half a step behind the last, on
+    /// both axes. What has one angle only is as thick as the step of the other axis.
     pub fn of_rings(azimuths_rad: &[f64], elevations_rad: &[f64]) -> FieldOfView {
         let [azimuths, elevations] = [azimuths_rad, elevations_rad].map(|angles| {
             let mut angles = angles.to_vec();
@@ -55,7 +55,8 @@ impl FieldOfView {
         }
     }
 
-    /// At most so many unit directions in it (one at least), evenly spread; none where only the spacing of the rays is known.
+    /// At most so many unit directions in it (one at least), evenly spread; none where only the spacing of
+    /// the rays is known.
     pub fn some(&self, most: usize) -> Vec<DVec3> {
         let grid = |columns: usize, rows: usize, towards: &dyn Fn(f64, f64) -> DVec3| {
             let middle = |i: usize, of: usize| (i as f64 + 0.5) / of as f64;

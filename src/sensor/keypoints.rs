@@ -14,8 +14,8 @@ use crate::voxel::{ObjectVoxels, Truth};
 /// The return from each joint of one person that is detected; `None` where it is not.
 pub type Detected = [Option<Return>; JOINTS.len()];
 
-/// How far a return may be from the joint that it is taken for, in metres, unless a study says otherwise: a joint lies
-/// inside the body, its surface is seen.
+/// How far a return may be from the joint that it is taken for, in metres, unless a study says otherwise: a
+/// joint lies inside the body, its surface is seen.
 pub const TOLERANCE_M: f64 = 0.15;
 
 /// The bones of COCO's skeleton, as pairs of joints.

@@ -4,8 +4,8 @@ use super::{Claim, Kind, Reach, Setting, Station};
 use crate::backend::Planes;
 use crate::voxel::{BitGrid, Truth};
 
-/// The robot's voxels, surface and inside, but for what the truth calls free: of that nothing is said, since a scene with
-/// `interior = "free"` would count it as a false alarm.
+/// The robot's voxels, surface and inside, but for what the truth calls free: of that nothing is said, since
+/// a scene with `interior = "free"` would count it as a false alarm.
 fn known(truth: &Truth) -> BitGrid {
     let window = truth.robot_volume.window();
     let mut solid = truth.occupied.over(window);

@@ -1,5 +1,5 @@
-//! Single rays, cast on the host: towards a keypoint, or round a scanner's field. Cheap enough to be done once for all
-//! backends, with the same arithmetic as theirs.
+//! Single rays, cast on the host: towards a keypoint, or round a scanner's field. Cheap enough to be done
+//! once for all backends, with the same arithmetic as theirs.
 
 use crate::backend::{Placement, Rays};
 use crate::march;

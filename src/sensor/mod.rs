@@ -317,8 +317,8 @@ fn level(at: &Station) -> Result<(), String> {
     }
 }
 
-/// What a switch says of a volume: occupied when it is on, else free if its silence certifies that. `felt` are the voxels
-/// of people that it feels when it is on.
+/// What a switch says of a volume: occupied when it is on, else free if its silence certifies that. `felt`
+/// are the voxels of people that it feels when it is on.
 fn switched(at: &Station, volume: BitGrid, on: bool, otherwise_free: bool, felt: BitGrid) -> Claim {
     let empty = BitGrid::nowhere();
     let planes = match (on, otherwise_free) {

@@ -58,7 +58,8 @@ pub fn unit_q12() -> &'static [i32] {
     &UNIT
 }
 
-/// Φ⁻¹, the quantile of the standard normal distribution, to about 16 digits (Wichura, algorithm AS 241, PPND16).
+/// Φ⁻¹, the quantile of the standard normal distribution, to about 16 digits (Wichura, algorithm AS 241,
+/// PPND16).
 fn normal_quantile(p: f64) -> f64 {
     let q = p - 0.5;
     if q.abs() <= 0.425 {
@@ -179,8 +180,8 @@ mod tests {
         assert!((variance.sqrt() / 4096.0 - 1.0).abs() < 0.002, "{variance}");
     }
 
-    /// By hand: at the middle of voxel 40, t = 40.5 · 0.05 m = 2.025 m, σ = 0.01 + 0.004 · 2.025 + 0.002 · 2.025² m =
-    /// 0.02630125 m = 0.526025 voxels = 34,473.57 / 65,536.
+    /// By hand: at the middle of voxel 40, t = 40.5 · 0.05 m = 2.025 m, σ = 0.01 + 0.004 · 2.025 + 0.002 ·
+    /// 2.025² m = 0.02630125 m = 0.526025 voxels = 34,473.57 / 65,536.
     #[test]
     fn a_deviation_grows_with_distance() {
         let deviation = Deviation { std_m: 0.01, per_m: 0.004, per_m2: 0.002 };

@@ -4,7 +4,8 @@ use super::prism::Prism;
 use super::{Claim, Kind, Reach, SWITCHES, Stance, Station, level, switched};
 use crate::voxel::BitGrid;
 
-/// A pad's size and what it makes of pressure. Its pose is its corner of lowest x and y, seen with its heading as x.
+/// A pad's size and what it makes of pressure. Its pose is its corner of lowest x and y, seen with its
+/// heading as x.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Pad {
     /// Its rectangle, and the column from its own height up.

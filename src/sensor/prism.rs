@@ -1,5 +1,5 @@
-//! An upright volume over a polygon, in a sensor's own frame: a pad's column, a scanner's field, the zone and the box of
-//! a light curtain.
+//! An upright volume over a polygon, in a sensor's own frame: a pad's column, a scanner's field, the zone and
+//! the box of a light curtain.
 
 use std::ops::Range;
 
@@ -10,9 +10,9 @@ use crate::voxel::grid::{ONE_Q16, length_q16};
 use crate::voxel::solid::{column, first_centre};
 use crate::voxel::{BitGrid, Grid, Window};
 
-/// A polygon and a span of heights, in metres from the sensor. The sensor's position and heading carry it; it stays
-/// upright however the sensor tilts. Under a sensor that hangs upside down, left and right of the heading change places,
-/// as they do for the sensor.
+/// A polygon and a span of heights, in metres from the sensor. The sensor's position and heading carry it; it
+/// stays upright however the sensor tilts. Under a sensor that hangs upside down, left and right of the
+/// heading change places, as they do for the sensor.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Prism {
     /// Corners in order; the polygon's sides do not meet.
@@ -76,7 +76,8 @@ impl Prism {
         first..first_centre(top_q16)
     }
 
-    /// The voxels of a window above the polygon, in these layers of the grid; over the part of it that holds them.
+    /// The voxels of a window above the polygon, in these layers of the grid; over the part of it that holds
+    /// them.
     pub fn layers(&self, pose: &Pose, grid: &Grid, window: Window, layers: Range<i64>) -> BitGrid {
         let within = |z: i64| z.clamp(-1, i64::from(i16::MAX)) as i32;
         let (corners, layers) = (self.corners_q16(pose, grid), within(layers.start)..within(layers.end));

@@ -1,4 +1,5 @@
-//! What all sensors that measure distances share: how near and far, what silence means, how noisy, how well mounted.
+//! What all sensors that measure distances share: how near and far, what silence means, how noisy, how well
+//! mounted.
 
 use crate::backend::Rays;
 use crate::march::{Gates, MAX_RANGE_VOXELS};

@@ -1,4 +1,5 @@
-//! An RGB camera as a switch: a zone counts as occupied while a person's keypoints are seen anywhere in the image.
+//! An RGB camera as a switch: a zone counts as occupied while a person's keypoints are seen anywhere in the
+//! image.
 
 use super::keypoints::{self, Eye};
 use super::prism::Prism;
@@ -13,7 +14,8 @@ use crate::voxel::{BitGrid, Grid, Truth, Window};
 pub struct Rgb {
     /// Its optics.
     pub camera: Camera,
-    /// How far it recognises a person, its own housing and its mount. It measures no distance, so it has no noise.
+    /// How far it recognises a person, its own housing and its mount. It measures no distance, so it has no
+    /// noise.
     pub range: Range,
     /// The zone, in the world whatever the camera's pose.
     pub zone: Prism,

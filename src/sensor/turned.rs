@@ -1,5 +1,5 @@
-//! How a sensor is turned, as angles that people measure: pan, tilt and roll. The same on every machine, since tables hold
-//! them.
+//! How a sensor is turned, as angles that people measure: pan, tilt and roll. The same on every machine,
+//! since tables hold them.
 
 use glam::DVec3;
 
@@ -20,7 +20,8 @@ pub struct Turned {
 }
 
 impl Turned {
-    /// Of a pose. What looks straight up or down is panned only: pan 0 has the top of its picture towards world x.
+    /// Of a pose. What looks straight up or down is panned only: pan 0 has the top of its picture towards
+    /// world x.
     pub fn of(pose: &Pose) -> Turned {
         let link = pose.link();
         let (forward, right) = (link.x_axis, -link.y_axis);

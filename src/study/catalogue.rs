@@ -1,5 +1,6 @@
-//! Real devices by name: `model = "realsense-d435"` stands for the keys that `catalogue.toml` has of it, and what a study
-//! writes goes before them. Whether the keys make a sensor is checked afterwards, as if the user had written them all.
+//! Real devices by name: `model = "realsense-d435"` stands for the keys that `catalogue.toml` has of it, and
+//! what a study writes goes before them. Whether the keys make a sensor is checked afterwards, as if the user
+//! had written them all.
 
 use std::sync::LazyLock;
 
@@ -42,8 +43,9 @@ pub struct Stereo {
 }
 
 impl Stereo {
-    /// The standard deviation of depth, in metres for a square metre of distance: subpixel / (focal length * baseline), to four
-    /// digits. From z = f b / d, an error of the disparity d becomes one of z * z / (f b) times as much.
+    /// The standard deviation of depth, in metres for a square metre of distance: subpixel / (focal length *
+    /// baseline), to four digits. From z = f b / d, an error of the disparity d becomes one of z * z / (f b)
+    /// times as much.
     pub fn per_m2(&self, fov_deg: f64, pixels: f64) -> f64 {
         let focal_px = pixels / 2.0 / libm::tan(fov_deg.to_radians() / 2.0);
         let exact = self.subpixel_px / (focal_px * self.baseline_m);
@@ -73,7 +75,8 @@ impl Model {
     }
 }
 
-/// Keys of which those on the right say the same in another way, and yield to one on the left that a study writes.
+/// Keys of which those on the right say the same in another way, and yield to one on the left that a study
+/// writes.
 const INSTEAD: [(&str, &[&str]); 3] = [
     ("rings_deg", &["elevation_deg"]),
     ("elevation_deg", &["rings_deg"]),
@@ -97,8 +100,8 @@ pub fn models() -> &'static [Model] {
     &MODELS
 }
 
-/// What a study says once its models are written out, as the keys `sensor` of it; for the fingerprint, which a model
-/// whose values change must change.
+/// What a study says once its models are written out, as the keys `sensor` of it; for the fingerprint, which
+/// a model whose values change must change.
 pub fn written_out(mut study: Table) -> Table {
     let sensors = study.get_mut("sensor").and_then(Value::as_array_mut);
     for sensor in sensors.into_iter().flatten().filter_map(Value::as_table_mut) {

@@ -64,8 +64,8 @@ impl Combination {
     }
 }
 
-/// The choice of this number of one thing from each of several collections, by their lengths: those of the last vary
-/// fastest.
+/// The choice of this number of one thing from each of several collections, by their lengths: those of the
+/// last vary fastest.
 pub(crate) fn nth_choice(mut number: usize, lengths: impl DoubleEndedIterator<Item = usize>) -> Vec<usize> {
     let digit = |length: usize| {
         let digit = number % length;
@@ -100,8 +100,8 @@ pub(super) fn check(
     Ok(combinations)
 }
 
-/// Refuses a study whose results would not fit a disk. `per_choice` is how many regions, snapshots and repeats there
-/// are for each choice.
+/// Refuses a study whose results would not fit a disk. `per_choice` is how many regions, snapshots and
+/// repeats there are for each choice.
 pub(super) fn check_rows(
     at: &Place,
     combinations: &[Combination],
@@ -133,8 +133,8 @@ pub(super) fn check_rows(
     Ok(())
 }
 
-/// At most so many bytes of memory the names of a combination's representations take, made from those of each of its
-/// sensors.
+/// At most so many bytes of memory the names of a combination's representations take, made from those of each
+/// of its sensors.
 pub(crate) fn bytes_of_names<S: AsRef<str>>(sensors: impl Iterator<Item = impl AsRef<[S]>>) -> usize {
     /// Of the text itself and of its place in a list.
     const OF_EACH: usize = 64;

@@ -1,5 +1,6 @@
-//! What the user wrote: a study file and the scene files it names, checked once at the edge and turned into metres
-//! and radians. Defaults live in `file.rs` and `scene_file.rs` and nowhere else; meshes are read by `scene`.
+//! What the user wrote: a study file and the scene files it names, checked once at the edge and turned into
+//! metres and radians. Defaults live in `file.rs` and `scene_file.rs` and nowhere else; meshes are read by
+//! `scene`.
 
 pub mod catalogue;
 mod combination;
@@ -83,7 +84,8 @@ pub struct Overrides {
 }
 
 impl Study {
-    /// Reads and checks a study and its scene files (not their meshes), which must lie in its folder or below.
+    /// Reads and checks a study and its scene files (not their meshes), which must lie in its folder or
+    /// below.
     pub fn load(path: &Path, overrides: &Overrides) -> Result<Study> {
         Study::read(path, overrides, Sources::beside(path))
     }

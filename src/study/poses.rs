@@ -238,8 +238,9 @@ struct Row {
     qz: Option<f64>,
 }
 
-/// Poses from a table with a header: x_m, y_m, z_m, qw, qx, qy, qz and, if wanted, pose (a name) and sensor (only that
-/// sensor's rows are taken). Other columns are left alone, so the `poses.csv` of a sweep can be read back.
+/// Poses from a table with a header: x_m, y_m, z_m, qw, qx, qy, qz and, if wanted, pose (a name) and sensor
+/// (only that sensor's rows are taken). Other columns are left alone, so the `poses.csv` of a sweep can be
+/// read back.
 fn table(path: &Path, frame: Frame, source: &Source) -> Result<Vec<(String, Pose)>> {
     let (sensor, text) = (source.sensor, source.files.table(path)?);
     let mut reader = csv::ReaderBuilder::new()
@@ -292,8 +293,8 @@ fn passed_over(text: &str) -> u64 {
     text.lines().take_while(|line| line.is_empty() || line.starts_with('#')).count() as u64
 }
 
-/// Random poses. ChaCha8 is a named generator and each draw is one of its integers, so a seed means the same poses
-/// with every version of every library.
+/// Random poses. ChaCha8 is a named generator and each draw is one of its integers, so a seed means the same
+/// poses with every version of every library.
 fn drawn(
     at: &Place,
     random: &RandomFile,

@@ -43,8 +43,8 @@ pub(super) fn wrong_with<T: DeserializeOwned>(entry: Value) -> Vec<toml::de::Err
     read_without_wrong_keys::<T>(entry).1
 }
 
-/// Reads a file. If it cannot be read as it is, then without the keys that are wrong, and without the entries of these lists
-/// that cannot be read, so that the others can still be checked.
+/// Reads a file. If it cannot be read as it is, then without the keys that are wrong, and without the entries
+/// of these lists that cannot be read, so that the others can still be checked.
 pub(super) fn parse_in_parts<T: DeserializeOwned>(
     path: &Path,
     text: &str,
@@ -85,8 +85,8 @@ pub(super) fn parse_in_parts<T: DeserializeOwned>(
     file
 }
 
-/// What can be read of a value when wrong keys are left out, and what was wrong with each of them. What is missing only
-/// because of that is not told.
+/// What can be read of a value when wrong keys are left out, and what was wrong with each of them. What is
+/// missing only because of that is not told.
 fn read_without_wrong_keys<T: DeserializeOwned>(mut value: Value) -> (Option<T>, Vec<toml::de::Error>) {
     let mut wrong = Vec::new();
     loop {

@@ -19,7 +19,8 @@ const NARROW_DEG: f64 = 3.2;
 /// Slips that are told of a file; the others are counted.
 const MOST_TOLD: usize = 5;
 
-/// What looks like a slip in a study or a scene file, each with its line; nothing of a file that cannot be read.
+/// What looks like a slip in a study or a scene file, each with its line; nothing of a file that cannot be
+/// read.
 pub(super) fn warnings(text: &str) -> Vec<String> {
     let (Ok(file), Ok(places)) = (toml::from_str::<Table>(text), DeTable::parse(text)) else {
         return Vec::new();
@@ -91,8 +92,8 @@ fn all_numbers(value: &Value, numbers: &mut Vec<f64>) {
     }
 }
 
-/// What degrees look like that may be radians: a round angle to at least three places, a robot whose joints hardly move, or a
-/// camera that sees hardly anything.
+/// What degrees look like that may be radians: a round angle to at least three places, a robot whose joints
+/// hardly move, or a camera that sees hardly anything.
 fn radians(key: &str, numbers: &[f64]) -> Option<String> {
     let degrees = |number: f64| format!("{number} rad are {:.4}°", number.to_degrees());
     let degrees = |number: f64| degrees(number).replace(".0000°", "°");
@@ -115,7 +116,8 @@ fn radians(key: &str, numbers: &[f64]) -> Option<String> {
     Some(format!("looks like radians, and degrees are wanted: {}", degrees(number)))
 }
 
-/// Whether a number is a multiple of 15° in radians, written to four places or more, or of 45° to two or three.
+/// Whether a number is a multiple of 15° in radians, written to four places or more, or of 45° to two or
+/// three.
 fn is_round_in_radians(number: f64) -> bool {
     let places = |n: i32| (number * 10f64.powi(n)).round() / 10f64.powi(n) == number;
     let near = |step: f64, tolerance: f64| {

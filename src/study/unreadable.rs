@@ -16,7 +16,8 @@ pub(super) enum Step<'a> {
     Entry(usize),
 }
 
-/// A file as it is written, in which wrong keys are found again. It is read for that once, when the first is looked for.
+/// A file as it is written, in which wrong keys are found again. It is read for that once, when the first is
+/// looked for.
 pub(super) struct Written<'a> {
     text: &'a str,
     table: OnceCell<Option<DeTable<'a>>>,
@@ -37,8 +38,8 @@ impl Written<'_> {
 /// Finds the line on which the last of some keys stands.
 pub(super) type LineOf<'a> = &'a dyn Fn(&[Step]) -> Option<usize>;
 
-/// The reader's words on one line, with the line of the file that they are about, where it is found at `within` or below,
-/// and with what may be meant.
+/// The reader's words on one line, with the line of the file that they are about, where it is found at
+/// `within` or below, and with what may be meant.
 pub(super) fn in_words(error: &Error, line_of: LineOf, within: &[Step]) -> String {
     let said = error.to_string().trim_end().replace('\n', " ");
     let culprit = culprit(error);

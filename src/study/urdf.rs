@@ -1,5 +1,5 @@
-//! What a scene file says of a robot from a URDF: the file, which of its geometry, where its packages are, and its
-//! joint values. The URDF itself is read by `scene`.
+//! What a scene file says of a robot from a URDF: the file, which of its geometry, where its packages are,
+//! and its joint values. The URDF itself is read by `scene`.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};

@@ -17,8 +17,8 @@ use crate::study::Study;
 use crate::world::{World, ray_table};
 use crate::{Error, Result};
 
-/// Fewest rounds of a measurement: a slow backend that is measured once would look slower beside the best of many rounds
-/// of a fast one.
+/// Fewest rounds of a measurement: a slow backend that is measured once would look slower beside the best of
+/// many rounds of a fast one.
 const ROUNDS: u32 = 3;
 
 /// A backend to be measured.
@@ -78,8 +78,9 @@ fn rays(study: &Study, combination: usize) -> Vec<usize> {
     tables.map(|table| table.map_or(0, |rays| rays.dirs_q15.len())).collect()
 }
 
-/// Scores so many choices of a combination, spread evenly, in each world, on the oracle and on each contender: once, and
-/// again, three times or more, until a contender's rounds took `long_enough` together. Zero is long enough after one round.
+/// Scores so many choices of a combination, spread evenly, in each world, on the oracle and on each
+/// contender: once, and again, three times or more, until a contender's rounds took `long_enough` together.
+/// Zero is long enough after one round.
 pub fn race(
     study: &Study,
     worlds: &[World],

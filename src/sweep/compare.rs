@@ -1,5 +1,5 @@
-//! Every backend on the same poses, every integer compared: counts, all bit planes over the whole grid, and how
-//! each ray ended. The oracle is right by definition; the first difference is explained.
+//! Every backend on the same poses, every integer compared: counts, all bit planes over the whole grid, and
+//! how each ray ended. The oracle is right by definition; the first difference is explained.
 
 mod explain;
 
@@ -81,8 +81,8 @@ pub fn select(selection: &Selection, sensor: &Sensor) -> Vec<usize> {
     }
 }
 
-/// The choices of a combination that a selection names. A pose's name is enough where the combination is one sensor;
-/// else all of its poses are named, as in results.csv.
+/// The choices of a combination that a selection names. A pose's name is enough where the combination is one
+/// sensor; else all of its poses are named, as in results.csv.
 pub fn select_choices(selection: &Selection, study: &Study, combination: &Combination) -> Vec<usize> {
     let count = combination.choices();
     match selection {
@@ -112,8 +112,8 @@ pub(super) fn spread(wanted: usize, count: usize) -> Vec<usize> {
     (0..wanted).map(|i| i * count / wanted).collect()
 }
 
-/// Casts chosen poses of one sensor in one world on the oracle and on each backend, and adds to the report. A sensor
-/// that casts nothing adds nothing.
+/// Casts chosen poses of one sensor in one world on the oracle and on each backend, and adds to the report. A
+/// sensor that casts nothing adds nothing.
 pub fn compare(
     study: &Study,
     world: &World,
@@ -172,8 +172,8 @@ pub fn compare(
     Ok(())
 }
 
-/// Scores chosen choices of one combination in all snapshots of a scene, in every repeat, representation and region, as a
-/// sweep does, on the oracle and on each backend, and adds to the report.
+/// Scores chosen choices of one combination in all snapshots of a scene, in every repeat, representation and
+/// region, as a sweep does, on the oracle and on each backend, and adds to the report.
 pub fn compare_combination(
     study: &Study,
     worlds: &[World],

@@ -1,5 +1,5 @@
-//! What is kept on the backend: the evidence of each sensor at each candidate, made once and fused as often as
-//! combinations ask for it. When the slots run out, what was made first goes first.
+//! What is kept on the backend: the evidence of each sensor at each candidate, made once and fused as often
+//! as combinations ask for it. When the slots run out, what was made first goes first.
 
 use std::collections::{HashMap, HashSet, VecDeque};
 use std::sync::Arc;

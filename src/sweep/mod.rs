@@ -1,5 +1,5 @@
-//! Candidates × scenes → counts: the main job, what keeps it safe on disk and splits it over machines, and the comparison
-//! of backends. Tables of results are written by `report`; nothing here draws or searches.
+//! Candidates × scenes → counts: the main job, what keeps it safe on disk and splits it over machines, and
+//! the comparison of backends. Tables of results are written by `report`; nothing here draws or searches.
 
 pub mod bench;
 mod book;

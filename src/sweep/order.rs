@@ -7,8 +7,9 @@
 //! the moving objects only, and the nearer of the two hits is its first hit.
 //!
 //! # Practice
-//! A group has as many choices as the backend has places for first hits; all of them if there is one snapshot, or no
-//! such place. Two batches are under way: the host prepares one while the backend works on the other.
+//! A group has as many choices as the backend has places for first hits; all of them if there is one
+//! snapshot, or no such place. Two batches are under way: the host prepares one while the backend works on
+//! the other.
 
 use std::collections::{HashSet, VecDeque};
 use std::sync::Arc;
@@ -30,8 +31,8 @@ pub trait Ledger {
     /// Whether the rows of a choice are wanted, in one repeat of a world.
     fn wants(&self, world: &World, repeat: usize, ask: &Ask) -> bool;
 
-    /// Takes the rows of some choices in one repeat of a world: choice by choice, interpretation by interpretation,
-    /// region by region.
+    /// Takes the rows of some choices in one repeat of a world: choice by choice, interpretation by
+    /// interpretation, region by region.
     fn take(&mut self, rows: &[Row]) -> Result<()>;
 
     /// Whether nothing more is to be begun.
@@ -52,8 +53,8 @@ impl Ledger for Vec<Row> {
     }
 }
 
-/// Scores every choice of every combination in every scene, rows in study order: scene, snapshot, repeat, combination,
-/// choice, interpretation, region. For studies whose rows fit memory.
+/// Scores every choice of every combination in every scene, rows in study order: scene, snapshot, repeat,
+/// combination, choice, interpretation, region. For studies whose rows fit memory.
 pub fn run(study: &Study, worlds: &[World], backend: &mut dyn Backend) -> Result<Vec<Row>> {
     let asks: Vec<Ask> = layout_of(study).all_asks().collect();
     run_some(study, worlds, &asks, backend)
@@ -120,8 +121,8 @@ pub fn run_asks(
     Ok(())
 }
 
-/// The first of some choices whose sensors' first hits fit so many places, and those places. Nothing is kept of a sensor
-/// that moves, nor where there is one snapshot.
+/// The first of some choices whose sensors' first hits fit so many places, and those places. Nothing is kept
+/// of a sensor that moves, nor where there is one snapshot.
 fn first_group<'a>(
     study: &Study,
     snapshots: &[World],
@@ -164,8 +165,8 @@ struct Question {
     jobs: usize,
 }
 
-/// Scores what is wanted of some choices in one world, in every repeat, as many at a time as their evidence fits the
-/// backend.
+/// Scores what is wanted of some choices in one world, in every repeat, as many at a time as their evidence
+/// fits the backend.
 fn score(mut store: Store, asks: &[Ask], backend: &mut dyn Backend, ledger: &mut dyn Ledger) -> Result<()> {
     let study = store.study;
     let ways: Vec<_> =

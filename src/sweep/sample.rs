@@ -54,8 +54,8 @@ impl Ends {
     }
 }
 
-/// How the rays of each sensor end, at so many of its poses, spread evenly; no rays of a sensor that casts none, nor of one
-/// that is not among [`SENSORS`].
+/// How the rays of each sensor end, at so many of its poses, spread evenly; no rays of a sensor that casts
+/// none, nor of one that is not among [`SENSORS`].
 ///
 /// # Errors
 /// When the backend fails.
@@ -108,8 +108,9 @@ pub struct Checker<'a> {
     pub every: u64,
 }
 
-/// How long a sweep would take, in seconds, by what some choices of poses took: so much for each pose that is cast, so much
-/// for each choice that is fused and counted, and what a checker takes. Scenes are ready by then.
+/// How long a sweep would take, in seconds, by what some choices of poses took: so much for each pose that is
+/// cast, so much for each choice that is fused and counted, and what a checker takes. Scenes are ready by
+/// then.
 ///
 /// # Errors
 /// When a backend fails.
@@ -143,8 +144,8 @@ pub fn seconds(
         apart = some(&|choices| spread(most, choices));
         apart_s = took_s(study, here, &apart, backend)?;
     }
-    // Choices in a row share most of their poses: many of them tell what a choice takes beside its poses, which where there
-    // are millions decides.
+    // Choices in a row share most of their poses: many of them tell what a choice takes beside its poses,
+    // which where there are millions decides.
     let (mut in_a_row, mut in_a_row_s) = (apart.clone(), apart_s);
     let shares_poses = study.combinations.iter().any(|combination| combination.members.len() > 1);
     while shares_poses && apart.len() < most_asks {
@@ -184,7 +185,8 @@ pub fn seconds(
     Ok(moment_s * moments + checks_s)
 }
 
-/// At most so many choices and a few, in rows that begin evenly spread: what the first poses see is not what all do.
+/// At most so many choices and a few, in rows that begin evenly spread: what the first poses see is not what
+/// all do.
 fn rows_of(most: usize, choices: usize) -> Vec<usize> {
     let each = most.div_ceil(ROWS);
     let rows = spread(ROWS, choices).into_iter().map(|first| first..(first + each).min(choices));
@@ -201,8 +203,8 @@ fn took_s(study: &Study, worlds: &[World], asks: &[Ask], backend: &mut dyn Backe
     Ok(begin.elapsed().as_secs_f64())
 }
 
-/// What each of two kinds of things takes, none less than nothing, from how many of each two measurements had and how long
-/// those took. Where they had the same mixture, all that they took is the first kind's.
+/// What each of two kinds of things takes, none less than nothing, from how many of each two measurements had
+/// and how long those took. Where they had the same mixture, all that they took is the first kind's.
 fn both([a, b]: [[f64; 2]; 2], took_s: [f64; 2]) -> [f64; 2] {
     let area = a[0] * b[1] - b[0] * a[1];
     let alone = |kind: usize| {

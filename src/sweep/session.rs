@@ -2,8 +2,8 @@
 //! backend, a device's counts are checked, and nothing is lost when the run is stopped.
 //!
 //! # Theory
-//! A row is finished when the journal has it, and only then. Everything that can happen (a signal, a device that is
-//! lost, a crash) leaves some rows finished and the others not; going on means to do the others.
+//! A row is finished when the journal has it, and only then. Everything that can happen (a signal, a device
+//! that is lost, a crash) leaves some rows finished and the others not; going on means to do the others.
 
 use std::path::{Path, PathBuf};
 use std::time::{Instant, SystemTime, UNIX_EPOCH};
@@ -74,12 +74,12 @@ pub fn folder_of(out: &Path, Shard { number, of }: Shard) -> PathBuf {
 }
 
 impl<'a> Session<'a> {
-    /// Opens a folder, and takes up what was begun there: the same sweep, or, with `restart`, whatever it was.
-    /// `command` is the command that does so, word by word.
+    /// Opens a folder, and takes up what was begun there: the same sweep, or, with `restart`, whatever it
+    /// was. `command` is the command that does so, word by word.
     ///
     /// # Errors
-    /// `Error::Input` if the folder holds anything else, with what has changed, or cannot be written to; `Error::Busy` if
-    /// another run is at work in it; `Error::Storage` if the disk fails.
+    /// `Error::Input` if the folder holds anything else, with what has changed, or cannot be written to;
+    /// `Error::Busy` if another run is at work in it; `Error::Storage` if the disk fails.
     pub fn open(
         study: &'a Study,
         worlds: &'a [World],
@@ -157,7 +157,8 @@ impl<'a> Session<'a> {
         self.done.count()
     }
 
-    /// Scores what is left. Where a device counts, one choice in `verify` is checked on the CPU; none if it is 0.
+    /// Scores what is left. Where a device counts, one choice in `verify` is checked on the CPU; none if it
+    /// is 0.
     ///
     /// # Errors
     /// `Error::Disagreement` if a device counted otherwise than the CPU; `Error::Storage` if the disk fails;

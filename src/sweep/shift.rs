@@ -2,9 +2,9 @@
 //! which also checks what a device counted.
 //!
 //! # Theory
-//! A device that fails within a run is treated as a run that ended: its finished rows are in the journal, the others are
-//! not, and the same loop is entered again by somebody else, who finds what is left. So no failure needs a way back of
-//! its own.
+//! A device that fails within a run is treated as a run that ended: its finished rows are in the journal, the
+//! others are not, and the same loop is entered again by somebody else, who finds what is left. So no failure
+//! needs a way back of its own.
 
 use std::path::Path;
 use std::sync::mpsc;
@@ -53,7 +53,8 @@ pub trait Crew {
     /// Opens a backend.
     fn open(&mut self, gear: Gear) -> Result<Box<dyn Backend + Send>>;
 
-    /// Whether the backend of the user's choice is one that may fail or count wrongly: a GPU. Then the CPU takes over, and checks.
+    /// Whether the backend of the user's choice is one that may fail or count wrongly: a GPU. Then the CPU
+    /// takes over, and checks.
     fn is_doubted(&self) -> bool;
 }
 
@@ -74,8 +75,8 @@ pub(super) struct Shift<'a> {
 }
 
 impl Shift<'_> {
-    /// Does what is left, until it is done or stopped. A device that fails is replaced. Says what the stages of the last
-    /// one's work took.
+    /// Does what is left, until it is done or stopped. A device that fails is replaced. Says what the stages
+    /// of the last one's work took.
     pub(super) fn work(&mut self, mut backend: Box<dyn Backend + Send>, book: &mut Book) -> Result<Timings> {
         let (mut gear, mut strikes, mut last_fault) = (Gear::Full, 0, 0);
         loop {
@@ -116,8 +117,8 @@ impl Shift<'_> {
         }
     }
 
-    /// Does the next few choices of the world that a device failed in: the device again, with little at a time, or the
-    /// CPU. Says which.
+    /// Does the next few choices of the world that a device failed in: the device again, with little at a
+    /// time, or the CPU. Says which.
     fn rescue(&mut self, book: &mut Book) -> Result<&'static str> {
         // Rows that wait to be checked would keep the next backend from beginning.
         self.check(book)?;
@@ -195,8 +196,8 @@ impl Shift<'_> {
     }
 }
 
-/// Parts with a device that failed, and waits until it has given back its memory; not for ever, since one that hangs may
-/// never do.
+/// Parts with a device that failed, and waits until it has given back its memory; not for ever, since one
+/// that hangs may never do.
 fn let_go(backend: Box<dyn Backend + Send>) {
     let (gone, wait) = mpsc::channel::<()>();
     // Where no thread can be started, it is waited for.

@@ -10,7 +10,8 @@ use crate::{Error, Result};
 /// Which choice, in which scene; what is not said is the first there is.
 #[derive(Clone, Debug, Default)]
 pub struct Wanted {
-    /// As in the column `poses` of results.csv; of a sensor that is scored alone, the pose's own name will do.
+    /// As in the column `poses` of results.csv; of a sensor that is scored alone, the pose's own name will
+    /// do.
     pub poses: String,
     /// The combination's name, where several have such a choice.
     pub combination: Option<String>,
@@ -24,7 +25,8 @@ pub struct Wanted {
     pub repeat: usize,
 }
 
-/// Finds the world (of those of the study, or at least of the scene) and the choice; names what there is where something is not.
+/// Finds the world (of those of the study, or at least of the scene) and the choice; names what there is
+/// where something is not.
 pub fn find<'w>(study: &Study, worlds: &'w [World], wanted: &Wanted) -> Result<(&'w World, Choice)> {
     let all: Vec<ChoiceNames> = study.combinations.iter().map(|c| choice_names(study, c)).collect();
     let found = find_choices(&all, &wanted.poses, wanted.combination.as_deref())?;

@@ -2,8 +2,8 @@
 //! together, and whether it is true. Pictures, exports and reasons are made from it; sweeps count without it.
 //!
 //! # Practice
-//! Made on the host from what a backend reads back, over the whole grid, so that it costs as much as some thousand scored
-//! poses. Its counts in a region are those of the sweep.
+//! Made on the host from what a backend reads back, over the whole grid, so that it costs as much as some
+//! thousand scored poses. Its counts in a region are those of the sweep.
 
 mod find;
 pub mod names;
@@ -46,7 +46,8 @@ pub struct Member {
     pub candidate: usize,
     /// Where it stands in the grid; at the origin if it has no pose.
     pub placement: Placement,
-    /// What its rays tell, if it casts any in this representation: planes over the grid, and how each ray ended.
+    /// What its rays tell, if it casts any in this representation: planes over the grid, and how each ray
+    /// ended.
     pub cast: Option<Evidence>,
     /// What it says in this representation, over the grid; `occupied` wins where both are set.
     pub says: Planes,

@@ -16,9 +16,10 @@ pub struct ChoiceNames<'a> {
     pub members: Vec<(&'a str, Vec<&'a str>)>,
 }
 
-/// Combinations and the number of their choice that is meant by a name: as in the column `poses` of results.csv, or spelled
-/// another way (`South wall/2/0` for `south-wall/2/0`); of a sensor that is scored alone, the pose's own name will do. Several
-/// combinations may have such a choice. An unknown name is an [`Error::Input`] that names the nearest.
+/// Combinations and the number of their choice that is meant by a name: as in the column `poses` of
+/// results.csv, or spelled another way (`South wall/2/0` for `south-wall/2/0`); of a sensor that is scored
+/// alone, the pose's own name will do. Several combinations may have such a choice. An unknown name is an
+/// [`Error::Input`] that names the nearest.
 pub fn find_choices(
     all: &[ChoiceNames],
     poses: &str,

@@ -17,8 +17,8 @@ const WIDEST_RAD: f64 = 1.4;
 pub struct Outline {
     /// Where its rays begin, in world metres.
     pub apex_m: DVec3,
-    /// Unit directions in the world, around all that it sees, anticlockwise as the sensor sees them; none where it looks all
-    /// around, or casts no rays.
+    /// Unit directions in the world, around all that it sees, anticlockwise as the sensor sees them; none
+    /// where it looks all around, or casts no rays.
     pub rim: Vec<DVec3>,
 }
 
@@ -46,7 +46,8 @@ impl View<'_> {
         Some(Outline { apex_m: pose.position_m, rim })
     }
 
-    /// The ground below what a pad or a gate watches, each as its corners in world metres; none for other sensors.
+    /// The ground below what a pad or a gate watches, each as its corners in world metres; none for other
+    /// sensors.
     pub fn grounds(&self, member: &Member) -> Vec<Vec<DVec3>> {
         let pose = self.world.settings[member.sensor][member.candidate].pose();
         let prisms = self.study.sensors[member.sensor].kind.prisms();
@@ -100,7 +101,8 @@ mod tests {
         let coarse = Overrides { voxel_size_m: Some(0.2), ..Overrides::default() };
         let study = Study::load(&path, &coarse).unwrap();
         let world = &World::prepare(&study, 0).unwrap()[0];
-        // The pads, at (0, −1.25), are before the robot, which stands nowhere and has neither figure nor ground.
+        // The pads, at (0, −1.25), are before the robot, which stands nowhere and has neither figure nor
+        // ground.
         let wanted = Wanted { poses: "pads:floor/13/0;robot:known".into(), ..Wanted::default() };
         let (_, choice) = find(&study, std::slice::from_ref(world), &wanted).unwrap();
         let view = View::new(&study, world, choice, &mut Cpu::new(Some(1)).unwrap()).unwrap();

@@ -12,7 +12,8 @@ use crate::world::ray_table;
 pub struct Return {
     /// Number of the ray in the sensor's table.
     pub ray: usize,
-    /// Where it is read, in world metres: along the ray, as far as the voxel's near side and with the noise it drew.
+    /// Where it is read, in world metres: along the ray, as far as the voxel's near side and with the noise
+    /// it drew.
     pub at_m: DVec3,
     /// The voxel where it is read.
     pub voxel: [i32; 3],

@@ -2,9 +2,10 @@
 //! way. `report` makes tables and advice of it.
 //!
 //! # Theory
-//! The paper splits unknown space into what is monitored but occluded and what is not monitored. Of a sensor that casts rays,
-//! the ray nearest to the voxel's centre is looked at: for a camera the pixel that the centre falls into, for any other table
-//! the direction that is nearest to that of the centre, the first of equals. The first reason that applies is the voxel's:
+//! The paper splits unknown space into what is monitored but occluded and what is not monitored. Of a sensor
+//! that casts rays, the ray nearest to the voxel's centre is looked at: for a camera the pixel that the
+//! centre falls into, for any other table the direction that is nearest to that of the centre, the first of
+//! equals. The first reason that applies is the voxel's:
 //!
 //! | reason | holds where | monitored |
 //! |---|---|---|
@@ -18,26 +19,30 @@
 //! | `misread` | the ray returned from the voxel or from behind it, and noise, or a mount that is off, had it read before it; a cover's noise read the voxel elsewhere | yes |
 //! | `cancelled` | some sensor knows the voxel, and the others' votes weigh exactly as much against it | yes |
 //!
-//! That is all that can happen. A voxel is unknown if no sensor says anything of it, or if votes cancel. A sensor that casts
-//! says nothing of a voxel that the ray crosses only if the ray was blind, was silent, or returned and was read before the
-//! voxel; and what it returned from then lies before the voxel, or noise misread it. Keypoint volumes only add to what rays say.
-//! So the voxels of all reasons together are those that a sweep counts as `uo` and `uf`.
+//! That is all that can happen. A voxel is unknown if no sensor says anything of it, or if votes cancel. A
+//! sensor that casts says nothing of a voxel that the ray crosses only if the ray was blind, was silent, or
+//! returned and was read before the voxel; and what it returned from then lies before the voxel, or noise
+//! misread it. Keypoint volumes only add to what rays say. So the voxels of all reasons together are those
+//! that a sweep counts as `uo` and `uf`.
 //!
-//! * Where a mount is off, rays are looked at as they are believed to go. What ended one is what the true ray ended in; it lies
-//!   before the voxel if it was nearer than the believed ray enters the voxel.
-//! * A field of view ([`crate::sensor::FieldOfView`]) is a camera's image to the outer edges of its pixels; of a LIDAR what lies
-//!   within half a step of its outermost angles; of other tables what is as near to a ray as the middle of four neighbours
-//!   would be. A voxel that the ray crosses is in view wherever its centre is: a scanner of one ring monitors all of its layer.
-//! * An object hides if the voxel that ended the ray is one of its own; where several objects share it, the first in the
-//!   scene's order. Tags and see-through objects end no ray. What hides may be the voxel's own object: its far side, or its inside.
-//! * Of several sensors, the voxel's reason is that of the sensor which came nearest to knowing it, that of the latest row in
-//!   the table; of equals, of the first to speak. So a switch that is silent takes no reason from a ray that looked there,
-//!   and a voxel is out of view only if it is so for all.
+//! * Where a mount is off, rays are looked at as they are believed to go. What ended one is what the true ray
+//!   ended in; it lies before the voxel if it was nearer than the believed ray enters the voxel.
+//! * A field of view ([`crate::sensor::FieldOfView`]) is a camera's image to the outer edges of its pixels;
+//!   of a LIDAR what lies within half a step of its outermost angles; of other tables what is as near to a
+//!   ray as the middle of four neighbours would be. A voxel that the ray crosses is in view wherever its
+//!   centre is: a scanner of one ring monitors all of its layer.
+//! * An object hides if the voxel that ended the ray is one of its own; where several objects share it, the
+//!   first in the scene's order. Tags and see-through objects end no ray. What hides may be the voxel's own
+//!   object: its far side, or its inside.
+//! * Of several sensors, the voxel's reason is that of the sensor which came nearest to knowing it, that of
+//!   the latest row in the table; of equals, of the first to speak. So a switch that is silent takes no
+//!   reason from a ray that looked there, and a voxel is out of view only if it is so for all.
 //! * `between_rays` counts as not monitored: nothing is in the way, but no ray measures there.
 //!
 //! # Practice
-//! For each unknown voxel, as many closed forms as there are sensors; what ended a ray is searched step by step, for hidden
-//! and blind voxels only. Voxels are looked at in parallel and each for itself, so that every machine finds the same.
+//! For each unknown voxel, as many closed forms as there are sensors; what ended a ray is searched step by
+//! step, for hidden and blind voxels only. Voxels are looked at in parallel and each for itself, so that
+//! every machine finds the same.
 
 mod nearest;
 mod sight;
@@ -151,7 +156,8 @@ impl Tally {
 }
 
 impl View<'_> {
-    /// Why those of some voxels that are unknown are so: each cause that there is, in their order, with its voxels.
+    /// Why those of some voxels that are unknown are so: each cause that there is, in their order, with its
+    /// voxels.
     pub fn why(&self, of: &BitGrid) -> Vec<Missed> {
         let mut unknown = of.clone();
         unknown.remove(&self.labels.occupied);
@@ -285,7 +291,8 @@ impl<'a> Witness<'a> {
         let from = &self.member.placement;
         let cast = march::start(from.caster().origin_q16, way.truly_q16);
         let (hit, hit_q16) = first_blocker(&self.truth.blockers, &cast, rays.gates.near_ignore_q16);
-        // Rays from one cell cross as many boundaries on their way to another; where a mount is off, distances tell.
+        // Rays from one cell cross as many boundaries on their way to another; where a mount is off,
+        // distances tell.
         let crossings = |to: [i32; 3]| (0..3).map(|r| to[r].abs_diff(begin.cell[r])).sum::<u32>();
         let is_before = match from.truly {
             None => crossings(cell) > crossings(hit),
@@ -301,8 +308,8 @@ impl<'a> Witness<'a> {
     }
 }
 
-/// The blocker in which a ray ends that is known to end in one, and how far it is. What is entered before `near_ignore_q16` is
-/// the sensor's housing.
+/// The blocker in which a ray ends that is known to end in one, and how far it is. What is entered before
+/// `near_ignore_q16` is the sensor's housing.
 fn first_blocker(blockers: &BitGrid, begin: &march::March, near_ignore_q16: u32) -> ([i32; 3], u32) {
     let ends = |to: &march::Crossing| {
         !blockers.window().contains(to.cell) || (to.t_q16 >= near_ignore_q16 && blockers.get(to.cell))

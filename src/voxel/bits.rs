@@ -1,5 +1,5 @@
-//! A bit for each voxel of a window, in 32-bit words that host and GPU share. Rows run along x and are padded to
-//! whole words; padding bits are always zero.
+//! A bit for each voxel of a window, in 32-bit words that host and GPU share. Rows run along x and are padded
+//! to whole words; padding bits are always zero.
 
 use std::ops::Range;
 
@@ -52,7 +52,8 @@ impl BitGrid {
         self.words_per_row
     }
 
-    /// The words: bit x & 31 of word (z · size y + y) · words per row + (x >> 5), x, y, z from the window's corner.
+    /// The words: bit x & 31 of word (z · size y + y) · words per row + (x >> 5), x, y, z from the window's
+    /// corner.
     pub fn words(&self) -> &[u32] {
         &self.words
     }
@@ -179,8 +180,8 @@ impl BitGrid {
         }
     }
 
-    /// Sets voxels in rows `ys` of layer `z` of another window, all inside it, whose words these are, where this plane has
-    /// them.
+    /// Sets voxels in rows `ys` of layer `z` of another window, all inside it, whose words these are, where
+    /// this plane has them.
     pub(crate) fn add_to_rows(&self, words: &mut [u32], window: Window, ys: Range<i32>, z: i32) {
         let shared = self.window.intersection(&window);
         let rows = shared.min[1].max(ys.start)..shared.end()[1].min(ys.end);
@@ -256,7 +257,8 @@ impl BitGrid {
         !self.words_in(part, |_, _, _, word| word == 0)
     }
 
-    /// The words of a box, without what lies beside it, each with its first voxel, as long as `see` wants more; whether it saw all.
+    /// The words of a box, without what lies beside it, each with its first voxel, as long as `see` wants
+    /// more; whether it saw all.
     fn words_in(&self, part: &Window, mut see: impl FnMut(i32, i32, i32, u32) -> bool) -> bool {
         let part = part.intersection(&self.window);
         if part.is_empty() {
@@ -281,7 +283,8 @@ impl BitGrid {
         &self.words[start..start + self.words_per_row as usize]
     }
 
-    /// Sets the voxels of a row that are set in the row of a plane with the same x; nothing outside the window.
+    /// Sets the voxels of a row that are set in the row of a plane with the same x; nothing outside the
+    /// window.
     pub fn add_row(&mut self, y: i32, z: i32, words: &[u32]) {
         if self.window.contains([self.window.min[0], y, z]) {
             let start = self.row_start(y, z);

@@ -2,11 +2,12 @@
 //! blocker is.
 //!
 //! # Theory
-//! The chessboard distance of two bricks is the largest of their distances along the axes. If the nearest brick with a
-//! blocker is `k` away, the cube of (2k − 1)³ bricks around a brick holds no blocker, so no cell in it can stop a ray
-//! (`SEMANTICS.md`, "Rays"). Growing a set of bricks by one on each axis in turn reaches exactly the bricks
-//! at chessboard distance 1, so counting how often the occupied ones must grow until they hold a brick gives its
-//! distance: a few operations a word of 32 bricks and step, and as many steps as the largest gap has bricks.
+//! The chessboard distance of two bricks is the largest of their distances along the axes. If the nearest
+//! brick with a blocker is `k` away, the cube of (2k − 1)³ bricks around a brick holds no blocker, so no cell
+//! in it can stop a ray (`SEMANTICS.md`, "Rays"). Growing a set of bricks by one on each axis in turn reaches
+//! exactly the bricks at chessboard distance 1, so counting how often the occupied ones must grow until they
+//! hold a brick gives its distance: a few operations a word of 32 bricks and step, and as many steps as the
+//! largest gap has bricks.
 //!
 //! # Practice
 //! Made once for each layer of blockers, on the host; every backend that leaps reads the same bytes.
@@ -57,8 +58,8 @@ impl Bricks {
         self.size
     }
 
-    /// For each brick, x fastest, then y, then z: the chessboard distance in bricks to the nearest brick that holds a
-    /// blocker, 0 in one that does; [`Bricks::FAR`] for any distance from there on.
+    /// For each brick, x fastest, then y, then z: the chessboard distance in bricks to the nearest brick that
+    /// holds a blocker, 0 in one that does; [`Bricks::FAR`] for any distance from there on.
     pub fn reach(&self) -> &[u8] {
         &self.reach
     }
@@ -109,7 +110,8 @@ fn grow(bricks: &mut BitGrid) {
     join(words, &before, row * ny, |layer| (layer > 0, layer + 1 < nz));
 }
 
-/// Adds to each chunk of words what the chunks before and after it held; `beside` says which of them are neighbours.
+/// Adds to each chunk of words what the chunks before and after it held; `beside` says which of them are
+/// neighbours.
 fn join(words: &mut [u32], before: &[u32], chunk: usize, beside: impl Fn(usize) -> (bool, bool)) {
     for (i, to) in words.chunks_exact_mut(chunk.max(1)).enumerate() {
         let (below, above) = beside(i);
@@ -182,7 +184,8 @@ mod tests {
         }
     }
 
-    /// Every brick against the distances to all occupied bricks, on planes with a few voxels and on full ones.
+    /// Every brick against the distances to all occupied bricks, on planes with a few voxels and on full
+    /// ones.
     #[test]
     fn reach_is_the_smallest_distance() {
         let mut state = 1u64;

@@ -1,10 +1,10 @@
-//! What can be reached through faces: a 6-connected flood over bit planes, a word at a time. Serves the interiors of
-//! bodies and the ceiling of what any sensor could see.
+//! What can be reached through faces: a 6-connected flood over bit planes, a word at a time. Serves the
+//! interiors of bodies and the ceiling of what any sensor could see.
 
 use super::bits::BitGrid;
 
-/// The voxels of `open` that a path through faces of open voxels joins to a seed; seeds count if they are open.
-/// Both planes cover the same window.
+/// The voxels of `open` that a path through faces of open voxels joins to a seed; seeds count if they are
+/// open. Both planes cover the same window.
 pub fn flood(open: &BitGrid, seeds: &BitGrid) -> BitGrid {
     let [_, ny, nz] = open.window().size.map(|n| n as usize);
     let row = open.words_per_row() as usize;

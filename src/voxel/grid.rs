@@ -96,8 +96,9 @@ impl Window {
     }
 }
 
-/// The voxel grid of a cell. Its origin is a whole number of voxels from the world's, so that it lines up with
-/// OctoMap keys. Voxel (i, j, k) is the half-open box [origin + i, origin + i + 1) on each axis, in voxels.
+/// The voxel grid of a cell. Its origin is a whole number of voxels from the world's, so that it lines up
+/// with OctoMap keys. Voxel (i, j, k) is the half-open box [origin + i, origin + i + 1) on each axis, in
+/// voxels.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Grid {
     /// Edge of a voxel in metres.

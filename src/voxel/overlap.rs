@@ -1,5 +1,5 @@
-//! Which voxels a triangle meets, decided in integers: a separating-axis test of a closed triangle against closed
-//! boxes. Lengths here count 1/512 voxel from the world's origin.
+//! Which voxels a triangle meets, decided in integers: a separating-axis test of a closed triangle against
+//! closed boxes. Lengths here count 1/512 voxel from the world's origin.
 
 use std::collections::HashMap;
 
@@ -13,8 +13,9 @@ pub const VOXEL: i64 = 512;
 /// A corner in 1/512 voxels.
 pub type Corner = [i64; 3];
 
-/// A world position rounded to 1/256 voxel and moved by 1/512, so that no corner lies on a voxel's boundary: a wall
-/// on a boundary fills the upper layer, once. `None` beyond [`FARTHEST_VOXEL`], where products would overflow.
+/// A world position rounded to 1/256 voxel and moved by 1/512, so that no corner lies on a voxel's boundary:
+/// a wall on a boundary fills the upper layer, once. `None` beyond [`FARTHEST_VOXEL`], where products would
+/// overflow.
 pub fn corner(metres: DVec3, voxel_size_m: f64) -> Option<Corner> {
     let scaled = metres.to_array().map(|x| (x / voxel_size_m * 256.0).round());
     let farthest = (FARTHEST_VOXEL * 256) as f64;
@@ -92,8 +93,8 @@ fn normal([a, b, c]: &[Corner; 3]) -> [i64; 3] {
     })
 }
 
-/// The voxels of a column that the triangle's plane meets, lowest and highest; `None` for a degenerate triangle,
-/// which has no plane to separate by.
+/// The voxels of a column that the triangle's plane meets, lowest and highest; `None` for a degenerate
+/// triangle, which has no plane to separate by.
 fn plane_range(
     triangle: &[Corner; 3],
     normal: [i64; 3],
@@ -169,8 +170,8 @@ mod tests {
         set
     }
 
-    /// The same question by clipping: cut the triangle by the six half-spaces of a box, in rationals scaled so that
-    /// they stay exact. Slow and different in kind from the separating axes.
+    /// The same question by clipping: cut the triangle by the six half-spaces of a box, in rationals scaled
+    /// so that they stay exact. Slow and different in kind from the separating axes.
     fn meets_by_clipping(triangle: &[Corner; 3], key: [i32; 3]) -> bool {
         // Homogeneous points: position = p / w, w > 0.
         let mut polygon: Vec<([i128; 3], i128)> =

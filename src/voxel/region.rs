@@ -68,8 +68,8 @@ pub enum Shape {
         /// What the robot holds beyond its own reach.
         tool_m: f64,
     },
-    /// Centres inside a watertight mesh, in world metres. Where several of its bodies overlap is inside; a body in a
-    /// body that faces the other way is a hollow.
+    /// Centres inside a watertight mesh, in world metres. Where several of its bodies overlap is inside; a
+    /// body in a body that faces the other way is a hollow.
     Mesh(Arc<Mesh>),
     /// What is in any of several shapes.
     Union(Vec<Shape>),
@@ -84,13 +84,15 @@ pub struct Region {
     pub name: String,
     /// Its voxels, over the smallest window that holds them.
     pub cells: Arc<BitGrid>,
-    /// The share of the shape's voxels that lie outside the grid, 0 to 1; a union or difference counts as one shape.
+    /// The share of the shape's voxels that lie outside the grid, 0 to 1; a union or difference counts as one
+    /// shape.
     pub cut_share: f64,
     /// Whether the shape goes beyond the low and the high end of the grid, on each axis.
     pub cut_at: [[bool; 2]; 3],
 }
 
-/// The voxels of a shape in a scene. Ignored insides belong to no region; a region left without voxels is an error.
+/// The voxels of a shape in a scene. Ignored insides belong to no region; a region left without voxels is an
+/// error.
 pub fn region(name: &str, shape: &Shape, truth: &Truth) -> Result<Region> {
     let wrong = |what: String| Error::input(format!("region {name:?}"), what);
     let rows = rows_of(shape, truth).map_err(wrong)?;

@@ -1,5 +1,6 @@
-//! A scene in voxels over all of its snapshots. What each object became is kept; the truth of a snapshot is put together
-//! from that when it is asked for, so that a thousand snapshots take little more memory than what moves in them.
+//! A scene in voxels over all of its snapshots. What each object became is kept; the truth of a snapshot is
+//! put together from that when it is asked for, so that a thousand snapshots take little more memory than
+//! what moves in them.
 
 use std::collections::{HashMap, VecDeque};
 use std::sync::{Arc, Mutex, PoisonError};
@@ -14,8 +15,8 @@ use crate::{Error, Result};
 /// Asked between two pieces of work; an error is a reason to begin no other.
 pub(crate) type GoOn<'a> = &'a (dyn Fn() -> Result<()> + Sync);
 
-/// Most memory that the voxels of a scene take. A few words can ask for any amount, and a system that has no more to
-/// give ends the program without one.
+/// Most memory that the voxels of a scene take. A few words can ask for any amount, and a system that has no
+/// more to give ends the program without one.
 const MOST_GIB: u64 = 64;
 
 /// The snapshots of a scene on one grid.
@@ -31,12 +32,12 @@ pub struct Snapshots {
 }
 
 impl Snapshots {
-    /// Voxelizes each object once, however many snapshots share it; objects and triangles in parallel. Of the truths that
-    /// are asked for, as many are kept as fit so many bytes, and at least one.
+    /// Voxelizes each object once, however many snapshots share it; objects and triangles in parallel. Of the
+    /// truths that are asked for, as many are kept as fit so many bytes, and at least one.
     ///
     /// # Errors
-    /// What `go_on` says before an object; a scene whose voxels would take more than 64 GiB, or than there is; a surface
-    /// too far away to count.
+    /// What `go_on` says before an object; a scene whose voxels would take more than 64 GiB, or than there
+    /// is; a surface too far away to count.
     pub(crate) fn of(scenes: &[Scene], grid: Grid, kept_bytes: u64, go_on: GoOn) -> Result<Snapshots> {
         let objects = distinct_objects(scenes);
         let most_kept = (kept_bytes / bytes_of_truth(&grid)).clamp(1, scenes.len().max(1) as u64) as usize;
@@ -86,7 +87,8 @@ fn bytes_of_truth(grid: &Grid) -> u64 {
     (grid.window().volume() / 4).max(1)
 }
 
-/// Counts a bit for each voxel in the box around an object, and what so many truths take. `free` is how much memory there is.
+/// Counts a bit for each voxel in the box around an object, and what so many truths take. `free` is how much
+/// memory there is.
 fn refuse_excess(objects: &[&Arc<Object>], truths: usize, grid: &Grid, free: Option<u64>) -> Result<()> {
     let around = |object: &&Arc<Object>| -> f64 {
         let [low, high] = bounds_m(object);
@@ -108,7 +110,8 @@ fn refuse_excess(objects: &[&Arc<Object>], truths: usize, grid: &Grid, free: Opt
     )))
 }
 
-/// The memory that there is for this program, where the system tells: what is free, and what its control group may have.
+/// The memory that there is for this program, where the system tells: what is free, and what its control
+/// group may have.
 fn free_bytes() -> Option<u64> {
     let read = |path: &str| std::fs::read_to_string(path).ok();
     let number = |text: &str| text.trim().parse::<u64>().ok();

@@ -22,7 +22,8 @@ pub use cylinder::cylinder;
 pub use polygon::{NotSimple, column, is_simple};
 pub use within::within;
 
-/// Longest radius, as for all ranges: no grid is as large, and squares of lengths up to it stay within 64 bits.
+/// Longest radius, as for all ranges: no grid is as large, and squares of lengths up to it stay within 64
+/// bits.
 pub const MAX_RADIUS_Q16: i64 = 2047 * ONE_Q16;
 
 /// The first voxel whose centre is at or above a bound.
@@ -100,7 +101,8 @@ pub fn ball(plane: &mut BitGrid, center: [i32; 3], radius_q16: i64) {
     mark_rows(plane, ball.rows(), |y, z| ball.run(y, z));
 }
 
-/// Sets the voxels from the smallest to the largest of `cells` on each axis, both included; without cells, none.
+/// Sets the voxels from the smallest to the largest of `cells` on each axis, both included; without cells,
+/// none.
 pub fn cuboid(plane: &mut BitGrid, cells: impl IntoIterator<Item = [i32; 3]>) {
     let grown = |all: Option<[[i32; 3]; 2]>, cell: [i32; 3]| {
         let [low, high] = all.unwrap_or([cell; 2]);
@@ -144,9 +146,9 @@ pub(super) fn ceil_div(num: i128, den: i128) -> i128 {
     -(-num).div_euclid(den)
 }
 
-/// Where an edge of points (s, t) passes a level of t, rounded up to a whole number, or `None` where it does not: an
-/// edge has its lower end and lacks its upper one. It is the same for an edge and its reverse, so what two areas share
-/// is never both's.
+/// Where an edge of points (s, t) passes a level of t, rounded up to a whole number, or `None` where it does
+/// not: an edge has its lower end and lacks its upper one. It is the same for an edge and its reverse, so
+/// what two areas share is never both's.
 pub(super) fn passes(from: [i64; 2], to: [i64; 2], level: i64) -> Option<i64> {
     if (from[1] <= level) == (to[1] <= level) {
         return None;

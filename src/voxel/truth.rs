@@ -15,9 +15,11 @@ pub struct Truth {
     pub grid: Grid,
     /// Voxels with a surface, or inside a body that is `occupied`; over the whole grid.
     pub occupied: Arc<BitGrid>,
-    /// What stops rays: `occupied` less see-through objects; over the whole grid. The same allocation where there are none.
+    /// What stops rays: `occupied` less see-through objects; over the whole grid. The same allocation where
+    /// there are none.
     pub blockers: Arc<BitGrid>,
-    /// Insides of bodies that belong to no region. This and what follows covers the part of the grid that holds it.
+    /// Insides of bodies that belong to no region. This and what follows covers the part of the grid that
+    /// holds it.
     pub ignored: BitGrid,
     /// Voxels of people.
     pub human: BitGrid,

@@ -1,4 +1,5 @@
-//! Scores to hold a pose against: what trivial answers would have, and what nothing on the study's positions can beat.
+//! Scores to hold a pose against: what trivial answers would have, and what nothing on the study's positions
+//! can beat.
 
 use std::sync::Arc;
 

@@ -1,5 +1,6 @@
-//! Poses from which a sensor can tell nothing: walled in, too near to what stands before them, or with nothing in range. A
-//! few rays of each pose tell, cast on the host, and a flood of the places that the poses stand in.
+//! Poses from which a sensor can tell nothing: walled in, too near to what stands before them, or with
+//! nothing in range. A few rays of each pose tell, cast on the host, and a flood of the places that the poses
+//! stand in.
 
 use std::fmt::Write;
 use std::sync::Arc;
@@ -25,12 +26,13 @@ const RAYS: [usize; 2] = [24, 96];
 const RAYS_IN_ALL: usize = 1 << 22;
 /// Places between walls that are told apart in a scene; poses elsewhere count as not walled in.
 const MOST_PLACES: usize = 32;
-/// A place is closed that has no larger share of all free voxels, and neither people nor robots in it or beside it.
+/// A place is closed that has no larger share of all free voxels, and neither people nor robots in it or
+/// beside it.
 pub(super) const SMALL: f64 = 0.1;
 /// Where more of a pose's rays are blind, it is dead. People do not count: they go away.
 const BLIND: f64 = 0.75;
-/// Where more of a pose's rays end nearer than the sensor's longest range by this factor, but not farther than so many metres,
-/// it faces its own wall.
+/// Where more of a pose's rays end nearer than the sensor's longest range by this factor, but not farther
+/// than so many metres, it faces its own wall.
 const FACES_WALL: f64 = 0.9;
 const NEAR_SHARE: f64 = 0.05;
 const NEAR_M: f64 = 0.3;

@@ -1,5 +1,5 @@
-//! What the manifest says of a world: its grid, regions and baselines, and hashes of all that decides its counts, by which
-//! the same study is known again.
+//! What the manifest says of a world: its grid, regions and baselines, and hashes of all that decides its
+//! counts, by which the same study is known again.
 
 use serde::{Deserialize, Serialize};
 
@@ -10,7 +10,8 @@ use crate::source::sha256;
 use crate::study::Study;
 use crate::voxel::{BitGrid, Truth};
 
-/// The entry of a world in the manifest. What reading a sweep back does not need may be missing there, and is empty then.
+/// The entry of a world in the manifest. What reading a sweep back does not need may be missing there, and is
+/// empty then.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Described {
     /// The scene's name.

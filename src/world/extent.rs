@@ -51,8 +51,9 @@ pub(super) fn grid(
     }
 }
 
-/// Where a setting puts a sensor that looks out from there: where it is believed to be, and where it truly is in each repeat
-/// if its mount may be off. Pads and gates are checked against the grid, and do not stretch it.
+/// Where a setting puts a sensor that looks out from there: where it is believed to be, and where it truly is
+/// in each repeat if its mount may be off. Pads and gates are checked against the grid, and do not stretch
+/// it.
 fn positions<'a>(
     study: &'a Study,
     [sensor, candidate]: [usize; 2],

@@ -1,5 +1,5 @@
-//! A study made ready to cast: every scene voxelized, every region a mask, every pose inside its grid. Whatever can be
-//! wrong with the input is found here, before any ray.
+//! A study made ready to cast: every scene voxelized, every region a mask, every pose inside its grid.
+//! Whatever can be wrong with the input is found here, before any ray.
 
 mod baselines;
 mod dead;
@@ -46,8 +46,8 @@ pub struct World {
     pub still: Option<Arc<BitGrid>>,
     /// The study's regions in this scene, in study order.
     pub regions: Vec<Region>,
-    /// For each sensor, its candidates' settings with poses in the world, whatever carries the sensor; one allocation in
-    /// snapshots on end where they are the same.
+    /// For each sensor, its candidates' settings with poses in the world, whatever carries the sensor; one
+    /// allocation in snapshots on end where they are the same.
     pub settings: Vec<Arc<Vec<Setting>>>,
     /// For each region, what the simplest answers would score.
     pub baselines: Vec<Baselines>,
@@ -59,7 +59,8 @@ pub struct World {
     pub(crate) described: Described,
 }
 
-/// What the truths of all scenes that are kept to be asked again may take; what does not fit is put together again.
+/// What the truths of all scenes that are kept to be asked again may take; what does not fit is put together
+/// again.
 const KEPT_BYTES: u64 = 256 << 20;
 
 impl World {
@@ -89,13 +90,14 @@ impl World {
         all
     }
 
-    /// Voxelizes one scene of a study, all its snapshots on one grid, and checks the study's sensors and regions
-    /// against each.
+    /// Voxelizes one scene of a study, all its snapshots on one grid, and checks the study's sensors and
+    /// regions against each.
     pub fn prepare(study: &Study, scene: usize) -> Result<Vec<World>> {
         World::examine(study, scene).map_err(Error::first)
     }
 
-    /// The same, but of what can be judged for itself (objects, carriers of sensors, regions) all that is wrong is told.
+    /// The same, but of what can be judged for itself (objects, carriers of sensors, regions) all that is
+    /// wrong is told.
     pub fn examine(study: &Study, scene: usize) -> Result<Vec<World>, Vec<Error>> {
         World::make(study, scene, &|| Ok(()))
     }
@@ -206,7 +208,8 @@ impl World {
         }
     }
 
-    /// Which voxels are what: put together when it is asked for, unless it was of late. Whoever asks often keeps it.
+    /// Which voxels are what: put together when it is asked for, unless it was of late. Whoever asks often
+    /// keeps it.
     pub fn truth(&self) -> Arc<Truth> {
         self.snapshots.truth(self.snapshot)
     }
@@ -225,8 +228,8 @@ impl World {
         self.station(study, &truth, [sensor, candidate, repeat]).placement(&*study.sensors[sensor].kind)
     }
 
-    /// A sensor at a candidate in one repeat, looked at over the whole grid, without its table of rays. `truth` is this
-    /// world's.
+    /// A sensor at a candidate in one repeat, looked at over the whole grid, without its table of rays.
+    /// `truth` is this world's.
     pub fn station<'a>(
         &self,
         study: &Study,

@@ -1,6 +1,6 @@
-//! People where nobody can be: cut by a floor or a table top, partly inside a body, with a limb through a surface, shut up
-//! in something closed, or in the air. Touching is none of it: standing, sitting and leaning share voxels with what they
-//! touch, so voxels of surfaces alone decide nothing here.
+//! People where nobody can be: cut by a floor or a table top, partly inside a body, with a limb through a
+//! surface, shut up in something closed, or in the air. Touching is none of it: standing, sitting and leaning
+//! share voxels with what they touch, so voxels of surfaces alone decide nothing here.
 
 use std::collections::{BTreeMap, HashSet};
 
@@ -24,7 +24,8 @@ const STEP_M: f64 = 0.2;
 /// More of a person's voxels inside a body are no touch.
 const INSIDE: f64 = 0.1;
 
-/// Limbs and the sides of the trunk, as pairs of COCO's joints. The face is left out: it is all within the head.
+/// Limbs and the sides of the trunk, as pairs of COCO's joints. The face is left out: it is all within the
+/// head.
 const LIMBS: [(&str, [usize; 2]); 12] = [
     ("left upper arm", [5, 7]),
     ("left forearm", [7, 9]),

@@ -1,5 +1,6 @@
-//! Where a pose is, in words for people: `left wall, x 0.5 m, 2.2 m high, 30° down`. The wall, ceiling or floor is as the
-//! study calls the group of poses; where that names none, it is what the first scene has next to the sensor.
+//! Where a pose is, in words for people: `left wall, x 0.5 m, 2.2 m high, 30° down`. The wall, ceiling or
+//! floor is as the study calls the group of poses; where that names none, it is what the first scene has next
+//! to the sensor.
 
 use std::collections::HashMap;
 use std::sync::Arc;
@@ -16,7 +17,8 @@ use crate::voxel::{Grid, ObjectVoxels, Truth};
 
 /// A sensor is mounted on what is as near as this.
 const MOUNTED_M: f64 = 0.3;
-/// A wall of a room, or of a building in one piece, ends at most this far from a sensor that is mounted on it.
+/// A wall of a room, or of a building in one piece, ends at most this far from a sensor that is mounted on
+/// it.
 const WALL_M: f64 = 0.6;
 /// What is as large as this share of the cell along each axis is the room itself.
 const ROOM_SHARE: f64 = 0.8;
@@ -173,7 +175,8 @@ pub fn join<S: AsRef<str>>(places: &[(&str, S)]) -> String {
     told.map(|(sensor, place)| format!("{sensor}: {}", place.as_ref())).collect::<Vec<_>>().join("; ")
 }
 
-/// The groups of a sensor that are named after a wall, with the axis on which all poses of the group are at one place.
+/// The groups of a sensor that are named after a wall, with the axis on which all poses of the group are at
+/// one place.
 fn walls(sensor: &Sensor) -> HashMap<&str, Option<usize>> {
     let mut ranges: HashMap<&str, [DVec3; 2]> = HashMap::new();
     for Candidate { group, setting, .. } in &sensor.candidates {
@@ -193,8 +196,8 @@ fn walls(sensor: &Sensor) -> HashMap<&str, Option<usize>> {
     ranges.into_iter().map(|(group, range)| (group, across(range))).collect()
 }
 
-/// Lowest and highest corner of all that is not robot or human, in metres: walls, floor and ceiling, where the scene has
-/// them. Of the grid where it has nothing else.
+/// Lowest and highest corner of all that is not robot or human, in metres: walls, floor and ceiling, where
+/// the scene has them. Of the grid where it has nothing else.
 pub fn room_m(truth: &Truth) -> [DVec3; 2] {
     let corners = fixtures(truth).map(|object| object.bounds_m);
     let end = truth.grid.window().end();
@@ -206,7 +209,8 @@ fn fixtures(truth: &Truth) -> impl Iterator<Item = &ObjectVoxels> {
     truth.objects.iter().map(AsRef::as_ref).filter(|object| object.role == Role::Environment)
 }
 
-/// The height that people stand at: the top of a slab below the middle of the room, else the room's lowest place.
+/// The height that people stand at: the top of a slab below the middle of the room, else the room's lowest
+/// place.
 fn floor_m(truth: &Truth, room_m: [DVec3; 2]) -> f64 {
     let [low, high] = room_m;
     let size = high - low;
@@ -221,7 +225,8 @@ fn carrier(Link { object, link }: &Link) -> String {
     format!("on {article}{object}'s {link}")
 }
 
-/// How a sensor is turned. The pan of what looks straight away from its wall is not told, nor what lies level and unturned.
+/// How a sensor is turned. The pan of what looks straight away from its wall is not told, nor what lies level
+/// and unturned.
 fn direction(pose: &Pose, stance: Stance, inwards_deg: Option<f64>) -> Option<String> {
     let Turned { pan_deg, tilt_deg, roll_deg } = Turned::of(pose);
     let is_vertical = tilt_deg.abs() > 90.0 - LEVEL_DEG;

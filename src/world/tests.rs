@@ -8,8 +8,8 @@ use crate::scene::build::build;
 use crate::study::Overrides;
 use crate::voxel::{BodyVoxel, Shape};
 
-/// A scene of 10 × 10 × 10 voxels of a metre, cut in two by a wall at x = 5, with one human voxel on each side and one
-/// robot voxel on the far one.
+/// A scene of 10 × 10 × 10 voxels of a metre, cut in two by a wall at x = 5, with one human voxel on each
+/// side and one robot voxel on the far one.
 fn walled() -> Truth {
     let grid = Grid { voxel_size_m: 1.0, origin: [0; 3], size: [10; 3] };
     let blank = BitGrid::new(grid.window());
@@ -94,8 +94,8 @@ fn the_ceiling_has_what_mounts_that_are_off_may_hit() {
     assert_eq!((hit(true), hit(false)), ([true, false], [true, true]));
 }
 
-/// No choice of any kind of sensor knows more of what is there than the ceiling says could be known; without noise, which
-/// may put a reading where none could be taken.
+/// No choice of any kind of sensor knows more of what is there than the ceiling says could be known; without
+/// noise, which may put a reading where none could be taken.
 #[test]
 fn no_pose_beats_the_ceiling() {
     for name in ["tiny.toml", "sensors.toml"] {

@@ -70,8 +70,8 @@ struct Glance {
     objects: Vec<Arc<ObjectVoxels>>,
     /// How much of the grid is inside bodies whose interior is ignored.
     ignored_share: f64,
-    /// For each sensor, the candidates that stand in a blocker. Pads lie in the floor and gates stand where they like; only
-    /// what looks out can be in the way of its own rays.
+    /// For each sensor, the candidates that stand in a blocker. Pads lie in the floor and gates stand where
+    /// they like; only what looks out can be in the way of its own rays.
     inside: Vec<Vec<usize>>,
 }
 
@@ -142,7 +142,8 @@ fn size_warning(
     })
 }
 
-/// How much of a region the grid cuts off, where, and what to do if that matters; in the snapshot where it is most.
+/// How much of a region the grid cuts off, where, and what to do if that matters; in the snapshot where it is
+/// most.
 fn cut_warning(study: &Study, worlds: &[World], region: usize) -> Option<String> {
     let cut: Vec<f64> = worlds.iter().map(|world| world.regions[region].cut_share).collect();
     let (at, when) = largest(&cut);

@@ -1,6 +1,6 @@
-//! Random cells, sensors, placements and jobs, from a seed: walls and clutter, people and robots, odd grid sizes and
-//! windows, rays along axes and diagonals, ranges at exact hits, noise small and huge, lost returns, readings with and without
-//! volumes.
+//! Random cells, sensors, placements and jobs, from a seed: walls and clutter, people and robots, odd grid
+//! sizes and windows, rays along axes and diagonals, ranges at exact hits, noise small and huge, lost
+//! returns, readings with and without volumes.
 
 use std::sync::Arc;
 
@@ -80,7 +80,8 @@ fn table(random: &mut Random, cell: &Cell, placement: &Placement) -> Rays {
     rays
 }
 
-/// A camera that is known to be one: from a single pixel to images whose pixels lie much denser than any voxel.
+/// A camera that is known to be one: from a single pixel to images whose pixels lie much denser than any
+/// voxel.
 pub(crate) fn image(random: &mut Random) -> Rays {
     let most = random.of(&[[3, 3], [24, 16], [90, 60], [200, 150]]);
     let camera = match random.below(12) {
@@ -100,8 +101,8 @@ pub(crate) fn image(random: &mut Random) -> Rays {
     }
 }
 
-/// Noise that moves nothing, as much at all distances, or another width at each; small, or across any grid. Some lose
-/// returns.
+/// Noise that moves nothing, as much at all distances, or another width at each; small, or across any grid.
+/// Some lose returns.
 pub(crate) fn noise(random: &mut Random) -> Noise {
     let lost_below = random.of(&[0, 0, 0, 1 << 28, 1 << 31]);
     let most = match random.below(7) {
@@ -123,7 +124,8 @@ pub(crate) fn noise(random: &mut Random) -> Noise {
     steps((0..NOISE_STEPS).map(|_| random.between(-most, most)).collect(), lost_below)
 }
 
-/// Noise of these steps in 1/65536 voxels at any distance: a width of 4096 makes the entries of the unit table steps.
+/// Noise of these steps in 1/65536 voxels at any distance: a width of 4096 makes the entries of the unit
+/// table steps.
 pub(crate) fn steps(unit_q12: Vec<i32>, lost_below: u32) -> Noise {
     Noise { unit_q12, std_q16: vec![4096; MAX_RANGE_VOXELS as usize + 1], lost_below }
 }
@@ -253,7 +255,8 @@ fn cell(random: &mut Random, grid: Window) -> Cell {
     Cell { blockers: blockers.into(), still, window, truth, human, robot, regions, people }
 }
 
-/// Whose the truly occupied voxels of people are: of up to three people, who have parts of all kinds in any voxel.
+/// Whose the truly occupied voxels of people are: of up to three people, who have parts of all kinds in any
+/// voxel.
 fn people(random: &mut Random, truth: &BitGrid, human: &BitGrid) -> People {
     let mut theirs = human.clone();
     theirs.keep(truth);

@@ -12,7 +12,8 @@ pub(crate) struct GlbNode {
     pub(crate) children: Vec<GlbNode>,
 }
 
-/// A box with these corners. They are in world coordinates, not moved by nodes, so that f32 rounds each of them only once.
+/// A box with these corners. They are in world coordinates, not moved by nodes, so that f32 rounds each of
+/// them only once.
 pub(crate) fn slab(low: [f64; 3], high: [f64; 3]) -> Mesh {
     let corners = [DVec3::from(low), DVec3::from(high)];
     let mut mesh = cuboid(DVec3::ONE);

@@ -14,8 +14,9 @@ pub(crate) fn say(message: &str) {
     let _ = writeln!(std::io::stderr(), "{message}");
 }
 
-/// The adapter to test on: `PERIROBOT_ADAPTER` (hardware, software, a number, a part of a name), else hardware,
-/// else software. Without any, `None` and a note; a failure where `PERIROBOT_REQUIRE_GPU=1` promises one.
+/// The adapter to test on: `PERIROBOT_ADAPTER` (hardware, software, a number, a part of a name), else
+/// hardware, else software. Without any, `None` and a note; a failure where `PERIROBOT_REQUIRE_GPU=1`
+/// promises one.
 pub(crate) fn adapter() -> Option<AdapterChoice> {
     let found = adapters();
     if found.is_empty() {

@@ -55,8 +55,8 @@ impl Place {
         self.0.path().join(name)
     }
 
-    /// Runs a program here, with `perirobot` on its path; what it prints. It must succeed, and warn of nothing in the
-    /// tutorial.
+    /// Runs a program here, with `perirobot` on its path; what it prints. It must succeed, and warn of
+    /// nothing in the tutorial.
     #[track_caller]
     pub(crate) fn run(&self, program: &Path, arguments: &[&str], what: &str) -> String {
         let built = Path::new(env!("CARGO_BIN_EXE_perirobot")).parent().unwrap();

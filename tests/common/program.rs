@@ -159,8 +159,8 @@ pub(crate) fn text(path: &Path) -> &str {
 /// `(file, from, to)`: replaces text of a file; an empty `from` appends.
 pub(crate) type Edit<'a> = (&'a str, &'a str, &'a str);
 
-/// The study in the folder, with these edits, must be refused as bad input in words that hold all of `expected`, before
-/// any ray is cast, and leave nothing behind.
+/// The study in the folder, with these edits, must be refused as bad input in words that hold all of
+/// `expected`, before any ray is cast, and leave nothing behind.
 #[track_caller]
 pub(crate) fn refused(folder: &Folder, edits: &[Edit], expected: &[&str]) {
     for (file, from, to) in edits {

@@ -31,8 +31,8 @@ fn interpreter(environment: &Path) -> PathBuf {
     environment.join(if cfg!(windows) { "Scripts/python.exe" } else { "bin/python" })
 }
 
-/// An environment with exactly the packages of the requirements; made beside its place, so that it is there whole or
-/// not at all.
+/// An environment with exactly the packages of the requirements; made beside its place, so that it is there
+/// whole or not at all.
 fn environment() -> Result<PathBuf, String> {
     let targets = Path::new(env!("CARGO_TARGET_TMPDIR"));
     let ready = targets.join("python");

@@ -8,8 +8,8 @@ use std::time::Duration;
 
 use crate::program::{Folder, Outcome, text};
 
-/// Makes the small study one of some seconds: 311 choices of poses, each twice, with noise, and planes of which few fit the memory
-/// that [`Running::sweep`] gives it, so that batches are small.
+/// Makes the small study one of some seconds: 311 choices of poses, each twice, with noise, and planes of
+/// which few fit the memory that [`Running::sweep`] gives it, so that batches are small.
 pub(crate) fn long(folder: &Folder) {
     folder.edit("study.toml", "voxel_size_m = 0.1", "voxel_size_m = 0.05");
     folder.edit("study.toml", "seed = 7", "seed = 7\nrepeats = 2");

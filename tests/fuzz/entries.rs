@@ -18,7 +18,8 @@ use tempfile::TempDir;
 
 pub use crate::folders::{journal, manifest};
 
-/// What two files in one input are parted by: a study and, below, its scene `cell.toml`; a manifest and its poses.
+/// What two files in one input are parted by: a study and, below, its scene `cell.toml`; a manifest and its
+/// poses.
 const CUT: &[u8] = b"\n----\n";
 /// Files that any input may name.
 const BESIDE: [(&str, &[u8]); 6] = [

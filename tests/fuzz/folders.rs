@@ -1,5 +1,6 @@
-//! What a stranger, a copy that was cut short or a broken disk may leave in the folder of a sweep: `counts.journal` and
-//! `manifest.json`. The folder is then summarised, merged and gone on with, through the same doors as the program's.
+//! What a stranger, a copy that was cut short or a broken disk may leave in the folder of a sweep:
+//! `counts.journal` and `manifest.json`. The folder is then summarised, merged and gone on with, through the
+//! same doors as the program's.
 
 use std::fs;
 use std::path::PathBuf;
@@ -76,7 +77,8 @@ position_m = [0, 0, 0.3]
 const HEADER_BYTES: usize = 128;
 const RECORD_BYTES: usize = 88;
 const CHECK_BYTES: usize = 8;
-/// How a journal is mended before it is written, by the bits of its input's first byte: chance does not find checksums.
+/// How a journal is mended before it is written, by the bits of its input's first byte: chance does not find
+/// checksums.
 const OF_THIS_SWEEP: u8 = 1;
 const HEADER_IS_CHECKED: u8 = 2;
 const RECORDS_ARE_CHECKED: u8 = 4;
@@ -84,8 +86,8 @@ const COUNTS_ADD_UP: u8 = 8;
 /// Most rows that are written for a manifest.
 const MOST_ROWS: u64 = 64;
 
-/// The sweep that a journal is taken for, and its folders: `out` for hostile files, `second` for a shard as it should
-/// be, `whole` for what is merged.
+/// The sweep that a journal is taken for, and its folders: `out` for hostile files, `second` for a shard as
+/// it should be, `whole` for what is merged.
 struct Sweep {
     root: TempDir,
     study: Study,
@@ -99,7 +101,8 @@ thread_local! {
     static SWEEP: Sweep = Sweep::new();
 }
 
-/// A journal, beside the manifest and the poses of the sweep that it may be of. The first byte says how it is mended.
+/// A journal, beside the manifest and the poses of the sweep that it may be of. The first byte says how it is
+/// mended.
 pub fn journal(bytes: &[u8]) {
     let Some((mend, file)) = bytes.split_first() else { return };
     SWEEP.with(|sweep| {
@@ -109,8 +112,8 @@ pub fn journal(bytes: &[u8]) {
     });
 }
 
-/// A manifest, with the table of poses below it. The hash of the table is put in, and a journal of such a sweep is put
-/// beside it, with rows if they are few.
+/// A manifest, with the table of poses below it. The hash of the table is put in, and a journal of such a
+/// sweep is put beside it, with rows if they are few.
 pub fn manifest(bytes: &[u8]) {
     let [manifest, poses] = crate::entries::parted(bytes);
     SWEEP.with(|sweep| {

@@ -1,5 +1,6 @@
-//! What the targets share: the entries, and an allocator that ends the process when an input takes more memory than
-//! its length can justify, so that libFuzzer keeps it. `-rss_limit_mb` would see only what is far too much.
+//! What the targets share: the entries, and an allocator that ends the process when an input takes more
+//! memory than its length can justify, so that libFuzzer keeps it. `-rss_limit_mb` would see only what is far
+//! too much.
 
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::sync::atomic::{AtomicUsize, Ordering::Relaxed};

@@ -2,7 +2,8 @@
 //! all rays of a bundle, in loops that the compiler turns into vector code for the processor at hand.
 //!
 //! # Theory
-//! Every value is the one that `march` defines; lanes do not depend on each other, so their number changes nothing.
+//! Every value is the one that `march` defines; lanes do not depend on each other, so their number changes
+//! nothing.
 //!
 //! # Practice
 //! A camera's bundle is a tile of 8 × 8 pixels, so that its rays stay together; other tables go in ray order.
@@ -65,7 +66,8 @@ impl Bundles {
         &self.dirs_q15[bundle]
     }
 
-    /// The number of each lane's ray. Lanes past the edge of an image or the end of a table repeat the last ray before it.
+    /// The number of each lane's ray. Lanes past the edge of an image or the end of a table repeat the last
+    /// ray before it.
     pub(super) fn numbers(&self, bundle: usize) -> Lanes<u32> {
         let Some(image) = self.image else {
             let last = self.rays as u32 - 1;
@@ -159,8 +161,8 @@ pub(super) struct Places {
     pub(super) axis: Lanes<u32>,
 }
 
-/// [`march::period_q16`] by a division of floats, which processors do many at a time. Exact: a quotient that is no whole
-/// number is further below the next one than f64 rounds.
+/// [`march::period_q16`] by a division of floats, which processors do many at a time. Exact: a quotient that
+/// is no whole number is further below the next one than f64 rounds.
 #[inline(always)]
 pub(super) fn period_q16(d: u32) -> u32 {
     let quotient = (4_294_967_296.0 / f64::from(d.max(3))) as i32 as u32;

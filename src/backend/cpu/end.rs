@@ -1,11 +1,12 @@
 //! How rays end, from what they hit first: ranges, noise, and where each return is read.
 //!
 //! # Theory
-//! A ray's place, a distance and an axis, says how many crossings of each axis it has made, in closed form (`SEMANTICS.md`,
-//! "Rays"); so neither path nor cell need be kept from the search.
+//! A ray's place, a distance and an axis, says how many crossings of each axis it has made, in closed form
+//! (`SEMANTICS.md`, "Rays"); so neither path nor cell need be kept from the search.
 //!
 //! # Practice
-//! Returns, which most rays are, go 64 at a time; rays that end otherwise or are lost, or may be read outside the grid, one by one.
+//! Returns, which most rays are, go 64 at a time; rays that end otherwise or are lost, or may be read outside
+//! the grid, one by one.
 
 use fearless_simd::{Level, Simd, dispatch};
 
@@ -130,7 +131,8 @@ impl Ends {
         }
     }
 
-    /// Ends a ray that is no return, or a return that may be read outside the grid or was not struck where it is believed to be.
+    /// Ends a ray that is no return, or a return that may be read outside the grid or was not struck where it
+    /// is believed to be.
     fn end_alone(&mut self, sent: &Sent, lane: usize, strike: Strike, rules: &Rules, plane: &BitGrid) {
         let begin = sent.believed.march(lane);
         let room = march::room(&begin, rules.size);

@@ -2,15 +2,15 @@
 //! many cells each pixel frees.
 //!
 //! # Theory
-//! A ray has made as many crossings on reaching a voxel as the voxel is away from the sensor's cell, counted along the axes
-//! (`SEMANTICS.md`, "Rays"), whatever the ray. So a voxel is free if and only if some ray that visits it frees more
-//! cells than that: one witness is enough, and whether a ray visits a voxel is a matter of six crossings. If no pixel that
-//! could see a box frees more than its nearest voxel needs, nothing of it is free; if all free more than its farthest
-//! needs, and no voxel slips between the pixels, all of it is.
+//! A ray has made as many crossings on reaching a voxel as the voxel is away from the sensor's cell, counted
+//! along the axes (`SEMANTICS.md`, "Rays"), whatever the ray. So a voxel is free if and only if some ray that
+//! visits it frees more cells than that: one witness is enough, and whether a ray visits a voxel is a matter
+//! of six crossings. If no pixel that could see a box frees more than its nearest voxel needs, nothing of it
+//! is free; if all free more than its farthest needs, and no voxel slips between the pixels, all of it is.
 //!
 //! # Practice
-//! For cameras, whose free voxels are each visited by hundreds of rays. Most boxes are decided whole; pixels are looked at
-//! along silhouettes only.
+//! For cameras, whose free voxels are each visited by hundreds of rays. Most boxes are decided whole; pixels
+//! are looked at along silhouettes only.
 
 use fearless_simd::Level;
 

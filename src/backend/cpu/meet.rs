@@ -2,13 +2,14 @@
 //! once. `beam` lists these blockers.
 //!
 //! # Theory
-//! A ray visits a voxel if and only if it enters on every axis before it leaves on any, six crossings in closed form
-//! (`SEMANTICS.md`, "Rays"). Of all blockers visited, the one entered first is the one that single steps would
-//! find. A section of a beam holds every voxel that its rays are in up to a distance, so an entry up to there is first of all.
+//! A ray visits a voxel if and only if it enters on every axis before it leaves on any, six crossings in
+//! closed form (`SEMANTICS.md`, "Rays"). Of all blockers visited, the one entered first is the one that
+//! single steps would find. A section of a beam holds every voxel that its rays are in up to a distance, so
+//! an entry up to there is first of all.
 //!
 //! # Practice
-//! Where the processor has wide vectors: no ray waits for another's guess of which axis comes next, and nothing is looked up.
-//! A tile's rays end on a dozen voxels or two.
+//! Where the processor has wide vectors: no ray waits for another's guess of which axis comes next, and
+//! nothing is looked up. A tile's rays end on a dozen voxels or two.
 
 use fearless_simd::{Level, Simd, dispatch};
 
@@ -34,8 +35,8 @@ impl Meeting {
         dispatch!(level, simd => start(simd, self, bundle));
     }
 
-    /// The rays of a bundle against a blocker, `away` voxels from the cell where all of them begin. It is none for rays that
-    /// enter it before `ignore_q16`.
+    /// The rays of a bundle against a blocker, `away` voxels from the cell where all of them begin. It is
+    /// none for rays that enter it before `ignore_q16`.
     pub(super) fn meet(&mut self, level: Level, away: [i32; 3], ignore_q16: u32) {
         dispatch!(level, simd => meet(simd, self, away, ignore_q16));
     }

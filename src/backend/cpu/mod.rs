@@ -1,9 +1,9 @@
-//! All cores, one placement or one job a thread. The algorithms are in files of their own, each with a reason why it is
-//! exact: `strike` (leaps), `beam`, `meet`, `gather`, `walk`; `plan` says which is used when. The arithmetic is `march`.
+//! All cores, one placement or one job a thread. The algorithms are in files of their own, each with a reason
+//! why it is exact: `strike` (leaps), `beam`, `meet`, `gather`, `walk`; `plan` says which is used when. The
+//! arithmetic is `march`.
 //!
-//! A pose is sensed in this order: `plan` (what matters), `bundle` (rays by the 64), `beam`, `meet` and `strike` (what they
-//! hit),
-//! `end` (gates and noise), `pyramid` and `gather`, or `walk` (what they free).
+//! A pose is sensed in this order: `plan` (what matters), `bundle` (rays by the 64), `beam`, `meet` and
+//! `strike` (what they hit), `end` (gates and noise), `pyramid` and `gather`, or `walk` (what they free).
 
 mod beam;
 mod bundle;
@@ -55,7 +55,8 @@ pub struct Cpu {
 /// A scene made ready.
 struct Loaded {
     cell: Cell,
-    /// Blockers that stand in all snapshots; the very layer of the cell, so that the next cell's can be known for the same.
+    /// Blockers that stand in all snapshots; the very layer of the cell, so that the next cell's can be known
+    /// for the same.
     still: Option<(Arc<BitGrid>, Layer)>,
     /// The other blockers, or all.
     moving: Layer,
@@ -103,7 +104,8 @@ impl Cpu {
         })
     }
 
-    /// The same with half of so much memory for evidence and a quarter for first hits, instead of [`MEMORY_BYTES`].
+    /// The same with half of so much memory for evidence and a quarter for first hits, instead of
+    /// [`MEMORY_BYTES`].
     pub fn memory(self, bytes: u64) -> Self {
         Cpu { memory_bytes: bytes, ..self }
     }
@@ -114,7 +116,8 @@ impl Cpu {
         self
     }
 
-    /// The same, with all tables carved one way, whatever it costs. Tables that are no cameras cannot be gathered.
+    /// The same, with all tables carved one way, whatever it costs. Tables that are no cameras cannot be
+    /// gathered.
     pub fn carving(mut self, carving: Carving) -> Self {
         self.carving = Some(carving);
         self

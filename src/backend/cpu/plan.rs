@@ -1,5 +1,5 @@
-//! What is worth doing: which voxels matter, which way a table's rays are carved, which of its bundles are cast. One place,
-//! by cost; whatever it says, the counts are the same.
+//! What is worth doing: which voxels matter, which way a table's rays are carved, which of its bundles are
+//! cast. One place, by cost; whatever it says, the counts are the same.
 
 use super::bundle::Bundles;
 use crate::backend::Carving;
@@ -48,8 +48,8 @@ impl Wanted {
     }
 }
 
-/// Which way is cheaper for a table in a window. To walk a cell costs about as much as to decide a voxel, since most voxels are
-/// decided with many others.
+/// Which way is cheaper for a table in a window. To walk a cell costs about as much as to decide a voxel,
+/// since most voxels are decided with many others.
 pub(super) fn carving(bundles: &Bundles, window: Window) -> Carving {
     let across: u64 = window.size.iter().map(|&n| u64::from(n)).sum::<u64>() / 2;
     let walked = bundles.rays() as u64 * across;

@@ -2,8 +2,9 @@
 //! pixels.
 //!
 //! # Theory
-//! The least of a block that holds a rectangle is at most the rectangle's least, and the most at least its most: both err on
-//! the side that decides nothing. Pixels that were not cast free nothing, which at most lowers a least.
+//! The least of a block that holds a rectangle is at most the rectangle's least, and the most at least its
+//! most: both err on the side that decides nothing. Pixels that were not cast free nothing, which at most
+//! lowers a least.
 //!
 //! # Practice
 //! Made once a pose, for `gather`: a rectangle of any size is looked up in four blocks.
@@ -127,7 +128,8 @@ impl Pyramid {
     #[inline]
     pub(super) fn range(&self, rect: &Rect) -> [u32; 2] {
         let across = (rect.last[0] - rect.first[0]).max(rect.last[1] - rect.first[1]);
-        // Blocks at least as large as what lies between the corners, which so fall in the same block or in neighbours.
+        // Blocks at least as large as what lies between the corners, which so fall in the same block or in
+        // neighbours.
         let k = if across < 2 { 0 } else { (u32::BITS - (across - 1).leading_zeros()) as usize };
         if k > LEVELS {
             return [0, u16::MAX.into()];

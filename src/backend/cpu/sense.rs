@@ -53,15 +53,15 @@ struct Shoot<'a> {
 }
 
 impl Shoot<'_> {
-    /// Whether rays outside the window must be cast, too: their ends are wanted, or the mount is off, so that they hit
-    /// elsewhere than they are believed to go.
+    /// Whether rays outside the window must be cast, too: their ends are wanted, or the mount is off, so that
+    /// they hit elsewhere than they are believed to go.
     fn casts_all(&self) -> bool {
         self.see.is_some() || self.placement.truly.is_some()
     }
 }
 
-/// Length of a section of a beam in voxels, how many are looked at one after the other, and the most blockers that are held
-/// against all rays: beyond that, rays go on one by one.
+/// Length of a section of a beam in voxels, how many are looked at one after the other, and the most blockers
+/// that are held against all rays: beyond that, rays go on one by one.
 const SECTION: f32 = 4.0;
 const SECTIONS: usize = 4;
 const MOST_NEAR: usize = 48;
@@ -116,8 +116,8 @@ struct Tile {
 }
 
 impl Sensor<'_> {
-    /// Casts and carves a placement. `first_hits` are the strikes on the still layer, bundle by bundle, filled in where they are
-    /// unknown. `see` receives the end of every ray.
+    /// Casts and carves a placement. `first_hits` are the strikes on the still layer, bundle by bundle,
+    /// filled in where they are unknown. `see` receives the end of every ray.
     pub(super) fn sense(
         &self,
         placement: &Placement,
@@ -273,7 +273,8 @@ impl Sensor<'_> {
         }
     }
 
-    /// The strikes of rays that end soon after where a beam is clear. Says which lanes are open still, and from where.
+    /// The strikes of rays that end soon after where a beam is clear. Says which lanes are open still, and
+    /// from where.
     fn meet(&self, search: &Search, beam: &Beam, clear: f32, desk: &mut Desk, range: Strike) -> (u64, f32) {
         let grid = search.layer.blockers.window();
         let mut open = u64::MAX;
@@ -309,7 +310,8 @@ impl Sensor<'_> {
                     open &= !(1 << lane);
                 }
             }
-            // Rays that are open may have left the grid in this section: they go on from where they surely had not.
+            // Rays that are open may have left the grid in this section: they go on from where they surely
+            // had not.
             if open == 0 || !inside {
                 break;
             }

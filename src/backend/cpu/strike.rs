@@ -1,9 +1,9 @@
 //! What a ray hits first, before any gate: leaps through empty boxes, steps elsewhere.
 //!
 //! # Theory
-//! A leap makes all crossings inside a box without blockers at once, and the one that leaves it (`leap`); every cell left
-//! out is empty, so the first blocker is the one that single steps would find. Of a union of two layers, the first blocker is
-//! the earlier of both, so a hit known in one ends the search in the other.
+//! A leap makes all crossings inside a box without blockers at once, and the one that leaves it (`leap`);
+//! every cell left out is empty, so the first blocker is the one that single steps would find. Of a union of
+//! two layers, the first blocker is the earlier of both, so a hit known in one ends the search in the other.
 //!
 //! # Practice
 //! For every ray of every table. Where the nearest blocker is in the next brick, stepping is as quick.
@@ -30,8 +30,8 @@ pub(super) type Box3 = [[i32; 3]; 2];
 const CLEARING: i32 = 32;
 
 impl Layer {
-    /// A box without blockers around a cell, whatever is in the cell itself: grown on all sides in turn until something is in
-    /// the way. Sensors hang on walls, where bricks say little.
+    /// A box without blockers around a cell, whatever is in the cell itself: grown on all sides in turn until
+    /// something is in the way. Sensors hang on walls, where bricks say little.
     pub(super) fn clearing(&self, cell: [i32; 3]) -> Box3 {
         let size = self.blockers.window().size.map(|n| n as i32);
         let [mut low, mut high] = [cell, cell.map(|x| x + 1)];
@@ -58,7 +58,8 @@ impl Layer {
         [low, high]
     }
 
-    /// The box without blockers that the bricks know around a cell, if its own brick holds none; cut to the grid.
+    /// The box without blockers that the bricks know around a cell, if its own brick holds none; cut to the
+    /// grid.
     pub(super) fn empty_box(&self, cell: [i32; 3]) -> Option<Box3> {
         let reach = self.bricks.reach_at(cell);
         (reach > 0).then(|| self.box_of(cell, reach))
@@ -75,7 +76,8 @@ impl Layer {
     }
 }
 
-/// How a ray's search ended, in one word that orders by distance: a hit is its distance · 4 + axis of its crossing.
+/// How a ray's search ended, in one word that orders by distance: a hit is its distance · 4 + axis of its
+/// crossing.
 pub(super) type Strike = u32;
 
 /// The ray left the grid.
@@ -105,8 +107,8 @@ pub(super) const fn range(range_max_q16: u32) -> Strike {
     range_max_q16 << 2 | 3
 }
 
-/// A ray on its way. Its crossings come in the order of (distance, axis), so that both are one number, distance · 4 + axis:
-/// adding periods never changes the axis, and no tie is left.
+/// A ray on its way. Its crossings come in the order of (distance, axis), so that both are one number,
+/// distance · 4 + axis: adding periods never changes the axis, and no tie is left.
 #[derive(Clone, Copy)]
 pub(super) struct Ray {
     pub(super) cell: [i32; 3],
@@ -133,8 +135,8 @@ pub(super) struct Search<'a> {
 const STEPS: usize = 8;
 
 impl Search<'_> {
-    /// Searches from where a ray is, in a cell that needs no test: at its start, or behind it in an empty box. A ray that comes
-    /// to `limit` strikes what it had struck `otherwise`.
+    /// Searches from where a ray is, in a cell that needs no test: at its start, or behind it in an empty
+    /// box. A ray that comes to `limit` strikes what it had struck `otherwise`.
     #[inline]
     pub(super) fn strike(&self, mut ray: Ray, starts: bool, limit: Strike, otherwise: Strike) -> Strike {
         let size = self.layer.blockers.window().size;
@@ -237,7 +239,8 @@ impl Ray {
         }
         for r in 0..3 {
             if self.next[r] <= exit {
-                // Both end in the number of their axis or a smaller one, so the quotient of distances is the crossings'.
+                // Both end in the number of their axis or a smaller one, so the quotient of distances is the
+                // crossings'.
                 let apart = ((exit - self.next[r]) >> 2) as u32;
                 let made = leap::periods_in(apart, self.period_q16[r], self.d[r]) + 1;
                 self.cell[r] += self.step[r] * made as i32;

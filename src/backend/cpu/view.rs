@@ -2,9 +2,9 @@
 //! only says where to look; `gather` decides in integers.
 //!
 //! # Theory
-//! The ideal rays that cross a box go through the pixels that the box projects to. Rays of integers stray from them
-//! (`beam::stray`), so the box is grown by that first. Depth and width of a box are bounded one by one, which makes the
-//! rectangle larger than need be, never smaller.
+//! The ideal rays that cross a box go through the pixels that the box projects to. Rays of integers stray
+//! from them (`beam::stray`), so the box is grown by that first. Depth and width of a box are bounded one by
+//! one, which makes the rectangle larger than need be, never smaller.
 //!
 //! # Practice
 //! For the boxes and voxels of `gather`, eight at a time.
@@ -42,8 +42,8 @@ pub(super) struct Sight {
     pub(super) rect: Rect,
     /// Whether some of it is so near that pixels say little.
     pub(super) near: bool,
-    /// Whether pixels are so close at its depth, and it so far inside the image, that each of its voxels is surely visited by
-    /// one of them.
+    /// Whether pixels are so close at its depth, and it so far inside the image, that each of its voxels is
+    /// surely visited by one of them.
     pub(super) dense: bool,
 }
 
@@ -97,7 +97,8 @@ impl View {
         self.axes.map(|axis| axis[0] * from[0] + axis[1] * from[1] + axis[2] * from[2])
     }
 
-    /// The pixels of a rectangle that may see cubes of `edge` voxels, from each of at most [`BOXES`] corners on.
+    /// The pixels of a rectangle that may see cubes of `edge` voxels, from each of at most [`BOXES`] corners
+    /// on.
     pub(super) fn sights(&self, level: Level, corners: &[[i32; 3]], edge: i32, within: &Rect) -> Sights {
         let half = edge as f32 * 0.5;
         let mut middles = [[0.0; BOXES]; 3];
@@ -158,7 +159,8 @@ fn sights<S: Simd>(_: S, view: &View, middles: &[[f32; BOXES]; 3], half: f32, wi
         per_near[i] = if near > 0.0 { 1.0 / near } else { f32::INFINITY };
         out.near[i] = near <= view.near;
         out.seen[i] = far[i] > 0.0;
-        // The ray through the nearest pixel passes within half a voxel of a voxel's centre, so it crosses the voxel.
+        // The ray through the nearest pixel passes within half a voxel of a voxel's centre, so it crosses the
+        // voxel.
         out.dense[i] = view.half_pixel * far[i] + grown[i] <= 0.5;
     }
     for a in 0..2 {
@@ -166,7 +168,8 @@ fn sights<S: Simd>(_: S, view: &View, middles: &[[f32; BOXES]; 3], half: f32, wi
         for i in 0..BOXES {
             let wide = half * view.spans[a] + grown[i];
             let (low, high) = (at[a][i] - wide, at[a][i] + wide);
-            // The slope of an edge is steepest where the box is nearest, or farthest if it goes the other way.
+            // The slope of an edge is steepest where the box is nearest, or farthest if it goes the other
+            // way.
             let low = low * if low >= 0.0 { per_far[i] } else { per_near[i] };
             let high = high * if high <= 0.0 { per_far[i] } else { per_near[i] };
             let low = view.focal_px[a] * low + view.middle_px[a];

@@ -2,18 +2,20 @@
 //! frees no more. `plan` chooses the rays.
 //!
 //! # Theory
-//! A ray enters a box when it has entered on every axis, and leaves it when it leaves on any; both are crossings, whose
-//! number is known in closed form. So a ray lands in the box at once, and knows the crossing that ends its walk.
+//! A ray enters a box when it has entered on every axis, and leaves it when it leaves on any; both are
+//! crossings, whose number is known in closed form. So a ray lands in the box at once, and knows the crossing
+//! that ends its walk.
 //!
 //! # Practice
-//! For sensors with few rays, where looking from each voxel at the rays would cost more, and for the voxels next to a
-//! camera, which thousands of its pixels see.
+//! For sensors with few rays, where looking from each voxel at the rays would cost more, and for the voxels
+//! next to a camera, which thousands of its pixels see.
 
 use super::bundle::Bundle;
 use super::strike::{self, Ray, Strike};
 use crate::voxel::BitGrid;
 
-/// Marks the cells of a ray in a plane's window, of its first `freed` ones, those at least that it enters by `until_q16`.
+/// Marks the cells of a ray in a plane's window, of its first `freed` ones, those at least that it enters by
+/// `until_q16`.
 pub(super) fn walk(bundle: &Bundle, lane: usize, freed: u32, until_q16: u32, plane: &mut BitGrid) {
     let Some(made) = enter(bundle, lane, plane) else { return };
     let crossings: u32 = made.iter().sum();
@@ -55,7 +57,8 @@ fn mark(plane: &mut BitGrid, mut ray: Ray, cells: u32, end: u64) {
     }
 }
 
-/// The crossings made when a ray has entered the window on every axis; `None` if it is past it by then, or never comes.
+/// The crossings made when a ray has entered the window on every axis; `None` if it is past it by then, or
+/// never comes.
 fn enter(bundle: &Bundle, lane: usize, plane: &BitGrid) -> Option<[u32; 3]> {
     let (min, end) = (plane.window().min, plane.window().end());
     let mut entered: Option<u64> = None;

@@ -60,8 +60,8 @@ impl Clock {
         })
     }
 
-    /// Makes the timestamps so far ready to be read, and starts anew: what was timed, and the buffer that will hold its
-    /// timestamps, two a dispatch.
+    /// Makes the timestamps so far ready to be read, and starts anew: what was timed, and the buffer that
+    /// will hold its timestamps, two a dispatch.
     pub(super) fn read(&mut self, encoder: &mut wgpu::CommandEncoder) -> (Vec<Timed>, Option<wgpu::Buffer>) {
         let timed = std::mem::take(&mut self.timed);
         let resolved = self.stamps.as_ref().filter(|_| !timed.is_empty()).map(|stamps| {

@@ -6,11 +6,12 @@ use std::time::Duration;
 use super::adapter::{self, AdapterChoice, AdapterReport};
 use crate::{Error, Result};
 
-/// Storage buffers that the hungriest kernels (`cast`, `gather`, `count`) see; every WebGPU-class adapter has as many.
+/// Storage buffers that the hungriest kernels (`cast`, `gather`, `count`) see; every WebGPU-class adapter has
+/// as many.
 const STORAGE_BUFFERS: u32 = 8;
 
-/// How long a device may take over what it was given, which is minutes for two batches on a slow software adapter. Most
-/// drivers reset one that hangs within seconds, and say so.
+/// How long a device may take over what it was given, which is minutes for two batches on a slow software
+/// adapter. Most drivers reset one that hangs within seconds, and say so.
 const PATIENCE: Duration = Duration::from_secs(600);
 
 /// An open adapter. Failures of the driver are kept as they come and reported by the next call that can fail.
@@ -101,7 +102,8 @@ impl Device {
         self.buffer(label, bytes, Usage::STORAGE | Usage::COPY_DST | Usage::COPY_SRC)
     }
 
-    /// A storage buffer that holds `data`; room for one item where there is none, since a shader's array is not empty.
+    /// A storage buffer that holds `data`; room for one item where there is none, since a shader's array is
+    /// not empty.
     pub(super) fn upload<T: bytemuck::NoUninit>(&self, label: &str, data: &[T]) -> wgpu::Buffer {
         let buffer = self.storage(label, size_of_val(data).max(size_of::<T>()) as u64);
         self.write(&buffer, 0, data);
@@ -121,8 +123,8 @@ impl Device {
         self.queue.submit([encoder.finish()])
     }
 
-    /// Asks for the first bytes of buffers, a whole number of words of each, as they are after what the encoder
-    /// holds; nothing is waited for. `then` adds what is to be done after that.
+    /// Asks for the first bytes of buffers, a whole number of words of each, as they are after what the
+    /// encoder holds; nothing is waited for. `then` adds what is to be done after that.
     pub(super) fn request(
         &self,
         mut encoder: wgpu::CommandEncoder,
@@ -165,7 +167,8 @@ impl Device {
 
     /// Waits for a submission, or for all of them, but not for ever.
     fn wait_until(&self, submission_index: Option<wgpu::SubmissionIndex>) -> Result<()> {
-        // wgpu panics here when the device is lost on the way; that is an adapter's failure, not a bug of ours.
+        // wgpu panics here when the device is lost on the way; that is an adapter's failure, not a bug of
+        // ours.
         let timeout = Some(self.patience);
         let poll = || self.device.poll(wgpu::PollType::Wait { submission_index, timeout });
         let polled = std::panic::catch_unwind(std::panic::AssertUnwindSafe(poll));

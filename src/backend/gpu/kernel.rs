@@ -80,8 +80,9 @@ impl Kernel {
         device.device.create_bind_group(&wgpu::BindGroupDescriptor { label: None, layout, entries: &entries })
     }
 
-    /// Records one dispatch of `groups` workgroups, or of as many as a buffer says from an offset on; `part` is the offset of its [`Part`], if the kernel has one.
-    /// `stamps` says where to write when it began and ended.
+    /// Records one dispatch of `groups` workgroups, or of as many as a buffer says from an offset on; `part`
+    /// is the offset of its [`Part`], if the kernel has one. `stamps` says where to write when it began and
+    /// ended.
     pub(super) fn dispatch(
         &self,
         encoder: &mut wgpu::CommandEncoder,
@@ -122,8 +123,8 @@ impl Binding {
     }
 }
 
-/// Runs a kernel of the caller's once, on `groups` workgroups: binding 0 is `input`, binding 1 receives as many
-/// words as are returned. This is how the tests ask a device for the values of single functions.
+/// Runs a kernel of the caller's once, on `groups` workgroups: binding 0 is `input`, binding 1 receives as
+/// many words as are returned. This is how the tests ask a device for the values of single functions.
 pub fn evaluate(
     device: &Device,
     source: String,

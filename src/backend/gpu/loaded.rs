@@ -108,8 +108,8 @@ impl Loaded {
         }
     }
 
-    /// Where a slot's free plane begins, in bytes; its other planes begin at twice as many. An error for a slot that does
-    /// not exist: writing there would change nothing, or another slot's evidence.
+    /// Where a slot's free plane begins, in bytes; its other planes begin at twice as many. An error for a
+    /// slot that does not exist: writing there would change nothing, or another slot's evidence.
     pub(super) fn offset(&self, slot: Slot) -> Result<u64> {
         if slot as usize >= self.held.len() {
             return Err(Error::Device(format!("no slot {slot}: there are {}", self.held.len())));

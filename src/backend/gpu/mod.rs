@@ -1,5 +1,5 @@
-//! The backend on a GPU, or on a software Vulkan adapter: `shaders/` through wgpu. Evidence stays on the device, in
-//! slots; only counts come back. The same integers as the oracle, whatever the adapter.
+//! The backend on a GPU, or on a software Vulkan adapter: `shaders/` through wgpu. Evidence stays on the
+//! device, in slots; only counts come back. The same integers as the oracle, whatever the adapter.
 
 pub mod adapter;
 mod clock;
@@ -72,13 +72,14 @@ impl Gpu {
         })
     }
 
-    /// The same with half of so much memory for evidence; first hits and batches have their own, by the adapter.
+    /// The same with half of so much memory for evidence; first hits and batches have their own, by the
+    /// adapter.
     pub fn memory(self, bytes: u64) -> Self {
         Gpu { memory_bytes: Some(bytes), ..self }
     }
 
-    /// Finds the free voxels of cameras in one way, for tests, or (`None`) in the one that costs less. Other sensors have
-    /// one way only.
+    /// Finds the free voxels of cameras in one way, for tests, or (`None`) in the one that costs less. Other
+    /// sensors have one way only.
     pub fn carve_by(&mut self, carving: Option<Carving>) {
         self.carving = carving;
     }

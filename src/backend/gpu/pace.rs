@@ -5,12 +5,12 @@ use std::time::Duration;
 
 use super::types::Stage;
 
-/// How long a dispatch should take: no driver's watchdog bites before a second or two, and the cost of a launch is nothing
-/// beside it.
+/// How long a dispatch should take: no driver's watchdog bites before a second or two, and the cost of a
+/// launch is nothing beside it.
 const AT_ONCE: Duration = Duration::from_millis(250);
 
-/// Work of the first dispatches of an adapter that nothing is known of; a software adapter does some ten million steps
-/// of a march a second on a core.
+/// Work of the first dispatches of an adapter that nothing is known of; a software adapter does some ten
+/// million steps of a march a second on a core.
 const FIRST_WORK: u64 = 1 << 25;
 /// What a measurement, however odd, leaves at least and at most.
 const LEAST_WORK: u64 = 1 << 20;
@@ -33,8 +33,8 @@ impl Pace {
         self.0[stage as usize]
     }
 
-    /// Some work of a stage took so long. One measurement at most doubles or halves what is given at once, since work is
-    /// an estimate, and may be easy by chance.
+    /// Some work of a stage took so long. One measurement at most doubles or halves what is given at once,
+    /// since work is an estimate, and may be easy by chance.
     pub(super) fn took(&mut self, stage: Stage, work: u64, time: Duration) {
         if time < SHORTEST {
             return;
@@ -44,7 +44,8 @@ impl Pace {
         *at_once = measured.clamp(*at_once / 2, *at_once * 2).clamp(LEAST_WORK, MOST_WORK);
     }
 
-    /// Work of all stages, a number a stage, took so long together. Each is taken to be as far from what was thought as all.
+    /// Work of all stages, a number a stage, took so long together. Each is taken to be as far from what was
+    /// thought as all.
     pub(super) fn all_took(&mut self, work: &[u64; Stage::ALL.len()], time: Duration) {
         let share = |stage: Stage| work[stage as usize] as f64 / self.work_at_once(stage) as f64;
         let thought = AT_ONCE.mul_f64(Stage::ALL.iter().map(|&stage| share(stage)).sum());

@@ -16,8 +16,8 @@ use crate::march::MAX_RANGE_VOXELS;
 use crate::voxel::{BitGrid, Bricks};
 use crate::{Error, Result};
 
-/// What an item of a stage costs, about, in steps of a march: a ray that leaps, a ray's share of the pyramid, a box to judge, and
-/// the rows of a box that was left.
+/// What an item of a stage costs, about, in steps of a march: a ray that leaps, a ray's share of the pyramid,
+/// a box to judge, and the rows of a box that was left.
 const CAST_COST: u64 = 40;
 const PYRAMID_COST: u64 = 2;
 const JUDGE_COST: u64 = 50;
@@ -37,8 +37,8 @@ const PLACEMENTS_PER_BATCH: u64 = 64;
 const JOBS_PER_BATCH: u64 = 256;
 /// Most pieces of evidence kept at once, however small they are.
 const MOST_SLOTS: u64 = 2048;
-/// Bytes on the processor's memory and on a GPU's: of the evidence that is kept, and of what a batch needs on its way
-/// (the ends of its rays, or its fused planes).
+/// Bytes on the processor's memory and on a GPU's: of the evidence that is kept, and of what a batch needs on
+/// its way (the ends of its rays, or its fused planes).
 const EVIDENCE_BYTES: Budget = Budget { software: 256 << 20, hardware: 1 << 30 };
 const BATCH_BYTES: Budget = Budget { software: 64 << 20, hardware: 512 << 20 };
 /// The same of first hits in a still layer.
@@ -91,7 +91,8 @@ pub(super) struct Dispatch {
 }
 
 impl Dispatch {
-    /// Which head of the list of what `gather` leaves tells its workgroups, if the device alone knows how many they are.
+    /// Which head of the list of what `gather` leaves tells its workgroups, if the device alone knows how
+    /// many they are.
     pub(super) fn head(&self) -> Option<u32> {
         (self.stage == Stage::Scan).then_some(self.part.region)
     }
@@ -140,7 +141,8 @@ impl TableSizes {
         self.tiles() as u64 * blocks * 4
     }
 
-    /// How many placements go in a batch: as many as the budget and a binding hold the ends of, and the boxes, at least one.
+    /// How many placements go in a batch: as many as the budget and a binding hold the ends of, and the
+    /// boxes, at least one.
     pub(super) fn placements_at_once(&self, cell: &CellSizes, adapter: &AdapterReport) -> usize {
         let bytes = self.ends_bytes().max(cell.undecided_bytes(1));
         let boxes = (HEADS * BOXES_AT_ONCE) as u64 / u64::from(cell.boxes[1].max(1));
@@ -152,8 +154,9 @@ impl TableSizes {
         FIRST_HIT_BYTES.holds(adapter, &[self.ends_bytes()]) as usize
     }
 
-    /// The distance in 1/65536 voxels up to which rays pass voxels that are near, and no others need be walked: such a voxel
-    /// begins at most `near` deep, is less than two voxels deep, and the rays of the corners take the longest way there.
+    /// The distance in 1/65536 voxels up to which rays pass voxels that are near, and no others need be
+    /// walked: such a voxel begins at most `near` deep, is less than two voxels deep, and the rays of the
+    /// corners take the longest way there.
     fn near_until_q16(&self) -> u32 {
         let Some(image) = self.image else { return FARTHEST_READ_Q16 };
         let corner = |a: usize| f64::from(image.size_px[a]) / 2.0 / image.focal_px[a];
@@ -241,8 +244,8 @@ impl CellSizes {
         (1 + placements as u64 * self.boxes[1] as u64) * 4
     }
 
-    /// How many pieces of evidence are kept: as many as the budget, half of the memory if that was said, and a binding
-    /// hold, at least one.
+    /// How many pieces of evidence are kept: as many as the budget, half of the memory if that was said, and
+    /// a binding hold, at least one.
     pub(super) fn slots(&self, adapter: &AdapterReport, memory_bytes: Option<u64>) -> usize {
         let told = memory_bytes.map(|bytes| Budget { software: bytes / 2, hardware: bytes / 2 });
         let planes = [2 * self.plane_bytes(), self.plane_bytes()];
@@ -254,14 +257,15 @@ impl CellSizes {
         self.counters as u64 * 4
     }
 
-    /// How many jobs go in a batch: as many as the budget and a binding hold the fused planes and counters of, at least one.
+    /// How many jobs go in a batch: as many as the budget and a binding hold the fused planes and counters
+    /// of, at least one.
     pub(super) fn jobs_at_once(&self, adapter: &AdapterReport) -> usize {
         let bytes = [self.plane_bytes(), self.plane_bytes(), self.found_bytes()];
         BATCH_BYTES.holds(adapter, &bytes).clamp(1, JOBS_PER_BATCH) as usize
     }
 
-    /// How a table's free voxels are found for less: along its rays, through the window, or from the pixels of its
-    /// image, if it is one.
+    /// How a table's free voxels are found for less: along its rays, through the window, or from the pixels
+    /// of its image, if it is one.
     pub(super) fn carving(&self, table: &TableSizes) -> Carving {
         let longest = self.window.iter().map(|&n| table.reach.min(n) as u64).sum::<u64>();
         let walk = table.rays as u64 * longest / 2;
@@ -324,8 +328,8 @@ impl CellSizes {
         cut(rows, items, at_once).into_iter().map(move |block| block.dispatch(stage, part, per_group, cost))
     }
 
-    /// The dispatches that fuse and count a batch of jobs of at most so many readings, in the order they must run.
-    /// Only words of regions are fused.
+    /// The dispatches that fuse and count a batch of jobs of at most so many readings, in the order they must
+    /// run. Only words of regions are fused.
     pub(super) fn scoring(&self, jobs: u32, readings: usize, pace: &Pace) -> Vec<Dispatch> {
         let regions = self.regions.iter().filter(|words| !words.is_empty());
         let first = regions.clone().map(|words| words.start).min().unwrap_or(0);
@@ -343,7 +347,8 @@ impl CellSizes {
     }
 }
 
-/// The dispatches that decide the boxes which were left, a workgroup a box, and the voxels that were left of each of them.
+/// The dispatches that decide the boxes which were left, a workgroup a box, and the voxels that were left of
+/// each of them.
 fn gathering(boxes: u32, pace: &Pace) -> impl Iterator<Item = Dispatch> + use<> {
     let at_once = (pace.work_at_once(Stage::Gather) / GATHER_COST).clamp(1, BOXES_AT_ONCE as u64) as u32;
     let blocks = cut(1, 0..boxes, at_once.max(boxes.div_ceil(HEADS)));
@@ -354,8 +359,8 @@ fn gathering(boxes: u32, pace: &Pace) -> impl Iterator<Item = Dispatch> + use<> 
     })
 }
 
-/// The boxes of voxels that a window is decided in, those with voxels of a region first and how many those are: the
-/// lowest voxel of each, counted from the window's corner.
+/// The boxes of voxels that a window is decided in, those with voxels of a region first and how many those
+/// are: the lowest voxel of each, counted from the window's corner.
 pub(super) fn boxes(cell: &Cell) -> (Vec<[u32; 3]>, u32) {
     let [nx, ny, nz] = cell.window.size.map(|n| n.div_ceil(BOX_EDGE));
     let mut wanted = vec![false; (nx * ny * nz) as usize];
@@ -428,7 +433,8 @@ impl Launched {
         }
     }
 
-    /// Compares the workgroups launched with those that came to their end, and their invocations with those whose loops did.
+    /// Compares the workgroups launched with those that came to their end, and their invocations with those
+    /// whose loops did.
     pub(super) fn check(&self, done: &[u32]) -> Result<(), String> {
         let (groups, whole) = done.split_at(self.0.len());
         let cure = "so its counts cannot be trusted; use another adapter, or `--backend cpu`";

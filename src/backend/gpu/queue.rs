@@ -101,8 +101,8 @@ impl Queue {
         self.kernels[stage as usize].bind(&self.device, &[uniforms, storage, &[&self.done]].concat())
     }
 
-    /// Submits dispatches after what the encoder holds; nothing is waited for. `bound` says what each is bound to, and `heads` is
-    /// where the device writes how many workgroups some have.
+    /// Submits dispatches after what the encoder holds; nothing is waited for. `bound` says what each is
+    /// bound to, and `heads` is where the device writes how many workgroups some have.
     pub(super) fn run<'a>(
         &mut self,
         mut encoder: wgpu::CommandEncoder,
@@ -156,7 +156,8 @@ impl Queue {
             self.pace.took(*stage, *work, time);
         }
         if timed.is_empty() {
-            // Without timestamps all that is known is when it was done: no sooner than what was asked for before it.
+            // Without timestamps all that is known is when it was done: no sooner than what was asked for
+            // before it.
             self.pace.all_took(&work, asked.max(self.answered).elapsed());
         }
         self.answered = Instant::now();

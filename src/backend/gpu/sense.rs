@@ -8,8 +8,9 @@ use crate::backend::{Carving, Shot, no_table};
 use crate::{Error, Result};
 
 impl Gpu {
-    /// Casts and carves a batch of placements into their slots: all of their evidence, or what is inside the regions.
-    /// The buffer returned begins with the ends of the first, if there is only one. Hits are kept of all of them or of none.
+    /// Casts and carves a batch of placements into their slots: all of their evidence, or what is inside the
+    /// regions. The buffer returned begins with the ends of the first, if there is only one. Hits are kept of
+    /// all of them or of none.
     pub(super) fn sense_batch(
         &mut self,
         table: usize,

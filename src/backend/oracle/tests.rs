@@ -136,7 +136,8 @@ fn a_diagonal_takes_x_before_y_before_z() {
     check(&cell, &rays, &placement, (RETURN, 2), [0, 1, 0, 2, 9, 78]);
 }
 
-/// Noise of these steps at any distance: a width of 4096 makes the entries of the unit table steps of 1/65536 voxel.
+/// Noise of these steps at any distance: a width of 4096 makes the entries of the unit table steps of 1/65536
+/// voxel.
 fn steps(unit_q12: Vec<i32>) -> Noise {
     Noise { unit_q12, std_q16: vec![4096; 10], lost_below: 0 }
 }
@@ -154,7 +155,8 @@ fn a_noisy_return_is_read_before_or_behind_the_wall() {
     // The wall is entered at 5.5 voxels, x = n + 1 at n + 0.5. Two voxels before it, x = 4 is just entered.
     check_noisy(-2 * 65_536, (RETURN, 4), [0, 1, 0, 4, 9, 76]);
     check_noisy(-2 * 65_536 - 1, (RETURN, 3), [0, 1, 0, 3, 9, 77]);
-    // Half a voxel is too little to leave the wall's cell, a whole one is not: then the wall itself is called free.
+    // Half a voxel is too little to leave the wall's cell, a whole one is not: then the wall itself is called
+    // free.
     check_noisy(32_768, (RETURN, 6), [1, 0, 0, 6, 8, 75]);
     check_noisy(65_535, (RETURN, 6), [1, 0, 0, 6, 8, 75]);
     check_noisy(65_536, (RETURN, 7), [0, 1, 1, 6, 8, 74]);
@@ -207,7 +209,8 @@ fn a_ray_draws_its_own_step() {
 
 #[test]
 fn the_step_grows_with_the_distance_of_the_return() {
-    // The wall is at 5.5 voxels, so that entry 5 decides. -1.5 · 4096 times 1.33334 voxels is 2.00001 voxels less.
+    // The wall is at 5.5 voxels, so that entry 5 decides. -1.5 · 4096 times 1.33334 voxels is 2.00001 voxels
+    // less.
     let (cell, mut rays, placement) = corridor();
     let mut check_entry = |at: usize, end| {
         let mut std_q16 = vec![0; 10];
@@ -247,8 +250,8 @@ fn a_lost_return_says_nothing_or_frees_what_its_ray_passes() {
     check(&cell, &rays, &placement, (NOTHING, 9), [0, 0, 0, 0, 9, 81]);
 }
 
-/// Believed to stand two voxels nearer to the wall, at x = 2.5, and to look a row higher: what the ray meets after 5.5 voxels
-/// is taken for something at x = 8.
+/// Believed to stand two voxels nearer to the wall, at x = 2.5, and to look a row higher: what the ray meets
+/// after 5.5 voxels is taken for something at x = 8.
 #[test]
 fn evidence_is_written_where_the_mount_is_believed_to_be() {
     let (cell, mut rays, mut placement) = corridor();
@@ -295,7 +298,8 @@ fn a_believed_ray_takes_all_axes_that_are_crossed_at_a_distance() {
 #[test]
 fn a_hit_at_the_sensor_takes_all_axes_that_are_crossed_there() {
     let (mut cell, mut rays, mut placement) = corridor();
-    // On the edge between four cells, backwards: x and y are crossed at distance 0, x first, and there is the hit.
+    // On the edge between four cells, backwards: x and y are crossed at distance 0, x first, and there is the
+    // hit.
     placement.origin_q16 = [3 << 16, 1 << 16, 0x8000];
     rays.dirs_q15 = vec![[-23_170, -23_170, 0]];
     cell.blockers = BitGrid::new(cell.window).into();
@@ -305,7 +309,8 @@ fn a_hit_at_the_sensor_takes_all_axes_that_are_crossed_there() {
     check(&cell, &rays, &placement, (RETURN, 2), [0, 1, 0, 2, 9, 78]);
 }
 
-/// What a job says of each voxel of a row: `o`, `f` or `?`. Evidence is written the same way, `b` for both, a row a slot.
+/// What a job says of each voxel of a row: `o`, `f` or `?`. Evidence is written the same way, `b` for both, a
+/// row a slot.
 #[track_caller]
 fn check_fused(evidence: &[&str], job: &[Reading], occupied_wins: &str, octomap: &str) {
     let window = Window::between([0; 3], [occupied_wins.len() as i32 - 1, 0, 0]);
@@ -365,7 +370,8 @@ fn sums_are_clamped_after_each_so_that_order_matters() {
     check_fused(&["o", "f"], &[&hits[..], &misses].concat(), "o", "f");
     // −3645, clamped to −2000; with 4235 it is 2235.
     check_fused(&["o", "f"], &[&misses[..], &hits].concat(), "o", "o");
-    // One less of either stays within the clamp below, or just reaches it: −1620 and −2000 against 847 and 2 · 847.
+    // One less of either stays within the clamp below, or just reaches it: −1620 and −2000 against 847 and 2
+    // · 847.
     check_fused(&["o", "f"], &[&[range(1); 4][..], &[range(0); 2]].concat(), "o", "o");
     check_fused(&["o", "f"], &[&[range(1); 5][..], &[range(0); 2]].concat(), "o", "f");
 }
@@ -380,8 +386,8 @@ fn the_known_robot_speaks_last() {
 
 #[test]
 fn a_sensor_and_its_volume_speak_once() {
-    // Points say free, the volume occupied: one hit, not a hit and a miss; and two that agree are one, too: after them
-    // three misses (−1215) outweigh 847, not 2 · 847.
+    // Points say free, the volume occupied: one hit, not a hit and a miss; and two that agree are one, too:
+    // after them three misses (−1215) outweigh 847, not 2 · 847.
     let both = Reading { volume: Some(1), ..range(0) };
     let misses = [range(2); 3];
     check_fused(&["foffb", "oof??", "?????"], &[both], "ooffo", "ooffo");

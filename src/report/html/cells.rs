@@ -47,8 +47,8 @@ pub(super) struct Labels {
     pub(super) series: usize,
     pub(super) choice: usize,
     pub(super) moment: usize,
-    /// Classes of the voxels that are in any region, in their order: 0 called free, 1 called occupied, 2 and more unknown for
-    /// the first cause and so on.
+    /// Classes of the voxels that are in any region, in their order: 0 called free, 1 called occupied, 2 and
+    /// more unknown for the first cause and so on.
     labels: Part,
     causes: Vec<CauseData>,
     /// What is explained: by which of [`BESTS`] the choice is the best of all, and in which region.
@@ -82,9 +82,10 @@ struct Sight {
     moment: usize,
 }
 
-/// Looks at the best choices of each region and representation by F1, as many as are wanted and fit, and at some of the best by
-/// human_seen and by parts_detected, in each scene's first moment and in the one where the choice is worst. Says how many of how many are done
-/// after each. What the best of a region misses at its worst moment is explained.
+/// Looks at the best choices of each region and representation by F1, as many as are wanted and fit, and at
+/// some of the best by human_seen and by parts_detected, in each scene's first moment and in the one where
+/// the choice is worst. Says how many of how many are done after each. What the best of a region misses at
+/// its worst moment is explained.
 ///
 /// # Errors
 /// Those of the backend, and of a journal that cannot be read.
@@ -120,7 +121,8 @@ fn share_of_safety(most: usize) -> usize {
     most.div_ceil(5)
 }
 
-/// What is worth looking at, the best first, each in every scene at its worst moment and then at the scene's first.
+/// What is worth looking at, the best first, each in every scene at its worst moment and then at the scene's
+/// first.
 fn sights(results: &Results, rankings: &[Ranking], most: usize) -> Result<Vec<Sight>> {
     let (mut known, mut sights) = (BTreeSet::new(), Vec::new());
     for rank in 0..most {

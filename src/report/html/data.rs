@@ -47,7 +47,8 @@ pub(super) struct Data<'a> {
     full_set: Option<usize>,
     between_members: &'static str,
     voxel_size_m: f64,
-    /// Objects of the first scene, by which what is around a pose is named, and the ways that it is looked for.
+    /// Objects of the first scene, by which what is around a pose is named, and the ways that it is looked
+    /// for.
     objects: Vec<String>,
     ways: [&'static str; 6],
     cells: &'a Cells,

@@ -1,5 +1,5 @@
-//! The words and tables of the page that need no script: the best placements and how to mount them, what was assumed, what
-//! was run. They are what a printed report holds.
+//! The words and tables of the page that need no script: the best placements and how to mount them, what was
+//! assumed, what was run. They are what a printed report holds.
 
 mod best;
 mod mount;

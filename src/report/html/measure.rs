@@ -1,5 +1,5 @@
-//! What a report says of a choice of poses: the scores of the paper, and beside them what a safety review asks first. The
-//! formulas are `metrics`'.
+//! What a report says of a choice of poses: the scores of the paper, and beside them what a safety review
+//! asks first. The formulas are `metrics`'.
 
 use std::ops::Range;
 
@@ -40,8 +40,8 @@ pub(super) fn of_choice(
     Ok(Score::ALL.map(|score| over::over(&readings, score)))
 }
 
-/// The mean of each measure over some moments, for each answer that needs no sensor, and last for the best that any
-/// sensor of the study could give.
+/// The mean of each measure over some moments, for each answer that needs no sensor, and last for the best
+/// that any sensor of the study could give.
 pub(super) fn of_baselines(results: &Results, moments: Range<usize>, region: usize) -> Vec<Baseline> {
     let all = Score::ALL.map(|score| results.baselines_over(moments.clone(), region, score));
     let one = |n: usize| (all[0][n].0, all.each_ref().map(|answers| answers[n].1.map(|over| over.mean)));

@@ -2,8 +2,9 @@
 //! plot, and the cell in three dimensions. It needs no other file and no network.
 //!
 //! # Practice
-//! What can be read is in `page.html` and made here; what is drawn is drawn by `*.js` with plotly.js, from numbers that the
-//! page holds compressed. Text from the user's files reaches the page through the template or as JSON only.
+//! What can be read is in `page.html` and made here; what is drawn is drawn by `*.js` with plotly.js, from
+//! numbers that the page holds compressed. Text from the user's files reaches the page through the template
+//! or as JSON only.
 
 mod cells;
 mod data;
@@ -31,7 +32,8 @@ use packed::{Numbers, packed};
 /// The name of the file in a sweep's folder.
 pub const REPORT: &str = "report.html";
 
-/// How many choices of poses of each region and representation are looked at voxel by voxel, unless others are wanted.
+/// How many choices of poses of each region and representation are looked at voxel by voxel, unless others
+/// are wanted.
 pub const LOOKED_AT: usize = 20;
 
 /// A finished sweep, and what it came from.
@@ -62,8 +64,8 @@ struct Page<'a> {
     cells: String,
 }
 
-/// The page. Of each region and representation the best `looked_at` choices of poses are looked at voxel by voxel on a
-/// backend, which is told of after each: how many of how many are done.
+/// The page. Of each region and representation the best `looked_at` choices of poses are looked at voxel by
+/// voxel on a backend, which is told of after each: how many of how many are done.
 ///
 /// # Errors
 /// Those of the backend, and of a journal that cannot be read.
@@ -130,7 +132,8 @@ fn plotly_js() -> &'static str {
     element.split_once('>').map_or("", |(_, script)| script)
 }
 
-/// What a browser may do with the page, whatever text of a stranger's is in it: run these scripts, and fetch nothing.
+/// What a browser may do with the page, whatever text of a stranger's is in it: run these scripts, and fetch
+/// nothing.
 fn policy(scripts: [&str; 2]) -> String {
     let [script, plotly] = scripts.map(|script| STANDARD.encode(Sha256::digest(script)));
     format!(

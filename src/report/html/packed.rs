@@ -34,8 +34,8 @@ impl Numbers {
     }
 }
 
-/// Adds classes, as runs of equal ones, to some bytes: LEB128 numbers, each the length of a run times how many kinds of
-/// classes there are, plus its class.
+/// Adds classes, as runs of equal ones, to some bytes: LEB128 numbers, each the length of a run times how
+/// many kinds of classes there are, plus its class.
 pub(super) fn put_runs(classes: impl Iterator<Item = usize>, kinds: usize, bytes: &mut Vec<u8>) {
     let mut run: Option<(usize, u64)> = None;
     let mut put = |(class, length): (usize, u64)| {

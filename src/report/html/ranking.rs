@@ -16,8 +16,8 @@ pub(super) const BESTS: [Score; 3] = [Score::F1, Score::HumanSeen, Score::PartsD
 pub(super) struct Ranking {
     /// Whose choices they are.
     pub(super) series: Series,
-    /// By each of [`BESTS`], for each region, the choices that have a value over all scenes, the largest mean first; equal
-    /// ones by F1, then in study order.
+    /// By each of [`BESTS`], for each region, the choices that have a value over all scenes, the largest mean
+    /// first; equal ones by F1, then in study order.
     by: [Vec<Vec<(usize, f64)>>; BESTS.len()],
 }
 
@@ -41,8 +41,8 @@ pub(super) fn rankings(results: &Results) -> Result<Vec<Ranking>> {
         .collect()
 }
 
-/// The first choice of each ranking in a region by one of [`BESTS`], the best first: the ranking's number, the choice, and
-/// its score.
+/// The first choice of each ranking in a region by one of [`BESTS`], the best first: the ranking's number,
+/// the choice, and its score.
 pub(super) fn firsts(rankings: &[Ranking], region: usize, best: usize) -> Vec<(usize, (usize, f64))> {
     let first = |(number, ranking): (usize, &Ranking)| Some((number, *ranking.by(best)[region].first()?));
     let mut firsts: Vec<_> = rankings.iter().enumerate().filter_map(first).collect();
@@ -57,8 +57,8 @@ impl Ranking {
         &self.by[best]
     }
 
-    /// At most so many choices, each once: the best of each region by each of [`BESTS`], then the second best of each, and so
-    /// on; those without a score last.
+    /// At most so many choices, each once: the best of each region by each of [`BESTS`], then the second best
+    /// of each, and so on; those without a score last.
     pub(super) fn first(&self, most: usize, choices: usize) -> Vec<usize> {
         let mut taken = vec![false; choices];
         let mut first = Vec::new();

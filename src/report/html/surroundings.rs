@@ -80,8 +80,8 @@ pub(super) fn key(at: DVec3) -> [u64; 3] {
     at.to_array().map(f64::to_bits)
 }
 
-/// Where a line through a place along an axis meets triangles, their edges included. Triangles that it lies in are not met:
-/// their neighbours are.
+/// Where a line through a place along an axis meets triangles, their edges included. Triangles that it lies
+/// in are not met: their neighbours are.
 fn met_triangles(mesh: &Mesh, at: DVec3, axis: usize, meet: &mut impl FnMut(f64)) {
     let (u, v) = ((axis + 1) % 3, (axis + 2) % 3);
     for triangle in &mesh.triangles {

@@ -1,8 +1,8 @@
 //! The file that holds what is written until it is whole, and what is done with those that a run left behind.
 //!
 //! # Theory
-//! Who writes to a part holds its lock, and the system gives the lock back however the process ends. So a part that can be
-//! locked belongs to nobody, and may be removed by anybody.
+//! Who writes to a part holds its lock, and the system gives the lock back however the process ends. So a
+//! part that can be locked belongs to nobody, and may be removed by anybody.
 
 use std::fs::{self, File};
 use std::hash::{BuildHasher, RandomState};

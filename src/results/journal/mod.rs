@@ -1,14 +1,14 @@
 //! `counts.journal`: every row of counts that is finished, kept on disk from the moment it is.
 //!
 //! # Theory
-//! A record has the same size for every row and stands at the row's own place, so the order in which rows are finished
-//! leaves no trace: two journals of the same rows are equal byte for byte. A record carries its row, its counts and a
-//! checksum over both and the fingerprint of the sweep; a place that was never written, or torn by a crash, or belongs to
-//! another sweep, cannot be taken for a finished row and is counted again.
+//! A record has the same size for every row and stands at the row's own place, so the order in which rows are
+//! finished leaves no trace: two journals of the same rows are equal byte for byte. A record carries its row,
+//! its counts and a checksum over both and the fingerprint of the sweep; a place that was never written, or
+//! torn by a crash, or belongs to another sweep, cannot be taken for a finished row and is counted again.
 //!
 //! # Practice
-//! The file is its own lock: whoever writes holds it exclusively, whoever reads shares it. It is never replaced, since
-//! that would leave two files with a lock each.
+//! The file is its own lock: whoever writes holds it exclusively, whoever reads shares it. It is never
+//! replaced, since that would leave two files with a lock each.
 
 mod pages;
 mod record;
@@ -27,8 +27,8 @@ pub use pages::Pages;
 use record::{HEADER_BYTES, RECORD_BYTES, State};
 pub use record::{Header, Shard, Unfit};
 
-/// How long finished rows may wait until the disk has them. A process that is killed loses nothing; a machine that
-/// loses power loses so much.
+/// How long finished rows may wait until the disk has them. A process that is killed loses nothing; a machine
+/// that loses power loses so much.
 const SYNC_EVERY: Duration = Duration::from_secs(1);
 
 /// Records that are read at once.
@@ -56,8 +56,8 @@ impl Locked {
     /// Opens the journal of a folder, making it where there is none, for this process alone.
     ///
     /// # Errors
-    /// `Error::Busy` if another process has it; `Error::Storage` if the disk fails; `Error::Input` if what is there is no
-    /// file of this folder alone.
+    /// `Error::Busy` if another process has it; `Error::Storage` if the disk fails; `Error::Input` if what is
+    /// there is no file of this folder alone.
     pub fn open(folder: &Path) -> Result<Locked> {
         let path = folder.join(JOURNAL);
         // Through a link, a folder from elsewhere could have any file of the user's begun anew.
@@ -144,7 +144,8 @@ impl Journal {
         }
     }
 
-    /// Gives the file with all its rows, which nobody may trust any more, another name in its folder, and begins anew.
+    /// Gives the file with all its rows, which nobody may trust any more, another name in its folder, and
+    /// begins anew.
     pub fn set_aside(&mut self, name: &str) -> Result<()> {
         let renamed = std::fs::rename(&self.path, self.path.with_file_name(name));
         renamed.map_err(|e| Error::storage(&self.path, e))?;
@@ -159,7 +160,8 @@ impl Journal {
         self.file.sync_data().map_err(|e| Error::storage(&self.path, e))
     }
 
-    /// Tells every finished row in the order of rows, and how many places hold something else than a row of this sweep.
+    /// Tells every finished row in the order of rows, and how many places hold something else than a row of
+    /// this sweep.
     pub fn scan(&self, mut finished: impl FnMut(u64, Confusion) -> Result<()>) -> Result<u64> {
         let length = self.file.metadata().map_err(|e| self.cannot_read(e))?.len();
         let mut damaged = 0;
@@ -193,7 +195,8 @@ impl Journal {
         counts.collect()
     }
 
-    /// What stands at the places of rows that follow each other in one block. Beyond the end of the file nothing does.
+    /// What stands at the places of rows that follow each other in one block. Beyond the end of the file
+    /// nothing does.
     fn states(&self, rows: Range<u64>) -> Result<Vec<State>> {
         let at = self.offset(rows.start);
         let length = (rows.end - rows.start) * RECORD_BYTES as u64;
@@ -219,7 +222,8 @@ impl Journal {
 
 #[cfg(all(test, target_os = "linux"))]
 impl Journal {
-    /// From now on every read fails: the memory of a process cannot be read at its beginning, an input/output error.
+    /// From now on every read fails: the memory of a process cannot be read at its beginning, an input/output
+    /// error.
     pub(crate) fn break_disk(&mut self) {
         self.file = File::open("/proc/self/mem").expect("Linux has it");
     }

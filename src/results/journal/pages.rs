@@ -1,5 +1,5 @@
-//! The counts of a finished sweep by row, from one journal or from those of all its shards, with as much of them in
-//! memory as a report looks at in turn.
+//! The counts of a finished sweep by row, from one journal or from those of all its shards, with as much of
+//! them in memory as a report looks at in turn.
 
 use std::cell::RefCell;
 
@@ -16,8 +16,8 @@ const LEAST_ROWS: u64 = 64;
 /// The number of a page of a block, and its counts.
 type Page = (u64, Vec<Confusion>);
 
-/// Journals that hold all rows of a sweep between them. A report asks for the same row of many blocks, then for the
-/// next row of them, so a page of each block is kept.
+/// Journals that hold all rows of a sweep between them. A report asks for the same row of many blocks, then
+/// for the next row of them, so a page of each block is kept.
 #[derive(Debug)]
 pub struct Pages {
     /// In the order of the rows that they keep.

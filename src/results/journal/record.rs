@@ -1,10 +1,10 @@
 //! The bytes of a journal: a header that says which sweep and which part of it, and records of one size.
 //!
-//! All numbers are little-endian. Header, 128 bytes: magic, format version (u32), shard's number and how many there are
-//! (u32 each), blocks, rows of a block, first and end of the rows of each block that are kept here (u64 each), the
-//! sweep's fingerprint (32 bytes), zeros, and in the last 8 bytes a checksum of the rest. Record, 88 bytes: row (u64),
-//! twelve counts in the order of [`Confusion::counts`], five in that of [`Detection::counts`], and a bit for each body part
-//! that is missed (u32 each), checksum (8 bytes).
+//! All numbers are little-endian. Header, 128 bytes: magic, format version (u32), shard's number and how many
+//! there are (u32 each), blocks, rows of a block, first and end of the rows of each block that are kept here
+//! (u64 each), the sweep's fingerprint (32 bytes), zeros, and in the last 8 bytes a checksum of the rest.
+//! Record, 88 bytes: row (u64), twelve counts in the order of [`Confusion::counts`], five in that of
+//! [`Detection::counts`], and a bit for each body part that is missed (u32 each), checksum (8 bytes).
 
 use std::fmt;
 use std::ops::Range;
@@ -120,7 +120,8 @@ impl Header {
         bytes
     }
 
-    /// Back from the file. The numbers of a header that parses can be trusted as far as sums and products of them go.
+    /// Back from the file. The numbers of a header that parses can be trusted as far as sums and products of
+    /// them go.
     pub(super) fn parse(bytes: &[u8]) -> Result<Header, Unfit> {
         let (body, sum) = bytes.split_at(HEADER_BYTES - CHECK_BYTES);
         if !body.starts_with(&MAGIC) {

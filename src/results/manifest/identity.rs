@@ -1,4 +1,5 @@
-//! What makes two sweeps the same: all keys of `manifest.json` that decide the counts or the names beside them.
+//! What makes two sweeps the same: all keys of `manifest.json` that decide the counts or the names beside
+//! them.
 
 use std::collections::BTreeMap;
 
@@ -11,7 +12,8 @@ use crate::source::sha256;
 use crate::study::{Member, Study, catalogue};
 use crate::world::{self, Described, World};
 
-/// All that decides the counts. What reading a sweep back does not need may be missing in a file, and is empty then.
+/// All that decides the counts. What reading a sweep back does not need may be missing in a file, and is
+/// empty then.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Identity {
     /// [`crate::SEMANTICS_VERSION`] of who counted.

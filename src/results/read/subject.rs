@@ -1,5 +1,5 @@
-//! What was swept, from `manifest.json` (scenes with their regions and baselines, combinations with their sensors) and
-//! `poses.csv` (the poses of each sensor).
+//! What was swept, from `manifest.json` (scenes with their regions and baselines, combinations with their
+//! sensors) and `poses.csv` (the poses of each sensor).
 
 use std::collections::HashSet;
 use std::path::Path;
@@ -148,8 +148,8 @@ fn sensors<'m>(path: &Path, bytes: &[u8], files: &'m [Sensor]) -> Result<Vec<Pos
     Ok(sensors)
 }
 
-/// A combination; its representations are every one of each sensor with every one of the others, those of the last
-/// sensor varying fastest. `room` is how many bytes their names may take.
+/// A combination; its representations are every one of each sensor with every one of the others, those of the
+/// last sensor varying fastest. `room` is how many bytes their names may take.
 fn combination(entry: &Sensors, sensors: &[Posed], room: &mut usize) -> Result<CombinationResults, String> {
     let says = |what: &str| Err(format!("combination {:?} {what}", entry.name));
     if entry.sensors.is_empty() || entry.sensors.len() != entry.poses.len() {

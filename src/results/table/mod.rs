@@ -18,7 +18,8 @@ pub enum Kind {
     Text,
     /// Whole numbers below 2^63: int64 in Parquet.
     Count,
-    /// Numbers, or nothing where there is no value: a double that may be null in Parquet, an empty field in CSV.
+    /// Numbers, or nothing where there is no value: a double that may be null in Parquet, an empty field in
+    /// CSV.
     Score,
 }
 
@@ -78,8 +79,8 @@ impl Format {
     }
 }
 
-/// A table on its way into a file. The same rows give the same bytes, and memory does not grow with their number.
-/// Dropped before [`TableFile::finish`], it leaves nothing behind.
+/// A table on its way into a file. The same rows give the same bytes, and memory does not grow with their
+/// number. Dropped before [`TableFile::finish`], it leaves nothing behind.
 pub struct TableFile {
     path: PathBuf,
     kinds: Vec<Kind>,

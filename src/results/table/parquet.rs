@@ -176,7 +176,8 @@ fn schema(columns: &[Column]) -> Result<Type> {
     Type::group_type_builder("table").with_fields(fields).build()
 }
 
-/// Counts are small differences from row to row, and scores hardly ever repeat, so only text has a dictionary.
+/// Counts are small differences from row to row, and scores hardly ever repeat, so only text has a
+/// dictionary.
 fn properties_of(builder: WriterPropertiesBuilder, column: &Column) -> WriterPropertiesBuilder {
     let path = ColumnPath::from(column.name.as_str());
     let builder = builder

@@ -1,5 +1,5 @@
-//! Reads positions, indices and other numbers out of a glTF's buffers. All bounds are checked once, when the view on the bytes is
-//! made, and nothing is allocated.
+//! Reads positions, indices and other numbers out of a glTF's buffers. All bounds are checked once, when the
+//! view on the bytes is made, and nothing is allocated.
 
 use ::gltf::json::{
     Accessor, Index,

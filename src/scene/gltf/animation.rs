@@ -39,8 +39,8 @@ struct Track {
     interpolation: Interpolation,
     /// Strictly increasing, at least one.
     times_s: Vec<f64>,
-    /// One a time; of a cubic spline three: the tangent coming in, the value, the tangent going out. Vectors of three
-    /// numbers leave w at zero; rotations are x, y, z, w.
+    /// One a time; of a cubic spline three: the tangent coming in, the value, the tangent going out. Vectors
+    /// of three numbers leave w at zero; rotations are x, y, z, w.
     values: Vec<DVec4>,
 }
 
@@ -242,8 +242,8 @@ impl Track {
     }
 }
 
-/// From one unit quaternion to another, the shorter way round, at constant speed. Its sines are `libm`'s, so that two
-/// machines agree.
+/// From one unit quaternion to another, the shorter way round, at constant speed. Its sines are `libm`'s, so
+/// that two machines agree.
 fn slerp(from: DVec4, to: DVec4, t: f64) -> DVec4 {
     let dot = from.dot(to);
     // A quaternion and its negative are one rotation; the nearer is the shorter way.

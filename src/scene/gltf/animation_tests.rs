@@ -195,8 +195,8 @@ fn rotations_may_be_fractions_of_integers() {
 
 #[test]
 fn cubic_splines_follow_their_tangents() {
-    // Over two seconds from x = 1, leaving at 3 m/s, to x = 5, arriving at 1 m/s. In y the tangents at the two outer
-    // ends, which no segment uses, are nonsense.
+    // Over two seconds from x = 1, leaving at 3 m/s, to x = 5, arriving at 1 m/s. In y the tangents at the
+    // two outer ends, which no segment uses, are nonsense.
     let mut file = one_node();
     #[rustfmt::skip]
     let values = [
@@ -210,7 +210,8 @@ fn cubic_splines_follow_their_tangents() {
     file.check(1.5, [2.375, 0., 0.], [3.375, 0., 0.]);
     file.check(1.0, [1., 0., 0.], [2., 0., 0.]);
     file.check(3.0, [5., 0., 0.], [6., 0., 0.]);
-    // A rotation's result is made a unit again: halfway between none and half a turn, without tangents, (0, 0, ½, ½).
+    // A rotation's result is made a unit again: halfway between none and half a turn, without tangents, (0,
+    // 0, ½, ½).
     let mut file = one_node();
     let values =
         [0.; 4].into_iter().chain([0., 0., 0., 1.]).chain([0.; 8]).chain([0., 0., 1., 0.]).chain([0.; 4]);
@@ -302,9 +303,9 @@ fn wrong_animations_are_named() {
     file.refused("animations[0].channels[0]: no rotation is left at 0 s");
 }
 
-/// Two bones along y, the second from (0, 1, 0) on, and a strip of three corners: at the root, at the tip (0, 2, 0)
-/// beside the second bone, and between (1, 1, 0), which both hold alike. The mesh's own node is far away, which a skin
-/// makes irrelevant.
+/// Two bones along y, the second from (0, 1, 0) on, and a strip of three corners: at the root, at the tip (0,
+/// 2, 0) beside the second bone, and between (1, 1, 0), which both hold alike. The mesh's own node is far
+/// away, which a skin makes irrelevant.
 fn arm() -> Draft {
     let nodes = json!([
         {"mesh": 0, "skin": 0, "translation": [100, 0, 0], "name": "arm"},
@@ -342,7 +343,8 @@ fn a_skin_bends_with_its_bones() {
     let file = arm();
     near(&file.vertices(None).unwrap(), [[0., 0., 0.], [0., 2., 0.], [1., 1., 0.]]);
     near(&file.vertices(Some(0.0)).unwrap(), [[0., 0., 0.], [0., 2., 0.], [1., 1., 0.]]);
-    // The tip turns about (0, 1, 0) to (−1, 1, 0); the middle is the mean of (1, 1, 0) and, turned, (0, 2, 0).
+    // The tip turns about (0, 1, 0) to (−1, 1, 0); the middle is the mean of (1, 1, 0) and, turned, (0, 2,
+    // 0).
     near(&file.vertices(Some(1.0)).unwrap(), [[0., 0., 0.], [-1., 1., 0.], [0.5, 1.5, 0.]]);
     // Where the root of the bones goes, all go.
     let mut file = file;

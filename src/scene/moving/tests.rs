@@ -122,8 +122,8 @@ fn people_move_by_their_keypoints() {
     assert!((bounds(&scenes[1].objects[0])[1].z - 1.2).abs() < 1e-3);
 }
 
-/// A glTF file as text: the triangle (0, 0, 0), (1, 0, 0), (0, 1, 0) twice, at nodes `still` and `slide`; a clip moves
-/// `slide` along glTF's x from 0 to 4 m in 2 s. The buffer is that of 9 + 2 + 6 floats.
+/// A glTF file as text: the triangle (0, 0, 0), (1, 0, 0), (0, 1, 0) twice, at nodes `still` and `slide`; a
+/// clip moves `slide` along glTF's x from 0 to 4 m in 2 s. The buffer is that of 9 + 2 + 6 floats.
 fn sliding() -> String {
     use base64::Engine as _;
     let floats = [0f32, 0., 0., 1., 0., 0., 0., 1., 0., 0., 2., 0., 0., 0., 4., 0., 0.];

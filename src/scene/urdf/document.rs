@@ -1,6 +1,7 @@
 //! From the text of a URDF to the parser's structs, with a place in every message.
 //!
-//! The parser itself names no place and passes over words that should be numbers, so the text is looked through first.
+//! The parser itself names no place and passes over words that should be numbers, so the text is looked
+//! through first.
 
 use std::path::Path;
 
@@ -45,8 +46,8 @@ pub(super) fn read(path: &Path, text: &str) -> Result<Robot, String> {
     urdf_rs::read_from_string(&needed).map_err(|e| wrong_element(&document, text).unwrap_or(e.to_string()))
 }
 
-/// The text of an element without what neither shape nor motion needs: files that every ROS tool reads have empty
-/// textures and odd inertias, at which the parser would stop.
+/// The text of an element without what neither shape nor motion needs: files that every ROS tool reads have
+/// empty textures and odd inertias, at which the parser would stop.
 fn needed(element: Node, text: &str) -> String {
     let root = element.document().root_element();
     let is_needless = |node: &Node| {
@@ -81,7 +82,8 @@ fn expand(path: &Path) -> String {
     )
 }
 
-/// An expanded file may still declare the xacro namespace; only its elements and substitutions need expanding.
+/// An expanded file may still declare the xacro namespace; only its elements and substitutions need
+/// expanding.
 fn is_macro(node: &Node) -> bool {
     let unexpanded = |value: &str| value.contains("${") || value.contains("$(");
     node.tag_name().namespace().is_some_and(|uri| uri.ends_with("/xacro"))

@@ -1,5 +1,5 @@
-//! Where the links are when the joints have values, and how far they can get. All in f64 with `libm`'s trigonometry,
-//! so that two machines place them alike.
+//! Where the links are when the joints have values, and how far they can get. All in f64 with `libm`'s
+//! trigonometry, so that two machines place them alike.
 
 use std::collections::BTreeMap;
 
@@ -28,8 +28,8 @@ impl Model {
     /// `root_from_link` for every link, in the order of [`Model::link_names`].
     ///
     /// # Errors
-    /// When a value names no joint, or one of the other kind, or is outside its limits, and when a joint without a
-    /// value cannot be at 0. Messages begin with the key: `joints_deg.elbow = 200: …`.
+    /// When a value names no joint, or one of the other kind, or is outside its limits, and when a joint
+    /// without a value cannot be at 0. Messages begin with the key: `joints_deg.elbow = 200: …`.
     pub fn pose(&self, values: &JointValues) -> Result<Vec<DAffine3>> {
         self.check_names(values).map_err(Error::Input)?;
         let mut root_from_link: Vec<DAffine3> = Vec::with_capacity(self.links.len());
@@ -46,9 +46,10 @@ impl Model {
         Ok(root_from_link)
     }
 
-    /// The farthest that the frame of any link can get from the base, whatever the joint values: the greatest sum,
-    /// along a chain of joints, of the distances between one joint and the next, and of the travel of those that
-    /// slide. The base is the root or, where the root and what follows it have no body, the link they carry.
+    /// The farthest that the frame of any link can get from the base, whatever the joint values: the greatest
+    /// sum, along a chain of joints, of the distances between one joint and the next, and of the travel of
+    /// those that slide. The base is the root or, where the root and what follows it have no body, the link
+    /// they carry.
     pub fn reach_m(&self) -> f64 {
         let base = self.base();
         let mut reach_m = vec![0.0f64; self.links.len()];
@@ -80,7 +81,8 @@ impl Model {
         Linkage { links, base_m, reach_m: self.reach_m() }
     }
 
-    /// Many files begin with an empty `world` that a fixed joint ties to the robot; the robot begins where that ends.
+    /// Many files begin with an empty `world` that a fixed joint ties to the robot; the robot begins where
+    /// that ends.
     fn base(&self) -> usize {
         let is_empty =
             |place: usize| self.links[place].collision.is_empty() && self.links[place].visual.is_empty();

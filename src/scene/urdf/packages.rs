@@ -1,5 +1,5 @@
-//! Where the packages of `package://name/…` are on this machine, and which file a URDF's mesh means. Nothing is
-//! opened here.
+//! Where the packages of `package://name/…` are on this machine, and which file a URDF's mesh means. Nothing
+//! is opened here.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -14,7 +14,8 @@ impl Packages {
         self.0.insert(name.into(), folder.into());
     }
 
-    /// The file that a mesh in a URDF means: `package://` by its name here, everything else from the URDF's folder.
+    /// The file that a mesh in a URDF means: `package://` by its name here, everything else from the URDF's
+    /// folder.
     pub(super) fn resolve(&self, filename: &str, urdf: &Path) -> Result<PathBuf, String> {
         let folder = urdf.parent().unwrap_or(Path::new(""));
         if let Some(rest) = filename.strip_prefix("package://") {

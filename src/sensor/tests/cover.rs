@@ -37,7 +37,8 @@ fn thirty_centimetres_are_six_voxels_in_a_straight_line() {
         block([0; 3], [16; 3]).into_iter().filter(|&c| (1..=36).contains(&squared(c))).collect();
     assert_eq!(free.cells().collect::<Vec<_>>(), expected);
     assert!(occupied.is_empty());
-    // Six along an axis and (4, 4, 2) are 6 voxels away; (5, 4, 0) is √41 away, and a voxel's diagonal does not count.
+    // Six along an axis and (4, 4, 2) are 6 voxels away; (5, 4, 0) is √41 away, and a voxel's diagonal does
+    // not count.
     for (cell, inside) in
         [([14, 8, 8], true), ([12, 12, 10], true), ([13, 12, 8], false), ([15, 8, 8], false)]
     {

@@ -1,4 +1,5 @@
-//! Keypoints in random cells against a plain march in u64, which shares nothing with the sensors' but the rules.
+//! Keypoints in random cells against a plain march in u64, which shares nothing with the sensors' but the
+//! rules.
 
 use super::*;
 use crate::backend::Noise;
@@ -140,7 +141,8 @@ fn pcg(word: u64) -> u64 {
     (mixed >> 22) ^ mixed
 }
 
-/// The way to a joint in 1/65536 voxels, if it is in front and in the image: by angles, where the camera projects.
+/// The way to a joint in 1/65536 voxels, if it is in front and in the image: by angles, where the camera
+/// projects.
 fn in_image(sensor: &Rgbd, pose: &Pose, truth: &Truth, joint_m: DVec3) -> Option<[i64; 3]> {
     assert_eq!(truth.grid.origin, [0; 3]);
     let way: [i64; 3] = std::array::from_fn(|r| q16(joint_m[r]) - q16(pose.position_m[r]));
@@ -151,8 +153,8 @@ fn in_image(sensor: &Rgbd, pose: &Pose, truth: &Truth, joint_m: DVec3) -> Option
     (seen.x > 0.0 && inside(right, across) && inside(down, along)).then_some(way)
 }
 
-/// The cell where a camera takes something to be that its true ray has met: the ray as it sees it, from where it is believed
-/// to be, after all crossings up to a distance, in the grid.
+/// The cell where a camera takes something to be that its true ray has met: the ray as it sees it, from where
+/// it is believed to be, after all crossings up to a distance, in the grid.
 fn along(truth: &Truth, pose: &Pose, truly: &Pose, way: [i64; 3], until: u64) -> [i32; 3] {
     let way = DVec3::from_array(way.map(|w| w as f64));
     let seen = truly.optical().transpose() * way;

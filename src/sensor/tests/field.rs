@@ -1,4 +1,5 @@
-//! A scanner with four level rays in the middle of 11 × 11 × 5 voxels, guarding 3 voxels ahead and 2 to its left.
+//! A scanner with four level rays in the middle of 11 × 11 × 5 voxels, guarding 3 voxels ahead and 2 to its
+//! left.
 
 use super::*;
 use crate::sensor::lidar::{Field, Lidar, Mount};
@@ -57,7 +58,8 @@ fn a_return_in_the_field_switches_it() {
     assert_eq!(field_says(&scanner(false, true), level(1.2), [7, 6, 1]), Says::Free(field));
 }
 
-/// A scanner knows its field in its own frame: what it returns from is in it or not by where it is believed to stand.
+/// A scanner knows its field in its own frame: what it returns from is in it or not by where it is believed
+/// to stand.
 #[test]
 fn a_scanner_whose_mount_is_off_switches_for_things_elsewhere() {
     let field = block([5, 5, 1], [7, 6, 2]);
@@ -91,7 +93,8 @@ fn a_tilted_scanner_keeps_an_upright_field() {
         let rotation = crate::pose::from_rpy([0.0, pitch.to_radians(), 0.0]);
         Pose::turned(DVec3::new(5.0, 5.5, 1.2), rotation, crate::pose::Frame::Link)
     };
-    // Up by 30°: the ray is in layer 2 from x = 6.39 on. Down by 30°: in layer 0 from x = 5.35 on, below the field.
+    // Up by 30°: the ray is in layer 2 from x = 6.39 on. Down by 30°: in layer 0 from x = 5.35 on, below the
+    // field.
     assert_eq!(field_says(&scanner(false, true), tilted(-30.0), [7, 5, 2]), Says::Occupied(field.clone()));
     assert_eq!(field_says(&scanner(false, true), tilted(-30.0), [7, 5, 1]), Says::Free(field.clone()));
     assert_eq!(field_says(&scanner(false, true), tilted(30.0), [6, 5, 0]), Says::Free(field));
@@ -116,7 +119,8 @@ fn a_scanner_mounted_facing_has_its_field_where_its_rays_go() {
     assert_eq!(field_says(&down, pose, [4, 5, 1]), Says::Free(field.clone()), "beside the field");
     assert_eq!(field_says(&down, pose, [5, 3, 1]), Says::Free(field), "on the ray, on the field's edge");
     let inward = Pose::facing(DVec3::new(4.5, 5.5, 1.2), -DVec3::Z, 0.0, 0.0);
-    // x 2.5 to 4.5: columns 2 and 3; the ray along −y is in column 4, the one along −x in row 5: neither inside.
+    // x 2.5 to 4.5: columns 2 and 3; the ray along −y is in column 4, the one along −x in row 5: neither
+    // inside.
     assert!(matches!(field_says(&down, inward, [4, 3, 1]), Says::Free(_)));
     let aside = Pose::facing(DVec3::new(4.6, 5.6, 1.2), -DVec3::Z, 0.0, 0.0);
     // x 2.6 to 4.6 and y 2.6 to 5.6: columns 3 and 4, rows 3 to 5.

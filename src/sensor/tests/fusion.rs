@@ -92,7 +92,8 @@ fn a_pad_and_a_camera() {
             let said = [(camera, MEASURES), (pad, SWITCHES)];
             labels(fusion, &order.map(|i: usize| said[i]))
         };
-        // Occupied wins: the pad's people are everywhere; a silent pad frees what the camera did not see occupied.
+        // Occupied wins: the pad's people are everywhere; a silent pad frees what the camera did not see
+        // occupied.
         assert_eq!(fused(Fusion::OccupiedWins, pressed), "ooo");
         assert_eq!(fused(Fusion::OccupiedWins, silent), "off");
         // 3511 − 405 > 0; 847 − 405 > 0: a silent pad does not erase what a camera saw.

@@ -1,5 +1,5 @@
-//! Small cells made by hand, and what the sensors must say in them. Reading a study is tested in `study`, whole sweeps
-//! beside the program.
+//! Small cells made by hand, and what the sensors must say in them. Reading a study is tested in `study`,
+//! whole sweeps beside the program.
 
 mod cover;
 mod detection;

@@ -85,7 +85,8 @@ fn a_flat_wall_is_measured_with_the_tables_mean_and_deviation() {
 fn distances_scatter_as_much_as_the_model_says_where_they_are_measured() {
     let mut truth = empty([1001, 1, 1], 0.1);
     put(&mut truth, Role::Environment, &[[0, 0, 0], [1000, 0, 0]], None);
-    // At 10 m 0.05 + 0.1 + 0.1 = 0.25 m, at 90 m 0.05 + 0.9 + 8.1 = 9.05 m, cut to 64 voxels, which are 6.4 m.
+    // At 10 m 0.05 + 0.1 + 0.1 = 0.25 m, at 90 m 0.05 + 0.9 + 8.1 = 9.05 m, cut to 64 voxels, which are 6.4
+    // m.
     let noise = Deviation { std_m: 0.05, per_m: 0.01, per_m2: 0.001 };
     let range = Range {
         range_m: [0.0, 100.0],

@@ -1,4 +1,5 @@
-//! The voxels of people that presence sensors feel: where the people truly are, and only while the sensor is on.
+//! The voxels of people that presence sensors feel: where the people truly are, and only while the sensor is
+//! on.
 
 use super::detection::{Random, VOXEL_M, camera, cell};
 use super::people::{CAMERA, RANGE, person};

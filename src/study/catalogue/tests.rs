@@ -65,7 +65,8 @@ fn every_device_is_a_sensor_with_a_source() {
     assert!(names.len() >= 40);
 }
 
-/// By hand: 424 / tan(43.5 deg) = 446.80 pixels; 0.08 / (446.80 * 0.05) = 0.0035810, and 0.08 / (446.80 * 0.095) = 0.0018848.
+/// By hand: 424 / tan(43.5 deg) = 446.80 pixels; 0.08 / (446.80 * 0.05) = 0.0035810, and 0.08 / (446.80 *
+/// 0.095) = 0.0018848.
 #[test]
 fn the_noise_of_stereo_cameras_follows_from_their_baseline() {
     let per_m2 = |name: &str| find(name).unwrap().keys["noise"]["per_m2"].as_float().unwrap();

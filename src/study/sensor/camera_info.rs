@@ -1,5 +1,6 @@
-//! `camera_info = "left.yaml"`: resolution and field of view of a camera from what ROS knows of it. The camera that is cast
-//! is an ideal pinhole that looks along its centre, so how far the real one is from that is measured here, and told.
+//! `camera_info = "left.yaml"`: resolution and field of view of a camera from what ROS knows of it. The
+//! camera that is cast is an ideal pinhole that looks along its centre, so how far the real one is from that
+//! is measured here, and told.
 
 use std::path::Path;
 
@@ -82,7 +83,8 @@ struct Pinhole {
     center_px: [f64; 2],
 }
 
-/// Replaces `camera_info` in the keys of a camera by the keys that it stands for; what is not quite true then is said.
+/// Replaces `camera_info` in the keys of a camera by the keys that it stands for; what is not quite true then
+/// is said.
 pub(super) fn resolve(at: &Place, keys: &mut Table, sources: &Sources) -> Result<Vec<String>> {
     let Some(written) = keys.remove(KEY) else { return Ok(Vec::new()) };
     let Some(name) = written.as_str() else {

@@ -68,7 +68,8 @@ fn cell_after(placement: &Placement, dir_q15: [i32; 3], crossings: u32) -> [i32;
     march::cell_after(march::start(placement.origin_q16, dir_q16), crossings)
 }
 
-/// The first ray with which the oracle's evidence has a mark. Marks only grow with the rays, so halving finds it.
+/// The first ray with which the oracle's evidence has a mark. Marks only grow with the rays, so halving finds
+/// it.
 fn marking_ray(
     cell: &Cell,
     rays: &Rays,

@@ -1,10 +1,10 @@
-//! Which direction of a table is nearest to one asked for, and how far the table's directions stand apart. Directions are
-//! unit vectors in Q15, distances the straight lines between their ends, squared.
+//! Which direction of a table is nearest to one asked for, and how far the table's directions stand apart.
+//! Directions are unit vectors in Q15, distances the straight lines between their ends, squared.
 //!
 //! # Theory
-//! A k-d tree (Bentley 1975) in integers: each node is the median along one of the three axes in turn, and a branch is
-//! left out where the plane between lies farther away than what is found. Of equally near directions the first counts, so
-//! the answer does not depend on how the tree was built.
+//! A k-d tree (Bentley 1975) in integers: each node is the median along one of the three axes in turn, and a
+//! branch is left out where the plane between lies farther away than what is found. Of equally near
+//! directions the first counts, so the answer does not depend on how the tree was built.
 
 /// As many directions as are looked through one by one.
 const LEAF: usize = 8;
@@ -62,9 +62,10 @@ fn sort(dirs_q15: &[[i32; 3]], part: &mut [u32], axis: usize) {
     rayon::join(|| sort(dirs_q15, low, next), || sort(dirs_q15, &mut high[1..], next));
 }
 
-/// How far the directions of a table stand apart, squared: to the nearest and to the nearest beside that line, whichever is
-/// more, as at least half of the directions have it. So a raster with wide rows is as coarse as its rows; what is more
-/// than ten times as far beside a line is no row of it. 0 for a single direction.
+/// How far the directions of a table stand apart, squared: to the nearest and to the nearest beside that
+/// line, whichever is more, as at least half of the directions have it. So a raster with wide rows is as
+/// coarse as its rows; what is more than ten times as far beside a line is no row of it. 0 for a single
+/// direction.
 pub(super) fn gap(dirs_q15: &[[i32; 3]]) -> i64 {
     let every = dirs_q15.len().div_ceil(SAMPLES).max(1);
     let mut gaps: Vec<i64> = dirs_q15.iter().step_by(every).map(|&at| gap_around(at, dirs_q15)).collect();

@@ -1,8 +1,8 @@
 //! Which of a sensor's rays is nearest to a voxel's centre, and whether the sensor looks there at all.
 //!
 //! # Practice
-//! A camera's pixel is found by projection, the ray of any other table by a search that goes no farther than a ray can be
-//! that crosses the voxel, or than tells whether the voxel is in view.
+//! A camera's pixel is found by projection, the ray of any other table by a search that goes no farther than
+//! a ray can be that crosses the voxel, or than tells whether the voxel is in view.
 
 use glam::DVec3;
 
@@ -23,7 +23,8 @@ enum Finder<'a> {
     Pixels(Image),
     Table {
         nearest: Nearest<'a>,
-        /// How far a direction may be from the nearest to be in view of a table that has no other bounds, squared in Q30.
+        /// How far a direction may be from the nearest to be in view of a table that has no other bounds,
+        /// squared in Q30.
         reach: i64,
     },
 }

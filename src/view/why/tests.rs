@@ -44,7 +44,8 @@ fn found(reason: &'static str, object: &str, voxels: u64) -> (&'static str, Stri
     (reason, object.into(), voxels)
 }
 
-/// A corridor of 10 × 3 × 3 voxels of a metre, and one ray along the middle of it from the middle of its first voxel.
+/// A corridor of 10 × 3 × 3 voxels of a metre, and one ray along the middle of it from the middle of its
+/// first voxel.
 fn corridor(keys: &str) -> String {
     format!(
         "[grid]\nvoxel_size_m = 1\nbounds_m = {{ min = [0, 0, 0], max = [9.5, 2.5, 2.5] }}\n\
@@ -78,7 +79,8 @@ fn behind_a_box_all_is_hidden_by_it() {
         in_corridor("range_m = [0, 20]", &all),
         [found("out_of_view", "", 80), found("hidden", "box", 3)]
     );
-    // It is entered at 5.5, and x = 4 at 3.5: what is farther than 3.6 is too far, what is before is certified by nothing.
+    // It is entered at 5.5, and x = 4 at 3.5: what is farther than 3.6 is too far, what is before is
+    // certified by nothing.
     assert_eq!(
         in_corridor("range_m = [0, 3.6]", &all),
         [found("out_of_view", "", 80), found("out_of_range", "", 5), found("no_return", "", 5)]
@@ -105,12 +107,14 @@ fn the_object_that_hides_is_the_first_that_stops_rays() {
     assert_eq!(shared(["", "", ""]), found("hidden", "first", 3));
     assert_eq!(shared(["optical = \"see_through\"", "", ""]), found("hidden", "second", 3));
     assert_eq!(shared(["tag_only = true", "", ""]), found("hidden", "second", 3));
-    // Nothing is left to stop the ray at x = 6; behind x = 8 one voxel is hidden, and 80 beside the ray come first.
+    // Nothing is left to stop the ray at x = 6; behind x = 8 one voxel is hidden, and 80 beside the ray come
+    // first.
     let see_through = "optical = \"see_through\"";
     assert_eq!(shared([see_through, see_through, ""]), found("hidden", "other", 1));
 }
 
-/// A hall of 9 × 9 × 9 voxels of a metre, and a camera of 90° × 90° that looks along x from the middle of its side.
+/// A hall of 9 × 9 × 9 voxels of a metre, and a camera of 90° × 90° that looks along x from the middle of its
+/// side.
 fn hall(keys: &str) -> String {
     format!(
         "[grid]\nvoxel_size_m = 1\nbounds_m = {{ min = [0, 0, 0], max = [8.5, 8.5, 8.5] }}\n\
@@ -127,9 +131,9 @@ const WALL: &str = "interior = \"free\"\n[[object]]\nname = \"wall\"\nbox = { si
 
 #[test]
 fn the_shadow_of_a_wall() {
-    // The shadow is 1.5 / 3.75 = 0.4 as wide, to each side, as it is far. A voxel lies in it whole where its outer edge at
-    // its near side does: |y| + ½ ≤ 0.4 (x − ½). 0.4 · 4.75 = 1.9 and 0.4 · 5.75 = 2.3 take |y| up to 1, 0.4 · 6.75 = 2.7
-    // and 0.4 · 7.75 = 3.1 up to 2: two layers of 3 × 3 voxels and two of 5 × 5.
+    // The shadow is 1.5 / 3.75 = 0.4 as wide, to each side, as it is far. A voxel lies in it whole where its
+    // outer edge at its near side does: |y| + ½ ≤ 0.4 (x − ½). 0.4 · 4.75 = 1.9 and 0.4 · 5.75 = 2.3 take |y|
+    // up to 1, 0.4 · 6.75 = 2.7 and 0.4 · 7.75 = 3.1 up to 2: two layers of 3 × 3 voxels and two of 5 × 5.
     let all = reasons(&hall("range_m = [0, 30]\nno_return = \"free\""), WALL, &[]);
     assert_eq!(all.len(), 2, "{all:?}");
     assert_eq!((all[0].0, &all[1]), ("out_of_view", &found("hidden", "wall", 68)));
@@ -156,7 +160,8 @@ fn a_hall_that_says_nothing() {
     }
 }
 
-/// A hall of 61 × 1 × 21 voxels of a metre, and a LIDAR with rings 2° apart at one end; the region is a column 50 m away.
+/// A hall of 61 × 1 × 21 voxels of a metre, and a LIDAR with rings 2° apart at one end; the region is a
+/// column 50 m away.
 fn rings(range_max_m: u32) -> String {
     format!(
         "[grid]\nvoxel_size_m = 1\nbounds_m = {{ min = [0, 0, 0], max = [60.5, 0.5, 20.5] }}\n\
@@ -170,8 +175,9 @@ fn rings(range_max_m: u32) -> String {
 
 #[test]
 fn rings_two_degrees_apart_miss_a_voxel_between_them() {
-    // From 49.5 to 50.5 m ahead the rings are 1.73 to 1.76 and 3.46 to 3.53 m above and below 10.5: they cross 6, 7, 8, 10,
-    // 12, 13 and 14. Their field ends 5° up, 4.37 m: that is in 14, and 15 has its centre at 5.
+    // From 49.5 to 50.5 m ahead the rings are 1.73 to 1.76 and 3.46 to 3.53 m above and below 10.5: they
+    // cross 6, 7, 8, 10, 12, 13 and 14. Their field ends 5° up, 4.37 m: that is in 14, and 15 has its centre
+    // at 5.
     let far_corner = boxes(&[("stone", [60, 0, 0], "")]);
     assert_eq!(
         reasons(&rings(100), &far_corner, &[]),
@@ -209,14 +215,15 @@ fn of_several_sensors_the_one_that_came_nearest_gives_the_reason() {
     let study = corridor("range_m = [0, 20]") + second;
     let all = [("near", [2, 1, 1], ""), ("far", [6, 1, 1], "")];
     let ray = [("ray.csv", "x,y,z\n1,0,0\n".to_string())];
-    // The first knows 0 to 2 and has the rest hidden by the near box, the second knows 6 to 9 and has the rest hidden by the
-    // far one: of what neither knows, the first to speak names the object.
+    // The first knows 0 to 2 and has the rest hidden by the near box, the second knows 6 to 9 and has the
+    // rest hidden by the far one: of what neither knows, the first to speak names the object.
     assert_eq!(
         reasons(&study, &boxes(&all), &ray),
         [found("out_of_view", "", 80), found("hidden", "near", 3)]
     );
-    // The far box is entered at 2.5: where the second's range ends before that, nothing returns from 7 to 9, which comes
-    // nearer to knowing than a box before them, and what is beyond is hidden, which is nearer than out of range.
+    // The far box is entered at 2.5: where the second's range ends before that, nothing returns from 7 to 9,
+    // which comes nearer to knowing than a box before them, and what is beyond is hidden, which is nearer
+    // than out of range.
     let shorter = format!("{}{}", corridor("range_m = [0, 20]"), second.replace("[0, 20]", "[0, 2.4]"));
     assert_eq!(
         reasons(&shorter, &boxes(&all), &ray),

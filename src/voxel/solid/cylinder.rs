@@ -1,5 +1,5 @@
-//! The cylinder between two voxels' centres, as a run of voxels a row. It is convex, so a row has one run: where the
-//! ends let it through and the axis is near enough.
+//! The cylinder between two voxels' centres, as a run of voxels a row. It is convex, so a row has one run:
+//! where the ends let it through and the axis is near enough.
 
 use std::ops::Range;
 
@@ -7,8 +7,9 @@ use super::super::BitGrid;
 use super::super::grid::ONE_Q16;
 use super::{MAX_RADIUS_Q16, at_least_zero, both, ceil_div, mark_rows};
 
-/// Sets the voxels whose centre's projection on the axis lies between the centres of voxels `from` and `to`, both
-/// included, and whose distance from the axis is less than the radius. Nothing if `from` is `to`: there is no axis.
+/// Sets the voxels whose centre's projection on the axis lies between the centres of voxels `from` and `to`,
+/// both included, and whose distance from the axis is less than the radius. Nothing if `from` is `to`: there
+/// is no axis.
 ///
 /// Voxels lie in a grid. A radius beyond [`MAX_RADIUS_Q16`] counts as that.
 pub fn cylinder(plane: &mut BitGrid, from: [i32; 3], to: [i32; 3], radius_q16: i64) {

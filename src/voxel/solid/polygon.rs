@@ -1,13 +1,13 @@
-//! Columns over polygons, by the even-odd rule, and whether a polygon is one: what a protective field is drawn with.
-//! Corners are [x, y] in 1/65536 voxel; the last is joined to the first.
+//! Columns over polygons, by the even-odd rule, and whether a polygon is one: what a protective field is
+//! drawn with. Corners are [x, y] in 1/65536 voxel; the last is joined to the first.
 
 use std::ops::Range;
 
 use super::super::{BitGrid, Window};
 use super::{centre_q16, centres_in, mark, passes};
 
-/// Sets the voxels of some layers of z whose centre lies inside a polygon. Half-open: of two polygons with a common
-/// edge at most one has a centre on it, and together they leave none out.
+/// Sets the voxels of some layers of z whose centre lies inside a polygon. Half-open: of two polygons with a
+/// common edge at most one has a centre on it, and together they leave none out.
 pub fn column(plane: &mut BitGrid, polygon_q16: &[[i64; 2]], layers: Range<i32>) {
     let window = plane.window();
     let layers = layers.start.max(window.min[2])..layers.end.min(window.end()[2]);

@@ -1,5 +1,5 @@
-//! Each solid against a loop over all voxels that is written straight from its rule, over odd windows that cut it, and
-//! on cases counted by hand.
+//! Each solid against a loop over all voxels that is written straight from its rule, over odd windows that
+//! cut it, and on cases counted by hand.
 
 use super::*;
 use crate::voxel::Window;
@@ -195,8 +195,8 @@ fn boxes_are_half_open() {
     }
 }
 
-/// Even-odd from the definition: how many edges are passed on the way from a point to −x, the point moved up by less
-/// than anything.
+/// Even-odd from the definition: how many edges are passed on the way from a point to −x, the point moved up
+/// by less than anything.
 fn is_inside(polygon: &[[i64; 2]], [x, y]: [i128; 2]) -> bool {
     let passed = (0..polygon.len()).filter(|&i| {
         let [a, b] = [polygon[i], polygon[(i + 1) % polygon.len()]].map(|p| p.map(i128::from));

@@ -29,8 +29,9 @@ pub fn within(solid: &BitGrid, distance_q16: i64, window: Window) -> BitGrid {
     near.over(window)
 }
 
-/// How far a row of voxels reaches along x in other rows: entry r lists the offsets y, z at which voxels up to r along
-/// x are within the distance and no farther ones. Offsets that lead from no row of `bounds` into `window` are left out.
+/// How far a row of voxels reaches along x in other rows: entry r lists the offsets y, z at which voxels up
+/// to r along x are within the distance and no farther ones. Offsets that lead from no row of `bounds` into
+/// `window` are left out.
 fn offsets_by_reach(distance_q16: i64, bounds: &Window, window: &Window) -> Vec<Vec<[i32; 2]>> {
     let distance_q16 = distance_q16.clamp(0, MAX_RADIUS_Q16);
     let most = (distance_q16.pow(2) >> 32) as i32;

@@ -8,8 +8,8 @@ use glam::DVec3;
 use super::{HUGE_M, LARGE_M, bounds_m, distinct_objects};
 use crate::scene::Scene;
 
-/// What makes a scene longer than its objects are, in words: those that stand far from most others, or one that is in
-/// millimetres. `None` where it is neither.
+/// What makes a scene longer than its objects are, in words: those that stand far from most others, or one
+/// that is in millimetres. `None` where it is neither.
 pub(super) fn odd_ones_out(snapshots: &[Scene]) -> Option<String> {
     // The places of an object in all snapshots count together.
     let mut spans: BTreeMap<&str, [DVec3; 2]> = BTreeMap::new();

@@ -3,7 +3,8 @@ use std::fs;
 use super::*;
 use crate::study::Overrides;
 
-/// A room of 6 m x 4 m x 3 m whose floor is 0.5 m below the world's origin, with a bench, a beam and a column in it.
+/// A room of 6 m x 4 m x 3 m whose floor is 0.5 m below the world's origin, with a bench, a beam and a column
+/// in it.
 const SCENE: &str = r#"interior = "free"
 [[object]]
 name = "hall"

@@ -3,7 +3,8 @@
 use super::*;
 use crate::backend::Noise;
 
-/// A window of 30 000 words, `longest` voxels in all directions together, of 700 boxes, 500 with voxels of regions.
+/// A window of 30 000 words, `longest` voxels in all directions together, of 700 boxes, 500 with voxels of
+/// regions.
 fn cell(longest: u32, regions: &[(u32, u32)]) -> CellSizes {
     let regions = regions.iter().map(|&(first, end)| first..end).collect();
     CellSizes {
@@ -45,7 +46,8 @@ fn adapter(max_binding_bytes: u64, software: bool) -> AdapterReport {
     }
 }
 
-/// Every (row, item) of a stage is in exactly one dispatch, no dispatch is too large, and its workgroups cover it.
+/// Every (row, item) of a stage is in exactly one dispatch, no dispatch is too large, and its workgroups
+/// cover it.
 #[track_caller]
 fn covers_once(dispatches: &[Dispatch], pace: &Pace, expected: &[(Stage, u64)]) {
     for dispatch in dispatches.iter().filter(|d| d.stage != Stage::Scan) {
@@ -196,7 +198,8 @@ fn submissions_are_the_dispatches_in_order() {
 
 #[test]
 fn placements_are_near_where_near_voxels_are() {
-    // Near is 3.3 voxels deep; corner rays are 1.486 times as long, so rays are walked for 1 + 1.01 · 1.486 · 5.5 voxels.
+    // Near is 3.3 voxels deep; corner rays are 1.486 times as long, so rays are walked for 1 + 1.01 · 1.486 ·
+    // 5.5 voxels.
     let until = camera().near_until_q16();
     assert_eq!(until >> 16, 9, "{until}");
     let corner = [100, 0, 0];

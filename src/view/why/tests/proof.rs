@@ -1,5 +1,5 @@
-//! The list of reasons is complete and right: random cells, and every kind of sensor, against a plain search of every ray.
-//! `PERIROBOT_CASE=<seed>` runs one cell.
+//! The list of reasons is complete and right: random cells, and every kind of sensor, against a plain search
+//! of every ray. `PERIROBOT_CASE=<seed>` runs one cell.
 
 use glam::DVec3;
 
@@ -9,8 +9,8 @@ use crate::march::{NEVER, pcg};
 use crate::sensor::{FieldOfView, quantise_q15};
 use crate::view::why::nearest::gap;
 
-/// What a sensor should say of a voxel, and the voxel that its ray ended in: all rays searched, single steps, nothing shared
-/// with what is tested but directions, fields of view and gaps.
+/// What a sensor should say of a voxel, and the voxel that its ray ended in: all rays searched, single steps,
+/// nothing shared with what is tested but directions, fields of view and gaps.
 fn plain(view: &View, member: &Member, cell: [i32; 3]) -> (Reason, Option<[i32; 3]>) {
     let (truth, kind) = (&view.truth, &view.study.sensors[member.sensor].kind);
     if member.says.occupied.get(cell) || member.says.free.get(cell) {

@@ -1,4 +1,5 @@
-//! Insides against two other ways to tell them: the solid angle that the surface takes up, and hand-counted boxes.
+//! Insides against two other ways to tell them: the solid angle that the surface takes up, and hand-counted
+//! boxes.
 
 use glam::{DQuat, DVec3};
 
@@ -87,7 +88,8 @@ fn a_box_is_the_box_moved_by_the_lattice() {
     assert_eq!((rows.runs(1, 1), rows.runs(7, 1), rows.runs(2, 0)), (vec![], vec![], vec![]));
 }
 
-/// Two prisms that make up a box, with centres exactly on the plane between them, share no voxel and leave none out.
+/// Two prisms that make up a box, with centres exactly on the plane between them, share no voxel and leave
+/// none out.
 #[test]
 fn centres_on_edges_and_in_planes_belong_to_one_side() {
     // Counting 1/512 voxel the corners are at −769 and 3329, so that their middle, 1280, is a centre.
