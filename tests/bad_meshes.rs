@@ -66,9 +66,54 @@ fn stl(corner: &str) -> Vec<u8> {
     format!("solid part\n{facet}\nendsolid part\n").into_bytes()
 }
 
+/// The same.
+fn obj(corner: &str) -> Vec<u8> {
+    format!("v 0 0 0\nv 1 0 0\nv {corner}\nf 1 2 3\n").into_bytes()
+}
+
+/// The same.
+fn dae(corner: &str) -> Vec<u8> {
+    format!(
+        r##"<COLLADA version="1.4.1"><asset><up_axis>Z_UP</up_axis></asset>
+        <library_geometries><geometry id="g"><mesh>
+        <source id="s"><float_array id="f" count="9">0 0 0 1 0 0 {corner}</float_array>
+        <technique_common><accessor source="#f" count="3" stride="3"/></technique_common></source>
+        <vertices id="v"><input semantic="POSITION" source="#s"/></vertices>
+        <triangles count="1"><input semantic="VERTEX" source="#v" offset="0"/><p>0 1 2</p></triangles>
+        </mesh></geometry></library_geometries>
+        <library_visual_scenes><visual_scene id="c"><node><instance_geometry url="#g"/></node></visual_scene>
+        </library_visual_scenes><scene><instance_visual_scene url="#c"/></scene></COLLADA>"##
+    )
+    .into_bytes()
+}
+
+#[test]
+fn broken_obj_and_collada() {
+    check("mesh", "part.obj", Some(b""), &["part.obj: has no face with an area"]);
+    check("mesh", "part.obj", Some(&obj("0 nan 0")), &["part.obj: line 3: nan: must be finite"]);
+    check("mesh", "part.obj", Some(&obj("1 0 0")), &["part.obj: has no face with an area"]);
+    check("", "part.obj", Some(&obj("0 1e30 0")), &["a corner at", "millimetres"]);
+    let whole = dae("0 1 0");
+    check("mesh", "part.dae", Some(&whole[..whole.len() / 2]), &["part.dae: is no XML"]);
+    check("mesh", "part.dae", Some(b"<svg/>"), &["part.dae: its root is <svg>"]);
+    check("mesh", "part.dae", Some(&dae("0 nan 0")), &["part.dae: ", "is no finite number"]);
+    let lying = String::from_utf8(whole).unwrap().replace("Z_UP", "UP");
+    check(
+        "mesh",
+        "part.dae",
+        Some(lying.as_bytes()),
+        &["part.dae: <up_axis> = \"UP\": must be X_UP, Y_UP or Z_UP"],
+    );
+}
+
 #[test]
 fn the_small_files_they_start_from_are_good() {
-    for (file, bytes) in [("part.gltf", gltf(|json| json)), ("part.stl", stl("0 1 0"))] {
+    for (file, bytes) in [
+        ("part.gltf", gltf(|json| json)),
+        ("part.stl", stl("0 1 0")),
+        ("part.obj", obj("0 1 0")),
+        ("part.dae", dae("0 1 0")),
+    ] {
         let folder = Folder::new();
         folder.write(file, bytes);
         folder.edit("cell.toml", "sphere = { radius_m = 0.12 }", &format!("mesh = \"{file}\""));
@@ -88,7 +133,14 @@ fn missing_files() {
     ] {
         check(key, file, None, &[file, "cannot be read"]);
     }
-    check("mesh", "part.obj", None, &["part.obj", "must be a .glb, .gltf or .stl file"]);
+    check("mesh", "gone.obj", None, &["gone.obj: cannot be read"]);
+    check("mesh", "gone.dae", None, &["gone.dae: cannot be read"]);
+    check(
+        "mesh",
+        "part.ply",
+        None,
+        &["part.ply", "must be a .glb, .gltf, .stl, .obj or .dae file", "Blender"],
+    );
     check("mesh", "part.bt", None, &["write octomap = instead"]);
     check("mesh", "", None, &["must be a .glb"]);
 }

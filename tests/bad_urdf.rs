@@ -5,6 +5,10 @@
 #[path = "common/program.rs"]
 mod program;
 
+#[allow(dead_code)]
+#[path = "common/glb.rs"]
+mod glb;
+
 use program::{Folder, Outcome, perirobot, text};
 
 /// An arm of one joint; its hand is a mesh.
@@ -170,7 +174,7 @@ fn keys_of_a_urdf_without_one() {
 #[test]
 fn meshes_that_cannot_be_read() {
     refused_mesh("gone.stl", None, &["gone.stl: cannot be read"]);
-    refused_mesh("hand.step", Some(b"x"), &["must be an .stl, .obj, .dae, .glb or .gltf file"]);
+    refused_mesh("hand.step", Some(b"x"), &["must be a .glb, .gltf, .stl, .obj or .dae file"]);
     refused_mesh("hand.obj", Some(&BOX_OBJ.as_bytes()[..42]), &["hand.obj: line 5: a face has 1 corners"]);
     refused_mesh(
         "hand.obj",
@@ -204,7 +208,9 @@ fn meshes_that_cannot_be_read() {
 
 #[test]
 fn every_format_is_read() {
-    for (name, bytes) in [("a.obj", BOX_OBJ), ("a.dae", BOX_DAE), ("a.stl", STL)] {
+    let glb = glb::bytes(&glb::part("hand", [0.0; 3], [0.1; 3]));
+    let [obj, dae, stl] = [BOX_OBJ, BOX_DAE, STL].map(|text| text.as_bytes().to_vec());
+    for (name, bytes) in [("a.obj", obj), ("a.dae", dae), ("a.stl", stl), ("a.glb", glb)] {
         let folder = folder("");
         folder.write(name, bytes);
         folder.edit("arm.urdf", "hand.stl", name);

@@ -5,6 +5,10 @@
 #[path = "common/program.rs"]
 mod program;
 
+#[allow(dead_code)]
+#[path = "common/glb.rs"]
+mod glb;
+
 use perirobot::study::{Overrides, Study};
 use perirobot::voxel::BitGrid;
 use perirobot::world::World;
@@ -22,6 +26,34 @@ fn cube_stl(less: usize) -> String {
         format!("facet normal 0 0 0\nouter loop\n{corners}endloop\nendfacet\n")
     };
     format!("solid cube\n{}endsolid cube\n", triangles.map(facet).collect::<String>())
+}
+
+/// The same cube as OBJ.
+fn cube_obj() -> String {
+    let corners: String = (0..8).map(|i| format!("v {} {} {}\n", i & 1, i >> 1 & 1, i >> 2 & 1)).collect();
+    corners + "f 1 3 4 2\nf 5 6 8 7\nf 1 2 6 5\nf 3 7 8 4\nf 1 5 7 3\nf 2 4 8 6\n"
+}
+
+/// A line of an OBJ file, a corner in millimetres.
+fn in_mm(line: &str) -> String {
+    let line = if line.starts_with('v') { line.replace(" 1", " 1000") } else { line.into() };
+    line + "\n"
+}
+
+/// The same cube as COLLADA in centimetres.
+fn cube_dae(up: &str) -> String {
+    let corners: String = (0..8).map(|i| format!("{}00 {}00 {}00 ", i & 1, i >> 1 & 1, i >> 2 & 1)).collect();
+    format!(
+        r##"<COLLADA version="1.4.1"><asset><unit meter="0.01"/><up_axis>{up}</up_axis></asset>
+        <library_geometries><geometry id="g"><mesh>
+        <source id="s"><float_array id="f" count="24">{corners}</float_array>
+        <technique_common><accessor source="#f" count="8" stride="3"/></technique_common></source>
+        <vertices id="v"><input semantic="POSITION" source="#s"/></vertices>
+        <polylist count="6"><input semantic="VERTEX" source="#v" offset="0"/><vcount>4 4 4 4 4 4</vcount>
+        <p>0 2 3 1 4 5 7 6 0 1 5 4 2 6 7 3 0 4 6 2 1 3 7 5</p></polylist></mesh></geometry></library_geometries>
+        <library_visual_scenes><visual_scene id="c"><node><instance_geometry url="#g"/></node></visual_scene>
+        </library_visual_scenes><scene><instance_visual_scene url="#c"/></scene></COLLADA>"##
+    )
 }
 
 /// The regions of the usual study with these put before its sensors, over the grid.
@@ -73,6 +105,12 @@ fn a_mesh_in_a_file_is_turned_moved_and_scaled() {
     let folder = Folder::new();
     folder.write("zone.stl", cube_stl(0));
     folder.write("zone_mm.stl", cube_stl(0).replace(" 1", " 1000"));
+    folder.write("zone.obj", cube_obj());
+    folder.write("zone_mm.obj", cube_obj().lines().map(in_mm).collect::<String>());
+    for (name, up) in [("zone_x.dae", "X_UP"), ("zone_y.dae", "Y_UP"), ("zone_z.dae", "Z_UP")] {
+        folder.write(name, cube_dae(up));
+    }
+    folder.write("zone.glb", glb::bytes(&glb::part("zone", [0.0; 3], [1.0; 3])));
     // The cube spans −0.5 … 0.5 on x and y, 0.1 … 1.1 on z, as the region "box" does.
     let more = r#"
         [[region]]
@@ -93,9 +131,46 @@ fn a_mesh_in_a_file_is_turned_moved_and_scaled() {
         name = "y up"
         mesh = "zone.stl"
         up = "y"
-        position_m = [-0.5, 0.5, 0.1]"#;
+        position_m = [-0.5, 0.5, 0.1]
+        [[region]]
+        name = "obj"
+        mesh = "zone.obj"
+        position_m = [-0.5, -0.5, 0.1]
+        [[region]]
+        name = "obj in millimetres, y up"
+        mesh = "zone_mm.obj"
+        unit = "mm"
+        up = "y"
+        position_m = [-0.5, 0.5, 0.1]
+        [[region]]
+        name = "dae, z up"
+        mesh = "zone_z.dae"
+        position_m = [-0.5, -0.5, 0.1]
+        [[region]]
+        name = "dae, y up"
+        mesh = "zone_y.dae"
+        position_m = [-0.5, 0.5, 0.1]
+        [[region]]
+        name = "dae, x up"
+        mesh = "zone_x.dae"
+        position_m = [0.5, 0.5, 0.1]
+        [[region]]
+        name = "glb"
+        mesh = "zone.glb"
+        position_m = [-0.5, -0.5, 0.1]"#;
     let regions = regions(&folder, more);
-    for name in ["metres", "millimetres", "turned", "y up"] {
+    for name in [
+        "metres",
+        "millimetres",
+        "turned",
+        "y up",
+        "obj",
+        "obj in millimetres, y up",
+        "dae, z up",
+        "dae, y up",
+        "dae, x up",
+        "glb",
+    ] {
         assert_eq!(named(&regions, name), named(&regions, "box"), "{name}");
     }
 }
@@ -158,8 +233,9 @@ fn shapes_that_cannot_be() {
 #[test]
 fn meshes_that_cannot_be_regions() {
     wrong("mesh = \"gone.stl\"", &[".mesh = ", "gone.stl: cannot be read"]);
-    wrong("mesh = \"zone.dae\"", &["mesh = \"zone.dae\": must be a .glb, .gltf or .stl file"]);
-    wrong("mesh = \"zone.glb\"\nup = \"y\"", &["up belongs to an .stl mesh"]);
+    wrong("mesh = \"zone.ply\"", &["mesh = \"zone.ply\": must be a .glb, .gltf, .stl, .obj or .dae file"]);
+    wrong("mesh = \"zone.glb\"\nup = \"y\"", &["up belongs to an .stl or .obj mesh"]);
+    wrong("mesh = \"zone.dae\"\nup = \"y\"", &["unit and up do not belong to a .dae mesh"]);
     wrong("mesh = \"open.stl\"", &["mesh: is not watertight (an edge has only one side)", "close its holes"]);
     wrong("mesh = \"zone.stl\"\nposition_m = [0, 0, nan]", &["position_m = [0.0, 0.0, NaN]"]);
     wrong("mesh = \"zone.stl\"\nposition_m = [0, 0, 900000]", &["mesh: has a corner at", "millimetres"]);

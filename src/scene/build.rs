@@ -64,6 +64,7 @@ mod tests {
     use glam::{DQuat, DVec3};
 
     use super::*;
+    use crate::scene::mesh_file::{Format, MeshFile, Up};
     use crate::scene::spec::{ObjectSpec, SurfaceSpec};
     use crate::scene::{Interior, Optical, Role, Surface};
 
@@ -155,7 +156,12 @@ mod tests {
     fn what_cannot_be_read_is_named_by_scene_object_key_and_file() {
         for (surface, expected) in [
             (
-                SurfaceSpec::Gltf { path: "gone.glb".into(), scale: 1.0 },
+                SurfaceSpec::Mesh(MeshFile {
+                    path: "gone.glb".into(),
+                    format: Format::Gltf,
+                    scale: 1.0,
+                    up: Up::Z,
+                }),
                 "cell.toml: object \"part\": mesh = gone.glb: cannot be read",
             ),
             (

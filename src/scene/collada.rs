@@ -1,7 +1,7 @@
 //! Reads COLLADA files (`.dae`) as one mesh in metres: the geometries of the file's scene, where its nodes put them,
 //! times its `<unit>`. Materials, lights, cameras, animations and physics are passed over.
 //!
-//! `<up_axis>` is passed over, too: in a URDF the file's axes are the link's axes, as in RViz and MoveIt, and files
+//! `<up_axis>` is told and turns nothing: in a URDF the file's axes are the link's axes, as in RViz and MoveIt, and files
 //! are made to look right there. A mesh that a skeleton poses is refused, since it would stand in its bind pose.
 
 mod geometry;
@@ -15,6 +15,7 @@ use glam::DVec3;
 use roxmltree::{Document, Node};
 
 use super::mesh::Welder;
+use super::mesh_file::Up;
 use super::{Mesh, xml};
 use crate::source::Sources;
 use crate::{Error, Result};
@@ -27,23 +28,23 @@ const FLOOR_NUMBERS: usize = 20_000_000;
 /// Numbers that may be read for each byte of a file; two bytes are the least that a number needs.
 const NUMBERS_PER_BYTE: usize = 8;
 
-/// Reads the triangles of a file's scene.
+/// Reads the triangles of a file's scene, in its own axes, and which of them is up.
 ///
 /// # Errors
 /// When the file cannot be read, is no COLLADA, refers to what is not there, has a number that is none, or has no
 /// triangle with an area. The message names the element and its line.
-pub fn load(path: &Path, sources: &Sources) -> Result<Mesh> {
+pub fn load(path: &Path, sources: &Sources) -> Result<(Mesh, Up)> {
     parse(&sources.table(path)?).map_err(|what| Error::input(path.display(), what))
 }
 
-fn parse(text: &str) -> Result<Mesh, String> {
+fn parse(text: &str) -> Result<(Mesh, Up), String> {
     let document = xml::parse(text)?;
     let root = document.root_element();
     if root.tag_name().name() != "COLLADA" {
         return Err(format!("its root is <{:.40}>: a COLLADA file's is <COLLADA>", root.tag_name().name()));
     }
     let library = Library::of(&document, FLOOR_NUMBERS + NUMBERS_PER_BYTE * text.len());
-    let unit_m = unit_m(root)?;
+    let (unit_m, up) = (unit_m(root)?, up_axis(root)?);
     let mut welder = Welder::default();
     let mut triangles = 0;
     nodes::place(&library, root, |geometry, scene_from_geometry| {
@@ -68,7 +69,18 @@ fn parse(text: &str) -> Result<Mesh, String> {
     if mesh.triangles.is_empty() {
         return Err("has no triangle in its scene: export the surfaces as meshes".into());
     }
-    Ok(mesh)
+    Ok((mesh, up))
+}
+
+/// The axis that is up; y where the file does not say it, as the format has it.
+fn up_axis(root: Node) -> Result<Up, String> {
+    let axis = child(root, "asset").and_then(|asset| child(asset, "up_axis"));
+    match axis.map_or("Y_UP", |axis| axis.text().unwrap_or_default().trim()) {
+        "X_UP" => Ok(Up::X),
+        "Y_UP" => Ok(Up::Y),
+        "Z_UP" => Ok(Up::Z),
+        other => Err(format!("<up_axis> = {other:.40?}: must be X_UP, Y_UP or Z_UP")),
+    }
 }
 
 /// Metres in one of the file's units.

@@ -14,6 +14,7 @@ pub mod urdf;
 
 mod loaded;
 mod mesh;
+pub mod mesh_file;
 mod moving;
 mod parts;
 pub(crate) mod polygon;
@@ -25,7 +26,6 @@ use glam::DVec3;
 
 use crate::pose::Pose;
 use mannequin::Keypoints;
-pub use parts::mesh_of_file;
 
 /// What an object is to the study (paper, section III).
 #[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Deserialize, serde::Serialize, schemars::JsonSchema)]

@@ -9,7 +9,8 @@ use super::loaded::Loaded;
 use super::parts::parts;
 use super::{Object, Surface, mannequin};
 use crate::pose::Pose;
-use crate::scene::spec::{MotionSpec, ObjectSpec, SurfaceSpec};
+use crate::scene::mesh_file::MeshFile;
+use crate::scene::spec::{MotionSpec, ObjectSpec};
 use crate::{Error, Result};
 
 /// The parts of an object in each snapshot, the same parts in the same order. A part that is the same as in an earlier
@@ -95,7 +96,7 @@ fn same_parts(first: &[Arc<Object>], now: &[Arc<Object>], snapshot: usize) -> Re
 
 fn clip_warnings(object: &ObjectSpec, files: &mut Loaded) -> Result<Vec<String>> {
     let MotionSpec { clip, times_s, .. } = &object.motion;
-    let SurfaceSpec::Gltf { path, .. } = &object.surface else { return Ok(Vec::new()) };
+    let Some(MeshFile { path, .. }) = object.surface.gltf() else { return Ok(Vec::new()) };
     if times_s.is_empty() {
         return Ok(Vec::new());
     }

@@ -1,15 +1,15 @@
 //! The parts of an object: reads the meshes and tessellates the bodies.
 
-use std::path::Path;
 use std::sync::Arc;
 
-use glam::DVec3;
 use wildmatch::WildMatch;
 
 use super::gltf::NodeMesh;
 use super::loaded::{Loaded, at};
+use super::mannequin::Keypoints;
+use super::mesh_file::{Format, MeshFile};
 use super::spec::{NodeRule, ObjectSpec, SurfaceSpec, UrdfSpec};
-use super::{Mesh, Object, Optical, Role, Surface, gltf, mannequin, octomap, primitive, stl, urdf};
+use super::{Mesh, Object, Optical, Role, Surface, mannequin, octomap, primitive, urdf};
 use crate::pose::Pose;
 use crate::source::Sources;
 use crate::{Error, Result};
@@ -31,33 +31,15 @@ pub(super) fn parts(object: &ObjectSpec, files: &mut Loaded, sag_m: f64) -> Resu
             keypoints = (object.role == Role::Human).then_some(person);
             mannequin::body(&person, sag_m)
         }
-        SurfaceSpec::Stl { path, scale, y_up } => {
-            stl_mesh(path, *scale, *y_up, sources).map_err(at("mesh"))?
+        SurfaceSpec::Mesh(file) if file.format == Format::Gltf => {
+            return gltf_objects(object, file, keypoints, files);
         }
+        SurfaceSpec::Mesh(file) => file.load(sources).map_err(at("mesh"))?,
         SurfaceSpec::Octomap(path) => {
             let map = octomap::read(path, sources).map_err(at("octomap"))?;
             let surface = Surface::Voxels { resolution_m: map.resolution_m, keys: map.occupied };
             let part = part(object, object.name.clone(), object.role, object.optical, surface);
             return Ok(vec![Object { keypoints, ..part }]);
-        }
-        SurfaceSpec::Gltf { path, scale } => {
-            let nodes = files.gltf_nodes(path, object.animated.as_ref())?.into_iter();
-            let nodes = nodes.map(|node| NodeMesh { mesh: node.mesh.scaled(*scale), ..node }).collect();
-            let mut objects = Vec::new();
-            gltf_parts(object, nodes, &mut objects)?;
-            // Parts may have other roles; the joints go with the person.
-            let mut people = objects.iter_mut().filter(|part| part.role == Role::Human);
-            if let (Some(person), Some(_)) = (people.next(), &keypoints) {
-                if let Some(other) = people.next() {
-                    let what = "are both human, and keypoints belong to one body: let one rule match all of the person";
-                    return Err(Error::Input(format!(
-                        "nodes: {:?} and {:?} {what}",
-                        person.name, other.name
-                    )));
-                }
-                person.keypoints = keypoints;
-            }
-            return Ok(objects);
         }
         SurfaceSpec::Urdf(robot) => return Ok(vec![urdf_robot(object, robot, sources, sag_m)?]),
     };
@@ -66,18 +48,28 @@ pub(super) fn parts(object: &ObjectSpec, files: &mut Loaded, sag_m: f64) -> Resu
     Ok(vec![Object { keypoints, ..part }])
 }
 
-/// Reads a mesh of which only the shape counts, all nodes of a glTF together; other surfaces have none in a file.
-pub fn mesh_of_file(surface: &SurfaceSpec, sources: &Sources) -> Result<Mesh> {
-    match surface {
-        SurfaceSpec::Stl { path, scale, y_up } => stl_mesh(path, *scale, *y_up, sources),
-        SurfaceSpec::Gltf { path, scale } => Ok(gltf::Gltf::load(path, sources)?.whole()?.scaled(*scale)),
-        _ => Ok(Mesh::default()),
+/// The objects that a glTF file becomes.
+fn gltf_objects(
+    object: &ObjectSpec,
+    file: &MeshFile,
+    keypoints: Option<Keypoints>,
+    files: &mut Loaded,
+) -> Result<Vec<Object>> {
+    let nodes = files.gltf_nodes(&file.path, object.animated.as_ref())?.into_iter();
+    let nodes = nodes.map(|node| NodeMesh { mesh: node.mesh.scaled(file.scale), ..node }).collect();
+    let mut objects = Vec::new();
+    gltf_parts(object, nodes, &mut objects)?;
+    // Parts may have other roles; the joints go with the person.
+    let mut people = objects.iter_mut().filter(|part| part.role == Role::Human);
+    if let (Some(person), Some(_)) = (people.next(), &keypoints) {
+        if let Some(other) = people.next() {
+            let what =
+                "are both human, and keypoints belong to one body: let one rule match all of the person";
+            return Err(Error::Input(format!("nodes: {:?} and {:?} {what}", person.name, other.name)));
+        }
+        person.keypoints = keypoints;
     }
-}
-
-fn stl_mesh(path: &Path, scale: f64, y_up: bool, sources: &Sources) -> Result<Mesh> {
-    let mesh = stl::load(path, sources)?.scaled(scale);
-    Ok(if y_up { z_up(mesh) } else { mesh })
+    Ok(objects)
 }
 
 /// A glTF file becomes one object for the nodes that no rule names, under the object's own name, and one for each
@@ -150,21 +142,4 @@ fn urdf_robot(object: &ObjectSpec, robot: &UrdfSpec, sources: &Sources, sag_m: f
     let surface = Surface::Mesh(urdf::merged(&meshes, &root_from_link));
     let linkage = Some(Arc::new(model.linkage(&root_from_link, &Pose::ORIGIN)));
     Ok(Object { linkage, ..part(object, object.name.clone(), object.role, object.optical, surface) })
-}
-
-/// A y-up mesh turned to z up: (x, y, z) → (x, −z, y), exactly.
-fn z_up(mut mesh: Mesh) -> Mesh {
-    mesh.vertices.iter_mut().for_each(|v| *v = DVec3::new(v.x, -v.z, v.y));
-    mesh
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn y_up_files_are_turned_to_z_up() {
-        let mesh = Mesh { vertices: vec![DVec3::new(1.0, 2.0, 3.0)], triangles: Vec::new() };
-        assert_eq!(z_up(mesh).vertices, [DVec3::new(1.0, -3.0, 2.0)]);
-    }
 }

@@ -7,6 +7,7 @@ use glam::{DQuat, DVec3};
 use schemars::JsonSchema;
 use serde::Deserialize;
 
+use super::mesh_file::{Format, MeshFile};
 use super::urdf::{Geometry, JointValues, Packages};
 use super::{Interior, Optical, Role};
 
@@ -93,28 +94,24 @@ pub enum SurfaceSpec {
         /// Distance between the centres of its ends in metres.
         length_m: f64,
     },
-    /// A `.glb` or `.gltf` file, turned to z-up when it is read.
-    Gltf {
-        /// The file.
-        path: PathBuf,
-        /// Metres in one of its units.
-        scale: f64,
-    },
-    /// An `.stl` file.
-    Stl {
-        /// The file.
-        path: PathBuf,
-        /// Metres in one of its units.
-        scale: f64,
-        /// Whether its y axis points up.
-        y_up: bool,
-    },
+    /// Triangles in a file.
+    Mesh(MeshFile),
     /// An OctoMap `.bt` file.
     Octomap(PathBuf),
     /// A body around 17 keypoints in a CSV file.
     Mannequin(PathBuf),
     /// A robot from a URDF.
     Urdf(UrdfSpec),
+}
+
+impl SurfaceSpec {
+    /// The glTF file that it is in; only that has nodes with names, and animations.
+    pub fn gltf(&self) -> Option<&MeshFile> {
+        match self {
+            SurfaceSpec::Mesh(file) if file.format == Format::Gltf => Some(file),
+            _ => None,
+        }
+    }
 }
 
 /// What parts of a glTF file are, by the names of their nodes.

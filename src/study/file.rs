@@ -120,11 +120,11 @@ pub(super) struct RegionFile {
     pub(super) human_box: Option<HumanBoxFile>,
     /// The ball that a robot of the scene reaches.
     pub(super) robot_reach: Option<RobotReachFile>,
-    /// The inside of a watertight .glb, .gltf or .stl file.
+    /// The inside of a watertight .glb, .gltf, .stl, .obj or .dae file.
     pub(super) mesh: Option<PathBuf>,
-    /// Of the mesh: what its numbers are. Default "m".
+    /// Of the mesh: what its numbers are. Default "m"; a .dae file says it itself.
     pub(super) unit: Option<Unit>,
-    /// The axis that points up in an .stl file. Default "z".
+    /// The axis that points up in an .stl or .obj file. Default "z".
     pub(super) up: Option<Up>,
     /// Where the mesh is, [x, y, z] in metres. Default the origin.
     #[serde(default, deserialize_with = "exactly_if_given")]

@@ -9,7 +9,7 @@ use super::scene_file::{mesh, unit_and_up_belong};
 use super::{Place, only_one};
 use crate::Result;
 use crate::pose::{Frame, Pose, from_rpy};
-use crate::scene::spec::SurfaceSpec;
+use crate::scene::mesh_file::MeshFile;
 use crate::voxel::Shape;
 
 /// What a region of a study is, before meshes are read.
@@ -19,8 +19,8 @@ pub enum RegionSpec {
     Shape(Shape),
     /// The inside of a mesh in a file.
     Mesh {
-        /// A [`SurfaceSpec::Gltf`] or [`SurfaceSpec::Stl`].
-        surface: SurfaceSpec,
+        /// The file.
+        file: MeshFile,
         /// Where the mesh's own frame is in the world.
         position_m: DVec3,
         /// How it is turned.
@@ -81,11 +81,11 @@ pub(super) fn check(at: &Place, entry: RegionFile, known: &[String]) -> Result<(
         ),
     ];
     let spec = only_one(at, "shape", choices)??;
-    let surface = match &spec {
-        RegionSpec::Mesh { surface, .. } => Some(surface),
+    let file = match &spec {
+        RegionSpec::Mesh { file, .. } => Some(file),
         _ => None,
     };
-    unit_and_up_belong(at, surface, entry.unit, entry.up)?;
+    unit_and_up_belong(at, file, entry.unit, entry.up)?;
     if entry.mesh.is_none() && (entry.position_m.is_some() || entry.rpy_deg.is_some()) {
         return Err(at.says("position_m and rpy_deg belong to a mesh: other shapes are given in the world"));
     }
@@ -96,7 +96,7 @@ fn volume(at: &Place, path: &Path, entry: &RegionFile) -> Result<RegionSpec> {
     let folder = at.file.parent().unwrap_or(Path::new(""));
     let rpy = at.vector("rpy_deg", entry.rpy_deg.unwrap_or_default())?.to_array().map(f64::to_radians);
     Ok(RegionSpec::Mesh {
-        surface: mesh(at, folder, path, entry.unit, entry.up)?,
+        file: mesh(at, folder, path, entry.unit, entry.up)?,
         position_m: at.vector("position_m", entry.position_m.unwrap_or_default())?,
         rotation: Pose::turned(DVec3::ZERO, from_rpy(rpy), Frame::Link).rotation,
     })

@@ -15,6 +15,7 @@ use super::urdf::UrdfFile;
 use super::value::{Unit, Up, exactly, exactly_if_given};
 use super::{Place, only_one, refuse_folder, slips, top_keys};
 use crate::pose::{Frame, Pose, from_rpy};
+use crate::scene::mesh_file::{self, ENDINGS, Format, MeshFile};
 use crate::scene::spec::{NodeRule, ObjectSpec, SceneSpec, SurfaceSpec, UrdfSpec};
 use crate::scene::urdf::Geometry;
 use crate::scene::{Interior, Optical, Role};
@@ -56,9 +57,10 @@ struct ObjectFile {
     rpy_deg: Option<[f64; 3]>,
     /// How it is turned, instead of rpy_deg.
     quaternion: Option<Quaternion>,
-    /// Of a mesh in a file: what its numbers are. Default "m", which glTF promises and not every exporter keeps.
+    /// Of a mesh in a file: what its numbers are. Default "m", which glTF promises and not every exporter keeps; a .dae file
+    /// says it itself.
     unit: Option<Unit>,
-    /// The axis that points up in an .stl file. Default "z".
+    /// The axis that points up in an .stl or .obj file. Default "z".
     up: Option<Up>,
     /// A solid box.
     r#box: Option<SizeFile>,
@@ -72,7 +74,7 @@ struct ObjectFile {
     cylinder: Option<CylinderFile>,
     /// A cylinder about z with round ends.
     capsule: Option<CapsuleFile>,
-    /// A .glb, .gltf or .stl file.
+    /// A .glb, .gltf, .stl, .obj or .dae file.
     mesh: Option<PathBuf>,
     /// An OctoMap .bt file.
     octomap: Option<PathBuf>,
@@ -240,15 +242,25 @@ fn object(at: &Place, entry: ObjectFile, default_interior: Interior) -> Result<O
         ("sphere", sphere),
         ("cylinder", cylinder),
         ("capsule", capsule),
-        ("mesh", entry.mesh.as_ref().map(|path| mesh(at, folder, path, entry.unit, entry.up))),
+        (
+            "mesh",
+            entry
+                .mesh
+                .as_ref()
+                .map(|path| mesh(at, folder, path, entry.unit, entry.up).map(SurfaceSpec::Mesh)),
+        ),
         ("octomap", octomap),
         ("mannequin", mannequin),
         ("urdf", urdf(at, &entry, folder)?.map(|robot| Ok(SurfaceSpec::Urdf(robot)))),
     ];
     let surface = only_one(at, "surface", choices)??;
 
-    unit_and_up_belong(at, Some(&surface), entry.unit, entry.up)?;
-    if !matches!(surface, SurfaceSpec::Gltf { .. }) && !entry.nodes.is_empty() {
+    let file = match &surface {
+        SurfaceSpec::Mesh(file) => Some(file),
+        _ => None,
+    };
+    unit_and_up_belong(at, file, entry.unit, entry.up)?;
+    if surface.gltf().is_none() && !entry.nodes.is_empty() {
         return Err(at.says("nodes belong to a .glb or .gltf mesh"));
     }
     let rotation = rotation(at, "", entry.rpy_deg, entry.quaternion)?;
@@ -311,51 +323,52 @@ fn urdf(at: &Place, entry: &ObjectFile, folder: &Path) -> Result<Option<UrdfSpec
     keys.check(at, folder).transpose()
 }
 
-/// Refuses `unit` and `up` beside a surface (none: a shape that is no mesh) that has no use for them.
+/// Refuses `unit` and `up` where a file says them itself, and where there is no file.
 pub(super) fn unit_and_up_belong(
     at: &Place,
-    surface: Option<&SurfaceSpec>,
+    file: Option<&MeshFile>,
     unit: Option<Unit>,
     up: Option<Up>,
 ) -> Result<()> {
-    match surface {
-        Some(SurfaceSpec::Stl { .. }) => Ok(()),
-        Some(SurfaceSpec::Gltf { .. }) if up.is_none() => Ok(()),
-        Some(SurfaceSpec::Gltf { .. }) => Err(at.says(
-            "up belongs to an .stl mesh: glTF is y up by its own rules and is turned to z up; if it was exported lying, turn it with rpy_deg",
+    match file.map(|file| file.format) {
+        _ if unit.is_none() && up.is_none() => Ok(()),
+        Some(Format::Stl | Format::Obj) => Ok(()),
+        Some(Format::Gltf) if up.is_none() => Ok(()),
+        Some(Format::Gltf) => Err(at.says(
+            "up belongs to an .stl or .obj mesh: glTF is y up by its own rules and is turned to z up; if it was exported \
+             lying, turn it with rpy_deg",
         )),
-        _ if unit.is_some() || up.is_some() => {
-            Err(at.says("unit and up belong to a mesh: all other lengths are metres, and z is up"))
-        }
-        _ => Ok(()),
+        Some(Format::Collada) => Err(at.says(
+            "unit and up do not belong to a .dae mesh: COLLADA says both itself and is turned to z up; if it was \
+             exported lying, turn it with rpy_deg",
+        )),
+        None => Err(at.says("unit and up belong to a mesh: all other lengths are metres, and z is up")),
     }
 }
 
-/// A mesh by the kind of its file; whether `unit` and `up` belong to it is the caller's to check.
+/// The file of a mesh; whether `unit` and `up` belong to it is the caller's to check.
 pub(super) fn mesh(
     at: &Place,
     folder: &Path,
     path: &Path,
     unit: Option<Unit>,
     up: Option<Up>,
-) -> Result<SurfaceSpec> {
-    let extension = path.extension().map(|e| e.to_string_lossy().to_lowercase());
+) -> Result<MeshFile> {
     let scale = if matches!(unit, Some(Unit::Mm)) { 1e-3 } else { 1.0 };
-    let path_of_mesh = folder.join(path);
-    match extension.as_deref() {
-        Some("glb" | "gltf") => Ok(SurfaceSpec::Gltf { path: path_of_mesh, scale }),
-        Some("stl") => Ok(SurfaceSpec::Stl { path: path_of_mesh, scale, y_up: up == Some(Up::Y) }),
-        Some("step" | "stp" | "iges" | "igs") => Err(at.wrong(
-            "mesh",
-            format!("{path:?}"),
-            "holds curved surfaces and no triangles: convert it to a .glb or .stl file, for example in FreeCAD (File > \
-             Export); CAD programs mostly write millimetres, then add unit = \"mm\"",
-        )),
-        Some("bt") => {
-            Err(at.wrong("mesh", format!("{path:?}"), "an OctoMap is not a mesh: write octomap = instead"))
-        }
-        _ => Err(at.wrong("mesh", format!("{path:?}"), "must be a .glb, .gltf or .stl file")),
+    let up = if up == Some(Up::Y) { mesh_file::Up::Y } else { mesh_file::Up::Z };
+    if let Some(format) = Format::of(path) {
+        return Ok(MeshFile { path: folder.join(path), format, scale, up });
     }
+    let extension = path.extension().map(|e| e.to_string_lossy().to_lowercase());
+    let what = match extension.as_deref() {
+        Some("step" | "stp" | "iges" | "igs") => {
+            "holds curved surfaces and no triangles: convert it to a .glb or .stl file, for example in FreeCAD (File > \
+             Export); CAD programs mostly write millimetres, then add unit = \"mm\""
+        }
+        Some("bt") => "an OctoMap is not a mesh: write octomap = instead",
+        _ => &format!("must be {ENDINGS}: Blender reads most others, and exports these"),
+    };
+    Err(at.wrong("mesh", format!("{path:?}"), what))
 }
 
 /// One rotation, none where neither is given; `index` is its place in a list.

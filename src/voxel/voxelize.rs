@@ -237,7 +237,7 @@ fn size_warning(object: &Object, [low, high]: [DVec3; 2]) -> Option<String> {
     }
     if object.role == Role::Human && size.y > 1.3 && size.y > 2.0 * size.z {
         return Some(format!(
-            "is {:.2} m along y and {:.2} m high: is its file y-up? (rpy_deg = [90, 0, 0], or up = \"y\" for an .stl)",
+            "is {:.2} m along y and {:.2} m high: is its file y-up? (rpy_deg = [90, 0, 0], or up = \"y\" for an .stl or .obj)",
             size.y, size.z
         ));
     }

@@ -2,7 +2,6 @@
 
 use std::sync::Arc;
 
-use crate::scene::mesh_of_file;
 use crate::source::Sources;
 use crate::study::{RegionSpec, Study};
 use crate::voxel::Shape;
@@ -38,8 +37,8 @@ fn shape(spec: &RegionSpec, before: &[Shape], sources: &Sources) -> Result<Shape
     };
     Ok(match spec {
         RegionSpec::Shape(shape) => shape.clone(),
-        RegionSpec::Mesh { surface, position_m, rotation } => {
-            let mesh = mesh_of_file(surface, sources).map_err(|e| format!(".mesh = {e}"))?;
+        RegionSpec::Mesh { file, position_m, rotation } => {
+            let mesh = file.load(sources).map_err(|e| format!(".mesh = {e}"))?;
             Shape::Mesh(Arc::new(mesh.transformed(*rotation, *position_m)))
         }
         RegionSpec::Union(names) => Shape::Union(parts(names)?),

@@ -48,7 +48,7 @@ pub(super) fn is_of_a_file(study: &Study, scene: usize, object: &Object) -> bool
     study.scenes[scene].objects.iter().any(|spec| {
         let part = object.name.strip_prefix(spec.name.as_str());
         let is_its = part.is_some_and(|rest| rest.is_empty() || rest.starts_with('/'));
-        is_its && matches!(spec.surface, SurfaceSpec::Stl { .. } | SurfaceSpec::Gltf { .. })
+        is_its && matches!(spec.surface, SurfaceSpec::Mesh(_))
     })
 }
 

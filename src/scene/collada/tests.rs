@@ -29,7 +29,7 @@ fn changed(from: &str, to: &str) -> String {
 
 #[track_caller]
 fn assert_spans(text: &str, low: [f64; 3], high: [f64; 3]) {
-    let mesh = parse(text).unwrap();
+    let mesh = parse(text).unwrap().0;
     assert_closed(&mesh);
     assert!(volume(&mesh) > 0.0, "looks inward");
     let bounds = mesh.bounds().unwrap();
@@ -44,6 +44,15 @@ fn the_unit_counts_and_the_up_axis_does_not() {
     // A box that is not as high as wide shows that y stays y.
     let flat = changed("<node id=\"part\">", "<node id=\"part\"><scale>100 200 300</scale>");
     assert_spans(&flat, [0.0; 3], [1.0, 2.0, 3.0]);
+}
+
+#[test]
+fn what_is_up_is_told() {
+    let up = |axis: &str| parse(&changed("<up_axis>Y_UP</up_axis>", axis)).map(|(_, up)| up);
+    let said = |axis: &str| up(&format!("<up_axis> {axis}\n</up_axis>"));
+    assert_eq!(["X_UP", "Y_UP", "Z_UP"].map(|axis| said(axis).unwrap()), [Up::X, Up::Y, Up::Z]);
+    assert_eq!(up("").unwrap(), Up::Y, "the format's own default");
+    assert_eq!(said("UP").unwrap_err(), "<up_axis> = \"UP\": must be X_UP, Y_UP or Z_UP");
 }
 
 #[test]
@@ -67,7 +76,7 @@ fn transforms_multiply_in_their_order_down_the_tree() {
 #[test]
 fn a_geometry_may_stand_in_many_places() {
     let twice = format!("{NODE}<node><translate>0 0 3</translate><instance_node url=\"#part\"/></node>");
-    let mesh = parse(&changed(NODE, &twice).replace("0.01", "1")).unwrap();
+    let mesh = parse(&changed(NODE, &twice).replace("0.01", "1")).unwrap().0;
     assert_closed(&mesh);
     assert_eq!(mesh.bounds().unwrap().1, DVec3::new(1.0, 1.0, 4.0));
     assert!((volume(&mesh) - 2.0).abs() < 1e-12);
@@ -77,7 +86,7 @@ fn a_geometry_may_stand_in_many_places() {
 fn every_kind_of_face_gives_the_same_cube() {
     let begin = CUBE.find("<polylist").unwrap();
     let end = CUBE.find("</polylist>").unwrap() + "</polylist>".len();
-    let expected = parse(CUBE).unwrap();
+    let (expected, _) = parse(CUBE).unwrap();
     let input = "<input semantic=\"NORMAL\" source=\"#normals\" offset=\"0\"/>\
         <input semantic=\"VERTEX\" source=\"#vertices\" offset=\"1\"/>";
     // Before each corner stands the index of its normal.
@@ -95,7 +104,7 @@ fn every_kind_of_face_gives_the_same_cube() {
         ("tristrips", each(|[a, b, c, d]| vec![a, b, d, c])),
     ] {
         let text = format!("{}<{tag} count=\"6\">{input}{lists}</{tag}>{}", &CUBE[..begin], &CUBE[end..]);
-        let mesh = parse(&text).unwrap_or_else(|what| panic!("{tag}: {what}"));
+        let (mesh, _) = parse(&text).unwrap_or_else(|what| panic!("{tag}: {what}"));
         assert_closed(&mesh);
         assert_eq!(mesh.triangles.len(), expected.triangles.len(), "{tag}");
         assert!((volume(&mesh) - volume(&expected)).abs() < 1e-18, "{tag}");

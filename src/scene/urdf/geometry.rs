@@ -7,8 +7,8 @@ use std::rc::Rc;
 use glam::{DAffine3, DMat3, DVec3};
 
 use super::{Body, Geometry, Model, Packages, Shape};
-use crate::scene::gltf::Gltf;
-use crate::scene::{Mesh, collada, obj, primitive, stl};
+use crate::scene::mesh_file::load_mesh;
+use crate::scene::{Mesh, primitive};
 use crate::source::Sources;
 use crate::{Error, Result};
 
@@ -107,7 +107,9 @@ impl Files<'_> {
         if let Some(mesh) = self.read.get(&path) {
             return Ok(mesh.clone());
         }
-        let mesh = Rc::new(load(&path, self.sources).map_err(|e| e.to_string())?);
+        // The file's axes are the link's, whatever it says is up, as in RViz.
+        let (mesh, _) = load_mesh(&path, self.sources).map_err(|e| e.to_string())?;
+        let mesh = Rc::new(mesh);
         self.read.insert(path, mesh.clone());
         Ok(mesh)
     }
@@ -133,17 +135,5 @@ impl Body {
             return Err("its transforms move a vertex to infinity".into());
         }
         Ok(mesh)
-    }
-}
-
-/// A mesh by its file's ending.
-fn load(path: &Path, sources: &Sources) -> Result<Mesh> {
-    let ending = path.extension().map(|e| e.to_string_lossy().to_lowercase());
-    match ending.as_deref() {
-        Some("stl") => stl::load(path, sources),
-        Some("obj") => obj::load(path, sources),
-        Some("dae") => collada::load(path, sources),
-        Some("glb" | "gltf") => Gltf::load(path, sources)?.whole(),
-        _ => Err(Error::input(path.display(), "must be an .stl, .obj, .dae, .glb or .gltf file")),
     }
 }

@@ -113,7 +113,7 @@ pub(super) fn check(at: &Place, entry: SnapshotsFile, surface: &SurfaceSpec) -> 
             at.says("an octomap stays where it is: its voxels are the grid's; it can only have keypoints")
         );
     }
-    if entry.animation.is_some() && !matches!(surface, SurfaceSpec::Gltf { .. }) {
+    if entry.animation.is_some() && surface.gltf().is_none() {
         return Err(at.says("animation belongs to a .glb or .gltf mesh"));
     }
     let (joints_deg, joints_m) = (entry.joints_deg, entry.joints_m);

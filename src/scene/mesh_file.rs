@@ -1,0 +1,135 @@
+//! Meshes in files: the one door for objects of scenes, for regions and for links of robots, whatever the format.
+
+use std::path::{Path, PathBuf};
+
+use glam::DVec3;
+
+use super::gltf::Gltf;
+use super::{Mesh, collada, obj, stl};
+use crate::source::Sources;
+use crate::{Error, Result};
+
+/// The endings of all that can be read, for messages.
+pub const ENDINGS: &str = "a .glb, .gltf, .stl, .obj or .dae file";
+
+/// What a file is, by the ending of its name.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Format {
+    /// `.glb` or `.gltf`: metres, y up, and turned to z up when it is read.
+    Gltf,
+    /// `.stl`: says neither its unit nor what is up.
+    Stl,
+    /// `.obj`: says neither.
+    Obj,
+    /// `.dae`: says both.
+    Collada,
+}
+
+/// Which axis of a file points up.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Up {
+    /// The first; the second points to the left.
+    X,
+    /// The second, as most programs that draw have it.
+    Y,
+    /// The third, as in a cell.
+    Z,
+}
+
+/// A file, and what its user says of it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct MeshFile {
+    /// The file.
+    pub path: PathBuf,
+    /// What it is.
+    pub format: Format,
+    /// Metres in one of its units; of a file that says its unit, by how much it is wrong.
+    pub scale: f64,
+    /// What is up in a file that does not say it.
+    pub up: Up,
+}
+
+impl Format {
+    /// The format of a file of this name, if it can be read.
+    pub fn of(path: &Path) -> Option<Format> {
+        let ending = path.extension()?.to_string_lossy().to_lowercase();
+        match ending.as_str() {
+            "glb" | "gltf" => Some(Format::Gltf),
+            "stl" => Some(Format::Stl),
+            "obj" => Some(Format::Obj),
+            "dae" => Some(Format::Collada),
+            _ => None,
+        }
+    }
+}
+
+impl MeshFile {
+    /// Reads the file: metres, z up. Of a glTF, all nodes as they stand in it.
+    ///
+    /// # Errors
+    /// Those of [`load_mesh`].
+    pub fn load(&self, sources: &Sources) -> Result<Mesh> {
+        let (mesh, up) = load_mesh(&self.path, sources)?;
+        Ok(z_up(mesh.scaled(self.scale), up.unwrap_or(self.up)))
+    }
+}
+
+/// Reads the triangles of a file, in its own axes and numbers: metres where the format has a unit. With them comes what is
+/// up, where the file says it.
+///
+/// # Errors
+/// When the file cannot be read, is damaged, has no triangle, or its format is not known.
+pub fn load_mesh(path: &Path, sources: &Sources) -> Result<(Mesh, Option<Up>)> {
+    match Format::of(path) {
+        Some(Format::Gltf) => Ok((Gltf::load(path, sources)?.whole()?, Some(Up::Z))),
+        Some(Format::Stl) => Ok((stl::load(path, sources)?, None)),
+        Some(Format::Obj) => Ok((obj::load(path, sources)?, None)),
+        Some(Format::Collada) => {
+            let (mesh, up) = collada::load(path, sources)?;
+            Ok((mesh, Some(up)))
+        }
+        None => Err(Error::input(path.display(), format!("must be {ENDINGS}"))),
+    }
+}
+
+/// A mesh turned to z up, exactly.
+fn z_up(mut mesh: Mesh, up: Up) -> Mesh {
+    let turned = |v: DVec3| match up {
+        Up::X => DVec3::new(-v.y, -v.z, v.x),
+        Up::Y => DVec3::new(v.x, -v.z, v.y),
+        Up::Z => v,
+    };
+    mesh.vertices.iter_mut().for_each(|vertex| *vertex = turned(*vertex));
+    mesh
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_is_up_becomes_z() {
+        let turned = |up| {
+            let vertices = vec![DVec3::new(1.0, 2.0, 3.0), DVec3::X, DVec3::Y, DVec3::Z];
+            z_up(Mesh { vertices, triangles: Vec::new() }, up).vertices
+        };
+        for (up, expected) in
+            [(Up::X, [-2.0, -3.0, 1.0]), (Up::Y, [1.0, -3.0, 2.0]), (Up::Z, [1.0, 2.0, 3.0])]
+        {
+            let vertices = turned(up);
+            assert_eq!(vertices[0].to_array(), expected, "{up:?}");
+            assert_eq!(vertices[1].cross(vertices[2]), vertices[3], "{up:?}: turned, not mirrored");
+        }
+    }
+
+    #[test]
+    fn formats_are_told_by_the_ending() {
+        let of = |name: &str| Format::of(Path::new(name));
+        assert_eq!(["a.GLB", "b.gltf"].map(of), [Some(Format::Gltf); 2]);
+        assert_eq!(
+            ["a.stl", "a.Obj", "a.dae"].map(of),
+            [Format::Stl, Format::Obj, Format::Collada].map(Some)
+        );
+        assert_eq!(["a", "a.step", "stl", ""].map(of), [None; 4]);
+    }
+}
