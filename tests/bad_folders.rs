@@ -7,10 +7,7 @@ mod program;
 
 use std::fs;
 
-use perirobot::results::journal::Header;
-use perirobot::results::journal::Journal;
-use perirobot::results::journal::Locked;
-use perirobot::results::journal::Shard;
+use perirobot::results::journal::{Header, Journal, Locked, Shard};
 use perirobot::results::manifest::Manifest;
 use program::{Folder, perirobot, text};
 use serde_json::{Value, json};

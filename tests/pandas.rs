@@ -3,11 +3,7 @@
 #[path = "common/python.rs"]
 mod python;
 
-use perirobot::results::table::Column;
-use perirobot::results::table::Field;
-use perirobot::results::table::Format;
-use perirobot::results::table::Kind;
-use perirobot::results::table::TableFile;
+use perirobot::results::table::{Column, Field, Format, Kind, TableFile};
 
 /// As many as tests/pandas/read_back.py expects.
 const ROWS: u64 = 200_000;

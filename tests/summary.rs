@@ -11,15 +11,10 @@ mod watch;
 use std::fs;
 
 use perirobot::backend::{Backend, cpu::Cpu};
-use perirobot::results::Results;
-use perirobot::results::Subject;
-use perirobot::results::journal::Header;
-use perirobot::results::journal::Journal;
-use perirobot::results::journal::Locked;
-use perirobot::results::journal::Shard;
+use perirobot::results::journal::{Header, Journal, Locked, Shard};
 use perirobot::results::manifest::Manifest;
-use perirobot::results::scores;
 use perirobot::results::table::Format;
+use perirobot::results::{Results, Subject, scores};
 use perirobot::study::{Overrides, Study};
 use perirobot::sweep::session::Session;
 use perirobot::sweep::{Crew, Gear, run};

@@ -5,10 +5,8 @@ use std::path::Path;
 use clap::ValueEnum;
 use perirobot::Result;
 use perirobot::report::best;
-use perirobot::results::Results;
-use perirobot::results::rows;
-use perirobot::results::scores;
 use perirobot::results::table::Format;
+use perirobot::results::{Results, rows, scores};
 
 /// Tables with more rows than this are Parquet, unless the user says otherwise.
 const MOST_CSV_ROWS: u64 = 1_000_000;

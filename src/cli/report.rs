@@ -6,8 +6,7 @@ use std::process::ExitCode;
 
 use perirobot::report::html;
 use perirobot::results::Results;
-use perirobot::results::files::WholeFile;
-use perirobot::results::files::cannot_write;
+use perirobot::results::files::{WholeFile, cannot_write};
 use perirobot::results::manifest::Manifest;
 use perirobot::{Error, Result};
 

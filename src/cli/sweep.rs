@@ -4,10 +4,9 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 use std::time::{Duration, Instant};
 
-use perirobot::results::Results;
-use perirobot::results::Subject;
 use perirobot::results::journal::Shard;
 use perirobot::results::manifest::Fault;
+use perirobot::results::{Results, Subject};
 use perirobot::sweep::Watch;
 use perirobot::sweep::session::{Ending, Report, Session, folder_of};
 use perirobot::{Result, shell};

@@ -7,8 +7,7 @@ pub mod octomap;
 pub mod points;
 
 use crate::Result;
-use crate::results::columns::pose_names;
-use crate::results::columns::representation_names;
+use crate::results::columns::{pose_names, representation_names};
 use crate::scene::Scene;
 use crate::view::View;
 

@@ -9,8 +9,7 @@ use embedded_graphics::text::{Baseline, Text};
 
 use super::canvas::Canvas;
 use super::colour::{Entry, SENSOR, ramp};
-use crate::results::columns::pose_names;
-use crate::results::columns::representation_names;
+use crate::results::columns::{pose_names, representation_names};
 use crate::view::View;
 use crate::world::World;
 

@@ -7,10 +7,8 @@ use super::ranked;
 use super::table::{Table, number};
 use crate::Result;
 use crate::metrics::Score;
-use crate::results::Key;
-use crate::results::Over;
-use crate::results::Results;
 use crate::results::swept::SceneResults;
+use crate::results::{Key, Over, Results};
 
 /// How many choices each list shows.
 const SHOWN: usize = 3;

@@ -2,12 +2,7 @@
 
 use super::*;
 use crate::metrics::Detection;
-use crate::results::example::NO_SCORE;
-use crate::results::example::counts;
-use crate::results::example::results;
-use crate::results::example::results_in;
-use crate::results::example::worked;
-use crate::results::example::worked_counts;
+use crate::results::example::{NO_SCORE, counts, results, results_in, worked, worked_counts};
 use maxima::{Maximum, maxima, most_sensors};
 
 fn key(combination: usize, choice: usize, representation: usize) -> Key {

@@ -4,16 +4,8 @@ use std::sync::Arc;
 
 use crate::metrics::{BODY_PARTS, Confusion, Detection, RoleCounts};
 use crate::results::Key;
-use crate::results::journal::Header;
-use crate::results::journal::Locked;
-use crate::results::journal::Pages;
-use crate::results::journal::Shard;
-use crate::results::swept::CombinationResults;
-use crate::results::swept::MemberResults;
-use crate::results::swept::PoseResults;
-use crate::results::swept::Results;
-use crate::results::swept::SceneResults;
-use crate::results::swept::Subject;
+use crate::results::journal::{Header, Locked, Pages, Shard};
+use crate::results::swept::{CombinationResults, MemberResults, PoseResults, Results, SceneResults, Subject};
 use crate::world::Baselines;
 
 /// Counts with an F1 of 2 / (2 + unknown).

@@ -4,19 +4,10 @@
 use std::path::{Path, PathBuf};
 
 use super::read::{fits, missing};
-use crate::results::Folder;
-use crate::results::Results;
-use crate::results::Subject;
-use crate::results::files::JOURNAL;
-use crate::results::files::MANIFEST;
-use crate::results::files::OutputFolder;
-use crate::results::files::read_regular;
-use crate::results::journal::Header;
-use crate::results::journal::Journal;
-use crate::results::journal::Locked;
-use crate::results::journal::Pages;
-use crate::results::journal::Shard;
+use crate::results::files::{JOURNAL, MANIFEST, OutputFolder, read_regular};
+use crate::results::journal::{Header, Journal, Locked, Pages, Shard};
 use crate::results::manifest::{Manifest, Provenance};
+use crate::results::{Folder, Results, Subject};
 use crate::{Error, Result, shell};
 
 /// Most of what is missing that is told by name.

@@ -1,8 +1,7 @@
 //! One score over several scenes, snapshots and repeats: mean, worst, spread and pooled. A score without a
 //! value (a zero denominator) is left out, never counted as zero.
 
-use crate::metrics::Confusion;
-use crate::metrics::Score;
+use crate::metrics::{Confusion, Score};
 
 /// What a score is over several moments and repeats.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -7,14 +7,10 @@ mod subject;
 use std::path::Path;
 
 use crate::results::files::MANIFEST;
-use crate::results::journal::Header;
-use crate::results::journal::Journal;
-use crate::results::journal::Pages;
-use crate::results::journal::Shard;
+use crate::results::journal::{Header, Journal, Pages, Shard};
 use crate::results::manifest::Manifest;
 use crate::results::places_of;
-use crate::results::swept::Results;
-use crate::results::swept::Subject;
+use crate::results::swept::{Results, Subject};
 use crate::{Error, Result, SEMANTICS_VERSION, shell};
 
 /// What mends a folder that does not fit together.

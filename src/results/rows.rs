@@ -6,14 +6,8 @@ use std::path::Path;
 use crate::Result;
 use crate::metrics::Score;
 use crate::results::Results;
-use crate::results::columns::COUNT_COLUMNS;
-use crate::results::columns::DETECTION_COLUMNS;
-use crate::results::columns::MISSED_COLUMN;
-use crate::results::table::Column;
-use crate::results::table::Field;
-use crate::results::table::Format;
-use crate::results::table::Kind;
-use crate::results::table::TableFile;
+use crate::results::columns::{COUNT_COLUMNS, DETECTION_COLUMNS, MISSED_COLUMN};
+use crate::results::table::{Column, Field, Format, Kind, TableFile};
 
 /// The name of the file, without its extension.
 pub const RESULTS: &str = "results";

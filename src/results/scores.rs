@@ -7,11 +7,7 @@ use crate::Result;
 use crate::metrics::{Confusion, Score};
 use crate::results::Results;
 use crate::results::over::{Over, over};
-use crate::results::table::Column;
-use crate::results::table::Field;
-use crate::results::table::Format;
-use crate::results::table::Kind;
-use crate::results::table::TableFile;
+use crate::results::table::{Column, Field, Format, Kind, TableFile};
 
 /// The name of the file, without its extension.
 pub const SCORES: &str = "scores";

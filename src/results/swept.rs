@@ -6,20 +6,13 @@ use std::ops::Range;
 use std::sync::Arc;
 
 use crate::Result;
-use crate::metrics::Confusion;
-use crate::metrics::Score;
-use crate::results::Key;
-use crate::results::Layout;
-use crate::results::Over;
-use crate::results::Size;
-use crate::results::columns;
+use crate::metrics::{Confusion, Score};
 use crate::results::journal::Pages;
-use crate::results::over;
+use crate::results::{Key, Layout, Over, Size, columns, over};
 use crate::sensor::{Candidate, Setting};
 use crate::study::{self, Combination, Study, nth_choice};
-use crate::world::Baselines;
-use crate::world::World;
 use crate::world::place::{self, Places};
+use crate::world::{Baselines, World};
 
 /// What a sweep found. Indices of scenes, combinations, choices, representations and regions are those of the
 /// study; a moment is a snapshot of a scene, counted through all scenes.

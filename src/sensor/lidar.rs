@@ -10,8 +10,7 @@ use super::{
     quantise_q15, switched,
 };
 use crate::backend::Rays;
-use crate::pose::Frame;
-use crate::pose::Pose;
+use crate::pose::{Frame, Pose};
 use crate::voxel::BitGrid;
 
 /// How a LIDAR is fixed where a pose says which way it faces.

@@ -11,8 +11,7 @@ use serde::Deserialize;
 
 use super::value::Axis;
 use super::{FARTHEST_M, Place, slug};
-use crate::pose::Pose;
-use crate::pose::{Frame, from_rpy};
+use crate::pose::{Frame, Pose, from_rpy};
 use crate::sensor::{Candidate, Setting, Stance};
 use crate::source::Sources;
 use crate::{Error, Result};

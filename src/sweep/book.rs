@@ -4,11 +4,9 @@ use super::Ledger;
 use super::Row;
 use crate::Result;
 use crate::metrics::Confusion;
-use crate::results::Ask;
-use crate::results::Key;
-use crate::results::Layout;
 use crate::results::journal::Journal;
 use crate::results::manifest::Fault;
+use crate::results::{Ask, Key, Layout};
 use crate::world::World;
 
 /// Which choices of a shard are finished in which blocks.

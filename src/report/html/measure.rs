@@ -4,12 +4,8 @@
 use std::ops::Range;
 
 use crate::Result;
-use crate::metrics::SCORES;
-use crate::metrics::Score;
-use crate::results::Key;
-use crate::results::Over;
-use crate::results::Results;
-use crate::results::over;
+use crate::metrics::{SCORES, Score};
+use crate::results::{Key, Over, Results, over};
 
 /// Whether its worst value is told beside its mean: of what names a best.
 pub(super) fn has_worst(score: Score) -> bool {

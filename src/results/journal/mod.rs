@@ -20,8 +20,7 @@ use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
 use crate::metrics::Confusion;
-use crate::results::files::sync_folder_of;
-use crate::results::files::{JOURNAL, open_regular};
+use crate::results::files::{JOURNAL, open_regular, sync_folder_of};
 use crate::{Error, Result};
 pub use pages::Pages;
 use record::{HEADER_BYTES, RECORD_BYTES, State};

@@ -3,9 +3,7 @@
 use std::io;
 
 use crate::results::files::WholeFile;
-use crate::results::table::Column;
-use crate::results::table::Field;
-use crate::results::table::RowWriter;
+use crate::results::table::{Column, Field, RowWriter};
 
 /// Bytes that go to the file at once.
 const BUFFER: usize = 1 << 18;

@@ -8,8 +8,7 @@ use std::io;
 use std::path::{Path, PathBuf};
 
 use crate::Result;
-use crate::results::files::WholeFile;
-use crate::results::files::cannot_write;
+use crate::results::files::{WholeFile, cannot_write};
 
 /// What a column holds.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -12,10 +12,7 @@ use ::parquet::file::writer::{SerializedColumnWriter, SerializedFileWriter};
 use ::parquet::schema::types::{ColumnPath, Type};
 
 use crate::results::files::WholeFile;
-use crate::results::table::Column;
-use crate::results::table::Field;
-use crate::results::table::Kind;
-use crate::results::table::RowWriter;
+use crate::results::table::{Column, Field, Kind, RowWriter};
 
 /// Rows of a group: enough for columns to shrink well, few enough for about 30 MB of rows of results.
 pub(super) const GROUP_ROWS: usize = 1 << 17;

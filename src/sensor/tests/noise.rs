@@ -2,11 +2,10 @@
 
 use super::*;
 use crate::march;
-use crate::sensor::look;
 use crate::sensor::noise::{self, Deviation};
 use crate::sensor::range::Range;
 use crate::sensor::ray_set::RaySet;
-use crate::sensor::{Scale, draws, placement};
+use crate::sensor::{Scale, draws, look, placement};
 
 /// The hash as the paper prints it, in 64 bits.
 fn pcg(word: u64) -> u64 {

@@ -2,8 +2,7 @@
 
 use super::mount::{self, Sheet};
 use crate::Result;
-use crate::metrics::SCORES;
-use crate::metrics::Score;
+use crate::metrics::{SCORES, Score};
 use crate::report::NEAR_SIDE;
 use crate::report::Series;
 use crate::report::html::Sweep;
