@@ -3,8 +3,8 @@
 use std::time::Duration;
 
 use super::device::Device;
+use super::kernels::Stage;
 use super::plan::Dispatch;
-use super::types::Stage;
 
 /// Timestamps between two readings; dispatches beyond are not timed.
 const STAMPS: u32 = wgpu::QUERY_SET_MAX_QUERIES;

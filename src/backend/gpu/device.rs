@@ -4,11 +4,8 @@ use std::sync::{Arc, Mutex};
 use std::time::Duration;
 
 use super::adapter::{self, AdapterChoice, AdapterReport};
+use super::kernels::most_storage_buffers;
 use crate::{Error, Result};
-
-/// Storage buffers that the hungriest kernels (`cast`, `gather`, `count`) see; every WebGPU-class adapter has
-/// as many.
-const STORAGE_BUFFERS: u32 = 8;
 
 /// How long a device may take over what it was given, which is minutes for two batches on a slow software
 /// adapter. Most drivers reset one that hangs within seconds, and say so.
@@ -31,9 +28,10 @@ pub fn open(choice: &AdapterChoice) -> Result<Device> {
     let reports: Vec<AdapterReport> = found.iter().map(|(report, _)| report.clone()).collect();
     let index = adapter::select(&reports, choice)?;
     let (report, adapter) = &found[index];
-    if report.max_storage_buffers < STORAGE_BUFFERS {
+    let needed = most_storage_buffers();
+    if report.max_storage_buffers < needed {
         return Err(Error::Input(format!(
-            "adapter {}: {} storage buffers a kernel, {STORAGE_BUFFERS} are needed: use `--backend cpu`",
+            "adapter {}: {} storage buffers a kernel, {needed} are needed: use `--backend cpu`",
             report.label(),
             report.max_storage_buffers
         )));

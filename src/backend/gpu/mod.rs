@@ -4,9 +4,10 @@
 pub mod adapter;
 mod clock;
 pub mod device;
-mod kernel;
+mod kernels;
 mod loaded;
 mod pace;
+mod pipeline;
 mod plan;
 mod queue;
 mod score;
@@ -16,9 +17,10 @@ pub mod types;
 
 pub use adapter::{AdapterChoice, AdapterReport, adapters};
 pub use device::{Device, open};
-pub use kernel::evaluate;
+pub use kernels::{SHADER_PROOF, Stage, shader_source};
+pub use pipeline::evaluate;
 pub use turns::WORKGROUP;
-pub use types::{SHADER_PROOF, Stage, shader_prelude, shader_source};
+pub use types::shader_prelude;
 
 use std::collections::VecDeque;
 use std::time::Duration;

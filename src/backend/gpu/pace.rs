@@ -3,7 +3,7 @@
 
 use std::time::Duration;
 
-use super::types::Stage;
+use super::kernels::Stage;
 
 /// How long a dispatch should take: no driver's watchdog bites before a second or two, and the cost of a
 /// launch is nothing beside it.

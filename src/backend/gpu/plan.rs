@@ -4,12 +4,10 @@
 use std::ops::Range;
 
 use super::adapter::AdapterReport;
+use super::kernels::Stage;
 use super::pace::Pace;
-use super::turns::WORKGROUP;
-use super::turns::near_voxels;
-use super::types::{
-    BOX_EDGE, BOXES_AT_ONCE, FARTHEST_READ_Q16, HEADS, PYRAMID_LEVELS, Part, Stage, WORDS_PER_INVOCATION,
-};
+use super::turns::{WORKGROUP, near_voxels};
+use super::types::{BOX_EDGE, BOXES_AT_ONCE, FARTHEST_READ_Q16, HEADS, PYRAMID_LEVELS, Part};
 use crate::backend::roll::{Flesh, Roll};
 use crate::backend::{Carving, Cell, Image, Rays};
 use crate::march::MAX_RANGE_VOXELS;
@@ -317,15 +315,11 @@ impl CellSizes {
         part: Part,
         pace: &Pace,
     ) -> impl Iterator<Item = Dispatch> + use<> {
-        let per_group = match stage {
-            Stage::Pyramid | Stage::Gather => 1,
-            Stage::Count => WORKGROUP * WORDS_PER_INVOCATION,
-            _ => WORKGROUP,
-        };
+        let per_group = stage.items_per_group();
         let at_once = (pace.work_at_once(stage) / cost.max(1))
             .min(ITEMS_PER_DISPATCH.min(MOST_GROUPS * per_group as u64));
         let at_once = (at_once.max(1) as u32).next_multiple_of(per_group);
-        cut(rows, items, at_once).into_iter().map(move |block| block.dispatch(stage, part, per_group, cost))
+        cut(rows, items, at_once).into_iter().map(move |block| block.dispatch(stage, part, cost))
     }
 
     /// The dispatches that fuse and count a batch of jobs of at most so many readings, in the order they must
@@ -354,7 +348,7 @@ fn gathering(boxes: u32, pace: &Pace) -> impl Iterator<Item = Dispatch> + use<> 
     let blocks = cut(1, 0..boxes, at_once.max(boxes.div_ceil(HEADS)));
     blocks.into_iter().zip(0..).flat_map(|(block, head)| {
         let part = Part { region: head, ..Part::default() };
-        let gather = block.dispatch(Stage::Gather, part, 1, GATHER_COST);
+        let gather = block.dispatch(Stage::Gather, part, GATHER_COST);
         [gather, Dispatch { stage: Stage::Scan, groups: [0, 0], ..gather }]
     })
 }
@@ -381,11 +375,11 @@ struct Block {
 }
 
 impl Block {
-    /// The dispatch of a block whose items cost so much each; a workgroup takes `per_group` of them.
-    fn dispatch(self, stage: Stage, part: Part, per_group: u32, cost: u64) -> Dispatch {
+    /// The dispatch of a block whose items cost so much each.
+    fn dispatch(self, stage: Stage, part: Part, cost: u64) -> Dispatch {
         let Block { rows, items } = self;
         let work = (items.len() * rows.len()) as u64 * cost;
-        let groups = [(items.len() as u32).div_ceil(per_group), rows.len() as u32];
+        let groups = [(items.len() as u32).div_ceil(stage.items_per_group()), rows.len() as u32];
         let part = Part { first_row: rows.start, first: items.start, end: items.end, ..part };
         Dispatch { stage, part, groups, work }
     }

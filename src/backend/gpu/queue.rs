@@ -5,16 +5,18 @@ use std::time::{Duration, Instant};
 
 use super::clock::{Clock, Timed};
 use super::device::{Device, Requested, Scratch};
-use super::kernel::{Binding, Groups, Kernel};
+use super::kernels::Stage;
 use super::pace::Pace;
+use super::pipeline::{Groups, Pipeline};
 use super::plan::{self, Dispatch, Launched};
-use super::types::{DONE_WORDS, HEAD_WORDS, Part, Stage};
+use super::types::{DONE_WORDS, HEAD_WORDS, Part};
 use crate::Result;
 
 /// An open adapter, its kernels, and what they were given to do.
 pub(super) struct Queue {
     pub(super) device: Device,
-    kernels: [Kernel; Stage::ALL.len()],
+    /// A pipeline a stage.
+    pipelines: Vec<Pipeline>,
     /// Bytes from one dispatch's [`Part`] to the next.
     part_stride: u32,
     parts: Scratch,
@@ -43,28 +45,8 @@ pub(super) struct Asked {
 impl Queue {
     /// Compiles the kernels from the source of each stage.
     pub(super) fn new(device: Device, source: &dyn Fn(Stage) -> String) -> Result<Self> {
-        use Binding::{Part as Each, Read, Uniform, Write};
-        let kernel =
-            |stage: Stage, bindings: &[Binding]| Kernel::new(&device, stage.name(), source(stage), bindings);
-        // In the order of each kernel's bindings; the last is always `done`.
-        let kernels = [
-            kernel(Stage::Still, &[Uniform, Each, Uniform, Read, Read, Read, Write, Write])?,
-            kernel(
-                Stage::Cast,
-                &[Uniform, Each, Uniform, Read, Read, Read, Read, Read, Write, Write, Write],
-            )?,
-            kernel(Stage::Pyramid, &[Uniform, Each, Uniform, Read, Write, Write])?,
-            kernel(Stage::Judge, &[Uniform, Each, Uniform, Read, Read, Read, Write, Write, Write])?,
-            kernel(
-                Stage::Gather,
-                &[Uniform, Each, Uniform, Read, Read, Read, Read, Read, Write, Write, Write],
-            )?,
-            kernel(Stage::Scan, &[Uniform, Each, Uniform, Read, Read, Read, Read, Read, Read, Write, Write])?,
-            kernel(Stage::Walk, &[Uniform, Each, Uniform, Read, Read, Read, Write, Write])?,
-            kernel(Stage::Fuse, &[Uniform, Each, Read, Read, Read, Read, Write, Write, Write])?,
-            kernel(Stage::Count, &[Uniform, Each, Read, Read, Read, Read, Read, Read, Write, Write])?,
-            kernel(Stage::Detect, &[Uniform, Each, Read, Read, Read, Read, Write, Write])?,
-        ];
+        let compiled = |stage: Stage| Pipeline::new(&device, stage.name(), source(stage), stage.bindings());
+        let pipelines = Stage::ALL.into_iter().map(compiled).collect::<Result<_>>()?;
         let alignment = device.device.limits().min_uniform_buffer_offset_alignment;
         Ok(Queue {
             part_stride: alignment.max(size_of::<Part>() as u32),
@@ -76,7 +58,7 @@ impl Queue {
             took: Default::default(),
             work: Default::default(),
             answered: Instant::now(),
-            kernels,
+            pipelines,
             device,
         })
     }
@@ -98,7 +80,7 @@ impl Queue {
         uniforms: &[&wgpu::Buffer],
         storage: &[&wgpu::Buffer],
     ) -> wgpu::BindGroup {
-        self.kernels[stage as usize].bind(&self.device, &[uniforms, storage, &[&self.done]].concat())
+        self.pipelines[stage as usize].bind(&self.device, &[uniforms, storage, &[&self.done]].concat())
     }
 
     /// Submits dispatches after what the encoder holds; nothing is waited for. `bound` says what each is
@@ -113,13 +95,13 @@ impl Queue {
         let mut offset = 0;
         for submission in plan::submissions(dispatches, &self.pace) {
             for dispatch in submission {
-                let kernel = &self.kernels[dispatch.stage as usize];
+                let pipeline = &self.pipelines[dispatch.stage as usize];
                 let stamps = self.clock.stamp(dispatch);
                 let groups = match dispatch.head().zip(heads) {
                     Some((head, heads)) => Groups::In(heads, u64::from(head * HEAD_WORDS) * 4),
                     None => Groups::Known(dispatch.groups),
                 };
-                kernel.dispatch(&mut encoder, bound(dispatch), Some(offset), groups, stamps);
+                pipeline.dispatch(&mut encoder, bound(dispatch), Some(offset), groups, stamps);
                 offset += self.part_stride;
                 self.work[dispatch.stage as usize] += dispatch.work;
             }

@@ -1,9 +1,10 @@
 //! Fusing and counting: questions are put to the device and answered later, so that it works on one while the
 //! host prepares the next.
 
+use super::kernels::Stage;
 use super::queue::{Asked, Queue};
 use super::turns::MOST_READINGS;
-use super::types::{JobWords, Stage};
+use super::types::JobWords;
 use super::{Gpu, no_scene, plan};
 use crate::backend::roll::Roll;
 use crate::backend::{Fusion, Reading};

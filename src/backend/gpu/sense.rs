@@ -1,8 +1,9 @@
 //! Casting and carving a batch of placements: which kernels run, over which buffers. `plan.rs` cuts the work.
 
+use super::kernels::Stage;
 use super::loaded::Kept;
 use super::plan::Batch;
-use super::types::{BOX_EDGE, BOXES_AT_ONCE, HEADS, PlacementWords, Stage};
+use super::types::{BOX_EDGE, BOXES_AT_ONCE, HEADS, PlacementWords};
 use super::{Gpu, no_scene};
 use crate::backend::{Carving, Shot, no_table};
 use crate::{Error, Result};

@@ -5,14 +5,12 @@ use std::fmt::Write;
 
 use bytemuck::{Pod, Zeroable};
 
+use super::kernels::{Stage, WORDS_PER_INVOCATION};
 use super::turns::{MOST_PIXELS, MOST_TURNS, SCANS_AT_ONCE, STRAY_PER_VOXEL, WORKGROUP, near_voxels};
 use crate::backend::{Cell, Fusion, Image, LOG_ODDS, Placement, Rays, Shot, Slot};
 use crate::march::{self, stray};
 use crate::metrics::COUNTERS;
 use crate::voxel::Bricks;
-
-/// Words of a region that one invocation of `count` takes, so that a group's sums are worth their atomics.
-pub const WORDS_PER_INVOCATION: u32 = 16;
 
 /// Voxels along the edge of the boxes that are decided whole; a row of one lies in one word of a plane.
 pub const BOX_EDGE: u32 = 8;
@@ -34,53 +32,6 @@ pub const BOXES_AT_ONCE: u32 = 2040;
 
 /// No ray is read farther away: noise of 64 voxels, times the four or so of the largest of its steps, past the farthest range.
 pub const FARTHEST_READ_Q16: u32 = (1 << 28) - 1;
-
-/// The kernels, one a file of `shaders/`.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Stage {
-    /// What each ray hits first in the still layer.
-    Still,
-    /// How each ray ends, and the endpoints.
-    Cast,
-    /// What blocks of a camera's pixels free at least and at most.
-    Pyramid,
-    /// Which boxes of voxels that decides.
-    Judge,
-    /// The voxels of the others.
-    Gather,
-    /// Those of them that many pixels may see.
-    Scan,
-    /// The cells that each ray frees, one by one.
-    Walk,
-    /// What the evidence of several sensors says together.
-    Fuse,
-    /// What that is worth in a region.
-    Count,
-    /// Which voxels of people are hit.
-    Detect,
-}
-
-impl Stage {
-    /// All of them, in the order they run; a stage's place here is that of its completion counters.
-    pub const ALL: [Stage; 10] = [
-        Stage::Still,
-        Stage::Cast,
-        Stage::Pyramid,
-        Stage::Judge,
-        Stage::Gather,
-        Stage::Scan,
-        Stage::Walk,
-        Stage::Fuse,
-        Stage::Count,
-        Stage::Detect,
-    ];
-
-    /// The name of its file, without the ending.
-    pub fn name(self) -> &'static str {
-        ["still", "cast", "pyramid", "judge", "gather", "scan", "walk", "fuse", "count", "detect"]
-            [self as usize]
-    }
-}
 
 /// Words that prove that kernels ran to their ends: of each stage, the workgroups that did, then of each the invocations
 /// whose loops did.
@@ -340,27 +291,4 @@ pub fn shader_prelude() -> String {
         writeln!(source, "const {name} = {value}i;").expect("writing to a string");
     }
     source + include_str!("../../../shaders/types.wgsl") + include_str!("../../../shaders/march.wgsl")
-}
-
-/// The proof that a kernel ran to its end, which follows the prelude in every kernel and needs the bindings `part`
-/// and `done`.
-pub const SHADER_PROOF: &str = include_str!("../../../shaders/proof.wgsl");
-
-/// The whole source of a kernel, as the device gets it: prelude, what several kernels share, and the kernel, joined.
-pub fn shader_source(stage: Stage) -> String {
-    let strike = include_str!("../../../shaders/strike.wgsl");
-    let image = include_str!("../../../shaders/image.wgsl");
-    let parts = match stage {
-        Stage::Still => [strike, include_str!("../../../shaders/still.wgsl")],
-        Stage::Cast => [strike, include_str!("../../../shaders/cast.wgsl")],
-        Stage::Pyramid => [image, include_str!("../../../shaders/pyramid.wgsl")],
-        Stage::Judge => [image, include_str!("../../../shaders/judge.wgsl")],
-        Stage::Gather => [image, include_str!("../../../shaders/gather.wgsl")],
-        Stage::Scan => [image, include_str!("../../../shaders/scan.wgsl")],
-        Stage::Walk => ["", include_str!("../../../shaders/walk.wgsl")],
-        Stage::Fuse => ["", include_str!("../../../shaders/fuse.wgsl")],
-        Stage::Count => ["", include_str!("../../../shaders/count.wgsl")],
-        Stage::Detect => ["", include_str!("../../../shaders/detect.wgsl")],
-    };
-    shader_prelude() + SHADER_PROOF + &parts.concat()
 }

@@ -51,11 +51,7 @@ fn adapter(max_binding_bytes: u64, software: bool) -> AdapterReport {
 #[track_caller]
 fn covers_once(dispatches: &[Dispatch], pace: &Pace, expected: &[(Stage, u64)]) {
     for dispatch in dispatches.iter().filter(|d| d.stage != Stage::Scan) {
-        let per_group = match dispatch.stage {
-            Stage::Count => WORKGROUP * WORDS_PER_INVOCATION,
-            Stage::Pyramid | Stage::Gather => 1,
-            _ => WORKGROUP,
-        };
+        let per_group = dispatch.stage.items_per_group();
         let items = dispatch.part.end - dispatch.part.first;
         assert!(dispatch.groups[0] * per_group >= items, "{dispatch:?}");
         assert!((dispatch.groups[0] - 1) * per_group < items, "an idle group: {dispatch:?}");

@@ -27,13 +27,13 @@ pub(super) enum Groups<'a> {
 }
 
 /// A compute pipeline, entry point `main`, group 0.
-pub(super) struct Kernel {
+pub(super) struct Pipeline {
     pipeline: wgpu::ComputePipeline,
     layout: wgpu::BindGroupLayout,
     bindings: Vec<Binding>,
 }
 
-impl Kernel {
+impl Pipeline {
     /// Compiles a kernel. The driver's complaints come as an error.
     pub(super) fn new(device: &Device, name: &str, source: String, bindings: &[Binding]) -> Result<Self> {
         let entries: Vec<_> = bindings.iter().zip(0..).map(|(b, number)| b.layout_entry(number)).collect();
@@ -60,7 +60,7 @@ impl Kernel {
             cache: None,
         });
         device.check()?;
-        Ok(Kernel { pipeline, layout, bindings: bindings.to_vec() })
+        Ok(Pipeline { pipeline, layout, bindings: bindings.to_vec() })
     }
 
     /// Binds buffers to the kernel, in the order of its bindings.
@@ -132,7 +132,7 @@ pub fn evaluate(
     words: usize,
     groups: u32,
 ) -> Result<Vec<u32>> {
-    let kernel = Kernel::new(device, "evaluate", source, &[Binding::Read, Binding::Write])?;
+    let kernel = Pipeline::new(device, "evaluate", source, &[Binding::Read, Binding::Write])?;
     let input = device.upload("input", input);
     let output = device.storage("output", words as u64 * 4);
     let mut encoder = device.encoder();

@@ -1,0 +1,111 @@
+//! The kernels, each stated once: its file in `shaders/`, the code it shares with others, what it binds, and
+//! how many items a workgroup takes. Its name is also its label in timings and, in capitals, the constant by
+//! which it reports. Adding a kernel is a shader file and an entry here.
+
+use super::pipeline::Binding::{self, Part, Read, Uniform, Write};
+use super::turns::WORKGROUP;
+use super::types::shader_prelude;
+
+/// Words of a region that one invocation of `count` takes, so that a group's sums are worth their atomics.
+pub(super) const WORDS_PER_INVOCATION: u32 = 16;
+
+/// The first hit of a ray in a layer of blockers.
+const STRIKE: &str = include_str!("../../../shaders/strike.wgsl");
+/// What a camera's pixels see and free.
+const IMAGE: &str = include_str!("../../../shaders/image.wgsl");
+
+/// The proof that a kernel ran to its end, which follows the prelude in every kernel and needs the bindings
+/// `part` and `done`.
+pub const SHADER_PROOF: &str = include_str!("../../../shaders/proof.wgsl");
+
+/// What the host knows of a kernel.
+struct Entry {
+    name: &'static str,
+    source: &'static str,
+    /// Code in front of it that other kernels have too.
+    with: &'static str,
+    /// Items of a row of a dispatch that one workgroup takes.
+    items_per_group: u32,
+    /// How it sees the buffers that it is bound to, in the order of their numbers.
+    bindings: &'static [Binding],
+}
+
+/// Makes of each line a variant of [`Stage`] and its [`Entry`]; the entry point of a kernel is always `main`.
+macro_rules! kernels {
+    ($(#[doc = $doc:literal] $stage:ident = $name:literal, $with:expr, $items:expr, [$($binding:ident)*];)*) => {
+        /// The kernels, one a file of `shaders/`, in the order they run. A kernel's place here is that of its
+        /// completion counters.
+        #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+        pub enum Stage {
+            $(#[doc = $doc] $stage,)*
+        }
+
+        impl Stage {
+            /// All of them.
+            pub const ALL: [Stage; [$($name),*].len()] = [$(Stage::$stage),*];
+        }
+
+        const ENTRIES: [Entry; Stage::ALL.len()] = [$(Entry {
+            name: $name,
+            source: include_str!(concat!("../../../shaders/", $name, ".wgsl")),
+            with: $with,
+            items_per_group: $items,
+            bindings: &[$($binding),*],
+        }),*];
+    };
+}
+
+// The first two bindings are always `setup` and `part`, the last is always `done`.
+kernels! {
+    /// What each ray hits first in the still layer.
+    Still = "still", STRIKE, WORKGROUP, [Uniform Part Uniform Read Read Read Write Write];
+    /// How each ray ends, and the endpoints.
+    Cast = "cast", STRIKE, WORKGROUP, [Uniform Part Uniform Read Read Read Read Read Write Write Write];
+    /// What blocks of a camera's pixels free at least and at most.
+    Pyramid = "pyramid", IMAGE, 1, [Uniform Part Uniform Read Write Write];
+    /// Which boxes of voxels that decides.
+    Judge = "judge", IMAGE, WORKGROUP, [Uniform Part Uniform Read Read Read Write Write Write];
+    /// The voxels of the others.
+    Gather = "gather", IMAGE, 1, [Uniform Part Uniform Read Read Read Read Read Write Write Write];
+    /// Those of them that many pixels may see.
+    Scan = "scan", IMAGE, 1, [Uniform Part Uniform Read Read Read Read Read Read Write Write];
+    /// The cells that each ray frees, one by one.
+    Walk = "walk", "", WORKGROUP, [Uniform Part Uniform Read Read Read Write Write];
+    /// What the evidence of several sensors says together.
+    Fuse = "fuse", "", WORKGROUP, [Uniform Part Read Read Read Read Write Write Write];
+    /// What that is worth in a region.
+    Count = "count", "", WORKGROUP * WORDS_PER_INVOCATION,
+        [Uniform Part Read Read Read Read Read Read Write Write];
+    /// Which voxels of people are hit.
+    Detect = "detect", "", WORKGROUP, [Uniform Part Read Read Read Read Write Write];
+}
+
+impl Stage {
+    /// The name of its file without the ending, by which timings and errors call it.
+    pub fn name(self) -> &'static str {
+        ENTRIES[self as usize].name
+    }
+
+    /// Items of a row of a dispatch that one workgroup takes.
+    pub(super) fn items_per_group(self) -> u32 {
+        ENTRIES[self as usize].items_per_group
+    }
+
+    /// How it sees the buffers that it is bound to, in the order of their numbers.
+    pub(super) fn bindings(self) -> &'static [Binding] {
+        ENTRIES[self as usize].bindings
+    }
+}
+
+/// The whole source of a kernel, as the device gets it: prelude, proof, what several kernels share, and the
+/// kernel, joined.
+pub fn shader_source(stage: Stage) -> String {
+    let Entry { with, source, .. } = ENTRIES[stage as usize];
+    [&shader_prelude(), SHADER_PROOF, with, source].concat()
+}
+
+/// Storage buffers that the kernel with the most of them sees.
+pub(super) fn most_storage_buffers() -> u32 {
+    let storage = |stage: Stage| stage.bindings().iter().filter(|b| matches!(b, Read | Write)).count() as u32;
+    Stage::ALL.into_iter().map(storage).max().unwrap_or(0)
+}
