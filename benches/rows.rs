@@ -12,14 +12,14 @@ use perirobot::metrics::Confusion;
 use perirobot::results::columns::COUNT_COLUMNS;
 use perirobot::results::columns::DETECTION_COLUMNS;
 use perirobot::results::columns::MISSED_COLUMN;
-use perirobot::results::journal::Header;
+use perirobot::results::journal::JournalHeader;
 use perirobot::results::journal::Locked;
 use perirobot::results::journal::Shard;
 use perirobot::results::table::Column;
-use perirobot::results::table::Field;
-use perirobot::results::table::Format;
-use perirobot::results::table::Kind;
+use perirobot::results::table::ColumnKind;
+use perirobot::results::table::Datum;
 use perirobot::results::table::TableFile;
+use perirobot::results::table::TableFormat;
 
 /// 20,000 poses a second, five representations, two regions.
 const AIM_PER_S: f64 = 20_000.0 * 5.0 * 2.0;
@@ -30,13 +30,13 @@ const REGIONS: [&str; 2] = ["robot", "human"];
 
 fn columns() -> Vec<Column> {
     let of = |kind| move |name: &str| Column::new(name, kind);
-    let mut columns = vec![Column::new("scene", Kind::Text)];
-    columns.extend(["snapshot", "repeat"].map(of(Kind::Count)));
-    columns.extend(["combination", "poses", "representation", "region"].map(of(Kind::Text)));
-    columns.extend(COUNT_COLUMNS.map(of(Kind::Count)));
-    columns.extend(DETECTION_COLUMNS.map(of(Kind::Count)));
-    columns.push(Column::new(MISSED_COLUMN, Kind::Text));
-    columns.extend(SCORES.map(|(name, _)| name).map(of(Kind::Score)));
+    let mut columns = vec![Column::new("scene", ColumnKind::Text)];
+    columns.extend(["snapshot", "repeat"].map(of(ColumnKind::Count)));
+    columns.extend(["combination", "poses", "representation", "region"].map(of(ColumnKind::Text)));
+    columns.extend(COUNT_COLUMNS.map(of(ColumnKind::Count)));
+    columns.extend(DETECTION_COLUMNS.map(of(ColumnKind::Count)));
+    columns.push(Column::new(MISSED_COLUMN, ColumnKind::Text));
+    columns.extend(SCORES.map(|(name, _)| name).map(of(ColumnKind::Score)));
     columns
 }
 
@@ -66,7 +66,7 @@ fn counts(row: u64) -> Confusion {
 }
 
 /// Writes rows of results, and says how many seconds it took and how many bytes it made.
-fn write(path: &Path, format: Format, rows: u64) -> perirobot::Result<(f64, u64)> {
+fn write(path: &Path, format: TableFormat, rows: u64) -> perirobot::Result<(f64, u64)> {
     let begin = Instant::now();
     let mut table = TableFile::create(path, format, &columns())?;
     let mut poses = String::new();
@@ -77,12 +77,12 @@ fn write(path: &Path, format: Format, rows: u64) -> perirobot::Result<(f64, u64)
         }
         let representation = REPRESENTATIONS[(row % 10 / 2) as usize];
         let c = counts(row);
-        let mut fields = vec![Field::Text("cell"), Field::Count(0), Field::Count(row % 3)];
-        fields.extend(["both", &poses, representation, REGIONS[(row % 2) as usize]].map(Field::Text));
-        fields.extend(c.counts().map(Field::Count));
-        fields.extend(c.detection.counts().map(Field::Count));
-        fields.push(Field::Text("left_forearm+right_forearm"));
-        fields.extend(SCORES.map(|(_, of)| Field::Score(of(&c))));
+        let mut fields = vec![Datum::Text("cell"), Datum::Count(0), Datum::Count(row % 3)];
+        fields.extend(["both", &poses, representation, REGIONS[(row % 2) as usize]].map(Datum::Text));
+        fields.extend(c.counts().map(Datum::Count));
+        fields.extend(c.detection.counts().map(Datum::Count));
+        fields.push(Datum::Text("left_forearm+right_forearm"));
+        fields.extend(SCORES.map(|(_, of)| Datum::Score(of(&c))));
         table.row(&fields)?;
     }
     table.finish()?;
@@ -95,8 +95,13 @@ const BATCH_ROWS: u64 = 4096;
 
 /// Writes rows of one block into a journal, checksums and syncs included.
 fn keep(folder: &Path, rows: u64) -> perirobot::Result<(f64, u64)> {
-    let header =
-        Header { fingerprint: [7; 32], shard: Shard::WHOLE, blocks: 1, block_rows: rows, kept: 0..rows };
+    let header = JournalHeader {
+        fingerprint: [7; 32],
+        shard: Shard::WHOLE,
+        blocks: 1,
+        block_rows: rows,
+        kept: 0..rows,
+    };
     let begin = Instant::now();
     let mut journal = Locked::open(folder)?.begin(header)?;
     for first in (0..rows).step_by(BATCH_ROWS as usize) {
@@ -135,7 +140,7 @@ fn main() -> perirobot::Result<()> {
     for rows in sizes {
         line("journal", rows, keep(folder.path(), rows)?);
     }
-    for format in [Format::Csv, Format::Parquet] {
+    for format in [TableFormat::Csv, TableFormat::Parquet] {
         for rows in sizes {
             let path = folder.path().join("results").with_extension(format.extension());
             line(format.extension(), rows, write(&path, format, rows)?);

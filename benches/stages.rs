@@ -11,7 +11,7 @@ use criterion::Criterion;
 use perirobot::backend::cpu::Cpu;
 use perirobot::backend::gpu::{AdapterChoice, Gpu, adapters};
 use perirobot::backend::oracle::Oracle;
-use perirobot::backend::{Backend, Cell, Fusion, Rays, Reading, Shot};
+use perirobot::backend::{Backend, Fusion, Rays, Reading, Shot, VoxelScene};
 use perirobot::study::{Overrides, Study};
 use perirobot::voxel::region::window_of;
 use perirobot::world::{World, ray_tables};
@@ -20,7 +20,7 @@ use perirobot::world::{World, ray_tables};
 struct Job {
     name: String,
     rays: Rays,
-    cell: Cell,
+    scene: VoxelScene,
     shots: Vec<Shot>,
 }
 
@@ -36,7 +36,7 @@ fn job(study: &str, sensor: usize, voxel_size_m: f64) -> perirobot::Result<Job> 
         name: format!("{} {} cm", study.sensors[sensor].kind.name(), 100.0 * voxel_size_m),
         rays,
         shots: shots.collect(),
-        cell: world.cell(window_of(&world.regions)),
+        scene: world.scene(window_of(&world.regions)),
     })
 }
 
@@ -70,8 +70,8 @@ fn stages(
     backend.tables(std::slice::from_ref(&job.rays))?;
     let id = |stage: &str| format!("{stage}/{name}/{}", job.name);
     let fine = "ran before, on the same scene";
-    backend.load(&job.cell)?;
-    criterion.bench_function(&id("load"), |b| b.iter(|| backend.load(&job.cell).expect(fine)));
+    backend.load(&job.scene)?;
+    criterion.bench_function(&id("load"), |b| b.iter(|| backend.load(&job.scene).expect(fine)));
     // What is sensed is scored, too, but once only, so that a device's work is over when the clock stops.
     let last = &readings[job.shots.len() - 1..];
     backend.sense(0, &job.shots)?;

@@ -1,10 +1,10 @@
-// How each ray of each placement ends; where each return is read and what it hits, marked in the slot of its placement. One
-// invocation a ray.
+// How each ray of each placement ends; where each return is read and what it hits, marked in the slot of its
+// placement. One invocation a ray.
 
 @group(0) @binding(0) var<uniform> setup: Setup;
 @group(0) @binding(1) var<uniform> part: Part;
 @group(0) @binding(2) var<uniform> table: Table;
-@group(0) @binding(3) var<storage, read> placements: array<Placement>;
+@group(0) @binding(3) var<storage, read> placements: array<GridPose>;
 @group(0) @binding(4) var<storage, read> dirs_q15: array<array<i32, 3>>;
 @group(0) @binding(5) var<storage, read> noise: array<i32>;
 @group(0) @binding(6) var<storage, read> layer: array<u32>;
@@ -13,10 +13,10 @@
 @group(0) @binding(9) var<storage, read_write> ended: array<atomic<u32>>;
 @group(0) @binding(10) var<storage, read_write> done: array<atomic<u32>, DONE_WORDS>;
 
-// How a ray ended, in which cell it is read, and in which a return has its blocker.
+// How a ray ended, in which voxel it is read, and in which a return has its blocker.
 struct Finish {
     end: End,
-    cell: vec3<i32>,
+    voxel: vec3<i32>,
     hit: vec3<i32>,
 }
 
@@ -28,23 +28,24 @@ fn off_by_q16(drawn: u32, t_q16: u32) -> i32 {
     return step_q16(noise[entry(drawn)], u32(noise[NOISE_STEPS + (t_q16 >> 16u)]));
 }
 
-// `sent` is the ray that struck; `begin` the same as it is believed to go, which is another where the mount is off.
-fn finish(sent: March, begin: March, is_off: bool, struck: u32, drawn: u32) -> Finish {
+// `sent` is the ray that found; `begin` the same as it is believed to go, which is another where the mount is
+// off.
+fn finish(sent: March, begin: March, is_off: bool, found: u32, drawn: u32) -> Finish {
     let size = vec3<u32>(setup.grid_x, setup.grid_y, setup.grid_z);
-    let hit_q16 = struck >> 2u;
-    let blind = struck != NO_HIT && hit_q16 < table.range_min_q16;
+    let hit_q16 = found >> 2u;
+    let blind = found != NO_HIT && hit_q16 < table.range_min_q16;
     let lost = is_lost(drawn, table.lost_below) && !blind;
-    let nothing = struck == NO_HIT || lost;
+    let nothing = found == NO_HIT || lost;
     var kind = select(RETURN, BLIND, blind);
     var step_q16 = 0;
     if !nothing {
         step_q16 = off_by_q16(drawn, hit_q16);
     }
-    // Where it is read: at the crossing into the blocker; with noise, or on a ray that is only believed, after all crossings up
-    // to there.
+    // Where it is read: at the crossing into the blocker; with noise, or on a ray that is only believed,
+    // after all crossings up to there.
     let exact = !is_off && (blind || step_q16 == 0);
     let read_q16 = select(noisy_q16(hit_q16, step_q16), hit_q16, blind || step_q16 == 0);
-    let read_axis = select(2, i32(struck & 3u), exact);
+    let read_axis = select(2, i32(found & 3u), exact);
     let stand = made_until(
         begin,
         room(begin, size),
@@ -57,21 +58,23 @@ fn finish(sent: March, begin: March, is_off: bool, struck: u32, drawn: u32) -> F
     }
     let left = stopped && table.backdrop != 0u && !lost;
     kind = select(kind, select(NOTHING, LEFT, left), nothing);
-    let cell = begin.cell + begin.step * vec3<i32>(stand.made);
-    var hit = cell;
+    let voxel = begin.voxel + begin.step * vec3<i32>(stand.made);
+    var hit = voxel;
     if !exact {
-        let made = made_at3(sent.next_q16, sent.period_q16, hit_q16, i32(struck & 3u));
-        hit = sent.cell + sent.step * vec3<i32>(made);
+        let made = made_at3(sent.next_q16, sent.period_q16, hit_q16, i32(found & 3u));
+        hit = sent.voxel + sent.step * vec3<i32>(made);
     }
-    return Finish(End(kind, stand.made.x + stand.made.y + stand.made.z), cell, hit);
+    return Finish(End(kind, stand.made.x + stand.made.y + stand.made.z), voxel, hit);
 }
 
-// Whether a ray may come near the window. In floats: the window is grown by 1.5 voxels on each side, of which the ray's place in its
-// first cell takes one, and its stray (a quarter of a voxel at the longest range, src/march/stray.rs) and the floats' rounding less than the other half.
+// Whether a ray may come near the window. In floats: the window is grown by 1.5 voxels on each side, of which
+// the ray's place in its first voxel takes one, and its deviation (a quarter of a voxel at the longest range,
+// src/march/deviation.rs) and the floats' rounding less than the other half.
 fn comes_near(begin: March) -> bool {
-    let low = vec3<f32>(vec3<i32>(setup.window_min_x, setup.window_min_y, setup.window_min_z) - begin.cell) - 1.5;
+    let low = vec3<f32>(vec3<i32>(setup.window_min_x, setup.window_min_y, setup.window_min_z) - begin.voxel) - 1.5;
     let high = low + vec3<f32>(vec3<u32>(setup.window_x, setup.window_y, setup.window_z)) + 3.0;
-    // Voxels a unit of distance; an axis that is hardly crossed gets a period so long that its slab decides alone.
+    // Voxels a unit of distance; an axis that is hardly crossed gets a period so long that its slab decides
+    // alone.
     let period = vec3<f32>(begin.period_q16) * (1.0 / 65536.0);
     let speed = vec3<f32>(begin.step) / period;
     let toward = select(vec3<f32>(-1.0), vec3<f32>(1.0), begin.step >= vec3<i32>()) / max(abs(speed), vec3<f32>(1e-5));
@@ -82,9 +85,10 @@ fn comes_near(begin: March) -> bool {
     return max(enters.x, max(enters.y, enters.z)) <= min(leaves.x, min(leaves.y, leaves.z)) + 1.0;
 }
 
-// Marks a cell in a plane of `ended`: planes 2 · slot and 2 · slot + 1 are a slot's occupied voxels and its hits.
-fn mark(plane: u32, cell: vec3<i32>) {
-    let at = cell - vec3<i32>(setup.window_min_x, setup.window_min_y, setup.window_min_z);
+// Marks a voxel in a plane of `ended`: planes 2 · slot and 2 · slot + 1 are a slot's occupied voxels and its
+// hits.
+fn mark(plane: u32, voxel: vec3<i32>) {
+    let at = voxel - vec3<i32>(setup.window_min_x, setup.window_min_y, setup.window_min_z);
     if all(bitcast<vec3<u32>>(at) < vec3<u32>(setup.window_x, setup.window_y, setup.window_z)) {
         let row = u32(at.z) * setup.window_y + u32(at.y);
         let word = plane * setup.window_words + row * setup.window_words_per_row + (u32(at.x) >> 5u);
@@ -114,20 +118,20 @@ fn main(
         }
         var end = End(NOTHING, 0u);
         var last_q16 = table.range_max_q16;
-        var struck = NO_HIT;
+        var found = NO_HIT;
         if placement.first_hits != NO_SLOT {
-            struck = first_hits[placement.first_hits * setup.first_hits_stride + ray];
-            // Only what is struck before counts, or at the same distance.
-            last_q16 = min(last_q16, struck >> 2u);
+            found = first_hits[placement.first_hits * setup.first_hits_stride + ray];
+            // Only what is found before counts, or at the same distance.
+            last_q16 = min(last_q16, found >> 2u);
         }
         // What is hit lies elsewhere than the ray is believed to go if the mount is off.
         let near = part.every_ray != 0u || is_off || comes_near(begin);
         if near {
-            struck = min(struck, strike(sent, last_q16));
-            let finish = finish(sent, begin, is_off, struck, draw(placement.draws, ray));
+            found = min(found, first_hit(sent, last_q16));
+            let finish = finish(sent, begin, is_off, found, draw(placement.draws, ray));
             end = finish.end;
             if end.kind == RETURN {
-                mark(2u * placement.slot, finish.cell);
+                mark(2u * placement.slot, finish.voxel);
                 mark(2u * placement.slot + 1u, finish.hit);
             }
         }

@@ -7,7 +7,7 @@ struct End {
 }
 
 struct March {
-    cell: vec3<i32>,
+    voxel: vec3<i32>,
     step: vec3<i32>,
     next_q16: vec3<u32>,
     period_q16: vec3<u32>,
@@ -67,7 +67,7 @@ fn start(origin_q16: vec3<i32>, dir_q16: vec3<i32>) -> March {
     );
 }
 
-// Ties take x before y before z, so that every backend visits the same cells.
+// Ties take x before y before z, so that every backend visits the same voxels.
 fn next_axis(next_q16: vec3<u32>) -> u32 {
     let x_first = next_q16.x <= next_q16.y && next_q16.x <= next_q16.z;
     return select(select(2u, 1u, next_q16.y <= next_q16.z), 0u, x_first);
@@ -75,7 +75,7 @@ fn next_axis(next_q16: vec3<u32>) -> u32 {
 
 fn cross(march: ptr<function, March>, axis: u32) {
     let crossed = vec3<u32>(axis) == vec3<u32>(0u, 1u, 2u);
-    (*march).cell += select(vec3<i32>(), (*march).step, crossed);
+    (*march).voxel += select(vec3<i32>(), (*march).step, crossed);
     (*march).next_q16 += select(vec3<u32>(), (*march).period_q16, crossed);
 }
 
@@ -134,11 +134,11 @@ fn crossing3_q16(first_q16: vec3<u32>, period_q16: vec3<u32>, n: vec3<u32>) -> v
 struct Stand {
     // Crossings made of each axis.
     made: vec3<u32>,
-    // Whether it was stopped in the last cell inside the grid.
+    // Whether it was stopped in the last voxel inside the grid.
     stopped: bool,
 }
 
-// Where a ray is after all crossings up to (t_q16, axis), stopped in the last cell inside the grid.
+// Where a ray is after all crossings up to (t_q16, axis), stopped in the last voxel inside the grid.
 fn made_until(begin: March, room: vec3<u32>, t_q16: u32, axis: i32) -> Stand {
     let leaves = crossing3_q16(begin.next_q16, begin.period_q16, room);
     let exit = i32(next_axis(leaves));
@@ -169,8 +169,8 @@ fn visits(first_q16: vec3<u32>, period_q16: vec3<u32>, ahead: vec3<u32>) -> bool
 }
 
 fn room(begin: March, size: vec3<u32>) -> vec3<u32> {
-    let cell = vec3<u32>(begin.cell);
-    return select(size - 1u - cell, cell, begin.step < vec3<i32>());
+    let voxel = vec3<u32>(begin.voxel);
+    return select(size - 1u - voxel, voxel, begin.step < vec3<i32>());
 }
 
 fn pcg(word: u32) -> u32 {
@@ -203,7 +203,7 @@ fn noisy_q16(t_q16: u32, step_q16: i32) -> u32 {
 
 // The march of one ray of a placement as it is believed to go: `start` in the directions that `direction_q16`
 // gives for each axis.
-fn launch(placement: Placement, dir_q15: array<i32, 3>) -> March {
+fn launch(placement: GridPose, dir_q15: array<i32, 3>) -> March {
     let dir = vec3_of(dir_q15);
     let dir_q16 = vec3<i32>(
         direction_q16(vec3_of(placement.axis_x_q15), dir),
@@ -214,7 +214,7 @@ fn launch(placement: Placement, dir_q15: array<i32, 3>) -> March {
 }
 
 // The same ray as it is truly cast.
-fn launch_truly(placement: Placement, dir_q15: array<i32, 3>) -> March {
+fn launch_truly(placement: GridPose, dir_q15: array<i32, 3>) -> March {
     let dir = vec3_of(dir_q15);
     let dir_q16 = vec3<i32>(
         direction_q16(vec3_of(placement.true_axis_x_q15), dir),

@@ -1,4 +1,4 @@
-// Least and most cells that the pixels of a camera free, over blocks of 8 × 8, 16 × 16, 32 × 32 and 64 × 64
+// Least and most voxels that the pixels of a camera free, over blocks of 8 × 8, 16 × 16, 32 × 32 and 64 × 64
 // pixels, both in one word. One workgroup a block of the largest, one invocation a block of the smallest in
 // it.
 //
@@ -28,8 +28,8 @@ fn block(row: u32, corner: vec2<u32>) -> u32 {
         let pixel = corner + vec2<u32>(i & 7u, i >> 3u);
         if pixel.x < table.image_x && pixel.y < table.image_y {
             let end = unpacked(ends[row * table.rays + pixel.y * table.image_x + pixel.x]);
-            let cells = freed(end, table.no_return_is_free != 0u);
-            word = joined(word, cells | (cells << 16u));
+            let voxels = freed(end, table.no_return_is_free != 0u);
+            word = joined(word, voxels | (voxels << 16u));
         }
     }
     loop_ended(opaque(i) >= 64u);

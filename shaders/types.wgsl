@@ -54,13 +54,13 @@ struct Part {
     region: u32,
     // Whether rays are cast that do not come near the window.
     every_ray: u32,
-    // Cells entered later than that are not walked.
+    // Voxels entered later than that are not marked.
     until_q16: u32,
     // Always 0, which compilers do not know.
     zero: u32,
 }
 
-struct Placement {
+struct GridPose {
     origin_q16: array<i32, 3>,
     axis_x_q15: array<i32, 3>,
     axis_y_q15: array<i32, 3>,
@@ -96,7 +96,7 @@ struct Reading {
 
 // Voxels of one part of one person in one region that share a word of a plane, and the counters of those that
 // are hit and of those that presence sensors feel.
-struct Flesh {
+struct BodyWord {
     word: u32,
     voxels: u32,
     hits: u32,

@@ -9,8 +9,8 @@ use perirobot::backend::cpu::Cpu;
 use perirobot::backend::gpu::{AdapterChoice, Gpu};
 use perirobot::backend::oracle::Oracle;
 use perirobot::backend::{
-    Backend, Carving, Cell, Evidence, Fusion, LOG_ODDS, Noise, Placement, Planes, Rays, Reading, Shot,
-    Standpoint,
+    Backend, Carving, Evidence, Fusion, GridFrame, GridPose, LOG_ODDS, Noise, Planes, Rays, Reading, Shot,
+    VoxelScene,
 };
 use perirobot::march::{NOTHING, RETURN};
 use perirobot::metrics::{BodyPart, Confusion};
@@ -21,11 +21,11 @@ use perirobot::voxel::{BitGrid, BodyVoxel, People, Window};
 fn compare(expected: &mut impl Backend, found: &mut impl Backend, case: &Case, test: &str) {
     let names = format!("{} (left) against {} (right)", found.name(), expected.name());
     let rerun = format!("rerun: PERIROBOT_CASE={} cargo test --test backends {test}", case.seed);
-    let (window, size) = (case.cell.window, case.cell.blockers.window().size);
+    let (window, size) = (case.scene.window, case.scene.blockers.window().size);
     let mut both: [&mut dyn Backend; 2] = [found, expected];
     for backend in &mut both {
         unwrap(backend.tables(&case.tables), &rerun);
-        unwrap(backend.load(&case.cell), &rerun);
+        unwrap(backend.load(&case.scene), &rerun);
     }
     // Evidence first: a wrong ray says more than the counts that follow from it.
     for (number, cases::Shot { table, placement, .. }) in case.shots.iter().enumerate() {
@@ -44,7 +44,7 @@ fn compare(expected: &mut impl Backend, found: &mut impl Backend, case: &Case, t
         assert_eq!((left.len(), right.len()), (case.jobs.len(), case.jobs.len()), "{names}\n{rerun}");
         for (job, (left, right)) in case.jobs.iter().zip(left.iter().zip(&right)) {
             let place = format!("{names}, case {}, {fusion:?} of {job:?}\n{rerun}", case.seed);
-            assert_eq!(left.len(), case.cell.regions.len(), "{place}");
+            assert_eq!(left.len(), case.scene.regions.len(), "{place}");
             for (region, (left, right)) in left.iter().zip(right).enumerate() {
                 assert_eq!(left.counts(), right.counts(), "region {region}, {place}");
                 assert_eq!(left.detection, right.detection, "region {region}, {place}");
@@ -102,8 +102,8 @@ fn plane_difference(name: &str, left: &BitGrid, right: &BitGrid) -> Option<Strin
     if left == right {
         return None;
     }
-    let differs = |&cell: &[i32; 3]| left.get(cell) != right.get(cell);
-    Some(match left.cells().chain(right.cells()).filter(differs).min_by_key(|&[x, y, z]| [z, y, x]) {
+    let differs = |&voxel: &[i32; 3]| left.get(voxel) != right.get(voxel);
+    Some(match left.voxels().chain(right.voxels()).filter(differs).min_by_key(|&[x, y, z]| [z, y, x]) {
         Some(voxel) => {
             format!("{name}: voxel {voxel:?} is {}, expected {}", left.get(voxel), right.get(voxel))
         }
@@ -127,8 +127,8 @@ fn gpu() -> Option<Gpu> {
 #[test]
 fn the_cpu_equals_the_oracle() {
     let cpu = || Cpu::new(Some(2)).unwrap_or_else(|e| panic!("{e}"));
-    let [gather, walk] = [Carving::Gather, Carving::Walk].map(|carving| cpu().carving(carving));
-    for mut cpu in [gather, walk, cpu(), cpu().without_simd()] {
+    let [by_voxel, by_ray] = [Carving::ByVoxel, Carving::ByRay].map(|carving| cpu().carving(carving));
+    for mut cpu in [by_voxel, by_ray, cpu(), cpu().without_simd()] {
         for seed in seeds(0..600) {
             compare(&mut Oracle::default(), &mut cpu, &case(seed), "the_cpu_equals_the_oracle");
         }
@@ -152,8 +152,9 @@ fn soak() {
     let first = std::env::var("PERIROBOT_SOAK_FROM").map_or(1_000_000, |s| s.parse().expect("a number"));
     let (begin, mut seed) = (std::time::Instant::now(), first);
     let cpu = || Cpu::new(Some(1)).unwrap_or_else(|e| panic!("{e}"));
-    let [gather, walk] = [Carving::Gather, Carving::Walk].map(|carving| cpu().carving(carving));
-    let mut cpus = [cpu(), gather, walk, cpu().without_simd(), cpu().carving(Carving::Gather).without_simd()];
+    let [by_voxel, by_ray] = [Carving::ByVoxel, Carving::ByRay].map(|carving| cpu().carving(carving));
+    let mut cpus =
+        [cpu(), by_voxel, by_ray, cpu().without_simd(), cpu().carving(Carving::ByVoxel).without_simd()];
     let mut gpu = gpu();
     while begin.elapsed().as_secs() < seconds {
         cpus.iter_mut().for_each(|cpu| compare(&mut Oracle::default(), cpu, &case(seed), "the_cpu_equals"));
@@ -172,16 +173,16 @@ fn more_than_a_batch() {
     for seed in seeds(500..502) {
         let mut random = Random(seed);
         let mut small = case(seed);
-        let size = small.cell.blockers.window().size;
+        let size = small.scene.blockers.window().size;
         let shot = |slot| {
             let mut stand = || {
                 let origin_q16 = size.map(|n| random.below(n << 16) as i32);
-                Standpoint { origin_q16, axis_q15: cases::quarter_turns(&mut random) }
+                GridFrame { origin_q16, axis_q15: cases::quarter_turns(&mut random) }
             };
-            let Standpoint { origin_q16, axis_q15 } = stand();
+            let GridFrame { origin_q16, axis_q15 } = stand();
             // Every other one hits where no ray is believed to go.
             let truly = (slot % 2 == 1).then(stand);
-            let placement = Placement { origin_q16, axis_q15, truly, draws: slot };
+            let placement = GridPose { origin_q16, axis_q15, truly, draws: slot };
             cases::Shot { table: 0, slot, placement }
         };
         small.shots = (0..70).map(shot).collect();
@@ -199,8 +200,8 @@ fn more_than_a_batch() {
 fn people_are_hit_where_no_ray_is_believed_to_come_near() {
     let (grid, window) = ([30; 3], Window::between([20; 3], [24; 3]));
     let person = BitGrid::full(window);
-    let voxels = person.cells().map(|voxel| BodyVoxel { voxel, person: 0, part: BodyPart::Body }).collect();
-    let cell = Cell {
+    let voxels = person.voxels().map(|voxel| BodyVoxel { voxel, person: 0, part: BodyPart::Body }).collect();
+    let scene = VoxelScene {
         blockers: person.over(Window { min: [0; 3], size: grid }).into(),
         still: None,
         window,
@@ -211,16 +212,16 @@ fn people_are_hit_where_no_ray_is_believed_to_come_near() {
         people: People { min_hits: 3, voxels },
     };
     let looks = |x: i32| [[0, 0, x], [x, 0, 0], [0, -32_768, 0]];
-    let at = |place: [i32; 3]| place.map(|cell| (cell << 16) + 0x8000);
-    let truly = Standpoint { origin_q16: at([10, 22, 22]), axis_q15: looks(32_768) };
+    let at = |place: [i32; 3]| place.map(|voxel| (voxel << 16) + 0x8000);
+    let truly = GridFrame { origin_q16: at([10, 22, 22]), axis_q15: looks(32_768) };
     let placement =
-        Placement { origin_q16: at([1; 3]), axis_q15: looks(-32_768), truly: Some(truly), draws: 0 };
+        GridPose { origin_q16: at([1; 3]), axis_q15: looks(-32_768), truly: Some(truly), draws: 0 };
     let dirs_q15 = cases::camera(24, 16, 0.2, 0.2);
     let rays = Rays { dirs_q15, image: None, gates: open_gates(), noise: Noise::default() };
     let reading = Reading { slot: 0, volume: None, hit: 847, miss: -405, presence: true };
     let case = Case {
         seed: 0,
-        cell,
+        scene,
         tables: vec![rays],
         shots: vec![cases::Shot { table: 0, slot: 0, placement }],
         uploads: Vec::new(),
@@ -261,7 +262,7 @@ fn the_cases_are_varied() {
         let quiet = |rays: &Rays| Rays { noise: Noise::default(), ..rays.clone() };
         let tables = case.tables.iter().cloned().chain(case.tables.iter().map(quiet));
         oracle.tables(&tables.collect::<Vec<_>>()).unwrap_or_else(|e| panic!("{e}"));
-        oracle.load(&case.cell).unwrap_or_else(|e| panic!("{e}"));
+        oracle.load(&case.scene).unwrap_or_else(|e| panic!("{e}"));
         let mut kept = vec![None; 16];
         for cases::Shot { table, slot, placement } in &case.shots {
             let mut read = |table| oracle.read(table, placement).unwrap_or_else(|e| panic!("{e}"));
@@ -287,10 +288,10 @@ fn the_cases_are_varied() {
         case.jobs.iter().for_each(|job| clamps(&case, &kept, job, &mut sums));
         let feels = |shot: &&cases::Shot| {
             let hits = kept[shot.slot as usize].as_ref().map(|planes| &planes.hits);
-            shot.placement.truly.is_some() && hits.is_some_and(|hits| hits.meets(&case.cell.human))
+            shot.placement.truly.is_some() && hits.is_some_and(|hits| hits.intersects(&case.scene.human))
         };
         off_and_felt += case.shots.iter().filter(feels).count();
-        windows += (case.cell.window != case.cell.blockers.window()) as u32;
+        windows += (case.scene.window != case.scene.blockers.window()) as u32;
     }
     assert!(kinds.iter().all(|&n| n > 1000), "nothing, return, blind, left: {kinds:?}");
     assert!(occupied > 1000 && free > 10_000 && windows > 30, "{occupied} {free} {windows}");
@@ -306,7 +307,7 @@ fn the_cases_are_varied() {
 
 /// Counts the voxels of regions whose sum is clamped below, never, or above.
 fn clamps(case: &Case, kept: &[Option<Planes>], job: &[Reading], sums: &mut [u64; 3]) {
-    for voxel in case.cell.regions.iter().flat_map(BitGrid::cells) {
+    for voxel in case.scene.regions.iter().flat_map(BitGrid::voxels) {
         let mut sum = 0;
         for reading in job {
             let slots = [Some(reading.slot), reading.volume].into_iter().flatten();
@@ -325,9 +326,11 @@ fn with_a_region() -> Case {
     let seen = |case: &Case| {
         let mut oracle = Oracle::default();
         unwrap(oracle.tables(&case.tables), "");
-        unwrap(oracle.load(&case.cell), "");
+        unwrap(oracle.load(&case.scene), "");
         let mut known = case.shots.iter().map(|shot| unwrap(oracle.read(0, &shot.placement), "").planes.free);
-        known.any(|free| case.cell.regions.iter().any(|region| region.meets(&free) && region.count() > 1000))
+        known.any(|free| {
+            case.scene.regions.iter().any(|region| region.intersects(&free) && region.count() > 1000)
+        })
     };
     (0..).map(case).find(seen).expect("some case has a region")
 }
@@ -354,13 +357,13 @@ fn nothing_is_left_of_another_scene() {
     };
     let known = |gpu: &mut Gpu| known_to(gpu, &job);
     unwrap(gpu.tables(&case.tables), "");
-    unwrap(gpu.load(&case.cell), "");
+    unwrap(gpu.load(&case.scene), "");
     assert_eq!(known(&mut gpu).0, 0);
     unwrap(gpu.sense(0, &shots), "");
     let (some, all) = known(&mut gpu);
     assert!(some > 0 && some < all, "{some} of {all}");
     assert_eq!(known_to(&mut gpu, &vec![]), (0, all), "no readings say nothing");
-    unwrap(gpu.load(&case.cell), "");
+    unwrap(gpu.load(&case.scene), "");
     assert_eq!(known(&mut gpu), (0, all));
 }
 
@@ -377,7 +380,7 @@ fn what_is_not_there_is_an_error() {
     fails(gpu.sense(0, &[Shot::once(0, placement)]), "no table 0 of rays is loaded");
     unwrap(gpu.tables(&case.tables), "");
     fails(gpu.sense(0, &[Shot::once(0, placement)]), "no scene is loaded");
-    unwrap(gpu.load(&case.cell), "");
+    unwrap(gpu.load(&case.scene), "");
     fails(gpu.sense(3, &[Shot::once(0, placement)]), "no table 3 of rays is loaded");
     let slots = gpu.slots() as u32;
     fails(gpu.sense(0, &[Shot::once(slots, placement)]), &format!("no slot {slots}"));

@@ -7,7 +7,7 @@ mod program;
 
 use std::fs;
 
-use perirobot::results::journal::{Header, Journal, Locked, Shard};
+use perirobot::results::journal::{Journal, JournalHeader, Locked, Shard};
 use perirobot::results::manifest::Manifest;
 use program::{Folder, perirobot, text};
 use serde_json::{Value, json};
@@ -41,7 +41,7 @@ fn refused(folder: &Folder, command: &str, expected: &[&str]) {
 
 /// Begins the journal of a folder anew, without rows, with a header that is right but for what is changed;
 /// its fingerprint is the manifest's.
-fn begin(folder: &Folder, name: &str, change: impl FnOnce(&mut Header)) {
+fn begin(folder: &Folder, name: &str, change: impl FnOnce(&mut JournalHeader)) {
     let out = folder.path(name);
     let mut header = Journal::read(&out).unwrap().header().clone();
     header.fingerprint = Manifest::read(&out).unwrap().fingerprint();

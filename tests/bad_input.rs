@@ -1,5 +1,5 @@
-//! Everything a user can get wrong: each is refused with exit code 2 before any ray is cast, in a message that names the
-//! file, the key and, where there is one, the value; and nothing is left behind.
+//! Everything a user can get wrong: each is refused with exit code 2 before any ray is cast, in a message
+//! that names the file, the key and, where there is one, the value; and nothing is left behind.
 
 #[allow(dead_code)]
 #[path = "common/program.rs"]

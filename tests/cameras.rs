@@ -8,7 +8,9 @@ use common::cases::{self, Case, case};
 use perirobot::backend::cpu::Cpu;
 use perirobot::backend::gpu::Gpu;
 use perirobot::backend::oracle::Oracle;
-use perirobot::backend::{Backend, Carving, Cell, Evidence, Fusion, Noise, Placement, Rays, Reading, Shot};
+use perirobot::backend::{
+    Backend, Carving, Evidence, Fusion, GridPose, Noise, Rays, Reading, Shot, VoxelScene,
+};
 use perirobot::march::Gates;
 use perirobot::metrics::{COUNTERS, Confusion};
 use perirobot::sensor::Camera;
@@ -46,11 +48,11 @@ fn seen(seed: u64) -> Case {
     let mut case = case(seed);
     let mut random = Random(seed ^ 0xca3e7a);
     if seed % 2 == 1 {
-        let mut wall = case.cell.blockers.window();
+        let mut wall = case.scene.blockers.window();
         let axis = random.below(3) as usize;
         wall.min[axis] = random.below(wall.size[axis]) as i32;
         wall.size[axis] = 1;
-        case.cell.blockers = BitGrid::full(wall).over(case.cell.blockers.window()).into();
+        case.scene.blockers = BitGrid::full(wall).over(case.scene.blockers.window()).into();
     }
     case.tables = (0..case.tables.len()).map(|_| camera(&mut random)).collect();
     case
@@ -68,7 +70,7 @@ fn unwrap<T>(result: perirobot::Result<T>) -> T {
 /// All that a backend says of a case: evidence, and counts.
 fn said(backend: &mut dyn Backend, case: &Case) -> (Vec<Evidence>, Vec<Vec<[u64; COUNTERS]>>) {
     unwrap(backend.tables(&case.tables));
-    unwrap(backend.load(&case.cell));
+    unwrap(backend.load(&case.scene));
     let shots = case.shots.iter();
     let evidence = shots.map(|shot| unwrap(backend.read(shot.table, &shot.placement))).collect();
     for table in 0..case.tables.len() {
@@ -89,14 +91,14 @@ fn same(case: &Case, expected: &(Vec<Evidence>, Vec<Vec<[u64; COUNTERS]>>), gpu:
     for (shot, (left, right)) in case.shots.iter().zip(found.0.iter().zip(&expected.0)) {
         let rays = &case.tables[shot.table];
         let place =
-            format!("{shot:?} of {:?} {:?} in {:?}\n{rerun}", rays.image, rays.gates, case.cell.window);
+            format!("{shot:?} of {:?} {:?} in {:?}\n{rerun}", rays.image, rays.gates, case.scene.window);
         let ray = (0..left.ends.len()).find(|&ray| left.ends[ray] != right.ends[ray]);
         if let Some(ray) = ray {
             panic!("ray {ray}: {:?}, expected {:?}, {place}", left.ends[ray], right.ends[ray]);
         }
         for ((plane, left), (_, right)) in left.planes.named().into_iter().zip(right.planes.named()) {
-            let differs = |&cell: &[i32; 3]| left.get(cell) != right.get(cell);
-            let first = left.cells().chain(right.cells()).find(differs);
+            let differs = |&voxel: &[i32; 3]| left.get(voxel) != right.get(voxel);
+            let first = left.voxels().chain(right.voxels()).find(differs);
             assert!(first.is_none(), "{plane} {first:?}: {}, {place}", left.get(first.unwrap_or_default()));
             assert_eq!(left, right, "padding, {place}");
         }
@@ -112,7 +114,7 @@ fn cameras_equal_the_oracle_either_way() {
     for seed in seeds {
         let case = seen(seed);
         let expected = said(&mut Oracle::default(), &case);
-        for carving in [Some(Carving::Gather), Some(Carving::Walk), None] {
+        for carving in [Some(Carving::ByVoxel), Some(Carving::ByRay), None] {
             gpu.carve_by(carving);
             same(&case, &expected, &mut gpu, &format!("{carving:?}"));
         }
@@ -138,7 +140,7 @@ fn large_cameras_equal_the_cpu() {
     let blank = || BitGrid::new(window);
     let (human, robot, blockers) = (blank(), blank(), truth.clone());
     let truth = truth.over(window);
-    let cell = Cell {
+    let scene = VoxelScene {
         blockers: blockers.into(),
         still: None,
         window,
@@ -166,7 +168,7 @@ fn large_cameras_equal_the_cpu() {
         // Along y, or turned by quarters.
         let along_y = [[32_768, 0, 0], [0, 0, 32_768], [0, -32_768, 0]];
         let axis_q15 = if slot % 2 == 0 { along_y } else { cases::quarter_turns(&mut random) };
-        shots.push(Shot::once(slot, Placement { origin_q16, axis_q15, truly: None, draws: slot }));
+        shots.push(Shot::once(slot, GridPose { origin_q16, axis_q15, truly: None, draws: slot }));
     }
     let job =
         |shot: &Shot| vec![Reading { slot: shot.slot, volume: None, hit: 847, miss: -405, presence: false }];
@@ -174,7 +176,7 @@ fn large_cameras_equal_the_cpu() {
     let mut cpu = Cpu::new(Some(2)).unwrap_or_else(|e| panic!("{e}"));
     let counts = [&mut cpu as &mut dyn Backend, &mut gpu].map(|backend| {
         unwrap(backend.tables(std::slice::from_ref(&rays)));
-        unwrap(backend.load(&cell));
+        unwrap(backend.load(&scene));
         unwrap(backend.sense(0, &shots));
         let counts = unwrap(backend.score(Fusion::OccupiedWins, &jobs));
         let counts: Vec<_> = counts.iter().map(|regions| regions[0].counts()).collect();
@@ -191,12 +193,14 @@ fn large_cameras_equal_the_cpu() {
 #[test]
 fn questions_may_wait() {
     let Some(mut gpu) = gpu() else { return };
-    let case =
-        (0..).map(seen).find(|case| case.cell.regions.iter().any(|r| r.count() > 1000)).expect("some region");
-    let placements: Vec<Placement> = case.shots.iter().map(|shot| shot.placement).collect();
+    let case = (0..)
+        .map(seen)
+        .find(|case| case.scene.regions.iter().any(|r| r.count() > 1000))
+        .expect("some region");
+    let placements: Vec<GridPose> = case.shots.iter().map(|shot| shot.placement).collect();
     let job = |slot| vec![Reading { slot, volume: None, hit: 847, miss: -405, presence: false }];
     unwrap(gpu.tables(&case.tables));
-    unwrap(gpu.load(&case.cell));
+    unwrap(gpu.load(&case.scene));
     let mut alone = Vec::new();
     for &placement in &placements {
         unwrap(gpu.sense(0, &[Shot::once(3, placement)]));
@@ -204,12 +208,12 @@ fn questions_may_wait() {
     }
     for &placement in &placements {
         unwrap(gpu.sense(0, &[Shot::once(3, placement)]));
-        unwrap(gpu.ask(Fusion::OccupiedWins, &[job(3)]));
+        unwrap(gpu.submit(Fusion::OccupiedWins, &[job(3)]));
     }
-    let later: Vec<_> = placements.iter().map(|_| unwrap(gpu.answer())).collect();
+    let later: Vec<_> = placements.iter().map(|_| unwrap(gpu.receive())).collect();
     assert_eq!(format!("{later:?}"), format!("{alone:?}"));
     assert!(alone.windows(2).any(|pair| format!("{:?}", pair[0]) != format!("{:?}", pair[1])), "all alike");
-    assert!(gpu.answer().is_err(), "no question is open");
+    assert!(gpu.receive().is_err(), "no question is open");
 }
 
 /// What a still layer stops is found once, and holds for every snapshot.
@@ -219,21 +223,21 @@ fn hits_are_kept_from_snapshot_to_snapshot() {
     for seed in 0..30 {
         let case = seen(seed);
         let mut random = Random(seed);
-        let mut still = BitGrid::clone(&case.cell.blockers);
-        let moving: Vec<_> = still.cells().filter(|_| random.one_in(3)).collect();
+        let mut still = BitGrid::clone(&case.scene.blockers);
+        let moving: Vec<_> = still.voxels().filter(|_| random.one_in(3)).collect();
         let mut first = BitGrid::new(still.window());
-        moving.iter().for_each(|&cell| first.set(cell));
+        moving.iter().for_each(|&voxel| first.set(voxel));
         still.remove(&first);
         let still = std::sync::Arc::new(still);
         for (number, part) in [2, 3, 1].into_iter().enumerate() {
             let mut blockers = BitGrid::clone(&still);
             moving.iter().step_by(part).for_each(|&voxel| blockers.set(voxel));
-            let cell = Cell { blockers: blockers.into(), ..case.cell.clone() };
-            let snapshot = Case { cell, ..seen(seed) };
+            let scene = VoxelScene { blockers: blockers.into(), ..case.scene.clone() };
+            let snapshot = Case { scene, ..seen(seed) };
             let mut oracle = Oracle::default();
             unwrap(oracle.tables(&case.tables));
-            unwrap(oracle.load(&snapshot.cell));
-            let with_still = Cell { still: Some(still.clone()), ..snapshot.cell.clone() };
+            unwrap(oracle.load(&snapshot.scene));
+            let with_still = VoxelScene { still: Some(still.clone()), ..snapshot.scene.clone() };
             if number == 0 {
                 unwrap(gpu.tables(&case.tables));
             }

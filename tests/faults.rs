@@ -14,7 +14,9 @@ use std::sync::{Arc, Mutex};
 use std::time::Duration;
 
 use perirobot::backend::gpu::{AdapterChoice, Gpu, Stage, shader_source};
-use perirobot::backend::{Backend, Cell, Evidence, Fusion, Placement, Planes, Rays, Reading, Shot, Slot};
+use perirobot::backend::{
+    Backend, Evidence, Fusion, GridPose, Planes, Rays, Reading, Shot, Slot, VoxelScene,
+};
 use perirobot::backend::{cpu::Cpu, oracle::Oracle, self_test};
 use perirobot::metrics::Confusion;
 use perirobot::results::files::{DISAGREED, DISAGREEMENT, JOURNAL};
@@ -22,8 +24,8 @@ use perirobot::results::journal::Shard;
 use perirobot::results::manifest::Manifest;
 use perirobot::sensor::{self, Setting};
 use perirobot::study::{Overrides, Study};
-use perirobot::sweep::session::{Ending, Report, Session};
-use perirobot::sweep::{Crew, Gear};
+use perirobot::sweep::session::{Ending, RunReport, Session};
+use perirobot::sweep::{BackendFactory, Fallback};
 use perirobot::voxel::region::window_of;
 use perirobot::world::{World, ray_tables};
 use perirobot::{Error, Result};
@@ -36,8 +38,8 @@ enum Call {
     Open,
     Load,
     Sense,
-    Ask,
-    Answer,
+    Submit,
+    Receive,
 }
 
 /// What it does instead.
@@ -52,34 +54,35 @@ enum Trouble {
     Forgets,
 }
 
-/// Says what goes wrong: told the call, the gear, and how many such calls there were before in that gear.
-type Cue = Box<dyn FnMut(Call, Gear, usize) -> Option<Trouble> + Send>;
+/// Says what goes wrong: told the call, the fallback, and how many such calls there were before in that
+/// fallback.
+type Cue = Box<dyn FnMut(Call, Fallback, usize) -> Option<Trouble> + Send>;
 
 /// The cue, and the calls so far.
 struct Script {
     cue: Cue,
-    calls: Vec<(Call, Gear)>,
+    calls: Vec<(Call, Fallback)>,
 }
 
 impl Script {
-    fn next(&mut self, call: Call, gear: Gear) -> Option<Trouble> {
-        let before = self.calls.iter().filter(|earlier| **earlier == (call, gear)).count();
-        self.calls.push((call, gear));
-        (self.cue)(call, gear, before)
+    fn next(&mut self, call: Call, fallback: Fallback) -> Option<Trouble> {
+        let before = self.calls.iter().filter(|earlier| **earlier == (call, fallback)).count();
+        self.calls.push((call, fallback));
+        (self.cue)(call, fallback, before)
     }
 }
 
 /// A CPU that passes for a device which does as its script says.
 struct Actor {
     inner: Cpu,
-    gear: Gear,
+    fallback: Fallback,
     script: Arc<Mutex<Script>>,
 }
 
 impl Actor {
     /// Whether it can do what it is asked.
     fn can(&self, call: Call) -> Result<()> {
-        match self.script.lock().unwrap().next(call, self.gear) {
+        match self.script.lock().unwrap().next(call, self.fallback) {
             Some(Trouble::Fails(what)) => Err(Error::Device(format!("adapter Actor: {what}"))),
             Some(Trouble::Gone) => Err(Error::Input("there is no adapter".into())),
             _ => Ok(()),
@@ -100,9 +103,9 @@ impl Backend for Actor {
         self.inner.tables(tables)
     }
 
-    fn load(&mut self, cell: &Cell) -> Result<()> {
+    fn load(&mut self, scene: &VoxelScene) -> Result<()> {
         self.can(Call::Load)?;
-        self.inner.load(cell)
+        self.inner.load(scene)
     }
 
     fn slots(&self) -> usize {
@@ -123,14 +126,14 @@ impl Backend for Actor {
         self.inner.upload(evidence)
     }
 
-    fn ask(&mut self, fusion: Fusion, jobs: &[Vec<Reading>]) -> Result<()> {
-        self.can(Call::Ask)?;
-        self.inner.ask(fusion, jobs)
+    fn submit(&mut self, fusion: Fusion, jobs: &[Vec<Reading>]) -> Result<()> {
+        self.can(Call::Submit)?;
+        self.inner.submit(fusion, jobs)
     }
 
-    fn answer(&mut self) -> Result<Vec<Vec<Confusion>>> {
-        let trouble = self.script.lock().unwrap().next(Call::Answer, self.gear);
-        let mut answer = self.inner.answer()?;
+    fn receive(&mut self) -> Result<Vec<Vec<Confusion>>> {
+        let trouble = self.script.lock().unwrap().next(Call::Receive, self.fallback);
+        let mut answer = self.inner.receive()?;
         match trouble {
             Some(Trouble::Fails(what)) => return Err(Error::Device(format!("adapter Actor: {what}"))),
             Some(Trouble::Lies) => {
@@ -148,7 +151,7 @@ impl Backend for Actor {
         self.inner.timings()
     }
 
-    fn read(&mut self, table: usize, placement: &Placement) -> Result<Evidence> {
+    fn read(&mut self, table: usize, placement: &GridPose) -> Result<Evidence> {
         self.inner.read(table, placement)
     }
 }
@@ -157,23 +160,23 @@ impl Backend for Actor {
 struct Troupe(Arc<Mutex<Script>>);
 
 impl Troupe {
-    fn new(cue: impl FnMut(Call, Gear, usize) -> Option<Trouble> + Send + 'static) -> Troupe {
+    fn new(cue: impl FnMut(Call, Fallback, usize) -> Option<Trouble> + Send + 'static) -> Troupe {
         Troupe(Arc::new(Mutex::new(Script { cue: Box::new(cue), calls: Vec::new() })))
     }
 }
 
-impl Crew for Troupe {
-    fn open(&mut self, gear: Gear) -> Result<Box<dyn Backend + Send>> {
-        if gear == Gear::Cpu {
-            self.0.lock().unwrap().next(Call::Open, gear);
+impl BackendFactory for Troupe {
+    fn open(&mut self, fallback: Fallback) -> Result<Box<dyn Backend + Send>> {
+        if fallback == Fallback::Cpu {
+            self.0.lock().unwrap().next(Call::Open, fallback);
             return Ok(Box::new(Cpu::new(Some(1))?));
         }
-        let actor = Actor { inner: Cpu::new(Some(1))?, gear, script: self.0.clone() };
+        let actor = Actor { inner: Cpu::new(Some(1))?, fallback, script: self.0.clone() };
         actor.can(Call::Open)?;
         Ok(Box::new(actor))
     }
 
-    fn is_doubted(&self) -> bool {
+    fn needs_check(&self) -> bool {
         true
     }
 }
@@ -181,12 +184,12 @@ impl Crew for Troupe {
 /// The oracle, alone.
 struct Alone;
 
-impl Crew for Alone {
-    fn open(&mut self, _: Gear) -> Result<Box<dyn Backend + Send>> {
+impl BackendFactory for Alone {
+    fn open(&mut self, _: Fallback) -> Result<Box<dyn Backend + Send>> {
         Ok(Box::new(Oracle::default()))
     }
 
-    fn is_doubted(&self) -> bool {
+    fn needs_check(&self) -> bool {
         false
     }
 }
@@ -222,8 +225,14 @@ impl Theatre {
     }
 
     /// Sweeps into a folder of that name.
-    fn sweep(&self, out: &str, crew: &mut dyn Crew, verify: u64, watch: &mut Onlooker) -> Result<Report> {
-        self.open(out, false)?.run(crew, verify, 0.0, watch)
+    fn sweep(
+        &self,
+        out: &str,
+        backends: &mut dyn BackendFactory,
+        verify: u64,
+        watch: &mut Onlooker,
+    ) -> Result<RunReport> {
+        self.open(out, false)?.run(backends, verify, 0.0, watch)
     }
 
     fn open(&self, out: &str, restart: bool) -> Result<Session<'_>> {
@@ -235,7 +244,11 @@ impl Theatre {
         let mut honest = Troupe::new(|_, _, _| None);
         self.sweep("answers", &mut honest, 1, &mut Onlooker::default()).unwrap();
         let script = honest.0.lock().unwrap();
-        script.calls.iter().filter(|(call, gear)| (*call, *gear) == (Call::Answer, Gear::Full)).count()
+        script
+            .calls
+            .iter()
+            .filter(|(call, fallback)| (*call, *fallback) == (Call::Receive, Fallback::None))
+            .count()
     }
 
     fn out(&self, out: &str) -> PathBuf {
@@ -259,7 +272,7 @@ const FOR_GOOD: &str = "the CPU, and from then on the CPU";
 struct Case {
     name: &'static str,
     what: &'static str,
-    cue: fn(Call, Gear, usize) -> bool,
+    cue: fn(Call, Fallback, usize) -> bool,
     instead: &'static [&'static str],
 }
 
@@ -267,37 +280,37 @@ const CASES: &[Case] = &[
     Case {
         name: "the device is lost once",
         what: "device lost",
-        cue: |call, gear, before| (call, gear, before) == (Call::Sense, Gear::Full, 7),
+        cue: |call, fallback, before| (call, fallback, before) == (Call::Sense, Fallback::None, 7),
         instead: &[SMALL],
     },
     Case {
         name: "the first thing it is asked",
         what: "device lost",
-        cue: |call, gear, before| (call, gear, before) == (Call::Load, Gear::Full, 0),
+        cue: |call, fallback, before| (call, fallback, before) == (Call::Load, Fallback::None, 0),
         instead: &[SMALL],
     },
     Case {
         name: "a large batch does not fit its memory, a small one does",
         what: "out of memory",
-        cue: |call, gear, before| (call, gear) == (Call::Ask, Gear::Full) && before >= 5,
+        cue: |call, fallback, before| (call, fallback) == (Call::Submit, Fallback::None) && before >= 5,
         instead: &[SMALL, SMALL, "the same device in small batches, and from then on the CPU"],
     },
     Case {
         name: "an answer does not come",
         what: "no answer in time",
-        cue: |call, gear, before| (call, gear, before) == (Call::Answer, Gear::Full, 9),
+        cue: |call, fallback, before| (call, fallback, before) == (Call::Receive, Fallback::None, 9),
         instead: &[SMALL],
     },
     Case {
         name: "an answer does not come, not in small either",
         what: "no answer in time",
-        cue: |call, gear, before| call == Call::Answer && (gear == Gear::Small || before == 9),
+        cue: |call, fallback, before| call == Call::Receive && (fallback == Fallback::Small || before == 9),
         instead: &[CPU],
     },
     Case {
         name: "it comes back broken",
         what: "dispatched 5 workgroups, 4 ran",
-        cue: |call, gear, before| (call, gear) == (Call::Answer, Gear::Full) && before >= 4,
+        cue: |call, fallback, before| (call, fallback) == (Call::Receive, Fallback::None) && before >= 4,
         instead: &[SMALL, SMALL, "the same device in small batches, and from then on the CPU"],
     },
     Case {
@@ -309,8 +322,8 @@ const CASES: &[Case] = &[
     Case {
         name: "it is lost and cannot be opened again",
         what: "device lost",
-        cue: |call, gear, before| match call {
-            Call::Open => gear == Gear::Small || before > 0,
+        cue: |call, fallback, before| match call {
+            Call::Open => fallback == Fallback::Small || before > 0,
             call => call == Call::Sense && before == 7,
         },
         instead: &[FOR_GOOD],
@@ -326,8 +339,9 @@ fn what_fails_is_done_by_somebody_else_and_nothing_is_lost() {
     assert_eq!(jobs, 151 * 2 * 2);
     for (number, Case { name, what, cue, instead }) in CASES.iter().enumerate() {
         let out = format!("out-{number}");
-        let mut troupe =
-            Troupe::new(move |call, gear, before| cue(call, gear, before).then_some(Trouble::Fails(what)));
+        let mut troupe = Troupe::new(move |call, fallback, before| {
+            cue(call, fallback, before).then_some(Trouble::Fails(what))
+        });
         let mut watch = Onlooker::default();
         let report = theatre.sweep(&out, &mut troupe, 500, &mut watch).unwrap();
         assert_eq!(report.ending, Ending::Finished, "{name}");
@@ -355,15 +369,15 @@ fn a_device_that_is_gone_is_no_fault_of_the_users() {
     let theatre = Theatre::new();
     theatre.sweep("quiet", &mut Alone, 0, &mut Onlooker::default()).unwrap();
     // It falls off the bus, or has too little memory left for what fitted before.
-    let gone: [fn(Call, Gear, usize) -> bool; 2] = [
-        |call, gear, before| call == Call::Open && (gear == Gear::Small || before > 0),
-        |call, gear, _| call == Call::Load && gear == Gear::Small,
+    let gone: [fn(Call, Fallback, usize) -> bool; 2] = [
+        |call, fallback, before| call == Call::Open && (fallback == Fallback::Small || before > 0),
+        |call, fallback, _| call == Call::Load && fallback == Fallback::Small,
     ];
     for (number, gone) in gone.into_iter().enumerate() {
         let out = format!("out-{number}");
-        let mut troupe = Troupe::new(move |call, gear, before| match (call, gear, before) {
-            (Call::Sense, Gear::Full, 7) => Some(Trouble::Fails("device lost")),
-            _ => gone(call, gear, before).then_some(Trouble::Gone),
+        let mut troupe = Troupe::new(move |call, fallback, before| match (call, fallback, before) {
+            (Call::Sense, Fallback::None, 7) => Some(Trouble::Fails("device lost")),
+            _ => gone(call, fallback, before).then_some(Trouble::Gone),
         });
         let mut watch = Onlooker::default();
         let report = theatre.sweep(&out, &mut troupe, 500, &mut watch).unwrap();
@@ -397,11 +411,11 @@ fn what_a_killed_run_left_unchecked_is_checked_later() {
     drop(again);
 
     // Whoever goes on, a liar's rows do not stay.
-    let crews: [&mut dyn Crew; 2] = [&mut Troupe::new(|_, _, _| None), &mut Alone];
-    for (number, crew) in crews.into_iter().enumerate() {
+    let crews: [&mut dyn BackendFactory; 2] = [&mut Troupe::new(|_, _, _| None), &mut Alone];
+    for (number, backends) in crews.into_iter().enumerate() {
         let out = format!("lied-{number}");
         killed(&out, liar(0));
-        let error = theatre.sweep(&out, crew, 500, &mut Onlooker::default()).unwrap_err();
+        let error = theatre.sweep(&out, backends, 500, &mut Onlooker::default()).unwrap_err();
         assert!(matches!(error, Error::Disagreement(_)), "{error:?}");
         theatre.sweep(&out, &mut Alone, 500, &mut Onlooker::default()).unwrap();
         assert!(theatre.journal(&out) == theatre.journal("quiet"));
@@ -413,8 +427,8 @@ fn a_device_that_fails_now_and_then_stays_at_work() {
     let theatre = Theatre::new();
     theatre.sweep("quiet", &mut Alone, 0, &mut Onlooker::default()).unwrap();
     // Two strikes are not three.
-    let mut troupe = Troupe::new(|call, gear, before| {
-        let now = (call, gear) == (Call::Sense, Gear::Full) && [3, 9].contains(&before);
+    let mut troupe = Troupe::new(|call, fallback, before| {
+        let now = (call, fallback) == (Call::Sense, Fallback::None) && [3, 9].contains(&before);
         now.then_some(Trouble::Fails("device lost"))
     });
     let mut watch = Onlooker::default();
@@ -422,15 +436,15 @@ fn a_device_that_fails_now_and_then_stays_at_work() {
     assert_eq!(watch.faults.len(), 2);
     assert!(theatre.journal("out") == theatre.journal("quiet"));
     let last = troupe.0.lock().unwrap().calls.last().copied();
-    assert_eq!(last, Some((Call::Answer, Gear::Full)), "it is asked again, to the end");
+    assert_eq!(last, Some((Call::Receive, Fallback::None)), "it is asked again, to the end");
 }
 
 #[test]
 fn an_answer_that_is_too_short_is_a_failure() {
     let theatre = Theatre::new();
     theatre.sweep("quiet", &mut Alone, 0, &mut Onlooker::default()).unwrap();
-    let mut troupe = Troupe::new(|call, gear, before| {
-        ((call, gear, before) == (Call::Answer, Gear::Full, 5)).then_some(Trouble::Forgets)
+    let mut troupe = Troupe::new(|call, fallback, before| {
+        ((call, fallback, before) == (Call::Receive, Fallback::None, 5)).then_some(Trouble::Forgets)
     });
     let mut watch = Onlooker::default();
     theatre.sweep("out", &mut troupe, 500, &mut watch).unwrap();
@@ -441,12 +455,12 @@ fn an_answer_that_is_too_short_is_a_failure() {
 #[test]
 fn without_a_device_to_doubt_a_failure_ends_the_run() {
     struct Undoubted(Troupe);
-    impl Crew for Undoubted {
-        fn open(&mut self, gear: Gear) -> Result<Box<dyn Backend + Send>> {
-            self.0.open(gear)
+    impl BackendFactory for Undoubted {
+        fn open(&mut self, fallback: Fallback) -> Result<Box<dyn Backend + Send>> {
+            self.0.open(fallback)
         }
 
-        fn is_doubted(&self) -> bool {
+        fn needs_check(&self) -> bool {
             false
         }
     }
@@ -467,7 +481,7 @@ fn without_a_device_to_doubt_a_failure_ends_the_run() {
 
 /// Lies in every answer from that one on.
 fn liar(from: usize) -> Troupe {
-    Troupe::new(move |call, _, before| (call == Call::Answer && before >= from).then_some(Trouble::Lies))
+    Troupe::new(move |call, _, before| (call == Call::Receive && before >= from).then_some(Trouble::Lies))
 }
 
 #[test]
@@ -556,11 +570,11 @@ fn an_honest_device_is_believed_however_often_poses_are_repeated() {
 /// Only what passes is called exact by `perirobot devices`.
 #[test]
 fn a_device_that_lies_in_one_answer_fails_the_self_test() {
-    let tested = |mut troupe: Troupe| self_test(&mut *troupe.open(Gear::Full).unwrap());
+    let tested = |mut troupe: Troupe| self_test(&mut *troupe.open(Fallback::None).unwrap());
     tested(Troupe::new(|_, _, _| None)).unwrap();
     for answer in 0..2 {
         for trouble in [Trouble::Lies, Trouble::Forgets] {
-            let now = move |call, before| (call, before) == (Call::Answer, answer);
+            let now = move |call, before| (call, before) == (Call::Receive, answer);
             let error = tested(Troupe::new(move |call, _, before| now(call, before).then_some(trouble)));
             assert!(
                 matches!(&error, Err(Error::Disagreement(what)) if what.starts_with("Actor: of 36")),
@@ -593,8 +607,8 @@ struct Cutting {
     in_small: bool,
 }
 
-impl Crew for Cutting {
-    fn open(&mut self, gear: Gear) -> Result<Box<dyn Backend + Send>> {
+impl BackendFactory for Cutting {
+    fn open(&mut self, fallback: Fallback) -> Result<Box<dyn Backend + Send>> {
         // Rays turn at most twelve times on their way.
         let source = |stage| {
             let (whole, head) = (shader_source(stage), "        let leaves = crossing3_q16(ray.next_q16");
@@ -603,17 +617,21 @@ impl Crew for Cutting {
                 &format!("        if turns > 11u {{ break; }}\n        turns += 1u;\n{head}"),
                 1,
             );
-            assert_eq!(cut != whole, [Stage::Still, Stage::Cast].contains(&stage), "strike's loop");
+            assert_eq!(
+                cut != whole,
+                [Stage::StaticHits, Stage::Cast].contains(&stage),
+                "the loop of first hits"
+            );
             cut.replace("var hit = NO_HIT;", "var hit = NO_HIT;\n    var turns = 0u;")
         };
-        match gear {
-            Gear::Cpu => Ok(Box::new(Cpu::new(Some(1))?)),
-            Gear::Small if !self.in_small => Ok(Box::new(Gpu::new(&self.adapter)?)),
+        match fallback {
+            Fallback::Cpu => Ok(Box::new(Cpu::new(Some(1))?)),
+            Fallback::Small if !self.in_small => Ok(Box::new(Gpu::new(&self.adapter)?)),
             _ => Ok(Box::new(Gpu::with_sources(&self.adapter, &source)?)),
         }
     }
 
-    fn is_doubted(&self) -> bool {
+    fn needs_check(&self) -> bool {
         true
     }
 }
@@ -625,9 +643,9 @@ fn what_a_driver_cuts_short_is_done_again_and_told() {
     theatre.sweep("quiet", &mut Alone, 0, &mut Onlooker::default()).unwrap();
     for (in_small, instead) in [(false, SMALL), (true, CPU)] {
         let out = format!("cut-{in_small}");
-        let mut crew = Cutting { adapter: adapter.clone(), in_small };
+        let mut backends = Cutting { adapter: adapter.clone(), in_small };
         let mut watch = Onlooker::default();
-        let report = theatre.sweep(&out, &mut crew, 1, &mut watch).unwrap();
+        let report = theatre.sweep(&out, &mut backends, 1, &mut watch).unwrap();
         assert_eq!(report.ending, Ending::Finished);
         assert!(theatre.journal(&out) == theatre.journal("quiet"), "other counts than a quiet run's");
         let run = &manifest(&theatre.out(&out))["runs"][0];
@@ -647,12 +665,12 @@ fn a_real_device_that_is_lost_or_late_is_a_failure_and_not_a_panic() {
     let world = &theatre.worlds[0];
     let Setting::Pose(pose) = &world.settings[0][0] else { panic!("a camera has poses") };
     let placement = sensor::placement(&*theatre.study.sensors[0].kind, pose, &world.grid, 0);
-    let cell = world.cell(window_of(&world.regions));
+    let scene = world.scene(window_of(&world.regions));
     let job = || vec![vec![Reading { slot: 0, volume: None, hit: 850, miss: -400, presence: false }]];
     let open = |patience: u64| {
         let mut gpu = Gpu::new(&adapter).unwrap().patience(Duration::from_secs(patience));
         gpu.tables(&tables).unwrap();
-        gpu.load(&cell).unwrap();
+        gpu.load(&scene).unwrap();
         gpu
     };
     let work = |gpu: &mut Gpu| {
@@ -667,14 +685,14 @@ fn a_real_device_that_is_lost_or_late_is_a_failure_and_not_a_panic() {
         let error = work(&mut gpu).unwrap_err();
         assert!(matches!(error, Error::Device(_)), "{error:?}");
     }
-    assert!(matches!(gpu.load(&cell), Err(Error::Device(_))));
+    assert!(matches!(gpu.load(&scene), Err(Error::Device(_))));
 
     // It is lost with work under way.
     let mut gpu = open(600);
     gpu.sense(0, &[Shot::once(0, placement)]).unwrap();
-    gpu.ask(Fusion::OccupiedWins, &job()).unwrap();
+    gpu.submit(Fusion::OccupiedWins, &job()).unwrap();
     gpu.lose();
-    let error = gpu.answer().unwrap_err();
+    let error = gpu.receive().unwrap_err();
     assert!(matches!(error, Error::Device(_)), "{error:?}");
 
     // A device may have answered before anybody began to wait; not every time.

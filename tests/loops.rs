@@ -8,7 +8,7 @@ use std::sync::Arc;
 use common::cases::{self, Case, case};
 use common::{Random, say};
 use perirobot::backend::gpu::{
-    Device, Gpu, SHADER_PROOF, Stage, WORKGROUP, evaluate, open, shader_prelude, shader_source,
+    Device, Gpu, SHADER_COMPLETION, Stage, WORKGROUP, evaluate, open, shader_prelude, shader_source,
     types::DONE_WORDS,
 };
 use perirobot::backend::{Backend, Carving, Fusion, Shot, oracle::Oracle};
@@ -37,7 +37,7 @@ fn turned(device: &Device, turns: u32, statements: &str) -> (u32, u32) {
             report(0u, local);
         }}"
     );
-    let source = shader_prelude() + SHADER_PROOF + &kernel;
+    let source = shader_prelude() + SHADER_COMPLETION + &kernel;
     let words = evaluate(device, source, &[turns, 0], DONE_WORDS as usize + 1, 1);
     let words = words.unwrap_or_else(|e| panic!("{e}"));
     assert_eq!(words[0], 1, "the workgroup ran");
@@ -86,7 +86,10 @@ fn a_driver_that_ends_loops_early_is_found() {
                 right,
                 "{name}, {turns} turns: {whole} of {WORKGROUP} are proved whole"
             );
-            assert!(right || !within, "{name}, {turns} turns: fewer than src/backend/gpu/turns.rs allows");
+            assert!(
+                right || !within,
+                "{name}, {turns} turns: fewer than src/backend/gpu/loop_bounds.rs allows"
+            );
         }
     }
 }
@@ -120,11 +123,11 @@ fn close_up(seed: u64, empty: bool) -> Case {
     case.tables[0].image = Some(camera.image());
     case.tables[0].gates = Gates { no_return_is_free: empty, ..cases::open_gates() };
     if empty {
-        case.cell.blockers = Arc::new(BitGrid::new(case.cell.blockers.window()));
-        case.cell.still = None;
-        case.cell.regions[0] = BitGrid::full(case.cell.window);
+        case.scene.blockers = Arc::new(BitGrid::new(case.scene.blockers.window()));
+        case.scene.still = None;
+        case.scene.regions[0] = BitGrid::full(case.scene.window);
     }
-    let size = case.cell.blockers.window().size;
+    let size = case.scene.blockers.window().size;
     for shot in &mut case.shots {
         shot.table = 0;
         shot.placement.axis_q15 = cases::quarter_turns(&mut random);
@@ -136,7 +139,7 @@ fn close_up(seed: u64, empty: bool) -> Case {
 /// What a backend counts of a case.
 fn counts(backend: &mut dyn Backend, case: &Case) -> Result<Vec<Vec<Confusion>>> {
     backend.tables(&case.tables)?;
-    backend.load(&case.cell)?;
+    backend.load(&case.scene)?;
     for table in 0..case.tables.len() {
         // First hits are kept where there is room, under a number for each shot.
         let room = backend.first_hit_slots() as u32;
@@ -160,13 +163,13 @@ fn each_loop_that_is_cut_is_found_in_the_same_batch() {
     let Some(adapter) = common::adapter() else { return };
     let of_seed = |seed| if seed % 2 == 0 { close_up(seed, false) } else { case(seed) };
     // Room for whole boxes of free voxels.
-    let is_large = |seed: &u64| case(*seed).cell.window.size.iter().all(|&n| n >= 24);
+    let is_large = |seed: &u64| case(*seed).scene.window.size.iter().all(|&n| n >= 24);
     let empty = (24..).filter(is_large).take(4).map(|seed| close_up(seed, true));
     let cases: Vec<_> = (0..24).map(of_seed).chain(empty).collect();
     let of_oracle = |case: &Case| counts(&mut Oracle::default(), case).unwrap_or_else(|e| panic!("{e}"));
     let expected: Vec<_> = cases.iter().map(of_oracle).collect();
     let mut gpu = Gpu::new(&adapter).unwrap_or_else(|e| panic!("{e}"));
-    for carving in [Carving::Gather, Carving::Walk] {
+    for carving in [Carving::ByVoxel, Carving::ByRay] {
         gpu.carve_by(Some(carving));
         for (case, expected) in cases.iter().zip(&expected) {
             let found = counts(&mut gpu, case).unwrap_or_else(|e| panic!("{e}"));
@@ -174,15 +177,15 @@ fn each_loop_that_is_cut_is_found_in_the_same_batch() {
         }
     }
     for stage in Stage::ALL {
-        // These come with `freed_range` of shaders/image.wgsl, and do not call it.
-        let uncalled = usize::from([Stage::Pyramid, Stage::Scan].contains(&stage));
+        // These come with `freed_range` of shaders/projection.wgsl, and do not call it.
+        let uncalled = usize::from([Stage::Pyramid, Stage::CarveCrowded].contains(&stage));
         for (number, head) in heads(&shader_source(stage)).into_iter().enumerate().skip(uncalled) {
             let place = format!("loop {number} of `{}`", stage.name());
             let source = |s: Stage| if s == stage { cut(&shader_source(s), head) } else { shader_source(s) };
             let mut gpu = Gpu::with_sources(&adapter, &source).unwrap_or_else(|e| panic!("{place}: {e}"));
             let mut found = 0;
             for (case, expected) in cases.iter().zip(&expected) {
-                gpu.carve_by(Some(if stage == Stage::Walk { Carving::Walk } else { Carving::Gather }));
+                gpu.carve_by(Some(if stage == Stage::CarveRays { Carving::ByRay } else { Carving::ByVoxel }));
                 match counts(&mut gpu, case) {
                     Ok(counts) => assert!(counts == *expected, "{place}, case {}: not found", case.seed),
                     Err(Error::Device(what)) => {

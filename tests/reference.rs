@@ -61,7 +61,7 @@ fn the_authors_poses_rank_alike() {
     let best = [("robot", "725"), ("human", "660")];
     for (r, (region, best_pose)) in best.into_iter().enumerate() {
         for (way, name) in ["points", "spheres", "cylinders", "box"].into_iter().enumerate() {
-            let is = |row: &&Row| (row.combination, row.interpretation) == (0, way);
+            let is = |row: &&Row| (row.combination, row.representation) == (0, way);
             let ours: Vec<Confusion> =
                 rows.iter().filter(|row| row.region == r && is(row)).map(|row| row.counts).collect();
             let theirs = of(name, region);

@@ -1,5 +1,5 @@
-//! Regions as a user writes them: each shape has the voxels it should have, a mesh in a file like one in metres, and
-//! what cannot be is refused with file, key, value and cure.
+//! Regions as a user writes them: each shape has the voxels it should have, a mesh in a file like one in
+//! metres, and what cannot be is refused with file, key, value and cure.
 
 #[allow(dead_code)]
 #[path = "common/program.rs"]
@@ -62,7 +62,7 @@ fn regions(folder: &Folder, more: &str) -> Vec<(String, BitGrid)> {
     let study = Study::load(&folder.path(STUDY), &Overrides::default()).unwrap();
     let world = World::prepare(&study, 0).unwrap().remove(0);
     let window = world.grid.window();
-    world.regions.iter().map(|region| (region.name.clone(), region.cells.over(window))).collect()
+    world.regions.iter().map(|region| (region.name.clone(), region.voxels.over(window))).collect()
 }
 
 fn named<'r>(regions: &'r [(String, BitGrid)], name: &str) -> &'r BitGrid {

@@ -11,7 +11,7 @@ use std::path::Path;
 use perirobot::backend::{Backend, cpu::Cpu, gpu::Gpu, oracle::Oracle};
 use perirobot::render::{Colour, Wish, draw};
 use perirobot::study::{Overrides, Study};
-use perirobot::view::{View, Wanted, find};
+use perirobot::view::{Names, View, find};
 use perirobot::world::World;
 use program::{Folder, perirobot, text};
 
@@ -33,10 +33,10 @@ fn every_backend_draws_the_same_bytes() {
         backends.push(Box::new(Gpu::new(&adapter).unwrap()));
     }
     // Volumes around joints are a veil, and noise puts returns beside what they hit.
-    let wanted = Wanted {
+    let wanted = Names {
         poses: "camera:left-wall/15/1".into(),
         representation: Some("box".into()),
-        ..Wanted::default()
+        ..Names::default()
     };
     let (world, choice) = find(&study, &worlds, &wanted).unwrap();
     let mut drawn: Vec<[Vec<u8>; 2]> = Vec::new();

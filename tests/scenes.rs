@@ -51,8 +51,8 @@ fn paper() -> &'static [World] {
 }
 
 /// The voxel of a point in metres; points are chosen inside voxels.
-fn cell(truth: &Truth, x: f64, y: f64, z: f64) -> [i32; 3] {
-    perirobot::voxel::Grid::cell_of(truth.grid.position_q16([x, y, z].into()))
+fn voxel(truth: &Truth, x: f64, y: f64, z: f64) -> [i32; 3] {
+    perirobot::voxel::Grid::voxel_of(truth.grid.position_q16([x, y, z].into()))
 }
 
 #[test]
@@ -189,7 +189,7 @@ fn nobody_walks_into_anything_in_experiment_3() {
     let worlds = World::prepare(&study("paper/exp3.toml"), 0).unwrap();
     for (world, [x, y]) in worlds.iter().zip(walk()) {
         let truth = world.truth();
-        let part = |name: &str| &truth.objects.iter().find(|o| o.name == name).unwrap().cells;
+        let part = |name: &str| &truth.objects.iter().find(|o| o.name == name).unwrap().voxels;
         for (a, b) in [
             ("observer", "table"),
             ("observer", "robot"),
@@ -206,12 +206,12 @@ fn nobody_walks_into_anything_in_experiment_3() {
                 both.count()
             );
         }
-        let above = cell(&world.truth(), x + 0.01, y + 0.01, 0.0);
+        let above = voxel(&world.truth(), x + 0.01, y + 0.01, 0.0);
         let column = (above[2]..40).filter(|z| part("observer").get([above[0], above[1], *z])).count();
         assert!(column > 0, "snapshot {}: the observer is at {x}, {y}", world.snapshot);
     }
     assert_eq!(worlds.len(), 27);
-    assert!(worlds.windows(2).all(|pair| pair[0].regions[1].cells == pair[1].regions[1].cells));
+    assert!(worlds.windows(2).all(|pair| pair[0].regions[1].voxels == pair[1].regions[1].voxels));
 }
 
 #[test]
@@ -240,7 +240,7 @@ fn the_cell_is_121_by_81_by_61_voxels() {
         assert_eq!((grid.size, grid.origin), ([121, 81, 61], [-60, -40, 0]), "{}", world.name);
         // Floor, ceiling and four walls, each one layer.
         let truth = world.truth();
-        let walls = &truth.objects.iter().find(|o| o.name == "cell").unwrap().cells;
+        let walls = &truth.objects.iter().find(|o| o.name == "cell").unwrap().voxels;
         assert_eq!(walls.count(), 121 * 81 * 61 - 119 * 79 * 59, "{}", world.name);
     }
 }
@@ -250,7 +250,7 @@ fn the_table_stands_where_it_should() {
     for world in paper() {
         let truth = &world.truth();
         let table = &truth.objects.iter().find(|o| o.name == "table").unwrap();
-        let has = |x, y, z| table.cells.get(cell(truth, x, y, z));
+        let has = |x, y, z| table.voxels.get(voxel(truth, x, y, z));
         // The top's faces at 0.9 and 1.0 m, and its rim; a surface on a boundary fills the upper layer.
         assert!(has(0.62, 0.02, 1.02) && has(0.62, 0.02, 0.92), "faces of the top");
         assert!(!has(0.62, 0.02, 0.97) && !has(0.62, 0.02, 1.07) && !has(0.62, 0.02, 0.87), "a hollow shell");
@@ -272,9 +272,9 @@ fn people_and_robot_are_there_and_apart() {
         let truth = &world.truth();
         let humans: Vec<_> = truth.objects.iter().filter(|o| o.role == Role::Human).collect();
         assert_eq!(humans.len(), people, "{}", world.name);
-        assert!(humans.iter().all(|human| human.cells.count() > 1000), "{}", world.name);
+        assert!(humans.iter().all(|human| human.voxels.count() > 1000), "{}", world.name);
         assert!(truth.robot.count() > 300, "{}", world.name);
-        assert!(truth.robot.get(cell(truth, 0.08, 0.02, 1.05)), "the arm stands at (0, 0, 1)");
+        assert!(truth.robot.get(voxel(truth, 0.08, 0.02, 1.05)), "the arm stands at (0, 0, 1)");
         let mut both = truth.human.clone();
         both.keep(&truth.robot);
         assert!(both.count() <= 20, "{}: {} voxels are both", world.name, both.count());
@@ -299,8 +299,8 @@ fn scene_with(toml: &str) -> (tempfile::TempDir, perirobot::Result<Vec<perirobot
     fs::copy(table, folder.path().join("table.glb")).unwrap();
     let people = octomap::write(0.05, [10, 10, 0], [4, 4, 36], &|_| Some(true));
     fs::write(folder.path().join("people.bt"), people).unwrap();
-    let cell = octomap::write(0.05, [0, 0, 0], [40, 40, 40], &|key| Some(key[2] == 0 || key[0] == 39));
-    fs::write(folder.path().join("cell.bt"), cell).unwrap();
+    let voxel = octomap::write(0.05, [0, 0, 0], [40, 40, 40], &|key| Some(key[2] == 0 || key[0] == 39));
+    fs::write(folder.path().join("cell.bt"), voxel).unwrap();
     let path = folder.path().join("scene.toml");
     fs::write(&path, toml).unwrap();
     let sources = Sources::beside(&path);
@@ -327,8 +327,8 @@ fn nodes_of_one_file_take_their_own_parts() {
     assert_eq!(glass.occupied, whole.occupied, "it is there");
     let mut passed = BitGrid::clone(&glass.occupied);
     passed.remove(&glass.blockers);
-    assert!(passed.count() > 0 && passed.get(cell(&glass, -0.18, -0.48, 0.42)), "and rays pass");
-    assert!(glass.blockers.get(cell(&glass, 0.62, 0.02, 1.02)), "the top stops them");
+    assert!(passed.count() > 0 && passed.get(voxel(&glass, -0.18, -0.48, 0.42)), "and rays pass");
+    assert!(glass.blockers.get(voxel(&glass, 0.62, 0.02, 1.02)), "the top stops them");
 
     let gone = nodes("[[object.nodes]]\nmatch = \"Leg*\"\nignore = true\n");
     assert_eq!(names(&gone), ["table"]);
@@ -338,9 +338,9 @@ fn nodes_of_one_file_take_their_own_parts() {
         "[[object.nodes]]\nmatch = \"Leg1\"\nrole = \"robot\"\n[[object.nodes]]\nmatch = \"Leg?\"\nrole = \"human\"\n",
     );
     assert_eq!(names(&robot), ["table", "table/Leg1", "table/Leg?"]);
-    assert!(robot.robot.get(cell(&robot, -0.18, -0.48, 0.42)), "the first rule that matches");
-    assert!(!robot.human.get(cell(&robot, -0.18, -0.48, 0.42)));
-    assert!(robot.human.get(cell(&robot, 1.42, -0.48, 0.42)));
+    assert!(robot.robot.get(voxel(&robot, -0.18, -0.48, 0.42)), "the first rule that matches");
+    assert!(!robot.human.get(voxel(&robot, -0.18, -0.48, 0.42)));
+    assert!(robot.human.get(voxel(&robot, 1.42, -0.48, 0.42)));
     assert_eq!(robot.occupied, whole.occupied);
 
     // A rule for a node covers what is below it.
@@ -376,7 +376,7 @@ fn the_best_of_a_few_poses_sees_the_operator() {
         ..table
     }])
     .unwrap();
-    cpu.load(&world.cell(world.grid.window())).unwrap();
+    cpu.load(&world.scene(world.grid.window())).unwrap();
     let poses = (0..860).step_by(25).map(|pose| world.placement(&study, 0, pose, 0));
     let shots: Vec<_> = (0..).zip(poses).map(|(slot, placement)| Shot::once(slot, placement)).collect();
     cpu.sense(0, &shots).unwrap();

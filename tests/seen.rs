@@ -102,7 +102,7 @@ fn another_sensor_takes_nothing_away() {
         let case = case(seed);
         let mut oracle = Oracle::default();
         oracle.tables(&case.tables).unwrap();
-        oracle.load(&case.cell).unwrap();
+        oracle.load(&case.scene).unwrap();
         for shot in &case.shots {
             oracle.sense(shot.table, &[Shot::once(shot.slot, shot.placement)]).unwrap();
         }

@@ -13,14 +13,15 @@ use std::sync::Arc;
 use glam::DVec3;
 use perirobot::backend::gpu::Gpu;
 use perirobot::backend::{
-    Backend, Cell, Evidence, Fusion, Placement, Planes, Rays, Reading, Shot, Slot, cpu::Cpu, oracle::Oracle,
+    Backend, Evidence, Fusion, GridPose, Planes, Rays, Reading, Shot, Slot, VoxelScene, cpu::Cpu,
+    oracle::Oracle,
 };
 use perirobot::metrics::Confusion;
 use perirobot::pose::Pose;
 use perirobot::results::columns;
 use perirobot::results::journal::Journal;
 use perirobot::scene::Optical;
-use perirobot::sensor::{Link, Setting};
+use perirobot::sensor::{MountLink, Setting};
 use perirobot::study::{Combination, Overrides, Study};
 use perirobot::sweep::Row;
 use perirobot::sweep::run;
@@ -67,7 +68,7 @@ fn the_study_has_everything() {
     assert!(["camera", "wrist", "lidar", "scanner", "ring", "cover"].into_iter().all(noisy));
     assert!(!["watch", "pads", "gate", "robot"].into_iter().any(noisy));
     // All repeats and snapshots of all choices, representations and regions.
-    let jobs = |c: &Combination| c.choices() * c.interpretations(&study.sensors).len();
+    let jobs = |c: &Combination| c.choices() * c.representations(&study.sensors).len();
     let expected = 4 * study.regions.len() * study.combinations.iter().map(jobs).sum::<usize>();
     assert_eq!(rows(&study).len(), expected);
     let spoken: Vec<_> =
@@ -142,7 +143,7 @@ fn points_without_noise_do_not_err() {
         points.map(|sensor| {
             let of = |row: &&Row| study.combinations[row.combination].members[0].sensor == sensor;
             // Points are the first representation of each.
-            let own = rows.iter().filter(of).filter(|row| row.interpretation == 0);
+            let own = rows.iter().filter(of).filter(|row| row.representation == 0);
             let counts: Vec<_> = own.map(|row| row.counts).collect();
             assert!(counts.iter().any(|c| c.tp > 0 && c.tn > 0));
             counts.iter().map(|c| c.fp + c.fn_).sum::<u64>()
@@ -160,7 +161,7 @@ fn a_part_of_the_poses_gives_the_same_rows_as_all() {
         let own = rows(study).into_iter().filter(|row| study.combinations[row.combination].name == name);
         own.map(|row| {
             let poses = columns::pose_names(study, &study.combinations[row.combination], row.choice);
-            (row.snapshot, row.repeat, poses, row.interpretation, row.region, row.counts)
+            (row.snapshot, row.repeat, poses, row.representation, row.region, row.counts)
         })
         .collect()
     };
@@ -190,7 +191,7 @@ struct Few {
     layers: Vec<Arc<BitGrid>>,
     numbers: Vec<(usize, BTreeSet<Slot>)>,
     /// What each number of the last layer stands for: a table, and a placement without its draws.
-    stands_for: BTreeMap<Slot, (usize, Placement)>,
+    stands_for: BTreeMap<Slot, (usize, GridPose)>,
     open: usize,
     most_open: usize,
 }
@@ -214,7 +215,7 @@ impl Few {
     fn find_hits(&mut self, table: usize, Shot { placement, first_hits, .. }: &Shot) {
         let Some(first_hits) = *first_hits else { return };
         assert!((first_hits as usize) < self.first_hit_slots, "{first_hits} of {}", self.first_hit_slots);
-        let known = (table, Placement { draws: 0, ..*placement });
+        let known = (table, GridPose { draws: 0, ..*placement });
         let first = *self.stands_for.entry(first_hits).or_insert(known);
         assert_eq!(first, known, "number {first_hits} stands for one placement while a layer is loaded");
         self.numbers.last_mut().unwrap().1.insert(first_hits);
@@ -241,16 +242,16 @@ impl Backend for Few {
         self.cpu.tables(tables)
     }
 
-    fn load(&mut self, cell: &Cell) -> Result<()> {
+    fn load(&mut self, scene: &VoxelScene) -> Result<()> {
         assert_eq!(self.open, 0, "questions are answered before another cell is loaded");
-        let still = cell.still.as_ref().expect("all scenes here move");
+        let still = scene.still.as_ref().expect("all scenes here move");
         if !self.layers.last().is_some_and(|last| Arc::ptr_eq(last, still)) {
             assert!(!self.layers.iter().any(|layer| Arc::ptr_eq(layer, still)), "a layer comes back");
             self.layers.push(still.clone());
             self.stands_for.clear();
         }
         self.numbers.push((self.layers.len() - 1, BTreeSet::new()));
-        self.cpu.load(cell)
+        self.cpu.load(scene)
     }
 
     fn slots(&self) -> usize {
@@ -272,18 +273,18 @@ impl Backend for Few {
         self.first_hit_slots
     }
 
-    fn ask(&mut self, fusion: Fusion, jobs: &[Vec<Reading>]) -> Result<()> {
+    fn submit(&mut self, fusion: Fusion, jobs: &[Vec<Reading>]) -> Result<()> {
         self.open += 1;
         self.most_open = self.most_open.max(self.open);
-        self.cpu.ask(fusion, jobs)
+        self.cpu.submit(fusion, jobs)
     }
 
-    fn answer(&mut self) -> Result<Vec<Vec<Confusion>>> {
+    fn receive(&mut self) -> Result<Vec<Vec<Confusion>>> {
         self.open -= 1;
-        self.cpu.answer()
+        self.cpu.receive()
     }
 
-    fn read(&mut self, table: usize, placement: &Placement) -> Result<Evidence> {
+    fn read(&mut self, table: usize, placement: &GridPose) -> Result<Evidence> {
         self.cpu.read(table, placement)
     }
 }
@@ -403,7 +404,7 @@ fn a_sensor_on_a_link_goes_where_the_link_goes() {
     let mut study = study();
     let [camera, lidar] = ["wrist", "lidar"].map(|sensor| index(&study, sensor));
     let mount = |study: &mut Study, sensor: usize, link: &str, pose: Pose| {
-        study.sensors[sensor].on = Some(Link { object: "arm".into(), link: link.into() });
+        study.sensors[sensor].on = Some(MountLink { object: "arm".into(), link: link.into() });
         study.sensors[sensor].candidates[0].setting = Setting::Pose(pose);
     };
     let offset = DVec3::new(0.1, 0.0, 0.05);
@@ -442,7 +443,7 @@ fn a_gate_on_a_link_without_poses_is_carried_by_it() {
     let mut study = study();
     let gate = index(&study, "gate");
     assert_eq!(World::prepare_all(&study).unwrap()[0].settings[gate][..], [Setting::Fixed]);
-    study.sensors[gate].on = Some(Link { object: "arm".into(), link: "base_link".into() });
+    study.sensors[gate].on = Some(MountLink { object: "arm".into(), link: "base_link".into() });
     let carried = World::prepare_all(&study).unwrap()[0].settings[gate][0].pose();
     assert_eq!(rounded(carried.position_m), [-800_000, 0, 800_000]);
 }

@@ -4,9 +4,9 @@
 use std::mem::offset_of;
 
 use naga::{Module, TypeInner};
+use perirobot::backend::body_words::BodyWord;
 use perirobot::backend::gpu::types::{JobWords, Part, PlacementWords, ReadingWords, Setup, TableWords};
 use perirobot::backend::gpu::{Stage, shader_source};
-use perirobot::backend::roll::Flesh;
 
 fn parsed(stage: Stage) -> Module {
     let source = shader_source(stage);
@@ -64,10 +64,10 @@ fn structs_match_their_mirrors() {
     mirrored!("Table", TableWords, rays range_min_q16 range_max_q16 near_ignore_q16 no_return_is_free backdrop noisy lost_below
         image_x image_y focal_x focal_y near);
     mirrored!("Part", Part, first_row first end region every_ray until_q16 zero);
-    mirrored!("Placement", PlacementWords, origin_q16 axis_x_q15 axis_y_q15 axis_z_q15
+    mirrored!("GridPose", PlacementWords, origin_q16 axis_x_q15 axis_y_q15 axis_z_q15
         true_origin_q16 true_axis_x_q15 true_axis_y_q15 true_axis_z_q15 is_off draws slot first_hits);
     mirrored!("Job", JobWords, first end octomap);
-    mirrored!("Flesh", Flesh, word voxels hits sensed);
+    mirrored!("BodyWord", BodyWord, word voxels hits sensed);
     mirrored!("Reading", ReadingWords, slot volume hit miss presence);
 }
 
@@ -83,10 +83,10 @@ fn arrays_in_storage_have_no_gaps() {
                 TypeInner::Scalar(_) | TypeInner::Atomic(_) => size_of::<u32>(),
                 TypeInner::Array { .. } => size_of::<[i32; 3]>(),
                 TypeInner::Struct { .. } => match item.name.as_deref() {
-                    Some("Placement") => size_of::<PlacementWords>(),
+                    Some("GridPose") => size_of::<PlacementWords>(),
                     Some("Job") => size_of::<JobWords>(),
                     Some("Reading") => size_of::<ReadingWords>(),
-                    Some("Flesh") => size_of::<Flesh>(),
+                    Some("BodyWord") => size_of::<BodyWord>(),
                     other => panic!("{place}: {name} is an array of {other:?}, for which there is no mirror"),
                 },
                 other => panic!("{place}: {name} is an array of {other:?}, for which there is no mirror"),
@@ -96,7 +96,7 @@ fn arrays_in_storage_have_no_gaps() {
     }
 }
 
-/// A driver that ends loops early is found by what is asked after each of them (`shaders/proof.wgsl`).
+/// A driver that ends loops early is found by what is asked after each of them (`shaders/completion.wgsl`).
 #[test]
 fn after_each_loop_a_kernel_asks_whether_it_ended() {
     let mut loops = 0;

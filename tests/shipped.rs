@@ -7,18 +7,18 @@ use std::path::Path;
 
 use perirobot::backend::{Backend, cpu::Cpu, gpu::Gpu};
 use perirobot::study::{Overrides, Study};
-use perirobot::sweep::compare::{Report, Selection, compare, compare_combination};
+use perirobot::sweep::compare::{Comparison, PoseSelection, compare, compare_combination};
 use perirobot::world::{World, ray_tables};
 
 #[track_caller]
-fn check(file: &str, voxel_size_m: Option<f64>, selection: Selection) {
+fn check(file: &str, voxel_size_m: Option<f64>, selection: PoseSelection) {
     let overrides = Overrides { voxel_size_m, ..Default::default() };
     let study = Study::load(&Path::new(env!("CARGO_MANIFEST_DIR")).join(file), &overrides).unwrap();
     let mut backends: Vec<Box<dyn Backend>> = vec![Box::new(Cpu::new(None).unwrap())];
     if let Some(adapter) = common::adapter() {
         backends.push(Box::new(Gpu::new(&adapter).unwrap()));
     }
-    let mut report = Report::default();
+    let mut report = Comparison::default();
     let worlds = World::prepare_all(&study).unwrap();
     for world in &worlds {
         for sensor in 0..study.sensors.len() {
@@ -41,25 +41,25 @@ fn check(file: &str, voxel_size_m: Option<f64>, selection: Selection) {
 
 #[test]
 fn tiny_whole() {
-    check("scenes/tiny.toml", None, Selection::All);
+    check("scenes/tiny.toml", None, PoseSelection::All);
 }
 
 #[test]
 fn tiny_with_voxels_of_3_cm() {
-    check("scenes/tiny.toml", Some(0.03), Selection::Spread { number: 3, turn: 0 });
+    check("scenes/tiny.toml", Some(0.03), PoseSelection::Spread { number: 3, turn: 0 });
 }
 
 #[test]
 fn quick() {
-    check("scenes/quick.toml", None, Selection::Spread { number: 3, turn: 0 });
+    check("scenes/quick.toml", None, PoseSelection::Spread { number: 3, turn: 0 });
 }
 
 #[test]
 fn lidars() {
-    check("scenes/paper/lidar.toml", None, Selection::Spread { number: 2, turn: 0 });
+    check("scenes/paper/lidar.toml", None, PoseSelection::Spread { number: 2, turn: 0 });
 }
 
 #[test]
 fn every_sensor() {
-    check("scenes/sensors.toml", None, Selection::All);
+    check("scenes/sensors.toml", None, PoseSelection::All);
 }

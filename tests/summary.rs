@@ -11,13 +11,13 @@ mod watch;
 use std::fs;
 
 use perirobot::backend::{Backend, cpu::Cpu};
-use perirobot::results::journal::{Header, Journal, Locked, Shard};
+use perirobot::results::journal::{Journal, JournalHeader, Locked, Shard};
 use perirobot::results::manifest::Manifest;
-use perirobot::results::table::Format;
+use perirobot::results::table::TableFormat;
 use perirobot::results::{Results, Subject, scores};
 use perirobot::study::{Overrides, Study};
 use perirobot::sweep::session::Session;
-use perirobot::sweep::{Crew, Gear, run};
+use perirobot::sweep::{BackendFactory, Fallback, run};
 use perirobot::world::World;
 use program::{Folder, names, perirobot, text};
 use watch::Onlooker;
@@ -59,12 +59,12 @@ fn rich() -> Folder {
 /// Sweeps on the CPU.
 struct OnCpu;
 
-impl Crew for OnCpu {
-    fn open(&mut self, _: Gear) -> perirobot::Result<Box<dyn Backend + Send>> {
+impl BackendFactory for OnCpu {
+    fn open(&mut self, _: Fallback) -> perirobot::Result<Box<dyn Backend + Send>> {
         Ok(Box::new(Cpu::new(None)?))
     }
 
-    fn is_doubted(&self) -> bool {
+    fn needs_check(&self) -> bool {
         false
     }
 }
@@ -88,10 +88,10 @@ fn results_read_back_are_those_of_the_sweep() {
     let read = |results: Results| {
         for row in &rows {
             let moment = results.scenes[row.scene].moments.start + row.snapshot;
-            let key = perirobot::results::Key {
+            let key = perirobot::results::RowKey {
                 combination: row.combination,
                 choice: row.choice,
-                representation: row.interpretation,
+                representation: row.representation,
                 region: row.region,
             };
             assert_eq!(results.counts(moment, row.repeat, &key).unwrap(), row.counts, "{row:?}");
@@ -119,7 +119,7 @@ fn scores_csv_is_the_same_from_the_sweep_and_from_its_folder() {
     let written = fs::read(out.join("scores.csv")).unwrap();
     let (results, _) = Results::read(&out).unwrap();
     fs::create_dir(folder.path("again")).unwrap();
-    scores::write(&results, &folder.path("again"), Format::Csv).unwrap();
+    scores::write(&results, &folder.path("again"), TableFormat::Csv).unwrap();
     assert!(fs::read(folder.path("again/scores.csv")).unwrap() == written);
     assert_eq!(names(&out), FILES);
     let header = String::from_utf8(written).unwrap();
@@ -256,7 +256,7 @@ fn results_of_other_rules_come_with_a_warning() {
     let rows: Vec<_> = (0..old.header().blocks).map(|block| old.header().rows_of_block(block)).collect();
     let counts: Vec<_> = rows.iter().map(|rows| old.counts(rows.clone()).unwrap()).collect();
     let fingerprint = Manifest::read(&out).unwrap().fingerprint();
-    let header = Header { fingerprint, ..old.header().clone() };
+    let header = JournalHeader { fingerprint, ..old.header().clone() };
     drop(old);
     let mut journal = Locked::open(&out).unwrap().begin(header).unwrap();
     rows.iter().zip(&counts).for_each(|(rows, counts)| journal.put(rows.start, counts).unwrap());

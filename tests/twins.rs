@@ -34,7 +34,7 @@ fn check(device: &Device, twin: &Twin, cases: &[u32]) {
         fn sout(i: u32, word: i32) {{ out(i, bitcast<u32>(word)); }}
         fn in3(i: u32) -> vec3<i32> {{ return vec3<i32>(sin(i), sin(i + 1u), sin(i + 2u)); }}
         fn out_march(m: March) {{
-            sout(0u, m.cell.x); sout(1u, m.cell.y); sout(2u, m.cell.z);
+            sout(0u, m.voxel.x); sout(1u, m.voxel.y); sout(2u, m.voxel.z);
             sout(3u, m.step.x); sout(4u, m.step.y); sout(5u, m.step.z);
             out(6u, m.next_q16.x); out(7u, m.next_q16.y); out(8u, m.next_q16.z);
             out(9u, m.period_q16.x); out(10u, m.period_q16.y); out(11u, m.period_q16.z);
@@ -61,7 +61,7 @@ fn check(device: &Device, twin: &Twin, cases: &[u32]) {
 }
 
 fn march_words(march: March) -> Vec<u32> {
-    let signed = [march.cell, march.step].concat();
+    let signed = [march.voxel, march.step].concat();
     let unsigned = [march.next_q16, march.period_q16].concat();
     signed.into_iter().map(|w| w as u32).chain(unsigned).collect()
 }
@@ -72,7 +72,7 @@ fn signed(words: &[u32]) -> [i32; 3] {
 
 fn march_of(words: &[u32]) -> March {
     March {
-        cell: signed(words),
+        voxel: signed(words),
         step: signed(&words[3..]),
         next_q16: std::array::from_fn(|r| words[6 + r]),
         period_q16: std::array::from_fn(|r| words[9 + r]),
@@ -305,7 +305,7 @@ const LAUNCHES: [Twin; 2] = [
         name: "launch",
         inputs: 15,
         outputs: 12,
-        wgsl: "let p = Placement(
+        wgsl: "let p = GridPose(
                    array<i32, 3>(sin(0u), sin(1u), sin(2u)), array<i32, 3>(sin(3u), sin(4u), sin(5u)),
                    array<i32, 3>(sin(6u), sin(7u), sin(8u)), array<i32, 3>(sin(9u), sin(10u), sin(11u)),
                    array<i32, 3>(1, 2, 3), array<i32, 3>(), array<i32, 3>(), array<i32, 3>(), 1u, 0u, 0u, 0u);
@@ -316,7 +316,7 @@ const LAUNCHES: [Twin; 2] = [
         name: "launch_truly",
         inputs: 15,
         outputs: 12,
-        wgsl: "let p = Placement(
+        wgsl: "let p = GridPose(
                    array<i32, 3>(1, 2, 3), array<i32, 3>(), array<i32, 3>(), array<i32, 3>(),
                    array<i32, 3>(sin(0u), sin(1u), sin(2u)), array<i32, 3>(sin(3u), sin(4u), sin(5u)),
                    array<i32, 3>(sin(6u), sin(7u), sin(8u)), array<i32, 3>(sin(9u), sin(10u), sin(11u)), 1u, 0u, 0u, 0u);

@@ -9,32 +9,32 @@
 //! Voxels are counted under the words of a region's rows. Those that are truly occupied are few: their words
 //! are listed with the voxels in them, and so are the person's and the robot's.
 
-use super::fuse::{Job, Rows};
-use super::roll::Roll;
-use super::{Cell, Fusion, Planes, Reading, Slot};
+use super::body_words::BodyWords;
+use super::fuse::{FuseJob, RowSpan};
+use super::{Fusion, Planes, Reading, Slot, VoxelScene};
 use crate::metrics::Confusion;
 use crate::voxel::{BitGrid, Window};
 
-/// The regions of a cell, laid out for counting.
+/// The regions of a scene, laid out for counting.
 #[derive(Clone, Debug)]
-pub(super) struct Tally {
+pub(super) struct RegionTally {
     window: Window,
-    layers: Vec<Layer>,
+    layers: Vec<RegionRows>,
     /// For each region, its voxels and how many of them are occupied, a person's, the robot's.
     totals: Vec<[u64; 4]>,
-    roll: Roll,
+    body_words: BodyWords,
 }
 
 /// The rows of a layer in which some region has voxels.
 #[derive(Clone, Debug)]
-struct Layer {
-    rows: Rows,
-    parts: Vec<Part>,
+struct RegionRows {
+    rows: RowSpan,
+    parts: Vec<RegionLayer>,
 }
 
 /// What a region has in a layer.
 #[derive(Clone, Debug)]
-struct Part {
+struct RegionLayer {
     region: usize,
     /// Its first word, counted from that of the layer's rows.
     first: usize,
@@ -44,31 +44,32 @@ struct Part {
     listed: [Vec<(u32, u32)>; 3],
 }
 
-impl Tally {
-    /// Lays out the regions of a cell.
-    pub(super) fn new(cell: &Cell) -> Tally {
-        let (window, mut human, mut robot) = (cell.window, cell.human.clone(), cell.robot.clone());
-        human.keep(&cell.truth);
-        robot.keep(&cell.truth);
-        let planes = [&cell.truth, &human, &robot];
-        let mut totals = vec![[0; 4]; cell.regions.len()];
+impl RegionTally {
+    /// Lays out the regions of a scene.
+    pub(super) fn new(scene: &VoxelScene) -> RegionTally {
+        let (window, mut human, mut robot) = (scene.window, scene.human.clone(), scene.robot.clone());
+        human.keep(&scene.truth);
+        robot.keep(&scene.truth);
+        let planes = [&scene.truth, &human, &robot];
+        let mut totals = vec![[0; 4]; scene.regions.len()];
         let layers = (window.min[2]..window.end()[2]).filter_map(|z| {
-            let spans = cell.regions.iter().enumerate().filter_map(|(i, region)| Some((i, rows(region, z)?)));
+            let spans =
+                scene.regions.iter().enumerate().filter_map(|(i, region)| Some((i, rows(region, z)?)));
             let spans: Vec<_> = spans.collect();
             let first = spans.iter().map(|(_, rows)| rows.ys.start).min()?;
             let end = spans.iter().map(|(_, rows)| rows.ys.end).max()?;
-            let part = |(region, rows): (usize, Rows)| {
-                let part = Part::new(region, &cell.regions[region], planes, &rows, first);
+            let part = |(region, rows): (usize, RowSpan)| {
+                let part = RegionLayer::new(region, &scene.regions[region], planes, &rows, first);
                 let listed = part.listed.iter().map(|listed| ones(listed.iter().map(|&(_, voxels)| voxels)));
                 let counts = std::iter::once(ones(part.words.iter().copied())).chain(listed);
                 totals[region].iter_mut().zip(counts).for_each(|(total, count)| *total += count);
                 part
             };
             let parts = spans.into_iter().map(part).collect();
-            Some(Layer { rows: Rows { z, ys: first..end }, parts })
+            Some(RegionRows { rows: RowSpan { z, ys: first..end }, parts })
         });
         let layers = layers.collect();
-        Tally { window, layers, totals, roll: Roll::new(cell) }
+        RegionTally { window, layers, totals, body_words: BodyWords::new(scene) }
     }
 
     /// Fuses the readings of a job, and counts the labels and the hits in each region. Hits cover the window,
@@ -81,7 +82,7 @@ impl Tally {
     ) -> Vec<Confusion> {
         let mut labelled = vec![[[0; 2]; 4]; self.totals.len()];
         let detections = self.detect(readings, &planes);
-        let mut job = Job::new(self.window, fusion, readings, planes);
+        let mut job = FuseJob::new(self.window, fusion, readings, planes);
         for layer in &self.layers {
             job.fuse(&layer.rows);
             for part in &layer.parts {
@@ -89,44 +90,53 @@ impl Tally {
             }
         }
         let counted = self.totals.iter().zip(&labelled).map(|(totals, labelled)| confusion(totals, labelled));
-        counted.zip(self.roll.detections(&detections)).map(|(counts, found)| counts.with(found)).collect()
+        counted
+            .zip(self.body_words.detections(&detections))
+            .map(|(counts, found)| counts.with(found))
+            .collect()
     }
 
-    /// Counts the hits of a job: the counters of [`Roll`].
+    /// Counts the hits of a job: the counters of [`BodyWords`].
     fn detect<'a>(&self, readings: &[Reading], planes: impl Fn(Slot) -> Option<&'a Planes>) -> Vec<u32> {
-        let mut counters = vec![0; self.roll.counters()];
+        let mut counters = vec![0; self.body_words.counters()];
         let hits = readings.iter().flat_map(|reading| {
             let slots = [Some(reading.slot), reading.volume].into_iter().flatten();
             let words = slots.filter_map(&planes).map(|said| said.hits.words());
             words.filter(|words| !words.is_empty()).map(|words| (words, reading.presence)).collect::<Vec<_>>()
         });
         let hits: Vec<(&[u32], bool)> = hits.collect();
-        for flesh in &self.roll.flesh {
+        for body in &self.body_words.body {
             let (mut hit, mut sensed) = (0, 0);
             for &(words, presence) in &hits {
-                let word = words[flesh.word as usize];
+                let word = words[body.word as usize];
                 hit |= word;
                 sensed |= if presence { word } else { 0 };
             }
-            counters[flesh.hits as usize] += (hit & flesh.voxels).count_ones();
-            counters[flesh.sensed as usize] += (sensed & flesh.voxels).count_ones();
+            counters[body.hits as usize] += (hit & body.voxels).count_ones();
+            counters[body.sensed as usize] += (sensed & body.voxels).count_ones();
         }
         counters
     }
 }
 
-impl Part {
-    fn new(region: usize, cells: &BitGrid, planes: [&BitGrid; 3], rows: &Rows, first_y: i32) -> Part {
+impl RegionLayer {
+    fn new(
+        region: usize,
+        voxels: &BitGrid,
+        planes: [&BitGrid; 3],
+        rows: &RowSpan,
+        first_y: i32,
+    ) -> RegionLayer {
         let words_of = |plane: &BitGrid| -> Vec<u32> {
             rows.ys.clone().flat_map(|y| plane.row(y, rows.z).iter().copied()).collect()
         };
-        let words = words_of(cells);
+        let words = words_of(voxels);
         let listed = planes.map(|plane| {
             let voxels = (0..).zip(words_of(plane).into_iter().zip(&words).map(|(plane, word)| plane & word));
             voxels.filter(|&(_, voxels)| voxels != 0).collect()
         });
-        let first = (rows.ys.start - first_y) as usize * cells.words_per_row() as usize;
-        Part { region, first, words, listed }
+        let first = (rows.ys.start - first_y) as usize * voxels.words_per_row() as usize;
+        RegionLayer { region, first, words, listed }
     }
 
     /// Adds up the labels of its voxels: occupied and free, among all and among those listed.
@@ -142,11 +152,11 @@ impl Part {
 }
 
 /// The rows of a layer from the first to the last in which a plane has voxels.
-fn rows(plane: &BitGrid, z: i32) -> Option<Rows> {
+fn rows(plane: &BitGrid, z: i32) -> Option<RowSpan> {
     let ys = plane.window().min[1]..plane.window().end()[1];
     let filled = |y: &i32| plane.row(*y, z).iter().any(|&word| word != 0);
     let (first, last) = (ys.clone().find(filled)?, ys.rev().find(filled)?);
-    Some(Rows { z, ys: first..last + 1 })
+    Some(RowSpan { z, ys: first..last + 1 })
 }
 
 /// How many bits are set in the words of a layer: at most 1023², so that 32 bits hold the sum.

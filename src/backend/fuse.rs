@@ -20,7 +20,7 @@ use crate::voxel::Window;
 /// Rows of one layer of a window, what is fused and counted at a time: few enough to stay in the nearest
 /// cache.
 #[derive(Clone, Debug)]
-pub(super) struct Rows {
+pub(super) struct RowSpan {
     /// The layer.
     pub(super) z: i32,
     /// The rows.
@@ -28,7 +28,7 @@ pub(super) struct Rows {
 }
 
 /// The readings of a job, fused row by row.
-pub(super) struct Job<'a> {
+pub(super) struct FuseJob<'a> {
     fusion: Fusion,
     window: Window,
     voices: Vec<Voice<'a>>,
@@ -48,7 +48,7 @@ struct Voice<'a> {
     still: [i32; 2],
 }
 
-impl<'a> Job<'a> {
+impl<'a> FuseJob<'a> {
     /// Readings of evidence over a window or parts of it; slots that hold nothing say nothing.
     pub(super) fn new(
         window: Window,
@@ -70,11 +70,11 @@ impl<'a> Job<'a> {
         };
         let mut voices: Vec<_> = readings.iter().rev().map(voice).collect();
         voices.reverse();
-        Job { fusion, window, voices, occupied: Vec::new(), free: Vec::new() }
+        FuseJob { fusion, window, voices, occupied: Vec::new(), free: Vec::new() }
     }
 
     /// Labels the voxels of some rows.
-    pub(super) fn fuse(&mut self, rows: &Rows) {
+    pub(super) fn fuse(&mut self, rows: &RowSpan) {
         let words = rows.ys.len() * self.window.size[0].div_ceil(32) as usize;
         blank(&mut self.occupied, words);
         blank(&mut self.free, words);
@@ -111,7 +111,7 @@ impl<'a> Job<'a> {
 
 impl Voice<'_> {
     /// Joins what its parts say of some rows.
-    fn hear(&mut self, window: Window, rows: &Rows, words: usize) {
+    fn hear(&mut self, window: Window, rows: &RowSpan, words: usize) {
         blank(&mut self.occupied, words);
         blank(&mut self.free, words);
         for planes in &self.parts {
@@ -156,13 +156,13 @@ pub(super) fn fused<'a>(
     readings: &[Reading],
     planes: impl Fn(Slot) -> Option<&'a Planes>,
 ) -> Planes {
-    let mut job = Job::new(window, fusion, readings, &planes);
+    let mut job = FuseJob::new(window, fusion, readings, &planes);
     let mut labels = Planes::blank(window);
     let slots = readings.iter().flat_map(|reading| [Some(reading.slot), reading.volume]).flatten();
     slots.filter_map(&planes).for_each(|said| labels.hits.add(&said.hits));
     let ([_, y, z], [_, y_end, z_end]) = (window.min, window.end());
     for z in z..z_end {
-        job.fuse(&Rows { z, ys: y..y_end });
+        job.fuse(&RowSpan { z, ys: y..y_end });
         for (plane, words) in [(&mut labels.occupied, &job.occupied), (&mut labels.free, &job.free)] {
             let row = plane.words_per_row() as usize;
             for (y, words) in (y..).zip(words.chunks_exact(row.max(1))) {
@@ -201,13 +201,13 @@ mod tests {
             (state >> 33) % below
         };
         let window = Window::between([0; 3], [69, 3, 2]);
-        let rows = Rows { z: 1, ys: 1..4 };
+        let rows = RowSpan { z: 1, ys: 1..4 };
         let mut labels = [0; 3];
         for case in 0..300 {
             let mut plane = || {
                 let mut plane = BitGrid::new(window);
                 let voxels = BitGrid::full(window);
-                voxels.cells().filter(|_| random(2) == 0).for_each(|voxel| plane.set(voxel));
+                voxels.voxels().filter(|_| random(2) == 0).for_each(|voxel| plane.set(voxel));
                 plane
             };
             let planes: Vec<_> =
@@ -223,7 +223,7 @@ mod tests {
                 Reading { slot: random(8) as Slot, volume, hit, miss, presence: false }
             };
             let readings: Vec<_> = (0..case % 9).map(reading).collect();
-            let mut job = Job::new(window, Fusion::Octomap, &readings, |slot| planes.get(slot as usize));
+            let mut job = FuseJob::new(window, Fusion::Octomap, &readings, |slot| planes.get(slot as usize));
             job.fuse(&rows);
             let plain = |voxel: [i32; 3]| {
                 readings.iter().fold(0, |sum: i32, reading| {

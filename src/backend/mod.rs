@@ -1,12 +1,12 @@
 //! The backends behind one trait: quantised placements in, integers out. All give the same counts: `oracle`
 //! defines them, `cpu` and `gpu` are fast. The command line chooses one, once.
 
+pub mod body_words;
 mod count;
 pub mod cpu;
 mod fuse;
 pub mod gpu;
 pub mod oracle;
-pub mod roll;
 mod self_test;
 
 use std::sync::Arc;
@@ -19,11 +19,11 @@ pub use self_test::{POSES as SELF_TEST_POSES, self_test};
 
 /// One scene at one moment, as the backends see it. All planes but `blockers` cover `window`.
 #[derive(Clone, Debug)]
-pub struct Cell {
+pub struct VoxelScene {
     /// What stops rays, over the whole grid.
     pub blockers: Arc<BitGrid>,
     /// Of the blockers, what every snapshot of the scene has, so that it need be cast once only; the very same
-    /// (`Arc::ptr_eq`) in the cells of all of them, and another one where numbers for first hits begin anew. `None` where
+    /// (`Arc::ptr_eq`) in the scenes of all of them, and another one where numbers for first hits begin anew. `None` where
     /// there is one snapshot.
     pub still: Option<Arc<BitGrid>>,
     /// The part of the grid where evidence is kept: normally the bounding box of the regions.
@@ -96,33 +96,33 @@ pub struct Image {
 
 /// One pose of a sensor in a grid, quantised: where it is believed to be, which is where its evidence is written.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Placement {
+pub struct GridPose {
     /// Position from the grid's corner, in 1/65536 voxels; inside the grid.
     pub origin_q16: [i32; 3],
     /// Row r of `world_from_sensor`, Q15.
     pub axis_q15: [[i32; 3]; 3],
     /// Where it truly is, if its mount is off: its rays are cast from there.
-    pub truly: Option<Standpoint>,
+    pub truly: Option<GridFrame>,
     /// The hash of all words before the ray, for rays with noise ([`crate::march::fold`]).
     pub draws: u32,
 }
 
-/// Where a sensor is and how it is turned, quantised as in a [`Placement`].
+/// Where a sensor is and how it is turned, quantised as in a [`GridPose`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Standpoint {
-    /// As [`Placement::origin_q16`].
+pub struct GridFrame {
+    /// As [`GridPose::origin_q16`].
     pub origin_q16: [i32; 3],
-    /// As [`Placement::axis_q15`].
+    /// As [`GridPose::axis_q15`].
     pub axis_q15: [[i32; 3]; 3],
 }
 
-impl Placement {
+impl GridPose {
     /// Where its rays are cast from: the true standpoint, as if it were the believed one.
-    pub fn caster(&self) -> Placement {
+    pub fn caster(&self) -> GridPose {
         match self.truly {
             None => *self,
-            Some(Standpoint { origin_q16, axis_q15 }) => {
-                Placement { origin_q16, axis_q15, truly: None, draws: self.draws }
+            Some(GridFrame { origin_q16, axis_q15 }) => {
+                GridPose { origin_q16, axis_q15, truly: None, draws: self.draws }
             }
         }
     }
@@ -152,10 +152,10 @@ impl Planes {
     }
 }
 
-/// All that casting one placement tells: planes over the cell's window, and how each ray ended.
+/// All that casting one placement tells: planes over the scene's window, and how each ray ended.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Evidence {
-    /// Endpoints, the cells that returning (or certifying) rays passed, and the blockers that returns come from.
+    /// Endpoints, the voxels that returning (or certifying) rays passed, and the blockers that returns come from.
     pub planes: Planes,
     /// One end a ray, in ray order; the end of a noisy return is where it is read.
     pub ends: Vec<End>,
@@ -170,16 +170,16 @@ pub struct Shot {
     /// Where its evidence goes.
     pub slot: Slot,
     /// Where the sensor is.
-    pub placement: Placement,
-    /// Where to keep what its rays hit first in the cell's still layer, and to find it again in the next cell of the
+    pub placement: GridPose,
+    /// Where to keep what its rays hit first in the scene's still layer, and to find it again in the next scene of the
     /// same layer: a number below [`Backend::first_hit_slots`]. A number stands for one table and placement, but for its
     /// draws, as long as the layer is loaded.
     pub first_hits: Option<Slot>,
 }
 
 impl Shot {
-    /// A placement that is cast in this cell only.
-    pub fn once(slot: Slot, placement: Placement) -> Self {
+    /// A placement that is cast in this scene only.
+    pub fn once(slot: Slot, placement: GridPose) -> Self {
         Shot { slot, placement, first_hits: None }
     }
 }
@@ -203,9 +203,9 @@ pub struct Reading {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Carving {
     /// Voxels look at the pixels that see them: for cameras.
-    Gather,
-    /// Rays mark the cells they pass.
-    Walk,
+    ByVoxel,
+    /// Rays mark the voxels they pass.
+    ByRay,
 }
 
 /// How the evidence of several sensors becomes one label a voxel.
@@ -228,7 +228,7 @@ pub const LOG_ODDS: std::ops::RangeInclusive<i32> = -2000..=3511;
 /// memory of any machine that sweeps. Half of it is for evidence.
 pub const MEMORY_BYTES: u64 = 512 << 20;
 
-/// A backend. Ray tables and a cell are loaded, evidence is cast or uploaded into slots, and fused from there any
+/// A backend. Ray tables and a scene are loaded, evidence is cast or uploaded into slots, and fused from there any
 /// number of times.
 pub trait Backend {
     /// `oracle`, `cpu` or `gpu`.
@@ -241,31 +241,31 @@ pub trait Backend {
     fn tables(&mut self, tables: &[Rays]) -> Result<()>;
 
     /// Makes a scene ready, and forgets all evidence; no question may be open. Fails if it cannot fit the device, saying what would.
-    fn load(&mut self, cell: &Cell) -> Result<()>;
+    fn load(&mut self, scene: &VoxelScene) -> Result<()>;
 
-    /// How many pieces of evidence of the loaded cell can be kept at once; at least 1.
+    /// How many pieces of evidence of the loaded scene can be kept at once; at least 1.
     fn slots(&self) -> usize;
 
-    /// How many placements' first hits in the still layer can be kept at once; 0 if the cell has no such layer.
+    /// How many placements' first hits in the still layer can be kept at once; 0 if the scene has no such layer.
     fn first_hit_slots(&self) -> usize;
 
     /// Casts a table's rays from placements; what each proves replaces what its slot held. No slot comes twice.
     fn sense(&mut self, table: usize, shots: &[Shot]) -> Result<()>;
 
-    /// Puts evidence made by the host into slots. Planes cover the cell's window or any part of it.
+    /// Puts evidence made by the host into slots. Planes cover the scene's window or any part of it.
     fn upload(&mut self, evidence: Vec<(Slot, Planes)>) -> Result<()>;
 
     /// Asks for the readings of each job to be fused, in their order, and for the labels and the hits in each region of the
-    /// cell to be counted. What is cast or uploaded later changes nothing.
-    fn ask(&mut self, fusion: Fusion, jobs: &[Vec<Reading>]) -> Result<()>;
+    /// scene to be counted. What is cast or uploaded later changes nothing.
+    fn submit(&mut self, fusion: Fusion, jobs: &[Vec<Reading>]) -> Result<()>;
 
     /// Waits for the counts of the oldest question not yet answered: of each job, in each region, with who is detected there.
-    fn answer(&mut self) -> Result<Vec<Vec<Confusion>>>;
+    fn receive(&mut self) -> Result<Vec<Vec<Confusion>>>;
 
     /// Asks and waits. No question may be open.
     fn score(&mut self, fusion: Fusion, jobs: &[Vec<Reading>]) -> Result<Vec<Vec<Confusion>>> {
-        self.ask(fusion, jobs)?;
-        self.answer()
+        self.submit(fusion, jobs)?;
+        self.receive()
     }
 
     /// What the stages of its work took so far, in the order they run, as far as that is known.
@@ -274,7 +274,7 @@ pub trait Backend {
     }
 
     /// All that is known of one placement, for comparisons, exports and pictures. No slot survives it.
-    fn read(&mut self, table: usize, placement: &Placement) -> Result<Evidence>;
+    fn read(&mut self, table: usize, placement: &GridPose) -> Result<Evidence>;
 }
 
 /// What several sensors say together, in the order they speak, over a window: their planes, and what `occupied` and `free`
@@ -297,6 +297,6 @@ fn no_table(table: usize) -> crate::Error {
 }
 
 /// The error for an answer to a question that was never asked.
-fn nothing_asked() -> crate::Error {
+fn nothing_submitted() -> crate::Error {
     crate::Error::Device("no question is open".into())
 }

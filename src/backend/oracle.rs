@@ -3,7 +3,7 @@
 
 use std::collections::VecDeque;
 
-use super::{Backend, Cell, Evidence, Fusion, LOG_ODDS, Placement, Planes, Rays, Reading, Shot, Slot};
+use super::{Backend, Evidence, Fusion, GridPose, LOG_ODDS, Planes, Rays, Reading, Shot, Slot, VoxelScene};
 use crate::march::{BLIND, End, LEFT, NEVER, NOTHING, RETURN};
 use crate::metrics::{COUNTERS, Confusion, Detection};
 use crate::voxel::grid::MAX_VOXELS_PER_AXIS;
@@ -17,7 +17,7 @@ const SLOTS: usize = 256;
 #[derive(Default)]
 pub struct Oracle {
     tables: Vec<Rays>,
-    cell: Option<Cell>,
+    scene: Option<VoxelScene>,
     slots: Vec<Option<Planes>>,
     answers: VecDeque<Vec<Vec<Confusion>>>,
 }
@@ -36,8 +36,8 @@ impl Backend for Oracle {
         Ok(())
     }
 
-    fn load(&mut self, cell: &Cell) -> Result<()> {
-        self.cell = Some(cell.clone());
+    fn load(&mut self, scene: &VoxelScene) -> Result<()> {
+        self.scene = Some(scene.clone());
         self.slots = vec![None; SLOTS];
         Ok(())
     }
@@ -58,40 +58,41 @@ impl Backend for Oracle {
     }
 
     fn upload(&mut self, evidence: Vec<(Slot, Planes)>) -> Result<()> {
-        let window = self.cell()?.window;
+        let window = self.scene()?.window;
         for (slot, planes) in evidence {
             self.slots[slot as usize] = Some(over(window, &planes));
         }
         Ok(())
     }
 
-    fn ask(&mut self, fusion: Fusion, jobs: &[Vec<Reading>]) -> Result<()> {
-        let cell = self.cell()?;
+    fn submit(&mut self, fusion: Fusion, jobs: &[Vec<Reading>]) -> Result<()> {
+        let scene = self.scene()?;
         let score = |job: &Vec<Reading>| {
             let in_region =
-                |region| self.count(cell, region, fusion, job).with(self.detect(cell, region, job));
-            cell.regions.iter().map(in_region).collect()
+                |region| self.count(scene, region, fusion, job).with(self.detect(scene, region, job));
+            scene.regions.iter().map(in_region).collect()
         };
         let answer = jobs.iter().map(score).collect();
         self.answers.push_back(answer);
         Ok(())
     }
 
-    fn answer(&mut self) -> Result<Vec<Vec<Confusion>>> {
-        self.answers.pop_front().ok_or_else(super::nothing_asked)
+    fn receive(&mut self) -> Result<Vec<Vec<Confusion>>> {
+        self.answers.pop_front().ok_or_else(super::nothing_submitted)
     }
 
-    fn read(&mut self, table: usize, placement: &Placement) -> Result<Evidence> {
-        let cell = self.cell()?;
+    fn read(&mut self, table: usize, placement: &GridPose) -> Result<Evidence> {
+        let scene = self.scene()?;
         let rays = self.tables.get(table).ok_or_else(|| super::no_table(table))?;
-        let mut planes = Planes::blank(cell.blockers.window());
+        let mut planes = Planes::blank(scene.blockers.window());
         let mut ends = Vec::with_capacity(rays.dirs_q15.len());
-        let mut path = Box::new(Path { cells: [0; LONGEST_PATH], entered: [0; LONGEST_PATH] });
+        let mut path = Box::new(Path { voxels: [0; LONGEST_PATH], entered: [0; LONGEST_PATH] });
         let mark = |plane: &mut [u32], bit: u32| plane[bit as usize >> 5] |= 1 << (bit & 31);
         for ray in 0..rays.dirs_q15.len() {
-            let Walked { mut end, blocker, t_q16 } = walk(cell, rays, &placement.caster(), ray, &mut path);
+            let Pathend { mut end, blocker, t_q16 } =
+                follow(scene, rays, &placement.caster(), ray, &mut path);
             if placement.truly.is_some() {
-                end.crossings = along(cell, rays, placement, ray, t_q16, &mut path);
+                end.crossings = along(scene, rays, placement, ray, t_q16, &mut path);
             }
             let endpoint = end.crossings as usize;
             let freed = match end.kind {
@@ -100,33 +101,33 @@ impl Backend for Oracle {
                 NOTHING if rays.gates.no_return_is_free => endpoint + 1,
                 _ => 0,
             };
-            path.cells[..freed].iter().for_each(|&bit| mark(planes.free.words_mut(), bit));
+            path.voxels[..freed].iter().for_each(|&bit| mark(planes.free.words_mut(), bit));
             if end.kind == RETURN {
-                mark(planes.occupied.words_mut(), path.cells[endpoint]);
+                mark(planes.occupied.words_mut(), path.voxels[endpoint]);
                 mark(planes.hits.words_mut(), blocker);
             }
             ends.push(end);
         }
-        Ok(Evidence { planes: over(cell.window, &planes), ends })
+        Ok(Evidence { planes: over(scene.window, &planes), ends })
     }
 }
 
 impl Oracle {
-    fn cell(&self) -> Result<&Cell> {
-        self.cell.as_ref().ok_or_else(|| Error::Device("no scene is loaded".into()))
+    fn scene(&self) -> Result<&VoxelScene> {
+        self.scene.as_ref().ok_or_else(|| Error::Device("no scene is loaded".into()))
     }
 
     /// Counts a region voxel by voxel.
-    fn count(&self, cell: &Cell, region: &BitGrid, fusion: Fusion, job: &[Reading]) -> Confusion {
+    fn count(&self, scene: &VoxelScene, region: &BitGrid, fusion: Fusion, job: &[Reading]) -> Confusion {
         let mut counts = [0u64; COUNTERS];
-        for voxel in region.cells() {
+        for voxel in region.voxels() {
             let label = self.label(voxel, fusion, job);
-            let truth = cell.truth.get(voxel);
+            let truth = scene.truth.get(voxel);
             counts[2 * label + !truth as usize] += 1;
-            if truth && cell.human.get(voxel) {
+            if truth && scene.human.get(voxel) {
                 counts[6 + label] += 1;
             }
-            if truth && cell.robot.get(voxel) {
+            if truth && scene.robot.get(voxel) {
                 counts[9 + label] += 1;
             }
         }
@@ -134,13 +135,13 @@ impl Oracle {
     }
 
     /// Looks at each voxel of a person whether some reading hits it.
-    fn detect(&self, cell: &Cell, region: &BitGrid, job: &[Reading]) -> Detection {
+    fn detect(&self, scene: &VoxelScene, region: &BitGrid, job: &[Reading]) -> Detection {
         let in_slot =
             |slot: Slot, voxel| self.slots[slot as usize].as_ref().is_some_and(|said| said.hits.get(voxel));
         let hits = |reading: &Reading, voxel| {
             in_slot(reading.slot, voxel) || reading.volume.is_some_and(|slot| in_slot(slot, voxel))
         };
-        cell.people.detection(
+        scene.people.detection(
             region,
             |voxel| job.iter().any(|reading| hits(reading, voxel)),
             |voxel| job.iter().any(|reading| reading.presence && hits(reading, voxel)),
@@ -149,8 +150,8 @@ impl Oracle {
 
     /// 0, 1 or 2: occupied, free, unknown.
     fn label(&self, voxel: [i32; 3], fusion: Fusion, job: &[Reading]) -> usize {
-        // All evidence covers the cell's window, as the truth does.
-        let bit = self.cell.as_ref().and_then(|cell| cell.truth.bit_index(voxel));
+        // All evidence covers the scene's window, as the truth does.
+        let bit = self.scene.as_ref().and_then(|scene| scene.truth.bit_index(voxel));
         let Some(bit) = bit else { return 2 };
         let in_slot = |slot: Slot, plane: fn(&Planes) -> &BitGrid| {
             self.slots[slot as usize].as_ref().is_some_and(|planes| is_set(plane(planes).words(), bit))
@@ -196,12 +197,12 @@ fn over(window: Window, planes: &Planes) -> Planes {
     Planes { occupied: occupied.over(window), free: free.over(window), hits: hits.over(window) }
 }
 
-/// Most cells that a ray can be in: it moves one way on each axis.
+/// Most voxels that a ray can be in: it moves one way on each axis.
 const LONGEST_PATH: usize = 3 * MAX_VOXELS_PER_AXIS as usize;
 
-/// The cells that a ray is in, as bit indices, and the crossing by which it entered each.
+/// The voxels that a ray is in, as bit indices, and the crossing by which it entered each.
 struct Path {
-    cells: [u32; LONGEST_PATH],
+    voxels: [u32; LONGEST_PATH],
     entered: [u64; LONGEST_PATH],
 }
 
@@ -209,7 +210,7 @@ struct Path {
 /// distance + axis.
 #[derive(Clone, Copy)]
 struct Ray {
-    /// The bit of the cell that it is in.
+    /// The bit of the voxel that it is in.
     bit: i64,
     /// The next crossing of each axis.
     next: [u64; 3],
@@ -222,7 +223,7 @@ struct Ray {
 }
 
 impl Ray {
-    fn start(blockers: &BitGrid, placement: &Placement, dir_q15: [i32; 3]) -> Ray {
+    fn start(blockers: &BitGrid, placement: &GridPose, dir_q15: [i32; 3]) -> Ray {
         let size = blockers.window().size.map(i64::from);
         let row = i64::from(blockers.words_per_row()) * 32;
         let strides = [1, row, row * size[1]];
@@ -230,14 +231,14 @@ impl Ray {
         for r in 0..3 {
             let sum: i64 = (0..3).map(|a| i64::from(placement.axis_q15[r][a]) * i64::from(dir_q15[a])).sum();
             let dir = (sum + (1 << 13)) >> 14;
-            let cell = i64::from(placement.origin_q16[r] >> 16);
+            let voxel = i64::from(placement.origin_q16[r] >> 16);
             let frac = (placement.origin_q16[r] & 0xffff) as u64;
-            let (ahead, room) = if dir < 0 { (frac, cell) } else { ((1 << 16) - frac, size[r] - 1 - cell) };
+            let (ahead, room) = if dir < 0 { (frac, voxel) } else { ((1 << 16) - frac, size[r] - 1 - voxel) };
             let never = u64::from(NEVER);
             let period =
                 (1u64 << 32).checked_div(dir.unsigned_abs()).map_or(never, |period| period.min(never));
             let first = if dir == 0 { never } else { (ahead * period) >> 16 };
-            ray.bit += cell * strides[r];
+            ray.bit += voxel * strides[r];
             ray.next[r] = 4 * first + r as u64;
             ray.period[r] = 4 * period;
             ray.stride[r] = dir.signum() * strides[r];
@@ -274,7 +275,7 @@ fn is_set(words: &[u32], bit: usize) -> bool {
 }
 
 /// What became of a ray.
-struct Walked {
+struct Pathend {
     end: End,
     /// The bit of the blocker that a return comes from.
     blocker: u32,
@@ -283,25 +284,25 @@ struct Walked {
     t_q16: u64,
 }
 
-/// Fills `path` with the cells that a ray is in, inside the grid and within range, up to its first blocker,
+/// Fills `path` with the voxels that a ray is in, inside the grid and within range, up to its first blocker,
 /// or to where a noisy return is read.
-fn walk(cell: &Cell, rays: &Rays, placement: &Placement, number: usize, path: &mut Path) -> Walked {
-    let words = cell.blockers.words();
+fn follow(scene: &VoxelScene, rays: &Rays, placement: &GridPose, number: usize, path: &mut Path) -> Pathend {
+    let words = scene.blockers.words();
     let gates = &rays.gates;
-    let mut ray = Ray::start(&cell.blockers, placement, rays.dirs_q15[number]);
+    let mut ray = Ray::start(&scene.blockers, placement, rays.dirs_q15[number]);
     let out_of_range = after(gates.range_max_q16.into());
     let limit = ray.exit.min(out_of_range);
     let mut crossings = 0;
     let walked = |kind, crossings: usize, blocker: u32, t_q16: u64| {
         let end = End { kind, crossings: crossings as u32 };
-        Walked { end, blocker, t_q16 }
+        Pathend { end, blocker, t_q16 }
     };
     let range_q16 = u64::from(gates.range_max_q16);
-    path.cells[0] = ray.bit as u32;
+    path.voxels[0] = ray.bit as u32;
     path.entered[0] = 0;
     while let Some(crossing) = ray.cross(limit) {
         crossings += 1;
-        path.cells[crossings] = ray.bit as u32;
+        path.voxels[crossings] = ray.bit as u32;
         path.entered[crossings] = crossing;
         let t = crossing >> 2;
         if is_set(words, ray.bit as usize) && t >= u64::from(gates.near_ignore_q16) {
@@ -326,11 +327,18 @@ fn walk(cell: &Cell, rays: &Rays, placement: &Placement, number: usize, path: &m
     walked(if left { LEFT } else { NOTHING }, crossings, 0, range_q16)
 }
 
-/// Fills `path` with the cells that a ray is believed to be in up to a distance, were nothing in its way: how
-/// many crossings those are.
-fn along(cell: &Cell, rays: &Rays, from: &Placement, number: usize, t_q16: u64, path: &mut Path) -> u32 {
-    let ray = Ray::start(&cell.blockers, from, rays.dirs_q15[number]);
-    path.cells[0] = ray.bit as u32;
+/// Fills `path` with the voxels that a ray is believed to be in up to a distance, were nothing in its way:
+/// how many crossings those are.
+fn along(
+    scene: &VoxelScene,
+    rays: &Rays,
+    from: &GridPose,
+    number: usize,
+    t_q16: u64,
+    path: &mut Path,
+) -> u32 {
+    let ray = Ray::start(&scene.blockers, from, rays.dirs_q15[number]);
+    path.voxels[0] = ray.bit as u32;
     unhindered(ray, ray.exit.min(after(t_q16)), path, 0) as u32
 }
 
@@ -339,7 +347,7 @@ fn along(cell: &Cell, rays: &Rays, from: &Placement, number: usize, t_q16: u64, 
 fn unhindered(mut ray: Ray, limit: u64, path: &mut Path, mut crossings: usize) -> usize {
     while ray.cross(limit).is_some() {
         crossings += 1;
-        path.cells[crossings] = ray.bit as u32;
+        path.voxels[crossings] = ray.bit as u32;
     }
     crossings
 }

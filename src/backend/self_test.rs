@@ -1,9 +1,9 @@
-//! Whether a device gives the right counts here and now: a camera of many pixels in a cluttered cell, a whole
-//! batch of poses, held against the CPU. Some poses stand so close to what they see that every kernel has
-//! long loops.
+//! Whether a device gives the right counts here and now: a camera of many pixels in a cluttered scene, a
+//! whole batch of poses, held against the CPU. Some poses stand so close to what they see that every kernel
+//! has long loops.
 
 use super::cpu::Cpu;
-use super::{Backend, Cell, Fusion, Image, Noise, Placement, Rays, Reading, Shot};
+use super::{Backend, Fusion, GridPose, Image, Noise, Rays, Reading, Shot, VoxelScene};
 use crate::march::{Gates, pcg};
 use crate::metrics::{BodyPart, Confusion};
 use crate::voxel::{BitGrid, BodyVoxel, People, Window};
@@ -35,7 +35,7 @@ pub fn self_test(backend: &mut dyn Backend) -> Result<()> {
 /// The counts of each pose alone and of all together, in both rules of fusion and each region.
 fn counts(backend: &mut dyn Backend) -> Result<Vec<Vec<u64>>> {
     backend.tables(&[camera()])?;
-    backend.load(&cell())?;
+    backend.load(&scene())?;
     // As many at once as there is room for: a few poses of a camera always fit.
     let slots = POSES.min(backend.slots() as u32);
     let shots: Vec<_> = (0..slots).map(|slot| Shot::once(slot, placement(slot))).collect();
@@ -74,7 +74,7 @@ fn camera() -> Rays {
 }
 
 /// A room of columns and clutter, 140 × 120 × 60 voxels, with a person and a robot in it.
-fn cell() -> Cell {
+fn scene() -> VoxelScene {
     let grid = Window::between([0; 3], [139, 119, 59]);
     let block = |min: [i32; 3], max: [i32; 3]| BitGrid::full(Window::between(min, max)).over(grid);
     let mut truth = block([0, 0, 0], [139, 119, 0]);
@@ -98,16 +98,16 @@ fn cell() -> Cell {
     let [truth, human, robot] = [truth, human, robot].map(|plane| plane.over(window));
     // A part every five layers.
     let part = |[.., z]: [i32; 3]| BodyPart::ALL[z as usize / 5 % BodyPart::ALL.len()];
-    let voxels = human.cells().map(|voxel| BodyVoxel { voxel, person: 0, part: part(voxel) }).collect();
+    let voxels = human.voxels().map(|voxel| BodyVoxel { voxel, person: 0, part: part(voxel) }).collect();
     let people = People { min_hits: 3, voxels };
-    Cell { blockers, still: None, window, truth, human, robot, regions, people }
+    VoxelScene { blockers, still: None, window, truth, human, robot, regions, people }
 }
 
 /// Around the room and amid the clutter, turned by eighths of a circle, level or tilted down.
-fn placement(number: u32) -> Placement {
+fn placement(number: u32) -> GridPose {
     let corners = [[5, 5, 40], [130, 6, 50], [10, 110, 30], [128, 112, 45]];
     let amid = [[40, 50, 20], [75, 45, 15], [105, 60, 25], [70, 90, 10]];
-    let cell = if number.is_multiple_of(2) {
+    let voxel = if number.is_multiple_of(2) {
         corners[number as usize / 2 % 4]
     } else {
         amid[number as usize / 2 % 4]
@@ -121,8 +121,8 @@ fn placement(number: u32) -> Placement {
         forward[a] * right[b] - forward[b] * right[a]
     });
     let q15 = |x: f64| libm::round(x * 32_768.0) as i32;
-    Placement {
-        origin_q16: cell.map(|c: i32| (c << 16) + 0x6789),
+    GridPose {
+        origin_q16: voxel.map(|c: i32| (c << 16) + 0x6789),
         axis_q15: std::array::from_fn(|r| [q15(right[r]), q15(down[r]), q15(forward[r])]),
         truly: None,
         draws: 0,

@@ -6,7 +6,7 @@ use perirobot::backend::cpu::Cpu;
 use perirobot::backend::gpu::{AdapterChoice, Gpu, adapters};
 use perirobot::backend::{Backend, MEMORY_BYTES, oracle::Oracle};
 use perirobot::sweep::bench::Contender;
-use perirobot::sweep::{Crew, Gear};
+use perirobot::sweep::{BackendFactory, Fallback};
 use perirobot::{Error, Result};
 
 /// Most threads; no machine of today has as many processors.
@@ -17,7 +17,7 @@ const MOST_THREADS: i64 = 1024;
 pub(super) struct BackendArgs {
     /// Who computes: auto takes a hardware GPU if there is one, else the CPU
     #[arg(long, value_enum, default_value = "auto")]
-    backend: Choice,
+    backend: BackendChoice,
     /// A Vulkan adapter for the GPU backend: its number or a part of its name (see `perirobot devices`), or
     /// `software` for one that runs on the processor
     #[arg(long, value_name = "INDEX|NAME|software")]
@@ -34,7 +34,7 @@ pub(super) struct BackendArgs {
 }
 
 #[derive(Clone, Copy, PartialEq, ValueEnum)]
-enum Choice {
+enum BackendChoice {
     /// A hardware GPU if there is one, else the CPU
     Auto,
     /// All cores
@@ -54,15 +54,15 @@ impl BackendArgs {
 
     /// Opens the backend.
     pub(super) fn open(&self) -> Result<Box<dyn Backend + Send>> {
-        if self.adapter.is_some() && matches!(self.backend, Choice::Cpu | Choice::Oracle) {
+        if self.adapter.is_some() && matches!(self.backend, BackendChoice::Cpu | BackendChoice::Oracle) {
             return Err(Error::Input("--adapter belongs to --backend gpu (or auto)".into()));
         }
         match self.backend {
-            Choice::Oracle => Ok(Box::new(Oracle::default())),
-            Choice::Cpu => Ok(Box::new(self.cpu(self.threads())?)),
-            Choice::Gpu => Ok(Box::new(self.gpu(&self.adapter())?)),
-            Choice::Auto if self.adapter.is_some() => Ok(Box::new(self.gpu(&self.adapter())?)),
-            Choice::Auto if adapters().iter().any(|adapter| !adapter.software) => {
+            BackendChoice::Oracle => Ok(Box::new(Oracle::default())),
+            BackendChoice::Cpu => Ok(Box::new(self.cpu(self.threads())?)),
+            BackendChoice::Gpu => Ok(Box::new(self.gpu(&self.adapter())?)),
+            BackendChoice::Auto if self.adapter.is_some() => Ok(Box::new(self.gpu(&self.adapter())?)),
+            BackendChoice::Auto if adapters().iter().any(|adapter| !adapter.software) => {
                 match self.gpu(&AdapterChoice::Hardware) {
                     Ok(gpu) => Ok(Box::new(gpu)),
                     Err(reason) => {
@@ -71,7 +71,7 @@ impl BackendArgs {
                     }
                 }
             }
-            Choice::Auto => Ok(Box::new(self.cpu(self.threads())?)),
+            BackendChoice::Auto => Ok(Box::new(self.cpu(self.threads())?)),
         }
     }
 
@@ -80,7 +80,7 @@ impl BackendArgs {
     pub(super) fn contenders(&self) -> Result<Vec<Contender>> {
         let all = std::thread::available_parallelism().map_or(1, |n| n.get());
         let mut contenders = Vec::new();
-        if matches!(self.backend, Choice::Auto | Choice::Cpu) {
+        if matches!(self.backend, BackendChoice::Auto | BackendChoice::Cpu) {
             let most = self.threads().unwrap_or(all);
             contenders.push(Contender {
                 name: "cpu, 1 thread, no SIMD".into(),
@@ -93,7 +93,7 @@ impl BackendArgs {
                 contenders.push(Contender { name, backend: Box::new(cpu), threads });
             }
         }
-        if matches!(self.backend, Choice::Auto | Choice::Gpu)
+        if matches!(self.backend, BackendChoice::Auto | BackendChoice::Gpu)
             && let Some(gpu) = self.any_gpu("measured")?
         {
             let name = format!("gpu, {}", gpu.device());
@@ -104,12 +104,12 @@ impl BackendArgs {
 
     /// Every backend that can run here besides the oracle. A software adapter counts.
     pub(super) fn open_all(&self) -> Result<Vec<Box<dyn Backend>>> {
-        if self.backend == Choice::Oracle {
+        if self.backend == BackendChoice::Oracle {
             return Err(Error::Input(
                 "--backend oracle: every backend is compared with it; name another".into(),
             ));
         }
-        if self.backend != Choice::Auto {
+        if self.backend != BackendChoice::Auto {
             return Ok(vec![self.open()?]);
         }
         let mut all: Vec<Box<dyn Backend>> = vec![Box::new(self.cpu(self.threads())?)];
@@ -122,7 +122,7 @@ impl BackendArgs {
     /// The adapter that was asked for, or a hardware GPU, or a software one; none, and a warning, where there
     /// is no adapter at all.
     fn any_gpu(&self, what: &str) -> Result<Option<Gpu>> {
-        if self.adapter.is_some() || self.backend == Choice::Gpu {
+        if self.adapter.is_some() || self.backend == BackendChoice::Gpu {
             return self.gpu(&self.adapter()).map(Some);
         }
         let found = adapters();
@@ -179,7 +179,7 @@ pub(super) fn start_threads(threads: Option<usize>) -> Result<()> {
 }
 
 /// The backend of a sweep and who steps in for it.
-pub(super) struct SweepCrew<'a> {
+pub(super) struct SweepBackends<'a> {
     args: &'a BackendArgs,
     is_gpu: bool,
     /// The backend that was opened first, until it is asked for.
@@ -189,16 +189,16 @@ pub(super) struct SweepCrew<'a> {
 impl BackendArgs {
     /// Who sweeps. The backend of the user's choice is opened, so that what is wrong with it is known at
     /// once.
-    pub(super) fn crew(&self) -> Result<SweepCrew<'_>> {
+    pub(super) fn backends(&self) -> Result<SweepBackends<'_>> {
         let backend = self.open()?;
-        Ok(SweepCrew { args: self, is_gpu: backend.name() == "gpu", ready: Some(backend) })
+        Ok(SweepBackends { args: self, is_gpu: backend.name() == "gpu", ready: Some(backend) })
     }
 }
 
-impl Crew for SweepCrew<'_> {
-    fn open(&mut self, gear: Gear) -> Result<Box<dyn Backend + Send>> {
-        match gear {
-            Gear::Full => {
+impl BackendFactory for SweepBackends<'_> {
+    fn open(&mut self, fallback: Fallback) -> Result<Box<dyn Backend + Send>> {
+        match fallback {
+            Fallback::None => {
                 // Once it was a GPU, it is one: what steps in for it is known by its own name.
                 let again = || Ok(Box::new(self.args.gpu(&self.args.adapter())?) as Box<dyn Backend + Send>);
                 let anew = || if self.is_gpu { again() } else { self.args.open() };
@@ -206,15 +206,15 @@ impl Crew for SweepCrew<'_> {
                 say!("running on {}: {}", backend.name(), backend.device());
                 Ok(backend)
             }
-            Gear::Small => {
+            Fallback::Small => {
                 let memory = self.args.memory.unwrap_or(MEMORY_BYTES).min(MEMORY_BYTES) / 4;
                 Ok(Box::new(self.args.gpu(&self.args.adapter())?.memory(memory)))
             }
-            Gear::Cpu => Ok(Box::new(self.args.cpu(self.args.threads())?)),
+            Fallback::Cpu => Ok(Box::new(self.args.cpu(self.args.threads())?)),
         }
     }
 
-    fn is_doubted(&self) -> bool {
+    fn needs_check(&self) -> bool {
         self.is_gpu
     }
 }

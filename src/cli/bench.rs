@@ -112,7 +112,7 @@ fn headline(study: &Study, worlds: &[World], prepare: Duration) -> String {
     let regions: Vec<String> = world
         .regions
         .iter()
-        .map(|region| format!("{} of {} voxels", region.name, region.cells.count()))
+        .map(|region| format!("{} of {} voxels", region.name, region.voxels.count()))
         .collect();
     format!(
         "## {}, {size_cm} cm\n\nperirobot {}, scene {}{snapshots}, grid {x} × {y} × {z}. Regions: {}, in a window of {} voxels.\n\

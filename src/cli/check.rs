@@ -5,7 +5,7 @@ use std::process::ExitCode;
 
 use perirobot::sensor::Sensor;
 use perirobot::study::Study;
-use perirobot::sweep::sample::{self, Checker, Ends};
+use perirobot::sweep::sample::{self, Checker, EndCounts};
 use perirobot::{Error, Result};
 
 use super::backend::BackendArgs;
@@ -100,8 +100,8 @@ fn refuse(problems: &[Error], all: bool) -> ExitCode {
 }
 
 /// How the rays of each sensor end.
-fn rays(study: &Study, ends: &[Ends], most: usize) -> String {
-    let line = |(sensor, ends): (&Sensor, &Ends)| {
+fn rays(study: &Study, ends: &[EndCounts], most: usize) -> String {
+    let line = |(sensor, ends): (&Sensor, &EndCounts)| {
         let percent = |some: u64| 100.0 * some as f64 / ends.rays() as f64;
         format!(
             "rays of {:?} at {} poses: {:.1} % return, {:.1} % end too near, {:.1} % too far, {:.1} % leave the grid\n",
@@ -122,7 +122,7 @@ fn rays(study: &Study, ends: &[Ends], most: usize) -> String {
 
 /// Warns of each sensor of which most rays do not return, with what to do, as many as are wished for; how
 /// many there are.
-fn advise(study: &Study, ends: &[Ends], most: usize) -> usize {
+fn advise(study: &Study, ends: &[EndCounts], most: usize) -> usize {
     let cures =
         study.sensors.iter().zip(ends).filter_map(|(sensor, ends)| Some((sensor, cure(study, ends)?)));
     let cures: Vec<_> = cures.collect();
@@ -134,18 +134,18 @@ fn advise(study: &Study, ends: &[Ends], most: usize) -> usize {
 }
 
 /// What to do about the end that most rays have.
-fn cure(study: &Study, ends: &Ends) -> Option<&'static str> {
+fn cure(study: &Study, ends: &EndCounts) -> Option<&'static str> {
     let most = |some: u64| 2 * some > ends.rays();
     match ends {
-        Ends { too_near, .. } if most(*too_near) => Some(
+        EndCounts { too_near, .. } if most(*too_near) => Some(
             "most rays are blind: something stands nearer than range_m's first number; move the poses away from it, or, if it is \
              the sensor's own housing, write near_ignore_m",
         ),
-        Ends { too_far, .. } if most(*too_far) => Some(
+        EndCounts { too_far, .. } if most(*too_far) => Some(
             "most rays find nothing within range_m's second number and say nothing: move the poses nearer, take a sensor with a \
              longer range, or, if it certifies what is empty, write no_return = \"free\"",
         ),
-        Ends { left, .. } if most(*left) && !study.backdrop => Some(
+        EndCounts { left, .. } if most(*left) && !study.backdrop => Some(
             "most rays leave the grid without a hit and say nothing: model floor and walls (an object with room = { size_m = ... \
              }), or write outside = \"backdrop\" in [grid] if something beyond it returns them; are the poses turned the \
              right way?",

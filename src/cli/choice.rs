@@ -2,7 +2,7 @@
 
 use perirobot::Result;
 use perirobot::study::Study;
-use perirobot::view::{Choice, Wanted, find, find_scene};
+use perirobot::view::{Choice, Names, find, find_scene};
 use perirobot::world::World;
 
 #[derive(clap::Args)]
@@ -60,8 +60,8 @@ impl RestArgs {
         Ok((find_scene(study, &self.wanted(""))?, self.snapshot))
     }
 
-    fn wanted(&self, poses: &str) -> Wanted {
-        Wanted {
+    fn wanted(&self, poses: &str) -> Names {
+        Names {
             poses: poses.into(),
             combination: self.combination.clone(),
             representation: self.representation.clone(),

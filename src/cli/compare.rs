@@ -4,7 +4,7 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 
 use perirobot::metrics::Score;
-use perirobot::report::placements::{Among, PLACEMENTS, Placement, Sweeps};
+use perirobot::report::placements::{Among, PLACEMENTS, RankedPlacement, Sweeps};
 use perirobot::{Error, Result};
 
 use super::score::ScoreArg;
@@ -93,7 +93,7 @@ pub(super) fn run(args: &Args) -> Result<ExitCode> {
 }
 
 /// As many as can stand side by side.
-fn enough(placements: Vec<Placement>) -> Result<Vec<Placement>> {
+fn enough(placements: Vec<RankedPlacement>) -> Result<Vec<RankedPlacement>> {
     let (found, least, most) = (placements.len(), PLACEMENTS.start(), PLACEMENTS.end());
     if PLACEMENTS.contains(&found) {
         return Ok(placements);

@@ -88,7 +88,7 @@ fn objects(truth: &Truth, most: usize) -> String {
             size.x,
             size.y,
             size.z,
-            object.cells.count()
+            object.voxels.count()
         )
     };
     first_of(truth.objects.iter().map(|object| line(object)), most, "  ", "objects")
@@ -97,7 +97,7 @@ fn objects(truth: &Truth, most: usize) -> String {
 fn regions(study: &Study, worlds: &[World], most: usize) -> String {
     let width = width(study.regions.iter().map(|(name, _)| name.as_str()));
     let line = |(index, (name, _)): (usize, &(String, RegionSpec))| {
-        let counts = || worlds.iter().map(|world| world.regions[index].cells.count());
+        let counts = || worlds.iter().map(|world| world.regions[index].voxels.count());
         let voxels = match (counts().min(), counts().max()) {
             (Some(least), Some(most)) if least == most => format!("{most} voxels"),
             (Some(least), Some(most)) => format!("{least} to {most} voxels"),
@@ -141,12 +141,16 @@ fn poses(sensor: &Sensor) -> String {
 fn combinations(study: &Study, most: usize) -> String {
     let width = width(study.combinations.iter().map(|combination| combination.name.as_str()));
     let line = |combination: &Combination| {
-        let (choices, ways) = (combination.choices(), combination.ways(&study.sensors));
-        format!("  {:<width$}  {choices} choices of poses × {ways} representations\n", combination.name)
+        let (choices, representations) =
+            (combination.choices(), combination.representation_count(&study.sensors));
+        format!(
+            "  {:<width$}  {choices} choices of poses × {representations} representations\n",
+            combination.name
+        )
     };
     let all = first_of(study.combinations.iter().map(line), most, "  ", "combinations");
     let layout = layout_of(study);
-    let (choices, rows) = (layout.blocks() as u64 * layout.asks() as u64, layout.rows());
+    let (choices, rows) = (layout.blocks() as u64 * layout.pose_choices() as u64, layout.rows());
     format!(
         "combinations\n{all}  {choices} scene-poses, each snapshot and repeat for itself; {rows} rows of results\n\n"
     )

@@ -5,7 +5,7 @@ use std::path::Path;
 use clap::ValueEnum;
 use perirobot::Result;
 use perirobot::report::best;
-use perirobot::results::table::Format;
+use perirobot::results::table::TableFormat;
 use perirobot::results::{Results, rows, scores};
 
 /// Tables with more rows than this are Parquet, unless the user says otherwise.
@@ -40,12 +40,12 @@ impl OutcomeArgs {
     /// Writes the tables. Those of the other format, from an earlier end of the same sweep, are the same and
     /// stay.
     pub(super) fn write(&self, results: &Results, folder: &Path) -> Result<()> {
-        let formats: &[Format] = match self.table {
-            Some(TableChoice::Csv) => &[Format::Csv],
-            Some(TableChoice::Parquet) => &[Format::Parquet],
-            Some(TableChoice::Both) => &[Format::Csv, Format::Parquet],
-            None if results.layout().rows() > MOST_CSV_ROWS => &[Format::Parquet],
-            None => &[Format::Csv],
+        let formats: &[TableFormat] = match self.table {
+            Some(TableChoice::Csv) => &[TableFormat::Csv],
+            Some(TableChoice::Parquet) => &[TableFormat::Parquet],
+            Some(TableChoice::Both) => &[TableFormat::Csv, TableFormat::Parquet],
+            None if results.layout().rows() > MOST_CSV_ROWS => &[TableFormat::Parquet],
+            None => &[TableFormat::Csv],
         };
         for &format in formats {
             rows::write(results, folder, format)?;

@@ -99,7 +99,7 @@ impl Drop for Progress {
 
 /// What a line holds. Rate and time left are those since the start of this run, null while nothing is done.
 #[derive(Serialize)]
-struct Line<'a> {
+struct ProgressLine<'a> {
     event: &'a str,
     what: &'a str,
     done: u64,
@@ -145,7 +145,7 @@ impl Lines {
         let per_s = (new > 0 && elapsed_s > 0.0).then(|| new as f64 / elapsed_s);
         let left_s = per_s.map(|per_s| self.of.saturating_sub(self.done) as f64 / per_s);
         let rounded = |x: f64| (1e3 * x).round() / 1e3;
-        let line = Line {
+        let line = ProgressLine {
             event,
             what: self.what,
             done: self.done,

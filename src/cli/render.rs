@@ -50,7 +50,7 @@ pub(super) struct Args {
     size: [u32; 2],
     /// What the colours say [default: label with --pose, role without]
     #[arg(long, value_enum)]
-    colour: Option<Choice>,
+    colour: Option<Colouring>,
     /// Draw only what lies in this region
     #[arg(long, value_name = "NAME")]
     only_region: Option<String>,
@@ -78,7 +78,7 @@ Examples:
     --fov-deg 77 --colour height --out inside.png";
 
 #[derive(Clone, Copy, PartialEq, ValueEnum)]
-enum Choice {
+enum Colouring {
     /// What the sensors say: called occupied, unknown, called free; people and the robot set off
     Label,
     /// From the lowest voxel to the highest
@@ -136,10 +136,10 @@ impl Args {
             })
         };
         let colour = match (self.colour, &self.pose) {
-            (Some(Choice::Label), _) | (None, Some(_)) => Colour::Label,
-            (Some(Choice::Height), _) => Colour::Height,
-            (Some(Choice::X), _) => Colour::X,
-            (Some(Choice::Role), _) | (None, None) => Colour::Role,
+            (Some(Colouring::Label), _) | (None, Some(_)) => Colour::Label,
+            (Some(Colouring::Height), _) => Colour::Height,
+            (Some(Colouring::X), _) => Colour::X,
+            (Some(Colouring::Role), _) | (None, None) => Colour::Role,
         };
         Ok(Wish {
             eye: self.from,

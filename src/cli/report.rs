@@ -59,8 +59,13 @@ pub(super) fn run(args: &Args) -> Result<ExitCode> {
     let (study, worlds) = args.swept.load()?;
     let mut backend = args.backend.open()?;
     let words = args.swept.words();
-    let sweep =
-        html::Sweep { results: &results, manifest: &manifest, study: &study, worlds: &worlds, words: &words };
+    let sweep = html::ReportedSweep {
+        results: &results,
+        manifest: &manifest,
+        study: &study,
+        worlds: &worlds,
+        words: &words,
+    };
     let bar = indicatif::ProgressBar::new(0).with_prefix("poses looked at");
     let style = indicatif::ProgressStyle::with_template("{prefix} {wide_bar} {pos}/{len}, {eta} left");
     bar.set_style(style.unwrap_or_else(|_| indicatif::ProgressStyle::default_bar()));

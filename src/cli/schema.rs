@@ -15,11 +15,11 @@ use perirobot::study::schema;
 #[derive(clap::Args)]
 pub(super) struct Args {
     /// Which kind of file
-    file: Kind,
+    file: SchemaKind,
 }
 
 #[derive(Clone, Copy, ValueEnum)]
-enum Kind {
+enum SchemaKind {
     /// What is swept over what
     Study,
     /// The objects of a cell
@@ -28,8 +28,8 @@ enum Kind {
 
 pub(super) fn run(args: &Args) -> Result<ExitCode> {
     super::print(&match args.file {
-        Kind::Study => schema::study(),
-        Kind::Scene => schema::scene(),
+        SchemaKind::Study => schema::study(),
+        SchemaKind::Scene => schema::scene(),
     })?;
     Ok(ExitCode::SUCCESS)
 }

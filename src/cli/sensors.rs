@@ -4,7 +4,7 @@
 use std::process::ExitCode;
 
 use perirobot::sensor::noise::Deviation;
-use perirobot::study::catalogue::{Model, Stereo, models};
+use perirobot::study::catalogue::{DeviceModel, Stereo, models};
 use perirobot::{Error, Result};
 use toml::Value;
 
@@ -49,7 +49,7 @@ model                         kind  field (deg)  resolution     range (m)  noise
 ";
 
 /// A device in a line: where it looks, how finely, how far, and how exactly.
-fn line(model: &Model) -> String {
+fn line(model: &DeviceModel) -> String {
     let key = |key: &str| model.keys.get(key);
     let numbers = |value: &Value| match value {
         Value::Array(all) => all.iter().map(plain).collect::<Vec<_>>().join(" x "),
@@ -112,7 +112,7 @@ fn spread(angles: &[Value]) -> String {
 }
 
 /// All that is known of a device; its lines can be pasted into a study.
-fn told(model: &Model) -> String {
+fn told(model: &DeviceModel) -> String {
     let mut text = format!("# {}\n# source: {}\n#         {}\n", model.title, model.source, model.url);
     text += &format!("# {}\n", model.note);
     if let Some(unconfirmed) = &model.unconfirmed {

@@ -5,7 +5,7 @@ use std::process::ExitCode;
 
 use perirobot::Result;
 use perirobot::metrics::Score;
-use perirobot::report::Selection;
+use perirobot::report::ReportSelection;
 use perirobot::report::distribution;
 use perirobot::report::groups;
 use perirobot::report::maxima;
@@ -61,7 +61,7 @@ pub(super) fn run(args: &Args) -> Result<ExitCode> {
     }
     let scores = args.score.map_or(&[Score::F1, Score::Kappa][..], ScoreArg::scores);
     let (region, combination) = (args.region.as_deref(), args.combination.as_deref());
-    let selection = Selection::named(&results, region, combination, scores)?;
+    let selection = ReportSelection::named(&results, region, combination, scores)?;
     for render in [distribution::render, maxima::render, groups::render, snapshots::render] {
         super::print(&render(&results, &selection)?)?;
     }

@@ -8,7 +8,7 @@ use perirobot::results::journal::Shard;
 use perirobot::results::manifest::Fault;
 use perirobot::results::{Results, Subject};
 use perirobot::sweep::Watch;
-use perirobot::sweep::session::{Ending, Report, Session, folder_of};
+use perirobot::sweep::session::{Ending, RunReport, Session, folder_of};
 use perirobot::{Result, shell};
 
 use super::backend::BackendArgs;
@@ -89,7 +89,7 @@ pub(super) fn run(args: &Args) -> Result<ExitCode> {
     let shard = part.unwrap_or(Shard::WHOLE);
     let (study, worlds) = args.study.load_unless(&|| stop.reason().map(|why| not_begun(&why)))?;
     let subject = Subject::of_study(&study, &worlds);
-    let mut crew = args.backend.crew()?;
+    let mut backends = args.backend.backends()?;
     let mut session = Session::open(&study, &worlds, &folder, shard, args.restart, &command())?;
     if session.damaged > 0 {
         say!("warning: {}: {} rows are damaged and are counted again", folder.display(), session.damaged);
@@ -105,7 +105,7 @@ pub(super) fn run(args: &Args) -> Result<ExitCode> {
     let mut report = None;
     if done < total || session.is_unchecked() {
         let prepare_s = begin.elapsed().as_secs_f64();
-        let done = session.run(&mut crew, args.verify, prepare_s, &mut watch)?;
+        let done = session.run(&mut backends, args.verify, prepare_s, &mut watch)?;
         if let Ending::Stopped(why) = &done.ending {
             watch.progress.finish();
             tell(&done, args.timings)?;
@@ -177,7 +177,7 @@ fn command() -> Vec<String> {
 }
 
 /// What the run did, in a line; with a line a stage if that is wanted.
-fn tell(report: &Report, timings: bool) -> Result<()> {
+fn tell(report: &RunReport, timings: bool) -> Result<()> {
     let run = &report.run;
     if timings {
         print_timings(&report.timings);

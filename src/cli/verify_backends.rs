@@ -3,7 +3,7 @@
 use std::process::ExitCode;
 
 use perirobot::sweep::compare::{
-    Line, Report, Selection, compare, compare_combination, select, select_choices,
+    ComparedLine, Comparison, PoseSelection, compare, compare_combination, select, select_choices,
 };
 use perirobot::{Error, Result};
 
@@ -45,9 +45,9 @@ pub(super) fn run(args: &Args) -> Result<ExitCode> {
     args.backend.start_threads()?;
     let (study, worlds) = args.study.load()?;
     let selection = match (&args.pose, args.all) {
-        (Some(name), _) => Selection::Named(name.clone()),
-        (None, true) => Selection::All,
-        (None, false) => Selection::Spread { number: args.poses as usize, turn: args.turn as usize },
+        (Some(name), _) => PoseSelection::Named(name.clone()),
+        (None, true) => PoseSelection::All,
+        (None, false) => PoseSelection::Spread { number: args.poses as usize, turn: args.turn as usize },
     };
     let no_pose = study.sensors.iter().all(|sensor| select(&selection, sensor).is_empty());
     if no_pose && study.combinations.iter().all(|c| select_choices(&selection, &study, c).is_empty()) {
@@ -64,7 +64,7 @@ pub(super) fn run(args: &Args) -> Result<ExitCode> {
     let sensors = if args.counts { 0 } else { study.sensors.len() };
     let steps = worlds.len() * sensors + study.scenes.len() * study.combinations.len();
     let mut progress = args.progress.start("sensors and combinations", 0, steps as u64);
-    let mut report = Report::default();
+    let mut report = Comparison::default();
     for world in &worlds {
         for sensor in 0..sensors {
             compare(&study, world, sensor, &selection, &mut backends, &mut report)?;
@@ -92,7 +92,7 @@ pub(super) fn run(args: &Args) -> Result<ExitCode> {
     }
 }
 
-fn table(lines: &[Line]) -> String {
+fn table(lines: &[ComparedLine]) -> String {
     let mut text = format!(
         "{:<14} {:<24} {:<8} {:>6} {:>12} {:>12} {:>12} {:>10} {:>8}\n",
         "scene",

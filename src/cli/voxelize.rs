@@ -101,7 +101,7 @@ fn table(truth: &Truth) -> String {
             object.name,
             format!("{:?}", object.role).to_lowercase(),
             object.triangles,
-            object.cells.count(),
+            object.voxels.count(),
             watertight
         );
     }

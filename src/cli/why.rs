@@ -8,7 +8,7 @@ use perirobot::metrics::Score;
 use perirobot::report::reasons;
 use perirobot::report::reasons::ReasonsFile;
 use perirobot::results::Results;
-use perirobot::results::table::Format;
+use perirobot::results::table::TableFormat;
 use perirobot::study::Study;
 use perirobot::view::{Choice, View, Viewer};
 use perirobot::world::World;
@@ -48,7 +48,7 @@ pub(super) struct Args {
     all: bool,
     /// How the table of reasons is written
     #[arg(long, value_enum, default_value = "csv", conflicts_with = "pose")]
-    table: Table,
+    table: ReasonTable,
     #[command(flatten)]
     backend: BackendArgs,
     #[command(flatten)]
@@ -56,7 +56,7 @@ pub(super) struct Args {
 }
 
 #[derive(Clone, Copy, ValueEnum)]
-enum Table {
+enum ReasonTable {
     /// Comma-separated text
     Csv,
     /// Apache Parquet
@@ -90,8 +90,8 @@ pub(super) fn run(args: &Args) -> Result<ExitCode> {
     warnings.iter().for_each(|warning| say!("warning: {warning}"));
     // What cannot be written need not be computed.
     let format = match args.table {
-        Table::Csv => Format::Csv,
-        Table::Parquet => Format::Parquet,
+        ReasonTable::Csv => TableFormat::Csv,
+        ReasonTable::Parquet => TableFormat::Parquet,
     };
     let file = args.pose.is_none().then(|| ReasonsFile::create(args.swept.folder(), format)).transpose()?;
     let (study, worlds) = args.swept.load()?;
@@ -133,8 +133,9 @@ fn in_words(view: &View, regions: impl IntoIterator<Item = usize>) -> String {
 /// Combination, choice and representation of all there are.
 fn every(study: &Study) -> Vec<[usize; 3]> {
     let of = |(number, combination): (usize, &perirobot::study::Combination)| {
-        let ways = combination.ways(&study.sensors);
-        (0..combination.choices()).flat_map(move |choice| (0..ways).map(move |way| [number, choice, way]))
+        let representations = combination.representation_count(&study.sensors);
+        (0..combination.choices())
+            .flat_map(move |choice| (0..representations).map(move |way| [number, choice, way]))
     };
     study.combinations.iter().enumerate().flat_map(of).collect()
 }

@@ -31,7 +31,7 @@ const MATERIALS: [(&str, [f32; 4]); 4] = [
 /// The bytes of a `.glb`, and how many objects and sensors are in it. `of` is what the view's world was made
 /// of.
 pub fn bytes(view: &View, of: &Scene) -> Result<(Vec<u8>, usize)> {
-    let mut writer = Writer::new();
+    let mut writer = GlbWriter::new();
     for object in of.objects.iter().filter(|object| !object.tag_only) {
         let mesh = match &object.surface {
             Surface::Mesh(mesh) => Cow::Borrowed(mesh),
@@ -125,13 +125,13 @@ pub(super) fn faces(edge_m: f64, keys: &[[i32; 3]]) -> Mesh {
 }
 
 /// A file as far as it is written.
-struct Writer {
+struct GlbWriter {
     root: Root,
     nodes: Vec<Index<scene::Node>>,
     binary: Vec<u8>,
 }
 
-impl Writer {
+impl GlbWriter {
     fn new() -> Self {
         let mut root = Root::default();
         root.asset.generator = Some(concat!("perirobot ", env!("CARGO_PKG_VERSION")).into());
@@ -153,7 +153,7 @@ impl Writer {
             }
             root.push(material);
         }
-        Writer { root, nodes: Vec::new(), binary: Vec::new() }
+        GlbWriter { root, nodes: Vec::new(), binary: Vec::new() }
     }
 
     /// Adds a mesh in the world's frame (z up) under a name.
@@ -241,7 +241,7 @@ impl Writer {
     }
 
     fn finish(self) -> Result<(Vec<u8>, usize)> {
-        let Writer { mut root, nodes, binary } = self;
+        let GlbWriter { mut root, nodes, binary } = self;
         let count = nodes.len();
         root.buffers[0].byte_length = binary.len().into();
         let whole = scene::Scene { name: None, nodes, extensions: None, extras: Default::default() };

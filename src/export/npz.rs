@@ -35,9 +35,9 @@ fn write(view: &View) -> io::Result<Vec<u8>> {
     let (world, truth) = (view.world, &view.truth);
     let (grid, labels) = (&truth.grid, &view.labels);
     let shape = grid.size.map(|n| n as usize);
-    archive.voxels("labels", "|i1", shape, |cell| match () {
-        () if labels.occupied.get(cell) => 1,
-        () if labels.free.get(cell) => 0,
+    archive.voxels("labels", "|i1", shape, |voxel| match () {
+        () if labels.occupied.get(voxel) => 1,
+        () if labels.free.get(voxel) => 0,
         () => -1i8 as u8,
     })?;
     let planes: [(&str, &BitGrid); 4] = [
@@ -47,15 +47,15 @@ fn write(view: &View) -> io::Result<Vec<u8>> {
         ("robot", &truth.robot),
     ];
     for (name, plane) in planes {
-        archive.voxels(name, "|b1", shape, |cell| plane.get(cell).into())?;
+        archive.voxels(name, "|b1", shape, |voxel| plane.get(voxel).into())?;
     }
-    archive.voxels("verdict", "|u1", shape, |cell| view.verdict(cell) as u8)?;
+    archive.voxels("verdict", "|u1", shape, |voxel| view.verdict(voxel) as u8)?;
     archive.texts("verdict_names", &Verdict::ALL.map(Verdict::name), false)?;
     let names: Vec<&str> = world.regions.iter().map(|region| region.name.as_str()).collect();
     archive.texts("region_names", &names, false)?;
     archive.begin("regions", "|b1", &[&shape[..], &[names.len()]].concat())?;
     for region in &world.regions {
-        archive.fill(shape, |cell| region.cells.get(cell).into())?;
+        archive.fill(shape, |voxel| region.voxels.get(voxel).into())?;
     }
     archive.numbers("origin_m", &grid.corner_m([0; 3]).to_array(), false)?;
     archive.numbers("voxel_size_m", &[grid.voxel_size_m], true)?;

@@ -3,30 +3,30 @@
 
 use crate::backend::Planes;
 use crate::scene::octomap::{KEYS, write};
-use crate::view::{Member, View};
+use crate::view::{SensorView, View};
 use crate::{Error, Result};
 
 /// How many voxels of a map are occupied, and how many free.
-pub type Held = (u64, u64);
+pub type VoxelTotals = (u64, u64);
 
 /// The fused labels; unknown voxels are left out.
-pub fn labels(view: &View) -> Result<(Vec<u8>, Held)> {
-    map(view, &|cell| said(&view.labels, cell))
+pub fn labels(view: &View) -> Result<(Vec<u8>, VoxelTotals)> {
+    map(view, &|voxel| said(&view.labels, voxel))
 }
 
 /// What one sensor says.
-pub fn evidence(view: &View, member: &Member) -> Result<(Vec<u8>, Held)> {
-    map(view, &|cell| said(&member.says, cell))
+pub fn evidence(view: &View, member: &SensorView) -> Result<(Vec<u8>, VoxelTotals)> {
+    map(view, &|voxel| said(&member.says, voxel))
 }
 
 /// What is true; the insides of bodies that belong to no region are left out.
-pub fn truth(view: &View) -> Result<(Vec<u8>, Held)> {
+pub fn truth(view: &View) -> Result<(Vec<u8>, VoxelTotals)> {
     let truth = &view.truth;
-    map(view, &|cell| (!truth.ignored.get(cell)).then(|| truth.occupied.get(cell)))
+    map(view, &|voxel| (!truth.ignored.get(voxel)).then(|| truth.occupied.get(voxel)))
 }
 
-fn said(planes: &Planes, cell: [i32; 3]) -> Option<bool> {
-    match (planes.occupied.get(cell), planes.free.get(cell)) {
+fn said(planes: &Planes, voxel: [i32; 3]) -> Option<bool> {
+    match (planes.occupied.get(voxel), planes.free.get(voxel)) {
         (true, _) => Some(true),
         (_, true) => Some(false),
         _ => None,
@@ -34,7 +34,7 @@ fn said(planes: &Planes, cell: [i32; 3]) -> Option<bool> {
 }
 
 /// A map of the grid from what each voxel is.
-fn map(view: &View, state: &dyn Fn([i32; 3]) -> Option<bool>) -> Result<(Vec<u8>, Held)> {
+fn map(view: &View, state: &dyn Fn([i32; 3]) -> Option<bool>) -> Result<(Vec<u8>, VoxelTotals)> {
     let grid = &view.world.grid;
     if (0..3).any(|r| {
         !KEYS.contains(&grid.origin[r]) || !KEYS.contains(&(grid.origin[r] + grid.size[r] as i32 - 1))

@@ -3,10 +3,10 @@
 //! label of its voxel is worth (0 … 5: tp, fp, fn, tn, uo, uf).
 
 use super::title;
-use crate::view::{Member, Return, View};
+use crate::view::{ReturnPoint, SensorView, View};
 
 /// A binary PLY file.
-pub fn ply(view: &View, member: &Member, returns: &[Return]) -> Vec<u8> {
+pub fn ply(view: &View, member: &SensorView, returns: &[ReturnPoint]) -> Vec<u8> {
     let [poses, scene, representation, _] = title(view).map(|text| one_line(&text));
     let sensor = one_line(&view.study.sensors[member.sensor].name);
     let header = format!(
@@ -21,7 +21,7 @@ pub fn ply(view: &View, member: &Member, returns: &[Return]) -> Vec<u8> {
 }
 
 /// A binary PCD file.
-pub fn pcd(view: &View, returns: &[Return]) -> Vec<u8> {
+pub fn pcd(view: &View, returns: &[ReturnPoint]) -> Vec<u8> {
     let count = returns.len();
     // The points are in the world already, so the viewpoint, by which PCL would move them, is none.
     let header = format!(
@@ -33,7 +33,7 @@ pub fn pcd(view: &View, returns: &[Return]) -> Vec<u8> {
 }
 
 /// A header, and 17 bytes a point behind it.
-fn with_points(header: String, view: &View, returns: &[Return]) -> Vec<u8> {
+fn with_points(header: String, view: &View, returns: &[ReturnPoint]) -> Vec<u8> {
     let mut bytes = header.into_bytes();
     bytes.reserve(17 * returns.len());
     for found in returns {

@@ -6,7 +6,7 @@ use crate::scene::build::build;
 use crate::scene::octomap as trees;
 use crate::source::Sources;
 use crate::study::{Overrides, Study};
-use crate::view::{Wanted, find};
+use crate::view::{Names, find};
 use crate::world::World;
 
 /// The files of a choice of poses of the tiny study, the view, and what its world was made of.
@@ -14,7 +14,7 @@ fn exported(poses: &str, test: impl FnOnce(&View, &Scene, Vec<File>)) {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/tiny.toml");
     let study = Study::load(&path, &Overrides::default()).unwrap();
     let worlds = World::prepare_all(&study).unwrap();
-    let wanted = Wanted { poses: poses.into(), ..Wanted::default() };
+    let wanted = Names { poses: poses.into(), ..Names::default() };
     let (world, choice) = find(&study, &worlds, &wanted).unwrap();
     let view = View::new(&study, world, choice, &mut Cpu::new(Some(1)).unwrap()).unwrap();
     let scene = build(&study.scenes[0], &study.sources, study.voxel_size_m).unwrap().remove(0);
@@ -55,7 +55,7 @@ fn maps_come_back_voxel_by_voxel() {
             let mut keys = map.occupied;
             keys.sort_unstable();
             let mut expected: Vec<[i32; 3]> =
-                plane.cells().map(|cell| std::array::from_fn(|r| cell[r] + grid.origin[r])).collect();
+                plane.voxels().map(|voxel| std::array::from_fn(|r| voxel[r] + grid.origin[r])).collect();
             expected.sort_unstable();
             assert!(!keys.is_empty() && keys == expected, "{name}");
         }

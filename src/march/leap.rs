@@ -1,4 +1,4 @@
-//! Many crossings at once: where a ray is at a distance, and when it comes to a cell.
+//! Many crossings at once: where a ray is at a distance, and when it comes to a voxel.
 //!
 //! # Theory
 //! Crossing n of an axis happens at first + n · period (`SEMANTICS.md`, "Rays"), so how many lie at or before
@@ -34,16 +34,16 @@ pub fn made_at(first_q16: u32, period_q16: u32, d: u32, own: u32, t_q16: u32, ax
     periods_in(t_q16 - first_q16 - later, period_q16, d) + 1
 }
 
-/// When a ray enters a cell, were nothing in its way; `None` if it does not, 0 for the cell where it begins.
-/// The ray must be at its start.
-pub fn entry_q16(begin: &March, cell: [i32; 3]) -> Option<u32> {
-    if cell == begin.cell {
+/// When a ray enters a voxel, were nothing in its way; `None` if it does not, 0 for the voxel where it
+/// begins. The ray must be at its start.
+pub fn entry_q16(begin: &March, voxel: [i32; 3]) -> Option<u32> {
+    if voxel == begin.voxel {
         return Some(0);
     }
     // Crossings in order are numbers, distance · 4 + axis.
     let (mut enters, mut leaves) = (0, u64::MAX);
     for r in 0..3 {
-        let away = cell[r] - begin.cell[r];
+        let away = voxel[r] - begin.voxel[r];
         let (first, period) = (u64::from(begin.next_q16[r]), u64::from(begin.period_q16[r]));
         let last = 4 * (first + u64::from(away.unsigned_abs()) * period) + r as u64;
         leaves = leaves.min(last);
@@ -70,19 +70,19 @@ mod tests {
         for origin_q16 in [[5 << 16; 3], [0x5_8000; 3], [0x5_1234, 0x4_ffff, 0x6_0001]] {
             for dir_q16 in dirs {
                 let begin = start(origin_q16, dir_q16);
-                let (mut at, mut entered) = (begin, vec![(begin.cell, 0)]);
+                let (mut at, mut entered) = (begin, vec![(begin.voxel, 0)]);
                 for _ in 0..30 {
                     let axis = next_axis(at.next_q16);
                     let t = at.next_q16[axis];
                     if t < NEVER {
                         cross(&mut at, axis);
-                        entered.push((at.cell, t));
+                        entered.push((at.voxel, t));
                     }
                 }
-                for cell in (0..11i32.pow(3)).map(|i| [i % 11, i / 11 % 11, i / 121]) {
-                    let expected = entered.iter().find(|(entered, _)| *entered == cell).map(|(_, t)| *t);
-                    let found = entry_q16(&begin, cell).filter(|&t| t < NEVER);
-                    assert_eq!(found, expected, "{cell:?} from {origin_q16:?} along {dir_q16:?}");
+                for voxel in (0..11i32.pow(3)).map(|i| [i % 11, i / 11 % 11, i / 121]) {
+                    let expected = entered.iter().find(|(entered, _)| *entered == voxel).map(|(_, t)| *t);
+                    let found = entry_q16(&begin, voxel).filter(|&t| t < NEVER);
+                    assert_eq!(found, expected, "{voxel:?} from {origin_q16:?} along {dir_q16:?}");
                 }
             }
         }

@@ -1,15 +1,16 @@
 //! A ray through the voxels, in integers: the arithmetic of `SEMANTICS.md` as pure functions. What backends
-//! use has a twin of the same name in `shaders/march.wgsl`; [`crossings`] and [`leap::entry_q16`] are for the host alone.
+//! use has a twin of the same name in `shaders/march.wgsl`; [`crossings`] and [`leap::entry_q16`] are for the
+//! host alone.
 #![doc = include_str!("SEMANTICS.md")]
 
+pub mod deviation;
 pub mod leap;
-pub mod stray;
 
 /// A crossing that does not happen, later than any range.
 pub const NEVER: u32 = 0x7fff_ffff;
 
-/// Ranges are clamped to this many voxels. A grid's diagonal is at most 1772, so nothing is lost, and no running
-/// sum of crossings leaves 32 bits.
+/// Ranges are clamped to this many voxels. A grid's diagonal is at most 1772, so nothing is lost, and no
+/// running sum of crossings leaves 32 bits.
 pub const MAX_RANGE_VOXELS: u32 = 2047;
 
 /// Deviations of the unit table: a standard normal distribution cut into so many equal shares.
@@ -24,13 +25,13 @@ pub const BLIND: u32 = 2;
 /// The ray left the grid towards a backdrop: a return just outside.
 pub const LEFT: u32 = 3;
 
-/// How a ray ended, and in which of its cells: `crossings` made on reaching the last cell it entered inside the
-/// grid (for a return or a blind ray, the blocker).
+/// How a ray ended, and in which of its voxels: `crossings` made on reaching the last voxel it entered inside
+/// the grid (for a return or a blind ray, the blocker).
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct End {
     /// [`NOTHING`], [`RETURN`], [`BLIND`] or [`LEFT`].
     pub kind: u32,
-    /// Voxel boundaries crossed before the last cell; the first cell has none.
+    /// Voxel boundaries crossed before the last voxel; the first voxel has none.
     pub crossings: u32,
 }
 
@@ -61,11 +62,11 @@ pub struct Gates {
     pub backdrop: bool,
 }
 
-/// A ray on its way: the cell it is in and when it next crosses a boundary of each axis.
+/// A ray on its way: the voxel it is in and when it next crosses a boundary of each axis.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct March {
-    /// The cell, from the grid's corner.
-    pub cell: [i32; 3],
+    /// The voxel, from the grid's corner.
+    pub voxel: [i32; 3],
     /// −1, 0 or 1: where a crossing of each axis leads.
     pub step: [i32; 3],
     /// Distance of the next crossing of each axis in 1/65536 voxels.
@@ -85,22 +86,22 @@ pub fn period_q16(d: u32) -> u32 {
     u32::MAX / d + (u32::MAX % d == d - 1) as u32
 }
 
-/// Distance to the first crossing when `f` of 65536 parts of the first cell lie ahead: ⌊f · period / 2¹⁶⌋.
+/// Distance to the first crossing when `f` of 65536 parts of the first voxel lie ahead: ⌊f · period / 2¹⁶⌋.
 pub fn first_q16(f: u32, period: u32) -> u32 {
     (period >> 16) * f + (((period & 0xffff) * f) >> 16)
 }
 
-/// One component of a ray's direction in the grid, Q16: the row of `world_from_sensor` for that axis (Q15) times
-/// the direction in the sensor's frame (Q15), rounded.
+/// One component of a ray's direction in the grid, Q16: the row of `world_from_sensor` for that axis (Q15)
+/// times the direction in the sensor's frame (Q15), rounded.
 pub fn direction_q16(axis_q15: [i32; 3], dir_q15: [i32; 3]) -> i32 {
     (axis_q15[0] * dir_q15[0] + axis_q15[1] * dir_q15[1] + axis_q15[2] * dir_q15[2] + (1 << 13)) >> 14
 }
 
 /// The march from a position (1/65536 voxels from the grid's corner) along a direction in Q16.
 pub fn start(origin_q16: [i32; 3], dir_q16: [i32; 3]) -> March {
-    let mut march = March { cell: [0; 3], step: [0; 3], next_q16: [NEVER; 3], period_q16: [NEVER; 3] };
+    let mut march = March { voxel: [0; 3], step: [0; 3], next_q16: [NEVER; 3], period_q16: [NEVER; 3] };
     for r in 0..3 {
-        march.cell[r] = origin_q16[r] >> 16;
+        march.voxel[r] = origin_q16[r] >> 16;
         march.step[r] = dir_q16[r].signum();
         if dir_q16[r] != 0 {
             let frac = (origin_q16[r] & 0xffff) as u32;
@@ -112,19 +113,19 @@ pub fn start(origin_q16: [i32; 3], dir_q16: [i32; 3]) -> March {
     march
 }
 
-/// The axis crossed next. Ties take x before y before z, so that every backend visits the same cells.
+/// The axis crossed next. Ties take x before y before z, so that every backend visits the same voxels.
 pub fn next_axis(next_q16: [u32; 3]) -> usize {
     let [x, y, z] = next_q16;
-    // Two selections instead of nested branches: which axis comes next is close to random, and a wrong guess of the
-    // processor costs more than the whole step.
+    // Two selections instead of nested branches: which axis comes next is close to random, and a wrong guess
+    // of the processor costs more than the whole step.
     let (nearest, axis) = if y < x { (y, 1) } else { (x, 0) };
     if z < nearest { 2 } else { axis }
 }
 
-/// Makes the next crossing, of `axis`. Not to be called once `next_q16[axis]` is past the range: within it no sum
-/// leaves 32 bits.
+/// Makes the next crossing, of `axis`. Not to be called once `next_q16[axis]` is past the range: within it no
+/// sum leaves 32 bits.
 pub fn cross(march: &mut March, axis: usize) {
-    march.cell[axis] += march.step[axis];
+    march.voxel[axis] += march.step[axis];
     march.next_q16[axis] += march.period_q16[axis];
 }
 
@@ -135,29 +136,30 @@ pub struct Crossing {
     pub t_q16: u32,
     /// The axis whose boundary is crossed.
     pub axis: usize,
-    /// The cell that it leads into, inside a grid or not.
-    pub cell: [i32; 3],
+    /// The voxel that it leads into, inside a grid or not.
+    pub voxel: [i32; 3],
 }
 
-/// The crossings of a ray one by one, in order, up to the longest range; for the host, where one ray at a time is followed.
+/// The crossings of a ray one by one, in order, up to the longest range; for the host, where one ray at a
+/// time is followed.
 pub fn crossings(mut ray: March) -> impl Iterator<Item = Crossing> {
     std::iter::from_fn(move || {
         let axis = next_axis(ray.next_q16);
         let t_q16 = ray.next_q16[axis];
         (t_q16 <= MAX_RANGE_VOXELS << 16).then(|| {
             cross(&mut ray, axis);
-            Crossing { t_q16, axis, cell: ray.cell }
+            Crossing { t_q16, axis, voxel: ray.voxel }
         })
     })
 }
 
-/// The cell that a ray is in after so many crossings.
-pub fn cell_after(begin: March, made: u32) -> [i32; 3] {
-    crossings(begin).take(made as usize).last().map_or(begin.cell, |crossing| crossing.cell)
+/// The voxel that a ray is in after so many crossings.
+pub fn voxel_after(begin: March, made: u32) -> [i32; 3] {
+    crossings(begin).take(made as usize).last().map_or(begin.voxel, |crossing| crossing.voxel)
 }
 
-/// How many leading cells of a ray its end proves free: those before the blocker of a return, all that it entered
-/// when it left towards a backdrop or when a silent ray certifies, none otherwise.
+/// How many leading voxels of a ray its end proves free: those before the blocker of a return, all that it
+/// entered when it left towards a backdrop or when a silent ray certifies, none otherwise.
 pub fn freed(end: End, no_return_is_free: bool) -> u32 {
     match end.kind {
         RETURN => end.crossings,
@@ -172,7 +174,8 @@ pub fn made_by(first_q16: u32, period_q16: u32, t_q16: u32) -> u32 {
     if first_q16 > t_q16 { 0 } else { (t_q16 - first_q16) / period_q16 + 1 }
 }
 
-/// When crossing `n` of an axis happens, in closed form; [`NEVER`] where that is past any grid, so nothing wraps.
+/// When crossing `n` of an axis happens, in closed form; [`NEVER`] where that is past any grid, so nothing
+/// wraps.
 pub fn crossing_q16(first_q16: u32, period_q16: u32, n: u32) -> u32 {
     if first_q16 == NEVER || n * (period_q16 >> 16) > MAX_RANGE_VOXELS {
         return NEVER;
@@ -180,8 +183,8 @@ pub fn crossing_q16(first_q16: u32, period_q16: u32, n: u32) -> u32 {
     first_q16 + n * period_q16
 }
 
-/// How many crossings a ray has made at a distance, stopped in the last cell inside the grid. `room` says how many
-/// crossings of each axis stay inside; the ray must be at its start.
+/// How many crossings a ray has made at a distance, stopped in the last voxel inside the grid. `room` says
+/// how many crossings of each axis stay inside; the ray must be at its start.
 pub fn crossings_at(begin: &March, room: [u32; 3], t_q16: u32) -> u32 {
     made_until(begin, room, t_q16).iter().sum()
 }
@@ -206,7 +209,7 @@ pub fn made_until(begin: &March, room: [u32; 3], t_q16: u32) -> [u32; 3] {
 /// How many crossings of each axis stay inside a grid.
 pub fn room(begin: &March, size: [u32; 3]) -> [u32; 3] {
     std::array::from_fn(|r| {
-        if begin.step[r] < 0 { begin.cell[r] as u32 } else { size[r] - 1 - begin.cell[r] as u32 }
+        if begin.step[r] < 0 { begin.voxel[r] as u32 } else { size[r] - 1 - begin.voxel[r] as u32 }
     })
 }
 
@@ -227,14 +230,14 @@ pub fn entry(drawn: u32) -> u32 {
     drawn >> (32 - NOISE_STEPS.ilog2())
 }
 
-/// Whether the return of a ray that drew this number is lost. The number is hashed once more, so that what is lost does
-/// not depend on how far off it would be read.
+/// Whether the return of a ray that drew this number is lost. The number is hashed once more, so that what is
+/// lost does not depend on how far off it would be read.
 pub fn is_lost(drawn: u32, lost_below: u32) -> bool {
     pcg(drawn) < lost_below
 }
 
-/// What a return is off by: a deviation of the unit table (Q12) times the standard deviation at its distance (Q16),
-/// rounded: (unit · std + 2¹¹) >> 12. In two parts, since the product has more than 32 bits.
+/// What a return is off by: a deviation of the unit table (Q12) times the standard deviation at its distance
+/// (Q16), rounded: (unit · std + 2¹¹) >> 12. In two parts, since the product has more than 32 bits.
 pub fn step_q16(unit_q12: i32, std_q16: u32) -> i32 {
     let (whole, part) = ((std_q16 >> 12) as i32, (std_q16 & 0xfff) as i32);
     unit_q12 * whole + ((unit_q12 * part + (1 << 11)) >> 12)

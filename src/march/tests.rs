@@ -24,7 +24,7 @@ fn first_crossings_are_the_exact_product() {
 #[test]
 fn a_boundary_start_moving_down_crosses_at_once() {
     let march = start([3 << 16, 1 << 15, 0], [-65_536, 0, 0]);
-    assert_eq!((march.cell, march.next_q16), ([3, 0, 0], [0, NEVER, NEVER]));
+    assert_eq!((march.voxel, march.next_q16), ([3, 0, 0], [0, NEVER, NEVER]));
     let march = start([3 << 16, 1 << 15, 0], [65_536, 0, 0]);
     assert_eq!(march.next_q16[0], 1 << 16);
 }
@@ -112,7 +112,7 @@ fn room_is_what_lies_ahead_in_the_grid() {
     assert_eq!(room(&begin, [4, 4, 4]), [0, 3, 0]);
 }
 
-/// Steps to the last cell that a ray enters at or before a distance inside a grid, and counts.
+/// Steps to the last voxel that a ray enters at or before a distance inside a grid, and counts.
 fn stepped(begin: March, size: [u32; 3], t_q16: u32) -> u32 {
     let (mut march, mut crossings) = (begin, 0);
     loop {
@@ -121,15 +121,15 @@ fn stepped(begin: March, size: [u32; 3], t_q16: u32) -> u32 {
             return crossings;
         }
         cross(&mut march, axis);
-        if march.cell.iter().zip(size).any(|(&c, n)| !(0..n as i32).contains(&c)) {
+        if march.voxel.iter().zip(size).any(|(&c, n)| !(0..n as i32).contains(&c)) {
             return crossings;
         }
         crossings += 1;
     }
 }
 
-/// The closed form is where a march stands that was stopped at a distance, or at the grid's last cell: at the
-/// distance of each of the ray's crossings, around them, and far behind the grid.
+/// The closed form is where a march stands that was stopped at a distance, or at the grid's last voxel: at
+/// the distance of each of the ray's crossings, around them, and far behind the grid.
 #[test]
 fn a_closed_form_lands_where_a_march_would() {
     let mut random = random();
@@ -174,7 +174,7 @@ fn a_closed_form_lands_where_a_march_would() {
 
 #[test]
 fn a_tie_at_the_exit_takes_the_axes_before_it_only() {
-    // From the middle of a cell along the diagonal all three axes cross together, at √3 · ½ and then every
+    // From the middle of a voxel along the diagonal all three axes cross together, at √3 · ½ and then every
     // √3.
     let begin = start([0x8000; 3], [37_837; 3]);
     let at = begin.next_q16[0];
@@ -223,7 +223,7 @@ fn words_fold_in_their_order() {
 fn every_step_of_noise_is_drawn_about_equally_often() {
     let mut often = [0u32; NOISE_STEPS as usize];
     (0..409_600).for_each(|ray| often[entry(draw(fold([7, 1, 0]), ray)) as usize] += 1);
-    // 100 each on the mean; a share strays by 10, and none of 4096 by six times that.
+    // 100 each on the mean; a share deviates by 10, and none of 4096 by six times that.
     assert!(
         often.iter().all(|n| (40..=160).contains(n)),
         "{:?} {:?}",
@@ -267,8 +267,8 @@ fn noise_ends_at_the_sensor() {
 }
 
 /// Invariants of the march on random and lattice rays in a grid of 1023³: distance never falls, each crossing
-/// moves to an adjacent cell along the step, the running sum equals the closed form first + n · period, the
-/// crossings made are the Manhattan distance from the first cell, and a ray that leaves the grid never comes
+/// moves to an adjacent voxel along the step, the running sum equals the closed form first + n · period, the
+/// crossings made are the Manhattan distance from the first voxel, and a ray that leaves the grid never comes
 /// back.
 #[test]
 fn marches_move_on_and_stay_adjacent() {
@@ -289,24 +289,24 @@ fn marches_move_on_and_stay_adjacent() {
             assert!(t >= last, "ray {origin:?} {dir:?}: distance fell from {last} to {t}");
             last = t;
             made[axis] += 1;
-            let before = march.cell;
+            let before = march.voxel;
             cross(&mut march, axis);
-            let moved: i32 = (0..3).map(|r| (march.cell[r] - before[r]).abs()).sum();
+            let moved: i32 = (0..3).map(|r| (march.voxel[r] - before[r]).abs()).sum();
             assert_eq!(moved, 1, "ray {origin:?} {dir:?} jumped from {before:?}");
-            assert_eq!(march.cell[axis] - before[axis], dir[axis].signum());
-            let distance: u32 = (0..3).map(|r| march.cell[r].abs_diff(begin.cell[r])).sum();
+            assert_eq!(march.voxel[axis] - before[axis], dir[axis].signum());
+            let distance: u32 = (0..3).map(|r| march.voxel[r].abs_diff(begin.voxel[r])).sum();
             assert_eq!(distance as u64, made.iter().sum::<u64>(), "ray {origin:?} {dir:?}");
-            let inside = march.cell.iter().all(|c| (0..1023).contains(c));
-            assert!(!(left && inside), "ray {origin:?} {dir:?} came back to {:?}", march.cell);
+            let inside = march.voxel.iter().all(|c| (0..1023).contains(c));
+            assert!(!(left && inside), "ray {origin:?} {dir:?} came back to {:?}", march.voxel);
             left |= !inside;
-            // The exact line is at origin + dir · t on each axis; a crossing is at most two cells from it.
+            // The exact line is at origin + dir · t on each axis; a crossing is at most two voxels from it.
             for r in 0..3 {
                 let line = (origin[r] as i64 * 65_536 + dir[r] as i64 * t as i64) >> 32;
-                let off = (line - march.cell[r] as i64).abs();
+                let off = (line - march.voxel[r] as i64).abs();
                 assert!(
                     off <= 2,
                     "ray {origin:?} {dir:?} at {t}: cell {:?} is {off} from the line",
-                    march.cell
+                    march.voxel
                 );
             }
         }

@@ -4,8 +4,8 @@
 use glam::DVec3;
 use rayon::prelude::*;
 
-use super::eye::Camera;
-use crate::backend::{Backend, Cell, Noise, Placement, Rays};
+use super::eye::PictureCamera;
+use crate::backend::{Backend, GridPose, Noise, Rays, VoxelScene};
 use crate::march::{self, Gates, MAX_RANGE_VOXELS, RETURN};
 use crate::sensor::quantise_q15;
 use crate::voxel::grid::MAX_VOXELS_PER_AXIS;
@@ -18,8 +18,8 @@ const MOST_RAYS: usize = 1 << 20;
 /// What a ray of the picture ends in.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Hit {
-    /// The voxel, in the grid of the cell.
-    pub(super) cell: [i32; 3],
+    /// The voxel, in the grid of the scene.
+    pub(super) voxel: [i32; 3],
     /// The axis across which it was entered.
     pub(super) axis: usize,
     /// −1 or 1: the way of the ray along it, so that the face looks the other way.
@@ -32,12 +32,12 @@ pub(super) struct Hit {
 pub(super) fn cast(
     plane: &BitGrid,
     grid: &Grid,
-    camera: &Camera,
+    camera: &PictureCamera,
     backend: &mut dyn Backend,
 ) -> Result<Vec<Option<Hit>>> {
-    let (cell, shift, around) = around(plane, grid, camera.eye_m)?;
+    let (scene, shift, around) = around(plane, grid, camera.eye_m)?;
     let row = |r: usize| std::array::from_fn(|a| quantise_q15(camera.rotation.col(a)[r]));
-    let placement = Placement {
+    let placement = GridPose {
         origin_q16: around.position_q16(camera.eye_m).map(|x| x as i32),
         axis_q15: std::array::from_fn(row),
         truly: None,
@@ -50,7 +50,7 @@ pub(super) fn cast(
     let mut hits = Vec::with_capacity(dirs.len());
     for dirs_q15 in dirs.chunks(MOST_RAYS) {
         backend.tables(&[rays(dirs_q15)])?;
-        backend.load(&cell)?;
+        backend.load(&scene)?;
         let ends = backend.read(0, &placement)?.ends;
         hits.par_extend(ends.par_iter().zip(dirs_q15).map(|(end, dir_q15)| {
             (end.kind == RETURN).then(|| hit(&placement, *dir_q15, end.crossings, shift))
@@ -60,8 +60,8 @@ pub(super) fn cast(
 }
 
 /// The plane in a grid that holds the eye as well, how far its voxels are moved there, and that grid.
-fn around(plane: &BitGrid, grid: &Grid, eye_m: DVec3) -> Result<(Cell, [i32; 3], Grid)> {
-    let eye = Grid::cell_of(grid.position_q16(eye_m));
+fn around(plane: &BitGrid, grid: &Grid, eye_m: DVec3) -> Result<(VoxelScene, [i32; 3], Grid)> {
+    let eye = Grid::voxel_of(grid.position_q16(eye_m));
     let window = plane.window().union(&Window::between(eye, eye));
     if let Some(axis) = (0..3).find(|&r| window.size[r] > MAX_VOXELS_PER_AXIS) {
         return Err(Error::Input(format!(
@@ -80,7 +80,7 @@ fn around(plane: &BitGrid, grid: &Grid, eye_m: DVec3) -> Result<(Cell, [i32; 3],
         .expect("a plane has the words of its window");
     let one = Window::between([0; 3], [0; 3]);
     let none = BitGrid::new(one);
-    let cell = Cell {
+    let scene = VoxelScene {
         blockers: moved.over(whole).into(),
         still: None,
         // Only how rays end is looked at.
@@ -92,7 +92,7 @@ fn around(plane: &BitGrid, grid: &Grid, eye_m: DVec3) -> Result<(Cell, [i32; 3],
         people: People::default(),
     };
     let origin = std::array::from_fn(|r| grid.origin[r] - shift[r]);
-    Ok((cell, shift, Grid { origin, size: window.size, ..*grid }))
+    Ok((scene, shift, Grid { origin, size: window.size, ..*grid }))
 }
 
 /// Rays that go as far as any can, without noise.
@@ -108,11 +108,11 @@ fn rays(dirs_q15: &[[i32; 3]]) -> Rays {
 }
 
 /// Walks a ray that returned to its end once more.
-fn hit(from: &Placement, dir_q15: [i32; 3], crossings: u32, shift: [i32; 3]) -> Hit {
+fn hit(from: &GridPose, dir_q15: [i32; 3], crossings: u32, shift: [i32; 3]) -> Hit {
     let ray = march::start(from.origin_q16, from.axis_q15.map(|axis| march::direction_q16(axis, dir_q15)));
     let last = march::crossings(ray).take(crossings as usize).last();
-    let march::Crossing { t_q16: distance_q16, axis, cell } =
-        last.unwrap_or(march::Crossing { t_q16: 0, axis: 0, cell: ray.cell });
-    let cell = std::array::from_fn(|r| cell[r] - shift[r]);
-    Hit { cell, axis, step: ray.step[axis], distance_q16 }
+    let march::Crossing { t_q16: distance_q16, axis, voxel } =
+        last.unwrap_or(march::Crossing { t_q16: 0, axis: 0, voxel: ray.voxel });
+    let voxel = std::array::from_fn(|r| voxel[r] - shift[r]);
+    Hit { voxel, axis, step: ray.step[axis], distance_q16 }
 }

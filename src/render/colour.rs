@@ -81,13 +81,13 @@ impl<'a> Palette<'a> {
     }
 
     /// The colour of an occupied voxel.
-    pub(super) fn of(&self, cell: [i32; 3]) -> [u8; 3] {
+    pub(super) fn of(&self, voxel: [i32; 3]) -> [u8; 3] {
         match self.ramp() {
             Some(axis) => {
                 let last = self.world.grid.size[axis].max(2) - 1;
-                ramp(cell[axis].max(0) as u32 * 1024 / last)
+                ramp(voxel[axis].max(0) as u32 * 1024 / last)
             }
-            None => KINDS[self.kind(cell)].1,
+            None => KINDS[self.kind(voxel)].1,
         }
     }
 
@@ -100,14 +100,14 @@ impl<'a> Palette<'a> {
         }
     }
 
-    fn kind(&self, cell: [i32; 3]) -> usize {
+    fn kind(&self, voxel: [i32; 3]) -> usize {
         let truth = &self.world.truth();
-        let role = match (truth.human.get(cell), truth.robot.get(cell)) {
+        let role = match (truth.human.get(voxel), truth.robot.get(voxel)) {
             (true, _) => 2,
             (_, true) => 1,
             _ => 0,
         };
-        match self.view.filter(|_| self.colour == Colour::Label).map(|view| view.verdict(cell)) {
+        match self.view.filter(|_| self.colour == Colour::Label).map(|view| view.verdict(voxel)) {
             None => ROLES + role,
             Some(Verdict::Tp | Verdict::Fp) => LABELS + role,
             Some(Verdict::Fn | Verdict::Tn) => CALLED_FREE,
@@ -121,14 +121,14 @@ impl<'a> Palette<'a> {
         match self.ramp() {
             Some(axis) => {
                 let grid = &self.world.grid;
-                let at = |cell: u32| grid.corner_m([cell as i32; 3])[axis];
+                let at = |voxel: u32| grid.corner_m([voxel as i32; 3])[axis];
                 let name = ["x", "y", "z"][axis];
                 let [low, high] = [at(0), at(grid.size[axis])];
                 entries.push(Entry::Ramp(format!("{name} = {low:.1} m"), format!("{high:.1} m")));
             }
             None => {
                 let mut held = [false; KINDS.len()];
-                solid.cells().for_each(|cell| held[self.kind(cell)] = true);
+                solid.voxels().for_each(|voxel| held[self.kind(voxel)] = true);
                 let kinds = KINDS.iter().zip(held).filter(|(_, held)| *held);
                 entries.extend(kinds.map(|((name, colour), _)| Entry::Patch(*colour, name.to_string())));
             }
@@ -177,15 +177,15 @@ pub(super) fn shaded(colour: [u8; 3], hit: &Hit, solid: &BitGrid) -> [u8; 3] {
         _ => 232,
     };
     // Voxels beside the one before the face keep light from it.
-    let mut before = hit.cell;
+    let mut before = hit.voxel;
     before[hit.axis] -= hit.step;
     let (u, v) = ((hit.axis + 1) % 3, (hit.axis + 2) % 3);
     let beside = [-1, 0, 1].into_iter().flat_map(|a| [-1, 0, 1].map(|b| [a, b]));
     let near = beside.filter(|[a, b]| {
-        let mut cell = before;
-        cell[u] += a;
-        cell[v] += b;
-        solid.get(cell)
+        let mut voxel = before;
+        voxel[u] += a;
+        voxel[v] += b;
+        solid.get(voxel)
     });
     let light = light * (256 - 14 * near.count() as u32) / 256;
     colour.map(|c| (u32::from(c) * light / 256) as u8)
@@ -216,7 +216,7 @@ mod tests {
     fn faces_differ_and_corners_are_dark() {
         let mut solid = BitGrid::new(Window::between([0; 3], [4; 3]));
         solid.set([2, 2, 1]);
-        let seen = |axis, step| Hit { cell: [2, 2, 1], axis, step, distance_q16: 0 };
+        let seen = |axis, step| Hit { voxel: [2, 2, 1], axis, step, distance_q16: 0 };
         let white = |hit: Hit, solid: &BitGrid| shaded([255; 3], &hit, solid)[0];
         let lights = [seen(2, -1), seen(2, 1), seen(0, 1), seen(1, -1)].map(|hit| white(hit, &solid));
         assert_eq!(lights, [255, 159, 207, 231]);

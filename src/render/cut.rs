@@ -48,7 +48,7 @@ impl Cut {
     fn open_sides(&self, world: &World, eye_m: DVec3) -> Vec<Window> {
         let truth = &world.truth();
         let thick = (self.open_m / truth.grid.voxel_size_m).ceil().clamp(0.0, 1023.0) as i32;
-        let eye = Grid::cell_of(truth.grid.position_q16(eye_m));
+        let eye = Grid::voxel_of(truth.grid.position_q16(eye_m));
         let bounds = truth.occupied.bounds();
         let (low, end) = (bounds.min, bounds.end());
         let mut sides = Vec::new();
@@ -69,7 +69,7 @@ impl Cut {
     pub(super) fn plane(&self, world: &World, mut plane: BitGrid) -> BitGrid {
         let grid = &world.grid;
         if let Some(region) = self.only_region {
-            plane.keep(&world.regions[region].cells);
+            plane.keep(&world.regions[region].voxels);
         }
         if let Some(above_m) = self.above_m {
             let above_q16 = length_q16(above_m, grid.voxel_size_m) - i64::from(grid.origin[2]) * ONE_Q16;

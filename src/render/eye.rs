@@ -51,7 +51,7 @@ pub fn point(text: &str) -> Result<DVec3, String> {
 
 /// A camera that draws.
 #[derive(Clone, Debug)]
-pub(super) struct Camera {
+pub(super) struct PictureCamera {
     pub(super) eye_m: DVec3,
     /// Columns: right, down, forward in the world.
     pub(super) rotation: DMat3,
@@ -62,9 +62,9 @@ pub(super) struct Camera {
     voxel_size_m: f64,
 }
 
-impl Camera {
+impl PictureCamera {
     /// The camera of a wish; `whole` is what must be in view.
-    pub(super) fn new(wish: &Wish, size: [u32; 2], grid: &Grid, whole: &BitGrid) -> Result<Camera> {
+    pub(super) fn new(wish: &Wish, size: [u32; 2], grid: &Grid, whole: &BitGrid) -> Result<PictureCamera> {
         let bounds = whole.bounds();
         let corners = [grid.corner_m(bounds.min), grid.corner_m(bounds.end())];
         let target = wish.look_at_m.unwrap_or((corners[0] + corners[1]) / 2.0);
@@ -81,7 +81,7 @@ impl Camera {
             }
         };
         let rotation = Pose::facing(eye_m, ahead, 0.0, 0.0).optical();
-        Ok(Camera { eye_m, rotation, size, focal: width / 2.0 / tan, voxel_size_m: grid.voxel_size_m })
+        Ok(PictureCamera { eye_m, rotation, size, focal: width / 2.0 / tan, voxel_size_m: grid.voxel_size_m })
     }
 
     /// The direction of a ray in the camera's frame; not normalised.

@@ -24,7 +24,7 @@ pub use eye::{Eye, point};
 
 use cast::Hit;
 use cut::Cut;
-use eye::Camera;
+use eye::PictureCamera;
 use glam::DVec3;
 
 /// Rays along each side of a pixel.
@@ -81,7 +81,7 @@ pub fn draw(world: &World, view: Option<&View>, wish: &Wish, backend: &mut dyn B
         return Err(Error::Input(format!("--size: the legend leaves no room: at least {least} pixels high")));
     }
     let size = [wish.size_px[0] * FINE, height * FINE];
-    let camera = Camera::new(wish, size, &world.grid, &whole)?;
+    let camera = PictureCamera::new(wish, size, &world.grid, &whole)?;
     let solid = Cut::of(wish).solid(world, camera.eye_m);
     let mut samples = paint(world, &palette, &solid, haze.as_ref(), &camera, backend)?;
     if let Some(view) = view {
@@ -116,14 +116,14 @@ fn paint(
     palette: &colour::Palette,
     solid: &BitGrid,
     haze: Option<&BitGrid>,
-    camera: &Camera,
+    camera: &PictureCamera,
     backend: &mut dyn Backend,
 ) -> Result<Samples> {
     let grid = &world.grid;
     let hits = cast::cast(solid, grid, camera, backend)?;
     let mut colours: Vec<[u8; 3]> = hits
         .iter()
-        .map(|hit| hit.map_or(colour::SKY, |hit| colour::shaded(palette.of(hit.cell), &hit, solid)))
+        .map(|hit| hit.map_or(colour::SKY, |hit| colour::shaded(palette.of(hit.voxel), &hit, solid)))
         .collect();
     let far = |hit: &Option<Hit>| hit.map_or(u32::MAX, |hit| hit.distance_q16);
     if let Some(haze) = haze {

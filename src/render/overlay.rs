@@ -5,7 +5,7 @@ use glam::DVec3;
 
 use super::Samples;
 use super::colour::{POINTS, SENSOR};
-use super::eye::Camera;
+use super::eye::PictureCamera;
 use crate::march;
 use crate::view::View;
 use crate::voxel::BitGrid;
@@ -18,7 +18,13 @@ const FIGURE_M: f64 = 0.4;
 const ALL_AROUND_M: f64 = 0.08;
 
 /// Draws about `most` returns of each sensor, or all, as far as they are read where there may be dots.
-pub(super) fn points(samples: &mut Samples, view: &View, most: usize, places: &BitGrid, camera: &Camera) {
+pub(super) fn points(
+    samples: &mut Samples,
+    view: &View,
+    most: usize,
+    places: &BitGrid,
+    camera: &PictureCamera,
+) {
     if most == 0 {
         return;
     }
@@ -39,7 +45,7 @@ pub(super) fn points(samples: &mut Samples, view: &View, most: usize, places: &B
 }
 
 /// Draws each sensor where it stands, as it looks; of a pad and of a gate the ground that it watches.
-pub(super) fn sensors(samples: &mut Samples, view: &View, camera: &Camera) {
+pub(super) fn sensors(samples: &mut Samples, view: &View, camera: &PictureCamera) {
     let outlines: Vec<_> = view.members.iter().filter_map(|member| view.outline(member)).collect();
     let grounds: Vec<_> = view.members.iter().flat_map(|member| view.grounds(member)).collect();
     // The rims of all lines first, so that the lines stand out.
@@ -75,14 +81,14 @@ pub(super) fn sensors(samples: &mut Samples, view: &View, camera: &Camera) {
 }
 
 /// Lines from each point of the world to the next, and from the last to the first.
-fn ring(samples: &mut Samples, points: &[DVec3], radius: f64, colour: [u8; 3], camera: &Camera) {
+fn ring(samples: &mut Samples, points: &[DVec3], radius: f64, colour: [u8; 3], camera: &PictureCamera) {
     for (i, from) in points.iter().enumerate() {
         line(samples, [*from, points[(i + 1) % points.len()]], radius, colour, camera);
     }
 }
 
 /// A line between two points of the world.
-fn line(samples: &mut Samples, [from, to]: [DVec3; 2], radius: f64, colour: [u8; 3], camera: &Camera) {
+fn line(samples: &mut Samples, [from, to]: [DVec3; 2], radius: f64, colour: [u8; 3], camera: &PictureCamera) {
     let (Some((a, _)), Some((b, _))) = (camera.project(from), camera.project(to)) else { return };
     let [dx, dy] = [b[0] - a[0], b[1] - a[1]];
     // As many dots as it takes; a line that leaves the picture far behind is not worth more.

@@ -34,24 +34,24 @@ fn rays_end_in_the_first_voxel_on_their_way() {
     // From outside the grid, on either side of it, and from within.
     for at in [[4.0, 3.0, 5.0], [-4.0, -3.0, -2.0], [0.3, 0.1, 1.2]] {
         let wish = Wish { eye: Eye::At(at.into()), ..wish() };
-        let camera = Camera::new(&wish, [64, 64], grid, &solid).unwrap();
+        let camera = PictureCamera::new(&wish, [64, 64], grid, &solid).unwrap();
         let hits = cast::cast(&solid, grid, &camera, &mut Cpu::new(Some(1)).unwrap()).unwrap();
         assert!(hits.iter().flatten().count() > 500, "{at:?}");
         for (i, hit) in hits.iter().enumerate() {
             let Some(hit) = hit else { continue };
-            assert!(solid.get(hit.cell), "{at:?}: ray {i}: {hit:?}");
+            assert!(solid.get(hit.voxel), "{at:?}: ray {i}: {hit:?}");
             // Where the ray enters lies on the voxel's face, within what quantised directions stray.
             let dir = (camera.rotation * camera.direction([i as u32 % 64, i as u32 / 64])).normalize();
             let entry = camera.eye_m + dir * (f64::from(hit.distance_q16) / 65536.0 * grid.voxel_size_m);
-            let low = grid.corner_m(hit.cell);
+            let low = grid.corner_m(hit.voxel);
             let off = (entry - low) / grid.voxel_size_m;
             let face = if hit.step > 0 { 0.0 } else { 1.0 };
             assert!((off[hit.axis] - face).abs() < 0.02, "{at:?}: ray {i}: {off}: {hit:?}");
             assert!(off.min_element() > -0.02 && off.max_element() < 1.02, "{at:?}: ray {i}: {off}");
             // Half way from the eye nothing is in the way, as far as points between tell.
             let before = (0..100).map(|n| camera.eye_m + (entry - camera.eye_m) * (f64::from(n) / 101.0));
-            let near = |p: DVec3| crate::voxel::Grid::cell_of(grid.position_q16(p));
-            let hidden = before.map(near).filter(|cell| solid.get(*cell) && *cell != hit.cell).count();
+            let near = |p: DVec3| crate::voxel::Grid::voxel_of(grid.position_q16(p));
+            let hidden = before.map(near).filter(|voxel| solid.get(*voxel) && *voxel != hit.voxel).count();
             assert!(hidden <= 2, "{at:?}: ray {i}: {hidden} of 100 points lie in voxels");
         }
     }
@@ -66,8 +66,8 @@ fn walls_between_the_eye_and_the_cell_are_taken_off() {
     let left = cut.solid(&world, DVec3::new(9.0, 0.0, 9.0));
     // The ceiling and the wall at large x are gone, their opposites and those of y stay.
     let layer = |axis: usize, at: i32| {
-        left.cells()
-            .filter(|cell| cell[axis] == at && !truth.human.get(*cell) && !truth.robot.get(*cell))
+        left.voxels()
+            .filter(|voxel| voxel[axis] == at && !truth.human.get(*voxel) && !truth.robot.get(*voxel))
             .count()
     };
     for axis in [0, 2] {
@@ -90,7 +90,7 @@ fn walls_between_the_eye_and_the_cell_are_taken_off() {
     let top = truth.grid.corner_m(kept.bounds().end()).z;
     assert!((top - 0.5).abs() < 1e-9, "{top}");
     let region = Cut { only_region: Some(0), above_m: None, open_m: 0.0 }.solid(&world, DVec3::ZERO);
-    assert_eq!(region.count(), count(&truth.occupied, &world.regions[0].cells));
+    assert_eq!(region.count(), count(&truth.occupied, &world.regions[0].voxels));
 }
 
 #[test]

@@ -1,7 +1,7 @@
 //! How the scores of all choices of poses are distributed: smallest, quartiles and largest of each scene,
 //! region, combination and representation, beside the baselines of that scene and region.
 
-use super::Selection;
+use super::ReportSelection;
 use super::near_side;
 use super::table::{NONE, Table, number};
 use crate::Result;
@@ -39,9 +39,9 @@ pub fn distribution(mut values: Vec<f64>) -> Option<Distribution> {
 }
 
 /// A table for each region and score.
-pub fn render(results: &Results, selection: &Selection) -> Result<String> {
+pub fn render(results: &Results, selection: &ReportSelection) -> Result<String> {
     let mut text = String::from(
-        "\nDISTRIBUTION over all choices of poses (the paper's Experiment 1: interpretations of one camera)\n\
+        "\nDISTRIBUTION over all choices of poses (the paper's Experiment 1: representations of one camera)\n\
          A choice counts with its mean over snapshots and repeats. Quartiles: the value at place p·(n − 1) of the n\n\
          sorted ones, interpolated. Behind the bar: what trivial answers score in that scene, and at most could be.\n",
     );

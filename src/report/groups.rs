@@ -3,7 +3,7 @@
 
 use std::ops::Range;
 
-use super::Selection;
+use super::ReportSelection;
 use super::Series;
 use super::table::{Table, number};
 use crate::Result;
@@ -47,7 +47,7 @@ pub fn groups(
 }
 
 /// A table for each region and score; nothing where no combination has several groups.
-pub fn render(results: &Results, selection: &Selection) -> Result<String> {
+pub fn render(results: &Results, selection: &ReportSelection) -> Result<String> {
     let several = |series: &Series| {
         let combined = &results.combinations[series.combination];
         let mut groups = (0..combined.choices()).map(|choice| combined.group_of(choice));

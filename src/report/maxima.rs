@@ -1,7 +1,7 @@
 //! The best that each combination of sensors reaches, per scene and on average, and how much of what the
 //! largest combination reaches that is.
 
-use super::Selection;
+use super::ReportSelection;
 use super::Series;
 use super::first_best;
 use super::near_side;
@@ -35,10 +35,10 @@ pub struct Maximum {
 
 /// The maxima of a combination by one score in one region.
 pub fn maxima(results: &Results, combination: usize, region: usize, score: Score) -> Result<Maxima> {
-    let ways = results.combinations[combination].representations.len();
+    let representations = results.combinations[combination].representations.len();
     let of_scene = |scene: &SceneResults| {
         let mut best: Option<Maximum> = None;
-        for representation in 0..ways {
+        for representation in 0..representations {
             let series = Series { combination, representation };
             let values = series.over(results, &scene.moments, region, score)?;
             let first = first_best(score, values.iter().map(|over| Some(over.as_ref()?.mean)));
@@ -64,7 +64,7 @@ pub fn most_sensors(results: &Results) -> Option<usize> {
 }
 
 /// A table for each region and score; nothing where there is one combination only.
-pub fn render(results: &Results, selection: &Selection) -> Result<String> {
+pub fn render(results: &Results, selection: &ReportSelection) -> Result<String> {
     if results.combinations.len() < 2 {
         return Ok(String::new());
     }

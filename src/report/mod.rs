@@ -11,7 +11,7 @@ pub mod snapshots;
 mod table;
 
 use crate::metrics::Score;
-use crate::results::{Key, Over, Results};
+use crate::results::{Over, Results, RowKey};
 use crate::{Error, Result};
 
 /// What stands under tables with an upper bound of human_seen.
@@ -24,7 +24,7 @@ fn near_side(score: Score) -> String {
 
 /// Which part of the results a report is about.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Selection {
+pub struct ReportSelection {
     /// Indices of regions.
     pub regions: Vec<usize>,
     /// Indices of combinations.
@@ -33,7 +33,7 @@ pub struct Selection {
     pub scores: Vec<Score>,
 }
 
-impl Selection {
+impl ReportSelection {
     /// The named region and combination, or all of them; an unknown name is an [`Error::Input`] that lists
     /// the known.
     pub fn named(
@@ -41,10 +41,10 @@ impl Selection {
         region: Option<&str>,
         combination: Option<&str>,
         scores: &[Score],
-    ) -> Result<Selection> {
+    ) -> Result<ReportSelection> {
         let regions: Vec<&str> = results.regions.iter().map(String::as_str).collect();
         let combinations: Vec<&str> = results.combinations.iter().map(|c| c.name.as_str()).collect();
-        Ok(Selection {
+        Ok(ReportSelection {
             regions: chosen("--region", region, &regions)?,
             combinations: chosen("--combination", combination, &combinations)?,
             scores: scores.to_vec(),
@@ -88,9 +88,9 @@ fn series(results: &Results, combinations: impl Iterator<Item = usize>) -> Vec<S
 
 impl Series {
     /// One of its choices in one region.
-    fn key(self, choice: usize, region: usize) -> Key {
+    fn key(self, choice: usize, region: usize) -> RowKey {
         let Series { combination, representation } = self;
-        Key { combination, choice, representation, region }
+        RowKey { combination, choice, representation, region }
     }
 
     /// `camera · points`; of several sensors that are scored in one way only, that way is left out.

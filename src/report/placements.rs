@@ -24,12 +24,12 @@ const KINDS: [&str; 3] = ["mean", "worst", "pooled"];
 
 /// One sweep or two, and the scenes over which their placements are compared.
 pub struct Sweeps {
-    all: Vec<Sweep>,
+    all: Vec<FinishedSweep>,
     scopes: Vec<Scope>,
 }
 
 /// A finished sweep.
-struct Sweep {
+struct FinishedSweep {
     folder: PathBuf,
     results: Results,
     manifest: Manifest,
@@ -44,7 +44,7 @@ struct Scope {
 
 /// A choice of poses in one representation.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Placement {
+pub struct RankedPlacement {
     sweep: usize,
     series: Series,
     choice: usize,
@@ -63,7 +63,7 @@ impl Sweeps {
     /// Reads the folders of finished sweeps. `scene` is the one to be looked at; else it is all that the
     /// sweeps share. With them come sentences about what a reader should know.
     pub fn read(folders: &[PathBuf], scene: Option<&str>) -> Result<(Sweeps, Vec<String>)> {
-        let (mut all, mut notes): (Vec<Sweep>, Vec<String>) = (Vec::new(), Vec::new());
+        let (mut all, mut notes): (Vec<FinishedSweep>, Vec<String>) = (Vec::new(), Vec::new());
         for folder in folders {
             if all.iter().any(|sweep| is_same(&sweep.folder, folder)) {
                 return Err(Error::input(
@@ -73,7 +73,7 @@ impl Sweeps {
             }
             let (results, warnings) = Results::read(folder)?;
             notes.extend(warnings);
-            all.push(Sweep { folder: folder.clone(), results, manifest: Manifest::read(folder)? });
+            all.push(FinishedSweep { folder: folder.clone(), results, manifest: Manifest::read(folder)? });
         }
         notes.extend(differences(&all));
         let scopes = scopes(&all, scene, &mut notes)?;
@@ -83,7 +83,7 @@ impl Sweeps {
     /// The regions that all sweeps have, or the one that is named, and a sentence about those that are left
     /// out.
     pub fn regions(&self, name: Option<&str>) -> Result<(Vec<String>, Option<String>)> {
-        let names = |sweep: &Sweep| sweep.results.regions.clone();
+        let names = |sweep: &FinishedSweep| sweep.results.regions.clone();
         let shared = shared(self.all.iter().map(names));
         if let Some(name) = name {
             let found = shared.iter().find(|region| *region == name).cloned();
@@ -102,8 +102,8 @@ impl Sweeps {
 
     /// The placements of these names in every sweep that has them, each once, and a sentence for each sweep
     /// that has not.
-    pub fn named(&self, poses: &[String], among: Among) -> Result<(Vec<Placement>, Vec<String>)> {
-        let (mut found, mut notes): (Vec<Placement>, Vec<String>) = (Vec::new(), Vec::new());
+    pub fn named(&self, poses: &[String], among: Among) -> Result<(Vec<RankedPlacement>, Vec<String>)> {
+        let (mut found, mut notes): (Vec<RankedPlacement>, Vec<String>) = (Vec::new(), Vec::new());
         for poses in poses {
             let each = self.all.iter().enumerate().map(|(sweep, _)| self.of_name(sweep, poses, among));
             let (those, mut errors): (Vec<_>, Vec<_>) = each.partition(|one| one.is_ok());
@@ -122,8 +122,8 @@ impl Sweeps {
         Ok((found, notes))
     }
 
-    fn of_name(&self, sweep: usize, poses: &str, among: Among) -> Result<Vec<Placement>> {
-        let Sweep { folder, results, .. } = &self.all[sweep];
+    fn of_name(&self, sweep: usize, poses: &str, among: Among) -> Result<Vec<RankedPlacement>> {
+        let FinishedSweep { folder, results, .. } = &self.all[sweep];
         let names: Vec<ChoiceNames> = results.combinations.iter().map(choice_names).collect();
         let found = find_choices(&names, poses, among.combination).map_err(|e| e.at(folder.display()))?;
         let placement = |(combination, choice): (usize, usize)| {
@@ -133,22 +133,28 @@ impl Sweeps {
             let representation =
                 representation.ok_or_else(|| unknown("--representation", among.representation, known));
             let series = Series { combination, representation: representation? };
-            Ok(Placement { sweep, series, choice })
+            Ok(RankedPlacement { sweep, series, choice })
         };
         found.into_iter().map(placement).collect()
     }
 
     /// The best few placements of each sweep by a score in a region, of all combinations and representations
     /// together.
-    pub fn best(&self, region: &str, score: Score, count: usize, among: Among) -> Result<Vec<Placement>> {
+    pub fn best(
+        &self,
+        region: &str,
+        score: Score,
+        count: usize,
+        among: Among,
+    ) -> Result<Vec<RankedPlacement>> {
         let mut placements = Vec::new();
-        for (sweep, Sweep { results, .. }) in self.all.iter().enumerate() {
+        for (sweep, FinishedSweep { results, .. }) in self.all.iter().enumerate() {
             let Some(at) = results.regions.iter().position(|name| name == region) else { continue };
             let moments = self.scopes[0].moments[sweep].iter().copied();
-            let mut best: Vec<(Placement, f64)> = Vec::new();
+            let mut best: Vec<(RankedPlacement, f64)> = Vec::new();
             for series in self.among(sweep, among)? {
                 let few = series.best(results, &moments, at, score)?.into_iter().take(count);
-                best.extend(few.map(|(choice, value)| (Placement { sweep, series, choice }, value)));
+                best.extend(few.map(|(choice, value)| (RankedPlacement { sweep, series, choice }, value)));
             }
             best.sort_by(|a, b| score.merit(b.1).total_cmp(&score.merit(a.1)));
             placements.extend(best.into_iter().take(count).map(|(placement, _)| placement));
@@ -179,10 +185,10 @@ impl Sweeps {
     }
 
     /// What the placements are called in the tables, where they are, and their names.
-    pub fn key(&self, placements: &[Placement]) -> String {
+    pub fn key(&self, placements: &[RankedPlacement]) -> String {
         let mut text = String::new();
-        for (letter, Placement { sweep, series, choice }) in ('A'..).zip(placements) {
-            let Sweep { folder, results, .. } = &self.all[*sweep];
+        for (letter, RankedPlacement { sweep, series, choice }) in ('A'..).zip(placements) {
+            let FinishedSweep { folder, results, .. } = &self.all[*sweep];
             let combination = &results.combinations[series.combination];
             let [place, name] = [combination.place_of(*choice), combination.name_of(*choice)];
             let place = if place.is_empty() { "no place of its own" } else { &place };
@@ -193,7 +199,7 @@ impl Sweeps {
     }
 
     /// The scores of some placements in a region that all sweeps have.
-    pub fn render(&self, region: &str, placements: &[Placement]) -> Result<String> {
+    pub fn render(&self, region: &str, placements: &[RankedPlacement]) -> Result<String> {
         let letters: Vec<String> = ('A'..).take(placements.len()).map(String::from).collect();
         let bounds = self.all.iter().map(|sweep| match self.all.len() {
             1 => "upper bound".into(),
@@ -216,7 +222,7 @@ impl Sweeps {
                     let title = if kind == 0 && row == 0 { scope.title.clone() } else { String::new() };
                     let over = if row == 0 && self.has_several(scope) { KINDS[kind] } else { "" };
                     let mut cell = |over: Option<Over>| cells(over, &mut fewer)[kind].clone();
-                    let of = |placement: &Placement| self.over(placement, scope, region, score);
+                    let of = |placement: &RankedPlacement| self.over(placement, scope, region, score);
                     let each: Vec<Option<Over>> = placements.iter().map(of).collect::<Result<_>>()?;
                     let difference = match each[..] {
                         [a, b] => Some(difference(value(a, kind), value(b, kind))),
@@ -235,8 +241,14 @@ impl Sweeps {
     }
 
     /// A score of a placement.
-    fn over(&self, placement: &Placement, scope: &Scope, region: &str, score: Score) -> Result<Option<Over>> {
-        let Placement { sweep, series, choice } = *placement;
+    fn over(
+        &self,
+        placement: &RankedPlacement,
+        scope: &Scope,
+        region: &str,
+        score: Score,
+    ) -> Result<Option<Over>> {
+        let RankedPlacement { sweep, series, choice } = *placement;
         let results = &self.all[sweep].results;
         let Some(region) = results.regions.iter().position(|name| name == region) else { return Ok(None) };
         results.over(scope.moments[sweep].iter().copied(), series.key(choice, region), score)
@@ -258,14 +270,14 @@ impl Sweeps {
 }
 
 /// In words, what decides the counts and is not the same in two sweeps.
-fn differences(all: &[Sweep]) -> Vec<String> {
+fn differences(all: &[FinishedSweep]) -> Vec<String> {
     let [first, second] = all else { return Vec::new() };
     let [a, b] = [first, second].map(|sweep| sweep.folder.display().to_string());
     if first.manifest.fingerprint() == second.manifest.fingerprint() {
         return vec![format!("{a} and {b} are sweeps of the same study, and have the same scores")];
     }
     let mut notes = vec![format!("from {a} to {b}: {}", first.manifest.changes(&second.manifest).join("; "))];
-    let size = |sweep: &Sweep| sweep.manifest.identity.voxel_size_m;
+    let size = |sweep: &FinishedSweep| sweep.manifest.identity.voxel_size_m;
     if size(first) != size(second) {
         notes.push("scores at different voxel sizes are not comparable".into());
     }
@@ -273,12 +285,13 @@ fn differences(all: &[Sweep]) -> Vec<String> {
 }
 
 /// The scene that is asked for; else all that the sweeps share together, and each of them.
-fn scopes(all: &[Sweep], scene: Option<&str>, notes: &mut Vec<String>) -> Result<Vec<Scope>> {
-    let names =
-        |sweep: &Sweep| sweep.results.scenes.iter().map(|scene| scene.name.clone()).collect::<Vec<_>>();
+fn scopes(all: &[FinishedSweep], scene: Option<&str>, notes: &mut Vec<String>) -> Result<Vec<Scope>> {
+    let names = |sweep: &FinishedSweep| {
+        sweep.results.scenes.iter().map(|scene| scene.name.clone()).collect::<Vec<_>>()
+    };
     let shared = shared(all.iter().map(names));
     let scope = |title: &str, of: &[String]| {
-        let scenes = |sweep: &Sweep| {
+        let scenes = |sweep: &FinishedSweep| {
             let asked = sweep.results.scenes.iter().filter(|scene| of.contains(&scene.name));
             asked.flat_map(|scene| scene.moments.clone()).collect()
         };

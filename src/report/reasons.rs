@@ -21,8 +21,8 @@ use crate::Result;
 use crate::metrics::{Confusion, Score};
 use crate::results::Results;
 use crate::results::columns::{pose_names, representation_names};
-use crate::results::table::{Column, Field, Format, Kind, TableFile};
-use crate::view::why::{Cause, Missed, Reason, Tally};
+use crate::results::table::{Column, ColumnKind, Datum, TableFile, TableFormat};
+use crate::view::why::{Cause, CauseTally, Missed, Reason};
 use crate::view::{Choice, View};
 use crate::world::place::Places;
 
@@ -37,14 +37,14 @@ pub struct ReasonsFile {
 
 impl ReasonsFile {
     /// Begins the table.
-    pub fn create(folder: &Path, format: Format) -> Result<ReasonsFile> {
-        let of_kind = |kind: Kind| move |name: &str| Column::new(name, kind);
-        let mut columns = vec![Column::new("scene", Kind::Text)];
-        columns.extend(["snapshot", "repeat"].map(of_kind(Kind::Count)));
+    pub fn create(folder: &Path, format: TableFormat) -> Result<ReasonsFile> {
+        let of_kind = |kind: ColumnKind| move |name: &str| Column::new(name, kind);
+        let mut columns = vec![Column::new("scene", ColumnKind::Text)];
+        columns.extend(["snapshot", "repeat"].map(of_kind(ColumnKind::Count)));
         let texts = ["combination", "poses", "representation", "region", "reason", "object"];
-        columns.extend(texts.map(of_kind(Kind::Text)));
+        columns.extend(texts.map(of_kind(ColumnKind::Text)));
         let counts = ["monitored", "voxels_occupied", "voxels_free", "voxels_human"];
-        columns.extend(counts.map(of_kind(Kind::Count)));
+        columns.extend(counts.map(of_kind(ColumnKind::Count)));
         let path = folder.join(format!("{REASONS}.{}", format.extension()));
         Ok(ReasonsFile { table: TableFile::create(&path, format, &columns)?, rows: 0 })
     }
@@ -55,13 +55,13 @@ impl ReasonsFile {
         for (region, (name, _)) in view.study.regions.iter().enumerate() {
             for tally in view.tally(missed, region) {
                 let object = view.object(&tally.cause).unwrap_or_default();
-                let mut fields = vec![Field::Text(&view.world.name)];
-                fields.extend([view.world.snapshot, view.choice.repeat].map(|n| Field::Count(n as u64)));
+                let mut fields = vec![Datum::Text(&view.world.name)];
+                fields.extend([view.world.snapshot, view.choice.repeat].map(|n| Datum::Count(n as u64)));
                 let reason = tally.cause.reason;
                 let texts = [&combination, &poses, &representation, name, reason.name(), object];
-                fields.extend(texts.map(Field::Text));
+                fields.extend(texts.map(Datum::Text));
                 let counts = [reason.is_monitored().into(), tally.occupied, tally.free, tally.human];
-                fields.extend(counts.map(Field::Count));
+                fields.extend(counts.map(Datum::Count));
                 self.table.row(&fields)?;
                 self.rows += 1;
             }
@@ -150,7 +150,7 @@ pub fn render(view: &View, missed: &[Missed], regions: impl IntoIterator<Item = 
     text
 }
 
-fn of_region(view: &View, region: &str, counts: &Confusion, tallies: Vec<Tally>) -> String {
+fn of_region(view: &View, region: &str, counts: &Confusion, tallies: Vec<CauseTally>) -> String {
     let Explained { headline, rows, monitored, advice } = explain(view, counts, tallies);
     let mut text = format!("\n{region} region: {headline}\n");
     if rows.is_empty() {
@@ -180,7 +180,7 @@ pub(super) struct Explained {
 }
 
 /// Explains the unknown voxels of a region by their tallies.
-pub(super) fn explain(view: &View, counts: &Confusion, mut tallies: Vec<Tally>) -> Explained {
+pub(super) fn explain(view: &View, counts: &Confusion, mut tallies: Vec<CauseTally>) -> Explained {
     let unknown = counts.uo + counts.uf;
     // Ties keep the order of the reasons.
     tallies.sort_by_key(|tally| std::cmp::Reverse(tally.voxels()));
@@ -191,20 +191,22 @@ pub(super) fn explain(view: &View, counts: &Confusion, mut tallies: Vec<Tally>) 
     };
     let mut headline = format!("{of_all} unknown ({unknown} of {} voxels{people})", counts.total());
     if !tallies.is_empty() {
-        let phrase =
-            |tally: &Tally| format!("{} {}", percent(tally.voxels(), unknown), phrase(view, &tally.cause));
+        let phrase = |tally: &CauseTally| {
+            format!("{} {}", percent(tally.voxels(), unknown), phrase(view, &tally.cause))
+        };
         let phrases: Vec<_> = tallies.iter().take(MOST_ADVICE).map(phrase).collect();
         let more = if tallies.len() > MOST_ADVICE { ", …" } else { "" };
         headline += &format!(": {}{more}", phrases.join(", "));
     }
-    let row = |tally: &Tally| {
-        let Tally { cause, occupied, free, human } = tally;
+    let row = |tally: &CauseTally| {
+        let CauseTally { cause, occupied, free, human } = tally;
         let object = view.object(cause).unwrap_or_default().to_string();
         let [voxels, occupied, human, free] =
             [tally.voxels(), *occupied, *human, *free].map(|n| n.to_string());
         [cause.reason.name().into(), object, percent(tally.voxels(), unknown), voxels, occupied, human, free]
     };
-    let monitored: u64 = tallies.iter().filter(|t| t.cause.reason.is_monitored()).map(Tally::voxels).sum();
+    let monitored: u64 =
+        tallies.iter().filter(|t| t.cause.reason.is_monitored()).map(CauseTally::voxels).sum();
     let worth = tallies.iter().filter(|t| 100 * t.voxels() >= WORTH_ADVICE * unknown).take(MOST_ADVICE);
     Explained {
         headline,

@@ -1,14 +1,14 @@
 //! Moving scenes: the choices that are best on average over the snapshots, and those that are best at their
 //! worst.
 
-use super::Selection;
+use super::ReportSelection;
 use super::near_side;
 use super::ranked;
 use super::table::{Table, number};
 use crate::Result;
 use crate::metrics::Score;
 use crate::results::swept::SceneResults;
-use crate::results::{Key, Over, Results};
+use crate::results::{Over, Results, RowKey};
 
 /// How many choices each list shows.
 const SHOWN: usize = 3;
@@ -18,7 +18,7 @@ const SHOWN: usize = 3;
 pub fn worst_snapshot(
     results: &Results,
     scene: &SceneResults,
-    key: Key,
+    key: RowKey,
     score: Score,
 ) -> Result<Option<usize>> {
     let mut worst: Option<(usize, f64)> = None;
@@ -32,7 +32,7 @@ pub fn worst_snapshot(
 }
 
 /// A table for each region and score; nothing where no scene moves.
-pub fn render(results: &Results, selection: &Selection) -> Result<String> {
+pub fn render(results: &Results, selection: &ReportSelection) -> Result<String> {
     let moving: Vec<&SceneResults> = results.scenes.iter().filter(|scene| scene.moments.len() > 1).collect();
     if moving.is_empty() {
         return Ok(String::new());
@@ -72,7 +72,7 @@ pub fn render(results: &Results, selection: &Selection) -> Result<String> {
 /// The rows of one scene: for each combination and representation the best by mean, then the best by worst.
 fn rows(
     results: &Results,
-    selection: &Selection,
+    selection: &ReportSelection,
     scene: &SceneResults,
     (score, region): (Score, usize),
     table: &mut Table,

@@ -5,12 +5,12 @@ use crate::metrics::Detection;
 use crate::results::example::{NO_SCORE, counts, results, results_in, worked, worked_counts};
 use maxima::{Maximum, maxima, most_sensors};
 
-fn key(combination: usize, choice: usize, representation: usize) -> Key {
-    Key { combination, choice, representation, region: 0 }
+fn key(combination: usize, choice: usize, representation: usize) -> RowKey {
+    RowKey { combination, choice, representation, region: 0 }
 }
 
-fn all(results: &Results, scores: &[Score]) -> Selection {
-    Selection::named(results, None, None, scores).unwrap()
+fn all(results: &Results, scores: &[Score]) -> ReportSelection {
+    ReportSelection::named(results, None, None, scores).unwrap()
 }
 
 #[test]
@@ -107,7 +107,7 @@ fn the_best_of_each_wall() {
 #[test]
 fn the_best_over_snapshots_by_mean_and_by_worst() {
     // The first pose now has 1/4 and 1: the better mean, the worse worst.
-    let better = |moment, key: &Key| match (moment, key.combination, key.choice) {
+    let better = |moment, key: &RowKey| match (moment, key.combination, key.choice) {
         (2, 0, 0) => counts(0),
         _ => worked_counts(moment, key),
     };
@@ -145,7 +145,7 @@ fn distributions_stand_beside_their_baselines() {
     ] {
         assert!(text.contains(line), "no {line:?} in {text}");
     }
-    let of_one = Selection::named(&results, Some("robot"), Some("pair"), &[Score::HumanSeen]).unwrap();
+    let of_one = ReportSelection::named(&results, Some("robot"), Some("pair"), &[Score::HumanSeen]).unwrap();
     let text = distribution::render(&results, &of_one).unwrap();
     assert!(text.contains("pair · box;volume") && !text.contains("camera ·"), "{text}");
     assert!(text.contains("0    –        –       –        –    –  |"), "nobody is in the region: {text}");
@@ -155,7 +155,7 @@ fn distributions_stand_beside_their_baselines() {
 #[cfg(target_os = "linux")]
 #[test]
 fn a_disk_that_fails_fails_every_table() {
-    use crate::results::{example::unreadable, rows, scores, table::Format};
+    use crate::results::{example::unreadable, rows, scores, table::TableFormat};
     let (results, folder) = (unreadable(), tempfile::tempdir().unwrap());
     let (selection, moving) = (all(&results, &[Score::F1]), &results.scenes[1]);
     for (what, made) in [
@@ -167,8 +167,8 @@ fn a_disk_that_fails_fails_every_table() {
         ("worst", snapshots::worst_snapshot(&results, moving, key(0, 0, 0), Score::F1).map(drop)),
         ("leaders", reasons::leaders(&results, 1, &[Score::F1]).map(drop)),
         ("leader", reasons::leader(&results, 0, Score::F1).map(drop)),
-        ("results", rows::write(&results, folder.path(), Format::Csv)),
-        ("scores", scores::write(&results, folder.path(), Format::Csv)),
+        ("results", rows::write(&results, folder.path(), TableFormat::Csv)),
+        ("scores", scores::write(&results, folder.path(), TableFormat::Csv)),
     ] {
         assert!(
             matches!(&made, Err(Error::Storage(text)) if text.contains("cannot be read")),
@@ -180,7 +180,7 @@ fn a_disk_that_fails_fails_every_table() {
 
 fn scores_csv(results: &Results) -> String {
     let folder = tempfile::tempdir().unwrap();
-    crate::results::scores::write(results, folder.path(), crate::results::table::Format::Csv).unwrap();
+    crate::results::scores::write(results, folder.path(), crate::results::table::TableFormat::Csv).unwrap();
     std::fs::read_to_string(folder.path().join("scores.csv")).unwrap()
 }
 
@@ -303,7 +303,7 @@ fn unknown_names_are_refused_with_the_known_ones() {
         (Some("robots"), None, "--region robots: must be one of those of the sweep: [\"robot\"]"),
         (None, Some("x"), "--combination x: must be one of those of the sweep: [\"camera\", \"pair\"]"),
     ] {
-        let error = Selection::named(&results, region, combination, &[]).unwrap_err();
+        let error = ReportSelection::named(&results, region, combination, &[]).unwrap_err();
         assert_eq!(error.to_string(), expected);
     }
 }

@@ -76,14 +76,14 @@ pub fn pose_names(study: &Study, combination: &Combination, choice: usize) -> St
     names.collect::<Vec<_>>().join(BETWEEN_MEMBERS)
 }
 
-/// The representations of each interpretation: `points;volume`.
+/// The representations of each representation: `points;volume`.
 pub fn representation_names(study: &Study, combination: &Combination) -> Vec<String> {
     let named = |way: Vec<usize>| {
         let members = combination.members.iter().zip(way);
         let names = members.map(|(member, r)| study.sensors[member.sensor].kind.representations()[r]);
         names.collect::<Vec<_>>().join(BETWEEN_MEMBERS)
     };
-    combination.interpretations(&study.sensors).into_iter().map(named).collect()
+    combination.representations(&study.sensors).into_iter().map(named).collect()
 }
 
 /// Rows in memory, where writing cannot fail.

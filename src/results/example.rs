@@ -3,8 +3,8 @@
 use std::sync::Arc;
 
 use crate::metrics::{BODY_PARTS, Confusion, Detection, RoleCounts};
-use crate::results::Key;
-use crate::results::journal::{Header, Locked, Pages, Shard};
+use crate::results::RowKey;
+use crate::results::journal::{JournalHeader, Locked, Pages, Shard};
 use crate::results::swept::{CombinationResults, MemberResults, PoseResults, Results, SceneResults, Subject};
 use crate::world::Baselines;
 
@@ -35,7 +35,7 @@ pub(crate) const NO_SCORE: Confusion = Confusion {
 
 /// Scenes `still` (moment 0) and `moving` (moments 1 and 2), one region. The camera has poses at two walls;
 /// the pair has two posed sensors and is scored in two representations.
-pub(crate) fn results(repeats: usize, of: impl Fn(usize, usize, &Key) -> Confusion) -> Results {
+pub(crate) fn results(repeats: usize, of: impl Fn(usize, usize, &RowKey) -> Confusion) -> Results {
     results_in(&["robot"], repeats, of)
 }
 
@@ -43,7 +43,7 @@ pub(crate) fn results(repeats: usize, of: impl Fn(usize, usize, &Key) -> Confusi
 pub(crate) fn results_in(
     regions: &[&str],
     repeats: usize,
-    of: impl Fn(usize, usize, &Key) -> Confusion,
+    of: impl Fn(usize, usize, &RowKey) -> Confusion,
 ) -> Results {
     let posed = |name: &str, x: f64| PoseResults {
         name: name.into(),
@@ -86,7 +86,7 @@ pub(crate) fn results_in(
         baselines: vec![vec![baselines; regions.len()]; 3],
     };
     let layout = subject.layout();
-    let header = Header {
+    let header = JournalHeader {
         fingerprint: [7; 32],
         shard: Shard::WHOLE,
         blocks: layout.blocks() as u64,
@@ -97,7 +97,7 @@ pub(crate) fn results_in(
     let mut journal = Locked::open(folder.path()).unwrap().begin(header).unwrap();
     for moment in 0..3 {
         for repeat in 0..repeats {
-            let put = |_: [&str; 4], key: Key| {
+            let put = |_: [&str; 4], key: RowKey| {
                 journal.put(layout.row(moment, repeat, &key), &[of(moment, repeat, &key)])
             };
             subject.each_key(put).unwrap();
@@ -121,7 +121,7 @@ pub(crate) fn worked() -> Results {
 }
 
 /// The counts of [`worked`].
-pub(crate) fn worked_counts(moment: usize, key: &Key) -> Confusion {
+pub(crate) fn worked_counts(moment: usize, key: &RowKey) -> Confusion {
     match (key.combination, key.choice, key.representation) {
         (0, 0, _) => counts([0, 6, 2][moment]),
         (0, 1, _) => counts(2),

@@ -22,14 +22,14 @@ pub const DISAGREEMENT: &str = "disagreement.json";
 pub const DISAGREED: &str = "disagreement.journal";
 
 pub use part::abandon;
-use part::{Part, tidy};
+use part::{PartialFile, tidy};
 
 /// A file being written, which takes its place when all of it is there: readers see the old bytes or the new
 /// ones, never a part. Dropped before [`WholeFile::commit`], it leaves nothing behind.
 #[derive(Debug)]
 pub struct WholeFile {
     path: PathBuf,
-    part: Part,
+    part: PartialFile,
 }
 
 impl WholeFile {
@@ -37,7 +37,7 @@ impl WholeFile {
     pub fn create(path: &Path) -> Result<Self> {
         let part = match path.is_dir() {
             true => Err(ErrorKind::IsADirectory.into()),
-            false => Part::create(path),
+            false => PartialFile::create(path),
         };
         let part = part.map_err(|e| cannot_write(path, e))?;
         Ok(WholeFile { path: path.into(), part })
@@ -148,7 +148,8 @@ impl OutputFolder {
         let folder = OutputFolder { path: path.into(), made: missing.map(Path::to_path_buf).collect() };
         fs::create_dir_all(path)
             .map_err(|e| Error::io(path, "cannot be made a folder for results (--out)", e))?;
-        Part::create(&path.join("probe")).map_err(|e| Error::io(path, "cannot be written to (--out)", e))?;
+        PartialFile::create(&path.join("probe"))
+            .map_err(|e| Error::io(path, "cannot be written to (--out)", e))?;
         for file in BEGUN.iter().chain(&TABLES).map(|name| path.join(name)) {
             if file.is_dir() {
                 return Err(Error::input(

@@ -9,12 +9,12 @@ use crate::study::{Combination, Study};
 /// Which counts of a moment and repeat: one choice of poses in one representation and region. Indices are
 /// those of the study.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Key {
+pub struct RowKey {
     /// Index of the combination.
     pub combination: usize,
     /// Number of the choice of poses ([`crate::study::Combination::choice`]).
     pub choice: usize,
-    /// Number of the choice of representations ([`crate::study::Combination::interpretations`]).
+    /// Number of the choice of representations ([`crate::study::Combination::representations`]).
     pub representation: usize,
     /// Index of the region.
     pub region: usize,
@@ -22,7 +22,7 @@ pub struct Key {
 
 /// A choice of poses to be scored.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Ask {
+pub struct PoseChoice {
     /// Index of the combination.
     pub combination: usize,
     /// Number of the choice of poses.
@@ -35,7 +35,7 @@ pub struct Size {
     /// Choices of poses.
     pub choices: usize,
     /// Choices of a representation for each of its sensors.
-    pub ways: usize,
+    pub representations: usize,
 }
 
 /// The numbers of all rows. A block is one repeat of one moment (a snapshot of a scene, counted through all
@@ -75,45 +75,46 @@ impl Layout {
     }
 
     /// How many choices are scored in each block.
-    pub fn asks(&self) -> usize {
+    pub fn pose_choices(&self) -> usize {
         self.sizes.iter().map(|size| size.choices).sum()
     }
 
     /// All choices, in study order.
-    pub fn all_asks(&self) -> impl Iterator<Item = Ask> + '_ {
+    pub fn all_choices(&self) -> impl Iterator<Item = PoseChoice> + '_ {
         let of = |(combination, size): (usize, &Size)| {
-            (0..size.choices).map(move |choice| Ask { combination, choice })
+            (0..size.choices).map(move |choice| PoseChoice { combination, choice })
         };
         self.sizes.iter().enumerate().flat_map(of)
     }
 
     /// The place of a choice among all of a block.
-    pub fn place(&self, ask: &Ask) -> usize {
-        self.sizes[..ask.combination].iter().map(|size| size.choices).sum::<usize>() + ask.choice
+    pub fn place(&self, pose_choice: &PoseChoice) -> usize {
+        self.sizes[..pose_choice.combination].iter().map(|size| size.choices).sum::<usize>()
+            + pose_choice.choice
     }
 
     /// The rows of one choice within a block: each representation, each region.
-    pub fn rows_of_ask(&self, ask: &Ask) -> Range<u64> {
-        let before: u64 = self.sizes[..ask.combination].iter().map(|size| self.rows_of(size)).sum();
-        let each = (self.sizes[ask.combination].ways * self.regions) as u64;
-        let first = before + ask.choice as u64 * each;
+    pub fn rows_of_choice(&self, pose_choice: &PoseChoice) -> Range<u64> {
+        let before: u64 = self.sizes[..pose_choice.combination].iter().map(|size| self.rows_of(size)).sum();
+        let each = (self.sizes[pose_choice.combination].representations * self.regions) as u64;
+        let first = before + pose_choice.choice as u64 * each;
         first..first + each
     }
 
     /// The rows of some choices that follow each other, within a block.
-    pub fn rows_of_asks(&self, places: &Range<usize>) -> Range<u64> {
+    pub fn rows_of_choices(&self, places: &Range<usize>) -> Range<u64> {
         self.first_row(places.start)..self.first_row(places.end)
     }
 
     /// The number of a row.
-    pub fn row(&self, moment: usize, repeat: usize, key: &Key) -> u64 {
-        let of_ask = self.rows_of_ask(&Ask { combination: key.combination, choice: key.choice });
+    pub fn row(&self, moment: usize, repeat: usize, key: &RowKey) -> u64 {
+        let of_ask = self.rows_of_choice(&PoseChoice { combination: key.combination, choice: key.choice });
         let within = of_ask.start + (key.representation * self.regions + key.region) as u64;
         self.block(moment, repeat) as u64 * self.block_rows() + within
     }
 
     fn rows_of(&self, size: &Size) -> u64 {
-        size.choices as u64 * (size.ways * self.regions) as u64
+        size.choices as u64 * (size.representations * self.regions) as u64
     }
 
     /// The first row, within a block, of the choice at a place, or of what follows all choices.
@@ -121,7 +122,7 @@ impl Layout {
         let mut rows = 0;
         for size in &self.sizes {
             let some = place.min(size.choices);
-            rows += (some * size.ways * self.regions) as u64;
+            rows += (some * size.representations * self.regions) as u64;
             place -= some;
         }
         rows
@@ -130,7 +131,10 @@ impl Layout {
 
 /// How the rows of a study are numbered.
 pub fn layout_of(study: &Study) -> Layout {
-    let size = |c: &Combination| Size { choices: c.choices(), ways: c.ways(&study.sensors) };
+    let size = |c: &Combination| Size {
+        choices: c.choices(),
+        representations: c.representation_count(&study.sensors),
+    };
     let moments = study.scenes.iter().map(|scene| scene.snapshots).sum();
     let sizes = study.combinations.iter().map(size).collect();
     Layout::new(moments, study.repeats as usize, sizes, study.regions.len())
@@ -139,12 +143,13 @@ pub fn layout_of(study: &Study) -> Layout {
 /// How many choices are scored in all, each snapshot of a scene and each repeat for itself.
 pub fn jobs(study: &Study) -> u64 {
     let layout = layout_of(study);
-    layout.blocks() as u64 * layout.asks() as u64
+    layout.blocks() as u64 * layout.pose_choices() as u64
 }
 
 /// The choices of a shard, by their places among all. Every choice is in one shard.
 pub fn places_of(layout: &Layout, shard: Shard) -> Range<usize> {
-    let at = |number: u32| (layout.asks() as u128 * u128::from(number) / u128::from(shard.of)) as usize;
+    let at =
+        |number: u32| (layout.pose_choices() as u128 * u128::from(number) / u128::from(shard.of)) as usize;
     at(shard.number)..at(shard.number + 1)
 }
 
@@ -154,21 +159,29 @@ mod tests {
 
     /// Two moments, three repeats; combinations of 3 × 1 and 2 × 4; two regions: blocks of 6 + 16 rows.
     fn layout() -> Layout {
-        Layout::new(2, 3, vec![Size { choices: 3, ways: 1 }, Size { choices: 2, ways: 4 }], 2)
+        Layout::new(
+            2,
+            3,
+            vec![Size { choices: 3, representations: 1 }, Size { choices: 2, representations: 4 }],
+            2,
+        )
     }
 
     #[test]
     fn rows_are_numbered_in_study_order() {
         let layout = layout();
-        assert_eq!((layout.blocks(), layout.block_rows(), layout.rows(), layout.asks()), (6, 22, 132, 5));
+        assert_eq!(
+            (layout.blocks(), layout.block_rows(), layout.rows(), layout.pose_choices()),
+            (6, 22, 132, 5)
+        );
         let mut expected = 0;
         for moment in 0..2 {
             for repeat in 0..3 {
-                for ask in layout.all_asks() {
-                    for representation in 0..[1, 4][ask.combination] {
+                for pose_choice in layout.all_choices() {
+                    for representation in 0..[1, 4][pose_choice.combination] {
                         for region in 0..2 {
-                            let Ask { combination, choice } = ask;
-                            let key = Key { combination, choice, representation, region };
+                            let PoseChoice { combination, choice } = pose_choice;
+                            let key = RowKey { combination, choice, representation, region };
                             assert_eq!(
                                 layout.row(moment, repeat, &key),
                                 expected,
@@ -187,14 +200,14 @@ mod tests {
     fn choices_that_follow_each_other_have_rows_that_do() {
         let layout = layout();
         let mut next = 0;
-        for (place, ask) in layout.all_asks().enumerate() {
-            let rows = layout.rows_of_ask(&ask);
-            assert_eq!((layout.place(&ask), rows.start), (place, next), "{ask:?}");
-            assert_eq!(layout.rows_of_asks(&(place..place + 1)), rows, "{ask:?}");
+        for (place, pose_choice) in layout.all_choices().enumerate() {
+            let rows = layout.rows_of_choice(&pose_choice);
+            assert_eq!((layout.place(&pose_choice), rows.start), (place, next), "{pose_choice:?}");
+            assert_eq!(layout.rows_of_choices(&(place..place + 1)), rows, "{pose_choice:?}");
             next = rows.end;
         }
-        assert_eq!(layout.rows_of_asks(&(2..4)), 4..14);
-        assert_eq!(layout.rows_of_asks(&(0..5)), 0..22);
-        assert_eq!(layout.rows_of_asks(&(5..5)), 22..22);
+        assert_eq!(layout.rows_of_choices(&(2..4)), 4..14);
+        assert_eq!(layout.rows_of_choices(&(0..5)), 0..22);
+        assert_eq!(layout.rows_of_choices(&(5..5)), 22..22);
     }
 }

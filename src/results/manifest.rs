@@ -17,7 +17,7 @@ use crate::source::hex;
 use crate::study::Study;
 use crate::world::World;
 use crate::{Error, Result};
-pub use identity::{Identity, SceneFile, Sensor, Sensors};
+pub use identity::{Identity, SceneFileIdentity, SensorIdentity, Sensors};
 
 /// How a run ended that nobody heard of again.
 pub const KILLED: &str = "killed";
@@ -54,7 +54,7 @@ pub struct About {
     /// The command that makes it, word by word.
     pub command: Vec<String>,
     /// The study.
-    pub study: StudyFile,
+    pub study: StudyFileIdentity,
     /// Paths of its scenes.
     pub scene_files: Vec<String>,
     /// What was warned of.
@@ -63,7 +63,7 @@ pub struct About {
 
 /// The file of a study.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct StudyFile {
+pub struct StudyFileIdentity {
     /// Its path.
     pub file: String,
     /// All that stands in it.
@@ -119,7 +119,7 @@ impl Manifest {
         let about = About {
             perirobot: env!("CARGO_PKG_VERSION").into(),
             command: command.into(),
-            study: StudyFile { file: study.path.display().to_string(), text: study.text.clone() },
+            study: StudyFileIdentity { file: study.path.display().to_string(), text: study.text.clone() },
             scene_files: study.scenes.iter().map(|spec| spec.path.display().to_string()).collect(),
             warnings: warnings.collect(),
         };

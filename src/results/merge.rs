@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use super::read::{fits, missing};
 use crate::results::files::{JOURNAL, MANIFEST, OutputFolder, read_regular};
-use crate::results::journal::{Header, Journal, Locked, Pages, Shard};
+use crate::results::journal::{Journal, JournalHeader, Locked, Pages, Shard};
 use crate::results::manifest::{Manifest, Provenance};
 use crate::results::{Folder, Results, Subject};
 use crate::{Error, Result, shell};
@@ -17,7 +17,7 @@ const MOST_TOLD: usize = 10;
 const ROWS: u64 = 1 << 14;
 
 /// What is known of a shard while its folder is closed: there may be more of them than files can be open.
-struct Part {
+struct ShardPart {
     path: PathBuf,
     shard: Shard,
     rows: u64,
@@ -38,9 +38,9 @@ pub fn merge(out: &Path, folders: &[PathBuf]) -> Result<Results> {
     let reference = Folder::open(first)?;
     let header = reference.journal.header().clone();
     let Folder { manifest, subject, journal } = reference;
-    let part = |path: &PathBuf, manifest: Manifest, journal: &Journal| -> Result<Part> {
+    let part = |path: &PathBuf, manifest: Manifest, journal: &Journal| -> Result<ShardPart> {
         let (lacks, header) = (missing(&subject, journal)?, journal.header());
-        Ok(Part { path: path.clone(), shard: header.shard, rows: header.rows(), lacks, manifest })
+        Ok(ShardPart { path: path.clone(), shard: header.shard, rows: header.rows(), lacks, manifest })
     };
     let mut parts = vec![part(first, manifest.clone(), &journal)?];
     drop(journal);
@@ -53,7 +53,7 @@ pub fn merge(out: &Path, folders: &[PathBuf]) -> Result<Results> {
 
     let folder = OutputFolder::open(out)?;
     let locked = Locked::open(out)?;
-    let whole = Header { shard: Shard::WHOLE, kept: 0..header.block_rows, ..header };
+    let whole = JournalHeader { shard: Shard::WHOLE, kept: 0..header.block_rows, ..header };
     let elsewhere = "name another folder for the whole";
     match &locked.header {
         Ok(None) => {}
@@ -100,7 +100,7 @@ fn alike(
     path: &Path,
     first: &Path,
     (reference, subject): (&Manifest, &Subject),
-    header: &Header,
+    header: &JournalHeader,
 ) -> Result<(Manifest, Journal)> {
     let (manifest, journal) = (Manifest::read(path)?, Journal::read(path)?);
     let (first, other) = (first.display(), journal.header());
@@ -123,7 +123,7 @@ fn alike(
 }
 
 /// Orders shards by their numbers; each must be there once.
-fn in_order(parts: &mut [Part]) -> Result<()> {
+fn in_order(parts: &mut [ShardPart]) -> Result<()> {
     parts.sort_by_key(|part| part.shard.number);
     for two in parts.windows(2) {
         if two[0].shard == two[1].shard {
@@ -135,12 +135,12 @@ fn in_order(parts: &mut [Part]) -> Result<()> {
 }
 
 /// Fails unless every row of the sweep is in one of its shards, naming what is missing and what makes it.
-fn complete(parts: &[Part]) -> Result<()> {
+fn complete(parts: &[ShardPart]) -> Result<()> {
     let of = parts[0].shard.of;
     let lacking = parts.iter().filter(|part| part.lacks > 0);
     let mut missing: Vec<(u32, String)> = lacking
         .map(|part| {
-            let Part { path, shard: Shard { number, .. }, rows, lacks, .. } = part;
+            let ShardPart { path, shard: Shard { number, .. }, rows, lacks, .. } = part;
             (*number, format!("shard {number} of {of} lacks {lacks} of {rows} rows ({})", path.display()))
         })
         .collect();

@@ -7,7 +7,7 @@ mod subject;
 use std::path::Path;
 
 use crate::results::files::MANIFEST;
-use crate::results::journal::{Header, Journal, Pages, Shard};
+use crate::results::journal::{Journal, JournalHeader, Pages, Shard};
 use crate::results::manifest::Manifest;
 use crate::results::places_of;
 use crate::results::swept::{Results, Subject};
@@ -57,8 +57,8 @@ pub(crate) fn fits(subject: &Subject, manifest: &Manifest, journal: &Journal) ->
         return Err(Error::input(journal.path().display(), what));
     }
     let Shard { number, of } = header.shard;
-    let choices = layout.asks();
-    if of as usize > choices || header.kept != layout.rows_of_asks(&places_of(&layout, header.shard)) {
+    let choices = layout.pose_choices();
+    if of as usize > choices || header.kept != layout.rows_of_choices(&places_of(&layout, header.shard)) {
         let what = format!(
             "keeps rows {:?} of each block as shard {number} of {of}, which are not that shard's of {choices} choices \
              of poses; {CURE}",
@@ -71,7 +71,7 @@ pub(crate) fn fits(subject: &Subject, manifest: &Manifest, journal: &Journal) ->
 
 /// How many rows a journal lacks. Every row that it has must be one that its region can have.
 pub(crate) fn missing(subject: &Subject, journal: &Journal) -> Result<u64> {
-    let Header { block_rows, .. } = journal.header();
+    let JournalHeader { block_rows, .. } = journal.header();
     let (regions, repeats) = (subject.regions.len() as u64, subject.repeats as u64);
     let mut missing = journal.header().rows();
     journal.scan(|row, counts| {
@@ -98,7 +98,7 @@ impl Results {
     /// Errors name file and place.
     pub fn read(path: &Path) -> Result<(Results, Vec<String>)> {
         let folder = Folder::open(path)?;
-        let Header { shard, .. } = folder.journal.header();
+        let JournalHeader { shard, .. } = folder.journal.header();
         if *shard != Shard::WHOLE {
             let Shard { number, of } = shard;
             let what = format!("holds shard {number} of {of}: run `perirobot merge` on the folder above it");

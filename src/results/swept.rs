@@ -8,7 +8,7 @@ use std::sync::Arc;
 use crate::Result;
 use crate::metrics::{Confusion, Score};
 use crate::results::journal::Pages;
-use crate::results::{Key, Layout, Over, Size, columns, over};
+use crate::results::{Layout, Over, RowKey, Size, columns, over};
 use crate::sensor::{Candidate, Setting};
 use crate::study::{self, Combination, Study, nth_choice};
 use crate::world::place::{self, Places};
@@ -120,13 +120,13 @@ impl Subject {
 
     /// Every row of a block in study order: names of combination, poses, representation and region, and its
     /// key.
-    pub fn each_key(&self, mut row: impl FnMut([&str; 4], Key) -> Result<()>) -> Result<()> {
+    pub fn each_key(&self, mut row: impl FnMut([&str; 4], RowKey) -> Result<()>) -> Result<()> {
         for (combination, combined) in self.combinations.iter().enumerate() {
             for choice in 0..combined.choices() {
                 let poses = combined.name_of(choice);
                 for (representation, as_what) in combined.representations.iter().enumerate() {
                     for (region, place) in self.regions.iter().enumerate() {
-                        let key = Key { combination, choice, representation, region };
+                        let key = RowKey { combination, choice, representation, region };
                         row([&combined.name, &poses, as_what, place], key)?;
                     }
                 }
@@ -137,7 +137,8 @@ impl Subject {
 
     /// How its rows are numbered.
     pub fn layout(&self) -> Layout {
-        let size = |c: &CombinationResults| Size { choices: c.choices(), ways: c.representations.len() };
+        let size =
+            |c: &CombinationResults| Size { choices: c.choices(), representations: c.representations.len() };
         let sizes = self.combinations.iter().map(size).collect();
         Layout::new(self.moments().len(), self.repeats, sizes, self.regions.len())
     }
@@ -170,7 +171,7 @@ impl Results {
     ///
     /// # Errors
     /// `Error::Storage` if the journal cannot be read any more.
-    pub fn counts(&self, moment: usize, repeat: usize, key: &Key) -> Result<Confusion> {
+    pub fn counts(&self, moment: usize, repeat: usize, key: &RowKey) -> Result<Confusion> {
         self.pages.counts(self.layout.row(moment, repeat, key))
     }
 
@@ -181,7 +182,7 @@ impl Results {
     pub fn readings(
         &self,
         moments: impl Iterator<Item = usize> + Clone,
-        key: &Key,
+        key: &RowKey,
     ) -> Result<Vec<Vec<Confusion>>> {
         let repeat = |repeat| moments.clone().map(|moment| self.counts(moment, repeat, key)).collect();
         (0..self.repeats).map(repeat).collect()
@@ -194,7 +195,7 @@ impl Results {
     pub fn over(
         &self,
         moments: impl Iterator<Item = usize> + Clone,
-        key: Key,
+        key: RowKey,
         score: Score,
     ) -> Result<Option<Over>> {
         Ok(over::over(&self.readings(moments, &key)?, score))

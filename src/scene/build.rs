@@ -3,14 +3,14 @@
 
 use std::collections::HashSet;
 
-use super::loaded::Loaded;
+use super::loaded::SceneFiles;
 use super::spec::SceneSpec;
 use super::{Scene, moving};
 use crate::source::Sources;
 use crate::{Error, Result};
 
-/// Reads a scene and gives its snapshots, at least one. Curved bodies stay within an eighth of a voxel of their true
-/// surface.
+/// Reads a scene and gives its snapshots, at least one. Curved bodies stay within an eighth of a voxel of
+/// their true surface.
 pub fn build(spec: &SceneSpec, sources: &Sources, voxel_size_m: f64) -> Result<Vec<Scene>> {
     build_or_all(spec, sources, voxel_size_m).map_err(Error::first)
 }
@@ -44,7 +44,7 @@ fn read_all(spec: &SceneSpec, sources: &Sources, voxel_size_m: f64) -> (Vec<Scen
     let mut scenes: Vec<Scene> = (0..spec.snapshots)
         .map(|snapshot| Scene { name: spec.name.clone(), snapshot, objects: Vec::new() })
         .collect();
-    let (mut files, mut problems) = (Loaded::new(sources), Vec::new());
+    let (mut files, mut problems) = (SceneFiles::new(sources), Vec::new());
     for object in &spec.objects {
         match moving::moments(object, spec.snapshots, &mut files, voxel_size_m / 8.0) {
             Ok(moments) => {
@@ -64,7 +64,7 @@ mod tests {
     use glam::{DQuat, DVec3};
 
     use super::*;
-    use crate::scene::mesh_file::{Format, MeshFile, Up};
+    use crate::scene::mesh_file::{MeshFile, MeshFormat, Up};
     use crate::scene::spec::{ObjectSpec, SurfaceSpec};
     use crate::scene::{Interior, Optical, Role, Surface};
 
@@ -158,7 +158,7 @@ mod tests {
             (
                 SurfaceSpec::Mesh(MeshFile {
                     path: "gone.glb".into(),
-                    format: Format::Gltf,
+                    format: MeshFormat::Gltf,
                     scale: 1.0,
                     up: Up::Z,
                 }),

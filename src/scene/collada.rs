@@ -1,8 +1,9 @@
-//! Reads COLLADA files (`.dae`) as one mesh in metres: the geometries of the file's scene, where its nodes put them,
-//! times its `<unit>`. Materials, lights, cameras, animations and physics are passed over.
+//! Reads COLLADA files (`.dae`) as one mesh in metres: the geometries of the file's scene, where its nodes
+//! put them, times its `<unit>`. Materials, lights, cameras, animations and physics are passed over.
 //!
-//! `<up_axis>` is told and turns nothing: in a URDF the file's axes are the link's axes, as in RViz and MoveIt, and files
-//! are made to look right there. A mesh that a skeleton poses is refused, since it would stand in its bind pose.
+//! `<up_axis>` is told and turns nothing: in a URDF the file's axes are the link's axes, as in RViz and
+//! MoveIt, and files are made to look right there. A mesh that a skeleton poses is refused, since it would
+//! stand in its bind pose.
 
 mod geometry;
 mod nodes;
@@ -22,8 +23,8 @@ use crate::{Error, Result};
 
 /// Most triangles of a scene: a geometry may be placed many times.
 const MOST_TRIANGLES: usize = 20_000_000;
-/// Numbers that any file may have read, before its own size gives it more: a geometry is read again wherever it is
-/// placed, and its positions for each of its primitives.
+/// Numbers that any file may have read, before its own size gives it more: a geometry is read again wherever
+/// it is placed, and its positions for each of its primitives.
 const FLOOR_NUMBERS: usize = 20_000_000;
 /// Numbers that may be read for each byte of a file; two bytes are the least that a number needs.
 const NUMBERS_PER_BYTE: usize = 8;
@@ -31,8 +32,8 @@ const NUMBERS_PER_BYTE: usize = 8;
 /// Reads the triangles of a file's scene, in its own axes, and which of them is up.
 ///
 /// # Errors
-/// When the file cannot be read, is no COLLADA, refers to what is not there, has a number that is none, or has no
-/// triangle with an area. The message names the element and its line.
+/// When the file cannot be read, is no COLLADA, refers to what is not there, has a number that is none, or
+/// has no triangle with an area. The message names the element and its line.
 pub fn load(path: &Path, sources: &Sources) -> Result<(Mesh, Up)> {
     parse(&sources.table(path)?).map_err(|what| Error::input(path.display(), what))
 }

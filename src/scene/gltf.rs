@@ -102,8 +102,8 @@ impl Gltf {
         Ok(meshes)
     }
 
-    fn budget(&self) -> Budget {
-        Budget(FLOOR_BYTES + BYTES_PER_BYTE * self.container.bytes)
+    fn budget(&self) -> MemoryLimit {
+        MemoryLimit(FLOOR_BYTES + BYTES_PER_BYTE * self.container.bytes)
     }
 }
 
@@ -126,9 +126,9 @@ fn refuse_extensions(root: &Root) -> Result<(), String> {
 }
 
 /// Memory a file may still ask for.
-struct Budget(u64);
+struct MemoryLimit(u64);
 
-impl Budget {
+impl MemoryLimit {
     fn spend(&mut self, bytes: u64) -> Result<(), String> {
         self.0 = (self.0.checked_sub(bytes)).ok_or(
             "unfolds to far more than its size: place fewer copies of its meshes, or split the file",

@@ -14,7 +14,7 @@ use crate::{Error, Result};
 const MOST_TRIANGLES: usize = 200_000_000;
 
 /// The files of a scene; what is read once for all objects and snapshots is kept.
-pub(super) struct Loaded<'a> {
+pub(super) struct SceneFiles<'a> {
     pub(super) sources: &'a Sources,
     /// Of [`MOST_TRIANGLES`].
     pub(super) triangles_left: usize,
@@ -22,9 +22,9 @@ pub(super) struct Loaded<'a> {
     pub(super) clips: HashMap<(PathBuf, Option<String>), Rc<Clip>>,
 }
 
-impl<'a> Loaded<'a> {
-    pub(super) fn new(sources: &'a Sources) -> Loaded<'a> {
-        Loaded { sources, triangles_left: MOST_TRIANGLES, gltf: HashMap::new(), clips: HashMap::new() }
+impl<'a> SceneFiles<'a> {
+    pub(super) fn new(sources: &'a Sources) -> SceneFiles<'a> {
+        SceneFiles { sources, triangles_left: MOST_TRIANGLES, gltf: HashMap::new(), clips: HashMap::new() }
     }
 
     /// The nodes of a glTF file, at a time of one of its animations if there is one.

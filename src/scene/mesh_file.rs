@@ -1,4 +1,5 @@
-//! Meshes in files: the one door for objects of scenes, for regions and for links of robots, whatever the format.
+//! Meshes in files: the one door for objects of scenes, for regions and for links of robots, whatever the
+//! format.
 
 use std::path::{Path, PathBuf};
 
@@ -14,7 +15,7 @@ pub const ENDINGS: &str = "a .glb, .gltf, .stl, .obj or .dae file";
 
 /// What a file is, by the ending of its name.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Format {
+pub enum MeshFormat {
     /// `.glb` or `.gltf`: metres, y up, and turned to z up when it is read.
     Gltf,
     /// `.stl`: says neither its unit nor what is up.
@@ -42,22 +43,22 @@ pub struct MeshFile {
     /// The file.
     pub path: PathBuf,
     /// What it is.
-    pub format: Format,
+    pub format: MeshFormat,
     /// Metres in one of its units; of a file that says its unit, by how much it is wrong.
     pub scale: f64,
     /// What is up in a file that does not say it.
     pub up: Up,
 }
 
-impl Format {
+impl MeshFormat {
     /// The format of a file of this name, if it can be read.
-    pub fn of(path: &Path) -> Option<Format> {
+    pub fn of(path: &Path) -> Option<MeshFormat> {
         let ending = path.extension()?.to_string_lossy().to_lowercase();
         match ending.as_str() {
-            "glb" | "gltf" => Some(Format::Gltf),
-            "stl" => Some(Format::Stl),
-            "obj" => Some(Format::Obj),
-            "dae" => Some(Format::Collada),
+            "glb" | "gltf" => Some(MeshFormat::Gltf),
+            "stl" => Some(MeshFormat::Stl),
+            "obj" => Some(MeshFormat::Obj),
+            "dae" => Some(MeshFormat::Collada),
             _ => None,
         }
     }
@@ -74,17 +75,17 @@ impl MeshFile {
     }
 }
 
-/// Reads the triangles of a file, in its own axes and numbers: metres where the format has a unit. With them comes what is
-/// up, where the file says it.
+/// Reads the triangles of a file, in its own axes and numbers: metres where the format has a unit. With them
+/// comes what is up, where the file says it.
 ///
 /// # Errors
 /// When the file cannot be read, is damaged, has no triangle, or its format is not known.
 pub fn load_mesh(path: &Path, sources: &Sources) -> Result<(Mesh, Option<Up>)> {
-    match Format::of(path) {
-        Some(Format::Gltf) => Ok((Gltf::load(path, sources)?.whole()?, Some(Up::Z))),
-        Some(Format::Stl) => Ok((stl::load(path, sources)?, None)),
-        Some(Format::Obj) => Ok((obj::load(path, sources)?, None)),
-        Some(Format::Collada) => {
+    match MeshFormat::of(path) {
+        Some(MeshFormat::Gltf) => Ok((Gltf::load(path, sources)?.whole()?, Some(Up::Z))),
+        Some(MeshFormat::Stl) => Ok((stl::load(path, sources)?, None)),
+        Some(MeshFormat::Obj) => Ok((obj::load(path, sources)?, None)),
+        Some(MeshFormat::Collada) => {
             let (mesh, up) = collada::load(path, sources)?;
             Ok((mesh, Some(up)))
         }
@@ -124,11 +125,11 @@ mod tests {
 
     #[test]
     fn formats_are_told_by_the_ending() {
-        let of = |name: &str| Format::of(Path::new(name));
-        assert_eq!(["a.GLB", "b.gltf"].map(of), [Some(Format::Gltf); 2]);
+        let of = |name: &str| MeshFormat::of(Path::new(name));
+        assert_eq!(["a.GLB", "b.gltf"].map(of), [Some(MeshFormat::Gltf); 2]);
         assert_eq!(
             ["a.stl", "a.Obj", "a.dae"].map(of),
-            [Format::Stl, Format::Obj, Format::Collada].map(Some)
+            [MeshFormat::Stl, MeshFormat::Obj, MeshFormat::Collada].map(Some)
         );
         assert_eq!(["a", "a.step", "stl", ""].map(of), [None; 4]);
     }

@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use glam::{DQuat, DVec3};
 
-use super::loaded::Loaded;
+use super::loaded::SceneFiles;
 use super::parts::parts;
 use super::{Object, Surface, mannequin};
 use crate::pose::Pose;
@@ -13,12 +13,12 @@ use crate::scene::mesh_file::MeshFile;
 use crate::scene::spec::{MotionSpec, ObjectSpec};
 use crate::{Error, Result};
 
-/// The parts of an object in each snapshot, the same parts in the same order. A part that is the same as in an earlier
-/// snapshot is the same allocation.
+/// The parts of an object in each snapshot, the same parts in the same order. A part that is the same as in
+/// an earlier snapshot is the same allocation.
 pub(super) fn moments(
     object: &ObjectSpec,
     snapshots: usize,
-    files: &mut Loaded,
+    files: &mut SceneFiles,
     sag_m: f64,
 ) -> Result<Vec<Vec<Arc<Object>>>> {
     let warnings = clip_warnings(object, files)?;
@@ -61,7 +61,8 @@ pub(super) fn moments(
     Ok(moments)
 }
 
-/// An object turned about the origin, then moved, with its joints and links. Voxels of a map stay: they have no pose.
+/// An object turned about the origin, then moved, with its joints and links. Voxels of a map stay: they have
+/// no pose.
 fn placed(object: Object, rotation: DQuat, position_m: DVec3) -> Object {
     let keypoints = object.keypoints.map(|k| mannequin::transformed(&k, rotation, position_m));
     let surface = match object.surface {
@@ -94,7 +95,7 @@ fn same_parts(first: &[Arc<Object>], now: &[Arc<Object>], snapshot: usize) -> Re
     Ok(())
 }
 
-fn clip_warnings(object: &ObjectSpec, files: &mut Loaded) -> Result<Vec<String>> {
+fn clip_warnings(object: &ObjectSpec, files: &mut SceneFiles) -> Result<Vec<String>> {
     let MotionSpec { clip, times_s, .. } = &object.motion;
     let Some(MeshFile { path, .. }) = object.surface.gltf() else { return Ok(Vec::new()) };
     if times_s.is_empty() {

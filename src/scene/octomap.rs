@@ -47,7 +47,7 @@ pub fn read(path: &Path, sources: &Sources) -> Result<OctoMap> {
 }
 
 fn parse(bytes: &[u8]) -> Result<OctoMap, String> {
-    let header = Header::parse(bytes)?;
+    let header = TreeHeader::parse(bytes)?;
     let data = &bytes[header.length..];
 
     // The first pass only measures, so that nothing is allocated for a map that is too large.
@@ -100,15 +100,15 @@ fn parse(bytes: &[u8]) -> Result<OctoMap, String> {
     Ok(OctoMap { resolution_m: header.resolution_m, occupied })
 }
 
-struct Header {
+struct TreeHeader {
     size: u64,
     resolution_m: f64,
     /// Bytes up to the first node.
     length: usize,
 }
 
-impl Header {
-    fn parse(bytes: &[u8]) -> Result<Header, String> {
+impl TreeHeader {
+    fn parse(bytes: &[u8]) -> Result<TreeHeader, String> {
         let (mut id, mut size, mut resolution_m) = (false, None, None);
         let mut at = 0;
         for number in 1.. {
@@ -151,7 +151,7 @@ impl Header {
         if !id {
             return Err("header lacks the line `id OcTree`".into());
         }
-        Ok(Header {
+        Ok(TreeHeader {
             size: size.ok_or("header lacks the line `size N`")?,
             resolution_m: resolution_m.ok_or("header lacks the line `res R`")?,
             length: at,
@@ -222,7 +222,7 @@ pub fn write(
     size: [u32; 3],
     state: &dyn Fn([i32; 3]) -> Option<bool>,
 ) -> Vec<u8> {
-    let mut writer = Writer {
+    let mut writer = TreeWriter {
         min: min.map(i64::from),
         end: std::array::from_fn(|axis| i64::from(min[axis]) + i64::from(size[axis])),
         state,
@@ -241,7 +241,7 @@ pub fn write(
     bytes
 }
 
-struct Writer<'a> {
+struct TreeWriter<'a> {
     min: [i64; 3],
     end: [i64; 3],
     state: &'a dyn Fn([i32; 3]) -> Option<bool>,
@@ -250,7 +250,7 @@ struct Writer<'a> {
     nodes: u64,
 }
 
-impl Writer<'_> {
+impl TreeWriter<'_> {
     /// Writes the node at `key` with an edge of 2^level voxels, and says what its parent is to write of it.
     fn node(&mut self, key: [i32; 3], level: u32) -> u16 {
         let edge = 1i64 << level;

@@ -5,9 +5,9 @@ use std::sync::Arc;
 use wildmatch::WildMatch;
 
 use super::gltf::NodeMesh;
-use super::loaded::{Loaded, at};
+use super::loaded::{SceneFiles, at};
 use super::mannequin::Keypoints;
-use super::mesh_file::{Format, MeshFile};
+use super::mesh_file::{MeshFile, MeshFormat};
 use super::spec::{NodeRule, ObjectSpec, SurfaceSpec, UrdfSpec};
 use super::{Mesh, Object, Optical, Role, Surface, mannequin, octomap, primitive, urdf};
 use crate::pose::Pose;
@@ -15,7 +15,7 @@ use crate::source::Sources;
 use crate::{Error, Result};
 
 /// The parts of an object at one moment, in its own frame.
-pub(super) fn parts(object: &ObjectSpec, files: &mut Loaded, sag_m: f64) -> Result<Vec<Object>> {
+pub(super) fn parts(object: &ObjectSpec, files: &mut SceneFiles, sag_m: f64) -> Result<Vec<Object>> {
     let sources = files.sources;
     let keypoints = object.keypoints.as_deref().map(|path| mannequin::read_keypoints(path, sources));
     let mut keypoints = keypoints.transpose().map_err(at("keypoints"))?;
@@ -31,7 +31,7 @@ pub(super) fn parts(object: &ObjectSpec, files: &mut Loaded, sag_m: f64) -> Resu
             keypoints = (object.role == Role::Human).then_some(person);
             mannequin::body(&person, sag_m)
         }
-        SurfaceSpec::Mesh(file) if file.format == Format::Gltf => {
+        SurfaceSpec::Mesh(file) if file.format == MeshFormat::Gltf => {
             return gltf_objects(object, file, keypoints, files);
         }
         SurfaceSpec::Mesh(file) => file.load(sources).map_err(at("mesh"))?,
@@ -53,7 +53,7 @@ fn gltf_objects(
     object: &ObjectSpec,
     file: &MeshFile,
     keypoints: Option<Keypoints>,
-    files: &mut Loaded,
+    files: &mut SceneFiles,
 ) -> Result<Vec<Object>> {
     let nodes = files.gltf_nodes(&file.path, object.animated.as_ref())?.into_iter();
     let nodes = nodes.map(|node| NodeMesh { mesh: node.mesh.scaled(file.scale), ..node }).collect();
@@ -72,8 +72,8 @@ fn gltf_objects(
     Ok(objects)
 }
 
-/// A glTF file becomes one object for the nodes that no rule names, under the object's own name, and one for each
-/// rule, named `object/pattern`. A node follows the first rule that matches it or a node above it.
+/// A glTF file becomes one object for the nodes that no rule names, under the object's own name, and one for
+/// each rule, named `object/pattern`. A node follows the first rule that matches it or a node above it.
 fn gltf_parts(object: &ObjectSpec, nodes: Vec<NodeMesh>, objects: &mut Vec<Object>) -> Result<()> {
     let rules: Vec<WildMatch> = object.nodes.iter().map(|rule| WildMatch::new(&rule.r#match)).collect();
     let mut rest = Mesh::default();

@@ -7,7 +7,7 @@ use glam::{DQuat, DVec3};
 use schemars::JsonSchema;
 use serde::Deserialize;
 
-use super::mesh_file::{Format, MeshFile};
+use super::mesh_file::{MeshFile, MeshFormat};
 use super::urdf::{Geometry, JointValues, Packages};
 use super::{Interior, Optical, Role};
 
@@ -108,7 +108,7 @@ impl SurfaceSpec {
     /// The glTF file that it is in; only that has nodes with names, and animations.
     pub fn gltf(&self) -> Option<&MeshFile> {
         match self {
-            SurfaceSpec::Mesh(file) if file.format == Format::Gltf => Some(file),
+            SurfaceSpec::Mesh(file) if file.format == MeshFormat::Gltf => Some(file),
             _ => None,
         }
     }

@@ -1,7 +1,7 @@
 //! A proximity cover, the robot's skin: it measures what comes near any part of the robot.
 
 use super::noise::{self, Deviation};
-use super::{Claim, Kind, MEASURES, Reach, Setting, Station};
+use super::{Claim, Extent, Kind, MEASURES, Setting, Station};
 use crate::backend::Planes;
 use crate::march;
 use crate::voxel::grid::{MAX_VOXELS_PER_AXIS, ONE_Q16, length_q16};
@@ -40,13 +40,13 @@ impl Cover {
         let unit_q12 = noise::unit_q12();
         let [x, y, _] = grid.size;
         let mut shifted = BitGrid::new(at.window);
-        for cell in occupied.cells() {
-            let voxel = cell[0] as u32 + x * (cell[1] as u32 + y * cell[2] as u32);
+        for voxel in occupied.voxels() {
+            let number = voxel[0] as u32 + x * (voxel[1] as u32 + y * voxel[2] as u32);
             shifted.set(std::array::from_fn(|axis| {
                 // 3 · 1023³ has 32 bits and wraps nothing.
-                let entry = march::entry(march::draw(at.draws, 3 * voxel + axis as u32));
+                let entry = march::entry(march::draw(at.draws, 3 * number + axis as u32));
                 let step = march::step_q16(unit_q12[entry as usize], std_q16);
-                ((i64::from(cell[axis]) * ONE_Q16 + ONE_Q16 / 2 + i64::from(step)) >> 16) as i32
+                ((i64::from(voxel[axis]) * ONE_Q16 + ONE_Q16 / 2 + i64::from(step)) >> 16) as i32
             }));
         }
         shifted
@@ -105,11 +105,11 @@ impl Kind for Cover {
         vec![Claim { cast: false, planes: Some(planes) }]
     }
 
-    fn feels(&self, at: &Station) -> Reach {
-        Reach::Only(self.shell(at))
+    fn feels(&self, at: &Station) -> Extent {
+        Extent::Only(self.shell(at))
     }
 
-    fn reach(&self, at: &Station) -> Reach {
-        Reach::Only(self.shell(at))
+    fn reach(&self, at: &Station) -> Extent {
+        Extent::Only(self.shell(at))
     }
 }

@@ -1,7 +1,7 @@
 //! A light curtain: its zone counts as occupied while something is in the gate.
 
 use super::prism::Prism;
-use super::{Claim, Kind, Reach, SWITCHES, Setting, Stance, Station, level, switched};
+use super::{Claim, Extent, Kind, SWITCHES, Setting, Stance, Station, level, switched};
 use crate::voxel::BitGrid;
 
 /// The gate's box and the zone behind it, both in the gate's frame.
@@ -18,7 +18,7 @@ pub struct Gate {
 impl Gate {
     /// What is in the gate.
     fn inside(&self, at: &Station) -> BitGrid {
-        let mut inside = self.gate.cells(&at.pose(), &at.truth.grid, at.truth.grid.window());
+        let mut inside = self.gate.voxels(&at.pose(), &at.truth.grid, at.truth.grid.window());
         inside.keep(&at.truth.occupied);
         inside
     }
@@ -72,14 +72,14 @@ impl Kind for Gate {
         let mut inside = self.inside(at);
         let on = !inside.is_empty();
         inside.keep(&at.truth.human);
-        vec![switched(at, self.zone.cells(&pose, grid, at.window), on, self.otherwise_free, inside)]
+        vec![switched(at, self.zone.voxels(&pose, grid, at.window), on, self.otherwise_free, inside)]
     }
 
-    fn feels(&self, at: &Station) -> Reach {
-        Reach::Only(self.gate.cells(&at.pose(), &at.truth.grid, at.truth.grid.window()))
+    fn feels(&self, at: &Station) -> Extent {
+        Extent::Only(self.gate.voxels(&at.pose(), &at.truth.grid, at.truth.grid.window()))
     }
 
-    fn reach(&self, at: &Station) -> Reach {
-        Reach::Only(self.zone.cells(&at.pose(), &at.truth.grid, at.truth.grid.window()))
+    fn reach(&self, at: &Station) -> Extent {
+        Extent::Only(self.zone.voxels(&at.pose(), &at.truth.grid, at.truth.grid.window()))
     }
 }

@@ -5,7 +5,7 @@ use glam::DVec3;
 
 use super::look::{self, Return, Way};
 use super::{Camera, Station};
-use crate::backend::{Placement, Rays};
+use crate::backend::{GridPose, Rays};
 use crate::scene::Role;
 use crate::scene::mannequin::JOINTS;
 use crate::voxel::grid::length_q16;
@@ -38,19 +38,19 @@ pub const BONES: [[usize; 2]; 15] = [
 ];
 
 /// A camera with a table of rays, from a placement.
-pub struct Eye<'a> {
+pub struct KeypointCamera<'a> {
     /// Its optics.
     pub camera: &'a Camera,
     /// Its gates and noise; the joints' rays are numbered after its own.
     pub rays: &'a Rays,
     /// Where it is.
-    pub placement: &'a Placement,
+    pub placement: &'a GridPose,
     /// Largest difference between the distance of a return and of the joint, in metres.
     pub tolerance_m: f64,
 }
 
 /// What a camera detects of each person of a scene, in the order of the scene's objects.
-pub fn detect(eye: &Eye, at: &Station) -> Vec<Detected> {
+pub fn detect(eye: &KeypointCamera, at: &Station) -> Vec<Detected> {
     let nobody = [None; JOINTS.len()];
     humans(at.truth)
         .zip(0u32..)
@@ -82,7 +82,13 @@ pub fn check(at: &Station) -> Result<(), String> {
 }
 
 /// The return from a joint: in front and in the image, its ray ending in the same person near the joint.
-fn seen(eye: &Eye, at: &Station, human: &ObjectVoxels, joint_m: DVec3, ray: u32) -> Option<Return> {
+fn seen(
+    eye: &KeypointCamera,
+    at: &Station,
+    human: &ObjectVoxels,
+    joint_m: DVec3,
+    ray: u32,
+) -> Option<Return> {
     let grid = &at.truth.grid;
     let from = eye.placement.caster().origin_q16;
     let joint = grid.position_q16(joint_m);
@@ -101,7 +107,7 @@ fn seen(eye: &Eye, at: &Station, human: &ObjectVoxels, joint_m: DVec3, ray: u32)
     let distance = way.iter().map(|&x| x as i128 * x as i128).sum::<i128>().isqrt();
     let off = (i128::from(found.distance_q16) - distance).abs();
     let near = off <= i128::from(length_q16(eye.tolerance_m, grid.voxel_size_m));
-    (near && human.cells.get(found.hit)).then_some(found)
+    (near && human.voxels.get(found.hit)).then_some(found)
 }
 
 /// How many joints of a person are detected.

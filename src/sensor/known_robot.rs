@@ -1,6 +1,6 @@
 //! What the controller knows: where the robot is, and nothing else.
 
-use super::{Claim, Kind, Reach, Setting, Station};
+use super::{Claim, Extent, Kind, Setting, Station};
 use crate::backend::Planes;
 use crate::voxel::{BitGrid, Truth};
 
@@ -54,8 +54,8 @@ impl Kind for KnownRobot {
         }
     }
 
-    fn feels(&self, _: &Station) -> Reach {
-        Reach::Only(BitGrid::nowhere())
+    fn feels(&self, _: &Station) -> Extent {
+        Extent::Only(BitGrid::nowhere())
     }
 
     fn claims(&self, at: &Station) -> Vec<Claim> {
@@ -67,7 +67,7 @@ impl Kind for KnownRobot {
         }]
     }
 
-    fn reach(&self, at: &Station) -> Reach {
-        Reach::Only(known(at.truth))
+    fn reach(&self, at: &Station) -> Extent {
+        Extent::Only(known(at.truth))
     }
 }

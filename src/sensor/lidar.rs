@@ -6,7 +6,7 @@ use glam::{DMat3, DVec3};
 use super::prism::Prism;
 use super::range::Range;
 use super::{
-    Claim, FieldOfView, Kind, MEASURES, Reach, SWITCHES, Scale, Stance, Station, look, placement,
+    Claim, Extent, FieldOfView, Kind, MEASURES, SWITCHES, Scale, Stance, Station, look, placement,
     quantise_q15, switched,
 };
 use crate::backend::Rays;
@@ -16,7 +16,7 @@ use crate::voxel::BitGrid;
 /// How a LIDAR is fixed where a pose says which way it faces.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Deserialize, serde::Serialize, schemars::JsonSchema)]
 #[serde(rename_all = "lowercase")]
-pub enum Mount {
+pub enum LidarMount {
     /// The spin axis is the pose's up: world z for a facing pose; azimuth 0 looks where the pose faces.
     Upright,
     /// The spin axis is where the pose faces; azimuth 0 looks to its right.
@@ -31,19 +31,19 @@ pub struct Lidar {
     /// Rows: elevation above the ring plane.
     pub elevations_rad: Vec<f64>,
     /// How it is fixed.
-    pub mount: Mount,
+    pub mount: LidarMount,
     /// What it measures.
     pub range: Range,
     /// Whether its points are scored.
     pub points: bool,
     /// The field that it guards, if that is scored.
-    pub field: Option<Field>,
+    pub field: Option<ProtectiveField>,
 }
 
 /// A protective field: the volume above a polygon in the scanner's frame (x is azimuth 0), from the layer of voxels that
 /// the scanner is in up, so that what its level rays meet lies inside wherever in a voxel they run.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Field {
+pub struct ProtectiveField {
     /// Where it is.
     pub volume: Prism,
     /// Whether it is certified free while no return lies in it.
@@ -72,14 +72,14 @@ impl Lidar {
     }
 
     /// Which field a representation is scored by; `None` for the points.
-    fn field(&self, representation: usize) -> Option<&Field> {
+    fn field(&self, representation: usize) -> Option<&ProtectiveField> {
         if self.points && representation == 0 { None } else { self.field.as_ref() }
     }
 }
 
-impl Field {
+impl ProtectiveField {
     /// The voxels that it guards, over the part of the grid that holds them.
-    fn cells(&self, lidar: &Lidar, at: &Station) -> BitGrid {
+    fn voxels(&self, lidar: &Lidar, at: &Station) -> BitGrid {
         let (pose, grid) = (at.pose(), &at.truth.grid);
         let own = grid.position_q16(pose.position_m)[2] >> 16;
         let scanner = Pose::turned(pose.position_m, lidar.frame(&pose), Frame::Link);
@@ -109,15 +109,15 @@ impl Kind for Lidar {
 
     fn frame(&self, pose: &Pose) -> DMat3 {
         match self.mount {
-            Mount::Facing => pose.optical(),
-            Mount::Upright => pose.link(),
+            LidarMount::Facing => pose.optical(),
+            LidarMount::Upright => pose.link(),
         }
     }
 
     fn stance(&self) -> Stance {
         match self.mount {
-            Mount::Facing => Stance::Facing,
-            Mount::Upright => Stance::Upright,
+            LidarMount::Facing => Stance::Facing,
+            LidarMount::Upright => Stance::Upright,
         }
     }
 
@@ -138,7 +138,7 @@ impl Kind for Lidar {
     }
 
     fn check(&self, at: &Station) -> Result<(), String> {
-        match self.field.as_ref().is_some_and(|field| field.cells(self, at).is_empty()) {
+        match self.field.as_ref().is_some_and(|field| field.voxels(self, at).is_empty()) {
             true => {
                 Err("has a field without a voxel of the grid: make its polygon_m or height_m larger".into())
             }
@@ -156,7 +156,7 @@ impl Kind for Lidar {
 
     fn is_stuck(&self, at: &Station) -> bool {
         let Some(field) = &self.field else { return false };
-        let cells = field.cells(self, at);
+        let voxels = field.voxels(self, at);
         let scale = Scale { voxel_size_m: at.truth.grid.voxel_size_m, backdrop: false };
         // What is there when nobody is, seen without noise.
         let mut fixed = BitGrid::clone(&at.truth.blockers);
@@ -164,13 +164,13 @@ impl Kind for Lidar {
         fixed.remove(&at.truth.robot);
         let rays = self.range.without_noise().rays(self.dirs_q15(), &scale);
         let from = placement(self, &at.pose(), &at.truth.grid, 0);
-        look::returns(&fixed, &rays, &from).any(|found| cells.get(found.read))
+        look::returns(&fixed, &rays, &from).any(|found| voxels.get(found.read))
     }
 
     fn claims(&self, at: &Station) -> Vec<Claim> {
         let points = || Claim { cast: true, planes: None };
-        let guarded = |(field, rays): (&Field, &Rays)| {
-            let whole = field.cells(self, at);
+        let guarded = |(field, rays): (&ProtectiveField, &Rays)| {
+            let whole = field.voxels(self, at);
             let from = at.placement(self);
             let mut felt = BitGrid::new(at.truth.human.window());
             let mut on = false;
@@ -187,11 +187,11 @@ impl Kind for Lidar {
         (0..self.representations().len()).map(claim).collect()
     }
 
-    fn reach(&self, at: &Station) -> Reach {
+    fn reach(&self, at: &Station) -> Extent {
         match &self.field {
-            None => Reach::Rays,
-            Some(field) if self.points => Reach::RaysAnd(field.cells(self, at)),
-            Some(field) => Reach::Only(field.cells(self, at)),
+            None => Extent::Rays,
+            Some(field) if self.points => Extent::RaysAnd(field.voxels(self, at)),
+            Some(field) => Extent::Only(field.voxels(self, at)),
         }
     }
 }
@@ -216,7 +216,7 @@ mod tests {
         let lidar = Lidar {
             azimuths_rad: vec![0.0, quarter],
             elevations_rad: vec![0.0, quarter],
-            mount: Mount::Upright,
+            mount: LidarMount::Upright,
             range: Range {
                 range_m: [0.0, 1.0],
                 near_ignore_m: 0.0,

@@ -1,7 +1,7 @@
 //! Single rays, cast on the host: towards a keypoint, or round a scanner's field. Cheap enough to be done
 //! once for all backends, with the same arithmetic as theirs.
 
-use crate::backend::{Placement, Rays};
+use crate::backend::{GridPose, Rays};
 use crate::march;
 use crate::voxel::BitGrid;
 
@@ -27,22 +27,22 @@ pub struct Way {
 
 impl Way {
     /// Of a ray of a table.
-    pub fn of(from: &Placement, dir_q15: [i32; 3]) -> Way {
-        let way = |from: &Placement| from.axis_q15.map(|axis| march::direction_q16(axis, dir_q15));
+    pub fn of(from: &GridPose, dir_q15: [i32; 3]) -> Way {
+        let way = |from: &GridPose| from.axis_q15.map(|axis| march::direction_q16(axis, dir_q15));
         Way { truly_q16: way(&from.caster()), believed_q16: way(from) }
     }
 }
 
 /// Casts a ray with the gates and the noise of a table, as ray number `ray` of it.
-pub fn look(blockers: &BitGrid, rays: &Rays, from: &Placement, way: Way, ray: u32) -> Option<Return> {
+pub fn look(blockers: &BitGrid, rays: &Rays, from: &GridPose, way: Way, ray: u32) -> Option<Return> {
     let (gates, size) = (&rays.gates, blockers.window().size);
     let inside = |crossing: &march::Crossing| {
-        crossing.t_q16 <= gates.range_max_q16 && blockers.window().contains(crossing.cell)
+        crossing.t_q16 <= gates.range_max_q16 && blockers.window().contains(crossing.voxel)
     };
     let mut entered =
         march::crossings(march::start(from.caster().origin_q16, way.truly_q16)).take_while(inside);
-    let march::Crossing { t_q16: t, cell: hit, .. } =
-        entered.find(|to| to.t_q16 >= gates.near_ignore_q16 && blockers.get(to.cell))?;
+    let march::Crossing { t_q16: t, voxel: hit, .. } =
+        entered.find(|to| to.t_q16 >= gates.near_ignore_q16 && blockers.get(to.voxel))?;
     let drawn = march::draw(from.draws, ray);
     if t < gates.range_min_q16 || march::is_lost(drawn, rays.noise.lost_below) {
         return None;
@@ -52,7 +52,7 @@ pub fn look(blockers: &BitGrid, rays: &Rays, from: &Placement, way: Way, ray: u3
         step => {
             let begin = march::start(from.origin_q16, way.believed_q16);
             let read_q16 = march::noisy_q16(t, step);
-            march::cell_after(begin, march::crossings_at(&begin, march::room(&begin, size), read_q16))
+            march::voxel_after(begin, march::crossings_at(&begin, march::room(&begin, size), read_q16))
         }
     };
     Some(Return { hit, distance_q16: t, read })
@@ -62,7 +62,7 @@ pub fn look(blockers: &BitGrid, rays: &Rays, from: &Placement, way: Way, ray: u3
 pub fn returns<'a>(
     blockers: &'a BitGrid,
     rays: &'a Rays,
-    from: &'a Placement,
+    from: &'a GridPose,
 ) -> impl Iterator<Item = Return> + 'a {
     rays.dirs_q15
         .iter()

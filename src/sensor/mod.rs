@@ -39,14 +39,14 @@ use glam::DMat3;
 
 use self::prism::Prism;
 use self::range::Range;
-use crate::backend::{Placement, Planes, Rays, Standpoint};
+use crate::backend::{GridFrame, GridPose, Planes, Rays};
 use crate::march;
 use crate::pose::Pose;
 use crate::voxel::{BitGrid, Grid, Truth, Window};
 pub use calibration::Calibration;
 pub use camera::Camera;
 pub use field_of_view::FieldOfView;
-pub use lidar::{Lidar, Mount};
+pub use lidar::{Lidar, LidarMount};
 
 /// A sensor of a study.
 #[derive(Clone, Debug)]
@@ -56,7 +56,7 @@ pub struct Sensor {
     /// What it is.
     pub kind: Arc<dyn Kind>,
     /// The robot's link that carries it, if not the world.
-    pub on: Option<Link>,
+    pub on: Option<MountLink>,
     /// Candidates in study order.
     pub candidates: Vec<Candidate>,
     /// What the study says of its noise.
@@ -78,7 +78,7 @@ pub enum SaidOfNoise {
 
 /// A link of a robot that a sensor is mounted on.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Link {
+pub struct MountLink {
     /// Name of the robot's object in the scene.
     pub object: String,
     /// Name of the link in its URDF.
@@ -224,8 +224,8 @@ pub trait Kind: Debug + Send + Sync {
     }
 
     /// Where voxels may be that it hits or feels, if that is not where its rays can reach.
-    fn feels(&self, _: &Station) -> Reach {
-        Reach::Rays
+    fn feels(&self, _: &Station) -> Extent {
+        Extent::Rays
     }
 
     /// Whether the environment alone trips it, so that it never changes.
@@ -237,8 +237,8 @@ pub trait Kind: Debug + Send + Sync {
     fn claims(&self, at: &Station) -> Vec<Claim>;
 
     /// The voxels it may speak of.
-    fn reach(&self, _: &Station) -> Reach {
-        Reach::Rays
+    fn reach(&self, _: &Station) -> Extent {
+        Extent::Rays
     }
 
     /// The voxels that it may speak of besides, wherever it stands: around people, or in a zone of the world.
@@ -249,7 +249,7 @@ pub trait Kind: Debug + Send + Sync {
 
 /// What a sensor may speak of at a candidate; planes cover a part of the grid that holds all of it.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub enum Reach {
+pub enum Extent {
     /// Whatever rays from its pose can reach.
     Rays,
     /// These voxels.
@@ -296,9 +296,9 @@ impl Station<'_> {
     }
 
     /// Where a sensor of some kind is, as integers.
-    pub fn placement(&self, kind: &dyn Kind) -> Placement {
+    pub fn placement(&self, kind: &dyn Kind) -> GridPose {
         let truly = self.truly.map(|pose| standpoint(kind, &pose, &self.truth.grid));
-        Placement { truly, ..placement(kind, &self.pose(), &self.truth.grid, self.draws) }
+        GridPose { truly, ..placement(kind, &self.pose(), &self.truth.grid, self.draws) }
     }
 
     /// The same candidate, looked at over the whole grid.
@@ -333,19 +333,19 @@ fn switched(at: &Station, volume: BitGrid, on: bool, otherwise_free: bool, felt:
 }
 
 /// A pose as integers. The position must lie in the grid.
-pub fn standpoint(kind: &dyn Kind, pose: &Pose, grid: &Grid) -> Standpoint {
+pub fn standpoint(kind: &dyn Kind, pose: &Pose, grid: &Grid) -> GridFrame {
     let rotation = kind.frame(pose);
     let row = |r: usize| std::array::from_fn(|a| quantise_q15(rotation.col(a)[r]));
-    Standpoint {
+    GridFrame {
         origin_q16: grid.position_q16(pose.position_m).map(|x| x as i32),
         axis_q15: std::array::from_fn(row),
     }
 }
 
 /// The placement of a sensor that is where it is believed to be.
-pub fn placement(kind: &dyn Kind, pose: &Pose, grid: &Grid, draws: u32) -> Placement {
-    let Standpoint { origin_q16, axis_q15 } = standpoint(kind, pose, grid);
-    Placement { origin_q16, axis_q15, truly: None, draws }
+pub fn placement(kind: &dyn Kind, pose: &Pose, grid: &Grid, draws: u32) -> GridPose {
+    let GridFrame { origin_q16, axis_q15 } = standpoint(kind, pose, grid);
+    GridPose { origin_q16, axis_q15, truly: None, draws }
 }
 
 /// The hash of the words before the ray: all indices count in study order.

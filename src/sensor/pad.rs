@@ -1,7 +1,7 @@
 //! A pressure pad: the column above it counts as occupied while something stands on it.
 
 use super::prism::Prism;
-use super::{Claim, Kind, Reach, SWITCHES, Stance, Station, level, switched};
+use super::{Claim, Extent, Kind, SWITCHES, Stance, Station, level, switched};
 use crate::voxel::BitGrid;
 
 /// A pad's size and what it makes of pressure. Its pose is its corner of lowest x and y, seen with its
@@ -73,18 +73,18 @@ impl Kind for Pad {
         let mut pressing = self.column(&at.everywhere(), true);
         pressing.keep(&at.truth.occupied);
         let on = match self.tare {
-            true => pressing.meets(&at.truth.human) || pressing.meets(&at.truth.robot),
+            true => pressing.intersects(&at.truth.human) || pressing.intersects(&at.truth.robot),
             false => !pressing.is_empty(),
         };
         pressing.keep(&at.truth.human);
         vec![switched(at, self.column(at, false), on, self.otherwise_free, pressing)]
     }
 
-    fn feels(&self, at: &Station) -> Reach {
-        Reach::Only(self.column(&at.everywhere(), true))
+    fn feels(&self, at: &Station) -> Extent {
+        Extent::Only(self.column(&at.everywhere(), true))
     }
 
-    fn reach(&self, at: &Station) -> Reach {
-        Reach::Only(self.column(&at.everywhere(), false))
+    fn reach(&self, at: &Station) -> Extent {
+        Extent::Only(self.column(&at.everywhere(), false))
     }
 }

@@ -60,7 +60,7 @@ impl Prism {
     }
 
     /// The voxels of a window whose centre lies inside, half-open; over the part of it that holds them.
-    pub fn cells(&self, pose: &Pose, grid: &Grid, window: Window) -> BitGrid {
+    pub fn voxels(&self, pose: &Pose, grid: &Grid, window: Window) -> BitGrid {
         self.layers(pose, grid, window, self.layers_of(pose, grid))
     }
 
@@ -82,13 +82,13 @@ impl Prism {
         let within = |z: i64| z.clamp(-1, i64::from(i16::MAX)) as i32;
         let (corners, layers) = (self.corners_q16(pose, grid), within(layers.start)..within(layers.end));
         let around = corners.iter().map(|&[x, y]| {
-            let [x, y, _] = Grid::cell_of([x, y, 0]);
+            let [x, y, _] = Grid::voxel_of([x, y, 0]);
             Window::between([x, y, layers.start], [x, y, layers.end - 1])
         });
         let around = around.reduce(|all, one| all.union(&one)).map(|around| around.intersection(&window));
-        let mut cells = around.map_or_else(BitGrid::nowhere, BitGrid::new);
-        column(&mut cells, &corners, layers);
-        cells
+        let mut voxels = around.map_or_else(BitGrid::nowhere, BitGrid::new);
+        column(&mut voxels, &corners, layers);
+        voxels
     }
 
     /// Whether some voxel of the grid is inside.

@@ -1,10 +1,10 @@
 //! An RGB camera as a switch: a zone counts as occupied while a person's keypoints are seen anywhere in the
 //! image.
 
-use super::keypoints::{self, Eye};
+use super::keypoints::{self, KeypointCamera};
 use super::prism::Prism;
 use super::range::Range;
-use super::{Camera, Claim, FieldOfView, Kind, Reach, SWITCHES, Scale, Station, switched};
+use super::{Camera, Claim, Extent, FieldOfView, Kind, SWITCHES, Scale, Station, switched};
 use crate::backend::Rays;
 use crate::pose::Pose;
 use crate::voxel::{BitGrid, Grid, Truth, Window};
@@ -29,7 +29,7 @@ pub struct Rgb {
 
 impl Rgb {
     fn zone(&self, grid: &Grid, window: Window) -> BitGrid {
-        self.zone.cells(&Pose::ORIGIN, grid, window)
+        self.zone.voxels(&Pose::ORIGIN, grid, window)
     }
 }
 
@@ -76,7 +76,8 @@ impl Kind for Rgb {
         // No ray but those to the joints is cast: an image says nothing of distances.
         let rays: &Rays = &self.range.rays(Vec::new(), &scale);
         let placement = &at.placement(self);
-        let eye = Eye { camera: &self.camera, rays, placement, tolerance_m: self.keypoint_tolerance_m };
+        let eye =
+            KeypointCamera { camera: &self.camera, rays, placement, tolerance_m: self.keypoint_tolerance_m };
         let people = keypoints::detect(&eye, at);
         let on = people.iter().any(|joints| keypoints::count(joints) >= self.min_keypoints);
         let mut felt = BitGrid::new(at.truth.human.window());
@@ -88,7 +89,7 @@ impl Kind for Rgb {
         Some(self.zone(&truth.grid, truth.grid.window()))
     }
 
-    fn reach(&self, _: &Station) -> Reach {
-        Reach::Only(BitGrid::nowhere())
+    fn reach(&self, _: &Station) -> Extent {
+        Extent::Only(BitGrid::nowhere())
     }
 }

@@ -1,6 +1,6 @@
 //! An RGB-D camera: one ray a pixel, and volumes around the keypoints that it detects in its image.
 
-use super::keypoints::{self, BONES, Detected, Eye};
+use super::keypoints::{self, BONES, Detected, KeypointCamera};
 use super::range::Range;
 use super::{Camera, Claim, FieldOfView, Kind, MEASURES, Scale, Station};
 use crate::backend::{Planes, Rays};
@@ -16,7 +16,7 @@ pub struct Rgbd {
     /// What it measures.
     pub range: Range,
     /// Representations in the order they are scored, each once.
-    pub shapes: Vec<Shape>,
+    pub shapes: Vec<KeypointShape>,
     /// Largest difference between the distance of a return and of the joint it is taken for, in metres.
     pub keypoint_tolerance_m: f64,
 }
@@ -26,7 +26,7 @@ type Joints = [Option<[i32; 3]>; JOINTS.len()];
 
 /// What a camera makes of the keypoints that it detects, besides the points.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Shape {
+pub enum KeypointShape {
     /// Nothing: the points alone (paper: PC).
     Points,
     /// A ball around each joint (PC+Sph).
@@ -43,14 +43,14 @@ pub enum Shape {
     Box,
 }
 
-impl Shape {
+impl KeypointShape {
     /// Its name in studies and tables.
     pub fn name(&self) -> &'static str {
         match self {
-            Shape::Points => "points",
-            Shape::Spheres { .. } => "spheres",
-            Shape::Cylinders { .. } => "cylinders",
-            Shape::Box => "box",
+            KeypointShape::Points => "points",
+            KeypointShape::Spheres { .. } => "spheres",
+            KeypointShape::Cylinders { .. } => "cylinders",
+            KeypointShape::Box => "box",
         }
     }
 
@@ -63,18 +63,18 @@ impl Shape {
         let mut plane = BitGrid::new(around.grown(reach).intersection(&window));
         for joints in people {
             match self {
-                Shape::Points => {}
-                Shape::Spheres { .. } => {
+                KeypointShape::Points => {}
+                KeypointShape::Spheres { .. } => {
                     joints.iter().flatten().for_each(|&joint| solid::ball(&mut plane, joint, radius_q16));
                 }
-                Shape::Cylinders { .. } => {
+                KeypointShape::Cylinders { .. } => {
                     for [a, b] in BONES {
                         if let (Some(a), Some(b)) = (joints[a], joints[b]) {
                             solid::cylinder(&mut plane, a, b, radius_q16);
                         }
                     }
                 }
-                Shape::Box => solid::cuboid(&mut plane, joints.iter().flatten().copied()),
+                KeypointShape::Box => solid::cuboid(&mut plane, joints.iter().flatten().copied()),
             }
         }
         plane
@@ -83,9 +83,9 @@ impl Shape {
     /// How far its volume reaches from what is detected, in metres; `None` if it has none.
     fn radius_m(&self) -> Option<f64> {
         match *self {
-            Shape::Points => None,
-            Shape::Spheres { radius_m } | Shape::Cylinders { radius_m } => Some(radius_m),
-            Shape::Box => Some(0.0),
+            KeypointShape::Points => None,
+            KeypointShape::Spheres { radius_m } | KeypointShape::Cylinders { radius_m } => Some(radius_m),
+            KeypointShape::Box => Some(0.0),
         }
     }
 }
@@ -96,7 +96,7 @@ impl Kind for Rgbd {
     }
 
     fn representations(&self) -> Vec<&'static str> {
-        self.shapes.iter().map(Shape::name).collect()
+        self.shapes.iter().map(KeypointShape::name).collect()
     }
 
     fn rays(&self, scale: &Scale) -> Option<Rays> {
@@ -124,23 +124,23 @@ impl Kind for Rgbd {
     }
 
     fn check(&self, at: &Station) -> Result<(), String> {
-        match self.shapes.iter().find(|shape| **shape != Shape::Points) {
+        match self.shapes.iter().find(|shape| **shape != KeypointShape::Points) {
             Some(shape) => keypoints::check(at).map_err(|e| format!("representation {:?} {e}", shape.name())),
             None => Ok(()),
         }
     }
 
     fn adds(&self, representation: usize) -> bool {
-        self.shapes[representation] != Shape::Points
+        self.shapes[representation] != KeypointShape::Points
     }
 
     fn wherever_it_stands(&self, truth: &Truth) -> Option<BitGrid> {
         // Joints are detected on a person, so no volume leaves the person's box grown by the largest radius.
-        let radius_m = self.shapes.iter().filter_map(Shape::radius_m).reduce(f64::max)?;
+        let radius_m = self.shapes.iter().filter_map(KeypointShape::radius_m).reduce(f64::max)?;
         let radius_q16 = length_q16(radius_m, truth.grid.voxel_size_m);
         let mut volumes = BitGrid::new(truth.grid.window());
-        for human in keypoints::humans(truth).filter(|human| !human.cells.is_empty()) {
-            let bounds = human.cells.bounds();
+        for human in keypoints::humans(truth).filter(|human| !human.voxels.is_empty()) {
+            let bounds = human.voxels.bounds();
             let low = bounds.min.map(|x| i64::from(x) * ONE_Q16 - radius_q16);
             let high = bounds.end().map(|x| i64::from(x) * ONE_Q16 + radius_q16);
             solid::half_open_box(&mut volumes, low, high);
@@ -152,13 +152,13 @@ impl Kind for Rgbd {
         let detected = |rays: &Rays| {
             let placement = &at.placement(self);
             let tolerance_m = self.keypoint_tolerance_m;
-            keypoints::detect(&Eye { camera: &self.camera, rays, placement, tolerance_m }, at)
+            keypoints::detect(&KeypointCamera { camera: &self.camera, rays, placement, tolerance_m }, at)
         };
-        let looks = self.shapes.iter().any(|shape| *shape != Shape::Points);
+        let looks = self.shapes.iter().any(|shape| *shape != KeypointShape::Points);
         let people = at.rays.filter(|_| looks).map_or_else(Vec::new, detected);
         let read = |joints: &Detected| joints.map(|joint| joint.map(|found| found.read));
         let people: Vec<Joints> = people.iter().map(read).collect();
-        let claim = |shape: &Shape| {
+        let claim = |shape: &KeypointShape| {
             let occupied = shape.volume(&people, at.truth.grid.voxel_size_m, at.window);
             let planes = Planes { occupied, free: BitGrid::nowhere(), hits: BitGrid::nowhere() };
             Claim { cast: true, planes: (!planes.occupied.is_empty()).then_some(planes) }

@@ -13,7 +13,7 @@ use crate::{Error, Result};
 /// A device of the catalogue.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct Model {
+pub struct DeviceModel {
     /// What a study calls it.
     pub name: String,
     /// What its maker calls it, and in which mode of its own it is.
@@ -54,7 +54,7 @@ impl Stereo {
     }
 }
 
-impl Model {
+impl DeviceModel {
     /// The kind of sensor that it is.
     pub fn kind(&self) -> &str {
         self.keys.get("kind").and_then(Value::as_str).unwrap_or_default()
@@ -87,14 +87,14 @@ const INSTEAD: [(&str, &[&str]); 3] = [
 const NEAR: f64 = 0.5;
 
 /// All devices, in the order of the file.
-pub fn models() -> &'static [Model] {
+pub fn models() -> &'static [DeviceModel] {
     #[derive(Deserialize)]
     struct Catalogue {
-        model: Vec<Model>,
+        model: Vec<DeviceModel>,
     }
-    static MODELS: LazyLock<Vec<Model>> = LazyLock::new(|| {
+    static MODELS: LazyLock<Vec<DeviceModel>> = LazyLock::new(|| {
         let mut catalogue: Catalogue = toml::from_str(include_str!("catalogue.toml")).expect("a tested file");
-        catalogue.model.iter_mut().for_each(Model::add_stereo_noise);
+        catalogue.model.iter_mut().for_each(DeviceModel::add_stereo_noise);
         catalogue.model
     });
     &MODELS
@@ -129,12 +129,12 @@ pub(super) fn resolve(at: &Place, keys: &mut Table) -> Result<()> {
     Ok(())
 }
 
-fn find(name: &str) -> Option<&'static Model> {
+fn find(name: &str) -> Option<&'static DeviceModel> {
     models().iter().find(|model| model.name == name)
 }
 
 /// Adds what a model has and the study does not say.
-fn complete(keys: &mut Table, model: &Model) {
+fn complete(keys: &mut Table, model: &DeviceModel) {
     let written = keys.clone();
     let said_otherwise = |key: &str| {
         // A pair gives the vertical angles, too, which a lidar otherwise has from its rings.
@@ -150,7 +150,7 @@ fn complete(keys: &mut Table, model: &Model) {
 }
 
 fn unknown(at: &Place, name: &str) -> Error {
-    let alike = |model: &&Model| {
+    let alike = |model: &&DeviceModel| {
         let (known, name) = (model.name.as_str(), name.to_lowercase());
         known.contains(&name) || strsim::normalized_damerau_levenshtein(known, &name) >= NEAR
     };

@@ -48,13 +48,13 @@ impl Combination {
     }
 
     /// How many choices of a representation for each member there are.
-    pub fn ways(&self, sensors: &[Sensor]) -> usize {
+    pub fn representation_count(&self, sensors: &[Sensor]) -> usize {
         let counts = self.members.iter().map(|member| sensors[member.sensor].kind.representations().len());
         counts.fold(1, usize::saturating_mul)
     }
 
     /// Every choice of a representation for each member; those of the last member vary fastest.
-    pub fn interpretations(&self, sensors: &[Sensor]) -> Vec<Vec<usize>> {
+    pub fn representations(&self, sensors: &[Sensor]) -> Vec<Vec<usize>> {
         self.members.iter().fold(vec![Vec::new()], |all, member| {
             let count = sensors[member.sensor].kind.representations().len();
             all.iter()
@@ -110,11 +110,11 @@ pub(super) fn check_rows(
 ) -> Result<()> {
     let (mut rows, mut bytes) = (0usize, 0usize);
     for combination in combinations {
-        let (choices, ways) = (combination.choices(), combination.ways(sensors));
-        rows = rows.saturating_add(choices.saturating_mul(ways).saturating_mul(per_choice));
+        let (choices, representations) = (combination.choices(), combination.representation_count(sensors));
+        rows = rows.saturating_add(choices.saturating_mul(representations).saturating_mul(per_choice));
         if rows > MAX_ROWS {
             return Err(at.says(format!(
-                "combination {:?}: {choices} choices of poses in {ways} representations, each {per_choice} times (regions, \
+                "combination {:?}: {choices} choices of poses in {representations} representations, each {per_choice} times (regions, \
                  snapshots, repeats), make more than {MAX_ROWS} rows of results: name a part of the poses, or fewer of \
                  the rest",
                 combination.name
@@ -124,7 +124,7 @@ pub(super) fn check_rows(
         bytes = bytes.saturating_add(bytes_of_names(names));
         if bytes > MAX_NAMES_BYTES {
             return Err(at.says(format!(
-                "combination {:?}: {ways} choices of a representation for each sensor are too many: fuse fewer sensors, or \
+                "combination {:?}: {representations} choices of a representation for each sensor are too many: fuse fewer sensors, or \
                  give them fewer representations",
                 combination.name
             )));
@@ -138,13 +138,13 @@ pub(super) fn check_rows(
 pub(crate) fn bytes_of_names<S: AsRef<str>>(sensors: impl Iterator<Item = impl AsRef<[S]>>) -> usize {
     /// Of the text itself and of its place in a list.
     const OF_EACH: usize = 64;
-    let (mut ways, mut length) = (1usize, OF_EACH);
+    let (mut representations, mut length) = (1usize, OF_EACH);
     for names in sensors {
         let names = names.as_ref();
-        ways = ways.saturating_mul(names.len());
+        representations = representations.saturating_mul(names.len());
         length += 1 + names.iter().map(|name| name.as_ref().len()).max().unwrap_or(0);
     }
-    ways.saturating_mul(length)
+    representations.saturating_mul(length)
 }
 
 fn one(at: &Place, entry: CombinationFile, fusion: Fusion, sensors: &[Sensor]) -> Result<Combination> {

@@ -23,7 +23,7 @@ pub(super) use file::{PosesFile, Quaternion};
 pub(super) const MAX_POSES: usize = 4_000_000;
 
 /// Whose poses they are, and what random ones are drawn from.
-pub(super) struct Source<'a> {
+pub(super) struct PoseSource<'a> {
     pub(super) sensor: &'a str,
     pub(super) stance: Stance,
     pub(super) seed: u64,
@@ -39,7 +39,7 @@ pub(super) struct Source<'a> {
 pub(super) fn expand(
     at: &Place,
     entry: &PosesFile,
-    source: &Source,
+    source: &PoseSource,
     candidates: &mut Vec<Candidate>,
 ) -> Result<()> {
     let at = &at.key(&format!("poses {:?}", entry.name));
@@ -225,7 +225,7 @@ fn listed(at: &Place, entry: &PoseFile, stance: Stance) -> Result<Pose> {
 }
 
 #[derive(Deserialize)]
-struct Row {
+struct PoseRow {
     sensor: Option<String>,
     pose: Option<String>,
     x_m: Option<f64>,
@@ -240,7 +240,7 @@ struct Row {
 /// Poses from a table with a header: x_m, y_m, z_m, qw, qx, qy, qz and, if wanted, pose (a name) and sensor
 /// (only that sensor's rows are taken). Other columns are left alone, so the `poses.csv` of a sweep can be
 /// read back.
-fn table(path: &Path, frame: Frame, source: &Source) -> Result<Vec<(String, Pose)>> {
+fn table(path: &Path, frame: Frame, source: &PoseSource) -> Result<Vec<(String, Pose)>> {
     let (sensor, text) = (source.sensor, source.files.table(path)?);
     let mut reader = csv::ReaderBuilder::new()
         .comment(Some(b'#'))
@@ -262,7 +262,8 @@ fn table(path: &Path, frame: Frame, source: &Source) -> Result<Vec<(String, Pose
                 header.len()
             )));
         }
-        let row: Row = record.deserialize(Some(&header)).map_err(|e| wrong(&format!("{e}; {columns}")))?;
+        let row: PoseRow =
+            record.deserialize(Some(&header)).map_err(|e| wrong(&format!("{e}; {columns}")))?;
         if row.sensor.is_some_and(|name| !name.is_empty() && name != sensor) {
             continue;
         }
@@ -298,7 +299,7 @@ fn drawn(
     at: &Place,
     random: &RandomFile,
     facing_file: Option<[f64; 3]>,
-    source: &Source,
+    source: &PoseSource,
     most: usize,
 ) -> Result<Vec<(String, Pose)>> {
     let facing = facing(at, facing_file, source.stance)?;

@@ -1,4 +1,5 @@
-//! Regions of a study, checked: shapes in metres, meshes to be read later, and the regions that others are made of.
+//! Regions of a study, checked: shapes in metres, meshes to be read later, and the regions that others are
+//! made of.
 
 use std::path::Path;
 
@@ -10,13 +11,13 @@ use super::{Place, only_one};
 use crate::Result;
 use crate::pose::{Frame, Pose, from_rpy};
 use crate::scene::mesh_file::MeshFile;
-use crate::voxel::Shape;
+use crate::voxel::RegionShape;
 
 /// What a region of a study is, before meshes are read.
 #[derive(Clone, Debug, PartialEq)]
 pub enum RegionSpec {
     /// A shape that is known as it stands.
-    Shape(Shape),
+    RegionShape(RegionShape),
     /// The inside of a mesh in a file.
     Mesh {
         /// The file.
@@ -28,7 +29,8 @@ pub enum RegionSpec {
     },
     /// What is in any of these regions, by their index in the study; all come before this one.
     Union(Vec<usize>),
-    /// What is in the first of these regions and in none of the others, by their index; all come before this one.
+    /// What is in the first of these regions and in none of the others, by their index; all come before this
+    /// one.
     Difference(Vec<usize>),
 }
 
@@ -39,7 +41,7 @@ pub(super) fn check(at: &Place, entry: RegionFile, known: &[String]) -> Result<(
     let sphere = entry.sphere.as_ref().map(|s| {
         let at = at.key("sphere");
         let radius_m = at.number("radius_m", s.radius_m, f64::MIN_POSITIVE..1e6, rule)?;
-        Ok(Shape::Sphere { center_m: at.vector("center_m", s.center_m)?, radius_m })
+        Ok(RegionShape::Sphere { center_m: at.vector("center_m", s.center_m)?, radius_m })
     });
     let half = entry.half_sphere.as_ref().map(|s| {
         let at = at.key("half_sphere");
@@ -48,7 +50,7 @@ pub(super) fn check(at: &Place, entry: RegionFile, known: &[String]) -> Result<(
         if normal.length() < 1e-9 {
             return Err(at.wrong("normal", format!("{:?}", s.normal), "must not be zero"));
         }
-        Ok(Shape::HalfSphere { center_m: at.vector("center_m", s.center_m)?, radius_m, normal })
+        Ok(RegionShape::HalfSphere { center_m: at.vector("center_m", s.center_m)?, radius_m, normal })
     });
     let cuboid = entry.r#box.as_ref().map(|b| {
         let at = at.key("box");
@@ -56,15 +58,15 @@ pub(super) fn check(at: &Place, entry: RegionFile, known: &[String]) -> Result<(
         if !min_m.cmplt(max_m).all() {
             return Err(at.wrong("max_m", format!("{:?}", b.max_m), "must be above min_m on every axis"));
         }
-        Ok(Shape::Box { min_m, max_m })
+        Ok(RegionShape::Box { min_m, max_m })
     });
     let human = entry.human_box.as_ref().map(|h| human_box(&at.key("human_box"), h));
     let reach = entry.robot_reach.as_ref().map(|r| {
         let rule = "a length in metres from 0 to 1000";
         let tool_m = at.key("robot_reach").number("tool_m", r.tool_m, 0.0..=1e3, rule)?;
-        Ok(Shape::RobotReach { object: r.object.clone(), tool_m })
+        Ok(RegionShape::RobotReach { object: r.object.clone(), tool_m })
     });
-    let shape = |shape: Option<Result<Shape>>| shape.map(|shape| shape.map(RegionSpec::Shape));
+    let shape = |shape: Option<Result<RegionShape>>| shape.map(|shape| shape.map(RegionSpec::RegionShape));
     let parts =
         |key: &str, names: &Option<Vec<String>>| names.as_ref().map(|names| earlier(at, key, names, known));
     let choices = vec![
@@ -116,7 +118,7 @@ fn earlier(at: &Place, key: &str, names: &[String], known: &[String]) -> Result<
     names.iter().enumerate().map(index).collect()
 }
 
-fn human_box(at: &Place, entry: &HumanBoxFile) -> Result<Shape> {
+fn human_box(at: &Place, entry: &HumanBoxFile) -> Result<RegionShape> {
     if entry.margin_m.is_some() && (entry.margin_min_m.is_some() || entry.margin_max_m.is_some()) {
         return Err(at.says("margin_m is for all sides: give either it or margin_min_m and margin_max_m"));
     }
@@ -130,7 +132,7 @@ fn human_box(at: &Place, entry: &HumanBoxFile) -> Result<Shape> {
         Some(value) => at.vector(key, value),
         None => Ok(DVec3::splat(all)),
     };
-    Ok(Shape::HumanBox {
+    Ok(RegionShape::HumanBox {
         margin_min_m: side("margin_min_m", entry.margin_min_m)?,
         margin_max_m: side("margin_max_m", entry.margin_max_m)?,
         object: entry.object.clone(),

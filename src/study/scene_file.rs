@@ -15,7 +15,7 @@ use super::urdf::UrdfFile;
 use super::value::{Unit, Up, exactly, exactly_if_given};
 use super::{Place, only_one, refuse_folder, slips, top_keys};
 use crate::pose::{Frame, Pose, from_rpy};
-use crate::scene::mesh_file::{self, ENDINGS, Format, MeshFile};
+use crate::scene::mesh_file::{self, ENDINGS, MeshFile, MeshFormat};
 use crate::scene::spec::{NodeRule, ObjectSpec, SceneSpec, SurfaceSpec, UrdfSpec};
 use crate::scene::urdf::Geometry;
 use crate::scene::{Interior, Optical, Role};
@@ -332,13 +332,13 @@ pub(super) fn unit_and_up_belong(
 ) -> Result<()> {
     match file.map(|file| file.format) {
         _ if unit.is_none() && up.is_none() => Ok(()),
-        Some(Format::Stl | Format::Obj) => Ok(()),
-        Some(Format::Gltf) if up.is_none() => Ok(()),
-        Some(Format::Gltf) => Err(at.says(
+        Some(MeshFormat::Stl | MeshFormat::Obj) => Ok(()),
+        Some(MeshFormat::Gltf) if up.is_none() => Ok(()),
+        Some(MeshFormat::Gltf) => Err(at.says(
             "up belongs to an .stl or .obj mesh: glTF is y up by its own rules and is turned to z up; if it was exported \
              lying, turn it with rpy_deg",
         )),
-        Some(Format::Collada) => Err(at.says(
+        Some(MeshFormat::Collada) => Err(at.says(
             "unit and up do not belong to a .dae mesh: COLLADA says both itself and is turned to z up; if it was \
              exported lying, turn it with rpy_deg",
         )),
@@ -356,7 +356,7 @@ pub(super) fn mesh(
 ) -> Result<MeshFile> {
     let scale = if matches!(unit, Some(Unit::Mm)) { 1e-3 } else { 1.0 };
     let up = if up == Some(Up::Y) { mesh_file::Up::Y } else { mesh_file::Up::Z };
-    if let Some(format) = Format::of(path) {
+    if let Some(format) = MeshFormat::of(path) {
         return Ok(MeshFile { path: folder.join(path), format, scale, up });
     }
     let extension = path.extension().map(|e| e.to_string_lossy().to_lowercase());

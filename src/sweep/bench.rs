@@ -5,14 +5,14 @@
 use std::cell;
 use std::time::{Duration, Instant};
 
-use super::Batch;
+use super::BatchSize;
 use super::Ledger;
 use super::Row;
 use super::compare;
 use crate::backend::oracle::Oracle;
-use crate::backend::{Backend, Cell, Evidence, Fusion, Placement, Planes, Rays, Reading, Shot, Slot};
+use crate::backend::{Backend, Evidence, Fusion, GridPose, Planes, Rays, Reading, Shot, Slot, VoxelScene};
 use crate::metrics::Confusion;
-use crate::results::Ask;
+use crate::results::PoseChoice;
 use crate::study::Study;
 use crate::world::{World, ray_table};
 use crate::{Error, Result};
@@ -40,7 +40,7 @@ impl Contender {
 
 /// What one backend did.
 #[derive(Clone, Debug)]
-pub struct Line {
+pub struct BenchLine {
     /// The contender's name.
     pub name: String,
     /// Time to make ray tables and a scene ready, the mean of all snapshots, when they were first seen.
@@ -61,7 +61,7 @@ pub struct Race {
     /// Rays cast in a round.
     pub rays: u64,
     /// One line a backend, the oracle's first.
-    pub lines: Vec<Line>,
+    pub lines: Vec<BenchLine>,
     /// The first counts that are not the oracle's, explained.
     pub first_difference: Option<String>,
 }
@@ -91,7 +91,8 @@ pub fn race(
 ) -> Result<Race> {
     let spec = &study.combinations[combination];
     let choices = compare::spread(poses, spec.choices());
-    let asks: Vec<Ask> = choices.iter().map(|&choice| Ask { combination, choice }).collect();
+    let pose_choices: Vec<PoseChoice> =
+        choices.iter().map(|&choice| PoseChoice { combination, choice }).collect();
     let mut cast: Vec<Vec<usize>> = vec![Vec::new(); spec.members.len()];
     for choice in &choices {
         spec.choice(*choice).into_iter().zip(&mut cast).for_each(|(candidate, cast)| cast.push(candidate));
@@ -104,16 +105,16 @@ pub fn race(
     // Evidence that several choices share is cast once.
     let rays: usize =
         cast.into_iter().zip(rays(study, combination)).map(|(cast, rays)| distinct(cast) * rays).sum();
-    let (expected, line) = measure(study, worlds, &asks, long_enough, &mut Contender::oracle())?;
+    let (expected, line) = measure(study, worlds, &pose_choices, long_enough, &mut Contender::oracle())?;
     let mut race = Race {
         combination: spec.name.clone(),
-        poses: asks.len() * worlds.len(),
+        poses: pose_choices.len() * worlds.len(),
         rays: (rays * worlds.len()) as u64,
         lines: vec![line],
         first_difference: None,
     };
     for contender in contenders {
-        let (found, line) = measure(study, worlds, &asks, long_enough, contender)?;
+        let (found, line) = measure(study, worlds, &pose_choices, long_enough, contender)?;
         let first = || compare::first_unequal(study, worlds, &contender.name, &expected, &found);
         race.first_difference = race.first_difference.take().or_else(first);
         race.lines.push(line);
@@ -125,14 +126,14 @@ pub fn race(
 fn measure(
     study: &Study,
     worlds: &[World],
-    asks: &[Ask],
+    pose_choices: &[PoseChoice],
     long_enough: Duration,
     contender: &mut Contender,
-) -> Result<(Vec<Row>, Line)> {
+) -> Result<(Vec<Row>, BenchLine)> {
     let Contender { name, backend, threads } = contender;
     let pool = rayon::ThreadPoolBuilder::new().num_threads(*threads).build();
     let pool = pool.map_err(|e| Error::Device(format!("cannot start {threads} threads: {e}")))?;
-    let mut one = || pool.install(|| round(study, worlds, asks, backend.as_mut()));
+    let mut one = || pool.install(|| round(study, worlds, pose_choices, backend.as_mut()));
     let (rows, load, mut work) = one()?;
     let (mut rounds, mut spent) = (1, work);
     while !long_enough.is_zero() && (rounds < ROUNDS || spent < long_enough) {
@@ -141,32 +142,32 @@ fn measure(
         spent += again;
         rounds += 1;
     }
-    Ok((rows, Line { name: name.clone(), load: load / worlds.len().max(1) as u32, work, rounds }))
+    Ok((rows, BenchLine { name: name.clone(), load: load / worlds.len().max(1) as u32, work, rounds }))
 }
 
 /// All choices once: the rows, the time to load, and the time of the work itself.
 fn round(
     study: &Study,
     worlds: &[World],
-    asks: &[Ask],
+    pose_choices: &[PoseChoice],
     backend: &mut dyn Backend,
 ) -> Result<(Vec<Row>, Duration, Duration)> {
     let clock = Clock::default();
     let mut watched = Watched { backend, clock: &clock };
-    let mut timed = Timed { rows: Vec::new(), clock: &clock };
-    super::run_asks(study, worlds, asks, Batch::FULL, &mut watched, &mut timed)?;
+    let mut timed = TimedRows { rows: Vec::new(), clock: &clock };
+    super::run_choices(study, worlds, pose_choices, BatchSize::FULL, &mut watched, &mut timed)?;
     timed.rows.sort_by_key(Row::place);
     Ok((timed.rows, clock.load.get(), clock.work.get()))
 }
 
 /// Keeps all rows, and the time when they came.
-struct Timed<'a> {
+struct TimedRows<'a> {
     rows: Vec<Row>,
     clock: &'a Clock,
 }
 
-impl Ledger for Timed<'_> {
-    fn wants(&self, _: &World, _: usize, _: &Ask) -> bool {
+impl Ledger for TimedRows<'_> {
+    fn wants(&self, _: &World, _: usize, _: &PoseChoice) -> bool {
         true
     }
 
@@ -222,9 +223,9 @@ impl Backend for Watched<'_> {
         Ok(())
     }
 
-    fn load(&mut self, cell: &Cell) -> Result<()> {
+    fn load(&mut self, scene: &VoxelScene) -> Result<()> {
         let begin = Instant::now();
-        self.backend.load(cell)?;
+        self.backend.load(scene)?;
         self.clock.loaded(begin);
         Ok(())
     }
@@ -245,15 +246,15 @@ impl Backend for Watched<'_> {
         self.backend.upload(evidence)
     }
 
-    fn ask(&mut self, fusion: Fusion, jobs: &[Vec<Reading>]) -> Result<()> {
-        self.backend.ask(fusion, jobs)
+    fn submit(&mut self, fusion: Fusion, jobs: &[Vec<Reading>]) -> Result<()> {
+        self.backend.submit(fusion, jobs)
     }
 
-    fn answer(&mut self) -> Result<Vec<Vec<Confusion>>> {
-        self.backend.answer()
+    fn receive(&mut self) -> Result<Vec<Vec<Confusion>>> {
+        self.backend.receive()
     }
 
-    fn read(&mut self, table: usize, placement: &Placement) -> Result<Evidence> {
+    fn read(&mut self, table: usize, placement: &GridPose) -> Result<Evidence> {
         self.backend.read(table, placement)
     }
 }

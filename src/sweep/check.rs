@@ -5,13 +5,13 @@ use std::collections::HashMap;
 
 use serde_json::{Value, json};
 
-use super::Batch;
+use super::BatchSize;
 use super::Ledger;
 use super::Row;
-use super::run_asks;
+use super::run_choices;
 use crate::backend::Backend;
 use crate::metrics::BodyPart;
-use crate::results::{Ask, columns};
+use crate::results::{PoseChoice, columns};
 use crate::study::Study;
 use crate::world::World;
 use crate::{Error, Result};
@@ -89,11 +89,12 @@ impl Picked {
             let here = |world: &World| (world.scene, world.snapshot) == (scene, snapshot);
             let Some(i) = worlds.iter().position(here) else { continue };
             let mut again = Again { asked: of_world, found: Vec::new() };
-            let mut asks: Vec<Ask> = of_world.iter().map(|rows| ask(&rows[0])).collect();
+            let mut pose_choices: Vec<PoseChoice> =
+                of_world.iter().map(|rows| pose_choice(&rows[0])).collect();
             // Each repeat of a choice was picked for itself; they are not neighbours.
-            asks.sort_by_key(|ask| (ask.combination, ask.choice));
-            asks.dedup();
-            run_asks(study, &worlds[i..=i], &asks, Batch::SMALL, backend, &mut again)?;
+            pose_choices.sort_by_key(|pose_choice| (pose_choice.combination, pose_choice.choice));
+            pose_choices.dedup();
+            run_choices(study, &worlds[i..=i], &pose_choices, BatchSize::SMALL, backend, &mut again)?;
             let (wanted, found) = (of_world.iter().map(Vec::len).sum::<usize>(), again.found.len());
             let ours: HashMap<_, _> = again.found.iter().map(|row| (row.place(), row)).collect();
             for theirs in of_world.iter().flatten() {
@@ -118,8 +119,8 @@ fn uneven(wanted: usize, found: usize) -> Error {
     ))
 }
 
-fn ask(row: &Row) -> Ask {
-    Ask { combination: row.combination, choice: row.choice }
+fn pose_choice(row: &Row) -> PoseChoice {
+    PoseChoice { combination: row.combination, choice: row.choice }
 }
 
 /// Asks for the same choices once more.
@@ -129,8 +130,8 @@ struct Again<'a> {
 }
 
 impl Ledger for Again<'_> {
-    fn wants(&self, _: &World, repeat: usize, wanted: &Ask) -> bool {
-        self.asked.iter().any(|rows| ask(&rows[0]) == *wanted && rows[0].repeat == repeat)
+    fn wants(&self, _: &World, repeat: usize, wanted: &PoseChoice) -> bool {
+        self.asked.iter().any(|rows| pose_choice(&rows[0]) == *wanted && rows[0].repeat == repeat)
     }
 
     fn take(&mut self, rows: &[Row]) -> Result<()> {
@@ -143,7 +144,7 @@ fn difference(study: &Study, theirs: &Row, ours: &Row) -> Difference {
     let combination = &study.combinations[theirs.combination];
     let scene = &study.scenes[theirs.scene].name;
     let poses = columns::pose_names(study, combination, theirs.choice);
-    let representation = &columns::representation_names(study, combination)[theirs.interpretation];
+    let representation = &columns::representation_names(study, combination)[theirs.representation];
     let region = &study.regions[theirs.region].0;
     let place = format!(
         "scene {scene}, snapshot {}, repeat {}, poses {poses}, {representation} in region {region}",
@@ -179,8 +180,11 @@ mod tests {
         let worlds = World::prepare_all(&study).unwrap();
         let mut cpu = Cpu::new(Some(1)).unwrap();
         let all = crate::sweep::run(&study, &worlds, &mut cpu).unwrap();
-        let first: Vec<Row> =
-            all.iter().filter(|row| row.repeat == 0 && ask(row) == ask(&all[0])).copied().collect();
+        let first: Vec<Row> = all
+            .iter()
+            .filter(|row| row.repeat == 0 && pose_choice(row) == pose_choice(&all[0]))
+            .copied()
+            .collect();
         let mut check = |rows: Vec<Row>| Picked::these(vec![rows]).check(&study, &worlds, &mut cpu);
         assert!(matches!(check(first.clone()), Ok(Ok(1))));
         let mut lied = first.clone();

@@ -8,9 +8,9 @@ use std::time::{Duration, Instant};
 use super::Row;
 use super::order::run_some;
 use crate::backend::oracle::Oracle;
-use crate::backend::{Backend, Cell, Evidence, Fusion, Placement, Rays, Reading, Shot};
+use crate::backend::{Backend, Evidence, Fusion, GridPose, Rays, Reading, Shot, VoxelScene};
 use crate::metrics::Confusion;
-use crate::results::Ask;
+use crate::results::PoseChoice;
 use crate::results::columns::{BETWEEN_MEMBERS, pose_names, representation_names};
 use crate::sensor::Sensor;
 use crate::study::{Combination, Study};
@@ -21,7 +21,7 @@ use crate::{Error, Result};
 
 /// Which poses are compared.
 #[derive(Clone, Debug)]
-pub enum Selection {
+pub enum PoseSelection {
     /// So many of each scene and sensor, spread evenly over the study's order; another turn gives others.
     Spread {
         /// How many.
@@ -37,7 +37,7 @@ pub enum Selection {
 
 /// What one backend did on one scene and sensor or combination.
 #[derive(Clone, Debug)]
-pub struct Line {
+pub struct ComparedLine {
     /// The scene's name.
     pub scene: String,
     /// The sensor's name, or "= " and the combination's.
@@ -58,20 +58,20 @@ pub struct Line {
 
 /// The outcome of a comparison.
 #[derive(Clone, Debug, Default)]
-pub struct Report {
+pub struct Comparison {
     /// One line for each scene, sensor or combination, and backend.
-    pub lines: Vec<Line>,
+    pub lines: Vec<ComparedLine>,
     /// The first difference in study order, explained.
     pub first_difference: Option<String>,
 }
 
 /// The poses of a sensor that a selection names, as indices.
-pub fn select(selection: &Selection, sensor: &Sensor) -> Vec<usize> {
+pub fn select(selection: &PoseSelection, sensor: &Sensor) -> Vec<usize> {
     let count = sensor.candidates.len();
     match selection {
-        Selection::All => (0..count).collect(),
-        Selection::Spread { number, turn } => turned(*number, *turn, count),
-        Selection::Named(name) => {
+        PoseSelection::All => (0..count).collect(),
+        PoseSelection::Spread { number, turn } => turned(*number, *turn, count),
+        PoseSelection::Named(name) => {
             // As in poses.csv, or with its sensor as in results.csv.
             let own = name.strip_prefix(&format!("{}:", sensor.name)).unwrap_or(name);
             (0..count).filter(|&i| sensor.candidates[i].name == own).collect()
@@ -81,12 +81,12 @@ pub fn select(selection: &Selection, sensor: &Sensor) -> Vec<usize> {
 
 /// The choices of a combination that a selection names. A pose's name is enough where the combination is one
 /// sensor; else all of its poses are named, as in results.csv.
-pub fn select_choices(selection: &Selection, study: &Study, combination: &Combination) -> Vec<usize> {
+pub fn select_choices(selection: &PoseSelection, study: &Study, combination: &Combination) -> Vec<usize> {
     let count = combination.choices();
     match selection {
-        Selection::All => (0..count).collect(),
-        Selection::Spread { number, turn } => turned(*number, *turn, count),
-        Selection::Named(name) => match &combination.members[..] {
+        PoseSelection::All => (0..count).collect(),
+        PoseSelection::Spread { number, turn } => turned(*number, *turn, count),
+        PoseSelection::Named(name) => match &combination.members[..] {
             [alone] => {
                 let named = select(selection, &study.sensors[alone.sensor]);
                 (0..count).filter(|&choice| named.contains(&combination.choice(choice)[0])).collect()
@@ -116,21 +116,21 @@ pub fn compare(
     study: &Study,
     world: &World,
     sensor: usize,
-    selection: &Selection,
+    selection: &PoseSelection,
     backends: &mut [Box<dyn Backend>],
-    report: &mut Report,
+    report: &mut Comparison,
 ) -> Result<()> {
     let spec = &study.sensors[sensor];
-    let cell = world.cell(world.grid.window());
+    let scene = world.scene(world.grid.window());
     let poses = select(selection, spec);
     let Some(rays) = ray_table(study, sensor).filter(|_| !poses.is_empty()) else {
         return Ok(());
     };
-    let placements: Vec<Placement> =
+    let placements: Vec<GridPose> =
         poses.iter().map(|&pose| world.placement(study, sensor, pose, 0)).collect();
     let mut oracle = Oracle::default();
-    let (counts, time) = timed(&mut oracle, &cell, &rays, &placements)?;
-    let line = Line {
+    let (counts, time) = timed(&mut oracle, &scene, &rays, &placements)?;
+    let line = ComparedLine {
         scene: world.title(study),
         what: spec.name.clone(),
         backend: oracle.name(),
@@ -142,7 +142,7 @@ pub fn compare(
     };
     report.lines.push(line.clone());
     for backend in backends {
-        let (found, time) = timed(backend.as_mut(), &cell, &rays, &placements)?;
+        let (found, time) = timed(backend.as_mut(), &scene, &rays, &placements)?;
         if found.len() != placements.len() {
             let what = format!("answered for {} of {} poses", found.len(), placements.len());
             return Err(Error::Device(format!("backend {}: {what}", backend.name())));
@@ -160,12 +160,12 @@ pub fn compare(
                     spec.candidates[poses[i]].name,
                     backend.name()
                 );
-                let why = explain::explain(&cell, &rays, placement, expected, got)?;
+                let why = explain::explain(&scene, &rays, placement, expected, got)?;
                 report.first_difference = Some(format!("{place}: {why}"));
             }
             differences += here;
         }
-        report.lines.push(Line { backend: backend.name(), differences, time, ..line.clone() });
+        report.lines.push(ComparedLine { backend: backend.name(), differences, time, ..line.clone() });
     }
     Ok(())
 }
@@ -176,25 +176,26 @@ pub fn compare_combination(
     study: &Study,
     worlds: &[World],
     combination: usize,
-    selection: &Selection,
+    selection: &PoseSelection,
     backends: &mut [Box<dyn Backend>],
-    report: &mut Report,
+    report: &mut Comparison,
 ) -> Result<()> {
     let spec = &study.combinations[combination];
     let choices = select_choices(selection, study, spec);
-    let asks: Vec<Ask> = choices.iter().map(|&choice| Ask { combination, choice }).collect();
-    let Some(first) = worlds.first().filter(|_| !asks.is_empty()) else { return Ok(()) };
+    let pose_choices: Vec<PoseChoice> =
+        choices.iter().map(|&choice| PoseChoice { combination, choice }).collect();
+    let Some(first) = worlds.first().filter(|_| !pose_choices.is_empty()) else { return Ok(()) };
     let timed = |backend: &mut dyn Backend| -> Result<(Vec<Row>, Duration)> {
         let begin = Instant::now();
-        Ok((run_some(study, worlds, &asks, backend)?, begin.elapsed()))
+        Ok((run_some(study, worlds, &pose_choices, backend)?, begin.elapsed()))
     };
     let mut oracle = Oracle::default();
     let (expected, time) = timed(&mut oracle)?;
-    let line = Line {
+    let line = ComparedLine {
         scene: first.name.clone(),
         what: format!("= {}", spec.name),
         backend: oracle.name(),
-        poses: asks.len() * worlds.len(),
+        poses: pose_choices.len() * worlds.len(),
         rays: 0,
         voxels: window_of(&first.regions).volume(),
         differences: 0,
@@ -206,7 +207,7 @@ pub fn compare_combination(
         let differences = unequal(&expected, &found);
         let first = || first_unequal(study, worlds, backend.name(), &expected, &found);
         report.first_difference = report.first_difference.take().or_else(first);
-        report.lines.push(Line { backend: backend.name(), differences, time, ..line.clone() });
+        report.lines.push(ComparedLine { backend: backend.name(), differences, time, ..line.clone() });
     }
     Ok(())
 }
@@ -228,7 +229,7 @@ pub(super) fn first_unequal(
         world.title(study),
         a.repeat,
         pose_names(study, spec, a.choice),
-        representation_names(study, spec)[a.interpretation],
+        representation_names(study, spec)[a.representation],
         study.regions[a.region].0,
         b.counts.numbers(),
         a.counts.numbers()
@@ -238,12 +239,12 @@ pub(super) fn first_unequal(
 /// Loads and scores; the time is that of scoring.
 fn timed(
     backend: &mut dyn Backend,
-    cell: &Cell,
+    scene: &VoxelScene,
     rays: &Rays,
-    placements: &[Placement],
+    placements: &[GridPose],
 ) -> Result<(Vec<Vec<Confusion>>, Duration)> {
     backend.tables(std::slice::from_ref(rays))?;
-    backend.load(cell)?;
+    backend.load(scene)?;
     let begin = Instant::now();
     let mut counts = Vec::new();
     for batch in placements.chunks(backend.slots()) {

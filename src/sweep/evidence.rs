@@ -6,8 +6,8 @@ use std::sync::Arc;
 
 use rayon::prelude::*;
 
-use crate::backend::{Backend, Placement, Planes, Rays, Reading, Shot, Slot};
-use crate::results::Ask;
+use crate::backend::{Backend, GridPose, Planes, Rays, Reading, Shot, Slot};
+use crate::results::PoseChoice;
 use crate::sensor::{Claim, Station};
 use crate::study::Study;
 use crate::voxel::region::window_of;
@@ -17,24 +17,24 @@ use crate::{Error, Result};
 
 /// How much is asked of a backend at once, unless a single choice is more.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Batch {
-    /// Choices, each of their interpretations for itself.
+pub struct BatchSize {
+    /// Choices, each of their representations for itself.
     pub jobs: usize,
     /// Rays to be cast.
     pub rays: usize,
 }
 
-impl Batch {
+impl BatchSize {
     /// Enough jobs to keep any device busy; rays of some twenty cameras, so that a progress bar moves.
-    pub const FULL: Batch = Batch { jobs: 4096, rays: 1 << 24 };
+    pub const FULL: BatchSize = BatchSize { jobs: 4096, rays: 1 << 24 };
 
     /// For a device that failed at more: about one camera.
-    pub const SMALL: Batch = Batch { jobs: 256, rays: 1 << 20 };
+    pub const SMALL: BatchSize = BatchSize { jobs: 256, rays: 1 << 20 };
 }
 
 /// A sensor at a candidate, in one repeat; sensors without noise say the same in all of them.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-struct Key {
+struct EvidenceKey {
     sensor: usize,
     candidate: usize,
     repeat: usize,
@@ -60,12 +60,12 @@ pub(super) struct Store<'a> {
     /// Where the backend keeps first hits.
     first_hits: &'a FirstHitSlots,
     window: Window,
-    held: HashMap<Key, Held>,
+    held: HashMap<EvidenceKey, Held>,
     /// In the order they were made.
-    oldest: VecDeque<Key>,
+    oldest: VecDeque<EvidenceKey>,
     vacant: Vec<Slot>,
     slots: usize,
-    batch: Batch,
+    batch: BatchSize,
 }
 
 impl<'a> Store<'a> {
@@ -76,7 +76,7 @@ impl<'a> Store<'a> {
         tables: &'a [Option<Rays>],
         first_hits: &'a FirstHitSlots,
         slots: usize,
-        batch: Batch,
+        batch: BatchSize,
     ) -> Store<'a> {
         Store {
             study,
@@ -94,17 +94,24 @@ impl<'a> Store<'a> {
     }
 
     /// Makes the evidence of the first of some choices, as many as fit at once; says how many those are.
-    pub(super) fn gather(&mut self, asks: &[Ask], repeat: usize, backend: &mut dyn Backend) -> Result<usize> {
+    pub(super) fn gather(
+        &mut self,
+        pose_choices: &[PoseChoice],
+        repeat: usize,
+        backend: &mut dyn Backend,
+    ) -> Result<usize> {
         let mut wanted = HashSet::new();
         let (mut missing, mut count, mut room) = (Vec::new(), 0, self.slots);
         let (mut jobs, mut rays) = (0, 0);
-        for ask in asks {
-            let mut new: Vec<Key> = self.keys(ask, repeat).collect();
+        for pose_choice in pose_choices {
+            let mut new: Vec<EvidenceKey> = self.keys(pose_choice, repeat).collect();
             new.retain(|key| !wanted.contains(key));
             let slots: usize = new.iter().map(|key| self.most_slots(key)).sum();
-            jobs += self.study.combinations[ask.combination].ways(&self.study.sensors);
+            jobs +=
+                self.study.combinations[pose_choice.combination].representation_count(&self.study.sensors);
             let lacking = || new.iter().filter(|key| !self.held.contains_key(key));
-            let table = |key: &Key| self.tables[key.sensor].as_ref().map_or(0, |table| table.dirs_q15.len());
+            let table =
+                |key: &EvidenceKey| self.tables[key.sensor].as_ref().map_or(0, |table| table.dirs_q15.len());
             rays += lacking().map(table).sum::<usize>();
             if slots > room || (count > 0 && (jobs > self.batch.jobs || rays > self.batch.rays)) {
                 break;
@@ -115,7 +122,7 @@ impl<'a> Store<'a> {
             count += 1;
         }
         if count == 0 {
-            let combination = &self.study.combinations[asks[0].combination].name;
+            let combination = &self.study.combinations[pose_choices[0].combination].name;
             return Err(Error::Input(format!(
                 "combination {combination:?}: the evidence of its sensors does not fit backend {} at once ({} pieces do): \
                  use larger voxels, smaller regions, or `--backend cpu`",
@@ -129,29 +136,34 @@ impl<'a> Store<'a> {
     }
 
     /// What the members of a choice say, in the order they speak, each in its representation.
-    pub(super) fn readings(&self, ask: &Ask, repeat: usize, ways: &[usize]) -> Vec<Reading> {
-        let held = self.keys(ask, repeat).map(|key| &self.held[&key]);
-        held.zip(ways).filter_map(|(held, &way)| held.readings[way]).collect()
+    pub(super) fn readings(
+        &self,
+        pose_choice: &PoseChoice,
+        repeat: usize,
+        representations: &[usize],
+    ) -> Vec<Reading> {
+        let held = self.keys(pose_choice, repeat).map(|key| &self.held[&key]);
+        held.zip(representations).filter_map(|(held, &way)| held.readings[way]).collect()
     }
 
-    fn keys(&self, ask: &Ask, repeat: usize) -> impl Iterator<Item = Key> + use<'a> {
-        let (study, combination) = (self.study, &self.study.combinations[ask.combination]);
-        let members = combination.members.iter().zip(combination.choice(ask.choice));
+    fn keys(&self, pose_choice: &PoseChoice, repeat: usize) -> impl Iterator<Item = EvidenceKey> + use<'a> {
+        let (study, combination) = (self.study, &self.study.combinations[pose_choice.combination]);
+        let members = combination.members.iter().zip(combination.choice(pose_choice.choice));
         members.map(move |(member, candidate)| {
             let noisy = study.sensors[member.sensor].kind.is_noisy();
-            Key { sensor: member.sensor, candidate, repeat: if noisy { repeat } else { 0 } }
+            EvidenceKey { sensor: member.sensor, candidate, repeat: if noisy { repeat } else { 0 } }
         })
     }
 
     /// One slot for what is cast, and one for what the host may add in each representation.
-    fn most_slots(&self, key: &Key) -> usize {
+    fn most_slots(&self, key: &EvidenceKey) -> usize {
         let kind = &self.study.sensors[key.sensor].kind;
         let added = (0..kind.representations().len()).filter(|&representation| kind.adds(representation));
         self.tables[key.sensor].is_some() as usize + added.count()
     }
 
     /// Drops the oldest evidence that is not wanted until what is missing fits.
-    fn make_room(&mut self, missing: &[Key], wanted: &HashSet<Key>) {
+    fn make_room(&mut self, missing: &[EvidenceKey], wanted: &HashSet<EvidenceKey>) {
         let needed: usize = missing.iter().map(|key| self.most_slots(key)).sum();
         let mut kept = VecDeque::new();
         while self.vacant.len() < needed {
@@ -167,8 +179,9 @@ impl<'a> Store<'a> {
     }
 
     /// Casts and claims what is missing.
-    fn make(&mut self, missing: &[Key], backend: &mut dyn Backend) -> Result<()> {
-        let said: Vec<(Placement, Vec<Claim>)> = missing.par_iter().map(|key| self.ask_sensor(key)).collect();
+    fn make(&mut self, missing: &[EvidenceKey], backend: &mut dyn Backend) -> Result<()> {
+        let said: Vec<(GridPose, Vec<Claim>)> =
+            missing.par_iter().map(|key| self.sensor_claims(key)).collect();
         let mut shots: Vec<Vec<Shot>> = vec![Vec::new(); self.tables.len()];
         let mut uploads: Vec<(Slot, Planes)> = Vec::new();
         for (key, (placement, claims)) in missing.iter().zip(said) {
@@ -208,7 +221,7 @@ impl<'a> Store<'a> {
     }
 
     /// Where a sensor is, and what it says in each representation.
-    fn ask_sensor(&self, key: &Key) -> (Placement, Vec<Claim>) {
+    fn sensor_claims(&self, key: &EvidenceKey) -> (GridPose, Vec<Claim>) {
         let (world, spec) = (self.world, &self.study.sensors[key.sensor]);
         let station = Station {
             window: self.window,

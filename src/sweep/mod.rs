@@ -2,21 +2,21 @@
 //! the comparison of backends. Tables of results are written by `report`; nothing here draws or searches.
 
 pub mod bench;
-mod book;
 pub mod check;
+mod checkpoint;
 pub mod compare;
 mod evidence;
 mod order;
 pub mod reopen;
 pub mod sample;
 pub mod session;
-mod shift;
+mod worker;
 
 use crate::metrics::Confusion;
-pub use book::Watch;
-pub use evidence::Batch;
-pub use order::{Ledger, run, run_asks};
-pub use shift::{Crew, Gear};
+pub use checkpoint::Watch;
+pub use evidence::BatchSize;
+pub use order::{Ledger, run, run_choices};
+pub use worker::{BackendFactory, Fallback};
 
 /// The counts of one choice of poses in one region of one scene; indices are those of the study.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -31,8 +31,8 @@ pub struct Row {
     pub combination: usize,
     /// Number of the choice of poses ([`crate::study::Combination::choice`]).
     pub choice: usize,
-    /// Number of the choice of representations ([`crate::study::Combination::interpretations`]).
-    pub interpretation: usize,
+    /// Number of the choice of representations ([`crate::study::Combination::representations`]).
+    pub representation: usize,
     /// Index of the region.
     pub region: usize,
     /// What was right and wrong.
@@ -42,7 +42,7 @@ pub struct Row {
 impl Row {
     /// Its place in study order.
     fn place(&self) -> [usize; 7] {
-        let Row { scene, snapshot, repeat, combination, choice, interpretation, region, .. } = *self;
-        [scene, snapshot, repeat, combination, choice, interpretation, region]
+        let Row { scene, snapshot, repeat, combination, choice, representation, region, .. } = *self;
+        [scene, snapshot, repeat, combination, choice, representation, region]
     }
 }

@@ -15,9 +15,9 @@ use std::collections::{HashSet, VecDeque};
 use std::sync::Arc;
 
 use super::Row;
-use super::evidence::{Batch, FirstHitSlots, Store};
-use crate::backend::{Backend, Cell, Rays};
-use crate::results::{Ask, layout_of};
+use super::evidence::{BatchSize, FirstHitSlots, Store};
+use crate::backend::{Backend, Rays, VoxelScene};
+use crate::results::{PoseChoice, layout_of};
 use crate::study::Study;
 use crate::voxel::region::window_of;
 use crate::world::{World, ray_tables_of};
@@ -29,10 +29,10 @@ pub trait Ledger {
     fn begins(&mut self, _: &World) {}
 
     /// Whether the rows of a choice are wanted, in one repeat of a world.
-    fn wants(&self, world: &World, repeat: usize, ask: &Ask) -> bool;
+    fn wants(&self, world: &World, repeat: usize, pose_choice: &PoseChoice) -> bool;
 
-    /// Takes the rows of some choices in one repeat of a world: choice by choice, interpretation by
-    /// interpretation, region by region.
+    /// Takes the rows of some choices in one repeat of a world: choice by choice, representation by
+    /// representation, region by region.
     fn take(&mut self, rows: &[Row]) -> Result<()>;
 
     /// Whether nothing more is to be begun.
@@ -43,7 +43,7 @@ pub trait Ledger {
 
 /// A ledger that wants everything and keeps it in memory.
 impl Ledger for Vec<Row> {
-    fn wants(&self, _: &World, _: usize, _: &Ask) -> bool {
+    fn wants(&self, _: &World, _: usize, _: &PoseChoice) -> bool {
         true
     }
 
@@ -54,59 +54,59 @@ impl Ledger for Vec<Row> {
 }
 
 /// Scores every choice of every combination in every scene, rows in study order: scene, snapshot, repeat,
-/// combination, choice, interpretation, region. For studies whose rows fit memory.
+/// combination, choice, representation, region. For studies whose rows fit memory.
 pub fn run(study: &Study, worlds: &[World], backend: &mut dyn Backend) -> Result<Vec<Row>> {
-    let asks: Vec<Ask> = layout_of(study).all_asks().collect();
-    run_some(study, worlds, &asks, backend)
+    let pose_choices: Vec<PoseChoice> = layout_of(study).all_choices().collect();
+    run_some(study, worlds, &pose_choices, backend)
 }
 
 /// [`run`], of some choices.
 pub(super) fn run_some(
     study: &Study,
     worlds: &[World],
-    asks: &[Ask],
+    pose_choices: &[PoseChoice],
     backend: &mut dyn Backend,
 ) -> Result<Vec<Row>> {
     let mut rows = Vec::new();
-    run_asks(study, worlds, asks, Batch::FULL, backend, &mut rows)?;
+    run_choices(study, worlds, pose_choices, BatchSize::FULL, backend, &mut rows)?;
     rows.sort_by_key(Row::place);
     Ok(rows)
 }
 
 /// Scores what a ledger wants of some choices, as it comes.
-pub fn run_asks(
+pub fn run_choices(
     study: &Study,
     worlds: &[World],
-    asks: &[Ask],
-    batch: Batch,
+    pose_choices: &[PoseChoice],
+    batch: BatchSize,
     backend: &mut dyn Backend,
     ledger: &mut dyn Ledger,
 ) -> Result<()> {
     let mut members = HashSet::new();
-    for of_one in asks.chunk_by(|a, b| a.combination == b.combination) {
+    for of_one in pose_choices.chunk_by(|a, b| a.combination == b.combination) {
         members.extend(study.combinations[of_one[0].combination].members.iter().map(|member| member.sensor));
     }
     let tables = ray_tables_of(study, |sensor| members.contains(&sensor));
     backend.tables(&tables.iter().flatten().cloned().collect::<Vec<_>>())?;
     for snapshots in worlds.chunk_by(|a, b| a.scene == b.scene) {
-        let wanted = |world: &World, ask: &Ask, ledger: &dyn Ledger| {
-            (0..study.repeats as usize).any(|repeat| ledger.wants(world, repeat, ask))
+        let wanted = |world: &World, pose_choice: &PoseChoice, ledger: &dyn Ledger| {
+            (0..study.repeats as usize).any(|repeat| ledger.wants(world, repeat, pose_choice))
         };
-        let mut left: Vec<Ask> = asks.to_vec();
-        left.retain(|ask| snapshots.iter().any(|world| wanted(world, ask, ledger)));
+        let mut left: Vec<PoseChoice> = pose_choices.to_vec();
+        left.retain(|pose_choice| snapshots.iter().any(|world| wanted(world, pose_choice, ledger)));
         let mut left = left.as_slice();
         while !left.is_empty() {
             // To a backend, other numbers for first hits are another layer.
             let still = snapshots[0].still.as_ref().map(|still| Arc::new(still.as_ref().clone()));
-            let mut group: Option<(&[Ask], FirstHitSlots)> = None;
+            let mut group: Option<(&[PoseChoice], FirstHitSlots)> = None;
             for world in snapshots {
                 let some = group.as_ref().map_or(left, |(group, _)| *group);
-                if !some.iter().any(|ask| wanted(world, ask, ledger)) {
+                if !some.iter().any(|pose_choice| wanted(world, pose_choice, ledger)) {
                     continue;
                 }
                 ledger.begins(world);
-                let cell = world.cell(window_of(&world.regions));
-                backend.load(&Cell { still: still.clone(), ..cell })?;
+                let scene = world.scene(window_of(&world.regions));
+                backend.load(&VoxelScene { still: still.clone(), ..scene })?;
                 let first = || first_group(study, snapshots, &tables, left, backend.first_hit_slots());
                 let (group, first_hits) = group.get_or_insert_with(first);
                 let store = Store::new(study, world, &tables, first_hits, backend.slots(), batch);
@@ -127,12 +127,12 @@ fn first_group<'a>(
     study: &Study,
     snapshots: &[World],
     tables: &[Option<Rays>],
-    asks: &'a [Ask],
+    pose_choices: &'a [PoseChoice],
     places: usize,
-) -> (&'a [Ask], FirstHitSlots) {
+) -> (&'a [PoseChoice], FirstHitSlots) {
     let mut first_hits = FirstHitSlots::new();
     if places == 0 || snapshots.len() < 2 {
-        return (asks, first_hits);
+        return (pose_choices, first_hits);
     }
     let stays = |&(sensor, candidate): &(usize, usize)| {
         let setting = |world: &World| world.settings[sensor][candidate];
@@ -140,13 +140,13 @@ fn first_group<'a>(
             && study.sensors[sensor].kind.calibration().is_none()
             && snapshots.iter().all(|world| setting(world) == setting(&snapshots[0]))
     };
-    for (count, ask) in asks.iter().enumerate() {
-        let combination = &study.combinations[ask.combination];
+    for (count, pose_choice) in pose_choices.iter().enumerate() {
+        let combination = &study.combinations[pose_choice.combination];
         let members = combination.members.iter().map(|member| member.sensor);
-        let all = members.zip(combination.choice(ask.choice)).filter(stays);
+        let all = members.zip(combination.choice(pose_choice.choice)).filter(stays);
         let new: Vec<_> = all.filter(|key| !first_hits.contains_key(key)).collect();
         if count > 0 && first_hits.len() + new.len() > places {
-            return (&asks[..count], first_hits);
+            return (&pose_choices[..count], first_hits);
         }
         // More than fit even for one choice are cast each time.
         for key in new {
@@ -155,71 +155,82 @@ fn first_group<'a>(
             }
         }
     }
-    (asks, first_hits)
+    (pose_choices, first_hits)
 }
 
 /// Choices of one combination whose counts are asked for.
-struct Question {
+struct CountRequest {
     repeat: usize,
-    asks: Vec<Ask>,
+    pose_choices: Vec<PoseChoice>,
     jobs: usize,
 }
 
 /// Scores what is wanted of some choices in one world, in every repeat, as many at a time as their evidence
 /// fits the backend.
-fn score(mut store: Store, asks: &[Ask], backend: &mut dyn Backend, ledger: &mut dyn Ledger) -> Result<()> {
+fn score(
+    mut store: Store,
+    pose_choices: &[PoseChoice],
+    backend: &mut dyn Backend,
+    ledger: &mut dyn Ledger,
+) -> Result<()> {
     let study = store.study;
-    let ways: Vec<_> =
-        study.combinations.iter().map(|combination| combination.interpretations(&study.sensors)).collect();
-    let mut open: VecDeque<Question> = VecDeque::new();
+    let representations: Vec<_> =
+        study.combinations.iter().map(|combination| combination.representations(&study.sensors)).collect();
+    let mut open: VecDeque<CountRequest> = VecDeque::new();
     for repeat in 0..study.repeats as usize {
-        let mut wanted = asks.to_vec();
-        wanted.retain(|ask| ledger.wants(store.world, repeat, ask));
+        let mut wanted = pose_choices.to_vec();
+        wanted.retain(|pose_choice| ledger.wants(store.world, repeat, pose_choice));
         let mut left = wanted.as_slice();
         while !left.is_empty() && !ledger.enough() {
             let batch;
             (batch, left) = left.split_at(store.gather(left, repeat, backend)?);
             let before = open.len();
-            // One rule of fusion a question; combinations follow each other, so this rarely cuts a batch.
+            // One rule of fusion a request; combinations follow each other, so this rarely cuts a batch.
             for of_one in batch.chunk_by(|a, b| a.combination == b.combination) {
                 let combination = of_one[0].combination;
-                let ways = ways[combination].iter();
-                let jobs = of_one.iter().flat_map(|ask| ways.clone().map(move |way| (ask, way)));
-                let jobs: Vec<_> = jobs.map(|(ask, way)| store.readings(ask, repeat, way)).collect();
-                backend.ask(study.combinations[combination].fusion, &jobs)?;
-                open.push_back(Question { repeat, asks: of_one.to_vec(), jobs: jobs.len() });
+                let representations = representations[combination].iter();
+                let jobs = of_one
+                    .iter()
+                    .flat_map(|pose_choice| representations.clone().map(move |way| (pose_choice, way)));
+                let jobs: Vec<_> =
+                    jobs.map(|(pose_choice, way)| store.readings(pose_choice, repeat, way)).collect();
+                backend.submit(study.combinations[combination].fusion, &jobs)?;
+                open.push_back(CountRequest { repeat, pose_choices: of_one.to_vec(), jobs: jobs.len() });
             }
-            for question in open.drain(..before) {
-                answer(store.world, &question, backend, ledger)?;
+            for request in open.drain(..before) {
+                answer(store.world, &request, backend, ledger)?;
             }
         }
     }
-    open.iter().try_for_each(|question| answer(store.world, question, backend, ledger))
+    open.iter().try_for_each(|request| answer(store.world, request, backend, ledger))
 }
 
-/// Gives the rows of the oldest open question to the ledger.
+/// Gives the rows of the oldest open request to the ledger.
 fn answer(
     world: &World,
-    question: &Question,
+    request: &CountRequest,
     backend: &mut dyn Backend,
     ledger: &mut dyn Ledger,
 ) -> Result<()> {
-    let scored = backend.answer()?;
+    let scored = backend.receive()?;
     let regions = world.regions.len();
-    if scored.len() != question.jobs || scored.iter().any(|of_regions| of_regions.len() != regions) {
-        let what = format!("answered for {} of {} choices", scored.len(), question.jobs);
+    if scored.len() != request.jobs || scored.iter().any(|of_regions| of_regions.len() != regions) {
+        let what = format!("answered for {} of {} choices", scored.len(), request.jobs);
         return Err(Error::Device(format!("backend {}: {what}", backend.name())));
     }
-    let ways = question.jobs / question.asks.len();
-    let named = question.asks.iter().flat_map(|ask| (0..ways).map(move |way| (ask, way)));
-    let rows = named.zip(scored).flat_map(|((ask, interpretation), of_regions)| {
+    let representations = request.jobs / request.pose_choices.len();
+    let named = request
+        .pose_choices
+        .iter()
+        .flat_map(|pose_choice| (0..representations).map(move |way| (pose_choice, way)));
+    let rows = named.zip(scored).flat_map(|((pose_choice, representation), of_regions)| {
         of_regions.into_iter().enumerate().map(move |(region, counts)| Row {
             scene: world.scene,
             snapshot: world.snapshot,
-            repeat: question.repeat,
-            combination: ask.combination,
-            choice: ask.choice,
-            interpretation,
+            repeat: request.repeat,
+            combination: pose_choice.combination,
+            choice: pose_choice.choice,
+            representation,
             region,
             counts,
         })

@@ -3,15 +3,15 @@
 use std::collections::HashSet;
 use std::time::Instant;
 
-use super::Batch;
+use super::BatchSize;
 use super::Ledger;
 use super::Row;
 use super::compare::spread;
-use super::run_asks;
+use super::run_choices;
 use crate::Result;
-use crate::backend::{Backend, Placement, Rays};
+use crate::backend::{Backend, GridPose, Rays};
 use crate::march::{BLIND, End, LEFT, NEVER, RETURN, crossings, direction_q16, start};
-use crate::results::{Ask, layout_of};
+use crate::results::{PoseChoice, layout_of};
 use crate::study::Study;
 use crate::voxel::region::window_of;
 use crate::world::{World, ray_tables_of};
@@ -33,7 +33,7 @@ const IN_A_ROW_S: f64 = 1.5;
 
 /// How the rays of a sensor ended, at some of its poses.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub struct Ends {
+pub struct EndCounts {
     /// Poses that were cast, each moment for itself.
     pub poses: u64,
     /// Rays that hit something within their range.
@@ -46,7 +46,7 @@ pub struct Ends {
     pub left: u64,
 }
 
-impl Ends {
+impl EndCounts {
     /// All rays that were looked at.
     pub fn rays(&self) -> u64 {
         self.returns + self.too_near + self.too_far + self.left
@@ -58,14 +58,19 @@ impl Ends {
 ///
 /// # Errors
 /// When the backend fails.
-pub fn ends(study: &Study, worlds: &[World], poses: usize, backend: &mut dyn Backend) -> Result<Vec<Ends>> {
-    let mut all = vec![Ends::default(); study.sensors.len()];
+pub fn ends(
+    study: &Study,
+    worlds: &[World],
+    poses: usize,
+    backend: &mut dyn Backend,
+) -> Result<Vec<EndCounts>> {
+    let mut all = vec![EndCounts::default(); study.sensors.len()];
     let looked_at = spread(SENSORS, study.sensors.len());
     let tables = ray_tables_of(study, |sensor| looked_at.binary_search(&sensor).is_ok());
     backend.tables(&tables.iter().flatten().cloned().collect::<Vec<_>>())?;
     for moment in spread(MOMENTS, worlds.len()) {
         let world = &worlds[moment];
-        backend.load(&world.cell(window_of(&world.regions)))?;
+        backend.load(&world.scene(window_of(&world.regions)))?;
         let casting = (0..tables.len()).filter_map(|sensor| Some((sensor, tables[sensor].as_ref()?)));
         for (number, (sensor, rays)) in casting.enumerate() {
             for candidate in spread(poses, study.sensors[sensor].candidates.len()) {
@@ -78,7 +83,7 @@ pub fn ends(study: &Study, worlds: &[World], poses: usize, backend: &mut dyn Bac
     Ok(all)
 }
 
-fn add(all: &mut Ends, rays: &Rays, placement: &Placement, ends: &[End]) {
+fn add(all: &mut EndCounts, rays: &Rays, placement: &GridPose, ends: &[End]) {
     all.poses += 1;
     let step = rays.dirs_q15.len().div_ceil(RAYS).max(1);
     for (dir_q15, end) in rays.dirs_q15.iter().zip(ends).step_by(step) {
@@ -93,7 +98,7 @@ fn add(all: &mut Ends, rays: &Rays, placement: &Placement, ends: &[End]) {
 }
 
 /// Where a ray would have crossed the next boundary: within its range only if that led out of the grid.
-fn next_after_q16(placement: &Placement, dir_q15: [i32; 3], end: &End) -> u32 {
+fn next_after_q16(placement: &GridPose, dir_q15: [i32; 3], end: &End) -> u32 {
     let dir_q16 = std::array::from_fn(|r| direction_q16(placement.axis_q15[r], dir_q15));
     let mut after = crossings(start(placement.origin_q16, dir_q16)).skip(end.crossings as usize);
     after.next().map_or(NEVER, |crossing| crossing.t_q16)
@@ -120,14 +125,14 @@ pub fn seconds(
     checker: Option<Checker>,
 ) -> Result<f64> {
     let layout = layout_of(study);
-    let all = layout.asks();
+    let all = layout.pose_choices();
     let timed = spread(COMBINATIONS, study.combinations.len());
     let sizes = timed.into_iter().map(|c| (c, study.combinations[c].choices())).collect::<Vec<_>>();
     let most_asks: usize = sizes.iter().map(|(_, choices)| choices).sum();
-    let some = |which: &dyn Fn(usize) -> Vec<usize>| -> Vec<Ask> {
+    let some = |which: &dyn Fn(usize) -> Vec<usize>| -> Vec<PoseChoice> {
         let sizes = sizes.iter().copied();
         let of_one = |(combination, choices)| {
-            which(choices).into_iter().map(move |choice| Ask { combination, choice })
+            which(choices).into_iter().map(move |choice| PoseChoice { combination, choice })
         };
         sizes.flat_map(of_one).collect()
     };
@@ -155,8 +160,9 @@ pub fn seconds(
         }
         most *= 4;
     }
-    let beyond = |asks: &[Ask]| {
-        [poses(study, asks) - poses(study, &first), asks.len() - first.len()].map(|count| count as f64)
+    let beyond = |pose_choices: &[PoseChoice]| {
+        [poses(study, pose_choices) - poses(study, &first), pose_choices.len() - first.len()]
+            .map(|count| count as f64)
     };
     let each = both([beyond(&apart), beyond(&in_a_row)], [apart_s - ready_s, in_a_row_s - ready_s]);
     let members = study.combinations.iter().flat_map(|combination| &combination.members);
@@ -196,9 +202,14 @@ fn rows_of(most: usize, choices: usize) -> Vec<usize> {
 }
 
 /// How long some choices take in these worlds.
-fn took_s(study: &Study, worlds: &[World], asks: &[Ask], backend: &mut dyn Backend) -> Result<f64> {
+fn took_s(
+    study: &Study,
+    worlds: &[World],
+    pose_choices: &[PoseChoice],
+    backend: &mut dyn Backend,
+) -> Result<f64> {
     let begin = Instant::now();
-    run_asks(study, worlds, asks, Batch::FULL, backend, &mut Forgetful)?;
+    run_choices(study, worlds, pose_choices, BatchSize::FULL, backend, &mut Forgetful)?;
     Ok(begin.elapsed().as_secs_f64())
 }
 
@@ -222,20 +233,20 @@ fn both([a, b]: [[f64; 2]; 2], took_s: [f64; 2]) -> [f64; 2] {
 }
 
 /// How many different poses some choices have, each sensor for itself.
-fn poses(study: &Study, asks: &[Ask]) -> usize {
-    let of = |ask: &Ask| {
-        let combination = &study.combinations[ask.combination];
+fn poses(study: &Study, pose_choices: &[PoseChoice]) -> usize {
+    let of = |pose_choice: &PoseChoice| {
+        let combination = &study.combinations[pose_choice.combination];
         let sensors = combination.members.iter().map(|member| member.sensor);
-        sensors.zip(combination.choice(ask.choice)).collect::<Vec<_>>()
+        sensors.zip(combination.choice(pose_choice.choice)).collect::<Vec<_>>()
     };
-    asks.iter().flat_map(of).collect::<HashSet<_>>().len()
+    pose_choices.iter().flat_map(of).collect::<HashSet<_>>().len()
 }
 
 /// Wants everything and keeps nothing.
 struct Forgetful;
 
 impl Ledger for Forgetful {
-    fn wants(&self, _: &World, _: usize, _: &Ask) -> bool {
+    fn wants(&self, _: &World, _: usize, _: &PoseChoice) -> bool {
         true
     }
 

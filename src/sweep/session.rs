@@ -8,16 +8,16 @@
 use std::path::{Path, PathBuf};
 use std::time::{Instant, SystemTime, UNIX_EPOCH};
 
-use super::Crew;
-use super::Gear;
+use super::BackendFactory;
+use super::Fallback;
 use super::Row;
-use super::book::{Book, Done, Watch};
 use super::check::{AT_LEAST, Picked};
-use super::shift::{Shift, Timings};
+use super::checkpoint::{Checkpoint, Done, Watch};
+use super::worker::{Timings, Worker};
 use crate::results::files::{JOURNAL, MANIFEST, OutputFolder};
-use crate::results::journal::{Header, Journal, Locked, Pages, Shard, Unfit};
+use crate::results::journal::{Journal, JournalHeader, Locked, Pages, Shard, Unfit};
 use crate::results::manifest::{KILLED, Manifest, Run};
-use crate::results::{Ask, Layout, columns, layout_of, places_of};
+use crate::results::{Layout, PoseChoice, columns, layout_of, places_of};
 use crate::study::Study;
 use crate::world::World;
 use crate::{Error, Result};
@@ -28,7 +28,7 @@ pub struct Session<'a> {
     worlds: &'a [World],
     folder: OutputFolder,
     layout: Layout,
-    asks: Vec<Ask>,
+    pose_choices: Vec<PoseChoice>,
     journal: Journal,
     manifest: Manifest,
     done: Done,
@@ -47,7 +47,7 @@ pub enum Ending {
 
 /// What a run did.
 #[derive(Clone, Debug)]
-pub struct Report {
+pub struct RunReport {
     /// How it ended.
     pub ending: Ending,
     /// What the manifest says of it.
@@ -83,18 +83,18 @@ impl<'a> Session<'a> {
                 "--shard {}/{}: the study has {} choices of poses, at most so many shards have work",
                 shard.number,
                 shard.of,
-                layout.asks()
+                layout.pose_choices()
             )));
         }
         let folder = OutputFolder::open(path)?;
         folder.spare(&study.sources)?;
         let mut manifest = Manifest::new(study, worlds, shard, command);
-        let header = Header {
+        let header = JournalHeader {
             fingerprint: manifest.fingerprint(),
             shard,
             blocks: layout.blocks() as u64,
             block_rows: layout.block_rows(),
-            kept: layout.rows_of_asks(&places),
+            kept: layout.rows_of_choices(&places),
         };
         let locked = Locked::open(path)?;
         folder.tidy();
@@ -111,7 +111,7 @@ impl<'a> Session<'a> {
             (false, Err(unfit)) => {
                 let cure = match unfit {
                     Unfit::Damaged => "--restart begins anew",
-                    Unfit::Format(_) => "name another folder",
+                    Unfit::TableFormat(_) => "name another folder",
                     Unfit::Foreign => "name another folder, or move it away",
                 };
                 return Err(Error::input(path.join(JOURNAL).display(), format!("{unfit}; {cure}")));
@@ -131,13 +131,13 @@ impl<'a> Session<'a> {
         };
         folder.write("poses.csv", &columns::poses_csv(study, &worlds[0]))?;
         folder.write(MANIFEST, &manifest.bytes())?;
-        let asks = layout.all_asks().skip(places.start).take(places.len()).collect();
-        Ok(Session { study, worlds, folder, layout, asks, journal, manifest, done, damaged })
+        let pose_choices = layout.all_choices().skip(places.start).take(places.len()).collect();
+        Ok(Session { study, worlds, folder, layout, pose_choices, journal, manifest, done, damaged })
     }
 
     /// How many choices there are to score, each snapshot of a scene and each repeat for itself.
     pub fn total(&self) -> u64 {
-        (self.layout.blocks() * self.asks.len()) as u64
+        (self.layout.blocks() * self.pose_choices.len()) as u64
     }
 
     /// How many of them are finished.
@@ -153,18 +153,18 @@ impl<'a> Session<'a> {
     /// `Error::Device` if no backend can do the work. But for the first, what is finished is kept.
     pub fn run(
         &mut self,
-        crew: &mut dyn Crew,
+        backends: &mut dyn BackendFactory,
         verify: u64,
         prepare_s: f64,
         watch: &mut dyn Watch,
-    ) -> Result<Report> {
+    ) -> Result<RunReport> {
         let begin = Instant::now();
         let began_unix_s = SystemTime::now().duration_since(UNIX_EPOCH).map_or(0, |since| since.as_secs());
-        let backend = crew.open(Gear::Full)?;
+        let backend = backends.open(Fallback::None)?;
         let (name, device) = (backend.name(), backend.device());
-        let doubts = crew.is_doubted();
+        let doubts = backends.needs_check();
         let unchecked = self.unchecked(verify)?;
-        let doubted = match (doubts && verify > 0, unchecked.is_empty()) {
+        let unchecked = match (doubts && verify > 0, unchecked.is_empty()) {
             (true, _) => Some(Picked::one_in(verify).and(unchecked)),
             (false, false) => Some(Picked::these(unchecked)),
             (false, true) => None,
@@ -184,7 +184,7 @@ impl<'a> Session<'a> {
         };
         self.manifest.provenance.runs.push(run.clone());
         self.folder.write(MANIFEST, &self.manifest.bytes())?;
-        let mut book = Book {
+        let mut checkpoint = Checkpoint {
             layout: &self.layout,
             moments: moments(self.study),
             journal: &mut self.journal,
@@ -192,26 +192,26 @@ impl<'a> Session<'a> {
             watch,
             stopped: None,
             entered: None,
-            doubted,
+            unchecked,
             finished: 0,
         };
-        let mut shift = Shift {
+        let mut worker = Worker {
             study: self.study,
             worlds: self.worlds,
-            asks: &self.asks,
+            pose_choices: &self.pose_choices,
             folder: self.folder.path(),
-            crew,
+            backends,
             faults: Vec::new(),
             verified: 0,
             checker: None,
         };
-        let ended = shift.work(backend, &mut book);
-        let (stopped, finished) = (book.stopped.take(), book.finished);
+        let ended = worker.work(backend, &mut checkpoint);
+        let (stopped, finished) = (checkpoint.stopped.take(), checkpoint.finished);
         let synced = self.journal.sync();
         let sweep_s = begin.elapsed().as_secs_f64();
         (run.sweep_s, run.poses) = (Some(sweep_s), Some(finished));
         run.poses_per_s = Some(finished as f64 / sweep_s.max(1e-9));
-        (run.verified, run.faults) = (Some(shift.verified), Some(shift.faults));
+        (run.verified, run.faults) = (Some(worker.verified), Some(worker.faults));
         run.ended = match (&ended, &stopped) {
             (Err(e), _) => e.to_string(),
             (Ok(_), Some(why)) => why.clone(),
@@ -229,7 +229,7 @@ impl<'a> Session<'a> {
         } else {
             Ending::Stopped(stopped.unwrap_or_default())
         };
-        Ok(Report { ending, run, timings })
+        Ok(RunReport { ending, run, timings })
     }
 
     /// Whether rows may be there that were counted by a device and never checked: its run was killed.
@@ -246,15 +246,15 @@ impl<'a> Session<'a> {
         let mut seen = 0;
         for world in self.worlds {
             let moment = moments(self.study)[world.scene] + world.snapshot;
-            for (repeat, ask) in
-                (0..self.study.repeats as usize).flat_map(|r| self.asks.iter().map(move |a| (r, a)))
+            for (repeat, pose_choice) in
+                (0..self.study.repeats as usize).flat_map(|r| self.pose_choices.iter().map(move |a| (r, a)))
             {
                 let block = self.layout.block(moment, repeat);
-                if !self.done.has(block, self.layout.place(ask)) {
+                if !self.done.has(block, self.layout.place(pose_choice)) {
                     continue;
                 }
                 if seen < AT_LEAST || seen % verify == 0 {
-                    picked.push(self.rows(world, repeat, ask)?);
+                    picked.push(self.rows(world, repeat, pose_choice)?);
                 }
                 seen += 1;
             }
@@ -263,19 +263,19 @@ impl<'a> Session<'a> {
     }
 
     /// The rows of a finished choice.
-    fn rows(&self, world: &World, repeat: usize, ask: &Ask) -> Result<Vec<Row>> {
+    fn rows(&self, world: &World, repeat: usize, pose_choice: &PoseChoice) -> Result<Vec<Row>> {
         let moment = moments(self.study)[world.scene] + world.snapshot;
         let first = self.layout.block(moment, repeat) as u64 * self.layout.block_rows();
-        let within = self.layout.rows_of_ask(ask);
+        let within = self.layout.rows_of_choice(pose_choice);
         let counts = self.journal.counts(first + within.start..first + within.end)?;
         let regions = self.study.regions.len();
         let row = |(number, counts)| Row {
             scene: world.scene,
             snapshot: world.snapshot,
             repeat,
-            combination: ask.combination,
-            choice: ask.choice,
-            interpretation: number / regions,
+            combination: pose_choice.combination,
+            choice: pose_choice.choice,
+            representation: number / regions,
             region: number % regions,
             counts,
         };
@@ -299,7 +299,7 @@ fn moments(study: &Study) -> Vec<usize> {
 }
 
 /// Why a folder cannot be gone on with.
-fn another(path: &Path, found: &Header, header: &Header, manifest: &Manifest) -> Error {
+fn another(path: &Path, found: &JournalHeader, header: &JournalHeader, manifest: &Manifest) -> Error {
     let cure = "name another folder, or begin anew with --restart (what is finished there is then lost)";
     if found.fingerprint == header.fingerprint {
         let Shard { number, of } = found.shard;

@@ -9,7 +9,7 @@ use crate::{Error, Result};
 
 /// Which choice, in which scene; what is not said is the first there is.
 #[derive(Clone, Debug, Default)]
-pub struct Wanted {
+pub struct Names {
     /// As in the column `poses` of results.csv; of a sensor that is scored alone, the pose's own name will
     /// do.
     pub poses: String,
@@ -27,7 +27,7 @@ pub struct Wanted {
 
 /// Finds the world (of those of the study, or at least of the scene) and the choice; names what there is
 /// where something is not.
-pub fn find<'w>(study: &Study, worlds: &'w [World], wanted: &Wanted) -> Result<(&'w World, Choice)> {
+pub fn find<'w>(study: &Study, worlds: &'w [World], wanted: &Names) -> Result<(&'w World, Choice)> {
     let all: Vec<ChoiceNames> = study.combinations.iter().map(|c| choice_names(study, c)).collect();
     let found = find_choices(&all, &wanted.poses, wanted.combination.as_deref())?;
     let (combination, choice) = found[0];
@@ -52,7 +52,7 @@ pub fn find<'w>(study: &Study, worlds: &'w [World], wanted: &Wanted) -> Result<(
 }
 
 /// Finds the scene alone, which has such a snapshot.
-pub fn find_scene(study: &Study, wanted: &Wanted) -> Result<usize> {
+pub fn find_scene(study: &Study, wanted: &Names) -> Result<usize> {
     let scenes: Vec<_> = study.scenes.iter().map(|scene| scene.name.as_str()).collect();
     let scene = match &wanted.scene {
         None => 0,

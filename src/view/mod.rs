@@ -14,15 +14,15 @@ pub mod why;
 use std::sync::Arc;
 
 use crate::Result;
-use crate::backend::{Backend, Evidence, Placement, Planes, Rays, fused};
+use crate::backend::{Backend, Evidence, GridPose, Planes, Rays, fused};
 use crate::metrics::Confusion;
 use crate::sensor::{Claim, Station};
 use crate::study::Study;
 use crate::voxel::{BitGrid, Truth};
 use crate::world::{World, ray_tables};
-pub use find::{Wanted, find, find_scene};
+pub use find::{Names, find, find_scene};
 pub use outline::Outline;
-pub use returns::Return;
+pub use returns::ReturnPoint;
 
 /// What is looked at; numbers are those of the study.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -31,7 +31,7 @@ pub struct Choice {
     pub combination: usize,
     /// Number of the choice of poses ([`crate::study::Combination::choice`]).
     pub choice: usize,
-    /// Number of the choice of representations ([`crate::study::Combination::interpretations`]).
+    /// Number of the choice of representations ([`crate::study::Combination::representations`]).
     pub representation: usize,
     /// Which repeat, counted from 0.
     pub repeat: usize,
@@ -39,13 +39,13 @@ pub struct Choice {
 
 /// What a sensor of a choice does.
 #[derive(Clone, Debug)]
-pub struct Member {
+pub struct SensorView {
     /// Index of the sensor.
     pub sensor: usize,
     /// Index of its candidate.
     pub candidate: usize,
     /// Where it stands in the grid; at the origin if it has no pose.
-    pub placement: Placement,
+    pub placement: GridPose,
     /// What its rays tell, if it casts any in this representation: planes over the grid, and how each ray
     /// ended.
     pub cast: Option<Evidence>,
@@ -67,7 +67,7 @@ pub struct View<'a> {
     /// What is looked at.
     pub choice: Choice,
     /// Its sensors, in the order they speak.
-    pub members: Vec<Member>,
+    pub members: Vec<SensorView>,
     /// What they say together, over the grid; no voxel is occupied and free, and what is neither is unknown.
     pub labels: Planes,
     /// The rays of the study's sensors.
@@ -123,16 +123,16 @@ impl<'a, 'b> Viewer<'a, 'b> {
         let grid = world.grid.window();
         if !self.loaded.is_some_and(|loaded| std::ptr::eq(loaded, world)) {
             self.loaded = None;
-            self.backend.load(&world.cell(grid))?;
+            self.backend.load(&world.scene(grid))?;
             self.loaded = Some(world);
         }
         let (study, tables, truth) = (self.study, &self.tables, world.truth());
         let combination = &study.combinations[choice.combination];
         let candidates = combination.choice(choice.choice);
-        let ways = combination.interpretations(&study.sensors).swap_remove(choice.representation);
+        let representations = combination.representations(&study.sensors).swap_remove(choice.representation);
         let mut members = Vec::new();
         let mut voices = Vec::new();
-        for ((member, candidate), way) in combination.members.iter().zip(candidates).zip(ways) {
+        for ((member, candidate), way) in combination.members.iter().zip(candidates).zip(representations) {
             let (sensor, kind) = (member.sensor, &study.sensors[member.sensor].kind);
             let station = Station {
                 rays: tables[sensor].as_ref(),
@@ -152,7 +152,7 @@ impl<'a, 'b> Viewer<'a, 'b> {
             }
             voices.push((says.clone(), kind.log_odds(way)));
             let presence = kind.feels_presence(way);
-            members.push(Member { sensor, candidate, placement, cast, says, presence });
+            members.push(SensorView { sensor, candidate, placement, cast, says, presence });
         }
         let labels = fused(grid, combination.fusion, &voices);
         Ok(View { study, world, truth, choice, members, labels, tables: tables.clone() })
@@ -206,11 +206,11 @@ impl<'a> View<'a> {
 
     /// The counts in a region, as a sweep has them.
     pub fn counts(&self, region: usize) -> Confusion {
-        let cells = &*self.world.regions[region].cells;
+        let of_region = &*self.world.regions[region].voxels;
         let truth = &self.truth;
         let count = |verdict: Verdict, of: Option<&BitGrid>| {
             let mut voxels = self.voxels(verdict);
-            [Some(cells), of].into_iter().flatten().for_each(|plane| voxels.keep(plane));
+            [Some(of_region), of].into_iter().flatten().for_each(|plane| voxels.keep(plane));
             voxels.count()
         };
         let mut counts = Verdict::ALL.map(|verdict| count(verdict, None)).to_vec();
@@ -219,7 +219,7 @@ impl<'a> View<'a> {
             counts.extend(all.map(|verdict| count(verdict, Some(of))));
         }
         let sensed = |voxel| self.members.iter().any(|member| member.presence && member.says.hits.get(voxel));
-        let detection = self.world.people.detection(cells, |voxel| self.labels.hits.get(voxel), sensed);
+        let detection = self.world.people.detection(of_region, |voxel| self.labels.hits.get(voxel), sensed);
         Confusion::from_counts(std::array::from_fn(|i| counts[i])).with(detection)
     }
 }

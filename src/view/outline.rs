@@ -3,7 +3,7 @@
 
 use glam::DVec3;
 
-use super::{Member, View};
+use super::{SensorView, View};
 use crate::sensor::Setting;
 use crate::world::ray_table;
 
@@ -24,7 +24,7 @@ pub struct Outline {
 
 impl View<'_> {
     /// The figure of a sensor; `None` if it stands nowhere, or is [`View::grounds`].
-    pub fn outline(&self, member: &Member) -> Option<Outline> {
+    pub fn outline(&self, member: &SensorView) -> Option<Outline> {
         let kind = &self.study.sensors[member.sensor].kind;
         if !kind.prisms().is_empty() {
             return None;
@@ -48,7 +48,7 @@ impl View<'_> {
 
     /// The ground below what a pad or a gate watches, each as its corners in world metres; none for other
     /// sensors.
-    pub fn grounds(&self, member: &Member) -> Vec<Vec<DVec3>> {
+    pub fn grounds(&self, member: &SensorView) -> Vec<Vec<DVec3>> {
         let pose = self.world.settings[member.sensor][member.candidate].pose();
         let prisms = self.study.sensors[member.sensor].kind.prisms();
         prisms.into_iter().map(|prism| prism.footprint_m(&pose)).collect()
@@ -79,7 +79,7 @@ mod tests {
     use super::*;
     use crate::backend::cpu::Cpu;
     use crate::study::{Overrides, Study};
-    use crate::view::{Wanted, find};
+    use crate::view::{Names, find};
     use crate::world::World;
 
     #[test]
@@ -103,7 +103,7 @@ mod tests {
         let world = &World::prepare(&study, 0).unwrap()[0];
         // The pads, at (0, −1.25), are before the robot, which stands nowhere and has neither figure nor
         // ground.
-        let wanted = Wanted { poses: "pads:floor/13/0;robot:known".into(), ..Wanted::default() };
+        let wanted = Names { poses: "pads:floor/13/0;robot:known".into(), ..Names::default() };
         let (_, choice) = find(&study, std::slice::from_ref(world), &wanted).unwrap();
         let view = View::new(&study, world, choice, &mut Cpu::new(Some(1)).unwrap()).unwrap();
         let drawn = view.members.iter().map(|member| (view.outline(member), view.grounds(member)));

@@ -2,14 +2,14 @@
 
 use glam::DVec3;
 
-use super::{Member, View};
+use super::{SensorView, View};
 use crate::march::{self, RETURN};
 use crate::sensor::look::{self, Way};
 use crate::world::ray_table;
 
 /// A return of a ray.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Return {
+pub struct ReturnPoint {
     /// Number of the ray in the sensor's table.
     pub ray: usize,
     /// Where it is read, in world metres: along the ray, as far as the voxel's near side and with the noise
@@ -21,7 +21,7 @@ pub struct Return {
 
 impl View<'_> {
     /// The returns of a sensor's rays, in ray order; none if it casts none.
-    pub fn returns(&self, member: &Member) -> Vec<Return> {
+    pub fn returns(&self, member: &SensorView) -> Vec<ReturnPoint> {
         let (Some(cast), Some(rays)) = (&member.cast, &ray_table(self.study, member.sensor)) else {
             return Vec::new();
         };
@@ -37,7 +37,7 @@ impl View<'_> {
             let begin = from.origin_q16.map(|o| f64::from(o) / 65536.0);
             let at = DVec3::from_array(begin) + DVec3::from_array(along) * voxels;
             let at_m = grid.corner_m([0; 3]) + at * grid.voxel_size_m;
-            Some(Return { ray, at_m, voxel: found.read })
+            Some(ReturnPoint { ray, at_m, voxel: found.read })
         });
         found.collect()
     }

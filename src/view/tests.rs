@@ -24,13 +24,13 @@ fn counts_are_those_of_the_sweep(name: &str, voxel_size_m: f64, every: usize) {
         let choice = Choice {
             combination: row.combination,
             choice: row.choice,
-            representation: row.interpretation,
+            representation: row.representation,
             repeat: row.repeat,
         };
         let view = View::new(&study, world, choice, &mut cpu).unwrap();
         assert_eq!(view.counts(row.region), row.counts, "{name}: {row:?}");
-        let cells = world.regions[row.region].cells.cells().step_by(97);
-        cells.for_each(|cell| assert!(view.voxels(view.verdict(cell)).get(cell)));
+        let voxels = world.regions[row.region].voxels.voxels().step_by(97);
+        voxels.for_each(|voxel| assert!(view.voxels(view.verdict(voxel)).get(voxel)));
     }
 }
 
@@ -53,7 +53,7 @@ fn returns_lie_where_they_are_read() {
             let Some(cast) = &member.cast else { continue };
             let returns = view.returns(member);
             assert_eq!(returns.len(), cast.ends.iter().filter(|end| end.kind == RETURN).count());
-            for Return { at_m, voxel, .. } in &returns {
+            for ReturnPoint { at_m, voxel, .. } in &returns {
                 assert!(cast.planes.occupied.get(*voxel));
                 let grid = &worlds[0].grid;
                 let centre = grid.corner_m(*voxel) + glam::DVec3::splat(grid.voxel_size_m / 2.0);
@@ -70,12 +70,12 @@ fn returns_lie_where_they_are_read() {
 #[test]
 fn a_choice_is_found_by_its_names() {
     let (study, worlds) = shipped("tiny.toml", 0.1);
-    let named = |poses: &str| Wanted { poses: poses.into(), ..Default::default() };
+    let named = |poses: &str| Names { poses: poses.into(), ..Default::default() };
     for combination in 0..study.combinations.len() {
         let spec = &study.combinations[combination];
         for choice in 0..spec.choices() {
             let whole = crate::results::columns::pose_names(&study, spec, choice);
-            let wanted = Wanted { combination: Some(spec.name.clone()), ..named(&whole) };
+            let wanted = Names { combination: Some(spec.name.clone()), ..named(&whole) };
             let (world, found) = find(&study, &worlds, &wanted).unwrap();
             assert_eq!(
                 (world.scene, found),
@@ -84,7 +84,7 @@ fn a_choice_is_found_by_its_names() {
         }
     }
     let known = crate::results::columns::pose_names(&study, &study.combinations[0], 0);
-    let refused = |wanted: Wanted, expected: &str| {
+    let refused = |wanted: Names, expected: &str| {
         let error = find(&study, &worlds, &wanted).unwrap_err().to_string();
         assert!(error.contains(expected), "{error}");
     };
@@ -96,16 +96,16 @@ fn a_choice_is_found_by_its_names() {
         ),
     );
     refused(
-        Wanted { combination: Some("x".into()), ..named(&known) },
+        Names { combination: Some("x".into()), ..named(&known) },
         "--combination x: there is no such one, there are ",
     );
     refused(
-        Wanted { representation: Some("x".into()), ..named(&known) },
+        Names { representation: Some("x".into()), ..named(&known) },
         "--representation x: there is no such one",
     );
-    refused(Wanted { scene: Some("x".into()), ..named(&known) }, "--scene x: there is no such one");
-    refused(Wanted { snapshot: 9, ..named(&known) }, "--snapshot 9: must be from 0 to 0");
-    refused(Wanted { repeat: 9, ..named(&known) }, "--repeat 9: must be from 0 to 0");
+    refused(Names { scene: Some("x".into()), ..named(&known) }, "--scene x: there is no such one");
+    refused(Names { snapshot: 9, ..named(&known) }, "--snapshot 9: must be from 0 to 0");
+    refused(Names { repeat: 9, ..named(&known) }, "--repeat 9: must be from 0 to 0");
 }
 
 #[test]
@@ -113,7 +113,7 @@ fn a_choice_is_found_as_the_study_spells_it_and_else_the_nearest_is_named() {
     let (study, worlds) = shipped("sensors.toml", 0.1);
     let look = |combination: &str, poses: &str| {
         let (poses, combination) = (poses.into(), Some(combination.into()));
-        find(&study, &worlds, &Wanted { poses, combination, ..Default::default() })
+        find(&study, &worlds, &Names { poses, combination, ..Default::default() })
     };
     let found = |combination, poses| look(combination, poses).unwrap().1.choice;
     assert_eq!(found("watch", "Corners /1/0"), found("watch", "watch:corners/1/0"));

@@ -51,10 +51,10 @@ use std::collections::BTreeMap;
 
 use rayon::prelude::*;
 
-use super::{Member, View};
+use super::{SensorView, View};
 use crate::backend::Rays;
 use crate::march::{self, BLIND, RETURN, leap};
-use crate::sensor::Reach;
+use crate::sensor::Extent;
 use crate::sensor::look::Way;
 use crate::voxel::{BitGrid, Truth};
 use sight::{Look, Sight};
@@ -137,7 +137,7 @@ pub struct Missed {
 
 /// How many voxels are unknown for a cause.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Tally {
+pub struct CauseTally {
     /// Why.
     pub cause: Cause,
     /// Those that are truly occupied.
@@ -148,7 +148,7 @@ pub struct Tally {
     pub human: u64,
 }
 
-impl Tally {
+impl CauseTally {
     /// Occupied and free.
     pub fn voxels(&self) -> u64 {
         self.occupied + self.free
@@ -163,11 +163,11 @@ impl View<'_> {
         unknown.remove(&self.labels.occupied);
         unknown.remove(&self.labels.free);
         let witnesses: Vec<_> = self.members.iter().map(|member| Witness::new(self, member)).collect();
-        let cells: Vec<_> = unknown.cells().collect();
-        let causes: Vec<_> = cells.par_iter().map(|&cell| cause(&witnesses, cell)).collect();
+        let voxels: Vec<_> = unknown.voxels().collect();
+        let causes: Vec<_> = voxels.par_iter().map(|&voxel| cause(&witnesses, voxel)).collect();
         let mut planes = BTreeMap::new();
-        for (cell, cause) in cells.into_iter().zip(causes) {
-            planes.entry(cause).or_insert_with(|| BitGrid::new(unknown.window())).set(cell);
+        for (voxel, cause) in voxels.into_iter().zip(causes) {
+            planes.entry(cause).or_insert_with(|| BitGrid::new(unknown.window())).set(voxel);
         }
         planes.into_iter().map(|(cause, plane)| Missed { cause, voxels: plane.trimmed() }).collect()
     }
@@ -178,16 +178,16 @@ impl View<'_> {
     }
 
     /// How many of the missed voxels lie in a region; together, as many as are unknown there.
-    pub fn tally(&self, missed: &[Missed], region: usize) -> Vec<Tally> {
+    pub fn tally(&self, missed: &[Missed], region: usize) -> Vec<CauseTally> {
         let truth = &self.truth;
         let of = |Missed { cause, voxels }: &Missed| {
             let mut inside = voxels.clone();
-            inside.keep(&self.world.regions[region].cells);
+            inside.keep(&self.world.regions[region].voxels);
             let all = inside.count();
             inside.keep(&truth.occupied);
             let occupied = inside.count();
             inside.keep(&truth.human);
-            Tally { cause: *cause, occupied, free: all - occupied, human: inside.count() }
+            CauseTally { cause: *cause, occupied, free: all - occupied, human: inside.count() }
         };
         missed.iter().map(of).filter(|tally| tally.voxels() > 0).collect()
     }
@@ -199,8 +199,8 @@ impl View<'_> {
 }
 
 /// The cause of the sensor that came nearest to knowing a voxel.
-fn cause(witnesses: &[Witness], cell: [i32; 3]) -> Cause {
-    let all = witnesses.iter().map(|witness| witness.cause(cell));
+fn cause(witnesses: &[Witness], voxel: [i32; 3]) -> Cause {
+    let all = witnesses.iter().map(|witness| witness.cause(voxel));
     // Of equals the first, so that the object does not depend on who speaks later.
     let latest = all.reduce(|best, next| if next.reason > best.reason { next } else { best });
     latest.unwrap_or(Cause { reason: Reason::OutOfView, object: None })
@@ -209,7 +209,7 @@ fn cause(witnesses: &[Witness], cell: [i32; 3]) -> Cause {
 /// What a sensor can say of why it does not know a voxel.
 struct Witness<'a> {
     truth: &'a Truth,
-    member: &'a Member,
+    member: &'a SensorView,
     means: Means<'a>,
 }
 
@@ -217,11 +217,11 @@ enum Means<'a> {
     /// By its rays; and how they ended.
     Rays { sight: Sight<'a>, rays: &'a Rays, ends: &'a [march::End] },
     /// By a volume that it speaks of; and what it means that it did not speak of a voxel in it.
-    Volume { cells: BitGrid, otherwise: Reason },
+    Volume { voxels: BitGrid, otherwise: Reason },
 }
 
 impl<'a> Witness<'a> {
-    fn new(view: &'a View, member: &'a Member) -> Self {
+    fn new(view: &'a View, member: &'a SensorView) -> Self {
         let (truth, kind) = (&view.truth, &view.study.sensors[member.sensor].kind);
         let means = match (&member.cast, &view.tables[member.sensor]) {
             (Some(cast), Some(rays)) => {
@@ -234,34 +234,34 @@ impl<'a> Witness<'a> {
                     truth,
                     [member.sensor, member.candidate, view.choice.repeat],
                 );
-                let mut cells = BitGrid::new(truth.grid.window());
-                if let Reach::Only(volume) | Reach::RaysAnd(volume) = kind.reach(&station) {
-                    cells.add(&volume);
+                let mut voxels = BitGrid::new(truth.grid.window());
+                if let Extent::Only(volume) | Extent::RaysAnd(volume) = kind.reach(&station) {
+                    voxels.add(&volume);
                 }
                 if let Some(volume) = kind.wherever_it_stands(truth) {
-                    cells.add(&volume);
+                    voxels.add(&volume);
                 }
                 let says_nothing = member.says.occupied.is_empty() && member.says.free.is_empty();
                 let otherwise = if says_nothing { Reason::Silent } else { Reason::Misread };
-                Means::Volume { cells, otherwise }
+                Means::Volume { voxels, otherwise }
             }
         };
         Witness { truth, member, means }
     }
 
-    fn cause(&self, cell: [i32; 3]) -> Cause {
+    fn cause(&self, voxel: [i32; 3]) -> Cause {
         let because = |reason| Cause { reason, object: None };
-        if self.member.says.occupied.get(cell) || self.member.says.free.get(cell) {
+        if self.member.says.occupied.get(voxel) || self.member.says.free.get(voxel) {
             return because(Reason::Cancelled);
         }
         match &self.means {
-            Means::Volume { cells, otherwise } if cells.get(cell) => because(*otherwise),
+            Means::Volume { voxels, otherwise } if voxels.get(voxel) => because(*otherwise),
             Means::Volume { .. } => because(Reason::OutOfView),
             Means::Rays { sight, rays, ends } => {
-                let Look { in_view, ray, squared_q32 } = sight.look(cell);
+                let Look { in_view, ray, squared_q32 } = sight.look(voxel);
                 let begin = ray.map(|ray| (ray, sight.start(ray)));
                 let crosses =
-                    begin.and_then(|(ray, begin)| Some((ray, begin, leap::entry_q16(&begin, cell)?)));
+                    begin.and_then(|(ray, begin)| Some((ray, begin, leap::entry_q16(&begin, voxel)?)));
                 let range_q16 = rays.gates.range_max_q16;
                 match crosses {
                     None if !in_view => because(Reason::OutOfView),
@@ -270,7 +270,7 @@ impl<'a> Witness<'a> {
                     Some((_, _, entered_q16)) if entered_q16 > range_q16 => because(Reason::OutOfRange),
                     Some((ray, begin, entered_q16)) => {
                         let way = Way::of(&self.member.placement, rays.dirs_q15[ray as usize]);
-                        self.ended(ends[ray as usize].kind, (&begin, way), rays, (cell, entered_q16))
+                        self.ended(ends[ray as usize].kind, (&begin, way), rays, (voxel, entered_q16))
                     }
                 }
             }
@@ -283,7 +283,7 @@ impl<'a> Witness<'a> {
         kind: u32,
         (begin, way): (&march::March, Way),
         rays: &Rays,
-        (cell, entered_q16): ([i32; 3], u32),
+        (voxel, entered_q16): ([i32; 3], u32),
     ) -> Cause {
         if !matches!(kind, BLIND | RETURN) {
             return Cause { reason: Reason::NoReturn, object: None };
@@ -291,11 +291,11 @@ impl<'a> Witness<'a> {
         let from = &self.member.placement;
         let cast = march::start(from.caster().origin_q16, way.truly_q16);
         let (hit, hit_q16) = first_blocker(&self.truth.blockers, &cast, rays.gates.near_ignore_q16);
-        // Rays from one cell cross as many boundaries on their way to another; where a mount is off,
+        // Rays from one voxel cross as many boundaries on their way to another; where a mount is off,
         // distances tell.
-        let crossings = |to: [i32; 3]| (0..3).map(|r| to[r].abs_diff(begin.cell[r])).sum::<u32>();
+        let crossings = |to: [i32; 3]| (0..3).map(|r| to[r].abs_diff(begin.voxel[r])).sum::<u32>();
         let is_before = match from.truly {
-            None => crossings(cell) > crossings(hit),
+            None => crossings(voxel) > crossings(hit),
             Some(_) => entered_q16 > hit_q16,
         };
         let reason = match kind {
@@ -304,7 +304,10 @@ impl<'a> Witness<'a> {
             _ => return Cause { reason: Reason::Misread, object: None },
         };
         let objects = &self.truth.objects;
-        Cause { reason, object: objects.iter().position(|object| object.stops_rays && object.cells.get(hit)) }
+        Cause {
+            reason,
+            object: objects.iter().position(|object| object.stops_rays && object.voxels.get(hit)),
+        }
     }
 }
 
@@ -312,10 +315,10 @@ impl<'a> Witness<'a> {
 /// `near_ignore_q16` is the sensor's housing.
 fn first_blocker(blockers: &BitGrid, begin: &march::March, near_ignore_q16: u32) -> ([i32; 3], u32) {
     let ends = |to: &march::Crossing| {
-        !blockers.window().contains(to.cell) || (to.t_q16 >= near_ignore_q16 && blockers.get(to.cell))
+        !blockers.window().contains(to.voxel) || (to.t_q16 >= near_ignore_q16 && blockers.get(to.voxel))
     };
     let end = march::crossings(*begin).find(ends);
-    end.map_or((begin.cell, 0), |to| (to.cell, to.t_q16))
+    end.map_or((begin.voxel, 0), |to| (to.voxel, to.t_q16))
 }
 
 #[cfg(test)]

@@ -64,23 +64,23 @@ impl BitGrid {
     }
 
     /// Index of a voxel's bit, counting 32 bits a word, or `None` outside the window.
-    pub fn bit_index(&self, cell: [i32; 3]) -> Option<usize> {
-        if !self.window.contains(cell) {
+    pub fn bit_index(&self, voxel: [i32; 3]) -> Option<usize> {
+        if !self.window.contains(voxel) {
             return None;
         }
-        let [x, y, z] = std::array::from_fn(|r| (cell[r] - self.window.min[r]) as usize);
+        let [x, y, z] = std::array::from_fn(|r| (voxel[r] - self.window.min[r]) as usize);
         let row = z * self.window.size[1] as usize + y;
         Some(row * self.words_per_row as usize * 32 + x)
     }
 
     /// Whether a voxel is set; voxels outside the window are not.
-    pub fn get(&self, cell: [i32; 3]) -> bool {
-        self.bit_index(cell).is_some_and(|bit| self.words[bit >> 5] >> (bit & 31) & 1 == 1)
+    pub fn get(&self, voxel: [i32; 3]) -> bool {
+        self.bit_index(voxel).is_some_and(|bit| self.words[bit >> 5] >> (bit & 31) & 1 == 1)
     }
 
     /// Sets a voxel; one outside the window is left alone.
-    pub fn set(&mut self, cell: [i32; 3]) {
-        if let Some(bit) = self.bit_index(cell) {
+    pub fn set(&mut self, voxel: [i32; 3]) {
+        if let Some(bit) = self.bit_index(voxel) {
             self.words[bit >> 5] |= 1 << (bit & 31);
         }
     }
@@ -96,7 +96,7 @@ impl BitGrid {
     }
 
     /// Every set voxel, x fastest, then y, then z.
-    pub fn cells(&self) -> impl Iterator<Item = [i32; 3]> + '_ {
+    pub fn voxels(&self) -> impl Iterator<Item = [i32; 3]> + '_ {
         let row_words = self.words_per_row.max(1) as usize;
         self.words.iter().enumerate().flat_map(move |(w, &word)| {
             let row = w / row_words;
@@ -158,7 +158,7 @@ impl BitGrid {
     }
 
     /// Whether some voxel is set in both.
-    pub fn meets(&self, other: &BitGrid) -> bool {
+    pub fn intersects(&self, other: &BitGrid) -> bool {
         let mut shared = self.over(self.window.intersection(&other.window));
         shared.keep(other);
         !shared.is_empty()
@@ -372,8 +372,8 @@ mod tests {
             Window::between([-3, -2, 1], [28, 4, 3]),
         ] {
             let moved = source.over(window);
-            let expected: Vec<_> = source.cells().filter(|&c| window.contains(c)).collect();
-            assert_eq!(moved.cells().collect::<Vec<_>>(), expected, "{window:?}");
+            let expected: Vec<_> = source.voxels().filter(|&c| window.contains(c)).collect();
+            assert_eq!(moved.voxels().collect::<Vec<_>>(), expected, "{window:?}");
             assert_eq!(moved.count(), expected.len() as u64, "padding stays zero");
         }
     }
@@ -388,9 +388,9 @@ mod tests {
         removed.remove(&b);
         let mut kept = a.clone();
         kept.keep(&b);
-        assert!(joined.cells().all(|c| a.get(c) || b.get(c)));
-        assert!(removed.cells().all(|c| a.get(c) && !b.get(c)));
-        assert!(kept.cells().all(|c| a.get(c) && b.get(c)));
+        assert!(joined.voxels().all(|c| a.get(c) || b.get(c)));
+        assert!(removed.voxels().all(|c| a.get(c) && !b.get(c)));
+        assert!(kept.voxels().all(|c| a.get(c) && b.get(c)));
         assert_eq!(removed.count() + kept.count(), a.count());
         assert!(removed.count() > 0 && kept.count() > 0);
     }
@@ -407,7 +407,7 @@ mod tests {
             let mut grid = BitGrid::new(Window::between([0, 2, 1], [99, 2, 1]));
             grid.set_run(from, to, 2, 1);
             let expected: Vec<_> = (0..100).filter(|x| (from..to).contains(x)).map(|x| [x, 2, 1]).collect();
-            assert_eq!(grid.cells().collect::<Vec<_>>(), expected, "{from} to {to}");
+            assert_eq!(grid.voxels().collect::<Vec<_>>(), expected, "{from} to {to}");
         }
         assert!(BitGrid::new(grid.window()).bounds().is_empty());
     }
@@ -420,7 +420,7 @@ mod tests {
         }
         grid.spread_x();
         let expected = [-3, -2, 27, 28, 29, 30, 39, 40, 41, 65, 66].map(|x| [x, 1, 0]);
-        assert_eq!(grid.cells().collect::<Vec<_>>(), expected);
+        assert_eq!(grid.voxels().collect::<Vec<_>>(), expected);
         let row = grid.row(1, 0).to_vec();
         grid.add_row(0, 0, &row);
         grid.add_row(2, 0, &row);

@@ -3,11 +3,11 @@
 //!
 //! # Theory
 //! The chessboard distance of two bricks is the largest of their distances along the axes. If the nearest
-//! brick with a blocker is `k` away, the cube of (2k − 1)³ bricks around a brick holds no blocker, so no cell
-//! in it can stop a ray (`SEMANTICS.md`, "Rays"). Growing a set of bricks by one on each axis in turn reaches
-//! exactly the bricks at chessboard distance 1, so counting how often the occupied ones must grow until they
-//! hold a brick gives its distance: a few operations a word of 32 bricks and step, and as many steps as the
-//! largest gap has bricks.
+//! brick with a blocker is `k` away, the cube of (2k − 1)³ bricks around a brick holds no blocker, so no
+//! voxel in it can stop a ray (`SEMANTICS.md`, "Rays"). Growing a set of bricks by one on each axis in turn
+//! reaches exactly the bricks at chessboard distance 1, so counting how often the occupied ones must grow
+//! until they hold a brick gives its distance: a few operations a word of 32 bricks and step, and as many
+//! steps as the largest gap has bricks.
 //!
 //! # Practice
 //! Made once for each layer of blockers, on the host; every backend that leaps reads the same bytes.
@@ -64,9 +64,9 @@ impl Bricks {
         &self.reach
     }
 
-    /// The reach of the brick that holds a cell of the grid.
-    pub fn reach_at(&self, cell: [i32; 3]) -> u32 {
-        let [x, y, z] = cell.map(|c| c as usize >> Self::EDGE_LOG2);
+    /// The reach of the brick that holds a voxel of the grid.
+    pub fn reach_at(&self, voxel: [i32; 3]) -> u32 {
+        let [x, y, z] = voxel.map(|c| c as usize >> Self::EDGE_LOG2);
         self.reach[(z * self.size[1] as usize + y) * self.size[0] as usize + x] as u32
     }
 }
@@ -149,9 +149,9 @@ fn mark(reach: &mut [u8], grown: &BitGrid, before: Option<&BitGrid>, distance: u
 mod tests {
     use super::*;
 
-    fn plane(size: [u32; 3], cells: &[[i32; 3]]) -> BitGrid {
+    fn plane(size: [u32; 3], voxels: &[[i32; 3]]) -> BitGrid {
         let mut plane = BitGrid::new(Window { min: [0; 3], size });
-        cells.iter().for_each(|&cell| plane.set(cell));
+        voxels.iter().for_each(|&voxel| plane.set(voxel));
         plane
     }
 
@@ -195,8 +195,8 @@ mod tests {
         };
         for case in 0..60 {
             let size = [90, 30, 30].map(|n| 1 + random(n) as u32);
-            let cells: Vec<_> = (0..[1, 3, 40][case % 3]).map(|_| size.map(&mut random)).collect();
-            let bricks = Bricks::new(&plane(size, &cells));
+            let voxels: Vec<_> = (0..[1, 3, 40][case % 3]).map(|_| size.map(&mut random)).collect();
+            let bricks = Bricks::new(&plane(size, &voxels));
             let [nx, ny, nz] = bricks.size().map(|n| n as i32);
             for z in 0..nz {
                 for y in 0..ny {
@@ -204,7 +204,7 @@ mod tests {
                         let far = |c: &[i32; 3]| {
                             (c[0] / 2 - x).abs().max((c[1] / 2 - y).abs()).max((c[2] / 2 - z).abs())
                         };
-                        let expected = cells.iter().map(far).min().unwrap_or(255) as u32;
+                        let expected = voxels.iter().map(far).min().unwrap_or(255) as u32;
                         assert_eq!(
                             bricks.reach_at([2 * x, 2 * y, 2 * z]),
                             expected,

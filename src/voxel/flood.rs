@@ -96,9 +96,9 @@ mod tests {
         for z in min[2]..=max[2] {
             for y in min[1]..=max[1] {
                 for x in min[0]..=max[0] {
-                    let cell = [x, y, z];
-                    if (0..3).any(|r| cell[r] == min[r] || cell[r] == max[r]) {
-                        grid.set(cell);
+                    let voxel = [x, y, z];
+                    if (0..3).any(|r| voxel[r] == min[r] || voxel[r] == max[r]) {
+                        grid.set(voxel);
                     }
                 }
             }

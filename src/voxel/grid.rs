@@ -58,8 +58,8 @@ impl Window {
     }
 
     /// Whether a voxel lies in the window.
-    pub fn contains(&self, cell: [i32; 3]) -> bool {
-        (0..3).all(|r| cell[r] >= self.min[r] && cell[r] < self.end()[r])
+    pub fn contains(&self, voxel: [i32; 3]) -> bool {
+        (0..3).all(|r| voxel[r] >= self.min[r] && voxel[r] < self.end()[r])
     }
 
     /// What two windows share.
@@ -122,13 +122,13 @@ impl Grid {
     }
 
     /// The voxel that holds a position given by [`Grid::position_q16`]; it may lie outside the grid.
-    pub fn cell_of(position_q16: [i64; 3]) -> [i32; 3] {
+    pub fn voxel_of(position_q16: [i64; 3]) -> [i32; 3] {
         position_q16.map(|x| (x >> 16) as i32)
     }
 
     /// Lower corner of a voxel in world metres, for messages and exports only.
-    pub fn corner_m(&self, cell: [i32; 3]) -> DVec3 {
-        DVec3::from_array(std::array::from_fn(|r| (cell[r] + self.origin[r]) as f64 * self.voxel_size_m))
+    pub fn corner_m(&self, voxel: [i32; 3]) -> DVec3 {
+        DVec3::from_array(std::array::from_fn(|r| (voxel[r] + self.origin[r]) as f64 * self.voxel_size_m))
     }
 }
 

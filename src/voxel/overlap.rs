@@ -65,14 +65,14 @@ pub fn triangle_voxels(triangle: &[Corner; 3], window: &Window, mut emit: impl F
     let [across, side_u, side_v] = [(u, v), (v, w), (w, u)].map(|(a, b)| EdgeTest::three(triangle, a, b));
     for cv in min[v]..end[v] {
         for cu in min[u]..end[u] {
-            if !across.iter().all(|test| test.meets(cu, cv)) {
+            if !across.iter().all(|test| test.intersects(cu, cv)) {
                 continue;
             }
             let (low, high) =
                 plane_range(triangle, normal, [u, v, w], [cu, cv]).unwrap_or((min[w], end[w] - 1));
             for cw in low.max(min[w])..=high.min(end[w] - 1) {
-                if side_u.iter().all(|test| test.meets(cv, cw))
-                    && side_v.iter().all(|test| test.meets(cw, cu))
+                if side_u.iter().all(|test| test.intersects(cv, cw))
+                    && side_v.iter().all(|test| test.intersects(cw, cu))
                 {
                     let mut key = [0; 3];
                     (key[u], key[v], key[w]) = (cu, cv, cw);
@@ -99,7 +99,7 @@ fn plane_range(
     triangle: &[Corner; 3],
     normal: [i64; 3],
     [u, v, w]: [usize; 3],
-    cell: [i32; 2],
+    voxel: [i32; 2],
 ) -> Option<(i32, i32)> {
     if normal[w] == 0 {
         return None;
@@ -109,7 +109,7 @@ fn plane_range(
     let n = normal.map(|c| c as i128 * sign);
     let level: i128 = (0..3).map(|r| n[r] * triangle[0][r] as i128).sum();
     let (mut least, mut most) = (0, 0);
-    for (axis, c) in [(u, cell[0]), (v, cell[1])] {
+    for (axis, c) in [(u, voxel[0]), (v, voxel[1])] {
         let (low, high) =
             (n[axis] * (c as i128 * VOXEL as i128), n[axis] * ((c as i128 + 1) * VOXEL as i128));
         least += low.min(high);
@@ -153,7 +153,7 @@ impl EdgeTest {
         })
     }
 
-    fn meets(&self, ca: i32, cb: i32) -> bool {
+    fn intersects(&self, ca: i32, cb: i32) -> bool {
         let corner = self.axis[0] * (ca as i64 * VOXEL) + self.axis[1] * (cb as i64 * VOXEL);
         corner + self.above >= self.least && corner + self.below <= self.most
     }
@@ -172,7 +172,7 @@ mod tests {
 
     /// The same question by clipping: cut the triangle by the six half-spaces of a box, in rationals scaled
     /// so that they stay exact. Slow and different in kind from the separating axes.
-    fn meets_by_clipping(triangle: &[Corner; 3], key: [i32; 3]) -> bool {
+    fn intersects_by_clipping(triangle: &[Corner; 3], key: [i32; 3]) -> bool {
         // Homogeneous points: position = p / w, w > 0.
         let mut polygon: Vec<([i128; 3], i128)> =
             triangle.iter().map(|p| (p.map(|x| x as i128), 1)).collect();
@@ -231,7 +231,7 @@ mod tests {
             for x in min[0]..end[0] {
                 for y in min[1]..end[1] {
                     for z in min[2]..end[2] {
-                        let expected = meets_by_clipping(&triangle, [x, y, z]);
+                        let expected = intersects_by_clipping(&triangle, [x, y, z]);
                         assert_eq!(
                             found.contains(&[x, y, z]),
                             expected,

@@ -37,12 +37,12 @@ impl People {
         let mut voxels = Vec::new();
         for (human, person) in humans.zip(0..) {
             let limbs = human.keypoints.as_ref().map_or_else(Vec::new, limbs);
-            let mut own = human.cells.clone();
+            let mut own = human.voxels.clone();
             own.keep(&left);
             left.remove(&own);
             let of_person =
                 |voxel| BodyVoxel { voxel, person, part: part_at(middle_m(&truth.grid, voxel), &limbs) };
-            voxels.extend(own.cells().map(of_person));
+            voxels.extend(own.voxels().map(of_person));
         }
         People { min_hits, voxels }
     }

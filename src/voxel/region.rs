@@ -2,14 +2,14 @@
 //!
 //! | shape | in a study | voxels |
 //! |---|---|---|
-//! | [`Shape::Sphere`] | `sphere = { center_m, radius_m }` | centres strictly within the radius |
-//! | [`Shape::HalfSphere`] | `half_sphere = { center_m, radius_m, normal = [0, 0, 1] }` | those of the sphere on the normal's side of the plane through its centre, or on that plane |
-//! | [`Shape::Box`] | `box = { min_m, max_m }` | centres in the half-open box |
-//! | [`Shape::HumanBox`] | `human_box = { object, margin_m }` | the bounding box of a human's voxels and a margin |
-//! | [`Shape::RobotReach`] | `robot_reach = { object, tool_m }` | a sphere around a robot's base, as large as its reach and a tool |
-//! | [`Shape::Mesh`] | `mesh = "zone.stl"` (`unit`, `up`, `position_m`, `rpy_deg`) | centres inside a watertight mesh |
-//! | [`Shape::Union`] | `union = ["a", "b"]` | those of any of the regions above it in the file |
-//! | [`Shape::Difference`] | `difference = ["a", "b"]` | those of the first and of none of the others |
+//! | [`RegionShape::Sphere`] | `sphere = { center_m, radius_m }` | centres strictly within the radius |
+//! | [`RegionShape::HalfSphere`] | `half_sphere = { center_m, radius_m, normal = [0, 0, 1] }` | those of the sphere on the normal's side of the plane through its centre, or on that plane |
+//! | [`RegionShape::Box`] | `box = { min_m, max_m }` | centres in the half-open box |
+//! | [`RegionShape::HumanBox`] | `human_box = { object, margin_m }` | the bounding box of a human's voxels and a margin |
+//! | [`RegionShape::RobotReach`] | `robot_reach = { object, tool_m }` | a sphere around a robot's base, as large as its reach and a tool |
+//! | [`RegionShape::Mesh`] | `mesh = "zone.stl"` (`unit`, `up`, `position_m`, `rpy_deg`) | centres inside a watertight mesh |
+//! | [`RegionShape::Union`] | `union = ["a", "b"]` | those of any of the regions above it in the file |
+//! | [`RegionShape::Difference`] | `difference = ["a", "b"]` | those of the first and of none of the others |
 
 mod mesh;
 mod rows;
@@ -19,16 +19,16 @@ use std::sync::Arc;
 use super::BitGrid;
 use super::grid::{MAX_VOXELS_PER_AXIS, ONE_Q16, Window, length_q16, point_q16};
 use super::solid::{self, Ball, MAX_RADIUS_Q16};
-use super::truth::{ObjectVoxels, Reach, Truth};
+use super::truth::{ObjectVoxels, RobotReach, Truth};
 use crate::scene::{Mesh, Role};
 use crate::{Error, Result};
 use glam::DVec3;
 use mesh::MeshRows;
-use rows::Rows;
+use rows::RowShape;
 
 /// What a region is, in metres.
 #[derive(Clone, Debug, PartialEq)]
-pub enum Shape {
+pub enum RegionShape {
     /// Centres strictly within a radius.
     Sphere {
         /// Middle of the sphere, in the world.
@@ -72,9 +72,9 @@ pub enum Shape {
     /// body in a body that faces the other way is a hollow.
     Mesh(Arc<Mesh>),
     /// What is in any of several shapes.
-    Union(Vec<Shape>),
+    Union(Vec<RegionShape>),
     /// What is in the first of several shapes and in none of the others.
-    Difference(Vec<Shape>),
+    Difference(Vec<RegionShape>),
 }
 
 /// A region of a scene, in voxels.
@@ -83,7 +83,7 @@ pub struct Region {
     /// Its name in the study.
     pub name: String,
     /// Its voxels, over the smallest window that holds them.
-    pub cells: Arc<BitGrid>,
+    pub voxels: Arc<BitGrid>,
     /// The share of the shape's voxels that lie outside the grid, 0 to 1; a union or difference counts as one
     /// shape.
     pub cut_share: f64,
@@ -93,46 +93,46 @@ pub struct Region {
 
 /// The voxels of a shape in a scene. Ignored insides belong to no region; a region left without voxels is an
 /// error.
-pub fn region(name: &str, shape: &Shape, truth: &Truth) -> Result<Region> {
+pub fn region(name: &str, shape: &RegionShape, truth: &Truth) -> Result<Region> {
     let wrong = |what: String| Error::input(format!("region {name:?}"), what);
     let rows = rows_of(shape, truth).map_err(wrong)?;
-    let mut cells = BitGrid::new(truth.grid.window());
+    let mut voxels = BitGrid::new(truth.grid.window());
     let (mut total, mut cut_at) = (0u64, [[false; 2]; 3]);
     let [ys, zs] = rows.span();
     for z in zs {
         for y in ys.clone() {
             for run in rows.runs(y, z) {
                 total += (run.end - run.start) as u64;
-                for (axis, cells) in [run.clone(), y..y + 1, z..z + 1].into_iter().enumerate() {
-                    cut_at[axis][0] |= cells.start < 0;
-                    cut_at[axis][1] |= cells.end > i64::from(truth.grid.size[axis]);
+                for (axis, voxels) in [run.clone(), y..y + 1, z..z + 1].into_iter().enumerate() {
+                    cut_at[axis][0] |= voxels.start < 0;
+                    cut_at[axis][1] |= voxels.end > i64::from(truth.grid.size[axis]);
                 }
-                solid::mark(&mut cells, &run, y, z);
+                solid::mark(&mut voxels, &run, y, z);
             }
         }
     }
-    let inside = cells.count();
+    let inside = voxels.count();
     if inside == 0 {
         return Err(wrong(nothing_in(shape, total).into()));
     }
-    cells.remove(&truth.ignored);
-    if cells.is_empty() {
+    voxels.remove(&truth.ignored);
+    if voxels.is_empty() {
         let what = "all its voxels are inside a body whose interior is ignored; if that body is the room itself, \
                     give it interior = \"free\"";
         return Err(wrong(what.into()));
     }
     Ok(Region {
         name: name.into(),
-        cells: Arc::new(cells.trimmed()),
+        voxels: Arc::new(voxels.trimmed()),
         cut_share: (total - inside) as f64 / total as f64,
         cut_at,
     })
 }
 
-fn nothing_in(shape: &Shape, total: u64) -> &'static str {
+fn nothing_in(shape: &RegionShape, total: u64) -> &'static str {
     match shape {
         _ if total > 0 => "lies outside the grid; make it larger or move it",
-        Shape::Difference(..) => {
+        RegionShape::Difference(..) => {
             "difference: the others leave nothing of the first; make one of them smaller"
         }
         _ => "holds no voxel's centre; make it larger or move it",
@@ -140,19 +140,20 @@ fn nothing_in(shape: &Shape, total: u64) -> &'static str {
 }
 
 /// A shape in integers.
-fn rows_of(shape: &Shape, truth: &Truth) -> Result<Rows, String> {
+fn rows_of(shape: &RegionShape, truth: &Truth) -> Result<RowShape, String> {
     let grid = &truth.grid;
-    let all =
-        |shapes: &[Shape]| shapes.iter().map(|shape| rows_of(shape, truth)).collect::<Result<_, String>>();
+    let all = |shapes: &[RegionShape]| {
+        shapes.iter().map(|shape| rows_of(shape, truth)).collect::<Result<_, String>>()
+    };
     Ok(match shape {
-        Shape::Sphere { center_m, radius_m } => Rows::Ball(ball(*center_m, *radius_m, truth)?),
-        Shape::HalfSphere { center_m, radius_m, normal } => Rows::HalfBall {
+        RegionShape::Sphere { center_m, radius_m } => RowShape::Ball(ball(*center_m, *radius_m, truth)?),
+        RegionShape::HalfSphere { center_m, radius_m, normal } => RowShape::HalfBall {
             ball: ball(*center_m, *radius_m, truth)?,
             center_q16: grid.position_q16(*center_m),
             normal_q15: normal.normalize().to_array().map(|n| (n * 32_768.0).round() as i64),
         },
-        Shape::Box { min_m, max_m } => cuboid(grid.position_q16(*min_m), grid.position_q16(*max_m))?,
-        Shape::HumanBox { object, margin_min_m, margin_max_m } => {
+        RegionShape::Box { min_m, max_m } => cuboid(grid.position_q16(*min_m), grid.position_q16(*max_m))?,
+        RegionShape::HumanBox { object, margin_min_m, margin_max_m } => {
             let bounds = human_bounds(object.as_deref(), truth)?;
             let margin = |m: &DVec3| point_q16(*m, grid.voxel_size_m);
             let (below, above) = (margin(margin_min_m), margin(margin_max_m));
@@ -161,16 +162,16 @@ fn rows_of(shape: &Shape, truth: &Truth) -> Result<Rows, String> {
                 std::array::from_fn(|r| bounds.end()[r] as i64 * ONE_Q16 + above[r]),
             )?
         }
-        Shape::RobotReach { object, tool_m } => {
-            let Reach { base_m, radius_m } = reach(object.as_deref(), truth)?;
-            Rows::Ball(ball(base_m, radius_m + tool_m, truth)?)
+        RegionShape::RobotReach { object, tool_m } => {
+            let RobotReach { base_m, radius_m } = reach(object.as_deref(), truth)?;
+            RowShape::Ball(ball(base_m, radius_m + tool_m, truth)?)
         }
-        Shape::Mesh(mesh) => {
+        RegionShape::Mesh(mesh) => {
             let rows = MeshRows::new(mesh, grid.voxel_size_m, grid.origin);
-            Rows::Mesh(rows.map_err(|what| format!("mesh: {what}"))?)
+            RowShape::Mesh(rows.map_err(|what| format!("mesh: {what}"))?)
         }
-        Shape::Union(shapes) => Rows::Union(all(shapes)?),
-        Shape::Difference(shapes) => Rows::Difference(all(shapes)?),
+        RegionShape::Union(shapes) => RowShape::Union(all(shapes)?),
+        RegionShape::Difference(shapes) => RowShape::Difference(all(shapes)?),
     })
 }
 
@@ -183,13 +184,13 @@ fn ball(center_m: DVec3, radius_m: f64, truth: &Truth) -> Result<Ball, String> {
     Ok(Ball::new(truth.grid.position_q16(center_m), radius_q16))
 }
 
-fn cuboid(low_q16: [i64; 3], high_q16: [i64; 3]) -> Result<Rows, String> {
-    let cells = solid::box_cells(low_q16, high_q16);
+fn cuboid(low_q16: [i64; 3], high_q16: [i64; 3]) -> Result<RowShape, String> {
+    let voxels = solid::box_voxels(low_q16, high_q16);
     let longest = 4 * MAX_VOXELS_PER_AXIS;
-    if cells.iter().any(|side| side.end - side.start > longest as i64) {
+    if voxels.iter().any(|side| side.end - side.start > longest as i64) {
         return Err(format!("is over {longest} voxels long; is it in millimetres?"));
     }
-    Ok(Rows::Box(cells))
+    Ok(RowShape::Box(voxels))
 }
 
 /// The scene's objects of a role: the one of a name, or all.
@@ -216,7 +217,7 @@ fn human_bounds(object: Option<&str>, truth: &Truth) -> Result<Window, String> {
     let bounds = match object {
         None => truth.human.bounds(),
         Some(_) => {
-            humans.iter().map(|human| human.cells.bounds()).fold(nowhere(), |all, one| all.union(&one))
+            humans.iter().map(|human| human.voxels.bounds()).fold(nowhere(), |all, one| all.union(&one))
         }
     };
     if bounds.is_empty() {
@@ -228,7 +229,7 @@ fn human_bounds(object: Option<&str>, truth: &Truth) -> Result<Window, String> {
     Ok(bounds)
 }
 
-fn reach(object: Option<&str>, truth: &Truth) -> Result<Reach, String> {
+fn reach(object: Option<&str>, truth: &Truth) -> Result<RobotReach, String> {
     let robots = named("robot_reach", object, truth, Role::Robot, "robots")?;
     let known: Vec<_> = robots.iter().filter_map(|robot| Some((robot.name.as_str(), robot.reach?))).collect();
     match (known[..].first(), known.len()) {
@@ -255,7 +256,7 @@ fn nowhere() -> Window {
 
 /// The window that holds all regions.
 pub fn window_of(regions: &[Region]) -> Window {
-    regions.iter().map(|region| region.cells.window()).fold(nowhere(), |all, one| all.union(&one))
+    regions.iter().map(|region| region.voxels.window()).fold(nowhere(), |all, one| all.union(&one))
 }
 
 #[cfg(test)]

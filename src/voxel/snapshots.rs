@@ -7,7 +7,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 
 use rayon::prelude::*;
 
-use super::voxelize::{Body, body, bounds_m, distinct_objects};
+use super::voxelize::{VoxelizedObject, body, bounds_m, distinct_objects};
 use super::{BitGrid, Grid, Truth};
 use crate::scene::{Object, Role, Scene};
 use crate::{Error, Result};
@@ -23,7 +23,7 @@ const MOST_GIB: u64 = 64;
 #[derive(Debug)]
 pub struct Snapshots {
     grid: Grid,
-    bodies: Vec<Body>,
+    bodies: Vec<VoxelizedObject>,
     /// For each snapshot, the body of each of its objects.
     placed: Vec<Vec<usize>>,
     /// How many truths are kept: those that were asked for last.
@@ -43,7 +43,7 @@ impl Snapshots {
         let most_kept = (kept_bytes / bytes_of_truth(&grid)).clamp(1, scenes.len().max(1) as u64) as usize;
         refuse_excess(&objects, most_kept, &grid, free_bytes())?;
         let bodies = objects.par_iter().map(|object| go_on().and_then(|()| body(object, &grid)));
-        let bodies: Vec<Body> = bodies.collect::<Result<_>>()?;
+        let bodies: Vec<VoxelizedObject> = bodies.collect::<Result<_>>()?;
         let numbers: HashMap<_, _> = objects.into_iter().map(Arc::as_ptr).zip(0..).collect();
         let placed =
             |scene: &Scene| scene.objects.iter().map(|object| numbers[&Arc::as_ptr(object)]).collect();
@@ -62,7 +62,8 @@ impl Snapshots {
         if let Some((_, truth)) = kept().iter().find(|(number, _)| *number == snapshot) {
             return truth.clone();
         }
-        let bodies: Vec<&Body> = self.placed[snapshot].iter().map(|&number| &self.bodies[number]).collect();
+        let bodies: Vec<&VoxelizedObject> =
+            self.placed[snapshot].iter().map(|&number| &self.bodies[number]).collect();
         let truth = Arc::new(combined(&bodies, self.grid));
         let mut kept = kept();
         if kept.len() == self.most_kept {
@@ -124,26 +125,26 @@ fn free_bytes() -> Option<u64> {
 }
 
 /// The truth of what these bodies are together.
-fn combined(bodies: &[&Body], grid: Grid) -> Truth {
+fn combined(bodies: &[&VoxelizedObject], grid: Grid) -> Truth {
     let blank = || BitGrid::new(grid.window());
     let (mut occupied, mut blockers, mut ignored) = (blank(), blank(), blank());
     let (mut human, mut robot, mut robot_volume) = (blank(), blank(), blank());
-    for Body { voxels, ignored: hidden, inside, is_there } in bodies {
+    for VoxelizedObject { voxels, ignored: hidden, inside, is_there } in bodies {
         if *is_there {
-            occupied.add(&voxels.cells);
+            occupied.add(&voxels.voxels);
             if voxels.stops_rays {
-                blockers.add(&voxels.cells);
+                blockers.add(&voxels.voxels);
             }
             ignored.add(hidden);
         }
         match voxels.role {
             Role::Environment => {}
             Role::Robot => {
-                robot.add(&voxels.cells);
-                robot_volume.add(&voxels.cells);
+                robot.add(&voxels.voxels);
+                robot_volume.add(&voxels.voxels);
                 robot_volume.add(inside);
             }
-            Role::Human => human.add(&voxels.cells),
+            Role::Human => human.add(&voxels.voxels),
         }
     }
     ignored.remove(&occupied);

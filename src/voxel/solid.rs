@@ -37,8 +37,8 @@ pub(super) fn centres_in(range_q16: Range<i64>) -> Range<i64> {
 }
 
 /// The centre of a voxel on one axis.
-pub(super) fn centre_q16(cell: i64) -> i64 {
-    cell * ONE_Q16 + ONE_Q16 / 2
+pub(super) fn centre_q16(voxel: i64) -> i64 {
+    voxel * ONE_Q16 + ONE_Q16 / 2
 }
 
 /// Sets a run of voxels along x, cut to the plane's window.
@@ -101,27 +101,27 @@ pub fn ball(plane: &mut BitGrid, center: [i32; 3], radius_q16: i64) {
     mark_rows(plane, ball.rows(), |y, z| ball.run(y, z));
 }
 
-/// Sets the voxels from the smallest to the largest of `cells` on each axis, both included; without cells,
+/// Sets the voxels from the smallest to the largest of `voxels` on each axis, both included; without voxels,
 /// none.
-pub fn cuboid(plane: &mut BitGrid, cells: impl IntoIterator<Item = [i32; 3]>) {
-    let grown = |all: Option<[[i32; 3]; 2]>, cell: [i32; 3]| {
-        let [low, high] = all.unwrap_or([cell; 2]);
-        Some([std::array::from_fn(|r| low[r].min(cell[r])), std::array::from_fn(|r| high[r].max(cell[r]))])
+pub fn cuboid(plane: &mut BitGrid, voxels: impl IntoIterator<Item = [i32; 3]>) {
+    let grown = |all: Option<[[i32; 3]; 2]>, voxel: [i32; 3]| {
+        let [low, high] = all.unwrap_or([voxel; 2]);
+        Some([std::array::from_fn(|r| low[r].min(voxel[r])), std::array::from_fn(|r| high[r].max(voxel[r]))])
     };
-    if let Some([low, high]) = cells.into_iter().fold(None, grown) {
+    if let Some([low, high]) = voxels.into_iter().fold(None, grown) {
         let [x, y, z] = std::array::from_fn(|r| low[r] as i64..high[r] as i64 + 1);
         mark_rows(plane, [y, z], |_, _| x.clone());
     }
 }
 
 /// The voxels on each axis whose centre is at or above `low_q16` and below `high_q16`.
-pub(super) fn box_cells(low_q16: [i64; 3], high_q16: [i64; 3]) -> [Range<i64>; 3] {
+pub(super) fn box_voxels(low_q16: [i64; 3], high_q16: [i64; 3]) -> [Range<i64>; 3] {
     std::array::from_fn(|r| centres_in(low_q16[r]..high_q16[r]))
 }
 
 /// Sets the voxels whose centre is at or above `low_q16` and below `high_q16` on every axis.
 pub fn half_open_box(plane: &mut BitGrid, low_q16: [i64; 3], high_q16: [i64; 3]) {
-    let [x, y, z] = box_cells(low_q16, high_q16);
+    let [x, y, z] = box_voxels(low_q16, high_q16);
     mark_rows(plane, [y, z], |_, _| x.clone());
 }
 

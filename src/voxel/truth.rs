@@ -47,9 +47,9 @@ pub struct ObjectVoxels {
     /// Lowest and highest corner of its surface in metres.
     pub bounds_m: [DVec3; 2],
     /// How far it reaches, if it is a robot of which that is known.
-    pub reach: Option<Reach>,
+    pub reach: Option<RobotReach>,
     /// Its voxels inside the grid: the surface, and the inside where that is `occupied`.
-    pub cells: BitGrid,
+    pub voxels: BitGrid,
     /// A human's joints in world metres, where they are known.
     pub keypoints: Option<Keypoints>,
     /// What was assumed about it that its author may not expect.
@@ -58,7 +58,7 @@ pub struct ObjectVoxels {
 
 /// How far a robot can reach.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Reach {
+pub struct RobotReach {
     /// Where its base stands, in the world.
     pub base_m: DVec3,
     /// The farthest it gets from there, whatever its joints.

@@ -12,7 +12,7 @@ use rayon::prelude::*;
 use super::flood::enclosed;
 use super::grid::{FARTHEST_VOXEL, Grid, MAX_VOXELS_PER_AXIS, Window};
 use super::overlap::{self, Corner};
-use super::truth::{ObjectVoxels, Reach, Truth};
+use super::truth::{ObjectVoxels, RobotReach, Truth};
 use super::{BitGrid, grid};
 use crate::scene::{Interior, Mesh, Object, Optical, Role, Scene, Surface};
 use crate::{Error, Result};
@@ -30,8 +30,8 @@ struct Lattice {
     extent: Window,
 }
 
-/// The world keys that the surfaces of all snapshots touch, to size their common grid by. Fails on a surface too far
-/// away to count.
+/// The world keys that the surfaces of all snapshots touch, to size their common grid by. Fails on a surface
+/// too far away to count.
 pub fn scene_extent(snapshots: &[Scene], voxel_size_m: f64) -> Result<Window> {
     let empty = Window::between([0; 3], [-1; 3]);
     let objects = distinct_objects(snapshots);
@@ -45,8 +45,8 @@ pub(super) fn distinct_objects(snapshots: &[Scene]) -> Vec<&Arc<Object>> {
     all.filter(|object| seen.insert(Arc::as_ptr(object))).collect()
 }
 
-/// The grid that holds a box of world keys; refuses one with too many voxels on an axis, with a size that fits where
-/// there is one.
+/// The grid that holds a box of world keys; refuses one with too many voxels on an axis, with a size that
+/// fits where there is one.
 pub fn grid_over(extent: &Window, voxel_size_m: f64) -> Result<Grid> {
     grid_unless(extent, voxel_size_m, || None)
 }
@@ -87,7 +87,7 @@ fn grid_unless(extent: &Window, voxel_size_m: f64, cause: impl Fn() -> Option<St
 
 /// What an object becomes on a grid.
 #[derive(Debug)]
-pub(super) struct Body {
+pub(super) struct VoxelizedObject {
     pub(super) voxels: Arc<ObjectVoxels>,
     /// The inside that belongs to no region.
     pub(super) ignored: BitGrid,
@@ -97,7 +97,7 @@ pub(super) struct Body {
     pub(super) is_there: bool,
 }
 
-pub(super) fn body(object: &Object, grid: &Grid) -> Result<Body> {
+pub(super) fn body(object: &Object, grid: &Grid) -> Result<VoxelizedObject> {
     let lattice = lattice(object, grid.voxel_size_m)?;
     let in_grid = lattice.extent.moved(grid.origin.map(|o| -o)).intersection(&grid.window());
     let world = in_grid.moved(grid.origin);
@@ -110,17 +110,17 @@ pub(super) fn body(object: &Object, grid: &Grid) -> Result<Body> {
         )),
         Surface::Voxels { .. } => None,
     };
-    let mut cells = surface(&lattice, world);
+    let mut voxels = surface(&lattice, world);
     // What is inside a robot is the robot's, even of a body that leaks less than a voxel.
     let (is_solid, is_robot) = (watertight.unwrap_or(true), object.role == Role::Robot);
     if (object.interior != Interior::Free && is_solid) || is_robot {
         // The inside is decided over the whole body, so that the grid's cut opens nothing.
         if lattice.extent.size.into_iter().max().unwrap_or(0) <= MAX_VOXELS_PER_AXIS {
             let whole =
-                if world == lattice.extent { cells.clone() } else { surface(&lattice, lattice.extent) };
+                if world == lattice.extent { voxels.clone() } else { surface(&lattice, lattice.extent) };
             let enclosed = enclosed(&whole).over(world);
             match object.interior {
-                Interior::Occupied if is_solid => cells.add(&enclosed),
+                Interior::Occupied if is_solid => voxels.add(&enclosed),
                 Interior::Ignored if is_solid => ignored = in_grid_frame(enclosed.clone(), in_grid),
                 _ => {}
             }
@@ -146,17 +146,20 @@ pub(super) fn body(object: &Object, grid: &Grid) -> Result<Body> {
         triangles: lattice.triangles.len(),
         watertight,
         bounds_m,
-        reach: object.linkage.as_ref().map(|robot| Reach { base_m: robot.base_m, radius_m: robot.reach_m }),
-        cells: in_grid_frame(cells, in_grid),
+        reach: object
+            .linkage
+            .as_ref()
+            .map(|robot| RobotReach { base_m: robot.base_m, radius_m: robot.reach_m }),
+        voxels: in_grid_frame(voxels, in_grid),
         keypoints: object.keypoints,
         warnings,
     };
-    Ok(Body { voxels: Arc::new(voxels), ignored, inside, is_there: !object.tag_only })
+    Ok(VoxelizedObject { voxels: Arc::new(voxels), ignored, inside, is_there: !object.tag_only })
 }
 
 /// The same words, counted from the grid's corner instead of the world's.
-fn in_grid_frame(cells: BitGrid, window: Window) -> BitGrid {
-    BitGrid::from_words(window, cells.words().to_vec()).unwrap_or_else(|| BitGrid::new(window))
+fn in_grid_frame(voxels: BitGrid, window: Window) -> BitGrid {
+    BitGrid::from_words(window, voxels.words().to_vec()).unwrap_or_else(|| BitGrid::new(window))
 }
 
 fn lattice(object: &Object, voxel_size_m: f64) -> Result<Lattice> {
@@ -198,19 +201,19 @@ fn lattice(object: &Object, voxel_size_m: f64) -> Result<Lattice> {
 
 /// The voxels of a surface inside a window of world keys.
 fn surface(lattice: &Lattice, window: Window) -> BitGrid {
-    let mut cells = BitGrid::new(window);
-    lattice.keys.iter().for_each(|&key| cells.set(key));
-    let words: Vec<AtomicU32> = cells.words().iter().map(|&word| AtomicU32::new(word)).collect();
+    let mut voxels = BitGrid::new(window);
+    lattice.keys.iter().for_each(|&key| voxels.set(key));
+    let words: Vec<AtomicU32> = voxels.words().iter().map(|&word| AtomicU32::new(word)).collect();
     lattice.triangles.par_iter().for_each(|triangle| {
         let triangle = triangle.map(|i| lattice.corners[i as usize]);
         overlap::triangle_voxels(&triangle, &window, |key| {
-            if let Some(bit) = cells.bit_index(key) {
+            if let Some(bit) = voxels.bit_index(key) {
                 words[bit >> 5].fetch_or(1 << (bit & 31), Ordering::Relaxed);
             }
         });
     });
     let words = words.into_iter().map(AtomicU32::into_inner).collect();
-    BitGrid::from_words(window, words).unwrap_or(cells)
+    BitGrid::from_words(window, words).unwrap_or(voxels)
 }
 
 pub(super) fn bounds_m(object: &Object) -> [DVec3; 2] {
@@ -244,12 +247,12 @@ fn size_warning(object: &Object, [low, high]: [DVec3; 2]) -> Option<String> {
     None
 }
 
-/// Where a ray may begin: a position (1/65536 voxels from the grid's corner), and how far the sensor's own housing
-/// reaches, in voxels.
+/// Where a ray may begin: a position (1/65536 voxels from the grid's corner), and how far the sensor's own
+/// housing reaches, in voxels.
 pub type Begin = ([i64; 3], u32);
 
-/// The voxels that any ray from these positions could pass or end in: free ones joined to a position through faces,
-/// and the blockers beside them. Blockers in reach of a housing let rays pass.
+/// The voxels that any ray from these positions could pass or end in: free ones joined to a position through
+/// faces, and the blockers beside them. Blockers in reach of a housing let rays pass.
 pub fn reachable(truth: &Truth, begins: impl IntoIterator<Item = Begin>) -> BitGrid {
     let window = truth.grid.window();
     let mut open = BitGrid::full(window);
@@ -258,7 +261,7 @@ pub fn reachable(truth: &Truth, begins: impl IntoIterator<Item = Begin>) -> BitG
     let mut by_housing: BTreeMap<u32, BitGrid> = BTreeMap::new();
     for (position, housing) in begins {
         let seeds = by_housing.entry(housing).or_insert_with(|| BitGrid::new(window));
-        seeds.set(grid::Grid::cell_of(position));
+        seeds.set(grid::Grid::voxel_of(position));
     }
     let mut seeds = BitGrid::new(window);
     for (housing, mut around) in by_housing {

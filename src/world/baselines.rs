@@ -6,7 +6,7 @@ use std::sync::Arc;
 use super::true_poses;
 use crate::march::MAX_RANGE_VOXELS;
 use crate::metrics::Confusion;
-use crate::sensor::{Reach, Setting, Station};
+use crate::sensor::{Extent, Setting, Station};
 use crate::study::Study;
 use crate::voxel::{BitGrid, People, Region, Truth, voxelize};
 
@@ -44,8 +44,8 @@ pub(super) fn reachable(
     let (mut begins, mut spoken_of) = (Vec::new(), blank.clone());
     let (mut hits_begin, mut hit) = (Vec::new(), blank);
     for (s, sensor) in study.sensors.iter().enumerate() {
-        if let Some(cells) = sensor.kind.wherever_it_stands(truth) {
-            spoken_of.add(&cells);
+        if let Some(voxels) = sensor.kind.wherever_it_stands(truth) {
+            spoken_of.add(&voxels);
         }
         let housing = (sensor.kind.housing_m() / study.voxel_size_m).ceil();
         let housing = housing.min(f64::from(MAX_RANGE_VOXELS)) as u32;
@@ -57,14 +57,14 @@ pub(super) fn reachable(
             let from = [station.pose().position_m].into_iter().chain(truly);
             let here: Vec<_> = from.map(|at| (truth.grid.position_q16(at), housing)).collect();
             match sensor.kind.feels(&station) {
-                Reach::Only(cells) => hit.add(&cells),
-                Reach::Rays | Reach::RaysAnd(_) => hits_begin.extend_from_slice(&here),
+                Extent::Only(voxels) => hit.add(&voxels),
+                Extent::Rays | Extent::RaysAnd(_) => hits_begin.extend_from_slice(&here),
             }
             match sensor.kind.reach(&station) {
-                Reach::Rays => begins.extend(here),
-                Reach::Only(cells) => spoken_of.add(&cells),
-                Reach::RaysAnd(cells) => {
-                    spoken_of.add(&cells);
+                Extent::Rays => begins.extend(here),
+                Extent::Only(voxels) => spoken_of.add(&voxels),
+                Extent::RaysAnd(voxels) => {
+                    spoken_of.add(&voxels);
                     begins.extend(here);
                 }
             }
@@ -74,27 +74,27 @@ pub(super) fn reachable(
     let by_rays = |begins: Vec<_>| (!begins.is_empty()).then(|| voxelize::reachable(truth, begins));
     let reached = by_rays(begins);
     let may_hit = if same { reached.clone() } else { by_rays(hits_begin) };
-    reached.iter().for_each(|cells| spoken_of.add(cells));
-    may_hit.iter().for_each(|cells| hit.add(cells));
+    reached.iter().for_each(|voxels| spoken_of.add(voxels));
+    may_hit.iter().for_each(|voxels| hit.add(voxels));
     Ok(Reachable { spoken_of, hit })
 }
 
 pub(super) fn baselines(truth: &Truth, region: &Region, people: &People, reachable: &Reachable) -> Baselines {
     let Reachable { spoken_of: reachable, hit } = reachable;
     let count = |planes: &[&BitGrid]| {
-        let mut cells = BitGrid::clone(&region.cells);
-        planes.iter().for_each(|plane| cells.keep(plane));
-        cells.count()
+        let mut voxels = BitGrid::clone(&region.voxels);
+        planes.iter().for_each(|plane| voxels.keep(plane));
+        voxels.count()
     };
-    let (s, t) = (region.cells.count(), count(&[&truth.occupied]));
+    let (s, t) = (region.voxels.count(), count(&[&truth.occupied]));
     let (h, r) = (count(&[&truth.occupied, &truth.human]), count(&[&truth.occupied, &truth.robot]));
     let (reached, t_reached) = (count(&[reachable]), count(&[reachable, &truth.occupied]));
     let h_reached = count(&[reachable, &truth.occupied, &truth.human]);
     let r_reached = count(&[reachable, &truth.occupied, &truth.robot]);
     let f = s - t;
     // Whoever reaches a voxel of a person may be a presence sensor.
-    let may_hit = people.detection(&region.cells, |voxel| hit.get(voxel), |voxel| hit.get(voxel));
-    let no_hit = people.detection(&region.cells, |_| false, |_| false);
+    let may_hit = people.detection(&region.voxels, |voxel| hit.get(voxel), |voxel| hit.get(voxel));
+    let no_hit = people.detection(&region.voxels, |_| false, |_| false);
     let from = |counts| Confusion::from_counts(counts).with(no_hit);
     Baselines {
         all_occupied: from([t, f, 0, 0, 0, 0, h, 0, 0, r, 0, 0]),

@@ -8,7 +8,7 @@ use std::sync::Arc;
 use rayon::prelude::*;
 
 use super::World;
-use crate::backend::Placement;
+use crate::backend::GridPose;
 use crate::march::{self, Gates};
 use crate::sensor::range::Range;
 use crate::sensor::{FieldOfView, Kind, Scale, Sensor, Setting, Stance, quantise_q15};
@@ -93,7 +93,7 @@ struct Few<'a> {
 
 /// How a ray ended: the cell and the distance of what it met first, or neither.
 struct Met {
-    cell: Option<[i32; 3]>,
+    voxel: Option<[i32; 3]>,
     distance_q16: u32,
     is_backdrop: bool,
 }
@@ -133,19 +133,19 @@ impl Few<'_> {
     }
 
     /// Why rays from here tell nothing.
-    fn verdict(&self, truth: &Truth, from: &Placement) -> Option<String> {
+    fn verdict(&self, truth: &Truth, from: &GridPose) -> Option<String> {
         let met: Vec<Met> =
             self.dirs_q15.iter().map(|&dir_q15| self.cast(&truth.blockers, from, dir_q15)).collect();
         let metres = |q16: u32| f64::from(q16) / 65_536.0 * truth.grid.voxel_size_m;
-        let ends = || met.iter().filter_map(|met| Some((met.cell?, met.distance_q16)));
-        let standing = || ends().filter(|(cell, _)| !truth.human.get(*cell));
+        let ends = || met.iter().filter_map(|met| Some((met.voxel?, met.distance_q16)));
+        let standing = || ends().filter(|(voxel, _)| !truth.human.get(*voxel));
         let share = |some: usize| some as f64 / met.len().max(1) as f64;
         let is_blind = |t: u32| t < self.gates.range_min_q16;
         let blind = standing().filter(|(_, t)| is_blind(*t)).count();
         let returns =
             ends().filter(|(_, t)| !is_blind(*t)).count() + met.iter().filter(|met| met.is_backdrop).count();
         let percent = |some: usize| 100.0 * share(some);
-        let before = || mostly(truth, standing().map(|(cell, _)| cell));
+        let before = || mostly(truth, standing().map(|(voxel, _)| voxel));
         let [nearest_m, farthest_m] = self.range.range_m;
         if share(blind) > BLIND {
             return Some(format!(
@@ -173,31 +173,31 @@ impl Few<'_> {
         })
     }
 
-    fn cast(&self, blockers: &BitGrid, from: &Placement, dir_q15: [i32; 3]) -> Met {
+    fn cast(&self, blockers: &BitGrid, from: &GridPose, dir_q15: [i32; 3]) -> Met {
         let dir_q16 = from.axis_q15.map(|axis| march::direction_q16(axis, dir_q15));
         let mut last_q16 = 0;
-        for march::Crossing { t_q16, cell, .. } in march::crossings(march::start(from.origin_q16, dir_q16)) {
-            let met = |cell, is_backdrop| Met { cell, distance_q16: t_q16, is_backdrop };
+        for march::Crossing { t_q16, voxel, .. } in march::crossings(march::start(from.origin_q16, dir_q16)) {
+            let met = |voxel, is_backdrop| Met { voxel, distance_q16: t_q16, is_backdrop };
             if t_q16 > self.gates.range_max_q16 {
                 return met(None, false);
             }
-            if !blockers.window().contains(cell) {
+            if !blockers.window().contains(voxel) {
                 return met(None, self.gates.backdrop);
             }
-            if t_q16 >= self.gates.near_ignore_q16 && blockers.get(cell) {
-                return met(Some(cell), false);
+            if t_q16 >= self.gates.near_ignore_q16 && blockers.get(voxel) {
+                return met(Some(voxel), false);
             }
             last_q16 = t_q16;
         }
-        Met { cell: None, distance_q16: last_q16, is_backdrop: false }
+        Met { voxel: None, distance_q16: last_q16, is_backdrop: false }
     }
 }
 
 /// ` at "NAME"`, of the object that has most of these cells; nothing where none has any.
-fn mostly(truth: &Truth, cells: impl Iterator<Item = [i32; 3]>) -> String {
+fn mostly(truth: &Truth, voxels: impl Iterator<Item = [i32; 3]>) -> String {
     let mut counts = vec![0; truth.objects.len()];
-    for cell in cells {
-        let owner = truth.objects.iter().position(|object| object.stops_rays && object.cells.get(cell));
+    for voxel in voxels {
+        let owner = truth.objects.iter().position(|object| object.stops_rays && object.voxels.get(voxel));
         owner.into_iter().for_each(|owner| counts[owner] += 1);
     }
     let most = counts.iter().enumerate().max_by_key(|(index, count)| (**count, std::cmp::Reverse(*index)));
@@ -229,63 +229,64 @@ impl Hollows {
     fn walls(&mut self, few: &Few, setting: &Setting) -> Option<String> {
         let truth = &*self.truth.clone();
         let position = truth.grid.position_q16(setting.pose().position_m);
-        let own = Grid::cell_of(position);
+        let own = Grid::voxel_of(position);
         // Blockers nearer than that let rays pass.
-        let passes = |cell: [i32; 3]| {
+        let passes = |voxel: [i32; 3]| {
             let apart = |r: usize| {
-                let low = i64::from(cell[r]) << 16;
+                let low = i64::from(voxel[r]) << 16;
                 (low - position[r]).max(position[r] - low - (1 << 16)).max(0) as f64
             };
             let apart_q16 = (0..3).map(apart).map(|gap| gap * gap).sum::<f64>().sqrt();
-            cell == own || apart_q16 < f64::from(few.gates.near_ignore_q16)
+            voxel == own || apart_q16 < f64::from(few.gates.near_ignore_q16)
         };
         let reach = 1 + (few.gates.near_ignore_q16 >> 16) as i32;
         if reach > 8 {
             return None;
         }
         let around: Vec<[i32; 3]> = BitGrid::full(Window::between(own, own).grown(reach))
-            .cells()
-            .filter(|cell| passes(*cell))
+            .voxels()
+            .filter(|voxel| passes(*voxel))
             .collect();
-        let beside = around.iter().flat_map(|cell| {
+        let beside = around.iter().flat_map(|voxel| {
             let towards = move |(axis, by): (usize, i32)| {
-                let mut next = *cell;
+                let mut next = *voxel;
                 next[axis] += by;
                 next
             };
             [(0, -1), (0, 1), (1, -1), (1, 1), (2, -1), (2, 1)].map(towards)
         });
         let mut walls = None;
-        for cell in around.iter().copied().chain(beside) {
-            if self.open.get(cell) {
-                walls = Some(self.place(cell)?);
+        for voxel in around.iter().copied().chain(beside) {
+            if self.open.get(voxel) {
+                walls = Some(self.place(voxel)?);
             }
         }
         walls.or_else(|| {
-            let body = truth.objects.iter().find(|object| object.stops_rays && object.cells.get(own));
+            let body = truth.objects.iter().find(|object| object.stops_rays && object.voxels.get(own));
             let name = body.map_or("a body".into(), |object| format!("{:?}", object.name));
             Some(format!("it stands inside {name}, where no ray goes: move it out"))
         })
     }
 
     /// What closes the place of an open cell, in words.
-    fn place(&mut self, cell: [i32; 3]) -> Option<String> {
-        if let Some((_, walls)) = self.known.iter().find(|(place, _)| place.get(cell)) {
+    fn place(&mut self, voxel: [i32; 3]) -> Option<String> {
+        if let Some((_, walls)) = self.known.iter().find(|(place, _)| place.get(voxel)) {
             return walls.clone();
         }
         if self.known.len() == MOST_PLACES {
             return None;
         }
         let mut seed = BitGrid::new(self.open.window());
-        seed.set(cell);
+        seed.set(voxel);
         let place = flood(&self.open, &seed);
         let with_walls = with_neighbours(&place);
         let is_small = place.count() as f64 <= SMALL * self.volume as f64;
-        let is_closed =
-            is_small && !with_walls.meets(&self.truth.human) && !with_walls.meets(&self.truth.robot);
+        let is_closed = is_small
+            && !with_walls.intersects(&self.truth.human)
+            && !with_walls.intersects(&self.truth.robot);
         let walls = is_closed.then(|| {
             let share = |object: &&std::sync::Arc<crate::voxel::ObjectVoxels>| {
-                let mut shared = object.cells.clone();
+                let mut shared = object.voxels.clone();
                 shared.keep(&with_walls.over(shared.window()));
                 shared.count()
             };

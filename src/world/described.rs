@@ -4,7 +4,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::{Baselines, World};
-use crate::backend::Placement;
+use crate::backend::GridPose;
 use crate::sensor::{self, Setting};
 use crate::source::sha256;
 use crate::study::Study;
@@ -90,9 +90,9 @@ pub(super) fn described(study: &Study, world: &World) -> Described {
     let (truth, whole) = (&*world.truth(), world.grid.window());
     let regions = world.regions.iter().zip(&world.baselines).map(|(region, baselines)| DescribedRegion {
         name: region.name.clone(),
-        voxels: region.cells.count(),
+        voxels: region.voxels.count(),
         cut_share: region.cut_share,
-        sha256: plane_sha256(&region.cells),
+        sha256: plane_sha256(&region.voxels),
         baselines: *baselines,
     });
     let placements = study.sensors.iter().enumerate().map(|(s, sensor)| {
@@ -139,7 +139,7 @@ fn keypoints_sha256(truth: &Truth) -> String {
     sha256([bytes.as_slice()])
 }
 
-fn placements_sha256(placements: impl Iterator<Item = Placement>) -> String {
+fn placements_sha256(placements: impl Iterator<Item = GridPose>) -> String {
     let numbers = placements.flat_map(|p| p.origin_q16.into_iter().chain(p.axis_q15.into_iter().flatten()));
     let bytes: Vec<u8> = numbers.flat_map(i32::to_le_bytes).collect();
     sha256([bytes.as_slice()])

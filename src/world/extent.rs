@@ -20,7 +20,7 @@ pub(super) fn grid(
 ) -> Result<Grid> {
     let size_m = study.voxel_size_m;
     let at_world = Grid { voxel_size_m: size_m, origin: [0; 3], size: [1; 3] };
-    let key = |p: DVec3| Grid::cell_of(at_world.position_q16(p));
+    let key = |p: DVec3| Grid::voxel_of(at_world.position_q16(p));
     let one = |p: DVec3| Window::between(key(p), key(p));
     let Some([min, max]) = study.bounds_m else {
         voxelize::grid_over_all(surfaces, size_m, snapshots)?;

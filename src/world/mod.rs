@@ -15,12 +15,14 @@ mod warnings;
 use std::sync::Arc;
 use std::time::Instant;
 
-use crate::backend::{Cell, Placement};
+use crate::backend::{GridPose, VoxelScene};
 use crate::pose::Pose;
 use crate::scene::{Scene, build::build_or_all};
 use crate::sensor::{self, Sensor, Setting, Station};
 use crate::study::Study;
-use crate::voxel::{BitGrid, GoOn, Grid, People, Region, Shape, Snapshots, Truth, Window, region, voxelize};
+use crate::voxel::{
+    BitGrid, GoOn, Grid, People, Region, RegionShape, Snapshots, Truth, Window, region, voxelize,
+};
 use crate::{Error, Result};
 pub use baselines::Baselines;
 use baselines::{baselines, reachable};
@@ -86,7 +88,7 @@ impl World {
     /// The voxels of all regions.
     pub fn in_regions(&self) -> BitGrid {
         let mut all = BitGrid::new(self.grid.window());
-        self.regions.iter().for_each(|region| all.add(&region.cells));
+        self.regions.iter().for_each(|region| all.add(&region.voxels));
         all
     }
 
@@ -168,7 +170,7 @@ impl World {
         [scene, snapshot]: [usize; 2],
         snapshots: &Arc<Snapshots>,
         settings: Vec<Arc<Vec<Setting>>>,
-        shapes: &[Shape],
+        shapes: &[RegionShape],
     ) -> Result<World, Vec<Error>> {
         let truth = snapshots.truth(snapshot);
         let named = study.regions.iter().zip(shapes);
@@ -202,8 +204,8 @@ impl World {
     /// Keeps regions that are the same in an earlier snapshot once only.
     fn share_regions(&mut self, earlier: &World) {
         for (region, before) in self.regions.iter_mut().zip(&earlier.regions) {
-            if before.cells == region.cells {
-                region.cells = before.cells.clone();
+            if before.voxels == region.voxels {
+                region.voxels = before.voxels.clone();
             }
         }
     }
@@ -223,7 +225,7 @@ impl World {
     }
 
     /// A sensor at a candidate, quantised; at the origin if it has no pose.
-    pub fn placement(&self, study: &Study, sensor: usize, candidate: usize, repeat: usize) -> Placement {
+    pub fn placement(&self, study: &Study, sensor: usize, candidate: usize, repeat: usize) -> GridPose {
         let truth = self.truth();
         self.station(study, &truth, [sensor, candidate, repeat]).placement(&*study.sensors[sensor].kind)
     }
@@ -248,16 +250,16 @@ impl World {
     }
 
     /// The scene as backends see it, with evidence kept over a window.
-    pub fn cell(&self, window: Window) -> Cell {
+    pub fn scene(&self, window: Window) -> VoxelScene {
         let truth = self.truth();
-        Cell {
+        VoxelScene {
             blockers: truth.blockers.clone(),
             still: self.still.clone(),
             window,
             truth: truth.occupied.over(window),
             human: truth.human.over(window),
             robot: truth.robot.over(window),
-            regions: self.regions.iter().map(|region| region.cells.over(window)).collect(),
+            regions: self.regions.iter().map(|region| region.voxels.over(window)).collect(),
             people: self.people.within(window),
         }
     }

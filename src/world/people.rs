@@ -47,7 +47,7 @@ pub(super) fn warnings(scenes: &[Scene], worlds: &[World]) -> Vec<String> {
     for (snapshot, (scene, world)) in scenes.iter().zip(worlds).enumerate() {
         let truth = world.truth();
         for (index, person) in scene.objects.iter().enumerate() {
-            if person.role != Role::Human || person.tag_only || truth.objects[index].cells.is_empty() {
+            if person.role != Role::Human || person.tag_only || truth.objects[index].voxels.is_empty() {
                 continue;
             }
             for (with, what) in faults_of(scene, &truth, index) {
@@ -115,12 +115,12 @@ fn faults_of(scene: &Scene, truth: &Truth, index: usize) -> Vec<(String, String)
 /// How much of a person is below and above the layer of a body that cuts through.
 fn cut(truth: &Truth, person: &ObjectVoxels, body: &ObjectVoxels) -> Option<[f64; 2]> {
     let voxel_m = truth.grid.voxel_size_m;
-    let columns: HashSet<[i32; 2]> = person.cells.cells().map(|[x, y, _]| [x, y]).collect();
-    let bounds = person.cells.bounds();
+    let columns: HashSet<[i32; 2]> = person.voxels.voxels().map(|[x, y, _]| [x, y]).collect();
+    let bounds = person.voxels.bounds();
     let least = APPARENT_VOXELS.max((APPARENT_M / voxel_m).ceil() as i32);
     let (low, end) = (bounds.min[2], bounds.end()[2]);
     let covers = |z: &i32| {
-        let covered = columns.iter().filter(|[x, y]| body.cells.get([*x, *y, *z])).count();
+        let covered = columns.iter().filter(|[x, y]| body.voxels.get([*x, *y, *z])).count();
         covered as f64 >= CUTS * columns.len() as f64
     };
     let at = (low + least..end - least).find(covers)?;
@@ -129,9 +129,9 @@ fn cut(truth: &Truth, person: &ObjectVoxels, body: &ObjectVoxels) -> Option<[f64
 
 /// The share of a person's voxels in the hollow of a body, whose surface does not count.
 fn inside(person: &ObjectVoxels, body: &ObjectVoxels) -> f64 {
-    let mut shared = enclosed(&body.cells).over(person.cells.window());
-    shared.keep(&person.cells);
-    shared.count() as f64 / person.cells.count() as f64
+    let mut shared = enclosed(&body.voxels).over(person.voxels.window());
+    shared.keep(&person.voxels);
+    shared.count() as f64 / person.voxels.count() as f64
 }
 
 /// The limbs whose middle line goes through a surface.
@@ -175,20 +175,20 @@ fn goes_through([from, to]: [DVec3; 2], [a, b, c]: [DVec3; 3]) -> bool {
 /// Whether the place around a person is closed: a small one, with no robot in it.
 fn shut_in(truth: &Truth, person: &ObjectVoxels) -> Option<String> {
     let mut own = BitGrid::new(truth.grid.window());
-    own.add(&person.cells);
+    own.add(&person.voxels);
     let mut open = BitGrid::full(truth.grid.window());
     open.remove(&truth.blockers);
     let all = open.count();
     let place = flood(&open, &with_neighbours(&own));
     let is_closed =
-        place.count() as f64 <= SMALL * all as f64 && !with_neighbours(&place).meets(&truth.robot);
+        place.count() as f64 <= SMALL * all as f64 && !with_neighbours(&place).intersects(&truth.robot);
     is_closed.then(|| "is shut up in a closed body: move one of them".into())
 }
 
 /// How far a person is above whatever is below, or above the grid's floor.
 fn floats(truth: &Truth, person: &ObjectVoxels) -> Option<String> {
     let mut lowest: BTreeMap<[i32; 2], i32> = BTreeMap::new();
-    for [x, y, z] in person.cells.cells() {
+    for [x, y, z] in person.voxels.voxels() {
         let low = lowest.entry([x, y]).or_insert(z);
         *low = z.min(*low);
     }

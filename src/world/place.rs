@@ -11,7 +11,7 @@ use super::World;
 use crate::pose::Pose;
 use crate::scene::Role;
 use crate::sensor::turned::Turned;
-use crate::sensor::{Candidate, Link, Sensor, Setting, Stance};
+use crate::sensor::{Candidate, MountLink, Sensor, Setting, Stance};
 use crate::study::{Combination, Study};
 use crate::voxel::{Grid, ObjectVoxels, Truth};
 
@@ -138,22 +138,22 @@ impl<'a> Places<'a> {
 
     /// The nearest fixture along an axis, by its index, and on which side it is; the first of several.
     fn next_to(&self, at: DVec3) -> Option<(usize, usize)> {
-        let start = Grid::cell_of(self.truth.grid.position_q16(at));
+        let start = Grid::voxel_of(self.truth.grid.position_q16(at));
         let steps = (MOUNTED_M / self.truth.grid.voxel_size_m).ceil() as i32;
-        let object_at = |cell: [i32; 3]| {
-            if !self.truth.occupied.get(cell) {
+        let object_at = |voxel: [i32; 3]| {
+            if !self.truth.occupied.get(voxel) {
                 return None;
             }
             let mut objects = self.truth.objects.iter();
-            objects.position(|object| object.role == Role::Environment && object.cells.get(cell))
+            objects.position(|object| object.role == Role::Environment && object.voxels.get(voxel))
         };
         // What it is inside of, it lies on.
         let inside = object_at(start).map(|object| (DOWN, object));
         inside.or_else(|| {
             (1..=steps).find_map(|step| {
                 (0..6).find_map(|way| {
-                    let cell = std::array::from_fn(|axis| start[axis] + step * WAYS[way][axis]);
-                    object_at(cell).map(|object| (way, object))
+                    let voxel = std::array::from_fn(|axis| start[axis] + step * WAYS[way][axis]);
+                    object_at(voxel).map(|object| (way, object))
                 })
             })
         })
@@ -220,7 +220,7 @@ fn floor_m(truth: &Truth, room_m: [DVec3; 2]) -> f64 {
     tops.fold(low.z, f64::max)
 }
 
-fn carrier(Link { object, link }: &Link) -> String {
+fn carrier(MountLink { object, link }: &MountLink) -> String {
     let article = if object == "robot" { "the " } else { "" };
     format!("on {article}{object}'s {link}")
 }

@@ -4,19 +4,19 @@ use std::sync::Arc;
 
 use crate::source::Sources;
 use crate::study::{RegionSpec, Study};
-use crate::voxel::Shape;
+use crate::voxel::RegionShape;
 use crate::{Error, Result};
 
-/// Most shapes that a region may be made of, counting those of the regions it names, and theirs: a chain of regions
-/// can double at each step.
+/// Most shapes that a region may be made of, counting those of the regions it names, and theirs: a chain of
+/// regions can double at each step.
 const MAX_PARTS: usize = 1000;
 
 /// The shape of each region, in study order.
 ///
 /// # Errors
 /// When a mesh cannot be read, or a region is made of more than 1000 shapes.
-pub fn shapes(study: &Study) -> Result<Vec<Shape>> {
-    let mut shapes: Vec<Shape> = Vec::new();
+pub fn shapes(study: &Study) -> Result<Vec<RegionShape>> {
+    let mut shapes: Vec<RegionShape> = Vec::new();
     for (name, spec) in &study.regions {
         let shape = shape(spec, &shapes, &study.sources)
             .map_err(|what| Error::input(study.path.display(), format!("region {name:?}{what}")))?;
@@ -25,8 +25,8 @@ pub fn shapes(study: &Study) -> Result<Vec<Shape>> {
     Ok(shapes)
 }
 
-fn shape(spec: &RegionSpec, before: &[Shape], sources: &Sources) -> Result<Shape, String> {
-    let parts = |parts: &[usize]| -> Result<Vec<Shape>, String> {
+fn shape(spec: &RegionSpec, before: &[RegionShape], sources: &Sources) -> Result<RegionShape, String> {
+    let parts = |parts: &[usize]| -> Result<Vec<RegionShape>, String> {
         let named = || parts.iter().filter_map(|&i| before.get(i));
         match named().map(count).sum::<usize>() {
             ..=MAX_PARTS => Ok(named().cloned().collect()),
@@ -36,20 +36,20 @@ fn shape(spec: &RegionSpec, before: &[Shape], sources: &Sources) -> Result<Shape
         }
     };
     Ok(match spec {
-        RegionSpec::Shape(shape) => shape.clone(),
+        RegionSpec::RegionShape(shape) => shape.clone(),
         RegionSpec::Mesh { file, position_m, rotation } => {
             let mesh = file.load(sources).map_err(|e| format!(".mesh = {e}"))?;
-            Shape::Mesh(Arc::new(mesh.transformed(*rotation, *position_m)))
+            RegionShape::Mesh(Arc::new(mesh.transformed(*rotation, *position_m)))
         }
-        RegionSpec::Union(names) => Shape::Union(parts(names)?),
-        RegionSpec::Difference(names) => Shape::Difference(parts(names)?),
+        RegionSpec::Union(names) => RegionShape::Union(parts(names)?),
+        RegionSpec::Difference(names) => RegionShape::Difference(parts(names)?),
     })
 }
 
 /// How many simple shapes a shape is made of.
-fn count(shape: &Shape) -> usize {
+fn count(shape: &RegionShape) -> usize {
     match shape {
-        Shape::Union(parts) | Shape::Difference(parts) => parts.iter().map(count).sum(),
+        RegionShape::Union(parts) | RegionShape::Difference(parts) => parts.iter().map(count).sum(),
         _ => 1,
     }
 }

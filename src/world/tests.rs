@@ -6,7 +6,7 @@ use crate::metrics::{BODY_PARTS, BodyPart, Confusion, Detection, RoleCounts};
 use crate::pose::Pose;
 use crate::scene::build::build;
 use crate::study::Overrides;
-use crate::voxel::{BodyVoxel, Shape};
+use crate::voxel::{BodyVoxel, RegionShape};
 
 /// A scene of 10 × 10 × 10 voxels of a metre, cut in two by a wall at x = 5, with one human voxel on each
 /// side and one robot voxel on the far one.
@@ -36,7 +36,7 @@ fn walled() -> Truth {
 #[test]
 fn baselines_are_what_trivial_answers_score() {
     let truth = walled();
-    let whole = Shape::Box { min_m: DVec3::ZERO, max_m: DVec3::splat(10.0) };
+    let whole = RegionShape::Box { min_m: DVec3::ZERO, max_m: DVec3::splat(10.0) };
     let region = region::region("all", &whole, &truth).unwrap();
     let reachable = voxelize::reachable(&truth, [([1 << 16; 3], 0)]);
     // Free and joined to (1, 1, 1): 500 less the human; and beside those, that human and the wall.
@@ -127,7 +127,7 @@ fn evidence_over_a_window_counts_the_same_as_over_the_grid() {
     let mut cpu = crate::backend::cpu::Cpu::new(Some(1)).unwrap();
     let mut score = |window| {
         cpu.tables(std::slice::from_ref(&table)).unwrap();
-        cpu.load(&world.cell(window)).unwrap();
+        cpu.load(&world.scene(window)).unwrap();
         let shots: Vec<_> =
             (0..).zip(&placements).map(|(slot, placement)| Shot::once(slot, *placement)).collect();
         cpu.sense(0, &shots).unwrap();
@@ -181,8 +181,8 @@ fn a_mount_is_off_by_as_much_in_every_snapshot_and_inside_the_grid() {
             let errors_here = seen.iter().zip(&truly).filter_map(|(station, truly)| {
                 let (believed, truly) = (station.pose(), (*truly)?);
                 let placement = station.placement(&*sensor.kind);
-                let cell = placement.truly?.origin_q16.map(|x| x >> 16);
-                assert!(station.truth.grid.window().contains(cell), "{cell:?}");
+                let voxel = placement.truly?.origin_q16.map(|x| x >> 16);
+                assert!(station.truth.grid.window().contains(voxel), "{voxel:?}");
                 assert_ne!(placement.caster(), placement);
                 let back = believed.rotation.inverse();
                 Some((back * (truly.position_m - believed.position_m), back * truly.rotation))

@@ -30,7 +30,7 @@ pub(super) fn warnings(study: &Study, scenes: &[Scene], worlds: &[World]) -> Vec
         if !counts || !is_of_a_file(study, world.scene, object) {
             return None;
         }
-        let share = fill_share(mesh, &voxels.cells, &world.grid)?;
+        let share = fill_share(mesh, &voxels.voxels, &world.grid)?;
         (share < FILLED).then(|| {
             format!(
                 "object {:?} is a sheet that fills {:.0} % of its voxels, and stops all rays as if it filled them: if it is a \
@@ -52,16 +52,17 @@ pub(super) fn is_of_a_file(study: &Study, scene: usize, object: &Object) -> bool
     })
 }
 
-/// The share of straight lines through its voxels that meet a sheet, on the axis where most do; `None` for what is no sheet:
-/// of the voxels of a sheet, a fourth at least have as many around them, two to each side, as a plane has.
-fn fill_share(mesh: &Mesh, cells: &BitGrid, grid: &Grid) -> Option<f64> {
-    let in_sheet = |&cell: &[i32; 3]| {
+/// The share of straight lines through its voxels that meet a sheet, on the axis where most do; `None` for
+/// what is no sheet: of the voxels of a sheet, a fourth at least have as many around them, two to each side,
+/// as a plane has.
+fn fill_share(mesh: &Mesh, voxels: &BitGrid, grid: &Grid) -> Option<f64> {
+    let in_sheet = |&voxel: &[i32; 3]| {
         let mut around = 0;
-        cells.each_in(&Window::between(cell, cell).grown(2), |_| around += 1);
+        voxels.each_in(&Window::between(voxel, voxel).grown(2), |_| around += 1);
         around >= 25
     };
-    let all = cells.count() as usize;
-    let sheet: Vec<[i32; 3]> = cells.cells().filter(in_sheet).collect();
+    let all = voxels.count() as usize;
+    let sheet: Vec<[i32; 3]> = voxels.voxels().filter(in_sheet).collect();
     if sheet.len() < LEAST_VOXELS || 4 * sheet.len() < all {
         return None;
     }
@@ -73,14 +74,14 @@ fn fill_share(mesh: &Mesh, cells: &BitGrid, grid: &Grid) -> Option<f64> {
     let step = sheet.len().div_ceil(MOST_VOXELS);
     let some: Vec<[i32; 3]> = sheet.into_iter().step_by(step).collect();
     let shares =
-        some.par_iter().map(|cell| (0..3).map(|axis| met(&triangles, *cell, axis)).fold(0.0, f64::max));
+        some.par_iter().map(|voxel| (0..3).map(|axis| met(&triangles, *voxel, axis)).fold(0.0, f64::max));
     Some(shares.sum::<f64>() / some.len() as f64)
 }
 
 /// The share of the lines through a voxel along an axis that meet a triangle there.
-fn met(triangles: &[[DVec3; 3]], cell: [i32; 3], axis: usize) -> f64 {
+fn met(triangles: &[[DVec3; 3]], voxel: [i32; 3], axis: usize) -> f64 {
     let (u, v) = ((axis + 1) % 3, (axis + 2) % 3);
-    let low = DVec3::from_array(cell.map(f64::from));
+    let low = DVec3::from_array(voxel.map(f64::from));
     let (mut least, mut most) = (low, low + 1.0);
     least[axis] -= DEPTH;
     most[axis] += DEPTH;
@@ -137,7 +138,7 @@ mod tests {
         let grid = Grid { voxel_size_m: 0.05, origin: [-40; 3], size: [80; 3] };
         let scene = Scene { name: "s".into(), snapshot: 0, objects: vec![Arc::new(object)] };
         let truth = voxelize_all(&[scene], grid).unwrap().remove(0);
-        fill_share(&mesh, &truth.objects[0].cells, &grid)
+        fill_share(&mesh, &truth.objects[0].voxels, &grid)
     }
 
     /// Bars of 4 mm every 4 cm, in both directions.

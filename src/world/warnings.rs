@@ -9,7 +9,7 @@ use crate::scene::{Object, Role, Scene};
 use crate::sensor::{Sensor, Setting, Stance, Station};
 use crate::study::{RegionSpec, Study};
 use crate::voxel::voxelize::{HUGE_M, LARGE_M};
-use crate::voxel::{Grid, ObjectVoxels, Shape, Truth};
+use crate::voxel::{Grid, ObjectVoxels, RegionShape, Truth};
 use crate::world::place::Places;
 
 /// The warnings of a scene from all its snapshots, which have the same objects in the same order.
@@ -80,7 +80,7 @@ impl Glance {
         let truth = world.truth();
         let stands = |setting: &Setting| match setting {
             Setting::Pose(pose) => {
-                truth.blockers.get(Grid::cell_of(world.grid.position_q16(pose.position_m)))
+                truth.blockers.get(Grid::voxel_of(world.grid.position_q16(pose.position_m)))
             }
             _ => false,
         };
@@ -102,7 +102,7 @@ fn object_warnings(glances: &[Glance], name: &str, index: usize, warnings: &mut 
     if let Some(odd) = all().find(|object| !object.warnings.is_empty()) {
         warnings.extend(odd.warnings.iter().map(|w| format!("object {name:?} {w}")));
     }
-    let outside = all().filter(|object| object.cells.is_empty()).count();
+    let outside = all().filter(|object| object.voxels.is_empty()).count();
     if outside == glances.len() {
         warnings.push(format!("object {name:?} lies outside the grid and is left out"));
     } else if outside > 0 {
@@ -150,7 +150,7 @@ fn cut_warning(study: &Study, worlds: &[World], region: usize) -> Option<String>
     let (name, spec) = &study.regions[region];
     let sides = sides(worlds[at].regions[region].cut_at);
     let smaller = match spec {
-        RegionSpec::Shape(Shape::HumanBox { .. }) => "take a smaller margin_m",
+        RegionSpec::RegionShape(RegionShape::HumanBox { .. }) => "take a smaller margin_m",
         _ => "make the region smaller there",
     };
     let bounds = if study.bounds_m.is_some() { "widen bounds_m of [grid]" } else { "set bounds_m of [grid]" };
@@ -158,7 +158,7 @@ fn cut_warning(study: &Study, worlds: &[World], region: usize) -> Option<String>
     (percent > 0.0).then(|| {
         format!(
             "region {name:?}: {percent:.1} % of it lies outside the grid ({sides}) and is not counted{when}: no loss \
-             if the cell ends there; if not, {bounds}, or {smaller}"
+             if the voxel ends there; if not, {bounds}, or {smaller}"
         )
     })
 }

@@ -5,7 +5,7 @@
 use std::sync::Arc;
 
 use perirobot::backend::oracle::Oracle;
-use perirobot::backend::{Backend, Cell, Noise, Placement, Planes, Rays, Reading, Slot, Standpoint};
+use perirobot::backend::{Backend, GridFrame, GridPose, Noise, Planes, Rays, Reading, Slot, VoxelScene};
 use perirobot::march::{self, End, Gates, MAX_RANGE_VOXELS, NOISE_STEPS};
 use perirobot::metrics::BodyPart;
 use perirobot::sensor::Camera;
@@ -16,7 +16,7 @@ use super::Random;
 /// What two backends are compared on.
 pub(crate) struct Case {
     pub(crate) seed: u64,
-    pub(crate) cell: Cell,
+    pub(crate) scene: VoxelScene,
     pub(crate) tables: Vec<Rays>,
     pub(crate) shots: Vec<Shot>,
     pub(crate) uploads: Vec<(Slot, Planes)>,
@@ -28,7 +28,7 @@ pub(crate) struct Case {
 pub(crate) struct Shot {
     pub(crate) table: usize,
     pub(crate) slot: Slot,
-    pub(crate) placement: Placement,
+    pub(crate) placement: GridPose,
 }
 
 /// Slots that cases use: few enough for every backend, and more than hold evidence.
@@ -47,10 +47,10 @@ pub(crate) fn case(seed: u64) -> Case {
         _ => std::array::from_fn(|_| 1 + random.below(50)),
     };
     let grid = Window { min: [0; 3], size };
-    let cell = cell(&mut random, grid);
-    let placements: Vec<_> = (0..4).map(|_| placement(&mut random, &cell)).collect();
+    let scene = scene(&mut random, grid);
+    let placements: Vec<_> = (0..4).map(|_| placement(&mut random, &scene)).collect();
     let number = 1 + random.below(3) as usize;
-    let tables: Vec<_> = (0..number).map(|_| table(&mut random, &cell, &placements[0])).collect();
+    let tables: Vec<_> = (0..number).map(|_| table(&mut random, &scene, &placements[0])).collect();
     // Slots in no order, none twice.
     let first = random.below(SLOTS);
     let mut slots = (0..SLOTS).map(|i| (first + 5 * i) % SLOTS);
@@ -58,16 +58,16 @@ pub(crate) fn case(seed: u64) -> Case {
     let shots = placements.iter().enumerate();
     let shots: Vec<_> =
         shots.map(|(i, &placement)| Shot { table: i % number, slot: slot(), placement }).collect();
-    let uploads = (0..1 + random.below(4)).map(|_| (slot(), planes(&mut random, cell.window))).collect();
+    let uploads = (0..1 + random.below(4)).map(|_| (slot(), planes(&mut random, scene.window))).collect();
     // Each shot alone as a presence sensor, wherever its mount is, and any slots together.
     let alone =
         |shot: &Shot| vec![Reading { slot: shot.slot, volume: None, hit: 3511, miss: -405, presence: true }];
     let jobs = shots.iter().map(alone).chain((0..8).map(|_| job(&mut random))).collect();
-    Case { seed, cell, tables, shots, uploads, jobs }
+    Case { seed, scene, tables, shots, uploads, jobs }
 }
 
 /// A camera or a LIDAR, with rays along the lattice, gates and noise.
-fn table(random: &mut Random, cell: &Cell, placement: &Placement) -> Rays {
+fn table(random: &mut Random, scene: &VoxelScene, placement: &GridPose) -> Rays {
     let mut rays = if random.one_in(2) {
         image(random)
     } else {
@@ -75,7 +75,7 @@ fn table(random: &mut Random, cell: &Cell, placement: &Placement) -> Rays {
         dirs_q15.extend(lattice());
         Rays { dirs_q15, image: None, gates: open_gates(), noise: Noise::default() }
     };
-    rays.gates = gates(random, cell, &rays, placement);
+    rays.gates = gates(random, scene, &rays, placement);
     rays.noise = noise(random);
     rays
 }
@@ -196,7 +196,7 @@ fn fill(random: &mut Random, plane: &mut BitGrid, part: Window, percent: u32) {
     }
 }
 
-fn cell(random: &mut Random, grid: Window) -> Cell {
+fn scene(random: &mut Random, grid: Window) -> VoxelScene {
     let mut truth = BitGrid::new(grid);
     let clutter = random.of(&[0, 0, 1, 1, 5, 10, 30, 50]);
     fill(random, &mut truth, grid, clutter);
@@ -204,7 +204,7 @@ fn cell(random: &mut Random, grid: Window) -> Cell {
         // A checkerboard: every ray is beside a blocker, and slips between them.
         let part = inner(random, grid);
         let black = |c: &[i32; 3]| c.iter().sum::<i32>() % 2 == 0;
-        BitGrid::full(part).cells().filter(black).for_each(|c| truth.set(c));
+        BitGrid::full(part).voxels().filter(black).for_each(|c| truth.set(c));
     }
     // Walls one voxel thick across the grid, some of them at its sides.
     for _ in 0..random.below(4) {
@@ -252,7 +252,7 @@ fn cell(random: &mut Random, grid: Window) -> Cell {
         still.remove(&BitGrid::full(moves));
         Arc::new(still)
     });
-    Cell { blockers: blockers.into(), still, window, truth, human, robot, regions, people }
+    VoxelScene { blockers: blockers.into(), still, window, truth, human, robot, regions, people }
 }
 
 /// Whose the truly occupied voxels of people are: of up to three people, who have parts of all kinds in any
@@ -266,7 +266,7 @@ fn people(random: &mut Random, truth: &BitGrid, human: &BitGrid) -> People {
         person: random.below(people),
         part: BodyPart::ALL[random.below(parts) as usize],
     };
-    let voxels = theirs.cells().map(&mut of).collect();
+    let voxels = theirs.voxels().map(&mut of).collect();
     People { min_hits: 1 + random.below(6), voxels }
 }
 
@@ -304,16 +304,16 @@ pub(crate) fn lattice() -> Vec<[i32; 3]> {
     all.filter(|&v| v != [0.0; 3]).map(unit_q15).collect()
 }
 
-fn placement(random: &mut Random, cell: &Cell) -> Placement {
-    let size = cell.blockers.window().size;
+fn placement(random: &mut Random, scene: &VoxelScene) -> GridPose {
+    let size = scene.blockers.window().size;
     let anywhere = |random: &mut Random| size.map(|n| random.below(n << 16) as i32);
     let origin_q16 = match random.below(6) {
         // Inside what it will see, if there is anything.
         0 => {
-            let occupied: Vec<_> = cell.blockers.cells().collect();
+            let occupied: Vec<_> = scene.blockers.voxels().collect();
             match occupied.as_slice() {
                 [] => anywhere(random),
-                cells => random.of(cells).map(|c| (c << 16) + random.below(1 << 16) as i32),
+                voxels => random.of(voxels).map(|c| (c << 16) + random.below(1 << 16) as i32),
             }
         }
         1 => size.map(|n| (random.below(n) << 16) as i32),
@@ -327,16 +327,21 @@ fn placement(random: &mut Random, cell: &Cell) -> Placement {
         _ => anywhere(random),
     };
     let axis_q15 = if random.one_in(3) { quarter_turns(random) } else { turned(random) };
-    let truly = random.one_in(4).then(|| standpoint(random, cell, origin_q16, axis_q15));
-    Placement { origin_q16, axis_q15, truly, draws: random.bits() as u32 }
+    let truly = random.one_in(4).then(|| standpoint(random, scene, origin_q16, axis_q15));
+    GridPose { origin_q16, axis_q15, truly, draws: random.bits() as u32 }
 }
 
 /// Where a sensor truly is that is believed to be somewhere: there, near by, or anywhere.
-fn standpoint(random: &mut Random, cell: &Cell, origin_q16: [i32; 3], axis_q15: [[i32; 3]; 3]) -> Standpoint {
-    let size = cell.blockers.window().size;
+fn standpoint(
+    random: &mut Random,
+    scene: &VoxelScene,
+    origin_q16: [i32; 3],
+    axis_q15: [[i32; 3]; 3],
+) -> GridFrame {
+    let size = scene.blockers.window().size;
     match random.below(6) {
-        0 => Standpoint { origin_q16, axis_q15 },
-        1 => Standpoint { origin_q16: size.map(|n| random.below(n << 16) as i32), axis_q15: turned(random) },
+        0 => GridFrame { origin_q16, axis_q15 },
+        1 => GridFrame { origin_q16: size.map(|n| random.below(n << 16) as i32), axis_q15: turned(random) },
         _ => {
             let most = random.of(&[1, 1 << 12, 1 << 16, 4 << 16]);
             let near =
@@ -351,7 +356,7 @@ fn standpoint(random: &mut Random, cell: &Cell, origin_q16: [i32; 3], axis_q15: 
                 row[b] = (f64::from(old[b]) * cos - f64::from(old[c]) * sin).round() as i32;
                 row[c] = (f64::from(old[b]) * sin + f64::from(old[c]) * cos).round() as i32;
             }
-            Standpoint { origin_q16, axis_q15: rows }
+            GridFrame { origin_q16, axis_q15: rows }
         }
     }
 }
@@ -380,7 +385,7 @@ fn turned(random: &mut Random) -> [[i32; 3]; 3] {
 }
 
 /// When a ray enters its last cell, in Q16.
-fn end_distance(placement: &Placement, dir_q15: [i32; 3], end: End) -> u32 {
+fn end_distance(placement: &GridPose, dir_q15: [i32; 3], end: End) -> u32 {
     let mut ray = march::start(
         placement.origin_q16,
         placement.axis_q15.map(|axis| march::direction_q16(axis, dir_q15)),
@@ -395,10 +400,10 @@ fn end_distance(placement: &Placement, dir_q15: [i32; 3], end: End) -> u32 {
 }
 
 /// Random gates; most of their distances are those of an end, or one off.
-fn gates(random: &mut Random, cell: &Cell, rays: &Rays, placement: &Placement) -> Gates {
+fn gates(random: &mut Random, scene: &VoxelScene, rays: &Rays, placement: &GridPose) -> Gates {
     let mut oracle = Oracle::default();
     oracle.tables(std::slice::from_ref(rays)).expect("the oracle takes any table");
-    oracle.load(cell).expect("the oracle takes any cell");
+    oracle.load(scene).expect("the oracle takes any cell");
     let ends = oracle.read(0, placement).expect("a cell is loaded").ends;
     let near_an_end = |random: &mut Random| {
         let ray = random.below(ends.len() as u32) as usize;

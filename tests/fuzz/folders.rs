@@ -6,17 +6,17 @@ use std::fs;
 use std::path::PathBuf;
 
 use perirobot::metrics::{Confusion, Score};
-use perirobot::report::Selection;
+use perirobot::report::ReportSelection;
 use perirobot::report::best;
 use perirobot::report::distribution;
 use perirobot::report::groups;
 use perirobot::report::maxima;
 use perirobot::report::snapshots;
 use perirobot::results::files::{JOURNAL, MANIFEST};
-use perirobot::results::journal::{Header, Journal, Locked, Shard};
+use perirobot::results::journal::{Journal, JournalHeader, Locked, Shard};
 use perirobot::results::manifest::{Identity, Manifest};
 use perirobot::results::merge::merge;
-use perirobot::results::table::Format;
+use perirobot::results::table::TableFormat;
 use perirobot::results::{Folder, Results, rows, scores};
 use perirobot::study::{Overrides, Study};
 use perirobot::sweep::session::Session;
@@ -133,7 +133,7 @@ impl Sweep {
         let study = study.expect("a study without mistakes");
         let worlds = World::prepare_all(&study).expect("scenes without mistakes");
         let fingerprint = Manifest::new(&study, &worlds, Shard::WHOLE, &[]).fingerprint();
-        let voxels = worlds[0].regions.iter().map(|region| region.cells.count()).collect();
+        let voxels = worlds[0].regions.iter().map(|region| region.voxels.count()).collect();
         let sweep = Sweep { root, study, worlds, fingerprint, voxels };
         sweep.open("out", Shard::WHOLE);
         sweep.open("second", Shard { number: 1, of: 2 });
@@ -214,14 +214,14 @@ fn check(before: &[u8], bytes: &mut [u8]) {
 
 /// All that is made of results.
 fn report(results: &Results, folder: &std::path::Path) {
-    let selection = Selection::named(results, None, None, &Score::ALL).expect("nothing is named");
+    let selection = ReportSelection::named(results, None, None, &Score::ALL).expect("nothing is named");
     for render in [distribution::render, maxima::render, groups::render, snapshots::render] {
         render(results, &selection).expect("what was scanned can be read again");
     }
     best::render(results).expect("what was scanned can be read again");
-    let _ = rows::write(results, folder, Format::Csv);
-    let _ = scores::write(results, folder, Format::Csv);
-    let _ = scores::write(results, folder, Format::Parquet);
+    let _ = rows::write(results, folder, TableFormat::Csv);
+    let _ = scores::write(results, folder, TableFormat::Csv);
+    let _ = scores::write(results, folder, TableFormat::Parquet);
 }
 
 /// A manifest that has the hash of its poses, if it is JSON that wants one.
@@ -233,7 +233,7 @@ fn with_hash(manifest: &[u8], poses: &[u8]) -> Option<Vec<u8>> {
 }
 
 /// The header of the journal of a whole sweep with this manifest.
-fn header_of(manifest: &Manifest) -> Option<Header> {
+fn header_of(manifest: &Manifest) -> Option<JournalHeader> {
     let Identity { sensors, scenes, combinations, repeats, .. } = &manifest.identity;
     let ways = |name: &String| {
         let sensor = sensors.iter().find(|sensor| sensor.name == *name)?;
@@ -252,7 +252,7 @@ fn header_of(manifest: &Manifest) -> Option<Header> {
     }
     let blocks = (*repeats as u64).checked_mul(scenes.len() as u64)?;
     let (fingerprint, kept) = (manifest.fingerprint(), 0..block_rows);
-    Some(Header { fingerprint, shard: Shard::WHOLE, blocks, block_rows, kept })
+    Some(JournalHeader { fingerprint, shard: Shard::WHOLE, blocks, block_rows, kept })
 }
 
 /// Gives a folder all rows that its journal keeps, if they are few: nothing is seen.

@@ -2,7 +2,7 @@
 //!
 //! # Theory
 //! A ray's place, a distance and an axis, says how many crossings of each axis it has made, in closed form
-//! (`SEMANTICS.md`, "Rays"); so neither path nor cell need be kept from the search.
+//! (`SEMANTICS.md`, "Rays"); so neither path nor voxel need be kept from the search.
 //!
 //! # Practice
 //! Returns, which most rays are, go 64 at a time; rays that end otherwise or are lost, or may be read outside
@@ -10,23 +10,23 @@
 
 use fearless_simd::{Level, Simd, dispatch};
 
-use super::bundle::{Bundle, Lanes, Places, RAYS};
-use super::strike::{self, Strike};
+use super::first_hit::{self, FirstHit};
+use super::packet::{Lanes, Packet, RAYS, RayPlaces};
 use crate::backend::{Noise, Planes};
 use crate::march::{self, BLIND, End, Gates, LEFT, NOTHING, RETURN};
 use crate::voxel::BitGrid;
 
-/// How the rays of a bundle ended.
-pub(super) struct Ends {
+/// How the rays of a packet ended.
+pub(super) struct PacketEnds {
     kinds: Lanes<u32>,
     crossings: Lanes<u32>,
-    /// How many leading cells each ray frees.
+    /// How many leading voxels each ray frees.
     pub(super) freed: Lanes<u32>,
     /// The bit of each return's endpoint in the window's plane; [`NO_BIT`] outside and for other rays.
     bits: Lanes<u32>,
     /// The same of the blocker that each return comes from.
     hits: Lanes<u32>,
-    places: Places,
+    places: RayPlaces,
     drawn: Lanes<u32>,
     steps_q16: Lanes<i32>,
     /// Which rays' returns are lost, a bit each.
@@ -52,20 +52,20 @@ pub(super) struct Rules<'a> {
 /// Rays that were sent.
 pub(super) struct Sent<'a> {
     /// As they are believed to go.
-    pub(super) believed: &'a Bundle,
+    pub(super) believed: &'a Packet,
     /// As they were truly cast, if the mount is off.
-    pub(super) truly: Option<&'a Bundle>,
+    pub(super) truly: Option<&'a Packet>,
 }
 
-impl Ends {
+impl PacketEnds {
     pub(super) fn new() -> Self {
-        Ends {
+        PacketEnds {
             kinds: [NOTHING; RAYS],
             crossings: [0; RAYS],
             freed: [0; RAYS],
             bits: [NO_BIT; RAYS],
             hits: [NO_BIT; RAYS],
-            places: Places { t_q16: [0; RAYS], axis: [0; RAYS] },
+            places: RayPlaces { t_q16: [0; RAYS], axis: [0; RAYS] },
             drawn: [0; RAYS],
             steps_q16: [0; RAYS],
             lost: 0,
@@ -73,13 +73,13 @@ impl Ends {
         }
     }
 
-    /// Ends the rays of a bundle, whose numbers are `rays`; endpoints are wanted in the window of a plane.
+    /// Ends the rays of a packet, whose numbers are `rays`; endpoints are wanted in the window of a plane.
     pub(super) fn end(
         &mut self,
         level: Level,
         sent: &Sent,
         rays: &Lanes<u32>,
-        strikes: &Lanes<Strike>,
+        first_hits: &Lanes<FirstHit>,
         rules: &Rules,
         plane: &BitGrid,
     ) {
@@ -89,30 +89,30 @@ impl Ends {
         }
         if !noise.unit_q12.is_empty() {
             for lane in 0..RAYS {
-                let hit = if strikes[lane] < strike::LEFT { strikes[lane] } else { 0 };
+                let hit = if first_hits[lane] < first_hit::LEFT { first_hits[lane] } else { 0 };
                 self.steps_q16[lane] = noise.step_q16(self.drawn[lane], hit >> 2);
             }
         }
-        dispatch!(level, simd => read(simd, strikes, &self.steps_q16, &mut self.places));
+        dispatch!(level, simd => read(simd, first_hits, &self.steps_q16, &mut self.places));
         let unusual = match sent.truly {
-            // Rays struck elsewhere than they are believed to have been.
+            // Rays found elsewhere than they are believed to have been.
             Some(_) => u64::MAX,
             None => {
                 sent.believed.made(level, &self.places, &mut self.made);
-                dispatch!(level, simd => returns(simd, self, sent.believed, strikes, rules, plane))
+                dispatch!(level, simd => returns(simd, self, sent.believed, first_hits, rules, plane))
             }
         };
         for lane in (0..RAYS).filter(|lane| unusual >> lane & 1 == 1) {
-            self.end_alone(sent, lane, strikes[lane], rules, plane);
+            self.end_alone(sent, lane, first_hits[lane], rules, plane);
         }
         self.hits = self.bits;
         let elsewhere = |lane: usize| sent.truly.is_some() || self.steps_q16[lane] != 0;
         let cast = sent.truly.unwrap_or(sent.believed);
         for lane in (0..RAYS).filter(|&lane| self.kinds[lane] == RETURN && elsewhere(lane)) {
-            let made = cast.made_by(lane, strike::crossing(strikes[lane]));
+            let made = cast.made_by(lane, first_hit::crossing(first_hits[lane]));
             let begin = cast.march(lane);
-            let cell = std::array::from_fn(|r| begin.cell[r] + begin.step[r] * made[r] as i32);
-            self.hits[lane] = plane.bit_index(cell).map_or(NO_BIT, |bit| bit as u32);
+            let voxel = std::array::from_fn(|r| begin.voxel[r] + begin.step[r] * made[r] as i32);
+            self.hits[lane] = plane.bit_index(voxel).map_or(NO_BIT, |bit| bit as u32);
         }
     }
 
@@ -131,9 +131,9 @@ impl Ends {
         }
     }
 
-    /// Ends a ray that is no return, or a return that may be read outside the grid or was not struck where it
+    /// Ends a ray that is no return, or a return that may be read outside the grid or was not found where it
     /// is believed to be.
-    fn end_alone(&mut self, sent: &Sent, lane: usize, strike: Strike, rules: &Rules, plane: &BitGrid) {
+    fn end_alone(&mut self, sent: &Sent, lane: usize, hit: FirstHit, rules: &Rules, plane: &BitGrid) {
         let begin = sent.believed.march(lane);
         let room = march::room(&begin, rules.size);
         let lost = self.lost >> lane & 1 == 1;
@@ -142,9 +142,9 @@ impl Ends {
             self.freed[lane] = march::freed(End { kind, crossings }, rules.gates.no_return_is_free);
             self.bits[lane] = NO_BIT;
         };
-        let blind = strike < strike::LEFT && strike >> 2 < rules.gates.range_min_q16;
-        if strike >= strike::LEFT || lost && !blind {
-            let left = strike == strike::LEFT && rules.gates.backdrop && !lost;
+        let blind = hit < first_hit::LEFT && hit >> 2 < rules.gates.range_min_q16;
+        if hit >= first_hit::LEFT || lost && !blind {
+            let left = hit == first_hit::LEFT && rules.gates.backdrop && !lost;
             let kind = if left { LEFT } else { NOTHING };
             let counts = rules.all || kind == LEFT || rules.gates.no_return_is_free;
             let crossings = || march::crossings_at(&begin, room, rules.gates.range_max_q16);
@@ -153,15 +153,15 @@ impl Ends {
         if blind {
             // Not where a return would be read, but where the blocker is.
             let made = match sent.truly {
-                None => sent.believed.made_by(lane, strike::crossing(strike)),
-                Some(_) => march::made_until(&begin, room, strike >> 2),
+                None => sent.believed.made_by(lane, first_hit::crossing(hit)),
+                Some(_) => march::made_until(&begin, room, hit >> 2),
             };
             return end(BLIND, made.iter().sum());
         }
         let made = march::made_until(&begin, room, self.places.t_q16[lane]);
         end(RETURN, made.iter().sum());
-        let cell = std::array::from_fn(|r| begin.cell[r] + begin.step[r] * made[r] as i32);
-        self.bits[lane] = plane.bit_index(cell).map_or(NO_BIT, |bit| bit as u32);
+        let voxel = std::array::from_fn(|r| begin.voxel[r] + begin.step[r] * made[r] as i32);
+        self.bits[lane] = plane.bit_index(voxel).map_or(NO_BIT, |bit| bit as u32);
     }
 }
 
@@ -184,9 +184,9 @@ fn mask(lanes: &Lanes<u32>) -> u64 {
 
 /// Where returns are read: at the crossing into the blocker, or with noise after all crossings up to there.
 #[inline(always)]
-fn read<S: Simd>(_: S, strikes: &Lanes<Strike>, steps_q16: &Lanes<i32>, places: &mut Places) {
+fn read<S: Simd>(_: S, first_hits: &Lanes<FirstHit>, steps_q16: &Lanes<i32>, places: &mut RayPlaces) {
     for lane in 0..RAYS {
-        let hit = if strikes[lane] < strike::LEFT { strikes[lane] } else { 0 };
+        let hit = if first_hits[lane] < first_hit::LEFT { first_hits[lane] } else { 0 };
         let silent = steps_q16[lane] == 0;
         places.t_q16[lane] = march::noisy_q16(hit >> 2, steps_q16[lane]);
         places.axis[lane] = if silent { hit & 3 } else { 2 };
@@ -197,9 +197,9 @@ fn read<S: Simd>(_: S, strikes: &Lanes<Strike>, steps_q16: &Lanes<i32>, places: 
 #[inline(always)]
 fn returns<S: Simd>(
     _: S,
-    ends: &mut Ends,
-    bundle: &Bundle,
-    strikes: &Lanes<Strike>,
+    ends: &mut PacketEnds,
+    packet: &Packet,
+    first_hits: &Lanes<FirstHit>,
     rules: &Rules,
     plane: &BitGrid,
 ) -> u64 {
@@ -210,12 +210,12 @@ fn returns<S: Simd>(
     let mut elsewhere = [0u32; RAYS];
     let mut bits = [0i32; RAYS];
     for r in 0..3 {
-        let (own, size) = (bundle.cell[r], rules.size[r]);
+        let (own, size) = (packet.voxel[r], rules.size[r]);
         for lane in 0..RAYS {
             let made = ends.made[r][lane] as i32;
-            let cell = own + if bundle.dir_q16[r][lane] < 0 { -made } else { made };
-            outside[lane] |= (cell as u32 >= size) as u32;
-            let within = cell - window.min[r];
+            let voxel = own + if packet.dir_q16[r][lane] < 0 { -made } else { made };
+            outside[lane] |= (voxel as u32 >= size) as u32;
+            let within = voxel - window.min[r];
             elsewhere[lane] |= (within as u32 >= window.size[r]) as u32;
             bits[lane] = bits[lane].wrapping_add(within.wrapping_mul(strides[r]));
         }
@@ -225,8 +225,8 @@ fn returns<S: Simd>(
         ends.kinds[lane] = RETURN;
         (ends.crossings[lane], ends.freed[lane]) = (crossings, crossings);
         ends.bits[lane] = if elsewhere[lane] != 0 { NO_BIT } else { bits[lane] as u32 };
-        let none = strikes[lane] >= strike::LEFT;
-        let blind = strikes[lane] >> 2 < rules.gates.range_min_q16;
+        let none = first_hits[lane] >= first_hit::LEFT;
+        let blind = first_hits[lane] >> 2 < rules.gates.range_min_q16;
         outside[lane] |= (none | blind) as u32;
     }
     mask(&outside) | ends.lost

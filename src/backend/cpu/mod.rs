@@ -1,21 +1,22 @@
 //! All cores, one placement or one job a thread. The algorithms are in files of their own, each with a reason
-//! why it is exact: `strike` (leaps), `beam`, `meet`, `gather`, `walk`; `plan` says which is used when. The
-//! arithmetic is `march`.
+//! why it is exact: `first_hit` (leaps), `cone`, `intersect`, `carve_voxels`, `carve_rays`; `plan` says which
+//! is used when. The arithmetic is `march`.
 //!
-//! A pose is sensed in this order: `plan` (what matters), `bundle` (rays by the 64), `beam`, `meet` and
-//! `strike` (what they hit), `end` (gates and noise), `pyramid` and `gather`, or `walk` (what they free).
+//! A pose is sensed in this order: `plan` (what matters), `packet` (rays by the 64), `cone`, `intersect` and
+//! `first_hit` (what they hit), `end` (gates and noise), `pyramid` and `carve_voxels`, or `carve_rays` (what
+//! they free).
 
-mod beam;
-mod bundle;
+mod carve_rays;
+mod carve_voxels;
+mod cone;
 mod end;
-mod gather;
-mod meet;
+mod first_hit;
+mod intersect;
+mod packet;
 mod plan;
+mod projection;
 mod pyramid;
 mod sense;
-mod strike;
-mod view;
-mod walk;
 
 use std::collections::VecDeque;
 use std::sync::Arc;
@@ -24,16 +25,16 @@ use fearless_simd::Level;
 use rayon::prelude::*;
 
 use super::{
-    Backend, Carving, Cell, Evidence, Fusion, MEMORY_BYTES, Placement, Planes, Rays, Reading, Shot, Slot,
-    count::Tally,
+    Backend, Carving, Evidence, Fusion, GridPose, MEMORY_BYTES, Planes, Rays, Reading, Shot, Slot,
+    VoxelScene, count::RegionTally,
 };
 use crate::march::{End, NOTHING};
 use crate::metrics::Confusion;
 use crate::voxel::BitGrid;
 use crate::{Error, Result};
-use plan::Wanted;
-use sense::{Blockers, Desk, Sensor, Table};
-use strike::{Layer, Strike};
+use first_hit::{FirstHit, Layer};
+use plan::RelevantVoxels;
+use sense::{Blockers, Desk, RayTable, TableCaster};
 
 /// Most pieces of evidence kept at once, however small they are.
 const MOST_SLOTS: usize = 4096;
@@ -44,38 +45,44 @@ pub struct Cpu {
     memory_bytes: u64,
     level: Level,
     carving: Option<Carving>,
-    tables: Vec<Table>,
-    loaded: Option<Loaded>,
+    tables: Vec<RayTable>,
+    loaded: Option<LoadedScene>,
     slots: Vec<Option<Planes>>,
-    /// What was struck in the still layer, by hit slot; empty where nothing is kept.
-    first_hits: Vec<Vec<Strike>>,
+    /// What was found in the still layer, by hit slot; empty where nothing is kept.
+    first_hits: Vec<Vec<FirstHit>>,
     answers: VecDeque<Vec<Vec<Confusion>>>,
 }
 
 /// A scene made ready.
-struct Loaded {
-    cell: Cell,
-    /// Blockers that stand in all snapshots; the very layer of the cell, so that the next cell's can be known
-    /// for the same.
+struct LoadedScene {
+    scene: VoxelScene,
+    /// Blockers that stand in all snapshots; the very layer of the scene, so that the next scene's can be
+    /// known for the same.
     still: Option<(Arc<BitGrid>, Layer)>,
     /// The other blockers, or all.
     moving: Layer,
-    wanted: Wanted,
-    tally: Tally,
+    wanted: RelevantVoxels,
+    tally: RegionTally,
 }
 
-impl Loaded {
+impl LoadedScene {
     /// Makes a scene ready. `before` is the still layer of the last one, which may be this one's.
-    fn new(cell: &Cell, before: Option<(Arc<BitGrid>, Layer)>) -> Self {
+    fn new(scene: &VoxelScene, before: Option<(Arc<BitGrid>, Layer)>) -> Self {
         let same = |still: &Arc<BitGrid>| before.filter(|(layer, _)| Arc::ptr_eq(layer, still));
-        let still = cell
+        let still = scene
             .still
             .as_ref()
             .map(|still| same(still).unwrap_or_else(|| (still.clone(), Layer::new(BitGrid::clone(still)))));
-        let mut moving = BitGrid::clone(&cell.blockers);
+        let mut moving = BitGrid::clone(&scene.blockers);
         still.iter().for_each(|(still, _)| moving.remove(still));
-        let wanted = Wanted::of(cell.window, &cell.regions);
-        Loaded { still, moving: Layer::new(moving), wanted, tally: Tally::new(cell), cell: cell.clone() }
+        let wanted = RelevantVoxels::of(scene.window, &scene.regions);
+        LoadedScene {
+            still,
+            moving: Layer::new(moving),
+            wanted,
+            tally: RegionTally::new(scene),
+            scene: scene.clone(),
+        }
     }
 
     fn blockers(&self) -> Blockers<'_> {
@@ -123,27 +130,27 @@ impl Cpu {
         self
     }
 
-    fn loaded(&self) -> Result<&Loaded> {
+    fn loaded(&self) -> Result<&LoadedScene> {
         self.loaded.as_ref().ok_or_else(|| Error::Device("no scene is loaded".into()))
     }
 
-    /// The strikes on the still layer kept for a shot, unknown ones if it is new.
-    fn take_first_hits(&mut self, table: usize, shot: &Shot) -> Option<Vec<Strike>> {
+    /// The first hits in the still layer kept for a shot, unknown ones if it is new.
+    fn take_first_hits(&mut self, table: usize, shot: &Shot) -> Option<Vec<FirstHit>> {
         let slot = shot.first_hits? as usize;
         if self.first_hits.len() <= slot {
             self.first_hits.resize(slot + 1, Vec::new());
         }
-        let rays = self.tables.get(table)?.bundles.count() * bundle::RAYS;
+        let rays = self.tables.get(table)?.packets.count() * packet::RAYS;
         let kept = std::mem::take(&mut self.first_hits[slot]);
-        Some(if kept.len() == rays { kept } else { vec![strike::UNKNOWN; rays] })
+        Some(if kept.len() == rays { kept } else { vec![first_hit::UNKNOWN; rays] })
     }
 
     /// A table's rays in the loaded scene.
-    fn sensor<'a>(&'a self, table: usize, wanted: &'a Wanted) -> Result<Sensor<'a>> {
+    fn sensor<'a>(&'a self, table: usize, wanted: &'a RelevantVoxels) -> Result<TableCaster<'a>> {
         let table = self.tables.get(table).ok_or_else(|| super::no_table(table))?;
         let blockers = self.loaded()?.blockers();
         let wide = std::mem::discriminant(&self.level) != std::mem::discriminant(&Level::baseline());
-        Ok(Sensor { level: self.level, wide, table, blockers, wanted, carving: self.carving })
+        Ok(TableCaster { level: self.level, wide, table, blockers, wanted, carving: self.carving })
     }
 }
 
@@ -159,19 +166,19 @@ impl Backend for Cpu {
 
     fn tables(&mut self, tables: &[Rays]) -> Result<()> {
         self.first_hits.clear();
-        self.tables = tables.iter().map(Table::new).collect();
+        self.tables = tables.iter().map(RayTable::new).collect();
         Ok(())
     }
 
-    fn load(&mut self, cell: &Cell) -> Result<()> {
+    fn load(&mut self, scene: &VoxelScene) -> Result<()> {
         let evidence = usize::try_from(self.memory_bytes / 2).unwrap_or(usize::MAX);
-        let piece = 3 * 4 * cell.truth.words().len().max(1);
+        let piece = 3 * 4 * scene.truth.words().len().max(1);
         // Even where a piece is large, all threads have one to work on, and a job of several sensors fits.
         let least = 4 * self.pool.current_num_threads().max(4);
         self.slots = vec![None; (evidence / piece).min(MOST_SLOTS).max(least)];
         let before = self.loaded.take().and_then(|loaded| loaded.still);
         let was = before.as_ref().map(|(layer, _)| layer.clone());
-        let loaded = Loaded::new(cell, before);
+        let loaded = LoadedScene::new(scene, before);
         let is = loaded.still.as_ref().map(|(layer, _)| layer);
         if !was.iter().zip(is).any(|(was, is)| Arc::ptr_eq(was, is)) {
             self.first_hits.clear();
@@ -189,7 +196,7 @@ impl Backend for Cpu {
     }
 
     fn first_hit_slots(&self) -> usize {
-        let rays = self.tables.iter().map(|table| table.bundles.count() * bundle::RAYS).max().unwrap_or(0);
+        let rays = self.tables.iter().map(|table| table.packets.count() * packet::RAYS).max().unwrap_or(0);
         let still = self.loaded.as_ref().is_some_and(|loaded| loaded.still.is_some());
         let bytes = usize::try_from(self.memory_bytes / 4).unwrap_or(usize::MAX);
         if still { bytes / (4 * rays.max(1)) } else { 0 }
@@ -197,7 +204,7 @@ impl Backend for Cpu {
 
     fn sense(&mut self, table: usize, shots: &[Shot]) -> Result<()> {
         tracing::debug!("cpu: casts table of rays {table} from {} poses", shots.len());
-        let mut kept: Vec<Option<Vec<Strike>>> =
+        let mut kept: Vec<Option<Vec<FirstHit>>> =
             shots.iter().map(|shot| self.take_first_hits(table, shot)).collect();
         let loaded = self.loaded()?;
         let sensor = self.sensor(table, &loaded.wanted)?;
@@ -218,7 +225,7 @@ impl Backend for Cpu {
     }
 
     fn upload(&mut self, evidence: Vec<(Slot, Planes)>) -> Result<()> {
-        let window = self.loaded()?.cell.window;
+        let window = self.loaded()?.scene.window;
         for (slot, mut planes) in evidence {
             // Hits are looked up by their words.
             if planes.hits.window() != window {
@@ -230,7 +237,7 @@ impl Backend for Cpu {
         Ok(())
     }
 
-    fn ask(&mut self, fusion: Fusion, jobs: &[Vec<Reading>]) -> Result<()> {
+    fn submit(&mut self, fusion: Fusion, jobs: &[Vec<Reading>]) -> Result<()> {
         tracing::debug!("cpu: scores {} choices", jobs.len());
         let tally = &self.loaded()?.tally;
         let planes = |slot: Slot| self.slots[slot as usize].as_ref();
@@ -240,14 +247,14 @@ impl Backend for Cpu {
         Ok(())
     }
 
-    fn answer(&mut self) -> Result<Vec<Vec<Confusion>>> {
-        self.answers.pop_front().ok_or_else(super::nothing_asked)
+    fn receive(&mut self) -> Result<Vec<Vec<Confusion>>> {
+        self.answers.pop_front().ok_or_else(super::nothing_submitted)
     }
 
-    fn read(&mut self, table: usize, placement: &Placement) -> Result<Evidence> {
-        let wanted = Wanted::all(self.loaded()?.cell.window);
+    fn read(&mut self, table: usize, placement: &GridPose) -> Result<Evidence> {
+        let wanted = RelevantVoxels::all(self.loaded()?.scene.window);
         let sensor = self.sensor(table, &wanted)?;
-        let mut ends = vec![End { kind: NOTHING, crossings: 0 }; sensor.table.bundles.rays()];
+        let mut ends = vec![End { kind: NOTHING, crossings: 0 }; sensor.table.packets.rays()];
         let planes = sensor.sense(placement, &mut Desk::new(sensor.table), None, Some(&mut ends));
         Ok(Evidence { planes, ends })
     }

@@ -1,4 +1,4 @@
-//! How many cells each pixel of a camera frees, as an image, and the least and most of them over blocks of
+//! How many voxels each pixel of a camera frees, as an image, and the least and most of them over blocks of
 //! pixels.
 //!
 //! # Theory
@@ -7,7 +7,7 @@
 //! lowers a least.
 //!
 //! # Practice
-//! Made once a pose, for `gather`: a rectangle of any size is looked up in four blocks.
+//! Made once a pose, for `carve_voxels`: a rectangle of any size is looked up in four blocks.
 
 use crate::backend::Image;
 
@@ -28,24 +28,24 @@ pub(super) struct Pyramid {
 /// The blocks of one size, row by row.
 struct Level {
     size: [u32; 2],
-    blocks: Vec<Block>,
+    blocks: Vec<FreedRange>,
 }
 
 /// What the pixels of a block free.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-struct Block {
+struct FreedRange {
     least: u16,
     most: u16,
 }
 
-impl Block {
-    fn of(freed: u16) -> Block {
-        Block { least: freed, most: freed }
+impl FreedRange {
+    fn of(freed: u16) -> FreedRange {
+        FreedRange { least: freed, most: freed }
     }
 
     #[inline]
-    fn and(self, other: Block) -> Block {
-        Block { least: self.least.min(other.least), most: self.most.max(other.most) }
+    fn and(self, other: FreedRange) -> FreedRange {
+        FreedRange { least: self.least.min(other.least), most: self.most.max(other.most) }
     }
 }
 
@@ -61,7 +61,7 @@ impl Pyramid {
     pub(super) fn new(image: &Image) -> Self {
         let level = |k: usize| {
             let size = image.size_px.map(|n| n.div_ceil(1 << k));
-            Level { size, blocks: vec![Block::of(0); size[0] as usize * size[1] as usize] }
+            Level { size, blocks: vec![FreedRange::of(0); size[0] as usize * size[1] as usize] }
         };
         let pixels = vec![0; image.size_px[0] as usize * image.size_px[1] as usize];
         Pyramid { width: image.size_px[0] as usize, pixels, levels: (1..=LEVELS).map(level).collect() }
@@ -93,7 +93,7 @@ impl Pyramid {
 
     /// Makes the levels from the pixels.
     pub(super) fn build(&mut self) {
-        reduce(&self.pixels, self.width, Block::of, &mut self.levels[0]);
+        reduce(&self.pixels, self.width, FreedRange::of, &mut self.levels[0]);
         for k in 1..LEVELS {
             let (below, above) = self.levels.split_at_mut(k);
             let Level { size, blocks } = &below[k - 1];
@@ -135,7 +135,7 @@ impl Pyramid {
             return [0, u16::MAX.into()];
         }
         let block = |u: u32, v: u32| match k {
-            0 => Block::of(self.pixels[v as usize * self.width + u as usize]),
+            0 => FreedRange::of(self.pixels[v as usize * self.width + u as usize]),
             _ => {
                 let level = &self.levels[k - 1];
                 level.blocks[((v >> k) * level.size[0] + (u >> k)) as usize]
@@ -143,13 +143,13 @@ impl Pyramid {
         };
         let ([left, top], [right, bottom]) = (rect.first, rect.last);
         let upper = block(left, top).and(block(right, top));
-        let Block { least, most } = upper.and(block(left, bottom)).and(block(right, bottom));
+        let FreedRange { least, most } = upper.and(block(left, bottom)).and(block(right, bottom));
         [least.into(), most.into()]
     }
 }
 
 /// Makes the next level: blocks of 2 × 2, fewer at the edges.
-fn reduce<T: Copy>(below: &[T], width: usize, block: impl Fn(T) -> Block, above: &mut Level) {
+fn reduce<T: Copy>(below: &[T], width: usize, block: impl Fn(T) -> FreedRange, above: &mut Level) {
     let height = below.len() / width;
     for (v, row) in above.blocks.chunks_exact_mut(above.size[0] as usize).enumerate() {
         let upper = &below[2 * v * width..][..width];

@@ -2,34 +2,34 @@
 
 use fearless_simd::Level;
 
-use super::beam::{Beam, Cone};
-use super::bundle::{Bundle, Bundles, Lanes, Places, RAYS, TILE};
-use super::end::{Ends, Rules, Sent};
-use super::gather::Gather;
-use super::meet::Meeting;
-use super::plan::{self, LARGEST, Wanted};
+use super::carve_rays::{crosses_window, mark_freed};
+use super::carve_voxels::CarveVoxels;
+use super::cone::{Cone, ConeAtPose};
+use super::end::{PacketEnds, Rules, Sent};
+use super::first_hit::{self, FirstHit, Layer, Search};
+use super::intersect::Intersect;
+use super::packet::{Lanes, Packet, Packets, RAYS, RayPlaces, TILE};
+use super::plan::{self, LARGEST, RelevantVoxels};
+use super::projection::{BOXES, PixelRect, Projection};
 use super::pyramid::Pyramid;
-use super::strike::{self, Layer, Search, Strike};
-use super::view::{BOXES, Sight, View};
-use super::walk::{meets, walk};
-use crate::backend::{Carving, Noise, Placement, Planes, Rays};
+use crate::backend::{Carving, GridPose, Noise, Planes, Rays};
 use crate::march::{self, End, Gates};
 
 /// A table of rays made ready.
-pub(super) struct Table {
-    pub(super) bundles: Bundles,
-    /// For a camera's bundles.
+pub(super) struct RayTable {
+    pub(super) packets: Packets,
+    /// For a camera's packets.
     cones: Vec<Cone>,
     gates: Gates,
     noise: Noise,
 }
 
-impl Table {
+impl RayTable {
     pub(super) fn new(rays: &Rays) -> Self {
-        let bundles = Bundles::new(rays);
-        let tiles = if rays.image.is_some() { bundles.count() } else { 0 };
-        let cones = (0..tiles).map(|tile| Cone::of(&bundles, tile)).collect();
-        Table { bundles, cones, gates: rays.gates, noise: rays.noise.clone() }
+        let packets = Packets::new(rays);
+        let tiles = if rays.image.is_some() { packets.count() } else { 0 };
+        let cones = (0..tiles).map(|tile| Cone::of(&packets, tile)).collect();
+        RayTable { packets, cones, gates: rays.gates, noise: rays.noise.clone() }
     }
 }
 
@@ -41,13 +41,13 @@ pub(super) struct Blockers<'a> {
 
 /// A pose being sensed.
 struct Shoot<'a> {
-    placement: &'a Placement,
+    placement: &'a GridPose,
     /// Where its rays are cast from.
-    caster: Placement,
+    caster: GridPose,
     still: Option<Search<'a>>,
     moving: Search<'a>,
-    /// Strikes on the still layer, bundle by bundle, if they are kept.
-    first_hits: Option<&'a mut [Strike]>,
+    /// First hits in the still layer, packet by packet, if they are kept.
+    first_hits: Option<&'a mut [FirstHit]>,
     /// Where the end of every ray is wanted.
     see: Option<&'a mut [End]>,
 }
@@ -60,49 +60,49 @@ impl Shoot<'_> {
     }
 }
 
-/// Length of a section of a beam in voxels, how many are looked at one after the other, and the most blockers
+/// Length of a section of a cone in voxels, how many are looked at one after the other, and the most blockers
 /// that are held against all rays: beyond that, rays go on one by one.
 const SECTION: f32 = 4.0;
 const SECTIONS: usize = 4;
 const MOST_NEAR: usize = 48;
 
 /// A table of rays in a scene, before it has a pose.
-pub(super) struct Sensor<'a> {
+pub(super) struct TableCaster<'a> {
     pub(super) level: Level,
     /// Whether vectors are wide enough to hold all rays against all blockers near.
     pub(super) wide: bool,
-    pub(super) table: &'a Table,
+    pub(super) table: &'a RayTable,
     pub(super) blockers: Blockers<'a>,
-    pub(super) wanted: &'a Wanted,
+    pub(super) wanted: &'a RelevantVoxels,
     pub(super) carving: Option<Carving>,
 }
 
 /// What a thread works on, kept from pose to pose.
 pub(super) struct Desk {
-    bundle: Bundle,
-    /// The rays as they are truly cast, where those of the bundle are only believed.
-    truly: Bundle,
-    strikes: Lanes<Strike>,
-    ends: Ends,
-    places: Places,
+    packet: Packet,
+    /// The rays as they are truly cast, where those of the packet are only believed.
+    truly: Packet,
+    found: Lanes<FirstHit>,
+    ends: PacketEnds,
+    places: RayPlaces,
     made: [Lanes<u32>; 3],
     pyramid: Option<Pyramid>,
-    meeting: Meeting,
-    /// Blockers that a beam comes to.
+    intersect: Intersect,
+    /// Blockers that a cone comes to.
     near: Vec<[i32; 3]>,
 }
 
 impl Desk {
-    pub(super) fn new(table: &Table) -> Self {
+    pub(super) fn new(table: &RayTable) -> Self {
         Desk {
-            bundle: Bundle::new(),
-            truly: Bundle::new(),
-            strikes: [strike::UNKNOWN; RAYS],
-            ends: Ends::new(),
-            places: Places { t_q16: [0; RAYS], axis: [2; RAYS] },
+            packet: Packet::new(),
+            truly: Packet::new(),
+            found: [first_hit::UNKNOWN; RAYS],
+            ends: PacketEnds::new(),
+            places: RayPlaces { t_q16: [0; RAYS], axis: [2; RAYS] },
             made: [[0; RAYS]; 3],
-            pyramid: table.bundles.image().map(Pyramid::new),
-            meeting: Meeting::new(),
+            pyramid: table.packets.image().map(Pyramid::new),
+            intersect: Intersect::new(),
             near: Vec::new(),
         }
     }
@@ -115,62 +115,68 @@ struct Tile {
     near: bool,
 }
 
-impl Sensor<'_> {
-    /// Casts and carves a placement. `first_hits` are the strikes on the still layer, bundle by bundle,
+impl TableCaster<'_> {
+    /// Casts and carves a placement. `first_hits` are the first hits in the still layer, packet by packet,
     /// filled in where they are unknown. `see` receives the end of every ray.
     pub(super) fn sense(
         &self,
-        placement: &Placement,
+        placement: &GridPose,
         desk: &mut Desk,
-        first_hits: Option<&mut [Strike]>,
+        first_hits: Option<&mut [FirstHit]>,
         see: Option<&mut [End]>,
     ) -> Planes {
-        let window = self.wanted.cells.window();
+        let window = self.wanted.voxels.window();
         let mut planes = Planes::blank(window);
         let caster = placement.caster();
         let search = |layer| {
-            let cell = caster.origin_q16.map(|x| x >> 16);
+            let voxel = caster.origin_q16.map(|x| x >> 16);
             let ignore_q16 = self.table.gates.near_ignore_q16;
-            Search { layer, ignore_q16, clearing: Layer::clearing(layer, cell) }
+            Search { layer, ignore_q16, clearing: Layer::clearing(layer, voxel) }
         };
         let (still, moving) = (self.blockers.still.map(search), search(self.blockers.moving));
         let mut shoot = Shoot { placement, caster, still, moving, first_hits, see };
-        let carving = self.carving.unwrap_or_else(|| plan::carving(&self.table.bundles, window));
-        match (carving, self.table.bundles.image()) {
-            (Carving::Gather, Some(image)) => {
-                self.gather(&View::new(placement, image), &mut shoot, desk, &mut planes);
+        let carving = self.carving.unwrap_or_else(|| plan::carving(&self.table.packets, window));
+        match (carving, self.table.packets.image()) {
+            (Carving::ByVoxel, Some(image)) => {
+                self.carve_by_voxel(&Projection::new(placement, image), &mut shoot, desk, &mut planes);
             }
-            _ => self.walk(&mut shoot, desk, &mut planes),
+            _ => self.carve_by_ray(&mut shoot, desk, &mut planes),
         }
         planes
     }
 
     /// Rays first, then voxels look at the image that they make.
-    fn gather(&self, view: &View, shoot: &mut Shoot, desk: &mut Desk, planes: &mut Planes) {
-        let bundles = &self.table.bundles;
-        let mut tiles = vec![Tile { cast: shoot.casts_all(), near: false }; bundles.count()];
+    fn carve_by_voxel(
+        &self,
+        projection: &Projection,
+        shoot: &mut Shoot,
+        desk: &mut Desk,
+        planes: &mut Planes,
+    ) {
+        let packets = &self.table.packets;
+        let mut tiles = vec![Tile { cast: shoot.casts_all(), near: false }; packets.count()];
         let mut boxes = Vec::new();
         for corners in self.wanted.boxes.chunks(BOXES) {
-            let sights = view.sights(self.level, corners, LARGEST, &view.all());
+            let pixel_rects = projection.pixel_rects(self.level, corners, LARGEST, &projection.all());
             for (i, &corner) in corners.iter().enumerate() {
-                if let Some(sight) = sights.of(i) {
-                    mark(&mut tiles, bundles, &sight);
-                    boxes.push((corner, sight));
+                if let Some(pixel_rect) = pixel_rects.of(i) {
+                    mark(&mut tiles, packets, &pixel_rect);
+                    boxes.push((corner, pixel_rect));
                 }
             }
         }
         let Some(mut pyramid) = desk.pyramid.take() else { return };
         pyramid.clear();
-        let until_q16 = view.near_q16();
-        for bundle in (0..tiles.len()).filter(|&bundle| tiles[bundle].cast) {
-            desk.bundle.start(self.level, shoot.placement, bundles.dirs_q15(bundle));
-            self.cast(bundle, shoot, desk);
-            let numbers = bundles.numbers(bundle);
+        let until_q16 = projection.near_q16();
+        for packet in (0..tiles.len()).filter(|&packet| tiles[packet].cast) {
+            desk.packet.start(self.level, shoot.placement, packets.dirs_q15(packet));
+            self.cast(packet, shoot, desk);
+            let numbers = packets.numbers(packet);
             for lane in 0..RAYS {
                 let freed = desk.ends.freed[lane];
                 pyramid.set(numbers[lane] as usize, freed);
-                if tiles[bundle].near {
-                    walk(&desk.bundle, lane, freed, until_q16, &mut planes.free);
+                if tiles[packet].near {
+                    mark_freed(&desk.packet, lane, freed, until_q16, &mut planes.free);
                 }
             }
             desk.ends.mark(planes);
@@ -178,51 +184,51 @@ impl Sensor<'_> {
         pyramid.build();
         let placement = shoot.placement;
         let (level, wanted) = (self.level, self.wanted);
-        let gather = Gather { level, view, bundles, placement, pyramid: &pyramid, wanted };
-        for (corner, sight) in boxes {
-            gather.decide(corner, LARGEST, &sight, &mut planes.free);
+        let carve = CarveVoxels { level, projection, packets, placement, pyramid: &pyramid, wanted };
+        for (corner, pixel_rect) in boxes {
+            carve.decide(corner, LARGEST, &pixel_rect, &mut planes.free);
         }
         desk.pyramid = Some(pyramid);
     }
 
     /// Ray by ray.
-    fn walk(&self, shoot: &mut Shoot, desk: &mut Desk, planes: &mut Planes) {
-        let bundles = &self.table.bundles;
-        for bundle in 0..bundles.count() {
-            desk.bundle.start(self.level, shoot.placement, bundles.dirs_q15(bundle));
-            if !shoot.casts_all() && !(0..RAYS).any(|lane| meets(&desk.bundle, lane, &planes.free)) {
+    fn carve_by_ray(&self, shoot: &mut Shoot, desk: &mut Desk, planes: &mut Planes) {
+        let packets = &self.table.packets;
+        for packet in 0..packets.count() {
+            desk.packet.start(self.level, shoot.placement, packets.dirs_q15(packet));
+            if !shoot.casts_all() && !(0..RAYS).any(|lane| crosses_window(&desk.packet, lane, &planes.free)) {
                 continue;
             }
-            self.cast(bundle, shoot, desk);
+            self.cast(packet, shoot, desk);
             for lane in 0..RAYS {
-                walk(&desk.bundle, lane, desk.ends.freed[lane], march::NEVER, &mut planes.free);
+                mark_freed(&desk.packet, lane, desk.ends.freed[lane], march::NEVER, &mut planes.free);
             }
             desk.ends.mark(planes);
         }
     }
 
-    /// How the rays of a bundle end, which are on the desk as they are believed to go.
-    fn cast(&self, bundle: usize, shoot: &mut Shoot, desk: &mut Desk) {
+    /// How the rays of a packet end, which are on the desk as they are believed to go.
+    fn cast(&self, packet: usize, shoot: &mut Shoot, desk: &mut Desk) {
         let table = self.table;
-        desk.strikes = [strike::NOTHING; RAYS];
+        desk.found = [first_hit::NOTHING; RAYS];
         let is_off = shoot.placement.truly.is_some();
         if is_off {
-            std::mem::swap(&mut desk.bundle, &mut desk.truly);
-            desk.bundle.start(self.level, &shoot.caster, table.bundles.dirs_q15(bundle));
+            std::mem::swap(&mut desk.packet, &mut desk.truly);
+            desk.packet.start(self.level, &shoot.caster, table.packets.dirs_q15(packet));
         }
         if let Some(still) = &shoot.still {
-            let part = bundle * RAYS..(bundle + 1) * RAYS;
+            let part = packet * RAYS..(packet + 1) * RAYS;
             match shoot.first_hits.as_mut().map(|first_hits| &mut first_hits[part]) {
-                Some(kept) if kept[0] != strike::UNKNOWN => desk.strikes.copy_from_slice(kept),
+                Some(kept) if kept[0] != first_hit::UNKNOWN => desk.found.copy_from_slice(kept),
                 kept => {
-                    self.strike(still, bundle, &shoot.caster, desk);
-                    kept.into_iter().for_each(|kept| kept.copy_from_slice(&desk.strikes));
+                    self.first_hit(still, packet, &shoot.caster, desk);
+                    kept.into_iter().for_each(|kept| kept.copy_from_slice(&desk.found));
                 }
             }
         }
-        self.strike(&shoot.moving, bundle, &shoot.caster, desk);
+        self.first_hit(&shoot.moving, packet, &shoot.caster, desk);
         if is_off {
-            std::mem::swap(&mut desk.bundle, &mut desk.truly);
+            std::mem::swap(&mut desk.packet, &mut desk.truly);
         }
         let rules = Rules {
             gates: &table.gates,
@@ -231,30 +237,30 @@ impl Sensor<'_> {
             size: self.blockers.moving.blockers.window().size,
             all: shoot.see.is_some(),
         };
-        let numbers = table.bundles.numbers(bundle);
-        let bundles = Sent { believed: &desk.bundle, truly: is_off.then_some(&desk.truly) };
-        desk.ends.end(self.level, &bundles, &numbers, &desk.strikes, &rules, &self.wanted.cells);
+        let numbers = table.packets.numbers(packet);
+        let packets = Sent { believed: &desk.packet, truly: is_off.then_some(&desk.truly) };
+        desk.ends.end(self.level, &packets, &numbers, &desk.found, &rules, &self.wanted.voxels);
         if let Some(see) = &mut shoot.see {
             (0..RAYS).for_each(|lane| see[numbers[lane] as usize] = desk.ends.get(lane));
         }
     }
 
-    /// The strikes of a bundle on a layer, where they come before those already known.
-    fn strike(&self, search: &Search, bundle: usize, placement: &Placement, desk: &mut Desk) {
-        let range = strike::range(self.table.gates.range_max_q16);
-        let Some(cone) = self.table.cones.get(bundle) else {
+    /// The first hits of a packet on a layer, where they come before those already known.
+    fn first_hit(&self, search: &Search, packet: usize, placement: &GridPose, desk: &mut Desk) {
+        let range = first_hit::range(self.table.gates.range_max_q16);
+        let Some(cone) = self.table.cones.get(packet) else {
             for lane in 0..RAYS {
-                let known = desk.strikes[lane];
-                let ray = desk.bundle.ray(lane, [0; 3]);
-                desk.strikes[lane] = search.strike(ray, true, known.min(range), known);
+                let known = desk.found[lane];
+                let ray = desk.packet.ray(lane, [0; 3]);
+                desk.found[lane] = search.first_hit(ray, true, known.min(range), known);
             }
             return;
         };
-        let beam = cone.sent(placement);
-        let mut clear = beam.clear(search);
+        let cone = cone.sent(placement);
+        let mut clear = cone.clear(search);
         let mut open = u64::MAX;
         if self.wide && clear > 0.0 {
-            (open, clear) = self.meet(search, &beam, clear, desk, range);
+            (open, clear) = self.intersect(search, &cone, clear, desk, range);
         }
         if open == 0 {
             return;
@@ -262,51 +268,58 @@ impl Sensor<'_> {
         let clear_q16 = (clear * 65_536.0) as u32;
         if clear_q16 > 0 {
             desk.places.t_q16 = [clear_q16; RAYS];
-            desk.bundle.made(self.level, &desk.places, &mut desk.made);
+            desk.packet.made(self.level, &desk.places, &mut desk.made);
         } else {
             desk.made = [[0; RAYS]; 3];
         }
         for lane in (0..RAYS).filter(|lane| open >> lane & 1 == 1) {
-            let ray = desk.bundle.ray(lane, std::array::from_fn(|r| desk.made[r][lane]));
-            let known = desk.strikes[lane];
-            desk.strikes[lane] = search.strike(ray, clear_q16 == 0, known.min(range), known);
+            let ray = desk.packet.ray(lane, std::array::from_fn(|r| desk.made[r][lane]));
+            let known = desk.found[lane];
+            desk.found[lane] = search.first_hit(ray, clear_q16 == 0, known.min(range), known);
         }
     }
 
-    /// The strikes of rays that end soon after where a beam is clear. Says which lanes are open still, and
+    /// The first hits of rays that end soon after where a cone is clear. Says which lanes are open still, and
     /// from where.
-    fn meet(&self, search: &Search, beam: &Beam, clear: f32, desk: &mut Desk, range: Strike) -> (u64, f32) {
+    fn intersect(
+        &self,
+        search: &Search,
+        cone: &ConeAtPose,
+        clear: f32,
+        desk: &mut Desk,
+        range: FirstHit,
+    ) -> (u64, f32) {
         let grid = search.layer.blockers.window();
         let mut open = u64::MAX;
         let mut from = clear;
-        desk.meeting.start(self.level, &desk.bundle);
+        desk.intersect.start(self.level, &desk.packet);
         for _ in 0..SECTIONS {
             let to = from + SECTION;
-            let section = beam.section(from, to);
+            let section = cone.section(from, to);
             desk.near.clear();
-            search.layer.blockers.each_in(&section, |cell| {
-                if beam.touches(cell, to) {
-                    desk.near.push(cell);
+            search.layer.blockers.each_in(&section, |voxel| {
+                if cone.touches(voxel, to) {
+                    desk.near.push(voxel);
                 }
             });
             if desk.near.len() > MOST_NEAR {
                 break;
             }
-            for cell in &desk.near {
-                let away = std::array::from_fn(|r| cell[r] - desk.bundle.cell[r]);
+            for voxel in &desk.near {
+                let away = std::array::from_fn(|r| voxel[r] - desk.packet.voxel[r]);
                 if away != [0; 3] {
-                    desk.meeting.meet(self.level, away, search.ignore_q16);
+                    desk.intersect.intersect(self.level, away, search.ignore_q16);
                 }
             }
-            let until = u64::from(strike::range((to * 65_536.0) as u32));
+            let until = u64::from(first_hit::range((to * 65_536.0) as u32));
             let inside = section.intersection(&grid) == section;
             for lane in 0..RAYS {
-                let (entered, known) = (desk.meeting.entered[lane], desk.strikes[lane]);
+                let (entered, known) = (desk.intersect.entered[lane], desk.found[lane]);
                 // A ray that has come to the end of its range may have left the grid before.
                 let ended = entered.min(known.into()) <= until || inside && u64::from(range) <= until;
                 if ended && open >> lane & 1 == 1 {
                     let first = entered < u64::from(known.min(range));
-                    desk.strikes[lane] = if first { entered as Strike } else { known };
+                    desk.found[lane] = if first { entered as FirstHit } else { known };
                     open &= !(1 << lane);
                 }
             }
@@ -322,8 +335,8 @@ impl Sensor<'_> {
 }
 
 /// Marks the tiles that see a box.
-fn mark(tiles: &mut [Tile], bundles: &Bundles, Sight { rect, near, .. }: &Sight) {
-    let across = bundles.image().map_or(1, |image| image.size_px[0].div_ceil(TILE));
+fn mark(tiles: &mut [Tile], packets: &Packets, PixelRect { rect, near, .. }: &PixelRect) {
+    let across = packets.image().map_or(1, |image| image.size_px[0].div_ceil(TILE));
     for v in rect.first[1] / TILE..=rect.last[1] / TILE {
         for u in rect.first[0] / TILE..=rect.last[0] / TILE {
             let tile = &mut tiles[(v * across + u) as usize];

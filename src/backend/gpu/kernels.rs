@@ -2,21 +2,21 @@
 //! how many items a workgroup takes. Its name is also its label in timings and, in capitals, the constant by
 //! which it reports. Adding a kernel is a shader file and an entry here.
 
+use super::loop_bounds::WORKGROUP;
 use super::pipeline::Binding::{self, Part, Read, Uniform, Write};
-use super::turns::WORKGROUP;
 use super::types::shader_prelude;
 
 /// Words of a region that one invocation of `count` takes, so that a group's sums are worth their atomics.
 pub(super) const WORDS_PER_INVOCATION: u32 = 16;
 
 /// The first hit of a ray in a layer of blockers.
-const STRIKE: &str = include_str!("../../../shaders/strike.wgsl");
+const FIRST_HIT: &str = include_str!("../../../shaders/first_hit.wgsl");
 /// What a camera's pixels see and free.
-const IMAGE: &str = include_str!("../../../shaders/image.wgsl");
+const PROJECTION: &str = include_str!("../../../shaders/projection.wgsl");
 
 /// The proof that a kernel ran to its end, which follows the prelude in every kernel and needs the bindings
 /// `part` and `done`.
-pub const SHADER_PROOF: &str = include_str!("../../../shaders/proof.wgsl");
+pub const SHADER_COMPLETION: &str = include_str!("../../../shaders/completion.wgsl");
 
 /// What the host knows of a kernel.
 struct Entry {
@@ -58,19 +58,19 @@ macro_rules! kernels {
 // The first two bindings are always `setup` and `part`, the last is always `done`.
 kernels! {
     /// What each ray hits first in the still layer.
-    Still = "still", STRIKE, WORKGROUP, [Uniform Part Uniform Read Read Read Write Write];
+    StaticHits = "static_hits", FIRST_HIT, WORKGROUP, [Uniform Part Uniform Read Read Read Write Write];
     /// How each ray ends, and the endpoints.
-    Cast = "cast", STRIKE, WORKGROUP, [Uniform Part Uniform Read Read Read Read Read Write Write Write];
+    Cast = "cast", FIRST_HIT, WORKGROUP, [Uniform Part Uniform Read Read Read Read Read Write Write Write];
     /// What blocks of a camera's pixels free at least and at most.
-    Pyramid = "pyramid", IMAGE, 1, [Uniform Part Uniform Read Write Write];
+    Pyramid = "pyramid", PROJECTION, 1, [Uniform Part Uniform Read Write Write];
     /// Which boxes of voxels that decides.
-    Judge = "judge", IMAGE, WORKGROUP, [Uniform Part Uniform Read Read Read Write Write Write];
+    CarveBoxes = "carve_boxes", PROJECTION, WORKGROUP, [Uniform Part Uniform Read Read Read Write Write Write];
     /// The voxels of the others.
-    Gather = "gather", IMAGE, 1, [Uniform Part Uniform Read Read Read Read Read Write Write Write];
+    CarveVoxels = "carve_voxels", PROJECTION, 1, [Uniform Part Uniform Read Read Read Read Read Write Write Write];
     /// Those of them that many pixels may see.
-    Scan = "scan", IMAGE, 1, [Uniform Part Uniform Read Read Read Read Read Read Write Write];
-    /// The cells that each ray frees, one by one.
-    Walk = "walk", "", WORKGROUP, [Uniform Part Uniform Read Read Read Write Write];
+    CarveCrowded = "carve_crowded", PROJECTION, 1, [Uniform Part Uniform Read Read Read Read Read Read Write Write];
+    /// The voxels that each ray frees, one by one.
+    CarveRays = "carve_rays", "", WORKGROUP, [Uniform Part Uniform Read Read Read Write Write];
     /// What the evidence of several sensors says together.
     Fuse = "fuse", "", WORKGROUP, [Uniform Part Read Read Read Read Write Write Write];
     /// What that is worth in a region.
@@ -101,7 +101,7 @@ impl Stage {
 /// kernel, joined.
 pub fn shader_source(stage: Stage) -> String {
     let Entry { with, source, .. } = ENTRIES[stage as usize];
-    [&shader_prelude(), SHADER_PROOF, with, source].concat()
+    [&shader_prelude(), SHADER_COMPLETION, with, source].concat()
 }
 
 /// Storage buffers that the kernel with the most of them sees.

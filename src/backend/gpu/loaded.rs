@@ -3,15 +3,15 @@
 use std::sync::Arc;
 
 use super::device::{Device, Scratch};
-use super::plan::{CellSizes, TableSizes};
+use super::plan::{SceneSizes, TableSizes};
 use super::types::{BOX_BITS, BOX_EDGE, NO_SLOT, ReadingWords, Setup, TableWords};
-use crate::backend::roll::Roll;
-use crate::backend::{Cell, Rays, Reading, Slot};
+use crate::backend::body_words::BodyWords;
+use crate::backend::{Rays, Reading, Slot, VoxelScene};
 use crate::voxel::{BitGrid, Bricks, Window};
 use crate::{Error, Result};
 
 /// A table of rays on the device.
-pub(super) struct Table {
+pub(super) struct DeviceTable {
     pub(super) sizes: TableSizes,
     /// The uniform [`TableWords`].
     pub(super) words: wgpu::Buffer,
@@ -20,12 +20,12 @@ pub(super) struct Table {
     pub(super) noise: wgpu::Buffer,
 }
 
-impl Table {
+impl DeviceTable {
     /// Uploads a table, if the adapter can bind it.
     pub(super) fn new(device: &Device, rays: &Rays) -> Result<Self> {
         let std_q16 = rays.noise.std_q16.iter().map(|&std_q16| std_q16 as i32);
         let noise: Vec<i32> = rays.noise.unit_q12.iter().copied().chain(std_q16).collect();
-        Ok(Table {
+        Ok(DeviceTable {
             sizes: TableSizes::of(rays, &device.report)?,
             words: Scratch::uniform("table").filled(device, &[TableWords::from(rays)]),
             dirs_q15: device.upload("dirs_q15", &rays.dirs_q15),
@@ -35,9 +35,9 @@ impl Table {
 }
 
 /// A scene on the device.
-pub(super) struct Loaded {
+pub(super) struct DeviceScene {
     pub(super) window: Window,
-    pub(super) sizes: CellSizes,
+    pub(super) sizes: SceneSizes,
     /// The uniform [`Setup`].
     pub(super) setup: wgpu::Buffer,
     /// Blockers and the reach of their bricks.
@@ -52,9 +52,9 @@ pub(super) struct Loaded {
     pub(super) human: wgpu::Buffer,
     pub(super) robot: wgpu::Buffer,
     pub(super) regions: Vec<wgpu::Buffer>,
-    pub(super) roll: Roll,
+    pub(super) body_words: BodyWords,
     /// The voxels of people, as the roll lists them.
-    pub(super) flesh: wgpu::Buffer,
+    pub(super) body: wgpu::Buffer,
     /// Two planes of each slot, one after the other: occupied and hits.
     pub(super) ended: wgpu::Buffer,
     /// The free plane of each slot.
@@ -63,12 +63,12 @@ pub(super) struct Loaded {
     pub(super) held: Vec<bool>,
 }
 
-impl Loaded {
+impl DeviceScene {
     /// Uploads a scene of these sizes and boxes.
     pub(super) fn new(
         device: &Device,
-        cell: &Cell,
-        (sizes, roll): (CellSizes, Roll),
+        scene: &VoxelScene,
+        (sizes, body_words): (SceneSizes, BodyWords),
         (boxes, wanted): (&[[u32; 3]], u32),
         memory_bytes: Option<u64>,
         kept: &Kept,
@@ -77,7 +77,7 @@ impl Loaded {
         let slots = sizes.slots(&device.report, memory_bytes);
         let arena = slots as u64 * sizes.plane_bytes();
         let layers = |still: &Arc<BitGrid>| {
-            let mut moving = BitGrid::clone(&cell.blockers);
+            let mut moving = BitGrid::clone(&scene.blockers);
             moving.remove(still);
             [device.upload("still", &layer_words(still)), device.upload("moving", &layer_words(&moving))]
         };
@@ -86,21 +86,21 @@ impl Loaded {
             let [x, y, z] = corner.map(|c| c / BOX_EDGE);
             x | y << bits | z << (2 * bits)
         };
-        let in_grid = |corner: &[u32; 3]| std::array::from_fn(|r| cell.window.min[r] + corner[r] as i32);
-        Loaded {
-            window: cell.window,
+        let in_grid = |corner: &[u32; 3]| std::array::from_fn(|r| scene.window.min[r] + corner[r] as i32);
+        DeviceScene {
+            window: scene.window,
             setup: Scratch::uniform("setup")
-                .filled(device, &[Setup::new(cell, kept.stride, roll.counters() as u32)]),
-            blockers: device.upload("blockers", &layer_words(&cell.blockers)),
-            layers: cell.still.as_ref().map(layers),
+                .filled(device, &[Setup::new(scene, kept.stride, body_words.counters() as u32)]),
+            blockers: device.upload("blockers", &layer_words(&scene.blockers)),
+            layers: scene.still.as_ref().map(layers),
             boxes: device.upload("boxes", &boxes.iter().map(number).collect::<Vec<_>>()),
             corners: boxes[..wanted as usize].iter().map(in_grid).collect(),
-            truth: device.upload("truth", cell.truth.words()),
-            human: device.upload("human", cell.human.words()),
-            robot: device.upload("robot", cell.robot.words()),
-            regions: cell.regions.iter().map(|region| device.upload("region", region.words())).collect(),
-            flesh: device.upload("flesh", &roll.flesh),
-            roll,
+            truth: device.upload("truth", scene.truth.words()),
+            human: device.upload("human", scene.human.words()),
+            robot: device.upload("robot", scene.robot.words()),
+            regions: scene.regions.iter().map(|region| device.upload("region", region.words())).collect(),
+            body: device.upload("body", &body_words.body),
+            body_words,
             ended: room.ended.hold(device, 2 * arena),
             free: room.free.hold(device, arena),
             held: vec![false; slots],
@@ -158,7 +158,7 @@ impl Kept {
     }
 
     /// Another scene, perhaps of the same still layer.
-    pub(super) fn load(&mut self, device: &Device, still: Option<&Arc<BitGrid>>, tables: &[Table]) {
+    pub(super) fn load(&mut self, device: &Device, still: Option<&Arc<BitGrid>>, tables: &[DeviceTable]) {
         let same = self.layer.as_ref().zip(still).is_some_and(|(a, b)| Arc::ptr_eq(a, b));
         if !same {
             let largest = tables.iter().map(|table| &table.sizes).max_by_key(|sizes| sizes.ends_bytes());
@@ -184,9 +184,9 @@ pub(super) struct Room {
     pub(super) ends: Scratch,
     pub(super) pyramid: Scratch,
     pub(super) undecided: Scratch,
-    /// What `gather` leaves to `scan`: heads, then voxels.
+    /// What `carve_voxels` leaves to `carve_crowded`: heads, then voxels.
     pub(super) left: Scratch,
-    /// The arenas of [`Loaded`].
+    /// The arenas of [`DeviceScene`].
     ended: Scratch,
     free: Scratch,
     pub(super) jobs: Scratch,

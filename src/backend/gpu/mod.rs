@@ -2,41 +2,41 @@
 //! device, in slots; only counts come back. The same integers as the oracle, whatever the adapter.
 
 pub mod adapter;
-mod clock;
 pub mod device;
 mod kernels;
 mod loaded;
+mod loop_bounds;
 mod pace;
 mod pipeline;
 mod plan;
 mod queue;
 mod score;
 mod sense;
-mod turns;
+mod timestamps;
 pub mod types;
 
 pub use adapter::{AdapterChoice, AdapterReport, adapters};
 pub use device::{Device, open};
-pub use kernels::{SHADER_PROOF, Stage, shader_source};
+pub use kernels::{SHADER_COMPLETION, Stage, shader_source};
+pub use loop_bounds::WORKGROUP;
 pub use pipeline::evaluate;
-pub use turns::WORKGROUP;
 pub use types::shader_prelude;
 
 use std::collections::VecDeque;
 use std::time::Duration;
 
-use super::roll::Roll;
+use super::body_words::BodyWords;
 use super::{
-    Backend, Carving, Cell, Evidence, Fusion, Placement, Planes, Rays, Reading, Shot, Slot, no_table,
+    Backend, Carving, Evidence, Fusion, GridPose, Planes, Rays, Reading, Shot, Slot, VoxelScene, no_table,
 };
 use crate::march::End;
 use crate::metrics::Confusion;
 use crate::voxel::BitGrid;
 use crate::{Error, Result};
-use loaded::{Kept, Loaded, Room, Table};
-use plan::CellSizes;
+use loaded::{DeviceScene, DeviceTable, Kept, Room};
+use plan::SceneSizes;
 use queue::Queue;
-use score::Question;
+use score::PendingCounts;
 
 /// Bytes of evidence from the host that may be on their way at once.
 const UPLOADED_AT_ONCE: u64 = 64 << 20;
@@ -47,10 +47,10 @@ pub struct Gpu {
     /// For evidence, first hits and batches, where that was said.
     memory_bytes: Option<u64>,
     room: Room,
-    tables: Vec<Table>,
-    loaded: Option<Loaded>,
+    tables: Vec<DeviceTable>,
+    loaded: Option<DeviceScene>,
     kept: Kept,
-    questions: VecDeque<Question>,
+    questions: VecDeque<PendingCounts>,
     carving: Option<Carving>,
 }
 
@@ -97,7 +97,7 @@ impl Gpu {
         self.queue.device.device.destroy();
     }
 
-    fn table(&self, table: usize) -> Result<&Table> {
+    fn table(&self, table: usize) -> Result<&DeviceTable> {
         self.tables.get(table).ok_or_else(|| no_table(table))
     }
 }
@@ -121,20 +121,27 @@ impl Backend for Gpu {
         self.tables.clear();
         self.kept.forget();
         let device = &self.queue.device;
-        self.tables = tables.iter().map(|rays| Table::new(device, rays)).collect::<Result<_>>()?;
+        self.tables = tables.iter().map(|rays| DeviceTable::new(device, rays)).collect::<Result<_>>()?;
         device.check().inspect_err(|_| self.tables.clear())
     }
 
-    fn load(&mut self, cell: &Cell) -> Result<()> {
+    fn load(&mut self, scene: &VoxelScene) -> Result<()> {
         self.loaded = None;
         let device = &self.queue.device;
-        let (boxes, wanted) = plan::boxes(cell);
-        let roll = Roll::new(cell);
-        let sizes = CellSizes::of(cell, [wanted, boxes.len() as u32], &roll, &device.report)?;
-        self.kept.load(device, cell.still.as_ref(), &self.tables);
+        let (boxes, wanted) = plan::boxes(scene);
+        let body_words = BodyWords::new(scene);
+        let sizes = SceneSizes::of(scene, [wanted, boxes.len() as u32], &body_words, &device.report)?;
+        self.kept.load(device, scene.still.as_ref(), &self.tables);
         let (boxes, memory_bytes) = ((boxes.as_slice(), wanted), self.memory_bytes);
-        self.loaded =
-            Some(Loaded::new(device, cell, (sizes, roll), boxes, memory_bytes, &self.kept, &mut self.room));
+        self.loaded = Some(DeviceScene::new(
+            device,
+            scene,
+            (sizes, body_words),
+            boxes,
+            memory_bytes,
+            &self.kept,
+            &mut self.room,
+        ));
         tracing::debug!("gpu: scene loaded, room for {} pieces of evidence", self.slots());
         self.queue.device.check().inspect_err(|_| self.loaded = None)
     }
@@ -151,8 +158,8 @@ impl Backend for Gpu {
         tracing::debug!("gpu: casts table of rays {table} from {} poses", shots.len());
         let report = self.queue.device.report.clone();
         let rays = &self.table(table)?.sizes;
-        let cell = &self.loaded.as_ref().ok_or_else(no_scene)?.sizes;
-        let at_once = rays.placements_at_once(cell, &report);
+        let voxel = &self.loaded.as_ref().ok_or_else(no_scene)?.sizes;
+        let at_once = rays.placements_at_once(voxel, &report);
         let (kept, once): (Vec<Shot>, Vec<Shot>) = shots.iter().partition(|shot| shot.first_hits.is_some());
         for batch in kept.chunks(at_once).chain(once.chunks(at_once)) {
             self.sense_batch(table, batch, false)?;
@@ -190,20 +197,20 @@ impl Backend for Gpu {
         queue.device.check()
     }
 
-    fn ask(&mut self, fusion: Fusion, jobs: &[Vec<Reading>]) -> Result<()> {
+    fn submit(&mut self, fusion: Fusion, jobs: &[Vec<Reading>]) -> Result<()> {
         tracing::debug!("gpu: scores {} choices", jobs.len());
         let question = self.question(fusion, jobs)?;
         self.questions.push_back(question);
         Ok(())
     }
 
-    fn answer(&mut self) -> Result<Vec<Vec<Confusion>>> {
-        let question = self.questions.pop_front().ok_or_else(super::nothing_asked)?;
-        let roll = &self.loaded.as_ref().ok_or_else(no_scene)?.roll;
-        question.answer(&mut self.queue, roll)
+    fn receive(&mut self) -> Result<Vec<Vec<Confusion>>> {
+        let question = self.questions.pop_front().ok_or_else(super::nothing_submitted)?;
+        let body_words = &self.loaded.as_ref().ok_or_else(no_scene)?.body_words;
+        question.answer(&mut self.queue, body_words)
     }
 
-    fn read(&mut self, table: usize, placement: &Placement) -> Result<Evidence> {
+    fn read(&mut self, table: usize, placement: &GridPose) -> Result<Evidence> {
         let ends = self.sense_batch(table, &[Shot::once(0, *placement)], true)?;
         let ends_bytes = self.table(table)?.sizes.ends_bytes();
         let Gpu { queue, loaded, .. } = self;
@@ -211,8 +218,8 @@ impl Backend for Gpu {
         loaded.held.fill(false);
         // The first slot is where the arenas begin.
         let plane = loaded.sizes.plane_bytes();
-        let asked = queue.ask(&[(&loaded.ended, 2 * plane), (&loaded.free, plane), (&ends, ends_bytes)]);
-        let words = queue.answer(asked)?;
+        let asked = queue.submit(&[(&loaded.ended, 2 * plane), (&loaded.free, plane), (&ends, ends_bytes)]);
+        let words = queue.receive(asked)?;
         let [mut occupied, free, ends] = words.try_into().expect("as many as were wanted");
         let hits = occupied.split_off(plane as usize / 4);
         let grid = |words| BitGrid::from_words(loaded.window, words).expect("a plane has the window's words");

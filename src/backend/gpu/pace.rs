@@ -71,15 +71,16 @@ mod tests {
             pace.took(Stage::Cast, 1_000_000, Duration::from_millis(1));
         }
         assert_eq!(pace.work_at_once(Stage::Cast), 250_000_000);
-        assert_eq!(pace.work_at_once(Stage::Walk), FIRST_WORK, "each stage has its own");
+        assert_eq!(pace.work_at_once(Stage::CarveRays), FIRST_WORK, "each stage has its own");
         pace.took(Stage::Cast, 1_000_000, Duration::from_secs(1));
         assert_eq!(pace.work_at_once(Stage::Cast), 125_000_000, "one measurement halves at most");
-        pace.took(Stage::Walk, 1, Duration::from_nanos(10));
-        assert_eq!(pace.work_at_once(Stage::Walk), FIRST_WORK, "too short to say anything");
+        pace.took(Stage::CarveRays, 1, Duration::from_nanos(10));
+        assert_eq!(pace.work_at_once(Stage::CarveRays), FIRST_WORK, "too short to say anything");
         let mut work = [0; Stage::ALL.len()];
-        (work[Stage::Judge as usize], work[Stage::Gather as usize]) = (FIRST_WORK, FIRST_WORK);
+        (work[Stage::CarveBoxes as usize], work[Stage::CarveVoxels as usize]) = (FIRST_WORK, FIRST_WORK);
         pace.all_took(&work, 3 * AT_ONCE);
-        let together = [Stage::Judge, Stage::Gather, Stage::Walk].map(|stage| pace.work_at_once(stage));
+        let together =
+            [Stage::CarveBoxes, Stage::CarveVoxels, Stage::CarveRays].map(|stage| pace.work_at_once(stage));
         assert_eq!(
             together,
             [FIRST_WORK * 2 / 3, FIRST_WORK * 2 / 3, FIRST_WORK],

@@ -5,11 +5,11 @@ use std::ops::Range;
 
 use super::adapter::AdapterReport;
 use super::kernels::Stage;
+use super::loop_bounds::{WORKGROUP, near_voxels};
 use super::pace::Pace;
-use super::turns::{WORKGROUP, near_voxels};
 use super::types::{BOX_EDGE, BOXES_AT_ONCE, FARTHEST_READ_Q16, HEADS, PYRAMID_LEVELS, Part};
-use crate::backend::roll::{Flesh, Roll};
-use crate::backend::{Carving, Cell, Image, Rays};
+use crate::backend::body_words::{BodyWord, BodyWords};
+use crate::backend::{Carving, Image, Rays, VoxelScene};
 use crate::march::MAX_RANGE_VOXELS;
 use crate::voxel::{BitGrid, Bricks};
 use crate::{Error, Result};
@@ -18,8 +18,8 @@ use crate::{Error, Result};
 /// a box to judge, and the rows of a box that was left.
 const CAST_COST: u64 = 40;
 const PYRAMID_COST: u64 = 2;
-const JUDGE_COST: u64 = 50;
-const GATHER_COST: u64 = 4000;
+const CARVE_BOXES_COST: u64 = 50;
+const CARVE_VOXELS_COST: u64 = 4000;
 /// Items of one dispatch, however little they cost: the groups of one row must not be too many.
 const ITEMS_PER_DISPATCH: u64 = 1 << 21;
 /// Pixels of an image beyond which rays are numbered past what floats hold.
@@ -89,10 +89,10 @@ pub(super) struct Dispatch {
 }
 
 impl Dispatch {
-    /// Which head of the list of what `gather` leaves tells its workgroups, if the device alone knows how
-    /// many they are.
+    /// Which head of the list of what `carve_voxels` leaves tells its workgroups, if the device alone knows
+    /// how many they are.
     pub(super) fn head(&self) -> Option<u32> {
-        (self.stage == Stage::Scan).then_some(self.part.region)
+        (self.stage == Stage::CarveCrowded).then_some(self.part.region)
     }
 }
 
@@ -141,9 +141,9 @@ impl TableSizes {
 
     /// How many placements go in a batch: as many as the budget and a binding hold the ends of, and the
     /// boxes, at least one.
-    pub(super) fn placements_at_once(&self, cell: &CellSizes, adapter: &AdapterReport) -> usize {
-        let bytes = self.ends_bytes().max(cell.undecided_bytes(1));
-        let boxes = (HEADS * BOXES_AT_ONCE) as u64 / u64::from(cell.boxes[1].max(1));
+    pub(super) fn placements_at_once(&self, scene: &SceneSizes, adapter: &AdapterReport) -> usize {
+        let bytes = self.ends_bytes().max(scene.undecided_bytes(1));
+        let boxes = (HEADS * BOXES_AT_ONCE) as u64 / u64::from(scene.boxes[1].max(1));
         BATCH_BYTES.holds(adapter, &[bytes]).min(boxes).clamp(1, PLACEMENTS_PER_BATCH) as usize
     }
 
@@ -178,7 +178,7 @@ impl TableSizes {
 
 /// The sizes of a loaded scene that decide how the work is cut.
 #[derive(Clone, Debug)]
-pub(super) struct CellSizes {
+pub(super) struct SceneSizes {
     window: [u32; 3],
     /// Words of a plane over the window.
     window_words: u32,
@@ -187,13 +187,13 @@ pub(super) struct CellSizes {
     /// The words of each region that are not zero, from the first to the last.
     regions: Vec<Range<u32>>,
     /// Words with voxels of people, and the counters of a job's hits in them.
-    flesh: u32,
+    body: u32,
     counters: u32,
 }
 
 /// What a batch of placements needs.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Batch {
+pub(super) struct CastBatch {
     pub(super) placements: u32,
     /// Placements, the first of the batch, that are near to boxes.
     pub(super) near: u32,
@@ -202,27 +202,32 @@ pub(super) struct Batch {
     pub(super) carving: Carving,
 }
 
-impl CellSizes {
+impl SceneSizes {
     /// The sizes of a scene of so many boxes of voxels, if the adapter can bind it.
-    pub(super) fn of(cell: &Cell, boxes: [u32; 2], roll: &Roll, adapter: &AdapterReport) -> Result<Self> {
-        let (grid, window) = (cell.blockers.words().len(), cell.truth.words().len());
-        let bricks = Bricks::size_of(cell.blockers.window().size).iter().map(|&n| n as u64).product::<u64>();
+    pub(super) fn of(
+        scene: &VoxelScene,
+        boxes: [u32; 2],
+        body_words: &BodyWords,
+        adapter: &AdapterReport,
+    ) -> Result<Self> {
+        let (grid, window) = (scene.blockers.words().len(), scene.truth.words().len());
+        let bricks = Bricks::size_of(scene.blockers.window().size).iter().map(|&n| n as u64).product::<u64>();
         fits(adapter, "the grid takes", grid as u64 * 4 + bricks.next_multiple_of(4), "larger voxels")?;
         fits(adapter, "the evidence of one placement takes", window as u64 * 8, "smaller regions")?;
-        let (flesh, counters) = (roll.flesh.len() as u64, roll.counters() as u64);
-        fits(adapter, "the voxels of people take", flesh * size_of::<Flesh>() as u64, "fewer regions")?;
+        let (body, counters) = (body_words.body.len() as u64, body_words.counters() as u64);
+        fits(adapter, "the voxels of people take", body * size_of::<BodyWord>() as u64, "fewer regions")?;
         fits(adapter, "the parts of people take", counters * 4, "fewer regions")?;
         let region_words = |words: &[u32]| {
             let first = words.iter().position(|&w| w != 0).unwrap_or(0);
             let end = words.iter().rposition(|&w| w != 0).map_or(first, |last| last + 1);
             first as u32..end as u32
         };
-        Ok(CellSizes {
-            window: cell.window.size,
+        Ok(SceneSizes {
+            window: scene.window.size,
             window_words: window as u32,
             boxes,
-            regions: cell.regions.iter().map(|region| region_words(region.words())).collect(),
-            flesh: flesh as u32,
+            regions: scene.regions.iter().map(|region| region_words(region.words())).collect(),
+            body: body as u32,
             counters: counters as u32,
         })
     }
@@ -266,42 +271,50 @@ impl CellSizes {
     /// of its image, if it is one.
     pub(super) fn carving(&self, table: &TableSizes) -> Carving {
         let longest = self.window.iter().map(|&n| table.reach.min(n) as u64).sum::<u64>();
-        let walk = table.rays as u64 * longest / 2;
+        let by_ray = table.rays as u64 * longest / 2;
         // A quarter of the boxes is left, about.
-        let gather = table.rays as u64 * PYRAMID_COST + self.boxes[0] as u64 * (JUDGE_COST + GATHER_COST / 4);
-        if table.image.is_some() && gather < walk && table.rays <= MOST_IMAGE_PIXELS {
-            Carving::Gather
+        let by_voxel = table.rays as u64 * PYRAMID_COST
+            + self.boxes[0] as u64 * (CARVE_BOXES_COST + CARVE_VOXELS_COST / 4);
+        if table.image.is_some() && by_voxel < by_ray && table.rays <= MOST_IMAGE_PIXELS {
+            Carving::ByVoxel
         } else {
-            Carving::Walk
+            Carving::ByRay
         }
     }
 
     /// The dispatches that search the still layer for some placements.
     pub(super) fn keeping(&self, table: &TableSizes, placements: u32, pace: &Pace) -> Vec<Dispatch> {
-        self.stage(Stage::Still, placements, 0..table.rays, CAST_COST, Part::default(), pace).collect()
+        self.stage(Stage::StaticHits, placements, 0..table.rays, CAST_COST, Part::default(), pace).collect()
     }
 
     /// The dispatches that cast and carve a batch of placements, in the order they must run.
-    pub(super) fn sensing(&self, table: &TableSizes, batch: &Batch, pace: &Pace) -> Vec<Dispatch> {
+    pub(super) fn sensing(&self, table: &TableSizes, batch: &CastBatch, pace: &Pace) -> Vec<Dispatch> {
         let (rays, rows) = (0..table.rays, batch.placements);
         let cast = Part { every_ray: batch.everything as u32, ..Part::default() };
         let mut out: Vec<_> = self.stage(Stage::Cast, rows, rays.clone(), CAST_COST, cast, pace).collect();
-        let walk = |rows: u32, until_q16: u32| {
+        let by_ray = |rows: u32, until_q16: u32| {
             let sizes = self.window.iter().map(|&n| (n.min(table.reach)) as u64).sum::<u64>();
             let cost = (sizes / 2).min(3 * (until_q16 >> 16) as u64).max(1);
             let part = Part { until_q16, ..Part::default() };
-            self.stage(Stage::Walk, rows, rays.clone(), cost, part, pace)
+            self.stage(Stage::CarveRays, rows, rays.clone(), cost, part, pace)
         };
-        if batch.carving == Carving::Walk {
-            out.extend(walk(rows, FARTHEST_READ_Q16));
+        if batch.carving == Carving::ByRay {
+            out.extend(by_ray(rows, FARTHEST_READ_Q16));
             return out;
         }
-        out.extend(walk(batch.near, table.near_until_q16()));
+        out.extend(by_ray(batch.near, table.near_until_q16()));
         let boxes = 0..self.boxes[batch.everything as usize];
         let tile_cost = PYRAMID_COST << (2 * PYRAMID_LEVELS.end());
         out.extend(self.stage(Stage::Pyramid, rows, 0..table.tiles(), tile_cost, Part::default(), pace));
-        out.extend(self.stage(Stage::Judge, rows, boxes.clone(), JUDGE_COST, Part::default(), pace));
-        out.extend(gathering(boxes.end * rows, pace));
+        out.extend(self.stage(
+            Stage::CarveBoxes,
+            rows,
+            boxes.clone(),
+            CARVE_BOXES_COST,
+            Part::default(),
+            pace,
+        ));
+        out.extend(carving_voxels(boxes.end * rows, pace));
         out
     }
 
@@ -336,30 +349,31 @@ impl CellSizes {
             out.extend(self.stage(Stage::Count, jobs, words.clone(), COUNT_COST, part, pace));
         }
         let cost = readings.max(1) as u64;
-        out.extend(self.stage(Stage::Detect, jobs, 0..self.flesh, cost, Part::default(), pace));
+        out.extend(self.stage(Stage::Detect, jobs, 0..self.body, cost, Part::default(), pace));
         out
     }
 }
 
 /// The dispatches that decide the boxes which were left, a workgroup a box, and the voxels that were left of
 /// each of them.
-fn gathering(boxes: u32, pace: &Pace) -> impl Iterator<Item = Dispatch> + use<> {
-    let at_once = (pace.work_at_once(Stage::Gather) / GATHER_COST).clamp(1, BOXES_AT_ONCE as u64) as u32;
+fn carving_voxels(boxes: u32, pace: &Pace) -> impl Iterator<Item = Dispatch> + use<> {
+    let at_once =
+        (pace.work_at_once(Stage::CarveVoxels) / CARVE_VOXELS_COST).clamp(1, BOXES_AT_ONCE as u64) as u32;
     let blocks = cut(1, 0..boxes, at_once.max(boxes.div_ceil(HEADS)));
     blocks.into_iter().zip(0..).flat_map(|(block, head)| {
         let part = Part { region: head, ..Part::default() };
-        let gather = block.dispatch(Stage::Gather, part, GATHER_COST);
-        [gather, Dispatch { stage: Stage::Scan, groups: [0, 0], ..gather }]
+        let by_voxel = block.dispatch(Stage::CarveVoxels, part, CARVE_VOXELS_COST);
+        [by_voxel, Dispatch { stage: Stage::CarveCrowded, groups: [0, 0], ..by_voxel }]
     })
 }
 
 /// The boxes of voxels that a window is decided in, those with voxels of a region first and how many those
 /// are: the lowest voxel of each, counted from the window's corner.
-pub(super) fn boxes(cell: &Cell) -> (Vec<[u32; 3]>, u32) {
-    let [nx, ny, nz] = cell.window.size.map(|n| n.div_ceil(BOX_EDGE));
+pub(super) fn boxes(scene: &VoxelScene) -> (Vec<[u32; 3]>, u32) {
+    let [nx, ny, nz] = scene.window.size.map(|n| n.div_ceil(BOX_EDGE));
     let mut wanted = vec![false; (nx * ny * nz) as usize];
-    for [x, y, z] in cell.regions.iter().flat_map(BitGrid::cells) {
-        let of = |voxel: i32, r: usize| (voxel - cell.window.min[r]) as u32 / BOX_EDGE;
+    for [x, y, z] in scene.regions.iter().flat_map(BitGrid::voxels) {
+        let of = |voxel: i32, r: usize| (voxel - scene.window.min[r]) as u32 / BOX_EDGE;
         wanted[((of(z, 2) * ny + of(y, 1)) * nx + of(x, 0)) as usize] = true;
     }
     let corner = |i: u32| [i % nx, i / nx % ny, i / nx / ny].map(|n| n * BOX_EDGE);
@@ -369,15 +383,15 @@ pub(super) fn boxes(cell: &Cell) -> (Vec<[u32; 3]>, u32) {
 }
 
 /// Some items of some rows.
-struct Block {
+struct Span {
     rows: Range<u32>,
     items: Range<u32>,
 }
 
-impl Block {
+impl Span {
     /// The dispatch of a block whose items cost so much each.
     fn dispatch(self, stage: Stage, part: Part, cost: u64) -> Dispatch {
-        let Block { rows, items } = self;
+        let Span { rows, items } = self;
         let work = (items.len() * rows.len()) as u64 * cost;
         let groups = [(items.len() as u32).div_ceil(stage.items_per_group()), rows.len() as u32];
         let part = Part { first_row: rows.start, first: items.start, end: items.end, ..part };
@@ -386,14 +400,14 @@ impl Block {
 }
 
 /// Cuts rows of `items` into blocks of about `at_once` items: several whole rows, or parts of one.
-fn cut(rows: u32, items: Range<u32>, at_once: u32) -> Vec<Block> {
+fn cut(rows: u32, items: Range<u32>, at_once: u32) -> Vec<Span> {
     let rows_at_once = (at_once / (items.len() as u32).max(1)).max(1) as usize;
     let mut blocks = Vec::new();
     for row in (0..rows).step_by(rows_at_once) {
         for first in items.clone().step_by(at_once as usize) {
             let end = first.saturating_add(at_once).min(items.end);
             let rows = row..row.saturating_add(rows_at_once as u32).min(rows);
-            blocks.push(Block { rows, items: first..end });
+            blocks.push(Span { rows, items: first..end });
         }
     }
     blocks

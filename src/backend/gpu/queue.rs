@@ -3,12 +3,12 @@
 
 use std::time::{Duration, Instant};
 
-use super::clock::{Clock, Timed};
 use super::device::{Device, Requested, Scratch};
 use super::kernels::Stage;
 use super::pace::Pace;
 use super::pipeline::{Groups, Pipeline};
 use super::plan::{self, Dispatch, Launched};
+use super::timestamps::{TimedDispatch, Timestamps};
 use super::types::{DONE_WORDS, HEAD_WORDS, Part};
 use crate::Result;
 
@@ -23,7 +23,7 @@ pub(super) struct Queue {
     /// Completion counters, and what they must come to.
     done: wgpu::Buffer,
     launched: Launched,
-    clock: Clock,
+    clock: Timestamps,
     /// How much work goes in a dispatch.
     pub(super) pace: Pace,
     /// What each stage took so far, as far as it was timed.
@@ -34,10 +34,10 @@ pub(super) struct Queue {
 }
 
 /// Words that are on their way, and what must have been done before they are trusted.
-pub(super) struct Asked {
+pub(super) struct InFlight {
     requested: Requested,
     launched: Launched,
-    timed: Vec<Timed>,
+    timed: Vec<TimedDispatch>,
     work: [u64; Stage::ALL.len()],
     asked: Instant,
 }
@@ -53,7 +53,7 @@ impl Queue {
             parts: Scratch::uniform("parts"),
             done: device.storage("done", u64::from(DONE_WORDS) * 4),
             launched: Launched::default(),
-            clock: Clock::new(&device),
+            clock: Timestamps::new(&device),
             pace: Pace::new(),
             took: Default::default(),
             work: Default::default(),
@@ -112,13 +112,13 @@ impl Queue {
     }
 
     /// Asks for the first bytes of buffers as they are after all that was submitted; nothing is waited for.
-    pub(super) fn ask(&mut self, wanted: &[(&wgpu::Buffer, u64)]) -> Asked {
+    pub(super) fn submit(&mut self, wanted: &[(&wgpu::Buffer, u64)]) -> InFlight {
         let mut encoder = self.device.encoder();
         let (timed, stamps) = self.clock.read(&mut encoder);
         let stamps = stamps.as_ref().unwrap_or(&self.done);
         let own = [(&self.done, u64::from(DONE_WORDS) * 4), (stamps, timed.len() as u64 * 16)];
         let clear = |encoder: &mut wgpu::CommandEncoder| encoder.clear_buffer(&self.done, 0, None);
-        Asked {
+        InFlight {
             requested: self.device.request(encoder, &[&own, wanted].concat(), clear),
             launched: std::mem::take(&mut self.launched),
             work: std::mem::take(&mut self.work),
@@ -128,11 +128,11 @@ impl Queue {
     }
 
     /// Waits for what was asked for. An error if the adapter left out some of the work.
-    pub(super) fn answer(&mut self, asked: Asked) -> Result<Vec<Vec<u32>>> {
-        let Asked { requested, launched, timed, work, asked } = asked;
+    pub(super) fn receive(&mut self, asked: InFlight) -> Result<Vec<Vec<u32>>> {
+        let InFlight { requested, launched, timed, work, asked } = asked;
         let mut words = self.device.receive(requested)?;
         launched.check(&words[0]).map_err(|e| self.device.failed(&e))?;
-        for (Timed { stage, work }, stamps) in timed.iter().zip(words[1].chunks_exact(4)) {
+        for (TimedDispatch { stage, work }, stamps) in timed.iter().zip(words[1].chunks_exact(4)) {
             let time = self.clock.time(stamps);
             self.took[*stage as usize] += time;
             self.pace.took(*stage, *work, time);

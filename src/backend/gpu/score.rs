@@ -2,39 +2,39 @@
 //! host prepares the next.
 
 use super::kernels::Stage;
-use super::queue::{Asked, Queue};
-use super::turns::MOST_READINGS;
+use super::loop_bounds::MOST_READINGS;
+use super::queue::{InFlight, Queue};
 use super::types::JobWords;
 use super::{Gpu, no_scene, plan};
-use crate::backend::roll::Roll;
+use crate::backend::body_words::BodyWords;
 use crate::backend::{Fusion, Reading};
 use crate::metrics::{COUNTERS, Confusion};
 use crate::{Error, Result};
 
 /// Counts that are on their way.
-pub(super) struct Question {
+pub(super) struct PendingCounts {
     /// Each batch of jobs.
-    batches: Vec<Asked>,
+    batches: Vec<InFlight>,
     jobs: usize,
     regions: usize,
 }
 
-impl Question {
+impl PendingCounts {
     /// Waits for the counts of each job in each region.
-    pub(super) fn answer(self, queue: &mut Queue, roll: &Roll) -> Result<Vec<Vec<Confusion>>> {
-        let Question { batches, jobs, regions } = self;
+    pub(super) fn answer(self, queue: &mut Queue, body_words: &BodyWords) -> Result<Vec<Vec<Confusion>>> {
+        let PendingCounts { batches, jobs, regions } = self;
         if regions == 0 {
             return Ok(vec![vec![]; jobs]);
         }
         let region = |c: &[u32]| Confusion::from_counts(std::array::from_fn(|i| c[i] as u64));
         let mut counts = Vec::with_capacity(jobs);
         for batch in batches {
-            let words = queue.answer(batch)?;
+            let words = queue.receive(batch)?;
             let of_jobs = words[0].chunks_exact(regions * COUNTERS).enumerate();
             counts.extend(of_jobs.map(|(job, counts)| {
-                let found = &words[1][job * roll.counters()..(job + 1) * roll.counters()];
+                let found = &words[1][job * body_words.counters()..(job + 1) * body_words.counters()];
                 let labels = counts.chunks_exact(COUNTERS).map(region);
-                labels.zip(roll.detections(found)).map(|(labels, found)| labels.with(found)).collect()
+                labels.zip(body_words.detections(found)).map(|(labels, found)| labels.with(found)).collect()
             }));
         }
         Ok(counts)
@@ -43,18 +43,18 @@ impl Question {
 
 impl Gpu {
     /// Submits all that answers a question.
-    pub(super) fn question(&mut self, fusion: Fusion, jobs: &[Vec<Reading>]) -> Result<Question> {
+    pub(super) fn question(&mut self, fusion: Fusion, jobs: &[Vec<Reading>]) -> Result<PendingCounts> {
         let loaded = self.loaded.as_ref().ok_or_else(no_scene)?;
         let regions = loaded.sizes.regions();
         let at_once = loaded.sizes.jobs_at_once(&self.queue.device.report);
         let batches = if regions == 0 { &[] } else { jobs };
         let batches =
-            batches.chunks(at_once).map(|batch| self.ask_batch(fusion, batch)).collect::<Result<_>>()?;
-        Ok(Question { batches, jobs: jobs.len(), regions })
+            batches.chunks(at_once).map(|batch| self.submit_batch(fusion, batch)).collect::<Result<_>>()?;
+        Ok(PendingCounts { batches, jobs: jobs.len(), regions })
     }
 
     /// Fuses and counts a batch of jobs.
-    fn ask_batch(&mut self, fusion: Fusion, jobs: &[Vec<Reading>]) -> Result<Asked> {
+    fn submit_batch(&mut self, fusion: Fusion, jobs: &[Vec<Reading>]) -> Result<InFlight> {
         let Gpu { queue, room, loaded, .. } = self;
         let loaded = loaded.as_ref().ok_or_else(no_scene)?;
         let mut readings = Vec::new();
@@ -98,13 +98,13 @@ impl Gpu {
             queue.bind(Stage::Count, &uniforms, &storage)
         };
         let count: Vec<_> = loaded.regions.iter().map(count).collect();
-        let detect = [&words, &readings, &loaded.flesh, &loaded.ended, &found];
+        let detect = [&words, &readings, &loaded.body, &loaded.ended, &found];
         let detect = queue.bind(Stage::Detect, &uniforms, &detect);
         queue.run(encoder, &dispatches, None, |d| match d.stage {
             Stage::Fuse => &fuse,
             Stage::Detect => &detect,
             _ => &count[d.part.region as usize],
         });
-        Ok(queue.ask(&[(&counts, bytes), (&found, found_bytes)]))
+        Ok(queue.submit(&[(&counts, bytes), (&found, found_bytes)]))
     }
 }

@@ -2,7 +2,7 @@
 
 use super::kernels::Stage;
 use super::loaded::Kept;
-use super::plan::Batch;
+use super::plan::CastBatch;
 use super::types::{BOX_EDGE, BOXES_AT_ONCE, HEADS, PlacementWords};
 use super::{Gpu, no_scene};
 use crate::backend::{Carving, Shot, no_table};
@@ -26,7 +26,7 @@ impl Gpu {
         let near =
             |shot: &&Shot| everything || table.sizes.is_near(shot.placement.origin_q16, &loaded.corners);
         let (near, far): (Vec<&Shot>, Vec<&Shot>) = shots.iter().partition(near);
-        let batch = Batch {
+        let batch = CastBatch {
             placements: shots.len() as u32,
             near: near.len() as u32,
             everything,
@@ -54,17 +54,22 @@ impl Gpu {
         let layer = loaded.layers.as_ref().filter(|_| known).map_or(&loaded.blockers, |[_, moving]| moving);
         let cast = [&table.noise, layer, &first_hits, &ends, &loaded.ended];
         let cast = bind(Stage::Cast, &[&rays, &cast]);
-        let walk = bind(Stage::Walk, &[&rays, &[&ends, &loaded.free]]);
-        if batch.carving == Carving::Walk {
-            queue.run(encoder, &dispatches, None, |d| if d.stage == Stage::Cast { &cast } else { &walk });
+        let carve_rays = bind(Stage::CarveRays, &[&rays, &[&ends, &loaded.free]]);
+        if batch.carving == Carving::ByRay {
+            queue.run(
+                encoder,
+                &dispatches,
+                None,
+                |d| if d.stage == Stage::Cast { &cast } else { &carve_rays },
+            );
             return Ok(ends);
         }
         let pyramid = room.pyramid.hold(&queue.device, rows * table.sizes.pyramid_bytes());
         let undecided = room.undecided.hold(&queue.device, sizes.undecided_bytes(batch.placements));
         encoder.clear_buffer(&undecided, 0, Some(4));
         let reduce = bind(Stage::Pyramid, &[&[&ends, &pyramid]]);
-        let judge = [&placements, &pyramid, &loaded.boxes, &undecided, &loaded.free];
-        let judge = bind(Stage::Judge, &[&judge]);
+        let carve_boxes = [&placements, &pyramid, &loaded.boxes, &undecided, &loaded.free];
+        let carve_boxes = bind(Stage::CarveBoxes, &[&carve_boxes]);
         let heads = [[0, 1, 1, 0]; HEADS as usize];
         let left = room.left.hold(
             &queue.device,
@@ -72,15 +77,15 @@ impl Gpu {
         );
         queue.device.write(&left, 0, &heads);
         let looked = [&ends, &pyramid, &undecided, &left, &loaded.free];
-        let gather = bind(Stage::Gather, &[&rays, &looked]);
-        let scan = bind(Stage::Scan, &[&rays, &looked]);
+        let carve_voxels = bind(Stage::CarveVoxels, &[&rays, &looked]);
+        let carve_crowded = bind(Stage::CarveCrowded, &[&rays, &looked]);
         queue.run(encoder, &dispatches, Some(&left), |d| match d.stage {
             Stage::Cast => &cast,
             Stage::Pyramid => &reduce,
-            Stage::Judge => &judge,
-            Stage::Gather => &gather,
-            Stage::Scan => &scan,
-            _ => &walk,
+            Stage::CarveBoxes => &carve_boxes,
+            Stage::CarveVoxels => &carve_voxels,
+            Stage::CarveCrowded => &carve_crowded,
+            _ => &carve_rays,
         });
         Ok(ends)
     }
@@ -114,7 +119,8 @@ impl Gpu {
         let placements = room.placements.filled(&queue.device, &new);
         let (first_hits, parts) = (kept.buffer(&queue.device), queue.parts(&dispatches));
         let uniforms = [&loaded.setup, &parts, &table.words];
-        let bound = queue.bind(Stage::Still, &uniforms, &[&placements, &table.dirs_q15, still, &first_hits]);
+        let bound =
+            queue.bind(Stage::StaticHits, &uniforms, &[&placements, &table.dirs_q15, still, &first_hits]);
         queue.run(queue.device.encoder(), &dispatches, None, |_| &bound);
         Ok(())
     }

@@ -6,9 +6,11 @@ use std::fmt::Write;
 use bytemuck::{Pod, Zeroable};
 
 use super::kernels::{Stage, WORDS_PER_INVOCATION};
-use super::turns::{MOST_PIXELS, MOST_TURNS, SCANS_AT_ONCE, STRAY_PER_VOXEL, WORKGROUP, near_voxels};
-use crate::backend::{Cell, Fusion, Image, LOG_ODDS, Placement, Rays, Shot, Slot};
-use crate::march::{self, stray};
+use super::loop_bounds::{
+    DEVIATION_PER_VOXEL, MOST_PIXELS, MOST_TURNS, SCANS_AT_ONCE, WORKGROUP, near_voxels,
+};
+use crate::backend::{Fusion, GridPose, Image, LOG_ODDS, Rays, Shot, Slot, VoxelScene};
+use crate::march::{self, deviation};
 use crate::metrics::COUNTERS;
 use crate::voxel::Bricks;
 
@@ -21,20 +23,21 @@ pub const BOX_BITS: u32 = 21;
 /// The smallest and the largest blocks of a pyramid have an edge of two to the power of these pixels.
 pub const PYRAMID_LEVELS: std::ops::RangeInclusive<u32> = 3..=6;
 
-/// Most dispatches of `gather` in a batch; each has a head in the list of what it leaves.
+/// Most dispatches of `carve_voxels` in a batch; each has a head in the list of what it leaves.
 pub const HEADS: u32 = 1024;
 
-/// Words of a head: the workgroups that `scan` needs (x, y, z), and the voxels that are left.
+/// Words of a head: the workgroups that `carve_crowded` needs (x, y, z), and the voxels that are left.
 pub const HEAD_WORDS: u32 = 4;
 
-/// Boxes of a dispatch of `gather`: the list of what it leaves holds all of their voxels.
+/// Boxes of a dispatch of `carve_voxels`: the list of what it leaves holds all of their voxels.
 pub const BOXES_AT_ONCE: u32 = 2040;
 
-/// No ray is read farther away: noise of 64 voxels, times the four or so of the largest of its steps, past the farthest range.
+/// No ray is read farther away: noise of 64 voxels, times the four or so of the largest of its steps, past
+/// the farthest range.
 pub const FARTHEST_READ_Q16: u32 = (1 << 28) - 1;
 
-/// Words that prove that kernels ran to their ends: of each stage, the workgroups that did, then of each the invocations
-/// whose loops did.
+/// Words that prove that kernels ran to their ends: of each stage, the workgroups that did, then of each the
+/// invocations whose loops did.
 pub const DONE_WORDS: u32 = 2 * Stage::ALL.len() as u32;
 
 /// In place of a slot: evidence that there is not.
@@ -66,30 +69,30 @@ pub struct Setup {
 }
 
 impl Setup {
-    /// The numbers of a scene, the words of a slot of first hits in its still layer, and the counters of people's hits of a
-    /// job.
-    pub fn new(cell: &Cell, first_hits_stride: u32, detection_counters: u32) -> Self {
-        let [bricks_x, bricks_y, _] = Bricks::size_of(cell.blockers.window().size);
-        let [grid_x, grid_y, grid_z] = cell.blockers.window().size;
-        let [window_min_x, window_min_y, window_min_z] = cell.window.min;
-        let [window_x, window_y, window_z] = cell.window.size;
+    /// The numbers of a scene, the words of a slot of first hits in its still layer, and the counters of
+    /// people's hits of a job.
+    pub fn new(scene: &VoxelScene, first_hits_stride: u32, detection_counters: u32) -> Self {
+        let [bricks_x, bricks_y, _] = Bricks::size_of(scene.blockers.window().size);
+        let [grid_x, grid_y, grid_z] = scene.blockers.window().size;
+        let [window_min_x, window_min_y, window_min_z] = scene.window.min;
+        let [window_x, window_y, window_z] = scene.window.size;
         Setup {
             grid_x,
             grid_y,
             grid_z,
-            grid_words_per_row: cell.blockers.words_per_row(),
+            grid_words_per_row: scene.blockers.words_per_row(),
             window_min_x,
             window_min_y,
             window_min_z,
-            window_words_per_row: cell.truth.words_per_row(),
+            window_words_per_row: scene.truth.words_per_row(),
             window_x,
             window_y,
             window_z,
-            window_words: cell.truth.words().len() as u32,
-            regions: cell.regions.len() as u32,
+            window_words: scene.truth.words().len() as u32,
+            regions: scene.regions.len() as u32,
             bricks_x,
             bricks_y,
-            reach_word: cell.blockers.words().len() as u32,
+            reach_word: scene.blockers.words().len() as u32,
             first_hits_stride,
             detection_counters,
         }
@@ -154,25 +157,25 @@ pub struct Part {
     pub region: u32,
     /// Whether rays are cast that do not come near the window.
     pub every_ray: u32,
-    /// Cells entered later than that are not walked.
+    /// Voxels entered later than that are not marked.
     pub until_q16: u32,
-    /// Always 0, which compilers do not know (`shaders/proof.wgsl`).
+    /// Always 0, which compilers do not know (`shaders/completion.wgsl`).
     pub zero: u32,
 }
 
-/// The twin of `Placement` in `shaders/types.wgsl`.
+/// The twin of `GridPose` in `shaders/types.wgsl`.
 #[derive(Clone, Copy, Debug, Pod, Zeroable)]
 #[repr(C)]
 pub struct PlacementWords {
-    /// As [`Placement::origin_q16`].
+    /// As [`GridPose::origin_q16`].
     pub origin_q16: [i32; 3],
-    /// Row 0 of [`Placement::axis_q15`].
+    /// Row 0 of [`GridPose::axis_q15`].
     pub axis_x_q15: [i32; 3],
     /// Row 1.
     pub axis_y_q15: [i32; 3],
     /// Row 2.
     pub axis_z_q15: [i32; 3],
-    /// As [`Placement::caster`] has them: the same again, unless the mount is off.
+    /// As [`GridPose::caster`] has them: the same again, unless the mount is off.
     pub true_origin_q16: [i32; 3],
     /// Row 0 of where it truly is.
     pub true_axis_x_q15: [i32; 3],
@@ -182,7 +185,7 @@ pub struct PlacementWords {
     pub true_axis_z_q15: [i32; 3],
     /// Whether the mount is off.
     pub is_off: u32,
-    /// As [`Placement::draws`].
+    /// As [`GridPose::draws`].
     pub draws: u32,
     /// Where the evidence goes.
     pub slot: Slot,
@@ -192,7 +195,7 @@ pub struct PlacementWords {
 
 impl From<&Shot> for PlacementWords {
     fn from(shot: &Shot) -> Self {
-        let Placement { origin_q16, truly, draws, axis_q15: [axis_x_q15, axis_y_q15, axis_z_q15] } =
+        let GridPose { origin_q16, truly, draws, axis_q15: [axis_x_q15, axis_y_q15, axis_z_q15] } =
             shot.placement;
         let caster = shot.placement.caster();
         let [true_axis_x_q15, true_axis_y_q15, true_axis_z_q15] = caster.axis_q15;
@@ -246,8 +249,8 @@ pub struct ReadingWords {
     pub presence: u32,
 }
 
-/// What stands in front of every kernel: the constants, the structs and the march. A kernel of a test's own can
-/// follow it.
+/// What stands in front of every kernel: the constants, the structs and the march. A kernel of a test's own
+/// can follow it.
 pub fn shader_prelude() -> String {
     let mut source = String::from("// Constants, printed by src/backend/gpu/types.rs.\n");
     let constants = [
@@ -284,7 +287,7 @@ pub fn shader_prelude() -> String {
         writeln!(source, "const {} = {}u;", stage.name().to_uppercase(), stage as u32)
             .expect("writing to a string");
     }
-    for (name, value) in [("STRAY_PER_VOXEL", STRAY_PER_VOXEL), ("STRAY_FIXED", stray::FIXED)] {
+    for (name, value) in [("DEVIATION_PER_VOXEL", DEVIATION_PER_VOXEL), ("STRAY_FIXED", deviation::FIXED)] {
         writeln!(source, "const {name} = {value:?}f;").expect("writing to a string");
     }
     for (name, value) in [("LEAST_LOG_ODDS", LOG_ODDS.start()), ("MOST_LOG_ODDS", LOG_ODDS.end())] {

@@ -14,7 +14,7 @@ use crate::report::Series;
 use crate::report::reasons::{Explained, explain, phrase};
 use crate::report::snapshots;
 use crate::results::swept::SceneResults;
-use crate::results::{Key, Results};
+use crate::results::{Results, RowKey};
 use crate::study::Study;
 use crate::view::why::Missed;
 use crate::view::{Choice, View, Viewer};
@@ -25,7 +25,7 @@ use crate::world::World;
 const MOST_BYTES: usize = 24 << 20;
 
 /// A part of the bytes.
-type Part = [usize; 2];
+type ByteRange = [usize; 2];
 
 /// The scene at a moment. Voxels follow with x fastest, then y, then z.
 #[derive(Debug, Serialize)]
@@ -35,9 +35,9 @@ struct Moment {
     origin: [i32; 3],
     size: [u32; 3],
     /// Classes: 0 free, 1 environment, 2 robot, 3 human, 4 of no region.
-    truth: Part,
+    truth: ByteRange,
     /// For each region, 1 where a voxel belongs to it.
-    regions: Vec<Part>,
+    regions: Vec<ByteRange>,
 }
 
 /// What is said of a choice at a moment.
@@ -48,7 +48,7 @@ pub(super) struct Labels {
     pub(super) moment: usize,
     /// Classes of the voxels that are in any region, in their order: 0 called free, 1 called occupied, 2 and
     /// more unknown for the first cause and so on.
-    labels: Part,
+    labels: ByteRange,
     causes: Vec<CauseData>,
     /// What is explained: by which of [`BESTS`] the choice is the best of all, and in which region.
     #[serde(skip)]
@@ -75,7 +75,7 @@ pub(super) struct Cells {
 
 /// A choice of poses to look at, at a moment.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-struct Sight {
+struct Shown {
     series: usize,
     choice: usize,
     moment: usize,
@@ -122,7 +122,7 @@ fn share_of_safety(most: usize) -> usize {
 
 /// What is worth looking at, the best first, each in every scene at its worst moment and then at the scene's
 /// first.
-fn sights(results: &Results, rankings: &[Ranking], most: usize) -> Result<Vec<Sight>> {
+fn sights(results: &Results, rankings: &[Ranking], most: usize) -> Result<Vec<Shown>> {
     let (mut known, mut sights) = (BTreeSet::new(), Vec::new());
     for rank in 0..most {
         for (series, ranking) in rankings.iter().enumerate() {
@@ -135,7 +135,7 @@ fn sights(results: &Results, rankings: &[Ranking], most: usize) -> Result<Vec<Si
                     let key = ranking.series.key(choice, region);
                     for scene in &results.scenes {
                         let moments = [worst(results, scene, key, score)?, scene.moments.start];
-                        let all = moments.into_iter().map(|moment| Sight { series, choice, moment });
+                        let all = moments.into_iter().map(|moment| Shown { series, choice, moment });
                         sights.extend(all.filter(|&sight| known.insert(sight)));
                     }
                 }
@@ -146,19 +146,19 @@ fn sights(results: &Results, rankings: &[Ranking], most: usize) -> Result<Vec<Si
 }
 
 /// The moment at which a choice scores least; the first of the scene where it never has a value.
-fn worst(results: &Results, scene: &SceneResults, key: Key, score: Score) -> Result<usize> {
+fn worst(results: &Results, scene: &SceneResults, key: RowKey, score: Score) -> Result<usize> {
     Ok(scene.moments.start + snapshots::worst_snapshot(results, scene, key, score)?.unwrap_or(0))
 }
 
 /// What is to be explained: the best choice of all in a region, by one of [`BESTS`].
-struct Asked {
-    sight: Sight,
+struct ToExplain {
+    sight: Shown,
     best: usize,
     region: usize,
 }
 
 /// Of each region and scene, what the best choices miss at their worst moment.
-fn asked(results: &Results, rankings: &[Ranking]) -> Result<Vec<Asked>> {
+fn asked(results: &Results, rankings: &[Ranking]) -> Result<Vec<ToExplain>> {
     let mut asked = Vec::new();
     for (best, score) in BESTS.into_iter().enumerate() {
         for region in 0..results.regions.len() {
@@ -166,7 +166,7 @@ fn asked(results: &Results, rankings: &[Ranking]) -> Result<Vec<Asked>> {
             let key = rankings[series].series.key(choice, region);
             for scene in &results.scenes {
                 let moment = worst(results, scene, key, score)?;
-                asked.push(Asked { sight: Sight { series, choice, moment }, best, region });
+                asked.push(ToExplain { sight: Shown { series, choice, moment }, best, region });
             }
         }
     }
@@ -175,7 +175,7 @@ fn asked(results: &Results, rankings: &[Ranking]) -> Result<Vec<Asked>> {
 
 impl Cells {
     /// Adds what a view says of all regions, and explains it in some.
-    fn put_labels(&mut self, sight: Sight, view: &View, asked: impl Iterator<Item = (usize, usize)>) {
+    fn put_labels(&mut self, sight: Shown, view: &View, asked: impl Iterator<Item = (usize, usize)>) {
         let missed = view.why_in_regions();
         let (occupied, free) = (&view.labels.occupied, &view.labels.free);
         let why = |voxel| {
@@ -186,7 +186,7 @@ impl Cells {
             _ if occupied.get(voxel) => 1,
             _ => 2 + why(voxel),
         };
-        let labels = self.put(view.world.in_regions().cells().map(of), 2 + missed.len());
+        let labels = self.put(view.world.in_regions().voxels().map(of), 2 + missed.len());
         let cause = |Missed { cause, .. }: &Missed| CauseData {
             reason: cause.reason.name(),
             words: phrase(view, cause),
@@ -195,7 +195,7 @@ impl Cells {
         let explained = asked.map(|(best, region)| {
             ((best, region), explain(view, &view.counts(region), view.tally(&missed, region)))
         });
-        let Sight { series, choice, moment } = sight;
+        let Shown { series, choice, moment } = sight;
         let (causes, explained) = (missed.iter().map(cause).collect(), explained.collect());
         self.labels.push(Labels { series, choice, moment, labels, causes, explained });
     }
@@ -214,15 +214,15 @@ impl Cells {
             _ if truth.robot.get(voxel) => 2,
             _ => 1,
         };
-        let truth = self.put(voxels().cells().map(role), 5);
+        let truth = self.put(voxels().voxels().map(role), 5);
         let regions = &worlds[moment].regions;
         let regions =
-            regions.iter().map(|r| self.put(voxels().cells().map(|voxel| r.cells.get(voxel).into()), 2));
+            regions.iter().map(|r| self.put(voxels().voxels().map(|voxel| r.voxels.get(voxel).into()), 2));
         let regions = regions.collect();
         self.moments.push(Moment { moment, origin: grid.origin, size: grid.size, truth, regions });
     }
 
-    fn put(&mut self, classes: impl Iterator<Item = usize>, kinds: usize) -> Part {
+    fn put(&mut self, classes: impl Iterator<Item = usize>, kinds: usize) -> ByteRange {
         let begin = self.bytes.len();
         put_runs(classes, kinds, &mut self.bytes);
         [begin, self.bytes.len()]

@@ -5,10 +5,10 @@ mod sensor;
 
 use serde::Serialize;
 
-use super::Sweep;
+use super::ReportedSweep;
 use super::cells::Cells;
 use super::measure::{self, Baseline};
-use super::packed::Numbers;
+use super::packed::NumberTable;
 use super::ranking::Ranking;
 use super::scores::{self, Scores};
 use super::surroundings::{Surroundings, WAYS};
@@ -91,12 +91,12 @@ struct SeriesData {
 impl<'a> Data<'a> {
     /// Of a sweep; its scores are added to the numbers.
     pub(super) fn new(
-        sweep: &'a Sweep,
+        sweep: &'a ReportedSweep,
         rankings: &[Ranking],
         (cells, surroundings): (&'a Cells, &Surroundings),
-        numbers: &mut Numbers,
+        numbers: &mut NumberTable,
     ) -> Result<Data<'a>> {
-        let Sweep { results, study, worlds, .. } = *sweep;
+        let ReportedSweep { results, study, worlds, .. } = *sweep;
         let regions = || 0..results.regions.len();
         let scores = scores::scores(results, rankings, numbers)?;
         let series = rankings.iter().zip(scores).map(|(ranking, scores)| SeriesData {
@@ -147,8 +147,8 @@ impl<'a> Data<'a> {
     }
 }
 
-fn render(sweep: &Sweep) -> Vec<String> {
-    let Sweep { study, words, .. } = *sweep;
+fn render(sweep: &ReportedSweep) -> Vec<String> {
+    let ReportedSweep { study, words, .. } = *sweep;
     let size = study.voxel_size_m.to_string();
     let mut render: Vec<String> =
         ["perirobot", "render", &study.path.display().to_string(), "--voxel-size", &size]
@@ -165,7 +165,7 @@ fn scene_data<'a>(scene: &'a crate::results::swept::SceneResults, worlds: &[Worl
     SceneData { name: &scene.name, moments, room_m: room.map(|corner| corner.to_array()) }
 }
 
-fn combinations<'a>(sweep: &'a Sweep) -> Vec<CombinationData<'a>> {
+fn combinations<'a>(sweep: &'a ReportedSweep) -> Vec<CombinationData<'a>> {
     let members = |combination: &'a crate::study::Combination| {
         let all = combination.members.iter();
         all.map(|member| MemberData { sensor: member.sensor, candidates: &member.candidates }).collect()

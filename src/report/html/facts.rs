@@ -5,7 +5,7 @@ mod best;
 mod mount;
 mod run;
 
-use super::Sweep;
+use super::ReportedSweep;
 use super::cells::Cells;
 use super::ranking::Ranking;
 use super::surroundings::Surroundings;
@@ -22,8 +22,8 @@ pub(super) struct Facts<'a> {
     pub(super) study: String,
     pub(super) extent: String,
     pub(super) assumed: Vec<String>,
-    pub(super) regions: Vec<best::Region<'a>>,
-    pub(super) run: run::Run,
+    pub(super) regions: Vec<best::RegionBest<'a>>,
+    pub(super) run: run::RunFacts,
     pub(super) distributions: Vec<Plain>,
     pub(super) maxima: Vec<Plain>,
     pub(super) moves: bool,
@@ -39,12 +39,12 @@ pub(super) struct Plain {
 
 impl<'a> Facts<'a> {
     pub(super) fn new(
-        sweep: &Sweep<'a>,
+        sweep: &ReportedSweep<'a>,
         rankings: &[Ranking],
         cells: &'a Cells,
         surroundings: &Surroundings,
     ) -> Result<Facts<'a>> {
-        let Sweep { results, study, .. } = *sweep;
+        let ReportedSweep { results, study, .. } = *sweep;
         Ok(Facts {
             study: study.path.file_stem().unwrap_or_default().to_string_lossy().into_owned(),
             extent: crate::report::best::extent(results),
@@ -61,16 +61,16 @@ impl<'a> Facts<'a> {
 }
 
 /// The scores in each region.
-fn parts(sweep: &Sweep) -> impl Iterator<Item = (usize, Score)> {
+fn parts(sweep: &ReportedSweep) -> impl Iterator<Item = (usize, Score)> {
     let regions = 0..sweep.results.regions.len();
     regions.flat_map(|region| Score::ALL.map(|score| (region, score)))
 }
 
-fn title(sweep: &Sweep, (region, score): (usize, Score)) -> String {
+fn title(sweep: &ReportedSweep, (region, score): (usize, Score)) -> String {
     format!("{} in region {}", score.title(), sweep.results.regions[region])
 }
 
-fn distributions(sweep: &Sweep, rankings: &[Ranking]) -> Result<Vec<Plain>> {
+fn distributions(sweep: &ReportedSweep, rankings: &[Ranking]) -> Result<Vec<Plain>> {
     let results = sweep.results;
     let table = |part: (usize, Score)| {
         let mut rows: Vec<Vec<String>> = Vec::new();
@@ -101,7 +101,7 @@ fn distributions(sweep: &Sweep, rankings: &[Ranking]) -> Result<Vec<Plain>> {
     parts(sweep).map(table).collect()
 }
 
-fn maxima_tables(sweep: &Sweep) -> Result<Vec<Plain>> {
+fn maxima_tables(sweep: &ReportedSweep) -> Result<Vec<Plain>> {
     let results = sweep.results;
     // Sensors alone are compared in the first table.
     if results.combinations.len() < 2 || results.combinations.iter().all(|c| c.members.len() < 2) {

@@ -5,7 +5,7 @@ use std::ops::Range;
 
 use crate::Result;
 use crate::metrics::{SCORES, Score};
-use crate::results::{Key, Over, Results, over};
+use crate::results::{Over, Results, RowKey, over};
 
 /// Whether its worst value is told beside its mean: of what names a best.
 pub(super) fn has_worst(score: Score) -> bool {
@@ -30,7 +30,7 @@ pub(super) type Baseline = (&'static str, [Option<f64>; SCORES]);
 pub(super) fn of_choice(
     results: &Results,
     moments: Range<usize>,
-    key: Key,
+    key: RowKey,
 ) -> Result<[Option<Over>; SCORES]> {
     let readings = results.readings(moments, &key)?;
     Ok(Score::ALL.map(|score| over::over(&readings, score)))

@@ -27,7 +27,7 @@ use crate::results::manifest::Manifest;
 use crate::study::Study;
 use crate::world::World;
 use crate::{Error, Result};
-use packed::{Numbers, packed};
+use packed::{NumberTable, packed};
 
 /// The name of the file in a sweep's folder.
 pub const REPORT: &str = "report.html";
@@ -38,7 +38,7 @@ pub const LOOKED_AT: usize = 20;
 
 /// A finished sweep, and what it came from.
 #[derive(Clone, Copy, Debug)]
-pub struct Sweep<'a> {
+pub struct ReportedSweep<'a> {
     /// What was found.
     pub results: &'a Results,
     /// What was swept, and which runs on which devices counted it.
@@ -70,15 +70,15 @@ struct Page<'a> {
 /// # Errors
 /// Those of the backend, and of a journal that cannot be read.
 pub fn page(
-    sweep: &Sweep,
+    sweep: &ReportedSweep,
     looked_at: usize,
     backend: &mut dyn Backend,
     said: &mut dyn FnMut(usize, usize),
 ) -> Result<String> {
-    let Sweep { results, study, worlds, .. } = *sweep;
+    let ReportedSweep { results, study, worlds, .. } = *sweep;
     let rankings = ranking::rankings(results)?;
     let cells = cells::look((study, worlds), (results, &rankings), looked_at, backend, said)?;
-    let mut numbers = Numbers::default();
+    let mut numbers = NumberTable::default();
     let surroundings = surroundings::Surroundings::of(study)?;
     let data = data::Data::new(sweep, &rankings, (&cells, &surroundings), &mut numbers)?;
     let (script, plotly) = (script(), plotly_js());

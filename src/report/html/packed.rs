@@ -15,9 +15,9 @@ pub(super) fn packed(bytes: &[u8]) -> String {
 
 /// Numbers that a script finds by where they begin.
 #[derive(Debug, Default)]
-pub(super) struct Numbers(Vec<u8>);
+pub(super) struct NumberTable(Vec<u8>);
 
-impl Numbers {
+impl NumberTable {
     /// How many there are.
     pub(super) fn len(&self) -> usize {
         self.0.len() / 4

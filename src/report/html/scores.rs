@@ -6,7 +6,7 @@ use std::ops::Range;
 use serde::Serialize;
 
 use super::measure;
-use super::packed::Numbers;
+use super::packed::NumberTable;
 use super::ranking::Ranking;
 use crate::Result;
 use crate::metrics::SCORES;
@@ -21,7 +21,7 @@ const MOST_AT_MOMENTS: usize = 400_000;
 
 /// Where the scores of some choices are.
 #[derive(Debug, Serialize)]
-pub(super) struct Block {
+pub(super) struct ScoresAt {
     /// The choices, if they are not all.
     choices: Option<Vec<usize>>,
     /// How many there are.
@@ -34,13 +34,17 @@ pub(super) struct Block {
 #[derive(Debug, Serialize)]
 pub(super) struct Scores {
     /// Over all scenes (extent 0), then over each.
-    over: Block,
+    over: ScoresAt,
     /// At each moment of all scenes; `None` where none moves.
-    at_moments: Option<Block>,
+    at_moments: Option<ScoresAt>,
 }
 
 /// The scores of every ranking's best choices, of as many as there is room for.
-pub(super) fn scores(results: &Results, rankings: &[Ranking], numbers: &mut Numbers) -> Result<Vec<Scores>> {
+pub(super) fn scores(
+    results: &Results,
+    rankings: &[Ranking],
+    numbers: &mut NumberTable,
+) -> Result<Vec<Scores>> {
     let scenes = results.scenes.iter().map(|scene| scene.moments.clone());
     let extents: Vec<Range<usize>> = [results.moments()].into_iter().chain(scenes).collect();
     let moments: Vec<Range<usize>> = results.moments().map(|moment| moment..moment + 1).collect();
@@ -68,8 +72,8 @@ fn block(
     ranking: &Ranking,
     most: usize,
     extents: &[Range<usize>],
-    numbers: &mut Numbers,
-) -> Result<Block> {
+    numbers: &mut NumberTable,
+) -> Result<ScoresAt> {
     let all = results.combinations[ranking.series.combination].choices();
     let choices: Vec<usize> = match most >= all {
         true => (0..all).collect(),
@@ -81,7 +85,7 @@ fn block(
             put(results, ranking.series, &choices, (region, extent), numbers)?;
         }
     }
-    Ok(Block { count: choices.len(), choices: (most < all).then_some(choices), begin })
+    Ok(ScoresAt { count: choices.len(), choices: (most < all).then_some(choices), begin })
 }
 
 /// Each measure of each choice, in one region over one extent.
@@ -90,7 +94,7 @@ fn put(
     series: Series,
     choices: &[usize],
     (region, extent): (usize, &Range<usize>),
-    numbers: &mut Numbers,
+    numbers: &mut NumberTable,
 ) -> Result<()> {
     let means = |&choice: &usize| {
         let measures = measure::of_choice(results, extent.clone(), series.key(choice, region))?;

@@ -18,14 +18,14 @@ const ATTEMPTS: usize = 16;
 
 /// A file beside the place of another, which goes when this is dropped. Nobody can know its name before.
 #[derive(Debug)]
-pub(super) struct Part {
+pub(super) struct PartialFile {
     pub(super) path: PathBuf,
     pub(super) file: File,
 }
 
-impl Part {
+impl PartialFile {
     /// Begins a part of the file at this place, and removes those that were left of it.
-    pub(super) fn create(of: &Path) -> Result<Part> {
+    pub(super) fn create(of: &Path) -> Result<PartialFile> {
         let name = of.file_name().ok_or(ErrorKind::IsADirectory)?;
         tidy(super::folder_of(of), |other| *name == *other);
         for _ in 0..ATTEMPTS {
@@ -41,14 +41,14 @@ impl Part {
             let locked = file.try_lock();
             if path.exists() && !matches!(locked, Err(fs::TryLockError::WouldBlock)) {
                 parts().push(path.clone());
-                return Ok(Part { path, file });
+                return Ok(PartialFile { path, file });
             }
         }
         Err(Error::new(ErrorKind::ResourceBusy, "another program removes what is written there"))
     }
 }
 
-impl Drop for Part {
+impl Drop for PartialFile {
     fn drop(&mut self) {
         // It may have been renamed; if it cannot go, there is nobody to tell.
         let _ = fs::remove_file(&self.path);

@@ -24,7 +24,7 @@ use crate::results::files::{JOURNAL, open_regular, sync_folder_of};
 use crate::{Error, Result};
 pub use pages::Pages;
 use record::{HEADER_BYTES, RECORD_BYTES, State};
-pub use record::{Header, Shard, Unfit};
+pub use record::{JournalHeader, Shard, Unfit};
 
 /// How long finished rows may wait until the disk has them. A process that is killed loses nothing; a machine
 /// that loses power loses so much.
@@ -38,7 +38,7 @@ const READ_ROWS: u64 = 1 << 14;
 pub struct Journal {
     path: PathBuf,
     file: File,
-    header: Header,
+    header: JournalHeader,
     unsynced_since: Option<Instant>,
 }
 
@@ -48,7 +48,7 @@ pub struct Locked {
     path: PathBuf,
     file: File,
     /// What it says it holds: nothing if it is new, or was begun and never got so far.
-    pub header: Result<Option<Header>, Unfit>,
+    pub header: Result<Option<JournalHeader>, Unfit>,
 }
 
 impl Locked {
@@ -81,12 +81,12 @@ impl Locked {
     }
 
     /// Goes on with what it holds, which is what `header` says.
-    pub fn go_on(self, header: Header) -> Journal {
+    pub fn go_on(self, header: JournalHeader) -> Journal {
         Journal { path: self.path, file: self.file, header, unsynced_since: None }
     }
 
     /// Begins anew; what it held is lost.
-    pub fn begin(mut self, header: Header) -> Result<Journal> {
+    pub fn begin(mut self, header: JournalHeader) -> Result<Journal> {
         let write = |file: &mut File| {
             file.set_len(0)?;
             file.rewind()?;
@@ -114,7 +114,7 @@ impl Journal {
     }
 
     /// The sweep it belongs to, and which part of it.
-    pub fn header(&self) -> &Header {
+    pub fn header(&self) -> &JournalHeader {
         &self.header
     }
 
@@ -252,14 +252,14 @@ fn names_of(file: &File) -> std::io::Result<u64> {
 }
 
 /// The header of a file; `None` if the file ends before its header does.
-fn read_header(path: &Path, mut file: &File) -> Result<Result<Option<Header>, Unfit>> {
+fn read_header(path: &Path, mut file: &File) -> Result<Result<Option<JournalHeader>, Unfit>> {
     let mut bytes = Vec::new();
     let read = file.rewind().and_then(|()| file.take(HEADER_BYTES as u64).read_to_end(&mut bytes));
     read.map_err(|e| Error::io(path, "cannot be read", e))?;
     if bytes.len() < HEADER_BYTES {
         return Ok(Ok(None));
     }
-    Ok(Header::parse(&bytes).map(Some))
+    Ok(JournalHeader::parse(&bytes).map(Some))
 }
 
 #[cfg(test)]

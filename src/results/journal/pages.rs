@@ -14,7 +14,7 @@ const KEPT_ROWS: u64 = 1 << 19;
 const LEAST_ROWS: u64 = 64;
 
 /// The number of a page of a block, and its counts.
-type Page = (u64, Vec<Confusion>);
+type CountsPage = (u64, Vec<Confusion>);
 
 /// Journals that hold all rows of a sweep between them. A report asks for the same row of many blocks, then
 /// for the next row of them, so a page of each block is kept.
@@ -24,7 +24,7 @@ pub struct Pages {
     journals: Vec<Journal>,
     pub(super) page_rows: u64,
     /// For each block, the page that is kept.
-    pub(super) pages: RefCell<Vec<Option<Page>>>,
+    pub(super) pages: RefCell<Vec<Option<CountsPage>>>,
 }
 
 impl Pages {

@@ -34,7 +34,7 @@ pub enum Unfit {
     /// It never was a journal.
     Foreign,
     /// Another perirobot wrote it.
-    Format(u32),
+    TableFormat(u32),
     /// It was one, and nobody can say of which sweep.
     Damaged,
 }
@@ -43,7 +43,7 @@ impl fmt::Display for Unfit {
     fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
         match self {
             Unfit::Foreign => write!(f, "is no journal of perirobot"),
-            Unfit::Format(format) => {
+            Unfit::TableFormat(format) => {
                 write!(f, "is a journal of format {format}, this perirobot writes {VERSION}")
             }
             Unfit::Damaged => write!(f, "has a damaged beginning"),
@@ -67,7 +67,7 @@ impl Shard {
 
 /// Which rows of which sweep a journal holds.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Header {
+pub struct JournalHeader {
     /// Hash of all that decides the counts.
     pub fingerprint: [u8; 32],
     /// Which part of the sweep it is.
@@ -89,7 +89,7 @@ pub(super) enum State {
     Damaged,
 }
 
-impl Header {
+impl JournalHeader {
     /// The rows of a block that are kept here.
     pub fn rows_of_block(&self, block: u64) -> Range<u64> {
         let before = block * self.block_rows;
@@ -122,7 +122,7 @@ impl Header {
 
     /// Back from the file. The numbers of a header that parses can be trusted as far as sums and products of
     /// them go.
-    pub(super) fn parse(bytes: &[u8]) -> Result<Header, Unfit> {
+    pub(super) fn parse(bytes: &[u8]) -> Result<JournalHeader, Unfit> {
         let (body, sum) = bytes.split_at(HEADER_BYTES - CHECK_BYTES);
         if !body.starts_with(&MAGIC) {
             return Err(Unfit::Foreign);
@@ -130,9 +130,9 @@ impl Header {
         let u32_at = |at: usize| u32::from_le_bytes(std::array::from_fn(|i| body[at + i]));
         let u64_at = |at: usize| u64::from_le_bytes(std::array::from_fn(|i| body[at + i]));
         if u32_at(8) != VERSION {
-            return Err(Unfit::Format(u32_at(8)));
+            return Err(Unfit::TableFormat(u32_at(8)));
         }
-        let header = Header {
+        let header = JournalHeader {
             fingerprint: std::array::from_fn(|i| body[52 + i]),
             shard: Shard { number: u32_at(12), of: u32_at(16) },
             blocks: u64_at(20),

@@ -7,8 +7,8 @@ use super::*;
 use crate::metrics::{BODY_PARTS, Detection};
 
 /// Three blocks of ten rows, of which 2 to 7 are kept.
-fn header() -> Header {
-    Header {
+fn header() -> JournalHeader {
+    JournalHeader {
         fingerprint: std::array::from_fn(|i| i as u8),
         shard: Shard { number: 1, of: 3 },
         blocks: 3,
@@ -112,7 +112,7 @@ fn torn_and_foreign_rows_are_not_finished() {
     fs::write(&path, &moved).unwrap();
     assert_eq!(all(&Locked::open(folder.path()).unwrap().go_on(header())), (vec![2, 4], 1));
     fs::write(&path, &whole).unwrap();
-    let other = Header { fingerprint: [9; 32], ..header() };
+    let other = JournalHeader { fingerprint: [9; 32], ..header() };
     assert_eq!(all(&Locked::open(folder.path()).unwrap().go_on(other)), (vec![], 3));
 }
 
@@ -142,7 +142,7 @@ fn a_damaged_beginning_is_refused_and_a_missing_one_is_new() {
 #[test]
 fn a_short_file_takes_a_short_time_whatever_it_promises() {
     let folder = tempfile::tempdir().unwrap();
-    let header = Header { blocks: 1 << 50, ..header() };
+    let header = JournalHeader { blocks: 1 << 50, ..header() };
     let mut journal = Locked::open(folder.path()).unwrap().begin(header.clone()).unwrap();
     journal.put(22, &[counts(22), counts(23)]).unwrap();
     assert_eq!(all(&journal), (vec![22, 23], 0));
@@ -213,12 +213,12 @@ fn rows_that_cannot_be_read_are_neither_missing_nor_zero() {
 #[test]
 fn headers_that_cannot_be_are_damaged() {
     let good = header();
-    assert_eq!(Header::parse(&good.bytes()), Ok(good.clone()));
-    let shard = |number, of| Header { shard: Shard { number, of }, ..good.clone() };
-    let kept = |kept| Header { kept, ..good.clone() };
-    let size = |blocks, block_rows| Header { blocks, block_rows, ..good.clone() };
+    assert_eq!(JournalHeader::parse(&good.bytes()), Ok(good.clone()));
+    let shard = |number, of| JournalHeader { shard: Shard { number, of }, ..good.clone() };
+    let kept = |kept| JournalHeader { kept, ..good.clone() };
+    let size = |blocks, block_rows| JournalHeader { blocks, block_rows, ..good.clone() };
     for bad in [shard(3, 3), shard(5, 3), shard(0, 0), kept(2..2), kept(2..11), size(1 << 60, 10)] {
-        let what = Header::parse(&bad.bytes()).unwrap_err();
+        let what = JournalHeader::parse(&bad.bytes()).unwrap_err();
         assert_eq!(what, Unfit::Damaged, "{bad:?}");
     }
 }
@@ -240,7 +240,7 @@ fn one_at_a_time() {
 fn pages_find_rows_across_shards() {
     let folders: Vec<_> = (0..3).map(|_| tempfile::tempdir().unwrap()).collect();
     let journals = folders.iter().zip([0..3, 3..4, 4..1000]).map(|(folder, kept)| {
-        let header = Header { block_rows: 1000, kept, ..header() };
+        let header = JournalHeader { block_rows: 1000, kept, ..header() };
         let mut journal = Locked::open(folder.path()).unwrap().begin(header.clone()).unwrap();
         for block in 0..3 {
             let rows = header.rows_of_block(block);

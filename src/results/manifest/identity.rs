@@ -23,7 +23,7 @@ pub struct Identity {
     pub study: Value,
     /// The same of its scenes.
     #[serde(default)]
-    pub scene_files: Vec<SceneFile>,
+    pub scene_files: Vec<SceneFileIdentity>,
     /// Hashes of the other files that were read, by their paths.
     #[serde(default)]
     pub files: BTreeMap<String, String>,
@@ -39,7 +39,7 @@ pub struct Identity {
     /// Each snapshot of each scene.
     pub scenes: Vec<Described>,
     /// Sensors in study order.
-    pub sensors: Vec<Sensor>,
+    pub sensors: Vec<SensorIdentity>,
     /// Hash of `poses.csv`.
     pub poses_sha256: String,
     /// Combinations in study order.
@@ -48,7 +48,7 @@ pub struct Identity {
 
 /// What a scene file says.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct SceneFile {
+pub struct SceneFileIdentity {
     /// The scene's name.
     pub name: String,
     /// As of the study.
@@ -57,7 +57,7 @@ pub struct SceneFile {
 
 /// A sensor of the study.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Sensor {
+pub struct SensorIdentity {
     /// Its name.
     pub name: String,
     /// As in the key `kind` of the study.
@@ -94,11 +94,11 @@ impl Identity {
     pub(super) fn of(study: &Study, worlds: &[World]) -> Identity {
         let scene_files = study.scenes.iter().map(|spec| {
             let says = toml::from_str(&spec.text).unwrap_or_else(|_| spec.text.as_str().into());
-            SceneFile { name: spec.name.clone(), says }
+            SceneFileIdentity { name: spec.name.clone(), says }
         });
         let sensors = study.sensors.iter().enumerate().map(|(number, sensor)| {
             let rays = world::ray_table(study, number);
-            Sensor {
+            SensorIdentity {
                 name: sensor.name.clone(),
                 kind: sensor.kind.name().into(),
                 representations: sensor.kind.representations().into_iter().map(String::from).collect(),

@@ -8,7 +8,7 @@ use std::sync::Arc;
 use crate::metrics::Confusion;
 use crate::results::columns::BETWEEN_MEMBERS;
 use crate::results::files::{MANIFEST, read_regular};
-use crate::results::manifest::{Identity, Manifest, Sensor, Sensors};
+use crate::results::manifest::{Identity, Manifest, SensorIdentity, Sensors};
 use crate::results::read::CURE;
 use crate::results::read::csv_rows::CsvRows;
 use crate::results::swept::{CombinationResults, MemberResults, PoseResults, SceneResults, Subject};
@@ -22,7 +22,7 @@ const MOST_VOXELS: u64 = 1 << 32;
 
 /// A sensor with its poses.
 struct Posed<'m> {
-    file: &'m Sensor,
+    file: &'m SensorIdentity,
     poses: Arc<Vec<PoseResults>>,
 }
 
@@ -115,7 +115,7 @@ fn baselines(region: &DescribedRegion) -> Result<Baselines, String> {
 }
 
 /// The sensors with their poses, which stand in the file sensor by sensor.
-fn sensors<'m>(path: &Path, bytes: &[u8], files: &'m [Sensor]) -> Result<Vec<Posed<'m>>> {
+fn sensors<'m>(path: &Path, bytes: &[u8], files: &'m [SensorIdentity]) -> Result<Vec<Posed<'m>>> {
     let mut rows = CsvRows::new(path, bytes, &["sensor", "pose", "group", "x_m", "place"])?;
     let mut sensors = Vec::new();
     for file in files {

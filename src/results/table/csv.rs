@@ -3,7 +3,7 @@
 use std::io;
 
 use crate::results::files::WholeFile;
-use crate::results::table::{Column, Field, RowWriter};
+use crate::results::table::{Column, Datum, RowWriter};
 
 /// Bytes that go to the file at once.
 const BUFFER: usize = 1 << 18;
@@ -31,13 +31,13 @@ impl CsvWriter {
 }
 
 impl RowWriter for CsvWriter {
-    fn row(&mut self, fields: &[Field<'_>]) -> io::Result<()> {
+    fn row(&mut self, fields: &[Datum<'_>]) -> io::Result<()> {
         for field in fields {
             match field {
-                Field::Text(text) => self.csv.write_field(text).map_err(io_error)?,
-                Field::Count(count) => self.number(count)?,
-                Field::Score(Some(score)) => self.number(score)?,
-                Field::Score(None) => self.csv.write_field("").map_err(io_error)?,
+                Datum::Text(text) => self.csv.write_field(text).map_err(io_error)?,
+                Datum::Count(count) => self.number(count)?,
+                Datum::Score(Some(score)) => self.number(score)?,
+                Datum::Score(None) => self.csv.write_field("").map_err(io_error)?,
             }
         }
         self.csv.write_record(None::<&[u8]>).map_err(io_error)

@@ -12,7 +12,7 @@ use crate::results::files::{WholeFile, cannot_write};
 
 /// What a column holds.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Kind {
+pub enum ColumnKind {
     /// Text: a string in Parquet, with a dictionary.
     Text,
     /// Whole numbers below 2^63: int64 in Parquet.
@@ -28,52 +28,52 @@ pub struct Column {
     /// Its header.
     pub name: String,
     /// What it holds.
-    pub kind: Kind,
+    pub kind: ColumnKind,
 }
 
 impl Column {
     /// A column by its header and kind.
-    pub fn new(name: impl Into<String>, kind: Kind) -> Self {
+    pub fn new(name: impl Into<String>, kind: ColumnKind) -> Self {
         Column { name: name.into(), kind }
     }
 }
 
 /// One value of a row.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Field<'a> {
-    /// For [`Kind::Text`].
+pub enum Datum<'a> {
+    /// For [`ColumnKind::Text`].
     Text(&'a str),
-    /// For [`Kind::Count`], below 2^63.
+    /// For [`ColumnKind::Count`], below 2^63.
     Count(u64),
-    /// For [`Kind::Score`]; `None` where it has no value.
+    /// For [`ColumnKind::Score`]; `None` where it has no value.
     Score(Option<f64>),
 }
 
-impl Field<'_> {
-    fn fits(&self, kind: Kind) -> bool {
+impl Datum<'_> {
+    fn fits(&self, kind: ColumnKind) -> bool {
         match self {
-            Field::Text(_) => kind == Kind::Text,
-            Field::Count(count) => kind == Kind::Count && *count <= i64::MAX as u64,
-            Field::Score(_) => kind == Kind::Score,
+            Datum::Text(_) => kind == ColumnKind::Text,
+            Datum::Count(count) => kind == ColumnKind::Count && *count <= i64::MAX as u64,
+            Datum::Score(_) => kind == ColumnKind::Score,
         }
     }
 }
 
 /// How a table is written.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Format {
+pub enum TableFormat {
     /// Text with a header: commas, quotes where needed, the shortest decimal that gives the same double.
     Csv,
     /// Apache Parquet: int64, double and string columns, Snappy.
     Parquet,
 }
 
-impl Format {
+impl TableFormat {
     /// The end of the file's name, without the dot.
     pub fn extension(self) -> &'static str {
         match self {
-            Format::Csv => "csv",
-            Format::Parquet => "parquet",
+            TableFormat::Csv => "csv",
+            TableFormat::Parquet => "parquet",
         }
     }
 }
@@ -82,13 +82,13 @@ impl Format {
 /// number. Dropped before [`TableFile::finish`], it leaves nothing behind.
 pub struct TableFile {
     path: PathBuf,
-    kinds: Vec<Kind>,
+    kinds: Vec<ColumnKind>,
     writer: Box<dyn RowWriter>,
 }
 
 /// What a format does with rows that fit the columns.
 trait RowWriter: Send {
-    fn row(&mut self, fields: &[Field<'_>]) -> io::Result<()>;
+    fn row(&mut self, fields: &[Datum<'_>]) -> io::Result<()>;
 
     /// Writes what is left; the file is still to be committed.
     fn finish(self: Box<Self>) -> io::Result<WholeFile>;
@@ -99,15 +99,15 @@ impl TableFile {
     ///
     /// # Errors
     /// `Error::Input` that names the file if it cannot be written; so for all methods.
-    pub fn create(path: &Path, format: Format, columns: &[Column]) -> Result<Self> {
+    pub fn create(path: &Path, format: TableFormat, columns: &[Column]) -> Result<Self> {
         TableFile::over(WholeFile::create(path)?, path, format, columns)
     }
 
-    fn over(file: WholeFile, path: &Path, format: Format, columns: &[Column]) -> Result<Self> {
+    fn over(file: WholeFile, path: &Path, format: TableFormat, columns: &[Column]) -> Result<Self> {
         let begin = || -> io::Result<Box<dyn RowWriter>> {
             Ok(match format {
-                Format::Csv => Box::new(csv::CsvWriter::new(file, columns)?),
-                Format::Parquet => Box::new(parquet::ParquetWriter::new(file, columns)?),
+                TableFormat::Csv => Box::new(csv::CsvWriter::new(file, columns)?),
+                TableFormat::Parquet => Box::new(parquet::ParquetWriter::new(file, columns)?),
             })
         };
         let writer = begin().map_err(|e| cannot_write(path, e))?;
@@ -123,7 +123,7 @@ impl TableFile {
     ///
     /// # Panics
     /// If the fields do not fit the columns.
-    pub fn row(&mut self, fields: &[Field<'_>]) -> Result<()> {
+    pub fn row(&mut self, fields: &[Datum<'_>]) -> Result<()> {
         let fit = fields.len() == self.kinds.len() && fields.iter().zip(&self.kinds).all(|(f, k)| f.fits(*k));
         assert!(fit, "columns are {:?}, the row is {fields:?}", self.kinds);
         self.writer.row(fields).map_err(|e| cannot_write(&self.path, e))

@@ -12,7 +12,7 @@ use ::parquet::file::writer::{SerializedColumnWriter, SerializedFileWriter};
 use ::parquet::schema::types::{ColumnPath, Type};
 
 use crate::results::files::WholeFile;
-use crate::results::table::{Column, Field, Kind, RowWriter};
+use crate::results::table::{Column, ColumnKind, Datum, RowWriter};
 
 /// Rows of a group: enough for columns to shrink well, few enough for about 30 MB of rows of results.
 pub(super) const GROUP_ROWS: usize = 1 << 17;
@@ -71,7 +71,7 @@ impl ParquetWriter {
 }
 
 impl RowWriter for ParquetWriter {
-    fn row(&mut self, fields: &[Field<'_>]) -> io::Result<()> {
+    fn row(&mut self, fields: &[Datum<'_>]) -> io::Result<()> {
         for (column, field) in self.columns.iter_mut().zip(fields) {
             self.text_bytes += column.push(field);
         }
@@ -91,24 +91,24 @@ impl RowWriter for ParquetWriter {
 }
 
 impl Gathered {
-    fn new(kind: Kind) -> Self {
+    fn new(kind: ColumnKind) -> Self {
         match kind {
-            Kind::Text => Gathered::Text { bytes: Vec::new(), ends: Vec::new() },
-            Kind::Count => Gathered::Count(Vec::new()),
-            Kind::Score => Gathered::Score { values: Vec::new(), present: Vec::new() },
+            ColumnKind::Text => Gathered::Text { bytes: Vec::new(), ends: Vec::new() },
+            ColumnKind::Count => Gathered::Count(Vec::new()),
+            ColumnKind::Score => Gathered::Score { values: Vec::new(), present: Vec::new() },
         }
     }
 
     /// Takes a field, and says how many bytes of text it has.
-    fn push(&mut self, field: &Field<'_>) -> usize {
+    fn push(&mut self, field: &Datum<'_>) -> usize {
         match (self, field) {
-            (Gathered::Text { bytes, ends }, Field::Text(text)) => {
+            (Gathered::Text { bytes, ends }, Datum::Text(text)) => {
                 bytes.extend_from_slice(text.as_bytes());
                 ends.push(bytes.len());
                 return text.len();
             }
-            (Gathered::Count(counts), Field::Count(count)) => counts.push(*count as i64),
-            (Gathered::Score { values, present }, Field::Score(score)) => {
+            (Gathered::Count(counts), Datum::Count(count)) => counts.push(*count as i64),
+            (Gathered::Score { values, present }, Datum::Score(score)) => {
                 values.extend(score);
                 present.push(score.is_some() as i16);
             }
@@ -162,9 +162,9 @@ fn io_error(error: ParquetError) -> io::Error {
 fn schema(columns: &[Column]) -> Result<Type> {
     let field = |column: &Column| {
         let (physical, logical, repetition) = match column.kind {
-            Kind::Text => (PhysicalType::BYTE_ARRAY, Some(LogicalType::String), Repetition::REQUIRED),
-            Kind::Count => (PhysicalType::INT64, None, Repetition::REQUIRED),
-            Kind::Score => (PhysicalType::DOUBLE, None, Repetition::OPTIONAL),
+            ColumnKind::Text => (PhysicalType::BYTE_ARRAY, Some(LogicalType::String), Repetition::REQUIRED),
+            ColumnKind::Count => (PhysicalType::INT64, None, Repetition::REQUIRED),
+            ColumnKind::Score => (PhysicalType::DOUBLE, None, Repetition::OPTIONAL),
         };
         let column = Type::primitive_type_builder(&column.name, physical);
         column.with_logical_type(logical).with_repetition(repetition).build().map(Arc::new)
@@ -181,9 +181,9 @@ fn properties_of(builder: WriterPropertiesBuilder, column: &Column) -> WriterPro
         .set_compression(Compression::SNAPPY)
         // Those of pages would stay in memory until the end.
         .set_statistics_enabled(EnabledStatistics::Chunk)
-        .set_column_dictionary_enabled(path.clone(), column.kind == Kind::Text);
+        .set_column_dictionary_enabled(path.clone(), column.kind == ColumnKind::Text);
     match column.kind {
-        Kind::Count => builder.set_column_encoding(path, Encoding::DELTA_BINARY_PACKED),
-        Kind::Text | Kind::Score => builder,
+        ColumnKind::Count => builder.set_column_encoding(path, Encoding::DELTA_BINARY_PACKED),
+        ColumnKind::Text | ColumnKind::Score => builder,
     }
 }

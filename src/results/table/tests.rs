@@ -9,14 +9,14 @@ use ::parquet::record::Row;
 use super::*;
 use crate::results::table::parquet::GROUP_ROWS;
 
-const FORMATS: [Format; 2] = [Format::Csv, Format::Parquet];
+const FORMATS: [TableFormat; 2] = [TableFormat::Csv, TableFormat::Parquet];
 
 fn columns() -> Vec<Column> {
     vec![
-        Column::new("scene", Kind::Text),
-        Column::new("tp", Kind::Count),
-        Column::new("poses", Kind::Text),
-        Column::new("f1", Kind::Score),
+        Column::new("scene", ColumnKind::Text),
+        Column::new("tp", ColumnKind::Count),
+        Column::new("poses", ColumnKind::Text),
+        Column::new("f1", ColumnKind::Score),
     ]
 }
 
@@ -30,11 +30,11 @@ const ROWS: [TestRow; 4] = [
     ("cell", 12, "camera:wall/1;pads:floor/0", Some(-1e-7)),
 ];
 
-fn fields((scene, tp, poses, f1): TestRow) -> [Field<'static>; 4] {
-    [Field::Text(scene), Field::Count(tp), Field::Text(poses), Field::Score(f1)]
+fn fields((scene, tp, poses, f1): TestRow) -> [Datum<'static>; 4] {
+    [Datum::Text(scene), Datum::Count(tp), Datum::Text(poses), Datum::Score(f1)]
 }
 
-fn write(path: &Path, format: Format, rows: impl IntoIterator<Item = TestRow>) {
+fn write(path: &Path, format: TableFormat, rows: impl IntoIterator<Item = TestRow>) {
     let mut table = TableFile::create(path, format, &columns()).unwrap();
     for row in rows {
         table.row(&fields(row)).unwrap();
@@ -42,7 +42,7 @@ fn write(path: &Path, format: Format, rows: impl IntoIterator<Item = TestRow>) {
     table.finish().unwrap();
 }
 
-fn bytes(format: Format, rows: impl IntoIterator<Item = TestRow>) -> Vec<u8> {
+fn bytes(format: TableFormat, rows: impl IntoIterator<Item = TestRow>) -> Vec<u8> {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("table");
     write(&path, format, rows);
@@ -52,7 +52,7 @@ fn bytes(format: Format, rows: impl IntoIterator<Item = TestRow>) -> Vec<u8> {
 fn read(rows: impl IntoIterator<Item = TestRow>) -> SerializedFileReader<fs::File> {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("table");
-    write(&path, Format::Parquet, rows);
+    write(&path, TableFormat::Parquet, rows);
     SerializedFileReader::new(fs::File::open(path).unwrap()).unwrap()
 }
 
@@ -76,9 +76,9 @@ fn csv_is_written_to_the_byte() {
         \"a, \"\"b\"\"\",9223372036854775807,,0.30000000000000004\n\
         Straße,7,\"two\nlines\",\n\
         cell,12,camera:wall/1;pads:floor/0,-0.0000001\n";
-    assert_eq!(String::from_utf8(bytes(Format::Csv, ROWS)).unwrap(), expected);
-    assert_eq!(bytes(Format::Csv, []), b"scene,tp,poses,f1\n");
-    assert_eq!(Format::Csv.extension(), "csv");
+    assert_eq!(String::from_utf8(bytes(TableFormat::Csv, ROWS)).unwrap(), expected);
+    assert_eq!(bytes(TableFormat::Csv, []), b"scene,tp,poses,f1\n");
+    assert_eq!(TableFormat::Csv.extension(), "csv");
 }
 
 #[test]
@@ -105,7 +105,7 @@ fn parquet_has_names_types_and_values() {
     for (row, expected) in rows.iter().zip(ROWS) {
         check_row(row, expected);
     }
-    assert_eq!(Format::Parquet.extension(), "parquet");
+    assert_eq!(TableFormat::Parquet.extension(), "parquet");
 }
 
 #[test]
@@ -148,11 +148,12 @@ fn parquet_has_groups_of_bounded_size() {
 fn long_texts_close_a_group_early() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("table");
-    let mut table = TableFile::create(&path, Format::Parquet, &[Column::new("poses", Kind::Text)]).unwrap();
+    let mut table =
+        TableFile::create(&path, TableFormat::Parquet, &[Column::new("poses", ColumnKind::Text)]).unwrap();
     // 64 MiB are 64 rows of 1 MiB.
     let long = "x".repeat(1 << 20);
     for _ in 0..65 {
-        table.row(&[Field::Text(&long)]).unwrap();
+        table.row(&[Datum::Text(&long)]).unwrap();
     }
     table.finish().unwrap();
     let reader = SerializedFileReader::new(fs::File::open(path).unwrap()).unwrap();
@@ -228,6 +229,6 @@ fn a_full_disk_is_named_and_nothing_stays() {
 #[should_panic(expected = "columns are [Text, Count, Text, Score], the row is [Text(\"a\")]")]
 fn rows_fit_the_columns() {
     let folder = tempfile::tempdir().unwrap();
-    let mut table = TableFile::create(&folder.path().join("t"), Format::Csv, &columns()).unwrap();
-    let _ = table.row(&[Field::Text("a")]);
+    let mut table = TableFile::create(&folder.path().join("t"), TableFormat::Csv, &columns()).unwrap();
+    let _ = table.row(&[Datum::Text("a")]);
 }

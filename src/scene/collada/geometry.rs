@@ -20,7 +20,7 @@ pub(super) fn read(
         if !["triangles", "polylist", "polygons", "tristrips", "trifans"].contains(&tag) {
             continue;
         }
-        let Some(layout) = Layout::of(library, primitive)? else { continue };
+        let Some(layout) = IndexLayout::of(library, primitive)? else { continue };
         for face in faces(library, primitive, tag, &layout)? {
             let corners = face.into_iter().map(|place| layout.position(place)).collect::<Result<Vec<_>, _>>();
             corners
@@ -36,7 +36,12 @@ pub(super) fn read(
 }
 
 /// The faces of a primitive as places of positions.
-fn faces(library: &Library, primitive: Node, tag: &str, layout: &Layout) -> Result<Vec<Vec<usize>>, String> {
+fn faces(
+    library: &Library,
+    primitive: Node,
+    tag: &str,
+    layout: &IndexLayout,
+) -> Result<Vec<Vec<usize>>, String> {
     let lists = children(primitive, "p").map(|list| layout.places(library, list));
     let lists: Vec<Vec<usize>> = lists.collect::<Result<_, _>>()?;
     let wrong = |what: String| library.at(primitive, what);
@@ -87,7 +92,7 @@ fn fan_faces(fan: &[usize]) -> Vec<Vec<usize>> {
 }
 
 /// How a primitive's indices lead to positions.
-struct Layout {
+struct IndexLayout {
     /// Indices for each corner.
     stride: usize,
     /// Which of them is the position's.
@@ -95,9 +100,9 @@ struct Layout {
     positions: Vec<DVec3>,
 }
 
-impl Layout {
+impl IndexLayout {
     /// Nothing for a primitive without indices.
-    fn of(library: &Library, primitive: Node) -> Result<Option<Layout>, String> {
+    fn of(library: &Library, primitive: Node) -> Result<Option<IndexLayout>, String> {
         if child(primitive, "p").is_none() {
             return Ok(None);
         }
@@ -116,7 +121,7 @@ impl Layout {
         let position =
             position.ok_or_else(|| library.at(vertices, "has no <input semantic=\"POSITION\">"))?;
         let positions = positions(library, library.follow(position, "source", &["source"])?)?;
-        Ok(Some(Layout { stride, offset, positions }))
+        Ok(Some(IndexLayout { stride, offset, positions }))
     }
 
     /// Places of positions in a list of indices.

@@ -9,7 +9,7 @@ use ::gltf::json::validation::Checked;
 use ::gltf::json::{Accessor, Index};
 use glam::{DQuat, DVec3, DVec4};
 
-use super::Budget;
+use super::MemoryLimit;
 use super::accessor::Elements;
 use super::container::Container;
 
@@ -48,7 +48,7 @@ impl Clip {
     pub(super) fn read(
         container: &Container,
         name: Option<&str>,
-        budget: &mut Budget,
+        budget: &mut MemoryLimit,
     ) -> Result<Clip, String> {
         let index = find(&container.root.animations, name)?;
         let json = &container.root.animations[index];
@@ -142,7 +142,7 @@ fn curve(
     animation: &Animation,
     channel: &Channel,
     property: Property,
-    budget: &mut Budget,
+    budget: &mut MemoryLimit,
 ) -> Result<CurveParts, String> {
     let number = channel.sampler.value();
     let samplers = &animation.samplers;
@@ -183,7 +183,11 @@ fn curve(
     Ok((times_s, interpolation, values))
 }
 
-fn times(container: &Container, input: Index<Accessor>, budget: &mut Budget) -> Result<Vec<f64>, String> {
+fn times(
+    container: &Container,
+    input: Index<Accessor>,
+    budget: &mut MemoryLimit,
+) -> Result<Vec<f64>, String> {
     let at = |what: String| format!("input: {what}");
     let elements = Elements::floats(container, input, Type::Scalar, "must be SCALAR of float").map_err(at)?;
     if elements.count == 0 {

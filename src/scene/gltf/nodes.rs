@@ -5,7 +5,7 @@ use std::collections::HashMap;
 use ::gltf::json::{Index, Node, Root};
 use glam::{DAffine3, DMat4, DQuat, DVec3};
 
-use super::{Budget, Moved};
+use super::{MemoryLimit, Moved};
 
 /// Deepest nesting of nodes that is read; each node repeats the names of all above it.
 const MAX_DEPTH: usize = 256;
@@ -113,7 +113,11 @@ fn parent_from_node(node: &Node, moved: Option<&Moved>) -> Result<DAffine3, Stri
 }
 
 /// Names from the root down to a node, which the file's budget pays for.
-pub(super) fn names(placed: &[Placed], node: &Placed, budget: &mut Budget) -> Result<Vec<String>, String> {
+pub(super) fn names(
+    placed: &[Placed],
+    node: &Placed,
+    budget: &mut MemoryLimit,
+) -> Result<Vec<String>, String> {
     let mut names = Vec::new();
     let mut next = Some(node);
     while let Some(node) = next {

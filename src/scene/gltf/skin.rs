@@ -7,7 +7,7 @@ use ::gltf::json::mesh::{Primitive, Semantic};
 use ::gltf::json::validation::Checked;
 use glam::{DAffine3, DMat4, DVec3, DVec4};
 
-use super::Budget;
+use super::MemoryLimit;
 use super::accessor::Elements;
 use super::container::Container;
 use super::nodes::Placed;
@@ -30,7 +30,7 @@ impl Skin {
         container: &Container,
         index: usize,
         placed: &[Placed],
-        budget: &mut Budget,
+        budget: &mut MemoryLimit,
     ) -> Result<Skin, String> {
         let skins = &container.root.skins;
         let json = skins.get(index).ok_or_else(|| format!("skin = {index}: there are {}", skins.len()))?;
@@ -110,7 +110,7 @@ impl<'a> Influences<'a> {
         container: &'a Container,
         primitive: &Primitive,
         vertices: usize,
-        budget: &mut Budget,
+        budget: &mut MemoryLimit,
     ) -> Result<Influences<'a>, String> {
         let mut sets = Vec::new();
         for set in 0.. {

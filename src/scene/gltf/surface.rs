@@ -4,7 +4,7 @@ use ::gltf::json::mesh::{Mode, Primitive, Semantic};
 use ::gltf::json::validation::Checked;
 use glam::{DAffine3, DVec3};
 
-use super::Budget;
+use super::MemoryLimit;
 use super::accessor::Elements;
 use super::container::Container;
 use super::nodes::Placed;
@@ -21,7 +21,7 @@ pub(super) fn read_mesh(
     index: usize,
     node: &Placed,
     placed: &[Placed],
-    budget: &mut Budget,
+    budget: &mut MemoryLimit,
 ) -> Result<Mesh, String> {
     let json = (container.root.meshes.get(index))
         .ok_or_else(|| format!("mesh = {index}: there are {}", container.root.meshes.len()))?;
@@ -60,7 +60,7 @@ fn read_primitive(
     primitive: &Primitive,
     skin: Option<&Skin>,
     welder: &mut Welder,
-    budget: &mut Budget,
+    budget: &mut MemoryLimit,
 ) -> Result<(), String> {
     // Even an empty primitive takes time, and a mesh of many can be placed many times.
     budget.spend(TRIANGLE_BYTES)?;

@@ -228,7 +228,7 @@ fn triangles_are_counted_where_an_object_is_another_than_before() {
     let sources = Sources::beside(&path);
     let spec = SceneSpec::load(&path, &sources).unwrap();
     let with = |triangles_left| {
-        let mut files = Loaded { triangles_left, ..Loaded::new(&sources) };
+        let mut files = SceneFiles { triangles_left, ..SceneFiles::new(&sources) };
         moments(&spec.objects[0], 4, &mut files, 0.01).map(|_| files.triangles_left)
     };
     // A box has 12: its shape, and it in two places.

@@ -6,7 +6,7 @@ use std::rc::Rc;
 
 use glam::{DAffine3, DMat3, DVec3};
 
-use super::{Body, Geometry, Model, Packages, Shape};
+use super::{Geometry, LinkShape, Packages, PlacedShape, RobotModel};
 use crate::scene::mesh_file::load_mesh;
 use crate::scene::{Mesh, primitive};
 use crate::source::Sources;
@@ -15,12 +15,13 @@ use crate::{Error, Result};
 /// Most triangles of a robot: a mesh may be placed many times, and each costs memory.
 const MOST_TRIANGLES: usize = 20_000_000;
 
-impl Model {
-    /// The triangles of every link in the link's own frame, in the order of [`Model::link_names`]; empty for a link
-    /// without bodies. Round bodies stay within `sag_m` of their true surface.
+impl RobotModel {
+    /// The triangles of every link in the link's own frame, in the order of [`RobotModel::link_names`]; empty
+    /// for a link without bodies. Round bodies stay within `sag_m` of their true surface.
     ///
     /// # Errors
-    /// When a mesh cannot be found or read, its format is not known, or no link has a body of the kind asked for.
+    /// When a mesh cannot be found or read, its format is not known, or no link has a body of the kind asked
+    /// for.
     pub fn meshes(
         &self,
         geometry: Geometry,
@@ -115,18 +116,18 @@ impl Files<'_> {
     }
 }
 
-impl Body {
+impl PlacedShape {
     fn mesh(&self, sag_m: f64, files: &mut Files) -> Result<Mesh, String> {
         let (mesh, scale) = match &self.shape {
-            Shape::Box { size_m } => (Rc::new(primitive::cuboid(*size_m)), DVec3::ONE),
-            Shape::Sphere { radius_m } => (Rc::new(primitive::sphere(*radius_m, sag_m)), DVec3::ONE),
-            Shape::Cylinder { radius_m, length_m } => {
+            LinkShape::Box { size_m } => (Rc::new(primitive::cuboid(*size_m)), DVec3::ONE),
+            LinkShape::Sphere { radius_m } => (Rc::new(primitive::sphere(*radius_m, sag_m)), DVec3::ONE),
+            LinkShape::Cylinder { radius_m, length_m } => {
                 (Rc::new(primitive::cylinder(*radius_m, *length_m, sag_m)), DVec3::ONE)
             }
-            Shape::Capsule { radius_m, length_m } => {
+            LinkShape::Capsule { radius_m, length_m } => {
                 (Rc::new(primitive::capsule(*radius_m, *length_m, sag_m)), DVec3::ONE)
             }
-            Shape::Mesh { filename, scale } => {
+            LinkShape::Mesh { filename, scale } => {
                 (files.mesh(filename).map_err(|what| format!("mesh {filename:?}: {what}"))?, *scale)
             }
         };

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 
 use glam::{DAffine3, DMat3, DVec3};
 
-use super::{Joint, Model, Motion};
+use super::{Joint, Motion, RobotModel};
 use crate::pose::{Frame, Pose};
 use crate::scene::Linkage;
 use crate::{Error, Result};
@@ -24,8 +24,8 @@ pub struct JointValues {
     pub travels_m: BTreeMap<String, f64>,
 }
 
-impl Model {
-    /// `root_from_link` for every link, in the order of [`Model::link_names`].
+impl RobotModel {
+    /// `root_from_link` for every link, in the order of [`RobotModel::link_names`].
     ///
     /// # Errors
     /// When a value names no joint, or one of the other kind, or is outside its limits, and when a joint

@@ -35,7 +35,7 @@ pub enum Geometry {
 
 /// A robot as its file describes it: a tree of links.
 #[derive(Clone, Debug)]
-pub struct Model {
+pub struct RobotModel {
     path: PathBuf,
     /// Parents before children; the root is the first.
     links: Vec<Link>,
@@ -46,8 +46,8 @@ struct Link {
     name: String,
     /// What holds the link; nothing for the root.
     joint: Option<Joint>,
-    collision: Vec<Body>,
-    visual: Vec<Body>,
+    collision: Vec<PlacedShape>,
+    visual: Vec<PlacedShape>,
 }
 
 #[derive(Clone, Debug)]
@@ -70,13 +70,13 @@ enum Motion {
 
 /// A shape at its place in a link.
 #[derive(Clone, Debug)]
-struct Body {
+struct PlacedShape {
     link_from_body: DAffine3,
-    shape: Shape,
+    shape: LinkShape,
 }
 
 #[derive(Clone, Debug, PartialEq)]
-enum Shape {
+enum LinkShape {
     Box { size_m: glam::DVec3 },
     Cylinder { radius_m: f64, length_m: f64 },
     Capsule { radius_m: f64, length_m: f64 },
@@ -84,21 +84,21 @@ enum Shape {
     Mesh { filename: String, scale: glam::DVec3 },
 }
 
-/// Reads and checks a URDF; the meshes it names are read by [`Model::meshes`].
+/// Reads and checks a URDF; the meshes it names are read by [`RobotModel::meshes`].
 ///
 /// # Errors
 /// When the file cannot be read, is a xacro or no URDF, its links are no tree, a joint is of a kind that is not
 /// supported, or a number is not what it must be. The message names the file, the link or joint, and the cure.
-pub fn load(path: &Path, sources: &Sources) -> Result<Model> {
+pub fn load(path: &Path, sources: &Sources) -> Result<RobotModel> {
     parse(path, &sources.text(path)?)
 }
 
-fn parse(path: &Path, text: &str) -> Result<Model> {
+fn parse(path: &Path, text: &str) -> Result<RobotModel> {
     let links = document::read(path, text).and_then(|robot| model::links(&robot));
-    Ok(Model { path: path.into(), links: links.map_err(|what| Error::input(path.display(), what))? })
+    Ok(RobotModel { path: path.into(), links: links.map_err(|what| Error::input(path.display(), what))? })
 }
 
-impl Model {
+impl RobotModel {
     /// Names of the links, parents before children, the root first.
     pub fn link_names(&self) -> impl Iterator<Item = &str> {
         self.links.iter().map(|link| link.name.as_str())

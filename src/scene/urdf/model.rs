@@ -6,7 +6,7 @@ use std::collections::{HashMap, HashSet, VecDeque};
 use glam::{DAffine3, DVec3};
 use urdf_rs::{JointType, Pose, Robot};
 
-use super::{Body, Joint, Link, Motion, Shape};
+use super::{Joint, Link, LinkShape, Motion, PlacedShape};
 use crate::pose::from_rpy;
 
 /// No length or distance is larger; beyond it there are slips of the pen.
@@ -91,8 +91,8 @@ fn root(robot: &Robot, held: &[Option<usize>]) -> Result<usize, String> {
 
 fn link(entry: &urdf_rs::Link, joint: Option<Joint>) -> Result<Link, String> {
     let body = |kind: &str, number: usize, origin: &Pose, geometry: &urdf_rs::Geometry| {
-        let body =
-            affine(origin).and_then(|link_from_body| Ok(Body { link_from_body, shape: shape(geometry)? }));
+        let body = affine(origin)
+            .and_then(|link_from_body| Ok(PlacedShape { link_from_body, shape: shape(geometry)? }));
         body.map_err(|what| format!("link {:?}: {kind} {}: {what}", entry.name, number + 1))
     };
     let collision =
@@ -175,7 +175,7 @@ fn affine(origin: &Pose) -> Result<DAffine3, String> {
     Ok(DAffine3::from_mat3_translation(from_rpy(rpy), DVec3::from_array(xyz)))
 }
 
-fn shape(geometry: &urdf_rs::Geometry) -> Result<Shape, String> {
+fn shape(geometry: &urdf_rs::Geometry) -> Result<LinkShape, String> {
     let length = |name: &str, value: f64| match (SMALLEST_M..=FARTHEST_M).contains(&value) {
         true => Ok(value),
         false => Err(format!("{name} = {value}: must be a length in metres from 0.000001 to 1000000")),
@@ -183,17 +183,19 @@ fn shape(geometry: &urdf_rs::Geometry) -> Result<Shape, String> {
     Ok(match geometry {
         urdf_rs::Geometry::Box { size } => {
             size.iter().try_for_each(|&edge| length("box size", edge).map(drop))?;
-            Shape::Box { size_m: DVec3::from_array(size.0) }
+            LinkShape::Box { size_m: DVec3::from_array(size.0) }
         }
-        urdf_rs::Geometry::Cylinder { radius, length: height } => Shape::Cylinder {
+        urdf_rs::Geometry::Cylinder { radius, length: height } => LinkShape::Cylinder {
             radius_m: length("cylinder radius", *radius)?,
             length_m: length("cylinder length", *height)?,
         },
-        urdf_rs::Geometry::Capsule { radius, length: distance } => Shape::Capsule {
+        urdf_rs::Geometry::Capsule { radius, length: distance } => LinkShape::Capsule {
             radius_m: length("capsule radius", *radius)?,
             length_m: length("capsule length", *distance)?,
         },
-        urdf_rs::Geometry::Sphere { radius } => Shape::Sphere { radius_m: length("sphere radius", *radius)? },
+        urdf_rs::Geometry::Sphere { radius } => {
+            LinkShape::Sphere { radius_m: length("sphere radius", *radius)? }
+        }
         urdf_rs::Geometry::Mesh { filename, scale } => {
             let scale = scale.map_or([1.0; 3], |scale| scale.0);
             if scale.iter().any(|s| !(SMALLEST_M..=FARTHEST_M).contains(&s.abs())) {
@@ -202,7 +204,7 @@ fn shape(geometry: &urdf_rs::Geometry) -> Result<Shape, String> {
                      mirrors)"
                 ));
             }
-            Shape::Mesh { filename: filename.clone(), scale: DVec3::from_array(scale) }
+            LinkShape::Mesh { filename: filename.clone(), scale: DVec3::from_array(scale) }
         }
     })
 }

@@ -155,7 +155,7 @@ fn no_cut_of_a_file_panics() {
 }
 
 /// The triangles of a robot without packages.
-fn meshes(model: &Model, geometry: Geometry, sag_m: f64) -> Result<Vec<Mesh>> {
+fn meshes(model: &RobotModel, geometry: Geometry, sag_m: f64) -> Result<Vec<Mesh>> {
     model.meshes(geometry, &Packages::default(), &Sources::beside(&model.path), sag_m)
 }
 

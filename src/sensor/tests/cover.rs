@@ -3,7 +3,7 @@
 use super::*;
 use crate::march::NOISE_STEPS;
 use crate::sensor::cover::Cover;
-use crate::sensor::{MEASURES, Reach, noise};
+use crate::sensor::{Extent, MEASURES, noise};
 
 const ROBOT: [i32; 3] = [8, 8, 8];
 
@@ -25,8 +25,8 @@ fn planes(cover: &Cover, at: &Station) -> Planes {
     claim.planes.unwrap()
 }
 
-fn squared(cell: [i32; 3]) -> i32 {
-    (0..3).map(|r| (cell[r] - ROBOT[r]).pow(2)).sum()
+fn squared(voxel: [i32; 3]) -> i32 {
+    (0..3).map(|r| (voxel[r] - ROBOT[r]).pow(2)).sum()
 }
 
 #[test]
@@ -35,14 +35,14 @@ fn thirty_centimetres_are_six_voxels_in_a_straight_line() {
     let Planes { occupied, free, .. } = planes(&cover(0.0), &station(&truth, Setting::Inflation(0.3)));
     let expected: Vec<_> =
         block([0; 3], [16; 3]).into_iter().filter(|&c| (1..=36).contains(&squared(c))).collect();
-    assert_eq!(free.cells().collect::<Vec<_>>(), expected);
+    assert_eq!(free.voxels().collect::<Vec<_>>(), expected);
     assert!(occupied.is_empty());
     // Six along an axis and (4, 4, 2) are 6 voxels away; (5, 4, 0) is √41 away, and a voxel's diagonal does
     // not count.
-    for (cell, inside) in
+    for (voxel, inside) in
         [([14, 8, 8], true), ([12, 12, 10], true), ([13, 12, 8], false), ([15, 8, 8], false)]
     {
-        assert_eq!(free.get(cell), inside, "{cell:?}");
+        assert_eq!(free.get(voxel), inside, "{voxel:?}");
     }
     assert!(!free.get(ROBOT), "outside the robot");
 }
@@ -53,8 +53,8 @@ fn what_is_near_is_occupied_and_the_rest_of_the_shell_free() {
     let truth = cell(&[near, far, ROBOT]);
     let at = station(&truth, Setting::Inflation(0.3));
     let Planes { occupied, free, .. } = planes(&cover(0.0), &at);
-    assert_eq!(occupied.cells().collect::<Vec<_>>(), [near]);
-    let Reach::Only(shell) = cover(0.0).reach(&at) else { panic!("a cover casts no rays") };
+    assert_eq!(occupied.voxels().collect::<Vec<_>>(), [near]);
+    let Extent::Only(shell) = cover(0.0).reach(&at) else { panic!("a cover casts no rays") };
     assert_eq!(shell.count(), free.count() + 1);
     assert!(!free.get(near) && shell.get(near));
     assert_eq!(cover(0.0).log_odds(0), MEASURES);
@@ -64,7 +64,7 @@ fn what_is_near_is_occupied_and_the_rest_of_the_shell_free() {
 fn the_inside_of_the_robot_is_not_around_it() {
     let mut truth = empty([17, 17, 17], 0.05);
     let mut hull = block([6; 3], [10; 3]);
-    hull.retain(|cell| cell.iter().any(|c| [6, 10].contains(c)));
+    hull.retain(|voxel| voxel.iter().any(|c| [6, 10].contains(c)));
     put(&mut truth, Role::Robot, &hull, None);
     let Planes { occupied, free, .. } = planes(&cover(0.0), &station(&truth, Setting::Inflation(0.05)));
     // One voxel around 5 × 5 × 5: its six sides.
@@ -91,11 +91,11 @@ fn noise_shifts_each_voxel_by_draws_of_its_own() {
     let step = |u: u64| (i64::from(noise::unit_q12()[u as usize]) * 2 * 65_536 + 2048) >> 12;
     let mut expected = BitGrid::new(truth.grid.window());
     let mut lost = 0;
-    for cell in things {
-        let voxel = cell[0] as u64 + 17 * (cell[1] as u64 + 17 * cell[2] as u64);
+    for voxel in things {
+        let number = voxel[0] as u64 + 17 * (voxel[1] as u64 + 17 * voxel[2] as u64);
         let moved: [i32; 3] = std::array::from_fn(|axis| {
-            let u = (pcg(u64::from(draws) ^ (3 * voxel + axis as u64)) * u64::from(NOISE_STEPS)) >> 32;
-            (f64::from(cell[axis]) + 0.5 + step(u) as f64 / 65_536.0).floor() as i32
+            let u = (pcg(u64::from(draws) ^ (3 * number + axis as u64)) * u64::from(NOISE_STEPS)) >> 32;
+            (f64::from(voxel[axis]) + 0.5 + step(u) as f64 / 65_536.0).floor() as i32
         });
         match truth.grid.window().contains(moved) {
             true => expected.set(moved),

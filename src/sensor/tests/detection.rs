@@ -5,16 +5,16 @@ use super::*;
 use crate::backend::Noise;
 use crate::march::NOISE_STEPS;
 use crate::scene::mannequin::JOINTS;
-use crate::sensor::keypoints::{Detected, Eye, detect};
+use crate::sensor::keypoints::{Detected, KeypointCamera, detect};
 use crate::sensor::look::Return;
 use crate::sensor::noise::Deviation;
 use crate::sensor::range::Range;
-use crate::sensor::rgbd::{Rgbd, Shape};
+use crate::sensor::rgbd::{KeypointShape, Rgbd};
 use crate::sensor::{Camera, Scale};
 
-pub(super) struct Random(pub(super) u64);
+pub(super) struct DetectionRandom(pub(super) u64);
 
-impl Random {
+impl DetectionRandom {
     /// SplitMix64.
     pub(super) fn bits(&mut self) -> u64 {
         self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
@@ -41,33 +41,33 @@ const SIZE: [u32; 3] = [34, 20, 17];
 pub(super) const VOXEL_M: f64 = 0.1;
 
 /// Two or three people of loose voxels around their joints, clutter, and a fence that stops nothing.
-pub(super) fn cell(random: &mut Random) -> Truth {
+pub(super) fn random_cell(random: &mut DetectionRandom) -> Truth {
     let mut truth = empty(SIZE, VOXEL_M);
-    let anywhere = |random: &mut Random| SIZE.map(|n| random.below(n.into()) as i32);
+    let anywhere = |random: &mut DetectionRandom| SIZE.map(|n| random.below(n.into()) as i32);
     for _ in 0..2 + random.below(2) {
         let middle = random.point([0.8, 0.3, 0.3], [3.2, 1.7, 1.4]);
         let mut keypoints = [None; 17];
-        let mut cells = Vec::new();
+        let mut voxels = Vec::new();
         for keypoint in &mut keypoints {
             let joint = middle + random.point([-0.3; 3], [0.3; 3]);
-            let joint_cell = Grid::cell_of(truth.grid.position_q16(joint));
+            let joint_voxel = Grid::voxel_of(truth.grid.position_q16(joint));
             for _ in 0..6 {
-                cells.push(joint_cell.map(|c| c + random.below(3) as i32 - 1));
+                voxels.push(joint_voxel.map(|c| c + random.below(3) as i32 - 1));
             }
             *keypoint = (random.below(6) > 0).then_some(joint);
         }
-        put(&mut truth, Role::Human, &cells, Some(keypoints));
+        put(&mut truth, Role::Human, &voxels, Some(keypoints));
     }
     let clutter: Vec<_> = (0..random.below(150)).map(|_| anywhere(random)).collect();
     put(&mut truth, Role::Environment, &clutter, None);
     let fence: Vec<_> = (0..random.below(150)).map(|_| anywhere(random)).collect();
     put(&mut truth, Role::Environment, &fence, None);
-    let fence = truth.objects.last().unwrap().cells.clone();
+    let fence = truth.objects.last().unwrap().voxels.clone();
     Arc::make_mut(&mut truth.blockers).remove(&fence);
     truth
 }
 
-pub(super) fn camera(random: &mut Random) -> Rgbd {
+pub(super) fn camera(random: &mut DetectionRandom) -> Rgbd {
     let near = [0.0, 0.0, 0.5][random.below(3) as usize];
     let range = Range {
         range_m: [near, random.between(0.8, 4.0)],
@@ -84,7 +84,12 @@ pub(super) fn camera(random: &mut Random) -> Rgbd {
     let fov_rad = [random.between(0.3, 2.5), random.between(0.3, 2.5)];
     let resolution_px = [1 + random.below(5) as u32, 1 + random.below(5) as u32];
     let keypoint_tolerance_m = [0.0, 0.05, 0.15, 9.0][random.below(4) as usize];
-    Rgbd { camera: Camera { fov_rad, resolution_px }, range, shapes: vec![Shape::Box], keypoint_tolerance_m }
+    Rgbd {
+        camera: Camera { fov_rad, resolution_px },
+        range,
+        shapes: vec![KeypointShape::Box],
+        keypoint_tolerance_m,
+    }
 }
 
 /// What the rules say, from the words of `SEMANTICS.md`.
@@ -111,7 +116,7 @@ fn expected(
                 Some(&unit) => (i64::from(unit) * i64::from(noise.std_q16[(t >> 16) as usize]) + 2048) >> 12,
             };
             let (way, end) =
-                (in_image(sensor, truly, truth, joint_m)?, |way| walk(truth, sensor, truly, way, &noise));
+                (in_image(sensor, truly, truth, joint_m)?, |way| follow(truth, sensor, truly, way, &noise));
             let (t, hit, mut read) = end(way)?;
             if truly != pose {
                 read = along(truth, pose, truly, way, (t as i64 + noise(t)).max(0) as u64);
@@ -125,7 +130,7 @@ fn expected(
                 distance += 1;
             }
             let near = (i128::from(t) - distance).abs() <= i128::from(q16(sensor.keypoint_tolerance_m));
-            (near && human.cells.get(hit)).then_some(Return { hit, distance_q16: t as u32, read })
+            (near && human.voxels.get(hit)).then_some(Return { hit, distance_q16: t as u32, read })
         })
     };
     people.iter().enumerate().map(one).collect()
@@ -153,23 +158,23 @@ fn in_image(sensor: &Rgbd, pose: &Pose, truth: &Truth, joint_m: DVec3) -> Option
     (seen.x > 0.0 && inside(right, across) && inside(down, along)).then_some(way)
 }
 
-/// The cell where a camera takes something to be that its true ray has met: the ray as it sees it, from where
-/// it is believed to be, after all crossings up to a distance, in the grid.
+/// The voxel where a camera takes something to be that its true ray has met: the ray as it sees it, from
+/// where it is believed to be, after all crossings up to a distance, in the grid.
 fn along(truth: &Truth, pose: &Pose, truly: &Pose, way: [i64; 3], until: u64) -> [i32; 3] {
     let way = DVec3::from_array(way.map(|w| w as f64));
     let seen = truly.optical().transpose() * way;
     let dir = (pose.optical() * seen / way.length()).to_array().map(|d| (d * 65_536.0).round() as i64);
-    let mut cell: [i32; 3] = std::array::from_fn(|r| (q16(pose.position_m[r]) >> 16) as i32);
+    let mut voxel: [i32; 3] = std::array::from_fn(|r| (q16(pose.position_m[r]) >> 16) as i32);
     let mut made = [0; 3];
     loop {
         let (t, r) = (0..3).map(|r| (crossing(pose, dir, r, made[r]), r)).min().unwrap();
-        let mut next = cell;
+        let mut next = voxel;
         next[r] += dir[r].signum() as i32;
         if t > until || !truth.grid.window().contains(next) {
-            return cell;
+            return voxel;
         }
         made[r] += 1;
-        cell = next;
+        voxel = next;
     }
 }
 
@@ -184,8 +189,8 @@ fn crossing(pose: &Pose, dir: [i64; 3], r: usize, n: u64) -> u64 {
     ((f * period) >> 16) + n * period
 }
 
-/// Distance, blocker and cell read of a ray, one crossing after the other.
-fn walk(
+/// Distance, blocker and voxel read of a ray, one crossing after the other.
+fn follow(
     truth: &Truth,
     sensor: &Rgbd,
     pose: &Pose,
@@ -196,9 +201,9 @@ fn walk(
     let dir: [i64; 3] = way.map(|w| (w as f64 / length * 65_536.0).round() as i64);
     let [near, far] = sensor.range.range_m.map(|m| q16(m) as u64);
     let ignore = q16(sensor.range.near_ignore_m) as u64;
-    let mut cell: [i32; 3] = std::array::from_fn(|r| (q16(pose.position_m[r]) >> 16) as i32);
+    let mut voxel: [i32; 3] = std::array::from_fn(|r| (q16(pose.position_m[r]) >> 16) as i32);
     let mut made = [0; 3];
-    let mut path = vec![(0, cell)];
+    let mut path = vec![(0, voxel)];
     let mut found = None;
     loop {
         let (t, r) = (0..3).map(|r| (crossing(pose, dir, r, made[r]), r)).min().unwrap();
@@ -208,36 +213,36 @@ fn walk(
             break;
         }
         made[r] += 1;
-        cell[r] += dir[r].signum() as i32;
-        if !truth.grid.window().contains(cell) {
+        voxel[r] += dir[r].signum() as i32;
+        if !truth.grid.window().contains(voxel) {
             break;
         }
-        path.push((t, cell));
+        path.push((t, voxel));
         if found.is_none() && t > far {
             return None;
         }
-        if found.is_none() && t >= ignore && truth.blockers.get(cell) {
+        if found.is_none() && t >= ignore && truth.blockers.get(voxel) {
             if t < near {
                 return None;
             }
             if noise(t) == 0 {
-                return Some((t, cell, cell));
+                return Some((t, voxel, voxel));
             }
-            found = Some((t, cell, (t as i64 + noise(t)).max(0) as u64));
+            found = Some((t, voxel, (t as i64 + noise(t)).max(0) as u64));
         }
     }
     let (t, hit, until) = found?;
-    // The first cell is entered before anything.
+    // The first voxel is entered before anything.
     let read = path.iter().enumerate().rfind(|&(i, &(entered, _))| i == 0 || entered <= until)?;
     Some((t, hit, read.1.1))
 }
 
 #[test]
 fn the_same_joints_as_a_plain_march() {
-    let mut random = Random(2023);
+    let mut random = DetectionRandom(2023);
     let (mut joints, mut seen, mut moved) = (0, 0, 0);
     for case in 0..400 {
-        let truth = cell(&mut random);
+        let truth = random_cell(&mut random);
         let sensor = camera(&mut random);
         let rays = sensor.rays(&Scale { voxel_size_m: VOXEL_M, backdrop: case % 2 == 0 }).unwrap();
         assert!([0, NOISE_STEPS as usize].contains(&rays.noise.unit_q12.len()));
@@ -253,7 +258,7 @@ fn the_same_joints_as_a_plain_march() {
         });
         let at = Station { rays: Some(&rays), truly, draws, ..station(&truth, Setting::Pose(pose)) };
         let from = at.placement(&sensor);
-        let eye = Eye {
+        let eye = KeypointCamera {
             camera: &sensor.camera,
             rays: &rays,
             placement: &from,

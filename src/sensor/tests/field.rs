@@ -2,11 +2,11 @@
 //! left.
 
 use super::*;
-use crate::sensor::lidar::{Field, Lidar, Mount};
+use crate::sensor::lidar::{Lidar, LidarMount, ProtectiveField};
 use crate::sensor::noise::Deviation;
 use crate::sensor::prism::Prism;
 use crate::sensor::range::Range;
-use crate::sensor::{MEASURES, Reach, SWITCHES, Scale};
+use crate::sensor::{Extent, MEASURES, SWITCHES, Scale};
 use glam::DVec2;
 
 fn scanner(points: bool, otherwise_free: bool) -> Lidar {
@@ -15,7 +15,7 @@ fn scanner(points: bool, otherwise_free: bool) -> Lidar {
     Lidar {
         azimuths_rad: [0.0, 90.0, 180.0, 270.0].map(f64::to_radians).to_vec(),
         elevations_rad: vec![0.0],
-        mount: Mount::Upright,
+        mount: LidarMount::Upright,
         range: Range {
             range_m: [0.0, 9.0],
             near_ignore_m: 0.0,
@@ -25,7 +25,7 @@ fn scanner(points: bool, otherwise_free: bool) -> Lidar {
             calibration: None,
         },
         points,
-        field: Some(Field { volume: Prism { polygon_m, z_m: [0.0, 2.0] }, otherwise_free }),
+        field: Some(ProtectiveField { volume: Prism { polygon_m, z_m: [0.0, 2.0] }, otherwise_free }),
     }
 }
 
@@ -47,11 +47,11 @@ fn level(z_m: f64) -> Pose {
 fn a_return_in_the_field_switches_it() {
     // y 5.5 to 7.5: the centres of rows 5 and 6.
     let field = block([5, 5, 1], [7, 6, 2]);
-    for (cell, on) in
+    for (voxel, on) in
         [([6, 5, 1], true), ([7, 5, 1], true), ([8, 5, 1], false), ([3, 5, 1], false), ([5, 6, 1], true)]
     {
         let expected = if on { Says::Occupied(field.clone()) } else { Says::Free(field.clone()) };
-        assert_eq!(field_says(&scanner(false, true), level(1.2), cell), expected, "{cell:?}");
+        assert_eq!(field_says(&scanner(false, true), level(1.2), voxel), expected, "{voxel:?}");
     }
     assert_eq!(field_says(&scanner(false, false), level(1.2), [8, 5, 1]), Says::Nothing);
     // The scanner sees nothing in between its four rays.
@@ -112,7 +112,7 @@ fn a_scanner_upside_down_has_its_left_on_the_other_side() {
 
 #[test]
 fn a_scanner_mounted_facing_has_its_field_where_its_rays_go() {
-    let down = Lidar { mount: Mount::Facing, ..scanner(false, true) };
+    let down = Lidar { mount: LidarMount::Facing, ..scanner(false, true) };
     // Facing down, azimuth 0 looks along −y and azimuth 90° along −x: x 3 to 5, y 2.5 to 5.5.
     let pose = Pose::facing(DVec3::new(5.0, 5.5, 1.2), -DVec3::Z, 0.0, 0.0);
     let field = block([3, 2, 1], [4, 4, 2]);
@@ -137,13 +137,13 @@ fn points_and_field_are_two_representations_of_one_scanner() {
     assert_eq!([both.log_odds(0), both.log_odds(1), field.log_odds(0)], [MEASURES, SWITCHES, SWITCHES]);
     assert_eq!([both.adds(0), both.adds(1), field.adds(0)], [false, true, true]);
     assert!(both.claims(&at).swap_remove(0).cast && points.claims(&at).swap_remove(0).cast);
-    assert_eq!(points.reach(&at), Reach::Rays);
-    let cells = |reach| match reach {
-        Reach::Only(cells) | Reach::RaysAnd(cells) => cells.count(),
-        Reach::Rays => 0,
+    assert_eq!(points.reach(&at), Extent::Rays);
+    let voxels = |reach| match reach {
+        Extent::Only(voxels) | Extent::RaysAnd(voxels) => voxels.count(),
+        Extent::Rays => 0,
     };
-    assert!(matches!(both.reach(&at), Reach::RaysAnd(_)) && matches!(field.reach(&at), Reach::Only(_)));
-    assert_eq!((cells(both.reach(&at)), cells(field.reach(&at))), (12, 12));
+    assert!(matches!(both.reach(&at), Extent::RaysAnd(_)) && matches!(field.reach(&at), Extent::Only(_)));
+    assert_eq!((voxels(both.reach(&at)), voxels(field.reach(&at))), (12, 12));
 }
 
 #[test]

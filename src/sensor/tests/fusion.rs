@@ -1,7 +1,7 @@
 //! A pad and a camera about the same three voxels, fused by both rules.
 
 use super::*;
-use crate::backend::{Backend, Cell, Fusion, Reading, cpu::Cpu, oracle::Oracle};
+use crate::backend::{Backend, Fusion, Reading, VoxelScene, cpu::Cpu, oracle::Oracle};
 use crate::sensor::known_robot::KnownRobot;
 use crate::sensor::pad::Pad;
 use crate::sensor::prism::Prism;
@@ -14,11 +14,11 @@ const ROW: u32 = 3;
 fn labels(fusion: Fusion, said: &[(&Planes, [i32; 2])]) -> String {
     let truth = empty([ROW, 1, 2], 1.0);
     let one = |x: u32| {
-        let mut cells = BitGrid::new(truth.grid.window());
-        cells.set([x as i32, 0, 1]);
-        cells
+        let mut voxels = BitGrid::new(truth.grid.window());
+        voxels.set([x as i32, 0, 1]);
+        voxels
     };
-    let cell = Cell {
+    let scene = VoxelScene {
         blockers: truth.blockers.clone(),
         still: None,
         window: truth.grid.window(),
@@ -40,7 +40,7 @@ fn labels(fusion: Fusion, said: &[(&Planes, [i32; 2])]) -> String {
     let backends: [Box<dyn Backend>; 2] = [Box::new(Oracle::default()), Box::new(Cpu::new(Some(1)).unwrap())];
     let [first, second] = backends.map(|mut backend| -> String {
         backend.tables(&[]).unwrap();
-        backend.load(&cell).unwrap();
+        backend.load(&scene).unwrap();
         backend.upload(uploads.clone()).unwrap();
         let counts = backend.score(fusion, std::slice::from_ref(&job)).unwrap().remove(0);
         counts

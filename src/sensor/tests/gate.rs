@@ -3,7 +3,7 @@
 use super::*;
 use crate::sensor::gate::Gate;
 use crate::sensor::prism::Prism;
-use crate::sensor::{Reach, Stance};
+use crate::sensor::{Extent, Stance};
 
 fn gate(otherwise_free: bool) -> Gate {
     let between = |low: [f64; 3], high: [f64; 3]| Prism::between(low.into(), high.into());
@@ -17,21 +17,21 @@ fn gate(otherwise_free: bool) -> Gate {
 #[test]
 fn whatever_is_in_the_box_switches_the_zone() {
     let zone = block([1, 0, 0], [2, 3, 1]);
-    for (cell, on) in
+    for (voxel, on) in
         [([0, 0, 0], true), ([0, 3, 1], true), ([1, 0, 0], false), ([0, 4, 0], false), ([0, 0, 2], false)]
     {
         let mut truth = empty([8, 8, 4], 1.0);
-        put(&mut truth, Role::Environment, &[cell], None);
+        put(&mut truth, Role::Environment, &[voxel], None);
         let here = station(&truth, Setting::Fixed);
         let [free, unknown] = [true, false].map(|free| says(&gate(free), 0, &here));
         if on {
             assert_eq!(
                 (free, unknown),
                 (Says::Occupied(zone.clone()), Says::Occupied(zone.clone())),
-                "{cell:?}"
+                "{voxel:?}"
             );
         } else {
-            assert_eq!((free, unknown), (Says::Free(zone.clone()), Says::Nothing), "{cell:?}");
+            assert_eq!((free, unknown), (Says::Free(zone.clone()), Says::Nothing), "{voxel:?}");
         }
     }
 }
@@ -44,8 +44,8 @@ fn a_pose_carries_box_and_zone() {
     let at = facing(&truth, [8.0, 6.0, 0.0], [-1.0, 0.0, 0.0]);
     let zone = block([5, 2, 0], [6, 5, 1]);
     assert_eq!(says(&gate(true), 0, &at), Says::Occupied(zone.clone()));
-    let Reach::Only(reach) = gate(true).reach(&at) else { panic!("a gate casts no rays") };
-    assert_eq!(reach.cells().collect::<Vec<_>>(), zone);
+    let Extent::Only(reach) = gate(true).reach(&at) else { panic!("a gate casts no rays") };
+    assert_eq!(reach.voxels().collect::<Vec<_>>(), zone);
     assert_eq!((gate(true).stance(), gate(true).log_odds(0)), (Stance::Level, [3511, -405]));
 }
 

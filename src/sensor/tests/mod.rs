@@ -44,9 +44,9 @@ fn empty(size: [u32; 3], voxel_size_m: f64) -> Truth {
 }
 
 /// Puts voxels of a role into a cell, as one object.
-fn put(truth: &mut Truth, role: Role, cells: &[[i32; 3]], keypoints: Option<Keypoints>) {
+fn put(truth: &mut Truth, role: Role, voxels: &[[i32; 3]], keypoints: Option<Keypoints>) {
     let mut own = BitGrid::new(truth.grid.window());
-    cells.iter().for_each(|&cell| own.set(cell));
+    voxels.iter().for_each(|&voxel| own.set(voxel));
     Arc::make_mut(&mut truth.occupied).add(&own);
     Arc::make_mut(&mut truth.blockers).add(&own);
     match role {
@@ -67,7 +67,7 @@ fn put(truth: &mut Truth, role: Role, cells: &[[i32; 3]], keypoints: Option<Keyp
         watertight: None,
         bounds_m: [DVec3::ZERO; 2],
         reach: None,
-        cells: own,
+        voxels: own,
         keypoints,
         warnings: Vec::new(),
     }));
@@ -85,13 +85,13 @@ fn facing(truth: &Truth, position_m: [f64; 3], facing: [f64; 3]) -> Station<'_> 
 
 /// All cells from a lowest to a highest, both included.
 fn block(low: [i32; 3], high: [i32; 3]) -> Vec<[i32; 3]> {
-    let mut cells = Vec::new();
+    let mut voxels = Vec::new();
     for z in low[2]..=high[2] {
         for y in low[1]..=high[1] {
-            cells.extend((low[0]..=high[0]).map(|x| [x, y, z]));
+            voxels.extend((low[0]..=high[0]).map(|x| [x, y, z]));
         }
     }
-    cells
+    voxels
 }
 
 /// What a switch says of its volume.
@@ -109,8 +109,8 @@ fn says(kind: &dyn Kind, representation: usize, at: &Station) -> Says {
     assert!(!claim.cast, "a switch keeps its rays to itself");
     let Some(Planes { occupied, free, .. }) = claim.planes else { return Says::Nothing };
     match (occupied.is_empty(), free.is_empty()) {
-        (false, true) => Says::Occupied(occupied.cells().collect()),
-        (true, false) => Says::Free(free.cells().collect()),
+        (false, true) => Says::Occupied(occupied.voxels().collect()),
+        (true, false) => Says::Free(free.voxels().collect()),
         both => panic!("one of two planes is empty, not {both:?}"),
     }
 }

@@ -61,7 +61,7 @@ fn a_flat_wall_is_measured_with_the_tables_mean_and_deviation() {
     let found: Vec<_> = look::returns(&truth.blockers, &rays, &from).collect();
     assert!(found.iter().all(|f| f.hit == [50, 0, 0] && f.distance_q16 == 49 * 65_536 + 32_768));
     let read: Vec<f64> = found.iter().map(|f| f64::from(f.read[0] - 50)).collect();
-    // The wall is met on the boundary of its voxel, and a cell is read for all distances inside it.
+    // The wall is met on the boundary of its voxel, and a voxel is read for all distances inside it.
     let told: Vec<f64> = noise::unit_q12().iter().map(|&z| f64::from((48 * z) >> 16)).collect();
     let mean = |values: &[f64]| values.iter().sum::<f64>() / values.len() as f64;
     let std = |values: &[f64]| {

@@ -1,7 +1,7 @@
 //! Pads of 2 × 3 voxels in a cell of 10 × 10 × 6.
 
 use super::*;
-use crate::sensor::Reach;
+use crate::sensor::Extent;
 use crate::sensor::pad::Pad;
 use crate::sensor::prism::Prism;
 
@@ -27,7 +27,7 @@ fn a_column_begins_in_the_layer_above_the_pad_and_ends_below_its_height() {
 #[test]
 fn only_what_stands_in_the_first_layer_above_presses() {
     let whole = block([1, 2, 1], [2, 4, 2]);
-    for (cell, on) in [
+    for (voxel, on) in [
         ([1, 2, 1], true),
         ([2, 4, 1], true),
         ([1, 2, 0], false),
@@ -37,11 +37,11 @@ fn only_what_stands_in_the_first_layer_above_presses() {
         ([2, 5, 1], false),
     ] {
         let mut truth = empty([10, 10, 6], 1.0);
-        put(&mut truth, Role::Human, &[cell], None);
+        put(&mut truth, Role::Human, &[voxel], None);
         let expected = if on { Says::Occupied(whole.clone()) } else { Says::Free(whole.clone()) };
         let at = facing(&truth, CORNER, [1.0, 0.0, 0.0]);
-        assert_eq!(says(&pad(3.0, true), 0, &at), expected, "{cell:?}");
-        assert_eq!(says(&pad(3.0, false), 0, &at), expected, "{cell:?}");
+        assert_eq!(says(&pad(3.0, true), 0, &at), expected, "{voxel:?}");
+        assert_eq!(says(&pad(3.0, false), 0, &at), expected, "{voxel:?}");
     }
 }
 
@@ -108,6 +108,6 @@ fn who_stands_outside_the_window_is_felt_all_the_same() {
     let window = Window::between([2, 3, 2], [9, 9, 5]);
     let at = Station { window, ..facing(&truth, CORNER, [1.0, 0.0, 0.0]) };
     assert_eq!(says(&pad(3.0, true), 0, &at), Says::Occupied(block([2, 3, 2], [2, 4, 2])));
-    let Reach::Only(reach) = pad(3.0, true).reach(&at) else { panic!("a pad casts no rays") };
-    assert_eq!(reach.cells().collect::<Vec<_>>(), block([1, 2, 1], [2, 4, 2]));
+    let Extent::Only(reach) = pad(3.0, true).reach(&at) else { panic!("a pad casts no rays") };
+    assert_eq!(reach.voxels().collect::<Vec<_>>(), block([1, 2, 1], [2, 4, 2]));
 }

@@ -20,12 +20,12 @@ pub(super) const RANGE: Range = Range {
 /// A person whose joints are the centres of these voxels, in a cell of 1 m voxels.
 pub(super) fn person(truth: &mut Truth, joints: &[(usize, [i32; 3])]) {
     let mut keypoints = [None; 17];
-    joints.iter().for_each(|&(joint, cell)| keypoints[joint] = Some(centre(cell)));
-    let cells: Vec<_> = joints.iter().map(|&(_, cell)| cell).collect();
-    put(truth, Role::Human, &cells, Some(keypoints));
+    joints.iter().for_each(|&(joint, voxel)| keypoints[joint] = Some(centre(voxel)));
+    let voxels: Vec<_> = joints.iter().map(|&(_, voxel)| voxel).collect();
+    put(truth, Role::Human, &voxels, Some(keypoints));
 }
 
 /// The centre of a voxel of 1 m.
-pub(super) fn centre(cell: [i32; 3]) -> DVec3 {
-    DVec3::from_array(cell.map(|c| f64::from(c) + 0.5))
+pub(super) fn centre(voxel: [i32; 3]) -> DVec3 {
+    DVec3::from_array(voxel.map(|c| f64::from(c) + 0.5))
 }

@@ -1,18 +1,18 @@
 //! The voxels of people that presence sensors feel: where the people truly are, and only while the sensor is
 //! on.
 
-use super::detection::{Random, VOXEL_M, camera, cell};
+use super::detection::{DetectionRandom, VOXEL_M, camera, random_cell};
 use super::people::{CAMERA, RANGE, person};
 use super::*;
-use crate::backend::{Backend, Cell, Placement, Rays, oracle::Oracle};
+use crate::backend::{Backend, GridPose, Rays, VoxelScene, oracle::Oracle};
 use crate::sensor::cover::Cover;
 use crate::sensor::gate::Gate;
-use crate::sensor::lidar::{Field, Lidar, Mount};
+use crate::sensor::lidar::{Lidar, LidarMount, ProtectiveField};
 use crate::sensor::pad::Pad;
 use crate::sensor::prism::Prism;
 use crate::sensor::range::Range;
 use crate::sensor::rgb::Rgb;
-use crate::sensor::{Reach, Scale};
+use crate::sensor::{Extent, Scale};
 use crate::voxel::People;
 
 /// What a presence sensor feels.
@@ -20,7 +20,7 @@ use crate::voxel::People;
 fn feels(kind: &dyn Kind, representation: usize, at: &Station) -> Vec<[i32; 3]> {
     assert!(kind.feels_presence(representation));
     let claim = kind.claims(at).swap_remove(representation);
-    claim.planes.map_or_else(Vec::new, |planes| planes.hits.cells().collect())
+    claim.planes.map_or_else(Vec::new, |planes| planes.hits.voxels().collect())
 }
 
 #[test]
@@ -67,13 +67,15 @@ fn a_cover_feels_people_where_they_are_however_noisy() {
 
 #[test]
 fn a_field_feels_whom_its_returns_hit() {
-    let field =
-        Field { volume: Prism::between(DVec3::ZERO, DVec3::new(3.0, 2.0, 2.0)), otherwise_free: true };
+    let field = ProtectiveField {
+        volume: Prism::between(DVec3::ZERO, DVec3::new(3.0, 2.0, 2.0)),
+        otherwise_free: true,
+    };
     let range = Range { range_m: [0.0, 9.0], ..RANGE };
     let lidar = Lidar {
         azimuths_rad: [0.0, 90.0].map(f64::to_radians).to_vec(),
         elevations_rad: vec![0.0],
-        mount: Mount::Upright,
+        mount: LidarMount::Upright,
         range,
         points: true,
         field: Some(field),
@@ -117,7 +119,7 @@ fn a_zone_camera_feels_where_its_rays_to_joints_end() {
 }
 
 /// Somewhere in a random cell, level, and where the mount truly is: there, or near by.
-fn stands(random: &mut Random) -> (Pose, Option<Pose>) {
+fn stands(random: &mut DetectionRandom) -> (Pose, Option<Pose>) {
     let (low, high) = ([0.05; 3], [3.35, 1.95, 1.65]);
     let (position_m, ahead) = (random.point(low, high), random.point([-1.0, -1.0, 0.0], [1.0, 1.0, 0.0]));
     let off = position_m + random.point([-0.2; 3], [0.2; 3]);
@@ -128,30 +130,33 @@ fn stands(random: &mut Random) -> (Pose, Option<Pose>) {
 /// The oracle casts the rays of a scanner one by one: where each is read, and what it hits.
 #[test]
 fn in_random_cells_a_field_feels_whom_rays_hit_that_are_read_in_it() {
-    let mut random = Random(13);
+    let mut random = DetectionRandom(13);
     let (mut felt, mut silent, mut elsewhere) = (0, 0, 0);
     for case in 0..200 {
-        let truth = cell(&mut random);
+        let truth = random_cell(&mut random);
         let corners = [random.point([-1.5, -1.5, -0.2], [0.0; 3]), random.point([0.0; 3], [1.5, 1.5, 0.4])];
         let lidar = Lidar {
             azimuths_rad: (0..40).map(|i| f64::from(i) * 0.157).collect(),
             elevations_rad: vec![-0.1, 0.0],
-            mount: Mount::Upright,
+            mount: LidarMount::Upright,
             range: camera(&mut random).range,
             points: false,
-            field: Some(Field { volume: Prism::between(corners[0], corners[1]), otherwise_free: true }),
+            field: Some(ProtectiveField {
+                volume: Prism::between(corners[0], corners[1]),
+                otherwise_free: true,
+            }),
         };
         let rays = lidar.rays(&Scale { voxel_size_m: VOXEL_M, backdrop: case % 2 == 0 }).unwrap();
         let (pose, truly) = stands(&mut random);
         let draws = random.bits() as u32;
         let at = Station { rays: Some(&rays), truly, draws, ..station(&truth, Setting::Pose(pose)) };
-        let Reach::Only(field) = lidar.reach(&at) else { panic!("a field") };
+        let Extent::Only(field) = lidar.reach(&at) else { panic!("a field") };
         let mut oracle = Oracle::default();
         let alone = |&dir| Rays { dirs_q15: vec![dir], ..rays.clone() };
         oracle.tables(&rays.dirs_q15.iter().map(alone).collect::<Vec<_>>()).unwrap();
         let blank = BitGrid::new(truth.grid.window());
         let [occupied, blockers] = [&truth.occupied, &truth.blockers].map(Arc::clone);
-        let cell = Cell {
+        let scene = VoxelScene {
             blockers,
             still: None,
             window: truth.grid.window(),
@@ -161,18 +166,18 @@ fn in_random_cells_a_field_feels_whom_rays_hit_that_are_read_in_it() {
             regions: Vec::new(),
             people: People::default(),
         };
-        oracle.load(&cell).unwrap();
+        oracle.load(&scene).unwrap();
         let (from, mut expected) = (at.placement(&lidar), blank);
         for ray in 0..rays.dirs_q15.len() {
             // Of one ray alone, the number is 0.
-            let said = oracle.read(ray, &Placement { draws: draws ^ ray as u32, ..from }).unwrap().planes;
-            if said.occupied.meets(&field) {
+            let said = oracle.read(ray, &GridPose { draws: draws ^ ray as u32, ..from }).unwrap().planes;
+            if said.occupied.intersects(&field) {
                 elsewhere += u32::from(said.hits != said.occupied);
                 expected.add(&said.hits);
             }
         }
         expected.keep(&truth.human);
-        let expected: Vec<_> = expected.cells().collect();
+        let expected: Vec<_> = expected.voxels().collect();
         assert_eq!(feels(&lidar, 0, &at), expected, "case {case}");
         felt += u32::from(!expected.is_empty());
         silent += u32::from(expected.is_empty());

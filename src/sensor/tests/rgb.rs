@@ -32,9 +32,9 @@ fn sees(rgb: &Rgb, truth: &Truth, pan_deg: f64) -> bool {
     let pose = Pose::facing(DVec3::new(0.5, 5.5, 5.5), DVec3::X, pan_deg.to_radians(), 0.0);
     let zone = block([0, 0, 0], [1, 0, 0]);
     match says(rgb, 0, &station(truth, Setting::Pose(pose))) {
-        Says::Occupied(cells) => cells == zone,
-        Says::Free(cells) => {
-            assert_eq!(cells, zone);
+        Says::Occupied(voxels) => voxels == zone,
+        Says::Free(voxels) => {
+            assert_eq!(voxels, zone);
             false
         }
         Says::Nothing => panic!("silence was to say free"),
@@ -51,11 +51,11 @@ fn a_nose_is_seen_unless_something_hides_it() {
     let mut hidden = cell(&[]);
     put(&mut hidden, Role::Human, &[[8, 5, 5]], Some([None; 17]));
     assert!(!sees(anywhere, &hidden, 0.0), "behind another person");
-    // The first cell is never tested.
+    // The first voxel is never tested.
     assert!(sees(anywhere, &cell(&[[0, 5, 5]]), 0.0));
     // A see-through fence stops nothing.
     let mut fenced = cell(&[[4, 5, 5]]);
-    Arc::make_mut(&mut fenced.blockers).remove(&fenced.objects[1].cells.clone());
+    Arc::make_mut(&mut fenced.blockers).remove(&fenced.objects[1].voxels.clone());
     assert!(sees(anywhere, &fenced, 0.0));
 }
 

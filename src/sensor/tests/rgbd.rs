@@ -2,11 +2,15 @@
 
 use super::people::{CAMERA, RANGE, person};
 use super::*;
-use crate::sensor::rgbd::{Rgbd, Shape};
+use crate::sensor::rgbd::{KeypointShape, Rgbd};
 use crate::sensor::{Claim, MEASURES, Scale};
 
-const SHAPES: [Shape; 4] =
-    [Shape::Points, Shape::Spheres { radius_m: 1.5 }, Shape::Cylinders { radius_m: 1.5 }, Shape::Box];
+const SHAPES: [KeypointShape; 4] = [
+    KeypointShape::Points,
+    KeypointShape::Spheres { radius_m: 1.5 },
+    KeypointShape::Cylinders { radius_m: 1.5 },
+    KeypointShape::Box,
+];
 
 /// The voxels added in each representation, seen from x = 0.5 along x.
 fn added(truth: &Truth) -> [Vec<[i32; 3]>; 4] {
@@ -21,12 +25,12 @@ fn added(truth: &Truth) -> [Vec<[i32; 3]>; 4] {
             let mut beyond = planes.occupied.clone();
             beyond.remove(&camera.wherever_it_stands(truth).unwrap());
             assert_eq!(
-                beyond.cells().next(),
+                beyond.voxels().next(),
                 None,
                 "{}: outside what it may speak of",
                 SHAPES[representation].name()
             );
-            planes.occupied.cells().collect()
+            planes.occupied.voxels().collect()
         })
     })
 }
@@ -37,7 +41,7 @@ fn rgbd() -> Rgbd {
 
 /// The voxels of a grid of 20 × 17 × 17 where something holds.
 fn all(is: impl Fn([i32; 3]) -> bool) -> Vec<[i32; 3]> {
-    block([0; 3], [19, 16, 16]).into_iter().filter(|&cell| is(cell)).collect()
+    block([0; 3], [19, 16, 16]).into_iter().filter(|&voxel| is(voxel)).collect()
 }
 
 fn squared(a: [i32; 3], b: [i32; 3]) -> i32 {
@@ -53,7 +57,7 @@ fn both_shoulders() {
     assert_eq!(points, Vec::<[i32; 3]>::new());
     // d² < 2.25: the voxel, its 6 neighbours by faces and 12 by edges.
     assert_eq!(spheres.len(), 2 * 19);
-    assert_eq!(spheres, all(|cell| squared(cell, left).min(squared(cell, right)) <= 2));
+    assert_eq!(spheres, all(|voxel| squared(voxel, left).min(squared(voxel, right)) <= 2));
     // Bone (5, 6): 5 slices of 3 × 3, with flat ends.
     assert_eq!(cylinders, block([8, 6, 7], [10, 10, 9]));
     assert_eq!(cuboid, block([9, 6, 8], [9, 10, 8]));
@@ -71,7 +75,7 @@ fn a_joint_that_is_not_known_or_not_seen_leaves_its_limbs_out() {
     put(&mut hidden, Role::Environment, &[[4, 8, 8]], None);
     for truth in [unknown, hidden] {
         let [_, spheres, cylinders, cuboid] = added(&truth);
-        assert_eq!(spheres, all(|cell| squared(cell, shoulder).min(squared(cell, wrist)) <= 2));
+        assert_eq!(spheres, all(|voxel| squared(voxel, shoulder).min(squared(voxel, wrist)) <= 2));
         assert!(cylinders.is_empty(), "no bone has both its ends");
         assert_eq!(cuboid, block(shoulder, wrist));
     }
@@ -84,7 +88,7 @@ fn two_people_are_two_boxes() {
     person(&mut truth, &[(0, [9, 12, 8]), (6, [9, 14, 8])]);
     let [_, _, cylinders, cuboid] = added(&truth);
     let boxes = [block([9, 4, 6], [9, 4, 8]), block([9, 12, 8], [9, 14, 8])];
-    assert_eq!(cuboid, all(|cell| boxes.iter().any(|cells| cells.contains(&cell))));
+    assert_eq!(cuboid, all(|voxel| boxes.iter().any(|voxels| voxels.contains(&voxel))));
     assert!(cylinders.is_empty(), "no bone joins a shoulder to a nose, and none two people");
 }
 
@@ -109,20 +113,20 @@ fn a_joint_is_detected_where_its_ray_ends() {
     let rays = camera.rays(&Scale { voxel_size_m: 1.0, backdrop: false });
     let at = Station { rays: rays.as_ref(), ..facing(&truth, [0.5, 8.5, 8.5], [1.0, 0.0, 0.0]) };
     let cuboid = camera.claims(&at).swap_remove(3).planes.unwrap().occupied;
-    assert_eq!(cuboid.cells().collect::<Vec<_>>(), [[9, 8, 8]]);
+    assert_eq!(cuboid.voxels().collect::<Vec<_>>(), [[9, 8, 8]]);
 }
 
 #[test]
 fn only_features_need_keypoints() {
     let mut truth = empty([20, 17, 17], 1.0);
     put(&mut truth, Role::Human, &[[9, 8, 8]], None);
-    let check = |shapes: &[Shape]| {
+    let check = |shapes: &[KeypointShape]| {
         let camera = Rgbd { shapes: shapes.to_vec(), ..rgbd() };
         camera.check(&facing(&truth, [0.5, 8.5, 8.5], [1.0, 0.0, 0.0]))
     };
     assert_eq!(check(&SHAPES[..1]), Ok(()));
     for shape in &SHAPES[1..] {
-        let error = check(&[Shape::Points, *shape]).unwrap_err();
+        let error = check(&[KeypointShape::Points, *shape]).unwrap_err();
         assert!(error.starts_with(&format!("representation {:?} needs keypoints", shape.name())), "{error}");
     }
     assert_eq!(rgbd().representations(), ["points", "spheres", "cylinders", "box"]);

@@ -10,7 +10,7 @@ fn at_most(most: usize, stance: Stance, seed: u64, stream: u64, entry: &str) -> 
     let at = Place { file: Path::new("study.toml"), prefix: String::new() };
     let mut candidates = Vec::new();
     let files = &Sources::beside(at.file);
-    let source = Source { sensor: "s", stance, seed, stream, most, files };
+    let source = PoseSource { sensor: "s", stance, seed, stream, most, files };
     expand(&at, &entry, &source, &mut candidates)?;
     Ok(candidates)
 }
@@ -110,7 +110,7 @@ fn tables_give_one_sensors_poses_with_their_lines() {
         std::fs::write(&path, text).unwrap();
         let files = &Sources::beside(&path);
         let source =
-            Source { sensor: "s", stance: Stance::Facing, seed: 1, stream: 0, most: MAX_POSES, files };
+            PoseSource { sensor: "s", stance: Stance::Facing, seed: 1, stream: 0, most: MAX_POSES, files };
         table(&path, frame, &source).map_err(|e| e.to_string())
     };
     let text = "sensor,pose,x_m,y_m,z_m,qw,qx,qy,qz,note\ns,a,1,2,3,1,0,0,0,\nother,b,1,2,3,1,0,0,0,\n,,4,5,6,0,0,0,1,x\n";

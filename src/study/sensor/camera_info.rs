@@ -34,10 +34,10 @@ struct CameraInfo {
     #[serde(alias = "height")]
     image_height: u32,
     #[serde(alias = "K", alias = "k")]
-    camera_matrix: Numbers,
+    camera_matrix: NumberList,
     distortion_model: Option<String>,
     #[serde(default, alias = "D", alias = "d")]
-    distortion_coefficients: Numbers,
+    distortion_coefficients: NumberList,
     #[serde(default)]
     binning_x: u32,
     #[serde(default)]
@@ -49,21 +49,21 @@ struct CameraInfo {
 /// Numbers as a list, or as a matrix with its size.
 #[derive(Deserialize)]
 #[serde(untagged)]
-enum Numbers {
+enum NumberList {
     List(Vec<f64>),
     Matrix { data: Vec<f64> },
 }
 
-impl Default for Numbers {
+impl Default for NumberList {
     fn default() -> Self {
-        Numbers::List(Vec::new())
+        NumberList::List(Vec::new())
     }
 }
 
-impl Numbers {
+impl NumberList {
     fn all(&self) -> &[f64] {
         match self {
-            Numbers::List(all) | Numbers::Matrix { data: all } => all,
+            NumberList::List(all) | NumberList::Matrix { data: all } => all,
         }
     }
 }

@@ -6,9 +6,9 @@ use serde::Deserialize;
 
 use super::range::{CalibrationFile, NoiseFile, RangeKeys};
 use super::{MAX_RAYS, Silence, each_once, length};
-use crate::sensor::lidar::{self, Field};
+use crate::sensor::lidar::{self, ProtectiveField};
 use crate::sensor::prism::Prism;
-use crate::sensor::{Lidar, Mount};
+use crate::sensor::{Lidar, LidarMount};
 use crate::study::Place;
 use crate::study::value::{OneOrTwo, exactly, exactly_if_given};
 use crate::voxel::solid::is_simple;
@@ -31,7 +31,7 @@ pub(super) struct LidarFile {
     /// Elevation of each ring.
     rings_deg: Option<Vec<f64>>,
     /// Default "upright".
-    mount: Option<Mount>,
+    mount: Option<LidarMount>,
     /// Nearest and farthest distance that it measures, in metres.
     #[serde(deserialize_with = "exactly")]
     range_m: [f64; 2],
@@ -55,7 +55,7 @@ pub(super) struct LidarFile {
 #[serde(rename_all = "lowercase")]
 enum Representation {
     Points,
-    Field,
+    ProtectiveField,
 }
 
 /// A protective field.
@@ -97,11 +97,11 @@ pub(super) fn check(at: &Place, file: LidarFile, noiseless: bool) -> Result<Lida
         calibration: file.calibration,
     };
     // A field is there to be scored, and then the points are not, unless both are asked for.
-    let usual = if file.field.is_some() { Representation::Field } else { Representation::Points };
+    let usual = if file.field.is_some() { Representation::ProtectiveField } else { Representation::Points };
     let scored = file.representations.unwrap_or_else(|| vec![usual]);
     each_once(at, &scored, "representations = [\"points\"]")?;
     let field = file.field.map(|field| field.check(&at.key("field"))).transpose()?;
-    let scores_field = scored.contains(&Representation::Field);
+    let scores_field = scored.contains(&Representation::ProtectiveField);
     if scores_field && field.is_none() {
         return Err(at.says("representation \"field\" needs field = { polygon_m = [[x, y], ...], height_m }"));
     }
@@ -113,7 +113,7 @@ pub(super) fn check(at: &Place, file: LidarFile, noiseless: bool) -> Result<Lida
     Ok(Lidar {
         azimuths_rad: azimuths.into_iter().map(f64::to_radians).collect(),
         elevations_rad: elevations.into_iter().map(f64::to_radians).collect(),
-        mount: file.mount.unwrap_or(Mount::Upright),
+        mount: file.mount.unwrap_or(LidarMount::Upright),
         range: range.check(at, noiseless)?,
         points: scored.contains(&Representation::Points),
         field,
@@ -121,7 +121,7 @@ pub(super) fn check(at: &Place, file: LidarFile, noiseless: bool) -> Result<Lida
 }
 
 impl FieldFile {
-    fn check(self, at: &Place) -> Result<Field> {
+    fn check(self, at: &Place) -> Result<ProtectiveField> {
         let height_m = length(at, "height_m", self.height_m)?;
         let corners = self.polygon_m.len();
         if corners > MAX_CORNERS {
@@ -141,7 +141,7 @@ impl FieldFile {
         is_simple(&corners).map_err(|e| at.says(format!("polygon_m: {e}")))?;
         let polygon_m = self.polygon_m.into_iter().map(DVec2::from_array).collect();
         let volume = Prism { polygon_m, z_m: [0.0, height_m] };
-        Ok(Field { volume, otherwise_free: self.otherwise != Some(Silence::Unknown) })
+        Ok(ProtectiveField { volume, otherwise_free: self.otherwise != Some(Silence::Unknown) })
     }
 }
 

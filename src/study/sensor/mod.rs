@@ -24,7 +24,7 @@ use super::value::exactly;
 use super::{Place, Problems, catalogue, poses};
 use crate::sensor::known_robot::KnownRobot;
 use crate::sensor::prism::Prism;
-use crate::sensor::{Candidate, Kind, Link, Sensor, Setting};
+use crate::sensor::{Candidate, Kind, MountLink, Sensor, Setting};
 use crate::source::Sources;
 use crate::{Error, Result};
 pub(super) use schema::AnySensor;
@@ -156,14 +156,14 @@ pub(super) fn check(at: &Place, mut keys: Table, context: &Context) -> Result<Se
     let common: CommonFile = common.try_into().map_err(|e| vec![context.unreadable(at, &e, "")])?;
     let noise = range::said(&keys);
     let (kind, warnings) = kind(at, common.kind, keys, context).map_err(|e| vec![e])?;
-    let on = common.on.map(|LinkFile { object, link }| Link { object, link });
+    let on = common.on.map(|LinkFile { object, link }| MountLink { object, link });
     if on.is_some() && !kind.takes_poses() {
         return Err(vec![
             at.says(format!("on does not belong to a {}: it is where the robot is", kind.name())),
         ]);
     }
     let like = common.same_poses_as.as_deref();
-    let source = Source { like, context };
+    let source = CandidateSource { like, context };
     let candidates = candidates(at, &common.name, &*kind, &common.poses, &source)?;
     Ok(Sensor { name: common.name, kind, on, candidates, noise, warnings })
 }
@@ -200,7 +200,7 @@ fn kind(
 }
 
 /// Where candidates may come from besides the sensor's own poses.
-struct Source<'a> {
+struct CandidateSource<'a> {
     like: Option<&'a str>,
     context: &'a Context<'a>,
 }
@@ -210,7 +210,7 @@ fn candidates(
     name: &str,
     kind: &dyn Kind,
     groups: &[PosesFile],
-    source: &Source,
+    source: &CandidateSource,
 ) -> Result<Vec<Candidate>, Vec<Error>> {
     let one = |e: Error| vec![e];
     if !kind.takes_poses() && (!groups.is_empty() || source.like.is_some()) {
@@ -230,7 +230,7 @@ fn candidates(
     for (i, group) in groups.iter().enumerate() {
         let stream = (source.context.index as u64) << 32 | i as u64;
         let (stance, seed, files) = (kind.stance(), source.context.seed, source.context.sources);
-        let source = poses::Source { sensor: name, stance, seed, stream, most, files };
+        let source = poses::PoseSource { sensor: name, stance, seed, stream, most, files };
         problems.keep(poses::expand(at, group, &source, &mut candidates));
     }
     problems.none()?;

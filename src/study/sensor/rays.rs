@@ -51,7 +51,7 @@ pub(super) fn check(at: &Place, file: RaysFile, noiseless: bool, sources: &Sourc
 }
 
 #[derive(Deserialize)]
-struct Row {
+struct RayRow {
     x: f64,
     y: f64,
     z: f64,
@@ -64,8 +64,9 @@ fn directions(path: &Path, sources: &Sources) -> Result<Vec<[i32; 3]>> {
     let mut reader =
         csv::ReaderBuilder::new().comment(Some(b'#')).trim(csv::Trim::All).from_reader(text.as_bytes());
     let mut dirs_q15 = Vec::new();
-    for (row, record) in reader.deserialize::<Row>().enumerate() {
-        let Row { x, y, z } = record.map_err(|e| Error::input(path.display(), format!("{e}; {columns}")))?;
+    for (row, record) in reader.deserialize::<RayRow>().enumerate() {
+        let RayRow { x, y, z } =
+            record.map_err(|e| Error::input(path.display(), format!("{e}; {columns}")))?;
         let length = DVec3::new(x, y, z).length();
         if !(length.is_finite() && length > 1e-9) {
             let what = format!("row {}: {x},{y},{z}: must be a direction, finite and not zero", row + 1);

@@ -7,7 +7,7 @@ use super::range::{CalibrationFile, NoiseFile, RangeKeys};
 use super::{MAX_RAYS, Silence, each_once, length};
 use crate::sensor::Camera;
 use crate::sensor::keypoints::TOLERANCE_M;
-use crate::sensor::rgbd::{Rgbd, Shape};
+use crate::sensor::rgbd::{KeypointShape, Rgbd};
 use crate::study::Place;
 use crate::study::value::exactly;
 use crate::{Error, Result};
@@ -72,10 +72,10 @@ pub(super) fn check(at: &Place, file: RgbdFile, noiseless: bool) -> Result<Rgbd>
     let spheres = length(at, "spheres_radius_m", file.spheres_radius_m.unwrap_or(SPHERES_RADIUS_M))?;
     let cylinders = length(at, "cylinders_radius_m", file.cylinders_radius_m.unwrap_or(CYLINDERS_RADIUS_M))?;
     let shape = |name| match name {
-        ShapeName::Points => Shape::Points,
-        ShapeName::Spheres => Shape::Spheres { radius_m: spheres },
-        ShapeName::Cylinders => Shape::Cylinders { radius_m: cylinders },
-        ShapeName::Box => Shape::Box,
+        ShapeName::Points => KeypointShape::Points,
+        ShapeName::Spheres => KeypointShape::Spheres { radius_m: spheres },
+        ShapeName::Cylinders => KeypointShape::Cylinders { radius_m: cylinders },
+        ShapeName::Box => KeypointShape::Box,
     };
     Ok(Rgbd {
         camera: camera(at, file.fov_deg, file.resolution_px)?,

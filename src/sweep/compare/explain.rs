@@ -3,15 +3,15 @@
 use super::Said;
 use crate::Result;
 use crate::backend::oracle::Oracle;
-use crate::backend::{Backend, Cell, Evidence, Placement, Rays};
+use crate::backend::{Backend, Evidence, GridPose, Rays, VoxelScene};
 use crate::march::{self, End};
 use crate::metrics::Confusion;
 
 /// Names the ray and the voxel of the first difference of a pose.
 pub(super) fn explain(
-    cell: &Cell,
+    scene: &VoxelScene,
     rays: &Rays,
-    placement: &Placement,
+    placement: &GridPose,
     (expected, counts): Said,
     (got, found): Said,
 ) -> Result<String> {
@@ -28,7 +28,7 @@ pub(super) fn explain(
             };
             format!(
                 "{kind} in voxel {:?} after {} crossings",
-                cell_after(placement, dir, end.crossings),
+                voxel_after(placement, dir, end.crossings),
                 end.crossings
             )
         };
@@ -42,9 +42,9 @@ pub(super) fn explain(
         let (mut only_a, mut only_b) = (a.clone(), b.clone());
         only_a.remove(b);
         only_b.remove(a);
-        let lost = only_a.cells().next().map(|v| (v, "is missing from"));
-        if let Some((voxel, what)) = lost.or(only_b.cells().next().map(|v| (v, "should not be in"))) {
-            let ray = marking_ray(cell, rays, placement, |e| e.planes.named()[number].1.get(voxel))?;
+        let lost = only_a.voxels().next().map(|v| (v, "is missing from"));
+        if let Some((voxel, what)) = lost.or(only_b.voxels().next().map(|v| (v, "should not be in"))) {
+            let ray = marking_ray(scene, rays, placement, |e| e.planes.named()[number].1.get(voxel))?;
             let ray = ray.map_or("the oracle's rays do not mark it".into(), |r| {
                 format!("ray {r} is the first that marks it")
             });
@@ -62,24 +62,24 @@ pub(super) fn explain(
     ))
 }
 
-/// The cell of a ray after this many crossings.
-fn cell_after(placement: &Placement, dir_q15: [i32; 3], crossings: u32) -> [i32; 3] {
+/// The voxel of a ray after this many crossings.
+fn voxel_after(placement: &GridPose, dir_q15: [i32; 3], crossings: u32) -> [i32; 3] {
     let dir_q16 = placement.axis_q15.map(|axis| march::direction_q16(axis, dir_q15));
-    march::cell_after(march::start(placement.origin_q16, dir_q16), crossings)
+    march::voxel_after(march::start(placement.origin_q16, dir_q16), crossings)
 }
 
 /// The first ray with which the oracle's evidence has a mark. Marks only grow with the rays, so halving finds
 /// it.
 fn marking_ray(
-    cell: &Cell,
+    scene: &VoxelScene,
     rays: &Rays,
-    placement: &Placement,
+    placement: &GridPose,
     marked: impl Fn(&Evidence) -> bool,
 ) -> Result<Option<usize>> {
     let mut oracle = Oracle::default();
     let mut marked_by = |first: usize| -> Result<bool> {
         oracle.tables(&[Rays { dirs_q15: rays.dirs_q15[..first].to_vec(), ..rays.clone() }])?;
-        oracle.load(cell)?;
+        oracle.load(scene)?;
         Ok(marked(&oracle.read(0, placement)?))
     };
     let (mut without, mut with) = (0, rays.dirs_q15.len());

@@ -33,8 +33,8 @@ impl Backend for Liar {
     fn tables(&mut self, tables: &[Rays]) -> Result<()> {
         self.0.tables(tables)
     }
-    fn load(&mut self, cell: &Cell) -> Result<()> {
-        self.0.load(cell)
+    fn load(&mut self, scene: &VoxelScene) -> Result<()> {
+        self.0.load(scene)
     }
     fn slots(&self) -> usize {
         2
@@ -48,11 +48,11 @@ impl Backend for Liar {
     fn first_hit_slots(&self) -> usize {
         0
     }
-    fn ask(&mut self, fusion: Fusion, jobs: &[Vec<Reading>]) -> Result<()> {
-        self.0.ask(fusion, jobs)
+    fn submit(&mut self, fusion: Fusion, jobs: &[Vec<Reading>]) -> Result<()> {
+        self.0.submit(fusion, jobs)
     }
-    fn answer(&mut self) -> Result<Vec<Vec<Confusion>>> {
-        let mut counts = self.0.answer()?;
+    fn receive(&mut self) -> Result<Vec<Vec<Confusion>>> {
+        let mut counts = self.0.receive()?;
         match self.1 {
             Lie::Count => counts[0][1].human.uo += 1,
             Lie::Detection => counts[0][1].detection.parts_detected += 1,
@@ -62,7 +62,7 @@ impl Backend for Liar {
         }
         Ok(counts)
     }
-    fn read(&mut self, table: usize, placement: &Placement) -> Result<Evidence> {
+    fn read(&mut self, table: usize, placement: &GridPose) -> Result<Evidence> {
         let mut evidence = self.0.read(table, placement)?;
         let flip = |plane: &mut BitGrid, voxel| {
             let bit = plane.bit_index(voxel).unwrap();
@@ -88,11 +88,11 @@ pub(in crate::sweep) fn tiny() -> (Study, World) {
 }
 
 /// Compares four poses of the tiny study's camera with the liar.
-fn caught(lie: Lie) -> Result<Report> {
+fn caught(lie: Lie) -> Result<Comparison> {
     let (study, world) = tiny();
-    let mut report = Report::default();
+    let mut report = Comparison::default();
     let mut backends: Vec<Box<dyn Backend>> = vec![Box::new(Liar(Cpu::new(Some(1))?, lie))];
-    compare(&study, &world, 0, &Selection::Spread { number: 4, turn: 0 }, &mut backends, &mut report)?;
+    compare(&study, &world, 0, &PoseSelection::Spread { number: 4, turn: 0 }, &mut backends, &mut report)?;
     Ok(report)
 }
 
@@ -115,10 +115,10 @@ fn each_kind_of_lie_is_found_and_named() {
     let (study, world) = tiny();
     let mut oracle = Oracle::default();
     oracle.tables(&[crate::world::ray_tables(&study)[0].clone().unwrap()]).unwrap();
-    oracle.load(&world.cell(world.grid.window())).unwrap();
+    oracle.load(&world.scene(world.grid.window())).unwrap();
     let placement = world.placement(&study, 0, 0, 0);
     let evidence = oracle.read(0, &placement).unwrap().planes;
-    let freed = evidence.free.cells().next().unwrap();
+    let freed = evidence.free.voxels().next().unwrap();
     let mut seen = evidence.free.clone();
     seen.add(&evidence.occupied);
     let unseen = (0..).map(|x| [x, 0, 0]).find(|&voxel| !seen.get(voxel)).unwrap();
@@ -161,11 +161,11 @@ fn poses_are_chosen_evenly_or_by_name() {
     let (study, _) = tiny();
     let camera = &study.sensors[0];
     assert_eq!(camera.candidates.len(), 10);
-    let spread = |number, turn| select(&Selection::Spread { number, turn }, camera);
+    let spread = |number, turn| select(&PoseSelection::Spread { number, turn }, camera);
     assert_eq!(spread(4, 0), [0, 2, 5, 7]);
     assert_eq!(spread(4, 4), [1, 4, 6, 9]);
     assert_eq!(spread(99, 7), (0..10).collect::<Vec<_>>());
-    assert_eq!(select(&Selection::All, camera), (0..10).collect::<Vec<_>>());
-    assert_eq!(select(&Selection::Named("wall/1/1".into()), camera), [3]);
-    assert_eq!(select(&Selection::Named("wall/9/9".into()), camera), [0; 0]);
+    assert_eq!(select(&PoseSelection::All, camera), (0..10).collect::<Vec<_>>());
+    assert_eq!(select(&PoseSelection::Named("wall/1/1".into()), camera), [3]);
+    assert_eq!(select(&PoseSelection::Named("wall/9/9".into()), camera), [0; 0]);
 }

@@ -10,7 +10,7 @@ const SCENE: &str =
     "[[object]]\nname = \"wall\"\nbox = { size_m = [1, 9.9, 0.5] }\nposition_m = [9.5, 4.95, 0.75]\n";
 
 /// Four rays from (0.5, 4.5, 0.75): ahead to the wall 8.5 m away, back and to both sides out of the grid.
-fn ends_of(range_m: &str, outside: &str) -> Ends {
+fn ends_of(range_m: &str, outside: &str) -> EndCounts {
     let folder = tempfile::tempdir().unwrap();
     let study = format!(
         "[grid]\nvoxel_size_m = 1\nbounds_m = {{ min = [0, 0, 0], max = [9.9, 9.9, 2.9] }}\noutside = {outside:?}\n\
@@ -29,13 +29,13 @@ fn ends_of(range_m: &str, outside: &str) -> Ends {
     let study = Study::load(&folder.path().join("study.toml"), &Overrides::default()).unwrap();
     let worlds = World::prepare_all(&study).unwrap();
     let ends = ends(&study, &worlds, 3, &mut Oracle::default()).unwrap();
-    assert_eq!(ends[1], Ends::default(), "a pad casts nothing");
+    assert_eq!(ends[1], EndCounts::default(), "a pad casts nothing");
     ends[0].clone()
 }
 
 #[test]
 fn rays_return_or_leave_or_end_too_near_or_too_far() {
-    let ends = |returns, too_near, too_far, left| Ends { poses: 1, returns, too_near, too_far, left };
+    let ends = |returns, too_near, too_far, left| EndCounts { poses: 1, returns, too_near, too_far, left };
     assert_eq!(ends_of("[0.1, 20]", "nothing"), ends(1, 0, 0, 3));
     assert_eq!(ends_of("[0.1, 20]", "backdrop"), ends(1, 0, 0, 3));
     assert_eq!(ends_of("[9, 20]", "nothing"), ends(0, 1, 0, 3));
@@ -48,7 +48,7 @@ fn rays_return_or_leave_or_end_too_near_or_too_far() {
 fn poses_that_choices_share_are_counted_once() {
     let paper = concat!(env!("CARGO_MANIFEST_DIR"), "/scenes/paper/exp2.toml");
     let study = Study::load(paper.as_ref(), &Overrides::default()).unwrap();
-    let triplet = |choice| Ask { combination: 0, choice };
+    let triplet = |choice| PoseChoice { combination: 0, choice };
     // A pad, a camera, a robot; the cover has three ways to be and varies fastest.
     assert_eq!(poses(&study, &[0, 1, 2].map(triplet)), 6);
     assert_eq!(poses(&study, &[0, 3].map(triplet)), 5, "another pose of the camera");

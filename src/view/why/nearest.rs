@@ -113,10 +113,10 @@ mod tests {
 
     /// Rows and columns so many radians apart, about straight ahead.
     fn raster(rows: i32, columns: i32, [up, across]: [f64; 2]) -> Vec<[i32; 3]> {
-        let cell = |i: i32| {
+        let voxel = |i: i32| {
             [f64::from(i % columns - columns / 2) * across, f64::from(i / columns - rows / 2) * up, 1.0]
         };
-        (0..rows * columns).map(|i| unit_q15(cell(i))).collect()
+        (0..rows * columns).map(|i| unit_q15(voxel(i))).collect()
     }
 
     #[test]

@@ -7,14 +7,14 @@
 use glam::DVec3;
 
 use super::nearest::{Nearest, gap};
-use crate::backend::{Image, Placement, Rays};
+use crate::backend::{GridPose, Image, Rays};
 use crate::march::{self, March};
 use crate::sensor::{FieldOfView, quantise_q15};
 
 /// A sensor's rays from where it stands.
 pub(super) struct Sight<'a> {
     rays: &'a Rays,
-    from: &'a Placement,
+    from: &'a GridPose,
     field: FieldOfView,
     finder: Finder<'a>,
 }
@@ -40,7 +40,7 @@ pub(super) struct Look {
 }
 
 impl<'a> Sight<'a> {
-    pub(super) fn new(rays: &'a Rays, from: &'a Placement, field: FieldOfView) -> Self {
+    pub(super) fn new(rays: &'a Rays, from: &'a GridPose, field: FieldOfView) -> Self {
         let finder = match rays.image {
             Some(image) => Finder::Pixels(image),
             None => Finder::Table {
@@ -53,9 +53,10 @@ impl<'a> Sight<'a> {
     }
 
     /// Where a voxel's centre is.
-    pub(super) fn look(&self, cell: [i32; 3]) -> Look {
-        let way: [i64; 3] =
-            std::array::from_fn(|r| (i64::from(cell[r]) << 16) + 0x8000 - i64::from(self.from.origin_q16[r]));
+    pub(super) fn look(&self, voxel: [i32; 3]) -> Look {
+        let way: [i64; 3] = std::array::from_fn(|r| {
+            (i64::from(voxel[r]) << 16) + 0x8000 - i64::from(self.from.origin_q16[r])
+        });
         let squared_q32 = way.iter().map(|&x| i128::from(x) * i128::from(x)).sum();
         // At most 2^43 on each axis, so floats hold it.
         let axis =

@@ -32,9 +32,9 @@ fn reasons(study: &str, scene: &str, others: &[(&str, String)]) -> Vec<(&'static
     let view = View::new(&study, &worlds[0], FIRST, &mut Cpu::new(Some(1)).unwrap()).unwrap();
     let tallies = view.tally(&view.why_in_regions(), 0);
     let counts = view.counts(0);
-    let together = |of: fn(&Tally) -> u64| tallies.iter().map(of).sum::<u64>();
+    let together = |of: fn(&CauseTally) -> u64| tallies.iter().map(of).sum::<u64>();
     assert_eq!((together(|t| t.occupied), together(|t| t.free)), (counts.uo, counts.uf));
-    let named = |t: &Tally| {
+    let named = |t: &CauseTally| {
         (t.cause.reason.name(), view.object(&t.cause).unwrap_or_default().to_string(), t.voxels())
     };
     tallies.iter().map(named).collect()
@@ -148,7 +148,7 @@ fn a_hall_that_says_nothing() {
     let (study, worlds) = ready(&hall("range_m = [0, 30]"), WALL, &[]);
     let view = View::new(&study, &worlds[0], FIRST, &mut Cpu::new(Some(1)).unwrap()).unwrap();
     for missed in view.why_in_regions() {
-        for [x, y, z] in missed.voxels.cells() {
+        for [x, y, z] in missed.voxels.voxels() {
             let (ahead, aside) = (f64::from(x) + 0.25, f64::from((y - 4).abs().max((z - 4).abs())));
             let expected = match missed.cause.reason {
                 Reason::OutOfView => aside > 0.98 * ahead - 0.5,

@@ -9,7 +9,7 @@ use crate::voxel::solid::{ceil_div, centre_q16, centres_in, first_centre, passes
 use crate::voxel::{grid::MAX_VOXELS_PER_AXIS, grid::ONE_Q16};
 
 /// A run of voxels along x, not empty.
-pub(super) type Run = Range<i64>;
+pub(super) type VoxelRun = Range<i64>;
 
 /// Where rows of centres pass the surface of a mesh.
 pub(super) struct MeshRows {
@@ -60,10 +60,10 @@ impl MeshRows {
     }
 
     /// The runs inside the mesh in one row, lowest first.
-    pub(super) fn runs(&self, y: i64, z: i64) -> Vec<Run> {
+    pub(super) fn runs(&self, y: i64, z: i64) -> Vec<VoxelRun> {
         let start = self.passed.partition_point(|(row, ..)| *row < [z, y]);
         let row = self.passed[start..].iter().take_while(|(row, ..)| *row == [z, y]);
-        let (mut runs, mut winding, mut entered) = (Vec::<Run>::new(), 0, 0);
+        let (mut runs, mut winding, mut entered) = (Vec::<VoxelRun>::new(), 0, 0);
         for &(_, x, facing) in row {
             if winding == 0 {
                 entered = x;

@@ -2,11 +2,11 @@
 
 use std::ops::Range;
 
-use super::mesh::{MeshRows, Run};
+use super::mesh::{MeshRows, VoxelRun};
 use crate::voxel::solid::{Ball, at_least_zero, both, centre_q16};
 
 /// A shape that can be asked for its rows.
-pub(super) enum Rows {
+pub(super) enum RowShape {
     /// A ball.
     Ball(Ball),
     /// The part of a ball whose offset from the centre has no negative product with the normal.
@@ -16,45 +16,46 @@ pub(super) enum Rows {
     /// The inside of a mesh.
     Mesh(MeshRows),
     /// What is in any of several.
-    Union(Vec<Rows>),
+    Union(Vec<RowShape>),
     /// What is in the first of several and in none of the others.
-    Difference(Vec<Rows>),
+    Difference(Vec<RowShape>),
 }
 
-impl Rows {
+impl RowShape {
     /// The rows y and z outside of which there is no voxel.
     pub(super) fn span(&self) -> [Range<i64>; 2] {
         match self {
-            Rows::Ball(ball) | Rows::HalfBall { ball, .. } => ball.rows(),
-            Rows::Box([_, y, z]) => [y.clone(), z.clone()],
-            Rows::Mesh(mesh) => mesh.span(),
-            Rows::Union(parts) => {
-                let spans = parts.iter().map(Rows::span).filter(|span| span.iter().all(|r| !r.is_empty()));
+            RowShape::Ball(ball) | RowShape::HalfBall { ball, .. } => ball.rows(),
+            RowShape::Box([_, y, z]) => [y.clone(), z.clone()],
+            RowShape::Mesh(mesh) => mesh.span(),
+            RowShape::Union(parts) => {
+                let spans =
+                    parts.iter().map(RowShape::span).filter(|span| span.iter().all(|r| !r.is_empty()));
                 let joined = |[y, z]: [Range<i64>; 2], [b, c]: [Range<i64>; 2]| [hull(y, b), hull(z, c)];
                 spans.reduce(joined).unwrap_or([0..0, 0..0])
             }
-            Rows::Difference(parts) => parts.first().map_or([0..0, 0..0], Rows::span),
+            RowShape::Difference(parts) => parts.first().map_or([0..0, 0..0], RowShape::span),
         }
     }
 
     /// The runs of a row, lowest first; none overlap.
-    pub(super) fn runs(&self, y: i64, z: i64) -> Vec<Run> {
+    pub(super) fn runs(&self, y: i64, z: i64) -> Vec<VoxelRun> {
         let inside = |[ys, zs]: [Range<i64>; 2]| ys.contains(&y) && zs.contains(&z);
         if !inside(self.span()) {
             return Vec::new();
         }
         match self {
-            Rows::Ball(ball) => one(ball.run(y, z)),
-            Rows::HalfBall { ball, center_q16, normal_q15 } => {
-                let away = |cell: i64, r: usize| normal_q15[r] * (centre_q16(cell) - center_q16[r]);
+            RowShape::Ball(ball) => one(ball.run(y, z)),
+            RowShape::HalfBall { ball, center_q16, normal_q15 } => {
+                let away = |voxel: i64, r: usize| normal_q15[r] * (centre_q16(voxel) - center_q16[r]);
                 // The product is that of x = 0, and one voxel along x adds the same each time.
                 let at_zero = away(0, 0) + away(y, 1) + away(z, 2);
                 one(both(ball.run(y, z), at_least_zero(normal_q15[0] << 16, at_zero)))
             }
-            Rows::Box([x, _, _]) => one(x.clone()),
-            Rows::Mesh(mesh) => mesh.runs(y, z),
-            Rows::Union(parts) => joined(parts.iter().flat_map(|part| part.runs(y, z)).collect()),
-            Rows::Difference(parts) => {
+            RowShape::Box([x, _, _]) => one(x.clone()),
+            RowShape::Mesh(mesh) => mesh.runs(y, z),
+            RowShape::Union(parts) => joined(parts.iter().flat_map(|part| part.runs(y, z)).collect()),
+            RowShape::Difference(parts) => {
                 let mut runs = parts.iter().map(|part| part.runs(y, z));
                 let first = runs.next().unwrap_or_default();
                 runs.flatten().fold(first, |left, taken| without(left, &taken))
@@ -67,14 +68,14 @@ fn hull(a: Range<i64>, b: Range<i64>) -> Range<i64> {
     a.start.min(b.start)..a.end.max(b.end)
 }
 
-fn one(run: Run) -> Vec<Run> {
+fn one(run: VoxelRun) -> Vec<VoxelRun> {
     if run.is_empty() { Vec::new() } else { vec![run] }
 }
 
 /// Runs in order, those that touch or overlap joined.
-fn joined(mut runs: Vec<Run>) -> Vec<Run> {
+fn joined(mut runs: Vec<VoxelRun>) -> Vec<VoxelRun> {
     runs.sort_unstable_by_key(|run| run.start);
-    let mut all: Vec<Run> = Vec::with_capacity(runs.len());
+    let mut all: Vec<VoxelRun> = Vec::with_capacity(runs.len());
     for run in runs {
         match all.last_mut() {
             Some(last) if run.start <= last.end => last.end = last.end.max(run.end),
@@ -85,8 +86,8 @@ fn joined(mut runs: Vec<Run>) -> Vec<Run> {
 }
 
 /// Runs less one that is taken away.
-fn without(runs: Vec<Run>, taken: &Run) -> Vec<Run> {
-    let rest = |run: Run| [run.start..run.end.min(taken.start), run.start.max(taken.end)..run.end];
+fn without(runs: Vec<VoxelRun>, taken: &VoxelRun) -> Vec<VoxelRun> {
+    let rest = |run: VoxelRun| [run.start..run.end.min(taken.start), run.start.max(taken.end)..run.end];
     runs.into_iter().flat_map(rest).filter(|run| !run.is_empty()).collect()
 }
 
@@ -107,8 +108,8 @@ mod tests {
 
     #[test]
     fn a_union_spans_its_parts_and_no_empty_ones() {
-        let cube = |from: i64, to: i64| Rows::Box([from..to, from..to, from..to]);
-        let both = Rows::Union(vec![cube(0, 3), cube(90, 90), cube(5, 7)]);
+        let cube = |from: i64, to: i64| RowShape::Box([from..to, from..to, from..to]);
+        let both = RowShape::Union(vec![cube(0, 3), cube(90, 90), cube(5, 7)]);
         assert_eq!(both.span(), [0..7, 0..7]);
         assert_eq!(both.runs(1, 1), [0..3]);
         assert_eq!((both.runs(1, 6), both.runs(6, 6)), (vec![], vec![5..7]));

@@ -18,13 +18,13 @@ impl Random {
         from + ((z ^ (z >> 31)) % (to - from + 1) as u64) as i64
     }
 
-    fn cell(&mut self, reach: i64) -> [i32; 3] {
+    fn voxel(&mut self, reach: i64) -> [i32; 3] {
         std::array::from_fn(|_| self.between(-reach, reach) as i32)
     }
 
     /// A window that does not begin at a word, wider than one.
     fn window(&mut self) -> Window {
-        let min = self.cell(12);
+        let min = self.voxel(12);
         Window {
             min,
             size: [self.between(1, 45) as u32, self.between(1, 15) as u32, self.between(1, 15) as u32],
@@ -41,10 +41,10 @@ fn voxels(window: Window) -> impl Iterator<Item = [i32; 3]> {
 /// Exactly the voxels of the plane's window for which `rule` holds are set. Returns their number.
 #[track_caller]
 fn assert_is(plane: &BitGrid, what: &str, rule: impl Fn([i128; 3]) -> bool) -> u64 {
-    let expected = voxels(plane.window()).filter(|cell| rule(cell.map(i128::from)));
+    let expected = voxels(plane.window()).filter(|voxel| rule(voxel.map(i128::from)));
     let mut same = BitGrid::new(plane.window());
-    expected.for_each(|cell| same.set(cell));
-    assert_eq!(plane.cells().collect::<Vec<_>>(), same.cells().collect::<Vec<_>>(), "{what}");
+    expected.for_each(|voxel| same.set(voxel));
+    assert_eq!(plane.voxels().collect::<Vec<_>>(), same.voxels().collect::<Vec<_>>(), "{what}");
     assert_eq!(plane, &same, "padding of {what}");
     plane.count()
 }
@@ -70,10 +70,10 @@ fn radius(random: &mut Random) -> i64 {
 fn balls_are_their_rule() {
     let (mut random, mut set) = (Random(1), 0);
     for _ in 0..400 {
-        let (mut plane, center, r) = (BitGrid::new(random.window()), random.cell(14), radius(&mut random));
+        let (mut plane, center, r) = (BitGrid::new(random.window()), random.voxel(14), radius(&mut random));
         ball(&mut plane, center, r);
-        set += assert_is(&plane, &format!("{center:?} {r}"), |cell| {
-            let away = minus(cell, center);
+        set += assert_is(&plane, &format!("{center:?} {r}"), |voxel| {
+            let away = minus(voxel, center);
             dot(away, away) << 32 < (r as i128).pow(2)
         });
     }
@@ -103,7 +103,7 @@ fn balls_counted_by_hand() {
 fn cylinders_are_their_rule() {
     let (mut random, mut set) = (Random(2), 0);
     for case in 0..1500 {
-        let (from, mut to) = (random.cell(12), random.cell(12));
+        let (from, mut to) = (random.voxel(12), random.voxel(12));
         // Along an axis or in its plane, where terms of the quadratic vanish.
         for r in 0..case % 3 {
             let axis = (case / 3 + r) % 3;
@@ -112,8 +112,8 @@ fn cylinders_are_their_rule() {
         let (mut plane, r) = (BitGrid::new(random.window()), radius(&mut random));
         cylinder(&mut plane, from, to, r);
         let axis = minus(to.map(i128::from), from);
-        set += assert_is(&plane, &format!("{from:?} {to:?} {r}"), |cell| {
-            let p = minus(cell, from);
+        set += assert_is(&plane, &format!("{from:?} {to:?} {r}"), |voxel| {
+            let p = minus(voxel, from);
             let (along, length) = (dot(p, axis), dot(axis, axis));
             // d² = |p|² − along²/length, times length · 2³².
             let near = (dot(p, p) * length - along * along) << 32 < (r as i128).pow(2) * length;
@@ -161,13 +161,13 @@ fn the_largest_cylinder_does_not_overflow() {
 fn cuboids_are_their_rule() {
     let mut random = Random(3);
     for count in 0..40 {
-        let cells: Vec<_> = (0..count % 5).map(|_| random.cell(15)).collect();
+        let voxels: Vec<_> = (0..count % 5).map(|_| random.voxel(15)).collect();
         let mut plane = BitGrid::new(random.window());
-        cuboid(&mut plane, cells.iter().copied());
-        assert_is(&plane, &format!("{cells:?}"), |cell| {
-            let side = |r: usize| cells.iter().map(move |c| c[r] as i128);
-            let spans = |r: usize| (side(r).min()..=side(r).max()).contains(&Some(cell[r]));
-            !cells.is_empty() && (0..3).all(spans)
+        cuboid(&mut plane, voxels.iter().copied());
+        assert_is(&plane, &format!("{voxels:?}"), |voxel| {
+            let side = |r: usize| voxels.iter().map(move |c| c[r] as i128);
+            let spans = |r: usize| (side(r).min()..=side(r).max()).contains(&Some(voxel[r]));
+            !voxels.is_empty() && (0..3).all(spans)
         });
     }
     let mut plane = BitGrid::new(Window::between([-9; 3], [9; 3]));
@@ -188,8 +188,8 @@ fn boxes_are_half_open() {
         let high = low.map(|x| x + coordinate(&mut random, 30).abs());
         let mut plane = BitGrid::new(random.window());
         half_open_box(&mut plane, low, high);
-        assert_is(&plane, &format!("{low:?} {high:?}"), |cell| {
-            let inside = |r: usize| (low[r] as i128..high[r] as i128).contains(&(cell[r] * 65_536 + 32_768));
+        assert_is(&plane, &format!("{low:?} {high:?}"), |voxel| {
+            let inside = |r: usize| (low[r] as i128..high[r] as i128).contains(&(voxel[r] * 65_536 + 32_768));
             (0..3).all(inside)
         });
     }
@@ -230,7 +230,7 @@ fn polygons_with_a_common_edge_share_no_voxel_and_leave_none_out() {
     let mut random = Random(6);
     for _ in 0..200 {
         // A fan of triangles about a point, corners on centres so that many lie on edges.
-        let on_centre = |cell: i64| (cell << 16) + 32_768;
+        let on_centre = |voxel: i64| (voxel << 16) + 32_768;
         let middle = [0, 1].map(|_| on_centre(random.between(-9, 9)));
         let rim = [[-15, -15], [random.between(-5, 5), -15], [15, -15], [15, 15], [-15, 15]]
             .map(|p| p.map(on_centre));
@@ -281,17 +281,17 @@ fn within_is_its_rule() {
     let (mut random, mut set) = (Random(7), 0);
     for case in 0..150 {
         let mut solid = BitGrid::new(random.window());
-        for cell in voxels(solid.window()) {
+        for voxel in voxels(solid.window()) {
             if random.between(0, [3, 60, 400][case % 3]) == 0 {
-                solid.set(cell);
+                solid.set(voxel);
             }
         }
-        let centers: Vec<_> = solid.cells().collect();
+        let centers: Vec<_> = solid.voxels().collect();
         let (window, distance) = (random.window(), radius(&mut random));
         let near = within(&solid, distance, window);
-        set += assert_is(&near, &format!("case {case}, {distance}"), |cell| {
+        set += assert_is(&near, &format!("case {case}, {distance}"), |voxel| {
             centers.iter().any(|&c| {
-                let away = minus(cell, c);
+                let away = minus(voxel, c);
                 dot(away, away) << 32 <= (distance.max(0) as i128).pow(2)
             })
         });
@@ -307,8 +307,8 @@ fn thirty_centimetres_are_six_voxels() {
     solid.set([0; 3]);
     let near = within(&solid, length_q16(0.3, 0.05), window);
     assert_eq!(near.bounds(), Window::between([-6; 3], [6; 3]));
-    for cell in [[6, 0, 0], [-6, 0, 0], [0, 6, 0], [0, 0, -6], [4, 4, 2]] {
-        assert!(near.get(cell), "{cell:?}");
+    for voxel in [[6, 0, 0], [-6, 0, 0], [0, 6, 0], [0, 0, -6], [4, 4, 2]] {
+        assert!(near.get(voxel), "{voxel:?}");
     }
     assert!(!near.get([6, 1, 0]) && !near.get([4, 4, 3]));
     assert_eq!(within(&solid, 0, window), solid);

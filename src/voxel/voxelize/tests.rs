@@ -69,7 +69,7 @@ fn interiors_are_ignored_free_or_occupied() {
         assert_eq!((truth.occupied.count(), truth.ignored.count()), (occupied, ignored), "{interior:?}");
         assert_eq!(truth.human.count(), occupied);
         assert_eq!(truth.objects[0].watertight, Some(true));
-        assert_eq!(truth.objects[0].cells.bounds(), Window::between([1; 3], [8; 3]));
+        assert_eq!(truth.objects[0].voxels.bounds(), Window::between([1; 3], [8; 3]));
         assert!(truth.objects[0].warnings.is_empty());
     };
     check(Interior::Free, SHELL, 0);

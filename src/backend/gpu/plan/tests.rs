@@ -5,14 +5,14 @@ use crate::backend::Noise;
 
 /// A window of 30 000 words, `longest` voxels in all directions together, of 700 boxes, 500 with voxels of
 /// regions.
-fn cell(longest: u32, regions: &[(u32, u32)]) -> CellSizes {
+fn voxel(longest: u32, regions: &[(u32, u32)]) -> SceneSizes {
     let regions = regions.iter().map(|&(first, end)| first..end).collect();
-    CellSizes {
+    SceneSizes {
         window: [longest, 0, 0],
         window_words: 30_000,
         boxes: [500, 700],
         regions,
-        flesh: 0,
+        body: 0,
         counters: 0,
     }
 }
@@ -27,8 +27,8 @@ fn camera() -> TableSizes {
     TableSizes { rays: 921_600, reach: 300, image: Some(image) }
 }
 
-fn batch(placements: u32, carving: Carving) -> Batch {
-    Batch { placements, near: placements / 3, everything: false, carving }
+fn batch(placements: u32, carving: Carving) -> CastBatch {
+    CastBatch { placements, near: placements / 3, everything: false, carving }
 }
 
 fn adapter(max_binding_bytes: u64, software: bool) -> AdapterReport {
@@ -50,7 +50,7 @@ fn adapter(max_binding_bytes: u64, software: bool) -> AdapterReport {
 /// cover it.
 #[track_caller]
 fn covers_once(dispatches: &[Dispatch], pace: &Pace, expected: &[(Stage, u64)]) {
-    for dispatch in dispatches.iter().filter(|d| d.stage != Stage::Scan) {
+    for dispatch in dispatches.iter().filter(|d| d.stage != Stage::CarveCrowded) {
         let per_group = dispatch.stage.items_per_group();
         let items = dispatch.part.end - dispatch.part.first;
         assert!(dispatch.groups[0] * per_group >= items, "{dispatch:?}");
@@ -78,17 +78,17 @@ fn pace(faster: u64) -> Pace {
 }
 
 #[test]
-fn rays_are_cast_and_walked_once() {
+fn rays_are_cast_and_carved_once() {
     for pace in [pace(1), pace(1000)] {
         for rays in [0, 1, 63, 64, 65, 300, 921_600, 3_000_000] {
             for longest in [1, 263, 3069] {
                 for placements in [1, 3, 64] {
                     let total = rays as u64 * placements as u64;
-                    let walk = batch(placements, Carving::Walk);
-                    let dispatches = cell(longest, &[]).sensing(&table(rays), &walk, &pace);
-                    covers_once(&dispatches, &pace, &[(Stage::Cast, total), (Stage::Walk, total)]);
-                    let dispatches = cell(longest, &[]).keeping(&table(rays), placements, &pace);
-                    covers_once(&dispatches, &pace, &[(Stage::Still, total)]);
+                    let by_ray = batch(placements, Carving::ByRay);
+                    let dispatches = voxel(longest, &[]).sensing(&table(rays), &by_ray, &pace);
+                    covers_once(&dispatches, &pace, &[(Stage::Cast, total), (Stage::CarveRays, total)]);
+                    let dispatches = voxel(longest, &[]).keeping(&table(rays), placements, &pace);
+                    covers_once(&dispatches, &pace, &[(Stage::StaticHits, total)]);
                 }
             }
         }
@@ -96,30 +96,31 @@ fn rays_are_cast_and_walked_once() {
 }
 
 #[test]
-fn boxes_are_judged_and_gathered_once() {
+fn boxes_are_decided_once() {
     for pace in [pace(1), pace(1000)] {
         for (everything, boxes) in [(false, 500), (true, 700)] {
-            let batch = Batch { everything, ..batch(18, Carving::Gather) };
-            let dispatches = cell(300, &[]).sensing(&camera(), &batch, &pace);
+            let batch = CastBatch { everything, ..batch(18, Carving::ByVoxel) };
+            let dispatches = voxel(300, &[]).sensing(&camera(), &batch, &pace);
             let expected = [
                 (Stage::Cast, 18 * 921_600),
                 // Rays that pass near voxels, of the placements that are near some.
-                (Stage::Walk, 6 * 921_600),
+                (Stage::CarveRays, 6 * 921_600),
                 (Stage::Pyramid, 18 * 240),
-                (Stage::Judge, 18 * boxes),
-                (Stage::Gather, 18 * boxes),
+                (Stage::CarveBoxes, 18 * boxes),
+                (Stage::CarveVoxels, 18 * boxes),
             ];
             covers_once(&dispatches, &pace, &expected);
             // What is left of some boxes is scanned next, and each has its own head.
-            let gather = dispatches.iter().position(|d| d.stage == Stage::Gather).unwrap();
-            let (before, after) = dispatches.split_at(gather);
+            let by_voxel = dispatches.iter().position(|d| d.stage == Stage::CarveVoxels).unwrap();
+            let (before, after) = dispatches.split_at(by_voxel);
             let order: Vec<_> = before.iter().map(|d| d.stage).collect();
             let first = |stage| order.iter().position(|&s| s == stage);
             assert!(
-                first(Stage::Cast) < first(Stage::Pyramid) && first(Stage::Pyramid) < first(Stage::Judge)
+                first(Stage::Cast) < first(Stage::Pyramid)
+                    && first(Stage::Pyramid) < first(Stage::CarveBoxes)
             );
             for (head, pair) in after.chunks(2).enumerate() {
-                assert_eq!((pair[0].stage, pair[1].stage), (Stage::Gather, Stage::Scan));
+                assert_eq!((pair[0].stage, pair[1].stage), (Stage::CarveVoxels, Stage::CarveCrowded));
                 assert_eq!((pair[1].part, pair[1].head()), (pair[0].part, Some(head as u32)));
                 assert!(pair[0].part.end - pair[0].part.first <= BOXES_AT_ONCE);
             }
@@ -129,10 +130,14 @@ fn boxes_are_judged_and_gathered_once() {
 
 #[test]
 fn what_costs_less_is_chosen() {
-    let cell = cell(300, &[]);
-    assert_eq!(cell.carving(&camera()), Carving::Gather);
-    assert_eq!(cell.carving(&TableSizes { image: None, ..camera() }), Carving::Walk, "rays without an image");
-    assert_eq!(cell.carving(&TableSizes { rays: 3000, ..camera() }), Carving::Walk, "few rays");
+    let voxel = voxel(300, &[]);
+    assert_eq!(voxel.carving(&camera()), Carving::ByVoxel);
+    assert_eq!(
+        voxel.carving(&TableSizes { image: None, ..camera() }),
+        Carving::ByRay,
+        "rays without an image"
+    );
+    assert_eq!(voxel.carving(&TableSizes { rays: 3000, ..camera() }), Carving::ByRay, "few rays");
 }
 
 #[test]
@@ -143,7 +148,7 @@ fn boxes_with_regions_come_first() {
     region.set([3 + 16, 4 + 7, 5]);
     region.set([3 + 8, 4 + 8, 5]);
     let [blockers, truth, human, robot] = std::array::from_fn(|_| BitGrid::new(window));
-    let cell = Cell {
+    let scene = VoxelScene {
         window,
         blockers: blockers.into(),
         still: None,
@@ -154,12 +159,12 @@ fn boxes_with_regions_come_first() {
         people: Default::default(),
     };
     let expected = [[16, 0, 0], [8, 8, 0], [0, 0, 0], [8, 0, 0], [0, 8, 0], [16, 8, 0]];
-    assert_eq!(boxes(&cell), (expected.to_vec(), 2));
+    assert_eq!(boxes(&scene), (expected.to_vec(), 2));
 }
 
 #[test]
 fn words_are_fused_and_counted_once() {
-    let (three, pace) = (cell(1, &[(40, 30_000), (17, 18), (5, 5)]), pace(1));
+    let (three, pace) = (voxel(1, &[(40, 30_000), (17, 18), (5, 5)]), pace(1));
     for (jobs, readings) in [(1, 0), (1, 1), (256, 3), (7, 200), (3, 2048)] {
         let expected = [(Stage::Fuse, (30_000 - 17) * jobs as u64), (Stage::Count, 29_961 * jobs as u64)];
         let dispatches = three.scoring(jobs, readings, &pace);
@@ -168,8 +173,8 @@ fn words_are_fused_and_counted_once() {
         let fused = dispatches.iter().rposition(|d| d.stage == Stage::Fuse);
         assert!(fused < dispatches.iter().position(|d| d.stage == Stage::Count));
     }
-    covers_once(&cell(1, &[(0, 33_000_000)]).scoring(2, 4, &pace), &pace, &[(Stage::Fuse, 66_000_000)]);
-    assert_eq!(cell(1, &[(5, 5)]).scoring(2, 4, &pace), []);
+    covers_once(&voxel(1, &[(0, 33_000_000)]).scoring(2, 4, &pace), &pace, &[(Stage::Fuse, 66_000_000)]);
+    assert_eq!(voxel(1, &[(5, 5)]).scoring(2, 4, &pace), []);
 }
 
 #[test]
@@ -184,8 +189,8 @@ fn noise_may_take_a_ray_behind_its_range() {
 #[test]
 fn submissions_are_the_dispatches_in_order() {
     let pace = pace(1);
-    let all = batch(3, Carving::Gather);
-    let dispatches = cell(263, &[]).sensing(&camera(), &all, &pace);
+    let all = batch(3, Carving::ByVoxel);
+    let dispatches = voxel(263, &[]).sensing(&camera(), &all, &pace);
     let groups = submissions(&dispatches, &pace);
     assert!(groups.len() > 3 && groups.len() < dispatches.len(), "{} of {}", groups.len(), dispatches.len());
     assert_eq!(groups.concat(), dispatches);
@@ -207,8 +212,8 @@ fn placements_are_near_where_near_voxels_are() {
 #[test]
 fn batches_fit_the_binding_and_the_budget() {
     let (software, hardware) = (adapter(1 << 27, true), adapter(1 << 27, false));
-    let cell = cell(263, &[]);
-    let at_once = |table: &TableSizes, adapter: &AdapterReport| table.placements_at_once(&cell, adapter);
+    let voxel = voxel(263, &[]);
+    let at_once = |table: &TableSizes, adapter: &AdapterReport| table.placements_at_once(&voxel, adapter);
     assert_eq!(at_once(&table(300), &software), 64);
     assert_eq!(at_once(&table(0), &software), 64);
     let camera = table(921_600);
@@ -221,14 +226,18 @@ fn batches_fit_the_binding_and_the_budget() {
     );
 
     // Three planes of 120 kB, two of them in one buffer; two of a job.
-    assert_eq!((cell.slots(&software, None), cell.jobs_at_once(&software)), (559, 256), "2 · 559 in 128 MiB");
-    assert_eq!(cell.slots(&adapter(1 << 30, false), None), 2048);
-    assert_eq!(cell.slots(&software, Some(128 << 20)), 186, "a third of 64 MiB");
     assert_eq!(
-        (cell.slots(&adapter(1 << 10, true), None), cell.jobs_at_once(&adapter(1 << 10, true))),
+        (voxel.slots(&software, None), voxel.jobs_at_once(&software)),
+        (559, 256),
+        "2 · 559 in 128 MiB"
+    );
+    assert_eq!(voxel.slots(&adapter(1 << 30, false), None), 2048);
+    assert_eq!(voxel.slots(&software, Some(128 << 20)), 186, "a third of 64 MiB");
+    assert_eq!(
+        (voxel.slots(&adapter(1 << 10, true), None), voxel.jobs_at_once(&adapter(1 << 10, true))),
         (1, 1)
     );
-    let large = CellSizes { window_words: 1 << 20, ..cell };
+    let large = SceneSizes { window_words: 1 << 20, ..voxel };
     assert_eq!(
         (large.slots(&software, None), large.jobs_at_once(&software)),
         (16, 8),
@@ -252,7 +261,7 @@ fn what_cannot_be_bound_is_refused_with_its_size() {
     use crate::voxel::{BitGrid, Window};
     let grid = BitGrid::new(Window::between([0; 3], [1022, 19, 0]));
     let [blockers, truth, human, robot] = std::array::from_fn(|_| grid.clone());
-    let cell = Cell {
+    let scene = VoxelScene {
         window: grid.window(),
         blockers: blockers.into(),
         still: None,
@@ -263,7 +272,7 @@ fn what_cannot_be_bound_is_refused_with_its_size() {
         people: Default::default(),
     };
     // 20 rows of 32 words, and 512 · 10 bricks.
-    let sizes = |bytes| CellSizes::of(&cell, [0; 2], &Roll::new(&cell), &adapter(bytes, true));
+    let sizes = |bytes| SceneSizes::of(&scene, [0; 2], &BodyWords::new(&scene), &adapter(bytes, true));
     assert!(sizes(7680).is_ok(), "exactly as large as a binding");
     let refused = sizes(7679).unwrap_err().to_string();
     assert!(refused.contains("the grid takes 7680 bytes"), "{refused}");
@@ -276,17 +285,17 @@ fn what_cannot_be_bound_is_refused_with_its_size() {
 fn a_missing_workgroup_is_noticed_and_named() {
     let mut launched = Launched::default();
     let pace = pace(1);
-    let walk = cell(263, &[]).sensing(&table(1000), &batch(1, Carving::Walk), &pace);
-    launched.add(&walk);
-    launched.add(&walk);
-    let with_people = CellSizes { flesh: 130, ..cell(263, &[(0, 2048)]) };
+    let by_ray = voxel(263, &[]).sensing(&table(1000), &batch(1, Carving::ByRay), &pace);
+    launched.add(&by_ray);
+    launched.add(&by_ray);
+    let with_people = SceneSizes { body: 130, ..voxel(263, &[(0, 2048)]) };
     launched.add(&with_people.scoring(2, 1, &pace));
     let groups = [0, 32, 0, 0, 0, 0, 32, 64, 4, 6];
     let done = |groups: [u32; 10], whole: [u32; 10]| launched.check(&[groups, whole].concat());
     let whole = groups.map(|groups| groups * WORKGROUP);
     assert_eq!(done(groups, whole), Ok(()));
     let missing = done([0, 32, 0, 0, 0, 0, 31, 64, 4, 6], whole).unwrap_err();
-    assert!(missing.contains("31 of 32 workgroups of `walk`"), "{missing}");
+    assert!(missing.contains("31 of 32 workgroups of `carve_rays`"), "{missing}");
     let missing = done([0, 32, 0, 0, 0, 0, 32, 63, 4, 6], whole).unwrap_err();
     assert!(missing.contains("63 of 64 workgroups of `fuse`"), "{missing}");
     assert!(done([0, 32, 0, 0, 0, 0, 32, 64, 5, 6], whole).is_err(), "too many is as wrong");

@@ -5,7 +5,7 @@ use crate::Result;
 use crate::metrics::{SCORES, Score};
 use crate::report::NEAR_SIDE;
 use crate::report::Series;
-use crate::report::html::Sweep;
+use crate::report::html::ReportedSweep;
 use crate::report::html::cells::Cells;
 use crate::report::html::measure::{self, Baseline};
 use crate::report::html::ranking::{BESTS, Ranking, firsts};
@@ -16,7 +16,7 @@ use crate::results::Results;
 
 /// A region's best placements.
 #[derive(Debug)]
-pub(in crate::report::html) struct Region<'a> {
+pub(in crate::report::html) struct RegionBest<'a> {
     pub(in crate::report::html) name: &'a str,
     pub(in crate::report::html) number: usize,
     /// By F1, and by human_seen and parts_detected where there are people.
@@ -34,7 +34,7 @@ pub(in crate::report::html) struct Region<'a> {
 pub(in crate::report::html) struct Best<'a> {
     pub(in crate::report::html) by: String,
     /// The best choice of each representation, the best of all first.
-    pub(in crate::report::html) rows: Vec<Row>,
+    pub(in crate::report::html) rows: Vec<BestRow>,
     /// How to mount the first.
     pub(in crate::report::html) sheets: Vec<Sheet>,
     /// What the first misses and why, at the worst moment of each scene, in words.
@@ -43,7 +43,7 @@ pub(in crate::report::html) struct Best<'a> {
 
 /// A choice of poses and what it scores.
 #[derive(Debug)]
-pub(in crate::report::html) struct Row {
+pub(in crate::report::html) struct BestRow {
     pub(in crate::report::html) series: String,
     pub(in crate::report::html) series_number: usize,
     pub(in crate::report::html) choice: usize,
@@ -58,11 +58,11 @@ pub(in crate::report::html) struct Row {
 
 /// The best of a region.
 pub(super) fn region<'a>(
-    sweep: &Sweep<'a>,
+    sweep: &ReportedSweep<'a>,
     rankings: &[Ranking],
     (cells, surroundings): (&'a Cells, &Surroundings),
     region: usize,
-) -> Result<Region<'a>> {
+) -> Result<RegionBest<'a>> {
     let results = sweep.results;
     let baselines = measure::of_baselines(results, results.moments(), region);
     let mut bests = Vec::new();
@@ -79,7 +79,7 @@ pub(super) fn region<'a>(
             missed: missed(results, cells, (best, region)),
         });
     }
-    Ok(Region {
+    Ok(RegionBest {
         name: &results.regions[region],
         number: region,
         best: bests,
@@ -113,7 +113,7 @@ fn row(
     choice: usize,
     region: usize,
     baselines: &[Baseline],
-) -> Result<Row> {
+) -> Result<BestRow> {
     let over = measure::of_choice(results, results.moments(), series.key(choice, region))?;
     // An answer that is always `occupied` claims all people: only F1 and κ weigh both ways of being wrong.
     let better = (0..2).filter_map(|measure| {
@@ -130,7 +130,7 @@ fn row(
         let worst = measure::has_worst(score).then(|| number(over.map(|over| over.worst)));
         [Some(mean.unwrap_or_else(|| number(None))), worst].into_iter().flatten()
     });
-    Ok(Row {
+    Ok(BestRow {
         series: series.title(results),
         series_number,
         choice,

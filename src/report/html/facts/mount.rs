@@ -1,6 +1,6 @@
 //! Mounting sheets of a choice of poses. The template explains their numbers.
 
-use crate::report::html::Sweep;
+use crate::report::html::ReportedSweep;
 use crate::report::html::surroundings::{Surroundings, WAYS};
 use crate::sensor::turned::Turned;
 use crate::sensor::{Setting, Stance};
@@ -16,7 +16,7 @@ pub(in crate::report::html) struct Sheet {
 
 /// A sheet for each sensor of a choice that is mounted somewhere, or set to something.
 pub(super) fn sheets(
-    sweep: &Sweep,
+    sweep: &ReportedSweep,
     surroundings: &Surroundings,
     combination: usize,
     choice: usize,
@@ -27,7 +27,12 @@ pub(super) fn sheets(
     members.filter_map(|(member, candidate)| sheet(sweep, surroundings, member.sensor, candidate)).collect()
 }
 
-fn sheet(sweep: &Sweep, surroundings: &Surroundings, number: usize, candidate: usize) -> Option<Sheet> {
+fn sheet(
+    sweep: &ReportedSweep,
+    surroundings: &Surroundings,
+    number: usize,
+    candidate: usize,
+) -> Option<Sheet> {
     let sensor = &sweep.study.sensors[number];
     let named = &sensor.candidates[candidate];
     let text = |name: &str, value: String| (name.to_string(), value);

@@ -1,7 +1,7 @@
 //! What was run: study, cell, sensors, who computed, what went wrong on the way; and what was assumed.
 
 use super::Plain;
-use crate::report::html::Sweep;
+use crate::report::html::ReportedSweep;
 use crate::report::table::NONE;
 use crate::results::manifest::Fault;
 use crate::sensor::SaidOfNoise;
@@ -9,13 +9,13 @@ use crate::{SEMANTICS_VERSION, shell};
 
 /// What was run.
 #[derive(Debug)]
-pub(in crate::report::html) struct Run {
+pub(in crate::report::html) struct RunFacts {
     /// Name and value.
     pub(in crate::report::html) lines: Vec<(&'static str, String)>,
     pub(in crate::report::html) tables: Vec<Plain>,
 }
 
-pub(super) fn run(sweep: &Sweep) -> Run {
+pub(super) fn run(sweep: &ReportedSweep) -> RunFacts {
     let (study, manifest) = (sweep.study, sweep.manifest);
     let about = &manifest.provenance.about;
     let lines = vec![
@@ -30,7 +30,7 @@ pub(super) fn run(sweep: &Sweep) -> Run {
         ("fingerprint", manifest.provenance.fingerprint.clone()),
         ("written", written()),
     ];
-    Run { lines, tables: vec![scenes(sweep), sensors(sweep), combinations(sweep), runs(sweep)] }
+    RunFacts { lines, tables: vec![scenes(sweep), sensors(sweep), combinations(sweep), runs(sweep)] }
 }
 
 /// The day, by the clock of the machine that writes the report.
@@ -45,7 +45,7 @@ fn plain(title: &str, columns: &[&str], rows: Vec<Vec<String>>) -> Plain {
     Plain { title: title.into(), columns, rows }
 }
 
-fn scenes(sweep: &Sweep) -> Plain {
+fn scenes(sweep: &ReportedSweep) -> Plain {
     let rows = sweep.results.scenes.iter().zip(&sweep.study.scenes).map(|(scene, spec)| {
         let world = &sweep.worlds[scene.moments.start];
         let truth = &world.truth();
@@ -64,7 +64,7 @@ fn scenes(sweep: &Sweep) -> Plain {
     plain("Cell", &columns, rows.collect())
 }
 
-fn sensors(sweep: &Sweep) -> Plain {
+fn sensors(sweep: &ReportedSweep) -> Plain {
     let study: toml::Table = toml::from_str(&sweep.study.text).unwrap_or_default();
     let rows = sweep.manifest.identity.sensors.iter().map(|sensor| {
         vec![
@@ -90,7 +90,7 @@ fn keys_of(study: &toml::Table, name: &str) -> String {
     told.map(|(key, value)| format!("{key} = {value}")).collect::<Vec<_>>().join(", ")
 }
 
-fn combinations(sweep: &Sweep) -> Plain {
+fn combinations(sweep: &ReportedSweep) -> Plain {
     let pairs = sweep.results.combinations.iter().zip(&sweep.study.combinations);
     let rows = pairs.map(|(found, asked)| {
         let sensors = found.members.iter().map(|member| member.sensor.as_str());
@@ -105,7 +105,7 @@ fn combinations(sweep: &Sweep) -> Plain {
     plain("Combinations", &["combination", "sensors", "fusion", "choices of poses"], rows.collect())
 }
 
-fn runs(sweep: &Sweep) -> Plain {
+fn runs(sweep: &ReportedSweep) -> Plain {
     let rows = sweep.manifest.provenance.runs.iter().map(|run| {
         let count = |count: Option<u64>| count.map_or(NONE.into(), |count| count.to_string());
         let faults = run
@@ -128,7 +128,7 @@ fn runs(sweep: &Sweep) -> Plain {
 }
 
 /// What a reader may not expect, a sentence each.
-pub(super) fn assumed(sweep: &Sweep) -> Vec<String> {
+pub(super) fn assumed(sweep: &ReportedSweep) -> Vec<String> {
     let (study, results) = (sweep.study, sweep.results);
     let mut assumed = vec![format!(
         "Space is cut into voxels of {} m: nothing smaller is told apart, and scores at other sizes are not comparable.",
@@ -166,7 +166,7 @@ pub(super) fn assumed(sweep: &Sweep) -> Vec<String> {
 }
 
 /// What was assumed about scenes, each once, with the scenes.
-fn warnings<'a>(sweep: &Sweep<'a>) -> Vec<(&'a str, Vec<&'a str>)> {
+fn warnings<'a>(sweep: &ReportedSweep<'a>) -> Vec<(&'a str, Vec<&'a str>)> {
     let mut all: Vec<(&str, Vec<&str>)> = Vec::new();
     for world in sweep.worlds {
         for warning in &world.warnings {

@@ -17,7 +17,7 @@ fn joint(name: &str, kind: &str, [parent, child]: [&str; 2], more: &str) -> Stri
     )
 }
 
-fn model(parts: &[String]) -> Model {
+fn model(parts: &[String]) -> RobotModel {
     parse(Path::new("arm.urdf"), &format!("<robot name='arm'>{}</robot>", parts.concat())).unwrap()
 }
 
@@ -25,7 +25,7 @@ const TURN: &str = "<axis xyz='0 0 2'/><limit lower='-1.5708' upper='3.14159' ef
 const SLIDE: &str = "<axis xyz='1 0 0'/><limit lower='0.1' upper='0.5' effort='1' velocity='1'/>";
 
 /// Two arms in a plane, 1 m and 0.5 m long, on a post of 0.2 m; the second carries a slide along it.
-fn planar() -> Model {
+fn planar() -> RobotModel {
     model(&[
         link("hand"),
         link("upper"),
@@ -43,7 +43,7 @@ fn values(angles_deg: &[(&str, f64)], travels_m: &[(&str, f64)]) -> JointValues 
 }
 
 #[track_caller]
-fn assert_at(model: &Model, values: &JointValues, link: &str, expected: [f64; 3]) {
+fn assert_at(model: &RobotModel, values: &JointValues, link: &str, expected: [f64; 3]) {
     let place = model.link_names().position(|name| name == link).unwrap();
     let found = model.pose(values).unwrap()[place].translation;
     assert!((found - DVec3::from(expected)).length() < 1e-9, "{link} is at {found}, not {expected:?}");
@@ -88,7 +88,7 @@ fn axes_may_point_anywhere() {
 }
 
 #[track_caller]
-fn refused(model: &Model, values: &JointValues, expected: &str) {
+fn refused(model: &RobotModel, values: &JointValues, expected: &str) {
     assert_eq!(model.pose(values).unwrap_err().to_string(), expected);
 }
 
@@ -162,7 +162,7 @@ fn reach_is_the_longest_chain_from_where_the_robot_begins() {
     let (empty, solid) = (far("<link name='world'/>"), far(&link("world")));
     assert_eq!((empty.reach_m(), solid.reach_m()), (5.0, 10.0));
     let pose = Pose { position_m: DVec3::X, rotation: DQuat::IDENTITY };
-    let linkage = |model: &Model| model.linkage(&model.pose(&JointValues::default()).unwrap(), &pose);
+    let linkage = |model: &RobotModel| model.linkage(&model.pose(&JointValues::default()).unwrap(), &pose);
     assert_eq!(linkage(&empty).base_m, DVec3::new(1.0, 0.0, 5.0));
     assert_eq!(linkage(&solid).base_m, DVec3::X);
 }
@@ -183,7 +183,7 @@ fn links_follow_the_robot_into_the_world() {
 }
 
 /// The shipped arm.
-fn ur10() -> Model {
+fn ur10() -> RobotModel {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/paper/ur10.urdf");
     load(&path, &Sources::beside(&path)).unwrap()
 }

@@ -11,16 +11,16 @@ use crate::view::why::nearest::gap;
 
 /// What a sensor should say of a voxel, and the voxel that its ray ended in: all rays searched, single steps,
 /// nothing shared with what is tested but directions, fields of view and gaps.
-fn plain(view: &View, member: &Member, cell: [i32; 3]) -> (Reason, Option<[i32; 3]>) {
+fn plain(view: &View, member: &SensorView, voxel: [i32; 3]) -> (Reason, Option<[i32; 3]>) {
     let (truth, kind) = (&view.truth, &view.study.sensors[member.sensor].kind);
-    if member.says.occupied.get(cell) || member.says.free.get(cell) {
+    if member.says.occupied.get(voxel) || member.says.free.get(voxel) {
         return (Reason::Cancelled, None);
     }
     let (Some(_), Some(rays)) = (&member.cast, &view.tables[member.sensor]) else {
-        return (without_rays(view, member, cell), None);
+        return (without_rays(view, member, voxel), None);
     };
     let from = &member.placement;
-    let way = [0, 1, 2].map(|r| f64::from(cell[r]) + 0.5 - f64::from(from.origin_q16[r]) / 65_536.0);
+    let way = [0, 1, 2].map(|r| f64::from(voxel[r]) + 0.5 - f64::from(from.origin_q16[r]) / 65_536.0);
     let axis = |a: usize| (0..3).map(|r| f64::from(from.axis_q15[r][a]) / 32_768.0 * way[r]).sum::<f64>();
     let direction = DVec3::new(axis(0), axis(1), axis(2));
     let (ray, off) = nearest_plain(rays, direction);
@@ -36,7 +36,7 @@ fn plain(view: &View, member: &Member, cell: [i32; 3]) -> (Reason, Option<[i32; 
     for (from, is_cast) in [(*from, from.truly.is_none()), (from.caster(), true)] {
         let dir_q16 = from.axis_q15.map(|axis| march::direction_q16(axis, rays.dirs_q15[ray]));
         let mut at = march::start(from.origin_q16, dir_q16);
-        if from.origin_q16 == member.placement.origin_q16 && at.cell == cell {
+        if from.origin_q16 == member.placement.origin_q16 && at.voxel == voxel {
             entered = entered.or(Some(0));
         }
         let is_believed = from.truly == member.placement.truly;
@@ -47,17 +47,17 @@ fn plain(view: &View, member: &Member, cell: [i32; 3]) -> (Reason, Option<[i32; 
                 break;
             }
             march::cross(&mut at, axis);
-            if is_believed && at.cell == cell {
+            if is_believed && at.voxel == voxel {
                 entered = entered.or(Some(t));
             }
-            if !truth.blockers.window().contains(at.cell) {
+            if !truth.blockers.window().contains(at.voxel) {
                 left = is_cast && t <= rays.gates.range_max_q16;
                 break;
             }
-            let stops = is_cast && t >= rays.gates.near_ignore_q16 && truth.blockers.get(at.cell);
+            let stops = is_cast && t >= rays.gates.near_ignore_q16 && truth.blockers.get(at.voxel);
             if stops && end.is_none() && t <= rays.gates.range_max_q16 {
                 let crossed = entered.is_some_and(|entered| is_believed || entered <= t);
-                end = Some((at.cell, t, crossed));
+                end = Some((at.voxel, t, crossed));
             }
         }
         if is_cast {
@@ -91,19 +91,19 @@ fn plain(view: &View, member: &Member, cell: [i32; 3]) -> (Reason, Option<[i32; 
     }
 }
 
-fn without_rays(view: &View, member: &Member, cell: [i32; 3]) -> Reason {
+fn without_rays(view: &View, member: &SensorView, voxel: [i32; 3]) -> Reason {
     let (truth, sensor) = (&view.truth, &view.study.sensors[member.sensor]);
     let (window, setting) = (truth.grid.window(), view.world.settings[member.sensor][member.candidate]);
     let station = crate::sensor::Station { truth, window, setting, rays: None, truly: None, draws: 0 };
     let inside = match sensor.kind.reach(&station) {
-        Reach::Only(cells) | Reach::RaysAnd(cells) => cells.get(cell),
-        Reach::Rays => panic!("{} casts", sensor.name),
+        Extent::Only(voxels) | Extent::RaysAnd(voxels) => voxels.get(voxel),
+        Extent::Rays => panic!("{} casts", sensor.name),
     };
-    let in_zone = sensor.kind.wherever_it_stands(truth).is_some_and(|cells| cells.get(cell));
+    let in_zone = sensor.kind.wherever_it_stands(truth).is_some_and(|voxels| voxels.get(voxel));
     match inside || in_zone {
         false => Reason::OutOfView,
         true if sensor.kind.name() == "cover" => {
-            assert!(sensor.kind.is_noisy() && truth.occupied.get(cell), "a cover knows what is near");
+            assert!(sensor.kind.is_noisy() && truth.occupied.get(voxel), "a cover knows what is near");
             Reason::Misread
         }
         true => {
@@ -141,20 +141,20 @@ fn check(view: &View, every: usize, met: &mut [u64; Reason::ALL.len()], rerun: &
     let missed = view.why_in_regions();
     for region in 0..view.world.regions.len() {
         let (tallies, counts) = (view.tally(&missed, region), view.counts(region));
-        let together = |of: fn(&Tally) -> u64| tallies.iter().map(of).sum::<u64>();
+        let together = |of: fn(&CauseTally) -> u64| tallies.iter().map(of).sum::<u64>();
         let sums = [together(|t| t.occupied), together(|t| t.free), together(|t| t.human)];
         assert_eq!(sums, [counts.uo, counts.uf, counts.human.uo], "{:?}\n{rerun}", view.choice);
     }
     let objects = &view.truth.objects;
     for Missed { cause, voxels } in &missed {
         met[cause.reason as usize] += voxels.count();
-        for cell in voxels.cells().step_by(every) {
-            let said: Vec<_> = view.members.iter().map(|member| plain(view, member, cell)).collect();
+        for voxel in voxels.voxels().step_by(every) {
+            let said: Vec<_> = view.members.iter().map(|member| plain(view, member, voxel)).collect();
             let reason = said.iter().map(|(reason, _)| *reason).max().unwrap();
             let hit = said.iter().find(|one| one.0 == reason).and_then(|one| one.1);
-            let stops = |hit| objects.iter().position(|object| object.stops_rays && object.cells.get(hit));
+            let stops = |hit| objects.iter().position(|object| object.stops_rays && object.voxels.get(hit));
             let expected = Cause { reason, object: hit.and_then(stops) };
-            assert_eq!(*cause, expected, "{cell:?} of {:?}\n{rerun}", view.choice);
+            assert_eq!(*cause, expected, "{voxel:?} of {:?}\n{rerun}", view.choice);
             assert_eq!(cause.object.is_some(), matches!(reason, Reason::Hidden | Reason::Blind), "{rerun}");
         }
     }
@@ -169,7 +169,7 @@ fn check_all(mut study: Study, worlds: &[World], every: [usize; 2], met: &mut [u
         for world in worlds {
             for (number, combination) in study.combinations.iter().enumerate() {
                 for choice in (0..combination.choices()).step_by(every[0]) {
-                    for representation in 0..combination.ways(&study.sensors) {
+                    for representation in 0..combination.representation_count(&study.sensors) {
                         let repeat = study.repeats as usize - 1;
                         let choice = Choice { combination: number, choice, representation, repeat };
                         check(&viewer.view(world, choice).unwrap(), every[1], met, rerun);
@@ -203,9 +203,9 @@ fn every_kind_of_sensor_has_its_reasons() {
 }
 
 /// Numbers from a seed.
-struct Random(u32);
+struct CaseRandom(u32);
 
-impl Random {
+impl CaseRandom {
     fn below(&mut self, n: u32) -> u32 {
         self.0 = self.0.wrapping_add(0x9e37_79b9);
         pcg(pcg(self.0)) % n
@@ -225,7 +225,7 @@ impl Random {
 }
 
 /// Boxes anywhere, some of them in others, see-through or tags; a person and a robot.
-fn random_scene(random: &mut Random) -> String {
+fn random_scene(random: &mut CaseRandom) -> String {
     let mut scene = String::from("interior = \"free\"\n");
     for number in 0..2 + random.below(5) {
         let more =
@@ -252,7 +252,7 @@ fn random_scene(random: &mut Random) -> String {
 }
 
 /// A camera, a LIDAR, a table of rays, a gate, a cover and the robot's pose, alone and together.
-fn random_study(random: &mut Random) -> String {
+fn random_study(random: &mut CaseRandom) -> String {
     let mut study = format!(
         "seed = {}\n[grid]\nvoxel_size_m = {}\noutside = \"{}\"\n\
          bounds_m = {{ min = [-1.25, -1.05, -0.05], max = [1.25, 1.05, 1.65] }}\n[[scene]]\nfile = \"cell.toml\"\n\
@@ -324,7 +324,7 @@ fn random_study(random: &mut Random) -> String {
 }
 
 /// Directions in no order.
-fn random_ring(random: &mut Random) -> String {
+fn random_ring(random: &mut CaseRandom) -> String {
     let mut csv = String::from("x,y,z\n");
     for _ in 0..1 + random.below(60) {
         let [y, z] = [(); 2].map(|()| random.between(-1.0, 1.0));
@@ -338,7 +338,7 @@ fn in_random_cells_reasons_are_complete_and_right() {
     let asked = std::env::var("PERIROBOT_CASE").ok().and_then(|seed| seed.parse().ok());
     let mut met = [0; 9];
     for seed in asked.map_or(0..32, |seed: u32| seed..seed + 1) {
-        let random = &mut Random(seed);
+        let random = &mut CaseRandom(seed);
         let (scene, ring) = (random_scene(random), random_ring(random));
         let study = random_study(random);
         let (study, worlds) = ready(&study, &scene, &[("ring.csv", ring)]);

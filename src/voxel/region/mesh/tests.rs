@@ -6,7 +6,7 @@ use glam::{DQuat, DVec3};
 use super::*;
 use crate::scene::primitive;
 
-/// The cells inside, from the world's origin.
+/// The voxels inside, from the world's origin.
 fn inside(mesh: &Mesh, voxel_size_m: f64) -> Vec<[i64; 3]> {
     let rows = MeshRows::new(mesh, voxel_size_m, [0; 3]).unwrap();
     let [ys, zs] = rows.span();
@@ -59,10 +59,10 @@ fn insides_are_where_the_surface_winds_around() {
         let exact = rounded(&mesh, 0.7);
         let (low, high) = exact.bounds().unwrap();
         let mut expected = Vec::new();
-        let cells = |r: usize| low[r].floor() as i64 - 1..high[r].ceil() as i64 + 1;
-        for z in cells(2) {
-            for y in cells(1) {
-                for x in cells(0) {
+        let voxels = |r: usize| low[r].floor() as i64 - 1..high[r].ceil() as i64 + 1;
+        for z in voxels(2) {
+            for y in voxels(1) {
+                for x in voxels(0) {
                     let centre = DVec3::new(x as f64, y as f64, z as f64) + 0.5;
                     if winding(&exact, centre).abs() > 0.5 {
                         expected.push([x, y, z]);
@@ -80,8 +80,8 @@ fn insides_are_where_the_surface_winds_around() {
 fn a_box_is_the_box_moved_by_the_lattice() {
     // 0.3 … 0.8 m at 0.1 m is voxels 3 to 7, however the quads are cut in two.
     let mesh = primitive::cuboid(DVec3::splat(0.5)).transformed(DQuat::IDENTITY, DVec3::splat(0.55));
-    let cells = inside(&mesh, 0.1);
-    assert_eq!((cells.len(), cells[0], cells[124]), (125, [3; 3], [7; 3]));
+    let voxels = inside(&mesh, 0.1);
+    assert_eq!((voxels.len(), voxels[0], voxels[124]), (125, [3; 3], [7; 3]));
     // From another origin the same voxels have other numbers.
     let rows = MeshRows::new(&mesh, 0.1, [-5, 1, 2]).unwrap();
     assert_eq!((rows.span(), rows.runs(2, 1)), ([2..8, 1..7], vec![8..13]));
@@ -96,15 +96,15 @@ fn centres_on_edges_and_in_planes_belong_to_one_side() {
     let (low, high) = (-1.5 - 1.0 / 512.0, 6.5);
     let pick = |i: usize, bit: usize| if i & bit == 0 { low } else { high };
     let vertices: Vec<DVec3> = (0..8).map(|i| DVec3::new(pick(i, 1), pick(i, 2), pick(i, 4))).collect();
-    let cells = |triangles: Vec<[u32; 3]>| inside(&Mesh { vertices: vertices.clone(), triangles }, 1.0);
+    let voxels = |triangles: Vec<[u32; 3]>| inside(&Mesh { vertices: vertices.clone(), triangles }, 1.0);
     // Below and above the plane x = y, through corners 0, 3, 7 and 4.
     let below = [[0, 3, 1], [4, 5, 7], [0, 1, 5], [0, 5, 4], [1, 3, 7], [1, 7, 5], [0, 4, 7], [0, 7, 3]];
     let above = [[0, 2, 3], [4, 7, 6], [0, 4, 6], [0, 6, 2], [2, 6, 7], [2, 7, 3], [0, 7, 4], [0, 3, 7]];
-    let (below, above) = (cells(below.to_vec()), cells(above.to_vec()));
-    let shared = below.iter().filter(|cell| above.contains(cell)).count();
+    let (below, above) = (voxels(below.to_vec()), voxels(above.to_vec()));
+    let shared = below.iter().filter(|voxel| above.contains(voxel)).count();
     // Nine centres on each axis, −1.5 … 6.5; those on the plane go to the side behind it on x.
     assert_eq!((below.len(), above.len(), shared), (9 * 45, 9 * 36, 0));
-    assert_eq!(cells(primitive::cuboid(DVec3::ONE).triangles).len(), 9 * 81);
+    assert_eq!(voxels(primitive::cuboid(DVec3::ONE).triangles).len(), 9 * 81);
 }
 
 #[test]

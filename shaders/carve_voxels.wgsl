@@ -1,21 +1,21 @@
-// Decides the boxes that `judge` left, voxel by voxel, from the pixels that may see each. One workgroup a
-// box, one invocation a cube of 2 × 2 × 2 of its voxels; voxels that many pixels may see are listed for
-// `scan`.
+// Decides the boxes that `carve_boxes` left, voxel by voxel, from the pixels that may see each. One workgroup
+// a box, one invocation a cube of 2 × 2 × 2 of its voxels; voxels that many pixels may see are listed for
+// `carve_crowded`.
 //
 // # Theory
-// A voxel is free if and only if some ray that visits it frees more cells than the voxel is away: one witness
-// is enough, and whether a ray visits a voxel is a matter of six crossings. Near voxels, which most pixels
-// may see, are left to `walk`.
+// A voxel is free if and only if some ray that visits it frees more voxels than the voxel is away: one
+// witness is enough, and whether a ray visits a voxel is a matter of six crossings. Near voxels, which most
+// pixels may see, are left to `carve_rays`.
 //
 // # Practice
 // Software adapters count the turns of the invocations of a vector together, and end all loops when there
 // were too many. So an invocation counts those that it makes over pixels, and makes MOST_TURNS at most
-// (src/backend/gpu/turns.rs).
+// (src/backend/gpu/loop_bounds.rs).
 
 @group(0) @binding(0) var<uniform> setup: Setup;
 @group(0) @binding(1) var<uniform> part: Part;
 @group(0) @binding(2) var<uniform> table: Table;
-@group(0) @binding(3) var<storage, read> placements: array<Placement>;
+@group(0) @binding(3) var<storage, read> placements: array<GridPose>;
 @group(0) @binding(4) var<storage, read> dirs_q15: array<array<i32, 3>>;
 @group(0) @binding(5) var<storage, read> ends: array<u32>;
 @group(0) @binding(6) var<storage, read> pyramid: array<u32>;
@@ -27,9 +27,9 @@
 // Turns of the loops over pixels so far.
 var<private> turns: u32;
 
-// Whether some pixel of a rectangle sees a voxel and frees more cells than it is away. The pixel through the
+// Whether some pixel of a rectangle sees a voxel and frees more voxels than it is away. The pixel through the
 // voxel's centre is asked first: it mostly knows.
-fn witnessed(placement: Placement, row: u32, offset: vec3<i32>, middle: vec2<i32>, first: vec2<i32>, last: vec2<i32>, away: u32) -> bool {
+fn witnessed(placement: GridPose, row: u32, offset: vec3<i32>, middle: vec2<i32>, first: vec2<i32>, last: vec2<i32>, away: u32) -> bool {
     var pixel = middle;
     var next = first;
     var found = false;
@@ -63,8 +63,8 @@ fn witnessed(placement: Placement, row: u32, offset: vec3<i32>, middle: vec2<i32
     return found;
 }
 
-// Lists a voxel for `scan`, whose workgroups take SCANS_AT_ONCE of them. What scan is asked to do is taken
-// from its completion counters, so that they come to nothing when all is done.
+// Lists a voxel for `carve_crowded`, whose workgroups take SCANS_AT_ONCE of them. What scan is asked to do is
+// taken from its completion counters, so that they come to nothing when all is done.
 fn leave(item: u32, voxel: u32) {
     let head = part.region * HEAD_WORDS;
     let place = atomicAdd(&left[head + 3u], 1u);
@@ -77,49 +77,49 @@ fn leave(item: u32, voxel: u32) {
 }
 
 // Whether a voxel is free as far as that is known; a voxel that it would take many pixels to know of is left.
-fn is_free(placement: Placement, view: View, row: u32, cell: vec3<i32>, item: u32, voxel: u32) -> bool {
-    let sight = sight(view, cell, 1);
+fn is_free(placement: GridPose, projection: Projection, row: u32, voxel: vec3<i32>, item: u32, voxel: u32) -> bool {
+    let pixel_rect = pixel_rect(projection, voxel, 1);
     let own = vec3_of(placement.origin_q16) >> vec3<u32>(16u);
-    let away = away(own, cell, 1).x;
-    let range = freed_range(row, sight.first, sight.last);
-    let open = sight.seen && !sight.near && range.y > away;
+    let away = away(own, voxel, 1).x;
+    let range = freed_range(row, pixel_rect.first, pixel_rect.last);
+    let open = pixel_rect.seen && !pixel_rect.near && range.y > away;
     if open {
-        let size = sight.last - sight.first + 1;
+        let size = pixel_rect.last - pixel_rect.first + 1;
         let pixels = u32(size.x * size.y);
         if pixels > MOST_PIXELS || turns + 2u * pixels + 4u > MOST_TURNS {
             // The pixel through the middle mostly knows.
-            let index = u32(sight.centre.y) * table.image_x + u32(sight.centre.x);
+            let index = u32(pixel_rect.centre.y) * table.image_x + u32(pixel_rect.centre.x);
             let end = unpacked(ends[row * table.rays + index]);
             let enough = freed(end, table.no_return_is_free != 0u) > away;
-            if enough && sees(placement, dirs_q15[index], cell - own) {
+            if enough && sees(placement, dirs_q15[index], voxel - own) {
                 return true;
             }
             leave(item, voxel);
             return false;
         }
-        return witnessed(placement, row, cell - own, sight.centre, sight.first, sight.last, away);
+        return witnessed(placement, row, voxel - own, pixel_rect.centre, pixel_rect.first, pixel_rect.last, away);
     }
     return false;
 }
 
 // Which voxels of a cube of two are free as far as that is known: a bit each, x fastest. The cube may be
 // decided whole, as boxes are.
-fn free_of_cube(placement: Placement, view: View, row: u32, low: vec3<u32>, item: u32, voxel: u32) -> u32 {
+fn free_of_cube(placement: GridPose, projection: Projection, row: u32, low: vec3<u32>, item: u32, voxel: u32) -> u32 {
     let window = vec3<u32>(setup.window_x, setup.window_y, setup.window_z);
-    let cell = vec3<i32>(low) + vec3<i32>(setup.window_min_x, setup.window_min_y, setup.window_min_z);
-    let sight = sight(view, cell, 2);
-    let away = away(vec3_of(placement.origin_q16) >> vec3<u32>(16u), cell, 2);
-    let range = freed_range(row, sight.first, sight.last);
-    let all_free = sight.dense && range.x > away.y;
+    let voxel = vec3<i32>(low) + vec3<i32>(setup.window_min_x, setup.window_min_y, setup.window_min_z);
+    let pixel_rect = pixel_rect(projection, voxel, 2);
+    let away = away(vec3_of(placement.origin_q16) >> vec3<u32>(16u), voxel, 2);
+    let range = freed_range(row, pixel_rect.first, pixel_rect.last);
+    let all_free = pixel_rect.dense && range.x > away.y;
     // A loop that ends at once costs a software adapter little; what is behind a branch it pays for.
-    let voxels = select(0u, 8u, sight.seen && range.y > away.x && !all_free);
+    let voxels = select(0u, 8u, pixel_rect.seen && range.y > away.x && !all_free);
     var bits = select(0u, 0xffu, all_free);
     var i = 0u;
     for (; i < voxels; i += 1u) {
         let at = vec3<u32>(i & 1u, (i >> 1u) & 1u, i >> 2u);
         if all(low + at < window) {
             let number = voxel + at.x + at.y * BOX_EDGE + at.z * BOX_EDGE * BOX_EDGE;
-            bits |= u32(is_free(placement, view, row, cell + vec3<i32>(at), item, number)) << i;
+            bits |= u32(is_free(placement, projection, row, voxel + vec3<i32>(at), item, number)) << i;
         }
     }
     loop_ended(opaque(i) >= voxels);
@@ -142,7 +142,7 @@ fn main(
         let placement = placements[row];
         let low = box_corner(word) + cube;
         if all(low < window) {
-            let bits = free_of_cube(placement, view_of(placement), row, low, group.x, voxel);
+            let bits = free_of_cube(placement, projection_of(placement), row, low, group.x, voxel);
             // The last voxel of a row may stand alone.
             let within = select(1u, 3u, low.x + 1u < window.x);
             var i = 0u;
@@ -158,5 +158,5 @@ fn main(
             loop_ended(opaque(i) >= 4u);
         }
     }
-    report(GATHER, local);
+    report(CARVE_VOXELS, local);
 }

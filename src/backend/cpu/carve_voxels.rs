@@ -1,10 +1,10 @@
 //! Which voxels a camera proves free, decided voxel by voxel and whole boxes at a time from the image of how
-//! many cells each pixel frees.
+//! many voxels each pixel frees.
 //!
 //! # Theory
-//! A ray has made as many crossings on reaching a voxel as the voxel is away from the sensor's cell, counted
+//! A ray has made as many crossings on reaching a voxel as the voxel is away from the sensor's voxel, counted
 //! along the axes (`SEMANTICS.md`, "Rays"), whatever the ray. So a voxel is free if and only if some ray that
-//! visits it frees more cells than that: one witness is enough, and whether a ray visits a voxel is a matter
+//! visits it frees more voxels than that: one witness is enough, and whether a ray visits a voxel is a matter
 //! of six crossings. If no pixel that could see a box frees more than its nearest voxel needs, nothing of it
 //! is free; if all free more than its farthest needs, and no voxel slips between the pixels, all of it is.
 //!
@@ -14,40 +14,40 @@
 
 use fearless_simd::Level;
 
-use super::bundle::{self, Bundles};
-use super::plan::Wanted;
+use super::packet::{self, Packets};
+use super::plan::RelevantVoxels;
+use super::projection::{BOXES, PixelRect, Projection};
 use super::pyramid::{Pyramid, Rect};
-use super::view::{BOXES, Sight, View};
-use crate::backend::Placement;
+use crate::backend::GridPose;
 use crate::march;
 use crate::voxel::BitGrid;
 
 /// What boxes are decided from.
-pub(super) struct Gather<'a> {
+pub(super) struct CarveVoxels<'a> {
     pub(super) level: Level,
-    pub(super) view: &'a View,
-    pub(super) bundles: &'a Bundles,
-    pub(super) placement: &'a Placement,
+    pub(super) projection: &'a Projection,
+    pub(super) packets: &'a Packets,
+    pub(super) placement: &'a GridPose,
     pub(super) pyramid: &'a Pyramid,
     /// Voxels that matter.
-    pub(super) wanted: &'a Wanted,
+    pub(super) wanted: &'a RelevantVoxels,
 }
 
-impl Gather<'_> {
+impl CarveVoxels<'_> {
     /// Marks what is free of a box of voxels, as the camera sees it; near voxels are left alone.
-    pub(super) fn decide(&self, corner: [i32; 3], edge: i32, sight: &Sight, free: &mut BitGrid) {
-        if !sight.near {
+    pub(super) fn decide(&self, corner: [i32; 3], edge: i32, pixel_rect: &PixelRect, free: &mut BitGrid) {
+        if !pixel_rect.near {
             let [nearest, farthest] = self.away(corner, edge);
-            let [least, most] = self.pyramid.range(&sight.rect);
+            let [least, most] = self.pyramid.range(&pixel_rect.rect);
             if most <= nearest {
                 return;
             }
-            if sight.dense && least > farthest {
+            if pixel_rect.dense && least > farthest {
                 fill(free, corner, edge);
                 return;
             }
             if edge == 1 {
-                if self.is_free(corner, nearest, &sight.rect) {
+                if self.is_free(corner, nearest, &pixel_rect.rect) {
                     free.set(corner);
                 }
                 return;
@@ -59,15 +59,17 @@ impl Gather<'_> {
         let half = edge / 2;
         let corners: [[i32; 3]; BOXES] =
             std::array::from_fn(|part| std::array::from_fn(|r| corner[r] + (part as i32 >> r & 1) * half));
-        let sights = self.view.sights(self.level, &corners, half, &sight.rect);
+        let pixel_rects = self.projection.pixel_rects(self.level, &corners, half, &pixel_rect.rect);
         for (part, &corner) in corners.iter().enumerate() {
-            if let Some(sight) = sights.of(part).filter(|_| half > 1 || self.wanted.cells.get(corner)) {
-                self.decide(corner, half, &sight, free);
+            if let Some(pixel_rect) =
+                pixel_rects.of(part).filter(|_| half > 1 || self.wanted.voxels.get(corner))
+            {
+                self.decide(corner, half, &pixel_rect, free);
             }
         }
     }
 
-    /// Voxel boundaries between the sensor's cell and the nearest and farthest voxel of a box.
+    /// Voxel boundaries between the sensor's voxel and the nearest and farthest voxel of a box.
     #[inline]
     fn away(&self, corner: [i32; 3], edge: i32) -> [u32; 2] {
         let (mut nearest, mut farthest) = (0, 0);
@@ -80,10 +82,10 @@ impl Gather<'_> {
         [nearest as u32, farthest as u32]
     }
 
-    /// Whether a pixel of a rectangle sees a voxel and frees more than `away` cells.
-    fn is_free(&self, cell: [i32; 3], away: u32, rect: &Rect) -> bool {
-        let centre = self.view.centre(cell, rect);
-        if self.pyramid.get(centre) > away && self.visits(centre, cell) {
+    /// Whether a pixel of a rectangle sees a voxel and frees more than `away` voxels.
+    fn is_free(&self, voxel: [i32; 3], away: u32, rect: &Rect) -> bool {
+        let centre = self.projection.centre(voxel, rect);
+        if self.pyramid.get(centre) > away && self.visits(centre, voxel) {
             return true;
         }
         // Block by block, so that what is wholly hidden costs one look.
@@ -94,7 +96,7 @@ impl Gather<'_> {
             for v in block.first[1]..=block.last[1] {
                 let row = self.pyramid.row(v, block.first[0], block.last[0]);
                 for (u, &freed) in (block.first[0]..).zip(row) {
-                    if u32::from(freed) > away && self.visits([u, v], cell) {
+                    if u32::from(freed) > away && self.visits([u, v], voxel) {
                         return true;
                     }
                 }
@@ -105,17 +107,17 @@ impl Gather<'_> {
 
     /// Whether a pixel's ray visits a voxel, were nothing in its way.
     #[inline]
-    fn visits(&self, pixel: [u32; 2], cell: [i32; 3]) -> bool {
-        let dir_q15 = self.bundles.of_pixel(pixel);
+    fn visits(&self, pixel: [u32; 2], voxel: [i32; 3]) -> bool {
+        let dir_q15 = self.packets.of_pixel(pixel);
         // Crossings in order are numbers, distance · 4 + axis.
         let (mut enters, mut leaves) = (0, u64::MAX);
         for r in 0..3 {
             let dir_q16 = march::direction_q16(self.placement.axis_q15[r], dir_q15);
-            let away = cell[r] - (self.placement.origin_q16[r] >> 16);
+            let away = voxel[r] - (self.placement.origin_q16[r] >> 16);
             let d = dir_q16.unsigned_abs();
             let frac = (self.placement.origin_q16[r] & 0xffff) as u32;
             let ahead = if dir_q16 < 0 { frac } else { (1 << 16) - frac };
-            let period_q16 = bundle::period_q16(d);
+            let period_q16 = packet::period_q16(d);
             let first_q16 = if d == 0 { march::NEVER } else { march::first_q16(ahead, period_q16) };
             let period = 4 * u64::from(period_q16);
             let last = 4 * u64::from(first_q16) + r as u64 + u64::from(away.unsigned_abs()) * period;

@@ -2,7 +2,7 @@
 //!
 //! # Theory
 //! A leap makes all crossings inside a box without blockers at once, and the one that leaves it (`leap`);
-//! every cell left out is empty, so the first blocker is the one that single steps would find. Of a union of
+//! every voxel left out is empty, so the first blocker is the one that single steps would find. Of a union of
 //! two layers, the first blocker is the earlier of both, so a hit known in one ends the search in the other.
 //!
 //! # Practice
@@ -30,11 +30,11 @@ pub(super) type Box3 = [[i32; 3]; 2];
 const CLEARING: i32 = 32;
 
 impl Layer {
-    /// A box without blockers around a cell, whatever is in the cell itself: grown on all sides in turn until
-    /// something is in the way. Sensors hang on walls, where bricks say little.
-    pub(super) fn clearing(&self, cell: [i32; 3]) -> Box3 {
+    /// A box without blockers around a voxel, whatever is in the voxel itself: grown on all sides in turn
+    /// until something is in the way. Sensors hang on walls, where bricks say little.
+    pub(super) fn clearing(&self, voxel: [i32; 3]) -> Box3 {
         let size = self.blockers.window().size.map(|n| n as i32);
-        let [mut low, mut high] = [cell, cell.map(|x| x + 1)];
+        let [mut low, mut high] = [voxel, voxel.map(|x| x + 1)];
         let mut growing = true;
         while growing {
             growing = false;
@@ -46,7 +46,7 @@ impl Layer {
                 } else {
                     (from[r], to[r]) = (high[r], high[r] + 1);
                 }
-                let inside = from[r] >= 0 && to[r] <= size[r] && (from[r] - cell[r]).abs() <= CLEARING;
+                let inside = from[r] >= 0 && to[r] <= size[r] && (from[r] - voxel[r]).abs() <= CLEARING;
                 let slab = Window::between(from, to.map(|x| x - 1));
                 if inside && !self.blockers.any_in(&slab) {
                     low[r] = low[r].min(from[r]);
@@ -58,17 +58,17 @@ impl Layer {
         [low, high]
     }
 
-    /// The box without blockers that the bricks know around a cell, if its own brick holds none; cut to the
+    /// The box without blockers that the bricks know around a voxel, if its own brick holds none; cut to the
     /// grid.
-    pub(super) fn empty_box(&self, cell: [i32; 3]) -> Option<Box3> {
-        let reach = self.bricks.reach_at(cell);
-        (reach > 0).then(|| self.box_of(cell, reach))
+    pub(super) fn empty_box(&self, voxel: [i32; 3]) -> Option<Box3> {
+        let reach = self.bricks.reach_at(voxel);
+        (reach > 0).then(|| self.box_of(voxel, reach))
     }
 
     #[inline]
-    fn box_of(&self, cell: [i32; 3], reach: u32) -> Box3 {
+    fn box_of(&self, voxel: [i32; 3], reach: u32) -> Box3 {
         let edge = Bricks::EDGE as i32;
-        let own = cell.map(|x| x >> Bricks::EDGE_LOG2);
+        let own = voxel.map(|x| x >> Bricks::EDGE_LOG2);
         let more = reach as i32 - 1;
         let size = self.blockers.window().size;
         let high = std::array::from_fn(|r| ((own[r] + 1 + more) * edge).min(size[r] as i32));
@@ -78,40 +78,40 @@ impl Layer {
 
 /// How a ray's search ended, in one word that orders by distance: a hit is its distance · 4 + axis of its
 /// crossing.
-pub(super) type Strike = u32;
+pub(super) type FirstHit = u32;
 
 /// The ray left the grid.
-pub(super) const LEFT: Strike = u32::MAX - 2;
+pub(super) const LEFT: FirstHit = u32::MAX - 2;
 /// The ray came to the end of its range.
-pub(super) const NOTHING: Strike = u32::MAX - 1;
+pub(super) const NOTHING: FirstHit = u32::MAX - 1;
 /// The ray was not searched.
-pub(super) const UNKNOWN: Strike = u32::MAX;
+pub(super) const UNKNOWN: FirstHit = u32::MAX;
 
 /// A crossing: its distance and axis.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Crossing {
+pub(super) struct NextCrossing {
     pub(super) t_q16: u32,
     pub(super) axis: u32,
 }
 
 /// The crossing of a hit.
-pub(super) fn crossing(hit: Strike) -> Crossing {
-    Crossing { t_q16: hit >> 2, axis: hit & 3 }
+pub(super) fn crossing(hit: FirstHit) -> NextCrossing {
+    NextCrossing { t_q16: hit >> 2, axis: hit & 3 }
 }
 
 /// No hit is later: crossings of the longest range, and of noise behind it.
-pub(super) const LAST: Strike = range((2 * MAX_RANGE_VOXELS) << 16);
+pub(super) const LAST: FirstHit = range((2 * MAX_RANGE_VOXELS) << 16);
 
-/// The range as a strike: no crossing within it is later.
-pub(super) const fn range(range_max_q16: u32) -> Strike {
+/// The range as a first hit: no crossing within it is later.
+pub(super) const fn range(range_max_q16: u32) -> FirstHit {
     range_max_q16 << 2 | 3
 }
 
 /// A ray on its way. Its crossings come in the order of (distance, axis), so that both are one number,
 /// distance · 4 + axis: adding periods never changes the axis, and no tie is left.
 #[derive(Clone, Copy)]
-pub(super) struct Ray {
-    pub(super) cell: [i32; 3],
+pub(super) struct LeapingRay {
+    pub(super) voxel: [i32; 3],
     /// -1, 0 or 1: where a crossing of each axis leads.
     pub(super) step: [i32; 3],
     /// The next crossing of each axis.
@@ -135,12 +135,18 @@ pub(super) struct Search<'a> {
 const STEPS: usize = 8;
 
 impl Search<'_> {
-    /// Searches from where a ray is, in a cell that needs no test: at its start, or behind it in an empty
-    /// box. A ray that comes to `limit` strikes what it had struck `otherwise`.
+    /// Searches from where a ray is, in a voxel that needs no test: at its start, or behind it in an empty
+    /// box. A ray that comes to `limit` strikes what it had found `otherwise`.
     #[inline]
-    pub(super) fn strike(&self, mut ray: Ray, starts: bool, limit: Strike, otherwise: Strike) -> Strike {
+    pub(super) fn first_hit(
+        &self,
+        mut ray: LeapingRay,
+        starts: bool,
+        limit: FirstHit,
+        otherwise: FirstHit,
+    ) -> FirstHit {
         let size = self.layer.blockers.window().size;
-        let room = |r: usize| if ray.step[r] < 0 { ray.cell[r] } else { size[r] as i32 - 1 - ray.cell[r] };
+        let room = |r: usize| if ray.step[r] < 0 { ray.voxel[r] } else { size[r] as i32 - 1 - ray.voxel[r] };
         let leaves = |r: usize| ray.next[r] + room(r) as u64 * 4 * u64::from(ray.period_q16[r]);
         let exit = leaves(0).min(leaves(1)).min(leaves(2));
         let end = exit.min(limit.into());
@@ -148,35 +154,35 @@ impl Search<'_> {
         if starts {
             match ray.leap(&self.clearing, end) {
                 None => return past(),
-                Some(entered) if self.stops(&ray, entered) => return entered as Strike,
+                Some(entered) if self.stops(&ray, entered) => return entered as FirstHit,
                 Some(_) => {}
             }
         }
         loop {
             loop {
-                let reach = self.layer.bricks.reach_at(ray.cell);
+                let reach = self.layer.bricks.reach_at(ray.voxel);
                 if reach < 2 {
                     break;
                 }
-                match ray.leap(&self.layer.box_of(ray.cell, reach), end) {
+                match ray.leap(&self.layer.box_of(ray.voxel, reach), end) {
                     None => return past(),
-                    Some(entered) if self.stops(&ray, entered) => return entered as Strike,
+                    Some(entered) if self.stops(&ray, entered) => return entered as FirstHit,
                     Some(_) => {}
                 }
             }
             match self.step(&mut ray, end) {
                 Stepped::Past => return past(),
-                Stepped::Struck(at) => return at,
+                Stepped::Entered(at) => return at,
                 Stepped::On => {}
             }
         }
     }
 
-    /// Whether the cell that a ray has just entered stops it.
+    /// Whether the voxel that a ray has just entered stops it.
     #[inline]
-    fn stops(&self, ray: &Ray, entered: u64) -> bool {
+    fn stops(&self, ray: &LeapingRay, entered: u64) -> bool {
         let [_, row, layer] = self.strides();
-        let bit = (ray.cell[0] + ray.cell[1] * row + ray.cell[2] * layer) as usize;
+        let bit = (ray.voxel[0] + ray.voxel[1] * row + ray.voxel[2] * layer) as usize;
         self.layer.blockers.words()[bit >> 5] >> (bit & 31) & 1 == 1 && entered >> 2 >= self.ignore_q16.into()
     }
 
@@ -187,12 +193,12 @@ impl Search<'_> {
 
     /// Makes some steps.
     #[inline]
-    fn step(&self, ray: &mut Ray, end: u64) -> Stepped {
+    fn step(&self, ray: &mut LeapingRay, end: u64) -> Stepped {
         let words = self.layer.blockers.words();
         let strides = self.strides();
         let stride: [i64; 3] = std::array::from_fn(|r| i64::from(ray.step[r] * strides[r]));
         let period: [u64; 3] = ray.period_q16.map(|period| 4 * u64::from(period));
-        let mut bit = (0..3).map(|r| i64::from(ray.cell[r] * strides[r])).sum::<i64>();
+        let mut bit = (0..3).map(|r| i64::from(ray.voxel[r] * strides[r])).sum::<i64>();
         for _ in 0..STEPS {
             let [x, y, z] = ray.next;
             let nearest = x.min(y).min(z);
@@ -206,11 +212,11 @@ impl Search<'_> {
                 bit += if crossed { stride[r] } else { 0 };
             }
             if words[bit as usize >> 5] >> (bit & 31) & 1 == 1 && nearest >> 2 >= self.ignore_q16.into() {
-                return Stepped::Struck(nearest as Strike);
+                return Stepped::Entered(nearest as FirstHit);
             }
         }
         let (bit, row, layer) = (bit as u32, strides[1] as u32, strides[2] as u32);
-        ray.cell = [bit % layer % row, bit % layer / row, bit / layer].map(|x| x as i32);
+        ray.voxel = [bit % layer % row, bit % layer / row, bit / layer].map(|x| x as i32);
         Stepped::On
     }
 }
@@ -220,17 +226,17 @@ enum Stepped {
     /// The next crossing is the end's, or after it.
     Past,
     /// A blocker was entered.
-    Struck(Strike),
+    Entered(FirstHit),
     /// Nothing yet.
     On,
 }
 
-impl Ray {
+impl LeapingRay {
     /// Leaves an empty box by the first crossing that does; which that was, unless it is `end` or later.
     #[inline]
     fn leap(&mut self, [low, high]: &Box3, end: u64) -> Option<u64> {
         let room: [u32; 3] = std::array::from_fn(|r| {
-            (if self.step[r] < 0 { self.cell[r] - low[r] } else { high[r] - 1 - self.cell[r] }) as u32
+            (if self.step[r] < 0 { self.voxel[r] - low[r] } else { high[r] - 1 - self.voxel[r] }) as u32
         });
         let leaves = |r: usize| self.next[r] + u64::from(room[r]) * 4 * u64::from(self.period_q16[r]);
         let exit = leaves(0).min(leaves(1)).min(leaves(2));
@@ -243,7 +249,7 @@ impl Ray {
                 // crossings'.
                 let apart = ((exit - self.next[r]) >> 2) as u32;
                 let made = leap::periods_in(apart, self.period_q16[r], self.d[r]) + 1;
-                self.cell[r] += self.step[r] * made as i32;
+                self.voxel[r] += self.step[r] * made as i32;
                 self.next[r] += u64::from(made) * 4 * u64::from(self.period_q16[r]);
             }
         }

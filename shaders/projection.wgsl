@@ -1,13 +1,14 @@
-// Where boxes of voxels are in a camera's image, and what its pixels free there: what `judge` and `gather` share. The kernel
-// binds the pyramid as `pyramid`. Floats say only where to look; what is seen there is decided in integers.
+// Where boxes of voxels are in a camera's image, and what its pixels free there: what `carve_boxes` and
+// `carve_voxels` share. The kernel binds the pyramid as `pyramid`. Floats say only where to look; what is
+// seen there is decided in integers.
 //
 // # Theory
-// The ideal rays that cross a box go through the pixels that it projects to. Rays of integers stray from them, by less than
-// `stray`, so the box is grown by that first. Depth and width are bounded one by one, which makes the rectangle larger than
-// need be, never smaller.
+// The ideal rays that cross a box go through the pixels that it projects to. Rays of integers deviate from
+// them, by less than `deviation`, so the box is grown by that first. Depth and width are bounded one by one,
+// which makes the rectangle larger than need be, never smaller.
 
 // A camera at a placement.
-struct View {
+struct Projection {
     origin: vec3<f32>,
     // The sensor's axes in the grid.
     right: vec3<f32>,
@@ -16,7 +17,7 @@ struct View {
 }
 
 // A box as a camera sees it: only rays of pixels from `first` to `last`, both included, visit any of it.
-struct Sight {
+struct PixelRect {
     first: vec2<i32>,
     last: vec2<i32>,
     // The one of them next to its middle.
@@ -25,15 +26,16 @@ struct Sight {
     seen: bool,
     // Whether some of it is so near that pixels say little.
     near: bool,
-    // Whether it is so far inside the image, and pixels so close at its depth, that some ray surely visits each voxel.
+    // Whether it is so far inside the image, and pixels so close at its depth, that some ray surely visits
+    // each voxel.
     dense: bool,
 }
 
-fn view_of(placement: Placement) -> View {
+fn projection_of(placement: GridPose) -> Projection {
     let x = vec3<f32>(vec3_of(placement.axis_x_q15)) / 32768.0;
     let y = vec3<f32>(vec3_of(placement.axis_y_q15)) / 32768.0;
     let z = vec3<f32>(vec3_of(placement.axis_z_q15)) / 32768.0;
-    return View(
+    return Projection(
         vec3<f32>(vec3_of(placement.origin_q16)) / 65536.0,
         vec3<f32>(x.x, y.x, z.x),
         vec3<f32>(x.y, y.y, z.y),
@@ -41,9 +43,9 @@ fn view_of(placement: Placement) -> View {
     );
 }
 
-// How far a ray of integers may be from its ideal line at a distance, in voxels (src/march/stray.rs).
-fn stray(distance: f32) -> f32 {
-    return STRAY_PER_VOXEL * distance + STRAY_FIXED;
+// How far a ray of integers may be from its ideal line at a distance, in voxels (src/march/deviation.rs).
+fn deviation(distance: f32) -> f32 {
+    return DEVIATION_PER_VOXEL * distance + STRAY_FIXED;
 }
 
 // The smallest and largest of p / z over a box, in pixels of one axis of the image.
@@ -57,13 +59,13 @@ fn span(p: f32, wide: f32, z_low: f32, z_high: f32, focal: f32, middle: f32) -> 
 }
 
 // A cube of `edge` voxels from `corner` on, in the grid.
-fn sight(view: View, corner: vec3<i32>, edge: i32) -> Sight {
+fn pixel_rect(projection: Projection, corner: vec3<i32>, edge: i32) -> PixelRect {
     let half = f32(edge) * 0.5;
-    let centre = vec3<f32>(corner) + half - view.origin;
-    let p = vec3<f32>(dot(view.right, centre), dot(view.down, centre), dot(view.forward, centre));
+    let centre = vec3<f32>(corner) + half - projection.origin;
+    let p = vec3<f32>(dot(projection.right, centre), dot(projection.down, centre), dot(projection.forward, centre));
     let one = vec3<f32>(1.0);
-    let wide = half * vec3<f32>(dot(abs(view.right), one), dot(abs(view.down), one), dot(abs(view.forward), one))
-        + stray(dot(abs(p), one) + 3.0 * half);
+    let wide = half * vec3<f32>(dot(abs(projection.right), one), dot(abs(projection.down), one), dot(abs(projection.forward), one))
+        + deviation(dot(abs(p), one) + 3.0 * half);
     let z_low = p.z - wide.z;
     let z_high = p.z + wide.z;
     let near = z_low < table.near;
@@ -78,11 +80,11 @@ fn sight(view: View, corner: vec3<i32>, edge: i32) -> Sight {
     let seen = z_high > 0.0 && all(high >= vec2<f32>()) && all(low < size);
     let inside = all(low >= vec2<f32>()) && all(high <= size);
     // Half the diagonal of a pixel, at most, at the farthest depth.
-    let gap = 0.71 * z_high / min(table.focal_x, table.focal_y) + stray(dot(abs(p), one) + 3.0 * half);
+    let gap = 0.71 * z_high / min(table.focal_x, table.focal_y) + deviation(dot(abs(p), one) + 3.0 * half);
     let first = floor(clamp(low, vec2<f32>(), size - 1.0));
     let last = floor(clamp(high, vec2<f32>(), size - 1.0));
     let middle = size * 0.5 + vec2<f32>(table.focal_x, table.focal_y) * p.xy / max(p.z, 0.01);
-    return Sight(
+    return PixelRect(
         vec2<i32>(first),
         vec2<i32>(last),
         vec2<i32>(clamp(floor(middle), first, last)),
@@ -92,14 +94,14 @@ fn sight(view: View, corner: vec3<i32>, edge: i32) -> Sight {
     );
 }
 
-// Whether a pixel's ray visits the voxel so many voxels from the sensor's cell, were nothing in its way.
-fn sees(placement: Placement, dir_q15: array<i32, 3>, offset: vec3<i32>) -> bool {
+// Whether a pixel's ray visits the voxel so many voxels from the sensor's voxel, were nothing in its way.
+fn sees(placement: GridPose, dir_q15: array<i32, 3>, offset: vec3<i32>) -> bool {
     let begin = launch(placement, dir_q15);
     let towards = all((offset == vec3<i32>()) | (sign(offset) == begin.step));
     return towards && visits(begin.next_q16, begin.period_q16, vec3<u32>(abs(offset)));
 }
 
-// Voxel boundaries from the sensor's cell to the nearest and to the farthest voxel of a cube.
+// Voxel boundaries from the sensor's voxel to the nearest and to the farthest voxel of a cube.
 fn away(own: vec3<i32>, corner: vec3<i32>, edge: i32) -> vec2<u32> {
     let low = corner - own;
     let high = low + edge - 1;
@@ -113,7 +115,8 @@ fn box_corner(word: u32) -> vec3<u32> {
     return ((vec3<u32>(word) >> vec3<u32>(0u, BOX_BITS / 3u, 2u * BOX_BITS / 3u)) & vec3<u32>((1u << (BOX_BITS / 3u)) - 1u)) * BOX_EDGE;
 }
 
-// The levels of a pyramid in its buffer: the largest blocks first, each level padded to whole blocks of the largest.
+// The levels of a pyramid in its buffer: the largest blocks first, each level padded to whole blocks of the
+// largest.
 
 // Blocks of 2^MOST_LEVEL pixels across and down.
 fn pyramid_tiles() -> vec2<u32> {
@@ -130,8 +133,8 @@ fn pyramid_words(tiles: vec2<u32>) -> u32 {
     return tiles.x * tiles.y * (((1u << (2u * (MOST_LEVEL - LEAST_LEVEL + 1u))) - 1u) / 3u);
 }
 
-// Least and most that the pixels of a rectangle free, or those of a little more. At most 25 turns of a loop: of rectangles too
-// large for that it says nothing.
+// Least and most that the pixels of a rectangle free, or those of a little more. At most 25 turns of a loop:
+// of rectangles too large for that it says nothing.
 fn freed_range(row: u32, first: vec2<i32>, last: vec2<i32>) -> vec2<u32> {
     let tiles = pyramid_tiles();
     let wide = max(last.x - first.x, last.y - first.y);

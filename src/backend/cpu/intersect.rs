@@ -1,10 +1,10 @@
-//! Which of a few blockers each ray of a bundle meets first: every ray against every blocker, 64 rays at
-//! once. `beam` lists these blockers.
+//! Which of a few blockers each ray of a packet hits first: every ray against every blocker, 64 rays at
+//! once. `cone` lists these blockers.
 //!
 //! # Theory
 //! A ray visits a voxel if and only if it enters on every axis before it leaves on any, six crossings in
 //! closed form (`SEMANTICS.md`, "Rays"). Of all blockers visited, the one entered first is the one that
-//! single steps would find. A section of a beam holds every voxel that its rays are in up to a distance, so
+//! single steps would find. A section of a cone holds every voxel that its rays are in up to a distance, so
 //! an entry up to there is first of all.
 //!
 //! # Practice
@@ -13,10 +13,10 @@
 
 use fearless_simd::{Level, Simd, dispatch};
 
-use super::bundle::{Bundle, Lanes, RAYS};
+use super::packet::{Lanes, Packet, RAYS};
 
-/// The crossings of a bundle's rays as numbers, distance · 4 + axis.
-pub(super) struct Meeting {
+/// The crossings of a packet's rays as numbers, distance · 4 + axis.
+pub(super) struct Intersect {
     first: [Lanes<u64>; 3],
     /// Distance alone, in 1/65536 voxels.
     period: [Lanes<u64>; 3],
@@ -25,41 +25,41 @@ pub(super) struct Meeting {
     pub(super) entered: Lanes<u64>,
 }
 
-impl Meeting {
+impl Intersect {
     pub(super) fn new() -> Self {
-        Meeting { first: [[0; RAYS]; 3], period: [[0; RAYS]; 3], step: [[0; RAYS]; 3], entered: [0; RAYS] }
+        Intersect { first: [[0; RAYS]; 3], period: [[0; RAYS]; 3], step: [[0; RAYS]; 3], entered: [0; RAYS] }
     }
 
-    /// Rays that have met nothing.
-    pub(super) fn start(&mut self, level: Level, bundle: &Bundle) {
-        dispatch!(level, simd => start(simd, self, bundle));
+    /// Rays that have hit nothing.
+    pub(super) fn start(&mut self, level: Level, packet: &Packet) {
+        dispatch!(level, simd => start(simd, self, packet));
     }
 
-    /// The rays of a bundle against a blocker, `away` voxels from the cell where all of them begin. It is
+    /// The rays of a packet against a blocker, `away` voxels from the voxel where all of them begin. It is
     /// none for rays that enter it before `ignore_q16`.
-    pub(super) fn meet(&mut self, level: Level, away: [i32; 3], ignore_q16: u32) {
-        dispatch!(level, simd => meet(simd, self, away, ignore_q16));
+    pub(super) fn intersect(&mut self, level: Level, away: [i32; 3], ignore_q16: u32) {
+        dispatch!(level, simd => intersect(simd, self, away, ignore_q16));
     }
 }
 
 #[inline(always)]
-fn start<S: Simd>(_: S, meeting: &mut Meeting, bundle: &Bundle) {
+fn start<S: Simd>(_: S, intersect: &mut Intersect, packet: &Packet) {
     for r in 0..3 {
         for lane in 0..RAYS {
-            meeting.first[r][lane] = 4 * u64::from(bundle.first_q16[r][lane]) + r as u64;
-            meeting.period[r][lane] = bundle.period_q16[r][lane].into();
-            meeting.step[r][lane] = i64::from(bundle.dir_q16[r][lane].signum());
+            intersect.first[r][lane] = 4 * u64::from(packet.first_q16[r][lane]) + r as u64;
+            intersect.period[r][lane] = packet.period_q16[r][lane].into();
+            intersect.step[r][lane] = i64::from(packet.dir_q16[r][lane].signum());
         }
     }
-    meeting.entered = [u64::MAX; RAYS];
+    intersect.entered = [u64::MAX; RAYS];
 }
 
 #[inline(always)]
-fn meet<S: Simd>(_: S, meeting: &mut Meeting, away: [i32; 3], ignore_q16: u32) {
+fn intersect<S: Simd>(_: S, intersect: &mut Intersect, away: [i32; 3], ignore_q16: u32) {
     let mut enters = [0; RAYS];
     let mut leaves = [u64::MAX; RAYS];
     for r in 0..3 {
-        let (first, period, step) = (&meeting.first[r], &meeting.period[r], &meeting.step[r]);
+        let (first, period, step) = (&intersect.first[r], &intersect.period[r], &intersect.step[r]);
         if away[r] == 0 {
             (0..RAYS).for_each(|lane| leaves[lane] = leaves[lane].min(first[lane]));
             continue;
@@ -77,6 +77,6 @@ fn meet<S: Simd>(_: S, meeting: &mut Meeting, away: [i32; 3], ignore_q16: u32) {
     for lane in 0..RAYS {
         let visits = enters[lane] < leaves[lane] && enters[lane] >= ignored;
         let entry = if visits { enters[lane] } else { u64::MAX };
-        meeting.entered[lane] = meeting.entered[lane].min(entry);
+        intersect.entered[lane] = intersect.entered[lane].min(entry);
     }
 }

@@ -1,16 +1,16 @@
 // Decides boxes of 8 × 8 × 8 voxels of a camera whole, where its pixels agree: marks what is free, and lists
-// what is left for `gather`. One invocation a box.
+// what is left for `carve_voxels`. One invocation a box.
 //
 // # Theory
-// A ray has made as many crossings on reaching a voxel as the voxel is away from the sensor's cell, counted
+// A ray has made as many crossings on reaching a voxel as the voxel is away from the sensor's voxel, counted
 // along the axes (src/march/SEMANTICS.md, "Rays"), whatever the ray. So if no pixel that could see a box
-// frees more cells than its nearest voxel is away, nothing of it is free; if all free more than its farthest
+// frees more voxels than its nearest voxel is away, nothing of it is free; if all free more than its farthest
 // is away, and no voxel slips between the pixels, all of it is.
 
 @group(0) @binding(0) var<uniform> setup: Setup;
 @group(0) @binding(1) var<uniform> part: Part;
 @group(0) @binding(2) var<uniform> table: Table;
-@group(0) @binding(3) var<storage, read> placements: array<Placement>;
+@group(0) @binding(3) var<storage, read> placements: array<GridPose>;
 @group(0) @binding(4) var<storage, read> pyramid: array<u32>;
 @group(0) @binding(5) var<storage, read> boxes: array<u32>;
 // How many, and which: the place of a box in `boxes` and its placement in the batch.
@@ -47,12 +47,12 @@ fn main(
         let in_window = box_corner(boxes[item]);
         let corner = vec3<i32>(in_window) + vec3<i32>(setup.window_min_x, setup.window_min_y, setup.window_min_z);
         let edge = i32(BOX_EDGE);
-        let sight = sight(view_of(placement), corner, edge);
-        if sight.seen {
-            let freed = freed_range(row, sight.first, sight.last);
+        let pixel_rect = pixel_rect(projection_of(placement), corner, edge);
+        if pixel_rect.seen {
+            let freed = freed_range(row, pixel_rect.first, pixel_rect.last);
             let away = away(own, corner, edge);
             if freed.y > away.x {
-                if sight.dense && freed.x > away.y {
+                if pixel_rect.dense && freed.x > away.y {
                     fill(placement.slot, in_window);
                 } else {
                     let place = atomicAdd(&undecided[0], 1u);
@@ -61,5 +61,5 @@ fn main(
             }
         }
     }
-    report(JUDGE, local);
+    report(CARVE_BOXES, local);
 }

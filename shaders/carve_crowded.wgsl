@@ -1,13 +1,13 @@
-// Decides the voxels that `gather` left, which many pixels may see: one workgroup a voxel at a time, one
-// invocation a pixel.
+// Decides the voxels that `carve_voxels` left, which many pixels may see: one workgroup a voxel at a time,
+// one invocation a pixel.
 //
 // # Theory
-// As `gather`: one witness is enough, whichever invocation finds it.
+// As `carve_voxels`: one witness is enough, whichever invocation finds it.
 
 @group(0) @binding(0) var<uniform> setup: Setup;
 @group(0) @binding(1) var<uniform> part: Part;
 @group(0) @binding(2) var<uniform> table: Table;
-@group(0) @binding(3) var<storage, read> placements: array<Placement>;
+@group(0) @binding(3) var<storage, read> placements: array<GridPose>;
 @group(0) @binding(4) var<storage, read> dirs_q15: array<array<i32, 3>>;
 @group(0) @binding(5) var<storage, read> ends: array<u32>;
 @group(0) @binding(6) var<storage, read> pyramid: array<u32>;
@@ -25,20 +25,20 @@ fn scan(voxel: u32, word: u32, local: u32) {
     let row = box >> BOX_BITS;
     let placement = placements[row];
     let at = box_corner(box) + vec3<u32>(word & 7u, (word >> 3u) & 7u, (word >> 6u) & 7u);
-    let cell = vec3<i32>(at) + vec3<i32>(setup.window_min_x, setup.window_min_y, setup.window_min_z);
+    let voxel = vec3<i32>(at) + vec3<i32>(setup.window_min_x, setup.window_min_y, setup.window_min_z);
     let own = vec3_of(placement.origin_q16) >> vec3<u32>(16u);
-    let away = away(own, cell, 1).x;
-    let sight = sight(view_of(placement), cell, 1);
-    let columns = u32(sight.last.x - sight.first.x + 1);
-    let pixels = columns * u32(sight.last.y - sight.first.y + 1);
+    let away = away(own, voxel, 1).x;
+    let pixel_rect = pixel_rect(projection_of(placement), voxel, 1);
+    let columns = u32(pixel_rect.last.x - pixel_rect.first.x + 1);
+    let pixels = columns * u32(pixel_rect.last.y - pixel_rect.first.y + 1);
     var pixel = local;
     var known = 0u;
     for (; pixel < pixels; pixel += WORKGROUP) {
-        let u = u32(sight.first.x) + pixel % columns;
-        let v = u32(sight.first.y) + pixel / columns;
+        let u = u32(pixel_rect.first.x) + pixel % columns;
+        let v = u32(pixel_rect.first.y) + pixel / columns;
         let end = unpacked(ends[row * table.rays + v * table.image_x + u]);
         let enough = freed(end, table.no_return_is_free != 0u) > away;
-        if enough && sees(placement, dirs_q15[v * table.image_x + u], cell - own) {
+        if enough && sees(placement, dirs_q15[v * table.image_x + u], voxel - own) {
             atomicStore(&found[voxel], 1u);
             let plane = placement.slot * setup.window_words;
             let in_row = (at.z * setup.window_y + at.y) * setup.window_words_per_row + (at.x >> 5u);
@@ -64,5 +64,5 @@ fn main(
         scan(voxel, left[HEADS * HEAD_WORDS + first + voxel], local);
     }
     loop_ended(opaque(voxel) >= count);
-    report(SCAN, local);
+    report(CARVE_CROWDED, local);
 }

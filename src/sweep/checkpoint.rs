@@ -6,7 +6,7 @@ use crate::Result;
 use crate::metrics::Confusion;
 use crate::results::journal::Journal;
 use crate::results::manifest::Fault;
-use crate::results::{Ask, Key, Layout};
+use crate::results::{Layout, PoseChoice, RowKey};
 use crate::world::World;
 
 /// Which choices of a shard are finished in which blocks.
@@ -32,7 +32,8 @@ impl Done {
         journal: &Journal,
     ) -> Result<(Done, u64)> {
         let mut done = Done::new(layout, places.clone());
-        let asks: Vec<Ask> = layout.all_asks().skip(places.start).take(places.len()).collect();
+        let pose_choices: Vec<PoseChoice> =
+            layout.all_choices().skip(places.start).take(places.len()).collect();
         // Rows come in order, so those of a choice follow each other.
         let (mut at, mut block, mut found) = (0, 0, 0);
         let damaged = journal.scan(|row, _| {
@@ -40,12 +41,12 @@ impl Done {
             if now != block {
                 (at, block, found) = (0, now, 0);
             }
-            while within >= layout.rows_of_ask(&asks[at]).end {
+            while within >= layout.rows_of_choice(&pose_choices[at]).end {
                 (at, found) = (at + 1, 0);
             }
             found += 1;
-            let of_ask = layout.rows_of_ask(&asks[at]);
-            if found == of_ask.end - of_ask.start {
+            let of_choice = layout.rows_of_choice(&pose_choices[at]);
+            if found == of_choice.end - of_choice.start {
                 done.set(block, places.start + at);
             }
             Ok(())
@@ -88,7 +89,7 @@ pub trait Watch {
 }
 
 /// Writes finished rows into the journal, and knows which are left.
-pub(super) struct Book<'a> {
+pub(super) struct Checkpoint<'a> {
     pub(super) layout: &'a Layout,
     /// The first moment of each scene.
     pub(super) moments: Vec<usize>,
@@ -100,32 +101,32 @@ pub(super) struct Book<'a> {
     /// The world that is worked on: its scene and snapshot.
     pub(super) entered: Option<[usize; 2]>,
     /// Rows of a device that the CPU has yet to check.
-    pub(super) doubted: Option<super::check::Picked>,
+    pub(super) unchecked: Option<super::check::Picked>,
     /// How many choices were finished by this run.
     pub(super) finished: u64,
 }
 
-impl Book<'_> {
+impl Checkpoint<'_> {
     fn moment(&self, scene: usize, snapshot: usize) -> usize {
         self.moments[scene] + snapshot
     }
 
     /// The number of a row.
     fn number(&self, row: &Row) -> u64 {
-        let Row { combination, choice, interpretation: representation, region, .. } = *row;
-        let key = Key { combination, choice, representation, region };
+        let Row { combination, choice, representation, region, .. } = *row;
+        let key = RowKey { combination, choice, representation, region };
         self.layout.row(self.moment(row.scene, row.snapshot), row.repeat, &key)
     }
 }
 
-impl Ledger for Book<'_> {
+impl Ledger for Checkpoint<'_> {
     fn begins(&mut self, world: &World) {
         self.entered = Some([world.scene, world.snapshot]);
     }
 
-    fn wants(&self, world: &World, repeat: usize, ask: &Ask) -> bool {
+    fn wants(&self, world: &World, repeat: usize, pose_choice: &PoseChoice) -> bool {
         let moment = self.moment(world.scene, world.snapshot);
-        !self.done.has(self.layout.block(moment, repeat), self.layout.place(ask))
+        !self.done.has(self.layout.block(moment, repeat), self.layout.place(pose_choice))
     }
 
     fn take(&mut self, rows: &[Row]) -> Result<()> {
@@ -138,9 +139,9 @@ impl Ledger for Book<'_> {
         for rows in rows.chunk_by(of_one) {
             let Row { scene, snapshot, repeat, combination, choice, .. } = rows[0];
             let block = self.layout.block(self.moment(scene, snapshot), repeat);
-            self.done.set(block, self.layout.place(&Ask { combination, choice }));
-            if let Some(doubted) = &mut self.doubted {
-                doubted.pick(rows);
+            self.done.set(block, self.layout.place(&PoseChoice { combination, choice }));
+            if let Some(unchecked) = &mut self.unchecked {
+                unchecked.pick(rows);
             }
             self.finished += 1;
             self.watch.finished(1);
@@ -150,6 +151,6 @@ impl Ledger for Book<'_> {
 
     fn enough(&mut self) -> bool {
         self.stopped = self.stopped.take().or_else(|| self.watch.stop());
-        self.stopped.is_some() || self.doubted.as_ref().is_some_and(|doubted| doubted.are_due())
+        self.stopped.is_some() || self.unchecked.as_ref().is_some_and(|unchecked| unchecked.are_due())
     }
 }

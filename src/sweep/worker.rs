@@ -11,12 +11,12 @@ use std::sync::mpsc;
 use std::thread;
 use std::time::Duration;
 
-use super::Batch;
+use super::BatchSize;
 use super::Ledger;
-use super::book::Book;
-use super::run_asks;
+use super::checkpoint::Checkpoint;
+use super::run_choices;
 use crate::backend::Backend;
-use crate::results::Ask;
+use crate::results::PoseChoice;
 use crate::results::files::{DISAGREED, DISAGREEMENT, write_whole};
 use crate::results::manifest::Fault;
 use crate::study::Study;
@@ -24,22 +24,22 @@ use crate::world::World;
 use crate::{Error, Result};
 
 /// How many choices are done in another way before a device that failed is tried again.
-const STRETCH: usize = 64;
+const CHUNK: usize = 64;
 
 /// How often a device may fail, with little done between, before it is left alone.
-const MOST_STRIKES: u32 = 3;
+const MOST_FAILURES: u32 = 3;
 
 /// A device that does so many choices between two failures starts again with a clean record.
 const CLEAN_AFTER: u64 = 1000;
 
 /// How long a device that failed may take to be closed.
-const LET_GO_WITHIN: Duration = Duration::from_secs(10);
+const CLOSE_WITHIN: Duration = Duration::from_secs(10);
 
 /// Which backend works, and with how much at a time.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Gear {
+pub enum Fallback {
     /// The backend of the user's choice.
-    Full,
+    None,
     /// The same, opened anew, with less memory and small batches.
     Small,
     /// The CPU.
@@ -47,67 +47,78 @@ pub enum Gear {
 }
 
 /// Opens the backends that a run may use.
-pub trait Crew {
+pub trait BackendFactory {
     /// Opens a backend.
-    fn open(&mut self, gear: Gear) -> Result<Box<dyn Backend + Send>>;
+    fn open(&mut self, fallback: Fallback) -> Result<Box<dyn Backend + Send>>;
 
     /// Whether the backend of the user's choice is one that may fail or count wrongly: a GPU. Then the CPU
     /// takes over, and checks.
-    fn is_doubted(&self) -> bool;
+    fn needs_check(&self) -> bool;
 }
 
 /// What the stages of a backend's work took, in the order they run.
 pub(super) type Timings = Vec<(&'static str, Duration)>;
 
 /// The work of one run, by whichever backend.
-pub(super) struct Shift<'a> {
+pub(super) struct Worker<'a> {
     pub(super) study: &'a Study,
     pub(super) worlds: &'a [World],
-    pub(super) asks: &'a [Ask],
+    pub(super) pose_choices: &'a [PoseChoice],
     pub(super) folder: &'a Path,
-    pub(super) crew: &'a mut dyn Crew,
+    pub(super) backends: &'a mut dyn BackendFactory,
     pub(super) faults: Vec<Fault>,
     pub(super) verified: u64,
     /// The backend that checks: the CPU.
     pub(super) checker: Option<Box<dyn Backend + Send>>,
 }
 
-impl Shift<'_> {
+impl Worker<'_> {
     /// Does what is left, until it is done or stopped. A device that fails is replaced. Says what the stages
     /// of the last one's work took.
-    pub(super) fn work(&mut self, mut backend: Box<dyn Backend + Send>, book: &mut Book) -> Result<Timings> {
-        let (mut gear, mut strikes, mut last_fault) = (Gear::Full, 0, 0);
+    pub(super) fn work(
+        &mut self,
+        mut backend: Box<dyn Backend + Send>,
+        checkpoint: &mut Checkpoint,
+    ) -> Result<Timings> {
+        let (mut fallback, mut failures, mut last_fault) = (Fallback::None, 0, 0);
         loop {
-            let worked = run_asks(self.study, self.worlds, self.asks, Batch::FULL, backend.as_mut(), book);
+            let worked = run_choices(
+                self.study,
+                self.worlds,
+                self.pose_choices,
+                BatchSize::FULL,
+                backend.as_mut(),
+                checkpoint,
+            );
             match worked {
-                Err(Error::Device(what)) if self.crew.is_doubted() && gear != Gear::Cpu => {
-                    let_go(backend);
-                    strikes = if book.finished - last_fault > CLEAN_AFTER { 1 } else { strikes + 1 };
-                    let instead = self.rescue(book)?;
-                    last_fault = book.finished;
-                    gear = if strikes < MOST_STRIKES { Gear::Full } else { Gear::Cpu };
+                Err(Error::Device(what)) if self.backends.needs_check() && fallback != Fallback::Cpu => {
+                    close(backend);
+                    failures = if checkpoint.finished - last_fault > CLEAN_AFTER { 1 } else { failures + 1 };
+                    let instead = self.fall_back(checkpoint)?;
+                    last_fault = checkpoint.finished;
+                    fallback = if failures < MOST_FAILURES { Fallback::None } else { Fallback::Cpu };
                     // It was opened before, so whatever is in the way now is the device's.
-                    backend = match self.crew.open(gear) {
-                        Err(_) if gear != Gear::Cpu => {
-                            gear = Gear::Cpu;
-                            self.crew.open(gear)?
+                    backend = match self.backends.open(fallback) {
+                        Err(_) if fallback != Fallback::Cpu => {
+                            fallback = Fallback::Cpu;
+                            self.backends.open(fallback)?
                         }
                         other => other?,
                     };
-                    let for_good = if gear == Gear::Cpu { ", and from then on the CPU" } else { "" };
-                    let scene = self.scene(book);
+                    let for_good = if fallback == Fallback::Cpu { ", and from then on the CPU" } else { "" };
+                    let scene = self.scene(checkpoint);
                     let fault = Fault { what, scene, instead: format!("{instead}{for_good}") };
-                    book.watch.failed(&fault);
+                    checkpoint.watch.failed(&fault);
                     self.faults.push(fault);
-                    if gear == Gear::Cpu {
-                        self.check(book)?;
-                        book.doubted = None;
+                    if fallback == Fallback::Cpu {
+                        self.check(checkpoint)?;
+                        checkpoint.unchecked = None;
                     }
                 }
                 Err(e) => return Err(e),
                 Ok(()) => {
-                    self.check(book)?;
-                    if book.stopped.is_some() || !self.is_anything_left(book) {
+                    self.check(checkpoint)?;
+                    if checkpoint.stopped.is_some() || !self.is_anything_left(checkpoint) {
                         return Ok(backend.timings());
                     }
                 }
@@ -117,22 +128,24 @@ impl Shift<'_> {
 
     /// Does the next few choices of the world that a device failed in: the device again, with little at a
     /// time, or the CPU. Says which.
-    fn rescue(&mut self, book: &mut Book) -> Result<&'static str> {
+    fn fall_back(&mut self, checkpoint: &mut Checkpoint) -> Result<&'static str> {
         // Rows that wait to be checked would keep the next backend from beginning.
-        self.check(book)?;
-        for (gear, who) in [(Gear::Small, "the same device in small batches"), (Gear::Cpu, "the CPU")] {
-            let opened = self.crew.open(gear);
+        self.check(checkpoint)?;
+        for (fallback, who) in
+            [(Fallback::Small, "the same device in small batches"), (Fallback::Cpu, "the CPU")]
+        {
+            let opened = self.backends.open(fallback);
             let done = opened.and_then(|mut backend| {
                 // The CPU need not be checked by the CPU.
-                let doubted = book.doubted.take_if(|_| gear == Gear::Cpu);
-                let done = self.stretch(backend.as_mut(), book);
-                let_go(backend);
-                book.doubted = book.doubted.take().or(doubted);
+                let unchecked = checkpoint.unchecked.take_if(|_| fallback == Fallback::Cpu);
+                let done = self.chunk(backend.as_mut(), checkpoint);
+                close(backend);
+                checkpoint.unchecked = checkpoint.unchecked.take().or(unchecked);
                 done
             });
             match done {
                 // What does not fit in small batches is no fault of the user's.
-                Err(Error::Device(_) | Error::Input(_)) if gear != Gear::Cpu => {}
+                Err(Error::Device(_) | Error::Input(_)) if fallback != Fallback::Cpu => {}
                 other => return other.map(|()| who),
             }
         }
@@ -140,21 +153,23 @@ impl Shift<'_> {
     }
 
     /// The next few choices of the world that was worked on last.
-    fn stretch(&self, backend: &mut dyn Backend, book: &mut Book) -> Result<()> {
-        let here = |world: &World| Some([world.scene, world.snapshot]) == book.entered;
+    fn chunk(&self, backend: &mut dyn Backend, checkpoint: &mut Checkpoint) -> Result<()> {
+        let here = |world: &World| Some([world.scene, world.snapshot]) == checkpoint.entered;
         let Some(i) = self.worlds.iter().position(here) else { return Ok(()) };
-        let mut asks = self.asks.to_vec();
+        let mut pose_choices = self.pose_choices.to_vec();
         let repeats = 0..self.study.repeats as usize;
-        asks.retain(|ask| repeats.clone().any(|repeat| book.wants(&self.worlds[i], repeat, ask)));
-        asks.truncate(STRETCH);
-        run_asks(self.study, &self.worlds[i..=i], &asks, Batch::SMALL, backend, book)
+        pose_choices.retain(|pose_choice| {
+            repeats.clone().any(|repeat| checkpoint.wants(&self.worlds[i], repeat, pose_choice))
+        });
+        pose_choices.truncate(CHUNK);
+        run_choices(self.study, &self.worlds[i..=i], &pose_choices, BatchSize::SMALL, backend, checkpoint)
     }
 
     /// Counts again what was picked for it. A difference ends the run, with the evidence in a file.
-    fn check(&mut self, book: &mut Book) -> Result<()> {
-        let Some(picked) = &mut book.doubted else { return Ok(()) };
+    fn check(&mut self, checkpoint: &mut Checkpoint) -> Result<()> {
+        let Some(picked) = &mut checkpoint.unchecked else { return Ok(()) };
         if self.checker.is_none() {
-            self.checker = Some(self.crew.open(Gear::Cpu)?);
+            self.checker = Some(self.backends.open(Fallback::Cpu)?);
         }
         let Some(checker) = &mut self.checker else { return Ok(()) };
         match picked.check(self.study, self.worlds, checker.as_mut())? {
@@ -164,7 +179,7 @@ impl Shift<'_> {
             }
             Err(difference) => {
                 // A later run or a merge would take rows of a device that counts wrongly for finished ones.
-                let cleared = match book.journal.set_aside(DISAGREED) {
+                let cleared = match checkpoint.journal.set_aside(DISAGREED) {
                     Ok(()) => format!("All rows of this folder are set aside in {DISAGREED}"),
                     Err(e) => format!("Its rows could not be set aside ({e}): remove the folder"),
                 };
@@ -183,25 +198,25 @@ impl Shift<'_> {
         }
     }
 
-    fn is_anything_left(&self, book: &Book) -> bool {
-        book.done.count() < (book.layout.blocks() * self.asks.len()) as u64
+    fn is_anything_left(&self, checkpoint: &Checkpoint) -> bool {
+        checkpoint.done.count() < (checkpoint.layout.blocks() * self.pose_choices.len()) as u64
     }
 
     /// The world that was worked on last, in words.
-    fn scene(&self, book: &Book) -> String {
-        let here = |world: &&World| Some([world.scene, world.snapshot]) == book.entered;
+    fn scene(&self, checkpoint: &Checkpoint) -> String {
+        let here = |world: &&World| Some([world.scene, world.snapshot]) == checkpoint.entered;
         self.worlds.iter().find(here).map_or(String::new(), |world| world.title(self.study))
     }
 }
 
 /// Parts with a device that failed, and waits until it has given back its memory; not for ever, since one
 /// that hangs may never do.
-fn let_go(backend: Box<dyn Backend + Send>) {
+fn close(backend: Box<dyn Backend + Send>) {
     let (gone, wait) = mpsc::channel::<()>();
     // Where no thread can be started, it is waited for.
     let _ = thread::Builder::new().spawn(move || {
         drop(backend);
         drop(gone);
     });
-    let _ = wait.recv_timeout(LET_GO_WITHIN);
+    let _ = wait.recv_timeout(CLOSE_WITHIN);
 }

@@ -1,4 +1,4 @@
-//! The people of a cell, laid out for counting what is hit: their voxels word by word, one list for all
+//! The people of a scene, laid out for counting what is hit: their voxels word by word, one list for all
 //! regions. Words are looked up by `count` and, on a device, by `shaders/detect.wgsl`.
 //!
 //! # Theory
@@ -8,15 +8,15 @@
 
 use bytemuck::{Pod, Zeroable};
 
-use super::Cell;
+use super::VoxelScene;
 use crate::metrics::{BodyPart, Detection, PartTally};
 
-/// Voxels of one part of one person in one region that share a word of a plane; the twin of `Flesh` in
+/// Voxels of one part of one person in one region that share a word of a plane; the twin of `BodyWord` in
 /// `shaders/types.wgsl`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Pod, Zeroable)]
 #[repr(C)]
-pub struct Flesh {
-    /// The word of a plane over the cell's window.
+pub struct BodyWord {
+    /// The word of a plane over the scene's window.
     pub word: u32,
     /// The voxels in it.
     pub voxels: u32,
@@ -26,9 +26,9 @@ pub struct Flesh {
     pub sensed: u32,
 }
 
-/// The people of a cell.
+/// The people of a scene.
 #[derive(Clone, Debug)]
-pub(super) struct Roll {
+pub(super) struct BodyWords {
     min_hits: u32,
     /// Persons and parts that have voxels, in order.
     parts: Vec<(u32, BodyPart)>,
@@ -36,44 +36,45 @@ pub(super) struct Roll {
     /// For each region the voxels of each part.
     voxels: Vec<Vec<u64>>,
     /// All regions, one after the other.
-    pub(super) flesh: Vec<Flesh>,
+    pub(super) body: Vec<BodyWord>,
 }
 
-impl Roll {
-    /// Lays out the people of a cell.
-    pub(super) fn new(cell: &Cell) -> Roll {
-        let mut parts: Vec<_> = cell.people.voxels.iter().map(|of| (of.person, of.part)).collect();
+impl BodyWords {
+    /// Lays out the people of a scene.
+    pub(super) fn new(scene: &VoxelScene) -> BodyWords {
+        let mut parts: Vec<_> = scene.people.voxels.iter().map(|of| (of.person, of.part)).collect();
         parts.sort_unstable();
         parts.dedup();
-        let (min_hits, people) = (cell.people.min_hits, cell.people.count());
-        let mut roll = Roll { min_hits, parts, people, voxels: Vec::new(), flesh: Vec::new() };
+        let (min_hits, people) = (scene.people.min_hits, scene.people.count());
+        let mut body_words = BodyWords { min_hits, parts, people, voxels: Vec::new(), body: Vec::new() };
         // (part, word, voxel) of each voxel of the window.
         let mut bits: Vec<([i32; 3], [usize; 2], u32)> = Vec::new();
-        for of in &cell.people.voxels {
-            let part = roll.parts.binary_search(&(of.person, of.part)).expect("all parts were collected");
+        for of in &scene.people.voxels {
+            let part =
+                body_words.parts.binary_search(&(of.person, of.part)).expect("all parts were collected");
             bits.extend(
-                cell.truth.bit_index(of.voxel).map(|bit| (of.voxel, [part, bit >> 5], 1 << (bit & 31))),
+                scene.truth.bit_index(of.voxel).map(|bit| (of.voxel, [part, bit >> 5], 1 << (bit & 31))),
             );
         }
         bits.sort_unstable_by_key(|&(_, place, _)| place);
-        for (number, region) in cell.regions.iter().enumerate() {
-            let first = number * roll.counters_of_region();
-            let mut voxels = vec![0; roll.parts.len()];
+        for (number, region) in scene.regions.iter().enumerate() {
+            let first = number * body_words.counters_of_region();
+            let mut voxels = vec![0; body_words.parts.len()];
             for same in bits.chunk_by(|(_, a, _), (_, b, _)| a == b) {
                 let [part, word] = same[0].1;
                 let inside = same.iter().filter(|(voxel, ..)| region.get(*voxel));
                 let inside = inside.fold(0, |all, (.., bit)| all | bit);
                 if inside != 0 {
                     voxels[part] += u64::from(inside.count_ones());
-                    let person = roll.parts[part].0 as usize;
-                    let (hits, sensed) = (first + part, first + roll.parts.len() + person);
+                    let person = body_words.parts[part].0 as usize;
+                    let (hits, sensed) = (first + part, first + body_words.parts.len() + person);
                     let (word, hits, sensed) = (word as u32, hits as u32, sensed as u32);
-                    roll.flesh.push(Flesh { word, voxels: inside, hits, sensed });
+                    body_words.body.push(BodyWord { word, voxels: inside, hits, sensed });
                 }
             }
-            roll.voxels.push(voxels);
+            body_words.voxels.push(voxels);
         }
-        roll
+        body_words
     }
 
     /// Counters of a region: of each part, then of each person.

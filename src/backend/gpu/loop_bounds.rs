@@ -1,22 +1,25 @@
 //! How many turns the loops of a kernel make at most: never as many as a driver allows.
 //!
 //! # Theory
-//! Mesa's software adapters (llvmpipe, up to 22.3.6 at least) work on a vector of invocations at a time. The loops of a vector
-//! share one allowance, nested ones included; a turn is taken from it as long as any invocation of the vector is in the loop.
-//! When nothing is left every loop ends after its first turn, and nobody is told.
+//! Mesa's software adapters (llvmpipe, up to 22.3.6 at least) work on a vector of invocations at a time. The
+//! loops of a vector share one allowance, nested ones included; a turn is taken from it as long as any
+//! invocation of the vector is in the loop. When nothing is left every loop ends after its first turn, and
+//! nobody is told.
 //!
-//! So where each invocation loops once, a vector makes as many turns as its slowest invocation; where loops are nested, up to
-//! the sum over all of its invocations.
+//! So where each invocation loops once, a vector makes as many turns as its slowest invocation; where loops
+//! are nested, up to the sum over all of its invocations.
 //!
 //! # Practice
-//! `still`, `cast` and `walk` make one loop, over the crossings of a ray: 3 · 1023 at most. `pyramid`, `judge` and `count` make some
-//! hundred turns. What `gather`, `scan` and `fuse` do is bounded below. That no loop was ended early is proved by
-//! `shaders/proof.wgsl`, on every device and in every batch.
+//! `static_hits`, `cast` and `carve_rays` make one loop, over the crossings of a ray: 3 · 1023 at most.
+//! `pyramid`, `carve_boxes` and `count` make some hundred turns. What `carve_voxels`, `carve_crowded` and
+//! `fuse` do is bounded below. That no loop was ended early is proved by `shaders/completion.wgsl`, on every
+//! device and in every batch.
 
 use crate::backend::Image;
-use crate::march::{MAX_RANGE_VOXELS, stray};
+use crate::march::{MAX_RANGE_VOXELS, deviation};
 
-/// Invocations of a workgroup: one wave or two on any GPU, and a whole number of vectors on a software adapter.
+/// Invocations of a workgroup: one wave or two on any GPU, and a whole number of vectors on a software
+/// adapter.
 pub const WORKGROUP: u32 = 64;
 
 /// Turns that the loops of a vector may make.
@@ -25,16 +28,17 @@ const ALLOWED: u32 = 65_535;
 /// Most invocations of a vector: 512 bits.
 const LANES: u32 = 16;
 
-/// Most pixels that an invocation of `gather` looks at for one voxel.
+/// Most pixels that an invocation of `carve_voxels` looks at for one voxel.
 pub(super) const MOST_PIXELS: u32 = 512;
 
-/// Most turns of the nested loops over pixels that an invocation of `gather` makes for all its voxels.
+/// Most turns of the nested loops over pixels that an invocation of `carve_voxels` makes for all its voxels.
 pub(super) const MOST_TURNS: u32 = 4000;
 
-// Besides, for a cube of voxels: its own blocks of the pyramid, its voxels and the blocks of each, and its rows.
+// Besides, for a cube of voxels: its own blocks of the pyramid, its voxels and the blocks of each, and its
+// rows.
 const _: () = assert!(LANES * MOST_TURNS + 25 + 9 + 8 * 25 + 5 <= ALLOWED);
 
-/// Voxels that a workgroup of `scan` takes.
+/// Voxels that a workgroup of `carve_crowded` takes.
 pub(super) const SCANS_AT_ONCE: u32 = 16;
 
 /// Most pixels that may see a voxel that is scanned; its invocations share them.
@@ -42,26 +46,29 @@ const MOST_SCANNED: u32 = 240_000;
 
 const _: () = assert!(SCANS_AT_ONCE * (MOST_SCANNED.div_ceil(WORKGROUP) + 2) < ALLOWED);
 
-/// Most readings that are fused for a choice: `fuse` looks at each of them once, and again for each of the 32 voxels of a word.
+/// Most readings that are fused for a choice: `fuse` looks at each of them once, and again for each of the 32
+/// voxels of a word.
 pub(super) const MOST_READINGS: u32 = 1900;
 
 const _: () = assert!((MOST_READINGS + 1) + 32 * (MOST_READINGS + 1) + 33 <= ALLOWED);
 
-/// What a ray may stray in a voxel of distance, for kernels: twice as much, since their floats have fewer digits than the distance
-/// needs.
-pub(super) const STRAY_PER_VOXEL: f64 = 2.0 * stray::PER_VOXEL;
+/// What a ray may deviate in a voxel of distance, for kernels: twice as much, since their floats have fewer
+/// digits than the distance needs.
+pub(super) const DEVIATION_PER_VOXEL: f64 = 2.0 * deviation::PER_VOXEL;
 
-/// Depth in voxels up to which voxels of an image are near: behind it none is seen by more than [`MOST_SCANNED`] pixels.
+/// Depth in voxels up to which voxels of an image are near: behind it none is seen by more than
+/// [`MOST_SCANNED`] pixels.
 ///
-/// A voxel is at most √3 wide and as deep, and `sight` in `shaders/image.wgsl` grows it by what rays may stray at its distance,
-/// on both sides. If it is in the middle of the image, its near side decides how many pixels it covers; else they
-/// reach from the image's edge at its near side to where its other end is at its far side, at least a voxel deeper.
+/// A voxel is at most √3 wide and as deep, and `pixel_rect` in `shaders/projection.wgsl` grows it by what
+/// rays may deviate at its distance, on both sides. If it is in the middle of the image, its near side
+/// decides how many pixels it covers; else they reach from the image's edge at its near side to where its
+/// other end is at its far side, at least a voxel deeper.
 pub(super) fn near_voxels(image: &Image) -> f64 {
     let edge = |axis: usize| f64::from(image.size_px[axis]) / 2.0;
     let slopes = edge(0) / image.focal_px[0] + edge(1) / image.focal_px[1];
     let pixels = |depth: f64, axis: usize| {
-        let stray = STRAY_PER_VOXEL * ((depth + 2.0) * (1.0 + slopes) + 3.5) + stray::FIXED;
-        let (wide, focal) = (3f64.sqrt() + 2.0 * stray, image.focal_px[axis]);
+        let deviation = DEVIATION_PER_VOXEL * ((depth + 2.0) * (1.0 + slopes) + 3.5) + deviation::FIXED;
+        let (wide, focal) = (3f64.sqrt() + 2.0 * deviation, image.focal_px[axis]);
         let across = wide * f64::max(focal / depth, (focal + edge(axis)) / (depth + 1.0));
         (across + 3.0).min(2.0 * edge(axis))
     };
@@ -76,12 +83,14 @@ pub(super) fn near_voxels(image: &Image) -> f64 {
 mod tests {
     use super::*;
 
-    /// `sight` in `shaders/image.wgsl`: the first and last pixel of one axis that may see a voxel, for a voxel at `p` in the
-    /// camera's frame whose half extents there are `half`, and the depth where it begins.
+    /// `pixel_rect` in `shaders/projection.wgsl`: the first and last pixel of one axis that may see a voxel,
+    /// for a voxel at `p` in the camera's frame whose half extents there are `half`, and the depth where it
+    /// begins.
     fn seen(image: &Image, axis: usize, p: [f64; 3], half: [f64; 3]) -> (f64, f64) {
-        let stray = STRAY_PER_VOXEL * (p.iter().map(|x| x.abs()).sum::<f64>() + 1.5) + stray::FIXED;
-        let (low, high) = (p[axis] - half[axis] - stray, p[axis] + half[axis] + stray);
-        let (z_low, z_high) = (p[2] - half[2] - stray, p[2] + half[2] + stray);
+        let deviation =
+            DEVIATION_PER_VOXEL * (p.iter().map(|x| x.abs()).sum::<f64>() + 1.5) + deviation::FIXED;
+        let (low, high) = (p[axis] - half[axis] - deviation, p[axis] + half[axis] + deviation);
+        let (z_low, z_high) = (p[2] - half[2] - deviation, p[2] + half[2] + deviation);
         let (size, focal) = (f64::from(image.size_px[axis]), image.focal_px[axis]);
         let from = size / 2.0 + focal * low / if low < 0.0 { z_low } else { z_high } - 0.5;
         let to = size / 2.0 + focal * high / if high < 0.0 { z_high } else { z_low } + 0.5;
@@ -102,7 +111,8 @@ mod tests {
         for image in &cameras {
             let near = near_voxels(image);
             let mut most = 0.0f64;
-            // Turned in all directions by eighths of a right angle, at depths from the nearest on, over a quarter of the image.
+            // Turned in all directions by eighths of a right angle, at depths from the nearest on, over a
+            // quarter of the image.
             for turn in 0..64 {
                 let [a, b] = [turn % 8, turn / 8].map(|i| f64::from(i) * std::f64::consts::FRAC_PI_2 / 8.0);
                 let rows = [

@@ -1,16 +1,18 @@
-//! How far the integers lead a ray from its ideal line: the one bound by which those who decide in floats keep their distance.
+//! How far the integers lead a ray from its ideal line: the one bound by which those who decide in floats
+//! keep their distance.
 //!
 //! # Theory
-//! A component of the direction in the grid is a sum of three products a·d of a rotation's entry and of a direction's, both
-//! rounded to 2⁻¹⁵ and so off by 2⁻¹⁶ at most. The sum is off by Σ(|a| + |d|) · 2⁻¹⁶ ≤ 2√3 · 2⁻¹⁶, and by 2⁻¹⁷ more once it is
-//! rounded itself: 6.1 · 10⁻⁵ a component. A period is rounded down by less than 2⁻¹⁶ of what it is for a component of 1, and
-//! less for smaller ones: 1.6 · 10⁻⁵ along the ray. A rotation's rows cannot all have Σ|a| = √3 at once, so all three
-//! components together stay below 1.1 · 10⁻⁴ voxels a voxel of distance; the test below measures what is reached.
+//! A component of the direction in the grid is a sum of three products a·d of a rotation's entry and of a
+//! direction's, both rounded to 2⁻¹⁵ and so off by 2⁻¹⁶ at most. The sum is off by Σ(|a| + |d|) · 2⁻¹⁶ ≤ 2√3
+//! · 2⁻¹⁶, and by 2⁻¹⁷ more once it is rounded itself: 6.1 · 10⁻⁵ a component. A period is rounded down by
+//! less than 2⁻¹⁶ of what it is for a component of 1, and less for smaller ones: 1.6 · 10⁻⁵ along the ray. A
+//! rotation's rows cannot all have Σ|a| = √3 at once, so all three components together stay below 1.1 · 10⁻⁴
+//! voxels a voxel of distance; the test below measures what is reached.
 //!
-//! What does not grow with the distance (first crossings are rounded down) is below 10⁻⁴ voxels. [`FIXED`] is much more: room for
-//! the rounding of 32-bit floats in a grid of a thousand voxels.
+//! What does not grow with the distance (first crossings are rounded down) is below 10⁻⁴ voxels. [`FIXED`] is
+//! much more: room for the rounding of 32-bit floats in a grid of a thousand voxels.
 
-/// What a ray of integers strays from its ideal line in a voxel of distance, at most, in voxels.
+/// What a ray of integers deviates from its ideal line in a voxel of distance, at most, in voxels.
 pub const PER_VOXEL: f64 = 1.1e-4;
 
 /// What is added to that, whatever the distance, in voxels.
@@ -39,7 +41,8 @@ mod tests {
         }
     }
 
-    /// Where the integers have a ray at a distance, from where its crossings are: straight between two of an axis.
+    /// Where the integers have a ray at a distance, from where its crossings are: straight between two of an
+    /// axis.
     fn place(origin_q16: [i32; 3], first: [u32; 3], period: [u32; 3], step: [i32; 3], t: f64) -> DVec3 {
         DVec3::from_array(std::array::from_fn(|r| {
             let origin = f64::from(origin_q16[r]) / 65_536.0;
@@ -53,7 +56,7 @@ mod tests {
     }
 
     #[test]
-    fn no_ray_strays_farther_than_the_bound() {
+    fn no_ray_deviates_farther_than_the_bound() {
         let mut random = ChaCha8Rng::seed_from_u64(13);
         let (mut most, mut fixed) = (0.0f64, 0.0f64);
         for _ in 0..20_000 {
@@ -86,7 +89,8 @@ mod tests {
                 }
             }
         }
-        // The bound is no larger than it need be: more than half of it is reached, and little of what is fixed.
+        // The bound is no larger than it need be: more than half of it is reached, and little of what is
+        // fixed.
         assert!(most > 0.5 * PER_VOXEL && most < PER_VOXEL, "{most} a voxel");
         assert!(fixed < 3e-4 && f64::from(MAX_RANGE_VOXELS) * PER_VOXEL < 0.25, "{fixed} at the beginning");
     }

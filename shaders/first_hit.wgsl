@@ -5,60 +5,60 @@
 // # Theory
 // All bricks nearer than the reach of a brick are empty (src/voxel/bricks.rs), so all crossings inside that
 // cube and the one that leaves it may be made at once, in closed form; the first blocker is the one that
-// single steps would find. In a brick that holds blockers the cube is the cell itself, and the leap a step:
+// single steps would find. In a brick that holds blockers the cube is the voxel itself, and the leap a step:
 // there is one way of moving, since software adapters pay for every branch, taken or not.
 
 // No blocker within range inside the grid.
 const NO_HIT = 0xffffffffu;
 
-// The reach of the brick that holds a cell.
-fn reach_at(cell: vec3<i32>) -> i32 {
-    let brick = vec3<u32>(cell) >> vec3<u32>(BRICK_EDGE_LOG2);
+// The reach of the brick that holds a voxel.
+fn reach_at(voxel: vec3<i32>) -> i32 {
+    let brick = vec3<u32>(voxel) >> vec3<u32>(BRICK_EDGE_LOG2);
     let index = (brick.z * setup.bricks_y + brick.y) * setup.bricks_x + brick.x;
     return i32((layer[setup.reach_word + (index >> 2u)] >> ((index & 3u) * 8u)) & 0xffu);
 }
 
-// Voxels ahead on each axis in the empty cube around a cell, cut to the grid.
-fn ahead(cell: vec3<i32>, step: vec3<i32>, reach: i32, size: vec3<i32>) -> vec3<u32> {
-    let brick = cell >> vec3<u32>(BRICK_EDGE_LOG2);
+// Voxels ahead on each axis in the empty cube around a voxel, cut to the grid.
+fn ahead(voxel: vec3<i32>, step: vec3<i32>, reach: i32, size: vec3<i32>) -> vec3<u32> {
+    let brick = voxel >> vec3<u32>(BRICK_EDGE_LOG2);
     let low = max((brick - reach + 1) << vec3<u32>(BRICK_EDGE_LOG2), vec3<i32>());
     let high = min((brick + reach) << vec3<u32>(BRICK_EDGE_LOG2), size);
-    // Without reach both are behind the cell.
-    return vec3<u32>(max(select(high - 1 - cell, cell - low, step < vec3<i32>()), vec3<i32>()));
+    // Without reach both are behind the voxel.
+    return vec3<u32>(max(select(high - 1 - voxel, voxel - low, step < vec3<i32>()), vec3<i32>()));
 }
 
 // The first blocker of a ray in one word that orders by distance: the distance times four, plus the axis of
 // the crossing into it; NO_HIT if there is none up to `last_q16`.
-fn strike(begin: March, last_q16: u32) -> u32 {
+fn first_hit(begin: March, last_q16: u32) -> u32 {
     var ray = begin;
     let size = vec3<i32>(vec3<u32>(setup.grid_x, setup.grid_y, setup.grid_z));
-    var reach = reach_at(ray.cell);
+    var reach = reach_at(ray.voxel);
     var hit = NO_HIT;
     var t = 0u;
     loop {
-        let leaves = crossing3_q16(ray.next_q16, ray.period_q16, ahead(ray.cell, ray.step, reach, size));
+        let leaves = crossing3_q16(ray.next_q16, ray.period_q16, ahead(ray.voxel, ray.step, reach, size));
         let axis = next_axis(leaves);
         t = min(leaves.x, min(leaves.y, leaves.z));
         if t > last_q16 {
             break;
         }
         let made = made_at3(ray.next_q16, ray.period_q16, t, i32(axis));
-        ray.cell += ray.step * vec3<i32>(made);
+        ray.voxel += ray.step * vec3<i32>(made);
         // What is never crossed again stays a signed number.
         ray.next_q16 = min(ray.next_q16 + made * ray.period_q16, vec3<u32>(NEVER));
         // A negative coordinate is a huge unsigned one.
-        if any(bitcast<vec3<u32>>(ray.cell) >= vec3<u32>(size)) {
+        if any(bitcast<vec3<u32>>(ray.voxel) >= vec3<u32>(size)) {
             break;
         }
-        reach = reach_at(ray.cell);
-        let word = (u32(ray.cell.z) * setup.grid_y + u32(ray.cell.y)) * setup.grid_words_per_row + (u32(ray.cell.x) >> 5u);
-        let blocked = ((layer[word] >> (u32(ray.cell.x) & 31u)) & 1u) != 0u;
+        reach = reach_at(ray.voxel);
+        let word = (u32(ray.voxel.z) * setup.grid_y + u32(ray.voxel.y)) * setup.grid_words_per_row + (u32(ray.voxel.x) >> 5u);
+        let blocked = ((layer[word] >> (u32(ray.voxel.x) & 31u)) & 1u) != 0u;
         if blocked && t >= table.near_ignore_q16 {
             hit = (t << 2u) | axis;
             break;
         }
     }
-    let outside = any(bitcast<vec3<u32>>(ray.cell) + opaque(0u) >= vec3<u32>(size));
+    let outside = any(bitcast<vec3<u32>>(ray.voxel) + opaque(0u) >= vec3<u32>(size));
     loop_ended(opaque(t) > last_q16 || outside || opaque(hit) != NO_HIT);
     return hit;
 }

@@ -2,9 +2,9 @@
 // `done`.
 //
 // # Theory
-// A driver may end a loop early and say nothing (src/backend/gpu/turns.rs). So after each loop its kernel
-// asks of what the loop left behind whether it ended by its own condition. A compiler knows that it did, and
-// would drop the question; it cannot where `opaque` numbers decide.
+// A driver may end a loop early and say nothing (src/backend/gpu/loop_bounds.rs). So after each loop its
+// kernel asks of what the loop left behind whether it ended by its own condition. A compiler knows that it
+// did, and would drop the question; it cannot where `opaque` numbers decide.
 
 // Whether some loop of this invocation was ended before its own condition held.
 var<private> was_cut: bool;

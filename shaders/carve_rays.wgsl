@@ -1,4 +1,4 @@
-// Marks the cells that each ray frees, one after the other, from where it enters the window to where it
+// Marks the voxels that each ray frees, one after the other, from where it enters the window to where it
 // leaves it. One invocation a ray; bits are set with atomics, so the order of rays cannot matter.
 //
 // # Theory
@@ -12,16 +12,16 @@
 @group(0) @binding(0) var<uniform> setup: Setup;
 @group(0) @binding(1) var<uniform> part: Part;
 @group(0) @binding(2) var<uniform> table: Table;
-@group(0) @binding(3) var<storage, read> placements: array<Placement>;
+@group(0) @binding(3) var<storage, read> placements: array<GridPose>;
 @group(0) @binding(4) var<storage, read> dirs_q15: array<array<i32, 3>>;
 @group(0) @binding(5) var<storage, read> ends: array<u32>;
 @group(0) @binding(6) var<storage, read_write> free: array<atomic<u32>>;
 @group(0) @binding(7) var<storage, read_write> done: array<atomic<u32>, DONE_WORDS>;
 
 // The crossings made when a ray has entered the window on every axis: none if it begins inside. Where it
-// never comes there, or has left again, the cell that it is in then is outside.
+// never comes there, or has left again, the voxel that it is in then is outside.
 fn entered(begin: March, low: vec3<i32>, high: vec3<i32>) -> vec3<u32> {
-    let short = max(max(low - begin.cell, begin.cell - high), vec3<i32>());
+    let short = max(max(low - begin.voxel, begin.voxel - high), vec3<i32>());
     let last = crossing3_q16(begin.next_q16, begin.period_q16, vec3<u32>(max(short, vec3<i32>(1)) - 1));
     let enters = select(vec3<i32>(-1), vec3<i32>(last), short > vec3<i32>());
     let t = max(enters.x, max(enters.y, enters.z));
@@ -30,30 +30,30 @@ fn entered(begin: March, low: vec3<i32>, high: vec3<i32>) -> vec3<u32> {
     return select(made, vec3<u32>(), vec3<bool>(t < 0 || t > i32(FARTHEST_READ_Q16)));
 }
 
-fn walk(slot: u32, begin: March, cells: u32) {
+fn mark_freed(slot: u32, begin: March, voxels: u32) {
     let size = vec3<i32>(vec3<u32>(setup.window_x, setup.window_y, setup.window_z));
     let low = vec3<i32>(setup.window_min_x, setup.window_min_y, setup.window_min_z);
     let made = entered(begin, low, low + size - 1);
     var ray = begin;
-    // From here on cells count from the window's corner.
-    ray.cell += ray.step * vec3<i32>(made) - low;
+    // From here on voxels count from the window's corner.
+    ray.voxel += ray.step * vec3<i32>(made) - low;
     ray.next_q16 += made * ray.period_q16;
     let row = i32(setup.window_words_per_row * 32u);
     let layer = row * size.y;
     let strides = ray.step * vec3<i32>(1, row, layer);
     let plane = slot * setup.window_words;
-    var bit = ray.cell.x + ray.cell.y * row + ray.cell.z * layer;
-    var left = select(size - 1 - ray.cell, ray.cell, ray.step < vec3<i32>());
+    var bit = ray.voxel.x + ray.voxel.y * row + ray.voxel.z * layer;
+    var left = select(size - 1 - ray.voxel, ray.voxel, ray.step < vec3<i32>());
     // A negative coordinate is a huge unsigned one.
-    var inside = all(bitcast<vec3<u32>>(ray.cell) < vec3<u32>(size));
+    var inside = all(bitcast<vec3<u32>>(ray.voxel) < vec3<u32>(size));
     var crossings = made.x + made.y + made.z;
     loop {
-        if !inside || crossings >= cells {
+        if !inside || crossings >= voxels {
             break;
         }
         let word = plane + (u32(bit) >> 5u);
         let mask = 1u << (u32(bit) & 31u);
-        // Most cells near a sensor are freed by many rays: looking is cheaper than another atomic write.
+        // Most voxels near a sensor are freed by many rays: looking is cheaper than another atomic write.
         if (atomicLoad(&free[word]) & mask) == 0u {
             atomicOr(&free[word], mask);
         }
@@ -66,7 +66,7 @@ fn walk(slot: u32, begin: March, cells: u32) {
         bit += select(select(strides.z, strides.y, crossed.y), strides.x, crossed.x);
         crossings += 1u;
     }
-    loop_ended(!inside || opaque(crossings) >= cells);
+    loop_ended(!inside || opaque(crossings) >= voxels);
 }
 
 @compute @workgroup_size(WORKGROUP)
@@ -80,7 +80,7 @@ fn main(
         let row = part.first_row + id.y;
         let placement = placements[row];
         let end = unpacked(ends[row * table.rays + ray]);
-        walk(placement.slot, launch(placement, dirs_q15[ray]), freed(end, table.no_return_is_free != 0u));
+        mark_freed(placement.slot, launch(placement, dirs_q15[ray]), freed(end, table.no_return_is_free != 0u));
     }
-    report(WALK, local);
+    report(CARVE_RAYS, local);
 }

@@ -1,18 +1,19 @@
 //! How far all rays of a camera's tile travel through nothing: a cone around the tile is pushed through empty
-//! boxes, and every ray starts where it stops. `strike` finds what they hit from there on.
+//! boxes, and every ray starts where it stops. `first_hit` finds what they hit from there on.
 //!
 //! # Theory
-//! A ray of integers strays from the ideal one by no more than `march::stray` says. The cone holds all ideal rays of the tile and
-//! is grown by that, so while it stays in boxes without blockers, no ray of the tile has entered one. Floats decide only how far that is proved, with room to spare; the ray
-//! itself lands by counting crossings (`leap`).
+//! A ray of integers deviates from the ideal one by no more than `march::deviation` says. The cone holds all
+//! ideal rays of the tile and is grown by that, so while it stays in boxes without blockers, no ray of the
+//! tile has entered one. Floats decide only how far that is proved, with room to spare; the ray itself lands
+//! by counting crossings (`leap`).
 //!
 //! # Practice
-//! For the tiles of cameras. The rays of a LIDAR's bundle are too far apart.
+//! For the tiles of cameras. The rays of a LIDAR's packet are too far apart.
 
-use super::bundle::Bundles;
-use super::strike::Search;
-use crate::backend::Placement;
-use crate::march::stray;
+use super::first_hit::Search;
+use super::packet::Packets;
+use crate::backend::GridPose;
+use crate::march::deviation;
 use crate::voxel::Window;
 
 /// The cone of a tile in the sensor's frame: rays of length 1 end within `spread` of `middle`.
@@ -26,17 +27,17 @@ pub(super) struct Cone {
 const LEAST_GAIN: f32 = 1.0;
 
 /// How far a ray of integers may be from the ideal one, in voxels.
-pub(super) fn stray(t: f32) -> f32 {
-    STRAY_PER_VOXEL * t + stray::FIXED as f32
+pub(super) fn deviation(t: f32) -> f32 {
+    DEVIATION_PER_VOXEL * t + deviation::FIXED as f32
 }
 
-/// What the stray grows by along a ray.
-const STRAY_PER_VOXEL: f32 = stray::PER_VOXEL as f32;
+/// What the deviation grows by along a ray.
+const DEVIATION_PER_VOXEL: f32 = deviation::PER_VOXEL as f32;
 
 impl Cone {
-    /// The cone of a bundle.
-    pub(super) fn of(bundles: &Bundles, bundle: usize) -> Cone {
-        let dirs = bundles.dirs_q15(bundle);
+    /// The cone of a packet.
+    pub(super) fn of(packets: &Packets, packet: usize) -> Cone {
+        let dirs = packets.dirs_q15(packet);
         let lanes = dirs[0].len();
         let mean = |a: usize| dirs[a].iter().sum::<i32>() as f32 / (lanes as f32 * 32_768.0);
         let middle = [mean(0), mean(1), mean(2)];
@@ -49,8 +50,8 @@ impl Cone {
     }
 
     /// The cone sent from a placement.
-    pub(super) fn sent(&self, from: &Placement) -> Beam {
-        Beam {
+    pub(super) fn sent(&self, from: &GridPose) -> ConeAtPose {
+        ConeAtPose {
             origin: from.origin_q16.map(|x| x as f32 / 65_536.0),
             along: from.axis_q15.map(|row| (0..3).map(|a| row[a] as f32 / 32_768.0 * self.middle[a]).sum()),
             spread: self.spread,
@@ -59,13 +60,13 @@ impl Cone {
 }
 
 /// A cone in the grid.
-pub(super) struct Beam {
+pub(super) struct ConeAtPose {
     origin: [f32; 3],
     along: [f32; 3],
     spread: f32,
 }
 
-impl Beam {
+impl ConeAtPose {
     /// Where its middle is at a distance.
     fn at(&self, t: f32) -> [f32; 3] {
         std::array::from_fn(|r| self.origin[r] + self.along[r] * t)
@@ -73,22 +74,22 @@ impl Beam {
 
     /// How far from its middle a ray of integers may be at a distance.
     fn radius(&self, t: f32) -> f32 {
-        t * self.spread + stray(t)
+        t * self.spread + deviation(t)
     }
 
     /// How far its rays have surely entered no blocker, in voxels along each.
     pub(super) fn clear(&self, search: &Search) -> f32 {
         let layer = search.layer;
         let size = layer.blockers.window().size;
-        let growth = self.spread + STRAY_PER_VOXEL;
+        let growth = self.spread + DEVIATION_PER_VOXEL;
         let mut t = 0.0f32;
         loop {
             let at = self.at(t);
-            let cell = at.map(floor);
-            if (0..3).any(|r| cell[r] as u32 >= size[r]) {
+            let voxel = at.map(floor);
+            if (0..3).any(|r| voxel[r] as u32 >= size[r]) {
                 break;
             }
-            let known = if t == 0.0 { Some(search.clearing) } else { layer.empty_box(cell) };
+            let known = if t == 0.0 { Some(search.clearing) } else { layer.empty_box(voxel) };
             let Some([low, high]) = known else { break };
             let radius = self.radius(t);
             let mut gain = f32::MAX;
@@ -110,7 +111,8 @@ impl Beam {
         t
     }
 
-    /// The voxels in which any of its rays may be from one distance to another; they may lie outside the grid.
+    /// The voxels in which any of its rays may be from one distance to another; they may lie outside the
+    /// grid.
     pub(super) fn section(&self, from: f32, to: f32) -> Window {
         let (a, b, radius) = (self.at(from), self.at(to), self.radius(to));
         let low = std::array::from_fn(|r| floor(a[r].min(b[r]) - radius));
@@ -120,8 +122,8 @@ impl Beam {
 
     /// Whether any of its rays may be in a voxel before a distance.
     #[inline]
-    pub(super) fn touches(&self, cell: [i32; 3], to: f32) -> bool {
-        let away: [f32; 3] = std::array::from_fn(|r| cell[r] as f32 + 0.5 - self.origin[r]);
+    pub(super) fn touches(&self, voxel: [i32; 3], to: f32) -> bool {
+        let away: [f32; 3] = std::array::from_fn(|r| voxel[r] as f32 + 0.5 - self.origin[r]);
         let dot = |a: &[f32; 3], b: &[f32; 3]| a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
         let length = dot(&self.along, &self.along);
         if length < 0.25 {
@@ -136,8 +138,8 @@ impl Beam {
     }
 }
 
-/// ⌊x⌋ of what is no farther than a grid is large, without a call; within 1/128 of a whole number it may be that number. The
-/// stray used here has more to spare than that.
+/// ⌊x⌋ of what is no farther than a grid is large, without a call; within 1/128 of a whole number it may be
+/// that number. The deviation used here has more to spare than that.
 fn floor(x: f32) -> i32 {
     const BEYOND: i32 = 1 << 16;
     (x + BEYOND as f32) as i32 - BEYOND

@@ -9,7 +9,7 @@
 @group(0) @binding(0) var<uniform> setup: Setup;
 @group(0) @binding(1) var<uniform> part: Part;
 @group(0) @binding(2) var<uniform> table: Table;
-@group(0) @binding(3) var<storage, read> placements: array<Placement>;
+@group(0) @binding(3) var<storage, read> placements: array<GridPose>;
 @group(0) @binding(4) var<storage, read> dirs_q15: array<array<i32, 3>>;
 @group(0) @binding(5) var<storage, read> layer: array<u32>;
 @group(0) @binding(6) var<storage, read_write> first_hits: array<u32>;
@@ -25,7 +25,7 @@ fn main(
     if ray < part.end {
         let placement = placements[part.first_row + id.y];
         let begin = launch_truly(placement, dirs_q15[ray]);
-        first_hits[placement.first_hits * setup.first_hits_stride + ray] = strike(begin, table.range_max_q16);
+        first_hits[placement.first_hits * setup.first_hits_stride + ray] = first_hit(begin, table.range_max_q16);
     }
-    report(STILL, local);
+    report(STATIC_HITS, local);
 }

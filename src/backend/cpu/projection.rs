@@ -1,25 +1,25 @@
 //! Where boxes of voxels are in a camera's image: conservative rectangles of pixels, in floats. A rectangle
-//! only says where to look; `gather` decides in integers.
+//! only says where to look; `carve_voxels` decides in integers.
 //!
 //! # Theory
-//! The ideal rays that cross a box go through the pixels that the box projects to. Rays of integers stray
-//! from them (`beam::stray`), so the box is grown by that first. Depth and width of a box are bounded one by
-//! one, which makes the rectangle larger than need be, never smaller.
+//! The ideal rays that cross a box go through the pixels that the box projects to. Rays of integers deviate
+//! from them (`cone::deviation`), so the box is grown by that first. Depth and width of a box are bounded one
+//! by one, which makes the rectangle larger than need be, never smaller.
 //!
 //! # Practice
-//! For the boxes and voxels of `gather`, eight at a time.
+//! For the boxes and voxels of `carve_voxels`, eight at a time.
 
 use fearless_simd::{Level, Simd, dispatch};
 
-use super::beam::stray;
+use super::cone::deviation;
 use super::pyramid::Rect;
-use crate::backend::{Image, Placement};
+use crate::backend::{GridPose, Image};
 
 /// Pixels on an axis beyond which a voxel is too near to be looked at from there.
 const WIDEST_VOXEL_PX: f32 = 384.0;
 
 /// A camera at a placement.
-pub(super) struct View {
+pub(super) struct Projection {
     origin: [f32; 3],
     /// Rows of sensor_from_grid, and their absolute values.
     axes: [[f32; 3]; 3],
@@ -38,7 +38,7 @@ pub(super) const BOXES: usize = 8;
 
 /// A box as a camera sees it: no other pixels' rays visit any of its voxels.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Sight {
+pub(super) struct PixelRect {
     pub(super) rect: Rect,
     /// Whether some of it is so near that pixels say little.
     pub(super) near: bool,
@@ -48,7 +48,7 @@ pub(super) struct Sight {
 }
 
 /// Boxes as a camera sees them.
-pub(super) struct Sights {
+pub(super) struct PixelRects {
     first: [[i32; BOXES]; 2],
     last: [[i32; BOXES]; 2],
     seen: [bool; BOXES],
@@ -56,24 +56,24 @@ pub(super) struct Sights {
     dense: [bool; BOXES],
 }
 
-impl Sights {
+impl PixelRects {
     /// One of them; `None` if no pixel sees any of its voxels.
     #[inline]
-    pub(super) fn of(&self, i: usize) -> Option<Sight> {
+    pub(super) fn of(&self, i: usize) -> Option<PixelRect> {
         let rect = Rect {
             first: [self.first[0][i] as u32, self.first[1][i] as u32],
             last: [self.last[0][i] as u32, self.last[1][i] as u32],
         };
-        self.seen[i].then_some(Sight { rect, near: self.near[i], dense: self.dense[i] })
+        self.seen[i].then_some(PixelRect { rect, near: self.near[i], dense: self.dense[i] })
     }
 }
 
-impl View {
-    pub(super) fn new(placement: &Placement, image: &Image) -> View {
+impl Projection {
+    pub(super) fn new(placement: &GridPose, image: &Image) -> Projection {
         let axes: [[f32; 3]; 3] =
             std::array::from_fn(|a| std::array::from_fn(|r| placement.axis_q15[r][a] as f32 / 32_768.0));
         let focal_px = image.focal_px.map(|f| f as f32);
-        View {
+        Projection {
             origin: placement.origin_q16.map(|x| x as f32 / 65_536.0),
             axes,
             spans: axes.map(|axis| axis.iter().map(|x| x.abs()).sum()),
@@ -99,19 +99,25 @@ impl View {
 
     /// The pixels of a rectangle that may see cubes of `edge` voxels, from each of at most [`BOXES`] corners
     /// on.
-    pub(super) fn sights(&self, level: Level, corners: &[[i32; 3]], edge: i32, within: &Rect) -> Sights {
+    pub(super) fn pixel_rects(
+        &self,
+        level: Level,
+        corners: &[[i32; 3]],
+        edge: i32,
+        within: &Rect,
+    ) -> PixelRects {
         let half = edge as f32 * 0.5;
         let mut middles = [[0.0; BOXES]; 3];
         for (i, corner) in corners.iter().enumerate() {
             (0..3).for_each(|r| middles[r][i] = corner[r] as f32 + half);
         }
-        dispatch!(level, simd => sights(simd, self, &middles, half, within))
+        dispatch!(level, simd => pixel_rects(simd, self, &middles, half, within))
     }
 
     /// The pixel through the centre of a voxel, or the nearest of a rectangle.
     #[inline]
-    pub(super) fn centre(&self, cell: [i32; 3], rect: &Rect) -> [u32; 2] {
-        let [x, y, z] = self.point(cell.map(|c| c as f32 + 0.5));
+    pub(super) fn centre(&self, voxel: [i32; 3], rect: &Rect) -> [u32; 2] {
+        let [x, y, z] = self.point(voxel.map(|c| c as f32 + 0.5));
         let at = |a: usize, x: f32| {
             let pixel = self.focal_px[a] * x / z + self.middle_px[a];
             ((pixel + 0.5) as u32).clamp(rect.first[a], rect.last[a])
@@ -125,14 +131,20 @@ impl View {
         let slope = |a: usize| (self.middle_px[a] + 1.0) / self.focal_px[a];
         let depth = self.near + 2.0 * (0.5 * self.spans[2] + 0.5);
         let t = depth * (1.0 + slope(0).powi(2) + slope(1).powi(2)).sqrt();
-        ((t + 2.0 * stray(t) + 1.0) * 65_536.0).min(f32::from(u16::MAX) * 32_768.0) as u32
+        ((t + 2.0 * deviation(t) + 1.0) * 65_536.0).min(f32::from(u16::MAX) * 32_768.0) as u32
     }
 }
 
-/// [`View::sights`] of cubes with these centres and half edges.
+/// [`Projection::pixel_rects`] of cubes with these centres and half edges.
 #[inline(always)]
-fn sights<S: Simd>(_: S, view: &View, middles: &[[f32; BOXES]; 3], half: f32, within: &Rect) -> Sights {
-    let mut out = Sights {
+fn pixel_rects<S: Simd>(
+    _: S,
+    projection: &Projection,
+    middles: &[[f32; BOXES]; 3],
+    half: f32,
+    within: &Rect,
+) -> PixelRects {
+    let mut out = PixelRects {
         first: [[0; BOXES]; 2],
         last: [[0; BOXES]; 2],
         seen: [false; BOXES],
@@ -141,40 +153,40 @@ fn sights<S: Simd>(_: S, view: &View, middles: &[[f32; BOXES]; 3], half: f32, wi
     };
     let mut at = [[0.0f32; BOXES]; 3];
     for i in 0..BOXES {
-        let from: [f32; 3] = [0, 1, 2].map(|r| middles[r][i] - view.origin[r]);
+        let from: [f32; 3] = [0, 1, 2].map(|r| middles[r][i] - projection.origin[r]);
         for a in 0..3 {
-            let axis = view.axes[a];
+            let axis = projection.axes[a];
             at[a][i] = axis[0] * from[0] + axis[1] * from[1] + axis[2] * from[2];
         }
     }
     let [mut grown, mut per_near, mut per_far, mut far] = [[0.0f32; BOXES]; 4];
     for i in 0..BOXES {
         // No farther than that from the sensor.
-        grown[i] = stray(at[0][i].abs() + at[1][i].abs() + at[2][i].abs() + 3.0 * half);
-        let deep = half * view.spans[2] + grown[i];
+        grown[i] = deviation(at[0][i].abs() + at[1][i].abs() + at[2][i].abs() + 3.0 * half);
+        let deep = half * projection.spans[2] + grown[i];
         let near = at[2][i] - deep;
         far[i] = at[2][i] + deep;
         per_far[i] = 1.0 / far[i];
         // Of what reaches behind the sensor, no edge bounds the slope.
         per_near[i] = if near > 0.0 { 1.0 / near } else { f32::INFINITY };
-        out.near[i] = near <= view.near;
+        out.near[i] = near <= projection.near;
         out.seen[i] = far[i] > 0.0;
         // The ray through the nearest pixel passes within half a voxel of a voxel's centre, so it crosses the
         // voxel.
-        out.dense[i] = view.half_pixel * far[i] + grown[i] <= 0.5;
+        out.dense[i] = projection.half_pixel * far[i] + grown[i] <= 0.5;
     }
     for a in 0..2 {
         let (first, last) = (within.first[a] as i32, within.last[a] as i32);
         for i in 0..BOXES {
-            let wide = half * view.spans[a] + grown[i];
+            let wide = half * projection.spans[a] + grown[i];
             let (low, high) = (at[a][i] - wide, at[a][i] + wide);
             // The slope of an edge is steepest where the box is nearest, or farthest if it goes the other
             // way.
             let low = low * if low >= 0.0 { per_far[i] } else { per_near[i] };
             let high = high * if high <= 0.0 { per_far[i] } else { per_near[i] };
-            let low = view.focal_px[a] * low + view.middle_px[a];
-            let high = view.focal_px[a] * high + view.middle_px[a];
-            out.dense[i] &= low >= 0.0 && high <= view.last_px[a];
+            let low = projection.focal_px[a] * low + projection.middle_px[a];
+            let high = projection.focal_px[a] * high + projection.middle_px[a];
+            out.dense[i] &= low >= 0.0 && high <= projection.last_px[a];
             // The first pixel not below, the last not above: conversion cuts.
             let from = low.clamp(0.0, 65_536.0) as i32;
             out.first[a][i] = (from + ((from as f32) < low) as i32).max(first);

@@ -10,9 +10,9 @@ use super::plan::Dispatch;
 const STAMPS: u32 = wgpu::QUERY_SET_MAX_QUERIES;
 
 /// Timestamps of the dispatches since the last reading.
-pub(super) struct Clock {
+pub(super) struct Timestamps {
     stamps: Option<Stamps>,
-    timed: Vec<Timed>,
+    timed: Vec<TimedDispatch>,
 }
 
 struct Stamps {
@@ -23,12 +23,12 @@ struct Stamps {
 
 /// A dispatch whose timestamps are on their way.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Timed {
+pub(super) struct TimedDispatch {
     pub(super) stage: Stage,
     pub(super) work: u64,
 }
 
-impl Clock {
+impl Timestamps {
     /// A clock, or none if the adapter cannot write timestamps.
     pub(super) fn new(device: &Device) -> Self {
         let stamps = device.device.features().contains(wgpu::Features::TIMESTAMP_QUERY).then(|| {
@@ -42,7 +42,7 @@ impl Clock {
                 device.buffer("stamps", u64::from(STAMPS) * 8, Usage::QUERY_RESOLVE | Usage::COPY_SRC);
             Stamps { set, resolved, ns_a_tick: f64::from(device.queue.get_timestamp_period()) }
         });
-        Clock { stamps, timed: Vec::new() }
+        Timestamps { stamps, timed: Vec::new() }
     }
 
     /// The timestamps of the next dispatch, if it is timed.
@@ -52,7 +52,7 @@ impl Clock {
         if first + 2 > STAMPS {
             return None;
         }
-        self.timed.push(Timed { stage: dispatch.stage, work: dispatch.work });
+        self.timed.push(TimedDispatch { stage: dispatch.stage, work: dispatch.work });
         Some(wgpu::ComputePassTimestampWrites {
             query_set: &stamps.set,
             beginning_of_pass_write_index: Some(first),
@@ -62,7 +62,10 @@ impl Clock {
 
     /// Makes the timestamps so far ready to be read, and starts anew: what was timed, and the buffer that
     /// will hold its timestamps, two a dispatch.
-    pub(super) fn read(&mut self, encoder: &mut wgpu::CommandEncoder) -> (Vec<Timed>, Option<wgpu::Buffer>) {
+    pub(super) fn read(
+        &mut self,
+        encoder: &mut wgpu::CommandEncoder,
+    ) -> (Vec<TimedDispatch>, Option<wgpu::Buffer>) {
         let timed = std::mem::take(&mut self.timed);
         let resolved = self.stamps.as_ref().filter(|_| !timed.is_empty()).map(|stamps| {
             encoder.resolve_query_set(&stamps.set, 0..2 * timed.len() as u32, &stamps.resolved, 0);

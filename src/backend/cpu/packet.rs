@@ -1,49 +1,49 @@
 //! Rays by the 64: tables in the order in which rays are cast together, and the arithmetic that is alike for
-//! all rays of a bundle, in loops that the compiler turns into vector code for the processor at hand.
+//! all rays of a packet, in loops that the compiler turns into vector code for the processor at hand.
 //!
 //! # Theory
 //! Every value is the one that `march` defines; lanes do not depend on each other, so their number changes
 //! nothing.
 //!
 //! # Practice
-//! A camera's bundle is a tile of 8 × 8 pixels, so that its rays stay together; other tables go in ray order.
+//! A camera's packet is a tile of 8 × 8 pixels, so that its rays stay together; other tables go in ray order.
 
 use fearless_simd::{Level, Simd, dispatch};
 
-use super::strike::{Crossing, Ray};
-use crate::backend::{Image, Placement, Rays};
+use super::first_hit::{LeapingRay, NextCrossing};
+use crate::backend::{GridPose, Image, Rays};
 use crate::march::{self, March, leap};
 
-/// Rays of a bundle.
+/// Rays of a packet.
 pub(super) const RAYS: usize = 64;
 
 /// Edge of a camera's tile in pixels.
 pub(super) const TILE: u32 = 8;
 
-/// One number for each ray of a bundle.
+/// One number for each ray of a packet.
 pub(super) type Lanes<T> = [T; RAYS];
 
-/// The directions of a table, bundle by bundle.
-pub(super) struct Bundles {
+/// The directions of a table, packet by packet.
+pub(super) struct Packets {
     /// Q15, axis by axis.
     dirs_q15: Vec<[Lanes<i32>; 3]>,
     rays: usize,
     image: Option<Image>,
 }
 
-impl Bundles {
+impl Packets {
     /// The rays of a table in the order they are cast.
     pub(super) fn new(rays: &Rays) -> Self {
-        let mut bundles = Bundles { dirs_q15: Vec::new(), rays: rays.dirs_q15.len(), image: rays.image };
-        for bundle in 0..bundles.count() {
-            let own = bundles.numbers(bundle);
+        let mut packets = Packets { dirs_q15: Vec::new(), rays: rays.dirs_q15.len(), image: rays.image };
+        for packet in 0..packets.count() {
+            let own = packets.numbers(packet);
             let dirs = |a: usize| std::array::from_fn(|lane| rays.dirs_q15[own[lane] as usize][a]);
-            bundles.dirs_q15.push(std::array::from_fn(dirs));
+            packets.dirs_q15.push(std::array::from_fn(dirs));
         }
-        bundles
+        packets
     }
 
-    /// How many bundles there are.
+    /// How many packets there are.
     pub(super) fn count(&self) -> usize {
         match self.image {
             None => self.rays.div_ceil(RAYS),
@@ -61,21 +61,21 @@ impl Bundles {
         self.image.as_ref()
     }
 
-    /// The directions of a bundle, axis by axis.
-    pub(super) fn dirs_q15(&self, bundle: usize) -> &[Lanes<i32>; 3] {
-        &self.dirs_q15[bundle]
+    /// The directions of a packet, axis by axis.
+    pub(super) fn dirs_q15(&self, packet: usize) -> &[Lanes<i32>; 3] {
+        &self.dirs_q15[packet]
     }
 
     /// The number of each lane's ray. Lanes past the edge of an image or the end of a table repeat the last
     /// ray before it.
-    pub(super) fn numbers(&self, bundle: usize) -> Lanes<u32> {
+    pub(super) fn numbers(&self, packet: usize) -> Lanes<u32> {
         let Some(image) = self.image else {
             let last = self.rays as u32 - 1;
-            return std::array::from_fn(|lane| (bundle * RAYS + lane).min(last as usize) as u32);
+            return std::array::from_fn(|lane| (packet * RAYS + lane).min(last as usize) as u32);
         };
         let [width, height] = image.size_px;
         let across = width.div_ceil(TILE);
-        let [left, top] = [bundle as u32 % across * TILE, bundle as u32 / across * TILE];
+        let [left, top] = [packet as u32 % across * TILE, packet as u32 / across * TILE];
         std::array::from_fn(|lane| {
             let (u, v) = (left + lane as u32 % TILE, top + lane as u32 / TILE);
             v.min(height - 1) * width + u.min(width - 1)
@@ -92,36 +92,36 @@ impl Bundles {
     }
 }
 
-/// The rays of a bundle in a grid, as `march::start` makes each of them.
-pub(super) struct Bundle {
-    /// The cell where all begin.
-    pub(super) cell: [i32; 3],
+/// The rays of a packet in a grid, as `march::start` makes each of them.
+pub(super) struct Packet {
+    /// The voxel where all begin.
+    pub(super) voxel: [i32; 3],
     /// Components of the directions, Q16.
     pub(super) dir_q16: [Lanes<i32>; 3],
     pub(super) period_q16: [Lanes<u32>; 3],
     pub(super) first_q16: [Lanes<u32>; 3],
 }
 
-impl Bundle {
+impl Packet {
     /// No rays yet.
     pub(super) fn new() -> Self {
         let none = [[march::NEVER; RAYS]; 3];
-        Bundle { cell: [0; 3], dir_q16: [[0; RAYS]; 3], period_q16: none, first_q16: none }
+        Packet { voxel: [0; 3], dir_q16: [[0; RAYS]; 3], period_q16: none, first_q16: none }
     }
 
     /// Sends rays from a placement.
-    pub(super) fn start(&mut self, level: Level, placement: &Placement, dirs_q15: &[Lanes<i32>; 3]) {
-        self.cell = placement.origin_q16.map(|x| x >> 16);
+    pub(super) fn start(&mut self, level: Level, placement: &GridPose, dirs_q15: &[Lanes<i32>; 3]) {
+        self.voxel = placement.origin_q16.map(|x| x >> 16);
         dispatch!(level, simd => start(simd, self, placement, dirs_q15));
     }
 
     /// How many crossings of each axis each ray has made at a place of its own (see [`leap::made_at`]).
-    pub(super) fn made(&self, level: Level, at: &Places, made: &mut [Lanes<u32>; 3]) {
+    pub(super) fn made(&self, level: Level, at: &RayPlaces, made: &mut [Lanes<u32>; 3]) {
         dispatch!(level, simd => made_at(simd, self, at, made));
     }
 
     /// How many crossings of each axis a ray has made at a crossing.
-    pub(super) fn made_by(&self, lane: usize, Crossing { t_q16, axis }: Crossing) -> [u32; 3] {
+    pub(super) fn made_by(&self, lane: usize, NextCrossing { t_q16, axis }: NextCrossing) -> [u32; 3] {
         std::array::from_fn(|r| {
             let d = self.dir_q16[r][lane].unsigned_abs();
             leap::made_at(self.first_q16[r][lane], self.period_q16[r][lane], d, r as u32, t_q16, axis)
@@ -131,7 +131,7 @@ impl Bundle {
     /// A ray where it begins.
     pub(super) fn march(&self, lane: usize) -> March {
         March {
-            cell: self.cell,
+            voxel: self.voxel,
             step: std::array::from_fn(|r| self.dir_q16[r][lane].signum()),
             next_q16: std::array::from_fn(|r| self.first_q16[r][lane]),
             period_q16: std::array::from_fn(|r| self.period_q16[r][lane]),
@@ -140,13 +140,13 @@ impl Bundle {
 
     /// A ray after so many crossings.
     #[inline]
-    pub(super) fn ray(&self, lane: usize, made: [u32; 3]) -> Ray {
+    pub(super) fn ray(&self, lane: usize, made: [u32; 3]) -> LeapingRay {
         let step: [i32; 3] = std::array::from_fn(|r| self.dir_q16[r][lane].signum());
         let period_q16: [u32; 3] = std::array::from_fn(|r| self.period_q16[r][lane]);
         let next =
             |r: usize| u64::from(self.first_q16[r][lane]) + u64::from(made[r]) * u64::from(period_q16[r]);
-        Ray {
-            cell: std::array::from_fn(|r| self.cell[r] + step[r] * made[r] as i32),
+        LeapingRay {
+            voxel: std::array::from_fn(|r| self.voxel[r] + step[r] * made[r] as i32),
             step,
             next: std::array::from_fn(|r| 4 * next(r) + r as u64),
             period_q16,
@@ -155,8 +155,8 @@ impl Bundle {
     }
 }
 
-/// A place on each ray of a bundle: a distance, and the last axis that has crossed there.
-pub(super) struct Places {
+/// A place on each ray of a packet: a distance, and the last axis that has crossed there.
+pub(super) struct RayPlaces {
     pub(super) t_q16: Lanes<u32>,
     pub(super) axis: Lanes<u32>,
 }
@@ -170,13 +170,13 @@ pub(super) fn period_q16(d: u32) -> u32 {
 }
 
 #[inline(always)]
-fn start<S: Simd>(_: S, bundle: &mut Bundle, placement: &Placement, dirs_q15: &[Lanes<i32>; 3]) {
+fn start<S: Simd>(_: S, packet: &mut Packet, placement: &GridPose, dirs_q15: &[Lanes<i32>; 3]) {
     let [x, y, z] = dirs_q15;
     for r in 0..3 {
         let axis_q15 = placement.axis_q15[r];
         let frac = (placement.origin_q16[r] & 0xffff) as u32;
         let (dir, period, first) =
-            (&mut bundle.dir_q16[r], &mut bundle.period_q16[r], &mut bundle.first_q16[r]);
+            (&mut packet.dir_q16[r], &mut packet.period_q16[r], &mut packet.first_q16[r]);
         for lane in 0..RAYS {
             let dir_q16 = march::direction_q16(axis_q15, [x[lane], y[lane], z[lane]]);
             let d = dir_q16.unsigned_abs();
@@ -191,11 +191,11 @@ fn start<S: Simd>(_: S, bundle: &mut Bundle, placement: &Placement, dirs_q15: &[
 }
 
 #[inline(always)]
-fn made_at<S: Simd>(_: S, bundle: &Bundle, at: &Places, made: &mut [Lanes<u32>; 3]) {
+fn made_at<S: Simd>(_: S, packet: &Packet, at: &RayPlaces, made: &mut [Lanes<u32>; 3]) {
     for r in 0..3 {
         for lane in 0..RAYS {
-            let (first, period) = (bundle.first_q16[r][lane], bundle.period_q16[r][lane]);
-            let d = bundle.dir_q16[r][lane].unsigned_abs();
+            let (first, period) = (packet.first_q16[r][lane], packet.period_q16[r][lane]);
+            let d = packet.dir_q16[r][lane].unsigned_abs();
             made[r][lane] = leap::made_at(first, period, d, r as u32, at.t_q16[lane], at.axis[lane]);
         }
     }
