@@ -24,6 +24,7 @@
 //! | [`world`] | a study's scene at one moment, ready to be asked |
 //! | [`results`] | what a sweep leaves: journal, manifest, tables, and all of it read back |
 //! | [`sweep`] | what is run, in which order, on whom; the comparison of backends |
+//! | [`choose`] | the best set of sensors, with proof |
 //! | [`view`], [`render`], [`export`] | a chosen set, voxel by voxel: why, as a picture, as files |
 //! | [`report`] | results presented to people: text and page |
 //! | [`cluster`] | a sweep for Slurm, HyperQueue and Kubernetes |
@@ -32,6 +33,7 @@
 //! from a first hour to which files to touch for a new sensor.
 
 pub mod backend;
+pub mod choose;
 pub mod cluster;
 pub mod error;
 pub mod export;

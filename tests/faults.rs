@@ -151,6 +151,10 @@ impl Backend for Actor {
         self.inner.timings()
     }
 
+    fn planes(&mut self, slots: &[Slot]) -> Result<Vec<Planes>> {
+        self.inner.planes(slots)
+    }
+
     fn read(&mut self, table: usize, placement: &GridPose) -> Result<Evidence> {
         self.inner.read(table, placement)
     }

@@ -284,6 +284,10 @@ impl Backend for Few {
         self.cpu.receive()
     }
 
+    fn planes(&mut self, slots: &[Slot]) -> Result<Vec<Planes>> {
+        self.cpu.planes(slots)
+    }
+
     fn read(&mut self, table: usize, placement: &GridPose) -> Result<Evidence> {
         self.cpu.read(table, placement)
     }

@@ -273,6 +273,9 @@ pub trait Backend {
         Vec::new()
     }
 
+    /// What slots hold, each over the scene's window, or over a part of it outside of which it says nothing.
+    fn planes(&mut self, slots: &[Slot]) -> Result<Vec<Planes>>;
+
     /// All that is known of one placement, for comparisons, exports and pictures. No slot survives it.
     fn read(&mut self, table: usize, placement: &GridPose) -> Result<Evidence>;
 }
@@ -294,6 +297,11 @@ pub fn fused(window: Window, fusion: Fusion, voices: &[(Planes, [i32; 2])]) -> P
 /// The error for a table that was never made ready.
 fn no_table(table: usize) -> crate::Error {
     crate::Error::Device(format!("no table {table} of rays is loaded"))
+}
+
+/// The error for a slot that holds nothing.
+fn nothing_in(slot: Slot) -> crate::Error {
+    crate::Error::Device(format!("slot {slot} holds no evidence of this scene"))
 }
 
 /// The error for an answer to a question that was never asked.

@@ -9,6 +9,7 @@ mod backend;
 mod bench;
 mod check;
 mod choice;
+mod choose;
 mod cluster;
 mod compare;
 mod completions;
@@ -92,7 +93,7 @@ goes on, now or later.";
 const GROUPS: [(&str, &[&str]); 6] = [
     ("Start", &["init", "check", "sensors"]),
     ("Look", &["render", "voxelize", "compare"]),
-    ("Run", &["sweep", "merge"]),
+    ("Run", &["sweep", "merge", "choose"]),
     ("Explain", &["summary", "why", "report", "export"]),
     ("Clusters", &["cluster"]),
     ("Developers", &["verify-backends", "bench", "devices", "schema", "completions", "man"]),
@@ -122,6 +123,7 @@ enum Command {
     Check(check::Args),
     Sweep(sweep::Args),
     Merge(merge::Args),
+    Choose(choose::Args),
     Summary(summary::Args),
     Compare(compare::Args),
     Why(why::Args),
@@ -149,6 +151,7 @@ pub(crate) fn run() -> ExitCode {
         Command::Check(args) => check::run(&args),
         Command::Sweep(args) => sweep::run(&args),
         Command::Merge(args) => merge::run(&args),
+        Command::Choose(args) => choose::run(&args),
         Command::Summary(args) => summary::run(&args),
         Command::Compare(args) => compare::run(&args),
         Command::Why(args) => why::run(&args),

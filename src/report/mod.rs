@@ -1,6 +1,7 @@
 //! Results presented to people: tables for a terminal, and the report as a page.
 
 pub mod best;
+pub mod choose;
 pub mod distribution;
 pub mod groups;
 pub mod html;

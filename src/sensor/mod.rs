@@ -16,6 +16,7 @@
 
 pub mod calibration;
 pub mod camera;
+mod cost;
 pub mod cover;
 pub mod field_of_view;
 pub mod gate;
@@ -45,6 +46,7 @@ use crate::pose::Pose;
 use crate::voxel::{BitGrid, Grid, Truth, Window};
 pub use calibration::Calibration;
 pub use camera::Camera;
+pub use cost::{Cost, Terms};
 pub use field_of_view::FieldOfView;
 pub use lidar::{Lidar, LidarMount};
 
@@ -61,6 +63,8 @@ pub struct Sensor {
     pub candidates: Vec<Candidate>,
     /// What the study says of its noise.
     pub noise: SaidOfNoise,
+    /// What one of them costs, and how many a set may have.
+    pub terms: Terms,
     /// What was assumed about it that the user may not expect.
     pub warnings: Vec<String>,
 }

@@ -6,6 +6,7 @@ use std::path::PathBuf;
 use schemars::JsonSchema;
 use serde::Deserialize;
 
+use super::choose::ChooseFile;
 use super::sensor::AnySensor;
 use super::value::{Unit, Up, exactly, exactly_if_given};
 use crate::backend::Fusion;
@@ -46,6 +47,8 @@ pub(super) struct StudyFile {
     /// Sensors that are scored together; each alone if there is none.
     #[serde(default)]
     pub(super) combination: Vec<CombinationFile>,
+    /// What `perirobot choose` looks for: the best set of sensors.
+    pub(super) choose: Option<ChooseFile>,
 }
 
 fn once() -> u32 {

@@ -3,6 +3,7 @@
 //! `scene`.
 
 pub mod catalogue;
+mod choose;
 mod combination;
 mod file;
 mod place;
@@ -26,6 +27,7 @@ use crate::sensor::{SaidOfNoise, Sensor};
 use crate::source::Sources;
 use crate::voxel::grid::VOXEL_SIZES_M;
 use crate::{Error, Result};
+pub use choose::{Across, Choose, Requirement};
 pub use combination::{Combination, Member};
 pub(crate) use combination::{MAX_NAMES_BYTES, MAX_ROWS, bytes_of_names, nth_choice};
 use file::StudyFile;
@@ -62,6 +64,8 @@ pub struct Study {
     pub sensors: Vec<Sensor>,
     /// What is scored together, in study order; each sensor alone unless the study says otherwise.
     pub combinations: Vec<Combination>,
+    /// Which set of sensors is looked for, if the study says so.
+    pub choose: Option<Choose>,
     /// Whether noise was switched off, whatever the study says.
     pub noiseless: bool,
     /// Numbers in its file that look like slips of a unit.
@@ -160,6 +164,8 @@ impl Study {
         let snapshots: usize = scenes.iter().map(|scene| scene.snapshots).sum();
         let per_choice = regions.len() * snapshots * repeats as usize;
         combination::check_rows(&at, &combinations, &sensors, per_choice).map_err(|e| vec![e])?;
+        let known = choose::Known { fusion: file.fusion, regions: &regions, sensors: &sensors };
+        let choose = file.choose.map(|file| choose::check(&at, file, &known)).transpose()?;
         Ok(Study {
             path: path.into(),
             warnings: slips::warnings(&text),
@@ -172,6 +178,7 @@ impl Study {
             regions,
             sensors,
             combinations,
+            choose,
             noiseless: overrides.noiseless,
             repeats,
             min_hits: file.min_hits,

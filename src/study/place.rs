@@ -6,6 +6,7 @@ use std::path::Path;
 use glam::DVec3;
 
 use super::FARTHEST_M;
+use crate::sensor::Cost;
 use crate::{Error, Result};
 
 /// Most characters of a name; a default name of a combination is made of several.
@@ -53,6 +54,12 @@ impl Place<'_> {
         } else {
             Err(self.wrong(key, value, &format!("must be {rule}")))
         }
+    }
+
+    /// An amount of money.
+    pub(super) fn cost(&self, key: &str, value: f64) -> Result<Cost> {
+        let rule = "must be a number from 0 to 1000000000 with at most three digits after the point";
+        Cost::new(value).ok_or_else(|| self.wrong(key, value, rule))
     }
 
     pub(super) fn vector(&self, key: &str, value: [f64; 3]) -> Result<DVec3> {

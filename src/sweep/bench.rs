@@ -254,6 +254,10 @@ impl Backend for Watched<'_> {
         self.backend.receive()
     }
 
+    fn planes(&mut self, slots: &[Slot]) -> Result<Vec<Planes>> {
+        self.backend.planes(slots)
+    }
+
     fn read(&mut self, table: usize, placement: &GridPose) -> Result<Evidence> {
         self.backend.read(table, placement)
     }

@@ -8,6 +8,7 @@ pub mod compare;
 mod evidence;
 mod order;
 pub mod reopen;
+mod said;
 pub mod sample;
 pub mod session;
 mod worker;
@@ -16,6 +17,7 @@ use crate::metrics::Confusion;
 pub use checkpoint::Watch;
 pub use evidence::BatchSize;
 pub use order::{Ledger, run, run_choices};
+pub use said::{Reader, Said, read_asks};
 pub use worker::{BackendFactory, Fallback};
 
 /// The counts of one choice of poses in one region of one scene; indices are those of the study.

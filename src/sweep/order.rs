@@ -82,6 +82,55 @@ pub fn run_choices(
     backend: &mut dyn Backend,
     ledger: &mut dyn Ledger,
 ) -> Result<()> {
+    each_world(study, worlds, pose_choices, batch, backend, &mut Scoring(ledger))
+}
+
+/// Asks a ledger, and scores.
+struct Scoring<'a>(&'a mut dyn Ledger);
+
+impl Task for Scoring<'_> {
+    fn begins(&mut self, world: &World) {
+        self.0.begins(world);
+    }
+
+    fn wants(&self, world: &World, repeat: usize, pose_choice: &PoseChoice) -> bool {
+        self.0.wants(world, repeat, pose_choice)
+    }
+
+    fn work(&mut self, store: Store, pose_choices: &[PoseChoice], backend: &mut dyn Backend) -> Result<()> {
+        score(store, pose_choices, backend, self.0)
+    }
+
+    fn enough(&mut self) -> bool {
+        self.0.enough()
+    }
+}
+
+/// What is done with the evidence of choices, world by world.
+pub(super) trait Task {
+    /// Work on a world begins.
+    fn begins(&mut self, _: &World) {}
+
+    /// Whether anything is to be done with a choice, in one repeat of a world.
+    fn wants(&self, world: &World, repeat: usize, pose_choice: &PoseChoice) -> bool;
+
+    /// Does what is wanted of some choices, in every repeat, with a store for a world that the backend has
+    /// loaded.
+    fn work(&mut self, store: Store, pose_choices: &[PoseChoice], backend: &mut dyn Backend) -> Result<()>;
+
+    /// Whether nothing more is to be begun.
+    fn enough(&mut self) -> bool;
+}
+
+/// Loads one world after the other, and does a task with the choices that are wanted there.
+pub(super) fn each_world(
+    study: &Study,
+    worlds: &[World],
+    pose_choices: &[PoseChoice],
+    batch: BatchSize,
+    backend: &mut dyn Backend,
+    task: &mut dyn Task,
+) -> Result<()> {
     let mut members = HashSet::new();
     for of_one in pose_choices.chunk_by(|a, b| a.combination == b.combination) {
         members.extend(study.combinations[of_one[0].combination].members.iter().map(|member| member.sensor));
@@ -89,11 +138,11 @@ pub fn run_choices(
     let tables = ray_tables_of(study, |sensor| members.contains(&sensor));
     backend.tables(&tables.iter().flatten().cloned().collect::<Vec<_>>())?;
     for snapshots in worlds.chunk_by(|a, b| a.scene == b.scene) {
-        let wanted = |world: &World, pose_choice: &PoseChoice, ledger: &dyn Ledger| {
-            (0..study.repeats as usize).any(|repeat| ledger.wants(world, repeat, pose_choice))
+        let wanted = |world: &World, pose_choice: &PoseChoice, task: &dyn Task| {
+            (0..study.repeats as usize).any(|repeat| task.wants(world, repeat, pose_choice))
         };
         let mut left: Vec<PoseChoice> = pose_choices.to_vec();
-        left.retain(|pose_choice| snapshots.iter().any(|world| wanted(world, pose_choice, ledger)));
+        left.retain(|pose_choice| snapshots.iter().any(|world| wanted(world, pose_choice, task)));
         let mut left = left.as_slice();
         while !left.is_empty() {
             // To a backend, other numbers for first hits are another layer.
@@ -101,17 +150,17 @@ pub fn run_choices(
             let mut group: Option<(&[PoseChoice], FirstHitSlots)> = None;
             for world in snapshots {
                 let some = group.as_ref().map_or(left, |(group, _)| *group);
-                if !some.iter().any(|pose_choice| wanted(world, pose_choice, ledger)) {
+                if !some.iter().any(|pose_choice| wanted(world, pose_choice, task)) {
                     continue;
                 }
-                ledger.begins(world);
+                task.begins(world);
                 let scene = world.scene(window_of(&world.regions));
                 backend.load(&VoxelScene { still: still.clone(), ..scene })?;
                 let first = || first_group(study, snapshots, &tables, left, backend.first_hit_slots());
                 let (group, first_hits) = group.get_or_insert_with(first);
                 let store = Store::new(study, world, &tables, first_hits, backend.slots(), batch);
-                score(store, group, backend, ledger)?;
-                if ledger.enough() {
+                task.work(store, group, backend)?;
+                if task.enough() {
                     return Ok(());
                 }
             }

@@ -251,6 +251,11 @@ impl Backend for Cpu {
         self.answers.pop_front().ok_or_else(super::nothing_submitted)
     }
 
+    fn planes(&mut self, slots: &[Slot]) -> Result<Vec<Planes>> {
+        let held = |&slot: &Slot| self.slots.get(slot as usize).and_then(Option::clone);
+        slots.iter().map(|slot| held(slot).ok_or_else(|| super::nothing_in(*slot))).collect()
+    }
+
     fn read(&mut self, table: usize, placement: &GridPose) -> Result<Evidence> {
         let wanted = RelevantVoxels::all(self.loaded()?.scene.window);
         let sensor = self.sensor(table, &wanted)?;

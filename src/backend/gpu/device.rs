@@ -1,5 +1,6 @@
 //! An open adapter: buffers in, work queued, words out, every failure as an error.
 
+use std::ops::Range;
 use std::sync::{Arc, Mutex};
 use std::time::Duration;
 
@@ -121,20 +122,20 @@ impl Device {
         self.queue.submit([encoder.finish()])
     }
 
-    /// Asks for the first bytes of buffers, a whole number of words of each, as they are after what the
+    /// Asks for bytes of buffers, a whole number of words of each, as they are after what the
     /// encoder holds; nothing is waited for. `then` adds what is to be done after that.
     pub(super) fn request(
         &self,
         mut encoder: wgpu::CommandEncoder,
-        wanted: &[(&wgpu::Buffer, u64)],
+        wanted: &[(&wgpu::Buffer, Range<u64>)],
         then: impl FnOnce(&mut wgpu::CommandEncoder),
     ) -> Requested {
         let usage = wgpu::BufferUsages::MAP_READ | wgpu::BufferUsages::COPY_DST;
-        let bytes: Vec<u64> = wanted.iter().map(|&(_, bytes)| bytes).collect();
+        let bytes: Vec<u64> = wanted.iter().map(|(_, range)| range.end - range.start).collect();
         let staging = self.buffer("staging", bytes.iter().sum(), usage);
         let mut offset = 0;
-        for &(buffer, bytes) in wanted.iter().filter(|&&(_, bytes)| bytes > 0) {
-            encoder.copy_buffer_to_buffer(buffer, 0, &staging, offset, bytes);
+        for ((buffer, range), &bytes) in wanted.iter().zip(&bytes).filter(|&(_, &bytes)| bytes > 0) {
+            encoder.copy_buffer_to_buffer(buffer, range.start, &staging, offset, bytes);
             offset += bytes;
         }
         then(&mut encoder);

@@ -41,6 +41,9 @@ use score::PendingCounts;
 /// Bytes of evidence from the host that may be on their way at once.
 const UPLOADED_AT_ONCE: u64 = 64 << 20;
 
+/// Bytes of evidence that are read back at once.
+const READ_AT_ONCE: u64 = 64 << 20;
+
 /// An open adapter, and what is loaded.
 pub struct Gpu {
     queue: Queue,
@@ -210,6 +213,34 @@ impl Backend for Gpu {
         question.answer(&mut self.queue, body_words)
     }
 
+    fn planes(&mut self, slots: &[Slot]) -> Result<Vec<Planes>> {
+        let Gpu { queue, loaded, .. } = self;
+        let loaded = loaded.as_ref().ok_or_else(no_scene)?;
+        let bytes = loaded.sizes.plane_bytes();
+        let at_once = (READ_AT_ONCE / (3 * bytes).max(1)).max(1) as usize;
+        let mut planes = Vec::with_capacity(slots.len());
+        for slots in slots.chunks(at_once) {
+            let mut wanted = Vec::new();
+            for &slot in slots {
+                let offset = loaded.offset(slot)?;
+                if !loaded.held[slot as usize] {
+                    return Err(super::nothing_in(slot));
+                }
+                wanted.push((&loaded.ended, 2 * offset..2 * offset + bytes));
+                wanted.push((&loaded.free, offset..offset + bytes));
+                wanted.push((&loaded.ended, 2 * offset + bytes..2 * offset + 2 * bytes));
+            }
+            let asked = queue.submit(&wanted);
+            let grid =
+                |words| BitGrid::from_words(loaded.window, words).expect("a plane has the window's words");
+            let mut grids = queue.receive(asked)?.into_iter().map(grid);
+            while let (Some(occupied), Some(free), Some(hits)) = (grids.next(), grids.next(), grids.next()) {
+                planes.push(Planes { occupied, free, hits });
+            }
+        }
+        Ok(planes)
+    }
+
     fn read(&mut self, table: usize, placement: &GridPose) -> Result<Evidence> {
         let ends = self.sense_batch(table, &[Shot::once(0, *placement)], true)?;
         let ends_bytes = self.table(table)?.sizes.ends_bytes();
@@ -218,7 +249,8 @@ impl Backend for Gpu {
         loaded.held.fill(false);
         // The first slot is where the arenas begin.
         let plane = loaded.sizes.plane_bytes();
-        let asked = queue.submit(&[(&loaded.ended, 2 * plane), (&loaded.free, plane), (&ends, ends_bytes)]);
+        let asked =
+            queue.submit(&[(&loaded.ended, 0..2 * plane), (&loaded.free, 0..plane), (&ends, 0..ends_bytes)]);
         let words = queue.receive(asked)?;
         let [mut occupied, free, ends] = words.try_into().expect("as many as were wanted");
         let hits = occupied.split_off(plane as usize / 4);

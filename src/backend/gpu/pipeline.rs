@@ -143,6 +143,6 @@ pub fn evaluate(
         Groups::Known([groups, 1]),
         None,
     );
-    let requested = device.request(encoder, &[(&output, words as u64 * 4)], |_| {});
+    let requested = device.request(encoder, &[(&output, 0..words as u64 * 4)], |_| {});
     Ok(device.receive(requested)?.swap_remove(0))
 }

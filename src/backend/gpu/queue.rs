@@ -1,6 +1,7 @@
 //! The compiled kernels and the work given to them: dispatches in, and word back that all of them ran to
 //! their ends.
 
+use std::ops::Range;
 use std::time::{Duration, Instant};
 
 use super::device::{Device, Requested, Scratch};
@@ -111,12 +112,12 @@ impl Queue {
         self.launched.add(dispatches);
     }
 
-    /// Asks for the first bytes of buffers as they are after all that was submitted; nothing is waited for.
-    pub(super) fn submit(&mut self, wanted: &[(&wgpu::Buffer, u64)]) -> InFlight {
+    /// Asks for bytes of buffers as they are after all that was submitted; nothing is waited for.
+    pub(super) fn submit(&mut self, wanted: &[(&wgpu::Buffer, Range<u64>)]) -> InFlight {
         let mut encoder = self.device.encoder();
         let (timed, stamps) = self.clock.read(&mut encoder);
         let stamps = stamps.as_ref().unwrap_or(&self.done);
-        let own = [(&self.done, u64::from(DONE_WORDS) * 4), (stamps, timed.len() as u64 * 16)];
+        let own = [(&self.done, 0..u64::from(DONE_WORDS) * 4), (stamps, 0..timed.len() as u64 * 16)];
         let clear = |encoder: &mut wgpu::CommandEncoder| encoder.clear_buffer(&self.done, 0, None);
         InFlight {
             requested: self.device.request(encoder, &[&own, wanted].concat(), clear),

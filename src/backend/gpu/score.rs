@@ -105,6 +105,6 @@ impl Gpu {
             Stage::Detect => &detect,
             _ => &count[d.part.region as usize],
         });
-        Ok(queue.submit(&[(&counts, bytes), (&found, found_bytes)]))
+        Ok(queue.submit(&[(&counts, 0..bytes), (&found, 0..found_bytes)]))
     }
 }

@@ -24,7 +24,7 @@ use super::value::exactly;
 use super::{Place, Problems, catalogue, poses};
 use crate::sensor::known_robot::KnownRobot;
 use crate::sensor::prism::Prism;
-use crate::sensor::{Candidate, Kind, MountLink, Sensor, Setting};
+use crate::sensor::{Candidate, Kind, MountLink, Sensor, Setting, Terms};
 use crate::source::Sources;
 use crate::{Error, Result};
 pub(super) use schema::AnySensor;
@@ -43,12 +43,16 @@ struct CommonFile {
     on: Option<LinkFile>,
     /// A sensor above it whose poses it has, too.
     same_poses_as: Option<String>,
+    /// What one of them costs, in any currency, for `perirobot choose`.
+    cost: Option<f64>,
+    /// How many of them a set of `perirobot choose` may have. Default as many as the set may have sensors.
+    at_most: Option<u32>,
     /// Where it may stand.
     #[serde(default)]
     poses: Vec<PosesFile>,
 }
 
-const COMMON_KEYS: [&str; 5] = ["name", "kind", "on", "same_poses_as", "poses"];
+const COMMON_KEYS: [&str; 7] = ["name", "kind", "on", "same_poses_as", "cost", "at_most", "poses"];
 
 #[derive(Clone, Copy, PartialEq, Eq, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
@@ -156,6 +160,7 @@ pub(super) fn check(at: &Place, mut keys: Table, context: &Context) -> Result<Se
     let common: CommonFile = common.try_into().map_err(|e| vec![context.unreadable(at, &e, "")])?;
     let noise = range::said(&keys);
     let (kind, warnings) = kind(at, common.kind, keys, context).map_err(|e| vec![e])?;
+    let terms = terms(at, &common).map_err(|e| vec![e])?;
     let on = common.on.map(|LinkFile { object, link }| MountLink { object, link });
     if on.is_some() && !kind.takes_poses() {
         return Err(vec![
@@ -165,7 +170,16 @@ pub(super) fn check(at: &Place, mut keys: Table, context: &Context) -> Result<Se
     let like = common.same_poses_as.as_deref();
     let source = CandidateSource { like, context };
     let candidates = candidates(at, &common.name, &*kind, &common.poses, &source)?;
-    Ok(Sensor { name: common.name, kind, on, candidates, noise, warnings })
+    Ok(Sensor { name: common.name, kind, on, candidates, noise, terms, warnings })
+}
+
+/// What one of them costs, and how many a set may have.
+fn terms(at: &Place, common: &CommonFile) -> Result<Terms> {
+    if common.at_most == Some(0) {
+        return Err(at.wrong("at_most", 0, "must be 1 or more; take the sensor away if there is to be none"));
+    }
+    let cost = common.cost.map(|cost| at.cost("cost", cost)).transpose()?;
+    Ok(Terms { cost, at_most: common.at_most })
 }
 
 /// What the keys of its kind make of a sensor, and what was assumed for that.

@@ -62,6 +62,9 @@ impl Backend for Liar {
         }
         Ok(counts)
     }
+    fn planes(&mut self, slots: &[Slot]) -> Result<Vec<Planes>> {
+        self.0.planes(slots)
+    }
     fn read(&mut self, table: usize, placement: &GridPose) -> Result<Evidence> {
         let mut evidence = self.0.read(table, placement)?;
         let flip = |plane: &mut BitGrid, voxel| {

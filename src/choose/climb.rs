@@ -1,0 +1,99 @@
+//! A good set, quickly: candidates are added and swapped one at a time as long as that helps, from nothing
+//! and from random sets. What comes out is a set, not a proof.
+
+use rand::SeedableRng;
+use rand::seq::IndexedRandom;
+use rand_chacha::ChaCha8Rng;
+use rayon::prelude::*;
+
+use super::evidence::Union;
+use super::problem::{Found, Limits, Merit, Problem};
+
+/// How many random sets are begun from.
+const RESTARTS: u64 = 12;
+
+/// The sets at which adding and swapping ends: from always on, and from random ones. Those that meet every
+/// requirement, the best first.
+pub(super) fn climbs(problem: &Problem, limits: Limits, stop: &(dyn Fn() -> bool + Sync)) -> Vec<Found> {
+    let mut ends: Vec<Found> = climb(problem, limits, problem.always.clone(), stop).into_iter().collect();
+    for restart in 0..RESTARTS {
+        if stop() {
+            break;
+        }
+        let mut random = ChaCha8Rng::seed_from_u64(restart);
+        let mut set = problem.always.clone();
+        while set.len() < limits.at_most {
+            let Some(&item) = joining(problem, limits, &set).choose(&mut random) else { break };
+            set.push(item);
+        }
+        ends.extend(climb(problem, limits, set, stop));
+    }
+    ends.sort_by(|a, b| {
+        b.worth.cmp(&a.worth).then(cost(problem, a).cmp(&cost(problem, b))).then(a.set.cmp(&b.set))
+    });
+    ends.dedup();
+    ends
+}
+
+fn cost(problem: &Problem, found: &Found) -> u64 {
+    problem.cost_of(&found.set)
+}
+
+/// The candidates that may join a set.
+fn joining(problem: &Problem, limits: Limits, set: &[usize]) -> Vec<usize> {
+    let cost = problem.cost_of(set);
+    let may = |&item: &usize| limits.afford(cost + problem.cost[item]) && problem.may_join(set, item);
+    (0..problem.cost.len()).filter(may).collect()
+}
+
+/// Adds and swaps as long as that helps.
+pub(super) fn climb(
+    problem: &Problem,
+    limits: Limits,
+    mut set: Vec<usize>,
+    stop: &(dyn Fn() -> bool + Sync),
+) -> Option<Found> {
+    let mut merit = problem.merit(&union(problem, &set));
+    while !stop() {
+        let fixed = problem.always.len();
+        // Nothing is taken out, or one of those that need not be in.
+        let bases = std::iter::once(None).chain((fixed..set.len()).map(Some));
+        let step = bases.filter_map(|out| best_step(problem, limits, &set, out)).max_by_key(|step| step.0);
+        let Some((better, item, out)) = step.filter(|step| step.0 > merit) else { break };
+        merit = better;
+        out.map(|out| set.remove(out));
+        set.push(item);
+    }
+    set.sort_unstable();
+    merit.worth.filter(|_| merit.meets_all() && !set.is_empty()).map(|worth| Found { set, worth })
+}
+
+/// The best candidate to join what is left of a set, and how good it then is.
+fn best_step(
+    problem: &Problem,
+    limits: Limits,
+    set: &[usize],
+    out: Option<usize>,
+) -> Option<(Merit, usize, Option<usize>)> {
+    let mut rest = set.to_vec();
+    out.map(|out| rest.remove(out));
+    if rest.len() >= limits.at_most {
+        return None;
+    }
+    let base = union(problem, &rest);
+    let merits = joining(problem, limits, &rest).into_par_iter().map_init(
+        || base.clone(),
+        |scratch, item| {
+            scratch.copy(&base);
+            scratch.add(problem.evidence, item);
+            (problem.merit(scratch), std::cmp::Reverse(problem.cost[item]), std::cmp::Reverse(item))
+        },
+    );
+    merits.max().map(|(merit, _, item)| (merit, item.0, out))
+}
+
+fn union(problem: &Problem, set: &[usize]) -> Union {
+    let mut union = problem.evidence.nothing();
+    set.iter().for_each(|&item| union.add(problem.evidence, item));
+    union
+}

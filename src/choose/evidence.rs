@@ -1,0 +1,239 @@
+//! What every sensor says at every candidate, cast once: rows of bits over the voxels of one region in all
+//! scenes, snapshots and repeats. What a set of sensors scores is read from unions of them.
+
+use rayon::prelude::*;
+
+use super::layout::{Layout, PLANES, SPACE_OF, Wanted};
+use crate::backend::Backend;
+use crate::metrics::Confusion;
+use crate::results::PoseChoice;
+use crate::study::{Combination, Member, Study};
+use crate::sweep::{Reader, Said, read_asks};
+use crate::world::World;
+use crate::{Error, Result};
+
+/// The evidence of all candidates.
+#[derive(Debug)]
+pub struct Evidence {
+    pub(super) layout: Layout,
+    /// Sensor and candidate of each row, in study order.
+    pub(super) items: Vec<[usize; 2]>,
+    rows: Vec<Row>,
+}
+
+/// What one candidate says: bits of all moments; nothing of a plane without a bit.
+#[derive(Clone, Debug, Default)]
+struct Row {
+    planes: [Box<[u64]>; PLANES],
+}
+
+/// Voxels that some candidates of a set call, hit or feel.
+#[derive(Clone, Debug)]
+pub(super) struct Union {
+    planes: [Vec<u64>; PLANES],
+}
+
+/// Is told how the casting proceeds, and may stop it.
+pub trait Progress {
+    /// So many more candidates were cast in some scene, snapshot and repeat.
+    fn cast(&mut self, more: u64);
+
+    /// Why nothing more is to be begun, if that is so.
+    fn stop(&mut self) -> Option<String>;
+}
+
+/// Bytes of evidence that may be kept unless something else is said.
+pub const MEMORY_BYTES: u64 = 2 << 30;
+
+impl Evidence {
+    /// How many rows of how many candidates there will be to cast.
+    pub fn to_cast(study: &Study, worlds: &[World]) -> u64 {
+        let of = |sensor: &crate::sensor::Sensor| {
+            let repeats = if sensor.kind.is_noisy() { u64::from(study.repeats) } else { 1 };
+            sensor.candidates.len() as u64 * repeats
+        };
+        study.sensors.iter().map(of).sum::<u64>() * worlds.len() as u64
+    }
+
+    /// Casts every candidate of a study in all of its worlds. `ways` is the representation of each sensor.
+    ///
+    /// # Errors
+    /// When it does not fit so many bytes, before anything is cast; when the backend fails; `Error::Stopped`.
+    pub fn cast(
+        study: &Study,
+        worlds: &[World],
+        (region, ways): (usize, &[usize]),
+        memory_bytes: u64,
+        backend: &mut dyn Backend,
+        progress: &mut dyn Progress,
+    ) -> Result<Evidence> {
+        let layout = Layout::new(study, worlds, region);
+        let alone = |(sensor, spec): (usize, &crate::sensor::Sensor)| Combination {
+            name: spec.name.clone(),
+            fusion: Default::default(),
+            members: vec![Member { sensor, candidates: (0..spec.candidates.len()).collect() }],
+        };
+        let combinations: Vec<Combination> = study.sensors.iter().enumerate().map(alone).collect();
+        let study = &Study { combinations, ..study.clone() };
+        let choices = study.sensors.iter().enumerate();
+        let choices = choices.flat_map(|(sensor, spec)| (0..spec.candidates.len()).map(move |c| [sensor, c]));
+        let items: Vec<[usize; 2]> = choices.collect();
+        let needed = items.len() as u64 * 8 * layout.words.iter().sum::<usize>() as u64;
+        fits(needed, memory_bytes, items.len(), layout.moments.len())?;
+        let asks: Vec<PoseChoice> =
+            items.iter().map(|&[combination, choice]| PoseChoice { combination, choice }).collect();
+        let mut first = Vec::new();
+        for sensor in &study.sensors {
+            first.push(first.last().copied().unwrap_or(0) + sensor.candidates.len());
+        }
+        first.insert(0, 0);
+        let noisy = study.sensors.iter().map(|sensor| sensor.kind.is_noisy()).collect();
+        let rows = vec![Row::default(); items.len()];
+        let mut taking =
+            Taking { layout, rows, first, noisy, worlds, memory_bytes, bytes: 0, progress, stopped: None };
+        read_asks(study, worlds, &asks, ways, backend, &mut taking)?;
+        match taking.stopped {
+            Some(why) => Err(Error::Stopped(why)),
+            None => Ok(Evidence { layout: taking.layout, items, rows: taking.rows }),
+        }
+    }
+
+    /// How many candidates there are.
+    pub fn len(&self) -> usize {
+        self.items.len()
+    }
+
+    /// Whether there is none.
+    pub fn is_empty(&self) -> bool {
+        self.items.is_empty()
+    }
+
+    /// Evidence of these candidates, made up.
+    #[cfg(test)]
+    pub(super) fn made_up(
+        layout: Layout,
+        items: Vec<[usize; 2]>,
+        planes: Vec<[Vec<u64>; PLANES]>,
+    ) -> Evidence {
+        let blank_if_zero = |plane: Vec<u64>| match plane.iter().all(|&word| word == 0) {
+            true => Box::default(),
+            false => plane.into(),
+        };
+        let rows = planes.into_iter().map(|planes| Row { planes: planes.map(blank_if_zero) }).collect();
+        Evidence { layout, items, rows }
+    }
+
+    /// What the candidates of a set score together in the region, moment by moment: repeat by repeat, and in
+    /// each scene by scene and snapshot by snapshot, as a sweep counts it.
+    pub fn counts(&self, set: &[usize]) -> Vec<Confusion> {
+        let mut union = self.nothing();
+        set.iter().for_each(|&item| union.add(self, item));
+        self.counts_of(&union, Wanted::ALL)
+    }
+
+    /// One of the six planes of a candidate; empty if no bit is set.
+    pub(super) fn plane(&self, item: usize, plane: usize) -> &[u64] {
+        &self.rows[item].planes[plane]
+    }
+
+    /// The union of no candidate.
+    pub(super) fn nothing(&self) -> Union {
+        Union { planes: std::array::from_fn(|plane| vec![0; self.layout.words[SPACE_OF[plane]]]) }
+    }
+
+    /// What a union scores, moment by moment.
+    pub(super) fn counts_of(&self, union: &Union, wanted: Wanted) -> Vec<Confusion> {
+        let planes: [&[u64]; PLANES] = std::array::from_fn(|plane| union.planes[plane].as_slice());
+        self.layout.moments.iter().map(|moment| self.layout.counts(moment, &planes, wanted)).collect()
+    }
+}
+
+impl Union {
+    /// One of the six planes.
+    pub(super) fn plane(&self, plane: usize) -> &[u64] {
+        &self.planes[plane]
+    }
+
+    /// Joins what a candidate says.
+    pub(super) fn add(&mut self, evidence: &Evidence, item: usize) {
+        for (to, from) in self.planes.iter_mut().zip(&evidence.rows[item].planes) {
+            to.iter_mut().zip(from).for_each(|(to, from)| *to |= from);
+        }
+    }
+
+    /// Becomes the same as another.
+    pub(super) fn copy(&mut self, other: &Union) {
+        for (to, from) in self.planes.iter_mut().zip(&other.planes) {
+            to.copy_from_slice(from);
+        }
+    }
+}
+
+/// Whether rows of bits fit, and what to do if they do not.
+fn fits(needed: u64, memory_bytes: u64, candidates: usize, moments: usize) -> Result<()> {
+    if needed <= memory_bytes {
+        return Ok(());
+    }
+    let mib = |bytes: u64| bytes.div_ceil(1 << 20);
+    Err(Error::Input(format!(
+        "the evidence of {candidates} poses in {moments} scenes, snapshots and repeats takes {} MiB, and {} MiB are allowed: \
+         give --memory {}MiB, or use larger voxels, a smaller region, or fewer poses",
+        mib(needed),
+        memory_bytes >> 20,
+        mib(needed)
+    )))
+}
+
+/// Takes what sensors say as it comes.
+struct Taking<'a> {
+    layout: Layout,
+    rows: Vec<Row>,
+    /// The row of each sensor's first candidate.
+    first: Vec<usize>,
+    noisy: Vec<bool>,
+    worlds: &'a [World],
+    memory_bytes: u64,
+    bytes: u64,
+    progress: &'a mut dyn Progress,
+    stopped: Option<String>,
+}
+
+impl Reader for Taking<'_> {
+    fn wants(&self, _: &World, repeat: usize, ask: &PoseChoice) -> bool {
+        repeat == 0 || self.noisy[ask.combination]
+    }
+
+    fn take(&mut self, world: &World, repeat: usize, said: Vec<(PoseChoice, Vec<Said>)>) -> Result<()> {
+        let here = |other: &World| (other.scene, other.snapshot) == (world.scene, world.snapshot);
+        let number = self.worlds.iter().position(here).expect("worlds are those that are cast");
+        let layout = &self.layout;
+        let picked: Vec<_> = said.par_iter().map(|(_, said)| layout.pick(number, said)).collect();
+        let repeats = layout.moments.len() / layout.worlds();
+        for ((ask, _), picked) in said.iter().zip(picked) {
+            // What has no noise says the same in all repeats.
+            let repeats = if self.noisy[ask.combination] { repeat..repeat + 1 } else { 0..repeats };
+            let row = &mut self.rows[self.first[ask.combination] + ask.choice];
+            for (plane, bits) in
+                picked.iter().enumerate().filter(|(_, bits)| bits.iter().any(|&word| word != 0))
+            {
+                let words = layout.words[SPACE_OF[plane]];
+                if row.planes[plane].is_empty() {
+                    self.bytes += 8 * words as u64;
+                    row.planes[plane] = vec![0; words].into();
+                }
+                for repeat in repeats.clone() {
+                    let moment = &layout.moments[repeat * layout.worlds() + number];
+                    row.planes[plane][moment.words[SPACE_OF[plane]].clone()].copy_from_slice(bits);
+                }
+            }
+        }
+        fits(self.bytes, self.memory_bytes, self.rows.len(), layout.moments.len())?;
+        self.progress.cast(said.len() as u64);
+        Ok(())
+    }
+
+    fn enough(&mut self) -> bool {
+        self.stopped = self.stopped.take().or_else(|| self.progress.stop());
+        self.stopped.is_some()
+    }
+}

@@ -1,0 +1,145 @@
+//! The best set of each size and each step of cost.
+
+use std::collections::BTreeMap;
+
+use super::climb::{climb, climbs};
+use super::problem::{Found, Limits, Problem};
+use super::search::{Outcome, search};
+use super::worth::Worth;
+use crate::study::Across;
+use crate::{Error, Result};
+
+/// What is known of all sets within some limits.
+#[derive(Clone, Debug)]
+pub struct Step {
+    /// The limits.
+    pub limits: Limits,
+    /// The best set that was found; none is worth more if that is proven.
+    pub best: Option<Found>,
+    /// What no set is worth more than.
+    pub bound: Bound,
+}
+
+/// What no set is worth more than.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Bound {
+    /// The best set: all others were searched.
+    Proven,
+    /// This; the search was stopped.
+    AtMost(f64),
+    /// Nothing is known.
+    Unknown,
+}
+
+/// The answer to a study's question.
+#[derive(Clone, Debug, Default)]
+pub struct Answer {
+    /// The steps by size, and of each size from the whole budget down.
+    pub steps: Vec<Step>,
+    /// Every set that was judged on the way to one of them, with its worth.
+    pub others: Vec<Found>,
+}
+
+/// The best set of each size, and of each step of cost below the budget where there are costs. When it is
+/// stopped, the steps that were not begun are left out.
+///
+/// # Errors
+/// When no set meets the requirements.
+pub fn answer(problem: &Problem, stop: &(dyn Fn() -> bool + Sync)) -> Result<Answer> {
+    let mut known: BTreeMap<Vec<usize>, Worth> = BTreeMap::new();
+    let mut steps: Vec<Step> = Vec::new();
+    for size in problem.always.len().max(1)..=problem.limits.at_most {
+        let mut limits = Limits { at_most: size, ..problem.limits };
+        let mut last: Option<Worth> = None;
+        while limits.afford(problem.cost_of(&problem.always)) {
+            let step = best_within(problem, limits, &mut known, stop);
+            let cost = step.best.as_ref().map(|best| problem.cost_of(&best.set));
+            let is_last = size == problem.limits.at_most && limits == problem.limits;
+            if is_last && step.best.is_none() && step.bound == Bound::Proven {
+                return Err(no_set(problem, stop));
+            }
+            let worth = step.best.as_ref().map(|best| best.worth);
+            match steps.last_mut().filter(|_| worth.is_some() && worth == last) {
+                // As good for less.
+                Some(dearer) => dearer.best = step.best,
+                None => steps.push(step),
+            }
+            last = worth;
+            // Any set that costs less is worth less, or it would have been taken.
+            let next = cost.filter(|&cost| cost > 0 && !stop()).map(|cost| cost - 1);
+            match next {
+                Some(budget) => limits.budget = Some(budget),
+                None => break,
+            }
+        }
+        if stop() {
+            break;
+        }
+    }
+    steps.retain(|step| step.best.is_some());
+    let others = known.into_iter().map(|(set, worth)| Found { set, worth }).collect();
+    Ok(Answer { steps, others })
+}
+
+/// The best set within some limits. What is known is begun from, and what is found is added.
+fn best_within(
+    problem: &Problem,
+    limits: Limits,
+    known: &mut BTreeMap<Vec<usize>, Worth>,
+    stop: &(dyn Fn() -> bool + Sync),
+) -> Step {
+    for found in climbs(problem, limits, stop) {
+        known.insert(found.set, found.worth);
+    }
+    let fits = |set: &Vec<usize>| set.len() <= limits.at_most && limits.afford(problem.cost_of(set));
+    let better = |a: &Found, b: &Found| {
+        let key = |found: &Found| (found.worth, std::cmp::Reverse(problem.cost_of(&found.set)));
+        key(a).cmp(&key(b)).then(b.set.len().cmp(&a.set.len())).then(b.set.cmp(&a.set))
+    };
+    let all =
+        known.iter().filter(|(set, _)| fits(set)).map(|(set, &worth)| Found { set: set.clone(), worth });
+    let mut best = all.max_by(better);
+    if problem.goal.1 == Across::Mean {
+        return Step { limits, best, bound: Bound::Unknown };
+    }
+    loop {
+        match search(problem, limits, best.as_ref().map(|best| best.worth), stop) {
+            Outcome::Better(found) => {
+                let further = climb(problem, limits, found.set.clone(), stop);
+                known.insert(found.set.clone(), found.worth);
+                let found = further.filter(|further| further.worth > found.worth).unwrap_or(found);
+                known.insert(found.set.clone(), found.worth);
+                best = Some(found);
+            }
+            Outcome::None => return Step { limits, best, bound: Bound::Proven },
+            Outcome::Stopped(bound) => {
+                let bound = bound.map_or(Bound::Unknown, Bound::AtMost);
+                return Step { limits, best, bound };
+            }
+        }
+    }
+}
+
+/// Why there is no set: the first requirement that none can meet, with the best that can be had.
+fn no_set(problem: &Problem, stop: &(dyn Fn() -> bool + Sync)) -> Error {
+    for (number, &(score, over, least)) in problem.require.iter().enumerate() {
+        let alone = problem.asking(score, over);
+        let best = best_within(&alone, problem.limits, &mut BTreeMap::new(), stop).best;
+        if !best.as_ref().is_some_and(|best| best.worth.reaches(least)) {
+            let (name, over, least) = (score.name(), over.name(), least.value());
+            let most =
+                best.map_or("has no value".into(), |best| format!("is {:.4} at most", best.worth.value()));
+            return Error::input(
+                format!("choose.require[{number}]"),
+                format!(
+                    "no allowed set reaches {name} {least} ({over}): it {most}; ask for less, or allow more sensors"
+                ),
+            );
+        }
+    }
+    let what = match problem.require.is_empty() {
+        true => "no allowed set has a value of the objective",
+        false => "each of them can be met, but no allowed set meets all of them",
+    };
+    Error::input("choose.require", format!("{what}; ask for less, or allow more sensors"))
+}

@@ -1,0 +1,34 @@
+//! Which set of sensors is the best, and how much better any other could be.
+//!
+//! # Theory
+//! Under "occupied wins" all counts of a set are counts of bits of unions. So every candidate is cast once,
+//! and a set is scored without a ray. F1 = 2TP/(s + TP − TN), s being the voxels of the region; F1 > p/q
+//! holds just if (2q − p)TP + p·TN > p·s. So whether any set beats the best one that is known is a question
+//! of weighted coverage in whole numbers, and a search by branch and bound answers it.
+//!
+//! # Practice
+//! `layout` says which bit is which voxel, `evidence` has what each candidate says, `worth` what counts are
+//! worth, `problem` which sets are allowed. `climb` finds a good set, `question` asks whether any is better,
+//! `search` answers, and `front` does so for each size and each step of cost. `told` has the answer in names
+//! and numbers, `files` writes it.
+
+mod climb;
+mod evidence;
+mod files;
+mod front;
+mod layout;
+mod problem;
+mod question;
+mod search;
+mod told;
+mod worth;
+
+pub use evidence::{Evidence, MEMORY_BYTES, Progress};
+pub use files::{FRONT, PROOF, SETS, write};
+pub use front::{Answer, Bound, Step, answer};
+pub use problem::{Found, Limits, Problem, examine};
+pub use told::{Told, ToldMember, ToldSet, ToldStep};
+pub use worth::{Ratio, Worth};
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,374 @@
+//! Whether any set beats a worth, as inequalities of weighted coverage in whole numbers.
+//!
+//! # Theory
+//! With t and f the truly occupied and truly free voxels of a region and s = t + f,
+//!
+//! * F1 > p/q just if (2q − p)·TP + p·TN > p·s,
+//! * κ > p/q just if (f·q + t·p)·TP + (t·q + f·p)·TN − (q − p)·(t·FP + f·FN) > p·s².
+//!
+//! TP is a count of a union; TN is one of the voxels that some call free and none occupied. Of FN nothing is
+//! said, which can only let more sets pass. A set passes the worst of several scores if it passes each, and
+//! then their sum, too. Where parts or people are detected, each is worth at most `min_hits` hits, all of
+//! which it needs.
+//!
+//! # Practice
+//! Weights are scaled to 45 bits and rounded up, thresholds down, so a set that beats the worth always
+//! passes. What passes is judged by its exact worth.
+
+use std::ops::Range;
+
+use super::evidence::{Evidence, Union};
+use super::layout::{CLEAR, FALSE, FELT, HIT, Layout, Moment, SEEN};
+use super::problem::Problem;
+use super::worth::{Ratio, Worth};
+use crate::metrics::Score;
+use crate::study::Across;
+
+/// Bits of the largest value that an inequality can reach.
+const BITS: u32 = 45;
+
+/// Bits of a plane that weigh the same.
+#[derive(Clone, Debug)]
+pub(super) struct Segment {
+    plane: usize,
+    words: Range<usize>,
+    weight: u64,
+}
+
+/// Segments that are worth no more than a cap together.
+#[derive(Clone, Debug)]
+struct Group {
+    segments: Vec<Segment>,
+    cap: u64,
+}
+
+/// What a set must reach, at least.
+#[derive(Clone, Debug)]
+pub(super) struct Inequality {
+    groups: Vec<Group>,
+    /// What false alarms take away.
+    charges: Vec<Segment>,
+    pub(super) least: i64,
+    /// The value at which a score is what is to be reached, or less.
+    par: i64,
+    /// How much more a score can be, for each one by which the value is more.
+    unit: f64,
+}
+
+/// A union as an inequality sees it.
+#[derive(Clone, Debug)]
+pub(super) struct State {
+    /// Never below what it truly has.
+    pub(super) value: i64,
+    /// What each group has.
+    filled: Vec<u64>,
+}
+
+/// One inequality before it is scaled: weights of planes in moments.
+#[derive(Default)]
+struct Terms {
+    /// Plane, words, weight, and how many bits there are.
+    gains: Vec<(usize, Range<usize>, i128, u64)>,
+    charges: Vec<(Range<usize>, i128)>,
+    /// Where the score is what is to be reached.
+    par: i128,
+    /// Whether that is not enough.
+    beat: bool,
+    /// The smallest that the denominator of the score can be, times that of what is to be reached.
+    denominator: f64,
+}
+
+/// The inequalities that a set must pass to be worth more than what is known, and to meet all requirements.
+#[derive(Clone, Debug)]
+pub(super) struct Question {
+    /// The first is the one by which candidates are ordered; none if everything passes.
+    pub(super) all: Vec<Inequality>,
+    /// Those that say that a set is worth more.
+    goal: Range<usize>,
+    /// What is to be beaten.
+    pub(super) beaten: Option<Worth>,
+}
+
+impl Question {
+    /// What no set is worth more than, if none of its inequalities of the goal has a larger value than these.
+    /// Rounded up to six digits after the point.
+    pub(super) fn bound(&self, values: &[i64]) -> Option<f64> {
+        let beaten = self.beaten?.value();
+        let over = |(inequality, &value): (&Inequality, &i64)| {
+            let more = (value - inequality.par).max(0) as f64 * inequality.unit;
+            if more > 0.0 { ((beaten + more + 1e-9) * 1e6).ceil() / 1e6 } else { beaten }
+        };
+        let goal = self.goal.clone();
+        let bounds = self.all[goal.clone()].iter().zip(&values[goal]).map(over);
+        bounds.reduce(f64::min).map(|bound| bound.min(1.0).max(beaten))
+    }
+}
+
+/// The question whether any set is worth more than what is known.
+pub(super) fn question(problem: &Problem, beaten: Option<Worth>) -> Question {
+    let layout = &problem.evidence.layout;
+    let mut all = Vec::new();
+    if let Some(Worth::Exact(ratio)) = beaten {
+        all.extend(of_score(layout, problem.goal, ratio, true));
+    }
+    let goals = all.len();
+    for &(score, over, least) in &problem.require {
+        if over != Across::Mean {
+            all.extend(of_score(layout, (score, over), least, false));
+        }
+    }
+    let first = usize::from(all.len() > 1);
+    if first == 1 {
+        all.insert(0, Inequality::sum(&all));
+    }
+    Question { all, goal: first..first + goals, beaten }
+}
+
+/// What a score must reach, or beat.
+fn of_score(layout: &Layout, (score, over): (Score, Across), ratio: Ratio, beat: bool) -> Vec<Inequality> {
+    let each: Vec<&[Moment]> = match over {
+        Across::Pooled => vec![&layout.moments],
+        _ => layout.moments.chunks(1).collect(),
+    };
+    each.into_iter().filter_map(|moments| inequality(layout, moments, score, ratio, beat)).collect()
+}
+
+/// The inequality of some moments together; `None` where it may have no value, and then is no obstacle.
+fn inequality(
+    layout: &Layout,
+    moments: &[Moment],
+    score: Score,
+    ratio: Ratio,
+    beat: bool,
+) -> Option<Inequality> {
+    let Ratio { numerator: p, denominator: q } = ratio;
+    let sum = |of: fn(&Moment) -> u64| moments.iter().map(of).sum::<u64>();
+    let [t, f] = [sum(|moment| moment.voxels[0]), sum(|moment| moment.voxels[1])];
+    let joined = |space: usize| {
+        moments.first().map_or(0, |m| m.words[space].start)..moments.last().map_or(0, |m| m.words[space].end)
+    };
+    let (truly, falsely, s) = (i128::from(t), i128::from(f), i128::from(t + f));
+    match score {
+        Score::F1 | Score::Kappa => {
+            let (hit, clear, charge, par) = match score {
+                Score::F1 => (2 * q - p, p, 0, p * s),
+                _ => (
+                    (falsely * q + truly * p).max(0),
+                    (truly * q + falsely * p).max(0),
+                    (q - p) * truly,
+                    p * s * s,
+                ),
+            };
+            if t == 0 || (f == 0 && score == Score::Kappa) {
+                return None;
+            }
+            let gains = vec![(HIT, joined(0), hit, t), (CLEAR, joined(1), clear, f)];
+            let smallest = match score {
+                Score::F1 => t as f64,
+                _ => (t + f) as f64 * t.min(f) as f64,
+            };
+            let charges = vec![(joined(1), charge)];
+            Some(Terms { gains, charges, par, beat, denominator: q as f64 * smallest }.scaled())
+        }
+        Score::HumanSeen => {
+            let parts = moments.iter().flat_map(|moment| &moment.parts);
+            let people: u64 = parts.map(|part| part.voxels).sum();
+            let gains = vec![(SEEN, joined(2), q, people)];
+            let par = p * i128::from(people);
+            let denominator = q as f64 * people as f64;
+            (people > 0).then(|| Terms { gains, charges: Vec::new(), par, beat, denominator }.scaled())
+        }
+        _ => {
+            let groups: Vec<Group> = moments.iter().flat_map(|moment| who(layout, moment, score)).collect();
+            let (count, whole) = (groups.len() as i128, i128::from(layout.min_hits()));
+            // So many are detected.
+            let detected = match beat {
+                true => (p * count).div_euclid(q) + 1,
+                false => (p * count + q - 1).div_euclid(q),
+            };
+            let least = i64::try_from(detected * whole).unwrap_or(i64::MAX);
+            let unit = 1.0 / (count * whole) as f64;
+            let par = i64::try_from((p * count * whole).div_euclid(q)).unwrap_or(i64::MAX);
+            (count > 0).then_some(Inequality { groups, charges: Vec::new(), least, par, unit })
+        }
+    }
+}
+
+/// A group for each part or person that counts.
+fn who(layout: &Layout, moment: &Moment, score: Score) -> Vec<Group> {
+    let cap = layout.min_hits();
+    let counting = || moment.parts.iter().filter(|part| part.voxels >= cap);
+    let seen = |words: &Range<usize>| Segment { plane: SEEN, words: words.clone(), weight: 1 };
+    if score == Score::PartsDetected {
+        return counting().map(|part| Group { segments: vec![seen(&part.words)], cap }).collect();
+    }
+    let mut people: Vec<usize> = counting().map(|part| part.person).collect();
+    people.dedup();
+    let person = |person: usize| {
+        let seen = counting().filter(|part| part.person == person).map(|part| seen(&part.words));
+        let own = moment.parts.iter().filter(|part| part.person == person);
+        let felt = own.map(|part| Segment { plane: FELT, words: part.words.clone(), weight: cap });
+        Group { segments: seen.chain(felt).collect(), cap }
+    };
+    people.into_iter().map(person).collect()
+}
+
+impl Terms {
+    fn scaled(self) -> Inequality {
+        let most: i128 = self.gains.iter().map(|&(_, _, weight, bits)| weight * i128::from(bits)).sum();
+        let largest = most.max(self.par.abs()).max(1);
+        let shift = (128 - largest.leading_zeros()) as i32 - BITS as i32;
+        let up = |n: i128| {
+            if shift <= 0 { n << -shift } else { (n >> shift) + i128::from(n & ((1 << shift) - 1) != 0) }
+        };
+        let down = |n: i128| if shift <= 0 { n << -shift } else { n >> shift };
+        let gain = |(plane, words, weight, _)| Segment { plane, words, weight: up(weight) as u64 };
+        let charge = |(words, weight)| Segment { plane: FALSE, words, weight: down(weight) as u64 };
+        Inequality {
+            groups: vec![Group { segments: self.gains.into_iter().map(gain).collect(), cap: u64::MAX }],
+            charges: self.charges.into_iter().map(charge).filter(|charge| charge.weight > 0).collect(),
+            least: down(self.par + i128::from(self.beat)) as i64,
+            par: down(self.par) as i64,
+            unit: f64::powi(2.0, shift) / self.denominator,
+        }
+    }
+}
+
+impl Inequality {
+    /// What a set passes that passes each of several.
+    fn sum(all: &[Inequality]) -> Inequality {
+        let mut groups: Vec<Group> = Vec::new();
+        for group in all.iter().flat_map(|one| &one.groups) {
+            match groups.first_mut().filter(|first| first.cap == u64::MAX && group.cap == u64::MAX) {
+                Some(first) => first.segments.extend(group.segments.clone()),
+                None => groups.insert(if group.cap == u64::MAX { 0 } else { groups.len() }, group.clone()),
+            }
+        }
+        let charges = all.iter().flat_map(|one| one.charges.clone()).collect();
+        let sum = |of: fn(&Inequality) -> i64| all.iter().map(of).sum();
+        let (least, par) = (sum(|one| one.least), sum(|one| one.par));
+        Inequality { groups, charges, least, par, unit: f64::INFINITY }
+    }
+
+    /// Whether all that counts is how many bits of a union are set.
+    pub(super) fn is_plain(&self) -> bool {
+        self.groups.len() == 1 && self.groups[0].cap == u64::MAX
+    }
+
+    /// What a union has.
+    pub(super) fn state(&self, union: &Union) -> State {
+        let filled = |group: &Group| group.segments.iter().map(|segment| segment.of_union(union)).sum();
+        let filled: Vec<u64> = self.groups.iter().map(filled).collect();
+        let value: u64 = self.groups.iter().zip(&filled).map(|(group, &filled)| filled.min(group.cap)).sum();
+        let charged: u64 = self.charges.iter().map(|charge| charge.of_union(union)).sum();
+        State { value: value as i64 - charged as i64, filled }
+    }
+
+    /// What a candidate adds to a union at most, were nothing it says false.
+    #[inline(always)]
+    pub(super) fn gain(&self, evidence: &Evidence, union: &Union, state: &State, item: usize) -> i64 {
+        let mut gain = 0;
+        for (group, &filled) in self.groups.iter().zip(&state.filled) {
+            let mut fresh = 0;
+            for segment in &group.segments {
+                fresh += segment.fresh(evidence, union, item);
+            }
+            gain += (filled + fresh).min(group.cap) - filled.min(group.cap);
+        }
+        gain as i64
+    }
+
+    /// What a candidate takes from a union by what it says falsely.
+    #[inline(always)]
+    pub(super) fn loss(&self, evidence: &Evidence, union: &Union, item: usize) -> i64 {
+        let wrong = evidence.plane(item, FALSE);
+        if wrong.is_empty() {
+            return 0;
+        }
+        let mut loss = 0;
+        let known = union.plane(FALSE);
+        for charge in &self.charges {
+            let words = charge.words.clone();
+            let fresh = wrong[words.clone()].iter().zip(&known[words]).map(|(word, known)| word & !known);
+            loss += charge.weight * ones(fresh);
+        }
+        for segment in self.groups.iter().flat_map(|group| &group.segments).filter(|s| s.plane == CLEAR) {
+            let words = segment.words.clone();
+            let clear = union.plane(CLEAR)[words.clone()].iter().zip(&known[words.clone()]);
+            let lost = wrong[words].iter().zip(clear).map(|(word, (clear, known))| word & clear & !known);
+            loss += segment.weight * ones(lost);
+        }
+        loss as i64
+    }
+
+    /// Whether what two candidates both add to a union is more than so much. Only of a plain inequality.
+    #[inline(always)]
+    pub(super) fn overlap_exceeds(
+        &self,
+        fresh: &[Vec<u64>],
+        evidence: &Evidence,
+        item: usize,
+        slack: i64,
+    ) -> bool {
+        /// Words that are counted before the sum is looked at.
+        const STRETCH: usize = 64;
+        let mut overlap = 0;
+        for (segment, fresh) in self.groups[0].segments.iter().zip(fresh) {
+            let row = evidence.plane(item, segment.plane);
+            if row.is_empty() {
+                continue;
+            }
+            for (a, b) in fresh.chunks(STRETCH).zip(row[segment.words.clone()].chunks(STRETCH)) {
+                overlap += segment.weight * ones(a.iter().zip(b).map(|(a, b)| a & b));
+                if overlap as i64 > slack {
+                    return true;
+                }
+            }
+        }
+        false
+    }
+
+    /// The voxels that a candidate adds to a union, segment by segment of the first group.
+    pub(super) fn added(&self, evidence: &Evidence, union: &Union, item: usize) -> Vec<Vec<u64>> {
+        let of = |segment: &Segment| {
+            let row = evidence.plane(item, segment.plane);
+            if row.is_empty() { Vec::new() } else { segment.fresh_words(row, union).collect() }
+        };
+        self.groups[0].segments.iter().map(of).collect()
+    }
+}
+
+impl Segment {
+    /// What a union has here.
+    fn of_union(&self, union: &Union) -> u64 {
+        let words = union.plane(self.plane)[self.words.clone()].iter();
+        match self.plane {
+            CLEAR => {
+                let known = &union.plane(FALSE)[self.words.clone()];
+                self.weight * ones(words.zip(known).map(|(word, known)| word & !known))
+            }
+            _ => self.weight * ones(words.copied()),
+        }
+    }
+
+    /// What a candidate adds here.
+    #[inline(always)]
+    fn fresh(&self, evidence: &Evidence, union: &Union, item: usize) -> u64 {
+        let row = evidence.plane(item, self.plane);
+        if row.is_empty() { 0 } else { self.weight * ones(self.fresh_words(row, union)) }
+    }
+
+    /// The bits of a row that a union lacks, and that nobody in it calls occupied where that would be false.
+    #[inline(always)]
+    fn fresh_words<'a>(&self, row: &'a [u64], union: &'a Union) -> impl Iterator<Item = u64> + use<'a> {
+        let has = &union.plane(self.plane)[self.words.clone()];
+        let wrong = union.plane(if self.plane == CLEAR { FALSE } else { self.plane });
+        let wrong = &wrong[self.words.clone()];
+        row[self.words.clone()].iter().zip(has).zip(wrong).map(|((row, has), wrong)| row & !(has | wrong))
+    }
+}
+
+#[inline(always)]
+fn ones(words: impl Iterator<Item = u64>) -> u64 {
+    words.map(|word| u64::from(word.count_ones())).sum()
+}

@@ -1,0 +1,229 @@
+//! Against trying every set.
+
+use super::evidence::Evidence;
+use super::front::{Bound, answer};
+use super::layout::Layout;
+use super::problem::{Found, Limits, Problem};
+use super::worth::{Ratio, Worth};
+use crate::metrics::Score;
+use crate::study::Across;
+
+/// SplitMix64.
+struct Random(u64);
+
+impl Random {
+    fn bits(&mut self) -> u64 {
+        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
+        let mut z = self.0;
+        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+        z ^ (z >> 31)
+    }
+
+    fn below(&mut self, n: u64) -> u64 {
+        self.bits() % n
+    }
+
+    fn one_in(&mut self, n: u64) -> bool {
+        self.below(n) == 0
+    }
+}
+
+const SCORES: [Score; 5] =
+    [Score::F1, Score::Kappa, Score::HumanSeen, Score::PeopleDetected, Score::PartsDetected];
+
+/// Made-up evidence of some candidates of three sensors.
+fn evidence(random: &mut Random, candidates: usize, noisy: bool) -> Evidence {
+    let one_moment = |random: &mut Random| {
+        let voxels = [random.below(70), random.below(150)];
+        let parts: Vec<(usize, u64)> =
+            (0..random.below(5)).map(|part| ((part / 3) as usize, 1 + random.below(12))).collect();
+        (voxels, parts)
+    };
+    let moments: Vec<_> = (0..1 + random.below(3)).map(|_| one_moment(random)).collect();
+    let layout = Layout::made_up(&moments, 1 + random.below(4));
+    let items = (0..candidates).map(|i| [(random.below(3)) as usize, i]).collect();
+    let planes = (0..candidates).map(|_| {
+        let (some, clear) = (2 + random.below(4), 1 + random.below(4));
+        let mut planes: [Vec<u64>; 6] =
+            std::array::from_fn(|plane| vec![0; layout.words[super::layout::SPACE_OF[plane]]]);
+        for moment in &layout.moments {
+            let set = |planes: &mut [Vec<u64>; 6], plane: usize, first: usize, bit: u64| {
+                planes[plane][first + bit as usize / 64] |= 1 << (bit % 64);
+            };
+            for bit in 0..moment.voxels[0] {
+                if random.one_in(some) {
+                    set(&mut planes, 0, moment.words[0].start, bit);
+                } else if noisy && random.one_in(4) {
+                    set(&mut planes, 1, moment.words[0].start, bit);
+                }
+            }
+            for bit in 0..moment.voxels[1] {
+                if noisy && random.one_in(6) {
+                    set(&mut planes, 2, moment.words[1].start, bit);
+                } else if random.one_in(clear) {
+                    set(&mut planes, 3, moment.words[1].start, bit);
+                }
+            }
+            for part in &moment.parts {
+                for bit in 0..part.voxels {
+                    let seen = random.one_in(some + 1);
+                    if seen {
+                        set(&mut planes, 4, part.words.start, bit);
+                    }
+                    if seen && random.one_in(20) {
+                        set(&mut planes, 5, part.words.start, bit);
+                    }
+                }
+            }
+        }
+        planes
+    });
+    let planes = planes.collect();
+    Evidence::made_up(layout, items, planes)
+}
+
+fn problem<'a>(random: &mut Random, evidence: &'a Evidence, over: Across) -> Problem<'a> {
+    let count = evidence.len();
+    let priced = random.one_in(2);
+    let cost: Vec<u64> = (0..count).map(|_| if priced { 1 + random.below(4) } else { 0 }).collect();
+    let always: Vec<usize> =
+        if random.one_in(4) { vec![random.below(count as u64) as usize] } else { Vec::new() };
+    let fixed: u64 = always.iter().map(|&item| cost[item]).sum();
+    let mut near = vec![vec![0u64; 1]; if random.one_in(2) { count } else { 0 }];
+    if !near.is_empty() {
+        for _ in 0..count {
+            let [a, b] = [random.below(count as u64) as usize, random.below(count as u64) as usize];
+            if a != b {
+                near[a][0] |= 1 << b;
+                near[b][0] |= 1 << a;
+            }
+        }
+    }
+    let require = (0..if random.one_in(3) { 1 + random.below(2) } else { 0 }).map(|_| {
+        let over = [Across::Pooled, Across::Worst, Across::Mean][random.below(3) as usize];
+        (SCORES[random.below(5) as usize], over, Ratio::of(random.below(80) as f64 / 100.0))
+    });
+    let require = require.collect();
+    Problem {
+        evidence,
+        goal: (SCORES[random.below(5) as usize], over),
+        require,
+        limits: Limits {
+            at_most: (1 + random.below(5) as usize).max(always.len()),
+            budget: priced.then(|| fixed + 1 + random.below(10)),
+        },
+        cost,
+        always,
+        near,
+        most: (0..3)
+            .map(|_| if random.one_in(3) { 1 + random.below(2) as usize } else { usize::MAX })
+            .collect(),
+    }
+}
+
+/// The best worth within some limits, from all sets.
+fn by_trying(problem: &Problem, limits: Limits) -> Option<Worth> {
+    let allowed = |set: &Vec<usize>| {
+        let joined = set.iter().enumerate().all(|(number, &item)| {
+            problem.always.contains(&item) || {
+                let before = [&set[..number], &[]].concat();
+                let others: Vec<usize> = before.into_iter().chain(problem.always.iter().copied()).collect();
+                problem.may_join(&distinct(others), item)
+            }
+        });
+        joined
+            && !set.is_empty()
+            && set.len() <= limits.at_most
+            && limits.afford(problem.cost_of(set))
+            && problem.always.iter().all(|item| set.contains(item))
+    };
+    let all = 0..1usize << problem.evidence.len();
+    let sets = all.map(|bits| (0..problem.evidence.len()).filter(|i| bits >> i & 1 == 1).collect::<Vec<_>>());
+    sets.filter(allowed).filter_map(|set| problem.found(&set)).map(|found| found.worth).max()
+}
+
+fn distinct(mut items: Vec<usize>) -> Vec<usize> {
+    items.sort_unstable();
+    items.dedup();
+    items
+}
+
+#[test]
+fn the_answer_is_that_of_trying_every_set() {
+    let mut random = Random(7);
+    let (mut steps, mut proven_best, mut none, mut by_search) = (0, 0, 0, 0);
+    for case in 0..500 {
+        let noisy = case % 2 == 1;
+        let candidates = 3 + random.below(7) as usize;
+        let evidence = evidence(&mut random, candidates, noisy);
+        let over = [Across::Pooled, Across::Worst][random.below(2) as usize];
+        let problem = problem(&mut random, &evidence, over);
+        let expected = by_trying(&problem, problem.limits);
+        let found = match answer(&problem, &|| false) {
+            Err(error) => {
+                assert_eq!(expected, None, "case {case}: {error}: {problem:?}");
+                none += 1;
+                continue;
+            }
+            Ok(found) => found,
+        };
+        let largest = found.steps.iter().filter(|step| step.limits.at_most == problem.limits.at_most);
+        let whole = largest.clone().find(|step| step.limits == problem.limits).unwrap();
+        assert_eq!(whole.best.as_ref().map(|best| best.worth), expected, "case {case}: {problem:?}");
+        for step in &found.steps {
+            let Found { set, worth } = step.best.as_ref().unwrap();
+            assert_eq!(step.bound, Bound::Proven);
+            assert_eq!(Some(*worth), by_trying(&problem, step.limits), "case {case}: {step:?}: {problem:?}");
+            assert_eq!(problem.found(set).unwrap().worth, *worth, "case {case}");
+            assert!(set.len() <= step.limits.at_most && step.limits.afford(problem.cost_of(set)));
+            steps += 1;
+        }
+        // Each size ends where a set that costs less is worth nothing, or does not exist.
+        for size in found.steps.chunk_by(|a, b| a.limits.at_most == b.limits.at_most) {
+            let costs: Vec<u64> =
+                size.iter().map(|s| problem.cost_of(&s.best.as_ref().unwrap().set)).collect();
+            assert!(costs.is_sorted_by(|a, b| a > b), "case {case}: {costs:?}");
+            if costs.last().is_some_and(|&cost| cost > 0) {
+                let below = Limits { budget: costs.last().map(|cost| cost - 1), ..size[0].limits };
+                assert_eq!(by_trying(&problem, below), None, "case {case}");
+            }
+        }
+        proven_best += 1;
+        by_search += usize::from(problem.limits.at_most - problem.always.len() > 2);
+    }
+    assert!(
+        proven_best > 300 && none > 5 && steps > 800 && by_search > 100,
+        "{proven_best} {none} {steps} {by_search}"
+    );
+}
+
+#[test]
+fn a_stopped_search_has_a_bound_that_holds() {
+    use std::sync::atomic::{AtomicUsize, Ordering};
+    let mut random = Random(11);
+    let (mut stopped, mut open) = (0, 0);
+    for case in 0..800 {
+        let evidence = evidence(&mut random, 9, case % 2 == 1);
+        let over = [Across::Pooled, Across::Worst][random.below(2) as usize];
+        let mut problem = problem(&mut random, &evidence, over);
+        problem.require.clear();
+        let Some(expected) = by_trying(&problem, problem.limits) else { continue };
+        // A poor set is known, and the search is stopped after some questions.
+        let worst = (0..9).filter_map(|item| problem.found(&[item])).min_by_key(|found| found.worth);
+        let Some(known) = worst.filter(|known| known.worth < expected) else { continue };
+        let asked = AtomicUsize::new(0);
+        let most = random.below(2) as usize;
+        let stop = || asked.fetch_add(1, Ordering::Relaxed) >= most;
+        if let super::search::Outcome::Stopped(bound) =
+            super::search::search(&problem, problem.limits, Some(known.worth), &stop)
+        {
+            stopped += 1;
+            if let Some(bound) = bound {
+                assert!(bound >= expected.value(), "case {case}: {bound} < {expected:?}: {problem:?}");
+                open += usize::from(bound < 1.0);
+            }
+        }
+    }
+    assert!(stopped > 50 && open > 20, "{stopped} stopped, {open} with a bound below 1");
+}

@@ -1,0 +1,214 @@
+//! What counts are worth: a score as a fraction of whole numbers, so that no rounding decides which set is
+//! the better one.
+
+use std::cmp::Ordering;
+
+use crate::metrics::{Confusion, Score};
+use crate::study::Across;
+
+/// A fraction; its denominator is above zero. Both are below 2⁶³ in size, so that two can be compared in 128
+/// bits.
+#[derive(Clone, Copy, Debug)]
+pub struct Ratio {
+    /// Above the line.
+    pub numerator: i128,
+    /// Below the line.
+    pub denominator: i128,
+}
+
+/// What a set is worth.
+#[derive(Clone, Copy, Debug)]
+pub enum Worth {
+    /// A score of counts added up, or the lowest of several scores.
+    Exact(Ratio),
+    /// A mean of scores, added up in the order of the moments.
+    Mean(f64),
+}
+
+/// Voxels of a region in all moments together that fractions are exact for.
+pub(super) const MOST_VOXELS: u64 = 1 << 31;
+
+impl Ratio {
+    /// A number of at most nine digits after the point.
+    pub(super) fn of(value: f64) -> Ratio {
+        Ratio { numerator: (value * 1e9).round() as i128, denominator: 1_000_000_000 }
+    }
+
+    /// One division.
+    pub fn value(self) -> f64 {
+        self.numerator as f64 / self.denominator as f64
+    }
+
+    /// The fraction of a score, if it has a value.
+    pub(super) fn of_score(score: Score, counts: &Confusion) -> Option<Ratio> {
+        let wide = |n: u64| i128::from(n);
+        let [tp, fp, fn_, tn] = [counts.tp, counts.fp, counts.fn_, counts.tn].map(wide);
+        let (s, found) = (wide(counts.total()), &counts.detection);
+        let (numerator, denominator) = match score {
+            Score::F1 => (2 * tp, s + tp - tn),
+            Score::Kappa => {
+                let occupied = tp + fn_ + wide(counts.uo);
+                let chance = (tp + fp) * occupied + (fn_ + tn) * (s - occupied);
+                (s * (tp + tn) - chance, s * s - chance)
+            }
+            Score::HumanSeen => (wide(found.hit_human), wide(counts.people_voxels())),
+            Score::PeopleDetected => (wide(found.people_detected), wide(found.people)),
+            Score::PartsDetected => (wide(found.parts_detected), wide(found.parts)),
+            Score::HumanClaimed | Score::Unknown | Score::FalseAlarm => return None,
+        };
+        (denominator != 0).then_some(Ratio { numerator, denominator })
+    }
+}
+
+impl Ord for Ratio {
+    fn cmp(&self, other: &Ratio) -> Ordering {
+        (self.numerator * other.denominator).cmp(&(other.numerator * self.denominator))
+    }
+}
+
+impl PartialOrd for Ratio {
+    fn partial_cmp(&self, other: &Ratio) -> Option<Ordering> {
+        Some(self.cmp(other))
+    }
+}
+
+impl PartialEq for Ratio {
+    fn eq(&self, other: &Ratio) -> bool {
+        self.cmp(other) == Ordering::Equal
+    }
+}
+
+impl Eq for Ratio {}
+
+impl Worth {
+    /// What counts are worth, moment by moment; `None` where no score has a value.
+    pub(super) fn of(score: Score, over: Across, counts: &[Confusion]) -> Option<Worth> {
+        match over {
+            Across::Pooled => {
+                let all = counts.iter().fold(Confusion::default(), |sum, counts| sum.plus(counts));
+                Ratio::of_score(score, &all).map(Worth::Exact)
+            }
+            Across::Worst => {
+                counts.iter().filter_map(|counts| Ratio::of_score(score, counts)).min().map(Worth::Exact)
+            }
+            Across::Mean => {
+                let values: Vec<f64> = counts.iter().filter_map(|counts| score.of(counts)).collect();
+                (!values.is_empty()).then(|| Worth::Mean(values.iter().sum::<f64>() / values.len() as f64))
+            }
+        }
+    }
+
+    /// As a number.
+    pub fn value(self) -> f64 {
+        match self {
+            Worth::Exact(ratio) => ratio.value(),
+            Worth::Mean(mean) => mean,
+        }
+    }
+
+    /// Whether it is no less than a fraction.
+    pub(super) fn reaches(self, least: Ratio) -> bool {
+        match self {
+            Worth::Exact(ratio) => ratio >= least,
+            Worth::Mean(mean) => mean >= least.value(),
+        }
+    }
+}
+
+impl Ord for Worth {
+    fn cmp(&self, other: &Worth) -> Ordering {
+        match (self, other) {
+            (Worth::Exact(a), Worth::Exact(b)) => a.cmp(b),
+            _ => self.value().total_cmp(&other.value()),
+        }
+    }
+}
+
+impl PartialOrd for Worth {
+    fn partial_cmp(&self, other: &Worth) -> Option<Ordering> {
+        Some(self.cmp(other))
+    }
+}
+
+impl PartialEq for Worth {
+    fn eq(&self, other: &Worth) -> bool {
+        self.cmp(other) == Ordering::Equal
+    }
+}
+
+impl Eq for Worth {}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::metrics::Detection;
+    use crate::results::over::over;
+
+    /// Random counts, some of them zero, some as large as a region can be.
+    fn random(state: &mut u64) -> Confusion {
+        let mut next = |below: u64| {
+            *state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+            (*state >> 20) % below
+        };
+        let size = [2, 20, 1000, MOST_VOXELS / 6][next(4) as usize];
+        let mut counts: [u64; 12] = std::array::from_fn(|_| if next(4) == 0 { 0 } else { next(size) });
+        counts[9..].fill(0);
+        let people: u64 = counts[6..9].iter().sum();
+        let [people_count, parts] = [next(4), next(12)];
+        let found = Detection {
+            hit_human: next(people + 1),
+            people: people_count,
+            people_detected: next(people_count + 1),
+            parts,
+            parts_detected: next(parts + 1),
+            missed: [0; 11],
+        };
+        Confusion::from_counts(counts).with(found)
+    }
+
+    const SCORES: [Score; 5] =
+        [Score::F1, Score::Kappa, Score::HumanSeen, Score::PeopleDetected, Score::PartsDetected];
+
+    #[test]
+    fn fractions_are_the_scores_of_the_tables() {
+        let mut state = 5;
+        let (mut some, mut none) = (0, 0);
+        for case in 0..20_000 {
+            let counts = random(&mut state);
+            for score in SCORES {
+                let (found, expected) = (Ratio::of_score(score, &counts), score.of(&counts));
+                assert_eq!(found.map(Ratio::value), expected, "case {case}: {score:?} of {counts:?}");
+                *if found.is_some() { &mut some } else { &mut none } += 1;
+            }
+        }
+        assert!(some > 10_000 && none > 100, "{some} with a value, {none} without");
+    }
+
+    #[test]
+    fn worths_over_moments_are_those_of_the_tables() {
+        let mut state = 9;
+        for case in 0..5000 {
+            let moments: Vec<Confusion> = (0..1 + case % 5).map(|_| random(&mut state)).collect();
+            for score in SCORES {
+                let expected = over(std::slice::from_ref(&moments), score);
+                let found = |over| Worth::of(score, over, &moments).map(Worth::value);
+                assert_eq!(found(Across::Worst), expected.map(|over| over.worst), "case {case}: {score:?}");
+                assert_eq!(found(Across::Mean), expected.map(|over| over.mean), "case {case}: {score:?}");
+                let all = moments.iter().fold(Confusion::default(), |sum, counts| sum.plus(counts));
+                if all.total() <= MOST_VOXELS {
+                    assert_eq!(found(Across::Pooled), score.of(&all), "case {case}: {score:?}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn nearly_equal_fractions_are_told_apart() {
+        let near = |numerator, denominator| Ratio { numerator, denominator };
+        let s = i128::from(MOST_VOXELS);
+        assert!(near(s * s - 1, s * s) < near(s * s, s * s));
+        assert!(near(1, 3) > near(333_333_333, 1_000_000_000));
+        assert_eq!(near(2, 6), near(1, 3));
+        assert!(near(-1, 3) < near(0, 5));
+    }
+}

@@ -1,0 +1,125 @@
+//! What sensors say, voxel by voxel, read back from a backend: of choices in study order, made as a sweep
+//! makes them and counted by nobody.
+
+use super::evidence::{BatchSize, Store};
+use super::order::{Task, each_world};
+use crate::Result;
+use crate::backend::{self, Backend, Planes, Slot};
+use crate::results::PoseChoice;
+use crate::study::Study;
+use crate::world::World;
+
+/// Choices whose evidence is read back at once.
+const AT_ONCE: usize = 64;
+
+/// What one sensor of a choice says.
+#[derive(Clone, Debug)]
+pub struct Said {
+    /// Its evidence in parts, which are joined. Each covers the bounding box of the regions, or a part of it
+    /// outside of which it says nothing.
+    pub parts: Vec<Planes>,
+    /// Whether its hits are voxels of people that a presence sensor feels.
+    pub presence: bool,
+}
+
+/// Says whose evidence is wanted, and takes it.
+pub trait Reader {
+    /// Whether the evidence of a choice is wanted, in one repeat of a world.
+    fn wants(&self, world: &World, repeat: usize, pose_choice: &PoseChoice) -> bool;
+
+    /// Takes what the sensors of some choices say in one repeat of a world. A sensor that says nothing is
+    /// left out.
+    fn take(&mut self, world: &World, repeat: usize, said: Vec<(PoseChoice, Vec<Said>)>) -> Result<()>;
+
+    /// Whether nothing more is to be begun.
+    fn enough(&mut self) -> bool;
+}
+
+/// Reads what a reader wants of some choices, each sensor in the representation of this number.
+pub fn read_asks(
+    study: &Study,
+    worlds: &[World],
+    pose_choices: &[PoseChoice],
+    representations: &[usize],
+    backend: &mut dyn Backend,
+    reader: &mut dyn Reader,
+) -> Result<()> {
+    each_world(
+        study,
+        worlds,
+        pose_choices,
+        BatchSize::FULL,
+        backend,
+        &mut Reading { representations, reader },
+    )
+}
+
+/// Asks a reader, and reads.
+struct Reading<'a> {
+    /// Of each sensor of the study.
+    representations: &'a [usize],
+    reader: &'a mut dyn Reader,
+}
+
+impl Task for Reading<'_> {
+    fn wants(&self, world: &World, repeat: usize, pose_choice: &PoseChoice) -> bool {
+        self.reader.wants(world, repeat, pose_choice)
+    }
+
+    fn work(
+        &mut self,
+        mut store: Store,
+        pose_choices: &[PoseChoice],
+        backend: &mut dyn Backend,
+    ) -> Result<()> {
+        let study = store.study;
+        for repeat in 0..study.repeats as usize {
+            let mut wanted = pose_choices.to_vec();
+            wanted.retain(|pose_choice| self.reader.wants(store.world, repeat, pose_choice));
+            let mut left = wanted.as_slice();
+            while !left.is_empty() && !self.reader.enough() {
+                let made;
+                (made, left) = left.split_at(store.gather(left, repeat, backend)?);
+                for some in made.chunks(AT_ONCE) {
+                    let said = self.said(&store, some, repeat, backend)?;
+                    self.reader.take(store.world, repeat, said)?;
+                }
+            }
+        }
+        Ok(())
+    }
+
+    fn enough(&mut self) -> bool {
+        self.reader.enough()
+    }
+}
+
+impl Reading<'_> {
+    /// What each sensor of some choices says.
+    fn said(
+        &self,
+        store: &Store,
+        pose_choices: &[PoseChoice],
+        repeat: usize,
+        backend: &mut dyn Backend,
+    ) -> Result<Vec<(PoseChoice, Vec<Said>)>> {
+        let readings = pose_choices.iter().map(|pose_choice| {
+            let members = &store.study.combinations[pose_choice.combination].members;
+            let representations: Vec<usize> =
+                members.iter().map(|member| self.representations[member.sensor]).collect();
+            store.readings(pose_choice, repeat, &representations)
+        });
+        let readings: Vec<Vec<backend::Reading>> = readings.collect();
+        let slots = |reading: &backend::Reading| [Some(reading.slot), reading.volume].into_iter().flatten();
+        let all: Vec<Slot> = readings.iter().flatten().flat_map(slots).collect();
+        let mut planes = backend.planes(&all)?.into_iter();
+        let said = pose_choices.iter().zip(readings).map(|(pose_choice, readings)| {
+            let each = readings.iter().map(|reading| Said {
+                parts: planes.by_ref().take(slots(reading).count()).collect(),
+                presence: reading.presence,
+            });
+            (*pose_choice, each.collect())
+        });
+        Ok(said.collect())
+    }
+}
