@@ -111,7 +111,7 @@ impl<'a> Session<'a> {
             (false, Err(unfit)) => {
                 let cure = match unfit {
                     Unfit::Damaged => "--restart begins anew",
-                    Unfit::TableFormat(_) => "name another folder",
+                    Unfit::Format(_) => "name another folder",
                     Unfit::Foreign => "name another folder, or move it away",
                 };
                 return Err(Error::input(path.join(JOURNAL).display(), format!("{unfit}; {cure}")));

@@ -34,7 +34,7 @@ pub enum Unfit {
     /// It never was a journal.
     Foreign,
     /// Another perirobot wrote it.
-    TableFormat(u32),
+    Format(u32),
     /// It was one, and nobody can say of which sweep.
     Damaged,
 }
@@ -43,7 +43,7 @@ impl fmt::Display for Unfit {
     fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
         match self {
             Unfit::Foreign => write!(f, "is no journal of perirobot"),
-            Unfit::TableFormat(format) => {
+            Unfit::Format(format) => {
                 write!(f, "is a journal of format {format}, this perirobot writes {VERSION}")
             }
             Unfit::Damaged => write!(f, "has a damaged beginning"),
@@ -130,7 +130,7 @@ impl JournalHeader {
         let u32_at = |at: usize| u32::from_le_bytes(std::array::from_fn(|i| body[at + i]));
         let u64_at = |at: usize| u64::from_le_bytes(std::array::from_fn(|i| body[at + i]));
         if u32_at(8) != VERSION {
-            return Err(Unfit::TableFormat(u32_at(8)));
+            return Err(Unfit::Format(u32_at(8)));
         }
         let header = JournalHeader {
             fingerprint: std::array::from_fn(|i| body[52 + i]),

@@ -55,7 +55,7 @@ pub(super) struct LidarFile {
 #[serde(rename_all = "lowercase")]
 enum Representation {
     Points,
-    ProtectiveField,
+    Field,
 }
 
 /// A protective field.
@@ -97,11 +97,11 @@ pub(super) fn check(at: &Place, file: LidarFile, noiseless: bool) -> Result<Lida
         calibration: file.calibration,
     };
     // A field is there to be scored, and then the points are not, unless both are asked for.
-    let usual = if file.field.is_some() { Representation::ProtectiveField } else { Representation::Points };
+    let usual = if file.field.is_some() { Representation::Field } else { Representation::Points };
     let scored = file.representations.unwrap_or_else(|| vec![usual]);
     each_once(at, &scored, "representations = [\"points\"]")?;
     let field = file.field.map(|field| field.check(&at.key("field"))).transpose()?;
-    let scores_field = scored.contains(&Representation::ProtectiveField);
+    let scores_field = scored.contains(&Representation::Field);
     if scores_field && field.is_none() {
         return Err(at.says("representation \"field\" needs field = { polygon_m = [[x, y], ...], height_m }"));
     }
