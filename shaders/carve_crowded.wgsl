@@ -20,7 +20,7 @@
 var<workgroup> found: array<atomic<u32>, SCANS_AT_ONCE>;
 
 // Looks at every WORKGROUPth pixel that may see a voxel.
-fn scan(voxel: u32, word: u32, local: u32) {
+fn scan(entry: u32, word: u32, local: u32) {
     let box = undecided[part.first + (word >> 9u) + 1u];
     let row = box >> BOX_BITS;
     let placement = placements[row];
@@ -39,12 +39,12 @@ fn scan(voxel: u32, word: u32, local: u32) {
         let end = unpacked(ends[row * table.rays + v * table.image_x + u]);
         let enough = freed(end, table.no_return_is_free != 0u) > away;
         if enough && sees(placement, dirs_q15[v * table.image_x + u], voxel - own) {
-            atomicStore(&found[voxel], 1u);
+            atomicStore(&found[entry], 1u);
             let plane = placement.slot * setup.window_words;
             let in_row = (at.z * setup.window_y + at.y) * setup.window_words_per_row + (at.x >> 5u);
             atomicOr(&free[plane + in_row], 1u << (at.x & 31u));
         }
-        known = atomicLoad(&found[voxel]);
+        known = atomicLoad(&found[entry]);
         if known != 0u {
             break;
         }
@@ -59,10 +59,10 @@ fn main(
 ) {
     let first = group.x * SCANS_AT_ONCE;
     let count = min(SCANS_AT_ONCE, left[part.region * HEAD_WORDS + 3u] - first);
-    var voxel = 0u;
-    for (; voxel < count; voxel += 1u) {
-        scan(voxel, left[HEADS * HEAD_WORDS + first + voxel], local);
+    var entry = 0u;
+    for (; entry < count; entry += 1u) {
+        scan(entry, left[HEADS * HEAD_WORDS + first + entry], local);
     }
-    loop_ended(opaque(voxel) >= count);
+    loop_ended(opaque(entry) >= count);
     report(CARVE_CROWDED, local);
 }

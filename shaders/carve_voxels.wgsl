@@ -65,19 +65,19 @@ fn witnessed(placement: GridPose, row: u32, offset: vec3<i32>, middle: vec2<i32>
 
 // Lists a voxel for `carve_crowded`, whose workgroups take SCANS_AT_ONCE of them. What scan is asked to do is
 // taken from its completion counters, so that they come to nothing when all is done.
-fn leave(item: u32, voxel: u32) {
+fn leave(item: u32, number: u32) {
     let head = part.region * HEAD_WORDS;
     let place = atomicAdd(&left[head + 3u], 1u);
-    atomicStore(&left[HEADS * HEAD_WORDS + place], (item << 9u) | voxel);
+    atomicStore(&left[HEADS * HEAD_WORDS + place], (item << 9u) | number);
     if place % SCANS_AT_ONCE == 0u {
         atomicAdd(&left[head], 1u);
-        atomicSub(&done[SCAN], 1u);
-        atomicSub(&done[KERNELS + SCAN], WORKGROUP);
+        atomicSub(&done[CARVE_CROWDED], 1u);
+        atomicSub(&done[KERNELS + CARVE_CROWDED], WORKGROUP);
     }
 }
 
 // Whether a voxel is free as far as that is known; a voxel that it would take many pixels to know of is left.
-fn is_free(placement: GridPose, projection: Projection, row: u32, voxel: vec3<i32>, item: u32, voxel: u32) -> bool {
+fn is_free(placement: GridPose, projection: Projection, row: u32, voxel: vec3<i32>, item: u32, number: u32) -> bool {
     let pixel_rect = pixel_rect(projection, voxel, 1);
     let own = vec3_of(placement.origin_q16) >> vec3<u32>(16u);
     let away = away(own, voxel, 1).x;
@@ -94,7 +94,7 @@ fn is_free(placement: GridPose, projection: Projection, row: u32, voxel: vec3<i3
             if enough && sees(placement, dirs_q15[index], voxel - own) {
                 return true;
             }
-            leave(item, voxel);
+            leave(item, number);
             return false;
         }
         return witnessed(placement, row, voxel - own, pixel_rect.centre, pixel_rect.first, pixel_rect.last, away);
@@ -104,7 +104,7 @@ fn is_free(placement: GridPose, projection: Projection, row: u32, voxel: vec3<i3
 
 // Which voxels of a cube of two are free as far as that is known: a bit each, x fastest. The cube may be
 // decided whole, as boxes are.
-fn free_of_cube(placement: GridPose, projection: Projection, row: u32, low: vec3<u32>, item: u32, voxel: u32) -> u32 {
+fn free_of_cube(placement: GridPose, projection: Projection, row: u32, low: vec3<u32>, item: u32, first: u32) -> u32 {
     let window = vec3<u32>(setup.window_x, setup.window_y, setup.window_z);
     let voxel = vec3<i32>(low) + vec3<i32>(setup.window_min_x, setup.window_min_y, setup.window_min_z);
     let pixel_rect = pixel_rect(projection, voxel, 2);
@@ -118,7 +118,7 @@ fn free_of_cube(placement: GridPose, projection: Projection, row: u32, low: vec3
     for (; i < voxels; i += 1u) {
         let at = vec3<u32>(i & 1u, (i >> 1u) & 1u, i >> 2u);
         if all(low + at < window) {
-            let number = voxel + at.x + at.y * BOX_EDGE + at.z * BOX_EDGE * BOX_EDGE;
+            let number = first + at.x + at.y * BOX_EDGE + at.z * BOX_EDGE * BOX_EDGE;
             bits |= u32(is_free(placement, projection, row, voxel + vec3<i32>(at), item, number)) << i;
         }
     }
@@ -133,7 +133,7 @@ fn main(
 ) {
     let window = vec3<u32>(setup.window_x, setup.window_y, setup.window_z);
     let cube = vec3<u32>(local & 3u, (local >> 2u) & 3u, local >> 4u) * 2u;
-    let voxel = cube.x + cube.y * BOX_EDGE + cube.z * BOX_EDGE * BOX_EDGE;
+    let number = cube.x + cube.y * BOX_EDGE + cube.z * BOX_EDGE * BOX_EDGE;
     let item = part.first + group.x;
     // No early return: `report` must see every invocation of the group.
     if item < min(part.end, undecided[0]) {
@@ -142,7 +142,7 @@ fn main(
         let placement = placements[row];
         let low = box_corner(word) + cube;
         if all(low < window) {
-            let bits = free_of_cube(placement, projection_of(placement), row, low, group.x, voxel);
+            let bits = free_of_cube(placement, projection_of(placement), row, low, group.x, number);
             // The last voxel of a row may stand alone.
             let within = select(1u, 3u, low.x + 1u < window.x);
             var i = 0u;

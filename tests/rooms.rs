@@ -13,7 +13,7 @@ fn src() -> PathBuf {
 /// their left.
 fn order() -> BTreeMap<String, (usize, usize)> {
     let lib = fs::read_to_string(src().join("lib.rs")).unwrap();
-    let rows = lib.lines().filter(|line| line.starts_with("//! | [`"));
+    let rows = lib.lines().filter(|line| line.starts_with("//! | `"));
     let of_row = |(row, line): (usize, &str)| {
         let names = line.split('|').nth(1).unwrap().split('`').skip(1).step_by(2);
         let names: Vec<String> = names.map(str::to_string).collect();

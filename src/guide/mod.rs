@@ -10,7 +10,7 @@
 //! | [`long_sweeps`] | stopping and going on, failing devices, shards, clusters, large tables |
 //! | [`python`] | pandas, numpy, OctoMap, sweeps from a script |
 //! | [`same_integers`] | why CPU, GPU and oracle agree in every count |
-//! | [rules](crate::march) | what is counted, exactly |
+//! | [`rules`] | what is counted, exactly |
 //! | [`why_fast`] | which algorithm saves what, and why it is exact |
 //! | [`measured`] | speeds, as ratios to the oracle |
 //! | [`change_it`] | the files to touch for a new sensor, mesh format, representation or kernel |
@@ -28,7 +28,7 @@ macro_rules! page {
         #[doc = "[long sweeps]: crate::guide::long_sweeps"]
         #[doc = "[python]: crate::guide::python"]
         #[doc = "[same integers]: crate::guide::same_integers"]
-        #[doc = "[rules]: crate::march"]
+        #[doc = "[rules]: crate::guide::rules"]
         #[doc = "[why fast]: crate::guide::why_fast"]
         #[doc = "[measured]: crate::guide::measured"]
         #[doc = "[change it]: crate::guide::change_it"]
@@ -47,6 +47,7 @@ page!(every_key, "../../scenes/README.md");
 page!(long_sweeps, "long_sweeps.md");
 page!(python, "python.md");
 page!(same_integers, "same_integers.md");
+page!(rules, "../march/SEMANTICS.md");
 page!(why_fast, "why_fast.md");
 page!(measured, "../../benches/RESULTS.md");
 page!(change_it, "change_it.md");

@@ -1,7 +1,6 @@
 //! A ray through the voxels, in integers: the arithmetic of `SEMANTICS.md` as pure functions. What backends
 //! use has a twin of the same name in `shaders/march.wgsl`; [`crossings`] and [`leap::entry_q16`] are for the
 //! host alone.
-#![doc = include_str!("SEMANTICS.md")]
 
 pub mod deviation;
 pub mod leap;

@@ -8,7 +8,7 @@ use serde::Deserialize;
 
 use super::choose::ChooseFile;
 use super::sensor::AnySensor;
-use super::value::{Unit, Up, exactly, exactly_if_given};
+use super::value::{Unit, UpFile, exactly, exactly_if_given};
 use crate::backend::Fusion;
 
 /// What to sweep over what.
@@ -128,7 +128,7 @@ pub(super) struct RegionFile {
     /// Of the mesh: what its numbers are. Default "m"; a .dae file says it itself.
     pub(super) unit: Option<Unit>,
     /// The axis that points up in an .stl or .obj file. Default "z".
-    pub(super) up: Option<Up>,
+    pub(super) up: Option<UpFile>,
     /// Where the mesh is, [x, y, z] in metres. Default the origin.
     #[serde(default, deserialize_with = "exactly_if_given")]
     pub(super) position_m: Option<[f64; 3]>,
@@ -181,8 +181,8 @@ pub(super) struct RobotReachFile {
     pub(super) tool_m: f64,
 }
 
-/// A box along the axes of the world.
-#[derive(Deserialize, JsonSchema)]
+/// A box along the axes of the world or of a sensor.
+#[derive(Clone, Copy, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(super) struct BoxFile {
     /// Lowest corner, [x, y, z] in metres.

@@ -12,7 +12,7 @@ use serde::Deserialize;
 use super::poses::Quaternion;
 use super::problems::{Problems, parse_in_parts, wrong_with};
 use super::urdf::UrdfFile;
-use super::value::{Unit, Up, exactly, exactly_if_given};
+use super::value::{Unit, UpFile, exactly, exactly_if_given};
 use super::{Place, only_one, refuse_folder, slips, top_keys};
 use crate::pose::{Frame, Pose, from_rpy};
 use crate::scene::mesh_file::{self, ENDINGS, MeshFile, MeshFormat};
@@ -61,7 +61,7 @@ struct ObjectFile {
     /// says it itself.
     unit: Option<Unit>,
     /// The axis that points up in an .stl or .obj file. Default "z".
-    up: Option<Up>,
+    up: Option<UpFile>,
     /// A solid box.
     r#box: Option<SizeFile>,
     /// Six walls seen from inside.
@@ -69,7 +69,7 @@ struct ObjectFile {
     /// A rectangle in its xy plane.
     plane: Option<PlaneFile>,
     /// A ball.
-    sphere: Option<SphereFile>,
+    sphere: Option<BallFile>,
     /// A cylinder about z.
     cylinder: Option<CylinderFile>,
     /// A cylinder about z with round ends.
@@ -120,7 +120,7 @@ struct PlaneFile {
 /// A ball.
 #[derive(Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-struct SphereFile {
+struct BallFile {
     /// In metres.
     radius_m: f64,
 }
@@ -328,7 +328,7 @@ pub(super) fn unit_and_up_belong(
     at: &Place,
     file: Option<&MeshFile>,
     unit: Option<Unit>,
-    up: Option<Up>,
+    up: Option<UpFile>,
 ) -> Result<()> {
     match file.map(|file| file.format) {
         _ if unit.is_none() && up.is_none() => Ok(()),
@@ -352,10 +352,10 @@ pub(super) fn mesh(
     folder: &Path,
     path: &Path,
     unit: Option<Unit>,
-    up: Option<Up>,
+    up: Option<UpFile>,
 ) -> Result<MeshFile> {
     let scale = if matches!(unit, Some(Unit::Mm)) { 1e-3 } else { 1.0 };
-    let up = if up == Some(Up::Y) { mesh_file::Up::Y } else { mesh_file::Up::Z };
+    let up = if up == Some(UpFile::Y) { mesh_file::Up::Y } else { mesh_file::Up::Z };
     if let Some(format) = MeshFormat::of(path) {
         return Ok(MeshFile { path: folder.join(path), format, scale, up });
     }

@@ -157,7 +157,7 @@ pub(super) enum Unit {
 /// Which axis of a file points up.
 #[derive(Clone, Copy, PartialEq, Deserialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
-pub(super) enum Up {
+pub(super) enum UpFile {
     Y,
     Z,
 }

@@ -158,7 +158,7 @@ fn cut_warning(study: &Study, worlds: &[World], region: usize) -> Option<String>
     (percent > 0.0).then(|| {
         format!(
             "region {name:?}: {percent:.1} % of it lies outside the grid ({sides}) and is not counted{when}: no loss \
-             if the voxel ends there; if not, {bounds}, or {smaller}"
+             if the cell ends there; if not, {bounds}, or {smaller}"
         )
     })
 }

@@ -3,10 +3,11 @@
 use schemars::JsonSchema;
 use serde::Deserialize;
 
-use super::{BoxFile, Silence};
+use super::Silence;
 use crate::Result;
 use crate::sensor::gate::Gate;
 use crate::study::Place;
+use crate::study::file::BoxFile;
 
 /// A light curtain.
 #[derive(Deserialize, JsonSchema)]
@@ -22,8 +23,8 @@ pub(super) struct GateFile {
 
 pub(super) fn check(at: &Place, file: GateFile) -> Result<Gate> {
     Ok(Gate {
-        gate: file.r#box.check(at, "box")?,
-        zone: file.zone.check(at, "zone")?,
+        gate: file.r#box.prism(at, "box")?,
+        zone: file.zone.prism(at, "zone")?,
         // A curtain that nobody crosses says nothing of who stepped over it.
         otherwise_free: file.otherwise == Some(Silence::Free),
     })

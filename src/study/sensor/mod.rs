@@ -18,9 +18,9 @@ use serde::Deserialize;
 use serde::de::DeserializeOwned;
 use toml::{Table, Value};
 
+use super::file::BoxFile;
 use super::poses::PosesFile;
 use super::unreadable::{self, LineOf, Step};
-use super::value::exactly;
 use super::{Place, Problems, catalogue, poses};
 use crate::sensor::known_robot::KnownRobot;
 use crate::sensor::prism::Prism;
@@ -85,20 +85,9 @@ enum Silence {
     Free,
 }
 
-/// A box in a file.
-#[derive(Clone, Copy, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-struct BoxFile {
-    /// Lowest corner, [x, y, z] in metres.
-    #[serde(deserialize_with = "exactly")]
-    min_m: [f64; 3],
-    /// Highest corner, [x, y, z] in metres.
-    #[serde(deserialize_with = "exactly")]
-    max_m: [f64; 3],
-}
-
 impl BoxFile {
-    fn check(&self, at: &Place, key: &str) -> Result<Prism> {
+    /// The box as a volume in the sensor's frame.
+    fn prism(&self, at: &Place, key: &str) -> Result<Prism> {
         let at = at.key(key);
         let (min, max) = (at.vector("min_m", self.min_m)?, at.vector("max_m", self.max_m)?);
         if !min.cmplt(max).all() {

@@ -3,13 +3,14 @@
 use schemars::JsonSchema;
 use serde::Deserialize;
 
+use super::Silence;
 use super::range::{CalibrationFile, RangeKeys};
 use super::rgbd::{camera, tolerance};
-use super::{BoxFile, Silence};
 use crate::Result;
 use crate::scene::mannequin::JOINTS;
 use crate::sensor::rgb::Rgb;
 use crate::study::Place;
+use crate::study::file::BoxFile;
 use crate::study::value::exactly;
 
 /// An RGB camera that watches a zone.
@@ -55,7 +56,7 @@ pub(super) fn check(at: &Place, file: RgbFile, noiseless: bool) -> Result<Rgb> {
     Ok(Rgb {
         camera: camera(at, file.fov_deg, file.resolution_px)?,
         range: range.check(at, noiseless)?,
-        zone: file.zone.check(at, "zone")?,
+        zone: file.zone.prism(at, "zone")?,
         min_keypoints,
         keypoint_tolerance_m: tolerance(at, file.keypoint_tolerance_m)?,
         // A blocked view certifies nothing.

@@ -59,7 +59,10 @@ fn cameras() {
 #[test]
 fn scanners() {
     has(&kind(LIDAR), &["mount: Upright", "points: true", "field: None"]);
-    has(&kind(&format!("{LIDAR}\n{FIELD}")), &["points: false", "field: Some(ProtectiveField", "otherwise_free: true"]);
+    has(
+        &kind(&format!("{LIDAR}\n{FIELD}")),
+        &["points: false", "field: Some(ProtectiveField", "otherwise_free: true"],
+    );
     let both = format!("{LIDAR}\n{FIELD}\nrepresentations = [\"field\", \"points\"]");
     has(&kind(&both), &["points: true", "field: Some(ProtectiveField"]);
     let unsure = FIELD.replace("height_m = 1", "height_m = 1, otherwise = \"unknown\"");

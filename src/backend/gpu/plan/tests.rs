@@ -96,7 +96,7 @@ fn rays_are_cast_and_carved_once() {
 }
 
 #[test]
-fn boxes_are_decided_once() {
+fn carve_boxes_and_carve_voxels_decide_each_box_once() {
     for pace in [pace(1), pace(1000)] {
         for (everything, boxes) in [(false, 500), (true, 700)] {
             let batch = CastBatch { everything, ..batch(18, Carving::ByVoxel) };
