@@ -7,16 +7,21 @@ use rand_chacha::ChaCha8Rng;
 use rayon::prelude::*;
 
 use super::evidence::Union;
+use crate::study::Across;
+
 use super::problem::{Found, Limits, Merit, Problem};
 
-/// How many random sets are begun from.
+/// How many random sets are begun from where the search is long; where it is short, it finds what they would.
 const RESTARTS: u64 = 12;
+/// Sets of so many sensors besides those that are always there are searched in no time.
+const FEW: usize = 2;
 
 /// The sets at which adding and swapping ends: from always on, and from random ones. Those that meet every
 /// requirement, the best first.
 pub(super) fn climbs(problem: &Problem, limits: Limits, stop: &(dyn Fn() -> bool + Sync)) -> Vec<Found> {
     let mut ends: Vec<Found> = climb(problem, limits, problem.always.clone(), stop).into_iter().collect();
-    for restart in 0..RESTARTS {
+    let is_short = limits.at_most - problem.always.len() <= FEW && problem.goal.1 != Across::Mean;
+    for restart in 0..if is_short { 0 } else { RESTARTS } {
         if stop() {
             break;
         }
@@ -53,7 +58,7 @@ pub(super) fn climb(
     mut set: Vec<usize>,
     stop: &(dyn Fn() -> bool + Sync),
 ) -> Option<Found> {
-    let mut merit = problem.merit(&union(problem, &set));
+    let mut merit = problem.merit(&union(problem, &set), None);
     while !stop() {
         let fixed = problem.always.len();
         // Nothing is taken out, or one of those that need not be in.
@@ -81,14 +86,9 @@ fn best_step(
         return None;
     }
     let base = union(problem, &rest);
-    let merits = joining(problem, limits, &rest).into_par_iter().map_init(
-        || base.clone(),
-        |scratch, item| {
-            scratch.copy(&base);
-            scratch.add(problem.evidence, item);
-            (problem.merit(scratch), std::cmp::Reverse(problem.cost[item]), std::cmp::Reverse(item))
-        },
-    );
+    let merits = joining(problem, limits, &rest).into_par_iter().map(|item| {
+        (problem.merit(&base, Some(item)), std::cmp::Reverse(problem.cost[item]), std::cmp::Reverse(item))
+    });
     merits.max().map(|(merit, _, item)| (merit, item.0, out))
 }
 

@@ -1,9 +1,10 @@
 //! What every sensor says at every candidate, cast once: rows of bits over the voxels of one region in all
 //! scenes, snapshots and repeats. What a set of sensors scores is read from unions of them.
 
+use fearless_simd::{Level, Simd, dispatch};
 use rayon::prelude::*;
 
-use super::layout::{Layout, PLANES, SPACE_OF, Wanted};
+use super::layout::{Joined, Layout, PLANES, SPACE_OF, Wanted};
 use crate::backend::Backend;
 use crate::metrics::Confusion;
 use crate::results::PoseChoice;
@@ -19,6 +20,7 @@ pub struct Evidence {
     /// Sensor and candidate of each row, in study order.
     pub(super) items: Vec<[usize; 2]>,
     rows: Vec<Row>,
+    level: Level,
 }
 
 /// What one candidate says: bits of all moments; nothing of a plane without a bit.
@@ -94,7 +96,7 @@ impl Evidence {
         read_asks(study, worlds, &asks, ways, backend, &mut taking)?;
         match taking.stopped {
             Some(why) => Err(Error::Stopped(why)),
-            None => Ok(Evidence { layout: taking.layout, items, rows: taking.rows }),
+            None => Ok(Evidence { layout: taking.layout, items, rows: taking.rows, level: Level::new() }),
         }
     }
 
@@ -120,7 +122,7 @@ impl Evidence {
             false => plane.into(),
         };
         let rows = planes.into_iter().map(|planes| Row { planes: planes.map(blank_if_zero) }).collect();
-        Evidence { layout, items, rows }
+        Evidence { layout, items, rows, level: Level::new() }
     }
 
     /// What the candidates of a set score together in the region, moment by moment: repeat by repeat, and in
@@ -128,7 +130,7 @@ impl Evidence {
     pub fn counts(&self, set: &[usize]) -> Vec<Confusion> {
         let mut union = self.nothing();
         set.iter().for_each(|&item| union.add(self, item));
-        self.counts_of(&union, Wanted::ALL)
+        self.counts_of(&union, None, Wanted::ALL)
     }
 
     /// One of the six planes of a candidate; empty if no bit is set.
@@ -141,10 +143,12 @@ impl Evidence {
         Union { planes: std::array::from_fn(|plane| vec![0; self.layout.words[SPACE_OF[plane]]]) }
     }
 
-    /// What a union scores, moment by moment.
-    pub(super) fn counts_of(&self, union: &Union, wanted: Wanted) -> Vec<Confusion> {
-        let planes: [&[u64]; PLANES] = std::array::from_fn(|plane| union.planes[plane].as_slice());
-        self.layout.moments.iter().map(|moment| self.layout.counts(moment, &planes, wanted)).collect()
+    /// What a union scores, moment by moment, with one more candidate or as it is.
+    pub(super) fn counts_of(&self, union: &Union, more: Option<usize>, wanted: Wanted) -> Vec<Confusion> {
+        let more = |plane| more.map_or(&[][..], |item| self.plane(item, plane));
+        let planes: [Joined; PLANES] =
+            std::array::from_fn(|plane| Joined::of(&union.planes[plane], more(plane)));
+        dispatch!(self.level, simd => all_counts(simd, &self.layout, &planes, wanted))
     }
 }
 
@@ -160,13 +164,11 @@ impl Union {
             to.iter_mut().zip(from).for_each(|(to, from)| *to |= from);
         }
     }
+}
 
-    /// Becomes the same as another.
-    pub(super) fn copy(&mut self, other: &Union) {
-        for (to, from) in self.planes.iter_mut().zip(&other.planes) {
-            to.copy_from_slice(from);
-        }
-    }
+#[inline(always)]
+fn all_counts<S: Simd>(_: S, layout: &Layout, planes: &[Joined; PLANES], wanted: Wanted) -> Vec<Confusion> {
+    layout.moments.iter().map(|moment| layout.counts(moment, planes, wanted)).collect()
 }
 
 /// Whether rows of bits fit, and what to do if they do not.

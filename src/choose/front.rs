@@ -1,6 +1,7 @@
 //! The best set of each size and each step of cost.
 
 use std::collections::BTreeMap;
+use std::time::Instant;
 
 use super::climb::{climb, climbs};
 use super::problem::{Found, Limits, Problem};
@@ -88,6 +89,7 @@ fn best_within(
     known: &mut BTreeMap<Vec<usize>, Worth>,
     stop: &(dyn Fn() -> bool + Sync),
 ) -> Step {
+    let begin = Instant::now();
     for found in climbs(problem, limits, stop) {
         known.insert(found.set, found.worth);
     }
@@ -103,6 +105,11 @@ fn best_within(
         return Step { limits, best, bound: Bound::Unknown };
     }
     loop {
+        let seconds = begin.elapsed().as_secs_f64();
+        let (most, worth) = (limits.at_most, best.as_ref().map_or(f64::NAN, |best| best.worth.value()));
+        tracing::info!(
+            "choose: sets of at most {most}: {worth:.6} is to be beaten, {seconds:.1} s after its begin"
+        );
         match search(problem, limits, best.as_ref().map(|best| best.worth), stop) {
             Outcome::Better(found) => {
                 let further = climb(problem, limits, found.set.clone(), stop);
@@ -111,7 +118,11 @@ fn best_within(
                 known.insert(found.set.clone(), found.worth);
                 best = Some(found);
             }
-            Outcome::None => return Step { limits, best, bound: Bound::Proven },
+            Outcome::None => {
+                let seconds = begin.elapsed().as_secs_f64();
+                tracing::info!("choose: sets of at most {most}: proven after {seconds:.1} s");
+                return Step { limits, best, bound: Bound::Proven };
+            }
             Outcome::Stopped(bound) => {
                 let bound = bound.map_or(Bound::Unknown, Bound::AtMost);
                 return Step { limits, best, bound };

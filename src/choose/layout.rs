@@ -198,27 +198,28 @@ impl Layout {
     }
 
     /// What a union of rows is worth at one moment.
-    pub(super) fn counts(&self, moment: &Moment, planes: &[&[u64]; PLANES], wanted: Wanted) -> Confusion {
+    #[inline(always)]
+    pub(super) fn counts(&self, moment: &Moment, planes: &[Joined; PLANES], wanted: Wanted) -> Confusion {
         let [truly, falsely, _] = &moment.words;
         let mut counts = Confusion::default();
         if wanted.labels {
-            let (hit, missed) = (&planes[HIT][truly.clone()], &planes[MISSED][truly.clone()]);
-            let (wrong, clear) = (&planes[FALSE][falsely.clone()], &planes[CLEAR][falsely.clone()]);
-            counts.tp = ones(hit);
-            counts.fn_ = ones_without(missed, hit);
+            let (hit, missed) = (planes[HIT].part(truly), planes[MISSED].part(truly));
+            let (wrong, clear) = (planes[FALSE].part(falsely), planes[CLEAR].part(falsely));
+            counts.tp = hit.ones();
+            counts.fn_ = missed.ones_without(&hit);
             counts.uo = moment.voxels[0] - counts.tp - counts.fn_;
-            counts.fp = ones(wrong);
-            counts.tn = ones_without(clear, wrong);
+            counts.fp = wrong.ones();
+            counts.tn = clear.ones_without(&wrong);
             counts.uf = moment.voxels[1] - counts.fp - counts.tn;
             if wanted.roles {
-                [counts.human, counts.robot] = [0, 1].map(|role| of_role(&moment.roles[role], hit, missed));
+                [counts.human, counts.robot] = [0, 1].map(|role| of_role(&moment.roles[role], &hit, &missed));
             }
         }
         if wanted.people {
             let mut sensed = vec![0; moment.people];
             let tally = |part: &Part| {
-                sensed[part.person] += ones(&planes[FELT][part.words.clone()]);
-                let hit = ones(&planes[SEEN][part.words.clone()]);
+                sensed[part.person] += planes[FELT].part(&part.words).ones();
+                let hit = planes[SEEN].part(&part.words).ones();
                 PartTally { person: part.person, part: part.part, voxels: part.voxels, hit }
             };
             let parts: Vec<PartTally> = moment.parts.iter().map(tally).collect();
@@ -281,10 +282,46 @@ fn describe(world: &World, region: usize) -> (Moment, Places) {
     (moment, Places { window, masks, parts: bits })
 }
 
+/// A row of bits of a union joined with another one, without putting them together.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Joined<'a> {
+    union: &'a [u64],
+    /// Nothing, if no bit is set.
+    more: Option<&'a [u64]>,
+}
+
+impl<'a> Joined<'a> {
+    /// Two rows; the second is empty if no bit is set.
+    pub(super) fn of(union: &'a [u64], more: &'a [u64]) -> Joined<'a> {
+        Joined { union, more: (!more.is_empty()).then_some(more) }
+    }
+
+    fn part(&self, words: &Range<usize>) -> Joined<'a> {
+        let more = self.more.map(|more| &more[words.clone()]);
+        Joined { union: &self.union[words.clone()], more }
+    }
+
+    #[inline(always)]
+    fn words(&self) -> impl Iterator<Item = u64> + 'a {
+        // Where there is no other row, the same once more changes nothing.
+        self.union.iter().zip(self.more.unwrap_or(self.union)).map(|(a, b)| a | b)
+    }
+
+    #[inline(always)]
+    fn ones(&self) -> u64 {
+        ones(self.words())
+    }
+
+    #[inline(always)]
+    fn ones_without(&self, other: &Joined) -> u64 {
+        ones(self.words().zip(other.words()).map(|(word, other)| word & !other))
+    }
+}
+
 /// The voxels of a role among those that are truly occupied.
-fn of_role(role: &[u64], hit: &[u64], missed: &[u64]) -> RoleCounts {
+fn of_role(role: &[u64], hit: &Joined, missed: &Joined) -> RoleCounts {
     let mut counts = RoleCounts::default();
-    for ((&role, &hit), &missed) in role.iter().zip(hit).zip(missed) {
+    for ((&role, hit), missed) in role.iter().zip(hit.words()).zip(missed.words()) {
         counts.tp += u64::from((role & hit).count_ones());
         counts.fn_ += u64::from((role & missed & !hit).count_ones());
         counts.uo += u64::from((role & !missed & !hit).count_ones());
@@ -292,12 +329,11 @@ fn of_role(role: &[u64], hit: &[u64], missed: &[u64]) -> RoleCounts {
     counts
 }
 
-fn ones(words: &[u64]) -> u64 {
-    words.iter().map(|word| u64::from(word.count_ones())).sum()
-}
-
-fn ones_without(words: &[u64], others: &[u64]) -> u64 {
-    words.iter().zip(others).map(|(word, other)| u64::from((word & !other).count_ones())).sum()
+/// How many bits are set.
+#[inline(always)]
+pub(super) fn ones(words: impl Iterator<Item = u64>) -> u64 {
+    // No sum is as large as to wrap, and without a check of that loops become vectors.
+    words.fold(0, |sum, word| sum.wrapping_add(word.count_ones().into()))
 }
 
 /// Bits of a word at the places of a mask, moved together.

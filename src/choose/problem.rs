@@ -145,7 +145,7 @@ impl<'a> Problem<'a> {
     pub(super) fn worth_of(&self, set: &[usize]) -> Option<Worth> {
         let mut union = self.evidence.nothing();
         set.iter().for_each(|&item| union.add(self.evidence, item));
-        self.merit(&union).worth
+        self.merit(&union, None).worth
     }
 
     /// What counts are asked for.
@@ -160,7 +160,7 @@ impl<'a> Problem<'a> {
     }
 
     /// How good counts are.
-    pub(super) fn merit_of(&self, counts: &[Confusion]) -> Merit {
+    fn merit_of(&self, counts: &[Confusion]) -> Merit {
         let lacking = |&(score, over, least): &(Score, Across, Ratio)| match Worth::of(score, over, counts) {
             Some(worth) if worth.reaches(least) => 0.0,
             Some(worth) => (worth.value() - least.value()).min(-1e-12),
@@ -170,16 +170,16 @@ impl<'a> Problem<'a> {
         Merit { lacking: self.require.iter().map(lacking).sum(), worth: Worth::of(score, over, counts) }
     }
 
-    /// How good a union is.
-    pub(super) fn merit(&self, union: &Union) -> Merit {
-        self.merit_of(&self.evidence.counts_of(union, self.wanted()))
+    /// How good a union is, with one more candidate or as it is.
+    pub(super) fn merit(&self, union: &Union, more: Option<usize>) -> Merit {
+        self.merit_of(&self.evidence.counts_of(union, more, self.wanted()))
     }
 
     /// What a set is worth, if it has a value and meets every requirement.
     pub(super) fn found(&self, set: &[usize]) -> Option<Found> {
         let mut union = self.evidence.nothing();
         set.iter().for_each(|&item| union.add(self.evidence, item));
-        let merit = self.merit(&union);
+        let merit = self.merit(&union, None);
         let mut set = set.to_vec();
         set.sort_unstable();
         merit.worth.filter(|_| merit.meets_all()).map(|worth| Found { set, worth })

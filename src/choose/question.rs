@@ -18,7 +18,7 @@
 use std::ops::Range;
 
 use super::evidence::{Evidence, Union};
-use super::layout::{CLEAR, FALSE, FELT, HIT, Layout, Moment, SEEN};
+use super::layout::{CLEAR, FALSE, FELT, HIT, Layout, Moment, SEEN, ones};
 use super::problem::Problem;
 use super::worth::{Ratio, Worth};
 use crate::metrics::Score;
@@ -366,9 +366,4 @@ impl Segment {
         let wrong = &wrong[self.words.clone()];
         row[self.words.clone()].iter().zip(has).zip(wrong).map(|((row, has), wrong)| row & !(has | wrong))
     }
-}
-
-#[inline(always)]
-fn ones(words: impl Iterator<Item = u64>) -> u64 {
-    words.map(|word| u64::from(word.count_ones())).sum()
 }

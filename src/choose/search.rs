@@ -16,8 +16,11 @@ use rayon::prelude::*;
 
 use super::evidence::Union;
 use super::problem::{Found, Limits, Problem};
-use super::question::{Question, State, question};
+use super::question::{Inequality, Question, State, question};
 use super::worth::Worth;
+
+/// Most candidates for which a table of all pairs is made: 134 MB.
+const MOST_PAIRED: usize = 4096;
 
 /// Nodes of the first level that are searched before what they found is judged.
 const LOT: usize = 16;
@@ -39,7 +42,15 @@ struct Search<'a> {
     question: Question,
     level: Level,
     stop: &'a (dyn Fn() -> bool + Sync),
+    /// What each candidate adds to the first inequality beside each other one, row by row; empty if not known.
+    beside: Vec<i64>,
 }
+
+/// A candidate, and what it adds to the first inequality at most.
+type Hinted = (usize, i64);
+
+/// What a candidate adds at most of which nothing is known.
+const ANYTHING: i64 = 1 << 58;
 
 /// A set on the way.
 struct Node {
@@ -69,17 +80,17 @@ pub(super) fn search(
     stop: &(dyn Fn() -> bool + Sync),
 ) -> Outcome {
     let question = question(problem, beaten);
-    Search { problem, limits, question, level: Level::new(), stop }.run()
+    Search { problem, limits, question, level: Level::new(), stop, beside: Vec::new() }.run()
 }
 
 impl Search<'_> {
-    fn run(&self) -> Outcome {
+    fn run(mut self) -> Outcome {
         let evidence = self.problem.evidence;
         let always = &self.problem.always;
         let mut union = evidence.nothing();
         always.iter().for_each(|&item| union.add(evidence, item));
         let root = self.node(always.clone(), union);
-        let items: Vec<usize> = (0..evidence.len()).collect();
+        let items: Vec<Hinted> = (0..evidence.len()).map(|item| (item, ANYTHING)).collect();
         let left = self.limits.at_most - always.len();
         if left <= 2 {
             return match self.expand(&root, left, &items) {
@@ -91,6 +102,7 @@ impl Search<'_> {
         if let Some(found) = self.judge_node(&root) {
             return Outcome::Better(found);
         }
+        self.beside = self.all_beside(&root);
         let open = self.open(&root, left, &items);
         let mut first = 0;
         while first < open.items.len() && self.may_pass(&root, &open, first, left) {
@@ -98,7 +110,7 @@ impl Search<'_> {
             let below = |i: usize| {
                 let passes = self.may_pass(&root, &open, i, left);
                 passes
-                    .then(|| self.expand(&self.child(&root, open.items[i]), left - 1, &open.items[i + 1..]))
+                    .then(|| self.expand(&self.child(&root, open.items[i]), left - 1, &open.after(i)))
                     .flatten()
             };
             let found: Vec<Option<Found>> = lot.clone().into_par_iter().map(below).collect();
@@ -115,12 +127,30 @@ impl Search<'_> {
                 let rest: Vec<usize> = rest.collect();
                 let most = rest
                     .into_par_iter()
-                    .map(|i| self.most(&self.child(&root, open.items[i]), left - 1, &open.items[i + 1..]));
+                    .map(|i| self.most(&self.child(&root, open.items[i]), left - 1, &open.after(i)));
                 return Outcome::Stopped(self.bound(&most.collect::<Vec<_>>()));
             }
             first = lot.end;
         }
         Outcome::None
+    }
+
+    /// What each candidate adds beside a root and each other one.
+    fn all_beside(&self, root: &Node) -> Vec<i64> {
+        let count = self.problem.evidence.len();
+        let Some(first) = self.question.all.first().filter(|_| count <= MOST_PAIRED) else {
+            return Vec::new();
+        };
+        let row = |item: usize| {
+            let node = self.child(root, item);
+            dispatch!(self.level, simd => gains(simd, first, self.problem, &node))
+        };
+        (0..count).into_par_iter().flat_map_iter(row).collect()
+    }
+
+    /// What a candidate adds at most beside another.
+    fn beside(&self, other: usize, item: usize) -> i64 {
+        self.beside.get(other * self.problem.evidence.len() + item).copied().unwrap_or(ANYTHING)
     }
 
     /// What no set is worth more than, if none of some nodes leads to larger values than these.
@@ -132,9 +162,12 @@ impl Search<'_> {
     }
 
     /// The largest values that a node leads to, one for each inequality.
-    fn most(&self, node: &Node, left: usize, items: &[usize]) -> Vec<i64> {
-        let items: Vec<usize> = items.iter().copied().filter(|&item| self.may_join(node, item)).collect();
-        let open = dispatch!(self.level, simd => self.weigh(simd, node, left, items));
+    fn most(&self, node: &Node, left: usize, items: &[Hinted]) -> Vec<i64> {
+        if left == 0 {
+            return node.states.iter().map(|state| state.value).collect();
+        }
+        let items = self.joining(node, items);
+        let open = dispatch!(self.level, simd => self.weigh(simd, node, left, &items));
         let count = open.inequalities;
         let of = |j: usize| node.states[j].value + best(open.of(j), left);
         (0..count).map(of).collect()
@@ -155,6 +188,18 @@ impl Search<'_> {
         self.limits.afford(node.cost + self.problem.cost[item]) && self.problem.may_join(&node.chosen, item)
     }
 
+    /// The candidates that may join a node, those that may add most first.
+    fn joining(&self, node: &Node, items: &[Hinted]) -> Vec<Hinted> {
+        let last = node.chosen[self.problem.always.len()..].last();
+        let hinted = |&(item, hint): &Hinted| {
+            let hint = last.map_or(hint, |&last| hint.min(self.beside(last, item)));
+            self.may_join(node, item).then_some((item, hint))
+        };
+        let mut hinted: Vec<Hinted> = items.iter().filter_map(hinted).collect();
+        hinted.sort_by_key(|&(_, hint)| std::cmp::Reverse(hint));
+        hinted
+    }
+
     /// A set, if it is worth more than what is known.
     fn judge(&self, set: &[usize]) -> Option<Found> {
         let found = self.problem.found(set)?;
@@ -168,7 +213,7 @@ impl Search<'_> {
     }
 
     /// A set that is worth more, among a node and those with up to so many more of some candidates.
-    fn expand(&self, node: &Node, left: usize, items: &[usize]) -> Option<Found> {
+    fn expand(&self, node: &Node, left: usize, items: &[Hinted]) -> Option<Found> {
         if let Some(found) = self.judge_node(node) {
             return Some(found);
         }
@@ -181,14 +226,14 @@ impl Search<'_> {
             2 => dispatch!(self.level, simd => self.pairs(simd, node, &open)),
             _ => (0..open.items.len())
                 .take_while(|&i| self.may_pass(node, &open, i, left))
-                .find_map(|i| self.expand(&self.child(node, open.items[i]), left - 1, &open.items[i + 1..])),
+                .find_map(|i| self.expand(&self.child(node, open.items[i]), left - 1, &open.after(i))),
         }
     }
 
     /// The candidates that may lead from a node to a set that passes.
-    fn open(&self, node: &Node, left: usize, items: &[usize]) -> Open {
-        let items: Vec<usize> = items.iter().copied().filter(|&item| self.may_join(node, item)).collect();
-        let open = dispatch!(self.level, simd => self.weigh(simd, node, left, items));
+    fn open(&self, node: &Node, left: usize, items: &[Hinted]) -> Open {
+        let items = self.joining(node, items);
+        let open = dispatch!(self.level, simd => self.weigh(simd, node, left, &items));
         let others: Vec<i64> = (0..open.inequalities).map(|j| best(open.of(j), left - 1)).collect();
         let passes = |i: &usize| {
             let own = &open.charged[i * open.inequalities..(i + 1) * open.inequalities];
@@ -202,12 +247,22 @@ impl Search<'_> {
         open.reordered(&order)
     }
 
-    /// What each candidate adds to a node.
+    /// What each candidate adds to a node, as long as one may lead to a set that passes.
     #[inline(always)]
-    fn weigh<S: Simd>(&self, _: S, node: &Node, left: usize, items: Vec<usize>) -> Open {
+    fn weigh<S: Simd>(&self, _: S, node: &Node, left: usize, hinted: &[Hinted]) -> Open {
         let (evidence, inequalities) = (self.problem.evidence, self.question.all.len());
         let (mut gains, mut charged, mut losses) = (Vec::new(), Vec::new(), Vec::new());
-        for &item in &items {
+        // What the best of those before add, all but one of a set.
+        let (mut items, mut top) = (Vec::new(), vec![0; left - 1]);
+        for &(item, hint) in hinted {
+            if let Some(first) = self.question.all.first() {
+                // Nobody after this one adds more than it may.
+                let others: i64 = top.iter().map(|&best: &i64| best.max(hint)).sum();
+                if node.states[0].value + hint + others < first.least {
+                    break;
+                }
+            }
+            items.push(item);
             for (number, (one, state)) in self.question.all.iter().zip(&node.states).enumerate() {
                 let gain = one.gain(evidence, &node.union, state, item);
                 let loss = one.loss(evidence, &node.union, item);
@@ -215,6 +270,11 @@ impl Search<'_> {
                 charged.push(gain - loss / left as i64);
                 if number == 0 {
                     losses.push(loss);
+                    let at = top.partition_point(|&best| best >= gain);
+                    if at < top.len() {
+                        top.insert(at, gain);
+                        top.pop();
+                    }
                 }
             }
         }
@@ -242,6 +302,7 @@ impl Search<'_> {
             {
                 return Some(found);
             }
+            let value = node.states.first().map_or(0, |state| state.value);
             let mut fresh = None;
             for l in i + 1..open.items.len() {
                 let both = |j: usize| {
@@ -254,6 +315,11 @@ impl Search<'_> {
                     continue;
                 }
                 let other = open.items[l];
+                if count > 0
+                    && value + open.charged[i * count] + self.beside(item, other) < self.question.all[0].least
+                {
+                    continue;
+                }
                 let cost = node.cost + self.problem.cost[item] + self.problem.cost[other];
                 if !self.limits.afford(cost) || !self.problem.may_join(&one, other) {
                     continue;
@@ -276,7 +342,22 @@ impl Search<'_> {
     }
 }
 
+/// What each candidate adds to a node.
+#[inline(always)]
+fn gains<S: Simd>(_: S, inequality: &Inequality, problem: &Problem, node: &Node) -> Vec<i64> {
+    let gain = |item| inequality.gain(problem.evidence, &node.union, &node.states[0], item);
+    (0..problem.evidence.len()).map(gain).collect()
+}
+
 impl Open {
+    /// The candidates after one.
+    fn after(&self, i: usize) -> Vec<Hinted> {
+        let gain = |l: usize| self.gains.get(l * self.inequalities).copied();
+        let hinted =
+            |l: usize| (self.items[l], gain(l).filter(|_| self.inequalities > 0).unwrap_or(ANYTHING));
+        (i + 1..self.items.len()).map(hinted).collect()
+    }
+
     /// What each candidate adds to one inequality, less its share of what is lost.
     fn of(&self, inequality: usize) -> impl Iterator<Item = i64> + '_ {
         self.charged.iter().copied().skip(inequality).step_by(self.inequalities.max(1))
