@@ -264,6 +264,89 @@ fn all_backends_write_the_same_bytes_however_many_threads() {
     }
 }
 
+/// The proof of the small study with something changed, as `--verify` takes it.
+#[track_caller]
+fn verified(folder: &Folder, change: impl Fn(&mut serde_json::Value), expected: &[&str]) {
+    let path = folder.path("out/choose.json");
+    let written = fs::read_to_string(&path).unwrap();
+    let mut proof = serde_json::from_str(&written).unwrap();
+    change(&mut proof);
+    fs::write(&path, proof.to_string()).unwrap();
+    let study = folder.path(STUDY);
+    let outcome =
+        perirobot(&["choose", text(&study), "--verify", text(path.parent().unwrap()), "--progress", "none"]);
+    fs::write(&path, written).unwrap();
+    let code = if expected.is_empty() { 0 } else { 2 };
+    assert_eq!(outcome.code, Some(code), "{}{}", outcome.stdout, outcome.stderr);
+    for fragment in expected {
+        assert!(outcome.stderr.contains(fragment), "no {fragment:?} in {}", outcome.stderr);
+    }
+}
+
+#[test]
+fn a_proof_holds_until_it_is_altered() {
+    let folder = folder();
+    let outcome = choose(&folder, "out", &["--backend", "cpu"]);
+    assert_eq!(outcome.code, Some(0), "{}", outcome.stderr);
+    verified(&folder, |_| {}, &[]);
+    verified(
+        &folder,
+        |proof| proof["fingerprint"] = "00".into(),
+        &["choose.json: fingerprint: the study is not"],
+    );
+    verified(
+        &folder,
+        |proof| proof["asked"]["budget"] = 900.into(),
+        &["asked: the study asks for something else"],
+    );
+    let last = |proof: &mut serde_json::Value| proof["steps"].as_array_mut().unwrap().pop().unwrap();
+    // The best pair in the place of the best three is allowed, and not the best.
+    let poorer = |proof: &mut serde_json::Value| {
+        let pair = proof["steps"][1].clone();
+        proof["steps"][2]["best"] = pair["best"].clone();
+        proof["steps"][2]["no_set_is_above"] = pair["no_set_is_above"].clone();
+    };
+    verified(&folder, poorer, &["steps[2].best: this set is better: "]);
+    verified(
+        &folder,
+        |proof| proof["steps"][1]["best"]["score"] = 0.9.into(),
+        &["steps[1].best.score: f1 is 0.9, and counted again it is"],
+    );
+    verified(
+        &folder,
+        |proof| proof["steps"][1]["best"]["exactly"][0] = "1".into(),
+        &["steps[1].best.exactly: counted again it is"],
+    );
+    verified(
+        &folder,
+        |proof| proof["steps"][1]["best"]["cost"] = 1.into(),
+        &["steps[1].best: costs 500, not what is said"],
+    );
+    verified(
+        &folder,
+        |proof| proof["steps"][1]["no_set_is_above"] = 1.into(),
+        &["no_set_is_above: is not the score of the best set"],
+    );
+    let name =
+        |proof: &mut serde_json::Value| proof["steps"][0]["best"]["poses"][0] = "camera:nowhere/1".into();
+    verified(&folder, name, &["steps[0].best: \"camera:nowhere/1\" is no pose of the study"]);
+    let twice = |proof: &mut serde_json::Value| {
+        let first = proof["steps"][1]["best"]["poses"][0].clone();
+        proof["steps"][1]["best"]["poses"][1] = first;
+    };
+    verified(&folder, twice, &["steps[1].best: has camera:", " twice"]);
+    verified(
+        &folder,
+        |proof| proof["steps"][1]["at_most"] = 1.into(),
+        &["has 2 sensors, and at most 1 are allowed"],
+    );
+    let cut = |proof: &mut serde_json::Value| {
+        last(proof);
+        *proof = serde_json::json!({ "steps": proof["steps"] });
+    };
+    verified(&folder, cut, &["choose.json: is no proof of choose: missing field"]);
+}
+
 #[test]
 fn a_search_that_is_stopped_says_so() {
     let folder = folder();

@@ -10,7 +10,7 @@ use super::worth::Worth;
 use crate::results::files::write_whole;
 use crate::results::journal::Shard;
 use crate::results::manifest::Manifest;
-use crate::sensor::Cost;
+use crate::sensor::{Cost, Sensor};
 use crate::study::{Choose, Study};
 use crate::world::World;
 use crate::{Error, Result};
@@ -90,25 +90,46 @@ fn csv<const N: usize>(rows: &[[String; N]]) -> Vec<u8> {
     csv.into_inner().expect("memory takes all bytes")
 }
 
-/// What was asked, found and proven.
-fn proof(study: &Study, choose: &Choose, worlds: &[World], told: &Told) -> Value {
-    let hex: String = Manifest::new(study, worlds, Shard::WHOLE, &[])
-        .fingerprint()
-        .iter()
-        .map(|byte| format!("{byte:02x}"))
-        .collect();
+/// What tells a study from every other, as far as counts go.
+pub(super) fn fingerprint(study: &Study, worlds: &[World]) -> String {
+    let bytes = Manifest::new(study, worlds, Shard::WHOLE, &[]).fingerprint();
+    bytes.iter().map(|byte| format!("{byte:02x}")).collect()
+}
+
+/// What a study asks for.
+pub(super) fn asked(study: &Study, choose: &Choose) -> Value {
     let poses = |&[sensor, candidate]: &[usize; 2]| {
         let sensor = &study.sensors[sensor];
         format!("{}:{}", sensor.name, sensor.candidates[candidate].name)
     };
-    let representation = |(sensor, &way): (&crate::sensor::Sensor, &usize)| {
-        (sensor.name.clone(), Value::from(sensor.kind.representations()[way]))
+    let of_sensor = |(sensor, &way): (&Sensor, &usize)| {
+        let terms = json!({
+            "representation": sensor.kind.representations()[way],
+            "cost": sensor.terms.cost.map(amount),
+            "at_most": sensor.terms.at_most,
+        });
+        (sensor.name.clone(), terms)
     };
-    let representations: serde_json::Map<String, Value> =
-        study.sensors.iter().zip(&choose.ways).map(representation).collect();
+    let sensors: serde_json::Map<String, Value> =
+        study.sensors.iter().zip(&choose.ways).map(of_sensor).collect();
     let require = choose.require.iter().map(|require| {
         json!({ "score": require.score.name(), "over": require.over.name(), "at_least": require.at_least })
     });
+    json!({
+        "objective": choose.objective.name(),
+        "over": choose.over.name(),
+        "region": study.regions[choose.region].0,
+        "at_most": choose.at_most,
+        "budget": choose.budget.map(amount),
+        "apart_m": choose.apart_m,
+        "always": choose.always.iter().map(poses).collect::<Vec<_>>(),
+        "require": require.collect::<Vec<_>>(),
+        "sensors": sensors,
+    })
+}
+
+/// What was asked, found and proven.
+fn proof(study: &Study, choose: &Choose, worlds: &[World], told: &Told) -> Value {
     let steps = told.steps.iter().map(|step| {
         let (bound, proven) = match step.bound {
             Bound::Proven => (Some(step.best.worth.value()), true),
@@ -127,20 +148,10 @@ fn proof(study: &Study, choose: &Choose, worlds: &[World], told: &Told) -> Value
         "perirobot": env!("CARGO_PKG_VERSION"),
         "semantics_version": crate::SEMANTICS_VERSION,
         "study": study.path.display().to_string(),
-        "fingerprint": hex,
+        "fingerprint": fingerprint(study, worlds),
         "voxel_size_m": study.voxel_size_m,
         "noiseless": study.noiseless,
-        "asked": {
-            "objective": choose.objective.name(),
-            "over": choose.over.name(),
-            "region": study.regions[choose.region].0,
-            "at_most": choose.at_most,
-            "budget": choose.budget.map(amount),
-            "apart_m": choose.apart_m,
-            "always": choose.always.iter().map(poses).collect::<Vec<_>>(),
-            "require": require.collect::<Vec<_>>(),
-            "representation": representations,
-        },
+        "asked": asked(study, choose),
         "certified": "the listed poses, at this voxel size, in these scenes, under \"occupied_wins\"",
         "steps": steps.collect::<Vec<_>>(),
         "nearly_as_good": told.ties.iter().map(set).collect::<Vec<_>>(),

@@ -10,7 +10,7 @@
 //! `layout` says which bit is which voxel, `evidence` has what each candidate says, `worth` what counts are
 //! worth, `problem` which sets are allowed. `climb` finds a good set, `question` asks whether any is better,
 //! `search` answers, and `front` does so for each size and each step of cost. `told` has the answer in names
-//! and numbers, `files` writes it.
+//! and numbers, `files` writes it; `verify` checks what was written.
 
 mod climb;
 mod evidence;
@@ -21,6 +21,7 @@ mod problem;
 mod question;
 mod search;
 mod told;
+mod verify;
 mod worth;
 
 pub use evidence::{Evidence, MEMORY_BYTES, Progress};
@@ -28,6 +29,7 @@ pub use files::{FRONT, PROOF, SETS, write};
 pub use front::{Answer, Bound, Step, answer};
 pub use problem::{Found, Limits, Problem, examine};
 pub use told::{Told, ToldMember, ToldSet, ToldStep};
+pub use verify::{Verified, verify};
 pub use worth::{Ratio, Worth};
 
 #[cfg(test)]

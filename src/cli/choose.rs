@@ -4,7 +4,8 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 use std::time::Duration;
 
-use perirobot::choose::{self, Bound, Evidence, Problem, Progress, Told};
+use perirobot::backend::oracle::Oracle;
+use perirobot::choose::{self, Bound, Evidence, Problem, Progress, Told, Verified};
 use perirobot::study::Study;
 use perirobot::{Error, Result, report};
 
@@ -31,6 +32,10 @@ pub(super) struct Args {
     /// sets so far with what no set is above
     #[arg(long, value_name = "TIME", value_parser = super::quantity::time, help_heading = "Results")]
     max_time: Option<Duration>,
+    /// Check the proof in this folder instead: its sets are counted again by the plain oracle, and that no set is
+    /// better is searched again by other code; exit code 2 names what does not hold
+    #[arg(long, value_name = "DIR", conflicts_with = "out", help_heading = "Results")]
+    verify: Option<PathBuf>,
     #[command(flatten)]
     backend: BackendArgs,
     #[command(flatten)]
@@ -43,6 +48,8 @@ Examples:
       the best one, two and three sensors, into out/choose
   perirobot choose scenes/choose.toml --max-time 60s --out out/choose
       what a minute gives
+  perirobot choose scenes/choose.toml --verify out/choose
+      check it
 
 On Ctrl-C, SIGTERM, SIGUSR1 or --max-time the best sets so far are told and
 written, and the exit code is 75.";
@@ -62,6 +69,16 @@ pub(super) fn run(args: &Args) -> Result<ExitCode> {
     let evidence = Evidence::cast(&study, &worlds, of, memory, backend.as_mut(), &mut bar)?;
     bar.progress.finish();
     drop(backend);
+    if let Some(folder) = &args.verify {
+        let mut oracle = Oracle::default();
+        let checked =
+            choose::verify(folder, &study, choose, &worlds, &evidence, &mut oracle, &|| stop.reason())?;
+        let Verified { sets, proven, open } = checked;
+        let open = if open > 0 { format!("; {open} steps claim no proof") } else { String::new() };
+        let text = format!("{sets} sets counted again, {proven} steps proven again{open}: all of it holds\n");
+        super::print(&text)?;
+        return Ok(ExitCode::SUCCESS);
+    }
     let problem = Problem::new(&study, choose, &worlds, &evidence)?;
     let answer = choose::answer(&problem, &|| stop.reason().is_some())?;
     let told = Told::of(&study, &worlds, &problem, &answer);
