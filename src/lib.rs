@@ -2,15 +2,16 @@
 //!
 //! perirobot voxelizes a cell, casts every ray of every candidate sensor pose through it, writes what the
 //! sensor would claim (occupied, free, unknown), compares that with the truth inside regions of interest, and
-//! scores the pose with F1 and Cohen's κ. It implements the perirobot space representation of Rozlivek,
-//! Svarny and Hoffmann (IROS 2023), and gives the same integers on the CPU and on any GPU.
+//! scores the pose with F1 and Cohen's κ. It implements and extends "perirobot space
+//! representation" by Rozlivek, Svarny and Hoffmann (IROS 2023). The counts behind the scores are integers,
+//! and the same on every CPU and GPU.
 //!
-//! Most people use the program: `perirobot sweep study.toml`. The [`guide`] begins with a first hour. A Rust
-//! program scores poses with the ten names below.
+//! Most people use the program: `perirobot sweep study.toml`; the [`guide`] is for them. A Rust program needs
+//! the ten names that this page ends with.
 //!
 //! # From files
 //!
-//! A study names scenes, regions, sensors and their candidate poses:
+//! A study is a TOML file that names scene files, regions, sensors and their candidate poses:
 //!
 //! ```
 //! # fn main() -> perirobot::Result<()> {
@@ -30,7 +31,7 @@
 //!
 //! # Without any file
 //!
-//! A cell is also a function from voxels to roles, or an array:
+//! The voxels of a cell can also come from a function or an array. Of each pose come the counts of each region:
 //!
 //! ```
 //! # fn main() -> perirobot::Result<()> {
@@ -45,11 +46,12 @@
 //! .region(|[x, y, _]| (10..30).contains(&x) && y >= 10);
 //! let camera = DepthCamera { fov_deg: [87.0, 58.0], resolution_px: [320, 200], range_m: [0.3, 6.0] };
 //! let poses = [0.5, 2.0, 3.5].map(|x| {
-//!     Pose::facing([x, 0.25, 2.2].into(), [0.0, 1.0, 0.0].into(), 0.0, -0.5)
+//!     let (pan_rad, tilt_rad) = (0.0, -0.5);
+//!     Pose::facing([x, 0.25, 2.2].into(), [0.0, 1.0, 0.0].into(), pan_rad, tilt_rad)
 //! });
-//! for (pose, counts) in poses.iter().zip(cell.score(&camera, &poses, Device::Cpu)?) {
-//!     println!("{}: F1 {:.3?}, κ {:.3?}", pose.position_m, counts[0].f1(), counts[0].kappa());
-//! #   assert!(counts[0].f1() > Some(0.05) && counts[0].total() == 20 * 20 * 25);
+//! for (pose, regions) in poses.iter().zip(cell.score(&camera, &poses, Device::Cpu)?) {
+//!     println!("{}: F1 {:.3?}, κ {:.3?}", pose.position_m, regions[0].f1(), regions[0].kappa());
+//! #   assert!(regions[0].f1() > Some(0.05) && regions[0].total() == 20 * 20 * 25);
 //! }
 //! # Ok(())
 //! # }
@@ -57,68 +59,73 @@
 //!
 //! # How it is built
 //!
+//! The way of the data (an arrow is "becomes" or "goes into"):
+//!
 //! ```text
-//! study.toml ─► study ─────────────────┐
-//! scene.toml ─► scene ─► voxel ─► world ─► sweep ─► results ─► report
-//! sensors ────► sensor ────────────────┘    │ ▲         └─► view ─► render, export
-//!                                           ▼ │ counts
-//!                     march ─► backend: cast, carve, fuse, count (oracle, CPU, GPU)
+//! scene.toml, meshes ─► scene ─► voxel ─► world ──┐
+//! study.toml ─► study (sensors, poses, regions) ──┴─► sweep, choose ─► results ─► report, view
+//!                                                      │       ▲                  view ─► render, export
+//!                                    poses, ray tables ▼       │ counts
+//!                                                      backend ┘  oracle, cpu or gpu: cast, carve, fuse, count
 //! ```
 //!
-//! Each room is a folder of `src/` (or a file of that name). No room uses one that stands below it in this
-//! table; `tests/rooms.rs` holds the code to that.
+//! A room is a folder of `src/` with its first file `mod.rs` (some small ones are one file). Rooms further down
+//! in this table may use those further up, never the other way round; `tests/rooms.rs` holds the code to that.
 //!
-//! | room | what it has |
-//! |---|---|
-//! | `error`, `spelling`, `shell` | what is wrong, what may be meant, words for a shell |
-//! | `source` | the one door by which files come in |
-//! | `march` | the arithmetic that every backend shares, and the rules of every count (`SEMANTICS.md`) |
-//! | `metrics` | from counts to scores: F1, κ, who is detected |
-//! | `pose` | where something is and how it is turned |
-//! | `scene` | surfaces with roles: mesh formats, robots, people, motion |
-//! | `voxel` | grid, bit planes, voxelizer, regions: the truth |
-//! | `backend` | cast, carve, fuse, count: the same integers from `oracle`, `cpu` and `gpu` (kernels: `shaders/`) |
-//! | `sensor` | rays and volumes, a file a sensor |
-//! | `study` | what the user wrote, checked once |
-//! | `world` | a study's scene at one snapshot, ready to be cast in |
-//! | `results` | what a sweep leaves: journal, manifest, tables, and all of it read back |
-//! | `sweep` | what is run, in which order, on which device; the comparison of backends |
-//! | `choose` | the best set of sensors for each size and cost, with proof |
-//! | `front` | the ten names above |
-//! | `view`, `render`, `export` | a chosen set, voxel by voxel: why, as a picture, as files |
-//! | `report` | results presented to people: text and page |
-//! | `cluster` | a sweep for Slurm, HyperQueue and Kubernetes |
+//! | room | what it has | where to begin |
+//! |---|---|---|
+//! | `error`, `spelling`, `shell` | typed errors; "did you mean"; quoting for a shell | one file each |
+//! | `source` | opens and reads every file that a user names; keeps paths inside the study's folder | `source.rs` |
+//! | `march` | the integer arithmetic of a ray that marches through voxels | `SEMANTICS.md` beside it: the rules of every count |
+//! | `metrics` | counts, and the scores made of them: F1, κ, who is detected | `metrics.rs`, `metrics/score.rs` |
+//! | `pose` | position and rotation | `pose.rs` |
+//! | `scene` | objects with roles: a file a mesh format (`stl.rs`, `gltf.rs`), robots (`urdf/`), people, motion | `mesh_file.rs`, `build.rs` |
+//! | `voxel` | grid, bit planes, voxelizer, regions: the truth | `bits.rs`, `voxelize.rs` |
+//! | `backend` | cast, carve, fuse and count, three times: `oracle.rs` (plain, slow, defines the counts), `cpu/` (an algorithm a file) and `gpu/` (its kernels, in WGSL, are `shaders/`, a file each) | `mod.rs` |
+//! | `sensor` | what each kind casts and claims: a file a kind | `mod.rs` |
+//! | `study` | the keys of study and scene files, checked, with defaults | `file.rs`, `scene_file.rs` |
+//! | `world` | scenes in voxels with regions and placed sensors; warnings about them | `mod.rs` |
+//! | `results` | the files of a sweep, written and read: journal, manifest, `results.csv`, `scores.csv`, `poses.csv` | `rows.rs`, `columns.rs` |
+//! | `sweep` | what is cast and scored in which order; failing devices; backends compared with the oracle | `order.rs`, `session.rs` |
+//! | `choose` | the best set of sensors for each size and cost, and a proof that no other set is better | `mod.rs` |
+//! | `front` | the names of this page that are not defined elsewhere | `front.rs` |
+//! | `view` | one choice of poses, voxel by voxel, and why a voxel stays unknown; how a sensor is drawn (`outline.rs`) | `mod.rs`, `why.rs` |
+//! | `render` | pictures | `mod.rs` |
+//! | `export` | files for other programs: a file a format (`glb.rs`, `npz.rs`, `octomap.rs`) | `mod.rs` |
+//! | `report` | tables of `summary`, and the HTML page (`html/`) | `mod.rs` |
+//! | `cluster` | scripts for clusters: a file an engine (`slurm.rs`) | `mod.rs` |
 //!
-//! The command line (`src/cli`, a file a command) is the program's, above them all. Where a change goes is
-//! listed, file by file, in [`guide::change_it`].
+//! The command line (`src/cli`, a file a command) may use all rooms; it parses arguments, prints, and turns
+//! errors into exit codes. What a change touches, file by file, is in [`guide::change_it`]; which file of
+//! `tests/` proves what is in [`guide::tests`]; every key of a study is in [`guide::every_key`].
 //!
 //! # Words
 //!
 //! | word | meaning | elsewhere |
 //! |---|---|---|
 //! | cell | the workplace that a robot and people share | workspace (paper) |
-//! | voxel | a cube of the grid; never called a cell | voxel (paper), leaf (OctoMap) |
-//! | scene, snapshot | the objects of a cell; one moment of a scene that moves | scene (paper) |
-//! | world | a scene of a study at one snapshot, in voxels | |
-//! | role | environment, robot or human: what an object is | |
+//! | voxel | a cube of the grid; never called a cell | leaf (OctoMap) |
+//! | scene | the objects of a cell | the same (paper) |
+//! | snapshot | one moment of a scene that moves | |
+//! | role | what an object is: environment, robot or human | the same (paper) |
 //! | region | the voxels that are counted | region of interest (paper) |
-//! | candidate | one way to set a sensor up, usually a pose | placement (paper) |
+//! | candidate | one way to set a sensor up: a pose, or a cover's inflation | placement of a sensor (paper) |
 //! | combination | sensors whose evidence is fused | sensor set |
-//! | choice of poses | a candidate of each sensor of a combination | |
-//! | representation | how a sensor's data are read as voxels (`points`, `cylinders`, `zone`) | PC, PC+Cyl, Zone (paper) |
-//! | crossing | a ray's step over a voxel boundary | one step of Amanatides and Woo's traversal |
-//! | end, return | how a ray ended; an end at a surface that is measured | endpoint (OctoMap) |
-//! | first hit | the first blocker on a ray, before any range or noise | |
-//! | hit | a voxel that a return truly comes from | |
+//! | choice of poses | one candidate for each sensor of a combination | placement |
+//! | representation | how a sensor's data become voxels: `points`, `cylinders`, `zone` … | PC, PC+Cyl, Zone (paper) |
+//! | crossing | the step of a ray over a boundary between voxels | step of a grid traversal (Amanatides and Woo) |
+//! | first hit | the first blocker on a ray, before range and noise are applied | |
+//! | end | how a ray ended: a return, too near, left the grid, nothing | |
+//! | return | an end at a surface within range | endpoint (OctoMap) |
 //! | carve | to mark as free what returning rays passed | free cells of `computeUpdate` (OctoMap) |
-//! | packet, tile | 64 rays that are cast together; those of 8 × 8 pixels | ray packet |
-//! | evidence | three bit planes of one candidate: occupied, free, hits | |
-//! | slot | where a backend keeps evidence | |
-//! | fuse | to make one label a voxel of several sensors' evidence | integrate (OctoMap) |
-//! | label | occupied, free or unknown, as claimed | the same (OctoMap) |
-//! | counts | TP, FP, FN, TN, UO, UF: labels against the truth | confusion matrix with unknown (paper) |
-//! | journal | the finished rows of a sweep on disk | checkpoint, write-ahead log |
-//! | placement | in the guide and messages: a choice of poses | setup (paper) |
+//! | packet | 64 rays that are cast together; a tile is a packet of 8 × 8 pixels | ray packet |
+//! | evidence | what one candidate tells: three bit planes, occupied, free and hits | |
+//! | hit | a voxel in which a ray truly ended; with noise its return may be read in another voxel, which is then called occupied | |
+//! | slot | the number under which a backend keeps evidence | |
+//! | fuse | to give each voxel one label from several sensors' evidence | integrate (OctoMap) |
+//! | label | what is claimed of a voxel: occupied, free or unknown | the same (OctoMap) |
+//! | counts | labels against truth: true and false positives and negatives, unknown though occupied (UO), unknown though free (UF) | confusion matrix (paper) |
+//! | journal | the finished rows of a sweep on disk, from which it goes on | checkpoint |
 
 #[doc(hidden)]
 pub mod backend;
