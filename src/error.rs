@@ -1,56 +1,110 @@
-//! The one error type. It says where, what, and what to do; the command line turns its kind into an exit
-//! code.
+//! The one error type: its kind says who can mend it, its [`Issue`] where and what is wrong, and what would
+//! be right.
+
+mod issue;
+mod words;
 
 use std::io::ErrorKind;
 use std::path::Path;
 
-/// Why a command could not be carried out.
+pub use issue::{Issue, Site, What};
+pub use words::{Argument, NameOf, Words};
+
+/// Why something could not be carried out.
 #[derive(Debug, thiserror::Error)]
 pub enum Error {
-    /// The user's files or arguments are wrong; the message names the place and what would be right. Exit
-    /// code 2.
+    /// The user's files or arguments are wrong.
     #[error("{0}")]
-    Input(String),
-    /// A device failed, or lied, after the input was accepted. Exit code 3.
+    Input(Issue),
+    /// A device failed, or lied, after the input was accepted.
     #[error("{0}")]
-    Device(String),
-    /// The disk failed, or is full: another time the same may work. What is finished is kept. Exit code 3.
+    Device(Issue),
+    /// The disk failed, or is full: another time the same may work. What is finished is kept.
     #[error("{0}")]
-    Storage(String),
-    /// Somebody else is at work there; later it may work. Exit code 75.
+    Storage(Issue),
+    /// Somebody else is at work there; later it may work.
     #[error("{0}")]
-    Busy(String),
-    /// A stop was asked for before the work had begun. Exit code 75.
+    Busy(Issue),
+    /// A stop was asked for before the work had begun.
     #[error("{0}")]
-    Stopped(String),
-    /// A device gave other counts than the CPU. Exit code 1.
+    Stopped(Issue),
+    /// A device gave other counts than the CPU.
     #[error("{0}")]
-    Disagreement(String),
+    Disagreement(Issue),
 }
 
 /// `std::result::Result` with [`Error`].
 pub type Result<T, E = Error> = std::result::Result<T, E>;
 
+/// What is wrong is wrong with the input, unless it is said otherwise.
+impl From<Issue> for Error {
+    fn from(issue: Issue) -> Self {
+        Error::Input(issue)
+    }
+}
+
 impl Error {
-    /// Bad input at a place (a file, or a file and a key): `place: what`.
-    pub fn input(place: impl std::fmt::Display, what: impl std::fmt::Display) -> Self {
-        Error::Input(format!("{place}: {what}"))
+    /// Bad input at a place, as a sentence about it.
+    pub fn input(place: impl Into<Site>, what: impl Into<Words>) -> Self {
+        Issue::says(what).at(place).into()
     }
 
-    /// The same, with the place where it is bad input; what else went wrong is not of the place.
-    pub(crate) fn at(self, place: impl std::fmt::Display) -> Self {
+    /// A device that failed, or lied.
+    pub fn device(what: impl Into<Words>) -> Self {
+        Error::Device(Issue::says(what))
+    }
+
+    /// What is wrong.
+    pub fn issue(&self) -> &Issue {
         match self {
-            Error::Input(what) => Error::input(place, what),
+            Error::Input(issue)
+            | Error::Device(issue)
+            | Error::Storage(issue)
+            | Error::Busy(issue)
+            | Error::Stopped(issue)
+            | Error::Disagreement(issue) => issue,
+        }
+    }
+
+    /// The same, with what would be right.
+    #[must_use]
+    pub fn wanted(self, wanted: impl Into<Words>) -> Self {
+        self.map(|issue| issue.wanted(wanted))
+    }
+
+    /// The same, with what helps otherwise.
+    #[must_use]
+    pub fn cure(self, cure: impl Into<Words>) -> Self {
+        self.map(|issue| issue.cure(cure))
+    }
+
+    /// The same error, its issue changed.
+    fn map(mut self, change: impl FnOnce(Issue) -> Issue) -> Self {
+        let (Error::Input(issue)
+        | Error::Device(issue)
+        | Error::Storage(issue)
+        | Error::Busy(issue)
+        | Error::Stopped(issue)
+        | Error::Disagreement(issue)) = &mut self;
+        *issue = change(issue.clone());
+        self
+    }
+
+    /// The same with the place where it is, if a file is to blame; what else went wrong is not of the place.
+    #[must_use]
+    pub fn at(self, place: impl Into<Site>) -> Self {
+        match self {
+            Error::Input(_) | Error::Storage(_) => self.map(|issue| issue.at(place)),
             other => other,
         }
     }
 
     /// A file that cannot be read or written: bad input, unless it may pass.
-    pub fn io(path: &Path, what: &str, source: std::io::Error) -> Self {
-        let text = format!("{}: {what}: {source}", path.display());
+    pub fn io(path: &Path, doing: impl Into<Words>, source: std::io::Error) -> Self {
+        let issue = Issue::io(doing, &source).at(path);
         match Error::may_pass(&source) {
-            false => Error::Input(text),
-            true => Error::Storage(format!("{text}. That may pass: run the same command again")),
+            false => issue.into(),
+            true => Error::Storage(issue.wanted("That may pass: run the same command again")),
         }
     }
 
@@ -77,7 +131,7 @@ impl Error {
     /// The first of several errors, for callers that report one only.
     pub(crate) fn first(mut all: Vec<Error>) -> Self {
         match all.is_empty() {
-            true => Error::Input("something is wrong, and nothing says what".into()),
+            true => Issue::says("something is wrong, and nothing says what").into(),
             false => all.swap_remove(0),
         }
     }
@@ -85,7 +139,7 @@ impl Error {
     /// A file of a sweep that the disk does not take.
     pub(crate) fn storage(path: &Path, source: std::io::Error) -> Self {
         let cure = "What is finished is kept: mend that and run the same command again";
-        Error::Storage(format!("{}: cannot be written: {source}. {cure}", path.display()))
+        Error::Storage(Issue::io("cannot be written", &source).at(path).wanted(cure))
     }
 }
 

@@ -133,7 +133,7 @@ pub mod backend;
 pub mod choose;
 #[doc(hidden)]
 pub mod cluster;
-mod error;
+pub mod error;
 #[doc(hidden)]
 pub mod export;
 mod front;

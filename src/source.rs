@@ -10,6 +10,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 
 use sha2::{Digest, Sha256};
 
+use crate::error::{Argument, Issue, Words};
 use crate::spelling::nearest;
 use crate::{Error, Result};
 
@@ -114,8 +115,8 @@ impl Sources {
     /// What is wrong with files, whoever put it into words: where one could not be read for a reason that may
     /// pass, nobody knows whether the input is wrong.
     pub(crate) fn judged(&self, problems: Vec<Error>) -> Vec<Error> {
-        let of_storage = |problem| match problem {
-            Error::Input(what) => Error::Storage(what),
+        let of_storage = |issue| match issue {
+            Error::Input(issue) => Error::Storage(issue),
             other => other,
         };
         match self.failed.load(Ordering::Relaxed) {
@@ -136,7 +137,7 @@ impl Sources {
         let unreadable = |source| Error::io(path, "cannot be read", source);
         let place = path.canonicalize().map_err(|e| match path.read_link() {
             Ok(target) if e.kind() == ErrorKind::NotFound => {
-                Error::input(path.display(), format!("is a link to {}, which is not there", target.display()))
+                Error::input(path, format!("is a link to {}, which is not there", target.display()))
             }
             _ => self.with_nearest(path, unreadable(e)),
         })?;
@@ -148,7 +149,7 @@ impl Sources {
         let length = check(path, &file.metadata().map_err(unreadable)?, most_bytes)?;
         let mut bytes = Vec::new();
         bytes.try_reserve_exact(length as usize + 1).map_err(|e| {
-            Error::input(path.display(), format!("has {length} bytes, for which there is no memory: {e}"))
+            Issue::too_large(format!("has {length} bytes, for which there is no memory: {e}")).at(path)
         })?;
         // A byte more than it had tells whether it grew, and no more is taken.
         file.take(length + 1).read_to_end(&mut bytes).map_err(unreadable)?;
@@ -191,7 +192,7 @@ impl Sources {
         };
         let is_not_there = matches!(error, Error::Input(_));
         match instead().filter(|said| is_not_there && !said.is_empty()) {
-            Some(said) => Error::Input(format!("{error}; {said}")),
+            Some(said) => error.cure(said),
             None => error,
         }
     }
@@ -206,12 +207,15 @@ impl Sources {
         }
         let home = home.canonicalize().unwrap_or_else(|_| home.clone());
         let what = format!(
-            "lies outside of {} and the folders below, where {} is: put it there, name its folder with --package \
-             NAME=DIR if it is of a robot's package, or allow all files with --allow-outside",
+            "lies outside of {} and the folders below, where {} is",
             home.display(),
             self.main.display()
         );
-        Err(Error::input(path.display(), what))
+        let cure = Words::from("put it there, name its folder with ")
+            + Argument::Package.to("NAME=DIR")
+            + " if it is of a robot's package, or allow all files with "
+            + Argument::AllowOutside;
+        Err(Error::input(path, what).wanted(cure))
     }
 
     fn note(&self, path: &Path, place: PathBuf, bytes: &[u8]) -> Result<()> {
@@ -245,25 +249,30 @@ fn split(name: &str) -> (&str, &str) {
 }
 
 fn utf8(path: &Path, bytes: Vec<u8>) -> Result<String> {
-    String::from_utf8(bytes).map_err(|_| Error::input(path.display(), "is not UTF-8 text"))
+    String::from_utf8(bytes).map_err(|_| Error::input(path, "is not UTF-8 text"))
 }
 
 /// The length of a file that may be read.
 fn check(path: &Path, metadata: &Metadata, most_bytes: u64) -> Result<u64> {
     if !metadata.is_file() {
-        return Err(Error::input(path.display(), "is not a regular file"));
+        return Err(Error::input(path, "is not a regular file"));
     }
     match metadata.len() {
         length if length > most_bytes => {
             let most = most_bytes >> 20;
-            Err(Error::input(path.display(), format!("has {length} bytes: at most {most} MiB are read")))
+            Err(Issue::too_large(format!("has {length} bytes"))
+                .wanted(format!("at most {most} MiB are read"))
+                .at(path)
+                .into())
         }
         length => Ok(length),
     }
 }
 
 fn changed(path: &Path) -> Error {
-    Error::input(path.display(), "changed while it was being read: run again when nothing writes to it")
+    Error::from(
+        Issue::says("changed while it was being read").wanted("run again when nothing writes to it").at(path),
+    )
 }
 
 fn folder_of(file: &Path) -> PathBuf {

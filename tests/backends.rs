@@ -373,7 +373,9 @@ fn what_is_not_there_is_an_error() {
     let case = with_a_region();
     let placement = case.shots[0].placement;
     let fails = |result: perirobot::Result<()>, expected: &str| match result {
-        Err(perirobot::Error::Device(message)) => assert!(message.contains(expected), "{message}"),
+        Err(perirobot::Error::Device(message)) => {
+            assert!(message.to_string().contains(expected), "{message}")
+        }
         other => panic!("{expected}: {other:?}"),
     };
     fails(gpu.score(Fusion::Octomap, &case.jobs).map(drop), "no scene is loaded");

@@ -18,6 +18,7 @@ use perirobot::backend::{
     Backend, Evidence, Fusion, GridPose, Planes, Rays, Reading, Shot, Slot, VoxelScene,
 };
 use perirobot::backend::{cpu::Cpu, oracle::Oracle, self_test};
+use perirobot::error::Issue;
 use perirobot::metrics::Confusion;
 use perirobot::results::files::{DISAGREED, DISAGREEMENT, JOURNAL};
 use perirobot::results::journal::Shard;
@@ -83,8 +84,8 @@ impl Actor {
     /// Whether it can do what it is asked.
     fn can(&self, call: Call) -> Result<()> {
         match self.script.lock().unwrap().next(call, self.fallback) {
-            Some(Trouble::Fails(what)) => Err(Error::Device(format!("adapter Actor: {what}"))),
-            Some(Trouble::Gone) => Err(Error::Input("there is no adapter".into())),
+            Some(Trouble::Fails(what)) => Err(Error::device(format!("adapter Actor: {what}"))),
+            Some(Trouble::Gone) => Err(Issue::says("there is no adapter").into()),
             _ => Ok(()),
         }
     }
@@ -135,7 +136,7 @@ impl Backend for Actor {
         let trouble = self.script.lock().unwrap().next(Call::Receive, self.fallback);
         let mut answer = self.inner.receive()?;
         match trouble {
-            Some(Trouble::Fails(what)) => return Err(Error::Device(format!("adapter Actor: {what}"))),
+            Some(Trouble::Fails(what)) => return Err(Error::device(format!("adapter Actor: {what}"))),
             Some(Trouble::Lies) => {
                 answer[0][0].tp += 1;
             }
@@ -473,7 +474,10 @@ fn without_a_device_to_doubt_a_failure_ends_the_run() {
     let cue =
         |call, _, before| (call == Call::Sense && before == 7).then_some(Trouble::Fails("threads gone"));
     let error = theatre.sweep("out", &mut Undoubted(Troupe::new(cue)), 500, &mut Onlooker::default());
-    assert!(matches!(&error, Err(Error::Device(what)) if what.contains("threads gone")), "{error:?}");
+    assert!(
+        matches!(&error, Err(Error::Device(what)) if what.to_string().contains("threads gone")),
+        "{error:?}"
+    );
     assert!(manifest(&theatre.out("out"))["runs"][0]["ended"].as_str().unwrap().contains("threads gone"));
     // What was finished is kept, and the rest follows.
     let session = theatre.open("out", false).unwrap();
@@ -500,7 +504,7 @@ fn a_lie_stops_the_run_with_the_evidence_in_a_file() {
         DISAGREEMENT,
         "All rows of this folder are set aside in disagreement.journal",
     ] {
-        assert!(what.contains(part), "no {part:?} in {what}");
+        assert!(what.to_string().contains(part), "no {part:?} in {what}");
     }
     let out = theatre.out("out");
     let evidence: serde_json::Value =
@@ -581,7 +585,7 @@ fn a_device_that_lies_in_one_answer_fails_the_self_test() {
             let now = move |call, before| (call, before) == (Call::Receive, answer);
             let error = tested(Troupe::new(move |call, _, before| now(call, before).then_some(trouble)));
             assert!(
-                matches!(&error, Err(Error::Disagreement(what)) if what.starts_with("Actor: of 36")),
+                matches!(&error, Err(Error::Disagreement(what)) if what.to_string().starts_with("Actor: of 36")),
                 "{error:?}"
             );
         }
@@ -701,5 +705,8 @@ fn a_real_device_that_is_lost_or_late_is_a_failure_and_not_a_panic() {
 
     // A device may have answered before anybody began to wait; not every time.
     let error = (0..100).find_map(|_| work(&mut open(0)).err()).expect("a device that is late");
-    assert!(matches!(&error, Error::Device(what) if what.contains("no answer in 0ns")), "{error:?}");
+    assert!(
+        matches!(&error, Error::Device(what) if what.to_string().contains("no answer in 0ns")),
+        "{error:?}"
+    );
 }

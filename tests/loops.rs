@@ -190,7 +190,10 @@ fn each_loop_that_is_cut_is_found_in_the_same_batch() {
                     Ok(counts) => assert!(counts == *expected, "{place}, case {}: not found", case.seed),
                     Err(Error::Device(what)) => {
                         let told = format!("invocations of `{}` all loops ended", stage.name());
-                        assert!(what.contains("loops cut short") && what.contains(&told), "{place}: {what}");
+                        assert!(
+                            what.to_string().contains("loops cut short") && what.to_string().contains(&told),
+                            "{place}: {what}"
+                        );
                         found += 1;
                     }
                     Err(other) => panic!("{place}: {other}"),

@@ -1,5 +1,5 @@
 //! The order of the rooms, as the first page of the crate has it: no room uses one above it. Tests may look
-//! up.
+//! up. And the names of flags, which are the command line's: no text below it has one.
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -91,5 +91,78 @@ fn a_use_of_a_room_above_is_found() {
         ("scene", "// use crate::study::Study;\n#[cfg(test)]\nmod tests {\n use crate::study::Study; }", &[]),
     ] {
         assert_eq!(above(room, text, &rooms), expected, "{text}");
+    }
+}
+
+/// What stands between quotes in Rust.
+fn literals(code: &str) -> Vec<&str> {
+    let (mut found, mut rest) = (Vec::new(), code);
+    while let Some(at) = rest.find(['"', '/', '\'', '#']) {
+        let (begin, end) = match &rest[at..] {
+            comment if comment.starts_with("//") => (None, comment.find('\n')),
+            raw if raw.starts_with("#\"") => (Some(2), raw.find("\"#")),
+            text if text.starts_with('"') => {
+                let mut is_escaped = false;
+                let is_end = |c: char| {
+                    let ends = c == '"' && !is_escaped;
+                    is_escaped = c == '\\' && !is_escaped;
+                    ends
+                };
+                (Some(1), text[1..].find(is_end).map(|end| end + 1))
+            }
+            quote if quote.starts_with("'\"'") => (None, Some(2)),
+            _ => (None, Some(0)),
+        };
+        let end = at + end.unwrap_or(rest.len() - at - 1);
+        found.extend(begin.map(|begin| &rest[(at + begin).min(end)..end]));
+        rest = &rest[end + 1..];
+    }
+    found
+}
+
+/// Whether a text names a flag, as in `--voxel-size`.
+fn names_a_flag(text: &str) -> bool {
+    text.match_indices("--").any(|(at, _)| {
+        let is_begun = !text[..at].ends_with(|c: char| c.is_alphanumeric() || c == '-');
+        is_begun && text[at + 2..].starts_with(|c: char| c.is_ascii_lowercase())
+    })
+}
+
+/// Who writes or reads command lines: scripts of engines, the command of a shard, and that of a picture.
+const OF_COMMANDS: [&str; 4] = ["cli", "cluster", "results/merge.rs", "report/html/data.rs"];
+
+#[test]
+fn no_text_below_the_command_line_names_a_flag() {
+    let mut all = Vec::new();
+    files(&src(), &mut all);
+    let mut seen = 0;
+    for path in &all {
+        let below = path.strip_prefix(src()).unwrap();
+        if OF_COMMANDS.iter().any(|begin| below.starts_with(begin)) {
+            continue;
+        }
+        let text = fs::read_to_string(path).unwrap();
+        let code = text.split("#[cfg(test)]\nmod tests {").next().unwrap();
+        for literal in literals(code) {
+            seen += 1;
+            assert!(
+                !names_a_flag(literal),
+                "{}: {literal:?} names a flag: say it with `Argument`, which the command line turns into its flag",
+                below.display()
+            );
+        }
+    }
+    assert!(seen > 2000, "{seen} texts: are they found?");
+}
+
+#[test]
+fn a_flag_in_a_text_is_found() {
+    let code = "let a = \"a \\\"b\\\" (--voxel-size)\"; // \"--out\"\nlet b = '\"'; let c = \"\"; f(r#\"say \"--x\" --\"#, \"/\")";
+    assert_eq!(literals(code), ["a \\\"b\\\" (--voxel-size)", "", "say \"--x\" --", "/"]);
+    for text in ["--out", "use `--backend cpu`", "(--voxel-size)", "\n--a"] {
+        assert!(names_a_flag(text), "{text}");
+    }
+    for text in ["a--b", "---a", "a -- b", "--", "--A", "-a"] {
+        assert!(!names_a_flag(text), "{text}");
     }
 }

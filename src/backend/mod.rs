@@ -296,15 +296,15 @@ pub fn fused(window: Window, fusion: Fusion, voices: &[(Planes, [i32; 2])]) -> P
 
 /// The error for a table that was never made ready.
 fn no_table(table: usize) -> crate::Error {
-    crate::Error::Device(format!("no table {table} of rays is loaded"))
+    crate::Error::device(format!("no table {table} of rays is loaded"))
 }
 
 /// The error for a slot that holds nothing.
 fn nothing_in(slot: Slot) -> crate::Error {
-    crate::Error::Device(format!("slot {slot} holds no evidence of this scene"))
+    crate::Error::device(format!("slot {slot} holds no evidence of this scene"))
 }
 
 /// The error for an answer to a question that was never asked.
 fn nothing_submitted() -> crate::Error {
-    crate::Error::Device("no question is open".into())
+    crate::Error::device("no question is open")
 }

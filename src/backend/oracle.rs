@@ -119,7 +119,7 @@ impl Backend for Oracle {
 
 impl Oracle {
     fn scene(&self) -> Result<&VoxelScene> {
-        self.scene.as_ref().ok_or_else(|| Error::Device("no scene is loaded".into()))
+        self.scene.as_ref().ok_or_else(|| Error::device("no scene is loaded"))
     }
 
     /// Counts a region voxel by voxel.

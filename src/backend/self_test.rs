@@ -4,6 +4,7 @@
 
 use super::cpu::Cpu;
 use super::{Backend, Fusion, GridPose, Image, Noise, Rays, Reading, Shot, VoxelScene};
+use crate::error::Issue;
 use crate::march::{Gates, pcg};
 use crate::metrics::{BodyPart, Confusion};
 use crate::voxel::{BitGrid, BodyVoxel, People, Window};
@@ -21,13 +22,13 @@ pub fn self_test(backend: &mut dyn Backend) -> Result<()> {
     let (found, expected) = (counts(backend)?, counts(&mut Cpu::new(None)?)?);
     if let Some(i) = (0..expected.len()).find(|&i| found.get(i) != Some(&expected[i])) {
         let of = |counts: &[Vec<u64>]| counts.get(i).cloned().unwrap_or_default();
-        return Err(Error::Disagreement(format!(
+        return Err(Error::Disagreement(Issue::says(format!(
             "{}: of {} lists of counts, number {i} is {:?}, on the CPU {:?}",
             backend.device(),
             expected.len(),
             of(&found),
             of(&expected)
-        )));
+        ))));
     }
     Ok(())
 }

@@ -6,6 +6,7 @@ use rayon::prelude::*;
 
 use super::layout::{Joined, Layout, PLANES, SPACE_OF, Wanted};
 use crate::backend::Backend;
+use crate::error::{Argument, Issue, Words};
 use crate::metrics::Confusion;
 use crate::results::PoseChoice;
 use crate::study::{Combination, Member, Study};
@@ -95,7 +96,7 @@ impl Evidence {
             Taking { layout, rows, first, noisy, worlds, memory_bytes, bytes: 0, progress, stopped: None };
         read_asks(study, worlds, &asks, ways, backend, &mut taking)?;
         match taking.stopped {
-            Some(why) => Err(Error::Stopped(why)),
+            Some(why) => Err(Error::Stopped(Issue::says(why))),
             None => Ok(Evidence { layout: taking.layout, items, rows: taking.rows, level: Level::new() }),
         }
     }
@@ -177,13 +178,15 @@ fn fits(needed: u64, memory_bytes: u64, candidates: usize, moments: usize) -> Re
         return Ok(());
     }
     let mib = |bytes: u64| bytes.div_ceil(1 << 20);
-    Err(Error::Input(format!(
-        "the evidence of {candidates} poses in {moments} scenes, snapshots and repeats takes {} MiB, and {} MiB are allowed: \
-         give --memory {}MiB, or use larger voxels, a smaller region, or fewer poses",
+    let what = format!(
+        "the evidence of {candidates} poses in {moments} scenes, snapshots and repeats takes {} MiB, and {} MiB are allowed",
         mib(needed),
-        memory_bytes >> 20,
-        mib(needed)
-    )))
+        memory_bytes >> 20
+    );
+    let cure = Words::from("give ")
+        + Argument::Memory.to(format!("{}MiB", mib(needed)))
+        + ", or use larger voxels, a smaller region, or fewer poses";
+    Err(Issue::too_large(what).wanted(cure).into())
 }
 
 /// Takes what sensors say as it comes.

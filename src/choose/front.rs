@@ -131,6 +131,9 @@ fn best_within(
     }
 }
 
+/// What helps where no set is good enough.
+const CURE: &str = "ask for less, or allow more sensors";
+
 /// Why there is no set: the first requirement that none can meet, with the best that can be had.
 fn no_set(problem: &Problem, stop: &(dyn Fn() -> bool + Sync)) -> Error {
     for (number, &(score, over, least)) in problem.require.iter().enumerate() {
@@ -142,15 +145,14 @@ fn no_set(problem: &Problem, stop: &(dyn Fn() -> bool + Sync)) -> Error {
                 best.map_or("has no value".into(), |best| format!("is {:.4} at most", best.worth.value()));
             return Error::input(
                 format!("choose.require[{number}]"),
-                format!(
-                    "no allowed set reaches {name} {least} ({over}): it {most}; ask for less, or allow more sensors"
-                ),
-            );
+                format!("no allowed set reaches {name} {least} ({over}): it {most}"),
+            )
+            .cure(CURE);
         }
     }
     let what = match problem.require.is_empty() {
         true => "no allowed set has a value of the objective",
         false => "each of them can be met, but no allowed set meets all of them",
     };
-    Error::input("choose.require", format!("{what}; ask for less, or allow more sensors"))
+    Error::input("choose.require", what).cure(CURE)
 }

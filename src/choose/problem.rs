@@ -96,7 +96,7 @@ impl<'a> Problem<'a> {
             let what = format!("has {voxels} voxels in all scenes, snapshots and repeats together");
             let name = &study.regions[choose.region].0;
             let cure = "at most 2147483648 can be told apart exactly: use larger voxels";
-            return Err(Error::input(format!("region {name:?}"), format!("{what}; {cure}")));
+            return Err(Error::input(format!("region {name:?}"), what).cure(cure));
         }
         let items = &evidence.items;
         let cost = |&[sensor, _]: &[usize; 2]| study.sensors[sensor].terms.cost.map_or(0, Cost::thousandths);
@@ -217,9 +217,9 @@ pub fn examine(study: &Study, choose: &Choose, worlds: &[World]) -> Result<()> {
     let scores = scores.chain(required.map(|(i, require)| (format!("require[{i}].score"), require.score)));
     for (key, score) in scores {
         if let Some(what) = lacking(score) {
-            let place = format!("{}: choose.{key} = {:?}", study.path.display(), score.name());
+            let place = format!("choose.{key} = {:?}", score.name());
             let why = format!("region {name:?} has not {what} in any scene, so there is no such score");
-            return Err(Error::input(place, format!("{why}: take another region or score")));
+            return Err(Error::input(place, why).wanted("take another region or score").at(&study.path));
         }
     }
     Ok(())

@@ -17,6 +17,7 @@ use super::evidence::Evidence;
 use super::files::{PROOF, asked, fingerprint};
 use super::layout::{CLEAR, FALSE, FELT, HIT, Moment, SEEN, ones};
 use crate::backend::{Backend, Fusion};
+use crate::error::Issue;
 use crate::metrics::{Confusion, Score};
 use crate::results::files::read_regular;
 use crate::sensor::{Cost, Setting};
@@ -75,9 +76,9 @@ pub fn verify(
     stop: &(dyn Fn() -> Option<String> + Sync),
 ) -> Result<Verified> {
     let path = folder.join(PROOF);
-    let wrong = |place: String, what: String| Err(Error::input(path.display(), format!("{place}: {what}")));
+    let wrong = |place: String, what: String| Err(Error::input(place, what).at(&path));
     let proof: Proof = serde_json::from_slice(&read_regular(&path)?)
-        .map_err(|e| Error::input(path.display(), format!("is no proof of choose: {e}")))?;
+        .map_err(|e| Error::from(Issue::damaged(format!("is no proof of choose: {e}")).at(&path)))?;
     if proof.fingerprint != fingerprint(study, worlds) {
         return wrong("fingerprint".into(), "the study is not what was searched: choose again".into());
     }
@@ -88,13 +89,13 @@ pub fn verify(
     for (number, step) in proof.steps.iter().enumerate() {
         let set = named(study, &step.best.poses).and_then(|set| {
             match not_allowed(study, choose, worlds, step, &set) {
-                Some(why) => Err(why),
+                Some(why) => Err(Issue::says(why)),
                 None => Ok(set),
             }
         });
         match set {
             Ok(set) => sets.push(set),
-            Err(why) => return wrong(format!("steps[{number}].best"), why),
+            Err(issue) => return Err(issue.at(format!("steps[{number}].best")).at(&path).into()),
         }
     }
     let counts = recounted(study, choose, worlds, &sets, recounter)?;
@@ -147,7 +148,7 @@ pub fn verify(
             return wrong(format!("{place}.best"), format!("this set is better: {}", names.join(";")));
         }
         if let Some(why) = stop() {
-            return Err(Error::Stopped(why));
+            return Err(Error::Stopped(Issue::says(why)));
         }
         verified.proven += 1;
     }
@@ -160,12 +161,12 @@ fn name(study: &Study, [sensor, candidate]: [usize; 2]) -> String {
 }
 
 /// Sensors and candidates by their names.
-fn named(study: &Study, poses: &[String]) -> Result<Vec<[usize; 2]>, String> {
+fn named(study: &Study, poses: &[String]) -> Result<Vec<[usize; 2]>, Issue> {
     let one = |pose: &String| {
         let all = study.sensors.iter().enumerate();
         let mut all = all.flat_map(|(sensor, spec)| (0..spec.candidates.len()).map(move |c| [sensor, c]));
         all.find(|&item| name(study, item) == *pose)
-            .ok_or_else(|| format!("{pose:?} is no pose of the study"))
+            .ok_or_else(|| Issue::says(format!("{pose:?} is no pose of the study")))
     };
     poses.iter().map(one).collect()
 }

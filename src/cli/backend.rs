@@ -5,6 +5,7 @@ use clap::ValueEnum;
 use perirobot::backend::cpu::Cpu;
 use perirobot::backend::gpu::{AdapterChoice, Gpu, adapters};
 use perirobot::backend::{Backend, MEMORY_BYTES, oracle::Oracle};
+use perirobot::error::Issue;
 use perirobot::sweep::bench::Contender;
 use perirobot::sweep::{BackendFactory, Fallback};
 use perirobot::{Error, Result};
@@ -55,7 +56,7 @@ impl BackendArgs {
     /// Opens the backend.
     pub(super) fn open(&self) -> Result<Box<dyn Backend + Send>> {
         if self.adapter.is_some() && matches!(self.backend, BackendChoice::Cpu | BackendChoice::Oracle) {
-            return Err(Error::Input("--adapter belongs to --backend gpu (or auto)".into()));
+            return Err(Issue::says("--adapter belongs to --backend gpu (or auto)").into());
         }
         match self.backend {
             BackendChoice::Oracle => Ok(Box::new(Oracle::default())),
@@ -105,9 +106,9 @@ impl BackendArgs {
     /// Every backend that can run here besides the oracle. A software adapter counts.
     pub(super) fn open_all(&self) -> Result<Vec<Box<dyn Backend>>> {
         if self.backend == BackendChoice::Oracle {
-            return Err(Error::Input(
-                "--backend oracle: every backend is compared with it; name another".into(),
-            ));
+            return Err(
+                Issue::says("--backend oracle: every backend is compared with it; name another").into()
+            );
         }
         if self.backend != BackendChoice::Auto {
             return Ok(vec![self.open()?]);
@@ -175,7 +176,7 @@ impl BackendArgs {
 pub(super) fn start_threads(threads: Option<usize>) -> Result<()> {
     let threads = threads.or_else(|| std::thread::available_parallelism().ok().map(|n| n.get())).unwrap_or(1);
     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads);
-    pool.build_global().map_err(|e| Error::Device(format!("cannot start {threads} threads: {e}")))
+    pool.build_global().map_err(|e| Error::device(format!("cannot start {threads} threads: {e}")))
 }
 
 /// The backend of a sweep and who steps in for it.

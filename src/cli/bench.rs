@@ -5,11 +5,12 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 use std::time::{Duration, Instant};
 
+use perirobot::Result;
+use perirobot::error::Issue;
 use perirobot::study::{Overrides, Study};
 use perirobot::sweep::bench::{Race, casts, race};
 use perirobot::voxel::region::window_of;
 use perirobot::world::World;
-use perirobot::{Error, Result};
 
 use super::backend::BackendArgs;
 use super::packages::PackageArgs;
@@ -74,7 +75,7 @@ pub(super) fn run(args: &Args) -> Result<ExitCode> {
             if casting.is_empty() {
                 let what =
                     format!("{}: no combination casts rays: there is nothing to measure", path.display());
-                return Err(Error::Input(what));
+                return Err(Issue::says(what).into());
             }
             let begin = Instant::now();
             let worlds = World::prepare(&study, 0)?;

@@ -90,7 +90,7 @@ fn verdict(warnings: usize) -> String {
 /// only one, another time the same may be right.
 fn refuse(problems: &[Error], all: bool) -> ExitCode {
     let (count, most) = (problems.len(), if all { usize::MAX } else { FEW_PROBLEMS });
-    problems.iter().take(most).for_each(|problem| say!("error: {problem}"));
+    problems.iter().take(most).for_each(|problem| say!("error: {}", super::flags::told(problem)));
     if count > most {
         say!("and {} more (--all)", count - most);
     }

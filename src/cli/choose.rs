@@ -103,7 +103,7 @@ fn is_open(step: &choose::ToldStep) -> bool {
 fn asked(study: &Study) -> Result<&perirobot::study::Choose> {
     study.choose.as_ref().ok_or_else(|| {
         let example = "[choose] objective = \"f1\", region = \"robot\", at_most = 3";
-        Error::input(study.path.display(), format!("no [choose]: say what is looked for, as in {example}"))
+        Error::input(&study.path, "no [choose]").wanted(format!("say what is looked for, as in {example}"))
     })
 }
 

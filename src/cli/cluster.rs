@@ -5,6 +5,7 @@ use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
 use perirobot::cluster::{Job, Word, hyperqueue, kubernetes, label, slurm};
+use perirobot::error::{Issue, Site};
 use perirobot::results::files::write_whole;
 use perirobot::study::{Overrides, Study};
 use perirobot::{Error, Result};
@@ -167,10 +168,11 @@ impl JobArgs {
         let study = Study::load(Path::new(self.study.text()), &Overrides::default())?;
         let choices: usize = study.combinations.iter().map(|combination| combination.choices()).sum();
         if self.shards as usize > choices {
-            return Err(Error::Input(format!(
+            return Err(Issue::says(format!(
                 "--shards {}: {} has {choices} choices of poses, at most so many shards have work",
                 self.shards, self.study
-            )));
+            ))
+            .into());
         }
         Ok(job)
     }
@@ -178,7 +180,7 @@ impl JobArgs {
     /// The job, as far as its words tell.
     fn job(&self, program: Word) -> Result<Job> {
         let stem = Path::new(self.study.text()).file_stem().unwrap_or_default().to_string_lossy();
-        let word = |text: String| text.parse::<Word>().map_err(|e| Error::input("STUDY", e));
+        let word = |text: String| text.parse::<Word>().map_err(|e| e.at("STUDY").into());
         let job = Job {
             name: self.name.clone().map_or_else(|| word(label(&format!("perirobot-{stem}"))), Ok)?,
             program,
@@ -205,7 +207,8 @@ impl JobArgs {
 
 /// Where the running program is.
 fn this_program() -> Result<Word> {
-    let path = std::env::current_exe().map_err(|e| Error::Input(format!("--program is needed here: {e}")))?;
-    let text = path.to_str().ok_or("is no text".to_string()).and_then(str::parse);
-    text.map_err(|e| Error::Input(format!("--program is needed here: {} {e}", path.display())))
+    let needed = "--program is needed here";
+    let path = std::env::current_exe().map_err(|e| Error::input(needed, e.to_string()))?;
+    let word = path.to_str().ok_or(Issue::says("is no text")).and_then(str::parse);
+    word.map_err(|e: Issue| e.at(Site::Subject(path.display().to_string())).at(needed).into())
 }

@@ -3,10 +3,12 @@
 use std::path::PathBuf;
 use std::process::ExitCode;
 
+use perirobot::Result;
+use perirobot::error::Issue;
 use perirobot::metrics::Score;
 use perirobot::report::placements::{Among, PLACEMENTS, RankedPlacement, Sweeps};
-use perirobot::{Error, Result};
 
+use super::flags;
 use super::score::ScoreArg;
 
 /// Put placements of one sweep, or of two, side by side
@@ -79,8 +81,8 @@ pub(super) fn run(args: &Args) -> Result<ExitCode> {
             }
         }
         None => {
-            let (placements, notes) = sweeps.named(&args.pose, among)?;
-            notes.iter().for_each(|note| say!("note: {note}"));
+            let (placements, left_out) = sweeps.named(&args.pose, among)?;
+            left_out.iter().for_each(|error| say!("note: left out: {}", flags::told(error)));
             let placements = enough(placements)?;
             text += &sweeps.key(&placements);
             for region in regions {
@@ -98,7 +100,7 @@ fn enough(placements: Vec<RankedPlacement>) -> Result<Vec<RankedPlacement>> {
     if PLACEMENTS.contains(&found) {
         return Ok(placements);
     }
-    Err(Error::Input(format!(
+    Err(Issue::says(format!(
         "--pose, --best: {found} placements: must be {least} to {most}; name another --pose, or say another --best"
-    )))
+    )).into())
 }

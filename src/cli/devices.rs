@@ -59,6 +59,6 @@ fn tested(adapter: &AdapterReport) -> String {
         Ok(seconds) => {
             format!("exact: counts {SELF_TEST_POSES} poses of a camera as the cpu does ({seconds:.1} s)")
         }
-        Err(e) => format!("NOT EXACT, do not use it: {e}"),
+        Err(e) => format!("NOT EXACT, do not use it: {}", super::flags::told(&e)),
     }
 }

@@ -41,7 +41,7 @@ pub(super) fn run(args: &Args) -> Result<ExitCode> {
     // A link that leads nowhere is there, too.
     if let Some((path, _)) = files.iter().find(|(path, _)| path.symlink_metadata().is_ok()) {
         let what = "is there already and would be lost: name another folder";
-        return Err(Error::input(path.display(), what));
+        return Err(Error::input(path, what));
     }
     for (path, text) in &files {
         let folder = path.parent().unwrap_or(Path::new(""));

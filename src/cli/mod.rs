@@ -16,6 +16,7 @@ mod completions;
 mod contents;
 mod devices;
 mod export;
+mod flags;
 mod init;
 mod log;
 mod merge;
@@ -171,7 +172,7 @@ pub(crate) fn run() -> ExitCode {
     match outcome {
         Ok(code) => code,
         Err(error) => {
-            say!("error: {error}");
+            say!("error: {}", flags::told(&error));
             ExitCode::from(match error {
                 Error::Disagreement(_) => 1,
                 Error::Input(_) => 2,

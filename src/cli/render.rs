@@ -5,6 +5,7 @@ use std::process::ExitCode;
 
 use clap::ValueEnum;
 use glam::DVec3;
+use perirobot::error::{Argument, Issue, Site};
 use perirobot::render::{ANGLES_DEG, Colour, Eye, SIDES_PX, Wish, draw, point};
 use perirobot::results::files::write_whole;
 use perirobot::view::View;
@@ -92,7 +93,7 @@ enum Colouring {
 pub(super) fn run(args: &Args) -> Result<ExitCode> {
     super::stop::end_tidily()?;
     if args.out.extension().is_none_or(|extension| extension != "png") {
-        return Err(Error::Input(format!("--out {}: must end in .png", args.out.display())));
+        return Err(Issue::says(format!("--out {}: must end in .png", args.out.display())).into());
     }
     args.backend.start_threads()?;
     let study = args.study.read()?;
@@ -118,7 +119,7 @@ pub(super) fn run(args: &Args) -> Result<ExitCode> {
 impl Args {
     /// What the picture shall be, in a study with these regions.
     fn wish(&self, regions: &[&str]) -> Result<Wish> {
-        let wrong = |option: &str, value: f64, rule: &str| Error::Input(format!("{option} {value}: {rule}"));
+        let wrong = |option: &str, value: f64, rule: &str| Error::input(format!("{option} {value}"), rule);
         if !ANGLES_DEG.contains(&self.fov_deg) {
             return Err(wrong("--fov-deg", self.fov_deg, "must be from 1 to 150"));
         }
@@ -130,10 +131,8 @@ impl Args {
         }
         let region = |name: &String| {
             let found = regions.iter().position(|region| region == name);
-            found.ok_or_else(|| {
-                let known = regions.join(", ");
-                Error::Input(format!("--only-region {name}: there is no such one, there are {known}"))
-            })
+            let place = Site::Argument(Argument::OnlyRegion, name.clone());
+            found.ok_or_else(|| Error::from(Issue::unknown(regions).at(place)))
         };
         let colour = match (self.colour, &self.pose) {
             (Some(Colouring::Label), _) | (None, Some(_)) => Colour::Label,

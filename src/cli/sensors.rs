@@ -3,9 +3,10 @@
 
 use std::process::ExitCode;
 
+use perirobot::Result;
+use perirobot::error::Issue;
 use perirobot::sensor::noise::Deviation;
 use perirobot::study::catalogue::{DeviceModel, Stereo, models};
-use perirobot::{Error, Result};
 use toml::Value;
 
 /// List the devices that a study may name, with sources
@@ -37,7 +38,7 @@ pub(super) fn run(args: &Args) -> Result<ExitCode> {
             models().iter().filter(|model| model.name.contains(&name.to_lowercase())).collect();
         if found.is_empty() {
             let what = format!("no device has {name:?} in its name: `perirobot sensors` lists all");
-            return Err(Error::Input(what));
+            return Err(Issue::says(what).into());
         }
         found.into_iter().try_for_each(|model| super::print(&told(model)))?;
     }

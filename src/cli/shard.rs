@@ -43,7 +43,7 @@ impl ShardArg {
 
 /// The number that an engine has put into the environment.
 fn of_engine(of: u32, variable: impl Fn(&str) -> Option<String>) -> Result<u32> {
-    let wrong = |what: String| Error::Input(format!("--shard auto/{of}: {what}"));
+    let wrong = |what: String| Error::input(format!("--shard auto/{of}"), what);
     let mut found = NUMBERS.iter().filter_map(|name| Some((name, variable(name)?)));
     let (name, value) = found.next().ok_or_else(|| {
         wrong(format!("none of {} is set: run it as a task of an engine, or say K/{of}", NUMBERS.join(", ")))

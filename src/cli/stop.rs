@@ -37,7 +37,7 @@ impl StopAt {
     pub(super) fn listen(max_time: Option<Duration>) -> Result<StopAt> {
         let (signal, again) = (Arc::new(AtomicUsize::new(0)), Arc::new(AtomicBool::new(false)));
         for &(number, name) in SIGNALS {
-            let wrong = |e| Error::Device(format!("cannot listen for {name}: {e}"));
+            let wrong = |e| Error::device(format!("cannot listen for {name}: {e}"));
             // In this order: the first one arms the shutdown that the second one meets.
             flag::register_conditional_shutdown(number, TRY_AGAIN.into(), again.clone()).map_err(wrong)?;
             flag::register(number, again.clone()).map_err(wrong)?;
@@ -70,7 +70,7 @@ pub(super) fn end_tidily() -> Result<()> {
 
 /// Does something once, in a thread of its own, when the first signal is heard.
 fn on_signal(act: impl FnOnce(i32) + Send + 'static) -> Result<()> {
-    let wrong = |e| Error::Device(format!("cannot listen for signals: {e}"));
+    let wrong = |e| Error::device(format!("cannot listen for signals: {e}"));
     let mut heard = Signals::new(SIGNALS.iter().map(|(number, _)| number)).map_err(wrong)?;
     let listener = thread::Builder::new().spawn(move || {
         if let Some(signal) = heard.forever().next() {

@@ -39,7 +39,7 @@ impl SweptArgs {
         let file = self.study.clone().unwrap_or(file);
         if !file.exists() {
             let what = "the study of this sweep is not there: go to the folder where it was swept, or say --study FILE";
-            return Err(Error::input(file.display(), what));
+            return Err(Error::input(file, what));
         }
         let mut study = Study::read(&file, &overrides, self.packages.sources(&file))?;
         self.packages.apply(&mut study.scenes);

@@ -9,7 +9,7 @@ use perirobot::{Error, Result};
 pub(super) fn print(text: &str) -> Result<()> {
     match stdout().write_all(harmless(text).as_bytes()) {
         Err(e) if e.kind() != ErrorKind::BrokenPipe => {
-            Err(Error::Device(format!("cannot write to standard output: {e}")))
+            Err(Error::device(format!("cannot write to standard output: {e}")))
         }
         _ => Ok(()),
     }

@@ -2,10 +2,11 @@
 
 use std::process::ExitCode;
 
+use perirobot::Result;
+use perirobot::error::Issue;
 use perirobot::sweep::compare::{
     ComparedLine, Comparison, PoseSelection, compare, compare_combination, select, select_choices,
 };
-use perirobot::{Error, Result};
 
 use super::backend::BackendArgs;
 use super::progress::ProgressArgs;
@@ -55,7 +56,7 @@ pub(super) fn run(args: &Args) -> Result<ExitCode> {
         let what = format!(
             "--pose {name}: no sensor has a pose of that name (poses.csv and results.csv of a sweep list them)"
         );
-        return Err(Error::Input(what));
+        return Err(Issue::says(what).into());
     }
     let mut backends = args.backend.open_all()?;
     for backend in &backends {

@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 use std::process::ExitCode;
 
+use perirobot::error::Issue;
 use perirobot::results::files::write_whole;
 use perirobot::scene::spec::SceneSpec;
 use perirobot::scene::{build::build, octomap};
@@ -35,25 +36,27 @@ pub(super) struct Args {
 pub(super) fn run(args: &Args) -> Result<ExitCode> {
     super::stop::end_tidily()?;
     if !(1e-4..=10.0).contains(&args.voxel_size) {
-        return Err(Error::Input(format!(
+        return Err(Issue::says(format!(
             "--voxel-size {}: must be from 0.0001 to 10 metres",
             args.voxel_size
-        )));
+        ))
+        .into());
     }
     if args.out.extension().is_none_or(|extension| extension != "bt") {
-        return Err(Error::Input(format!("--out {}: must end in .bt", args.out.display())));
+        return Err(Issue::says(format!("--out {}: must end in .bt", args.out.display())).into());
     }
     super::backend::start_threads(None)?;
     let sources = args.packages.sources(&args.scene);
     let mut spec = SceneSpec::load(&args.scene, &sources)?;
     args.packages.apply(std::slice::from_mut(&mut spec));
-    let in_scene = |e| Error::input(spec.path.display(), e);
+    let in_scene = |e: Error| e.at(&spec.path);
     if args.snapshot >= spec.snapshots {
         let (wanted, count) = (args.snapshot, spec.snapshots);
-        return Err(Error::Input(format!(
+        return Err(Issue::says(format!(
             "--snapshot {wanted}: {} has {count}, counted from 0",
             spec.path.display()
-        )));
+        ))
+        .into());
     }
     let snapshots = build(&spec, &sources, args.voxel_size)?;
     let extent = voxels::scene_extent(&snapshots, args.voxel_size).map_err(in_scene)?;
@@ -64,7 +67,7 @@ pub(super) fn run(args: &Args) -> Result<ExitCode> {
         let what = format!(
             "reaches more than {farthest:.0} m from the origin, where an OctoMap ends: move it nearer"
         );
-        return Err(in_scene(Error::Input(what)));
+        return Err(in_scene(Issue::says(what).into()));
     }
     let wanted = &snapshots[args.snapshot..=args.snapshot];
     let truth = perirobot::voxel::voxelize_all(wanted, grid).map_err(in_scene)?.remove(0);

@@ -8,7 +8,8 @@ pub mod slurm;
 mod tests;
 mod word;
 
-use crate::{Error, Result};
+use crate::Result;
+use crate::error::Issue;
 pub use word::Word;
 
 /// How long a stopped sweep has to finish its batch and write it down, in seconds.
@@ -45,7 +46,7 @@ pub const LONGEST_NAME: usize = 40;
 impl Job {
     /// Refuses what no engine could carry out, naming the argument.
     pub fn checked(self) -> Result<Job> {
-        let refuse = |what: String| Err(Error::Input(what));
+        let refuse = |what: String| Err(Issue::says(what).into());
         if self.shards < 2 {
             let shards = self.shards;
             return refuse(format!("--shards {shards}: must be at least 2; one alone is `perirobot sweep`"));

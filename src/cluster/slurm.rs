@@ -2,7 +2,8 @@
 //! it. What it does when a task is stopped or fails is in `slurm.sh`.
 
 use super::{Job, NOTICE_S, Word, shell_head};
-use crate::{Error, Result};
+use crate::Result;
+use crate::error::Issue;
 
 /// What Slurm allows if its configuration does not say otherwise (`MaxArraySize`).
 pub const MAX_ARRAY_SIZE: u32 = 1001;
@@ -27,19 +28,21 @@ pub fn script(job: &Job, limits: &Limits) -> Result<String> {
     let Job { shards, study, out, .. } = job;
     let most = limits.max_array_size;
     if *shards > most {
-        return Err(Error::Input(format!(
+        return Err(Issue::says(format!(
             "--shards {shards}: an array job of Slurm has at most {most} tasks, {most} shards do the same work; or \
              --max-array-size with what `scontrol show config` says of MaxArraySize"
-        )));
+        )).into());
     }
     if out.text().contains('\\') {
-        return Err(Error::Input(format!("--out {out}: Slurm takes no backslash in the path of its logs")));
+        return Err(
+            Issue::says(format!("--out {out}: Slurm takes no backslash in the path of its logs")).into()
+        );
     }
     if let Some(minutes) = limits.time_limit_min.filter(|minutes| *minutes < LEAST_TIME_LIMIT_MIN) {
-        return Err(Error::Input(format!(
+        return Err(Issue::says(format!(
             "--time-limit {minutes}: must be at least {LEAST_TIME_LIMIT_MIN} minutes, as a task is told to stop \
              {NOTICE_S} s before its limit"
-        )));
+        )).into());
     }
     let head = format!(
         "#!/bin/sh\n\

@@ -3,20 +3,23 @@
 use std::fmt;
 use std::str::FromStr;
 
+use crate::error::Issue;
+
 /// A text on one line, not empty, without control characters.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Word(String);
 
 impl FromStr for Word {
-    type Err = String;
+    type Err = Issue;
 
-    fn from_str(text: &str) -> Result<Word, String> {
+    fn from_str(text: &str) -> Result<Word, Issue> {
         if text.is_empty() {
-            return Err("is empty".into());
+            return Err(Issue::says("is empty"));
         }
         // YAML ends lines at U+2028 and U+2029, too.
         if text.contains(|c: char| c.is_control() || matches!(c, '\u{2028}' | '\u{2029}')) {
-            return Err("has a line break or another control character, which no script can hold".into());
+            let what = "has a line break or another control character, which no script can hold";
+            return Err(Issue::says(what));
         }
         Ok(Word(text.into()))
     }

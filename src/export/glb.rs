@@ -9,6 +9,7 @@ use gltf::binary::{Glb, Header};
 use gltf::json::validation::Checked::Valid;
 use gltf::json::{Index, Root, accessor, buffer, material, mesh, scene};
 
+use crate::error::Issue;
 use crate::scene::{Mesh, Role, Scene, Surface, polygon};
 use crate::view::{Outline, View};
 use crate::{Error, Result};
@@ -84,7 +85,7 @@ pub(super) fn plate(corners: &[DVec3]) -> Result<Mesh> {
     if turn < 0.0 {
         around.reverse();
     }
-    let lids = polygon::triangles(&around).map_err(Error::Input)?;
+    let lids = polygon::triangles(&around)?;
     let mut mesh = Mesh { vertices: around.clone(), triangles: Vec::new() };
     mesh.vertices.extend(around.iter().map(|corner| *corner + DVec3::Z * PLATE_M));
     for [a, b, c] in lids.into_iter().map(|lid| lid.map(|i| i as u32)) {
@@ -214,9 +215,9 @@ impl GlbWriter {
         };
         self.binary.extend_from_slice(bytes);
         if self.binary.len() > 0x7fff_ffff {
-            return Err(Error::Input(
-                "cell.glb: the surfaces need more than 2 GiB, which no viewer reads".into(),
-            ));
+            return Err(Issue::too_large("the surfaces need more than 2 GiB, which no viewer reads")
+                .at("cell.glb")
+                .into());
         }
         let (component, kind) = match bounds {
             Some(_) => (accessor::ComponentType::F32, accessor::Type::Vec3),
@@ -246,7 +247,7 @@ impl GlbWriter {
         root.buffers[0].byte_length = binary.len().into();
         let whole = scene::Scene { name: None, nodes, extensions: None, extras: Default::default() };
         root.scene = Some(root.push(whole));
-        let failed = |e: &dyn std::fmt::Display| Error::Device(format!("cannot write cell.glb: {e}"));
+        let failed = |e: &dyn std::fmt::Display| Error::device(format!("cannot write cell.glb: {e}"));
         let json = root.to_vec().map_err(|e| failed(&e))?;
         let header = Header { magic: *b"glTF", version: 2, length: 0 };
         let glb = Glb { header, json: json.into(), bin: Some(binary.into()) };

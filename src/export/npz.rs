@@ -27,7 +27,7 @@ use crate::{Error, Result};
 
 /// The bytes of the archive.
 pub fn bytes(view: &View) -> Result<Vec<u8>> {
-    write(view).map_err(|e| Error::Device(format!("cannot pack the arrays: {e}")))
+    write(view).map_err(|e| Error::device(format!("cannot pack the arrays: {e}")))
 }
 
 fn write(view: &View) -> io::Result<Vec<u8>> {

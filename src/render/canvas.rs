@@ -59,7 +59,7 @@ impl Canvas {
             writer.write_image_data(&self.rgb)?;
             writer.finish()
         });
-        written.map_err(|e| Error::Device(format!("cannot pack the picture: {e}")))?;
+        written.map_err(|e| Error::device(format!("cannot pack the picture: {e}")))?;
         Ok(bytes)
     }
 }

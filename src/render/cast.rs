@@ -5,12 +5,13 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 use super::eye::PictureCamera;
+use crate::Result;
 use crate::backend::{Backend, GridPose, Noise, Rays, VoxelScene};
+use crate::error::{Argument, Issue, Words};
 use crate::march::{self, Gates, MAX_RANGE_VOXELS, RETURN};
 use crate::sensor::quantise_q15;
 use crate::voxel::grid::MAX_VOXELS_PER_AXIS;
 use crate::voxel::{BitGrid, Grid, People, Window};
-use crate::{Error, Result};
 
 /// Rays that are cast in one go, so that a large picture fits any device.
 const MOST_RAYS: usize = 1 << 20;
@@ -64,15 +65,19 @@ fn around(plane: &BitGrid, grid: &Grid, eye_m: DVec3) -> Result<(VoxelScene, [i3
     let eye = Grid::voxel_of(grid.position_q16(eye_m));
     let window = plane.window().union(&Window::between(eye, eye));
     if let Some(axis) = (0..3).find(|&r| window.size[r] > MAX_VOXELS_PER_AXIS) {
-        return Err(Error::Input(format!(
-            "--from: the eye at {:.2}, {:.2}, {:.2} and the cell are {} voxels along {}, at most {MAX_VOXELS_PER_AXIS} fit: come \
-             nearer (a wider --fov-deg does, too), or take larger voxels (--voxel-size)",
-            eye_m.x,
-            eye_m.y,
-            eye_m.z,
+        let DVec3 { x, y, z } = eye_m;
+        let what = format!(
+            "the eye at {x:.2}, {y:.2}, {z:.2} and the cell are {} voxels along {}, at \
+                    most {MAX_VOXELS_PER_AXIS} fit",
             window.size[axis],
             ["x", "y", "z"][axis]
-        )));
+        );
+        let cure = Words::from("come nearer (a wider ")
+            + Argument::FovDeg
+            + " does, too), or take larger voxels ("
+            + Argument::VoxelSize
+            + ")";
+        return Err(Issue::too_large(what).wanted(cure).at(Argument::From).into());
     }
     let shift = window.min.map(|low| -low);
     let whole = Window { min: [0; 3], size: window.size };

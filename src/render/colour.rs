@@ -3,10 +3,11 @@
 //! drawn from dark to light.
 
 use super::cast::Hit;
+use crate::Result;
+use crate::error::{Argument, Issue, Site, Words};
 use crate::view::{Verdict, View};
 use crate::voxel::BitGrid;
 use crate::world::World;
-use crate::{Error, Result};
 
 /// What the colours say.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -75,7 +76,9 @@ pub(super) struct Palette<'a> {
 impl<'a> Palette<'a> {
     pub(super) fn new(world: &'a World, view: Option<&'a View<'a>>, colour: Colour) -> Result<Self> {
         if colour == Colour::Label && view.is_none() {
-            return Err(Error::Input("--colour label: there are labels with --pose only".into()));
+            let only = Words::from("there are labels with ") + Argument::Pose + " only";
+            let place = Site::Argument(Argument::Colour, "label".into());
+            return Err(Issue::says(only).at(place).into());
         }
         Ok(Palette { world, view, colour })
     }

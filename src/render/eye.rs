@@ -4,9 +4,10 @@
 use glam::{DMat3, DVec3};
 
 use super::Wish;
+use crate::Result;
+use crate::error::{Argument, Issue, Words};
 use crate::pose::Pose;
 use crate::voxel::{BitGrid, Grid};
-use crate::{Error, Result};
 
 /// Where a picture is seen from.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -29,23 +30,26 @@ const NAMED: [(&str, DVec3); 7] = [
 ];
 
 impl std::str::FromStr for Eye {
-    type Err = String;
+    type Err = Issue;
 
-    fn from_str(text: &str) -> Result<Self, String> {
+    fn from_str(text: &str) -> Result<Self, Issue> {
         if let Some((_, direction)) = NAMED.iter().find(|(name, _)| *name == text) {
             return Ok(Eye::Towards(*direction));
         }
         let names = NAMED.map(|(name, _)| name).join(", ");
-        point(text).map(Eye::At).map_err(|rule| format!("{rule}, or one of {names}"))
+        point(text).map(Eye::At).map_err(|_| Issue::says(format!("{RULE}, or one of {names}")))
     }
 }
 
+/// What a point must be.
+const RULE: &str = "must be three numbers in metres, as in 2.8,1.8,2.7";
+
 /// Reads a point: `2.8,1.8,2.7`.
-pub fn point(text: &str) -> Result<DVec3, String> {
+pub fn point(text: &str) -> Result<DVec3, Issue> {
     let numbers: Option<Vec<f64>> = text.split(',').map(|number| number.trim().parse().ok()).collect();
     match numbers.as_deref() {
         Some(&[x, y, z]) if [x, y, z].iter().all(|v| v.abs() <= 1e4) => Ok(DVec3::new(x, y, z)),
-        _ => Err("must be three numbers in metres, as in 2.8,1.8,2.7".into()),
+        _ => Err(Issue::says(RULE)),
     }
 }
 
@@ -72,7 +76,8 @@ impl PictureCamera {
         let [width, height] = size.map(f64::from);
         let (eye_m, ahead) = match wish.eye {
             Eye::At(at) if at.distance(target) < 1e-6 => {
-                return Err(Error::Input("--from is where --look-at is: move one of them".into()));
+                let both = Words::from(Argument::From) + " is where " + Argument::LookAt + " is";
+                return Err(Issue::says(both).wanted("move one of them").into());
             }
             Eye::At(at) => (at, target - at),
             Eye::Towards(direction) => {
@@ -139,7 +144,10 @@ mod tests {
         assert_eq!("top".parse(), Ok(Eye::Towards(DVec3::Z)));
         for text in ["", "1,2", "1,2,3,4", "1,2,x", "1,2,NaN", "1,2,1e9", "above"] {
             let error = text.parse::<Eye>().unwrap_err();
-            assert!(error.contains("2.8,1.8,2.7") && error.contains("iso, top"), "{text:?}: {error}");
+            assert!(
+                error.to_string().contains("2.8,1.8,2.7") && error.to_string().contains("iso, top"),
+                "{text:?}: {error}"
+            );
         }
     }
 

@@ -14,6 +14,7 @@ mod legend;
 mod overlay;
 
 use crate::backend::Backend;
+use crate::error::{Argument, Issue, Words};
 use crate::view::{Verdict, View};
 use crate::voxel::BitGrid;
 use crate::world::World;
@@ -67,7 +68,9 @@ pub fn draw(world: &World, view: Option<&View>, wish: &Wish, backend: &mut dyn B
     let palette = colour::Palette::new(world, view, wish.colour)?;
     let whole = Cut { open_m: 0.0, ..Cut::of(wish) }.solid(world, DVec3::ZERO);
     if whole.is_empty() {
-        return Err(Error::Input("--only-region and --cut-above leave nothing to draw: widen them".into()));
+        let both =
+            Words::from(Argument::OnlyRegion) + " and " + Argument::CutAbove + " leave nothing to draw";
+        return Err(Issue::says(both).wanted("widen them").into());
     }
     let haze = view
         .filter(|_| wish.colour == Colour::Label)
@@ -78,7 +81,8 @@ pub fn draw(world: &World, view: Option<&View>, wish: &Wish, backend: &mut dyn B
     let height = wish.size_px[1].saturating_sub(legend.height_px());
     if height < 32 {
         let least = legend.height_px() + 32;
-        return Err(Error::Input(format!("--size: the legend leaves no room: at least {least} pixels high")));
+        let rule = format!("at least {least} pixels high");
+        return Err(Error::input(Argument::Size, "the legend leaves no room").wanted(rule));
     }
     let size = [wish.size_px[0] * FINE, height * FINE];
     let camera = PictureCamera::new(wish, size, &world.grid, &whole)?;

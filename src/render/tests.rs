@@ -99,13 +99,13 @@ fn what_cannot_be_drawn_is_said() {
     let mut cpu = Cpu::new(Some(1)).unwrap();
     let mut error = |wish: Wish| draw(&world, None, &wish, &mut cpu).unwrap_err().to_string();
     let far = error(Wish { eye: Eye::At(DVec3::new(0.0, 150.0, 0.0)), ..wish() });
-    assert!(far.starts_with("--from: ") && far.contains("along y, at most 1023"), "{far}");
+    assert!(far.starts_with("from: ") && far.contains("along y, at most 1023"), "{far}");
     let same = error(Wish { eye: Eye::At(DVec3::ONE), look_at_m: Some(DVec3::ONE), ..wish() });
-    assert!(same.contains("--look-at"), "{same}");
+    assert!(same.contains("look at"), "{same}");
     let nothing = error(Wish { cut_above_m: Some(-5.0), ..wish() });
-    assert!(nothing.contains("--cut-above leave nothing"), "{nothing}");
+    assert!(nothing.contains("cut above leave nothing"), "{nothing}");
     let unlabelled = error(Wish { colour: Colour::Label, ..wish() });
-    assert!(unlabelled.contains("--pose"), "{unlabelled}");
+    assert!(unlabelled.contains("with pose only"), "{unlabelled}");
     let low = error(Wish { size_px: [100, 64], ..wish() });
-    assert!(low.starts_with("--size: the legend"), "{low}");
+    assert!(low.starts_with("size: the legend"), "{low}");
 }

@@ -11,9 +11,10 @@ pub mod reasons;
 pub mod snapshots;
 mod table;
 
+use crate::Result;
+use crate::error::{Argument, Issue, Site};
 use crate::metrics::Score;
 use crate::results::{Over, Results, RowKey};
-use crate::{Error, Result};
 
 /// What stands under tables with an upper bound of human_seen.
 const NEAR_SIDE: &str = "Only the near side of a body can be hit: human_seen ends well below 1, while parts_detected can reach it.";
@@ -46,8 +47,8 @@ impl ReportSelection {
         let regions: Vec<&str> = results.regions.iter().map(String::as_str).collect();
         let combinations: Vec<&str> = results.combinations.iter().map(|c| c.name.as_str()).collect();
         Ok(ReportSelection {
-            regions: chosen("--region", region, &regions)?,
-            combinations: chosen("--combination", combination, &combinations)?,
+            regions: chosen(Argument::Region, region, &regions)?,
+            combinations: chosen(Argument::Combination, combination, &combinations)?,
             scores: scores.to_vec(),
         })
     }
@@ -63,11 +64,14 @@ impl ReportSelection {
     }
 }
 
-fn chosen(option: &str, name: Option<&str>, known: &[&str]) -> Result<Vec<usize>> {
+fn chosen(argument: Argument, name: Option<&str>, known: &[&str]) -> Result<Vec<usize>> {
     let Some(name) = name else { return Ok((0..known.len()).collect()) };
     match known.iter().position(|k| *k == name) {
         Some(index) => Ok(vec![index]),
-        None => Err(Error::Input(format!("{option} {name}: must be one of those of the sweep: {known:?}"))),
+        None => {
+            let rule = Issue::says("must be one of those of the sweep").wanted(format!("{known:?}"));
+            Err(rule.at(Site::Argument(argument, name.into())).into())
+        }
     }
 }
 

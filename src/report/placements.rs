@@ -8,6 +8,7 @@ use super::Series;
 use super::best::{FEWER, cells, count};
 use super::series;
 use super::table::{NONE, Table, number};
+use crate::error::Argument;
 use crate::metrics::Score;
 use crate::results::Results;
 use crate::results::manifest::Manifest;
@@ -66,10 +67,9 @@ impl Sweeps {
         let (mut all, mut notes): (Vec<FinishedSweep>, Vec<String>) = (Vec::new(), Vec::new());
         for folder in folders {
             if all.iter().any(|sweep| is_same(&sweep.folder, folder)) {
-                return Err(Error::input(
-                    folder.display(),
-                    "is named twice: name another sweep, or this one once",
-                ));
+                return Err(
+                    Error::input(folder, "is named twice").wanted("name another sweep, or this one once")
+                );
             }
             let (results, warnings) = Results::read(folder)?;
             notes.extend(warnings);
@@ -89,7 +89,7 @@ impl Sweeps {
             let found = shared.iter().find(|region| *region == name).cloned();
             return found
                 .map(|name| (vec![name], None))
-                .ok_or_else(|| unknown("--region", Some(name), &shared));
+                .ok_or_else(|| unknown(Argument::Region, Some(name), &shared));
         }
         if shared.is_empty() {
             let folders = self.all.iter().map(|sweep| sweep.folder.display().to_string());
@@ -100,10 +100,9 @@ impl Sweeps {
         Ok((shared, left_out))
     }
 
-    /// The placements of these names in every sweep that has them, each once, and a sentence for each sweep
-    /// that has not.
-    pub fn named(&self, poses: &[String], among: Among) -> Result<(Vec<RankedPlacement>, Vec<String>)> {
-        let (mut found, mut notes): (Vec<RankedPlacement>, Vec<String>) = (Vec::new(), Vec::new());
+    /// The placements of these names in every sweep that has them, each once, and why a sweep has none.
+    pub fn named(&self, poses: &[String], among: Among) -> Result<(Vec<RankedPlacement>, Vec<Error>)> {
+        let (mut found, mut left_out): (Vec<RankedPlacement>, Vec<Error>) = (Vec::new(), Vec::new());
         for poses in poses {
             let each = self.all.iter().enumerate().map(|(sweep, _)| self.of_name(sweep, poses, among));
             let (those, mut errors): (Vec<_>, Vec<_>) = each.partition(|one| one.is_ok());
@@ -112,26 +111,26 @@ impl Sweeps {
             {
                 return Err(error);
             }
-            notes.extend(errors.into_iter().filter_map(|error| Some(format!("left out: {}", error.err()?))));
+            left_out.extend(errors.into_iter().filter_map(Result::err));
             for placement in those.into_iter().flatten().flatten() {
                 if !found.contains(&placement) {
                     found.push(placement);
                 }
             }
         }
-        Ok((found, notes))
+        Ok((found, left_out))
     }
 
     fn of_name(&self, sweep: usize, poses: &str, among: Among) -> Result<Vec<RankedPlacement>> {
         let FinishedSweep { folder, results, .. } = &self.all[sweep];
         let names: Vec<ChoiceNames> = results.combinations.iter().map(choice_names).collect();
-        let found = find_choices(&names, poses, among.combination).map_err(|e| e.at(folder.display()))?;
+        let found = find_choices(&names, poses, among.combination).map_err(|e| e.at(folder))?;
         let placement = |(combination, choice): (usize, usize)| {
             let known = &results.combinations[combination].representations;
             let representation =
                 among.representation.map_or(Some(0), |name| known.iter().position(|k| k == name));
             let representation =
-                representation.ok_or_else(|| unknown("--representation", among.representation, known));
+                representation.ok_or_else(|| unknown(Argument::Representation, among.representation, known));
             let series = Series { combination, representation: representation? };
             Ok(RankedPlacement { sweep, series, choice })
         };
@@ -167,7 +166,7 @@ impl Sweeps {
         let results = &self.all[sweep].results;
         let known: Vec<&str> = results.combinations.iter().map(|c| c.name.as_str()).collect();
         if let Some(name) = among.combination.filter(|name| !known.contains(name)) {
-            return Err(unknown("--combination", Some(name), &known));
+            return Err(unknown(Argument::Combination, Some(name), &known));
         }
         let asked = |c: &usize| among.combination.is_none_or(|name| results.combinations[*c].name == name);
         let all = series(results, (0..known.len()).filter(asked));
@@ -176,7 +175,7 @@ impl Sweeps {
         let found: Vec<Series> = all.iter().filter(asked).copied().collect();
         match found.is_empty() {
             true => Err(unknown(
-                "--representation",
+                Argument::Representation,
                 among.representation,
                 &all.iter().map(name).collect::<Vec<_>>(),
             )),
@@ -299,7 +298,7 @@ fn scopes(all: &[FinishedSweep], scene: Option<&str>, notes: &mut Vec<String>) -
     };
     if let Some(name) = scene {
         let found = shared.iter().find(|known| *known == name);
-        let found = found.ok_or_else(|| unknown("--scene", Some(name), &shared))?;
+        let found = found.ok_or_else(|| unknown(Argument::Scene, Some(name), &shared))?;
         return Ok(vec![scope(found, std::slice::from_ref(found))]);
     }
     if shared.is_empty() {

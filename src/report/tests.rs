@@ -1,6 +1,7 @@
 //! Every aggregate of the example, against what it is by hand.
 
 use super::*;
+use crate::Error;
 use crate::metrics::Detection;
 use crate::results::example::{NO_SCORE, counts, results, results_in, worked, worked_counts};
 use maxima::{Maximum, maxima, most_sensors};
@@ -171,7 +172,7 @@ fn a_disk_that_fails_fails_every_table() {
         ("scores", scores::write(&results, folder.path(), TableFormat::Csv)),
     ] {
         assert!(
-            matches!(&made, Err(Error::Storage(text)) if text.contains("cannot be read")),
+            matches!(&made, Err(Error::Storage(text)) if text.to_string().contains("cannot be read")),
             "{what}: {made:?}"
         );
     }
@@ -300,8 +301,8 @@ fn few_combinations_get_a_block_and_many_a_line() {
 fn unknown_names_are_refused_with_the_known_ones() {
     let results = worked();
     for (region, combination, expected) in [
-        (Some("robots"), None, "--region robots: must be one of those of the sweep: [\"robot\"]"),
-        (None, Some("x"), "--combination x: must be one of those of the sweep: [\"camera\", \"pair\"]"),
+        (Some("robots"), None, "region robots: must be one of those of the sweep: [\"robot\"]"),
+        (None, Some("x"), "combination x: must be one of those of the sweep: [\"camera\", \"pair\"]"),
     ] {
         let error = ReportSelection::named(&results, region, combination, &[]).unwrap_err();
         assert_eq!(error.to_string(), expected);

@@ -6,6 +6,7 @@ use std::fs;
 use std::io::{ErrorKind, Read, Write};
 use std::path::{Path, PathBuf};
 
+use crate::error::{Argument, Issue, Words};
 use crate::source::Sources;
 use crate::{Error, Result};
 
@@ -105,11 +106,11 @@ pub(crate) fn open_regular(path: &Path, most_bytes: u64) -> Result<fs::File> {
     let unreadable = |e| Error::io(path, "cannot be read", e);
     let metadata = fs::metadata(path).map_err(unreadable)?;
     if !metadata.is_file() {
-        return Err(Error::input(path.display(), "is not a regular file"));
+        return Err(Error::input(path, "is not a regular file"));
     }
     if metadata.len() > most_bytes {
         let what = format!("has {} bytes: at most {} MiB are read", metadata.len(), most_bytes >> 20);
-        return Err(Error::input(path.display(), what));
+        return Err(Error::input(path, what));
     }
     fs::File::open(path).map_err(unreadable)
 }
@@ -142,20 +143,18 @@ impl OutputFolder {
     /// Makes the folder where needed and proves that the files of a sweep can be written in it.
     pub fn open(path: &Path) -> Result<Self> {
         if path.as_os_str().is_empty() {
-            return Err(Error::Input("--out is empty: name a folder for the results".into()));
+            let empty = Words::from(Argument::Out) + " is empty";
+            return Err(Issue::says(empty).wanted("name a folder for the results").into());
         }
         let missing = path.ancestors().filter(|p| !p.as_os_str().is_empty()).take_while(|p| !p.exists());
         let folder = OutputFolder { path: path.into(), made: missing.map(Path::to_path_buf).collect() };
-        fs::create_dir_all(path)
-            .map_err(|e| Error::io(path, "cannot be made a folder for results (--out)", e))?;
-        PartialFile::create(&path.join("probe"))
-            .map_err(|e| Error::io(path, "cannot be written to (--out)", e))?;
+        let cannot = |be: &str| Words::from(format!("cannot be {be} (")) + Argument::Out + ")";
+        fs::create_dir_all(path).map_err(|e| Error::io(path, cannot("made a folder for results"), e))?;
+        PartialFile::create(&path.join("probe")).map_err(|e| Error::io(path, cannot("written to"), e))?;
         for file in BEGUN.iter().chain(&TABLES).map(|name| path.join(name)) {
             if file.is_dir() {
-                return Err(Error::input(
-                    file.display(),
-                    "is a folder, and --out needs a file there: move it away",
-                ));
+                let what = Words::from("is a folder, and ") + Argument::Out + " needs a file there";
+                return Err(Error::input(file, what).wanted("move it away"));
             }
         }
         Ok(folder)
@@ -189,8 +188,9 @@ impl OutputFolder {
     pub fn spare(&self, sources: &Sources) -> Result<()> {
         let mut places = BEGUN.iter().chain(&TABLES).map(|name| self.path.join(name));
         let Some(place) = places.find(|place| sources.has_read(place)) else { return Ok(()) };
-        let what = "is a file that the study reads, and --out would write over it: name another folder";
-        Err(Error::input(place.display(), what))
+        let what =
+            Words::from("is a file that the study reads, and ") + Argument::Out + " would write over it";
+        Err(Error::input(place, what).wanted("name another folder"))
     }
 
     /// Writes a file of the folder whole.
@@ -220,8 +220,8 @@ pub fn shards_below(out: &Path) -> Result<Vec<PathBuf>> {
     let mut found: Vec<_> = paths.filter_map(|path| Some((number(&path)?, path))).collect();
     found.sort();
     if found.is_empty() {
-        let what = "has no folders of shards (shard-0-of-4): name the sweep's --out, or each shard's folder";
-        return Err(Error::input(out.display(), what));
+        let cure = Words::from("name the sweep's ") + Argument::Out + ", or each shard's folder";
+        return Err(Error::input(out, "has no folders of shards (shard-0-of-4)").wanted(cure));
     }
     Ok(found.into_iter().map(|(_, path)| path).collect())
 }
@@ -342,7 +342,10 @@ mod tests {
         let long = outer.path().join("new").join("x".repeat(5000));
         for path in [Path::new(""), &file, &file.join("below"), &occupied, &long] {
             let error = OutputFolder::open(path).unwrap_err().to_string();
-            assert!(error.contains("--out"), "{error}");
+            assert!(
+                ["out is empty", "(out)", "and out needs"].iter().any(|part| error.contains(part)),
+                "{error}"
+            );
         }
         assert_eq!(names(outer.path()), ["file", "occupied"]);
     }

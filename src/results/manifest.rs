@@ -11,6 +11,7 @@ use serde::{Deserialize, Serialize};
 use serde_json::{Map, Value};
 use sha2::{Digest, Sha256};
 
+use crate::error::{Argument, Issue, Words};
 use crate::results::files::{MANIFEST, read_regular, shards_below};
 use crate::results::journal::Shard;
 use crate::source::hex;
@@ -137,13 +138,15 @@ impl Manifest {
         let path = folder.join(MANIFEST);
         if folder.is_dir() && !path.exists() {
             let cure = match shards_below(folder) {
-                Ok(_) => "these are shards, put them together by `perirobot merge`",
-                Err(_) => "name a folder that `perirobot sweep --out` has written",
+                Ok(_) => "these are shards, put them together by `perirobot merge`".into(),
+                Err(_) => {
+                    Words::from("name a folder that `perirobot sweep ") + Argument::Out + "` has written"
+                }
             };
-            return Err(Error::input(path.display(), format!("cannot be read, it is not there: {cure}")));
+            return Err(Error::input(path, "cannot be read, it is not there").wanted(cure));
         }
         let bytes = read_regular(&path)?;
-        Manifest::parse(&bytes).map_err(|e| Error::input(path.display(), format!("{e}; sweep again")))
+        Manifest::parse(&bytes).map_err(|e| Issue::damaged(e.to_string()).cure("sweep again").at(path).into())
     }
 
     fn parse(bytes: &[u8]) -> Result<Manifest, serde_json::Error> {

@@ -4,6 +4,7 @@
 use std::path::{Path, PathBuf};
 
 use super::read::{fits, missing};
+use crate::error::Issue;
 use crate::results::files::{JOURNAL, MANIFEST, OutputFolder, read_regular};
 use crate::results::journal::{Journal, JournalHeader, Locked, Pages, Shard};
 use crate::results::manifest::{Manifest, Provenance};
@@ -33,7 +34,7 @@ struct ShardPart {
 /// or if `out` holds something else; `Error::Busy` if a run is at work in one of them.
 pub fn merge(out: &Path, folders: &[PathBuf]) -> Result<Results> {
     let Some(first) = folders.first() else {
-        return Err(Error::Input("no shards: name the folder of each".into()));
+        return Err(Issue::says("no shards").wanted("name the folder of each").into());
     };
     let reference = Folder::open(first)?;
     let header = reference.journal.header().clone();
@@ -59,20 +60,20 @@ pub fn merge(out: &Path, folders: &[PathBuf]) -> Result<Results> {
         Ok(None) => {}
         Ok(Some(found)) if found.fingerprint != whole.fingerprint => {
             let what = format!("holds a sweep of something else: {elsewhere}");
-            return Err(Error::input(out.display(), what));
+            return Err(Error::input(out, what));
         }
         Ok(Some(found)) if found.shard != Shard::WHOLE => {
             let Shard { number, of } = found.shard;
             let what = format!("holds shard {number} of {of}: {elsewhere}");
-            return Err(Error::input(out.display(), what));
+            return Err(Error::input(out, what));
         }
         Ok(Some(_)) => {}
-        Err(unfit) => return Err(Error::input(out.join(JOURNAL).display(), format!("{unfit}; {elsewhere}"))),
+        Err(unfit) => return Err(Error::input(out.join(JOURNAL), format!("{unfit}; {elsewhere}"))),
     }
     let here = |path: &PathBuf| path.canonicalize().ok() == out.canonicalize().ok();
     if folders.iter().any(here) {
         let what = format!("is both a shard and the place for the whole: {elsewhere}");
-        return Err(Error::input(out.display(), what));
+        return Err(Error::input(out, what));
     }
     folder.tidy();
     folder.clear(matches!(locked.header, Ok(Some(_))));
@@ -104,7 +105,7 @@ fn alike(
 ) -> Result<(Manifest, Journal)> {
     let (manifest, journal) = (Manifest::read(path)?, Journal::read(path)?);
     let (first, other) = (first.display(), journal.header());
-    let wrong = |what: String| Err(Error::input(path.display(), what));
+    let wrong = |what: String| Err(Error::input(path, what));
     if other.fingerprint != header.fingerprint {
         let changes = match reference.changes(&manifest) {
             changes if changes.is_empty() => "in what is not known".into(),
@@ -128,7 +129,7 @@ fn in_order(parts: &mut [ShardPart]) -> Result<()> {
     for two in parts.windows(2) {
         if two[0].shard == two[1].shard {
             let what = format!("is the same shard as {}: name each once", two[0].path.display());
-            return Err(Error::input(two[1].path.display(), what));
+            return Err(Error::input(&two[1].path, what));
         }
     }
     Ok(())
@@ -161,7 +162,7 @@ fn complete(parts: &[ShardPart]) -> Result<()> {
     if lacking > MOST_TOLD {
         text += &format!("\n  and {} more", lacking - MOST_TOLD);
     }
-    Err(Error::Input(format!("the sweep is not complete:{text}")))
+    Err(Issue::says(format!("the sweep is not complete:{text}")).into())
 }
 
 /// The command that makes a shard, from the one that made another.

@@ -6,6 +6,7 @@ mod subject;
 
 use std::path::Path;
 
+use crate::error::{Argument, Issue, Words};
 use crate::results::files::MANIFEST;
 use crate::results::journal::{Journal, JournalHeader, Pages, Shard};
 use crate::results::manifest::Manifest;
@@ -35,8 +36,8 @@ impl Folder {
     /// folder.
     pub fn open(folder: &Path) -> Result<Folder> {
         if !folder.is_dir() {
-            let what = "is not a folder: name one that `perirobot sweep --out` has written";
-            return Err(Error::input(folder.display(), what));
+            let cure = Words::from("name one that `perirobot sweep ") + Argument::Out + "` has written";
+            return Err(Error::input(folder, "is not a folder").wanted(cure));
         }
         let manifest = Manifest::read(folder)?;
         let subject = subject::read(folder, &manifest)?;
@@ -53,18 +54,18 @@ pub(crate) fn fits(subject: &Subject, manifest: &Manifest, journal: &Journal) ->
         && header.blocks == layout.blocks() as u64
         && header.block_rows == layout.block_rows();
     if !of_one {
-        let what = format!("is of another sweep than {MANIFEST} beside it; {CURE}");
-        return Err(Error::input(journal.path().display(), what));
+        let what = format!("is of another sweep than {MANIFEST} beside it");
+        return Err(Issue::damaged(what).cure(CURE).at(journal.path()).into());
     }
     let Shard { number, of } = header.shard;
     let choices = layout.pose_choices();
     if of as usize > choices || header.kept != layout.rows_of_choices(&places_of(&layout, header.shard)) {
         let what = format!(
             "keeps rows {:?} of each block as shard {number} of {of}, which are not that shard's of {choices} choices \
-             of poses; {CURE}",
+             of poses",
             header.kept
         );
-        return Err(Error::input(journal.path().display(), what));
+        return Err(Issue::damaged(what).cure(CURE).at(journal.path()).into());
     }
     Ok(())
 }
@@ -84,11 +85,12 @@ pub(crate) fn missing(subject: &Subject, journal: &Journal) -> Result<u64> {
             return Ok(());
         }
         let what = format!(
-            "row {row}: tp to uf are {} together, region {:?} has {voxels} voxels; {CURE}",
+            "tp to uf are {} together, region {:?} has {voxels} voxels",
             counts.total(),
             subject.regions[region]
         );
-        Err(Error::input(journal.path().display(), what))
+        let issue = Issue::damaged(what).cure(CURE).at(format!("row {row}"));
+        Err(issue.at(journal.path()).into())
     })?;
     Ok(missing)
 }
@@ -101,16 +103,17 @@ impl Results {
         let JournalHeader { shard, .. } = folder.journal.header();
         if *shard != Shard::WHOLE {
             let Shard { number, of } = shard;
-            let what = format!("holds shard {number} of {of}: run `perirobot merge` on the folder above it");
-            return Err(Error::input(path.display(), what));
+            let what = Issue::says(format!("holds shard {number} of {of}"));
+            return Err(what.wanted("run `perirobot merge` on the folder above it").at(path).into());
         }
         let missing = missing(&folder.subject, &folder.journal)?;
         if missing > 0 {
-            let what = format!(
-                "is not finished, {missing} rows are missing: run the command that began it again, it goes on: {}",
+            let cure = format!(
+                "run the command that began it again, it goes on: {}",
                 shell::command(&folder.manifest.provenance.about.command)
             );
-            return Err(Error::input(path.display(), what));
+            let what = Issue::says(format!("is not finished, {missing} rows are missing"));
+            return Err(what.wanted(cure).at(path).into());
         }
         let mut warnings = Vec::new();
         let version = folder.manifest.identity.semantics_version;

@@ -25,7 +25,7 @@ pub fn build_or_all(
     if !problems.is_empty() {
         return Err(sources.judged(problems));
     }
-    let one = |what: String| Err(vec![Error::input(spec.path.display(), what)]);
+    let one = |what: String| Err(vec![Error::input(&spec.path, what)]);
     let objects = &scenes[0].objects;
     if objects.is_empty() {
         return one("nodes: every part of every object is ignored, nothing is left".into());
@@ -51,8 +51,7 @@ fn read_all(spec: &SceneSpec, sources: &Sources, voxel_size_m: f64) -> (Vec<Scen
                 scenes.iter_mut().zip(moments).for_each(|(scene, moment)| scene.objects.extend(moment))
             }
             Err(e) => {
-                let place = format!("{}: object {:?}", spec.path.display(), object.name);
-                problems.push(Error::input(place, e));
+                problems.push(e.at(format!("object {:?}", object.name)).at(&spec.path));
             }
         }
     }

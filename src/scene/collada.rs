@@ -18,8 +18,9 @@ use roxmltree::{Document, Node};
 use super::mesh::Welder;
 use super::mesh_file::Up;
 use super::{Mesh, xml};
+use crate::Result;
+use crate::error::Issue;
 use crate::source::Sources;
-use crate::{Error, Result};
 
 /// Most triangles of a scene: a geometry may be placed many times.
 const MOST_TRIANGLES: usize = 20_000_000;
@@ -35,14 +36,15 @@ const NUMBERS_PER_BYTE: usize = 8;
 /// When the file cannot be read, is no COLLADA, refers to what is not there, has a number that is none, or
 /// has no triangle with an area. The message names the element and its line.
 pub fn load(path: &Path, sources: &Sources) -> Result<(Mesh, Up)> {
-    parse(&sources.table(path)?).map_err(|what| Error::input(path.display(), what))
+    parse(&sources.table(path)?).map_err(|issue| issue.at(path).into())
 }
 
-fn parse(text: &str) -> Result<(Mesh, Up), String> {
+fn parse(text: &str) -> Result<(Mesh, Up), Issue> {
     let document = xml::parse(text)?;
     let root = document.root_element();
     if root.tag_name().name() != "COLLADA" {
-        return Err(format!("its root is <{:.40}>: a COLLADA file's is <COLLADA>", root.tag_name().name()));
+        return Err(Issue::says(format!("its root is <{:.40}>", root.tag_name().name()))
+            .wanted("a COLLADA file's is <COLLADA>"));
     }
     let library = Library::of(&document, FLOOR_NUMBERS + NUMBERS_PER_BYTE * text.len());
     let (unit_m, up) = (unit_m(root)?, up_axis(root)?);
@@ -56,11 +58,12 @@ fn parse(text: &str) -> Result<(Mesh, Up), String> {
                 corners.swap(1, 2);
             }
             if !corners.iter().all(|corner| corner.is_finite()) {
-                return Err("its transforms move a corner to infinity".into());
+                return Err(Issue::says("its transforms move a corner to infinity"));
             }
             triangles += 1;
             if triangles > MOST_TRIANGLES {
-                return Err(format!("unfolds to more than {MOST_TRIANGLES} triangles: place fewer copies"));
+                return Err(Issue::too_large(format!("unfolds to more than {MOST_TRIANGLES} triangles"))
+                    .wanted("place fewer copies"));
             }
             welder.triangle(corners);
             Ok(())
@@ -68,29 +71,32 @@ fn parse(text: &str) -> Result<(Mesh, Up), String> {
     })?;
     let mesh = welder.finish();
     if mesh.triangles.is_empty() {
-        return Err("has no triangle in its scene: export the surfaces as meshes".into());
+        return Err(Issue::says("has no triangle in its scene").wanted("export the surfaces as meshes"));
     }
     Ok((mesh, up))
 }
 
 /// The axis that is up; y where the file does not say it, as the format has it.
-fn up_axis(root: Node) -> Result<Up, String> {
+fn up_axis(root: Node) -> Result<Up, Issue> {
     let axis = child(root, "asset").and_then(|asset| child(asset, "up_axis"));
     match axis.map_or("Y_UP", |axis| axis.text().unwrap_or_default().trim()) {
         "X_UP" => Ok(Up::X),
         "Y_UP" => Ok(Up::Y),
         "Z_UP" => Ok(Up::Z),
-        other => Err(format!("<up_axis> = {other:.40?}: must be X_UP, Y_UP or Z_UP")),
+        other => Err(Issue::value("<up_axis>", format!("{other:.40?}"), "must be X_UP, Y_UP or Z_UP")),
     }
 }
 
 /// Metres in one of the file's units.
-fn unit_m(root: Node) -> Result<f64, String> {
+fn unit_m(root: Node) -> Result<f64, Issue> {
     let unit = child(root, "asset").and_then(|asset| child(asset, "unit"));
     let Some(meter) = unit.and_then(|unit| unit.attribute("meter")) else { return Ok(1.0) };
     match meter.trim().parse() {
         Ok(unit_m) if unit_m > 0.0 && f64::is_finite(unit_m) => Ok(unit_m),
-        _ => Err(format!("<unit meter = {meter:.40?}>: must be a finite number above zero")),
+        _ => {
+            Err(Issue::says(format!("<unit meter = {meter:.40?}>"))
+                .wanted("must be a finite number above zero"))
+        }
     }
 }
 
@@ -110,51 +116,50 @@ impl<'a, 'i> Library<'a, 'i> {
     }
 
     /// The element that an attribute refers to, which must be one of these.
-    fn follow(&self, node: Node<'a, 'i>, attribute: &str, tags: &[&str]) -> Result<Node<'a, 'i>, String> {
-        let wrong = |what: &str| self.at(node, format!("{attribute} {what}"));
-        let url = node.attribute(attribute).ok_or_else(|| wrong("is missing"))?;
-        let id = url.strip_prefix('#').ok_or_else(|| {
-            wrong(&format!("= {url:.60?}: must be # and the id of an element of the same file"))
-        })?;
+    fn follow(&self, node: Node<'a, 'i>, attribute: &str, tags: &[&str]) -> Result<Node<'a, 'i>, Issue> {
+        let url = node
+            .attribute(attribute)
+            .ok_or_else(|| self.at(node, Issue::says(format!("{attribute} is missing"))))?;
+        let wrong = |rule: String| self.at(node, Issue::value(attribute, format!("{url:.60?}"), rule));
+        let id = url
+            .strip_prefix('#')
+            .ok_or_else(|| wrong("must be # and the id of an element of the same file".into()))?;
         let found = self.by_id.get(id).filter(|found| tags.contains(&found.tag_name().name()));
-        found
-            .copied()
-            .ok_or_else(|| wrong(&format!("= {url:.60?}: the file has no <{}> of that id", tags[0])))
+        found.copied().ok_or_else(|| wrong(format!("the file has no <{}> of that id", tags[0])))
     }
 
-    /// A message with the element and its line.
-    fn at(&self, node: Node, what: impl std::fmt::Display) -> String {
+    /// A problem in an element, with its line.
+    fn at(&self, node: Node, issue: Issue) -> Issue {
         let line = self.document.text_pos_at(node.range().start).row;
-        format!("<{}> in line {line}: {what}", node.tag_name().name())
+        issue.at(format!("<{}> in line {line}", node.tag_name().name()))
     }
 
-    fn numbers(&self, node: Node) -> Result<Vec<f64>, String> {
+    fn numbers(&self, node: Node) -> Result<Vec<f64>, Issue> {
         let finite = |word: &str| word.parse().ok().filter(|x: &f64| x.is_finite());
         self.words(node, "finite number", finite)
     }
 
-    fn whole_numbers(&self, node: Node) -> Result<Vec<usize>, String> {
+    fn whole_numbers(&self, node: Node) -> Result<Vec<usize>, Issue> {
         self.words(node, "index", |word| word.parse().ok())
     }
 
-    fn words<T>(&self, node: Node, what: &str, read: impl Fn(&str) -> Option<T>) -> Result<Vec<T>, String> {
+    fn words<T>(&self, node: Node, what: &str, read: impl Fn(&str) -> Option<T>) -> Result<Vec<T>, Issue> {
         let words = node.text().unwrap_or_default().split_whitespace();
         let number = |word: &str| {
             let left = self.left.get().checked_sub(1).ok_or_else(|| {
-                self.at(
-                    node,
-                    "has the file's numbers read far too often: place fewer copies of its geometries",
-                )
+                let what = Issue::too_large("has the file's numbers read far too often");
+                self.at(node, what.wanted("place fewer copies of its geometries"))
             })?;
             self.left.set(left);
-            read(word).ok_or_else(|| self.at(node, format!("{word:.40?} is no {what}")))
+            read(word).ok_or_else(|| self.at(node, Issue::says(format!("{word:.40?} is no {what}"))))
         };
         words.map(number).collect()
     }
 
-    fn attribute(&self, node: Node, name: &str) -> Result<Option<usize>, String> {
+    fn attribute(&self, node: Node, name: &str) -> Result<Option<usize>, Issue> {
         let read = |value: &str| {
-            let wrong = |_| self.at(node, format!("{name} = {value:.40?}: must be a whole number"));
+            let wrong =
+                |_| self.at(node, Issue::value(name, format!("{value:.40?}"), "must be a whole number"));
             value.trim().parse().map_err(wrong)
         };
         node.attribute(name).map(read).transpose()

@@ -19,8 +19,9 @@ pub use self::animation::Clip;
 use self::animation::Moved;
 use self::container::Container;
 use super::Mesh;
+use crate::Result;
+use crate::error::Issue;
 use crate::source::Sources;
-use crate::{Error, Result};
 
 /// What any file may unfold to, in bytes, before its own size gives it more: a mesh may be placed many times.
 const FLOOR_BYTES: u64 = 256 << 20;
@@ -49,7 +50,7 @@ impl Gltf {
     /// When the file or a buffer cannot be read, or needs an extension.
     pub fn load(path: &Path, sources: &Sources) -> Result<Gltf> {
         let container = Container::open(path, sources)?;
-        refuse_extensions(&container.root).map_err(|what| Error::input(path.display(), what))?;
+        refuse_extensions(&container.root).map_err(|issue| issue.at(path))?;
         Ok(Gltf { path: path.into(), container })
     }
 
@@ -58,8 +59,7 @@ impl Gltf {
     /// # Errors
     /// When there is no such animation, or several of that name, or it moves no node, or contradicts itself.
     pub fn clip(&self, name: Option<&str>) -> Result<Clip> {
-        Clip::read(&self.container, name, &mut self.budget())
-            .map_err(|what| Error::input(self.path.display(), what))
+        Clip::read(&self.container, name, &mut self.budget()).map_err(|issue| issue.at(&self.path).into())
     }
 
     /// The default scene's nodes (or the first scene's, or all nodes) that have triangles, parents first: as
@@ -68,7 +68,7 @@ impl Gltf {
     /// # Errors
     /// When the file contradicts itself, has a position that is not finite, or has no triangle at all.
     pub fn parts(&self, moment: Option<(&Clip, f64)>) -> Result<Vec<NodeMesh>> {
-        self.read_nodes(moment).map_err(|what| Error::input(self.path.display(), what))
+        self.read_nodes(moment).map_err(|issue| issue.at(&self.path).into())
     }
 
     /// All nodes as they stand in the file, as one mesh.
@@ -81,7 +81,7 @@ impl Gltf {
         Ok(whole)
     }
 
-    fn read_nodes(&self, moment: Option<(&Clip, f64)>) -> Result<Vec<NodeMesh>, String> {
+    fn read_nodes(&self, moment: Option<(&Clip, f64)>) -> Result<Vec<NodeMesh>, Issue> {
         let container = &self.container;
         let mut budget = self.budget();
         let moved = moment.map(|(clip, time_s)| clip.moved(time_s)).transpose()?.unwrap_or_default();
@@ -90,14 +90,14 @@ impl Gltf {
         for node in &placed {
             let Some(mesh) = &node.json.mesh else { continue };
             let mesh = surface::read_mesh(container, mesh.value(), node, &placed, &mut budget)
-                .map_err(|what| format!("nodes[{}]: {what}", node.index))?;
+                .map_err(|issue| issue.at(format!("nodes[{}]", node.index)))?;
             if !mesh.triangles.is_empty() {
                 let names = nodes::names(&placed, node, &mut budget)?;
                 meshes.push(NodeMesh { names, mesh });
             }
         }
         if meshes.is_empty() {
-            return Err("has no triangle in its scene: export the surfaces as meshes".into());
+            return Err(Issue::says("has no triangle in its scene").wanted("export the surfaces as meshes"));
         }
         Ok(meshes)
     }
@@ -107,21 +107,27 @@ impl Gltf {
     }
 }
 
-fn refuse_extensions(root: &Root) -> Result<(), String> {
+fn refuse_extensions(root: &Root) -> Result<(), Issue> {
     let instancing = "EXT_mesh_gpu_instancing";
     if root.extensions_used.iter().any(|name| name == instancing) {
-        return Err(format!(
-            "extensionsUsed = {instancing}: not supported, export each copy as a node of its own"
+        return Err(Issue::value(
+            "extensionsUsed",
+            instancing,
+            "not supported, export each copy as a node of its own",
         ));
     }
     match root.extensions_required.first().map(String::as_str) {
         None => Ok(()),
-        Some(name) if name.contains("draco") || name.contains("meshopt") => Err(format!(
-            "extensionsRequired = {name}: the meshes are compressed, export again without compression"
+        Some(name) if name.contains("draco") || name.contains("meshopt") => Err(Issue::value(
+            "extensionsRequired",
+            name,
+            "the meshes are compressed, export again without compression",
         )),
-        Some(name) => {
-            Err(format!("extensionsRequired = {name:.80}: not supported, export again as plain glTF 2.0"))
-        }
+        Some(name) => Err(Issue::value(
+            "extensionsRequired",
+            format!("{name:.80}"),
+            "not supported, export again as plain glTF 2.0",
+        )),
     }
 }
 
@@ -129,10 +135,11 @@ fn refuse_extensions(root: &Root) -> Result<(), String> {
 struct MemoryLimit(u64);
 
 impl MemoryLimit {
-    fn spend(&mut self, bytes: u64) -> Result<(), String> {
-        self.0 = (self.0.checked_sub(bytes)).ok_or(
-            "unfolds to far more than its size: place fewer copies of its meshes, or split the file",
-        )?;
+    fn spend(&mut self, bytes: u64) -> Result<(), Issue> {
+        self.0 = (self.0.checked_sub(bytes)).ok_or_else(|| {
+            Issue::too_large("unfolds to far more than its size")
+                .wanted("place fewer copies of its meshes, or split the file")
+        })?;
         Ok(())
     }
 }

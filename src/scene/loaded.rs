@@ -6,6 +6,7 @@ use std::rc::Rc;
 
 use super::gltf::{Clip, Gltf, NodeMesh};
 use super::{Object, Surface};
+use crate::error::{Issue, Site};
 use crate::source::Sources;
 use crate::{Error, Result};
 
@@ -47,7 +48,8 @@ impl<'a> SceneFiles<'a> {
         let Surface::Mesh(mesh) = &part.surface else { return Ok(()) };
         let left = self.triangles_left.checked_sub(mesh.triangles.len()).ok_or_else(|| {
             let what = format!("with it, the scene unfolds to more than {MOST_TRIANGLES} triangles");
-            Error::Input(format!("{what}: simplify its meshes, take larger voxels, or split the recording"))
+            let cure = "simplify its meshes, take larger voxels, or split the recording";
+            Issue::too_large(what).wanted(cure)
         })?;
         self.triangles_left = left;
         Ok(())
@@ -68,7 +70,7 @@ impl<'a> SceneFiles<'a> {
             return Ok(clip.clone());
         }
         let clip = self.gltf(path)?.clip(name.as_deref());
-        let clip = Rc::new(clip.map_err(|e| Error::Input(format!("snapshots.animation.clip: {e}")))?);
+        let clip = Rc::new(clip.map_err(|e| e.at("snapshots.animation.clip"))?);
         self.clips.insert(key, clip.clone());
         Ok(clip)
     }
@@ -76,5 +78,5 @@ impl<'a> SceneFiles<'a> {
 
 /// A loader's message begins with the file, the value of this key.
 pub(super) fn at(key: &'static str) -> impl Fn(Error) -> Error {
-    move |e| Error::Input(format!("{key} = {e}"))
+    move |e| e.at(Site::Key(key.into()))
 }

@@ -6,9 +6,10 @@ use glam::{DMat3, DQuat, DVec3};
 
 use super::Mesh;
 use super::primitive::{capsule_between, ellipsoid};
+use crate::Result;
+use crate::error::Issue;
 use crate::metrics::BodyPart;
 use crate::source::Sources;
-use crate::{Error, Result};
 
 /// COCO's keypoints, in COCO's order. Left and right are the person's own.
 pub const JOINTS: [&str; 17] = [
@@ -53,7 +54,7 @@ const FARTHEST_M: f64 = 1000.0;
 /// # Errors
 /// When the file cannot be read, a row is not as above, or no joint is known.
 pub fn read_keypoints(path: &Path, sources: &Sources) -> Result<Keypoints> {
-    parse(sources.text(path)?.as_bytes()).map_err(|what| Error::input(path.display(), what))
+    parse(sources.text(path)?.as_bytes()).map_err(|issue| issue.at(path).into())
 }
 
 /// Reads keypoints to draw a body from, as [`read_keypoints`] does.
@@ -64,8 +65,8 @@ pub fn read_person(path: &Path, sources: &Sources) -> Result<Keypoints> {
     let keypoints = read_keypoints(path, sources)?;
     // The coarsest tessellation tells whether there is any.
     if parts(&keypoints, FARTHEST_M).is_empty() {
-        let what = "no two neighbouring joints are known: nothing of a body can be drawn";
-        return Err(Error::input(path.display(), what));
+        let what = Issue::says("no two neighbouring joints are known");
+        return Err(what.wanted("nothing of a body can be drawn").at(path).into());
     }
     Ok(keypoints)
 }
@@ -75,7 +76,7 @@ pub fn transformed(keypoints: &Keypoints, rotation: DQuat, translation: DVec3) -
     keypoints.map(|joint| joint.map(|position| rotation * position + translation))
 }
 
-fn parse(bytes: &[u8]) -> Result<Keypoints, String> {
+fn parse(bytes: &[u8]) -> Result<Keypoints, Issue> {
     let mut reader = csv::ReaderBuilder::new()
         .has_headers(false)
         .comment(Some(b'#'))
@@ -85,30 +86,27 @@ fn parse(bytes: &[u8]) -> Result<Keypoints, String> {
     let mut keypoints: Keypoints = [None; 17];
     let (mut rows, mut first) = (0, true);
     for record in reader.records() {
-        let record = record.map_err(|e| e.to_string())?;
+        let record = record.map_err(|e| Issue::damaged(e.to_string()))?;
         let line = record.position().map_or(0, csv::Position::line);
         let cells: Vec<&str> = record.iter().take(5).collect();
         if std::mem::take(&mut first) && is_header(&cells) {
             continue;
         }
         let Some(joint) = JOINTS.get(rows) else {
-            return Err(format!(
-                "line {line}: more than {} joints: one row for each of COCO's keypoints",
-                JOINTS.len()
-            ));
+            return Err(Issue::too_large(format!("more than {} joints", JOINTS.len()))
+                .wanted("one row for each of COCO's keypoints")
+                .at(format!("line {line}")));
         };
         keypoints[rows] =
-            parse_row(joint, &cells).map_err(|what| format!("line {line} ({joint}): {what}"))?;
+            parse_row(joint, &cells).map_err(|issue| issue.at(format!("line {line} ({joint})")))?;
         rows += 1;
     }
     if rows < JOINTS.len() {
-        return Err(format!(
-            "has {rows} joints: needs {}, and empty cells where one is unknown",
-            JOINTS.len()
-        ));
+        return Err(Issue::says(format!("has {rows} joints"))
+            .wanted(format!("needs {}, and empty cells where one is unknown", JOINTS.len())));
     }
     if keypoints == [None; 17] {
-        return Err("all joints are empty: give the position of at least one".into());
+        return Err(Issue::says("all joints are empty").wanted("give the position of at least one"));
     }
     Ok(keypoints)
 }
@@ -118,18 +116,22 @@ fn is_header(cells: &[&str]) -> bool {
     coordinates == ["x_m", "y_m", "z_m"]
 }
 
-fn parse_row(joint: &str, cells: &[&str]) -> Result<Option<DVec3>, String> {
+fn parse_row(joint: &str, cells: &[&str]) -> Result<Option<DVec3>, Issue> {
     let coordinates = match cells {
         [name, rest @ ..] if rest.len() == 3 => {
             if *name != joint {
-                return Err(format!("joint = {name:.40}: must be {joint} (COCO's order)"));
+                return Err(Issue::value(
+                    "joint",
+                    format!("{name:.40}"),
+                    format!("must be {joint} (COCO's order)"),
+                ));
             }
             rest
         }
         _ => cells,
     };
     let Ok(coordinates) = <[&str; 3]>::try_from(coordinates) else {
-        return Err("must be x_m,y_m,z_m, or joint,x_m,y_m,z_m".into());
+        return Err(Issue::says("must be x_m,y_m,z_m, or joint,x_m,y_m,z_m"));
     };
     if coordinates == [""; 3] {
         return Ok(None);
@@ -140,9 +142,8 @@ fn parse_row(joint: &str, cells: &[&str]) -> Result<Option<DVec3>, String> {
         // NaN compares false, and is refused with the rest.
         position[axis] = number.filter(|x| x.abs() <= FARTHEST_M).ok_or_else(|| {
             let key = ["x_m", "y_m", "z_m"][axis];
-            format!(
-                "{key} = {cell:.40}: must be metres within {FARTHEST_M} of the origin, or all three empty"
-            )
+            let rule = format!("must be metres within {FARTHEST_M} of the origin, or all three empty");
+            Issue::value(key, format!("{cell:.40}"), rule)
         })?;
     }
     Ok(Some(position))
@@ -392,7 +393,7 @@ mod tests {
     #[track_caller]
     fn refused(text: &[u8], expected: &str) {
         let what = parse(text).expect_err(expected);
-        assert!(what.contains(expected), "{what:?} lacks {expected:?}");
+        assert!(what.to_string().contains(expected), "{what:?} lacks {expected:?}");
     }
 
     #[test]

@@ -89,7 +89,7 @@ pub fn load_mesh(path: &Path, sources: &Sources) -> Result<(Mesh, Option<Up>)> {
             let (mesh, up) = collada::load(path, sources)?;
             Ok((mesh, Some(up)))
         }
-        None => Err(Error::input(path.display(), format!("must be {ENDINGS}"))),
+        None => Err(Error::input(path, format!("must be {ENDINGS}"))),
     }
 }
 

@@ -24,6 +24,7 @@ use std::sync::Arc;
 
 use glam::DVec3;
 
+use crate::error::Issue;
 use crate::pose::Pose;
 use mannequin::Keypoints;
 
@@ -123,11 +124,11 @@ impl Linkage {
     ///
     /// # Errors
     /// Names the links there are.
-    pub fn link(&self, name: &str) -> Result<&Pose, String> {
+    pub fn link(&self, name: &str) -> Result<&Pose, Issue> {
         let found = self.links.iter().find(|(link, _)| link == name).map(|(_, pose)| pose);
         found.ok_or_else(|| {
             let names: Vec<&str> = self.links.iter().map(|(link, _)| link.as_str()).collect();
-            format!("there is no link {name:?}; there are {}", names.join(", "))
+            Issue::says(format!("there is no link {name:?}")).cure(format!("there are {}", names.join(", ")))
         })
     }
 

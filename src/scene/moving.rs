@@ -8,6 +8,7 @@ use glam::{DQuat, DVec3};
 use super::loaded::SceneFiles;
 use super::parts::parts;
 use super::{Object, Surface, mannequin};
+use crate::error::Issue;
 use crate::pose::Pose;
 use crate::scene::mesh_file::MeshFile;
 use crate::scene::spec::{MotionSpec, ObjectSpec};
@@ -33,9 +34,9 @@ pub(super) fn moments(
             Some(shape) => shape,
             None => {
                 // What is wrong in the first is mostly wrong in all.
-                let in_snapshot = |e| match snapshot {
+                let in_snapshot = |e: Error| match snapshot {
                     0 => e,
-                    _ => Error::input(format!("snapshot {snapshot}"), e),
+                    _ => e.at(format!("snapshot {snapshot}")),
                 };
                 let mut parts = parts(&own, files, sag_m).map_err(in_snapshot)?;
                 if let Some(first) = parts.first_mut() {
@@ -87,10 +88,11 @@ fn same_parts(first: &[Arc<Object>], now: &[Arc<Object>], snapshot: usize) -> Re
     let names = |parts: &[Arc<Object>]| parts.iter().map(|part| part.name.clone()).collect::<Vec<_>>();
     if names(first) != names(now) {
         let (first, now) = (names(first).join(", "), names(now).join(", "));
-        return Err(Error::Input(format!(
-            "has the parts {first} in snapshot 0, but {now} in snapshot {snapshot}: its animation shrinks a part to \
-             nothing"
-        )));
+        return Err(Issue::says(format!(
+            "has the parts {first} in snapshot 0, but {now} in snapshot {snapshot}"
+        ))
+        .wanted("its animation shrinks a part to nothing")
+        .into());
     }
     Ok(())
 }

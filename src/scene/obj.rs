@@ -7,8 +7,9 @@ use glam::DVec3;
 
 use super::mesh::Welder;
 use super::{Mesh, polygon};
+use crate::Result;
+use crate::error::Issue;
 use crate::source::Sources;
-use crate::{Error, Result};
 
 /// Reads an OBJ file: raw coordinates, nothing scaled; faces of more than three corners are cut into
 /// triangles.
@@ -20,10 +21,10 @@ use crate::{Error, Result};
 pub fn load(path: &Path, sources: &Sources) -> Result<Mesh> {
     let bytes = sources.bytes(path)?;
     // Names may be in any encoding; numbers are ASCII in all of them.
-    parse(&String::from_utf8_lossy(&bytes)).map_err(|what| Error::input(path.display(), what))
+    parse(&String::from_utf8_lossy(&bytes)).map_err(|issue| issue.at(path).into())
 }
 
-fn parse(text: &str) -> Result<Mesh, String> {
+fn parse(text: &str) -> Result<Mesh, Issue> {
     let mut vertices = Vec::new();
     let mut welder = Welder::default();
     let mut lines = text.lines().enumerate();
@@ -42,21 +43,25 @@ fn parse(text: &str) -> Result<Mesh, String> {
             Some("f") => face(words, &vertices, &mut welder),
             _ => Ok(()),
         };
-        read.map_err(|what| format!("line {}: {what}", number + 1))?;
+        read.map_err(|what| what.at(format!("line {}", number + 1)))?;
     }
     let mesh = welder.finish();
     if mesh.triangles.is_empty() {
-        return Err("has no face with an area: export a surface".into());
+        return Err(Issue::says("has no face with an area").wanted("export a surface"));
     }
     Ok(mesh)
 }
 
 /// The three numbers of a `v` line; a weight or a colour may follow.
-fn corner<'a>(mut words: impl Iterator<Item = &'a str>) -> Result<DVec3, String> {
-    let mut number = || -> Result<f64, String> {
-        let word = words.next().ok_or("a corner has fewer than three numbers")?;
-        let value: f64 = word.parse().map_err(|_| format!("{word:.40?} is no number"))?;
-        if value.is_finite() { Ok(value) } else { Err(format!("{word:.40}: must be finite")) }
+fn corner<'a>(mut words: impl Iterator<Item = &'a str>) -> Result<DVec3, Issue> {
+    let mut number = || -> Result<f64, Issue> {
+        let word = words.next().ok_or_else(|| Issue::says("a corner has fewer than three numbers"))?;
+        let value: f64 = word.parse().map_err(|_| Issue::says(format!("{word:.40?} is no number")))?;
+        if value.is_finite() {
+            Ok(value)
+        } else {
+            Err(Issue::says(format!("{word:.40}")).wanted("must be finite"))
+        }
     };
     Ok(DVec3::new(number()?, number()?, number()?))
 }
@@ -65,18 +70,20 @@ fn face<'a>(
     words: impl Iterator<Item = &'a str>,
     vertices: &[DVec3],
     welder: &mut Welder,
-) -> Result<(), String> {
-    let corner = |word: &str| -> Result<DVec3, String> {
+) -> Result<(), Issue> {
+    let corner = |word: &str| -> Result<DVec3, Issue> {
         let count = vertices.len();
         // `place/texture/normal`; places count from 1, or back from the last corner so far.
         let place: i64 = word
             .split('/')
             .next()
             .and_then(|place| place.parse().ok())
-            .ok_or_else(|| format!("{word:.40?} is no corner of a face"))?;
+            .ok_or_else(|| Issue::says(format!("{word:.40?} is no corner of a face")))?;
         let index = if place < 0 { place.saturating_add(count as i64) } else { place.saturating_sub(1) };
         let corner = usize::try_from(index).ok().and_then(|index| vertices.get(index)).copied();
-        corner.ok_or_else(|| format!("corner {place} of a face: there are {count} so far"))
+        corner.ok_or_else(|| {
+            Issue::says(format!("corner {place} of a face")).wanted(format!("there are {count} so far"))
+        })
     };
     let corners: Vec<DVec3> = words.map(corner).collect::<Result<_, _>>()?;
     for triangle in polygon::triangles(&corners)? {
@@ -131,7 +138,7 @@ mod tests {
             ("v 0 0 0\nf 1 1 1\n", "no face with an area"),
         ] {
             let what = parse(text).expect_err(text);
-            assert!(what.contains(expected), "{what:?} lacks {expected:?}");
+            assert!(what.to_string().contains(expected), "{what:?} lacks {expected:?}");
         }
     }
 

@@ -3,8 +3,9 @@
 
 use std::path::Path;
 
+use crate::Result;
+use crate::error::Issue;
 use crate::source::Sources;
-use crate::{Error, Result};
 
 /// Levels below the root: a key has 16 bits on each axis.
 const DEPTH: u32 = 16;
@@ -43,10 +44,10 @@ pub struct OctoMap {
 /// When the file cannot be read, is not a binary OcTree, is damaged, or spans more voxels than a grid holds.
 pub fn read(path: &Path, sources: &Sources) -> Result<OctoMap> {
     let bytes = sources.bytes(path)?;
-    parse(&bytes).map_err(|what| Error::input(path.display(), what))
+    parse(&bytes).map_err(|issue| issue.at(path).into())
 }
 
-fn parse(bytes: &[u8]) -> Result<OctoMap, String> {
+fn parse(bytes: &[u8]) -> Result<OctoMap, Issue> {
     let header = TreeHeader::parse(bytes)?;
     let data = &bytes[header.length..];
 
@@ -64,26 +65,26 @@ fn parse(bytes: &[u8]) -> Result<OctoMap, String> {
         }
     })?;
     if nodes != header.size {
-        return Err(format!(
+        return Err(Issue::damaged(format!(
             "header says size {} and the tree has {nodes} nodes: the file is damaged",
             header.size
-        ));
+        )));
     }
     if voxels == 0 {
-        return Err("has no occupied voxel".into());
+        return Err(Issue::says("has no occupied voxel"));
     }
     for (axis, name) in ["x", "y", "z"].iter().enumerate() {
         if high[axis] - low[axis] > MAX_SPAN {
-            return Err(format!(
-                "occupied voxels span {} along {name}: at most {MAX_SPAN} fit, so use a coarser or smaller map",
+            return Err(Issue::too_large(format!(
+                "occupied voxels span {} along {name}",
                 high[axis] - low[axis]
-            ));
+            ))
+            .wanted(format!("at most {MAX_SPAN} fit, so use a coarser or smaller map")));
         }
     }
     if voxels > MAX_OCCUPIED {
-        return Err(format!(
-            "has {voxels} occupied voxels: at most {MAX_OCCUPIED} are read, so use a coarser or smaller map"
-        ));
+        return Err(Issue::too_large(format!("has {voxels} occupied voxels"))
+            .wanted(format!("at most {MAX_OCCUPIED} are read, so use a coarser or smaller map")));
     }
 
     let mut occupied = Vec::with_capacity(voxels as usize);
@@ -108,21 +109,20 @@ struct TreeHeader {
 }
 
 impl TreeHeader {
-    fn parse(bytes: &[u8]) -> Result<TreeHeader, String> {
+    fn parse(bytes: &[u8]) -> Result<TreeHeader, Issue> {
         let (mut id, mut size, mut resolution_m) = (false, None, None);
         let mut at = 0;
         for number in 1.. {
             let Some(length) = bytes[at..].iter().position(|byte| *byte == b'\n') else {
-                return Err("ends before the line `data`".into());
+                return Err(Issue::says("ends before the line `data`"));
             };
             // Borrowed when it is text, as all lines that count are.
             let line = String::from_utf8_lossy(&bytes[at..at + length]);
             at += length + 1;
             if number == 1 {
                 if !line.starts_with(FIRST_LINE) {
-                    return Err(format!(
-                        "does not begin with `{FIRST_LINE}`: only .bt files are read (convert_octree makes one of an .ot)"
-                    ));
+                    return Err(Issue::unsupported(format!("does not begin with `{FIRST_LINE}`"))
+                        .wanted("only .bt files are read (convert_octree makes one of an .ot)"));
                 }
                 continue;
             }
@@ -131,29 +131,30 @@ impl TreeHeader {
             match key {
                 "data" => break,
                 "id" if value == "OcTree" => id = true,
-                "id" => return Err(format!("id = {value:.40}: must be OcTree")),
+                "id" => return Err(Issue::value("id", format!("{value:.40}"), "must be OcTree")),
                 "size" => {
                     let parsed = value.parse::<u64>();
-                    size = Some(parsed.map_err(|e| format!("size = {value:.40}: {e}"))?);
+                    size = Some(
+                        parsed.map_err(|e| Issue::value("size", format!("{value:.40}"), e.to_string()))?,
+                    );
                 }
                 "res" => {
                     let parsed = value.parse::<f64>().ok();
                     let usable = parsed.filter(|res| res.is_finite() && *res > 0.0);
-                    resolution_m =
-                        Some(usable.ok_or_else(|| {
-                            format!("res = {value:.40}: must be a positive length in metres")
-                        })?);
+                    resolution_m = Some(usable.ok_or_else(|| {
+                        Issue::value("res", format!("{value:.40}"), "must be a positive length in metres")
+                    })?);
                 }
                 // As OctoMap does: comments, empty lines and unknown words are passed over.
                 _ => {}
             }
         }
         if !id {
-            return Err("header lacks the line `id OcTree`".into());
+            return Err(Issue::says("header lacks the line `id OcTree`"));
         }
         Ok(TreeHeader {
-            size: size.ok_or("header lacks the line `size N`")?,
-            resolution_m: resolution_m.ok_or("header lacks the line `res R`")?,
+            size: size.ok_or_else(|| Issue::says("header lacks the line `size N`"))?,
+            resolution_m: resolution_m.ok_or_else(|| Issue::says("header lacks the line `res R`"))?,
             length: at,
         })
     }
@@ -167,14 +168,14 @@ struct Leaf {
 }
 
 /// Calls `visit` for each known leaf and returns the number of nodes, root and leaves included.
-fn visit_leaves(data: &[u8], visit: &mut dyn FnMut(Leaf)) -> Result<u64, String> {
+fn visit_leaves(data: &[u8], visit: &mut dyn FnMut(Leaf)) -> Result<u64, Issue> {
     if data.is_empty() {
         return Ok(0);
     }
     let mut rest = data;
     let nodes = 1 + visit_children(&mut rest, [-KEY_ORIGIN; 3], DEPTH, visit)?;
     if !rest.is_empty() {
-        return Err(format!("has {} bytes after the tree: the file is damaged", rest.len()));
+        return Err(Issue::damaged(format!("has {} bytes after the tree: the file is damaged", rest.len())));
     }
     Ok(nodes)
 }
@@ -185,9 +186,9 @@ fn visit_children(
     key: [i32; 3],
     level: u32,
     visit: &mut dyn FnMut(Leaf),
-) -> Result<u64, String> {
+) -> Result<u64, Issue> {
     let Some((bytes, after)) = rest.split_first_chunk::<2>() else {
-        return Err("ends inside the tree: the file is truncated".into());
+        return Err(Issue::damaged("ends inside the tree: the file is truncated"));
     };
     *rest = after;
     let children = u16::from_le_bytes(*bytes);
@@ -198,7 +199,7 @@ fn visit_children(
         match children >> (2 * child) & 0b11 {
             UNKNOWN => continue,
             INNER if level == 1 => {
-                return Err(format!("has a node below level {DEPTH}: the file is damaged"));
+                return Err(Issue::damaged(format!("has a node below level {DEPTH}: the file is damaged")));
             }
             INNER => nodes += visit_children(rest, key, level - 1, visit)?,
             state => visit(Leaf { key, edge, occupied: state == OCCUPIED }),

@@ -10,6 +10,7 @@ use super::mannequin::Keypoints;
 use super::mesh_file::{MeshFile, MeshFormat};
 use super::spec::{NodeRule, ObjectSpec, SurfaceSpec, UrdfSpec};
 use super::{Mesh, Object, Optical, Role, Surface, mannequin, octomap, primitive, urdf};
+use crate::error::Issue;
 use crate::pose::Pose;
 use crate::source::Sources;
 use crate::{Error, Result};
@@ -65,7 +66,7 @@ fn gltf_objects(
         if let Some(other) = people.next() {
             let what =
                 "are both human, and keypoints belong to one body: let one rule match all of the person";
-            return Err(Error::Input(format!("nodes: {:?} and {:?} {what}", person.name, other.name)));
+            return Err(Error::input("nodes", format!("{:?} and {:?} {what}", person.name, other.name)));
         }
         person.keypoints = keypoints;
     }
@@ -93,18 +94,21 @@ fn gltf_parts(object: &ObjectSpec, nodes: Vec<NodeMesh>, objects: &mut Vec<Objec
         let mut names: Vec<&str> =
             nodes.iter().filter_map(|node| node.names.last()).map(String::as_str).collect();
         names.truncate(12);
-        return Err(Error::Input(format!(
-            "nodes.match = {:?}: no node with triangles has such a name; there are {}",
-            object.nodes[rule].r#match,
-            names.join(", ")
-        )));
+        return Err(Issue::value(
+            "nodes.match",
+            format!("{:?}", object.nodes[rule].r#match),
+            format!("no node with triangles has such a name; there are {}", names.join(", ")),
+        )
+        .into());
     }
     if let Some(rule) = parts.iter().position(|mesh| mesh.triangles.is_empty()) {
-        return Err(Error::Input(format!(
-            "nodes.match = {:?}: every node that it names already follows a rule above it; the first that matches \
-             counts, so put it first",
-            object.nodes[rule].r#match
-        )));
+        return Err(Issue::value(
+            "nodes.match",
+            format!("{:?}", object.nodes[rule].r#match),
+            "every node that it names already follows a rule above it; the first that \
+                matches counts, so put it first",
+        )
+        .into());
     }
     if !rest.triangles.is_empty() {
         let rest = Surface::Mesh(rest);

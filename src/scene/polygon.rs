@@ -2,6 +2,8 @@
 
 use glam::{DVec2, DVec3};
 
+use crate::error::Issue;
+
 /// Most corners of one polygon: the time it takes grows with their square.
 const MOST_CORNERS: usize = 1024;
 /// Looks at a corner, in squares of the number of corners, before a polygon is given up; one made to take
@@ -13,15 +15,18 @@ const MOST_LOOKS: usize = 64;
 ///
 /// # Errors
 /// When it has fewer than three corners, or too many, or winds about itself too much.
-pub(crate) fn triangles(corners: &[DVec3]) -> Result<Vec<[usize; 3]>, String> {
+pub(crate) fn triangles(corners: &[DVec3]) -> Result<Vec<[usize; 3]>, Issue> {
     match corners.len() {
-        0..=2 => return Err(format!("a face has {} corners: must be at least 3", corners.len())),
+        0..=2 => {
+            return Err(
+                Issue::says(format!("a face has {} corners", corners.len())).wanted("must be at least 3")
+            );
+        }
         3 => return Ok(vec![[0, 1, 2]]),
         4..=MOST_CORNERS => {}
         count => {
-            return Err(format!(
-                "a face has {count} corners, more than {MOST_CORNERS}: triangulate the mesh"
-            ));
+            return Err(Issue::too_large(format!("a face has {count} corners, more than {MOST_CORNERS}"))
+                .wanted("triangulate the mesh"));
         }
     }
     let flat = flattened(corners);
@@ -33,9 +38,8 @@ pub(crate) fn triangles(corners: &[DVec3]) -> Result<Vec<[usize; 3]>, String> {
         let ear = (0..left.len()).find(|&place| is_ear(&flat, &left, place, &mut looks)).unwrap_or(1);
         if looks == 0 {
             let count = corners.len();
-            return Err(format!(
-                "a face of {count} corners winds about itself too much: triangulate the mesh"
-            ));
+            return Err(Issue::says(format!("a face of {count} corners winds about itself too much"))
+                .wanted("triangulate the mesh"));
         }
         triangles.push(around(&left, ear));
         left.remove(ear);
@@ -143,14 +147,17 @@ mod tests {
         let round = [DVec3::ZERO, 3.0 * DVec3::X, 3.0 * DVec3::Y].into_iter().cycle().take(1023);
         let corners: Vec<DVec3> = round.chain([DVec3::X]).collect();
         let what = triangles(&corners).unwrap_err();
-        assert_eq!(what, "a face of 1024 corners winds about itself too much: triangulate the mesh");
+        assert_eq!(
+            what.to_string(),
+            "a face of 1024 corners winds about itself too much: triangulate the mesh"
+        );
         assert!(triangles(&corners[924..]).is_ok(), "a small one may");
     }
 
     #[test]
     fn odd_polygons_end() {
-        assert!(triangles(&[DVec3::ZERO; 2]).unwrap_err().contains("2 corners"));
-        assert!(triangles(&[DVec3::ZERO; 2000]).unwrap_err().contains("2000 corners"));
+        assert!(triangles(&[DVec3::ZERO; 2]).unwrap_err().to_string().contains("2 corners"));
+        assert!(triangles(&[DVec3::ZERO; 2000]).unwrap_err().to_string().contains("2000 corners"));
         assert_eq!(triangles(&[DVec3::ZERO; 9]).unwrap().len(), 7);
         let crossed = [[0., 0.], [1., 1.], [1., 0.], [0., 1.]].map(|[x, y]| DVec3::new(x, y, 0.0));
         assert_eq!(triangles(&crossed).unwrap().len(), 2);

@@ -8,8 +8,9 @@ use glam::DVec3;
 
 use super::Mesh;
 use super::mesh::Welder;
+use crate::Result;
+use crate::error::Issue;
 use crate::source::Sources;
-use crate::{Error, Result};
 
 /// Bytes before the first triangle of a binary file: 80 of free text, 4 of triangle count.
 const HEADER: usize = 84;
@@ -26,10 +27,10 @@ const LONGEST_LINE: usize = 1024;
 /// there is no triangle with an area.
 pub fn load(path: &Path, sources: &Sources) -> Result<Mesh> {
     let bytes = sources.bytes(path)?;
-    parse(bytes).map_err(|what| Error::input(path.display(), what))
+    parse(bytes).map_err(|issue| issue.at(path).into())
 }
 
-fn parse(bytes: Vec<u8>) -> Result<Mesh, String> {
+fn parse(bytes: Vec<u8>) -> Result<Mesh, Issue> {
     let prepared = if declared_length(&bytes) == Some(bytes.len() as u64) {
         blank_header(bytes)
     } else if starts_with_word(&bytes, b"solid") {
@@ -38,21 +39,23 @@ fn parse(bytes: Vec<u8>) -> Result<Mesh, String> {
         return Err(wrong_length(&bytes));
     };
     let mut reader = Cursor::new(prepared);
-    let triangles = stl_io::create_stl_reader(&mut reader).map_err(|e| e.to_string())?;
+    let triangles = stl_io::create_stl_reader(&mut reader).map_err(|e| Issue::damaged(e.to_string()))?;
     let mut welder = Welder::default();
     for (number, triangle) in triangles.enumerate() {
         let corners = triangle
-            .map_err(|e| format!("triangle {number}: {e}"))?
+            .map_err(|e| Issue::damaged(e.to_string()).at(format!("triangle {number}")))?
             .vertices
             .map(|v| DVec3::from_array(v.0.map(f64::from)));
         if let Some(corner) = corners.iter().find(|c| !c.is_finite()) {
-            return Err(format!("triangle {number} has the corner {corner}: must be finite"));
+            return Err(
+                Issue::says(format!("triangle {number} has the corner {corner}")).wanted("must be finite")
+            );
         }
         welder.triangle(corners);
     }
     let mesh = welder.finish();
     if mesh.triangles.is_empty() {
-        return Err("has no triangle with an area: export a surface".into());
+        return Err(Issue::says("has no triangle with an area").wanted("export a surface"));
     }
     Ok(mesh)
 }
@@ -64,14 +67,14 @@ fn declared_length(bytes: &[u8]) -> Option<u64> {
     Some(HEADER as u64 + u64::from(count) * TRIANGLE as u64)
 }
 
-fn wrong_length(bytes: &[u8]) -> String {
+fn wrong_length(bytes: &[u8]) -> Issue {
     match declared_length(bytes) {
-        Some(length) => format!(
+        Some(length) => Issue::damaged(format!(
             "declares {} triangles, {length} bytes in all, and has {} bytes: it is truncated or no STL",
             (length - HEADER as u64) / TRIANGLE as u64,
             bytes.len()
-        ),
-        None => format!("has {} bytes: too short for an STL", bytes.len()),
+        )),
+        None => Issue::damaged(format!("has {} bytes: too short for an STL", bytes.len())),
     }
 }
 
@@ -90,7 +93,7 @@ fn starts_with_word(line: &[u8], word: &[u8]) -> bool {
 
 /// An ASCII file as one nameless lower-case solid: the parser stops at the first `endsolid`, and would drop
 /// the other solids of a file without a word.
-fn joined_solids(bytes: &[u8]) -> Result<Vec<u8>, String> {
+fn joined_solids(bytes: &[u8]) -> Result<Vec<u8>, Issue> {
     let mut joined = b"solid \n".to_vec();
     let (mut opened, mut closed) = (0usize, 0usize);
     for (index, line) in bytes.split(|byte| matches!(byte, b'\n' | b'\r')).enumerate() {
@@ -99,20 +102,17 @@ fn joined_solids(bytes: &[u8]) -> Result<Vec<u8>, String> {
         } else if starts_with_word(line, b"endsolid") {
             closed += 1;
         } else if line.len() > LONGEST_LINE {
-            return Err(format!(
-                "line {} is {} bytes long: at most {LONGEST_LINE} are read",
-                index + 1,
-                line.len()
-            ));
+            return Err(Issue::too_large(format!("line {} is {} bytes long", index + 1, line.len()))
+                .wanted(format!("at most {LONGEST_LINE} are read")));
         } else {
             joined.extend(line.iter().map(u8::to_ascii_lowercase));
             joined.push(b'\n');
         }
     }
     if opened != closed {
-        return Err(format!(
+        return Err(Issue::damaged(format!(
             "begins {opened} solids and ends {closed}: it is truncated, or a damaged binary file"
-        ));
+        )));
     }
     joined.extend(b"endsolid\n");
     Ok(joined)
@@ -179,7 +179,7 @@ mod tests {
     #[track_caller]
     fn refused(bytes: Vec<u8>, expected: &str) {
         let what = parse(bytes).expect_err(expected);
-        assert!(what.contains(expected), "{what:?} lacks {expected:?}");
+        assert!(what.to_string().contains(expected), "{what:?} lacks {expected:?}");
     }
 
     #[test]

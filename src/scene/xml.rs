@@ -2,16 +2,19 @@
 
 use roxmltree::Document;
 
+use crate::error::Issue;
+
 /// Most attributes of an element. Formats that are read here have ten; the parser compares each with each.
 const MOST_ATTRIBUTES: usize = 256;
 
 /// Parses a text.
-pub(super) fn parse(text: &str) -> Result<Document<'_>, String> {
+pub(super) fn parse(text: &str) -> Result<Document<'_>, Issue> {
     if let Some(at) = crowded_element(text) {
         let line = 1 + text[..at].matches('\n').count();
-        return Err(format!("line {line}: an element has more than {MOST_ATTRIBUTES} attributes"));
+        return Err(Issue::says(format!("an element has more than {MOST_ATTRIBUTES} attributes"))
+            .at(format!("line {line}")));
     }
-    Document::parse(text).map_err(|e| format!("is no XML: {e}"))
+    Document::parse(text).map_err(|e| Issue::damaged(format!("is no XML: {e}")))
 }
 
 /// What is no element, by how it begins and ends.
@@ -63,14 +66,17 @@ mod tests {
     fn an_element_has_few_attributes() {
         assert_eq!(parse(&element(256)).unwrap().root_element().tag_name().name(), "robot");
         for crowded in [element(257), element(200_000), element(257).replace("'>=\"'", "\"'='\"")] {
-            assert_eq!(parse(&crowded).unwrap_err(), "line 3: an element has more than 256 attributes");
+            assert_eq!(
+                parse(&crowded).unwrap_err().to_string(),
+                "line 3: an element has more than 256 attributes"
+            );
         }
         // Those of many elements, signs in a text, and in what is no element at all.
         let many = format!("<robot>{}{}</robot>", "<link a='1' b='2'/>".repeat(1000), "= ".repeat(1000));
         assert!(parse(&many).is_ok());
         let signs = "< =".repeat(1000);
         assert!(parse(&format!("<?a {signs}?><robot><!--{signs}--><![CDATA[{signs}]]></robot>")).is_ok());
-        assert!(parse("<robot a='").unwrap_err().starts_with("is no XML"));
-        assert!(parse("<").unwrap_err().starts_with("is no XML"));
+        assert!(parse("<robot a='").unwrap_err().to_string().starts_with("is no XML"));
+        assert!(parse("<").unwrap_err().to_string().starts_with("is no XML"));
     }
 }

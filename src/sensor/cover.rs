@@ -3,6 +3,7 @@
 use super::noise::{self, Deviation};
 use super::{Claim, Extent, Kind, MEASURES, Setting, Station};
 use crate::backend::Planes;
+use crate::error::Issue;
 use crate::march;
 use crate::voxel::grid::{MAX_VOXELS_PER_AXIS, ONE_Q16, length_q16};
 use crate::voxel::{BitGrid, solid};
@@ -84,12 +85,10 @@ impl Kind for Cover {
         true
     }
 
-    fn check(&self, at: &Station) -> Result<(), String> {
+    fn check(&self, at: &Station) -> Result<(), Issue> {
         match at.truth.robot.is_empty() {
-            true => {
-                Err("needs a robot: no voxel of the scene is the robot's: give its object role = \"robot\""
-                    .into())
-            }
+            true => Err(Issue::says("needs a robot: no voxel of the scene is the robot's")
+                .wanted("give its object role = \"robot\"")),
             false => Ok(()),
         }
     }

@@ -2,6 +2,7 @@
 
 use super::prism::Prism;
 use super::{Claim, Extent, Kind, SWITCHES, Setting, Stance, Station, level, switched};
+use crate::error::Issue;
 use crate::voxel::BitGrid;
 
 /// The gate's box and the zone behind it, both in the gate's frame.
@@ -54,10 +55,10 @@ impl Kind for Gate {
         vec![&self.gate, &self.zone]
     }
 
-    fn check(&self, at: &Station) -> Result<(), String> {
+    fn check(&self, at: &Station) -> Result<(), Issue> {
         level(at)?;
-        self.gate.check(&at.pose(), &at.truth.grid).map_err(|e| format!("box: {e}"))?;
-        self.zone.check(&at.pose(), &at.truth.grid).map_err(|e| format!("zone: {e}"))
+        self.gate.check(&at.pose(), &at.truth.grid).map_err(|e| e.at("box"))?;
+        self.zone.check(&at.pose(), &at.truth.grid).map_err(|e| e.at("zone"))
     }
 
     fn is_stuck(&self, at: &Station) -> bool {

@@ -6,6 +6,7 @@ use glam::DVec3;
 use super::look::{self, Return, Way};
 use super::{Camera, Station};
 use crate::backend::{GridPose, Rays};
+use crate::error::Issue;
 use crate::scene::Role;
 use crate::scene::mannequin::JOINTS;
 use crate::voxel::grid::length_q16;
@@ -70,14 +71,14 @@ pub(super) fn humans(truth: &Truth) -> impl Iterator<Item = &ObjectVoxels> {
 }
 
 /// Why keypoints cannot be asked for in a scene.
-pub fn check(at: &Station) -> Result<(), String> {
+pub fn check(at: &Station) -> Result<(), Issue> {
     match humans(at.truth).find(|human| human.keypoints.is_none()) {
         None => Ok(()),
-        Some(human) => Err(format!(
-            "needs keypoints, and human {:?} has none: give it keypoints = \"joints.csv\" in the scene file (17 joints, \
-             COCO's order), or make it a mannequin",
-            human.name
-        )),
+        Some(human) => Err(Issue::says(format!("needs keypoints, and human {:?} has none", human.name))
+            .wanted(
+                "give it keypoints = \"joints.csv\" in the scene file (17 joints, COCO's \
+                order), or make it a mannequin",
+            )),
     }
 }
 

@@ -2,6 +2,7 @@
 
 use super::{Claim, Extent, Kind, Setting, Station};
 use crate::backend::Planes;
+use crate::error::Issue;
 use crate::voxel::{BitGrid, Truth};
 
 /// The robot's voxels, surface and inside, but for what the truth calls free: of that nothing is said, since
@@ -44,12 +45,10 @@ impl Kind for KnownRobot {
         [3511, 0]
     }
 
-    fn check(&self, at: &Station) -> Result<(), String> {
+    fn check(&self, at: &Station) -> Result<(), Issue> {
         match at.truth.robot.is_empty() {
-            true => {
-                Err("needs a robot: no voxel of the scene is the robot's: give its object role = \"robot\""
-                    .into())
-            }
+            true => Err(Issue::says("needs a robot: no voxel of the scene is the robot's")
+                .wanted("give its object role = \"robot\"")),
             false => Ok(()),
         }
     }

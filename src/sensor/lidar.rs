@@ -10,6 +10,7 @@ use super::{
     quantise_q15, switched,
 };
 use crate::backend::Rays;
+use crate::error::Issue;
 use crate::pose::{Frame, Pose};
 use crate::voxel::BitGrid;
 
@@ -137,11 +138,10 @@ impl Kind for Lidar {
         if self.field(representation).is_some() { SWITCHES } else { MEASURES }
     }
 
-    fn check(&self, at: &Station) -> Result<(), String> {
+    fn check(&self, at: &Station) -> Result<(), Issue> {
         match self.field.as_ref().is_some_and(|field| field.voxels(self, at).is_empty()) {
-            true => {
-                Err("has a field without a voxel of the grid: make its polygon_m or height_m larger".into())
-            }
+            true => Err(Issue::says("has a field without a voxel of the grid")
+                .wanted("make its polygon_m or height_m larger")),
             false => Ok(()),
         }
     }

@@ -41,6 +41,7 @@ use glam::DMat3;
 use self::prism::Prism;
 use self::range::Range;
 use crate::backend::{GridFrame, GridPose, Planes, Rays};
+use crate::error::Issue;
 use crate::march;
 use crate::pose::Pose;
 use crate::voxel::{BitGrid, Grid, Truth, Window};
@@ -213,7 +214,7 @@ pub trait Kind: Debug + Send + Sync {
     fn log_odds(&self, representation: usize) -> [i32; 2];
 
     /// What cannot work at a candidate in a scene, and what would.
-    fn check(&self, _: &Station) -> Result<(), String> {
+    fn check(&self, _: &Station) -> Result<(), Issue> {
         Ok(())
     }
 
@@ -312,12 +313,11 @@ impl Station<'_> {
 }
 
 /// Whether what must lie or stand level does.
-fn level(at: &Station) -> Result<(), String> {
+fn level(at: &Station) -> Result<(), Issue> {
     match at.pose().link().z_axis.z > 1.0 - 1e-9 {
         true => Ok(()),
-        false => {
-            Err("is tilted: a pad or a gate lies or stands level, and turns about the vertical only".into())
-        }
+        false => Err(Issue::says("is tilted")
+            .wanted("a pad or a gate lies or stands level, and turns about the vertical only")),
     }
 }
 

@@ -2,6 +2,7 @@
 
 use super::prism::Prism;
 use super::{Claim, Extent, Kind, SWITCHES, Stance, Station, level, switched};
+use crate::error::Issue;
 use crate::voxel::BitGrid;
 
 /// A pad's size and what it makes of pressure. Its pose is its corner of lowest x and y, seen with its
@@ -52,19 +53,20 @@ impl Kind for Pad {
         vec![&self.column]
     }
 
-    fn check(&self, at: &Station) -> Result<(), String> {
+    fn check(&self, at: &Station) -> Result<(), Issue> {
         level(at)?;
         let (pose, grid) = (at.pose(), &at.truth.grid);
         if !self.column.is_over(&pose, grid) {
             let (low, high) = (grid.corner_m([0; 3]), grid.corner_m(grid.window().end()));
-            return Err(format!(
-                "lies partly outside the floor, x {:.2} to {:.2} m and y {:.2} to {:.2} m: move it (its pose is the corner of \
-                 lowest x and y), or make it smaller",
+            return Err(Issue::says(format!(
+                "lies partly outside the floor, x {:.2} to {:.2} m and y {:.2} to {:.2} m",
                 low.x, high.x, low.y, high.y
-            ));
+            ))
+            .wanted("move it (its pose is the corner of lowest x and y), or make it smaller"));
         }
         if self.column(&at.everywhere(), true).is_empty() {
-            return Err("has no layer of voxels above it in the grid: put it on the floor, and height_m above a voxel".into());
+            return Err(Issue::says("has no layer of voxels above it in the grid")
+                .wanted("put it on the floor, and height_m above a voxel"));
         }
         Ok(())
     }

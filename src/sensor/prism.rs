@@ -5,6 +5,7 @@ use std::ops::Range;
 
 use glam::{DVec2, DVec3};
 
+use crate::error::Issue;
 use crate::pose::Pose;
 use crate::voxel::grid::{ONE_Q16, length_q16};
 use crate::voxel::solid::{column, first_centre};
@@ -92,13 +93,15 @@ impl Prism {
     }
 
     /// Whether some voxel of the grid is inside.
-    pub fn check(&self, pose: &Pose, grid: &Grid) -> Result<(), String> {
+    pub fn check(&self, pose: &Pose, grid: &Grid) -> Result<(), Issue> {
         // All layers have the same voxels.
         let mut layers = self.layers_of(pose, grid);
         layers = layers.start.max(0)..layers.end.min(grid.size[2].into());
         layers.end = layers.end.min(layers.start + 1);
         if self.layers(pose, grid, grid.window(), layers).is_empty() {
-            return Err("its volume holds no voxel of the grid: make it larger or move it".into());
+            return Err(
+                Issue::says("its volume holds no voxel of the grid").wanted("make it larger or move it")
+            );
         }
         Ok(())
     }

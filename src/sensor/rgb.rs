@@ -6,6 +6,7 @@ use super::prism::Prism;
 use super::range::Range;
 use super::{Camera, Claim, Extent, FieldOfView, Kind, SWITCHES, Scale, Station, switched};
 use crate::backend::Rays;
+use crate::error::Issue;
 use crate::pose::Pose;
 use crate::voxel::{BitGrid, Grid, Truth, Window};
 
@@ -66,9 +67,9 @@ impl Kind for Rgb {
         true
     }
 
-    fn check(&self, at: &Station) -> Result<(), String> {
+    fn check(&self, at: &Station) -> Result<(), Issue> {
         keypoints::check(at)?;
-        self.zone.check(&Pose::ORIGIN, &at.truth.grid).map_err(|e| format!("zone: {e}"))
+        self.zone.check(&Pose::ORIGIN, &at.truth.grid).map_err(|e| e.at("zone"))
     }
 
     fn claims(&self, at: &Station) -> Vec<Claim> {

@@ -4,6 +4,7 @@ use super::keypoints::{self, BONES, Detected, KeypointCamera};
 use super::range::Range;
 use super::{Camera, Claim, FieldOfView, Kind, MEASURES, Scale, Station};
 use crate::backend::{Planes, Rays};
+use crate::error::{Issue, Site};
 use crate::scene::mannequin::JOINTS;
 use crate::voxel::grid::{MAX_VOXELS_PER_AXIS, ONE_Q16, length_q16};
 use crate::voxel::{BitGrid, Truth, Window, solid};
@@ -123,9 +124,10 @@ impl Kind for Rgbd {
         MEASURES
     }
 
-    fn check(&self, at: &Station) -> Result<(), String> {
+    fn check(&self, at: &Station) -> Result<(), Issue> {
         match self.shapes.iter().find(|shape| **shape != KeypointShape::Points) {
-            Some(shape) => keypoints::check(at).map_err(|e| format!("representation {:?} {e}", shape.name())),
+            Some(shape) => keypoints::check(at)
+                .map_err(|e| e.at(Site::Subject(format!("representation {:?}", shape.name())))),
             None => Ok(()),
         }
     }

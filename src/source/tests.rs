@@ -44,7 +44,7 @@ fn what_lies_in_the_folder_is_read_and_listed_once_as_it_was_named() {
 fn what_lies_elsewhere_is_refused_unless_it_is_allowed() {
     let (all, study) = folders();
     let sources = Sources::beside(&study.join("study.toml"));
-    let expected = ["secret.toml: lies outside of ", "study.toml is: put it there", "--allow-outside"];
+    let expected = ["secret.toml: lies outside of ", "study.toml is: put it there", "allow outside"];
     let (dots, whole) = (study.join("../secret.toml"), all.path().join("secret.toml"));
     refused(sources.text(&dots), &expected);
     refused(sources.text(&whole), &expected);

@@ -6,6 +6,7 @@ use super::Place;
 use super::file::CombinationFile;
 use super::{Problems, slug};
 use crate::backend::Fusion;
+use crate::error::Issue;
 use crate::sensor::Sensor;
 use crate::{Error, Result};
 
@@ -113,21 +114,20 @@ pub(super) fn check_rows(
         let (choices, representations) = (combination.choices(), combination.representation_count(sensors));
         rows = rows.saturating_add(choices.saturating_mul(representations).saturating_mul(per_choice));
         if rows > MAX_ROWS {
-            return Err(at.says(format!(
-                "combination {:?}: {choices} choices of poses in {representations} representations, each {per_choice} times (regions, \
-                 snapshots, repeats), make more than {MAX_ROWS} rows of results: name a part of the poses, or fewer of \
-                 the rest",
-                combination.name
-            )));
+            let what = format!(
+                "{choices} choices of poses in {representations} representations, each {per_choice} times (regions, snapshots, \
+                 repeats), make more than {MAX_ROWS} rows of results"
+            );
+            let issue = Issue::too_large(what).wanted("name a part of the poses, or fewer of the rest");
+            return Err(at.around(issue.at(format!("combination {:?}", combination.name))));
         }
         let names = combination.members.iter().map(|member| sensors[member.sensor].kind.representations());
         bytes = bytes.saturating_add(bytes_of_names(names));
         if bytes > MAX_NAMES_BYTES {
-            return Err(at.says(format!(
-                "combination {:?}: {representations} choices of a representation for each sensor are too many: fuse fewer sensors, or \
-                 give them fewer representations",
-                combination.name
-            )));
+            let what = format!("{representations} choices of a representation for each sensor are too many");
+            let issue =
+                Issue::too_large(what).wanted("fuse fewer sensors, or give them fewer representations");
+            return Err(at.around(issue.at(format!("combination {:?}", combination.name))));
         }
     }
     Ok(())

@@ -9,6 +9,7 @@ mod file;
 mod place;
 mod poses;
 mod problems;
+mod reader;
 mod region;
 mod scene_file;
 pub mod schema;
@@ -21,7 +22,9 @@ mod value;
 use std::path::{Path, PathBuf};
 
 use glam::DVec3;
+use serde::de::DeserializeOwned;
 
+use crate::error::{Argument, Issue, Site, Words};
 use crate::scene::spec::SceneSpec;
 use crate::sensor::{SaidOfNoise, Sensor};
 use crate::source::Sources;
@@ -191,10 +194,8 @@ impl Study {
 fn refuse_scene(path: &Path, text: &str) -> Result<()> {
     let keys = top_keys(text);
     match keys.contains_key("object") && !["scene", "sensor"].iter().any(|key| keys.contains_key(*key)) {
-        true => Err(Error::input(
-            path.display(),
-            "this looks like a scene file: name the study that lists it, with [[scene]]",
-        )),
+        true => Err(Error::input(path, "this looks like a scene file")
+            .wanted("name the study that lists it, with [[scene]]")),
         false => Ok(()),
     }
 }
@@ -207,7 +208,7 @@ fn top_keys(text: &str) -> toml::Table {
 /// Refuses a folder where a file of some kind is wanted.
 fn refuse_folder(path: &Path, wanted: &str) -> Result<()> {
     match path.is_dir() {
-        true => Err(Error::input(path.display(), format!("is a folder: name {wanted} (.toml)"))),
+        true => Err(Error::input(path, "is a folder").wanted(format!("name {wanted} (.toml)"))),
         false => Ok(()),
     }
 }
@@ -229,7 +230,8 @@ fn voxel_size(at: &Place, file: &StudyFile, overrides: &Overrides) -> Result<f64
     at.key("grid").number("voxel_size_m", file.grid.voxel_size_m, VOXEL_SIZES_M, rule)?;
     match overrides.voxel_size_m {
         Some(size) if !VOXEL_SIZES_M.contains(&size) => {
-            Err(Error::Input(format!("--voxel-size {size}: must be {rule}")))
+            let place = Site::Argument(Argument::VoxelSize, size.to_string());
+            Err(Issue::says(format!("must be {rule}")).at(place).into())
         }
         other => Ok(other.unwrap_or(file.grid.voxel_size_m)),
     }
@@ -240,7 +242,7 @@ fn scenes(at: &Place, file: &StudyFile, sources: &Sources, problems: &mut Proble
     let scenes = file.scene.iter().enumerate().filter_map(|(i, entry)| {
         let path = at.folder().join(&entry.file);
         // An error inside the file names the file; one of reaching it also says who asked for it.
-        let text = sources.text(&path).map_err(|e| at.says(format!("scene[{i}].file: {e}")));
+        let text = sources.text(&path).map_err(|e| at.around(e.at(format!("scene[{i}].file"))));
         let mut scene =
             problems.keep(text).and_then(|text| problems.keep_all(SceneSpec::parse(&path, text)))?;
         scene.name = entry.name.clone().unwrap_or(scene.name);
@@ -297,7 +299,9 @@ fn no_semicolons(at: &Place, sensors: &[Sensor]) -> Result<()> {
     let poses = sensors.iter().flat_map(|sensor| sensor.candidates.iter().map(|c| c.name.as_str()));
     let names = sensors.iter().map(|sensor| sensor.name.as_str()).chain(poses);
     match names.into_iter().find(|name| name.contains(';')) {
-        Some(name) => Err(at.says(format!("{name:?}: names of sensors and poses hold no semicolon"))),
+        Some(name) => {
+            Err(at.around(Error::input(format!("{name:?}"), "names of sensors and poses hold no semicolon")))
+        }
         None => Ok(()),
     }
 }
@@ -306,11 +310,18 @@ fn no_semicolons(at: &Place, sensors: &[Sensor]) -> Result<()> {
 fn no_mixed_noise(at: &Place, sensors: &[Sensor]) -> Result<()> {
     let first = |said| sensors.iter().find(|sensor| sensor.noise == said);
     match (first(SaidOfNoise::Unknown), first(SaidOfNoise::Model)) {
-        (Some(unknown), Some(known)) => Err(at.says(format!(
-            "the noise of sensor {:?} is unknown and that of sensor {:?} is not, so they cannot be compared: give {:?} \
-             noise = {{ std_m = ... }}, or write mixed_noise = true at the top of the study (or sweep with --noiseless)",
-            unknown.name, known.name, unknown.name
-        ))),
+        (Some(unknown), Some(known)) => {
+            let [unknown, known] = [unknown, known].map(|sensor| &sensor.name);
+            let what = format!(
+                "the noise of sensor {unknown:?} is unknown and that of sensor {known:?} is not, so they cannot be compared"
+            );
+            let cure = Words::from(format!(
+                "give {unknown:?} noise = {{ std_m = ... }}, or write mixed_noise = true at the top of the study (or sweep \
+                 with "
+            )) + Argument::Noiseless
+                + ")";
+            Err(at.says(what).wanted(cure))
+        }
         _ => Ok(()),
     }
 }
@@ -324,10 +335,13 @@ fn bounds(at: &Place, bounds: file::BoundsFile) -> Result<[DVec3; 2]> {
     Ok([min, max])
 }
 
-/// Parses TOML; the parser's message shows the line and names unknown keys.
-fn parse<T: serde::de::DeserializeOwned>(path: &Path, text: &str) -> Result<T> {
-    toml::from_str(text).map_err(|e| {
-        Error::input(path.display(), format!("{}{}", e.to_string().trim_end(), unreadable::meant(&e)))
+/// Reads TOML. The error shows the line, and beside it is its message alone, if the file is TOML at all.
+fn parse<T: DeserializeOwned>(path: &Path, text: &str) -> Result<T, (Error, Option<String>)> {
+    toml::from_str(text).map_err(|shown| {
+        let table = toml::from_str::<toml::Table>(text).ok();
+        let why = table.and_then(|table| reader::read::<T>(table).err());
+        let meant = why.as_ref().map_or(String::new(), unreadable::meant);
+        (Error::input(path, format!("{}{meant}", shown.to_string().trim_end())), why.map(|why| why.message))
     })
 }
 

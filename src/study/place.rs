@@ -6,6 +6,7 @@ use std::path::Path;
 use glam::DVec3;
 
 use super::FARTHEST_M;
+use crate::error::{Issue, Site, Words};
 use crate::sensor::Cost;
 use crate::{Error, Result};
 
@@ -32,14 +33,28 @@ impl Place<'_> {
 
     /// The error for a wrong value.
     pub(super) fn wrong(&self, key: &str, value: impl std::fmt::Display, rule: &str) -> Error {
-        Error::input(self.file.display(), format!("{}{key} = {value}: {rule}", self.prefix))
+        let issue = Issue::value(key, value, rule);
+        match self.prefix.trim_end_matches('.') {
+            "" => issue,
+            table => issue.at(Site::Table(table.into())),
+        }
+        .at(self.file)
+        .into()
     }
 
     /// The error for something that is missing, or there twice.
-    pub(super) fn says(&self, what: impl std::fmt::Display) -> Error {
-        let prefix = self.prefix.trim_end_matches('.');
-        let colon = if prefix.is_empty() { "" } else { ": " };
-        Error::input(self.file.display(), format!("{prefix}{colon}{what}"))
+    pub(super) fn says(&self, what: impl Into<Words>) -> Error {
+        self.around(Issue::says(what))
+    }
+
+    /// The error for a problem of its own in this place, such as that of a file that is named here.
+    pub(super) fn around(&self, error: impl Into<Error>) -> Error {
+        let error = error.into();
+        match self.prefix.trim_end_matches('.') {
+            "" => error,
+            part => error.at(part),
+        }
+        .at(self.file)
     }
 
     pub(super) fn number(
@@ -73,7 +88,9 @@ impl Place<'_> {
 
     pub(super) fn some<T>(&self, key: &str, entries: &[T], example: &str) -> Result<()> {
         if entries.is_empty() {
-            return Err(self.says(format!("no {key}: add at least one, as in {example}")));
+            return Err(self
+                .around(Issue::missing(key))
+                .wanted(format!("add at least one, as in {example}")));
         }
         Ok(())
     }
@@ -87,7 +104,8 @@ impl Place<'_> {
             if name.chars().count() > MOST_OF_NAME {
                 let begin: String = name.chars().take(40).collect();
                 let what = format!("has more than {MOST_OF_NAME} characters: take a shorter one");
-                return Err(self.says(format!("{kind} {begin:?}…: its name {what}")));
+                return Err(self
+                    .around(Issue::too_large(format!("its name {what}")).at(format!("{kind} {begin:?}…"))));
             }
             if name.contains(char::is_control) {
                 let what =
@@ -95,7 +113,9 @@ impl Place<'_> {
                 return Err(self.says(format!("{kind} {name:?} {what}")));
             }
             if !seen.insert(name) {
-                return Err(self.says(format!("two {kind}s are named {name:?}: give each its own name")));
+                return Err(self
+                    .says(format!("two {kind}s are named {name:?}"))
+                    .wanted("give each its own name"));
             }
         }
         Ok(())
@@ -109,8 +129,10 @@ pub(super) fn only_one<T>(at: &Place, what: &str, choices: Vec<(&str, Option<T>)
         choices.into_iter().filter_map(|(key, value)| Some((key, value?))).collect();
     match (given.pop(), given.pop()) {
         (Some((_, value)), None) => Ok(value),
-        (None, _) => Err(at.says(format!("no {what}: give one of {}", known.join(", ")))),
-        (Some((b, _)), Some((a, _))) => Err(at.says(format!("both {a} and {b}: give one {what}"))),
+        (None, _) => Err(at.says(format!("no {what}")).wanted(format!("give one of {}", known.join(", ")))),
+        (Some((b, _)), Some((a, _))) => {
+            Err(at.says(format!("both {a} and {b}")).wanted(format!("give one {what}")))
+        }
     }
 }
 

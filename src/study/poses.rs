@@ -11,6 +11,7 @@ use serde::Deserialize;
 
 use super::value::Axis;
 use super::{FARTHEST_M, Place, slug};
+use crate::error::Issue;
 use crate::pose::{Frame, Pose, from_rpy};
 use crate::sensor::{Candidate, Setting, Stance};
 use crate::source::Sources;
@@ -73,14 +74,14 @@ pub(super) fn expand(
         poses.collect::<Result<_>>()?
     } else if let Some(csv) = &entry.csv {
         let poses = table(&at.folder().join(csv), entry.frame.unwrap_or_default(), source);
-        poses.map_err(|e| at.says(format!("csv: {e}")))?
+        poses.map_err(|e| at.around(e.at("csv")))?
     } else if let Some(random) = &entry.random {
         drawn(at, random, entry.facing, source, most)?
     } else {
         lattice_poses(at, entry, source.stance, most)?
     };
     if named.len() > most {
-        return Err(at.says(too_many()));
+        return Err(at.around(too_many()));
     }
     candidates.extend(named.into_iter().map(|(name, pose)| Candidate {
         name: format!("{group}/{name}"),
@@ -93,7 +94,7 @@ pub(super) fn expand(
 /// The numbers of one axis of a lattice.
 fn axis(at: &Place, key: &str, axis: &Option<Axis>) -> Result<Vec<f64>> {
     match axis {
-        None => Err(at.says(format!("{key} is missing: a lattice has x_m, y_m and z_m"))),
+        None => Err(at.says(format!("{key} is missing")).wanted("a lattice has x_m, y_m and z_m")),
         Some(axis) => numbers(at, key, axis),
     }
 }
@@ -123,8 +124,9 @@ pub(super) fn numbers(at: &Place, key: &str, axis: &Axis) -> Result<Vec<f64>> {
 }
 
 /// What to say of poses that are more than the study may still have.
-pub(super) fn too_many() -> String {
-    format!("with these, the study has more than {MAX_POSES} poses: widen a step, or leave some out")
+pub(super) fn too_many() -> Issue {
+    Issue::too_large(format!("with these, the study has more than {MAX_POSES} poses"))
+        .wanted("widen a step, or leave some out")
 }
 
 fn lattice_poses(at: &Place, entry: &PosesFile, stance: Stance, most: usize) -> Result<Vec<(String, Pose)>> {
@@ -138,7 +140,7 @@ fn lattice_poses(at: &Place, entry: &PosesFile, stance: Stance, most: usize) -> 
         .iter()
         .try_fold(1, |n: usize, &m| n.checked_mul(m));
     if count.is_none_or(|n| n > most) {
-        return Err(at.says(too_many()));
+        return Err(at.around(too_many()));
     }
     let mut poses = Vec::new();
     let mut position = 0;
@@ -165,9 +167,9 @@ fn lattice_poses(at: &Place, entry: &PosesFile, stance: Stance, most: usize) -> 
 /// Where a sensor looks. One that stands level may leave it out, and then faces +x.
 fn facing(at: &Place, facing: Option<[f64; 3]>, stance: Stance) -> Result<DVec3> {
     let usual = (stance == Stance::Level).then_some([1.0, 0.0, 0.0]);
-    let value = facing
-        .or(usual)
-        .ok_or_else(|| at.says("facing is missing: the way the sensor looks, as in facing = [0, 1, 0]"))?;
+    let value = facing.or(usual).ok_or_else(|| {
+        at.says("facing is missing").wanted("the way the sensor looks, as in facing = [0, 1, 0]")
+    })?;
     let facing = at.vector("facing", value)?;
     if facing.length() < 1e-9 {
         return Err(at.wrong("facing", format!("{value:?}"), "must not be zero"));
@@ -196,7 +198,9 @@ fn turned(at: &Place, stance: Stance, position: DVec3, facing: DVec3, turn: Turn
         return Err(at.wrong(tilt_key, tilt_deg, rule));
     }
     if facing.truncate().length() < 1e-9 * facing.length() {
-        return Err(at.says("facing is straight up or down, which is no heading: give one along the floor"));
+        return Err(at
+            .says("facing is straight up or down, which is no heading")
+            .wanted("give one along the floor"));
     }
     Ok(Pose::upright(position, facing, pan))
 }
@@ -208,7 +212,13 @@ fn listed(at: &Place, entry: &PoseFile, stance: Stance) -> Result<Pose> {
     match (entry.facing, entry.rpy_deg, entry.quaternion) {
         (_, None, None) if entry.frame.is_none() && (entry.facing.is_some() || stance == Stance::Level) => {
             let (pan, tilt) = (entry.pan_deg.unwrap_or(0.0), entry.tilt_deg.unwrap_or(0.0));
-            turned(at, stance, position, facing(at, entry.facing, stance)?, [("pan_deg", pan), ("tilt_deg", tilt)])
+            turned(
+                at,
+                stance,
+                position,
+                facing(at, entry.facing, stance)?,
+                [("pan_deg", pan), ("tilt_deg", tilt)],
+            )
         }
         (None, Some(rpy), None) if !turns => {
             let rpy = at.vector("rpy_deg", rpy)?.to_array().map(f64::to_radians);
@@ -220,7 +230,10 @@ fn listed(at: &Place, entry: &PoseFile, stance: Stance) -> Result<Pose> {
                 at.wrong("quaternion", format!("{wxyz:?}"), "must not be zero, and all four finite")
             })
         }
-        _ => Err(at.says("give one of: facing (with pan_deg and tilt_deg); rpy_deg; quaternion = { w, x, y, z } (with frame)")),
+        _ => Err(at.says(
+            "give one of: facing (with pan_deg and tilt_deg); rpy_deg; quaternion = { w, \
+                x, y, z } (with frame)",
+        )),
     }
 }
 
@@ -249,12 +262,12 @@ fn table(path: &Path, frame: Frame, source: &PoseSource) -> Result<Vec<(String, 
         .from_reader(text.as_bytes());
     let mut poses = Vec::new();
     let columns = "the columns are x_m,y_m,z_m,qw,qx,qy,qz and, optional, sensor and pose";
-    let unreadable = |e: csv::Error| Error::input(path.display(), format!("{e}; {columns}"));
+    let unreadable = |e: csv::Error| Error::from(Issue::damaged(e.to_string()).cure(columns).at(path));
     let header = reader.headers().map_err(unreadable)?.clone();
     for record in reader.records() {
         let record = record.map_err(unreadable)?;
         let line = record.position().map_or(0, |p| p.line() + passed_over(&text[p.byte() as usize..]));
-        let wrong = |what: &str| Error::input(path.display(), format!("line {line}: {what}"));
+        let wrong = |what: &str| Error::input(path, format!("line {line}: {what}"));
         if record.len() != header.len() {
             return Err(wrong(&format!(
                 "has {} fields, the header {}; {columns}",
@@ -283,7 +296,7 @@ fn table(path: &Path, frame: Frame, source: &PoseSource) -> Result<Vec<(String, 
         poses.push((name, pose));
     }
     if poses.is_empty() {
-        return Err(Error::input(path.display(), format!("holds no pose for sensor {sensor:?}")));
+        return Err(Error::input(path, format!("holds no pose for sensor {sensor:?}")));
     }
     Ok(poses)
 }
@@ -308,7 +321,7 @@ fn drawn(
         return Err(at.wrong("count", random.count, &format!("must be from 1 to {MAX_POSES}")));
     }
     if random.count as usize > most {
-        return Err(at.says(too_many()));
+        return Err(at.around(too_many()));
     }
     let (min, max) = (at.vector("min_m", random.min_m)?, at.vector("max_m", random.max_m)?);
     if !min.cmple(max).all() {

@@ -6,7 +6,9 @@ use std::path::Path;
 use serde::de::DeserializeOwned;
 use toml::{Table, Value};
 
-use super::{Place, parse, unreadable};
+use super::reader::{Kind, Unreadable, read};
+use super::unreadable::{self, Step};
+use super::{Place, parse};
 use crate::{Error, Result};
 
 /// What was found wrong so far, in the order of the checks.
@@ -36,10 +38,10 @@ impl Problems {
 }
 
 /// A list of a file that can be read entry by entry: its key, and what is wrong with an entry.
-pub(super) type List = (&'static str, fn(Value) -> Vec<toml::de::Error>);
+pub(super) type List = (&'static str, fn(Value) -> Vec<Unreadable>);
 
 /// What keeps an entry from being read as what it should be.
-pub(super) fn wrong_with<T: DeserializeOwned>(entry: Value) -> Vec<toml::de::Error> {
+pub(super) fn wrong_with<T: DeserializeOwned>(entry: Value) -> Vec<Unreadable> {
     read_without_wrong_keys::<T>(entry).1
 }
 
@@ -51,20 +53,24 @@ pub(super) fn parse_in_parts<T: DeserializeOwned>(
     lists: &[List],
     problems: &mut Problems,
 ) -> Option<T> {
-    // The reader's own words on the whole file show the line, so they come first.
-    let whole = match parse(path, text) {
+    // What is wrong with the whole file is shown with its line, so it comes first.
+    let shown = match parse(path, text) {
         Ok(file) => return Some(file),
-        Err(e) => e,
+        Err((error, shown)) => {
+            problems.0.push(error);
+            shown
+        }
     };
-    let shown = whole.to_string();
-    problems.0.push(whole);
     let mut table: Table = toml::from_str(text).ok()?;
     let at = Place { file: path, prefix: String::new() };
     let written = unreadable::Written::new(text);
-    let mut told = |place: Option<&str>, within: &[unreadable::Step], all: Vec<toml::de::Error>| {
-        for e in all.into_iter().filter(|e| !shown.contains(e.message())) {
+    let mut told = |place: Option<&str>, within: &[Step], all: Vec<Unreadable>| {
+        let is_shown = |e: &Unreadable| shown.as_ref() == Some(&e.message);
+        for e in all.into_iter().filter(|e| !is_shown(e)) {
             let said = unreadable::in_words(&e, &|steps| written.line_of(steps), within);
-            problems.0.push(place.map_or_else(|| at.says(&said), |place| at.key(place).says(&said)));
+            problems.0.push(
+                place.map_or_else(|| at.says(said.as_str()), |place| at.key(place).says(said.as_str())),
+            );
         }
     };
     for (list, wrong_with) in lists {
@@ -76,7 +82,7 @@ pub(super) fn parse_in_parts<T: DeserializeOwned>(
             number += 1;
             let wrong = wrong_with(entry.clone());
             let is_right = wrong.is_empty();
-            told(Some(&place), &[unreadable::Step::Key(list), unreadable::Step::Entry(number - 1)], wrong);
+            told(Some(&place), &[Step::Key(list), Step::Entry(number - 1)], wrong);
             is_right
         });
     }
@@ -87,14 +93,14 @@ pub(super) fn parse_in_parts<T: DeserializeOwned>(
 
 /// What can be read of a value when wrong keys are left out, and what was wrong with each of them. What is
 /// missing only because of that is not told.
-fn read_without_wrong_keys<T: DeserializeOwned>(mut value: Value) -> (Option<T>, Vec<toml::de::Error>) {
+fn read_without_wrong_keys<T: DeserializeOwned>(mut value: Value) -> (Option<T>, Vec<Unreadable>) {
     let mut wrong = Vec::new();
     loop {
-        let error = match value.clone().try_into() {
-            Ok(read) => return (Some(read), wrong),
+        let error = match read(value.clone()) {
+            Ok(found) => return (Some(found), wrong),
             Err(error) => error,
         };
-        let is_missing = error.message().starts_with("missing field");
+        let is_missing = matches!(error.kind, Kind::Missing(_));
         let is_left_out = !is_missing && leave_out(&mut value, &unreadable::culprit(&error));
         if !is_missing || wrong.is_empty() {
             wrong.push(error);

@@ -89,7 +89,9 @@ pub(super) fn check(at: &Place, entry: RegionFile, known: &[String]) -> Result<(
     };
     unit_and_up_belong(at, file, entry.unit, entry.up)?;
     if entry.mesh.is_none() && (entry.position_m.is_some() || entry.rpy_deg.is_some()) {
-        return Err(at.says("position_m and rpy_deg belong to a mesh: other shapes are given in the world"));
+        return Err(at
+            .says("position_m and rpy_deg belong to a mesh")
+            .wanted("other shapes are given in the world"));
     }
     Ok((entry.name, spec))
 }
@@ -120,7 +122,9 @@ fn earlier(at: &Place, key: &str, names: &[String], known: &[String]) -> Result<
 
 fn human_box(at: &Place, entry: &HumanBoxFile) -> Result<RegionShape> {
     if entry.margin_m.is_some() && (entry.margin_min_m.is_some() || entry.margin_max_m.is_some()) {
-        return Err(at.says("margin_m is for all sides: give either it or margin_min_m and margin_max_m"));
+        return Err(at
+            .says("margin_m is for all sides")
+            .wanted("give either it or margin_min_m and margin_max_m"));
     }
     let all = at.number(
         "margin_m",

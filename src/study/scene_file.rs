@@ -14,6 +14,7 @@ use super::problems::{Problems, parse_in_parts, wrong_with};
 use super::urdf::UrdfFile;
 use super::value::{Unit, UpFile, exactly, exactly_if_given};
 use super::{Place, only_one, refuse_folder, slips, top_keys};
+use crate::error::Issue;
 use crate::pose::{Frame, Pose, from_rpy};
 use crate::scene::mesh_file::{self, ENDINGS, MeshFile, MeshFormat};
 use crate::scene::spec::{NodeRule, ObjectSpec, SceneSpec, SurfaceSpec, UrdfSpec};
@@ -193,10 +194,8 @@ fn refuse_study(path: &Path, text: &str) -> Result<()> {
     match ["scene", "region", "sensor"].iter().any(|key| keys.contains_key(*key))
         && !keys.contains_key("object")
     {
-        true => Err(Error::input(
-            path.display(),
-            "this looks like a study: name a scene file that it lists, with [[object]]",
-        )),
+        true => Err(Error::input(path, "this looks like a study")
+            .wanted("name a scene file that it lists, with [[object]]")),
         false => Ok(()),
     }
 }
@@ -268,12 +267,14 @@ fn object(at: &Place, entry: ObjectFile, default_interior: Interior) -> Result<O
     if matches!(surface, SurfaceSpec::Octomap(_))
         && (position_m != DVec3::ZERO || rotation != DQuat::IDENTITY)
     {
-        return Err(at.says("an octomap stays where it is: its voxels are the grid's; take its pose away"));
+        return Err(at
+            .says("an octomap stays where it is")
+            .wanted("its voxels are the grid's; take its pose away"));
     }
     // A room is what the cell is inside of.
     let interior = match (&surface, entry.interior) {
         (SurfaceSpec::Room { .. }, Some(_)) => {
-            return Err(at.says("interior does not belong to a room: it is the cell"));
+            return Err(at.says("interior does not belong to a room").wanted("it is the cell"));
         }
         (SurfaceSpec::Room { .. }, None) => Interior::Free,
         // A map is mostly one of a whole cell: its closed walls are no body either, unless its author says so.
@@ -289,11 +290,11 @@ fn object(at: &Place, entry: ObjectFile, default_interior: Interior) -> Result<O
     let moving = entry.snapshots.as_ref().is_some_and(|snapshots| snapshots.keypoints.is_some());
     let has_keypoints = moving || entry.keypoints.is_some();
     if has_keypoints && matches!(surface, SurfaceSpec::Mannequin(_)) {
-        return Err(at.says("keypoints: a mannequin's are its own; take them away"));
+        return Err(at.around(Issue::says("a mannequin's are its own; take them away").at("keypoints")));
     }
     let human = role == Role::Human || entry.nodes.iter().any(|rule| rule.role == Some(Role::Human));
     if has_keypoints && !human {
-        return Err(at.says("keypoints are a human's joints: add role = \"human\""));
+        return Err(at.says("keypoints are a human's joints").wanted("add role = \"human\""));
     }
     let motion = entry.snapshots.map(|snapshots| snapshots::check(at, snapshots, &surface)).transpose()?;
     Ok(ObjectSpec {
@@ -334,15 +335,17 @@ pub(super) fn unit_and_up_belong(
         _ if unit.is_none() && up.is_none() => Ok(()),
         Some(MeshFormat::Stl | MeshFormat::Obj) => Ok(()),
         Some(MeshFormat::Gltf) if up.is_none() => Ok(()),
-        Some(MeshFormat::Gltf) => Err(at.says(
-            "up belongs to an .stl or .obj mesh: glTF is y up by its own rules and is turned to z up; if it was exported \
-             lying, turn it with rpy_deg",
+        Some(MeshFormat::Gltf) => Err(at.says("up belongs to an .stl or .obj mesh").wanted(
+            "glTF is y up by its own rules and is turned to z up; if it was exported \
+                lying, turn it with rpy_deg",
         )),
-        Some(MeshFormat::Collada) => Err(at.says(
-            "unit and up do not belong to a .dae mesh: COLLADA says both itself and is turned to z up; if it was \
-             exported lying, turn it with rpy_deg",
+        Some(MeshFormat::Collada) => Err(at.says("unit and up do not belong to a .dae mesh").wanted(
+            "COLLADA says both itself and is turned to z up; if it was exported lying, \
+                turn it with rpy_deg",
         )),
-        None => Err(at.says("unit and up belong to a mesh: all other lengths are metres, and z is up")),
+        None => {
+            Err(at.says("unit and up belong to a mesh").wanted("all other lengths are metres, and z is up"))
+        }
     }
 }
 
@@ -392,6 +395,6 @@ fn rotation(
             };
             Ok(Pose::from_quaternion(DVec3::ZERO, wxyz, Frame::Link).ok_or_else(wrong)?.rotation)
         }
-        (Some(_), Some(_)) => Err(at.says("both rpy_deg and quaternion: give one rotation")),
+        (Some(_), Some(_)) => Err(at.says("both rpy_deg and quaternion").wanted("give one rotation")),
     }
 }

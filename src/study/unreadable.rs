@@ -3,8 +3,9 @@
 
 use std::cell::OnceCell;
 
-use toml::de::{DeTable, DeValue, Error};
+use toml::de::{DeTable, DeValue};
 
+use super::reader::{Kind, Unreadable};
 use crate::spelling::nearest;
 
 /// A step from a file's top towards one of its values.
@@ -38,41 +39,35 @@ impl Written<'_> {
 /// Finds the line on which the last of some keys stands.
 pub(super) type LineOf<'a> = &'a dyn Fn(&[Step]) -> Option<usize>;
 
-/// The reader's words on one line, with the line of the file that they are about, where it is found at
-/// `within` or below, and with what may be meant.
-pub(super) fn in_words(error: &Error, line_of: LineOf, within: &[Step]) -> String {
-    let said = error.to_string().trim_end().replace('\n', " ");
+/// An error in words, with the line of the file that it is about, where that is found at `within` or below,
+/// and with what may be meant.
+pub(super) fn in_words(error: &Unreadable, line_of: LineOf, within: &[Step]) -> String {
     let culprit = culprit(error);
     let steps: Vec<Step> = within.iter().copied().chain(culprit.iter().map(|key| Step::Key(key))).collect();
     // What is missing stands on no line.
     let line = if culprit.is_empty() { None } else { line_of(&steps) };
     let line = line.map_or(String::new(), |line| format!(" (line {line})"));
-    format!("{said}{line}{}", meant(error))
+    format!("{error}{line}{}", meant(error))
 }
 
-/// What a word is nearest to among those that the reader expected, as the end of a message.
-pub(super) fn meant(error: &Error) -> String {
-    let unknown =
-        ["unknown field `", "unknown variant `"].iter().any(|begin| error.message().starts_with(begin));
-    let words: Vec<&str> = error.message().split('`').skip(1).step_by(2).collect();
-    match &words[..] {
-        [written, expected @ ..] if unknown => nearest(written, expected.iter().copied())
-            .map_or(String::new(), |nearest| format!("; did you mean `{nearest}`?")),
-        _ => String::new(),
-    }
+/// What a word is nearest to among those that would be right, as the end of a message.
+pub(super) fn meant(error: &Unreadable) -> String {
+    let near = match &error.kind {
+        Kind::UnknownKey(written, expected) | Kind::UnknownWord(written, expected) => {
+            nearest(written, expected.iter().copied())
+        }
+        Kind::Missing(_) | Kind::Value => None,
+    };
+    near.map_or(String::new(), |near| format!("; did you mean `{near}`?"))
 }
 
-/// The key that an error is about, from the outermost table inwards.
-pub(super) fn culprit(error: &Error) -> Vec<String> {
-    let shown = error.to_string();
-    let quoted = |text: &str| Some(text.split('`').nth(1)?.to_string());
-    let tables = shown.lines().last().filter(|line| line.starts_with("in `")).and_then(quoted);
-    let mut keys: Vec<String> =
-        tables.iter().flat_map(|tables| tables.split('.')).map(String::from).collect();
-    if error.message().starts_with("unknown field") {
-        keys.extend(quoted(error.message()));
-    }
-    keys
+/// The keys that an error is about, from the outermost table inwards.
+pub(super) fn culprit(error: &Unreadable) -> Vec<String> {
+    let unknown = match &error.kind {
+        Kind::UnknownKey(key, _) => Some(key),
+        _ => None,
+    };
+    error.keys.iter().chain(unknown).cloned().collect()
 }
 
 /// The line of a byte, counted from 1.

@@ -132,7 +132,7 @@ fn measure(
 ) -> Result<(Vec<Row>, BenchLine)> {
     let Contender { name, backend, threads } = contender;
     let pool = rayon::ThreadPoolBuilder::new().num_threads(*threads).build();
-    let pool = pool.map_err(|e| Error::Device(format!("cannot start {threads} threads: {e}")))?;
+    let pool = pool.map_err(|e| Error::device(format!("cannot start {threads} threads: {e}")))?;
     let mut one = || pool.install(|| round(study, worlds, pose_choices, backend.as_mut()));
     let (rows, load, mut work) = one()?;
     let (mut rounds, mut spent) = (1, work);

@@ -145,7 +145,7 @@ pub fn compare(
         let (found, time) = timed(backend.as_mut(), &scene, &rays, &placements)?;
         if found.len() != placements.len() {
             let what = format!("answered for {} of {} poses", found.len(), placements.len());
-            return Err(Error::Device(format!("backend {}: {what}", backend.name())));
+            return Err(Error::device(format!("backend {}: {what}", backend.name())));
         }
         let mut differences = 0;
         for (i, placement) in placements.iter().enumerate() {

@@ -6,14 +6,15 @@ use std::sync::Arc;
 
 use rayon::prelude::*;
 
+use crate::Result;
 use crate::backend::{Backend, GridPose, Planes, Rays, Reading, Shot, Slot};
+use crate::error::{Argument, Issue, Words};
 use crate::results::PoseChoice;
 use crate::sensor::{Claim, Station};
 use crate::study::Study;
 use crate::voxel::region::window_of;
 use crate::voxel::{Truth, Window};
 use crate::world::World;
-use crate::{Error, Result};
 
 /// How much is asked of a backend at once, unless a single choice is more.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -123,12 +124,15 @@ impl<'a> Store<'a> {
         }
         if count == 0 {
             let combination = &self.study.combinations[pose_choices[0].combination].name;
-            return Err(Error::Input(format!(
-                "combination {combination:?}: the evidence of its sensors does not fit backend {} at once ({} pieces do): \
-                 use larger voxels, smaller regions, or `--backend cpu`",
+            let what = format!(
+                "the evidence of its sensors does not fit backend {} at once ({} pieces do)",
                 backend.name(),
                 self.slots
-            )));
+            );
+            let cure =
+                Words::from("use larger voxels, smaller regions, or ") + Argument::Backend.quoted("cpu");
+            let place = format!("combination {combination:?}");
+            return Err(Issue::too_large(what).wanted(cure).at(place).into());
         }
         self.make_room(&missing, &wanted);
         self.make(&missing, backend)?;

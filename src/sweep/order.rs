@@ -265,7 +265,7 @@ fn answer(
     let regions = world.regions.len();
     if scored.len() != request.jobs || scored.iter().any(|of_regions| of_regions.len() != regions) {
         let what = format!("answered for {} of {} choices", scored.len(), request.jobs);
-        return Err(Error::Device(format!("backend {}: {what}", backend.name())));
+        return Err(Error::device(format!("backend {}: {what}", backend.name())));
     }
     let representations = request.jobs / request.pose_choices.len();
     let named = request

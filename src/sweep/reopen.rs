@@ -25,5 +25,5 @@ pub fn same(folder: &Path, study: &Study, worlds: &[World]) -> Result<()> {
     }
     let changes = then.changes(&now).join("; ");
     let what = format!("{} is not what was swept: {changes}; sweep again", study.path.display());
-    Err(Error::input(folder.display(), what))
+    Err(Error::input(folder, what))
 }

@@ -14,6 +14,7 @@ use super::Row;
 use super::check::{AT_LEAST, Picked};
 use super::checkpoint::{Checkpoint, Done, Watch};
 use super::worker::{Timings, Worker};
+use crate::error::{Argument, Issue, Site, Words};
 use crate::results::files::{JOURNAL, MANIFEST, OutputFolder};
 use crate::results::journal::{Journal, JournalHeader, Locked, Pages, Shard, Unfit};
 use crate::results::manifest::{KILLED, Manifest, Run};
@@ -79,12 +80,12 @@ impl<'a> Session<'a> {
         let layout = layout_of(study);
         let places = places_of(&layout, shard);
         if places.is_empty() {
-            return Err(Error::Input(format!(
-                "--shard {}/{}: the study has {} choices of poses, at most so many shards have work",
-                shard.number,
-                shard.of,
+            let what = format!(
+                "the study has {} choices of poses, at most so many shards have work",
                 layout.pose_choices()
-            )));
+            );
+            let place = Site::Argument(Argument::Shard, format!("{}/{}", shard.number, shard.of));
+            return Err(Issue::says(what).at(place).into());
         }
         let folder = OutputFolder::open(path)?;
         folder.spare(&study.sources)?;
@@ -110,19 +111,19 @@ impl<'a> Session<'a> {
             (false, Ok(Some(found))) => return Err(another(path, found, &header, &manifest)),
             (false, Err(unfit)) => {
                 let cure = match unfit {
-                    Unfit::Damaged => "--restart begins anew",
-                    Unfit::Format(_) => "name another folder",
-                    Unfit::Foreign => "name another folder, or move it away",
+                    Unfit::Damaged => Words::from(Argument::Restart) + " begins anew",
+                    Unfit::Format(_) => "name another folder".into(),
+                    Unfit::Foreign => "name another folder, or move it away".into(),
                 };
-                return Err(Error::input(path.join(JOURNAL).display(), format!("{unfit}; {cure}")));
+                return Err(Issue::damaged(unfit.to_string()).cure(cure).at(path.join(JOURNAL)).into());
             }
             (false, Ok(None)) if folder.table().is_some() => {
                 let table = folder.table().unwrap_or_default();
                 let what = format!(
-                    "is of an earlier sweep, whose {JOURNAL} is gone, so that nothing is left to go on with: name another \
-                     folder, or --restart to lose it"
+                    "is of an earlier sweep, whose {JOURNAL} is gone, so that nothing is left to go on with"
                 );
-                return Err(Error::input(path.join(table).display(), what));
+                let cure = Words::from("name another folder, or ") + Argument::Restart + " to lose it";
+                return Err(Error::input(path.join(table), what).wanted(cure));
             }
             (true, _) | (false, Ok(None)) => {
                 folder.clear(false);
@@ -300,12 +301,15 @@ fn moments(study: &Study) -> Vec<usize> {
 
 /// Why a folder cannot be gone on with.
 fn another(path: &Path, found: &JournalHeader, header: &JournalHeader, manifest: &Manifest) -> Error {
-    let cure = "name another folder, or begin anew with --restart (what is finished there is then lost)";
+    let cure = Words::from("name another folder, or begin anew with ")
+        + Argument::Restart
+        + " (what is finished there is then lost)";
     if found.fingerprint == header.fingerprint {
         let Shard { number, of } = found.shard;
-        return Error::input(path.display(), format!("holds shard {number}/{of} of this sweep: {cure}"));
+        let what = format!("holds shard {number}/{of} of this sweep");
+        return Issue::says(what).wanted(cure).at(path).into();
     }
     let changes = Manifest::read(path).map(|earlier| earlier.changes(manifest)).unwrap_or_default();
     let what = if changes.is_empty() { "which is not known".into() } else { changes.join("; ") };
-    Error::input(path.display(), format!("holds a sweep of something else: {what}. {cure}"))
+    Error::input(path, Words::from(format!("holds a sweep of something else: {what}. ")) + cure)
 }

@@ -16,6 +16,7 @@ use super::Ledger;
 use super::checkpoint::Checkpoint;
 use super::run_choices;
 use crate::backend::Backend;
+use crate::error::{Argument, Issue, Words};
 use crate::results::PoseChoice;
 use crate::results::files::{DISAGREED, DISAGREEMENT, write_whole};
 use crate::results::manifest::Fault;
@@ -91,7 +92,7 @@ impl Worker<'_> {
                 checkpoint,
             );
             match worked {
-                Err(Error::Device(what)) if self.backends.needs_check() && fallback != Fallback::Cpu => {
+                Err(Error::Device(issue)) if self.backends.needs_check() && fallback != Fallback::Cpu => {
                     close(backend);
                     failures = if checkpoint.finished - last_fault > CLEAN_AFTER { 1 } else { failures + 1 };
                     let instead = self.fall_back(checkpoint)?;
@@ -107,6 +108,8 @@ impl Worker<'_> {
                     };
                     let for_good = if fallback == Fallback::Cpu { ", and from then on the CPU" } else { "" };
                     let scene = self.scene(checkpoint);
+                    // What helps was done just now.
+                    let what = Issue { cures: Vec::new(), ..issue }.to_string();
                     let fault = Fault { what, scene, instead: format!("{instead}{for_good}") };
                     checkpoint.watch.failed(&fault);
                     self.faults.push(fault);
@@ -189,11 +192,12 @@ impl Worker<'_> {
                     Ok(()) => format!("Both counts are in {}", path.display()),
                     Err(e) => format!("Both counts: {} ({e})", difference.evidence),
                 };
-                Err(Error::Disagreement(format!(
-                    "the device and the CPU disagree: {}. {kept}. {cleared}; run again with --backend cpu, and \
-                     `perirobot verify-backends` to see more",
-                    difference.place
-                )))
+                let what =
+                    format!("the device and the CPU disagree: {}. {kept}. {cleared}", difference.place);
+                let cure = Words::from("run again with ")
+                    + Argument::Backend.to("cpu")
+                    + ", and `perirobot verify-backends` to see more";
+                Err(Error::Disagreement(Issue::says(what).cure(cure)))
             }
         }
     }

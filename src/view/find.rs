@@ -2,6 +2,7 @@
 
 use super::Choice;
 use super::names::{ChoiceNames, find_choices, unknown};
+use crate::error::{Argument, Site, Words};
 use crate::results::columns::representation_names;
 use crate::study::{Combination, Study};
 use crate::world::World;
@@ -33,8 +34,9 @@ pub fn find<'w>(study: &Study, worlds: &'w [World], wanted: &Names) -> Result<(&
     let (combination, choice) = found[0];
     if let Some((other, _)) = found.get(1) {
         let [a, b] = [combination, *other].map(|number| &study.combinations[number].name);
-        let what = format!("is a choice of {a:?} and of {b:?}: say which with --combination");
-        return Err(Error::input(format!("--pose {}", wanted.poses), what));
+        let cure = Words::from("say which with ") + Argument::Combination;
+        let place = Site::Argument(Argument::Pose, wanted.poses.clone());
+        return Err(Error::input(place, format!("is a choice of {a:?} and of {b:?}")).wanted(cure));
     }
     let names = representation_names(study, &study.combinations[combination]);
     let representation = match &wanted.representation {
@@ -42,9 +44,9 @@ pub fn find<'w>(study: &Study, worlds: &'w [World], wanted: &Names) -> Result<(&
         Some(name) => names
             .iter()
             .position(|known| known == name)
-            .ok_or_else(|| unknown("--representation", Some(name), &names))?,
+            .ok_or_else(|| unknown(Argument::Representation, Some(name), &names))?,
     };
-    below("--repeat", wanted.repeat, study.repeats as usize)?;
+    below(Argument::Repeat, wanted.repeat, study.repeats as usize)?;
     let scene = find_scene(study, wanted)?;
     let here = |world: &&World| (world.scene, world.snapshot) == (scene, wanted.snapshot);
     let world = worlds.iter().find(here).expect("worlds are those of the study's scenes");
@@ -59,16 +61,17 @@ pub fn find_scene(study: &Study, wanted: &Names) -> Result<usize> {
         Some(name) => scenes
             .iter()
             .position(|known| known == name)
-            .ok_or_else(|| unknown("--scene", Some(name), &scenes))?,
+            .ok_or_else(|| unknown(Argument::Scene, Some(name), &scenes))?,
     };
-    below("--snapshot", wanted.snapshot, study.scenes[scene].snapshots)?;
+    below(Argument::Snapshot, wanted.snapshot, study.scenes[scene].snapshots)?;
     Ok(scene)
 }
 
-fn below(option: &str, number: usize, of: usize) -> Result<()> {
+fn below(argument: Argument, number: usize, of: usize) -> Result<()> {
+    let place = Site::Argument(argument, number.to_string());
     match number < of {
         true => Ok(()),
-        false => Err(Error::input(format!("{option} {number}"), format!("must be from 0 to {}", of - 1))),
+        false => Err(Error::input(place, format!("must be from 0 to {}", of - 1))),
     }
 }
 

@@ -1,5 +1,6 @@
 //! Names of choices of poses: which one is meant by a name that a user wrote.
 
+use crate::error::{Argument, Issue, Site};
 use crate::results::columns::BETWEEN_MEMBERS;
 use crate::study::slug;
 use crate::{Error, Result};
@@ -32,7 +33,7 @@ pub fn find_choices(
         .collect();
     if asked.is_empty() {
         let names: Vec<_> = all.iter().map(|names| names.combination).collect();
-        return Err(unknown("--combination", combination, &names));
+        return Err(unknown(Argument::Combination, combination, &names));
     }
     let meant = |(number, names): &(usize, &ChoiceNames)| {
         let choice = names.written(poses).or_else(|| names.spelled(poses))?;
@@ -51,19 +52,17 @@ pub fn find_choices(
         false => format!(" (did you mean {}?)", near.join(", ")),
     };
     let (_, first) = asked[0];
-    let what = format!(
-        "no such choice of poses{meant}: must be sensor:pose as `perirobot check` lists poses, or as in the column \
-         `poses` of results.csv, as in {}",
+    let rule = format!(
+        "must be sensor:pose as `perirobot check` lists poses, or as in the column `poses` of results.csv, as in {}",
         first.name(&vec![0; first.members.len()])
     );
-    Err(Error::input(format!("--pose {poses}"), what))
+    let place = Site::Argument(Argument::Pose, poses.into());
+    Err(Error::input(place, format!("no such choice of poses{meant}")).wanted(rule))
 }
 
 /// The error of a name that is not there.
-pub fn unknown(option: &str, name: Option<&str>, known: &[impl AsRef<str>]) -> Error {
-    let known: Vec<_> = known.iter().map(AsRef::as_ref).collect();
-    let what = format!("there is no such one, there are {}", known.join(", "));
-    Error::input(format!("{option} {}", name.unwrap_or_default()), what)
+pub fn unknown(argument: Argument, name: Option<&str>, known: &[impl AsRef<str>]) -> Error {
+    Issue::unknown(known).at(Site::Argument(argument, name.unwrap_or_default().into())).into()
 }
 
 impl ChoiceNames<'_> {

@@ -91,21 +91,21 @@ fn a_choice_is_found_by_its_names() {
     refused(
         named("nowhere"),
         &format!(
-            "--pose nowhere: no such choice of poses: must be sensor:pose as `perirobot check` lists poses, or as in the \
+            "pose nowhere: no such choice of poses: must be sensor:pose as `perirobot check` lists poses, or as in the \
              column `poses` of results.csv, as in {known}"
         ),
     );
     refused(
         Names { combination: Some("x".into()), ..named(&known) },
-        "--combination x: there is no such one, there are ",
+        "combination x: there is no such one, there are ",
     );
     refused(
         Names { representation: Some("x".into()), ..named(&known) },
-        "--representation x: there is no such one",
+        "representation x: there is no such one",
     );
-    refused(Names { scene: Some("x".into()), ..named(&known) }, "--scene x: there is no such one");
-    refused(Names { snapshot: 9, ..named(&known) }, "--snapshot 9: must be from 0 to 0");
-    refused(Names { repeat: 9, ..named(&known) }, "--repeat 9: must be from 0 to 0");
+    refused(Names { scene: Some("x".into()), ..named(&known) }, "scene x: there is no such one");
+    refused(Names { snapshot: 9, ..named(&known) }, "snapshot 9: must be from 0 to 0");
+    refused(Names { repeat: 9, ..named(&known) }, "repeat 9: must be from 0 to 0");
 }
 
 #[test]

@@ -20,6 +20,7 @@ use super::BitGrid;
 use super::grid::{MAX_VOXELS_PER_AXIS, ONE_Q16, Window, length_q16, point_q16};
 use super::solid::{self, Ball, MAX_RADIUS_Q16};
 use super::truth::{ObjectVoxels, RobotReach, Truth};
+use crate::error::Issue;
 use crate::scene::{Mesh, Role};
 use crate::{Error, Result};
 use glam::DVec3;
@@ -94,7 +95,7 @@ pub struct Region {
 /// The voxels of a shape in a scene. Ignored insides belong to no region; a region left without voxels is an
 /// error.
 pub fn region(name: &str, shape: &RegionShape, truth: &Truth) -> Result<Region> {
-    let wrong = |what: String| Error::input(format!("region {name:?}"), what);
+    let wrong = |issue: Issue| Error::from(issue.at(format!("region {name:?}")));
     let rows = rows_of(shape, truth).map_err(wrong)?;
     let mut voxels = BitGrid::new(truth.grid.window());
     let (mut total, mut cut_at) = (0u64, [[false; 2]; 3]);
@@ -113,13 +114,12 @@ pub fn region(name: &str, shape: &RegionShape, truth: &Truth) -> Result<Region> 
     }
     let inside = voxels.count();
     if inside == 0 {
-        return Err(wrong(nothing_in(shape, total).into()));
+        return Err(wrong(nothing_in(shape, total)));
     }
     voxels.remove(&truth.ignored);
     if voxels.is_empty() {
-        let what = "all its voxels are inside a body whose interior is ignored; if that body is the room itself, \
-                    give it interior = \"free\"";
-        return Err(wrong(what.into()));
+        let what = Issue::says("all its voxels are inside a body whose interior is ignored");
+        return Err(wrong(what.cure("if that body is the room itself, give it interior = \"free\"")));
     }
     Ok(Region {
         name: name.into(),
@@ -129,21 +129,21 @@ pub fn region(name: &str, shape: &RegionShape, truth: &Truth) -> Result<Region> 
     })
 }
 
-fn nothing_in(shape: &RegionShape, total: u64) -> &'static str {
+fn nothing_in(shape: &RegionShape, total: u64) -> Issue {
     match shape {
-        _ if total > 0 => "lies outside the grid; make it larger or move it",
-        RegionShape::Difference(..) => {
-            "difference: the others leave nothing of the first; make one of them smaller"
-        }
-        _ => "holds no voxel's centre; make it larger or move it",
+        _ if total > 0 => Issue::says("lies outside the grid").cure("make it larger or move it"),
+        RegionShape::Difference(..) => Issue::says("the others leave nothing of the first")
+            .cure("make one of them smaller")
+            .at("difference"),
+        _ => Issue::says("holds no voxel's centre").cure("make it larger or move it"),
     }
 }
 
 /// A shape in integers.
-fn rows_of(shape: &RegionShape, truth: &Truth) -> Result<RowShape, String> {
+fn rows_of(shape: &RegionShape, truth: &Truth) -> Result<RowShape, Issue> {
     let grid = &truth.grid;
     let all = |shapes: &[RegionShape]| {
-        shapes.iter().map(|shape| rows_of(shape, truth)).collect::<Result<_, String>>()
+        shapes.iter().map(|shape| rows_of(shape, truth)).collect::<Result<_, Issue>>()
     };
     Ok(match shape {
         RegionShape::Sphere { center_m, radius_m } => RowShape::Ball(ball(*center_m, *radius_m, truth)?),
@@ -168,27 +168,31 @@ fn rows_of(shape: &RegionShape, truth: &Truth) -> Result<RowShape, String> {
         }
         RegionShape::Mesh(mesh) => {
             let rows = MeshRows::new(mesh, grid.voxel_size_m, grid.origin);
-            RowShape::Mesh(rows.map_err(|what| format!("mesh: {what}"))?)
+            RowShape::Mesh(rows.map_err(|what| what.at("mesh"))?)
         }
         RegionShape::Union(shapes) => RowShape::Union(all(shapes)?),
         RegionShape::Difference(shapes) => RowShape::Difference(all(shapes)?),
     })
 }
 
-fn ball(center_m: DVec3, radius_m: f64, truth: &Truth) -> Result<Ball, String> {
+fn ball(center_m: DVec3, radius_m: f64, truth: &Truth) -> Result<Ball, Issue> {
     let voxel_size_m = truth.grid.voxel_size_m;
     let radius_q16 = length_q16(radius_m, voxel_size_m);
     if radius_q16 > MAX_RADIUS_Q16 {
-        return Err(format!("radius_m = {radius_m}: at most 2047 voxels ({} m)", 2047.0 * voxel_size_m));
+        return Err(Issue::value(
+            "radius_m",
+            radius_m,
+            format!("at most 2047 voxels ({} m)", 2047.0 * voxel_size_m),
+        ));
     }
     Ok(Ball::new(truth.grid.position_q16(center_m), radius_q16))
 }
 
-fn cuboid(low_q16: [i64; 3], high_q16: [i64; 3]) -> Result<RowShape, String> {
+fn cuboid(low_q16: [i64; 3], high_q16: [i64; 3]) -> Result<RowShape, Issue> {
     let voxels = solid::box_voxels(low_q16, high_q16);
     let longest = 4 * MAX_VOXELS_PER_AXIS;
     if voxels.iter().any(|side| side.end - side.start > longest as i64) {
-        return Err(format!("is over {longest} voxels long; is it in millimetres?"));
+        return Err(Issue::says(format!("is over {longest} voxels long; is it in millimetres?")));
     }
     Ok(RowShape::Box(voxels))
 }
@@ -200,19 +204,23 @@ fn named<'t>(
     truth: &'t Truth,
     role: Role,
     plural: &str,
-) -> Result<Vec<&'t ObjectVoxels>, String> {
+) -> Result<Vec<&'t ObjectVoxels>, Issue> {
     let all: Vec<_> =
         truth.objects.iter().map(|object| &**object).filter(|object| object.role == role).collect();
     let Some(wanted) = wanted else { return Ok(all) };
     let found: Vec<_> = all.iter().copied().filter(|object| object.name == wanted).collect();
     if found.is_empty() {
         let known: Vec<_> = all.iter().map(|object| object.name.as_str()).collect();
-        return Err(format!("{key}.object = {wanted:?}: the scene's {plural} are {known:?}"));
+        return Err(Issue::value(
+            format!("{key}.object"),
+            format!("{wanted:?}"),
+            format!("the scene's {plural} are {known:?}"),
+        ));
     }
     Ok(found)
 }
 
-fn human_bounds(object: Option<&str>, truth: &Truth) -> Result<Window, String> {
+fn human_bounds(object: Option<&str>, truth: &Truth) -> Result<Window, Issue> {
     let humans = named("human_box", object, truth, Role::Human, "humans")?;
     let bounds = match object {
         None => truth.human.bounds(),
@@ -221,31 +229,27 @@ fn human_bounds(object: Option<&str>, truth: &Truth) -> Result<Window, String> {
         }
     };
     if bounds.is_empty() {
-        return Err(
-            "human_box: no voxel of a human lies in the grid: widen bounds_m, or write the region as a box"
-                .into(),
-        );
+        return Err(Issue::says("human_box")
+            .wanted("no voxel of a human lies in the grid: widen bounds_m, or write the region as a box"));
     }
     Ok(bounds)
 }
 
-fn reach(object: Option<&str>, truth: &Truth) -> Result<RobotReach, String> {
+fn reach(object: Option<&str>, truth: &Truth) -> Result<RobotReach, Issue> {
     let robots = named("robot_reach", object, truth, Role::Robot, "robots")?;
     let known: Vec<_> = robots.iter().filter_map(|robot| Some((robot.name.as_str(), robot.reach?))).collect();
     match (known[..].first(), known.len()) {
         (Some((_, reach)), 1) => Ok(*reach),
         (None, _) => {
             let whose = object.map_or("robot_reach".into(), |name| format!("robot_reach.object = {name:?}"));
-            Err(format!(
-                "{whose}: no robot has a known reach: give the robot as a urdf, or write the region as a sphere"
+            Err(Issue::says(whose).wanted(
+                "no robot has a known reach: give the robot as a urdf, or write the region as a sphere",
             ))
         }
         _ => {
             let names: Vec<_> = known.iter().map(|(name, _)| *name).collect();
-            Err(format!(
-                "robot_reach: {names:?} all have a reach: say which one with object = {:?}",
-                names[0]
-            ))
+            Err(Issue::says("robot_reach")
+                .wanted(format!("{names:?} all have a reach: say which one with object = {:?}", names[0])))
         }
     }
 }

@@ -9,8 +9,9 @@ use rayon::prelude::*;
 
 use super::voxelize::{VoxelizedObject, body, bounds_m, distinct_objects};
 use super::{BitGrid, Grid, Truth};
+use crate::Result;
+use crate::error::{Argument, Issue, Words};
 use crate::scene::{Object, Role, Scene};
-use crate::{Error, Result};
 
 /// Asked between two pieces of work; an error is a reason to begin no other.
 pub(crate) type GoOn<'a> = &'a (dyn Fn() -> Result<()> + Sync);
@@ -104,11 +105,14 @@ fn refuse_excess(objects: &[&Arc<Object>], truths: usize, grid: &Grid, free: Opt
         Some(free) if taken > free => format!("than the {free:.1} that are free"),
         _ => return Ok(()),
     };
-    Err(Error::Input(format!(
-        "the voxels of {} objects, each counted again where it has moved, take {taken:.1} GiB, more {than}: take larger voxels \
-         (--voxel-size), set bounds_m around the part that matters, or split the scene",
+    let what = format!(
+        "the voxels of {} objects, each counted again where it has moved, take {taken:.1} GiB, more {than}",
         objects.len()
-    )))
+    );
+    let cure = Words::from("take larger voxels (")
+        + Argument::VoxelSize
+        + "), set bounds_m around the part that matters, or split the scene";
+    Err(Issue::too_large(what).wanted(cure).into())
 }
 
 /// The memory that there is for this program, where the system tells: what is free, and what its control
@@ -162,6 +166,7 @@ mod tests {
     use glam::DVec3;
 
     use super::*;
+    use crate::Error;
     use crate::scene::{Interior, Optical, Surface, primitive};
 
     fn object(name: &str, at: DVec3) -> Arc<Object> {
@@ -243,7 +248,7 @@ mod tests {
             let asked = AtomicUsize::new(0);
             let go_on = || match asked.fetch_add(1, Ordering::Relaxed) {
                 number if number < last => Ok(()),
-                _ => Err(Error::Stopped("enough".into())),
+                _ => Err(Error::Stopped(Issue::says("enough"))),
             };
             Snapshots::of(&scenes, grid, 0, &go_on).map(|all| all.count())
         };
@@ -256,7 +261,10 @@ mod tests {
         assert!(matches!(until(6), Ok(5)));
         let (scenes, _) = walk(300);
         let large = Grid { size: [1024; 3], ..grid };
-        let begun = Snapshots::of(&scenes, large, u64::MAX, &|| Err(Error::Stopped("begun".into())));
-        assert!(matches!(&begun, Err(Error::Input(what)) if what.contains("GiB, more than")), "{begun:?}");
+        let begun = Snapshots::of(&scenes, large, u64::MAX, &|| Err(Error::Stopped(Issue::says("begun"))));
+        assert!(
+            matches!(&begun, Err(Error::Input(what)) if what.to_string().contains("GiB, more than")),
+            "{begun:?}"
+        );
     }
 }

@@ -14,6 +14,7 @@ use super::grid::{FARTHEST_VOXEL, Grid, MAX_VOXELS_PER_AXIS, Window};
 use super::overlap::{self, Corner};
 use super::truth::{ObjectVoxels, RobotReach, Truth};
 use super::{BitGrid, grid};
+use crate::error::{Argument, Issue, Words};
 use crate::scene::{Interior, Mesh, Object, Optical, Role, Scene, Surface};
 use crate::{Error, Result};
 
@@ -68,19 +69,23 @@ fn grid_unless(extent: &Window, voxel_size_m: f64, cause: impl Fn() -> Option<St
             grid::VOXEL_SIZES_M.contains(&fits) && !extent.min.into_iter().chain(extent.end()).any(far);
         let cause = cause();
         let size = if told {
-            format!("set voxel_size_m = {fits} or more (--voxel-size), or bounds_m")
+            Words::from(format!("set voxel_size_m = {fits} or more ("))
+                + Argument::VoxelSize
+                + "), or bounds_m"
         } else {
             "set bounds_m".into()
         };
-        let cure = match cause {
-            Some(cause) => format!("{cause} If that is right, {size} around the part that matters"),
-            None if told => format!("{size} around the part that matters"),
-            None => format!("is a length in millimetres? If not, {size} around the part that matters"),
+        let before = match cause {
+            Some(cause) => format!("{cause} If that is right, "),
+            None if told => String::new(),
+            None => "is a length in millimetres? If not, ".into(),
         };
-        return Err(Error::Input(format!(
-            "grid: {longest} voxels on an axis ({metres:.2} m at voxel_size_m = {voxel_size_m}), at most \
-             {MAX_VOXELS_PER_AXIS}: {cure}"
-        )));
+        let cure = Words::from(before) + size + " around the part that matters";
+        let what = format!(
+            "{longest} voxels on an axis ({metres:.2} m at voxel_size_m = {voxel_size_m}), \
+                    at most {MAX_VOXELS_PER_AXIS}"
+        );
+        return Err(Issue::too_large(what).wanted(cure).at("grid").into());
     }
     Ok(Grid { voxel_size_m, origin: extent.min, size: extent.size })
 }
@@ -172,7 +177,8 @@ fn lattice(object: &Object, voxel_size_m: f64) -> Result<Lattice> {
                     overlap::corner(vertex, voxel_size_m).ok_or_else(|| {
                         let farthest = FARTHEST_VOXEL as f64 * voxel_size_m;
                         let what = format!(
-                            "a corner at {vertex} m is more than {farthest:.0} m away: is it in millimetres (unit = \"mm\")?"
+                            "a corner at {vertex} m is more than {farthest:.0} m away: is it in \
+                                    millimetres (unit = \"mm\")?"
                         );
                         Error::input(place(), what)
                     })
@@ -240,7 +246,8 @@ fn size_warning(object: &Object, [low, high]: [DVec3; 2]) -> Option<String> {
     }
     if object.role == Role::Human && size.y > 1.3 && size.y > 2.0 * size.z {
         return Some(format!(
-            "is {:.2} m along y and {:.2} m high: is its file y-up? (rpy_deg = [90, 0, 0], or up = \"y\" for an .stl or .obj)",
+            "is {:.2} m along y and {:.2} m high: is its file y-up? (rpy_deg = [90, 0, 0], \
+                    or up = \"y\" for an .stl or .obj)",
             size.y, size.z
         ));
     }

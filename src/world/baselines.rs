@@ -4,6 +4,7 @@
 use std::sync::Arc;
 
 use super::true_poses;
+use crate::error::Issue;
 use crate::march::MAX_RANGE_VOXELS;
 use crate::metrics::Confusion;
 use crate::sensor::{Extent, Setting, Station};
@@ -24,7 +25,7 @@ pub struct Baselines {
 }
 
 /// What is wrong with a candidate: index of the sensor, of the candidate, and why.
-pub(super) type Wrong = (usize, usize, String);
+pub(super) type Wrong = (usize, usize, Issue);
 
 /// What any sensor of a study could do from any of its candidates.
 pub(super) struct Reachable {

@@ -5,11 +5,12 @@ use std::sync::Arc;
 use glam::DVec3;
 
 use super::true_poses;
+use crate::Result;
+use crate::error::Issue;
 use crate::scene::Scene;
 use crate::sensor::{Setting, Stance};
 use crate::study::Study;
 use crate::voxel::{Grid, Window, voxelize};
-use crate::{Error, Result};
 
 /// The grid of a scene: the user's bounds, or all surfaces of all snapshots and sensor positions.
 pub(super) fn grid(
@@ -36,18 +37,18 @@ pub(super) fn grid(
                 extent = extent.union(&one(p));
                 voxelize::grid_over(&extent, size_m).is_err()
             };
-            first_pose(study, settings, stretches).map_or_else(
-                || Error::Input(e.to_string()),
-                |pose| Error::input(format!("{pose} stretches the grid"), &e),
-            )
+            match first_pose(study, settings, stretches) {
+                Some(pose) => e.at(format!("{pose} stretches the grid")),
+                None => e,
+            }
         });
     };
     let bounds = Window::between(key(min), key(max));
     match first_pose(study, settings, |p| !bounds.contains(key(p))) {
         None => voxelize::grid_over(&bounds, size_m),
-        Some(pose) => Err(Error::Input(format!(
-            "{pose} is outside grid.bounds_m {min} to {max}: move it, or widen the bounds"
-        ))),
+        Some(pose) => Err(Issue::says(format!("{pose} is outside grid.bounds_m {min} to {max}"))
+            .wanted("move it, or widen the bounds")
+            .into()),
     }
 }
 

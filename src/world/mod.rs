@@ -16,6 +16,7 @@ use std::sync::Arc;
 use std::time::Instant;
 
 use crate::backend::{GridPose, VoxelScene};
+use crate::error::{Issue, Site};
 use crate::pose::Pose;
 use crate::scene::{Scene, build::build_or_all};
 use crate::sensor::{self, Sensor, Setting, Station};
@@ -79,7 +80,7 @@ impl World {
         study: &Study,
         stop: &(dyn Fn() -> Option<String> + Sync),
     ) -> Result<Vec<World>> {
-        let go_on = || stop().map_or(Ok(()), |why| Err(Error::Stopped(why)));
+        let go_on = || stop().map_or(Ok(()), |why| Err(Error::Stopped(Issue::says(why))));
         let make = |scene| World::make(study, scene, &go_on).map_err(Error::first);
         let scenes: Vec<_> = (0..study.scenes.len()).map(make).collect::<Result<_>>()?;
         Ok(scenes.into_iter().flatten().collect())
@@ -107,8 +108,8 @@ impl World {
     fn make(study: &Study, scene: usize, go_on: GoOn) -> Result<Vec<World>, Vec<Error>> {
         go_on().map_err(|e| vec![e])?;
         let spec = &study.scenes[scene];
-        let in_scene = |e: Error| vec![e.at(spec.path.display())];
-        let in_study = |e: Error| vec![e.at(study.path.display())];
+        let in_scene = |e: Error| vec![e.at(&spec.path)];
+        let in_study = |e: Error| vec![e.at(&study.path)];
         let begin = Instant::now();
         tracing::info!("scene {:?}: voxelizing at {} m", spec.name, study.voxel_size_m);
         let snapshots = build_or_all(spec, &study.sources, study.voxel_size_m)?;
@@ -130,10 +131,10 @@ impl World {
         let slips = || {
             let all = study.warnings.iter().map(|slip| (&study.path, slip));
             let all = all.chain(spec.warnings.iter().map(|slip| (&spec.path, slip)));
-            all.map(|(path, slip)| format!("; {}: {slip}", path.display())).collect::<String>()
+            all.map(|(path, slip)| format!("{}: {slip}", path.display())).collect::<Vec<_>>()
         };
         let grid = grid(study, &snapshots, &settings, &extent)
-            .map_err(|e| in_study(Error::Input(format!("{e}{}", slips()))))?;
+            .map_err(|e| in_study(slips().into_iter().fold(e, Error::cure)))?;
         let kept_bytes = KEPT_BYTES / study.scenes.len() as u64;
         let in_voxels = Arc::new(Snapshots::of(&snapshots, grid, kept_bytes, go_on).map_err(in_scene)?);
         let shapes = shapes::shapes(study).map_err(|e| study.sources.judged(vec![e]))?;
@@ -144,8 +145,9 @@ impl World {
             let moment = if spec.snapshots > 1 { format!(", snapshot {snapshot}") } else { String::new() };
             let place = format!("scene {:?}{moment}", spec.name);
             let world = World::of_snapshot(study, [scene, snapshot], &in_voxels, settings, &shapes);
-            let mut world = world
-                .map_err(|all| all.into_iter().flat_map(|e| in_study(e.at(&place))).collect::<Vec<_>>())?;
+            let mut world = world.map_err(|all| {
+                all.into_iter().flat_map(|e| in_study(e.at(place.as_str()))).collect::<Vec<_>>()
+            })?;
             worlds.last().iter().for_each(|before| world.share_regions(before));
             let blockers = &world.truth().blockers;
             still.get_or_insert_with(|| BitGrid::clone(blockers)).keep(blockers);
@@ -159,7 +161,8 @@ impl World {
         let ([x, y, z], occupied) = (grid.size, worlds[0].truth().occupied.count());
         let (count, seconds) = (worlds.len(), begin.elapsed().as_secs_f64());
         tracing::info!(
-            "scene {:?}: {x} × {y} × {z} voxels, {occupied} occupied (snapshot 0 of {count}), ready in {seconds:.3} s",
+            "scene {:?}: {x} × {y} × {z} voxels, {occupied} occupied (snapshot 0 of \
+                    {count}), ready in {seconds:.3} s",
             spec.name
         );
         Ok(worlds)
@@ -178,7 +181,8 @@ impl World {
             all_or_wrong(named.map(|((name, _), shape)| region::region(name, shape, &truth)))?;
         let reachable = reachable(study, &truth, &settings).map_err(|(sensor, candidate, e)| {
             let (sensor, candidate) = (&study.sensors[sensor], &study.sensors[sensor].candidates[candidate]);
-            vec![Error::Input(format!("sensor {:?}: {} {e}", sensor.name, candidate.name))]
+            let pose = Site::Subject(candidate.name.clone());
+            vec![e.at(pose).at(format!("sensor {:?}", sensor.name)).into()]
         })?;
         let people = People::of(&truth, study.min_hits);
         let baselines = regions.iter().map(|region| baselines(&truth, region, &people, &reachable)).collect();
@@ -298,17 +302,16 @@ fn all_or_wrong<T>(checks: impl Iterator<Item = Result<T>>) -> Result<Vec<T>, Ve
 fn settings(sensor: &Sensor, scene: &Scene) -> Result<Vec<Setting>> {
     let own = sensor.candidates.iter().map(|candidate| candidate.setting);
     let Some(on) = &sensor.on else { return Ok(own.collect()) };
-    let wrong = |what: String| Error::input(format!("sensor {:?}: on", sensor.name), what);
+    let wrong = |issue: Issue| issue.at("on").at(format!("sensor {:?}", sensor.name));
     let carrier = scene.objects.iter().find(|object| object.name == on.object);
     let linkage = carrier.and_then(|object| object.linkage.as_deref()).ok_or_else(|| {
         let robots: Vec<_> =
             scene.objects.iter().filter(|o| o.linkage.is_some()).map(|o| o.name.as_str()).collect();
-        wrong(format!(
-            "object = {:?}: must be a robot with links, an object with urdf = ...; scene {:?} has {robots:?}",
-            on.object, scene.name
-        ))
+        let rule = "must be a robot with links, an object with urdf = ...";
+        let known = format!("scene {:?} has {robots:?}", scene.name);
+        wrong(Issue::value("object", format!("{:?}", on.object), rule).cure(known))
     })?;
-    let link = linkage.link(&on.link).map_err(|e| wrong(format!("link = {:?}: {e}", on.link)))?;
+    let link = linkage.link(&on.link).map_err(|e| wrong(e.at(format!("link = {:?}", on.link))))?;
     let carried = |setting| match setting {
         Setting::Pose(pose) => Setting::Pose(pose.carried_by(link)),
         Setting::Fixed => Setting::Pose(*link),

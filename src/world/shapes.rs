@@ -2,10 +2,11 @@
 
 use std::sync::Arc;
 
+use crate::Result;
+use crate::error::{Issue, Site};
 use crate::source::Sources;
 use crate::study::{RegionSpec, Study};
 use crate::voxel::RegionShape;
-use crate::{Error, Result};
 
 /// Most shapes that a region may be made of, counting those of the regions it names, and theirs: a chain of
 /// regions can double at each step.
@@ -19,26 +20,27 @@ pub fn shapes(study: &Study) -> Result<Vec<RegionShape>> {
     let mut shapes: Vec<RegionShape> = Vec::new();
     for (name, spec) in &study.regions {
         let shape = shape(spec, &shapes, &study.sources)
-            .map_err(|what| Error::input(study.path.display(), format!("region {name:?}{what}")))?;
+            .map_err(|e| e.at(Site::Table(format!("region {name:?}"))).at(&study.path))?;
         shapes.push(shape);
     }
     Ok(shapes)
 }
 
-fn shape(spec: &RegionSpec, before: &[RegionShape], sources: &Sources) -> Result<RegionShape, String> {
-    let parts = |parts: &[usize]| -> Result<Vec<RegionShape>, String> {
+fn shape(spec: &RegionSpec, before: &[RegionShape], sources: &Sources) -> Result<RegionShape> {
+    let parts = |parts: &[usize]| -> Result<Vec<RegionShape>, Issue> {
         let named = || parts.iter().filter_map(|&i| before.get(i));
         match named().map(count).sum::<usize>() {
             ..=MAX_PARTS => Ok(named().cloned().collect()),
-            many => Err(format!(
-                ": is made of {many} shapes, counting those of the regions it names: at most {MAX_PARTS}"
-            )),
+            many => {
+                let what = format!("is made of {many} shapes, counting those of the regions it names");
+                Err(Issue::too_large(what).wanted(format!("at most {MAX_PARTS}")))
+            }
         }
     };
     Ok(match spec {
         RegionSpec::RegionShape(shape) => shape.clone(),
         RegionSpec::Mesh { file, position_m, rotation } => {
-            let mesh = file.load(sources).map_err(|e| format!(".mesh = {e}"))?;
+            let mesh = file.load(sources).map_err(|e| e.at(Site::Key("mesh".into())))?;
             RegionShape::Mesh(Arc::new(mesh.transformed(*rotation, *position_m)))
         }
         RegionSpec::Union(names) => RegionShape::Union(parts(names)?),

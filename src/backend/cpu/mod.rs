@@ -96,7 +96,7 @@ impl Cpu {
         let available = std::thread::available_parallelism().map_or(1, |n| n.get());
         let pool =
             rayon::ThreadPoolBuilder::new().num_threads(threads.unwrap_or(available)).build().map_err(
-                |e| Error::Device(format!("cannot start {} threads: {e}", threads.unwrap_or(available))),
+                |e| Error::device(format!("cannot start {} threads: {e}", threads.unwrap_or(available))),
             )?;
         Ok(Cpu {
             pool,
@@ -131,7 +131,7 @@ impl Cpu {
     }
 
     fn loaded(&self) -> Result<&LoadedScene> {
-        self.loaded.as_ref().ok_or_else(|| Error::Device("no scene is loaded".into()))
+        self.loaded.as_ref().ok_or_else(|| Error::device("no scene is loaded"))
     }
 
     /// The first hits in the still layer kept for a shot, unknown ones if it is new.

@@ -1,6 +1,7 @@
 //! Which Vulkan adapters there are, and which one a user means.
 
-use crate::{Error, Result};
+use crate::Result;
+use crate::error::{Argument, Issue, Words};
 
 /// What is known of an adapter before it is opened.
 #[derive(Clone, Debug)]
@@ -93,13 +94,11 @@ fn report(index: usize, adapter: &wgpu::Adapter) -> AdapterReport {
 
 /// The place of the chosen adapter in a list, or what to do about there being none.
 pub fn select(adapters: &[AdapterReport], choice: &AdapterChoice) -> Result<usize> {
-    let fail = |message: String| Err(Error::Input(message));
+    let fail = |what: &str, cure: Words| Err(Issue::says(what).wanted(cure).into());
     if adapters.is_empty() {
-        return fail(
-            "no Vulkan adapter: install the GPU vendor's driver, or software Vulkan (on Debian and Ubuntu \
-             `apt-get install mesa-vulkan-drivers libvulkan1`), or use `--backend cpu`"
-                .into(),
-        );
+        let cure = "install the GPU vendor's driver, or software Vulkan (on Debian and Ubuntu `apt-get install \
+                    mesa-vulkan-drivers libvulkan1`), or use ";
+        return fail("no Vulkan adapter", Words::from(cure) + Argument::Backend.quoted("cpu"));
     }
     let known = || {
         let lines = adapters.iter().map(|a| format!("\n  {}: {}", a.index, a.label()));
@@ -114,18 +113,23 @@ pub fn select(adapters: &[AdapterReport], choice: &AdapterChoice) -> Result<usiz
             };
             match (0..adapters.len()).filter(|&i| !adapters[i].software).min_by_key(|&i| rank(&adapters[i])) {
                 Some(index) => Ok(index),
-                None => fail(format!(
-                    "no hardware adapter: use `--backend cpu` or `--adapter software`; there are{}",
-                    known()
-                )),
+                None => {
+                    let cure = Words::from("use ")
+                        + Argument::Backend.quoted("cpu")
+                        + " or "
+                        + Argument::Adapter.quoted("software")
+                        + format!("; there are{}", known());
+                    fail("no hardware adapter", cure)
+                }
             }
         }
         AdapterChoice::Software => match adapters.iter().position(|a| a.software) {
             Some(index) => Ok(index),
-            None => fail(format!(
-                "no software adapter: on Debian and Ubuntu `apt-get install mesa-vulkan-drivers`; there are{}",
-                known()
-            )),
+            None => fail(
+                "no software adapter",
+                format!("on Debian and Ubuntu `apt-get install mesa-vulkan-drivers`; there are{}", known())
+                    .into(),
+            ),
         },
         AdapterChoice::Named(name) => {
             let lower = name.to_lowercase();
@@ -135,9 +139,10 @@ pub fn select(adapters: &[AdapterReport], choice: &AdapterChoice) -> Result<usiz
             };
             match found {
                 Some(index) => Ok(index),
-                None => {
-                    fail(format!("no adapter `{name}`: choose a number or a part of a name of{}", known()))
-                }
+                None => fail(
+                    &format!("no adapter `{name}`"),
+                    format!("choose a number or a part of a name of{}", known()).into(),
+                ),
             }
         }
     }
@@ -188,9 +193,9 @@ mod tests {
     #[test]
     fn refusals_name_the_cure() {
         let none = chosen(&[], "hardware").unwrap_err();
-        assert!(none.contains("mesa-vulkan-drivers libvulkan1") && none.contains("--backend cpu"), "{none}");
+        assert!(none.contains("mesa-vulkan-drivers libvulkan1") && none.contains("`backend cpu`"), "{none}");
         let software_only = chosen(&office()[..1], "hardware").unwrap_err();
-        assert!(software_only.contains("--adapter software"), "{software_only}");
+        assert!(software_only.contains("`adapter software`"), "{software_only}");
         let unknown = chosen(&office(), "riva").unwrap_err();
         assert!(unknown.contains("`riva`") && unknown.contains("2: Big GPU"), "{unknown}");
         assert!(chosen(&office(), "3").is_err());

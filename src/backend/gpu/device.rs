@@ -6,6 +6,7 @@ use std::time::Duration;
 
 use super::adapter::{self, AdapterChoice, AdapterReport};
 use super::kernels::most_storage_buffers;
+use crate::error::{Argument, Issue, Words};
 use crate::{Error, Result};
 
 /// How long a device may take over what it was given, which is minutes for two batches on a slow software
@@ -31,11 +32,9 @@ pub fn open(choice: &AdapterChoice) -> Result<Device> {
     let (report, adapter) = &found[index];
     let needed = most_storage_buffers();
     if report.max_storage_buffers < needed {
-        return Err(Error::Input(format!(
-            "adapter {}: {} storage buffers a kernel, {needed} are needed: use `--backend cpu`",
-            report.label(),
-            report.max_storage_buffers
-        )));
+        let what = format!("{} storage buffers a kernel, {needed} are needed", report.max_storage_buffers);
+        let cure = Words::from("use ") + Argument::Backend.quoted("cpu");
+        return Err(Error::input(format!("adapter {}", report.label()), what).wanted(cure));
     }
     let had = adapter.limits();
     let limits = wgpu::Limits {
@@ -52,7 +51,7 @@ pub fn open(choice: &AdapterChoice) -> Result<Device> {
         ..Default::default()
     };
     let (device, queue) = pollster::block_on(adapter.request_device(&descriptor))
-        .map_err(|e| Error::Device(format!("adapter {} cannot be opened: {e}", report.label())))?;
+        .map_err(|e| Error::device(format!("adapter {} cannot be opened: {e}", report.label())))?;
     let failure = Arc::new(Mutex::new(None));
     let uncaptured = failure.clone();
     device.on_uncaptured_error(Arc::new(move |error: wgpu::Error| keep(&uncaptured, error.to_string())));
@@ -77,12 +76,17 @@ impl Device {
     /// What went wrong since the last check, if anything.
     pub fn check(&self) -> Result<()> {
         let failed = self.failure.lock().map_or(None, |mut kept| kept.take());
-        failed.map_or(Ok(()), |message| Err(self.failed(&message)))
+        failed.map_or(Ok(()), |message| Err(self.failed(message)))
     }
 
     /// A run-time failure of this adapter.
-    pub(super) fn failed(&self, message: &str) -> Error {
-        Error::Device(format!("adapter {}: {message}", self.report.label()))
+    pub(super) fn failed(&self, what: impl Into<Words>) -> Error {
+        self.at_fault(Issue::says(what))
+    }
+
+    /// The same of what is known in more detail.
+    pub(super) fn at_fault(&self, issue: Issue) -> Error {
+        Error::Device(issue.at(format!("adapter {}", self.report.label())))
     }
 
     /// A buffer of `bytes`; at least one word, since an empty one cannot be bound.
@@ -149,7 +153,7 @@ impl Device {
     pub(super) fn receive(&self, requested: Requested) -> Result<Vec<Vec<u32>>> {
         let Requested { staging, bytes, submission } = requested;
         self.wait_until(Some(submission))?;
-        let view = staging.get_mapped_range(..).map_err(|e| self.failed(&e.to_string()))?;
+        let view = staging.get_mapped_range(..).map_err(|e| self.failed(e.to_string()))?;
         let mut rest = &view[..];
         let words = bytes.iter().map(|&bytes| {
             let (first, others) = rest.split_at(bytes as usize);
@@ -175,9 +179,9 @@ impl Device {
         match polled {
             Ok(Ok(_)) => Ok(()),
             Ok(Err(wgpu::PollError::Timeout)) => {
-                Err(self.failed(&format!("no answer in {:?}", self.patience)))
+                Err(self.failed(format!("no answer in {:?}", self.patience)))
             }
-            Ok(Err(error)) => Err(self.failed(&error.to_string())),
+            Ok(Err(error)) => Err(self.failed(error.to_string())),
             Err(_) => Err(self.failed("lost while waiting for it")),
         }
     }

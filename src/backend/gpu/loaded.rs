@@ -112,7 +112,7 @@ impl DeviceScene {
     /// slot that does not exist: writing there would change nothing, or another slot's evidence.
     pub(super) fn offset(&self, slot: Slot) -> Result<u64> {
         if slot as usize >= self.held.len() {
-            return Err(Error::Device(format!("no slot {slot}: there are {}", self.held.len())));
+            return Err(Error::device(format!("no slot {slot}: there are {}", self.held.len())));
         }
         Ok(slot as u64 * self.sizes.plane_bytes())
     }
@@ -121,7 +121,7 @@ impl DeviceScene {
     pub(super) fn reading(&self, reading: &Reading) -> Result<ReadingWords> {
         let held = |slot: Slot| {
             self.offset(slot)?;
-            Ok(if self.held[slot as usize] { slot } else { NO_SLOT })
+            Ok::<_, Error>(if self.held[slot as usize] { slot } else { NO_SLOT })
         };
         let Reading { slot, volume, hit, miss, presence } = *reading;
         let volume = volume.map_or(Ok(NO_SLOT), held)?;

@@ -107,7 +107,7 @@ impl Gpu {
 
 /// The error for a scene that was never made ready.
 fn no_scene() -> Error {
-    Error::Device("no scene is loaded".into())
+    Error::device("no scene is loaded")
 }
 
 impl Backend for Gpu {

@@ -8,11 +8,12 @@ use super::kernels::Stage;
 use super::loop_bounds::{WORKGROUP, near_voxels};
 use super::pace::Pace;
 use super::types::{BOX_EDGE, BOXES_AT_ONCE, FARTHEST_READ_Q16, HEADS, PYRAMID_LEVELS, Part};
+use crate::Result;
 use crate::backend::body_words::{BodyWord, BodyWords};
 use crate::backend::{Carving, Image, Rays, VoxelScene};
+use crate::error::{Argument, Issue, Words};
 use crate::march::MAX_RANGE_VOXELS;
 use crate::voxel::{BitGrid, Bricks};
-use crate::{Error, Result};
 
 /// What an item of a stage costs, about, in steps of a march: a ray that leaps, a ray's share of the pyramid,
 /// a box to judge, and the rows of a box that was left.
@@ -71,10 +72,9 @@ pub(super) fn fits(adapter: &AdapterReport, what: &str, bytes: u64, cure: &str) 
     if bytes <= limit {
         return Ok(());
     }
-    Err(Error::Input(format!(
-        "{what} {bytes} bytes, but adapter {} binds at most {limit}: use {cure}, or `--backend cpu`",
-        adapter.label()
-    )))
+    let what = format!("{what} {bytes} bytes, but adapter {} binds at most {limit}", adapter.label());
+    let cure = Words::from(format!("use {cure}, or ")) + Argument::Backend.quoted("cpu");
+    Err(Issue::too_large(what).wanted(cure).into())
 }
 
 /// One dispatch.
@@ -443,23 +443,26 @@ impl Launched {
 
     /// Compares the workgroups launched with those that came to their end, and their invocations with those
     /// whose loops did.
-    pub(super) fn check(&self, done: &[u32]) -> Result<(), String> {
+    pub(super) fn check(&self, done: &[u32]) -> Result<(), Issue> {
         let (groups, whole) = done.split_at(self.0.len());
-        let cure = "so its counts cannot be trusted; use another adapter, or `--backend cpu`";
+        let distrusted = |what: String| {
+            Issue::damaged(format!("{what}, so its counts cannot be trusted"))
+                .cure(Words::from("use another adapter, or ") + Argument::Backend.quoted("cpu"))
+        };
         for stage in Stage::ALL {
             let (name, launched, ended) = (stage.name(), self.0[stage as usize], groups[stage as usize]);
             // The device counts in 32 bits.
             if ended != launched as u32 {
-                return Err(format!(
-                    "incomplete dispatch: {ended} of {launched} workgroups of `{name}` ran to their end, {cure}"
-                ));
+                return Err(distrusted(format!(
+                    "incomplete dispatch: {ended} of {launched} workgroups of `{name}` ran to their end"
+                )));
             }
             let (launched, ended) = (launched * u64::from(WORKGROUP), whole[stage as usize]);
             if ended != launched as u32 {
-                return Err(format!(
+                return Err(distrusted(format!(
                     "loops cut short: in {ended} of {launched} invocations of `{name}` all loops ended by their own \
-                     condition, the driver ended others early, {cure}"
-                ));
+                     condition, the driver ended others early"
+                )));
             }
         }
         Ok(())

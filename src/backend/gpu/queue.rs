@@ -132,7 +132,7 @@ impl Queue {
     pub(super) fn receive(&mut self, asked: InFlight) -> Result<Vec<Vec<u32>>> {
         let InFlight { requested, launched, timed, work, asked } = asked;
         let mut words = self.device.receive(requested)?;
-        launched.check(&words[0]).map_err(|e| self.device.failed(&e))?;
+        launched.check(&words[0]).map_err(|e| self.device.at_fault(e))?;
         for (TimedDispatch { stage, work }, stamps) in timed.iter().zip(words[1].chunks_exact(4)) {
             let time = self.clock.time(stamps);
             self.took[*stage as usize] += time;

@@ -6,10 +6,11 @@ use super::loop_bounds::MOST_READINGS;
 use super::queue::{InFlight, Queue};
 use super::types::JobWords;
 use super::{Gpu, no_scene, plan};
+use crate::Result;
 use crate::backend::body_words::BodyWords;
 use crate::backend::{Fusion, Reading};
+use crate::error::{Argument, Issue, Words};
 use crate::metrics::{COUNTERS, Confusion};
-use crate::{Error, Result};
 
 /// Counts that are on their way.
 pub(super) struct PendingCounts {
@@ -61,10 +62,11 @@ impl Gpu {
         let mut words = Vec::with_capacity(jobs.len());
         for job in jobs {
             if job.len() > MOST_READINGS as usize {
-                return Err(Error::Input(format!(
-                    "a choice of {} readings: a GPU fuses at most {MOST_READINGS}, use smaller combinations, or `--backend cpu`",
-                    job.len()
-                )));
+                let cure = Words::from(format!(
+                    "a GPU fuses at most {MOST_READINGS}, use smaller combinations, or "
+                )) + Argument::Backend.quoted("cpu");
+                let what = format!("a choice of {} readings", job.len());
+                return Err(Issue::too_large(what).wanted(cure).into());
             }
             let first = readings.len() as u32;
             for reading in job {

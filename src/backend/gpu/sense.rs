@@ -105,7 +105,7 @@ impl Gpu {
                     new.push(PlacementWords::from(shot));
                 }
                 Some(None) => {
-                    return Err(Error::Device(format!(
+                    return Err(Error::device(format!(
                         "no slot {:?} for first hits: there are {}",
                         shot.first_hits,
                         held.len()

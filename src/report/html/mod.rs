@@ -92,7 +92,7 @@ pub fn page(
         numbers: numbers.packed(),
         cells: packed(&cells.bytes),
     };
-    page.render().map_err(|e| Error::Input(format!("{REPORT} cannot be made: {e}")))
+    page.render().map_err(|e| cannot_be_made(&e))
 }
 
 /// What a browser says that cannot run the script, an old one mostly.
@@ -119,9 +119,12 @@ fn script() -> String {
 }
 
 /// JSON that may stand in an element of a page: nothing in it can end that element.
+fn cannot_be_made(reason: &dyn std::fmt::Display) -> Error {
+    Error::input(REPORT, format!("cannot be made: {reason}"))
+}
+
 fn json(data: &impl serde::Serialize) -> Result<String> {
-    let text =
-        serde_json::to_string(data).map_err(|e| Error::Input(format!("{REPORT} cannot be made: {e}")))?;
+    let text = serde_json::to_string(data).map_err(|e| cannot_be_made(&e))?;
     Ok(text.replace('<', "\\u003c"))
 }
 

@@ -19,6 +19,7 @@ use std::ops::Range;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
+use crate::error::Issue;
 use crate::metrics::Confusion;
 use crate::results::files::{JOURNAL, open_regular, sync_folder_of};
 use crate::{Error, Result};
@@ -62,7 +63,7 @@ impl Locked {
         // Through a link, a folder from elsewhere could have any file of the user's begun anew.
         if path.symlink_metadata().is_ok_and(|metadata| !metadata.is_file()) {
             let what = "is not a regular file, and a journal is needed there: move it away";
-            return Err(Error::input(path.display(), what));
+            return Err(Error::input(path, what));
         }
         let file = OpenOptions::new().read(true).write(true).create(true).truncate(false).open(&path);
         let file = file.map_err(|e| Error::io(&path, "cannot be opened", e))?;
@@ -72,7 +73,7 @@ impl Locked {
                 "has {names} names (hard links), and what is written to it would change under all of them: put a copy in its \
                  place"
             );
-            return Err(Error::input(path.display(), what));
+            return Err(Error::input(path, what));
         }
         let busy = "another run is at work in this folder: wait for it, or name another folder";
         locked(&path, file.try_lock(), busy)?;
@@ -106,10 +107,9 @@ impl Journal {
         let file = open_regular(&path, u64::MAX)?;
         let busy = "a run is still at work in this folder: wait until it has ended";
         locked(&path, file.try_lock_shared(), busy)?;
-        let wrong =
-            |what: &dyn std::fmt::Display| Error::input(path.display(), format!("{what}; sweep again"));
-        let header = read_header(&path, &file)?.map_err(|unfit| wrong(&unfit))?;
-        let header = header.ok_or_else(|| wrong(&"holds nothing"))?;
+        let wrong = |what: String| Error::from(Issue::damaged(what).cure("sweep again").at(&path));
+        let header = read_header(&path, &file)?.map_err(|unfit| wrong(unfit.to_string()))?;
+        let header = header.ok_or_else(|| wrong("holds nothing".into()))?;
         Ok(Journal { path, file, header, unsynced_since: None })
     }
 
@@ -189,7 +189,10 @@ impl Journal {
         let states = rows.clone().zip(self.states(rows)?);
         let counts = states.map(|(row, state)| match state {
             State::Finished(counts) => Ok(counts),
-            _ => Err(Error::Storage(format!("{}: row {row} is not there any more", self.path.display()))),
+            _ => Err(Error::Storage(Issue::says(format!(
+                "{}: row {row} is not there any more",
+                self.path.display()
+            )))),
         });
         counts.collect()
     }
@@ -215,7 +218,7 @@ impl Journal {
     }
 
     fn cannot_read(&self, e: std::io::Error) -> Error {
-        Error::Storage(format!("{}: cannot be read: {e}", self.path.display()))
+        Error::Storage(Issue::says(format!("{}: cannot be read: {e}", self.path.display())))
     }
 }
 
@@ -232,13 +235,13 @@ impl Journal {
 fn locked(path: &Path, outcome: Result<(), TryLockError>, busy: &str) -> Result<()> {
     match outcome {
         Ok(()) => Ok(()),
-        Err(TryLockError::WouldBlock) => Err(Error::Busy(format!("{}: {busy}", path.display()))),
+        Err(TryLockError::WouldBlock) => Err(Error::Busy(Issue::says(format!("{}: {busy}", path.display())))),
         Err(TryLockError::Error(e)) => {
             let what = format!(
                 "cannot be locked ({e}), and without that two runs could write to it: name a folder on \
                                 another file system"
             );
-            Err(Error::input(path.display(), what))
+            Err(Error::input(path, what))
         }
     }
 }

@@ -186,7 +186,7 @@ fn a_disk_that_fails_is_no_damage() {
     let path = Path::new("/proc/self/mem");
     let error = read_header(path, &File::open(path).unwrap()).unwrap_err();
     assert!(
-        matches!(&error, Error::Storage(what) if what.starts_with("/proc/self/mem: cannot be read")),
+        matches!(&error, Error::Storage(what) if what.to_string().starts_with("/proc/self/mem: cannot be read")),
         "{error}"
     );
 }
@@ -204,7 +204,7 @@ fn rows_that_cannot_be_read_are_neither_missing_nor_zero() {
     for error in [journal.states(2..4).map(drop), journal.counts(2..4).map(drop), pages.counts(2).map(drop)] {
         let error = error.unwrap_err();
         assert!(
-            matches!(&error, Error::Storage(what) if what.contains("counts.journal: cannot be read")),
+            matches!(&error, Error::Storage(what) if what.to_string().contains("counts.journal: cannot be read")),
             "{error}"
         );
     }

@@ -2,6 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
+use crate::error::Issue;
 use crate::results::read::CURE;
 use crate::{Error, Result};
 
@@ -24,12 +25,12 @@ impl<'b> CsvRows<'b> {
     /// The bytes of a file that must have these columns; others are passed over.
     pub(super) fn new(path: &Path, bytes: &'b [u8], columns: &[&str]) -> Result<Self> {
         let mut reader = csv::ReaderBuilder::new().flexible(true).from_reader(bytes);
-        let unreadable = |e: csv::Error| Error::input(path.display(), format!("{e}; {CURE}"));
+        let unreadable = |e: csv::Error| Error::from(Issue::damaged(e.to_string()).cure(CURE).at(path));
         let header = reader.headers().map_err(unreadable)?.clone();
         let place = |column: &&str| {
             let at = header.iter().position(|name| name == *column);
-            let what = || format!("line 1: there is no column {column:?}; {CURE}");
-            at.ok_or_else(|| Error::input(path.display(), what()))
+            let what = || Issue::says(format!("there is no column {column:?}")).at("line 1");
+            at.ok_or_else(|| what().cure(CURE).at(path).into())
         };
         let at = columns.iter().map(place).collect::<Result<_>>()?;
         let columns = columns.iter().map(|name| name.to_string()).collect();
@@ -39,25 +40,26 @@ impl<'b> CsvRows<'b> {
 
     /// The next row, if there is one.
     pub(super) fn next_if_any(&mut self) -> Result<Option<CsvRow<'_>>> {
-        let place = self.path.display();
+        let place = &self.path;
         match self.reader.read_record(&mut self.record) {
             Ok(false) => return Ok(None),
             Ok(true) => self.line = self.record.position().map_or(self.line + 1, csv::Position::line),
-            Err(e) => return Err(Error::input(place, format!("{e}; {CURE}"))),
+            Err(e) => return Err(Issue::damaged(e.to_string()).cure(CURE).at(place).into()),
         }
         let (fields, columns) = (self.record.len(), self.reader.headers().map_or(0, csv::StringRecord::len));
         if fields != columns {
-            let what = format!("line {}: has {fields} fields, the header {columns}; {CURE}", self.line);
-            return Err(Error::input(place, what));
+            let what = format!("has {fields} fields, the header {columns}");
+            let line = format!("line {}", self.line);
+            return Err(Issue::damaged(what).cure(CURE).at(line).at(place).into());
         }
         Ok(Some(CsvRow(self)))
     }
 
     /// The next row, which must be there.
     pub(super) fn next(&mut self) -> Result<CsvRow<'_>> {
-        let what = format!("ends after line {}, and manifest.json promises more rows; {CURE}", self.line);
-        let ends = Error::input(self.path.display(), what);
-        self.next_if_any()?.ok_or(ends)
+        let what = format!("ends after line {}, and manifest.json promises more rows", self.line);
+        let ends = Issue::damaged(what).cure(CURE).at(&self.path);
+        self.next_if_any()?.ok_or(ends.into())
     }
 
     /// Nothing may follow.
@@ -79,6 +81,7 @@ impl CsvRow<'_> {
     pub(super) fn wrong(&self, column: usize, what: &str) -> Error {
         let CsvRows { path, columns, line, .. } = self.0;
         let (name, value) = (&columns[column], self.text(column));
-        Error::input(path.display(), format!("line {line}, column {name}: {value:?} {what}; {CURE}"))
+        let issue = Issue::says(format!("{value:?} {what}")).cure(CURE);
+        issue.at(format!("line {line}, column {name}")).at(path).into()
     }
 }

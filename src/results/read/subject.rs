@@ -5,6 +5,7 @@ use std::collections::HashSet;
 use std::path::Path;
 use std::sync::Arc;
 
+use crate::error::{Issue, Site};
 use crate::metrics::Confusion;
 use crate::results::columns::BETWEEN_MEMBERS;
 use crate::results::files::{MANIFEST, read_regular};
@@ -29,7 +30,7 @@ struct Posed<'m> {
 /// What was swept.
 pub(super) fn read(folder: &Path, manifest: &Manifest) -> Result<Subject> {
     let path = folder.join(MANIFEST);
-    let says = |what: String| Error::input(path.display(), format!("{what}; {CURE}"));
+    let says = |issue: Issue| Error::from(issue.cure(CURE).at(&path));
     let file = &manifest.identity;
     plain_names(file).map_err(says)?;
     let (scenes, regions, baselines) = scenes(&file.scenes).map_err(says)?;
@@ -37,18 +38,20 @@ pub(super) fn read(folder: &Path, manifest: &Manifest) -> Result<Subject> {
     let bytes = read_regular(&poses)?;
     let sensors = sensors(&poses, &bytes, &file.sensors)?;
     if sha256([&bytes]) != file.poses_sha256 {
-        let what = format!("is not the table that {MANIFEST} beside it was written with; {CURE}");
-        return Err(Error::input(poses.display(), what));
+        let what = format!("is not the table that {MANIFEST} beside it was written with");
+        return Err(Issue::damaged(what).cure(CURE).at(poses).into());
     }
     // Their numbers are kept, and each stands in a row at least.
     let ranges = file.combinations.iter().flat_map(|combination| combination.poses.iter().flatten());
     let listed: u128 = ranges.map(|[first, end]| end.saturating_sub(*first) as u128).sum();
     if listed > MAX_ROWS as u128 {
-        return Err(says(format!("has {listed} poses in its combinations, at most {MAX_ROWS} can be")));
+        return Err(says(Issue::says(format!(
+            "has {listed} poses in its combinations, at most {MAX_ROWS} can be"
+        ))));
     }
     let mut room = MAX_NAMES_BYTES;
     let combinations = file.combinations.iter().map(|entry| combination(entry, &sensors, &mut room));
-    let combinations: Vec<CombinationResults> = combinations.collect::<Result<_, String>>().map_err(says)?;
+    let combinations: Vec<CombinationResults> = combinations.collect::<Result<_, Issue>>().map_err(says)?;
     let of_one = |c: &CombinationResults| {
         let lengths = c.members.iter().map(|member| member.candidates.len() as u128);
         lengths.chain([c.representations.len() as u128]).fold(1, u128::saturating_mul)
@@ -57,19 +60,19 @@ pub(super) fn read(folder: &Path, manifest: &Manifest) -> Result<Subject> {
     let blocks = (file.repeats as u128).saturating_mul(baselines.len() as u128);
     let rows = choices.saturating_mul(regions.len() as u128).saturating_mul(blocks);
     if !(1..=MAX_ROWS as u128).contains(&rows) {
-        return Err(says(format!("promises {rows} rows (repeats = {})", file.repeats)));
+        return Err(says(Issue::says(format!("promises {rows} rows (repeats = {})", file.repeats))));
     }
     Ok(Subject { scenes, regions, repeats: file.repeats, combinations, baselines })
 }
 
 /// Names that a terminal can be given.
-fn plain_names(file: &Identity) -> Result<(), String> {
+fn plain_names(file: &Identity) -> Result<(), Issue> {
     let regions = file.scenes.iter().flat_map(|scene| scene.regions.iter().map(|region| &region.name));
     let scenes = file.scenes.iter().map(|scene| &scene.name);
     let sensors = file.sensors.iter().flat_map(|sensor| sensor.representations.iter().chain([&sensor.name]));
     let combinations = file.combinations.iter().map(|combination| &combination.name);
     match regions.chain(scenes).chain(sensors).chain(combinations).find(|name| !is_plain(name)) {
-        Some(name) => Err(format!("the name {name:?} has control characters")),
+        Some(name) => Err(Issue::says(format!("the name {name:?} has control characters"))),
         None => Ok(()),
     }
 }
@@ -81,14 +84,14 @@ fn is_plain(name: &str) -> bool {
 type Scenes = (Vec<SceneResults>, Vec<String>, Vec<Vec<Baselines>>);
 
 /// The scenes, the names of the regions, and the baselines of each moment and region.
-fn scenes(files: &[Described]) -> Result<Scenes, String> {
-    let Some(first) = files.first() else { return Err("scenes is empty".into()) };
+fn scenes(files: &[Described]) -> Result<Scenes, Issue> {
+    let Some(first) = files.first() else { return Err(Issue::says("scenes is empty")) };
     let regions: Vec<String> = first.regions.iter().map(|region| region.name.clone()).collect();
     let mut scenes: Vec<SceneResults> = Vec::new();
     let mut all: Vec<Vec<Baselines>> = Vec::new();
     for scene in files {
         if !scene.regions.iter().map(|region| &region.name).eq(&regions) {
-            return Err(format!("scene {:?} has other regions than the first", scene.name));
+            return Err(Issue::says(format!("scene {:?} has other regions than the first", scene.name)));
         }
         let moment = all.len();
         match scenes.last_mut() {
@@ -98,18 +101,24 @@ fn scenes(files: &[Described]) -> Result<Scenes, String> {
             _ if scene.snapshot == 0 => {
                 scenes.push(SceneResults { name: scene.name.clone(), moments: moment..moment + 1 });
             }
-            _ => return Err(format!("scene {:?}: snapshot {} is alone", scene.name, scene.snapshot)),
+            _ => {
+                return Err(Issue::says(format!("scene {:?}", scene.name))
+                    .wanted(format!("snapshot {} is alone", scene.snapshot)));
+            }
         }
         all.push(scene.regions.iter().map(baselines).collect::<Result<_, _>>()?);
     }
     Ok((scenes, regions, all))
 }
 
-fn baselines(region: &DescribedRegion) -> Result<Baselines, String> {
+fn baselines(region: &DescribedRegion) -> Result<Baselines, Issue> {
     let Baselines { all_occupied, all_free, nothing_seen, ceiling } = region.baselines;
     let all = [all_occupied, all_free, nothing_seen, ceiling];
     if all.iter().flat_map(Confusion::numbers).any(|count| count > MOST_VOXELS) {
-        return Err(format!("region {:?} has more voxels in its baselines than a grid", region.name));
+        return Err(Issue::says(format!(
+            "region {:?} has more voxels in its baselines than a grid",
+            region.name
+        )));
     }
     Ok(region.baselines)
 }
@@ -146,8 +155,8 @@ fn sensors<'m>(path: &Path, bytes: &[u8], files: &'m [SensorIdentity]) -> Result
 
 /// A combination; its representations are every one of each sensor with every one of the others, those of the
 /// last sensor varying fastest. `room` is how many bytes their names may take.
-fn combination(entry: &Sensors, sensors: &[Posed], room: &mut usize) -> Result<CombinationResults, String> {
-    let says = |what: &str| Err(format!("combination {:?} {what}", entry.name));
+fn combination(entry: &Sensors, sensors: &[Posed], room: &mut usize) -> Result<CombinationResults, Issue> {
+    let says = |what: &str| Err(Issue::says(what).at(Site::Subject(format!("combination {:?}", entry.name))));
     if entry.sensors.is_empty() || entry.sensors.len() != entry.poses.len() {
         return says("must have sensors, and poses of each");
     }

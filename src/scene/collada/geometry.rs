@@ -4,16 +4,20 @@ use glam::DVec3;
 use roxmltree::Node;
 
 use super::{Corners, Library, child, children};
+use crate::error::Issue;
 use crate::scene::polygon;
 
 /// Calls `triangle` for every triangle of a geometry's mesh.
 pub(super) fn read(
     library: &Library,
     geometry: Node,
-    mut triangle: impl FnMut(Corners) -> Result<(), String>,
-) -> Result<(), String> {
+    mut triangle: impl FnMut(Corners) -> Result<(), Issue>,
+) -> Result<(), Issue> {
     let mesh = child(geometry, "mesh").ok_or_else(|| {
-        library.at(geometry, "has no <mesh>: export the surfaces as meshes, not as splines")
+        library.at(
+            geometry,
+            Issue::says("has no <mesh>").wanted("export the surfaces as meshes, not as splines"),
+        )
     })?;
     for primitive in mesh.children().filter(Node::is_element) {
         let tag = primitive.tag_name().name();
@@ -41,15 +45,18 @@ fn faces(
     primitive: Node,
     tag: &str,
     layout: &IndexLayout,
-) -> Result<Vec<Vec<usize>>, String> {
+) -> Result<Vec<Vec<usize>>, Issue> {
     let lists = children(primitive, "p").map(|list| layout.places(library, list));
     let lists: Vec<Vec<usize>> = lists.collect::<Result<_, _>>()?;
-    let wrong = |what: String| library.at(primitive, what);
+    let wrong = |issue: Issue| library.at(primitive, issue);
     Ok(match tag {
         "triangles" => {
             let places = lists.concat();
             if places.len() % 3 != 0 {
-                return Err(wrong(format!("has {} corners: triangles need a multiple of 3", places.len())));
+                return Err(wrong(
+                    Issue::says(format!("has {} corners", places.len()))
+                        .wanted("triangles need a multiple of 3"),
+                ));
             }
             places.chunks(3).map(<[usize]>::to_vec).collect()
         }
@@ -60,19 +67,27 @@ fn faces(
             let mut faces = Vec::new();
             for size in sizes.transpose()?.unwrap_or_default() {
                 let (face, more) = rest.split_at_checked(size).ok_or_else(|| {
-                    wrong(format!("<vcount> asks for more than the {} corners of its <p>", places.len()))
+                    wrong(Issue::says(format!(
+                        "<vcount> asks for more than the {} corners of its <p>",
+                        places.len()
+                    )))
                 })?;
                 faces.push(face.to_vec());
                 rest = more;
             }
             if !rest.is_empty() {
-                return Err(wrong(format!("<vcount> leaves {} corners of its <p> over", rest.len())));
+                return Err(wrong(Issue::says(format!(
+                    "<vcount> leaves {} corners of its <p> over",
+                    rest.len()
+                ))));
             }
             faces
         }
         "polygons" => {
             if child(primitive, "ph").is_some() {
-                return Err(wrong("has a polygon with a hole (<ph>): triangulate the mesh".into()));
+                return Err(wrong(
+                    Issue::says("has a polygon with a hole (<ph>)").wanted("triangulate the mesh"),
+                ));
             }
             lists
         }
@@ -102,7 +117,7 @@ struct IndexLayout {
 
 impl IndexLayout {
     /// Nothing for a primitive without indices.
-    fn of(library: &Library, primitive: Node) -> Result<Option<IndexLayout>, String> {
+    fn of(library: &Library, primitive: Node) -> Result<Option<IndexLayout>, Issue> {
         if child(primitive, "p").is_none() {
             return Ok(None);
         }
@@ -115,52 +130,51 @@ impl IndexLayout {
                 vertices = Some((offset, library.follow(input, "source", &["vertices"])?));
             }
         }
-        let (offset, vertices) =
-            vertices.ok_or_else(|| library.at(primitive, "has no <input semantic=\"VERTEX\">"))?;
+        let (offset, vertices) = vertices
+            .ok_or_else(|| library.at(primitive, Issue::says("has no <input semantic=\"VERTEX\">")))?;
         let position = children(vertices, "input").find(|i| i.attribute("semantic") == Some("POSITION"));
-        let position =
-            position.ok_or_else(|| library.at(vertices, "has no <input semantic=\"POSITION\">"))?;
+        let position = position
+            .ok_or_else(|| library.at(vertices, Issue::says("has no <input semantic=\"POSITION\">")))?;
         let positions = positions(library, library.follow(position, "source", &["source"])?)?;
         Ok(Some(IndexLayout { stride, offset, positions }))
     }
 
     /// Places of positions in a list of indices.
-    fn places(&self, library: &Library, list: Node) -> Result<Vec<usize>, String> {
+    fn places(&self, library: &Library, list: Node) -> Result<Vec<usize>, Issue> {
         let indices = library.whole_numbers(list)?;
         if indices.len() % self.stride != 0 {
-            let what = format!("has {} indices: must be a multiple of {}", indices.len(), self.stride);
-            return Err(library.at(list, what));
+            let what = Issue::says(format!("has {} indices", indices.len()));
+            return Err(library.at(list, what.wanted(format!("must be a multiple of {}", self.stride))));
         }
         Ok(indices.chunks_exact(self.stride).map(|corner| corner[self.offset]).collect())
     }
 
-    fn position(&self, place: usize) -> Result<DVec3, String> {
+    fn position(&self, place: usize) -> Result<DVec3, Issue> {
         let position = self.positions.get(place).copied();
-        position.ok_or_else(|| format!("position {place}: there are {}", self.positions.len()))
+        position.ok_or_else(|| {
+            Issue::says(format!("position {place}")).wanted(format!("there are {}", self.positions.len()))
+        })
     }
 }
 
-fn positions(library: &Library, source: Node) -> Result<Vec<DVec3>, String> {
+fn positions(library: &Library, source: Node) -> Result<Vec<DVec3>, Issue> {
     let accessor = child(source, "technique_common").and_then(|common| child(common, "accessor"));
-    let accessor = accessor.ok_or_else(|| library.at(source, "has no <accessor>"))?;
+    let accessor = accessor.ok_or_else(|| library.at(source, Issue::says("has no <accessor>")))?;
     let array = library.follow(accessor, "source", &["float_array"])?;
     let numbers = library.numbers(array)?;
     if library.attribute(array, "count")?.is_some_and(|count| count != numbers.len()) {
         let what =
             format!("its count does not match the {} numbers there: the file is damaged", numbers.len());
-        return Err(library.at(array, what));
+        return Err(library.at(array, Issue::damaged(what)));
     }
     let stride = library.attribute(accessor, "stride")?.unwrap_or(1);
     let offset = library.attribute(accessor, "offset")?.unwrap_or(0);
     let count = library.attribute(accessor, "count")?.unwrap_or(0);
     let end = count.checked_mul(stride).and_then(|length| length.checked_add(offset));
     if stride < 3 || end.is_none_or(|end| end > numbers.len()) {
-        let what = format!(
-            "count = {count}, stride = {stride}, offset = {offset}: positions need a stride of 3 or more, and there \
-             are {} numbers",
-            numbers.len()
-        );
-        return Err(library.at(accessor, what));
+        let what = format!("count = {count}, stride = {stride}, offset = {offset}");
+        let rule = format!("positions need a stride of 3 or more, and there are {} numbers", numbers.len());
+        return Err(library.at(accessor, Issue::says(what).wanted(rule)));
     }
     Ok((0..count).map(|i| DVec3::from_slice(&numbers[offset + i * stride..])).collect())
 }

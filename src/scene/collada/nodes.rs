@@ -5,6 +5,8 @@ use roxmltree::Node;
 
 use super::{Library, child, children};
 
+use crate::error::Issue;
+
 /// Deepest nesting of nodes, instances followed.
 const MAX_DEPTH: usize = 256;
 /// Most nodes of a scene: instances of instances double with each level.
@@ -14,18 +16,20 @@ const MOST_NODES: usize = 100_000;
 pub(super) fn place<'a, 'i>(
     library: &Library<'a, 'i>,
     root: Node<'a, 'i>,
-    mut placed: impl FnMut(Node<'a, 'i>, DAffine3) -> Result<(), String>,
-) -> Result<(), String> {
+    mut placed: impl FnMut(Node<'a, 'i>, DAffine3) -> Result<(), Issue>,
+) -> Result<(), Issue> {
     let scene = child(root, "scene").and_then(|scene| child(scene, "instance_visual_scene"));
-    let scene = scene.ok_or("has no <scene> that shows a <visual_scene>: export the surfaces as a scene")?;
+    let scene = scene.ok_or_else(|| {
+        Issue::says("has no <scene> that shows a <visual_scene>").wanted("export the surfaces as a scene")
+    })?;
     let scene = library.follow(scene, "url", &["visual_scene"])?;
     let mut open: Vec<_> = children(scene, "node").map(|node| (node, DAffine3::IDENTITY, 1)).collect();
     let mut seen = 0;
     while let Some((node, scene_from_parent, depth)) = open.pop() {
         seen += 1;
         if depth > MAX_DEPTH || seen > MOST_NODES {
-            let what = format!("more than {MAX_DEPTH} levels or {MOST_NODES} nodes: flatten the scene");
-            return Err(library.at(node, what));
+            let what = format!("more than {MAX_DEPTH} levels or {MOST_NODES} nodes");
+            return Err(library.at(node, Issue::too_large(what).wanted("flatten the scene")));
         }
         let scene_from_node = scene_from_parent * parent_from_node(library, node)?;
         for entry in node.children().filter(Node::is_element) {
@@ -38,8 +42,8 @@ pub(super) fn place<'a, 'i>(
                     placed(library.follow(entry, "url", &["geometry"])?, scene_from_node)?;
                 }
                 "instance_controller" => {
-                    let what = "a skeleton poses the mesh: export it with the pose applied";
-                    return Err(library.at(entry, what));
+                    let what = Issue::unsupported("a skeleton poses the mesh");
+                    return Err(library.at(entry, what.wanted("export it with the pose applied")));
                 }
                 _ => {}
             }
@@ -49,7 +53,7 @@ pub(super) fn place<'a, 'i>(
 }
 
 /// A node's own transform: its elements multiply in the order they are written.
-fn parent_from_node(library: &Library, node: Node) -> Result<DAffine3, String> {
+fn parent_from_node(library: &Library, node: Node) -> Result<DAffine3, Issue> {
     let mut parent_from_node = DAffine3::IDENTITY;
     for entry in node.children().filter(Node::is_element) {
         let tag = entry.tag_name().name();
@@ -58,21 +62,28 @@ fn parent_from_node(library: &Library, node: Node) -> Result<DAffine3, String> {
             "translate" | "scale" => 3,
             "rotate" => 4,
             "lookat" | "skew" => {
-                return Err(library.at(entry, "not supported: export transforms as one <matrix> a node"));
+                return Err(library.at(
+                    entry,
+                    Issue::unsupported("not supported").wanted("export transforms as one <matrix> a node"),
+                ));
             }
             _ => continue,
         };
         let numbers = library.numbers(entry)?;
         if numbers.len() != count {
-            return Err(library.at(entry, format!("has {} numbers: must be {count}", numbers.len())));
+            return Err(library.at(
+                entry,
+                Issue::says(format!("has {} numbers", numbers.len())).wanted(format!("must be {count}")),
+            ));
         }
         let vector = || DVec3::from_slice(&numbers);
         parent_from_node *= match tag {
-            "matrix" => matrix(&numbers).ok_or_else(|| library.at(entry, "its last row must be 0 0 0 1"))?,
+            "matrix" => matrix(&numbers)
+                .ok_or_else(|| library.at(entry, Issue::says("its last row must be 0 0 0 1")))?,
             "translate" => DAffine3::from_translation(vector()),
             "scale" => DAffine3::from_scale(vector()),
             _ => rotation(vector(), numbers[3])
-                .ok_or_else(|| library.at(entry, "its axis must not be zero"))?,
+                .ok_or_else(|| library.at(entry, Issue::says("its axis must not be zero")))?,
         };
     }
     Ok(parent_from_node)

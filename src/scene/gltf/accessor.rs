@@ -10,6 +10,8 @@ use glam::DVec3;
 
 use super::container::Container;
 
+use crate::error::Issue;
+
 /// The elements of one accessor, all inside its buffer.
 pub(super) struct Elements<'a> {
     /// From the first element on.
@@ -22,13 +24,13 @@ pub(super) struct Elements<'a> {
 
 impl<'a> Elements<'a> {
     /// An accessor that a primitive names as its POSITION.
-    pub(super) fn positions(container: &'a Container, index: Index<Accessor>) -> Result<Self, String> {
+    pub(super) fn positions(container: &'a Container, index: Index<Accessor>) -> Result<Self, Issue> {
         let fits = |component, kind, _| component == ComponentType::F32 && kind == Type::Vec3;
         Self::new(container, index, "POSITION must be VEC3 of float", fits)
     }
 
     /// An accessor that a primitive names as its indices.
-    pub(super) fn indices(container: &'a Container, index: Index<Accessor>) -> Result<Self, String> {
+    pub(super) fn indices(container: &'a Container, index: Index<Accessor>) -> Result<Self, Issue> {
         let fits = |component, kind, _| {
             use ComponentType::{U8, U16, U32};
             matches!(component, U8 | U16 | U32) && kind == Type::Scalar
@@ -38,7 +40,7 @@ impl<'a> Elements<'a> {
     }
 
     /// An accessor that a primitive names as JOINTS.
-    pub(super) fn joints(container: &'a Container, index: Index<Accessor>) -> Result<Self, String> {
+    pub(super) fn joints(container: &'a Container, index: Index<Accessor>) -> Result<Self, Issue> {
         let fits = |component, kind, _| {
             matches!(component, ComponentType::U8 | ComponentType::U16) && kind == Type::Vec4
         };
@@ -46,7 +48,7 @@ impl<'a> Elements<'a> {
     }
 
     /// An accessor that a primitive names as WEIGHTS.
-    pub(super) fn weights(container: &'a Container, index: Index<Accessor>) -> Result<Self, String> {
+    pub(super) fn weights(container: &'a Container, index: Index<Accessor>) -> Result<Self, Issue> {
         let fits = |component, kind, normalized| {
             use ComponentType::{F32, U8, U16};
             (component == F32 || (matches!(component, U8 | U16) && normalized)) && kind == Type::Vec4
@@ -61,12 +63,12 @@ impl<'a> Elements<'a> {
         index: Index<Accessor>,
         of: Type,
         rule: &str,
-    ) -> Result<Self, String> {
+    ) -> Result<Self, Issue> {
         Self::new(container, index, rule, |component, kind, _| component == ComponentType::F32 && kind == of)
     }
 
     /// Quaternions of an animation, x y z w.
-    pub(super) fn rotations(container: &'a Container, index: Index<Accessor>) -> Result<Self, String> {
+    pub(super) fn rotations(container: &'a Container, index: Index<Accessor>) -> Result<Self, Issue> {
         let fits = |component, kind, normalized| {
             use ComponentType::{F32, I8, I16, U8, U16};
             let fraction = matches!(component, I8 | U8 | I16 | U16) && normalized;
@@ -81,22 +83,25 @@ impl<'a> Elements<'a> {
         index: Index<Accessor>,
         rule: &str,
         fits: impl Fn(ComponentType, Type, bool) -> bool,
-    ) -> Result<Self, String> {
+    ) -> Result<Self, Issue> {
         let number = index.value();
-        let place = |what: &str| format!("accessors[{number}]: {what}");
-        let accessor = (container.root.accessors.get(number)).ok_or_else(|| place("no such"))?;
+        let place = |issue: Issue| issue.at(format!("accessors[{number}]"));
+        let accessor = (container.root.accessors.get(number)).ok_or_else(|| place(Issue::says("no such")))?;
         let (component, kind) = match (&accessor.component_type, &accessor.type_) {
             (Checked::Valid(component), Checked::Valid(kind)) => (component.0, *kind),
-            _ => return Err(place("unknown componentType or type")),
+            _ => return Err(place(Issue::says("unknown componentType or type"))),
         };
         if !fits(component, kind, accessor.normalized) {
-            return Err(place(rule));
+            return Err(place(Issue::unsupported(rule)));
         }
         if accessor.sparse.is_some() {
-            return Err(place("sparse accessors are not read, export again without them"));
+            return Err(place(Issue::says("sparse accessors are not read, export again without them")));
         }
         let view = (accessor.buffer_view.as_ref()).ok_or_else(|| {
-            place("has no bufferView: if the meshes are compressed, export again without compression")
+            place(
+                Issue::unsupported("has no bufferView")
+                    .wanted("if the meshes are compressed, export again without compression"),
+            )
         })?;
         let view_number = view.value();
         let (view, stride) = container.view(view_number)?;
@@ -104,8 +109,10 @@ impl<'a> Elements<'a> {
         let size = component.size() * kind.multiplicity();
         let stride = stride.unwrap_or(size);
         if stride < size {
-            return Err(format!(
-                "bufferViews[{view_number}].byteStride = {stride}: elements have {size} bytes"
+            return Err(Issue::value(
+                format!("bufferViews[{view_number}].byteStride"),
+                stride,
+                format!("elements have {size} bytes"),
             ));
         }
         let offset = accessor.byte_offset.unwrap_or_default().0;
@@ -115,10 +122,10 @@ impl<'a> Elements<'a> {
             n => u128::from(offset) + u128::from(n - 1) * stride as u128 + size as u128,
         };
         if needed > view.len() as u128 {
-            return Err(format!(
+            return Err(Issue::says(format!(
                 "accessors[{number}] needs {needed} bytes of bufferViews[{view_number}], which has {}",
                 view.len()
-            ));
+            )));
         }
         Ok(Elements { bytes: &view[offset as usize..], stride, component, count: accessor.count.0 as usize })
     }

@@ -13,6 +13,8 @@ use super::MemoryLimit;
 use super::accessor::Elements;
 use super::container::Container;
 
+use crate::error::{Issue, Site};
+
 /// An animation of a glTF file, checked.
 #[derive(Clone, Debug)]
 pub struct Clip {
@@ -49,13 +51,13 @@ impl Clip {
         container: &Container,
         name: Option<&str>,
         budget: &mut MemoryLimit,
-    ) -> Result<Clip, String> {
+    ) -> Result<Clip, Issue> {
         let index = find(&container.root.animations, name)?;
         let json = &container.root.animations[index];
         let mut clip = Clip { index, tracks: Vec::new(), morph_channels: 0 };
         let mut targets = HashSet::new();
         for (number, channel) in json.channels.iter().enumerate() {
-            let at = |what: String| format!("animations[{index}].channels[{number}]: {what}");
+            let at = |issue: Issue| issue.at(format!("animations[{index}].channels[{number}]"));
             let (node, nodes) = (channel.target.node.value(), container.root.nodes.len());
             let property = match channel.target.path {
                 Checked::Valid(Property::MorphTargetWeights) => {
@@ -64,14 +66,18 @@ impl Clip {
                 }
                 Checked::Valid(property) => property,
                 Checked::Invalid => {
-                    return Err(at("target.path: must be translation, rotation, scale or weights".into()));
+                    return Err(at(
+                        Issue::says("must be translation, rotation, scale or weights").at("target.path")
+                    ));
                 }
             };
             if node >= nodes {
-                return Err(at(format!("target.node = {node}: there are {nodes}")));
+                return Err(at(Issue::value("target.node", node, format!("there are {nodes}"))));
             }
             if !targets.insert((node, property as u8)) {
-                return Err(at(format!("nodes[{node}] has this property moved by another channel, too")));
+                return Err(at(Issue::says(format!(
+                    "nodes[{node}] has this property moved by another channel, too"
+                ))));
             }
             let (times_s, interpolation, values) =
                 curve(container, json, channel, property, budget).map_err(at)?;
@@ -79,7 +85,7 @@ impl Clip {
             clip.tracks.push(track);
         }
         if clip.tracks.is_empty() {
-            return Err(format!("animations[{index}] moves no node"));
+            return Err(Issue::says(format!("animations[{index}] moves no node")));
         }
         Ok(clip)
     }
@@ -92,7 +98,7 @@ impl Clip {
     }
 
     /// The nodes that the clip moves, at a time.
-    pub(super) fn moved(&self, time_s: f64) -> Result<HashMap<usize, Moved>, String> {
+    pub(super) fn moved(&self, time_s: f64) -> Result<HashMap<usize, Moved>, Issue> {
         let mut nodes: HashMap<usize, Moved> = HashMap::new();
         for track in &self.tracks {
             let value = track.at(time_s);
@@ -104,7 +110,8 @@ impl Clip {
                     // Keys of opposite sign can cancel out between them.
                     let unit = value.try_normalize().ok_or_else(|| {
                         let (index, channel) = (self.index, track.channel);
-                        format!("animations[{index}].channels[{channel}]: no rotation is left at {time_s} s")
+                        Issue::says(format!("no rotation is left at {time_s} s"))
+                            .at(format!("animations[{index}].channels[{channel}]"))
                     })?;
                     node.rotation = Some(DQuat::from_vec4(unit));
                 }
@@ -114,7 +121,7 @@ impl Clip {
     }
 }
 
-fn find(animations: &[Animation], name: Option<&str>) -> Result<usize, String> {
+fn find(animations: &[Animation], name: Option<&str>) -> Result<usize, Issue> {
     let named =
         |name: &Option<String>| name.as_deref().map_or("(no name)".into(), |name| format!("{name:?}"));
     let mut names: Vec<String> = animations.iter().take(12).map(|animation| named(&animation.name)).collect();
@@ -126,12 +133,17 @@ fn find(animations: &[Animation], name: Option<&str>) -> Result<usize, String> {
     let mut found = (0..animations.len()).filter(|&i| fits(&animations[i]));
     match (found.next(), found.next(), name) {
         (Some(index), None, _) => Ok(index),
-        (Some(_), Some(_), None) => Err(format!("has several animations: set clip to one of {there_are}")),
-        (Some(_), Some(_), Some(name)) => Err(format!("two animations are named {name:?}: rename one")),
-        (None, _, _) if animations.is_empty() => Err("has no animation: export one with it".into()),
-        (None, _, name) => {
-            Err(format!("no animation is named {:?}: there are {there_are}", name.unwrap_or_default()))
+        (Some(_), Some(_), None) => {
+            Err(Issue::says("has several animations").wanted(format!("set clip to one of {there_are}")))
         }
+        (Some(_), Some(_), Some(name)) => {
+            Err(Issue::says(format!("two animations are named {name:?}")).wanted("rename one"))
+        }
+        (None, _, _) if animations.is_empty() => {
+            Err(Issue::says("has no animation").wanted("export one with it"))
+        }
+        (None, _, name) => Err(Issue::says(format!("no animation is named {:?}", name.unwrap_or_default()))
+            .wanted(format!("there are {there_are}"))),
     }
 }
 
@@ -143,16 +155,17 @@ fn curve(
     channel: &Channel,
     property: Property,
     budget: &mut MemoryLimit,
-) -> Result<CurveParts, String> {
+) -> Result<CurveParts, Issue> {
     let number = channel.sampler.value();
     let samplers = &animation.samplers;
-    let sampler: &Sampler =
-        samplers.get(number).ok_or_else(|| format!("sampler = {number}: there are {}", samplers.len()))?;
-    let at = |what: String| format!("samplers[{number}].{what}");
+    let sampler: &Sampler = samplers
+        .get(number)
+        .ok_or_else(|| Issue::value("sampler", number, format!("there are {}", samplers.len())))?;
+    let at = |issue: Issue| issue.at(Site::Table(format!("samplers[{number}]")));
     let interpolation = match sampler.interpolation {
         Checked::Valid(interpolation) => interpolation,
         Checked::Invalid => {
-            return Err(at("interpolation: must be LINEAR, STEP or CUBICSPLINE".into()));
+            return Err(at(Issue::says("must be LINEAR, STEP or CUBICSPLINE").at("interpolation")));
         }
     };
     let times_s = times(container, sampler.input, budget).map_err(at)?;
@@ -161,11 +174,12 @@ fn curve(
         true => Elements::rotations(container, sampler.output),
         false => Elements::floats(container, sampler.output, Type::Vec3, "must be VEC3 of float"),
     }
-    .map_err(|what| at(format!("output: {what}")))?;
+    .map_err(|issue| at(issue.at("output")))?;
     let per_time = if interpolation == Interpolation::CubicSpline { 3 } else { 1 };
     if elements.count != per_time * times_s.len() {
         let (found, needed) = (elements.count, per_time * times_s.len());
-        return Err(at(format!("output has {found} values: its {} times need {needed}", times_s.len())));
+        return Err(at(Issue::says(format!("output has {found} values"))
+            .wanted(format!("its {} times need {needed}", times_s.len()))));
     }
     budget.spend((elements.count * size_of::<DVec4>()) as u64)?;
     let mut values = Vec::with_capacity(elements.count);
@@ -175,7 +189,7 @@ fn curve(
         let is_tangent = per_time == 3 && i % 3 != 1;
         if !value.is_finite() || (is_rotation && !is_tangent && value.length() == 0.0) {
             let rule = if is_rotation { "must be finite and not zero" } else { "must be finite" };
-            return Err(at(format!("output value {i} is {value}: {rule}")));
+            return Err(at(Issue::says(format!("output value {i} is {value}")).wanted(rule)));
         }
         // A key's length in f32 is not quite one, and would pull the way between keys aside.
         values.push(if is_rotation && per_time == 1 { value.normalize() } else { value });
@@ -183,24 +197,22 @@ fn curve(
     Ok((times_s, interpolation, values))
 }
 
-fn times(
-    container: &Container,
-    input: Index<Accessor>,
-    budget: &mut MemoryLimit,
-) -> Result<Vec<f64>, String> {
-    let at = |what: String| format!("input: {what}");
+fn times(container: &Container, input: Index<Accessor>, budget: &mut MemoryLimit) -> Result<Vec<f64>, Issue> {
+    let at = |issue: Issue| issue.at("input");
     let elements = Elements::floats(container, input, Type::Scalar, "must be SCALAR of float").map_err(at)?;
     if elements.count == 0 {
-        return Err(at("has no time".into()));
+        return Err(at(Issue::says("has no time")));
     }
     budget.spend((elements.count * size_of::<f64>()) as u64)?;
     let times_s: Vec<f64> = (0..elements.count).map(|i| elements.number(i, 0)).collect();
     if let Some(i) = times_s.iter().position(|time| !time.is_finite()) {
-        return Err(at(format!("time {i} is {}: must be finite", times_s[i])));
+        return Err(at(Issue::says(format!("time {i} is {}", times_s[i])).wanted("must be finite")));
     }
     if let Some(i) = times_s.windows(2).position(|pair| pair[0] >= pair[1]) {
         let (before, after) = (times_s[i], times_s[i + 1]);
-        return Err(at(format!("time {} is {after} after {before}: times must increase", i + 1)));
+        return Err(at(
+            Issue::says(format!("time {} is {after} after {before}", i + 1)).wanted("times must increase")
+        ));
     }
     Ok(times_s)
 }

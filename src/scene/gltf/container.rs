@@ -9,6 +9,7 @@ use ::gltf::json::Root;
 use base64::Engine as _;
 use base64::engine::{DecodePaddingMode, GeneralPurpose, GeneralPurposeConfig};
 
+use crate::error::Issue;
 use crate::source::Sources;
 use crate::{Error, Result};
 
@@ -22,15 +23,16 @@ pub(super) struct Container {
 
 impl Container {
     pub(super) fn open(path: &Path, sources: &Sources) -> Result<Container> {
-        let place = |what: String| Error::input(path.display(), what);
+        let place = |issue: Issue| issue.at(path);
         let bytes = sources.bytes(path)?;
         let (json, blob) = match bytes.starts_with(b"glTF") {
             true => split_glb(&bytes).map_err(place)?,
             false => (&bytes[..], None),
         };
-        let root = Root::from_slice(json).map_err(|e| place(format!("JSON: {e}")))?;
+        let root = Root::from_slice(json).map_err(|e| place(Issue::damaged(e.to_string()).at("JSON")))?;
         if !root.asset.version.starts_with("2.") {
-            return Err(place(format!("asset.version = {:.20}: must be 2.0", root.asset.version)));
+            let version = format!("{:.20}", root.asset.version);
+            return Err(place(Issue::value("asset.version", version, "must be 2.0")).into());
         }
         let mut container =
             Container { bytes: bytes.len() as u64, buffers: Vec::with_capacity(root.buffers.len()), root };
@@ -39,17 +41,15 @@ impl Container {
         for (index, buffer) in container.root.buffers.iter().enumerate() {
             let bytes: Rc<[u8]> = match (&buffer.uri, blob) {
                 (None, Some(blob)) if index == 0 => Ok(Rc::from(blob)),
-                (None, _) => Err("has no uri and there is no binary chunk for it".to_string()),
+                (None, _) => Err(Issue::damaged("has no uri and there is no binary chunk for it").into()),
                 (Some(uri), _) if uri.starts_with("data:") => data_uri(uri),
                 (Some(uri), _) => beside.file(uri),
             }
-            .map_err(|what| place(format!("buffers[{index}]: {what}")))?;
+            .map_err(|e| e.at(format!("buffers[{index}]")).at(path))?;
             if (bytes.len() as u64) < buffer.byte_length.0 {
-                return Err(place(format!(
-                    "buffers[{index}].byteLength = {}: only {} bytes are there",
-                    buffer.byte_length.0,
-                    bytes.len()
-                )));
+                let key = format!("buffers[{index}].byteLength");
+                let rule = format!("only {} bytes are there", bytes.len());
+                return Err(place(Issue::value(key, buffer.byte_length.0, rule)).into());
             }
             container.buffers.push(bytes);
         }
@@ -58,12 +58,12 @@ impl Container {
     }
 
     /// The bytes of a buffer view and its stride, if it has one.
-    pub(super) fn view(&self, index: usize) -> Result<(&[u8], Option<usize>), String> {
-        let view =
-            (self.root.buffer_views.get(index)).ok_or_else(|| format!("bufferViews[{index}]: no such"))?;
+    pub(super) fn view(&self, index: usize) -> Result<(&[u8], Option<usize>), Issue> {
+        let view = (self.root.buffer_views.get(index))
+            .ok_or_else(|| Issue::says(format!("bufferViews[{index}]")).wanted("no such"))?;
         let number = view.buffer.value();
         let buffer = (self.buffers.get(number))
-            .ok_or_else(|| format!("bufferViews[{index}].buffer = {number}: no such"))?;
+            .ok_or_else(|| Issue::value(format!("bufferViews[{index}].buffer"), number, "no such"))?;
         let start = view.byte_offset.unwrap_or_default().0;
         let end = start.checked_add(view.byte_length.0);
         // A buffer may be longer than declared (a GLB's is padded); a view may not use the rest.
@@ -72,35 +72,38 @@ impl Container {
             Some(end) if end <= length => {
                 Ok((&buffer[start as usize..end as usize], view.byte_stride.map(|stride| stride.0)))
             }
-            _ => Err(format!("bufferViews[{index}] reaches past the {length} bytes of buffers[{number}]")),
+            _ => Err(Issue::says(format!(
+                "bufferViews[{index}] reaches past the {length} bytes of buffers[{number}]"
+            ))),
         }
     }
 }
 
 /// The JSON and the binary chunk of a GLB. The parser's own split subtracts before it compares, and so fails
 /// on a header that declares less than itself.
-fn split_glb(bytes: &[u8]) -> Result<(&[u8], Option<&[u8]>), String> {
+fn split_glb(bytes: &[u8]) -> Result<(&[u8], Option<&[u8]>), Issue> {
     let word = |at: usize| {
-        let word = bytes.get(at..at + 4).ok_or("is truncated")?;
-        Ok::<_, String>(u32::from_le_bytes([word[0], word[1], word[2], word[3]]))
+        let word = bytes.get(at..at + 4).ok_or_else(|| Issue::says("is truncated"))?;
+        Ok::<_, Issue>(u32::from_le_bytes([word[0], word[1], word[2], word[3]]))
     };
     if word(4)? != 2 {
-        return Err(format!("GLB version {}: must be 2", word(4)?));
+        return Err(Issue::says(format!("GLB version {}", word(4)?)).wanted("must be 2"));
     }
     let length = word(8)? as usize;
     if length > bytes.len() {
-        return Err(format!(
+        return Err(Issue::damaged(format!(
             "GLB header says {length} bytes and the file has {}: it is truncated",
             bytes.len()
-        ));
+        )));
     }
     let mut chunks = Vec::new();
     let mut at = 12;
     // Chunks after the second are for extensions.
     while at < length && chunks.len() < 2 {
         let (size, kind) = (word(at)? as usize, word(at + 4)?);
-        let chunk = (bytes[..length].get(at + 8..at + 8 + size))
-            .ok_or_else(|| format!("GLB chunk at byte {at} says {size} bytes: more than are left"))?;
+        let chunk = (bytes[..length].get(at + 8..at + 8 + size)).ok_or_else(|| {
+            Issue::too_large(format!("GLB chunk at byte {at} says {size} bytes")).wanted("more than are left")
+        })?;
         chunks.push((kind.to_le_bytes(), chunk));
         at += 8 + size;
     }
@@ -110,20 +113,20 @@ fn split_glb(bytes: &[u8]) -> Result<(&[u8], Option<&[u8]>), String> {
     };
     match chunk(0, b"JSON") {
         Some(json) => Ok((json, chunk(1, b"BIN\0"))),
-        None => Err("GLB has no JSON as its first chunk".into()),
+        None => Err(Issue::says("GLB has no JSON as its first chunk")),
     }
 }
 
-fn data_uri(uri: &str) -> Result<Rc<[u8]>, String> {
+fn data_uri(uri: &str) -> Result<Rc<[u8]>> {
     let (kind, text) = uri.split_once(',').unwrap_or((uri, ""));
     if !kind.ends_with(";base64") {
-        return Err(format!("uri {kind:.60}…: data must be base64"));
+        return Err(Issue::says(format!("uri {kind:.60}…")).wanted("data must be base64").into());
     }
     let forgiving = GeneralPurposeConfig::new().with_decode_padding_mode(DecodePaddingMode::Indifferent);
     GeneralPurpose::new(&base64::alphabet::STANDARD, forgiving)
         .decode(text)
         .map(Rc::from)
-        .map_err(|e| format!("base64 data: {e}"))
+        .map_err(|e| Issue::damaged(e.to_string()).at("base64 data").into())
 }
 
 /// Files beside the glTF, each read once however many buffers name it.
@@ -138,8 +141,8 @@ struct Beside<'a> {
 
 impl Beside<'_> {
     /// The bytes of a file that a buffer names, which must lie in the glTF's folder or below.
-    fn file(&mut self, uri: &str) -> Result<Rc<[u8]>, String> {
-        let refused = |why: &str| format!("uri = {uri:.200}: {why}");
+    fn file(&mut self, uri: &str) -> Result<Rc<[u8]>> {
+        let refused = |why: &str| Error::from(Issue::value("uri", format!("{uri:.200}"), why));
         let relative = percent_decoded(uri).ok_or_else(|| refused("is not percent-encoded UTF-8"))?;
         let first_part = uri.split('/').next().unwrap_or_default();
         let is_plain = |part| matches!(part, Component::Normal(_) | Component::CurDir);
@@ -159,7 +162,7 @@ impl Beside<'_> {
         if let Some(bytes) = self.read.get(&target) {
             return Ok(bytes.clone());
         }
-        let bytes = self.sources.bytes(&self.folder.join(&relative)).map_err(|e| e.to_string())?;
+        let bytes = self.sources.bytes(&self.folder.join(&relative))?;
         let bytes: Rc<[u8]> = Rc::from(bytes);
         self.bytes += bytes.len() as u64;
         self.read.insert(target, bytes.clone());

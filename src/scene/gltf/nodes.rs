@@ -7,6 +7,8 @@ use glam::{DAffine3, DMat4, DQuat, DVec3};
 
 use super::{MemoryLimit, Moved};
 
+use crate::error::{Issue, Site};
+
 /// Deepest nesting of nodes that is read; each node repeats the names of all above it.
 const MAX_DEPTH: usize = 256;
 
@@ -24,7 +26,7 @@ pub(super) struct Placed<'a> {
 pub(super) fn place_nodes<'a>(
     root: &'a Root,
     moved: &HashMap<usize, Moved>,
-) -> Result<Vec<Placed<'a>>, String> {
+) -> Result<Vec<Placed<'a>>, Issue> {
     let mut placed: Vec<Placed> = Vec::new();
     let mut reached = vec![false; root.nodes.len()];
     let roots = root_nodes(root)?;
@@ -32,20 +34,24 @@ pub(super) fn place_nodes<'a>(
     let mut open: Vec<(usize, Option<usize>)> = roots.iter().rev().map(|i| (*i, None)).collect();
     while let Some((index, parent)) = open.pop() {
         let json = (root.nodes.get(index)).ok_or_else(|| {
-            format!("a scene or node refers to nodes[{index}]: there are {}", root.nodes.len())
+            Issue::says(format!("a scene or node refers to nodes[{index}]"))
+                .wanted(format!("there are {}", root.nodes.len()))
         })?;
         if std::mem::replace(&mut reached[index], true) {
-            return Err(format!("nodes[{index}] is reached twice: nodes must form a tree"));
+            return Err(
+                Issue::says(format!("nodes[{index}] is reached twice")).wanted("nodes must form a tree")
+            );
         }
         let (depth, world_from_parent) = match parent {
             Some(slot) => (placed[slot].depth + 1, placed[slot].world_from_node),
             None => (1, DAffine3::IDENTITY),
         };
         if depth > MAX_DEPTH {
-            return Err(format!("nodes[{index}] is nested more than {MAX_DEPTH} deep: flatten the tree"));
+            return Err(Issue::too_large(format!("nodes[{index}] is nested more than {MAX_DEPTH} deep"))
+                .wanted("flatten the tree"));
         }
-        let parent_from_node =
-            parent_from_node(json, moved.get(&index)).map_err(|what| format!("nodes[{index}].{what}"))?;
+        let parent_from_node = parent_from_node(json, moved.get(&index))
+            .map_err(|issue| issue.at(Site::Table(format!("nodes[{index}]"))))?;
         let children = json.children.iter().flatten().rev();
         open.extend(children.map(|child| (child.value(), Some(placed.len()))));
         placed.push(Placed {
@@ -59,19 +65,20 @@ pub(super) fn place_nodes<'a>(
     if root.scenes.is_empty()
         && let Some(index) = reached.iter().position(|reached| !reached)
     {
-        return Err(format!("nodes[{index}] is among its own ancestors: nodes must form a tree"));
+        return Err(Issue::says(format!("nodes[{index}] is among its own ancestors"))
+            .wanted("nodes must form a tree"));
     }
     Ok(placed)
 }
 
 /// The roots of the default scene, else of the first, else all nodes that are nobody's child.
-fn root_nodes(root: &Root) -> Result<Vec<usize>, String> {
+fn root_nodes(root: &Root) -> Result<Vec<usize>, Issue> {
     let scene = root.scene.as_ref().map_or(0, Index::value);
     if let Some(scene) = root.scenes.get(scene) {
         return Ok(scene.nodes.iter().map(Index::value).collect());
     }
     if root.scene.is_some() {
-        return Err(format!("scene = {scene}: there are {} scenes", root.scenes.len()));
+        return Err(Issue::value("scene", scene, format!("there are {} scenes", root.scenes.len())));
     }
     let mut is_root = vec![true; root.nodes.len()];
     for child in root.nodes.iter().flat_map(|n| n.children.iter().flatten()) {
@@ -83,15 +90,17 @@ fn root_nodes(root: &Root) -> Result<Vec<usize>, String> {
 }
 
 /// A node's own transform, composed in f64 from the file's f32.
-fn parent_from_node(node: &Node, moved: Option<&Moved>) -> Result<DAffine3, String> {
+fn parent_from_node(node: &Node, moved: Option<&Moved>) -> Result<DAffine3, Issue> {
     let wide = |v: [f32; 3]| DVec3::from_array(v.map(f64::from));
     if let Some(matrix) = node.matrix {
         if moved.is_some() {
-            return Err("matrix: an animated node needs translation, rotation and scale instead".into());
+            return Err(
+                Issue::says("an animated node needs translation, rotation and scale instead").at("matrix")
+            );
         }
         let matrix = DMat4::from_cols_array(&matrix.map(f64::from));
         if !matrix.is_finite() || matrix.row(3) != glam::DVec4::W {
-            return Err("matrix: must be finite, with 0, 0, 0, 1 as its last row".into());
+            return Err(Issue::says("must be finite, with 0, 0, 0, 1 as its last row").at("matrix"));
         }
         return Ok(DAffine3::from_mat4(matrix));
     }
@@ -101,12 +110,12 @@ fn parent_from_node(node: &Node, moved: Option<&Moved>) -> Result<DAffine3, Stri
     let own = || DQuat::from_array(node.rotation.unwrap_or_default().0.map(f64::from));
     let rotation = moved.rotation.unwrap_or_else(own);
     if !translation.is_finite() || !scale.is_finite() {
-        return Err("translation or scale: must be finite".into());
+        return Err(Issue::says("must be finite").at("translation or scale"));
     }
     // The file's quaternion has unit length in f32 only, which would stretch what hangs on it.
     let length = rotation.length();
     if !(length.is_finite() && length > 0.0) {
-        return Err("rotation: must be a quaternion with a finite length above zero".into());
+        return Err(Issue::says("must be a quaternion with a finite length above zero").at("rotation"));
     }
     let rotation = rotation / length;
     Ok(DAffine3::from_scale_rotation_translation(scale, rotation, translation))
@@ -117,7 +126,7 @@ pub(super) fn names(
     placed: &[Placed],
     node: &Placed,
     budget: &mut MemoryLimit,
-) -> Result<Vec<String>, String> {
+) -> Result<Vec<String>, Issue> {
     let mut names = Vec::new();
     let mut next = Some(node);
     while let Some(node) = next {

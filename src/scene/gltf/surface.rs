@@ -9,6 +9,7 @@ use super::accessor::Elements;
 use super::container::Container;
 use super::nodes::Placed;
 use super::skin::{Influences, Skin};
+use crate::error::Issue;
 use crate::scene::Mesh;
 use crate::scene::mesh::Welder;
 
@@ -22,18 +23,18 @@ pub(super) fn read_mesh(
     node: &Placed,
     placed: &[Placed],
     budget: &mut MemoryLimit,
-) -> Result<Mesh, String> {
+) -> Result<Mesh, Issue> {
     let json = (container.root.meshes.get(index))
-        .ok_or_else(|| format!("mesh = {index}: there are {}", container.root.meshes.len()))?;
+        .ok_or_else(|| Issue::value("mesh", index, format!("there are {}", container.root.meshes.len())))?;
     let skin = match node.json.skin {
         Some(skin) => Some(Skin::read(container, skin.value(), placed, budget)?),
         None => None,
     };
     let mut welder = Welder::default();
     for (number, primitive) in json.primitives.iter().enumerate() {
-        read_primitive(container, primitive, skin.as_ref(), &mut welder, budget).map_err(|what| {
+        read_primitive(container, primitive, skin.as_ref(), &mut welder, budget).map_err(|issue| {
             let name = json.name.as_deref().unwrap_or_default();
-            format!("meshes[{index}] {name:?} primitives[{number}]: {what}")
+            issue.at(format!("meshes[{index}] {name:?} primitives[{number}]"))
         })?;
     }
     let mut mesh = welder.finish();
@@ -43,7 +44,9 @@ pub(super) fn read_mesh(
         let p = world_from_mesh.transform_point3(*vertex);
         *vertex = DVec3::new(p.x, -p.z, p.y);
         if !vertex.is_finite() {
-            return Err(format!("meshes[{index}]: its transforms move a vertex to infinity"));
+            return Err(
+                Issue::says(format!("meshes[{index}]")).wanted("its transforms move a vertex to infinity")
+            );
         }
     }
     // A mirror turns triangles inside out; glTF wants them turned back.
@@ -61,18 +64,19 @@ fn read_primitive(
     skin: Option<&Skin>,
     welder: &mut Welder,
     budget: &mut MemoryLimit,
-) -> Result<(), String> {
+) -> Result<(), Issue> {
     // Even an empty primitive takes time, and a mesh of many can be placed many times.
     budget.spend(TRIANGLE_BYTES)?;
     let mode = match primitive.mode {
         Checked::Valid(mode) => mode,
-        Checked::Invalid => return Err("mode: must be 0 to 6".into()),
+        Checked::Invalid => return Err(Issue::says("mode").wanted("must be 0 to 6")),
     };
     if !matches!(mode, Mode::Triangles | Mode::TriangleStrip | Mode::TriangleFan) {
         return Ok(());
     }
-    let positions =
-        (primitive.attributes).get(&Checked::Valid(Semantic::Positions)).ok_or("attributes lack POSITION")?;
+    let positions = (primitive.attributes)
+        .get(&Checked::Valid(Semantic::Positions))
+        .ok_or_else(|| Issue::says("attributes lack POSITION"))?;
     let positions = Elements::positions(container, *positions)?;
     let influences = match skin {
         Some(_) => Influences::read(container, primitive, positions.count, budget)?,
@@ -85,21 +89,22 @@ fn read_primitive(
     let count = indices.as_ref().map_or(positions.count, |i| i.count);
     let triangles = match mode {
         Mode::Triangles if count % 3 != 0 => {
-            return Err(format!("has {count} corners: triangles need a multiple of 3"));
+            return Err(Issue::says(format!("has {count} corners")).wanted("triangles need a multiple of 3"));
         }
         Mode::Triangles => count / 3,
         _ => count.saturating_sub(2),
     };
     budget.spend(triangles as u64 * (TRIANGLE_BYTES + influences.bytes_per_triangle()))?;
 
-    let corner = |place: usize| -> Result<DVec3, String> {
+    let corner = |place: usize| -> Result<DVec3, Issue> {
         let vertex = indices.as_ref().map_or(place, |i| i.index(place));
         if vertex >= positions.count {
-            return Err(format!("index {place} is {vertex}: there are {} positions", positions.count));
+            return Err(Issue::says(format!("index {place} is {vertex}"))
+                .wanted(format!("there are {} positions", positions.count)));
         }
         let position = positions.position(vertex);
         if !position.is_finite() {
-            return Err(format!("position {vertex} is {position}: must be finite"));
+            return Err(Issue::says(format!("position {vertex} is {position}")).wanted("must be finite"));
         }
         skin.map_or(Ok(position), |skin| skin.posed(position, &influences, vertex))
     };

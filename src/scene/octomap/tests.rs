@@ -77,7 +77,7 @@ fn an_empty_map_has_no_nodes_and_is_refused() {
 #[track_caller]
 fn refused(bytes: &[u8], expected: &str) {
     let what = parse(bytes).expect_err(expected);
-    assert!(what.contains(expected), "{what:?} lacks {expected:?}");
+    assert!(what.to_string().contains(expected), "{what:?} lacks {expected:?}");
 }
 
 #[test]

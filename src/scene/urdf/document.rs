@@ -8,6 +8,7 @@ use std::path::Path;
 use roxmltree::{Document, Node};
 use urdf_rs::Robot;
 
+use crate::error::Issue;
 use crate::scene::xml;
 
 /// Deepest nesting of elements: a URDF needs 5, and the parser recurses.
@@ -16,18 +17,19 @@ const MAX_DEPTH: usize = 64;
 const NEEDLESS: [&str; 5] = ["material", "inertial", "dynamics", "calibration", "safety_controller"];
 
 /// Reads a URDF's text; `path` is for the file's ending and the command that expands it.
-pub(super) fn read(path: &Path, text: &str) -> Result<Robot, String> {
+pub(super) fn read(path: &Path, text: &str) -> Result<Robot, Issue> {
     let ending = path.extension().map(|e| e.to_ascii_lowercase());
     if ending.is_some_and(|e| e == "xacro") {
         return Err(expand(path));
     }
-    let document = xml::parse(text).map_err(|what| match text.contains("<xacro:") {
+    let document = xml::parse(text).map_err(|issue| match text.contains("<xacro:") {
         true => expand(path),
-        false => what,
+        false => issue,
     })?;
     let root = document.root_element();
     if root.tag_name().name() != "robot" {
-        return Err(format!("its root is <{:.40}>: a URDF's is <robot>", root.tag_name().name()));
+        return Err(Issue::says(format!("its root is <{:.40}>", root.tag_name().name()))
+            .wanted("a URDF's is <robot>"));
     }
     refuse_depth(root)?;
     for node in root.descendants().filter(Node::is_element) {
@@ -36,14 +38,15 @@ pub(super) fn read(path: &Path, text: &str) -> Result<Robot, String> {
         }
         // The rest of a file belongs to simulators and drivers.
         if is_described(&node) {
-            check_vectors(&node).map_err(|what| format!("{}: {what}", place(&document, &node)))?;
+            check_vectors(&node).map_err(|issue| issue.at(place(&document, &node)))?;
         }
     }
     for joint in children(root, "joint") {
-        check_limit(&joint).map_err(|what| format!("{}: {what}", place(&document, &joint)))?;
+        check_limit(&joint).map_err(|issue| issue.at(place(&document, &joint)))?;
     }
     let needed = needed(root, text);
-    urdf_rs::read_from_string(&needed).map_err(|e| wrong_element(&document, text).unwrap_or(e.to_string()))
+    urdf_rs::read_from_string(&needed)
+        .map_err(|e| wrong_element(&document, text).unwrap_or(Issue::damaged(e.to_string())))
 }
 
 /// The text of an element without what neither shape nor motion needs: files that every ROS tool reads have
@@ -68,7 +71,7 @@ fn needed(element: Node, text: &str) -> String {
     needed + &text[from..element.range().end]
 }
 
-fn expand(path: &Path) -> String {
+fn expand(path: &Path) -> Issue {
     let plain = path.with_extension("");
     let plain = match plain.extension() {
         Some(ending) if ending == "urdf" => plain,
@@ -76,10 +79,8 @@ fn expand(path: &Path) -> String {
     };
     let plain = if plain == path { plain.with_extension("expanded.urdf") } else { plain };
     let (from, to) = (path.display(), plain.display());
-    format!(
-        "is a xacro, which only its own program expands: run `xacro {from} > {to}` (or `ros2 run xacro xacro {from} > \
-         {to}`) and name {to}"
-    )
+    Issue::unsupported("is a xacro, which only its own program expands")
+        .wanted(format!("run `xacro {from} > {to}` (or `ros2 run xacro xacro {from} > {to}`) and name {to}"))
 }
 
 /// An expanded file may still declare the xacro namespace; only its elements and substitutions need
@@ -97,11 +98,12 @@ fn is_described(node: &Node) -> bool {
     top.is_some_and(|top| top.has_tag_name("link") || top.has_tag_name("joint"))
 }
 
-fn refuse_depth(root: Node) -> Result<(), String> {
+fn refuse_depth(root: Node) -> Result<(), Issue> {
     let mut open = vec![(root, 1)];
     while let Some((node, depth)) = open.pop() {
         if depth > MAX_DEPTH {
-            return Err(format!("nests elements more than {MAX_DEPTH} deep: no URDF needs that"));
+            return Err(Issue::too_large(format!("nests elements more than {MAX_DEPTH} deep"))
+                .wanted("no URDF needs that"));
         }
         open.extend(node.children().filter(Node::is_element).map(|child| (child, depth + 1)));
     }
@@ -113,25 +115,28 @@ fn children<'a, 'i>(node: Node<'a, 'i>, name: &'static str) -> impl Iterator<Ite
 }
 
 /// The parser skips words that are no numbers, so `0 o.1 0 0` would pass.
-fn check_vectors(node: &Node) -> Result<(), String> {
+fn check_vectors(node: &Node) -> Result<(), Issue> {
     for name in ["xyz", "rpy", "size", "scale"] {
         let Some(value) = node.attribute(name) else { continue };
         let numbers: Option<Vec<f64>> = value.split_whitespace().map(|word| word.parse().ok()).collect();
         if numbers.is_none_or(|numbers| numbers.len() != 3 || numbers.iter().any(|x| !x.is_finite())) {
             let tag = node.tag_name().name();
-            return Err(format!("<{tag} {name} = {value:.60?}>: must be three finite numbers"));
+            return Err(
+                Issue::says(format!("<{tag} {name} = {value:.60?}>")).wanted("must be three finite numbers")
+            );
         }
     }
     Ok(())
 }
 
-fn check_limit(joint: &Node) -> Result<(), String> {
+fn check_limit(joint: &Node) -> Result<(), Issue> {
     let Some(kind @ ("revolute" | "prismatic")) = joint.attribute("type") else { return Ok(()) };
     if children(*joint, "limit").next().is_some() {
         return Ok(());
     }
     let cure = if kind == "revolute" { ", or make it continuous" } else { "" };
-    Err(format!("is {kind} and has no <limit>: give it lower, upper, effort and velocity{cure}"))
+    Err(Issue::says(format!("is {kind} and has no <limit>"))
+        .wanted(format!("give it lower, upper, effort and velocity{cure}")))
 }
 
 /// The link or joint that an element is in, with the element's line.
@@ -143,11 +148,11 @@ fn place(document: &Document, node: &Node) -> String {
 }
 
 /// The first link or joint that cannot be read by itself, and why.
-fn wrong_element(document: &Document, text: &str) -> Option<String> {
+fn wrong_element(document: &Document, text: &str) -> Option<Issue> {
     let root = document.root_element();
     children(root, "link").chain(children(root, "joint")).find_map(|node| {
         let alone = format!("<robot name=\"alone\">{}</robot>", needed(node, text));
         let error = urdf_rs::read_from_string(&alone).err()?;
-        Some(format!("{}: {error}", place(document, &node)))
+        Some(Issue::damaged(error.to_string()).at(place(document, &node)))
     })
 }

@@ -7,10 +7,11 @@ use std::rc::Rc;
 use glam::{DAffine3, DMat3, DVec3};
 
 use super::{Geometry, LinkShape, Packages, PlacedShape, RobotModel};
+use crate::Result;
+use crate::error::Issue;
 use crate::scene::mesh_file::load_mesh;
 use crate::scene::{Mesh, primitive};
 use crate::source::Sources;
-use crate::{Error, Result};
 
 /// Most triangles of a robot: a mesh may be placed many times, and each costs memory.
 const MOST_TRIANGLES: usize = 20_000_000;
@@ -29,7 +30,7 @@ impl RobotModel {
         sources: &Sources,
         sag_m: f64,
     ) -> Result<Vec<Mesh>> {
-        let in_file = |what: String| Error::input(self.path.display(), what);
+        let in_file = |issue: Issue| issue.at(&self.path);
         let mut files = Files { urdf: &self.path, packages, sources, read: HashMap::new() };
         let mut triangles = 0;
         let mut meshes = Vec::with_capacity(self.links.len());
@@ -40,35 +41,34 @@ impl RobotModel {
             };
             let mut whole = Mesh::default();
             for (number, body) in bodies.iter().enumerate() {
-                let mesh = body.mesh(sag_m, &mut files).map_err(|what| {
-                    in_file(format!("link {:?}: {kind} {}: {what}", link.name, number + 1))
+                let mesh = body.mesh(sag_m, &mut files).map_err(|e| {
+                    e.at(format!("link {:?}: {kind} {}", link.name, number + 1)).at(&self.path)
                 })?;
                 triangles += mesh.triangles.len();
                 if triangles > MOST_TRIANGLES {
-                    let what = format!("has more than {MOST_TRIANGLES} triangles: simplify its meshes");
-                    return Err(in_file(what));
+                    let what = format!("has more than {MOST_TRIANGLES} triangles");
+                    let issue = Issue::too_large(what).wanted("simplify its meshes");
+                    return Err(in_file(issue).into());
                 }
                 whole.append(&mesh);
             }
             meshes.push(whole);
         }
         if triangles == 0 {
-            return Err(in_file(self.bare(geometry).into()));
+            return Err(in_file(self.bare(geometry)).into());
         }
         Ok(meshes)
     }
 
-    fn bare(&self, geometry: Geometry) -> &'static str {
+    fn bare(&self, geometry: Geometry) -> Issue {
         let is_drawn = self.links.iter().any(|link| !link.visual.is_empty());
         let is_kept_clear = self.links.iter().any(|link| !link.collision.is_empty());
         match geometry {
-            Geometry::Collision if is_drawn => {
-                "no link has collision geometry: write geometry = \"visual\" in the scene file"
-            }
-            Geometry::Visual if is_kept_clear => {
-                "no link has visual geometry: write geometry = \"collision\" in the scene file"
-            }
-            _ => "no link has a body: give its links <collision> or <visual> geometry",
+            Geometry::Collision if is_drawn => Issue::says("no link has collision geometry")
+                .wanted("write geometry = \"visual\" in the scene file"),
+            Geometry::Visual if is_kept_clear => Issue::says("no link has visual geometry")
+                .wanted("write geometry = \"collision\" in the scene file"),
+            _ => Issue::says("no link has a body").wanted("give its links <collision> or <visual> geometry"),
         }
     }
 }
@@ -103,13 +103,13 @@ struct Files<'a> {
 }
 
 impl Files<'_> {
-    fn mesh(&mut self, filename: &str) -> Result<Rc<Mesh>, String> {
+    fn mesh(&mut self, filename: &str) -> Result<Rc<Mesh>> {
         let path = self.packages.resolve(filename, self.urdf)?;
         if let Some(mesh) = self.read.get(&path) {
             return Ok(mesh.clone());
         }
         // The file's axes are the link's, whatever it says is up, as in RViz.
-        let (mesh, _) = load_mesh(&path, self.sources).map_err(|e| e.to_string())?;
+        let (mesh, _) = load_mesh(&path, self.sources)?;
         let mesh = Rc::new(mesh);
         self.read.insert(path, mesh.clone());
         Ok(mesh)
@@ -117,7 +117,7 @@ impl Files<'_> {
 }
 
 impl PlacedShape {
-    fn mesh(&self, sag_m: f64, files: &mut Files) -> Result<Mesh, String> {
+    fn mesh(&self, sag_m: f64, files: &mut Files) -> Result<Mesh> {
         let (mesh, scale) = match &self.shape {
             LinkShape::Box { size_m } => (Rc::new(primitive::cuboid(*size_m)), DVec3::ONE),
             LinkShape::Sphere { radius_m } => (Rc::new(primitive::sphere(*radius_m, sag_m)), DVec3::ONE),
@@ -128,12 +128,12 @@ impl PlacedShape {
                 (Rc::new(primitive::capsule(*radius_m, *length_m, sag_m)), DVec3::ONE)
             }
             LinkShape::Mesh { filename, scale } => {
-                (files.mesh(filename).map_err(|what| format!("mesh {filename:?}: {what}"))?, *scale)
+                (files.mesh(filename).map_err(|e| e.at(format!("mesh {filename:?}")))?, *scale)
             }
         };
         let mesh = moved(&mesh, &(self.link_from_body * DAffine3::from_mat3(DMat3::from_diagonal(scale))));
         if mesh.vertices.iter().any(|vertex| !vertex.is_finite()) {
-            return Err("its transforms move a vertex to infinity".into());
+            return Err(Issue::says("its transforms move a vertex to infinity").into());
         }
         Ok(mesh)
     }

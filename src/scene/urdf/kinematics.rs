@@ -6,9 +6,10 @@ use std::collections::BTreeMap;
 use glam::{DAffine3, DMat3, DVec3};
 
 use super::{Joint, Motion, RobotModel};
+use crate::Result;
+use crate::error::Issue;
 use crate::pose::{Frame, Pose};
 use crate::scene::Linkage;
-use crate::{Error, Result};
 
 /// A URDF's limits are often written with a few digits of π: 180° must be within 3.14159.
 const SLACK_RAD: f64 = 1e-5;
@@ -31,13 +32,13 @@ impl RobotModel {
     /// When a value names no joint, or one of the other kind, or is outside its limits, and when a joint
     /// without a value cannot be at 0. Messages begin with the key: `joints_deg.elbow = 200: …`.
     pub fn pose(&self, values: &JointValues) -> Result<Vec<DAffine3>> {
-        self.check_names(values).map_err(Error::Input)?;
+        self.check_names(values)?;
         let mut root_from_link: Vec<DAffine3> = Vec::with_capacity(self.links.len());
         for link in &self.links {
             let placed = match &link.joint {
                 None => DAffine3::IDENTITY,
                 Some(joint) => {
-                    let moved = self.moved(joint, values).map_err(Error::Input)?;
+                    let moved = self.moved(joint, values)?;
                     root_from_link[joint.parent] * joint.parent_from_joint * moved
                 }
             };
@@ -98,22 +99,22 @@ impl RobotModel {
         }
     }
 
-    fn check_names(&self, values: &JointValues) -> Result<(), String> {
+    fn check_names(&self, values: &JointValues) -> Result<(), Issue> {
         let find = |name: &str| self.links.iter().find_map(|l| l.joint.as_ref().filter(|j| j.name == name));
         let named = values.angles_deg.iter().map(|(name, value)| ("joints_deg", name, value));
         for (key, name, value) in named.chain(values.travels_m.iter().map(|(n, v)| ("joints_m", n, v))) {
-            let right = match find(name).map(|joint| &joint.motion) {
-                None => Err(format!("{} has no such joint; {}", self.path.display(), self.movable())),
-                Some(Motion::Fixed) => Err("is a fixed joint; take its value away".into()),
+            let wrong = match find(name).map(|joint| &joint.motion) {
+                None => format!("{} has no such joint; {}", self.path.display(), self.movable()),
+                Some(Motion::Fixed) => "is a fixed joint; take its value away".into(),
                 Some(Motion::Turn { .. }) if key == "joints_m" => {
-                    Err("turns: write its degrees under joints_deg".into())
+                    "turns: write its degrees under joints_deg".into()
                 }
                 Some(Motion::Slide { .. }) if key == "joints_deg" => {
-                    Err("slides: write its metres under joints_m".into())
+                    "slides: write its metres under joints_m".into()
                 }
-                Some(_) => Ok(()),
+                Some(_) => continue,
             };
-            right.map_err(|what: String| format!("{key}.{name} = {value}: {what}"))?;
+            return Err(Issue::value(format!("{key}.{name}"), value, wrong));
         }
         Ok(())
     }
@@ -131,7 +132,7 @@ impl RobotModel {
     }
 
     /// `joint_from_child` for a joint's value.
-    fn moved(&self, joint: &Joint, values: &JointValues) -> Result<DAffine3, String> {
+    fn moved(&self, joint: &Joint, values: &JointValues) -> Result<DAffine3, Issue> {
         match joint.motion {
             Motion::Fixed => Ok(DAffine3::IDENTITY),
             Motion::Turn { axis, limits_rad } => {
@@ -153,18 +154,18 @@ impl RobotModel {
         }
     }
 
-    fn outside(&self, key: &str, joint: &Joint, given: Option<f64>, limits: [f64; 2], unit: &str) -> String {
+    fn outside(&self, key: &str, joint: &Joint, given: Option<f64>, limits: [f64; 2], unit: &str) -> Issue {
         let (name, [lower, upper], file) = (&joint.name, limits, self.path.display());
         match given {
             Some(value) => {
-                format!(
-                    "{key}.{name} = {value}: must be from {lower} to {upper} {unit}, its limits in {file}"
-                )
+                let rule = format!("must be from {lower} to {upper} {unit}, its limits in {file}");
+                Issue::value(format!("{key}.{name}"), value, rule)
             }
-            None => format!(
-                "no {key}.{name}: the joint cannot be at 0, its limits in {file} are {lower} to {upper} {unit}; give \
-                 it a value"
-            ),
+            None => Issue::missing(format!("{key}.{name}"))
+                .wanted(format!(
+                    "the joint cannot be at 0, its limits in {file} are {lower} to {upper} {unit}"
+                ))
+                .cure("give it a value"),
         }
     }
 }

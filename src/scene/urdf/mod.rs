@@ -16,8 +16,8 @@ use std::path::{Path, PathBuf};
 
 use glam::DAffine3;
 
+use crate::Result;
 use crate::source::Sources;
-use crate::{Error, Result};
 pub(super) use geometry::merged;
 pub use kinematics::JointValues;
 pub use packages::Packages;
@@ -95,7 +95,7 @@ pub fn load(path: &Path, sources: &Sources) -> Result<RobotModel> {
 
 fn parse(path: &Path, text: &str) -> Result<RobotModel> {
     let links = document::read(path, text).and_then(|robot| model::links(&robot));
-    Ok(RobotModel { path: path.into(), links: links.map_err(|what| Error::input(path.display(), what))? })
+    Ok(RobotModel { path: path.into(), links: links.map_err(|problem| problem.at(path))? })
 }
 
 impl RobotModel {

@@ -7,6 +7,7 @@ use glam::{DAffine3, DVec3};
 use urdf_rs::{JointType, Pose, Robot};
 
 use super::{Joint, Link, LinkShape, Motion, PlacedShape};
+use crate::error::Issue;
 use crate::pose::from_rpy;
 
 /// No length or distance is larger; beyond it there are slips of the pen.
@@ -15,7 +16,7 @@ const FARTHEST_M: f64 = 1e6;
 const SMALLEST_M: f64 = 1e-6;
 
 /// The links of a robot, parents before children.
-pub(super) fn links(robot: &Robot) -> Result<Vec<Link>, String> {
+pub(super) fn links(robot: &Robot) -> Result<Vec<Link>, Issue> {
     unique("link", robot.links.iter().map(|l| l.name.as_str()))?;
     unique("joint", robot.joints.iter().map(|j| j.name.as_str()))?;
     let places: HashMap<&str, usize> =
@@ -25,15 +26,19 @@ pub(super) fn links(robot: &Robot) -> Result<Vec<Link>, String> {
     let mut hanging: Vec<Vec<usize>> = vec![Vec::new(); robot.links.len()];
     for (number, joint) in robot.joints.iter().enumerate() {
         let find = |role: &str, name: &str| {
-            let what = || format!("joint {:?}: its {role} {name:?} is no link of the file", joint.name);
+            let what = || {
+                Issue::says(format!("joint {:?}", joint.name))
+                    .wanted(format!("its {role} {name:?} is no link of the file"))
+            };
             places.get(name).copied().ok_or_else(what)
         };
         let (parent, child) = (find("parent", &joint.parent.link)?, find("child", &joint.child.link)?);
         if let Some(other) = held[child].replace(number) {
-            return Err(format!(
-                "link {:?} is the child of two joints, {:?} and {:?}: a link has one",
+            return Err(Issue::says(format!(
+                "link {:?} is the child of two joints, {:?} and {:?}",
                 robot.links[child].name, robot.joints[other].name, joint.name
-            ));
+            ))
+            .wanted("a link has one"));
         }
         hanging[parent].push(number);
     }
@@ -46,7 +51,8 @@ pub(super) fn links(robot: &Robot) -> Result<Vec<Link>, String> {
         links.push(link(&robot.links[place], joint)?);
         for &number in &hanging[place] {
             let entry = &robot.joints[number];
-            let joint = joint_of(entry, parent).map_err(|what| format!("joint {:?}: {what}", entry.name))?;
+            let joint =
+                joint_of(entry, parent).map_err(|issue| issue.at(format!("joint {:?}", entry.name)))?;
             open.push_back((places[entry.child.link.as_str()], Some(joint)));
         }
     }
@@ -55,45 +61,50 @@ pub(super) fn links(robot: &Robot) -> Result<Vec<Link>, String> {
         let reached: HashSet<&str> = links.iter().map(|link| link.name.as_str()).collect();
         let lost = robot.links.iter().find(|link| !reached.contains(link.name.as_str()));
         let name = lost.map_or("", |link| link.name.as_str());
-        return Err(format!("link {name:?} is among its own ancestors: links must form a tree"));
+        return Err(
+            Issue::says(format!("link {name:?} is among its own ancestors")).wanted("links must form a tree")
+        );
     }
     Ok(links)
 }
 
-fn unique<'n>(kind: &str, names: impl Iterator<Item = &'n str>) -> Result<(), String> {
+fn unique<'n>(kind: &str, names: impl Iterator<Item = &'n str>) -> Result<(), Issue> {
     let mut seen = HashSet::new();
     for name in names {
         if name.is_empty() {
-            return Err(format!("one of the {kind}s has an empty name"));
+            return Err(Issue::says(format!("one of the {kind}s has an empty name")));
         }
         if !seen.insert(name) {
-            return Err(format!("two {kind}s are named {name:?}: give each its own name"));
+            return Err(
+                Issue::says(format!("two {kind}s are named {name:?}")).wanted("give each its own name")
+            );
         }
     }
     Ok(())
 }
 
-fn root(robot: &Robot, held: &[Option<usize>]) -> Result<usize, String> {
+fn root(robot: &Robot, held: &[Option<usize>]) -> Result<usize, Issue> {
     let mut roots = (0..held.len()).filter(|&place| held[place].is_none());
     match (roots.next(), roots.next()) {
         (Some(root), None) => Ok(root),
-        (Some(a), Some(b)) => Err(format!(
-            "links {:?} and {:?} both hang on nothing: join them (a fixed joint does)",
+        (Some(a), Some(b)) => Err(Issue::says(format!(
+            "links {:?} and {:?} both hang on nothing",
             robot.links[a].name, robot.links[b].name
-        )),
-        (None, _) if robot.links.is_empty() => Err("has no link".into()),
-        (None, _) => Err(format!(
-            "link {:?} is among its own ancestors, as all are: links must form a tree with one root",
-            robot.links[0].name
-        )),
+        ))
+        .wanted("join them (a fixed joint does)")),
+        (None, _) if robot.links.is_empty() => Err(Issue::says("has no link")),
+        (None, _) => {
+            Err(Issue::says(format!("link {:?} is among its own ancestors, as all are", robot.links[0].name))
+                .wanted("links must form a tree with one root"))
+        }
     }
 }
 
-fn link(entry: &urdf_rs::Link, joint: Option<Joint>) -> Result<Link, String> {
+fn link(entry: &urdf_rs::Link, joint: Option<Joint>) -> Result<Link, Issue> {
     let body = |kind: &str, number: usize, origin: &Pose, geometry: &urdf_rs::Geometry| {
         let body = affine(origin)
             .and_then(|link_from_body| Ok(PlacedShape { link_from_body, shape: shape(geometry)? }));
-        body.map_err(|what| format!("link {:?}: {kind} {}: {what}", entry.name, number + 1))
+        body.map_err(|issue| issue.at(format!("link {:?}: {kind} {}", entry.name, number + 1)))
     };
     let collision =
         entry.collision.iter().enumerate().map(|(i, c)| body("collision", i, &c.origin, &c.geometry));
@@ -106,8 +117,10 @@ fn link(entry: &urdf_rs::Link, joint: Option<Joint>) -> Result<Link, String> {
     })
 }
 
-fn joint_of(entry: &urdf_rs::Joint, parent: usize) -> Result<Joint, String> {
-    let unsupported = |kind: &str, cure: &str| Err(format!("is {kind}, which is not supported: {cure}"));
+fn joint_of(entry: &urdf_rs::Joint, parent: usize) -> Result<Joint, Issue> {
+    let unsupported = |kind: &str, cure: &str| {
+        Err(Issue::unsupported(format!("is {kind}, which is not supported")).wanted(cure))
+    };
     if let Some(mimic) = &entry.mimic {
         let what = format!("a mimic of {:?}", mimic.joint);
         return unsupported(&what, "take <mimic> away and give the joint a value of its own");
@@ -121,9 +134,9 @@ fn joint_of(entry: &urdf_rs::Joint, parent: usize) -> Result<Joint, String> {
         }
         JointType::Prismatic => {
             if !limits.iter().all(|limit| limit.abs() <= FARTHEST_M) {
-                return Err(format!(
+                return Err(Issue::says(format!(
                     "its limits {limits:?} must be metres from -{FARTHEST_M} to {FARTHEST_M}"
-                ));
+                )));
             }
             Motion::Slide { axis: axis(entry)?, limits_m: ordered(limits)? }
         }
@@ -149,36 +162,38 @@ fn joint_of(entry: &urdf_rs::Joint, parent: usize) -> Result<Joint, String> {
     Ok(Joint { name: entry.name.clone(), parent, parent_from_joint: affine(&entry.origin)?, motion })
 }
 
-fn axis(entry: &urdf_rs::Joint) -> Result<DVec3, String> {
+fn axis(entry: &urdf_rs::Joint) -> Result<DVec3, Issue> {
     let axis = DVec3::from_array(entry.axis.xyz.0);
     let length = axis.length();
     if !(length.is_finite() && length > 1e-9) {
-        return Err(format!("<axis xyz = {:?}>: must be finite and not zero", axis.to_array()));
+        return Err(
+            Issue::says(format!("<axis xyz = {:?}>", axis.to_array())).wanted("must be finite and not zero")
+        );
     }
     Ok(axis / length)
 }
 
-fn ordered(limits: [f64; 2]) -> Result<[f64; 2], String> {
+fn ordered(limits: [f64; 2]) -> Result<[f64; 2], Issue> {
     if limits[0] <= limits[1] {
         return Ok(limits);
     }
-    Err(format!("<limit lower = {} upper = {}>: lower must not be above upper", limits[0], limits[1]))
+    Err(Issue::says(format!("<limit lower = {} upper = {}>", limits[0], limits[1]))
+        .wanted("lower must not be above upper"))
 }
 
-fn affine(origin: &Pose) -> Result<DAffine3, String> {
+fn affine(origin: &Pose) -> Result<DAffine3, Issue> {
     let (xyz, rpy) = (origin.xyz.0, origin.rpy.0);
     if !xyz.iter().chain(&rpy).all(|x| x.abs() <= FARTHEST_M) {
-        return Err(format!(
-            "<origin xyz = {xyz:?} rpy = {rpy:?}>: must be numbers from -{FARTHEST_M} to {FARTHEST_M}"
-        ));
+        return Err(Issue::says(format!("<origin xyz = {xyz:?} rpy = {rpy:?}>"))
+            .wanted(format!("must be numbers from -{FARTHEST_M} to {FARTHEST_M}")));
     }
     Ok(DAffine3::from_mat3_translation(from_rpy(rpy), DVec3::from_array(xyz)))
 }
 
-fn shape(geometry: &urdf_rs::Geometry) -> Result<LinkShape, String> {
+fn shape(geometry: &urdf_rs::Geometry) -> Result<LinkShape, Issue> {
     let length = |name: &str, value: f64| match (SMALLEST_M..=FARTHEST_M).contains(&value) {
         true => Ok(value),
-        false => Err(format!("{name} = {value}: must be a length in metres from 0.000001 to 1000000")),
+        false => Err(Issue::value(name, value, "must be a length in metres from 0.000001 to 1000000")),
     };
     Ok(match geometry {
         urdf_rs::Geometry::Box { size } => {
@@ -199,10 +214,8 @@ fn shape(geometry: &urdf_rs::Geometry) -> Result<LinkShape, String> {
         urdf_rs::Geometry::Mesh { filename, scale } => {
             let scale = scale.map_or([1.0; 3], |scale| scale.0);
             if scale.iter().any(|s| !(SMALLEST_M..=FARTHEST_M).contains(&s.abs())) {
-                return Err(format!(
-                    "mesh {filename:?} scale = {scale:?}: none may be zero, nor beyond 0.000001 to 1000000 (a minus \
-                     mirrors)"
-                ));
+                return Err(Issue::says(format!("mesh {filename:?} scale = {scale:?}"))
+                    .wanted("none may be zero, nor beyond 0.000001 to 1000000 (a minus mirrors)"));
             }
             LinkShape::Mesh { filename: filename.clone(), scale: DVec3::from_array(scale) }
         }

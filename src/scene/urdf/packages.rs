@@ -4,6 +4,8 @@
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
+use crate::error::{Argument, Issue, Words};
+
 /// Folders of packages by name.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Packages(BTreeMap<String, PathBuf>);
@@ -16,7 +18,7 @@ impl Packages {
 
     /// The file that a mesh in a URDF means: `package://` by its name here, everything else from the URDF's
     /// folder.
-    pub(super) fn resolve(&self, filename: &str, urdf: &Path) -> Result<PathBuf, String> {
+    pub(super) fn resolve(&self, filename: &str, urdf: &Path) -> Result<PathBuf, Issue> {
         let folder = urdf.parent().unwrap_or(Path::new(""));
         if let Some(rest) = filename.strip_prefix("package://") {
             let (name, rest) = rest.split_once('/').unwrap_or((rest, ""));
@@ -25,20 +27,20 @@ impl Packages {
         }
         match filename.split_once("://") {
             Some(("file", rest)) => Ok(folder.join(rest)),
-            Some((scheme, _)) => Err(format!(
-                "{scheme:.20}:// is not supported: write package://name/… or a path from the URDF's folder"
-            )),
+            Some((scheme, _)) => Err(Issue::unsupported(format!("{scheme:.20}:// is not supported"))
+                .wanted("write package://name/… or a path from the URDF's folder")),
             None => Ok(folder.join(filename)),
         }
     }
 
-    fn unknown(&self, name: &str) -> String {
+    fn unknown(&self, name: &str) -> Issue {
         let known: Vec<&str> = self.0.keys().map(String::as_str).collect();
         let known =
             if known.is_empty() { String::new() } else { format!(" (known are {})", known.join(", ")) };
-        format!(
-            "package {name:?} is not known{known}: say where it is with --package {name}=DIR or with \
-             packages = {{ {name} = \"DIR\" }} in the scene file"
+        Issue::says(format!("package {name:?} is not known{known}")).wanted(
+            Words::from("say where it is with ")
+                + Argument::Package.to(format!("{name}=DIR"))
+                + format!(" or with packages = {{ {name} = \"DIR\" }} in the scene file"),
         )
     }
 }
@@ -76,12 +78,20 @@ mod tests {
         let urdf = Path::new("arm.urdf");
         let what = packages.resolve("package://ur/base.stl", urdf).unwrap_err();
         assert_eq!(
-            what,
-            "package \"ur\" is not known: say where it is with --package ur=DIR or with packages = { ur = \"DIR\" } \
+            what.to_string(),
+            "package \"ur\" is not known: say where it is with package ur=DIR or with packages = { ur = \"DIR\" } \
              in the scene file"
         );
         packages.insert("other", "x");
-        assert!(packages.resolve("package://ur", urdf).unwrap_err().contains("(known are other)"));
-        assert!(packages.resolve("http://x/base.stl", urdf).unwrap_err().starts_with("http:// is not"));
+        assert!(
+            packages.resolve("package://ur", urdf).unwrap_err().to_string().contains("(known are other)")
+        );
+        assert!(
+            packages
+                .resolve("http://x/base.stl", urdf)
+                .unwrap_err()
+                .to_string()
+                .starts_with("http:// is not")
+        );
     }
 }

@@ -127,7 +127,7 @@ fn what_noise_takes_out_of_the_grid_marks_nothing() {
 fn a_cover_needs_a_robot() {
     let truth = empty([4, 4, 4], 0.05);
     let error = cover(0.0).check(&station(&truth, Setting::Inflation(0.3))).unwrap_err();
-    assert!(error.contains("role = \"robot\""), "{error}");
+    assert!(error.to_string().contains("role = \"robot\""), "{error}");
     assert_eq!(cover(0.0).check(&station(&cell(&[]), Setting::Inflation(0.3))), Ok(()));
     assert_eq!(
         Cover { inflation_m: vec![0.1, 0.25], noise_std_m: 0.0 }.settings(),

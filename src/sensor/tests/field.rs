@@ -154,5 +154,5 @@ fn a_field_holds_a_voxel() {
         scanner(false, true).check(&station(&truth, Setting::Pose(pose)))
     };
     assert_eq!(check(10.4), Ok(()));
-    assert!(check(10.6).unwrap_err().contains("polygon_m"));
+    assert!(check(10.6).unwrap_err().to_string().contains("polygon_m"));
 }

@@ -54,8 +54,8 @@ fn box_and_zone_hold_a_voxel_of_the_grid() {
     let truth = empty([8, 8, 4], 1.0);
     let check = |x| gate(true).check(&facing(&truth, [x, 0.0, 0.0], [1.0, 0.0, 0.0]));
     assert_eq!(check(6.0), Ok(()));
-    assert!(check(7.0).unwrap_err().starts_with("zone: its volume holds no voxel"));
-    assert!(check(8.0).unwrap_err().starts_with("box: its volume holds no voxel"));
+    assert!(check(7.0).unwrap_err().to_string().starts_with("zone: its volume holds no voxel"));
+    assert!(check(8.0).unwrap_err().to_string().starts_with("box: its volume holds no voxel"));
     // Without a pose it is in the world's frame, and stretches no grid.
     assert_eq!(gate(true).settings(), [("here".to_string(), Setting::Fixed)]);
 }

@@ -92,12 +92,12 @@ fn a_pad_lies_on_the_floor_as_a_whole() {
     for (x, y) in [(8.01, 7.0), (8.0, 7.01), (-0.01, 0.0), (0.0, -0.01)] {
         let error = check(x, y, 3.0).unwrap_err();
         assert!(
-            error.contains("partly outside the floor, x 0.00 to 10.00 m and y 0.00 to 10.00 m"),
+            error.to_string().contains("partly outside the floor, x 0.00 to 10.00 m and y 0.00 to 10.00 m"),
             "{error}"
         );
     }
     // 0.5 + 0.9 is below the centres of layer 1.
-    assert!(check(1.0, 1.0, 0.9).unwrap_err().contains("height_m"));
+    assert!(check(1.0, 1.0, 0.9).unwrap_err().to_string().contains("height_m"));
     assert_eq!(check(1.0, 1.0, 1.01), Ok(()));
 }
 

@@ -108,5 +108,5 @@ fn everybody_has_keypoints() {
     assert_eq!(check(&truth), Ok(()));
     put(&mut truth, Role::Human, &[[1, 1, 1]], None);
     let error = check(&truth).unwrap_err();
-    assert!(error.contains("human \"object 2\" has none: give it keypoints ="), "{error}");
+    assert!(error.to_string().contains("human \"object 2\" has none: give it keypoints ="), "{error}");
 }

@@ -127,7 +127,10 @@ fn only_features_need_keypoints() {
     assert_eq!(check(&SHAPES[..1]), Ok(()));
     for shape in &SHAPES[1..] {
         let error = check(&[KeypointShape::Points, *shape]).unwrap_err();
-        assert!(error.starts_with(&format!("representation {:?} needs keypoints", shape.name())), "{error}");
+        assert!(
+            error.to_string().starts_with(&format!("representation {:?} needs keypoints", shape.name())),
+            "{error}"
+        );
     }
     assert_eq!(rgbd().representations(), ["points", "spheres", "cylinders", "box"]);
     assert_eq!([0, 1, 2, 3].map(|r| rgbd().adds(r)), [false, true, true, true]);

@@ -31,7 +31,13 @@ fn the_robot_is_known_inside_and_out() {
     assert_eq!(reach.voxels().collect::<Vec<_>>(), block([2; 3], [6; 3]));
     assert_eq!((KnownRobot.log_odds(0), KnownRobot.takes_poses()), ([3511, 0], false));
     let nobody = empty([4, 4, 4], 0.05);
-    assert!(KnownRobot.check(&station(&nobody, Setting::Fixed)).unwrap_err().contains("role = \"robot\""));
+    assert!(
+        KnownRobot
+            .check(&station(&nobody, Setting::Fixed))
+            .unwrap_err()
+            .to_string()
+            .contains("role = \"robot\"")
+    );
 }
 
 #[test]

@@ -109,9 +109,9 @@ pub(super) fn check(at: &Place, entry: SnapshotsFile, surface: &SurfaceSpec) -> 
     let at = &at.key("snapshots");
     let turned = entry.rpy_deg.is_some() || entry.quaternion.is_some();
     if matches!(surface, SurfaceSpec::Octomap(_)) && (entry.position_m.is_some() || turned) {
-        return Err(
-            at.says("an octomap stays where it is: its voxels are the grid's; it can only have keypoints")
-        );
+        return Err(at
+            .says("an octomap stays where it is")
+            .wanted("its voxels are the grid's; it can only have keypoints"));
     }
     if entry.animation.is_some() && surface.gltf().is_none() {
         return Err(at.says("animation belongs to a .glb or .gltf mesh"));
@@ -124,12 +124,12 @@ pub(super) fn check(at: &Place, entry: SnapshotsFile, surface: &SurfaceSpec) -> 
         && deg.len() != m.len()
     {
         let (deg, m) = (deg.len(), m.len());
-        return Err(
-            at.says(format!("joints_deg has {deg} entries and joints_m {m}: give both for each snapshot"))
-        );
+        return Err(at
+            .says(format!("joints_deg has {deg} entries and joints_m {m}"))
+            .wanted("give both for each snapshot"));
     }
     if entry.rpy_deg.is_some() && entry.quaternion.is_some() {
-        return Err(at.says("both rpy_deg and quaternion: give one rotation"));
+        return Err(at.says("both rpy_deg and quaternion").wanted("give one rotation"));
     }
     let files = |key, list: Option<Vec<PathBuf>>| {
         let list = filled(at, key, list)?;
@@ -160,9 +160,9 @@ pub(super) fn check(at: &Place, entry: SnapshotsFile, surface: &SurfaceSpec) -> 
         cycle: entry.cycle,
     };
     match motion.lists().into_iter().find(|(_, length)| *length > MAX_SNAPSHOTS) {
-        _ if motion.is_still() => Err(at.says(
-            "no list: give at least one of position_m, rpy_deg, quaternion, mannequin, keypoints, joints_deg, joints_m, \
-             animation",
+        _ if motion.is_still() => Err(at.says("no list").wanted(
+            "give at least one of position_m, rpy_deg, quaternion, mannequin, keypoints, \
+                joints_deg, joints_m, animation",
         )),
         Some((key, length)) => {
             Err(at.wrong(key, format!("({length} entries)"), &format!("must have at most {MAX_SNAPSHOTS}")))
@@ -201,7 +201,7 @@ pub(super) fn count(at: &Place, objects: &[ObjectSpec]) -> Result<usize> {
     let says = |name: &str, key: &str, length: usize, cure: &str| {
         let at = at.key(&format!("object {name:?}")).key("snapshots");
         let other = format!("object {first:?}.snapshots.{first_key} has {count}");
-        Err(at.says(format!("{key} has {length} entries, but {other}: {cure}")))
+        Err(at.says(format!("{key} has {length} entries, but {other}")).wanted(cure))
     };
     if let Some((name, key, length)) = lists(false).find(|&(_, _, length)| length != count) {
         let cure =

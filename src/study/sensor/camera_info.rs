@@ -7,6 +7,7 @@ use std::path::Path;
 use serde::Deserialize;
 use toml::{Table, Value};
 
+use crate::error::Issue;
 use crate::source::Sources;
 use crate::study::Place;
 use crate::{Error, Result};
@@ -91,13 +92,14 @@ pub(super) fn resolve(at: &Place, keys: &mut Table, sources: &Sources) -> Result
         return Err(at.wrong(KEY, written, "must be a file, as in camera_info = \"left.yaml\""));
     };
     if let Some(twice) = GIVES.iter().find(|key| keys.contains_key(**key)) {
-        return Err(at.says(format!("both {KEY} and {twice}: the file gives it; take one away")));
+        let both = Issue::says(format!("both {KEY} and {twice}"));
+        return Err(at.around(both.wanted("the file gives it; take one away")));
     }
     let path = at.folder().join(name);
-    let wrong = |what: Error| at.says(format!("{KEY}: {what}"));
+    let wrong = |error: Error| at.around(error.at(KEY));
     let info = read(&path, sources).map_err(wrong)?;
-    let pinhole = pinhole(&info).map_err(|e| wrong(Error::input(path.display(), e)))?;
-    let odd = oddities(&info, &pinhole).map_err(|e| wrong(Error::input(path.display(), e)))?;
+    let pinhole = pinhole(&info).map_err(|issue| wrong(issue.at(&path).into()))?;
+    let odd = oddities(&info, &pinhole).map_err(|issue| wrong(issue.at(&path).into()))?;
     let angle = |axis: usize| {
         Value::from(2.0 * libm::atan(pinhole.size_px[axis] / 2.0 / pinhole.focal_px[axis]).to_degrees())
     };
@@ -110,49 +112,50 @@ pub(super) fn resolve(at: &Place, keys: &mut Table, sources: &Sources) -> Result
 fn read(path: &Path, sources: &Sources) -> Result<CameraInfo> {
     let text = sources.text(path)?;
     let keys = "a camera_info has image_width, image_height and camera_matrix (or width, height and k)";
-    let wrong = |what: String| Error::input(path.display(), format!("{}; {keys}", what.trim_end()));
+    let wrong = |what: &str| Issue::damaged(what.trim_end()).cure(keys).at(path);
     // A topic that is echoed ends each message with a new document.
     let plain = serde_saphyr::options! { with_snippet: false };
     let all: Result<Vec<CameraInfo>, _> = serde_saphyr::from_multiple_with_options(&text, plain);
-    let all = all.map_err(|e| wrong(e.to_string()))?;
-    all.into_iter().next().ok_or_else(|| wrong("is empty".into()))
+    let all = all.map_err(|e| wrong(&e.to_string()))?;
+    all.into_iter().next().ok_or_else(|| wrong("is empty").into())
 }
 
-fn pinhole(info: &CameraInfo) -> Result<Pinhole, String> {
+fn pinhole(info: &CameraInfo) -> Result<Pinhole, Issue> {
     let &[fx, skew, cx, _, fy, cy, _, _, _] = info.camera_matrix.all() else {
-        return Err(format!("camera_matrix has {} numbers: must have 9", info.camera_matrix.all().len()));
+        return Err(Issue::says(format!("camera_matrix has {} numbers", info.camera_matrix.all().len()))
+            .wanted("must have 9"));
     };
     let size_px = [info.image_width, info.image_height].map(f64::from);
     if [info.image_width, info.image_height].contains(&0) {
         let [x, y] = size_px;
-        return Err(format!("image_width and image_height are {x} and {y}: must be above 0"));
+        return Err(
+            Issue::says(format!("image_width and image_height are {x} and {y}")).wanted("must be above 0")
+        );
     }
     // The reader lets no number in that is not finite.
     if !(fx > 0.0 && fy > 0.0) {
-        return Err(format!(
-            "camera_matrix has fx = {fx}, fy = {fy}: focal lengths must be above 0; a camera that \
-             was never calibrated has zeros"
-        ));
+        return Err(Issue::says(format!("camera_matrix has fx = {fx}, fy = {fy}"))
+            .wanted("focal lengths must be above 0; a camera that was never calibrated has zeros"));
     }
     if skew != 0.0 {
-        return Err(format!("camera_matrix[1] = {skew}: must be 0; {CURE}"));
+        return Err(Issue::value("camera_matrix[1]", skew, format!("must be 0; {CURE}")));
     }
     if info.binning_x > 1 || info.binning_y > 1 {
         let (x, y) = (info.binning_x, info.binning_y);
-        return Err(format!(
-            "binning_x = {x}, binning_y = {y}: must be 0 or 1; give the numbers of the binned image"
-        ));
+        return Err(Issue::says(format!("binning_x = {x}, binning_y = {y}"))
+            .wanted("must be 0 or 1; give the numbers of the binned image"));
     }
     let whole = |part: u32, all: u32| part == 0 || part == all;
     if !whole(info.roi.width, info.image_width) || !whole(info.roi.height, info.image_height) {
         let (x, y) = (info.roi.width, info.roi.height);
-        return Err(format!("roi is {x} x {y}: must be the whole image; give the numbers of the part"));
+        return Err(Issue::says(format!("roi is {x} x {y}"))
+            .wanted("must be the whole image; give the numbers of the part"));
     }
     Ok(Pinhole { size_px, focal_px: [fx, fy], center_px: [cx, cy] })
 }
 
 /// How the camera differs from a pinhole that looks along its centre, where that is worth telling.
-fn oddities(info: &CameraInfo, pinhole: &Pinhole) -> Result<Vec<String>, String> {
+fn oddities(info: &CameraInfo, pinhole: &Pinhole) -> Result<Vec<String>, Issue> {
     let Pinhole { size_px: [width, _], .. } = pinhole;
     let mut odd = Vec::new();
     // ROS counts pixels by their centres.
@@ -166,7 +169,8 @@ fn oddities(info: &CameraInfo, pinhole: &Pinhole) -> Result<Vec<String>, String>
     judge(off[0].abs().max(off[1].abs()) / width, said, &mut odd)?;
     let moved = distortion(info, pinhole)?;
     let said = format!(
-        "the lens moves pixels by up to {moved:.1} px ({:.1} % of the width), which the pinhole that is cast does not",
+        "the lens moves pixels by up to {moved:.1} px ({:.1} % of the width), which \
+                the pinhole that is cast does not",
         100.0 * moved / width
     );
     judge(moved / width, said, &mut odd)?;
@@ -174,29 +178,28 @@ fn oddities(info: &CameraInfo, pinhole: &Pinhole) -> Result<Vec<String>, String>
 }
 
 /// Passes over, says, or refuses, by the part of the width.
-fn judge(part: f64, said: String, odd: &mut Vec<String>) -> Result<(), String> {
+fn judge(part: f64, said: String, odd: &mut Vec<String>) -> Result<(), Issue> {
     match part {
         part if part <= NEGLIGIBLE => Ok(()),
         part if part <= TOO_FAR => {
             odd.push(said);
             Ok(())
         }
-        _ => Err(format!("{said}: more than {:.0} % of the width is too far; {CURE}", 100.0 * TOO_FAR)),
+        _ => Err(Issue::too_large(said)
+            .wanted(format!("more than {:.0} % of the width is too far; {CURE}", 100.0 * TOO_FAR))),
     }
 }
 
 /// The farthest that the lens moves a pixel on the border of the image, where it moves them most.
-fn distortion(info: &CameraInfo, pinhole: &Pinhole) -> Result<f64, String> {
+fn distortion(info: &CameraInfo, pinhole: &Pinhole) -> Result<f64, Issue> {
     let given = info.distortion_coefficients.all();
     let model = info.distortion_model.as_deref().unwrap_or("plumb_bob");
     if !["", "none", "plumb_bob", "rational_polynomial"].contains(&model) {
-        return Err(format!("distortion_model = {model:?}: is no pinhole; {CURE}"));
+        return Err(Issue::value("distortion_model", format!("{model:?}"), format!("is no pinhole; {CURE}")));
     }
     if given.len() > 8 && given[8..].iter().any(|&coefficient| coefficient != 0.0) {
-        return Err(format!(
-            "distortion_coefficients has {} numbers: at most 8 are known; {CURE}",
-            given.len()
-        ));
+        return Err(Issue::too_large(format!("distortion_coefficients has {} numbers", given.len()))
+            .wanted(format!("at most 8 are known; {CURE}")));
     }
     let [k1, k2, p1, p2, k3, k4, k5, k6] = std::array::from_fn(|i| given.get(i).copied().unwrap_or_default());
     let moved = |u: f64, v: f64| {

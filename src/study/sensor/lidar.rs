@@ -6,6 +6,7 @@ use serde::Deserialize;
 
 use super::range::{CalibrationFile, NoiseFile, RangeKeys};
 use super::{MAX_RAYS, Silence, each_once, length};
+use crate::error::Issue;
 use crate::sensor::lidar::{self, ProtectiveField};
 use crate::sensor::prism::Prism;
 use crate::sensor::{Lidar, LidarMount};
@@ -106,9 +107,9 @@ pub(super) fn check(at: &Place, file: LidarFile, noiseless: bool) -> Result<Lida
         return Err(at.says("representation \"field\" needs field = { polygon_m = [[x, y], ...], height_m }"));
     }
     if field.is_some() && !scores_field {
-        return Err(
-            at.says("field is given and not among the representations: add \"field\", or take it away")
-        );
+        return Err(at
+            .says("field is given and not among the representations")
+            .wanted("add \"field\", or take it away"));
     }
     Ok(Lidar {
         azimuths_rad: azimuths.into_iter().map(f64::to_radians).collect(),
@@ -138,7 +139,7 @@ impl FieldFile {
         // Whether sides meet is a matter of shape, not of voxels: a hundredth of a millimetre decides.
         let fine = |value: f64| (value * 1e5).round() as i64;
         let corners: Vec<_> = self.polygon_m.iter().map(|corner| corner.map(fine)).collect();
-        is_simple(&corners).map_err(|e| at.says(format!("polygon_m: {e}")))?;
+        is_simple(&corners).map_err(|e| at.around(Issue::says(e.to_string()).at("polygon_m")))?;
         let polygon_m = self.polygon_m.into_iter().map(DVec2::from_array).collect();
         let volume = Prism { polygon_m, z_m: [0.0, height_m] };
         Ok(ProtectiveField { volume, otherwise_free: self.otherwise != Some(Silence::Unknown) })
@@ -174,8 +175,9 @@ fn elevations(at: &Place, entry: &LidarFile, step: f64) -> Result<Vec<f64>> {
 }
 
 fn elevation_error(at: &Place, what: &str) -> Error {
-    at.says(format!(
-        "{what}: give one of fov_deg = [horizontal, vertical], elevation_deg = [from, to], rings_deg; the last two go with \
-         one angle, as in fov_deg = 270 and rings_deg = [0] for a scanner of one plane"
-    ))
+    at.says(what).wanted(
+        "give one of fov_deg = [horizontal, vertical], elevation_deg = [from, to], \
+            rings_deg; the last two go with one angle, as in fov_deg = 270 and rings_deg = \
+            [0] for a scanner of one plane",
+    )
 }

@@ -20,6 +20,7 @@ use toml::{Table, Value};
 
 use super::file::BoxFile;
 use super::poses::PosesFile;
+use super::reader::{Kind as Unread, Unreadable, read};
 use super::unreadable::{self, LineOf, Step};
 use super::{Place, Problems, catalogue, poses};
 use crate::sensor::known_robot::KnownRobot;
@@ -122,16 +123,15 @@ pub(super) struct Context<'a> {
 }
 
 impl Context<'_> {
-    /// The reader's words on the keys of this sensor, with an example of the key that they are about.
-    fn unreadable(&self, at: &Place, error: &toml::de::Error, more: &str) -> Error {
-        // They end with the key.
-        let said = error.to_string();
-        let about = |example: &&&str| {
-            let key = example.split(' ').next().unwrap_or_default();
-            said.trim_end().ends_with(&format!("`{key}`"))
+    /// Why the keys of this sensor cannot be read, with an example of the key that is wrong or missing.
+    fn unreadable(&self, at: &Place, error: &Unreadable, more: &str) -> Error {
+        let key = match (&error.keys[..], &error.kind) {
+            ([key], _) => key,
+            ([], Unread::Missing(key)) => *key,
+            _ => "",
         };
-        let example =
-            EXAMPLES.iter().find(about).map_or(String::new(), |example| format!(", as in {example}"));
+        let example = EXAMPLES.iter().find(|example| example.split(' ').next() == Some(key));
+        let example = example.map_or(String::new(), |example| format!(", as in {example}"));
         let place = [Step::Key("sensor"), Step::Entry(self.index)];
         at.says(format!("{}{example}{more}", unreadable::in_words(error, self.line_of, &place)))
     }
@@ -146,14 +146,14 @@ pub(super) fn check(at: &Place, mut keys: Table, context: &Context) -> Result<Se
     for key in COMMON_KEYS {
         common.extend(keys.remove(key).map(|value| (key.to_string(), value)));
     }
-    let common: CommonFile = common.try_into().map_err(|e| vec![context.unreadable(at, &e, "")])?;
+    let common: CommonFile = read(common).map_err(|e| vec![context.unreadable(at, &e, "")])?;
     let noise = range::said(&keys);
     let (kind, warnings) = kind(at, common.kind, keys, context).map_err(|e| vec![e])?;
     let terms = terms(at, &common).map_err(|e| vec![e])?;
     let on = common.on.map(|LinkFile { object, link }| MountLink { object, link });
     if on.is_some() && !kind.takes_poses() {
         return Err(vec![
-            at.says(format!("on does not belong to a {}: it is where the robot is", kind.name())),
+            at.says(format!("on does not belong to a {}", kind.name())).wanted("it is where the robot is"),
         ]);
     }
     let like = common.same_poses_as.as_deref();
@@ -217,7 +217,9 @@ fn candidates(
 ) -> Result<Vec<Candidate>, Vec<Error>> {
     let one = |e: Error| vec![e];
     if !kind.takes_poses() && (!groups.is_empty() || source.like.is_some()) {
-        return Err(one(at.says(format!("poses do not belong to a {}: take them away", kind.name()))));
+        return Err(one(at
+            .says(format!("poses do not belong to a {}", kind.name()))
+            .wanted("take them away")));
     }
     let most = poses::MAX_POSES.saturating_sub(source.context.poses);
     if let Some(like) = source.like {
@@ -251,7 +253,7 @@ fn same_poses(
     most: usize,
 ) -> Result<Vec<Candidate>> {
     if !groups.is_empty() {
-        return Err(at.says("both poses and same_poses_as: give one"));
+        return Err(at.says("both poses and same_poses_as").wanted("give one"));
     }
     let posed = || earlier.iter().filter(|sensor| has_poses(sensor));
     let found = posed().find(|sensor| sensor.name == like).ok_or_else(|| {
@@ -261,11 +263,11 @@ fn same_poses(
     })?;
     // The same pose turns sensors of different stances differently.
     if found.kind.stance() != kind.stance() {
-        let what = format!("{:?} is not mounted as a {} is: write out its poses", like, kind.name());
-        return Err(at.says(format!("same_poses_as: {what}")));
+        let what = format!("{:?} is not mounted as a {} is", like, kind.name());
+        return Err(at.around(Error::input("same_poses_as", what).wanted("write out its poses")));
     }
     if found.candidates.len() > most {
-        return Err(at.says(format!("same_poses_as: {}", poses::too_many())));
+        return Err(at.around(poses::too_many().at("same_poses_as")));
     }
     Ok(found.candidates.clone())
 }
@@ -276,10 +278,10 @@ fn has_poses(sensor: &Sensor) -> bool {
 
 /// The keys of one kind.
 fn own<T: DeserializeOwned>(at: &Place, keys: Table, context: &Context) -> Result<T> {
-    keys.try_into().map_err(|e: toml::de::Error| {
-        let more = match e.message().starts_with("unknown field") {
-            true => format!(" (and {} with every sensor)", COMMON_KEYS.join(", ")),
-            false => String::new(),
+    read(keys).map_err(|e| {
+        let more = match e.kind {
+            Unread::UnknownKey(..) => format!(" (and {} with every sensor)", COMMON_KEYS.join(", ")),
+            _ => String::new(),
         };
         context.unreadable(at, &e, &more)
     })
@@ -304,7 +306,7 @@ const EXAMPLES: [&str; 11] = [
 fn each_once<T: PartialEq>(at: &Place, names: &[T], example: &str) -> Result<()> {
     at.some("representations", names, example)?;
     match (0..names.len()).find(|&i| names[..i].contains(&names[i])) {
-        Some(i) => Err(at.says(format!("representations[{i}] is there already: name each once"))),
+        Some(i) => Err(at.says(format!("representations[{i}] is there already")).wanted("name each once")),
         None => Ok(()),
     }
 }

@@ -8,6 +8,7 @@ use serde::Deserialize;
 
 use super::range::{CalibrationFile, NoiseFile, RangeKeys};
 use super::{MAX_RAYS, Silence};
+use crate::error::Issue;
 use crate::sensor::quantise_q15;
 use crate::sensor::ray_set::RaySet;
 use crate::source::Sources;
@@ -46,7 +47,7 @@ pub(super) fn check(at: &Place, file: RaysFile, noiseless: bool, sources: &Sourc
         calibration: file.calibration,
     };
     let path = at.folder().join(file.directions);
-    let dirs_q15 = directions(&path, sources).map_err(|e| at.says(format!("directions: {e}")))?;
+    let dirs_q15 = directions(&path, sources).map_err(|e| at.around(e.at("directions")))?;
     Ok(RaySet { dirs_q15, range: range.check(at, noiseless)? })
 }
 
@@ -66,17 +67,17 @@ fn directions(path: &Path, sources: &Sources) -> Result<Vec<[i32; 3]>> {
     let mut dirs_q15 = Vec::new();
     for (row, record) in reader.deserialize::<RayRow>().enumerate() {
         let RayRow { x, y, z } =
-            record.map_err(|e| Error::input(path.display(), format!("{e}; {columns}")))?;
+            record.map_err(|e| Error::from(Issue::damaged(e.to_string()).cure(columns).at(path)))?;
         let length = DVec3::new(x, y, z).length();
         if !(length.is_finite() && length > 1e-9) {
             let what = format!("row {}: {x},{y},{z}: must be a direction, finite and not zero", row + 1);
-            return Err(Error::input(path.display(), what));
+            return Err(Error::input(path, what));
         }
         dirs_q15.push([x, y, z].map(|v| quantise_q15(v / length)));
     }
     if dirs_q15.is_empty() || dirs_q15.len() > MAX_RAYS {
         let what = format!("holds {} rays: from 1 to {MAX_RAYS} are possible; {columns}", dirs_q15.len());
-        return Err(Error::input(path.display(), what));
+        return Err(Error::input(path, what));
     }
     Ok(dirs_q15)
 }

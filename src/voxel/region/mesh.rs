@@ -3,6 +3,7 @@
 
 use std::ops::Range;
 
+use crate::error::Issue;
 use crate::scene::Mesh;
 use crate::voxel::overlap::{self, Corner, VOXEL};
 use crate::voxel::solid::{ceil_div, centre_q16, centres_in, first_centre, passes};
@@ -25,20 +26,19 @@ impl MeshRows {
     ///
     /// # Errors
     /// When the mesh is not watertight there, or too large.
-    pub(super) fn new(mesh: &Mesh, voxel_size_m: f64, origin: [i32; 3]) -> Result<MeshRows, String> {
+    pub(super) fn new(mesh: &Mesh, voxel_size_m: f64, origin: [i32; 3]) -> Result<MeshRows, Issue> {
         let corners = corners(mesh, voxel_size_m)?;
         let triangles = || mesh.triangles.iter().map(|t| t.map(|i| corners[i as usize]));
         let extent = overlap::extent(triangles().flatten().collect::<Vec<_>>().iter());
         if extent.size.iter().any(|&n| n > 4 * MAX_VOXELS_PER_AXIS) {
-            return Err(format!(
+            return Err(Issue::says(format!(
                 "is over {} voxels long; is it in millimetres (unit = \"mm\")?",
                 4 * MAX_VOXELS_PER_AXIS
-            ));
+            )));
         }
         if !overlap::is_watertight(triangles()) {
-            return Err(
-                "is not watertight (an edge has only one side), so it has no inside: close its holes".into(),
-            );
+            return Err(Issue::says("is not watertight (an edge has only one side), so it has no inside")
+                .wanted("close its holes"));
         }
         let mut passed = Vec::new();
         // A corner counts 1/512 voxel; the origin is a whole number of voxels, so nothing is lost.
@@ -77,10 +77,11 @@ impl MeshRows {
     }
 }
 
-fn corners(mesh: &Mesh, voxel_size_m: f64) -> Result<Vec<Corner>, String> {
+fn corners(mesh: &Mesh, voxel_size_m: f64) -> Result<Vec<Corner>, Issue> {
     let corner = |&vertex| {
         overlap::corner(vertex, voxel_size_m).ok_or_else(|| {
-            format!("has a corner at {vertex} m, too far away: is it in millimetres (unit = \"mm\")?")
+            Issue::says(format!("has a corner at {vertex} m, too far away"))
+                .wanted("is it in millimetres (unit = \"mm\")?")
         })
     };
     mesh.vertices.iter().map(corner).collect()

@@ -179,7 +179,7 @@ fn links_follow_the_robot_into_the_world() {
     assert!((hand.position_m - DVec3::new(-1.0, 2.0, 3.2)).length() < 1e-12, "{}", hand.position_m);
     assert!((hand.link() * DVec3::X + DVec3::X).length() < 1e-12);
     let what = linkage.link("tool").unwrap_err();
-    assert_eq!(what, "there is no link \"tool\"; there are base, upper, lower, hand");
+    assert_eq!(what.to_string(), "there is no link \"tool\"; there are base, upper, lower, hand");
 }
 
 /// The shipped arm.
