@@ -227,3 +227,28 @@ fn a_stopped_search_has_a_bound_that_holds() {
     }
     assert!(stopped > 50 && open > 20, "{stopped} stopped, {open} with a bound below 1");
 }
+
+/// Climbing finds most of the best sets of small problems by itself, so here nobody climbs.
+#[test]
+fn a_search_from_a_poor_set_ends_at_the_best() {
+    use super::search::{Outcome, search};
+    let mut random = Random(13);
+    let (mut cases, mut improved) = (0, 0);
+    for case in 0..600 {
+        let evidence = evidence(&mut random, 9, case % 2 == 1);
+        let over = [Across::Pooled, Across::Worst][random.below(2) as usize];
+        let problem = problem(&mut random, &evidence, over);
+        let expected = by_trying(&problem, problem.limits);
+        let poor = (0..9).filter_map(|item| problem.found(&[item])).map(|found| found.worth).min();
+        let mut known =
+            poor.filter(|_| problem.always.is_empty() && problem.require.is_empty() && problem.cost[0] == 0);
+        cases += 1;
+        while let Outcome::Better(found) = search(&problem, problem.limits, known, &|| false) {
+            assert!(known.is_none_or(|known| found.worth > known), "case {case}");
+            known = Some(found.worth);
+            improved += 1;
+        }
+        assert_eq!(known, expected, "case {case}: {problem:?}");
+    }
+    assert!(cases == 600 && improved > 600, "{improved}");
+}
