@@ -178,7 +178,7 @@ impl Cell {
             return Err(Error::input("voxel_size_m", what));
         }
         let grid = Grid { voxel_size_m, origin: [0; 3], size };
-        let mut roles = [const { () }; 3].map(|()| BitGrid::new(grid.window()));
+        let mut roles = [(); 3].map(|()| BitGrid::new(grid.window()));
         for voxel in voxels_of(size) {
             if let Some(role) = role(voxel) {
                 roles[role as usize].set(voxel.map(|n| n as i32));

@@ -7,7 +7,8 @@
 //! and the same on every CPU and GPU.
 //!
 //! Most people use the program: `perirobot sweep study.toml`; the [`guide`] is for them. A Rust program needs
-//! the ten names that this page ends with.
+//! ten names: `Study`, `Cell`, `Role`, `DepthCamera`, `Pose`, `Device`, `Scored`, `Confusion`, `Error` and
+//! `Result`.
 //!
 //! # From files
 //!
@@ -69,26 +70,26 @@
 //!                                                      backend ┘  oracle, cpu or gpu: cast, carve, fuse, count
 //! ```
 //!
-//! A room is a folder of `src/` with its first file `mod.rs` (some small ones are one file). Rooms further down
+//! A room is a folder of `src/` or, where it is small, one file. Rooms further down
 //! in this table may use those further up, never the other way round; `tests/rooms.rs` holds the code to that.
 //!
 //! | room | what it has | where to begin |
 //! |---|---|---|
 //! | `error`, `spelling`, `shell` | typed errors; "did you mean"; quoting for a shell | one file each |
 //! | `source` | opens and reads every file that a user names; keeps paths inside the study's folder | `source.rs` |
-//! | `march` | the integer arithmetic of a ray that marches through voxels | `SEMANTICS.md` beside it: the rules of every count |
+//! | `march` | the integer arithmetic of a ray that marches through voxels | `src/march/SEMANTICS.md`: the rules of every count |
 //! | `metrics` | counts, and the scores made of them: F1, κ, who is detected | `metrics.rs`, `metrics/score.rs` |
 //! | `pose` | position and rotation | `pose.rs` |
 //! | `scene` | objects with roles: a file a mesh format (`stl.rs`, `gltf.rs`), robots (`urdf/`), people, motion | `mesh_file.rs`, `build.rs` |
 //! | `voxel` | grid, bit planes, voxelizer, regions: the truth | `bits.rs`, `voxelize.rs` |
-//! | `backend` | cast, carve, fuse and count, three times: `oracle.rs` (plain, slow, defines the counts), `cpu/` (an algorithm a file) and `gpu/` (its kernels, in WGSL, are `shaders/`, a file each) | `mod.rs` |
+//! | `backend` | cast, carve, fuse and count, in three implementations: `oracle.rs` (plain, slow, defines the counts), `cpu/` (a file for each algorithm) and `gpu/` with the WGSL kernels in the top folder `shaders/` (`cast.wgsl`, and for cameras `carve_boxes.wgsl` and `carve_voxels.wgsl`) | `mod.rs` |
 //! | `sensor` | what each kind casts and claims: a file a kind | `mod.rs` |
 //! | `study` | the keys of study and scene files, checked, with defaults | `file.rs`, `scene_file.rs` |
 //! | `world` | scenes in voxels with regions and placed sensors; warnings about them | `mod.rs` |
 //! | `results` | the files of a sweep, written and read: journal, manifest, `results.csv`, `scores.csv`, `poses.csv` | `rows.rs`, `columns.rs` |
 //! | `sweep` | what is cast and scored in which order; failing devices; backends compared with the oracle | `order.rs`, `session.rs` |
 //! | `choose` | the best set of sensors for each size and cost, and a proof that no other set is better | `mod.rs` |
-//! | `front` | the names of this page that are not defined elsewhere | `front.rs` |
+//! | `front` | `Cell`, `DepthCamera`, `Device`, `Scored`: what a Rust program uses | `front.rs` |
 //! | `view` | one choice of poses, voxel by voxel, and why a voxel stays unknown; how a sensor is drawn (`outline.rs`) | `mod.rs`, `why.rs` |
 //! | `render` | pictures | `mod.rs` |
 //! | `export` | files for other programs: a file a format (`glb.rs`, `npz.rs`, `octomap.rs`) | `mod.rs` |
@@ -109,7 +110,7 @@
 //! | snapshot | one moment of a scene that moves | |
 //! | role | what an object is: environment, robot or human | the same (paper) |
 //! | region | the voxels that are counted | region of interest (paper) |
-//! | candidate | one way to set a sensor up: a pose, or a cover's inflation | placement of a sensor (paper) |
+//! | candidate | one way to set a sensor up: a pose, or how far a proximity cover senses | placement of a sensor (paper) |
 //! | combination | sensors whose evidence is fused | sensor set |
 //! | choice of poses | one candidate for each sensor of a combination | placement |
 //! | representation | how a sensor's data become voxels: `points`, `cylinders`, `zone` … | PC, PC+Cyl, Zone (paper) |
@@ -121,7 +122,7 @@
 //! | packet | 64 rays that are cast together; a tile is a packet of 8 × 8 pixels | ray packet |
 //! | evidence | what one candidate tells: three bit planes, occupied, free and hits | |
 //! | hit | a voxel in which a ray truly ended; with noise its return may be read in another voxel, which is then called occupied | |
-//! | slot | the number under which a backend keeps evidence | |
+//! | slot | the number under which a backend keeps the evidence of one candidate | |
 //! | fuse | to give each voxel one label from several sensors' evidence | integrate (OctoMap) |
 //! | label | what is claimed of a voxel: occupied, free or unknown | the same (OctoMap) |
 //! | counts | labels against truth: true and false positives and negatives, unknown though occupied (UO), unknown though free (UF) | confusion matrix (paper) |
