@@ -43,11 +43,11 @@ fn main(
     if item < part.end {
         let row = part.first_row + id.y;
         let placement = placements[row];
-        let own = vec3_of(placement.origin_q16) >> vec3<u32>(16u);
+        let own = vec3_of(placement.believed.origin_q16) >> vec3<u32>(16u);
         let in_window = box_corner(boxes[item]);
         let corner = vec3<i32>(in_window) + vec3<i32>(setup.window_min_x, setup.window_min_y, setup.window_min_z);
         let edge = i32(BOX_EDGE);
-        let pixel_rect = pixel_rect(projection_of(placement), corner, edge);
+        let pixel_rect = pixel_rect(projection_of(placement.believed), corner, edge);
         if pixel_rect.seen {
             let freed = freed_range(row, pixel_rect.first, pixel_rect.last);
             let away = away(own, corner, edge);

@@ -26,9 +26,9 @@ fn scan(entry: u32, word: u32, local: u32) {
     let placement = placements[row];
     let at = box_corner(box) + vec3<u32>(word & 7u, (word >> 3u) & 7u, (word >> 6u) & 7u);
     let voxel = vec3<i32>(at) + vec3<i32>(setup.window_min_x, setup.window_min_y, setup.window_min_z);
-    let own = vec3_of(placement.origin_q16) >> vec3<u32>(16u);
+    let own = vec3_of(placement.believed.origin_q16) >> vec3<u32>(16u);
     let away = away(own, voxel, 1).x;
-    let pixel_rect = pixel_rect(projection_of(placement), voxel, 1);
+    let pixel_rect = pixel_rect(projection_of(placement.believed), voxel, 1);
     let columns = u32(pixel_rect.last.x - pixel_rect.first.x + 1);
     let pixels = columns * u32(pixel_rect.last.y - pixel_rect.first.y + 1);
     var pixel = local;
@@ -38,7 +38,7 @@ fn scan(entry: u32, word: u32, local: u32) {
         let v = u32(pixel_rect.first.y) + pixel / columns;
         let end = unpacked(ends[row * table.rays + v * table.image_x + u]);
         let enough = freed(end, table.no_return_is_free != 0u) > away;
-        if enough && sees(placement, dirs_q15[v * table.image_x + u], voxel - own) {
+        if enough && sees(placement.believed, dirs_q15[v * table.image_x + u], voxel - own) {
             atomicStore(&found[entry], 1u);
             let plane = placement.slot * setup.window_words;
             let in_row = (at.z * setup.window_y + at.y) * setup.window_words_per_row + (at.x >> 5u);

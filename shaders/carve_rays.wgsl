@@ -22,8 +22,7 @@
 // never comes there, or has left again, the voxel that it is in then is outside.
 fn entered(begin: March, low: vec3<i32>, high: vec3<i32>) -> vec3<u32> {
     let short = max(max(low - begin.voxel, begin.voxel - high), vec3<i32>());
-    let last = crossing3_q16(begin.next_q16, begin.period_q16, vec3<u32>(max(short, vec3<i32>(1)) - 1));
-    let enters = select(vec3<i32>(-1), vec3<i32>(last), short > vec3<i32>());
+    let enters = enters3_q16(begin.next_q16, begin.period_q16, vec3<u32>(short));
     let t = max(enters.x, max(enters.y, enters.z));
     let axis = select(select(0, 1, enters.y == t), 2, enters.z == t);
     let made = made_at3(begin.next_q16, begin.period_q16, u32(t), axis);
@@ -80,7 +79,7 @@ fn main(
         let row = part.first_row + id.y;
         let placement = placements[row];
         let end = unpacked(ends[row * table.rays + ray]);
-        mark_freed(placement.slot, launch(placement, dirs_q15[ray]), freed(end, table.no_return_is_free != 0u));
+        mark_freed(placement.slot, launch(placement.believed, dirs_q15[ray]), freed(end, table.no_return_is_free != 0u));
     }
     report(CARVE_RAYS, local);
 }

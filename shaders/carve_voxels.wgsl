@@ -52,7 +52,7 @@ fn witnessed(placement: GridPose, row: u32, offset: vec3<i32>, middle: vec2<i32>
         if !enough {
             break;
         }
-        found = sees(placement, dirs_q15[u32(pixel.y) * table.image_x + u32(pixel.x)], offset);
+        found = sees(placement.believed, dirs_q15[u32(pixel.y) * table.image_x + u32(pixel.x)], offset);
         if found || next.y > last.y {
             break;
         }
@@ -79,7 +79,7 @@ fn leave(item: u32, number: u32) {
 // Whether a voxel is free as far as that is known; a voxel that it would take many pixels to know of is left.
 fn is_free(placement: GridPose, projection: Projection, row: u32, voxel: vec3<i32>, item: u32, number: u32) -> bool {
     let pixel_rect = pixel_rect(projection, voxel, 1);
-    let own = vec3_of(placement.origin_q16) >> vec3<u32>(16u);
+    let own = vec3_of(placement.believed.origin_q16) >> vec3<u32>(16u);
     let away = away(own, voxel, 1).x;
     let range = freed_range(row, pixel_rect.first, pixel_rect.last);
     let open = pixel_rect.seen && !pixel_rect.near && range.y > away;
@@ -91,7 +91,7 @@ fn is_free(placement: GridPose, projection: Projection, row: u32, voxel: vec3<i3
             let index = u32(pixel_rect.centre.y) * table.image_x + u32(pixel_rect.centre.x);
             let end = unpacked(ends[row * table.rays + index]);
             let enough = freed(end, table.no_return_is_free != 0u) > away;
-            if enough && sees(placement, dirs_q15[index], voxel - own) {
+            if enough && sees(placement.believed, dirs_q15[index], voxel - own) {
                 return true;
             }
             leave(item, number);
@@ -108,7 +108,7 @@ fn free_of_cube(placement: GridPose, projection: Projection, row: u32, low: vec3
     let window = vec3<u32>(setup.window_x, setup.window_y, setup.window_z);
     let voxel = vec3<i32>(low) + vec3<i32>(setup.window_min_x, setup.window_min_y, setup.window_min_z);
     let pixel_rect = pixel_rect(projection, voxel, 2);
-    let away = away(vec3_of(placement.origin_q16) >> vec3<u32>(16u), voxel, 2);
+    let away = away(vec3_of(placement.believed.origin_q16) >> vec3<u32>(16u), voxel, 2);
     let range = freed_range(row, pixel_rect.first, pixel_rect.last);
     let all_free = pixel_rect.dense && range.x > away.y;
     // A loop that ends at once costs a software adapter little; what is behind a branch it pays for.
@@ -142,7 +142,7 @@ fn main(
         let placement = placements[row];
         let low = box_corner(word) + cube;
         if all(low < window) {
-            let bits = free_of_cube(placement, projection_of(placement), row, low, group.x, number);
+            let bits = free_of_cube(placement, projection_of(placement.believed), row, low, group.x, number);
             // The last voxel of a row may stand alone.
             let within = select(1u, 3u, low.x + 1u < window.x);
             var i = 0u;

@@ -110,11 +110,11 @@ fn main(
     if ray < part.end {
         let row = part.first_row + id.y;
         let placement = placements[row];
-        let begin = launch(placement, dirs_q15[ray]);
+        let begin = launch(placement.believed, dirs_q15[ray]);
         let is_off = placement.is_off != 0u;
         var sent = begin;
         if is_off {
-            sent = launch_truly(placement, dirs_q15[ray]);
+            sent = launch(placement.truly, dirs_q15[ray]);
         }
         var end = End(NOTHING, 0u);
         var last_q16 = table.range_max_q16;

@@ -1,5 +1,7 @@
-// A ray through the voxels, in integers: the twin of src/march/mod.rs, function by function, without
-// bindings. Axes are told apart by comparing, never by indexing a vector: that is slow on software adapters.
+// A ray through the voxels, in integers, without bindings. Each function has a twin of the same name in
+// src/march/mod.rs or src/march/leap.rs, and tests/twins.rs runs both. Those whose names end in 3 are the
+// same for three axes, and are tested within the others. Axes are told apart by comparing, never by indexing
+// a vector: that is slow on software adapters.
 
 struct End {
     kind: u32,
@@ -155,11 +157,17 @@ fn crossings_at(begin: March, room: vec3<u32>, t_q16: u32) -> u32 {
     return made.x + made.y + made.z;
 }
 
-// Whether a ray visits the voxel that lies so many voxels ahead on each axis: it does if it enters on every
-// axis before it leaves on any. What is not entered was entered before all crossings.
-fn visits(first_q16: vec3<u32>, period_q16: vec3<u32>, ahead: vec3<u32>) -> bool {
+// When a ray enters what lies so many voxels ahead, on each axis: -1, which is before all crossings, where
+// that is where it begins.
+fn enters3_q16(first_q16: vec3<u32>, period_q16: vec3<u32>, ahead: vec3<u32>) -> vec3<i32> {
     let last = crossing3_q16(first_q16, period_q16, max(ahead, vec3<u32>(1u)) - 1u);
-    let enters = select(vec3<i32>(-1), vec3<i32>(last), ahead > vec3<u32>());
+    return select(vec3<i32>(-1), vec3<i32>(last), ahead > vec3<u32>());
+}
+
+// Whether a ray visits the voxel that lies so many voxels ahead on each axis: it does if it enters on every
+// axis before it leaves on any.
+fn visits(first_q16: vec3<u32>, period_q16: vec3<u32>, ahead: vec3<u32>) -> bool {
+    let enters = enters3_q16(first_q16, period_q16, ahead);
     let leaves = vec3<i32>(crossing3_q16(first_q16, period_q16, ahead));
     return enters.x <= leaves.y && enters.x <= leaves.z
         && enters.y < leaves.x && enters.y <= leaves.z
@@ -201,27 +209,15 @@ fn noisy_q16(t_q16: u32, step_q16: i32) -> u32 {
     return u32(max(i32(t_q16) + step_q16, 0));
 }
 
-// The march of one ray of a placement as it is believed to go: `start` in the directions that `direction_q16`
-// gives for each axis.
-fn launch(placement: GridPose, dir_q15: array<i32, 3>) -> March {
+// The march of a ray of a table: `start` in the directions that `direction_q16` gives for each axis.
+fn launch(place: Standpoint, dir_q15: array<i32, 3>) -> March {
     let dir = vec3_of(dir_q15);
     let dir_q16 = vec3<i32>(
-        direction_q16(vec3_of(placement.axis_x_q15), dir),
-        direction_q16(vec3_of(placement.axis_y_q15), dir),
-        direction_q16(vec3_of(placement.axis_z_q15), dir),
+        direction_q16(vec3_of(place.axis_q15[0]), dir),
+        direction_q16(vec3_of(place.axis_q15[1]), dir),
+        direction_q16(vec3_of(place.axis_q15[2]), dir),
     );
-    return start(vec3_of(placement.origin_q16), dir_q16);
-}
-
-// The same ray as it is truly cast.
-fn launch_truly(placement: GridPose, dir_q15: array<i32, 3>) -> March {
-    let dir = vec3_of(dir_q15);
-    let dir_q16 = vec3<i32>(
-        direction_q16(vec3_of(placement.true_axis_x_q15), dir),
-        direction_q16(vec3_of(placement.true_axis_y_q15), dir),
-        direction_q16(vec3_of(placement.true_axis_z_q15), dir),
-    );
-    return start(vec3_of(placement.true_origin_q16), dir_q16);
+    return start(vec3_of(place.origin_q16), dir_q16);
 }
 
 fn vec3_of(values: array<i32, 3>) -> vec3<i32> {

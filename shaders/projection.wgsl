@@ -31,12 +31,12 @@ struct PixelRect {
     dense: bool,
 }
 
-fn projection_of(placement: GridPose) -> Projection {
-    let x = vec3<f32>(vec3_of(placement.axis_x_q15)) / 32768.0;
-    let y = vec3<f32>(vec3_of(placement.axis_y_q15)) / 32768.0;
-    let z = vec3<f32>(vec3_of(placement.axis_z_q15)) / 32768.0;
+fn projection_of(place: Standpoint) -> Projection {
+    let x = vec3<f32>(vec3_of(place.axis_q15[0])) / 32768.0;
+    let y = vec3<f32>(vec3_of(place.axis_q15[1])) / 32768.0;
+    let z = vec3<f32>(vec3_of(place.axis_q15[2])) / 32768.0;
     return Projection(
-        vec3<f32>(vec3_of(placement.origin_q16)) / 65536.0,
+        vec3<f32>(vec3_of(place.origin_q16)) / 65536.0,
         vec3<f32>(x.x, y.x, z.x),
         vec3<f32>(x.y, y.y, z.y),
         vec3<f32>(x.z, y.z, z.z),
@@ -95,8 +95,8 @@ fn pixel_rect(projection: Projection, corner: vec3<i32>, edge: i32) -> PixelRect
 }
 
 // Whether a pixel's ray visits the voxel so many voxels from the sensor's voxel, were nothing in its way.
-fn sees(placement: GridPose, dir_q15: array<i32, 3>, offset: vec3<i32>) -> bool {
-    let begin = launch(placement, dir_q15);
+fn sees(place: Standpoint, dir_q15: array<i32, 3>, offset: vec3<i32>) -> bool {
+    let begin = launch(place, dir_q15);
     let towards = all((offset == vec3<i32>()) | (sign(offset) == begin.step));
     return towards && visits(begin.next_q16, begin.period_q16, vec3<u32>(abs(offset)));
 }

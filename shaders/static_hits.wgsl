@@ -24,7 +24,7 @@ fn main(
     // No early return: `report` must see every invocation of the group.
     if ray < part.end {
         let placement = placements[part.first_row + id.y];
-        let begin = launch_truly(placement, dirs_q15[ray]);
+        let begin = launch(placement.truly, dirs_q15[ray]);
         first_hits[placement.first_hits * setup.first_hits_stride + ray] = first_hit(begin, table.range_max_q16);
     }
     report(STATIC_HITS, local);

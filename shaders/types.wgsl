@@ -60,16 +60,16 @@ struct Part {
     zero: u32,
 }
 
-struct GridPose {
+// Where a sensor is, and how it is turned.
+struct Standpoint {
     origin_q16: array<i32, 3>,
-    axis_x_q15: array<i32, 3>,
-    axis_y_q15: array<i32, 3>,
-    axis_z_q15: array<i32, 3>,
+    axis_q15: array<array<i32, 3>, 3>,
+}
+
+struct GridPose {
+    believed: Standpoint,
     // Where its rays are cast from: the same again, unless its mount is off.
-    true_origin_q16: array<i32, 3>,
-    true_axis_x_q15: array<i32, 3>,
-    true_axis_y_q15: array<i32, 3>,
-    true_axis_z_q15: array<i32, 3>,
+    truly: Standpoint,
     is_off: u32,
     draws: u32,
     slot: u32,

@@ -4,9 +4,9 @@
 use std::mem::offset_of;
 
 use naga::{Module, TypeInner};
-use perirobot::backend::body_words::BodyWord;
 use perirobot::backend::gpu::types::{JobWords, Part, PlacementWords, ReadingWords, Setup, TableWords};
 use perirobot::backend::gpu::{Stage, shader_source};
+use perirobot::backend::{GridFrame, roll::BodyWord};
 
 fn parsed(stage: Stage) -> Module {
     let source = shader_source(stage);
@@ -64,8 +64,8 @@ fn structs_match_their_mirrors() {
     mirrored!("Table", TableWords, rays range_min_q16 range_max_q16 near_ignore_q16 no_return_is_free backdrop noisy lost_below
         image_x image_y focal_x focal_y near);
     mirrored!("Part", Part, first_row first end region every_ray until_q16 zero);
-    mirrored!("GridPose", PlacementWords, origin_q16 axis_x_q15 axis_y_q15 axis_z_q15
-        true_origin_q16 true_axis_x_q15 true_axis_y_q15 true_axis_z_q15 is_off draws slot first_hits);
+    mirrored!("GridFrame", GridFrame, origin_q16 axis_q15);
+    mirrored!("GridPose", PlacementWords, believed truly is_off draws slot first_hits);
     mirrored!("Job", JobWords, first end octomap);
     mirrored!("BodyWord", BodyWord, word voxels hits sensed);
     mirrored!("Reading", ReadingWords, slot volume hit miss presence);

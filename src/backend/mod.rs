@@ -12,7 +12,7 @@ mod self_test;
 use std::sync::Arc;
 
 use crate::Result;
-use crate::march::{self, End, Gates};
+use crate::march::{self, End, Gates, March};
 use crate::metrics::Confusion;
 use crate::voxel::{BitGrid, People, Window};
 pub use self_test::{POSES as SELF_TEST_POSES, self_test};
@@ -107,8 +107,10 @@ pub struct GridPose {
     pub draws: u32,
 }
 
-/// Where a sensor is and how it is turned, quantised as in a [`GridPose`].
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+/// Where a sensor is and how it is turned, quantised as in a [`GridPose`]; the twin of `GridFrame` in
+/// `shaders/types.wgsl`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, bytemuck::Pod, bytemuck::Zeroable)]
+#[repr(C)]
 pub struct GridFrame {
     /// As [`GridPose::origin_q16`].
     pub origin_q16: [i32; 3],
@@ -117,6 +119,11 @@ pub struct GridFrame {
 }
 
 impl GridPose {
+    /// A ray of a table from where it is believed to be.
+    pub fn launch(&self, dir_q15: [i32; 3]) -> March {
+        march::launch(self.origin_q16, self.axis_q15, dir_q15)
+    }
+
     /// Where its rays are cast from: the true standpoint, as if it were the believed one.
     pub fn caster(&self) -> GridPose {
         match self.truly {

@@ -22,8 +22,8 @@ pub fn periods_in(x: u32, period_q16: u32, d: u32) -> u32 {
     low + ((low + 1) * period_q16 <= x) as u32
 }
 
-/// How many crossings of one axis are made when a ray has come to (`t_q16`, `axis`) in the order of all
-/// crossings, those at that very place included: `own` is the axis in question.
+/// [`super::made_at`] by a multiplication with the direction component's magnitude `d`, which is much quicker
+/// than the division where each leap asks.
 #[inline(always)]
 pub fn made_at(first_q16: u32, period_q16: u32, d: u32, own: u32, t_q16: u32, axis: u32) -> u32 {
     // At the same distance a later axis has not crossed yet.
@@ -34,33 +34,85 @@ pub fn made_at(first_q16: u32, period_q16: u32, d: u32, own: u32, t_q16: u32, ax
     periods_in(t_q16 - first_q16 - later, period_q16, d) + 1
 }
 
+/// One axis of a ray. Crossings come in the order of (distance, axis), so that both are one number,
+/// distance · 4 + axis: adding periods never changes the axis, and no tie is left.
+#[derive(Clone, Copy, Debug)]
+pub struct Axis {
+    /// −1, 0 or 1: where a crossing leads. As wide as crossings are, so that lanes are compared together.
+    pub step: i64,
+    /// The next crossing.
+    pub next: u64,
+    /// Distance between crossings in 1/65536 voxels.
+    pub period_q16: u32,
+}
+
+impl Axis {
+    /// Axis `r` of a ray at its start, from what [`super::start_axis`] says of it.
+    #[inline(always)]
+    pub fn new(r: usize, step: i32, first_q16: u32, period_q16: u32) -> Axis {
+        Axis { step: step.into(), next: 4 * u64::from(first_q16) + r as u64, period_q16 }
+    }
+
+    /// The crossing after `n` others.
+    #[inline(always)]
+    pub fn crossing(&self, n: u32) -> u64 {
+        self.next + 4 * (u64::from(n) * u64::from(self.period_q16))
+    }
+
+    /// The crossing that leaves the voxels from `low` to `high`, counted from the ray's own, which is one of
+    /// them.
+    #[inline(always)]
+    pub fn leaves(&self, low: i32, high: i32) -> u64 {
+        self.crossing((if self.step < 0 { -low } else { high }) as u32)
+    }
+
+    /// The crossings that enter and leave the voxels from `low` to `high`, counted from the ray's own: 0
+    /// enters if that is one of them, none (`u64::MAX`) if the ray leads away from them.
+    #[inline(always)]
+    pub fn slab(&self, low: i32, high: i32) -> [u64; 2] {
+        if low <= 0 && high >= 0 {
+            return [0, self.leaves(low, high)];
+        }
+        let (towards, near, far) = if low > 0 { (1, low, high) } else { (-1, -high, -low) };
+        let enters = self.crossing(near as u32) - 4 * u64::from(self.period_q16);
+        [if self.step == towards { enters } else { u64::MAX }, self.crossing(far as u32)]
+    }
+}
+
+/// The crossings by which a ray enters and leaves a box, from its lowest voxel to its highest, both counted
+/// from the ray's own; `None` if it never is in it, 0 for entering the box where it begins.
+#[inline(always)]
+pub fn span(axis: impl Fn(usize) -> Axis, low: [i32; 3], high: [i32; 3]) -> Option<[u64; 2]> {
+    let (mut enters, mut leaves) = (0, u64::MAX);
+    for r in 0..3 {
+        let [own_enters, own_leaves] = axis(r).slab(low[r], high[r]);
+        (enters, leaves) = (enters.max(own_enters), leaves.min(own_leaves));
+        // Both are the same where a ray leaves at once what it begins in, and nowhere else.
+        if enters > leaves {
+            return None;
+        }
+    }
+    Some([enters, leaves])
+}
+
 /// When a ray enters a voxel, were nothing in its way; `None` if it does not, 0 for the voxel where it
 /// begins. The ray must be at its start.
 pub fn entry_q16(begin: &March, voxel: [i32; 3]) -> Option<u32> {
-    if voxel == begin.voxel {
-        return Some(0);
-    }
-    // Crossings in order are numbers, distance · 4 + axis.
-    let (mut enters, mut leaves) = (0, u64::MAX);
-    for r in 0..3 {
-        let away = voxel[r] - begin.voxel[r];
-        let (first, period) = (u64::from(begin.next_q16[r]), u64::from(begin.period_q16[r]));
-        let last = 4 * (first + u64::from(away.unsigned_abs()) * period) + r as u64;
-        leaves = leaves.min(last);
-        if away != 0 {
-            if away.signum() != begin.step[r] {
-                return None;
-            }
-            enters = enters.max(last - 4 * period);
-        }
-    }
-    (enters < leaves).then_some((enters / 4).min(NEVER.into()) as u32)
+    let away = std::array::from_fn(|r| voxel[r] - begin.voxel[r]);
+    let axis = |r: usize| Axis::new(r, begin.step[r], begin.next_q16[r], begin.period_q16[r]);
+    let [enters, _] = span(axis, away, away)?;
+    Some((enters / 4).min(NEVER.into()) as u32)
+}
+
+/// Whether a ray visits a voxel, were nothing in its way. The ray must be at its start.
+pub fn visits(begin: &March, voxel: [i32; 3]) -> bool {
+    entry_q16(begin, voxel).is_some_and(|enters_q16| enters_q16 < NEVER)
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::march::{MAX_RANGE_VOXELS, cross, next_axis, period_q16, start};
+    use crate::march::{MAX_RANGE_VOXELS, cross, crossings, next_axis, period_q16, start};
 
     #[test]
     fn cells_are_entered_when_single_steps_enter_them() {
@@ -86,6 +138,48 @@ mod tests {
                 }
             }
         }
+    }
+
+    /// A ray's crossings as numbers, distance · 4 + axis, each with the voxel it leads into.
+    fn stepped(begin: March) -> Vec<(u64, [i32; 3])> {
+        let number = |to: crate::march::Crossing| (4 * u64::from(to.t_q16) + to.axis as u64, to.voxel);
+        crossings(begin).map(number).take(60).collect()
+    }
+
+    #[test]
+    fn boxes_are_entered_and_left_by_the_crossings_of_single_steps() {
+        let dirs =
+            [[65_536, 0, 0], [-37_837; 3], [46_341, -46_341, 0], [3, -4, 65_535], [40_000, 30_000, -41_000]];
+        let mut missed = 0;
+        for origin_q16 in [[5 << 16; 3], [0x5_8000; 3], [0x5_1234, 0x4_ffff, 0x6_0001]] {
+            for dir_q16 in dirs {
+                let begin = start(origin_q16, dir_q16);
+                let steps = stepped(begin);
+                for number in 0..9i32.pow(3) {
+                    let low = [number % 9, number / 9 % 9, number / 81];
+                    let high = std::array::from_fn(|r| low[r] + (number + r as i32) % 4);
+                    let holds = |voxel: [i32; 3]| (0..3).all(|r| low[r] <= voxel[r] && voxel[r] <= high[r]);
+                    let enters = steps.iter().find(|(_, voxel)| holds(*voxel)).map(|(at, _)| *at);
+                    let enters = if holds(begin.voxel) { Some(0) } else { enters };
+                    let leaves = |enters: u64| {
+                        let after = |&&(at, voxel): &&(u64, [i32; 3])| {
+                            (at > enters || holds(begin.voxel)) && !holds(voxel)
+                        };
+                        steps.iter().find(after).map(|(at, _)| [enters, *at])
+                    };
+                    let away = |voxel: [i32; 3]| std::array::from_fn(|r| voxel[r] - begin.voxel[r]);
+                    let axis = |r: usize| Axis::new(r, begin.step[r], begin.next_q16[r], begin.period_q16[r]);
+                    let found = span(axis, away(low), away(high));
+                    missed += usize::from(found.is_none());
+                    assert_eq!(
+                        found,
+                        enters.and_then(leaves),
+                        "{low:?} to {high:?} from {origin_q16:?} along {dir_q16:?}"
+                    );
+                }
+            }
+        }
+        assert!((1000..10_000).contains(&missed), "{missed} of 10,935 boxes are missed");
     }
 
     /// Directions, distances and multiples of periods, and what lies beside them.
@@ -118,6 +212,8 @@ mod tests {
                         let made = crossings.take_while(|&at| (at, own) <= place).count() as u32;
                         if made < 2100 {
                             assert_eq!(made_at(first, period, d, own, t, axis), made, "{first} {period} {t}");
+                            let shared = crate::march::made_at(first, period, own as i32, t, axis as i32);
+                            assert_eq!(shared, made, "{first} {period} {t}");
                         }
                     }
                 }

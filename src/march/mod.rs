@@ -1,6 +1,7 @@
-//! A ray through the voxels, in integers: the arithmetic of `SEMANTICS.md` as pure functions. What backends
-//! use has a twin of the same name in `shaders/march.wgsl`; [`crossings`] and [`leap::entry_q16`] are for the
-//! host alone.
+//! A ray through the voxels, in integers: the arithmetic of `SEMANTICS.md` as pure functions. Each function
+//! of `shaders/march.wgsl` has its twin of the same name here or in [`leap`], and `tests/twins.rs` runs both.
+//! Without a twin are what only the host asks: [`crossings`], [`voxel_after`], [`fold`], and
+//! [`leap::made_at`], which is [`made_at`] for who has the direction at hand.
 
 pub mod deviation;
 pub mod leap;
@@ -76,13 +77,14 @@ pub struct March {
 
 /// Distance between two crossings of an axis for a direction component of magnitude `d` in Q16:
 /// ⌊2³² / d⌋, at most [`NEVER`], and [`NEVER`] for zero.
+///
+/// By a division of floats, which processors do many at a time. It is exact: a quotient that is no whole
+/// number is farther below the next one than f64 rounds.
+#[inline(always)]
 pub fn period_q16(d: u32) -> u32 {
-    if d < 3 {
-        // 2³² / 2 is already past NEVER, and 2³² itself has no 32-bit form.
-        return NEVER;
-    }
-    // ⌊2³² / d⌋ is ⌊(2³² − 1) / d⌋, and one more when d divides 2³².
-    u32::MAX / d + (u32::MAX % d == d - 1) as u32
+    // 2³² / 2 is already past NEVER.
+    let quotient = (4_294_967_296.0 / f64::from(d.max(3))) as i32 as u32;
+    if d < 3 { NEVER } else { quotient }
 }
 
 /// Distance to the first crossing when `f` of 65536 parts of the first voxel lie ahead: ⌊f · period / 2¹⁶⌋.
@@ -96,20 +98,32 @@ pub fn direction_q16(axis_q15: [i32; 3], dir_q15: [i32; 3]) -> i32 {
     (axis_q15[0] * dir_q15[0] + axis_q15[1] * dir_q15[1] + axis_q15[2] * dir_q15[2] + (1 << 13)) >> 14
 }
 
+/// One axis of [`start`]: when it is first crossed, and how often after that.
+#[inline(always)]
+pub fn start_axis(origin_q16: i32, dir_q16: i32) -> [u32; 2] {
+    let frac = (origin_q16 & 0xffff) as u32;
+    let ahead = if dir_q16 < 0 { frac } else { (1 << 16) - frac };
+    let period = period_q16(dir_q16.unsigned_abs());
+    // Reckoned in any case: lanes that are alike are reckoned together.
+    let first = first_q16(ahead, period);
+    [if dir_q16 == 0 { NEVER } else { first }, period]
+}
+
 /// The march from a position (1/65536 voxels from the grid's corner) along a direction in Q16.
 pub fn start(origin_q16: [i32; 3], dir_q16: [i32; 3]) -> March {
-    let mut march = March { voxel: [0; 3], step: [0; 3], next_q16: [NEVER; 3], period_q16: [NEVER; 3] };
-    for r in 0..3 {
-        march.voxel[r] = origin_q16[r] >> 16;
-        march.step[r] = dir_q16[r].signum();
-        if dir_q16[r] != 0 {
-            let frac = (origin_q16[r] & 0xffff) as u32;
-            let f = if dir_q16[r] < 0 { frac } else { (1 << 16) - frac };
-            march.period_q16[r] = period_q16(dir_q16[r].unsigned_abs());
-            march.next_q16[r] = first_q16(f, march.period_q16[r]);
-        }
+    let axes: [[u32; 2]; 3] = std::array::from_fn(|r| start_axis(origin_q16[r], dir_q16[r]));
+    March {
+        voxel: origin_q16.map(|x| x >> 16),
+        step: dir_q16.map(i32::signum),
+        next_q16: axes.map(|[first, _]| first),
+        period_q16: axes.map(|[_, period]| period),
     }
-    march
+}
+
+/// The march of a ray of a table: [`start`] in the direction that the rows of `world_from_sensor` (Q15) give
+/// it.
+pub fn launch(origin_q16: [i32; 3], axis_q15: [[i32; 3]; 3], dir_q15: [i32; 3]) -> March {
+    start(origin_q16, axis_q15.map(|axis| direction_q16(axis, dir_q15)))
 }
 
 /// The axis crossed next. Ties take x before y before z, so that every backend visits the same voxels.
@@ -168,9 +182,13 @@ pub fn freed(end: End, no_return_is_free: bool) -> u32 {
     }
 }
 
-/// How many crossings of one axis lie at or before a distance, the first of them at `first_q16`.
-pub fn made_by(first_q16: u32, period_q16: u32, t_q16: u32) -> u32 {
-    if first_q16 > t_q16 { 0 } else { (t_q16 - first_q16) / period_q16 + 1 }
+/// How many crossings of one axis are made when a ray has come to (`t_q16`, `axis`) in the order of all
+/// crossings, those at that very place included: `own` is the axis in question. An axis below 0 comes before
+/// all crossings at its distance.
+pub fn made_at(first_q16: u32, period_q16: u32, own: i32, t_q16: u32, axis: i32) -> u32 {
+    // At the same distance a later axis has not crossed yet.
+    let from_q16 = first_q16 + (own > axis) as u32;
+    if from_q16 > t_q16 { 0 } else { (t_q16 - from_q16) / period_q16 + 1 }
 }
 
 /// When crossing `n` of an axis happens, in closed form; [`NEVER`] where that is past any grid, so nothing
@@ -185,24 +203,21 @@ pub fn crossing_q16(first_q16: u32, period_q16: u32, n: u32) -> u32 {
 /// How many crossings a ray has made at a distance, stopped in the last voxel inside the grid. `room` says
 /// how many crossings of each axis stay inside; the ray must be at its start.
 pub fn crossings_at(begin: &March, room: [u32; 3], t_q16: u32) -> u32 {
-    made_until(begin, room, t_q16).iter().sum()
+    made_until(begin, room, t_q16, 2).iter().sum()
 }
 
-/// [`crossings_at`], of each axis.
-pub fn made_until(begin: &March, room: [u32; 3], t_q16: u32) -> [u32; 3] {
+/// How many crossings of each axis are made by a ray that has come to (`t_q16`, `axis`) in the order of all
+/// crossings ([`made_at`]), or to the last voxel inside the grid before.
+pub fn made_until(begin: &March, room: [u32; 3], t_q16: u32, axis: i32) -> [u32; 3] {
     let [first, period] = [begin.next_q16, begin.period_q16];
     let leaves: [u32; 3] = std::array::from_fn(|r| crossing_q16(first[r], period[r], room[r]));
     let exit = next_axis(leaves);
-    if t_q16 < leaves[exit] {
-        return std::array::from_fn(|r| made_by(first[r], period[r], t_q16));
-    }
-    // Of what happens at the very distance of the exit, the axes before it come first.
-    std::array::from_fn(|r| match r.cmp(&exit) {
-        std::cmp::Ordering::Less => made_by(first[r], period[r], leaves[exit]),
-        std::cmp::Ordering::Equal => room[r],
-        std::cmp::Ordering::Greater if leaves[exit] == 0 => 0,
-        std::cmp::Ordering::Greater => made_by(first[r], period[r], leaves[exit] - 1),
-    })
+    let (t_q16, axis) = match (leaves[exit], exit as i32) {
+        // Of what happens at the very distance of the exit, the axes before it come first.
+        (exit_q16, exit) if (exit_q16, exit) <= (t_q16, axis) => (exit_q16, exit - 1),
+        _ => (t_q16, axis),
+    };
+    std::array::from_fn(|r| made_at(first[r], period[r], r as i32, t_q16, axis))
 }
 
 /// How many crossings of each axis stay inside a grid.

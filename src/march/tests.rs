@@ -83,13 +83,15 @@ fn ray(random: &mut impl FnMut(i32) -> i32, case: usize, size: [u32; 3]) -> Opti
 #[test]
 fn crossings_are_counted_up_to_a_distance() {
     // First at 10, then every 65 536: 10, 65 546, 131 082 …
-    assert_eq!(made_by(10, 65_536, 9), 0);
-    assert_eq!(made_by(10, 65_536, 10), 1);
-    assert_eq!(made_by(10, 65_536, 65_545), 1);
-    assert_eq!(made_by(10, 65_536, 65_546), 2);
-    assert_eq!(made_by(0, 65_533, 0), 1, "a start on a boundary crosses at once");
-    assert_eq!(made_by(0, NEVER, 2047 << 16), 1, "and never again");
-    assert_eq!(made_by(NEVER, NEVER, 2047 << 16), 0);
+    for (t_q16, made) in [(9, 0), (10, 1), (65_545, 1), (65_546, 2)] {
+        assert_eq!(made_at(10, 65_536, 0, t_q16, 2), made, "{t_q16}");
+        assert_eq!(made_at(10, 65_536, 1, t_q16, 1), made, "{t_q16}");
+        assert_eq!(made_at(10, 65_536, 1, t_q16 + 1, 0), made, "{t_q16} and just before axis 1");
+    }
+    assert_eq!(made_at(0, 65_533, 0, 0, 2), 1, "a start on a boundary crosses at once");
+    assert_eq!(made_at(0, 65_533, 0, 0, -1), 0, "but not before all crossings");
+    assert_eq!(made_at(0, NEVER, 0, 2047 << 16, 2), 1, "and never again");
+    assert_eq!(made_at(NEVER, NEVER, 0, 2047 << 16, 2), 0);
 }
 
 #[test]

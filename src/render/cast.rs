@@ -114,7 +114,7 @@ fn rays(dirs_q15: &[[i32; 3]]) -> Rays {
 
 /// Walks a ray that returned to its end once more.
 fn hit(from: &GridPose, dir_q15: [i32; 3], crossings: u32, shift: [i32; 3]) -> Hit {
-    let ray = march::start(from.origin_q16, from.axis_q15.map(|axis| march::direction_q16(axis, dir_q15)));
+    let ray = from.launch(dir_q15);
     let last = march::crossings(ray).take(crossings as usize).last();
     let march::Crossing { t_q16: distance_q16, axis, voxel } =
         last.unwrap_or(march::Crossing { t_q16: 0, axis: 0, voxel: ray.voxel });

@@ -10,7 +10,7 @@ use super::compare::spread;
 use super::run_choices;
 use crate::Result;
 use crate::backend::{Backend, GridPose, Rays};
-use crate::march::{BLIND, End, LEFT, NEVER, RETURN, crossings, direction_q16, start};
+use crate::march::{BLIND, End, LEFT, NEVER, RETURN, crossings};
 use crate::results::{PoseChoice, layout_of};
 use crate::study::Study;
 use crate::voxel::region::window_of;
@@ -99,8 +99,7 @@ fn add(all: &mut EndCounts, rays: &Rays, placement: &GridPose, ends: &[End]) {
 
 /// Where a ray would have crossed the next boundary: within its range only if that led out of the grid.
 fn next_after_q16(placement: &GridPose, dir_q15: [i32; 3], end: &End) -> u32 {
-    let dir_q16 = std::array::from_fn(|r| direction_q16(placement.axis_q15[r], dir_q15));
-    let mut after = crossings(start(placement.origin_q16, dir_q16)).skip(end.crossings as usize);
+    let mut after = crossings(placement.launch(dir_q15)).skip(end.crossings as usize);
     after.next().map_or(NEVER, |crossing| crossing.t_q16)
 }
 

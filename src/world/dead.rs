@@ -174,9 +174,8 @@ impl Few<'_> {
     }
 
     fn cast(&self, blockers: &BitGrid, from: &GridPose, dir_q15: [i32; 3]) -> Met {
-        let dir_q16 = from.axis_q15.map(|axis| march::direction_q16(axis, dir_q15));
         let mut last_q16 = 0;
-        for march::Crossing { t_q16, voxel, .. } in march::crossings(march::start(from.origin_q16, dir_q16)) {
+        for march::Crossing { t_q16, voxel, .. } in march::crossings(from.launch(dir_q15)) {
             let met = |voxel, is_backdrop| Met { voxel, distance_q16: t_q16, is_backdrop };
             if t_q16 > self.gates.range_max_q16 {
                 return met(None, false);

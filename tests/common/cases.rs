@@ -386,10 +386,7 @@ fn turned(random: &mut Random) -> [[i32; 3]; 3] {
 
 /// When a ray enters its last cell, in Q16.
 fn end_distance(placement: &GridPose, dir_q15: [i32; 3], end: End) -> u32 {
-    let mut ray = march::start(
-        placement.origin_q16,
-        placement.axis_q15.map(|axis| march::direction_q16(axis, dir_q15)),
-    );
+    let mut ray = placement.launch(dir_q15);
     let mut t = 0;
     for _ in 0..end.crossings {
         let axis = march::next_axis(ray.next_q16);

@@ -12,24 +12,21 @@
 
 use super::first_hit::{self, FirstHit, LeapingRay};
 use super::packet::Packet;
+use crate::march::leap;
 use crate::voxel::BitGrid;
 
 /// Marks the voxels of a ray in a plane's window, of its first `freed` ones, those at least that it enters by
 /// `until_q16`.
 pub(super) fn mark_freed(packet: &Packet, lane: usize, freed: u32, until_q16: u32, plane: &mut BitGrid) {
-    let Some(made) = enter(packet, lane, plane) else { return };
+    let Some([enters, leaves]) = span(packet, lane, plane) else { return };
+    let begins_inside = plane.window().contains(packet.voxel);
+    let entered = || packet.made_by(lane, first_hit::crossing(enters as FirstHit));
+    let made = if begins_inside { [0; 3] } else { entered() };
     let crossings: u32 = made.iter().sum();
-    if crossings >= freed {
-        return;
+    if crossings < freed {
+        let end = leaves.min(4 * u64::from(until_q16) + 4);
+        mark(plane, packet.ray(lane, made), freed - crossings, end);
     }
-    let ray = packet.ray(lane, made);
-    let (min, end) = (plane.window().min, plane.window().end());
-    let leaves = |r: usize| {
-        let room = if ray.step[r] < 0 { ray.voxel[r] - min[r] } else { end[r] - 1 - ray.voxel[r] };
-        ray.next[r] + room as u64 * 4 * u64::from(ray.period_q16[r])
-    };
-    let end = leaves(0).min(leaves(1)).min(leaves(2)).min(4 * u64::from(until_q16) + 4);
-    mark(plane, ray, freed - crossings, end);
 }
 
 /// Marks the voxel that a ray is in and those that follow, so many in all, up to the crossing `end`.
@@ -38,56 +35,36 @@ fn mark(plane: &mut BitGrid, mut ray: LeapingRay, voxels: u32, end: u64) {
     let row = plane.words_per_row() as i32 * 32;
     let strides = [1, row, row * plane.window().size[1] as i32];
     let from = plane.window().min;
-    let stride: [i64; 3] = std::array::from_fn(|r| i64::from(ray.step[r] * strides[r]));
-    let period = ray.period_q16.map(|period| 4 * u64::from(period));
+    let stride: [i64; 3] = std::array::from_fn(|r| ray.axes[r].step * i64::from(strides[r]));
+    let period = ray.axes.map(|axis| 4 * u64::from(axis.period_q16));
     let mut bit = (0..3).map(|r| i64::from((ray.voxel[r] - from[r]) * strides[r])).sum::<i64>();
     let words = plane.words_mut();
     for _ in 0..voxels {
         words[bit as usize >> 5] |= 1 << (bit & 31);
-        let [x, y, z] = ray.next;
+        let [x, y, z] = ray.axes.map(|axis| axis.next);
         let nearest = x.min(y).min(z);
         if nearest >= end {
             break;
         }
         for r in 0..3 {
-            let crossed = ray.next[r] == nearest;
-            ray.next[r] += if crossed { period[r] } else { 0 };
+            let crossed = ray.axes[r].next == nearest;
+            ray.axes[r].next += if crossed { period[r] } else { 0 };
             bit += if crossed { stride[r] } else { 0 };
         }
     }
 }
 
-/// The crossings made when a ray has entered the window on every axis; `None` if it is past it by then, or
-/// never comes.
-fn enter(packet: &Packet, lane: usize, plane: &BitGrid) -> Option<[u32; 3]> {
+/// The crossings by which a ray enters and leaves a plane's window; `None` if it never comes there. Entered
+/// by 0 means little: the ray may begin inside.
+#[inline]
+fn span(packet: &Packet, lane: usize, plane: &BitGrid) -> Option<[u64; 2]> {
     let (min, end) = (plane.window().min, plane.window().end());
-    let mut entered: Option<u64> = None;
-    for r in 0..3 {
-        let (voxel, step) = (packet.voxel[r], packet.dir_q16[r][lane].signum());
-        let away = if voxel < min[r] { min[r] - voxel } else { (voxel - (end[r] - 1)).max(0) };
-        if away > 0 {
-            let towards = if voxel < min[r] { 1 } else { -1 };
-            if step != towards {
-                return None;
-            }
-            let (first, period) = (packet.first_q16[r][lane], packet.period_q16[r][lane]);
-            let t_q16 = u64::from(first) + (away as u64 - 1) * u64::from(period);
-            entered = entered.max(Some(4 * t_q16 + r as u64));
-        }
-    }
-    let Some(entered) = entered else { return Some([0; 3]) };
-    if entered > first_hit::LAST.into() {
-        return None;
-    }
-    let made = packet.made_by(lane, first_hit::crossing(entered as FirstHit));
-    let inside = (0..3).all(|r| {
-        let voxel = packet.voxel[r] + packet.dir_q16[r][lane].signum() * made[r] as i32;
-        voxel >= min[r] && voxel < end[r]
-    });
-    inside.then_some(made)
+    let low = std::array::from_fn(|r| min[r] - packet.voxel[r]);
+    let high = std::array::from_fn(|r| end[r] - 1 - packet.voxel[r]);
+    leap::span(|r| packet.axis(lane, r), low, high).filter(|[enters, _]| *enters <= first_hit::LAST.into())
 }
 
-/// Whether a ray passes through the window at all.
+/// Whether a ray passes through a plane's window at all.
 pub(super) fn crosses_window(packet: &Packet, lane: usize, plane: &BitGrid) -> bool {
-    enter(packet, lane, plane).is_some()
+    span(packet, lane, plane).is_some()
 }

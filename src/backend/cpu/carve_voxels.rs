@@ -14,12 +14,13 @@
 
 use fearless_simd::Level;
 
-use super::packet::{self, Packets};
+use super::packet::Packets;
 use super::plan::RelevantVoxels;
 use super::projection::{BOXES, PixelRect, Projection};
 use super::pyramid::{Pyramid, Rect};
 use crate::backend::GridPose;
 use crate::march;
+use crate::march::leap::{self, Axis};
 use crate::voxel::BitGrid;
 
 /// What boxes are decided from.
@@ -109,30 +110,14 @@ impl CarveVoxels<'_> {
     #[inline]
     fn visits(&self, pixel: [u32; 2], voxel: [i32; 3]) -> bool {
         let dir_q15 = self.packets.of_pixel(pixel);
-        // Crossings in order are numbers, distance · 4 + axis.
-        let (mut enters, mut leaves) = (0, u64::MAX);
-        for r in 0..3 {
-            let dir_q16 = march::direction_q16(self.placement.axis_q15[r], dir_q15);
-            let away = voxel[r] - (self.placement.origin_q16[r] >> 16);
-            let d = dir_q16.unsigned_abs();
-            let frac = (self.placement.origin_q16[r] & 0xffff) as u32;
-            let ahead = if dir_q16 < 0 { frac } else { (1 << 16) - frac };
-            let period_q16 = packet::period_q16(d);
-            let first_q16 = if d == 0 { march::NEVER } else { march::first_q16(ahead, period_q16) };
-            let period = 4 * u64::from(period_q16);
-            let last = 4 * u64::from(first_q16) + r as u64 + u64::from(away.unsigned_abs()) * period;
-            leaves = leaves.min(last);
-            if away != 0 {
-                enters = enters.max(last - period);
-                if away.signum() != dir_q16.signum() {
-                    return false;
-                }
-            }
-            if enters >= leaves {
-                return false;
-            }
-        }
-        true
+        let GridPose { origin_q16, axis_q15, .. } = self.placement;
+        let away = std::array::from_fn(|r| voxel[r] - (origin_q16[r] >> 16));
+        let axis = |r: usize| {
+            let dir_q16 = march::direction_q16(axis_q15[r], dir_q15);
+            let [first_q16, period_q16] = march::start_axis(origin_q16[r], dir_q16);
+            Axis::new(r, dir_q16.signum(), first_q16, period_q16)
+        };
+        leap::span(axis, away, away).is_some()
     }
 }
 

@@ -154,11 +154,11 @@ impl PacketEnds {
             // Not where a return would be read, but where the blocker is.
             let made = match sent.truly {
                 None => sent.believed.made_by(lane, first_hit::crossing(hit)),
-                Some(_) => march::made_until(&begin, room, hit >> 2),
+                Some(_) => march::made_until(&begin, room, hit >> 2, 2),
             };
             return end(BLIND, made.iter().sum());
         }
-        let made = march::made_until(&begin, room, self.places.t_q16[lane]);
+        let made = march::made_until(&begin, room, self.places.t_q16[lane], 2);
         end(RETURN, made.iter().sum());
         let voxel = std::array::from_fn(|r| begin.voxel[r] + begin.step[r] * made[r] as i32);
         self.bits[lane] = plane.bit_index(voxel).map_or(NO_BIT, |bit| bit as u32);

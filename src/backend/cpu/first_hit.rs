@@ -8,7 +8,8 @@
 //! # Practice
 //! For every ray of every table. Where the nearest blocker is in the next brick, stepping is as quick.
 
-use crate::march::{MAX_RANGE_VOXELS, leap};
+use crate::march::MAX_RANGE_VOXELS;
+use crate::march::leap::{self, Axis};
 use crate::voxel::{BitGrid, Bricks, Window};
 
 /// Blockers, and where there are none.
@@ -107,17 +108,11 @@ pub(super) const fn range(range_max_q16: u32) -> FirstHit {
     range_max_q16 << 2 | 3
 }
 
-/// A ray on its way. Its crossings come in the order of (distance, axis), so that both are one number,
-/// distance · 4 + axis: adding periods never changes the axis, and no tie is left.
+/// A ray on its way.
 #[derive(Clone, Copy)]
 pub(super) struct LeapingRay {
     pub(super) voxel: [i32; 3],
-    /// -1, 0 or 1: where a crossing of each axis leads.
-    pub(super) step: [i32; 3],
-    /// The next crossing of each axis.
-    pub(super) next: [u64; 3],
-    /// Distance between crossings of each axis in 1/65536 voxels.
-    pub(super) period_q16: [u32; 3],
+    pub(super) axes: [Axis; 3],
     /// Magnitude of the direction's components, Q16.
     pub(super) d: [u32; 3],
 }
@@ -146,9 +141,7 @@ impl Search<'_> {
         otherwise: FirstHit,
     ) -> FirstHit {
         let size = self.layer.blockers.window().size;
-        let room = |r: usize| if ray.step[r] < 0 { ray.voxel[r] } else { size[r] as i32 - 1 - ray.voxel[r] };
-        let leaves = |r: usize| ray.next[r] + room(r) as u64 * 4 * u64::from(ray.period_q16[r]);
-        let exit = leaves(0).min(leaves(1)).min(leaves(2));
+        let exit = ray.leaves(&[[0; 3], size.map(|n| n as i32)]);
         let end = exit.min(limit.into());
         let past = || if exit < u64::from(limit) { LEFT } else { otherwise };
         if starts {
@@ -196,19 +189,19 @@ impl Search<'_> {
     fn step(&self, ray: &mut LeapingRay, end: u64) -> Stepped {
         let words = self.layer.blockers.words();
         let strides = self.strides();
-        let stride: [i64; 3] = std::array::from_fn(|r| i64::from(ray.step[r] * strides[r]));
-        let period: [u64; 3] = ray.period_q16.map(|period| 4 * u64::from(period));
+        let stride: [i64; 3] = std::array::from_fn(|r| ray.axes[r].step * i64::from(strides[r]));
+        let period: [u64; 3] = ray.axes.map(|axis| 4 * u64::from(axis.period_q16));
         let mut bit = (0..3).map(|r| i64::from(ray.voxel[r] * strides[r])).sum::<i64>();
         for _ in 0..STEPS {
-            let [x, y, z] = ray.next;
+            let [x, y, z] = ray.axes.map(|axis| axis.next);
             let nearest = x.min(y).min(z);
             if nearest >= end {
                 return Stepped::Past;
             }
             for r in 0..3 {
                 // Which axis is crossed cannot be guessed, so nothing branches on it.
-                let crossed = ray.next[r] == nearest;
-                ray.next[r] += if crossed { period[r] } else { 0 };
+                let crossed = ray.axes[r].next == nearest;
+                ray.axes[r].next += if crossed { period[r] } else { 0 };
                 bit += if crossed { stride[r] } else { 0 };
             }
             if words[bit as usize >> 5] >> (bit & 31) & 1 == 1 && nearest >> 2 >= self.ignore_q16.into() {
@@ -232,25 +225,29 @@ enum Stepped {
 }
 
 impl LeapingRay {
+    /// The first crossing that leaves a box which holds the ray.
+    #[inline]
+    fn leaves(&self, [low, high]: &Box3) -> u64 {
+        let leaves = |r: usize| self.axes[r].leaves(low[r] - self.voxel[r], high[r] - 1 - self.voxel[r]);
+        leaves(0).min(leaves(1)).min(leaves(2))
+    }
+
     /// Leaves an empty box by the first crossing that does; which that was, unless it is `end` or later.
     #[inline]
-    fn leap(&mut self, [low, high]: &Box3, end: u64) -> Option<u64> {
-        let room: [u32; 3] = std::array::from_fn(|r| {
-            (if self.step[r] < 0 { self.voxel[r] - low[r] } else { high[r] - 1 - self.voxel[r] }) as u32
-        });
-        let leaves = |r: usize| self.next[r] + u64::from(room[r]) * 4 * u64::from(self.period_q16[r]);
-        let exit = leaves(0).min(leaves(1)).min(leaves(2));
+    fn leap(&mut self, empty: &Box3, end: u64) -> Option<u64> {
+        let exit = self.leaves(empty);
         if exit >= end {
             return None;
         }
         for r in 0..3 {
-            if self.next[r] <= exit {
+            let axis = &mut self.axes[r];
+            if axis.next <= exit {
                 // Both end in the number of their axis or a smaller one, so the quotient of distances is the
                 // crossings'.
-                let apart = ((exit - self.next[r]) >> 2) as u32;
-                let made = leap::periods_in(apart, self.period_q16[r], self.d[r]) + 1;
-                self.voxel[r] += self.step[r] * made as i32;
-                self.next[r] += u64::from(made) * 4 * u64::from(self.period_q16[r]);
+                let apart = ((exit - axis.next) >> 2) as u32;
+                let made = leap::periods_in(apart, axis.period_q16, self.d[r]) + 1;
+                self.voxel[r] += axis.step as i32 * made as i32;
+                axis.next = axis.crossing(made);
             }
         }
         Some(exit)

@@ -14,6 +14,7 @@
 use fearless_simd::{Level, Simd, dispatch};
 
 use super::packet::{Lanes, Packet, RAYS};
+use crate::march::leap::Axis;
 
 /// The crossings of a packet's rays as numbers, distance · 4 + axis.
 pub(super) struct Intersect {
@@ -48,7 +49,7 @@ fn start<S: Simd>(_: S, intersect: &mut Intersect, packet: &Packet) {
         for lane in 0..RAYS {
             intersect.first[r][lane] = 4 * u64::from(packet.first_q16[r][lane]) + r as u64;
             intersect.period[r][lane] = packet.period_q16[r][lane].into();
-            intersect.step[r][lane] = i64::from(packet.dir_q16[r][lane].signum());
+            intersect.step[r][lane] = packet.dir_q16[r][lane].signum().into();
         }
     }
     intersect.entered = [u64::MAX; RAYS];
@@ -59,18 +60,18 @@ fn intersect<S: Simd>(_: S, intersect: &mut Intersect, away: [i32; 3], ignore_q1
     let mut enters = [0; RAYS];
     let mut leaves = [u64::MAX; RAYS];
     for r in 0..3 {
-        let (first, period, step) = (&intersect.first[r], &intersect.period[r], &intersect.step[r]);
         if away[r] == 0 {
-            (0..RAYS).for_each(|lane| leaves[lane] = leaves[lane].min(first[lane]));
+            // What `slab` says of all lanes, asked once for all of them.
+            (0..RAYS).for_each(|lane| leaves[lane] = leaves[lane].min(intersect.first[r][lane]));
             continue;
         }
-        let (ahead, towards) = (u64::from(away[r].unsigned_abs()), i64::from(away[r].signum()));
         for lane in 0..RAYS {
-            // Both factors are of 32 bits, and their product is not.
-            let last = first[lane] + 4 * (ahead * (period[lane] & 0xffff_ffff));
-            leaves[lane] = leaves[lane].min(last);
-            let entry = if step[lane] == towards { last - 4 * period[lane] } else { u64::MAX };
-            enters[lane] = enters[lane].max(entry);
+            // A product of 32 bits each is quicker than one of 64.
+            let (step, period_q16) = (intersect.step[r][lane], intersect.period[r][lane] as u32);
+            let axis = Axis { step, next: intersect.first[r][lane], period_q16 };
+            let [own_enters, own_leaves] = axis.slab(away[r], away[r]);
+            enters[lane] = enters[lane].max(own_enters);
+            leaves[lane] = leaves[lane].min(own_leaves);
         }
     }
     let ignored = 4 * u64::from(ignore_q16);

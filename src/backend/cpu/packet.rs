@@ -12,7 +12,8 @@ use fearless_simd::{Level, Simd, dispatch};
 
 use super::first_hit::{LeapingRay, NextCrossing};
 use crate::backend::{GridPose, Image, Rays};
-use crate::march::{self, March, leap};
+use crate::march::leap::{self, Axis};
+use crate::march::{self, March};
 
 /// Rays of a packet.
 pub(super) const RAYS: usize = 64;
@@ -138,18 +139,19 @@ impl Packet {
         }
     }
 
+    /// One axis of a ray where it begins.
+    #[inline(always)]
+    pub(super) fn axis(&self, lane: usize, r: usize) -> Axis {
+        Axis::new(r, self.dir_q16[r][lane].signum(), self.first_q16[r][lane], self.period_q16[r][lane])
+    }
+
     /// A ray after so many crossings.
     #[inline]
     pub(super) fn ray(&self, lane: usize, made: [u32; 3]) -> LeapingRay {
-        let step: [i32; 3] = std::array::from_fn(|r| self.dir_q16[r][lane].signum());
-        let period_q16: [u32; 3] = std::array::from_fn(|r| self.period_q16[r][lane]);
-        let next =
-            |r: usize| u64::from(self.first_q16[r][lane]) + u64::from(made[r]) * u64::from(period_q16[r]);
+        let axes: [Axis; 3] = std::array::from_fn(|r| self.axis(lane, r));
         LeapingRay {
-            voxel: std::array::from_fn(|r| self.voxel[r] + step[r] * made[r] as i32),
-            step,
-            next: std::array::from_fn(|r| 4 * next(r) + r as u64),
-            period_q16,
+            voxel: std::array::from_fn(|r| self.voxel[r] + axes[r].step as i32 * made[r] as i32),
+            axes: std::array::from_fn(|r| Axis { next: axes[r].crossing(made[r]), ..axes[r] }),
             d: std::array::from_fn(|r| self.dir_q16[r][lane].unsigned_abs()),
         }
     }
@@ -161,31 +163,17 @@ pub(super) struct RayPlaces {
     pub(super) axis: Lanes<u32>,
 }
 
-/// [`march::period_q16`] by a division of floats, which processors do many at a time. Exact: a quotient that
-/// is no whole number is further below the next one than f64 rounds.
-#[inline(always)]
-pub(super) fn period_q16(d: u32) -> u32 {
-    let quotient = (4_294_967_296.0 / f64::from(d.max(3))) as i32 as u32;
-    if d < 3 { march::NEVER } else { quotient }
-}
-
 #[inline(always)]
 fn start<S: Simd>(_: S, packet: &mut Packet, placement: &GridPose, dirs_q15: &[Lanes<i32>; 3]) {
     let [x, y, z] = dirs_q15;
     for r in 0..3 {
         let axis_q15 = placement.axis_q15[r];
-        let frac = (placement.origin_q16[r] & 0xffff) as u32;
         let (dir, period, first) =
             (&mut packet.dir_q16[r], &mut packet.period_q16[r], &mut packet.first_q16[r]);
         for lane in 0..RAYS {
             let dir_q16 = march::direction_q16(axis_q15, [x[lane], y[lane], z[lane]]);
-            let d = dir_q16.unsigned_abs();
-            let period_q16 = period_q16(d);
-            let ahead = if dir_q16 < 0 { frac } else { (1 << 16) - frac };
-            let first_q16 = march::first_q16(ahead, period_q16);
             dir[lane] = dir_q16;
-            period[lane] = period_q16;
-            first[lane] = if d == 0 { march::NEVER } else { first_q16 };
+            [first[lane], period[lane]] = march::start_axis(placement.origin_q16[r], dir_q16);
         }
     }
 }
@@ -197,18 +185,6 @@ fn made_at<S: Simd>(_: S, packet: &Packet, at: &RayPlaces, made: &mut [Lanes<u32
             let (first, period) = (packet.first_q16[r][lane], packet.period_q16[r][lane]);
             let d = packet.dir_q16[r][lane].unsigned_abs();
             made[r][lane] = leap::made_at(first, period, d, r as u32, at.t_q16[lane], at.axis[lane]);
-        }
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn periods_by_floats_are_exact() {
-        for d in 0..=65_539 {
-            assert_eq!(period_q16(d), march::period_q16(d), "d = {d}");
         }
     }
 }

@@ -9,7 +9,7 @@ use super::kernels::{Stage, WORDS_PER_INVOCATION};
 use super::loop_bounds::{
     DEVIATION_PER_VOXEL, MOST_PIXELS, MOST_TURNS, SCANS_AT_ONCE, WORKGROUP, near_voxels,
 };
-use crate::backend::{Fusion, GridPose, Image, LOG_ODDS, Rays, Shot, Slot, VoxelScene};
+use crate::backend::{Fusion, GridFrame, GridPose, Image, LOG_ODDS, Rays, Shot, Slot, VoxelScene};
 use crate::march::{self, deviation};
 use crate::metrics::COUNTERS;
 use crate::voxel::Bricks;
@@ -167,22 +167,10 @@ pub struct Part {
 #[derive(Clone, Copy, Debug, Pod, Zeroable)]
 #[repr(C)]
 pub struct PlacementWords {
-    /// As [`GridPose::origin_q16`].
-    pub origin_q16: [i32; 3],
-    /// Row 0 of [`GridPose::axis_q15`].
-    pub axis_x_q15: [i32; 3],
-    /// Row 1.
-    pub axis_y_q15: [i32; 3],
-    /// Row 2.
-    pub axis_z_q15: [i32; 3],
-    /// As [`GridPose::caster`] has them: the same again, unless the mount is off.
-    pub true_origin_q16: [i32; 3],
-    /// Row 0 of where it truly is.
-    pub true_axis_x_q15: [i32; 3],
-    /// Row 1.
-    pub true_axis_y_q15: [i32; 3],
-    /// Row 2.
-    pub true_axis_z_q15: [i32; 3],
+    /// Where it is believed to be.
+    pub believed: GridFrame,
+    /// Where its rays are cast from: the same again, unless the mount is off.
+    pub truly: GridFrame,
     /// Whether the mount is off.
     pub is_off: u32,
     /// As [`GridPose::draws`].
@@ -195,19 +183,11 @@ pub struct PlacementWords {
 
 impl From<&Shot> for PlacementWords {
     fn from(shot: &Shot) -> Self {
-        let GridPose { origin_q16, truly, draws, axis_q15: [axis_x_q15, axis_y_q15, axis_z_q15] } =
-            shot.placement;
-        let caster = shot.placement.caster();
-        let [true_axis_x_q15, true_axis_y_q15, true_axis_z_q15] = caster.axis_q15;
+        let GridPose { origin_q16, axis_q15, truly, draws } = shot.placement;
+        let believed = GridFrame { origin_q16, axis_q15 };
         PlacementWords {
-            origin_q16,
-            axis_x_q15,
-            axis_y_q15,
-            axis_z_q15,
-            true_origin_q16: caster.origin_q16,
-            true_axis_x_q15,
-            true_axis_y_q15,
-            true_axis_z_q15,
+            believed,
+            truly: truly.unwrap_or(believed),
             is_off: truly.is_some() as u32,
             draws,
             slot: shot.slot,

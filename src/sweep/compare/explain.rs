@@ -64,8 +64,7 @@ pub(super) fn explain(
 
 /// The voxel of a ray after this many crossings.
 fn voxel_after(placement: &GridPose, dir_q15: [i32; 3], crossings: u32) -> [i32; 3] {
-    let dir_q16 = placement.axis_q15.map(|axis| march::direction_q16(axis, dir_q15));
-    march::voxel_after(march::start(placement.origin_q16, dir_q16), crossings)
+    march::voxel_after(placement.launch(dir_q15), crossings)
 }
 
 /// The first ray with which the oracle's evidence has a mark. Marks only grow with the rays, so halving finds

@@ -8,7 +8,7 @@ use glam::DVec3;
 
 use super::nearest::{Nearest, gap};
 use crate::backend::{GridPose, Image, Rays};
-use crate::march::{self, March};
+use crate::march::March;
 use crate::sensor::{FieldOfView, quantise_q15};
 
 /// A sensor's rays from where it stands.
@@ -81,9 +81,7 @@ impl<'a> Sight<'a> {
 
     /// A ray at its start.
     pub(super) fn start(&self, ray: u32) -> March {
-        let dir_q15 = self.rays.dirs_q15[ray as usize];
-        let dir_q16 = self.from.axis_q15.map(|axis| march::direction_q16(axis, dir_q15));
-        march::start(self.from.origin_q16, dir_q16)
+        self.from.launch(self.rays.dirs_q15[ray as usize])
     }
 }
 

@@ -34,8 +34,7 @@ fn plain(view: &View, member: &SensorView, voxel: [i32; 3]) -> (Reason, Option<[
     let mut left = false;
     // The ray as it is believed to go crosses the voxel; as it is truly cast it ends in something.
     for (from, is_cast) in [(*from, from.truly.is_none()), (from.caster(), true)] {
-        let dir_q16 = from.axis_q15.map(|axis| march::direction_q16(axis, rays.dirs_q15[ray]));
-        let mut at = march::start(from.origin_q16, dir_q16);
+        let mut at = from.launch(rays.dirs_q15[ray]);
         if from.origin_q16 == member.placement.origin_q16 && at.voxel == voxel {
             entered = entered.or(Some(0));
         }
