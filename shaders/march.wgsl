@@ -210,7 +210,7 @@ fn noisy_q16(t_q16: u32, step_q16: i32) -> u32 {
 }
 
 // The march of a ray of a table: `start` in the directions that `direction_q16` gives for each axis.
-fn launch(place: Standpoint, dir_q15: array<i32, 3>) -> March {
+fn launch(place: GridFrame, dir_q15: array<i32, 3>) -> March {
     let dir = vec3_of(dir_q15);
     let dir_q16 = vec3<i32>(
         direction_q16(vec3_of(place.axis_q15[0]), dir),

@@ -31,7 +31,7 @@ struct PixelRect {
     dense: bool,
 }
 
-fn projection_of(place: Standpoint) -> Projection {
+fn projection_of(place: GridFrame) -> Projection {
     let x = vec3<f32>(vec3_of(place.axis_q15[0])) / 32768.0;
     let y = vec3<f32>(vec3_of(place.axis_q15[1])) / 32768.0;
     let z = vec3<f32>(vec3_of(place.axis_q15[2])) / 32768.0;
@@ -95,7 +95,7 @@ fn pixel_rect(projection: Projection, corner: vec3<i32>, edge: i32) -> PixelRect
 }
 
 // Whether a pixel's ray visits the voxel so many voxels from the sensor's voxel, were nothing in its way.
-fn sees(place: Standpoint, dir_q15: array<i32, 3>, offset: vec3<i32>) -> bool {
+fn sees(place: GridFrame, dir_q15: array<i32, 3>, offset: vec3<i32>) -> bool {
     let begin = launch(place, dir_q15);
     let towards = all((offset == vec3<i32>()) | (sign(offset) == begin.step));
     return towards && visits(begin.next_q16, begin.period_q16, vec3<u32>(abs(offset)));

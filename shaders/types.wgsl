@@ -61,15 +61,15 @@ struct Part {
 }
 
 // Where a sensor is, and how it is turned.
-struct Standpoint {
+struct GridFrame {
     origin_q16: array<i32, 3>,
     axis_q15: array<array<i32, 3>, 3>,
 }
 
 struct GridPose {
-    believed: Standpoint,
+    believed: GridFrame,
     // Where its rays are cast from: the same again, unless its mount is off.
-    truly: Standpoint,
+    truly: GridFrame,
     is_off: u32,
     draws: u32,
     slot: u32,

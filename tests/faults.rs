@@ -13,6 +13,7 @@ use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex};
 use std::time::Duration;
 
+use perirobot::backend::factory::{BackendFactory, Fallback};
 use perirobot::backend::gpu::{AdapterChoice, Gpu, Stage, shader_source};
 use perirobot::backend::{
     Backend, Evidence, Fusion, GridPose, Planes, Rays, Reading, Shot, Slot, VoxelScene,
@@ -26,7 +27,6 @@ use perirobot::results::manifest::Manifest;
 use perirobot::sensor::{self, Setting};
 use perirobot::study::{Overrides, Study};
 use perirobot::sweep::session::{Ending, RunReport, Session};
-use perirobot::sweep::{BackendFactory, Fallback};
 use perirobot::voxel::region::window_of;
 use perirobot::world::{World, ray_tables};
 use perirobot::{Error, Result};
@@ -439,6 +439,7 @@ fn a_device_that_fails_now_and_then_stays_at_work() {
     let mut watch = Onlooker::default();
     theatre.sweep("out", &mut troupe, 500, &mut watch).unwrap();
     assert_eq!(watch.faults.len(), 2);
+    assert_eq!(watch.ran_on.len(), 3, "it is told each time that the chosen backend begins");
     assert!(theatre.journal("out") == theatre.journal("quiet"));
     let last = troupe.0.lock().unwrap().calls.last().copied();
     assert_eq!(last, Some((Call::Receive, Fallback::None)), "it is asked again, to the end");

@@ -10,14 +10,15 @@ mod watch;
 
 use std::fs;
 
+use perirobot::backend::factory::{BackendFactory, Fallback};
 use perirobot::backend::{Backend, cpu::Cpu};
 use perirobot::results::journal::{Journal, JournalHeader, Locked, Shard};
 use perirobot::results::manifest::Manifest;
 use perirobot::results::table::TableFormat;
 use perirobot::results::{Results, Subject, scores};
 use perirobot::study::{Overrides, Study};
+use perirobot::sweep::run;
 use perirobot::sweep::session::Session;
-use perirobot::sweep::{BackendFactory, Fallback, run};
 use perirobot::world::World;
 use program::{Folder, names, perirobot, text};
 use watch::Onlooker;

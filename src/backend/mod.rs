@@ -4,6 +4,7 @@
 pub mod body_words;
 mod count;
 pub mod cpu;
+pub mod factory;
 mod fuse;
 pub mod gpu;
 pub mod oracle;

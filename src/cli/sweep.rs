@@ -4,6 +4,7 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 use std::time::{Duration, Instant};
 
+use perirobot::backend::Backend;
 use perirobot::results::journal::Shard;
 use perirobot::results::manifest::Fault;
 use perirobot::results::{Results, Subject};
@@ -148,6 +149,10 @@ struct Onlooker {
 }
 
 impl Watch for Onlooker {
+    fn runs_on(&mut self, backend: &dyn Backend) {
+        above_bar(|| say!("running on {}: {}", backend.name(), backend.device()));
+    }
+
     fn finished(&mut self, choices: u64) {
         self.progress.inc(choices);
     }

@@ -9,6 +9,7 @@ use super::BatchSize;
 use super::Ledger;
 use super::Row;
 use super::compare;
+use crate::backend::factory::{BackendChoice, BackendKind};
 use crate::backend::oracle::Oracle;
 use crate::backend::{Backend, Evidence, Fusion, GridPose, Planes, Rays, Reading, Shot, Slot, VoxelScene};
 use crate::metrics::Confusion;
@@ -36,6 +37,34 @@ impl Contender {
     pub fn oracle() -> Self {
         Contender { name: "oracle, 1 thread".into(), backend: Box::new(Oracle::default()), threads: 1 }
     }
+}
+
+/// What a user's choice has to be measured beside the oracle: the CPU on one thread without and with SIMD and on
+/// all, and the GPU, if there is one. A software adapter counts.
+pub fn contenders(choice: &BackendChoice) -> Result<Vec<Contender>> {
+    let all = std::thread::available_parallelism().map_or(1, |n| n.get());
+    let mut contenders = Vec::new();
+    if matches!(choice.kind, BackendKind::Auto | BackendKind::Cpu) {
+        let most = choice.threads.unwrap_or(all);
+        let cpu = |threads: usize| BackendChoice { threads: Some(threads), ..choice.clone() }.cpu();
+        contenders.push(Contender {
+            name: "cpu, 1 thread, no SIMD".into(),
+            backend: Box::new(cpu(1)?.without_simd()),
+            threads: 1,
+        });
+        for threads in if most > 1 { vec![1, most] } else { vec![1] } {
+            let cpu = cpu(threads)?;
+            let name = format!("cpu, {}", cpu.device());
+            contenders.push(Contender { name, backend: Box::new(cpu), threads });
+        }
+    }
+    if matches!(choice.kind, BackendKind::Auto | BackendKind::Gpu)
+        && let Some(gpu) = choice.any_gpu()?
+    {
+        let name = format!("gpu, {}", gpu.device());
+        contenders.push(Contender { name, backend: Box::new(gpu), threads: all });
+    }
+    Ok(contenders)
 }
 
 /// What one backend did.

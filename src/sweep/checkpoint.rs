@@ -3,6 +3,7 @@
 use super::Ledger;
 use super::Row;
 use crate::Result;
+use crate::backend::Backend;
 use crate::metrics::Confusion;
 use crate::results::journal::Journal;
 use crate::results::manifest::Fault;
@@ -78,6 +79,9 @@ impl Done {
 
 /// Is told how a sweep proceeds, and may stop it.
 pub trait Watch {
+    /// The backend of the user's choice begins, at first or once more after a failure.
+    fn runs_on(&mut self, backend: &dyn Backend);
+
     /// How many choices were finished since the last call.
     fn finished(&mut self, choices: u64);
 

@@ -18,7 +18,6 @@ pub use checkpoint::Watch;
 pub use evidence::BatchSize;
 pub use order::{Ledger, run, run_choices};
 pub use said::{Reader, Said, read_asks};
-pub use worker::{BackendFactory, Fallback};
 
 /// The counts of one choice of poses in one region of one scene; indices are those of the study.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -8,12 +8,11 @@
 use std::path::{Path, PathBuf};
 use std::time::{Instant, SystemTime, UNIX_EPOCH};
 
-use super::BackendFactory;
-use super::Fallback;
 use super::Row;
 use super::check::{AT_LEAST, Picked};
 use super::checkpoint::{Checkpoint, Done, Watch};
 use super::worker::{Timings, Worker};
+use crate::backend::factory::{BackendFactory, Fallback};
 use crate::error::{Argument, Issue, Site, Words};
 use crate::results::files::{JOURNAL, MANIFEST, OutputFolder};
 use crate::results::journal::{Journal, JournalHeader, Locked, Pages, Shard, Unfit};
@@ -162,6 +161,7 @@ impl<'a> Session<'a> {
         let begin = Instant::now();
         let began_unix_s = SystemTime::now().duration_since(UNIX_EPOCH).map_or(0, |since| since.as_secs());
         let backend = backends.open(Fallback::None)?;
+        watch.runs_on(backend.as_ref());
         let (name, device) = (backend.name(), backend.device());
         let doubts = backends.needs_check();
         let unchecked = self.unchecked(verify)?;

@@ -16,6 +16,7 @@ use super::Ledger;
 use super::checkpoint::Checkpoint;
 use super::run_choices;
 use crate::backend::Backend;
+use crate::backend::factory::{BackendFactory, Fallback};
 use crate::error::{Argument, Issue, Words};
 use crate::results::PoseChoice;
 use crate::results::files::{DISAGREED, DISAGREEMENT, write_whole};
@@ -35,27 +36,6 @@ const CLEAN_AFTER: u64 = 1000;
 
 /// How long a device that failed may take to be closed.
 const CLOSE_WITHIN: Duration = Duration::from_secs(10);
-
-/// Which backend works, and with how much at a time.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Fallback {
-    /// The backend of the user's choice.
-    None,
-    /// The same, opened anew, with less memory and small batches.
-    Small,
-    /// The CPU.
-    Cpu,
-}
-
-/// Opens the backends that a run may use.
-pub trait BackendFactory {
-    /// Opens a backend.
-    fn open(&mut self, fallback: Fallback) -> Result<Box<dyn Backend + Send>>;
-
-    /// Whether the backend of the user's choice is one that may fail or count wrongly: a GPU. Then the CPU
-    /// takes over, and checks.
-    fn needs_check(&self) -> bool;
-}
 
 /// What the stages of a backend's work took, in the order they run.
 pub(super) type Timings = Vec<(&'static str, Duration)>;
@@ -106,6 +86,9 @@ impl Worker<'_> {
                         }
                         other => other?,
                     };
+                    if fallback == Fallback::None {
+                        checkpoint.watch.runs_on(backend.as_ref());
+                    }
                     let for_good = if fallback == Fallback::Cpu { ", and from then on the CPU" } else { "" };
                     let scene = self.scene(checkpoint);
                     // What helps was done just now.

@@ -1,16 +1,22 @@
 //! A watcher that records what a sweep reports while a test runs it.
 
+use perirobot::backend::Backend;
 use perirobot::results::manifest::Fault;
 use perirobot::sweep::Watch;
 
 /// Keeps what it hears of faults, and never stops.
 #[derive(Default)]
 pub(crate) struct Onlooker {
+    pub(crate) ran_on: Vec<&'static str>,
     pub(crate) finished: u64,
     pub(crate) faults: Vec<Fault>,
 }
 
 impl Watch for Onlooker {
+    fn runs_on(&mut self, backend: &dyn Backend) {
+        self.ran_on.push(backend.name());
+    }
+
     fn finished(&mut self, choices: u64) {
         self.finished += choices;
     }
