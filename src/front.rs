@@ -1,9 +1,8 @@
 //! The library's front: what a study scores, and what a camera scores in a cell that is made without any
 //! file. Everything else in the crate serves this and the command line.
 
-use crate::backend::cpu::Cpu;
-use crate::backend::gpu::{AdapterChoice, Gpu};
-use crate::backend::oracle::Oracle;
+use crate::backend::factory::{BackendChoice, BackendKind};
+use crate::backend::gpu::AdapterChoice;
 use crate::backend::{Backend, Fusion, Reading, Shot, Slot, VoxelScene};
 use crate::metrics::{BodyPart, Confusion};
 use crate::pose::Pose;
@@ -34,17 +33,14 @@ pub enum Device {
 }
 
 impl Device {
-    /// Opens it.
-    ///
-    /// # Errors
-    /// Where there is no such adapter, or threads cannot be started.
-    pub(crate) fn open(self) -> Result<Box<dyn Backend>> {
-        Ok(match self {
-            Device::Cpu => Box::new(Cpu::new(None)?),
-            Device::Gpu => Box::new(Gpu::new(&AdapterChoice::Hardware)?),
-            Device::SoftwareGpu => Box::new(Gpu::new(&AdapterChoice::Software)?),
-            Device::Oracle => Box::new(Oracle::default()),
-        })
+    fn open(self) -> Result<Box<dyn Backend + Send>> {
+        let (kind, adapter) = match self {
+            Device::Cpu => (BackendKind::Cpu, None),
+            Device::Gpu => (BackendKind::Gpu, None),
+            Device::SoftwareGpu => (BackendKind::Gpu, Some(AdapterChoice::Software)),
+            Device::Oracle => (BackendKind::Oracle, None),
+        };
+        Ok(BackendChoice { kind, adapter, ..BackendChoice::default() }.open()?.0)
     }
 }
 

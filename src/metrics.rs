@@ -68,12 +68,12 @@ impl Confusion {
     }
 
     /// All numbers: the counters of labels, those of the detection, and in how many rows each part is missed.
-    pub fn numbers(&self) -> Vec<u64> {
+    pub(crate) fn numbers(&self) -> Vec<u64> {
         [&self.counts()[..], &self.detection.counts(), &self.detection.missed].concat()
     }
 
     /// The same labels with a detection.
-    pub fn with(self, detection: Detection) -> Self {
+    pub(crate) fn with(self, detection: Detection) -> Self {
         Confusion { detection, ..self }
     }
 
@@ -107,7 +107,7 @@ impl Confusion {
     }
 
     /// People's voxels of the region.
-    pub fn people_voxels(&self) -> u64 {
+    pub(crate) fn people_voxels(&self) -> u64 {
         self.human.tp + self.human.fn_ + self.human.uo
     }
 
@@ -122,7 +122,7 @@ impl Confusion {
     }
 
     /// The share of people that are detected.
-    pub fn people_detected(&self) -> Option<f64> {
+    pub(crate) fn people_detected(&self) -> Option<f64> {
         ratio(self.detection.people_detected as i128, self.detection.people as i128)
     }
 

@@ -43,7 +43,7 @@ fn about_x(angle: f64) -> DMat3 {
 }
 
 /// Roll about x, then pitch about y, then yaw about z, all fixed axes, as in URDF.
-pub fn from_rpy(rpy_rad: [f64; 3]) -> DMat3 {
+pub(crate) fn from_rpy(rpy_rad: [f64; 3]) -> DMat3 {
     about_z(rpy_rad[2]) * about_y(rpy_rad[1]) * about_x(rpy_rad[0])
 }
 
@@ -58,7 +58,7 @@ impl Pose {
     pub const ORIGIN: Pose = Pose { position_m: DVec3::ZERO, rotation: DQuat::IDENTITY };
 
     /// This pose, given in a frame that is itself somewhere in the world.
-    pub fn carried_by(&self, frame: &Pose) -> Pose {
+    pub(crate) fn carried_by(&self, frame: &Pose) -> Pose {
         Pose {
             position_m: frame.position_m + frame.rotation * self.position_m,
             rotation: (frame.rotation * self.rotation).normalize(),
@@ -87,7 +87,7 @@ impl Pose {
     }
 
     /// A pose from the rotation of one of its frames.
-    pub fn turned(position_m: DVec3, rotation: DMat3, frame: Frame) -> Self {
+    pub(crate) fn turned(position_m: DVec3, rotation: DMat3, frame: Frame) -> Self {
         let link = match frame {
             Frame::Link => rotation,
             Frame::Optical => rotation * LINK_FROM_OPTICAL.transpose(),
@@ -99,7 +99,7 @@ impl Pose {
 
     /// A pose from a quaternion (w, x, y, z) of length near 1, kept as it is so that a table read back gives the
     /// same rays; other lengths are normalised. `None` for zero or a value that is not finite.
-    pub fn from_quaternion(position_m: DVec3, wxyz: [f64; 4], frame: Frame) -> Option<Self> {
+    pub(crate) fn from_quaternion(position_m: DVec3, wxyz: [f64; 4], frame: Frame) -> Option<Self> {
         let q = DQuat::from_xyzw(wxyz[1], wxyz[2], wxyz[3], wxyz[0]);
         let length = q.length();
         if !length.is_finite() || length < 1e-9 {

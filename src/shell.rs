@@ -1,7 +1,7 @@
 //! Words as a POSIX shell reads them, for commands that are told or written into scripts.
 
 /// A word: plain where that is safe, else between single quotes.
-pub fn quoted(word: &str) -> String {
+pub(crate) fn quoted(word: &str) -> String {
     let plain = |c: char| c.is_ascii_alphanumeric() || "_./:@%+,-".contains(c);
     match !word.is_empty() && word.chars().all(plain) {
         true => word.into(),

@@ -78,7 +78,7 @@ impl Sources {
     /// # Errors
     /// When the file cannot be read, is not a regular one, lies outside, is too large, or is not UTF-8. When
     /// its bytes are others than at an earlier read.
-    pub fn text(&self, path: &Path) -> Result<String> {
+    pub(crate) fn text(&self, path: &Path) -> Result<String> {
         utf8(path, self.read(path, MOST_BYTES_OF_TEXT)?)
     }
 
@@ -86,7 +86,7 @@ impl Sources {
     ///
     /// # Errors
     /// As [`Sources::text`].
-    pub fn table(&self, path: &Path) -> Result<String> {
+    pub(crate) fn table(&self, path: &Path) -> Result<String> {
         utf8(path, self.read(path, MOST_BYTES_OF_DATA)?)
     }
 
@@ -94,7 +94,7 @@ impl Sources {
     ///
     /// # Errors
     /// As [`Sources::text`], but for what the bytes are.
-    pub fn bytes(&self, path: &Path) -> Result<Vec<u8>> {
+    pub(crate) fn bytes(&self, path: &Path) -> Result<Vec<u8>> {
         self.read(path, MOST_BYTES_OF_DATA)
     }
 
@@ -107,7 +107,7 @@ impl Sources {
     }
 
     /// Whether this file, by whatever name, is one of them.
-    pub fn has_read(&self, path: &Path) -> bool {
+    pub(crate) fn has_read(&self, path: &Path) -> bool {
         let record = self.record.lock().unwrap_or_else(PoisonError::into_inner);
         path.canonicalize().is_ok_and(|place| record.by_place.contains_key(&place))
     }

@@ -116,7 +116,7 @@ fn unions_of_evidence_are_what_a_sweep_counts_on_every_backend() {
             }
             for mut backend in backends {
                 let evidence = cast(&study, &worlds, of, backend.as_mut());
-                assert_eq!(evidence.len(), items(&study).len());
+                assert_eq!(evidence.count(), items(&study).len());
                 for (set, expected) in sets.iter().zip(&expected) {
                     assert_eq!(evidence.counts(set), *expected, "{name}, {}, {set:?}", backend.name());
                 }

@@ -71,7 +71,7 @@ impl BackendChoice {
 
     /// Opens the adapter that was named, or a hardware GPU, or a software one; none where there is no adapter
     /// at all.
-    pub fn any_gpu(&self) -> Result<Option<Gpu>> {
+    pub(crate) fn any_gpu(&self) -> Result<Option<Gpu>> {
         if self.adapter.is_none() && self.kind != BackendKind::Gpu {
             if adapters().is_empty() {
                 return Ok(None);

@@ -69,7 +69,7 @@ pub struct Noise {
 impl Noise {
     /// What a return at a distance within the range is off by, if its ray drew this number.
     #[inline]
-    pub fn step_q16(&self, drawn: u32, t_q16: u32) -> i32 {
+    pub(crate) fn step_q16(&self, drawn: u32, t_q16: u32) -> i32 {
         match self.unit_q12.is_empty() {
             true => 0,
             false => {
@@ -80,7 +80,7 @@ impl Noise {
     }
 
     /// The farthest behind its distance that a return may be read.
-    pub fn farthest_q16(&self) -> u32 {
+    pub(crate) fn farthest_q16(&self) -> u32 {
         let unit_q12 = self.unit_q12.iter().copied().max().unwrap_or(0).max(0);
         march::step_q16(unit_q12, self.std_q16.iter().copied().max().unwrap_or(0)) as u32
     }
@@ -126,7 +126,7 @@ impl GridPose {
     }
 
     /// Where its rays are cast from: the true standpoint, as if it were the believed one.
-    pub fn caster(&self) -> GridPose {
+    pub(crate) fn caster(&self) -> GridPose {
         match self.truly {
             None => *self,
             Some(GridFrame { origin_q16, axis_q15 }) => {
@@ -149,7 +149,7 @@ pub struct Planes {
 
 impl Planes {
     /// Nothing is said of any voxel of a window.
-    pub fn blank(window: Window) -> Planes {
+    pub(crate) fn blank(window: Window) -> Planes {
         let blank = BitGrid::new(window);
         Planes { occupied: blank.clone(), free: blank.clone(), hits: blank }
     }
@@ -290,7 +290,7 @@ pub trait Backend {
 
 /// What several sensors say together, in the order they speak, over a window: their planes, and what `occupied` and `free`
 /// add to a voxel's log-odds. No voxel of the answer is both occupied and free; its hits are those of any sensor.
-pub fn fused(window: Window, fusion: Fusion, voices: &[(Planes, [i32; 2])]) -> Planes {
+pub(crate) fn fused(window: Window, fusion: Fusion, voices: &[(Planes, [i32; 2])]) -> Planes {
     let reading = |(slot, (_, [hit, miss])): (usize, &(Planes, [i32; 2]))| Reading {
         slot: slot as Slot,
         volume: None,

@@ -102,13 +102,8 @@ impl Evidence {
     }
 
     /// How many candidates there are.
-    pub fn len(&self) -> usize {
+    pub fn count(&self) -> usize {
         self.items.len()
-    }
-
-    /// Whether there is none.
-    pub fn is_empty(&self) -> bool {
-        self.items.is_empty()
     }
 
     /// Evidence of these candidates, made up.

@@ -137,7 +137,7 @@ impl<'a> Problem<'a> {
     }
 
     /// What a set costs, in thousandths.
-    pub fn cost_of(&self, set: &[usize]) -> u64 {
+    pub(crate) fn cost_of(&self, set: &[usize]) -> u64 {
         set.iter().map(|&item| self.cost[item]).sum()
     }
 

@@ -90,7 +90,7 @@ impl Search<'_> {
         let mut union = evidence.nothing();
         always.iter().for_each(|&item| union.add(evidence, item));
         let root = self.node(always.clone(), union);
-        let items: Vec<Hinted> = (0..evidence.len()).map(|item| (item, ANYTHING)).collect();
+        let items: Vec<Hinted> = (0..evidence.count()).map(|item| (item, ANYTHING)).collect();
         let left = self.limits.at_most - always.len();
         if left <= 2 {
             return match self.expand(&root, left, &items) {
@@ -137,7 +137,7 @@ impl Search<'_> {
 
     /// What each candidate adds beside a root and each other one.
     fn all_beside(&self, root: &Node) -> Vec<i64> {
-        let count = self.problem.evidence.len();
+        let count = self.problem.evidence.count();
         let Some(first) = self.question.all.first().filter(|_| count <= MOST_PAIRED) else {
             return Vec::new();
         };
@@ -150,7 +150,7 @@ impl Search<'_> {
 
     /// What a candidate adds at most beside another.
     fn beside(&self, other: usize, item: usize) -> i64 {
-        self.beside.get(other * self.problem.evidence.len() + item).copied().unwrap_or(ANYTHING)
+        self.beside.get(other * self.problem.evidence.count() + item).copied().unwrap_or(ANYTHING)
     }
 
     /// What no set is worth more than, if none of some nodes leads to larger values than these.
@@ -346,7 +346,7 @@ impl Search<'_> {
 #[inline(always)]
 fn gains<S: Simd>(_: S, inequality: &Inequality, problem: &Problem, node: &Node) -> Vec<i64> {
     let gain = |item| inequality.gain(problem.evidence, &node.union, &node.states[0], item);
-    (0..problem.evidence.len()).map(gain).collect()
+    (0..problem.evidence.count()).map(gain).collect()
 }
 
 impl Open {

@@ -84,7 +84,7 @@ fn evidence(random: &mut Random, candidates: usize, noisy: bool) -> Evidence {
 }
 
 fn problem<'a>(random: &mut Random, evidence: &'a Evidence, over: Across) -> Problem<'a> {
-    let count = evidence.len();
+    let count = evidence.count();
     let priced = random.one_in(2);
     let cost: Vec<u64> = (0..count).map(|_| if priced { 1 + random.below(4) } else { 0 }).collect();
     let always: Vec<usize> =
@@ -138,8 +138,9 @@ fn by_trying(problem: &Problem, limits: Limits) -> Option<Worth> {
             && limits.afford(problem.cost_of(set))
             && problem.always.iter().all(|item| set.contains(item))
     };
-    let all = 0..1usize << problem.evidence.len();
-    let sets = all.map(|bits| (0..problem.evidence.len()).filter(|i| bits >> i & 1 == 1).collect::<Vec<_>>());
+    let all = 0..1usize << problem.evidence.count();
+    let sets =
+        all.map(|bits| (0..problem.evidence.count()).filter(|i| bits >> i & 1 == 1).collect::<Vec<_>>());
     sets.filter(allowed).filter_map(|set| problem.found(&set)).map(|found| found.worth).max()
 }
 

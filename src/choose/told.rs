@@ -73,7 +73,7 @@ pub struct Told {
 
 impl Told {
     /// The step of the best set: that of the most sensors and the largest budget.
-    pub fn best(&self) -> Option<&ToldStep> {
+    pub(crate) fn best(&self) -> Option<&ToldStep> {
         let most = self.steps.iter().map(|step| step.at_most).max()?;
         self.steps.iter().find(|step| step.at_most == most)
     }

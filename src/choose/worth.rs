@@ -35,7 +35,7 @@ impl Ratio {
     }
 
     /// One division.
-    pub fn value(self) -> f64 {
+    pub(crate) fn value(self) -> f64 {
         self.numerator as f64 / self.denominator as f64
     }
 

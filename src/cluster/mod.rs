@@ -83,7 +83,7 @@ impl Job {
 
     /// The command of a task, whose number comes from the engine's environment. How many shards there are is
     /// written out: an engine counts only the tasks that it was last given.
-    pub fn sweep(&self) -> Vec<Word> {
+    pub(crate) fn sweep(&self) -> Vec<Word> {
         let shard = format!("auto/{}", self.shards);
         let fixed =
             [self.program.text(), "sweep", self.study.text(), "--out", self.out.text(), "--shard", &shard];
@@ -96,7 +96,7 @@ impl Job {
     }
 
     /// The command that merges what the tasks left, or names what is missing.
-    pub fn merge(&self) -> Vec<Word> {
+    pub(crate) fn merge(&self) -> Vec<Word> {
         let fixed = [self.program.text(), "merge", self.out.text()].map(Word::known);
         fixed.into_iter().chain(self.merge_arguments.iter().cloned()).collect()
     }

@@ -44,18 +44,18 @@ impl Word {
     }
 
     /// As a POSIX shell reads it: plain where that is safe, else between single quotes.
-    pub fn shell(&self) -> String {
+    pub(crate) fn shell(&self) -> String {
         crate::shell::quoted(&self.0)
     }
 
     /// As YAML reads it: a string in double quotes, which are those of JSON.
-    pub fn yaml(&self) -> String {
+    pub(crate) fn yaml(&self) -> String {
         serde_json::Value::from(self.0.as_str()).to_string()
     }
 
     /// As an argument of a container, in YAML: Kubernetes puts variables in place of `$(NAME)`, and `$` for
     /// `$$`.
-    pub fn container_argument(&self) -> String {
+    pub(crate) fn container_argument(&self) -> String {
         Word(self.0.replace('$', "$$")).yaml()
     }
 }

@@ -31,7 +31,7 @@ const MATERIALS: [(&str, [f32; 4]); 4] = [
 
 /// The bytes of a `.glb`, and how many objects and sensors are in it. `of` is what the view's world was made
 /// of.
-pub fn bytes(view: &View, of: &Scene) -> Result<(Vec<u8>, usize)> {
+pub(crate) fn bytes(view: &View, of: &Scene) -> Result<(Vec<u8>, usize)> {
     let mut writer = GlbWriter::new();
     for object in of.objects.iter().filter(|object| !object.tag_only) {
         let mesh = match &object.surface {

@@ -23,7 +23,7 @@ pub struct File {
 }
 
 /// What a view is of: its poses, its scene, its representation, and the repeat where there are several.
-pub fn title(view: &View) -> [String; 4] {
+pub(crate) fn title(view: &View) -> [String; 4] {
     let (study, choice) = (view.study, &view.choice);
     let combination = &study.combinations[choice.combination];
     let repeat = if study.repeats > 1 { format!("repeat {}", choice.repeat) } else { String::new() };

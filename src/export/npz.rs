@@ -26,7 +26,7 @@ use crate::voxel::BitGrid;
 use crate::{Error, Result};
 
 /// The bytes of the archive.
-pub fn bytes(view: &View) -> Result<Vec<u8>> {
+pub(crate) fn bytes(view: &View) -> Result<Vec<u8>> {
     write(view).map_err(|e| Error::device(format!("cannot pack the arrays: {e}")))
 }
 

@@ -10,17 +10,17 @@ use crate::{Error, Result};
 pub type VoxelTotals = (u64, u64);
 
 /// The fused labels; unknown voxels are left out.
-pub fn labels(view: &View) -> Result<(Vec<u8>, VoxelTotals)> {
+pub(crate) fn labels(view: &View) -> Result<(Vec<u8>, VoxelTotals)> {
     map(view, &|voxel| said(&view.labels, voxel))
 }
 
 /// What one sensor says.
-pub fn evidence(view: &View, member: &SensorView) -> Result<(Vec<u8>, VoxelTotals)> {
+pub(crate) fn evidence(view: &View, member: &SensorView) -> Result<(Vec<u8>, VoxelTotals)> {
     map(view, &|voxel| said(&member.says, voxel))
 }
 
 /// What is true; the insides of bodies that belong to no region are left out.
-pub fn truth(view: &View) -> Result<(Vec<u8>, VoxelTotals)> {
+pub(crate) fn truth(view: &View) -> Result<(Vec<u8>, VoxelTotals)> {
     let truth = &view.truth;
     map(view, &|voxel| (!truth.ignored.get(voxel)).then(|| truth.occupied.get(voxel)))
 }

@@ -6,7 +6,7 @@ use super::title;
 use crate::view::{ReturnPoint, SensorView, View};
 
 /// A binary PLY file.
-pub fn ply(view: &View, member: &SensorView, returns: &[ReturnPoint]) -> Vec<u8> {
+pub(crate) fn ply(view: &View, member: &SensorView, returns: &[ReturnPoint]) -> Vec<u8> {
     let [poses, scene, representation, _] = title(view).map(|text| one_line(&text));
     let sensor = one_line(&view.study.sensors[member.sensor].name);
     let header = format!(
@@ -21,7 +21,7 @@ pub fn ply(view: &View, member: &SensorView, returns: &[ReturnPoint]) -> Vec<u8>
 }
 
 /// A binary PCD file.
-pub fn pcd(view: &View, returns: &[ReturnPoint]) -> Vec<u8> {
+pub(crate) fn pcd(view: &View, returns: &[ReturnPoint]) -> Vec<u8> {
     let count = returns.len();
     // The points are in the world already, so the viewpoint, by which PCL would move them, is none.
     let header = format!(

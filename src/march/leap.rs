@@ -25,7 +25,7 @@ pub fn periods_in(x: u32, period_q16: u32, d: u32) -> u32 {
 /// [`super::made_at`] by a multiplication with the direction component's magnitude `d`, which is much quicker
 /// than the division where each leap asks.
 #[inline(always)]
-pub fn made_at(first_q16: u32, period_q16: u32, d: u32, own: u32, t_q16: u32, axis: u32) -> u32 {
+pub(crate) fn made_at(first_q16: u32, period_q16: u32, d: u32, own: u32, t_q16: u32, axis: u32) -> u32 {
     // At the same distance a later axis has not crossed yet.
     let later = (own > axis) as u32;
     if first_q16 > t_q16 || (first_q16 == t_q16 && own > axis) {
@@ -49,27 +49,27 @@ pub struct Axis {
 impl Axis {
     /// Axis `r` of a ray at its start, from what [`super::start_axis`] says of it.
     #[inline(always)]
-    pub fn new(r: usize, step: i32, first_q16: u32, period_q16: u32) -> Axis {
+    pub(crate) fn new(r: usize, step: i32, first_q16: u32, period_q16: u32) -> Axis {
         Axis { step: step.into(), next: 4 * u64::from(first_q16) + r as u64, period_q16 }
     }
 
     /// The crossing after `n` others.
     #[inline(always)]
-    pub fn crossing(&self, n: u32) -> u64 {
+    pub(crate) fn crossing(&self, n: u32) -> u64 {
         self.next + 4 * (u64::from(n) * u64::from(self.period_q16))
     }
 
     /// The crossing that leaves the voxels from `low` to `high`, counted from the ray's own, which is one of
     /// them.
     #[inline(always)]
-    pub fn leaves(&self, low: i32, high: i32) -> u64 {
+    pub(crate) fn leaves(&self, low: i32, high: i32) -> u64 {
         self.crossing((if self.step < 0 { -low } else { high }) as u32)
     }
 
     /// The crossings that enter and leave the voxels from `low` to `high`, counted from the ray's own: 0
     /// enters if that is one of them, none (`u64::MAX`) if the ray leads away from them.
     #[inline(always)]
-    pub fn slab(&self, low: i32, high: i32) -> [u64; 2] {
+    pub(crate) fn slab(&self, low: i32, high: i32) -> [u64; 2] {
         if low <= 0 && high >= 0 {
             return [0, self.leaves(low, high)];
         }
@@ -82,7 +82,7 @@ impl Axis {
 /// The crossings by which a ray enters and leaves a box, from its lowest voxel to its highest, both counted
 /// from the ray's own; `None` if it never is in it, 0 for entering the box where it begins.
 #[inline(always)]
-pub fn span(axis: impl Fn(usize) -> Axis, low: [i32; 3], high: [i32; 3]) -> Option<[u64; 2]> {
+pub(crate) fn span(axis: impl Fn(usize) -> Axis, low: [i32; 3], high: [i32; 3]) -> Option<[u64; 2]> {
     let (mut enters, mut leaves) = (0, u64::MAX);
     for r in 0..3 {
         let [own_enters, own_leaves] = axis(r).slab(low[r], high[r]);
@@ -97,7 +97,7 @@ pub fn span(axis: impl Fn(usize) -> Axis, low: [i32; 3], high: [i32; 3]) -> Opti
 
 /// When a ray enters a voxel, were nothing in its way; `None` if it does not, 0 for the voxel where it
 /// begins. The ray must be at its start.
-pub fn entry_q16(begin: &March, voxel: [i32; 3]) -> Option<u32> {
+pub(crate) fn entry_q16(begin: &March, voxel: [i32; 3]) -> Option<u32> {
     let away = std::array::from_fn(|r| voxel[r] - begin.voxel[r]);
     let axis = |r: usize| Axis::new(r, begin.step[r], begin.next_q16[r], begin.period_q16[r]);
     let [enters, _] = span(axis, away, away)?;

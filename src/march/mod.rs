@@ -155,7 +155,7 @@ pub struct Crossing {
 
 /// The crossings of a ray one by one, in order, up to the longest range; for the host, where one ray at a
 /// time is followed.
-pub fn crossings(mut ray: March) -> impl Iterator<Item = Crossing> {
+pub(crate) fn crossings(mut ray: March) -> impl Iterator<Item = Crossing> {
     std::iter::from_fn(move || {
         let axis = next_axis(ray.next_q16);
         let t_q16 = ray.next_q16[axis];
@@ -167,7 +167,7 @@ pub fn crossings(mut ray: March) -> impl Iterator<Item = Crossing> {
 }
 
 /// The voxel that a ray is in after so many crossings.
-pub fn voxel_after(begin: March, made: u32) -> [i32; 3] {
+pub(crate) fn voxel_after(begin: March, made: u32) -> [i32; 3] {
     crossings(begin).take(made as usize).last().map_or(begin.voxel, |crossing| crossing.voxel)
 }
 
@@ -258,7 +258,7 @@ pub fn step_q16(unit_q12: i32, std_q16: u32) -> i32 {
 }
 
 /// The hash of a sequence of words.
-pub fn fold(words: impl IntoIterator<Item = u32>) -> u32 {
+pub(crate) fn fold(words: impl IntoIterator<Item = u32>) -> u32 {
     words.into_iter().fold(0, |hash, word| pcg(hash ^ word))
 }
 

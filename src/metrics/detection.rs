@@ -42,7 +42,7 @@ impl BodyPart {
     ];
 
     /// As in tables.
-    pub fn name(self) -> &'static str {
+    pub(crate) fn name(self) -> &'static str {
         [
             "head",
             "torso",
@@ -92,7 +92,7 @@ pub struct Detection {
 impl Detection {
     /// Applies the threshold of `min_hits` voxels to all parts that have voxels in a region, those of a
     /// person together. `sensed` says of each person how many voxels there presence sensors feel.
-    pub fn of(min_hits: u64, parts: impl IntoIterator<Item = PartTally>, sensed: &[u64]) -> Detection {
+    pub(crate) fn of(min_hits: u64, parts: impl IntoIterator<Item = PartTally>, sensed: &[u64]) -> Detection {
         let mut found = Detection::default();
         let mut people = vec![[false; 2]; sensed.len()];
         for PartTally { person, part, voxels, hit } in parts {
@@ -122,14 +122,14 @@ impl Detection {
     }
 
     /// One row, from its counters and a bit for each part that is missed.
-    pub fn from_counts(counts: [u64; DETECTION_COUNTERS], missed_bits: u32) -> Detection {
+    pub(crate) fn from_counts(counts: [u64; DETECTION_COUNTERS], missed_bits: u32) -> Detection {
         let [hit_human, people, people_detected, parts, parts_detected] = counts;
         let missed = std::array::from_fn(|part| u64::from(missed_bits >> part & 1));
         Detection { hit_human, people, people_detected, parts, parts_detected, missed }
     }
 
     /// Counter by counter.
-    pub fn plus(&self, other: &Detection) -> Detection {
+    pub(crate) fn plus(&self, other: &Detection) -> Detection {
         Detection {
             hit_human: self.hit_human + other.hit_human,
             people: self.people + other.people,
@@ -141,18 +141,18 @@ impl Detection {
     }
 
     /// The parts that somebody's is missed of, as a bit each.
-    pub fn missed_bits(&self) -> u32 {
+    pub(crate) fn missed_bits(&self) -> u32 {
         self.missed.iter().zip(0..).fold(0, |bits, (&rows, part)| bits | u32::from(rows > 0) << part)
     }
 
     /// The names of the parts that are missed, joined by `+`.
-    pub fn missed_names(&self) -> String {
+    pub(crate) fn missed_names(&self) -> String {
         let missed = BodyPart::ALL.iter().filter(|&&part| self.missed[part as usize] > 0);
         missed.map(|part| part.name()).collect::<Vec<_>>().join("+")
     }
 
     /// The part that is missed in most rows, the first of several, and in how many; `None` if none is missed.
-    pub fn worst_part(&self) -> Option<(BodyPart, u64)> {
+    pub(crate) fn worst_part(&self) -> Option<(BodyPart, u64)> {
         let missed = BodyPart::ALL.into_iter().map(|part| (part, self.missed[part as usize]));
         missed.rev().max_by_key(|&(_, rows)| rows).filter(|&(_, rows)| rows > 0)
     }

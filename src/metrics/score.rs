@@ -40,7 +40,7 @@ impl Score {
     ];
 
     /// As in the columns of results.csv and scores.csv.
-    pub fn name(self) -> &'static str {
+    pub(crate) fn name(self) -> &'static str {
         match self {
             Score::F1 => "f1",
             Score::Kappa => "kappa",
@@ -54,7 +54,7 @@ impl Score {
     }
 
     /// As in headings.
-    pub fn title(self) -> &'static str {
+    pub(crate) fn title(self) -> &'static str {
         match self {
             Score::F1 => "F1",
             _ => self.name(),
@@ -76,7 +76,7 @@ impl Score {
     }
 
     /// Whether less of it is better.
-    pub fn less_is_better(self) -> bool {
+    pub(crate) fn less_is_better(self) -> bool {
         matches!(self, Score::Unknown | Score::FalseAlarm)
     }
 

@@ -26,11 +26,6 @@ impl Canvas {
         self.size
     }
 
-    /// Red, green and blue of each pixel, row by row.
-    pub fn rgb(&self) -> &[u8] {
-        &self.rgb
-    }
-
     /// Puts a finer picture of the same width into the upper part: each pixel is the mean of `fine` × `fine`
     /// samples.
     pub(super) fn paste(&mut self, samples: &[[u8; 3]], [width, height]: [u32; 2], fine: u32) {

@@ -26,7 +26,7 @@ pub struct Distribution {
 
 /// The distribution of some values; `None` if there are none. A quantile p of n sorted values lies at place
 /// p·(n − 1), counted from 0, and between two values on the straight line from one to the other.
-pub fn distribution(mut values: Vec<f64>) -> Option<Distribution> {
+pub(crate) fn distribution(mut values: Vec<f64>) -> Option<Distribution> {
     values.sort_by(f64::total_cmp);
     let last = values.len().checked_sub(1)?;
     let quantile = |quarters: usize| {

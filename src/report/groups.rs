@@ -22,7 +22,7 @@ pub struct GroupBest {
 }
 
 /// The best of each group of a combination's poses, in study order, over some moments.
-pub fn groups(
+pub(crate) fn groups(
     results: &Results,
     [combination, representation, region]: [usize; 3],
     moments: &Range<usize>,

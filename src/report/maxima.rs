@@ -34,7 +34,7 @@ pub struct Maximum {
 }
 
 /// The maxima of a combination by one score in one region.
-pub fn maxima(results: &Results, combination: usize, region: usize, score: Score) -> Result<Maxima> {
+pub(crate) fn maxima(results: &Results, combination: usize, region: usize, score: Score) -> Result<Maxima> {
     let representations = results.combinations[combination].representations.len();
     let of_scene = |scene: &SceneResults| {
         let mut best: Option<Maximum> = None;
@@ -56,7 +56,7 @@ pub fn maxima(results: &Results, combination: usize, region: usize, score: Score
 }
 
 /// The combination with the most sensors, if no other has as many.
-pub fn most_sensors(results: &Results) -> Option<usize> {
+pub(crate) fn most_sensors(results: &Results) -> Option<usize> {
     let sizes: Vec<usize> = results.combinations.iter().map(|c| c.members.len()).collect();
     let most = sizes.iter().max()?;
     let mut those = (0..sizes.len()).filter(|&combination| sizes[combination] == *most);

@@ -15,7 +15,7 @@ const SHOWN: usize = 3;
 
 /// The snapshot of a scene, counted from 0, where a choice's score is the worst in some repeat; the first of
 /// several.
-pub fn worst_snapshot(
+pub(crate) fn worst_snapshot(
     results: &Results,
     scene: &SceneResults,
     key: RowKey,

@@ -26,7 +26,7 @@ pub const BETWEEN_MEMBERS: &str = ";";
 /// `poses.csv`: every candidate. Position in metres and rotation of the link frame (x forward, y left, z up)
 /// are in the world, or, where `on` names a robot and its link, in that link's frame; both are empty for what
 /// has no pose. `place` says for people where that is in a world of the study.
-pub fn poses_csv(study: &Study, world: &World) -> Vec<u8> {
+pub(crate) fn poses_csv(study: &Study, world: &World) -> Vec<u8> {
     let places = Places::of(study, world);
     let mut csv = Csv::new(&[
         "sensor",
@@ -77,7 +77,7 @@ pub fn pose_names(study: &Study, combination: &Combination, choice: usize) -> St
 }
 
 /// The representations of each representation: `points;volume`.
-pub fn representation_names(study: &Study, combination: &Combination) -> Vec<String> {
+pub(crate) fn representation_names(study: &Study, combination: &Combination) -> Vec<String> {
     let named = |way: Vec<usize>| {
         let members = combination.members.iter().zip(way);
         let names = members.map(|(member, r)| study.sensors[member.sensor].kind.representations()[r]);

@@ -166,13 +166,13 @@ impl OutputFolder {
     }
 
     /// Removes what runs that were killed have left half-written.
-    pub fn tidy(&self) {
+    pub(crate) fn tidy(&self) {
         tidy(&self.path, |name| BEGUN.contains(&name) || TABLES.contains(&name));
     }
 
     /// Removes the tables of an earlier sweep, which would soon be beside a manifest that they do not belong
     /// to, unless it is the same sweep, and what a device said wrongly.
-    pub fn clear(&self, is_same: bool) {
+    pub(crate) fn clear(&self, is_same: bool) {
         let tables = TABLES.iter().filter(|_| !is_same);
         for name in tables.chain([&DISAGREEMENT, &DISAGREED]) {
             let _ = fs::remove_file(self.path.join(name));
@@ -180,12 +180,12 @@ impl OutputFolder {
     }
 
     /// The first table that is there.
-    pub fn table(&self) -> Option<&'static str> {
+    pub(crate) fn table(&self) -> Option<&'static str> {
         TABLES.into_iter().find(|name| self.path.join(name).exists())
     }
 
     /// Fails if a file of the sweep would take the place of one that the study reads.
-    pub fn spare(&self, sources: &Sources) -> Result<()> {
+    pub(crate) fn spare(&self, sources: &Sources) -> Result<()> {
         let mut places = BEGUN.iter().chain(&TABLES).map(|name| self.path.join(name));
         let Some(place) = places.find(|place| sources.has_read(place)) else { return Ok(()) };
         let what =

@@ -50,7 +50,7 @@ pub struct Layout {
 
 impl Layout {
     /// For so many of everything; `sizes` are those of the combinations.
-    pub fn new(moments: usize, repeats: usize, sizes: Vec<Size>, regions: usize) -> Layout {
+    pub(crate) fn new(moments: usize, repeats: usize, sizes: Vec<Size>, regions: usize) -> Layout {
         Layout { moments, repeats, sizes, regions }
     }
 
@@ -60,12 +60,12 @@ impl Layout {
     }
 
     /// The block of a repeat of a moment.
-    pub fn block(&self, moment: usize, repeat: usize) -> usize {
+    pub(crate) fn block(&self, moment: usize, repeat: usize) -> usize {
         moment * self.repeats + repeat
     }
 
     /// How many rows each block has.
-    pub fn block_rows(&self) -> u64 {
+    pub(crate) fn block_rows(&self) -> u64 {
         self.sizes.iter().map(|size| self.rows_of(size)).sum()
     }
 
@@ -80,7 +80,7 @@ impl Layout {
     }
 
     /// All choices, in study order.
-    pub fn all_choices(&self) -> impl Iterator<Item = PoseChoice> + '_ {
+    pub(crate) fn all_choices(&self) -> impl Iterator<Item = PoseChoice> + '_ {
         let of = |(combination, size): (usize, &Size)| {
             (0..size.choices).map(move |choice| PoseChoice { combination, choice })
         };
@@ -88,13 +88,13 @@ impl Layout {
     }
 
     /// The place of a choice among all of a block.
-    pub fn place(&self, pose_choice: &PoseChoice) -> usize {
+    pub(crate) fn place(&self, pose_choice: &PoseChoice) -> usize {
         self.sizes[..pose_choice.combination].iter().map(|size| size.choices).sum::<usize>()
             + pose_choice.choice
     }
 
     /// The rows of one choice within a block: each representation, each region.
-    pub fn rows_of_choice(&self, pose_choice: &PoseChoice) -> Range<u64> {
+    pub(crate) fn rows_of_choice(&self, pose_choice: &PoseChoice) -> Range<u64> {
         let before: u64 = self.sizes[..pose_choice.combination].iter().map(|size| self.rows_of(size)).sum();
         let each = (self.sizes[pose_choice.combination].representations * self.regions) as u64;
         let first = before + pose_choice.choice as u64 * each;
@@ -102,12 +102,12 @@ impl Layout {
     }
 
     /// The rows of some choices that follow each other, within a block.
-    pub fn rows_of_choices(&self, places: &Range<usize>) -> Range<u64> {
+    pub(crate) fn rows_of_choices(&self, places: &Range<usize>) -> Range<u64> {
         self.first_row(places.start)..self.first_row(places.end)
     }
 
     /// The number of a row.
-    pub fn row(&self, moment: usize, repeat: usize, key: &RowKey) -> u64 {
+    pub(crate) fn row(&self, moment: usize, repeat: usize, key: &RowKey) -> u64 {
         let of_ask = self.rows_of_choice(&PoseChoice { combination: key.combination, choice: key.choice });
         let within = of_ask.start + (key.representation * self.regions + key.region) as u64;
         self.block(moment, repeat) as u64 * self.block_rows() + within

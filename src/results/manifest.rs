@@ -173,26 +173,26 @@ impl Manifest {
     }
 
     /// Says of the run that was begun last what it did.
-    pub fn end_run(&mut self, run: Run) {
+    pub(crate) fn end_run(&mut self, run: Run) {
         self.provenance.runs.pop();
         self.provenance.runs.push(run);
     }
 
     /// Says that what such runs counted was checked by a later one.
-    pub fn runs_are_checked(&mut self) {
+    pub(crate) fn runs_are_checked(&mut self) {
         for run in self.provenance.runs.iter_mut().filter(|run| run.ended == KILLED) {
             run.ended = format!("{KILLED}; what it counted was checked later");
         }
     }
 
     /// Whether a run on a GPU ended without a word, so that nobody checked what it counted.
-    pub fn has_unchecked_run(&self) -> bool {
+    pub(crate) fn has_unchecked_run(&self) -> bool {
         self.provenance.runs.iter().any(|run| run.backend == "gpu" && run.ended == KILLED)
     }
 
     /// In words, what another manifest has that decides the counts and is not the same here; effects only
     /// where there is no cause.
-    pub fn changes(&self, now: &Manifest) -> Vec<String> {
+    pub(crate) fn changes(&self, now: &Manifest) -> Vec<String> {
         changes::changes(&self.as_written, &now.as_written)
     }
 }

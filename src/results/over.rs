@@ -21,7 +21,7 @@ pub struct Over {
 }
 
 /// One choice's score over repeats, each with the counts of its moments; `None` if there is no value at all.
-pub fn over(repeats: &[Vec<Confusion>], score: Score) -> Option<Over> {
+pub(crate) fn over(repeats: &[Vec<Confusion>], score: Score) -> Option<Over> {
     let (mut all, mut means, mut counts, mut of) = (Sum::default(), Vec::new(), Confusion::default(), 0);
     let mut worst: Option<f64> = None;
     for repeat in repeats {

@@ -114,13 +114,13 @@ impl Subject {
     }
 
     /// All moments of all scenes.
-    pub fn moments(&self) -> Range<usize> {
+    pub(crate) fn moments(&self) -> Range<usize> {
         0..self.baselines.len()
     }
 
     /// Every row of a block in study order: names of combination, poses, representation and region, and its
     /// key.
-    pub fn each_key(&self, mut row: impl FnMut([&str; 4], RowKey) -> Result<()>) -> Result<()> {
+    pub(crate) fn each_key(&self, mut row: impl FnMut([&str; 4], RowKey) -> Result<()>) -> Result<()> {
         for (combination, combined) in self.combinations.iter().enumerate() {
             for choice in 0..combined.choices() {
                 let poses = combined.name_of(choice);
@@ -179,7 +179,7 @@ impl Results {
     ///
     /// # Errors
     /// Those of [`Results::counts`].
-    pub fn readings(
+    pub(crate) fn readings(
         &self,
         moments: impl Iterator<Item = usize> + Clone,
         key: &RowKey,
@@ -192,7 +192,7 @@ impl Results {
     ///
     /// # Errors
     /// Those of [`Results::counts`].
-    pub fn over(
+    pub(crate) fn over(
         &self,
         moments: impl Iterator<Item = usize> + Clone,
         key: RowKey,
@@ -202,7 +202,7 @@ impl Results {
     }
 
     /// The names of the baselines and their score over some moments.
-    pub fn baselines_over(
+    pub(crate) fn baselines_over(
         &self,
         moments: impl Iterator<Item = usize> + Clone,
         region: usize,
@@ -234,14 +234,14 @@ impl CombinationResults {
     }
 
     /// A choice, as in the column `poses` of results.csv: `camera:right-wall/8/1;pads:floor/3/0`.
-    pub fn name_of(&self, choice: usize) -> String {
+    pub(crate) fn name_of(&self, choice: usize) -> String {
         let names = self.poses(choice).map(|(member, pose)| format!("{}:{}", member.sensor, pose.name));
         names.collect::<Vec<_>>().join(columns::BETWEEN_MEMBERS)
     }
 
     /// Where the sensors of a choice are, in words: `left wall, x 0.5 m, 2.2 m high, 30° down`, those of
     /// several sensors with their names.
-    pub fn place_of(&self, choice: usize) -> String {
+    pub(crate) fn place_of(&self, choice: usize) -> String {
         let places = self.poses(choice).map(|(member, pose)| (member.sensor.as_str(), &pose.place));
         place::join(&places.collect::<Vec<_>>())
     }

@@ -16,7 +16,7 @@ pub fn build(spec: &SceneSpec, sources: &Sources, voxel_size_m: f64) -> Result<V
 }
 
 /// [`build`], but of each object that cannot be read it is told what is wrong.
-pub fn build_or_all(
+pub(crate) fn build_or_all(
     spec: &SceneSpec,
     sources: &Sources,
     voxel_size_m: f64,

@@ -75,7 +75,7 @@ impl Gltf {
     ///
     /// # Errors
     /// As [`Gltf::parts`].
-    pub fn whole(&self) -> Result<Mesh> {
+    pub(crate) fn whole(&self) -> Result<Mesh> {
         let mut whole = Mesh::default();
         self.parts(None)?.iter().for_each(|node| whole.append(&node.mesh));
         Ok(whole)

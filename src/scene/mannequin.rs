@@ -61,7 +61,7 @@ pub fn read_keypoints(path: &Path, sources: &Sources) -> Result<Keypoints> {
 ///
 /// # Errors
 /// As there, and when too few joints are known to draw any part of a body.
-pub fn read_person(path: &Path, sources: &Sources) -> Result<Keypoints> {
+pub(crate) fn read_person(path: &Path, sources: &Sources) -> Result<Keypoints> {
     let keypoints = read_keypoints(path, sources)?;
     // The coarsest tessellation tells whether there is any.
     if parts(&keypoints, FARTHEST_M).is_empty() {
@@ -72,7 +72,7 @@ pub fn read_person(path: &Path, sources: &Sources) -> Result<Keypoints> {
 }
 
 /// The joints turned about the origin, then moved, as [`Mesh::transformed`] does with a surface.
-pub fn transformed(keypoints: &Keypoints, rotation: DQuat, translation: DVec3) -> Keypoints {
+pub(crate) fn transformed(keypoints: &Keypoints, rotation: DQuat, translation: DVec3) -> Keypoints {
     keypoints.map(|joint| joint.map(|position| rotation * position + translation))
 }
 
@@ -178,7 +178,7 @@ pub struct Limb {
 
 impl Limb {
     /// How far a place is from the flesh; below zero inside.
-    pub fn away_m(&self, place_m: DVec3) -> f64 {
+    pub(crate) fn away_m(&self, place_m: DVec3) -> f64 {
         let [a, b] = self.ends_m;
         let (along, way) = (b - a, place_m - a);
         let length = along.length_squared();
@@ -189,7 +189,7 @@ impl Limb {
 
 /// The limbs of a person whose joints are known: the head, a ball about the middle of the face's joints, then
 /// the bones.
-pub fn limbs(keypoints: &Keypoints) -> Vec<Limb> {
+pub(crate) fn limbs(keypoints: &Keypoints) -> Vec<Limb> {
     let face: Vec<DVec3> = keypoints[..=EARS[1]].iter().flatten().copied().collect();
     let middle = face.iter().sum::<DVec3>() / face.len().max(1) as f64;
     let head = Limb { part: BodyPart::Head, ends_m: [middle; 2], radius_m: 0.1 };

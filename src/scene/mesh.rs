@@ -11,7 +11,7 @@ impl Mesh {
     ///
     /// # Panics
     /// Past 2^32 vertices, which would need 96 GiB of memory first.
-    pub fn append(&mut self, other: &Mesh) {
+    pub(crate) fn append(&mut self, other: &Mesh) {
         let base = vertex_index(self.vertices.len());
         vertex_index(self.vertices.len() + other.vertices.len());
         self.vertices.extend_from_slice(&other.vertices);
@@ -20,7 +20,7 @@ impl Mesh {
 
     /// The mesh turned about the origin, then moved: a point p becomes `rotation * p + translation`.
     #[must_use]
-    pub fn transformed(mut self, rotation: DQuat, translation: DVec3) -> Mesh {
+    pub(crate) fn transformed(mut self, rotation: DQuat, translation: DVec3) -> Mesh {
         for vertex in &mut self.vertices {
             *vertex = rotation * *vertex + translation;
         }
@@ -29,7 +29,7 @@ impl Mesh {
 
     /// The mesh scaled about the origin, as for a file in millimetres.
     #[must_use]
-    pub fn scaled(mut self, factor: f64) -> Mesh {
+    pub(crate) fn scaled(mut self, factor: f64) -> Mesh {
         for vertex in &mut self.vertices {
             *vertex *= factor;
         }

@@ -52,7 +52,7 @@ pub struct MeshFile {
 
 impl MeshFormat {
     /// The format of a file of this name, if it can be read.
-    pub fn of(path: &Path) -> Option<MeshFormat> {
+    pub(crate) fn of(path: &Path) -> Option<MeshFormat> {
         let ending = path.extension()?.to_string_lossy().to_lowercase();
         match ending.as_str() {
             "glb" | "gltf" => Some(MeshFormat::Gltf),
@@ -69,7 +69,7 @@ impl MeshFile {
     ///
     /// # Errors
     /// Those of [`load_mesh`].
-    pub fn load(&self, sources: &Sources) -> Result<Mesh> {
+    pub(crate) fn load(&self, sources: &Sources) -> Result<Mesh> {
         let (mesh, up) = load_mesh(&self.path, sources)?;
         Ok(z_up(mesh.scaled(self.scale), up.unwrap_or(self.up)))
     }
@@ -80,7 +80,7 @@ impl MeshFile {
 ///
 /// # Errors
 /// When the file cannot be read, is damaged, has no triangle, or its format is not known.
-pub fn load_mesh(path: &Path, sources: &Sources) -> Result<(Mesh, Option<Up>)> {
+pub(crate) fn load_mesh(path: &Path, sources: &Sources) -> Result<(Mesh, Option<Up>)> {
     match MeshFormat::of(path) {
         Some(MeshFormat::Gltf) => Ok((Gltf::load(path, sources)?.whole()?, Some(Up::Z))),
         Some(MeshFormat::Stl) => Ok((stl::load(path, sources)?, None)),

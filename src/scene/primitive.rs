@@ -24,7 +24,7 @@ pub fn cuboid(size: DVec3) -> Mesh {
 
 /// The six inner walls of a room of `size` metres, facing inward. It is closed, but its inside is the
 /// cell and no body.
-pub fn room(size: DVec3) -> Mesh {
+pub(crate) fn room(size: DVec3) -> Mesh {
     let mut mesh = Mesh::default();
     for [a, b, c, d] in FACES {
         mesh.append(&Mesh {
@@ -36,19 +36,19 @@ pub fn room(size: DVec3) -> Mesh {
 }
 
 /// A rectangle in the xy plane, facing up.
-pub fn plane(size: [f64; 2]) -> Mesh {
+pub(crate) fn plane(size: [f64; 2]) -> Mesh {
     let size = DVec3::new(size[0], size[1], 0.0);
     Mesh { vertices: [0, 1, 3, 2].map(|i| corner(size, i)).to_vec(), triangles: vec![[0, 1, 2], [0, 2, 3]] }
 }
 
 /// A sphere; `sag_m` is the largest distance between it and the triangles.
-pub fn sphere(radius: f64, sag_m: f64) -> Mesh {
+pub(crate) fn sphere(radius: f64, sag_m: f64) -> Mesh {
     ellipsoid(DVec3::splat(radius), sag_m)
 }
 
 /// An ellipsoid with these half-axes. It is a stretched unit sphere, and the stretch lengthens no distance by
 /// more than the largest half-axis, which is what keeps within `sag_m`.
-pub fn ellipsoid(radii: DVec3, sag_m: f64) -> Mesh {
+pub(crate) fn ellipsoid(radii: DVec3, sag_m: f64) -> Mesh {
     let around = segments(1.0, sag_m / radii.max_element() / 2.0);
     let mut mesh = revolved(&arc(1.0, around, -FRAC_PI_2, FRAC_PI_2, 0.0), around);
     for vertex in &mut mesh.vertices {
@@ -65,7 +65,7 @@ pub fn cylinder(radius: f64, height: f64, sag_m: f64) -> Mesh {
 }
 
 /// A cylinder about the z axis with round ends; `length` is the distance between the centres of its caps.
-pub fn capsule(radius: f64, length: f64, sag_m: f64) -> Mesh {
+pub(crate) fn capsule(radius: f64, length: f64, sag_m: f64) -> Mesh {
     let around = segments(radius, sag_m / 2.0);
     let mut profile = arc(radius, around, -FRAC_PI_2, 0.0, -length / 2.0);
     let upper = arc(radius, around, 0.0, FRAC_PI_2, length / 2.0);
@@ -75,7 +75,7 @@ pub fn capsule(radius: f64, length: f64, sag_m: f64) -> Mesh {
 }
 
 /// A capsule whose caps are centred at `a` and `b`; a sphere when they coincide.
-pub fn capsule_between(a: DVec3, b: DVec3, radius: f64, sag_m: f64) -> Mesh {
+pub(crate) fn capsule_between(a: DVec3, b: DVec3, radius: f64, sag_m: f64) -> Mesh {
     let length = (b - a).length();
     let turn = match (b - a).try_normalize() {
         Some(z) => {

@@ -106,7 +106,7 @@ pub enum SurfaceSpec {
 
 impl SurfaceSpec {
     /// The glTF file that it is in; only that has nodes with names, and animations.
-    pub fn gltf(&self) -> Option<&MeshFile> {
+    pub(crate) fn gltf(&self) -> Option<&MeshFile> {
         match self {
             SurfaceSpec::Mesh(file) if file.format == MeshFormat::Gltf => Some(file),
             _ => None,

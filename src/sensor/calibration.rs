@@ -21,7 +21,12 @@ const NO_SCENE: u32 = u32::MAX;
 impl Calibration {
     /// Where a sensor truly is that is believed to be somewhere, in one repeat: all indices count in study
     /// order.
-    pub fn true_pose(&self, believed: &Pose, seed: u64, [sensor, candidate, repeat]: [usize; 3]) -> Pose {
+    pub(crate) fn true_pose(
+        &self,
+        believed: &Pose,
+        seed: u64,
+        [sensor, candidate, repeat]: [usize; 3],
+    ) -> Pose {
         let words = [seed as u32, (seed >> 32) as u32, NO_SCENE];
         let draws =
             march::fold(words.into_iter().chain([sensor, candidate, repeat].map(|index| index as u32)));

@@ -26,12 +26,12 @@ impl Camera {
     }
 
     /// Whether a point in the optical frame is in front of the camera and in its image.
-    pub fn sees(&self, point: DVec3) -> bool {
+    pub(crate) fn sees(&self, point: DVec3) -> bool {
         FieldOfView::Image(self.image()).holds(point) == Some(true)
     }
 
     /// How many pixels it has.
-    pub fn pixels(&self) -> u32 {
+    pub(crate) fn pixels(&self) -> u32 {
         self.resolution_px.iter().product()
     }
 

@@ -25,24 +25,24 @@ impl Cost {
     pub const ZERO: Cost = Cost { thousandths: 0 };
 
     /// An amount from 0 to 1,000,000,000 with at most three digits after the point; `None` of any other.
-    pub fn new(amount: f64) -> Option<Cost> {
+    pub(crate) fn new(amount: f64) -> Option<Cost> {
         let thousandths = (amount * 1e3).round();
         let fits = (0.0..=MOST).contains(&amount) && (thousandths / 1e3 == amount);
         fits.then_some(Cost { thousandths: thousandths as u64 })
     }
 
     /// From thousandths.
-    pub fn from_thousandths(thousandths: u64) -> Cost {
+    pub(crate) fn from_thousandths(thousandths: u64) -> Cost {
         Cost { thousandths }
     }
 
     /// In thousandths.
-    pub fn thousandths(self) -> u64 {
+    pub(crate) fn thousandths(self) -> u64 {
         self.thousandths
     }
 
     /// The sum of both.
-    pub fn plus(self, other: Cost) -> Cost {
+    pub(crate) fn plus(self, other: Cost) -> Cost {
         Cost { thousandths: self.thousandths + other.thousandths }
     }
 }

@@ -26,7 +26,7 @@ pub enum FieldOfView {
 impl FieldOfView {
     /// The field of rings of rays: from half a step before the first angle to half a step behind the last, on
     /// both axes. What has one angle only is as thick as the step of the other axis.
-    pub fn of_rings(azimuths_rad: &[f64], elevations_rad: &[f64]) -> FieldOfView {
+    pub(crate) fn of_rings(azimuths_rad: &[f64], elevations_rad: &[f64]) -> FieldOfView {
         let [azimuths, elevations] = [azimuths_rad, elevations_rad].map(|angles| {
             let mut angles = angles.to_vec();
             angles.sort_by(f64::total_cmp);
@@ -57,7 +57,7 @@ impl FieldOfView {
 
     /// At most so many unit directions in it (one at least), evenly spread; none where only the spacing of
     /// the rays is known.
-    pub fn some(&self, most: usize) -> Vec<DVec3> {
+    pub(crate) fn some(&self, most: usize) -> Vec<DVec3> {
         let grid = |columns: usize, rows: usize, towards: &dyn Fn(f64, f64) -> DVec3| {
             let middle = |i: usize, of: usize| (i as f64 + 0.5) / of as f64;
             let each =
@@ -87,7 +87,7 @@ impl FieldOfView {
     }
 
     /// Whether a direction of any length lies in it; `None` where only the spacing of the rays can tell.
-    pub fn holds(&self, direction: DVec3) -> Option<bool> {
+    pub(crate) fn holds(&self, direction: DVec3) -> Option<bool> {
         match self {
             FieldOfView::Image(image) => Some(
                 direction.z > 0.0 && {

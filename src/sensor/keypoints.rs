@@ -51,7 +51,7 @@ pub struct KeypointCamera<'a> {
 }
 
 /// What a camera detects of each person of a scene, in the order of the scene's objects.
-pub fn detect(eye: &KeypointCamera, at: &Station) -> Vec<Detected> {
+pub(crate) fn detect(eye: &KeypointCamera, at: &Station) -> Vec<Detected> {
     let nobody = [None; JOINTS.len()];
     humans(at.truth)
         .zip(0u32..)
@@ -71,7 +71,7 @@ pub(super) fn humans(truth: &Truth) -> impl Iterator<Item = &ObjectVoxels> {
 }
 
 /// Why keypoints cannot be asked for in a scene.
-pub fn check(at: &Station) -> Result<(), Issue> {
+pub(crate) fn check(at: &Station) -> Result<(), Issue> {
     match humans(at.truth).find(|human| human.keypoints.is_none()) {
         None => Ok(()),
         Some(human) => Err(Issue::says(format!("needs keypoints, and human {:?} has none", human.name))
@@ -112,6 +112,6 @@ fn seen(
 }
 
 /// How many joints of a person are detected.
-pub fn count(detected: &Detected) -> usize {
+pub(crate) fn count(detected: &Detected) -> usize {
     detected.iter().flatten().count()
 }

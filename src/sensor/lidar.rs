@@ -52,14 +52,14 @@ pub struct ProtectiveField {
 }
 
 /// ⌈span/step − 1e-9⌉ angles start + i · step, as many as a scan of `span` holds without its end.
-pub fn angles(start: f64, span: f64, step: f64) -> Vec<f64> {
+pub(crate) fn angles(start: f64, span: f64, step: f64) -> Vec<f64> {
     let count = (span / step - 1e-9).ceil().max(0.0) as usize;
     (0..count).map(|i| start + i as f64 * step).collect()
 }
 
 impl Lidar {
     /// Directions in the LIDAR's frame (z is the spin axis, x azimuth 0), column by column.
-    pub fn dirs_q15(&self) -> Vec<[i32; 3]> {
+    pub(crate) fn dirs_q15(&self) -> Vec<[i32; 3]> {
         let mut dirs = Vec::with_capacity(self.azimuths_rad.len() * self.elevations_rad.len());
         for &azimuth in &self.azimuths_rad {
             let (sin_azimuth, cos_azimuth) = libm::sincos(azimuth);

@@ -27,14 +27,14 @@ pub struct Way {
 
 impl Way {
     /// Of a ray of a table.
-    pub fn of(from: &GridPose, dir_q15: [i32; 3]) -> Way {
+    pub(crate) fn of(from: &GridPose, dir_q15: [i32; 3]) -> Way {
         let way = |from: &GridPose| from.axis_q15.map(|axis| march::direction_q16(axis, dir_q15));
         Way { truly_q16: way(&from.caster()), believed_q16: way(from) }
     }
 }
 
 /// Casts a ray with the gates and the noise of a table, as ray number `ray` of it.
-pub fn look(blockers: &BitGrid, rays: &Rays, from: &GridPose, way: Way, ray: u32) -> Option<Return> {
+pub(crate) fn look(blockers: &BitGrid, rays: &Rays, from: &GridPose, way: Way, ray: u32) -> Option<Return> {
     let (gates, size) = (&rays.gates, blockers.window().size);
     let inside = |crossing: &march::Crossing| {
         crossing.t_q16 <= gates.range_max_q16 && blockers.window().contains(crossing.voxel)
@@ -59,7 +59,7 @@ pub fn look(blockers: &BitGrid, rays: &Rays, from: &GridPose, way: Way, ray: u32
 }
 
 /// All returns of a table from a placement.
-pub fn returns<'a>(
+pub(crate) fn returns<'a>(
     blockers: &'a BitGrid,
     rays: &'a Rays,
     from: &'a GridPose,

@@ -296,18 +296,18 @@ pub struct Station<'a> {
 
 impl Station<'_> {
     /// Where the sensor is; the world's origin if it has no pose.
-    pub fn pose(&self) -> Pose {
+    pub(crate) fn pose(&self) -> Pose {
         self.setting.pose()
     }
 
     /// Where a sensor of some kind is, as integers.
-    pub fn placement(&self, kind: &dyn Kind) -> GridPose {
+    pub(crate) fn placement(&self, kind: &dyn Kind) -> GridPose {
         let truly = self.truly.map(|pose| standpoint(kind, &pose, &self.truth.grid));
         GridPose { truly, ..placement(kind, &self.pose(), &self.truth.grid, self.draws) }
     }
 
     /// The same candidate, looked at over the whole grid.
-    pub fn everywhere(&self) -> Self {
+    pub(crate) fn everywhere(&self) -> Self {
         Station { window: self.truth.grid.window(), ..*self }
     }
 }
@@ -337,7 +337,7 @@ fn switched(at: &Station, volume: BitGrid, on: bool, otherwise_free: bool, felt:
 }
 
 /// A pose as integers. The position must lie in the grid.
-pub fn standpoint(kind: &dyn Kind, pose: &Pose, grid: &Grid) -> GridFrame {
+pub(crate) fn standpoint(kind: &dyn Kind, pose: &Pose, grid: &Grid) -> GridFrame {
     let rotation = kind.frame(pose);
     let row = |r: usize| std::array::from_fn(|a| quantise_q15(rotation.col(a)[r]));
     GridFrame {
@@ -353,13 +353,13 @@ pub fn placement(kind: &dyn Kind, pose: &Pose, grid: &Grid, draws: u32) -> GridP
 }
 
 /// The hash of the words before the ray: all indices count in study order.
-pub fn draws(seed: u64, [scene, snapshot, sensor, pose, repeat]: [usize; 5]) -> u32 {
+pub(crate) fn draws(seed: u64, [scene, snapshot, sensor, pose, repeat]: [usize; 5]) -> u32 {
     let seed = [seed as u32, (seed >> 32) as u32];
     march::fold(seed.into_iter().chain([scene, snapshot, sensor, pose, repeat].map(|index| index as u32)))
 }
 
 /// A component of a unit vector in Q15, ties away from zero: −32768 to 32768.
-pub fn quantise_q15(value: f64) -> i32 {
+pub(crate) fn quantise_q15(value: f64) -> i32 {
     (value * 32_768.0).round() as i32
 }
 

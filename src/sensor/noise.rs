@@ -31,13 +31,13 @@ impl Deviation {
     }
 
     /// The same in 1/65536 voxels, at most [`MAX_STD_VOXELS`].
-    pub fn at_q16(&self, t_m: f64, voxel_size_m: f64) -> u32 {
+    pub(crate) fn at_q16(&self, t_m: f64, voxel_size_m: f64) -> u32 {
         length_q16(self.at_m(t_m), voxel_size_m).clamp(0, MAX_STD_VOXELS * ONE_Q16) as u32
     }
 }
 
 /// What chance does to the returns of a sensor with this range in voxels.
-pub fn noise(deviation: &Deviation, dropout: f64, range_voxels: u32, voxel_size_m: f64) -> Noise {
+pub(crate) fn noise(deviation: &Deviation, dropout: f64, range_voxels: u32, voxel_size_m: f64) -> Noise {
     let middle_m = |voxels: u32| (f64::from(voxels) + 0.5) * voxel_size_m;
     let std_q16: Vec<u32> =
         (0..=range_voxels).map(|voxels| deviation.at_q16(middle_m(voxels), voxel_size_m)).collect();
@@ -50,7 +50,7 @@ pub fn noise(deviation: &Deviation, dropout: f64, range_voxels: u32, voxel_size_
 }
 
 /// [`NOISE_STEPS`] deviations round(2¹² · Φ⁻¹((u + ½) / steps)), rising.
-pub fn unit_q12() -> &'static [i32] {
+pub(crate) fn unit_q12() -> &'static [i32] {
     static UNIT: LazyLock<Vec<i32>> = LazyLock::new(|| {
         let share = |u: u32| (f64::from(u) + 0.5) / f64::from(NOISE_STEPS);
         (0..NOISE_STEPS).map(|u| (4096.0 * normal_quantile(share(u))).round() as i32).collect()

@@ -24,7 +24,7 @@ pub struct Prism {
 
 impl Prism {
     /// The box between two corners.
-    pub fn between(min_m: DVec3, max_m: DVec3) -> Self {
+    pub(crate) fn between(min_m: DVec3, max_m: DVec3) -> Self {
         let corner = |x: f64, y: f64| DVec2::new(x, y);
         let polygon_m = vec![
             corner(min_m.x, min_m.y),
@@ -47,7 +47,7 @@ impl Prism {
     }
 
     /// Corners in the grid, in 1/65536 voxels.
-    pub fn corners_q16(&self, pose: &Pose, grid: &Grid) -> Vec<[i64; 2]> {
+    pub(crate) fn corners_q16(&self, pose: &Pose, grid: &Grid) -> Vec<[i64; 2]> {
         let place = |corner: DVec3| {
             let [x, y, _] = grid.position_q16(corner);
             [x, y]
@@ -56,12 +56,12 @@ impl Prism {
     }
 
     /// Where it stands: corners in world metres, at its lowest height.
-    pub fn footprint_m(&self, pose: &Pose) -> Vec<DVec3> {
+    pub(crate) fn footprint_m(&self, pose: &Pose) -> Vec<DVec3> {
         self.corners_m(pose).map(|corner| corner + DVec3::Z * self.z_m[0]).collect()
     }
 
     /// The voxels of a window whose centre lies inside, half-open; over the part of it that holds them.
-    pub fn voxels(&self, pose: &Pose, grid: &Grid, window: Window) -> BitGrid {
+    pub(crate) fn voxels(&self, pose: &Pose, grid: &Grid, window: Window) -> BitGrid {
         self.layers(pose, grid, window, self.layers_of(pose, grid))
     }
 
@@ -72,14 +72,14 @@ impl Prism {
     }
 
     /// The layers from `first` to the prism's top.
-    pub fn layers_above(&self, pose: &Pose, grid: &Grid, first: i64) -> Range<i64> {
+    pub(crate) fn layers_above(&self, pose: &Pose, grid: &Grid, first: i64) -> Range<i64> {
         let top_q16 = grid.position_q16(pose.position_m)[2] + length_q16(self.z_m[1], grid.voxel_size_m);
         first..first_centre(top_q16)
     }
 
     /// The voxels of a window above the polygon, in these layers of the grid; over the part of it that holds
     /// them.
-    pub fn layers(&self, pose: &Pose, grid: &Grid, window: Window, layers: Range<i64>) -> BitGrid {
+    pub(crate) fn layers(&self, pose: &Pose, grid: &Grid, window: Window, layers: Range<i64>) -> BitGrid {
         let within = |z: i64| z.clamp(-1, i64::from(i16::MAX)) as i32;
         let (corners, layers) = (self.corners_q16(pose, grid), within(layers.start)..within(layers.end));
         let around = corners.iter().map(|&[x, y]| {
@@ -93,7 +93,7 @@ impl Prism {
     }
 
     /// Whether some voxel of the grid is inside.
-    pub fn check(&self, pose: &Pose, grid: &Grid) -> Result<(), Issue> {
+    pub(crate) fn check(&self, pose: &Pose, grid: &Grid) -> Result<(), Issue> {
         // All layers have the same voxels.
         let mut layers = self.layers_of(pose, grid);
         layers = layers.start.max(0)..layers.end.min(grid.size[2].into());
@@ -107,7 +107,7 @@ impl Prism {
     }
 
     /// Whether the polygon lies over the grid as a whole.
-    pub fn is_over(&self, pose: &Pose, grid: &Grid) -> bool {
+    pub(crate) fn is_over(&self, pose: &Pose, grid: &Grid) -> bool {
         let inside =
             |corner: &[i64; 2]| (0..2).all(|a| (0..=i64::from(grid.size[a]) * ONE_Q16).contains(&corner[a]));
         self.corners_q16(pose, grid).iter().all(inside)

@@ -27,7 +27,7 @@ pub struct Range {
 
 impl Range {
     /// What ends its rays, in voxels.
-    pub fn gates(&self, scale: &Scale) -> Gates {
+    pub(crate) fn gates(&self, scale: &Scale) -> Gates {
         let range_q16 =
             |metres| length_q16(metres, scale.voxel_size_m).clamp(0, (MAX_RANGE_VOXELS as i64) << 16) as u32;
         Gates {
@@ -40,7 +40,7 @@ impl Range {
     }
 
     /// A table of rays in these directions.
-    pub fn rays(&self, dirs_q15: Vec<[i32; 3]>, scale: &Scale) -> Rays {
+    pub(crate) fn rays(&self, dirs_q15: Vec<[i32; 3]>, scale: &Scale) -> Rays {
         let gates = self.gates(scale);
         let voxels = gates.range_max_q16 >> 16;
         let noise = noise::noise(&self.noise, self.dropout, voxels, scale.voxel_size_m);
@@ -48,12 +48,12 @@ impl Range {
     }
 
     /// Whether chance does something to what it says.
-    pub fn is_noisy(&self) -> bool {
+    pub(crate) fn is_noisy(&self) -> bool {
         self.noise != Deviation::NONE || self.dropout > 0.0 || self.calibration.is_some()
     }
 
     /// The same without chance.
-    pub fn without_noise(self) -> Self {
+    pub(crate) fn without_noise(self) -> Self {
         Range { noise: Deviation::NONE, dropout: 0.0, calibration: None, ..self }
     }
 }

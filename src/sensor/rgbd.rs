@@ -46,7 +46,7 @@ pub enum KeypointShape {
 
 impl KeypointShape {
     /// Its name in studies and tables.
-    pub fn name(&self) -> &'static str {
+    pub(crate) fn name(&self) -> &'static str {
         match self {
             KeypointShape::Points => "points",
             KeypointShape::Spheres { .. } => "spheres",

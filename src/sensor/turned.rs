@@ -22,7 +22,7 @@ pub struct Turned {
 impl Turned {
     /// Of a pose. What looks straight up or down is panned only: pan 0 has the top of its picture towards
     /// world x.
-    pub fn of(pose: &Pose) -> Turned {
+    pub(crate) fn of(pose: &Pose) -> Turned {
         let link = pose.link();
         let (forward, right) = (link.x_axis, -link.y_axis);
         let vertical = libm::hypot(forward.x, forward.y) < VERTICAL;

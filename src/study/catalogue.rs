@@ -46,7 +46,7 @@ impl Stereo {
     /// The standard deviation of depth, in metres for a square metre of distance: subpixel / (focal length *
     /// baseline), to four digits. From z = f b / d, an error of the disparity d becomes one of z * z / (f b)
     /// times as much.
-    pub fn per_m2(&self, fov_deg: f64, pixels: f64) -> f64 {
+    pub(crate) fn per_m2(&self, fov_deg: f64, pixels: f64) -> f64 {
         let focal_px = pixels / 2.0 / libm::tan(fov_deg.to_radians() / 2.0);
         let exact = self.subpixel_px / (focal_px * self.baseline_m);
         let digits = 10f64.powi(3 - exact.log10().floor() as i32);
@@ -102,7 +102,7 @@ pub fn models() -> &'static [DeviceModel] {
 
 /// What a study says once its models are written out, as the keys `sensor` of it; for the fingerprint, which
 /// a model whose values change must change.
-pub fn written_out(mut study: Table) -> Table {
+pub(crate) fn written_out(mut study: Table) -> Table {
     let sensors = study.get_mut("sensor").and_then(Value::as_array_mut);
     for sensor in sensors.into_iter().flatten().filter_map(Value::as_table_mut) {
         if let Some(model) = sensor.get("model").and_then(Value::as_str).and_then(find) {

@@ -95,7 +95,7 @@ pub enum Across {
 
 impl Across {
     /// As in a study.
-    pub fn name(self) -> &'static str {
+    pub(crate) fn name(self) -> &'static str {
         match self {
             Across::Pooled => "pooled",
             Across::Worst => "worst",

@@ -34,7 +34,7 @@ pub struct Contender {
 
 impl Contender {
     /// What all others are held against.
-    pub fn oracle() -> Self {
+    pub(crate) fn oracle() -> Self {
         Contender { name: "oracle, 1 thread".into(), backend: Box::new(Oracle::default()), threads: 1 }
     }
 }

@@ -105,7 +105,7 @@ impl Verdict {
         [Verdict::Tp, Verdict::Fp, Verdict::Fn, Verdict::Tn, Verdict::Uo, Verdict::Uf];
 
     /// As in the columns of results.csv.
-    pub fn name(self) -> &'static str {
+    pub(crate) fn name(self) -> &'static str {
         ["tp", "fp", "fn", "tn", "uo", "uf"][self as usize]
     }
 }
@@ -171,7 +171,7 @@ impl<'a> View<'a> {
     }
 
     /// What the label of a voxel of the grid is worth.
-    pub fn verdict(&self, voxel: [i32; 3]) -> Verdict {
+    pub(crate) fn verdict(&self, voxel: [i32; 3]) -> Verdict {
         let is_there = self.truth.occupied.get(voxel);
         match (self.labels.occupied.get(voxel), self.labels.free.get(voxel)) {
             (true, _) if is_there => Verdict::Tp,
@@ -184,7 +184,7 @@ impl<'a> View<'a> {
     }
 
     /// The voxels of the grid with this verdict.
-    pub fn voxels(&self, verdict: Verdict) -> BitGrid {
+    pub(crate) fn voxels(&self, verdict: Verdict) -> BitGrid {
         let grid = self.world.grid.window();
         let Planes { occupied, free, .. } = &self.labels;
         let truth = &*self.truth.occupied;
@@ -205,7 +205,7 @@ impl<'a> View<'a> {
     }
 
     /// The counts in a region, as a sweep has them.
-    pub fn counts(&self, region: usize) -> Confusion {
+    pub(crate) fn counts(&self, region: usize) -> Confusion {
         let of_region = &*self.world.regions[region].voxels;
         let truth = &self.truth;
         let count = |verdict: Verdict, of: Option<&BitGrid>| {

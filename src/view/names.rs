@@ -21,7 +21,7 @@ pub struct ChoiceNames<'a> {
 /// results.csv, or spelled another way (`South wall/2/0` for `south-wall/2/0`); of a sensor that is scored
 /// alone, the pose's own name will do. Several combinations may have such a choice. An unknown name is an
 /// [`Error::Input`] that names the nearest.
-pub fn find_choices(
+pub(crate) fn find_choices(
     all: &[ChoiceNames],
     poses: &str,
     combination: Option<&str>,
@@ -61,7 +61,7 @@ pub fn find_choices(
 }
 
 /// The error of a name that is not there.
-pub fn unknown(argument: Argument, name: Option<&str>, known: &[impl AsRef<str>]) -> Error {
+pub(crate) fn unknown(argument: Argument, name: Option<&str>, known: &[impl AsRef<str>]) -> Error {
     Issue::unknown(known).at(Site::Argument(argument, name.unwrap_or_default().into())).into()
 }
 

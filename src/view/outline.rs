@@ -24,7 +24,7 @@ pub struct Outline {
 
 impl View<'_> {
     /// The figure of a sensor; `None` if it stands nowhere, or is [`View::grounds`].
-    pub fn outline(&self, member: &SensorView) -> Option<Outline> {
+    pub(crate) fn outline(&self, member: &SensorView) -> Option<Outline> {
         let kind = &self.study.sensors[member.sensor].kind;
         if !kind.prisms().is_empty() {
             return None;
@@ -48,7 +48,7 @@ impl View<'_> {
 
     /// The ground below what a pad or a gate watches, each as its corners in world metres; none for other
     /// sensors.
-    pub fn grounds(&self, member: &SensorView) -> Vec<Vec<DVec3>> {
+    pub(crate) fn grounds(&self, member: &SensorView) -> Vec<Vec<DVec3>> {
         let pose = self.world.settings[member.sensor][member.candidate].pose();
         let prisms = self.study.sensors[member.sensor].kind.prisms();
         prisms.into_iter().map(|prism| prism.footprint_m(&pose)).collect()

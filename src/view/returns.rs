@@ -21,7 +21,7 @@ pub struct ReturnPoint {
 
 impl View<'_> {
     /// The returns of a sensor's rays, in ray order; none if it casts none.
-    pub fn returns(&self, member: &SensorView) -> Vec<ReturnPoint> {
+    pub(crate) fn returns(&self, member: &SensorView) -> Vec<ReturnPoint> {
         let (Some(cast), Some(rays)) = (&member.cast, &ray_table(self.study, member.sensor)) else {
             return Vec::new();
         };

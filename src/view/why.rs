@@ -97,7 +97,7 @@ impl Reason {
     ];
 
     /// As in the column `reason` of reasons.csv.
-    pub fn name(self) -> &'static str {
+    pub(crate) fn name(self) -> &'static str {
         match self {
             Reason::OutOfView => "out_of_view",
             Reason::OutOfRange => "out_of_range",
@@ -112,7 +112,7 @@ impl Reason {
     }
 
     /// Whether some sensor watches the voxel all the same: what the paper calls monitored, but occluded.
-    pub fn is_monitored(self) -> bool {
+    pub(crate) fn is_monitored(self) -> bool {
         !matches!(self, Reason::OutOfView | Reason::OutOfRange | Reason::BetweenRays)
     }
 }
@@ -150,7 +150,7 @@ pub struct CauseTally {
 
 impl CauseTally {
     /// Occupied and free.
-    pub fn voxels(&self) -> u64 {
+    pub(crate) fn voxels(&self) -> u64 {
         self.occupied + self.free
     }
 }
@@ -158,7 +158,7 @@ impl CauseTally {
 impl View<'_> {
     /// Why those of some voxels that are unknown are so: each cause that there is, in their order, with its
     /// voxels.
-    pub fn why(&self, of: &BitGrid) -> Vec<Missed> {
+    pub(crate) fn why(&self, of: &BitGrid) -> Vec<Missed> {
         let mut unknown = of.clone();
         unknown.remove(&self.labels.occupied);
         unknown.remove(&self.labels.free);
@@ -178,7 +178,7 @@ impl View<'_> {
     }
 
     /// How many of the missed voxels lie in a region; together, as many as are unknown there.
-    pub fn tally(&self, missed: &[Missed], region: usize) -> Vec<CauseTally> {
+    pub(crate) fn tally(&self, missed: &[Missed], region: usize) -> Vec<CauseTally> {
         let truth = &self.truth;
         let of = |Missed { cause, voxels }: &Missed| {
             let mut inside = voxels.clone();
@@ -193,7 +193,7 @@ impl View<'_> {
     }
 
     /// The name of the object to blame.
-    pub fn object(&self, cause: &Cause) -> Option<&str> {
+    pub(crate) fn object(&self, cause: &Cause) -> Option<&str> {
         cause.object.map(|index| self.truth.objects[index].name.as_str())
     }
 }

@@ -22,7 +22,7 @@ impl BitGrid {
     }
 
     /// A plane of no voxels, which says nothing of any.
-    pub fn nowhere() -> Self {
+    pub(crate) fn nowhere() -> Self {
         BitGrid::new(Window::between([0; 3], [-1; 3]))
     }
 
@@ -37,7 +37,7 @@ impl BitGrid {
     }
 
     /// A plane from words laid out as [`BitGrid::words`]; `None` if their number does not fit the window.
-    pub fn from_words(window: Window, words: Vec<u32>) -> Option<Self> {
+    pub(crate) fn from_words(window: Window, words: Vec<u32>) -> Option<Self> {
         let blank = BitGrid::new(window);
         (blank.words.len() == words.len()).then_some(BitGrid { words, ..blank })
     }
@@ -48,23 +48,23 @@ impl BitGrid {
     }
 
     /// Words in a row of x: ⌈size x / 32⌉.
-    pub fn words_per_row(&self) -> u32 {
+    pub(crate) fn words_per_row(&self) -> u32 {
         self.words_per_row
     }
 
     /// The words: bit x & 31 of word (z · size y + y) · words per row + (x >> 5), x, y, z from the window's
     /// corner.
-    pub fn words(&self) -> &[u32] {
+    pub(crate) fn words(&self) -> &[u32] {
         &self.words
     }
 
     /// The words, to be changed; padding bits must stay zero.
-    pub fn words_mut(&mut self) -> &mut [u32] {
+    pub(crate) fn words_mut(&mut self) -> &mut [u32] {
         &mut self.words
     }
 
     /// Index of a voxel's bit, counting 32 bits a word, or `None` outside the window.
-    pub fn bit_index(&self, voxel: [i32; 3]) -> Option<usize> {
+    pub(crate) fn bit_index(&self, voxel: [i32; 3]) -> Option<usize> {
         if !self.window.contains(voxel) {
             return None;
         }
@@ -109,7 +109,7 @@ impl BitGrid {
     }
 
     /// The smallest window that holds every set voxel; empty if none is set.
-    pub fn bounds(&self) -> Window {
+    pub(crate) fn bounds(&self) -> Window {
         let nowhere = Window::between([0; 3], [-1; 3]);
         let (min, end) = (self.window.min, self.window.end());
         let rows = (min[2]..end[2]).flat_map(|z| (min[1]..end[1]).map(move |y| [y, z]));
@@ -125,7 +125,7 @@ impl BitGrid {
     }
 
     /// The same bits over the smallest window that holds them.
-    pub fn trimmed(&self) -> BitGrid {
+    pub(crate) fn trimmed(&self) -> BitGrid {
         self.over(self.bounds())
     }
 
@@ -245,7 +245,7 @@ impl BitGrid {
     }
 
     /// Every set voxel of a box.
-    pub fn each_in(&self, part: &Window, mut see: impl FnMut([i32; 3])) {
+    pub(crate) fn each_in(&self, part: &Window, mut see: impl FnMut([i32; 3])) {
         self.words_in(part, |first, y, z, word| {
             bits_of(word).for_each(|b| see([first + b as i32, y, z]));
             true
@@ -253,7 +253,7 @@ impl BitGrid {
     }
 
     /// Whether any voxel of a box is set.
-    pub fn any_in(&self, part: &Window) -> bool {
+    pub(crate) fn any_in(&self, part: &Window) -> bool {
         !self.words_in(part, |_, _, _, word| word == 0)
     }
 
@@ -278,14 +278,14 @@ impl BitGrid {
     }
 
     /// The words of one row along x, which must lie in the window.
-    pub fn row(&self, y: i32, z: i32) -> &[u32] {
+    pub(crate) fn row(&self, y: i32, z: i32) -> &[u32] {
         let start = self.row_start(y, z);
         &self.words[start..start + self.words_per_row as usize]
     }
 
     /// Sets the voxels of a row that are set in the row of a plane with the same x; nothing outside the
     /// window.
-    pub fn add_row(&mut self, y: i32, z: i32, words: &[u32]) {
+    pub(crate) fn add_row(&mut self, y: i32, z: i32, words: &[u32]) {
         if self.window.contains([self.window.min[0], y, z]) {
             let start = self.row_start(y, z);
             self.words[start..].iter_mut().zip(words).for_each(|(to, from)| *to |= from);
@@ -299,7 +299,7 @@ impl BitGrid {
     }
 
     /// Sets both neighbours along x of every voxel that is set, inside the window.
-    pub fn spread_x(&mut self) {
+    pub(crate) fn spread_x(&mut self) {
         let Some(last) = (self.words_per_row as usize).checked_sub(1) else { return };
         let valid = last_bits(self.window.size[0]);
         for row in self.words.chunks_exact_mut(last + 1) {

@@ -33,7 +33,7 @@ impl Bricks {
     pub const FAR: u8 = u8::MAX;
 
     /// The bricks of a plane over a grid; voxels outside the plane count as empty.
-    pub fn new(blockers: &BitGrid) -> Self {
+    pub(crate) fn new(blockers: &BitGrid) -> Self {
         let mut grown = occupied(blockers);
         let size = grown.window().size;
         let mut reach = vec![Self::FAR; size.iter().map(|&n| n as usize).product()];
@@ -49,23 +49,24 @@ impl Bricks {
     }
 
     /// Bricks on each axis of a grid of so many voxels.
-    pub fn size_of(voxels: [u32; 3]) -> [u32; 3] {
+    pub(crate) fn size_of(voxels: [u32; 3]) -> [u32; 3] {
         voxels.map(|n| n.div_ceil(Self::EDGE))
     }
 
     /// Bricks on each axis.
-    pub fn size(&self) -> [u32; 3] {
+    #[cfg(test)]
+    pub(crate) fn size(&self) -> [u32; 3] {
         self.size
     }
 
     /// For each brick, x fastest, then y, then z: the chessboard distance in bricks to the nearest brick that
     /// holds a blocker, 0 in one that does; [`Bricks::FAR`] for any distance from there on.
-    pub fn reach(&self) -> &[u8] {
+    pub(crate) fn reach(&self) -> &[u8] {
         &self.reach
     }
 
     /// The reach of the brick that holds a voxel of the grid.
-    pub fn reach_at(&self, voxel: [i32; 3]) -> u32 {
+    pub(crate) fn reach_at(&self, voxel: [i32; 3]) -> u32 {
         let [x, y, z] = voxel.map(|c| c as usize >> Self::EDGE_LOG2);
         self.reach[(z * self.size[1] as usize + y) * self.size[0] as usize + x] as u32
     }

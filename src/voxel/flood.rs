@@ -5,7 +5,7 @@ use super::bits::BitGrid;
 
 /// The voxels of `open` that a path through faces of open voxels joins to a seed; seeds count if they are
 /// open. Both planes cover the same window.
-pub fn flood(open: &BitGrid, seeds: &BitGrid) -> BitGrid {
+pub(crate) fn flood(open: &BitGrid, seeds: &BitGrid) -> BitGrid {
     let [_, ny, nz] = open.window().size.map(|n| n as usize);
     let row = open.words_per_row() as usize;
     let mut reached = seeds.clone();
@@ -70,7 +70,7 @@ fn along(mut word: u32, mut open: u32, shift: impl Fn(u32, u32) -> u32) -> u32 {
 }
 
 /// The voxels without surface that no path through faces reaches from outside the window.
-pub fn enclosed(surface: &BitGrid) -> BitGrid {
+pub(crate) fn enclosed(surface: &BitGrid) -> BitGrid {
     let window = surface.window();
     let mut around = window;
     around.min = around.min.map(|m| m - 1);

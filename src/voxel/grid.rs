@@ -16,13 +16,13 @@ pub const FARTHEST_VOXEL: i64 = 1 << 20;
 
 /// A length in metres as 1/65536 voxels, ties away from zero. All floors and comparisons come after this.
 /// Saturates at ± [`FARTHEST_VOXEL`], which no grid reaches; NaN becomes 0 (loaders refuse it).
-pub fn length_q16(metres: f64, voxel_size_m: f64) -> i64 {
+pub(crate) fn length_q16(metres: f64, voxel_size_m: f64) -> i64 {
     let farthest = (FARTHEST_VOXEL * ONE_Q16) as f64;
     (metres / voxel_size_m * ONE_Q16 as f64).round().clamp(-farthest, farthest) as i64
 }
 
 /// A point in metres as 1/65536 voxels on each axis.
-pub fn point_q16(metres: DVec3, voxel_size_m: f64) -> [i64; 3] {
+pub(crate) fn point_q16(metres: DVec3, voxel_size_m: f64) -> [i64; 3] {
     metres.to_array().map(|value| length_q16(value, voxel_size_m))
 }
 
@@ -58,19 +58,19 @@ impl Window {
     }
 
     /// Whether a voxel lies in the window.
-    pub fn contains(&self, voxel: [i32; 3]) -> bool {
+    pub(crate) fn contains(&self, voxel: [i32; 3]) -> bool {
         (0..3).all(|r| voxel[r] >= self.min[r] && voxel[r] < self.end()[r])
     }
 
     /// What two windows share.
-    pub fn intersection(&self, other: &Window) -> Window {
+    pub(crate) fn intersection(&self, other: &Window) -> Window {
         let min: [i32; 3] = std::array::from_fn(|r| self.min[r].max(other.min[r]));
         let size = std::array::from_fn(|r| (self.end()[r].min(other.end()[r]) - min[r]).max(0) as u32);
         Window { min, size }
     }
 
     /// The smallest window that holds both; an empty one adds nothing.
-    pub fn union(&self, other: &Window) -> Window {
+    pub(crate) fn union(&self, other: &Window) -> Window {
         if self.is_empty() {
             return *other;
         }
@@ -83,7 +83,7 @@ impl Window {
     }
 
     /// The window with so many voxels more on each side; an empty one stays empty.
-    pub fn grown(&self, by: i32) -> Window {
+    pub(crate) fn grown(&self, by: i32) -> Window {
         if self.is_empty() {
             return *self;
         }
@@ -91,7 +91,7 @@ impl Window {
     }
 
     /// The same voxels counted from another origin.
-    pub fn moved(&self, by: [i32; 3]) -> Window {
+    pub(crate) fn moved(&self, by: [i32; 3]) -> Window {
         Window { min: std::array::from_fn(|r| self.min[r] + by[r]), size: self.size }
     }
 }

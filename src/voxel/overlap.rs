@@ -16,19 +16,19 @@ pub type Corner = [i64; 3];
 /// A world position rounded to 1/256 voxel and moved by 1/512, so that no corner lies on a voxel's boundary:
 /// a wall on a boundary fills the upper layer, once. `None` beyond [`FARTHEST_VOXEL`], where products would
 /// overflow.
-pub fn corner(metres: DVec3, voxel_size_m: f64) -> Option<Corner> {
+pub(crate) fn corner(metres: DVec3, voxel_size_m: f64) -> Option<Corner> {
     let scaled = metres.to_array().map(|x| (x / voxel_size_m * 256.0).round());
     let farthest = (FARTHEST_VOXEL * 256) as f64;
     scaled.iter().all(|x| x.abs() < farthest).then(|| scaled.map(|x| 2 * x as i64 + 1))
 }
 
 /// The voxel that holds a corner, as a world key.
-pub fn key_of(corner: Corner) -> [i32; 3] {
+pub(crate) fn key_of(corner: Corner) -> [i32; 3] {
     corner.map(|x| x.div_euclid(VOXEL) as i32)
 }
 
 /// The world keys of all voxels that hold a corner, from the lowest to the highest, both included.
-pub fn extent<'a>(corners: impl IntoIterator<Item = &'a Corner>) -> Window {
+pub(crate) fn extent<'a>(corners: impl IntoIterator<Item = &'a Corner>) -> Window {
     corners
         .into_iter()
         .map(|&c| Window::between(key_of(c), key_of(c)))
@@ -36,7 +36,7 @@ pub fn extent<'a>(corners: impl IntoIterator<Item = &'a Corner>) -> Window {
 }
 
 /// Whether each edge, corners welded on the lattice, is walked equally often in both directions.
-pub fn is_watertight(triangles: impl IntoIterator<Item = [Corner; 3]>) -> bool {
+pub(crate) fn is_watertight(triangles: impl IntoIterator<Item = [Corner; 3]>) -> bool {
     let mut balance: HashMap<(Corner, Corner), i64> = HashMap::new();
     for corners in triangles {
         for e in 0..3 {
@@ -52,7 +52,7 @@ pub fn is_watertight(triangles: impl IntoIterator<Item = [Corner; 3]>) -> bool {
 }
 
 /// Calls `emit` with the world key of every voxel of `window` that the triangle meets.
-pub fn triangle_voxels(triangle: &[Corner; 3], window: &Window, mut emit: impl FnMut([i32; 3])) {
+pub(crate) fn triangle_voxels(triangle: &[Corner; 3], window: &Window, mut emit: impl FnMut([i32; 3])) {
     let bounds = extent(triangle).intersection(window);
     if bounds.is_empty() {
         return;

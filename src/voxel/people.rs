@@ -31,7 +31,7 @@ pub struct People {
 
 impl People {
     /// The people of a scene. A voxel of several is the first one's.
-    pub fn of(truth: &Truth, min_hits: u32) -> People {
+    pub(crate) fn of(truth: &Truth, min_hits: u32) -> People {
         let mut left = BitGrid::clone(&truth.occupied);
         let humans = truth.objects.iter().filter(|object| object.role == Role::Human);
         let mut voxels = Vec::new();
@@ -48,7 +48,7 @@ impl People {
     }
 
     /// How many people there are, those without a voxel at the end left out.
-    pub fn count(&self) -> usize {
+    pub(crate) fn count(&self) -> usize {
         self.voxels.iter().map(|of| of.person as usize + 1).max().unwrap_or(0)
     }
 
@@ -59,7 +59,7 @@ impl People {
     }
 
     /// Who is detected in a region, voxel by voxel: which are hit, and which of them a presence sensor feels.
-    pub fn detection(
+    pub(crate) fn detection(
         &self,
         region: &BitGrid,
         hit: impl Fn([i32; 3]) -> bool,

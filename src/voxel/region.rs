@@ -94,7 +94,7 @@ pub struct Region {
 
 /// The voxels of a shape in a scene. Ignored insides belong to no region; a region left without voxels is an
 /// error.
-pub fn region(name: &str, shape: &RegionShape, truth: &Truth) -> Result<Region> {
+pub(crate) fn region(name: &str, shape: &RegionShape, truth: &Truth) -> Result<Region> {
     let wrong = |issue: Issue| Error::from(issue.at(format!("region {name:?}")));
     let rows = rows_of(shape, truth).map_err(wrong)?;
     let mut voxels = BitGrid::new(truth.grid.window());

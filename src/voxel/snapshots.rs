@@ -53,12 +53,12 @@ impl Snapshots {
     }
 
     /// How many there are.
-    pub fn count(&self) -> usize {
+    pub(crate) fn count(&self) -> usize {
         self.placed.len()
     }
 
     /// The truth of one of them.
-    pub fn truth(&self, snapshot: usize) -> Arc<Truth> {
+    pub(crate) fn truth(&self, snapshot: usize) -> Arc<Truth> {
         let kept = || self.kept.lock().unwrap_or_else(PoisonError::into_inner);
         if let Some((_, truth)) = kept().iter().find(|(number, _)| *number == snapshot) {
             return truth.clone();

@@ -96,14 +96,14 @@ impl Ball {
 }
 
 /// Sets the voxels whose centre is less than a radius from the centre of voxel `center`: d² < r².
-pub fn ball(plane: &mut BitGrid, center: [i32; 3], radius_q16: i64) {
+pub(crate) fn ball(plane: &mut BitGrid, center: [i32; 3], radius_q16: i64) {
     let ball = Ball::new(center.map(|c| centre_q16(c as i64)), radius_q16);
     mark_rows(plane, ball.rows(), |y, z| ball.run(y, z));
 }
 
 /// Sets the voxels from the smallest to the largest of `voxels` on each axis, both included; without voxels,
 /// none.
-pub fn cuboid(plane: &mut BitGrid, voxels: impl IntoIterator<Item = [i32; 3]>) {
+pub(crate) fn cuboid(plane: &mut BitGrid, voxels: impl IntoIterator<Item = [i32; 3]>) {
     let grown = |all: Option<[[i32; 3]; 2]>, voxel: [i32; 3]| {
         let [low, high] = all.unwrap_or([voxel; 2]);
         Some([std::array::from_fn(|r| low[r].min(voxel[r])), std::array::from_fn(|r| high[r].max(voxel[r]))])
@@ -120,7 +120,7 @@ pub(super) fn box_voxels(low_q16: [i64; 3], high_q16: [i64; 3]) -> [Range<i64>; 
 }
 
 /// Sets the voxels whose centre is at or above `low_q16` and below `high_q16` on every axis.
-pub fn half_open_box(plane: &mut BitGrid, low_q16: [i64; 3], high_q16: [i64; 3]) {
+pub(crate) fn half_open_box(plane: &mut BitGrid, low_q16: [i64; 3], high_q16: [i64; 3]) {
     let [x, y, z] = box_voxels(low_q16, high_q16);
     mark_rows(plane, [y, z], |_, _| x.clone());
 }

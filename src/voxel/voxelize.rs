@@ -260,7 +260,7 @@ pub type Begin = ([i64; 3], u32);
 
 /// The voxels that any ray from these positions could pass or end in: free ones joined to a position through
 /// faces, and the blockers beside them. Blockers in reach of a housing let rays pass.
-pub fn reachable(truth: &Truth, begins: impl IntoIterator<Item = Begin>) -> BitGrid {
+pub(crate) fn reachable(truth: &Truth, begins: impl IntoIterator<Item = Begin>) -> BitGrid {
     let window = truth.grid.window();
     let mut open = BitGrid::full(window);
     open.remove(&truth.blockers);

@@ -87,7 +87,7 @@ impl World {
     }
 
     /// The voxels of all regions.
-    pub fn in_regions(&self) -> BitGrid {
+    pub(crate) fn in_regions(&self) -> BitGrid {
         let mut all = BitGrid::new(self.grid.window());
         self.regions.iter().for_each(|region| all.add(&region.voxels));
         all
@@ -236,7 +236,7 @@ impl World {
 
     /// A sensor at a candidate in one repeat, looked at over the whole grid, without its table of rays.
     /// `truth` is this world's.
-    pub fn station<'a>(
+    pub(crate) fn station<'a>(
         &self,
         study: &Study,
         truth: &'a Truth,

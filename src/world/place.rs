@@ -52,7 +52,7 @@ struct Mount {
 
 impl<'a> Places<'a> {
     /// Of the poses as they are in a world of the study.
-    pub fn of(study: &'a Study, world: &'a World) -> Places<'a> {
+    pub(crate) fn of(study: &'a Study, world: &'a World) -> Places<'a> {
         let truth = world.truth();
         let room_m = room_m(&truth);
         let walls = study.sensors.iter().map(walls).collect();
@@ -61,7 +61,7 @@ impl<'a> Places<'a> {
     }
 
     /// Where a sensor is at a candidate; nothing where it has no place of its own.
-    pub fn words(&self, sensor: usize, candidate: usize) -> String {
+    pub(crate) fn words(&self, sensor: usize, candidate: usize) -> String {
         let sensor_spec = &self.study.sensors[sensor];
         let Candidate { group, setting, .. } = &sensor_spec.candidates[candidate];
         match (setting, &sensor_spec.on) {
@@ -84,7 +84,7 @@ impl<'a> Places<'a> {
     }
 
     /// Where the sensors of a choice are.
-    pub fn of_choice(&self, combination: &Combination, choice: usize) -> String {
+    pub(crate) fn of_choice(&self, combination: &Combination, choice: usize) -> String {
         let members = combination.members.iter().zip(combination.choice(choice));
         let places = members.map(|(member, candidate)| {
             (self.study.sensors[member.sensor].name.as_str(), self.words(member.sensor, candidate))
@@ -167,7 +167,7 @@ impl<'a> Places<'a> {
 }
 
 /// The places of several sensors, each after the sensor's name; of a sensor alone without it.
-pub fn join<S: AsRef<str>>(places: &[(&str, S)]) -> String {
+pub(crate) fn join<S: AsRef<str>>(places: &[(&str, S)]) -> String {
     if let [(_, place)] = places {
         return place.as_ref().to_string();
     }
@@ -198,7 +198,7 @@ fn walls(sensor: &Sensor) -> HashMap<&str, Option<usize>> {
 
 /// Lowest and highest corner of all that is not robot or human, in metres: walls, floor and ceiling, where
 /// the scene has them. Of the grid where it has nothing else.
-pub fn room_m(truth: &Truth) -> [DVec3; 2] {
+pub(crate) fn room_m(truth: &Truth) -> [DVec3; 2] {
     let corners = fixtures(truth).map(|object| object.bounds_m);
     let end = truth.grid.window().end();
     let whole = || [truth.grid.corner_m([0; 3]), truth.grid.corner_m(end)];

@@ -16,7 +16,7 @@ const MAX_PARTS: usize = 1000;
 ///
 /// # Errors
 /// When a mesh cannot be read, or a region is made of more than 1000 shapes.
-pub fn shapes(study: &Study) -> Result<Vec<RegionShape>> {
+pub(crate) fn shapes(study: &Study) -> Result<Vec<RegionShape>> {
     let mut shapes: Vec<RegionShape> = Vec::new();
     for (name, spec) in &study.regions {
         let shape = shape(spec, &shapes, &study.sources)

@@ -113,7 +113,7 @@ impl Cpu {
 
     /// The same with half of so much memory for evidence and a quarter for first hits, instead of
     /// [`MEMORY_BYTES`].
-    pub fn memory(self, bytes: u64) -> Self {
+    pub(crate) fn memory(self, bytes: u64) -> Self {
         Cpu { memory_bytes: bytes, ..self }
     }
 

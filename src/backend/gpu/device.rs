@@ -74,7 +74,7 @@ fn keep(failure: &Mutex<Option<String>>, message: String) {
 
 impl Device {
     /// What went wrong since the last check, if anything.
-    pub fn check(&self) -> Result<()> {
+    pub(crate) fn check(&self) -> Result<()> {
         let failed = self.failure.lock().map_or(None, |mut kept| kept.take());
         failed.map_or(Ok(()), |message| Err(self.failed(message)))
     }

@@ -79,7 +79,7 @@ impl Gpu {
 
     /// The same with half of so much memory for evidence; first hits and batches have their own, by the
     /// adapter.
-    pub fn memory(self, bytes: u64) -> Self {
+    pub(crate) fn memory(self, bytes: u64) -> Self {
         Gpu { memory_bytes: Some(bytes), ..self }
     }
 

@@ -71,7 +71,7 @@ pub struct Setup {
 impl Setup {
     /// The numbers of a scene, the words of a slot of first hits in its still layer, and the counters of
     /// people's hits of a job.
-    pub fn new(scene: &VoxelScene, first_hits_stride: u32, detection_counters: u32) -> Self {
+    pub(crate) fn new(scene: &VoxelScene, first_hits_stride: u32, detection_counters: u32) -> Self {
         let [bricks_x, bricks_y, _] = Bricks::size_of(scene.blockers.window().size);
         let [grid_x, grid_y, grid_z] = scene.blockers.window().size;
         let [window_min_x, window_min_y, window_min_z] = scene.window.min;
@@ -210,7 +210,7 @@ pub struct JobWords {
 
 impl JobWords {
     /// A job of the readings in a range of those of its batch.
-    pub fn new(fusion: Fusion, readings: std::ops::Range<u32>) -> Self {
+    pub(crate) fn new(fusion: Fusion, readings: std::ops::Range<u32>) -> Self {
         JobWords { first: readings.start, end: readings.end, octomap: (fusion == Fusion::Octomap) as u32 }
     }
 }

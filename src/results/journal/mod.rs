@@ -145,7 +145,7 @@ impl Journal {
 
     /// Gives the file with all its rows, which nobody may trust any more, another name in its folder, and
     /// begins anew.
-    pub fn set_aside(&mut self, name: &str) -> Result<()> {
+    pub(crate) fn set_aside(&mut self, name: &str) -> Result<()> {
         let renamed = std::fs::rename(&self.path, self.path.with_file_name(name));
         renamed.map_err(|e| Error::storage(&self.path, e))?;
         let folder = self.path.parent().unwrap_or(Path::new("."));

@@ -29,7 +29,7 @@ pub struct Pages {
 
 impl Pages {
     /// Of journals of one sweep that together keep every row of each block once, in the order of those rows.
-    pub fn new(journals: Vec<Journal>) -> Pages {
+    pub(crate) fn new(journals: Vec<Journal>) -> Pages {
         let blocks = journals[0].header().blocks;
         let page_rows = (KEPT_ROWS / blocks.max(1)).max(LEAST_ROWS);
         let pages = RefCell::new((0..blocks).map(|_| None).collect());
@@ -40,7 +40,7 @@ impl Pages {
     ///
     /// # Errors
     /// `Error::Storage` if the disk fails, or the row is not in its file any more.
-    pub fn counts(&self, row: u64) -> Result<Confusion> {
+    pub(crate) fn counts(&self, row: u64) -> Result<Confusion> {
         let block_rows = self.journals[0].header().block_rows;
         let (block, within) = (row / block_rows, row % block_rows);
         let (page, at) = (within / self.page_rows, (within % self.page_rows) as usize);

@@ -115,7 +115,7 @@ impl TableFile {
     }
 
     /// Where it will be.
-    pub fn path(&self) -> &Path {
+    pub(crate) fn path(&self) -> &Path {
         &self.path
     }
 

@@ -23,7 +23,7 @@ impl RobotModel {
     /// # Errors
     /// When a mesh cannot be found or read, its format is not known, or no link has a body of the kind asked
     /// for.
-    pub fn meshes(
+    pub(crate) fn meshes(
         &self,
         geometry: Geometry,
         packages: &Packages,

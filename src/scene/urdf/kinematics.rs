@@ -31,7 +31,7 @@ impl RobotModel {
     /// # Errors
     /// When a value names no joint, or one of the other kind, or is outside its limits, and when a joint
     /// without a value cannot be at 0. Messages begin with the key: `joints_deg.elbow = 200: …`.
-    pub fn pose(&self, values: &JointValues) -> Result<Vec<DAffine3>> {
+    pub(crate) fn pose(&self, values: &JointValues) -> Result<Vec<DAffine3>> {
         self.check_names(values)?;
         let mut root_from_link: Vec<DAffine3> = Vec::with_capacity(self.links.len());
         for link in &self.links {
@@ -51,7 +51,7 @@ impl RobotModel {
     /// sum, along a chain of joints, of the distances between one joint and the next, and of the travel of
     /// those that slide. The base is the root or, where the root and what follows it have no body, the link
     /// they carry.
-    pub fn reach_m(&self) -> f64 {
+    pub(crate) fn reach_m(&self) -> f64 {
         let base = self.base();
         let mut reach_m = vec![0.0f64; self.links.len()];
         for (number, link) in self.links.iter().enumerate().skip(base + 1) {
@@ -66,7 +66,7 @@ impl RobotModel {
     }
 
     /// The links' poses in the world, with the robot's own frame at `world_from_root`.
-    pub fn linkage(&self, root_from_link: &[DAffine3], world_from_root: &Pose) -> Linkage {
+    pub(crate) fn linkage(&self, root_from_link: &[DAffine3], world_from_root: &Pose) -> Linkage {
         let pose = |root_from_link: &DAffine3| {
             let position_m =
                 world_from_root.rotation * root_from_link.translation + world_from_root.position_m;

@@ -89,7 +89,7 @@ enum LinkShape {
 /// # Errors
 /// When the file cannot be read, is a xacro or no URDF, its links are no tree, a joint is of a kind that is not
 /// supported, or a number is not what it must be. The message names the file, the link or joint, and the cure.
-pub fn load(path: &Path, sources: &Sources) -> Result<RobotModel> {
+pub(crate) fn load(path: &Path, sources: &Sources) -> Result<RobotModel> {
     parse(path, &sources.text(path)?)
 }
 
@@ -98,9 +98,10 @@ fn parse(path: &Path, text: &str) -> Result<RobotModel> {
     Ok(RobotModel { path: path.into(), links: links.map_err(|problem| problem.at(path))? })
 }
 
+#[cfg(test)]
 impl RobotModel {
     /// Names of the links, parents before children, the root first.
-    pub fn link_names(&self) -> impl Iterator<Item = &str> {
+    pub(crate) fn link_names(&self) -> impl Iterator<Item = &str> {
         self.links.iter().map(|link| link.name.as_str())
     }
 }

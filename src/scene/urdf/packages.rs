@@ -12,7 +12,7 @@ pub struct Packages(BTreeMap<String, PathBuf>);
 
 impl Packages {
     /// Says where a package is; a later word overrides an earlier one.
-    pub fn insert(&mut self, name: impl Into<String>, folder: impl Into<PathBuf>) {
+    pub(crate) fn insert(&mut self, name: impl Into<String>, folder: impl Into<PathBuf>) {
         self.0.insert(name.into(), folder.into());
     }
 

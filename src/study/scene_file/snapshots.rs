@@ -70,14 +70,14 @@ impl MotionSpec {
     }
 
     /// Whether the object is the same in every snapshot.
-    pub fn is_still(&self) -> bool {
+    pub(crate) fn is_still(&self) -> bool {
         self.lists().is_empty()
     }
 }
 
 impl ObjectSpec {
     /// The object as it is in one snapshot, without its lists.
-    pub fn at(&self, snapshot: usize) -> ObjectSpec {
+    pub(crate) fn at(&self, snapshot: usize) -> ObjectSpec {
         fn pick<T: Clone>(list: &[T], snapshot: usize) -> Option<T> {
             let index = snapshot.checked_rem(list.len())?;
             Some(list[index].clone())
