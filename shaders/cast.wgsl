@@ -28,7 +28,7 @@ fn off_by_q16(drawn: u32, t_q16: u32) -> i32 {
     return step_q16(noise[entry(drawn)], u32(noise[NOISE_STEPS + (t_q16 >> 16u)]));
 }
 
-// `sent` is the ray that found; `begin` the same as it is believed to go, which is another where the mount is
+// `sent` is the ray that is truly cast; `begin` the same as it is believed to go, another where the mount is
 // off.
 fn finish(sent: March, begin: March, is_off: bool, found: u32, drawn: u32) -> Finish {
     let size = vec3<u32>(setup.grid_x, setup.grid_y, setup.grid_z);

@@ -13,7 +13,7 @@ use common::Random;
 use perirobot::Result;
 use perirobot::backend::gpu::Gpu;
 use perirobot::backend::{Backend, Fusion, cpu::Cpu, oracle::Oracle};
-use perirobot::choose::{Answer, Evidence, MEMORY_BYTES, Problem, Progress, answer};
+use perirobot::choose::{Answer, CandidateEvidence, CastingWatch, MEMORY_BYTES, Problem, answer};
 use perirobot::metrics::{Confusion, Score};
 use perirobot::study::{Across, Choose, Combination, Member, Overrides, Study};
 use perirobot::sweep::run;
@@ -23,7 +23,7 @@ use program::{Edit, Folder, Outcome, perirobot, refused, text};
 /// Nobody looks, and nobody stops it.
 struct Alone;
 
-impl Progress for Alone {
+impl CastingWatch for Alone {
     fn cast(&mut self, _: u64) {}
 
     fn stop(&mut self) -> Option<String> {
@@ -38,8 +38,13 @@ fn shipped(name: &str) -> (Study, Vec<World>) {
     (study, worlds)
 }
 
-fn cast(study: &Study, worlds: &[World], of: (usize, &[usize]), backend: &mut dyn Backend) -> Evidence {
-    Evidence::cast(study, worlds, of, MEMORY_BYTES, backend, &mut Alone).unwrap()
+fn cast(
+    study: &Study,
+    worlds: &[World],
+    of: (usize, &[usize]),
+    backend: &mut dyn Backend,
+) -> CandidateEvidence {
+    CandidateEvidence::cast(study, worlds, of, MEMORY_BYTES, backend, &mut Alone).unwrap()
 }
 
 /// Sensor and candidate of every row of evidence.
@@ -131,7 +136,7 @@ fn unions_of_evidence_are_what_a_sweep_counts_on_every_backend() {
 fn evidence_that_does_not_fit_is_refused_before_anything_is_cast() {
     /// A backend that must not be asked.
     struct Progressless;
-    impl Progress for Progressless {
+    impl CastingWatch for Progressless {
         fn cast(&mut self, _: u64) {
             panic!("cast");
         }
@@ -142,8 +147,8 @@ fn evidence_that_does_not_fit_is_refused_before_anything_is_cast() {
     let (study, worlds) = shipped("scenes/tiny.toml");
     let ways = vec![0; study.sensors.len()];
     let mut cpu = Cpu::new(Some(1)).unwrap();
-    let refused: Result<Evidence> =
-        Evidence::cast(&study, &worlds, (0, &ways), 1000, &mut cpu, &mut Progressless);
+    let refused: Result<CandidateEvidence> =
+        CandidateEvidence::cast(&study, &worlds, (0, &ways), 1000, &mut cpu, &mut Progressless);
     let told = refused.unwrap_err().to_string();
     assert!(told.contains("13 poses in 1 scenes, snapshots and repeats takes 1 MiB"), "{told}");
 }

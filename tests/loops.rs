@@ -8,7 +8,7 @@ use std::sync::Arc;
 use common::cases::{self, Case, case};
 use common::{Random, say};
 use perirobot::backend::gpu::{
-    Device, Gpu, SHADER_COMPLETION, Stage, WORKGROUP, evaluate, open, shader_prelude, shader_source,
+    Gpu, GpuDevice, SHADER_COMPLETION, Stage, WORKGROUP, evaluate, open, shader_prelude, shader_source,
     types::DONE_WORDS,
 };
 use perirobot::backend::{Backend, Carving, Fusion, Shot, oracle::Oracle};
@@ -21,7 +21,7 @@ use perirobot::{Error, Result};
 /// Runs a kernel's statements in one workgroup: they turn `input[0]` times, and leave a number in `hash`,
 /// whatever its loops. Says how many invocations proved that their loops ended, and the sum of the numbers.
 #[track_caller]
-fn turned(device: &Device, turns: u32, statements: &str) -> (u32, u32) {
+fn turned(device: &GpuDevice, turns: u32, statements: &str) -> (u32, u32) {
     let kernel = format!(
         "
         @group(0) @binding(0) var<storage, read> input: array<u32>;

@@ -4,7 +4,7 @@
 mod common;
 
 use common::Random;
-use perirobot::backend::gpu::{Device, WORKGROUP, evaluate, open, shader_prelude};
+use perirobot::backend::gpu::{GpuDevice, WORKGROUP, evaluate, open, shader_prelude};
 use perirobot::march::{self, BLIND, End, LEFT, March, NEVER, NOTHING, RETURN, leap};
 
 /// A pure function of words: what WGSL and Rust make of `input`.
@@ -19,7 +19,7 @@ struct Twin {
 
 /// Compares the twins on all cases, each `inputs` words.
 #[track_caller]
-fn check(device: &Device, twin: &Twin, cases: &[u32]) {
+fn check(device: &GpuDevice, twin: &Twin, cases: &[u32]) {
     let (inputs, outputs) = (twin.inputs, twin.outputs);
     let number = cases.len() / inputs;
     assert_eq!(number * inputs, cases.len(), "{}: whole cases", twin.name);

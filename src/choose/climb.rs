@@ -9,7 +9,7 @@ use rayon::prelude::*;
 use super::evidence::Union;
 use crate::study::Across;
 
-use super::problem::{Found, Limits, Merit, Problem};
+use super::problem::{Found, Merit, Problem, SetLimits};
 
 /// How many random sets are begun from where the search is long; where it is short, it finds what they would.
 const RESTARTS: u64 = 12;
@@ -18,7 +18,7 @@ const FEW: usize = 2;
 
 /// The sets at which adding and swapping ends: from always on, and from random ones. Those that meet every
 /// requirement, the best first.
-pub(super) fn climbs(problem: &Problem, limits: Limits, stop: &(dyn Fn() -> bool + Sync)) -> Vec<Found> {
+pub(super) fn climbs(problem: &Problem, limits: SetLimits, stop: &(dyn Fn() -> bool + Sync)) -> Vec<Found> {
     let mut ends: Vec<Found> = climb(problem, limits, problem.always.clone(), stop).into_iter().collect();
     let is_short = limits.at_most - problem.always.len() <= FEW && problem.goal.1 != Across::Mean;
     for restart in 0..if is_short { 0 } else { RESTARTS } {
@@ -45,7 +45,7 @@ fn cost(problem: &Problem, found: &Found) -> u64 {
 }
 
 /// The candidates that may join a set.
-fn joining(problem: &Problem, limits: Limits, set: &[usize]) -> Vec<usize> {
+fn joining(problem: &Problem, limits: SetLimits, set: &[usize]) -> Vec<usize> {
     let cost = problem.cost_of(set);
     let may = |&item: &usize| limits.afford(cost + problem.cost[item]) && problem.may_join(set, item);
     (0..problem.cost.len()).filter(may).collect()
@@ -54,7 +54,7 @@ fn joining(problem: &Problem, limits: Limits, set: &[usize]) -> Vec<usize> {
 /// Adds and swaps as long as that helps.
 pub(super) fn climb(
     problem: &Problem,
-    limits: Limits,
+    limits: SetLimits,
     mut set: Vec<usize>,
     stop: &(dyn Fn() -> bool + Sync),
 ) -> Option<Found> {
@@ -76,7 +76,7 @@ pub(super) fn climb(
 /// The best candidate to join what is left of a set, and how good it then is.
 fn best_step(
     problem: &Problem,
-    limits: Limits,
+    limits: SetLimits,
     set: &[usize],
     out: Option<usize>,
 ) -> Option<(Merit, usize, Option<usize>)> {

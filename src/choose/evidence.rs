@@ -4,29 +4,29 @@
 use fearless_simd::{Level, Simd, dispatch};
 use rayon::prelude::*;
 
-use super::layout::{Joined, Layout, PLANES, SPACE_OF, Wanted};
+use super::layout::{BitLayout, Joined, PLANES, SPACE_OF, Wanted};
 use crate::backend::Backend;
 use crate::error::{Argument, Issue, Words};
 use crate::metrics::Confusion;
 use crate::results::PoseChoice;
 use crate::study::{Combination, Member, Study};
-use crate::sweep::{Reader, Said, read_asks};
+use crate::sweep::{EvidenceReader, SensorSays, read_choices};
 use crate::world::World;
 use crate::{Error, Result};
 
 /// The evidence of all candidates.
 #[derive(Debug)]
-pub struct Evidence {
-    pub(super) layout: Layout,
+pub struct CandidateEvidence {
+    pub(super) layout: BitLayout,
     /// Sensor and candidate of each row, in study order.
     pub(super) items: Vec<[usize; 2]>,
-    rows: Vec<Row>,
+    rows: Vec<CandidateBits>,
     level: Level,
 }
 
 /// What one candidate says: bits of all moments; nothing of a plane without a bit.
 #[derive(Clone, Debug, Default)]
-struct Row {
+struct CandidateBits {
     planes: [Box<[u64]>; PLANES],
 }
 
@@ -37,7 +37,7 @@ pub(super) struct Union {
 }
 
 /// Is told how the casting proceeds, and may stop it.
-pub trait Progress {
+pub trait CastingWatch {
     /// So many more candidates were cast in some scene, snapshot and repeat.
     fn cast(&mut self, more: u64);
 
@@ -48,7 +48,7 @@ pub trait Progress {
 /// Bytes of evidence that may be kept unless something else is said.
 pub const MEMORY_BYTES: u64 = 2 << 30;
 
-impl Evidence {
+impl CandidateEvidence {
     /// How many rows of how many candidates there will be to cast.
     pub fn to_cast(study: &Study, worlds: &[World]) -> u64 {
         let of = |sensor: &crate::sensor::Sensor| {
@@ -58,19 +58,19 @@ impl Evidence {
         study.sensors.iter().map(of).sum::<u64>() * worlds.len() as u64
     }
 
-    /// Casts every candidate of a study in all of its worlds. `ways` is the representation of each sensor.
+    /// Casts every candidate of a study in all of its worlds. `representations` is the representation of each sensor.
     ///
     /// # Errors
     /// When it does not fit so many bytes, before anything is cast; when the backend fails; `Error::Stopped`.
     pub fn cast(
         study: &Study,
         worlds: &[World],
-        (region, ways): (usize, &[usize]),
+        (region, representations): (usize, &[usize]),
         memory_bytes: u64,
         backend: &mut dyn Backend,
-        progress: &mut dyn Progress,
-    ) -> Result<Evidence> {
-        let layout = Layout::new(study, worlds, region);
+        progress: &mut dyn CastingWatch,
+    ) -> Result<CandidateEvidence> {
+        let layout = BitLayout::new(study, worlds, region);
         let alone = |(sensor, spec): (usize, &crate::sensor::Sensor)| Combination {
             name: spec.name.clone(),
             fusion: Default::default(),
@@ -83,7 +83,7 @@ impl Evidence {
         let items: Vec<[usize; 2]> = choices.collect();
         let needed = items.len() as u64 * 8 * layout.words.iter().sum::<usize>() as u64;
         fits(needed, memory_bytes, items.len(), layout.moments.len())?;
-        let asks: Vec<PoseChoice> =
+        let pose_choices: Vec<PoseChoice> =
             items.iter().map(|&[combination, choice]| PoseChoice { combination, choice }).collect();
         let mut first = Vec::new();
         for sensor in &study.sensors {
@@ -91,13 +91,15 @@ impl Evidence {
         }
         first.insert(0, 0);
         let noisy = study.sensors.iter().map(|sensor| sensor.kind.is_noisy()).collect();
-        let rows = vec![Row::default(); items.len()];
+        let rows = vec![CandidateBits::default(); items.len()];
         let mut taking =
             Taking { layout, rows, first, noisy, worlds, memory_bytes, bytes: 0, progress, stopped: None };
-        read_asks(study, worlds, &asks, ways, backend, &mut taking)?;
+        read_choices(study, worlds, &pose_choices, representations, backend, &mut taking)?;
         match taking.stopped {
             Some(why) => Err(Error::Stopped(Issue::says(why))),
-            None => Ok(Evidence { layout: taking.layout, items, rows: taking.rows, level: Level::new() }),
+            None => {
+                Ok(CandidateEvidence { layout: taking.layout, items, rows: taking.rows, level: Level::new() })
+            }
         }
     }
 
@@ -109,16 +111,17 @@ impl Evidence {
     /// Evidence of these candidates, made up.
     #[cfg(test)]
     pub(super) fn made_up(
-        layout: Layout,
+        layout: BitLayout,
         items: Vec<[usize; 2]>,
         planes: Vec<[Vec<u64>; PLANES]>,
-    ) -> Evidence {
+    ) -> CandidateEvidence {
         let blank_if_zero = |plane: Vec<u64>| match plane.iter().all(|&word| word == 0) {
             true => Box::default(),
             false => plane.into(),
         };
-        let rows = planes.into_iter().map(|planes| Row { planes: planes.map(blank_if_zero) }).collect();
-        Evidence { layout, items, rows, level: Level::new() }
+        let rows =
+            planes.into_iter().map(|planes| CandidateBits { planes: planes.map(blank_if_zero) }).collect();
+        CandidateEvidence { layout, items, rows, level: Level::new() }
     }
 
     /// What the candidates of a set score together in the region, moment by moment: repeat by repeat, and in
@@ -155,7 +158,7 @@ impl Union {
     }
 
     /// Joins what a candidate says.
-    pub(super) fn add(&mut self, evidence: &Evidence, item: usize) {
+    pub(super) fn add(&mut self, evidence: &CandidateEvidence, item: usize) {
         for (to, from) in self.planes.iter_mut().zip(&evidence.rows[item].planes) {
             to.iter_mut().zip(from).for_each(|(to, from)| *to |= from);
         }
@@ -163,7 +166,12 @@ impl Union {
 }
 
 #[inline(always)]
-fn all_counts<S: Simd>(_: S, layout: &Layout, planes: &[Joined; PLANES], wanted: Wanted) -> Vec<Confusion> {
+fn all_counts<S: Simd>(
+    _: S,
+    layout: &BitLayout,
+    planes: &[Joined; PLANES],
+    wanted: Wanted,
+) -> Vec<Confusion> {
     layout.moments.iter().map(|moment| layout.counts(moment, planes, wanted)).collect()
 }
 
@@ -186,33 +194,33 @@ fn fits(needed: u64, memory_bytes: u64, candidates: usize, moments: usize) -> Re
 
 /// Takes what sensors say as it comes.
 struct Taking<'a> {
-    layout: Layout,
-    rows: Vec<Row>,
+    layout: BitLayout,
+    rows: Vec<CandidateBits>,
     /// The row of each sensor's first candidate.
     first: Vec<usize>,
     noisy: Vec<bool>,
     worlds: &'a [World],
     memory_bytes: u64,
     bytes: u64,
-    progress: &'a mut dyn Progress,
+    progress: &'a mut dyn CastingWatch,
     stopped: Option<String>,
 }
 
-impl Reader for Taking<'_> {
-    fn wants(&self, _: &World, repeat: usize, ask: &PoseChoice) -> bool {
-        repeat == 0 || self.noisy[ask.combination]
+impl EvidenceReader for Taking<'_> {
+    fn wants(&self, _: &World, repeat: usize, pose_choice: &PoseChoice) -> bool {
+        repeat == 0 || self.noisy[pose_choice.combination]
     }
 
-    fn take(&mut self, world: &World, repeat: usize, said: Vec<(PoseChoice, Vec<Said>)>) -> Result<()> {
+    fn take(&mut self, world: &World, repeat: usize, said: Vec<(PoseChoice, Vec<SensorSays>)>) -> Result<()> {
         let here = |other: &World| (other.scene, other.snapshot) == (world.scene, world.snapshot);
         let number = self.worlds.iter().position(here).expect("worlds are those that are cast");
         let layout = &self.layout;
         let picked: Vec<_> = said.par_iter().map(|(_, said)| layout.pick(number, said)).collect();
         let repeats = layout.moments.len() / layout.worlds();
-        for ((ask, _), picked) in said.iter().zip(picked) {
+        for ((pose_choice, _), picked) in said.iter().zip(picked) {
             // What has no noise says the same in all repeats.
-            let repeats = if self.noisy[ask.combination] { repeat..repeat + 1 } else { 0..repeats };
-            let row = &mut self.rows[self.first[ask.combination] + ask.choice];
+            let repeats = if self.noisy[pose_choice.combination] { repeat..repeat + 1 } else { 0..repeats };
+            let row = &mut self.rows[self.first[pose_choice.combination] + pose_choice.choice];
             for (plane, bits) in
                 picked.iter().enumerate().filter(|(_, bits)| bits.iter().any(|&word| word != 0))
             {

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::time::Instant;
 
 use super::climb::{climb, climbs};
-use super::problem::{Found, Limits, Problem};
+use super::problem::{Found, Problem, SetLimits};
 use super::search::{Outcome, search};
 use super::worth::Worth;
 use crate::study::Across;
@@ -12,9 +12,9 @@ use crate::{Error, Result};
 
 /// What is known of all sets within some limits.
 #[derive(Clone, Debug)]
-pub struct Step {
+pub struct FrontStep {
     /// The limits.
-    pub limits: Limits,
+    pub limits: SetLimits,
     /// The best set that was found; none is worth more if that is proven.
     pub best: Option<Found>,
     /// What no set is worth more than.
@@ -36,7 +36,7 @@ pub enum Bound {
 #[derive(Clone, Debug, Default)]
 pub struct Answer {
     /// The steps by size, and of each size from the whole budget down.
-    pub steps: Vec<Step>,
+    pub steps: Vec<FrontStep>,
     /// Every set that was judged on the way to one of them, with its worth.
     pub others: Vec<Found>,
 }
@@ -48,9 +48,9 @@ pub struct Answer {
 /// When no set meets the requirements.
 pub fn answer(problem: &Problem, stop: &(dyn Fn() -> bool + Sync)) -> Result<Answer> {
     let mut known: BTreeMap<Vec<usize>, Worth> = BTreeMap::new();
-    let mut steps: Vec<Step> = Vec::new();
+    let mut steps: Vec<FrontStep> = Vec::new();
     for size in problem.always.len().max(1)..=problem.limits.at_most {
-        let mut limits = Limits { at_most: size, ..problem.limits };
+        let mut limits = SetLimits { at_most: size, ..problem.limits };
         let mut last: Option<Worth> = None;
         while limits.afford(problem.cost_of(&problem.always)) {
             let step = best_within(problem, limits, &mut known, stop);
@@ -85,10 +85,10 @@ pub fn answer(problem: &Problem, stop: &(dyn Fn() -> bool + Sync)) -> Result<Ans
 /// The best set within some limits. What is known is begun from, and what is found is added.
 fn best_within(
     problem: &Problem,
-    limits: Limits,
+    limits: SetLimits,
     known: &mut BTreeMap<Vec<usize>, Worth>,
     stop: &(dyn Fn() -> bool + Sync),
-) -> Step {
+) -> FrontStep {
     let begin = Instant::now();
     for found in climbs(problem, limits, stop) {
         known.insert(found.set, found.worth);
@@ -102,7 +102,7 @@ fn best_within(
         known.iter().filter(|(set, _)| fits(set)).map(|(set, &worth)| Found { set: set.clone(), worth });
     let mut best = all.max_by(better);
     if problem.goal.1 == Across::Mean {
-        return Step { limits, best, bound: Bound::Unknown };
+        return FrontStep { limits, best, bound: Bound::Unknown };
     }
     loop {
         let seconds = begin.elapsed().as_secs_f64();
@@ -121,11 +121,11 @@ fn best_within(
             Outcome::None => {
                 let seconds = begin.elapsed().as_secs_f64();
                 tracing::info!("choose: sets of at most {most}: proven after {seconds:.1} s");
-                return Step { limits, best, bound: Bound::Proven };
+                return FrontStep { limits, best, bound: Bound::Proven };
             }
             Outcome::Stopped(bound) => {
                 let bound = bound.map_or(Bound::Unknown, Bound::AtMost);
-                return Step { limits, best, bound };
+                return FrontStep { limits, best, bound };
             }
         }
     }

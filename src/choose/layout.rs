@@ -7,7 +7,7 @@ use std::ops::Range;
 use crate::backend::Planes;
 use crate::metrics::{BodyPart, Confusion, Detection, PartTally, RoleCounts};
 use crate::study::Study;
-use crate::sweep::Said;
+use crate::sweep::SensorSays;
 use crate::voxel::region::window_of;
 use crate::voxel::{BitGrid, Window};
 use crate::world::World;
@@ -35,20 +35,20 @@ pub(super) const SPACE_OF: [usize; PLANES] = [0, 0, 1, 1, 2, 2];
 
 /// The bits of all moments.
 #[derive(Debug)]
-pub(super) struct Layout {
+pub(super) struct BitLayout {
     /// Repeat by repeat, and in each scene by scene and snapshot by snapshot.
-    pub(super) moments: Vec<Moment>,
+    pub(super) moments: Vec<MomentBits>,
     /// Words of each row of bits.
     pub(super) words: [usize; SPACES],
     /// How many voxels of a part must be hit.
     min_hits: u64,
     /// For each world where its voxels are in the planes of a backend.
-    places: Vec<Places>,
+    places: Vec<RegionPlaces>,
 }
 
 /// One repeat of a world.
 #[derive(Clone, Debug)]
-pub(super) struct Moment {
+pub(super) struct MomentBits {
     /// Its words in each row of bits.
     pub(super) words: [Range<usize>; SPACES],
     /// Voxels of the region that are truly occupied, and truly free.
@@ -56,14 +56,14 @@ pub(super) struct Moment {
     /// Of the truly occupied ones those of people and of the robot: words of the first row of bits.
     roles: [Vec<u64>; 2],
     /// The parts of people's bodies.
-    pub(super) parts: Vec<Part>,
+    pub(super) parts: Vec<PartBits>,
     /// How many people are numbered.
     pub(super) people: usize,
 }
 
 /// A part of a person's body in the region.
 #[derive(Clone, Debug)]
-pub(super) struct Part {
+pub(super) struct PartBits {
     /// Whose it is.
     pub(super) person: usize,
     part: BodyPart,
@@ -75,7 +75,7 @@ pub(super) struct Part {
 
 /// Where the voxels of a world's region are in planes over the bounding box of the world's regions.
 #[derive(Debug)]
-struct Places {
+struct RegionPlaces {
     window: Window,
     /// Of truly occupied and of truly free voxels: words of a plane, and the voxels in them.
     masks: [Vec<(usize, u32)>; 2],
@@ -103,11 +103,12 @@ impl Wanted {
 #[cfg(test)]
 pub(super) type MadeUp = ([u64; 2], Vec<(usize, u64)>);
 
-impl Layout {
+impl BitLayout {
     /// The bits of a region in all worlds of a study.
-    pub(super) fn new(study: &Study, worlds: &[World], region: usize) -> Layout {
+    pub(super) fn new(study: &Study, worlds: &[World], region: usize) -> BitLayout {
         let (mut words, mut moments, mut places) = ([0; SPACES], Vec::new(), Vec::new());
-        let described: Vec<(Moment, Places)> = worlds.iter().map(|world| describe(world, region)).collect();
+        let described: Vec<(MomentBits, RegionPlaces)> =
+            worlds.iter().map(|world| describe(world, region)).collect();
         for _ in 0..study.repeats {
             for (moment, _) in &described {
                 let first = words;
@@ -119,26 +120,26 @@ impl Layout {
                 for part in &mut moment.parts {
                     part.words = part.words.start + first[2]..part.words.end + first[2];
                 }
-                moments.push(Moment { words: shifted, ..moment });
+                moments.push(MomentBits { words: shifted, ..moment });
             }
         }
         places.extend(described.into_iter().map(|(_, places)| places));
-        Layout { moments, words, min_hits: study.min_hits.into(), places }
+        BitLayout { moments, words, min_hits: study.min_hits.into(), places }
     }
 
     /// Moments with so many voxels, made up.
     #[cfg(test)]
-    pub(super) fn made_up(moments: &[MadeUp], min_hits: u64) -> Layout {
+    pub(super) fn made_up(moments: &[MadeUp], min_hits: u64) -> BitLayout {
         let mut words = [0; SPACES];
         let one = |(voxels, people): &MadeUp| {
             let mut first = words[2];
             let part = |(number, &(person, voxels)): (usize, &(usize, u64))| {
                 let end = first + voxels.div_ceil(64) as usize;
-                let part = Part { person, part: BodyPart::ALL[number], voxels, words: first..end };
+                let part = PartBits { person, part: BodyPart::ALL[number], voxels, words: first..end };
                 first = end;
                 part
             };
-            let parts: Vec<Part> = people.iter().enumerate().map(part).collect();
+            let parts: Vec<PartBits> = people.iter().enumerate().map(part).collect();
             let before = words;
             words = [
                 words[0] + voxels[0].div_ceil(64) as usize,
@@ -148,10 +149,10 @@ impl Layout {
             let roles = [0; 2].map(|_| vec![0; words[0] - before[0]]);
             let people = parts.iter().map(|part| part.person + 1).max().unwrap_or(0);
             let words = std::array::from_fn(|space| before[space]..words[space]);
-            Moment { words, voxels: *voxels, roles, parts, people }
+            MomentBits { words, voxels: *voxels, roles, parts, people }
         };
         let moments = moments.iter().map(one).collect();
-        Layout { moments, words, min_hits, places: Vec::new() }
+        BitLayout { moments, words, min_hits, places: Vec::new() }
     }
 
     /// How many worlds there are.
@@ -160,7 +161,7 @@ impl Layout {
     }
 
     /// The six rows of bits of what a sensor says in a world, as words of one moment.
-    pub(super) fn pick(&self, world: usize, said: &[Said]) -> [Vec<u64>; PLANES] {
+    pub(super) fn pick(&self, world: usize, said: &[SensorSays]) -> [Vec<u64>; PLANES] {
         let places = &self.places[world];
         let mut all = Planes::blank(places.window);
         let mut felt = BitGrid::new(places.window);
@@ -199,7 +200,7 @@ impl Layout {
 
     /// What a union of rows is worth at one moment.
     #[inline(always)]
-    pub(super) fn counts(&self, moment: &Moment, planes: &[Joined; PLANES], wanted: Wanted) -> Confusion {
+    pub(super) fn counts(&self, moment: &MomentBits, planes: &[Joined; PLANES], wanted: Wanted) -> Confusion {
         let [truly, falsely, _] = &moment.words;
         let mut counts = Confusion::default();
         if wanted.labels {
@@ -217,7 +218,7 @@ impl Layout {
         }
         if wanted.people {
             let mut sensed = vec![0; moment.people];
-            let tally = |part: &Part| {
+            let tally = |part: &PartBits| {
                 sensed[part.person] += planes[FELT].part(&part.words).ones();
                 let hit = planes[SEEN].part(&part.words).ones();
                 PartTally { person: part.person, part: part.part, voxels: part.voxels, hit }
@@ -234,7 +235,7 @@ impl Layout {
     }
 
     /// The parts of people's bodies, moment by moment.
-    pub(super) fn parts(&self) -> impl Iterator<Item = &Part> {
+    pub(super) fn parts(&self) -> impl Iterator<Item = &PartBits> {
         self.moments.iter().flat_map(|moment| &moment.parts)
     }
 
@@ -244,7 +245,7 @@ impl Layout {
     }
 }
 
-fn describe(world: &World, region: usize) -> (Moment, Places) {
+fn describe(world: &World, region: usize) -> (MomentBits, RegionPlaces) {
     let window = window_of(&world.regions);
     let scene = world.scene(window);
     let (region, truth) = (&scene.regions[region], &scene.truth);
@@ -268,7 +269,7 @@ fn describe(world: &World, region: usize) -> (Moment, Places) {
     for of_part in body.chunk_by(|a, b| (a.person, a.part) == (b.person, b.part)) {
         let first = end;
         end += of_part.len().div_ceil(64);
-        parts.push(Part {
+        parts.push(PartBits {
             person: of_part[0].person as usize,
             part: of_part[0].part,
             voxels: of_part.len() as u64,
@@ -278,8 +279,8 @@ fn describe(world: &World, region: usize) -> (Moment, Places) {
     }
     let words = [voxels[0].div_ceil(64) as usize, voxels[1].div_ceil(64) as usize, end];
     let people = parts.iter().map(|part| part.person + 1).max().unwrap_or(0);
-    let moment = Moment { words: words.map(|words| 0..words), voxels, roles, parts, people };
-    (moment, Places { window, masks, parts: bits })
+    let moment = MomentBits { words: words.map(|words| 0..words), voxels, roles, parts, people };
+    (moment, RegionPlaces { window, masks, parts: bits })
 }
 
 /// A row of bits of a union joined with another one, without putting them together.

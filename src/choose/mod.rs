@@ -24,10 +24,10 @@ mod told;
 mod verify;
 mod worth;
 
-pub use evidence::{Evidence, MEMORY_BYTES, Progress};
+pub use evidence::{CandidateEvidence, CastingWatch, MEMORY_BYTES};
 pub use files::{FRONT, PROOF, SETS, write};
-pub use front::{Answer, Bound, Step, answer};
-pub use problem::{Found, Limits, Problem, examine};
+pub use front::{Answer, Bound, FrontStep, answer};
+pub use problem::{Found, Problem, SetLimits, examine};
 pub use told::{Told, ToldMember, ToldSet, ToldStep};
 pub use verify::{Verified, verify};
 pub use worth::{Ratio, Worth};

@@ -1,7 +1,7 @@
 //! Which sets are allowed, and what each is worth.
 
-use super::evidence::{Evidence, Union};
-use super::layout::{Layout, Moment, Wanted};
+use super::evidence::{CandidateEvidence, Union};
+use super::layout::{BitLayout, MomentBits, Wanted};
 use super::worth::{MOST_VOXELS, Ratio, Worth};
 use crate::metrics::{Confusion, Score};
 use crate::sensor::{Cost, Setting};
@@ -16,13 +16,13 @@ const NEARLY_M: f64 = 1e-9;
 /// What is searched: allowed sets of candidates, by their numbers in the evidence.
 #[derive(Clone, Debug)]
 pub struct Problem<'a> {
-    pub(super) evidence: &'a Evidence,
+    pub(super) evidence: &'a CandidateEvidence,
     /// The score that is to be high, and of which counts.
     pub(super) goal: (Score, Across),
     /// What every set must reach.
     pub(super) require: Vec<(Score, Across, Ratio)>,
     /// How large a set may be.
-    pub(super) limits: Limits,
+    pub(super) limits: SetLimits,
     /// What each candidate costs, in thousandths.
     pub(super) cost: Vec<u64>,
     /// Candidates that are in every set.
@@ -35,7 +35,7 @@ pub struct Problem<'a> {
 
 /// How large a set may be.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Limits {
+pub struct SetLimits {
     /// How many candidates it may have.
     pub at_most: usize,
     /// What it may cost, in thousandths.
@@ -50,7 +50,7 @@ pub(super) struct Merit {
     pub(super) worth: Option<Worth>,
 }
 
-impl Limits {
+impl SetLimits {
     /// Whether a set may cost so much.
     pub(super) fn afford(&self, cost: u64) -> bool {
         self.budget.is_none_or(|budget| cost <= budget)
@@ -89,7 +89,7 @@ impl<'a> Problem<'a> {
         study: &Study,
         choose: &Choose,
         worlds: &[World],
-        evidence: &'a Evidence,
+        evidence: &'a CandidateEvidence,
     ) -> Result<Problem<'a>> {
         let voxels: u64 = evidence.layout.moments.iter().flat_map(|moment| moment.voxels).sum();
         if voxels > MOST_VOXELS {
@@ -107,7 +107,7 @@ impl<'a> Problem<'a> {
             evidence,
             goal: (choose.objective, choose.over),
             require: choose.require.iter().map(|r| (r.score, r.over, Ratio::of(r.at_least))).collect(),
-            limits: Limits { at_most: choose.at_most, budget: choose.budget.map(Cost::thousandths) },
+            limits: SetLimits { at_most: choose.at_most, budget: choose.budget.map(Cost::thousandths) },
             cost: items.iter().map(cost).collect(),
             always: choose.always.iter().map(number).collect(),
             near: too_near(items, worlds, choose.apart_m),
@@ -198,8 +198,8 @@ impl Merit {
 /// # Errors
 /// When one cannot.
 pub fn examine(study: &Study, choose: &Choose, worlds: &[World]) -> Result<()> {
-    let layout = Layout::new(study, worlds, choose.region);
-    let sum = |of: fn(&Moment) -> u64| layout.moments.iter().map(of).sum::<u64>();
+    let layout = BitLayout::new(study, worlds, choose.region);
+    let sum = |of: fn(&MomentBits) -> u64| layout.moments.iter().map(of).sum::<u64>();
     let name = &study.regions[choose.region].0;
     let lacking = |score: Score| match score {
         Score::F1 | Score::Kappa if sum(|moment| moment.voxels[0]) == 0 => Some("an occupied voxel"),

@@ -17,8 +17,8 @@
 
 use std::ops::Range;
 
-use super::evidence::{Evidence, Union};
-use super::layout::{CLEAR, FALSE, FELT, HIT, Layout, Moment, SEEN, ones};
+use super::evidence::{CandidateEvidence, Union};
+use super::layout::{BitLayout, CLEAR, FALSE, FELT, HIT, MomentBits, SEEN, ones};
 use super::problem::Problem;
 use super::worth::{Ratio, Worth};
 use crate::metrics::Score;
@@ -57,7 +57,7 @@ pub(super) struct Inequality {
 
 /// A union as an inequality sees it.
 #[derive(Clone, Debug)]
-pub(super) struct State {
+pub(super) struct UnionState {
     /// Never below what it truly has.
     pub(super) value: i64,
     /// What each group has.
@@ -66,7 +66,7 @@ pub(super) struct State {
 
 /// One inequality before it is scaled: weights of planes in moments.
 #[derive(Default)]
-struct Terms {
+struct WeightedTerms {
     /// Plane, words, weight, and how many bits there are.
     gains: Vec<(usize, Range<usize>, i128, u64)>,
     charges: Vec<(Range<usize>, i128)>,
@@ -125,8 +125,8 @@ pub(super) fn question(problem: &Problem, beaten: Option<Worth>) -> Question {
 }
 
 /// What a score must reach, or beat.
-fn of_score(layout: &Layout, (score, over): (Score, Across), ratio: Ratio, beat: bool) -> Vec<Inequality> {
-    let each: Vec<&[Moment]> = match over {
+fn of_score(layout: &BitLayout, (score, over): (Score, Across), ratio: Ratio, beat: bool) -> Vec<Inequality> {
+    let each: Vec<&[MomentBits]> = match over {
         Across::Pooled => vec![&layout.moments],
         _ => layout.moments.chunks(1).collect(),
     };
@@ -135,14 +135,14 @@ fn of_score(layout: &Layout, (score, over): (Score, Across), ratio: Ratio, beat:
 
 /// The inequality of some moments together; `None` where it may have no value, and then is no obstacle.
 fn inequality(
-    layout: &Layout,
-    moments: &[Moment],
+    layout: &BitLayout,
+    moments: &[MomentBits],
     score: Score,
     ratio: Ratio,
     beat: bool,
 ) -> Option<Inequality> {
     let Ratio { numerator: p, denominator: q } = ratio;
-    let sum = |of: fn(&Moment) -> u64| moments.iter().map(of).sum::<u64>();
+    let sum = |of: fn(&MomentBits) -> u64| moments.iter().map(of).sum::<u64>();
     let [t, f] = [sum(|moment| moment.voxels[0]), sum(|moment| moment.voxels[1])];
     let joined = |space: usize| {
         moments.first().map_or(0, |m| m.words[space].start)..moments.last().map_or(0, |m| m.words[space].end)
@@ -168,7 +168,7 @@ fn inequality(
                 _ => (t + f) as f64 * t.min(f) as f64,
             };
             let charges = vec![(joined(1), charge)];
-            Some(Terms { gains, charges, par, beat, denominator: q as f64 * smallest }.scaled())
+            Some(WeightedTerms { gains, charges, par, beat, denominator: q as f64 * smallest }.scaled())
         }
         Score::HumanSeen => {
             let parts = moments.iter().flat_map(|moment| &moment.parts);
@@ -176,7 +176,8 @@ fn inequality(
             let gains = vec![(SEEN, joined(2), q, people)];
             let par = p * i128::from(people);
             let denominator = q as f64 * people as f64;
-            (people > 0).then(|| Terms { gains, charges: Vec::new(), par, beat, denominator }.scaled())
+            (people > 0)
+                .then(|| WeightedTerms { gains, charges: Vec::new(), par, beat, denominator }.scaled())
         }
         _ => {
             let groups: Vec<Group> = moments.iter().flat_map(|moment| who(layout, moment, score)).collect();
@@ -195,7 +196,7 @@ fn inequality(
 }
 
 /// A group for each part or person that counts.
-fn who(layout: &Layout, moment: &Moment, score: Score) -> Vec<Group> {
+fn who(layout: &BitLayout, moment: &MomentBits, score: Score) -> Vec<Group> {
     let cap = layout.min_hits();
     let counting = || moment.parts.iter().filter(|part| part.voxels >= cap);
     let seen = |words: &Range<usize>| Segment { plane: SEEN, words: words.clone(), weight: 1 };
@@ -213,7 +214,7 @@ fn who(layout: &Layout, moment: &Moment, score: Score) -> Vec<Group> {
     people.into_iter().map(person).collect()
 }
 
-impl Terms {
+impl WeightedTerms {
     fn scaled(self) -> Inequality {
         let most: i128 = self.gains.iter().map(|&(_, _, weight, bits)| weight * i128::from(bits)).sum();
         let largest = most.max(self.par.abs()).max(1);
@@ -256,17 +257,23 @@ impl Inequality {
     }
 
     /// What a union has.
-    pub(super) fn state(&self, union: &Union) -> State {
+    pub(super) fn state(&self, union: &Union) -> UnionState {
         let filled = |group: &Group| group.segments.iter().map(|segment| segment.of_union(union)).sum();
         let filled: Vec<u64> = self.groups.iter().map(filled).collect();
         let value: u64 = self.groups.iter().zip(&filled).map(|(group, &filled)| filled.min(group.cap)).sum();
         let charged: u64 = self.charges.iter().map(|charge| charge.of_union(union)).sum();
-        State { value: value as i64 - charged as i64, filled }
+        UnionState { value: value as i64 - charged as i64, filled }
     }
 
     /// What a candidate adds to a union at most, were nothing it says false.
     #[inline(always)]
-    pub(super) fn gain(&self, evidence: &Evidence, union: &Union, state: &State, item: usize) -> i64 {
+    pub(super) fn gain(
+        &self,
+        evidence: &CandidateEvidence,
+        union: &Union,
+        state: &UnionState,
+        item: usize,
+    ) -> i64 {
         let mut gain = 0;
         for (group, &filled) in self.groups.iter().zip(&state.filled) {
             let mut fresh = 0;
@@ -280,7 +287,7 @@ impl Inequality {
 
     /// What a candidate takes from a union by what it says falsely.
     #[inline(always)]
-    pub(super) fn loss(&self, evidence: &Evidence, union: &Union, item: usize) -> i64 {
+    pub(super) fn loss(&self, evidence: &CandidateEvidence, union: &Union, item: usize) -> i64 {
         let wrong = evidence.plane(item, FALSE);
         if wrong.is_empty() {
             return 0;
@@ -306,7 +313,7 @@ impl Inequality {
     pub(super) fn overlap_exceeds(
         &self,
         fresh: &[Vec<u64>],
-        evidence: &Evidence,
+        evidence: &CandidateEvidence,
         item: usize,
         slack: i64,
     ) -> bool {
@@ -329,7 +336,7 @@ impl Inequality {
     }
 
     /// The voxels that a candidate adds to a union, segment by segment of the first group.
-    pub(super) fn added(&self, evidence: &Evidence, union: &Union, item: usize) -> Vec<Vec<u64>> {
+    pub(super) fn added(&self, evidence: &CandidateEvidence, union: &Union, item: usize) -> Vec<Vec<u64>> {
         let of = |segment: &Segment| {
             let row = evidence.plane(item, segment.plane);
             if row.is_empty() { Vec::new() } else { segment.fresh_words(row, union).collect() }
@@ -353,7 +360,7 @@ impl Segment {
 
     /// What a candidate adds here.
     #[inline(always)]
-    fn fresh(&self, evidence: &Evidence, union: &Union, item: usize) -> u64 {
+    fn fresh(&self, evidence: &CandidateEvidence, union: &Union, item: usize) -> u64 {
         let row = evidence.plane(item, self.plane);
         if row.is_empty() { 0 } else { self.weight * ones(self.fresh_words(row, union)) }
     }

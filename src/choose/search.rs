@@ -15,8 +15,8 @@ use fearless_simd::{Level, Simd, dispatch};
 use rayon::prelude::*;
 
 use super::evidence::Union;
-use super::problem::{Found, Limits, Problem};
-use super::question::{Inequality, Question, State, question};
+use super::problem::{Found, Problem, SetLimits};
+use super::question::{Inequality, Question, UnionState, question};
 use super::worth::Worth;
 
 /// Most candidates for which a table of all pairs is made: 134 MB.
@@ -36,9 +36,9 @@ pub(super) enum Outcome {
 }
 
 /// What is asked, and within which limits.
-struct Search<'a> {
+struct SetSearch<'a> {
     problem: &'a Problem<'a>,
-    limits: Limits,
+    limits: SetLimits,
     question: Question,
     level: Level,
     stop: &'a (dyn Fn() -> bool + Sync),
@@ -57,7 +57,7 @@ struct Node {
     chosen: Vec<usize>,
     cost: u64,
     union: Union,
-    states: Vec<State>,
+    states: Vec<UnionState>,
 }
 
 /// The candidates that may join a node, the most promising first.
@@ -75,15 +75,15 @@ struct Open {
 /// Whether an allowed set is worth more than what is known.
 pub(super) fn search(
     problem: &Problem,
-    limits: Limits,
+    limits: SetLimits,
     beaten: Option<Worth>,
     stop: &(dyn Fn() -> bool + Sync),
 ) -> Outcome {
     let question = question(problem, beaten);
-    Search { problem, limits, question, level: Level::new(), stop, beside: Vec::new() }.run()
+    SetSearch { problem, limits, question, level: Level::new(), stop, beside: Vec::new() }.run()
 }
 
-impl Search<'_> {
+impl SetSearch<'_> {
     fn run(mut self) -> Outcome {
         let evidence = self.problem.evidence;
         let always = &self.problem.always;

@@ -1,9 +1,9 @@
 //! Against trying every set.
 
-use super::evidence::Evidence;
+use super::evidence::CandidateEvidence;
 use super::front::{Bound, answer};
-use super::layout::Layout;
-use super::problem::{Found, Limits, Problem};
+use super::layout::BitLayout;
+use super::problem::{Found, Problem, SetLimits};
 use super::worth::{Ratio, Worth};
 use crate::metrics::Score;
 use crate::study::Across;
@@ -33,7 +33,7 @@ const SCORES: [Score; 5] =
     [Score::F1, Score::Kappa, Score::HumanSeen, Score::PeopleDetected, Score::PartsDetected];
 
 /// Made-up evidence of some candidates of three sensors.
-fn evidence(random: &mut Random, candidates: usize, noisy: bool) -> Evidence {
+fn evidence(random: &mut Random, candidates: usize, noisy: bool) -> CandidateEvidence {
     let one_moment = |random: &mut Random| {
         let voxels = [random.below(70), random.below(150)];
         let parts: Vec<(usize, u64)> =
@@ -41,7 +41,7 @@ fn evidence(random: &mut Random, candidates: usize, noisy: bool) -> Evidence {
         (voxels, parts)
     };
     let moments: Vec<_> = (0..1 + random.below(3)).map(|_| one_moment(random)).collect();
-    let layout = Layout::made_up(&moments, 1 + random.below(4));
+    let layout = BitLayout::made_up(&moments, 1 + random.below(4));
     let items = (0..candidates).map(|i| [(random.below(3)) as usize, i]).collect();
     let planes = (0..candidates).map(|_| {
         let (some, clear) = (2 + random.below(4), 1 + random.below(4));
@@ -80,10 +80,10 @@ fn evidence(random: &mut Random, candidates: usize, noisy: bool) -> Evidence {
         planes
     });
     let planes = planes.collect();
-    Evidence::made_up(layout, items, planes)
+    CandidateEvidence::made_up(layout, items, planes)
 }
 
-fn problem<'a>(random: &mut Random, evidence: &'a Evidence, over: Across) -> Problem<'a> {
+fn problem<'a>(random: &mut Random, evidence: &'a CandidateEvidence, over: Across) -> Problem<'a> {
     let count = evidence.count();
     let priced = random.one_in(2);
     let cost: Vec<u64> = (0..count).map(|_| if priced { 1 + random.below(4) } else { 0 }).collect();
@@ -109,7 +109,7 @@ fn problem<'a>(random: &mut Random, evidence: &'a Evidence, over: Across) -> Pro
         evidence,
         goal: (SCORES[random.below(5) as usize], over),
         require,
-        limits: Limits {
+        limits: SetLimits {
             at_most: (1 + random.below(5) as usize).max(always.len()),
             budget: priced.then(|| fixed + 1 + random.below(10)),
         },
@@ -123,7 +123,7 @@ fn problem<'a>(random: &mut Random, evidence: &'a Evidence, over: Across) -> Pro
 }
 
 /// The best worth within some limits, from all sets.
-fn by_trying(problem: &Problem, limits: Limits) -> Option<Worth> {
+fn by_trying(problem: &Problem, limits: SetLimits) -> Option<Worth> {
     let allowed = |set: &Vec<usize>| {
         let joined = set.iter().enumerate().all(|(number, &item)| {
             problem.always.contains(&item) || {
@@ -186,7 +186,7 @@ fn the_answer_is_that_of_trying_every_set() {
                 size.iter().map(|s| problem.cost_of(&s.best.as_ref().unwrap().set)).collect();
             assert!(costs.is_sorted_by(|a, b| a > b), "case {case}: {costs:?}");
             if costs.last().is_some_and(|&cost| cost > 0) {
-                let below = Limits { budget: costs.last().map(|cost| cost - 1), ..size[0].limits };
+                let below = SetLimits { budget: costs.last().map(|cost| cost - 1), ..size[0].limits };
                 assert_eq!(by_trying(&problem, below), None, "case {case}");
             }
         }

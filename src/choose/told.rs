@@ -1,7 +1,7 @@
 //! An answer in names and numbers: the front, what each sensor of a set is worth, and sets that are nearly as
 //! good but look different. Tables, texts and files are made from it.
 
-use super::front::{Answer, Bound, Step};
+use super::front::{Answer, Bound, FrontStep};
 use super::problem::{Found, Problem};
 use super::worth::Worth;
 use crate::results::columns::BETWEEN_MEMBERS;
@@ -81,7 +81,7 @@ impl Told {
     /// Tells an answer.
     pub fn of(study: &Study, worlds: &[World], problem: &Problem, answer: &Answer) -> Told {
         let teller = Teller { study, problem, places: Places::of(study, &worlds[0]), world: &worlds[0] };
-        let worth_telling = |(number, step): &(usize, &Step)| {
+        let worth_telling = |(number, step): &(usize, &FrontStep)| {
             let is_first = *number == 0 || answer.steps[number - 1].limits.at_most != step.limits.at_most;
             is_first || !teller.is_known(step, answer)
         };
@@ -102,7 +102,7 @@ struct Teller<'a> {
 
 impl Teller<'_> {
     /// Whether fewer sensors that cost no more are as good.
-    fn is_known(&self, step: &Step, answer: &Answer) -> bool {
+    fn is_known(&self, step: &FrontStep, answer: &Answer) -> bool {
         let Some(best) = &step.best else { return true };
         let cost = self.problem.cost_of(&best.set);
         answer.steps.iter().filter(|other| other.limits.at_most < step.limits.at_most).any(|other| {
@@ -111,7 +111,7 @@ impl Teller<'_> {
         })
     }
 
-    fn step(&self, step: &Step, answer: &Answer) -> Option<ToldStep> {
+    fn step(&self, step: &FrontStep, answer: &Answer) -> Option<ToldStep> {
         let best = step.best.as_ref()?;
         let cost = self.problem.cost_of(&best.set);
         let smaller = answer.steps.iter().filter(|other| other.limits.at_most < step.limits.at_most);
@@ -168,7 +168,7 @@ impl Teller<'_> {
         mounts
     }
 
-    fn ties(&self, step: &Step, answer: &Answer) -> Vec<ToldSet> {
+    fn ties(&self, step: &FrontStep, answer: &Answer) -> Vec<ToldSet> {
         let Some(best) = &step.best else { return Vec::new() };
         let near = |found: &&Found| {
             let fits = found.set.len() <= step.limits.at_most;

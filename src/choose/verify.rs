@@ -13,9 +13,9 @@ use rayon::prelude::*;
 use serde::Deserialize;
 use serde_json::Value;
 
-use super::evidence::Evidence;
+use super::evidence::CandidateEvidence;
 use super::files::{PROOF, asked, fingerprint};
-use super::layout::{CLEAR, FALSE, FELT, HIT, Moment, SEEN, ones};
+use super::layout::{CLEAR, FALSE, FELT, HIT, MomentBits, SEEN, ones};
 use crate::backend::{Backend, Fusion};
 use crate::error::Issue;
 use crate::metrics::{Confusion, Score};
@@ -71,7 +71,7 @@ pub fn verify(
     study: &Study,
     choose: &Choose,
     worlds: &[World],
-    evidence: &Evidence,
+    evidence: &CandidateEvidence,
     recounter: &mut dyn Backend,
     stop: &(dyn Fn() -> Option<String> + Sync),
 ) -> Result<Verified> {
@@ -311,14 +311,14 @@ struct Plain<'a> {
     study: &'a Study,
     choose: &'a Choose,
     worlds: &'a [World],
-    evidence: &'a Evidence,
+    evidence: &'a CandidateEvidence,
     step: &'a ClaimedStep,
     claimed: (i128, i128),
     stop: &'a (dyn Fn() -> Option<String> + Sync),
 }
 
 /// What some candidates say together.
-type Planes = [Vec<u64>; 6];
+type SetPlanes = [Vec<u64>; 6];
 
 impl Plain<'_> {
     /// A better set, if there is one.
@@ -378,7 +378,7 @@ impl Plain<'_> {
         let mut worth: Vec<(i128, usize)> = candidates.iter().map(|&item| (0, item)).collect();
         let mut may = vec![true; candidates.len()];
         let moments = &self.evidence.layout.moments;
-        let asked: Vec<&[Moment]> = match self.choose.over {
+        let asked: Vec<&[MomentBits]> = match self.choose.over {
             Across::Pooled => vec![moments],
             _ => moments.chunks(1).collect(),
         };
@@ -398,9 +398,9 @@ impl Plain<'_> {
         kept.into_iter().map(|(_, item)| item).collect()
     }
 
-    fn union(&self, set: &[usize]) -> Planes {
+    fn union(&self, set: &[usize]) -> SetPlanes {
         let widths = self.evidence.layout.words;
-        let mut union: Planes = std::array::from_fn(|plane| vec![0; widths[plane / 2]]);
+        let mut union: SetPlanes = std::array::from_fn(|plane| vec![0; widths[plane / 2]]);
         for &item in set {
             for (plane, union) in union.iter_mut().enumerate() {
                 union.iter_mut().zip(self.evidence.plane(item, plane)).for_each(|(to, from)| *to |= from);
@@ -413,13 +413,14 @@ impl Plain<'_> {
     /// nothing where the score may have no value.
     fn gains(
         &self,
-        moments: &[Moment],
-        union: &Planes,
+        moments: &[MomentBits],
+        union: &SetPlanes,
         items: &[usize],
         left: usize,
     ) -> Option<(i128, Vec<i128>)> {
         let (p, q) = self.claimed;
-        let sum = |of: fn(&Moment) -> u64| moments.iter().map(|moment| i128::from(of(moment))).sum::<i128>();
+        let sum =
+            |of: fn(&MomentBits) -> u64| moments.iter().map(|moment| i128::from(of(moment))).sum::<i128>();
         let [t, f] = [sum(|moment| moment.voxels[0]), sum(|moment| moment.voxels[1])];
         let s = t + f;
         match self.choose.objective {
@@ -445,8 +446,8 @@ impl Plain<'_> {
     /// Of voxels that are called rightly.
     fn covered(
         &self,
-        moments: &[Moment],
-        union: &Planes,
+        moments: &[MomentBits],
+        union: &SetPlanes,
         items: &[usize],
         weights: [i128; 2],
         claimed: i128,
@@ -481,7 +482,7 @@ impl Plain<'_> {
     }
 
     /// For each part of somebody's body what is hit and felt of it by a union, or what a candidate adds.
-    fn of_parts(&self, moments: &[Moment], union: &Planes, item: Option<usize>) -> Vec<(i128, i128)> {
+    fn of_parts(&self, moments: &[MomentBits], union: &SetPlanes, item: Option<usize>) -> Vec<(i128, i128)> {
         let count = |plane: usize, words: &std::ops::Range<usize>| {
             let has = &union[plane][words.clone()];
             i128::from(match item.map(|item| self.evidence.plane(item, plane)) {
@@ -498,8 +499,8 @@ impl Plain<'_> {
     /// are left may lead there, or none.
     fn detected(
         &self,
-        moments: &[Moment],
-        union: &Planes,
+        moments: &[MomentBits],
+        union: &SetPlanes,
         items: &[usize],
         left: usize,
         people: bool,

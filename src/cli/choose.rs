@@ -5,7 +5,7 @@ use std::process::ExitCode;
 use std::time::Duration;
 
 use perirobot::backend::oracle::Oracle;
-use perirobot::choose::{self, Bound, Evidence, Problem, Progress, Told, Verified};
+use perirobot::choose::{self, Bound, CandidateEvidence, CastingWatch, Problem, Told, Verified};
 use perirobot::study::Study;
 use perirobot::{Error, Result, report};
 
@@ -63,10 +63,12 @@ pub(super) fn run(args: &Args) -> Result<ExitCode> {
     let mut backend = args.backend.open()?;
     say!("running on {}: {}", backend.name(), backend.device());
     let memory = args.backend.memory().unwrap_or(choose::MEMORY_BYTES);
-    let mut bar =
-        Bar { progress: args.progress.start("poses", 0, Evidence::to_cast(&study, &worlds)), stop: &stop };
+    let mut bar = Bar {
+        progress: args.progress.start("poses", 0, CandidateEvidence::to_cast(&study, &worlds)),
+        stop: &stop,
+    };
     let of = (choose.region, choose.ways.as_slice());
-    let evidence = Evidence::cast(&study, &worlds, of, memory, backend.as_mut(), &mut bar)?;
+    let evidence = CandidateEvidence::cast(&study, &worlds, of, memory, backend.as_mut(), &mut bar)?;
     bar.progress.finish();
     drop(backend);
     if let Some(folder) = &args.verify {
@@ -113,7 +115,7 @@ struct Bar<'a> {
     stop: &'a StopAt,
 }
 
-impl Progress for Bar<'_> {
+impl CastingWatch for Bar<'_> {
     fn cast(&mut self, more: u64) {
         self.progress.inc(more);
     }

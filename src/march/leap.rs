@@ -37,7 +37,7 @@ pub(crate) fn made_at(first_q16: u32, period_q16: u32, d: u32, own: u32, t_q16: 
 /// One axis of a ray. Crossings come in the order of (distance, axis), so that both are one number,
 /// distance · 4 + axis: adding periods never changes the axis, and no tie is left.
 #[derive(Clone, Copy, Debug)]
-pub struct Axis {
+pub struct RayAxis {
     /// −1, 0 or 1: where a crossing leads. As wide as crossings are, so that lanes are compared together.
     pub step: i64,
     /// The next crossing.
@@ -46,11 +46,11 @@ pub struct Axis {
     pub period_q16: u32,
 }
 
-impl Axis {
+impl RayAxis {
     /// Axis `r` of a ray at its start, from what [`super::start_axis`] says of it.
     #[inline(always)]
-    pub(crate) fn new(r: usize, step: i32, first_q16: u32, period_q16: u32) -> Axis {
-        Axis { step: step.into(), next: 4 * u64::from(first_q16) + r as u64, period_q16 }
+    pub(crate) fn new(r: usize, step: i32, first_q16: u32, period_q16: u32) -> RayAxis {
+        RayAxis { step: step.into(), next: 4 * u64::from(first_q16) + r as u64, period_q16 }
     }
 
     /// The crossing after `n` others.
@@ -82,7 +82,7 @@ impl Axis {
 /// The crossings by which a ray enters and leaves a box, from its lowest voxel to its highest, both counted
 /// from the ray's own; `None` if it never is in it, 0 for entering the box where it begins.
 #[inline(always)]
-pub(crate) fn span(axis: impl Fn(usize) -> Axis, low: [i32; 3], high: [i32; 3]) -> Option<[u64; 2]> {
+pub(crate) fn span(axis: impl Fn(usize) -> RayAxis, low: [i32; 3], high: [i32; 3]) -> Option<[u64; 2]> {
     let (mut enters, mut leaves) = (0, u64::MAX);
     for r in 0..3 {
         let [own_enters, own_leaves] = axis(r).slab(low[r], high[r]);
@@ -99,7 +99,7 @@ pub(crate) fn span(axis: impl Fn(usize) -> Axis, low: [i32; 3], high: [i32; 3]) 
 /// begins. The ray must be at its start.
 pub(crate) fn entry_q16(begin: &March, voxel: [i32; 3]) -> Option<u32> {
     let away = std::array::from_fn(|r| voxel[r] - begin.voxel[r]);
-    let axis = |r: usize| Axis::new(r, begin.step[r], begin.next_q16[r], begin.period_q16[r]);
+    let axis = |r: usize| RayAxis::new(r, begin.step[r], begin.next_q16[r], begin.period_q16[r]);
     let [enters, _] = span(axis, away, away)?;
     Some((enters / 4).min(NEVER.into()) as u32)
 }
@@ -168,7 +168,8 @@ mod tests {
                         steps.iter().find(after).map(|(at, _)| [enters, *at])
                     };
                     let away = |voxel: [i32; 3]| std::array::from_fn(|r| voxel[r] - begin.voxel[r]);
-                    let axis = |r: usize| Axis::new(r, begin.step[r], begin.next_q16[r], begin.period_q16[r]);
+                    let axis =
+                        |r: usize| RayAxis::new(r, begin.step[r], begin.next_q16[r], begin.period_q16[r]);
                     let found = span(axis, away(low), away(high));
                     missed += usize::from(found.is_none());
                     assert_eq!(

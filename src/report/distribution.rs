@@ -2,10 +2,13 @@
 //! region, combination and representation, beside the baselines of that scene and region.
 
 use super::ReportSelection;
+use super::Series;
 use super::near_side;
-use super::table::{NONE, Table, number};
+use super::table::{Table, number};
 use crate::Result;
+use crate::metrics::Score;
 use crate::results::Results;
+use crate::results::swept::SceneResults;
 
 /// Five numbers about many.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -38,6 +41,22 @@ pub(crate) fn distribution(mut values: Vec<f64>) -> Option<Distribution> {
     Some(Distribution { min, lower_quartile, median, upper_quartile, max, values: values.len() })
 }
 
+/// How a score of a series is distributed in a scene: scene, series, how many choices have a value, and the five
+/// numbers.
+pub(super) fn row(
+    results: &Results,
+    scene: &SceneResults,
+    series: Series,
+    (region, score): (usize, Score),
+) -> Result<[String; 8]> {
+    let values = series.over(results, &scene.moments, region, score)?;
+    let found = distribution(values.into_iter().flatten().map(|over| over.mean).collect());
+    let five = found.map(|d| [d.min, d.lower_quartile, d.median, d.upper_quartile, d.max].map(Some));
+    let [min, lower, median, upper, max] = five.unwrap_or([None; 5]).map(number);
+    let n = found.map_or(0, |d| d.values).to_string();
+    Ok([scene.name.clone(), series.title(results), n, min, lower, median, upper, max])
+}
+
 /// A table for each region and score.
 pub fn render(results: &Results, selection: &ReportSelection) -> Result<String> {
     let mut text = String::from(
@@ -66,14 +85,8 @@ pub fn render(results: &Results, selection: &ReportSelection) -> Result<String> 
                 .baselines_over(scene.moments.clone(), region, score)
                 .map(|(_, over)| number(over.map(|over| over.mean)));
             for series in selection.series(results) {
-                let values = series.over(results, &scene.moments, region, score)?;
-                let found = distribution(values.into_iter().flatten().map(|over| over.mean).collect());
-                let five = found.map_or([NONE; 5].map(String::from), |d| {
-                    [d.min, d.lower_quartile, d.median, d.upper_quartile, d.max].map(|v| number(Some(v)))
-                });
-                let n = found.map_or(0, |d| d.values).to_string();
-                let names = [scene.name.clone(), series.title(results), n];
-                table.row(names.into_iter().chain(five).chain(["|".into()]).chain(baselines.clone()));
+                let row = row(results, scene, series, (region, score))?;
+                table.row(row.into_iter().chain(["|".into()]).chain(baselines.clone()));
             }
         }
         text += &format!("\n{} in region {}\n{}", score.title(), results.regions[region], table.text());

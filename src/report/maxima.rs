@@ -78,7 +78,8 @@ pub fn render(results: &Results, selection: &ReportSelection) -> Result<String> 
         format!(" Relative: as a part of that mean of {}.\n", results.combinations[reference].name)
     });
     for (score, region) in selection.parts() {
-        let scenes = results.scenes.iter().map(|scene| scene.name.as_str());
+        let scenes: Vec<String> = results.scenes.iter().map(|scene| format!(">{}", scene.name)).collect();
+        let scenes = scenes.iter().map(String::as_str);
         let columns: Vec<&str> =
             ["<combination"].into_iter().chain(scenes).chain(["mean", "relative"]).collect();
         let mut table = Table::new(&columns);
@@ -88,10 +89,7 @@ pub fn render(results: &Results, selection: &ReportSelection) -> Result<String> 
         let of_reference = of_reference.and_then(|maxima| maxima.mean);
         for &combination in &selection.combinations {
             let found = maxima(results, combination, region, score)?;
-            let values = found.scenes.iter().map(|maximum| number(maximum.map(|m| m.value)));
-            let relative = relative(found.mean, of_reference);
-            let begin = [results.combinations[combination].name.clone()].into_iter().chain(values);
-            table.row(begin.chain([number(found.mean), number(relative)]));
+            table.row(row(results, &found, of_reference));
             for (i, ([label, place], scenes)) in reached(results, &found).into_iter().enumerate() {
                 let name =
                     if i == 0 { results.combinations[combination].name.clone() } else { String::new() };
@@ -115,8 +113,21 @@ pub fn render(results: &Results, selection: &ReportSelection) -> Result<String> 
     Ok(text)
 }
 
+/// What a combination reaches: its name, its maximum in each scene, their mean, and that as a part of the
+/// reference's.
+pub(super) fn row<'a>(
+    results: &'a Results,
+    found: &'a Maxima,
+    reference: Option<f64>,
+) -> impl Iterator<Item = String> + 'a {
+    let scenes = found.scenes.iter().map(|maximum| number(maximum.map(|m| m.value)));
+    let name = results.combinations[found.combination].name.clone();
+    let last = [number(found.mean), number(relative(found.mean, reference))];
+    [name].into_iter().chain(scenes).chain(last)
+}
+
 /// A mean as a part of another.
-pub(super) fn relative(mean: Option<f64>, reference: Option<f64>) -> Option<f64> {
+fn relative(mean: Option<f64>, reference: Option<f64>) -> Option<f64> {
     let reference = reference.filter(|r| *r != 0.0)?;
     Some(mean? / reference)
 }

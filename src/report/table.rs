@@ -1,4 +1,4 @@
-//! A table as plain text, its columns as wide as what they hold.
+//! One model of a table, whatever writes it: plain text here, HTML by `html/plain.html`.
 
 /// How a cell without a value is shown.
 pub(super) const NONE: &str = "–";
@@ -7,18 +7,25 @@ pub(super) const NONE: &str = "–";
 const WIDEST: usize = 1000;
 
 /// Rows of cells below a header; numbers stand right, words left.
+#[derive(Debug)]
 pub(super) struct Table {
+    pub(super) columns: Vec<String>,
+    /// Which columns are of words.
     words: Vec<bool>,
-    rows: Vec<Vec<String>>,
+    pub(super) rows: Vec<Vec<String>>,
 }
 
 impl Table {
-    /// A table with these columns; a name that begins with `<` is one of words.
+    /// A table with these columns; `<` before a name says that they are words, `>` that they are numbers, as does
+    /// nothing. A name out of a user's file needs one of them, since it may begin with either itself.
     pub(super) fn new(columns: &[&str]) -> Self {
-        let header = columns.iter().map(|name| name.trim_start_matches('<').to_string());
         Table {
+            columns: columns
+                .iter()
+                .map(|name| name.strip_prefix(['<', '>']).unwrap_or(name).to_string())
+                .collect(),
             words: columns.iter().map(|name| name.starts_with('<')).collect(),
-            rows: vec![header.collect()],
+            rows: Vec::new(),
         }
     }
 
@@ -29,12 +36,13 @@ impl Table {
 
     /// The lines, each indented and ended.
     pub(super) fn text(&self) -> String {
+        let lines = || [&self.columns].into_iter().chain(&self.rows);
         let length = |cell: &String| cell.chars().count();
-        let width = |column: usize| self.rows.iter().filter_map(|row| row.get(column)).map(length).max();
+        let width = |column: usize| lines().filter_map(|row| row.get(column)).map(length).max();
         let widths: Vec<usize> =
             (0..self.words.len()).map(|column| width(column).unwrap_or(0).min(WIDEST)).collect();
         let mut text = String::new();
-        for row in &self.rows {
+        for row in lines() {
             let mut line = String::new();
             for ((cell, &width), &words) in row.iter().zip(&widths).zip(&self.words) {
                 line += &if words { format!("  {cell:<width$}") } else { format!("  {cell:>width$}") };

@@ -76,7 +76,7 @@ pub fn pose_names(study: &Study, combination: &Combination, choice: usize) -> St
     names.collect::<Vec<_>>().join(BETWEEN_MEMBERS)
 }
 
-/// The representations of each representation: `points;volume`.
+/// The representations of each choice of them: `points;volume`.
 pub(crate) fn representation_names(study: &Study, combination: &Combination) -> Vec<String> {
     let named = |way: Vec<usize>| {
         let members = combination.members.iter().zip(way);

@@ -95,7 +95,7 @@ impl<'a> Store<'a> {
     }
 
     /// Makes the evidence of the first of some choices, as many as fit at once; says how many those are.
-    pub(super) fn gather(
+    pub(super) fn make_ready(
         &mut self,
         pose_choices: &[PoseChoice],
         repeat: usize,

@@ -232,7 +232,7 @@ fn score(
         let mut left = wanted.as_slice();
         while !left.is_empty() && !ledger.enough() {
             let batch;
-            (batch, left) = left.split_at(store.gather(left, repeat, backend)?);
+            (batch, left) = left.split_at(store.make_ready(left, repeat, backend)?);
             let before = open.len();
             // One rule of fusion a request; combinations follow each other, so this rarely cuts a batch.
             for of_one in batch.chunk_by(|a, b| a.combination == b.combination) {

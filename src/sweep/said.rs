@@ -14,7 +14,7 @@ const AT_ONCE: usize = 64;
 
 /// What one sensor of a choice says.
 #[derive(Clone, Debug)]
-pub struct Said {
+pub struct SensorSays {
     /// Its evidence in parts, which are joined. Each covers the bounding box of the regions, or a part of it
     /// outside of which it says nothing.
     pub parts: Vec<Planes>,
@@ -23,26 +23,26 @@ pub struct Said {
 }
 
 /// Says whose evidence is wanted, and takes it.
-pub trait Reader {
+pub trait EvidenceReader {
     /// Whether the evidence of a choice is wanted, in one repeat of a world.
     fn wants(&self, world: &World, repeat: usize, pose_choice: &PoseChoice) -> bool;
 
     /// Takes what the sensors of some choices say in one repeat of a world. A sensor that says nothing is
     /// left out.
-    fn take(&mut self, world: &World, repeat: usize, said: Vec<(PoseChoice, Vec<Said>)>) -> Result<()>;
+    fn take(&mut self, world: &World, repeat: usize, said: Vec<(PoseChoice, Vec<SensorSays>)>) -> Result<()>;
 
     /// Whether nothing more is to be begun.
     fn enough(&mut self) -> bool;
 }
 
 /// Reads what a reader wants of some choices, each sensor in the representation of this number.
-pub fn read_asks(
+pub fn read_choices(
     study: &Study,
     worlds: &[World],
     pose_choices: &[PoseChoice],
     representations: &[usize],
     backend: &mut dyn Backend,
-    reader: &mut dyn Reader,
+    reader: &mut dyn EvidenceReader,
 ) -> Result<()> {
     each_world(
         study,
@@ -58,7 +58,7 @@ pub fn read_asks(
 struct Reading<'a> {
     /// Of each sensor of the study.
     representations: &'a [usize],
-    reader: &'a mut dyn Reader,
+    reader: &'a mut dyn EvidenceReader,
 }
 
 impl Task for Reading<'_> {
@@ -79,7 +79,7 @@ impl Task for Reading<'_> {
             let mut left = wanted.as_slice();
             while !left.is_empty() && !self.reader.enough() {
                 let made;
-                (made, left) = left.split_at(store.gather(left, repeat, backend)?);
+                (made, left) = left.split_at(store.make_ready(left, repeat, backend)?);
                 for some in made.chunks(AT_ONCE) {
                     let said = self.said(&store, some, repeat, backend)?;
                     self.reader.take(store.world, repeat, said)?;
@@ -102,7 +102,7 @@ impl Reading<'_> {
         pose_choices: &[PoseChoice],
         repeat: usize,
         backend: &mut dyn Backend,
-    ) -> Result<Vec<(PoseChoice, Vec<Said>)>> {
+    ) -> Result<Vec<(PoseChoice, Vec<SensorSays>)>> {
         let readings = pose_choices.iter().map(|pose_choice| {
             let members = &store.study.combinations[pose_choice.combination].members;
             let representations: Vec<usize> =
@@ -114,7 +114,7 @@ impl Reading<'_> {
         let all: Vec<Slot> = readings.iter().flatten().flat_map(slots).collect();
         let mut planes = backend.planes(&all)?.into_iter();
         let said = pose_choices.iter().zip(readings).map(|(pose_choice, readings)| {
-            let each = readings.iter().map(|reading| Said {
+            let each = readings.iter().map(|reading| SensorSays {
                 parts: planes.by_ref().take(slots(reading).count()).collect(),
                 presence: reading.presence,
             });

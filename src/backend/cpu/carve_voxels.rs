@@ -20,7 +20,7 @@ use super::projection::{BOXES, PixelRect, Projection};
 use super::pyramid::{Pyramid, Rect};
 use crate::backend::GridPose;
 use crate::march;
-use crate::march::leap::{self, Axis};
+use crate::march::leap::{self, RayAxis};
 use crate::voxel::BitGrid;
 
 /// What boxes are decided from.
@@ -115,7 +115,7 @@ impl CarveVoxels<'_> {
         let axis = |r: usize| {
             let dir_q16 = march::direction_q16(axis_q15[r], dir_q15);
             let [first_q16, period_q16] = march::start_axis(origin_q16[r], dir_q16);
-            Axis::new(r, dir_q16.signum(), first_q16, period_q16)
+            RayAxis::new(r, dir_q16.signum(), first_q16, period_q16)
         };
         leap::span(axis, away, away).is_some()
     }

@@ -95,7 +95,7 @@ impl PacketEnds {
         }
         dispatch!(level, simd => read(simd, first_hits, &self.steps_q16, &mut self.places));
         let unusual = match sent.truly {
-            // Rays found elsewhere than they are believed to have been.
+            // Rays that hit elsewhere than they are believed to go.
             Some(_) => u64::MAX,
             None => {
                 sent.believed.made(level, &self.places, &mut self.made);
@@ -131,7 +131,7 @@ impl PacketEnds {
         }
     }
 
-    /// Ends a ray that is no return, or a return that may be read outside the grid or was not found where it
+    /// Ends a ray that is no return, or a return that may be read outside the grid or was not hit where it
     /// is believed to be.
     fn end_alone(&mut self, sent: &Sent, lane: usize, hit: FirstHit, rules: &Rules, plane: &BitGrid) {
         let begin = sent.believed.march(lane);

@@ -9,7 +9,7 @@
 //! For every ray of every table. Where the nearest blocker is in the next brick, stepping is as quick.
 
 use crate::march::MAX_RANGE_VOXELS;
-use crate::march::leap::{self, Axis};
+use crate::march::leap::{self, RayAxis};
 use crate::voxel::{BitGrid, Bricks, Window};
 
 /// Blockers, and where there are none.
@@ -112,7 +112,7 @@ pub(super) const fn range(range_max_q16: u32) -> FirstHit {
 #[derive(Clone, Copy)]
 pub(super) struct LeapingRay {
     pub(super) voxel: [i32; 3],
-    pub(super) axes: [Axis; 3],
+    pub(super) axes: [RayAxis; 3],
     /// Magnitude of the direction's components, Q16.
     pub(super) d: [u32; 3],
 }
@@ -131,7 +131,7 @@ const STEPS: usize = 8;
 
 impl Search<'_> {
     /// Searches from where a ray is, in a voxel that needs no test: at its start, or behind it in an empty
-    /// box. A ray that comes to `limit` strikes what it had found `otherwise`.
+    /// box. A ray that comes to `limit` has the hit `otherwise`.
     #[inline]
     pub(super) fn first_hit(
         &self,

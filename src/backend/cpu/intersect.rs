@@ -14,7 +14,7 @@
 use fearless_simd::{Level, Simd, dispatch};
 
 use super::packet::{Lanes, Packet, RAYS};
-use crate::march::leap::Axis;
+use crate::march::leap::RayAxis;
 
 /// The crossings of a packet's rays as numbers, distance · 4 + axis.
 pub(super) struct Intersect {
@@ -68,7 +68,7 @@ fn intersect<S: Simd>(_: S, intersect: &mut Intersect, away: [i32; 3], ignore_q1
         for lane in 0..RAYS {
             // A product of 32 bits each is quicker than one of 64.
             let (step, period_q16) = (intersect.step[r][lane], intersect.period[r][lane] as u32);
-            let axis = Axis { step, next: intersect.first[r][lane], period_q16 };
+            let axis = RayAxis { step, next: intersect.first[r][lane], period_q16 };
             let [own_enters, own_leaves] = axis.slab(away[r], away[r]);
             enters[lane] = enters[lane].max(own_enters);
             leaves[lane] = leaves[lane].min(own_leaves);

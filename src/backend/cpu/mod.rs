@@ -34,7 +34,7 @@ use crate::voxel::BitGrid;
 use crate::{Error, Result};
 use first_hit::{FirstHit, Layer};
 use plan::RelevantVoxels;
-use sense::{Blockers, Desk, RayTable, TableCaster};
+use sense::{Blockers, RayTable, Scratch, TableCaster};
 
 /// Most pieces of evidence kept at once, however small they are.
 const MOST_SLOTS: usize = 4096;
@@ -210,8 +210,8 @@ impl Backend for Cpu {
         let sensor = self.sensor(table, &loaded.wanted)?;
         let sensed: Vec<Planes> = self.pool.install(|| {
             let each = shots.par_iter().zip(&mut kept).map_init(
-                || Desk::new(sensor.table),
-                |desk, (shot, kept)| sensor.sense(&shot.placement, desk, kept.as_deref_mut(), None),
+                || Scratch::new(sensor.table),
+                |scratch, (shot, kept)| sensor.sense(&shot.placement, scratch, kept.as_deref_mut(), None),
             );
             each.collect()
         });
@@ -260,7 +260,7 @@ impl Backend for Cpu {
         let wanted = RelevantVoxels::all(self.loaded()?.scene.window);
         let sensor = self.sensor(table, &wanted)?;
         let mut ends = vec![End { kind: NOTHING, crossings: 0 }; sensor.table.packets.rays()];
-        let planes = sensor.sense(placement, &mut Desk::new(sensor.table), None, Some(&mut ends));
+        let planes = sensor.sense(placement, &mut Scratch::new(sensor.table), None, Some(&mut ends));
         Ok(Evidence { planes, ends })
     }
 }

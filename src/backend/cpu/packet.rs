@@ -12,7 +12,7 @@ use fearless_simd::{Level, Simd, dispatch};
 
 use super::first_hit::{LeapingRay, NextCrossing};
 use crate::backend::{GridPose, Image, Rays};
-use crate::march::leap::{self, Axis};
+use crate::march::leap::{self, RayAxis};
 use crate::march::{self, March};
 
 /// Rays of a packet.
@@ -141,17 +141,17 @@ impl Packet {
 
     /// One axis of a ray where it begins.
     #[inline(always)]
-    pub(super) fn axis(&self, lane: usize, r: usize) -> Axis {
-        Axis::new(r, self.dir_q16[r][lane].signum(), self.first_q16[r][lane], self.period_q16[r][lane])
+    pub(super) fn axis(&self, lane: usize, r: usize) -> RayAxis {
+        RayAxis::new(r, self.dir_q16[r][lane].signum(), self.first_q16[r][lane], self.period_q16[r][lane])
     }
 
     /// A ray after so many crossings.
     #[inline]
     pub(super) fn ray(&self, lane: usize, made: [u32; 3]) -> LeapingRay {
-        let axes: [Axis; 3] = std::array::from_fn(|r| self.axis(lane, r));
+        let axes: [RayAxis; 3] = std::array::from_fn(|r| self.axis(lane, r));
         LeapingRay {
             voxel: std::array::from_fn(|r| self.voxel[r] + axes[r].step as i32 * made[r] as i32),
-            axes: std::array::from_fn(|r| Axis { next: axes[r].crossing(made[r]), ..axes[r] }),
+            axes: std::array::from_fn(|r| RayAxis { next: axes[r].crossing(made[r]), ..axes[r] }),
             d: std::array::from_fn(|r| self.dir_q16[r][lane].unsigned_abs()),
         }
     }

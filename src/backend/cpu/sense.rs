@@ -78,7 +78,7 @@ pub(super) struct TableCaster<'a> {
 }
 
 /// What a thread works on, kept from pose to pose.
-pub(super) struct Desk {
+pub(super) struct Scratch {
     packet: Packet,
     /// The rays as they are truly cast, where those of the packet are only believed.
     truly: Packet,
@@ -92,9 +92,9 @@ pub(super) struct Desk {
     near: Vec<[i32; 3]>,
 }
 
-impl Desk {
+impl Scratch {
     pub(super) fn new(table: &RayTable) -> Self {
-        Desk {
+        Scratch {
             packet: Packet::new(),
             truly: Packet::new(),
             found: [first_hit::UNKNOWN; RAYS],
@@ -121,7 +121,7 @@ impl TableCaster<'_> {
     pub(super) fn sense(
         &self,
         placement: &GridPose,
-        desk: &mut Desk,
+        scratch: &mut Scratch,
         first_hits: Option<&mut [FirstHit]>,
         see: Option<&mut [End]>,
     ) -> Planes {
@@ -138,9 +138,9 @@ impl TableCaster<'_> {
         let carving = self.carving.unwrap_or_else(|| plan::carving(&self.table.packets, window));
         match (carving, self.table.packets.image()) {
             (Carving::ByVoxel, Some(image)) => {
-                self.carve_by_voxel(&Projection::new(placement, image), &mut shoot, desk, &mut planes);
+                self.carve_by_voxel(&Projection::new(placement, image), &mut shoot, scratch, &mut planes);
             }
-            _ => self.carve_by_ray(&mut shoot, desk, &mut planes),
+            _ => self.carve_by_ray(&mut shoot, scratch, &mut planes),
         }
         planes
     }
@@ -150,7 +150,7 @@ impl TableCaster<'_> {
         &self,
         projection: &Projection,
         shoot: &mut Shoot,
-        desk: &mut Desk,
+        scratch: &mut Scratch,
         planes: &mut Planes,
     ) {
         let packets = &self.table.packets;
@@ -165,21 +165,21 @@ impl TableCaster<'_> {
                 }
             }
         }
-        let Some(mut pyramid) = desk.pyramid.take() else { return };
+        let Some(mut pyramid) = scratch.pyramid.take() else { return };
         pyramid.clear();
         let until_q16 = projection.near_q16();
         for packet in (0..tiles.len()).filter(|&packet| tiles[packet].cast) {
-            desk.packet.start(self.level, shoot.placement, packets.dirs_q15(packet));
-            self.cast(packet, shoot, desk);
+            scratch.packet.start(self.level, shoot.placement, packets.dirs_q15(packet));
+            self.cast(packet, shoot, scratch);
             let numbers = packets.numbers(packet);
             for lane in 0..RAYS {
-                let freed = desk.ends.freed[lane];
+                let freed = scratch.ends.freed[lane];
                 pyramid.set(numbers[lane] as usize, freed);
                 if tiles[packet].near {
-                    mark_freed(&desk.packet, lane, freed, until_q16, &mut planes.free);
+                    mark_freed(&scratch.packet, lane, freed, until_q16, &mut planes.free);
                 }
             }
-            desk.ends.mark(planes);
+            scratch.ends.mark(planes);
         }
         pyramid.build();
         let placement = shoot.placement;
@@ -188,47 +188,49 @@ impl TableCaster<'_> {
         for (corner, pixel_rect) in boxes {
             carve.decide(corner, LARGEST, &pixel_rect, &mut planes.free);
         }
-        desk.pyramid = Some(pyramid);
+        scratch.pyramid = Some(pyramid);
     }
 
     /// Ray by ray.
-    fn carve_by_ray(&self, shoot: &mut Shoot, desk: &mut Desk, planes: &mut Planes) {
+    fn carve_by_ray(&self, shoot: &mut Shoot, scratch: &mut Scratch, planes: &mut Planes) {
         let packets = &self.table.packets;
         for packet in 0..packets.count() {
-            desk.packet.start(self.level, shoot.placement, packets.dirs_q15(packet));
-            if !shoot.casts_all() && !(0..RAYS).any(|lane| crosses_window(&desk.packet, lane, &planes.free)) {
+            scratch.packet.start(self.level, shoot.placement, packets.dirs_q15(packet));
+            if !shoot.casts_all()
+                && !(0..RAYS).any(|lane| crosses_window(&scratch.packet, lane, &planes.free))
+            {
                 continue;
             }
-            self.cast(packet, shoot, desk);
+            self.cast(packet, shoot, scratch);
             for lane in 0..RAYS {
-                mark_freed(&desk.packet, lane, desk.ends.freed[lane], march::NEVER, &mut planes.free);
+                mark_freed(&scratch.packet, lane, scratch.ends.freed[lane], march::NEVER, &mut planes.free);
             }
-            desk.ends.mark(planes);
+            scratch.ends.mark(planes);
         }
     }
 
-    /// How the rays of a packet end, which are on the desk as they are believed to go.
-    fn cast(&self, packet: usize, shoot: &mut Shoot, desk: &mut Desk) {
+    /// How the rays of a packet end, which are in scratch as they are believed to go.
+    fn cast(&self, packet: usize, shoot: &mut Shoot, scratch: &mut Scratch) {
         let table = self.table;
-        desk.found = [first_hit::NOTHING; RAYS];
+        scratch.found = [first_hit::NOTHING; RAYS];
         let is_off = shoot.placement.truly.is_some();
         if is_off {
-            std::mem::swap(&mut desk.packet, &mut desk.truly);
-            desk.packet.start(self.level, &shoot.caster, table.packets.dirs_q15(packet));
+            std::mem::swap(&mut scratch.packet, &mut scratch.truly);
+            scratch.packet.start(self.level, &shoot.caster, table.packets.dirs_q15(packet));
         }
         if let Some(still) = &shoot.still {
             let part = packet * RAYS..(packet + 1) * RAYS;
             match shoot.first_hits.as_mut().map(|first_hits| &mut first_hits[part]) {
-                Some(kept) if kept[0] != first_hit::UNKNOWN => desk.found.copy_from_slice(kept),
+                Some(kept) if kept[0] != first_hit::UNKNOWN => scratch.found.copy_from_slice(kept),
                 kept => {
-                    self.first_hit(still, packet, &shoot.caster, desk);
-                    kept.into_iter().for_each(|kept| kept.copy_from_slice(&desk.found));
+                    self.first_hit(still, packet, &shoot.caster, scratch);
+                    kept.into_iter().for_each(|kept| kept.copy_from_slice(&scratch.found));
                 }
             }
         }
-        self.first_hit(&shoot.moving, packet, &shoot.caster, desk);
+        self.first_hit(&shoot.moving, packet, &shoot.caster, scratch);
         if is_off {
-            std::mem::swap(&mut desk.packet, &mut desk.truly);
+            std::mem::swap(&mut scratch.packet, &mut scratch.truly);
         }
         let rules = Rules {
             gates: &table.gates,
@@ -238,21 +240,21 @@ impl TableCaster<'_> {
             all: shoot.see.is_some(),
         };
         let numbers = table.packets.numbers(packet);
-        let packets = Sent { believed: &desk.packet, truly: is_off.then_some(&desk.truly) };
-        desk.ends.end(self.level, &packets, &numbers, &desk.found, &rules, &self.wanted.voxels);
+        let packets = Sent { believed: &scratch.packet, truly: is_off.then_some(&scratch.truly) };
+        scratch.ends.end(self.level, &packets, &numbers, &scratch.found, &rules, &self.wanted.voxels);
         if let Some(see) = &mut shoot.see {
-            (0..RAYS).for_each(|lane| see[numbers[lane] as usize] = desk.ends.get(lane));
+            (0..RAYS).for_each(|lane| see[numbers[lane] as usize] = scratch.ends.get(lane));
         }
     }
 
     /// The first hits of a packet on a layer, where they come before those already known.
-    fn first_hit(&self, search: &Search, packet: usize, placement: &GridPose, desk: &mut Desk) {
+    fn first_hit(&self, search: &Search, packet: usize, placement: &GridPose, scratch: &mut Scratch) {
         let range = first_hit::range(self.table.gates.range_max_q16);
         let Some(cone) = self.table.cones.get(packet) else {
             for lane in 0..RAYS {
-                let known = desk.found[lane];
-                let ray = desk.packet.ray(lane, [0; 3]);
-                desk.found[lane] = search.first_hit(ray, true, known.min(range), known);
+                let known = scratch.found[lane];
+                let ray = scratch.packet.ray(lane, [0; 3]);
+                scratch.found[lane] = search.first_hit(ray, true, known.min(range), known);
             }
             return;
         };
@@ -260,22 +262,22 @@ impl TableCaster<'_> {
         let mut clear = cone.clear(search);
         let mut open = u64::MAX;
         if self.wide && clear > 0.0 {
-            (open, clear) = self.intersect(search, &cone, clear, desk, range);
+            (open, clear) = self.intersect(search, &cone, clear, scratch, range);
         }
         if open == 0 {
             return;
         }
         let clear_q16 = (clear * 65_536.0) as u32;
         if clear_q16 > 0 {
-            desk.places.t_q16 = [clear_q16; RAYS];
-            desk.packet.made(self.level, &desk.places, &mut desk.made);
+            scratch.places.t_q16 = [clear_q16; RAYS];
+            scratch.packet.made(self.level, &scratch.places, &mut scratch.made);
         } else {
-            desk.made = [[0; RAYS]; 3];
+            scratch.made = [[0; RAYS]; 3];
         }
         for lane in (0..RAYS).filter(|lane| open >> lane & 1 == 1) {
-            let ray = desk.packet.ray(lane, std::array::from_fn(|r| desk.made[r][lane]));
-            let known = desk.found[lane];
-            desk.found[lane] = search.first_hit(ray, clear_q16 == 0, known.min(range), known);
+            let ray = scratch.packet.ray(lane, std::array::from_fn(|r| scratch.made[r][lane]));
+            let known = scratch.found[lane];
+            scratch.found[lane] = search.first_hit(ray, clear_q16 == 0, known.min(range), known);
         }
     }
 
@@ -286,40 +288,40 @@ impl TableCaster<'_> {
         search: &Search,
         cone: &ConeAtPose,
         clear: f32,
-        desk: &mut Desk,
+        scratch: &mut Scratch,
         range: FirstHit,
     ) -> (u64, f32) {
         let grid = search.layer.blockers.window();
         let mut open = u64::MAX;
         let mut from = clear;
-        desk.intersect.start(self.level, &desk.packet);
+        scratch.intersect.start(self.level, &scratch.packet);
         for _ in 0..SECTIONS {
             let to = from + SECTION;
             let section = cone.section(from, to);
-            desk.near.clear();
+            scratch.near.clear();
             search.layer.blockers.each_in(&section, |voxel| {
                 if cone.touches(voxel, to) {
-                    desk.near.push(voxel);
+                    scratch.near.push(voxel);
                 }
             });
-            if desk.near.len() > MOST_NEAR {
+            if scratch.near.len() > MOST_NEAR {
                 break;
             }
-            for voxel in &desk.near {
-                let away = std::array::from_fn(|r| voxel[r] - desk.packet.voxel[r]);
+            for voxel in &scratch.near {
+                let away = std::array::from_fn(|r| voxel[r] - scratch.packet.voxel[r]);
                 if away != [0; 3] {
-                    desk.intersect.intersect(self.level, away, search.ignore_q16);
+                    scratch.intersect.intersect(self.level, away, search.ignore_q16);
                 }
             }
             let until = u64::from(first_hit::range((to * 65_536.0) as u32));
             let inside = section.intersection(&grid) == section;
             for lane in 0..RAYS {
-                let (entered, known) = (desk.intersect.entered[lane], desk.found[lane]);
+                let (entered, known) = (scratch.intersect.entered[lane], scratch.found[lane]);
                 // A ray that has come to the end of its range may have left the grid before.
                 let ended = entered.min(known.into()) <= until || inside && u64::from(range) <= until;
                 if ended && open >> lane & 1 == 1 {
                     let first = entered < u64::from(known.min(range));
-                    desk.found[lane] = if first { entered as FirstHit } else { known };
+                    scratch.found[lane] = if first { entered as FirstHit } else { known };
                     open &= !(1 << lane);
                 }
             }

@@ -14,7 +14,7 @@ use crate::{Error, Result};
 const PATIENCE: Duration = Duration::from_secs(600);
 
 /// An open adapter. Failures of the driver are kept as they come and reported by the next call that can fail.
-pub struct Device {
+pub struct GpuDevice {
     /// What was opened.
     pub report: AdapterReport,
     pub(super) device: wgpu::Device,
@@ -25,7 +25,7 @@ pub struct Device {
 }
 
 /// Opens the chosen adapter with the limits that it really has.
-pub fn open(choice: &AdapterChoice) -> Result<Device> {
+pub fn open(choice: &AdapterChoice) -> Result<GpuDevice> {
     let found = adapter::enumerate();
     let reports: Vec<AdapterReport> = found.iter().map(|(report, _)| report.clone()).collect();
     let index = adapter::select(&reports, choice)?;
@@ -62,7 +62,7 @@ pub fn open(choice: &AdapterChoice) -> Result<Device> {
             keep(&lost, format!("device lost: {message}"));
         }
     });
-    Ok(Device { report: report.clone(), device, queue, failure, patience: PATIENCE })
+    Ok(GpuDevice { report: report.clone(), device, queue, failure, patience: PATIENCE })
 }
 
 /// Keeps the first failure: those that follow are mostly its consequences.
@@ -72,7 +72,7 @@ fn keep(failure: &Mutex<Option<String>>, message: String) {
     }
 }
 
-impl Device {
+impl GpuDevice {
     /// What went wrong since the last check, if anything.
     pub(crate) fn check(&self) -> Result<()> {
         let failed = self.failure.lock().map_or(None, |mut kept| kept.take());
@@ -195,33 +195,33 @@ pub(super) struct Requested {
 }
 
 /// A buffer that is kept, and grows when more is asked of it; then it forgets what it held.
-pub(super) struct Scratch {
+pub(super) struct GrowingBuffer {
     label: &'static str,
     usage: wgpu::BufferUsages,
     buffer: Option<wgpu::Buffer>,
 }
 
-impl Scratch {
+impl GrowingBuffer {
     /// For storage that the host can clear, write and read.
     pub(super) fn storage(label: &'static str) -> Self {
         use wgpu::BufferUsages as Usage;
-        Scratch { label, usage: Usage::STORAGE | Usage::COPY_DST | Usage::COPY_SRC, buffer: None }
+        GrowingBuffer { label, usage: Usage::STORAGE | Usage::COPY_DST | Usage::COPY_SRC, buffer: None }
     }
 
     /// For storage that tells dispatches how many workgroups they have.
     pub(super) fn indirect(label: &'static str) -> Self {
         use wgpu::BufferUsages as Usage;
-        Scratch { label, usage: Usage::STORAGE | Usage::INDIRECT | Usage::COPY_DST, buffer: None }
+        GrowingBuffer { label, usage: Usage::STORAGE | Usage::INDIRECT | Usage::COPY_DST, buffer: None }
     }
 
     /// For uniforms that the host can write.
     pub(super) fn uniform(label: &'static str) -> Self {
         use wgpu::BufferUsages as Usage;
-        Scratch { label, usage: Usage::UNIFORM | Usage::COPY_DST, buffer: None }
+        GrowingBuffer { label, usage: Usage::UNIFORM | Usage::COPY_DST, buffer: None }
     }
 
     /// The buffer, of at least so many bytes.
-    pub(super) fn hold(&mut self, device: &Device, bytes: u64) -> wgpu::Buffer {
+    pub(super) fn hold(&mut self, device: &GpuDevice, bytes: u64) -> wgpu::Buffer {
         // The old one goes first, so that both need not fit side by side.
         let kept = self.buffer.take().filter(|buffer| buffer.size() >= bytes);
         let buffer = kept.unwrap_or_else(|| device.buffer(self.label, bytes, self.usage));
@@ -229,7 +229,7 @@ impl Scratch {
     }
 
     /// The buffer with `data` written to its beginning.
-    pub(super) fn filled<T: bytemuck::NoUninit>(&mut self, device: &Device, data: &[T]) -> wgpu::Buffer {
+    pub(super) fn filled<T: bytemuck::NoUninit>(&mut self, device: &GpuDevice, data: &[T]) -> wgpu::Buffer {
         let buffer = self.hold(device, size_of_val(data).max(size_of::<T>()) as u64);
         device.write(&buffer, 0, data);
         buffer

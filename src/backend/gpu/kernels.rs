@@ -19,7 +19,7 @@ const PROJECTION: &str = include_str!("../../../shaders/projection.wgsl");
 pub const SHADER_COMPLETION: &str = include_str!("../../../shaders/completion.wgsl");
 
 /// What the host knows of a kernel.
-struct Entry {
+struct KernelEntry {
     name: &'static str,
     source: &'static str,
     /// Code in front of it that other kernels have too.
@@ -30,7 +30,7 @@ struct Entry {
     bindings: &'static [Binding],
 }
 
-/// Makes of each line a variant of [`Stage`] and its [`Entry`]; the entry point of a kernel is always `main`.
+/// Makes of each line a variant of [`Stage`] and its [`KernelEntry`]; the entry point of a kernel is always `main`.
 macro_rules! kernels {
     ($(#[doc = $doc:literal] $stage:ident = $name:literal, $with:expr, $items:expr, [$($binding:ident)*];)*) => {
         /// The kernels, one a file of `shaders/`, in the order they run. A kernel's place here is that of its
@@ -45,7 +45,7 @@ macro_rules! kernels {
             pub const ALL: [Stage; [$($name),*].len()] = [$(Stage::$stage),*];
         }
 
-        const ENTRIES: [Entry; Stage::ALL.len()] = [$(Entry {
+        const ENTRIES: [KernelEntry; Stage::ALL.len()] = [$(KernelEntry {
             name: $name,
             source: include_str!(concat!("../../../shaders/", $name, ".wgsl")),
             with: $with,
@@ -100,7 +100,7 @@ impl Stage {
 /// The whole source of a kernel, as the device gets it: prelude, proof, what several kernels share, and the
 /// kernel, joined.
 pub fn shader_source(stage: Stage) -> String {
-    let Entry { with, source, .. } = ENTRIES[stage as usize];
+    let KernelEntry { with, source, .. } = ENTRIES[stage as usize];
     [&shader_prelude(), SHADER_COMPLETION, with, source].concat()
 }
 

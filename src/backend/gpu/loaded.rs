@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use super::device::{Device, Scratch};
+use super::device::{GpuDevice, GrowingBuffer};
 use super::plan::{SceneSizes, TableSizes};
 use super::types::{BOX_BITS, BOX_EDGE, NO_SLOT, ReadingWords, Setup, TableWords};
 use crate::backend::body_words::BodyWords;
@@ -22,12 +22,12 @@ pub(super) struct DeviceTable {
 
 impl DeviceTable {
     /// Uploads a table, if the adapter can bind it.
-    pub(super) fn new(device: &Device, rays: &Rays) -> Result<Self> {
+    pub(super) fn new(device: &GpuDevice, rays: &Rays) -> Result<Self> {
         let std_q16 = rays.noise.std_q16.iter().map(|&std_q16| std_q16 as i32);
         let noise: Vec<i32> = rays.noise.unit_q12.iter().copied().chain(std_q16).collect();
         Ok(DeviceTable {
             sizes: TableSizes::of(rays, &device.report)?,
-            words: Scratch::uniform("table").filled(device, &[TableWords::from(rays)]),
+            words: GrowingBuffer::uniform("table").filled(device, &[TableWords::from(rays)]),
             dirs_q15: device.upload("dirs_q15", &rays.dirs_q15),
             noise: device.upload("noise", &noise),
         })
@@ -66,7 +66,7 @@ pub(super) struct DeviceScene {
 impl DeviceScene {
     /// Uploads a scene of these sizes and boxes.
     pub(super) fn new(
-        device: &Device,
+        device: &GpuDevice,
         scene: &VoxelScene,
         (sizes, body_words): (SceneSizes, BodyWords),
         (boxes, wanted): (&[[u32; 3]], u32),
@@ -89,7 +89,7 @@ impl DeviceScene {
         let in_grid = |corner: &[u32; 3]| std::array::from_fn(|r| scene.window.min[r] + corner[r] as i32);
         DeviceScene {
             window: scene.window,
-            setup: Scratch::uniform("setup")
+            setup: GrowingBuffer::uniform("setup")
                 .filled(device, &[Setup::new(scene, kept.stride, body_words.counters() as u32)]),
             blockers: device.upload("blockers", &layer_words(&scene.blockers)),
             layers: scene.still.as_ref().map(layers),
@@ -143,13 +143,13 @@ pub(super) struct Kept {
     pub(super) stride: u32,
     /// Which slots hold first hits in this layer.
     pub(super) held: Vec<bool>,
-    room: Scratch,
+    room: GrowingBuffer,
 }
 
 impl Kept {
     /// Nothing is kept.
     pub(super) fn new() -> Self {
-        Kept { layer: None, stride: 0, held: Vec::new(), room: Scratch::storage("first_hits") }
+        Kept { layer: None, stride: 0, held: Vec::new(), room: GrowingBuffer::storage("first_hits") }
     }
 
     /// Forgets what is kept: other tables are to be cast.
@@ -158,7 +158,7 @@ impl Kept {
     }
 
     /// Another scene, perhaps of the same still layer.
-    pub(super) fn load(&mut self, device: &Device, still: Option<&Arc<BitGrid>>, tables: &[DeviceTable]) {
+    pub(super) fn load(&mut self, device: &GpuDevice, still: Option<&Arc<BitGrid>>, tables: &[DeviceTable]) {
         let same = self.layer.as_ref().zip(still).is_some_and(|(a, b)| Arc::ptr_eq(a, b));
         if !same {
             let largest = tables.iter().map(|table| &table.sizes).max_by_key(|sizes| sizes.ends_bytes());
@@ -170,7 +170,7 @@ impl Kept {
     }
 
     /// The buffer of all slots.
-    pub(super) fn buffer(&mut self, device: &Device) -> wgpu::Buffer {
+    pub(super) fn buffer(&mut self, device: &GpuDevice) -> wgpu::Buffer {
         self.room.hold(device, self.held.len() as u64 * u64::from(self.stride) * 4)
     }
 }
@@ -180,40 +180,40 @@ const MOST_FIRST_HITS: usize = 4096;
 
 /// Buffers that outlast a scene, because the next one mostly needs them as large.
 pub(super) struct Room {
-    pub(super) placements: Scratch,
-    pub(super) ends: Scratch,
-    pub(super) pyramid: Scratch,
-    pub(super) undecided: Scratch,
+    pub(super) placements: GrowingBuffer,
+    pub(super) ends: GrowingBuffer,
+    pub(super) pyramid: GrowingBuffer,
+    pub(super) undecided: GrowingBuffer,
     /// What `carve_voxels` leaves to `carve_crowded`: heads, then voxels.
-    pub(super) left: Scratch,
+    pub(super) left: GrowingBuffer,
     /// The arenas of [`DeviceScene`].
-    ended: Scratch,
-    free: Scratch,
-    pub(super) jobs: Scratch,
-    pub(super) readings: Scratch,
-    pub(super) fused_occupied: Scratch,
-    pub(super) fused_free: Scratch,
-    pub(super) counts: Scratch,
-    pub(super) found: Scratch,
+    ended: GrowingBuffer,
+    free: GrowingBuffer,
+    pub(super) jobs: GrowingBuffer,
+    pub(super) readings: GrowingBuffer,
+    pub(super) fused_occupied: GrowingBuffer,
+    pub(super) fused_free: GrowingBuffer,
+    pub(super) counts: GrowingBuffer,
+    pub(super) found: GrowingBuffer,
 }
 
 impl Room {
     /// No room yet.
     pub(super) fn new() -> Self {
         Room {
-            placements: Scratch::storage("placements"),
-            ends: Scratch::storage("ends"),
-            pyramid: Scratch::storage("pyramid"),
-            undecided: Scratch::storage("undecided"),
-            left: Scratch::indirect("left"),
-            ended: Scratch::storage("ended"),
-            free: Scratch::storage("free"),
-            jobs: Scratch::storage("jobs"),
-            readings: Scratch::storage("readings"),
-            fused_occupied: Scratch::storage("fused_occupied"),
-            fused_free: Scratch::storage("fused_free"),
-            counts: Scratch::storage("counts"),
-            found: Scratch::storage("found"),
+            placements: GrowingBuffer::storage("placements"),
+            ends: GrowingBuffer::storage("ends"),
+            pyramid: GrowingBuffer::storage("pyramid"),
+            undecided: GrowingBuffer::storage("undecided"),
+            left: GrowingBuffer::indirect("left"),
+            ended: GrowingBuffer::storage("ended"),
+            free: GrowingBuffer::storage("free"),
+            jobs: GrowingBuffer::storage("jobs"),
+            readings: GrowingBuffer::storage("readings"),
+            fused_occupied: GrowingBuffer::storage("fused_occupied"),
+            fused_free: GrowingBuffer::storage("fused_free"),
+            counts: GrowingBuffer::storage("counts"),
+            found: GrowingBuffer::storage("found"),
         }
     }
 }

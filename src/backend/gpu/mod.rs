@@ -16,7 +16,7 @@ mod timestamps;
 pub mod types;
 
 pub use adapter::{AdapterChoice, AdapterReport, adapters};
-pub use device::{Device, open};
+pub use device::{GpuDevice, open};
 pub use kernels::{SHADER_COMPLETION, Stage, shader_source};
 pub use loop_bounds::WORKGROUP;
 pub use pipeline::evaluate;

@@ -1,6 +1,6 @@
 //! A compute pipeline and the buffers that it is bound to. What the kernels compute is in `shaders/`.
 
-use super::device::Device;
+use super::device::GpuDevice;
 use super::types::Part;
 use crate::Result;
 
@@ -35,7 +35,7 @@ pub(super) struct Pipeline {
 
 impl Pipeline {
     /// Compiles a kernel. The driver's complaints come as an error.
-    pub(super) fn new(device: &Device, name: &str, source: String, bindings: &[Binding]) -> Result<Self> {
+    pub(super) fn new(device: &GpuDevice, name: &str, source: String, bindings: &[Binding]) -> Result<Self> {
         let entries: Vec<_> = bindings.iter().zip(0..).map(|(b, number)| b.layout_entry(number)).collect();
         let gpu = &device.device;
         let layout = gpu.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
@@ -64,7 +64,7 @@ impl Pipeline {
     }
 
     /// Binds buffers to the kernel, in the order of its bindings.
-    pub(super) fn bind(&self, device: &Device, buffers: &[&wgpu::Buffer]) -> wgpu::BindGroup {
+    pub(super) fn bind(&self, device: &GpuDevice, buffers: &[&wgpu::Buffer]) -> wgpu::BindGroup {
         let resource = |binding: Binding, buffer| match binding {
             Binding::Part => {
                 let size = wgpu::BufferSize::new(size_of::<Part>() as u64);
@@ -126,7 +126,7 @@ impl Binding {
 /// Runs a kernel of the caller's once, on `groups` workgroups: binding 0 is `input`, binding 1 receives as
 /// many words as are returned. This is how the tests ask a device for the values of single functions.
 pub fn evaluate(
-    device: &Device,
+    device: &GpuDevice,
     source: String,
     input: &[u32],
     words: usize,

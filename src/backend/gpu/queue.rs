@@ -4,7 +4,7 @@
 use std::ops::Range;
 use std::time::{Duration, Instant};
 
-use super::device::{Device, Requested, Scratch};
+use super::device::{GpuDevice, GrowingBuffer, Requested};
 use super::kernels::Stage;
 use super::pace::Pace;
 use super::pipeline::{Groups, Pipeline};
@@ -15,12 +15,12 @@ use crate::Result;
 
 /// An open adapter, its kernels, and what they were given to do.
 pub(super) struct Queue {
-    pub(super) device: Device,
+    pub(super) device: GpuDevice,
     /// A pipeline a stage.
     pipelines: Vec<Pipeline>,
     /// Bytes from one dispatch's [`Part`] to the next.
     part_stride: u32,
-    parts: Scratch,
+    parts: GrowingBuffer,
     /// Completion counters, and what they must come to.
     done: wgpu::Buffer,
     launched: Launched,
@@ -45,13 +45,13 @@ pub(super) struct InFlight {
 
 impl Queue {
     /// Compiles the kernels from the source of each stage.
-    pub(super) fn new(device: Device, source: &dyn Fn(Stage) -> String) -> Result<Self> {
+    pub(super) fn new(device: GpuDevice, source: &dyn Fn(Stage) -> String) -> Result<Self> {
         let compiled = |stage: Stage| Pipeline::new(&device, stage.name(), source(stage), stage.bindings());
         let pipelines = Stage::ALL.into_iter().map(compiled).collect::<Result<_>>()?;
         let alignment = device.device.limits().min_uniform_buffer_offset_alignment;
         Ok(Queue {
             part_stride: alignment.max(size_of::<Part>() as u32),
-            parts: Scratch::uniform("parts"),
+            parts: GrowingBuffer::uniform("parts"),
             done: device.storage("done", u64::from(DONE_WORDS) * 4),
             launched: Launched::default(),
             clock: Timestamps::new(&device),

@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use super::device::Device;
+use super::device::GpuDevice;
 use super::kernels::Stage;
 use super::plan::Dispatch;
 
@@ -30,7 +30,7 @@ pub(super) struct TimedDispatch {
 
 impl Timestamps {
     /// A clock, or none if the adapter cannot write timestamps.
-    pub(super) fn new(device: &Device) -> Self {
+    pub(super) fn new(device: &GpuDevice) -> Self {
         let stamps = device.device.features().contains(wgpu::Features::TIMESTAMP_QUERY).then(|| {
             use wgpu::BufferUsages as Usage;
             let set = device.device.create_query_set(&wgpu::QuerySetDescriptor {

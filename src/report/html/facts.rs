@@ -14,7 +14,10 @@ use crate::metrics::Score;
 use crate::report::distribution;
 use crate::report::maxima;
 use crate::report::maxima::most_sensors;
-use crate::report::table::number;
+use crate::report::table::Table;
+
+/// A table and what stands above it.
+pub(super) type Titled = (String, Table);
 
 /// What the template shows.
 #[derive(Debug)]
@@ -24,17 +27,9 @@ pub(super) struct Facts<'a> {
     pub(super) assumed: Vec<String>,
     pub(super) regions: Vec<best::RegionBest<'a>>,
     pub(super) run: run::RunFacts,
-    pub(super) distributions: Vec<Plain>,
-    pub(super) maxima: Vec<Plain>,
+    pub(super) distributions: Vec<Titled>,
+    pub(super) maxima: Vec<Titled>,
     pub(super) moves: bool,
-}
-
-/// A table of words and numbers.
-#[derive(Debug)]
-pub(super) struct Plain {
-    pub(super) title: String,
-    pub(super) columns: Vec<String>,
-    pub(super) rows: Vec<Vec<String>>,
 }
 
 impl<'a> Facts<'a> {
@@ -70,60 +65,49 @@ fn title(sweep: &ReportedSweep, (region, score): (usize, Score)) -> String {
     format!("{} in region {}", score.title(), sweep.results.regions[region])
 }
 
-fn distributions(sweep: &ReportedSweep, rankings: &[Ranking]) -> Result<Vec<Plain>> {
+fn distributions(sweep: &ReportedSweep, rankings: &[Ranking]) -> Result<Vec<Titled>> {
     let results = sweep.results;
     let table = |part: (usize, Score)| {
-        let mut rows: Vec<Vec<String>> = Vec::new();
-        for scene in &results.scenes {
-            for ranking in rankings {
-                let values = ranking.series.over(results, &scene.moments, part.0, part.1)?;
-                let values = values.into_iter().flatten().map(|over| over.mean).collect();
-                let d = distribution::distribution(values);
-                let five = d.map(|d| [d.min, d.lower_quartile, d.median, d.upper_quartile, d.max]);
-                let five = five.map_or([None; 5], |five| five.map(Some)).map(number);
-                let n = d.map_or(0, |d| d.values).to_string();
-                let names = [scene.name.clone(), ranking.series.title(results), n];
-                rows.push(names.into_iter().chain(five).collect());
-            }
-        }
-        let columns = [
-            "scene",
-            "sensors · representation",
+        let mut table = Table::new(&[
+            "<scene",
+            "<sensors · representation",
             "poses",
             "min",
             "lower quartile",
             "median",
             "upper quartile",
             "max",
-        ];
-        Ok(Plain { title: title(sweep, part), columns: columns.map(String::from).into(), rows })
+        ]);
+        for scene in &results.scenes {
+            for ranking in rankings {
+                table.row(distribution::row(results, scene, ranking.series, part)?);
+            }
+        }
+        Ok((title(sweep, part), table))
     };
     parts(sweep).map(table).collect()
 }
 
-fn maxima_tables(sweep: &ReportedSweep) -> Result<Vec<Plain>> {
+fn maxima_tables(sweep: &ReportedSweep) -> Result<Vec<Titled>> {
     let results = sweep.results;
     // Sensors alone are compared in the first table.
     if results.combinations.len() < 2 || results.combinations.iter().all(|c| c.members.len() < 2) {
         return Ok(Vec::new());
     }
     let full = most_sensors(results);
+    let relative =
+        full.map_or("relative".into(), |full| format!("relative to {}", results.combinations[full].name));
+    let scenes: Vec<String> = results.scenes.iter().map(|scene| format!(">{}", scene.name)).collect();
+    let scenes = scenes.iter().map(String::as_str);
+    let columns: Vec<&str> = ["<sensors"].into_iter().chain(scenes).chain(["mean", &relative]).collect();
     let table = |part: (usize, Score)| {
         let of = |combination| maxima::maxima(results, combination, part.0, part.1);
         let of_full = full.map(of).transpose()?.and_then(|maxima| maxima.mean);
-        let rows = (0..results.combinations.len()).map(|combination| {
-            let found = of(combination)?;
-            let scenes = found.scenes.iter().map(|maximum| number(maximum.map(|m| m.value)));
-            let last = [number(found.mean), number(maxima::relative(found.mean, of_full))];
-            let name = results.combinations[combination].name.clone();
-            Ok([name].into_iter().chain(scenes).chain(last).collect())
-        });
-        let scenes = results.scenes.iter().map(|scene| scene.name.clone());
-        let columns = ["sensors".to_string()].into_iter().chain(scenes);
-        let relative =
-            full.map_or("relative".into(), |full| format!("relative to {}", results.combinations[full].name));
-        let columns = columns.chain(["mean".into(), relative]).collect();
-        Ok(Plain { title: title(sweep, part), columns, rows: rows.collect::<Result<_>>()? })
+        let mut table = Table::new(&columns);
+        for combination in 0..results.combinations.len() {
+            table.row(maxima::row(results, &of(combination)?, of_full));
+        }
+        Ok((title(sweep, part), table))
     };
     parts(sweep).map(table).collect()
 }

@@ -55,7 +55,7 @@ impl Surroundings {
             objects.filter(|(_, object)| object.role == Role::Environment && !object.tag_only)
         {
             for axis in 0..3 {
-                let mut meet = |metres: f64| {
+                let mut hit = |metres: f64| {
                     let beyond = metres - at[axis];
                     let way = 2 * axis + usize::from(beyond > TOUCHING_M);
                     let nearest: &mut Option<(f64, usize)> = &mut around[way];
@@ -64,9 +64,9 @@ impl Surroundings {
                     }
                 };
                 match &object.surface {
-                    Surface::Mesh(mesh) => met_triangles(mesh, at, axis, &mut meet),
+                    Surface::Mesh(mesh) => hit_triangles(mesh, at, axis, &mut hit),
                     Surface::Voxels { resolution_m, keys } => {
-                        met_voxels(keys, at / *resolution_m, axis, &mut |edges| meet(edges * resolution_m));
+                        hit_voxels(keys, at / *resolution_m, axis, &mut |edges| hit(edges * resolution_m));
                     }
                 }
             }
@@ -82,7 +82,7 @@ pub(super) fn key(at: DVec3) -> [u64; 3] {
 
 /// Where a line through a place along an axis meets triangles, their edges included. Triangles that it lies
 /// in are not met: their neighbours are.
-fn met_triangles(mesh: &Mesh, at: DVec3, axis: usize, meet: &mut impl FnMut(f64)) {
+fn hit_triangles(mesh: &Mesh, at: DVec3, axis: usize, hit: &mut impl FnMut(f64)) {
     let (u, v) = ((axis + 1) % 3, (axis + 2) % 3);
     for triangle in &mesh.triangles {
         let corners = triangle.map(|corner| mesh.vertices[corner as usize]);
@@ -100,19 +100,19 @@ fn met_triangles(mesh: &Mesh, at: DVec3, axis: usize, meet: &mut impl FnMut(f64)
         let whole: f64 = weights.iter().sum();
         let is_met = weights.iter().all(|&w| w >= 0.0) || weights.iter().all(|&w| w <= 0.0);
         if is_met && whole != 0.0 {
-            meet((weights[0] * a[axis] + weights[1] * b[axis] + weights[2] * c[axis]) / whole);
+            hit((weights[0] * a[axis] + weights[1] * b[axis] + weights[2] * c[axis]) / whole);
         }
     }
 }
 
 /// The same for voxels, in edges of a voxel: where the line comes in and goes out.
-fn met_voxels(keys: &[[i32; 3]], at: DVec3, axis: usize, meet: &mut impl FnMut(f64)) {
+fn hit_voxels(keys: &[[i32; 3]], at: DVec3, axis: usize, hit: &mut impl FnMut(f64)) {
     let cell = at.floor();
     for key in keys {
         let others = (0..3).filter(|&other| other != axis);
         if others.into_iter().all(|other| f64::from(key[other]) == cell[other]) {
-            meet(f64::from(key[axis]));
-            meet(f64::from(key[axis]) + 1.0);
+            hit(f64::from(key[axis]));
+            hit(f64::from(key[axis]) + 1.0);
         }
     }
 }

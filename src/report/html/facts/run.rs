@@ -1,8 +1,8 @@
 //! What was run: study, cell, sensors, who computed, what went wrong on the way; and what was assumed.
 
-use super::Plain;
+use super::Titled;
 use crate::report::html::ReportedSweep;
-use crate::report::table::NONE;
+use crate::report::table::{NONE, Table};
 use crate::results::manifest::Fault;
 use crate::sensor::SaidOfNoise;
 use crate::{SEMANTICS_VERSION, shell};
@@ -12,7 +12,7 @@ use crate::{SEMANTICS_VERSION, shell};
 pub(in crate::report::html) struct RunFacts {
     /// Name and value.
     pub(in crate::report::html) lines: Vec<(&'static str, String)>,
-    pub(in crate::report::html) tables: Vec<Plain>,
+    pub(in crate::report::html) tables: Vec<Titled>,
 }
 
 pub(super) fn run(sweep: &ReportedSweep) -> RunFacts {
@@ -40,12 +40,13 @@ fn written() -> String {
         .to_string()
 }
 
-fn plain(title: &str, columns: &[&str], rows: Vec<Vec<String>>) -> Plain {
-    let columns = columns.iter().map(|name| name.to_string()).collect();
-    Plain { title: title.into(), columns, rows }
+fn plain(title: &str, columns: &[&str], rows: impl Iterator<Item = Vec<String>>) -> Titled {
+    let mut table = Table::new(columns);
+    rows.for_each(|row| table.row(row));
+    (title.into(), table)
 }
 
-fn scenes(sweep: &ReportedSweep) -> Plain {
+fn scenes(sweep: &ReportedSweep) -> Titled {
     let rows = sweep.results.scenes.iter().zip(&sweep.study.scenes).map(|(scene, spec)| {
         let world = &sweep.worlds[scene.moments.start];
         let truth = &world.truth();
@@ -61,10 +62,10 @@ fn scenes(sweep: &ReportedSweep) -> Plain {
         ]
     });
     let columns = ["scene", "file", "snapshots", "voxels", "occupied", "objects"];
-    plain("Cell", &columns, rows.collect())
+    plain("Cell", &columns, rows)
 }
 
-fn sensors(sweep: &ReportedSweep) -> Plain {
+fn sensors(sweep: &ReportedSweep) -> Titled {
     let study: toml::Table = toml::from_str(&sweep.study.text).unwrap_or_default();
     let rows = sweep.manifest.identity.sensors.iter().map(|sensor| {
         vec![
@@ -77,7 +78,7 @@ fn sensors(sweep: &ReportedSweep) -> Plain {
         ]
     });
     let columns = ["sensor", "kind", "poses", "rays a pose", "representations", "as the study says"];
-    plain("Sensors", &columns, rows.collect())
+    plain("Sensors", &columns, rows)
 }
 
 /// What a study says of a sensor besides its name, its kind and where it may stand.
@@ -90,7 +91,7 @@ fn keys_of(study: &toml::Table, name: &str) -> String {
     told.map(|(key, value)| format!("{key} = {value}")).collect::<Vec<_>>().join(", ")
 }
 
-fn combinations(sweep: &ReportedSweep) -> Plain {
+fn combinations(sweep: &ReportedSweep) -> Titled {
     let pairs = sweep.results.combinations.iter().zip(&sweep.study.combinations);
     let rows = pairs.map(|(found, asked)| {
         let sensors = found.members.iter().map(|member| member.sensor.as_str());
@@ -102,10 +103,10 @@ fn combinations(sweep: &ReportedSweep) -> Plain {
             found.choices().to_string(),
         ]
     });
-    plain("Combinations", &["combination", "sensors", "fusion", "choices of poses"], rows.collect())
+    plain("Combinations", &["combination", "sensors", "fusion", "choices of poses"], rows)
 }
 
-fn runs(sweep: &ReportedSweep) -> Plain {
+fn runs(sweep: &ReportedSweep) -> Titled {
     let rows = sweep.manifest.provenance.runs.iter().map(|run| {
         let count = |count: Option<u64>| count.map_or(NONE.into(), |count| count.to_string());
         let faults = run
@@ -124,7 +125,7 @@ fn runs(sweep: &ReportedSweep) -> Plain {
         ]
     });
     let columns = ["adapter", "poses scored", "seconds", "poses checked on the CPU", "ended", "faults"];
-    plain("Runs", &columns, rows.collect())
+    plain("Runs", &columns, rows)
 }
 
 /// What a reader may not expect, a sentence each.
