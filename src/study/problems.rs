@@ -6,7 +6,7 @@ use std::path::Path;
 use serde::de::DeserializeOwned;
 use toml::{Table, Value};
 
-use super::reader::{Kind, Unreadable, read};
+use super::reader::{Unread, Unreadable, read};
 use super::unreadable::{self, Step};
 use super::{Place, parse};
 use crate::{Error, Result};
@@ -100,7 +100,7 @@ fn read_without_wrong_keys<T: DeserializeOwned>(mut value: Value) -> (Option<T>,
             Ok(found) => return (Some(found), wrong),
             Err(error) => error,
         };
-        let is_missing = matches!(error.kind, Kind::Missing(_));
+        let is_missing = matches!(error.kind, Unread::Missing(_));
         let is_left_out = !is_missing && leave_out(&mut value, &unreadable::culprit(&error));
         if !is_missing || wrong.is_empty() {
             wrong.push(error);

@@ -11,7 +11,7 @@ use toml::{Table, Value};
 /// Why a value cannot be read.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Unreadable {
-    pub(super) kind: Kind,
+    pub(super) kind: Unread,
     /// In words, without the keys.
     pub(super) message: String,
     /// The keys that lead to it, the outermost first.
@@ -20,7 +20,7 @@ pub(super) struct Unreadable {
 
 /// What is wrong with a value.
 #[derive(Clone, Debug, PartialEq)]
-pub(super) enum Kind {
+pub(super) enum Unread {
     /// A table lacks this key.
     Missing(&'static str),
     /// A table has a key that is none of these.
@@ -37,7 +37,7 @@ pub(super) fn read<T: DeserializeOwned>(value: impl Into<Value>) -> Result<T, Un
 }
 
 impl Unreadable {
-    fn of(kind: Kind, said: Unreadable) -> Self {
+    fn of(kind: Unread, said: Unreadable) -> Self {
         Unreadable { kind, ..said }
     }
 }
@@ -53,21 +53,21 @@ impl std::error::Error for Unreadable {}
 
 impl de::Error for Unreadable {
     fn custom<M: Display>(message: M) -> Self {
-        Unreadable { kind: Kind::Value, message: message.to_string(), keys: Vec::new() }
+        Unreadable { kind: Unread::Value, message: message.to_string(), keys: Vec::new() }
     }
 
     fn missing_field(field: &'static str) -> Self {
-        Unreadable::of(Kind::Missing(field), Unreadable::custom(format_args!("missing field `{field}`")))
+        Unreadable::of(Unread::Missing(field), Unreadable::custom(format_args!("missing field `{field}`")))
     }
 
     fn unknown_field(field: &str, expected: &'static [&'static str]) -> Self {
         let said = format!("unknown field `{field}`, {}", one_of(expected));
-        Unreadable::of(Kind::UnknownKey(field.into(), expected), Unreadable::custom(said))
+        Unreadable::of(Unread::UnknownKey(field.into(), expected), Unreadable::custom(said))
     }
 
     fn unknown_variant(word: &str, expected: &'static [&'static str]) -> Self {
         let said = format!("unknown variant `{word}`, {}", one_of(expected));
-        Unreadable::of(Kind::UnknownWord(word.into(), expected), Unreadable::custom(said))
+        Unreadable::of(Unread::UnknownWord(word.into(), expected), Unreadable::custom(said))
     }
 }
 
@@ -219,15 +219,15 @@ mod tests {
         const KEYS: &[&str] = &["size", "count", "kind", "pair"];
         const WORDS: &[&str] = &["round", "square", "flat"];
         for (text, kind, keys) in [
-            ("", Kind::Missing("inner"), &[][..]),
-            ("inner = [{}]", Kind::Missing("size"), &["inner"]),
-            ("inner = [{ sise = 1 }]", Kind::UnknownKey("sise".into(), KEYS), &["inner"]),
-            ("other = 1", Kind::UnknownKey("other".into(), &["inner"]), &[]),
-            ("inner = [{ kind = \"flta\" }]", Kind::UnknownWord("flta".into(), WORDS), &["inner", "kind"]),
-            ("inner = [{ size = \"1\" }]", Kind::Value, &["inner", "size"]),
-            ("inner = [{ size = 1, count = -1 }]", Kind::Value, &["inner", "count"]),
-            ("inner = [{ kind = 1 }]", Kind::Value, &["inner", "kind"]),
-            ("inner = [{ pair = [1] }]", Kind::Value, &["inner", "pair"]),
+            ("", Unread::Missing("inner"), &[][..]),
+            ("inner = [{}]", Unread::Missing("size"), &["inner"]),
+            ("inner = [{ sise = 1 }]", Unread::UnknownKey("sise".into(), KEYS), &["inner"]),
+            ("other = 1", Unread::UnknownKey("other".into(), &["inner"]), &[]),
+            ("inner = [{ kind = \"flta\" }]", Unread::UnknownWord("flta".into(), WORDS), &["inner", "kind"]),
+            ("inner = [{ size = \"1\" }]", Unread::Value, &["inner", "size"]),
+            ("inner = [{ size = 1, count = -1 }]", Unread::Value, &["inner", "count"]),
+            ("inner = [{ kind = 1 }]", Unread::Value, &["inner", "kind"]),
+            ("inner = [{ pair = [1] }]", Unread::Value, &["inner", "pair"]),
         ] {
             let error = read::<Outer>(table(text)).unwrap_err();
             assert_eq!(

@@ -5,7 +5,7 @@ use std::cell::OnceCell;
 
 use toml::de::{DeTable, DeValue};
 
-use super::reader::{Kind, Unreadable};
+use super::reader::{Unread, Unreadable};
 use crate::spelling::nearest;
 
 /// A step from a file's top towards one of its values.
@@ -53,10 +53,10 @@ pub(super) fn in_words(error: &Unreadable, line_of: LineOf, within: &[Step]) -> 
 /// What a word is nearest to among those that would be right, as the end of a message.
 pub(super) fn meant(error: &Unreadable) -> String {
     let near = match &error.kind {
-        Kind::UnknownKey(written, expected) | Kind::UnknownWord(written, expected) => {
+        Unread::UnknownKey(written, expected) | Unread::UnknownWord(written, expected) => {
             nearest(written, expected.iter().copied())
         }
-        Kind::Missing(_) | Kind::Value => None,
+        Unread::Missing(_) | Unread::Value => None,
     };
     near.map_or(String::new(), |near| format!("; did you mean `{near}`?"))
 }
@@ -64,7 +64,7 @@ pub(super) fn meant(error: &Unreadable) -> String {
 /// The keys that an error is about, from the outermost table inwards.
 pub(super) fn culprit(error: &Unreadable) -> Vec<String> {
     let unknown = match &error.kind {
-        Kind::UnknownKey(key, _) => Some(key),
+        Unread::UnknownKey(key, _) => Some(key),
         _ => None,
     };
     error.keys.iter().chain(unknown).cloned().collect()

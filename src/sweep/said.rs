@@ -50,18 +50,18 @@ pub fn read_choices(
         pose_choices,
         BatchSize::FULL,
         backend,
-        &mut Reading { representations, reader },
+        &mut ReadTask { representations, reader },
     )
 }
 
 /// Asks a reader, and reads.
-struct Reading<'a> {
+struct ReadTask<'a> {
     /// Of each sensor of the study.
     representations: &'a [usize],
     reader: &'a mut dyn EvidenceReader,
 }
 
-impl Task for Reading<'_> {
+impl Task for ReadTask<'_> {
     fn wants(&self, world: &World, repeat: usize, pose_choice: &PoseChoice) -> bool {
         self.reader.wants(world, repeat, pose_choice)
     }
@@ -94,7 +94,7 @@ impl Task for Reading<'_> {
     }
 }
 
-impl Reading<'_> {
+impl ReadTask<'_> {
     /// What each sensor of some choices says.
     fn said(
         &self,

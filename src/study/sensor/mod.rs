@@ -20,7 +20,7 @@ use toml::{Table, Value};
 
 use super::file::BoxFile;
 use super::poses::PosesFile;
-use super::reader::{Kind as Unread, Unreadable, read};
+use super::reader::{Unread, Unreadable, read};
 use super::unreadable::{self, LineOf, Step};
 use super::{Place, Problems, catalogue, poses};
 use crate::sensor::known_robot::KnownRobot;
