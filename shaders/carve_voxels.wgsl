@@ -63,7 +63,7 @@ fn witnessed(placement: GridPose, row: u32, offset: vec3<i32>, middle: vec2<i32>
     return found;
 }
 
-// Lists a voxel for `carve_crowded`, whose workgroups take SCANS_AT_ONCE of them. What scan is asked to do is
+// Lists a voxel for `carve_crowded`, whose workgroups take SCANS_AT_ONCE of them. What that kernel is to do is
 // taken from its completion counters, so that they come to nothing when all is done.
 fn leave(item: u32, number: u32) {
     let head = part.region * HEAD_WORDS;

@@ -6,7 +6,7 @@
 @group(0) @binding(1) var<uniform> part: Part;
 @group(0) @binding(2) var<storage, read> jobs: array<Job>;
 @group(0) @binding(3) var<storage, read> readings: array<Reading>;
-@group(0) @binding(4) var<storage, read> flesh: array<BodyWord>;
+@group(0) @binding(4) var<storage, read> body_words: array<BodyWord>;
 @group(0) @binding(5) var<storage, read> ended: array<u32>;
 @group(0) @binding(6) var<storage, read_write> found: array<atomic<u32>>;
 @group(0) @binding(7) var<storage, read_write> done: array<atomic<u32>, DONE_WORDS>;
@@ -29,7 +29,7 @@ fn main(
     if item < part.end {
         let row = part.first_row + id.y;
         let job = jobs[row];
-        let some = flesh[item];
+        let some = body_words[item];
         var hit = 0u;
         var sensed = 0u;
         var i = job.first;

@@ -45,7 +45,7 @@ fn projection_of(place: GridFrame) -> Projection {
 
 // How far a ray of integers may be from its ideal line at a distance, in voxels (src/march/deviation.rs).
 fn deviation(distance: f32) -> f32 {
-    return DEVIATION_PER_VOXEL * distance + STRAY_FIXED;
+    return DEVIATION_PER_VOXEL * distance + DEVIATION_FIXED;
 }
 
 // The smallest and largest of p / z over a box, in pixels of one axis of the image.

@@ -216,7 +216,7 @@ impl Cell {
         let camera = camera.rgbd()?;
         let placements = poses.iter().zip(0..).map(|(pose, number)| {
             let at = Grid::voxel_of(self.grid.position_q16(pose.position_m));
-            match self.grid.window().contains(at) {
+            match pose.position_m.is_finite() && self.grid.window().contains(at) {
                 true => Ok(placement(&camera, pose, &self.grid, 0)),
                 false => {
                     let [x, y, z] = self.grid.size.map(|n| f64::from(n) * self.grid.voxel_size_m);

@@ -391,12 +391,16 @@ fn what_cannot_be_chosen_is_refused() {
     not_chosen(
         &[added, empty],
         &[],
-        "choose.objective = \"f1\": region \"empty\" has not an occupied voxel in any scene",
+        "choose.objective = \"f1\": region \"empty\" is without an occupied voxel in any scene",
     );
     let seen = with("objective = \"human_seen\"");
-    not_chosen(&[added, empty, seen], &[], "= \"human_seen\": region \"empty\" has not a voxel of a person");
+    not_chosen(
+        &[added, empty, seen],
+        &[],
+        "= \"human_seen\": region \"empty\" is without a voxel of a person",
+    );
     let people = with("objective = \"people_detected\"");
-    not_chosen(&[added, empty, people], &[], "has not min_hits voxels of a part of a person");
+    not_chosen(&[added, empty, people], &[], "is without min_hits voxels of a part of a person");
     let require = |entry: &str| format!("apart_m = 0.1\nrequire = [{entry}]");
     let apart = "apart_m = 0.1";
     let high = require("{ score = \"f1\", at_least = 0.99 }");

@@ -60,9 +60,9 @@ pub(super) fn climb(
 ) -> Option<Found> {
     let mut merit = problem.merit(&union(problem, &set), None);
     while !stop() {
-        let fixed = problem.always.len();
         // Nothing is taken out, or one of those that need not be in.
-        let bases = std::iter::once(None).chain((fixed..set.len()).map(Some));
+        let may_go = (0..set.len()).filter(|&place| !problem.always.contains(&set[place]));
+        let bases = std::iter::once(None).chain(may_go.map(Some));
         let step = bases.filter_map(|out| best_step(problem, limits, &set, out)).max_by_key(|step| step.0);
         let Some((better, item, out)) = step.filter(|step| step.0 > merit) else { break };
         merit = better;

@@ -7,6 +7,7 @@ use super::climb::{climb, climbs};
 use super::problem::{Found, Problem, SetLimits};
 use super::search::{Outcome, search};
 use super::worth::Worth;
+use crate::error::Issue;
 use crate::study::Across;
 use crate::{Error, Result};
 
@@ -39,6 +40,8 @@ pub struct Answer {
     pub steps: Vec<FrontStep>,
     /// Every set that was judged on the way to one of them, with its worth.
     pub others: Vec<Found>,
+    /// Whether the search was not stopped.
+    pub complete: bool,
 }
 
 /// The best set of each size, and of each step of cost below the budget where there are costs. When it is
@@ -56,7 +59,7 @@ pub fn answer(problem: &Problem, stop: &(dyn Fn() -> bool + Sync)) -> Result<Ans
             let step = best_within(problem, limits, &mut known, stop);
             let cost = step.best.as_ref().map(|best| problem.cost_of(&best.set));
             let is_last = size == problem.limits.at_most && limits == problem.limits;
-            if is_last && step.best.is_none() && step.bound == Bound::Proven {
+            if is_last && step.best.is_none() && !stop() {
                 return Err(no_set(problem, stop));
             }
             let worth = step.best.as_ref().map(|best| best.worth);
@@ -79,7 +82,7 @@ pub fn answer(problem: &Problem, stop: &(dyn Fn() -> bool + Sync)) -> Result<Ans
     }
     steps.retain(|step| step.best.is_some());
     let others = known.into_iter().map(|(set, worth)| Found { set, worth }).collect();
-    Ok(Answer { steps, others })
+    Ok(Answer { steps, others, complete: !stop() })
 }
 
 /// The best set within some limits. What is known is begun from, and what is found is added.
@@ -138,11 +141,16 @@ const CURE: &str = "ask for less, or allow more sensors";
 fn no_set(problem: &Problem, stop: &(dyn Fn() -> bool + Sync)) -> Error {
     for (number, &(score, over, least)) in problem.require.iter().enumerate() {
         let alone = problem.asking(score, over);
-        let best = best_within(&alone, problem.limits, &mut BTreeMap::new(), stop).best;
+        let FrontStep { best, bound, .. } = best_within(&alone, problem.limits, &mut BTreeMap::new(), stop);
+        if stop() {
+            return Error::Stopped(Issue::says("no set was found that meets the requirements so far"));
+        }
         if !best.as_ref().is_some_and(|best| best.worth.reaches(least)) {
             let (name, over, least) = (score.name(), over.name(), least.value());
-            let most =
-                best.map_or("has no value".into(), |best| format!("is {:.4} at most", best.worth.value()));
+            let most = best.map_or("has no value".into(), |best| {
+                let known = if bound == Bound::Proven { "at most" } else { "in the best set found" };
+                format!("is {:.4} {known}", best.worth.value())
+            });
             return Error::input(
                 format!("choose.require[{number}]"),
                 format!("no allowed set reaches {name} {least} ({over}): it {most}"),
@@ -154,5 +162,6 @@ fn no_set(problem: &Problem, stop: &(dyn Fn() -> bool + Sync)) -> Error {
         true => "no allowed set has a value of the objective",
         false => "each of them can be met, but no allowed set meets all of them",
     };
-    Error::input("choose.require", what).cure(CURE)
+    let key = if problem.require.is_empty() { "choose.objective" } else { "choose.require" };
+    Error::input(key, what).cure(CURE)
 }

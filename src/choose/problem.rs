@@ -218,7 +218,7 @@ pub fn examine(study: &Study, choose: &Choose, worlds: &[World]) -> Result<()> {
     for (key, score) in scores {
         if let Some(what) = lacking(score) {
             let place = format!("choose.{key} = {:?}", score.name());
-            let why = format!("region {name:?} has not {what} in any scene, so there is no such score");
+            let why = format!("region {name:?} is without {what} in any scene, so there is no such score");
             return Err(Error::input(place, why).wanted("take another region or score").at(&study.path));
         }
     }

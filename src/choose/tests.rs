@@ -253,3 +253,23 @@ fn a_search_from_a_poor_set_ends_at_the_best() {
     }
     assert!(cases == 600 && improved > 600, "{improved}");
 }
+
+#[test]
+fn climbing_keeps_what_is_always_there() {
+    use super::climb::climb;
+    let mut random = Random(17);
+    let mut swaps = 0;
+    for case in 0..400 {
+        let evidence = evidence(&mut random, 9, case % 2 == 1);
+        let mut problem = problem(&mut random, &evidence, Across::Pooled);
+        problem.always = vec![8];
+        problem.limits.at_most = problem.limits.at_most.max(2);
+        // A search gives its sets sorted, so what is always there need not come first.
+        for other in 0..8 {
+            let Some(found) = climb(&problem, problem.limits, vec![other, 8], &|| false) else { continue };
+            assert!(found.set.contains(&8), "case {case}: {:?} from {other} and 8", found.set);
+            swaps += usize::from(!found.set.contains(&other));
+        }
+    }
+    assert!(swaps > 100, "{swaps}");
+}

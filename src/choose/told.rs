@@ -83,11 +83,13 @@ impl Told {
         let teller = Teller { study, problem, places: Places::of(study, &worlds[0]), world: &worlds[0] };
         let worth_telling = |(number, step): &(usize, &FrontStep)| {
             let is_first = *number == 0 || answer.steps[number - 1].limits.at_most != step.limits.at_most;
-            is_first || !teller.is_known(step, answer)
+            is_first || (!answer.complete && step.bound != Bound::Proven) || !teller.is_known(step, answer)
         };
         let steps = answer.steps.iter().enumerate().filter(worth_telling);
         let steps: Vec<ToldStep> = steps.filter_map(|(_, step)| teller.step(step, answer)).collect();
-        let best = answer.steps.iter().max_by_key(|step| (step.limits.at_most, step.limits.budget));
+        // Of the steps of a size the first has the whole budget.
+        let most = answer.steps.iter().map(|step| step.limits.at_most).max();
+        let best = answer.steps.iter().find(|step| Some(step.limits.at_most) == most);
         let ties = best.map_or(Vec::new(), |step| teller.ties(step, answer));
         Told { steps, ties }
     }

@@ -124,7 +124,8 @@ pub fn verify(
         let claimed = claimed.and_then(|(n, d)| Some((n.ok()?, d.ok()?)));
         if let Some((n, d)) = exact
             && claimed.is_none_or(|(claimed_n, claimed_d)| {
-                claimed_n.checked_mul(d) != claimed_d.checked_mul(n) || claimed_d == 0
+                let [left, right] = [claimed_n.checked_mul(d), claimed_d.checked_mul(n)];
+                claimed_d == 0 || left.is_none() || left != right
             })
         {
             return wrong(format!("{place}.best.exactly"), format!("counted again it is {n}/{d}"));

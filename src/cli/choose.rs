@@ -5,7 +5,7 @@ use std::process::ExitCode;
 use std::time::Duration;
 
 use perirobot::backend::oracle::Oracle;
-use perirobot::choose::{self, Bound, CandidateEvidence, CastingWatch, Problem, Told, Verified};
+use perirobot::choose::{self, CandidateEvidence, CastingWatch, Problem, Told, Verified};
 use perirobot::study::Study;
 use perirobot::{Error, Result, report};
 
@@ -83,22 +83,23 @@ pub(super) fn run(args: &Args) -> Result<ExitCode> {
     }
     let problem = Problem::new(&study, choose, &worlds, &evidence)?;
     let answer = choose::answer(&problem, &|| stop.reason().is_some())?;
+    let why = stop.reason().filter(|_| !answer.complete);
     let told = Told::of(&study, &worlds, &problem, &answer);
+    if let Some(why) = why.as_ref().filter(|_| told.steps.is_empty()) {
+        say!("{why}: no set was found yet, and nothing is written");
+        return Ok(stopped());
+    }
     let out = args.out.clone().unwrap_or_else(|| args.study.usual_out());
     choose::write(&out, &study, choose, &worlds, &told)?;
     super::print(&report::choose::render(&study, choose, &told))?;
     super::print(&format!("\nresults in {}\n", out.display()))?;
-    match stop.reason().filter(|_| told.steps.is_empty() || told.steps.iter().any(is_open)) {
+    match why {
         Some(why) => {
             say!("{why}: not all sets were searched");
             Ok(stopped())
         }
         None => Ok(ExitCode::SUCCESS),
     }
-}
-
-fn is_open(step: &choose::ToldStep) -> bool {
-    step.bound != Bound::Proven
 }
 
 /// What the study asks for.

@@ -56,7 +56,7 @@ pub enum What {
     Says(Words),
 }
 
-/// Where a issue is.
+/// Where an issue is.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Site {
     /// In a file or a folder.

@@ -53,7 +53,7 @@ pub(super) struct DeviceScene {
     pub(super) robot: wgpu::Buffer,
     pub(super) regions: Vec<wgpu::Buffer>,
     pub(super) body_words: BodyWords,
-    /// The voxels of people, as the roll lists them.
+    /// The voxels of people, as `BodyWords` lists them.
     pub(super) body: wgpu::Buffer,
     /// Two planes of each slot, one after the other: occupied and hits.
     pub(super) ended: wgpu::Buffer,

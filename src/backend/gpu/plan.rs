@@ -16,7 +16,7 @@ use crate::march::MAX_RANGE_VOXELS;
 use crate::voxel::{BitGrid, Bricks};
 
 /// What an item of a stage costs, about, in steps of a march: a ray that leaps, a ray's share of the pyramid,
-/// a box to judge, and the rows of a box that was left.
+/// a box to decide, and the rows of a box that was left.
 const CAST_COST: u64 = 40;
 const PYRAMID_COST: u64 = 2;
 const CARVE_BOXES_COST: u64 = 50;

@@ -267,7 +267,8 @@ pub fn shader_prelude() -> String {
         writeln!(source, "const {} = {}u;", stage.name().to_uppercase(), stage as u32)
             .expect("writing to a string");
     }
-    for (name, value) in [("DEVIATION_PER_VOXEL", DEVIATION_PER_VOXEL), ("STRAY_FIXED", deviation::FIXED)] {
+    for (name, value) in [("DEVIATION_PER_VOXEL", DEVIATION_PER_VOXEL), ("DEVIATION_FIXED", deviation::FIXED)]
+    {
         writeln!(source, "const {name} = {value:?}f;").expect("writing to a string");
     }
     for (name, value) in [("LEAST_LOG_ODDS", LOG_ODDS.start()), ("MOST_LOG_ODDS", LOG_ODDS.end())] {
