@@ -16,7 +16,7 @@ pub enum Error {
     /// The user's files or arguments are wrong.
     #[error("{0}")]
     Input(Issue),
-    /// A device failed, or lied, after the input was accepted.
+    /// A device failed, or gave results that cannot be right, after the input was accepted.
     #[error("{0}")]
     Device(Issue),
     /// The disk failed, or is full: another time the same may work. What is finished is kept.
@@ -49,7 +49,7 @@ impl Error {
         Issue::says(what).at(place).into()
     }
 
-    /// A device that failed, or lied.
+    /// A device that failed, or gave results that cannot be right.
     pub fn device(what: impl Into<Words>) -> Self {
         Error::Device(Issue::says(what))
     }

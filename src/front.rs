@@ -12,6 +12,7 @@ use crate::sensor::range::Range;
 use crate::sensor::rgbd::{KeypointShape, Rgbd};
 use crate::sensor::{Camera, Kind, MEASURES, Scale, noise::Deviation, placement};
 use crate::study::Study;
+use crate::study::sensor::MAX_RAYS;
 use crate::sweep;
 use crate::voxel::grid::MAX_VOXELS_PER_AXIS;
 use crate::voxel::{BitGrid, BodyVoxel, Grid, People};
@@ -90,7 +91,7 @@ impl Study {
 /// A depth camera without noise: one ray through the centre of each pixel of an ideal pinhole image.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct DepthCamera {
-    /// Full angles of view in degrees, across and down; each above 0 and below 180.
+    /// Full angles of view in degrees, across and down; each from 0.001 and below 180.
     pub fov_deg: [f64; 2],
     /// Pixels across and down.
     pub resolution_px: [u32; 2],
@@ -99,23 +100,20 @@ pub struct DepthCamera {
 }
 
 impl DepthCamera {
-    /// Most pixels; a study takes no larger camera either.
-    const MOST_PIXELS: u64 = 1 << 24;
-
     fn rgbd(&self) -> Result<Rgbd> {
         let wrong = |key: &str, value: String, wanted: &str| {
             Err(Error::input(format!("camera.{key}"), format!("is {value}, must be {wanted}")))
         };
         let DepthCamera { fov_deg, resolution_px, range_m } = *self;
-        if !fov_deg.iter().all(|&angle| angle > 0.0 && angle < 180.0) {
-            return wrong("fov_deg", format!("{fov_deg:?}"), "two angles above 0 and below 180 degrees");
+        if !fov_deg.iter().all(|&angle| (0.001..180.0).contains(&angle)) {
+            return wrong("fov_deg", format!("{fov_deg:?}"), "two angles from 0.001 and below 180 degrees");
         }
         let pixels: u64 = resolution_px.iter().map(|&n| u64::from(n)).product();
-        if pixels == 0 || pixels > Self::MOST_PIXELS {
+        if pixels == 0 || pixels > MAX_RAYS as u64 {
             return wrong(
                 "resolution_px",
                 format!("{resolution_px:?}"),
-                "pixels across and down, 2²⁴ at most",
+                &format!("at least 1 each and {MAX_RAYS} together"),
             );
         }
         if !(range_m[0] >= 0.0 && range_m[0] < range_m[1] && range_m[1].is_finite()) {

@@ -128,7 +128,7 @@
 //! | counts | labels against truth: true and false positives and negatives, unknown though occupied (UO), unknown though free (UF) | confusion matrix (paper) |
 //! | journal | the finished rows of a sweep on disk, from which it goes on | checkpoint |
 
-// The pages of the rooms are for who builds them, with what is private.
+// The rooms' pages are read by developers, who build them with private items.
 #![allow(rustdoc::private_intra_doc_links)]
 
 #[doc(hidden)]

@@ -143,9 +143,9 @@ fn what_cannot_be_is_named_with_what_would_be_right() {
         let pose = Pose::facing(at.into(), [1.0, 0.0, 0.0].into(), 0.0, 0.0);
         assert_eq!(cell.score(&camera, &[pose], Device::Cpu).unwrap_err().to_string(), expected);
     };
-    let angles = "camera.fov_deg: is [90.0, 180.0], must be two angles above 0 and below 180 degrees";
+    let angles = "camera.fov_deg: is [90.0, 180.0], must be two angles from 0.001 and below 180 degrees";
     refused(&cell, DepthCamera { fov_deg: [90.0, 180.0], ..right }, [1.0; 3], angles);
-    let pixels = "camera.resolution_px: is [0, 4], must be pixels across and down, 2²⁴ at most";
+    let pixels = "camera.resolution_px: is [0, 4], must be at least 1 each and 11184810 together";
     refused(&cell, DepthCamera { resolution_px: [0, 4], ..right }, [1.0; 3], pixels);
     let range = "camera.range_m: is [2.0, 2.0], must be a nearest distance and a farther one, in metres";
     refused(&cell, DepthCamera { range_m: [2.0; 2], ..right }, [1.0; 3], range);

@@ -13,7 +13,7 @@ mod reader;
 mod region;
 mod scene_file;
 pub mod schema;
-mod sensor;
+pub(crate) mod sensor;
 mod slips;
 mod unreadable;
 mod urdf;

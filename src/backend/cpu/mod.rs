@@ -48,7 +48,7 @@ pub struct Cpu {
     tables: Vec<RayTable>,
     loaded: Option<LoadedScene>,
     slots: Vec<Option<Planes>>,
-    /// What was found in the still layer, by hit slot; empty where nothing is kept.
+    /// First hits in the still layer, by slot; empty where none are kept.
     first_hits: Vec<Vec<FirstHit>>,
     answers: VecDeque<Vec<Vec<Confusion>>>,
 }

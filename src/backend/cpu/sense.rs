@@ -209,7 +209,7 @@ impl TableCaster<'_> {
         }
     }
 
-    /// How the rays of a packet end, which are in scratch as they are believed to go.
+    /// How the rays of a packet end, which lie in `scratch` as they are believed to go.
     fn cast(&self, packet: usize, shoot: &mut Shoot, scratch: &mut Scratch) {
         let table = self.table;
         scratch.found = [first_hit::NOTHING; RAYS];

@@ -31,7 +31,7 @@ use crate::{Error, Result};
 pub(super) use schema::AnySensor;
 
 /// Most rays a sensor may cast at one pose: their directions, 12 bytes each, must fit one buffer of 128 MiB.
-const MAX_RAYS: usize = (128 << 20) / 12;
+pub(crate) const MAX_RAYS: usize = (128 << 20) / 12;
 
 /// The keys of every sensor.
 #[derive(Deserialize, JsonSchema)]
