@@ -1,0 +1,301 @@
+//! `perirobot choose` as it is used: what it prints and writes, which proofs hold, and what is refused.
+
+mod common;
+#[allow(dead_code)]
+#[path = "common/program.rs"]
+mod program;
+
+use std::fs;
+
+use program::{Edit, Folder, Outcome, perirobot, refused, text};
+
+const STUDY: &str = "study.toml";
+
+const CHOOSE: &str = r#"
+[choose]
+objective = "f1"
+region = "robot"
+at_most = 3
+budget = 1000.0
+apart_m = 0.1
+"#;
+
+/// The small study with costs, and what is looked for.
+fn folder() -> Folder {
+    let folder = Folder::new();
+    folder.edit(STUDY, "name = \"camera\"", "name = \"camera\"\ncost = 250.0");
+    folder.edit(STUDY, "name = \"lidar\"", "name = \"lidar\"\ncost = 499.5\nat_most = 1");
+    folder.edit(STUDY, "", CHOOSE);
+    folder
+}
+
+fn choose(folder: &Folder, out: &str, more: &[&str]) -> Outcome {
+    let (study, out) = (folder.path(STUDY), folder.path(out));
+    perirobot(&[&["choose", text(&study), "--out", text(&out), "--progress", "none"], more].concat())
+}
+
+#[test]
+fn all_backends_write_the_same_bytes_however_many_threads() {
+    let folder = folder();
+    let first = choose(&folder, "oracle", &["--backend", "oracle"]);
+    assert_eq!(first.code, Some(0), "{}", first.stderr);
+    let files = ["front.csv", "sets.csv", "choose.json"];
+    let read = |out: &str| files.map(|file| fs::read_to_string(folder.path(out).join(file)).unwrap());
+    let expected = read("oracle");
+    assert!(expected[0].starts_with("at_most,sensors,cost,f1,bound,proven,gain,poses\n"), "{}", expected[0]);
+    assert!(expected[0].lines().skip(1).all(|line| line.contains(",true,")), "{}", expected[0]);
+    assert!(expected[0].lines().count() >= 5, "{}", expected[0]);
+    assert!(first.stdout.contains("best set, F1 "), "{}", first.stdout);
+    let mut others =
+        vec![vec!["--backend", "cpu", "--threads", "1"], vec!["--backend", "cpu", "--threads", "2"]];
+    if common::adapter().is_some() {
+        others.push(vec!["--backend", "gpu", "--adapter", "software"]);
+    }
+    for (number, options) in others.iter().enumerate() {
+        let out = format!("out{number}");
+        let outcome = choose(&folder, &out, options);
+        assert_eq!(outcome.code, Some(0), "{}", outcome.stderr);
+        assert_eq!(read(&out), expected, "{options:?}");
+        assert_eq!(outcome.stdout.replace(&out, "oracle"), first.stdout, "{options:?}");
+    }
+}
+
+/// The proof of the small study with something changed, as `--verify` takes it.
+#[track_caller]
+fn verified(folder: &Folder, change: impl Fn(&mut serde_json::Value), expected: &[&str]) {
+    let path = folder.path("out/choose.json");
+    let written = fs::read_to_string(&path).unwrap();
+    let mut proof = serde_json::from_str(&written).unwrap();
+    change(&mut proof);
+    fs::write(&path, proof.to_string()).unwrap();
+    let study = folder.path(STUDY);
+    let outcome =
+        perirobot(&["choose", text(&study), "--verify", text(path.parent().unwrap()), "--progress", "none"]);
+    fs::write(&path, written).unwrap();
+    let code = if expected.is_empty() { 0 } else { 2 };
+    assert_eq!(outcome.code, Some(code), "{}{}", outcome.stdout, outcome.stderr);
+    for fragment in expected {
+        assert!(outcome.stderr.contains(fragment), "no {fragment:?} in {}", outcome.stderr);
+    }
+}
+
+#[test]
+fn a_proof_holds_until_it_is_altered() {
+    let folder = folder();
+    let outcome = choose(&folder, "out", &["--backend", "cpu"]);
+    assert_eq!(outcome.code, Some(0), "{}", outcome.stderr);
+    verified(&folder, |_| {}, &[]);
+    verified(
+        &folder,
+        |proof| proof["fingerprint"] = "00".into(),
+        &["choose.json: fingerprint: the study is not"],
+    );
+    verified(
+        &folder,
+        |proof| proof["asked"]["budget"] = 900.into(),
+        &["asked: the study asks for something else"],
+    );
+    let last = |proof: &mut serde_json::Value| proof["steps"].as_array_mut().unwrap().pop().unwrap();
+    // The best pair in the place of the best three is allowed, and not the best.
+    let poorer = |proof: &mut serde_json::Value| {
+        let pair = proof["steps"][1].clone();
+        proof["steps"][2]["best"] = pair["best"].clone();
+        proof["steps"][2]["no_set_is_above"] = pair["no_set_is_above"].clone();
+    };
+    verified(&folder, poorer, &["steps[2].best: this set is better: "]);
+    verified(
+        &folder,
+        |proof| proof["steps"][1]["best"]["score"] = 0.9.into(),
+        &["steps[1].best.score: f1 is 0.9, and counted again it is"],
+    );
+    verified(
+        &folder,
+        |proof| proof["steps"][1]["best"]["exactly"][0] = "1".into(),
+        &["steps[1].best.exactly: counted again it is"],
+    );
+    verified(
+        &folder,
+        |proof| proof["steps"][1]["best"]["cost"] = 1.into(),
+        &["steps[1].best: costs 500, not what is said"],
+    );
+    verified(
+        &folder,
+        |proof| proof["steps"][1]["no_set_is_above"] = 1.into(),
+        &["no_set_is_above: is not the score of the best set"],
+    );
+    let name =
+        |proof: &mut serde_json::Value| proof["steps"][0]["best"]["poses"][0] = "camera:nowhere/1".into();
+    verified(&folder, name, &["steps[0].best: \"camera:nowhere/1\" is no pose of the study"]);
+    let twice = |proof: &mut serde_json::Value| {
+        let first = proof["steps"][1]["best"]["poses"][0].clone();
+        proof["steps"][1]["best"]["poses"][1] = first;
+    };
+    verified(&folder, twice, &["steps[1].best: has camera:", " twice"]);
+    verified(
+        &folder,
+        |proof| proof["steps"][1]["at_most"] = 1.into(),
+        &["has 2 sensors, and at most 1 are allowed"],
+    );
+    let cut = |proof: &mut serde_json::Value| {
+        last(proof);
+        *proof = serde_json::json!({ "steps": proof["steps"] });
+    };
+    verified(&folder, cut, &["choose.json: is no proof of choose: missing field"]);
+}
+
+#[test]
+fn a_search_that_is_stopped_says_so() {
+    let folder = folder();
+    let outcome = choose(&folder, "out", &["--max-time", "0s", "--backend", "cpu"]);
+    assert_eq!(outcome.code, Some(75), "{}", outcome.stderr);
+    assert!(outcome.stderr.contains("stopped by --max-time"), "{}", outcome.stderr);
+    assert!(!folder.names().contains(&"out".to_string()), "nothing was found, and nothing is written");
+}
+
+/// The study with these edits is refused before anything is cast, by `choose` alone.
+#[track_caller]
+fn not_chosen(edits: &[Edit], more: &[&str], expected: &str) {
+    let folder = folder();
+    for (file, from, to) in edits {
+        folder.edit(file, from, to);
+    }
+    let before = folder.names();
+    let outcome = choose(&folder, "out", more);
+    assert_eq!(outcome.code, Some(2), "{edits:?}: {}", outcome.stderr);
+    assert!(outcome.stderr.contains(expected), "no {expected:?} in {}", outcome.stderr);
+    assert!(!outcome.stderr.contains("panicked"), "{}", outcome.stderr);
+    assert_eq!((outcome.stdout.as_str(), folder.names()), ("", before));
+}
+
+#[test]
+fn what_cannot_be_chosen_is_refused() {
+    not_chosen(
+        &[(STUDY, CHOOSE, "")],
+        &[],
+        "study.toml: no [choose]: say what is looked for, as in [choose]",
+    );
+    let region =
+        "[[region]]\nname = \"empty\"\nbox = { min_m = [-0.1, 0.1, 0.8], max_m = [0.0, 0.2, 0.9] }\n[choose]";
+    let empty = (STUDY, "region = \"robot\"\nat_most", "region = \"empty\"\nat_most");
+    let with = |objective| (STUDY, "objective = \"f1\"", objective);
+    let added = (STUDY, "[choose]", region);
+    not_chosen(
+        &[added, empty],
+        &[],
+        "choose.objective = \"f1\": region \"empty\" is without an occupied voxel in any scene",
+    );
+    let seen = with("objective = \"human_seen\"");
+    not_chosen(
+        &[added, empty, seen],
+        &[],
+        "= \"human_seen\": region \"empty\" is without a voxel of a person",
+    );
+    let people = with("objective = \"people_detected\"");
+    not_chosen(&[added, empty, people], &[], "is without min_hits voxels of a part of a person");
+    let require = |entry: &str| format!("apart_m = 0.1\nrequire = [{entry}]");
+    let apart = "apart_m = 0.1";
+    let high = require("{ score = \"f1\", at_least = 0.99 }");
+    not_chosen(
+        &[(STUDY, apart, &high)],
+        &[],
+        "choose.require[0]: no allowed set reaches f1 0.99 (pooled): it is 0.",
+    );
+    let seen = require(
+        "{ score = \"f1\", at_least = 0 }, { score = \"human_seen\", over = \"worst\", at_least = 1 }",
+    );
+    not_chosen(
+        &[(STUDY, apart, &seen)],
+        &[],
+        "choose.require[1]: no allowed set reaches human_seen 1 (worst): it is 0.",
+    );
+}
+
+#[test]
+fn wrong_keys_are_refused_even_by_a_sweep() {
+    for (from, to, expected) in [
+        ("objective = \"f1\"", "objective = \"f2\"", &["unknown variant `f2`", "`parts_detected`"][..]),
+        (
+            "region = \"robot\"\nat",
+            "region = \"rob\"\nat",
+            &["choose.region = \"rob\": must be a region of the study"],
+        ),
+        ("at_most = 3", "at_most = 0", &["choose.at_most = 0: must be from 1 to 16"]),
+        ("at_most = 3", "at_most = 17", &["choose.at_most = 17: must be from 1 to 16"]),
+        ("at_most = 3", "", &["missing field `at_most`"]),
+        ("at_most = 3", "at_most = 3\nover = \"all\"", &["unknown variant `all`"]),
+        ("at_most = 1", "at_most = 0", &["sensor \"lidar\".at_most = 0: must be 1 or more"]),
+        ("cost = 250.0", "cost = -1", &["sensor \"camera\".cost = -1: must be a number from 0"]),
+        ("cost = 250.0", "cost = 0.0001", &["at most three digits after the point"]),
+        (
+            "cost = 250.0",
+            "",
+            &["choose.budget = 1000: sensor \"camera\" has no cost: give it one, as in cost = 450.0"],
+        ),
+        (
+            "budget = 1000.0",
+            "budget = 249.9",
+            &["choose.budget = 249.9: is below the 250 that the cheapest sensor costs"],
+        ),
+        ("budget = 1000.0", "budget = nan", &["choose.budget = NaN: must be a number from 0"]),
+        (
+            "apart_m = 0.1",
+            "apart_m = -0.1",
+            &["choose.apart_m = -0.1: must be a distance in metres, 0 or more"],
+        ),
+        (
+            "apart_m = 0.1",
+            "always = [\"camera\"]",
+            &["always = \"camera\": must be a sensor and one of its poses"],
+        ),
+        (
+            "apart_m = 0.1",
+            "always = [\"cam:wall/0/0\"]",
+            &["must begin with a sensor of the study: [\"camera\", \"lidar\"]"],
+        ),
+        (
+            "apart_m = 0.1",
+            "always = [\"camera:wall/9/9\"]",
+            &["has no such pose; its poses are like \"wall/0/0\""],
+        ),
+        ("apart_m = 0.1", "always = [\"lidar:posts/upright\", \"lidar:posts/upright\"]", &["stands twice"]),
+        (
+            "apart_m = 0.1",
+            "always = [\"lidar:posts/upright\", \"lidar:posts/corner\"]",
+            &["one more of \"lidar\" than its at_most = 1 allows"],
+        ),
+        (
+            "at_most = 3",
+            "at_most = 1\nalways = [\"camera:wall/0/0\", \"camera:wall/1/0\"]",
+            &["choose.always = 2 sensors: is more than at_most = 1 allows"],
+        ),
+        (
+            "budget = 1000.0",
+            "budget = 400.0\nalways = [\"camera:wall/0/0\", \"camera:wall/1/0\"]",
+            &["is below the 500 that the sensors in always cost"],
+        ),
+        (
+            "apart_m = 0.1",
+            "require = [{ score = \"f1\", at_least = 1.1 }]",
+            &["choose.require[0].at_least = 1.1: must be a number from 0 to 1"],
+        ),
+        (
+            "apart_m = 0.1",
+            "representation = { cam = \"points\" }",
+            &["choose.representation: \"cam\" must be a sensor of the study"],
+        ),
+        (
+            "apart_m = 0.1",
+            "representation = { camera = \"box\" }",
+            &[
+                "choose.representation.camera = \"box\": must be a representation of that sensor: [\"points\"]",
+            ],
+        ),
+        (
+            "seed = 7",
+            "seed = 7\nfusion = \"octomap\"",
+            &["sets are chosen under fusion = \"occupied_wins\" only"],
+        ),
+    ] {
+        refused(&folder(), &[(STUDY, from, to)], expected);
+    }
+}
