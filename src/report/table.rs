@@ -1,4 +1,5 @@
-//! One model of a table, whatever writes it: plain text here, HTML by `html/plain.html`.
+//! One model of a table for people, with two writers: plain text here, HTML in `html/plain.html`. Tables for
+//! programs (CSV and Parquet, numbers not rounded) are `results/table`'s.
 
 /// How a cell without a value is shown.
 pub(super) const NONE: &str = "–";

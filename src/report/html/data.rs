@@ -1,5 +1,9 @@
 //! What the page's script knows of a sweep, besides scores and voxels: names, poses, where sensors look,
 //! baselines. It is written as JSON.
+//!
+//! The JSON is no table and comes from no [`Table`](crate::report::table::Table): plots need numbers that are
+//! not rounded, found by their place (region, score, scene, series). What the page shows as tables is made in
+//! `facts` of the same rows as the tables of `summary`.
 
 mod sensor;
 
