@@ -10,7 +10,7 @@ use crate::metrics::{Confusion, Score};
 use crate::results::journal::Pages;
 use crate::results::{Layout, Over, RowKey, Size, columns, over};
 use crate::sensor::{Candidate, Setting};
-use crate::study::{self, Combination, Study, nth_choice};
+use crate::study::{self, Choices, Combination, Study};
 use crate::world::place::{self, Places};
 use crate::world::{Baselines, World};
 
@@ -53,7 +53,7 @@ pub struct SceneResults {
 pub struct CombinationResults {
     /// Its name.
     pub name: String,
-    /// Its sensors in the order they speak.
+    /// Its sensors in the order they speak; equal ones follow each other.
     pub members: Vec<MemberResults>,
     /// What is scored of each choice, as in the column `representation` of results.csv.
     pub representations: Vec<String>,
@@ -224,12 +224,16 @@ impl Results {
 impl CombinationResults {
     /// How many choices of poses it has.
     pub fn choices(&self) -> usize {
-        self.members.iter().map(|member| member.candidates.len()).fold(1, usize::saturating_mul)
+        self.all_choices().count()
+    }
+
+    fn all_choices(&self) -> Choices {
+        Choices::of(self.members.iter().map(|member| (&member.sensor, member.candidates.as_slice())))
     }
 
     /// The poses of a choice.
     pub(crate) fn poses(&self, choice: usize) -> impl Iterator<Item = (&MemberResults, &PoseResults)> {
-        let chosen = nth_choice(choice, self.members.iter().map(|member| member.candidates.len()));
+        let chosen = self.all_choices().nth(choice);
         self.members.iter().zip(chosen).map(|(member, i)| (member, &member.poses[member.candidates[i]]))
     }
 

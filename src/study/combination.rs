@@ -3,6 +3,7 @@
 use wildmatch::WildMatch;
 
 use super::Place;
+use super::choices::Choices;
 use super::file::CombinationFile;
 use super::{Problems, slug};
 use crate::backend::Fusion;
@@ -16,6 +17,9 @@ pub(crate) const MAX_ROWS: usize = 1_000_000_000;
 /// Most bytes that the names of all representations of all combinations may take; they are kept in memory.
 pub(crate) const MAX_NAMES_BYTES: usize = 64 << 20;
 
+/// Most equal sensors of a combination.
+const MOST_EQUAL: usize = 64;
+
 /// Sensors that are scored together: every pose of each with every pose of the others.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Combination {
@@ -23,11 +27,11 @@ pub struct Combination {
     pub name: String,
     /// How their evidence becomes one label.
     pub fusion: Fusion,
-    /// The sensors in the order they speak; a known robot is the last.
+    /// The sensors in the order they speak; a known robot is the last. Equal ones follow each other.
     pub members: Vec<Member>,
 }
 
-/// One sensor of a combination.
+/// One sensor of a combination. Two that are equal are two of one sensor, in different poses.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Member {
     /// Index of the sensor in the study.
@@ -39,13 +43,18 @@ pub struct Member {
 impl Combination {
     /// How many choices of poses it has.
     pub fn choices(&self) -> usize {
-        self.members.iter().map(|member| member.candidates.len()).fold(1, usize::saturating_mul)
+        self.all_choices().count()
     }
 
-    /// The candidate of each member in a choice; those of the last member vary fastest.
+    /// The candidate of each member in a choice. Those of the last member vary fastest; of equal members each
+    /// has a later one than the member before it.
     pub fn choice(&self, number: usize) -> Vec<usize> {
-        let chosen = nth_choice(number, self.members.iter().map(|member| member.candidates.len()));
-        chosen.into_iter().zip(&self.members).map(|(i, member)| member.candidates[i]).collect()
+        let chosen = self.all_choices().nth(number).into_iter();
+        chosen.zip(&self.members).map(|(i, member)| member.candidates[i]).collect()
+    }
+
+    fn all_choices(&self) -> Choices {
+        Choices::of(self.members.iter().map(|member| (member.sensor, member.candidates.as_slice())))
     }
 
     /// How many choices of a representation for each member there are.
@@ -63,19 +72,6 @@ impl Combination {
                 .collect()
         })
     }
-}
-
-/// The choice of this number of one thing from each of several collections, by their lengths: those of the
-/// last vary fastest.
-pub(crate) fn nth_choice(mut number: usize, lengths: impl DoubleEndedIterator<Item = usize>) -> Vec<usize> {
-    let digit = |length: usize| {
-        let digit = number % length;
-        number /= length;
-        digit
-    };
-    let mut chosen: Vec<usize> = lengths.rev().map(digit).collect();
-    chosen.reverse();
-    chosen
 }
 
 /// The combinations of a study, or each sensor alone where it names none.
@@ -148,20 +144,27 @@ pub(crate) fn bytes_of_names<S: AsRef<str>>(sensors: impl Iterator<Item = impl A
 }
 
 fn one(at: &Place, entry: CombinationFile, fusion: Fusion, sensors: &[Sensor]) -> Result<Combination> {
-    let name = entry.name.unwrap_or_else(|| entry.sensors.join(" + "));
+    let name = entry.name.clone().unwrap_or_else(|| default_name(&entry));
     let at = at.key(&format!("combination {name:?}"));
     at.some("sensors", &entry.sensors, "sensors = [\"camera\", \"pads\"]")?;
     if let Some(i) = (0..entry.sensors.len()).find(|&i| entry.sensors[..i].contains(&entry.sensors[i])) {
         return Err(at.wrong(
             "sensors",
             format!("{:?}", entry.sensors[i]),
-            "stands twice: name each sensor once",
+            "stands twice: name each sensor once, and say in `count` how many of it there are",
         ));
     }
     let known = || sensors.iter().map(|sensor| sensor.name.as_str()).collect::<Vec<_>>();
-    if let Some(stranger) = entry.poses.keys().find(|sensor| !entry.sensors.contains(sensor)) {
-        let rule = format!("is not among its sensors {:?}: name the poses of those", entry.sensors);
-        return Err(at.wrong("poses", format!("{stranger:?}"), &rule));
+    let stranger = |sensor: &&String| !entry.sensors.contains(sensor);
+    let not_among = |key: &str, stranger: &String| {
+        let rule = format!("is not among its sensors {:?}: name one of those", entry.sensors);
+        Err(at.wrong(key, format!("{stranger:?}"), &rule))
+    };
+    if let Some(sensor) = entry.poses.keys().find(stranger) {
+        return not_among("poses", sensor);
+    }
+    if let Some(sensor) = entry.count.keys().find(stranger) {
+        return not_among("count", sensor);
     }
     let mut members = Vec::new();
     for name in &entry.sensors {
@@ -173,11 +176,29 @@ fn one(at: &Place, entry: CombinationFile, fusion: Fusion, sensors: &[Sensor]) -
             ));
         };
         let candidates = subset(&at, &sensors[sensor], entry.poses.get(name))?;
-        members.push(Member { sensor, candidates });
+        let count = entry.count.get(name).copied().unwrap_or(1);
+        let most = candidates.len().min(MOST_EQUAL);
+        if !(1..=most).contains(&count) {
+            let rule = format!(
+                "must be from 1 to {most}: no two are in one of its {} poses, and at most {MOST_EQUAL} are equal",
+                candidates.len()
+            );
+            return Err(at.key("count").wrong(name, count, &rule));
+        }
+        members.extend(std::iter::repeat_n(Member { sensor, candidates }, count));
     }
     // The sort is stable: the others speak in the order they are listed.
     members.sort_by_key(|member| sensors[member.sensor].kind.speaks_last());
     Ok(Combination { name, fusion: entry.fusion.unwrap_or(fusion), members })
+}
+
+/// Its sensors: `lidar + 3 camera`.
+fn default_name(entry: &CombinationFile) -> String {
+    let counted = |sensor: &String| match entry.count.get(sensor) {
+        None | Some(1) => sensor.clone(),
+        Some(count) => format!("{count} {sensor}"),
+    };
+    entry.sensors.iter().map(counted).collect::<Vec<_>>().join(" + ")
 }
 
 /// A pattern whose group is spelled as the study does, `south wall/*`, in the spelling of names.

@@ -223,4 +223,8 @@ pub(super) struct CombinationFile {
     /// all.
     #[serde(default)]
     pub(super) poses: BTreeMap<String, Vec<String>>,
+    /// Of some sensors, how many equal ones there are, as in camera = 3. No two are in one pose, and which of
+    /// them stands where makes no difference. Default 1.
+    #[serde(default)]
+    pub(super) count: BTreeMap<String, usize>,
 }

@@ -3,6 +3,7 @@
 //! `scene`.
 
 pub mod catalogue;
+mod choices;
 mod choose;
 mod combination;
 mod file;
@@ -30,9 +31,10 @@ use crate::sensor::{SaidOfNoise, Sensor};
 use crate::source::Sources;
 use crate::voxel::grid::VOXEL_SIZES_M;
 use crate::{Error, Result};
+pub(crate) use choices::Choices;
 pub use choose::{Across, Choose, Requirement};
 pub use combination::{Combination, Member};
-pub(crate) use combination::{MAX_NAMES_BYTES, MAX_ROWS, bytes_of_names, nth_choice};
+pub(crate) use combination::{MAX_NAMES_BYTES, MAX_ROWS, bytes_of_names};
 use file::StudyFile;
 use place::{Place, only_one};
 use problems::{Problems, parse_in_parts, wrong_with};

@@ -3,6 +3,7 @@
 //! tables.
 
 use std::cell;
+use std::collections::HashMap;
 use std::time::{Duration, Instant};
 
 use super::BatchSize;
@@ -122,18 +123,13 @@ pub fn race(
     let choices = compare::spread(poses, spec.choices());
     let pose_choices: Vec<PoseChoice> =
         choices.iter().map(|&choice| PoseChoice { combination, choice }).collect();
-    let mut cast: Vec<Vec<usize>> = vec![Vec::new(); spec.members.len()];
-    for choice in &choices {
-        spec.choice(*choice).into_iter().zip(&mut cast).for_each(|(candidate, cast)| cast.push(candidate));
-    }
-    let distinct = |mut candidates: Vec<usize>| {
-        candidates.sort_unstable();
-        candidates.dedup();
-        candidates.len()
+    let each = rays(study, combination);
+    let cast = |&choice: &usize| {
+        let members = spec.members.iter().zip(spec.choice(choice)).zip(&each);
+        members.map(|((member, candidate), rays)| ((member.sensor, candidate), *rays)).collect::<Vec<_>>()
     };
     // Evidence that several choices share is cast once.
-    let rays: usize =
-        cast.into_iter().zip(rays(study, combination)).map(|(cast, rays)| distinct(cast) * rays).sum();
+    let rays: usize = choices.iter().flat_map(cast).collect::<HashMap<_, _>>().into_values().sum();
     let (expected, line) = measure(study, worlds, &pose_choices, long_enough, &mut Contender::oracle())?;
     let mut race = Race {
         combination: spec.name.clone(),

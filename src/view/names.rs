@@ -2,7 +2,7 @@
 
 use crate::error::{Argument, Issue, Site};
 use crate::results::columns::BETWEEN_MEMBERS;
-use crate::study::slug;
+use crate::study::{Choices, slug};
 use crate::{Error, Result};
 
 /// Names that are so near to what was written that they may be meant.
@@ -36,16 +36,14 @@ pub(crate) fn find_choices(
         return Err(unknown(Argument::Combination, combination, &names));
     }
     let meant = |(number, names): &(usize, &ChoiceNames)| {
-        let choice = names.written(poses).or_else(|| names.spelled(poses))?;
-        Some((*number, names.number(&choice)))
+        Some((*number, names.written(poses).or_else(|| names.spelled(poses))?))
     };
     let found: Vec<(usize, usize)> = asked.iter().filter_map(meant).collect();
     if !found.is_empty() {
         return Ok(found);
     }
-    let name = |names: &ChoiceNames, choice: Option<Vec<usize>>| Some(names.name(&choice?));
-    let mut near: Vec<String> =
-        asked.iter().filter_map(|(_, names)| name(names, names.nearest(poses))).collect();
+    let near = |(_, names): &(usize, &ChoiceNames)| Some(names.name(names.nearest(poses)?));
+    let mut near: Vec<String> = asked.iter().filter_map(near).collect();
     near.dedup();
     let meant = match near.is_empty() {
         true => String::new(),
@@ -54,7 +52,7 @@ pub(crate) fn find_choices(
     let (_, first) = asked[0];
     let rule = format!(
         "must be sensor:pose as `perirobot check` lists poses, or as in the column `poses` of results.csv, as in {}",
-        first.name(&vec![0; first.members.len()])
+        first.name(0)
     );
     let place = Site::Argument(Argument::Pose, poses.into());
     Err(Error::input(place, format!("no such choice of poses{meant}")).wanted(rule))
@@ -66,13 +64,13 @@ pub(crate) fn unknown(argument: Argument, name: Option<&str>, known: &[impl AsRe
 }
 
 impl ChoiceNames<'_> {
-    /// Of each sensor the place of its pose, of the choice with exactly this name.
-    fn written(&self, poses: &str) -> Option<Vec<usize>> {
+    /// The choice with exactly this name; of equal sensors the poses may be in any order.
+    fn written(&self, poses: &str) -> Option<usize> {
         self.each(poses, |known, own| known.iter().position(|name| *name == own))
     }
 
-    /// The same of the choice whose name differs in spelling only.
-    fn spelled(&self, poses: &str) -> Option<Vec<usize>> {
+    /// The choice whose name differs in spelling only.
+    fn spelled(&self, poses: &str) -> Option<usize> {
         self.each(poses, |known, own| {
             let own = plain(own);
             let mut alike = (0..known.len()).filter(|&i| plain(known[i]) == own);
@@ -81,8 +79,8 @@ impl ChoiceNames<'_> {
         })
     }
 
-    /// The same of the choice whose name is nearest, if each of its poses is near.
-    fn nearest(&self, poses: &str) -> Option<Vec<usize>> {
+    /// The choice whose name is nearest, if each of its poses is near.
+    fn nearest(&self, poses: &str) -> Option<usize> {
         self.each(poses, |known, own| {
             let own = plain(own);
             let near = |i: &usize| strsim::normalized_damerau_levenshtein(&plain(known[*i]), &own);
@@ -92,8 +90,9 @@ impl ChoiceNames<'_> {
         })
     }
 
-    /// What is found for each sensor among the names of its poses; a sensor's own name may be left out.
-    fn each(&self, poses: &str, find: impl Fn(&[&str], &str) -> Option<usize>) -> Option<Vec<usize>> {
+    /// The choice of what is found for each sensor among the names of its poses; a sensor's own name may be
+    /// left out.
+    fn each(&self, poses: &str, find: impl Fn(&[&str], &str) -> Option<usize>) -> Option<usize> {
         let parts: Vec<&str> = poses.split(BETWEEN_MEMBERS).collect();
         if parts.len() != self.members.len() {
             return None;
@@ -103,17 +102,16 @@ impl ChoiceNames<'_> {
             let own = part.strip_prefix(sensor).and_then(|rest| rest.strip_prefix(':')).unwrap_or(part);
             find(known, own)
         });
-        found.collect()
+        self.choices().number(&found.collect::<Option<Vec<_>>>()?)
     }
 
-    /// The number of a choice; those of the last sensor vary fastest.
-    fn number(&self, choice: &[usize]) -> usize {
-        self.members.iter().zip(choice).fold(0, |number, ((_, known), place)| number * known.len() + place)
+    fn choices(&self) -> Choices {
+        Choices::of(self.members.iter().map(|(sensor, known)| (sensor, known.as_slice())))
     }
 
-    fn name(&self, choice: &[usize]) -> String {
-        let names = self.members.iter().zip(choice);
-        let names = names.map(|((sensor, known), &place)| format!("{sensor}:{}", known[place]));
+    fn name(&self, choice: usize) -> String {
+        let names = self.members.iter().zip(self.choices().nth(choice));
+        let names = names.map(|((sensor, known), place)| format!("{sensor}:{}", known[place]));
         names.collect::<Vec<_>>().join(BETWEEN_MEMBERS)
     }
 }

@@ -44,21 +44,38 @@ function bestChoice() {
   return choicesOf(series().scores.over)[best];
 }
 
-/** Which candidate each member of a choice has; those of the last member vary fastest. */
-function candidates(choice, of = combination()) {
+/** How many subsets of `size` numbers there are of `of` numbers. */
+function subsets(of, size) {
+  let count = 1;
+  for (let n = 0; n < Math.min(size, of - size); n++) count = count * (of - n) / (n + 1);
+  return count;
+}
+
+/** The subset of this number, as `study/choices.rs` numbers them. */
+function nthSubset(number, of, size) {
   const found = [];
-  for (let i = of.members.length - 1, rest = choice; i >= 0; i--) {
-    const all = of.members[i].candidates;
-    found[i] = all[rest % all.length];
-    rest = Math.floor(rest / all.length);
+  for (let next = 0; found.length < size; next++) {
+    const begun = subsets(of - 1 - next, size - 1 - found.length);
+    if (number < begun) found.push(next); else number -= begun;
   }
   return found;
 }
 
-/** Members, each with its sensor and the pose it has in a choice. */
-const members = (choice, of = combination()) => candidates(choice, of).map((candidate, i) => {
-  const sensor = data.sensors[of.members[i].sensor];
-  return { sensor, pose: sensor.poses[candidate] };
+/** Which candidates each member of a choice has, as many as there are equal ones of it; those of the last vary fastest. */
+function candidates(choice, of = combination()) {
+  const found = [];
+  for (let i = of.members.length - 1, rest = choice; i >= 0; i--) {
+    const { candidates: all, count } = of.members[i], choices = subsets(all.length, count);
+    found[i] = nthSubset(rest % choices, all.length, count).map(place => all[place]);
+    rest = Math.floor(rest / choices);
+  }
+  return found;
+}
+
+/** Each sensor of a choice, with the number of its member and the pose it has. */
+const members = (choice, of = combination()) => candidates(choice, of).flatMap((own, member) => {
+  const sensor = data.sensors[of.members[member].sensor];
+  return own.map(candidate => ({ member, sensor, pose: sensor.poses[candidate] }));
 });
 
 /** As in the column `poses` of results.csv. */
@@ -66,15 +83,15 @@ const fullName = (choice, of = combination()) => members(choice, of).map(({ sens
 
 /** As in tables: without the name of an only sensor, and without what there is one of. */
 function nameOf(choice, of = combination()) {
-  if (of.members.length === 1) return members(choice, of)[0].pose.name;
-  return members(choice, of).filter((_, i) => of.members[i].candidates.length > 1).map(({ sensor, pose }) => `${sensor.name}: ${pose.name}`).join(", ") || fullName(choice, of);
+  const all = members(choice, of);
+  if (all.length === 1) return all[0].pose.name;
+  return all.filter(({ member }) => of.members[member].candidates.length > 1).map(({ sensor, pose }) => `${sensor.name}: ${pose.name}`).join(", ") || fullName(choice, of);
 }
 
 /** Where the sensors of a choice are, in words: of several, those that could stand elsewhere, each with its name. */
 function placeOf(choice) {
-  const which = posed();
-  const told = which.map(i => members(choice)[i]).filter(({ pose }) => pose.place);
-  return told.map(({ sensor, pose }) => which.length > 1 ? `${sensor.name}: ${pose.place}` : pose.place).join("; ") || "–";
+  const which = posed(), all = members(choice).filter(({ member }) => which.includes(member));
+  return all.filter(({ pose }) => pose.place).map(({ sensor, pose }) => all.length > 1 ? `${sensor.name}: ${pose.place}` : pose.place).join("; ") || "–";
 }
 
 /** Numbers of the members that stand somewhere and could stand elsewhere; else of those that stand anywhere. */
@@ -96,21 +113,20 @@ function positions(member = chosen.member) {
   const all = values(), choices = choicesOf(series().scores.over);
   const found = new Map();
   choices.forEach((choice, i) => {
-    const pose = sensor.poses[candidates(choice)[member]];
-    if (!pose.at_m) return;
-    const key = `${pose.group}/${pose.at_m}`;
-    const known = found.get(key);
-    if (!known) found.set(key, { group: pose.group, at: pose.at_m, pose, choice, value: all[i], key });
-    else if (isBetter(all[i], known.value)) Object.assign(known, { pose, choice, value: all[i] });
+    for (const pose of candidates(choice)[member].map(candidate => sensor.poses[candidate]).filter(pose => pose.at_m)) {
+      const key = keyOf(pose), known = found.get(key);
+      if (!known) found.set(key, { group: pose.group, at: pose.at_m, pose, choice, value: all[i], key });
+      else if (isBetter(all[i], known.value)) Object.assign(known, { pose, choice, value: all[i] });
+    }
   });
   return [...found.values()];
 }
 
-/** The key of where a member stands in the chosen choice. */
-function chosenPosition(member = chosen.member) {
-  const pose = members(chosen.choice)[member]?.pose;
-  return pose?.at_m ? `${pose.group}/${pose.at_m}` : "";
-}
+/** What tells a position from others. */
+const keyOf = pose => `${pose.group}/${pose.at_m}`;
+
+/** The keys of where the chosen member stands in the chosen choice: of several equal sensors, several. */
+const chosenPositions = () => members(chosen.choice).filter(({ member, pose }) => member === chosen.member && pose.at_m).map(({ pose }) => keyOf(pose));
 
 // Vectors and quaternions (x, y, z, w).
 const plus = (a, b) => a.map((x, i) => x + b[i]);

@@ -82,6 +82,8 @@ struct CombinationData<'a> {
 struct MemberData<'a> {
     sensor: usize,
     candidates: &'a [usize],
+    /// How many equal ones there are.
+    count: usize,
 }
 
 #[derive(Serialize)]
@@ -171,8 +173,13 @@ fn scene_data<'a>(scene: &'a crate::results::swept::SceneResults, worlds: &[Worl
 
 fn combinations<'a>(sweep: &'a ReportedSweep) -> Vec<CombinationData<'a>> {
     let members = |combination: &'a crate::study::Combination| {
-        let all = combination.members.iter();
-        all.map(|member| MemberData { sensor: member.sensor, candidates: &member.candidates }).collect()
+        let equal = combination.members.chunk_by(|a, b| a == b);
+        let one = |equal: &'a [crate::study::Member]| MemberData {
+            sensor: equal[0].sensor,
+            candidates: &equal[0].candidates,
+            count: equal.len(),
+        };
+        equal.map(one).collect()
     };
     let pairs = sweep.results.combinations.iter().zip(&sweep.study.combinations);
     pairs

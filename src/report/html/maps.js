@@ -126,11 +126,11 @@ async function drawMaps() {
   await markMaps();
 }
 
-/** Rings the chosen position. */
+/** Rings the chosen positions. */
 async function markMaps() {
-  const key = chosenPosition();
+  const keys = chosenPositions();
   for (const plot of element("maps").children) {
-    const here = plot.parts.flatMap(({ whole, to }) => whole.filter(p => p.key === key).map(p => to(p.at)));
+    const here = plot.parts.flatMap(({ whole, to }) => whole.filter(p => keys.includes(p.key)).map(p => to(p.at)));
     await Plotly.restyle(plot, { x: [here.map(at => at[0])], y: [here.map(at => at[1])] }, [plot.parts.length]);
   }
 }

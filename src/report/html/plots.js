@@ -79,7 +79,7 @@ async function drawPositions() {
   const plot = element("positions"), all = positions().map(p => ({ ...p, at: inWorld(sensor, p.pose, moment).at }));
   plot.hidden = !all.length;
   if (!all.length) return;
-  const key = chosenPosition(), here = all.filter(p => p.key === key);
+  const keys = chosenPositions(), here = all.filter(p => keys.includes(p.key));
   const [cmin, cmax] = span(all.map(p => p.value));
   const column = axis => of => of.map(p => p.at[axis]);
   const [x, y, z] = [0, 1, 2].map(column);

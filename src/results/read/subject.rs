@@ -52,10 +52,8 @@ pub(super) fn read(folder: &Path, manifest: &Manifest) -> Result<Subject> {
     let mut room = MAX_NAMES_BYTES;
     let combinations = file.combinations.iter().map(|entry| combination(entry, &sensors, &mut room));
     let combinations: Vec<CombinationResults> = combinations.collect::<Result<_, Issue>>().map_err(says)?;
-    let of_one = |c: &CombinationResults| {
-        let lengths = c.members.iter().map(|member| member.candidates.len() as u128);
-        lengths.chain([c.representations.len() as u128]).fold(1, u128::saturating_mul)
-    };
+    let of_one =
+        |c: &CombinationResults| (c.choices() as u128).saturating_mul(c.representations.len() as u128);
     let choices = combinations.iter().map(of_one).fold(0, u128::saturating_add);
     let blocks = (file.repeats as u128).saturating_mul(baselines.len() as u128);
     let rows = choices.saturating_mul(regions.len() as u128).saturating_mul(blocks);
