@@ -8,17 +8,11 @@
 use std::path::Path;
 use std::time::Instant;
 
-use perirobot::metrics::Confusion;
-use perirobot::results::columns::COUNT_COLUMNS;
-use perirobot::results::columns::DETECTION_COLUMNS;
-use perirobot::results::columns::MISSED_COLUMN;
+use perirobot::metrics::{BODY_PARTS, COUNTERS, Confusion, Detection};
 use perirobot::results::journal::JournalHeader;
 use perirobot::results::journal::Locked;
 use perirobot::results::journal::Shard;
-use perirobot::results::table::Column;
-use perirobot::results::table::ColumnKind;
-use perirobot::results::table::Datum;
-use perirobot::results::table::TableFile;
+use perirobot::results::rows::RowsFile;
 use perirobot::results::table::TableFormat;
 
 /// 20,000 poses a second, five representations, two regions.
@@ -28,47 +22,33 @@ const REPRESENTATIONS: [&str; 5] =
     ["points;volume", "rays;volume", "occupied;volume", "free;volume", "all;volume"];
 const REGIONS: [&str; 2] = ["robot", "human"];
 
-fn columns() -> Vec<Column> {
-    let of = |kind| move |name: &str| Column::new(name, kind);
-    let mut columns = vec![Column::new("scene", ColumnKind::Text)];
-    columns.extend(["snapshot", "repeat"].map(of(ColumnKind::Count)));
-    columns.extend(["combination", "poses", "representation", "region"].map(of(ColumnKind::Text)));
-    columns.extend(COUNT_COLUMNS.map(of(ColumnKind::Count)));
-    columns.extend(DETECTION_COLUMNS.map(of(ColumnKind::Count)));
-    columns.push(Column::new(MISSED_COLUMN, ColumnKind::Text));
-    columns.extend(SCORES.map(|(name, _)| name).map(of(ColumnKind::Score)));
-    columns
-}
-
-/// A score of counts, if they have one.
-type OfCounts = fn(&Confusion) -> Option<f64>;
-
-/// The scores of a row.
-const SCORES: [(&str, OfCounts); 6] = [
-    ("f1", Confusion::f1),
-    ("kappa", Confusion::kappa),
-    ("human_seen", Confusion::human_seen),
-    ("human_claimed", Confusion::human_claimed),
-    ("unknown", Confusion::unknown),
-    ("false_alarm", Confusion::false_alarm),
-];
-
 /// Counts below 2^17, as of a region of some hundred thousand voxels, without anything that repeats.
 fn counts(row: u64) -> Confusion {
     // SplitMix64, so that no encoding finds the counts easier than those of poses.
-    let counts = std::array::from_fn(|i| {
+    let counts: [u64; COUNTERS] = std::array::from_fn(|i| {
         let mut z = (row * 12 + i as u64 + 1).wrapping_mul(0x9e37_79b9_7f4a_7c15);
         z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
         z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
         (z ^ (z >> 31)) >> 47
     });
-    Confusion::from_counts(counts)
+    // Two of eleven body parts are missed.
+    let mut missed = [0; BODY_PARTS];
+    missed[..2].fill(1);
+    let detection = Detection {
+        hit_human: counts[0],
+        people: 1,
+        people_detected: 1,
+        parts: 11,
+        parts_detected: 9,
+        missed,
+    };
+    Confusion { detection, ..Confusion::from_counts(counts) }
 }
 
 /// Writes rows of results, and says how many seconds it took and how many bytes it made.
 fn write(path: &Path, format: TableFormat, rows: u64) -> perirobot::Result<(f64, u64)> {
     let begin = Instant::now();
-    let mut table = TableFile::create(path, format, &columns())?;
+    let mut table = RowsFile::create(path, format)?;
     let mut poses = String::new();
     for row in 0..rows {
         let choice = row / 10;
@@ -76,14 +56,8 @@ fn write(path: &Path, format: TableFormat, rows: u64) -> perirobot::Result<(f64,
             poses = format!("camera:right-wall/{}/{};pads:floor/{}/0", choice / 16, choice % 16, choice % 7);
         }
         let representation = REPRESENTATIONS[(row % 10 / 2) as usize];
-        let c = counts(row);
-        let mut fields = vec![Datum::Text("cell"), Datum::Count(0), Datum::Count(row % 3)];
-        fields.extend(["both", &poses, representation, REGIONS[(row % 2) as usize]].map(Datum::Text));
-        fields.extend(c.counts().map(Datum::Count));
-        fields.extend(c.detection.counts().map(Datum::Count));
-        fields.push(Datum::Text("left_forearm+right_forearm"));
-        fields.extend(SCORES.map(|(_, of)| Datum::Score(of(&c))));
-        table.row(&fields)?;
+        let names = ["both", &poses, representation, REGIONS[(row % 2) as usize]];
+        table.row("cell", [0, row as usize % 3], names, &counts(row))?;
     }
     table.finish()?;
     let bytes = std::fs::metadata(path).map(|file| file.len()).unwrap_or_default();

@@ -24,12 +24,7 @@ const SCORES: [&str; 8] = [
 
 /// The small study in two scenes with noise and repeats: its sensors alone, and one pose of each together.
 fn swept() -> Folder {
-    let folder = Folder::new();
-    folder.write("second.toml", fs::read(folder.path("cell.toml")).unwrap());
-    folder.edit("second.toml", "position_m = [0.1, -0.45, 0.65]", "position_m = [0.3, -0.4, 0.65]");
-    folder.edit("study.toml", "seed = 7", "seed = 7\nrepeats = 2");
-    folder.edit("study.toml", "[[region]]", "[[scene]]\nfile = \"second.toml\"\n[[region]]");
-    folder.edit("study.toml", "range_m = [0.1, 5.0]", "range_m = [0.1, 5.0]\nnoise = { std_m = 0.1 }");
+    let folder = Folder::noisy();
     let both = "name = \"both\"\nsensors = [\"camera\", \"lidar\"]\nposes = { camera = [\"wall/0/0\"] }";
     folder.edit(
         "study.toml",

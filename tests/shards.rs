@@ -21,12 +21,7 @@ use serde_json::Value;
 /// A study with noise, two scenes, repeats and a combination, so that shards cut through all of them; swept
 /// whole.
 fn whole() -> Folder {
-    let folder = Folder::new();
-    folder.write("second.toml", fs::read(folder.path("cell.toml")).unwrap());
-    folder.edit("second.toml", "position_m = [0.1, -0.45, 0.65]", "position_m = [0.3, -0.4, 0.65]");
-    folder.edit("study.toml", "[[region]]", "[[scene]]\nfile = \"second.toml\"\n[[region]]");
-    folder.edit("study.toml", "seed = 7", "seed = 7\nrepeats = 2");
-    folder.edit("study.toml", "range_m = [0.1, 5.0]", "range_m = [0.1, 5.0]\nnoise = { std_m = 0.1 }");
+    let folder = Folder::noisy();
     let both = "[[combination]]\nsensors = [\"camera\"]\n[[combination]]\nname = \"both\"\nsensors = [\"camera\", \"lidar\"]\n";
     folder.edit("study.toml", "", both);
     let outcome = folder.sweep(&[]);

@@ -47,12 +47,7 @@ sensors = ["lidar", "cover"]
 
 /// The small study with noise, repeats, a second scene, representations and combinations.
 fn rich() -> Folder {
-    let folder = Folder::new();
-    folder.write("second.toml", fs::read(folder.path("cell.toml")).unwrap());
-    folder.edit("second.toml", "position_m = [0.1, -0.45, 0.65]", "position_m = [0.3, -0.4, 0.65]");
-    folder.edit("study.toml", "seed = 7", "seed = 7\nrepeats = 2");
-    folder.edit("study.toml", "[[region]]", "[[scene]]\nfile = \"second.toml\"\n[[region]]");
-    folder.edit("study.toml", "range_m = [0.1, 5.0]", "range_m = [0.1, 5.0]\nnoise = { std_m = 0.1 }");
+    let folder = Folder::noisy();
     folder.edit("study.toml", "", MORE);
     folder
 }

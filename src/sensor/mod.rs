@@ -187,7 +187,7 @@ pub trait Kind: Debug + Send + Sync {
 
     /// Whether readings differ from repeat to repeat.
     fn is_noisy(&self) -> bool {
-        false
+        self.range().is_some_and(Range::is_noisy)
     }
 
     /// How far its mount may be off, if it may.
@@ -207,7 +207,7 @@ pub trait Kind: Debug + Send + Sync {
 
     /// How far its own housing reaches, in metres: blockers nearer than that let its rays pass.
     fn housing_m(&self) -> f64 {
-        0.0
+        self.range().map_or(0.0, |range| range.near_ignore_m)
     }
 
     /// What `occupied` and `free` add to a voxel's log-odds, in thousandths.

@@ -51,14 +51,6 @@ impl Kind for Rgb {
         Some(&self.range)
     }
 
-    fn is_noisy(&self) -> bool {
-        self.range.is_noisy()
-    }
-
-    fn housing_m(&self) -> f64 {
-        self.range.near_ignore_m
-    }
-
     fn log_odds(&self, _: usize) -> [i32; 2] {
         SWITCHES
     }

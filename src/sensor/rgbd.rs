@@ -108,16 +108,8 @@ impl Kind for Rgbd {
         FieldOfView::Image(self.camera.image())
     }
 
-    fn is_noisy(&self) -> bool {
-        self.range.is_noisy()
-    }
-
     fn range(&self) -> Option<&Range> {
         Some(&self.range)
-    }
-
-    fn housing_m(&self) -> f64 {
-        self.range.near_ignore_m
     }
 
     fn log_odds(&self, _: usize) -> [i32; 2] {

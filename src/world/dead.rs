@@ -91,11 +91,13 @@ struct Few<'a> {
     dirs_q15: Vec<[i32; 3]>,
 }
 
-/// How a ray ended: the cell and the distance of what it met first, or neither.
-struct Met {
-    voxel: Option<[i32; 3]>,
-    distance_q16: u32,
-    is_backdrop: bool,
+/// How a ray ended.
+enum Met {
+    /// At this voxel and distance.
+    Blocker([i32; 3], u32),
+    /// Outside the grid, where everything counts as a surface.
+    Backdrop,
+    Nothing,
 }
 
 impl Few<'_> {
@@ -137,13 +139,16 @@ impl Few<'_> {
         let met: Vec<Met> =
             self.dirs_q15.iter().map(|&dir_q15| self.cast(&truth.blockers, from, dir_q15)).collect();
         let metres = |q16: u32| f64::from(q16) / 65_536.0 * truth.grid.voxel_size_m;
-        let ends = || met.iter().filter_map(|met| Some((met.voxel?, met.distance_q16)));
+        let ends = || {
+            met.iter()
+                .filter_map(|met| if let Met::Blocker(voxel, t) = *met { Some((voxel, t)) } else { None })
+        };
         let standing = || ends().filter(|(voxel, _)| !truth.human.get(*voxel));
         let share = |some: usize| some as f64 / met.len().max(1) as f64;
         let is_blind = |t: u32| t < self.gates.range_min_q16;
         let blind = standing().filter(|(_, t)| is_blind(*t)).count();
-        let returns =
-            ends().filter(|(_, t)| !is_blind(*t)).count() + met.iter().filter(|met| met.is_backdrop).count();
+        let returns = ends().filter(|(_, t)| !is_blind(*t)).count()
+            + met.iter().filter(|met| matches!(met, Met::Backdrop)).count();
         let percent = |some: usize| 100.0 * share(some);
         let before = || mostly(truth, standing().map(|(voxel, _)| voxel));
         let [nearest_m, farthest_m] = self.range.range_m;
@@ -174,25 +179,21 @@ impl Few<'_> {
     }
 
     fn cast(&self, blockers: &BitGrid, from: &GridPose, dir_q15: [i32; 3]) -> Met {
-        let mut last_q16 = 0;
-        for march::Crossing { t_q16, voxel, .. } in march::crossings(from.launch(dir_q15)) {
-            let met = |voxel, is_backdrop| Met { voxel, distance_q16: t_q16, is_backdrop };
-            if t_q16 > self.gates.range_max_q16 {
-                return met(None, false);
-            }
+        let within = march::crossings(from.launch(dir_q15))
+            .take_while(|crossing| crossing.t_q16 <= self.gates.range_max_q16);
+        for march::Crossing { t_q16, voxel, .. } in within {
             if !blockers.window().contains(voxel) {
-                return met(None, self.gates.backdrop);
+                return if self.gates.backdrop { Met::Backdrop } else { Met::Nothing };
             }
             if t_q16 >= self.gates.near_ignore_q16 && blockers.get(voxel) {
-                return met(Some(voxel), false);
+                return Met::Blocker(voxel, t_q16);
             }
-            last_q16 = t_q16;
         }
-        Met { voxel: None, distance_q16: last_q16, is_backdrop: false }
+        Met::Nothing
     }
 }
 
-/// ` at "NAME"`, of the object that has most of these cells; nothing where none has any.
+/// ` at "NAME"`, of the object that has most of these voxels; nothing where none has any.
 fn mostly(truth: &Truth, voxels: impl Iterator<Item = [i32; 3]>) -> String {
     let mut counts = vec![0; truth.objects.len()];
     for voxel in voxels {
@@ -267,7 +268,7 @@ impl Hollows {
         })
     }
 
-    /// What closes the place of an open cell, in words.
+    /// What closes the place of an open voxel, in words.
     fn place(&mut self, voxel: [i32; 3]) -> Option<String> {
         if let Some((_, walls)) = self.known.iter().find(|(place, _)| place.get(voxel)) {
             return walls.clone();

@@ -53,8 +53,7 @@ pub(super) fn warnings(study: &Study, scenes: &[Scene], worlds: &[World]) -> Vec
         let spec = &study.sensors[sensor];
         warnings.extend(spec.warnings.iter().map(|what| format!("sensor {:?}: {what}", spec.name)));
         warnings.extend(once_warning(study, sensor));
-        warnings.extend(stuck_warning(study, &places, sensor, &first, &worlds[0]));
-        warnings.extend(outside_warning(study, &places, sensor, &first, &worlds[0]));
+        warnings.extend(setting_warnings(study, &places, sensor, &first, &worlds[0]).into_iter().flatten());
     }
     warnings.extend(
         (0..study.sensors.len()).filter_map(|sensor| inside_warning(study, &places, sensor, &glances)),
@@ -205,58 +204,46 @@ fn candidates(world: &World, sensor: usize, is_so: impl Fn(&Setting) -> bool) ->
     (0..settings.len()).filter(|&candidate| is_so(&settings[candidate])).collect()
 }
 
-/// Which candidates of a switch the environment trips without anybody there, in the first snapshot.
-fn stuck_warning(
+/// Which candidates of a switch the environment trips without anybody there, and which poses are outside
+/// everything that is modelled, in the first snapshot.
+fn setting_warnings(
     study: &Study,
     places: &Places,
     sensor: usize,
     truth: &Truth,
     world: &World,
-) -> Option<String> {
+) -> [Option<String>; 2] {
     let spec = &study.sensors[sensor];
     let stuck = |setting: &Setting| {
-        let station = Station {
-            truth,
-            window: truth.grid.window(),
-            setting: *setting,
-            rays: None,
-            truly: None,
-            draws: 0,
-        };
-        spec.kind.is_stuck(&station)
+        let (window, setting) = (truth.grid.window(), *setting);
+        spec.kind.is_stuck(&Station { truth, window, setting, rays: None, truly: None, draws: 0 })
     };
-    let found = candidates(world, sensor, stuck);
-    let first = first_of(study, places, sensor, &found)?;
-    Some(format!(
-        "sensor {:?}: the environment alone trips {} of {} ({first}), which are always on: keep the box or the field \
-         off floor and walls",
-        spec.name,
-        found.len(),
-        spec.candidates.len()
-    ))
-}
-
-/// Which poses are outside everything that is modelled, in the first snapshot.
-fn outside_warning(
-    study: &Study,
-    places: &Places,
-    sensor: usize,
-    truth: &Truth,
-    world: &World,
-) -> Option<String> {
     let all = truth.objects.iter().map(|object| object.bounds_m);
-    let [low, high] = all.reduce(|[low, high], [l, h]| [low.min(l), high.max(h)])?;
-    let outside = |setting: &Setting| match setting {
-        Setting::Pose(pose) => !(pose.position_m.cmpge(low) & pose.position_m.cmple(high)).all(),
+    let bounds_m = all.reduce(|[low, high], [l, h]| [low.min(l), high.max(h)]);
+    let outside = |setting: &Setting| match (setting, bounds_m) {
+        (Setting::Pose(pose), Some([low, high])) => {
+            !(pose.position_m.cmpge(low) & pose.position_m.cmple(high)).all()
+        }
         _ => false,
     };
-    let found = candidates(world, sensor, outside);
-    let first = first_of(study, places, sensor, &found)?;
-    Some(format!(
-        "sensor {:?}: {} poses ({first}) are outside all surfaces of the scene: is that where they should be?",
-        study.sensors[sensor].name,
-        found.len()
-    ))
+    let (stuck, outside) = (candidates(world, sensor, stuck), candidates(world, sensor, outside));
+    let stuck_warning = first_of(study, places, sensor, &stuck).map(|first| {
+        format!(
+            "sensor {:?}: the environment alone trips {} of {} ({first}), which are always on: keep the box or the \
+             field off floor and walls",
+            spec.name,
+            stuck.len(),
+            spec.candidates.len()
+        )
+    });
+    let outside_warning = first_of(study, places, sensor, &outside).map(|first| {
+        format!(
+            "sensor {:?}: {} poses ({first}) are outside all surfaces of the scene: is that where they should be?",
+            spec.name,
+            outside.len()
+        )
+    });
+    [stuck_warning, outside_warning]
 }
 
 /// How many poses stand in a blocker, in the snapshot where most do.
