@@ -4,7 +4,7 @@
 use fearless_simd::{Level, Simd, dispatch};
 use rayon::prelude::*;
 
-use super::layout::{BitLayout, Joined, PLANES, SPACE_OF, Wanted};
+use super::layout::{BitLayout, CLEAR, FALSE, Joined, PLANES, SPACE_OF, Wanted};
 use crate::backend::Backend;
 use crate::error::{Argument, Issue, Words};
 use crate::metrics::Confusion;
@@ -30,7 +30,8 @@ struct CandidateBits {
     planes: [Box<[u64]>; PLANES],
 }
 
-/// Voxels that some candidates of a set call, hit or feel.
+/// Voxels that some candidates of a set call, hit or feel. What somebody calls occupied falsely nobody calls free
+/// any more: it is among the free ones, where none can be added.
 #[derive(Clone, Debug)]
 pub(super) struct Union {
     planes: [Vec<u64>; PLANES],
@@ -162,6 +163,8 @@ impl Union {
         for (to, from) in self.planes.iter_mut().zip(&evidence.rows[item].planes) {
             to.iter_mut().zip(from).for_each(|(to, from)| *to |= from);
         }
+        let wrong = &evidence.rows[item].planes[FALSE];
+        self.planes[CLEAR].iter_mut().zip(wrong).for_each(|(to, from)| *to |= from);
     }
 }
 

@@ -4,8 +4,8 @@ use std::path::Path;
 
 use serde_json::{Value, json};
 
-use super::front::Bound;
 use super::told::{Told, ToldSet};
+use super::within::Bound;
 use super::worth::Worth;
 use crate::results::files::write_whole;
 use crate::results::journal::Shard;

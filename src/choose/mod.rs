@@ -17,19 +17,23 @@ mod evidence;
 mod files;
 mod front;
 mod layout;
+mod pairs;
 mod problem;
+mod purse;
 mod question;
 mod search;
 mod told;
 mod verify;
+mod within;
 mod worth;
 
 pub use evidence::{CandidateEvidence, CastingWatch, MEMORY_BYTES};
 pub use files::{FRONT, PROOF, SETS, write};
-pub use front::{Answer, Bound, FrontStep, answer};
+pub use front::{Answer, answer};
 pub use problem::{Found, Problem, SetLimits, examine};
 pub use told::{Told, ToldMember, ToldSet, ToldStep};
 pub use verify::{Verified, verify};
+pub use within::{Bound, FrontStep};
 pub use worth::{Ratio, Worth};
 
 #[cfg(test)]

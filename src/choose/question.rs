@@ -30,9 +30,9 @@ const BITS: u32 = 45;
 /// Bits of a plane that weigh the same.
 #[derive(Clone, Debug)]
 pub(super) struct Segment {
-    plane: usize,
-    words: Range<usize>,
-    weight: u64,
+    pub(super) plane: usize,
+    pub(super) words: Range<usize>,
+    pub(super) weight: u64,
 }
 
 /// Segments that are worth no more than a cap together.
@@ -49,10 +49,6 @@ pub(super) struct Inequality {
     /// What false alarms take away.
     charges: Vec<Segment>,
     pub(super) least: i64,
-    /// The value at which a score is what is to be reached, or less.
-    par: i64,
-    /// How much more a score can be, for each one by which the value is more.
-    unit: f64,
 }
 
 /// A union as an inequality sees it.
@@ -74,8 +70,6 @@ struct WeightedTerms {
     par: i128,
     /// Whether that is not enough.
     beat: bool,
-    /// The smallest that the denominator of the score can be, times that of what is to be reached.
-    denominator: f64,
 }
 
 /// The inequalities that a set must pass to be worth more than what is known, and to meet all requirements.
@@ -83,25 +77,8 @@ struct WeightedTerms {
 pub(super) struct Question {
     /// The first is the one by which candidates are ordered; none if everything passes.
     pub(super) all: Vec<Inequality>,
-    /// Those that say that a set is worth more.
-    goal: Range<usize>,
     /// What is to be beaten.
     pub(super) beaten: Option<Worth>,
-}
-
-impl Question {
-    /// What no set is worth more than, if none of its inequalities of the goal has a larger value than these.
-    /// Rounded up to six digits after the point.
-    pub(super) fn bound(&self, values: &[i64]) -> Option<f64> {
-        let beaten = self.beaten?.value();
-        let over = |(inequality, &value): (&Inequality, &i64)| {
-            let more = (value - inequality.par).max(0) as f64 * inequality.unit;
-            if more > 0.0 { ((beaten + more + 1e-9) * 1e6).ceil() / 1e6 } else { beaten }
-        };
-        let goal = self.goal.clone();
-        let bounds = self.all[goal.clone()].iter().zip(&values[goal]).map(over);
-        bounds.reduce(f64::min).map(|bound| bound.min(1.0).max(beaten))
-    }
 }
 
 /// The question whether any set is worth more than what is known.
@@ -111,17 +88,15 @@ pub(super) fn question(problem: &Problem, beaten: Option<Worth>) -> Question {
     if let Some(Worth::Exact(ratio)) = beaten {
         all.extend(of_score(layout, problem.goal, ratio, true));
     }
-    let goals = all.len();
     for &(score, over, least) in &problem.require {
         if over != Across::Mean {
             all.extend(of_score(layout, (score, over), least, false));
         }
     }
-    let first = usize::from(all.len() > 1);
-    if first == 1 {
+    if all.len() > 1 {
         all.insert(0, Inequality::sum(&all));
     }
-    Question { all, goal: first..first + goals, beaten }
+    Question { all, beaten }
 }
 
 /// What a score must reach, or beat.
@@ -163,21 +138,15 @@ fn inequality(
                 return None;
             }
             let gains = vec![(HIT, joined(0), hit, t), (CLEAR, joined(1), clear, f)];
-            let smallest = match score {
-                Score::F1 => t as f64,
-                _ => (t + f) as f64 * t.min(f) as f64,
-            };
             let charges = vec![(joined(1), charge)];
-            Some(WeightedTerms { gains, charges, par, beat, denominator: q as f64 * smallest }.scaled())
+            Some(WeightedTerms { gains, charges, par, beat }.scaled())
         }
         Score::HumanSeen => {
             let parts = moments.iter().flat_map(|moment| &moment.parts);
             let people: u64 = parts.map(|part| part.voxels).sum();
             let gains = vec![(SEEN, joined(2), q, people)];
             let par = p * i128::from(people);
-            let denominator = q as f64 * people as f64;
-            (people > 0)
-                .then(|| WeightedTerms { gains, charges: Vec::new(), par, beat, denominator }.scaled())
+            (people > 0).then(|| WeightedTerms { gains, charges: Vec::new(), par, beat }.scaled())
         }
         _ => {
             let groups: Vec<Group> = moments.iter().flat_map(|moment| who(layout, moment, score)).collect();
@@ -188,9 +157,7 @@ fn inequality(
                 false => (p * count + q - 1).div_euclid(q),
             };
             let least = i64::try_from(detected * whole).unwrap_or(i64::MAX);
-            let unit = 1.0 / (count * whole) as f64;
-            let par = i64::try_from((p * count * whole).div_euclid(q)).unwrap_or(i64::MAX);
-            (count > 0).then_some(Inequality { groups, charges: Vec::new(), least, par, unit })
+            (count > 0).then_some(Inequality { groups, charges: Vec::new(), least })
         }
     }
 }
@@ -229,8 +196,6 @@ impl WeightedTerms {
             groups: vec![Group { segments: self.gains.into_iter().map(gain).collect(), cap: u64::MAX }],
             charges: self.charges.into_iter().map(charge).filter(|charge| charge.weight > 0).collect(),
             least: down(self.par + i128::from(self.beat)) as i64,
-            par: down(self.par) as i64,
-            unit: f64::powi(2.0, shift) / self.denominator,
         }
     }
 }
@@ -246,14 +211,17 @@ impl Inequality {
             }
         }
         let charges = all.iter().flat_map(|one| one.charges.clone()).collect();
-        let sum = |of: fn(&Inequality) -> i64| all.iter().map(of).sum();
-        let (least, par) = (sum(|one| one.least), sum(|one| one.par));
-        Inequality { groups, charges, least, par, unit: f64::INFINITY }
+        Inequality { groups, charges, least: all.iter().map(|one| one.least).sum() }
     }
 
     /// Whether all that counts is how many bits of a union are set.
     pub(super) fn is_plain(&self) -> bool {
         self.groups.len() == 1 && self.groups[0].cap == u64::MAX
+    }
+
+    /// All bits that it counts.
+    pub(super) fn segments(&self) -> impl Iterator<Item = &Segment> {
+        self.groups.iter().flat_map(|group| &group.segments)
     }
 
     /// What a union has.
@@ -367,10 +335,12 @@ impl Segment {
 
     /// The bits of a row that a union lacks, and that nobody in it calls occupied where that would be false.
     #[inline(always)]
-    fn fresh_words<'a>(&self, row: &'a [u64], union: &'a Union) -> impl Iterator<Item = u64> + use<'a> {
+    pub(super) fn fresh_words<'a>(
+        &self,
+        row: &'a [u64],
+        union: &'a Union,
+    ) -> impl Iterator<Item = u64> + use<'a> {
         let has = &union.plane(self.plane)[self.words.clone()];
-        let wrong = union.plane(if self.plane == CLEAR { FALSE } else { self.plane });
-        let wrong = &wrong[self.words.clone()];
-        row[self.words.clone()].iter().zip(has).zip(wrong).map(|((row, has), wrong)| row & !(has | wrong))
+        row[self.words.clone()].iter().zip(has).map(|(row, has)| row & !has)
     }
 }

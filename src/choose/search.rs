@@ -2,55 +2,47 @@
 //!
 //! # Theory
 //! A node is a set, and what may still join it comes after it in the order of its parent, so each set is met
-//! once. A union gains no more from several candidates than the sum of what it gains from each, less what the
-//! one with the most false alarms takes from it. Where that sum does not pass an inequality of the question
-//! for the best ones that are left, no set below the node does.
+//! once. Let g be what each candidate adds to a node, and o how much less two of them add together. Then
+//! several add no more than the sum of their g less the o along any tree that joins them (Hunter 1976), and
+//! what they take away by false alarms is no less than what any one of them takes. If another candidate c
+//! joins the node, o of two others becomes smaller by no more than the g of either does. So tables of pairs
+//! tell of most sets of three or four that they do not pass, without a look at a voxel.
 //!
 //! # Practice
-//! The last two candidates are a pair: what both add is counted for few pairs, and given up as soon as it is
-//! too much. Nodes below the first level are shared out among threads, so many at a time; what a lot finds is
-//! judged when all of it is done, so the answer does not depend on how many threads there are.
+//! Nodes below the first level are shared out among threads, so many at a time; what a lot finds is judged
+//! when all of it is done, so the answer does not depend on how many threads there are. When a better set is
+//! found, what was searched before stays so: the order of the first level is kept.
+
+use std::ops::Range;
 
 use fearless_simd::{Level, Simd, dispatch};
 use rayon::prelude::*;
 
 use super::evidence::Union;
+use super::pairs::{OverlapTable, PairCounts};
 use super::problem::{Found, Problem, SetLimits};
-use super::question::{Inequality, Question, UnionState, question};
-use super::worth::Worth;
-
-/// Most candidates for which a table of all pairs is made: 134 MB.
-const MOST_PAIRED: usize = 4096;
+use super::purse::Purse;
+use super::question::{Question, UnionState, question};
 
 /// Nodes of the first level that are searched before what they found is judged.
 const LOT: usize = 16;
 
-/// What a search came to.
-pub(super) enum Outcome {
-    /// A set that is worth more.
-    Better(Found),
-    /// None is.
-    None,
-    /// It was stopped; no set is worth more than this, if that is known.
-    Stopped(Option<f64>),
-}
+/// Inequalities of which overlaps are kept, at most.
+const TABLED: usize = 6;
+
+/// Most candidates whose pairs are put in a table.
+const MOST_PAIRED: usize = 4096;
 
 /// What is asked, and within which limits.
-struct SetSearch<'a> {
+pub(super) struct SetSearch<'a> {
     problem: &'a Problem<'a>,
     limits: SetLimits,
     question: Question,
+    /// Of how many of its inequalities overlaps are kept.
+    tabled: usize,
     level: Level,
     stop: &'a (dyn Fn() -> bool + Sync),
-    /// What each candidate adds to the first inequality beside each other one, row by row; empty if not known.
-    beside: Vec<i64>,
 }
-
-/// A candidate, and what it adds to the first inequality at most.
-type Hinted = (usize, i64);
-
-/// What a candidate adds at most of which nothing is known.
-const ANYTHING: i64 = 1 << 58;
 
 /// A set on the way.
 struct Node {
@@ -60,117 +52,153 @@ struct Node {
     states: Vec<UnionState>,
 }
 
-/// The candidates that may join a node, the most promising first.
-struct Open {
-    items: Vec<usize>,
-    /// What each adds to each inequality at most, item by item.
-    gains: Vec<i64>,
-    /// The same, less its share of what is lost.
-    charged: Vec<i64>,
-    /// What the first inequality loses.
-    losses: Vec<i64>,
-    inequalities: usize,
+/// A table of overlaps that a node has from the one above it.
+struct Above<'a> {
+    table: &'a OverlapTable,
+    /// Where each candidate is in it.
+    at: Vec<usize>,
+    /// How much less each adds here than there, for each inequality that has overlaps.
+    less: Vec<Vec<i64>>,
 }
 
-/// Whether an allowed set is worth more than what is known.
+/// Candidates that may join a node.
+struct Open<'a> {
+    items: Vec<usize>,
+    /// For each inequality what they add and take.
+    adds: Vec<Adds>,
+    /// Whether none adds more to the first inequality than one before it.
+    is_sorted: bool,
+    above: Option<Above<'a>>,
+}
+
+/// A node below another one.
+struct Child {
+    node: Node,
+    /// Which of the candidates after its last one may join it.
+    after: Vec<usize>,
+    adds: Vec<Adds>,
+}
+
+/// What candidates add to an inequality at most.
+struct Adds {
+    gains: Vec<i64>,
+    /// What each takes away.
+    losses: Vec<i64>,
+    /// Gains, each less its share of what is lost.
+    charged: Vec<i64>,
+}
+
+/// Searches for the best set that is worth more than what is known. Sets that are found are improved by the
+/// caller, who returns one that is worth no less. Says whether none is worth more than the last one: if not,
+/// it was stopped.
 pub(super) fn search(
     problem: &Problem,
     limits: SetLimits,
-    beaten: Option<Worth>,
+    best: Option<Found>,
+    kept: Option<&PairCounts>,
     stop: &(dyn Fn() -> bool + Sync),
-) -> Outcome {
-    let question = question(problem, beaten);
-    SetSearch { problem, limits, question, level: Level::new(), stop, beside: Vec::new() }.run()
+    improve: &mut dyn FnMut(Found) -> Found,
+) -> (Option<Found>, bool) {
+    let mut best = best;
+    let mut order = None;
+    let mut first = 0;
+    loop {
+        let question = question(problem, best.as_ref().map(|best| best.worth));
+        let search = SetSearch::new(problem, limits, question, stop);
+        match search.run(kept, &mut order, &mut first) {
+            Some(found) => best = Some(improve(found)),
+            None => return (best, !stop()),
+        }
+    }
 }
 
-impl SetSearch<'_> {
-    fn run(mut self) -> Outcome {
-        let evidence = self.problem.evidence;
-        let always = &self.problem.always;
-        let mut union = evidence.nothing();
-        always.iter().for_each(|&item| union.add(evidence, item));
-        let root = self.node(always.clone(), union);
-        let items: Vec<Hinted> = (0..evidence.count()).map(|item| (item, ANYTHING)).collect();
-        let left = self.limits.at_most - always.len();
+/// A set that is worth more than what is known and consists of some that are given and so many others at
+/// most; the first that is found.
+pub(super) fn complete(
+    problem: &Problem,
+    limits: SetLimits,
+    given: &[usize],
+    best: &Found,
+    kept: Option<&PairCounts>,
+    stop: &(dyn Fn() -> bool + Sync),
+) -> Option<Found> {
+    let question = question(problem, Some(best.worth));
+    let search = SetSearch::new(problem, limits, question, stop);
+    let node = search.root(given);
+    let table = kept.and_then(|kept| kept.table(&search.question.all[..search.tabled]));
+    let all: Vec<usize> = (0..problem.evidence.count()).collect();
+    let left = limits.at_most - given.len();
+    let open = search.opened(&node, left, &all, table.as_ref());
+    search.below(&node, left, open)
+}
+
+impl<'a> SetSearch<'a> {
+    fn new(
+        problem: &'a Problem<'a>,
+        limits: SetLimits,
+        question: Question,
+        stop: &'a (dyn Fn() -> bool + Sync),
+    ) -> Self {
+        let tabled = question.all.len().min(TABLED);
+        SetSearch { problem, limits, question, tabled, level: Level::new(), stop }
+    }
+
+    /// A set that is worth more, if there is one and it is not stopped. `order` is that of the first level, as
+    /// soon as it is known, and `first` how many of it are searched.
+    fn run(
+        &self,
+        kept: Option<&PairCounts>,
+        order: &mut Option<Vec<usize>>,
+        first: &mut usize,
+    ) -> Option<Found> {
+        let root = self.root(&self.problem.always);
+        let left = self.limits.at_most - root.chosen.len();
+        let all: Vec<usize> = (0..self.problem.evidence.count()).collect();
+        let table = kept.and_then(|kept| kept.table(&self.question.all[..self.tabled]));
+        let open = self.opened(&root, left, order.as_ref().unwrap_or(&all), table.as_ref());
         if left <= 2 {
-            return match self.expand(&root, left, &items) {
-                Some(found) => Outcome::Better(found),
-                None if (self.stop)() => Outcome::Stopped(self.bound(&[self.most(&root, left, &items)])),
-                None => Outcome::None,
-            };
+            return self.below(&root, left, open);
         }
         if let Some(found) = self.judge_node(&root) {
-            return Outcome::Better(found);
+            return Some(found);
         }
-        self.beside = self.all_beside(&root);
-        let open = self.open(&root, left, &items);
-        let mut first = 0;
-        while first < open.items.len() && self.may_pass(&root, &open, first, left) {
-            let lot = first..(first + LOT).min(open.items.len());
+        let open = match order {
+            Some(_) => open,
+            None => {
+                let open = open.sorted();
+                *order = Some(open.items.clone());
+                open
+            }
+        };
+        let table = self.table(&open);
+        while *first < open.items.len() && !(self.stop)() {
+            if !self.may_pass(&root, left, &open, *first..open.items.len()) {
+                *first = open.items.len();
+                break;
+            }
+            let lot = *first..(*first + LOT).min(open.items.len());
             let below = |i: usize| {
-                let passes = self.may_pass(&root, &open, i, left);
-                passes
-                    .then(|| self.expand(&self.child(&root, open.items[i]), left - 1, &open.after(i)))
-                    .flatten()
+                let child = self.child(&root, left, &open, table.as_ref(), i)?;
+                self.below_child(left, &open, table.as_ref(), child)
             };
             let found: Vec<Option<Found>> = lot.clone().into_par_iter().map(below).collect();
             // The first of the best, whoever was quicker.
-            let best = found
-                .into_iter()
-                .flatten()
-                .reduce(|best, next| if next.worth > best.worth { next } else { best });
-            if let Some(best) = best {
-                return Outcome::Better(best);
+            let found = found.into_iter().flatten();
+            let best = found.reduce(|best, next| if next.worth > best.worth { next } else { best });
+            if best.is_some() {
+                return best;
             }
-            if (self.stop)() {
-                let rest = (first..open.items.len()).filter(|&i| self.may_pass(&root, &open, i, left));
-                let rest: Vec<usize> = rest.collect();
-                let most = rest
-                    .into_par_iter()
-                    .map(|i| self.most(&self.child(&root, open.items[i]), left - 1, &open.after(i)));
-                return Outcome::Stopped(self.bound(&most.collect::<Vec<_>>()));
+            if !(self.stop)() {
+                *first = lot.end;
             }
-            first = lot.end;
         }
-        Outcome::None
+        None
     }
 
-    /// What each candidate adds beside a root and each other one.
-    fn all_beside(&self, root: &Node) -> Vec<i64> {
-        let count = self.problem.evidence.count();
-        let Some(first) = self.question.all.first().filter(|_| count <= MOST_PAIRED) else {
-            return Vec::new();
-        };
-        let row = |item: usize| {
-            let node = self.child(root, item);
-            dispatch!(self.level, simd => gains(simd, first, self.problem, &node))
-        };
-        (0..count).into_par_iter().flat_map_iter(row).collect()
-    }
-
-    /// What a candidate adds at most beside another.
-    fn beside(&self, other: usize, item: usize) -> i64 {
-        self.beside.get(other * self.problem.evidence.count() + item).copied().unwrap_or(ANYTHING)
-    }
-
-    /// What no set is worth more than, if none of some nodes leads to larger values than these.
-    fn bound(&self, most: &[Vec<i64>]) -> Option<f64> {
-        let count = self.question.all.len();
-        let values: Vec<i64> =
-            (0..count).map(|j| most.iter().map(|most| most[j]).max().unwrap_or(i64::MIN / 2)).collect();
-        self.question.bound(&values)
-    }
-
-    /// The largest values that a node leads to, one for each inequality.
-    fn most(&self, node: &Node, left: usize, items: &[Hinted]) -> Vec<i64> {
-        if left == 0 {
-            return node.states.iter().map(|state| state.value).collect();
-        }
-        let items = self.joining(node, items);
-        let open = dispatch!(self.level, simd => self.weigh(simd, node, left, &items));
-        let count = open.inequalities;
-        let of = |j: usize| node.states[j].value + best(open.of(j), left);
-        (0..count).map(of).collect()
+    fn root(&self, given: &[usize]) -> Node {
+        let mut union = self.problem.evidence.nothing();
+        given.iter().for_each(|&item| union.add(self.problem.evidence, item));
+        self.node(given.to_vec(), union)
     }
 
     fn node(&self, chosen: Vec<usize>, union: Union) -> Node {
@@ -178,26 +206,46 @@ impl SetSearch<'_> {
         Node { cost: self.problem.cost_of(&chosen), chosen, union, states }
     }
 
-    fn child(&self, node: &Node, item: usize) -> Node {
-        let mut union = node.union.clone();
-        union.add(self.problem.evidence, item);
-        self.node([&node.chosen[..], &[item]].concat(), union)
-    }
-
     fn may_join(&self, node: &Node, item: usize) -> bool {
         self.limits.afford(node.cost + self.problem.cost[item]) && self.problem.may_join(&node.chosen, item)
     }
 
-    /// The candidates that may join a node, those that may add most first.
-    fn joining(&self, node: &Node, items: &[Hinted]) -> Vec<Hinted> {
-        let last = node.chosen[self.problem.always.len()..].last();
-        let hinted = |&(item, hint): &Hinted| {
-            let hint = last.map_or(hint, |&last| hint.min(self.beside(last, item)));
-            self.may_join(node, item).then_some((item, hint))
-        };
-        let mut hinted: Vec<Hinted> = items.iter().filter_map(hinted).collect();
-        hinted.sort_by_key(|&(_, hint)| std::cmp::Reverse(hint));
-        hinted
+    /// The candidates that may join a set that is given. `table` has their overlaps before anything is chosen.
+    fn opened<'t>(
+        &self,
+        node: &Node,
+        left: usize,
+        items: &[usize],
+        table: Option<&'t OverlapTable>,
+    ) -> Open<'t> {
+        let items: Vec<usize> = items.iter().copied().filter(|&item| self.may_join(node, item)).collect();
+        let adds = self.weighed(node, left, &items);
+        let above = table.map(|table| {
+            let alone = self.weighed(&self.root(&[]), left, &items);
+            let less = (0..self.tabled).map(|j| differences(&alone[j].gains, &adds[j].gains)).collect();
+            Above { table, at: items.clone(), less }
+        });
+        Open { items, adds, is_sorted: false, above }
+    }
+
+    /// What candidates add to a node and take from it at most.
+    fn weighed(&self, node: &Node, left: usize, items: &[usize]) -> Vec<Adds> {
+        let mut found = vec![(Vec::new(), Vec::new()); self.question.all.len()];
+        for &item in items {
+            dispatch!(self.level, simd => self.weigh(simd, node, item, &mut found));
+        }
+        found.into_iter().map(|(gains, losses)| Adds::new(gains, losses, left)).collect()
+    }
+
+    /// Adds to gains and losses what a candidate does to each inequality of a node.
+    #[inline(always)]
+    fn weigh<S: Simd>(&self, _: S, node: &Node, item: usize, found: &mut [(Vec<i64>, Vec<i64>)]) {
+        let evidence = self.problem.evidence;
+        let all = self.question.all.iter().zip(&node.states).zip(found);
+        for ((one, state), (gains, losses)) in all {
+            gains.push(one.gain(evidence, &node.union, state, item));
+            losses.push(one.loss(evidence, &node.union, item));
+        }
     }
 
     /// A set, if it is worth more than what is known.
@@ -212,124 +260,224 @@ impl SetSearch<'_> {
         (passes && !node.chosen.is_empty()).then(|| self.judge(&node.chosen)).flatten()
     }
 
+    /// At least how much less two candidates add together.
+    #[inline(always)]
+    fn overlap(&self, open: &Open, a: usize, b: usize, j: usize) -> i64 {
+        match &open.above {
+            Some(above) if j < self.tabled => {
+                let less = above.less[j][a].min(above.less[j][b]);
+                (above.table.of(j, above.at[a], above.at[b]) - less).max(0)
+            }
+            _ => 0,
+        }
+    }
+
+    /// Whether so many more of some candidates, which are sorted, may pass every inequality.
+    fn may_pass(&self, node: &Node, left: usize, open: &Open, of: Range<usize>) -> bool {
+        let purse = Purse::new(self.problem, self.limits, &node.chosen, node.cost, left);
+        self.question.all.iter().zip(&node.states).enumerate().all(|(j, (one, state))| {
+            let all = of.clone().map(|i| (open.items[i], open.limit(i, j)));
+            let own = |place: usize| open.adds[j].charged[of.start + place];
+            state.value + purse.most(self.problem, all, own) >= one.least
+        })
+    }
+
+    /// The candidates that may be in a set that passes, by what is known of their pairs; they stay sorted.
+    fn pruned<'t>(&self, node: &Node, left: usize, open: Open<'t>) -> Open<'t> {
+        let purses = Purse::after_each(self.problem, self.limits, &node.chosen, node.cost, left - 1);
+        let number = |i: usize| Purse::number(&purses, self.problem, open.items[i]);
+        let mut alive: Vec<usize> = (0..open.items.len()).collect();
+        for j in 0..self.question.all.len() {
+            let (least, value) = (self.question.all[j].least, node.states[j].value);
+            let own = |i: usize| open.adds[j].charged[i];
+            let limits = |alive: &[usize]| -> Vec<(usize, i64)> {
+                alive.iter().map(|&i| (open.items[i], open.limit(i, j))).collect()
+            };
+            // Without pairs first: what all others add at most is the same for all of a sensor.
+            let sorted = limits(&alive);
+            let top =
+                |purse: &Purse| purse.most(self.problem, sorted.iter().copied(), |place| own(alive[place]));
+            let tops: Vec<i64> = purses.iter().map(top).collect();
+            alive.retain(|&i| value + own(i) + tops[number(i)] >= least);
+            if j == 0 && open.above.is_some() && left > 1 {
+                let sorted = limits(&alive);
+                let passes = |&i: &usize| {
+                    let beside = |place: usize| match alive[place] {
+                        l if l == i => i64::MIN / 2,
+                        l => own(l) - self.overlap(&open, i, l, j),
+                    };
+                    value + own(i) + purses[number(i)].most(self.problem, sorted.iter().copied(), beside)
+                        >= least
+                };
+                alive = alive.iter().copied().filter(passes).collect();
+            }
+        }
+        open.picked(&alive)
+    }
+
     /// A set that is worth more, among a node and those with up to so many more of some candidates.
-    fn expand(&self, node: &Node, left: usize, items: &[Hinted]) -> Option<Found> {
+    fn below(&self, node: &Node, left: usize, open: Open) -> Option<Found> {
         if let Some(found) = self.judge_node(node) {
             return Some(found);
         }
         if left == 0 || (self.stop)() {
             return None;
         }
-        let open = self.open(node, left, items);
+        let open = self.pruned(node, left, open.sorted());
         match left {
             1 => open.items.iter().find_map(|&item| self.judge(&[&node.chosen[..], &[item]].concat())),
             2 => dispatch!(self.level, simd => self.pairs(simd, node, &open)),
-            _ => (0..open.items.len())
-                .take_while(|&i| self.may_pass(node, &open, i, left))
-                .find_map(|i| self.expand(&self.child(node, open.items[i]), left - 1, &open.after(i))),
-        }
-    }
-
-    /// The candidates that may lead from a node to a set that passes.
-    fn open(&self, node: &Node, left: usize, items: &[Hinted]) -> Open {
-        let items = self.joining(node, items);
-        let open = dispatch!(self.level, simd => self.weigh(simd, node, left, &items));
-        let others: Vec<i64> = (0..open.inequalities).map(|j| best(open.of(j), left - 1)).collect();
-        let passes = |i: &usize| {
-            let own = &open.charged[i * open.inequalities..(i + 1) * open.inequalities];
-            let all = self.question.all.iter().zip(&node.states).zip(own.iter().zip(&others));
-            all.into_iter().all(|((one, state), (own, others))| state.value + own + others >= one.least)
-        };
-        let mut order: Vec<usize> = (0..open.items.len()).filter(passes).collect();
-        if open.inequalities > 0 {
-            order.sort_by_key(|&i| std::cmp::Reverse(open.charged[i * open.inequalities]));
-        }
-        open.reordered(&order)
-    }
-
-    /// What each candidate adds to a node, as long as one may lead to a set that passes.
-    #[inline(always)]
-    fn weigh<S: Simd>(&self, _: S, node: &Node, left: usize, hinted: &[Hinted]) -> Open {
-        let (evidence, inequalities) = (self.problem.evidence, self.question.all.len());
-        let (mut gains, mut charged, mut losses) = (Vec::new(), Vec::new(), Vec::new());
-        // What the best of those before add, all but one of a set.
-        let (mut items, mut top) = (Vec::new(), vec![0; left - 1]);
-        for &(item, hint) in hinted {
-            if let Some(first) = self.question.all.first() {
-                // Nobody after this one adds more than it may.
-                let others: i64 = top.iter().map(|&best: &i64| best.max(hint)).sum();
-                if node.states[0].value + hint + others < first.least {
-                    break;
-                }
-            }
-            items.push(item);
-            for (number, (one, state)) in self.question.all.iter().zip(&node.states).enumerate() {
-                let gain = one.gain(evidence, &node.union, state, item);
-                let loss = one.loss(evidence, &node.union, item);
-                gains.push(gain);
-                charged.push(gain - loss / left as i64);
-                if number == 0 {
-                    losses.push(loss);
-                    let at = top.partition_point(|&best| best >= gain);
-                    if at < top.len() {
-                        top.insert(at, gain);
-                        top.pop();
+            _ => {
+                let mut table = self.table(&open);
+                // The last first: what is counted of pairs then serves those before.
+                for i in (0..open.items.len()).rev() {
+                    if !self.may_pass(node, left, &open, i..open.items.len()) {
+                        continue;
+                    }
+                    let Some(child) = self.child(node, left, &open, table.as_ref(), i) else { continue };
+                    for (j, adds) in child.adds.iter().enumerate().take(self.tabled) {
+                        for (&l, gain) in child.after.iter().zip(&adds.gains) {
+                            table
+                                .iter_mut()
+                                .for_each(|table| table.set(j, i, l, open.adds[j].gains[l] - gain));
+                        }
+                    }
+                    if let Some(found) = self.below_child(left, &open, table.as_ref(), child) {
+                        return Some(found);
                     }
                 }
+                None
             }
         }
-        Open { items, gains, charged, losses, inequalities }
     }
 
-    /// Whether a candidate with the best of those after it may pass the first inequality.
-    fn may_pass(&self, node: &Node, open: &Open, i: usize, left: usize) -> bool {
-        let Some(first) = self.question.all.first() else { return true };
-        let after =
-            (i + 1..open.items.len().min(i + left)).map(|l| open.charged[l * open.inequalities].max(0));
-        node.states[0].value + open.charged[i * open.inequalities] + after.sum::<i64>() >= first.least
+    /// What is known of the overlaps of candidates beside a node, if they are not too many.
+    fn table(&self, open: &Open) -> Option<OverlapTable> {
+        let is_small = self.tabled > 0 && open.items.len() <= MOST_PAIRED;
+        let known = |j: usize, a: usize, b: usize| self.overlap(open, a, b, j);
+        is_small.then(|| OverlapTable::new(open.items.len(), self.tabled, known))
+    }
+
+    /// The node with one more candidate, and those after it that may join it; `None` if nothing below passes.
+    fn child(
+        &self,
+        node: &Node,
+        left: usize,
+        open: &Open,
+        table: Option<&OverlapTable>,
+        i: usize,
+    ) -> Option<Child> {
+        let item = open.items[i];
+        let (chosen, cost) = ([&node.chosen[..], &[item]].concat(), node.cost + self.problem.cost[item]);
+        let joins = |l: usize| {
+            let other = open.items[l];
+            self.limits.afford(cost + self.problem.cost[other]) && self.problem.may_join(&chosen, other)
+        };
+        let mut union = None;
+        let joined = || {
+            let mut union = node.union.clone();
+            union.add(self.problem.evidence, item);
+            self.node(chosen.clone(), union)
+        };
+        let Some((first, adds)) = self.question.all.first().zip(open.adds.first()) else {
+            let after = (i + 1..open.items.len()).filter(|&l| joins(l)).collect();
+            return Some(Child { node: joined(), after, adds: Vec::new() });
+        };
+        let needed = first.least - node.states[0].value - adds.charged[i];
+        // What each adds beside this one at most.
+        let hint = |l: usize| adds.charged[l] - table.map_or(0, |table| table.of(0, i, l));
+        let most = {
+            let purse = Purse::new(self.problem, self.limits, &chosen, cost, left - 1);
+            let sorted = (i + 1..open.items.len()).map(|l| (open.items[l], open.limit(l, 0)));
+            purse.most(self.problem, sorted, |place| hint(i + 1 + place))
+        };
+        if most < needed {
+            return None;
+        }
+        let mut top = vec![0; left - 2];
+        (i + 1..open.items.len()).for_each(|l| insert(&mut top, hint(l)));
+        let others: i64 = top.iter().sum();
+        let mut hinted: Vec<(i64, usize)> = (i + 1..open.items.len())
+            .map(|l| (hint(l), l))
+            .filter(|&(hint, l)| hint + others >= needed && joins(l))
+            .collect();
+        hinted.sort_by_key(|&(hint, l)| (std::cmp::Reverse(hint), l));
+        let child: &Node = union.get_or_insert_with(joined);
+        top.fill(0);
+        let mut after = Vec::new();
+        let mut found = vec![(Vec::new(), Vec::new()); self.question.all.len()];
+        for (hint, l) in hinted {
+            // Nobody after this one adds more than it may.
+            let others: i64 = top.iter().map(|&best: &i64| best.max(hint)).sum();
+            if hint + others < needed {
+                break;
+            }
+            after.push(l);
+            dispatch!(self.level, simd => self.weigh(simd, child, open.items[l], &mut found));
+            let gain = found[0].0.last().copied().unwrap_or(0);
+            insert(&mut top, gain);
+        }
+        let adds = found.into_iter().map(|(gains, losses)| Adds::new(gains, losses, left - 1)).collect();
+        union.map(|node| Child { node, after, adds })
+    }
+
+    /// A set that is worth more, among a child and those below it.
+    fn below_child(
+        &self,
+        left: usize,
+        open: &Open,
+        table: Option<&OverlapTable>,
+        child: Child,
+    ) -> Option<Found> {
+        let Child { node, after, adds } = child;
+        let above = table.map(|table| {
+            let before = |j: usize| picked(&open.adds[j].gains, &after);
+            let less = (0..self.tabled).map(|j| differences(&before(j), &adds[j].gains)).collect();
+            Above { table, less, at: after.clone() }
+        });
+        self.below(
+            &node,
+            left - 1,
+            Open { items: picked(&open.items, &after), adds, is_sorted: false, above },
+        )
     }
 
     /// A set that is worth more, among those with one or two more candidates.
     #[inline(always)]
     fn pairs<S: Simd>(&self, _: S, node: &Node, open: &Open) -> Option<Found> {
-        let (evidence, count) = (self.problem.evidence, open.inequalities);
+        let (evidence, count) = (self.problem.evidence, self.question.all.len());
+        let value = |j: usize| node.states[j].value;
         for (i, &item) in open.items.iter().enumerate() {
             let one = [&node.chosen[..], &[item]].concat();
             let alone = self.question.all.iter().zip(&node.states).enumerate();
-            // Less than its whole loss was taken, which lets more pass.
-            if alone.into_iter().all(|(j, (q, state))| state.value + open.charged[i * count + j] >= q.least)
-                && let Some(found) = self.judge(&one)
+            if alone.into_iter().all(|(j, (q, state))| {
+                state.value + open.adds[j].gains[i] - open.adds[j].losses[i] >= q.least
+            }) && let Some(found) = self.judge(&one)
             {
                 return Some(found);
             }
-            let value = node.states.first().map_or(0, |state| state.value);
             let mut fresh = None;
             for l in i + 1..open.items.len() {
-                let both = |j: usize| {
-                    node.states[j].value + open.charged[i * count + j] + open.charged[l * count + j]
-                };
-                if count > 0 && both(0) < self.question.all[0].least {
+                let charged = |of: usize| open.adds[0].charged[of];
+                if count > 0 && value(0) + charged(i) + charged(l) < self.question.all[0].least {
                     break;
                 }
-                if !(1..count).all(|j| both(j) >= self.question.all[j].least) {
+                // What both add, if they overlap no more than is known, less what one of them takes away.
+                let slack = |j: usize| {
+                    let Adds { gains, losses, .. } = &open.adds[j];
+                    value(j) + gains[i] + gains[l] - losses[i].max(losses[l]) - self.question.all[j].least
+                };
+                if (0..count).any(|j| slack(j) < self.overlap(open, i, l, j)) {
                     continue;
                 }
                 let other = open.items[l];
-                if count > 0
-                    && value + open.charged[i * count] + self.beside(item, other) < self.question.all[0].least
-                {
-                    continue;
-                }
                 let cost = node.cost + self.problem.cost[item] + self.problem.cost[other];
                 if !self.limits.afford(cost) || !self.problem.may_join(&one, other) {
                     continue;
                 }
                 if let Some(first) = self.question.all.first().filter(|first| first.is_plain()) {
-                    let gain = open.gains[i * count] + open.gains[l * count];
-                    let slack =
-                        node.states[0].value + gain - open.losses[i].max(open.losses[l]) - first.least;
                     let fresh = fresh.get_or_insert_with(|| first.added(evidence, &node.union, item));
-                    if slack < 0 || first.overlap_exceeds(fresh, evidence, other, slack) {
+                    if first.overlap_exceeds(fresh, evidence, other, slack(0)) {
                         continue;
                     }
                 }
@@ -342,53 +490,64 @@ impl SetSearch<'_> {
     }
 }
 
-/// What each candidate adds to a node.
-#[inline(always)]
-fn gains<S: Simd>(_: S, inequality: &Inequality, problem: &Problem, node: &Node) -> Vec<i64> {
-    let gain = |item| inequality.gain(problem.evidence, &node.union, &node.states[0], item);
-    (0..problem.evidence.count()).map(gain).collect()
+impl Adds {
+    fn new(gains: Vec<i64>, losses: Vec<i64>, left: usize) -> Adds {
+        let share = |loss: i64| if loss == 0 { 0 } else { loss / left.max(1) as i64 };
+        let charged = gains.iter().zip(&losses).map(|(gain, &loss)| gain - share(loss)).collect();
+        Adds { gains, losses, charged }
+    }
+
+    fn picked(&self, order: &[usize]) -> Adds {
+        let of = |all: &[i64]| picked(all, order);
+        Adds { gains: of(&self.gains), losses: of(&self.losses), charged: of(&self.charged) }
+    }
 }
 
-impl Open {
-    /// The candidates after one.
-    fn after(&self, i: usize) -> Vec<Hinted> {
-        let gain = |l: usize| self.gains.get(l * self.inequalities).copied();
-        let hinted =
-            |l: usize| (self.items[l], gain(l).filter(|_| self.inequalities > 0).unwrap_or(ANYTHING));
-        (i + 1..self.items.len()).map(hinted).collect()
+impl<'t> Open<'t> {
+    /// What neither a candidate nor any after it adds more than to an inequality.
+    fn limit(&self, i: usize, j: usize) -> i64 {
+        if j == 0 && self.is_sorted { self.adds[0].charged[i] } else { i64::MAX }
     }
 
-    /// What each candidate adds to one inequality, less its share of what is lost.
-    fn of(&self, inequality: usize) -> impl Iterator<Item = i64> + '_ {
-        self.charged.iter().copied().skip(inequality).step_by(self.inequalities.max(1))
+    /// The candidates, those first that add most to the first inequality.
+    fn sorted(self) -> Open<'t> {
+        let mut order: Vec<usize> = (0..self.items.len()).collect();
+        if let Some(adds) = self.adds.first() {
+            order.sort_by_key(|&i| std::cmp::Reverse(adds.charged[i]));
+        }
+        Open { is_sorted: true, ..self.picked(&order) }
     }
 
-    fn reordered(&self, order: &[usize]) -> Open {
-        let count = self.inequalities;
-        let rows =
-            |all: &[i64]| order.iter().flat_map(|&i| all[i * count..(i + 1) * count].to_vec()).collect();
+    fn picked(self, order: &[usize]) -> Open<'t> {
         Open {
-            items: order.iter().map(|&i| self.items[i]).collect(),
-            gains: rows(&self.gains),
-            charged: rows(&self.charged),
-            losses: if count > 0 { order.iter().map(|&i| self.losses[i]).collect() } else { Vec::new() },
-            inequalities: count,
+            items: picked(&self.items, order),
+            adds: self.adds.iter().map(|adds| adds.picked(order)).collect(),
+            is_sorted: self.is_sorted,
+            above: self.above.map(|above| Above {
+                table: above.table,
+                at: picked(&above.at, order),
+                less: above.less.iter().map(|less| picked(less, order)).collect(),
+            }),
         }
     }
 }
 
-/// The sum of the largest so many that are above zero.
-fn best(gains: impl Iterator<Item = i64>, count: usize) -> i64 {
-    let mut best: Vec<i64> = Vec::with_capacity(count + 1);
-    if count == 0 {
-        return 0;
-    }
-    for gain in gains {
-        if gain > 0 && (best.len() < count || gain > best[best.len() - 1]) {
-            let at = best.partition_point(|&other| other >= gain);
-            best.insert(at, gain);
-            best.truncate(count);
+/// Puts a number among the largest ones, which are sorted.
+fn insert(top: &mut [i64], value: i64) {
+    let mut at = top.len();
+    while at > 0 && top[at - 1] < value {
+        at -= 1;
+        if at + 1 < top.len() {
+            top[at + 1] = top[at];
         }
+        top[at] = value;
     }
-    best.iter().sum()
+}
+
+fn picked<T: Copy>(all: &[T], order: &[usize]) -> Vec<T> {
+    order.iter().map(|&i| all[i]).collect()
+}
+
+fn differences(before: &[i64], now: &[i64]) -> Vec<i64> {
+    before.iter().zip(now).map(|(before, now)| before - now).collect()
 }

@@ -1,8 +1,9 @@
 //! An answer in names and numbers: the front, what each sensor of a set is worth, and sets that are nearly as
 //! good but look different. Tables, texts and files are made from it.
 
-use super::front::{Answer, Bound, FrontStep};
+use super::front::Answer;
 use super::problem::{Found, Problem};
+use super::within::{Bound, FrontStep};
 use super::worth::Worth;
 use crate::results::columns::BETWEEN_MEMBERS;
 use crate::sensor::{Cost, Setting};

@@ -1,0 +1,168 @@
+//! What candidates say twice: for each pair the voxels that both have. Counted once for all candidates and
+//! kept, since no question changes it; counted again for few candidates and what a set lacks.
+
+use std::ops::Range;
+
+use fearless_simd::{Level, Simd, dispatch};
+use rayon::prelude::*;
+
+use super::evidence::{CandidateEvidence, Union};
+use super::layout::ones;
+use super::question::{Inequality, Segment};
+
+/// Most bytes that pairs may take.
+const MOST_BYTES: usize = 512 << 20;
+
+/// Rows that are compared with one another while they are near the processor.
+const BLOCK: usize = 8;
+
+/// Bits of a plane that are counted together.
+type Class = (usize, Range<usize>);
+
+/// The voxels that both of two candidates have, class by class.
+pub(super) struct PairCounts {
+    classes: Vec<Class>,
+    /// Of each class a square.
+    counts: Vec<Vec<u32>>,
+}
+
+/// At least how much less two candidates add to a set together than one after the other: a square for each
+/// inequality.
+pub(super) struct OverlapTable {
+    size: usize,
+    squares: Vec<Vec<i64>>,
+}
+
+impl PairCounts {
+    /// Of all candidates, as some inequalities need it; `None` if that is too much to be kept.
+    pub(super) fn new(evidence: &CandidateEvidence, inequalities: &[Inequality]) -> Option<PairCounts> {
+        let classes = classes_of(inequalities);
+        let size = evidence.count();
+        if classes.is_empty() || classes.len() * size * size * 4 > MOST_BYTES {
+            return None;
+        }
+        let items: Vec<usize> = (0..size).collect();
+        let rows = Rows::of(evidence, &evidence.nothing(), &items, &classes);
+        let level = Level::new();
+        let mut counts = vec![vec![0; size * size]; classes.len()];
+        for (number, square) in counts.iter_mut().enumerate() {
+            square.par_chunks_mut(BLOCK * size).enumerate().for_each(|(block, part)| {
+                let of = block * BLOCK..(block * BLOCK + BLOCK).min(size);
+                dispatch!(level, simd => rows.count(simd, number, of, part));
+            });
+        }
+        Some(PairCounts { classes, counts })
+    }
+
+    /// The table of some inequalities and all candidates, before anything is chosen.
+    pub(super) fn table(&self, inequalities: &[Inequality]) -> Option<OverlapTable> {
+        let size = self.counts[0].len().isqrt();
+        let square = |inequality: &Inequality| {
+            let weighted = weights(inequality, &self.classes)?;
+            let of_pair = |pair| {
+                weighted.iter().map(|&(class, weight)| weight * i64::from(self.counts[class][pair])).sum()
+            };
+            Some((0..size * size).into_par_iter().map(of_pair).collect())
+        };
+        let squares = inequalities.iter().map(square).collect::<Option<Vec<_>>>()?;
+        Some(OverlapTable { size, squares })
+    }
+}
+
+impl OverlapTable {
+    /// Of so many candidates and inequalities, with what is known of each pair.
+    pub(super) fn new(
+        size: usize,
+        inequalities: usize,
+        known: impl Fn(usize, usize, usize) -> i64,
+    ) -> OverlapTable {
+        let mut squares = vec![vec![0; size * size]; inequalities];
+        for (number, square) in squares.iter_mut().enumerate() {
+            for a in 0..size {
+                for b in 0..a {
+                    let overlap = known(number, a, b);
+                    square[a * size + b] = overlap;
+                    square[b * size + a] = overlap;
+                }
+            }
+        }
+        OverlapTable { size, squares }
+    }
+
+    /// Keeps how much less two candidates add together, by an inequality.
+    pub(super) fn set(&mut self, inequality: usize, a: usize, b: usize, overlap: i64) {
+        self.squares[inequality][a * self.size + b] = overlap;
+        self.squares[inequality][b * self.size + a] = overlap;
+    }
+
+    /// How much less two candidates add together, by an inequality.
+    #[inline(always)]
+    pub(super) fn of(&self, inequality: usize, a: usize, b: usize) -> i64 {
+        self.squares[inequality][a * self.size + b]
+    }
+}
+
+/// The bits that some inequalities count.
+fn classes_of(inequalities: &[Inequality]) -> Vec<Class> {
+    let mut classes: Vec<Class> = Vec::new();
+    for segment in inequalities.iter().filter(|one| one.is_plain()).flat_map(Inequality::segments) {
+        let class = (segment.plane, segment.words.clone());
+        if !classes.contains(&class) {
+            classes.push(class);
+        }
+    }
+    classes
+}
+
+/// Classes of an inequality with the weights of their bits; `None` if it counts anything else.
+fn weights(inequality: &Inequality, classes: &[Class]) -> Option<Vec<(usize, i64)>> {
+    let of = |segment: &Segment| {
+        let class =
+            classes.iter().position(|(plane, words)| *plane == segment.plane && *words == segment.words)?;
+        Some((class, segment.weight as i64))
+    };
+    inequality.is_plain().then(|| inequality.segments().map(of).collect()).flatten()
+}
+
+/// What some candidates add to a union: of each class the words in which anybody adds something, row by row.
+struct Rows {
+    classes: Vec<(usize, Vec<u64>)>,
+}
+
+impl Rows {
+    fn of(evidence: &CandidateEvidence, union: &Union, items: &[usize], classes: &[Class]) -> Rows {
+        let of_class = |(plane, words): &Class| {
+            let segment = Segment { plane: *plane, words: words.clone(), weight: 1 };
+            let fresh = |item: usize| segment.fresh_words(evidence.plane(item, *plane), union);
+            let mut any = vec![0; words.len()];
+            let has = |item: &&usize| !evidence.plane(**item, *plane).is_empty();
+            for &item in items.iter().filter(has) {
+                any.iter_mut().zip(fresh(item)).for_each(|(any, word)| *any |= word);
+            }
+            let width = any.iter().filter(|any| **any != 0).count();
+            let mut rows = vec![0; items.len() * width];
+            if width > 0 {
+                for (row, &item) in rows.chunks_mut(width).zip(items).filter(|(_, item)| has(item)) {
+                    let kept = fresh(item).zip(&any).filter(|(_, any)| **any != 0);
+                    row.iter_mut().zip(kept).for_each(|(to, (word, _))| *to = word);
+                }
+            }
+            (width, rows)
+        };
+        Rows { classes: classes.iter().map(of_class).collect() }
+    }
+
+    /// The bits that some rows share with each row, in one class.
+    #[inline(always)]
+    fn count<S: Simd>(&self, _: S, class: usize, of: Range<usize>, counts: &mut [u32]) {
+        let (width, rows) = &self.classes[class];
+        let row = |i: usize| &rows[i * width..(i + 1) * width];
+        let size = counts.len() / of.len();
+        for b in 0..size {
+            for a in of.clone() {
+                let both = row(a).iter().zip(row(b)).map(|(a, b)| a & b);
+                counts[(a - of.start) * size + b] = ones(both) as u32;
+            }
+        }
+    }
+}

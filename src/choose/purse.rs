@@ -1,0 +1,149 @@
+//! How many more of each sensor a set can have, by what they cost and how many of them are allowed. What
+//! candidates add together is bounded by the best that can be had so.
+
+use super::problem::{Problem, SetLimits};
+
+/// Most ways to share out what is left; if there are more, costs are not looked at.
+const MOST_WAYS: usize = 64;
+
+/// Ways to share out the places that are left among the sensors, none of which is part of another.
+pub(super) struct Purse {
+    left: usize,
+    /// How many of each sensor; empty if all that counts is how many are left.
+    ways: Vec<Vec<usize>>,
+}
+
+impl Purse {
+    /// So many more sensors beside some that cost so much.
+    pub(super) fn new(
+        problem: &Problem,
+        limits: SetLimits,
+        chosen: &[usize],
+        cost: u64,
+        left: usize,
+    ) -> Purse {
+        let sensors = problem.most.len();
+        let of =
+            |sensor: usize| chosen.iter().filter(|&&item| problem.evidence.items[item][0] == sensor).count();
+        let most: Vec<usize> =
+            (0..sensors).map(|s| problem.most[s].saturating_sub(of(s)).min(left)).collect();
+        if limits.budget.is_none() && most.iter().all(|&most| most >= left) {
+            return Purse { left, ways: Vec::new() };
+        }
+        let mut ways = Vec::new();
+        let rest = limits.budget.map_or(u64::MAX, |budget| budget.saturating_sub(cost));
+        let price = cheapest(problem);
+        share(&most, &price, left, rest, &mut Vec::new(), &mut ways);
+        if ways.len() > MOST_WAYS { Purse { left, ways: Vec::new() } } else { Purse { left, ways } }
+    }
+
+    /// For each sensor what is left beside one more of it; a single one if it is the same for all.
+    pub(super) fn after_each(
+        problem: &Problem,
+        limits: SetLimits,
+        chosen: &[usize],
+        cost: u64,
+        left: usize,
+    ) -> Vec<Purse> {
+        let alike = limits.budget.is_none() && problem.most.iter().all(|&most| most > chosen.len() + left);
+        if alike {
+            return vec![Purse { left, ways: Vec::new() }];
+        }
+        let price = cheapest(problem);
+        let beside = |sensor: usize| {
+            let item = problem.evidence.items.iter().position(|item| item[0] == sensor);
+            let Some(item) = item else { return Purse { left: 0, ways: Vec::new() } };
+            Purse::new(problem, limits, &[chosen, &[item]].concat(), cost + price[sensor], left)
+        };
+        (0..problem.most.len()).map(beside).collect()
+    }
+
+    /// Which of those of [`Purse::after_each`] a candidate's is.
+    pub(super) fn number(purses: &[Purse], problem: &Problem, item: usize) -> usize {
+        if purses.len() == 1 { 0 } else { problem.evidence.items[item][0] }
+    }
+
+    /// The most that some candidates add together. Each comes with what it adds at most, largest first; `value`
+    /// has what it truly adds, by its place among them.
+    #[inline(always)]
+    pub(super) fn most(
+        &self,
+        problem: &Problem,
+        sorted: impl Iterator<Item = (usize, i64)>,
+        value: impl Fn(usize) -> i64,
+    ) -> i64 {
+        if self.left == 0 {
+            return 0;
+        }
+        let groups = self.ways.first().map_or(1, Vec::len);
+        // The best of each sensor, largest first.
+        let mut best = vec![0i64; groups * self.left];
+        let mut worst = 0;
+        for (place, (item, limit)) in sorted.enumerate() {
+            if limit <= worst {
+                break;
+            }
+            let group = if self.ways.is_empty() { 0 } else { problem.evidence.items[item][0] };
+            let own = &mut best[group * self.left..(group + 1) * self.left];
+            let value = value(place);
+            if value > own[self.left - 1] {
+                let mut at = self.left - 1;
+                while at > 0 && own[at - 1] < value {
+                    own[at] = own[at - 1];
+                    at -= 1;
+                }
+                own[at] = value;
+                // Nothing that is left is better than the last of any sensor.
+                worst = best.chunks(self.left).map(|own| own[self.left - 1]).min().unwrap_or(0);
+            }
+        }
+        if self.ways.is_empty() {
+            return best.iter().sum();
+        }
+        let of = |way: &Vec<usize>| -> i64 {
+            way.iter()
+                .enumerate()
+                .map(|(group, &count)| best[group * self.left..][..count].iter().sum::<i64>())
+                .sum()
+        };
+        self.ways.iter().map(of).max().unwrap_or(0)
+    }
+}
+
+/// The cheapest candidate of each sensor.
+fn cheapest(problem: &Problem) -> Vec<u64> {
+    let mut price = vec![u64::MAX; problem.most.len()];
+    for (item, &[sensor, _]) in problem.evidence.items.iter().enumerate() {
+        price[sensor] = price[sensor].min(problem.cost[item]);
+    }
+    price
+}
+
+/// Adds the ways to share out some places among the sensors from one on.
+fn share(
+    most: &[usize],
+    price: &[u64],
+    left: usize,
+    rest: u64,
+    begun: &mut Vec<usize>,
+    ways: &mut Vec<Vec<usize>>,
+) {
+    if ways.len() > MOST_WAYS {
+        return;
+    }
+    let sensor = begun.len();
+    if sensor == most.len() {
+        let covers = |way: &Vec<usize>| way.iter().zip(begun.iter()).all(|(a, b)| a >= b);
+        if !ways.iter().any(covers) {
+            ways.push(begun.clone());
+        }
+        return;
+    }
+    let afforded =
+        rest.checked_div(price[sensor]).map_or(usize::MAX, |n| usize::try_from(n).unwrap_or(usize::MAX));
+    for count in (0..=most[sensor].min(left).min(afforded)).rev() {
+        begun.push(count);
+        share(most, price, left - count, rest - price[sensor].saturating_mul(count as u64), begun, ways);
+        begun.pop();
+    }
+}

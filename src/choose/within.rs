@@ -1,0 +1,107 @@
+//! The best set within some limits: climbed to, improved two at a time, then searched for.
+
+use std::collections::BTreeMap;
+use std::time::Instant;
+
+use super::climb::{climb, climbs};
+use super::pairs::PairCounts;
+use super::problem::{Found, Problem, SetLimits};
+use super::search::{complete, search};
+use super::worth::Worth;
+use crate::study::Across;
+
+/// What is known of all sets within some limits.
+#[derive(Clone, Debug)]
+pub struct FrontStep {
+    /// The limits.
+    pub limits: SetLimits,
+    /// The best set that was found; none is worth more if that is proven.
+    pub best: Option<Found>,
+    /// What no set is worth more than.
+    pub bound: Bound,
+}
+
+/// What no set is worth more than.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Bound {
+    /// The best set: all others were searched.
+    Proven,
+    /// This; the search was stopped.
+    AtMost(f64),
+    /// Nothing is known.
+    Unknown,
+}
+
+/// Of how many of the best ends of climbing two sensors at a time are changed.
+const POLISHED: usize = 3;
+
+/// The best set within some limits. What is known is begun from, and what is found is added.
+pub(super) fn best_within(
+    problem: &Problem,
+    limits: SetLimits,
+    kept: Option<&PairCounts>,
+    known: &mut BTreeMap<Vec<usize>, Worth>,
+    stop: &(dyn Fn() -> bool + Sync),
+) -> FrontStep {
+    let begin = Instant::now();
+    let mut ends = climbs(problem, limits, stop);
+    ends.truncate(POLISHED);
+    for found in ends {
+        let found = polished(problem, limits, kept, found, stop);
+        known.insert(found.set, found.worth);
+    }
+    let fits = |set: &Vec<usize>| set.len() <= limits.at_most && limits.afford(problem.cost_of(set));
+    let better = |a: &Found, b: &Found| {
+        let key = |found: &Found| (found.worth, std::cmp::Reverse(problem.cost_of(&found.set)));
+        key(a).cmp(&key(b)).then(b.set.len().cmp(&a.set.len())).then(b.set.cmp(&a.set))
+    };
+    let all =
+        known.iter().filter(|(set, _)| fits(set)).map(|(set, &worth)| Found { set: set.clone(), worth });
+    let best = all.max_by(better);
+    if problem.goal.1 == Across::Mean {
+        return FrontStep { limits, best, bound: Bound::Unknown };
+    }
+    let told = |best: Option<&Found>, what: &str| {
+        let (most, seconds) = (limits.at_most, begin.elapsed().as_secs_f64());
+        let worth = best.map_or(f64::NAN, |best| best.worth.value());
+        tracing::info!("choose: sets of at most {most}: {worth:.6} {what} after {seconds:.1} s");
+    };
+    told(best.as_ref(), "is to be beaten");
+    let mut improve = |found: Found| {
+        known.insert(found.set.clone(), found.worth);
+        let further = polished(problem, limits, kept, found, stop);
+        known.insert(further.set.clone(), further.worth);
+        told(Some(&further), "is to be beaten");
+        further
+    };
+    let (best, is_proven) = search(problem, limits, best, kept, stop, &mut improve);
+    told(best.as_ref(), if is_proven { "is proven" } else { "is not proven" });
+    FrontStep { limits, best, bound: if is_proven { Bound::Proven } else { Bound::Unknown } }
+}
+
+/// Changes one or two sensors of a set as long as that helps.
+fn polished(
+    problem: &Problem,
+    limits: SetLimits,
+    kept: Option<&PairCounts>,
+    mut best: Found,
+    stop: &(dyn Fn() -> bool + Sync),
+) -> Found {
+    loop {
+        best = climb(problem, limits, best.set.clone(), stop)
+            .filter(|other| other.worth > best.worth)
+            .unwrap_or(best);
+        let places: Vec<usize> =
+            (0..best.set.len()).filter(|&i| !problem.always.contains(&best.set[i])).collect();
+        let pairs = places.iter().flat_map(|&a| places.iter().filter(move |&&b| b > a).map(move |&b| [a, b]));
+        let without = |out: [usize; 2]| -> Vec<usize> {
+            (0..best.set.len()).filter(|i| !out.contains(i)).map(|i| best.set[i]).collect()
+        };
+        let better =
+            pairs.into_iter().find_map(|out| complete(problem, limits, &without(out), &best, kept, stop));
+        match better {
+            Some(better) => best = better,
+            None => return best,
+        }
+    }
+}
