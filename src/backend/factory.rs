@@ -1,5 +1,5 @@
-//! Backends made from what a user chose: which one, on which adapter, with how many threads and how much
-//! memory; and what takes over when it fails.
+//! Makes the backend that a user chose (which one, on which adapter, with how many threads and how much
+//! memory), and the fallbacks for when it fails.
 
 use super::cpu::Cpu;
 use super::gpu::{AdapterChoice, Gpu, adapters};
@@ -28,14 +28,14 @@ pub struct BackendChoice {
     pub kind: BackendKind,
     /// The GPU's adapter; the first hardware one, unless it is named.
     pub adapter: Option<AdapterChoice>,
-    /// Threads of the CPU; all that the process may use, unless it is said.
+    /// Threads of the CPU; `None` for all that the process may use.
     pub threads: Option<usize>,
-    /// Memory for evidence and first hits; each backend's own measure, unless it is said.
+    /// Memory for evidence and first hits; `None` for the backend's default.
     pub memory_bytes: Option<u64>,
 }
 
 impl BackendChoice {
-    /// Opens the backend. With it comes why a hardware GPU that is there is not used.
+    /// Opens the backend. Also says why a hardware GPU that is there is not used, if so.
     pub fn open(&self) -> Result<(Box<dyn Backend + Send>, Option<Error>)> {
         match self.kind {
             BackendKind::Oracle => Ok((Box::new(Oracle::default()), None)),
@@ -130,7 +130,8 @@ impl ChosenBackends {
     /// hardware GPU that is there is not used.
     pub fn open(choice: &BackendChoice) -> Result<(ChosenBackends, Option<Error>)> {
         let (backend, unused) = choice.open()?;
-        // Once it was a GPU it is one whenever it is opened again: its fallback has a name of its own.
+        // A backend that was opened as a GPU is opened as a GPU again; using the CPU instead is a fallback of
+        // its own.
         let kind = if backend.name() == "gpu" { BackendKind::Gpu } else { choice.kind };
         let choice = BackendChoice { kind, ..choice.clone() };
         Ok((ChosenBackends { choice, ready: Some(backend) }, unused))

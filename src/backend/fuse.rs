@@ -2,15 +2,15 @@
 //! `shaders/fuse.wgsl`.
 //!
 //! # Theory
-//! Sums are clamped after each reading, and clamp(sum + said) never falls where `sum` or `said` rises. So
-//! where no reading pulls a voxel down, its sum is above zero as soon as one pulls it up, and the other way
-//! round: only voxels that are pulled both ways need their sum. From a sum, what is still to be said cannot
-//! lead below the sum of the lowest that each may say (on the way down the upper clamp is never met), nor
-//! above that of the highest.
+//! Sums are clamped after each reading, and clamp(sum + reading) is monotone in both. So where no reading
+//! lowers a voxel's sum, the sum is above zero as soon as one raises it, and the other way round: only voxels
+//! with readings of both signs need their sum. From any sum, the readings still to come cannot lead below the
+//! sum of the lowest that each may add (on the way down the upper clamp is never met), nor above that of the
+//! highest.
 //!
 //! # Practice
-//! Most words are settled by three bit operations a reading; the rest sum up, for all voxels of a word that
-//! heard the same together.
+//! Most words are settled by three bit operations a reading; in the rest, all voxels of a word with the same
+//! readings are summed together.
 
 use std::ops::Range;
 
@@ -32,9 +32,9 @@ pub(super) struct FuseJob<'a> {
     fusion: Fusion,
     window: Window,
     voices: Vec<Voice<'a>>,
-    /// Voxels that some reading pulls up; after the fusion those that are occupied.
+    /// Voxels whose sum some reading raises; after the fusion those that are occupied.
     pub(super) occupied: Vec<u32>,
-    /// Voxels that some reading pulls down; after the fusion those that are free, none of them occupied.
+    /// Voxels whose sum some reading lowers; after the fusion those that are free, none of them occupied.
     pub(super) free: Vec<u32>,
 }
 
@@ -90,7 +90,7 @@ impl<'a> FuseJob<'a> {
         }
         match self.fusion {
             Fusion::OccupiedWins => take(&mut self.free, &self.occupied),
-            // A reading alone pulls each voxel one way.
+            // A single reading never both raises and lowers a voxel.
             Fusion::Octomap if self.voices.len() < 2 => {}
             Fusion::Octomap => self.settle(),
         }
@@ -122,8 +122,8 @@ impl Voice<'_> {
     }
 }
 
-/// Lets voices speak in order to some voxels of a word that have the same sum so far, and labels them
-/// occupied or free, or, at a sum of zero, neither.
+/// Adds readings in order to voxels of a word that have the same sum so far, and labels them occupied or
+/// free, or, at a sum of zero, neither.
 fn sum(voices: &[Voice], word: usize, mut so_far: i32, mut voxels: u32, labels: &mut [u32; 2]) {
     for (i, voice) in voices.iter().enumerate() {
         if so_far + voice.still[0] > 0 || so_far + voice.still[1] < 0 {
@@ -133,7 +133,7 @@ fn sum(voices: &[Voice], word: usize, mut so_far: i32, mut voxels: u32, labels: 
             let heard = heard & voxels;
             let after = (so_far + said).clamp(*LOG_ODDS.start(), *LOG_ODDS.end());
             if heard == voxels {
-                // All have heard it; the other plane holds none of them.
+                // The reading applies to all of these voxels; the other plane holds none of them.
                 so_far = after;
                 break;
             } else if heard != 0 {

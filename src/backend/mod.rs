@@ -23,9 +23,9 @@ pub use self_test::{POSES as SELF_TEST_POSES, self_test};
 pub struct VoxelScene {
     /// What stops rays, over the whole grid.
     pub blockers: Arc<BitGrid>,
-    /// Of the blockers, what every snapshot of the scene has, so that it need be cast once only; the very same
-    /// (`Arc::ptr_eq`) in the scenes of all of them, and another one where numbers for first hits begin anew. `None` where
-    /// there is one snapshot.
+    /// The blockers that stand still in every snapshot, against which rays are cast only once: the same
+    /// allocation (`Arc::ptr_eq`) in all snapshots of a scene, and another one when the numbers for first
+    /// hits start over. `None` where there is one snapshot.
     pub still: Option<Arc<BitGrid>>,
     /// The part of the grid where evidence is kept: normally the bounding box of the regions.
     pub window: Window,
@@ -37,7 +37,7 @@ pub struct VoxelScene {
     pub robot: BitGrid,
     /// The voxels of each region.
     pub regions: Vec<BitGrid>,
-    /// Whose voxels people's are, and of which part of the body.
+    /// The voxels of people: of whom, and of which part of the body.
     pub people: People,
 }
 
@@ -67,7 +67,7 @@ pub struct Noise {
 }
 
 impl Noise {
-    /// What a return at a distance within the range is off by, if its ray drew this number.
+    /// The error in distance of a return within the range whose ray drew this number.
     #[inline]
     pub(crate) fn step_q16(&self, drawn: u32, t_q16: u32) -> i32 {
         match self.unit_q12.is_empty() {
@@ -232,7 +232,7 @@ pub enum Fusion {
 /// Smallest and largest log-odds of a voxel, in thousandths (OctoMap's defaults).
 pub const LOG_ODDS: std::ops::RangeInclusive<i32> = -2000..=3511;
 
-/// Bytes that a backend may take for evidence, first hits and batches, unless it is told otherwise: little beside the
+/// Bytes that a backend may take for evidence, first hits and batches by default: little compared with the
 /// memory of any machine that sweeps. Half of it is for evidence.
 pub const MEMORY_BYTES: u64 = 512 << 20;
 
@@ -248,7 +248,8 @@ pub trait Backend {
     /// Makes the tables of a study's casting sensors ready, in the order by which [`Backend::sense`] names them.
     fn tables(&mut self, tables: &[Rays]) -> Result<()>;
 
-    /// Makes a scene ready, and forgets all evidence; no question may be open. Fails if it cannot fit the device, saying what would.
+    /// Makes a scene ready, and forgets all evidence; no request may be open. If the scene does not fit the
+    /// device, the error says what would.
     fn load(&mut self, scene: &VoxelScene) -> Result<()>;
 
     /// How many pieces of evidence of the loaded scene can be kept at once; at least 1.
@@ -267,10 +268,11 @@ pub trait Backend {
     /// scene to be counted. What is cast or uploaded later changes nothing.
     fn submit(&mut self, fusion: Fusion, jobs: &[Vec<Reading>]) -> Result<()>;
 
-    /// Waits for the counts of the oldest question not yet answered: of each job, in each region, with who is detected there.
+    /// Waits for the counts of the oldest open request: of each job, in each region, with who is detected
+    /// there.
     fn receive(&mut self) -> Result<Vec<Vec<Confusion>>>;
 
-    /// Asks and waits. No question may be open.
+    /// Submits and waits. No other request may be open.
     fn score(&mut self, fusion: Fusion, jobs: &[Vec<Reading>]) -> Result<Vec<Vec<Confusion>>> {
         self.submit(fusion, jobs)?;
         self.receive()
@@ -312,7 +314,7 @@ fn nothing_in(slot: Slot) -> crate::Error {
     crate::Error::device(format!("slot {slot} holds no evidence of this scene"))
 }
 
-/// The error for an answer to a question that was never asked.
+/// The error for an answer without a request.
 fn nothing_submitted() -> crate::Error {
     crate::Error::device("no question is open")
 }

@@ -260,7 +260,7 @@ impl Ray {
         if nearest >= limit {
             return None;
         }
-        // Which axis is crossed cannot be guessed, so nothing branches on it.
+        // A processor cannot predict which axis is crossed, so nothing branches on it.
         for r in 0..3 {
             let crossed = self.next[r] == nearest;
             self.next[r] += if crossed { self.period[r] } else { 0 };
@@ -284,8 +284,8 @@ struct Pathend {
     end: End,
     /// The bit of the blocker that a return comes from.
     blocker: u32,
-    /// How far what the ray says reaches: where a return is read, where the blocker of a blind ray is, else
-    /// the range.
+    /// How far along the ray its evidence reaches: where a return is read, where the blocker of a blind ray
+    /// is, else the range.
     t_q16: u64,
 }
 
@@ -360,7 +360,7 @@ fn unhindered(mut ray: Ray, limit: u64, path: &mut Path, mut crossings: usize) -
 /// How many crossings a ray has made where it is read, if it was stopped after so many of them.
 fn endpoint(ray: Ray, read_q16: u64, path: &mut Path, mut crossings: usize) -> usize {
     let limit = after(read_q16);
-    // Cells entered later than that were not seen to be entered.
+    // Voxels entered later than that were not passed.
     while path.entered[crossings] >= limit {
         crossings -= 1;
     }

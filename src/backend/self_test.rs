@@ -1,6 +1,5 @@
-//! Whether a device gives the right counts here and now: a camera of many pixels in a cluttered scene, a
-//! whole batch of poses, held against the CPU. Some poses stand so close to what they see that every kernel
-//! has long loops.
+//! Tests whether a device counts correctly: a camera of many pixels in a cluttered scene, a whole batch of
+//! poses, compared with the CPU. Some poses stand so close to what they see that every kernel has long loops.
 
 use super::cpu::Cpu;
 use super::{Backend, Fusion, GridPose, Image, Noise, Rays, Reading, Shot, VoxelScene};

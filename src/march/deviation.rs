@@ -1,5 +1,4 @@
-//! How far the integers lead a ray from its ideal line: the one bound by which those who decide in floats
-//! keep their distance.
+//! How far a ray of integers is from its ideal line at most: the one bound that code with floats allows for.
 //!
 //! # Theory
 //! A component of the direction in the grid is a sum of three products a·d of a rotation's entry and of a

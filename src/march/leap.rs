@@ -6,8 +6,8 @@
 //! steps would have led.
 //!
 //! # Practice
-//! Wherever a ray passes what is known to be empty, where returns are read, and where single voxels ask for
-//! single rays.
+//! Used wherever a ray passes space that is known to be empty, for the place where a return is read, and to
+//! test whether one ray visits one voxel.
 
 use super::{March, NEVER};
 

@@ -1,7 +1,7 @@
 //! A ray through the voxels, in integers: the arithmetic of `SEMANTICS.md` as pure functions. Each function
 //! of `shaders/march.wgsl` has its twin of the same name here or in [`leap`], and `tests/twins.rs` runs both.
-//! Without a twin are what only the host asks: [`crossings`], [`voxel_after`], [`fold`], and
-//! [`leap::made_at`], which is [`made_at`] for who has the direction at hand.
+//! Only the host uses the functions without a twin: [`crossings`], [`voxel_after`], [`fold`], and
+//! [`leap::made_at`], a quicker [`made_at`] for callers that have the direction at hand.
 
 pub mod deviation;
 pub mod leap;
@@ -54,7 +54,7 @@ pub struct Gates {
     pub range_min_q16: u32,
     /// Nothing is entered after this distance; at most [`MAX_RANGE_VOXELS`].
     pub range_max_q16: u32,
-    /// Cells entered before this distance are not tested: the sensor's own housing.
+    /// Voxels entered before this distance are not tested: they are the sensor's own housing.
     pub near_ignore_q16: u32,
     /// Whether a ray that ends in nothing certifies that what it passed is free (`no_return = "free"`).
     pub no_return_is_free: bool,
@@ -104,7 +104,7 @@ pub fn start_axis(origin_q16: i32, dir_q16: i32) -> [u32; 2] {
     let frac = (origin_q16 & 0xffff) as u32;
     let ahead = if dir_q16 < 0 { frac } else { (1 << 16) - frac };
     let period = period_q16(dir_q16.unsigned_abs());
-    // Reckoned in any case: lanes that are alike are reckoned together.
+    // Computed in any case, without a branch, so that lanes are computed together.
     let first = first_q16(ahead, period);
     [if dir_q16 == 0 { NEVER } else { first }, period]
 }
@@ -213,7 +213,7 @@ pub fn made_until(begin: &March, room: [u32; 3], t_q16: u32, axis: i32) -> [u32;
     let leaves: [u32; 3] = std::array::from_fn(|r| crossing_q16(first[r], period[r], room[r]));
     let exit = next_axis(leaves);
     let (t_q16, axis) = match (leaves[exit], exit as i32) {
-        // Of what happens at the very distance of the exit, the axes before it come first.
+        // Of crossings at the same distance as the exit, those of lower axes come first.
         (exit_q16, exit) if (exit_q16, exit) <= (t_q16, axis) => (exit_q16, exit - 1),
         _ => (t_q16, axis),
     };
@@ -250,8 +250,8 @@ pub fn is_lost(drawn: u32, lost_below: u32) -> bool {
     pcg(drawn) < lost_below
 }
 
-/// What a return is off by: a deviation of the unit table (Q12) times the standard deviation at its distance
-/// (Q16), rounded: (unit · std + 2¹¹) >> 12. In two parts, since the product has more than 32 bits.
+/// The error in distance of a return: a deviation of the unit table (Q12) times the standard deviation at its
+/// distance (Q16), rounded: (unit · std + 2¹¹) >> 12. In two parts, since the product has more than 32 bits.
 pub fn step_q16(unit_q12: i32, std_q16: u32) -> i32 {
     let (whole, part) = ((std_q16 >> 12) as i32, (std_q16 & 0xfff) as i32);
     unit_q12 * whole + ((unit_q12 * part + (1 << 11)) >> 12)

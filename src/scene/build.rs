@@ -1,4 +1,4 @@
-//! From a checked scene file to the snapshots of a scene. `parts` reads the parts of an object, `moving`
+//! Builds the snapshots of a scene from a checked scene file. `parts` reads the parts of an object, `moving`
 //! places them in each snapshot.
 
 use std::collections::HashSet;
@@ -15,7 +15,7 @@ pub fn build(spec: &SceneSpec, sources: &Sources, voxel_size_m: f64) -> Result<V
     build_or_all(spec, sources, voxel_size_m).map_err(Error::first)
 }
 
-/// [`build`], but of each object that cannot be read it is told what is wrong.
+/// As [`build`], but tells what is wrong with each object that cannot be read.
 pub(crate) fn build_or_all(
     spec: &SceneSpec,
     sources: &Sources,

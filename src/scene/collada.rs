@@ -1,9 +1,9 @@
 //! Reads COLLADA files (`.dae`) as one mesh in metres: the geometries of the file's scene, where its nodes
 //! put them, times its `<unit>`. Materials, lights, cameras, animations and physics are passed over.
 //!
-//! `<up_axis>` is told and turns nothing: in a URDF the file's axes are the link's axes, as in RViz and
-//! MoveIt, and files are made to look right there. A mesh that a skeleton poses is refused, since it would
-//! stand in its bind pose.
+//! `<up_axis>` is reported to the caller and not applied: in a URDF the file's axes are the link's axes, as
+//! in RViz and MoveIt, and files are made to look right there. A mesh that a skeleton poses is refused, since
+//! it would stand in its bind pose.
 
 mod geometry;
 mod nodes;
@@ -30,7 +30,7 @@ const FLOOR_NUMBERS: usize = 20_000_000;
 /// Numbers that may be read for each byte of a file; two bytes are the least that a number needs.
 const NUMBERS_PER_BYTE: usize = 8;
 
-/// Reads the triangles of a file's scene, in its own axes, and which of them is up.
+/// Reads the triangles of a file's scene, in the file's own axes, and says which axis is up.
 ///
 /// # Errors
 /// When the file cannot be read, is no COLLADA, refers to what is not there, has a number that is none, or
@@ -76,7 +76,7 @@ fn parse(text: &str) -> Result<(Mesh, Up), Issue> {
     Ok((mesh, up))
 }
 
-/// The axis that is up; y where the file does not say it, as the format has it.
+/// The axis that is up; y by default, as the format says.
 fn up_axis(root: Node) -> Result<Up, Issue> {
     let axis = child(root, "asset").and_then(|asset| child(asset, "up_axis"));
     match axis.map_or("Y_UP", |axis| axis.text().unwrap_or_default().trim()) {

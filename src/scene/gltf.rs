@@ -1,8 +1,8 @@
 //! Reads glTF 2.0 files (`.glb`, `.gltf`) as one mesh a node, in metres, turned from glTF's y up to the
 //! world's z up, at any moment of an animation.
 //!
-//! Only shape is read: materials, morphs, cameras and lights are passed over. Indices and sizes in the file
-//! are checked where they are used, because the parser's own readers trust them.
+//! Only shapes are read; materials, morphs, cameras and lights are ignored. Indices and sizes in the file are
+//! checked where they are used, because the parser's own readers trust them.
 
 mod accessor;
 mod animation;
@@ -23,7 +23,7 @@ use crate::Result;
 use crate::error::Issue;
 use crate::source::Sources;
 
-/// What any file may unfold to, in bytes, before its own size gives it more: a mesh may be placed many times.
+/// Bytes that any file may unfold to, however small it is: a mesh may be placed many times.
 const FLOOR_BYTES: u64 = 256 << 20;
 /// Bytes a file may unfold to for each of its own; a plain export needs about 4.
 const BYTES_PER_BYTE: u64 = 64;

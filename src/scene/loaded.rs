@@ -10,8 +10,9 @@ use crate::error::{Issue, Site};
 use crate::source::Sources;
 use crate::{Error, Result};
 
-/// Most triangles that are held while a scene is built, each shape and each place of it that is another:
-/// about 5 GB. A ball of a few words has a quarter of a million, and may move through ten thousand snapshots.
+/// Most triangles that are held while a scene is built, counted for each shape at each of its places: about 5
+/// GB. A ball, which takes one line of a scene file, has a quarter of a million, and may move through ten
+/// thousand snapshots.
 const MOST_TRIANGLES: usize = 200_000_000;
 
 /// The files of a scene; what is read once for all objects and snapshots is kept.

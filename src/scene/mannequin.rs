@@ -57,7 +57,7 @@ pub fn read_keypoints(path: &Path, sources: &Sources) -> Result<Keypoints> {
     parse(sources.text(path)?.as_bytes()).map_err(|issue| issue.at(path).into())
 }
 
-/// Reads keypoints to draw a body from, as [`read_keypoints`] does.
+/// As [`read_keypoints`], for a body that is drawn from them.
 ///
 /// # Errors
 /// As there, and when too few joints are known to draw any part of a body.
@@ -177,7 +177,7 @@ pub struct Limb {
 }
 
 impl Limb {
-    /// How far a place is from the flesh; below zero inside.
+    /// How far a point is from the surface of the limb; negative inside.
     pub(crate) fn away_m(&self, place_m: DVec3) -> f64 {
         let [a, b] = self.ends_m;
         let (along, way) = (b - a, place_m - a);
@@ -260,15 +260,15 @@ fn flank(keypoints: &Keypoints, side: usize) -> Option<[DVec3; 2]> {
     Some([chest, hip])
 }
 
-/// Straight on from the forearm, up to the fingertips.
+/// The hand: straight on from the forearm, up to the fingertips.
 fn hand(elbow: Option<DVec3>, wrist: Option<DVec3>) -> Option<[DVec3; 2]> {
     let (elbow, wrist) = (elbow?, wrist?);
     let onward = (wrist - elbow).try_normalize()?;
     Some([wrist, wrist + 0.13 * onward])
 }
 
-/// Level, whatever the shin's slope, toward where the hips face; the sole is 8 cm below the ankle. Without
-/// hips side by side (someone lying on a side) there is no such direction, and no foot.
+/// The foot: level, whatever the shin's slope, toward where the hips face; the sole is 8 cm below the ankle.
+/// Without hips side by side (someone lying on a side) there is no such direction, and no foot.
 fn foot(keypoints: &Keypoints, side: usize) -> Option<[DVec3; 2]> {
     let [left_hip, right_hip] = both(keypoints, HIPS)?;
     let ankle = keypoints[ANKLES[side]]?;

@@ -1,5 +1,4 @@
-//! Meshes in files: the one door for objects of scenes, for regions and for links of robots, whatever the
-//! format.
+//! Loads meshes from files of all formats, for objects of scenes, for regions and for links of robots.
 
 use std::path::{Path, PathBuf};
 
@@ -18,11 +17,11 @@ pub const ENDINGS: &str = "a .glb, .gltf, .stl, .obj or .dae file";
 pub enum MeshFormat {
     /// `.glb` or `.gltf`: metres, y up, and turned to z up when it is read.
     Gltf,
-    /// `.stl`: says neither its unit nor what is up.
+    /// `.stl`: states neither its unit nor its up axis.
     Stl,
-    /// `.obj`: says neither.
+    /// `.obj`: states neither.
     Obj,
-    /// `.dae`: says both.
+    /// `.dae`: states both.
     Collada,
 }
 
@@ -37,16 +36,16 @@ pub enum Up {
     Z,
 }
 
-/// A file, and what its user says of it.
+/// A file, and what the user says about it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct MeshFile {
     /// The file.
     pub path: PathBuf,
     /// What it is.
     pub format: MeshFormat,
-    /// Metres in one of its units; of a file that says its unit, by how much it is wrong.
+    /// Metres in one of its units; for a file that states its unit, a factor that corrects it.
     pub scale: f64,
-    /// What is up in a file that does not say it.
+    /// The up axis of a file that does not state it.
     pub up: Up,
 }
 

@@ -1,5 +1,5 @@
-//! One object over the snapshots of its scene: its parts made once a shape, put where it is in each, and
-//! shared between the snapshots in which they are the same.
+//! Places one object in the snapshots of its scene: each shape of its parts is made once, moved to where it
+//! is in each snapshot, and shared between the snapshots in which it is the same.
 
 use std::sync::Arc;
 
@@ -33,7 +33,7 @@ pub(super) fn moments(
         let shape = match shapes.iter().position(|(spec, _)| *spec == own) {
             Some(shape) => shape,
             None => {
-                // What is wrong in the first is mostly wrong in all.
+                // A mistake in the first snapshot is mostly a mistake in all.
                 let in_snapshot = |e: Error| match snapshot {
                     0 => e,
                     _ => e.at(format!("snapshot {snapshot}")),
@@ -49,14 +49,14 @@ pub(super) fn moments(
         };
         let parts = shapes[shape].1.iter().map(|part| placed(part.clone(), rotation, position_m));
         let moment = shared(parts.collect(), &moments);
-        // What an earlier snapshot has, too, has two owners.
+        // A part that an earlier snapshot has, too, has two owners.
         moment.iter().filter(|part| Arc::strong_count(part) == 1).try_for_each(|part| files.spend(part))?;
         if let Some(first) = moments.first() {
             same_parts(first, &moment, snapshot)?;
         }
         moments.push(moment);
     }
-    // What stands still is in every snapshot as in the first.
+    // An object that stands still is in every snapshot as in the first.
     let first = moments[0].clone();
     moments.resize(snapshots, first);
     Ok(moments)

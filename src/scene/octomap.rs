@@ -1,5 +1,5 @@
 //! Reads and writes OctoMap's binary trees (`.bt`, as OctoMap 1.9's `writeBinary` makes them), so that maps
-//! come in and go out without loss. It keeps integer keys.
+//! are read and written without loss. Keys stay integers.
 
 use std::path::Path;
 
@@ -252,7 +252,8 @@ struct TreeWriter<'a> {
 }
 
 impl TreeWriter<'_> {
-    /// Writes the node at `key` with an edge of 2^level voxels, and says what its parent is to write of it.
+    /// Writes the node at `key` with an edge of 2^level voxels, and returns what its parent is to write about
+    /// it.
     fn node(&mut self, key: [i32; 3], level: u32) -> u16 {
         let edge = 1i64 << level;
         for axis in 0..3 {

@@ -6,8 +6,8 @@ use crate::error::Issue;
 
 /// Most corners of one polygon: the time it takes grows with their square.
 const MOST_CORNERS: usize = 1024;
-/// Looks at a corner, in squares of the number of corners, before a polygon is given up; one made to take
-/// long would need hundreds.
+/// Most tests of corners, in squares of the number of corners, before a polygon is refused; one designed to
+/// take long would need hundreds.
 const MOST_LOOKS: usize = 64;
 
 /// The triangles of a polygon, as indices into its corners, turned as it is turned. The corners go round it

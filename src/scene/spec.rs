@@ -1,5 +1,4 @@
-//! What is to be loaded and where it stands, checked: scenes, objects, surfaces, robots and how they move. Meshes are not
-//! read yet.
+//! Checked descriptions of scenes, objects, surfaces, robots and their motion, before any mesh is read.
 
 use std::path::PathBuf;
 
@@ -24,7 +23,7 @@ pub struct SceneSpec {
     pub snapshots: usize,
     /// Objects in file order.
     pub objects: Vec<ObjectSpec>,
-    /// Numbers in it that look like slips of a unit.
+    /// Numbers in it that look as if they had a wrong unit.
     pub warnings: Vec<String>,
 }
 

@@ -1,4 +1,4 @@
-//! XML as far as no file can make it slow: what is refused before the parser sees it.
+//! Parses XML, but refuses beforehand what would make the parser slow.
 
 use roxmltree::Document;
 
@@ -17,7 +17,7 @@ pub(super) fn parse(text: &str) -> Result<Document<'_>, Issue> {
     Document::parse(text).map_err(|e| Issue::damaged(format!("is no XML: {e}")))
 }
 
-/// What is no element, by how it begins and ends.
+/// The constructs that are no elements, by how they begin and end.
 const NO_ELEMENTS: [[&str; 2]; 3] = [["<!--", "-->"], ["<![CDATA[", "]]>"], ["<?", "?>"]];
 
 /// Where the first element begins that has too many attributes.
@@ -27,7 +27,7 @@ fn crowded_element(text: &str) -> Option<usize> {
         at += next;
         let rest = &text[at..];
         let length = match NO_ELEMENTS.iter().find(|[begin, _]| rest.starts_with(begin)) {
-            // One without an end is the parser's to refuse.
+            // A construct without an end is left to the parser, which refuses it.
             Some([_, end]) => rest.find(end)?,
             None if attributes(rest) > MOST_ATTRIBUTES => return Some(at),
             None => 1,

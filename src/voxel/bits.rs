@@ -21,7 +21,7 @@ impl BitGrid {
         BitGrid { window, words_per_row, words: vec![0; words] }
     }
 
-    /// A plane of no voxels, which says nothing of any.
+    /// A plane over an empty window.
     pub(crate) fn nowhere() -> Self {
         BitGrid::new(Window::between([0; 3], [-1; 3]))
     }
@@ -257,8 +257,8 @@ impl BitGrid {
         !self.words_in(part, |_, _, _, word| word == 0)
     }
 
-    /// The words of a box, without what lies beside it, each with its first voxel, as long as `see` wants
-    /// more; whether it saw all.
+    /// Hands the words of a box to `see`, cut to the box, each with its first voxel, until `see` returns
+    /// false; whether all were handed over.
     fn words_in(&self, part: &Window, mut see: impl FnMut(i32, i32, i32, u32) -> bool) -> bool {
         let part = part.intersection(&self.window);
         if part.is_empty() {

@@ -29,7 +29,7 @@ impl Bricks {
     /// Its logarithm: brick = voxel >> this.
     pub const EDGE_LOG2: u32 = 1;
 
-    /// The reach of a brick that knows of no blocker as near.
+    /// The reach of a brick whose nearest blocker is this far away or farther.
     pub const FAR: u8 = u8::MAX;
 
     /// The bricks of a plane over a grid; voxels outside the plane count as empty.

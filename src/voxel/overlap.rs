@@ -1,5 +1,5 @@
-//! Which voxels a triangle meets, decided in integers: a separating-axis test of a closed triangle against
-//! closed boxes. Lengths here count 1/512 voxel from the world's origin.
+//! Which voxels a triangle intersects, decided in integers: a separating-axis test of a closed triangle
+//! against closed boxes. Lengths here count 1/512 voxel from the world's origin.
 
 use std::collections::HashMap;
 
@@ -170,8 +170,8 @@ mod tests {
         set
     }
 
-    /// The same question by clipping: cut the triangle by the six half-spaces of a box, in rationals scaled
-    /// so that they stay exact. Slow and different in kind from the separating axes.
+    /// The same decision by clipping: the triangle is cut by the six half-spaces of a box, in rationals
+    /// scaled so that they stay exact. It is slow, and another method than separating axes.
     fn intersects_by_clipping(triangle: &[Corner; 3], key: [i32; 3]) -> bool {
         // Homogeneous points: position = p / w, w > 0.
         let mut polygon: Vec<([i128; 3], i128)> =

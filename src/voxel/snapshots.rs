@@ -13,11 +13,11 @@ use crate::Result;
 use crate::error::{Argument, Issue, Words};
 use crate::scene::{Object, Role, Scene};
 
-/// Asked between two pieces of work; an error is a reason to begin no other.
+/// Called between two pieces of work; an error ends the work.
 pub(crate) type GoOn<'a> = &'a (dyn Fn() -> Result<()> + Sync);
 
-/// Most memory that the voxels of a scene take. A few words can ask for any amount, and a system that has no
-/// more to give ends the program without one.
+/// Most memory that the voxels of a scene take. A short scene file can ask for any amount, and a system that
+/// runs out of memory kills the program without a message.
 const MOST_GIB: u64 = 64;
 
 /// The snapshots of a scene on one grid.

@@ -1,4 +1,4 @@
-//! What is where in a scene, in voxels: the truth that sensors are held against.
+//! What is where in a scene, in voxels: the truth that sensors' claims are compared with.
 
 use std::sync::Arc;
 

@@ -1,4 +1,4 @@
-//! From a scene to its truth: which voxels are occupied, what stops rays, whose they are.
+//! Makes the truth of a scene: which voxels are occupied, which stop rays, and whose they are.
 
 mod odd;
 

@@ -1,5 +1,5 @@
-//! Scores to hold a pose against: what trivial answers would have, and what nothing on the study's positions
-//! can beat.
+//! The baselines that poses are compared with: what trivial answers would score, and an upper bound for every
+//! sensor at the study's positions.
 
 use std::sync::Arc;
 
@@ -11,7 +11,7 @@ use crate::sensor::{Extent, Setting, Station};
 use crate::study::Study;
 use crate::voxel::{BitGrid, People, Region, Truth, voxelize};
 
-/// Scores to hold a pose against: a sensor that is stuck beats many poses.
+/// Counts to compare a pose with: by some scores a sensor that is stuck at one answer beats many poses.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 pub struct Baselines {
     /// Everything labelled occupied.
@@ -29,7 +29,7 @@ pub(super) type Wrong = (usize, usize, Issue);
 
 /// What any sensor of a study could do from any of its candidates.
 pub(super) struct Reachable {
-    /// The voxels that it could speak of.
+    /// The voxels that it could label.
     pub(super) spoken_of: BitGrid,
     /// The voxels that it could hit or feel.
     pub(super) hit: BitGrid,
@@ -93,7 +93,7 @@ pub(super) fn baselines(truth: &Truth, region: &Region, people: &People, reachab
     let h_reached = count(&[reachable, &truth.occupied, &truth.human]);
     let r_reached = count(&[reachable, &truth.occupied, &truth.robot]);
     let f = s - t;
-    // Whoever reaches a voxel of a person may be a presence sensor.
+    // Any sensor that reaches a voxel of a person may be a presence sensor.
     let may_hit = people.detection(&region.voxels, |voxel| hit.get(voxel), |voxel| hit.get(voxel));
     let no_hit = people.detection(&region.voxels, |_| false, |_| false);
     let from = |counts| Confusion::from_counts(counts).with(no_hit);

@@ -1,5 +1,5 @@
-//! Poses from which a sensor can tell nothing: walled in, too near to what stands before them, or with
-//! nothing in range. A few rays of each pose tell, cast on the host, and a flood of the places that the poses
+//! Finds poses from which a sensor can measure nothing: walled in, too near to what stands before them, or
+//! with nothing in range. Casts a few rays of each pose on the host, and floods the spaces that the poses
 //! stand in.
 
 use std::fmt::Write;
@@ -24,19 +24,19 @@ const MOST_TOLD: usize = 10;
 const RAYS: [usize; 2] = [24, 96];
 /// Rays that are cast in all, where that leaves each pose the fewest.
 const RAYS_IN_ALL: usize = 1 << 22;
-/// Places between walls that are told apart in a scene; poses elsewhere count as not walled in.
+/// Most enclosed spaces that are distinguished in a scene; poses beyond count as not walled in.
 const MOST_PLACES: usize = 32;
-/// A place is closed that has no larger share of all free voxels, and neither people nor robots in it or
-/// beside it.
+/// A space is closed if it has no larger share of all free voxels than this, and neither people nor robots in
+/// it or beside it.
 pub(super) const SMALL: f64 = 0.1;
-/// Where more of a pose's rays are blind, it is dead. People do not count: they go away.
+/// A pose is dead where a larger share of its rays is blind. People do not count, since they go away.
 const BLIND: f64 = 0.75;
-/// Where more of a pose's rays end nearer than the sensor's longest range by this factor, but not farther
-/// than so many metres, it faces its own wall.
+/// A pose faces its own wall where a larger share of its rays than `FACES_WALL` ends within this part of the
+/// sensor's longest range and within so many metres.
 const FACES_WALL: f64 = 0.9;
 const NEAR_SHARE: f64 = 0.05;
 const NEAR_M: f64 = 0.3;
-/// Where fewer of a pose's rays return, and what does not return says nothing, it is dead.
+/// A pose is dead where a smaller share of its rays returns, if a ray without return says nothing.
 const RETURNS: f64 = 0.02;
 
 /// One line for each dead pose, up to ten, then their number.
@@ -46,11 +46,11 @@ pub(super) fn warnings(study: &Study, worlds: &[World]) -> Vec<String> {
     let poses: usize = looking.iter().map(|&s| study.sensors[s].candidates.len()).sum();
     let rays = (RAYS_IN_ALL / (poses * study.scenes.len()).max(1)).clamp(RAYS[0], RAYS[1]);
     let all = |sensor: usize| (0..study.sensors[sensor].candidates.len()).collect::<Vec<_>>();
-    let few: Vec<Few> = looking.iter().map(|&sensor| Few::of(study, sensor, rays)).collect();
+    let few: Vec<SampledRays> = looking.iter().map(|&sensor| SampledRays::of(study, sensor, rays)).collect();
     let mut hollows = Hollows::of(&worlds[0]);
     let found: Vec<Vec<(usize, String)>> =
         few.iter().map(|few| few.dead(&worlds[0], &mut hollows, &all(few.sensor))).collect();
-    // What moves may free a pose: dead are those that no snapshot frees.
+    // An object that moves may free a pose: only poses that are dead in every snapshot count.
     let mut left: Vec<Vec<usize>> =
         found.iter().map(|of| of.iter().map(|(candidate, _)| *candidate).collect()).collect();
     for world in &worlds[1..] {
@@ -83,7 +83,7 @@ pub(super) fn warnings(study: &Study, worlds: &[World]) -> Vec<String> {
 }
 
 /// A few of the rays of a sensor, spread over its field of view.
-struct Few<'a> {
+struct SampledRays<'a> {
     sensor: usize,
     kind: &'a dyn Kind,
     range: &'a Range,
@@ -100,9 +100,9 @@ enum Met {
     Nothing,
 }
 
-impl Few<'_> {
+impl SampledRays<'_> {
     /// `sensor` must have a range.
-    fn of(study: &Study, sensor: usize, most: usize) -> Few<'_> {
+    fn of(study: &Study, sensor: usize, most: usize) -> SampledRays<'_> {
         let kind = &*study.sensors[sensor].kind;
         let range = kind.range().expect("asked before");
         let scale = Scale { voxel_size_m: study.voxel_size_m, backdrop: study.backdrop };
@@ -114,7 +114,7 @@ impl Few<'_> {
             }
             field => field.some(most).into_iter().map(|dir| dir.to_array().map(quantise_q15)).collect(),
         };
-        Few { sensor, kind, range, gates: range.gates(&scale), dirs_q15 }
+        SampledRays { sensor, kind, range, gates: range.gates(&scale), dirs_q15 }
     }
 
     /// Which of these candidates are dead in a world, and why.
@@ -208,12 +208,12 @@ fn mostly(truth: &Truth, voxels: impl Iterator<Item = [i32; 3]>) -> String {
     text
 }
 
-/// The places of a scene that walls part from each other, as far as poses stand in them.
+/// The spaces of a scene that walls separate, of those in which poses stand.
 struct Hollows {
     truth: Arc<Truth>,
     open: BitGrid,
     volume: u64,
-    /// Each with what closes it, if it is closed.
+    /// Each with a sentence about what closes it, if it is closed.
     known: Vec<(BitGrid, Option<String>)>,
 }
 
@@ -225,8 +225,8 @@ impl Hollows {
         Hollows { truth, volume: open.count(), open, known: Vec::new() }
     }
 
-    /// What no ray from here leaves, in words; `None` where one may.
-    fn walls(&mut self, few: &Few, setting: &Setting) -> Option<String> {
+    /// Why no ray gets away from here, in words; `None` where one may.
+    fn walls(&mut self, rays: &SampledRays, setting: &Setting) -> Option<String> {
         let truth = &*self.truth.clone();
         let position = truth.grid.position_q16(setting.pose().position_m);
         let own = Grid::voxel_of(position);
@@ -237,9 +237,9 @@ impl Hollows {
                 (low - position[r]).max(position[r] - low - (1 << 16)).max(0) as f64
             };
             let apart_q16 = (0..3).map(apart).map(|gap| gap * gap).sum::<f64>().sqrt();
-            voxel == own || apart_q16 < f64::from(few.gates.near_ignore_q16)
+            voxel == own || apart_q16 < f64::from(rays.gates.near_ignore_q16)
         };
-        let reach = 1 + (few.gates.near_ignore_q16 >> 16) as i32;
+        let reach = 1 + (rays.gates.near_ignore_q16 >> 16) as i32;
         if reach > 8 {
             return None;
         }
@@ -268,7 +268,7 @@ impl Hollows {
         })
     }
 
-    /// What closes the place of an open voxel, in words.
+    /// Why no ray leaves the space around an open voxel, in words.
     fn place(&mut self, voxel: [i32; 3]) -> Option<String> {
         if let Some((_, walls)) = self.known.iter().find(|(place, _)| place.get(voxel)) {
             return walls.clone();

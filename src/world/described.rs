@@ -10,8 +10,8 @@ use crate::source::sha256;
 use crate::study::Study;
 use crate::voxel::{BitGrid, Truth};
 
-/// The entry of a world in the manifest. What reading a sweep back does not need may be missing there, and is
-/// empty then.
+/// The entry of a world in the manifest. Values that are not needed to read a sweep back may be missing
+/// there, and are empty then.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Described {
     /// The scene's name.
@@ -27,7 +27,7 @@ pub struct Described {
     /// Hashes of planes of voxels.
     #[serde(default)]
     pub occupied_sha256: String,
-    /// The same of what rays stop at.
+    /// The same of the voxels that stop rays.
     #[serde(default)]
     pub blockers_sha256: String,
     /// Of people.

@@ -45,7 +45,7 @@ pub struct World {
     pub grid: Grid,
     /// All snapshots of the scene, in voxels.
     snapshots: Arc<Snapshots>,
-    /// Of its blockers, what every snapshot of the scene has; `None` where there is one snapshot.
+    /// The blockers that stand still in every snapshot of the scene; `None` where there is one snapshot.
     pub still: Option<Arc<BitGrid>>,
     /// The study's regions in this scene, in study order.
     pub regions: Vec<Region>,
@@ -54,7 +54,7 @@ pub struct World {
     pub settings: Vec<Arc<Vec<Setting>>>,
     /// For each region, what the simplest answers would score.
     pub baselines: Vec<Baselines>,
-    /// Whose voxels people's are.
+    /// The people, and the voxels of each.
     pub people: People,
     /// What was assumed about the scene that the user may not expect, told with its first snapshot only.
     pub warnings: Vec<String>,
@@ -62,8 +62,7 @@ pub struct World {
     pub(crate) described: Described,
 }
 
-/// What the truths of all scenes that are kept to be asked again may take; what does not fit is put together
-/// again.
+/// Memory for the truths that are kept; others are put together again when they are asked for.
 const KEPT_BYTES: u64 = 256 << 20;
 
 impl World {
@@ -72,10 +71,10 @@ impl World {
         World::prepare_all_unless(study, &|| None)
     }
 
-    /// The same, unless somebody says why to stop, who is asked before each object and each snapshot.
+    /// The same; `stop` is asked before each object and each snapshot, and may give a reason to stop.
     ///
     /// # Errors
-    /// `Error::Stopped` with what was said.
+    /// `Error::Stopped` with that reason.
     pub fn prepare_all_unless(
         study: &Study,
         stop: &(dyn Fn() -> Option<String> + Sync),
@@ -99,8 +98,8 @@ impl World {
         World::examine(study, scene).map_err(Error::first)
     }
 
-    /// The same, but of what can be judged for itself (objects, carriers of sensors, regions) all that is
-    /// wrong is told.
+    /// The same, but tells all that is wrong with whatever can be judged independently: objects, carriers of
+    /// sensors, regions.
     pub fn examine(study: &Study, scene: usize) -> Result<Vec<World>, Vec<Error>> {
         World::make(study, scene, &|| Ok(()))
     }
@@ -127,7 +126,7 @@ impl World {
             let shared = shared.collect();
             settings.push(shared);
         }
-        // A slip of a unit is the likely cause of a grid that cannot be.
+        // A wrong unit is the likely cause of a grid that is too large.
         let slips = || {
             let all = study.warnings.iter().map(|slip| (&study.path, slip));
             let all = all.chain(spec.warnings.iter().map(|slip| (&spec.path, slip)));
@@ -214,8 +213,8 @@ impl World {
         }
     }
 
-    /// Which voxels are what: put together when it is asked for, unless it was of late. Whoever asks often
-    /// keeps it.
+    /// The truth, put together when it is asked for, unless it was asked for lately. Callers that need it
+    /// often keep it.
     pub fn truth(&self) -> Arc<Truth> {
         self.snapshots.truth(self.snapshot)
     }

@@ -1,6 +1,6 @@
-//! People where nobody can be: cut by a floor or a table top, partly inside a body, with a limb through a
-//! surface, shut up in something closed, or in the air. Touching is none of it: standing, sitting and leaning
-//! share voxels with what they touch, so voxels of surfaces alone decide nothing here.
+//! Warns of people where nobody can be: cut by a floor or a table top, partly inside a body, with a limb
+//! through a surface, shut up in a closed space, or in the air. Touching is allowed: people who stand, sit or
+//! lean share voxels with what they touch, so shared voxels of surfaces alone prove nothing.
 
 use std::collections::{BTreeMap, HashSet};
 
@@ -16,12 +16,13 @@ use crate::voxel::{BitGrid, ObjectVoxels, Truth};
 
 /// A layer of a body that has at least so large a share of a person's columns cuts the person.
 const CUTS: f64 = 0.9;
-/// What is cut off, or what a person floats above, is at least so long, in metres and in voxels.
+/// The part that is cut off, or the gap below a floating person, is at least so long, in metres and in
+/// voxels.
 const APPARENT_M: f64 = 0.1;
 const APPARENT_VOXELS: i32 = 2;
 /// Feet may be so far from the ground, in metres.
 const STEP_M: f64 = 0.2;
-/// More of a person's voxels inside a body are no touch.
+/// A larger share of a person's voxels inside a body is more than a touch.
 const INSIDE: f64 = 0.1;
 
 /// Limbs and the sides of the trunk, as pairs of COCO's joints. The face is left out: it is all within the
@@ -67,7 +68,7 @@ pub(super) fn warnings(scenes: &[Scene], worlds: &[World]) -> Vec<String> {
     faults.iter().map(line).collect()
 }
 
-/// The faults of a person at one moment: what each is with, and in words.
+/// The faults of a person at one moment: the other object of each, and a sentence.
 fn faults_of(scene: &Scene, truth: &Truth, index: usize) -> Vec<(String, String)> {
     let person = &truth.objects[index];
     let mut faults: Vec<(String, String)> = Vec::new();
@@ -85,7 +86,7 @@ fn faults_of(scene: &Scene, truth: &Truth, index: usize) -> Vec<(String, String)
             )
         });
         let what = what.or_else(|| {
-            // The hull of a cell is free inside; so is what its author calls so.
+            // The hull of a cell is free inside, and so is every body whose interior is declared free.
             let share = if object.interior == Interior::Free { 0.0 } else { inside(person, voxels) };
             (share > INSIDE && share < 1.0).then(|| {
                 format!("is inside {with:?} with {:.0} % of the body: move one of them", 100.0 * share)

@@ -1,6 +1,6 @@
 //! Where a pose is, in words for people: `left wall, x 0.5 m, 2.2 m high, 30° down`. The wall, ceiling or
-//! floor is as the study calls the group of poses; where that names none, it is what the first scene has next
-//! to the sensor.
+//! floor is taken from the name of the group of poses; where that names none, it is what stands next to the
+//! sensor in the first scene.
 
 use std::collections::HashMap;
 use std::sync::Arc;
@@ -15,12 +15,12 @@ use crate::sensor::{Candidate, MountLink, Sensor, Setting, Stance};
 use crate::study::{Combination, Study};
 use crate::voxel::{Grid, ObjectVoxels, Truth};
 
-/// A sensor is mounted on what is as near as this.
+/// A sensor is mounted on a surface that is at most this far away.
 const MOUNTED_M: f64 = 0.3;
 /// A wall of a room, or of a building in one piece, ends at most this far from a sensor that is mounted on
 /// it.
 const WALL_M: f64 = 0.6;
-/// What is as large as this share of the cell along each axis is the room itself.
+/// An object as large as this share of the cell along each axis is the room itself.
 const ROOM_SHARE: f64 = 0.8;
 /// Coordinates in a group that differ by less are one.
 const SAME_M: f64 = 1e-6;
@@ -147,7 +147,7 @@ impl<'a> Places<'a> {
             let mut objects = self.truth.objects.iter();
             objects.position(|object| object.role == Role::Environment && object.voxels.get(voxel))
         };
-        // What it is inside of, it lies on.
+        // A sensor inside an object lies on it.
         let inside = object_at(start).map(|object| (DOWN, object));
         inside.or_else(|| {
             (1..=steps).find_map(|step| {
@@ -225,8 +225,8 @@ fn carrier(MountLink { object, link }: &MountLink) -> String {
     format!("on {article}{object}'s {link}")
 }
 
-/// How a sensor is turned. The pan of what looks straight away from its wall is not told, nor what lies level
-/// and unturned.
+/// How a sensor is turned. The pan of a sensor that looks straight away from its wall is left out, and so are
+/// tilt and roll of 0.
 fn direction(pose: &Pose, stance: Stance, inwards_deg: Option<f64>) -> Option<String> {
     let Turned { pan_deg, tilt_deg, roll_deg } = Turned::of(pose);
     let is_vertical = tilt_deg.abs() > 90.0 - LEVEL_DEG;

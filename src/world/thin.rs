@@ -1,5 +1,5 @@
-//! Meshes that let rays pass and voxels do not: a fence or a grating becomes a wall. How much of its voxels
-//! such a surface fills is sampled on straight lines. The user is asked to decide whether it is see-through.
+//! Warns of meshes with holes smaller than a voxel: a fence or a grating becomes a wall. How much of its
+//! voxels such a surface fills is sampled on straight lines, and the user is asked whether it is see-through.
 
 use glam::DVec3;
 use rayon::prelude::*;
@@ -17,7 +17,7 @@ const LEAST_VOXELS: usize = 12;
 const LINES: usize = 12;
 /// A surface that leans passes through several voxels of a column.
 const DEPTH: f64 = 2.0;
-/// Where less is filled, rays would pass.
+/// Below this share of filled space, rays would pass.
 const FILLED: f64 = 0.5;
 
 /// The opaque meshes of the first snapshot that are thin, with what they fill.
@@ -122,7 +122,7 @@ mod tests {
     use glam::DQuat;
     use std::sync::Arc;
 
-    /// What a mesh fills of the voxels of 5 cm that it takes.
+    /// The share that a mesh fills of the voxels of 5 cm that it touches.
     fn filled(mesh: Mesh) -> Option<f64> {
         let object = Object {
             name: "part".into(),

@@ -64,13 +64,13 @@ pub(super) fn warnings(study: &Study, scenes: &[Scene], worlds: &[World]) -> Vec
     warnings
 }
 
-/// What is looked at in each snapshot.
+/// What the warnings need of each snapshot.
 struct Glance {
     objects: Vec<Arc<ObjectVoxels>>,
     /// How much of the grid is inside bodies whose interior is ignored.
     ignored_share: f64,
-    /// For each sensor, the candidates that stand in a blocker. Pads lie in the floor and gates stand where
-    /// they like; only what looks out can be in the way of its own rays.
+    /// For each sensor, the candidates that stand in a blocker. Pads lie in the floor and gates may stand in
+    /// anything; only sensors that cast rays count.
     inside: Vec<Vec<usize>>,
 }
 
@@ -95,7 +95,7 @@ impl Glance {
     }
 }
 
-/// What is odd about one object in the first snapshot where anything is, and where it is left out.
+/// What is odd about one object, in the first snapshot where something is, and where the object is left out.
 fn object_warnings(glances: &[Glance], name: &str, index: usize, warnings: &mut Vec<String>) {
     let all = || glances.iter().map(|glance| &glance.objects[index]);
     if let Some(odd) = all().find(|object| !object.warnings.is_empty()) {
@@ -112,7 +112,7 @@ fn object_warnings(glances: &[Glance], name: &str, index: usize, warnings: &mut 
     }
 }
 
-/// What a slip of units makes of an object: less than a voxel, or a mesh beside which all others are tiny.
+/// A wrong unit makes an object smaller than a voxel, or a mesh much larger than all others.
 fn size_warning(
     study: &Study,
     object: &Object,
@@ -131,7 +131,7 @@ fn size_warning(
     }
     let others = objects.iter().enumerate().filter(|(other, _)| *other != index);
     let longest_m = others.map(|(_, object)| length_m(object)).reduce(f64::max)?;
-    // What is longer than that is told as it is voxelized.
+    // Longer objects are told of when they are voxelized.
     let is_odd = own_m > LARGE_M && own_m <= HUGE_M && own_m >= 5.0 * longest_m;
     (is_odd && thin::is_of_a_file(study, scene, object)).then(|| {
         format!(
@@ -172,7 +172,8 @@ fn sides(beyond: [[bool; 2]; 3]) -> String {
     cut.join(", ")
 }
 
-/// The first snapshot where a value is largest, and in words which that is; none where all are alike.
+/// The first snapshot where a value is largest, and words that name it; no words where all snapshots are
+/// alike.
 fn largest(values: &[f64]) -> (usize, String) {
     let larger = |at: usize, i: usize| if values[i] > values[at] { i } else { at };
     let at = (0..values.len()).fold(0, larger);

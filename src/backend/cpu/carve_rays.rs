@@ -1,10 +1,10 @@
-//! Cells along a ray, marked one after the other: from where it enters the window to where it leaves it, or
-//! frees no more. `plan` chooses the rays.
+//! Marks the voxels along a ray one after the other: from where the ray enters the window to where it leaves
+//! it, or to the last voxel that it frees. `plan` chooses the rays.
 //!
 //! # Theory
 //! A ray enters a box when it has entered on every axis, and leaves it when it leaves on any; both are
-//! crossings, whose number is known in closed form. So a ray lands in the box at once, and knows the crossing
-//! that ends what it frees.
+//! crossings, whose number is known in closed form. So the ray is put into the box in one leap, and the
+//! crossing that ends what it frees is known beforehand.
 //!
 //! # Practice
 //! For sensors with few rays, where looking from each voxel at the rays would cost more, and for the voxels
@@ -15,8 +15,8 @@ use super::packet::Packet;
 use crate::march::leap;
 use crate::voxel::BitGrid;
 
-/// Marks the voxels of a ray in a plane's window, of its first `freed` ones, those at least that it enters by
-/// `until_q16`.
+/// Marks those of a ray's first `freed` voxels that lie in a plane's window; voxels that the ray enters after
+/// `until_q16` may be left out.
 pub(super) fn mark_freed(packet: &Packet, lane: usize, freed: u32, until_q16: u32, plane: &mut BitGrid) {
     let Some([enters, leaves]) = span(packet, lane, plane) else { return };
     let begins_inside = plane.window().contains(packet.voxel);
@@ -29,7 +29,7 @@ pub(super) fn mark_freed(packet: &Packet, lane: usize, freed: u32, until_q16: u3
     }
 }
 
-/// Marks the voxel that a ray is in and those that follow, so many in all, up to the crossing `end`.
+/// Marks the voxel that a ray is in and those that follow, `voxels` in all at most, up to the crossing `end`.
 #[inline]
 fn mark(plane: &mut BitGrid, mut ray: LeapingRay, voxels: u32, end: u64) {
     let row = plane.words_per_row() as i32 * 32;
@@ -54,8 +54,8 @@ fn mark(plane: &mut BitGrid, mut ray: LeapingRay, voxels: u32, end: u64) {
     }
 }
 
-/// The crossings by which a ray enters and leaves a plane's window; `None` if it never comes there. Entered
-/// by 0 means little: the ray may begin inside.
+/// The crossings by which a ray enters and leaves a plane's window; `None` if it never comes there. The first
+/// is 0 where the ray begins inside, and also where it enters by a crossing of x at distance 0.
 #[inline]
 fn span(packet: &Packet, lane: usize, plane: &BitGrid) -> Option<[u64; 2]> {
     let (min, end) = (plane.window().min, plane.window().end());

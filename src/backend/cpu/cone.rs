@@ -3,9 +3,9 @@
 //!
 //! # Theory
 //! A ray of integers deviates from the ideal one by no more than `march::deviation` says. The cone holds all
-//! ideal rays of the tile and is grown by that, so while it stays in boxes without blockers, no ray of the
-//! tile has entered one. Floats decide only how far that is proved, with room to spare; the ray itself lands
-//! by counting crossings (`leap`).
+//! ideal rays of the tile and is grown by that, so while the cone stays in boxes without blockers, no ray of
+//! the tile has entered a blocker. Floats decide only how far that is proved, with room to spare; the ray
+//! itself lands by counting crossings (`leap`).
 //!
 //! # Practice
 //! For the tiles of cameras. The rays of a LIDAR's packet are too far apart.
@@ -138,8 +138,8 @@ impl ConeAtPose {
     }
 }
 
-/// ⌊x⌋ of what is no farther than a grid is large, without a call; within 1/128 of a whole number it may be
-/// that number. The deviation used here has more to spare than that.
+/// ⌊x⌋ of a coordinate in a grid, without a function call; within 1/128 below a whole number it may be that
+/// number. The deviation used here has more to spare than that.
 fn floor(x: f32) -> i32 {
     const BEYOND: i32 = 1 << 16;
     (x + BEYOND as f32) as i32 - BEYOND

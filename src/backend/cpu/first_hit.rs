@@ -1,12 +1,14 @@
-//! What a ray hits first, before any gate: leaps through empty boxes, steps elsewhere.
+//! What a ray hits first, before range and noise are applied: it leaps through empty boxes and steps
+//! elsewhere.
 //!
 //! # Theory
-//! A leap makes all crossings inside a box without blockers at once, and the one that leaves it (`leap`);
-//! every voxel left out is empty, so the first blocker is the one that single steps would find. Of a union of
-//! two layers, the first blocker is the earlier of both, so a hit known in one ends the search in the other.
+//! A leap makes all crossings inside a box without blockers at once, and the one that leaves the box
+//! (`leap`); every voxel that is skipped is empty, so the first blocker is the one that single steps would
+//! find. The first blocker in the union of two layers is the earlier of their first blockers, so a hit known
+//! in one layer ends the search in the other.
 //!
 //! # Practice
-//! For every ray of every table. Where the nearest blocker is in the next brick, stepping is as quick.
+//! Used for every ray of every table. Where the nearest blocker is in the next brick, stepping is as quick.
 
 use crate::march::MAX_RANGE_VOXELS;
 use crate::march::leap::{self, RayAxis};
@@ -27,7 +29,8 @@ impl Layer {
 /// Voxels from the lowest to after the highest on each axis.
 pub(super) type Box3 = [[i32; 3]; 2];
 
-/// How far a clearing may reach from a sensor: far enough to come away from the wall that it hangs on.
+/// How far the empty box around a sensor may reach: far enough to get away from the wall that the sensor
+/// hangs on.
 const CLEARING: i32 = 32;
 
 impl Layer {
@@ -100,7 +103,7 @@ pub(super) fn crossing(hit: FirstHit) -> NextCrossing {
     NextCrossing { t_q16: hit >> 2, axis: hit & 3 }
 }
 
-/// No hit is later: crossings of the longest range, and of noise behind it.
+/// No hit is later: it allows for the longest range and for noise behind it.
 pub(super) const LAST: FirstHit = range((2 * MAX_RANGE_VOXELS) << 16);
 
 /// The range as a first hit: no crossing within it is later.
@@ -199,7 +202,7 @@ impl Search<'_> {
                 return Stepped::Past;
             }
             for r in 0..3 {
-                // Which axis is crossed cannot be guessed, so nothing branches on it.
+                // A processor cannot predict which axis is crossed, so nothing branches on it.
                 let crossed = ray.axes[r].next == nearest;
                 ray.axes[r].next += if crossed { period[r] } else { 0 };
                 bit += if crossed { stride[r] } else { 0 };
@@ -216,7 +219,7 @@ impl Search<'_> {
 
 /// What became of some steps.
 enum Stepped {
-    /// The next crossing is the end's, or after it.
+    /// The next crossing is `end` or later.
     Past,
     /// A blocker was entered.
     Entered(FirstHit),
@@ -242,8 +245,8 @@ impl LeapingRay {
         for r in 0..3 {
             let axis = &mut self.axes[r];
             if axis.next <= exit {
-                // Both end in the number of their axis or a smaller one, so the quotient of distances is the
-                // crossings'.
+                // The shift rounds down, so that a crossing at the exit's own distance counts only if its
+                // axis does not come after the exit's.
                 let apart = ((exit - axis.next) >> 2) as u32;
                 let made = leap::periods_in(apart, axis.period_q16, self.d[r]) + 1;
                 self.voxel[r] += axis.step as i32 * made as i32;

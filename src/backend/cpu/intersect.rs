@@ -36,8 +36,8 @@ impl Intersect {
         dispatch!(level, simd => start(simd, self, packet));
     }
 
-    /// The rays of a packet against a blocker, `away` voxels from the voxel where all of them begin. It is
-    /// none for rays that enter it before `ignore_q16`.
+    /// The rays of a packet against a blocker, `away` voxels from the voxel where all of them begin. For rays
+    /// that enter it before `ignore_q16` it is no blocker.
     pub(super) fn intersect(&mut self, level: Level, away: [i32; 3], ignore_q16: u32) {
         dispatch!(level, simd => intersect(simd, self, away, ignore_q16));
     }
@@ -61,7 +61,7 @@ fn intersect<S: Simd>(_: S, intersect: &mut Intersect, away: [i32; 3], ignore_q1
     let mut leaves = [u64::MAX; RAYS];
     for r in 0..3 {
         if away[r] == 0 {
-            // What `slab` says of all lanes, asked once for all of them.
+            // The same tests as `slab`, made for all lanes at once.
             (0..RAYS).for_each(|lane| leaves[lane] = leaves[lane].min(intersect.first[r][lane]));
             continue;
         }

@@ -1,6 +1,6 @@
-//! All cores, one placement or one job a thread. The algorithms are in files of their own, each with a reason
-//! why it is exact: `first_hit` (leaps), `cone`, `intersect`, `carve_voxels`, `carve_rays`; `plan` says which
-//! is used when. The arithmetic is `march`.
+//! The backend on all cores of the processor: each thread works on one placement or one job. The algorithms
+//! are in files of their own, each with a reason why it is exact: `first_hit` (leaps), `cone`, `intersect`,
+//! `carve_voxels`, `carve_rays`; `plan` says which is used when. The arithmetic is `march`.
 //!
 //! A pose is sensed in this order: `plan` (what matters), `packet` (rays by the 64), `cone`, `intersect` and
 //! `first_hit` (what they hit), `end` (gates and noise), `pyramid` and `carve_voxels`, or `carve_rays` (what
@@ -117,14 +117,14 @@ impl Cpu {
         Cpu { memory_bytes: bytes, ..self }
     }
 
-    /// The same without the vector instructions that this processor has beyond those of all of its kind.
+    /// The same without vector instructions that only some processors of this architecture have.
     pub fn without_simd(mut self) -> Self {
         self.level = Level::baseline();
         self
     }
 
-    /// The same, with all tables carved one way, whatever it costs. Tables that are no cameras cannot be
-    /// gathered.
+    /// The same, with all tables carved in one way, whatever that costs. Only tables of cameras can be carved
+    /// voxel by voxel.
     pub fn carving(mut self, carving: Carving) -> Self {
         self.carving = Some(carving);
         self
@@ -173,7 +173,8 @@ impl Backend for Cpu {
     fn load(&mut self, scene: &VoxelScene) -> Result<()> {
         let evidence = usize::try_from(self.memory_bytes / 2).unwrap_or(usize::MAX);
         let piece = 3 * 4 * scene.truth.words().len().max(1);
-        // Even where a piece is large, all threads have one to work on, and a job of several sensors fits.
+        // Even where a piece of evidence is large, each thread has one to work on, and a job of several
+        // sensors fits.
         let least = 4 * self.pool.current_num_threads().max(4);
         self.slots = vec![None; (evidence / piece).min(MOST_SLOTS).max(least)];
         let before = self.loaded.take().and_then(|loaded| loaded.still);

@@ -1,5 +1,6 @@
-//! Rays by the 64: tables in the order in which rays are cast together, and the arithmetic that is alike for
-//! all rays of a packet, in loops that the compiler turns into vector code for the processor at hand.
+//! Packets of 64 rays: tables in the order in which rays are cast together, and the arithmetic that is the
+//! same for all rays of a packet, in loops that the compiler turns into vector code for the processor at
+//! hand.
 //!
 //! # Theory
 //! Every value is the one that `march` defines; lanes do not depend on each other, so their number changes

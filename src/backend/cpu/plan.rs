@@ -1,5 +1,5 @@
-//! What is worth doing: which voxels matter, which way a table's rays are carved, which of its packets are
-//! cast. One place, by cost; whatever it says, the counts are the same.
+//! Chooses by cost which voxels are looked at, in which way a table's rays are carved, and which of its
+//! packets are cast. The counts do not depend on the choice.
 
 use super::packet::Packets;
 use crate::backend::Carving;

@@ -3,8 +3,8 @@
 //!
 //! # Theory
 //! The ideal rays that cross a box go through the pixels that the box projects to. Rays of integers deviate
-//! from them (`cone::deviation`), so the box is grown by that first. Depth and width of a box are bounded one
-//! by one, which makes the rectangle larger than need be, never smaller.
+//! from them (`cone::deviation`), so the box is grown by that first. Depth and width of a box are bounded
+//! separately, which can make the rectangle larger than needed, never smaller.
 //!
 //! # Practice
 //! For the boxes and voxels of `carve_voxels`, eight at a time.
@@ -167,7 +167,7 @@ fn pixel_rects<S: Simd>(
         let near = at[2][i] - deep;
         far[i] = at[2][i] + deep;
         per_far[i] = 1.0 / far[i];
-        // Of what reaches behind the sensor, no edge bounds the slope.
+        // Where a box reaches behind the sensor, no edge bounds the slope.
         per_near[i] = if near > 0.0 { 1.0 / near } else { f32::INFINITY };
         out.near[i] = near <= projection.near;
         out.seen[i] = far[i] > 0.0;

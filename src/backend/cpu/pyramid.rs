@@ -2,9 +2,9 @@
 //! pixels.
 //!
 //! # Theory
-//! The least of a block that holds a rectangle is at most the rectangle's least, and the most at least its
-//! most: both err on the side that decides nothing. Pixels that were not cast free nothing, which at most
-//! lowers a least.
+//! A block that holds a rectangle has a least that is at most the rectangle's, and a most that is at least
+//! the rectangle's: an error can only leave a box undecided. Pixels that were not cast free nothing, which
+//! can only lower a least.
 //!
 //! # Practice
 //! Made once a pose, for `carve_voxels`: a rectangle of any size is looked up in four blocks.

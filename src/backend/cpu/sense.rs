@@ -1,4 +1,4 @@
-//! One sensor at one pose, from rays to evidence: the order in which the other files' work is done.
+//! Senses from one pose, from rays to evidence, in the order of the files named in `mod.rs`.
 
 use fearless_simd::Level;
 
@@ -69,7 +69,7 @@ const MOST_NEAR: usize = 48;
 /// A table of rays in a scene, before it has a pose.
 pub(super) struct TableCaster<'a> {
     pub(super) level: Level,
-    /// Whether vectors are wide enough to hold all rays against all blockers near.
+    /// Whether vectors are wide enough that testing all rays against all near blockers pays.
     pub(super) wide: bool,
     pub(super) table: &'a RayTable,
     pub(super) blockers: Blockers<'a>,
@@ -145,7 +145,7 @@ impl TableCaster<'_> {
         planes
     }
 
-    /// Rays first, then voxels look at the image that they make.
+    /// Casts the rays first; then each voxel is looked up in the image of what the pixels free.
     fn carve_by_voxel(
         &self,
         projection: &Projection,
@@ -209,7 +209,7 @@ impl TableCaster<'_> {
         }
     }
 
-    /// How the rays of a packet end, which lie in `scratch` as they are believed to go.
+    /// How the rays of a packet end; `scratch` holds the rays as they are believed to go.
     fn cast(&self, packet: usize, shoot: &mut Shoot, scratch: &mut Scratch) {
         let table = self.table;
         scratch.found = [first_hit::NOTHING; RAYS];

@@ -9,8 +9,8 @@ use super::kernels::most_storage_buffers;
 use crate::error::{Argument, Issue, Words};
 use crate::{Error, Result};
 
-/// How long a device may take over what it was given, which is minutes for two batches on a slow software
-/// adapter. Most drivers reset one that hangs within seconds, and say so.
+/// How long a device may work on what was submitted: two batches take minutes on a slow software adapter.
+/// Most drivers reset one that hangs within seconds, and say so.
 const PATIENCE: Duration = Duration::from_secs(600);
 
 /// An open adapter. Failures of the driver are kept as they come and reported by the next call that can fail.
@@ -20,7 +20,7 @@ pub struct GpuDevice {
     pub(super) device: wgpu::Device,
     pub(super) queue: wgpu::Queue,
     failure: Arc<Mutex<Option<String>>>,
-    /// How long it is waited for.
+    /// How long to wait for an answer.
     pub(super) patience: Duration,
 }
 
@@ -46,7 +46,7 @@ pub fn open(choice: &AdapterChoice) -> Result<GpuDevice> {
         label: Some("perirobot"),
         required_limits: limits,
         required_features: adapter.features() & wgpu::Features::TIMESTAMP_QUERY,
-        // Few buffers, mostly large: there is nothing to win by allocating ahead.
+        // Buffers are few and mostly large, so allocating ahead would gain nothing.
         memory_hints: wgpu::MemoryHints::MemoryUsage,
         ..Default::default()
     };
@@ -168,7 +168,7 @@ impl GpuDevice {
         self.wait_until(None)
     }
 
-    /// Waits for a submission, or for all of them, but not for ever.
+    /// Waits for a submission, or for all of them, no longer than the limit.
     fn wait_until(&self, submission_index: Option<wgpu::SubmissionIndex>) -> Result<()> {
         // wgpu panics here when the device is lost on the way; that is an adapter's failure, not a bug of
         // ours.

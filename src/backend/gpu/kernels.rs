@@ -63,17 +63,17 @@ kernels! {
     Cast = "cast", FIRST_HIT, WORKGROUP, [Uniform Part Uniform Read Read Read Read Read Write Write Write];
     /// What blocks of a camera's pixels free at least and at most.
     Pyramid = "pyramid", PROJECTION, 1, [Uniform Part Uniform Read Write Write];
-    /// Which boxes of voxels that decides.
+    /// Which boxes of voxels are decided by the pyramid alone.
     CarveBoxes = "carve_boxes", PROJECTION, WORKGROUP, [Uniform Part Uniform Read Read Read Write Write Write];
-    /// The voxels of the others.
+    /// The voxels of the boxes that are left.
     CarveVoxels = "carve_voxels", PROJECTION, 1, [Uniform Part Uniform Read Read Read Read Read Write Write Write];
-    /// Those of them that many pixels may see.
+    /// The voxels among those that many pixels may see.
     CarveCrowded = "carve_crowded", PROJECTION, 1, [Uniform Part Uniform Read Read Read Read Read Read Write Write];
     /// The voxels that each ray frees, one by one.
     CarveRays = "carve_rays", "", WORKGROUP, [Uniform Part Uniform Read Read Read Write Write];
-    /// What the evidence of several sensors says together.
+    /// The labels from the evidence of several sensors.
     Fuse = "fuse", "", WORKGROUP, [Uniform Part Read Read Read Read Write Write Write];
-    /// What that is worth in a region.
+    /// The labels counted in a region.
     Count = "count", "", WORKGROUP * WORDS_PER_INVOCATION,
         [Uniform Part Read Read Read Read Read Read Write Write];
     /// Which voxels of people are hit.

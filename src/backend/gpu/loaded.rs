@@ -59,7 +59,7 @@ pub(super) struct DeviceScene {
     pub(super) ended: wgpu::Buffer,
     /// The free plane of each slot.
     pub(super) free: wgpu::Buffer,
-    /// Which slots hold evidence of this scene; what the others hold is left over from another.
+    /// Which slots hold evidence of this scene; the others may hold that of an earlier scene.
     pub(super) held: Vec<bool>,
 }
 
@@ -108,8 +108,8 @@ impl DeviceScene {
         }
     }
 
-    /// Where a slot's free plane begins, in bytes; its other planes begin at twice as many. An error for a
-    /// slot that does not exist: writing there would change nothing, or another slot's evidence.
+    /// Where a slot's free plane begins, in bytes; its other planes begin at twice that. A slot that does not
+    /// exist is an error, since writing there would change nothing, or another slot's evidence.
     pub(super) fn offset(&self, slot: Slot) -> Result<u64> {
         if slot as usize >= self.held.len() {
             return Err(Error::device(format!("no slot {slot}: there are {}", self.held.len())));
@@ -178,7 +178,7 @@ impl Kept {
 /// Most placements whose first hits are kept, however few their rays.
 const MOST_FIRST_HITS: usize = 4096;
 
-/// Buffers that outlast a scene, because the next one mostly needs them as large.
+/// Buffers that are kept from scene to scene, because the next scene mostly needs the same sizes.
 pub(super) struct Room {
     pub(super) placements: GrowingBuffer,
     pub(super) ends: GrowingBuffer,

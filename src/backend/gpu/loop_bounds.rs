@@ -3,8 +3,8 @@
 //! # Theory
 //! Mesa's software adapters (llvmpipe, up to 22.3.6 at least) work on a vector of invocations at a time. The
 //! loops of a vector share one allowance, nested ones included; a turn is taken from it as long as any
-//! invocation of the vector is in the loop. When nothing is left every loop ends after its first turn, and
-//! nobody is told.
+//! invocation of the vector is in the loop. When nothing is left, every loop ends after its first turn,
+//! without any error.
 //!
 //! So where each invocation loops once, a vector makes as many turns as its slowest invocation; where loops
 //! are nested, up to the sum over all of its invocations.

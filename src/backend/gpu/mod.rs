@@ -47,7 +47,7 @@ const READ_AT_ONCE: u64 = 64 << 20;
 /// An open adapter, and what is loaded.
 pub struct Gpu {
     queue: Queue,
-    /// For evidence, first hits and batches, where that was said.
+    /// Memory for evidence, first hits and batches, if the user set it.
     memory_bytes: Option<u64>,
     room: Room,
     tables: Vec<DeviceTable>,
@@ -77,19 +77,19 @@ impl Gpu {
         })
     }
 
-    /// The same with half of so much memory for evidence; first hits and batches have their own, by the
+    /// The same with half of this memory for evidence; memory for first hits and batches follows from the
     /// adapter.
     pub(crate) fn memory(self, bytes: u64) -> Self {
         Gpu { memory_bytes: Some(bytes), ..self }
     }
 
-    /// Finds the free voxels of cameras in one way, for tests, or (`None`) in the one that costs less. Other
-    /// sensors have one way only.
+    /// Finds the free voxels of cameras in this way, for tests, or (`None`) in the cheaper one. Other sensors
+    /// have one way only.
     pub fn carve_by(&mut self, carving: Option<Carving>) {
         self.carving = carving;
     }
 
-    /// The same, but not waited for any longer than this, for tests.
+    /// The same with another limit to waiting, for tests.
     pub fn patience(mut self, patience: Duration) -> Self {
         self.queue.device.patience = patience;
         self

@@ -1,29 +1,29 @@
-//! How much work goes in one dispatch: as much as the adapter does in a fraction of a second, told from how
-//! long it took before.
+//! How much work goes in one dispatch: as much as the adapter does in a fraction of a second, estimated from
+//! earlier dispatches.
 
 use std::time::Duration;
 
 use super::kernels::Stage;
 
-/// How long a dispatch should take: no driver's watchdog bites before a second or two, and the cost of a
-/// launch is nothing beside it.
+/// How long a dispatch should take: no driver's watchdog ends one before a second or two, and the cost of a
+/// launch is negligible beside it.
 const AT_ONCE: Duration = Duration::from_millis(250);
 
-/// Work of the first dispatches of an adapter that nothing is known of; a software adapter does some ten
-/// million steps of a march a second on a core.
+/// Work of an adapter's first dispatches, before any was timed; a software adapter does some ten million
+/// steps of a march a second on a core.
 const FIRST_WORK: u64 = 1 << 25;
-/// What a measurement, however odd, leaves at least and at most.
+/// The least and the most work of a dispatch, whatever was measured.
 const LEAST_WORK: u64 = 1 << 20;
 const MOST_WORK: u64 = 1 << 36;
 /// Shorter measurements say more of the launch than of the work.
 const SHORTEST: Duration = Duration::from_micros(200);
 
-/// Work at once, in steps of a march, a number a stage.
+/// Work of one dispatch of each stage, in steps of a march.
 #[derive(Clone, Debug)]
 pub(super) struct Pace([u64; Stage::ALL.len()]);
 
 impl Pace {
-    /// The pace of an adapter that nothing is known of.
+    /// The pace before any dispatch was timed.
     pub(super) fn new() -> Self {
         Pace([FIRST_WORK; Stage::ALL.len()])
     }
@@ -33,8 +33,8 @@ impl Pace {
         self.0[stage as usize]
     }
 
-    /// Some work of a stage took so long. One measurement at most doubles or halves what is given at once,
-    /// since work is an estimate, and may be easy by chance.
+    /// Takes a measurement: this work of a stage took this long. One measurement at most doubles or halves
+    /// the work of a dispatch, since work is an estimate, and a single measurement may be misleading.
     pub(super) fn took(&mut self, stage: Stage, work: u64, time: Duration) {
         if time < SHORTEST {
             return;
@@ -44,8 +44,8 @@ impl Pace {
         *at_once = measured.clamp(*at_once / 2, *at_once * 2).clamp(LEAST_WORK, MOST_WORK);
     }
 
-    /// Work of all stages, a number a stage, took so long together. Each is taken to be as far from what was
-    /// thought as all.
+    /// Takes a measurement of all stages together: this work of each took this long in all. Each stage is
+    /// taken to be off by the same factor as the sum.
     pub(super) fn all_took(&mut self, work: &[u64; Stage::ALL.len()], time: Duration) {
         let share = |stage: Stage| work[stage as usize] as f64 / self.work_at_once(stage) as f64;
         let thought = AT_ONCE.mul_f64(Stage::ALL.iter().map(|&stage| share(stage)).sum());

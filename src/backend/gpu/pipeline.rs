@@ -17,12 +17,12 @@ pub(super) enum Binding {
     Write,
 }
 
-/// How many workgroups are launched.
+/// How many workgroups a dispatch launches.
 #[derive(Clone, Copy, Debug)]
 pub(super) enum Groups<'a> {
     /// So many on x and y.
     Known([u32; 2]),
-    /// As many as three words of a buffer say, from a byte on.
+    /// As many as three words of a buffer say, from this byte on.
     In(&'a wgpu::Buffer, u64),
 }
 

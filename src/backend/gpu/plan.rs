@@ -1,5 +1,5 @@
-//! How the work is cut: what fits the device at once, which dispatches do it, and whether all of them were
-//! done.
+//! How work is cut into dispatches: what fits the device at once, which dispatches do it, and whether all of
+//! them ran.
 
 use std::ops::Range;
 
@@ -21,7 +21,7 @@ const CAST_COST: u64 = 40;
 const PYRAMID_COST: u64 = 2;
 const CARVE_BOXES_COST: u64 = 50;
 const CARVE_VOXELS_COST: u64 = 4000;
-/// Items of one dispatch, however little they cost: the groups of one row must not be too many.
+/// Most items of one dispatch, however little they cost: the number of workgroups of a row is limited.
 const ITEMS_PER_DISPATCH: u64 = 1 << 21;
 /// Pixels of an image beyond which rays are numbered past what floats hold.
 const MOST_IMAGE_PIXELS: u32 = 1 << 24;
@@ -36,8 +36,8 @@ const PLACEMENTS_PER_BATCH: u64 = 64;
 const JOBS_PER_BATCH: u64 = 256;
 /// Most pieces of evidence kept at once, however small they are.
 const MOST_SLOTS: u64 = 2048;
-/// Bytes on the processor's memory and on a GPU's: of the evidence that is kept, and of what a batch needs on
-/// its way (the ends of its rays, or its fused planes).
+/// Bytes in the processor's memory and in a GPU's: for the evidence that is kept, and for what a batch needs
+/// meanwhile (the ends of its rays, or its fused planes).
 const EVIDENCE_BYTES: Budget = Budget { software: 256 << 20, hardware: 1 << 30 };
 const BATCH_BYTES: Budget = Budget { software: 64 << 20, hardware: 512 << 20 };
 /// The same of first hits in a still layer.
@@ -152,8 +152,8 @@ impl TableSizes {
         FIRST_HIT_BYTES.holds(adapter, &[self.ends_bytes()]) as usize
     }
 
-    /// The distance in 1/65536 voxels up to which rays pass voxels that are near, and no others need be
-    /// walked: such a voxel begins at most `near` deep, is less than two voxels deep, and the rays of the
+    /// The distance in 1/65536 voxels up to which rays can pass near voxels, so that rays need be followed no
+    /// farther: a near voxel begins at most `near` deep, is less than two voxels deep, and the rays of the
     /// corners take the longest way there.
     fn near_until_q16(&self) -> u32 {
         let Some(image) = self.image else { return FARTHEST_READ_Q16 };

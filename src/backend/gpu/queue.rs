@@ -1,5 +1,5 @@
-//! The compiled kernels and the work given to them: dispatches in, and word back that all of them ran to
-//! their ends.
+//! The compiled kernels and the work given to them: dispatches are submitted, and each answer is checked for
+//! whether all of them ran to their ends.
 
 use std::ops::Range;
 use std::time::{Duration, Instant};
@@ -139,8 +139,8 @@ impl Queue {
             self.pace.took(*stage, *work, time);
         }
         if timed.is_empty() {
-            // Without timestamps all that is known is when it was done: no sooner than what was asked for
-            // before it.
+            // Without timestamps only the time of the answer is known, and work begins no sooner than the
+            // answer before.
             self.pace.all_took(&work, asked.max(self.answered).elapsed());
         }
         self.answered = Instant::now();

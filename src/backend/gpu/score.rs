@@ -1,4 +1,4 @@
-//! Fusing and counting: questions are put to the device and answered later, so that it works on one while the
+//! Fuses and counts: requests are queued on the device and answered later, so that it works on one while the
 //! host prepares the next.
 
 use super::kernels::Stage;
@@ -43,7 +43,7 @@ impl PendingCounts {
 }
 
 impl Gpu {
-    /// Submits all that answers a question.
+    /// Submits all work of a request.
     pub(super) fn question(&mut self, fusion: Fusion, jobs: &[Vec<Reading>]) -> Result<PendingCounts> {
         let loaded = self.loaded.as_ref().ok_or_else(no_scene)?;
         let regions = loaded.sizes.regions();

@@ -40,7 +40,7 @@ pub const FARTHEST_READ_Q16: u32 = (1 << 28) - 1;
 /// invocations whose loops did.
 pub const DONE_WORDS: u32 = 2 * Stage::ALL.len() as u32;
 
-/// In place of a slot: evidence that there is not.
+/// In place of a slot: there is no evidence.
 pub const NO_SLOT: Slot = u32::MAX;
 
 /// The twin of `Setup` in `shaders/types.wgsl`: one scene, as long as it is loaded.
@@ -159,7 +159,7 @@ pub struct Part {
     pub every_ray: u32,
     /// Voxels entered later than that are not marked.
     pub until_q16: u32,
-    /// Always 0, which compilers do not know (`shaders/completion.wgsl`).
+    /// Always 0; that it is read from a buffer keeps compilers from assuming so (`shaders/completion.wgsl`).
     pub zero: u32,
 }
 

@@ -1,4 +1,4 @@
-//! Walks the scene of a COLLADA file: which geometry stands where.
+//! Visits the nodes of a COLLADA file's scene: which geometry stands where.
 
 use glam::{DAffine3, DMat3, DMat4, DQuat, DVec3, DVec4};
 use roxmltree::Node;

@@ -24,7 +24,7 @@ pub struct Clip {
     pub morph_channels: usize,
 }
 
-/// Where an animation has a node; what it leaves alone stays as in the file.
+/// Where an animation puts a node; properties without a channel stay as in the file.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Moved {
     pub(super) translation: Option<DVec3>,
@@ -90,7 +90,8 @@ impl Clip {
         Ok(clip)
     }
 
-    /// The first and the last time of any channel, in seconds. Before and after, everything is held.
+    /// The first and the last time of any channel, in seconds. Before and after them, nodes keep the pose of
+    /// that time.
     pub fn span_s(&self) -> [f64; 2] {
         self.tracks.iter().fold([f64::INFINITY, f64::NEG_INFINITY], |[first, last], track| {
             [first.min(track.times_s[0]), last.max(track.times_s[track.times_s.len() - 1])]
@@ -191,7 +192,7 @@ fn curve(
             let rule = if is_rotation { "must be finite and not zero" } else { "must be finite" };
             return Err(at(Issue::says(format!("output value {i} is {value}")).wanted(rule)));
         }
-        // A key's length in f32 is not quite one, and would pull the way between keys aside.
+        // A key's length in f32 is not quite one, which would bend the path between keys.
         values.push(if is_rotation && per_time == 1 { value.normalize() } else { value });
     }
     Ok((times_s, interpolation, values))

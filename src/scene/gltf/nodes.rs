@@ -71,7 +71,7 @@ pub(super) fn place_nodes<'a>(
     Ok(placed)
 }
 
-/// The roots of the default scene, else of the first, else all nodes that are nobody's child.
+/// The roots of the default scene, else of the first, else all nodes without a parent.
 fn root_nodes(root: &Root) -> Result<Vec<usize>, Issue> {
     let scene = root.scene.as_ref().map_or(0, Index::value);
     if let Some(scene) = root.scenes.get(scene) {

@@ -21,7 +21,7 @@ pub(super) struct Skin {
     world_from_mesh: Vec<DAffine3>,
 }
 
-/// Which joints hold each corner of a primitive, four in a set, and how much.
+/// Which joints move each corner of a primitive, four in a set, and with which weight.
 #[derive(Default)]
 pub(super) struct Influences<'a> {
     sets: Vec<(Elements<'a>, Elements<'a>)>,
@@ -56,7 +56,7 @@ impl Skin {
         Ok(Skin { index, world_from_mesh: world_from_mesh.collect::<Result<_, Issue>>()? })
     }
 
-    /// Where the joints hold a corner of the mesh: the mean of where each alone would, by weight.
+    /// Where the joints put a corner of the mesh: the weighted mean of where each joint alone would put it.
     pub(super) fn posed(
         &self,
         position: DVec3,
@@ -147,14 +147,14 @@ impl<'a> Influences<'a> {
                     "has {vertices} positions, but {joints} JOINTS_{set} and {weights} WEIGHTS_{set}"
                 )));
             }
-            // A skin without triangles can be worn by many nodes, too.
+            // Many nodes can share a skin without triangles.
             budget.spend(size_of::<(Elements, Elements)>() as u64)?;
             sets.push((joints, weights));
         }
         Ok(Influences { sets })
     }
 
-    /// What posing a triangle costs, in the coin of what it takes in memory.
+    /// What posing a triangle costs, expressed in bytes of memory.
     pub(super) fn bytes_per_triangle(&self) -> u64 {
         3 * 4 * (self.sets.len() * size_of::<DVec3>()) as u64
     }

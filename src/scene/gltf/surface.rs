@@ -16,7 +16,7 @@ use crate::scene::mesh::Welder;
 /// What a triangle costs while its corners are welded, at most.
 const TRIANGLE_BYTES: u64 = 160;
 
-/// A mesh where a node has it, or where the joints of the node's skin hold it; the world's z is up.
+/// A mesh where its node, or the joints of the node's skin, put it; the world's z is up.
 pub(super) fn read_mesh(
     container: &Container,
     index: usize,

@@ -1,7 +1,6 @@
-//! From the text of a URDF to the parser's structs, with a place in every message.
+//! Parses the text of a URDF into the parser crate's structs, with a place in every message.
 //!
-//! The parser itself names no place and passes over words that should be numbers, so the text is looked
-//! through first.
+//! The parser itself names no place and ignores words that should be numbers, so the text is checked first.
 
 use std::path::Path;
 
@@ -49,8 +48,8 @@ pub(super) fn read(path: &Path, text: &str) -> Result<Robot, Issue> {
         .map_err(|e| wrong_element(&document, text).unwrap_or(Issue::damaged(e.to_string())))
 }
 
-/// The text of an element without what neither shape nor motion needs: files that every ROS tool reads have
-/// empty textures and odd inertias, at which the parser would stop.
+/// The text of a document without elements that neither shape nor motion needs: files that every ROS tool
+/// reads have empty textures and odd inertias, at which the parser would stop.
 fn needed(element: Node, text: &str) -> String {
     let root = element.document().root_element();
     let is_needless = |node: &Node| {

@@ -1,5 +1,5 @@
-//! From the parser's structs to a checked tree of links: one root, no loops, names once, joints that are
-//! supported, numbers that are numbers.
+//! Turns the parser's structs into a checked tree of links: one root, no loops, unique names, supported
+//! joints, finite numbers.
 
 use std::collections::{HashMap, HashSet, VecDeque};
 

@@ -87,9 +87,9 @@ fn corners(mesh: &Mesh, voxel_size_m: f64) -> Result<Vec<Corner>, Issue> {
     mesh.vertices.iter().map(corner).collect()
 }
 
-/// Adds the rows of centres that pass a triangle. Seen along x, an area has its lower y and lacks its upper
-/// one, and a centre on the triangle counts as behind it: the answer of a point moved by less than anything
-/// along y and by less than any centre's distance along x, so that it lies on no triangle and on no edge.
+/// Adds the rows of centres that pass a triangle. Seen along x, an area includes its lower end in y and
+/// excludes its upper one, and a centre on the triangle counts as behind it: as if each point were moved by
+/// an infinitesimal along y and a smaller one along x, so that it lies on no triangle and on no edge.
 fn pass(triangle: [[i64; 3]; 3], passed: &mut Vec<Passed>) {
     let [p, q] =
         [1, 2].map(|i| -> [i128; 3] { std::array::from_fn(|r| (triangle[i][r] - triangle[0][r]) as i128) });
