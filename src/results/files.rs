@@ -16,7 +16,7 @@ pub const JOURNAL: &str = "counts.journal";
 /// What was swept, in its folder.
 pub const MANIFEST: &str = "manifest.json";
 
-/// The file that a device's lie is written to.
+/// The file with the evidence that a device counted wrongly.
 pub const DISAGREEMENT: &str = "disagreement.json";
 
 /// The journal with the rows that it counted, set aside.
@@ -44,7 +44,7 @@ impl WholeFile {
         Ok(WholeFile { path: path.into(), part })
     }
 
-    /// The same, but the disk is full: the device that always is takes what is written.
+    /// The same on a full disk: what is written goes to a device that is always full.
     #[cfg(all(test, target_os = "linux"))]
     pub(crate) fn on_full_disk(mut self) -> Self {
         self.part.file = fs::File::options().write(true).open("/dev/full").unwrap();
@@ -71,7 +71,7 @@ impl Write for WholeFile {
     }
 }
 
-/// Waits until the disk knows the name of a new file, too.
+/// Waits until the disk has the name of a new file, too.
 pub(super) fn sync_folder_of(path: &Path) -> std::io::Result<()> {
     match cfg!(unix) {
         true => fs::File::open(folder_of(path))?.sync_all(),
@@ -170,8 +170,8 @@ impl OutputFolder {
         tidy(&self.path, |name| BEGUN.contains(&name) || TABLES.contains(&name));
     }
 
-    /// Removes the tables of an earlier sweep, which would soon be beside a manifest that they do not belong
-    /// to, unless it is the same sweep, and what a device said wrongly.
+    /// Removes the tables of an earlier sweep, unless it is the same sweep, since they would stand beside a
+    /// manifest to which they do not belong. Removes the evidence of a device that counted wrongly, too.
     pub(crate) fn clear(&self, is_same: bool) {
         let tables = TABLES.iter().filter(|_| !is_same);
         for name in tables.chain([&DISAGREEMENT, &DISAGREED]) {
@@ -202,7 +202,7 @@ impl OutputFolder {
 impl Drop for OutputFolder {
     fn drop(&mut self) {
         for folder in &self.made {
-            // Only succeeds while the folder is empty, which is when it should go.
+            // Fails unless the folder is empty, as it should.
             let _ = fs::remove_dir(folder);
         }
     }

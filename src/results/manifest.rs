@@ -20,7 +20,7 @@ use crate::world::World;
 use crate::{Error, Result};
 pub use identity::{Identity, SceneFileIdentity, SensorIdentity, Sensors};
 
-/// How a run ended that nobody heard of again.
+/// How a run ended that never wrote its end.
 pub const KILLED: &str = "killed";
 
 /// A manifest.
@@ -28,18 +28,19 @@ pub const KILLED: &str = "killed";
 pub struct Manifest {
     /// All that decides the counts.
     pub identity: Identity,
-    /// The same as it stands in the file, whoever wrote that: this is what is hashed and compared.
+    /// The same as it stands in the file, whichever version of the program wrote it: this is hashed and
+    /// compared.
     as_written: Map<String, Value>,
-    /// Where it came from and what was done, which decides nothing.
+    /// Where it came from and what was done; this does not affect counts.
     pub provenance: Provenance,
 }
 
-/// What decides nothing.
+/// Values that do not affect counts.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Provenance {
     /// Who made it, and from what.
     pub about: About,
-    /// What the file says its fingerprint is; [`Manifest::fingerprint`] is made anew.
+    /// The fingerprint as written in the file; [`Manifest::fingerprint`] computes it.
     pub fingerprint: String,
     /// What each run did, the latest last.
     pub runs: Vec<Run>,
@@ -71,7 +72,7 @@ pub struct StudyFileIdentity {
     pub text: String,
 }
 
-/// What one run of the program did for a sweep. What it did is not known until it ends.
+/// What one run of the program did for a sweep; some values are unknown until it ends.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Run {
     /// Which part of the sweep it worked on.
@@ -92,7 +93,7 @@ pub struct Run {
     pub poses_per_s: Option<f64>,
     /// How many of them were counted again on the CPU and found equal.
     pub verified: Option<u64>,
-    /// What failed on the way, and who stepped in.
+    /// What failed, and which backend did the work instead.
     pub faults: Option<Vec<Fault>>,
     /// `finished`, or why it was not; [`KILLED`] from its beginning until it ends.
     pub ended: String,
@@ -105,7 +106,7 @@ pub struct Fault {
     pub what: String,
     /// The scene that it worked on.
     pub scene: String,
-    /// Who did the work instead.
+    /// Which backend did the work instead.
     pub instead: String,
 }
 
@@ -167,25 +168,25 @@ impl Manifest {
         bytes
     }
 
-    /// The hash of all that decides the counts, made from what is here, not from what it claims.
+    /// The hash of all that decides the counts, computed from the values, not copied from the file.
     pub fn fingerprint(&self) -> [u8; 32] {
         hash(&self.as_written)
     }
 
-    /// Says of the run that was begun last what it did.
+    /// Records what the last run did.
     pub(crate) fn end_run(&mut self, run: Run) {
         self.provenance.runs.pop();
         self.provenance.runs.push(run);
     }
 
-    /// Says that what such runs counted was checked by a later one.
+    /// Records that what such runs counted was checked by a later run.
     pub(crate) fn runs_are_checked(&mut self) {
         for run in self.provenance.runs.iter_mut().filter(|run| run.ended == KILLED) {
             run.ended = format!("{KILLED}; what it counted was checked later");
         }
     }
 
-    /// Whether a run on a GPU ended without a word, so that nobody checked what it counted.
+    /// Whether a run on a GPU was killed before what it counted was checked.
     pub(crate) fn has_unchecked_run(&self) -> bool {
         self.provenance.runs.iter().any(|run| run.backend == "gpu" && run.ended == KILLED)
     }

@@ -11,7 +11,7 @@ use crate::results::manifest::{Manifest, Provenance};
 use crate::results::{Folder, Results, Subject};
 use crate::{Error, Result, shell};
 
-/// Most of what is missing that is told by name.
+/// Most missing shards that are named.
 const MOST_TOLD: usize = 10;
 
 /// Rows that are copied at once.
@@ -26,8 +26,8 @@ struct ShardPart {
     manifest: Manifest,
 }
 
-/// Puts the shards in some folders together into one, and gives their results. Tables are the caller's to
-/// write. Nothing is written before all is proven.
+/// Puts the shards in some folders together into one, and gives their results. The caller writes the tables.
+/// Nothing is written before all is proven.
 ///
 /// # Errors
 /// `Error::Input` that names the folder if a shard is missing, not complete, there twice or of another sweep,

@@ -1,6 +1,6 @@
 //! What a sweep leaves: the folder's files, the journal of counts, the manifest, how rows are numbered,
 //! shards put together, and all of it read back, with scores over scenes, snapshots and repeats and the
-//! tables for pandas. Nothing here casts.
+//! tables for pandas.
 
 pub mod columns;
 #[cfg(test)]

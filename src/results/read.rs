@@ -14,7 +14,7 @@ use crate::results::places_of;
 use crate::results::swept::{Results, Subject};
 use crate::{Error, Result, SEMANTICS_VERSION, shell};
 
-/// What mends a folder that does not fit together.
+/// What helps with a folder whose files do not fit together.
 const CURE: &str = "leave the files as the sweep wrote them, or sweep again";
 
 /// The folder of a sweep, or of a shard of one, before its counts are looked at.
@@ -96,8 +96,8 @@ pub(crate) fn missing(subject: &Subject, journal: &Journal) -> Result<u64> {
 }
 
 impl Results {
-    /// Reads the folder of a finished sweep. With the results come warnings about what was made differently.
-    /// Errors name file and place.
+    /// Reads the folder of a finished sweep. With the results come warnings, such as that another version of
+    /// the program counted. Errors name file and place.
     pub fn read(path: &Path) -> Result<(Results, Vec<String>)> {
         let folder = Folder::open(path)?;
         let JournalHeader { shard, .. } = folder.journal.header();

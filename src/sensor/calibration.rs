@@ -15,12 +15,12 @@ pub struct Calibration {
     pub angle_rad: f64,
 }
 
-/// Stands in the place of the scene, of which no study has so many: a mount is off by as much in all of them.
+/// Takes the place of the scene's index in the hash, beyond any index of a scene: a mount is off by the same
+/// amount in all scenes.
 const NO_SCENE: u32 = u32::MAX;
 
 impl Calibration {
-    /// Where a sensor truly is that is believed to be somewhere, in one repeat: all indices count in study
-    /// order.
+    /// The true pose of a sensor in one repeat, from its believed pose; all indices count in study order.
     pub(crate) fn true_pose(
         &self,
         believed: &Pose,

@@ -15,7 +15,7 @@ pub struct Camera {
 }
 
 impl Camera {
-    /// What backends know of it besides its rays.
+    /// The image that its rays form, for backends.
     pub fn image(&self) -> Image {
         Image { size_px: self.resolution_px, focal_px: self.focal_px() }
     }

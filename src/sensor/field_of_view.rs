@@ -1,4 +1,4 @@
-//! Where a sensor looks, whatever stands there.
+//! Where a sensor looks, before anything blocks its view.
 
 use std::f64::consts::TAU;
 
@@ -19,13 +19,13 @@ pub enum FieldOfView {
         /// The lowest elevation and the highest.
         elevation_rad: [f64; 2],
     },
-    /// Whatever its rays stand close enough to: how close they stand to each other is all that is known.
+    /// Directions close enough to one of its rays: only the spacing of the rays is known.
     Spacing,
 }
 
 impl FieldOfView {
     /// The field of rings of rays: from half a step before the first angle to half a step behind the last, on
-    /// both axes. What has one angle only is as thick as the step of the other axis.
+    /// both axes. An axis with one angle only is as wide as the step of the other axis.
     pub(crate) fn of_rings(azimuths_rad: &[f64], elevations_rad: &[f64]) -> FieldOfView {
         let [azimuths, elevations] = [azimuths_rad, elevations_rad].map(|angles| {
             let mut angles = angles.to_vec();

@@ -10,14 +10,14 @@ use crate::voxel::BitGrid;
 pub struct Gate {
     /// Where it senses.
     pub gate: Prism,
-    /// What it speaks of.
+    /// The zone that it labels.
     pub zone: Prism,
     /// Whether an uninterrupted curtain certifies that the zone is free.
     pub otherwise_free: bool,
 }
 
 impl Gate {
-    /// What is in the gate.
+    /// What stands in the gate.
     fn inside(&self, at: &Station) -> BitGrid {
         let mut inside = self.gate.voxels(&at.pose(), &at.truth.grid, at.truth.grid.window());
         inside.keep(&at.truth.occupied);

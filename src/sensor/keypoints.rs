@@ -15,8 +15,8 @@ use crate::voxel::{ObjectVoxels, Truth};
 /// The return from each joint of one person that is detected; `None` where it is not.
 pub type Detected = [Option<Return>; JOINTS.len()];
 
-/// How far a return may be from the joint that it is taken for, in metres, unless a study says otherwise: a
-/// joint lies inside the body, its surface is seen.
+/// How far a return may be from the joint that it is taken for, in metres, by default: a joint lies inside
+/// the body, and a camera sees the surface.
 pub const TOLERANCE_M: f64 = 0.15;
 
 /// The bones of COCO's skeleton, as pairs of joints.
@@ -42,7 +42,7 @@ pub const BONES: [[usize; 2]; 15] = [
 pub struct KeypointCamera<'a> {
     /// Its optics.
     pub camera: &'a Camera,
-    /// Its gates and noise; the joints' rays are numbered after its own.
+    /// Its table of rays, for gates and noise; the rays towards joints are numbered after those of the table.
     pub rays: &'a Rays,
     /// Where it is.
     pub placement: &'a GridPose,
@@ -70,7 +70,7 @@ pub(super) fn humans(truth: &Truth) -> impl Iterator<Item = &ObjectVoxels> {
     truth.objects.iter().map(|object| &**object).filter(|object| object.role == Role::Human)
 }
 
-/// Why keypoints cannot be asked for in a scene.
+/// Refuses a scene in which keypoints cannot be detected.
 pub(crate) fn check(at: &Station) -> Result<(), Issue> {
     match humans(at.truth).find(|human| human.keypoints.is_none()) {
         None => Ok(()),
@@ -101,7 +101,7 @@ fn seen(
     }
     let dir_q16 = |way: DVec3| (way / way_f64.length()).to_array().map(|x| (x * 65_536.0).round() as i32);
     let truly_q16 = dir_q16(way_f64);
-    // The camera takes the joint to be where it sees it from where it is believed to be.
+    // The joint is read as seen from the believed pose of the camera.
     let believed_q16 = if at.truly.is_some() { dir_q16(at.pose().optical() * seen) } else { truly_q16 };
     let found =
         look::look(&at.truth.blockers, eye.rays, eye.placement, Way { truly_q16, believed_q16 }, ray)?;

@@ -1,12 +1,12 @@
-//! What the controller knows: where the robot is, and nothing else.
+//! The robot's controller as a sensor: it knows where the robot is, and nothing else.
 
 use super::{Claim, Extent, Kind, Setting, Station};
 use crate::backend::Planes;
 use crate::error::Issue;
 use crate::voxel::{BitGrid, Truth};
 
-/// The robot's voxels, surface and inside, but for what the truth calls free: of that nothing is said, since
-/// a scene with `interior = "free"` would count it as a false alarm.
+/// The robot's voxels, surface and inside, except those that the truth calls free: they stay without a label,
+/// since in a scene with `interior = "free"` they would count as false alarms.
 fn known(truth: &Truth) -> BitGrid {
     let window = truth.robot_volume.window();
     let mut solid = truth.occupied.over(window);
@@ -37,7 +37,7 @@ impl Kind for KnownRobot {
     }
 
     fn speaks_last(&self) -> bool {
-        // No measurement takes back what the controller knows.
+        // No measurement overrules the controller.
         true
     }
 

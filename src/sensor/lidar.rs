@@ -150,7 +150,7 @@ impl Kind for Lidar {
         let Some(field) = &self.field else { return false };
         let voxels = field.voxels(self, at);
         let scale = Scale { voxel_size_m: at.truth.grid.voxel_size_m, backdrop: false };
-        // What is there when nobody is, seen without noise.
+        // The returns of the environment alone, without noise.
         let mut fixed = BitGrid::clone(&at.truth.blockers);
         fixed.remove(&at.truth.human);
         fixed.remove(&at.truth.robot);

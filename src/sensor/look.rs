@@ -1,5 +1,5 @@
-//! Single rays, cast on the host: towards a keypoint, or round a scanner's field. Cheap enough to be done
-//! once for all backends, with the same arithmetic as theirs.
+//! Single rays, cast on the host: towards a keypoint, or round a scanner's field. They are few, so the host
+//! casts them for all backends, with the same arithmetic as theirs.
 
 use crate::backend::{GridPose, Rays};
 use crate::march;
@@ -26,7 +26,7 @@ pub struct Way {
 }
 
 impl Way {
-    /// Of a ray of a table.
+    /// The direction of a ray of a table.
     pub(crate) fn of(from: &GridPose, dir_q15: [i32; 3]) -> Way {
         let way = |from: &GridPose| from.axis_q15.map(|axis| march::direction_q16(axis, dir_q15));
         Way { truly_q16: way(&from.caster()), believed_q16: way(from) }

@@ -73,11 +73,11 @@ pub struct Sensor {
 /// What a study says of a sensor's noise, by its keys or those of a device.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum SaidOfNoise {
-    /// Nothing: it is ideal.
+    /// Nothing is said: the sensor is ideal.
     Nothing,
-    /// How large it is.
+    /// The size of its noise.
     Model,
-    /// That it is unknown; the sensor is cast as if it were ideal.
+    /// Its noise is unknown; the sensor is cast as if it were ideal.
     Unknown,
 }
 
@@ -97,11 +97,11 @@ pub struct Candidate {
     pub name: String,
     /// The set it belongs to: `right-wall`.
     pub group: String,
-    /// What is different about it.
+    /// What distinguishes it from the other candidates.
     pub setting: Setting,
 }
 
-/// What tells the candidates of a sensor apart.
+/// What distinguishes the candidates of a sensor.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Setting {
     /// Where it is, in the world or on its link.
@@ -133,7 +133,7 @@ pub enum Stance {
     Level,
 }
 
-/// What decides a sensor's rays besides itself.
+/// What a sensor's table of rays depends on besides the sensor.
 #[derive(Clone, Copy, Debug)]
 pub struct Scale {
     /// Edge of a voxel in metres.
@@ -155,12 +155,12 @@ pub trait Kind: Debug + Send + Sync {
         None
     }
 
-    /// Where its rays look, so that what no ray passes can be told from what lies elsewhere.
+    /// Where its rays look. With it, voxels between rays can be distinguished from voxels outside the view.
     fn field_of_view(&self) -> FieldOfView {
         FieldOfView::Spacing
     }
 
-    /// The distances that it measures; `None` for what looks nowhere.
+    /// The distances that it measures; `None` for a sensor without rays.
     fn range(&self) -> Option<&Range> {
         None
     }
@@ -213,7 +213,7 @@ pub trait Kind: Debug + Send + Sync {
     /// What `occupied` and `free` add to a voxel's log-odds, in thousandths.
     fn log_odds(&self, representation: usize) -> [i32; 2];
 
-    /// What cannot work at a candidate in a scene, and what would.
+    /// Refuses a candidate at which it cannot work in a scene, and says what would work.
     fn check(&self, _: &Station) -> Result<(), Issue> {
         Ok(())
     }
@@ -223,12 +223,12 @@ pub trait Kind: Debug + Send + Sync {
         true
     }
 
-    /// Whether it tells that somebody is there: the people's voxels that it feels are its hits.
+    /// Whether it is a presence sensor: the people's voxels that it feels are its hits.
     fn feels_presence(&self, _representation: usize) -> bool {
         false
     }
 
-    /// Where voxels may be that it hits or feels, if that is not where its rays can reach.
+    /// Which voxels it may hit or feel, if not those that its rays can reach.
     fn feels(&self, _: &Station) -> Extent {
         Extent::Rays
     }
@@ -241,18 +241,18 @@ pub trait Kind: Debug + Send + Sync {
     /// What it says, in each representation.
     fn claims(&self, at: &Station) -> Vec<Claim>;
 
-    /// The voxels it may speak of.
+    /// The voxels that it may label.
     fn reach(&self, _: &Station) -> Extent {
         Extent::Rays
     }
 
-    /// The voxels that it may speak of besides, wherever it stands: around people, or in a zone of the world.
+    /// Further voxels that it may label, wherever it stands: around people, or in a zone of the world.
     fn wherever_it_stands(&self, _: &Truth) -> Option<BitGrid> {
         None
     }
 }
 
-/// What a sensor may speak of at a candidate; planes cover a part of the grid that holds all of it.
+/// The voxels that a sensor may label at a candidate; planes cover a part of the grid that holds all of them.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Extent {
     /// Whatever rays from its pose can reach.
@@ -263,7 +263,7 @@ pub enum Extent {
     RaysAnd(BitGrid),
 }
 
-/// Log-odds of what measures, in thousandths: OctoMap's defaults for a hit and a miss.
+/// Log-odds of a sensor that measures, in thousandths: OctoMap's defaults for a hit and a miss.
 pub const MEASURES: [i32; 2] = [847, -405];
 /// Log-odds of a switch: certain when it is on, no surer than a miss when it is off.
 pub const SWITCHES: [i32; 2] = [3511, -405];
@@ -312,7 +312,7 @@ impl Station<'_> {
     }
 }
 
-/// Whether what must lie or stand level does.
+/// Refuses a pad or a gate that is not level.
 fn level(at: &Station) -> Result<(), Issue> {
     match at.pose().link().z_axis.z > 1.0 - 1e-9 {
         true => Ok(()),
@@ -321,8 +321,8 @@ fn level(at: &Station) -> Result<(), Issue> {
     }
 }
 
-/// What a switch says of a volume: occupied when it is on, else free if its silence certifies that. `felt`
-/// are the voxels of people that it feels when it is on.
+/// What a switch says of a volume: occupied when it is on, else free if the study lets it certify that.
+/// `felt` are the voxels of people that it feels when it is on.
 fn switched(at: &Station, volume: BitGrid, on: bool, otherwise_free: bool, felt: BitGrid) -> Claim {
     let empty = BitGrid::nowhere();
     let planes = match (on, otherwise_free) {

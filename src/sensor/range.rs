@@ -1,5 +1,5 @@
-//! What all sensors that measure distances share: how near and far, what silence means, how noisy, how well
-//! mounted.
+//! What all sensors that measure distances share: nearest and farthest distance, the meaning of a ray without
+//! return, noise, calibration of the mount.
 
 use crate::backend::Rays;
 use crate::march::{Gates, MAX_RANGE_VOXELS};
@@ -47,7 +47,7 @@ impl Range {
         Rays { dirs_q15, image: None, gates, noise }
     }
 
-    /// Whether chance does something to what it says.
+    /// Whether its readings depend on chance.
     pub(crate) fn is_noisy(&self) -> bool {
         self.noise != Deviation::NONE || self.dropout > 0.0 || self.calibration.is_some()
     }

@@ -66,7 +66,7 @@ impl Kind for Rgb {
 
     fn claims(&self, at: &Station) -> Vec<Claim> {
         let scale = Scale { voxel_size_m: at.truth.grid.voxel_size_m, backdrop: false };
-        // No ray but those to the joints is cast: an image says nothing of distances.
+        // Only rays towards the joints are cast, since an image measures no distances.
         let rays: &Rays = &self.range.rays(Vec::new(), &scale);
         let placement = &at.placement(self);
         let eye =

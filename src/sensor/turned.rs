@@ -1,5 +1,5 @@
-//! How a sensor is turned, as angles that people measure: pan, tilt and roll. The same on every machine,
-//! since tables hold them.
+//! How a sensor is turned, as angles that people measure: pan, tilt and roll. Tables hold them, so they are
+//! the same on every machine.
 
 use glam::DVec3;
 

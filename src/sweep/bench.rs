@@ -1,6 +1,6 @@
-//! How fast each backend does the whole job, as a sweep does it: the oracle first, then every other on the
-//! same poses until its time can be told, its counts compared. The command line chooses backends, poses and
-//! tables.
+//! Measures how fast each backend scores poses, as a sweep does: the oracle first, then every other on the
+//! same poses, repeated until the time is long enough to be measured. All counts are compared with the
+//! oracle's. The command line chooses backends, poses and tables.
 
 use std::cell;
 use std::collections::HashMap;
@@ -34,14 +34,14 @@ pub struct Contender {
 }
 
 impl Contender {
-    /// What all others are held against.
+    /// The oracle, with which all others are compared.
     pub(crate) fn oracle() -> Self {
         Contender { name: "oracle, 1 thread".into(), backend: Box::new(Oracle::default()), threads: 1 }
     }
 }
 
-/// What a user's choice has to be measured beside the oracle: the CPU on one thread without and with SIMD and on
-/// all, and the GPU, if there is one. A software adapter counts.
+/// The backends that a user's choice allows beside the oracle: the CPU on one thread without SIMD, on one
+/// with SIMD, and on all threads, and the GPU, if there is one. A software adapter counts as one.
 pub fn contenders(choice: &BackendChoice) -> Result<Vec<Contender>> {
     let all = std::thread::available_parallelism().map_or(1, |n| n.get());
     let mut contenders = Vec::new();
@@ -212,7 +212,7 @@ struct Clock {
 }
 
 impl Clock {
-    /// Something was made ready, and what follows is work.
+    /// Loading has ended, and work begins.
     fn loaded(&self, begin: Instant) {
         self.load.set(self.load.get() + begin.elapsed());
         self.since.set(Some(Instant::now()));

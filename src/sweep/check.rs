@@ -1,4 +1,4 @@
-//! What a device counts is counted again on the CPU, for its first poses and then for a small share: a driver
+//! Counts a part of what a device counted again on the CPU, its first poses and then a small share: a driver
 //! that counts wrongly is found while the sweep can still be stopped.
 
 use std::collections::HashMap;
@@ -19,7 +19,7 @@ use crate::{Error, Result};
 /// How many choices are checked at the very beginning, and at least, where there are so many.
 pub const AT_LEAST: u64 = 3;
 
-/// How many that were picked may wait, so that a scene is made ready once for several.
+/// How many picked choices may wait, so that a scene is made ready once for several.
 const MOST_WAITING: usize = 16;
 
 /// Choices that were picked to be counted again.
@@ -48,7 +48,7 @@ impl Picked {
         Picked { every, seen: 0, begun: false, waiting: Vec::new() }
     }
 
-    /// Picks nothing but these rows, each of a choice: the run that counted them was killed.
+    /// Picks only these rows, one a choice: the run that counted them was killed.
     pub(super) fn these(waiting: Vec<Vec<Row>>) -> Picked {
         Picked { every: u64::MAX, seen: AT_LEAST, begun: false, waiting }
     }
@@ -73,7 +73,7 @@ impl Picked {
         self.waiting.len() >= many
     }
 
-    /// Counts all that wait again. Says how many there were, or what differs.
+    /// Counts all that wait once more on the CPU. Returns how many there were, or the difference.
     pub(super) fn check(
         &mut self,
         study: &Study,
@@ -91,7 +91,7 @@ impl Picked {
             let mut again = Again { asked: of_world, found: Vec::new() };
             let mut pose_choices: Vec<PoseChoice> =
                 of_world.iter().map(|rows| pose_choice(&rows[0])).collect();
-            // Each repeat of a choice was picked for itself; they are not neighbours.
+            // Repeats of a choice were picked separately, so they need not be neighbours.
             pose_choices.sort_by_key(|pose_choice| (pose_choice.combination, pose_choice.choice));
             pose_choices.dedup();
             run_choices(study, &worlds[i..=i], &pose_choices, BatchSize::SMALL, backend, &mut again)?;
@@ -112,7 +112,7 @@ impl Picked {
     }
 }
 
-/// Why nothing can be said of what a device counted: the CPU counted other rows.
+/// The error where a check is impossible because the CPU counted other rows.
 fn uneven(wanted: usize, found: usize) -> Error {
     Error::device(format!(
         "the check of {wanted} rows on the CPU came back with {found}, and not all of them match: report this"

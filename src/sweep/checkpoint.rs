@@ -1,4 +1,4 @@
-//! The ledger of a sweep on disk: which choices are finished, and their rows on the way into the journal.
+//! Keeps track of a sweep on disk: which choices are finished. Writes their rows into the journal.
 
 use super::Ledger;
 use super::Row;
@@ -20,13 +20,13 @@ pub(super) struct Done {
 }
 
 impl Done {
-    /// Nothing is.
+    /// No choice is finished.
     pub(super) fn new(layout: &Layout, places: std::ops::Range<usize>) -> Done {
         let bits = vec![0; (layout.blocks() * places.len()).div_ceil(64)];
         Done { places, bits, count: 0 }
     }
 
-    /// What a journal has all rows of. Says how many places are damaged, too.
+    /// The choices of which a journal has all rows, and how many of its places are damaged.
     pub(super) fn of_journal(
         layout: &Layout,
         places: std::ops::Range<usize>,
@@ -77,7 +77,7 @@ impl Done {
     }
 }
 
-/// Is told how a sweep proceeds, and may stop it.
+/// Follows the progress of a sweep, and may stop it.
 pub trait Watch {
     /// The backend of the user's choice begins, at first or once more after a failure.
     fn runs_on(&mut self, backend: &dyn Backend);
@@ -88,7 +88,7 @@ pub trait Watch {
     /// What failed, and which backend took over.
     fn failed(&mut self, fault: &Fault);
 
-    /// Why nothing more is to be begun, if that is so.
+    /// A reason to begin no more work, if there is one.
     fn stop(&mut self) -> Option<String>;
 }
 

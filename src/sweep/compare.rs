@@ -22,11 +22,11 @@ use crate::{Error, Result};
 /// Which poses are compared.
 #[derive(Clone, Debug)]
 pub enum PoseSelection {
-    /// So many of each scene and sensor, spread evenly over the study's order; another turn gives others.
+    /// This many of each scene and sensor, spread evenly over the study's order; another turn gives others.
     Spread {
         /// How many.
         number: usize,
-        /// By how many the first is from the beginning.
+        /// The place of the first one.
         turn: usize,
     },
     /// The pose of this name.
@@ -261,7 +261,7 @@ fn timed(
 /// The evidence and the counts of one pose.
 type Said<'a> = (&'a Evidence, &'a Vec<Confusion>);
 
-/// Counts, plane bits and ends that differ; what one side lacks differs too.
+/// How many counts, bits of planes and ends differ; one that only one side has differs, too.
 fn count_differences((expected, counts): Said, (got, found): Said) -> u64 {
     let bits = |a: &BitGrid, b: &BitGrid| {
         let (mut only_a, mut only_b) = (a.clone(), b.clone());

@@ -1,5 +1,5 @@
-//! What is kept on the backend: the evidence of each sensor at each candidate, made once and fused as often
-//! as combinations ask for it. When the slots run out, what was made first goes first.
+//! Keeps evidence on the backend: that of each sensor at each candidate is made once and fused as often as
+//! combinations ask for it. When the slots run out, the oldest evidence is dropped.
 
 use std::collections::{HashMap, HashSet, VecDeque};
 use std::sync::Arc;
@@ -16,10 +16,10 @@ use crate::voxel::region::window_of;
 use crate::voxel::{Truth, Window};
 use crate::world::World;
 
-/// How much is asked of a backend at once, unless a single choice is more.
+/// The most that is asked of a backend at once; a single choice may be more.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct BatchSize {
-    /// Choices, each of their representations for itself.
+    /// Jobs: a choice in one representation is one.
     pub jobs: usize,
     /// Rays to be cast.
     pub rays: usize,
@@ -94,7 +94,7 @@ impl<'a> Store<'a> {
         }
     }
 
-    /// Makes the evidence of the first of some choices, as many as fit at once; says how many those are.
+    /// Makes the evidence of the first choices, as many as fit at once; returns how many those are.
     pub(super) fn make_ready(
         &mut self,
         pose_choices: &[PoseChoice],

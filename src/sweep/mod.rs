@@ -1,5 +1,5 @@
 //! Candidates × scenes → counts: the main job, what keeps it safe on disk and splits it over machines, and
-//! the comparison of backends. Tables of results are written by `report`; nothing here draws or searches.
+//! the comparison of backends. Tables of results are written by `results`.
 
 pub mod bench;
 pub mod check;

@@ -1,5 +1,5 @@
-//! In which order a study is cast and scored: scene, group of choices, snapshot, repeat, batch. What rows
-//! come out does not depend on it. A [`Ledger`] says which rows are wanted, and takes them.
+//! Casts and scores a study in this order: scene, group of choices, snapshot, repeat, batch. The rows do not
+//! depend on the order. A [`Ledger`] says which rows are wanted, and takes them.
 //!
 //! # Theory
 //! A ray's first hit in the objects that stand still is the same in all snapshots, whatever noise is drawn.
@@ -73,7 +73,7 @@ pub(super) fn run_some(
     Ok(rows)
 }
 
-/// Scores what a ledger wants of some choices, as it comes.
+/// Scores what a ledger wants of some choices, and hands over rows as soon as they are counted.
 pub fn run_choices(
     study: &Study,
     worlds: &[World],
@@ -85,7 +85,7 @@ pub fn run_choices(
     each_world(study, worlds, pose_choices, batch, backend, &mut Scoring(ledger))
 }
 
-/// Asks a ledger, and scores.
+/// The task of scoring what a ledger wants.
 struct Scoring<'a>(&'a mut dyn Ledger);
 
 impl Task for Scoring<'_> {
@@ -106,7 +106,7 @@ impl Task for Scoring<'_> {
     }
 }
 
-/// What is done with the evidence of choices, world by world.
+/// A task with the evidence of choices, world by world.
 pub(super) trait Task {
     /// Work on a world begins.
     fn begins(&mut self, _: &World) {}
@@ -145,7 +145,7 @@ pub(super) fn each_world(
         left.retain(|pose_choice| snapshots.iter().any(|world| wanted(world, pose_choice, task)));
         let mut left = left.as_slice();
         while !left.is_empty() {
-            // To a backend, other numbers for first hits are another layer.
+            // A backend takes a new allocation for a new layer, and forgets first hits under the old numbers.
             let still = snapshots[0].still.as_ref().map(|still| Arc::new(still.as_ref().clone()));
             let mut group: Option<(&[PoseChoice], FirstHitSlots)> = None;
             for world in snapshots {
@@ -170,8 +170,8 @@ pub(super) fn each_world(
     Ok(())
 }
 
-/// The first of some choices whose sensors' first hits fit so many places, and those places. Nothing is kept
-/// of a sensor that moves, nor where there is one snapshot.
+/// The first choices whose sensors' first hits fit this many places, and those places. First hits of a sensor
+/// that moves are not kept, nor those of a scene with one snapshot.
 fn first_group<'a>(
     study: &Study,
     snapshots: &[World],
@@ -197,7 +197,7 @@ fn first_group<'a>(
         if count > 0 && first_hits.len() + new.len() > places {
             return (&pose_choices[..count], first_hits);
         }
-        // More than fit even for one choice are cast each time.
+        // If even one choice has more than fit, the rest is cast each time.
         for key in new {
             if first_hits.len() < places {
                 first_hits.insert(key, first_hits.len() as u32);

@@ -1,5 +1,5 @@
-//! From the folder of a finished sweep back to what was swept: its study read and made ready once more,
-//! proven to be the same. Commands that look at single poses afterwards begin here.
+//! Opens a finished sweep again: its study is read and made ready once more, and proven to be the same.
+//! Commands that look at single poses afterwards begin here.
 
 use std::path::{Path, PathBuf};
 
@@ -9,7 +9,7 @@ use crate::study::{Overrides, Study};
 use crate::world::World;
 use crate::{Error, Result};
 
-/// The study file of a sweep, where it was when it began, and what the command line said instead of it.
+/// The study file of a sweep, at its place when the sweep began, and what the command line overrode.
 pub fn origin(folder: &Path) -> Result<(PathBuf, Overrides)> {
     let Manifest { identity, provenance, .. } = Manifest::read(folder)?;
     let overrides = Overrides { voxel_size_m: Some(identity.voxel_size_m), noiseless: identity.noiseless };

@@ -1,5 +1,5 @@
-//! What sensors say, voxel by voxel, read back from a backend: of choices in study order, made as a sweep
-//! makes them and counted by nobody.
+//! Reads the evidence of sensors back from a backend, voxel by voxel: of choices in study order, cast as a
+//! sweep casts them, without counting.
 
 use super::evidence::{BatchSize, Store};
 use super::order::{Task, each_world};
@@ -12,7 +12,7 @@ use crate::world::World;
 /// Choices whose evidence is read back at once.
 const AT_ONCE: usize = 64;
 
-/// What one sensor of a choice says.
+/// The evidence of one sensor of a choice.
 #[derive(Clone, Debug)]
 pub struct SensorSays {
     /// Its evidence in parts, which are joined. Each covers the bounding box of the regions, or a part of it
@@ -22,13 +22,13 @@ pub struct SensorSays {
     pub presence: bool,
 }
 
-/// Says whose evidence is wanted, and takes it.
+/// Says which evidence is wanted, and takes it.
 pub trait EvidenceReader {
     /// Whether the evidence of a choice is wanted, in one repeat of a world.
     fn wants(&self, world: &World, repeat: usize, pose_choice: &PoseChoice) -> bool;
 
-    /// Takes what the sensors of some choices say in one repeat of a world. A sensor that says nothing is
-    /// left out.
+    /// Takes the evidence of the sensors of some choices in one repeat of a world. A sensor without evidence
+    /// is left out.
     fn take(&mut self, world: &World, repeat: usize, said: Vec<(PoseChoice, Vec<SensorSays>)>) -> Result<()>;
 
     /// Whether nothing more is to be begun.
@@ -54,7 +54,7 @@ pub fn read_choices(
     )
 }
 
-/// Asks a reader, and reads.
+/// The task of reading what a reader wants.
 struct ReadTask<'a> {
     /// Of each sensor of the study.
     representations: &'a [usize],
@@ -95,7 +95,7 @@ impl Task for ReadTask<'_> {
 }
 
 impl ReadTask<'_> {
-    /// What each sensor of some choices says.
+    /// The evidence of each sensor of some choices.
     fn said(
         &self,
         store: &Store,

@@ -24,11 +24,11 @@ pub const SENSORS: usize = 1000;
 const COMBINATIONS: usize = 1000;
 /// Rays of a pose that are looked at, spread evenly.
 const RAYS: usize = 20_000;
-/// Seconds that a measurement takes before it is believed.
+/// A measurement must take this many seconds to be trusted.
 const LONG_ENOUGH_S: f64 = 0.5;
 /// Rows of choices that share their poses.
 const ROWS: usize = 8;
-/// Seconds by which choices that share their poses must take longer than some that do not.
+/// Choices that share their poses must take this many seconds longer than choices that do not.
 const IN_A_ROW_S: f64 = 1.5;
 
 /// How the rays of a sensor ended, at some of its poses.
@@ -53,8 +53,8 @@ impl EndCounts {
     }
 }
 
-/// How the rays of each sensor end, at so many of its poses, spread evenly; no rays of a sensor that casts
-/// none, nor of one that is not among [`SENSORS`].
+/// How the rays of each sensor end, at this many of its poses, spread evenly; empty for a sensor without
+/// rays, and for one that is not among the [`SENSORS`] that are looked at.
 ///
 /// # Errors
 /// When the backend fails.
@@ -97,7 +97,8 @@ fn add(all: &mut EndCounts, rays: &Rays, placement: &GridPose, ends: &[End]) {
     }
 }
 
-/// Where a ray would have crossed the next boundary: within its range only if that led out of the grid.
+/// The distance at which a ray would have crossed the next boundary: within its range only if that led out of
+/// the grid.
 fn next_after_q16(placement: &GridPose, dir_q15: [i32; 3], end: &End) -> u32 {
     let mut after = crossings(placement.launch(dir_q15)).skip(end.crossings as usize);
     after.next().map_or(NEVER, |crossing| crossing.t_q16)
@@ -111,9 +112,9 @@ pub struct Checker<'a> {
     pub every: u64,
 }
 
-/// How long a sweep would take, in seconds, by what some choices of poses took: so much for each pose that is
-/// cast, so much for each choice that is fused and counted, and what a checker takes. Scenes are ready by
-/// then.
+/// Estimates how long a sweep takes, in seconds, from the time of some choices of poses: a time for each pose
+/// that is cast, one for each choice that is fused and counted, and the time of a checker. Making scenes
+/// ready is not included.
 ///
 /// # Errors
 /// When a backend fails.
@@ -136,7 +137,7 @@ pub fn seconds(
         sizes.flat_map(of_one).collect()
     };
     let here = &worlds[..1];
-    // What is made ready for the first choice is made ready once.
+    // The first choice takes longer, since the scene is made ready for it.
     let mut apart = some(&|choices| spread(1, choices));
     let first = apart[..1].to_vec();
     let warm_s = took_s(study, here, &first, backend)?;
@@ -147,8 +148,8 @@ pub fn seconds(
         apart = some(&|choices| spread(most, choices));
         apart_s = took_s(study, here, &apart, backend)?;
     }
-    // Choices in a row share most of their poses: many of them tell what a choice takes beside its poses,
-    // which where there are millions decides.
+    // Choices in a row share most of their poses: their time shows what a choice takes without its poses,
+    // which matters where there are millions.
     let (mut in_a_row, mut in_a_row_s) = (apart.clone(), apart_s);
     let shares_poses = study.combinations.iter().any(|combination| combination.members.len() > 1);
     while shares_poses && apart.len() < most_asks {
@@ -169,7 +170,7 @@ pub fn seconds(
         members.flat_map(|member| member.candidates.iter().map(|&candidate| (member.sensor, candidate)));
     let rest = [every.collect::<HashSet<_>>().len() - poses(study, &first), all - first.len()];
     let moment_s = ready_s + each[0] * rest[0] as f64 + each[1] * rest[1] as f64;
-    // What stands still from one moment of a scene to the next is cast once.
+    // First hits in objects that stand still are cast once for all moments of a scene.
     let again = match worlds {
         [one, two, ..] if one.scene == two.scene => {
             (took_s(study, &worlds[..2], &apart, backend)? / apart_s - 1.0).clamp(0.0, 1.0)
@@ -189,8 +190,7 @@ pub fn seconds(
     Ok(moment_s * moments + checks_s)
 }
 
-/// At most so many choices and a few, in rows that begin evenly spread: what the first poses see is not what
-/// all do.
+/// About this many choices, in runs that begin evenly spread, since the first poses need not be typical.
 fn rows_of(most: usize, choices: usize) -> Vec<usize> {
     let each = most.div_ceil(ROWS);
     let rows = spread(ROWS, choices).into_iter().map(|first| first..(first + each).min(choices));
@@ -212,8 +212,8 @@ fn took_s(
     Ok(begin.elapsed().as_secs_f64())
 }
 
-/// What each of two kinds of things takes, none less than nothing, from how many of each two measurements had
-/// and how long those took. Where they had the same mixture, all that they took is the first kind's.
+/// The time of each of two kinds of work, never negative, from two measurements of mixtures of both. If both
+/// mixtures are the same, all time counts as the first kind's.
 fn both([a, b]: [[f64; 2]; 2], took_s: [f64; 2]) -> [f64; 2] {
     let area = a[0] * b[1] - b[0] * a[1];
     let alone = |kind: usize| {

@@ -2,8 +2,8 @@
 //! backend, a device's counts are checked, and nothing is lost when the run is stopped.
 //!
 //! # Theory
-//! A row is finished when the journal has it, and only then. Everything that can happen (a signal, a device
-//! that is lost, a crash) leaves some rows finished and the others not; going on means to do the others.
+//! A row is finished when the journal has it, and only then. Whatever happens (a signal, a device that is
+//! lost, a crash), some rows are finished and the others are not; resuming means to do the others.
 
 use std::path::{Path, PathBuf};
 use std::time::{Instant, SystemTime, UNIX_EPOCH};
@@ -62,8 +62,8 @@ pub fn folder_of(out: &Path, Shard { number, of }: Shard) -> PathBuf {
 }
 
 impl<'a> Session<'a> {
-    /// Opens a folder, and takes up what was begun there: the same sweep, or, with `restart`, whatever it
-    /// was. `command` is the command that does so, word by word.
+    /// Opens a folder, and resumes the same sweep there or, with `restart`, replaces any sweep. `command` is
+    /// the command that does so, word by word.
     ///
     /// # Errors
     /// `Error::Input` if the folder holds anything else, with what has changed, or cannot be written to;
@@ -222,7 +222,7 @@ impl<'a> Session<'a> {
         if ended.is_ok() && verify > 0 {
             self.manifest.runs_are_checked();
         }
-        // What the run did is worth less than why it failed.
+        // An error of writing down what the run did matters less than why the run failed.
         let written = self.folder.write(MANIFEST, &self.manifest.bytes());
         let timings = ended.and_then(|timings| synced.and(written).map(|()| timings))?;
         let ending = if self.done() == self.total() {
@@ -299,7 +299,7 @@ fn moments(study: &Study) -> Vec<usize> {
     study.scenes.iter().map(first).collect()
 }
 
-/// Why a folder cannot be gone on with.
+/// The error for a folder whose sweep cannot be resumed.
 fn another(path: &Path, found: &JournalHeader, header: &JournalHeader, manifest: &Manifest) -> Error {
     let cure = Words::from("name another folder, or begin anew with ")
         + Argument::Restart

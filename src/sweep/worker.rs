@@ -1,10 +1,10 @@
-//! Who does the work of one run: the backend of the user's choice, the same with less at a time, or the CPU,
+//! Does the work of one run with the backend of the user's choice, the same with less at a time, or the CPU,
 //! which also checks what a device counted.
 //!
 //! # Theory
 //! A device that fails within a run is treated as a run that ended: its finished rows are in the journal, the
-//! others are not, and the same loop is entered again by somebody else, who finds what is left. So no failure
-//! needs a way back of its own.
+//! others are not, and the same loop is entered again with another backend, which does what is left. So no
+//! kind of failure needs its own recovery.
 
 use std::path::Path;
 use std::sync::mpsc;
@@ -25,10 +25,10 @@ use crate::study::Study;
 use crate::world::World;
 use crate::{Error, Result};
 
-/// How many choices are done in another way before a device that failed is tried again.
+/// How many choices a fallback does before a device that failed is tried again.
 const CHUNK: usize = 64;
 
-/// How often a device may fail, with little done between, before it is left alone.
+/// How often a device may fail, with little done between, before it is given up.
 const MOST_FAILURES: u32 = 3;
 
 /// A device that does so many choices between two failures starts again with a clean record.
@@ -78,7 +78,7 @@ impl Worker<'_> {
                     let instead = self.fall_back(checkpoint)?;
                     last_fault = checkpoint.finished;
                     fallback = if failures < MOST_FAILURES { Fallback::None } else { Fallback::Cpu };
-                    // It was opened before, so whatever is in the way now is the device's.
+                    // It was opened before, so a failure to open it now is the device's.
                     backend = match self.backends.open(fallback) {
                         Err(_) if fallback != Fallback::Cpu => {
                             fallback = Fallback::Cpu;
@@ -91,7 +91,7 @@ impl Worker<'_> {
                     }
                     let for_good = if fallback == Fallback::Cpu { ", and from then on the CPU" } else { "" };
                     let scene = self.scene(checkpoint);
-                    // What helps was done just now.
+                    // The fallback has done its part; the device is tried again.
                     let what = Issue { cures: Vec::new(), ..issue }.to_string();
                     let fault = Fault { what, scene, instead: format!("{instead}{for_good}") };
                     checkpoint.watch.failed(&fault);
@@ -130,7 +130,7 @@ impl Worker<'_> {
                 done
             });
             match done {
-                // What does not fit in small batches is no fault of the user's.
+                // If even small batches do not fit, the input is not to blame.
                 Err(Error::Device(_) | Error::Input(_)) if fallback != Fallback::Cpu => {}
                 other => return other.map(|()| who),
             }
@@ -151,7 +151,7 @@ impl Worker<'_> {
         run_choices(self.study, &self.worlds[i..=i], &pose_choices, BatchSize::SMALL, backend, checkpoint)
     }
 
-    /// Counts again what was picked for it. A difference ends the run, with the evidence in a file.
+    /// Checks what was picked. A difference ends the run, with the evidence in a file.
     fn check(&mut self, checkpoint: &mut Checkpoint) -> Result<()> {
         let Some(picked) = &mut checkpoint.unchecked else { return Ok(()) };
         if self.checker.is_none() {
@@ -196,11 +196,11 @@ impl Worker<'_> {
     }
 }
 
-/// Parts with a device that failed, and waits until it has given back its memory; not for ever, since one
-/// that hangs may never do.
+/// Closes a device that failed, and waits until it has given back its memory, with a limit, since a device
+/// that hangs may never do so.
 fn close(backend: Box<dyn Backend + Send>) {
     let (gone, wait) = mpsc::channel::<()>();
-    // Where no thread can be started, it is waited for.
+    // Where no thread can be started, the device is closed here, without a limit.
     let _ = thread::Builder::new().spawn(move || {
         drop(backend);
         drop(gone);

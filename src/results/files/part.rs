@@ -1,8 +1,9 @@
-//! The file that holds what is written until it is whole, and what is done with those that a run left behind.
+//! The temporary file (a part) that holds what is written until it is whole, and the removal of parts that a
+//! killed run left behind.
 //!
 //! # Theory
-//! Who writes to a part holds its lock, and the system gives the lock back however the process ends. So a
-//! part that can be locked belongs to nobody, and may be removed by anybody.
+//! A process that writes to a part holds its lock, and the system releases the lock however the process ends.
+//! So a part that can be locked belongs to no process, and may be removed.
 
 use std::fs::{self, File};
 use std::hash::{BuildHasher, RandomState};
@@ -13,10 +14,10 @@ use std::sync::{Mutex, PoisonError};
 /// The parts that this process writes to.
 static OPEN: Mutex<Vec<PathBuf>> = Mutex::new(Vec::new());
 
-/// How often a part is begun again that somebody removed before it was locked.
+/// How often a part is begun again if another process removed it before it was locked.
 const ATTEMPTS: usize = 16;
 
-/// A file beside the place of another, which goes when this is dropped. Nobody can know its name before.
+/// A temporary file beside the place of another; it is removed when this is dropped. Its name is random.
 #[derive(Debug)]
 pub(super) struct PartialFile {
     pub(super) path: PathBuf,
@@ -37,7 +38,7 @@ impl PartialFile {
                 Err(e) if e.kind() == ErrorKind::AlreadyExists => continue,
                 file => file?,
             };
-            // Where there are no locks nobody tidies either.
+            // On a file system without locks no process removes parts either.
             let locked = file.try_lock();
             if path.exists() && !matches!(locked, Err(fs::TryLockError::WouldBlock)) {
                 parts().push(path.clone());
@@ -50,7 +51,7 @@ impl PartialFile {
 
 impl Drop for PartialFile {
     fn drop(&mut self) {
-        // It may have been renamed; if it cannot go, there is nobody to tell.
+        // It may have been renamed; an error has nowhere to be reported.
         let _ = fs::remove_file(&self.path);
         parts().retain(|path| *path != self.path);
     }
@@ -76,7 +77,7 @@ pub(super) fn tidy(folder: &Path, is_wanted: impl Fn(&str) -> bool) {
         }
         let left = File::open(entry.path()).is_ok_and(|file| file.try_lock().is_ok());
         if left {
-            // Gone already, or of somebody else: then it is not ours to mend.
+            // It is gone already, or belongs to another user, and is left alone.
             let _ = fs::remove_file(entry.path());
         }
     }

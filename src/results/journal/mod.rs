@@ -1,4 +1,4 @@
-//! `counts.journal`: every row of counts that is finished, kept on disk from the moment it is.
+//! `counts.journal`: every finished row of counts, on disk from the moment it is finished.
 //!
 //! # Theory
 //! A record has the same size for every row and stands at the row's own place, so the order in which rows are
@@ -7,8 +7,8 @@
 //! torn by a crash, or belongs to another sweep, cannot be taken for a finished row and is counted again.
 //!
 //! # Practice
-//! The file is its own lock: whoever writes holds it exclusively, whoever reads shares it. It is never
-//! replaced, since that would leave two files with a lock each.
+//! The file is its own lock: a writer holds it exclusively, readers share it. It is never replaced, since
+//! that would leave two files with a lock each.
 
 mod pages;
 mod record;
@@ -27,8 +27,8 @@ pub use pages::Pages;
 use record::{HEADER_BYTES, RECORD_BYTES, State};
 pub use record::{JournalHeader, Shard, Unfit};
 
-/// How long finished rows may wait until the disk has them. A process that is killed loses nothing; a machine
-/// that loses power loses so much.
+/// How long finished rows may wait until they are synced to the disk. A process that is killed loses nothing;
+/// a machine that loses power loses at most this much.
 const SYNC_EVERY: Duration = Duration::from_secs(1);
 
 /// Records that are read at once.
@@ -43,12 +43,12 @@ pub struct Journal {
     unsynced_since: Option<Instant>,
 }
 
-/// A journal that nobody else writes to, before it is known what it holds.
+/// A journal locked by this process, before its contents are checked.
 #[derive(Debug)]
 pub struct Locked {
     path: PathBuf,
     file: File,
-    /// What it says it holds: nothing if it is new, or was begun and never got so far.
+    /// What its header says; nothing if it is new, or was begun without a header.
     pub header: Result<Option<JournalHeader>, Unfit>,
 }
 
@@ -60,7 +60,7 @@ impl Locked {
     /// there is no file of this folder alone.
     pub fn open(folder: &Path) -> Result<Locked> {
         let path = folder.join(JOURNAL);
-        // Through a link, a folder from elsewhere could have any file of the user's begun anew.
+        // Through a link, a folder from a stranger could overwrite any file of the user.
         if path.symlink_metadata().is_ok_and(|metadata| !metadata.is_file()) {
             let what = "is not a regular file, and a journal is needed there: move it away";
             return Err(Error::input(path, what));
@@ -81,12 +81,12 @@ impl Locked {
         Ok(Locked { path, file, header })
     }
 
-    /// Goes on with what it holds, which is what `header` says.
+    /// Resumes with the rows that it holds, which are of the sweep in `header`.
     pub fn go_on(self, header: JournalHeader) -> Journal {
         Journal { path: self.path, file: self.file, header, unsynced_since: None }
     }
 
-    /// Begins anew; what it held is lost.
+    /// Starts empty; the rows that it held are lost.
     pub fn begin(mut self, header: JournalHeader) -> Result<Journal> {
         let write = |file: &mut File| {
             file.set_len(0)?;
@@ -143,8 +143,7 @@ impl Journal {
         }
     }
 
-    /// Gives the file with all its rows, which nobody may trust any more, another name in its folder, and
-    /// begins anew.
+    /// Gives the file, whose rows cannot be trusted, another name in its folder, and starts an empty one.
     pub(crate) fn set_aside(&mut self, name: &str) -> Result<()> {
         let renamed = std::fs::rename(&self.path, self.path.with_file_name(name));
         renamed.map_err(|e| Error::storage(&self.path, e))?;
@@ -159,7 +158,7 @@ impl Journal {
         self.file.sync_data().map_err(|e| Error::storage(&self.path, e))
     }
 
-    /// Tells every finished row in the order of rows, and how many places hold something else than a row of
+    /// Hands over every finished row in order, and returns how many places hold something else than a row of
     /// this sweep.
     pub fn scan(&self, mut finished: impl FnMut(u64, Confusion) -> Result<()>) -> Result<u64> {
         let length = self.file.metadata().map_err(|e| self.cannot_read(e))?.len();
@@ -197,8 +196,8 @@ impl Journal {
         counts.collect()
     }
 
-    /// What stands at the places of rows that follow each other in one block. Beyond the end of the file
-    /// nothing does.
+    /// What stands at the places of rows that follow each other in one block; nothing beyond the end of the
+    /// file.
     fn states(&self, rows: Range<u64>) -> Result<Vec<State>> {
         let at = self.offset(rows.start);
         let length = (rows.end - rows.start) * RECORD_BYTES as u64;

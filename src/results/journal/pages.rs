@@ -54,7 +54,7 @@ impl Pages {
         Ok(counts[at])
     }
 
-    /// From now on every read fails.
+    /// Makes every later read fail.
     #[cfg(all(test, target_os = "linux"))]
     pub(crate) fn break_disk(&mut self) {
         self.journals.iter_mut().for_each(Journal::break_disk);

@@ -28,14 +28,14 @@ const VERSION: u32 = 2;
 /// Bytes of a checksum.
 const CHECK_BYTES: usize = 8;
 
-/// Why a file is not gone on with.
+/// Why a file cannot be resumed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Unfit {
     /// It never was a journal.
     Foreign,
     /// Another perirobot wrote it.
     Format(u32),
-    /// It was one, and nobody can say of which sweep.
+    /// It was one, but its header is damaged.
     Damaged,
 }
 

@@ -1,4 +1,4 @@
-//! What two manifests differ in, in words.
+//! Tells in words how two manifests differ.
 
 use serde_json::{Map, Value};
 

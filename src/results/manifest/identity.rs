@@ -12,11 +12,11 @@ use crate::source::sha256;
 use crate::study::{Member, Study, catalogue};
 use crate::world::{self, Described, World};
 
-/// All that decides the counts. What reading a sweep back does not need may be missing in a file, and is
-/// empty then.
+/// All that decides the counts. Values that are not needed to read a sweep back may be missing in a file, and
+/// are empty then.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Identity {
-    /// [`crate::SEMANTICS_VERSION`] of who counted.
+    /// The [`crate::SEMANTICS_VERSION`] by which was counted.
     pub semantics_version: u32,
     /// What the study says, without comments and order of keys.
     #[serde(default)]
@@ -51,7 +51,7 @@ pub struct Identity {
 pub struct SceneFileIdentity {
     /// The scene's name.
     pub name: String,
-    /// As of the study.
+    /// What the file says, as for the study.
     pub says: Value,
 }
 

@@ -48,7 +48,7 @@ impl RowWriter for CsvWriter {
     }
 }
 
-/// What lies beneath an error: of which kind it is, is of interest.
+/// The underlying error, whose kind decides the exit code.
 fn io_error(error: ::csv::Error) -> io::Error {
     match error.into_kind() {
         ::csv::ErrorKind::Io(beneath) => beneath,

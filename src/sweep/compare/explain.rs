@@ -1,4 +1,4 @@
-//! A difference in words: which ray ended elsewhere, or which voxel is marked and by which ray.
+//! Explains a difference: which ray ended elsewhere, or which voxel is marked and by which ray.
 
 use super::Said;
 use crate::Result;
