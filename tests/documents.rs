@@ -63,7 +63,7 @@ const TOO_LONG: [(&str, &str); 3] = [
 ];
 
 /// What an example takes for granted: the subcommand, the example, commands.
-const BEFORE: [(&str, &str, &str); 2] = [
+const BEFORE: [(&str, &str, &str); 3] = [
     (
         "sweep",
         "perirobot merge out/my",
@@ -73,6 +73,11 @@ const BEFORE: [(&str, &str, &str); 2] = [
         "merge",
         "perirobot merge whole here/shard-0-of-2 there/shard-1-of-2",
         "mkdir here there; cp -r out/my/shard-0-of-2 here; cp -r out/my/shard-1-of-2 there",
+    ),
+    (
+        "render",
+        "perirobot render out/quick --pose camera:right-wall/4/1 --out swept.png",
+        "perirobot sweep scenes/quick.toml",
     ),
 ];
 

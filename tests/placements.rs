@@ -237,8 +237,16 @@ fn what_cannot_be_compared_is_refused() {
         (vec![&out], &["--best", "2", "--representation", "third"], "there are points"),
         (vec![&out], &[&two[..], &["--score", "f1"]].concat(), "cannot be used with"),
         (vec![&out, &out], &two, "is named twice"),
-        (vec![&other], &two, "is not a folder: name one that `perirobot sweep --out` has written"),
-        (vec![&out, &other], &two, "is not a folder: name one that `perirobot sweep --out` has written"),
+        (
+            vec![&other],
+            &two,
+            "is not a folder: name one that `perirobot sweep` or `perirobot choose` has written",
+        ),
+        (
+            vec![&out, &other],
+            &two,
+            "is not a folder: name one that `perirobot sweep` or `perirobot choose` has written",
+        ),
         (vec![&out, &other, &other], &two, "unexpected"),
     ] {
         let folders: Vec<&Path> = folders.into_iter().map(|path| path.as_path()).collect();

@@ -249,7 +249,7 @@ fn folders_that_cannot_be_reported_are_refused() {
     };
     fails(
         &[text(&folder.path("nowhere"))],
-        "is not a folder: name one that `perirobot sweep --out` has written",
+        "is not a folder: name one that `perirobot sweep` or `perirobot choose` has written",
     );
     fails(&[text(&out), "--out", text(&out)], "is a folder: name a file");
     folder.edit("study.toml", "seed = 7", "seed = 8");

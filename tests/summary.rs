@@ -225,7 +225,11 @@ fn folders_without_results_are_refused() {
     let folder = rich();
     folder.sweep(&[]);
     for (path, remove, expected) in [
-        ("nowhere", None, "nowhere: is not a folder: name one that `perirobot sweep --out` has written"),
+        (
+            "nowhere",
+            None,
+            "nowhere: is not a folder: name one that `perirobot sweep` or `perirobot choose` has written",
+        ),
         ("study.toml", None, "study.toml: is not a folder"),
         ("out", Some("counts.journal"), "counts.journal: cannot be read"),
         ("out", Some("poses.csv"), "poses.csv: cannot be read"),

@@ -1,17 +1,20 @@
-//! What an answer leaves in its folder: `front.csv`, `sets.csv` and `choose.json`.
+//! What an answer leaves in its folder: `front.csv`, `sets.csv` and `choose.json`, which is read back.
 
+use std::collections::BTreeMap;
 use std::path::Path;
 
+use serde::{Deserialize, Serialize};
 use serde_json::{Value, json};
 
-use super::told::{Told, ToldSet};
-use super::within::Bound;
-use super::worth::Worth;
-use crate::results::files::write_whole;
+use super::told::Told;
+use crate::error::Issue;
+use crate::metrics::Score;
+use crate::results::files::{JOURNAL, OutputFolder, read_regular, write_whole};
 use crate::results::journal::Shard;
 use crate::results::manifest::Manifest;
 use crate::sensor::{Cost, Sensor};
-use crate::study::{Choose, Study};
+use crate::source::hex;
+use crate::study::{Across, Choose, Study};
 use crate::world::World;
 use crate::{Error, Result};
 
@@ -22,60 +25,213 @@ pub const SETS: &str = "sets.csv";
 /// What was asked, what was found, and what is proven of it.
 pub const PROOF: &str = "choose.json";
 
-/// Writes the files of an answer, each whole or not at all.
-///
-/// # Errors
-/// When the folder cannot be made or written.
-pub fn write(folder: &Path, study: &Study, choose: &Choose, worlds: &[World], told: &Told) -> Result<()> {
-    std::fs::create_dir_all(folder).map_err(|e| Error::io(folder, "cannot be made", e))?;
-    write_whole(&folder.join(SETS), &sets(choose, told))?;
-    write_whole(&folder.join(PROOF), format!("{:#}\n", proof(study, choose, worlds, told)).as_bytes())?;
-    write_whole(&folder.join(FRONT), &front(choose, told))
+/// What is certified of each set that is proven.
+const CERTIFIED: &str = "the listed poses, at this voxel size, in these scenes, under \"occupied_wins\"";
+
+/// What was asked, found and proven.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Chosen {
+    /// The version of the program.
+    pub perirobot: String,
+    /// That of the rules by which was counted.
+    pub semantics_version: u32,
+    /// The study's file.
+    pub study: String,
+    /// What tells the study from every other.
+    pub fingerprint: String,
+    /// Edge of a voxel in metres.
+    pub voxel_size_m: f64,
+    /// Whether sensors measured without noise, whatever the study says.
+    pub noiseless: bool,
+    /// How many poses of all sensors were searched.
+    pub candidates: usize,
+    /// What was looked for.
+    pub asked: Asked,
+    /// What a proof holds of.
+    pub certified: String,
+    /// What was found.
+    #[serde(flatten)]
+    pub told: Told,
 }
 
-fn front(choose: &Choose, told: &Told) -> Vec<u8> {
-    let score = choose.objective.name();
-    let mut rows =
-        vec![["at_most", "sensors", "cost", score, "bound", "proven", "gain", "poses"].map(String::from)];
-    for step in &told.steps {
-        let (best, proven) = (&step.best, step.bound == Bound::Proven);
-        let bound = match step.bound {
-            Bound::Proven => best.worth.value().to_string(),
-            Bound::AtMost(bound) => bound.to_string(),
-            Bound::Unknown => String::new(),
+/// What a study asks for.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Asked {
+    /// The score that is to be high.
+    pub objective: Score,
+    /// Of which counts.
+    pub over: Across,
+    /// In which region.
+    pub region: String,
+    /// How many sensors a set may have.
+    pub at_most: usize,
+    /// What a set may cost.
+    pub budget: Option<Cost>,
+    /// How far two sensors must be from each other.
+    pub apart_m: f64,
+    /// What is in every set.
+    pub always: Vec<String>,
+    /// What every set must reach.
+    pub require: Vec<AskedScore>,
+    /// By its name, what was said of each sensor.
+    pub sensors: BTreeMap<String, AskedSensor>,
+}
+
+/// A score that every set must reach.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct AskedScore {
+    /// The score.
+    pub score: Score,
+    /// Of which counts.
+    pub over: Across,
+    /// What it must be at least.
+    pub at_least: f64,
+}
+
+/// On which terms a sensor could be had, and how it was taken.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct AskedSensor {
+    /// What it was taken to say.
+    pub representation: String,
+    /// What one costs.
+    pub cost: Option<Cost>,
+    /// How many a set may have.
+    pub at_most: Option<u32>,
+}
+
+impl Asked {
+    fn of(study: &Study, choose: &Choose) -> Asked {
+        let pose = |&[sensor, candidate]: &[usize; 2]| {
+            let sensor = &study.sensors[sensor];
+            format!("{}:{}", sensor.name, sensor.candidates[candidate].name)
         };
-        rows.push([
-            step.at_most.to_string(),
-            best.members.len().to_string(),
-            or_empty(best.cost),
-            best.worth.value().to_string(),
-            bound,
-            proven.to_string(),
-            or_empty(step.gain),
-            best.names.clone(),
-        ]);
-    }
-    csv(&rows)
-}
-
-fn sets(choose: &Choose, told: &Told) -> Vec<u8> {
-    let without = format!("{}_without", choose.objective.name());
-    let header = ["at_most", "set_cost", "sensor", "pose", "place", "cost", &without];
-    let mut rows = vec![header.map(String::from)];
-    for step in &told.steps {
-        for member in &step.best.members {
-            rows.push([
-                step.at_most.to_string(),
-                or_empty(step.best.cost),
-                member.sensor.clone(),
-                member.pose.clone(),
-                member.place.clone(),
-                or_empty(member.cost),
-                or_empty(member.without),
-            ]);
+        let sensor = |(sensor, &way): (&Sensor, &usize)| {
+            let representation = sensor.kind.representations()[way].into();
+            let terms = sensor.terms;
+            (sensor.name.clone(), AskedSensor { representation, cost: terms.cost, at_most: terms.at_most })
+        };
+        let require = choose.require.iter();
+        Asked {
+            objective: choose.objective,
+            over: choose.over,
+            region: study.regions[choose.region].0.clone(),
+            at_most: choose.at_most,
+            budget: choose.budget,
+            apart_m: choose.apart_m,
+            always: choose.always.iter().map(pose).collect(),
+            require: require
+                .map(|one| AskedScore { score: one.score, over: one.over, at_least: one.at_least })
+                .collect(),
+            sensors: study.sensors.iter().zip(&choose.ways).map(sensor).collect(),
         }
     }
-    csv(&rows)
+}
+
+/// What a study asks for, as it stands in `choose.json`.
+pub(super) fn asked(study: &Study, choose: &Choose) -> Value {
+    json!(Asked::of(study, choose))
+}
+
+/// What tells a study from every other, as far as counts go.
+pub(super) fn fingerprint(study: &Study, worlds: &[World]) -> String {
+    hex(&Manifest::new(study, worlds, Shard::WHOLE, &[]).fingerprint())
+}
+
+impl Chosen {
+    /// What was found for a study.
+    pub fn new(study: &Study, choose: &Choose, worlds: &[World], told: Told) -> Chosen {
+        Chosen {
+            perirobot: env!("CARGO_PKG_VERSION").into(),
+            semantics_version: crate::SEMANTICS_VERSION,
+            study: study.path.display().to_string(),
+            fingerprint: fingerprint(study, worlds),
+            voxel_size_m: study.voxel_size_m,
+            noiseless: study.noiseless,
+            candidates: study.sensors.iter().map(|sensor| sensor.candidates.len()).sum(),
+            asked: Asked::of(study, choose),
+            certified: CERTIFIED.into(),
+            told,
+        }
+    }
+
+    /// Reads it from a folder that was written; `None` where no sets were chosen.
+    ///
+    /// # Errors
+    /// `Error::Input` that names the file and what is missing in it or wrong.
+    pub fn read(folder: &Path) -> Result<Option<Chosen>> {
+        let path = folder.join(PROOF);
+        if !path.exists() {
+            return Ok(None);
+        }
+        let damaged = |e: serde_json::Error| Issue::damaged(e.to_string()).cure("choose again").at(&path);
+        serde_json::from_slice(&read_regular(&path)?).map(Some).map_err(|e| damaged(e).into())
+    }
+
+    /// Opens a folder for an answer to a study. One that holds an earlier answer will do, one that holds a sweep
+    /// will not.
+    ///
+    /// # Errors
+    /// When it cannot be made or written to, or something would be lost.
+    pub fn folder(path: &Path, study: &Study) -> Result<OutputFolder> {
+        let folder = OutputFolder::open(path)?;
+        folder.spare(&study.sources)?;
+        if path.join(JOURNAL).exists() && !path.join(PROOF).exists() {
+            let what = "holds a sweep, which would be lost";
+            return Err(Error::input(path, what).wanted("name another folder"));
+        }
+        Ok(folder)
+    }
+
+    /// Writes the files of an answer, each whole or not at all.
+    ///
+    /// # Errors
+    /// When one cannot be written.
+    pub fn write(&self, folder: &Path) -> Result<()> {
+        let mut json = serde_json::to_vec_pretty(self).expect("names and numbers make JSON");
+        json.push(b'\n');
+        write_whole(&folder.join(SETS), &self.sets())?;
+        write_whole(&folder.join(PROOF), &json)?;
+        write_whole(&folder.join(FRONT), &self.front())
+    }
+
+    fn front(&self) -> Vec<u8> {
+        let score = self.asked.objective.name();
+        let mut rows =
+            vec![["at_most", "sensors", "cost", score, "bound", "proven", "gain", "poses"].map(String::from)];
+        for step in &self.told.steps {
+            rows.push([
+                step.at_most.to_string(),
+                step.best.sensors.len().to_string(),
+                or_empty(step.best.cost),
+                step.best.score.to_string(),
+                or_empty(step.no_set_is_above),
+                step.proven.to_string(),
+                or_empty(step.gain),
+                step.best.name(),
+            ]);
+        }
+        csv(&rows)
+    }
+
+    fn sets(&self) -> Vec<u8> {
+        let without = format!("{}_without", self.asked.objective.name());
+        let header = ["at_most", "set_cost", "sensor", "pose", "place", "cost", &without];
+        let mut rows = vec![header.map(String::from)];
+        for step in &self.told.steps {
+            for one in &step.best.sensors {
+                rows.push([
+                    step.at_most.to_string(),
+                    or_empty(step.best.cost),
+                    one.sensor.clone(),
+                    one.pose.clone(),
+                    one.place.clone(),
+                    or_empty(one.cost),
+                    or_empty(one.score_without),
+                ]);
+            }
+        }
+        csv(&rows)
+    }
 }
 
 fn or_empty(value: Option<impl ToString>) -> String {
@@ -88,90 +244,4 @@ fn csv<const N: usize>(rows: &[[String; N]]) -> Vec<u8> {
         csv.write_record(row).expect("all rows are as long as the header, and memory takes them");
     }
     csv.into_inner().expect("memory takes all bytes")
-}
-
-/// What tells a study from every other, as far as counts go.
-pub(super) fn fingerprint(study: &Study, worlds: &[World]) -> String {
-    let bytes = Manifest::new(study, worlds, Shard::WHOLE, &[]).fingerprint();
-    bytes.iter().map(|byte| format!("{byte:02x}")).collect()
-}
-
-/// What a study asks for.
-pub(super) fn asked(study: &Study, choose: &Choose) -> Value {
-    let poses = |&[sensor, candidate]: &[usize; 2]| {
-        let sensor = &study.sensors[sensor];
-        format!("{}:{}", sensor.name, sensor.candidates[candidate].name)
-    };
-    let of_sensor = |(sensor, &way): (&Sensor, &usize)| {
-        let terms = json!({
-            "representation": sensor.kind.representations()[way],
-            "cost": sensor.terms.cost.map(amount),
-            "at_most": sensor.terms.at_most,
-        });
-        (sensor.name.clone(), terms)
-    };
-    let sensors: serde_json::Map<String, Value> =
-        study.sensors.iter().zip(&choose.ways).map(of_sensor).collect();
-    let require = choose.require.iter().map(|require| {
-        json!({ "score": require.score.name(), "over": require.over.name(), "at_least": require.at_least })
-    });
-    json!({
-        "objective": choose.objective.name(),
-        "over": choose.over.name(),
-        "region": study.regions[choose.region].0,
-        "at_most": choose.at_most,
-        "budget": choose.budget.map(amount),
-        "apart_m": choose.apart_m,
-        "always": choose.always.iter().map(poses).collect::<Vec<_>>(),
-        "require": require.collect::<Vec<_>>(),
-        "sensors": sensors,
-    })
-}
-
-/// What was asked, found and proven.
-fn proof(study: &Study, choose: &Choose, worlds: &[World], told: &Told) -> Value {
-    let steps = told.steps.iter().map(|step| {
-        let (bound, proven) = match step.bound {
-            Bound::Proven => (Some(step.best.worth.value()), true),
-            Bound::AtMost(bound) => (Some(bound), false),
-            Bound::Unknown => (None, false),
-        };
-        json!({
-            "at_most": step.at_most,
-            "budget": step.budget.map(amount),
-            "best": set(&step.best),
-            "no_set_is_above": bound,
-            "proven": proven,
-        })
-    });
-    json!({
-        "perirobot": env!("CARGO_PKG_VERSION"),
-        "semantics_version": crate::SEMANTICS_VERSION,
-        "study": study.path.display().to_string(),
-        "fingerprint": fingerprint(study, worlds),
-        "voxel_size_m": study.voxel_size_m,
-        "noiseless": study.noiseless,
-        "asked": asked(study, choose),
-        "certified": "the listed poses, at this voxel size, in these scenes, under \"occupied_wins\"",
-        "steps": steps.collect::<Vec<_>>(),
-        "nearly_as_good": told.ties.iter().map(set).collect::<Vec<_>>(),
-    })
-}
-
-fn set(told: &ToldSet) -> Value {
-    let mut value = json!({
-        "poses": told.members.iter().map(|one| format!("{}:{}", one.sensor, one.pose)).collect::<Vec<_>>(),
-        "cost": told.cost.map(amount),
-        "score": told.worth.value(),
-    });
-    if let Worth::Exact(ratio) = told.worth {
-        // As text: other readers of JSON have no whole numbers of this size.
-        value["exactly"] = json!([ratio.numerator.to_string(), ratio.denominator.to_string()]);
-    }
-    value
-}
-
-/// An amount as a number.
-fn amount(cost: Cost) -> f64 {
-    cost.thousandths() as f64 / 1e3
 }

@@ -10,7 +10,8 @@
 //! `layout` says which bit is which voxel, `evidence` has what each candidate says, `worth` what counts are
 //! worth, `problem` which sets are allowed. `climb` finds a good set, `question` asks whether any is better,
 //! `search` answers, and `front` does so for each size and each step of cost. `told` has the answer in names
-//! and numbers, `files` writes it; `verify` checks what was written.
+//! and numbers, with `ties`, `files` writes and reads it, and `sets` makes combinations of it; `verify` checks
+//! what was written.
 
 mod climb;
 mod evidence;
@@ -22,16 +23,18 @@ mod problem;
 mod purse;
 mod question;
 mod search;
+mod sets;
+mod ties;
 mod told;
 mod verify;
 mod within;
 mod worth;
 
 pub use evidence::{CandidateEvidence, CastingWatch, MEMORY_BYTES};
-pub use files::{FRONT, PROOF, SETS, write};
+pub use files::{Asked, AskedScore, AskedSensor, Chosen, FRONT, PROOF, SETS};
 pub use front::{Answer, answer};
 pub use problem::{Found, Problem, SetLimits, examine};
-pub use told::{Told, ToldMember, ToldSet, ToldStep};
+pub use told::{Told, ToldSensor, ToldSet, ToldStep};
 pub use verify::{Verified, verify};
 pub use within::{Bound, FrontStep};
 pub use worth::{Ratio, Worth};

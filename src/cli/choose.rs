@@ -1,31 +1,46 @@
 //! `perirobot choose`: the best set of sensors. Cast and searched in `choose`, told in `report::choose`.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
+use perirobot::backend::factory::{BackendFactory, Fallback};
 use perirobot::backend::oracle::Oracle;
-use perirobot::choose::{self, CandidateEvidence, CastingWatch, Problem, Told, Verified};
-use perirobot::study::Study;
+use perirobot::choose::{self, CandidateEvidence, CastingWatch, Chosen, Problem, Told, Verified};
+use perirobot::results::journal::Shard;
+use perirobot::results::table::TableFormat;
+use perirobot::results::{Results, Subject, rows, scores};
+use perirobot::study::{Choose, Study};
+use perirobot::sweep::session::Session;
+use perirobot::world::World;
 use perirobot::{Error, Result, report};
 
 use super::backend::BackendArgs;
 use super::progress::{self, ProgressArgs};
 use super::stop::{StopAt, stopped};
 use super::study::StudyArgs;
+use super::sweep::{Onlooker, VERIFY, command};
+use super::swept;
 
 /// Find the best set of sensors, and prove it
 ///
 /// A study with [choose] says which score is to be as high as it can be, in which region, and what a set may
 /// have and cost. Every pose is cast once; then all allowed sets are searched, and for each size and each
 /// step of cost the best set is told, with what no set is above. What is proven holds of the listed poses, at
-/// this voxel size, in these scenes. Writes front.csv, sets.csv and choose.json into the output folder.
+/// this voxel size, in these scenes. Writes front.csv, sets.csv and choose.json into the output folder, and
+/// what a sweep of the sets that were found would write, so that `summary`, `compare`, `why`, `render`,
+/// `export` and `report` take the folder.
 #[derive(clap::Args)]
 #[command(after_help = AFTER_HELP)]
+#[command(mut_arg("study", |arg| arg.required(false).required_unless_present("verify")))]
+#[command(mut_args(|arg| match arg.get_id().as_str() {
+    "voxel_size" | "noiseless" | "packages" | "allow_outside" => arg.requires("study"),
+    _ => arg,
+}))]
 pub(super) struct Args {
     #[command(flatten)]
-    study: StudyArgs,
-    /// Folder for the answer; made if needed [default: out/ and the study's name]
+    study: Option<StudyArgs>,
+    /// Folder for the answer; made if needed [default: out/ and the study's name with -choose]
     #[arg(long, value_name = "DIR", help_heading = "Results")]
     out: Option<PathBuf>,
     /// Stop, as on a signal, this long after the start of the program (90s, 30m, 1.5h, 2d), and tell the best
@@ -33,7 +48,8 @@ pub(super) struct Args {
     #[arg(long, value_name = "TIME", value_parser = super::quantity::time, help_heading = "Results")]
     max_time: Option<Duration>,
     /// Check the proof in this folder instead: its sets are counted again by the plain oracle, and that no set is
-    /// better is searched again by other code; exit code 2 names what does not hold
+    /// better is searched again by other code; exit code 2 names what does not hold. The study is the folder's
+    /// unless one is named
     #[arg(long, value_name = "DIR", conflicts_with = "out", help_heading = "Results")]
     verify: Option<PathBuf>,
     #[command(flatten)]
@@ -45,11 +61,13 @@ pub(super) struct Args {
 const AFTER_HELP: &str = "\
 Examples:
   perirobot choose scenes/choose.toml
-      the best one, two and three sensors, into out/choose
-  perirobot choose scenes/choose.toml --max-time 60s --out out/choose
+      the best one, two and three sensors, into out/choose-choose
+  perirobot choose scenes/choose.toml --max-time 60s --out out/best
       what a minute gives
-  perirobot choose scenes/choose.toml --verify out/choose
+  perirobot choose --verify out/best
       check it
+  perirobot report out/best
+      look at it
 
 On Ctrl-C, SIGTERM, SIGUSR1 or --max-time the best sets so far are told and
 written, and the exit code is 75.";
@@ -57,30 +75,24 @@ written, and the exit code is 75.";
 pub(super) fn run(args: &Args) -> Result<ExitCode> {
     let stop = StopAt::listen(args.max_time)?;
     args.backend.start_threads()?;
-    let (study, worlds) = args.study.load_unless(&|| stop.reason())?;
+    match (&args.verify, &args.study) {
+        (Some(folder), _) => verify(args, folder, &stop),
+        (None, Some(study)) => search(args, study, &stop),
+        (None, None) => unreachable!("the parser asks for a study where no folder is verified"),
+    }
+}
+
+/// Finds the sets, and writes and tells them.
+fn search(args: &Args, study: &StudyArgs, stop: &StopAt) -> Result<ExitCode> {
+    let begin = Instant::now();
+    let out = args.out.clone().unwrap_or_else(|| study.usual_out("-choose"));
+    let (study, worlds) = study.load_unless(&|| stop.reason())?;
     let choose = asked(&study)?;
     choose::examine(&study, choose, &worlds)?;
-    let mut backend = args.backend.open()?;
-    say!("running on {}: {}", backend.name(), backend.device());
-    let memory = args.backend.memory().unwrap_or(choose::MEMORY_BYTES);
-    let mut bar = Bar {
-        progress: args.progress.start("poses", 0, CandidateEvidence::to_cast(&study, &worlds)),
-        stop: &stop,
-    };
-    let of = (choose.region, choose.ways.as_slice());
-    let evidence = CandidateEvidence::cast(&study, &worlds, of, memory, backend.as_mut(), &mut bar)?;
-    bar.progress.finish();
-    drop(backend);
-    if let Some(folder) = &args.verify {
-        let mut oracle = Oracle::default();
-        let checked =
-            choose::verify(folder, &study, choose, &worlds, &evidence, &mut oracle, &|| stop.reason())?;
-        let Verified { sets, proven, open } = checked;
-        let open = if open > 0 { format!("; {open} steps claim no proof") } else { String::new() };
-        let text = format!("{sets} sets counted again, {proven} steps proven again{open}: all of it holds\n");
-        super::print(&text)?;
-        return Ok(ExitCode::SUCCESS);
-    }
+    let folder = Chosen::folder(&out, &study)?;
+    let mut backends = args.backend.backends()?;
+    let prepare_s = begin.elapsed().as_secs_f64();
+    let evidence = cast(args, (&study, choose, &worlds), &mut backends, stop)?;
     let problem = Problem::new(&study, choose, &worlds, &evidence)?;
     let answer = choose::answer(&problem, &|| stop.reason().is_some())?;
     let why = stop.reason().filter(|_| !answer.complete);
@@ -89,9 +101,19 @@ pub(super) fn run(args: &Args) -> Result<ExitCode> {
         say!("{why}: no set was found yet, and nothing is written");
         return Ok(stopped());
     }
-    let out = args.out.clone().unwrap_or_else(|| args.study.usual_out());
-    choose::write(&out, &study, choose, &worlds, &told)?;
-    super::print(&report::choose::render(&study, choose, &told))?;
+    let sets = told.study_of_sets(&study, choose);
+    let mut session = Session::open(&sets, &worlds, &out, Shard::WHOLE, true, &command())?;
+    let chosen = Chosen::new(&study, choose, &worlds, told);
+    chosen.write(&out)?;
+    drop(folder);
+    let mut watch = Onlooker { progress: args.progress.start("sets", 0, session.total()), stop: None };
+    session.run(&mut backends, VERIFY, prepare_s, &mut watch)?;
+    watch.progress.finish();
+    let results = Results::new(Subject::of_study(&sets, &worlds), session.into_pages());
+    chosen.told.agrees(choose, &results)?;
+    rows::write(&results, &out, TableFormat::Csv)?;
+    scores::write(&results, &out, TableFormat::Csv)?;
+    super::print(&report::choose::render(&chosen))?;
     super::print(&format!("\nresults in {}\n", out.display()))?;
     match why {
         Some(why) => {
@@ -102,8 +124,47 @@ pub(super) fn run(args: &Args) -> Result<ExitCode> {
     }
 }
 
+/// Checks the proof in a folder.
+fn verify(args: &Args, folder: &Path, stop: &StopAt) -> Result<ExitCode> {
+    let (study, worlds) = match &args.study {
+        Some(study) => study.load_unless(&|| stop.reason())?,
+        None => swept::study_of(folder, None, &Default::default())?,
+    };
+    let choose = asked(&study)?;
+    choose::examine(&study, choose, &worlds)?;
+    let mut backends = args.backend.backends()?;
+    let evidence = cast(args, (&study, choose, &worlds), &mut backends, stop)?;
+    let reason = || stop.reason();
+    let checked =
+        choose::verify(folder, &study, choose, &worlds, &evidence, &mut Oracle::default(), &reason)?;
+    let Verified { sets, proven, open } = checked;
+    let open = if open > 0 { format!("; {open} steps claim no proof") } else { String::new() };
+    super::print(&format!(
+        "{sets} sets counted again, {proven} steps proven again{open}: all of it holds\n"
+    ))?;
+    Ok(ExitCode::SUCCESS)
+}
+
+/// What every candidate says.
+fn cast(
+    args: &Args,
+    (study, choose, worlds): (&Study, &Choose, &[World]),
+    backends: &mut dyn BackendFactory,
+    stop: &StopAt,
+) -> Result<CandidateEvidence> {
+    let mut backend = backends.open(Fallback::None)?;
+    say!("running on {}: {}", backend.name(), backend.device());
+    let memory = args.backend.memory().unwrap_or(choose::MEMORY_BYTES);
+    let all = CandidateEvidence::to_cast(study, worlds);
+    let mut bar = Bar { progress: args.progress.start("poses", 0, all), stop };
+    let of = (choose.region, choose.ways.as_slice());
+    let evidence = CandidateEvidence::cast(study, worlds, of, memory, backend.as_mut(), &mut bar)?;
+    bar.progress.finish();
+    Ok(evidence)
+}
+
 /// What the study asks for.
-fn asked(study: &Study) -> Result<&perirobot::study::Choose> {
+fn asked(study: &Study) -> Result<&Choose> {
     study.choose.as_ref().ok_or_else(|| {
         let example = "[choose] objective = \"f1\", region = \"robot\", at_most = 3";
         Error::input(&study.path, "no [choose]").wanted(format!("say what is looked for, as in {example}"))

@@ -20,7 +20,7 @@ use super::score::ScoreArg;
 #[derive(clap::Args)]
 #[command(after_help = AFTER_HELP)]
 pub(super) struct Args {
-    /// Folder that `perirobot sweep --out` has written, and another, for a sweep of a changed study
+    /// Folder that `perirobot sweep` or `perirobot choose` has written, and another, for a sweep of a changed study
     #[arg(value_name = "DIR", required = true, num_args = 1..=2)]
     folders: Vec<PathBuf>,
     /// A placement, as in the column `poses` of results.csv; of a sensor scored alone, the pose's own name

@@ -6,7 +6,7 @@ use perirobot::scene::spec::SceneSpec;
 use perirobot::source::Sources;
 
 /// Where ROS packages are on this machine, and whether other folders may be read.
-#[derive(clap::Args)]
+#[derive(Default, clap::Args)]
 #[command(next_help_heading = "Study")]
 pub(super) struct PackageArgs {
     /// Where a robot's package:// meshes are; repeatable, overrides the scene file's packages

@@ -21,7 +21,8 @@ use super::study::StudyArgs;
 /// The picture's rays are cast by the same code that scores poses, so that the CPU and any GPU draw the same
 /// bytes. With --pose its colours say what the sensors make of each occupied voxel; free space that a volume
 /// or zone calls occupied is a veil, a part of the returns are dots, and the sensors stand where they are
-/// mounted, visible through everything.
+/// mounted, visible through everything. A folder of results in the place of the study draws what was swept or
+/// chosen there.
 #[derive(clap::Args)]
 #[command(after_help = AFTER_HELP)]
 pub(super) struct Args {
@@ -75,6 +76,7 @@ Examples:
     --out pose.png
   perirobot render scenes/quick.toml --pose camera:right-wall/4/1 \\
     --from top --cut-above 2.2 --out above.png
+  perirobot render out/quick --pose camera:right-wall/4/1 --out swept.png
   perirobot render scenes/quick.toml --from 2.8,1.8,2.7 --look-at 0,0,0.8 \\
     --fov-deg 77 --colour height --out inside.png";
 
@@ -96,11 +98,16 @@ pub(super) fn run(args: &Args) -> Result<ExitCode> {
         return Err(Issue::says(format!("--out {}: must end in .png", args.out.display())).into());
     }
     args.backend.start_threads()?;
-    let study = args.study.read()?;
+    let swept = args.study.load_folder()?;
+    let (study, swept) = match swept {
+        Some((study, worlds)) => (study, Some(worlds)),
+        None => (args.study.read()?, None),
+    };
     let (scene, snapshot) = args.rest.find_scene(&study)?;
     let regions: Vec<&str> = study.regions.iter().map(|(name, _)| name.as_str()).collect();
     let wish = args.wish(&regions)?;
-    let worlds = World::prepare(&study, scene)?;
+    let mut worlds = swept.map_or_else(|| World::prepare(&study, scene), Ok)?;
+    worlds.retain(|world| world.scene == scene);
     super::warn(
         worlds.iter().map(|world| (world.name.as_str(), world.warnings.as_slice())),
         super::MOST_WARNINGS,

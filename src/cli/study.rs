@@ -3,13 +3,17 @@
 use std::path::{Path, PathBuf};
 
 use perirobot::study::{Overrides, Study};
+use perirobot::sweep::reopen;
 use perirobot::world::World;
 use perirobot::{Error, Result};
 
 use super::packages::PackageArgs;
+use super::swept;
 
+// The group makes an optional study one that is there just if its file is named.
 #[derive(clap::Args)]
 #[command(next_help_heading = "Study")]
+#[group(args = ["study"])]
 pub(super) struct StudyArgs {
     /// The study file (TOML)
     #[arg(help_heading = None::<&'static str>)]
@@ -40,6 +44,19 @@ impl StudyArgs {
         Ok((study, worlds, problems))
     }
 
+    /// What was swept into a folder that is named in the place of a study; `None` if it is none.
+    pub(super) fn load_folder(&self) -> Result<Option<(Study, Vec<World>)>> {
+        if !self.study.is_dir() {
+            return Ok(None);
+        }
+        if self.overrides() != Overrides::default() {
+            let what = "is a folder of results, which has its voxels and its noise: leave out --voxel-size and --noiseless";
+            return Err(Error::input(&self.study, what));
+        }
+        let (study, worlds) = swept::study_of(&self.study, None, &self.packages)?;
+        Ok(Some((reopen::as_swept(&self.study, study, &worlds)?, worlds)))
+    }
+
     fn overrides(&self) -> Overrides {
         Overrides { voxel_size_m: self.voxel_size, noiseless: self.noiseless }
     }
@@ -63,9 +80,11 @@ impl StudyArgs {
         Ok((study, worlds))
     }
 
-    /// Where the results of a sweep go that is told no folder.
-    pub(super) fn usual_out(&self) -> PathBuf {
-        Path::new("out").join(self.study.file_stem().unwrap_or_default())
+    /// Where results go that are told no folder: `out/`, the study's name and an ending.
+    pub(super) fn usual_out(&self, ending: &str) -> PathBuf {
+        let mut name = self.study.file_stem().unwrap_or_default().to_owned();
+        name.push(ending);
+        Path::new("out").join(name)
     }
 
     /// Reads the study alone.

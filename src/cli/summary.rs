@@ -24,7 +24,7 @@ use super::score::ScoreArg;
 #[derive(clap::Args)]
 #[command(after_help = AFTER_HELP)]
 pub(super) struct Args {
-    /// Folder that `perirobot sweep --out` has written
+    /// Folder that `perirobot sweep` or `perirobot choose` has written
     #[arg(value_name = "DIR")]
     folder: PathBuf,
     /// Only this region

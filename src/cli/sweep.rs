@@ -85,7 +85,7 @@ pub(super) fn run(args: &Args) -> Result<ExitCode> {
     args.backend.start_threads()?;
     let begin = Instant::now();
     let part = args.shard.map(ShardArg::resolve).transpose()?;
-    let out = args.out.clone().unwrap_or_else(|| args.study.usual_out());
+    let out = args.out.clone().unwrap_or_else(|| args.study.usual_out(""));
     let folder = part.map_or_else(|| out.clone(), |part| folder_of(&out, part));
     let shard = part.unwrap_or(Shard::WHOLE);
     let (study, worlds) = args.study.load_unless(&|| stop.reason().map(|why| not_begun(&why)))?;
@@ -102,7 +102,7 @@ pub(super) fn run(args: &Args) -> Result<ExitCode> {
     if done > 0 {
         say!("{done} of {total} scene-poses are finished already");
     }
-    let mut watch = Onlooker { progress: args.progress.start("poses", done, total), stop };
+    let mut watch = Onlooker { progress: args.progress.start("poses", done, total), stop: Some(stop) };
     let mut report = None;
     if done < total || session.is_unchecked() {
         let prepare_s = begin.elapsed().as_secs_f64();
@@ -142,10 +142,10 @@ fn not_begun(why: &str) -> String {
     format!("{why} while scenes were made ready; to go on: {}", shell::command(&command()))
 }
 
-/// Shows how far it is, and knows when to stop.
-struct Onlooker {
-    progress: Progress,
-    stop: StopAt,
+/// Shows how far it is, and knows when to stop, if it may be stopped.
+pub(super) struct Onlooker {
+    pub(super) progress: Progress,
+    pub(super) stop: Option<StopAt>,
 }
 
 impl Watch for Onlooker {
@@ -162,12 +162,12 @@ impl Watch for Onlooker {
     }
 
     fn stop(&mut self) -> Option<String> {
-        self.stop.reason()
+        self.stop.as_ref()?.reason()
     }
 }
 
 /// What the user typed, word by word, but for what would begin it anew, or stop it again.
-fn command() -> Vec<String> {
+pub(super) fn command() -> Vec<String> {
     let mut words = std::env::args_os().skip(1).map(|word| word.to_string_lossy().into_owned());
     let mut command = vec!["perirobot".to_string()];
     while let Some(word) = words.next() {

@@ -12,7 +12,8 @@ use super::packages::PackageArgs;
 #[derive(clap::Args)]
 #[command(next_help_heading = "Study")]
 pub(super) struct SweptArgs {
-    /// Folder that `perirobot sweep --out` has written; its study must be where it was, and as it was
+    /// Folder that `perirobot sweep` or `perirobot choose` has written; its study must be where it was, and as
+    /// it was
     #[arg(value_name = "DIR", help_heading = None::<&'static str>)]
     folder: PathBuf,
     /// The study file, where it is not where it was
@@ -35,16 +36,27 @@ impl SweptArgs {
 
     /// Reads the study again, and makes its scenes ready.
     pub(super) fn load(&self) -> Result<(Study, Vec<World>)> {
-        let (file, overrides) = reopen::origin(&self.folder)?;
-        let file = self.study.clone().unwrap_or(file);
-        if !file.exists() {
-            let what = "the study of this sweep is not there: go to the folder where it was swept, or say --study FILE";
-            return Err(Error::input(file, what));
-        }
-        let mut study = Study::read(&file, &overrides, self.packages.sources(&file))?;
-        self.packages.apply(&mut study.scenes);
-        let worlds = World::prepare_all(&study)?;
-        reopen::same(&self.folder, &study, &worlds)?;
-        Ok((study, worlds))
+        let (study, worlds) = study_of(&self.folder, self.study.as_deref(), &self.packages)?;
+        Ok((reopen::as_swept(&self.folder, study, &worlds)?, worlds))
     }
+}
+
+/// The study that a folder came from, and its scenes, made ready. It is read where it was, unless another place
+/// is named.
+pub(super) fn study_of(
+    folder: &Path,
+    place: Option<&Path>,
+    packages: &PackageArgs,
+) -> Result<(Study, Vec<World>)> {
+    let (file, overrides) = reopen::origin(folder)?;
+    let file = place.map_or(file, Path::to_path_buf);
+    if !file.exists() {
+        let what =
+            "the study of this sweep is not there: go to the folder where it was swept, or say --study FILE";
+        return Err(Error::input(file, what));
+    }
+    let mut study = Study::read(&file, &overrides, packages.sources(&file))?;
+    packages.apply(&mut study.scenes);
+    let worlds = World::prepare_all(&study)?;
+    Ok((study, worlds))
 }

@@ -1,9 +1,12 @@
 //! The scores by name, and which way each is better.
 
+use serde::{Deserialize, Serialize};
+
 use super::Confusion;
 
 /// A score of a choice of sensors.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
 pub enum Score {
     /// [`Confusion::f1`].
     F1,

@@ -1,61 +1,122 @@
-//! The best sets of sensors, as text for a terminal.
+//! The best sets of sensors: the tables of the front, of a set and of places, and all of it as text.
 
-use super::table::Table;
-use crate::choose::{Bound, Told, ToldSet};
-use crate::study::{Choose, Study};
+use super::table::{NONE, Table};
+use crate::choose::{Asked, AskedScore, Chosen, ToldSet, ToldStep};
 
-/// The front, the best set sensor by sensor, and sets that are nearly as good.
-pub fn render(study: &Study, choose: &Choose, told: &Told) -> String {
-    let mut text = head(study, choose);
-    let priced = told.steps.iter().any(|step| step.best.cost.is_some());
-    let score = choose.objective.title();
-    let cost: &[&str] = if priced { &["cost"] } else { &[] };
-    let columns = [&["at most"], cost, &[score, "<no set is above", "gain", "<poses"]].concat();
-    let mut table = Table::new(&columns);
-    for step in &told.steps {
-        let cost = step.best.cost.map(|cost| cost.to_string()).filter(|_| priced);
-        let bound = match step.bound {
-            Bound::Proven => "it (proven)".into(),
-            Bound::AtMost(bound) => format!("{bound:.4}"),
-            Bound::Unknown => "no bound".into(),
-        };
-        let gain = step.gain.map_or(String::new(), |gain| format!("{gain:+.4}"));
-        let cells = [four(step.best.worth.value()), bound, gain, step.best.names.clone()];
-        table.row([step.at_most.to_string()].into_iter().chain(cost).chain(cells));
+/// The question, the front, where its poses are, the best set sensor by sensor, and sets that are nearly as good.
+pub fn render(chosen: &Chosen) -> String {
+    let score = chosen.asked.objective.title();
+    let mut text =
+        format!("asked: {}\n\n{}{}\n", question(chosen), front(chosen).text(), how_to_read(chosen));
+    text += &places(chosen).text();
+    if let Some(best) = chosen.told.best() {
+        text += &format!("\nbest set: {}\n{}", scored(&best.best, score), set(&best.best, score).text());
     }
-    text += &table.text();
-    if let Some(best) = told.best() {
-        text += &format!("\nbest set, {score} {}{}\n", four(best.best.worth.value()), cost_of(&best.best));
-        text += &members(&best.best, score);
-    }
-    for tie in &told.ties {
-        text += &format!("\nnearly as good elsewhere, {score} {}{}\n", four(tie.worth.value()), cost_of(tie));
-        text += &members(tie, score);
+    for tie in &chosen.told.ties {
+        text += &format!("\nnearly as good elsewhere: {}\n{}", scored(tie, score), set(tie, score).text());
     }
     text
 }
 
-fn head(study: &Study, choose: &Choose) -> String {
-    let (score, over, region) =
-        (choose.objective.title(), choose.over.name(), &study.regions[choose.region].0);
-    let poses: usize = study.sensors.iter().map(|sensor| sensor.candidates.len()).sum();
-    let budget = choose.budget.map_or(String::new(), |budget| format!(" for {budget} together"));
-    let most = choose.at_most;
-    format!("region {region}, {score} ({over}): at most {most} of {poses} poses{budget}\n")
-}
-
-fn cost_of(set: &ToldSet) -> String {
-    set.cost.map_or(String::new(), |cost| format!(", cost {cost}"))
-}
-
-fn members(set: &ToldSet, score: &str) -> String {
-    let without = format!("{score} without it");
-    let mut table = Table::new(&["<sensor", "<pose", &without, "<place"]);
-    for member in &set.members {
-        let without = member.without.map_or(super::table::NONE.into(), four);
-        table.row([member.sensor.clone(), member.pose.clone(), without, member.place.clone()]);
+/// What was asked, in a sentence or two.
+pub(super) fn question(chosen: &Chosen) -> String {
+    let Chosen { candidates, asked, .. } = chosen;
+    let Asked { objective, over, region, at_most, .. } = asked;
+    let (score, over) = (objective.title(), over.name());
+    let mut text = format!("the highest {score} ({over}) in region {region}, by at most {at_most} sensors");
+    if let Some(budget) = asked.budget {
+        text += &format!(" for {budget} together");
     }
-    table.text()
+    if asked.apart_m > 0.0 {
+        text += &format!(", {} m apart", asked.apart_m);
+    }
+    if !asked.always.is_empty() {
+        text += &format!(", always with {}", asked.always.join(", "));
+    }
+    for AskedScore { score, over, at_least } in &asked.require {
+        text += &format!(", with {} ({}) {at_least} or more", score.title(), over.name());
+    }
+    let sensors: Vec<&str> = asked.sensors.keys().map(String::as_str).collect();
+    text + &format!("; of {candidates} poses of {}", sensors.join(", "))
+}
+
+/// What the front's columns say, and what is certified.
+pub(super) fn how_to_read(chosen: &Chosen) -> String {
+    let score = chosen.asked.objective.title();
+    let proven = chosen.told.steps.iter().filter(|step| step.proven).count();
+    let of = match proven {
+        0 => "nothing is proven".into(),
+        _ if proven == chosen.told.steps.len() => format!("proven for {}", chosen.certified),
+        _ => format!("what is proven is so for {}", chosen.certified),
+    };
+    let costs = if is_priced(chosen) { " that cost no more" } else { "" };
+    format!(
+        "bound: no set of so many sensors{costs} has a higher {score}; {of}.\n\
+         gain: what the last sensor adds to the best set of fewer{costs}.\n"
+    )
+}
+
+fn is_priced(chosen: &Chosen) -> bool {
+    chosen.told.steps.iter().any(|step| step.best.cost.is_some())
+}
+
+/// The front, a row for each step.
+pub(super) fn front(chosen: &Chosen) -> Table {
+    let priced = is_priced(chosen);
+    let cost: &[&str] = if priced { &["cost"] } else { &[] };
+    let score = chosen.asked.objective.title();
+    let mut table = Table::new(&[&["at most"], cost, &[score, "<bound", "gain", "<set"]].concat());
+    for step in &chosen.told.steps {
+        let cost = step.best.cost.map(|cost| cost.to_string()).filter(|_| priced);
+        let gain = step.gain.map_or(String::new(), |gain| format!("{gain:+.4}"));
+        let cells = [four(step.best.score), bound(step), gain, step.best.name()];
+        table.row([step.at_most.to_string()].into_iter().chain(cost).chain(cells));
+    }
+    table
+}
+
+/// What no set of a step is above, in words.
+fn bound(step: &ToldStep) -> String {
+    match step.no_set_is_above {
+        Some(bound) if step.proven => format!("{} proven", four(bound)),
+        Some(bound) => format!("{} ({:+.4})", four(bound), bound - step.best.score),
+        None => "no bound".into(),
+    }
+}
+
+/// Where the poses of the front are, in words.
+pub(super) fn places(chosen: &Chosen) -> Table {
+    let mut table = Table::new(&["<pose", "<place"]);
+    let mut told: Vec<&String> = Vec::new();
+    for best in chosen.told.steps.iter().map(|step| &step.best) {
+        for (pose, one) in best.poses.iter().zip(&best.sensors) {
+            if !told.contains(&pose) {
+                told.push(pose);
+                table.row([pose.clone(), one.place.clone()]);
+            }
+        }
+    }
+    table
+}
+
+/// A set in words: its score and its cost.
+pub(super) fn scored(set: &ToldSet, score: &str) -> String {
+    let cost = set.cost.map_or(String::new(), |cost| format!(", cost {cost}"));
+    format!("{score} {}{cost}", four(set.score))
+}
+
+/// A set sensor by sensor: what each is worth, and where it is.
+pub(super) fn set(set: &ToldSet, score: &str) -> Table {
+    let cost: &[&str] = if set.cost.is_some() { &["cost"] } else { &[] };
+    let without = format!("{score} without it");
+    let mut table = Table::new(&[&["<sensor", "<pose"], cost, &[&without, "<place"]].concat());
+    for one in &set.sensors {
+        let cost = one.cost.map(|cost| cost.to_string()).filter(|_| set.cost.is_some());
+        let without = one.score_without.map_or(NONE.into(), four);
+        let names = [one.sensor.clone(), one.pose.clone()];
+        table.row(names.into_iter().chain(cost).chain([without, one.place.clone()]));
+    }
+    table
 }
 
 fn four(value: f64) -> String {

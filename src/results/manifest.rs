@@ -4,6 +4,7 @@
 
 mod changes;
 mod identity;
+mod sets;
 
 use std::path::Path;
 
@@ -11,7 +12,7 @@ use serde::{Deserialize, Serialize};
 use serde_json::{Map, Value};
 use sha2::{Digest, Sha256};
 
-use crate::error::{Argument, Issue, Words};
+use crate::error::Issue;
 use crate::results::files::{MANIFEST, read_regular, shards_below};
 use crate::results::journal::Shard;
 use crate::source::hex;
@@ -139,10 +140,8 @@ impl Manifest {
         let path = folder.join(MANIFEST);
         if folder.is_dir() && !path.exists() {
             let cure = match shards_below(folder) {
-                Ok(_) => "these are shards, put them together by `perirobot merge`".into(),
-                Err(_) => {
-                    Words::from("name a folder that `perirobot sweep ") + Argument::Out + "` has written"
-                }
+                Ok(_) => "these are shards, put them together by `perirobot merge`",
+                Err(_) => "name a folder that `perirobot sweep` or `perirobot choose` has written",
             };
             return Err(Error::input(path, "cannot be read, it is not there").wanted(cure));
         }

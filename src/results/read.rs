@@ -6,7 +6,7 @@ mod subject;
 
 use std::path::Path;
 
-use crate::error::{Argument, Issue, Words};
+use crate::error::Issue;
 use crate::results::files::MANIFEST;
 use crate::results::journal::{Journal, JournalHeader, Pages, Shard};
 use crate::results::manifest::Manifest;
@@ -36,7 +36,7 @@ impl Folder {
     /// folder.
     pub fn open(folder: &Path) -> Result<Folder> {
         if !folder.is_dir() {
-            let cure = Words::from("name one that `perirobot sweep ") + Argument::Out + "` has written";
+            let cure = "name one that `perirobot sweep` or `perirobot choose` has written";
             return Err(Error::input(folder, "is not a folder").wanted(cure));
         }
         let manifest = Manifest::read(folder)?;

@@ -2,6 +2,8 @@
 
 use std::fmt;
 
+use serde::{Deserialize, Deserializer, Serialize, Serializer};
+
 /// On which terms a sensor can be had.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Terms {
@@ -19,6 +21,9 @@ pub struct Cost {
 
 /// No amount of a study is larger.
 const MOST: f64 = 1e9;
+
+/// No sum of a study's amounts is larger.
+const MOST_OF_A_SET: f64 = 16.0 * MOST;
 
 impl Cost {
     /// Nothing.
@@ -44,6 +49,22 @@ impl Cost {
     /// The sum of both.
     pub(crate) fn plus(self, other: Cost) -> Cost {
         Cost { thousandths: self.thousandths + other.thousandths }
+    }
+}
+
+/// A number, as in a study.
+impl Serialize for Cost {
+    fn serialize<S: Serializer>(&self, to: S) -> Result<S::Ok, S::Error> {
+        (self.thousandths as f64 / 1e3).serialize(to)
+    }
+}
+
+impl<'de> Deserialize<'de> for Cost {
+    fn deserialize<D: Deserializer<'de>>(from: D) -> Result<Cost, D::Error> {
+        let amount = f64::deserialize(from)?;
+        let is_amount = (0.0..=MOST_OF_A_SET).contains(&amount);
+        let wrong = || serde::de::Error::custom(format!("{amount} is no amount of money"));
+        is_amount.then(|| Cost { thousandths: (amount * 1e3).round() as u64 }).ok_or_else(wrong)
     }
 }
 

@@ -1,6 +1,8 @@
 //! A LIDAR or safety scanner: rings of rays about a spin axis, scored by its points or, as a switch, by a field that it
 //! guards.
 
+use std::sync::Arc;
+
 use glam::{DMat3, DVec3};
 
 use super::prism::Prism;
@@ -98,6 +100,11 @@ impl Kind for Lidar {
             .into_iter()
             .flatten()
             .collect()
+    }
+
+    fn only(&self, representation: usize) -> Option<Arc<dyn Kind>> {
+        let field = self.field(representation).cloned();
+        Some(Arc::new(Lidar { points: field.is_none(), field, ..self.clone() }))
     }
 
     fn rays(&self, scale: &Scale) -> Option<Rays> {

@@ -150,6 +150,11 @@ pub trait Kind: Debug + Send + Sync {
     /// The representations that are scored, in order.
     fn representations(&self) -> Vec<&'static str>;
 
+    /// The same sensor with one of its representations alone; `None` where it has no other.
+    fn only(&self, _representation: usize) -> Option<Arc<dyn Kind>> {
+        None
+    }
+
     /// The rays that a backend casts from every pose; `None` for a sensor that needs none.
     fn rays(&self, _: &Scale) -> Option<Rays> {
         None

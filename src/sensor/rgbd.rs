@@ -1,5 +1,7 @@
 //! An RGB-D camera: one ray a pixel, and volumes around the keypoints that it detects in its image.
 
+use std::sync::Arc;
+
 use super::keypoints::{self, BONES, Detected, KeypointCamera};
 use super::range::Range;
 use super::{Camera, Claim, FieldOfView, Kind, MEASURES, Scale, Station};
@@ -98,6 +100,10 @@ impl Kind for Rgbd {
 
     fn representations(&self) -> Vec<&'static str> {
         self.shapes.iter().map(KeypointShape::name).collect()
+    }
+
+    fn only(&self, representation: usize) -> Option<Arc<dyn Kind>> {
+        Some(Arc::new(Rgbd { shapes: vec![self.shapes[representation]], ..self.clone() }))
     }
 
     fn rays(&self, scale: &Scale) -> Option<Rays> {

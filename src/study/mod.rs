@@ -109,6 +109,15 @@ impl Study {
         Study::check(path, overrides, sources.clone()).map_err(|problems| sources.judged(problems))
     }
 
+    /// The same sensors, each in one representation alone, in other combinations.
+    pub(crate) fn of_sets(&self, representations: &[usize], combinations: Vec<Combination>) -> Study {
+        let mut study = Study { combinations, ..self.clone() };
+        for (sensor, &representation) in study.sensors.iter_mut().zip(representations) {
+            sensor.kind = sensor.kind.only(representation).unwrap_or_else(|| sensor.kind.clone());
+        }
+        study
+    }
+
     fn check(path: &Path, overrides: &Overrides, sources: Sources) -> Result<Study, Vec<Error>> {
         let mut problems = Problems::default();
         refuse_folder(path, "a study").map_err(|e| vec![e])?;

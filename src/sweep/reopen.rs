@@ -16,14 +16,22 @@ pub fn origin(folder: &Path) -> Result<(PathBuf, Overrides)> {
     Ok((provenance.about.study.file.into(), overrides))
 }
 
-/// Fails unless a study with its worlds is what was swept into a folder, naming what changed since.
-pub fn same(folder: &Path, study: &Study, worlds: &[World]) -> Result<()> {
+/// What was swept into a folder: a study with these worlds, or sets of its sensors that were chosen. Fails if
+/// it is neither, naming what changed since.
+pub fn as_swept(folder: &Path, study: Study, worlds: &[World]) -> Result<Study> {
     let then = Manifest::read(folder)?;
-    let now = Manifest::new(study, worlds, Shard::WHOLE, &[]);
-    if then.fingerprint() == now.fingerprint() {
-        return Ok(());
+    let now = |study: &Study| Manifest::new(study, worlds, Shard::WHOLE, &[]);
+    let mut manifest = now(&study);
+    if then.fingerprint() == manifest.fingerprint() {
+        return Ok(study);
     }
-    let changes = then.changes(&now).join("; ");
+    if let Some(sets) = then.identity.study_of_sets(&study) {
+        manifest = now(&sets);
+        if then.fingerprint() == manifest.fingerprint() {
+            return Ok(sets);
+        }
+    }
+    let changes = then.changes(&manifest).join("; ");
     let what = format!("{} is not what was swept: {changes}; sweep again", study.path.display());
     Err(Error::input(folder, what))
 }
