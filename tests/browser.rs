@@ -1,5 +1,5 @@
-//! Reports of the paper's three experiments, with fewer poses and coarse, and one of ten thousand poses, in a
-//! real browser: `browser/reports.py` opens and uses them. Not run by default, as it needs Debian's chromium
+//! Reports of the paper's three experiments, with fewer poses and coarse, one of ten thousand poses, and the
+//! front of sets that were chosen, in a real browser: `browser/reports.py` opens and uses them. Not run by default, as it needs Debian's chromium
 //! and chromium-driver, python3, and minutes: `cargo test --test browser -- --ignored`.
 //! `PERIROBOT_PICTURES=FOLDER` keeps pictures of every section.
 
@@ -47,6 +47,8 @@ fn studies(folder: &Path) {
         let thin = FEWER.iter().fold(whole, |text, (from, to)| text.replace(from, to));
         fs::write(folder.join(name), thin).unwrap();
     }
+    let choose = fs::read_to_string(scenes.join("choose.toml")).unwrap();
+    fs::write(folder.join("choose.toml"), choose.replace("paper/", "")).unwrap();
     let mut quick = fs::read_to_string(scenes.join("quick.toml")).unwrap().replace("paper/", "");
     for (from, to) in MORE {
         assert!(quick.contains(from), "{from}");
@@ -55,12 +57,12 @@ fn studies(folder: &Path) {
     fs::write(folder.join("many.toml"), quick).unwrap();
 }
 
-/// Sweeps a study and reports it; the page.
-fn page(folder: &Path, name: &str) -> PathBuf {
+/// Sweeps a study, or chooses its sets, and reports it; the page.
+fn page(folder: &Path, command: &str, name: &str) -> PathBuf {
     let (study, out) = (folder.join(format!("{name}.toml")), folder.join(name));
     let coarse = ["--voxel-size", "0.1", "--backend", "cpu"];
     for arguments in [
-        [&["sweep", text(&study), "--out", text(&out)][..], &coarse].concat(),
+        [&[command, text(&study), "--out", text(&out)][..], &coarse].concat(),
         vec!["report", text(&out), "--backend", "cpu", "--best", "5"],
     ] {
         let outcome = perirobot(&arguments);
@@ -74,10 +76,11 @@ fn page(folder: &Path, name: &str) -> PathBuf {
 fn reports_of_the_paper_open_and_are_used_offline() {
     let folder = tempfile::tempdir().unwrap();
     studies(folder.path());
-    let pages = ["exp1", "exp2", "exp3", "many"].map(|name| page(folder.path(), name));
+    let swept = ["exp1", "exp2", "exp3", "many"].map(|name| page(folder.path(), "sweep", name));
+    let chosen = page(folder.path(), "choose", "choose");
     let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/browser/reports.py");
     let mut command = Command::new("python3");
-    command.arg(script).args(pages);
+    command.arg(script).args(swept).arg(chosen);
     if let Some(pictures) = std::env::var_os("PERIROBOT_PICTURES") {
         command.arg("--pictures").arg(pictures);
     }

@@ -100,7 +100,9 @@ fn every_set_is_a_row_that_the_other_commands_take() {
     assert!(on("compare", &["--pose", sets[0], "--pose", sets[1]]).contains("Region robot"));
     assert!(on("summary", &["--score", "f1"]).contains("best 3 for "));
     on("report", &["--best", "1"]);
-    assert!(fs::read_to_string(out.join("report.html")).unwrap().contains(sets[0]));
+    let page = fs::read_to_string(out.join("report.html")).unwrap();
+    assert_eq!(page.matches("<circle class=\"proven\"").count(), front.len());
+    assert!(page.contains(&format!("<td>{}</td>", sets[0])), "the front is a table, too");
     // What was chosen is no sweep of the study, and a sweep is not given up for it.
     let study = folder.path(STUDY);
     let swept = perirobot(&["sweep", text(&study), "--out", text(&out)]);

@@ -4,6 +4,7 @@ use std::io::Write;
 use std::path::PathBuf;
 use std::process::ExitCode;
 
+use perirobot::choose::Chosen;
 use perirobot::report::html;
 use perirobot::results::Results;
 use perirobot::results::files::{WholeFile, cannot_write};
@@ -17,8 +18,9 @@ use super::swept::SweptArgs;
 ///
 /// The page holds everything and needs no network: what was assumed, the best placements with a mounting
 /// sheet for each sensor, distributions of the scores, maps of walls and ceiling, a table of the poses, and a
-/// 3D view of the cell with what the selected pose gets right, wrong and does not know. It opens from a mail
-/// attachment and prints to PDF.
+/// 3D view of the cell with what the selected pose gets right, wrong and does not know. Where sets of sensors
+/// were chosen, it begins with their front: cost against score, and what no set is above. It opens from a
+/// mail attachment and prints to PDF.
 #[derive(clap::Args)]
 #[command(after_help = AFTER_HELP)]
 pub(super) struct Args {
@@ -56,6 +58,7 @@ pub(super) fn run(args: &Args) -> Result<ExitCode> {
     // What cannot be written need not be computed.
     let mut file = WholeFile::create(&out)?;
     let manifest = Manifest::read(folder)?;
+    let chosen = Chosen::read(folder)?;
     let (study, worlds) = args.swept.load()?;
     let mut backend = args.backend.open()?;
     let words = args.swept.words();
@@ -64,6 +67,7 @@ pub(super) fn run(args: &Args) -> Result<ExitCode> {
         manifest: &manifest,
         study: &study,
         worlds: &worlds,
+        chosen: chosen.as_ref(),
         words: &words,
     };
     let bar = indicatif::ProgressBar::new(0).with_prefix("poses looked at");

@@ -46,6 +46,11 @@ impl Cost {
         self.thousandths
     }
 
+    /// As a number, for drawings.
+    pub(crate) fn amount(self) -> f64 {
+        self.thousandths as f64 / 1e3
+    }
+
     /// The sum of both.
     pub(crate) fn plus(self, other: Cost) -> Cost {
         Cost { thousandths: self.thousandths + other.thousandths }
@@ -55,7 +60,7 @@ impl Cost {
 /// A number, as in a study.
 impl Serialize for Cost {
     fn serialize<S: Serializer>(&self, to: S) -> Result<S::Ok, S::Error> {
-        (self.thousandths as f64 / 1e3).serialize(to)
+        self.amount().serialize(to)
     }
 }
 

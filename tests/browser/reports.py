@@ -38,15 +38,19 @@ def look(browser, report, name, size, pictures):
     nothing_sticks_out(browser, size[0])
     if pictures:
         sections(browser, pictures, f"{report.parent.name}-{name}")
-    a_position_changes_the_cell(browser)
     every_score_is_plotted(browser)
     layers_hide_and_show(browser)
     causes_hide_and_show(browser)
-    the_table_sorts(browser)
-    the_summary_chooses(browser)
-    haste_breaks_nothing(browser)
-    another_pose_is_shown_where_it_has_labels(browser)
-    keys_are_enough(browser)
+    if browser.run("return !!document.getElementById('front')"):
+        the_front_is_drawn(browser)
+    else:
+        # Of sets that were chosen there is one choice each, and nothing to change or to sort.
+        a_position_changes_the_cell(browser)
+        the_table_sorts(browser)
+        the_summary_chooses(browser)
+        haste_breaks_nothing(browser)
+        another_pose_is_shown_where_it_has_labels(browser)
+        keys_are_enough(browser)
     quiet(browser)
     if name == "laptop":
         pdf = browser.printed()
@@ -83,6 +87,33 @@ def nothing_sticks_out(browser, width):
     """The page is no wider than the window; what is wide scrolls for itself."""
     found = browser.run("return document.documentElement.scrollWidth")
     assert found <= width, f"{found} px in {width} px"
+
+
+def the_front_is_drawn(browser):
+    """A point for each row of the table, at its cost and score, and from each its bound to the right."""
+    rows = browser.run("return [...document.querySelector('#front table').tBodies[0].rows].map(row => [...row.cells].map(cell => cell.textContent))")
+    assert len(rows) >= 5, rows
+    points = browser.run(
+        """return [...document.querySelectorAll('#front circle')].map(point => {
+        const { x, y, width, height } = point.getBoundingClientRect();
+        return [x + width / 2, y + height / 2, point.className.baseVal, point.textContent]; })"""
+    )
+    assert len(points) == len(rows), (points, rows)
+    for (x, y, kind, words), (_, cost, score, bound, _, poses) in zip(points, rows):
+        assert kind == ("proven" if "proven" in bound else "open"), (kind, bound)
+        assert words.endswith(f" {score}, cost {cost}: {poses}"), (words, score, cost, poses)
+    by_cost, by_score = ([points[i][:2] for i in sorted(range(len(rows)), key=lambda i: float(rows[i][column]))] for column in (1, 2))
+    assert all(a[0] <= b[0] for a, b in zip(by_cost, by_cost[1:])), by_cost
+    assert all(a[1] >= b[1] for a, b in zip(by_score, by_score[1:])), by_score
+    bounds = browser.run(
+        """return [...document.querySelectorAll('#front .bound')].map(line => {
+        const { left, right, top } = line.getBoundingClientRect();
+        return [left, right, top, getComputedStyle(line).strokeDasharray]; })"""
+    )
+    assert len(bounds) == len(points), bounds
+    for (left, right, top, dashes), (x, y, kind, _) in zip(bounds, points):
+        assert abs(left - x) < 3 and right > x and top <= y + 3, (left, right, top, x, y)
+        assert (dashes == "none") == (kind == "proven"), (dashes, kind)
 
 
 # What the 3D view shows, as a number that changes when it does.

@@ -2,6 +2,7 @@
 //! assumed, what was run. They are what a printed report holds.
 
 mod best;
+mod front;
 mod mount;
 mod run;
 
@@ -30,6 +31,8 @@ pub(super) struct Facts<'a> {
     pub(super) distributions: Vec<Titled>,
     pub(super) maxima: Vec<Titled>,
     pub(super) moves: bool,
+    /// Of sets that were chosen.
+    pub(super) front: Option<front::FrontFacts>,
 }
 
 impl<'a> Facts<'a> {
@@ -51,6 +54,7 @@ impl<'a> Facts<'a> {
             distributions: distributions(sweep, rankings)?,
             maxima: maxima_tables(sweep)?,
             moves: results.moments().len() > results.scenes.len(),
+            front: sweep.chosen.map(front::front),
         })
     }
 }

@@ -22,6 +22,7 @@ use base64::{Engine, prelude::BASE64_STANDARD as STANDARD};
 use sha2::{Digest, Sha256};
 
 use crate::backend::Backend;
+use crate::choose::Chosen;
 use crate::results::Results;
 use crate::results::manifest::Manifest;
 use crate::study::Study;
@@ -47,6 +48,8 @@ pub struct ReportedSweep<'a> {
     pub study: &'a Study,
     /// Its scenes at their moments.
     pub worlds: &'a [World],
+    /// What was asked and found where sets of sensors were chosen.
+    pub chosen: Option<&'a Chosen>,
     /// What a command line must say besides the study, so that the same files are read.
     pub words: &'a [String],
 }
