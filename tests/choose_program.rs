@@ -62,6 +62,27 @@ fn all_backends_write_the_same_bytes_however_many_threads() {
     }
 }
 
+#[test]
+fn programs_are_told_how_the_search_proceeds() {
+    let folder = folder();
+    let quiet = choose(&folder, "quiet", &["--backend", "cpu"]);
+    assert!(!quiet.stderr.contains("event"), "{}", quiet.stderr);
+    let (study, out) = (folder.path(STUDY), folder.path("out"));
+    let told = perirobot(&["choose", text(&study), "--out", text(&out), "--progress", "json"]);
+    let lines = told.stderr.lines().filter(|line| line.starts_with('{'));
+    let lines: Vec<serde_json::Value> = lines.map(|line| serde_json::from_str(line).unwrap()).collect();
+    let search: Vec<_> = lines.iter().filter(|line| line["event"] == "search").collect();
+    // The last word on each step is what stands in the front.
+    for step in rows(&out.join("front.csv")) {
+        let (at_most, score): (u64, f64) = (step["at_most"].parse().unwrap(), step["f1"].parse().unwrap());
+        let is_of = |line: &&&serde_json::Value| line["at_most"] == at_most;
+        assert!(search.iter().filter(is_of).any(|line| line["best"] == score), "{step:?}: {search:?}");
+    }
+    let first = &search[0];
+    assert_eq!((&first["at_most"], &first["budget"]), (&1.into(), &1000.0.into()), "{first}");
+    assert_eq!(lines.last().unwrap()["event"], "done");
+}
+
 /// Rows of a CSV file, each by the names of its columns.
 fn rows(path: &Path) -> Vec<HashMap<String, String>> {
     let mut csv = csv::Reader::from_path(path).unwrap();

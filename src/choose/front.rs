@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use super::problem::{Found, Problem, SetLimits};
-use super::within::{Bound, FrontStep, best_within};
+use super::within::{Bound, FrontStep, SearchWatch, best_within};
 use super::worth::Worth;
 use crate::error::Issue;
 use crate::{Error, Result};
@@ -24,7 +24,8 @@ pub struct Answer {
 ///
 /// # Errors
 /// When no set meets the requirements.
-pub fn answer(problem: &Problem, stop: &(dyn Fn() -> bool + Sync)) -> Result<Answer> {
+pub fn answer(problem: &Problem, watch: &dyn SearchWatch) -> Result<Answer> {
+    let stop = || watch.stops();
     let mut known: BTreeMap<Vec<usize>, Worth> = BTreeMap::new();
     let mut steps: Vec<FrontStep> = Vec::new();
     let kept = problem.pairs();
@@ -32,11 +33,11 @@ pub fn answer(problem: &Problem, stop: &(dyn Fn() -> bool + Sync)) -> Result<Ans
         let mut limits = SetLimits { at_most: size, ..problem.limits };
         let mut last: Option<Worth> = None;
         while limits.afford(problem.cost_of(&problem.always)) {
-            let step = best_within(problem, limits, kept.as_ref(), &mut known, stop);
+            let step = best_within(problem, limits, kept.as_ref(), &mut known, watch);
             let cost = step.best.as_ref().map(|best| problem.cost_of(&best.set));
             let is_last = size == problem.limits.at_most && limits == problem.limits;
             if is_last && step.best.is_none() && !stop() {
-                return Err(no_set(problem, stop));
+                return Err(no_set(problem, watch));
             }
             let worth = step.best.as_ref().map(|best| best.worth);
             match steps.last_mut().filter(|_| worth.is_some() && worth == last) {
@@ -65,12 +66,12 @@ pub fn answer(problem: &Problem, stop: &(dyn Fn() -> bool + Sync)) -> Result<Ans
 const CURE: &str = "ask for less, or allow more sensors";
 
 /// Why there is no set: the first requirement that none can meet, with the best that can be had.
-fn no_set(problem: &Problem, stop: &(dyn Fn() -> bool + Sync)) -> Error {
+fn no_set(problem: &Problem, watch: &dyn SearchWatch) -> Error {
     for (number, &(score, over, least)) in problem.require.iter().enumerate() {
         let alone = problem.asking(score, over);
         let FrontStep { best, bound, .. } =
-            best_within(&alone, problem.limits, alone.pairs().as_ref(), &mut BTreeMap::new(), stop);
-        if stop() {
+            best_within(&alone, problem.limits, alone.pairs().as_ref(), &mut BTreeMap::new(), watch);
+        if watch.stops() {
             return Error::Stopped(Issue::says("no set was found that meets the requirements so far"));
         }
         if !best.as_ref().is_some_and(|best| best.worth.reaches(least)) {

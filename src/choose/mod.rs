@@ -36,7 +36,7 @@ pub use front::{Answer, answer};
 pub use problem::{Found, Problem, SetLimits, examine};
 pub use told::{Told, ToldSensor, ToldSet, ToldStep};
 pub use verify::{Verified, verify};
-pub use within::{Bound, FrontStep};
+pub use within::{Bound, FrontStep, SearchWatch};
 pub use worth::{Ratio, Worth};
 
 #[cfg(test)]

@@ -32,6 +32,22 @@ pub enum Bound {
     Unknown,
 }
 
+/// Is told how a search proceeds, and may stop it.
+pub trait SearchWatch: Sync {
+    /// Whether nothing more is to be begun.
+    fn stops(&self) -> bool;
+
+    /// This is the best set that was found within some limits by now.
+    fn finds(&self, _: &SetLimits, _: Option<f64>) {}
+}
+
+/// Stops a search, and looks away.
+impl<F: Fn() -> bool + Sync> SearchWatch for F {
+    fn stops(&self) -> bool {
+        self()
+    }
+}
+
 /// Of how many of the best ends of climbing two sensors at a time are changed.
 const POLISHED: usize = 3;
 
@@ -41,9 +57,10 @@ pub(super) fn best_within(
     limits: SetLimits,
     kept: Option<&PairCounts>,
     known: &mut BTreeMap<Vec<usize>, Worth>,
-    stop: &(dyn Fn() -> bool + Sync),
+    watch: &dyn SearchWatch,
 ) -> FrontStep {
-    let begin = Instant::now();
+    let (begin, stop) = (Instant::now(), &|| watch.stops());
+    watch.finds(&limits, None);
     let mut ends = climbs(problem, limits, stop);
     ends.truncate(POLISHED);
     for found in ends {
@@ -63,7 +80,9 @@ pub(super) fn best_within(
     }
     let told = |best: Option<&Found>, what: &str| {
         let (most, seconds) = (limits.at_most, begin.elapsed().as_secs_f64());
-        let worth = best.map_or(f64::NAN, |best| best.worth.value());
+        let worth = best.map(|best| best.worth.value());
+        watch.finds(&limits, worth);
+        let worth = worth.unwrap_or(f64::NAN);
         tracing::info!("choose: sets of at most {most}: {worth:.6} {what} after {seconds:.1} s");
     };
     told(best.as_ref(), "is to be beaten");

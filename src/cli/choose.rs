@@ -6,10 +6,13 @@ use std::time::{Duration, Instant};
 
 use perirobot::backend::factory::{BackendFactory, Fallback};
 use perirobot::backend::oracle::Oracle;
-use perirobot::choose::{self, CandidateEvidence, CastingWatch, Chosen, Problem, Told, Verified};
+use perirobot::choose::{
+    self, CandidateEvidence, CastingWatch, Chosen, Problem, SearchWatch, SetLimits, Told, Verified,
+};
 use perirobot::results::journal::Shard;
 use perirobot::results::table::TableFormat;
 use perirobot::results::{Results, Subject, rows, scores};
+use perirobot::sensor::Cost;
 use perirobot::study::{Choose, Study};
 use perirobot::sweep::session::Session;
 use perirobot::world::World;
@@ -94,7 +97,9 @@ fn search(args: &Args, study: &StudyArgs, stop: &StopAt) -> Result<ExitCode> {
     let prepare_s = begin.elapsed().as_secs_f64();
     let evidence = cast(args, (&study, choose, &worlds), &mut backends, stop)?;
     let problem = Problem::new(&study, choose, &worlds, &evidence)?;
-    let answer = choose::answer(&problem, &|| stop.reason().is_some())?;
+    let shown = SearchBar { progress: args.progress.search(), stop };
+    let answer = choose::answer(&problem, &shown)?;
+    drop(shown);
     let why = stop.reason().filter(|_| !answer.complete);
     let told = Told::of(&study, &worlds, &problem, &answer);
     if let Some(why) = why.as_ref().filter(|_| told.steps.is_empty()) {
@@ -184,5 +189,21 @@ impl CastingWatch for Bar<'_> {
 
     fn stop(&mut self) -> Option<String> {
         self.stop.reason()
+    }
+}
+
+/// Shows what a search has found, and knows when to stop.
+struct SearchBar<'a> {
+    progress: progress::SearchProgress,
+    stop: &'a StopAt,
+}
+
+impl SearchWatch for SearchBar<'_> {
+    fn stops(&self) -> bool {
+        self.stop.reason().is_some()
+    }
+
+    fn finds(&self, limits: &SetLimits, best: Option<f64>) {
+        self.progress.show(limits.at_most, limits.budget.map(Cost::from_thousandths), best);
     }
 }

@@ -5,6 +5,7 @@ use std::time::{Duration, Instant};
 
 use clap::ValueEnum;
 use indicatif::{MultiProgress, ProgressBar, ProgressStyle};
+use perirobot::sensor::Cost;
 use serde::Serialize;
 
 #[derive(clap::Args)]
@@ -20,7 +21,7 @@ enum How {
     /// A bar with rate and time left, where standard error is a terminal
     Bar,
     /// A JSON object a line, for programs: its event is start, progress (twice a second at most), done or
-    /// stopped
+    /// stopped; of a search for sets also search, for each set that it begins at or finds
     Json,
     /// Not at all
     None,
@@ -28,6 +29,9 @@ enum How {
 
 /// Time between two lines for machines.
 const BETWEEN_LINES: Duration = Duration::from_millis(500);
+
+/// Time between two turns of what shows that a search goes on.
+const BETWEEN_TICKS: Duration = Duration::from_millis(200);
 
 /// The place of the bar, known to whoever writes on standard error beside it.
 static BARS: LazyLock<MultiProgress> = LazyLock::new(MultiProgress::new);
@@ -50,6 +54,61 @@ impl ProgressArgs {
             say!("{}", lines.line("start", Duration::ZERO));
         }
         Progress { bar, lines, begin: Instant::now() }
+    }
+
+    /// Begins to show a search.
+    pub(super) fn search(&self) -> SearchProgress {
+        let spinner = (self.progress == How::Bar).then(|| {
+            let style = ProgressStyle::with_template("{spinner} {msg}, {elapsed}");
+            let style = style.unwrap_or_else(|_| ProgressStyle::default_spinner());
+            let spinner = BARS.add(ProgressBar::new_spinner().with_style(style));
+            spinner.enable_steady_tick(BETWEEN_TICKS);
+            spinner
+        });
+        SearchProgress { spinner, lines: self.progress == How::Json, begin: Instant::now() }
+    }
+}
+
+/// A search on its way, of which nobody knows how long it takes. When it is dropped, what is shown goes.
+pub(super) struct SearchProgress {
+    spinner: Option<ProgressBar>,
+    lines: bool,
+    begin: Instant,
+}
+
+/// What a line about a search holds.
+#[derive(Serialize)]
+struct SearchLine {
+    event: &'static str,
+    at_most: usize,
+    /// In the study's currency.
+    budget: Option<f64>,
+    best: Option<f64>,
+    elapsed_s: f64,
+}
+
+impl SearchProgress {
+    /// Shows what is searched, and the best score so far.
+    pub(super) fn show(&self, at_most: usize, budget: Option<Cost>, best: Option<f64>) {
+        if let Some(spinner) = &self.spinner {
+            let cost = budget.map_or(String::new(), |budget| format!(" for {budget}"));
+            let best = best.map_or("none found yet".into(), |best| format!("the best is {best:.4}"));
+            spinner.set_message(format!("sets of at most {at_most}{cost}: {best}"));
+        }
+        if self.lines {
+            let elapsed_s = (1e3 * self.begin.elapsed().as_secs_f64()).round() / 1e3;
+            let budget = budget.map(Cost::amount);
+            let line = SearchLine { event: "search", at_most, budget, best, elapsed_s };
+            say!("{}", serde_json::to_string(&line).expect("numbers make a line"));
+        }
+    }
+}
+
+impl Drop for SearchProgress {
+    fn drop(&mut self) {
+        if let Some(spinner) = &self.spinner {
+            spinner.finish_and_clear();
+        }
     }
 }
 

@@ -37,7 +37,7 @@ impl Cost {
     }
 
     /// From thousandths.
-    pub(crate) fn from_thousandths(thousandths: u64) -> Cost {
+    pub fn from_thousandths(thousandths: u64) -> Cost {
         Cost { thousandths }
     }
 
@@ -47,7 +47,7 @@ impl Cost {
     }
 
     /// As a number, for drawings.
-    pub(crate) fn amount(self) -> f64 {
+    pub fn amount(self) -> f64 {
         self.thousandths as f64 / 1e3
     }
 
