@@ -1,5 +1,5 @@
-//! The one error type: its kind says who can mend it, its [`Issue`] where and what is wrong, and what would
-//! be right.
+//! The error type of the crate: the variant decides the exit code, its [`Issue`] says where and what is
+//! wrong, and what would be right.
 
 mod issue;
 mod words;
@@ -10,7 +10,7 @@ use std::path::Path;
 pub use issue::{Issue, Site, What};
 pub use words::{Argument, NameOf, Words};
 
-/// Why something could not be carried out.
+/// Why an operation failed.
 #[derive(Debug, thiserror::Error)]
 pub enum Error {
     /// The user's files or arguments are wrong.
@@ -19,13 +19,13 @@ pub enum Error {
     /// A device failed, or gave results that cannot be right, after the input was accepted.
     #[error("{0}")]
     Device(Issue),
-    /// The disk failed, or is full: another time the same may work. What is finished is kept.
+    /// The disk failed, or is full: the same may work later. Finished work is kept.
     #[error("{0}")]
     Storage(Issue),
-    /// Somebody else is at work there; later it may work.
+    /// Another process is at work there; the same may work later.
     #[error("{0}")]
     Busy(Issue),
-    /// A stop was asked for before the work had begun.
+    /// A stop was requested before the work had begun.
     #[error("{0}")]
     Stopped(Issue),
     /// A device gave other counts than the CPU.
@@ -36,7 +36,7 @@ pub enum Error {
 /// `std::result::Result` with [`Error`].
 pub type Result<T, E = Error> = std::result::Result<T, E>;
 
-/// What is wrong is wrong with the input, unless it is said otherwise.
+/// An issue is bad input, unless another variant is chosen.
 impl From<Issue> for Error {
     fn from(issue: Issue) -> Self {
         Error::Input(issue)
@@ -90,7 +90,7 @@ impl Error {
         self
     }
 
-    /// The same with the place where it is, if a file is to blame; what else went wrong is not of the place.
+    /// The same with the place, if it is bad input; other errors do not belong to a place in a file.
     #[must_use]
     pub fn at(self, place: impl Into<Site>) -> Self {
         match self {
@@ -99,7 +99,7 @@ impl Error {
         }
     }
 
-    /// A file that cannot be read or written: bad input, unless it may pass.
+    /// A file that cannot be read or written: bad input, unless the cause may go away by itself.
     pub fn io(path: &Path, doing: impl Into<Words>, source: std::io::Error) -> Self {
         let issue = Issue::io(doing, &source).at(path);
         match Error::may_pass(&source) {
@@ -108,7 +108,7 @@ impl Error {
         }
     }
 
-    /// Whether the disk or the network failed: any error that the path and the file there do not explain.
+    /// Whether the disk or the network failed: any error for which the path and its file are no explanation.
     pub(crate) fn may_pass(source: &std::io::Error) -> bool {
         /// Too many links, for which there is no stable kind.
         const ELOOP: i32 = if cfg!(target_os = "linux") { 40 } else { 62 };
@@ -136,7 +136,7 @@ impl Error {
         }
     }
 
-    /// A file of a sweep that the disk does not take.
+    /// A file of a sweep that cannot be written to the disk.
     pub(crate) fn storage(path: &Path, source: std::io::Error) -> Self {
         let cure = "What is finished is kept: mend that and run the same command again";
         Error::Storage(Issue::io("cannot be written", &source).at(path).wanted(cure))

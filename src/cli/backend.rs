@@ -16,7 +16,7 @@ const MOST_THREADS: i64 = 1024;
 #[derive(clap::Args)]
 #[command(next_help_heading = "Backend")]
 pub(super) struct BackendArgs {
-    /// Who computes: auto takes a hardware GPU if there is one, else the CPU
+    /// Which backend computes: auto takes a hardware GPU if there is one, else the CPU
     #[arg(long, value_enum, default_value = "auto")]
     backend: BackendWord,
     /// A Vulkan adapter for the GPU backend: its number or a part of its name (see `perirobot devices`), or
@@ -48,7 +48,7 @@ enum BackendWord {
 
 impl BackendArgs {
     /// Starts the threads that prepare scenes and sensors. The CPU backend has as many of its own, and while
-    /// those work these wait.
+    /// those work, these wait.
     pub(super) fn start_threads(&self) -> Result<()> {
         start_threads(self.threads.map(usize::from))
     }
@@ -58,7 +58,7 @@ impl BackendArgs {
         self.checked()?.open().map(told)
     }
 
-    /// The backend and its fallbacks. It is opened, so that what is wrong with it is known at once.
+    /// The backend and its fallbacks. The backend is opened, so that a failure is known at once.
     pub(super) fn backends(&self) -> Result<ChosenBackends> {
         ChosenBackends::open(&self.checked()?).map(told)
     }
@@ -92,7 +92,7 @@ impl BackendArgs {
         self.memory
     }
 
-    /// Warns if any GPU would have done, but there is none.
+    /// Warns where any GPU would be used, but there is none.
     fn tell_of_gpu(&self, is_there: bool, what: &str) {
         if self.backend == BackendWord::Auto && !is_there {
             say!("warning: no Vulkan adapter, the GPU backend is not {what} (see `perirobot devices`)");
@@ -114,7 +114,7 @@ impl BackendArgs {
         }
     }
 
-    /// The choice, if its words fit each other.
+    /// The choice, if its arguments fit each other.
     fn checked(&self) -> Result<BackendChoice> {
         if self.adapter.is_some() && matches!(self.backend, BackendWord::Cpu | BackendWord::Oracle) {
             return Err(Issue::says("--adapter belongs to --backend gpu (or auto)").into());

@@ -27,8 +27,8 @@ use super::packages::PackageArgs;
 /// scene or snapshot is first used; no other column contains it. One-thread lines have one thread for the
 /// host's share of the work, too.
 ///
-/// Times mean little while other programs run; ratios to the oracle, from the same minute, mean more. Counts
-/// that are not the oracle's make any speed worthless: they are named, and the exit code is 1.
+/// Times mean little while other programs run; ratios to the oracle, from the same minute, mean more. If any
+/// count differs from the oracle's, the first difference is named, and the exit code is 1.
 #[derive(clap::Args)]
 #[command(after_help = "\
 Examples:
@@ -102,7 +102,7 @@ pub(super) fn run(args: &Args) -> Result<ExitCode> {
     }
 }
 
-/// What was raced on: the study, the scene, its grid and its regions.
+/// What was measured: the study, the scene, its grid and its regions.
 fn headline(study: &Study, worlds: &[World], prepare: Duration) -> String {
     let (world, [x, y, z]) = (&worlds[0], worlds[0].grid.size);
     let (size_cm, window) = (100.0 * study.voxel_size_m, window_of(&world.regions));

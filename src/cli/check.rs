@@ -19,8 +19,8 @@ use super::study::StudyArgs;
 /// or leave the grid; where most do not return it warns, with the cure. Times a few more on the backend that
 /// would sweep.
 ///
-/// All that is wrong is listed at once, as far as one thing can be judged without another; then the exit code
-/// is 2. With warnings only it is 0.
+/// All errors that can be judged independently are listed at once; then the exit code is 2. With warnings
+/// only it is 0.
 #[derive(clap::Args)]
 #[command(after_help = "\
 Examples:
@@ -39,8 +39,7 @@ pub(super) struct Args {
     backend: BackendArgs,
 }
 
-/// Warnings that are told of a study, problems, and sensors whose rays are counted, unless all are wished
-/// for.
+/// The most warnings, errors and sensors that are printed without `--all`.
 const FEW_WARNINGS: usize = 10;
 const FEW_PROBLEMS: usize = 20;
 const FEW_SENSORS: usize = 3;
@@ -86,8 +85,8 @@ fn verdict(warnings: usize) -> String {
     }
 }
 
-/// Prints every problem for itself, as many as fit a screen unless all are wished for. Where the disk is the
-/// only one, another time the same may be right.
+/// Prints the errors, as many as fit a screen without `--all`. The exit code is 3 if all of them are errors
+/// of the disk, which may go away.
 fn refuse(problems: &[Error], all: bool) -> ExitCode {
     let (count, most) = (problems.len(), if all { usize::MAX } else { FEW_PROBLEMS });
     problems.iter().take(most).for_each(|problem| say!("error: {}", super::flags::told(problem)));

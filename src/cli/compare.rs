@@ -14,7 +14,7 @@ use super::score::ScoreArg;
 /// Put placements of one sweep, or of two, side by side
 ///
 /// Reads the folders of finished sweeps and prints, for each region, every score of each placement (one
-/// column a placement), of two also the difference, and last what all positions of the study could reach
+/// column a placement), for two of them the difference, and last what all positions of the study could reach
 /// together: over all scenes (mean, worst and pooled), then for each scene. Of two sweeps it says what
 /// differs. Nothing is cast.
 #[derive(clap::Args)]
@@ -94,7 +94,7 @@ pub(super) fn run(args: &Args) -> Result<ExitCode> {
     Ok(ExitCode::SUCCESS)
 }
 
-/// As many as can stand side by side.
+/// Checks that there are as many as can stand side by side.
 fn enough(placements: Vec<RankedPlacement>) -> Result<Vec<RankedPlacement>> {
     let (found, least, most) = (placements.len(), PLACEMENTS.start(), PLACEMENTS.end());
     if PLACEMENTS.contains(&found) {

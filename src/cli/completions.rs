@@ -1,5 +1,5 @@
-//! `perirobot completions` and `perirobot man`: what shells and `man` know of the program, from its own
-//! arguments.
+//! `perirobot completions` and `perirobot man`: completions for shells and manual pages, made from the
+//! program's own arguments.
 
 use std::path::PathBuf;
 use std::process::ExitCode;

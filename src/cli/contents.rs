@@ -11,13 +11,13 @@ use perirobot::world::{World, ray_table};
 /// Bytes of a row of results: of the journal, of results.csv, and of its share of scores.csv, roughly.
 const ROW_BYTES: f64 = 500.0;
 
-/// Lines of a screen that a study may take before it is told in part.
+/// Lines that fit a screen; a longer list is shortened.
 const SCREEN: usize = 32;
-/// Entries of each list that are told then.
+/// Entries of each list that are shown then.
 const FEW: usize = 3;
 
-/// What is in it, in the order of the file: everything if that is wished for or fits a screen, else the first
-/// of each list.
+/// The contents of a study in the order of the file: everything with `--all` or if it fits a screen, else the
+/// first entries of each list.
 pub(super) fn tables(study: &Study, worlds: &[World], all: bool) -> String {
     let of = |most: usize| {
         let sections = [
@@ -175,7 +175,7 @@ pub(super) fn held_mib() -> Option<u64> {
     Some(kib >> 10)
 }
 
-/// Seconds as people say them, no more exactly than they are known.
+/// Seconds in words, rounded as an estimate should be.
 pub(super) fn time(seconds: f64) -> String {
     match seconds {
         s if s < 1.0 => "less than a second".into(),

@@ -1,4 +1,4 @@
-//! `perirobot devices`: which adapters there are, whether each counts right, and which would run.
+//! `perirobot devices`: which adapters there are, whether each counts correctly, and which would be used.
 
 use std::process::ExitCode;
 use std::time::Instant;
@@ -9,8 +9,8 @@ use perirobot::backend::{SELF_TEST_POSES, self_test};
 
 /// List Vulkan adapters, which would be used, how to get one
 ///
-/// Each of them counts a batch of poses that the CPU counts as well, and is called exact only if all counts
-/// are the same.
+/// Each adapter counts a batch of poses that the CPU counts, too, and is called exact only if all counts are
+/// the same.
 #[derive(clap::Args)]
 pub(super) struct Args {}
 
@@ -50,7 +50,7 @@ pub(super) fn run(_args: &Args) -> Result<ExitCode> {
     Ok(ExitCode::SUCCESS)
 }
 
-/// What the self-test says of an adapter.
+/// The result of an adapter's self-test.
 fn tested(adapter: &AdapterReport) -> String {
     let begin = Instant::now();
     let outcome = Gpu::new(&AdapterChoice::Named(adapter.index.to_string()))

@@ -15,8 +15,8 @@ use super::swept::SweptArgs;
 
 /// Write one choice of poses voxel by voxel, for other programs
 ///
-/// Looks at one row of a sweep's results again, voxel by voxel, and writes the labels, the truth and what
-/// each sensor says as OctoMaps (.bt), the returns of each sensor's rays as point clouds (.ply, .pcd),
+/// Computes one row of a sweep's results again, voxel by voxel, and writes the labels, the truth and each
+/// sensor's evidence as OctoMaps (.bt), the returns of each sensor's rays as point clouds (.ply, .pcd),
 /// everything as arrays (view.npz) and the cell with the placed sensors as glTF (cell.glb, y up, metres).
 #[derive(clap::Args)]
 #[command(after_help = AFTER_HELP)]
@@ -54,7 +54,7 @@ pub(super) fn run(args: &Args) -> Result<ExitCode> {
         build(&study.scenes[world.scene], &study.sources, study.voxel_size_m)?.swap_remove(world.snapshot);
     let folder =
         args.out.clone().unwrap_or_else(|| args.swept.folder().join("export").join(folder_name(&view)));
-    // Goes again where nothing can be written.
+    // A folder that was made here is removed again if nothing can be written.
     let folder = OutputFolder::open(&folder)?;
     each_file(&view, &scene, |file| {
         folder.write(&file.name, &file.bytes)?;

@@ -1,4 +1,4 @@
-//! How the program names what can be given to it: as flags.
+//! How the program writes arguments in messages: as flags.
 
 use perirobot::Error;
 use perirobot::error::Argument;

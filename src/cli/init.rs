@@ -38,7 +38,7 @@ fn files() -> [(&'static str, String); 6] {
 
 pub(super) fn run(args: &Args) -> Result<ExitCode> {
     let files = files().map(|(name, text)| (args.folder.join(name), text));
-    // A link that leads nowhere is there, too.
+    // A link that leads nowhere counts as a file, too.
     if let Some((path, _)) = files.iter().find(|(path, _)| path.symlink_metadata().is_ok()) {
         let what = "is there already and would be lost: name another folder";
         return Err(Error::input(path, what));

@@ -7,7 +7,7 @@ use std::time::Instant;
 use tracing::Level;
 use tracing_subscriber::fmt::{format, time::FormatTime};
 
-/// Starts saying what is being done: from `-v` on files, scenes and devices, from `-vv` on each batch, too.
+/// Starts to print what is being done: with `-v` files, scenes and devices, with `-vv` each batch, too.
 pub(super) fn start(verbosity: u8) {
     let level = match verbosity {
         0 => return,

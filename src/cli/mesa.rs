@@ -2,8 +2,8 @@
 //! containers and over ssh. They say nothing about results, so the variable is set here.
 
 /// Starts the program anew in its own process with the variable set, where it is not: to a folder that does
-/// not exist, so that nothing is found there. (A process cannot set its own variables without `unsafe`.)
-/// Where that fails, it goes on.
+/// not exist, so that nothing is found there. (A process cannot set its own variables without `unsafe`.) If
+/// that fails, the program goes on without.
 #[cfg(unix)]
 pub(super) fn keep_quiet() {
     use std::os::unix::process::CommandExt;

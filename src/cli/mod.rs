@@ -1,4 +1,4 @@
-//! Subcommands and what they share: messages and exit codes. Nothing is computed here.
+//! The subcommands, and what they share: messages and exit codes.
 
 /// Writes a line on standard error.
 macro_rules! say {
@@ -183,7 +183,7 @@ pub(crate) fn run() -> ExitCode {
     }
 }
 
-/// Reads the arguments. Wrong ones may be quoted, so of those the harmless spelling is refused.
+/// Reads the arguments. An error message may quote a wrong one, so it is made harmless for terminals.
 fn parse() -> Cli {
     let harmless = |word: OsString| OsString::from(&*terminal::harmless(&word.to_string_lossy()));
     let read = |words: Vec<OsString>| {

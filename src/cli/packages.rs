@@ -18,14 +18,14 @@ pub(super) struct PackageArgs {
 }
 
 impl PackageArgs {
-    /// What the files of a study or scene are read through.
+    /// The sources through which the files of a study or scene are read.
     pub(super) fn sources(&self, file: &Path) -> Sources {
         let beside = Sources::beside(file);
         let sources = self.packages.iter().fold(beside, |all, (name, folder)| all.with_package(name, folder));
         if self.allow_outside { sources.allow_outside() } else { sources }
     }
 
-    /// The words by which a command says the same.
+    /// The same as arguments of a command.
     pub(super) fn words(&self) -> Vec<String> {
         let of =
             |(name, folder): &(String, PathBuf)| ["--package".into(), format!("{name}={}", folder.display())];
@@ -33,7 +33,7 @@ impl PackageArgs {
         self.packages.iter().flat_map(of).chain(outside).collect()
     }
 
-    /// Tells the robots of all scenes.
+    /// Passes the packages on to the robots of all scenes.
     pub(super) fn apply(&self, scenes: &mut [SceneSpec]) {
         let packages = self.packages.iter().map(|(name, folder)| (name.as_str(), Path::new(folder)));
         scenes.iter_mut().for_each(|scene| scene.use_packages(packages.clone()));

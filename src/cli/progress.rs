@@ -1,4 +1,4 @@
-//! How far a long job is, for people (a bar) or machines (JSON lines), on standard error.
+//! Shows the progress of a long job on standard error, for people (a bar) or programs (JSON lines).
 
 use std::sync::LazyLock;
 use std::time::{Duration, Instant};
@@ -33,16 +33,17 @@ const BETWEEN_LINES: Duration = Duration::from_millis(500);
 /// Time between two turns of what shows that a search goes on.
 const BETWEEN_TICKS: Duration = Duration::from_millis(200);
 
-/// The place of the bar, known to whoever writes on standard error beside it.
+/// The bar, which other writers on standard error move out of the way.
 static BARS: LazyLock<MultiProgress> = LazyLock::new(MultiProgress::new);
 
-/// Does what writes on standard error, with the bar out of the way.
+/// Runs a function that writes on standard error, with the bar out of the way.
 pub(super) fn above_bar<T>(write: impl FnOnce() -> T) -> T {
     BARS.suspend(write)
 }
 
 impl ProgressArgs {
-    /// Begins to show `done` of `of` things, in the plural. What is done already does not count for the rate.
+    /// Begins to show `done` of `of` things (named in the plural). Those done already do not count for the
+    /// rate.
     pub(super) fn start(&self, what: &'static str, done: u64, of: u64) -> Progress {
         let (mut bar, mut lines) = (None, None);
         match self.progress {
@@ -120,7 +121,7 @@ fn new_bar(what: &str, done: u64, of: u64) -> ProgressBar {
     bar
 }
 
-/// A long job on its way. When it is finished, or dropped on the way out, the bar goes.
+/// A long job under way. When it is finished or dropped, the bar is removed.
 pub(super) struct Progress {
     bar: Option<ProgressBar>,
     lines: Option<Lines>,
@@ -128,7 +129,7 @@ pub(super) struct Progress {
 }
 
 impl Progress {
-    /// So many more are done.
+    /// This many more are done.
     pub(super) fn inc(&mut self, more: u64) {
         if let Some(bar) = &self.bar {
             bar.inc(more);
@@ -139,7 +140,7 @@ impl Progress {
         }
     }
 
-    /// No more will be done, all or not.
+    /// The job has ended, whether all is done or not.
     pub(super) fn finish(self) {
         drop(self);
     }
@@ -184,7 +185,7 @@ impl Lines {
         Lines { what, before: done, done, of, last: Duration::ZERO }
     }
 
-    /// So many more are done; a line if it is time for one.
+    /// This many more are done; returns a line if it is time for one.
     fn inc(&mut self, more: u64, elapsed: Duration) -> Option<String> {
         self.done += more;
         if elapsed < self.last + BETWEEN_LINES {

@@ -5,7 +5,7 @@ use std::time::Duration;
 /// What a number may be followed by, and what it then counts.
 const UNITS: [(&str, u64); 4] = [("GiB", 1 << 30), ("MiB", 1 << 20), ("KiB", 1 << 10), ("", 1)];
 
-/// The least that is worth asking for.
+/// The least memory that can be given.
 const LEAST: u64 = 1 << 20;
 
 /// Reads `512MiB`, `1GiB`, `1.5 GiB` or a plain number of bytes.

@@ -55,7 +55,7 @@ pub(super) fn run(args: &Args) -> Result<ExitCode> {
     for warning in warnings {
         say!("warning: {warning}");
     }
-    // What cannot be written need not be computed.
+    // Checked first, so that nothing is computed in vain.
     let mut file = WholeFile::create(&out)?;
     let manifest = Manifest::read(folder)?;
     let chosen = Chosen::read(folder)?;

@@ -6,13 +6,13 @@ use perirobot::{Error, Result};
 /// Where engines tell a task its number: Slurm's array jobs, HyperQueue, Kubernetes' indexed jobs.
 const NUMBERS: [&str; 3] = ["SLURM_ARRAY_TASK_ID", "HQ_TASK_ID", "JOB_COMPLETION_INDEX"];
 
-/// Most shards; beyond it there are slips of the pen.
+/// Most shards; a larger number is surely a typing error.
 const MOST: u32 = 1_000_000;
 
 /// As on the command line.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct ShardArg {
-    /// `None`: as the engine says.
+    /// `None`: the engine's environment says it.
     number: Option<u32>,
     of: u32,
 }

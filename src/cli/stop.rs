@@ -1,5 +1,5 @@
-//! When to stop: a signal, or the end of the time that was given. What is under way is finished first; a
-//! second signal ends the program at once, and loses nothing either.
+//! Stops a job on a signal or at the end of `--max-time`. The batch under way is finished first; a second
+//! signal ends the program at once, and finished rows are kept, too.
 
 use std::process::ExitCode;
 use std::sync::Arc;
@@ -14,8 +14,8 @@ use signal_hook::iterator::Signals;
 
 use super::progress::above_bar;
 
-/// Not done, and the same command may do it (`EX_TEMPFAIL`): stopped before the end, or somebody else is at
-/// work.
+/// The exit code for a job that the same command can finish (`EX_TEMPFAIL`): it was stopped, or another run
+/// is at work in the folder.
 pub(super) const TRY_AGAIN: u8 = 75;
 
 /// Waits for a reason to stop.
@@ -46,7 +46,7 @@ impl StopAt {
         on_signal(|_| {
             above_bar(|| say!("stopping when the batch under way is finished; once more stops now"))
         })?;
-        // Beyond all that a clock can show is never.
+        // A time beyond the range of the clock never comes.
         let until = max_time.and_then(|time| Instant::now().checked_add(time));
         Ok(StopAt { signal, until })
     }
@@ -60,7 +60,7 @@ impl StopAt {
     }
 }
 
-/// Sees to it that a signal ends the program as ever, but leaves no file half-written.
+/// A signal then ends the program as usual, but leaves no file half-written.
 pub(super) fn end_tidily() -> Result<()> {
     on_signal(|signal| {
         perirobot::results::files::abandon();
@@ -68,7 +68,7 @@ pub(super) fn end_tidily() -> Result<()> {
     })
 }
 
-/// Does something once, in a thread of its own, when the first signal is heard.
+/// Runs a function once, in a thread of its own, at the first signal.
 fn on_signal(act: impl FnOnce(i32) + Send + 'static) -> Result<()> {
     let wrong = |e| Error::device(format!("cannot listen for signals: {e}"));
     let mut heard = Signals::new(SIGNALS.iter().map(|(number, _)| number)).map_err(wrong)?;

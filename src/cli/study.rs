@@ -1,4 +1,4 @@
-//! Which study is run, and what the command line says instead of it.
+//! Which study is run, and what the command line overrides.
 
 use std::path::{Path, PathBuf};
 
@@ -29,8 +29,8 @@ pub(super) struct StudyArgs {
 }
 
 impl StudyArgs {
-    /// Reads the study and makes ready what scenes can be, and tells everything that is wrong with them;
-    /// nothing but what is wrong where the study itself is.
+    /// Reads the study and makes its scenes ready as far as possible; with them come all errors of the
+    /// scenes. If the study itself is wrong, there are only its errors.
     pub(super) fn examine(&self) -> Result<(Study, Vec<World>, Vec<Error>), Vec<Error>> {
         let mut study = Study::examine(&self.study, &self.overrides(), self.packages.sources(&self.study))?;
         self.packages.apply(&mut study.scenes);
@@ -66,7 +66,7 @@ impl StudyArgs {
         self.load_unless(&|| None)
     }
 
-    /// The same, unless somebody says why to stop.
+    /// The same; `stop` may give a reason to stop.
     pub(super) fn load_unless(
         &self,
         stop: &(dyn Fn() -> Option<String> + Sync),
@@ -87,7 +87,7 @@ impl StudyArgs {
         Path::new("out").join(name)
     }
 
-    /// Reads the study alone.
+    /// Reads only the study.
     pub(super) fn read(&self) -> Result<Study> {
         let overrides = self.overrides();
         let mut study = Study::read(&self.study, &overrides, self.packages.sources(&self.study))?;

@@ -137,7 +137,7 @@ pub(super) fn run(args: &Args) -> Result<ExitCode> {
     Ok(ExitCode::SUCCESS)
 }
 
-/// What is said of a run that was stopped while its scenes were made ready.
+/// The message of a run that was stopped while its scenes were made ready.
 fn not_begun(why: &str) -> String {
     format!("{why} while scenes were made ready; to go on: {}", shell::command(&command()))
 }
@@ -166,7 +166,7 @@ impl Watch for Onlooker {
     }
 }
 
-/// What the user typed, word by word, but for what would begin it anew, or stop it again.
+/// The command as typed, word by word, without arguments that would begin the sweep anew or stop it again.
 pub(super) fn command() -> Vec<String> {
     let mut words = std::env::args_os().skip(1).map(|word| word.to_string_lossy().into_owned());
     let mut command = vec!["perirobot".to_string()];
@@ -181,7 +181,7 @@ pub(super) fn command() -> Vec<String> {
     command
 }
 
-/// What the run did, in a line; with a line a stage if that is wanted.
+/// Tells what the run did in a line, and with `--timings` in a line a stage.
 fn tell(report: &RunReport, timings: bool) -> Result<()> {
     let run = &report.run;
     if timings {

@@ -16,7 +16,7 @@ pub(super) struct SweptArgs {
     /// it was
     #[arg(value_name = "DIR", help_heading = None::<&'static str>)]
     folder: PathBuf,
-    /// The study file, where it is not where it was
+    /// The study file, if it was moved
     #[arg(long, value_name = "FILE")]
     study: Option<PathBuf>,
     #[command(flatten)]
@@ -29,7 +29,7 @@ impl SweptArgs {
         &self.folder
     }
 
-    /// The words by which a command that takes the study reads the same files.
+    /// The arguments by which a command that takes the study reads the same files.
     pub(super) fn words(&self) -> Vec<String> {
         self.packages.words()
     }

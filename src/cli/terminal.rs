@@ -5,7 +5,7 @@ use std::io::{ErrorKind, Write, stderr, stdout};
 
 use perirobot::{Error, Result};
 
-/// Writes to standard output; a reader that went away (`| head`) is no failure.
+/// Writes to standard output; it is no error if the reader has gone (`| head`).
 pub(super) fn print(text: &str) -> Result<()> {
     match stdout().write_all(harmless(text).as_bytes()) {
         Err(e) if e.kind() != ErrorKind::BrokenPipe => {
@@ -15,13 +15,13 @@ pub(super) fn print(text: &str) -> Result<()> {
     }
 }
 
-/// Writes a line on standard error at once; whether anybody can read it changes nothing.
+/// Writes a line on standard error at once; a failure is ignored.
 pub(super) fn say(line: &str) {
     let _ = stderr().write_all(format!("{}\n", harmless(line)).as_bytes());
 }
 
-/// Text with what a terminal would obey spelt out: control characters but for line feeds and tabs, and
-/// characters that turn the direction of writing.
+/// Text in which everything that would control a terminal is escaped: control characters except line feeds
+/// and tabs, and characters that change the direction of writing.
 pub(super) fn harmless(text: &str) -> Cow<'_, str> {
     if !text.contains(is_obeyed) {
         return text.into();

@@ -27,7 +27,7 @@ pub(super) struct Args {
     /// Shift the chosen poses by this many places in study order, to take others
     #[arg(long, value_name = "N", default_value_t = 0, conflicts_with_all = ["pose", "all"])]
     turn: u32,
-    /// Only counts, as a sweep makes them; neither planes nor rays
+    /// Compare only counts, as a sweep makes them; neither planes nor rays
     #[arg(long)]
     counts: bool,
     /// One pose by its name, as in poses.csv

@@ -1,4 +1,4 @@
-//! `perirobot voxelize`: a scene as an OctoMap, and what became of each object.
+//! `perirobot voxelize`: writes a scene as an OctoMap, and tells what became of each object.
 
 use std::path::PathBuf;
 use std::process::ExitCode;

@@ -1,4 +1,4 @@
-//! `perirobot why`: the reasons of what single poses miss.
+//! `perirobot why`: the reasons for voxels that single poses miss.
 
 use std::process::ExitCode;
 
@@ -43,7 +43,7 @@ pub(super) struct Args {
     /// By which score they are the best [default: f1 and human_seen]
     #[arg(long, value_enum, conflicts_with_all = ["pose", "all"])]
     score: Option<ScoreArg>,
-    /// All poses: a tenth of a second or so for each, scene, snapshot, repeat and representation
+    /// All poses; takes about a tenth of a second for each pose, scene, snapshot, repeat and representation
     #[arg(long, conflicts_with = "pose")]
     all: bool,
     /// How the table of reasons is written
@@ -88,7 +88,7 @@ pub(super) fn run(args: &Args) -> Result<ExitCode> {
     args.backend.start_threads()?;
     let (results, warnings) = Results::read(args.swept.folder())?;
     warnings.iter().for_each(|warning| say!("warning: {warning}"));
-    // What cannot be written need not be computed.
+    // Checked first, so that nothing is computed in vain.
     let format = match args.table {
         ReasonTable::Csv => TableFormat::Csv,
         ReasonTable::Parquet => TableFormat::Parquet,
@@ -130,7 +130,7 @@ fn in_words(view: &View, regions: impl IntoIterator<Item = usize>) -> String {
     reasons::render(view, &view.why_in_regions(), regions)
 }
 
-/// Combination, choice and representation of all there are.
+/// All choices: combination, choice and representation.
 fn every(study: &Study) -> Vec<[usize; 3]> {
     let of = |(number, combination): (usize, &perirobot::study::Combination)| {
         let representations = combination.representation_count(&study.sensors);
@@ -140,8 +140,8 @@ fn every(study: &Study) -> Vec<[usize; 3]> {
     study.combinations.iter().enumerate().flat_map(of).collect()
 }
 
-/// Writes the table of some choices in all scenes, snapshots and repeats; why it was stopped before the end,
-/// if it was.
+/// Writes the table of some choices in all scenes, snapshots and repeats. Returns the reason if it was
+/// stopped before the end.
 fn write<'a>(
     args: &Args,
     mut file: ReasonsFile,

@@ -1,5 +1,5 @@
-//! Scripts that hand the shards of a sweep to what a cluster already runs, and merge them afterwards. Pure
-//! text: nothing is submitted here.
+//! Writes scripts that submit the shards of a sweep to a cluster's own engine, and merge them afterwards. The
+//! scripts are text; nothing is submitted here.
 
 pub mod hyperqueue;
 pub mod kubernetes;
@@ -18,7 +18,7 @@ const NOTICE_S: u32 = 120;
 /// A sweep in shards, as every engine needs to know it. Paths are those the tasks see.
 #[derive(Clone, Debug)]
 pub struct Job {
-    /// What the engine calls it: a DNS label of at most [`LONGEST_NAME`] letters, which every engine takes.
+    /// The name of the job: a DNS label of at most [`LONGEST_NAME`] letters, which every engine takes.
     pub name: Word,
     /// The program `perirobot`.
     pub program: Word,
@@ -28,15 +28,15 @@ pub struct Job {
     pub out: Word,
     /// How many shards, 2 at least.
     pub shards: u32,
-    /// What else the sweep is told; checked by who reads the command line.
+    /// Further arguments of the sweep; the command line has checked them.
     pub sweep_arguments: Vec<Word>,
-    /// What the merge is told besides; checked like the sweep's.
+    /// Further arguments of the merge, checked likewise.
     pub merge_arguments: Vec<Word>,
     /// Processors of each task; the sweep takes as many threads unless it is told otherwise.
     pub cpus: u16,
     /// Memory of each task in MiB; the engine's own default without.
     pub memory_mib: Option<u64>,
-    /// How often a shard that fails is tried again; being stopped with rows done is no failure.
+    /// How often a shard that fails is tried again; being stopped after finishing rows is no failure.
     pub tries: u32,
 }
 
@@ -44,7 +44,7 @@ pub struct Job {
 pub const LONGEST_NAME: usize = 40;
 
 impl Job {
-    /// Refuses what no engine could carry out, naming the argument.
+    /// Refuses a job that no engine could run, naming the argument.
     pub fn checked(self) -> Result<Job> {
         let refuse = |what: String| Err(Issue::says(what).into());
         if self.shards < 2 {

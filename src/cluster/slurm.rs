@@ -5,14 +5,14 @@ use super::{Job, NOTICE_S, Word, shell_head};
 use crate::Result;
 use crate::error::Issue;
 
-/// What Slurm allows if its configuration does not say otherwise (`MaxArraySize`).
+/// Slurm's default of `MaxArraySize`.
 pub const MAX_ARRAY_SIZE: u32 = 1001;
 
 /// The least time limit in minutes: the sweep must have begun before it is told to stop, which Slurm may do a
 /// minute early.
 pub const LEAST_TIME_LIMIT_MIN: u32 = NOTICE_S / 60 + 3;
 
-/// What Slurm alone is told.
+/// Settings for Slurm only.
 #[derive(Clone, Debug)]
 pub struct Limits {
     /// How long a task may run before it goes back into the queue, in minutes; the partition's own limit

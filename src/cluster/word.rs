@@ -1,4 +1,4 @@
-//! Text that can stand in any script, and how each kind of script quotes it.
+//! Text that is safe in any script, and how each kind of script quotes it.
 
 use std::fmt;
 use std::str::FromStr;
@@ -37,7 +37,7 @@ impl Word {
         &self.0
     }
 
-    /// From text that is written here, or made of words.
+    /// From text of this program, or made of words.
     pub(super) fn known(text: &str) -> Word {
         debug_assert!(text.parse::<Word>().is_ok(), "{text:?}");
         Word(text.into())

@@ -1,4 +1,4 @@
-//! What is wrong with something, as a value: where, what, and what would be right.
+//! Describes what is wrong as a value: where, what, and what would be right.
 
 use std::fmt;
 use std::io::ErrorKind;
@@ -6,8 +6,8 @@ use std::path::{Path, PathBuf};
 
 use super::words::{Argument, NameOf, Words};
 
-/// What is wrong, where, and what would be right. A function that knows no file says what is wrong; its
-/// callers add the places around it.
+/// What is wrong, where, and what would be right. A function that does not know the file says what is wrong,
+/// and its callers add the places around it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Issue {
     /// Where it is, the outermost place first.
@@ -30,16 +30,16 @@ pub enum What {
         /// Its value, as it is written.
         value: String,
     },
-    /// What must be given is not.
+    /// Something that must be given is missing.
     Missing(String),
-    /// A name, that of the place, is none of those known.
+    /// The name of the place is none of those known.
     Unknown {
         /// All names that would be right.
         known: Vec<String>,
     },
     /// A file ends too early, or contradicts itself.
     Damaged(Words),
-    /// The file is right, and uses what is not read here.
+    /// The file is valid, but uses a feature that is not read here.
     Unsupported(Words),
     /// More than can be worked on.
     TooLarge(Words),
@@ -84,7 +84,7 @@ impl Issue {
         Issue::new(What::Value { key: key.into(), value: value.to_string() }).wanted(wanted)
     }
 
-    /// What must be given and is not.
+    /// Something that must be given is missing.
     pub fn missing(key: impl Into<String>) -> Issue {
         Issue::new(What::Missing(key.into()))
     }
@@ -99,7 +99,7 @@ impl Issue {
         Issue::new(What::Damaged(what.into()))
     }
 
-    /// A right file that uses what is not read here.
+    /// A valid file that uses a feature that is not read here.
     pub fn unsupported(what: impl Into<Words>) -> Issue {
         Issue::new(What::Unsupported(what.into()))
     }
@@ -109,7 +109,7 @@ impl Issue {
         Issue::new(What::TooLarge(what.into()))
     }
 
-    /// What the system did not let be done.
+    /// An operation that the system refused.
     pub fn io(doing: impl Into<Words>, source: &std::io::Error) -> Issue {
         let (doing, kind) = (doing.into(), source.kind());
         Issue::new(What::Io { doing, kind, source: source.to_string() })

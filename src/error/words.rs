@@ -1,12 +1,12 @@
-//! Sentences that name arguments. An argument is a value in them, so that each front of the crate writes it
-//! its own way: the library by its plain name, the command line as a flag.
+//! Sentences that name arguments. An argument is a value in them, so that each front end of the crate writes
+//! it in its own way: the library by its plain name, the command line as a flag.
 
 use std::fmt;
 use std::ops::Add;
 
 macro_rules! arguments {
     ($($argument:ident $name:literal),* $(,)?) => {
-        /// What a caller can give besides files.
+        /// The arguments of the program.
         #[derive(Clone, Copy, Debug, PartialEq, Eq)]
         #[allow(missing_docs, reason = "each is the program's flag of that name")]
         pub enum Argument {
@@ -66,7 +66,7 @@ impl Argument {
     }
 }
 
-/// How a front of the crate writes an argument.
+/// How a front end of the crate writes an argument.
 pub type NameOf<'n> = &'n dyn Fn(Argument) -> String;
 
 /// A sentence, or a part of one.

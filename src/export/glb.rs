@@ -29,8 +29,8 @@ const MATERIALS: [(&str, [f32; 4]); 4] = [
     ("sensor", [0.0, 0.34, 0.17, 0.6]),
 ];
 
-/// The bytes of a `.glb`, and how many objects and sensors are in it. `of` is what the view's world was made
-/// of.
+/// The bytes of a `.glb`, and how many objects and sensors are in it. `of` is the scene from which the view's
+/// world was made.
 pub(crate) fn bytes(view: &View, of: &Scene) -> Result<(Vec<u8>, usize)> {
     let mut writer = GlbWriter::new();
     for object in of.objects.iter().filter(|object| !object.tag_only) {

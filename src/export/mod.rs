@@ -1,5 +1,5 @@
-//! A view as files for other programs: octovis, CloudCompare, numpy, Blender. Each format is a file here,
-//! with a function from a view to bytes.
+//! Writes a view as files for other programs: octovis, CloudCompare, numpy, Blender. Each format has a file
+//! here, with a function from a view to bytes.
 
 pub mod glb;
 pub mod npz;

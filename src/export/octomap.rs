@@ -1,5 +1,5 @@
-//! What sensors say, and what is true, as OctoMap's binary trees for octovis, ROS and MoveIt.
-//! `scene::octomap` writes the format.
+//! Labels, evidence and truth as OctoMap's binary trees for octovis, ROS and MoveIt. `scene::octomap` writes
+//! the format.
 
 use crate::backend::Planes;
 use crate::scene::octomap::{KEYS, write};
@@ -14,12 +14,12 @@ pub(crate) fn labels(view: &View) -> Result<(Vec<u8>, VoxelTotals)> {
     map(view, &|voxel| said(&view.labels, voxel))
 }
 
-/// What one sensor says.
+/// The evidence of one sensor.
 pub(crate) fn evidence(view: &View, member: &SensorView) -> Result<(Vec<u8>, VoxelTotals)> {
     map(view, &|voxel| said(&member.says, voxel))
 }
 
-/// What is true; the insides of bodies that belong to no region are left out.
+/// The truth; the insides of bodies that belong to no region are left out.
 pub(crate) fn truth(view: &View) -> Result<(Vec<u8>, VoxelTotals)> {
     let truth = &view.truth;
     map(view, &|voxel| (!truth.ignored.get(voxel)).then(|| truth.occupied.get(voxel)))

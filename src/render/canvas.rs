@@ -1,4 +1,4 @@
-//! A picture in memory: samples are put into it, letters and patches drawn over, and it becomes a PNG.
+//! A picture in memory: takes samples, letters and patches, and is written as PNG.
 
 use std::convert::Infallible;
 

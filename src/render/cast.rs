@@ -1,5 +1,5 @@
-//! The rays of a picture, cast by a backend like those of any sensor: what each ends in, where, and on which
-//! face.
+//! Casts the rays of a picture on a backend like those of any sensor: in which voxel each ends, where, and on
+//! which face.
 
 use glam::DVec3;
 use rayon::prelude::*;
@@ -16,7 +16,7 @@ use crate::voxel::{BitGrid, Grid, People, Window};
 /// Rays that are cast in one go, so that a large picture fits any device.
 const MOST_RAYS: usize = 1 << 20;
 
-/// What a ray of the picture ends in.
+/// Where a ray of the picture ends.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Hit {
     /// The voxel, in the grid of the scene.
@@ -112,7 +112,7 @@ fn rays(dirs_q15: &[[i32; 3]]) -> Rays {
     Rays { dirs_q15: dirs_q15.to_vec(), image: None, gates, noise: Noise::default() }
 }
 
-/// Walks a ray that returned to its end once more.
+/// Follows a ray that returned to its end once more.
 fn hit(from: &GridPose, dir_q15: [i32; 3], crossings: u32, shift: [i32; 3]) -> Hit {
     let ray = from.launch(dir_q15);
     let last = march::crossings(ray).take(crossings as usize).last();

@@ -1,6 +1,6 @@
-//! What has which colour, and how light falls on it. The colours of labels and roles are Okabe and Ito's
-//! ("Color Universal Design", 2008), which people with any kind of colour vision tell apart; heights are
-//! drawn from dark to light.
+//! Colours of voxels and how they are lit. Labels and roles have the colours of Okabe and Ito ("Color
+//! Universal Design", 2008), which people with any kind of colour vision can distinguish; heights are drawn
+//! from dark to light.
 
 use super::cast::Hit;
 use crate::Result;
@@ -9,7 +9,7 @@ use crate::view::{Verdict, View};
 use crate::voxel::BitGrid;
 use crate::world::World;
 
-/// What the colours say.
+/// What the colours of voxels stand for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Colour {
     /// What the sensors say of each occupied voxel, people and the robot set off; and where they call free
@@ -29,9 +29,9 @@ pub(super) const SKY: [u8; 3] = [255; 3];
 pub(super) const POINTS: [[u8; 3]; 2] = [[0, 0, 0], [230, 97, 0]];
 /// A sensor.
 pub(super) const SENSOR: [u8; 3] = [0, 0, 0];
-/// Free space that is called occupied: a veil over what is behind it.
+/// Free space that is called occupied: a translucent veil over what is behind it.
 const VEIL: [u8; 3] = [230, 159, 0];
-/// How much of it covers that, of 256.
+/// Opacity of the veil, of 256.
 const VEIL_SHARE: u32 = 110;
 
 /// What a voxel may be, its name in the legend, its colour.

@@ -1,5 +1,5 @@
-//! What of a cell is drawn: a region only, nothing above a height, and no wall or ceiling between the cell
-//! and the eye.
+//! Cuts a cell for a picture: to a region, below a height, and without the walls and the ceiling between the
+//! cell and the eye.
 
 use glam::DVec3;
 
@@ -8,7 +8,7 @@ use crate::voxel::grid::{ONE_Q16, length_q16};
 use crate::voxel::{BitGrid, Grid, Window};
 use crate::world::World;
 
-/// Noise puts returns so many voxels beside a wall.
+/// Noise may put returns this many voxels beside a wall.
 const BESIDE: i32 = 3;
 
 /// What is left out.

@@ -1,9 +1,9 @@
-//! Pictures of a cell and of what a choice of poses sees in it. Each pixel is a few rays of a camera, cast by
-//! the same backend that scores.
+//! Draws a cell and what a choice of poses sees in it. Each pixel is a few rays of a camera, cast by the same
+//! backend that scores.
 //!
 //! # Practice
-//! What a ray ends in is an integer on every backend, and what follows is plain arithmetic of the host, so
-//! the CPU and any GPU draw the same bytes.
+//! The voxel in which a ray ends is the same on every backend, and colours are computed on the host, so the
+//! CPU and any GPU draw the same bytes.
 
 mod canvas;
 mod cast;
@@ -37,7 +37,7 @@ pub const SIDES_PX: std::ops::RangeInclusive<u32> = 64..=4096;
 /// Full horizontal angles of view, in degrees.
 pub const ANGLES_DEG: std::ops::RangeInclusive<f64> = 1.0..=150.0;
 
-/// How a picture shall look.
+/// What a picture is to show.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Wish {
     /// Where it is seen from.
@@ -63,7 +63,7 @@ pub struct Wish {
 /// Draws a cell, or what a view of it sees. The backend forgets what it had loaded.
 ///
 /// # Errors
-/// Where no picture can be made as it is wished, saying what would do, and those of the backend.
+/// When the picture cannot be made as wished, with what would work, and those of the backend.
 pub fn draw(world: &World, view: Option<&View>, wish: &Wish, backend: &mut dyn Backend) -> Result<Canvas> {
     let palette = colour::Palette::new(world, view, wish.colour)?;
     let whole = Cut { open_m: 0.0, ..Cut::of(wish) }.solid(world, DVec3::ZERO);

@@ -1,5 +1,5 @@
-//! What is drawn over the voxels: returns as dots, where nothing is before them, and sensors as figures of
-//! lines, through everything.
+//! Draws over the voxels: returns as dots, where nothing stands before them, and sensors as figures of lines,
+//! visible through everything.
 
 use glam::DVec3;
 
@@ -91,7 +91,7 @@ fn ring(samples: &mut Samples, points: &[DVec3], radius: f64, colour: [u8; 3], c
 fn line(samples: &mut Samples, [from, to]: [DVec3; 2], radius: f64, colour: [u8; 3], camera: &PictureCamera) {
     let (Some((a, _)), Some((b, _))) = (camera.project(from), camera.project(to)) else { return };
     let [dx, dy] = [b[0] - a[0], b[1] - a[1]];
-    // As many dots as it takes; a line that leaves the picture far behind is not worth more.
+    // As many dots as the line is long, with a limit for lines that end far outside the picture.
     let steps = (dx.abs().max(dy.abs()).ceil()).clamp(1.0, 10_000.0);
     for i in 0..=steps as u32 {
         let along = f64::from(i) / steps;

@@ -1,5 +1,5 @@
-//! The best that each combination of sensors reaches, per scene and on average, and how much of what the
-//! largest combination reaches that is.
+//! The best score of each combination of sensors, per scene and on average, and as a part of what the largest
+//! combination reaches.
 
 use super::ReportSelection;
 use super::Series;

@@ -17,11 +17,11 @@ pub use sweeps::Sweeps;
 /// How many placements a table takes: as many as there are letters to call them.
 pub const PLACEMENTS: std::ops::RangeInclusive<usize> = 2..=26;
 
-/// What a score is over several scenes, snapshots and repeats, in the order of [`cells`].
+/// How a score over several scenes, snapshots and repeats is summed up, in the order of [`cells`].
 const KINDS: [&str; 3] = ["mean", "worst", "pooled"];
 
 impl Sweeps {
-    /// What the placements are called in the tables, where they are, and their names.
+    /// The letters of the placements in the tables, with their places and names.
     pub fn key(&self, placements: &[RankedPlacement]) -> String {
         let mut text = String::new();
         for (letter, RankedPlacement { sweep, series, choice }) in ('A'..).zip(placements) {

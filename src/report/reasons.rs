@@ -89,8 +89,8 @@ fn names(view: &View) -> [String; 3] {
     [combination.name.clone(), pose_names(view.study, combination, view.choice.choice), representation]
 }
 
-/// The best choices by some scores over all scenes, snapshots and repeats, so many of each combination and
-/// representation in each region, all of them once: combination, choice and representation, in study order.
+/// The best choices by some scores over all scenes, snapshots and repeats, this many of each combination and
+/// representation in each region, without duplicates: combination, choice and representation, in study order.
 pub fn leaders(results: &Results, count: usize, scores: &[Score]) -> Result<Vec<[usize; 3]>> {
     let mut leaders = Vec::new();
     for one in series(results, 0..results.combinations.len()) {
@@ -129,7 +129,7 @@ const WORTH_ADVICE: u64 = 10;
 /// Most pieces of advice for a region.
 const MOST_ADVICE: usize = 3;
 
-/// What a view misses in some regions and why, with advice.
+/// The voxels that a view misses in some regions and why, with advice.
 pub fn render(view: &View, missed: &[Missed], regions: impl IntoIterator<Item = usize>) -> String {
     let [combination, poses, representation] = names(view);
     let Choice { repeat, .. } = view.choice;
@@ -220,7 +220,7 @@ pub(super) fn explain(view: &View, counts: &Confusion, mut tallies: Vec<CauseTal
     }
 }
 
-/// Rounded; what is there is not 0 %, and what is not all is not 100 %.
+/// Rounded, but not to 0 % unless there is none, nor to 100 % unless it is all.
 fn percent(part: u64, of: u64) -> String {
     match (200 * part + of) / (2 * of).max(1) {
         0 if part > 0 => "<1 %".into(),

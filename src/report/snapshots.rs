@@ -1,5 +1,4 @@
-//! Moving scenes: the choices that are best on average over the snapshots, and those that are best at their
-//! worst.
+//! Moving scenes: the choices with the best mean over the snapshots, and those whose worst snapshot is best.
 
 use super::ReportSelection;
 use super::near_side;

@@ -4,7 +4,8 @@
 /// How a cell without a value is shown.
 pub(super) const NONE: &str = "–";
 
-/// Widest column that others stand beside; a cell may be longer. The standard library pads to 65,535 at most.
+/// Widest column to which others are aligned; a cell may be longer. The standard library pads to 65,535 at
+/// most.
 const WIDEST: usize = 1000;
 
 /// Rows of cells below a header; numbers stand right, words left.
@@ -17,8 +18,9 @@ pub(super) struct Table {
 }
 
 impl Table {
-    /// A table with these columns; `<` before a name says that they are words, `>` that they are numbers, as does
-    /// nothing. A name out of a user's file needs one of them, since it may begin with either itself.
+    /// A table with these columns; `<` before a name says that the column has words, `>` that it has numbers,
+    /// which is the default. A name from a user's file needs one of them, since it may itself begin with
+    /// either.
     pub(super) fn new(columns: &[&str]) -> Self {
         Table {
             columns: columns

@@ -1,6 +1,6 @@
-//! Real devices by name: `model = "realsense-d435"` stands for the keys that `catalogue.toml` has of it, and
-//! what a study writes goes before them. Whether the keys make a sensor is checked afterwards, as if the user
-//! had written them all.
+//! Real devices by name: `model = "realsense-d435"` stands for the keys of that device in `catalogue.toml`;
+//! keys that the study itself writes take precedence. The keys are checked afterwards, as if the user had
+//! written them all.
 
 use std::sync::LazyLock;
 
@@ -14,31 +14,31 @@ use crate::{Error, Result};
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct DeviceModel {
-    /// What a study calls it.
+    /// Its name in studies.
     pub name: String,
-    /// What its maker calls it, and in which mode of its own it is.
+    /// The maker's name for it, and the mode of the device.
     pub title: String,
     /// The document that the values are from.
     pub source: String,
-    /// Where that document, or a copy of it, is.
+    /// The address of that document, or of a copy.
     pub url: String,
     /// What to know before relying on it.
     pub note: String,
-    /// Which values could not be compared with the maker's words.
+    /// Which values could not be compared with a document of the maker.
     pub unconfirmed: Option<String>,
-    /// Of a stereo camera, what its noise follows from.
+    /// For a stereo camera, the values from which its noise follows.
     pub stereo: Option<Stereo>,
     /// The keys of a `[[sensor]]` that it gives; the noise of a stereo camera is added as the file is read.
     pub keys: Table,
 }
 
-/// What the depth noise of a stereo camera follows from, besides its focal length.
+/// The values from which the depth noise of a stereo camera follows, besides its focal length.
 #[derive(Clone, Copy, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Stereo {
     /// Between its two lenses, in metres.
     pub baseline_m: f64,
-    /// Standard deviation with which a thing in one image is found in the other, in pixels.
+    /// Standard deviation with which a point of one image is found in the other, in pixels.
     pub subpixel_px: f64,
 }
 
@@ -75,8 +75,8 @@ impl DeviceModel {
     }
 }
 
-/// Keys of which those on the right say the same in another way, and yield to one on the left that a study
-/// writes.
+/// Keys that exclude each other: if a study writes the one on the left, those on the right are not taken from
+/// the device.
 const INSTEAD: [(&str, &[&str]); 3] = [
     ("rings_deg", &["elevation_deg"]),
     ("elevation_deg", &["rings_deg"]),
@@ -100,8 +100,8 @@ pub fn models() -> &'static [DeviceModel] {
     &MODELS
 }
 
-/// What a study says once its models are written out, as the keys `sensor` of it; for the fingerprint, which
-/// a model whose values change must change.
+/// A study with its models replaced by their keys; for the fingerprint, which must change when the values of
+/// a model change.
 pub(crate) fn written_out(mut study: Table) -> Table {
     let sensors = study.get_mut("sensor").and_then(Value::as_array_mut);
     for sensor in sensors.into_iter().flatten().filter_map(Value::as_table_mut) {
@@ -133,11 +133,11 @@ fn find(name: &str) -> Option<&'static DeviceModel> {
     models().iter().find(|model| model.name == name)
 }
 
-/// Adds what a model has and the study does not say.
+/// Adds the keys of a model that the study does not write.
 fn complete(keys: &mut Table, model: &DeviceModel) {
     let written = keys.clone();
     let said_otherwise = |key: &str| {
-        // A pair gives the vertical angles, too, which a lidar otherwise has from its rings.
+        // A pair of numbers includes the vertical angle, which a lidar otherwise has from its rings.
         let pair = model.kind() == "lidar" && written.get("fov_deg").is_some_and(Value::is_array);
         let instead = INSTEAD.iter().any(|(new, old)| written.contains_key(*new) && old.contains(&key));
         instead || pair && ["rings_deg", "elevation_deg"].contains(&key)

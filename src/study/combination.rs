@@ -129,10 +129,10 @@ pub(super) fn check_rows(
     Ok(())
 }
 
-/// At most so many bytes of memory the names of a combination's representations take, made from those of each
-/// of its sensors.
+/// An upper bound of the memory, in bytes, for the names of a combination's representations, which are joined
+/// from those of its sensors.
 pub(crate) fn bytes_of_names<S: AsRef<str>>(sensors: impl Iterator<Item = impl AsRef<[S]>>) -> usize {
-    /// Of the text itself and of its place in a list.
+    /// Bytes of a name besides its text: its place in a list.
     const OF_EACH: usize = 64;
     let (mut representations, mut length) = (1usize, OF_EACH);
     for names in sensors {

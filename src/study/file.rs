@@ -1,4 +1,5 @@
-//! The study file, as TOML: keys, units in their names, and defaults. Nothing is checked here but spelling and type.
+//! The study file, as TOML: keys, units in their names, and defaults. Only spelling and type are checked
+//! here.
 
 use std::collections::BTreeMap;
 use std::path::PathBuf;
@@ -11,15 +12,15 @@ use super::sensor::AnySensor;
 use super::value::{Unit, UpFile, exactly, exactly_if_given};
 use crate::backend::Fusion;
 
-/// What to sweep over what.
+/// A study: what is placed where, in which cells.
 #[derive(Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(super) struct StudyFile {
     /// Seed of all noise and of random poses. Default 0.
     #[serde(default)]
     pub(super) seed: u64,
-    /// How sensors of a combination become one label a voxel, unless it says so itself. Default
-    /// "occupied_wins".
+    /// How the evidence of a combination's sensors becomes one label a voxel, unless the combination has its
+    /// own rule. Default "occupied_wins".
     #[serde(default)]
     pub(super) fusion: Fusion,
     /// How often everything is measured, each time with other noise. Default 1.
@@ -37,10 +38,10 @@ pub(super) struct StudyFile {
     /// The cells that are swept, at least one.
     #[serde(default)]
     pub(super) scene: Vec<SceneEntry>,
-    /// Where is counted, at least one.
+    /// The regions in which voxels are counted, at least one.
     #[serde(default)]
     pub(super) region: Vec<RegionFile>,
-    /// What is placed, at least one.
+    /// The sensors to be placed, at least one.
     #[serde(default)]
     #[schemars(with = "Vec<AnySensor>")]
     pub(super) sensor: Vec<toml::Table>,
@@ -67,7 +68,7 @@ pub(super) struct GridFile {
     pub(super) voxel_size_m: f64,
     /// Corners of the grid; without, it holds all surfaces and sensors.
     pub(super) bounds_m: Option<BoundsFile>,
-    /// What a ray meets that leaves the grid. Default "nothing".
+    /// What a ray that leaves the grid hits. Default "nothing".
     pub(super) outside: Outside,
 }
 
@@ -77,7 +78,7 @@ impl Default for GridFile {
     }
 }
 
-/// What a ray meets that leaves the grid.
+/// What a ray that leaves the grid hits.
 #[derive(Clone, Copy, PartialEq, Eq, Deserialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub(super) enum Outside {
@@ -103,15 +104,15 @@ pub(super) struct BoundsFile {
 pub(super) struct SceneEntry {
     /// Its file, from the folder of this one.
     pub(super) file: PathBuf,
-    /// What results call it. Default: the name of the file.
+    /// Its name in results. Default: the name of the file.
     pub(super) name: Option<String>,
 }
 
-/// Where is counted: a name and one shape.
+/// A region in which voxels are counted: a name and one shape.
 #[derive(Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(super) struct RegionFile {
-    /// What results call it.
+    /// Its name in results.
     pub(super) name: String,
     /// A ball.
     pub(super) sphere: Option<SphereFile>,
@@ -125,7 +126,7 @@ pub(super) struct RegionFile {
     pub(super) robot_reach: Option<RobotReachFile>,
     /// The inside of a watertight .glb, .gltf, .stl, .obj or .dae file.
     pub(super) mesh: Option<PathBuf>,
-    /// Of the mesh: what its numbers are. Default "m"; a .dae file says it itself.
+    /// The unit of the mesh's numbers. Default "m"; a .dae file states its own.
     pub(super) unit: Option<Unit>,
     /// The axis that points up in an .stl or .obj file. Default "z".
     pub(super) up: Option<UpFile>,
@@ -213,18 +214,18 @@ pub(super) struct HumanBoxFile {
 #[derive(Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(super) struct CombinationFile {
-    /// What results call it. Default: the names of its sensors, joined.
+    /// Its name in results. Default: the names of its sensors, joined.
     pub(super) name: Option<String>,
     /// Names of sensors of the study, each once.
     pub(super) sensors: Vec<String>,
-    /// How they become one label a voxel. Default: the fusion of the study.
+    /// How their evidence becomes one label a voxel. Default: the fusion of the study.
     pub(super) fusion: Option<Fusion>,
-    /// Of some sensors, which poses take part: patterns with * and ?, as in camera = ["ceiling/*"]. Default
+    /// Which poses of some sensors take part: patterns with * and ?, as in camera = ["ceiling/*"]. Default
     /// all.
     #[serde(default)]
     pub(super) poses: BTreeMap<String, Vec<String>>,
-    /// Of some sensors, how many equal ones there are, as in camera = 3. No two are in one pose, and which of
-    /// them stands where makes no difference. Default 1.
+    /// How many equal ones of some sensors there are, as in camera = 3. No two of them are in the same pose,
+    /// and their order does not matter. Default 1.
     #[serde(default)]
     pub(super) count: BTreeMap<String, usize>,
 }

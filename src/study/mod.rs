@@ -40,10 +40,10 @@ use place::{Place, only_one};
 use problems::{Problems, parse_in_parts, wrong_with};
 pub use region::RegionSpec;
 
-/// No coordinate in a file is larger; beyond it there are slips of the pen, infinities and NaN.
+/// The largest coordinate in a file; larger numbers are typing errors, infinities or NaN.
 const FARTHEST_M: f64 = 1e6;
 
-/// Most repeats of a study; more would only tell noise more exactly than it is known.
+/// Most repeats of a study; more would be more precise than the noise is known.
 const MAX_REPEATS: u32 = 10_000;
 
 /// A checked study: what to sweep over what.
@@ -67,23 +67,23 @@ pub struct Study {
     pub regions: Vec<(String, RegionSpec)>,
     /// Sensors in study order.
     pub sensors: Vec<Sensor>,
-    /// What is scored together, in study order; each sensor alone unless the study says otherwise.
+    /// The combinations in study order; each sensor alone if the study has none.
     pub combinations: Vec<Combination>,
     /// Which set of sensors is looked for, if the study says so.
     pub choose: Option<Choose>,
     /// Whether noise was switched off, whatever the study says.
     pub noiseless: bool,
-    /// Numbers in its file that look like slips of a unit.
+    /// Numbers in its file that look as if they had a wrong unit.
     pub warnings: Vec<String>,
     /// How often everything is scored, each time with other noise; once where nothing is noisy.
     pub repeats: u32,
     /// How many voxels of a body part must be hit for it to be detected.
     pub min_hits: u32,
-    /// What its files were read through, and its meshes will be.
+    /// The sources through which its files were read, and its meshes will be.
     pub sources: Sources,
 }
 
-/// What a command line may say instead of the study.
+/// What a command line may override.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Overrides {
     /// Edge of a voxel in metres.
@@ -104,7 +104,7 @@ impl Study {
         Study::examine(path, overrides, sources).map_err(Error::first)
     }
 
-    /// The same, but all that is wrong is told, as far as one thing can be judged without another.
+    /// The same, but tells all errors that can be judged independently.
     pub fn examine(path: &Path, overrides: &Overrides, sources: Sources) -> Result<Study, Vec<Error>> {
         Study::check(path, overrides, sources.clone()).map_err(|problems| sources.judged(problems))
     }
@@ -167,7 +167,7 @@ impl Study {
         if file.min_hits == 0 {
             problems.keep::<()>(Err(at.wrong("min_hits", 0, "must be 1 or more")));
         }
-        // What names sensors can be judged only where all of them are known.
+        // Keys that name sensors can be checked only if all sensors could be read.
         let (Some(voxel_size_m), Some(bounds_m), true) = (voxel_size_m, bounds_m, problems.is_empty()) else {
             return Err(all(problems));
         };
@@ -211,7 +211,7 @@ fn refuse_scene(path: &Path, text: &str) -> Result<()> {
     }
 }
 
-/// What stands at the top of a file; nothing of one that cannot be read at all.
+/// The top-level keys of a file; none if it cannot be read as TOML.
 fn top_keys(text: &str) -> toml::Table {
     toml::from_str(text).unwrap_or_default()
 }
@@ -224,14 +224,14 @@ fn refuse_folder(path: &Path, wanted: &str) -> Result<()> {
     }
 }
 
-/// The lists of a study that can be read entry by entry; each sensor is read for itself in any case.
+/// The lists of a study that can be read entry by entry; sensors always are.
 const LISTS: [problems::List; 3] = [
     ("scene", wrong_with::<file::SceneEntry>),
     ("region", wrong_with::<file::RegionFile>),
     ("combination", wrong_with::<file::CombinationFile>),
 ];
 
-/// Everything that was found, for a check that cannot go on.
+/// All errors that were found, for a check that cannot continue.
 fn all(problems: Problems) -> Vec<Error> {
     problems.none().err().unwrap_or_default()
 }
@@ -252,7 +252,7 @@ fn voxel_size(at: &Place, file: &StudyFile, overrides: &Overrides) -> Result<f64
 fn scenes(at: &Place, file: &StudyFile, sources: &Sources, problems: &mut Problems) -> Vec<SceneSpec> {
     let scenes = file.scene.iter().enumerate().filter_map(|(i, entry)| {
         let path = at.folder().join(&entry.file);
-        // An error inside the file names the file; one of reaching it also says who asked for it.
+        // An error inside the file names the file; an error of opening it also names the study.
         let text = sources.text(&path).map_err(|e| at.around(e.at(format!("scene[{i}].file"))));
         let mut scene =
             problems.keep(text).and_then(|text| problems.keep_all(SceneSpec::parse(&path, text)))?;
@@ -317,7 +317,7 @@ fn no_semicolons(at: &Place, sensors: &[Sensor]) -> Result<()> {
     }
 }
 
-/// A sensor of unknown noise is cast as if it had none, and beats what is known to have some.
+/// A sensor of unknown noise is cast without noise, so it would beat sensors whose noise is known.
 fn no_mixed_noise(at: &Place, sensors: &[Sensor]) -> Result<()> {
     let first = |said| sensors.iter().find(|sensor| sensor.noise == said);
     match (first(SaidOfNoise::Unknown), first(SaidOfNoise::Model)) {
@@ -346,7 +346,8 @@ fn bounds(at: &Place, bounds: file::BoundsFile) -> Result<[DVec3; 2]> {
     Ok([min, max])
 }
 
-/// Reads TOML. The error shows the line, and beside it is its message alone, if the file is TOML at all.
+/// Reads TOML. The error shows the line; with it comes the message without the line, if the file is valid
+/// TOML.
 fn parse<T: DeserializeOwned>(path: &Path, text: &str) -> Result<T, (Error, Option<String>)> {
     toml::from_str(text).map_err(|shown| {
         let table = toml::from_str::<toml::Table>(text).ok();
@@ -356,7 +357,7 @@ fn parse<T: DeserializeOwned>(path: &Path, text: &str) -> Result<T, (Error, Opti
     })
 }
 
-/// A name as it stands in tables: lower case, letters and digits, everything else one hyphen.
+/// A name as in tables: lower-case letters and digits, everything else replaced by single hyphens.
 pub(crate) fn slug(name: &str) -> String {
     let plain: String =
         name.chars().map(|c| if c.is_alphanumeric() { c.to_ascii_lowercase() } else { '-' }).collect();

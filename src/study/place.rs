@@ -42,12 +42,12 @@ impl Place<'_> {
         .into()
     }
 
-    /// The error for something that is missing, or there twice.
+    /// The error for something that is missing or given twice.
     pub(super) fn says(&self, what: impl Into<Words>) -> Error {
         self.around(Issue::says(what))
     }
 
-    /// The error for a problem of its own in this place, such as that of a file that is named here.
+    /// An error with this place around it, such as that of a file that is named here.
     pub(super) fn around(&self, error: impl Into<Error>) -> Error {
         let error = error.into();
         match self.prefix.trim_end_matches('.') {

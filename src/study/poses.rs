@@ -20,10 +20,10 @@ use crate::{Error, Result};
 use file::{PanTilt, PoseFile, RandomFile};
 pub(super) use file::{PosesFile, Quaternion};
 
-/// Most poses of a study, all its sensors together: about 1 GB. A larger number is a slip of a step.
+/// Most poses of a study, all its sensors together: about 1 GB. A larger number comes from a mistyped step.
 pub(super) const MAX_POSES: usize = 4_000_000;
 
-/// Whose poses they are, and what random ones are drawn from.
+/// The sensor whose poses are read, and the seed of random ones.
 pub(super) struct PoseSource<'a> {
     pub(super) sensor: &'a str,
     pub(super) stance: Stance,
@@ -32,7 +32,7 @@ pub(super) struct PoseSource<'a> {
     pub(super) stream: u64,
     /// Poses that the study may still have.
     pub(super) most: usize,
-    /// What a table is read through.
+    /// The sources through which a table is read.
     pub(super) files: &'a Sources,
 }
 
@@ -123,7 +123,7 @@ pub(super) fn numbers(at: &Place, key: &str, axis: &Axis) -> Result<Vec<f64>> {
     Ok(values)
 }
 
-/// What to say of poses that are more than the study may still have.
+/// The error for more poses than a study may have.
 pub(super) fn too_many() -> Issue {
     Issue::too_large(format!("with these, the study has more than {MAX_POSES} poses"))
         .wanted("widen a step, or leave some out")
@@ -333,7 +333,7 @@ fn drawn(
             return Err(at.wrong(key, format!("[{from}, {to}]"), "must be [from, to], from not above to"));
         }
     }
-    // Both ends are tried first, so that no seed finds an angle wrong that another does not.
+    // Both ends are checked first, so that an error does not depend on the seed.
     for end in [0, 1] {
         let turn = [("pan_deg", pan_deg[end]), ("tilt_deg", tilt_deg[end])];
         turned(at, source.stance, min, facing, turn)?;

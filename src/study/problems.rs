@@ -1,4 +1,4 @@
-//! Everything that is wrong with a study's files, gathered so that it can be told at once. A caller that
+//! Collects everything that is wrong with a study's files, so that it can be told at once. A caller that
 //! reports one error takes the first.
 
 use std::path::Path;
@@ -11,17 +11,17 @@ use super::unreadable::{self, Step};
 use super::{Place, parse};
 use crate::{Error, Result};
 
-/// What was found wrong so far, in the order of the checks.
+/// The errors found so far, in the order of the checks.
 #[derive(Debug, Default)]
 pub(super) struct Problems(Vec<Error>);
 
 impl Problems {
-    /// The value of a check that passed; else what is wrong is kept.
+    /// The value of a check that passed; an error is kept.
     pub(super) fn keep<T>(&mut self, checked: Result<T>) -> Option<T> {
         checked.map_err(|e| self.0.push(e)).ok()
     }
 
-    /// The same of checks that find more than one thing.
+    /// The same for checks with several errors.
     pub(super) fn keep_all<T>(&mut self, checked: Result<T, Vec<Error>>) -> Option<T> {
         checked.map_err(|all| self.0.extend(all)).ok()
     }
@@ -31,7 +31,7 @@ impl Problems {
         self.0.is_empty()
     }
 
-    /// All that was found, if anything was.
+    /// All errors, if there are any.
     pub(super) fn none(self) -> Result<(), Vec<Error>> {
         if self.0.is_empty() { Ok(()) } else { Err(self.0) }
     }
@@ -40,7 +40,7 @@ impl Problems {
 /// A list of a file that can be read entry by entry: its key, and what is wrong with an entry.
 pub(super) type List = (&'static str, fn(Value) -> Vec<Unreadable>);
 
-/// What keeps an entry from being read as what it should be.
+/// Why an entry cannot be read.
 pub(super) fn wrong_with<T: DeserializeOwned>(entry: Value) -> Vec<Unreadable> {
     read_without_wrong_keys::<T>(entry).1
 }
@@ -53,7 +53,7 @@ pub(super) fn parse_in_parts<T: DeserializeOwned>(
     lists: &[List],
     problems: &mut Problems,
 ) -> Option<T> {
-    // What is wrong with the whole file is shown with its line, so it comes first.
+    // The parser's own error shows the line in the file, so it comes first.
     let shown = match parse(path, text) {
         Ok(file) => return Some(file),
         Err((error, shown)) => {
@@ -91,8 +91,8 @@ pub(super) fn parse_in_parts<T: DeserializeOwned>(
     file
 }
 
-/// What can be read of a value when wrong keys are left out, and what was wrong with each of them. What is
-/// missing only because of that is not told.
+/// What can be read of a value when wrong keys are left out, and the error of each of them. A key that is
+/// missing only for that reason is no error.
 fn read_without_wrong_keys<T: DeserializeOwned>(mut value: Value) -> (Option<T>, Vec<Unreadable>) {
     let mut wrong = Vec::new();
     loop {

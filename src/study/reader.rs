@@ -1,4 +1,4 @@
-//! Reads values of TOML as what a key should be, with errors that say of what kind they are and at which keys.
+//! Reads TOML values into typed structures, with errors that say their kind and the keys that lead to them.
 
 use std::fmt::{self, Display};
 
@@ -71,7 +71,7 @@ impl de::Error for Unreadable {
     }
 }
 
-/// In serde's words.
+/// The list as serde words it.
 fn one_of(expected: &[&str]) -> String {
     match expected {
         [] => "there are none".into(),

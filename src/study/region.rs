@@ -27,10 +27,9 @@ pub enum RegionSpec {
         /// How it is turned.
         rotation: DQuat,
     },
-    /// What is in any of these regions, by their index in the study; all come before this one.
+    /// The union of these regions, by their index in the study; all come before this one.
     Union(Vec<usize>),
-    /// What is in the first of these regions and in none of the others, by their index; all come before this
-    /// one.
+    /// The first of these regions without the others, by their index; all come before this one.
     Difference(Vec<usize>),
 }
 

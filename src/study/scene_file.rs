@@ -1,4 +1,5 @@
-//! A scene file, as TOML: the objects of a cell with their roles, poses and surfaces, checked into what `spec` says.
+//! A scene file, as TOML: the objects of a cell with their roles, poses and surfaces, checked and turned into
+//! `scene::spec`.
 
 mod snapshots;
 
@@ -28,7 +29,7 @@ use snapshots::SnapshotsFile;
 #[derive(Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(super) struct SceneFile {
-    /// What the inside of its objects is, unless they say so. Default "ignored".
+    /// What the inside of its objects is, unless an object has its own `interior`. Default "ignored".
     interior: Option<Interior>,
     /// At least one.
     #[serde(default)]
@@ -43,11 +44,11 @@ struct ObjectFile {
     name: String,
     /// Default: "human" for a mannequin, "robot" for a urdf, else "environment".
     role: Option<Role>,
-    /// What its inside is. Default: what the scene says.
+    /// What its inside is. Default: the `interior` of the scene.
     interior: Option<Interior>,
     /// Whether rays stop at it. Default "opaque".
     optical: Option<Optical>,
-    /// Gives its role to voxels, and fills none. Default false.
+    /// Gives its role to voxels that other objects fill, and fills none itself. Default false.
     #[serde(default)]
     tag_only: bool,
     /// Where its own frame is, [x, y, z] in metres; bodies are centred on it. Default the origin.
@@ -58,8 +59,8 @@ struct ObjectFile {
     rpy_deg: Option<[f64; 3]>,
     /// How it is turned, instead of rpy_deg.
     quaternion: Option<Quaternion>,
-    /// Of a mesh in a file: what its numbers are. Default "m", which glTF promises and not every exporter keeps; a .dae file
-    /// says it itself.
+    /// The unit of a mesh file's numbers. Default "m", which glTF prescribes, but not every exporter keeps
+    /// to; a .dae file states its own.
     unit: Option<Unit>,
     /// The axis that points up in an .stl or .obj file. Default "z".
     up: Option<UpFile>,
@@ -81,7 +82,7 @@ struct ObjectFile {
     octomap: Option<PathBuf>,
     /// A body around 17 joints in a CSV file, in the order of COCO.
     mannequin: Option<PathBuf>,
-    /// The 17 joints of a person who is no mannequin, as a CSV file.
+    /// The 17 joints of a person that is not made by mannequin, as a CSV file.
     keypoints: Option<PathBuf>,
     /// A robot.
     urdf: Option<PathBuf>,
@@ -96,7 +97,7 @@ struct ObjectFile {
     /// Rules for parts of a .glb or .gltf file.
     #[serde(default)]
     nodes: Vec<NodeRule>,
-    /// What changes from one moment to the next.
+    /// What changes from one snapshot to the next.
     snapshots: Option<SnapshotsFile>,
 }
 
@@ -231,7 +232,7 @@ fn object(at: &Place, entry: ObjectFile, default_interior: Interior) -> Result<O
         Ok(SurfaceSpec::Capsule { radius_m, length_m: length("capsule.length_m", c.length_m)? })
     });
     let octomap = entry.octomap.as_ref().map(|p| Ok(SurfaceSpec::Octomap(folder.join(p))));
-    // A person who moves may have one file a snapshot and none for all.
+    // A person who moves may have a file for each snapshot instead of one for all.
     let moving = entry.snapshots.as_ref().and_then(|s| s.mannequin.as_ref()?.first());
     let mannequin = entry.mannequin.as_ref().or(moving).map(|p| Ok(SurfaceSpec::Mannequin(folder.join(p))));
     let choices = vec![
@@ -271,13 +272,13 @@ fn object(at: &Place, entry: ObjectFile, default_interior: Interior) -> Result<O
             .says("an octomap stays where it is")
             .wanted("its voxels are the grid's; take its pose away"));
     }
-    // A room is what the cell is inside of.
+    // The cell is inside the room, so a room has no interior of its own.
     let interior = match (&surface, entry.interior) {
         (SurfaceSpec::Room { .. }, Some(_)) => {
             return Err(at.says("interior does not belong to a room").wanted("it is the cell"));
         }
         (SurfaceSpec::Room { .. }, None) => Interior::Free,
-        // A map is mostly one of a whole cell: its closed walls are no body either, unless its author says so.
+        // A map mostly shows a whole cell: its closed walls are no body either, unless `interior` says so.
         (SurfaceSpec::Octomap(_), None) => Interior::Free,
         (_, interior) => interior.unwrap_or(default_interior),
     };

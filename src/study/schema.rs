@@ -1,5 +1,5 @@
-//! JSON schemas of study and scene files, from the very structs that read them, so that editors complete and check keys.
-//! They know spelling and types; what a value must be besides is checked when a file is read.
+//! JSON schemas of study and scene files, made from the structs that read them, so that editors complete and
+//! check keys. They know spelling and types; other rules are checked when a file is read.
 
 use schemars::generate::SchemaSettings;
 use schemars::transform::{RecursiveTransform, Transform};
@@ -52,7 +52,7 @@ fn without_null(schema: &mut Schema) {
         let only = only.clone();
         schema.remove("anyOf");
         for (key, value) in only {
-            // What a key is said to be goes before what its type is.
+            // The description of a key takes precedence over that of its type.
             if schema.get(&key).is_none() {
                 schema.insert(key, value);
             }

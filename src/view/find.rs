@@ -1,4 +1,4 @@
-//! From names, as a user reads them in results.csv, to what they stand for in a study.
+//! Finds in a study what a user names as results.csv does: a choice of poses, a representation, a scene.
 
 use super::Choice;
 use super::names::{ChoiceNames, find_choices, unknown};
@@ -8,7 +8,7 @@ use crate::study::{Combination, Study};
 use crate::world::World;
 use crate::{Error, Result};
 
-/// Which choice, in which scene; what is not said is the first there is.
+/// Which choice, in which scene; the default is the first of each.
 #[derive(Clone, Debug, Default)]
 pub struct Names {
     /// As in the column `poses` of results.csv; of a sensor that is scored alone, the pose's own name will
@@ -26,8 +26,8 @@ pub struct Names {
     pub repeat: usize,
 }
 
-/// Finds the world (of those of the study, or at least of the scene) and the choice; names what there is
-/// where something is not.
+/// Finds the world (among those of the study, or at least of the scene) and the choice. The error for an
+/// unknown name lists the known ones.
 pub fn find<'w>(study: &Study, worlds: &'w [World], wanted: &Names) -> Result<(&'w World, Choice)> {
     let all: Vec<ChoiceNames> = study.combinations.iter().map(|c| choice_names(study, c)).collect();
     let found = find_choices(&all, &wanted.poses, wanted.combination.as_deref())?;
@@ -53,7 +53,7 @@ pub fn find<'w>(study: &Study, worlds: &'w [World], wanted: &Names) -> Result<(&
     Ok((world, Choice { combination, choice, representation, repeat: wanted.repeat }))
 }
 
-/// Finds the scene alone, which has such a snapshot.
+/// Finds only the scene, and checks that it has such a snapshot.
 pub fn find_scene(study: &Study, wanted: &Names) -> Result<usize> {
     let scenes: Vec<_> = study.scenes.iter().map(|scene| scene.name.as_str()).collect();
     let scene = match &wanted.scene {

@@ -1,9 +1,10 @@
-//! One choice of poses in one scene at one moment, voxel by voxel: what each sensor says, what they say
-//! together, and whether it is true. Pictures, exports and reasons are made from it; sweeps count without it.
+//! A view: one choice of poses in one scene at one moment, voxel by voxel, with each sensor's evidence, the
+//! fused labels, and whether they are right. Pictures, exports and reasons are made from views; sweeps count
+//! without them.
 //!
 //! # Practice
-//! Made on the host from what a backend reads back, over the whole grid, so that it costs as much as some
-//! thousand scored poses. Its counts in a region are those of the sweep.
+//! A view is made on the host from what a backend reads back, over the whole grid, so that it costs as much
+//! as some thousand scored poses. Its counts in a region are those of the sweep.
 
 mod find;
 pub mod names;
@@ -37,7 +38,7 @@ pub struct Choice {
     pub repeat: usize,
 }
 
-/// What a sensor of a choice does.
+/// A sensor of a choice.
 #[derive(Clone, Debug)]
 pub struct SensorView {
     /// Index of the sensor.
@@ -55,26 +56,28 @@ pub struct SensorView {
     pub presence: bool,
 }
 
-/// A choice, looked at.
+/// A choice of poses, voxel by voxel.
 #[derive(Debug)]
 pub struct View<'a> {
-    /// What is studied.
+    /// The study.
     pub study: &'a Study,
     /// The scene at its moment.
     pub world: &'a World,
-    /// Which of its voxels are what.
+    /// The truth of that scene.
     pub truth: Arc<Truth>,
     /// What is looked at.
     pub choice: Choice,
     /// Its sensors, in the order they speak.
     pub members: Vec<SensorView>,
-    /// What they say together, over the grid; no voxel is occupied and free, and what is neither is unknown.
+    /// Their labels over the grid; no voxel is both occupied and free, and a voxel that is neither is
+    /// unknown.
     pub labels: Planes,
     /// The rays of the study's sensors.
     tables: Arc<Vec<Option<Rays>>>,
 }
 
-/// Looks at many choices, one after another, on a backend; what choices and worlds share is made ready once.
+/// Makes views of many choices, one after another, on a backend; what choices and worlds share is made ready
+/// once.
 pub struct Viewer<'a, 'b> {
     study: &'a Study,
     tables: Arc<Vec<Option<Rays>>>,
@@ -82,7 +85,7 @@ pub struct Viewer<'a, 'b> {
     loaded: Option<&'a World>,
 }
 
-/// What a label is worth.
+/// A label compared with the truth.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Verdict {
     /// Occupied, and called so.
@@ -118,7 +121,7 @@ impl<'a, 'b> Viewer<'a, 'b> {
         Ok(Viewer { study, tables: tables.into(), backend, loaded: None })
     }
 
-    /// Looks at a choice. It is quicker to stay in the same world.
+    /// Makes the view of a choice. Views of the same world, one after another, are quicker.
     pub fn view(&mut self, world: &'a World, choice: Choice) -> Result<View<'a>> {
         let grid = world.grid.window();
         if !self.loaded.is_some_and(|loaded| std::ptr::eq(loaded, world)) {
@@ -160,7 +163,7 @@ impl<'a, 'b> Viewer<'a, 'b> {
 }
 
 impl<'a> View<'a> {
-    /// Looks at a choice. The backend forgets what it had loaded.
+    /// Makes the view of a choice. The backend forgets what it had loaded.
     pub fn new(
         study: &'a Study,
         world: &'a World,
@@ -170,7 +173,7 @@ impl<'a> View<'a> {
         Viewer::new(study, backend)?.view(world, choice)
     }
 
-    /// What the label of a voxel of the grid is worth.
+    /// The label of a voxel of the grid, compared with the truth.
     pub(crate) fn verdict(&self, voxel: [i32; 3]) -> Verdict {
         let is_there = self.truth.occupied.get(voxel);
         match (self.labels.occupied.get(voxel), self.labels.free.get(voxel)) {

@@ -1,4 +1,4 @@
-//! Names of choices of poses: which one is meant by a name that a user wrote.
+//! Finds the choice of poses that a user's name means.
 
 use crate::error::{Argument, Issue, Site};
 use crate::results::columns::BETWEEN_MEMBERS;
@@ -74,7 +74,7 @@ impl ChoiceNames<'_> {
         self.each(poses, |known, own| {
             let own = plain(own);
             let mut alike = (0..known.len()).filter(|&i| plain(known[i]) == own);
-            // Two that differ in spelling only are both not meant.
+            // If two names differ in spelling only, neither is meant.
             alike.next().filter(|_| alike.next().is_none())
         })
     }
@@ -84,7 +84,7 @@ impl ChoiceNames<'_> {
         self.each(poses, |known, own| {
             let own = plain(own);
             let near = |i: &usize| strsim::normalized_damerau_levenshtein(&plain(known[*i]), &own);
-            // Of equals the first.
+            // The first of equally near ones.
             let best = (0..known.len()).rev().max_by(|a, b| near(a).total_cmp(&near(b)))?;
             (near(&best) >= NEAR).then_some(best)
         })

@@ -1,5 +1,5 @@
-//! Which way a sensor looks, as a small figure: a pyramid for a camera, a cone for rays that go one way; and
-//! the ground that pads and gates watch. Pictures and exports draw sensors with it.
+//! Small figures that show which way a sensor looks: a pyramid for a camera, a cone for rays that go one way,
+//! the ground that pads and gates watch. Pictures and exports draw sensors with them.
 
 use glam::DVec3;
 
@@ -9,7 +9,7 @@ use crate::world::ray_table;
 
 /// Directions along the rim of a cone.
 const RIM: usize = 24;
-/// A wider cone says nothing of where a sensor looks: half angle in radians (80°).
+/// A wider cone does not show where a sensor looks: half angle in radians (80°).
 const WIDEST_RAD: f64 = 1.4;
 
 /// Where a sensor is, and which way it looks.
@@ -23,7 +23,7 @@ pub struct Outline {
 }
 
 impl View<'_> {
-    /// The figure of a sensor; `None` if it stands nowhere, or is [`View::grounds`].
+    /// The figure of a sensor; `None` if it has no pose, or is drawn as [`View::grounds`].
     pub(crate) fn outline(&self, member: &SensorView) -> Option<Outline> {
         let kind = &self.study.sensors[member.sensor].kind;
         if !kind.prisms().is_empty() {

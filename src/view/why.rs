@@ -1,11 +1,11 @@
-//! Why a voxel stays unknown: what became of the ray nearest to its centre, and which object stood in its
-//! way. `report` makes tables and advice of it.
+//! Finds why a voxel stays unknown: how the ray nearest to its centre ended, and which object stood in its
+//! way. `report` makes tables and advice from the reasons.
 //!
 //! # Theory
-//! The paper splits unknown space into what is monitored but occluded and what is not monitored. Of a sensor
-//! that casts rays, the ray nearest to the voxel's centre is looked at: for a camera the pixel that the
-//! centre falls into, for any other table the direction that is nearest to that of the centre, the first of
-//! equals. The first reason that applies is the voxel's:
+//! The paper splits unknown space into what is monitored but occluded and what is not monitored. For a sensor
+//! that casts rays, the ray nearest to the voxel's centre decides: for a camera that of the pixel into which
+//! the centre falls, for any other table the ray whose direction is nearest to that of the centre, the first
+//! of equals. The first reason that applies is the voxel's:
 //!
 //! | reason | holds where | monitored |
 //! |---|---|---|
@@ -19,11 +19,11 @@
 //! | `misread` | the ray returned from the voxel or from behind it, and noise, or a mount that is off, had it read before it; a cover's noise read the voxel elsewhere | yes |
 //! | `cancelled` | some sensor knows the voxel, and the others' votes weigh exactly as much against it | yes |
 //!
-//! That is all that can happen. A voxel is unknown if no sensor says anything of it, or if votes cancel. A
-//! sensor that casts says nothing of a voxel that the ray crosses only if the ray was blind, was silent, or
-//! returned and was read before the voxel; and what it returned from then lies before the voxel, or noise
-//! misread it. Keypoint volumes only add to what rays say. So the voxels of all reasons together are those
-//! that a sweep counts as `uo` and `uf`.
+//! The table is complete. A voxel is unknown if no sensor labels it, or if votes cancel. A sensor that casts
+//! leaves a voxel that the ray crosses without a label only if the ray was blind, was silent, or returned and
+//! was read before the voxel; in the last case its blocker lies before the voxel, or noise misread it.
+//! Keypoint volumes only add to what rays say. So the voxels of all reasons together are those that a sweep
+//! counts as `uo` and `uf`.
 //!
 //! * Where a mount is off, rays are looked at as they are believed to go. What ended one is what the true ray
 //!   ended in; it lies before the voxel if it was nearer than the believed ray enters the voxel.
@@ -59,14 +59,14 @@ use crate::sensor::look::Way;
 use crate::voxel::{BitGrid, Truth};
 use sight::{Look, Sight};
 
-/// Why a voxel is unknown, those that are nearer to knowing it later.
+/// Why a voxel is unknown; reasons of sensors that came nearer to knowing it come later.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Reason {
     /// No sensor looks there.
     OutOfView,
     /// It is too far away.
     OutOfRange,
-    /// It is a switch's, which is off, and that certifies nothing.
+    /// A switch watches it and is off, which certifies nothing.
     Silent,
     /// No ray crosses it.
     BetweenRays,
@@ -74,7 +74,7 @@ pub enum Reason {
     Hidden,
     /// Something stands too near to the sensor.
     Blind,
-    /// Nothing behind it returns the ray, or the return is lost, and that certifies nothing.
+    /// Nothing behind it returns the ray, or the return is lost, which certifies nothing.
     NoReturn,
     /// Noise read the sensor's return elsewhere.
     Misread,
@@ -117,10 +117,10 @@ impl Reason {
     }
 }
 
-/// A reason, and what is to blame.
+/// A reason, and the object to blame.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct Cause {
-    /// What happened.
+    /// The reason.
     pub reason: Reason,
     /// The object that a hidden or a blind voxel's ray ended in, by its index in [`Truth::objects`].
     pub object: Option<usize>,
@@ -156,8 +156,7 @@ impl CauseTally {
 }
 
 impl View<'_> {
-    /// Why those of some voxels that are unknown are so: each cause that there is, in their order, with its
-    /// voxels.
+    /// Why voxels of a set are unknown: each cause that occurs, in order, with its voxels.
     pub(crate) fn why(&self, of: &BitGrid) -> Vec<Missed> {
         let mut unknown = of.clone();
         unknown.remove(&self.labels.occupied);
@@ -201,12 +200,12 @@ impl View<'_> {
 /// The cause of the sensor that came nearest to knowing a voxel.
 fn cause(witnesses: &[Witness], voxel: [i32; 3]) -> Cause {
     let all = witnesses.iter().map(|witness| witness.cause(voxel));
-    // Of equals the first, so that the object does not depend on who speaks later.
+    // The first of equals, so that the object does not depend on later sensors.
     let latest = all.reduce(|best, next| if next.reason > best.reason { next } else { best });
     latest.unwrap_or(Cause { reason: Reason::OutOfView, object: None })
 }
 
-/// What a sensor can say of why it does not know a voxel.
+/// Finds why one sensor does not know a voxel.
 struct Witness<'a> {
     truth: &'a Truth,
     member: &'a SensorView,
@@ -214,9 +213,9 @@ struct Witness<'a> {
 }
 
 enum Means<'a> {
-    /// By its rays; and how they ended.
+    /// A sensor with rays, and how they ended.
     Rays { sight: Sight<'a>, rays: &'a Rays, ends: &'a [march::End] },
-    /// By a volume that it speaks of; and what it means that it did not speak of a voxel in it.
+    /// A sensor that labels a volume, and the reason for voxels in it that it left without a label.
     Volume { voxels: BitGrid, otherwise: Reason },
 }
 
@@ -277,7 +276,7 @@ impl<'a> Witness<'a> {
         }
     }
 
-    /// What became of a ray that crosses a voxel within its range, as it is believed to go.
+    /// How a ray ended that, as it is believed to go, crosses a voxel within its range.
     fn ended(
         &self,
         kind: u32,
@@ -291,8 +290,8 @@ impl<'a> Witness<'a> {
         let from = &self.member.placement;
         let cast = march::start(from.caster().origin_q16, way.truly_q16);
         let (hit, hit_q16) = first_blocker(&self.truth.blockers, &cast, rays.gates.near_ignore_q16);
-        // Rays from one voxel cross as many boundaries on their way to another; where a mount is off,
-        // distances tell.
+        // All rays from one voxel to another cross the same number of boundaries; where a mount is off,
+        // distances are compared instead.
         let crossings = |to: [i32; 3]| (0..3).map(|r| to[r].abs_diff(begin.voxel[r])).sum::<u32>();
         let is_before = match from.truly {
             None => crossings(voxel) > crossings(hit),
@@ -311,7 +310,7 @@ impl<'a> Witness<'a> {
     }
 }
 
-/// The blocker in which a ray ends that is known to end in one, and how far it is. What is entered before
+/// The blocker in which a ray ends, and its distance; the ray must end in one. A blocker entered before
 /// `near_ignore_q16` is the sensor's housing.
 fn first_blocker(blockers: &BitGrid, begin: &march::March, near_ignore_q16: u32) -> ([i32; 3], u32) {
     let ends = |to: &march::Crossing| {

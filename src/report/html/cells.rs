@@ -1,5 +1,5 @@
-//! The cell in voxels for the page's 3D view: what is there at some moments, what the sensors of the best
-//! choices say of the regions, and why they do not know the rest.
+//! The cell in voxels for the page's 3D view: the truth at some moments, the labels of the best choices in
+//! the regions, and why the rest stays unknown.
 
 use std::collections::BTreeSet;
 
@@ -40,7 +40,7 @@ struct Moment {
     regions: Vec<ByteRange>,
 }
 
-/// What is said of a choice at a moment.
+/// The labels of a choice at a moment.
 #[derive(Debug, Serialize)]
 pub(super) struct Labels {
     pub(super) series: usize,
@@ -83,8 +83,8 @@ struct Shown {
 
 /// Looks at the best choices of each region and representation by F1, as many as are wanted and fit, and at
 /// some of the best by human_seen and by parts_detected, in each scene's first moment and in the one where
-/// the choice is worst. Says how many of how many are done after each. What the best of a region misses at
-/// its worst moment is explained.
+/// the choice is worst. Reports progress after each. The voxels that the best choice of a region misses at
+/// its worst moment are explained.
 ///
 /// # Errors
 /// Those of the backend, and of a journal that cannot be read.
@@ -115,13 +115,13 @@ pub(super) fn look(
     Ok(cells)
 }
 
-/// How many of the best by human_seen and by parts_detected are looked at, where so many are by F1.
+/// How many of the best by human_seen and by parts_detected are looked at, if this many are by F1.
 fn share_of_safety(most: usize) -> usize {
     most.div_ceil(5)
 }
 
-/// What is worth looking at, the best first, each in every scene at its worst moment and then at the scene's
-/// first.
+/// The views to make, of the best choices first: each choice in every scene at its worst moment, then at the
+/// scene's first.
 fn sights(results: &Results, rankings: &[Ranking], most: usize) -> Result<Vec<Shown>> {
     let (mut known, mut sights) = (BTreeSet::new(), Vec::new());
     for rank in 0..most {
@@ -174,7 +174,7 @@ fn asked(results: &Results, rankings: &[Ranking]) -> Result<Vec<ToExplain>> {
 }
 
 impl Cells {
-    /// Adds what a view says of all regions, and explains it in some.
+    /// Adds the labels of a view in all regions, and explains the unknown voxels of some.
     fn put_labels(&mut self, sight: Shown, view: &View, asked: impl Iterator<Item = (usize, usize)>) {
         let missed = view.why_in_regions();
         let (occupied, free) = (&view.labels.occupied, &view.labels.free);

@@ -31,7 +31,7 @@ type Boxes = Vec<Vec<Option<[f64; 5]>>>;
 /// The root of the JSON.
 #[derive(Serialize)]
 pub(super) struct Data<'a> {
-    /// The words of a command line that renders a pose of this sweep, but for what names the pose.
+    /// The words of a command line that renders a pose of this sweep, without those that name the pose.
     render: Vec<String>,
     repeats: usize,
     regions: &'a [String],
@@ -50,8 +50,8 @@ pub(super) struct Data<'a> {
     full_set: Option<usize>,
     between_members: &'static str,
     voxel_size_m: f64,
-    /// Objects of the first scene, by which what is around a pose is named, and the ways that it is looked
-    /// for.
+    /// Objects of the first scene, by which the surroundings of a pose are named, and the directions that are
+    /// measured.
     objects: Vec<String>,
     ways: [&'static str; 6],
     cells: &'a Cells,

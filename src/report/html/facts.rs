@@ -17,7 +17,7 @@ use crate::report::maxima;
 use crate::report::maxima::most_sensors;
 use crate::report::table::Table;
 
-/// A table and what stands above it.
+/// A table and its title.
 pub(super) type Titled = (String, Table);
 
 /// What the template shows.

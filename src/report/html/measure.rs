@@ -7,7 +7,7 @@ use crate::Result;
 use crate::metrics::{SCORES, Score};
 use crate::results::{Over, Results, RowKey, over};
 
-/// Whether its worst value is told beside its mean: of what names a best.
+/// Whether its worst value is shown beside its mean: so for scores by which a best is named.
 pub(super) fn has_worst(score: Score) -> bool {
     super::ranking::BESTS.contains(&score)
 }
@@ -23,7 +23,7 @@ pub(super) fn title(score: Score) -> String {
 /// How many answers need no sensor; the upper bound stands behind them.
 const TRIVIAL: usize = 3;
 
-/// What an answer without a sensor is called, and its mean of each measure.
+/// The name of an answer without a sensor, and its mean of each measure.
 pub(super) type Baseline = (&'static str, [Option<f64>; SCORES]);
 
 /// Each measure of a choice over some moments and all repeats.

@@ -2,9 +2,9 @@
 //! plot, and the cell in three dimensions. It needs no other file and no network.
 //!
 //! # Practice
-//! What can be read is in `page.html` and made here; what is drawn is drawn by `*.js` with plotly.js, from
-//! numbers that the page holds compressed. Text from the user's files reaches the page through the template
-//! or as JSON only.
+//! Text and tables are in `page.html` and made here; plots are drawn by `*.js` with plotly.js, from numbers
+//! that the page holds compressed. Text from the user's files reaches the page only through the template or
+//! as JSON.
 
 mod cells;
 mod data;
@@ -50,7 +50,7 @@ pub struct ReportedSweep<'a> {
     pub worlds: &'a [World],
     /// What was asked and found where sets of sensors were chosen.
     pub chosen: Option<&'a Chosen>,
-    /// What a command line must say besides the study, so that the same files are read.
+    /// Words of the command line besides the study that are needed to read the same files.
     pub words: &'a [String],
 }
 
@@ -68,7 +68,7 @@ struct Page<'a> {
 }
 
 /// The page. Of each region and representation the best `looked_at` choices of poses are looked at voxel by
-/// voxel on a backend, which is told of after each: how many of how many are done.
+/// voxel on a backend; `said` is told after each how many of how many are done.
 ///
 /// # Errors
 /// Those of the backend, and of a journal that cannot be read.
@@ -98,7 +98,7 @@ pub fn page(
     page.render().map_err(|e| cannot_be_made(&e))
 }
 
-/// What a browser says that cannot run the script, an old one mostly.
+/// The message of a browser that cannot run the script, mostly an old one.
 const FAILED: &str = r#"function failed(error) {
   const failure = document.getElementById("failure");
   failure.hidden = false;
@@ -138,8 +138,8 @@ fn plotly_js() -> &'static str {
     element.split_once('>').map_or("", |(_, script)| script)
 }
 
-/// What a browser may do with the page, whatever text of a stranger's is in it: run these scripts, and fetch
-/// nothing.
+/// The policy that a browser enforces, whatever text of a stranger is in the page: run only these scripts,
+/// and fetch nothing.
 fn policy(scripts: [&str; 2]) -> String {
     let [script, plotly] = scripts.map(|script| STANDARD.encode(Sha256::digest(script)));
     format!(

@@ -1,5 +1,6 @@
-//! How far it is from a place to the next surface of the cell along each axis, and whose it is: what a tape
-//! measure would say. Surfaces are those of the scene's files, not voxels; people and robots are left out.
+//! Measures the distance from a place to the next surface of the cell along each axis, as with a tape
+//! measure, and names its object. Surfaces are those of the scene's files, not voxels; people and robots are
+//! left out.
 
 use std::collections::HashMap;
 
@@ -11,10 +12,10 @@ use crate::scene::build::build;
 use crate::scene::{Mesh, Role, Scene, Surface};
 use crate::study::Study;
 
-/// What is as near as this is touched, and counts as below or before, never as above or behind.
+/// A surface as near as this touches the place, and counts as below or before it, never as above or behind.
 const TOUCHING_M: f64 = 1e-6;
 
-/// The ways that are measured, in order.
+/// The directions that are measured, in order.
 pub(super) const WAYS: [&str; 6] = ["towards −x", "towards +x", "towards −y", "towards +y", "down", "up"];
 
 /// For each way, how far it is in metres, and to which object by its index; `None` where nothing is.
@@ -80,8 +81,8 @@ pub(super) fn key(at: DVec3) -> [u64; 3] {
     at.to_array().map(f64::to_bits)
 }
 
-/// Where a line through a place along an axis meets triangles, their edges included. Triangles that it lies
-/// in are not met: their neighbours are.
+/// Where a line through a place along an axis meets triangles, their edges included. Triangles that contain
+/// the line do not count: their neighbours do.
 fn hit_triangles(mesh: &Mesh, at: DVec3, axis: usize, hit: &mut impl FnMut(f64)) {
     let (u, v) = ((axis + 1) % 3, (axis + 2) % 3);
     for triangle in &mesh.triangles {

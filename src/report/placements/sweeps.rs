@@ -51,8 +51,8 @@ impl Sweeps {
         Ok((Sweeps { all, scopes }, notes))
     }
 
-    /// The regions that all sweeps have, or the one that is named, and a sentence about those that are left
-    /// out.
+    /// The regions that all sweeps have, or only the one that is named, and a sentence about those that are
+    /// left out.
     pub fn regions(&self, name: Option<&str>) -> Result<(Vec<String>, Option<String>)> {
         let names = |sweep: &FinishedSweep| sweep.results.regions.clone();
         let shared = shared(self.all.iter().map(names));
@@ -86,7 +86,7 @@ impl Sweeps {
     }
 }
 
-/// In words, what decides the counts and is not the same in two sweeps.
+/// Tells in words what decides the counts and differs between two sweeps.
 fn differences(all: &[FinishedSweep]) -> Vec<String> {
     let [first, second] = all else { return Vec::new() };
     let [a, b] = [first, second].map(|sweep| sweep.folder.display().to_string());
@@ -129,13 +129,13 @@ fn scopes(all: &[FinishedSweep], scene: Option<&str>, notes: &mut Vec<String>) -
     Ok(together.into_iter().chain(each).collect())
 }
 
-/// What all have, in the order of the first.
+/// The names that all lists have, in the order of the first.
 fn shared(mut all: impl Iterator<Item = Vec<String>>) -> Vec<String> {
     let first = all.next().unwrap_or_default();
     all.fold(first, |shared, names| shared.into_iter().filter(|name| names.contains(name)).collect())
 }
 
-/// A sentence about what one of the sweeps has alone.
+/// A sentence about names that only one of the sweeps has.
 fn left_out(what: &str, shared: &[String], all: impl Iterator<Item = String>) -> Option<String> {
     let alone: Vec<String> = all.filter(|name| !shared.contains(name)).collect();
     (!alone.is_empty()).then(|| format!("left out, since one sweep has no such {what}: {}", alone.join(", ")))

@@ -1,6 +1,6 @@
-//! `camera_info = "left.yaml"`: resolution and field of view of a camera from what ROS knows of it. The
-//! camera that is cast is an ideal pinhole that looks along its centre, so how far the real one is from that
-//! is measured here, and told.
+//! `camera_info = "left.yaml"`: takes resolution and field of view of a camera from its ROS calibration. The
+//! camera that is cast is an ideal pinhole whose axis passes the middle of its image, so the difference from
+//! the real camera is measured here, and warned of.
 
 use std::path::Path;
 
@@ -18,12 +18,12 @@ pub(super) const KEY: &str = "camera_info";
 /// The keys that it stands for.
 pub(super) const GIVES: [&str; 2] = ["fov_deg", "resolution_px"];
 
-/// Up to this part of the image's width, a pixel that is elsewhere than the pinhole's is passed over.
+/// Pixels may be off by up to this part of the image's width without a warning.
 const NEGLIGIBLE: f64 = 0.01;
-/// Beyond this part a pinhole says nothing of the camera.
+/// If pixels are off by more than this part, a pinhole cannot stand for the camera.
 const TOO_FAR: f64 = 0.10;
 
-/// What to do about a camera that is no pinhole.
+/// What helps with a camera that is no pinhole.
 const CURE: &str =
     "name the camera_info of the rectified image, or cast its rays one by one with kind = \"rays\"";
 
@@ -84,8 +84,8 @@ struct Pinhole {
     center_px: [f64; 2],
 }
 
-/// Replaces `camera_info` in the keys of a camera by the keys that it stands for; what is not quite true then
-/// is said.
+/// Replaces `camera_info` in the keys of a camera by the keys that it stands for; returns warnings about
+/// differences.
 pub(super) fn resolve(at: &Place, keys: &mut Table, sources: &Sources) -> Result<Vec<String>> {
     let Some(written) = keys.remove(KEY) else { return Ok(Vec::new()) };
     let Some(name) = written.as_str() else {
@@ -113,7 +113,7 @@ fn read(path: &Path, sources: &Sources) -> Result<CameraInfo> {
     let text = sources.text(path)?;
     let keys = "a camera_info has image_width, image_height and camera_matrix (or width, height and k)";
     let wrong = |what: &str| Issue::damaged(what.trim_end()).cure(keys).at(path);
-    // A topic that is echoed ends each message with a new document.
+    // `ros2 topic echo` ends each message with the mark of a new document.
     let plain = serde_saphyr::options! { with_snippet: false };
     let all: Result<Vec<CameraInfo>, _> = serde_saphyr::from_multiple_with_options(&text, plain);
     let all = all.map_err(|e| wrong(&e.to_string()))?;
@@ -154,7 +154,7 @@ fn pinhole(info: &CameraInfo) -> Result<Pinhole, Issue> {
     Ok(Pinhole { size_px, focal_px: [fx, fy], center_px: [cx, cy] })
 }
 
-/// How the camera differs from a pinhole that looks along its centre, where that is worth telling.
+/// How the camera differs from an ideal pinhole, where that is worth a warning.
 fn oddities(info: &CameraInfo, pinhole: &Pinhole) -> Result<Vec<String>, Issue> {
     let Pinhole { size_px: [width, _], .. } = pinhole;
     let mut odd = Vec::new();

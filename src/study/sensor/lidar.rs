@@ -36,17 +36,18 @@ pub(super) struct LidarFile {
     /// Nearest and farthest distance that it measures, in metres.
     #[serde(deserialize_with = "exactly")]
     range_m: [f64; 2],
-    /// Hits nearer than that are its own housing. Default 0.
+    /// Hits nearer than this are its own housing, in metres. Default 0.
     near_ignore_m: Option<f64>,
-    /// What a ray that hits nothing says of its way. Default "unknown".
+    /// What a ray that hits nothing says about the voxels that it passed. Default "unknown".
     no_return: Option<Silence>,
-    /// How far off distances are. Default exact.
+    /// Noise of measured distances. Default none.
     noise: Option<NoiseFile>,
     /// Share of returns that is lost, from 0 to below 1. Default 0.
     dropout: Option<f64>,
-    /// How far its mount may be off, anew in each repeat. Default not at all.
+    /// How far its mount may be off, drawn anew in each repeat. Default not at all.
     calibration: Option<CalibrationFile>,
-    /// How it is read, each for itself. Default ["field"] where there is one, else ["points"].
+    /// The representations that are scored, each separately. Default ["field"] where there is one, else
+    /// ["points"].
     representations: Option<Vec<Representation>>,
     /// Makes it a switch: a return in this field makes the volume above it occupied.
     field: Option<FieldFile>,
@@ -65,9 +66,9 @@ enum Representation {
 struct FieldFile {
     /// Corners [x, y] in metres, x ahead and y left; its sides must not cross.
     polygon_m: Vec<[f64; 2]>,
-    /// Of the volume above it.
+    /// Height of the volume above it, in metres.
     height_m: f64,
-    /// What a field without returns says. Default "free".
+    /// What a field without returns says about its volume. Default "free".
     otherwise: Option<Silence>,
 }
 
@@ -97,7 +98,7 @@ pub(super) fn check(at: &Place, file: LidarFile, noiseless: bool) -> Result<Lida
         dropout: file.dropout,
         calibration: file.calibration,
     };
-    // A field is there to be scored, and then the points are not, unless both are asked for.
+    // If there is a field, it is scored and the points are not, unless both are listed.
     let usual = if file.field.is_some() { Representation::Field } else { Representation::Points };
     let scored = file.representations.unwrap_or_else(|| vec![usual]);
     each_once(at, &scored, "representations = [\"points\"]")?;
@@ -136,7 +137,7 @@ impl FieldFile {
         if let Some(corner) = self.polygon_m.iter().flatten().find(|value| !(-1e3..=1e3).contains(*value)) {
             return Err(at.wrong("polygon_m", corner, reach));
         }
-        // Whether sides meet is a matter of shape, not of voxels: a hundredth of a millimetre decides.
+        // Sides are tested in hundredths of a millimetre, independent of the voxel size.
         let fine = |value: f64| (value * 1e5).round() as i64;
         let corners: Vec<_> = self.polygon_m.iter().map(|corner| corner.map(fine)).collect();
         is_simple(&corners).map_err(|e| at.around(Issue::says(e.to_string()).at("polygon_m")))?;

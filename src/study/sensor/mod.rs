@@ -36,13 +36,13 @@ pub(crate) const MAX_RAYS: usize = (128 << 20) / 12;
 /// The keys of every sensor.
 #[derive(Deserialize, JsonSchema)]
 struct CommonFile {
-    /// What results call it.
+    /// Its name in results.
     name: String,
     /// What it is.
     kind: KindName,
     /// The link of a robot that carries it; poses are then in the link's frame.
     on: Option<LinkFile>,
-    /// A sensor above it whose poses it has, too.
+    /// An earlier sensor whose poses it has, too.
     same_poses_as: Option<String>,
     /// What one of them costs, in any currency, for `perirobot choose`.
     cost: Option<f64>,
@@ -78,7 +78,7 @@ struct LinkFile {
     link: String,
 }
 
-/// What a silent sensor says of what it watches.
+/// What a sensor without a return or a detection says about the voxels that it watches.
 #[derive(Clone, Copy, PartialEq, Eq, Deserialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 enum Silence {
@@ -103,7 +103,7 @@ impl BoxFile {
 #[serde(deny_unknown_fields)]
 struct NoKeys {}
 
-/// What a sensor is checked with.
+/// The context in which a sensor is checked.
 #[derive(Clone, Copy)]
 pub(super) struct Context<'a> {
     /// The study's seed.
@@ -116,7 +116,7 @@ pub(super) struct Context<'a> {
     pub(super) earlier: &'a [Sensor],
     /// How many poses those have together.
     pub(super) poses: usize,
-    /// What its files are read through.
+    /// The sources through which its files are read.
     pub(super) sources: &'a Sources,
     /// On which line of the study a key stands.
     pub(super) line_of: LineOf<'a>,
@@ -171,7 +171,7 @@ fn terms(at: &Place, common: &CommonFile) -> Result<Terms> {
     Ok(Terms { cost, at_most: common.at_most })
 }
 
-/// What the keys of its kind make of a sensor, and what was assumed for that.
+/// The sensor that the keys of its kind describe, with warnings.
 fn kind(
     at: &Place,
     kind: KindName,
@@ -243,7 +243,7 @@ fn candidates(
     Ok(candidates)
 }
 
-/// The candidates of an earlier sensor that stands as this one does.
+/// The candidates of an earlier sensor with the same stance.
 fn same_poses(
     at: &Place,
     kind: &dyn Kind,
@@ -287,7 +287,7 @@ fn own<T: DeserializeOwned>(at: &Place, keys: Table, context: &Context) -> Resul
     })
 }
 
-/// How keys are written that a reader may miss or take for something else.
+/// Examples of keys whose form is not obvious.
 const EXAMPLES: [&str; 11] = [
     "name = \"camera\"",
     "kind = \"rgbd\"",
@@ -302,7 +302,7 @@ const EXAMPLES: [&str; 11] = [
     "zone = { min_m = [0, -1, 0], max_m = [2, 1, 2] }",
 ];
 
-/// Representations are there, and none twice.
+/// Checks that there are representations, and none twice.
 fn each_once<T: PartialEq>(at: &Place, names: &[T], example: &str) -> Result<()> {
     at.some("representations", names, example)?;
     match (0..names.len()).find(|&i| names[..i].contains(&names[i])) {
@@ -311,7 +311,7 @@ fn each_once<T: PartialEq>(at: &Place, names: &[T], example: &str) -> Result<()>
     }
 }
 
-/// Lengths of which larger ones are slips of the pen, in metres: some times what is built, or what a person needs.
+/// The largest plausible lengths, in metres: several times what is built, or what a person needs.
 const LARGEST_M: [(&str, f64); 6] = [
     ("spheres_radius_m", 2.0),
     ("cylinders_radius_m", 2.0),
@@ -321,7 +321,7 @@ const LARGEST_M: [(&str, f64); 6] = [
     ("height_m", 50.0),
 ];
 
-/// What is said of lengths that are larger than any such length is.
+/// Warnings about lengths that are implausibly large.
 fn odd_lengths(keys: &Table) -> Vec<String> {
     let metres = |value: &Value| match value {
         Value::Array(all) => all.iter().filter_map(number).fold(0.0, f64::max),

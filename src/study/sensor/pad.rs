@@ -11,7 +11,7 @@ use crate::sensor::prism::Prism;
 use crate::study::Place;
 use crate::study::value::exactly;
 
-/// How high a pad speaks for what stands on it: a person with an arm raised.
+/// The height of the column that a pad labels: a person with an arm raised.
 const HEIGHT_M: f64 = 2.2;
 
 /// A pressure pad.
@@ -21,11 +21,11 @@ pub(super) struct PadFile {
     /// Along and across where it faces, in metres.
     #[serde(deserialize_with = "exactly")]
     size_m: [f64; 2],
-    /// How high it speaks for what stands on it. Default 2.2.
+    /// Height of the column above it that it labels, in metres. Default 2.2.
     height_m: Option<f64>,
-    /// What always stands there was zeroed. Default true.
+    /// Whether objects that always stand on it were zeroed at set-up. Default true.
     tare: Option<bool>,
-    /// What an idle pad says. Default "free".
+    /// What an idle pad says about the column. Default "free".
     otherwise: Option<Silence>,
 }
 

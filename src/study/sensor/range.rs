@@ -48,7 +48,7 @@ impl RangeKeys {
 
 const SHARE: &str = "the share of returns that is lost, from 0 to below 1";
 
-/// How far off distances are: a standard deviation that grows with distance, or the word that nobody knows it.
+/// The noise of distances: a standard deviation that may grow with distance, or "unknown".
 pub(super) enum NoiseFile {
     Model(ModelFile),
     Unknown,
@@ -103,7 +103,7 @@ impl JsonSchema for NoiseFile {
     }
 }
 
-/// The word for noise that nobody knows.
+/// The word for unknown noise.
 const UNKNOWN: &str = "unknown";
 
 /// How far a mount may be from where the study says it is: standard deviations along and about each of the sensor's own axes.
@@ -130,7 +130,8 @@ impl CalibrationFile {
     }
 }
 
-/// Refuses the key that noise had before it could grow with distance, and says how to write the same now.
+/// Refuses the former key of noise, from before it could grow with distance, and says how to write the same
+/// now.
 pub(super) fn refuse_former(at: &Place, keys: &Table) -> Result<()> {
     match keys.get("noise_std_m") {
         None => Ok(()),
@@ -141,7 +142,7 @@ pub(super) fn refuse_former(at: &Place, keys: &Table) -> Result<()> {
     }
 }
 
-/// What the keys of a sensor, its model's among them, say of its noise.
+/// The noise that the keys of a sensor, including its model's, describe.
 pub(super) fn said(keys: &Table) -> SaidOfNoise {
     match keys.get("noise") {
         None => SaidOfNoise::Nothing,
@@ -150,7 +151,7 @@ pub(super) fn said(keys: &Table) -> SaidOfNoise {
     }
 }
 
-/// A deviation, no larger than the distances that it is of.
+/// A deviation, no larger than the distance itself.
 fn deviation(at: &Place, noise: Option<NoiseFile>, far: f64) -> Result<Deviation> {
     let Some(NoiseFile::Model(file)) = noise else { return Ok(Deviation::NONE) };
     let ModelFile { std_m, per_m, per_m2 } = file;
@@ -175,8 +176,8 @@ fn deviation(at: &Place, noise: Option<NoiseFile>, far: f64) -> Result<Deviation
     }
 }
 
-/// The standard deviation of what measures no distances from where it is: it cannot grow with them. Checked even where noise
-/// is switched off.
+/// The standard deviation of a sensor whose noise cannot grow with distance. Checked even where noise is
+/// switched off.
 pub(super) fn constant(at: &Place, noise: Option<NoiseFile>, most_m: f64, noiseless: bool) -> Result<f64> {
     if let Some(NoiseFile::Model(ModelFile { per_m, per_m2, .. })) = noise
         && (per_m.is_some() || per_m2.is_some())

@@ -16,7 +16,7 @@ use crate::study::Place;
 use crate::study::value::exactly;
 use crate::{Error, Result};
 
-/// Rays in directions of one's own.
+/// Rays in given directions.
 #[derive(Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(super) struct RaysFile {
@@ -25,15 +25,15 @@ pub(super) struct RaysFile {
     /// Nearest and farthest distance that it measures, in metres.
     #[serde(deserialize_with = "exactly")]
     range_m: [f64; 2],
-    /// Hits nearer than that are its own housing. Default 0.
+    /// Hits nearer than this are its own housing, in metres. Default 0.
     near_ignore_m: Option<f64>,
-    /// What a ray that hits nothing says of its way. Default "unknown".
+    /// What a ray that hits nothing says about the voxels that it passed. Default "unknown".
     no_return: Option<Silence>,
-    /// How far off distances are. Default exact.
+    /// Noise of measured distances. Default none.
     noise: Option<NoiseFile>,
     /// Share of returns that is lost, from 0 to below 1. Default 0.
     dropout: Option<f64>,
-    /// How far its mount may be off, anew in each repeat. Default not at all.
+    /// How far its mount may be off, drawn anew in each repeat. Default not at all.
     calibration: Option<CalibrationFile>,
 }
 

@@ -26,17 +26,17 @@ pub(super) struct RgbFile {
     /// Nearest and farthest distance that it measures, in metres.
     #[serde(deserialize_with = "exactly")]
     range_m: [f64; 2],
-    /// Hits nearer than that are its own housing. Default 0.
+    /// Hits nearer than this are its own housing, in metres. Default 0.
     near_ignore_m: Option<f64>,
-    /// How far its mount may be off, anew in each repeat. Default not at all.
+    /// How far its mount may be off, drawn anew in each repeat. Default not at all.
     calibration: Option<CalibrationFile>,
-    /// What is occupied when it sees a person, in the world.
+    /// The box that it calls occupied while it sees a person, in the world.
     zone: BoxFile,
     /// How many joints of one person it must see. Default 1.
     min_keypoints: Option<u32>,
-    /// How far from a joint a hit may be that counts as it. Default 0.15.
+    /// How far a hit may be from a joint to count as that joint, in metres. Default 0.15.
     keypoint_tolerance_m: Option<f64>,
-    /// What seeing nobody says of the zone. Default "unknown".
+    /// What it says about the zone while it sees nobody. Default "unknown".
     otherwise: Option<Silence>,
 }
 

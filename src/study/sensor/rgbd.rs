@@ -29,23 +29,23 @@ pub(super) struct RgbdFile {
     /// Nearest and farthest distance that it measures, in metres.
     #[serde(deserialize_with = "exactly")]
     range_m: [f64; 2],
-    /// Hits nearer than that are its own housing. Default 0.
+    /// Hits nearer than this are its own housing, in metres. Default 0.
     near_ignore_m: Option<f64>,
-    /// What a ray that hits nothing says of its way. Default "unknown".
+    /// What a ray that hits nothing says about the voxels that it passed. Default "unknown".
     no_return: Option<Silence>,
-    /// How far off distances are. Default exact.
+    /// Noise of measured distances. Default none.
     noise: Option<NoiseFile>,
     /// Share of returns that is lost, from 0 to below 1. Default 0.
     dropout: Option<f64>,
-    /// How far its mount may be off, anew in each repeat. Default not at all.
+    /// How far its mount may be off, drawn anew in each repeat. Default not at all.
     calibration: Option<CalibrationFile>,
-    /// How it is read, each for itself. Default ["points"].
+    /// The representations that are scored, each separately. Default ["points"].
     representations: Option<Vec<ShapeName>>,
-    /// Of the spheres about joints. Default 0.2.
+    /// Radius of the spheres around joints, in metres. Default 0.2.
     spheres_radius_m: Option<f64>,
-    /// Of the cylinders between joints. Default 0.25.
+    /// Radius of the cylinders between joints, in metres. Default 0.25.
     cylinders_radius_m: Option<f64>,
-    /// How far from a joint a hit may be that counts as it. Default 0.15.
+    /// How far a hit may be from a joint to count as that joint, in metres. Default 0.15.
     keypoint_tolerance_m: Option<f64>,
 }
 
@@ -98,7 +98,7 @@ pub(super) fn camera(at: &Place, fov_deg: [f64; 2], resolution_px: [u32; 2]) -> 
     Ok(Camera { fov_rad: fov_deg.map(f64::to_radians), resolution_px })
 }
 
-/// How far what is seen may be from a joint.
+/// The tolerance for a hit near a joint.
 pub(super) fn tolerance(at: &Place, metres: Option<f64>) -> Result<f64, Error> {
     at.number("keypoint_tolerance_m", metres.unwrap_or(TOLERANCE_M), 0.0..=100.0, "a length from 0 to 100 m")
 }

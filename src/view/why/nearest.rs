@@ -6,10 +6,10 @@
 //! branch is left out where the plane between lies farther away than what is found. Of equally near
 //! directions the first counts, so the answer does not depend on how the tree was built.
 
-/// As many directions as are looked through one by one.
+/// Up to this many directions are searched one by one.
 const LEAF: usize = 8;
 
-/// Directions whose neighbours tell how far a table's stand apart.
+/// The number of directions whose neighbours are sampled for the spacing of a table.
 const SAMPLES: usize = 256;
 
 /// A table of directions to be searched.
@@ -62,10 +62,10 @@ fn sort(dirs_q15: &[[i32; 3]], part: &mut [u32], axis: usize) {
     rayon::join(|| sort(dirs_q15, low, next), || sort(dirs_q15, &mut high[1..], next));
 }
 
-/// How far the directions of a table stand apart, squared: to the nearest and to the nearest beside that
-/// line, whichever is more, as at least half of the directions have it. So a raster with wide rows is as
-/// coarse as its rows; what is more than ten times as far beside a line is no row of it. 0 for a single
-/// direction.
+/// The spacing of a table's directions, squared: the median over directions of the distance to the nearest
+/// other one or to the nearest one beside that line, whichever is larger. So a raster is as coarse as its
+/// rows are apart; directions more than ten times as far beside a line belong to no row of the raster. 0 for
+/// a single direction.
 pub(super) fn gap(dirs_q15: &[[i32; 3]]) -> i64 {
     let every = dirs_q15.len().div_ceil(SAMPLES).max(1);
     let mut gaps: Vec<i64> = dirs_q15.iter().step_by(every).map(|&at| gap_around(at, dirs_q15)).collect();

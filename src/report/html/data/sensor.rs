@@ -13,7 +13,7 @@ use crate::study::Study;
 use crate::world::World;
 use crate::world::place::Places;
 
-/// Rays that stand for the many of a sensor that is no camera.
+/// Rays that are drawn of a sensor that is no camera.
 const RAYS_SHOWN: usize = 48;
 
 #[derive(Serialize)]
@@ -56,7 +56,7 @@ struct PoseData<'a> {
     turned_deg: Option<[f64; 3]>,
     /// How far a cover senses.
     senses_m: Option<f64>,
-    /// What is around it; of what is on a link nothing is known.
+    /// What is around it; unknown for a sensor on a link.
     around: Option<Around>,
 }
 
@@ -121,7 +121,7 @@ fn grounds(sensor: &Sensor) -> Vec<Vec<[f64; 3]>> {
     sensor.kind.prisms().into_iter().map(corners).collect()
 }
 
-/// Metres to a tenth of a millimetre, which no tape tells apart.
+/// Metres to a tenth of a millimetre, finer than any tape measure.
 fn tidy(around: Around) -> Around {
     around.map(|next| next.map(|(metres, object)| ((metres * 1e4).round() / 1e4, object)))
 }

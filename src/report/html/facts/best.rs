@@ -21,7 +21,7 @@ pub(in crate::report::html) struct RegionBest<'a> {
     pub(in crate::report::html) number: usize,
     /// By F1, and by human_seen and parts_detected where there are people.
     pub(in crate::report::html) best: Vec<Best<'a>>,
-    /// What answers without a sensor score, and the most that any could.
+    /// The scores of answers without a sensor, and the upper bound.
     pub(in crate::report::html) baselines: Vec<(&'static str, [String; SCORES])>,
     /// How many choices score below the best answer without a sensor, in words.
     pub(in crate::report::html) below: String,
@@ -50,7 +50,7 @@ pub(in crate::report::html) struct BestRow {
     pub(in crate::report::html) poses: String,
     /// Where they are, in words.
     pub(in crate::report::html) place: String,
-    /// For each score its mean; of those that name a best the worst behind it.
+    /// For each score its mean; behind it the worst value, if the score is one by which a best is named.
     pub(in crate::report::html) cells: Vec<String>,
     /// The answers without a sensor that score more, in words; empty for none.
     pub(in crate::report::html) below: String,
@@ -115,7 +115,7 @@ fn row(
     baselines: &[Baseline],
 ) -> Result<BestRow> {
     let over = measure::of_choice(results, results.moments(), series.key(choice, region))?;
-    // An answer that is always `occupied` claims all people: only F1 and κ weigh both ways of being wrong.
+    // The answer `occupied` everywhere claims all people: only F1 and κ count both kinds of error.
     let better = (0..2).filter_map(|measure| {
         let (name, to_beat) = measure::to_beat(baselines, measure)?;
         let below = over[measure]?.mean < to_beat;

@@ -14,7 +14,7 @@ pub(in crate::report::html) struct Sheet {
     pub(in crate::report::html) lines: Vec<(String, String)>,
 }
 
-/// A sheet for each sensor of a choice that is mounted somewhere, or set to something.
+/// A sheet for each sensor of a choice that is mounted somewhere or has a setting.
 pub(super) fn sheets(
     sweep: &ReportedSweep,
     surroundings: &Surroundings,

@@ -1,4 +1,4 @@
-//! What was run: study, cell, sensors, who computed, what went wrong on the way; and what was assumed.
+//! What was run: study, cell, sensors, devices, faults; and what was assumed.
 
 use super::Titled;
 use crate::report::html::ReportedSweep;
@@ -128,7 +128,7 @@ fn runs(sweep: &ReportedSweep) -> Titled {
     plain("Runs", &columns, rows)
 }
 
-/// What a reader may not expect, a sentence each.
+/// Assumptions that a reader may not expect, a sentence each.
 pub(super) fn assumed(sweep: &ReportedSweep) -> Vec<String> {
     let (study, results) = (sweep.study, sweep.results);
     let mut assumed = vec![format!(
