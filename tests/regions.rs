@@ -112,66 +112,24 @@ fn a_mesh_in_a_file_is_turned_moved_and_scaled() {
     }
     folder.write("zone.glb", glb::bytes(&glb::part("zone", [0.0; 3], [1.0; 3])));
     // The cube spans −0.5 … 0.5 on x and y, 0.1 … 1.1 on z, as the region "box" does.
-    let more = r#"
-        [[region]]
-        name = "metres"
-        mesh = "zone.stl"
-        position_m = [-0.5, -0.5, 0.1]
-        [[region]]
-        name = "millimetres"
-        mesh = "zone_mm.stl"
-        unit = "mm"
-        position_m = [-0.5, -0.5, 0.1]
-        [[region]]
-        name = "turned"
-        mesh = "zone.stl"
-        position_m = [0.5, -0.5, 0.1]
-        rpy_deg = [0, 0, 90]
-        [[region]]
-        name = "y up"
-        mesh = "zone.stl"
-        up = "y"
-        position_m = [-0.5, 0.5, 0.1]
-        [[region]]
-        name = "obj"
-        mesh = "zone.obj"
-        position_m = [-0.5, -0.5, 0.1]
-        [[region]]
-        name = "obj in millimetres, y up"
-        mesh = "zone_mm.obj"
-        unit = "mm"
-        up = "y"
-        position_m = [-0.5, 0.5, 0.1]
-        [[region]]
-        name = "dae, z up"
-        mesh = "zone_z.dae"
-        position_m = [-0.5, -0.5, 0.1]
-        [[region]]
-        name = "dae, y up"
-        mesh = "zone_y.dae"
-        position_m = [-0.5, 0.5, 0.1]
-        [[region]]
-        name = "dae, x up"
-        mesh = "zone_x.dae"
-        position_m = [0.5, 0.5, 0.1]
-        [[region]]
-        name = "glb"
-        mesh = "zone.glb"
-        position_m = [-0.5, -0.5, 0.1]"#;
-    let regions = regions(&folder, more);
-    for name in [
-        "metres",
-        "millimetres",
-        "turned",
-        "y up",
-        "obj",
-        "obj in millimetres, y up",
-        "dae, z up",
-        "dae, y up",
-        "dae, x up",
-        "glb",
-    ] {
-        assert_eq!(named(&regions, name), named(&regions, "box"), "{name}");
+    let meshes = [
+        ("zone.stl", "", [-0.5, -0.5]),
+        ("zone_mm.stl", "unit = \"mm\"", [-0.5, -0.5]),
+        ("zone.stl", "rpy_deg = [0, 0, 90]", [0.5, -0.5]),
+        ("zone.stl", "up = \"y\"", [-0.5, 0.5]),
+        ("zone.obj", "", [-0.5, -0.5]),
+        ("zone_mm.obj", "unit = \"mm\"\nup = \"y\"", [-0.5, 0.5]),
+        ("zone_z.dae", "", [-0.5, -0.5]),
+        ("zone_y.dae", "", [-0.5, 0.5]),
+        ("zone_x.dae", "", [0.5, 0.5]),
+        ("zone.glb", "", [-0.5, -0.5]),
+    ];
+    let region = |(number, (mesh, keys, [x, y])): (usize, &(&str, &str, [f64; 2]))| {
+        format!("[[region]]\nname = \"{number}\"\nmesh = {mesh:?}\nposition_m = [{x}, {y}, 0.1]\n{keys}\n")
+    };
+    let regions = regions(&folder, &meshes.iter().enumerate().map(region).collect::<String>());
+    for (number, mesh) in meshes.iter().enumerate() {
+        assert_eq!(named(&regions, &number.to_string()), named(&regions, "box"), "{mesh:?}");
     }
 }
 
