@@ -209,7 +209,7 @@ impl Cell {
     /// region. All voxels of people are one person of one part, detected with 3 hits.
     ///
     /// # Errors
-    /// Where the camera cannot be, a pose lies outside the cell, or the device fails.
+    /// Where no camera can have these values, a pose lies outside the cell, or the device fails.
     pub fn score(&self, camera: &DepthCamera, poses: &[Pose], device: Device) -> Result<Vec<Vec<Confusion>>> {
         let camera = camera.rgbd()?;
         let placements = poses.iter().zip(0..).map(|(pose, number)| {

@@ -1,5 +1,5 @@
-//! From counts to scores: F1, Cohen's κ and what a safety review asks first. Pure functions of integers; each
-//! score is one division in f64, so equal counts give equal scores everywhere.
+//! Computes scores from counts: F1, Cohen's κ and what a safety review asks first. All are pure functions of
+//! integers; each score is one division in f64, so equal counts give equal scores everywhere.
 
 mod detection;
 mod score;

@@ -1,5 +1,5 @@
-//! Where a sensor is and how it is turned: every way of saying so becomes one position and one quaternion in the
-//! link frame (x forward, y left, z up; REP-103).
+//! Where a sensor is and how it is turned: whatever form a study gives it in, it becomes one position and one
+//! quaternion of the link frame (x forward, y left, z up; REP-103).
 
 use glam::{DMat3, DQuat, DVec3};
 
@@ -65,8 +65,9 @@ impl Pose {
         }
     }
 
-    /// A pose that faces a direction (not zero), panned about world z and tilted about its own right, up positive:
-    /// Rz(pan) · [right, down, facing] · Rx(tilt). Up is world z, or x where it faces straight up or down.
+    /// A pose that faces a direction (not zero), panned about world z and tilted about its own right, up
+    /// positive: Rz(pan) · [right, down, facing] · Rx(tilt). Up is world z, or world x where the pose faces
+    /// straight up or down.
     pub fn facing(position_m: DVec3, facing: DVec3, pan_rad: f64, tilt_rad: f64) -> Self {
         let forward = facing.normalize();
         let up = if is_vertical(forward) { DVec3::X } else { DVec3::Z };

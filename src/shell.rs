@@ -1,4 +1,4 @@
-//! Words as a POSIX shell reads them, for commands that are told or written into scripts.
+//! Quotes words for a POSIX shell, for commands that are printed or written into scripts.
 
 /// A word: plain where that is safe, else between single quotes.
 pub(crate) fn quoted(word: &str) -> String {

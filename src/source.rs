@@ -1,5 +1,5 @@
-//! Reads the files that a study brings in, every one of them: only regular ones, only from the folders it may
-//! read from, none above a size, and each noted with its hash.
+//! Reads all files that a study names: only regular ones, only from the folders that it may read, none above
+//! a size, and records the hash of each.
 
 use std::collections::{BTreeMap, HashMap};
 use std::fs::{File, Metadata};
@@ -14,10 +14,10 @@ use crate::error::{Argument, Issue, Words};
 use crate::spelling::nearest;
 use crate::{Error, Result};
 
-/// Most bytes of what people write: studies, scenes, robots, joints of a person. Some parsers need many times
-/// as much.
+/// Most bytes of files that people write: studies, scenes, robots, joints of a person. Some parsers need many
+/// times as much.
 const MOST_BYTES_OF_TEXT: u64 = 64 << 20;
-/// Most bytes of what programs write: meshes, maps, tables of poses and rays.
+/// Most bytes of files that programs write: meshes, maps, tables of poses and rays.
 const MOST_BYTES_OF_DATA: u64 = 1 << 30;
 
 /// Where the files of one study (or of one scene that is read alone) may lie, and which of them were read.
@@ -30,7 +30,7 @@ pub struct Sources {
     packages: Vec<(String, PathBuf)>,
     outside: bool,
     record: Arc<Mutex<Record>>,
-    /// Whether a file could not be read for a reason that may pass.
+    /// Whether a file could not be read for a reason that may go away, such as a failing disk.
     failed: Arc<AtomicBool>,
 }
 
@@ -38,8 +38,8 @@ pub struct Sources {
 #[derive(Clone, Debug, PartialEq, Eq, serde::Serialize)]
 pub struct ReadFile {
     /// As the study names it, from the folder of the main file and with forward slashes; `package://name/…`
-    /// for what lies in a package's folder. It is the same on two machines, unless the study names an
-    /// absolute path.
+    /// for files in a package's folder. It is the same on two machines, unless the study names an absolute
+    /// path.
     pub path: PathBuf,
     /// SHA-256 of its bytes, in hexadecimal.
     pub sha256: String,
@@ -106,14 +106,14 @@ impl Sources {
         record.by_name.iter().map(file).collect()
     }
 
-    /// Whether this file, by whatever name, is one of them.
+    /// Whether this file, under any name, is one of them.
     pub(crate) fn has_read(&self, path: &Path) -> bool {
         let record = self.record.lock().unwrap_or_else(PoisonError::into_inner);
         path.canonicalize().is_ok_and(|place| record.by_place.contains_key(&place))
     }
 
-    /// What is wrong with files, whoever put it into words: where one could not be read for a reason that may
-    /// pass, nobody knows whether the input is wrong.
+    /// Turns an error about files into one of the disk if a file could not be read for a reason that may go
+    /// away, since the input may then be right.
     pub(crate) fn judged(&self, problems: Vec<Error>) -> Vec<Error> {
         let of_storage = |issue| match issue {
             Error::Input(issue) => Error::Storage(issue),
@@ -142,8 +142,8 @@ impl Sources {
             _ => self.with_nearest(path, unreadable(e)),
         })?;
         self.refuse_outside(path, &place)?;
-        // Opening a pipe would wait for its writer, so what it is, is asked first; and again of what was
-        // opened.
+        // Opening a pipe would wait for its writer, so the kind of file is checked before it is opened, and
+        // again afterwards.
         check(path, &place.metadata().map_err(unreadable)?, most_bytes)?;
         let file = File::open(&place).map_err(unreadable)?;
         let length = check(path, &file.metadata().map_err(unreadable)?, most_bytes)?;
@@ -151,7 +151,7 @@ impl Sources {
         bytes.try_reserve_exact(length as usize + 1).map_err(|e| {
             Issue::too_large(format!("has {length} bytes, for which there is no memory: {e}")).at(path)
         })?;
-        // A byte more than it had tells whether it grew, and no more is taken.
+        // Reading one byte more than its length shows whether it has grown.
         file.take(length + 1).read_to_end(&mut bytes).map_err(unreadable)?;
         if bytes.len() as u64 != length {
             return Err(changed(path));
@@ -161,8 +161,8 @@ impl Sources {
         Ok(bytes)
     }
 
-    /// The error for a file that is not there, with what stands in its place: the name of its folder, or of
-    /// the file itself, that is nearest to what was written.
+    /// The error for a file that is not there, with the nearest name that is: of a folder on its path, or of
+    /// a file beside it.
     fn with_nearest(&self, path: &Path, error: Error) -> Error {
         let instead = || {
             let upwards: Vec<&Path> = path.ancestors().filter(|part| !part.as_os_str().is_empty()).collect();
@@ -231,7 +231,7 @@ impl Sources {
         Ok(())
     }
 
-    /// What a file is called in the list.
+    /// The name of a file in the list.
     fn name(&self, path: &Path) -> String {
         for (package, folder) in &self.packages {
             if let Ok(rest) = path.strip_prefix(folder) {

@@ -1,14 +1,14 @@
-//! What somebody may have meant who wrote a name that is not there.
+//! Suggests the name that was meant by an unknown one ("did you mean").
 
 /// Names that are so near to what was written that they may be meant, from 0 (nothing alike) to 1 (the same).
 const NEAR: f64 = 0.6;
 
-/// Of some names the one that is nearest to a word, if any may be meant; the first of several.
+/// The name that is nearest to a word, if one is near enough; the first of several.
 pub(crate) fn nearest<'a>(written: &str, names: impl Iterator<Item = &'a str>) -> Option<&'a str> {
     let written = written.to_lowercase();
     let alike = |name: &str| {
         let name = name.to_lowercase();
-        // A unit is forgotten more often than a letter.
+        // Units are forgotten more often than letters are mistyped.
         let is_begun = written.len() > 1 && name.starts_with(&format!("{written}_"));
         let alike = strsim::normalized_damerau_levenshtein(&name, &written);
         if is_begun { 1.0 + alike } else { alike }

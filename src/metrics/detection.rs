@@ -85,7 +85,7 @@ pub struct Detection {
     pub parts: u64,
     /// Those that are detected.
     pub parts_detected: u64,
-    /// For each of [`BodyPart::ALL`], in how many rows somebody's is missed.
+    /// For each of [`BodyPart::ALL`], in how many rows it is missed of some person.
     pub missed: [u64; BODY_PARTS],
 }
 
@@ -140,7 +140,7 @@ impl Detection {
         }
     }
 
-    /// The parts that somebody's is missed of, as a bit each.
+    /// The parts that are missed of some person, a bit each.
     pub(crate) fn missed_bits(&self) -> u32 {
         self.missed.iter().zip(0..).fold(0, |bits, (&rows, part)| bits | u32::from(rows > 0) << part)
     }
