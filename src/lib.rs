@@ -126,7 +126,7 @@
 //! | fuse | to give each voxel one label from several sensors' evidence | integrate (OctoMap) |
 //! | label | what is claimed of a voxel: occupied, free or unknown | the same (OctoMap) |
 //! | counts | labels against truth: true and false positives and negatives, unknown though occupied (UO), unknown though free (UF) | confusion matrix (paper) |
-//! | journal | the finished rows of a sweep on disk, from which it goes on | checkpoint |
+//! | journal | the finished rows of a sweep on disk, or what `choose` has cast, from which it goes on | checkpoint |
 
 // The rooms' pages are read by developers, who build them with private items.
 #![allow(rustdoc::private_intra_doc_links)]

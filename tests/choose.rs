@@ -180,7 +180,7 @@ fn the_best_single_sensor_is_the_best_of_the_sweep() {
                 for score in [Score::F1, Score::Kappa, Score::HumanSeen, Score::PartsDetected] {
                     for over in [Across::Pooled, Across::Worst, Across::Mean] {
                         let choose = one(&study, score, over, region, ways.clone());
-                        let problem = Problem::new(&study, &choose, &worlds, &evidence).unwrap();
+                        let problem = Problem::new(&study, &choose, &worlds, &evidence);
                         let values = counts.iter().filter_map(|counts| value(counts, score, over));
                         let expected = values.reduce(f64::max);
                         let found = answer(&problem, &|| false).ok();

@@ -5,7 +5,8 @@
 use std::ops::Range;
 
 use crate::backend::Planes;
-use crate::metrics::{BodyPart, Confusion, Detection, PartTally, RoleCounts};
+use crate::metrics::{BodyPart, Confusion, Detection, PartTally, RoleCounts, Score};
+use crate::sensor::Kind;
 use crate::study::Study;
 use crate::sweep::SensorSays;
 use crate::voxel::region::window_of;
@@ -97,6 +98,26 @@ pub(super) struct Wanted {
 impl Wanted {
     /// Everything.
     pub(super) const ALL: Wanted = Wanted { labels: true, roles: true, people: true };
+
+    /// What some scores are made of.
+    pub(super) fn of(scores: impl Iterator<Item = Score>) -> Wanted {
+        let mut wanted = Wanted { labels: false, roles: false, people: false };
+        for score in scores {
+            match score {
+                Score::F1 | Score::Kappa => wanted.labels = true,
+                _ => wanted.people = true,
+            }
+        }
+        wanted
+    }
+
+    /// Whether one of the six planes is counted.
+    pub(super) fn needs(&self, plane: usize) -> bool {
+        match plane {
+            SEEN | FELT => self.people,
+            _ => self.labels,
+        }
+    }
 }
 
 /// Truly occupied and truly free voxels, and of parts of people whose they are and how many voxels they have.
@@ -155,12 +176,23 @@ impl BitLayout {
         BitLayout { moments, words, min_hits, places: Vec::new() }
     }
 
-    /// How many worlds there are.
-    pub(super) fn worlds(&self) -> usize {
-        self.places.len()
+    /// How many words each of the six planes has in one moment of a world.
+    pub(super) fn words_of(&self, world: usize) -> [usize; PLANES] {
+        SPACE_OF.map(|space| self.moments[world].words[space].len())
     }
 
-    /// The six rows of bits of what a sensor says in a world, as words of one moment.
+    /// Which of the six planes of a sensor may have a bit: without noise or volumes it is right about all that it
+    /// says, and few sensors feel anybody.
+    pub(super) fn may_have_bits(kind: &dyn Kind, representation: usize) -> [bool; PLANES] {
+        let may_be_wrong = kind.is_noisy() || kind.adds(representation);
+        std::array::from_fn(|plane| match plane {
+            MISSED | FALSE => may_be_wrong,
+            FELT => kind.feels_presence(representation),
+            _ => true,
+        })
+    }
+
+    /// The six planes of what a sensor says in a world, as words of one moment; none of a plane without a bit.
     pub(super) fn pick(&self, world: usize, said: &[SensorSays]) -> [Vec<u64>; PLANES] {
         let places = &self.places[world];
         let mut all = Planes::blank(places.window);
@@ -196,6 +228,7 @@ impl BitLayout {
             of_people(hits),
             of_people(felt),
         ]
+        .map(|words| if words.iter().all(|&word| word == 0) { Vec::new() } else { words })
     }
 
     /// What a union of rows is worth at one moment.

@@ -7,8 +7,9 @@
 //! of weighted coverage in whole numbers, and a search by branch and bound answers it.
 //!
 //! # Practice
-//! `layout` says which bit is which voxel, `evidence` has what each candidate says, `worth` what counts are
-//! worth, `problem` which sets are allowed. `climb` finds a good set, `question` asks whether any is better,
+//! `layout` says which bit is which voxel, `evidence` has what each candidate says (`evidence/casting` casts it,
+//! `evidence/file` keeps it on disk), `worth` what counts are worth, `problem` which sets are allowed. `climb`
+//! finds a good set, `question` asks whether any is better,
 //! `search` answers, and `front` does so for each size and each step of cost. `told` has the answer in names
 //! and numbers, with `ties`, `files` writes and reads it, and `sets` makes combinations of it; `verify` checks
 //! what was written.
@@ -30,12 +31,12 @@ mod verify;
 mod within;
 mod worth;
 
-pub use evidence::{CandidateEvidence, CastingWatch, MEMORY_BYTES};
+pub use evidence::{CandidateEvidence, Casting, CastingWatch, EVIDENCE, MEMORY_BYTES};
 pub use files::{Asked, AskedScore, AskedSensor, Chosen, FRONT, PROOF, SETS};
 pub use front::{Answer, answer};
 pub use problem::{Found, Problem, SetLimits, examine};
 pub use told::{Told, ToldSensor, ToldSet, ToldStep};
-pub use verify::{Verified, verify};
+pub use verify::{Claims, Verified, verify};
 pub use within::{Bound, FrontStep, SearchWatch};
 pub use worth::{Ratio, Worth};
 

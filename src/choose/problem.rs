@@ -83,29 +83,19 @@ impl PartialOrd for Merit {
 }
 
 impl<'a> Problem<'a> {
-    /// What a study asks for.
-    ///
-    /// # Errors
-    /// When the region has too many voxels for exact fractions.
+    /// What a study asks for that passed [`examine`].
     pub fn new(
         study: &Study,
         choose: &Choose,
         worlds: &[World],
         evidence: &'a CandidateEvidence,
-    ) -> Result<Problem<'a>> {
-        let voxels: u64 = evidence.layout.moments.iter().flat_map(|moment| moment.voxels).sum();
-        if voxels > MOST_VOXELS {
-            let what = format!("has {voxels} voxels in all scenes, snapshots and repeats together");
-            let name = &study.regions[choose.region].0;
-            let cure = "at most 2147483648 can be told apart exactly: use larger voxels";
-            return Err(Error::input(format!("region {name:?}"), what).cure(cure));
-        }
+    ) -> Problem<'a> {
         let items = &evidence.items;
         let cost = |&[sensor, _]: &[usize; 2]| study.sensors[sensor].terms.cost.map_or(0, Cost::thousandths);
         let number = |wanted: &[usize; 2]| {
             items.iter().position(|item| item == wanted).expect("every candidate has evidence")
         };
-        Ok(Problem {
+        Problem {
             evidence,
             goal: (choose.objective, choose.over),
             require: choose.require.iter().map(|r| (r.score, r.over, Ratio::of(r.at_least))).collect(),
@@ -118,7 +108,7 @@ impl<'a> Problem<'a> {
                 .iter()
                 .map(|sensor| sensor.terms.at_most.map_or(usize::MAX, |most| most as usize))
                 .collect(),
-        })
+        }
     }
 
     /// What candidates say twice, as far as the question needs it, if that can be kept.
@@ -158,13 +148,7 @@ impl<'a> Problem<'a> {
 
     /// What counts are asked for.
     pub(super) fn wanted(&self) -> Wanted {
-        let scores = || std::iter::once(self.goal.0).chain(self.require.iter().map(|require| require.0));
-        let of_labels = |score| matches!(score, Score::F1 | Score::Kappa);
-        Wanted {
-            labels: scores().any(of_labels),
-            roles: false,
-            people: scores().any(|score| !of_labels(score)),
-        }
+        Wanted::of(std::iter::once(self.goal.0).chain(self.require.iter().map(|require| require.0)))
     }
 
     /// How good counts are.
@@ -201,14 +185,20 @@ impl Merit {
     }
 }
 
-/// Whether the scores that a study asks for can have a value in its region, before anything is cast.
+/// Whether the scores that a study asks for can have a value in its region, and an exact one, before anything is cast.
 ///
 /// # Errors
-/// When one cannot.
+/// When one cannot, or the region has too many voxels.
 pub fn examine(study: &Study, choose: &Choose, worlds: &[World]) -> Result<()> {
     let layout = BitLayout::new(study, worlds, choose.region);
     let sum = |of: fn(&MomentBits) -> u64| layout.moments.iter().map(of).sum::<u64>();
     let name = &study.regions[choose.region].0;
+    let voxels: u64 = layout.moments.iter().flat_map(|moment| moment.voxels).sum();
+    if voxels > MOST_VOXELS {
+        let what = format!("has {voxels} voxels in all scenes, snapshots and repeats together");
+        let cure = "at most 2147483648 can be told apart exactly: use larger voxels";
+        return Err(Error::input(format!("region {name:?}"), what).cure(cure));
+    }
     let lacking = |score: Score| match score {
         Score::F1 | Score::Kappa if sum(|moment| moment.voxels[0]) == 0 => Some("an occupied voxel"),
         Score::Kappa if sum(|moment| moment.voxels[1]) == 0 => Some("a free voxel"),

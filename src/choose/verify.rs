@@ -7,7 +7,7 @@
 //! κ > p/q only if (f·q + t·p)·TP + (t·q + f·p)·TN − p·s² > 0. What several candidates add to a union is no more than
 //! the sum of what each adds. A part is detected only if its best hits together are enough.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use rayon::prelude::*;
 use serde::Deserialize;
@@ -62,12 +62,50 @@ pub struct Verified {
     pub open: usize,
 }
 
-/// Checks the proof in a folder.
+/// A proof that was read, of the sets that a study asks for.
+pub struct Claims {
+    path: PathBuf,
+    steps: Vec<ClaimedStep>,
+    /// Sensor and candidate of each in the best set of each step.
+    sets: Vec<Vec<[usize; 2]>>,
+}
+
+impl Claims {
+    /// Reads the proof in a folder, and judges whether its sets are allowed.
+    ///
+    /// # Errors
+    /// `Error::Input` that names what is wrong.
+    pub fn read(folder: &Path, study: &Study, choose: &Choose, worlds: &[World]) -> Result<Claims> {
+        let path = folder.join(PROOF);
+        let wrong = |place: &str, what: &str| Err(Error::input(place, what).at(&path));
+        let proof: Proof = serde_json::from_slice(&read_regular(&path)?)
+            .map_err(|e| Error::from(Issue::damaged(format!("is no proof of choose: {e}")).at(&path)))?;
+        if proof.fingerprint != fingerprint(study, worlds) {
+            return wrong("fingerprint", "the study is not what was searched: choose again");
+        }
+        if proof.asked != asked(study, choose) {
+            return wrong("asked", "the study asks for something else now: choose again");
+        }
+        let mut sets = Vec::new();
+        for (number, step) in proof.steps.iter().enumerate() {
+            let set = named(study, &step.best.poses).and_then(|set| {
+                match not_allowed(study, choose, worlds, step, &set) {
+                    Some(why) => Err(Issue::says(why)),
+                    None => Ok(set),
+                }
+            });
+            sets.push(set.map_err(|issue| issue.at(format!("steps[{number}].best")).at(&path))?);
+        }
+        Ok(Claims { path, steps: proof.steps, sets })
+    }
+}
+
+/// Checks a proof.
 ///
 /// # Errors
 /// `Error::Input` that names what does not hold; `Error::Stopped` when it is stopped.
 pub fn verify(
-    folder: &Path,
+    claims: &Claims,
     study: &Study,
     choose: &Choose,
     worlds: &[World],
@@ -75,32 +113,11 @@ pub fn verify(
     recounter: &mut dyn Backend,
     stop: &(dyn Fn() -> Option<String> + Sync),
 ) -> Result<Verified> {
-    let path = folder.join(PROOF);
-    let wrong = |place: String, what: String| Err(Error::input(place, what).at(&path));
-    let proof: Proof = serde_json::from_slice(&read_regular(&path)?)
-        .map_err(|e| Error::from(Issue::damaged(format!("is no proof of choose: {e}")).at(&path)))?;
-    if proof.fingerprint != fingerprint(study, worlds) {
-        return wrong("fingerprint".into(), "the study is not what was searched: choose again".into());
-    }
-    if proof.asked != asked(study, choose) {
-        return wrong("asked".into(), "the study asks for something else now: choose again".into());
-    }
-    let mut sets = Vec::new();
-    for (number, step) in proof.steps.iter().enumerate() {
-        let set = named(study, &step.best.poses).and_then(|set| {
-            match not_allowed(study, choose, worlds, step, &set) {
-                Some(why) => Err(Issue::says(why)),
-                None => Ok(set),
-            }
-        });
-        match set {
-            Ok(set) => sets.push(set),
-            Err(issue) => return Err(issue.at(format!("steps[{number}].best")).at(&path).into()),
-        }
-    }
-    let counts = recounted(study, choose, worlds, &sets, recounter)?;
+    let Claims { path, steps, sets } = claims;
+    let wrong = |place: String, what: String| Err(Error::input(place, what).at(path));
+    let counts = recounted(study, choose, worlds, sets, recounter)?;
     let mut verified = Verified { sets: sets.len(), proven: 0, open: 0 };
-    for (number, (step, counts)) in proof.steps.iter().zip(&counts).enumerate() {
+    for (number, (step, counts)) in steps.iter().zip(&counts).enumerate() {
         let place = format!("steps[{number}]");
         let value = value(choose.objective, choose.over, counts);
         if value != Some(step.best.score) {

@@ -7,7 +7,8 @@ use std::time::{Duration, Instant};
 use perirobot::backend::factory::{BackendFactory, Fallback};
 use perirobot::backend::oracle::Oracle;
 use perirobot::choose::{
-    self, CandidateEvidence, CastingWatch, Chosen, Problem, SearchWatch, SetLimits, Told, Verified,
+    self, CandidateEvidence, Casting, CastingWatch, Chosen, Claims, Problem, SearchWatch, SetLimits, Told,
+    Verified,
 };
 use perirobot::results::journal::Shard;
 use perirobot::results::table::TableFormat;
@@ -15,7 +16,6 @@ use perirobot::results::{Results, Subject, rows, scores};
 use perirobot::sensor::Cost;
 use perirobot::study::{Choose, Study};
 use perirobot::sweep::session::Session;
-use perirobot::world::World;
 use perirobot::{Error, Result, report};
 
 use super::backend::BackendArgs;
@@ -33,6 +33,10 @@ use super::swept;
 /// this voxel size, in these scenes. Writes front.csv, sets.csv and choose.json into the output folder, and
 /// what a sweep of the sets that were found would write, so that `summary`, `compare`, `why`, `render`,
 /// `export` and `report` take the folder.
+///
+/// What is cast is kept there as soon as it is (evidence.journal): the same command goes on after whatever ended
+/// a run, and another question about the same study (objective, budget, requirements) casts nothing. A folder
+/// with evidence of something else is refused, with what has changed.
 #[derive(clap::Args)]
 #[command(after_help = AFTER_HELP)]
 #[command(mut_arg("study", |arg| arg.required(false).required_unless_present("verify")))]
@@ -46,14 +50,17 @@ pub(super) struct Args {
     /// Folder for the answer; made if needed [default: out/ and the study's name with -choose]
     #[arg(long, value_name = "DIR", help_heading = "Results")]
     out: Option<PathBuf>,
+    /// Begin anew: what the folder holds of earlier casting is lost
+    #[arg(long, help_heading = "Results")]
+    restart: bool,
     /// Stop, as on a signal, this long after the start of the program (90s, 30m, 1.5h, 2d), and tell the best
     /// sets so far with what no set is above
     #[arg(long, value_name = "TIME", value_parser = super::quantity::time, help_heading = "Results")]
     max_time: Option<Duration>,
     /// Check the proof in this folder instead: its sets are counted again by the plain oracle, and that no set is
-    /// better is searched again by other code; exit code 2 names what does not hold. The study is the folder's
-    /// unless one is named
-    #[arg(long, value_name = "DIR", conflicts_with = "out", help_heading = "Results")]
+    /// better is searched again by other code, with all poses cast again; exit code 2 names what does not hold. The
+    /// study is the folder's unless one is named
+    #[arg(long, value_name = "DIR", conflicts_with_all = ["out", "restart"], help_heading = "Results")]
     verify: Option<PathBuf>,
     #[command(flatten)]
     backend: BackendArgs,
@@ -73,7 +80,7 @@ Examples:
       look at it
 
 On Ctrl-C, SIGTERM, SIGUSR1 or --max-time the best sets so far are told and
-written, and the exit code is 75.";
+written, or what was cast is kept, and the exit code is 75.";
 
 pub(super) fn run(args: &Args) -> Result<ExitCode> {
     let stop = StopAt::listen(args.max_time)?;
@@ -93,10 +100,12 @@ fn search(args: &Args, study: &StudyArgs, stop: &StopAt) -> Result<ExitCode> {
     let choose = asked(&study)?;
     choose::examine(&study, choose, &worlds)?;
     let folder = Chosen::folder(&out, &study)?;
+    let casting =
+        Casting::begin(&study, choose, &worlds, args.evidence_bytes(), Some((folder.path(), args.restart)))?;
     let mut backends = args.backend.backends()?;
     let prepare_s = begin.elapsed().as_secs_f64();
-    let evidence = cast(args, (&study, choose, &worlds), &mut backends, stop)?;
-    let problem = Problem::new(&study, choose, &worlds, &evidence)?;
+    let evidence = cast(args, casting, &mut backends, stop)?;
+    let problem = Problem::new(&study, choose, &worlds, &evidence);
     let shown = SearchBar { progress: args.progress.search(), stop };
     let answer = choose::answer(&problem, &shown)?;
     drop(shown);
@@ -137,11 +146,13 @@ fn verify(args: &Args, folder: &Path, stop: &StopAt) -> Result<ExitCode> {
     };
     let choose = asked(&study)?;
     choose::examine(&study, choose, &worlds)?;
+    let claims = Claims::read(folder, &study, choose, &worlds)?;
+    let casting = Casting::begin(&study, choose, &worlds, args.evidence_bytes(), None)?;
     let mut backends = args.backend.backends()?;
-    let evidence = cast(args, (&study, choose, &worlds), &mut backends, stop)?;
+    let evidence = cast(args, casting, &mut backends, stop)?;
     let reason = || stop.reason();
     let checked =
-        choose::verify(folder, &study, choose, &worlds, &evidence, &mut Oracle::default(), &reason)?;
+        choose::verify(&claims, &study, choose, &worlds, &evidence, &mut Oracle::default(), &reason)?;
     let Verified { sets, proven, open } = checked;
     let open = if open > 0 { format!("; {open} steps claim no proof") } else { String::new() };
     super::print(&format!(
@@ -150,22 +161,40 @@ fn verify(args: &Args, folder: &Path, stop: &StopAt) -> Result<ExitCode> {
     Ok(ExitCode::SUCCESS)
 }
 
-/// What every candidate says.
+/// What every candidate says: what is there already, and the rest cast.
 fn cast(
     args: &Args,
-    (study, choose, worlds): (&Study, &Choose, &[World]),
+    mut casting: Casting,
     backends: &mut dyn BackendFactory,
     stop: &StopAt,
 ) -> Result<CandidateEvidence> {
-    let mut backend = backends.open(Fallback::None)?;
-    say!("running on {}: {}", backend.name(), backend.device());
-    let memory = args.backend.memory().unwrap_or(choose::MEMORY_BYTES);
-    let all = CandidateEvidence::to_cast(study, worlds);
-    let mut bar = Bar { progress: args.progress.start("poses", 0, all), stop };
-    let of = (choose.region, choose.ways.as_slice());
-    let evidence = CandidateEvidence::cast(study, worlds, of, memory, backend.as_mut(), &mut bar)?;
-    bar.progress.finish();
-    Ok(evidence)
+    let (left, total) = (casting.left(), casting.total());
+    if let Some(path) = casting.path().map(Path::display) {
+        if casting.damaged > 0 {
+            let damaged = casting.damaged;
+            say!("warning: {path}: damaged in {damaged} places: what stood there is cast again");
+        }
+        match total - left {
+            0 => {}
+            done if done == total => say!("evidence of {total} scene-poses found in {path}: nothing is cast"),
+            done => say!("evidence of {done} of {total} scene-poses found in {path}"),
+        }
+    }
+    if left > 0 {
+        let mut backend = backends.open(Fallback::None)?;
+        say!("running on {}: {}", backend.name(), backend.device());
+        let mut bar = Bar { progress: args.progress.start("poses", total - left, total), stop };
+        casting.run(backend.as_mut(), &mut bar)?;
+        bar.progress.finish();
+    }
+    Ok(casting.evidence())
+}
+
+impl Args {
+    /// How many bytes of evidence may be held.
+    fn evidence_bytes(&self) -> u64 {
+        self.backend.memory().unwrap_or(choose::MEMORY_BYTES)
+    }
 }
 
 /// What the study asks for.

@@ -72,7 +72,7 @@ impl Write for WholeFile {
 }
 
 /// Waits until the disk has the name of a new file, too.
-pub(super) fn sync_folder_of(path: &Path) -> std::io::Result<()> {
+pub(crate) fn sync_folder_of(path: &Path) -> std::io::Result<()> {
     match cfg!(unix) {
         true => fs::File::open(folder_of(path))?.sync_all(),
         false => Ok(()),

@@ -19,6 +19,7 @@ use crate::source::hex;
 use crate::study::Study;
 use crate::world::World;
 use crate::{Error, Result};
+pub(crate) use changes::changes;
 pub use identity::{Identity, SceneFileIdentity, SensorIdentity, Sensors};
 
 /// How a run ended that never wrote its end.
@@ -172,6 +173,11 @@ impl Manifest {
         hash(&self.as_written)
     }
 
+    /// All that decides the counts, key by key.
+    pub(crate) fn deciding(&self) -> &Map<String, Value> {
+        &self.as_written
+    }
+
     /// Records what the last run did.
     pub(crate) fn end_run(&mut self, run: Run) {
         self.provenance.runs.pop();
@@ -193,7 +199,7 @@ impl Manifest {
     /// In words, what another manifest has that decides the counts and is not the same here; effects only
     /// where there is no cause.
     pub(crate) fn changes(&self, now: &Manifest) -> Vec<String> {
-        changes::changes(&self.as_written, &now.as_written)
+        changes(&self.as_written, &now.as_written)
     }
 }
 

@@ -60,23 +60,7 @@ impl Locked {
     /// there is no file of this folder alone.
     pub fn open(folder: &Path) -> Result<Locked> {
         let path = folder.join(JOURNAL);
-        // Through a link, a folder from a stranger could overwrite any file of the user.
-        if path.symlink_metadata().is_ok_and(|metadata| !metadata.is_file()) {
-            let what = "is not a regular file, and a journal is needed there: move it away";
-            return Err(Error::input(path, what));
-        }
-        let file = OpenOptions::new().read(true).write(true).create(true).truncate(false).open(&path);
-        let file = file.map_err(|e| Error::io(&path, "cannot be opened", e))?;
-        let names = names_of(&file).map_err(|e| Error::io(&path, "cannot be read", e))?;
-        if names > 1 {
-            let what = format!(
-                "has {names} names (hard links), and what is written to it would change under all of them: put a copy in its \
-                 place"
-            );
-            return Err(Error::input(path, what));
-        }
-        let busy = "another run is at work in this folder: wait for it, or name another folder";
-        locked(&path, file.try_lock(), busy)?;
+        let file = open_alone(&path)?;
         let header = read_header(&path, &file)?;
         Ok(Locked { path, file, header })
     }
@@ -228,6 +212,32 @@ impl Journal {
     pub(crate) fn break_disk(&mut self) {
         self.file = File::open("/proc/self/mem").expect("Linux has it");
     }
+}
+
+/// Opens a file to which one process at a time writes, making it where there is none, for this process alone.
+///
+/// # Errors
+/// `Error::Busy` if another process has it; `Error::Storage` if the disk fails; `Error::Input` if what is there is
+/// no file of its folder alone.
+pub(crate) fn open_alone(path: &Path) -> Result<File> {
+    // Through a link, a folder from a stranger could overwrite any file of the user.
+    if path.symlink_metadata().is_ok_and(|metadata| !metadata.is_file()) {
+        let what = "is not a regular file, and a journal is needed there: move it away";
+        return Err(Error::input(path, what));
+    }
+    let file = OpenOptions::new().read(true).write(true).create(true).truncate(false).open(path);
+    let file = file.map_err(|e| Error::io(path, "cannot be opened", e))?;
+    let names = names_of(&file).map_err(|e| Error::io(path, "cannot be read", e))?;
+    if names > 1 {
+        let what = format!(
+            "has {names} names (hard links), and what is written to it would change under all of them: put a copy in its \
+             place"
+        );
+        return Err(Error::input(path, what));
+    }
+    let busy = "another run is at work in this folder: wait for it, or name another folder";
+    locked(path, file.try_lock(), busy)?;
+    Ok(file)
 }
 
 /// Fails unless a file could be locked: with `busy` where somebody else holds it.

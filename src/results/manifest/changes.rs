@@ -13,7 +13,7 @@ const MOST_TOLD: usize = 6;
 const SHORT: usize = 60;
 
 /// The differences of all that decides the counts; effects only where there is no cause.
-pub(super) fn changes(was: &Map<String, Value>, is: &Map<String, Value>) -> Vec<String> {
+pub(crate) fn changes(was: &Map<String, Value>, is: &Map<String, Value>) -> Vec<String> {
     let mut told = Vec::new();
     let mut tell = |key: &str| differences(key, at(was, key), at(is, key), &mut told);
     CAUSES.iter().for_each(|key| tell(key));

@@ -1,0 +1,314 @@
+//! How evidence comes to be: what the folder has is read, the rest is cast and kept, and what the question needs of
+//! both is held in memory.
+
+use std::path::Path;
+
+use fearless_simd::Level;
+use rayon::prelude::*;
+
+use super::super::layout::{BitLayout, PLANES, SPACE_OF, Wanted};
+use super::file::{EvidenceFile, RecordKey, Said, deciding};
+use super::{CandidateBits, CandidateEvidence};
+use crate::backend::Backend;
+use crate::error::{Argument, Issue, Words};
+use crate::results::PoseChoice;
+use crate::sensor::Sensor;
+use crate::study::{Choose, Combination, Member, Study};
+use crate::sweep::{EvidenceReader, SensorSays, read_choices};
+use crate::world::World;
+use crate::{Error, Result};
+
+/// Is told how the casting proceeds, and may stop it.
+pub trait CastingWatch {
+    /// So many more candidates were cast in some scene, snapshot and repeat.
+    fn cast(&mut self, more: u64);
+
+    /// Why nothing more is to be begun, if that is so.
+    fn stop(&mut self) -> Option<String>;
+}
+
+/// Evidence that is there in part.
+pub struct Casting<'a> {
+    study: &'a Study,
+    worlds: &'a [World],
+    /// The representation of each sensor.
+    ways: &'a [usize],
+    layout: BitLayout,
+    /// Sensor and candidate of each row, in study order.
+    items: Vec<[usize; 2]>,
+    rows: Vec<CandidateBits>,
+    /// Of each row which planes have a bit.
+    has: Vec<[bool; PLANES]>,
+    /// Of each row which repeats of which worlds are there, and how many are not.
+    done: Vec<Vec<bool>>,
+    left: Vec<u64>,
+    /// Of each sensor the planes that the question needs and that may have a bit.
+    needed: Vec<[bool; PLANES]>,
+    /// Bytes that planes take, and may take.
+    bytes: u64,
+    memory_bytes: u64,
+    file: Option<EvidenceFile>,
+    /// Records of the file that can be read no more, what they should have said being missing.
+    pub damaged: usize,
+}
+
+/// How many repeats of a sensor differ.
+fn repeats(study: &Study, sensor: &Sensor) -> usize {
+    if sensor.kind.is_noisy() { study.repeats as usize } else { 1 }
+}
+
+impl<'a> Casting<'a> {
+    /// What a study asks for. What the folder has is read; what is cast will be kept there. With `restart` the folder's
+    /// evidence is lost.
+    ///
+    /// # Errors
+    /// When it does not fit so many bytes; those of the file.
+    pub fn begin(
+        study: &'a Study,
+        choose: &'a Choose,
+        worlds: &'a [World],
+        memory_bytes: u64,
+        kept: Option<(&Path, bool)>,
+    ) -> Result<Casting<'a>> {
+        let scores =
+            std::iter::once(choose.objective).chain(choose.require.iter().map(|require| require.score));
+        Casting::of(study, worlds, (choose.region, &choose.ways), Wanted::of(scores), memory_bytes, kept)
+    }
+
+    pub(super) fn of(
+        study: &'a Study,
+        worlds: &'a [World],
+        (region, ways): (usize, &'a [usize]),
+        wanted: Wanted,
+        memory_bytes: u64,
+        kept: Option<(&Path, bool)>,
+    ) -> Result<Casting<'a>> {
+        let layout = BitLayout::new(study, worlds, region);
+        let items = study.sensors.iter().enumerate();
+        let items: Vec<[usize; 2]> =
+            items.flat_map(|(sensor, spec)| (0..spec.candidates.len()).map(move |c| [sensor, c])).collect();
+        let blocks = |&[sensor, _]: &[usize; 2]| repeats(study, &study.sensors[sensor]) * worlds.len();
+        let needed = study.sensors.iter().zip(ways).map(|(sensor, &way)| {
+            let may = BitLayout::may_have_bits(&*sensor.kind, way);
+            std::array::from_fn(|plane| wanted.needs(plane) && may[plane])
+        });
+        let file = match kept {
+            Some((folder, restart)) => {
+                Some(EvidenceFile::open(folder, study, &deciding(study, worlds, region, ways), restart)?)
+            }
+            None => None,
+        };
+        let mut casting = Casting {
+            rows: vec![CandidateBits::default(); items.len()],
+            has: vec![[false; PLANES]; items.len()],
+            done: items.iter().map(|item| vec![false; blocks(item)]).collect(),
+            left: items.iter().map(|item| blocks(item) as u64).collect(),
+            needed: needed.collect(),
+            bytes: 0,
+            memory_bytes,
+            file: None,
+            damaged: 0,
+            study,
+            worlds,
+            ways,
+            layout,
+            items,
+        };
+        if let Some(mut file) = file {
+            casting.read(&mut file)?;
+            casting.file = Some(file);
+        }
+        casting.fits()?;
+        Ok(casting)
+    }
+
+    /// Takes what a file has.
+    fn read(&mut self, file: &mut EvidenceFile) -> Result<()> {
+        let blocks: Vec<usize> = self.done.iter().map(Vec::len).collect();
+        let of_world: Vec<[usize; PLANES]> =
+            (0..self.worlds.len()).map(|world| self.layout.words_of(world)).collect();
+        let worlds = self.worlds.len();
+        let words = |key: RecordKey, plane: usize| {
+            let is_there = *blocks.get(key.item)? > key.repeat.checked_mul(worlds)? && key.world < worlds;
+            is_there.then(|| of_world[key.world][plane])
+        };
+        let found = file.read(words, |key, said| self.put(key, &said))?;
+        let lost = found.damaged.iter().filter(|&&key| !self.done[key.item][self.block(key)]).count();
+        self.damaged = lost + usize::from(found.is_cut && self.left() > 0);
+        Ok(())
+    }
+
+    /// How many candidates there are to cast, in each scene, snapshot and repeat for itself.
+    pub fn total(&self) -> u64 {
+        self.done.iter().map(|done| done.len() as u64).sum()
+    }
+
+    /// How many of them are not there yet.
+    pub fn left(&self) -> u64 {
+        self.left.iter().sum()
+    }
+
+    /// Where evidence is kept.
+    pub fn path(&self) -> Option<&Path> {
+        self.file.as_ref().map(|file| file.path.as_path())
+    }
+
+    /// Casts what is left.
+    ///
+    /// # Errors
+    /// When the backend fails; when the disk does; `Error::Stopped`. What was cast before is kept.
+    pub fn run(&mut self, backend: &mut dyn Backend, watch: &mut dyn CastingWatch) -> Result<()> {
+        let alone = |(sensor, spec): (usize, &Sensor)| Combination {
+            name: spec.name.clone(),
+            fusion: Default::default(),
+            members: vec![Member { sensor, candidates: (0..spec.candidates.len()).collect() }],
+        };
+        let combinations = self.study.sensors.iter().enumerate().map(alone).collect();
+        let study = Study { combinations, ..self.study.clone() };
+        let (worlds, ways) = (self.worlds, self.ways);
+        let choices = self.items.iter().map(|&[combination, choice]| PoseChoice { combination, choice });
+        let choices: Vec<PoseChoice> = choices.collect();
+        let first = |sensor| self.items.partition_point(|item| item[0] < sensor);
+        let first = (0..study.sensors.len()).map(first).collect();
+        let mut taking = Taking { casting: self, first, watch, stopped: None };
+        let cast = read_choices(&study, worlds, &choices, ways, backend, &mut taking);
+        let stopped = taking.stopped;
+        let synced = self.file.as_mut().map_or(Ok(()), EvidenceFile::sync);
+        cast.and(synced)?;
+        match stopped {
+            Some(why) if self.left() > 0 => Err(Error::Stopped(Issue::says(self.stopped(&why)))),
+            _ => Ok(()),
+        }
+    }
+
+    fn stopped(&self, why: &str) -> String {
+        let (left, total) = (self.left(), self.total());
+        let kept = match self.path() {
+            Some(path) if left < total => {
+                format!("; what is cast is kept in {}, and the same command goes on", path.display())
+            }
+            _ => String::new(),
+        };
+        format!("{why}: {left} of {total} scene-poses are left to cast{kept}")
+    }
+
+    /// All evidence, when nothing is left.
+    pub fn evidence(self) -> CandidateEvidence {
+        assert_eq!(self.left(), 0, "everything was cast");
+        CandidateEvidence { layout: self.layout, items: self.items, rows: self.rows, level: Level::new() }
+    }
+
+    fn block(&self, key: RecordKey) -> usize {
+        key.repeat * self.worlds.len() + key.world
+    }
+
+    /// Takes what a candidate says, once.
+    fn put(&mut self, key: RecordKey, said: &Said) {
+        let block = self.block(key);
+        if std::mem::replace(&mut self.done[key.item][block], true) {
+            return;
+        }
+        self.left[key.item] -= 1;
+        let sensor = self.items[key.item][0];
+        // What has no noise says the same in all repeats.
+        let all = self.layout.moments.len() / self.worlds.len();
+        let repeats = match repeats(self.study, &self.study.sensors[sensor]) {
+            1 => 0..all,
+            _ => key.repeat..key.repeat + 1,
+        };
+        let row = &mut self.rows[key.item];
+        for (plane, words) in said.iter().enumerate() {
+            if words.is_empty() || !self.needed[sensor][plane] {
+                continue;
+            }
+            let length = self.layout.words[SPACE_OF[plane]];
+            if !std::mem::replace(&mut self.has[key.item][plane], true) {
+                self.bytes += 8 * length as u64;
+                // Beyond what is allowed it is only counted, to tell how much there is.
+                if self.bytes <= self.memory_bytes {
+                    row.planes[plane] = vec![0; length].into();
+                }
+            }
+            if row.planes[plane].is_empty() {
+                continue;
+            }
+            for repeat in repeats.clone() {
+                let moment = &self.layout.moments[repeat * self.worlds.len() + key.world];
+                row.planes[plane][moment.words[SPACE_OF[plane]].clone()].copy_from_slice(words);
+            }
+        }
+    }
+
+    /// Whether all of it will fit, and what to do if it does not.
+    fn fits(&self) -> Result<()> {
+        let missing = (0..self.items.len()).filter(|&item| self.left[item] > 0);
+        let of_row = |item: usize| -> u64 {
+            let needed = &self.needed[self.items[item][0]];
+            let more = (0..PLANES).filter(|&plane| needed[plane] && !self.has[item][plane]);
+            more.map(|plane| 8 * self.layout.words[SPACE_OF[plane]] as u64).sum()
+        };
+        let needed = self.bytes + missing.map(of_row).sum::<u64>();
+        if needed <= self.memory_bytes {
+            return Ok(());
+        }
+        let mib = |bytes: u64| bytes.div_ceil(1 << 20);
+        let what = format!(
+            "the evidence of {} poses in {} scenes, snapshots and repeats takes {} MiB, and {} MiB are allowed",
+            self.items.len(),
+            self.layout.moments.len(),
+            mib(needed),
+            self.memory_bytes >> 20
+        );
+        let cure = Words::from("give ")
+            + Argument::Memory.to(format!("{}MiB", mib(needed)))
+            + ", or use larger voxels, a smaller region, or fewer poses";
+        Err(Issue::too_large(what).wanted(cure).into())
+    }
+}
+
+/// Takes what sensors say as it comes.
+struct Taking<'c, 'a> {
+    casting: &'c mut Casting<'a>,
+    /// The row of each sensor's first candidate.
+    first: Vec<usize>,
+    watch: &'c mut dyn CastingWatch,
+    stopped: Option<String>,
+}
+
+impl Taking<'_, '_> {
+    fn key(&self, world: &World, repeat: usize, pose_choice: &PoseChoice) -> RecordKey {
+        let here = |other: &World| (other.scene, other.snapshot) == (world.scene, world.snapshot);
+        let world = self.casting.worlds.iter().position(here).expect("worlds are those that are cast");
+        RecordKey { item: self.first[pose_choice.combination] + pose_choice.choice, world, repeat }
+    }
+}
+
+impl EvidenceReader for Taking<'_, '_> {
+    fn wants(&self, world: &World, repeat: usize, pose_choice: &PoseChoice) -> bool {
+        let key = self.key(world, repeat, pose_choice);
+        // What has no noise is cast in the first repeat.
+        self.casting.done[key.item].get(self.casting.block(key)).is_some_and(|done| !done)
+    }
+
+    fn take(&mut self, world: &World, repeat: usize, said: Vec<(PoseChoice, Vec<SensorSays>)>) -> Result<()> {
+        let keys = said.iter().map(|(pose_choice, _)| self.key(world, repeat, pose_choice));
+        let keys: Vec<RecordKey> = keys.collect();
+        let layout = &self.casting.layout;
+        let pick = |(key, (_, said)): (RecordKey, &(_, Vec<SensorSays>))| (key, layout.pick(key.world, said));
+        let records: Vec<(RecordKey, Said)> = keys.into_par_iter().zip(&said).map(pick).collect();
+        if let Some(file) = &mut self.casting.file {
+            file.append(&records)?;
+        }
+        records.iter().for_each(|(key, said)| self.casting.put(*key, said));
+        if self.casting.bytes > self.casting.memory_bytes {
+            self.casting.fits()?;
+        }
+        self.watch.cast(said.len() as u64);
+        Ok(())
+    }
+
+    fn enough(&mut self) -> bool {
+        self.stopped = self.stopped.take().or_else(|| self.watch.stop());
+        self.stopped.is_some()
+    }
+}
