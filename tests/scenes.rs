@@ -164,6 +164,15 @@ fn walk() -> Vec<[f64; 2]> {
 }
 
 #[test]
+fn the_best_three_cameras_are_sought_among_the_poses_of_experiment_1() {
+    let [all, asked] = ["paper/exp1.toml", "paper/exp1-choose.toml"].map(study);
+    assert_eq!(asked.sensors[0].candidates, all.sensors[0].candidates);
+    assert_eq!(asked.sensors[0].candidates.len(), 860);
+    assert_eq!((asked.scenes[0].path.clone(), asked.sensors.len()), (all.scenes[0].path.clone(), 1));
+    assert_eq!(asked.choose.map(|choose| (choose.at_most, choose.budget)), Some((3, None)));
+}
+
+#[test]
 fn experiment_3_has_the_papers_poses_and_snapshots() {
     let study = study("paper/exp3.toml");
     let [lidar] = &study.sensors[..] else { panic!("one sensor") };

@@ -5,6 +5,7 @@
 //! |---|---|
 //! | [`first_hour`] | installing, a first study, its results, pictures, other programs |
 //! | [`own_cell`] | the tutorial: a cell from CAD, a robot, a person, sensors, to the report |
+//! | [`choose`] | which set of sensors is the best: what to ask, the front, what is proven and what is not |
 //! | [`sensors`] | which kind a device is, what it claims, real devices, noise, mounts |
 //! | [`every_key`] | the reference of scene and study files |
 //! | [`long_sweeps`] | stopping and going on, failing devices, shards, clusters, large tables |
@@ -24,6 +25,7 @@ macro_rules! page {
         #[doc = "[first hour]: crate::guide::first_hour"]
         #[doc = "[own cell]: crate::guide::own_cell"]
         #[doc = "[sensors]: crate::guide::sensors"]
+        #[doc = "[choose]: crate::guide::choose"]
         #[doc = "[every key]: crate::guide::every_key"]
         #[doc = "[long sweeps]: crate::guide::long_sweeps"]
         #[doc = "[python]: crate::guide::python"]
@@ -42,6 +44,7 @@ macro_rules! page {
 
 page!(first_hour, "first_hour.md");
 page!(own_cell, "../../scenes/tutorial/README.md");
+page!(choose, "choose.md");
 page!(sensors, "sensors.md");
 page!(every_key, "../../scenes/README.md");
 page!(long_sweeps, "long_sweeps.md");
