@@ -8,12 +8,13 @@
 //!
 //! # Practice
 //! `layout` says which bit is which voxel, `evidence` has what each candidate says (`evidence/casting` casts it,
-//! `evidence/file` keeps it on disk), `worth` what counts are worth, `problem` which sets are allowed. `climb`
+//! `evidence/file` keeps it on disk, `check` counts some of it again), `worth` what counts are worth, `problem` which sets are allowed. `climb`
 //! finds a good set, `question` asks whether any is better,
 //! `search` answers, and `front` does so for each size and each step of cost. `told` has the answer in names
 //! and numbers, with `ties`, `files` writes and reads it, and `sets` makes combinations of it; `verify` checks
 //! what was written.
 
+mod check;
 mod climb;
 mod evidence;
 mod files;

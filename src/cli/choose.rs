@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::time::{Duration, Instant};
 
+use perirobot::backend::Backend;
 use perirobot::backend::factory::{BackendFactory, Fallback};
 use perirobot::backend::oracle::Oracle;
 use perirobot::choose::{
@@ -11,15 +12,17 @@ use perirobot::choose::{
     Verified,
 };
 use perirobot::results::journal::Shard;
+use perirobot::results::manifest::Fault;
 use perirobot::results::table::TableFormat;
 use perirobot::results::{Results, Subject, rows, scores};
 use perirobot::sensor::Cost;
 use perirobot::study::{Choose, Study};
 use perirobot::sweep::session::Session;
+use perirobot::world::World;
 use perirobot::{Error, Result, report};
 
 use super::backend::BackendArgs;
-use super::progress::{self, ProgressArgs};
+use super::progress::{self, ProgressArgs, above_bar};
 use super::stop::{StopAt, stopped};
 use super::study::StudyArgs;
 use super::sweep::{Onlooker, VERIFY, command};
@@ -104,7 +107,7 @@ fn search(args: &Args, study: &StudyArgs, stop: &StopAt) -> Result<ExitCode> {
         Casting::begin(&study, choose, &worlds, args.evidence_bytes(), Some((folder.path(), args.restart)))?;
     let mut backends = args.backend.backends()?;
     let prepare_s = begin.elapsed().as_secs_f64();
-    let evidence = cast(args, casting, &mut backends, stop)?;
+    let evidence = cast(args, (&study, choose, &worlds), casting, &mut backends, stop)?;
     let problem = Problem::new(&study, choose, &worlds, &evidence);
     let shown = SearchBar { progress: args.progress.search(), stop };
     let answer = choose::answer(&problem, &shown)?;
@@ -149,7 +152,7 @@ fn verify(args: &Args, folder: &Path, stop: &StopAt) -> Result<ExitCode> {
     let claims = Claims::read(folder, &study, choose, &worlds)?;
     let casting = Casting::begin(&study, choose, &worlds, args.evidence_bytes(), None)?;
     let mut backends = args.backend.backends()?;
-    let evidence = cast(args, casting, &mut backends, stop)?;
+    let evidence = cast(args, (&study, choose, &worlds), casting, &mut backends, stop)?;
     let reason = || stop.reason();
     let checked =
         choose::verify(&claims, &study, choose, &worlds, &evidence, &mut Oracle::default(), &reason)?;
@@ -164,6 +167,7 @@ fn verify(args: &Args, folder: &Path, stop: &StopAt) -> Result<ExitCode> {
 /// What every candidate says: what is there already, and the rest cast.
 fn cast(
     args: &Args,
+    (study, choose, worlds): (&Study, &Choose, &[World]),
     mut casting: Casting,
     backends: &mut dyn BackendFactory,
     stop: &StopAt,
@@ -181,13 +185,23 @@ fn cast(
         }
     }
     if left > 0 {
-        let mut backend = backends.open(Fallback::None)?;
-        say!("running on {}: {}", backend.name(), backend.device());
         let mut bar = Bar { progress: args.progress.start("poses", total - left, total), stop };
-        casting.run(backend.as_mut(), &mut bar)?;
+        casting.run_on(backends, &mut bar)?;
         bar.progress.finish();
     }
-    Ok(casting.evidence())
+    let kept = casting.path().map(Path::to_path_buf);
+    let evidence = casting.evidence();
+    if backends.needs_check() {
+        let mut cpu = backends.open(Fallback::Cpu)?;
+        let checked = evidence.check(study, choose, worlds, cpu.as_mut(), VERIFY).inspect_err(|error| {
+            // What a device said wrongly must not be searched later.
+            if let (Error::Disagreement(_), Some(path)) = (error, kept) {
+                let _ = std::fs::remove_file(path);
+            }
+        })?;
+        say!("{checked} poses counted again on the CPU: no difference");
+    }
+    Ok(evidence)
 }
 
 impl Args {
@@ -218,6 +232,14 @@ impl CastingWatch for Bar<'_> {
 
     fn stop(&mut self) -> Option<String> {
         self.stop.reason()
+    }
+
+    fn runs_on(&mut self, backend: &dyn Backend) {
+        above_bar(|| say!("running on {}: {}", backend.name(), backend.device()));
+    }
+
+    fn failed(&mut self, Fault { what, instead, .. }: &Fault) {
+        above_bar(|| say!("warning: {what}; what was left was done by {instead}"));
     }
 }
 

@@ -17,7 +17,7 @@ use crate::metrics::Confusion;
 pub use checkpoint::Watch;
 pub use evidence::BatchSize;
 pub use order::{Ledger, run, run_choices};
-pub use said::{EvidenceReader, SensorSays, read_choices};
+pub use said::{EvidenceReader, ReadPlan, SensorSays};
 
 /// The counts of one choice of poses in one region of one scene; indices are those of the study.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

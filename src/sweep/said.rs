@@ -3,11 +3,15 @@
 
 use super::evidence::{BatchSize, Store};
 use super::order::{Task, each_world};
-use crate::Result;
+use super::worker::close;
+use crate::backend::factory::{BackendFactory, Fallback};
 use crate::backend::{self, Backend, Planes, Slot};
+use crate::error::Issue;
 use crate::results::PoseChoice;
+use crate::results::manifest::Fault;
 use crate::study::Study;
 use crate::world::World;
+use crate::{Error, Result};
 
 /// Choices whose evidence is read back at once.
 const AT_ONCE: usize = 64;
@@ -33,25 +37,68 @@ pub trait EvidenceReader {
 
     /// Whether nothing more is to be begun.
     fn enough(&mut self) -> bool;
+
+    /// This backend begins.
+    fn runs_on(&mut self, _: &dyn Backend) {}
+
+    /// Something failed; what was not taken yet is wanted from somebody else.
+    fn failed(&mut self, _: &Fault) {}
 }
 
-/// Reads what a reader wants of some choices, each sensor in the representation of this number.
-pub fn read_choices(
-    study: &Study,
-    worlds: &[World],
-    pose_choices: &[PoseChoice],
-    representations: &[usize],
-    backend: &mut dyn Backend,
-    reader: &mut dyn EvidenceReader,
-) -> Result<()> {
-    each_world(
-        study,
-        worlds,
-        pose_choices,
-        BatchSize::FULL,
-        backend,
-        &mut ReadTask { representations, reader },
-    )
+/// What is read, and in which representation of each sensor.
+#[derive(Clone, Copy)]
+pub struct ReadPlan<'a> {
+    /// The study.
+    pub study: &'a Study,
+    /// Its scenes at their moments.
+    pub worlds: &'a [World],
+    /// Which choices.
+    pub pose_choices: &'a [PoseChoice],
+    /// Of each sensor of the study, the number of a representation.
+    pub representations: &'a [usize],
+}
+
+impl ReadPlan<'_> {
+    /// Reads it with the backend of a user's choice. Of a device that fails what is left is read in small batches,
+    /// and if it fails at those too, from the CPU. A reader must not want again what it took.
+    pub fn read_on(&self, backends: &mut dyn BackendFactory, reader: &mut dyn EvidenceReader) -> Result<()> {
+        let mut fallback = Fallback::None;
+        let mut backend = backends.open(fallback)?;
+        reader.runs_on(backend.as_ref());
+        loop {
+            let batch = if fallback == Fallback::Small { BatchSize::SMALL } else { BatchSize::FULL };
+            // What does not fit in small batches is no fault of the user's.
+            let issue = match self.read_batches(batch, backend.as_mut(), reader) {
+                Err(Error::Device(issue)) if backends.needs_check() && fallback != Fallback::Cpu => issue,
+                Err(Error::Input(issue)) if fallback == Fallback::Small => issue,
+                other => return other,
+            };
+            close(backend);
+            let small = (fallback == Fallback::None).then(|| backends.open(Fallback::Small));
+            let instead;
+            (fallback, backend, instead) = match small {
+                Some(Ok(small)) => (Fallback::Small, small, "the same device in small batches"),
+                _ => (Fallback::Cpu, backends.open(Fallback::Cpu)?, "the CPU"),
+            };
+            let what = Issue { cures: Vec::new(), ..issue }.to_string();
+            reader.failed(&Fault { what, scene: String::new(), instead: instead.into() });
+        }
+    }
+
+    /// Reads it with one backend.
+    pub fn read(&self, backend: &mut dyn Backend, reader: &mut dyn EvidenceReader) -> Result<()> {
+        self.read_batches(BatchSize::FULL, backend, reader)
+    }
+
+    fn read_batches(
+        &self,
+        batch: BatchSize,
+        backend: &mut dyn Backend,
+        reader: &mut dyn EvidenceReader,
+    ) -> Result<()> {
+        let ReadPlan { study, worlds, pose_choices, representations } = *self;
+        each_world(study, worlds, pose_choices, batch, backend, &mut ReadTask { representations, reader })
+    }
 }
 
 /// The task of reading what a reader wants.

@@ -198,7 +198,7 @@ impl Worker<'_> {
 
 /// Closes a device that failed, and waits until it has given back its memory, with a limit, since a device
 /// that hangs may never do so.
-fn close(backend: Box<dyn Backend + Send>) {
+pub(super) fn close(backend: Box<dyn Backend + Send>) {
     let (gone, wait) = mpsc::channel::<()>();
     // Where no thread can be started, the device is closed here, without a limit.
     let _ = thread::Builder::new().spawn(move || {

@@ -10,11 +10,13 @@ use super::super::layout::{BitLayout, PLANES, SPACE_OF, Wanted};
 use super::file::{EvidenceFile, RecordKey, Said, deciding};
 use super::{CandidateBits, CandidateEvidence};
 use crate::backend::Backend;
+use crate::backend::factory::BackendFactory;
 use crate::error::{Argument, Issue, Words};
 use crate::results::PoseChoice;
+use crate::results::manifest::Fault;
 use crate::sensor::Sensor;
 use crate::study::{Choose, Combination, Member, Study};
-use crate::sweep::{EvidenceReader, SensorSays, read_choices};
+use crate::sweep::{EvidenceReader, ReadPlan, SensorSays};
 use crate::world::World;
 use crate::{Error, Result};
 
@@ -25,6 +27,12 @@ pub trait CastingWatch {
 
     /// Why nothing more is to be begun, if that is so.
     fn stop(&mut self) -> Option<String>;
+
+    /// This backend begins.
+    fn runs_on(&mut self, _: &dyn Backend) {}
+
+    /// A device failed, and somebody else goes on.
+    fn failed(&mut self, _: &Fault) {}
 }
 
 /// Evidence that is there in part.
@@ -158,6 +166,22 @@ impl<'a> Casting<'a> {
     /// # Errors
     /// When the backend fails; when the disk does; `Error::Stopped`. What was cast before is kept.
     pub fn run(&mut self, backend: &mut dyn Backend, watch: &mut dyn CastingWatch) -> Result<()> {
+        self.run_by(watch, |plan, taking| plan.read(backend, taking))
+    }
+
+    /// The same on the backend of a user's choice; others step in where a device fails.
+    ///
+    /// # Errors
+    /// Those of [`Casting::run`].
+    pub fn run_on(&mut self, backends: &mut dyn BackendFactory, watch: &mut dyn CastingWatch) -> Result<()> {
+        self.run_by(watch, |plan, taking| plan.read_on(backends, taking))
+    }
+
+    fn run_by(
+        &mut self,
+        watch: &mut dyn CastingWatch,
+        read: impl FnOnce(ReadPlan, &mut dyn EvidenceReader) -> Result<()>,
+    ) -> Result<()> {
         let alone = |(sensor, spec): (usize, &Sensor)| Combination {
             name: spec.name.clone(),
             fusion: Default::default(),
@@ -171,7 +195,8 @@ impl<'a> Casting<'a> {
         let first = |sensor| self.items.partition_point(|item| item[0] < sensor);
         let first = (0..study.sensors.len()).map(first).collect();
         let mut taking = Taking { casting: self, first, watch, stopped: None };
-        let cast = read_choices(&study, worlds, &choices, ways, backend, &mut taking);
+        let plan = ReadPlan { study: &study, worlds, pose_choices: &choices, representations: ways };
+        let cast = read(plan, &mut taking);
         let stopped = taking.stopped;
         let synced = self.file.as_mut().map_or(Ok(()), EvidenceFile::sync);
         cast.and(synced)?;
@@ -305,6 +330,14 @@ impl EvidenceReader for Taking<'_, '_> {
         }
         self.watch.cast(said.len() as u64);
         Ok(())
+    }
+
+    fn runs_on(&mut self, backend: &dyn Backend) {
+        self.watch.runs_on(backend);
+    }
+
+    fn failed(&mut self, fault: &Fault) {
+        self.watch.failed(fault);
     }
 
     fn enough(&mut self) -> bool {
