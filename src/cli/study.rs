@@ -2,6 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
+use perirobot::results::files::MANIFEST;
 use perirobot::study::{Overrides, Study};
 use perirobot::sweep::reopen;
 use perirobot::world::World;
@@ -44,9 +45,10 @@ impl StudyArgs {
         Ok((study, worlds, problems))
     }
 
-    /// What was swept into a folder that is named in the place of a study; `None` if it is none.
+    /// What was swept into a folder of results that is named in the place of a study; `None` if it is no such
+    /// folder.
     pub(super) fn load_folder(&self) -> Result<Option<(Study, Vec<World>)>> {
-        if !self.study.is_dir() {
+        if !self.study.join(MANIFEST).exists() {
             return Ok(None);
         }
         if self.overrides() != Overrides::default() {
