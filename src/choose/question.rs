@@ -48,7 +48,11 @@ pub(super) struct Inequality {
     groups: Vec<Group>,
     /// What false alarms take away.
     charges: Vec<Segment>,
+    /// The moment it is about; the first, if it is about several.
+    pub(super) moment: usize,
     pub(super) least: i64,
+    /// If it is plain and no sum, what each segment weighs and what is asked for before they are rounded.
+    pub(super) exact: (Vec<i128>, i128),
 }
 
 /// A union as an inequality sees it.
@@ -105,7 +109,11 @@ fn of_score(layout: &BitLayout, (score, over): (Score, Across), ratio: Ratio, be
         Across::Pooled => vec![&layout.moments],
         _ => layout.moments.chunks(1).collect(),
     };
-    each.into_iter().filter_map(|moments| inequality(layout, moments, score, ratio, beat)).collect()
+    let of = |(moment, moments)| {
+        let one = inequality(layout, moments, score, ratio, beat)?;
+        Some(Inequality { moment, ..one })
+    };
+    each.into_iter().enumerate().filter_map(of).collect()
 }
 
 /// The inequality of some moments together; `None` where it may have no value, and then is no obstacle.
@@ -157,7 +165,13 @@ fn inequality(
                 false => (p * count + q - 1).div_euclid(q),
             };
             let least = i64::try_from(detected * whole).unwrap_or(i64::MAX);
-            (count > 0).then_some(Inequality { groups, charges: Vec::new(), least })
+            (count > 0).then_some(Inequality {
+                groups,
+                charges: Vec::new(),
+                moment: 0,
+                least,
+                exact: Default::default(),
+            })
         }
     }
 }
@@ -190,12 +204,15 @@ impl WeightedTerms {
             if shift <= 0 { n << -shift } else { (n >> shift) + i128::from(n & ((1 << shift) - 1) != 0) }
         };
         let down = |n: i128| if shift <= 0 { n << -shift } else { n >> shift };
+        let exact = (self.gains.iter().map(|gain| gain.2).collect(), self.par + i128::from(self.beat));
         let gain = |(plane, words, weight, _)| Segment { plane, words, weight: up(weight) as u64 };
         let charge = |(words, weight)| Segment { plane: FALSE, words, weight: down(weight) as u64 };
         Inequality {
             groups: vec![Group { segments: self.gains.into_iter().map(gain).collect(), cap: u64::MAX }],
             charges: self.charges.into_iter().map(charge).filter(|charge| charge.weight > 0).collect(),
+            moment: 0,
             least: down(self.par + i128::from(self.beat)) as i64,
+            exact,
         }
     }
 }
@@ -211,7 +228,13 @@ impl Inequality {
             }
         }
         let charges = all.iter().flat_map(|one| one.charges.clone()).collect();
-        Inequality { groups, charges, least: all.iter().map(|one| one.least).sum() }
+        Inequality {
+            groups,
+            charges,
+            moment: 0,
+            least: all.iter().map(|one| one.least).sum(),
+            exact: Default::default(),
+        }
     }
 
     /// Whether all that counts is how many bits of a union are set.

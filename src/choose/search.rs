@@ -88,7 +88,16 @@ struct Adds {
     charged: Vec<i64>,
 }
 
-/// Searches for the best set that is worth more than what is known. Sets that are found are improved by the
+/// How far a search is.
+#[derive(Default)]
+pub(super) struct Ahead {
+    /// The candidates in the order of the first level.
+    order: Option<Vec<usize>>,
+    /// How many of them are done: sets that begin with them are worth no more than the best.
+    done: usize,
+}
+
+/// Searches for the best set that is worth more than what is known, from where it was stopped. Sets that are found are improved by the
 /// caller, who returns one that is worth no less. Says whether none is worth more than the last one: if not,
 /// it was stopped.
 pub(super) fn search(
@@ -96,16 +105,15 @@ pub(super) fn search(
     limits: SetLimits,
     best: Option<Found>,
     kept: Option<&PairCounts>,
+    ahead: &mut Ahead,
     stop: &(dyn Fn() -> bool + Sync),
     improve: &mut dyn FnMut(Found) -> Found,
 ) -> (Option<Found>, bool) {
     let mut best = best;
-    let mut order = None;
-    let mut first = 0;
     loop {
         let question = question(problem, best.as_ref().map(|best| best.worth));
         let search = SetSearch::new(problem, limits, question, stop);
-        match search.run(kept, &mut order, &mut first) {
+        match search.run(kept, ahead) {
             Some(found) => best = Some(improve(found)),
             None => return (best, !stop()),
         }
@@ -143,40 +151,34 @@ impl<'a> SetSearch<'a> {
         SetSearch { problem, limits, question, tabled, level: Level::new(), stop }
     }
 
-    /// A set that is worth more, if there is one and it is not stopped. `order` is that of the first level, as
-    /// soon as it is known, and `first` how many of it are searched.
-    fn run(
-        &self,
-        kept: Option<&PairCounts>,
-        order: &mut Option<Vec<usize>>,
-        first: &mut usize,
-    ) -> Option<Found> {
+    /// A set that is worth more, if there is one and it is not stopped.
+    fn run(&self, kept: Option<&PairCounts>, ahead: &mut Ahead) -> Option<Found> {
         let root = self.root(&self.problem.always);
         let left = self.limits.at_most - root.chosen.len();
         let all: Vec<usize> = (0..self.problem.evidence.count()).collect();
         let table = kept.and_then(|kept| kept.table(&self.question.all[..self.tabled]));
-        let open = self.opened(&root, left, order.as_ref().unwrap_or(&all), table.as_ref());
+        let open = self.opened(&root, left, ahead.order.as_ref().unwrap_or(&all), table.as_ref());
         if left <= 2 {
             return self.below(&root, left, open);
         }
         if let Some(found) = self.judge_node(&root) {
             return Some(found);
         }
-        let open = match order {
+        let open = match &ahead.order {
             Some(_) => open,
             None => {
                 let open = open.sorted();
-                *order = Some(open.items.clone());
+                ahead.order = Some(open.items.clone());
                 open
             }
         };
         let table = self.table(&open);
-        while *first < open.items.len() && !(self.stop)() {
-            if !self.may_pass(&root, left, &open, *first..open.items.len()) {
-                *first = open.items.len();
+        while ahead.done < open.items.len() && !(self.stop)() {
+            if !self.may_pass(&root, left, &open, ahead.done..open.items.len()) {
+                ahead.done = open.items.len();
                 break;
             }
-            let lot = *first..(*first + LOT).min(open.items.len());
+            let lot = ahead.done..(ahead.done + LOT).min(open.items.len());
             let below = |i: usize| {
                 let child = self.child(&root, left, &open, table.as_ref(), i)?;
                 self.below_child(left, &open, table.as_ref(), child)
@@ -189,7 +191,7 @@ impl<'a> SetSearch<'a> {
                 return best;
             }
             if !(self.stop)() {
-                *first = lot.end;
+                ahead.done = lot.end;
             }
         }
         None

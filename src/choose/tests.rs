@@ -223,7 +223,9 @@ fn a_search_from_a_poor_set_ends_at_the_best() {
         };
         // With what candidates say twice counted beforehand, and without.
         let kept = problem.pairs().filter(|_| case % 3 > 0);
-        let (best, proven) = search(&problem, problem.limits, known, kept.as_ref(), &|| false, &mut keep);
+        let mut ahead = super::search::Ahead::default();
+        let (best, proven) =
+            search(&problem, problem.limits, known, kept.as_ref(), &mut ahead, &|| false, &mut keep);
         assert!(proven);
         assert_eq!(best.map(|best| best.worth), expected, "case {case}: {problem:?}");
     }
@@ -248,4 +250,57 @@ fn climbing_keeps_what_is_always_there() {
         }
     }
     assert!(swaps > 100, "{swaps}");
+}
+
+/// What cuts say no set is above, none is; whoever adds them up again agrees, and does not if they are altered.
+#[test]
+fn no_set_is_above_what_cuts_say() {
+    use super::gap::GapSearch;
+    use super::told::ToldCuts;
+    use super::verify::cuts::{Asked, check};
+    let mut random = Random(23);
+    let (mut shown, mut near, mut refused) = (0, 0, [0; 4]);
+    for case in 0..80 {
+        let evidence = evidence(&mut random, 9, case % 2 == 1);
+        let over = [Across::Pooled, Across::Worst][random.below(2) as usize];
+        let problem = problem(&mut random, &evidence, over);
+        let Some(best) = by_trying(&problem, problem.limits) else { continue };
+        let poor = (0..9).filter_map(|item| problem.found(&[item])).map(|found| found.worth).min();
+        let known = poor.unwrap_or(best).min(best);
+        let Some(gap) = GapSearch::new(&problem, problem.limits, &|| false).run(known) else { continue };
+        assert!(gap.above >= Ratio::of(best.value() - 1e-9), "case {case}: {:?} < {best:?}", gap.above);
+        shown += 1;
+        near += usize::from(gap.above.value() < best.value() + 0.05);
+        let asked = Asked {
+            evidence: &evidence,
+            objective: problem.goal.0,
+            over,
+            at_most: problem.limits.at_most,
+            budget: problem.limits.budget,
+            cost: problem.cost.clone(),
+            always: problem.always.clone(),
+            joins: &|item| {
+                let cost = problem.cost_of(&problem.always) + problem.cost[item];
+                problem.limits.afford(cost) && problem.may_join(&problem.always, item)
+            },
+            named: &|name: &str| name.parse().ok(),
+        };
+        let told = ToldCuts::of(&gap, |item| item.to_string());
+        assert_eq!(check(&asked, &told, gap.above.value()), Ok(()), "case {case}: {problem:?}");
+        // What is above is less than the best, more sensors are allowed, a cut is left out, or belongs elsewhere.
+        let mut lower = told.clone();
+        lower.above[0] = (best.value() * lower.above[1] as f64) as u64 / 2;
+        refused[0] +=
+            usize::from(check(&asked, &lower, lower.above[0] as f64 / lower.above[1] as f64).is_err());
+        let more = Asked { at_most: 9, budget: None, cost: vec![0; 9], always: vec![], ..asked };
+        refused[1] += usize::from(check(&more, &told, gap.above.value()).is_err());
+        let mut fewer = told.clone();
+        fewer.cuts.truncate(1);
+        refused[2] += usize::from(check(&asked, &fewer, gap.above.value()).is_err());
+        let mut elsewhere = told.clone();
+        elsewhere.cuts[0].moment += 7;
+        refused[3] += usize::from(check(&asked, &elsewhere, gap.above.value()).is_err());
+    }
+    assert!(shown > 30 && near > 12, "{shown} {near}");
+    assert!(refused[0] > 15 && refused[1] > 5 && refused[2] > 5 && refused[3] == shown, "{refused:?}");
 }

@@ -1,9 +1,12 @@
 //! An answer in names and numbers: the front, what each sensor of a set is worth, and sets that are nearly as
 //! good but look different. Tables, texts and files are made from it, and `choose.json` holds it.
 
+use std::collections::BTreeMap;
+
 use serde::{Deserialize, Serialize};
 
 use super::front::Answer;
+use super::gap::{Gap, WeightedCut};
 use super::problem::{Found, Problem};
 use super::ties::ties;
 use super::within::{Bound, FrontStep};
@@ -38,9 +41,37 @@ pub struct ToldStep {
     pub no_set_is_above: Option<f64>,
     /// Whether that is the best set's own score, because all others were searched.
     pub proven: bool,
+    /// If not all were searched, what shows that no set is above.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub shown_by: Option<ToldCuts>,
     /// By how much the score is above that of the best set of fewer sensors that costs no more, if there is
     /// one.
     pub gain: Option<f64>,
+}
+
+/// Cuts that show, so many times each, that no set is above a score.
+///
+/// A cut is made of shares of poses. Voxels that poses see whose shares add up to 256 or more are its inside. A
+/// set sees no more than the inside, and what each of its poses sees outside.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct ToldCuts {
+    /// The score, as a fraction.
+    pub above: [u64; 2],
+    /// How many times it counts that a set costs no more than the budget, in thousandths.
+    pub budget_times: u64,
+    /// The cuts.
+    pub cuts: Vec<ToldCut>,
+}
+
+/// A cut of the voxels of one score.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct ToldCut {
+    /// Of which scene, snapshot and repeat the score is, if the worst one counts; else 0.
+    pub moment: usize,
+    /// How many times it counts.
+    pub times: u64,
+    /// Poses and their shares.
+    pub shares: BTreeMap<String, u64>,
 }
 
 /// A set in names and numbers.
@@ -73,6 +104,22 @@ pub struct ToldSensor {
     pub cost: Option<Cost>,
     /// The score of the set without it, if that has one.
     pub score_without: Option<f64>,
+}
+
+impl ToldCuts {
+    /// Cuts with the names of poses.
+    pub(super) fn of(gap: &Gap, name: impl Fn(usize) -> String) -> ToldCuts {
+        let cut = |cut: &WeightedCut| ToldCut {
+            moment: cut.moment,
+            times: cut.times,
+            shares: cut.shares.iter().map(|&(item, share)| (name(item), share)).collect(),
+        };
+        ToldCuts {
+            above: [gap.above.numerator as u64, gap.above.denominator as u64],
+            budget_times: gap.budget,
+            cuts: gap.cuts.iter().map(cut).collect(),
+        }
+    }
 }
 
 impl ToldSet {
@@ -144,14 +191,24 @@ impl Teller<'_> {
             at_most: step.limits.at_most,
             budget: step.limits.budget.map(Cost::from_thousandths),
             best: self.set(best),
-            no_set_is_above: match step.bound {
+            no_set_is_above: match &step.bound {
                 Bound::Proven => Some(score),
-                Bound::AtMost(bound) => Some(bound),
+                Bound::AtMost(gap) => Some(gap.above.value()),
                 Bound::Unknown => None,
             },
             proven: step.bound == Bound::Proven,
+            shown_by: match &step.bound {
+                Bound::AtMost(gap) => Some(ToldCuts::of(gap, |item| self.name(item))),
+                _ => None,
+            },
             gain: before.map(|before| score - before.value()),
         })
+    }
+
+    fn name(&self, item: usize) -> String {
+        let [sensor, candidate] = self.problem.evidence.items[item];
+        let spec = &self.study.sensors[sensor];
+        format!("{}:{}", spec.name, spec.candidates[candidate].name)
     }
 
     fn set(&self, found: &Found) -> ToldSet {

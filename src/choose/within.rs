@@ -1,12 +1,13 @@
 //! The best set within some limits: climbed to, improved two at a time, then searched for.
 
 use std::collections::BTreeMap;
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
 use super::climb::{climb, climbs};
+use super::gap::{Gap, GapSearch};
 use super::pairs::PairCounts;
 use super::problem::{Found, Problem, SetLimits};
-use super::search::{complete, search};
+use super::search::{Ahead, complete, search};
 use super::worth::Worth;
 use crate::study::Across;
 
@@ -22,12 +23,12 @@ pub struct FrontStep {
 }
 
 /// What no set is worth more than.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub enum Bound {
     /// The best set: all others were searched.
     Proven,
     /// This; the search was stopped.
-    AtMost(f64),
+    AtMost(Gap),
     /// Nothing is known.
     Unknown,
 }
@@ -47,6 +48,9 @@ impl<F: Fn() -> bool + Sync> SearchWatch for F {
         self()
     }
 }
+
+/// So long a search goes on before a bound is looked for.
+const SHORT: Duration = Duration::from_secs(3);
 
 /// Of how many of the best ends of climbing two sensors at a time are changed.
 const POLISHED: usize = 3;
@@ -93,9 +97,22 @@ pub(super) fn best_within(
         told(Some(&further), "is to be beaten");
         further
     };
-    let (best, is_proven) = search(problem, limits, best, kept, stop, &mut improve);
+    // A search that is not short may be stopped: first, then, what no set is worth more than.
+    let (mut ahead, searching) = (Ahead::default(), Instant::now());
+    let pause = || stop() || searching.elapsed() > SHORT;
+    let (mut best, mut is_proven) = search(problem, limits, best, kept, &mut ahead, &pause, &mut improve);
+    let mut bound = Bound::Unknown;
+    if !is_proven && !stop() {
+        if let Some(best) = &best
+            && let Some(gap) = GapSearch::new(problem, limits, stop).run(best.worth)
+        {
+            tracing::info!("choose: no set of at most {} is above {:.6}", limits.at_most, gap.above.value());
+            bound = Bound::AtMost(gap);
+        }
+        (best, is_proven) = search(problem, limits, best, kept, &mut ahead, stop, &mut improve);
+    }
     told(best.as_ref(), if is_proven { "is proven" } else { "is not proven" });
-    FrontStep { limits, best, bound: if is_proven { Bound::Proven } else { Bound::Unknown } }
+    FrontStep { limits, best, bound: if is_proven { Bound::Proven } else { bound } }
 }
 
 /// Changes one or two sensors of a set as long as that helps.

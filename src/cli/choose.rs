@@ -156,10 +156,11 @@ fn verify(args: &Args, folder: &Path, stop: &StopAt) -> Result<ExitCode> {
     let reason = || stop.reason();
     let checked =
         choose::verify(&claims, &study, choose, &worlds, &evidence, &mut Oracle::default(), &reason)?;
-    let Verified { sets, proven, open } = checked;
+    let Verified { sets, proven, bounded, open } = checked;
+    let bounded = if bounded > 0 { format!(", {bounded} bounds added up again") } else { String::new() };
     let open = if open > 0 { format!("; {open} steps claim no proof") } else { String::new() };
     super::print(&format!(
-        "{sets} sets counted again, {proven} steps proven again{open}: all of it holds\n"
+        "{sets} sets counted again, {proven} steps proven again{bounded}{open}: all of it holds\n"
     ))?;
     Ok(ExitCode::SUCCESS)
 }

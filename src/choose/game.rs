@@ -1,0 +1,185 @@
+//! Which weights of cuts allow the least, and which shares of candidates have the most by all of them: the two
+//! sides of a linear program, found by Newton's method on smooth ones that come nearer and nearer.
+//!
+//! # Theory
+//! Cuts c say that shares x have no more than a_c + Σ b_ci·x_i. Weights w that add up to one allow
+//! Σ a_c·w_c + the sum of the largest k of g_i = Σ b_ci·w_c. With a heat T that sum is
+//! k·ν + T·Σ ln(1 + exp((g_i − ν)/T)) at the best ν, whose slope by g_i is a share between 0 and 1, and
+//! weights stay above zero by −T·Σ ln w_c. The hotter, the farther from corners are shares and weights, which
+//! makes better cuts; the colder, the nearer to the linear program.
+//!
+//! Nothing is proven here: all of it is floating point, and what comes out is rounded and checked by others.
+
+/// Steps at one heat.
+const STEPS: usize = 20;
+/// The heat that is begun with.
+const HOT: f64 = 0.03;
+/// By how much it becomes less.
+const COOLING: f64 = 0.2;
+
+/// What shares of candidates have by some cuts.
+pub(super) struct Game {
+    /// What each cut has without candidates.
+    pub(super) constant: Vec<f64>,
+    /// What each candidate adds to each cut, cut by cut.
+    pub(super) added: Vec<Vec<f64>>,
+    /// How many are cuts, whose weights add up to one; one more may be the budget.
+    pub(super) cuts: usize,
+}
+
+impl Game {
+    /// The most that so many candidates have by some weights.
+    pub(super) fn most(&self, weights: &[f64], left: usize) -> f64 {
+        let (mut gains, mut sum) = (vec![0.0; self.added[0].len()], 0.0);
+        for ((constant, added), weight) in self.constant.iter().zip(&self.added).zip(weights) {
+            sum += constant * weight;
+            gains.iter_mut().zip(added).for_each(|(gain, added)| *gain += added * weight);
+        }
+        gains.sort_unstable_by(|a, b| b.total_cmp(a));
+        sum + gains.iter().take(left).sum::<f64>()
+    }
+
+    /// The best weights for shares that are as good as they can be, and those shares, both smoothed so much.
+    pub(super) fn settle(&self, left: usize, smooth: f64, begin: &mut Vec<f64>) -> (Vec<f64>, Vec<f64>) {
+        let (cuts, count) = (self.constant.len(), self.added[0].len());
+        let is_cut: Vec<f64> = (0..cuts).map(|c| if c < self.cuts { 1.0 } else { 0.0 }).collect();
+        // Where it begins: weights above zero that add up to one.
+        begin.resize(cuts, 0.0);
+        let mut weights: Vec<f64> = begin.iter().map(|weight| weight.max(1e-3 / cuts as f64)).collect();
+        let sum: f64 = weights.iter().zip(&is_cut).map(|(w, is)| w * is).sum();
+        weights.iter_mut().zip(&is_cut).filter(|(_, is)| **is > 0.0).for_each(|(w, _)| *w /= sum);
+        let mut gains = self.gains(&weights);
+        let mut level = {
+            let mut sorted = gains.clone();
+            sorted.sort_unstable_by(|a, b| b.total_cmp(a));
+            sorted[left.min(count) - 1]
+        };
+        let mut heat = HOT.max(smooth);
+        loop {
+            for _ in 0..STEPS {
+                let share: Vec<f64> = gains.iter().map(|gain| sigmoid((gain - level) / heat)).collect();
+                let curve: Vec<f64> = share.iter().map(|s| (s * (1.0 - s)).max(1e-12) / heat).collect();
+                let mut slope: Vec<f64> = (0..cuts)
+                    .map(|c| self.constant[c] + dot(&self.added[c], &share) - heat / weights[c])
+                    .collect();
+                slope.push(left as f64 - share.iter().sum::<f64>());
+                let mut bend = vec![vec![0.0; cuts + 1]; cuts + 1];
+                for c in 0..cuts {
+                    let own: Vec<f64> = self.added[c].iter().zip(&curve).map(|(a, b)| a * b).collect();
+                    for d in 0..=c {
+                        bend[c][d] = dot(&own, &self.added[d]);
+                    }
+                    bend[cuts][c] = -own.iter().sum::<f64>();
+                    bend[c][c] += heat / (weights[c] * weights[c]);
+                }
+                bend[cuts][cuts] = curve.iter().sum::<f64>() + 1e-9;
+                if !factor(&mut bend) {
+                    break;
+                }
+                let mut ones = is_cut.clone();
+                ones.push(0.0);
+                let mut way = slope.clone();
+                solve(&bend, &mut way);
+                let mut side = ones.clone();
+                solve(&bend, &mut side);
+                let shift = dot(&ones, &way) / dot(&ones, &side);
+                let step: Vec<f64> = way.iter().zip(&side).map(|(way, side)| shift * side - way).collect();
+                let gone = -dot(&slope, &step);
+                if gone < 1e-3 * heat {
+                    break;
+                }
+                let mut long = (0..cuts)
+                    .filter(|&c| step[c] < 0.0)
+                    .map(|c| -0.95 * weights[c] / step[c])
+                    .fold(1.0, f64::min);
+                let before = self.height(&weights, level, &gains, left, heat);
+                loop {
+                    let tried: Vec<f64> = weights.iter().zip(&step).map(|(w, s)| w + long * s).collect();
+                    let tried_gains = self.gains(&tried);
+                    let tried_level = level + long * step[cuts];
+                    if self.height(&tried, tried_level, &tried_gains, left, heat)
+                        <= before - 0.1 * long * gone
+                        || long < 1e-6
+                    {
+                        (weights, gains, level) = (tried, tried_gains, tried_level);
+                        break;
+                    }
+                    long *= 0.5;
+                }
+            }
+            if heat <= smooth {
+                let share: Vec<f64> = gains.iter().map(|gain| sigmoid((gain - level) / heat)).collect();
+                let too_many = (share.iter().sum::<f64>() / left as f64).max(1.0);
+                let share = share.into_iter().map(|share| share / too_many).collect();
+                begin.clone_from(&weights);
+                return (weights, share);
+            }
+            heat = (heat * COOLING).max(smooth);
+        }
+    }
+
+    fn gains(&self, weights: &[f64]) -> Vec<f64> {
+        let mut gains = vec![0.0; self.added[0].len()];
+        for (added, &weight) in self.added.iter().zip(weights) {
+            gains.iter_mut().zip(added).for_each(|(gain, added)| *gain += weight * added);
+        }
+        gains
+    }
+
+    /// What is made small.
+    fn height(&self, weights: &[f64], level: f64, gains: &[f64], left: usize, heat: f64) -> f64 {
+        let over = |gain: &f64| {
+            let x = (gain - level) / heat;
+            heat * (x.max(0.0) + (-x.abs()).exp().ln_1p())
+        };
+        dot(&self.constant, weights) + left as f64 * level + gains.iter().map(over).sum::<f64>()
+            - heat * weights.iter().map(|weight| weight.ln()).sum::<f64>()
+    }
+}
+
+fn sigmoid(x: f64) -> f64 {
+    1.0 / (1.0 + (-x).exp())
+}
+
+/// The sum of products, in eight lanes.
+fn dot(a: &[f64], b: &[f64]) -> f64 {
+    let mut lanes = [0.0; 8];
+    let (parts, rest) = a.as_chunks::<8>();
+    let (others, last) = b.as_chunks::<8>();
+    for (a, b) in parts.iter().zip(others) {
+        for lane in 0..8 {
+            lanes[lane] += a[lane] * b[lane];
+        }
+    }
+    lanes.iter().sum::<f64>() + rest.iter().zip(last).map(|(a, b)| a * b).sum::<f64>()
+}
+
+/// The lower Cholesky factor in the place of a symmetric matrix; whether there is one.
+fn factor(matrix: &mut [Vec<f64>]) -> bool {
+    for i in 0..matrix.len() {
+        for j in 0..=i {
+            let sum = matrix[i][j] - dot(&matrix[i][..j], &matrix[j][..j]);
+            if i == j {
+                if sum <= 0.0 || !sum.is_finite() {
+                    return false;
+                }
+                matrix[i][i] = sum.sqrt();
+            } else {
+                matrix[i][j] = sum / matrix[j][j];
+            }
+        }
+    }
+    true
+}
+
+/// Solves with a Cholesky factor.
+fn solve(factor: &[Vec<f64>], side: &mut [f64]) {
+    for i in 0..side.len() {
+        side[i] = (side[i] - dot(&factor[i][..i], &side[..i])) / factor[i][i];
+    }
+    for i in (0..side.len()).rev() {
+        side[i] /= factor[i][i];
+        let own = side[i];
+        side[..i].iter_mut().zip(&factor[i][..i]).for_each(|(side, factor)| *side -= own * factor);
+    }
+}
