@@ -113,6 +113,8 @@
 //! | candidate | one way to set a sensor up: a pose, or how far a proximity cover senses | placement of a sensor (paper) |
 //! | combination | sensors whose evidence is fused | sensor set |
 //! | choice of poses | one candidate for each sensor of a combination | placement |
+//! | set | sensors, each at a candidate, among which `choose` searches | sensor placement |
+//! | front | the best set of each size, and of each step of cost | Pareto front |
 //! | representation | how a sensor's data become voxels: `points`, `cylinders`, `zone` … | PC, PC+Cyl, Zone (paper) |
 //! | crossing | the step of a ray over a boundary between voxels | step of a grid traversal (Amanatides and Woo) |
 //! | first hit | the first blocker on a ray, before range and noise are applied | |

@@ -52,7 +52,7 @@ fn items(study: &Study) -> Vec<[usize; 2]> {
 fn swept(
     study: &Study,
     worlds: &[World],
-    (region, ways): (usize, &[usize]),
+    (region, representations): (usize, &[usize]),
     sets: &[Vec<usize>],
     backend: &mut dyn Backend,
 ) -> Vec<Vec<Confusion>> {
@@ -72,7 +72,8 @@ fn swept(
     rows.sort_by_key(|row| row.repeat);
     for row in rows {
         let combination = &study.combinations[row.combination];
-        let wanted: Vec<usize> = combination.members.iter().map(|member| ways[member.sensor]).collect();
+        let wanted: Vec<usize> =
+            combination.members.iter().map(|member| representations[member.sensor]).collect();
         let said = &combination.representations(&study.sensors)[row.representation];
         if row.region == region && *said == wanted {
             found[row.combination].push(row.counts);
@@ -102,8 +103,8 @@ fn unions_of_evidence_are_what_a_sweep_counts_on_every_backend() {
             let way = |sensor: &perirobot::sensor::Sensor| {
                 random.below(sensor.kind.representations().len() as u32) as usize
             };
-            let ways: Vec<usize> = study.sensors.iter().map(way).collect();
-            let of = (region, ways.as_slice());
+            let representations: Vec<usize> = study.sensors.iter().map(way).collect();
+            let of = (region, representations.as_slice());
             let sets = random_sets(&mut random, items(&study).len(), 25);
             let expected = swept(&study, &worlds, of, &sets, &mut Cpu::new(Some(2)).unwrap());
             assert!(expected.iter().all(|counts| counts.len() == worlds.len() * study.repeats as usize));
@@ -139,17 +140,17 @@ fn evidence_that_does_not_fit_is_refused_before_anything_is_cast() {
         }
     }
     let (study, worlds) = shipped("scenes/tiny.toml");
-    let ways = vec![0; study.sensors.len()];
+    let representations = vec![0; study.sensors.len()];
     let mut cpu = Cpu::new(Some(1)).unwrap();
     let refused: Result<CandidateEvidence> =
-        CandidateEvidence::cast(&study, &worlds, (0, &ways), 1000, &mut cpu, &mut Progressless);
+        CandidateEvidence::cast(&study, &worlds, (0, &representations), 1000, &mut cpu, &mut Progressless);
     let told = refused.unwrap_err().to_string();
     assert!(told.contains("13 poses in 1 scenes, snapshots and repeats takes 1 MiB"), "{told}");
 }
 
 /// What a study would ask for that asks for the best single sensor.
-fn one(study: &Study, objective: Score, over: Across, region: usize, ways: Vec<usize>) -> Choose {
-    assert_eq!(ways.len(), study.sensors.len());
+fn one(study: &Study, objective: Score, over: Across, region: usize, representations: Vec<usize>) -> Choose {
+    assert_eq!(representations.len(), study.sensors.len());
     Choose {
         objective,
         over,
@@ -159,7 +160,7 @@ fn one(study: &Study, objective: Score, over: Across, region: usize, ways: Vec<u
         apart_m: 0.0,
         always: Vec::new(),
         require: Vec::new(),
-        ways,
+        representations,
     }
 }
 
@@ -174,12 +175,13 @@ fn the_best_single_sensor_is_the_best_of_the_sweep() {
         for region in 0..study.regions.len() {
             for way in 0..most {
                 let last = |sensor: &perirobot::sensor::Sensor| sensor.kind.representations().len() - 1;
-                let ways: Vec<usize> = study.sensors.iter().map(|sensor| way.min(last(sensor))).collect();
-                let evidence = cast(&study, &worlds, (region, &ways), &mut cpu);
-                let counts = swept(&study, &worlds, (region, &ways), &all, &mut cpu);
+                let representations: Vec<usize> =
+                    study.sensors.iter().map(|sensor| way.min(last(sensor))).collect();
+                let evidence = cast(&study, &worlds, (region, &representations), &mut cpu);
+                let counts = swept(&study, &worlds, (region, &representations), &all, &mut cpu);
                 for score in [Score::F1, Score::Kappa, Score::HumanSeen, Score::PartsDetected] {
                     for over in [Across::Pooled, Across::Worst, Across::Mean] {
-                        let choose = one(&study, score, over, region, ways.clone());
+                        let choose = one(&study, score, over, region, representations.clone());
                         let problem = Problem::new(&study, &choose, &worlds, &evidence);
                         let values = counts.iter().filter_map(|counts| value(counts, score, over));
                         let expected = values.reduce(f64::max);

@@ -154,7 +154,7 @@ fn study() -> (Folder, Study, Vec<World>, Choose) {
         apart_m: 0.0,
         always: Vec::new(),
         require: Vec::new(),
-        ways: vec![0; study.sensors.len()],
+        representations: vec![0; study.sensors.len()],
     };
     (folder, study, worlds, choose)
 }

@@ -416,8 +416,8 @@ fn what_a_killed_run_left_unchecked_is_checked_later() {
     drop(again);
 
     // Whoever goes on, a liar's rows do not stay.
-    let crews: [&mut dyn BackendFactory; 2] = [&mut Troupe::new(|_, _, _| None), &mut Alone];
-    for (number, backends) in crews.into_iter().enumerate() {
+    let factories: [&mut dyn BackendFactory; 2] = [&mut Troupe::new(|_, _, _| None), &mut Alone];
+    for (number, backends) in factories.into_iter().enumerate() {
         let out = format!("lied-{number}");
         killed(&out, liar(0));
         let error = theatre.sweep(&out, backends, 500, &mut Onlooker::default()).unwrap_err();
@@ -431,7 +431,7 @@ fn what_a_killed_run_left_unchecked_is_checked_later() {
 fn a_device_that_fails_now_and_then_stays_at_work() {
     let theatre = Theatre::new();
     theatre.sweep("quiet", &mut Alone, 0, &mut Onlooker::default()).unwrap();
-    // Two strikes are not three.
+    // Two failures are not three.
     let mut troupe = Troupe::new(|call, fallback, before| {
         let now = (call, fallback) == (Call::Sense, Fallback::None) && [3, 9].contains(&before);
         now.then_some(Trouble::Fails("device lost"))

@@ -298,7 +298,7 @@ fn follow(scene: &VoxelScene, rays: &Rays, placement: &GridPose, number: usize, 
     let out_of_range = after(gates.range_max_q16.into());
     let limit = ray.exit.min(out_of_range);
     let mut crossings = 0;
-    let walked = |kind, crossings: usize, blocker: u32, t_q16: u64| {
+    let ended = |kind, crossings: usize, blocker: u32, t_q16: u64| {
         let end = End { kind, crossings: crossings as u32 };
         Pathend { end, blocker, t_q16 }
     };
@@ -312,11 +312,11 @@ fn follow(scene: &VoxelScene, rays: &Rays, placement: &GridPose, number: usize, 
         let t = crossing >> 2;
         if is_set(words, ray.bit as usize) && t >= u64::from(gates.near_ignore_q16) {
             if t < u64::from(gates.range_min_q16) {
-                return walked(BLIND, crossings, 0, t);
+                return ended(BLIND, crossings, 0, t);
             }
             let drawn = hash(placement.draws as u64 ^ number as u64);
             if hash(drawn) < rays.noise.lost_below.into() {
-                return walked(NOTHING, unhindered(ray, limit, path, crossings), 0, range_q16);
+                return ended(NOTHING, unhindered(ray, limit, path, crossings), 0, range_q16);
             }
             let noise_q16 = noise_q16(rays, drawn, t);
             let read_q16 = (t as i64 + noise_q16).max(0) as u64;
@@ -324,12 +324,12 @@ fn follow(scene: &VoxelScene, rays: &Rays, placement: &GridPose, number: usize, 
                 0 => crossings,
                 _ => endpoint(ray, read_q16, path, crossings),
             };
-            return walked(RETURN, read, ray.bit as u32, read_q16);
+            return ended(RETURN, read, ray.bit as u32, read_q16);
         }
     }
     let lost = || hash(hash(placement.draws as u64 ^ number as u64)) < rays.noise.lost_below.into();
     let left = gates.backdrop && ray.exit < out_of_range && !lost();
-    walked(if left { LEFT } else { NOTHING }, crossings, 0, range_q16)
+    ended(if left { LEFT } else { NOTHING }, crossings, 0, range_q16)
 }
 
 /// Fills `path` with the voxels that a ray is believed to be in up to a distance, were nothing in its way:

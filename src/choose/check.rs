@@ -35,7 +35,7 @@ impl CandidateEvidence {
                 members: vec![Member { sensor, candidates: vec![candidate] }],
             }
         };
-        let alone = study.of_sets(&choose.ways, picked.iter().map(alone).collect());
+        let alone = study.of_sets(&choose.representations, picked.iter().map(alone).collect());
         let mut rows = run(&alone, worlds, backend)?;
         rows.sort_by_key(|row| row.repeat);
         rows.retain(|row| row.region == choose.region);

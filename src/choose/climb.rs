@@ -11,12 +11,12 @@ use crate::study::Across;
 
 use super::problem::{Found, Merit, Problem, SetLimits};
 
-/// How many random sets are begun from where the search is long; where it is short, it finds what they would.
+/// Random sets to start from, where the search is long; a short search finds what they lead to itself.
 const RESTARTS: u64 = 12;
 /// Sets of so many sensors besides those that are always there are searched in no time.
 const FEW: usize = 2;
 
-/// The sets at which adding and swapping ends: from always on, and from random ones. Those that meet every
+/// The local optima reached from the fixed sensors and from random sets. Those that meet every
 /// requirement, the best first.
 pub(super) fn climbs(problem: &Problem, limits: SetLimits, stop: &(dyn Fn() -> bool + Sync)) -> Vec<Found> {
     let mut ends: Vec<Found> = climb(problem, limits, problem.always.clone(), stop).into_iter().collect();

@@ -31,8 +31,8 @@ struct CandidateBits {
     planes: [Box<[u64]>; PLANES],
 }
 
-/// Voxels that some candidates of a set call, hit or feel. What somebody calls occupied falsely nobody calls free
-/// any more: it is among the free ones, where none can be added.
+/// The union of what some candidates say. A voxel that any of them wrongly calls occupied is no longer free, so
+/// it is set in the plane of free ones, where no candidate can add it.
 #[derive(Clone, Debug)]
 pub(super) struct Union {
     planes: [Vec<u64>; PLANES],

@@ -122,7 +122,7 @@ impl Asked {
             require: require
                 .map(|one| AskedScore { score: one.score, over: one.over, at_least: one.at_least })
                 .collect(),
-            sensors: study.sensors.iter().zip(&choose.ways).map(sensor).collect(),
+            sensors: study.sensors.iter().zip(&choose.representations).map(sensor).collect(),
         }
     }
 }

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use super::problem::{Found, Problem, SetLimits};
-use super::within::{Bound, FrontStep, SearchWatch, best_within};
+use super::within::{Bound, FrontStep, SearchWatch, best_within, overlaps};
 use super::worth::Worth;
 use crate::error::Issue;
 use crate::{Error, Result};
@@ -28,7 +28,7 @@ pub fn answer(problem: &Problem, watch: &dyn SearchWatch) -> Result<Answer> {
     let stop = || watch.stops();
     let mut known: BTreeMap<Vec<usize>, Worth> = BTreeMap::new();
     let mut steps: Vec<FrontStep> = Vec::new();
-    let kept = problem.pairs();
+    let kept = overlaps(problem);
     for size in problem.always.len().max(1)..=problem.limits.at_most {
         let mut limits = SetLimits { at_most: size, ..problem.limits };
         let mut last: Option<Worth> = None;
@@ -70,7 +70,7 @@ fn no_set(problem: &Problem, watch: &dyn SearchWatch) -> Error {
     for (number, &(score, over, least)) in problem.require.iter().enumerate() {
         let alone = problem.asking(score, over);
         let FrontStep { best, bound, .. } =
-            best_within(&alone, problem.limits, alone.pairs().as_ref(), &mut BTreeMap::new(), watch);
+            best_within(&alone, problem.limits, overlaps(&alone).as_ref(), &mut BTreeMap::new(), watch);
         if watch.stops() {
             return Error::Stopped(Issue::says("no set was found that meets the requirements so far"));
         }

@@ -1,4 +1,4 @@
-//! What no set is worth more than, where the search is too long: a proof by weights, which a few numbers state.
+//! An upper bound for all sets, where the search is long, with a proof that a few numbers state.
 //!
 //! # Theory
 //! Take any voxels H. What the candidates of a set add to an inequality is no more than the bits of H, and for
@@ -45,10 +45,10 @@ const HEAVIEST: f64 = 1048576.0;
 /// A proof that no set is worth more than something.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Gap {
-    /// What no set is worth more than.
+    /// A proved upper bound for the worth of every set.
     pub(super) above: Ratio,
     pub(super) cuts: Vec<WeightedCut>,
-    /// How often the budget counts.
+    /// The weight of the budget.
     pub(super) budget: u64,
 }
 
@@ -58,12 +58,12 @@ pub(super) struct WeightedCut {
     /// The moment whose score it is about, if the worst one counts; else 0.
     pub(super) moment: usize,
     pub(super) times: u64,
-    /// Candidates and their shares in 64ths.
+    /// Candidates and their shares, in 256ths.
     pub(super) shares: Vec<(usize, u64)>,
 }
 
 /// A cut: counts of bits, segment by segment of an inequality.
-struct Cut {
+struct CountedCut {
     inequality: usize,
     shares: Vec<(usize, u64)>,
     /// In H.
@@ -72,7 +72,7 @@ struct Cut {
     outside: Vec<u32>,
 }
 
-impl Cut {
+impl CountedCut {
     /// What an inequality has without candidates, less what it asks for, and what each adds, as parts of that.
     fn of(&self, one: &Inequality) -> (f64, Vec<f64>) {
         let weights: Vec<f64> =
@@ -92,7 +92,7 @@ pub(super) struct GapSearch<'a> {
     limits: SetLimits,
     /// The candidates that can be in a set.
     items: Vec<usize>,
-    cuts: Vec<Cut>,
+    cuts: Vec<CountedCut>,
     /// The shares that had most.
     best: Vec<f64>,
     level: Level,
@@ -187,7 +187,7 @@ impl<'a> GapSearch<'a> {
             let cuts = self.cuts.len();
             let has = self.cut(all, &tried);
             if self.cuts.len() == cuts && round % NEARER.len() == NEARER.len() - 1 {
-                // Nothing is left to be said.
+                // No cut is new, so the bound does not get lower.
                 return self.checked(all, above, &self.game(all).settle(left, COLD, &mut weights).0);
             }
             if has > had {
@@ -249,17 +249,17 @@ impl<'a> GapSearch<'a> {
             }
             let count = self.items.len();
             let outside = (0..count).flat_map(|i| outside.iter().map(move |of| of[i])).collect();
-            Cut { inequality, shares: shares.clone(), inside, outside }
+            CountedCut { inequality, shares: shares.clone(), inside, outside }
         };
-        let cuts: Vec<Cut> = all.iter().enumerate().map(of).collect();
+        let cuts: Vec<CountedCut> = all.iter().enumerate().map(of).collect();
         let share = |place: &usize| share_of[*place] as f64 / SHARES as f64;
-        let has = |cut: &Cut| {
+        let has = |cut: &CountedCut| {
             let (inside, outside) = cut.of(&all[cut.inequality]);
             inside + (0..outside.len()).map(|i| outside[i] * share(&i)).sum::<f64>()
         };
         let least = cuts.iter().map(has).fold(f64::INFINITY, f64::min);
         for cut in cuts {
-            let is_same = |other: &Cut| {
+            let is_same = |other: &CountedCut| {
                 (other.inequality, &other.inside, &other.outside)
                     == (cut.inequality, &cut.inside, &cut.outside)
             };
@@ -274,7 +274,7 @@ impl<'a> GapSearch<'a> {
     fn checked(&self, all: &[Inequality], above: Ratio, weights: &[f64]) -> Option<Gap> {
         // As often as what is asked for is small.
         let (cuts, budget) = weights.split_at(self.cuts.len());
-        let often = |(cut, weight): (&Cut, &f64)| weight / all[cut.inequality].exact.1.max(1) as f64;
+        let often = |(cut, weight): (&CountedCut, &f64)| weight / all[cut.inequality].exact.1.max(1) as f64;
         let often: Vec<f64> = self.cuts.iter().zip(cuts).map(often).collect();
         let factor = HEAVIEST / often.iter().copied().fold(0.0, f64::max);
         let times: Vec<u64> = often.iter().map(|often| (often * factor).round() as u64).collect();
@@ -306,7 +306,7 @@ impl<'a> GapSearch<'a> {
         free.sort_unstable_by_key(|&added| std::cmp::Reverse(added));
         most += free.iter().take(self.limits.at_most - always.len()).sum::<i128>();
         let cuts = self.cuts.iter().zip(&times).filter(|(_, times)| **times > 0);
-        let weighted = |(cut, &times): (&Cut, &u64)| WeightedCut {
+        let weighted = |(cut, &times): (&CountedCut, &u64)| WeightedCut {
             moment: all[cut.inequality].moment,
             times,
             shares: cut.shares.clone(),

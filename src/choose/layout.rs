@@ -260,8 +260,7 @@ impl BitLayout {
             counts.detection = Detection::of(self.min_hits, parts, &sensed);
         }
         if wanted.people && !wanted.roles {
-            // Scores of people need how many voxels those have; all of them are unknown to whoever asks for
-            // no labels.
+            // Scores of people need their number of voxels; without labels all of them count as unknown.
             counts.human.uo = moment.parts.iter().map(|part| part.voxels).sum();
         }
         counts

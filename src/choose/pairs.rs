@@ -1,4 +1,4 @@
-//! What candidates say twice: for each pair the voxels that both have. Counted once for all candidates and
+//! Overlaps of candidates: for each pair the voxels that both have. Counted once for all candidates and
 //! kept, since no question changes it; counted again for few candidates and what a set lacks.
 
 use std::ops::Range;

@@ -2,8 +2,6 @@
 
 use super::evidence::{CandidateEvidence, Union};
 use super::layout::{BitLayout, MomentBits, Wanted};
-use super::pairs::PairCounts;
-use super::question::question;
 use super::worth::{MOST_VOXELS, Ratio, Worth};
 use crate::metrics::{Confusion, Score};
 use crate::sensor::{Cost, Setting};
@@ -109,12 +107,6 @@ impl<'a> Problem<'a> {
                 .map(|sensor| sensor.terms.at_most.map_or(usize::MAX, |most| most as usize))
                 .collect(),
         }
-    }
-
-    /// What candidates say twice, as far as the question needs it, if that can be kept.
-    pub(super) fn pairs(&self) -> Option<PairCounts> {
-        let anything = Worth::Exact(Ratio { numerator: 1, denominator: 2 });
-        PairCounts::new(self.evidence, &question(self, Some(anything)).all)
     }
 
     /// The same sets, by another score and without requirements.

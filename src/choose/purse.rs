@@ -1,5 +1,5 @@
-//! How many more of each sensor a set can have, by what they cost and how many of them are allowed. What
-//! candidates add together is bounded by the best that can be had so.
+//! How many more sensors of each kind fit the budget and the limits, and an upper bound for what candidates
+//! can add within them.
 
 use super::problem::{Problem, SetLimits};
 

@@ -356,7 +356,7 @@ impl Segment {
         if row.is_empty() { 0 } else { self.weight * ones(self.fresh_words(row, union)) }
     }
 
-    /// The bits of a row that a union lacks, and that nobody in it calls occupied where that would be false.
+    /// The bits of a row that a union lacks, without voxels that the union wrongly calls occupied.
     #[inline(always)]
     pub(super) fn fresh_words<'a>(
         &self,

@@ -97,9 +97,9 @@ pub(super) struct Ahead {
     done: usize,
 }
 
-/// Searches for the best set that is worth more than what is known, from where it was stopped. Sets that are found are improved by the
-/// caller, who returns one that is worth no less. Says whether none is worth more than the last one: if not,
-/// it was stopped.
+/// Searches for a set that is worth more than the best known one, and goes on from where an earlier search
+/// stopped. The caller improves each set that is found and returns one at least as good. Answers the best set,
+/// and whether the search was completed.
 pub(super) fn search(
     problem: &Problem,
     limits: SetLimits,
@@ -184,7 +184,7 @@ impl<'a> SetSearch<'a> {
                 self.below_child(left, &open, table.as_ref(), child)
             };
             let found: Vec<Option<Found>> = lot.clone().into_par_iter().map(below).collect();
-            // The first of the best, whoever was quicker.
+            // The first of the best in the order of the lot, whichever thread was faster.
             let found = found.into_iter().flatten();
             let best = found.reduce(|best, next| if next.worth > best.worth { next } else { best });
             if best.is_some() {

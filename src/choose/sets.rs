@@ -14,7 +14,7 @@ impl Told {
     /// search took them to say.
     pub fn study_of_sets(&self, study: &Study, choose: &Choose) -> Study {
         let combinations = self.sets().map(|set| combination(study, self.title(set), set)).collect();
-        study.of_sets(&choose.ways, combinations)
+        study.of_sets(&choose.representations, combinations)
     }
 
     /// Fails unless a sweep of the sets counted what their scores were made of.

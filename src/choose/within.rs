@@ -7,8 +7,9 @@ use super::climb::{climb, climbs};
 use super::gap::{Gap, GapSearch};
 use super::pairs::PairCounts;
 use super::problem::{Found, Problem, SetLimits};
+use super::question::question;
 use super::search::{Ahead, complete, search};
-use super::worth::Worth;
+use super::worth::{Ratio, Worth};
 use crate::study::Across;
 
 /// What is known of all sets within some limits.
@@ -42,7 +43,7 @@ pub trait SearchWatch: Sync {
     fn finds(&self, _: &SetLimits, _: Option<f64>) {}
 }
 
-/// Stops a search, and looks away.
+/// Only stops a search; progress is ignored.
 impl<F: Fn() -> bool + Sync> SearchWatch for F {
     fn stops(&self) -> bool {
         self()
@@ -52,8 +53,14 @@ impl<F: Fn() -> bool + Sync> SearchWatch for F {
 /// So long a search goes on before a bound is looked for.
 const SHORT: Duration = Duration::from_secs(3);
 
-/// Of how many of the best ends of climbing two sensors at a time are changed.
+/// How many of the best results of climbing are improved by changing two sensors at a time.
 const POLISHED: usize = 3;
+
+/// The overlaps of all candidates, as far as a problem needs them, if they can be kept.
+pub(super) fn overlaps(problem: &Problem) -> Option<PairCounts> {
+    let anything = Worth::Exact(Ratio { numerator: 1, denominator: 2 });
+    PairCounts::new(problem.evidence, &question(problem, Some(anything)).all)
+}
 
 /// The best set within some limits. What is known is begun from, and what is found is added.
 pub(super) fn best_within(

@@ -40,7 +40,7 @@ fn rays_end_in_the_first_voxel_on_their_way() {
         for (i, hit) in hits.iter().enumerate() {
             let Some(hit) = hit else { continue };
             assert!(solid.get(hit.voxel), "{at:?}: ray {i}: {hit:?}");
-            // Where the ray enters lies on the voxel's face, within what quantised directions stray.
+            // Where the ray enters lies on the voxel's face, within the deviation of quantised directions.
             let dir = (camera.rotation * camera.direction([i as u32 % 64, i as u32 / 64])).normalize();
             let entry = camera.eye_m + dir * (f64::from(hit.distance_q16) / 65536.0 * grid.voxel_size_m);
             let low = grid.corner_m(hit.voxel);

@@ -108,8 +108,8 @@ impl Layout {
 
     /// The number of a row.
     pub(crate) fn row(&self, moment: usize, repeat: usize, key: &RowKey) -> u64 {
-        let of_ask = self.rows_of_choice(&PoseChoice { combination: key.combination, choice: key.choice });
-        let within = of_ask.start + (key.representation * self.regions + key.region) as u64;
+        let of_choice = self.rows_of_choice(&PoseChoice { combination: key.combination, choice: key.choice });
+        let within = of_choice.start + (key.representation * self.regions + key.region) as u64;
         self.block(moment, repeat) as u64 * self.block_rows() + within
     }
 

@@ -265,7 +265,7 @@ mod tests {
         ] {
             assert_eq!((beside.fingerprint(), was.changes(&beside)), (was.fingerprint(), vec![]));
         }
-        // Keys that are not known here have been hashed by whoever wrote them.
+        // Keys that are not known here were hashed by the version that wrote them.
         for (key, told) in
             [("seed", "seed was 7, is 8"), ("gone", "gone was [0.1,{\"since\":\"long\"}], is 8")]
         {

@@ -63,7 +63,8 @@ mod tests {
     use glam::{DQuat, DVec3};
 
     use super::*;
-    use crate::scene::mesh_file::{MeshFile, MeshFormat, Up};
+    use crate::scene::Up;
+    use crate::scene::mesh_file::{MeshFile, MeshFormat};
     use crate::scene::spec::{ObjectSpec, SurfaceSpec};
     use crate::scene::{Interior, Optical, Role, Surface};
 

@@ -16,8 +16,7 @@ use glam::DVec3;
 use roxmltree::{Document, Node};
 
 use super::mesh::Welder;
-use super::mesh_file::Up;
-use super::{Mesh, xml};
+use super::{Mesh, Up, xml};
 use crate::Result;
 use crate::error::Issue;
 use crate::source::Sources;

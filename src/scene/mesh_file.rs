@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use glam::DVec3;
 
 use super::gltf::Gltf;
-use super::{Mesh, collada, obj, stl};
+use super::{Mesh, Up, collada, obj, stl};
 use crate::source::Sources;
 use crate::{Error, Result};
 
@@ -23,17 +23,6 @@ pub enum MeshFormat {
     Obj,
     /// `.dae`: states both.
     Collada,
-}
-
-/// Which axis of a file points up.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Up {
-    /// The first; the second points to the left.
-    X,
-    /// The second, as most programs that draw have it.
-    Y,
-    /// The third, as in a cell.
-    Z,
 }
 
 /// A file, and what the user says about it.

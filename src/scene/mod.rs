@@ -71,6 +71,17 @@ pub struct Mesh {
     pub triangles: Vec<[u32; 3]>,
 }
 
+/// Which axis of a file points up.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Up {
+    /// The first; the second points to the left.
+    X,
+    /// The second, as most programs that draw have it.
+    Y,
+    /// The third, as in a cell.
+    Z,
+}
+
 /// What an object is made of.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Surface {

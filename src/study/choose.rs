@@ -123,8 +123,8 @@ pub struct Choose {
     pub always: Vec<[usize; 2]>,
     /// What every set must reach.
     pub require: Vec<Requirement>,
-    /// Which representation each sensor of the study is taken in.
-    pub ways: Vec<usize>,
+    /// The representation in which each sensor is scored.
+    pub representations: Vec<usize>,
 }
 
 /// A score that a set must reach.
@@ -167,7 +167,7 @@ pub(super) fn check(at: &Place, file: ChooseFile, known: &Known) -> Result<Choos
         Ok(Requirement { score: entry.score.score(), over: entry.over, at_least })
     });
     let require: Vec<Requirement> = require.filter_map(|one| problems.keep(one)).collect();
-    let ways = problems.keep(ways(&at, &file.representation, sensors));
+    let representations = problems.keep(representations(&at, &file.representation, sensors));
     let always = problems.keep(always(&at, &file, sensors));
     let budget = file.budget.map(|budget| at.cost("budget", budget)).transpose();
     let budget = problems.keep(budget);
@@ -175,7 +175,9 @@ pub(super) fn check(at: &Place, file: ChooseFile, known: &Known) -> Result<Choos
         problems.keep(affordable(&at, budget, always, sensors));
     }
     problems.none()?;
-    let (Some(region), Some(ways), Some(always), Some(budget)) = (region, ways, always, budget) else {
+    let (Some(region), Some(representations), Some(always), Some(budget)) =
+        (region, representations, always, budget)
+    else {
         return Err(Vec::new());
     };
     Ok(Choose {
@@ -187,7 +189,7 @@ pub(super) fn check(at: &Place, file: ChooseFile, known: &Known) -> Result<Choos
         apart_m: file.apart_m,
         always,
         require,
-        ways,
+        representations,
     })
 }
 
@@ -199,7 +201,7 @@ fn region(at: &Place, name: &str, regions: &[(String, RegionSpec)]) -> Result<us
 }
 
 /// Which representation each sensor is taken in.
-fn ways(at: &Place, named: &BTreeMap<String, String>, sensors: &[Sensor]) -> Result<Vec<usize>> {
+fn representations(at: &Place, named: &BTreeMap<String, String>, sensors: &[Sensor]) -> Result<Vec<usize>> {
     let at = at.key("representation");
     if let Some(stranger) = named.keys().find(|name| !sensors.iter().any(|sensor| sensor.name == **name)) {
         return Err(at.says(format!("{stranger:?} must be a sensor of the study: {:?}", names(sensors))));

@@ -1,5 +1,5 @@
 //! What the user wrote: a study file and the scene files it names, checked once at the edge and turned into
-//! metres and radians. Defaults live in `file.rs` and `scene_file.rs` and nowhere else; meshes are read by
+//! metres and radians. Defaults live in `file.rs`, `region_file.rs` and `scene_file.rs` only; meshes are read by
 //! `scene`.
 
 pub mod catalogue;
@@ -12,6 +12,7 @@ mod poses;
 mod problems;
 mod reader;
 mod region;
+mod region_file;
 mod scene_file;
 pub mod schema;
 pub(crate) mod sensor;
@@ -227,7 +228,7 @@ fn refuse_folder(path: &Path, wanted: &str) -> Result<()> {
 /// The lists of a study that can be read entry by entry; sensors always are.
 const LISTS: [problems::List; 3] = [
     ("scene", wrong_with::<file::SceneEntry>),
-    ("region", wrong_with::<file::RegionFile>),
+    ("region", wrong_with::<region_file::RegionFile>),
     ("combination", wrong_with::<file::CombinationFile>),
 ];
 
@@ -265,7 +266,7 @@ fn scenes(at: &Place, file: &StudyFile, sources: &Sources, problems: &mut Proble
 /// The regions that are right. Where some could not be read, those that are made of others are passed over.
 fn regions(
     at: &Place,
-    entries: Vec<file::RegionFile>,
+    entries: Vec<region_file::RegionFile>,
     is_whole: bool,
     problems: &mut Problems,
 ) -> Vec<(String, RegionSpec)> {

@@ -5,7 +5,7 @@ use std::path::Path;
 
 use glam::{DQuat, DVec3};
 
-use super::file::{HumanBoxFile, RegionFile};
+use super::region_file::{HumanBoxFile, RegionFile};
 use super::scene_file::{mesh, unit_and_up_belong};
 use super::{Place, only_one};
 use crate::Result;

@@ -17,10 +17,10 @@ use super::value::{Unit, UpFile, exactly, exactly_if_given};
 use super::{Place, only_one, refuse_folder, slips, top_keys};
 use crate::error::Issue;
 use crate::pose::{Frame, Pose, from_rpy};
-use crate::scene::mesh_file::{self, ENDINGS, MeshFile, MeshFormat};
+use crate::scene::mesh_file::{ENDINGS, MeshFile, MeshFormat};
 use crate::scene::spec::{NodeRule, ObjectSpec, SceneSpec, SurfaceSpec, UrdfSpec};
 use crate::scene::urdf::Geometry;
-use crate::scene::{Interior, Optical, Role};
+use crate::scene::{Interior, Optical, Role, Up};
 use crate::source::Sources;
 use crate::{Error, Result};
 use snapshots::SnapshotsFile;
@@ -359,7 +359,7 @@ pub(super) fn mesh(
     up: Option<UpFile>,
 ) -> Result<MeshFile> {
     let scale = if matches!(unit, Some(Unit::Mm)) { 1e-3 } else { 1.0 };
-    let up = if up == Some(UpFile::Y) { mesh_file::Up::Y } else { mesh_file::Up::Z };
+    let up = if up == Some(UpFile::Y) { Up::Y } else { Up::Z };
     if let Some(format) = MeshFormat::of(path) {
         return Ok(MeshFile { path: folder.join(path), format, scale, up });
     }

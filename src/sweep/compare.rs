@@ -259,10 +259,10 @@ fn timed(
 }
 
 /// The evidence and the counts of one pose.
-type Said<'a> = (&'a Evidence, &'a Vec<Confusion>);
+type EvidenceAndCounts<'a> = (&'a Evidence, &'a Vec<Confusion>);
 
 /// How many counts, bits of planes and ends differ; one that only one side has differs, too.
-fn count_differences((expected, counts): Said, (got, found): Said) -> u64 {
+fn count_differences((expected, counts): EvidenceAndCounts, (got, found): EvidenceAndCounts) -> u64 {
     let bits = |a: &BitGrid, b: &BitGrid| {
         let (mut only_a, mut only_b) = (a.clone(), b.clone());
         only_a.remove(b);

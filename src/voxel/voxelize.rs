@@ -184,7 +184,7 @@ fn lattice(object: &Object, voxel_size_m: f64) -> Result<Lattice> {
                     })
                 })
                 .collect::<Result<Vec<_>>>()?;
-            // Only corners that a triangle uses count: exporters leave strays behind.
+            // Only corners that a triangle uses count: exporters leave unused ones behind.
             let used = triangles.iter().flatten().map(|&i| &corners[i as usize]);
             let extent = overlap::extent(used);
             Ok(Lattice { extent, corners, triangles: triangles.clone(), keys: Vec::new() })

@@ -2,12 +2,8 @@
 //! how many items a workgroup takes. Its name is also its label in timings and, in capitals, the constant by
 //! which it reports. Adding a kernel is a shader file and an entry here.
 
-use super::loop_bounds::WORKGROUP;
-use super::pipeline::Binding::{self, Part, Read, Uniform, Write};
-use super::types::shader_prelude;
-
-/// Words of a region that one invocation of `count` takes, so that a group's sums are worth their atomics.
-pub(super) const WORDS_PER_INVOCATION: u32 = 16;
+use super::loop_bounds::{WORDS_PER_INVOCATION, WORKGROUP};
+use Binding::{Part, Read, Uniform, Write};
 
 /// The first hit of a ray in a layer of blockers.
 const FIRST_HIT: &str = include_str!("../../../shaders/first_hit.wgsl");
@@ -18,12 +14,25 @@ const PROJECTION: &str = include_str!("../../../shaders/projection.wgsl");
 /// `part` and `done`.
 pub const SHADER_COMPLETION: &str = include_str!("../../../shaders/completion.wgsl");
 
+/// How a kernel sees a buffer; bindings are numbered in the order given.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Binding {
+    /// A uniform.
+    Uniform,
+    /// The uniform that tells a dispatch its part; each dispatch has its own offset into it.
+    Part,
+    /// Storage that is only read.
+    Read,
+    /// Storage that is written.
+    Write,
+}
+
 /// What the host knows of a kernel.
-struct KernelEntry {
+pub(super) struct KernelEntry {
     name: &'static str,
-    source: &'static str,
+    pub(super) source: &'static str,
     /// Code in front of it that other kernels have too.
-    with: &'static str,
+    pub(super) with: &'static str,
     /// Items of a row of a dispatch that one workgroup takes.
     items_per_group: u32,
     /// How it sees the buffers that it is bound to, in the order of their numbers.
@@ -45,7 +54,7 @@ macro_rules! kernels {
             pub const ALL: [Stage; [$($name),*].len()] = [$(Stage::$stage),*];
         }
 
-        const ENTRIES: [KernelEntry; Stage::ALL.len()] = [$(KernelEntry {
+        pub(super) const ENTRIES: [KernelEntry; Stage::ALL.len()] = [$(KernelEntry {
             name: $name,
             source: include_str!(concat!("../../../shaders/", $name, ".wgsl")),
             with: $with,
@@ -95,13 +104,6 @@ impl Stage {
     pub(super) fn bindings(self) -> &'static [Binding] {
         ENTRIES[self as usize].bindings
     }
-}
-
-/// The whole source of a kernel, as the device gets it: prelude, proof, what several kernels share, and the
-/// kernel, joined.
-pub fn shader_source(stage: Stage) -> String {
-    let KernelEntry { with, source, .. } = ENTRIES[stage as usize];
-    [&shader_prelude(), SHADER_COMPLETION, with, source].concat()
 }
 
 /// Storage buffers that the kernel with the most of them sees.

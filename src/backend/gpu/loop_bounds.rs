@@ -18,6 +18,9 @@
 use crate::backend::Image;
 use crate::march::{MAX_RANGE_VOXELS, deviation};
 
+/// Words of a region that one invocation of `count` takes, so that a group's sums are worth their atomics.
+pub(super) const WORDS_PER_INVOCATION: u32 = 16;
+
 /// Invocations of a workgroup: one wave or two on any GPU, and a whole number of vectors on a software
 /// adapter.
 pub const WORKGROUP: u32 = 64;

@@ -9,6 +9,7 @@ mod loop_bounds;
 mod pace;
 mod pipeline;
 mod plan;
+mod prelude;
 mod queue;
 mod score;
 mod sense;
@@ -17,10 +18,10 @@ pub mod types;
 
 pub use adapter::{AdapterChoice, AdapterReport, adapters};
 pub use device::{GpuDevice, open};
-pub use kernels::{SHADER_COMPLETION, Stage, shader_source};
+pub use kernels::{SHADER_COMPLETION, Stage};
 pub use loop_bounds::WORKGROUP;
 pub use pipeline::evaluate;
-pub use types::shader_prelude;
+pub use prelude::{shader_prelude, shader_source};
 
 use std::collections::VecDeque;
 use std::time::Duration;

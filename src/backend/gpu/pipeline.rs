@@ -1,21 +1,9 @@
 //! A compute pipeline and the buffers that it is bound to. What the kernels compute is in `shaders/`.
 
 use super::device::GpuDevice;
+use super::kernels::Binding;
 use super::types::Part;
 use crate::Result;
-
-/// How a kernel sees a buffer; bindings are numbered in the order given.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Binding {
-    /// A uniform.
-    Uniform,
-    /// The uniform that tells a dispatch its [`Part`]; each dispatch has its own offset into it.
-    Part,
-    /// Storage that is only read.
-    Read,
-    /// Storage that is written.
-    Write,
-}
 
 /// How many workgroups a dispatch launches.
 #[derive(Clone, Copy, Debug)]

@@ -1,17 +1,11 @@
 //! What the host and the shaders share: Rust mirrors of the structs in `shaders/types.wgsl`, and the
 //! constants, which Rust owns and prints in front of every shader.
 
-use std::fmt::Write;
-
 use bytemuck::{Pod, Zeroable};
 
-use super::kernels::{Stage, WORDS_PER_INVOCATION};
-use super::loop_bounds::{
-    DEVIATION_PER_VOXEL, MOST_PIXELS, MOST_TURNS, SCANS_AT_ONCE, WORKGROUP, near_voxels,
-};
-use crate::backend::{Fusion, GridFrame, GridPose, Image, LOG_ODDS, Rays, Shot, Slot, VoxelScene};
-use crate::march::{self, deviation};
-use crate::metrics::COUNTERS;
+use super::kernels::Stage;
+use super::loop_bounds::near_voxels;
+use crate::backend::{Fusion, GridFrame, GridPose, Image, Rays, Shot, Slot, VoxelScene};
 use crate::voxel::Bricks;
 
 /// Voxels along the edge of the boxes that are decided whole; a row of one lies in one word of a plane.
@@ -227,52 +221,4 @@ pub struct ReadingWords {
     pub hit: i32,
     pub miss: i32,
     pub presence: u32,
-}
-
-/// What stands in front of every kernel: the constants, the structs and the march. A kernel of a test's own
-/// can follow it.
-pub fn shader_prelude() -> String {
-    let mut source = String::from("// Constants, printed by src/backend/gpu/types.rs.\n");
-    let constants = [
-        ("NEVER", march::NEVER),
-        ("MAX_RANGE_VOXELS", march::MAX_RANGE_VOXELS),
-        ("NOISE_STEPS", march::NOISE_STEPS),
-        ("ENTRY_SHIFT", 32 - march::NOISE_STEPS.ilog2()),
-        ("NOTHING", march::NOTHING),
-        ("RETURN", march::RETURN),
-        ("BLIND", march::BLIND),
-        ("LEFT", march::LEFT),
-        ("WORKGROUP", WORKGROUP),
-        ("WORDS_PER_INVOCATION", WORDS_PER_INVOCATION),
-        ("COUNTERS", COUNTERS as u32),
-        ("KERNELS", Stage::ALL.len() as u32),
-        ("DONE_WORDS", DONE_WORDS),
-        ("NO_SLOT", NO_SLOT),
-        ("BRICK_EDGE_LOG2", Bricks::EDGE_LOG2),
-        ("BOX_EDGE", BOX_EDGE),
-        ("BOX_BITS", BOX_BITS),
-        ("LEAST_LEVEL", *PYRAMID_LEVELS.start()),
-        ("MOST_LEVEL", *PYRAMID_LEVELS.end()),
-        ("MOST_PIXELS", MOST_PIXELS),
-        ("MOST_TURNS", MOST_TURNS),
-        ("SCANS_AT_ONCE", SCANS_AT_ONCE),
-        ("HEADS", HEADS),
-        ("HEAD_WORDS", HEAD_WORDS),
-        ("FARTHEST_READ_Q16", FARTHEST_READ_Q16),
-    ];
-    for (name, value) in constants {
-        writeln!(source, "const {name} = {value}u;").expect("writing to a string");
-    }
-    for stage in Stage::ALL {
-        writeln!(source, "const {} = {}u;", stage.name().to_uppercase(), stage as u32)
-            .expect("writing to a string");
-    }
-    for (name, value) in [("DEVIATION_PER_VOXEL", DEVIATION_PER_VOXEL), ("DEVIATION_FIXED", deviation::FIXED)]
-    {
-        writeln!(source, "const {name} = {value:?}f;").expect("writing to a string");
-    }
-    for (name, value) in [("LEAST_LOG_ODDS", LOG_ODDS.start()), ("MOST_LOG_ODDS", LOG_ODDS.end())] {
-        writeln!(source, "const {name} = {value}i;").expect("writing to a string");
-    }
-    source + include_str!("../../../shaders/types.wgsl") + include_str!("../../../shaders/march.wgsl")
 }

@@ -7,7 +7,7 @@ use fearless_simd::Level;
 use rayon::prelude::*;
 
 use super::super::layout::{BitLayout, PLANES, SPACE_OF, Wanted};
-use super::file::{EvidenceFile, RecordKey, Said, deciding};
+use super::file::{CandidateWords, EvidenceFile, RecordKey, deciding};
 use super::{CandidateBits, CandidateEvidence};
 use crate::backend::Backend;
 use crate::backend::factory::BackendFactory;
@@ -31,7 +31,7 @@ pub trait CastingWatch {
     /// This backend begins.
     fn runs_on(&mut self, _: &dyn Backend) {}
 
-    /// A device failed, and somebody else goes on.
+    /// A device failed; another backend goes on.
     fn failed(&mut self, _: &Fault) {}
 }
 
@@ -40,7 +40,7 @@ pub struct Casting<'a> {
     study: &'a Study,
     worlds: &'a [World],
     /// The representation of each sensor.
-    ways: &'a [usize],
+    representations: &'a [usize],
     layout: BitLayout,
     /// Sensor and candidate of each row, in study order.
     items: Vec<[usize; 2]>,
@@ -56,7 +56,7 @@ pub struct Casting<'a> {
     bytes: u64,
     memory_bytes: u64,
     file: Option<EvidenceFile>,
-    /// Records of the file that can be read no more, what they should have said being missing.
+    /// Records of the file that are damaged; their evidence is cast again.
     pub damaged: usize,
 }
 
@@ -80,13 +80,20 @@ impl<'a> Casting<'a> {
     ) -> Result<Casting<'a>> {
         let scores =
             std::iter::once(choose.objective).chain(choose.require.iter().map(|require| require.score));
-        Casting::of(study, worlds, (choose.region, &choose.ways), Wanted::of(scores), memory_bytes, kept)
+        Casting::of(
+            study,
+            worlds,
+            (choose.region, &choose.representations),
+            Wanted::of(scores),
+            memory_bytes,
+            kept,
+        )
     }
 
     pub(super) fn of(
         study: &'a Study,
         worlds: &'a [World],
-        (region, ways): (usize, &'a [usize]),
+        (region, representations): (usize, &'a [usize]),
         wanted: Wanted,
         memory_bytes: u64,
         kept: Option<(&Path, bool)>,
@@ -96,14 +103,17 @@ impl<'a> Casting<'a> {
         let items: Vec<[usize; 2]> =
             items.flat_map(|(sensor, spec)| (0..spec.candidates.len()).map(move |c| [sensor, c])).collect();
         let blocks = |&[sensor, _]: &[usize; 2]| repeats(study, &study.sensors[sensor]) * worlds.len();
-        let needed = study.sensors.iter().zip(ways).map(|(sensor, &way)| {
+        let needed = study.sensors.iter().zip(representations).map(|(sensor, &way)| {
             let may = BitLayout::may_have_bits(&*sensor.kind, way);
             std::array::from_fn(|plane| wanted.needs(plane) && may[plane])
         });
         let file = match kept {
-            Some((folder, restart)) => {
-                Some(EvidenceFile::open(folder, study, &deciding(study, worlds, region, ways), restart)?)
-            }
+            Some((folder, restart)) => Some(EvidenceFile::open(
+                folder,
+                study,
+                &deciding(study, worlds, region, representations),
+                restart,
+            )?),
             None => None,
         };
         let mut casting = Casting {
@@ -118,7 +128,7 @@ impl<'a> Casting<'a> {
             damaged: 0,
             study,
             worlds,
-            ways,
+            representations,
             layout,
             items,
         };
@@ -189,13 +199,13 @@ impl<'a> Casting<'a> {
         };
         let combinations = self.study.sensors.iter().enumerate().map(alone).collect();
         let study = Study { combinations, ..self.study.clone() };
-        let (worlds, ways) = (self.worlds, self.ways);
+        let (worlds, representations) = (self.worlds, self.representations);
         let choices = self.items.iter().map(|&[combination, choice]| PoseChoice { combination, choice });
         let choices: Vec<PoseChoice> = choices.collect();
         let first = |sensor| self.items.partition_point(|item| item[0] < sensor);
         let first = (0..study.sensors.len()).map(first).collect();
         let mut taking = Taking { casting: self, first, watch, stopped: None };
-        let plan = ReadPlan { study: &study, worlds, pose_choices: &choices, representations: ways };
+        let plan = ReadPlan { study: &study, worlds, pose_choices: &choices, representations };
         let cast = read(plan, &mut taking);
         let stopped = taking.stopped;
         let synced = self.file.as_mut().map_or(Ok(()), EvidenceFile::sync);
@@ -228,7 +238,7 @@ impl<'a> Casting<'a> {
     }
 
     /// Takes what a candidate says, once.
-    fn put(&mut self, key: RecordKey, said: &Said) {
+    fn put(&mut self, key: RecordKey, said: &CandidateWords) {
         let block = self.block(key);
         if std::mem::replace(&mut self.done[key.item][block], true) {
             return;
@@ -320,7 +330,7 @@ impl EvidenceReader for Taking<'_, '_> {
         let keys: Vec<RecordKey> = keys.collect();
         let layout = &self.casting.layout;
         let pick = |(key, (_, said)): (RecordKey, &(_, Vec<SensorSays>))| (key, layout.pick(key.world, said));
-        let records: Vec<(RecordKey, Said)> = keys.into_par_iter().zip(&said).map(pick).collect();
+        let records: Vec<(RecordKey, CandidateWords)> = keys.into_par_iter().zip(&said).map(pick).collect();
         if let Some(file) = &mut self.casting.file {
             file.append(&records)?;
         }

@@ -64,11 +64,11 @@ pub(super) struct RecordKey {
 }
 
 /// What a candidate says in one repeat of a world: words of six planes, none of a plane without a bit.
-pub(super) type Said = [Vec<u64>; PLANES];
+pub(super) type CandidateWords = [Vec<u64>; PLANES];
 
 /// What stands in a file.
 #[derive(Debug, Default)]
-pub(super) struct Found {
+pub(super) struct FileContents {
     /// Records that can be read no more.
     pub(super) damaged: Vec<RecordKey>,
     /// Whether the file can be read no further from some place on, although it goes on.
@@ -89,7 +89,12 @@ pub(super) struct EvidenceFile {
 }
 
 /// All that decides what candidates of a study say in a region: what decides a sweep, but for combinations.
-pub(super) fn deciding(study: &Study, worlds: &[World], region: usize, ways: &[usize]) -> Map<String, Value> {
+pub(super) fn deciding(
+    study: &Study,
+    worlds: &[World],
+    region: usize,
+    representations: &[usize],
+) -> Map<String, Value> {
     let mut all = Manifest::new(study, worlds, Shard::WHOLE, &[]).deciding().clone();
     all.remove("combinations");
     if let Some(says) = all.get_mut("study").and_then(Value::as_object_mut) {
@@ -98,8 +103,11 @@ pub(super) fn deciding(study: &Study, worlds: &[World], region: usize, ways: &[u
     let way = |(sensor, &way): (&crate::sensor::Sensor, &usize)| {
         (sensor.name.clone(), Value::from(sensor.kind.representations()[way]))
     };
-    let ways: Map<String, Value> = study.sensors.iter().zip(ways).map(way).collect();
-    all.insert("choose".into(), json!({ "region": study.regions[region].0, "representation": ways }));
+    let representations: Map<String, Value> = study.sensors.iter().zip(representations).map(way).collect();
+    all.insert(
+        "choose".into(),
+        json!({ "region": study.regions[region].0, "representation": representations }),
+    );
     all
 }
 
@@ -192,9 +200,9 @@ impl EvidenceFile {
     pub(super) fn read(
         &mut self,
         words: impl Fn(RecordKey, usize) -> Option<usize>,
-        mut take: impl FnMut(RecordKey, Said),
-    ) -> Result<Found> {
-        let mut found = Found::default();
+        mut take: impl FnMut(RecordKey, CandidateWords),
+    ) -> Result<FileContents> {
+        let mut found = FileContents::default();
         let (Some(mut file), true) = (self.file.as_ref(), self.end > 0) else { return Ok(found) };
         let unreadable = |e| Error::io(&self.path, "cannot be read", e);
         let length = file.metadata().map_err(unreadable)?.len();
@@ -235,7 +243,7 @@ impl EvidenceFile {
     }
 
     /// Appends records.
-    pub(super) fn append(&mut self, records: &[(RecordKey, Said)]) -> Result<()> {
+    pub(super) fn append(&mut self, records: &[(RecordKey, CandidateWords)]) -> Result<()> {
         let mut bytes = Vec::new();
         if self.end == 0 {
             bytes.extend(MAGIC);
@@ -270,7 +278,7 @@ impl EvidenceFile {
         }
     }
 
-    fn record(&self, key: &RecordKey, said: &Said) -> Vec<u8> {
+    fn record(&self, key: &RecordKey, said: &CandidateWords) -> Vec<u8> {
         let planes =
             said.iter().enumerate().map(|(plane, words)| usize::from(!words.is_empty()) << plane).sum();
         let numbers = [key.item, key.world, key.repeat, planes];

@@ -25,11 +25,14 @@ pub(super) fn recounted(
     let mut rows = run(&study, worlds, backend)?;
     rows.sort_by_key(|row| row.repeat);
     let mut counts = vec![Vec::new(); sets.len()];
-    let ways: Vec<_> = study.combinations.iter().map(|one| one.representations(&study.sensors)).collect();
+    let representations: Vec<_> =
+        study.combinations.iter().map(|one| one.representations(&study.sensors)).collect();
     for row in rows.iter().filter(|row| row.region == choose.region) {
-        let wanted =
-            study.combinations[row.combination].members.iter().map(|member| choose.ways[member.sensor]);
-        if wanted.eq(ways[row.combination][row.representation].iter().copied()) {
+        let wanted = study.combinations[row.combination]
+            .members
+            .iter()
+            .map(|member| choose.representations[member.sensor]);
+        if wanted.eq(representations[row.combination][row.representation].iter().copied()) {
             counts[row.combination].push(row.counts);
         }
     }

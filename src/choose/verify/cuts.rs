@@ -9,6 +9,7 @@
 use crate::choose::evidence::CandidateEvidence;
 use crate::choose::layout::{CLEAR, HIT, MomentBits, SEEN};
 use crate::choose::told::ToldCuts;
+use crate::error::Issue;
 use crate::metrics::Score;
 use crate::study::Across;
 
@@ -20,7 +21,7 @@ const MOST_TIMES: u64 = 1 << 20;
 const MOST_BUDGETS: u64 = 1 << 60;
 
 /// What is asked, as far as cuts need to know.
-pub(crate) struct Asked<'a> {
+pub(crate) struct CutLimits<'a> {
     pub(crate) evidence: &'a CandidateEvidence,
     pub(crate) objective: Score,
     pub(crate) over: Across,
@@ -41,17 +42,17 @@ pub(crate) struct Asked<'a> {
 ///
 /// # Errors
 /// Why they do not.
-pub(crate) fn check(asked: &Asked, told: &ToldCuts, claimed: f64) -> Result<(), String> {
-    let Asked { evidence, objective, over, .. } = *asked;
+pub(crate) fn check(asked: &CutLimits, told: &ToldCuts, claimed: f64) -> Result<(), Issue> {
+    let CutLimits { evidence, objective, over, .. } = *asked;
     let [p, q] = told.above.map(i128::from);
     if q == 0 || q > MOST_PARTS || p > q || p as f64 / q as f64 != claimed {
-        return Err(format!("above is {p}/{q}, which is not the {claimed} of no_set_is_above"));
+        return Err(Issue::says(format!("above is {p}/{q}, which is not the {claimed} of no_set_is_above")));
     }
     let moments = &evidence.layout.moments;
     let mut most = 0i128;
     let mut added = vec![0i128; evidence.items.len()];
     for (number, cut) in told.cuts.iter().enumerate() {
-        let place = |why: String| format!("cuts[{number}]: {why}");
+        let place = |why: String| Issue::says(why).at(format!("cuts[{number}]"));
         let moments = match over {
             Across::Pooled if cut.moment == 0 => &moments[..],
             Across::Worst if cut.moment < moments.len() => &moments[cut.moment..=cut.moment],
@@ -87,7 +88,7 @@ pub(crate) fn check(asked: &Asked, told: &ToldCuts, claimed: f64) -> Result<(), 
     most += free.iter().take(left).map(|added| (*added).max(0)).sum::<i128>();
     match most < 0 {
         true => Ok(()),
-        false => Err(format!("sets above {claimed} are not excluded")),
+        false => Err(Issue::says(format!("sets above {claimed} are not excluded"))),
     }
 }
 

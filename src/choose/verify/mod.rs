@@ -160,7 +160,7 @@ pub fn verify(
                 (Some(cuts), Some(above)) => {
                     match shows(study, choose, worlds, evidence, step, cuts, above) {
                         Ok(()) => verified.bounded += 1,
-                        Err(why) => return wrong(format!("{place}.shown_by"), why),
+                        Err(why) => return Err(why.at(format!("{place}.shown_by")).at(path).into()),
                     }
                 }
                 _ => return wrong(format!("{place}.no_set_is_above"), "is not shown by cuts".into()),
@@ -195,7 +195,7 @@ fn shows(
     step: &ClaimedStep,
     cuts: &ToldCuts,
     above: f64,
-) -> Result<(), String> {
+) -> Result<(), Issue> {
     let items = &evidence.items;
     let budget = step.budget.and_then(Cost::new).map(Cost::thousandths);
     let joins = |row: usize| {
@@ -203,7 +203,7 @@ fn shows(
         let cost: u64 = set.iter().map(|&[sensor, _]| thousandths(study, sensor)).sum();
         budget.is_none_or(|budget| cost <= budget) && clash(study, choose, worlds, &set).is_none()
     };
-    let asked = cuts::Asked {
+    let asked = cuts::CutLimits {
         evidence,
         objective: choose.objective,
         over: choose.over,

@@ -7,7 +7,7 @@ use super::Silence;
 use crate::Result;
 use crate::sensor::gate::Gate;
 use crate::study::Place;
-use crate::study::file::BoxFile;
+use crate::study::region_file::BoxFile;
 
 /// A light curtain.
 #[derive(Deserialize, JsonSchema)]
@@ -25,7 +25,7 @@ pub(super) fn check(at: &Place, file: GateFile) -> Result<Gate> {
     Ok(Gate {
         gate: file.r#box.prism(at, "box")?,
         zone: file.zone.prism(at, "zone")?,
-        // A curtain that nobody crosses says nothing of who stepped over it.
+        // An uncrossed curtain does not show that nobody stepped over it.
         otherwise_free: file.otherwise == Some(Silence::Free),
     })
 }

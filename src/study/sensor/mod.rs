@@ -18,9 +18,9 @@ use serde::Deserialize;
 use serde::de::DeserializeOwned;
 use toml::{Table, Value};
 
-use super::file::BoxFile;
 use super::poses::PosesFile;
 use super::reader::{Unread, Unreadable, read};
+use super::region_file::BoxFile;
 use super::unreadable::{self, LineOf, Step};
 use super::{Place, Problems, catalogue, poses};
 use crate::sensor::known_robot::KnownRobot;

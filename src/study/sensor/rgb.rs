@@ -10,7 +10,7 @@ use crate::Result;
 use crate::scene::mannequin::JOINTS;
 use crate::sensor::rgb::Rgb;
 use crate::study::Place;
-use crate::study::file::BoxFile;
+use crate::study::region_file::BoxFile;
 use crate::study::value::exactly;
 
 /// An RGB camera that watches a zone.

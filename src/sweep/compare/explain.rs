@@ -1,6 +1,6 @@
 //! Explains a difference: which ray ended elsewhere, or which voxel is marked and by which ray.
 
-use super::Said;
+use super::EvidenceAndCounts;
 use crate::Result;
 use crate::backend::oracle::Oracle;
 use crate::backend::{Backend, Evidence, GridPose, Rays, VoxelScene};
@@ -12,8 +12,8 @@ pub(super) fn explain(
     scene: &VoxelScene,
     rays: &Rays,
     placement: &GridPose,
-    (expected, counts): Said,
-    (got, found): Said,
+    (expected, counts): EvidenceAndCounts,
+    (got, found): EvidenceAndCounts,
 ) -> Result<String> {
     let differs = |(_, (a, b)): &(usize, (&End, &End))| a != b;
     if let Some((ray, (a, b))) = expected.ends.iter().zip(&got.ends).enumerate().find(differs) {

@@ -32,14 +32,14 @@ pub(in crate::report::html) struct Picture {
     pub(in crate::report::html) size: [f64; 2],
     /// Left, upper, right and lower edge of the plot.
     pub(in crate::report::html) edges: [f64; 4],
-    pub(in crate::report::html) across: Axis,
-    pub(in crate::report::html) up: Axis,
+    pub(in crate::report::html) across: PlotAxis,
+    pub(in crate::report::html) up: PlotAxis,
     pub(in crate::report::html) steps: Vec<DrawnStep>,
 }
 
 /// An axis: its title, and where its marks are.
 #[derive(Debug)]
-pub(in crate::report::html) struct Axis {
+pub(in crate::report::html) struct PlotAxis {
     pub(in crate::report::html) title: String,
     pub(in crate::report::html) marks: Vec<(f64, String)>,
 }
@@ -57,12 +57,12 @@ pub(in crate::report::html) struct DrawnStep {
 }
 
 /// A range of values over pixels.
-struct Scale {
+struct PlotScale {
     values: [f64; 2],
     pixels: [f64; 2],
 }
 
-impl Scale {
+impl PlotScale {
     fn at(&self, value: f64) -> f64 {
         let [low, high] = self.values;
         let [from, to] = self.pixels;
@@ -129,11 +129,11 @@ fn picture(chosen: &Chosen) -> Picture {
     let (low, high) = (ys().fold(0.0, f64::min), ys().fold(0.0, f64::max));
     let edges = [LEFT, ABOVE, SIZE[0] - RIGHT, SIZE[1] - BELOW];
     let room = |value: f64| if value > 0.0 { 1.06 * value } else { 1.0 };
-    let x = Scale {
+    let x = PlotScale {
         values: if priced { [0.0, room(highest)] } else { [0.5, highest.max(1.0) + 0.5] },
         pixels: [edges[0], edges[2]],
     };
-    let y = Scale { values: [low, low + room(high - low)], pixels: [edges[3], edges[1]] };
+    let y = PlotScale { values: [low, low + room(high - low)], pixels: [edges[3], edges[1]] };
     let drawn = |step: &ToldStep| {
         let value = across(step, priced);
         let until = match step.budget.filter(|_| priced) {
@@ -159,8 +159,8 @@ fn picture(chosen: &Chosen) -> Picture {
         size: SIZE,
         edges,
         steps: steps.iter().map(drawn).collect(),
-        across: Axis { title: title.into(), marks: x.marks(if priced { 0.0 } else { 1.0 }) },
-        up: Axis { title: chosen.asked.objective.title().into(), marks: y.marks(0.0) },
+        across: PlotAxis { title: title.into(), marks: x.marks(if priced { 0.0 } else { 1.0 }) },
+        up: PlotAxis { title: chosen.asked.objective.title().into(), marks: y.marks(0.0) },
     }
 }
 
@@ -171,7 +171,7 @@ mod tests {
     #[test]
     fn marks_are_round_numbers_within_the_range() {
         let marks = |values: [f64; 2], least: f64| {
-            let scale = Scale { values, pixels: [0.0, 100.0] };
+            let scale = PlotScale { values, pixels: [0.0, 100.0] };
             scale.marks(least).into_iter().map(|(_, text)| text).collect::<Vec<_>>().join(" ")
         };
         assert_eq!(marks([0.0, 1900.0], 0.0), "0 500 1000 1500");

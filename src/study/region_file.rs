@@ -1,0 +1,110 @@
+//! The shapes of regions, as TOML: keys, units in their names, and defaults.
+
+use std::path::PathBuf;
+
+use schemars::JsonSchema;
+use serde::Deserialize;
+
+use super::value::{Unit, UpFile, exactly, exactly_if_given};
+
+/// A region in which voxels are counted: a name and one shape.
+#[derive(Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(super) struct RegionFile {
+    /// Its name in results.
+    pub(super) name: String,
+    /// A ball.
+    pub(super) sphere: Option<SphereFile>,
+    /// A half of a ball.
+    pub(super) half_sphere: Option<HalfSphereFile>,
+    /// A box along the axes of the world.
+    pub(super) r#box: Option<BoxFile>,
+    /// The box around a person.
+    pub(super) human_box: Option<HumanBoxFile>,
+    /// The ball that a robot of the scene reaches.
+    pub(super) robot_reach: Option<RobotReachFile>,
+    /// The inside of a watertight .glb, .gltf, .stl, .obj or .dae file.
+    pub(super) mesh: Option<PathBuf>,
+    /// The unit of the mesh's numbers. Default "m"; a .dae file states its own.
+    pub(super) unit: Option<Unit>,
+    /// The axis that points up in an .stl or .obj file. Default "z".
+    pub(super) up: Option<UpFile>,
+    /// Where the mesh is, [x, y, z] in metres. Default the origin.
+    #[serde(default, deserialize_with = "exactly_if_given")]
+    pub(super) position_m: Option<[f64; 3]>,
+    /// How the mesh is turned: roll, pitch, yaw in degrees.
+    #[serde(default, deserialize_with = "exactly_if_given")]
+    pub(super) rpy_deg: Option<[f64; 3]>,
+    /// Names of regions above: what is in any of them.
+    pub(super) union: Option<Vec<String>>,
+    /// Names of regions above: what is in the first and in no other.
+    pub(super) difference: Option<Vec<String>>,
+}
+
+/// A ball.
+#[derive(Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(super) struct SphereFile {
+    /// [x, y, z] in metres.
+    #[serde(deserialize_with = "exactly")]
+    pub(super) center_m: [f64; 3],
+    /// In metres, above 0.
+    pub(super) radius_m: f64,
+}
+
+/// A half of a ball.
+#[derive(Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(super) struct HalfSphereFile {
+    /// [x, y, z] in metres.
+    #[serde(deserialize_with = "exactly")]
+    pub(super) center_m: [f64; 3],
+    /// In metres, above 0.
+    pub(super) radius_m: f64,
+    /// Which half: the side that this direction points to. Default up.
+    #[serde(default = "upward", deserialize_with = "exactly")]
+    pub(super) normal: [f64; 3],
+}
+
+fn upward() -> [f64; 3] {
+    [0.0, 0.0, 1.0]
+}
+
+/// What a robot reaches.
+#[derive(Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(super) struct RobotReachFile {
+    /// Its object in the scene; the only robot if left out.
+    pub(super) object: Option<String>,
+    /// How far a tool reaches beyond its last link. Default 0.
+    #[serde(default)]
+    pub(super) tool_m: f64,
+}
+
+/// A box along the axes of the world or of a sensor.
+#[derive(Clone, Copy, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(super) struct BoxFile {
+    /// Lowest corner, [x, y, z] in metres.
+    #[serde(deserialize_with = "exactly")]
+    pub(super) min_m: [f64; 3],
+    /// Highest corner, [x, y, z] in metres.
+    #[serde(deserialize_with = "exactly")]
+    pub(super) max_m: [f64; 3],
+}
+
+/// The box around a person.
+#[derive(Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(super) struct HumanBoxFile {
+    /// Its object in the scene; the only person if left out.
+    pub(super) object: Option<String>,
+    /// Added on all sides. Default 0.
+    pub(super) margin_m: Option<f64>,
+    /// Added below on x, y and z, instead of margin_m.
+    #[serde(default, deserialize_with = "exactly_if_given")]
+    pub(super) margin_min_m: Option<[f64; 3]>,
+    /// Added above on x, y and z, instead of margin_m.
+    #[serde(default, deserialize_with = "exactly_if_given")]
+    pub(super) margin_max_m: Option<[f64; 3]>,
+}
