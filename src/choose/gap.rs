@@ -52,6 +52,13 @@ pub struct Gap {
     pub(super) budget: u64,
 }
 
+impl Gap {
+    /// A proved upper bound for the worth of every set.
+    pub fn above(&self) -> f64 {
+        self.above.value()
+    }
+}
+
 /// A cut of an inequality, so many times.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct WeightedCut {

@@ -193,7 +193,7 @@ impl Teller<'_> {
             best: self.set(best),
             no_set_is_above: match &step.bound {
                 Bound::Proven => Some(score),
-                Bound::AtMost(gap) => Some(gap.above.value()),
+                Bound::AtMost(gap) => Some(gap.above()),
                 Bound::Unknown => None,
             },
             proven: step.bound == Bound::Proven,

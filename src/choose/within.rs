@@ -113,7 +113,7 @@ pub(super) fn best_within(
         if let Some(best) = &best
             && let Some(gap) = GapSearch::new(problem, limits, stop).run(best.worth)
         {
-            tracing::info!("choose: no set of at most {} is above {:.6}", limits.at_most, gap.above.value());
+            tracing::info!("choose: no set of at most {} is above {:.6}", limits.at_most, gap.above());
             bound = Bound::AtMost(gap);
         }
         (best, is_proven) = search(problem, limits, best, kept, &mut ahead, stop, &mut improve);

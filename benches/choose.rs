@@ -1,0 +1,147 @@
+//! How long it takes to find the best sets and to prove that none is better: Experiment 1's 860 camera poses
+//! at 5 cm, after their evidence was cast.
+//!
+//! `cargo bench --bench choose` prints a table in Markdown: for each size of a set its score, what no set is
+//! above, and the seconds. A size that is not proven after [`LONGEST`] seconds is stopped; it then has the
+//! bound that it has. Under `cargo test` a small study is searched once.
+
+use std::path::Path;
+use std::sync::Mutex;
+use std::time::Instant;
+
+use perirobot::backend::cpu::Cpu;
+use perirobot::choose::{
+    Answer, Bound, CandidateEvidence, CastingWatch, MEMORY_BYTES, Problem, SearchWatch, SetLimits, answer,
+};
+use perirobot::metrics::Score;
+use perirobot::study::{Across, Choose, Overrides, Study};
+use perirobot::world::World;
+
+/// Seconds after which a size is given up.
+const LONGEST: f64 = 150.0;
+
+/// What is asked of one evidence: scores, of which counts, and sets of how many sensors.
+type Questions = &'static [(Score, Across, usize)];
+
+/// Each evidence by its name, with how many scenes, the region, and whether sensors measure with noise.
+const MEASURED: &[(&str, usize, usize, bool, Questions)] = &[
+    (
+        "scene 1, robot",
+        1,
+        0,
+        false,
+        &[
+            (Score::F1, Across::Pooled, 6),
+            (Score::Kappa, Across::Pooled, 5),
+            (Score::HumanSeen, Across::Pooled, 6),
+        ],
+    ),
+    ("scene 1, human", 1, 1, false, &[(Score::F1, Across::Pooled, 5)]),
+    (
+        "three scenes, robot",
+        3,
+        0,
+        false,
+        &[(Score::F1, Across::Pooled, 5), (Score::F1, Across::Worst, 5), (Score::F1, Across::Mean, 5)],
+    ),
+    ("scene 1, robot, with noise", 1, 0, true, &[(Score::F1, Across::Pooled, 5)]),
+];
+
+struct Alone;
+
+impl CastingWatch for Alone {
+    fn cast(&mut self, _: u64) {}
+
+    fn stop(&mut self) -> Option<String> {
+        None
+    }
+}
+
+/// When each size was begun.
+struct Clock {
+    begun: Mutex<Vec<(usize, Instant)>>,
+}
+
+impl SearchWatch for Clock {
+    fn stops(&self) -> bool {
+        let begun = self.begun.lock().expect("no thread panics here");
+        begun.last().is_some_and(|(_, begin)| begin.elapsed().as_secs_f64() > LONGEST)
+    }
+
+    fn finds(&self, limits: &SetLimits, _: Option<f64>) {
+        let mut begun = self.begun.lock().expect("no thread panics here");
+        if begun.last().is_none_or(|(size, _)| *size != limits.at_most) {
+            begun.push((limits.at_most, Instant::now()));
+        }
+    }
+}
+
+fn measure(
+    (study, worlds): (&Study, &[World]),
+    name: &str,
+    region: usize,
+    questions: &[(Score, Across, usize)],
+) -> perirobot::Result<()> {
+    let representations = vec![0; study.sensors.len()];
+    let (begin, mut cpu) = (Instant::now(), Cpu::new(Some(2))?);
+    let evidence = CandidateEvidence::cast(
+        study,
+        worlds,
+        (region, &representations),
+        MEMORY_BYTES,
+        &mut cpu,
+        &mut Alone,
+    )?;
+    println!("\n{name}: {} poses cast in {:.1} s", evidence.count(), begin.elapsed().as_secs_f64());
+    println!("\n| score | sensors | best | no set is above | s |\n|---|---:|---:|---:|---:|");
+    for &(objective, over, at_most) in questions {
+        let choose = Choose {
+            objective,
+            over,
+            region,
+            at_most,
+            budget: None,
+            apart_m: 0.0,
+            always: Vec::new(),
+            require: Vec::new(),
+            representations: representations.clone(),
+        };
+        let problem = Problem::new(study, &choose, worlds, &evidence);
+        let clock = Clock { begun: Mutex::new(Vec::new()) };
+        let Answer { steps, .. } = answer(&problem, &clock)?;
+        let mut begun = clock.begun.into_inner().expect("no thread panics here");
+        begun.push((0, Instant::now()));
+        for step in &steps {
+            let size = step.limits.at_most;
+            let at = begun.iter().position(|(begun, _)| *begun == size).expect("each size was begun");
+            let seconds = (begun[at + 1].1 - begun[at].1).as_secs_f64();
+            let bound = match &step.bound {
+                Bound::Proven => "proven".into(),
+                Bound::AtMost(gap) => format!("{:.4}", gap.above()),
+                Bound::Unknown => "no bound".into(),
+            };
+            let best = step.best.as_ref().map_or(f64::NAN, |best| best.worth.value());
+            println!("| {objective:?} {over:?} | {size} | {best:.4} | {bound} | {seconds:.2} |");
+        }
+    }
+    Ok(())
+}
+
+fn main() -> perirobot::Result<()> {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+    if !std::env::args().any(|argument| argument == "--bench") {
+        let study = Study::load(&root.join("scenes/tiny.toml"), &Overrides::default())?;
+        let worlds = World::prepare_all(&study)?;
+        return measure((&study, &worlds), "tiny", 0, &[(Score::F1, Across::Pooled, 3)]);
+    }
+    for &(name, scenes, region, noisy, questions) in MEASURED {
+        let overrides = Overrides { voxel_size_m: None, noiseless: !noisy };
+        let mut study = Study::load(&root.join("scenes/paper/exp1.toml"), &overrides)?;
+        study.sensors.truncate(1);
+        study.combinations.clear();
+        let mut worlds = World::prepare_all(&study)?;
+        worlds.truncate(scenes);
+        measure((&study, &worlds), name, region, questions)?;
+    }
+    Ok(())
+}
