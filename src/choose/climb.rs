@@ -1,5 +1,5 @@
-//! A good set, quickly: candidates are added and swapped one at a time as long as that helps, from nothing
-//! and from random sets. What comes out is a set, not a proof.
+//! A good set, quickly: starting from nothing and from random sets, candidates are added and swapped one at a time
+//! as long as that helps. Nothing is proven.
 
 use rand::SeedableRng;
 use rand::seq::IndexedRandom;
@@ -13,7 +13,7 @@ use super::problem::{Found, Merit, Problem, SetLimits};
 
 /// Random sets to start from, where the search is long; a short search finds what they lead to itself.
 const RESTARTS: u64 = 12;
-/// Sets of so many sensors besides those that are always there are searched in no time.
+/// So few sensors besides the fixed ones are searched at once, without random starts.
 const FEW: usize = 2;
 
 /// The local optima reached from the fixed sensors and from random sets. Those that meet every
@@ -60,7 +60,7 @@ pub(super) fn climb(
 ) -> Option<Found> {
     let mut merit = problem.merit(&union(problem, &set), None);
     while !stop() {
-        // Nothing is taken out, or one of those that need not be in.
+        // Either nothing is taken out, or one sensor that is not fixed.
         let may_go = (0..set.len()).filter(|&place| !problem.always.contains(&set[place]));
         let bases = std::iter::once(None).chain(may_go.map(Some));
         let step = bases.filter_map(|out| best_step(problem, limits, &set, out)).max_by_key(|step| step.0);

@@ -15,7 +15,7 @@ pub struct Answer {
     pub steps: Vec<FrontStep>,
     /// Every set that was judged on the way to one of them, with its worth.
     pub others: Vec<Found>,
-    /// Whether the search was not stopped.
+    /// Whether the search ended by itself.
     pub complete: bool,
 }
 
@@ -41,12 +41,12 @@ pub fn answer(problem: &Problem, watch: &dyn SearchWatch) -> Result<Answer> {
             }
             let worth = step.best.as_ref().map(|best| best.worth);
             match steps.last_mut().filter(|_| worth.is_some() && worth == last) {
-                // As good for less.
+                // This set costs less and is worth as much.
                 Some(dearer) => dearer.best = step.best,
                 None => steps.push(step),
             }
             last = worth;
-            // Any set that costs less is worth less, or it would have been taken.
+            // A cheaper set of the same worth would have been taken, so all cheaper ones are worth less.
             let next = cost.filter(|&cost| cost > 0 && !stop()).map(|cost| cost - 1);
             match next {
                 Some(budget) => limits.budget = Some(budget),

@@ -1,23 +1,23 @@
-//! Which weights of cuts allow the least, and which shares of candidates have the most by all of them: the two
-//! sides of a linear program, found by Newton's method on smooth ones that come nearer and nearer.
+//! The linear program of cuts, solved for both sides: the weights of cuts that give the lowest bound, and the
+//! shares of candidates with the highest value. Newton's method solves smooth programs that approach it.
 //!
 //! # Theory
 //! Cuts c say that shares x have no more than a_c + Σ b_ci·x_i. Weights w that add up to one allow
 //! Σ a_c·w_c + the sum of the largest k of g_i = Σ b_ci·w_c. With a heat T that sum is
 //! k·ν + T·Σ ln(1 + exp((g_i − ν)/T)) at the best ν, whose slope by g_i is a share between 0 and 1, and
 //! weights stay above zero by −T·Σ ln w_c. The hotter, the farther from corners are shares and weights, which
-//! makes better cuts; the colder, the nearer to the linear program.
+//! makes better cuts; the colder, the nearer are they to the optimum.
 //!
-//! Nothing is proven here: all of it is floating point, and what comes out is rounded and checked by others.
+//! Nothing is proven here: all of it is floating point. `gap` rounds the weights and checks the proof.
 
-/// Steps at one heat.
+/// Newton steps at one heat, at most.
 const STEPS: usize = 20;
-/// The heat that is begun with.
+/// The heat to begin with.
 const HOT: f64 = 0.03;
-/// By how much it becomes less.
+/// By which factor it falls.
 const COOLING: f64 = 0.2;
 
-/// What shares of candidates have by some cuts.
+/// The linear program.
 pub(super) struct Game {
     /// What each cut has without candidates.
     pub(super) constant: Vec<f64>,
@@ -28,7 +28,7 @@ pub(super) struct Game {
 }
 
 impl Game {
-    /// The most that so many candidates have by some weights.
+    /// The highest value of so many candidates under some weights.
     pub(super) fn most(&self, weights: &[f64], left: usize) -> f64 {
         let (mut gains, mut sum) = (vec![0.0; self.added[0].len()], 0.0);
         for ((constant, added), weight) in self.constant.iter().zip(&self.added).zip(weights) {
@@ -39,11 +39,11 @@ impl Game {
         sum + gains.iter().take(left).sum::<f64>()
     }
 
-    /// The best weights for shares that are as good as they can be, and those shares, both smoothed so much.
+    /// The optimal weights and shares at some heat. `begin` has the weights to begin from, and then those found.
     pub(super) fn settle(&self, left: usize, smooth: f64, begin: &mut Vec<f64>) -> (Vec<f64>, Vec<f64>) {
         let (cuts, count) = (self.constant.len(), self.added[0].len());
         let is_cut: Vec<f64> = (0..cuts).map(|c| if c < self.cuts { 1.0 } else { 0.0 }).collect();
-        // Where it begins: weights above zero that add up to one.
+        // Weights to begin from: above zero, and one in sum.
         begin.resize(cuts, 0.0);
         let mut weights: Vec<f64> = begin.iter().map(|weight| weight.max(1e-3 / cuts as f64)).collect();
         let sum: f64 = weights.iter().zip(&is_cut).map(|(w, is)| w * is).sum();
@@ -126,7 +126,7 @@ impl Game {
         gains
     }
 
-    /// What is made small.
+    /// The function that is minimised.
     fn height(&self, weights: &[f64], level: f64, gains: &[f64], left: usize, heat: f64) -> f64 {
         let over = |gain: &f64| {
             let x = (gain - level) / heat;

@@ -1,15 +1,16 @@
 //! An upper bound for all sets, where the search is long, with a proof that a few numbers state.
 //!
 //! # Theory
-//! Take any voxels H. What the candidates of a set add to an inequality is no more than the bits of H, and for
-//! each candidate those of its bits that are not in H: a cut. If all cuts of a list, each so many times, say
-//! together that a set has less than what the inequalities ask for so many times, no set passes. The most that
-//! a set can have is counted from the best of its candidates, one by one.
+//! Take any set H of voxels. A set of sensors covers at most all of H and, for each sensor, the voxels that it
+//! sees outside H. That is a *cut*: an upper bound for the value of an inequality that is linear in the sensors.
+//! Multiply cuts by weights and add them. If even the best sensors, each taken alone, leave the sum below what
+//! the inequalities ask for, no set passes.
 //!
-//! Good cuts are those at the best shares of candidates, were candidates divisible: H is then what shares that
-//! add up to one or more see (Benders 1962; between the best shares and the best of those that were looked at,
-//! Ben-Ameur and Neto 2007). `game` finds shares and weights. Nothing is proven by its fractions: shares are
-//! rounded to 256ths, weights to whole numbers, and with them the proof is checked.
+//! Good cuts come from the linear program in which a candidate may be taken in part, as a share between 0 and 1:
+//! H is then the voxels whose shares add up to one or more (Benders 1962). Each cut is made between the program's
+//! optimum and the best shares so far (Ben-Ameur and Neto 2007). `game` solves the program in floating point,
+//! which proves nothing: shares are rounded to 256ths and weights to whole numbers, and the proof is checked with
+//! these.
 
 use fearless_simd::{Level, Simd, dispatch};
 use rayon::prelude::*;
@@ -21,28 +22,28 @@ use super::problem::{Problem, SetLimits};
 use super::question::{Inequality, Segment, question};
 use super::worth::{Ratio, Worth};
 
-/// Parts into which a candidate is divided.
+/// Into how many parts a candidate is divided.
 pub(super) const SHARES: u64 = 256;
-/// Parts into which a score is divided.
+/// Into how many parts a score is divided.
 const SCORES: i128 = 1_000_000;
-/// Bounds are this close to the best that cuts give, in those parts.
+/// The search for a bound ends when it is known to so many parts.
 const CLOSE: i128 = 100;
-/// Cuts that are made for one score before it is given up.
+/// Rounds of cuts that are made for one score before it is given up.
 const ROUNDS: usize = 60;
-/// How often no gain is taken before a score is given up.
+/// Rounds without progress after which a score is given up.
 const PATIENCE: usize = 3;
-/// How near cuts are made to the best shares that were looked at, in turn.
+/// How far from the optimum towards the best shares so far each cut is made, in turn.
 const NEARER: [f64; 4] = [0.5, 0.25, 0.1, 0.0];
 /// The least heat: where weights are to prove something.
 const COLD: f64 = 1e-7;
 /// The most heat: where little is known.
 const WARM: f64 = 1e-3;
-/// How often the budget counts at most.
+/// The largest weight of the budget.
 const MOST_BUDGETS: u64 = 1 << 60;
 /// The largest weight of a cut.
 const HEAVIEST: f64 = 1048576.0;
 
-/// A proof that no set is worth more than something.
+/// A proof that no allowed set is worth more than a bound.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Gap {
     /// A proved upper bound for the worth of every set.
@@ -59,7 +60,7 @@ impl Gap {
     }
 }
 
-/// A cut of an inequality, so many times.
+/// A cut with its weight.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct WeightedCut {
     /// The moment whose score it is about, if the worst one counts; else 0.
@@ -73,14 +74,14 @@ pub(super) struct WeightedCut {
 struct CountedCut {
     inequality: usize,
     shares: Vec<(usize, u64)>,
-    /// In H.
+    /// How many bits are in H.
     inside: Vec<u64>,
-    /// Of each candidate not in H: candidate by candidate.
+    /// How many bits of each candidate are not in H, candidate by candidate.
     outside: Vec<u32>,
 }
 
 impl CountedCut {
-    /// What an inequality has without candidates, less what it asks for, and what each adds, as parts of that.
+    /// The value without candidates less the threshold, and what each candidate adds, both divided by the threshold.
     fn of(&self, one: &Inequality) -> (f64, Vec<f64>) {
         let weights: Vec<f64> =
             one.segments().map(|segment| segment.weight as f64 / one.least.max(1) as f64).collect();
@@ -92,7 +93,7 @@ impl CountedCut {
     }
 }
 
-/// Looks for the lowest score that no set is worth more than.
+/// Searches for the lowest bound that cuts can prove.
 pub(super) struct GapSearch<'a> {
     /// Without requirements, which only leave fewer sets.
     problem: Problem<'a>,
@@ -100,7 +101,7 @@ pub(super) struct GapSearch<'a> {
     /// The candidates that can be in a set.
     items: Vec<usize>,
     cuts: Vec<CountedCut>,
-    /// The shares that had most.
+    /// The best shares so far.
     best: Vec<f64>,
     level: Level,
     stop: &'a (dyn Fn() -> bool + Sync),
@@ -133,7 +134,7 @@ impl<'a> GapSearch<'a> {
     pub(super) fn run(mut self, known: Worth) -> Option<Gap> {
         let first = (known.value() * SCORES as f64).ceil() as i128;
         let (mut low, mut high, mut best) = (first, SCORES, None);
-        // Bounds tend to be near what is known.
+        // Most bounds are near the best known score.
         let mut next = low + 10 * CLOSE;
         while high - low > CLOSE && !(self.stop)() {
             let tried = next.clamp(low + 1, high - 1);
@@ -146,7 +147,7 @@ impl<'a> GapSearch<'a> {
         best
     }
 
-    /// A proof that no set is worth more than a score, if one is found.
+    /// A proof that no set is worth more than a score, if cuts give one.
     fn prove(&mut self, above: Ratio) -> Option<Gap> {
         let all = question(&self.problem, Some(Worth::Exact(above))).all;
         // The first of several is the sum of the others.
@@ -158,7 +159,7 @@ impl<'a> GapSearch<'a> {
         if self.cuts.is_empty() {
             self.best = vec![0.0; count];
         }
-        // The least that is known to be had by shares, and the most that is known to be allowed.
+        // The best value that shares have so far, and the lowest that cuts allow.
         let mut had = self.cut(all, &self.best.clone());
         let (mut allowed, mut patience, mut weights) = (f64::INFINITY, PATIENCE, Vec::new());
         for round in 0..ROUNDS {
@@ -200,7 +201,7 @@ impl<'a> GapSearch<'a> {
             if has > had {
                 (had, self.best) = (has, tried);
             }
-            // So much is had by shares: no cuts say otherwise.
+            // These shares pass, so no cuts can exclude all sets.
             if had >= 0.0 {
                 return None;
             }
@@ -208,7 +209,7 @@ impl<'a> GapSearch<'a> {
         None
     }
 
-    /// What all cuts say, each as a part of what its inequality asks for, less that.
+    /// The linear program of all cuts, each divided by its threshold.
     fn game(&self, all: &[Inequality]) -> Game {
         let (mut constant, mut added) = (Vec::new(), Vec::new());
         for cut in &self.cuts {
@@ -224,7 +225,7 @@ impl<'a> GapSearch<'a> {
         Game { constant, added, cuts: self.cuts.len() }
     }
 
-    /// Adds the cut of each inequality at some shares, and says how much these have at least of any of them.
+    /// Adds the cut of each inequality at some shares, and returns the lowest value that these have in any.
     fn cut(&mut self, all: &[Inequality], shares: &[f64]) -> f64 {
         let share_of = rounded(shares);
         let shares: Vec<(usize, u64)> = self
@@ -277,9 +278,9 @@ impl<'a> GapSearch<'a> {
         least
     }
 
-    /// The proof with weights in whole numbers, if it holds.
+    /// The proof with weights rounded to whole numbers, if it still holds.
     fn checked(&self, all: &[Inequality], above: Ratio, weights: &[f64]) -> Option<Gap> {
-        // As often as what is asked for is small.
+        // Weights are for cuts divided by their thresholds; these are for whole ones.
         let (cuts, budget) = weights.split_at(self.cuts.len());
         let often = |(cut, weight): (&CountedCut, &f64)| weight / all[cut.inequality].exact.1.max(1) as f64;
         let often: Vec<f64> = self.cuts.iter().zip(cuts).map(often).collect();
@@ -322,7 +323,7 @@ impl<'a> GapSearch<'a> {
     }
 }
 
-/// Shares in parts, as many as they were together.
+/// Shares rounded to parts, so that their sum is kept.
 fn rounded(shares: &[f64]) -> Vec<u64> {
     let parts: Vec<f64> = shares.iter().map(|share| share * SHARES as f64).collect();
     let mut whole: Vec<u64> = parts.iter().map(|part| *part as u64).collect();
@@ -333,10 +334,10 @@ fn rounded(shares: &[f64]) -> Vec<u64> {
     whole
 }
 
-/// The bits that shares of candidates have once or more.
+/// The bits whose shares add up to one or more.
 fn full(evidence: &CandidateEvidence, segment: &Segment, shares: &[(usize, u64)]) -> Vec<u64> {
     let wide = segment.words.len();
-    // Of each word the eight bits of what its voxels have, and whether that has been more.
+    // For each word the eight binary digits of the sums of its 64 voxels, and which of these overflowed.
     let (mut sums, mut full) = (vec![[0u64; 8]; wide], vec![0u64; wide]);
     for &(item, share) in shares {
         let row = evidence.plane(item, segment.plane);

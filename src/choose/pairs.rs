@@ -1,5 +1,5 @@
-//! Overlaps of candidates: for each pair the voxels that both have. Counted once for all candidates and
-//! kept, since no question changes it; counted again for few candidates and what a set lacks.
+//! Overlaps of candidates: for each pair the voxels that both have. They are counted once and kept,
+//! since only their weights differ from question to question.
 
 use std::ops::Range;
 
@@ -10,10 +10,10 @@ use super::evidence::{CandidateEvidence, Union};
 use super::layout::ones;
 use super::question::{Inequality, Segment};
 
-/// Most bytes that pairs may take.
+/// The most bytes that the counts may take.
 const MOST_BYTES: usize = 512 << 20;
 
-/// Rows that are compared with one another while they are near the processor.
+/// Rows that are compared with others while they are in the cache.
 const BLOCK: usize = 8;
 
 /// Bits of a plane that are counted together.
@@ -26,8 +26,8 @@ pub(super) struct PairCounts {
     counts: Vec<Vec<u32>>,
 }
 
-/// At least how much less two candidates add to a set together than one after the other: a square for each
-/// inequality.
+/// Lower bounds of the overlaps of pairs, which are what two candidates add to a set one by one less what they add
+/// together: a square for each inequality.
 pub(super) struct OverlapTable {
     size: usize,
     squares: Vec<Vec<i64>>,

@@ -6,15 +6,15 @@ use super::problem::{Problem, SetLimits};
 /// Most ways to share out what is left; if there are more, costs are not looked at.
 const MOST_WAYS: usize = 64;
 
-/// Ways to share out the places that are left among the sensors, none of which is part of another.
+/// How the places that are left may be shared out among the sensors.
 pub(super) struct Purse {
     left: usize,
-    /// How many of each sensor; empty if all that counts is how many are left.
+    /// The maximal numbers of each sensor; empty if only the number of places limits them.
     ways: Vec<Vec<usize>>,
 }
 
 impl Purse {
-    /// So many more sensors beside some that cost so much.
+    /// For so many more sensors beside some chosen ones, which cost so much.
     pub(super) fn new(
         problem: &Problem,
         limits: SetLimits,
@@ -37,7 +37,7 @@ impl Purse {
         if ways.len() > MOST_WAYS { Purse { left, ways: Vec::new() } } else { Purse { left, ways } }
     }
 
-    /// For each sensor what is left beside one more of it; a single one if it is the same for all.
+    /// For each sensor, what is left after one more of it; a single one if that is the same for all.
     pub(super) fn after_each(
         problem: &Problem,
         limits: SetLimits,
@@ -93,7 +93,7 @@ impl Purse {
                     at -= 1;
                 }
                 own[at] = value;
-                // Nothing that is left is better than the last of any sensor.
+                // Values after this one are no larger than the last kept one of any sensor.
                 worst = best.chunks(self.left).map(|own| own[self.left - 1]).min().unwrap_or(0);
             }
         }
@@ -119,7 +119,7 @@ fn cheapest(problem: &Problem) -> Vec<u64> {
     price
 }
 
-/// Adds the ways to share out some places among the sensors from one on.
+/// Lists the maximal numbers of each sensor, from the next sensor on.
 fn share(
     most: &[usize],
     price: &[u64],

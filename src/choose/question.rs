@@ -6,8 +6,8 @@
 //! * F1 > p/q just if (2q − p)·TP + p·TN > p·s,
 //! * κ > p/q just if (f·q + t·p)·TP + (t·q + f·p)·TN − (q − p)·(t·FP + f·FN) > p·s².
 //!
-//! TP is a count of a union; TN is one of the voxels that some call free and none occupied. Of FN nothing is
-//! said, which can only let more sets pass. A set passes the worst of several scores if it passes each, and
+//! TP is a count of a union; TN is one of the voxels that some call free and none occupied. FN is
+//! left out, which can only let more sets pass. A set passes the worst of several scores if it passes each, and
 //! then their sum, too. Where parts or people are detected, each is worth at most `min_hits` hits, all of
 //! which it needs.
 //!
@@ -27,7 +27,7 @@ use crate::study::Across;
 /// Bits of the largest value that an inequality can reach.
 const BITS: u32 = 45;
 
-/// Bits of a plane that weigh the same.
+/// Bits of a plane with one weight.
 #[derive(Clone, Debug)]
 pub(super) struct Segment {
     pub(super) plane: usize,
@@ -35,23 +35,23 @@ pub(super) struct Segment {
     pub(super) weight: u64,
 }
 
-/// Segments that are worth no more than a cap together.
+/// Segments whose values count together up to a cap.
 #[derive(Clone, Debug)]
 struct Group {
     segments: Vec<Segment>,
     cap: u64,
 }
 
-/// What a set must reach, at least.
+/// What the value of a set must reach.
 #[derive(Clone, Debug)]
 pub(super) struct Inequality {
     groups: Vec<Group>,
-    /// What false alarms take away.
+    /// What false alarms subtract.
     charges: Vec<Segment>,
     /// The moment it is about; the first, if it is about several.
     pub(super) moment: usize,
     pub(super) least: i64,
-    /// If it is plain and no sum, what each segment weighs and what is asked for before they are rounded.
+    /// The weights of the segments and the threshold before rounding; empty if it is a sum or has caps.
     pub(super) exact: (Vec<i128>, i128),
 }
 
@@ -72,7 +72,7 @@ struct WeightedTerms {
     charges: Vec<(Range<usize>, i128)>,
     /// Where the score is what is to be reached.
     par: i128,
-    /// Whether that is not enough.
+    /// Whether it must be exceeded.
     beat: bool,
 }
 
@@ -81,7 +81,7 @@ struct WeightedTerms {
 pub(super) struct Question {
     /// The first is the one by which candidates are ordered; none if everything passes.
     pub(super) all: Vec<Inequality>,
-    /// What is to be beaten.
+    /// The worth to be exceeded.
     pub(super) beaten: Option<Worth>,
 }
 
@@ -159,7 +159,7 @@ fn inequality(
         _ => {
             let groups: Vec<Group> = moments.iter().flat_map(|moment| who(layout, moment, score)).collect();
             let (count, whole) = (groups.len() as i128, i128::from(layout.min_hits()));
-            // So many are detected.
+            // The number that must be detected.
             let detected = match beat {
                 true => (p * count).div_euclid(q) + 1,
                 false => (p * count + q - 1).div_euclid(q),
@@ -218,7 +218,7 @@ impl WeightedTerms {
 }
 
 impl Inequality {
-    /// What a set passes that passes each of several.
+    /// The sum of several: a set that passes each passes it.
     fn sum(all: &[Inequality]) -> Inequality {
         let mut groups: Vec<Group> = Vec::new();
         for group in all.iter().flat_map(|one| &one.groups) {
@@ -308,7 +308,7 @@ impl Inequality {
         item: usize,
         slack: i64,
     ) -> bool {
-        /// Words that are counted before the sum is looked at.
+        /// Words that are counted before the sum is compared.
         const STRETCH: usize = 64;
         let mut overlap = 0;
         for (segment, fresh) in self.groups[0].segments.iter().zip(fresh) {

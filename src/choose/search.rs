@@ -1,12 +1,12 @@
 //! Whether any set is worth more than what is known: branch and bound over all allowed sets.
 //!
 //! # Theory
-//! A node is a set, and what may still join it comes after it in the order of its parent, so each set is met
-//! once. Let g be what each candidate adds to a node, and o how much less two of them add together. Then
-//! several add no more than the sum of their g less the o along any tree that joins them (Hunter 1976), and
-//! what they take away by false alarms is no less than what any one of them takes. If another candidate c
-//! joins the node, o of two others becomes smaller by no more than the g of either does. So tables of pairs
-//! tell of most sets of three or four that they do not pass, without a look at a voxel.
+//! A node is a set. Only candidates after its last one, in the order of its parent, may join it, so each set is
+//! met once. Let g be what a candidate adds to a node, and o the overlap of two: the sum of their g less what
+//! they add together. Several candidates add at most the sum of their g less the o along any tree that connects
+//! them (Hunter 1976). They lose by false alarms at least what any one of them loses. When another candidate
+//! joins the node, the o of a pair falls by at most as much as the g of either. So tables of pairs exclude most
+//! sets of three or four without counting a voxel.
 //!
 //! # Practice
 //! Nodes below the first level are shared out among threads, so many at a time; what a lot finds is judged
@@ -24,7 +24,7 @@ use super::problem::{Found, Problem, SetLimits};
 use super::purse::Purse;
 use super::question::{Question, UnionState, question};
 
-/// Nodes of the first level that are searched before what they found is judged.
+/// Nodes of the first level that are searched before their results are compared.
 const LOT: usize = 16;
 
 /// Inequalities of which overlaps are kept, at most.
@@ -44,7 +44,7 @@ pub(super) struct SetSearch<'a> {
     stop: &'a (dyn Fn() -> bool + Sync),
 }
 
-/// A set on the way.
+/// A set that others extend.
 struct Node {
     chosen: Vec<usize>,
     cost: u64,
@@ -52,7 +52,7 @@ struct Node {
     states: Vec<UnionState>,
 }
 
-/// A table of overlaps that a node has from the one above it.
+/// The table of overlaps of the node above.
 struct Above<'a> {
     table: &'a OverlapTable,
     /// Where each candidate is in it.
@@ -66,7 +66,7 @@ struct Open<'a> {
     items: Vec<usize>,
     /// For each inequality what they add and take.
     adds: Vec<Adds>,
-    /// Whether none adds more to the first inequality than one before it.
+    /// Whether they are in descending order of what they add to the first inequality.
     is_sorted: bool,
     above: Option<Above<'a>>,
 }
@@ -84,7 +84,7 @@ struct Adds {
     gains: Vec<i64>,
     /// What each takes away.
     losses: Vec<i64>,
-    /// Gains, each less its share of what is lost.
+    /// Gains, each less its share of the largest possible loss.
     charged: Vec<i64>,
 }
 
@@ -295,7 +295,7 @@ impl<'a> SetSearch<'a> {
             let limits = |alive: &[usize]| -> Vec<(usize, i64)> {
                 alive.iter().map(|&i| (open.items[i], open.limit(i, j))).collect()
             };
-            // Without pairs first: what all others add at most is the same for all of a sensor.
+            // First without overlaps: the bound for the others is then the same for all candidates of a sensor.
             let sorted = limits(&alive);
             let top =
                 |purse: &Purse| purse.most(self.problem, sorted.iter().copied(), |place| own(alive[place]));
@@ -331,7 +331,7 @@ impl<'a> SetSearch<'a> {
             2 => dispatch!(self.level, simd => self.pairs(simd, node, &open)),
             _ => {
                 let mut table = self.table(&open);
-                // The last first: what is counted of pairs then serves those before.
+                // The last first: overlaps that are counted there serve those before.
                 for i in (0..open.items.len()).rev() {
                     if !self.may_pass(node, left, &open, i..open.items.len()) {
                         continue;
@@ -409,7 +409,7 @@ impl<'a> SetSearch<'a> {
         let mut after = Vec::new();
         let mut found = vec![(Vec::new(), Vec::new()); self.question.all.len()];
         for (hint, l) in hinted {
-            // Nobody after this one adds more than it may.
+            // No later candidate adds more than this hint.
             let others: i64 = top.iter().map(|&best: &i64| best.max(hint)).sum();
             if hint + others < needed {
                 break;
@@ -464,7 +464,7 @@ impl<'a> SetSearch<'a> {
                 if count > 0 && value(0) + charged(i) + charged(l) < self.question.all[0].least {
                     break;
                 }
-                // What both add, if they overlap no more than is known, less what one of them takes away.
+                // By how much both together exceed the threshold if they do not overlap, less the larger loss.
                 let slack = |j: usize| {
                     let Adds { gains, losses, .. } = &open.adds[j];
                     value(j) + gains[i] + gains[l] - losses[i].max(losses[l]) - self.question.all[j].least
@@ -506,7 +506,7 @@ impl Adds {
 }
 
 impl<'t> Open<'t> {
-    /// What neither a candidate nor any after it adds more than to an inequality.
+    /// An upper bound for what a candidate and all after it add to an inequality.
     fn limit(&self, i: usize, j: usize) -> i64 {
         if j == 0 && self.is_sorted { self.adds[0].charged[i] } else { i64::MAX }
     }
@@ -534,7 +534,7 @@ impl<'t> Open<'t> {
     }
 }
 
-/// Puts a number among the largest ones, which are sorted.
+/// Inserts a number into a sorted list of the largest ones.
 fn insert(top: &mut [i64], value: i64) {
     let mut at = top.len();
     while at > 0 && top[at - 1] < value {

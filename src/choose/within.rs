@@ -1,4 +1,4 @@
-//! The best set within some limits: climbed to, improved two at a time, then searched for.
+//! The best set within some limits: local search, improvement by two sensors at a time, then branch and bound.
 
 use std::collections::BTreeMap;
 use std::time::{Duration, Instant};
@@ -28,7 +28,7 @@ pub struct FrontStep {
 pub enum Bound {
     /// The best set: all others were searched.
     Proven,
-    /// This; the search was stopped.
+    /// A bound by cuts; the search was stopped.
     AtMost(Gap),
     /// Nothing is known.
     Unknown,
@@ -36,10 +36,10 @@ pub enum Bound {
 
 /// Is told how a search proceeds, and may stop it.
 pub trait SearchWatch: Sync {
-    /// Whether nothing more is to be begun.
+    /// Whether the search is to end.
     fn stops(&self) -> bool;
 
-    /// This is the best set that was found within some limits by now.
+    /// The best worth found so far within some limits.
     fn finds(&self, _: &SetLimits, _: Option<f64>) {}
 }
 
@@ -50,7 +50,7 @@ impl<F: Fn() -> bool + Sync> SearchWatch for F {
     }
 }
 
-/// So long a search goes on before a bound is looked for.
+/// The time of branch and bound before a bound by cuts is computed.
 const SHORT: Duration = Duration::from_secs(3);
 
 /// How many of the best results of climbing are improved by changing two sensors at a time.
@@ -104,7 +104,7 @@ pub(super) fn best_within(
         told(Some(&further), "is to be beaten");
         further
     };
-    // A search that is not short may be stopped: first, then, what no set is worth more than.
+    // A long search may be stopped by the user, so a bound is computed before it goes on.
     let (mut ahead, searching) = (Ahead::default(), Instant::now());
     let pause = || stop() || searching.elapsed() > SHORT;
     let (mut best, mut is_proven) = search(problem, limits, best, kept, &mut ahead, &pause, &mut improve);
