@@ -91,6 +91,7 @@
 //! | `choose` | the best set of sensors for each size and cost, and a proof that no other set is better | `mod.rs` |
 //! | `front` | `Cell`, `DepthCamera`, `Device`, `Scored`: what a Rust program uses | `front.rs` |
 //! | `view` | one choice of poses, voxel by voxel, and why a voxel stays unknown; how a sensor is drawn (`outline.rs`) | `mod.rs`, `why.rs` |
+//! | `judge` | whether requirements are met: as planned, with a dead sensor, with mounts that are off | `mod.rs` |
 //! | `render` | pictures | `mod.rs` |
 //! | `export` | files for other programs: a file a format (`glb.rs`, `npz.rs`, `octomap.rs`) | `mod.rs` |
 //! | `report` | tables of `summary`, and the HTML page (`html/`) | `mod.rs` |
@@ -144,6 +145,8 @@ pub mod error;
 pub mod export;
 mod front;
 pub mod guide;
+#[doc(hidden)]
+pub mod judge;
 #[doc(hidden)]
 pub mod march;
 #[doc(hidden)]

@@ -2,9 +2,11 @@
 //! integers; each score is one division in f64, so equal counts give equal scores everywhere.
 
 mod detection;
+mod ratio;
 mod score;
 
 pub use detection::{BODY_PARTS, BodyPart, DETECTION_COUNTERS, Detection, PartTally};
+pub use ratio::Ratio;
 pub use score::{SCORES, Score};
 
 /// True positives, false negatives and unknowns among the voxels of one role (the human's, the robot's).

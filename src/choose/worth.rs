@@ -1,20 +1,10 @@
-//! What counts are worth: a score as a fraction of whole numbers, so that no rounding decides which set is
-//! the better one.
+//! What counts are worth over several moments, so that no rounding decides which set is the better one.
 
 use std::cmp::Ordering;
 
+pub use crate::metrics::Ratio;
 use crate::metrics::{Confusion, Score};
 use crate::study::Across;
-
-/// A fraction; its denominator is above zero. Both are below 2⁶³ in size, so that two can be compared in 128
-/// bits.
-#[derive(Clone, Copy, Debug)]
-pub struct Ratio {
-    /// Above the line.
-    pub numerator: i128,
-    /// Below the line.
-    pub denominator: i128,
-}
 
 /// What a set is worth.
 #[derive(Clone, Copy, Debug)]
@@ -27,58 +17,6 @@ pub enum Worth {
 
 /// Voxels of a region in all moments together that fractions are exact for.
 pub(super) const MOST_VOXELS: u64 = 1 << 31;
-
-impl Ratio {
-    /// A number of at most nine digits after the point.
-    pub(super) fn of(value: f64) -> Ratio {
-        Ratio { numerator: (value * 1e9).round() as i128, denominator: 1_000_000_000 }
-    }
-
-    /// One division.
-    pub(crate) fn value(self) -> f64 {
-        self.numerator as f64 / self.denominator as f64
-    }
-
-    /// The fraction of a score, if it has a value.
-    pub(super) fn of_score(score: Score, counts: &Confusion) -> Option<Ratio> {
-        let wide = |n: u64| i128::from(n);
-        let [tp, fp, fn_, tn] = [counts.tp, counts.fp, counts.fn_, counts.tn].map(wide);
-        let (s, found) = (wide(counts.total()), &counts.detection);
-        let (numerator, denominator) = match score {
-            Score::F1 => (2 * tp, s + tp - tn),
-            Score::Kappa => {
-                let occupied = tp + fn_ + wide(counts.uo);
-                let chance = (tp + fp) * occupied + (fn_ + tn) * (s - occupied);
-                (s * (tp + tn) - chance, s * s - chance)
-            }
-            Score::HumanSeen => (wide(found.hit_human), wide(counts.people_voxels())),
-            Score::PeopleDetected => (wide(found.people_detected), wide(found.people)),
-            Score::PartsDetected => (wide(found.parts_detected), wide(found.parts)),
-            Score::HumanClaimed | Score::Unknown | Score::FalseAlarm => return None,
-        };
-        (denominator != 0).then_some(Ratio { numerator, denominator })
-    }
-}
-
-impl Ord for Ratio {
-    fn cmp(&self, other: &Ratio) -> Ordering {
-        (self.numerator * other.denominator).cmp(&(other.numerator * self.denominator))
-    }
-}
-
-impl PartialOrd for Ratio {
-    fn partial_cmp(&self, other: &Ratio) -> Option<Ordering> {
-        Some(self.cmp(other))
-    }
-}
-
-impl PartialEq for Ratio {
-    fn eq(&self, other: &Ratio) -> bool {
-        self.cmp(other) == Ordering::Equal
-    }
-}
-
-impl Eq for Ratio {}
 
 impl Worth {
     /// What counts are worth, moment by moment; `None` where no score has a value.
@@ -175,7 +113,7 @@ mod tests {
         let (mut some, mut none) = (0, 0);
         for case in 0..20_000 {
             let counts = random(&mut state);
-            for score in SCORES {
+            for score in Score::ALL {
                 let (found, expected) = (Ratio::of_score(score, &counts), score.of(&counts));
                 assert_eq!(found.map(Ratio::value), expected, "case {case}: {score:?} of {counts:?}");
                 *if found.is_some() { &mut some } else { &mut none } += 1;

@@ -1,6 +1,7 @@
 //! `--pose` and what goes with it: which choice of poses a command looks at, in which scene.
 
 use perirobot::Result;
+use perirobot::judge::Among;
 use perirobot::study::Study;
 use perirobot::view::{Choice, Names, find, find_scene};
 use perirobot::world::World;
@@ -14,6 +15,37 @@ pub(super) struct ChoiceArgs {
     pose: String,
     #[command(flatten)]
     rest: RestArgs,
+}
+
+/// Which choice of poses a command judges, over all scenes.
+#[derive(clap::Args)]
+#[command(next_help_heading = "Poses")]
+pub(super) struct SetArgs {
+    /// Which poses, as in the column `poses` of results.csv; of a sensor scored alone, the pose's own name
+    /// will do
+    #[arg(long, value_name = "POSES")]
+    pose: Option<String>,
+    /// The combination [default: any]
+    #[arg(long, value_name = "NAME")]
+    combination: Option<String>,
+    /// What the sensors are taken to say, as in results.csv [default: the first]
+    #[arg(long, value_name = "NAME")]
+    representation: Option<String>,
+}
+
+impl SetArgs {
+    /// The choice that is named, if one is.
+    pub(super) fn named(&self, study: &Study, worlds: &[World]) -> Result<Option<Choice>> {
+        let Some(poses) = self.pose.clone() else { return Ok(None) };
+        let (combination, representation) = (self.combination.clone(), self.representation.clone());
+        let names = Names { poses, combination, representation, ..Names::default() };
+        Ok(Some(find(study, worlds, &names)?.1))
+    }
+
+    /// Among which choices the best are looked for.
+    pub(super) fn among(&self) -> Among<'_> {
+        Among { combination: self.combination.as_deref(), representation: self.representation.as_deref() }
+    }
 }
 
 /// All but the poses.

@@ -18,6 +18,7 @@ mod devices;
 mod export;
 mod flags;
 mod init;
+mod judge;
 mod log;
 mod merge;
 mod mesa;
@@ -86,16 +87,16 @@ First steps:
       see which GPU would be used
 
 Exit codes: 0 done; 1 backends disagree; 2 bad input or arguments; 3 a device
-or the disk failed; 75 a sweep was stopped before its end (Ctrl-C, SIGTERM,
-SIGUSR1, --max-time), or another run is at work in its folder: the same command
-goes on, now or later.";
+or the disk failed; 4 a requirement is missed (judge); 75 a sweep was stopped
+before its end (Ctrl-C, SIGTERM, SIGUSR1, --max-time), or another run is at
+work in its folder: the same command goes on, now or later.";
 
 /// The commands by what they are for, in the order of a first hour.
 const GROUPS: [(&str, &[&str]); 6] = [
     ("Start", &["init", "check", "sensors"]),
     ("Look", &["render", "voxelize", "compare"]),
     ("Run", &["sweep", "merge", "choose"]),
-    ("Explain", &["summary", "why", "report", "export"]),
+    ("Explain", &["summary", "judge", "why", "report", "export"]),
     ("Clusters", &["cluster"]),
     ("Developers", &["verify-backends", "bench", "devices", "schema", "completions", "man"]),
 ];
@@ -126,6 +127,7 @@ enum Command {
     Merge(merge::Args),
     Choose(choose::Args),
     Summary(summary::Args),
+    Judge(judge::Args),
     Compare(compare::Args),
     Why(why::Args),
     Report(report::Args),
@@ -154,6 +156,7 @@ pub(crate) fn run() -> ExitCode {
         Command::Merge(args) => merge::run(&args),
         Command::Choose(args) => choose::run(&args),
         Command::Summary(args) => summary::run(&args),
+        Command::Judge(args) => judge::run(&args),
         Command::Compare(args) => compare::run(&args),
         Command::Why(args) => why::run(&args),
         Command::Report(args) => report::run(&args),

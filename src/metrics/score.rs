@@ -1,28 +1,29 @@
 //! The scores by name, and which way each is better.
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::Confusion;
 
 /// A score of a choice of sensors.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Score {
-    /// [`Confusion::f1`].
+    /// Agreement with the truth over the region: 2TP / (2TP + FP + FN + UF + UO).
     F1,
-    /// [`Confusion::kappa`].
+    /// Cohen's kappa: agreement with the truth beyond chance.
     Kappa,
-    /// [`Confusion::human_seen`].
+    /// Share of people's voxels that are hit or felt.
     HumanSeen,
-    /// [`Confusion::human_claimed`].
+    /// Share of people's voxels that are called occupied.
     HumanClaimed,
-    /// [`Confusion::people_detected`].
+    /// Share of people that are detected.
     PeopleDetected,
-    /// [`Confusion::parts_detected`].
+    /// Share of body parts that are detected.
     PartsDetected,
-    /// [`Confusion::unknown`].
+    /// Share of the region without a label; less is better.
     Unknown,
-    /// [`Confusion::false_alarm`].
+    /// Share of labelled free space that is called occupied; less is better.
     FalseAlarm,
 }
 

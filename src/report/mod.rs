@@ -5,6 +5,7 @@ pub mod choose;
 pub mod distribution;
 pub mod groups;
 pub mod html;
+pub mod judge;
 pub mod maxima;
 pub mod placements;
 pub mod reasons;

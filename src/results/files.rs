@@ -123,9 +123,27 @@ pub(crate) fn read_regular(path: &Path) -> Result<Vec<u8>> {
     Ok(bytes)
 }
 
+/// Which requirements are met, in the folder of a sweep that was judged.
+pub const REQUIREMENTS: &str = "requirements.csv";
+
+/// How good scores are under which conditions, in the folder of a sweep that was judged.
+pub const CONDITIONS: &str = "conditions.csv";
+
+/// Mounts as they were drawn, in the folder of a sweep that was judged.
+pub const DRAWS: &str = "draws.csv";
+
 /// The tables that are written when a sweep is done, and afterwards.
-pub const TABLES: [&str; 6] =
-    ["results.csv", "results.parquet", "scores.csv", "scores.parquet", "reasons.csv", "reasons.parquet"];
+pub const TABLES: [&str; 9] = [
+    "results.csv",
+    "results.parquet",
+    "scores.csv",
+    "scores.parquet",
+    "reasons.csv",
+    "reasons.parquet",
+    REQUIREMENTS,
+    CONDITIONS,
+    DRAWS,
+];
 
 /// The files that are there from its beginning.
 pub const BEGUN: [&str; 3] = [JOURNAL, MANIFEST, "poses.csv"];

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use schemars::JsonSchema;
 use serde::Deserialize;
 
-use super::{Place, Problems, RegionSpec};
+use super::{Place, Problems, RegionSpec, region};
 use crate::backend::Fusion;
 use crate::metrics::Score;
 use crate::sensor::{Cost, Sensor};
@@ -87,7 +87,7 @@ pub enum Across {
     /// Of all of them added up.
     #[default]
     Pooled,
-    /// The lowest of theirs.
+    /// The worst of theirs.
     Worst,
     /// The mean of theirs.
     Mean,
@@ -122,14 +122,14 @@ pub struct Choose {
     /// Sensor and candidate of what is in every set.
     pub always: Vec<[usize; 2]>,
     /// What every set must reach.
-    pub require: Vec<Requirement>,
+    pub require: Vec<SetRequirement>,
     /// The representation in which each sensor is scored.
     pub representations: Vec<usize>,
 }
 
 /// A score that a set must reach.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Requirement {
+pub struct SetRequirement {
     /// The score.
     pub score: Score,
     /// Of which counts.
@@ -153,7 +153,7 @@ pub(super) fn check(at: &Place, file: ChooseFile, known: &Known) -> Result<Choos
             "sets are chosen under fusion = \"occupied_wins\" only: write that at the top of the study, or leave it out",
         )));
     }
-    let region = problems.keep(region(&at, &file.region, known.regions));
+    let region = problems.keep(region::index(&at, &file.region, known.regions));
     if !(1..=MOST_SENSORS).contains(&file.at_most) {
         let rule = format!("must be from 1 to {MOST_SENSORS}");
         problems.keep::<()>(Err(at.wrong("at_most", file.at_most, &rule)));
@@ -164,9 +164,9 @@ pub(super) fn check(at: &Place, file: ChooseFile, known: &Known) -> Result<Choos
         let least = if matches!(entry.score, Objective::Kappa) { -1.0 } else { 0.0 };
         let rule = format!("a number from {least} to 1");
         let at_least = at.number("at_least", entry.at_least, least..=1.0, &rule)?;
-        Ok(Requirement { score: entry.score.score(), over: entry.over, at_least })
+        Ok(SetRequirement { score: entry.score.score(), over: entry.over, at_least })
     });
-    let require: Vec<Requirement> = require.filter_map(|one| problems.keep(one)).collect();
+    let require: Vec<SetRequirement> = require.filter_map(|one| problems.keep(one)).collect();
     let representations = problems.keep(representations(&at, &file.representation, sensors));
     let always = problems.keep(always(&at, &file, sensors));
     let budget = file.budget.map(|budget| at.cost("budget", budget)).transpose();
@@ -190,13 +190,6 @@ pub(super) fn check(at: &Place, file: ChooseFile, known: &Known) -> Result<Choos
         always,
         require,
         representations,
-    })
-}
-
-fn region(at: &Place, name: &str, regions: &[(String, RegionSpec)]) -> Result<usize> {
-    regions.iter().position(|(known, _)| known == name).ok_or_else(|| {
-        let known: Vec<_> = regions.iter().map(|(name, _)| name).collect();
-        at.wrong("region", format!("{name:?}"), &format!("must be a region of the study: {known:?}"))
     })
 }
 

@@ -9,6 +9,7 @@ use serde::Deserialize;
 
 use super::choose::ChooseFile;
 use super::region_file::RegionFile;
+use super::require::{MountingErrorFile, RequirementFile};
 use super::sensor::AnySensor;
 use super::value::exactly;
 use crate::backend::Fusion;
@@ -51,6 +52,11 @@ pub(super) struct StudyFile {
     pub(super) combination: Vec<CombinationFile>,
     /// What `perirobot choose` looks for: the best set of sensors.
     pub(super) choose: Option<ChooseFile>,
+    /// What `perirobot judge` decides: scores that a choice of sensors must reach.
+    #[serde(default)]
+    pub(super) require: Vec<RequirementFile>,
+    /// How far mounts may be from where they are planned.
+    pub(super) mounting_error: Option<MountingErrorFile>,
 }
 
 fn once() -> u32 {

@@ -13,6 +13,7 @@ mod problems;
 mod reader;
 mod region;
 mod region_file;
+mod require;
 mod scene_file;
 pub mod schema;
 pub(crate) mod sensor;
@@ -33,13 +34,14 @@ use crate::source::Sources;
 use crate::voxel::grid::VOXEL_SIZES_M;
 use crate::{Error, Result};
 pub(crate) use choices::Choices;
-pub use choose::{Across, Choose, Requirement};
+pub use choose::{Across, Choose, SetRequirement};
 pub use combination::{Combination, Member};
 pub(crate) use combination::{MAX_NAMES_BYTES, MAX_ROWS, bytes_of_names};
 use file::StudyFile;
 use place::{Place, only_one};
 use problems::{Problems, parse_in_parts, wrong_with};
 pub use region::RegionSpec;
+pub use require::{Condition, Limit, MountingError, Requirement};
 
 /// The largest coordinate in a file; larger numbers are typing errors, infinities or NaN.
 const FARTHEST_M: f64 = 1e6;
@@ -72,6 +74,10 @@ pub struct Study {
     pub combinations: Vec<Combination>,
     /// Which set of sensors is looked for, if the study says so.
     pub choose: Option<Choose>,
+    /// What a choice of sensors must reach.
+    pub requirements: Vec<Requirement>,
+    /// How far mounts may be off, if the study says so.
+    pub mounting_error: Option<MountingError>,
     /// Whether noise was switched off, whatever the study says.
     pub noiseless: bool,
     /// Numbers in its file that look as if they had a wrong unit.
@@ -172,6 +178,9 @@ impl Study {
         let (Some(voxel_size_m), Some(bounds_m), true) = (voxel_size_m, bounds_m, problems.is_empty()) else {
             return Err(all(problems));
         };
+        let mounting_error = file.mounting_error.map(|file| file.check(&at)).transpose();
+        let mounting_error = mounting_error.map_err(|e| vec![e])?;
+        let requirements = require::check(&at, file.require, &regions, mounting_error.is_some())?;
         // Without noise every repeat would be the first again.
         let noisy = sensors.iter().any(|sensor| sensor.kind.is_noisy());
         let repeats = if noisy { file.repeats } else { 1 };
@@ -194,6 +203,8 @@ impl Study {
             sensors,
             combinations,
             choose,
+            requirements,
+            mounting_error,
             noiseless: overrides.noiseless,
             repeats,
             min_hits: file.min_hits,
@@ -226,10 +237,11 @@ fn refuse_folder(path: &Path, wanted: &str) -> Result<()> {
 }
 
 /// The lists of a study that can be read entry by entry; sensors always are.
-const LISTS: [problems::List; 3] = [
+const LISTS: [problems::List; 4] = [
     ("scene", wrong_with::<file::SceneEntry>),
     ("region", wrong_with::<region_file::RegionFile>),
     ("combination", wrong_with::<file::CombinationFile>),
+    ("require", wrong_with::<require::RequirementFile>),
 ];
 
 /// All errors that were found, for a check that cannot continue.

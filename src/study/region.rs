@@ -33,6 +33,14 @@ pub enum RegionSpec {
     Difference(Vec<usize>),
 }
 
+/// Which region a key names.
+pub(super) fn index(at: &Place, name: &str, regions: &[(String, RegionSpec)]) -> Result<usize> {
+    regions.iter().position(|(known, _)| known == name).ok_or_else(|| {
+        let known: Vec<_> = regions.iter().map(|(name, _)| name).collect();
+        at.wrong("region", format!("{name:?}"), &format!("must be a region of the study: {known:?}"))
+    })
+}
+
 /// Checks an entry; `known` are the names of the regions before it.
 pub(super) fn check(at: &Place, entry: RegionFile, known: &[String]) -> Result<(String, RegionSpec)> {
     let at = &at.key(&format!("region {:?}", entry.name));

@@ -65,7 +65,7 @@ impl Plain<'_> {
         let (n, d) = self.claimed;
         let exact = exact(self.choose.objective, self.choose.over, &counts);
         let reaches =
-            |r: &crate::study::Requirement| value_reaches(value(r.score, r.over, &counts), r.at_least);
+            |r: &crate::study::SetRequirement| value_reaches(value(r.score, r.over, &counts), r.at_least);
         !set.is_empty()
             && exact.is_some_and(|(a, b)| a * d > n * b)
             && self.choose.require.iter().all(reaches)

@@ -1,0 +1,73 @@
+//! The cases of a condition: what a choice of sensors counts in each.
+
+use crate::Result;
+use crate::metrics::Confusion;
+use crate::results::{Results, RowKey, Subject};
+use crate::study::Condition;
+use crate::view::Choice;
+
+/// A repeat of a snapshot of a scene; all counted from 0.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Moment {
+    /// Index of the scene.
+    pub scene: usize,
+    /// Which snapshot of it.
+    pub snapshot: usize,
+    /// Which repeat.
+    pub repeat: usize,
+}
+
+/// Sensors as they are in one case of a condition.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Case {
+    /// What is different from what was planned, in words; empty where nothing is.
+    pub name: String,
+    /// For each region the counts of each moment.
+    pub counts: Vec<Vec<Confusion>>,
+}
+
+/// Conditions with their cases.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Conditions {
+    /// The moments of all counts: repeat by repeat, and in each scene by scene and snapshot by snapshot,
+    /// as tables add them up.
+    pub moments: Vec<Moment>,
+    /// For each condition that is known, its cases, at least one.
+    pub cases: Vec<(Condition, Vec<Case>)>,
+}
+
+impl Conditions {
+    /// What a sweep counted of a choice: everything as planned.
+    ///
+    /// # Errors
+    /// `Error::Storage` if its journal cannot be read any more.
+    pub fn as_planned(results: &Results, choice: &Choice) -> Result<Conditions> {
+        let of_region = |region| counts(results, choice, region);
+        let counts: Vec<Vec<Confusion>> = (0..results.regions.len()).map(of_region).collect::<Result<_>>()?;
+        let planned = Case { name: String::new(), counts };
+        Ok(Conditions { moments: moments(results), cases: vec![(Condition::AsPlanned, vec![planned])] })
+    }
+
+    /// The cases of a condition; none where it is not known.
+    pub fn of(&self, condition: Condition) -> &[Case] {
+        let known = self.cases.iter().find(|(known, _)| *known == condition);
+        known.map_or(&[], |(_, cases)| cases.as_slice())
+    }
+}
+
+/// What a sweep counted of a choice in a region, moment by moment.
+pub(super) fn counts(results: &Results, choice: &Choice, region: usize) -> Result<Vec<Confusion>> {
+    let &Choice { combination, choice, representation, .. } = choice;
+    let key = RowKey { combination, choice, representation, region };
+    let each = (0..results.repeats).flat_map(|repeat| results.moments().map(move |moment| (moment, repeat)));
+    each.map(|(moment, repeat)| results.counts(moment, repeat, &key)).collect()
+}
+
+fn moments(subject: &Subject) -> Vec<Moment> {
+    let scenes = subject.scenes.iter().enumerate();
+    let snapshots =
+        scenes.flat_map(|(scene, of)| (0..of.moments.len()).map(move |snapshot| (scene, snapshot)));
+    let of_repeat =
+        |repeat| snapshots.clone().map(move |(scene, snapshot)| Moment { scene, snapshot, repeat });
+    (0..subject.repeats).flat_map(of_repeat).collect()
+}

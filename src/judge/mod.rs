@@ -1,0 +1,27 @@
+//! Whether a choice of sensors is good enough: requirements that pass or fail, as planned and when something is
+//! not as planned.
+//!
+//! # Theory
+//! A condition has cases: one as planned, one for each sensor that may be dead, one for each draw of mounts. A
+//! requirement is met under a condition if it is met in each of its cases. Every value is a fraction of counts, or a
+//! mean of fractions, and is compared with the limit exactly.
+//!
+//! # Practice
+//! `cases` has the counts of each case, `value` compares scores, `verdict` decides, `spread` sums up how good scores
+//! are under a condition, `leaders` finds the choices that meet most requirements. `table` writes the files.
+
+mod cases;
+mod judged;
+mod leaders;
+mod spread;
+mod table;
+mod value;
+mod verdict;
+
+pub use cases::{Case, Conditions, Moment};
+pub use judged::JudgedSet;
+pub use leaders::{Among, leaders};
+pub use spread::{Spread, spreads};
+pub use table::{conditions_csv, requirements_csv};
+pub use value::Value;
+pub use verdict::{Judgement, Where, judgements};

@@ -1,0 +1,190 @@
+//! A score over several moments that is compared exactly.
+
+use std::cmp::Ordering;
+
+use crate::metrics::{Confusion, Ratio, Score};
+use crate::study::{Across, Limit};
+
+/// Binary digits that a sum of fractions is told by at a time.
+const DIGITS: u32 = 32;
+
+/// The mean of some fractions, at least one.
+#[derive(Clone, Debug)]
+pub struct Value(Vec<Ratio>);
+
+impl Value {
+    /// What counts are worth, moment by moment. The worst of several is the one that is nearest to missing the limit.
+    /// `None` where no moment has a value.
+    pub fn of(score: Score, over: Across, limit: &Limit, counts: &[Confusion]) -> Option<Value> {
+        let each = || counts.iter().filter_map(|counts| Ratio::of_score(score, counts));
+        let parts: Vec<Ratio> = match over {
+            Across::Mean => each().collect(),
+            Across::Worst => {
+                each().reduce(|a, b| if limit.is_worse(&a, &b) { a } else { b }).into_iter().collect()
+            }
+            Across::Pooled => {
+                let all = counts.iter().fold(Confusion::default(), |sum, counts| sum.plus(counts));
+                Ratio::of_score(score, &all).into_iter().collect()
+            }
+        };
+        (!parts.is_empty()).then_some(Value(parts))
+    }
+
+    /// One fraction.
+    pub(super) fn exactly(ratio: Ratio) -> Value {
+        Value(vec![ratio])
+    }
+
+    /// As a number, to be shown.
+    pub fn number(&self) -> f64 {
+        self.0.iter().map(|ratio| ratio.value()).sum::<f64>() / self.0.len() as f64
+    }
+}
+
+impl Ord for Value {
+    fn cmp(&self, other: &Value) -> Ordering {
+        let [a, b] = [self, other].map(|value| value.0.len() as i128);
+        let own = self.0.iter().map(|one| (one.numerator * b, one.denominator));
+        let others = other.0.iter().map(|one| (-one.numerator * a, one.denominator));
+        sign(own.chain(others))
+    }
+}
+
+impl PartialOrd for Value {
+    fn partial_cmp(&self, other: &Value) -> Option<Ordering> {
+        Some(self.cmp(other))
+    }
+}
+
+impl PartialEq for Value {
+    fn eq(&self, other: &Value) -> bool {
+        self.cmp(other) == Ordering::Equal
+    }
+}
+
+impl Eq for Value {}
+
+impl Limit {
+    /// The limit itself.
+    pub fn ratio(&self) -> Ratio {
+        match self {
+            Limit::AtLeast(ratio) | Limit::AtMost(ratio) => *ratio,
+        }
+    }
+
+    /// Whether a value keeps to it.
+    pub fn is_met(&self, value: &Value) -> bool {
+        let limit = Value::exactly(self.ratio());
+        match self {
+            Limit::AtLeast(_) => *value >= limit,
+            Limit::AtMost(_) => *value <= limit,
+        }
+    }
+
+    /// Whether the first of two is nearer to missing it.
+    pub(super) fn is_worse<T: Ord>(&self, first: &T, second: &T) -> bool {
+        match self {
+            Limit::AtLeast(_) => first < second,
+            Limit::AtMost(_) => first > second,
+        }
+    }
+}
+
+/// How a sum of fractions compares with 0. Denominators are above 0 and, like numerators, below 2⁹⁴ in size.
+///
+/// The sum is told digit by digit: what is known of it is a whole number of units, and it lies in the next so many
+/// units above as there are fractions. A sum that is not 0 is no nearer to 0 than 1 / (product of the
+/// denominators), so that enough digits decide.
+fn sign(fractions: impl Iterator<Item = (i128, i128)>) -> Ordering {
+    let mut rests: Vec<(i128, i128)> = fractions.collect();
+    let mut denominators: Vec<i128> =
+        rests.iter().map(|&(numerator, denominator)| denominator / gcd(numerator, denominator)).collect();
+    denominators.sort_unstable();
+    denominators.dedup();
+    let bits: u64 = denominators.iter().map(|denominator| u64::from(128 - denominator.leading_zeros())).sum();
+    let count = rests.len() as i128;
+    let mut units = 0;
+    for rest in &mut rests {
+        units += rest.0.div_euclid(rest.1);
+        rest.0 = rest.0.rem_euclid(rest.1);
+    }
+    // Some bits more than the product has, for as many units as there are fractions.
+    for _ in 0..(bits + 64).div_ceil(DIGITS.into()) + 1 {
+        rests.retain(|rest| rest.0 != 0);
+        if rests.is_empty() || units > 0 || units <= -count {
+            break;
+        }
+        units <<= DIGITS;
+        for rest in &mut rests {
+            let scaled = rest.0 << DIGITS;
+            units += scaled / rest.1;
+            rest.0 = scaled % rest.1;
+        }
+    }
+    match units {
+        _ if rests.is_empty() => units.cmp(&0),
+        0.. => Ordering::Greater,
+        _ if units <= -count => Ordering::Less,
+        _ => Ordering::Equal,
+    }
+}
+
+fn gcd(a: i128, b: i128) -> i128 {
+    if b == 0 { a.abs() } else { gcd(b, a % b) }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn mean(parts: &[(i128, i128)]) -> Value {
+        Value(parts.iter().map(|&(numerator, denominator)| Ratio { numerator, denominator }).collect())
+    }
+
+    #[test]
+    fn means_are_compared_exactly() {
+        // 1/3 + 1/6 + 1/2 = 1, though no binary fraction says so.
+        let third = mean(&[(1, 3), (1, 6), (1, 2)]);
+        assert_eq!(third, mean(&[(1, 3)]));
+        assert_eq!(third, mean(&[(2, 6), (5, 15)]));
+        let huge = (1i128 << 62) - 57;
+        assert!(mean(&[(1, 3), (1, 6), (huge / 2, huge)]) < third, "half of an odd number, rounded down");
+        assert!(mean(&[(1, 3), (1, 6), (huge / 2 + 1, huge)]) > third);
+        assert_eq!(mean(&[(huge - 1, huge), (1, huge)]), mean(&[(1, 2)]));
+        assert!(mean(&[(-1, 3)]) < mean(&[(0, 7)]) && mean(&[(-1, 3), (1, 3)]) == mean(&[(0, 5)]));
+    }
+
+    /// Against sums over a common denominator.
+    #[test]
+    fn signs_are_those_of_common_denominators() {
+        let mut state = 3u64;
+        let mut next = |below: i128| {
+            state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+            i128::from(state >> 33) % below
+        };
+        let mut signs = [0; 3];
+        for case in 0..20_000 {
+            let all: Vec<(i128, i128)> = (0..1 + next(6)).map(|_| (next(41) - 20, 1 + next(30))).collect();
+            let common: i128 = all.iter().map(|fraction| fraction.1).product();
+            let sum: i128 = all.iter().map(|(n, d)| n * (common / d)).sum();
+            assert_eq!(sign(all.iter().copied()), sum.cmp(&0), "case {case}: {all:?}");
+            signs[(sum.signum() + 1) as usize] += 1;
+        }
+        assert!(signs.iter().all(|&count| count > 50), "{signs:?}");
+    }
+
+    #[test]
+    fn the_worst_is_nearest_to_missing_the_limit() {
+        let counts = |uo| Confusion { tp: 4 - uo, uo, ..Default::default() };
+        let moments = [counts(1), counts(3), counts(0)];
+        let of = |over, limit| Value::of(Score::Unknown, over, &limit, &moments).unwrap();
+        let (least, most) = (Limit::AtLeast(Ratio::of(0.25)), Limit::AtMost(Ratio::of(0.25)));
+        assert_eq!(of(Across::Worst, least), mean(&[(0, 1)]));
+        assert_eq!(of(Across::Worst, most), mean(&[(3, 4)]));
+        assert_eq!(of(Across::Pooled, most), mean(&[(1, 3)]));
+        assert_eq!(of(Across::Mean, most), mean(&[(1, 3)]));
+        assert!(least.is_met(&mean(&[(1, 4)])) && most.is_met(&mean(&[(1, 4)])));
+        assert!(!most.is_met(&of(Across::Pooled, most)));
+        assert_eq!(Value::of(Score::HumanSeen, Across::Mean, &least, &moments), None);
+    }
+}

@@ -1,0 +1,121 @@
+//! Verdicts on requirements, and how good scores are under each condition, as text.
+
+use super::table::{NONE, Table, number};
+use crate::judge::{JudgedSet, Judgement, Moment, Where, spreads};
+use crate::results::Subject;
+use crate::study::{Across, Condition, Limit};
+
+/// Writes the command that draws the worst moment of a judgement, if there is one.
+pub type Picture<'p> = &'p dyn Fn(&JudgedSet, &Judgement) -> Option<String>;
+
+/// A choice with its verdicts, and a table of what the scores that are required are under each condition.
+pub fn render(subject: &Subject, set: &JudgedSet, picture: Picture) -> String {
+    let mut text = verdicts(subject, set, picture);
+    if set.conditions.cases.len() > 1 {
+        text += &format!("\n{}", conditions(subject, set).text());
+    }
+    text
+}
+
+/// A choice with its verdicts.
+pub fn verdicts(subject: &Subject, set: &JudgedSet, picture: Picture) -> String {
+    let place = if set.place.is_empty() { String::new() } else { format!("{}\n", set.place) };
+    let mut text = format!("\n{} · {} · {}\n{place}", set.poses, set.combination, set.representation);
+    for judgement in &set.judgements {
+        text += &format!("{}\n", line(subject, set, judgement));
+        if let Some(bound) = &judgement.out_of_reach {
+            let bound = number(Some(bound.number()));
+            text +=
+                &format!("      no choice of the listed poses can meet it: their upper bound is {bound}\n");
+        }
+        if let Some(picture) = picture(set, judgement) {
+            text += &format!("      {picture}\n");
+        }
+    }
+    text
+}
+
+/// A verdict in a line: the requirement, what it asks, what there is, and where that is.
+pub fn line(subject: &Subject, set: &JudgedSet, judgement: &Judgement) -> String {
+    let requirement = judgement.requirement;
+    let (name, region) = (&requirement.name, &subject.regions[requirement.region]);
+    let limit = match requirement.limit {
+        Limit::AtLeast(ratio) => format!("at least {}", ratio.value()),
+        Limit::AtMost(ratio) => format!("at most {}", ratio.value()),
+    };
+    let value = judgement.value.as_ref().map_or("no value".into(), |value| number(Some(value.number())));
+    let mut text = format!(
+        "{}  {name} ({}): {} in region {region} is {value}, {limit} is required",
+        judgement.word(),
+        words(judgement.condition),
+        requirement.score.title(),
+    );
+    if set.conditions.moments.len() > 1 {
+        text += &format!(" ({})", of_which(requirement.over));
+    }
+    if judgement.cases > 1 {
+        text += &format!("; {} of {} cases fail", judgement.failed, judgement.cases);
+    }
+    text + &whereabouts(subject, set, judgement.condition, &judgement.worst)
+}
+
+fn of_which(over: Across) -> &'static str {
+    match over {
+        Across::Worst => "the worst of all moments",
+        Across::Mean => "the mean of all moments",
+        Across::Pooled => "all moments together",
+    }
+}
+
+/// A condition in words.
+pub fn words(condition: Condition) -> &'static str {
+    match condition {
+        Condition::AsPlanned => "as planned",
+        Condition::OneSensorDead => "one sensor dead",
+        Condition::MountingError => "mounting error",
+    }
+}
+
+/// Which case it is, and which moment, as far as there are several.
+fn whereabouts(subject: &Subject, set: &JudgedSet, condition: Condition, at: &Where) -> String {
+    let case = &set.conditions.of(condition)[at.case].name;
+    let moment = at.moment.filter(|_| set.conditions.moments.len() > 1);
+    let moment = moment.map(|moment| title(subject, &set.conditions.moments[moment]));
+    let parts: Vec<&str> = [case.as_str(), moment.as_deref().unwrap_or("")]
+        .into_iter()
+        .filter(|part| !part.is_empty())
+        .collect();
+    if parts.is_empty() { String::new() } else { format!("; worst {}", parts.join(", in ")) }
+}
+
+/// `scene cell, snapshot 2, repeat 0`, as far as there are several.
+fn title(subject: &Subject, moment: &Moment) -> String {
+    let scene = &subject.scenes[moment.scene];
+    let mut text = format!("scene {}", scene.name);
+    if scene.moments.len() > 1 {
+        text += &format!(", snapshot {}", moment.snapshot);
+    }
+    if subject.repeats > 1 {
+        text += &format!(", repeat {}", moment.repeat);
+    }
+    text
+}
+
+/// The scores that are required, under each condition.
+fn conditions(subject: &Subject, set: &JudgedSet) -> Table {
+    let mut table =
+        Table::new(&["<condition", "<score", "<region", "best", "mean", "5 %", "worst", "<where"]);
+    let asked = |region, score| {
+        set.judgements.iter().any(|one| (one.requirement.region, one.requirement.score) == (region, score))
+    };
+    for spread in spreads(&set.conditions).iter().filter(|spread| asked(spread.region, spread.score)) {
+        let [best, mean, twentieth, worst] =
+            [spread.best, spread.mean, spread.twentieth, spread.worst].map(|value| number(Some(value)));
+        let at = whereabouts(subject, set, spread.condition, &spread.at);
+        let at = at.strip_prefix("; worst ").unwrap_or(NONE).to_string();
+        let region = subject.regions[spread.region].clone();
+        let names = [words(spread.condition).into(), spread.score.name().to_string(), region];
+        table.row(names.into_iter().chain([best, mean, twentieth, worst, at]));
+    }
+    table
+}
