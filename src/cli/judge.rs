@@ -2,14 +2,24 @@
 
 use std::process::ExitCode;
 
+use perirobot::backend::Backend;
 use perirobot::error::Issue;
-use perirobot::judge::{Conditions, JudgedSet, Judgement, conditions_csv, leaders, requirements_csv};
+use perirobot::judge::{
+    Conditions, Draws, JudgedSet, Judgement, WhatIf, conditions_csv, leaders, requirements_csv,
+};
 use perirobot::results::Results;
+use perirobot::results::files::DRAWS;
+use perirobot::results::manifest::Fault;
 use perirobot::study::{Requirement, Study};
+use perirobot::sweep::Watch;
 use perirobot::view::Choice;
+use perirobot::world::World;
 use perirobot::{Error, Result, report, shell};
 
+use super::backend::BackendArgs;
 use super::choice::SetArgs;
+use super::progress::{Progress, ProgressArgs, above_bar};
+use super::stop::StopAt;
 use super::swept::SweptArgs;
 
 /// The exit code where a requirement is missed.
@@ -32,6 +42,10 @@ pub(super) struct Args {
     /// How many choices of poses are judged: those that meet most requirements as planned
     #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..), conflicts_with = "pose")]
     best: u32,
+    #[command(flatten)]
+    backend: BackendArgs,
+    #[command(flatten)]
+    progress: ProgressArgs,
 }
 
 const AFTER_HELP: &str = "\
@@ -46,6 +60,7 @@ How to read it:
   requirement.";
 
 pub(super) fn run(args: &Args) -> Result<ExitCode> {
+    args.backend.start_threads()?;
     let folder = args.swept.folder();
     let (results, warnings) = Results::read(folder)?;
     warnings.iter().for_each(|warning| say!("warning: {warning}"));
@@ -55,10 +70,13 @@ pub(super) fn run(args: &Args) -> Result<ExitCode> {
         Some(choice) => vec![choice],
         None => leaders(required, &results, args.best as usize, args.sets.among())?,
     };
-    let judge = |choice: &Choice| {
-        Ok(JudgedSet::new(required, &results, choice, Conditions::as_planned(&results, choice)?))
-    };
-    let sets: Vec<JudgedSet> = choices.iter().map(judge).collect::<Result<_>>()?;
+    let (sets, draws) = args.judged(&study, &worlds, &results, &choices)?;
+    match draws.as_slice() {
+        // A file of poses is of one choice.
+        [draws] if choices.len() == 1 => draws.write(folder)?,
+        // Those of another judgement would be taken for this one's.
+        _ => drop(std::fs::remove_file(folder.join(DRAWS))),
+    }
     requirements_csv(folder, &results, &sets)?;
     conditions_csv(folder, &results, &sets)?;
     let picture = |set: &JudgedSet, judgement: &Judgement| args.picture(&study, set, judgement);
@@ -93,6 +111,36 @@ fn count(sets: &[JudgedSet]) -> String {
 }
 
 impl Args {
+    /// Choices with all that is counted of them, and their mounts as they were drawn.
+    fn judged<'s>(
+        &self,
+        study: &'s Study,
+        worlds: &[World],
+        results: &Results,
+        choices: &[Choice],
+    ) -> Result<(Vec<JudgedSet<'s>>, Vec<Draws>)> {
+        let stop = StopAt::listen(None)?;
+        let asked = WhatIf::asked(study);
+        let planned = choices.iter().map(|choice| Conditions::as_planned(results, choice));
+        let mut conditions: Vec<Conditions> = planned.collect::<Result<_>>()?;
+        let mut draws = Vec::new();
+        if !asked.is_empty() {
+            let all: Vec<WhatIf> = choices.iter().map(|choice| WhatIf::new(study, worlds, choice)).collect();
+            let total = all.iter().map(|what_if| what_if.total(&asked)).sum();
+            let mut backends = self.backend.backends()?;
+            let progress = self.progress.start("cases", 0, total);
+            let mut watch = CaseWatch { progress, stop, told: false };
+            for (what_if, conditions) in all.iter().zip(&mut conditions) {
+                draws.extend(what_if.count(&asked, conditions, &mut backends, &mut watch)?);
+            }
+            watch.progress.finish();
+        }
+        let sets = choices.iter().zip(conditions);
+        let sets =
+            sets.map(|(choice, conditions)| JudgedSet::new(&study.requirements, results, choice, conditions));
+        Ok((sets.collect(), draws))
+    }
+
     /// The command that draws the worst moment of a judgement.
     fn picture(&self, study: &Study, set: &JudgedSet, judgement: &Judgement) -> Option<String> {
         let moment = set.conditions.moments[judgement.worst.moment?];
@@ -109,5 +157,32 @@ impl Args {
         }
         words.extend(["--out".into(), "worst.png".into()]);
         Some(shell::command(&words))
+    }
+}
+
+/// Shows how far it is, says once on what it runs, and knows when to stop.
+struct CaseWatch {
+    progress: Progress,
+    stop: StopAt,
+    told: bool,
+}
+
+impl Watch for CaseWatch {
+    fn runs_on(&mut self, backend: &dyn Backend) {
+        if !std::mem::replace(&mut self.told, true) {
+            above_bar(|| say!("running on {}: {}", backend.name(), backend.device()));
+        }
+    }
+
+    fn finished(&mut self, cases: u64) {
+        self.progress.inc(cases);
+    }
+
+    fn failed(&mut self, Fault { what, instead, .. }: &Fault) {
+        above_bar(|| say!("warning: {what}; the next cases were counted by {instead}"));
+    }
+
+    fn stop(&mut self) -> Option<String> {
+        self.stop.reason()
     }
 }

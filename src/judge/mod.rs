@@ -7,21 +7,25 @@
 //! mean of fractions, and is compared with the limit exactly.
 //!
 //! # Practice
-//! `cases` has the counts of each case, `value` compares scores, `verdict` decides, `spread` sums up how good scores
+//! `cases` has the counts of each case, `what_if` makes them by leaving sensors out and by `draws` of mounts, `value` compares scores, `verdict` decides, `spread` sums up how good scores
 //! are under a condition, `leaders` finds the choices that meet most requirements. `table` writes the files.
 
 mod cases;
+mod draws;
 mod judged;
 mod leaders;
 mod spread;
 mod table;
 mod value;
 mod verdict;
+mod what_if;
 
 pub use cases::{Case, Conditions, Moment};
+pub use draws::Draws;
 pub use judged::JudgedSet;
 pub use leaders::{Among, leaders};
 pub use spread::{Spread, spreads};
 pub use table::{conditions_csv, requirements_csv};
 pub use value::Value;
 pub use verdict::{Judgement, Where, judgements};
+pub use what_if::WhatIf;

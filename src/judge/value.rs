@@ -123,7 +123,7 @@ fn sign(fractions: impl Iterator<Item = (i128, i128)>) -> Ordering {
     }
     match units {
         _ if rests.is_empty() => units.cmp(&0),
-        0.. => Ordering::Greater,
+        1.. => Ordering::Greater,
         _ if units <= -count => Ordering::Less,
         _ => Ordering::Equal,
     }

@@ -72,6 +72,7 @@ pub fn words(condition: Condition) -> &'static str {
     match condition {
         Condition::AsPlanned => "as planned",
         Condition::OneSensorDead => "one sensor dead",
+        Condition::TwoSensorsDead => "two sensors dead",
         Condition::MountingError => "mounting error",
     }
 }

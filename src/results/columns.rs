@@ -77,7 +77,7 @@ pub fn pose_names(study: &Study, combination: &Combination, choice: usize) -> St
 }
 
 /// The representations of each choice of them: `points;volume`.
-pub(crate) fn representation_names(study: &Study, combination: &Combination) -> Vec<String> {
+pub fn representation_names(study: &Study, combination: &Combination) -> Vec<String> {
     let named = |way: Vec<usize>| {
         let members = combination.members.iter().zip(way);
         let names = members.map(|(member, r)| study.sensors[member.sensor].kind.representations()[r]);

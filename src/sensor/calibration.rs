@@ -19,6 +19,9 @@ pub struct Calibration {
 /// amount in all scenes.
 const NO_SCENE: u32 = u32::MAX;
 
+/// The same of mounts that are drawn to be judged.
+const MOUNTED: u32 = u32::MAX - 1;
+
 impl Calibration {
     /// The true pose of a sensor in one repeat, from its believed pose; all indices count in study order.
     pub(crate) fn true_pose(
@@ -28,17 +31,44 @@ impl Calibration {
         [sensor, candidate, repeat]: [usize; 3],
     ) -> Pose {
         let words = [seed as u32, (seed >> 32) as u32, NO_SCENE];
-        let draws =
-            march::fold(words.into_iter().chain([sensor, candidate, repeat].map(|index| index as u32)));
-        let normal = unit_q12();
-        let normal = |axis: u32| f64::from(normal[march::entry(march::draw(draws, axis)) as usize]) / 4096.0;
-        let off_m = self.position_m * DVec3::new(normal(0), normal(1), normal(2));
-        let turned = self.angle_rad * DVec3::new(normal(3), normal(4), normal(5));
+        self.off(believed, words.into_iter().chain(indices([sensor, candidate, repeat])), false)
+    }
+
+    /// A mount that is not where it is planned, in one attempt at a draw; all numbers count in study order. A sensor that
+    /// stays level keeps its height, too, and turns about the vertical only.
+    pub(crate) fn mounted(
+        &self,
+        planned: &Pose,
+        seed: u64,
+        [sensor, candidate, draw]: [usize; 3],
+        attempt: u32,
+        is_level: bool,
+    ) -> Pose {
+        let words = [seed as u32, (seed >> 32) as u32, MOUNTED];
+        let words = words.into_iter().chain(indices([sensor, candidate, draw])).chain([attempt]);
+        self.off(planned, words, is_level)
+    }
+
+    /// A pose that is off by what some words draw.
+    fn off(&self, pose: &Pose, words: impl Iterator<Item = u32>, is_level: bool) -> Pose {
+        let (draws, unit) = (march::fold(words), unit_q12());
+        let normal = |axis: u32| f64::from(unit[march::entry(march::draw(draws, axis)) as usize]) / 4096.0;
+        let (mut off_m, mut turned) =
+            (DVec3::new(normal(0), normal(1), normal(2)), DVec3::new(normal(3), normal(4), normal(5)));
+        if is_level {
+            off_m.z = 0.0;
+            (turned.x, turned.y) = (0.0, 0.0);
+        }
+        let (off_m, turned) = (self.position_m * off_m, self.angle_rad * turned);
         Pose {
-            position_m: believed.position_m + believed.rotation * off_m,
-            rotation: (believed.rotation * about(turned)).normalize(),
+            position_m: pose.position_m + pose.rotation * off_m,
+            rotation: (pose.rotation * about(turned)).normalize(),
         }
     }
+}
+
+fn indices(all: [usize; 3]) -> impl Iterator<Item = u32> {
+    all.into_iter().map(|index| index as u32)
 }
 
 /// The rotation about a vector by its length, with the same sines on every machine.

@@ -112,7 +112,23 @@ pub enum Setting {
     Fixed,
 }
 
+impl Sensor {
+    /// The settings of its candidates, with poses in the world; the carrier is the link that carries it, if one does.
+    pub(crate) fn settings(&self, carrier: Option<&Pose>) -> Vec<Setting> {
+        self.candidates.iter().map(|candidate| candidate.setting.carried_by(carrier)).collect()
+    }
+}
+
 impl Setting {
+    /// The same in the world, on a link that carries the sensor, if one does.
+    pub(crate) fn carried_by(self, carrier: Option<&Pose>) -> Setting {
+        match (self, carrier) {
+            (Setting::Pose(pose), Some(link)) => Setting::Pose(pose.carried_by(link)),
+            (Setting::Fixed, Some(link)) => Setting::Pose(*link),
+            _ => self,
+        }
+    }
+
     /// The pose; the origin of a setting that has none.
     pub fn pose(&self) -> Pose {
         match self {

@@ -71,20 +71,23 @@ pub enum Condition {
     AsPlanned,
     /// Any one sensor says nothing.
     OneSensorDead,
+    /// Any two sensors say nothing.
+    TwoSensorsDead,
     /// Every sensor is mounted a little off, and known to be there.
     MountingError,
 }
 
 impl Condition {
     /// All of them, in the order of the tables.
-    pub const ALL: [Condition; 3] =
-        [Condition::AsPlanned, Condition::OneSensorDead, Condition::MountingError];
+    pub const ALL: [Condition; 4] =
+        [Condition::AsPlanned, Condition::OneSensorDead, Condition::TwoSensorsDead, Condition::MountingError];
 
     /// As in a study.
     pub(crate) fn name(self) -> &'static str {
         match self {
             Condition::AsPlanned => "as_planned",
             Condition::OneSensorDead => "one_sensor_dead",
+            Condition::TwoSensorsDead => "two_sensors_dead",
             Condition::MountingError => "mounting_error",
         }
     }

@@ -6,11 +6,13 @@ pub mod check;
 mod checkpoint;
 pub mod compare;
 mod evidence;
+mod fallback;
 mod order;
 pub mod reopen;
 mod said;
 pub mod sample;
 pub mod session;
+mod sets;
 mod worker;
 
 use crate::metrics::Confusion;
@@ -18,6 +20,7 @@ pub use checkpoint::Watch;
 pub use evidence::BatchSize;
 pub use order::{Ledger, run, run_choices};
 pub use said::{EvidenceReader, ReadPlan, SensorSays};
+pub use sets::run_on;
 
 /// The counts of one choice of poses in one region of one scene; indices are those of the study.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -2,16 +2,15 @@
 //! sweep casts them, without counting.
 
 use super::evidence::{BatchSize, Store};
+use super::fallback::{Resumable, work_on};
 use super::order::{Task, each_world};
-use super::worker::close;
-use crate::backend::factory::{BackendFactory, Fallback};
+use crate::Result;
+use crate::backend::factory::BackendFactory;
 use crate::backend::{self, Backend, Planes, Slot};
-use crate::error::Issue;
 use crate::results::PoseChoice;
 use crate::results::manifest::Fault;
 use crate::study::Study;
 use crate::world::World;
-use crate::{Error, Result};
 
 /// Choices whose evidence is read back at once.
 const AT_ONCE: usize = 64;
@@ -62,27 +61,7 @@ impl ReadPlan<'_> {
     /// Reads it with the backend of a user's choice. Of a device that fails what is left is read in small batches,
     /// and if it fails at those too, from the CPU. A reader must not want again what it took.
     pub fn read_on(&self, backends: &mut dyn BackendFactory, reader: &mut dyn EvidenceReader) -> Result<()> {
-        let mut fallback = Fallback::None;
-        let mut backend = backends.open(fallback)?;
-        reader.runs_on(backend.as_ref());
-        loop {
-            let batch = if fallback == Fallback::Small { BatchSize::SMALL } else { BatchSize::FULL };
-            // What does not fit in small batches is no fault of the user's.
-            let issue = match self.read_batches(batch, backend.as_mut(), reader) {
-                Err(Error::Device(issue)) if backends.needs_check() && fallback != Fallback::Cpu => issue,
-                Err(Error::Input(issue)) if fallback == Fallback::Small => issue,
-                other => return other,
-            };
-            close(backend);
-            let small = (fallback == Fallback::None).then(|| backends.open(Fallback::Small));
-            let instead;
-            (fallback, backend, instead) = match small {
-                Some(Ok(small)) => (Fallback::Small, small, "the same device in small batches"),
-                _ => (Fallback::Cpu, backends.open(Fallback::Cpu)?, "the CPU"),
-            };
-            let what = Issue { cures: Vec::new(), ..issue }.to_string();
-            reader.failed(&Fault { what, scene: String::new(), instead: instead.into() });
-        }
+        work_on(backends, &mut Reading { plan: self, reader })
     }
 
     /// Reads it with one backend.
@@ -98,6 +77,26 @@ impl ReadPlan<'_> {
     ) -> Result<()> {
         let ReadPlan { study, worlds, pose_choices, representations } = *self;
         each_world(study, worlds, pose_choices, batch, backend, &mut ReadTask { representations, reader })
+    }
+}
+
+/// A plan and who takes what is read.
+struct Reading<'a> {
+    plan: &'a ReadPlan<'a>,
+    reader: &'a mut dyn EvidenceReader,
+}
+
+impl Resumable for Reading<'_> {
+    fn work(&mut self, batch: BatchSize, backend: &mut dyn Backend) -> Result<()> {
+        self.plan.read_batches(batch, backend, self.reader)
+    }
+
+    fn runs_on(&mut self, backend: &dyn Backend) {
+        self.reader.runs_on(backend);
+    }
+
+    fn failed(&mut self, fault: &Fault) {
+        self.reader.failed(fault);
     }
 }
 

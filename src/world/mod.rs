@@ -5,6 +5,7 @@ mod baselines;
 mod dead;
 mod described;
 mod extent;
+mod mounts;
 mod people;
 pub mod place;
 mod rays;
@@ -33,7 +34,7 @@ pub(crate) use rays::ray_tables_of;
 pub use rays::{ray_table, ray_tables};
 
 /// A scene of a study at one moment, in voxels.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub struct World {
     /// Index of the scene in the study.
     pub scene: usize,
@@ -52,6 +53,8 @@ pub struct World {
     /// For each sensor, its candidates' settings with poses in the world, whatever carries the sensor; one
     /// allocation in snapshots on end where they are the same.
     pub settings: Vec<Arc<Vec<Setting>>>,
+    /// For each sensor, where the link is that carries it, if one does.
+    carriers: Vec<Option<Pose>>,
     /// For each region, what the simplest answers would score.
     pub baselines: Vec<Baselines>,
     /// The people, and the voxels of each.
@@ -113,18 +116,22 @@ impl World {
         tracing::info!("scene {:?}: voxelizing at {} m", spec.name, study.voxel_size_m);
         let snapshots = build_or_all(spec, &study.sources, study.voxel_size_m)?;
         let extent = voxelize::scene_extent(&snapshots, study.voxel_size_m).map_err(in_scene)?;
+        let mut carriers: Vec<Vec<Option<Pose>>> = Vec::new();
         let mut settings: Vec<Vec<Arc<Vec<Setting>>>> = Vec::new();
         for snapshot in &snapshots {
-            let each = study.sensors.iter().map(|sensor| self::settings(sensor, snapshot));
-            let each =
-                all_or_wrong(each).map_err(|all| all.into_iter().flat_map(in_study).collect::<Vec<_>>())?;
+            let each = all_or_wrong(study.sensors.iter().map(|sensor| carrier(sensor, snapshot)));
+            let each = each.map_err(|all| all.into_iter().flat_map(in_study).collect::<Vec<_>>())?;
             let before = settings.last().map_or(&[][..], Vec::as_slice);
-            let shared = each.into_iter().enumerate().map(|(sensor, new)| match before.get(sensor) {
-                Some(same) if **same == new => same.clone(),
-                _ => Arc::new(new),
+            let shared = study.sensors.iter().zip(&each).enumerate().map(|(number, (sensor, carrier))| {
+                let new = sensor.settings(carrier.as_ref());
+                match before.get(number) {
+                    Some(same) if **same == new => same.clone(),
+                    _ => Arc::new(new),
+                }
             });
             let shared = shared.collect();
             settings.push(shared);
+            carriers.push(each);
         }
         // A wrong unit is the likely cause of a grid that is too large.
         let slips = || {
@@ -139,11 +146,11 @@ impl World {
         let shapes = shapes::shapes(study).map_err(|e| study.sources.judged(vec![e]))?;
         let mut worlds: Vec<World> = Vec::new();
         let mut still: Option<BitGrid> = None;
-        for (snapshot, settings) in settings.into_iter().enumerate() {
+        for (snapshot, mounted) in settings.into_iter().zip(carriers).enumerate() {
             go_on().map_err(|e| vec![e])?;
             let moment = if spec.snapshots > 1 { format!(", snapshot {snapshot}") } else { String::new() };
             let place = format!("scene {:?}{moment}", spec.name);
-            let world = World::of_snapshot(study, [scene, snapshot], &in_voxels, settings, &shapes);
+            let world = World::of_snapshot(study, [scene, snapshot], &in_voxels, mounted, &shapes);
             let mut world = world.map_err(|all| {
                 all.into_iter().flat_map(|e| in_study(e.at(place.as_str()))).collect::<Vec<_>>()
             })?;
@@ -171,7 +178,7 @@ impl World {
         study: &Study,
         [scene, snapshot]: [usize; 2],
         snapshots: &Arc<Snapshots>,
-        settings: Vec<Arc<Vec<Setting>>>,
+        (settings, carriers): (Vec<Arc<Vec<Setting>>>, Vec<Option<Pose>>),
         shapes: &[RegionShape],
     ) -> Result<World, Vec<Error>> {
         let truth = snapshots.truth(snapshot);
@@ -195,6 +202,7 @@ impl World {
             still: None,
             regions,
             settings,
+            carriers,
             baselines,
             people,
             warnings: Vec::new(),
@@ -297,10 +305,9 @@ fn all_or_wrong<T>(checks: impl Iterator<Item = Result<T>>) -> Result<Vec<T>, Ve
     if wrong.is_empty() { Ok(good) } else { Err(wrong) }
 }
 
-/// The settings of a sensor's candidates in a scene, with poses in the world.
-fn settings(sensor: &Sensor, scene: &Scene) -> Result<Vec<Setting>> {
-    let own = sensor.candidates.iter().map(|candidate| candidate.setting);
-    let Some(on) = &sensor.on else { return Ok(own.collect()) };
+/// Where the link is that carries a sensor in a scene, if one does.
+fn carrier(sensor: &Sensor, scene: &Scene) -> Result<Option<Pose>> {
+    let Some(on) = &sensor.on else { return Ok(None) };
     let wrong = |issue: Issue| issue.at("on").at(format!("sensor {:?}", sensor.name));
     let carrier = scene.objects.iter().find(|object| object.name == on.object);
     let linkage = carrier.and_then(|object| object.linkage.as_deref()).ok_or_else(|| {
@@ -311,12 +318,7 @@ fn settings(sensor: &Sensor, scene: &Scene) -> Result<Vec<Setting>> {
         wrong(Issue::value("object", format!("{:?}", on.object), rule).cure(known))
     })?;
     let link = linkage.link(&on.link).map_err(|e| wrong(e.at(format!("link = {:?}", on.link))))?;
-    let carried = |setting| match setting {
-        Setting::Pose(pose) => Setting::Pose(pose.carried_by(link)),
-        Setting::Fixed => Setting::Pose(*link),
-        Setting::Inflation(_) => setting,
-    };
-    Ok(own.map(carried).collect())
+    Ok(Some(*link))
 }
 
 #[cfg(test)]

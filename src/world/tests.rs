@@ -144,8 +144,8 @@ fn the_grid_grows_to_the_sensors_unless_bounds_say_otherwise() {
     let surfaces = Window::between([-12, -9, 0], [12, 9, 16]);
     let scenes = build(&study.scenes[0], &study.sources, study.voxel_size_m).unwrap();
     let grid = |study: &Study| {
-        let settings =
-            study.sensors.iter().map(|sensor| Arc::new(settings(sensor, &scenes[0]).unwrap())).collect();
+        let settings = |sensor: &Sensor| sensor.settings(carrier(sensor, &scenes[0]).unwrap().as_ref());
+        let settings = study.sensors.iter().map(|sensor| Arc::new(settings(sensor))).collect();
         grid(study, &scenes, &[settings], &surfaces)
     };
     assert_eq!(grid(&study).unwrap().window().size, surfaces.size);

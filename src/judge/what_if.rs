@@ -1,0 +1,229 @@
+//! Counts sets of sensors when something is not as planned: with sensors left out, and with mounts that are off.
+//!
+//! What each sensor says is cast once, and fused anew for each case.
+
+use super::cases::{Case, Conditions};
+use super::draws::Draws;
+use crate::backend::Fusion;
+use crate::backend::factory::BackendFactory;
+use crate::error::Issue;
+use crate::metrics::Confusion;
+use crate::study::{Combination, Condition, Member, MountingError, Study};
+use crate::sweep::{Watch, run_on};
+use crate::view::Choice;
+use crate::world::World;
+use crate::{Error, Result};
+
+/// A choice of sensors that is to be counted in other cases than the plan.
+pub struct WhatIf<'a> {
+    study: &'a Study,
+    worlds: &'a [World],
+    fusion: Fusion,
+    /// Sensor, candidate and representation of each member.
+    members: Vec<[usize; 3]>,
+}
+
+/// The sensors in a case.
+struct Variant {
+    condition: Condition,
+    name: String,
+    members: Vec<[usize; 3]>,
+}
+
+impl<'a> WhatIf<'a> {
+    /// A choice of a study.
+    pub fn new(study: &'a Study, worlds: &'a [World], choice: &Choice) -> WhatIf<'a> {
+        let combination = &study.combinations[choice.combination];
+        let ways = combination.representations(&study.sensors).swap_remove(choice.representation);
+        let members = combination.members.iter().zip(combination.choice(choice.choice)).zip(ways);
+        let members = members.map(|((member, candidate), way)| [member.sensor, candidate, way]);
+        WhatIf { study, worlds, fusion: combination.fusion, members: members.collect() }
+    }
+
+    /// The conditions that a study asks for besides the plan: those that its requirements name, and mounting error
+    /// where it says how large that is.
+    pub fn asked(study: &Study) -> Vec<Condition> {
+        let is_asked = |condition: &Condition| match condition {
+            Condition::AsPlanned => false,
+            Condition::MountingError => study.mounting_error.is_some(),
+            _ => study.requirements.iter().any(|requirement| requirement.under.contains(condition)),
+        };
+        Condition::ALL.into_iter().filter(is_asked).collect()
+    }
+
+    /// How many cases there are to count, in each snapshot and repeat for itself.
+    pub fn total(&self, asked: &[Condition]) -> u64 {
+        let draws = self.error(asked).map_or(0, |error| u64::from(error.draws));
+        let moments = self.worlds.len() as u64 * u64::from(self.study.repeats);
+        let speaking = self.left_out(asked).iter().filter(|variant| !variant.members.is_empty()).count();
+        (speaking as u64 + draws) * moments
+    }
+
+    fn error(&self, asked: &[Condition]) -> Option<&MountingError> {
+        self.study.mounting_error.as_ref().filter(|_| asked.contains(&Condition::MountingError))
+    }
+
+    /// Counts all cases of some conditions and adds them to what was counted as planned. The mounts that were drawn
+    /// are the answer, if any were.
+    ///
+    /// # Errors
+    /// When the backend fails, or counts the plan differently; `Error::Stopped`.
+    pub fn count(
+        &self,
+        asked: &[Condition],
+        planned: &mut Conditions,
+        backends: &mut dyn BackendFactory,
+        watch: &mut dyn Watch,
+    ) -> Result<Option<Draws>> {
+        let variants = self.left_out(asked);
+        let counts = self.counted(self.study, self.worlds, &variants, backends, watch)?;
+        for (variant, counts) in variants.into_iter().zip(counts) {
+            match variant.condition {
+                Condition::AsPlanned => same(&planned.of(Condition::AsPlanned)[0].counts, &counts)?,
+                condition => planned.add(condition, Case { name: variant.name, counts }),
+            }
+        }
+        let Some(error) = self.error(asked) else { return Ok(None) };
+        let draws = self.draws(error);
+        let of_draw = |draw| Variant {
+            condition: Condition::MountingError,
+            name: format!("draw {draw}"),
+            members: self.drawn(&draws, draw),
+        };
+        let variants: Vec<Variant> = (0..error.draws).map(of_draw).collect();
+        let counts = self.counted(&draws.study, &draws.worlds, &variants, backends, watch)?;
+        for (variant, counts) in variants.into_iter().zip(counts) {
+            planned.add(variant.condition, Case { name: variant.name, counts });
+        }
+        Ok(Some(draws))
+    }
+
+    fn draws(&self, error: &MountingError) -> Draws {
+        Draws::new(self.study, self.worlds, error, self.members.iter().map(|&[s, c, _]| [s, c]))
+    }
+
+    /// The members in one draw of their mounts.
+    fn drawn(&self, draws: &Draws, draw: u32) -> Vec<[usize; 3]> {
+        self.members.iter().map(|&[s, c, way]| [s, draws.candidate([s, c], draw), way]).collect()
+    }
+
+    /// The set whole, and without sensors that are dead.
+    fn left_out(&self, asked: &[Condition]) -> Vec<Variant> {
+        let all = 0..self.members.len();
+        let mut dead = vec![(Condition::AsPlanned, Vec::new())];
+        if asked.contains(&Condition::OneSensorDead) {
+            dead.extend(all.clone().map(|one| (Condition::OneSensorDead, vec![one])));
+        }
+        if asked.contains(&Condition::TwoSensorsDead) {
+            let pairs = all.clone().flat_map(|a| (a + 1..all.end).map(move |b| vec![a, b]));
+            dead.extend(pairs.map(|pair| (Condition::TwoSensorsDead, pair)));
+            // Of one sensor alone no two can be dead: the worst is that it is.
+            if all.len() == 1 {
+                dead.push((Condition::TwoSensorsDead, vec![0]));
+            }
+        }
+        let variant = |(condition, dead): (Condition, Vec<usize>)| {
+            let names: Vec<String> = dead.iter().map(|&number| self.name(self.members[number])).collect();
+            let name =
+                if dead.is_empty() { String::new() } else { format!("without {}", names.join(" and ")) };
+            Variant { condition, name, members: self.without(&dead) }
+        };
+        dead.into_iter().map(variant).collect()
+    }
+
+    fn without(&self, dead: &[usize]) -> Vec<[usize; 3]> {
+        let left = self.members.iter().enumerate().filter(|(number, _)| !dead.contains(number));
+        left.map(|(_, member)| *member).collect()
+    }
+
+    fn name(&self, [sensor, candidate, _]: [usize; 3]) -> String {
+        let sensor = &self.study.sensors[sensor];
+        format!("{}:{}", sensor.name, sensor.candidates[candidate].name)
+    }
+
+    /// What variants count: for each region the counts of each moment.
+    fn counted(
+        &self,
+        study: &Study,
+        worlds: &[World],
+        variants: &[Variant],
+        backends: &mut dyn BackendFactory,
+        watch: &mut dyn Watch,
+    ) -> Result<Vec<Vec<Vec<Confusion>>>> {
+        // Nobody speaks in a set without sensors.
+        let nothing = |region: usize| -> Vec<Confusion> {
+            let each: Vec<Confusion> =
+                worlds.iter().map(|world| world.baselines[region].nothing_seen).collect();
+            each.repeat(study.repeats as usize)
+        };
+        let mut counts: Vec<Vec<Vec<Confusion>>> = Vec::new();
+        let mut speaking = Vec::new();
+        for (number, variant) in variants.iter().enumerate() {
+            let is_silent = variant.members.is_empty();
+            if !is_silent {
+                speaking.push((number, variant));
+            }
+            let of_region = |region| if is_silent { nothing(region) } else { Vec::new() };
+            counts.push((0..study.regions.len()).map(of_region).collect());
+        }
+        if speaking.is_empty() {
+            return Ok(counts);
+        }
+        let combination = |&(number, variant): &(usize, &Variant)| {
+            let member =
+                |&[sensor, candidate, _]: &[usize; 3]| Member { sensor, candidates: vec![candidate] };
+            let members = variant.members.iter().map(member).collect();
+            Combination { name: number.to_string(), fusion: self.fusion, members }
+        };
+        let combinations = speaking.iter().map(combination).collect();
+        let study = one_way(study, &speaking, combinations);
+        let ways: Vec<Vec<Vec<usize>>> =
+            study.combinations.iter().map(|one| one.representations(&study.sensors)).collect();
+        let mut rows = run_on(&study, worlds, backends, watch)?;
+        rows.sort_by_key(|row| row.repeat);
+        for row in rows {
+            let (number, variant) = speaking[row.combination];
+            let wanted = variant.members.iter().map(|&[sensor, _, way]| {
+                // A sensor that is left with one representation has it under the number 0.
+                let is_alone = study.sensors[sensor].kind.representations().len() == 1;
+                if is_alone { 0 } else { way }
+            });
+            if wanted.eq(ways[row.combination][row.representation].iter().copied()) {
+                counts[number][row.region].push(row.counts);
+            }
+        }
+        Ok(counts)
+    }
+}
+
+impl Conditions {
+    fn add(&mut self, condition: Condition, case: Case) {
+        match self.cases.iter_mut().find(|(known, _)| *known == condition) {
+            Some((_, cases)) => cases.push(case),
+            None => self.cases.push((condition, vec![case])),
+        }
+    }
+}
+
+/// The study with these combinations, its sensors each in one representation where the variants ask for no other.
+fn one_way(study: &Study, variants: &[(usize, &Variant)], combinations: Vec<Combination>) -> Study {
+    let mut ways: Vec<Option<usize>> = vec![None; study.sensors.len()];
+    for &[sensor, _, way] in variants.iter().flat_map(|(_, variant)| &variant.members) {
+        if ways[sensor].replace(way).is_some_and(|before| before != way) {
+            return Study { combinations, ..study.clone() };
+        }
+    }
+    let ways: Vec<usize> = ways.into_iter().map(Option::unwrap_or_default).collect();
+    study.of_sets(&ways, combinations)
+}
+
+/// Fails unless a set counts the same as in the sweep.
+fn same(swept: &[Vec<Confusion>], counted: &[Vec<Confusion>]) -> Result<()> {
+    match swept == counted {
+        true => Ok(()),
+        false => {
+            let what = "the set as planned is counted differently than in the sweep: report this";
+            Err(Error::Disagreement(Issue::says(what)))
+        }
+    }
+}
