@@ -105,6 +105,7 @@ fn measure(
             always: Vec::new(),
             require: Vec::new(),
             representations: representations.clone(),
+            refine: false,
         };
         let problem = Problem::new(study, &choose, worlds, &evidence);
         let clock = Clock { begun: Mutex::new(Vec::new()) };

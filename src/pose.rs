@@ -87,6 +87,15 @@ impl Pose {
         Pose::turned(position_m, about_z(pan_rad) * base, Frame::Link)
     }
 
+    /// The same pose elsewhere, panned about world z and tilted about its own right.
+    pub(crate) fn moved_to(&self, position_m: DVec3, pan_rad: f64, tilt_rad: f64) -> Self {
+        if pan_rad == 0.0 && tilt_rad == 0.0 {
+            return Pose { position_m, ..*self };
+        }
+        let world_from_optical = about_z(pan_rad) * self.optical() * about_x(tilt_rad);
+        Pose::turned(position_m, world_from_optical, Frame::Optical)
+    }
+
     /// A pose from the rotation of one of its frames.
     pub(crate) fn turned(position_m: DVec3, rotation: DMat3, frame: Frame) -> Self {
         let link = match frame {

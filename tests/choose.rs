@@ -161,6 +161,7 @@ fn one(study: &Study, objective: Score, over: Across, region: usize, representat
         always: Vec::new(),
         require: Vec::new(),
         representations,
+        refine: false,
     }
 }
 

@@ -17,7 +17,7 @@ use perirobot::backend::cpu::Cpu;
 use perirobot::choose::{Casting, CastingWatch, EVIDENCE};
 use perirobot::study::{Overrides, Study};
 use perirobot::world::World;
-use program::{Folder, Outcome, perirobot, text};
+use program::{Folder, choose, perirobot, text};
 
 const STUDY: &str = "study.toml";
 
@@ -42,13 +42,6 @@ fn folder() -> Folder {
     folder.edit(STUDY, "seed = 7", "seed = 7\nrepeats = 2");
     folder.edit(STUDY, "", CHOOSE);
     folder
-}
-
-fn choose(folder: &Folder, out: &str, more: &[&str]) -> Outcome {
-    let (study, out) = (folder.path(STUDY), folder.path(out));
-    let backend: &[&str] = if more.contains(&"--backend") { &[] } else { &["--backend", "cpu"] };
-    let fixed = ["choose", text(&study), "--out", text(&out), "--progress", "none"];
-    perirobot(&[&fixed, backend, more].concat())
 }
 
 /// Whether a backend was opened to cast: another time it is to count the sets that were found.

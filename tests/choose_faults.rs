@@ -155,6 +155,7 @@ fn study() -> (Folder, Study, Vec<World>, Choose) {
         always: Vec::new(),
         require: Vec::new(),
         representations: vec![0; study.sensors.len()],
+        refine: false,
     };
     (folder, study, worlds, choose)
 }

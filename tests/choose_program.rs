@@ -5,11 +5,11 @@ mod common;
 #[path = "common/program.rs"]
 mod program;
 
-use std::collections::{HashMap, HashSet};
+use std::collections::HashSet;
 use std::fs;
 use std::path::Path;
 
-use program::{Edit, Folder, Outcome, perirobot, refused, text};
+use program::{Edit, Folder, choose, perirobot, refused, rows, text};
 
 const STUDY: &str = "study.toml";
 
@@ -29,11 +29,6 @@ fn folder() -> Folder {
     folder.edit(STUDY, "name = \"lidar\"", "name = \"lidar\"\ncost = 499.5\nat_most = 1");
     folder.edit(STUDY, "", CHOOSE);
     folder
-}
-
-fn choose(folder: &Folder, out: &str, more: &[&str]) -> Outcome {
-    let (study, out) = (folder.path(STUDY), folder.path(out));
-    perirobot(&[&["choose", text(&study), "--out", text(&out), "--progress", "none"], more].concat())
 }
 
 #[test]
@@ -81,12 +76,6 @@ fn programs_are_told_how_the_search_proceeds() {
     let first = &search[0];
     assert_eq!((&first["at_most"], &first["budget"]), (&1.into(), &1000.0.into()), "{first}");
     assert_eq!(lines.last().unwrap()["event"], "done");
-}
-
-/// Rows of a CSV file, each by the names of its columns.
-fn rows(path: &Path) -> Vec<HashMap<String, String>> {
-    let mut csv = csv::Reader::from_path(path).unwrap();
-    csv.deserialize().map(|row| row.unwrap()).collect()
 }
 
 #[test]

@@ -22,6 +22,8 @@ use crate::{Error, Result};
 pub const FRONT: &str = "front.csv";
 /// The sets of the front, a row for each sensor.
 pub const SETS: &str = "sets.csv";
+/// The poses that refining found, as a study can list them.
+pub const REFINED: &str = "refined.csv";
 /// What was asked, what was found, and what is proven of it.
 pub const PROOF: &str = "choose.json";
 
@@ -73,6 +75,9 @@ pub struct Asked {
     pub always: Vec<String>,
     /// What every set must reach.
     pub require: Vec<AskedScore>,
+    /// Whether poses around the best sets were looked for.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub refine: bool,
     /// By its name, what was said of each sensor.
     pub sensors: BTreeMap<String, AskedSensor>,
 }
@@ -122,6 +127,7 @@ impl Asked {
             require: require
                 .map(|one| AskedScore { score: one.score, over: one.over, at_least: one.at_least })
                 .collect(),
+            refine: choose.refine,
             sensors: study.sensors.iter().zip(&choose.representations).map(sensor).collect(),
         }
     }
@@ -174,7 +180,7 @@ impl Chosen {
     /// When it cannot be made or written to, or something would be lost.
     pub fn folder(path: &Path, study: &Study) -> Result<OutputFolder> {
         let folder = OutputFolder::open(path)?;
-        folder.spare(&study.sources)?;
+        folder.spare(&study.sources, &[REFINED])?;
         if path.join(JOURNAL).exists() && !path.join(PROOF).exists() {
             let what = "holds a sweep, which would be lost";
             return Err(Error::input(path, what).wanted("name another folder"));
@@ -190,6 +196,14 @@ impl Chosen {
         let mut json = serde_json::to_vec_pretty(self).expect("names and numbers make JSON");
         json.push(b'\n');
         write_whole(&folder.join(SETS), &self.sets())?;
+        let refined = folder.join(REFINED);
+        match self.refined() {
+            Some(poses) => write_whole(&refined, &poses)?,
+            None if refined.exists() => {
+                std::fs::remove_file(&refined).map_err(|e| Error::io(&refined, "cannot be removed", e))?;
+            }
+            None => {}
+        }
         write_whole(&folder.join(PROOF), &json)?;
         write_whole(&folder.join(FRONT), &self.front())
     }
@@ -211,6 +225,20 @@ impl Chosen {
             ]);
         }
         csv(&rows)
+    }
+
+    /// The poses that refining found, if it found any. A study names their group, so their names are without it.
+    fn refined(&self) -> Option<Vec<u8>> {
+        let all = self.told.refined.iter().flatten();
+        let mut rows =
+            vec![["sensor", "pose", "x_m", "y_m", "z_m", "qw", "qx", "qy", "qz"].map(String::from)];
+        for fine in all.flat_map(|refined| &refined.poses) {
+            let name = fine.pose.split_once('/').map_or(&*fine.pose, |(_, name)| name);
+            let [x, y, z] = fine.position_m.map(|value| value.to_string());
+            let [qw, qx, qy, qz] = fine.quaternion_wxyz.map(|value| value.to_string());
+            rows.push([fine.sensor.clone(), name.into(), x, y, z, qw, qx, qy, qz]);
+        }
+        (rows.len() > 1).then(|| csv(&rows))
     }
 
     fn sets(&self) -> Vec<u8> {

@@ -12,7 +12,7 @@
 //! finds a good set, `question` asks whether any is better,
 //! `search` answers, and `front` does so for each size and each step of cost. `told` has the answer in names
 //! and numbers, with `ties`, `files` writes and reads it, and `sets` makes combinations of it; `verify` checks
-//! what was written.
+//! what was written. `refine` looks between the listed poses around the best sets.
 
 mod check;
 mod climb;
@@ -26,6 +26,7 @@ mod pairs;
 mod problem;
 mod purse;
 mod question;
+mod refine;
 mod search;
 mod sets;
 mod ties;
@@ -35,12 +36,13 @@ mod within;
 mod worth;
 
 pub use evidence::{CandidateEvidence, Casting, CastingWatch, EVIDENCE, MEMORY_BYTES};
-pub use files::{Asked, AskedScore, AskedSensor, Chosen, FRONT, PROOF, SETS};
+pub use files::{Asked, AskedScore, AskedSensor, Chosen, FRONT, PROOF, REFINED, SETS};
 pub use front::{Answer, answer};
 pub use gap::Gap;
 pub use problem::{Found, Problem, SetLimits, examine};
-pub use told::{Told, ToldCut, ToldCuts, ToldSensor, ToldSet, ToldStep};
-pub use verify::{Claims, Verified, verify};
+pub use refine::{RefineWatch, Refinement, refine};
+pub use told::{FinePose, Told, ToldCut, ToldCuts, ToldRefined, ToldSensor, ToldSet, ToldStep};
+pub use verify::{Claims, Verified, verify, verify_refined};
 pub use within::{Bound, FrontStep, SearchWatch};
 pub use worth::{Ratio, Worth};
 

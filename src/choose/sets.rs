@@ -1,11 +1,14 @@
 //! The sets of an answer as combinations of their study, so that they are swept, and looked at afterwards, like any
 //! others.
 
+use super::files::PROOF;
 use super::told::{Told, ToldSensor, ToldSet};
 use super::worth::Worth;
 use crate::backend::Fusion;
 use crate::error::Issue;
+use crate::pose::{Frame, Pose};
 use crate::results::{Results, RowKey};
+use crate::sensor::{Candidate, Sensor, Setting};
 use crate::study::{Choose, Combination, Member, Study};
 use crate::{Error, Result};
 
@@ -15,6 +18,44 @@ impl Told {
     pub fn study_of_sets(&self, study: &Study, choose: &Choose) -> Study {
         let combinations = self.sets().map(|set| combination(study, self.title(set), set)).collect();
         study.of_sets(&choose.representations, combinations)
+    }
+
+    /// The study with the poses that refining found, if it found any.
+    ///
+    /// # Errors
+    /// When they are not of the study's sensors.
+    pub fn with_poses(&self, study: &Study) -> Result<Option<Study>> {
+        let mut with_poses = study.clone();
+        let poses: Vec<_> = self.refined.iter().flatten().flat_map(|refined| &refined.poses).collect();
+        if poses.is_empty() {
+            return Ok(None);
+        }
+        for fine in poses {
+            let sensor = with_poses.sensors.iter_mut().find(|sensor| sensor.name == fine.sensor);
+            let near = |sensor: &Sensor| sensor.candidates.iter().find(|one| one.name == fine.near).cloned();
+            let pose = Pose::from_quaternion(fine.position_m.into(), fine.quaternion_wxyz, Frame::Link);
+            let (Some((near, sensor)), Some(pose)) =
+                (sensor.and_then(|sensor| Some((near(sensor)?, sensor))), pose)
+            else {
+                let what = format!("refined: {}:{} is near no pose of the study", fine.sensor, fine.pose);
+                return Err(Issue::damaged(what).cure("choose again").at(PROOF).into());
+            };
+            let (name, group) = (fine.pose.clone(), near.group);
+            sensor.candidates.push(Candidate { name, group, setting: Setting::Pose(pose) });
+        }
+        Ok(Some(with_poses))
+    }
+
+    /// What the group of poses that refining finds is called: something that the study has not.
+    pub(super) fn group_of_refined(study: &Study) -> String {
+        let is_free = |group: &String| {
+            let begin = format!("{group}/");
+            let mut names = study.sensors.iter().flat_map(|sensor| &sensor.candidates);
+            !names.any(|candidate| candidate.name.starts_with(&begin))
+        };
+        let numbered = (2..).map(|number| format!("refined-{number}"));
+        let mut names = std::iter::once("refined".to_string()).chain(numbered);
+        names.find(is_free).expect("a study has few groups")
     }
 
     /// Fails unless a sweep of the sets counted what their scores were made of.
@@ -39,6 +80,10 @@ impl Told {
         if let Some(step) = self.steps.iter().find(|step| is_set(&step.best)) {
             let cost = set.cost.map_or(String::new(), |cost| format!(" for {cost}"));
             return format!("best {}{cost}", step.at_most);
+        }
+        let refined = self.refined.iter().flatten().find(|refined| refined.best.as_ref().is_some_and(is_set));
+        if let Some(refined) = refined {
+            return format!("refined {}", refined.at_most);
         }
         let number = self.ties.iter().position(is_set).unwrap_or_default();
         format!("tie {}", number + 1)

@@ -26,6 +26,56 @@ pub struct Told {
     /// Sets nearly as good as the best one, with at least one sensor somewhere else, the best first.
     #[serde(rename = "nearly_as_good")]
     pub ties: Vec<ToldSet>,
+    /// What was found between the listed poses around the best set of each size, if that was asked for. Nothing is
+    /// proven of it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub refined: Option<Vec<ToldRefined>>,
+}
+
+/// What was found around the best set of a size.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct ToldRefined {
+    /// How many sensors were allowed.
+    pub at_most: usize,
+    /// What the set could cost at most.
+    pub budget: Option<Cost>,
+    /// The set of listed poses.
+    pub around: Vec<String>,
+    /// Those of its poses around which there are no others.
+    pub stays: Vec<String>,
+    /// Its score.
+    pub score_before: f64,
+    /// How often the poses around a set were cast.
+    pub rounds: usize,
+    /// How many poses that were, in each scene, snapshot and repeat.
+    pub cast: usize,
+    /// The poses of the better set that are not listed.
+    pub poses: Vec<FinePose>,
+    /// The better set, if there is one.
+    pub best: Option<ToldSet>,
+    /// By how much its score is above.
+    pub gain: Option<f64>,
+}
+
+/// A pose that the study does not list.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct FinePose {
+    /// The sensor's name.
+    pub sensor: String,
+    /// The pose's name.
+    pub pose: String,
+    /// The listed pose that it was found from.
+    pub near: String,
+    /// x, y and z.
+    pub position_m: [f64; 3],
+    /// Its rotation, of the link frame.
+    pub quaternion_wxyz: [f64; 4],
+    /// Azimuth of where it looks, from x towards y.
+    pub pan_deg: f64,
+    /// How far above the horizon it looks.
+    pub tilt_deg: f64,
+    /// How far it is turned about where it looks.
+    pub roll_deg: f64,
 }
 
 /// A step of the front.
@@ -123,6 +173,21 @@ impl ToldCuts {
 }
 
 impl ToldSet {
+    /// A set of these sensors.
+    pub(super) fn of(sensors: Vec<ToldSensor>, worth: Worth) -> ToldSet {
+        let cost = |sum: Cost, one: &ToldSensor| one.cost.map(|cost| sum.plus(cost));
+        ToldSet {
+            poses: sensors.iter().map(|one| format!("{}:{}", one.sensor, one.pose)).collect(),
+            cost: sensors.iter().try_fold(Cost::ZERO, cost),
+            score: worth.value(),
+            exactly: match worth {
+                Worth::Exact(ratio) => Some([ratio.numerator.to_string(), ratio.denominator.to_string()]),
+                Worth::Mean(_) => None,
+            },
+            sensors,
+        }
+    }
+
     /// As in the column `poses` of results.csv: `camera:wall/8/1;lidar:corners/0/0`.
     pub(crate) fn name(&self) -> String {
         self.poses.join(BETWEEN_MEMBERS)
@@ -138,7 +203,8 @@ impl Told {
 
     /// All sets, each once.
     pub(crate) fn sets(&self) -> impl Iterator<Item = &ToldSet> {
-        let sets = || self.steps.iter().map(|step| &step.best).chain(&self.ties);
+        let refined = || self.refined.iter().flatten().filter_map(|refined| refined.best.as_ref());
+        let sets = move || self.steps.iter().map(|step| &step.best).chain(&self.ties).chain(refined());
         let is_new = move |(number, set): &(usize, &ToldSet)| {
             sets().take(*number).all(|earlier| earlier.poses != set.poses)
         };
@@ -158,7 +224,7 @@ impl Told {
         let most = answer.steps.iter().map(|step| step.limits.at_most).max();
         let best = answer.steps.iter().find(|step| Some(step.limits.at_most) == most);
         let ties = best.map_or(Vec::new(), |step| ties(problem, worlds, step, answer));
-        Told { steps, ties: ties.iter().map(|found| teller.set(found)).collect() }
+        Told { steps, ties: ties.iter().map(|found| teller.set(found)).collect(), refined: None }
     }
 }
 
@@ -216,18 +282,7 @@ impl Teller<'_> {
         // As in a combination, who speaks last stands last.
         let sensor = |item: usize| &self.study.sensors[self.problem.evidence.items[item][0]];
         items.sort_by_key(|&item| sensor(item).kind.speaks_last());
-        let sensors: Vec<ToldSensor> = items.iter().map(|&item| self.sensor(item, &found.set)).collect();
-        let priced = sensors.iter().all(|one| one.cost.is_some());
-        ToldSet {
-            poses: sensors.iter().map(|one| format!("{}:{}", one.sensor, one.pose)).collect(),
-            cost: priced.then(|| Cost::from_thousandths(self.problem.cost_of(&found.set))),
-            score: found.worth.value(),
-            exactly: match found.worth {
-                Worth::Exact(ratio) => Some([ratio.numerator.to_string(), ratio.denominator.to_string()]),
-                Worth::Mean(_) => None,
-            },
-            sensors,
-        }
+        ToldSet::of(items.iter().map(|&item| self.sensor(item, &found.set)).collect(), found.worth)
     }
 
     fn sensor(&self, item: usize, set: &[usize]) -> ToldSensor {

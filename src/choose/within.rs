@@ -123,7 +123,7 @@ pub(super) fn best_within(
 }
 
 /// Changes one or two sensors of a set as long as that helps.
-fn polished(
+pub(super) fn polished(
     problem: &Problem,
     limits: SetLimits,
     kept: Option<&PairCounts>,

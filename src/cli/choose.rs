@@ -8,8 +8,8 @@ use perirobot::backend::Backend;
 use perirobot::backend::factory::{BackendFactory, Fallback};
 use perirobot::backend::oracle::Oracle;
 use perirobot::choose::{
-    self, CandidateEvidence, Casting, CastingWatch, Chosen, Claims, Problem, SearchWatch, SetLimits, Told,
-    Verified,
+    self, CandidateEvidence, Casting, CastingWatch, Chosen, Claims, Problem, RefineWatch, SearchWatch,
+    SetLimits, Told, Verified,
 };
 use perirobot::results::journal::Shard;
 use perirobot::results::manifest::Fault;
@@ -26,7 +26,7 @@ use super::progress::{self, ProgressArgs, above_bar};
 use super::stop::{StopAt, stopped};
 use super::study::StudyArgs;
 use super::sweep::{Onlooker, VERIFY, command};
-use super::swept;
+use super::swept::{self, StudyPlace};
 
 /// Find the best set of sensors, and prove it
 ///
@@ -111,33 +111,48 @@ fn search(args: &Args, study: &StudyArgs, stop: &StopAt) -> Result<ExitCode> {
     let problem = Problem::new(&study, choose, &worlds, &evidence);
     let shown = SearchBar { progress: args.progress.search(), stop };
     let answer = choose::answer(&problem, &shown)?;
-    drop(shown);
     let why = stop.reason().filter(|_| !answer.complete);
-    let told = Told::of(&study, &worlds, &problem, &answer);
+    let mut told = Told::of(&study, &worlds, &problem, &answer);
     if let Some(why) = why.as_ref().filter(|_| told.steps.is_empty()) {
         say!("{why}: no set was found yet, and nothing is written");
         return Ok(stopped());
     }
-    let sets = told.study_of_sets(&study, choose);
-    let mut session = Session::open(&sets, &worlds, &out, Shard::WHOLE, true, &command())?;
+    let mut with_poses = None;
+    let mut unrefined = None;
+    if choose.refine && why.is_none() {
+        let (asked, found) = ((&study, choose, &*worlds), (&problem, &answer, &told));
+        let refinement = choose::refine(asked, found, args.evidence_bytes(), &mut backends, &shown)?;
+        unrefined = stop.reason().filter(|_| !refinement.complete);
+        with_poses = refinement.with_poses;
+        told.refined = Some(refinement.told);
+    }
+    drop(shown);
+    let (of_sets, in_worlds) =
+        with_poses.as_ref().map_or((&study, &worlds), |(study, worlds)| (study, worlds));
+    let sets = told.study_of_sets(of_sets, choose);
+    let mut session = Session::open(&sets, in_worlds, &out, Shard::WHOLE, true, &command())?;
     let chosen = Chosen::new(&study, choose, &worlds, told);
     chosen.write(&out)?;
     drop(folder);
     let mut watch = Onlooker { progress: args.progress.start("sets", 0, session.total()), stop: None };
     session.run(&mut backends, VERIFY, prepare_s, &mut watch)?;
     watch.progress.finish();
-    let results = Results::new(Subject::of_study(&sets, &worlds), session.into_pages());
+    let results = Results::new(Subject::of_study(&sets, in_worlds), session.into_pages());
     chosen.told.agrees(choose, &results)?;
     rows::write(&results, &out, TableFormat::Csv)?;
     scores::write(&results, &out, TableFormat::Csv)?;
     super::print(&report::choose::render(&chosen))?;
     super::print(&format!("\nresults in {}\n", out.display()))?;
-    match why {
-        Some(why) => {
+    match (why, unrefined) {
+        (Some(why), _) => {
             say!("{why}: not all sets were searched");
             Ok(stopped())
         }
-        None => Ok(ExitCode::SUCCESS),
+        (None, Some(why)) => {
+            say!("{why}: all sets were searched, and not all were refined");
+            Ok(stopped())
+        }
+        (None, None) => Ok(ExitCode::SUCCESS),
     }
 }
 
@@ -145,7 +160,10 @@ fn search(args: &Args, study: &StudyArgs, stop: &StopAt) -> Result<ExitCode> {
 fn verify(args: &Args, folder: &Path, stop: &StopAt) -> Result<ExitCode> {
     let (study, worlds) = match &args.study {
         Some(study) => study.load_unless(&|| stop.reason())?,
-        None => swept::study_of(folder, None, &Default::default())?,
+        None => {
+            let place = StudyPlace { named: None, cure: ", or name it: perirobot choose STUDY --verify DIR" };
+            swept::study_of(folder, place, &Default::default())?
+        }
     };
     let choose = asked(&study)?;
     choose::examine(&study, choose, &worlds)?;
@@ -157,6 +175,8 @@ fn verify(args: &Args, folder: &Path, stop: &StopAt) -> Result<ExitCode> {
     let checked =
         choose::verify(&claims, &study, choose, &worlds, &evidence, &mut Oracle::default(), &reason)?;
     let Verified { sets, proven, bounded, open } = checked;
+    let refined = choose::verify_refined(folder, &study, choose, &mut Oracle::default())?;
+    let sets = sets + refined;
     let bounded = if bounded > 0 { format!(", {bounded} bounds added up again") } else { String::new() };
     let open = if open > 0 { format!("; {open} steps claim no proof") } else { String::new() };
     super::print(&format!(
@@ -257,5 +277,11 @@ impl SearchWatch for SearchBar<'_> {
 
     fn finds(&self, limits: &SetLimits, best: Option<f64>) {
         self.progress.show(limits.at_most, limits.budget.map(Cost::from_thousandths), best);
+    }
+}
+
+impl RefineWatch for SearchBar<'_> {
+    fn failed(&self, Fault { what, instead, .. }: &Fault) {
+        above_bar(|| say!("warning: {what}; what was left was done by {instead}"));
     }
 }

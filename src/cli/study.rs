@@ -4,12 +4,11 @@ use std::path::{Path, PathBuf};
 
 use perirobot::results::files::MANIFEST;
 use perirobot::study::{Overrides, Study};
-use perirobot::sweep::reopen;
 use perirobot::world::World;
 use perirobot::{Error, Result};
 
 use super::packages::PackageArgs;
-use super::swept;
+use super::swept::{self, StudyPlace};
 
 // The group makes an optional study one that is there just if its file is named.
 #[derive(clap::Args)]
@@ -55,8 +54,9 @@ impl StudyArgs {
             let what = "is a folder of results, which has its voxels and its noise: leave out --voxel-size and --noiseless";
             return Err(Error::input(&self.study, what));
         }
-        let (study, worlds) = swept::study_of(&self.study, None, &self.packages)?;
-        Ok(Some((reopen::as_swept(&self.study, study, &worlds)?, worlds)))
+        let place = StudyPlace { named: None, cure: "" };
+        let (study, worlds) = swept::study_of(&self.study, place, &self.packages)?;
+        swept::as_swept(&self.study, study, worlds).map(Some)
     }
 
     fn overrides(&self) -> Overrides {

@@ -2,6 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
+use perirobot::choose::Chosen;
 use perirobot::study::Study;
 use perirobot::sweep::reopen;
 use perirobot::world::World;
@@ -36,27 +37,50 @@ impl SweptArgs {
 
     /// Reads the study again, and makes its scenes ready.
     pub(super) fn load(&self) -> Result<(Study, Vec<World>)> {
-        let (study, worlds) = study_of(&self.folder, self.study.as_deref(), &self.packages)?;
-        Ok((reopen::as_swept(&self.folder, study, &worlds)?, worlds))
+        let place = StudyPlace { named: self.study.as_deref(), cure: ", or say --study FILE" };
+        let (study, worlds) = study_of(&self.folder, place, &self.packages)?;
+        as_swept(&self.folder, study, worlds)
     }
 }
 
-/// The study that a folder came from, and its scenes, made ready. It is read where it was, unless another place
-/// is named.
+/// Where a study is that a folder came from.
+pub(super) struct StudyPlace<'a> {
+    /// The place that the user names, if the study was moved.
+    pub(super) named: Option<&'a Path>,
+    /// How the user could name one.
+    pub(super) cure: &'a str,
+}
+
+/// The study that a folder came from, and its scenes, made ready.
 pub(super) fn study_of(
     folder: &Path,
-    place: Option<&Path>,
+    place: StudyPlace,
     packages: &PackageArgs,
 ) -> Result<(Study, Vec<World>)> {
     let (file, overrides) = reopen::origin(folder)?;
-    let file = place.map_or(file, Path::to_path_buf);
+    let file = place.named.map_or(file, Path::to_path_buf);
     if !file.exists() {
-        let what =
-            "the study of this sweep is not there: go to the folder where it was swept, or say --study FILE";
+        let cure = place.cure;
+        let what = format!("the study of this sweep is not there: go to the folder where it was swept{cure}");
         return Err(Error::input(file, what));
     }
     let mut study = Study::read(&file, &overrides, packages.sources(&file))?;
     packages.apply(&mut study.scenes);
     let worlds = World::prepare_all(&study)?;
     Ok((study, worlds))
+}
+
+/// What was swept into a folder: the study with these worlds, or sets of its sensors that were chosen, in its poses and
+/// in those that refining found.
+pub(super) fn as_swept(folder: &Path, study: Study, worlds: Vec<World>) -> Result<(Study, Vec<World>)> {
+    let chosen = Chosen::read(folder)?;
+    let refined =
+        chosen.map(|chosen| chosen.told.with_poses(&study)).transpose().map_err(|e| e.at(folder))?;
+    // A sweep may have taken the place of what was chosen.
+    let refined = refined.flatten().filter(|refined| reopen::has_poses_of(folder, refined));
+    let (study, worlds) = match refined {
+        Some(study) => World::prepare_all(&study).map(|worlds| (study, worlds))?,
+        None => (study, worlds),
+    };
+    Ok((reopen::as_swept(folder, study, &worlds)?, worlds))
 }

@@ -1,7 +1,7 @@
 //! The best sets of sensors: the tables of the front, of a set and of places, and all of it as text.
 
 use super::table::{NONE, Table};
-use crate::choose::{Asked, AskedScore, Chosen, ToldSet, ToldStep};
+use crate::choose::{Asked, AskedScore, Chosen, ToldRefined, ToldSet, ToldStep};
 
 /// The question, the front, where its poses are, the best set sensor by sensor, and sets that are nearly as good.
 pub fn render(chosen: &Chosen) -> String {
@@ -11,6 +11,15 @@ pub fn render(chosen: &Chosen) -> String {
     text += &places(chosen).text();
     if let Some(best) = chosen.told.best() {
         text += &format!("\nbest set: {}\n{}", scored(&best.best, score), set(&best.best, score).text());
+    }
+    for refined in chosen.told.refined.iter().flatten() {
+        text += &format!("\n{}\n", refined_words(refined, score));
+        if let Some(best) = &refined.best {
+            text += &set(best, score).text();
+        }
+    }
+    if chosen.told.refined.iter().flatten().any(|refined| refined.best.is_some()) {
+        text += &format!("\n{HOW_TO_LIST}\n");
     }
     for tie in &chosen.told.ties {
         text += &format!("\nnearly as good elsewhere: {}\n{}", scored(tie, score), set(tie, score).text());
@@ -118,6 +127,24 @@ pub(super) fn set(set: &ToldSet, score: &str) -> Table {
     }
     table
 }
+
+/// What was found around the best set of a size, in words.
+pub(super) fn refined_words(refined: &ToldRefined, score: &str) -> String {
+    let ToldRefined { at_most, score_before, rounds, cast, stays, .. } = refined;
+    let found = match (&refined.best, refined.gain) {
+        (Some(best), Some(gain)) => format!("{}, {gain:+.4} by finer poses, not proven", scored(best, score)),
+        _ => format!("{score} {}, nothing gained by finer poses", four(*score_before)),
+    };
+    let stay = match stays.as_slice() {
+        [] => String::new(),
+        poses => format!("; {} stays as listed", poses.join(", ")),
+    };
+    format!("refined, at most {at_most}: {found} ({cast} poses cast in {rounds} rounds{stay})")
+}
+
+/// How the poses that refining found get into a study.
+pub(super) const HOW_TO_LIST: &str = "refined.csv has the finer poses; a study lists them as [[sensor.poses]] name = \"refined\", \
+                                      csv = \"refined.csv\".";
 
 fn four(value: f64) -> String {
     format!("{value:.4}")

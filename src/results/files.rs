@@ -202,9 +202,9 @@ impl OutputFolder {
         TABLES.into_iter().find(|name| self.path.join(name).exists())
     }
 
-    /// Fails if a file of the sweep would take the place of one that the study reads.
-    pub(crate) fn spare(&self, sources: &Sources) -> Result<()> {
-        let mut places = BEGUN.iter().chain(&TABLES).map(|name| self.path.join(name));
+    /// Fails if a file of the sweep, or one of some more, would take the place of one that the study reads.
+    pub(crate) fn spare(&self, sources: &Sources, more: &[&str]) -> Result<()> {
+        let mut places = BEGUN.iter().chain(&TABLES).chain(more).map(|name| self.path.join(name));
         let Some(place) = places.find(|place| sources.has_read(place)) else { return Ok(()) };
         let what =
             Words::from("is a file that the study reads, and ") + Argument::Out + " would write over it";

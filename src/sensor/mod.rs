@@ -31,6 +31,7 @@ pub mod range;
 pub mod ray_set;
 pub mod rgb;
 pub mod rgbd;
+pub mod spread;
 pub mod turned;
 
 use std::fmt::Debug;
@@ -50,6 +51,7 @@ pub use camera::Camera;
 pub use cost::{Cost, Terms};
 pub use field_of_view::FieldOfView;
 pub use lidar::{Lidar, LidarMount};
+pub use spread::Spread;
 
 /// A sensor of a study.
 #[derive(Clone, Debug)]
@@ -62,6 +64,8 @@ pub struct Sensor {
     pub on: Option<MountLink>,
     /// Candidates in study order.
     pub candidates: Vec<Candidate>,
+    /// The groups of candidates between which others are possible.
+    pub spreads: Vec<Spread>,
     /// What the study says of its noise.
     pub noise: SaidOfNoise,
     /// What one of them costs, and how many a set may have.

@@ -42,6 +42,9 @@ pub(super) struct ChooseFile {
     /// Of some sensors, what they are taken to say, as in camera = "points". Default: the first that each has.
     #[serde(default)]
     representation: BTreeMap<String, String>,
+    /// Whether finer positions and angles are looked for around the poses of the best set of each size. Default false.
+    #[serde(default)]
+    refine: bool,
 }
 
 /// A score that every set must reach.
@@ -125,6 +128,8 @@ pub struct Choose {
     pub require: Vec<SetRequirement>,
     /// The representation in which each sensor is scored.
     pub representations: Vec<usize>,
+    /// Whether finer positions and angles are looked for around the best set of each size.
+    pub refine: bool,
 }
 
 /// A score that a set must reach.
@@ -190,6 +195,7 @@ pub(super) fn check(at: &Place, file: ChooseFile, known: &Known) -> Result<Choos
         always,
         require,
         representations,
+        refine: file.refine,
     })
 }
 

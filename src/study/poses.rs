@@ -13,7 +13,8 @@ use super::value::Axis;
 use super::{FARTHEST_M, Place, slug};
 use crate::error::Issue;
 use crate::pose::{Frame, Pose, from_rpy};
-use crate::sensor::{Candidate, Setting, Stance};
+use crate::sensor::spread::WAYS;
+use crate::sensor::{Candidate, Setting, Spread, Stance};
 use crate::source::Sources;
 use crate::{Error, Result};
 
@@ -22,6 +23,9 @@ pub(super) use file::{PosesFile, Quaternion};
 
 /// Most poses of a study, all its sensors together: about 1 GB. A larger number comes from a mistyped step.
 pub(super) const MAX_POSES: usize = 4_000_000;
+
+/// Numbers of a lattice that differ by less are the same.
+const SAME: f64 = 1e-9;
 
 /// The sensor whose poses are read, and the seed of random ones.
 pub(super) struct PoseSource<'a> {
@@ -36,13 +40,28 @@ pub(super) struct PoseSource<'a> {
     pub(super) files: &'a Sources,
 }
 
-/// Adds the poses of one `[[sensor.poses]]` entry.
+/// Poses by their names, how each is turned from where they face (the first follows the last, again and again),
+/// and how far they are from each other in each way, if others are possible between them.
+struct Expanded {
+    poses: Vec<(String, Pose)>,
+    turns_deg: Vec<[f64; 2]>,
+    steps: [f64; WAYS],
+}
+
+impl Expanded {
+    /// Poses that are listed one by one.
+    fn listed(poses: Vec<(String, Pose)>) -> Expanded {
+        Expanded { poses, turns_deg: vec![[0.0; 2]], steps: [0.0; WAYS] }
+    }
+}
+
+/// Adds the poses of one `[[sensor.poses]]` entry. Returns between which of them others are possible, if they are.
 pub(super) fn expand(
     at: &Place,
     entry: &PosesFile,
     source: &PoseSource,
     candidates: &mut Vec<Candidate>,
-) -> Result<()> {
+) -> Result<Option<Spread>> {
     let at = &at.key(&format!("poses {:?}", entry.name));
     let group = slug(&entry.name);
     if group.is_empty() {
@@ -61,7 +80,7 @@ pub(super) fn expand(
     takes("orientations_deg", entry.orientations_deg.is_some(), lattice)?;
     takes("frame", entry.frame.is_some(), entry.csv.is_some())?;
     let most = source.most.saturating_sub(candidates.len());
-    let named: Vec<(String, Pose)> = if let Some(list) = &entry.list {
+    let Expanded { poses: named, turns_deg, steps } = if let Some(list) = &entry.list {
         at.some("list", list, "list = [{ position_m = [0, 0, 2], facing = [1, 0, 0] }]")?;
         let poses = list.iter().enumerate().map(|(i, pose)| {
             let name = pose.name.clone().unwrap_or_else(|| i.to_string());
@@ -71,10 +90,10 @@ pub(super) fn expand(
             }
             Ok((name, listed(&at, pose, source.stance)?))
         });
-        poses.collect::<Result<_>>()?
+        Expanded::listed(poses.collect::<Result<_>>()?)
     } else if let Some(csv) = &entry.csv {
         let poses = table(&at.folder().join(csv), entry.frame.unwrap_or_default(), source);
-        poses.map_err(|e| at.around(e.at("csv")))?
+        Expanded::listed(poses.map_err(|e| at.around(e.at("csv")))?)
     } else if let Some(random) = &entry.random {
         drawn(at, random, entry.facing, source, most)?
     } else {
@@ -83,12 +102,15 @@ pub(super) fn expand(
     if named.len() > most {
         return Err(at.around(too_many()));
     }
+    let poses: Vec<&Pose> = named.iter().map(|(_, pose)| pose).collect();
+    let has_steps = steps.iter().any(|&step| step > 0.0);
+    let spread = has_steps.then(|| Spread::new(candidates.len(), &poses, turns_deg, steps));
     candidates.extend(named.into_iter().map(|(name, pose)| Candidate {
         name: format!("{group}/{name}"),
         group: group.clone(),
         setting: Setting::Pose(pose),
     }));
-    Ok(())
+    Ok(spread)
 }
 
 /// The numbers of one axis of a lattice.
@@ -129,7 +151,7 @@ pub(super) fn too_many() -> Issue {
         .wanted("widen a step, or leave some out")
 }
 
-fn lattice_poses(at: &Place, entry: &PosesFile, stance: Stance, most: usize) -> Result<Vec<(String, Pose)>> {
+fn lattice_poses(at: &Place, entry: &PosesFile, stance: Stance, most: usize) -> Result<Expanded> {
     let [xs, ys, zs] =
         [axis(at, "x_m", &entry.x_m)?, axis(at, "y_m", &entry.y_m)?, axis(at, "z_m", &entry.z_m)?];
     let facing = facing(at, entry.facing, stance)?;
@@ -161,7 +183,29 @@ fn lattice_poses(at: &Place, entry: &PosesFile, stance: Stance, most: usize) -> 
             }
         }
     }
-    Ok(poses)
+    let turns_deg: Vec<[f64; 2]> = orientations.iter().map(|turn| [turn.pan, turn.tilt]).collect();
+    let steps_deg = [0, 1].map(|turn| least_apart(turns_deg.iter().map(|turns| turns[turn]).collect()));
+    let steps =
+        [even(&xs, &entry.x_m), even(&ys, &entry.y_m), even(&zs, &entry.z_m), steps_deg[0], steps_deg[1]];
+    Ok(Expanded { poses, turns_deg, steps })
+}
+
+/// The step of numbers that are evenly spaced: a lattice, or a list that could be one. Of two numbers in a list
+/// nobody knows whether anything is between them.
+fn even(numbers: &[f64], axis: &Option<Axis>) -> f64 {
+    let is_lattice = matches!(axis, Some(Axis::Steps { .. })) || numbers.len() > 2;
+    let gaps: Vec<f64> = numbers.windows(2).map(|pair| (pair[1] - pair[0]).abs()).collect();
+    match gaps.first() {
+        Some(&gap) if is_lattice && gaps.iter().all(|other| (other - gap).abs() < SAME) => gap,
+        _ => 0.0,
+    }
+}
+
+/// The least that different angles are apart; 0 where they are all the same.
+fn least_apart(mut angles: Vec<f64>) -> f64 {
+    angles.sort_by(f64::total_cmp);
+    let gaps = angles.windows(2).map(|pair| pair[1] - pair[0]).filter(|gap| *gap > SAME);
+    gaps.reduce(f64::min).unwrap_or(0.0)
 }
 
 /// Where a sensor looks. One that stands level may leave it out, and then faces +x.
@@ -314,7 +358,7 @@ fn drawn(
     facing_file: Option<[f64; 3]>,
     source: &PoseSource,
     most: usize,
-) -> Result<Vec<(String, Pose)>> {
+) -> Result<Expanded> {
     let facing = facing(at, facing_file, source.stance)?;
     let at = &at.key("random");
     if random.count == 0 || random.count as usize > MAX_POSES {
@@ -344,16 +388,24 @@ fn drawn(
     generator.set_stream(source.stream);
     let mut between =
         |from: f64, to: f64| from + (to - from) * (generator.next_u32() as f64 / 4_294_967_296.0);
+    let mut turns_deg = Vec::new();
     let poses = (0..random.count).map(|i| {
         let position = DVec3::new(between(min.x, max.x), between(min.y, max.y), between(min.z, max.z));
         let pan = between(pan_deg[0], pan_deg[1]);
         let tilt = between(tilt_deg[0], tilt_deg[1]);
+        turns_deg.push([pan, tilt]);
         Ok((
             i.to_string(),
             turned(at, source.stance, position, facing, [("pan_deg", pan), ("tilt_deg", tilt)])?,
         ))
     });
-    poses.collect()
+    let poses = poses.collect::<Result<Vec<_>>>()?;
+    // As far apart as so many poses of a lattice would be that fills the box.
+    let box_m = (max - min).to_array();
+    let sizes = [box_m[0], box_m[1], box_m[2], pan_deg[1] - pan_deg[0], tilt_deg[1] - tilt_deg[0]];
+    let ways = sizes.iter().filter(|size| **size > 0.0).count().max(1);
+    let along = libm::pow(f64::from(random.count), 1.0 / ways as f64);
+    Ok(Expanded { poses, turns_deg, steps: sizes.map(|size| size / along) })
 }
 
 #[cfg(test)]

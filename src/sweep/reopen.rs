@@ -16,6 +16,12 @@ pub fn origin(folder: &Path) -> Result<(PathBuf, Overrides)> {
     Ok((provenance.about.study.file.into(), overrides))
 }
 
+/// Whether what was swept into a folder has as many poses as a study.
+pub fn has_poses_of(folder: &Path, study: &Study) -> bool {
+    let swept = Manifest::read(folder).map(|manifest| manifest.identity.sensors).unwrap_or_default();
+    swept.iter().map(|sensor| sensor.poses).eq(study.sensors.iter().map(|sensor| sensor.candidates.len()))
+}
+
 /// What was swept into a folder: a study with these worlds, or sets of its sensors that were chosen. Fails if
 /// it is neither, naming what changed since.
 pub fn as_swept(folder: &Path, study: Study, worlds: &[World]) -> Result<Study> {

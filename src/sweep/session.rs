@@ -87,7 +87,7 @@ impl<'a> Session<'a> {
             return Err(Issue::says(what).at(place).into());
         }
         let folder = OutputFolder::open(path)?;
-        folder.spare(&study.sources)?;
+        folder.spare(&study.sources, &[])?;
         let mut manifest = Manifest::new(study, worlds, shard, command);
         let header = JournalHeader {
             fingerprint: manifest.fingerprint(),

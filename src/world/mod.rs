@@ -227,6 +227,11 @@ impl World {
         self.snapshots.truth(self.snapshot)
     }
 
+    /// The same moment with other candidates of its sensors. Its grid stays as it is.
+    pub(crate) fn with_settings(&self, settings: Vec<Vec<Setting>>) -> World {
+        World { settings: settings.into_iter().map(Arc::new).collect(), ..self.clone() }
+    }
+
     /// The scene's name, with the snapshot's number where there are several.
     pub fn title(&self, study: &Study) -> String {
         match study.scenes[self.scene].snapshots {

@@ -1,5 +1,6 @@
 //! Runs the program on a small study in a folder of its own. Each test file uses its part of this.
 
+use std::collections::HashMap;
 use std::ffi::OsStr;
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -152,6 +153,20 @@ impl Folder {
     pub(crate) fn names(&self) -> Vec<String> {
         names(self.0.path())
     }
+}
+
+/// Chooses sets of the study into a folder below it; on the CPU unless something else is said.
+pub(crate) fn choose(folder: &Folder, out: &str, more: &[&str]) -> Outcome {
+    let (study, out) = (folder.path("study.toml"), folder.path(out));
+    let backend: &[&str] = if more.contains(&"--backend") { &[] } else { &["--backend", "cpu"] };
+    let fixed = ["choose", text(&study), "--out", text(&out), "--progress", "none"];
+    perirobot(&[&fixed, backend, more].concat())
+}
+
+/// Rows of a CSV file, each by the names of its columns.
+pub(crate) fn rows(path: &Path) -> Vec<HashMap<String, String>> {
+    let mut csv = csv::Reader::from_path(path).unwrap();
+    csv.deserialize().map(|row| row.unwrap()).collect()
 }
 
 /// Names in a folder, sorted.

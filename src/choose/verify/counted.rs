@@ -8,7 +8,7 @@ use crate::sweep::run;
 use crate::world::World;
 
 /// What a sweep counts for some sets, repeat by repeat, and in each world by world.
-pub(super) fn recounted(
+pub(in crate::choose) fn recounted(
     study: &Study,
     choose: &Choose,
     worlds: &[World],

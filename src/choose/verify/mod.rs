@@ -7,6 +7,7 @@ mod allowed;
 mod counted;
 pub(super) mod cuts;
 mod plain;
+mod refined;
 
 use std::path::{Path, PathBuf};
 
@@ -14,13 +15,16 @@ use serde::Deserialize;
 use serde_json::Value;
 
 use self::allowed::{clash, name, named, not_allowed, thousandths};
-use self::counted::{exact, recounted, value, value_reaches};
+pub(super) use self::counted::recounted;
+use self::counted::{exact, value, value_reaches};
 use self::plain::Plain;
+pub use self::refined::verify_refined;
 use super::evidence::CandidateEvidence;
 use super::files::{PROOF, asked, fingerprint};
 use super::told::ToldCuts;
 use crate::backend::Backend;
 use crate::error::Issue;
+use crate::metrics::Confusion;
 use crate::results::files::read_regular;
 use crate::sensor::Cost;
 use crate::study::{Choose, Study};
@@ -123,34 +127,8 @@ pub fn verify(
     let mut verified = Verified { sets: sets.len(), proven: 0, bounded: 0, open: 0 };
     for (number, (step, counts)) in steps.iter().zip(&counts).enumerate() {
         let place = format!("steps[{number}]");
-        let value = value(choose.objective, choose.over, counts);
-        if value != Some(step.best.score) {
-            let what = format!(
-                "{} is {}, and counted again it is {value:?}",
-                choose.objective.name(),
-                step.best.score
-            );
-            return wrong(format!("{place}.best.score"), what);
-        }
-        if let Some(require) = choose.require.iter().find(|require| {
-            !value_reaches(counted::value(require.score, require.over, counts), require.at_least)
-        }) {
-            return wrong(
-                format!("{place}.best"),
-                format!("does not reach {} {}", require.score.name(), require.at_least),
-            );
-        }
-        let exact = exact(choose.objective, choose.over, counts);
-        let claimed = step.best.exactly.as_ref().map(|[n, d]| (n.parse::<i128>(), d.parse::<i128>()));
-        let claimed = claimed.and_then(|(n, d)| Some((n.ok()?, d.ok()?)));
-        if let Some((n, d)) = exact
-            && claimed.is_none_or(|(claimed_n, claimed_d)| {
-                let [left, right] = [claimed_n.checked_mul(d), claimed_d.checked_mul(n)];
-                claimed_d == 0 || left.is_none() || left != right
-            })
-        {
-            return wrong(format!("{place}.best.exactly"), format!("counted again it is {n}/{d}"));
-        }
+        let exact =
+            holds(choose, &step.best, counts, &format!("{place}.best")).map_err(|issue| issue.at(path))?;
         let Some(claimed) = exact.filter(|_| step.proven) else {
             if step.proven {
                 return wrong(format!("{place}.proven"), "a mean of scores has no proof".into());
@@ -184,6 +162,42 @@ pub fn verify(
         verified.proven += 1;
     }
     Ok(verified)
+}
+
+/// Checks the set at a place by what was counted again of it. Returns its score as a fraction, if it is one.
+fn holds(
+    choose: &Choose,
+    set: &ClaimedSet,
+    counts: &[Confusion],
+    place: &str,
+) -> Result<Option<(i128, i128)>, Issue> {
+    let value = value(choose.objective, choose.over, counts);
+    if value != Some(set.score) {
+        let what = format!("{} is {}, and counted again it is {value:?}", choose.objective.name(), set.score);
+        return Err(Issue::says(what).at(format!("{place}.score")));
+    }
+    if let Some(require) = choose
+        .require
+        .iter()
+        .find(|require| !value_reaches(counted::value(require.score, require.over, counts), require.at_least))
+    {
+        let (name, least) = (require.score.name(), require.at_least);
+        return Err(Issue::says(format!("does not reach {name} {least}")).at(place));
+    }
+    let exact = exact(choose.objective, choose.over, counts);
+    let claimed = set.exactly.as_ref().map(|[n, d]| (n.parse::<i128>(), d.parse::<i128>()));
+    let claimed = claimed.and_then(|(n, d)| Some((n.ok()?, d.ok()?)));
+    match exact {
+        Some((n, d))
+            if claimed.is_none_or(|(claimed_n, claimed_d)| {
+                let [left, right] = [claimed_n.checked_mul(d), claimed_d.checked_mul(n)];
+                claimed_d == 0 || left.is_none() || left != right
+            }) =>
+        {
+            Err(Issue::says(format!("counted again it is {n}/{d}")).at(format!("{place}.exactly")))
+        }
+        _ => Ok(exact),
+    }
 }
 
 /// Whether cuts show what no set of a step is above.

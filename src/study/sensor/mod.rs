@@ -25,7 +25,7 @@ use super::unreadable::{self, LineOf, Step};
 use super::{Place, Problems, catalogue, poses};
 use crate::sensor::known_robot::KnownRobot;
 use crate::sensor::prism::Prism;
-use crate::sensor::{Candidate, Kind, MountLink, Sensor, Setting, Terms};
+use crate::sensor::{Candidate, Kind, MountLink, Sensor, Setting, Spread, Terms};
 use crate::source::Sources;
 use crate::{Error, Result};
 pub(super) use schema::AnySensor;
@@ -158,8 +158,8 @@ pub(super) fn check(at: &Place, mut keys: Table, context: &Context) -> Result<Se
     }
     let like = common.same_poses_as.as_deref();
     let source = CandidateSource { like, context };
-    let candidates = candidates(at, &common.name, &*kind, &common.poses, &source)?;
-    Ok(Sensor { name: common.name, kind, on, candidates, noise, terms, warnings })
+    let (candidates, spreads) = candidates(at, &common.name, &*kind, &common.poses, &source)?;
+    Ok(Sensor { name: common.name, kind, on, candidates, spreads, noise, terms, warnings })
 }
 
 /// What one of them costs, and how many a set may have.
@@ -214,7 +214,7 @@ fn candidates(
     kind: &dyn Kind,
     groups: &[PosesFile],
     source: &CandidateSource,
-) -> Result<Vec<Candidate>, Vec<Error>> {
+) -> Result<(Vec<Candidate>, Vec<Spread>), Vec<Error>> {
     let one = |e: Error| vec![e];
     if !kind.takes_poses() && (!groups.is_empty() || source.like.is_some()) {
         return Err(one(at
@@ -228,19 +228,20 @@ fn candidates(
     let settings = kind.settings();
     if groups.is_empty() && !settings.is_empty() {
         let candidate = |(name, setting)| Candidate { name, group: kind.name().into(), setting };
-        return Ok(settings.into_iter().map(candidate).collect());
+        return Ok((settings.into_iter().map(candidate).collect(), Vec::new()));
     }
     at.some("poses", groups, "[[sensor.poses]] name = \"wall\"").map_err(one)?;
-    let (mut candidates, mut problems) = (Vec::new(), Problems::default());
+    let (mut candidates, mut spreads, mut problems) = (Vec::new(), Vec::new(), Problems::default());
     for (i, group) in groups.iter().enumerate() {
         let stream = (source.context.index as u64) << 32 | i as u64;
         let (stance, seed, files) = (kind.stance(), source.context.seed, source.context.sources);
         let source = poses::PoseSource { sensor: name, stance, seed, stream, most, files };
-        problems.keep(poses::expand(at, group, &source, &mut candidates));
+        let spread = problems.keep(poses::expand(at, group, &source, &mut candidates));
+        spreads.extend(spread.flatten());
     }
     problems.none()?;
     at.unique("pose", candidates.iter().map(|c| c.name.as_str())).map_err(one)?;
-    Ok(candidates)
+    Ok((candidates, spreads))
 }
 
 /// The candidates of an earlier sensor with the same stance.
@@ -251,7 +252,7 @@ fn same_poses(
     like: &str,
     earlier: &[Sensor],
     most: usize,
-) -> Result<Vec<Candidate>> {
+) -> Result<(Vec<Candidate>, Vec<Spread>)> {
     if !groups.is_empty() {
         return Err(at.says("both poses and same_poses_as").wanted("give one"));
     }
@@ -269,7 +270,7 @@ fn same_poses(
     if found.candidates.len() > most {
         return Err(at.around(poses::too_many().at("same_poses_as")));
     }
-    Ok(found.candidates.clone())
+    Ok((found.candidates.clone(), found.spreads.clone()))
 }
 
 fn has_poses(sensor: &Sensor) -> bool {

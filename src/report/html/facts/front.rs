@@ -99,6 +99,11 @@ pub(super) fn front(chosen: &Chosen) -> FrontFacts {
         let title = format!("The best set: {}", choose::scored(&best.best, score));
         tables.push((title, choose::set(&best.best, score)));
     }
+    for refined in chosen.told.refined.iter().flatten() {
+        if let Some(best) = &refined.best {
+            tables.push((choose::refined_words(refined, score), choose::set(best, score)));
+        }
+    }
     for tie in &chosen.told.ties {
         let title = format!("Nearly as good elsewhere: {}", choose::scored(tie, score));
         tables.push((title, choose::set(tie, score)));
