@@ -1,10 +1,8 @@
 //! The best set of each size and each step of cost.
 
-use std::collections::BTreeMap;
-
+use super::pairs::PairCounts;
 use super::problem::{Found, Problem, SetLimits};
-use super::within::{Bound, FrontStep, SearchWatch, best_within, overlaps};
-use super::worth::Worth;
+use super::within::{Bound, FrontStep, KnownSets, SearchWatch, StepSearch, best_within, overlaps};
 use crate::error::Issue;
 use crate::{Error, Result};
 
@@ -19,47 +17,83 @@ pub struct Answer {
     pub complete: bool,
 }
 
-/// The best set of each size, and of each step of cost below the budget where there are costs. When it is
-/// stopped, the steps that were not begun are left out.
+/// The best set of each size, and of each step of cost below the budget where there are costs. First each gets
+/// a good set and a bound, then all are searched to the end. When it is stopped, the steps that were not begun
+/// are left out.
 ///
 /// # Errors
 /// When no set meets the requirements.
 pub fn answer(problem: &Problem, watch: &dyn SearchWatch) -> Result<Answer> {
     let stop = || watch.stops();
-    let mut known: BTreeMap<Vec<usize>, Worth> = BTreeMap::new();
-    let mut steps: Vec<FrontStep> = Vec::new();
     let kept = overlaps(problem);
+    let mut known = KnownSets::new();
+    let mut steps: Vec<StepSearch> = Vec::new();
     for size in problem.always.len().max(1)..=problem.limits.at_most {
-        let mut limits = SetLimits { at_most: size, ..problem.limits };
-        let mut last: Option<Worth> = None;
-        while limits.afford(problem.cost_of(&problem.always)) {
-            let step = best_within(problem, limits, kept.as_ref(), &mut known, watch);
-            let cost = step.best.as_ref().map(|best| problem.cost_of(&best.set));
-            let is_last = size == problem.limits.at_most && limits == problem.limits;
-            if is_last && step.best.is_none() && !stop() {
-                return Err(no_set(problem, watch));
-            }
-            let worth = step.best.as_ref().map(|best| best.worth);
-            match steps.last_mut().filter(|_| worth.is_some() && worth == last) {
-                // This set costs less and is worth as much.
-                Some(dearer) => dearer.best = step.best,
-                None => steps.push(step),
-            }
-            last = worth;
-            // A cheaper set of the same worth would have been taken, so all cheaper ones are worth less.
-            let next = cost.filter(|&cost| cost > 0 && !stop()).map(|cost| cost - 1);
-            match next {
-                Some(budget) => limits.budget = Some(budget),
-                None => break,
-            }
+        let limits = SetLimits { at_most: size, ..problem.limits };
+        let of_size = descend(Vec::new(), problem, limits, kept.as_ref(), &mut known, watch);
+        let is_last = size == problem.limits.at_most;
+        if is_last && !stop() && of_size.first().is_none_or(|first| first.step.best.is_none()) {
+            return Err(no_set(problem, watch));
         }
+        steps.extend(of_size);
         if stop() {
             break;
         }
     }
-    steps.retain(|step| step.best.is_some());
+    let mut at = 0;
+    while at < steps.len() && !stop() {
+        if steps[at].is_open() {
+            let before = steps[at].worth();
+            steps[at].end(&mut known);
+            if steps[at].worth() != before {
+                // It may cost something else, so the steps of lower cost begin elsewhere.
+                let limits = steps[at].step.limits;
+                let after = steps[at + 1..].iter().position(|s| s.step.limits.at_most != limits.at_most);
+                let end = after.map_or(steps.len(), |after| at + 1 + after);
+                let own = steps.drain(at..end).next().into_iter().collect();
+                let anew = descend(own, problem, limits, kept.as_ref(), &mut known, watch);
+                steps.splice(at..at, anew);
+            }
+        }
+        at += 1;
+    }
+    steps.retain(|search| search.step.best.is_some());
+    let steps = steps.into_iter().map(|search| search.step).collect();
     let others = known.into_iter().map(|(set, worth)| Found { set, worth }).collect();
     Ok(Answer { steps, others, complete: !stop() })
+}
+
+/// The steps of one size, from the limits down, after one that is there already, if any.
+fn descend<'a>(
+    mut steps: Vec<StepSearch<'a>>,
+    problem: &'a Problem<'a>,
+    mut limits: SetLimits,
+    kept: Option<&'a PairCounts>,
+    known: &mut KnownSets,
+    watch: &'a dyn SearchWatch,
+) -> Vec<StepSearch<'a>> {
+    loop {
+        if let Some(best) = steps.last().map(|last| &last.step.best) {
+            // A cheaper set of the same worth would have been taken, so all cheaper ones are worth less.
+            let cost = best.as_ref().map(|best| problem.cost_of(&best.set));
+            match cost.filter(|&cost| cost > 0 && !watch.stops()) {
+                Some(cost) => limits.budget = Some(cost - 1),
+                None => return steps,
+            }
+        }
+        if !limits.afford(problem.cost_of(&problem.always)) {
+            return steps;
+        }
+        let mut next = StepSearch::begun(problem, limits, kept, known, watch);
+        if next.step.best.is_none() && next.is_open() && !watch.stops() {
+            next.end(known);
+        }
+        match steps.last_mut().filter(|last| next.worth().is_some() && last.worth() == next.worth()) {
+            // This set costs less and is worth as much.
+            Some(dearer) => dearer.step.best = next.step.best,
+            None => steps.push(next),
+        }
+    }
 }
 
 /// What helps where no set is good enough.
@@ -69,8 +103,9 @@ const CURE: &str = "ask for less, or allow more sensors";
 fn no_set(problem: &Problem, watch: &dyn SearchWatch) -> Error {
     for (number, &(score, over, least)) in problem.require.iter().enumerate() {
         let alone = problem.asking(score, over);
+        let (kept, mut known) = (overlaps(&alone), KnownSets::new());
         let FrontStep { best, bound, .. } =
-            best_within(&alone, problem.limits, overlaps(&alone).as_ref(), &mut BTreeMap::new(), watch);
+            best_within(&alone, problem.limits, kept.as_ref(), &mut known, watch);
         if watch.stops() {
             return Error::Stopped(Issue::says("no set was found that meets the requirements so far"));
         }

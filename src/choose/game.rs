@@ -10,6 +10,8 @@
 //!
 //! Nothing is proven here: all of it is floating point. `gap` rounds the weights and checks the proof.
 
+use rayon::prelude::*;
+
 /// Newton steps at one heat, at most.
 const STEPS: usize = 20;
 /// The heat to begin with.
@@ -28,17 +30,6 @@ pub(super) struct Game {
 }
 
 impl Game {
-    /// The highest value of so many candidates under some weights.
-    pub(super) fn most(&self, weights: &[f64], left: usize) -> f64 {
-        let (mut gains, mut sum) = (vec![0.0; self.added[0].len()], 0.0);
-        for ((constant, added), weight) in self.constant.iter().zip(&self.added).zip(weights) {
-            sum += constant * weight;
-            gains.iter_mut().zip(added).for_each(|(gain, added)| *gain += added * weight);
-        }
-        gains.sort_unstable_by(|a, b| b.total_cmp(a));
-        sum + gains.iter().take(left).sum::<f64>()
-    }
-
     /// The optimal weights and shares at some heat. `begin` has the weights to begin from, and then those found.
     pub(super) fn settle(&self, left: usize, smooth: f64, begin: &mut Vec<f64>) -> (Vec<f64>, Vec<f64>) {
         let (cuts, count) = (self.constant.len(), self.added[0].len());
@@ -63,16 +54,19 @@ impl Game {
                     .map(|c| self.constant[c] + dot(&self.added[c], &share) - heat / weights[c])
                     .collect();
                 slope.push(left as f64 - share.iter().sum::<f64>());
-                let mut bend = vec![vec![0.0; cuts + 1]; cuts + 1];
-                for c in 0..cuts {
+                let row = |c: usize| {
+                    let mut row = vec![0.0; cuts + 1];
                     let own: Vec<f64> = self.added[c].iter().zip(&curve).map(|(a, b)| a * b).collect();
-                    for d in 0..=c {
-                        bend[c][d] = dot(&own, &self.added[d]);
-                    }
-                    bend[cuts][c] = -own.iter().sum::<f64>();
-                    bend[c][c] += heat / (weights[c] * weights[c]);
-                }
-                bend[cuts][cuts] = curve.iter().sum::<f64>() + 1e-9;
+                    (0..=c).for_each(|d| row[d] = dot(&own, &self.added[d]));
+                    row[c] += heat / (weights[c] * weights[c]);
+                    // What belongs in the last row.
+                    row[cuts] = -own.iter().sum::<f64>();
+                    row
+                };
+                let mut bend: Vec<Vec<f64>> = (0..cuts).into_par_iter().map(row).collect();
+                let mut last: Vec<f64> = bend.iter().map(|row| row[cuts]).collect();
+                last.push(curve.iter().sum::<f64>() + 1e-9);
+                bend.push(last);
                 if !factor(&mut bend) {
                     break;
                 }

@@ -12,6 +12,8 @@
 //! which proves nothing: shares are rounded to 256ths and weights to whole numbers, and the proof is checked with
 //! these.
 
+use std::time::{Duration, Instant};
+
 use fearless_simd::{Level, Simd, dispatch};
 use rayon::prelude::*;
 
@@ -28,16 +30,28 @@ pub(super) const SHARES: u64 = 256;
 const SCORES: i128 = 1_000_000;
 /// The search for a bound ends when it is known to so many parts.
 const CLOSE: i128 = 100;
-/// Rounds of cuts that are made for one score before it is given up.
-const ROUNDS: usize = 60;
-/// Rounds without progress after which a score is given up.
-const PATIENCE: usize = 3;
+/// How far from the best known score cuts are made until there is a bound.
+const NEAR: i128 = SCORES / 100;
+/// The time after which the bound is taken as it is.
+const LONG: Duration = Duration::from_secs(6);
+/// Most rounds of cuts.
+const ROUNDS: usize = 200;
+/// How often in turn the bound may come nearer by less than one part in so many.
+const PATIENCE: usize = 6;
+const SLOW: i128 = 50;
+/// Cuts of no more weight than this are forgotten, but for so many of the last.
+const LIGHT: f64 = 1e-6;
+const FRESH: usize = 12;
+/// Bits of the largest number that candidates add to a sum of cuts.
+const SUM_BITS: u32 = 50;
 /// How far from the optimum towards the best shares so far each cut is made, in turn.
 const NEARER: [f64; 4] = [0.5, 0.25, 0.1, 0.0];
 /// The least heat: where weights are to prove something.
 const COLD: f64 = 1e-7;
 /// The most heat: where little is known.
 const WARM: f64 = 1e-3;
+/// By which factor the heat falls where it makes no new cut.
+const COOLER: f64 = 0.1;
 /// The largest weight of the budget.
 const MOST_BUDGETS: u64 = 1 << 60;
 /// The largest weight of a cut.
@@ -71,6 +85,7 @@ pub(super) struct WeightedCut {
 }
 
 /// A cut: counts of bits, segment by segment of an inequality.
+#[derive(Clone)]
 struct CountedCut {
     inequality: usize,
     shares: Vec<(usize, u64)>,
@@ -93,6 +108,65 @@ impl CountedCut {
     }
 }
 
+/// Cuts with whole weights.
+pub(super) struct WeighedCuts {
+    cuts: Vec<(u64, CountedCut)>,
+    /// The weight of the budget.
+    budget: u64,
+    /// The candidates that can be in a set.
+    items: Vec<usize>,
+}
+
+/// What every set that is worth more than a score has: the numbers of its candidates add up to so much.
+#[derive(Clone, Debug)]
+pub(super) struct CutSum {
+    pub(super) least: i64,
+    /// Candidate by candidate.
+    pub(super) added: Vec<i64>,
+}
+
+impl WeighedCuts {
+    /// What every set has that is worth more than a known one. A requirement is one more thing that it must
+    /// meet.
+    pub(super) fn sum(&self, problem: &Problem, limits: SetLimits, known: Worth) -> Option<CutSum> {
+        let all = asked(&problem.asking(problem.goal.0, problem.goal.1), known)?;
+        let (constant, added) = self.added_up(problem, limits, &all);
+        let largest = added.iter().map(|added| added.abs()).max().unwrap_or(0).max(constant.abs());
+        let shift = (128 - largest.leading_zeros()).saturating_sub(SUM_BITS);
+        let up = |n: i128| (n >> shift) as i64 + i64::from(n & ((1 << shift) - 1) != 0);
+        let mut all = vec![0; problem.evidence.count()];
+        self.items.iter().zip(&added).for_each(|(&item, &added)| all[item] = up(added));
+        Some(CutSum { least: -up(constant), added: all })
+    }
+
+    /// The weighted sum of cuts less their thresholds: what it is without candidates, and what each adds.
+    fn added_up(&self, problem: &Problem, limits: SetLimits, all: &[Inequality]) -> (i128, Vec<i128>) {
+        let spent = limits.budget.unwrap_or(0);
+        let mut constant = i128::from(self.budget) * i128::from(spent);
+        let cost = |&item: &usize| -i128::from(self.budget) * i128::from(problem.cost[item]);
+        let mut added: Vec<i128> = self.items.iter().map(cost).collect();
+        for (times, cut) in &self.cuts {
+            let (weights, wanted) = &all[cut.inequality].exact;
+            let weigh = |counts: &mut dyn Iterator<Item = u64>| -> i128 {
+                weights.iter().zip(counts).map(|(weight, count)| weight * i128::from(count)).sum()
+            };
+            let times = i128::from(*times);
+            constant += times * (weigh(&mut cut.inside.iter().copied()) - wanted);
+            for (added, row) in added.iter_mut().zip(cut.outside.chunks(cut.inside.len())) {
+                *added += times * weigh(&mut row.iter().map(|&count| u64::from(count)));
+            }
+        }
+        (constant, added)
+    }
+}
+
+impl CutSum {
+    /// What some candidates lack of what every set has.
+    pub(super) fn lacks(&self, chosen: &[usize]) -> i64 {
+        self.least - chosen.iter().map(|&item| self.added[item]).sum::<i64>()
+    }
+}
+
 /// Searches for the lowest bound that cuts can prove.
 pub(super) struct GapSearch<'a> {
     /// Without requirements, which only leave fewer sets.
@@ -103,6 +177,8 @@ pub(super) struct GapSearch<'a> {
     cuts: Vec<CountedCut>,
     /// The best shares so far.
     best: Vec<f64>,
+    /// What proves the lowest bound so far.
+    shown: Option<WeighedCuts>,
     level: Level,
     stop: &'a (dyn Fn() -> bool + Sync),
 }
@@ -125,88 +201,96 @@ impl<'a> GapSearch<'a> {
             items,
             cuts: Vec::new(),
             best: Vec::new(),
+            shown: None,
             level: Level::new(),
             stop,
         }
     }
 
     /// The proof of the lowest bound that is found.
-    pub(super) fn run(mut self, known: Worth) -> Option<Gap> {
+    pub(super) fn run(mut self, known: Worth) -> Option<(Gap, WeighedCuts)> {
         let first = (known.value() * SCORES as f64).ceil() as i128;
-        let (mut low, mut high, mut best) = (first, SCORES, None);
-        // Most bounds are near the best known score.
-        let mut next = low + 10 * CLOSE;
-        while high - low > CLOSE && !(self.stop)() {
-            let tried = next.clamp(low + 1, high - 1);
-            match self.prove(Ratio { numerator: tried, denominator: SCORES }) {
-                Some(gap) => (high, best) = (tried, Some(gap)),
-                None => low = tried,
-            }
-            next = if best.is_some() { (low + high) / 2 } else { tried + 2 * (tried - first) };
-        }
-        best
-    }
-
-    /// A proof that no set is worth more than a score, if cuts give one.
-    fn prove(&mut self, above: Ratio) -> Option<Gap> {
-        let all = question(&self.problem, Some(Worth::Exact(above))).all;
-        // The first of several is the sum of the others.
-        let all = &all[usize::from(all.len() > 1)..];
-        if all.is_empty() || !all.iter().all(Inequality::is_plain) {
-            return None;
-        }
-        let (count, left) = (self.items.len(), self.limits.at_most);
-        if self.cuts.is_empty() {
-            self.best = vec![0.0; count];
-        }
-        // The best value that shares have so far, and the lowest that cuts allow.
-        let mut had = self.cut(all, &self.best.clone());
-        let (mut allowed, mut patience, mut weights) = (f64::INFINITY, PATIENCE, Vec::new());
+        // Cuts that are made for a score near the best known one are of use for those above it.
+        let mut all = self.above((first + NEAR).min(SCORES))?;
+        self.best = vec![0.0; self.items.len()];
+        let (mut high, mut weights, mut patience, mut cooled) = (SCORES, Vec::new(), PATIENCE, 1.0);
+        // The best value that shares have so far.
+        let mut had = self.cut(&all, &self.best.clone());
+        let begin = Instant::now();
         for round in 0..ROUNDS {
-            if (self.stop)() {
-                return None;
+            if (self.stop)() || begin.elapsed() > LONG {
+                break;
             }
-            let game = self.game(all);
             if round % NEARER.len() == 0 {
-                let (cold, _) = game.settle(left, COLD, &mut weights);
-                let most = game.most(&cold, left);
-                if most < 0.0
-                    && let Some(gap) = self.checked(all, above, &cold)
-                {
-                    return Some(gap);
-                }
-                if most > allowed - (most - had).abs() / 20.0 {
-                    patience -= 1;
-                    if patience == 0 {
-                        return None;
+                let before = high;
+                loop {
+                    let cold = self.game(&all).settle(self.limits.at_most, COLD, &mut weights).0;
+                    let weighed = self.weighed(&all, &cold);
+                    let Some(score) = self.lowest(first, high, &weighed) else { break };
+                    let lower = high - score;
+                    (high, self.shown) = (score, Some(weighed));
+                    all = self.above(high)?;
+                    if lower < CLOSE {
+                        break;
                     }
                 }
-                allowed = allowed.min(most);
+                let is_slow = self.shown.is_some() && before - high < CLOSE.max((high - first) / SLOW);
+                patience = if is_slow { patience - 1 } else { PATIENCE };
+                if patience == 0 || high - first <= CLOSE {
+                    break;
+                }
+                self.forget(&mut weights);
+                had = self.cut(&all, &self.best.clone());
             }
-            let heat = ((allowed - had) / (10 * self.cuts.len()) as f64).clamp(COLD, WARM);
-            let (_, shares) = game.settle(left, heat, &mut weights);
+            let heat = (had.abs() / (10 * self.cuts.len()) as f64).min(WARM) * cooled;
+            let (_, shares) = self.game(&all).settle(self.limits.at_most, heat.max(COLD), &mut weights);
             let near = NEARER[round % NEARER.len()];
-            let tried: Vec<f64> = self
-                .best
-                .iter()
-                .zip(&shares)
-                .map(|(best, share)| near * best + (1.0 - near) * share)
-                .collect();
+            let between = |(best, share): (&f64, &f64)| near * best + (1.0 - near) * share;
+            let tried: Vec<f64> = self.best.iter().zip(&shares).map(between).collect();
             let cuts = self.cuts.len();
-            let has = self.cut(all, &tried);
+            let has = self.cut(&all, &tried);
             if self.cuts.len() == cuts && round % NEARER.len() == NEARER.len() - 1 {
-                // No cut is new, so the bound does not get lower.
-                return self.checked(all, above, &self.game(all).settle(left, COLD, &mut weights).0);
+                cooled *= COOLER;
             }
             if has > had {
                 (had, self.best) = (has, tried);
             }
-            // These shares pass, so no cuts can exclude all sets.
-            if had >= 0.0 {
-                return None;
-            }
         }
-        None
+        let weighed = self.shown?;
+        let told = |(times, cut): &(u64, CountedCut)| WeightedCut {
+            moment: all[cut.inequality].moment,
+            times: *times,
+            shares: cut.shares.clone(),
+        };
+        let above = Ratio { numerator: high, denominator: SCORES };
+        let gap = Gap { above, cuts: weighed.cuts.iter().map(told).collect(), budget: weighed.budget };
+        Some((gap, weighed))
+    }
+
+    /// Leaves out cuts of next to no weight, but for the last ones.
+    fn forget(&mut self, weights: &mut Vec<f64>) {
+        let count = self.cuts.len();
+        let stays: Vec<bool> = (0..count).map(|cut| cut + FRESH >= count || weights[cut] > LIGHT).collect();
+        let mut of_cut = stays.iter().copied();
+        self.cuts.retain(|_| of_cut.next() == Some(true));
+        let mut of_weight = stays.into_iter().chain(std::iter::once(true));
+        weights.retain(|_| of_weight.next() == Some(true));
+    }
+
+    /// The inequalities of sets that are worth more than some millionths.
+    fn above(&self, score: i128) -> Option<Vec<Inequality>> {
+        asked(&self.problem, Worth::Exact(Ratio { numerator: score, denominator: SCORES }))
+    }
+
+    /// The lowest score above the first and not above the last for which cuts are a proof.
+    fn lowest(&self, first: i128, last: i128, weighed: &WeighedCuts) -> Option<i128> {
+        let proves = |score: i128| self.above(score).is_some_and(|all| self.proves(&all, weighed));
+        let (mut low, mut high) = (first, proves(last).then_some(last)?);
+        while high - low > 1 {
+            let tried = (low + high) / 2;
+            *(if proves(tried) { &mut high } else { &mut low }) = tried;
+        }
+        Some(high)
     }
 
     /// The linear program of all cuts, each divided by its threshold.
@@ -278,34 +362,24 @@ impl<'a> GapSearch<'a> {
         least
     }
 
-    /// The proof with weights rounded to whole numbers, if it still holds.
-    fn checked(&self, all: &[Inequality], above: Ratio, weights: &[f64]) -> Option<Gap> {
+    /// The cuts with their weights, rounded to whole numbers.
+    fn weighed(&self, all: &[Inequality], weights: &[f64]) -> WeighedCuts {
         // Weights are for cuts divided by their thresholds; these are for whole ones.
         let (cuts, budget) = weights.split_at(self.cuts.len());
         let often = |(cut, weight): (&CountedCut, &f64)| weight / all[cut.inequality].exact.1.max(1) as f64;
         let often: Vec<f64> = self.cuts.iter().zip(cuts).map(often).collect();
         let factor = HEAVIEST / often.iter().copied().fold(0.0, f64::max);
-        let times: Vec<u64> = often.iter().map(|often| (often * factor).round() as u64).collect();
+        let times = often.iter().map(|often| (often * factor).round() as u64);
+        let cuts = times.zip(self.cuts.iter().cloned()).filter(|(times, _)| *times > 0).collect();
         let spent = self.limits.budget.unwrap_or(0);
         let budget =
             budget.first().map_or(0, |&weight| (weight / spent as f64 * factor) as u64).min(MOST_BUDGETS);
-        let mut most = i128::from(budget) * i128::from(spent);
-        let mut added = vec![0i128; self.items.len()];
-        for (added, &item) in added.iter_mut().zip(&self.items) {
-            *added = -i128::from(budget) * i128::from(self.problem.cost[item]);
-        }
-        for (cut, &times) in self.cuts.iter().zip(&times).filter(|(_, times)| **times > 0) {
-            let (weights, wanted) = &all[cut.inequality].exact;
-            let weigh = |counts: &mut dyn Iterator<Item = u64>| -> i128 {
-                weights.iter().zip(counts).map(|(weight, count)| weight * i128::from(count)).sum()
-            };
-            let times = i128::from(times);
-            most += times * (weigh(&mut cut.inside.iter().copied()) - wanted);
-            let wide = cut.inside.len();
-            for (added, row) in added.iter_mut().zip(cut.outside.chunks(wide)) {
-                *added += times * weigh(&mut row.iter().map(|&count| u64::from(count)));
-            }
-        }
+        WeighedCuts { cuts, budget, items: self.items.clone() }
+    }
+
+    /// Whether no allowed set passes all inequalities, by some cuts.
+    fn proves(&self, all: &[Inequality], weighed: &WeighedCuts) -> bool {
+        let (mut most, added) = weighed.added_up(&self.problem, self.limits, all);
         let always = &self.problem.always;
         let is_fixed = |i: &usize| always.contains(&self.items[*i]);
         most += (0..added.len()).filter(is_fixed).map(|i| added[i]).sum::<i128>();
@@ -313,21 +387,23 @@ impl<'a> GapSearch<'a> {
             (0..added.len()).filter(|i| !is_fixed(i)).map(|i| added[i].max(0)).collect();
         free.sort_unstable_by_key(|&added| std::cmp::Reverse(added));
         most += free.iter().take(self.limits.at_most - always.len()).sum::<i128>();
-        let cuts = self.cuts.iter().zip(&times).filter(|(_, times)| **times > 0);
-        let weighted = |(cut, &times): (&CountedCut, &u64)| WeightedCut {
-            moment: all[cut.inequality].moment,
-            times,
-            shares: cut.shares.clone(),
-        };
-        (most < 0).then(|| Gap { above, cuts: cuts.map(weighted).collect(), budget })
+        most < 0
     }
+}
+
+/// The inequalities of sets that are worth more; `None` if cuts say nothing about one.
+fn asked(problem: &Problem, known: Worth) -> Option<Vec<Inequality>> {
+    let all = question(problem, Some(known)).all;
+    // The first of several is the sum of the others.
+    let all = all[usize::from(all.len() > 1)..].to_vec();
+    (!all.is_empty() && all.iter().all(Inequality::is_plain)).then_some(all)
 }
 
 /// Shares rounded to parts, so that their sum is kept.
 fn rounded(shares: &[f64]) -> Vec<u64> {
     let parts: Vec<f64> = shares.iter().map(|share| share * SHARES as f64).collect();
     let mut whole: Vec<u64> = parts.iter().map(|part| *part as u64).collect();
-    let rest = parts.iter().sum::<f64>().round() as u64 - whole.iter().sum::<u64>();
+    let rest = (parts.iter().sum::<f64>().round() as u64).saturating_sub(whole.iter().sum::<u64>());
     let mut order: Vec<usize> = (0..parts.len()).collect();
     order.sort_by(|&a, &b| (parts[b] - whole[b] as f64).total_cmp(&(parts[a] - whole[a] as f64)));
     order.iter().take(rest as usize).for_each(|&i| whole[i] += 1);

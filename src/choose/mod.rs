@@ -22,6 +22,7 @@ mod front;
 mod game;
 mod gap;
 mod layout;
+mod open;
 mod pairs;
 mod problem;
 mod purse;

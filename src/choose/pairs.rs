@@ -6,7 +6,7 @@ use std::ops::Range;
 use fearless_simd::{Level, Simd, dispatch};
 use rayon::prelude::*;
 
-use super::evidence::{CandidateEvidence, Union};
+use super::evidence::CandidateEvidence;
 use super::layout::ones;
 use super::question::{Inequality, Segment};
 
@@ -41,8 +41,7 @@ impl PairCounts {
         if classes.is_empty() || classes.len() * size * size * 4 > MOST_BYTES {
             return None;
         }
-        let items: Vec<usize> = (0..size).collect();
-        let rows = Rows::of(evidence, &evidence.nothing(), &items, &classes);
+        let rows = Rows::of(evidence, &classes);
         let level = Level::new();
         let mut counts = vec![vec![0; size * size]; classes.len()];
         for (number, square) in counts.iter_mut().enumerate() {
@@ -124,28 +123,24 @@ fn weights(inequality: &Inequality, classes: &[Class]) -> Option<Vec<(usize, i64
     inequality.is_plain().then(|| inequality.segments().map(of).collect()).flatten()
 }
 
-/// What some candidates add to a union: of each class the words in which anybody adds something, row by row.
+/// What candidates say: of each class the words in which anybody says anything, row by row.
 struct Rows {
     classes: Vec<(usize, Vec<u64>)>,
 }
 
 impl Rows {
-    fn of(evidence: &CandidateEvidence, union: &Union, items: &[usize], classes: &[Class]) -> Rows {
+    fn of(evidence: &CandidateEvidence, classes: &[Class]) -> Rows {
         let of_class = |(plane, words): &Class| {
-            let segment = Segment { plane: *plane, words: words.clone(), weight: 1 };
-            let fresh = |item: usize| segment.fresh_words(evidence.plane(item, *plane), union);
+            let said = |item: usize| Some(evidence.plane(item, *plane)).filter(|row| !row.is_empty());
+            let all = || (0..evidence.count()).filter_map(|item| Some((item, &said(item)?[words.clone()])));
             let mut any = vec![0; words.len()];
-            let has = |item: &&usize| !evidence.plane(**item, *plane).is_empty();
-            for &item in items.iter().filter(has) {
-                any.iter_mut().zip(fresh(item)).for_each(|(any, word)| *any |= word);
-            }
+            all().for_each(|(_, row)| any.iter_mut().zip(row).for_each(|(any, word)| *any |= word));
             let width = any.iter().filter(|any| **any != 0).count();
-            let mut rows = vec![0; items.len() * width];
-            if width > 0 {
-                for (row, &item) in rows.chunks_mut(width).zip(items).filter(|(_, item)| has(item)) {
-                    let kept = fresh(item).zip(&any).filter(|(_, any)| **any != 0);
-                    row.iter_mut().zip(kept).for_each(|(to, (word, _))| *to = word);
-                }
+            let mut rows = vec![0; evidence.count() * width];
+            for (item, row) in all() {
+                let kept = row.iter().zip(&any).filter(|(_, any)| **any != 0);
+                let own = &mut rows[item * width..(item + 1) * width];
+                own.iter_mut().zip(kept).for_each(|(to, (word, _))| *to = *word);
             }
             (width, rows)
         };

@@ -19,6 +19,8 @@ use fearless_simd::{Level, Simd, dispatch};
 use rayon::prelude::*;
 
 use super::evidence::Union;
+use super::gap::{CutSum, WeighedCuts};
+use super::open::{Above, Adds, Open, differences, picked};
 use super::pairs::{OverlapTable, PairCounts};
 use super::problem::{Found, Problem, SetLimits};
 use super::purse::Purse;
@@ -40,6 +42,8 @@ pub(super) struct SetSearch<'a> {
     question: Question,
     /// Of how many of its inequalities overlaps are kept.
     tabled: usize,
+    /// What sets must have besides, if anything is known.
+    sum: Option<CutSum>,
     level: Level,
     stop: &'a (dyn Fn() -> bool + Sync),
 }
@@ -50,25 +54,8 @@ struct Node {
     cost: u64,
     union: Union,
     states: Vec<UnionState>,
-}
-
-/// The table of overlaps of the node above.
-struct Above<'a> {
-    table: &'a OverlapTable,
-    /// Where each candidate is in it.
-    at: Vec<usize>,
-    /// How much less each adds here than there, for each inequality that has overlaps.
-    less: Vec<Vec<i64>>,
-}
-
-/// Candidates that may join a node.
-struct Open<'a> {
-    items: Vec<usize>,
-    /// For each inequality what they add and take.
-    adds: Vec<Adds>,
-    /// Whether they are in descending order of what they add to the first inequality.
-    is_sorted: bool,
-    above: Option<Above<'a>>,
+    /// What is missing of the sum of cuts.
+    lacks: i64,
 }
 
 /// A node below another one.
@@ -79,13 +66,11 @@ struct Child {
     adds: Vec<Adds>,
 }
 
-/// What candidates add to an inequality at most.
-struct Adds {
-    gains: Vec<i64>,
-    /// What each takes away.
-    losses: Vec<i64>,
-    /// Gains, each less its share of the largest possible loss.
-    charged: Vec<i64>,
+/// What makes a search shorter.
+#[derive(Clone, Copy, Default)]
+pub(super) struct Shortcuts<'a> {
+    pub(super) overlaps: Option<&'a PairCounts>,
+    pub(super) cuts: Option<&'a WeighedCuts>,
 }
 
 /// How far a search is.
@@ -104,7 +89,7 @@ pub(super) fn search(
     problem: &Problem,
     limits: SetLimits,
     best: Option<Found>,
-    kept: Option<&PairCounts>,
+    by: Shortcuts,
     ahead: &mut Ahead,
     stop: &(dyn Fn() -> bool + Sync),
     improve: &mut dyn FnMut(Found) -> Found,
@@ -112,8 +97,9 @@ pub(super) fn search(
     let mut best = best;
     loop {
         let question = question(problem, best.as_ref().map(|best| best.worth));
-        let search = SetSearch::new(problem, limits, question, stop);
-        match search.run(kept, ahead) {
+        let sum = by.cuts.zip(best.as_ref()).and_then(|(cuts, best)| cuts.sum(problem, limits, best.worth));
+        let search = SetSearch { sum, ..SetSearch::new(problem, limits, question, stop) };
+        match search.run(by.overlaps, ahead) {
             Some(found) => best = Some(improve(found)),
             None => return (best, !stop()),
         }
@@ -148,7 +134,7 @@ impl<'a> SetSearch<'a> {
         stop: &'a (dyn Fn() -> bool + Sync),
     ) -> Self {
         let tabled = question.all.len().min(TABLED);
-        SetSearch { problem, limits, question, tabled, level: Level::new(), stop }
+        SetSearch { problem, limits, question, tabled, sum: None, level: Level::new(), stop }
     }
 
     /// A set that is worth more, if there is one and it is not stopped.
@@ -205,7 +191,8 @@ impl<'a> SetSearch<'a> {
 
     fn node(&self, chosen: Vec<usize>, union: Union) -> Node {
         let states = self.question.all.iter().map(|inequality| inequality.state(&union)).collect();
-        Node { cost: self.problem.cost_of(&chosen), chosen, union, states }
+        let lacks = self.sum.as_ref().map_or(0, |sum| sum.lacks(&chosen));
+        Node { cost: self.problem.cost_of(&chosen), chosen, union, states, lacks }
     }
 
     fn may_join(&self, node: &Node, item: usize) -> bool {
@@ -262,20 +249,24 @@ impl<'a> SetSearch<'a> {
         (passes && !node.chosen.is_empty()).then(|| self.judge(&node.chosen)).flatten()
     }
 
-    /// At least how much less two candidates add together.
+    /// What a candidate adds to the sum of cuts.
     #[inline(always)]
-    fn overlap(&self, open: &Open, a: usize, b: usize, j: usize) -> i64 {
-        match &open.above {
-            Some(above) if j < self.tabled => {
-                let less = above.less[j][a].min(above.less[j][b]);
-                (above.table.of(j, above.at[a], above.at[b]) - less).max(0)
-            }
-            _ => 0,
-        }
+    fn in_sum(&self, item: usize) -> i64 {
+        self.sum.as_ref().map_or(0, |sum| sum.added[item])
+    }
+
+    /// The most that so many candidates add to the sum of cuts.
+    fn most_in_sum(&self, left: usize, items: &[usize]) -> i64 {
+        let mut top = vec![0; left];
+        items.iter().for_each(|&item| insert(&mut top, self.in_sum(item)));
+        top.iter().sum()
     }
 
     /// Whether so many more of some candidates, which are sorted, may pass every inequality.
     fn may_pass(&self, node: &Node, left: usize, open: &Open, of: Range<usize>) -> bool {
+        if self.most_in_sum(left, &open.items[of.clone()]) < node.lacks {
+            return false;
+        }
         let purse = Purse::new(self.problem, self.limits, &node.chosen, node.cost, left);
         self.question.all.iter().zip(&node.states).enumerate().all(|(j, (one, state))| {
             let all = of.clone().map(|i| (open.items[i], open.limit(i, j)));
@@ -288,7 +279,9 @@ impl<'a> SetSearch<'a> {
     fn pruned<'t>(&self, node: &Node, left: usize, open: Open<'t>) -> Open<'t> {
         let purses = Purse::after_each(self.problem, self.limits, &node.chosen, node.cost, left - 1);
         let number = |i: usize| Purse::number(&purses, self.problem, open.items[i]);
-        let mut alive: Vec<usize> = (0..open.items.len()).collect();
+        let others = self.most_in_sum(left - 1, &open.items);
+        let mut alive: Vec<usize> =
+            (0..open.items.len()).filter(|&i| self.in_sum(open.items[i]) + others >= node.lacks).collect();
         for j in 0..self.question.all.len() {
             let (least, value) = (self.question.all[j].least, node.states[j].value);
             let own = |i: usize| open.adds[j].charged[i];
@@ -306,7 +299,7 @@ impl<'a> SetSearch<'a> {
                 let passes = |&i: &usize| {
                     let beside = |place: usize| match alive[place] {
                         l if l == i => i64::MIN / 2,
-                        l => own(l) - self.overlap(&open, i, l, j),
+                        l => own(l) - open.overlap(i, l, j),
                     };
                     value + own(i) + purses[number(i)].most(self.problem, sorted.iter().copied(), beside)
                         >= least
@@ -356,7 +349,7 @@ impl<'a> SetSearch<'a> {
     /// What is known of the overlaps of candidates beside a node, if they are not too many.
     fn table(&self, open: &Open) -> Option<OverlapTable> {
         let is_small = self.tabled > 0 && open.items.len() <= MOST_PAIRED;
-        let known = |j: usize, a: usize, b: usize| self.overlap(open, a, b, j);
+        let known = |j: usize, a: usize, b: usize| open.overlap(a, b, j);
         is_small.then(|| OverlapTable::new(open.items.len(), self.tabled, known))
     }
 
@@ -396,12 +389,13 @@ impl<'a> SetSearch<'a> {
         if most < needed {
             return None;
         }
+        let lacks = node.lacks - self.in_sum(item) - self.most_in_sum(left - 2, &open.items[i + 1..]);
         let mut top = vec![0; left - 2];
         (i + 1..open.items.len()).for_each(|l| insert(&mut top, hint(l)));
         let others: i64 = top.iter().sum();
         let mut hinted: Vec<(i64, usize)> = (i + 1..open.items.len())
             .map(|l| (hint(l), l))
-            .filter(|&(hint, l)| hint + others >= needed && joins(l))
+            .filter(|&(hint, l)| hint + others >= needed && self.in_sum(open.items[l]) >= lacks && joins(l))
             .collect();
         hinted.sort_by_key(|&(hint, l)| (std::cmp::Reverse(hint), l));
         let child: &Node = union.get_or_insert_with(joined);
@@ -459,7 +453,11 @@ impl<'a> SetSearch<'a> {
                 return Some(found);
             }
             let mut fresh = None;
+            let lacks = node.lacks - self.in_sum(item);
             for l in i + 1..open.items.len() {
+                if self.in_sum(open.items[l]) < lacks {
+                    continue;
+                }
                 let charged = |of: usize| open.adds[0].charged[of];
                 if count > 0 && value(0) + charged(i) + charged(l) < self.question.all[0].least {
                     break;
@@ -469,7 +467,7 @@ impl<'a> SetSearch<'a> {
                     let Adds { gains, losses, .. } = &open.adds[j];
                     value(j) + gains[i] + gains[l] - losses[i].max(losses[l]) - self.question.all[j].least
                 };
-                if (0..count).any(|j| slack(j) < self.overlap(open, i, l, j)) {
+                if (0..count).any(|j| slack(j) < open.overlap(i, l, j)) {
                     continue;
                 }
                 let other = open.items[l];
@@ -492,48 +490,6 @@ impl<'a> SetSearch<'a> {
     }
 }
 
-impl Adds {
-    fn new(gains: Vec<i64>, losses: Vec<i64>, left: usize) -> Adds {
-        let share = |loss: i64| if loss == 0 { 0 } else { loss / left.max(1) as i64 };
-        let charged = gains.iter().zip(&losses).map(|(gain, &loss)| gain - share(loss)).collect();
-        Adds { gains, losses, charged }
-    }
-
-    fn picked(&self, order: &[usize]) -> Adds {
-        let of = |all: &[i64]| picked(all, order);
-        Adds { gains: of(&self.gains), losses: of(&self.losses), charged: of(&self.charged) }
-    }
-}
-
-impl<'t> Open<'t> {
-    /// An upper bound for what a candidate and all after it add to an inequality.
-    fn limit(&self, i: usize, j: usize) -> i64 {
-        if j == 0 && self.is_sorted { self.adds[0].charged[i] } else { i64::MAX }
-    }
-
-    /// The candidates, those first that add most to the first inequality.
-    fn sorted(self) -> Open<'t> {
-        let mut order: Vec<usize> = (0..self.items.len()).collect();
-        if let Some(adds) = self.adds.first() {
-            order.sort_by_key(|&i| std::cmp::Reverse(adds.charged[i]));
-        }
-        Open { is_sorted: true, ..self.picked(&order) }
-    }
-
-    fn picked(self, order: &[usize]) -> Open<'t> {
-        Open {
-            items: picked(&self.items, order),
-            adds: self.adds.iter().map(|adds| adds.picked(order)).collect(),
-            is_sorted: self.is_sorted,
-            above: self.above.map(|above| Above {
-                table: above.table,
-                at: picked(&above.at, order),
-                less: above.less.iter().map(|less| picked(less, order)).collect(),
-            }),
-        }
-    }
-}
-
 /// Inserts a number into a sorted list of the largest ones.
 fn insert(top: &mut [i64], value: i64) {
     let mut at = top.len();
@@ -544,12 +500,4 @@ fn insert(top: &mut [i64], value: i64) {
         }
         top[at] = value;
     }
-}
-
-fn picked<T: Copy>(all: &[T], order: &[usize]) -> Vec<T> {
-    order.iter().map(|&i| all[i]).collect()
-}
-
-fn differences(before: &[i64], now: &[i64]) -> Vec<i64> {
-    before.iter().zip(now).map(|(before, now)| before - now).collect()
 }

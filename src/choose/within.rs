@@ -4,11 +4,11 @@ use std::collections::BTreeMap;
 use std::time::{Duration, Instant};
 
 use super::climb::{climb, climbs};
-use super::gap::{Gap, GapSearch};
+use super::gap::{Gap, GapSearch, WeighedCuts};
 use super::pairs::PairCounts;
 use super::problem::{Found, Problem, SetLimits};
 use super::question::question;
-use super::search::{Ahead, complete, search};
+use super::search::{Ahead, Shortcuts, complete, search};
 use super::worth::{Ratio, Worth};
 use crate::study::Across;
 
@@ -41,6 +41,9 @@ pub trait SearchWatch: Sync {
 
     /// The best worth found so far within some limits.
     fn finds(&self, _: &SetLimits, _: Option<f64>) {}
+
+    /// What is known within some limits after so many seconds of search for them.
+    fn knows(&self, _: &FrontStep, _: f64) {}
 }
 
 /// Only stops a search; progress is ignored.
@@ -49,6 +52,9 @@ impl<F: Fn() -> bool + Sync> SearchWatch for F {
         self()
     }
 }
+
+/// Every set that was judged, with its worth.
+pub(super) type KnownSets = BTreeMap<Vec<usize>, Worth>;
 
 /// The time of branch and bound before a bound by cuts is computed.
 const SHORT: Duration = Duration::from_secs(3);
@@ -62,22 +68,129 @@ pub(super) fn overlaps(problem: &Problem) -> Option<PairCounts> {
     PairCounts::new(problem.evidence, &question(problem, Some(anything)).all)
 }
 
-/// The best set within some limits. What is known is begun from, and what is found is added.
+/// The search for the best set within some limits.
+pub(super) struct StepSearch<'a> {
+    problem: &'a Problem<'a>,
+    kept: Option<&'a PairCounts>,
+    watch: &'a dyn SearchWatch,
+    cuts: Option<WeighedCuts>,
+    ahead: Ahead,
+    seconds: f64,
+    pub(super) step: FrontStep,
+}
+
+impl<'a> StepSearch<'a> {
+    /// Searches so long that there is a good set and, unless it is proven, a bound. What is known is begun from,
+    /// and what is found is added.
+    pub(super) fn begun(
+        problem: &'a Problem<'a>,
+        limits: SetLimits,
+        kept: Option<&'a PairCounts>,
+        known: &mut KnownSets,
+        watch: &'a dyn SearchWatch,
+    ) -> Self {
+        let (begin, stop) = (Instant::now(), &|| watch.stops());
+        watch.finds(&limits, None);
+        let mut ends = climbs(problem, limits, stop);
+        ends.truncate(POLISHED);
+        for found in ends {
+            let found = polished(problem, limits, kept, found, stop);
+            known.insert(found.set, found.worth);
+        }
+        let step = FrontStep { limits, best: best_known(problem, limits, known), bound: Bound::Unknown };
+        let (cuts, ahead) = (None, Ahead::default());
+        let mut search = StepSearch { problem, kept, watch, cuts, ahead, seconds: 0.0, step };
+        search.tell("is to be beaten", begin.elapsed());
+        // A long search may be stopped by the user, so a bound is computed before it goes on.
+        if problem.goal.1 != Across::Mean && !search.go_on(known, Some(SHORT)) && !watch.stops() {
+            search.bound_by_cuts();
+        }
+        search.seconds += begin.elapsed().as_secs_f64();
+        watch.knows(&search.step, search.seconds);
+        search
+    }
+
+    /// Goes on until it is proven that no set is better, or it is stopped.
+    pub(super) fn end(&mut self, known: &mut KnownSets) {
+        let begin = Instant::now();
+        self.step.best = best_known(self.problem, self.step.limits, known);
+        self.watch.finds(&self.step.limits, self.worth().map(|worth| worth.value()));
+        self.go_on(known, None);
+        self.seconds += begin.elapsed().as_secs_f64();
+        self.watch.knows(&self.step, self.seconds);
+    }
+
+    /// What the best set is worth.
+    pub(super) fn worth(&self) -> Option<Worth> {
+        self.step.best.as_ref().map(|best| best.worth)
+    }
+
+    /// Whether branch and bound may prove anything that is not proven yet.
+    pub(super) fn is_open(&self) -> bool {
+        self.step.bound != Bound::Proven && self.problem.goal.1 != Across::Mean
+    }
+
+    /// Branch and bound, for a while; whether it is completed.
+    fn go_on(&mut self, known: &mut KnownSets, longest: Option<Duration>) -> bool {
+        let (begin, limits) = (Instant::now(), self.step.limits);
+        let StepSearch { problem, kept, watch, cuts, ahead, step, .. } = self;
+        let stop = || watch.stops();
+        let pause = || stop() || longest.is_some_and(|longest| begin.elapsed() > longest);
+        let mut improve = |found: Found| {
+            known.insert(found.set.clone(), found.worth);
+            let further = polished(problem, limits, *kept, found, &stop);
+            known.insert(further.set.clone(), further.worth);
+            watch.finds(&limits, Some(further.worth.value()));
+            further
+        };
+        let best = step.best.take();
+        let by = Shortcuts { overlaps: *kept, cuts: cuts.as_ref() };
+        let (best, is_proven) = search(problem, limits, best, by, ahead, &pause, &mut improve);
+        step.best = best;
+        if is_proven {
+            step.bound = Bound::Proven;
+        }
+        self.tell(if is_proven { "is proven" } else { "is not proven" }, begin.elapsed());
+        is_proven
+    }
+
+    fn bound_by_cuts(&mut self) {
+        let (begin, stop) = (Instant::now(), &|| self.watch.stops());
+        let Some(best) = &self.step.best else { return };
+        let Some((gap, cuts)) = GapSearch::new(self.problem, self.step.limits, stop).run(best.worth) else {
+            return;
+        };
+        self.step.bound = Bound::AtMost(gap);
+        self.cuts = Some(cuts);
+        self.tell("is bounded by cuts", begin.elapsed());
+    }
+
+    fn tell(&self, what: &str, time: Duration) {
+        let (most, seconds) = (self.step.limits.at_most, time.as_secs_f64());
+        let worth = self.step.best.as_ref().map(|best| best.worth.value());
+        self.watch.finds(&self.step.limits, worth);
+        let worth = worth.unwrap_or(f64::NAN);
+        tracing::info!("choose: sets of at most {most}: {worth:.6} {what} after {seconds:.1} s");
+    }
+}
+
+/// The best set within some limits, searched to the end.
 pub(super) fn best_within(
     problem: &Problem,
     limits: SetLimits,
     kept: Option<&PairCounts>,
-    known: &mut BTreeMap<Vec<usize>, Worth>,
+    known: &mut KnownSets,
     watch: &dyn SearchWatch,
 ) -> FrontStep {
-    let (begin, stop) = (Instant::now(), &|| watch.stops());
-    watch.finds(&limits, None);
-    let mut ends = climbs(problem, limits, stop);
-    ends.truncate(POLISHED);
-    for found in ends {
-        let found = polished(problem, limits, kept, found, stop);
-        known.insert(found.set, found.worth);
+    let mut search = StepSearch::begun(problem, limits, kept, known, watch);
+    if search.is_open() {
+        search.end(known);
     }
+    search.step
+}
+
+/// The best of the known sets within some limits.
+fn best_known(problem: &Problem, limits: SetLimits, known: &KnownSets) -> Option<Found> {
     let fits = |set: &Vec<usize>| set.len() <= limits.at_most && limits.afford(problem.cost_of(set));
     let better = |a: &Found, b: &Found| {
         let key = |found: &Found| (found.worth, std::cmp::Reverse(problem.cost_of(&found.set)));
@@ -85,41 +198,7 @@ pub(super) fn best_within(
     };
     let all =
         known.iter().filter(|(set, _)| fits(set)).map(|(set, &worth)| Found { set: set.clone(), worth });
-    let best = all.max_by(better);
-    if problem.goal.1 == Across::Mean {
-        return FrontStep { limits, best, bound: Bound::Unknown };
-    }
-    let told = |best: Option<&Found>, what: &str| {
-        let (most, seconds) = (limits.at_most, begin.elapsed().as_secs_f64());
-        let worth = best.map(|best| best.worth.value());
-        watch.finds(&limits, worth);
-        let worth = worth.unwrap_or(f64::NAN);
-        tracing::info!("choose: sets of at most {most}: {worth:.6} {what} after {seconds:.1} s");
-    };
-    told(best.as_ref(), "is to be beaten");
-    let mut improve = |found: Found| {
-        known.insert(found.set.clone(), found.worth);
-        let further = polished(problem, limits, kept, found, stop);
-        known.insert(further.set.clone(), further.worth);
-        told(Some(&further), "is to be beaten");
-        further
-    };
-    // A long search may be stopped by the user, so a bound is computed before it goes on.
-    let (mut ahead, searching) = (Ahead::default(), Instant::now());
-    let pause = || stop() || searching.elapsed() > SHORT;
-    let (mut best, mut is_proven) = search(problem, limits, best, kept, &mut ahead, &pause, &mut improve);
-    let mut bound = Bound::Unknown;
-    if !is_proven && !stop() {
-        if let Some(best) = &best
-            && let Some(gap) = GapSearch::new(problem, limits, stop).run(best.worth)
-        {
-            tracing::info!("choose: no set of at most {} is above {:.6}", limits.at_most, gap.above());
-            bound = Bound::AtMost(gap);
-        }
-        (best, is_proven) = search(problem, limits, best, kept, &mut ahead, stop, &mut improve);
-    }
-    told(best.as_ref(), if is_proven { "is proven" } else { "is not proven" });
-    FrontStep { limits, best, bound: if is_proven { Bound::Proven } else { bound } }
+    all.max_by(better)
 }
 
 /// Changes one or two sensors of a set as long as that helps.

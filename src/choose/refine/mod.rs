@@ -148,7 +148,8 @@ impl Refining<'_, '_> {
         let better = match refined.limits.at_most <= SEARCHED {
             true => {
                 let mut known = BTreeMap::from([(centre.set.clone(), centre.worth)]);
-                best_within(&problem, refined.limits, overlaps(&problem).as_ref(), &mut known, &stop).best
+                let kept = overlaps(&problem);
+                best_within(&problem, refined.limits, kept.as_ref(), &mut known, &stop).best
             }
             false => Some(polished(&problem, refined.limits, None, centre.clone(), &stop)),
         };
