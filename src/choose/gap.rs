@@ -23,6 +23,7 @@ use super::layout::ones;
 use super::problem::{Problem, SetLimits};
 use super::question::{Inequality, Segment, question};
 use super::worth::{Ratio, Worth};
+use crate::study::Across;
 
 /// Into how many parts a candidate is divided.
 pub(super) const SHARES: u64 = 256;
@@ -32,7 +33,7 @@ const SCORES: i128 = 1_000_000;
 const CLOSE: i128 = 100;
 /// How far from the best known score cuts are made until there is a bound.
 const NEAR: i128 = SCORES / 100;
-/// The time after which the bound is taken as it is.
+/// The time after which a bound is taken as it is; several share it.
 const LONG: Duration = Duration::from_secs(6);
 /// Most rounds of cuts.
 const ROUNDS: usize = 200;
@@ -172,6 +173,10 @@ pub(super) struct GapSearch<'a> {
     /// Without requirements, which only leave fewer sets.
     problem: Problem<'a>,
     limits: SetLimits,
+    /// The only moment whose score counts, if there is one.
+    moment: Option<usize>,
+    /// The time after which the bound is taken as it is.
+    longest: Duration,
     /// The candidates that can be in a set.
     items: Vec<usize>,
     cuts: Vec<CountedCut>,
@@ -198,6 +203,8 @@ impl<'a> GapSearch<'a> {
         GapSearch {
             problem: problem.asking(problem.goal.0, problem.goal.1),
             limits,
+            moment: None,
+            longest: LONG,
             items,
             cuts: Vec::new(),
             best: Vec::new(),
@@ -205,6 +212,31 @@ impl<'a> GapSearch<'a> {
             level: Level::new(),
             stop,
         }
+    }
+
+    /// A bound for the scores of each moment that has one, for sets whose mean is to be high; the scores of a
+    /// known set are begun from. A score that has no value, or is zero, makes no mean higher.
+    pub(super) fn of_each_moment(
+        problem: &'a Problem<'a>,
+        limits: SetLimits,
+        known: &[usize],
+        stop: &'a (dyn Fn() -> bool + Sync),
+    ) -> Option<Vec<Gap>> {
+        let each = problem.asking(problem.goal.0, Across::Worst);
+        let anything = Worth::Exact(Ratio { numerator: 1, denominator: 2 });
+        let moments: Vec<usize> = asked(&each, anything)?.iter().map(|one| one.moment).collect();
+        let counts = problem.evidence.counts(known);
+        let of = |&moment: &usize| {
+            let known = Worth::of(problem.goal.0, Across::Worst, &counts[moment..=moment])?;
+            let search = GapSearch {
+                problem: each.clone(),
+                moment: Some(moment),
+                longest: LONG / moments.len() as u32,
+                ..GapSearch::new(problem, limits, stop)
+            };
+            Some(search.run(known)?.0)
+        };
+        moments.iter().map(of).collect()
     }
 
     /// The proof of the lowest bound that is found.
@@ -218,7 +250,7 @@ impl<'a> GapSearch<'a> {
         let mut had = self.cut(&all, &self.best.clone());
         let begin = Instant::now();
         for round in 0..ROUNDS {
-            if (self.stop)() || begin.elapsed() > LONG {
+            if (self.stop)() || begin.elapsed() > self.longest {
                 break;
             }
             if round % NEARER.len() == 0 {
@@ -279,7 +311,9 @@ impl<'a> GapSearch<'a> {
 
     /// The inequalities of sets that are worth more than some millionths.
     fn above(&self, score: i128) -> Option<Vec<Inequality>> {
-        asked(&self.problem, Worth::Exact(Ratio { numerator: score, denominator: SCORES }))
+        let mut all = asked(&self.problem, Worth::Exact(Ratio { numerator: score, denominator: SCORES }))?;
+        all.retain(|one| self.moment.is_none_or(|moment| one.moment == moment));
+        Some(all)
     }
 
     /// The lowest score above the first and not above the last for which cuts are a proof.

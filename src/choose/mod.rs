@@ -8,11 +8,12 @@
 //!
 //! # Practice
 //! `layout` says which bit is which voxel, `evidence` has what each candidate says (`evidence/casting` casts it,
-//! `evidence/file` keeps it on disk, `check` counts some of it again), `worth` what counts are worth, `problem` which sets are allowed. `climb`
-//! finds a good set, `question` asks whether any is better,
-//! `search` answers, and `front` does so for each size and each step of cost. `told` has the answer in names
-//! and numbers, with `ties`, `files` writes and reads it, and `sets` makes combinations of it; `verify` checks
-//! what was written. `refine` looks between the listed poses around the best sets.
+//! `evidence/file` keeps it on disk, `check` counts some of it again), `worth` what counts are worth, `problem`
+//! which sets are allowed. `front` goes through sizes and steps of cost, and `within` searches one of them:
+//! `climb` finds a good set, `question` asks whether any is better, and `search` answers, with `open` (candidates
+//! that may join a set), `pairs` (overlaps of two) and `purse` (what fits the budget). Where that is long, `gap`
+//! bounds all sets by cuts, which `game` weighs. `told` has the answer in names and numbers, with `ties`, `files`
+//! writes and reads it, and `sets` makes combinations of it; `verify` checks what was written.
 
 mod check;
 mod climb;

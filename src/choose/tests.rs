@@ -1,5 +1,6 @@
 //! Against trying every set.
 
+use std::slice;
 use std::sync::atomic::AtomicUsize;
 use std::sync::atomic::Ordering::Relaxed;
 
@@ -9,6 +10,8 @@ use super::gap::GapSearch;
 use super::layout::BitLayout;
 use super::problem::{Found, Problem, SetLimits};
 use super::search::{Ahead, Shortcuts, search};
+use super::told::ToldCuts;
+use super::verify::cuts::{CutLimits, check};
 use super::within::{Bound, overlaps};
 use super::worth::{Ratio, Worth};
 use crate::metrics::Score;
@@ -316,8 +319,6 @@ fn climbing_keeps_what_is_always_there() {
 /// No set is above the bound of the cuts; the independent check agrees, and refuses altered cuts.
 #[test]
 fn no_set_is_above_what_cuts_say() {
-    use super::told::ToldCuts;
-    use super::verify::cuts::{CutLimits, check};
     let mut random = Random(23);
     let (mut shown, mut near, mut refused) = (0, 0, [0; 4]);
     for case in 0..80 {
@@ -346,22 +347,75 @@ fn no_set_is_above_what_cuts_say() {
             named: &|name: &str| name.parse().ok(),
         };
         let told = ToldCuts::of(&gap, |item| item.to_string());
-        let checked = check(&asked, &told, gap.above.value());
+        let checked = check(&asked, slice::from_ref(&told), gap.above.value());
         assert!(checked.is_ok(), "case {case}: {:?}: {problem:?}", checked.map_err(|why| why.to_string()));
         // What is above is less than the best, more sensors are allowed, a cut is left out, or belongs elsewhere.
         let mut lower = told.clone();
         lower.above[0] = (best.value() * lower.above[1] as f64) as u64 / 2;
-        refused[0] +=
-            usize::from(check(&asked, &lower, lower.above[0] as f64 / lower.above[1] as f64).is_err());
+        refused[0] += usize::from(
+            check(&asked, slice::from_ref(&lower), lower.above[0] as f64 / lower.above[1] as f64).is_err(),
+        );
         let more = CutLimits { at_most: 9, budget: None, cost: vec![0; 9], always: vec![], ..asked };
-        refused[1] += usize::from(check(&more, &told, gap.above.value()).is_err());
+        refused[1] += usize::from(check(&more, slice::from_ref(&told), gap.above.value()).is_err());
         let mut fewer = told.clone();
         fewer.cuts.truncate(1);
-        refused[2] += usize::from(check(&asked, &fewer, gap.above.value()).is_err());
+        refused[2] += usize::from(check(&asked, slice::from_ref(&fewer), gap.above.value()).is_err());
         let mut elsewhere = told.clone();
         elsewhere.cuts[0].moment += 7;
-        refused[3] += usize::from(check(&asked, &elsewhere, gap.above.value()).is_err());
+        refused[3] += usize::from(check(&asked, slice::from_ref(&elsewhere), gap.above.value()).is_err());
     }
     assert!(shown > 20 && near > 12, "{shown} {near}");
     assert!(refused[0] > 15 && refused[1] > 5 && refused[2] > 5 && refused[3] == shown, "{refused:?}");
+}
+
+/// No set has a higher mean than the mean of the bounds of its scores; the independent check agrees.
+#[test]
+fn no_set_is_above_the_bound_of_a_mean() {
+    let mut random = Random(31);
+    let (mut shown, mut near, mut refused) = (0, 0, [0; 3]);
+    for case in 0..60 {
+        let evidence = evidence(&mut random, 9, case % 2 == 1, 2);
+        let problem = problem(&mut random, &evidence, Across::Mean);
+        let problem = Problem { require: Vec::new(), ..problem };
+        let answer = answer(&problem, &|| false);
+        let Some(step) = answer.ok().and_then(|answer| answer.steps.into_iter().next_back()) else {
+            continue;
+        };
+        let Bound::AtMost(gaps) = &step.bound else { continue };
+        let best = by_trying(&problem, step.limits).unwrap().value();
+        let above = step.bound.above(0.0).unwrap();
+        assert!(above >= best - 1e-9, "case {case}: {above} < {best}");
+        near += usize::from(above < best + 0.1);
+        let asked = CutLimits {
+            evidence: &evidence,
+            objective: problem.goal.0,
+            over: Across::Mean,
+            at_most: step.limits.at_most,
+            budget: step.limits.budget,
+            cost: problem.cost.clone(),
+            always: problem.always.clone(),
+            joins: &|item| {
+                let cost = problem.cost_of(&problem.always) + problem.cost[item];
+                step.limits.afford(cost) && problem.may_join(&problem.always, item)
+            },
+            named: &|name: &str| name.parse().ok(),
+        };
+        let told: Vec<ToldCuts> = gaps.iter().map(|gap| ToldCuts::of(gap, |item| item.to_string())).collect();
+        check(&asked, &told, above).unwrap();
+        shown += 1;
+        // A bound is lower, a score is left out, or one stands for another.
+        let mut lower = told.clone();
+        lower[0].above[0] = 0;
+        let mean = lower.iter().map(|one| one.above[0] as f64 / one.above[1] as f64).sum::<f64>();
+        refused[0] += usize::from(check(&asked, &lower, mean / lower.len() as f64).is_err());
+        if told.len() > 1 {
+            let rest = told[1..].iter().map(|one| one.above[0] as f64 / one.above[1] as f64).sum::<f64>();
+            refused[1] += usize::from(check(&asked, &told[1..], rest / (told.len() - 1) as f64).is_err());
+            let twice = [&told[1..2], &told[1..]].concat();
+            let mean = twice.iter().map(|one| one.above[0] as f64 / one.above[1] as f64).sum::<f64>();
+            refused[2] += usize::from(check(&asked, &twice, mean / twice.len() as f64).is_err());
+        }
+    }
+    assert!(shown > 10 && near > 3 && refused[0] > 5 && refused[1] > 3, "{shown} {near} {refused:?}");
+    assert_eq!(refused[1], refused[2]);
 }

@@ -91,9 +91,9 @@ pub struct ToldStep {
     pub no_set_is_above: Option<f64>,
     /// Whether that is the best set's own score, because all others were searched.
     pub proven: bool,
-    /// If not all were searched, what shows that no set is above.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub shown_by: Option<ToldCuts>,
+    /// If not all were searched, what shows that no set is above; for a mean, for each of its scores.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub shown_by: Vec<ToldCuts>,
     /// By how much the score is above that of the best set of fewer sensors that costs no more, if there is
     /// one.
     pub gain: Option<f64>,
@@ -257,15 +257,13 @@ impl Teller<'_> {
             at_most: step.limits.at_most,
             budget: step.limits.budget.map(Cost::from_thousandths),
             best: self.set(best),
-            no_set_is_above: match &step.bound {
-                Bound::Proven => Some(score),
-                Bound::AtMost(gap) => Some(gap.above()),
-                Bound::Unknown => None,
-            },
+            no_set_is_above: step.bound.above(score),
             proven: step.bound == Bound::Proven,
             shown_by: match &step.bound {
-                Bound::AtMost(gap) => Some(ToldCuts::of(gap, |item| self.name(item))),
-                _ => None,
+                Bound::AtMost(gaps) => {
+                    gaps.iter().map(|gap| ToldCuts::of(gap, |item| self.name(item))).collect()
+                }
+                _ => Vec::new(),
             },
             gain: before.map(|before| score - before.value()),
         })

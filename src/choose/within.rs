@@ -28,10 +28,21 @@ pub struct FrontStep {
 pub enum Bound {
     /// The best set: all others were searched.
     Proven,
-    /// A bound by cuts; the search was stopped.
-    AtMost(Gap),
+    /// A bound by cuts; the search was stopped. If a mean is asked for, one for each score.
+    AtMost(Vec<Gap>),
     /// Nothing is known.
     Unknown,
+}
+
+impl Bound {
+    /// The score that no set is above, given the best set's.
+    pub fn above(&self, best: f64) -> Option<f64> {
+        match self {
+            Bound::Proven => Some(best),
+            Bound::AtMost(gaps) => Some(gaps.iter().map(Gap::above).sum::<f64>() / gaps.len() as f64),
+            Bound::Unknown => None,
+        }
+    }
 }
 
 /// Is told how a search proceeds, and may stop it.
@@ -102,7 +113,8 @@ impl<'a> StepSearch<'a> {
         let mut search = StepSearch { problem, kept, watch, cuts, ahead, seconds: 0.0, step };
         search.tell("is to be beaten", begin.elapsed());
         // A long search may be stopped by the user, so a bound is computed before it goes on.
-        if problem.goal.1 != Across::Mean && !search.go_on(known, Some(SHORT)) && !watch.stops() {
+        let is_proven = search.is_open() && search.go_on(known, Some(SHORT));
+        if !is_proven && !watch.stops() {
             search.bound_by_cuts();
         }
         search.seconds += begin.elapsed().as_secs_f64();
@@ -157,11 +169,17 @@ impl<'a> StepSearch<'a> {
     fn bound_by_cuts(&mut self) {
         let (begin, stop) = (Instant::now(), &|| self.watch.stops());
         let Some(best) = &self.step.best else { return };
-        let Some((gap, cuts)) = GapSearch::new(self.problem, self.step.limits, stop).run(best.worth) else {
-            return;
+        let (problem, limits) = (self.problem, self.step.limits);
+        let found = match problem.goal.1 {
+            Across::Mean => {
+                GapSearch::of_each_moment(problem, limits, &best.set, stop).map(|all| (all, None))
+            }
+            _ => GapSearch::new(problem, limits, stop)
+                .run(best.worth)
+                .map(|(gap, cuts)| (vec![gap], Some(cuts))),
         };
-        self.step.bound = Bound::AtMost(gap);
-        self.cuts = Some(cuts);
+        let Some((gaps, cuts)) = found else { return };
+        (self.step.bound, self.cuts) = (Bound::AtMost(gaps), cuts);
         self.tell("is bounded by cuts", begin.elapsed());
     }
 

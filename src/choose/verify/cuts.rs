@@ -42,11 +42,36 @@ pub(crate) struct CutLimits<'a> {
 ///
 /// # Errors
 /// Why they do not.
-pub(crate) fn check(asked: &CutLimits, told: &ToldCuts, claimed: f64) -> Result<(), Issue> {
+pub(crate) fn check(asked: &CutLimits, told: &[ToldCuts], claimed: f64) -> Result<(), Issue> {
+    if asked.over == Across::Mean {
+        // Scores without a value are left out of a mean, and those of moments without a truth are zero at best.
+        let moments = &asked.evidence.layout.moments;
+        let has = |&moment: &usize| weights(asked.objective, &moments[moment..=moment], 1, 2).is_some();
+        let scored: Vec<usize> = (0..moments.len()).filter(has).collect();
+        let of = |cuts: &ToldCuts| cuts.cuts.first().map(|cut| cut.moment);
+        if !told.iter().map(of).eq(scored.into_iter().map(Some)) {
+            return Err(Issue::says("is not about each score of the mean once, in their order"));
+        }
+    } else if told.len() > 1 {
+        return Err(Issue::says("is about more than one score"));
+    }
+    for (number, told) in told.iter().enumerate() {
+        excluded(asked, told).map_err(|why| why.at(format!("[{number}]")))?;
+    }
+    let above = told.iter().map(|told| told.above[0] as f64 / told.above[1] as f64);
+    let mean = above.sum::<f64>() / told.len() as f64;
+    match mean == claimed {
+        true => Ok(()),
+        false => Err(Issue::says(format!("above is {mean}, which is not the {claimed} of no_set_is_above"))),
+    }
+}
+
+/// Whether cuts exclude all sets above the score that they are for.
+fn excluded(asked: &CutLimits, told: &ToldCuts) -> Result<(), Issue> {
     let CutLimits { evidence, objective, over, .. } = *asked;
     let [p, q] = told.above.map(i128::from);
-    if q == 0 || q > MOST_PARTS || p > q || p as f64 / q as f64 != claimed {
-        return Err(Issue::says(format!("above is {p}/{q}, which is not the {claimed} of no_set_is_above")));
+    if q == 0 || q > MOST_PARTS || p > q {
+        return Err(Issue::says(format!("above is {p}/{q}, which is no score")));
     }
     let moments = &evidence.layout.moments;
     let mut most = 0i128;
@@ -56,6 +81,9 @@ pub(crate) fn check(asked: &CutLimits, told: &ToldCuts, claimed: f64) -> Result<
         let moments = match over {
             Across::Pooled if cut.moment == 0 => &moments[..],
             Across::Worst if cut.moment < moments.len() => &moments[cut.moment..=cut.moment],
+            Across::Mean if cut.moment < moments.len() && cut.moment == told.cuts[0].moment => {
+                &moments[cut.moment..=cut.moment]
+            }
             _ => return Err(place(format!("no score is of moment {}", cut.moment))),
         };
         let Some((weights, wanted)) = weights(objective, moments, p, q) else {
@@ -88,7 +116,7 @@ pub(crate) fn check(asked: &CutLimits, told: &ToldCuts, claimed: f64) -> Result<
     most += free.iter().take(left).map(|added| (*added).max(0)).sum::<i128>();
     match most < 0 {
         true => Ok(()),
-        false => Err(Issue::says(format!("sets above {claimed} are not excluded"))),
+        false => Err(Issue::says(format!("sets above {p}/{q} are not excluded"))),
     }
 }
 

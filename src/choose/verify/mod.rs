@@ -46,7 +46,8 @@ struct ClaimedStep {
     best: ClaimedSet,
     no_set_is_above: Option<f64>,
     proven: bool,
-    shown_by: Option<ToldCuts>,
+    #[serde(default)]
+    shown_by: Vec<ToldCuts>,
 }
 
 #[derive(Deserialize)]
@@ -133,14 +134,12 @@ pub fn verify(
             if step.proven {
                 return wrong(format!("{place}.proven"), "a mean of scores has no proof".into());
             }
-            match (&step.shown_by, step.no_set_is_above) {
-                (None, None) => verified.open += 1,
-                (Some(cuts), Some(above)) => {
-                    match shows(study, choose, worlds, evidence, step, cuts, above) {
-                        Ok(()) => verified.bounded += 1,
-                        Err(why) => return Err(why.at(format!("{place}.shown_by")).at(path).into()),
-                    }
-                }
+            match (&step.shown_by[..], step.no_set_is_above) {
+                ([], None) => verified.open += 1,
+                ([_, ..], Some(above)) => match shows(study, choose, worlds, evidence, step, above) {
+                    Ok(()) => verified.bounded += 1,
+                    Err(why) => return Err(why.at(format!("{place}.shown_by")).at(path).into()),
+                },
                 _ => return wrong(format!("{place}.no_set_is_above"), "is not shown by cuts".into()),
             }
             continue;
@@ -207,7 +206,6 @@ fn shows(
     worlds: &[World],
     evidence: &CandidateEvidence,
     step: &ClaimedStep,
-    cuts: &ToldCuts,
     above: f64,
 ) -> Result<(), Issue> {
     let items = &evidence.items;
@@ -228,5 +226,5 @@ fn shows(
         joins: &joins,
         named: &|wanted: &str| items.iter().position(|&item| name(study, item) == wanted),
     };
-    cuts::check(&asked, cuts, above)
+    cuts::check(&asked, &step.shown_by, above)
 }

@@ -48,7 +48,7 @@ pub fn verify_refined(
             best: claimed(best),
             no_set_is_above: None,
             proven: false,
-            shown_by: None,
+            shown_by: Vec::new(),
         };
         let set = named(&study, &best.poses).map_err(|issue| issue.at(place("best")).at(&path))?;
         if let Some(why) = not_allowed(&study, choose, &worlds, &step, &set) {
