@@ -92,6 +92,7 @@
 //! | `front` | `Cell`, `DepthCamera`, `Device`, `Scored`: what a Rust program uses | `front.rs` |
 //! | `view` | one choice of poses, voxel by voxel, and why a voxel stays unknown; how a sensor is drawn (`outline.rs`) | `mod.rs`, `why.rs` |
 //! | `judge` | whether requirements are met: as planned, with a dead sensor, with mounts that are off | `mod.rs` |
+//! | `approach` | how near a body can come to the robot without being noticed | `mod.rs`, `answer.rs` |
 //! | `render` | pictures | `mod.rs` |
 //! | `export` | files for other programs: a file a format (`glb.rs`, `npz.rs`, `octomap.rs`) | `mod.rs` |
 //! | `report` | tables of `summary`, and the HTML page (`html/`) | `mod.rs` |
@@ -134,6 +135,8 @@
 // The rooms' pages are read by developers, who build them with private items.
 #![allow(rustdoc::private_intra_doc_links)]
 
+#[doc(hidden)]
+pub mod approach;
 #[doc(hidden)]
 pub mod backend;
 #[doc(hidden)]

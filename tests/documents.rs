@@ -29,6 +29,7 @@ const REFERENCE: &str = "scenes/README.md";
 const TUTORIAL: &str = "scenes/tutorial/README.md";
 const FIRST_HOUR: &str = "src/guide/first_hour.md";
 const CHOOSE: &str = "src/guide/choose.md";
+const APPROACH: &str = "src/guide/approach.md";
 const SENSORS: &str = "src/guide/sensors.md";
 const LONG_SWEEPS: &str = "src/guide/long_sweeps.md";
 const PYTHON: &str = "src/guide/python.md";
@@ -36,12 +37,13 @@ const SAME_INTEGERS: &str = "src/guide/same_integers.md";
 const WHY_FAST: &str = "src/guide/why_fast.md";
 const CHANGE_IT: &str = "src/guide/change_it.md";
 const CONTRIBUTING: &str = "src/guide/contributing.md";
-const DOCUMENTS: [&str; 12] = [
+const DOCUMENTS: [&str; 13] = [
     README,
     REFERENCE,
     TUTORIAL,
     FIRST_HOUR,
     CHOOSE,
+    APPROACH,
     SENSORS,
     LONG_SWEEPS,
     PYTHON,
@@ -175,6 +177,11 @@ fn choose() {
 }
 
 #[test]
+fn approach() {
+    follow(APPROACH, 3);
+}
+
+#[test]
 fn sensors() {
     follow(SENSORS, 2);
 }
@@ -215,7 +222,7 @@ fn paths(text: &str) -> Vec<String> {
 fn files_that_the_guide_names_are_there() {
     let mut named = 0;
     for document in
-        [FIRST_HOUR, CHOOSE, SENSORS, LONG_SWEEPS, SAME_INTEGERS, WHY_FAST, CHANGE_IT, CONTRIBUTING]
+        [FIRST_HOUR, CHOOSE, APPROACH, SENSORS, LONG_SWEEPS, SAME_INTEGERS, WHY_FAST, CHANGE_IT, CONTRIBUTING]
     {
         for path in paths(&read(document)) {
             assert!(root(&path).exists(), "{document}: no {path}");

@@ -5,6 +5,7 @@ macro_rules! say {
     ($($text:tt)*) => { crate::cli::terminal::say(&format!($($text)*)) };
 }
 
+mod approach;
 mod backend;
 mod bench;
 mod check;
@@ -96,7 +97,7 @@ const GROUPS: [(&str, &[&str]); 6] = [
     ("Start", &["init", "check", "sensors"]),
     ("Look", &["render", "voxelize", "compare"]),
     ("Run", &["sweep", "merge", "choose"]),
-    ("Explain", &["summary", "judge", "why", "report", "export"]),
+    ("Explain", &["summary", "judge", "why", "approach", "report", "export"]),
     ("Clusters", &["cluster"]),
     ("Developers", &["verify-backends", "bench", "devices", "schema", "completions", "man"]),
 ];
@@ -130,6 +131,7 @@ enum Command {
     Judge(judge::Args),
     Compare(compare::Args),
     Why(why::Args),
+    Approach(approach::Args),
     Report(report::Args),
     Export(export::Args),
     Render(render::Args),
@@ -159,6 +161,7 @@ pub(crate) fn run() -> ExitCode {
         Command::Judge(args) => judge::run(&args),
         Command::Compare(args) => compare::run(&args),
         Command::Why(args) => why::run(&args),
+        Command::Approach(args) => approach::run(&args),
         Command::Report(args) => report::run(&args),
         Command::Export(args) => export::run(&args),
         Command::Render(args) => render::run(&args),

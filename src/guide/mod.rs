@@ -6,6 +6,7 @@
 //! | [`first_hour`] | installing, a first study, its results, pictures, other programs |
 //! | [`own_cell`] | the tutorial: a cell from CAD, a robot, a person, sensors, to the report |
 //! | [`choose`] | which set of sensors is the best: what to ask, the front, what is proven and what is not |
+//! | [`approach`] | how near a person comes unnoticed: what watches, what to ask, how to read the answer |
 //! | [`sensors`] | which kind a device is, what it claims, real devices, noise, mounts |
 //! | [`every_key`] | the reference of scene and study files |
 //! | [`long_sweeps`] | stopping and going on, failing devices, shards, clusters, large tables |
@@ -26,6 +27,7 @@ macro_rules! page {
         #[doc = "[own cell]: crate::guide::own_cell"]
         #[doc = "[sensors]: crate::guide::sensors"]
         #[doc = "[choose]: crate::guide::choose"]
+        #[doc = "[approach]: crate::guide::approach"]
         #[doc = "[every key]: crate::guide::every_key"]
         #[doc = "[long sweeps]: crate::guide::long_sweeps"]
         #[doc = "[python]: crate::guide::python"]
@@ -46,6 +48,7 @@ page!(first_hour, "first_hour.md");
 page!(own_cell, "../../scenes/tutorial/README.md");
 page!(choose, "choose.md");
 page!(sensors, "sensors.md");
+page!(approach, "approach.md");
 page!(every_key, "../../scenes/README.md");
 page!(long_sweeps, "long_sweeps.md");
 page!(python, "python.md");

@@ -87,20 +87,20 @@ pub fn representation_names(study: &Study, combination: &Combination) -> Vec<Str
 }
 
 /// Rows in memory, where writing cannot fail.
-struct Csv(csv::Writer<Vec<u8>>);
+pub(crate) struct Csv(csv::Writer<Vec<u8>>);
 
 impl Csv {
-    fn new(header: &[&str]) -> Self {
+    pub(crate) fn new(header: &[&str]) -> Self {
         let mut csv = Csv(csv::Writer::from_writer(Vec::new()));
         csv.row(header);
         csv
     }
 
-    fn row<T: AsRef<[u8]>>(&mut self, fields: &[T]) {
+    pub(crate) fn row<T: AsRef<[u8]>>(&mut self, fields: &[T]) {
         self.0.write_record(fields).expect("all rows are as long as the header, and memory takes them");
     }
 
-    fn bytes(self) -> Vec<u8> {
+    pub(crate) fn bytes(self) -> Vec<u8> {
         self.0.into_inner().expect("memory takes all bytes")
     }
 }

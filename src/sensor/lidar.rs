@@ -9,7 +9,7 @@ use super::prism::Prism;
 use super::range::Range;
 use super::{
     Claim, Extent, FieldOfView, Kind, MEASURES, SWITCHES, Scale, Stance, Station, look, placement,
-    quantise_q15, switched,
+    quantise_q15, switched, watch,
 };
 use crate::backend::Rays;
 use crate::error::Issue;
@@ -184,6 +184,12 @@ impl Kind for Lidar {
         };
         let claim = |r| self.field(r).zip(at.rays).map_or_else(points, guarded);
         (0..self.representations().len()).map(claim).collect()
+    }
+
+    fn watches(&self, representation: usize, at: &Station) -> Option<BitGrid> {
+        let (field, rays) = self.field(representation).zip(at.rays)?;
+        let field = field.voxels(self, at);
+        Some(watch::by_rays(rays, &at.placement(self), &at.truth.blockers, Some(&field)))
     }
 
     fn reach(&self, at: &Station) -> Extent {

@@ -41,21 +41,33 @@ pub(crate) fn look(blockers: &BitGrid, rays: &Rays, from: &GridPose, way: Way, r
     };
     let mut entered =
         march::crossings(march::start(from.caster().origin_q16, way.truly_q16)).take_while(inside);
-    let march::Crossing { t_q16: t, voxel: hit, .. } =
-        entered.find(|to| to.t_q16 >= gates.near_ignore_q16 && blockers.get(to.voxel))?;
+    let to = entered.find(|to| to.t_q16 >= gates.near_ignore_q16 && blockers.get(to.voxel))?;
     let drawn = march::draw(from.draws, ray);
-    if t < gates.range_min_q16 || march::is_lost(drawn, rays.noise.lost_below) {
+    if to.t_q16 < gates.range_min_q16 || march::is_lost(drawn, rays.noise.lost_below) {
         return None;
     }
-    let read = match rays.noise.step_q16(drawn, t) {
-        0 if from.truly.is_none() => hit,
+    let read = read(rays, from, way, drawn, &to, size);
+    Some(Return { hit: to.voxel, distance_q16: to.t_q16, read })
+}
+
+/// The voxel where a return is read that comes from the voxel into which a crossing leads, in a grid of some
+/// size; `drawn` is what its ray drew.
+pub(super) fn read(
+    rays: &Rays,
+    from: &GridPose,
+    way: Way,
+    drawn: u32,
+    to: &march::Crossing,
+    size: [u32; 3],
+) -> [i32; 3] {
+    match rays.noise.step_q16(drawn, to.t_q16) {
+        0 if from.truly.is_none() => to.voxel,
         step => {
             let begin = march::start(from.origin_q16, way.believed_q16);
-            let read_q16 = march::noisy_q16(t, step);
+            let read_q16 = march::noisy_q16(to.t_q16, step);
             march::voxel_after(begin, march::crossings_at(&begin, march::room(&begin, size), read_q16))
         }
-    };
-    Some(Return { hit, distance_q16: t, read })
+    }
 }
 
 /// All returns of a table from a placement.

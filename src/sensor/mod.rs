@@ -33,6 +33,7 @@ pub mod rgb;
 pub mod rgbd;
 pub mod spread;
 pub mod turned;
+pub(crate) mod watch;
 
 use std::fmt::Debug;
 use std::sync::Arc;
@@ -256,6 +257,12 @@ pub trait Kind: Debug + Send + Sync {
     /// Which voxels it may hit or feel, if not those that its rays can reach.
     fn feels(&self, _: &Station) -> Extent {
         Extent::Rays
+    }
+
+    /// Which voxels it watches ([`watch`]) in a representation, if neither all that its rays can hit nor all
+    /// that it feels.
+    fn watches(&self, _representation: usize, _: &Station) -> Option<BitGrid> {
+        None
     }
 
     /// Whether the environment alone trips it, so that it never changes.

@@ -7,6 +7,7 @@ use std::path::PathBuf;
 use schemars::JsonSchema;
 use serde::Deserialize;
 
+use super::approach::ApproachFile;
 use super::choose::ChooseFile;
 use super::region_file::RegionFile;
 use super::require::{MountingErrorFile, RequirementFile};
@@ -57,6 +58,8 @@ pub(super) struct StudyFile {
     pub(super) require: Vec<RequirementFile>,
     /// How far mounts may be from where they are planned.
     pub(super) mounting_error: Option<MountingErrorFile>,
+    /// What `perirobot approach` looks for: how near a body can come to the robot unnoticed.
+    pub(super) approach: Option<ApproachFile>,
 }
 
 fn once() -> u32 {

@@ -2,6 +2,7 @@
 //! metres and radians. Defaults live in `file.rs`, `region_file.rs` and `scene_file.rs` only; meshes are read by
 //! `scene`.
 
+mod approach;
 pub mod catalogue;
 mod choices;
 mod choose;
@@ -33,6 +34,7 @@ use crate::sensor::{SaidOfNoise, Sensor};
 use crate::source::Sources;
 use crate::voxel::grid::VOXEL_SIZES_M;
 use crate::{Error, Result};
+pub use approach::{Approach, BodyShape, BodySpec, EntryPlace, EntrySpec, Hazard};
 pub(crate) use choices::Choices;
 pub use choose::{Across, Choose, SetRequirement};
 pub use combination::{Combination, Member};
@@ -78,6 +80,8 @@ pub struct Study {
     pub requirements: Vec<Requirement>,
     /// How far mounts may be off, if the study says so.
     pub mounting_error: Option<MountingError>,
+    /// How near bodies can come unnoticed is asked of these.
+    pub approach: Approach,
     /// Whether noise was switched off, whatever the study says.
     pub noiseless: bool,
     /// Numbers in its file that look as if they had a wrong unit.
@@ -190,6 +194,8 @@ impl Study {
         combination::check_rows(&at, &combinations, &sensors, per_choice).map_err(|e| vec![e])?;
         let known = choose::Known { fusion: file.fusion, regions: &regions, sensors: &sensors };
         let choose = file.choose.map(|file| choose::check(&at, file, &known)).transpose()?;
+        let known = approach::Known { regions: &regions, sensors: &sensors };
+        let approach = approach::check(&at, file.approach, &known).map_err(|e| vec![e])?;
         Ok(Study {
             path: path.into(),
             warnings: slips::warnings(&text),
@@ -205,6 +211,7 @@ impl Study {
             choose,
             requirements,
             mounting_error,
+            approach,
             noiseless: overrides.noiseless,
             repeats,
             min_hits: file.min_hits,

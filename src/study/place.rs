@@ -96,10 +96,14 @@ impl Place<'_> {
     }
 
     pub(super) fn unique<'n>(&self, kind: &str, names: impl Iterator<Item = &'n str>) -> Result<()> {
+        let kinds = match kind.strip_suffix('y') {
+            Some(stem) => format!("{stem}ies"),
+            None => format!("{kind}s"),
+        };
         let mut seen = HashSet::new();
         for name in names {
             if name.is_empty() {
-                return Err(self.says(format!("one of the {kind}s has an empty name")));
+                return Err(self.says(format!("one of the {kinds} has an empty name")));
             }
             if name.chars().count() > MOST_OF_NAME {
                 let begin: String = name.chars().take(40).collect();
@@ -114,7 +118,7 @@ impl Place<'_> {
             }
             if !seen.insert(name) {
                 return Err(self
-                    .says(format!("two {kind}s are named {name:?}"))
+                    .says(format!("two {kinds} are named {name:?}"))
                     .wanted("give each its own name"));
             }
         }

@@ -10,6 +10,7 @@ mod find;
 pub mod names;
 mod outline;
 mod returns;
+pub mod watched;
 pub mod why;
 
 use std::sync::Arc;

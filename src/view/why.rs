@@ -39,13 +39,16 @@
 //!   reason from a ray that looked there, and a voxel is out of view only if it is so for all.
 //! * `between_rays` counts as not monitored: nothing is in the way, but no ray measures there.
 //!
+//! A voxel is *watched* ([`crate::sensor::watch`]) if a body in it would be noticed: what is monitored, less
+//! what something stands before or blinds.
+//!
 //! # Practice
 //! For each unknown voxel, as many closed forms as there are sensors; what ended a ray is searched step by
 //! step, for hidden and blind voxels only. Voxels are looked at in parallel and each for itself, so that
 //! every machine finds the same.
 
 mod nearest;
-mod sight;
+pub(super) mod sight;
 
 use std::collections::BTreeMap;
 
@@ -312,7 +315,11 @@ impl<'a> Witness<'a> {
 
 /// The blocker in which a ray ends, and its distance; the ray must end in one. A blocker entered before
 /// `near_ignore_q16` is the sensor's housing.
-fn first_blocker(blockers: &BitGrid, begin: &march::March, near_ignore_q16: u32) -> ([i32; 3], u32) {
+pub(super) fn first_blocker(
+    blockers: &BitGrid,
+    begin: &march::March,
+    near_ignore_q16: u32,
+) -> ([i32; 3], u32) {
     let ends = |to: &march::Crossing| {
         !blockers.window().contains(to.voxel) || (to.t_q16 >= near_ignore_q16 && blockers.get(to.voxel))
     };
@@ -321,4 +328,4 @@ fn first_blocker(blockers: &BitGrid, begin: &march::March, near_ignore_q16: u32)
 }
 
 #[cfg(test)]
-mod tests;
+pub(super) mod tests;

@@ -73,6 +73,13 @@ impl Snapshots {
         kept.push_back((snapshot, truth.clone()));
         truth
     }
+
+    /// The truth of one of them if there were no objects of a role.
+    pub(crate) fn truth_without(&self, snapshot: usize, role: Role) -> Truth {
+        let bodies = self.placed[snapshot].iter().map(|&number| &self.bodies[number]);
+        let bodies: Vec<_> = bodies.filter(|body| body.voxels.role != role).collect();
+        combined(&bodies, self.grid)
+    }
 }
 
 /// The truth of each snapshot of a scene on one grid: [`Snapshots`], all of them at once.

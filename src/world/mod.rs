@@ -19,7 +19,7 @@ use std::time::Instant;
 use crate::backend::{GridPose, VoxelScene};
 use crate::error::{Issue, Site};
 use crate::pose::Pose;
-use crate::scene::{Scene, build::build_or_all};
+use crate::scene::{Role, Scene, build::build_or_all};
 use crate::sensor::{self, Sensor, Setting, Station};
 use crate::study::Study;
 use crate::voxel::{
@@ -230,6 +230,11 @@ impl World {
     /// The same moment with other candidates of its sensors. Its grid stays as it is.
     pub(crate) fn with_settings(&self, settings: Vec<Vec<Setting>>) -> World {
         World { settings: settings.into_iter().map(Arc::new).collect(), ..self.clone() }
+    }
+
+    /// The truth if nobody were there.
+    pub(crate) fn truth_without_people(&self) -> Truth {
+        self.snapshots.truth_without(self.snapshot, Role::Human)
     }
 
     /// The scene's name, with the snapshot's number where there are several.

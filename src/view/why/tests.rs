@@ -1,6 +1,6 @@
 //! Small cells whose reasons are worked by hand. All other cells are tested in `proof`.
 
-mod proof;
+pub(in crate::view) mod proof;
 
 use tempfile::TempDir;
 
@@ -11,7 +11,7 @@ use crate::view::Choice;
 use crate::world::World;
 
 /// A study made ready, from its text, that of its scene `cell.toml`, and other files.
-fn ready(study: &str, scene: &str, others: &[(&str, String)]) -> (Study, Vec<World>) {
+pub(in crate::view) fn ready(study: &str, scene: &str, others: &[(&str, String)]) -> (Study, Vec<World>) {
     let folder = TempDir::new().unwrap();
     let files = [("study.toml", study.to_string()), ("cell.toml", scene.to_string())];
     files

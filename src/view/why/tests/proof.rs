@@ -202,10 +202,10 @@ fn every_kind_of_sensor_has_its_reasons() {
 }
 
 /// Numbers from a seed.
-struct CaseRandom(u32);
+pub(in crate::view) struct CaseRandom(pub(in crate::view) u32);
 
 impl CaseRandom {
-    fn below(&mut self, n: u32) -> u32 {
+    pub(in crate::view) fn below(&mut self, n: u32) -> u32 {
         self.0 = self.0.wrapping_add(0x9e37_79b9);
         pcg(pcg(self.0)) % n
     }
@@ -224,7 +224,7 @@ impl CaseRandom {
 }
 
 /// Boxes anywhere, some of them in others, see-through or tags; a person and a robot.
-fn random_scene(random: &mut CaseRandom) -> String {
+pub(in crate::view) fn random_scene(random: &mut CaseRandom) -> String {
     let mut scene = String::from("interior = \"free\"\n");
     for number in 0..2 + random.below(5) {
         let more =
@@ -251,7 +251,7 @@ fn random_scene(random: &mut CaseRandom) -> String {
 }
 
 /// A camera, a LIDAR, a table of rays, a gate, a cover and the robot's pose, alone and together.
-fn random_study(random: &mut CaseRandom) -> String {
+pub(in crate::view) fn random_study(random: &mut CaseRandom) -> String {
     let mut study = format!(
         "seed = {}\n[grid]\nvoxel_size_m = {}\noutside = \"{}\"\n\
          bounds_m = {{ min = [-1.25, -1.05, -0.05], max = [1.25, 1.05, 1.65] }}\n[[scene]]\nfile = \"cell.toml\"\n\
@@ -323,7 +323,7 @@ fn random_study(random: &mut CaseRandom) -> String {
 }
 
 /// Directions in no order.
-fn random_ring(random: &mut CaseRandom) -> String {
+pub(in crate::view) fn random_ring(random: &mut CaseRandom) -> String {
     let mut csv = String::from("x,y,z\n");
     for _ in 0..1 + random.below(60) {
         let [y, z] = [(); 2].map(|()| random.between(-1.0, 1.0));

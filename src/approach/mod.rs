@@ -1,0 +1,42 @@
+//! How near a body can come to the robot without being noticed: the deepest undetected approach.
+//!
+//! # Theory
+//! A body is a set of voxels that moves without turning. At a place it is *noticed* if at least `min_voxels` of
+//! its voxels are watched ([`crate::sensor::watch`]), and it may not be where one of them is solid: occupied, or
+//! inside of something. From the places at which it comes in, all that steps to the 26 neighbours reach
+//! unnoticed is flooded. The answer is the place from which the nearest voxel of the body to the hazard is the
+//! least away, between the centres of voxels; of equally deep places that with the shortest path, then the first
+//! along z, y and x.
+//!
+//! Each snapshot is asked by itself, and all of them at once, cautiously: what is not watched in some snapshot
+//! is not watched, what is not solid in some snapshot can be entered, and the robot is wherever it is in one.
+//! Each is asked with nobody else in the scene, and, where the scene has people, with them as cover: they are
+//! solid, and hide what is behind them.
+//!
+//! *The narrowest place* tells where the way can be closed. The places whose shortest paths are between k and
+//! k + 1 longest steps long form a front that every way to a place farther on must cross; the narrowest front
+//! between the entry and the deepest place has the fewest places, and the path crosses it at the narrowest
+//! place.
+//!
+//! # Practice
+//! Watched voxels are counted in a body by running sums, paths by whole numbers, distances by squares, all on
+//! the host: no device has a part in it, so all give the same answer.
+
+mod answer;
+mod body;
+mod distance;
+mod entries;
+mod flood;
+mod ground;
+mod moments;
+mod picture;
+mod table;
+
+pub use answer::{Deepest, Found, Narrowest, deepest};
+pub use body::Body;
+pub use distance::Distances;
+pub use flood::{Flood, LONGEST_STEP};
+pub use ground::Ground;
+pub use moments::{Answer, Company, Plan, answers};
+pub use picture::{PATHS, floor_plan, paths_ply, plan_name};
+pub use table::{APPROACH, csv, in_words};

@@ -1,0 +1,160 @@
+//! The answers as `approach.csv`, made for pandas, and in words.
+//!
+//! | column | |
+//! |---|---|
+//! | `scene`, `snapshot` | which moment; `*` for all snapshots at once |
+//! | `people` | `absent`, or `cover`: the people of the scene stand in the way, and hide what is behind them |
+//! | `body`, `entry` | by their names in the study |
+//! | `deepest_m`, `deepest_squared` | how near the body comes to the hazard, between centres of voxels: in metres, and squared in voxels; empty where it is noticed at the entry already |
+//! | `path_m` | how long its way is |
+//! | `needed_m`, `margin_m` | how far it should stay away, and how much farther it does; empty where nothing says so |
+//! | `x_m`, `y_m`, `z_m` | the middle of the body at the deepest place |
+//! | `narrowest_x_m`, `narrowest_y_m`, `narrowest_z_m` | the middle of the body where the way is the narrowest |
+//! | `narrowest_places` | how many places of the body must be watched there to close the way |
+//! | `shadowed_by` | the object that hides it there from the most sensors and voxels; empty where none does |
+//! | `unnoticed_m2`, `joined_m2` | of a body on the floor, the area of all places where it stands unnoticed, and of those it comes to from the entry |
+
+use glam::DVec3;
+
+use super::body::Body;
+use super::ground::Ground;
+use super::moments::{Answer, Company};
+use crate::results::columns::Csv;
+use crate::voxel::Grid;
+
+/// The name of the file.
+pub const APPROACH: &str = "approach.csv";
+
+const COLUMNS: [&str; 20] = [
+    "scene",
+    "snapshot",
+    "people",
+    "body",
+    "entry",
+    "deepest_m",
+    "deepest_squared",
+    "path_m",
+    "needed_m",
+    "margin_m",
+    "x_m",
+    "y_m",
+    "z_m",
+    "narrowest_x_m",
+    "narrowest_y_m",
+    "narrowest_z_m",
+    "narrowest_places",
+    "shadowed_by",
+    "unnoticed_m2",
+    "joined_m2",
+];
+
+/// The middle of a body at a place, in world metres.
+pub(super) fn middle_m(body: &Body, place: [i32; 3], grid: &Grid) -> DVec3 {
+    let half = DVec3::from_array(body.size.map(|n| f64::from(n) / 2.0 * grid.voxel_size_m));
+    grid.corner_m(place) + half
+}
+
+/// Metres to a hundredth of a millimetre.
+fn metres(metres: f64) -> String {
+    format!("{metres:.5}")
+}
+
+/// A distance from its square in voxels.
+fn root_m(squared: u32, grid: &Grid) -> f64 {
+    f64::from(squared).sqrt() * grid.voxel_size_m
+}
+
+/// A length from thousandths of a voxel.
+fn length_m(thousandths: u64, grid: &Grid) -> f64 {
+    thousandths as f64 / 1000.0 * grid.voxel_size_m
+}
+
+/// The table of all scenes that were asked.
+pub fn csv(asked: &[(Ground, Vec<Answer>)]) -> Vec<u8> {
+    let mut csv = Csv::new(&COLUMNS);
+    for (ground, answers) in asked {
+        for answer in answers {
+            csv.row(&fields(ground, answer));
+        }
+    }
+    csv.bytes()
+}
+
+fn fields(ground: &Ground, answer: &Answer) -> Vec<String> {
+    let (grid, body) = (&ground.worlds[0].grid, &ground.bodies[answer.body]);
+    let deepest = answer.found.deepest.as_ref();
+    let empty = String::new;
+    let point = |place: Option<[i32; 3]>| match place {
+        Some(place) => middle_m(body, place, grid).to_array().map(metres),
+        None => [empty(), empty(), empty()],
+    };
+    let area = |places: u64| match body.on_floor {
+        true => metres(places as f64 * grid.voxel_size_m * grid.voxel_size_m),
+        false => empty(),
+    };
+    let narrowest = deepest.and_then(|deepest| deepest.narrowest);
+    let text = |value: Option<String>| value.unwrap_or_default();
+    let mut fields = vec![
+        ground.worlds[0].name.clone(),
+        answer.snapshot.map_or("*".into(), |snapshot| snapshot.to_string()),
+        answer.company.name().into(),
+        body.name.clone(),
+        ground.study.approach.entries[answer.entry].name.clone(),
+        text(deepest.map(|deepest| metres(root_m(deepest.squared, grid)))),
+        text(deepest.map(|deepest| deepest.squared.to_string())),
+        text(deepest.map(|deepest| metres(length_m(deepest.length, grid)))),
+        empty(),
+        empty(),
+    ];
+    fields.extend(point(deepest.and_then(|deepest| deepest.path.last().copied())));
+    fields.extend(point(narrowest.map(|narrowest| narrowest.place)));
+    fields.push(text(narrowest.map(|narrowest| narrowest.front.to_string())));
+    fields.push(answer.shadow.clone().unwrap_or_default());
+    fields.extend([area(answer.unnoticed), area(answer.found.reached.count())]);
+    fields
+}
+
+/// The answers of a scene in words: of each body from each entry that of all snapshots at once.
+pub fn in_words(ground: &Ground, answers: &[Answer]) -> String {
+    let (grid, study) = (&ground.worlds[0].grid, ground.study);
+    let at_once = if ground.worlds.len() > 1 { ", all snapshots at once" } else { "" };
+    let mut text = format!("scene {}{at_once}\n", ground.worlds[0].name);
+    for answer in answers.iter().filter(|answer| answer.snapshot.is_none() || ground.worlds.len() == 1) {
+        let body = &ground.bodies[answer.body];
+        let with = match answer.company {
+            Company::Absent => "",
+            Company::Cover => ", people as cover",
+        };
+        let entry = &study.approach.entries[answer.entry].name;
+        text += &format!("  {} from {entry}{with}: ", body.name);
+        let Some(deepest) = &answer.found.deepest else {
+            text += "is noticed at the entry\n";
+            continue;
+        };
+        text += &format!(
+            "comes to {:.2} m unnoticed, by a way of {:.2} m\n",
+            root_m(deepest.squared, grid),
+            length_m(deepest.length, grid)
+        );
+        if let Some(narrowest) = deepest.narrowest {
+            let at = middle_m(body, narrowest.place, grid);
+            let shadow = match &answer.shadow {
+                Some(object) => format!("behind {object:?}"),
+                None => "where no ray comes".into(),
+            };
+            text += &format!(
+                "    narrowest at x {:.2}, y {:.2}, z {:.2} m, {shadow}: {} places to be watched\n",
+                at.x, at.y, at.z, narrowest.front
+            );
+        }
+        if body.on_floor {
+            let area = |places: u64| places as f64 * grid.voxel_size_m * grid.voxel_size_m;
+            text += &format!(
+                "    stands unnoticed on {:.2} m² of floor, {:.2} m² of it on ways from here\n",
+                area(answer.unnoticed),
+                area(answer.found.reached.count())
+            );
+        }
+    }
+    text
+}

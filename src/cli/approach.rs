@@ -1,0 +1,106 @@
+//! `perirobot approach`: how near a body can come to the robot without being noticed.
+
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+use perirobot::Result;
+use perirobot::approach::{
+    APPROACH, Ground, PATHS, answers, csv, floor_plan, in_words, paths_ply, plan_name,
+};
+use perirobot::results::files::OutputFolder;
+use perirobot::study::Study;
+use perirobot::view::watched::Watchers;
+use perirobot::view::{Choice, Names, find};
+use perirobot::world::World;
+
+use super::backend::start_threads;
+use super::stop::end_tidily;
+use super::study::StudyArgs;
+
+/// Say how near a body can come to the robot unnoticed
+///
+/// Floods, from the entries of the study's table [approach], all that a body can reach unnoticed by the sensors
+/// of one choice of poses, and says how near that is to the robot (or to a region) and by which way: with
+/// nobody else in the scene and with its people as cover, in each snapshot and in all of them at once. Writes
+/// approach.csv, the ways as paths.ply, and floor plans. A folder of results in the place of the study asks
+/// of what was swept or chosen there. A planning aid: it knows what is in the study, and nothing else.
+#[derive(clap::Args)]
+#[command(after_help = AFTER_HELP)]
+pub(super) struct Args {
+    #[command(flatten)]
+    study: StudyArgs,
+    /// Which poses, sensor:pose as `perirobot check` lists them, or as in the column `poses` of results.csv
+    #[arg(long, value_name = "POSES")]
+    pose: String,
+    /// The combination, where several have such a choice of poses
+    #[arg(long, value_name = "NAME")]
+    combination: Option<String>,
+    /// What the sensors are taken to say, as in results.csv [default: the first]
+    #[arg(long, value_name = "NAME")]
+    representation: Option<String>,
+    /// Which repeat, for sensors with noise
+    #[arg(long, value_name = "N", default_value_t = 0)]
+    repeat: usize,
+    /// Folder for the files; made if needed. Files of the same names are replaced [default: out/, the study's
+    /// name and -approach]
+    #[arg(long, value_name = "FOLDER")]
+    out: Option<PathBuf>,
+}
+
+const AFTER_HELP: &str = "\
+Examples:
+  perirobot approach scenes/approach.toml --pose wall/front --out out/near
+      one camera: a person comes in through a shelf's shadow
+  perirobot approach scenes/approach.toml \\
+    --pose \"camera:wall/front;camera:wall/back\" --out out/both
+      a second camera looks behind the shelf";
+
+pub(super) fn run(args: &Args) -> Result<ExitCode> {
+    end_tidily()?;
+    start_threads(None)?;
+    let (study, worlds) = match args.study.load_folder()? {
+        Some(swept) => swept,
+        None => args.study.load()?,
+    };
+    let (_, choice) = args.find(&study, &worlds)?;
+    let watchers = Watchers::new(&study, choice);
+    let scenes: Vec<&[World]> = worlds.chunk_by(|one, next| one.scene == next.scene).collect();
+    // All scenes are checked before anything is cast.
+    let grounds: Vec<Ground> = scenes
+        .into_iter()
+        .map(|worlds| Ground::new(&study, worlds, watchers.each()))
+        .collect::<Result<_>>()?;
+    // A folder that was made here is removed again if nothing can be written.
+    let out = args.out.clone().unwrap_or_else(|| args.study.usual_out("-approach"));
+    let folder = OutputFolder::open(&out)?;
+    let (mut asked, mut plans) = (Vec::new(), Vec::new());
+    for ground in grounds {
+        let (answers, of_scene) = answers(&ground, &watchers)?;
+        super::print(&in_words(&ground, &answers))?;
+        asked.push((ground, answers));
+        plans.push(of_scene);
+    }
+    folder.write(APPROACH, &csv(&asked))?;
+    folder.write(PATHS, &paths_ply(&asked))?;
+    for ((ground, answers), plans) in asked.iter().zip(&plans) {
+        for plan in plans {
+            folder.write(&plan_name(ground, plan), &floor_plan(ground, answers, plan))?;
+        }
+    }
+    let rows: usize = asked.iter().map(|(_, answers)| answers.len()).sum();
+    super::print(&format!("{rows} rows in {}\n", folder.path().join(APPROACH).display()))?;
+    Ok(ExitCode::SUCCESS)
+}
+
+impl Args {
+    fn find<'w>(&self, study: &Study, worlds: &'w [World]) -> Result<(&'w World, Choice)> {
+        let wanted = Names {
+            poses: self.pose.clone(),
+            combination: self.combination.clone(),
+            representation: self.representation.clone(),
+            repeat: self.repeat,
+            ..Names::default()
+        };
+        find(study, worlds, &wanted)
+    }
+}

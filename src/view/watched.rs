@@ -1,0 +1,120 @@
+//! What a choice of poses watches at one moment of a scene, as it is or without its people, and which object
+//! stands before what it does not watch. [`crate::sensor::watch`] says what *watched* means.
+
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+use super::Choice;
+use super::why::first_blocker;
+use super::why::sight::Sight;
+use crate::backend::{GridPose, Rays};
+use crate::march::{self, leap};
+use crate::sensor::look::Way;
+use crate::sensor::{Station, watch};
+use crate::study::Study;
+use crate::voxel::{BitGrid, Truth};
+use crate::world::{World, ray_tables_of};
+
+/// A sensor of a choice: its number, its candidate, and which of its representations.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Watcher {
+    /// Index of the sensor.
+    pub sensor: usize,
+    /// Index of its candidate.
+    pub candidate: usize,
+    /// Number of its representation.
+    pub representation: usize,
+}
+
+/// The sensors of a choice, and their rays.
+#[derive(Debug)]
+pub struct Watchers<'a> {
+    study: &'a Study,
+    repeat: usize,
+    each: Vec<Watcher>,
+    /// For each sensor of the study, its rays, if it takes part and casts.
+    tables: Vec<Option<Rays>>,
+}
+
+/// What they watch at a moment.
+#[derive(Debug)]
+pub struct Watch {
+    /// What is where; without people if they are left out.
+    pub truth: Arc<Truth>,
+    /// The voxels in which a body would be noticed, over the grid.
+    pub voxels: BitGrid,
+    /// For each sensor that casts, its number and where it stands.
+    placements: Vec<(usize, GridPose)>,
+}
+
+impl<'a> Watchers<'a> {
+    /// Those of a choice.
+    pub fn new(study: &'a Study, choice: Choice) -> Watchers<'a> {
+        let combination = &study.combinations[choice.combination];
+        let candidates = combination.choice(choice.choice);
+        let representations = combination.representations(&study.sensors).swap_remove(choice.representation);
+        let members = combination.members.iter().zip(candidates).zip(representations);
+        let each: Vec<_> = members
+            .map(|((member, candidate), representation)| Watcher {
+                sensor: member.sensor,
+                candidate,
+                representation,
+            })
+            .collect();
+        let tables = ray_tables_of(study, |sensor| each.iter().any(|one| one.sensor == sensor));
+        Watchers { study, repeat: choice.repeat, each, tables }
+    }
+
+    /// The sensors.
+    pub fn each(&self) -> &[Watcher] {
+        &self.each
+    }
+
+    /// What they watch in a scene; `truth` is that of this world, with its people or without.
+    pub fn watch(&self, world: &World, truth: Arc<Truth>) -> Watch {
+        let mut voxels = BitGrid::new(world.grid.window());
+        let mut placements = Vec::new();
+        for &Watcher { sensor, candidate, representation } in &self.each {
+            let kind = &*self.study.sensors[sensor].kind;
+            let rays = self.tables[sensor].as_ref();
+            let station =
+                Station { rays, ..world.station(self.study, &truth, [sensor, candidate, self.repeat]) };
+            voxels.add(&watch::watched(kind, representation, &station));
+            if rays.is_some() {
+                placements.push((sensor, station.placement(kind)));
+            }
+        }
+        Watch { truth, voxels, placements }
+    }
+
+    /// The objects that stand before voxels which nothing watches: for each index in [`Truth::objects`], how
+    /// often the ray of a sensor nearest to a voxel ends in it before the voxel, within its range.
+    pub fn before(&self, watch: &Watch, voxels: impl Iterator<Item = [i32; 3]>) -> BTreeMap<usize, u64> {
+        let (blockers, objects) = (&watch.truth.blockers, &watch.truth.objects);
+        let sights = watch.placements.iter().filter_map(|(sensor, from)| {
+            let rays = self.tables[*sensor].as_ref()?;
+            let field = self.study.sensors[*sensor].kind.field_of_view();
+            Some((rays, from, Sight::new(rays, from, field)))
+        });
+        let sights: Vec<_> = sights.collect();
+        let mut found = BTreeMap::new();
+        for voxel in voxels.filter(|&voxel| !watch.voxels.get(voxel)) {
+            for (rays, from, sight) in &sights {
+                let Some(ray) = sight.look(voxel).ray else { continue };
+                let Some(entered_q16) = leap::entry_q16(&sight.start(ray), voxel) else { continue };
+                let way = Way::of(from, rays.dirs_q15[ray as usize]);
+                let cast = march::start(from.caster().origin_q16, way.truly_q16);
+                let (hit, hit_q16) = first_blocker(blockers, &cast, rays.gates.near_ignore_q16);
+                let is_before = hit_q16 < entered_q16 && entered_q16 <= rays.gates.range_max_q16;
+                let stops = |object: usize| objects[object].stops_rays && objects[object].voxels.get(hit);
+                if let Some(object) = (0..objects.len()).find(|&object| is_before && stops(object)) {
+                    *found.entry(object).or_default() += 1;
+                }
+            }
+        }
+        found
+    }
+}
+
+#[cfg(test)]
+mod tests;

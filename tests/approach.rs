@@ -1,0 +1,439 @@
+//! `perirobot approach`: a cell whose answer is known, the same from numpy and scipy in random cells, a body put
+//! where it says, and what cannot be asked.
+
+mod common;
+#[allow(dead_code)]
+#[path = "common/program.rs"]
+mod program;
+#[allow(dead_code)]
+#[path = "common/python.rs"]
+mod python;
+
+use std::fs;
+use std::path::Path;
+
+use common::Random;
+use perirobot::approach::{APPROACH, Answer, Ground, PATHS, answers, csv};
+use perirobot::backend::cpu::Cpu;
+use perirobot::export::each_file;
+use perirobot::scene::build::build;
+use perirobot::study::{Overrides, Study};
+use perirobot::view::watched::Watchers;
+use perirobot::view::{Choice, View};
+use perirobot::world::World;
+use program::{Folder, Outcome, names, perirobot, text};
+
+/// Of `scenes/approach.toml`, in a folder of its own.
+fn shelf() -> Folder {
+    let folder = Folder::new();
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes");
+    folder.write("study.toml", fs::read(root.join("approach.toml")).unwrap());
+    folder.edit("study.toml", "approach/cell.toml", "cell.toml");
+    folder.write("cell.toml", fs::read(root.join("approach/cell.toml")).unwrap());
+    folder
+}
+
+fn approach(folder: &Folder, pose: &str) -> Outcome {
+    let (study, out) = (folder.path("study.toml"), folder.path("out"));
+    perirobot(&["approach", text(&study), "--pose", pose, "--out", text(&out)])
+}
+
+const FRONT: &str = "wall/front";
+const BOTH: &str = "camera:wall/front;camera:wall/back";
+
+/// Values of some columns of a row.
+fn row<const N: usize>(folder: &Folder, key: [&str; 3], columns: [&str; N]) -> [String; N] {
+    let mut reader = csv::Reader::from_path(folder.path("out").join(APPROACH)).unwrap();
+    let header = reader.headers().unwrap().clone();
+    let at = |name: &str| header.iter().position(|column| column == name).unwrap();
+    let is_asked = |row: &csv::StringRecord| {
+        let columns = ["snapshot", "people", "body"];
+        (0..3).all(|i| &row[at(columns[i])] == key[i])
+    };
+    let found = reader.records().map(Result::unwrap).find(is_asked).expect("a row");
+    columns.map(|name| found[at(name)].to_string())
+}
+
+/// The shelf is 60 cm wide and ends at x = 0.2 m, with the voxel of index 4; a person who stands behind it has
+/// voxels from index 5 on. The robot's last is at −0.8 m, index −16: 21 voxels, 1.05 m. The person who begins
+/// farthest in stands at x = 1.6 m with the middle, and at 0.45 m in the end: 1.15 m straight on.
+#[test]
+fn a_shelf_60_cm_wide_lets_a_person_in_unless_a_second_camera_looks_behind_it() {
+    let folder = shelf();
+    let outcome = approach(&folder, FRONT);
+    assert_eq!(outcome.code, Some(0), "{}", outcome.stderr);
+    let asked = ["deepest_squared", "deepest_m", "path_m", "x_m", "shadowed_by"];
+    let known = ["441", "1.05000", "1.15000", "0.45000", "shelf"];
+    assert_eq!(row(&folder, ["0", "absent", "standing"], asked), known);
+    for said in ["standing from door: comes to 1.05 m unnoticed, by a way of 1.15 m", "behind \"shelf\""] {
+        assert!(outcome.stdout.contains(said), "{}", outcome.stdout);
+    }
+    // The colleague hides more of the floor, and what is nearest is the same.
+    let area = |people| row(&folder, ["0", people, "crawling"], ["joined_m2"])[0].parse::<f64>().unwrap();
+    assert!(area("cover") > 1.5 * area("absent"));
+    let plans = ["standing", "crawling", "trolley"].map(|body| format!("floor-cell-{body}"));
+    let plans =
+        plans.iter().flat_map(|plan| ["", "-people-as-cover"].map(|with| format!("{plan}{with}.svg")));
+    let mut expected: Vec<String> = [APPROACH, PATHS].map(String::from).into_iter().chain(plans).collect();
+    expected.sort();
+    assert_eq!(names(&folder.path("out")), expected);
+    // The path of the first row: from 1.6 to 0.45 m in 23 steps of 5 cm.
+    let ply = fs::read_to_string(folder.path("out").join(PATHS)).unwrap();
+    let first: Vec<Vec<f64>> = ply
+        .lines()
+        .skip_while(|line| *line != "end_header")
+        .skip(1)
+        .map(|line| line.split(' ').map(|n| n.parse().unwrap()).collect())
+        .take_while(|vertex: &Vec<f64>| vertex.len() == 4 && vertex[3] == 0.0)
+        .collect();
+    assert_eq!((first.len(), first[0][0], first[23][0]), (24, 1.6, 0.45));
+
+    let outcome = approach(&folder, BOTH);
+    assert_eq!(outcome.code, Some(0), "{}", outcome.stderr);
+    assert!(outcome.stdout.contains("standing from door: is noticed at the entry"), "{}", outcome.stdout);
+    assert_eq!(row(&folder, ["0", "absent", "standing"], asked), ["", "", "", "", ""]);
+    let unnoticed = row(&folder, ["0", "absent", "standing"], ["unnoticed_m2", "joined_m2"]);
+    assert_eq!(unnoticed, ["0.00000", "0.00000"]);
+    // A shelf that is 10 cm wide hides nobody who is 40 cm wide: its shadow is less than twice as wide.
+    folder.edit("cell.toml", "size_m = [0.2, 0.6, 2.3]", "size_m = [0.2, 0.1, 2.3]");
+    approach(&folder, FRONT);
+    assert_eq!(row(&folder, ["0", "absent", "standing"], asked), ["", "", "", "", ""]);
+}
+
+/// Where the answer says, a person who is put into the scene has no voxel hit, on any backend; half a metre
+/// aside the same person is detected.
+#[test]
+fn a_person_put_at_the_deepest_place_is_not_hit_by_any_backend() {
+    let folder = shelf();
+    folder.edit("cell.toml", "name = \"colleague\"", "name = \"intruder\"");
+    folder.edit(
+        "cell.toml",
+        "cylinder = { radius_m = 0.2, height_m = 1.7 }",
+        "cylinder = { radius_m = 0.19, height_m = 1.7 }",
+    );
+    folder.edit(
+        "study.toml",
+        "[[sensor]]",
+        "[[region]]\nname = \"human\"\nhuman_box = { margin_m = 0.1 }\n[[sensor]]",
+    );
+    approach(&folder, FRONT);
+    let [x, y] = row(&folder, ["0", "absent", "standing"], ["x_m", "y_m"]);
+    let seen = |position: String| {
+        let spot = folder.path("cell.toml");
+        let before = fs::read_to_string(&spot).unwrap();
+        folder.edit("cell.toml", "position_m = [0.1, 0.55, 0.9]", &format!("position_m = {position}"));
+        let mut backends = vec![["oracle", "auto"], ["cpu", "auto"]];
+        if common::adapter().is_some() {
+            backends.push(["gpu", "software"]);
+        }
+        let seen = backends.into_iter().map(|[backend, adapter]| {
+            let (study, out) = (folder.path("study.toml"), folder.path("swept"));
+            let fixed = ["sweep", text(&study), "--out", text(&out), "--backend", backend, "--restart"];
+            let on: &[&str] = if backend == "gpu" { &["--adapter", adapter] } else { &[] };
+            let outcome = perirobot(&[&fixed, on].concat());
+            assert_eq!(outcome.code, Some(0), "{}", outcome.stderr);
+            let mut reader = csv::Reader::from_path(out.join("results.csv")).unwrap();
+            let header = reader.headers().unwrap().clone();
+            let at = |name: &str| header.iter().position(|column| column == name).unwrap();
+            let is_asked = |row: &csv::StringRecord| {
+                &row[at("poses")] == "camera:wall/front" && &row[at("region")] == "human"
+            };
+            let found = reader.records().map(Result::unwrap).find(is_asked).unwrap();
+            found[at("hit_human")].parse::<u64>().unwrap()
+        });
+        let seen: Vec<u64> = seen.collect();
+        fs::write(&spot, before).unwrap();
+        assert!(seen.iter().all(|hits| *hits == seen[0]), "{seen:?}");
+        seen[0]
+    };
+    assert_eq!(seen(format!("[{x}, {y}, 0.92]")), 0);
+    assert!(seen(format!("[{x}, {}, 0.92]", y.parse::<f64>().unwrap() - 0.5)) > 100);
+}
+
+#[test]
+fn what_cannot_be_asked_is_refused_before_anything_is_cast() {
+    let refused = |edits: &[(&str, &str, &str)], expected: &[&str]| {
+        let folder = shelf();
+        edits.iter().for_each(|(file, from, to)| folder.edit(file, from, to));
+        let outcome = approach(&folder, FRONT);
+        let what = format!("{edits:?}: {:?}\n{}", outcome.code, outcome.stderr);
+        assert_eq!(outcome.code, Some(2), "{what}");
+        expected.iter().for_each(|part| assert!(outcome.stderr.contains(part), "no {part:?} in {what}"));
+        assert!(!outcome.stderr.contains("panicked") && outcome.stdout.is_empty(), "{what}");
+        assert!(!folder.path("out").exists(), "{what}");
+    };
+    let study = |from: &'static str, to: &'static str| ("study.toml", from, to);
+    let door = "box = { min_m = [1.4, -1.0, 0], max_m = [2.0, 1.0, 2.0] }";
+    refused(
+        &[
+            study(door, "box = { min_m = [-1.2, -0.3, 0], max_m = [-0.79, 0.3, 2.0] }"),
+            ("cell.toml", "radius_m = 0.2, height_m = 1.2", "radius_m = 0.3, height_m = 2.1"),
+        ],
+        &[
+            "approach: entry \"door\": lies inside something solid: body \"standing\" is free at no place of it",
+        ],
+    );
+    refused(
+        &[study(door, "box = { min_m = [1.4, -1.0, 0], max_m = [2.0, -0.7, 2.0] }")],
+        &[
+            "entry \"door\": is too small for body \"standing\"",
+            "0.40 × 0.40 × 1.80 m",
+            "0.60 × 0.30 × 2.00 m",
+        ],
+    );
+    refused(
+        &[study(door, "box = { min_m = [5, 5, 0], max_m = [6, 6, 2.0] }")],
+        &["entry \"door\": lies outside the grid, which goes from [-2.0", "bounds_m"],
+    );
+    refused(
+        &[("cell.toml", "role = \"robot\"", "role = \"environment\"")],
+        &["no hazard: no object of the scene is a robot", "role = \"robot\""],
+    );
+    refused(
+        &[study("name = \"standing\"", "name = \"flying\"")],
+        &["approach.body \"flying\": no shape", "name one of standing, crawling, arm, leg, finger"],
+    );
+    refused(
+        &[study("name = \"standing\"", "name = \"finger\"")],
+        &["body \"finger\": has 1 voxels of 0.05 m", "min_voxels = 1 or less"],
+    );
+    refused(
+        &[study("hazard = \"robot\"", "region = \"tool\"")],
+        &["approach.region = \"tool\": must be a region of the study: [\"robot\"]"],
+    );
+    refused(
+        &[study("hazard = \"robot\"", "hazard = \"robot\"\nregion = \"robot\"")],
+        &["both hazard and region"],
+    );
+    refused(&[study("min_voxels = 3", "min_voxels = 0")], &["approach.min_voxels = 0: must be 1 or more"]);
+    refused(
+        &[study("min_voxels = 3", "floor_m = 3")],
+        &["body \"standing\": is nowhere inside the grid, on a floor at 3 m"],
+    );
+    refused(
+        &[study("size_m = [0.4, 0.4, 0.9]", "size_m = [0.4, -1, 0.9]")],
+        &["approach.body \"trolley\".size_m = -1: must be a size in metres"],
+    );
+    refused(&[study("name = \"crawling\"", "name = \"standing\"")], &["two bodies are named \"standing\""]);
+    refused(
+        &[study(door, "gate = \"camera\"")],
+        &["entry \"door\".gate = \"camera\": must be a sensor of the study with kind = \"gate\""],
+    );
+    refused(&[study(door, "edges = false")], &["entry \"door\".edges = false: must be true"]);
+    refused(&[study(door, "")], &["entry \"door\": no place: give one of box, gate, edges"]);
+    refused(
+        &[
+            study(door, "edges = true"),
+            (
+                "cell.toml",
+                "plane = { size_m = [4, 3] }",
+                "room = { size_m = [3.9, 2.9, 2.1] }\nposition_m = [0, 0, 1.05]",
+            ),
+        ],
+        &["entry \"door\": lies inside something solid", "no opening of the grid's edge is free"],
+    );
+}
+
+/// Somebody who stands outside of a light curtain is not noticed by it, and in it is.
+#[test]
+fn a_light_curtain_is_an_entry_from_its_outside() {
+    let folder = shelf();
+    let gate = "[[sensor]]\nname = \"curtain\"\nkind = \"gate\"\n\
+                box = { min_m = [1.2, -1.4, 0], max_m = [1.3, 1.4, 2] }\n\
+                zone = { min_m = [-2, -1.4, 0], max_m = [1.2, 1.4, 2] }\n[[combination]]\nname = \"gated\"\nsensors = [\"curtain\", \"camera\"]\n";
+    folder.edit("study.toml", "# Each camera alone", &format!("{gate}# Each camera alone"));
+    let door = "box = { min_m = [1.4, -1.0, 0], max_m = [2.0, 1.0, 2.0] }";
+    folder.edit("study.toml", door, "gate = \"curtain\"");
+    // Without the curtain's signal the camera alone is passed in the shelf's shadow.
+    let outcome = approach(&folder, FRONT);
+    assert_eq!(outcome.code, Some(0), "{}", outcome.stderr);
+    let [deepest, _] = row(&folder, ["0", "absent", "standing"], ["deepest_squared", "path_m"]);
+    assert_eq!(deepest, "441");
+    // With it, the person comes as near as the side of the curtain that is outside: from index 26 on.
+    let outcome = approach(&folder, "curtain:here;camera:wall/front");
+    assert_eq!(outcome.code, Some(0), "{}", outcome.stderr);
+    let [deepest, x] = row(&folder, ["0", "absent", "standing"], ["deepest_squared", "x_m"]);
+    assert_eq!((deepest.as_str(), x.as_str()), ("1764", "1.50000"), "42 voxels from −16 to 26");
+}
+
+/// A random cell: boxes, a robot that moves in some, a person in some, a camera or two that certify.
+struct Cell {
+    study: String,
+    scene: String,
+    nobody: String,
+    case: String,
+    companies: &'static [&'static str],
+}
+
+fn cell(random: &mut Random) -> Cell {
+    // Whole voxels of 0.1 m, so that bodies and boxes are the same to everybody.
+    let at = |random: &mut Random, n: i32| f64::from(random.between(0, 10 * n)) * 0.01;
+    let size = |random: &mut Random| 0.1 + random.share() * 0.5;
+    let mut scene = String::from(
+        "interior = \"occupied\"\n[[object]]\nname = \"floor\"\nplane = { size_m = [2.4, 2] }\nposition_m = [0.6, 0.5, 0.02]\n",
+    );
+    for number in 0..random.between(1, 5) {
+        let [a, b, c] = [(); 3].map(|()| size(random));
+        let [x, y, z] = [12, 10, 8].map(|n| at(random, n));
+        scene += &format!(
+            "[[object]]\nname = \"box {number}\"\nbox = {{ size_m = [{a}, {b}, {c}] }}\nposition_m = [{x}, {y}, {z}]\n"
+        );
+    }
+    let moves = random.one_in(3);
+    let mut places = || format!("[{}, {}, 0.3]", at(random, 12), at(random, 10));
+    let (first, second) = (places(), places());
+    let motion =
+        if moves { format!("[object.snapshots]\nposition_m = [{first}, {second}]\n") } else { String::new() };
+    scene += &format!(
+        "[[object]]\nname = \"robot\"\nrole = \"robot\"\nbox = {{ size_m = [0.15, 0.15, 0.5] }}\nposition_m = {first}\n{motion}"
+    );
+    // The sensors' voxels are solid: a ray tells nothing of the one that it begins in.
+    let mut study = String::new();
+    let mut housings = String::new();
+    let sensors = random.between(1, 2);
+    for number in 0..sensors {
+        let place = [12, 10, 8].map(|n| f64::from(random.between(0, n - 1)) * 0.1 + 0.05);
+        housings += &format!(
+            "[[object]]\nname = \"housing {number}\"\nbox = {{ size_m = [0.04, 0.04, 0.04] }}\nposition_m = {place:?}\n"
+        );
+        let (pan, tilt) = (random.between(-180, 180), random.between(-60, 60));
+        let range = random.of(&[0.5, 0.9, 4.0]);
+        let optics = match random.below(3) {
+            0 => "kind = \"lidar\"\nmount = \"facing\"\nfov_deg = [360, 80]\nresolution_deg = [5, 6]"
+                .to_string(),
+            _ => format!(
+                "kind = \"rgbd\"\nfov_deg = [{}, 60]\nresolution_px = [40, 30]",
+                random.between(40, 140)
+            ),
+        };
+        study += &format!(
+            "[[sensor]]\nname = \"sensor {number}\"\n{optics}\nrange_m = [0, {range}]\nno_return = \"free\"\n\
+             [[sensor.poses]]\nname = \"p\"\nlist = [{{ position_m = {place:?}, facing = [1, 0, 0], pan_deg = {pan}, tilt_deg = {tilt} }}]\n"
+        );
+    }
+    scene += &housings;
+    let nobody = scene.clone();
+    let has_person = random.one_in(2);
+    if has_person {
+        let [x, y] = [12, 10].map(|n| at(random, n));
+        scene += &format!(
+            "[[object]]\nname = \"person\"\nrole = \"human\"\nbox = {{ size_m = [0.2, 0.3, 0.7] }}\nposition_m = [{x}, {y}, 0.4]\n"
+        );
+    }
+    let members = (0..sensors).map(|number| format!("\"sensor {number}\"")).collect::<Vec<_>>().join(", ");
+    let hazard = random.of(&["hazard = \"robot\"", "hazard = \"robot_swept\"", "region = \"tool\""]);
+    let (name, region) =
+        (hazard.split('"').nth(1).unwrap(), if hazard.starts_with("region") { "\"tool\"" } else { "null" });
+    let min_voxels = random.between(1, 3);
+    let low = random.between(0, 3);
+    let door = [[0.0, f64::from(low) * 0.1, 0.0], [0.4, f64::from(low + 6) * 0.1, 0.8]];
+    let study = format!(
+        "[grid]\nvoxel_size_m = 0.1\nbounds_m = {{ min = [0, 0, 0], max = [1.15, 0.95, 0.75] }}\n\
+         [[scene]]\nfile = \"cell.toml\"\n[[region]]\nname = \"tool\"\nbox = {{ min_m = [0.5, 0.3, 0.1], max_m = [0.8, 0.6, 0.4] }}\n\
+         {study}[[combination]]\nsensors = [{members}]\n\
+         [approach]\n{hazard}\nmin_voxels = {min_voxels}\n\
+         [[approach.body]]\nname = \"person\"\ncylinder = {{ diameter_m = 0.3, height_m = 0.5 }}\n\
+         [[approach.body]]\nname = \"hand\"\nball = {{ diameter_m = 0.2 }}\n\
+         [[approach.body]]\nname = \"pole\"\nbox = {{ size_m = [0.1, 0.2, 0.4] }}\n\
+         [[approach.entry]]\nname = \"edges\"\nedges = true\n\
+         [[approach.entry]]\nname = \"door\"\nbox = {{ min_m = {:?}, max_m = {:?} }}\n",
+        door[0], door[1]
+    );
+    let companies: &[&str] = if has_person { &["absent", "cover"] } else { &["absent"] };
+    let case = format!(
+        "{{\"voxel_m\": 0.1, \"floor_m\": 0, \"snapshots\": {}, \"hazard\": \"{name}\", \"region\": {region}, \"companies\": {companies:?},\n\
+         \"bodies\": [{{\"name\": \"person\", \"cylinder\": [0.3, 0.5], \"on_floor\": true, \"min_voxels\": {min_voxels}}},\n\
+         {{\"name\": \"hand\", \"ball\": 0.2, \"on_floor\": false, \"min_voxels\": {min_voxels}}},\n\
+         {{\"name\": \"pole\", \"box\": [0.1, 0.2, 0.4], \"on_floor\": true, \"min_voxels\": {min_voxels}}}],\n\
+         \"entries\": [{{\"name\": \"edges\", \"box\": null}}, {{\"name\": \"door\", \"box\": {door:?}}}]}}",
+        1 + i32::from(moves)
+    );
+    Cell { study, scene, nobody, case, companies }
+}
+
+const FIRST: Choice = Choice { combination: 0, choice: 0, representation: 0, repeat: 0 };
+
+fn asked<'a>(study: &'a Study, worlds: &'a [World]) -> perirobot::Result<(Ground<'a>, Vec<Answer>)> {
+    let watchers = Watchers::new(study, FIRST);
+    let ground = Ground::new(study, worlds, watchers.each())?;
+    let (answers, _) = answers(&ground, &watchers)?;
+    Ok((ground, answers))
+}
+
+/// The arrays of each snapshot of a scene.
+fn export(folder: &Path, company: &str, study: &Study, worlds: &[World]) {
+    let mut cpu = Cpu::new(Some(1)).unwrap();
+    let scenes = build(&study.scenes[0], &study.sources, study.voxel_size_m).unwrap();
+    for (world, scene) in worlds.iter().zip(&scenes) {
+        let view = View::new(study, world, FIRST, &mut cpu).unwrap();
+        let name = folder.join(format!("{company}-{}.npz", world.snapshot));
+        let keep = |file: perirobot::export::File| match file.name == "view.npz" {
+            true => perirobot::results::files::write_whole(&name, &file.bytes),
+            false => Ok(()),
+        };
+        each_file(&view, scene, keep).unwrap();
+    }
+}
+
+#[test]
+fn numpy_and_scipy_find_the_same_in_random_cells() {
+    let Some(interpreter) = python::python() else { return };
+    let folder = tempfile::tempdir().unwrap();
+    let (mut made, mut refused) = (0, 0);
+    for seed in 0..200 {
+        let random = &mut Random(seed);
+        let Cell { study: text, scene, nobody, case, companies } = cell(random);
+        let here = folder.path().join(format!("case-{seed:03}"));
+        fs::create_dir(&here).unwrap();
+        let load = |scene: &str| {
+            fs::write(here.join("study.toml"), &text).unwrap();
+            fs::write(here.join("cell.toml"), scene).unwrap();
+            let study = Study::load(&here.join("study.toml"), &Overrides::default()).unwrap();
+            let worlds = World::prepare_all(&study);
+            (study, worlds)
+        };
+        let (study, worlds) = load(&scene);
+        // Some have no robot in the grid, no room for a body, or a region inside something.
+        let found = worlds
+            .as_ref()
+            .map_err(|e| e.to_string())
+            .and_then(|worlds| asked(&study, worlds).map_err(|e| e.to_string()));
+        let Ok((ground, answers)) = found else {
+            fs::remove_dir_all(&here).unwrap();
+            refused += 1;
+            continue;
+        };
+        fs::write(here.join(APPROACH), csv(&[(ground, answers)])).unwrap();
+        fs::write(here.join("case.json"), case).unwrap();
+        if companies.contains(&"cover") {
+            export(&here, "cover", &study, worlds.as_ref().unwrap());
+        }
+        let (study, worlds) = load(&nobody);
+        export(&here, "absent", &study, &worlds.unwrap());
+        made += 1;
+        if made == 60 {
+            break;
+        }
+    }
+    assert!(made == 60, "{made} cells were asked, {refused} could not be");
+    let script = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/pandas/approach.py");
+    python::run(&interpreter, &[script, text(folder.path())]).unwrap();
+}
+
+#[test]
+fn bytes_do_not_depend_on_threads() {
+    let folder = shelf();
+    let study = Study::load(
+        &folder.path("study.toml"),
+        &Overrides { voxel_size_m: Some(0.1), ..Overrides::default() },
+    )
+    .unwrap();
+    let worlds = World::prepare_all(&study).unwrap();
+    let on = |threads: usize| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+        pool.install(|| csv(&[asked(&study, &worlds).unwrap()]))
+    };
+    let one = on(1);
+    assert!(one.len() > 500);
+    assert!(on(2) == one && on(5) == one);
+}

@@ -1,0 +1,145 @@
+"""Asks again, by plain numpy and scipy, what `perirobot approach` answered: from the arrays of `perirobot export` it takes what is
+watched and what is solid, floods by Dijkstra's algorithm, and compares every row of approach.csv.
+
+The folder is named on the command line; tests/approach.rs writes it: for each case case.json (the question), approach.csv, and
+for people as cover and without them the view.npz of each snapshot.
+"""
+
+import heapq
+import itertools
+import json
+import sys
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+from scipy.ndimage import distance_transform_edt
+
+STEP = [0, 1000, 1414, 1732]
+NEIGHBOURS = [(d, STEP[sum(map(abs, d))]) for d in itertools.product([-1, 0, 1], repeat=3) if any(d)]
+
+
+def body_voxels(body, voxel_m):
+    """Offsets of a body's voxels from its lowest corner, and its size."""
+    whole = lambda metres: max(1, int(np.floor(metres / voxel_m + 0.5)))
+    if "box" in body:
+        size = [whole(metres) for metres in body["box"]]
+        round_axes = 0
+    elif "cylinder" in body:
+        diameter, height = body["cylinder"]
+        size = [whole(diameter), whole(diameter), whole(height)]
+        round_axes = 2
+    else:
+        size = [whole(body["ball"])] * 3
+        round_axes = 3
+    voxels = np.array(list(np.ndindex(*size)))
+    if round_axes:
+        n = size[0]
+        off = voxels[:, :round_axes] + 0.5 - n / 2
+        voxels = voxels[(off**2).sum(axis=1) < n * n / 4]
+    return voxels, np.array(size)
+
+
+def dijkstra(begin, open_):
+    lengths = np.full(open_.shape, -1, dtype=np.int64)
+    heap = [(0, tuple(place)) for place in np.argwhere(begin & open_)]
+    best = {place: 0 for _, place in heap}
+    heapq.heapify(heap)
+    while heap:
+        length, place = heapq.heappop(heap)
+        if lengths[place] >= 0:
+            continue
+        lengths[place] = length
+        for by, step in NEIGHBOURS:
+            to = tuple(np.add(place, by))
+            if all(0 <= i < n for i, n in zip(to, open_.shape)) and open_[to] and lengths[to] < 0:
+                if length + step < best.get(to, length + step + 1):
+                    best[to] = length + step
+                    heapq.heappush(heap, (length + step, to))
+    return lengths
+
+
+def moment(views, case):
+    """What is watched, solid and to be kept away from in several snapshots at once."""
+    watched = np.logical_and.reduce([(view["labels"] == 0) | view["hits"] for view in views])
+    solid = np.logical_and.reduce([view["truth"] for view in views])
+    if case["region"] is None:
+        hazard = np.logical_or.reduce([view["robot"] for view in views])
+    else:
+        at = list(views[0]["region_names"]).index(case["region"])
+        hazard = np.logical_or.reduce([view["regions"][..., at] for view in views])
+    return watched, solid, hazard
+
+
+def answer(case, body, entry, watched, solid, hazard, origin, voxel_m):
+    voxels, size = body_voxels(body, voxel_m)
+    last = np.array(solid.shape) - size
+    first = [0, 0, 0]
+    if body["on_floor"]:
+        first[2] = last[2] = int(np.floor((case["floor_m"] - origin[2]) / voxel_m + 1e-9)) + 1
+    shape = [max(0, last[r] - first[r] + 1) for r in range(3)]
+    # Everything about a body is asked voxel by voxel, place by place.
+    corner = lambda v: tuple(slice(first[r] + v[r], first[r] + v[r] + shape[r]) for r in range(3))
+    count = lambda plane: sum(plane[corner(v)].astype(int) for v in voxels)
+    open_ = (count(solid) == 0) & (count(watched) < body["min_voxels"])
+    places = np.stack(np.meshgrid(*[np.arange(shape[r]) + first[r] for r in range(3)], indexing="ij"), axis=-1)
+    if entry["box"] is None:
+        axes = 2 if body["on_floor"] else 3
+        begin = np.zeros(shape, bool)
+        for r in range(axes):
+            begin |= (places[..., r] == 0) | (places[..., r] + size[r] == solid.shape[r])
+    else:
+        low, high = np.array(entry["box"])
+        least = origin + (places + 0.5) * voxel_m
+        most = origin + (places + size - 0.5) * voxel_m
+        begin = ((least > low - 1e-6) & (most < high - 1e-6)).all(axis=-1)
+    lengths = dijkstra(begin, open_)
+    reached = lengths >= 0
+    floor = body["on_floor"]
+    areas = [plane.sum() * voxel_m**2 if floor else np.nan for plane in (open_, reached)]
+    if not reached.any():
+        return None, areas
+    squared = np.rint(distance_transform_edt(~hazard) ** 2).astype(int)
+    nearest = np.min([squared[corner(v)] for v in voxels], axis=0)
+    rank = min((nearest[at], lengths[at], at[::-1], at) for at in map(tuple, np.argwhere(reached)))
+    deepest, length, _, at = rank
+    fronts = [(lengths[reached] // STEP[3] == k).sum() for k in range(1, length // STEP[3])]
+    middle = origin + (places[at] + size / 2) * voxel_m
+    return (deepest, length, middle, min(fronts) if fronts else None), areas
+
+
+same = lambda one, other: (pd.isna(one) and pd.isna(other)) or abs(one - other) < 1.1e-5
+compared = noticed = through = 0
+for folder in sorted(Path(sys.argv[1]).iterdir()):
+    case = json.loads((folder / "case.json").read_text())
+    rows = pd.read_csv(folder / "approach.csv", dtype={"snapshot": str})
+    views = {company: [] for company in case["companies"]}
+    for company, kept in views.items():
+        kept += [np.load(folder / f"{company}-{k}.npz") for k in range(case["snapshots"])]
+    voxel_m, origin = case["voxel_m"], views["absent"][0]["origin_m"]
+    moments = [str(k) for k in range(case["snapshots"])] + (["*"] if case["snapshots"] > 1 else [])
+    expected = list(itertools.product(case["companies"], moments, case["bodies"], case["entries"]))
+    assert len(expected) == len(rows), (folder, len(expected), len(rows))
+    for (company, when, body, entry), (_, row) in zip(expected, rows.iterrows()):
+        what = (folder.name, company, when, body["name"], entry["name"])
+        assert what[1:] == (row["people"], row["snapshot"], row["body"], row["entry"]), (what, row)
+        of = views[company] if when == "*" else [views[company][int(when)]]
+        planes = moment(of, case)
+        if case["hazard"] == "robot_swept":
+            planes = (*planes[:2], moment(views[company], case)[2])
+        found, areas = answer(case, body, entry, *planes, origin, voxel_m)
+        assert same(areas[0], row["unnoticed_m2"]) and same(areas[1], row["joined_m2"]), (what, areas, row)
+        compared += 1
+        if found is None:
+            assert pd.isna(row["deepest_m"]) and pd.isna(row["path_m"]), (what, row)
+            noticed += 1
+            continue
+        deepest, length, middle, front = found
+        assert deepest == row["deepest_squared"], (what, found, row)
+        assert same(np.sqrt(deepest) * voxel_m, row["deepest_m"]), (what, found, row)
+        assert same(length / 1000 * voxel_m, row["path_m"]), (what, found, row)
+        assert all(same(middle[r], row["xyz"[r] + "_m"]) for r in range(3)), (what, found, row)
+        assert same(np.nan if front is None else front, row["narrowest_places"]), (what, found, row)
+        through += front is not None
+print(f"numpy {np.__version__}: {compared} rows are equal, {noticed} noticed at the entry, {through} by a way with a narrowest place")
+assert compared > 300 and noticed > 20 and through > 50, "the cells are too easy"
