@@ -1,4 +1,4 @@
-//! A Python with pandas and pyarrow, in an environment of its own below the target folder, made once.
+//! A Python with pandas, pyarrow and highspy, in an environment of its own below the target folder, made once.
 
 use std::fs;
 use std::path::{Path, PathBuf};
