@@ -30,6 +30,7 @@ const TUTORIAL: &str = "scenes/tutorial/README.md";
 const FIRST_HOUR: &str = "src/guide/first_hour.md";
 const CHOOSE: &str = "src/guide/choose.md";
 const APPROACH: &str = "src/guide/approach.md";
+const REVIEW: &str = "src/guide/review.md";
 const SENSORS: &str = "src/guide/sensors.md";
 const LONG_SWEEPS: &str = "src/guide/long_sweeps.md";
 const PYTHON: &str = "src/guide/python.md";
@@ -37,13 +38,14 @@ const SAME_INTEGERS: &str = "src/guide/same_integers.md";
 const WHY_FAST: &str = "src/guide/why_fast.md";
 const CHANGE_IT: &str = "src/guide/change_it.md";
 const CONTRIBUTING: &str = "src/guide/contributing.md";
-const DOCUMENTS: [&str; 13] = [
+const DOCUMENTS: [&str; 14] = [
     README,
     REFERENCE,
     TUTORIAL,
     FIRST_HOUR,
     CHOOSE,
     APPROACH,
+    REVIEW,
     SENSORS,
     LONG_SWEEPS,
     PYTHON,
@@ -182,6 +184,11 @@ fn approach() {
 }
 
 #[test]
+fn review() {
+    follow(REVIEW, 3);
+}
+
+#[test]
 fn sensors() {
     follow(SENSORS, 2);
 }
@@ -221,9 +228,18 @@ fn paths(text: &str) -> Vec<String> {
 #[test]
 fn files_that_the_guide_names_are_there() {
     let mut named = 0;
-    for document in
-        [FIRST_HOUR, CHOOSE, APPROACH, SENSORS, LONG_SWEEPS, SAME_INTEGERS, WHY_FAST, CHANGE_IT, CONTRIBUTING]
-    {
+    for document in [
+        FIRST_HOUR,
+        CHOOSE,
+        APPROACH,
+        REVIEW,
+        SENSORS,
+        LONG_SWEEPS,
+        SAME_INTEGERS,
+        WHY_FAST,
+        CHANGE_IT,
+        CONTRIBUTING,
+    ] {
         for path in paths(&read(document)) {
             assert!(root(&path).exists(), "{document}: no {path}");
             named += 1;

@@ -134,15 +134,158 @@ fn exit_codes_and_words_say_what_was_decided() {
     ];
     assert!(words.iter().all(|part| missed.stdout.contains(part)), "{}", missed.stdout);
 
-    // The picture's command is one that runs.
-    let command = missed.stdout.lines().find_map(|line| line.trim().strip_prefix("perirobot ")).unwrap();
-    let picture = folder.path("worst.png");
-    let words: Vec<&str> = command.split_whitespace().collect();
-    let words: Vec<&str> =
-        words.iter().map(|word| if *word == "worst.png" { text(&picture) } else { word }).collect();
-    let drawn = perirobot(&words);
-    assert_eq!(drawn.code, Some(0), "{command}: {}", drawn.stderr);
-    assert!(fs::metadata(picture).unwrap().len() > 1000);
+    assert_eq!(drawn(&folder, &missed.stdout), 2);
+}
+
+/// Runs the commands of pictures that were printed; how many there are.
+#[track_caller]
+fn drawn(folder: &Folder, printed: &str) -> usize {
+    let commands: Vec<&str> =
+        printed.lines().filter_map(|line| line.trim().strip_prefix("perirobot ")).collect();
+    for command in &commands {
+        let picture = folder.path("worst.png");
+        let words: Vec<&str> = command.split_whitespace().map(|word| word.trim_matches('\'')).collect();
+        let words: Vec<&str> =
+            words.into_iter().map(|word| if word == "worst.png" { text(&picture) } else { word }).collect();
+        let drawn = perirobot(&words);
+        assert_eq!(drawn.code, Some(0), "{command}: {}", drawn.stderr);
+        assert!(fs::metadata(&picture).unwrap().len() > 1000);
+        fs::remove_file(picture).unwrap();
+    }
+    commands.len()
+}
+
+const UNDER: &str = "under = [\"as_planned\", \"one_sensor_dead\", \"two_sensors_dead\", \"mounting_error\"]\nover = \"mean\"\n";
+
+#[test]
+fn conditions_are_told_drawn_and_written_for_build_servers() {
+    let folder = Folder::noisy();
+    let more = "\n[[combination]]\nname = \"both\"\nsensors = [\"camera\", \"lidar\"]\n\
+                [mounting_error]\ndraws = 4\nposition_m = 0.02\nangle_deg = 1.0\n";
+    folder.edit("study.toml", "", more);
+    folder.edit(
+        "study.toml",
+        "",
+        &require(
+            "most <&> \"of\" it".replace('"', "'").as_str(),
+            "f1",
+            "box",
+            &format!("{UNDER}at_least = 0.001"),
+        ),
+    );
+    let swept = folder.sweep(&[]);
+    assert_eq!(swept.code, Some(0), "{}", swept.stderr);
+    let said = [
+        "Requirements\n",
+        "PASS  most <&> 'of' it (as planned): F1 in region box is 0.",
+        "more: perirobot judge ",
+    ];
+    assert!(said.iter().all(|part| swept.stdout.contains(part)), "{}", swept.stdout);
+    assert!(!swept.stdout.contains("one sensor dead"));
+
+    let junit = folder.path("verdicts.xml");
+    let outcome = judge(&folder, &["--junit", text(&junit), "--backend", "cpu"]);
+    assert_eq!(outcome.code, Some(4), "{}", outcome.stderr);
+    // Of two sensors that are dead nothing is left to draw.
+    assert_eq!(drawn(&folder, &outcome.stdout), 3, "{}", outcome.stdout);
+    let rows = table(&folder, "requirements.csv");
+    let cases: Vec<[&str; 4]> = rows
+        .iter()
+        .map(|row| ["condition", "verdict", "cases", "failed"].map(|key| row[key].as_str()))
+        .collect();
+    assert_eq!(cases[0], ["as_planned", "PASS", "1", "0"]);
+    assert_eq!(cases[1][0..1], ["one_sensor_dead"]);
+    assert_eq!(cases[1][2], "2");
+    assert_eq!(cases[2], ["two_sensors_dead", "FAIL", "1", "1"]);
+    assert_eq!([cases[3][0], cases[3][2]], ["mounting_error", "4"]);
+    assert!(rows[3]["case"].starts_with("draw "), "{:?}", rows[3]);
+
+    let text_of_file = fs::read_to_string(&junit).unwrap();
+    let document = roxmltree::Document::parse(&text_of_file).unwrap();
+    let tests: Vec<_> = document.descendants().filter(|node| node.has_tag_name("testcase")).collect();
+    let failed =
+        tests.iter().filter(|test| test.children().any(|child| child.has_tag_name("failure"))).count();
+    assert_eq!(tests.len(), 4);
+    assert_eq!(failed, rows.iter().filter(|row| row["verdict"] == "FAIL").count());
+    assert_eq!(tests[0].attribute("name"), Some("most <&> 'of' it (as_planned)"));
+    let suite = document.root_element();
+    let counts = ["tests", "failures"].map(|key| suite.attribute(key).unwrap().parse::<usize>().unwrap());
+    assert_eq!(counts, [4, failed]);
+
+    // What is 5 %, mean and so on of the cases is held by the library's tests; here that all are there.
+    let conditions = table(&folder, "conditions.csv");
+    for (condition, values) in
+        [("as_planned", 4), ("one_sensor_dead", 8), ("two_sensors_dead", 4), ("mounting_error", 16)]
+    {
+        let of = |row: &&Row| row["condition"] == condition && row["region"] == "box" && row["score"] == "f1";
+        let row = conditions.iter().find(of).unwrap();
+        assert_eq!(row["values"], values.to_string(), "{row:?}");
+        let [best, mean, worst] = ["best", "mean", "worst"].map(|key| row[key].parse::<f64>().unwrap());
+        assert!(best >= mean && mean >= worst, "{row:?}");
+    }
+    // The same from the plain reference, but for the words of the run.
+    let before = ["requirements.csv", "conditions.csv", "draws.csv"]
+        .map(|name| fs::read(folder.path("out").join(name)).unwrap());
+    assert_eq!(judge(&folder, &["--backend", "oracle"]).code, Some(4));
+    let after = ["requirements.csv", "conditions.csv", "draws.csv"]
+        .map(|name| fs::read(folder.path("out").join(name)).unwrap());
+    assert!(before == after);
+    // Draws are of one choice.
+    assert_eq!(judge(&folder, &["--best", "2", "--backend", "cpu"]).code, Some(4));
+    assert!(!folder.path("out/draws.csv").exists());
+}
+
+#[test]
+fn what_cannot_be_looked_at_is_told() {
+    let folder = Folder::new();
+    assert_eq!(folder.sweep(&[]).code, Some(0));
+    let out = folder.path("out");
+    let why = |more: &[&str]| perirobot(&[&["why", text(&out), "--pose", "wall/0/0"], more].concat());
+    for (arguments, expected) in [
+        (["--dead", "lidar:posts/upright"], "--dead lidar:posts/upright: "),
+        (["--dead", "camera:wall/0/0"], "--dead camera:wall/0/0: no sensor is left"),
+        (["--draw", "0"], "[mounting_error] draws = 20"),
+    ] {
+        let outcome = why(&arguments);
+        assert_eq!(outcome.code, Some(2), "{}", outcome.stderr);
+        assert!(outcome.stderr.contains(expected), "{expected}: {}", outcome.stderr);
+    }
+    folder.edit("study.toml", "", "\n[mounting_error]\ndraws = 4\nposition_m = 0.02\n");
+    let outcome = why(&["--draw", "4"]);
+    assert!(
+        outcome.code == Some(2) && outcome.stderr.contains("--draw 4: must be from 0 to 3"),
+        "{}",
+        outcome.stderr
+    );
+    let [planned, drawn] = [why(&[]), why(&["--draw", "3"])];
+    assert_eq!([planned.code, drawn.code], [Some(0); 2], "{}", drawn.stderr);
+    assert_ne!(planned.stdout, drawn.stdout);
+}
+
+#[test]
+fn a_chosen_set_is_judged() {
+    let folder = Folder::new();
+    folder.edit("study.toml", "", "\n[choose]\nobjective = \"f1\"\nregion = \"robot\"\nat_most = 2\n");
+    let one =
+        require("seen", "f1", "robot", "at_least = 0.15\nunder = [\"as_planned\", \"one_sensor_dead\"]");
+    folder.edit("study.toml", "", &one);
+    let (study, out) = (folder.path("study.toml"), folder.path("out"));
+    let chosen = perirobot(&["choose", text(&study), "--out", text(&out), "--backend", "cpu"]);
+    assert_eq!(chosen.code, Some(0), "{}", chosen.stderr);
+    let (_, verdicts) = chosen.stdout.split_once("\nRequirements\n").unwrap();
+    let rows = table(&folder, "results.csv");
+    let of_robot = rows.iter().filter(|row| row["region"] == "robot");
+    let best =
+        of_robot.max_by(|a, b| a["f1"].parse::<f64>().unwrap().total_cmp(&b["f1"].parse().unwrap())).unwrap();
+    assert!(best["poses"].contains(';') && verdicts.starts_with(&best["poses"]), "{best:?}: {verdicts}");
+    assert!(verdicts.contains("PASS  seen (as planned)") && !verdicts.contains("dead"), "{verdicts}");
+
+    let judged = judge(&folder, &["--backend", "cpu"]);
+    assert!(matches!(judged.code, Some(0 | 4)), "{}", judged.stderr);
+    let verdicts = table(&folder, "requirements.csv");
+    assert_eq!([&verdicts[0]["poses"], &verdicts[0]["value"]], [&best["poses"], &best["f1"]]);
+    assert_eq!([verdicts[1]["condition"].as_str(), &verdicts[1]["cases"]], ["one_sensor_dead", "2"]);
+    assert!(verdicts[1]["value"].parse::<f64>().unwrap() < best["f1"].parse().unwrap());
 }
 
 /// The error of a study with these requirements.

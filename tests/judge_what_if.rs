@@ -9,7 +9,7 @@ use std::path::Path;
 use perirobot::Error;
 use perirobot::backend::factory::{BackendChoice, BackendFactory, BackendKind, ChosenBackends, Fallback};
 use perirobot::backend::{Backend, oracle::Oracle};
-use perirobot::judge::{Case, Conditions, Draws, WhatIf};
+use perirobot::judge::{Alteration, Case, Conditions, Draws, WhatIf, altered};
 use perirobot::metrics::Confusion;
 use perirobot::results::files::DRAWS;
 use perirobot::results::manifest::Fault;
@@ -133,11 +133,29 @@ fn what_if(
     let names = Names { poses: poses.into(), representation: Some(wanted.clone()), ..Names::default() };
     let (_, choice) = find(study, worlds, &names).unwrap();
     let counts = swept(study, worlds, &choice, backends.open(Fallback::Cpu).unwrap().as_mut());
-    let case = Case { name: String::new(), counts };
+    let case = Case { alteration: Alteration::None, counts };
     let mut conditions = Conditions { moments: Vec::new(), cases: vec![(Condition::AsPlanned, vec![case])] };
     let what_if = WhatIf::new(study, worlds, &choice);
     let draws = what_if.count(asked, &mut conditions, backends, &mut Silent).unwrap();
     (conditions, draws, wanted.clone())
+}
+
+/// Each case as a study of its own counts the same.
+#[track_caller]
+fn alone((study, worlds): &(Study, Vec<World>), poses: &str, ways: &str, found: &Conditions) {
+    let names = Names { poses: poses.into(), representation: Some(ways.into()), ..Names::default() };
+    let (_, choice) = find(study, worlds, &names).unwrap();
+    for case in found.cases.iter().flat_map(|(_, cases)| cases) {
+        let nothing_left =
+            matches!(&case.alteration, Alteration::Dead(dead) if dead.len() == poses.split(';').count());
+        if nothing_left {
+            continue;
+        }
+        let (study, worlds, choice) = altered(study, worlds, &choice, &case.alteration).unwrap();
+        let counts =
+            swept(&study, &worlds, &choice, &mut perirobot::backend::cpu::Cpu::new(Some(2)).unwrap());
+        assert_eq!(case.counts, counts, "{:?} of {poses}", case.alteration);
+    }
 }
 
 /// Backends by name.
@@ -168,14 +186,13 @@ fn without_a_sensor_counts_are_those_of_a_study_without_it() {
             if name != "cpu" {
                 continue;
             }
+            alone(&study, poses, &ways, &found);
             let ways: Vec<&str> = ways.split(';').collect();
             for condition in DEAD {
                 for case in found.of(condition) {
-                    let dead: Vec<&str> =
-                        case.name.strip_prefix("without ").unwrap().split(" and ").collect();
-                    let is_left = |number: &usize| {
-                        !dead.contains(&format!("{}:{}", all[*number].0, all[*number].1).as_str())
-                    };
+                    let Alteration::Dead(dead) = &case.alteration else { panic!("{:?}", case.alteration) };
+                    let is_left =
+                        |number: &usize| !dead.contains(&format!("{}:{}", all[*number].0, all[*number].1));
                     let left: Vec<usize> = (0..all.len()).filter(is_left).collect();
                     if left.is_empty() {
                         let nothing = |region: usize| {
@@ -184,7 +201,7 @@ fn without_a_sensor_counts_are_those_of_a_study_without_it() {
                             each.repeat(study.0.repeats as usize)
                         };
                         let expected: Vec<_> = (0..study.0.regions.len()).map(nothing).collect();
-                        assert_eq!(case.counts, expected, "{}", case.name);
+                        assert_eq!(case.counts, expected, "{:?}", case.alteration);
                         continue;
                     }
                     // By hand: the combination without it.
@@ -202,7 +219,7 @@ fn without_a_sensor_counts_are_those_of_a_study_without_it() {
                     };
                     let (_, choice) = find(&study, &worlds, &names).unwrap();
                     let expected = swept(&study, &worlds, &choice, &mut Oracle::default());
-                    assert_eq!(case.counts, expected, "{} of {poses}", case.name);
+                    assert_eq!(case.counts, expected, "{:?} of {poses}", case.alteration);
                     compared += 1;
                 }
             }
@@ -229,6 +246,7 @@ fn moved_sensors_count_as_in_a_study_with_the_poses_that_are_written() {
             if name != "cpu" {
                 continue;
             }
+            alone(&study, poses, &ways, &found);
             draws.unwrap().write(cell.0.path()).unwrap();
             let moved = fs::read_to_string(cell.0.path().join(DRAWS)).unwrap();
             // By hand: the sensors of the file have its poses, and the combination is one draw of each.
@@ -264,7 +282,7 @@ fn moved_sensors_count_as_in_a_study_with_the_poses_that_are_written() {
                     Names { poses: names.join(";"), representation: Some(ways.clone()), ..Names::default() };
                 let (_, choice) = find(&study, &worlds, &names).unwrap();
                 let expected = swept(&study, &worlds, &choice, &mut Oracle::default());
-                assert_eq!(case.counts, expected, "{} of {poses}", case.name);
+                assert_eq!(case.counts, expected, "{:?} of {poses}", case.alteration);
                 different += usize::from(case.counts != found.of(Condition::AsPlanned)[0].counts);
             }
             assert_eq!((cases.len(), different), (3, 3), "{poses}");
@@ -282,7 +300,7 @@ fn a_plan_that_is_counted_differently_is_told() {
     let (_, choice) = find(&study, &worlds, &Names { poses: poses.into(), ..Names::default() }).unwrap();
     let mut counts = swept(&study, &worlds, &choice, &mut Oracle::default());
     counts[1][2].tp += 1;
-    let case = Case { name: String::new(), counts };
+    let case = Case { alteration: Alteration::None, counts };
     let mut conditions = Conditions { moments: Vec::new(), cases: vec![(Condition::AsPlanned, vec![case])] };
     let what_if = WhatIf::new(&study, &worlds, &choice);
     let (_, mut cpu) = backends().swap_remove(1);

@@ -58,6 +58,12 @@ impl Told {
         names.find(is_free).expect("a study has few groups")
     }
 
+    /// The number of the best set among those of [`Told::study_of_sets`].
+    pub fn best_set(&self) -> Option<usize> {
+        let best = &self.best()?.best;
+        self.sets().position(|set| set.poses == best.poses)
+    }
+
     /// Fails unless a sweep of the sets counted what their scores were made of.
     pub fn agrees(&self, choose: &Choose, results: &Results) -> Result<()> {
         for (combination, set) in self.sets().enumerate() {

@@ -1,7 +1,7 @@
 //! `--pose` and what goes with it: which choice of poses a command looks at, in which scene.
 
 use perirobot::Result;
-use perirobot::judge::Among;
+use perirobot::judge::{Alteration, Among, altered};
 use perirobot::study::Study;
 use perirobot::view::{Choice, Names, find, find_scene};
 use perirobot::world::World;
@@ -67,24 +67,48 @@ pub(super) struct RestArgs {
     /// Which repeat, for sensors with noise
     #[arg(long, value_name = "N", default_value_t = 0, requires = "pose")]
     repeat: usize,
+    /// Without a sensor of the choice, as in camera:wall/1/0, as if it were dead; repeat it for more
+    #[arg(long, value_name = "SENSOR:POSE", requires = "pose")]
+    dead: Vec<String>,
+    /// With the mounts of this draw of the study's [mounting_error], counted from 0
+    #[arg(long, value_name = "N", requires = "pose", conflicts_with = "dead")]
+    draw: Option<u32>,
+}
+
+/// What a command looks at: a choice of a study, in one of its worlds.
+pub(super) struct Looked {
+    pub(super) study: Study,
+    worlds: Vec<World>,
+    world: usize,
+    pub(super) choice: Choice,
+}
+
+impl Looked {
+    /// The scene at its moment.
+    pub(super) fn world(&self) -> &World {
+        &self.worlds[self.world]
+    }
 }
 
 impl ChoiceArgs {
     /// Finds it in a study.
-    pub(super) fn find<'w>(&self, study: &Study, worlds: &'w [World]) -> Result<(&'w World, Choice)> {
-        self.rest.find(&self.pose, study, worlds)
+    pub(super) fn look(&self, study: &Study, worlds: &[World]) -> Result<Looked> {
+        self.rest.look(&self.pose, study, worlds)
     }
 }
 
 impl RestArgs {
-    /// Finds a choice of poses in a study.
-    pub(super) fn find<'w>(
-        &self,
-        poses: &str,
-        study: &Study,
-        worlds: &'w [World],
-    ) -> Result<(&'w World, Choice)> {
-        find(study, worlds, &self.wanted(poses))
+    /// Finds a choice of poses in a study, and alters it where that is asked for.
+    pub(super) fn look(&self, poses: &str, study: &Study, worlds: &[World]) -> Result<Looked> {
+        let (world, choice) = find(study, worlds, &self.wanted(poses))?;
+        let world = worlds.iter().position(|one| std::ptr::eq(one, world)).unwrap_or_default();
+        let alteration = match self.draw {
+            Some(draw) => Alteration::Draw(draw),
+            None if self.dead.is_empty() => Alteration::None,
+            None => Alteration::Dead(self.dead.clone()),
+        };
+        let (study, worlds, choice) = altered(study, worlds, &choice, &alteration)?;
+        Ok(Looked { study, worlds, world, choice })
     }
 
     /// Finds the scene alone, by its index, and its snapshot.

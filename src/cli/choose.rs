@@ -22,6 +22,7 @@ use perirobot::world::World;
 use perirobot::{Error, Result, report};
 
 use super::backend::BackendArgs;
+use super::outcome::print_verdicts;
 use super::progress::{self, ProgressArgs, above_bar};
 use super::stop::{StopAt, stopped};
 use super::study::StudyArgs;
@@ -142,7 +143,9 @@ fn search(args: &Args, study: &StudyArgs, stop: &StopAt) -> Result<ExitCode> {
     rows::write(&results, &out, TableFormat::Csv)?;
     scores::write(&results, &out, TableFormat::Csv)?;
     super::print(&report::choose::render(&chosen))?;
-    super::print(&format!("\nresults in {}\n", out.display()))?;
+    super::print("\n")?;
+    print_verdicts(&study, &results, chosen.told.best_set(), &out)?;
+    super::print(&format!("results in {}\n", out.display()))?;
     match (why, unrefined) {
         (Some(why), _) => {
             say!("{why}: not all sets were searched");

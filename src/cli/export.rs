@@ -47,9 +47,10 @@ pub(super) fn run(args: &Args) -> Result<ExitCode> {
     super::stop::end_tidily()?;
     args.backend.start_threads()?;
     let (study, worlds) = args.swept.load()?;
-    let (world, choice) = args.choice.find(&study, &worlds)?;
+    let looked = args.choice.look(&study, &worlds)?;
+    let world = looked.world();
     let mut backend = args.backend.open()?;
-    let view = View::new(&study, world, choice, &mut *backend)?;
+    let view = View::new(&looked.study, world, looked.choice, &mut *backend)?;
     let scene =
         build(&study.scenes[world.scene], &study.sources, study.voxel_size_m)?.swap_remove(world.snapshot);
     let folder =

@@ -1,14 +1,17 @@
 //! `perirobot judge`: whether requirements are met. Decided in `judge`, told in `report::judge`.
 
+use std::path::PathBuf;
 use std::process::ExitCode;
 
 use perirobot::backend::Backend;
 use perirobot::error::Issue;
 use perirobot::judge::{
-    Conditions, Draws, JudgedSet, Judgement, WhatIf, conditions_csv, leaders, requirements_csv,
+    Alteration, Conditions, Draws, JudgedSet, Judgement, WhatIf, conditions_csv, junit_xml, leaders,
+    requirements_csv,
 };
 use perirobot::results::Results;
-use perirobot::results::files::DRAWS;
+use perirobot::results::columns::BETWEEN_MEMBERS;
+use perirobot::results::files::{DRAWS, write_whole};
 use perirobot::results::manifest::Fault;
 use perirobot::study::{Requirement, Study};
 use perirobot::sweep::Watch;
@@ -42,6 +45,9 @@ pub(super) struct Args {
     /// How many choices of poses are judged: those that meet most requirements as planned
     #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..), conflicts_with = "pose")]
     best: u32,
+    /// Write the verdicts as JUnit XML, too, which build servers read
+    #[arg(long, value_name = "FILE")]
+    junit: Option<PathBuf>,
     #[command(flatten)]
     backend: BackendArgs,
     #[command(flatten)]
@@ -53,6 +59,8 @@ Examples:
   perirobot sweep scenes/judge.toml --out out/judge
   perirobot judge out/judge || echo missed
       one requirement is met, one is missed
+  perirobot judge out/judge --best 3 --junit verdicts.xml || echo missed
+      three choices of poses, also as a file for a build server
 
 How to read it:
   Values are compared with limits as fractions of whole numbers, never rounded.
@@ -80,6 +88,13 @@ pub(super) fn run(args: &Args) -> Result<ExitCode> {
     requirements_csv(folder, &results, &sets)?;
     conditions_csv(folder, &results, &sets)?;
     let picture = |set: &JudgedSet, judgement: &Judgement| args.picture(&study, set, judgement);
+    if let Some(path) = &args.junit {
+        let told = |set: &JudgedSet, judgement: &Judgement| {
+            let line = report::judge::line(&results, set, judgement);
+            picture(set, judgement).map_or(line.clone(), |picture| format!("{line}\n{picture}"))
+        };
+        write_whole(path, junit_xml(&sets, &told).as_bytes())?;
+    }
     for set in &sets {
         super::print(&report::judge::render(&results, set, &picture))?;
     }
@@ -154,6 +169,17 @@ impl Args {
             if number > 0 {
                 words.extend([flag.into(), number.to_string()]);
             }
+        }
+        match &set.conditions.of(judgement.condition)[judgement.worst.case].alteration {
+            Alteration::None => {}
+            // Nothing is left to be drawn.
+            Alteration::Dead(sensors) if sensors.len() == set.poses.split(BETWEEN_MEMBERS).count() => {
+                return None;
+            }
+            Alteration::Dead(sensors) => {
+                words.extend(sensors.iter().flat_map(|sensor| ["--dead".into(), sensor.clone()]));
+            }
+            Alteration::Draw(draw) => words.extend(["--draw".into(), draw.to_string()]),
         }
         words.extend(["--out".into(), "worst.png".into()]);
         Some(shell::command(&words))

@@ -3,10 +3,13 @@
 use std::path::Path;
 
 use clap::ValueEnum;
-use perirobot::Result;
+use perirobot::judge::{Among, Conditions, JudgedSet, leaders};
 use perirobot::report::best;
 use perirobot::results::table::TableFormat;
 use perirobot::results::{Results, rows, scores};
+use perirobot::study::{Condition, Study};
+use perirobot::view::Choice;
+use perirobot::{Result, report, shell};
 
 /// Tables with more rows than this are Parquet, unless the user says otherwise.
 const MOST_CSV_ROWS: u64 = 1_000_000;
@@ -58,4 +61,30 @@ impl OutcomeArgs {
 /// Prints the best poses.
 pub(super) fn print_best(results: &Results) -> Result<()> {
     super::print(&format!("{}\n", best::render(results)?))
+}
+
+/// Prints whether the choice that meets most requirements of a study meets all of them as planned; of sets that were
+/// chosen, whether the best one does. Nothing where the study requires nothing.
+pub(super) fn print_verdicts(
+    study: &Study,
+    results: &Results,
+    best: Option<usize>,
+    folder: &Path,
+) -> Result<()> {
+    let mut required = study.requirements.clone();
+    required.iter_mut().for_each(|requirement| requirement.under = vec![Condition::AsPlanned]);
+    if required.is_empty() {
+        return Ok(());
+    }
+    let best = best.map(|combination| Choice { combination, choice: 0, representation: 0, repeat: 0 });
+    let choice = match best {
+        Some(choice) => Some(choice),
+        None => leaders(&required, results, 1, Among::default())?.pop(),
+    };
+    let Some(choice) = choice else { return Ok(()) };
+    let conditions = Conditions::as_planned(results, &choice)?;
+    let set = JudgedSet::new(&required, results, &choice, conditions);
+    let verdicts = report::judge::verdicts(results, &set, &|_, _| None);
+    let command = shell::command(&["perirobot", "judge", &folder.display().to_string()]);
+    super::print(&format!("Requirements{verdicts}more: {command}\n\n"))
 }

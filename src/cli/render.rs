@@ -112,9 +112,10 @@ pub(super) fn run(args: &Args) -> Result<ExitCode> {
         worlds.iter().map(|world| (world.name.as_str(), world.warnings.as_slice())),
         super::MOST_WARNINGS,
     );
-    let choice = args.pose.as_ref().map(|poses| args.rest.find(poses, &study, &worlds)).transpose()?;
+    let looked = args.pose.as_ref().map(|poses| args.rest.look(poses, &study, &worlds)).transpose()?;
     let mut backend = args.backend.open()?;
-    let view = choice.map(|(world, choice)| View::new(&study, world, choice, &mut *backend)).transpose()?;
+    let view = looked.as_ref().map(|one| View::new(&one.study, one.world(), one.choice, &mut *backend));
+    let view = view.transpose()?;
     let picture = draw(&worlds[snapshot], view.as_ref(), &wish, &mut *backend)?;
     let bytes = picture.png()?;
     write_whole(&args.out, &bytes)?;

@@ -13,7 +13,7 @@ use perirobot::sweep::session::{Ending, RunReport, Session, folder_of};
 use perirobot::{Result, shell};
 
 use super::backend::BackendArgs;
-use super::outcome::{OutcomeArgs, print_best};
+use super::outcome::{OutcomeArgs, print_best, print_verdicts};
 use super::progress::{Progress, ProgressArgs, above_bar};
 use super::shard::ShardArg;
 use super::stop::{StopAt, stopped};
@@ -125,7 +125,10 @@ pub(super) fn run(args: &Args) -> Result<ExitCode> {
         tell(report, args.timings)?;
     }
     match &results {
-        Some(results) => print_best(results)?,
+        Some(results) => {
+            print_best(results)?;
+            print_verdicts(&study, results, None, &folder)?;
+        }
         None => {
             let (Shard { number, of }, out) = (shard, out.display());
             super::print(&format!(

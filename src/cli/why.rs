@@ -96,12 +96,13 @@ pub(super) fn run(args: &Args) -> Result<ExitCode> {
     let file = args.pose.is_none().then(|| ReasonsFile::create(args.swept.folder(), format)).transpose()?;
     let (study, worlds) = args.swept.load()?;
     let mut backend = args.backend.open()?;
-    let mut viewer = Viewer::new(&study, &mut *backend)?;
     if let Some(poses) = &args.pose {
-        let (world, choice) = args.rest.find(poses, &study, &worlds)?;
-        super::print(&in_words(&viewer.view(world, choice)?, 0..study.regions.len()))?;
+        let looked = args.rest.look(poses, &study, &worlds)?;
+        let view = View::new(&looked.study, looked.world(), looked.choice, &mut *backend)?;
+        super::print(&in_words(&view, 0..study.regions.len()))?;
         return Ok(ExitCode::SUCCESS);
     }
+    let mut viewer = Viewer::new(&study, &mut *backend)?;
     let scores = args.score.map_or(vec![Score::F1, Score::HumanSeen], |arg| vec![arg.score()]);
     let chosen =
         if args.all { every(&study) } else { reasons::leaders(&results, args.best as usize, &scores)? };

@@ -34,6 +34,8 @@ arguments! {
     Colour "colour",
     Combination "combination",
     CutAbove "cut above",
+    Dead "dead",
+    Draw "draw",
     FovDeg "fov deg",
     From "from",
     LookAt "look at",

@@ -7,6 +7,7 @@
 //! | [`own_cell`] | the tutorial: a cell from CAD, a robot, a person, sensors, to the report |
 //! | [`choose`] | which set of sensors is the best: what to ask, the front, what is proven and what is not |
 //! | [`approach`] | how near a person comes unnoticed: what watches, what to ask, how to read the answer |
+//! | [`review`] | requirements that pass or fail: as planned, with a sensor dead, with mounts that are off |
 //! | [`sensors`] | which kind a device is, what it claims, real devices, noise, mounts |
 //! | [`every_key`] | the reference of scene and study files |
 //! | [`long_sweeps`] | stopping and going on, failing devices, shards, clusters, large tables |
@@ -28,6 +29,7 @@ macro_rules! page {
         #[doc = "[sensors]: crate::guide::sensors"]
         #[doc = "[choose]: crate::guide::choose"]
         #[doc = "[approach]: crate::guide::approach"]
+        #[doc = "[review]: crate::guide::review"]
         #[doc = "[every key]: crate::guide::every_key"]
         #[doc = "[long sweeps]: crate::guide::long_sweeps"]
         #[doc = "[python]: crate::guide::python"]
@@ -47,6 +49,7 @@ macro_rules! page {
 page!(first_hour, "first_hour.md");
 page!(own_cell, "../../scenes/tutorial/README.md");
 page!(choose, "choose.md");
+page!(review, "review.md");
 page!(sensors, "sensors.md");
 page!(approach, "approach.md");
 page!(every_key, "../../scenes/README.md");

@@ -1,5 +1,6 @@
 //! The cases of a condition: what a choice of sensors counts in each.
 
+use super::altered::Alteration;
 use crate::Result;
 use crate::metrics::Confusion;
 use crate::results::{Results, RowKey, Subject};
@@ -20,8 +21,8 @@ pub struct Moment {
 /// Sensors as they are in one case of a condition.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Case {
-    /// What is different from what was planned, in words; empty where nothing is.
-    pub name: String,
+    /// What is different from what was planned.
+    pub alteration: Alteration,
     /// For each region the counts of each moment.
     pub counts: Vec<Vec<Confusion>>,
 }
@@ -44,7 +45,7 @@ impl Conditions {
     pub fn as_planned(results: &Results, choice: &Choice) -> Result<Conditions> {
         let of_region = |region| counts(results, choice, region);
         let counts: Vec<Vec<Confusion>> = (0..results.regions.len()).map(of_region).collect::<Result<_>>()?;
-        let planned = Case { name: String::new(), counts };
+        let planned = Case { alteration: Alteration::None, counts };
         Ok(Conditions { moments: moments(results), cases: vec![(Condition::AsPlanned, vec![planned])] })
     }
 

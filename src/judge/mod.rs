@@ -8,11 +8,14 @@
 //!
 //! # Practice
 //! `cases` has the counts of each case, `what_if` makes them by leaving sensors out and by `draws` of mounts, `value` compares scores, `verdict` decides, `spread` sums up how good scores
-//! are under a condition, `leaders` finds the choices that meet most requirements. `table` writes the files.
+//! are under a condition, `leaders` finds the choices that meet most requirements. `table` and `junit` write the
+//! files. `altered` gives a case as a study of its own.
 
+mod altered;
 mod cases;
 mod draws;
 mod judged;
+mod junit;
 mod leaders;
 mod spread;
 mod table;
@@ -20,9 +23,11 @@ mod value;
 mod verdict;
 mod what_if;
 
+pub use altered::{Alteration, altered};
 pub use cases::{Case, Conditions, Moment};
 pub use draws::Draws;
 pub use judged::JudgedSet;
+pub use junit::junit_xml;
 pub use leaders::{Among, leaders};
 pub use spread::{Spread, spreads};
 pub use table::{conditions_csv, requirements_csv};

@@ -66,12 +66,13 @@ fn spread(condition: Condition, cases: &[Case], region: usize, score: Score) -> 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::judge::Alteration;
     use crate::metrics::Confusion;
 
     /// A case with so many unknown voxels of 100 at its moments.
     fn case(unknown: impl Iterator<Item = u64>) -> Case {
         let counts = |uf| Confusion { tn: 100 - uf, uf, ..Default::default() };
-        Case { name: String::new(), counts: vec![unknown.map(counts).collect()] }
+        Case { alteration: Alteration::None, counts: vec![unknown.map(counts).collect()] }
     }
 
     #[test]

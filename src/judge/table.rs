@@ -78,7 +78,8 @@ pub fn requirements_csv(folder: &Path, subject: &Subject, sets: &[JudgedSet]) ->
             row.extend([at_least, at_most, value].map(Datum::Score));
             row.extend([judgement.cases, judgement.failed].map(|n| Datum::Count(n as u64)));
             let cases = set.conditions.of(judgement.condition);
-            row.push(Datum::Text(&cases[judgement.worst.case].name));
+            let case = cases[judgement.worst.case].alteration.words();
+            row.push(Datum::Text(&case));
             row.extend(place_of(set, subject, &judgement.worst));
             row.push(Datum::Score(judgement.out_of_reach.as_ref().map(|bound| bound.number())));
             table.row(&row)?;
@@ -115,7 +116,8 @@ pub fn conditions_csv(folder: &Path, subject: &Subject, sets: &[JudgedSet]) -> R
             row.extend([spread.condition.name(), region, spread.score.name()].map(Datum::Text));
             let numbers = [spread.best, spread.mean, spread.twentieth, spread.worst];
             row.extend(numbers.map(|number| Datum::Score(Some(number))));
-            row.push(Datum::Text(&set.conditions.of(spread.condition)[spread.at.case].name));
+            let case = set.conditions.of(spread.condition)[spread.at.case].alteration.words();
+            row.push(Datum::Text(&case));
             row.extend(place_of(set, subject, &spread.at));
             row.push(Datum::Count(spread.values as u64));
             table.row(&row)?;

@@ -2,6 +2,7 @@
 //!
 //! What each sensor says is cast once, and fused anew for each case.
 
+use super::altered::Alteration;
 use super::cases::{Case, Conditions};
 use super::draws::Draws;
 use crate::backend::Fusion;
@@ -26,7 +27,7 @@ pub struct WhatIf<'a> {
 /// The sensors in a case.
 struct Variant {
     condition: Condition,
-    name: String,
+    alteration: Alteration,
     members: Vec<[usize; 3]>,
 }
 
@@ -80,30 +81,30 @@ impl<'a> WhatIf<'a> {
         for (variant, counts) in variants.into_iter().zip(counts) {
             match variant.condition {
                 Condition::AsPlanned => same(&planned.of(Condition::AsPlanned)[0].counts, &counts)?,
-                condition => planned.add(condition, Case { name: variant.name, counts }),
+                condition => planned.add(condition, Case { alteration: variant.alteration, counts }),
             }
         }
         let Some(error) = self.error(asked) else { return Ok(None) };
         let draws = self.draws(error);
         let of_draw = |draw| Variant {
             condition: Condition::MountingError,
-            name: format!("draw {draw}"),
+            alteration: Alteration::Draw(draw),
             members: self.drawn(&draws, draw),
         };
         let variants: Vec<Variant> = (0..error.draws).map(of_draw).collect();
         let counts = self.counted(&draws.study, &draws.worlds, &variants, backends, watch)?;
         for (variant, counts) in variants.into_iter().zip(counts) {
-            planned.add(variant.condition, Case { name: variant.name, counts });
+            planned.add(variant.condition, Case { alteration: variant.alteration, counts });
         }
         Ok(Some(draws))
     }
 
-    fn draws(&self, error: &MountingError) -> Draws {
+    pub(super) fn draws(&self, error: &MountingError) -> Draws {
         Draws::new(self.study, self.worlds, error, self.members.iter().map(|&[s, c, _]| [s, c]))
     }
 
     /// The members in one draw of their mounts.
-    fn drawn(&self, draws: &Draws, draw: u32) -> Vec<[usize; 3]> {
+    pub(super) fn drawn(&self, draws: &Draws, draw: u32) -> Vec<[usize; 3]> {
         self.members.iter().map(|&[s, c, way]| [s, draws.candidate([s, c], draw), way]).collect()
     }
 
@@ -123,22 +124,34 @@ impl<'a> WhatIf<'a> {
             }
         }
         let variant = |(condition, dead): (Condition, Vec<usize>)| {
-            let names: Vec<String> = dead.iter().map(|&number| self.name(self.members[number])).collect();
-            let name =
-                if dead.is_empty() { String::new() } else { format!("without {}", names.join(" and ")) };
-            Variant { condition, name, members: self.without(&dead) }
+            let members = self.without(&dead);
+            let names = || dead.iter().map(|&number| self.name(self.members[number])).collect();
+            let alteration = if dead.is_empty() { Alteration::None } else { Alteration::Dead(names()) };
+            Variant { condition, alteration, members }
         };
         dead.into_iter().map(variant).collect()
     }
 
-    fn without(&self, dead: &[usize]) -> Vec<[usize; 3]> {
+    /// The members but for those with these numbers.
+    pub(super) fn without(&self, dead: &[usize]) -> Vec<[usize; 3]> {
         let left = self.members.iter().enumerate().filter(|(number, _)| !dead.contains(number));
         left.map(|(_, member)| *member).collect()
+    }
+
+    /// The names of all members.
+    pub(super) fn names(&self) -> Vec<String> {
+        self.members.iter().map(|&member| self.name(member)).collect()
     }
 
     fn name(&self, [sensor, candidate, _]: [usize; 3]) -> String {
         let sensor = &self.study.sensors[sensor];
         format!("{}:{}", sensor.name, sensor.candidates[candidate].name)
+    }
+
+    /// Members as a combination with one choice of poses.
+    pub(super) fn combination(members: &[[usize; 3]], name: String, fusion: Fusion) -> Combination {
+        let member = |&[sensor, candidate, _]: &[usize; 3]| Member { sensor, candidates: vec![candidate] };
+        Combination { name, fusion, members: members.iter().map(member).collect() }
     }
 
     /// What variants count: for each region the counts of each moment.
@@ -170,10 +183,7 @@ impl<'a> WhatIf<'a> {
             return Ok(counts);
         }
         let combination = |&(number, variant): &(usize, &Variant)| {
-            let member =
-                |&[sensor, candidate, _]: &[usize; 3]| Member { sensor, candidates: vec![candidate] };
-            let members = variant.members.iter().map(member).collect();
-            Combination { name: number.to_string(), fusion: self.fusion, members }
+            WhatIf::combination(&variant.members, number.to_string(), self.fusion)
         };
         let combinations = speaking.iter().map(combination).collect();
         let study = one_way(study, &speaking, combinations);

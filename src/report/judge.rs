@@ -79,7 +79,7 @@ pub fn words(condition: Condition) -> &'static str {
 
 /// Which case it is, and which moment, as far as there are several.
 fn whereabouts(subject: &Subject, set: &JudgedSet, condition: Condition, at: &Where) -> String {
-    let case = &set.conditions.of(condition)[at.case].name;
+    let case = &set.conditions.of(condition)[at.case].alteration.words();
     let moment = at.moment.filter(|_| set.conditions.moments.len() > 1);
     let moment = moment.map(|moment| title(subject, &set.conditions.moments[moment]));
     let parts: Vec<&str> = [case.as_str(), moment.as_deref().unwrap_or("")]
