@@ -6,6 +6,7 @@ use crate::backend::cpu::Cpu;
 use crate::backend::oracle::Oracle;
 use crate::backend::{Backend, VoxelScene};
 use crate::study::{Member, Overrides};
+use crate::view::why::Reason;
 use crate::view::why::tests::proof::{CaseRandom, random_ring, random_scene, random_study};
 use crate::view::why::tests::ready;
 use crate::voxel::Window;
@@ -147,6 +148,50 @@ fn in_random_cells_bodies_are_noticed_where_they_are_watched() {
     let Met { voxels_hit, voxels_missed, bodies_hit, bodies_missed, blinded } = met;
     let least = [voxels_hit, voxels_missed, bodies_hit, bodies_missed].into_iter().min();
     assert!(asked.is_some() || (least > Some(100) && blinded * 20 < bodies_hit), "{met:?}");
+}
+
+/// What `why` says of a voxel that no sensor knows: nothing stopped the ray that looks there, so it is watched;
+/// it is neither watched nor known where that ray was stopped before, and no other ray comes.
+#[test]
+fn what_nothing_returns_from_is_watched() {
+    let (mut silent, mut hidden) = (0, [0; 2]);
+    for seed in 0..60 {
+        let random = &mut CaseRandom(seed);
+        let (scene, ring) = (random_scene(random), random_ring(random));
+        let (study, worlds) = ready(&random_study(random), &scene, &[("ring.csv", ring)]);
+        let mut cpu = Cpu::new(Some(1)).unwrap();
+        // The camera, the LIDAR and the table of rays, each alone.
+        for combination in 0..3 {
+            let choice = Choice { combination, choice: 0, representation: 0, repeat: 0 };
+            let view = crate::view::View::new(&study, &worlds[0], choice, &mut cpu).unwrap();
+            let watchers = Watchers::new(&study, choice);
+            let watch = watchers.watch(&worlds[0], worlds[0].truth());
+            let rays = watchers.tables.iter().flatten().next().unwrap();
+            let is_lossy = rays.noise.lost_below > 0 || view.members[0].placement.truly.is_some();
+            if is_lossy {
+                continue;
+            }
+            // A ray tells nothing of its first voxel, nor of what is nearer than it can measure.
+            let own = view.members[0].placement.origin_q16.map(|x| x >> 16);
+            let least = rays.gates.range_min_q16.max(rays.gates.near_ignore_q16) >> 16;
+            let apart = |voxel: [i32; 3]| (0..3).map(|r| voxel[r].abs_diff(own[r]).pow(2)).sum::<u32>();
+            let is_near = |voxel: [i32; 3]| apart(voxel) <= (least + 3).pow(2);
+            for missed in view.why_in_regions() {
+                for voxel in missed.voxels.voxels().filter(|&voxel| !is_near(voxel)) {
+                    let is_watched = watch.voxels.get(voxel);
+                    match missed.cause.reason {
+                        Reason::NoReturn => {
+                            assert!(is_watched, "{voxel:?} of {combination}, case {seed}");
+                            silent += 1;
+                        }
+                        Reason::Hidden => hidden[usize::from(is_watched)] += 1,
+                        _ => {}
+                    }
+                }
+            }
+        }
+    }
+    assert!(silent > 500 && hidden[0] > 1000 && hidden[0] > 10 * hidden[1], "{silent}, {hidden:?}");
 }
 
 /// `scenes/sensors.toml`, each sensor by itself.
