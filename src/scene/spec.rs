@@ -161,4 +161,6 @@ pub struct MotionSpec {
     pub times_s: Vec<f64>,
     /// Whether the lists repeat until the scene's snapshots are through.
     pub cycle: bool,
+    /// Whether every entry is met with every snapshot of the rest of the scene; the lists are written out.
+    pub cross: bool,
 }

@@ -183,7 +183,7 @@ impl SceneSpec {
         problems.none()?;
         let name =
             path.file_stem().map_or_else(|| "scene".into(), |stem| stem.to_string_lossy().into_owned());
-        let snapshots = snapshots::count(&at, &objects).map_err(|e| vec![e])?;
+        let snapshots = snapshots::count(&at, &mut objects).map_err(|e| vec![e])?;
         let warnings = slips::warnings(&text);
         Ok(SceneSpec { path: path.into(), text, name, snapshots, objects, warnings })
     }

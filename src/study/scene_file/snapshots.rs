@@ -40,6 +40,10 @@ pub(super) struct SnapshotsFile {
     /// The lists repeat until the scene's moments are through. Default false.
     #[serde(default)]
     cycle: bool,
+    /// Every entry is met with every moment of the rest of the scene, as people at several places with all that a
+    /// robot does. Default false.
+    #[serde(default)]
+    cross: bool,
 }
 
 #[derive(Deserialize, JsonSchema)]
@@ -107,6 +111,11 @@ impl ObjectSpec {
 pub(super) fn check(at: &Place, entry: SnapshotsFile, surface: &SurfaceSpec) -> Result<MotionSpec> {
     let folder = at.folder();
     let at = &at.key("snapshots");
+    if entry.cycle && entry.cross {
+        return Err(at
+            .says("both cycle and cross")
+            .wanted("its lists repeat, or are crossed with the others"));
+    }
     let turned = entry.rpy_deg.is_some() || entry.quaternion.is_some();
     if matches!(surface, SurfaceSpec::Octomap(_)) && (entry.position_m.is_some() || turned) {
         return Err(at
@@ -158,6 +167,7 @@ pub(super) fn check(at: &Place, entry: SnapshotsFile, surface: &SurfaceSpec) -> 
         clip: entry.animation.and_then(|animation| animation.clip),
         times_s: times_s.transpose()?.unwrap_or_default(),
         cycle: entry.cycle,
+        cross: entry.cross,
     };
     match motion.lists().into_iter().find(|(_, length)| *length > MAX_SNAPSHOTS) {
         _ if motion.is_still() => Err(at.says("no list").wanted(
@@ -188,11 +198,73 @@ fn filled<T>(at: &Place, key: &str, list: Option<Vec<T>>) -> Result<Vec<T>> {
     }
 }
 
-/// How many snapshots the objects of a scene make: the common length of all lists that do not repeat, else the longest
-/// that does, else one.
-pub(super) fn count(at: &Place, objects: &[ObjectSpec]) -> Result<usize> {
+/// How many snapshots the objects of a scene make, after the lists of objects that are crossed with the rest were
+/// written out.
+pub(super) fn count(at: &Place, objects: &mut [ObjectSpec]) -> Result<usize> {
+    let mut count = count_of_rest(at, objects)?;
+    let (crossed, rest): (Vec<&mut ObjectSpec>, Vec<_>) =
+        objects.iter_mut().partition(|object| object.motion.cross);
+    if crossed.is_empty() {
+        return Ok(count);
+    }
+    // Lists that repeat begin again with each entry that is crossed.
+    rest.into_iter().for_each(|object| object.motion.each_list(Written::Again(count)));
+    for object in crossed {
+        let lists = object.motion.lists();
+        let (first_key, entries) = lists[0];
+        let at = at.key(&format!("object {:?}", object.name)).key("snapshots");
+        if let Some((key, length)) = lists.iter().find(|(_, length)| *length != entries) {
+            let what = format!("{key} has {length} entries, but {first_key} has {entries}");
+            return Err(at.says(what).wanted("all lists of an object that is crossed must be equally long"));
+        }
+        if count * entries > MAX_SNAPSHOTS {
+            let what = format!("its {entries} entries make {} snapshots with the rest", count * entries);
+            return Err(at.says(what).wanted(format!("at most {MAX_SNAPSHOTS} can be")));
+        }
+        object.motion.each_list(Written::Long(count));
+        count *= entries;
+    }
+    Ok(count)
+}
+
+/// How a list is written out.
+#[derive(Clone, Copy)]
+enum Written {
+    /// From the beginning again, until it has so many entries.
+    Again(usize),
+    /// Each entry so many times.
+    Long(usize),
+}
+
+impl Written {
+    fn out<T: Clone>(self, list: &mut Vec<T>) {
+        *list = match self {
+            Written::Again(count) => {
+                list.iter().cycle().take(if list.is_empty() { 0 } else { count }).cloned().collect()
+            }
+            Written::Long(count) => list.iter().flat_map(|entry| vec![entry.clone(); count]).collect(),
+        };
+    }
+}
+
+impl MotionSpec {
+    /// Writes out all lists.
+    fn each_list(&mut self, how: Written) {
+        how.out(&mut self.position_m);
+        how.out(&mut self.rotation);
+        how.out(&mut self.mannequin);
+        how.out(&mut self.keypoints);
+        how.out(&mut self.joints);
+        how.out(&mut self.times_s);
+    }
+}
+
+/// How many snapshots the objects make that are not crossed: the common length of all lists that do not repeat, else
+/// the longest that does, else one.
+fn count_of_rest(at: &Place, objects: &[ObjectSpec]) -> Result<usize> {
     let lists = |cycle: bool| {
-        let moving = objects.iter().filter(move |object| object.motion.cycle == cycle);
+        let rest = objects.iter().filter(|object| !object.motion.cross);
+        let moving = rest.filter(move |object| object.motion.cycle == cycle);
         moving.flat_map(|o| o.motion.lists().into_iter().map(|(key, length)| (o.name.as_str(), key, length)))
     };
     let Some((first, first_key, count)) = lists(false).next() else {

@@ -36,6 +36,62 @@ fn a_scene_has_as_many_snapshots_as_its_lists() {
     assert_eq!(count(&[("walk", "mesh = \"walk.glb\"", times)]), 4);
 }
 
+/// Against the same scene with its lists written by hand.
+#[test]
+fn crossed_lists_meet_every_moment_of_the_rest() {
+    let (arm, light) =
+        ("rpy_deg = [[0, 0, 0], [0, 0, 9], [0, 0, 5]]", "cycle = true\nrpy_deg = [[0, 0, 1], [0, 0, 2]]");
+    let person = "cross = true\nposition_m = [[0, 0, 0], [1, 0, 0]]\nrpy_deg = [[0, 0, 7], [0, 0, 8]]";
+    let door = "cross = true\nposition_m = [[0, 0, 0], [0, 2, 0]]";
+    let crossed = scene(&[("a", BOX, arm), ("p", BOX, person), ("l", BOX, light), ("d", BOX, door)]).unwrap();
+    let times = |entries: &[&str], each: usize| {
+        let all: Vec<&str> = entries.iter().flat_map(|entry| vec![*entry; each]).collect();
+        all.join(", ")
+    };
+    let arm = format!("rpy_deg = [{}]", [times(&["[0, 0, 0], [0, 0, 9], [0, 0, 5]"], 4)].concat());
+    let light = format!("rpy_deg = [{}]", times(&["[0, 0, 1], [0, 0, 2], [0, 0, 1]"], 4));
+    let of_person = |one: &str, other: &str| {
+        let half = times(&[one, other], 3);
+        format!("[{half}, {half}]")
+    };
+    let person = format!(
+        "position_m = {}\nrpy_deg = {}",
+        of_person("[0, 0, 0]", "[1, 0, 0]"),
+        of_person("[0, 0, 7]", "[0, 0, 8]")
+    );
+    let door = format!("position_m = [{}]", times(&["[0, 0, 0]", "[0, 2, 0]"], 6));
+    let by_hand =
+        scene(&[("a", BOX, &arm), ("p", BOX, &person), ("l", BOX, &light), ("d", BOX, &door)]).unwrap();
+    assert_eq!((crossed.snapshots, by_hand.snapshots), (12, 12));
+    for snapshot in 0..12 {
+        for (crossed, by_hand) in crossed.objects.iter().zip(&by_hand.objects) {
+            assert_eq!(crossed.at(snapshot), by_hand.at(snapshot), "snapshot {snapshot} of {}", by_hand.name);
+        }
+    }
+    // Alone it is a list like any other.
+    assert_eq!(
+        scene(&[("d", BOX, "cross = true\nposition_m = [[0, 0, 0], [0, 2, 0]]")]).unwrap().snapshots,
+        2
+    );
+}
+
+#[test]
+fn lists_that_cannot_be_crossed_are_told() {
+    let two = "position_m = [[0, 0, 0], [1, 0, 0]]";
+    let unequal = format!("cross = true\n{two}\nrpy_deg = [[0, 0, 0]]");
+    refused(
+        &[("a", BOX, &unequal)],
+        "object \"a\".snapshots: rpy_deg or quaternion has 1 entries, but position_m has 2: all lists of an object \
+         that is crossed",
+    );
+    refused(&[("a", BOX, &format!("cross = true\ncycle = true\n{two}"))], "both cycle and cross");
+    let many = |key: &str| format!("{key}position_m = [{}]", vec!["[0, 0, 0]"; 200].join(", "));
+    refused(
+        &[("a", BOX, &many("")), ("b", BOX, &many("cross = true\n"))],
+        "object \"b\".snapshots: its 200 entries make 40000 snapshots with the rest: at most 10000 can be",
+    );
+}
+
 #[test]
 fn lists_of_unequal_length_name_both_and_the_cure() {
     let (two, three) = ("position_m = [[0, 0, 0], [1, 0, 0]]", "rpy_deg = [[0, 0, 0], [0, 0, 1], [0, 0, 2]]");
