@@ -44,9 +44,9 @@ fn folder() -> Folder {
     folder
 }
 
-/// Whether a backend was opened to cast: another time it is to count the sets that were found.
+/// Whether something was cast.
 fn has_cast(said: &str) -> bool {
-    said.matches("running on").count() == 2 && !said.contains(NOTHING_CAST)
+    said.matches("running on").count() == 1 && !said.contains(NOTHING_CAST)
 }
 
 /// It must end well; gives what it said, and the answer.
@@ -421,6 +421,37 @@ mod ended {
         assert!(!said.contains(DAMAGED) && said.contains(" scene-poses found in "), "{said}");
         say(&format!("4 runs of choose killed, {with_some} with evidence"));
         assert!(with_some > 0);
+    }
+
+    #[test]
+    fn what_a_device_cast_is_counted_again_by_whoever_goes_on() {
+        const CHECKED: &str = "poses counted again on the CPU: no difference";
+        if crate::common::adapter().is_none() {
+            return;
+        }
+        // A quick device may be done before the signal comes.
+        for poses in ["500", "5000", "50000"] {
+            let folder = long_folder();
+            folder.edit(STUDY, "count = 100", &format!("count = {poses}"));
+            let (study, out) = (folder.path(STUDY), folder.path("out"));
+            let on = ["--backend", "gpu", "--adapter", "software"];
+            let mut run = Running::start(&[&["choose", text(&study), "--out", text(&out)][..], &on].concat());
+            assert!(run.until_rows(&out.join(EVIDENCE), 0));
+            run.signal("KILL");
+            let ended = run.end();
+            if ended.stderr.contains(CHECKED) || ended.code.is_some() {
+                continue;
+            }
+            let unchecked = out.join("evidence.unchecked");
+            assert!(unchecked.exists(), "{:?}", program::names(&out));
+            let outcome = choose(&folder, "out", &[]);
+            assert_eq!(outcome.code, Some(0), "{}", outcome.stderr);
+            assert!(outcome.stderr.contains(CHECKED) && !unchecked.exists(), "{}", outcome.stderr);
+            let again = choose(&folder, "out", &[]);
+            assert!(!again.stderr.contains(CHECKED), "once is enough: {}", again.stderr);
+            return;
+        }
+        panic!("the device was never stopped in time");
     }
 
     #[test]

@@ -71,10 +71,13 @@ fn programs_are_told_how_the_search_proceeds() {
     for step in rows(&out.join("front.csv")) {
         let (at_most, score): (u64, f64) = (step["at_most"].parse().unwrap(), step["f1"].parse().unwrap());
         let is_of = |line: &&&serde_json::Value| line["at_most"] == at_most;
-        assert!(search.iter().filter(is_of).any(|line| line["best"] == score), "{step:?}: {search:?}");
+        let is_told = |line: &&serde_json::Value| line["best"] == score && line["above"] == score;
+        assert!(search.iter().filter(is_of).any(is_told), "{step:?}: {search:?}");
     }
     let first = &search[0];
     assert_eq!((&first["at_most"], &first["budget"]), (&1.into(), &1000.0.into()), "{first}");
+    // All sums of costs are multiples of a half.
+    assert!(search.iter().all(|line| (2.0 * line["budget"].as_f64().unwrap()).fract() == 0.0), "{search:?}");
     assert_eq!(lines.last().unwrap()["event"], "done");
 }
 
@@ -108,7 +111,9 @@ fn every_set_is_a_row_that_the_other_commands_take() {
         assert!(files.join("cell.glb").exists());
     }
     assert!(on("compare", &["--pose", sets[0], "--pose", sets[1]]).contains("Region robot"));
-    assert!(on("summary", &["--score", "f1"]).contains("best 3 for "));
+    let summary = on("summary", &["--score", "f1"]);
+    assert!(summary.contains("best 3 for ") && summary.starts_with("asked: the highest F1"), "{summary}");
+    assert!(summary.contains(" proven  +"), "the front is told: {summary}");
     on("report", &["--best", "1"]);
     let page = fs::read_to_string(out.join("report.html")).unwrap();
     assert_eq!(page.matches("<circle class=\"proven\"").count(), front.len());
@@ -196,6 +201,14 @@ fn a_proof_holds_until_it_is_altered() {
         |proof| proof["asked"]["budget"] = 900.into(),
         &["asked: the study asks for something else"],
     );
+    let (study, moved, out) = (folder.path(STUDY), folder.path("moved.toml"), folder.path("out"));
+    fs::rename(&study, &moved).unwrap();
+    let gone = perirobot(&["choose", "--verify", text(&out)]);
+    assert_eq!(gone.code, Some(2), "{}", gone.stderr);
+    assert!(gone.stderr.contains("or name it: perirobot choose STUDY --verify DIR"), "{}", gone.stderr);
+    let named = perirobot(&["choose", text(&moved), "--verify", text(&out)]);
+    assert_eq!(named.code, Some(0), "{}", named.stderr);
+    fs::rename(&moved, &study).unwrap();
     let last = |proof: &mut serde_json::Value| proof["steps"].as_array_mut().unwrap().pop().unwrap();
     // The best pair in the place of the best three is allowed, and not the best.
     let poorer = |proof: &mut serde_json::Value| {

@@ -77,7 +77,7 @@ fn descend<'a>(
             // A cheaper set of the same worth would have been taken, so all cheaper ones are worth less.
             let cost = best.as_ref().map(|best| problem.cost_of(&best.set));
             match cost.filter(|&cost| cost > 0 && !watch.stops()) {
-                Some(cost) => limits.budget = Some(cost - 1),
+                Some(cost) => limits.budget = Some(problem.below(cost)),
                 None => return steps,
             }
         }

@@ -131,6 +131,12 @@ impl<'a> Problem<'a> {
         set.iter().map(|&item| self.cost[item]).sum()
     }
 
+    /// The largest amount below some cost, above zero, that a set may cost: all of them are multiples of one amount.
+    pub(super) fn below(&self, cost: u64) -> u64 {
+        let common = self.cost.iter().fold(0, |a, &b| greatest_common_divisor(a, b)).max(1);
+        (cost - 1) / common * common
+    }
+
     /// What a set is worth, whatever is required; `None` where it has no value.
     pub(super) fn worth_of(&self, set: &[usize]) -> Option<Worth> {
         let mut union = self.evidence.nothing();
@@ -213,6 +219,10 @@ pub fn examine(study: &Study, choose: &Choose, worlds: &[World]) -> Result<()> {
         }
     }
     Ok(())
+}
+
+fn greatest_common_divisor(a: u64, b: u64) -> u64 {
+    if b == 0 { a } else { greatest_common_divisor(b, a % b) }
 }
 
 /// For each candidate a bit for each that is too near in some world; nothing where none can be.

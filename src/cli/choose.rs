@@ -8,9 +8,10 @@ use perirobot::backend::Backend;
 use perirobot::backend::factory::{BackendFactory, Fallback};
 use perirobot::backend::oracle::Oracle;
 use perirobot::choose::{
-    self, CandidateEvidence, Casting, CastingWatch, Chosen, Claims, Problem, RefineWatch, SearchWatch,
-    SetLimits, Told, Verified,
+    self, CandidateEvidence, Casting, CastingWatch, Chosen, Claims, FrontStep, Problem, RefineWatch,
+    SearchWatch, SetLimits, Told, Verified,
 };
+use perirobot::results::files::write_whole;
 use perirobot::results::journal::Shard;
 use perirobot::results::manifest::Fault;
 use perirobot::results::table::TableFormat;
@@ -135,7 +136,8 @@ fn search(args: &Args, study: &StudyArgs, stop: &StopAt) -> Result<ExitCode> {
     let chosen = Chosen::new(&study, choose, &worlds, told);
     chosen.write(&out)?;
     drop(folder);
-    let mut watch = Onlooker { progress: args.progress.start("sets", 0, session.total()), stop: None };
+    let progress = args.progress.start("sets", 0, session.total());
+    let mut watch = Onlooker { progress, stop: None, names_backend: false };
     session.run(&mut backends, VERIFY, prepare_s, &mut watch)?;
     watch.progress.finish();
     let results = Results::new(Subject::of_study(&sets, in_worlds), session.into_pages());
@@ -188,6 +190,9 @@ fn verify(args: &Args, folder: &Path, stop: &StopAt) -> Result<ExitCode> {
     Ok(ExitCode::SUCCESS)
 }
 
+/// How the name of the file ends that stands beside evidence of a device until the CPU has counted some of it again.
+const UNCHECKED: &str = "unchecked";
+
 /// What every candidate says: what is there already, and the rest cast.
 fn cast(
     args: &Args,
@@ -208,22 +213,31 @@ fn cast(
             done => say!("evidence of {done} of {total} scene-poses found in {path}"),
         }
     }
+    let kept = casting.path().map(Path::to_path_buf);
+    // Whoever goes on checks what a device cast, even where another one goes on, or none.
+    let doubt = kept.as_ref().map(|path| path.with_extension(UNCHECKED));
+    if let Some(doubt) = doubt.as_ref().filter(|_| left > 0 && backends.needs_check()) {
+        write_whole(doubt, b"a device cast poses that were not counted again yet\n")?;
+    }
     if left > 0 {
         let mut bar = Bar { progress: args.progress.start("poses", total - left, total), stop };
         casting.run_on(backends, &mut bar)?;
         bar.progress.finish();
     }
-    let kept = casting.path().map(Path::to_path_buf);
     let evidence = casting.evidence();
-    if backends.needs_check() {
+    if backends.needs_check() || doubt.as_ref().is_some_and(|doubt| doubt.exists()) {
         let mut cpu = backends.open(Fallback::Cpu)?;
         let checked = evidence.check(study, choose, worlds, cpu.as_mut(), VERIFY).inspect_err(|error| {
             // What a device said wrongly must not be searched later.
-            if let (Error::Disagreement(_), Some(path)) = (error, kept) {
+            if let (Error::Disagreement(_), Some(path)) = (error, &kept) {
                 let _ = std::fs::remove_file(path);
             }
-        })?;
-        say!("{checked} poses counted again on the CPU: no difference");
+        });
+        let is_judged = !matches!(&checked, Err(error) if !matches!(error, Error::Disagreement(_)));
+        if let Some(doubt) = doubt.filter(|doubt| is_judged && doubt.exists()) {
+            std::fs::remove_file(&doubt).map_err(|e| Error::io(&doubt, "cannot be removed", e))?;
+        }
+        say!("{} poses counted again on the CPU: no difference", checked?);
     }
     Ok(evidence)
 }
@@ -279,7 +293,14 @@ impl SearchWatch for SearchBar<'_> {
     }
 
     fn finds(&self, limits: &SetLimits, best: Option<f64>) {
-        self.progress.show(limits.at_most, limits.budget.map(Cost::from_thousandths), best);
+        self.progress.show(limits.at_most, limits.budget.map(Cost::from_thousandths), best, None);
+    }
+
+    fn knows(&self, step: &FrontStep, _: f64) {
+        let FrontStep { limits, best, bound } = step;
+        let best = best.as_ref().map(|best| best.worth.value());
+        let above = best.and_then(|best| bound.above(best));
+        self.progress.show(limits.at_most, limits.budget.map(Cost::from_thousandths), best, above);
     }
 }
 

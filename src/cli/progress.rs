@@ -85,21 +85,24 @@ struct SearchLine {
     /// In the study's currency.
     budget: Option<f64>,
     best: Option<f64>,
+    /// What no set is above.
+    above: Option<f64>,
     elapsed_s: f64,
 }
 
 impl SearchProgress {
-    /// Shows what is searched, and the best score so far.
-    pub(super) fn show(&self, at_most: usize, budget: Option<Cost>, best: Option<f64>) {
+    /// Shows what is searched, the best score so far, and what no set is above, if that is known.
+    pub(super) fn show(&self, at_most: usize, budget: Option<Cost>, best: Option<f64>, above: Option<f64>) {
         if let Some(spinner) = &self.spinner {
             let cost = budget.map_or(String::new(), |budget| format!(" for {budget}"));
             let best = best.map_or("none found yet".into(), |best| format!("the best is {best:.4}"));
-            spinner.set_message(format!("sets of at most {at_most}{cost}: {best}"));
+            let above = above.map_or(String::new(), |above| format!(", none is above {above:.4}"));
+            spinner.set_message(format!("sets of at most {at_most}{cost}: {best}{above}"));
         }
         if self.lines {
             let elapsed_s = (1e3 * self.begin.elapsed().as_secs_f64()).round() / 1e3;
             let budget = budget.map(Cost::amount);
-            let line = SearchLine { event: "search", at_most, budget, best, elapsed_s };
+            let line = SearchLine { event: "search", at_most, budget, best, above, elapsed_s };
             say!("{}", serde_json::to_string(&line).expect("numbers make a line"));
         }
     }

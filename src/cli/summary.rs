@@ -4,7 +4,9 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 
 use perirobot::Result;
+use perirobot::choose::Chosen;
 use perirobot::metrics::Score;
+use perirobot::report;
 use perirobot::report::ReportSelection;
 use perirobot::report::distribution;
 use perirobot::report::groups;
@@ -20,7 +22,8 @@ use super::score::ScoreArg;
 /// how the scores of all choices of poses are distributed (per scene, region, combination and representation,
 /// beside the baselines of the region); the maximum of each combination of sensors, and its part of what the
 /// largest combination reaches; the best pose of each group of poses (a wall, the ceiling); the best choices
-/// over the snapshots of moving scenes, by mean and by worst.
+/// over the snapshots of moving scenes, by mean and by worst. Where sets of sensors were chosen, their front comes
+/// first.
 #[derive(clap::Args)]
 #[command(after_help = AFTER_HELP)]
 pub(super) struct Args {
@@ -62,6 +65,9 @@ pub(super) fn run(args: &Args) -> Result<ExitCode> {
     let scores = args.score.map_or(&[Score::F1, Score::Kappa][..], ScoreArg::scores);
     let (region, combination) = (args.region.as_deref(), args.combination.as_deref());
     let selection = ReportSelection::named(&results, region, combination, scores)?;
+    if let Some(chosen) = Chosen::read(&args.folder)? {
+        super::print(&report::choose::overview(&chosen))?;
+    }
     for render in [distribution::render, maxima::render, groups::render, snapshots::render] {
         super::print(&render(&results, &selection)?)?;
     }

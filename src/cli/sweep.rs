@@ -102,7 +102,8 @@ pub(super) fn run(args: &Args) -> Result<ExitCode> {
     if done > 0 {
         say!("{done} of {total} scene-poses are finished already");
     }
-    let mut watch = Onlooker { progress: args.progress.start("poses", done, total), stop: Some(stop) };
+    let progress = args.progress.start("poses", done, total);
+    let mut watch = Onlooker { progress, stop: Some(stop), names_backend: true };
     let mut report = None;
     if done < total || session.is_unchecked() {
         let prepare_s = begin.elapsed().as_secs_f64();
@@ -149,11 +150,15 @@ fn not_begun(why: &str) -> String {
 pub(super) struct Onlooker {
     pub(super) progress: Progress,
     pub(super) stop: Option<StopAt>,
+    /// Whether it says what runs.
+    pub(super) names_backend: bool,
 }
 
 impl Watch for Onlooker {
     fn runs_on(&mut self, backend: &dyn Backend) {
-        above_bar(|| say!("running on {}: {}", backend.name(), backend.device()));
+        if self.names_backend {
+            above_bar(|| say!("running on {}: {}", backend.name(), backend.device()));
+        }
     }
 
     fn finished(&mut self, choices: u64) {

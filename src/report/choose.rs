@@ -3,11 +3,15 @@
 use super::table::{NONE, Table};
 use crate::choose::{Asked, AskedScore, Chosen, ToldRefined, ToldSet, ToldStep};
 
+/// The question and the front.
+pub fn overview(chosen: &Chosen) -> String {
+    format!("asked: {}\n\n{}{}\n", question(chosen), front(chosen).text(), how_to_read(chosen))
+}
+
 /// The question, the front, where its poses are, the best set sensor by sensor, and sets that are nearly as good.
 pub fn render(chosen: &Chosen) -> String {
     let score = chosen.asked.objective.title();
-    let mut text =
-        format!("asked: {}\n\n{}{}\n", question(chosen), front(chosen).text(), how_to_read(chosen));
+    let mut text = overview(chosen);
     text += &places(chosen).text();
     if let Some(best) = chosen.told.best() {
         text += &format!("\nbest set: {}\n{}", scored(&best.best, score), set(&best.best, score).text());

@@ -12,7 +12,13 @@ function fill(id, names, key) {
 /** The sensors whose positions can be mapped. */
 function fillMembers() {
   const all = posed();
-  element("member").replaceChildren(...all.map(i => made("option", { value: i }, data.sensors[combination().members[i].sensor].name)));
+  const of = i => data.sensors[combination().members[i].sensor].name;
+  // Two of one sensor are told apart by their numbers.
+  const named = i => {
+    const same = all.filter(other => of(other) === of(i));
+    return same.length > 1 ? `${of(i)} ${same.indexOf(i) + 1}` : of(i);
+  };
+  element("member").replaceChildren(...all.map(i => made("option", { value: i }, named(i))));
   element("member").value = chosen.member;
   element("member-label").hidden = all.length < 2;
 }
