@@ -304,16 +304,20 @@ impl CastingWatch for Alone {
     }
 }
 
-/// The least memory with which casting begins.
+/// The least memory with which evidence is held.
 fn least_memory(study: &Study, worlds: &[World], kept: Option<(&Path, bool)>) -> u64 {
     let choose = study.choose.as_ref().unwrap();
     let (mut refused, mut taken) = (0, 1 << 30);
     while taken - refused > 1 {
         let middle = (refused + taken) / 2;
         match Casting::begin(study, choose, worlds, middle, kept) {
+            Ok(casting) if casting.is_filed() => refused = middle,
             Ok(_) => taken = middle,
             Err(e) => {
-                assert!(e.to_string().contains("scenes, snapshots and repeats takes"), "{e}");
+                assert!(
+                    kept.is_none() && e.to_string().contains("scenes, snapshots and repeats takes"),
+                    "{e}"
+                );
                 refused = middle;
             }
         }
@@ -336,10 +340,22 @@ fn what_takes_how_much_memory_is_known_before_it_is_cast() {
             let out = folder.path("out");
             fs::create_dir(&out).unwrap();
             let needed = least_memory(&study, &worlds, Some((&out, false)));
+            assert_eq!(least_memory(&study, &worlds, None), needed);
             let choose = study.choose.as_ref().unwrap();
             let mut casting = Casting::begin(&study, choose, &worlds, needed, Some((&out, false))).unwrap();
             casting.run(&mut Cpu::new(Some(1)).unwrap(), &mut Alone).unwrap();
-            let held = casting.evidence().bytes();
+            let evidence = casting.evidence();
+            let held = evidence.bytes();
+            // What is too much is read from the file, and says the same.
+            let filed = Casting::begin(&study, choose, &worlds, held - 1, Some((&out, false))).unwrap();
+            assert!(filed.is_filed() && filed.left() == 0);
+            let filed = filed.evidence();
+            assert!(filed.is_filed() && filed.bytes() == 0);
+            for item in 0..evidence.count() {
+                let set = [item, (item * 7 + 3) % evidence.count()];
+                assert_eq!(filed.counts(&set), evidence.counts(&set), "{objective}: {set:?}");
+            }
+            drop(filed);
             assert!(held <= needed, "{objective}: {held} bytes, {needed} were announced");
             // What the file has is known exactly.
             assert_eq!(least_memory(&study, &worlds, Some((&out, false))), held, "{objective}");
@@ -351,22 +367,41 @@ fn what_takes_how_much_memory_is_known_before_it_is_cast() {
 }
 
 #[test]
-fn evidence_that_does_not_fit_says_what_would() {
+fn evidence_that_does_not_fit_is_read_from_its_file() {
     let folder = Folder::new();
     folder.edit(STUDY, "voxel_size_m = 0.1", "voxel_size_m = 0.025");
     folder.edit(STUDY, "count = 2", "count = 302");
     folder.edit(STUDY, "", &CHOOSE.replace("at_most = 2", "at_most = 1"));
-    refused(
-        &folder,
-        &["--memory", "1MiB"],
-        2,
-        &[
-            "the evidence of 311 poses in 1 scenes, snapshots and repeats takes 3 MiB, and 1 MiB are allowed",
-            "give --memory 3MiB",
-        ],
+    let (said, _) = chosen(&folder, "filed", &["--memory", "1MiB"]);
+    assert!(said.contains("--memory and is read from"), "{said}");
+    let (said, expected) = chosen(&folder, "out", &["--memory", "3MiB"]);
+    assert!(!said.contains("is read from"), "{said}");
+    let step = |out: &str| -> serde_json::Value {
+        let proof = fs::read(folder.path(out).join("choose.json")).unwrap();
+        serde_json::from_slice::<serde_json::Value>(&proof).unwrap()["steps"][0].clone()
+    };
+    let (filed, held) = (step("filed"), step("out"));
+    assert_eq!(filed["best"], held["best"]);
+    assert_eq!([&filed["proven"], &held["proven"]], [false, true]);
+    let above = filed["no_set_is_above"].as_f64().unwrap();
+    assert!(
+        above >= held["best"]["score"].as_f64().unwrap() && !filed["shown_by"].as_array().unwrap().is_empty()
     );
-    assert!(!folder.names().contains(&"out".to_string()));
-    let (_, expected) = chosen(&folder, "out", &["--memory", "3MiB"]);
+    // The proof of the bound needs no file, but memory.
+    let out = folder.path("filed");
+    let verify = |memory: &str| perirobot(&["choose", "--verify", text(&out), "--memory", memory]);
+    let refused = verify("1MiB");
+    let said =
+        "the evidence of 311 poses in 1 scenes, snapshots and repeats takes 3 MiB, and 1 MiB are allowed";
+    assert_eq!(refused.code, Some(2));
+    assert!(
+        refused.stderr.contains(said) && refused.stderr.contains("give --memory 3MiB"),
+        "{}",
+        refused.stderr
+    );
+    let checked = verify("3MiB");
+    assert_eq!(checked.code, Some(0), "{}", checked.stderr);
+    assert!(checked.stdout.contains("1 bounds added up again"), "{}", checked.stdout);
     // What is there takes no more than was said, and what the question does not need takes nothing.
     assert_eq!(chosen(&folder, "out", &["--memory", "3MiB"]).1, expected);
     folder.edit(STUDY, "objective = \"f1\"", "objective = \"human_seen\"");

@@ -1,6 +1,8 @@
 //! A good set, quickly: starting from nothing and from random sets, candidates are added and swapped one at a time
 //! as long as that helps. Nothing is proven.
 
+use std::cmp::Reverse;
+
 use rand::SeedableRng;
 use rand::seq::IndexedRandom;
 use rand_chacha::ChaCha8Rng;
@@ -21,7 +23,9 @@ const FEW: usize = 2;
 pub(super) fn climbs(problem: &Problem, limits: SetLimits, stop: &(dyn Fn() -> bool + Sync)) -> Vec<Found> {
     let mut ends: Vec<Found> = climb(problem, limits, problem.always.clone(), stop).into_iter().collect();
     let is_short = limits.at_most - problem.always.len() <= FEW && problem.goal.1 != Across::Mean;
-    for restart in 0..if is_short { 0 } else { RESTARTS } {
+    // Reading all rows from a file again and again takes too long.
+    let is_long = problem.evidence.is_filed();
+    for restart in 0..if is_short || is_long { 0 } else { RESTARTS } {
         if stop() {
             break;
         }
@@ -60,11 +64,9 @@ pub(super) fn climb(
 ) -> Option<Found> {
     let mut merit = problem.merit(&union(problem, &set), None);
     while !stop() {
-        // Either nothing is taken out, or one sensor that is not fixed.
-        let may_go = (0..set.len()).filter(|&place| !problem.always.contains(&set[place]));
-        let bases = std::iter::once(None).chain(may_go.map(Some));
-        let step = bases.filter_map(|out| best_step(problem, limits, &set, out)).max_by_key(|step| step.0);
-        let Some((better, item, out)) = step.filter(|step| step.0 > merit) else { break };
+        let Some((better, item, out)) = best_step(problem, limits, &set).filter(|step| step.0 > merit) else {
+            break;
+        };
         merit = better;
         out.map(|out| set.remove(out));
         set.push(item);
@@ -73,23 +75,31 @@ pub(super) fn climb(
     merit.worth.filter(|_| merit.meets_all() && !set.is_empty()).map(|worth| Found { set, worth })
 }
 
-/// The best candidate to join what is left of a set, and how good it then is.
-fn best_step(
-    problem: &Problem,
-    limits: SetLimits,
-    set: &[usize],
-    out: Option<usize>,
-) -> Option<(Merit, usize, Option<usize>)> {
-    let mut rest = set.to_vec();
-    out.map(|out| rest.remove(out));
-    if rest.len() >= limits.at_most {
-        return None;
-    }
-    let base = union(problem, &rest);
-    let merits = joining(problem, limits, &rest).into_par_iter().map(|item| {
-        (problem.merit(&base, Some(item)), std::cmp::Reverse(problem.cost[item]), std::cmp::Reverse(item))
-    });
-    merits.max().map(|(merit, _, item)| (merit, item.0, out))
+/// The best candidate to join a set, or to stand for one of its sensors that is not fixed: how good the set then
+/// is, and which place is taken out. What a candidate says is looked up once for all of them.
+fn best_step(problem: &Problem, limits: SetLimits, set: &[usize]) -> Option<(Merit, usize, Option<usize>)> {
+    let may_go = (0..set.len()).filter(|&place| !problem.always.contains(&set[place])).map(Some);
+    let outs = std::iter::once(None).filter(|_| set.len() < limits.at_most).chain(may_go);
+    let base = |out: Option<usize>| {
+        let mut rest = set.to_vec();
+        out.map(|out| rest.remove(out));
+        let mut may_join = vec![false; problem.cost.len()];
+        joining(problem, limits, &rest).into_iter().for_each(|item| may_join[item] = true);
+        (out, union(problem, &rest), may_join)
+    };
+    let bases: Vec<_> = outs.map(base).collect();
+    let of = |item: usize| {
+        let mut open = bases.iter().filter(|(.., may_join)| may_join[item]).peekable();
+        open.peek()?;
+        let row = problem.evidence.row(item);
+        // Of equally good ones the cheapest, then the first; of places the last.
+        let key = |(out, base, _): &(Option<usize>, Union, Vec<bool>)| {
+            (problem.merit(base, Some(&row)), *out, Reverse(problem.cost[item]), Reverse(item))
+        };
+        open.map(key).max()
+    };
+    let best = (0..problem.cost.len()).into_par_iter().filter_map(of).max();
+    best.map(|(merit, out, _, Reverse(item))| (merit, item, out))
 }
 
 fn union(problem: &Problem, set: &[usize]) -> Union {

@@ -3,17 +3,24 @@
 
 mod casting;
 mod file;
+mod rows;
+
+use std::borrow::Cow;
 
 use fearless_simd::{Level, Simd, dispatch};
 
+#[cfg(test)]
+use self::rows::HeldRow;
+use self::rows::Rows;
 use super::layout::{BitLayout, CLEAR, FALSE, Joined, PLANES, SPACE_OF, Wanted};
-use crate::Result;
 use crate::backend::Backend;
 use crate::metrics::Confusion;
 use crate::study::Study;
 use crate::world::World;
+use crate::{Error, Result};
 pub use casting::{Casting, CastingWatch};
 pub use file::EVIDENCE;
+pub(super) use rows::Row;
 
 /// The evidence of all candidates.
 #[derive(Debug)]
@@ -21,14 +28,8 @@ pub struct CandidateEvidence {
     pub(super) layout: BitLayout,
     /// Sensor and candidate of each row, in study order.
     pub(super) items: Vec<[usize; 2]>,
-    rows: Vec<CandidateBits>,
+    rows: Rows,
     level: Level,
-}
-
-/// What one candidate says: bits of all moments; nothing of a plane without a bit.
-#[derive(Clone, Debug, Default)]
-struct CandidateBits {
-    planes: [Box<[u64]>; PLANES],
 }
 
 /// The union of what some candidates say. A voxel that any of them wrongly calls occupied is no longer free, so
@@ -60,9 +61,36 @@ impl CandidateEvidence {
         Ok(casting.evidence())
     }
 
-    /// How much memory it takes.
+    /// How much memory the bits take; none if they are read from a file.
     pub fn bytes(&self) -> u64 {
-        self.rows.iter().flat_map(|row| &row.planes).map(|plane| 8 * plane.len() as u64).sum()
+        match &self.rows {
+            Rows::Held(rows) => {
+                rows.iter().flat_map(|row| &row.planes).map(|plane| 8 * plane.len() as u64).sum()
+            }
+            Rows::Filed(_) => 0,
+        }
+    }
+
+    /// Whether rows are read from a file each time that they are asked for, so that only short searches pay.
+    pub fn is_filed(&self) -> bool {
+        matches!(self.rows, Rows::Filed(_))
+    }
+
+    /// Whether all rows could be read that were asked for.
+    ///
+    /// # Errors
+    /// `Error::Storage` if one could not.
+    pub(super) fn was_read(&self) -> Result<()> {
+        match &self.rows {
+            Rows::Filed(rows) => match rows.failed.get() {
+                Some(error) => {
+                    let error = std::io::Error::new(error.kind(), error.to_string());
+                    Err(Error::io(&rows.path, "cannot be read", error))
+                }
+                None => Ok(()),
+            },
+            Rows::Held(_) => Ok(()),
+        }
     }
 
     /// How many candidates there are.
@@ -81,9 +109,8 @@ impl CandidateEvidence {
             true => Box::default(),
             false => plane.into(),
         };
-        let rows =
-            planes.into_iter().map(|planes| CandidateBits { planes: planes.map(blank_if_zero) }).collect();
-        CandidateEvidence { layout, items, rows, level: Level::new() }
+        let rows = planes.into_iter().map(|planes| HeldRow { planes: planes.map(blank_if_zero) }).collect();
+        CandidateEvidence { layout, items, rows: Rows::Held(rows), level: Level::new() }
     }
 
     /// What the candidates of a set score together in the region, moment by moment: repeat by repeat, and in
@@ -95,8 +122,26 @@ impl CandidateEvidence {
     }
 
     /// One of the six planes of a candidate; empty if no bit is set.
-    pub(super) fn plane(&self, item: usize, plane: usize) -> &[u64] {
-        &self.rows[item].planes[plane]
+    #[inline]
+    pub(super) fn plane(&self, item: usize, plane: usize) -> Cow<'_, [u64]> {
+        match &self.rows {
+            Rows::Held(rows) => Cow::Borrowed(&rows[item].planes[plane]),
+            filed => {
+                let mut wanted = [false; PLANES];
+                wanted[plane] = true;
+                let [.., own] = {
+                    let mut row = filed.row(&self.layout, item, wanted);
+                    row.swap(plane, PLANES - 1);
+                    row
+                };
+                own
+            }
+        }
+    }
+
+    /// What a candidate says.
+    pub(super) fn row(&self, item: usize) -> Row<'_> {
+        self.rows.row(&self.layout, item, [true; PLANES])
     }
 
     /// The union of no candidate.
@@ -105,8 +150,8 @@ impl CandidateEvidence {
     }
 
     /// What a union scores, moment by moment, with one more candidate or as it is.
-    pub(super) fn counts_of(&self, union: &Union, more: Option<usize>, wanted: Wanted) -> Vec<Confusion> {
-        let more = |plane| more.map_or(&[][..], |item| self.plane(item, plane));
+    pub(super) fn counts_of(&self, union: &Union, more: Option<&Row>, wanted: Wanted) -> Vec<Confusion> {
+        let more = |plane: usize| more.map_or(&[][..], |row| &row[plane]);
         let planes: [Joined; PLANES] =
             std::array::from_fn(|plane| Joined::of(&union.planes[plane], more(plane)));
         dispatch!(self.level, simd => all_counts(simd, &self.layout, &planes, wanted))
@@ -121,11 +166,11 @@ impl Union {
 
     /// Joins what a candidate says.
     pub(super) fn add(&mut self, evidence: &CandidateEvidence, item: usize) {
-        for (to, from) in self.planes.iter_mut().zip(&evidence.rows[item].planes) {
-            to.iter_mut().zip(from).for_each(|(to, from)| *to |= from);
+        let row = evidence.row(item);
+        for (to, from) in self.planes.iter_mut().zip(&row) {
+            to.iter_mut().zip(&**from).for_each(|(to, from)| *to |= from);
         }
-        let wrong = &evidence.rows[item].planes[FALSE];
-        self.planes[CLEAR].iter_mut().zip(wrong).for_each(|(to, from)| *to |= from);
+        self.planes[CLEAR].iter_mut().zip(&*row[FALSE]).for_each(|(to, from)| *to |= from);
     }
 }
 

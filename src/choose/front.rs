@@ -22,7 +22,7 @@ pub struct Answer {
 /// are left out.
 ///
 /// # Errors
-/// When no set meets the requirements.
+/// When no set meets the requirements; when evidence in a file cannot be read.
 pub fn answer(problem: &Problem, watch: &dyn SearchWatch) -> Result<Answer> {
     let stop = || watch.stops();
     let kept = overlaps(problem);
@@ -57,6 +57,7 @@ pub fn answer(problem: &Problem, watch: &dyn SearchWatch) -> Result<Answer> {
         }
         at += 1;
     }
+    problem.evidence.was_read()?;
     steps.retain(|search| search.step.best.is_some());
     let steps = steps.into_iter().map(|search| search.step).collect();
     let others = known.into_iter().map(|(set, worth)| Found { set, worth }).collect();

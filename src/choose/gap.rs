@@ -35,6 +35,8 @@ const CLOSE: i128 = 100;
 const NEAR: i128 = SCORES / 100;
 /// The time after which a bound is taken as it is; several share it.
 const LONG: Duration = Duration::from_secs(6);
+/// So many times that where evidence is read from a file.
+const SLOWER: u32 = 20;
 /// Most rounds of cuts.
 const ROUNDS: usize = 200;
 /// How often in turn the bound may come nearer by less than one part in so many.
@@ -204,7 +206,7 @@ impl<'a> GapSearch<'a> {
             problem: problem.asking(problem.goal.0, problem.goal.1),
             limits,
             moment: None,
-            longest: LONG,
+            longest: if problem.evidence.is_filed() { LONG * SLOWER } else { LONG },
             items,
             cuts: Vec::new(),
             best: Vec::new(),

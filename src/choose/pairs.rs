@@ -38,7 +38,7 @@ impl PairCounts {
     pub(super) fn new(evidence: &CandidateEvidence, inequalities: &[Inequality]) -> Option<PairCounts> {
         let classes = classes_of(inequalities);
         let size = evidence.count();
-        if classes.is_empty() || classes.len() * size * size * 4 > MOST_BYTES {
+        if evidence.is_filed() || classes.is_empty() || classes.len() * size * size * 4 > MOST_BYTES {
             return None;
         }
         let rows = Rows::of(evidence, &classes);
@@ -131,14 +131,16 @@ struct Rows {
 impl Rows {
     fn of(evidence: &CandidateEvidence, classes: &[Class]) -> Rows {
         let of_class = |(plane, words): &Class| {
-            let said = |item: usize| Some(evidence.plane(item, *plane)).filter(|row| !row.is_empty());
-            let all = || (0..evidence.count()).filter_map(|item| Some((item, &said(item)?[words.clone()])));
+            let all = || (0..evidence.count()).map(|item| evidence.plane(item, *plane)).enumerate();
+            let all = || all().filter(|(_, row)| !row.is_empty());
             let mut any = vec![0; words.len()];
-            all().for_each(|(_, row)| any.iter_mut().zip(row).for_each(|(any, word)| *any |= word));
+            for (_, row) in all() {
+                any.iter_mut().zip(&row[words.clone()]).for_each(|(any, word)| *any |= word);
+            }
             let width = any.iter().filter(|any| **any != 0).count();
             let mut rows = vec![0; evidence.count() * width];
             for (item, row) in all() {
-                let kept = row.iter().zip(&any).filter(|(_, any)| **any != 0);
+                let kept = row[words.clone()].iter().zip(&any).filter(|(_, any)| **any != 0);
                 let own = &mut rows[item * width..(item + 1) * width];
                 own.iter_mut().zip(kept).for_each(|(to, (word, _))| *to = *word);
             }

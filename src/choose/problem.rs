@@ -1,6 +1,6 @@
 //! Which sets are allowed, and what each is worth.
 
-use super::evidence::{CandidateEvidence, Union};
+use super::evidence::{CandidateEvidence, Row, Union};
 use super::layout::{BitLayout, MomentBits, Wanted};
 use super::worth::{MOST_VOXELS, Ratio, Worth};
 use crate::metrics::{Confusion, Score};
@@ -161,7 +161,7 @@ impl<'a> Problem<'a> {
     }
 
     /// How good a union is, with one more candidate or as it is.
-    pub(super) fn merit(&self, union: &Union, more: Option<usize>) -> Merit {
+    pub(super) fn merit(&self, union: &Union, more: Option<&Row>) -> Merit {
         self.merit_of(&self.evidence.counts_of(union, more, self.wanted()))
     }
 

@@ -330,7 +330,7 @@ impl Inequality {
     pub(super) fn added(&self, evidence: &CandidateEvidence, union: &Union, item: usize) -> Vec<Vec<u64>> {
         let of = |segment: &Segment| {
             let row = evidence.plane(item, segment.plane);
-            if row.is_empty() { Vec::new() } else { segment.fresh_words(row, union).collect() }
+            if row.is_empty() { Vec::new() } else { segment.fresh_words(&row, union).collect() }
         };
         self.groups[0].segments.iter().map(of).collect()
     }
@@ -353,7 +353,7 @@ impl Segment {
     #[inline(always)]
     fn fresh(&self, evidence: &CandidateEvidence, union: &Union, item: usize) -> u64 {
         let row = evidence.plane(item, self.plane);
-        if row.is_empty() { 0 } else { self.weight * ones(self.fresh_words(row, union)) }
+        if row.is_empty() { 0 } else { self.weight * ones(self.fresh_words(&row, union)) }
     }
 
     /// The bits of a row that a union lacks, without voxels that the union wrongly calls occupied.

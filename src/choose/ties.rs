@@ -2,6 +2,7 @@
 
 use rayon::prelude::*;
 
+use super::evidence::Union;
 use super::front::Answer;
 use super::problem::{Found, Problem};
 use super::within::FrontStep;
@@ -44,15 +45,26 @@ pub(super) fn ties(problem: &Problem, worlds: &[World], step: &FrontStep, answer
 /// All allowed sets that have one candidate in the place of another.
 fn swapped(problem: &Problem, set: &[usize]) -> Vec<Found> {
     let free: Vec<usize> = set.iter().copied().filter(|item| !problem.always.contains(item)).collect();
-    let of_one = |left: usize| {
+    let without = |&left: &usize| {
         let rest: Vec<usize> = set.iter().copied().filter(|&item| item != left).collect();
-        let all = 0..problem.evidence.count();
-        let joins = move |rest: &[usize], item: usize| item != left && problem.may_join(rest, item);
-        all.into_par_iter().filter_map(move |item| {
-            joins(&rest, item).then(|| problem.found(&[&rest[..], &[item]].concat())).flatten()
-        })
+        let mut union = problem.evidence.nothing();
+        rest.iter().for_each(|&item| union.add(problem.evidence, item));
+        (left, rest, union)
     };
-    free.into_par_iter().flat_map(of_one).collect()
+    let all: Vec<_> = free.iter().map(without).collect();
+    let with = |item: usize| {
+        let row = problem.evidence.row(item);
+        let joins =
+            |(left, rest, _): &&(usize, Vec<usize>, Union)| item != *left && problem.may_join(rest, item);
+        let found = |(_, rest, union): &(usize, Vec<usize>, Union)| {
+            let merit = problem.merit(union, Some(&row));
+            let mut set = [&rest[..], &[item]].concat();
+            set.sort_unstable();
+            merit.worth.filter(|_| merit.meets_all()).map(|worth| Found { set, worth })
+        };
+        all.iter().filter(joins).filter_map(found).collect::<Vec<Found>>()
+    };
+    (0..problem.evidence.count()).into_par_iter().flat_map_iter(with).collect()
 }
 
 fn mounts(problem: &Problem, world: &World, set: &[usize]) -> Mounts {

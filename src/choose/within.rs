@@ -105,7 +105,10 @@ impl<'a> StepSearch<'a> {
         let mut ends = climbs(problem, limits, stop);
         ends.truncate(POLISHED);
         for found in ends {
-            let found = polished(problem, limits, kept, found, stop);
+            let found = match problem.evidence.is_filed() {
+                true => found,
+                false => polished(problem, limits, kept, found, stop),
+            };
             known.insert(found.set, found.worth);
         }
         let step = FrontStep { limits, best: best_known(problem, limits, known), bound: Bound::Unknown };
@@ -137,9 +140,11 @@ impl<'a> StepSearch<'a> {
         self.step.best.as_ref().map(|best| best.worth)
     }
 
-    /// Whether branch and bound may prove anything that is not proven yet.
+    /// Whether branch and bound may prove anything that is not proven yet. It would read rows too often where they
+    /// are in a file.
     pub(super) fn is_open(&self) -> bool {
-        self.step.bound != Bound::Proven && self.problem.goal.1 != Across::Mean
+        let is_searched = self.problem.goal.1 != Across::Mean && !self.problem.evidence.is_filed();
+        self.step.bound != Bound::Proven && is_searched
     }
 
     /// Branch and bound, for a while; whether it is completed.

@@ -224,6 +224,13 @@ fn cast(
         casting.run_on(backends, &mut bar)?;
         bar.progress.finish();
     }
+    if let Some(path) = casting.path().filter(|_| casting.is_filed()) {
+        say!(
+            "evidence takes more than --memory and is read from {}: sets come from adding and swapping single \
+             sensors, with a bound by cuts",
+            path.display()
+        );
+    }
     let evidence = casting.evidence();
     if backends.needs_check() || doubt.as_ref().is_some_and(|doubt| doubt.exists()) {
         let mut cpu = backends.open(Fallback::Cpu)?;

@@ -1,5 +1,5 @@
 //! How evidence comes to be: what the folder has is read, the rest is cast and kept, and what the question needs of
-//! both is held in memory.
+//! both is held in memory if it fits.
 
 use std::path::Path;
 
@@ -7,8 +7,9 @@ use fearless_simd::Level;
 use rayon::prelude::*;
 
 use super::super::layout::{BitLayout, PLANES, SPACE_OF, Wanted};
+use super::CandidateEvidence;
 use super::file::{CandidateWords, EvidenceFile, RecordKey, deciding};
-use super::{CandidateBits, CandidateEvidence};
+use super::rows::{FiledRows, HeldRow, RecordPlace, Rows};
 use crate::backend::Backend;
 use crate::backend::factory::BackendFactory;
 use crate::error::{Argument, Issue, Words};
@@ -44,7 +45,11 @@ pub struct Casting<'a> {
     layout: BitLayout,
     /// Sensor and candidate of each row, in study order.
     items: Vec<[usize; 2]>,
-    rows: Vec<CandidateBits>,
+    /// What is held in memory; nothing once that does not fit.
+    rows: Vec<HeldRow>,
+    is_filed: bool,
+    /// Where each record of each row is in the file.
+    places: Vec<Vec<RecordPlace>>,
     /// Of each row which planes have a bit.
     has: Vec<[bool; PLANES]>,
     /// Of each row which repeats of which worlds are there, and how many are not.
@@ -117,7 +122,9 @@ impl<'a> Casting<'a> {
             None => None,
         };
         let mut casting = Casting {
-            rows: vec![CandidateBits::default(); items.len()],
+            rows: vec![HeldRow::default(); items.len()],
+            is_filed: false,
+            places: items.iter().map(|item| vec![RecordPlace::default(); blocks(item)]).collect(),
             has: vec![[false; PLANES]; items.len()],
             done: items.iter().map(|item| vec![false; blocks(item)]).collect(),
             left: items.iter().map(|item| blocks(item) as u64).collect(),
@@ -150,7 +157,7 @@ impl<'a> Casting<'a> {
             let is_there = *blocks.get(key.item)? > key.repeat.checked_mul(worlds)? && key.world < worlds;
             is_there.then(|| of_world[key.world][plane])
         };
-        let found = file.read(words, |key, said| self.put(key, &said))?;
+        let found = file.read(words, |key, at, said| self.put(key, at, &said))?;
         let lost = found.damaged.iter().filter(|&&key| !self.done[key.item][self.block(key)]).count();
         self.damaged = lost + usize::from(found.is_cut && self.left() > 0);
         Ok(())
@@ -164,6 +171,11 @@ impl<'a> Casting<'a> {
     /// How many of them are not there yet.
     pub fn left(&self) -> u64 {
         self.left.iter().sum()
+    }
+
+    /// Whether it takes more memory than it may, so that it is read from the file where it is needed.
+    pub fn is_filed(&self) -> bool {
+        self.is_filed
     }
 
     /// Where evidence is kept.
@@ -230,7 +242,16 @@ impl<'a> Casting<'a> {
     /// All evidence, when nothing is left.
     pub fn evidence(self) -> CandidateEvidence {
         assert_eq!(self.left(), 0, "everything was cast");
-        CandidateEvidence { layout: self.layout, items: self.items, rows: self.rows, level: Level::new() }
+        let rows = match self.file.filter(|_| self.is_filed) {
+            Some(file) => Rows::Filed(FiledRows {
+                path: file.path,
+                places: self.places,
+                needed: self.items.iter().map(|&[sensor, _]| self.needed[sensor]).collect(),
+                failed: Default::default(),
+            }),
+            None => Rows::Held(self.rows),
+        };
+        CandidateEvidence { layout: self.layout, items: self.items, rows, level: Level::new() }
     }
 
     fn block(&self, key: RecordKey) -> usize {
@@ -238,11 +259,13 @@ impl<'a> Casting<'a> {
     }
 
     /// Takes what a candidate says, once.
-    fn put(&mut self, key: RecordKey, said: &CandidateWords) {
+    fn put(&mut self, key: RecordKey, at: u64, said: &CandidateWords) {
         let block = self.block(key);
         if std::mem::replace(&mut self.done[key.item][block], true) {
             return;
         }
+        let has = std::array::from_fn(|plane| !said[plane].is_empty());
+        self.places[key.item][block] = RecordPlace { at, has };
         self.left[key.item] -= 1;
         let sensor = self.items[key.item][0];
         // What has no noise says the same in all repeats.
@@ -251,7 +274,7 @@ impl<'a> Casting<'a> {
             1 => 0..all,
             _ => key.repeat..key.repeat + 1,
         };
-        let row = &mut self.rows[key.item];
+        let mut row = self.rows.get_mut(key.item);
         for (plane, words) in said.iter().enumerate() {
             if words.is_empty() || !self.needed[sensor][plane] {
                 continue;
@@ -260,13 +283,11 @@ impl<'a> Casting<'a> {
             if !std::mem::replace(&mut self.has[key.item][plane], true) {
                 self.bytes += 8 * length as u64;
                 // Beyond what is allowed it is only counted, to tell how much there is.
-                if self.bytes <= self.memory_bytes {
-                    row.planes[plane] = vec![0; length].into();
+                if self.bytes <= self.memory_bytes && !self.is_filed {
+                    row.iter_mut().for_each(|row| row.planes[plane] = vec![0; length].into());
                 }
             }
-            if row.planes[plane].is_empty() {
-                continue;
-            }
+            let Some(row) = row.as_mut().filter(|row| !row.planes[plane].is_empty()) else { continue };
             for repeat in repeats.clone() {
                 let moment = &self.layout.moments[repeat * self.worlds.len() + key.world];
                 row.planes[plane][moment.words[SPACE_OF[plane]].clone()].copy_from_slice(words);
@@ -274,8 +295,14 @@ impl<'a> Casting<'a> {
         }
     }
 
-    /// Whether all of it will fit, and what to do if it does not.
-    fn fits(&self) -> Result<()> {
+    /// Whether all of it will fit. If it does not, it is read from the file where it is needed.
+    ///
+    /// # Errors
+    /// When there is no file.
+    fn fits(&mut self) -> Result<()> {
+        if self.is_filed {
+            return Ok(());
+        }
         let missing = (0..self.items.len()).filter(|&item| self.left[item] > 0);
         let of_row = |item: usize| -> u64 {
             let needed = &self.needed[self.items[item][0]];
@@ -284,6 +311,11 @@ impl<'a> Casting<'a> {
         };
         let needed = self.bytes + missing.map(of_row).sum::<u64>();
         if needed <= self.memory_bytes {
+            return Ok(());
+        }
+        if self.file.is_some() {
+            self.is_filed = true;
+            self.rows = Vec::new();
             return Ok(());
         }
         let mib = |bytes: u64| bytes.div_ceil(1 << 20);
@@ -331,10 +363,11 @@ impl EvidenceReader for Taking<'_, '_> {
         let layout = &self.casting.layout;
         let pick = |(key, (_, said)): (RecordKey, &(_, Vec<SensorSays>))| (key, layout.pick(key.world, said));
         let records: Vec<(RecordKey, CandidateWords)> = keys.into_par_iter().zip(&said).map(pick).collect();
-        if let Some(file) = &mut self.casting.file {
-            file.append(&records)?;
-        }
-        records.iter().for_each(|(key, said)| self.casting.put(*key, said));
+        let places = match &mut self.casting.file {
+            Some(file) => file.append(&records)?,
+            None => vec![0; records.len()],
+        };
+        records.iter().zip(places).for_each(|((key, said), at)| self.casting.put(*key, at, said));
         if self.casting.bytes > self.casting.memory_bytes {
             self.casting.fits()?;
         }

@@ -195,12 +195,12 @@ impl EvidenceFile {
         Error::input(&self.path, Words::from(format!("holds evidence of something else: {changes}. ")) + cure)
     }
 
-    /// Tells every record that is whole. `words` says how many words a plane of a record has, or that there is no such
+    /// Tells every record that is whole, and where its words begin. `words` says how many words a plane of a record has, or that there is no such
     /// record.
     pub(super) fn read(
         &mut self,
         words: impl Fn(RecordKey, usize) -> Option<usize>,
-        mut take: impl FnMut(RecordKey, CandidateWords),
+        mut take: impl FnMut(RecordKey, u64, CandidateWords),
     ) -> Result<FileContents> {
         let mut found = FileContents::default();
         let (Some(mut file), true) = (self.file.as_ref(), self.end > 0) else { return Ok(found) };
@@ -233,7 +233,8 @@ impl EvidenceFile {
             if check([&self.fingerprint, &payload]) == body[16..] {
                 let mut all =
                     payload.chunks_exact(8).map(|word| u64::from_le_bytes(std::array::from_fn(|i| word[i])));
-                take(key, std::array::from_fn(|plane| all.by_ref().take(each[plane]).collect()));
+                let said = std::array::from_fn(|plane| all.by_ref().take(each[plane]).collect());
+                take(key, self.end + RECORD_BYTES as u64, said);
             } else {
                 found.damaged.push(key);
             }
@@ -242,8 +243,8 @@ impl EvidenceFile {
         Ok(found)
     }
 
-    /// Appends records.
-    pub(super) fn append(&mut self, records: &[(RecordKey, CandidateWords)]) -> Result<()> {
+    /// Appends records, and tells where the words of each begin.
+    pub(super) fn append(&mut self, records: &[(RecordKey, CandidateWords)]) -> Result<Vec<u64>> {
         let mut bytes = Vec::new();
         if self.end == 0 {
             bytes.extend(MAGIC);
@@ -253,7 +254,11 @@ impl EvidenceFile {
             bytes.extend(check([&bytes, &[]]));
             bytes.extend(&self.says);
         }
-        records.iter().for_each(|(key, said)| bytes.extend(self.record(key, said)));
+        let mut places = Vec::new();
+        for (key, said) in records {
+            places.push(self.end + (bytes.len() + RECORD_BYTES) as u64);
+            bytes.extend(self.record(key, said));
+        }
         let begins = self.end == 0;
         let mut file = match &self.file {
             Some(file) => file,
@@ -272,10 +277,10 @@ impl EvidenceFile {
         };
         write().map_err(|e| Error::storage(&self.path, e))?;
         self.end += bytes.len() as u64;
-        match self.unsynced_since.get_or_insert_with(Instant::now).elapsed() >= SYNC_EVERY {
-            true => self.sync(),
-            false => Ok(()),
+        if self.unsynced_since.get_or_insert_with(Instant::now).elapsed() >= SYNC_EVERY {
+            self.sync()?;
         }
+        Ok(places)
     }
 
     fn record(&self, key: &RecordKey, said: &CandidateWords) -> Vec<u8> {

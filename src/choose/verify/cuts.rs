@@ -148,22 +148,27 @@ fn counted(
     let space = plane / 2;
     let first = moments.first().map_or(0, |moment| moment.words[space].start);
     let last = moments.last().map_or(0, |moment| moment.words[space].end);
-    let word = |item: usize, at: usize| evidence.plane(item, plane).get(at).copied().unwrap_or(0);
-    let mut inside = 0;
-    let mut outside = vec![0; evidence.items.len()];
-    for at in first..last {
-        let mut sums = [0u64; 64];
-        for &(item, share) in shares {
-            let word = word(item, at);
+    let width = last - first;
+    let mut sums = vec![[0u64; 64]; width];
+    for &(item, share) in shares {
+        let row = evidence.plane(item, plane);
+        for (sums, word) in sums.iter_mut().zip(row.get(first..last).unwrap_or_default()) {
             for (bit, sum) in sums.iter_mut().enumerate() {
                 *sum += (word >> bit & 1) * share;
             }
         }
-        let hidden: u64 = sums.iter().enumerate().map(|(bit, &sum)| u64::from(sum >= WHOLE) << bit).sum();
-        inside += i128::from(hidden.count_ones());
-        for (item, outside) in outside.iter_mut().enumerate() {
-            *outside += i128::from((word(item, at) & !hidden).count_ones());
-        }
     }
+    let is_in = |sums: &[u64; 64]| -> u64 {
+        sums.iter().enumerate().map(|(bit, &sum)| u64::from(sum >= WHOLE) << bit).sum()
+    };
+    let hidden: Vec<u64> = sums.iter().map(is_in).collect();
+    let count = |words: &mut dyn Iterator<Item = u64>| words.map(|word| i128::from(word.count_ones())).sum();
+    let inside = count(&mut hidden.iter().copied());
+    let beyond = |item: usize| -> i128 {
+        let row = evidence.plane(item, plane);
+        let own = row.get(first..last).unwrap_or_default();
+        count(&mut own.iter().zip(&hidden).map(|(word, hidden)| word & !hidden))
+    };
+    let outside = (0..evidence.items.len()).map(beyond).collect();
     (inside, outside)
 }

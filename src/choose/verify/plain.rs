@@ -115,7 +115,7 @@ impl Plain<'_> {
         let mut union: SetPlanes = std::array::from_fn(|plane| vec![0; widths[plane / 2]]);
         for &item in set {
             for (plane, union) in union.iter_mut().enumerate() {
-                union.iter_mut().zip(self.evidence.plane(item, plane)).for_each(|(to, from)| *to |= from);
+                union.iter_mut().zip(&*self.evidence.plane(item, plane)).for_each(|(to, from)| *to |= from);
             }
         }
         union
@@ -178,7 +178,7 @@ impl Plain<'_> {
                     let right = has.iter().zip(&wrong);
                     let count = match item {
                         None => ones(right.map(|(has, wrong)| has & !wrong)),
-                        Some(item) => match self.evidence.plane(item, plane) {
+                        Some(item) => match &self.evidence.plane(item, plane)[..] {
                             [] => 0,
                             row => ones(
                                 row[words].iter().zip(right).map(|(row, (has, wrong))| row & !has & !wrong),
@@ -197,7 +197,8 @@ impl Plain<'_> {
     fn of_parts(&self, moments: &[MomentBits], union: &SetPlanes, item: Option<usize>) -> Vec<(i128, i128)> {
         let count = |plane: usize, words: &std::ops::Range<usize>| {
             let has = &union[plane][words.clone()];
-            i128::from(match item.map(|item| self.evidence.plane(item, plane)) {
+            let row = item.map(|item| self.evidence.plane(item, plane));
+            i128::from(match row.as_deref() {
                 None => ones(has.iter().copied()),
                 Some([]) => 0,
                 Some(row) => ones(row[words.clone()].iter().zip(has).map(|(row, has)| row & !has)),

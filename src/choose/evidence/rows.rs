@@ -1,0 +1,89 @@
+//! Where the bits of candidates are: in memory, or in the file of the folder, from which they are read each time
+//! that they are asked for.
+
+use std::borrow::Cow;
+use std::fs::File;
+use std::io::{self, Read, Seek, SeekFrom};
+use std::path::PathBuf;
+use std::sync::OnceLock;
+
+use super::super::layout::{BitLayout, PLANES, SPACE_OF};
+
+/// The bits of all candidates.
+#[derive(Debug)]
+pub(super) enum Rows {
+    Held(Vec<HeldRow>),
+    Filed(FiledRows),
+}
+
+/// What one candidate says: bits of all moments; nothing of a plane without a bit.
+#[derive(Clone, Debug, Default)]
+pub(super) struct HeldRow {
+    pub(super) planes: [Box<[u64]>; PLANES],
+}
+
+/// A row that was asked for: each of the six planes; empty if no bit is set.
+pub(in crate::choose) type Row<'a> = [Cow<'a, [u64]>; PLANES];
+
+/// Rows in a file.
+#[derive(Debug)]
+pub(super) struct FiledRows {
+    pub(super) path: PathBuf,
+    /// Of each candidate the places of its records, repeat by repeat and in each world by world; of what has no
+    /// noise one repeat.
+    pub(super) places: Vec<Vec<RecordPlace>>,
+    /// Of each candidate the planes that are needed.
+    pub(super) needed: Vec<[bool; PLANES]>,
+    /// Why a row could not be read.
+    pub(super) failed: OnceLock<io::Error>,
+}
+
+/// Where the words of a record begin, and which planes it has.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct RecordPlace {
+    pub(super) at: u64,
+    pub(super) has: [bool; PLANES],
+}
+
+impl Rows {
+    /// Some planes of a candidate; empty if no bit is set.
+    pub(super) fn row(&self, layout: &BitLayout, item: usize, wanted: [bool; PLANES]) -> Row<'_> {
+        match self {
+            Rows::Held(rows) => std::array::from_fn(|plane| {
+                Cow::Borrowed(if wanted[plane] { &rows[item].planes[plane][..] } else { &[] })
+            }),
+            Rows::Filed(rows) => rows.read(layout, item, wanted).unwrap_or_else(|error| {
+                let _ = rows.failed.set(error);
+                Default::default()
+            }),
+        }
+    }
+}
+
+impl FiledRows {
+    fn read(&self, layout: &BitLayout, item: usize, wanted: [bool; PLANES]) -> io::Result<Row<'_>> {
+        let mut file = File::open(&self.path)?;
+        let (places, mut bytes) = (&self.places[item], Vec::new());
+        let mut planes: [Vec<u64>; PLANES] = Default::default();
+        for (number, moment) in layout.moments.iter().enumerate() {
+            // What has no noise says the same in all repeats.
+            let place = places[number % places.len()];
+            let words = |plane: usize| moment.words[SPACE_OF[plane]].clone();
+            let mut at = place.at;
+            for plane in (0..PLANES).filter(|&plane| place.has[plane]) {
+                let length = 8 * words(plane).len();
+                if wanted[plane] && self.needed[item][plane] {
+                    bytes.resize(length, 0);
+                    file.seek(SeekFrom::Start(at))?;
+                    file.read_exact(&mut bytes)?;
+                    planes[plane].resize(layout.words[SPACE_OF[plane]], 0);
+                    let (eights, _) = bytes.as_chunks::<8>();
+                    let read = eights.iter().map(|word| u64::from_le_bytes(*word));
+                    planes[plane][words(plane)].iter_mut().zip(read).for_each(|(to, word)| *to = word);
+                }
+                at += length as u64;
+            }
+        }
+        Ok(planes.map(Cow::Owned))
+    }
+}
