@@ -135,6 +135,19 @@ fn exit_codes_and_words_say_what_was_decided() {
     assert!(words.iter().all(|part| missed.stdout.contains(part)), "{}", missed.stdout);
 
     assert_eq!(drawn(&folder, &missed.stdout), 2);
+
+    let moved = folder.path("moved.toml");
+    fs::rename(folder.path("study.toml"), &moved).unwrap();
+    let missed = judge(&folder, &["--pose", "wall/0/0", "--study", text(&moved)]);
+    assert_eq!(missed.code, Some(4), "{}", missed.stderr);
+    assert_eq!(drawn(&folder, &missed.stdout), 2);
+    let picture = folder.path("worst.png");
+    let of_study = perirobot(&["render", text(&moved), "--study", text(&moved), "--out", text(&picture)]);
+    assert!(
+        of_study.code == Some(2) && of_study.stderr.contains("is for a folder of results"),
+        "{}",
+        of_study.stderr
+    );
 }
 
 /// Runs the commands of pictures that were printed; how many there are.
@@ -173,12 +186,13 @@ fn conditions_are_told_drawn_and_written_for_build_servers() {
             &format!("{UNDER}at_least = 0.001"),
         ),
     );
-    let swept = folder.sweep(&[]);
+    let swept = folder.sweep(&["--package", "spare=/spare"]);
     assert_eq!(swept.code, Some(0), "{}", swept.stderr);
     let said = [
-        "Requirements\n",
+        "Requirements, as planned, of the choice that meets most of them\n",
         "PASS  most <&> 'of' it (as planned): F1 in region box is 0.",
         "more: perirobot judge ",
+        " --package 'spare=/spare' --pose ",
     ];
     assert!(said.iter().all(|part| swept.stdout.contains(part)), "{}", swept.stdout);
     assert!(!swept.stdout.contains("one sensor dead"));
@@ -272,7 +286,7 @@ fn a_chosen_set_is_judged() {
     let (study, out) = (folder.path("study.toml"), folder.path("out"));
     let chosen = perirobot(&["choose", text(&study), "--out", text(&out), "--backend", "cpu"]);
     assert_eq!(chosen.code, Some(0), "{}", chosen.stderr);
-    let (_, verdicts) = chosen.stdout.split_once("\nRequirements\n").unwrap();
+    let (_, verdicts) = chosen.stdout.split_once("\nRequirements, as planned, of the best set\n").unwrap();
     let rows = table(&folder, "results.csv");
     let of_robot = rows.iter().filter(|row| row["region"] == "robot");
     let best =
@@ -280,12 +294,111 @@ fn a_chosen_set_is_judged() {
     assert!(best["poses"].contains(';') && verdicts.starts_with(&best["poses"]), "{best:?}: {verdicts}");
     assert!(verdicts.contains("PASS  seen (as planned)") && !verdicts.contains("dead"), "{verdicts}");
 
+    let (_, more) = chosen.stdout.split_once("\nmore: perirobot ").unwrap();
+    assert!(more.contains(&format!("--pose '{}'", best["poses"])), "{more}");
+    // Every other part stands between quotation marks.
+    let parts = more.lines().next().unwrap().split('\'').enumerate();
+    let words = parts.flat_map(|(number, part)| match number % 2 {
+        0 => part.split_whitespace().collect(),
+        _ => vec![part],
+    });
+    assert!(matches!(perirobot(&words.collect::<Vec<_>>()).code, Some(0 | 4)), "{more}");
+    assert_eq!(table(&folder, "requirements.csv")[0]["poses"], best["poses"]);
+
     let judged = judge(&folder, &["--backend", "cpu"]);
     assert!(matches!(judged.code, Some(0 | 4)), "{}", judged.stderr);
     let verdicts = table(&folder, "requirements.csv");
     assert_eq!([&verdicts[0]["poses"], &verdicts[0]["value"]], [&best["poses"], &best["f1"]]);
     assert_eq!([verdicts[1]["condition"].as_str(), &verdicts[1]["cases"]], ["one_sensor_dead", "2"]);
     assert!(verdicts[1]["value"].parse::<f64>().unwrap() < best["f1"].parse().unwrap());
+}
+
+/// A pad as large as the floor has no place but its own.
+const PAD: &str = r#"
+[[sensor]]
+name = "pad"
+kind = "pad"
+size_m = [2.5, 1.9]
+[[sensor.poses]]
+name = "floor"
+x_m = -1.2
+y_m = -0.9
+z_m = 0
+[[combination]]
+name = "both"
+sensors = ["camera", "pad"]
+poses = { camera = ["wall/0/0"] }
+[[combination]]
+name = "alone"
+sensors = ["pad"]
+[mounting_error]
+draws = 4
+position_m = 0.02
+"#;
+
+#[test]
+fn draws_that_are_not_possible_are_told_and_nothing_is_left_of_a_judgement_that_failed() {
+    let folder = Folder::new();
+    let required = require("seen", "f1", "robot", "at_least = 0\nunder = [\"mounting_error\"]");
+    folder.edit("study.toml", "", &[PAD, &required].concat());
+    assert_eq!(folder.sweep(&[]).code, Some(0));
+    let junit = folder.path("verdicts.xml");
+    let both = || judge(&folder, &["--combination", "both", "--backend", "cpu", "--junit", text(&junit)]);
+    let files = || {
+        let tables = ["requirements.csv", "conditions.csv", "draws.csv"];
+        tables
+            .map(|name| folder.path("out").join(name))
+            .iter()
+            .chain([&junit])
+            .filter(|file| file.exists())
+            .count()
+    };
+    let told = "; in 4 of 4 draws, no place but the planned one was found for pad:floor/0/0; worst draw ";
+    let outcome = both();
+    assert_eq!(outcome.code, Some(0), "{}", outcome.stderr);
+    assert!(outcome.stdout.contains(told), "{}", outcome.stdout);
+    assert!(fs::read_to_string(&junit).unwrap().contains(told));
+    assert_eq!(table(&folder, "requirements.csv")[0]["draws_as_planned"], "4");
+    assert_eq!(files(), 4);
+
+    // A name that is wrong is found before anything is removed.
+    assert_eq!(judge(&folder, &["--pose", "nowhere", "--junit", text(&junit)]).code, Some(2));
+    assert_eq!(files(), 4);
+    let alone = judge(&folder, &["--combination", "alone", "--backend", "cpu", "--junit", text(&junit)]);
+    let expected = "study.toml: mounting_error: no draw of pad:floor/0/0 is possible";
+    assert!(alone.code == Some(2) && alone.stderr.contains(expected), "{}", alone.stderr);
+    assert_eq!(files(), 0);
+
+    assert_eq!(both().code, Some(0));
+    folder.edit("study.toml", &required, "");
+    assert_eq!(judge(&folder, &["--junit", text(&junit)]).code, Some(2));
+    assert_eq!(files(), 0);
+}
+
+#[test]
+fn moments_without_a_value_are_told() {
+    let folder = Folder::noisy();
+    // In the second scene nobody is in the box.
+    folder.edit("second.toml", "position_m = [0.3, -0.4, 0.65]", "position_m = [0.95, -0.4, 0.65]");
+    for over in ["worst", "mean"] {
+        let more = format!("over = \"{over}\"\nat_least = 0");
+        folder.edit("study.toml", "", &require(over, "human_seen", "box", &more));
+    }
+    folder.edit("study.toml", "", &require("all", "unknown", "box", "at_most = 1"));
+    assert_eq!(folder.sweep(&[]).code, Some(0));
+    let junit = folder.path("verdicts.xml");
+    let outcome = judge(&folder, &["--pose", "wall/0/0", "--junit", text(&junit)]);
+    assert_eq!(outcome.code, Some(0), "{}", outcome.stderr);
+    let told = "; only 2 of 4 moments have a value";
+    assert_eq!(outcome.stdout.matches(told).count(), 2, "{}", outcome.stdout);
+    assert_eq!(fs::read_to_string(&junit).unwrap().matches(told).count(), 2);
+    let counted = |row: &Row| ["values", "of"].map(|key| row[key].clone());
+    let rows: Vec<[String; 2]> = table(&folder, "requirements.csv").iter().map(counted).collect();
+    assert_eq!(rows, [["2", "4"], ["2", "4"], ["4", "4"]]);
+    let conditions = table(&folder, "conditions.csv");
+    let of =
+        |score: &str| conditions.iter().find(|row| row["region"] == "box" && row["score"] == score).unwrap();
+    assert_eq!([counted(of("human_seen")), counted(of("unknown"))], [["2", "4"], ["4", "4"]]);
 }
 
 /// The error of a study with these requirements.

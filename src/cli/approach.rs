@@ -16,6 +16,7 @@ use perirobot::world::World;
 use super::backend::start_threads;
 use super::stop::end_tidily;
 use super::study::StudyArgs;
+use super::swept::StudyPlace;
 
 /// Say how near a body can come to the robot unnoticed
 ///
@@ -58,7 +59,7 @@ Examples:
 pub(super) fn run(args: &Args) -> Result<ExitCode> {
     end_tidily()?;
     start_threads(None)?;
-    let (study, worlds) = match args.study.load_folder()? {
+    let (study, worlds) = match args.study.load_folder(StudyPlace { named: None, cure: "" })? {
         Some(swept) => swept,
         None => args.study.load()?,
     };

@@ -25,7 +25,7 @@ pub(super) struct SetArgs {
     /// will do
     #[arg(long, value_name = "POSES")]
     pose: Option<String>,
-    /// The combination [default: any]
+    /// The combination [default: any; with --pose the only one that has such a choice of poses]
     #[arg(long, value_name = "NAME")]
     combination: Option<String>,
     /// What the sensors are taken to say, as in results.csv [default: the first]

@@ -101,6 +101,7 @@ pub(super) fn run(args: &Args) -> Result<ExitCode> {
 fn search(args: &Args, study: &StudyArgs, stop: &StopAt) -> Result<ExitCode> {
     let begin = Instant::now();
     let out = args.out.clone().unwrap_or_else(|| study.usual_out("-choose"));
+    let packages = study.package_words();
     let (study, worlds) = study.load_unless(&|| stop.reason())?;
     let choose = asked(&study)?;
     choose::examine(&study, choose, &worlds)?;
@@ -146,7 +147,7 @@ fn search(args: &Args, study: &StudyArgs, stop: &StopAt) -> Result<ExitCode> {
     scores::write(&results, &out, TableFormat::Csv)?;
     super::print(&report::choose::render(&chosen))?;
     super::print("\n")?;
-    print_verdicts(&study, &results, chosen.told.best_set(), &out)?;
+    print_verdicts(&study, &results, chosen.told.best_set(), &out, &packages)?;
     super::print(&format!("results in {}\n", out.display()))?;
     match (why, unrefined) {
         (Some(why), _) => {

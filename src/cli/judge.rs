@@ -11,9 +11,9 @@ use perirobot::judge::{
 };
 use perirobot::results::Results;
 use perirobot::results::columns::BETWEEN_MEMBERS;
-use perirobot::results::files::{DRAWS, write_whole};
+use perirobot::results::files::{CONDITIONS, DRAWS, REQUIREMENTS, write_whole};
 use perirobot::results::manifest::Fault;
-use perirobot::study::{Requirement, Study};
+use perirobot::study::Study;
 use perirobot::sweep::Watch;
 use perirobot::view::Choice;
 use perirobot::world::World;
@@ -34,7 +34,7 @@ const MISSED: u8 = 4;
 /// something is not. Prints for each requirement and condition whether it is met (PASS or FAIL), the value, where and
 /// when it is the worst, and the command that draws it; writes requirements.csv and conditions.csv into the folder.
 /// Without --pose it judges the choice of poses that meets most requirements as planned. Requirements may be changed
-/// or added after the sweep: they change no count. The exit code is 4 if a requirement is missed.
+/// or added after the sweep: they change no count. Files of an earlier judgement are removed first. The exit code is 4 if a requirement is missed.
 #[derive(clap::Args)]
 #[command(after_help = AFTER_HELP)]
 pub(super) struct Args {
@@ -73,17 +73,19 @@ pub(super) fn run(args: &Args) -> Result<ExitCode> {
     let (results, warnings) = Results::read(folder)?;
     warnings.iter().for_each(|warning| say!("warning: {warning}"));
     let (study, worlds) = args.swept.load()?;
-    let required = required(&study)?;
+    if study.requirements.is_empty() {
+        args.forget()?;
+        return Err(nothing_required(&study));
+    }
     let choices = match args.sets.named(&study, &worlds)? {
         Some(choice) => vec![choice],
-        None => leaders(required, &results, args.best as usize, args.sets.among())?,
+        None => leaders(&study.requirements, &results, args.best as usize, args.sets.among())?,
     };
+    args.forget()?;
     let (sets, draws) = args.judged(&study, &worlds, &results, &choices)?;
-    match draws.as_slice() {
-        // A file of poses is of one choice.
-        [draws] if choices.len() == 1 => draws.write(folder)?,
-        // Those of another judgement would be taken for this one's.
-        _ => drop(std::fs::remove_file(folder.join(DRAWS))),
+    // A file of poses is of one choice.
+    if let ([draws], [_]) = (draws.as_slice(), choices.as_slice()) {
+        draws.write(folder)?;
     }
     requirements_csv(folder, &results, &sets)?;
     conditions_csv(folder, &results, &sets)?;
@@ -105,17 +107,14 @@ pub(super) fn run(args: &Args) -> Result<ExitCode> {
     })
 }
 
-/// What the study requires.
-fn required(study: &Study) -> Result<&[Requirement]> {
-    if !study.requirements.is_empty() {
-        return Ok(&study.requirements);
-    }
+/// What is wrong with a study that requires nothing.
+fn nothing_required(study: &Study) -> Error {
     let region = study.regions.first().map_or("robot", |(name, _)| name.as_str());
     let example = format!(
         "[[require]] name = \"parts seen\", score = \"parts_detected\", region = {region:?}, at_least = 0.9"
     );
-    Err(Error::from(Issue::missing("require").at(&study.path))
-        .wanted(format!("say what sensors must reach, as in {example}")))
+    Error::from(Issue::missing("require").at(&study.path))
+        .wanted(format!("say what sensors must reach, as in {example}"))
 }
 
 /// How many verdicts there are of each kind.
@@ -126,6 +125,16 @@ fn count(sets: &[JudgedSet]) -> String {
 }
 
 impl Args {
+    /// Removes the files of an earlier judgement, so that none of them is taken for this one's, whatever ends it.
+    fn forget(&self) -> Result<()> {
+        let tables = [REQUIREMENTS, CONDITIONS, DRAWS].map(|name| self.swept.folder().join(name));
+        let is_file = |path: &&PathBuf| path.symlink_metadata().is_ok_and(|found| found.is_file());
+        for path in tables.iter().chain(&self.junit).filter(is_file) {
+            std::fs::remove_file(path).map_err(|e| Error::io(path, "cannot be removed", e))?;
+        }
+        Ok(())
+    }
+
     /// Choices with all that is counted of them, and their mounts as they were drawn.
     fn judged<'s>(
         &self,
@@ -161,7 +170,7 @@ impl Args {
         let moment = set.conditions.moments[judgement.worst.moment?];
         let mut words = ["perirobot", "render"].map(String::from).to_vec();
         words.extend([self.swept.folder().display().to_string(), "--pose".into(), set.poses.clone()]);
-        words.extend(self.swept.words());
+        words.extend(self.swept.folder_words());
         words.extend(["--combination".into(), set.combination.clone()]);
         words.extend(["--representation".into(), set.representation.clone()]);
         words.extend(["--scene".into(), study.scenes[moment.scene].name.clone()]);

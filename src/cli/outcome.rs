@@ -64,12 +64,14 @@ pub(super) fn print_best(results: &Results) -> Result<()> {
 }
 
 /// Prints whether the choice that meets most requirements of a study meets all of them as planned; of sets that were
-/// chosen, whether the best one does. Nothing where the study requires nothing.
+/// chosen, whether the best one does; and the command that judges the same choice under all conditions, with the
+/// arguments by which it reads the same files. Nothing where the study requires nothing.
 pub(super) fn print_verdicts(
     study: &Study,
     results: &Results,
     best: Option<usize>,
     folder: &Path,
+    packages: &[String],
 ) -> Result<()> {
     let mut required = study.requirements.clone();
     required.iter_mut().for_each(|requirement| requirement.under = vec![Condition::AsPlanned]);
@@ -77,14 +79,19 @@ pub(super) fn print_verdicts(
         return Ok(());
     }
     let best = best.map(|combination| Choice { combination, choice: 0, representation: 0, repeat: 0 });
-    let choice = match best {
-        Some(choice) => Some(choice),
-        None => leaders(&required, results, 1, Among::default())?.pop(),
+    let (which, choice) = match best {
+        Some(choice) => ("the best set", Some(choice)),
+        None => {
+            ("the choice that meets most of them", leaders(&required, results, 1, Among::default())?.pop())
+        }
     };
     let Some(choice) = choice else { return Ok(()) };
     let conditions = Conditions::as_planned(results, &choice)?;
     let set = JudgedSet::new(&required, results, &choice, conditions);
     let verdicts = report::judge::verdicts(results, &set, &|_, _| None);
-    let command = shell::command(&["perirobot", "judge", &folder.display().to_string()]);
-    super::print(&format!("Requirements{verdicts}more: {command}\n\n"))
+    let mut words = ["perirobot", "judge", &folder.display().to_string()].map(String::from).to_vec();
+    words.extend_from_slice(packages);
+    words.extend(["--pose".into(), set.poses.clone(), "--combination".into(), set.combination.clone()]);
+    let command = shell::command(&words);
+    super::print(&format!("Requirements, as planned, of {which}{verdicts}more: {command}\n\n"))
 }

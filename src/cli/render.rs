@@ -15,6 +15,7 @@ use perirobot::{Error, Result};
 use super::backend::BackendArgs;
 use super::choice::RestArgs;
 use super::study::StudyArgs;
+use super::swept::StudyPlace;
 
 /// Draw a cell, or what one choice of poses makes of it
 ///
@@ -28,6 +29,9 @@ use super::study::StudyArgs;
 pub(super) struct Args {
     #[command(flatten)]
     study: StudyArgs,
+    /// The study file of a folder of results, if it was moved
+    #[arg(id = "moved", long = "study", value_name = "FILE", help_heading = "Study")]
+    moved: Option<PathBuf>,
     /// Which poses, sensor:pose as `perirobot check` lists them, or as in the column `poses` of results.csv
     /// [default: none, the cell alone]
     #[arg(long, value_name = "POSES")]
@@ -98,7 +102,8 @@ pub(super) fn run(args: &Args) -> Result<ExitCode> {
         return Err(Issue::says(format!("--out {}: must end in .png", args.out.display())).into());
     }
     args.backend.start_threads()?;
-    let swept = args.study.load_folder()?;
+    let place = StudyPlace { named: args.moved.as_deref(), cure: ", or say --study FILE" };
+    let swept = args.study.load_folder(place)?;
     let (study, swept) = match swept {
         Some((study, worlds)) => (study, Some(worlds)),
         None => (args.study.read()?, None),

@@ -45,16 +45,19 @@ impl StudyArgs {
     }
 
     /// What was swept into a folder of results that is named in the place of a study; `None` if it is no such
-    /// folder.
-    pub(super) fn load_folder(&self) -> Result<Option<(Study, Vec<World>)>> {
+    /// folder. `place` is that of its study.
+    pub(super) fn load_folder(&self, place: StudyPlace) -> Result<Option<(Study, Vec<World>)>> {
         if !self.study.join(MANIFEST).exists() {
+            if let Some(moved) = place.named {
+                let what = format!("is for a folder of results, and {} is none", self.study.display());
+                return Err(Error::input(format!("--study {}", moved.display()), what));
+            }
             return Ok(None);
         }
         if self.overrides() != Overrides::default() {
             let what = "is a folder of results, which has its voxels and its noise: leave out --voxel-size and --noiseless";
             return Err(Error::input(&self.study, what));
         }
-        let place = StudyPlace { named: None, cure: "" };
         let (study, worlds) = swept::study_of(&self.study, place, &self.packages)?;
         swept::as_swept(&self.study, study, worlds).map(Some)
     }
@@ -80,6 +83,11 @@ impl StudyArgs {
             super::MOST_WARNINGS,
         );
         Ok((study, worlds))
+    }
+
+    /// The arguments by which a command that takes the folder of results reads the same files.
+    pub(super) fn package_words(&self) -> Vec<String> {
+        self.packages.words()
     }
 
     /// Where results go that are told no folder: `out/`, the study's name and an ending.

@@ -128,7 +128,7 @@ pub(super) fn run(args: &Args) -> Result<ExitCode> {
     match &results {
         Some(results) => {
             print_best(results)?;
-            print_verdicts(&study, results, None, &folder)?;
+            print_verdicts(&study, results, None, &folder, &args.study.package_words())?;
         }
         None => {
             let (Shard { number, of }, out) = (shard, out.display());

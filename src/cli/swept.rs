@@ -35,6 +35,12 @@ impl SweptArgs {
         self.packages.words()
     }
 
+    /// The arguments by which a command that takes the folder reads the same files.
+    pub(super) fn folder_words(&self) -> Vec<String> {
+        let study = self.study.iter().flat_map(|file| ["--study".into(), file.display().to_string()]);
+        study.chain(self.words()).collect()
+    }
+
     /// Reads the study again, and makes its scenes ready.
     pub(super) fn load(&self) -> Result<(Study, Vec<World>)> {
         let place = StudyPlace { named: self.study.as_deref(), cure: ", or say --study FILE" };

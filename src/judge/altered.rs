@@ -62,7 +62,7 @@ pub fn altered(
             if *draw >= error.draws {
                 return Err(Error::input(place, format!("must be from 0 to {}", error.draws - 1)));
             }
-            let draws = what_if.draws(error);
+            let draws = what_if.draws(error)?;
             let members = what_if.drawn(&draws, *draw);
             (draws.study, draws.worlds, members)
         }

@@ -23,6 +23,8 @@ pub struct Moment {
 pub struct Case {
     /// What is different from what was planned.
     pub alteration: Alteration,
+    /// Mounts that were to be drawn and are as planned, since no draw of them was possible: as in `pads:floor/0/0`.
+    pub kept: Vec<String>,
     /// For each region the counts of each moment.
     pub counts: Vec<Vec<Confusion>>,
 }
@@ -45,7 +47,7 @@ impl Conditions {
     pub fn as_planned(results: &Results, choice: &Choice) -> Result<Conditions> {
         let of_region = |region| counts(results, choice, region);
         let counts: Vec<Vec<Confusion>> = (0..results.regions.len()).map(of_region).collect::<Result<_>>()?;
-        let planned = Case { alteration: Alteration::None, counts };
+        let planned = Case { alteration: Alteration::None, kept: Vec::new(), counts };
         Ok(Conditions { moments: moments(results), cases: vec![(Condition::AsPlanned, vec![planned])] })
     }
 

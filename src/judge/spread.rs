@@ -26,6 +26,8 @@ pub struct Spread {
     pub at: Where,
     /// How many values there are.
     pub values: usize,
+    /// How many there would be if every moment of every case had one.
+    pub of: usize,
 }
 
 /// What each score is in each region under each condition; scores without a value are left out.
@@ -60,6 +62,7 @@ fn spread(condition: Condition, cases: &[Case], region: usize, score: Score) -> 
         worst: worst.value(),
         at,
         values: values.len(),
+        of: cases.iter().map(|case| case.counts[region].len()).sum(),
     })
 }
 
@@ -72,7 +75,7 @@ mod tests {
     /// A case with so many unknown voxels of 100 at its moments.
     fn case(unknown: impl Iterator<Item = u64>) -> Case {
         let counts = |uf| Confusion { tn: 100 - uf, uf, ..Default::default() };
-        Case { alteration: Alteration::None, counts: vec![unknown.map(counts).collect()] }
+        Case { alteration: Alteration::None, kept: Vec::new(), counts: vec![unknown.map(counts).collect()] }
     }
 
     #[test]
@@ -84,7 +87,7 @@ mod tests {
         assert_eq!((unknown.best, unknown.worst), (0.0, 0.39));
         assert!((unknown.mean - 0.195).abs() < 1e-12, "{}", unknown.mean);
         // Two of forty: 39 and 38.
-        assert_eq!((unknown.twentieth, unknown.values), (0.38, 40));
+        assert_eq!((unknown.twentieth, unknown.values, unknown.of), (0.38, 40, 40));
         assert_eq!(unknown.at, Where { case: 1, moment: Some(19) });
         // Nothing is occupied, so there is nobody to be seen.
         assert!(all.iter().all(|spread| spread.score != Score::HumanSeen));

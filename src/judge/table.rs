@@ -5,7 +5,7 @@ use std::path::Path;
 
 use super::judged::JudgedSet;
 use super::spread::spreads;
-use super::verdict::Where;
+use super::verdict::{Judgement, Where};
 use crate::Result;
 use crate::results::Subject;
 use crate::results::files::{CONDITIONS, REQUIREMENTS};
@@ -49,6 +49,9 @@ pub fn requirements_csv(folder: &Path, subject: &Subject, sets: &[JudgedSet]) ->
         ("value", Score),
         ("cases", Count),
         ("failed", Count),
+        ("values", Count),
+        ("of", Count),
+        ("draws_as_planned", Count),
         ("case", Text),
         ("scene", Text),
         ("snapshot", Score),
@@ -76,7 +79,8 @@ pub fn requirements_csv(folder: &Path, subject: &Subject, sets: &[JudgedSet]) ->
             row.extend(texts.map(Datum::Text));
             let value = judgement.value.as_ref().map(|value| value.number());
             row.extend([at_least, at_most, value].map(Datum::Score));
-            row.extend([judgement.cases, judgement.failed].map(|n| Datum::Count(n as u64)));
+            let Judgement { cases, failed, values, of, kept, .. } = *judgement;
+            row.extend([cases, failed, values, of, kept].map(|n| Datum::Count(n as u64)));
             let cases = set.conditions.of(judgement.condition);
             let case = cases[judgement.worst.case].alteration.words();
             row.push(Datum::Text(&case));
@@ -107,6 +111,7 @@ pub fn conditions_csv(folder: &Path, subject: &Subject, sets: &[JudgedSet]) -> R
         ("snapshot", Score),
         ("repeat", Score),
         ("values", Count),
+        ("of", Count),
     ]);
     let mut table = TableFile::create(&folder.join(CONDITIONS), TableFormat::Csv, &columns)?;
     for set in sets {
@@ -119,7 +124,7 @@ pub fn conditions_csv(folder: &Path, subject: &Subject, sets: &[JudgedSet]) -> R
             let case = set.conditions.of(spread.condition)[spread.at.case].alteration.words();
             row.push(Datum::Text(&case));
             row.extend(place_of(set, subject, &spread.at));
-            row.push(Datum::Count(spread.values as u64));
+            row.extend([spread.values, spread.of].map(|n| Datum::Count(n as u64)));
             table.row(&row)?;
         }
     }

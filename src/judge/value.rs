@@ -14,7 +14,7 @@ pub struct Value(Vec<Ratio>);
 
 impl Value {
     /// What counts are worth, moment by moment. The worst of several is the one that is nearest to missing the limit.
-    /// `None` where no moment has a value.
+    /// Moments without a value are left out; `None` where none has one.
     pub fn of(score: Score, over: Across, limit: &Limit, counts: &[Confusion]) -> Option<Value> {
         let each = || counts.iter().filter_map(|counts| Ratio::of_score(score, counts));
         let parts: Vec<Ratio> = match over {
@@ -33,6 +33,11 @@ impl Value {
     /// One fraction.
     pub(super) fn exactly(ratio: Ratio) -> Value {
         Value(vec![ratio])
+    }
+
+    /// How it compares with a fraction.
+    pub fn cmp_ratio(&self, ratio: Ratio) -> Ordering {
+        self.cmp(&Value::exactly(ratio))
     }
 
     /// As a number, to be shown.

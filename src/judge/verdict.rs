@@ -19,6 +19,12 @@ pub struct Judgement<'a> {
     pub failed: usize,
     /// How many cases there are.
     pub cases: usize,
+    /// How many moments of all cases have a value; the others are left out.
+    pub values: usize,
+    /// How many moments all cases have together.
+    pub of: usize,
+    /// How many cases have mounts that were to be drawn and are as planned.
+    pub kept: usize,
     /// The value in the case that is nearest to missing the limit, or misses it furthest; `None` where a case has
     /// no value, which is then missed.
     pub value: Option<Value>,
@@ -68,6 +74,7 @@ fn judgement<'a>(
     let values: Vec<Option<Value>> = cases.iter().map(value).collect();
     let is_met = |value: &Option<Value>| value.as_ref().is_some_and(|value| requirement.limit.is_met(value));
     let failed = values.iter().filter(|value| !is_met(value)).count();
+    let moments = || cases.iter().flat_map(|case| &case.counts[requirement.region]);
     let mut worst = 0;
     for (case, value) in values.iter().enumerate() {
         let is_worse = match (value, &values[worst]) {
@@ -87,6 +94,9 @@ fn judgement<'a>(
         is_met: failed == 0,
         failed,
         cases: cases.len(),
+        values: moments().filter(|counts| Ratio::of_score(requirement.score, counts).is_some()).count(),
+        of: moments().count(),
+        kept: cases.iter().filter(|case| !case.kept.is_empty()).count(),
         value: values[worst].clone(),
         worst: Where { case: worst, moment },
         out_of_reach: bound.filter(|bound| !requirement.limit.is_met(bound)),

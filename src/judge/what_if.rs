@@ -29,6 +29,14 @@ struct Variant {
     condition: Condition,
     alteration: Alteration,
     members: Vec<[usize; 3]>,
+    /// Mounts that could not be drawn.
+    kept: Vec<String>,
+}
+
+impl Variant {
+    fn case(self, counts: Vec<Vec<Confusion>>) -> Case {
+        Case { alteration: self.alteration, kept: self.kept, counts }
+    }
 }
 
 impl<'a> WhatIf<'a> {
@@ -68,7 +76,8 @@ impl<'a> WhatIf<'a> {
     /// are the answer, if any were.
     ///
     /// # Errors
-    /// When the backend fails, or counts the plan differently; `Error::Stopped`.
+    /// When the backend fails, or counts the plan differently; when no mount can be anywhere but where it is planned;
+    /// `Error::Stopped`.
     pub fn count(
         &self,
         asked: &[Condition],
@@ -81,31 +90,38 @@ impl<'a> WhatIf<'a> {
         for (variant, counts) in variants.into_iter().zip(counts) {
             match variant.condition {
                 Condition::AsPlanned => same(&planned.of(Condition::AsPlanned)[0].counts, &counts)?,
-                condition => planned.add(condition, Case { alteration: variant.alteration, counts }),
+                condition => planned.add(condition, variant.case(counts)),
             }
         }
         let Some(error) = self.error(asked) else { return Ok(None) };
-        let draws = self.draws(error);
+        let draws = self.draws(error)?;
         let of_draw = |draw| Variant {
             condition: Condition::MountingError,
             alteration: Alteration::Draw(draw),
             members: self.drawn(&draws, draw),
+            kept: self.kept(&draws, draw),
         };
         let variants: Vec<Variant> = (0..error.draws).map(of_draw).collect();
         let counts = self.counted(&draws.study, &draws.worlds, &variants, backends, watch)?;
         for (variant, counts) in variants.into_iter().zip(counts) {
-            planned.add(variant.condition, Case { alteration: variant.alteration, counts });
+            planned.add(variant.condition, variant.case(counts));
         }
         Ok(Some(draws))
     }
 
-    pub(super) fn draws(&self, error: &MountingError) -> Draws {
+    pub(super) fn draws(&self, error: &MountingError) -> Result<Draws> {
         Draws::new(self.study, self.worlds, error, self.members.iter().map(|&[s, c, _]| [s, c]))
     }
 
     /// The members in one draw of their mounts.
     pub(super) fn drawn(&self, draws: &Draws, draw: u32) -> Vec<[usize; 3]> {
         self.members.iter().map(|&[s, c, way]| [s, draws.candidate([s, c], draw), way]).collect()
+    }
+
+    /// The members that are as planned in a draw, by their names.
+    fn kept(&self, draws: &Draws, draw: u32) -> Vec<String> {
+        let kept = self.members.iter().filter(|&&[s, c, _]| draws.keeps([s, c], draw));
+        kept.map(|&member| self.name(member)).collect()
     }
 
     /// The set whole, and without sensors that are dead.
@@ -127,7 +143,7 @@ impl<'a> WhatIf<'a> {
             let members = self.without(&dead);
             let names = || dead.iter().map(|&number| self.name(self.members[number])).collect();
             let alteration = if dead.is_empty() { Alteration::None } else { Alteration::Dead(names()) };
-            Variant { condition, alteration, members }
+            Variant { condition, alteration, members, kept: Vec::new() }
         };
         dead.into_iter().map(variant).collect()
     }

@@ -1,7 +1,10 @@
 //! Verdicts on requirements, and how good scores are under each condition, as text.
 
-use super::table::{NONE, Table, number};
-use crate::judge::{JudgedSet, Judgement, Moment, Where, spreads};
+use std::cmp::Ordering;
+use std::collections::BTreeSet;
+
+use super::table::{NONE, Table, number as three_digits};
+use crate::judge::{JudgedSet, Judgement, Moment, Value, Where, spreads};
 use crate::results::Subject;
 use crate::study::{Across, Condition, Limit};
 
@@ -24,7 +27,7 @@ pub fn verdicts(subject: &Subject, set: &JudgedSet, picture: Picture) -> String 
     for judgement in &set.judgements {
         text += &format!("{}\n", line(subject, set, judgement));
         if let Some(bound) = &judgement.out_of_reach {
-            let bound = number(Some(bound.number()));
+            let bound = told_apart(bound, &judgement.requirement.limit);
             text +=
                 &format!("      no choice of the listed poses can meet it: their upper bound is {bound}\n");
         }
@@ -43,7 +46,8 @@ pub fn line(subject: &Subject, set: &JudgedSet, judgement: &Judgement) -> String
         Limit::AtLeast(ratio) => format!("at least {}", ratio.value()),
         Limit::AtMost(ratio) => format!("at most {}", ratio.value()),
     };
-    let value = judgement.value.as_ref().map_or("no value".into(), |value| number(Some(value.number())));
+    let value =
+        judgement.value.as_ref().map_or("no value".into(), |value| told_apart(value, &requirement.limit));
     let mut text = format!(
         "{}  {name} ({}): {} in region {region} is {value}, {limit} is required",
         judgement.word(),
@@ -56,7 +60,36 @@ pub fn line(subject: &Subject, set: &JudgedSet, judgement: &Judgement) -> String
     if judgement.cases > 1 {
         text += &format!("; {} of {} cases fail", judgement.failed, judgement.cases);
     }
-    text + &whereabouts(subject, set, judgement.condition, &judgement.worst)
+    let Judgement { values, of, kept, condition, .. } = *judgement;
+    if (1..of).contains(&values) {
+        text += &format!("; only {values} of {of} moments have a value");
+    }
+    if kept > 0 {
+        let mounts: BTreeSet<&str> =
+            set.conditions.of(condition).iter().flat_map(|case| &case.kept).map(String::as_str).collect();
+        let mounts = mounts.into_iter().collect::<Vec<_>>().join(", ");
+        text += &format!(
+            "; in {kept} of {} draws, no place but the planned one was found for {mounts}",
+            judgement.cases
+        );
+    }
+    text + &whereabouts(subject, set, condition, &judgement.worst)
+}
+
+/// A value with as many digits as tell it apart from a limit, at least three behind the point.
+fn told_apart(value: &Value, limit: &Limit) -> String {
+    let (number, limit) = (value.number(), limit.ratio());
+    let order = value.cmp_ratio(limit);
+    let limit = limit.value();
+    let texts =
+        [three_digits(Some(number))].into_iter().chain((4..=17).map(|digits| format!("{number:.digits$}")));
+    let is_told =
+        |text: &String| text.parse::<f64>().is_ok_and(|shown| shown.partial_cmp(&limit) == Some(order));
+    texts.into_iter().find(is_told).unwrap_or_else(|| match order {
+        Ordering::Less => format!("just below {limit}"),
+        Ordering::Equal => limit.to_string(),
+        Ordering::Greater => format!("just above {limit}"),
+    })
 }
 
 fn of_which(over: Across) -> &'static str {
@@ -111,7 +144,7 @@ fn conditions(subject: &Subject, set: &JudgedSet) -> Table {
     };
     for spread in spreads(&set.conditions).iter().filter(|spread| asked(spread.region, spread.score)) {
         let [best, mean, twentieth, worst] =
-            [spread.best, spread.mean, spread.twentieth, spread.worst].map(|value| number(Some(value)));
+            [spread.best, spread.mean, spread.twentieth, spread.worst].map(|value| three_digits(Some(value)));
         let at = whereabouts(subject, set, spread.condition, &spread.at);
         let at = at.strip_prefix("; worst ").unwrap_or(NONE).to_string();
         let region = subject.regions[spread.region].clone();
@@ -119,4 +152,29 @@ fn conditions(subject: &Subject, set: &JudgedSet) -> Table {
         table.row(names.into_iter().chain([best, mean, twentieth, worst, at]));
     }
     table
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::metrics::{Confusion, Ratio, Score};
+    use crate::study::Across;
+
+    /// So many of so many voxels, beside a limit.
+    fn shown(part: u64, of: u64, limit: f64) -> String {
+        let limit = Limit::AtLeast(Ratio::of(limit));
+        let counts = [Confusion { uf: part, tn: of - part, ..Default::default() }];
+        told_apart(&Value::of(Score::Unknown, Across::Worst, &limit, &counts).unwrap(), &limit)
+    }
+
+    #[test]
+    fn values_are_told_apart_from_limits() {
+        assert_eq!(shown(7, 10, 0.7), "0.700");
+        assert_eq!(shown(6, 10, 0.7), "0.600");
+        assert_eq!(shown(69_996, 100_000, 0.7), "0.69996");
+        assert_eq!(shown(69_999_999, 100_000_000, 0.7), "0.69999999");
+        assert_eq!(shown(6994, 10_000, 0.6991), "0.6994");
+        assert_eq!(shown(1, 1_000_000, 0.0), "0.000001");
+        assert_eq!(shown(700_000_000_000_000_001, 1_000_000_000_000_000_000, 0.7), "just above 0.7");
+    }
 }
