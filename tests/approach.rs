@@ -38,6 +38,8 @@ fn approach(folder: &Folder, pose: &str) -> Outcome {
     perirobot(&["approach", text(&study), "--pose", pose, "--out", text(&out)])
 }
 
+/// The entry of the study.
+const DOOR: &str = "box = { min_m = [1.4, -1.0, 0], max_m = [2.0, 1.0, 2.0] }";
 const FRONT: &str = "wall/front";
 const BOTH: &str = "camera:wall/front;camera:wall/back";
 
@@ -163,10 +165,9 @@ fn what_cannot_be_asked_is_refused_before_anything_is_cast() {
         assert!(!folder.path("out").exists(), "{what}");
     };
     let study = |from: &'static str, to: &'static str| ("study.toml", from, to);
-    let door = "box = { min_m = [1.4, -1.0, 0], max_m = [2.0, 1.0, 2.0] }";
     refused(
         &[
-            study(door, "box = { min_m = [-1.2, -0.3, 0], max_m = [-0.79, 0.3, 2.0] }"),
+            study(DOOR, "box = { min_m = [-1.2, -0.3, 0], max_m = [-0.79, 0.3, 2.0] }"),
             ("cell.toml", "radius_m = 0.2, height_m = 1.2", "radius_m = 0.3, height_m = 2.1"),
         ],
         &[
@@ -174,7 +175,7 @@ fn what_cannot_be_asked_is_refused_before_anything_is_cast() {
         ],
     );
     refused(
-        &[study(door, "box = { min_m = [1.4, -1.0, 0], max_m = [2.0, -0.7, 2.0] }")],
+        &[study(DOOR, "box = { min_m = [1.4, -1.0, 0], max_m = [2.0, -0.7, 2.0] }")],
         &[
             "entry \"door\": is too small for body \"standing\"",
             "0.40 × 0.40 × 1.80 m",
@@ -182,7 +183,7 @@ fn what_cannot_be_asked_is_refused_before_anything_is_cast() {
         ],
     );
     refused(
-        &[study(door, "box = { min_m = [5, 5, 0], max_m = [6, 6, 2.0] }")],
+        &[study(DOOR, "box = { min_m = [5, 5, 0], max_m = [6, 6, 2.0] }")],
         &["entry \"door\": lies outside the grid, which goes from [-2.0", "bounds_m"],
     );
     refused(
@@ -214,16 +215,25 @@ fn what_cannot_be_asked_is_refused_before_anything_is_cast() {
         &[study("size_m = [0.4, 0.4, 0.9]", "size_m = [0.4, -1, 0.9]")],
         &["approach.body \"trolley\".size_m = -1: must be a size in metres"],
     );
-    refused(&[study("name = \"crawling\"", "name = \"standing\"")], &["two bodies are named \"standing\""]);
-    refused(
-        &[study(door, "gate = \"camera\"")],
-        &["entry \"door\".gate = \"camera\": must be a sensor of the study with kind = \"gate\""],
-    );
-    refused(&[study(door, "edges = false")], &["entry \"door\".edges = false: must be true"]);
-    refused(&[study(door, "")], &["entry \"door\": no place: give one of box, gate, edges"]);
+    // So many voxels that listing them would take hours.
     refused(
         &[
-            study(door, "edges = true"),
+            study("name = \"standing\"", "name = \"huge\"\nball = { diameter_m = 40 }"),
+            study("voxel_size_m = 0.05", "voxel_size_m = 0.01"),
+            study("min = [-2, -1.5, 0], max = [2, 1.5, 2.2]", "min = [-2, -0.1, 0], max = [2, 0.1, 2.2]"),
+        ],
+        &["body \"huge\": is nowhere inside the grid"],
+    );
+    refused(&[study("name = \"crawling\"", "name = \"standing\"")], &["two bodies are named \"standing\""]);
+    refused(
+        &[study(DOOR, "gate = \"camera\"")],
+        &["entry \"door\".gate = \"camera\": must be a sensor of the study with kind = \"gate\""],
+    );
+    refused(&[study(DOOR, "edges = false")], &["entry \"door\".edges = false: must be true"]);
+    refused(&[study(DOOR, "")], &["entry \"door\": no place: give one of box, gate, edges"]);
+    refused(
+        &[
+            study(DOOR, "edges = true"),
             (
                 "cell.toml",
                 "plane = { size_m = [4, 3] }",
@@ -239,11 +249,10 @@ fn what_cannot_be_asked_is_refused_before_anything_is_cast() {
 fn a_light_curtain_is_an_entry_from_its_outside() {
     let folder = shelf();
     let gate = "[[sensor]]\nname = \"curtain\"\nkind = \"gate\"\n\
-                box = { min_m = [1.2, -1.4, 0], max_m = [1.3, 1.4, 2] }\n\
+                box = { min_m = [1.2, -1.4, 0.1], max_m = [1.3, 1.4, 2] }\n\
                 zone = { min_m = [-2, -1.4, 0], max_m = [1.2, 1.4, 2] }\n[[combination]]\nname = \"gated\"\nsensors = [\"curtain\", \"camera\"]\n";
     folder.edit("study.toml", "# Each camera alone", &format!("{gate}# Each camera alone"));
-    let door = "box = { min_m = [1.4, -1.0, 0], max_m = [2.0, 1.0, 2.0] }";
-    folder.edit("study.toml", door, "gate = \"curtain\"");
+    folder.edit("study.toml", DOOR, "gate = \"curtain\"");
     // Without the curtain's signal the camera alone is passed in the shelf's shadow.
     let outcome = approach(&folder, FRONT);
     assert_eq!(outcome.code, Some(0), "{}", outcome.stderr);
@@ -254,6 +263,58 @@ fn a_light_curtain_is_an_entry_from_its_outside() {
     assert_eq!(outcome.code, Some(0), "{}", outcome.stderr);
     let [deepest, x] = row(&folder, ["0", "absent", "standing"], ["deepest_squared", "x_m"]);
     assert_eq!((deepest.as_str(), x.as_str()), ("1764", "1.50000"), "42 voxels from −16 to 26");
+    assert!(!outcome.stderr.contains("always on"), "{}", outcome.stderr);
+    // One that begins in the floor is always on: nobody changes what it says, and the camera is alone again.
+    folder.edit("study.toml", "min_m = [1.2, -1.4, 0.1]", "min_m = [1.2, -1.4, 0]");
+    let outcome = approach(&folder, "curtain:here;camera:wall/front");
+    assert_eq!(outcome.code, Some(0), "{}", outcome.stderr);
+    assert_eq!(row(&folder, ["0", "absent", "standing"], ["deepest_squared"]), ["441"]);
+    assert!(outcome.stderr.contains("the environment alone trips 1 of 1"), "{}", outcome.stderr);
+}
+
+/// A body whose entry somebody fills is not said to be noticed.
+#[test]
+fn an_entry_without_room_is_told_from_one_where_a_body_is_noticed() {
+    let folder = shelf();
+    folder.edit("study.toml", DOOR, "box = { min_m = [1.2, -0.25, 0], max_m = [1.7, 0.25, 2.0] }");
+    folder.edit("cell.toml", "position_m = [0.1, 0.55, 0.9]", "position_m = [1.45, 0, 0.9]");
+    let at_entry = |people| row(&folder, ["0", people, "standing"], ["at_entry", "deepest_m"]);
+    let outcome = approach(&folder, FRONT);
+    assert_eq!(at_entry("absent"), ["open", "1.05000"]);
+    assert_eq!(at_entry("cover"), ["no_room", ""]);
+    let said = "standing from door, people as cover: has no room at the entry";
+    assert!(outcome.stdout.contains(said), "{}", outcome.stdout);
+    approach(&folder, BOTH);
+    assert_eq!(at_entry("absent"), ["noticed", ""]);
+}
+
+/// Where no object hides a body, no more is said than what is known.
+#[test]
+fn beyond_the_range_of_a_camera_nothing_is_named_as_shadow() {
+    let folder = shelf();
+    folder.edit("study.toml", "range_m = [0.1, 6.0]", "range_m = [0.1, 0.3]");
+    let outcome = approach(&folder, FRONT);
+    assert_eq!(row(&folder, ["0", "absent", "standing"], ["shadowed_by"]), [""]);
+    let said = "where fewer than 3 of its voxels are watched: to be noticed at ";
+    assert!(outcome.stdout.contains(said), "{}", outcome.stdout);
+}
+
+/// Names that differ in spelling only have plans of their own, and plans of another run are told.
+#[test]
+fn each_floor_plan_has_a_file_of_its_own() {
+    let folder = shelf();
+    approach(&folder, FRONT);
+    folder.edit("study.toml", "name = \"trolley\"", "name = \"Standing!\"");
+    let outcome = approach(&folder, FRONT);
+    assert_eq!(outcome.code, Some(0), "{}", outcome.stderr);
+    for (plan, body) in [("floor-cell-standing.svg", "standing"), ("floor-cell-standing-2.svg", "Standing!")]
+    {
+        let svg = fs::read_to_string(folder.path("out").join(plan)).unwrap();
+        assert!(svg.contains(&format!("cell: {body}, nobody else there")), "{plan}");
+    }
+    let told = |plan: &str| outcome.stderr.contains(&format!("{plan}: is no floor plan of this run"));
+    assert!(told("floor-cell-trolley.svg") && told("floor-cell-trolley-people-as-cover.svg"));
+    assert!(!told("floor-cell-crawling.svg") && !told("floor-cell-standing-2.svg"));
 }
 
 /// A random cell: boxes, a robot that moves in some, a person in some, a camera or two that certify.

@@ -8,7 +8,7 @@ use crate::voxel::BitGrid;
 /// What a body can do unnoticed from an entry.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Found {
-    /// How deep it comes; `None` where it is noticed at the entry already, or cannot be there.
+    /// How deep it comes; `None` where it is noticed at the entry already, or has no room there.
     pub deepest: Option<Deepest>,
     /// The places that it reaches.
     pub reached: BitGrid,

@@ -36,29 +36,21 @@ struct Bar {
 }
 
 impl Body {
-    /// A body of a study on a grid.
+    /// A body of a study that has places in a grid.
     ///
     /// # Errors
     /// One that is smaller than what must be watched of it, which nothing could ever notice.
     pub fn new(spec: &BodySpec, voxel_size_m: f64) -> Result<Body, Issue> {
-        // Saturates: no grid is as large.
-        let across = |metres: f64| (metres / voxel_size_m).round().max(1.0) as u32;
-        let (size, bars) = match spec.shape {
-            BodyShape::Cylinder { diameter_m, height_m } => {
-                let (n, height) = (across(diameter_m), across(height_m));
-                let bars = (0..n).map(|y| Bar { xs: chord(n, &[y]), y, zs: 0..height });
-                ([n, n, height], bars.collect())
+        let size = size(spec.shape, voxel_size_m);
+        let [n, depth, height] = size;
+        let bars: Vec<Bar> = match spec.shape {
+            BodyShape::Cylinder { .. } => {
+                (0..n).map(|y| Bar { xs: chord(n, &[y]), y, zs: 0..height }).collect()
             }
-            BodyShape::Box { size_m } => {
-                let size = size_m.map(across);
-                let bars = (0..size[1]).map(|y| Bar { xs: 0..size[0], y, zs: 0..size[2] });
-                (size, bars.collect())
-            }
-            BodyShape::Ball { diameter_m } => {
-                let n = across(diameter_m);
+            BodyShape::Box { .. } => (0..depth).map(|y| Bar { xs: 0..n, y, zs: 0..height }).collect(),
+            BodyShape::Ball { .. } => {
                 let rows = (0..n).flat_map(|y| (0..n).map(move |z| [y, z]));
-                let bars = rows.map(|[y, z]| Bar { xs: chord(n, &[y, z]), y, zs: z..z + 1 });
-                ([n; 3], bars.collect::<Vec<_>>())
+                rows.map(|[y, z]| Bar { xs: chord(n, &[y, z]), y, zs: z..z + 1 }).collect()
             }
         };
         let bars: Vec<Bar> = bars.into_iter().filter(|bar| !bar.xs.is_empty()).collect();
@@ -96,20 +88,6 @@ impl Body {
         })
     }
 
-    /// Its places in a grid, so that all of it lies inside; of one that stands on the floor, those at which it
-    /// stands in this layer. Empty where there is none.
-    pub fn places(&self, grid: &Grid, first_layer: i32) -> Window {
-        let end: [i32; 3] = std::array::from_fn(|r| i32::try_from(self.size[r]).unwrap_or(i32::MAX));
-        let max: [i32; 3] = std::array::from_fn(|r| grid.size[r] as i32 - end[r]);
-        match self.on_floor {
-            false => Window::between([0; 3], max),
-            true if (0..=max[2]).contains(&first_layer) => {
-                Window::between([0, 0, first_layer], [max[0], max[1], first_layer])
-            }
-            true => Window::between([0; 3], [-1; 3]),
-        }
-    }
-
     /// Those of some places at which it covers at most so many voxels of a set over the grid.
     pub fn covers_at_most(&self, most: u32, set: &BitGrid, places: Window) -> BitGrid {
         let mut found = BitGrid::new(places);
@@ -139,6 +117,31 @@ impl Body {
     /// The voxel in its middle, or beside it, at a place.
     pub(super) fn middle(&self, place: [i32; 3]) -> [i32; 3] {
         std::array::from_fn(|r| place[r] + self.size[r] as i32 / 2)
+    }
+}
+
+/// The box around a body of a shape, in voxels.
+pub(super) fn size(shape: BodyShape, voxel_size_m: f64) -> [u32; 3] {
+    // Saturates: no grid is as large.
+    let across = |metres: f64| (metres / voxel_size_m).round().max(1.0) as u32;
+    match shape {
+        BodyShape::Cylinder { diameter_m, height_m } => [diameter_m, diameter_m, height_m].map(across),
+        BodyShape::Box { size_m } => size_m.map(across),
+        BodyShape::Ball { diameter_m } => [across(diameter_m); 3],
+    }
+}
+
+/// The places of a body of some size in a grid, so that all of it lies inside; if it stands on a floor, those at
+/// which its lowest layer is this one. Empty where there is none.
+pub(super) fn places(size: [u32; 3], stands_in: Option<i32>, grid: &Grid) -> Window {
+    let end = size.map(|n| i32::try_from(n).unwrap_or(i32::MAX));
+    let max: [i32; 3] = std::array::from_fn(|r| grid.size[r] as i32 - end[r]);
+    match stands_in {
+        None => Window::between([0; 3], max),
+        Some(layer) if (0..=max[2]).contains(&layer) => {
+            Window::between([0, 0, layer], [max[0], max[1], layer])
+        }
+        Some(_) => Window::between([0; 3], [-1; 3]),
     }
 }
 
@@ -247,7 +250,7 @@ pub(super) mod tests {
         for (seed, shape) in (0..).zip(shapes) {
             for on_floor in [false, true] {
                 let (body, set) = (body(shape, on_floor, 1), scattered(grid.window(), 100, seed));
-                let places = body.places(&grid, 1);
+                let places = places(body.size, on_floor.then_some(1), &grid);
                 for most in [0, 2, 5] {
                     let found = body.covers_at_most(most, &set, places);
                     assert!(!places.is_empty() && (found.count() > 0 || most == 0));
@@ -263,10 +266,10 @@ pub(super) mod tests {
     #[test]
     fn places_lie_in_the_grid() {
         let grid = Grid { voxel_size_m: 1.0, origin: [0; 3], size: [5, 6, 7] };
-        let ball = body(BodyShape::Ball { diameter_m: 5.0 }, false, 1);
-        assert_eq!(ball.places(&grid, 0), Window::between([0; 3], [0, 1, 2]));
+        let ball = size(BodyShape::Ball { diameter_m: 5.0 }, 1.0);
+        assert_eq!(places(ball, None, &grid), Window::between([0; 3], [0, 1, 2]));
         let stands = |height_m, layer| {
-            body(BodyShape::Cylinder { diameter_m: 2.0, height_m }, true, 1).places(&grid, layer)
+            places(size(BodyShape::Cylinder { diameter_m: 2.0, height_m }, 1.0), Some(layer), &grid)
         };
         assert_eq!(stands(6.0, 1), Window::between([0, 0, 1], [3, 4, 1]));
         assert!(stands(7.0, 1).is_empty() && stands(6.0, -1).is_empty() && stands(1e12, 0).is_empty());

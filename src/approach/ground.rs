@@ -3,18 +3,18 @@
 
 use std::sync::Arc;
 
-use super::body::Body;
+use super::body::{self, Body};
 use super::entries;
 use crate::error::Issue;
 use crate::scene::Role;
 use crate::sensor::prism::Prism;
-use crate::study::{EntryPlace, EntrySpec, Hazard, Study};
+use crate::study::{BodySpec, EntryPlace, EntrySpec, Hazard, Study};
 use crate::view::watched::Watcher;
 use crate::voxel::{BitGrid, Grid, Truth, Window};
 use crate::world::World;
 use crate::{Error, Result};
 
-/// Most voxels of a grid: a flood takes twelve bytes for each.
+/// Most voxels of all grids that are flooded at once: a flood takes twelve bytes for each.
 const MOST_VOXELS: u64 = 1 << 28;
 
 /// The snapshots of one scene, checked.
@@ -42,6 +42,11 @@ pub(super) fn solid(truth: &Truth) -> BitGrid {
     solid
 }
 
+/// How many floods of so many voxels have room in memory at once.
+fn floods_at_once(voxels: u64) -> usize {
+    (MOST_VOXELS / voxels.max(1)).max(1) as usize
+}
+
 impl<'a> Ground<'a> {
     /// Checks what a study asks of a scene; `watchers` are the sensors that are looked at.
     pub fn new(study: &'a Study, worlds: &'a [World], watchers: &[Watcher]) -> Result<Ground<'a>> {
@@ -61,10 +66,9 @@ impl<'a> Ground<'a> {
         }
         for spec in &study.approach.bodies {
             let in_body = |issue: Issue| here(issue.at(format!("body {:?}", spec.name)));
-            let body = Body::new(spec, grid.voxel_size_m).map_err(in_body)?;
-            let places = ground.places_of(&body, &grid).map_err(in_body)?;
-            ground.bodies.push(body);
-            ground.places.push(places);
+            // One that is larger than the grid would have more voxels than memory holds.
+            ground.places.push(ground.places_of(spec, &grid).map_err(in_body)?);
+            ground.bodies.push(Body::new(spec, grid.voxel_size_m).map_err(in_body)?);
         }
         for (body, places) in ground.bodies.iter().zip(&ground.places) {
             let begins = study.approach.entries.iter().map(|entry| {
@@ -78,11 +82,13 @@ impl<'a> Ground<'a> {
         Ok(ground)
     }
 
-    fn places_of(&self, body: &Body, grid: &Grid) -> Result<Window, Issue> {
+    fn places_of(&self, body: &BodySpec, grid: &Grid) -> Result<Window, Issue> {
         let floor_m = self.study.approach.floor_m;
         let floor = grid.position_q16(glam::DVec3::new(0.0, 0.0, floor_m))[2] >> 16;
         // As pads have it: the layer above that of the floor.
-        let places = body.places(grid, i32::try_from(floor + 1).unwrap_or(-1));
+        let layer = i32::try_from(floor + 1).unwrap_or(-1);
+        let size = body::size(body.shape, grid.voxel_size_m);
+        let places = body::places(size, body.on_floor.then_some(layer), grid);
         if places.is_empty() {
             let [low, high] = [grid.corner_m([0; 3]), grid.corner_m(grid.window().end())];
             let stands = if body.on_floor { format!(", on a floor at {floor_m} m") } else { String::new() };
@@ -173,9 +179,26 @@ impl<'a> Ground<'a> {
         }
     }
 
+    /// How many bodies may be flooded at once.
+    pub(super) fn at_once(&self) -> usize {
+        floods_at_once(self.worlds[0].grid.window().volume())
+    }
+
     /// Whether the scene has people.
     pub(super) fn has_people(&self) -> bool {
         let is_person = |truth: Arc<Truth>| truth.objects.iter().any(|object| object.role == Role::Human);
         self.worlds.iter().any(|world| is_person(world.truth()))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn floods_at_once_have_room_together() {
+        for (voxels, expected) in [(1 << 10, 1 << 18), (1 << 26, 4), ((1 << 27) + 1, 1), (MOST_VOXELS, 1)] {
+            assert_eq!(floods_at_once(voxels), expected, "{voxels} voxels");
+        }
     }
 }

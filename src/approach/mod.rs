@@ -37,6 +37,6 @@ pub use body::Body;
 pub use distance::Distances;
 pub use flood::{Flood, LONGEST_STEP};
 pub use ground::Ground;
-pub use moments::{Answer, Company, Plan, answers};
-pub use picture::{PATHS, floor_plan, paths_ply, plan_name};
+pub use moments::{Answer, AtEntry, Company, Plan, answers};
+pub use picture::{PATHS, floor_plan, is_named_as_plan, paths_ply, plan_names};
 pub use table::{APPROACH, csv, in_words};

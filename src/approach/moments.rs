@@ -31,6 +31,28 @@ impl Company {
     }
 }
 
+/// What becomes of a body at its entry.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum AtEntry {
+    /// It comes in unnoticed.
+    Open,
+    /// It is noticed wherever it has room.
+    Noticed,
+    /// It has no room anywhere.
+    NoRoom,
+}
+
+impl AtEntry {
+    /// As in the column `at_entry`.
+    pub fn name(self) -> &'static str {
+        match self {
+            AtEntry::Open => "open",
+            AtEntry::Noticed => "noticed",
+            AtEntry::NoRoom => "no_room",
+        }
+    }
+}
+
 /// The answer for one body from one entry.
 #[derive(Clone, Debug)]
 pub struct Answer {
@@ -44,6 +66,8 @@ pub struct Answer {
     pub entry: usize,
     /// How many places are open to the body, wherever it comes from.
     pub unnoticed: u64,
+    /// What becomes of it at the entry.
+    pub at_entry: AtEntry,
     /// What it can do.
     pub found: Found,
     /// The object that stands before the narrowest place, or before the deepest one if there is none.
@@ -137,45 +161,49 @@ fn ask(
 ) -> (Vec<Answer>, Vec<Plan>) {
     let distances = Distances::to(&moment.hazard);
     let (solid, hazard) = (Arc::new(moment.solid), Arc::new(moment.hazard));
-    let of_body = |number: usize| {
-        let (body, places) = (&ground.bodies[number], ground.places[number]);
+    // Of each body, where it has room, and where it is not noticed there either.
+    let planes = ground.bodies.iter().zip(&ground.places).map(|(body, &places)| {
         let free = body.covers_at_most(0, &solid, places);
         let mut open = body.covers_at_most(body.min_voxels - 1, &moment.watched, places);
         open.keep(&free);
-        let answers: Vec<Answer> = ground.begins[number]
-            .par_iter()
-            .enumerate()
-            .map(|(entry, begin)| {
-                let found = deepest(body, begin, &open, &distances);
-                let place = found.deepest.as_ref().and_then(|deepest| {
-                    deepest.narrowest.map(|narrowest| narrowest.place).or(deepest.path.last().copied())
-                });
-                let shadow = place.and_then(|place| {
-                    let mut before = BTreeMap::new();
-                    for watch in watches {
-                        for (object, often) in watchers.before(watch, body.voxels(place)) {
-                            let name = watch.truth.objects[object].name.clone();
-                            *before.entry(name).or_insert(0) += often;
-                        }
-                    }
-                    // The first by name of equals.
-                    before.into_iter().rev().max_by_key(|(_, often)| *often).map(|(name, _)| name)
-                });
-                let unnoticed = open.count();
-                Answer { company, snapshot: moment.snapshot, body: number, entry, unnoticed, found, shadow }
-            })
-            .collect();
-        let plan = body.on_floor.then(|| Plan {
-            company,
-            body: number,
-            solid: solid.clone(),
-            hazard: hazard.clone(),
-            free,
-            open,
+        [free, open]
+    });
+    let planes: Vec<_> = planes.collect();
+    let answer = |&[number, entry]: &[usize; 2]| {
+        let (body, begin, [free, open]) =
+            (&ground.bodies[number], &ground.begins[number][entry], &planes[number]);
+        let found = deepest(body, begin, open, &distances);
+        let at_entry = match found.deepest {
+            Some(_) => AtEntry::Open,
+            None if begin.intersects(free) => AtEntry::Noticed,
+            None => AtEntry::NoRoom,
+        };
+        let place = found.deepest.as_ref().and_then(|deepest| {
+            deepest.narrowest.map(|narrowest| narrowest.place).or(deepest.path.last().copied())
         });
-        (answers, plan)
+        let shadow = place.and_then(|place| {
+            let mut before = BTreeMap::new();
+            for watch in watches {
+                for (object, often) in watchers.before(watch, body.voxels(place)) {
+                    let name = watch.truth.objects[object].name.clone();
+                    *before.entry(name).or_insert(0) += often;
+                }
+            }
+            // The first by name of equals.
+            before.into_iter().rev().max_by_key(|(_, often)| *often).map(|(name, _)| name)
+        });
+        let (snapshot, unnoticed) = (moment.snapshot, open.count());
+        Answer { company, snapshot, body: number, entry, unnoticed, at_entry, found, shadow }
     };
-    let each: Vec<_> = (0..ground.bodies.len()).into_par_iter().map(of_body).collect();
-    let (answers, plans): (Vec<_>, Vec<_>) = each.into_iter().unzip();
-    (answers.concat(), plans.into_iter().flatten().collect())
+    let all =
+        (0..planes.len()).flat_map(|body| (0..ground.begins[body].len()).map(move |entry| [body, entry]));
+    let all: Vec<_> = all.collect();
+    let at_once = all.chunks(ground.at_once());
+    let answers = at_once.flat_map(|some| some.par_iter().map(answer).collect::<Vec<_>>()).collect();
+    let plans = planes.into_iter().enumerate().filter(|(body, _)| ground.bodies[*body].on_floor);
+    let plan = |(body, [free, open]): (usize, [BitGrid; 2])| {
+        let (solid, hazard) = (solid.clone(), hazard.clone());
+        Plan { company, body, solid, hazard, free, open }
+    };
+    (answers, plans.map(plan).collect())
 }

@@ -12,13 +12,30 @@ use crate::voxel::{BitGrid, Window};
 /// The name of the file of paths.
 pub const PATHS: &str = "paths.ply";
 
-/// The name of the file of a floor plan.
-pub fn plan_name(ground: &Ground, plan: &Plan) -> String {
-    let with = match plan.company {
-        Company::Absent => "",
-        Company::Cover => "-people-as-cover",
-    };
-    format!("floor-{}-{}{with}.svg", slug(&ground.worlds[0].name), slug(&ground.bodies[plan.body].name))
+/// The names of the files of floor plans, in their order: made of the names of scene and body, and numbered
+/// where these are the same but for spelling.
+pub fn plan_names<'a>(plans: impl Iterator<Item = (&'a Ground<'a>, &'a Plan)>) -> Vec<String> {
+    let mut names = Vec::new();
+    for (ground, plan) in plans {
+        let with = match plan.company {
+            Company::Absent => "",
+            Company::Cover => "-people-as-cover",
+        };
+        let (scene, body) = (slug(&ground.worlds[0].name), slug(&ground.bodies[plan.body].name));
+        let mut name = format!("floor-{scene}-{body}{with}.svg");
+        let mut number = 2;
+        while names.contains(&name) {
+            name = format!("floor-{scene}-{body}{with}-{number}.svg");
+            number += 1;
+        }
+        names.push(name);
+    }
+    names
+}
+
+/// Whether a file has a name that a floor plan may have.
+pub fn is_named_as_plan(name: &str) -> bool {
+    name.starts_with("floor-") && name.ends_with(".svg")
 }
 
 /// All paths of a table, for CloudCompare, MeshLab and Blender: a vertex for each place, where the middle of the

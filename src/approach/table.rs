@@ -5,12 +5,13 @@
 //! | `scene`, `snapshot` | which moment; `*` for all snapshots at once |
 //! | `people` | `absent`, or `cover`: the people of the scene stand in the way, and hide what is behind them |
 //! | `body`, `entry` | by their names in the study |
-//! | `deepest_m`, `deepest_squared` | how near the body comes to the hazard, between centres of voxels: in metres, and squared in voxels; empty where it is noticed at the entry already |
+//! | `at_entry` | `open`: the body comes in unnoticed; `noticed` wherever it has room there; `no_room`: something solid is there, at all its places |
+//! | `deepest_m`, `deepest_squared` | how near the body comes to the hazard, between centres of voxels: in metres, and squared in voxels; empty unless the entry is open |
 //! | `path_m` | how long its way is |
 //! | `needed_m`, `margin_m` | how far it should stay away, and how much farther it does; empty where nothing says so |
 //! | `x_m`, `y_m`, `z_m` | the middle of the body at the deepest place |
 //! | `narrowest_x_m`, `narrowest_y_m`, `narrowest_z_m` | the middle of the body where the way is the narrowest |
-//! | `narrowest_places` | how many places of the body must be watched there to close the way |
+//! | `narrowest_places` | at how many places the body must be noticed there to close the way; a place is one position of the body |
 //! | `shadowed_by` | the object that hides it there from the most sensors and voxels; empty where none does |
 //! | `unnoticed_m2`, `joined_m2` | of a body on the floor, the area of all places where it stands unnoticed, and of those it comes to from the entry |
 
@@ -18,19 +19,20 @@ use glam::DVec3;
 
 use super::body::Body;
 use super::ground::Ground;
-use super::moments::{Answer, Company};
+use super::moments::{Answer, AtEntry, Company};
 use crate::results::columns::Csv;
 use crate::voxel::Grid;
 
 /// The name of the file.
 pub const APPROACH: &str = "approach.csv";
 
-const COLUMNS: [&str; 20] = [
+const COLUMNS: [&str; 21] = [
     "scene",
     "snapshot",
     "people",
     "body",
     "entry",
+    "at_entry",
     "deepest_m",
     "deepest_squared",
     "path_m",
@@ -100,6 +102,7 @@ fn fields(ground: &Ground, answer: &Answer) -> Vec<String> {
         answer.company.name().into(),
         body.name.clone(),
         ground.study.approach.entries[answer.entry].name.clone(),
+        answer.at_entry.name().into(),
         text(deepest.map(|deepest| metres(root_m(deepest.squared, grid)))),
         text(deepest.map(|deepest| deepest.squared.to_string())),
         text(deepest.map(|deepest| metres(length_m(deepest.length, grid)))),
@@ -128,7 +131,10 @@ pub fn in_words(ground: &Ground, answers: &[Answer]) -> String {
         let entry = &study.approach.entries[answer.entry].name;
         text += &format!("  {} from {entry}{with}: ", body.name);
         let Some(deepest) = &answer.found.deepest else {
-            text += "is noticed at the entry\n";
+            text += match answer.at_entry {
+                AtEntry::NoRoom => "has no room at the entry\n",
+                _ => "is noticed at the entry\n",
+            };
             continue;
         };
         text += &format!(
@@ -140,10 +146,10 @@ pub fn in_words(ground: &Ground, answers: &[Answer]) -> String {
             let at = middle_m(body, narrowest.place, grid);
             let shadow = match &answer.shadow {
                 Some(object) => format!("behind {object:?}"),
-                None => "where no ray comes".into(),
+                None => format!("where fewer than {} of its voxels are watched", body.min_voxels),
             };
             text += &format!(
-                "    narrowest at x {:.2}, y {:.2}, z {:.2} m, {shadow}: {} places to be watched\n",
+                "    narrowest at x {:.2}, y {:.2}, z {:.2} m, {shadow}: to be noticed at {} places\n",
                 at.x, at.y, at.z, narrowest.front
             );
         }

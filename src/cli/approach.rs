@@ -1,11 +1,12 @@
 //! `perirobot approach`: how near a body can come to the robot without being noticed.
 
-use std::path::PathBuf;
+use std::fs;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use perirobot::Result;
 use perirobot::approach::{
-    APPROACH, Ground, PATHS, answers, csv, floor_plan, in_words, paths_ply, plan_name,
+    APPROACH, Ground, PATHS, answers, csv, floor_plan, in_words, is_named_as_plan, paths_ply, plan_names,
 };
 use perirobot::results::files::OutputFolder;
 use perirobot::study::Study;
@@ -13,6 +14,7 @@ use perirobot::view::watched::Watchers;
 use perirobot::view::{Choice, Names, find};
 use perirobot::world::World;
 
+use super::MOST_WARNINGS;
 use super::backend::start_threads;
 use super::stop::end_tidily;
 use super::study::StudyArgs;
@@ -63,6 +65,7 @@ pub(super) fn run(args: &Args) -> Result<ExitCode> {
         Some(swept) => swept,
         None => args.study.load()?,
     };
+    super::warn(worlds.iter().map(|world| (world.name.as_str(), world.warnings.as_slice())), MOST_WARNINGS);
     let (_, choice) = args.find(&study, &worlds)?;
     let watchers = Watchers::new(&study, choice);
     let scenes: Vec<&[World]> = worlds.chunk_by(|one, next| one.scene == next.scene).collect();
@@ -83,14 +86,25 @@ pub(super) fn run(args: &Args) -> Result<ExitCode> {
     }
     folder.write(APPROACH, &csv(&asked))?;
     folder.write(PATHS, &paths_ply(&asked))?;
-    for ((ground, answers), plans) in asked.iter().zip(&plans) {
-        for plan in plans {
-            folder.write(&plan_name(ground, plan), &floor_plan(ground, answers, plan))?;
-        }
+    let of_scenes = asked.iter().zip(&plans);
+    let plans: Vec<_> =
+        of_scenes.flat_map(|(asked, plans)| plans.iter().map(move |plan| (asked, plan))).collect();
+    let names = plan_names(plans.iter().map(|((ground, _), plan)| (ground, *plan)));
+    for (name, ((ground, answers), plan)) in names.iter().zip(&plans) {
+        folder.write(name, &floor_plan(ground, answers, plan))?;
+    }
+    for name in names_in(folder.path()).filter(|name| is_named_as_plan(name) && !names.contains(name)) {
+        say!("warning: {}: is no floor plan of this run", folder.path().join(name).display());
     }
     let rows: usize = asked.iter().map(|(_, answers)| answers.len()).sum();
     super::print(&format!("{rows} rows in {}\n", folder.path().join(APPROACH).display()))?;
     Ok(ExitCode::SUCCESS)
+}
+
+/// The names in a folder that are text.
+fn names_in(folder: &Path) -> impl Iterator<Item = String> {
+    let entries = fs::read_dir(folder).into_iter().flatten().flatten();
+    entries.filter_map(|entry| entry.file_name().into_string().ok())
 }
 
 impl Args {

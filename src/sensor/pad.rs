@@ -71,6 +71,14 @@ impl Kind for Pad {
         Ok(())
     }
 
+    fn is_stuck(&self, at: &Station) -> bool {
+        let mut fixed = self.column(&at.everywhere(), true);
+        fixed.keep(&at.truth.occupied);
+        fixed.remove(&at.truth.human);
+        fixed.remove(&at.truth.robot);
+        !self.tare && !fixed.is_empty()
+    }
+
     fn claims(&self, at: &Station) -> Vec<Claim> {
         let mut pressing = self.column(&at.everywhere(), true);
         pressing.keep(&at.truth.occupied);

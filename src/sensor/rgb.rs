@@ -1,16 +1,11 @@
 //! An RGB camera as a switch: a zone counts as occupied while a person's keypoints are seen anywhere in the
 //! image.
-
-use glam::DVec3;
-use rayon::prelude::*;
-
 use super::keypoints::{self, KeypointCamera};
 use super::prism::Prism;
 use super::range::Range;
 use super::{Camera, Claim, Extent, FieldOfView, Kind, SWITCHES, Scale, Station, switched};
 use crate::backend::Rays;
 use crate::error::Issue;
-use crate::march;
 use crate::pose::Pose;
 use crate::voxel::{BitGrid, Grid, Truth, Window};
 
@@ -80,37 +75,6 @@ impl Kind for Rgb {
         let mut felt = BitGrid::new(at.truth.human.window());
         people.iter().flatten().flatten().for_each(|found| felt.set(found.hit));
         vec![switched(at, self.zone(&at.truth.grid, at.window), on, self.otherwise_free, felt)]
-    }
-
-    fn watches(&self, _: usize, at: &Station) -> Option<BitGrid> {
-        let scale = Scale { voxel_size_m: at.truth.grid.voxel_size_m, backdrop: false };
-        let gates = self.range.gates(&scale);
-        let eye = at.placement(self).caster().origin_q16;
-        let lens = at.truly.unwrap_or(at.pose()).optical().transpose();
-        let blockers = &at.truth.blockers;
-        let is_seen = |voxel: [i32; 3]| {
-            let way = DVec3::from_array(std::array::from_fn(|r| {
-                ((i64::from(voxel[r]) << 16) + 0x8000 - i64::from(eye[r])) as f64
-            }));
-            if !self.camera.sees(lens * way) {
-                return false;
-            }
-            let dir_q16 = (way / way.length()).to_array().map(|x| (x * 65_536.0).round() as i32);
-            let mut entered = march::crossings(march::start(eye, dir_q16));
-            let ends = |to: &march::Crossing| {
-                let blocks = to.t_q16 >= gates.near_ignore_q16 && blockers.get(to.voxel);
-                to.voxel == voxel || blocks || !blockers.window().contains(to.voxel)
-            };
-            let least_q16 = gates.range_min_q16.max(gates.near_ignore_q16);
-            entered
-                .find(ends)
-                .is_some_and(|to| to.voxel == voxel && (least_q16..=gates.range_max_q16).contains(&to.t_q16))
-        };
-        let mut watched = BitGrid::new(blockers.window());
-        let all: Vec<_> = BitGrid::full(blockers.window()).voxels().collect();
-        let seen: Vec<_> = all.into_par_iter().filter(|&voxel| is_seen(voxel)).collect();
-        seen.into_iter().for_each(|voxel| watched.set(voxel));
-        Some(watched)
     }
 
     fn wherever_it_stands(&self, truth: &Truth) -> Option<BitGrid> {

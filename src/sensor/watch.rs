@@ -5,7 +5,8 @@
 //! | one that casts: `rgbd`, `rays`, `lidar` by its points | each voxel that a ray enters from its shortest to its longest range, up to its first blocker and with it, but within `near_ignore_m`; not the voxel that the sensor is in |
 //! | `lidar` by its field | of those the ones whose return would be read in the field |
 //! | `pad`, `gate`, `cover` | the voxels in which it feels: the column's first layer, the gate's box, the shell around the robot |
-//! | `rgb` by its zone | each voxel whose centre is in its image and range with nothing before it: a person of whom `min_keypoints` joints are in such voxels trips it |
+//! | a switch that the environment trips | nothing: it is always on, so nobody changes what it says |
+//! | `rgb` by its zone | nothing: joints trip it, and a body has none |
 //! | `known_robot` | nothing |
 //!
 //! It follows that a person who has a voxel in a watched one is hit or felt, and one who has none is not:
@@ -18,7 +19,7 @@
 //!   space does not matter for what it would have hit.
 //! * A return that is lost in a repeat is lost whatever it comes from. Noise moves where a return is read, not
 //!   where it comes from; rays are those of the true mount.
-//! * A body has no joints, so that no body alone trips a zone.
+//! * A zone camera would notice a person whose joints it finds; which these are, a body does not say.
 //!
 //! The reasons of [`crate::view::why`] say more of what is not watched: whoever stands in a voxel that is
 //! monitored and not watched has something before them, or too near to the lens, or a return is lost.
@@ -33,6 +34,9 @@ use crate::voxel::BitGrid;
 
 /// The voxels that a sensor watches in a representation, over the grid or a part of it.
 pub(crate) fn watched(kind: &dyn Kind, representation: usize, at: &Station) -> BitGrid {
+    if is_always_on(kind, representation, at) {
+        return BitGrid::nowhere();
+    }
     if let Some(voxels) = kind.watches(representation, at) {
         return voxels;
     }
@@ -41,6 +45,11 @@ pub(crate) fn watched(kind: &dyn Kind, representation: usize, at: &Station) -> B
         (_, Some(rays)) => by_rays(rays, &at.placement(kind), &at.truth.blockers, None),
         (_, None) => BitGrid::nowhere(),
     }
+}
+
+/// Whether a sensor is, in a representation, a switch that the environment alone trips.
+pub(crate) fn is_always_on(kind: &dyn Kind, representation: usize, at: &Station) -> bool {
+    kind.feels_presence(representation) && kind.is_stuck(at)
 }
 
 /// The voxels that rays watch; only those whose return would be read in a field, if one is given.

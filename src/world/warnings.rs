@@ -231,7 +231,7 @@ fn setting_warnings(
     let stuck_warning = first_of(study, places, sensor, &stuck).map(|first| {
         format!(
             "sensor {:?}: the environment alone trips {} of {} ({first}), which are always on: keep the box or the \
-             field off floor and walls",
+             field off floor and walls, or give a pad tare = true",
             spec.name,
             stuck.len(),
             spec.candidates.len()

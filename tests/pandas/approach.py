@@ -98,14 +98,14 @@ def answer(case, body, entry, watched, solid, hazard, origin, voxel_m):
     floor = body["on_floor"]
     areas = [plane.sum() * voxel_m**2 if floor else np.nan for plane in (open_, reached)]
     if not reached.any():
-        return None, areas
+        return None, areas, "noticed" if (begin & (count(solid) == 0)).any() else "no_room"
     squared = np.rint(distance_transform_edt(~hazard) ** 2).astype(int)
     nearest = np.min([squared[corner(v)] for v in voxels], axis=0)
     rank = min((nearest[at], lengths[at], at[::-1], at) for at in map(tuple, np.argwhere(reached)))
     deepest, length, _, at = rank
     fronts = [(lengths[reached] // STEP[3] == k).sum() for k in range(1, length // STEP[3])]
     middle = origin + (places[at] + size / 2) * voxel_m
-    return (deepest, length, middle, min(fronts) if fronts else None), areas
+    return (deepest, length, middle, min(fronts) if fronts else None), areas, "open"
 
 
 same = lambda one, other: (pd.isna(one) and pd.isna(other)) or abs(one - other) < 1.1e-5
@@ -127,8 +127,9 @@ for folder in sorted(Path(sys.argv[1]).iterdir()):
         planes = moment(of, case)
         if case["hazard"] == "robot_swept":
             planes = (*planes[:2], moment(views[company], case)[2])
-        found, areas = answer(case, body, entry, *planes, origin, voxel_m)
+        found, areas, at_entry = answer(case, body, entry, *planes, origin, voxel_m)
         assert same(areas[0], row["unnoticed_m2"]) and same(areas[1], row["joined_m2"]), (what, areas, row)
+        assert at_entry == row["at_entry"], (what, at_entry, row)
         compared += 1
         if found is None:
             assert pd.isna(row["deepest_m"]) and pd.isna(row["path_m"]), (what, row)
