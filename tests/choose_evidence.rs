@@ -12,7 +12,9 @@ mod running;
 
 use std::fs;
 use std::path::Path;
+use std::time::Duration;
 
+use perirobot::Error;
 use perirobot::backend::cpu::Cpu;
 use perirobot::choose::{Casting, CastingWatch, EVIDENCE};
 use perirobot::study::{Overrides, Study};
@@ -304,13 +306,28 @@ impl CastingWatch for Alone {
     }
 }
 
+/// Begins to cast. A child that another test has just started may hold the lock of a file for a moment.
+fn begin<'a>(
+    study: &'a Study,
+    worlds: &'a [World],
+    memory_bytes: u64,
+    kept: Option<(&Path, bool)>,
+) -> perirobot::Result<Casting<'a>> {
+    let choose = study.choose.as_ref().unwrap();
+    loop {
+        match Casting::begin(study, choose, worlds, memory_bytes, kept) {
+            Err(Error::Busy(_)) => std::thread::sleep(Duration::from_millis(10)),
+            begun => return begun,
+        }
+    }
+}
+
 /// The least memory with which evidence is held.
 fn least_memory(study: &Study, worlds: &[World], kept: Option<(&Path, bool)>) -> u64 {
-    let choose = study.choose.as_ref().unwrap();
     let (mut refused, mut taken) = (0, 1 << 30);
     while taken - refused > 1 {
         let middle = (refused + taken) / 2;
-        match Casting::begin(study, choose, worlds, middle, kept) {
+        match begin(study, worlds, middle, kept) {
             Ok(casting) if casting.is_filed() => refused = middle,
             Ok(_) => taken = middle,
             Err(e) => {
@@ -341,13 +358,12 @@ fn what_takes_how_much_memory_is_known_before_it_is_cast() {
             fs::create_dir(&out).unwrap();
             let needed = least_memory(&study, &worlds, Some((&out, false)));
             assert_eq!(least_memory(&study, &worlds, None), needed);
-            let choose = study.choose.as_ref().unwrap();
-            let mut casting = Casting::begin(&study, choose, &worlds, needed, Some((&out, false))).unwrap();
+            let mut casting = begin(&study, &worlds, needed, Some((&out, false))).unwrap();
             casting.run(&mut Cpu::new(Some(1)).unwrap(), &mut Alone).unwrap();
             let evidence = casting.evidence();
             let held = evidence.bytes();
             // What is too much is read from the file, and says the same.
-            let filed = Casting::begin(&study, choose, &worlds, held - 1, Some((&out, false))).unwrap();
+            let filed = begin(&study, &worlds, held - 1, Some((&out, false))).unwrap();
             assert!(filed.is_filed() && filed.left() == 0);
             let filed = filed.evidence();
             assert!(filed.is_filed() && filed.bytes() == 0);

@@ -92,7 +92,7 @@ fn best_step(problem: &Problem, limits: SetLimits, set: &[usize]) -> Option<(Mer
         let mut open = bases.iter().filter(|(.., may_join)| may_join[item]).peekable();
         open.peek()?;
         let row = problem.evidence.row(item);
-        // Of equally good ones the cheapest, then the first; of places the last.
+        // Of equally good ones the last place, then the cheapest and the first candidate.
         let key = |(out, base, _): &(Option<usize>, Union, Vec<bool>)| {
             (problem.merit(base, Some(&row)), *out, Reverse(problem.cost[item]), Reverse(item))
         };

@@ -80,7 +80,7 @@ impl CandidateEvidence {
     ///
     /// # Errors
     /// `Error::Storage` if one could not.
-    pub(super) fn was_read(&self) -> Result<()> {
+    pub fn was_read(&self) -> Result<()> {
         match &self.rows {
             Rows::Filed(rows) => match rows.failed.get() {
                 Some(error) => {

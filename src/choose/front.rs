@@ -43,10 +43,10 @@ pub fn answer(problem: &Problem, watch: &dyn SearchWatch) -> Result<Answer> {
     let mut at = 0;
     while at < steps.len() && !stop() {
         if steps[at].is_open() {
-            let before = steps[at].worth();
+            let before = steps[at].cost();
             steps[at].end(&mut known);
-            if steps[at].worth() != before {
-                // It may cost something else, so the steps of lower cost begin elsewhere.
+            if steps[at].cost() != before && !stop() {
+                // The steps of lower cost begin elsewhere.
                 let limits = steps[at].step.limits;
                 let after = steps[at + 1..].iter().position(|s| s.step.limits.at_most != limits.at_most);
                 let end = after.map_or(steps.len(), |after| at + 1 + after);
@@ -58,7 +58,10 @@ pub fn answer(problem: &Problem, watch: &dyn SearchWatch) -> Result<Answer> {
         at += 1;
     }
     problem.evidence.was_read()?;
+    // What one search has found may be the best within the limits of another.
+    steps.iter_mut().for_each(|search| search.refresh(&known));
     steps.retain(|search| search.step.best.is_some());
+    steps.dedup_by(|cheaper, dearer| merge(dearer, cheaper));
     let steps = steps.into_iter().map(|search| search.step).collect();
     let others = known.into_iter().map(|(set, worth)| Found { set, worth }).collect();
     Ok(Answer { steps, others, complete: !stop() })
@@ -89,12 +92,21 @@ fn descend<'a>(
         if next.step.best.is_none() && next.is_open() && !watch.stops() {
             next.end(known);
         }
-        match steps.last_mut().filter(|last| next.worth().is_some() && last.worth() == next.worth()) {
-            // This set costs less and is worth as much.
-            Some(dearer) => dearer.step.best = next.step.best,
-            None => steps.push(next),
+        if !steps.last_mut().is_some_and(|last| merge(last, &mut next)) {
+            steps.push(next);
         }
     }
+}
+
+/// Gives a step the best set of the next one of its size, if that costs less and is worth as much.
+fn merge(dearer: &mut StepSearch, cheaper: &mut StepSearch) -> bool {
+    let is_same = dearer.step.limits.at_most == cheaper.step.limits.at_most
+        && dearer.worth().is_some()
+        && dearer.worth() == cheaper.worth();
+    if is_same {
+        dearer.step.best = cheaper.step.best.take();
+    }
+    is_same
 }
 
 /// What helps where no set is good enough.
@@ -116,16 +128,22 @@ fn no_set(problem: &Problem, watch: &dyn SearchWatch) -> Error {
                 let known = if bound == Bound::Proven { "at most" } else { "in the best set found" };
                 format!("is {:.4} {known}", best.worth.value())
             });
+            let none = if bound == Bound::Proven {
+                "no allowed set reaches"
+            } else {
+                "no set was found that reaches"
+            };
             return Error::input(
                 format!("choose.require[{number}]"),
-                format!("no allowed set reaches {name} {least} ({over}): it {most}"),
+                format!("{none} {name} {least} ({over}): it {most}"),
             )
             .cure(CURE);
         }
     }
-    let what = match problem.require.is_empty() {
-        true => "no allowed set has a value of the objective",
-        false => "each of them can be met, but no allowed set meets all of them",
+    let what = match (problem.require.is_empty(), problem.evidence.is_filed()) {
+        (true, _) => "no allowed set has a value of the objective",
+        (false, true) => "no set was found that meets all of them, by adding and swapping single sensors",
+        (false, false) => "each of them can be met, but no allowed set meets all of them",
     };
     let key = if problem.require.is_empty() { "choose.objective" } else { "choose.require" };
     Error::input(key, what).cure(CURE)

@@ -35,6 +35,8 @@ const CLOSE: i128 = 100;
 const NEAR: i128 = SCORES / 100;
 /// The time after which a bound is taken as it is; several share it.
 const LONG: Duration = Duration::from_secs(6);
+/// Each has so long at least.
+const SHORTEST: Duration = Duration::from_millis(500);
 /// So many times that where evidence is read from a file.
 const SLOWER: u32 = 20;
 /// Most rounds of cuts.
@@ -132,6 +134,10 @@ impl WeighedCuts {
     /// What every set has that is worth more than a known one. A requirement is one more thing that it must
     /// meet.
     pub(super) fn sum(&self, problem: &Problem, limits: SetLimits, known: Worth) -> Option<CutSum> {
+        let Worth::Exact(known) = known else { return None };
+        // In millionths, so that sums of κ stay within 128 bits.
+        let numerator = (known.numerator * SCORES).div_euclid(known.denominator);
+        let known = Worth::Exact(Ratio { numerator, denominator: SCORES });
         let all = asked(&problem.asking(problem.goal.0, problem.goal.1), known)?;
         let (constant, added) = self.added_up(problem, limits, &all);
         let largest = added.iter().map(|added| added.abs()).max().unwrap_or(0).max(constant.abs());
@@ -230,12 +236,9 @@ impl<'a> GapSearch<'a> {
         let counts = problem.evidence.counts(known);
         let of = |&moment: &usize| {
             let known = Worth::of(problem.goal.0, Across::Worst, &counts[moment..=moment])?;
-            let search = GapSearch {
-                problem: each.clone(),
-                moment: Some(moment),
-                longest: LONG / moments.len() as u32,
-                ..GapSearch::new(problem, limits, stop)
-            };
+            let whole = GapSearch::new(problem, limits, stop);
+            let longest = (whole.longest / moments.len() as u32).max(SHORTEST);
+            let search = GapSearch { problem: each.clone(), moment: Some(moment), longest, ..whole };
             Some(search.run(known)?.0)
         };
         moments.iter().map(of).collect()

@@ -20,6 +20,7 @@ use rayon::prelude::*;
 
 use super::evidence::Union;
 use super::gap::{CutSum, WeighedCuts};
+use super::layout::FALSE;
 use super::open::{Above, Adds, Open, differences, picked};
 use super::pairs::{OverlapTable, PairCounts};
 use super::problem::{Found, Problem, SetLimits};
@@ -330,7 +331,10 @@ impl<'a> SetSearch<'a> {
                         continue;
                     }
                     let Some(child) = self.child(node, left, &open, table.as_ref(), i) else { continue };
-                    for (j, adds) in child.adds.iter().enumerate().take(self.tabled) {
+                    // What it takes from others by false alarms is no overlap: it may be taken by several.
+                    let is_right = self.problem.evidence.plane(open.items[i], FALSE).is_empty();
+                    let known = if is_right { self.tabled } else { 0 };
+                    for (j, adds) in child.adds.iter().enumerate().take(known) {
                         for (&l, gain) in child.after.iter().zip(&adds.gains) {
                             table
                                 .iter_mut()

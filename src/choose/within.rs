@@ -1,6 +1,8 @@
 //! The best set within some limits: local search, improvement by two sensors at a time, then branch and bound.
 
 use std::collections::BTreeMap;
+use std::sync::atomic::AtomicBool;
+use std::sync::atomic::Ordering::Relaxed;
 use std::time::{Duration, Instant};
 
 use super::climb::{climb, climbs};
@@ -128,7 +130,7 @@ impl<'a> StepSearch<'a> {
     /// Goes on until it is proven that no set is better, or it is stopped.
     pub(super) fn end(&mut self, known: &mut KnownSets) {
         let begin = Instant::now();
-        self.step.best = best_known(self.problem, self.step.limits, known);
+        self.refresh(known);
         self.watch.finds(&self.step.limits, self.worth().map(|worth| worth.value()));
         self.go_on(known, None);
         self.seconds += begin.elapsed().as_secs_f64();
@@ -140,11 +142,21 @@ impl<'a> StepSearch<'a> {
         self.step.best.as_ref().map(|best| best.worth)
     }
 
-    /// Whether branch and bound may prove anything that is not proven yet. It would read rows too often where they
-    /// are in a file.
+    /// What the best set costs.
+    pub(super) fn cost(&self) -> Option<u64> {
+        self.step.best.as_ref().map(|best| self.problem.cost_of(&best.set))
+    }
+
+    /// Whether branch and bound may prove anything that is not proven yet: of a mean, that there is no set at all. It
+    /// would read rows too often where they are in a file.
     pub(super) fn is_open(&self) -> bool {
-        let is_searched = self.problem.goal.1 != Across::Mean && !self.problem.evidence.is_filed();
-        self.step.bound != Bound::Proven && is_searched
+        let is_searched = self.problem.goal.1 != Across::Mean || self.step.best.is_none();
+        self.step.bound != Bound::Proven && is_searched && !self.problem.evidence.is_filed()
+    }
+
+    /// Takes the best of what is known by now.
+    pub(super) fn refresh(&mut self, known: &KnownSets) {
+        self.step.best = best_known(self.problem, self.step.limits, known);
     }
 
     /// Branch and bound, for a while; whether it is completed.
@@ -152,8 +164,16 @@ impl<'a> StepSearch<'a> {
         let (begin, limits) = (Instant::now(), self.step.limits);
         let StepSearch { problem, kept, watch, cuts, ahead, step, .. } = self;
         let stop = || watch.stops();
-        let pause = || stop() || longest.is_some_and(|longest| begin.elapsed() > longest);
+        // Of a mean any set will do: no inequality says which are better.
+        let is_mean = problem.goal.1 == Across::Mean;
+        let is_found = AtomicBool::new(false);
+        let pause = || {
+            stop()
+                || longest.is_some_and(|longest| begin.elapsed() > longest)
+                || is_mean && is_found.load(Relaxed)
+        };
         let mut improve = |found: Found| {
+            is_found.store(true, Relaxed);
             known.insert(found.set.clone(), found.worth);
             let further = polished(problem, limits, *kept, found, &stop);
             known.insert(further.set.clone(), further.worth);

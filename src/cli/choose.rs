@@ -33,8 +33,8 @@ use super::swept::{self, StudyPlace};
 /// Find the best set of sensors, and prove it
 ///
 /// A study with [choose] says which score is to be as high as it can be, in which region, and what a set may
-/// have and cost. Every pose is cast once; then all allowed sets are searched, and for each size and each
-/// step of cost the best set is told, with what no set is above. What is proven holds of the listed poses, at
+/// have and cost. Every pose is cast once; then allowed sets are searched, all of them if there is time and
+/// memory, and for each size and each step of cost the best set is told, with what no set is above. What is proven holds of the listed poses, at
 /// this voxel size, in these scenes. Writes front.csv, sets.csv and choose.json into the output folder, and
 /// what a sweep of the sets that were found would write, so that `summary`, `compare`, `why`, `render`,
 /// `export` and `report` take the folder.
@@ -120,22 +120,28 @@ fn search(args: &Args, study: &StudyArgs, stop: &StopAt) -> Result<ExitCode> {
         say!("{why}: no set was found yet, and nothing is written");
         return Ok(stopped());
     }
-    let mut with_poses = None;
-    let mut unrefined = None;
+    evidence.was_read()?;
+    let (mut with_poses, mut unrefined, mut failed) = (None, None, None);
     if choose.refine && why.is_none() {
         let (asked, found) = ((&study, choose, &*worlds), (&problem, &answer, &told));
-        let refinement = choose::refine(asked, found, args.evidence_bytes(), &mut backends, &shown)?;
-        unrefined = stop.reason().filter(|_| !refinement.complete);
-        with_poses = refinement.with_poses;
-        told.refined = Some(refinement.told);
+        match choose::refine(asked, found, args.evidence_bytes(), &mut backends, &shown) {
+            Ok(refinement) => {
+                unrefined = stop.reason().filter(|_| !refinement.complete);
+                with_poses = refinement.with_poses;
+                told.refined = Some(refinement.told);
+            }
+            // The answer is written before it is told.
+            Err(error) => failed = Some(error),
+        }
     }
     drop(shown);
     let (of_sets, in_worlds) =
         with_poses.as_ref().map_or((&study, &worlds), |(study, worlds)| (study, worlds));
     let sets = told.study_of_sets(of_sets, choose);
-    let mut session = Session::open(&sets, in_worlds, &out, Shard::WHOLE, true, &command())?;
+    // A folder with a sweep, but without an answer, would be taken for a sweep that is to be kept.
     let chosen = Chosen::new(&study, choose, &worlds, told);
     chosen.write(&out)?;
+    let mut session = Session::open(&sets, in_worlds, &out, Shard::WHOLE, true, &command())?;
     drop(folder);
     let progress = args.progress.start("sets", 0, session.total());
     let mut watch = Onlooker { progress, stop: None, names_backend: false };
@@ -149,6 +155,9 @@ fn search(args: &Args, study: &StudyArgs, stop: &StopAt) -> Result<ExitCode> {
     super::print("\n")?;
     print_verdicts(&study, &results, chosen.told.best_set(), &out, &packages)?;
     super::print(&format!("results in {}\n", out.display()))?;
+    if let Some(error) = failed {
+        return Err(error);
+    }
     match (why, unrefined) {
         (Some(why), _) => {
             say!("{why}: not all sets were searched");
@@ -227,7 +236,7 @@ fn cast(
     }
     if let Some(path) = casting.path().filter(|_| casting.is_filed()) {
         say!(
-            "evidence takes more than --memory and is read from {}: sets come from adding and swapping single \
+            "evidence may take more than --memory and is read from {}: sets come from adding and swapping single \
              sensors, with a bound by cuts",
             path.display()
         );

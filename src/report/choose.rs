@@ -92,7 +92,10 @@ pub(super) fn front(chosen: &Chosen) -> Table {
 fn bound(step: &ToldStep) -> String {
     match step.no_set_is_above {
         Some(bound) if step.proven => format!("{} proven", four(bound)),
-        Some(bound) => format!("{} ({:+.4})", four(bound), bound - step.best.score),
+        // Rounded up, since it is a bound.
+        Some(bound) => {
+            format!("{} ({:+.4})", four((bound * 1e4).ceil() / 1e4), bound - step.best.score)
+        }
         None => "no bound".into(),
     }
 }

@@ -7,7 +7,7 @@ use serde::Deserialize;
 
 use super::{Place, Problems, RegionSpec, region};
 use crate::backend::Fusion;
-use crate::metrics::Score;
+use crate::metrics::{Ratio, Score};
 use crate::sensor::{Cost, Sensor};
 use crate::{Error, Result};
 
@@ -169,6 +169,9 @@ pub(super) fn check(at: &Place, file: ChooseFile, known: &Known) -> Result<Choos
         let least = if matches!(entry.score, Objective::Kappa) { -1.0 } else { 0.0 };
         let rule = format!("a number from {least} to 1");
         let at_least = at.number("at_least", entry.at_least, least..=1.0, &rule)?;
+        if Ratio::of(at_least).value() != at_least {
+            return Err(at.wrong("at_least", at_least, "must have at most nine digits after the point"));
+        }
         Ok(SetRequirement { score: entry.score.score(), over: entry.over, at_least })
     });
     let require: Vec<SetRequirement> = require.filter_map(|one| problems.keep(one)).collect();
