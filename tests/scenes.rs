@@ -64,9 +64,12 @@ fn every_study_loads_and_prepares_without_a_surprise() {
         for scene in 0..study.scenes.len() {
             let world = World::prepare(&study, scene).unwrap().remove(0);
             assert!(!world.truth().human.is_empty() && !world.truth().robot.is_empty(), "{}", path.display());
+            // Four of the paper's pads stand under legs of the table, and are not tared.
+            let is_table = |warning: &str| path.ends_with("exp2.toml") && warning.contains("trips 4 of 24");
             for warning in &world.warnings {
                 assert!(
-                    warning.contains("of it lies outside the grid (below) and is not counted"),
+                    warning.contains("of it lies outside the grid (below) and is not counted")
+                        || is_table(warning),
                     "{}: {warning}",
                     path.display()
                 );
