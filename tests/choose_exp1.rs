@@ -1,6 +1,6 @@
 //! Experiment 1 of the paper by `choose`: with one sensor its answer is the best of the sweep, in each scene, region and
 //! representation; with up to three it is known. Here with voxels of 20 cm and cameras of 64 × 36 pixels; as the
-//! paper has it, in half an hour: `cargo test --test choose_exp1 -- --ignored`.
+//! paper has it, in some twenty minutes: `cargo test --test choose_exp1 -- --ignored`.
 
 mod common;
 #[allow(dead_code)]
@@ -114,7 +114,7 @@ fn the_best_single_camera_is_the_best_of_the_sweep() {
 }
 
 #[test]
-#[ignore = "half an hour"]
+#[ignore = "takes twenty minutes"]
 fn the_best_single_camera_is_the_best_of_the_whole_sweep() {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/paper/exp1.toml");
     let study = Study::load(&path, &Overrides::default()).unwrap();

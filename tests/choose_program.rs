@@ -9,7 +9,7 @@ use std::collections::HashSet;
 use std::fs;
 use std::path::Path;
 
-use program::{Edit, Folder, choose, perirobot, refused, rows, text};
+use program::{Edit, Folder, choose, perirobot, priced, refused, rows, text};
 
 const STUDY: &str = "study.toml";
 
@@ -22,13 +22,8 @@ budget = 1000.0
 apart_m = 0.1
 "#;
 
-/// The small study with costs, and what is looked for.
 fn folder() -> Folder {
-    let folder = Folder::new();
-    folder.edit(STUDY, "name = \"camera\"", "name = \"camera\"\ncost = 250.0");
-    folder.edit(STUDY, "name = \"lidar\"", "name = \"lidar\"\ncost = 499.5\nat_most = 1");
-    folder.edit(STUDY, "", CHOOSE);
-    folder
+    priced(CHOOSE)
 }
 
 #[test]

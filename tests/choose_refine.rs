@@ -21,7 +21,7 @@ use perirobot::choose::{
 };
 use perirobot::study::{Overrides, Study};
 use perirobot::world::World;
-use program::{Folder, Outcome, choose, perirobot, rows, text};
+use program::{Folder, Outcome, choose, perirobot, priced, rows, text};
 
 const STUDY: &str = "study.toml";
 
@@ -36,13 +36,8 @@ require = [{ score = "f1", over = "worst", at_least = 0.01 }]
 refine = true
 "#;
 
-/// The small study with costs, and what is looked for.
 fn folder() -> Folder {
-    let folder = Folder::new();
-    folder.edit(STUDY, "name = \"camera\"", "name = \"camera\"\ncost = 250.0");
-    folder.edit(STUDY, "name = \"lidar\"", "name = \"lidar\"\ncost = 499.5\nat_most = 1");
-    folder.edit(STUDY, "", CHOOSE);
-    folder
+    priced(CHOOSE)
 }
 
 #[track_caller]

@@ -24,8 +24,8 @@ pub(super) fn climbs(problem: &Problem, limits: SetLimits, stop: &(dyn Fn() -> b
     let mut ends: Vec<Found> = climb(problem, limits, problem.always.clone(), stop).into_iter().collect();
     let is_short = limits.at_most - problem.always.len() <= FEW && problem.goal.1 != Across::Mean;
     // Reading all rows from a file again and again takes too long.
-    let is_long = problem.evidence.is_filed();
-    for restart in 0..if is_short || is_long { 0 } else { RESTARTS } {
+    let restarts = if is_short || problem.evidence.is_filed() { 0 } else { RESTARTS };
+    for restart in 0..restarts {
         if stop() {
             break;
         }

@@ -129,12 +129,7 @@ impl CandidateEvidence {
             filed => {
                 let mut wanted = [false; PLANES];
                 wanted[plane] = true;
-                let [.., own] = {
-                    let mut row = filed.row(&self.layout, item, wanted);
-                    row.swap(plane, PLANES - 1);
-                    row
-                };
-                own
+                std::mem::take(&mut filed.row(&self.layout, item, wanted)[plane])
             }
         }
     }

@@ -246,7 +246,8 @@ impl<'a> GapSearch<'a> {
 
     /// The proof of the lowest bound that is found.
     pub(super) fn run(mut self, known: Worth) -> Option<(Gap, WeighedCuts)> {
-        let first = (known.value() * SCORES as f64).ceil() as i128;
+        // A bound is told as a fraction of numbers without a sign.
+        let first = ((known.value() * SCORES as f64).ceil() as i128).max(0);
         // Cuts that are made for a score near the best known one are of use for those above it.
         let mut all = self.above((first + NEAR).min(SCORES))?;
         self.best = vec![0.0; self.items.len()];

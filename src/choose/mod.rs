@@ -13,7 +13,8 @@
 //! `climb` finds a good set, `question` asks whether any is better, and `search` answers, with `open` (candidates
 //! that may join a set), `pairs` (overlaps of two) and `purse` (what fits the budget). Where that is long, `gap`
 //! bounds all sets by cuts, which `game` weighs. `told` has the answer in names and numbers, with `ties`, `files`
-//! writes and reads it, and `sets` makes combinations of it; `verify` checks what was written.
+//! writes and reads it, and `sets` makes combinations of it; `refine` looks between the listed poses, and `verify`
+//! checks what was written.
 
 mod check;
 mod climb;

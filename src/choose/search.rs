@@ -6,7 +6,8 @@
 //! they add together. Several candidates add at most the sum of their g less the o along any tree that connects
 //! them (Hunter 1976). They lose by false alarms at least what any one of them loses. When another candidate
 //! joins the node, the o of a pair falls by at most as much as the g of either. So tables of pairs exclude most
-//! sets of three or four without counting a voxel.
+//! sets of three or four without counting a voxel. What a candidate takes from another by a false alarm is no part of
+//! o: several may take it. Where cuts bound all sets (`gap`), the numbers of their sum are one more condition.
 //!
 //! # Practice
 //! Nodes below the first level are shared out among threads, so many at a time; what a lot finds is judged

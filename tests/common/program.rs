@@ -155,6 +155,15 @@ impl Folder {
     }
 }
 
+/// The small study with costs, and what is looked for.
+pub(crate) fn priced(choose: &str) -> Folder {
+    let folder = Folder::new();
+    folder.edit("study.toml", "name = \"camera\"", "name = \"camera\"\ncost = 250.0");
+    folder.edit("study.toml", "name = \"lidar\"", "name = \"lidar\"\ncost = 499.5\nat_most = 1");
+    folder.edit("study.toml", "", choose);
+    folder
+}
+
 /// Chooses sets of the study into a folder below it; on the CPU unless something else is said.
 pub(crate) fn choose(folder: &Folder, out: &str, more: &[&str]) -> Outcome {
     let (study, out) = (folder.path("study.toml"), folder.path(out));
