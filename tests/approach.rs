@@ -70,6 +70,18 @@ fn a_shelf_60_cm_wide_lets_a_person_in_unless_a_second_camera_looks_behind_it() 
     for said in ["standing from door: comes to 1.05 m unnoticed, by a way of 1.15 m", "behind \"shelf\""] {
         assert!(outcome.stdout.contains(said), "{}", outcome.stdout);
     }
+    // 1.95 m are needed at 1 m/s, and 1.00 at 0.25.
+    let needed = row(&folder, ["0", "absent", "standing"], ["needed_m", "margin_m"]);
+    assert_eq!(needed, ["1.95000", "-0.90000"]);
+    let said =
+        "too near at 1 m/s: 1.95 m are needed, 0.90 m more; far enough up to 0.25 m/s, where 1.00 m are";
+    assert!(outcome.stdout.contains(said), "{}", outcome.stdout);
+    assert_eq!(
+        outcome.stdout.matches("To be checked: human_speed_m_s = 1.6").count(),
+        1,
+        "{}",
+        outcome.stdout
+    );
     // The colleague hides more of the floor, and what is nearest is the same.
     let area = |people| row(&folder, ["0", people, "crawling"], ["joined_m2"])[0].parse::<f64>().unwrap();
     assert!(area("cover") > 1.5 * area("absent"));
@@ -187,7 +199,10 @@ fn what_cannot_be_asked_is_refused_before_anything_is_cast() {
         &["entry \"door\": lies outside the grid, which goes from [-2.0", "bounds_m"],
     );
     refused(
-        &[("cell.toml", "role = \"robot\"", "role = \"environment\"")],
+        &[
+            ("cell.toml", "role = \"robot\"", "role = \"environment\""),
+            study("separation = {}", "swept = \"human\""),
+        ],
         &["no hazard: no object of the scene is a robot", "role = \"robot\""],
     );
     refused(
@@ -200,7 +215,7 @@ fn what_cannot_be_asked_is_refused_before_anything_is_cast() {
     );
     refused(
         &[study("hazard = \"robot\"", "region = \"tool\"")],
-        &["approach.region = \"tool\": must be a region of the study: [\"robot\"]"],
+        &["approach.region = \"tool\": must be a region of the study: [\"robot\", \"near@0.25\""],
     );
     refused(
         &[study("hazard = \"robot\"", "hazard = \"robot\"\nregion = \"robot\"")],
@@ -220,6 +235,7 @@ fn what_cannot_be_asked_is_refused_before_anything_is_cast() {
         &[
             study("name = \"standing\"", "name = \"huge\"\nball = { diameter_m = 40 }"),
             study("voxel_size_m = 0.05", "voxel_size_m = 0.01"),
+            study("separation = {}", "swept = \"human\""),
             study("min = [-2, -1.5, 0], max = [2, 1.5, 2.2]", "min = [-2, -0.1, 0], max = [2, 0.1, 2.2]"),
         ],
         &["body \"huge\": is nowhere inside the grid"],
@@ -241,6 +257,56 @@ fn what_cannot_be_asked_is_refused_before_anything_is_cast() {
             ),
         ],
         &["entry \"door\": lies inside something solid", "no opening of the grid's edge is free"],
+    );
+}
+
+/// Without distances nothing is said of them; at a distance that is exactly enough a body is far enough away, and
+/// where the grid ends before, that is said.
+#[test]
+fn what_is_needed_is_compared_in_whole_numbers() {
+    let of = |edits: &[(&str, &str)]| {
+        let folder = shelf();
+        edits.iter().for_each(|(from, to)| folder.edit("study.toml", from, to));
+        let outcome = approach(&folder, FRONT);
+        assert_eq!(outcome.code, Some(0), "{}", outcome.stderr);
+        (row(&folder, ["0", "absent", "standing"], ["needed_m", "margin_m"]), outcome.stdout)
+    };
+    let text = fs::read_to_string(shelf().path("study.toml")).unwrap();
+    let table = text.split_once("[stopping]").unwrap().1.split_once("[approach]").unwrap().0;
+    let (columns, said) = of(&[
+        ("[stopping]", ""),
+        (table, ""),
+        ("name = \"near\"\nseparation = {}", "name = \"near\"\nswept = \"robot\""),
+    ]);
+    assert_eq!(columns, ["", ""]);
+    assert!(!said.contains("needed") && !said.contains("To be checked"), "{said}");
+    // 0.8 · 0.65 + 0.15 + 0.25 + 0.13 = 1.05: in floating point a little more, in whole voxels 441 as it is.
+    let exact = |uncertainty| {
+        of(&[
+            ("intrusion_m = 0.4", "intrusion_m = 0.0\nhuman_speed_m_s = 0.8"),
+            ("person_uncertainty_m = 0.1", uncertainty),
+            ("robot_uncertainty_m = 0.01", "robot_uncertainty_m = 0.0"),
+        ])
+    };
+    let (columns, said) = exact("person_uncertainty_m = 0.13");
+    assert_eq!(columns[0], "1.05000");
+    assert!(
+        said.contains("far enough: 1.05 m are needed at 1 m/s, the highest listed speed, 0.00 m less"),
+        "{said}"
+    );
+    let (columns, said) = exact("person_uncertainty_m = 0.13001");
+    assert_eq!(columns, ["1.05001", "-0.00001"]);
+    assert!(
+        said.contains("too near at 1 m/s: 1.05 m are needed, 0.00 m more; far enough up to 0.5 m/s"),
+        "{said}"
+    );
+    let (_, said) = exact("person_uncertainty_m = 1.0");
+    assert!(said.contains("at no listed speed is it far enough"), "{said}");
+    assert!(!said.contains("is a bound"), "{said}");
+    let (_, said) = exact("person_uncertainty_m = 5.0");
+    assert!(
+        said.contains("5.92 m are needed at 1 m/s, and nothing in the grid is farther away than"),
+        "{said}"
     );
 }
 

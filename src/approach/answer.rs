@@ -1,9 +1,8 @@
 //! The deepest place of one body from one entry, and the path that shows it.
 
 use super::body::Body;
-use super::distance::Distances;
 use super::flood::{Flood, LONGEST_STEP};
-use crate::voxel::BitGrid;
+use crate::voxel::{BitGrid, Distances};
 
 /// What a body can do unnoticed from an entry.
 #[derive(Clone, Debug, PartialEq, Eq)]

@@ -24,17 +24,16 @@
 
 mod answer;
 mod body;
-mod distance;
 mod entries;
 mod flood;
 mod ground;
 mod moments;
+mod needed;
 mod picture;
 mod table;
 
 pub use answer::{Deepest, Found, Narrowest, deepest};
 pub use body::Body;
-pub use distance::Distances;
 pub use flood::{Flood, LONGEST_STEP};
 pub use ground::Ground;
 pub use moments::{Answer, AtEntry, Company, Plan, answers};

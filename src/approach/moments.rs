@@ -6,11 +6,10 @@ use std::sync::Arc;
 use rayon::prelude::*;
 
 use super::answer::{Found, deepest};
-use super::distance::Distances;
 use super::ground::{Ground, solid};
 use crate::Result;
 use crate::view::watched::{Watch, Watchers};
-use crate::voxel::BitGrid;
+use crate::voxel::{BitGrid, Distances};
 
 /// Who else is there.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -70,6 +69,8 @@ pub struct Answer {
     pub at_entry: AtEntry,
     /// What it can do.
     pub found: Found,
+    /// How far a voxel of the grid is from the hazard at most, squared in voxels.
+    pub farthest: u32,
     /// The object that stands before the narrowest place, or before the deepest one if there is none.
     pub shadow: Option<String>,
 }
@@ -160,6 +161,7 @@ fn ask(
     watches: &[Watch],
 ) -> (Vec<Answer>, Vec<Plan>) {
     let distances = Distances::to(&moment.hazard);
+    let farthest = distances.farthest();
     let (solid, hazard) = (Arc::new(moment.solid), Arc::new(moment.hazard));
     // Of each body, where it has room, and where it is not noticed there either.
     let planes = ground.bodies.iter().zip(&ground.places).map(|(body, &places)| {
@@ -193,7 +195,7 @@ fn ask(
             before.into_iter().rev().max_by_key(|(_, often)| *often).map(|(name, _)| name)
         });
         let (snapshot, unnoticed) = (moment.snapshot, open.count());
-        Answer { company, snapshot, body: number, entry, unnoticed, at_entry, found, shadow }
+        Answer { company, snapshot, body: number, entry, unnoticed, at_entry, found, farthest, shadow }
     };
     let all =
         (0..planes.len()).flat_map(|body| (0..ground.begins[body].len()).map(move |entry| [body, entry]));

@@ -8,7 +8,7 @@
 //! | `at_entry` | `open`: the body comes in unnoticed; `noticed` wherever it has room there; `no_room`: something solid is there, at all its places |
 //! | `deepest_m`, `deepest_squared` | how near the body comes to the hazard, between centres of voxels: in metres, and squared in voxels; empty unless the entry is open |
 //! | `path_m` | how long its way is |
-//! | `needed_m`, `margin_m` | how far it should stay away, and how much farther it does; empty where nothing says so |
+//! | `needed_m`, `margin_m` | how far people must be at the highest listed speed of the robot, and how much farther the body stays away, below 0 where it comes too near; empty without `[stopping]`, and `margin_m` without `deepest_m` |
 //! | `x_m`, `y_m`, `z_m` | the middle of the body at the deepest place |
 //! | `narrowest_x_m`, `narrowest_y_m`, `narrowest_z_m` | the middle of the body where the way is the narrowest |
 //! | `narrowest_places` | at how many places the body must be noticed there to close the way; a place is one position of the body |
@@ -20,6 +20,7 @@ use glam::DVec3;
 use super::body::Body;
 use super::ground::Ground;
 use super::moments::{Answer, AtEntry, Company};
+use super::needed;
 use crate::results::columns::Csv;
 use crate::voxel::Grid;
 
@@ -62,7 +63,7 @@ fn metres(metres: f64) -> String {
 }
 
 /// A distance from its square in voxels.
-fn root_m(squared: u32, grid: &Grid) -> f64 {
+pub(super) fn root_m(squared: u32, grid: &Grid) -> f64 {
     f64::from(squared).sqrt() * grid.voxel_size_m
 }
 
@@ -106,9 +107,10 @@ fn fields(ground: &Ground, answer: &Answer) -> Vec<String> {
         text(deepest.map(|deepest| metres(root_m(deepest.squared, grid)))),
         text(deepest.map(|deepest| deepest.squared.to_string())),
         text(deepest.map(|deepest| metres(length_m(deepest.length, grid)))),
-        empty(),
-        empty(),
     ];
+    let needed = ground.study.stopping.as_ref().map(|stopping| stopping.fastest().needed_m);
+    let margin = deepest.zip(needed).map(|(deepest, needed)| root_m(deepest.squared, grid) - needed);
+    fields.extend([needed, margin].map(|value| text(value.map(metres))));
     fields.extend(point(deepest.and_then(|deepest| deepest.path.last().copied())));
     fields.extend(point(narrowest.map(|narrowest| narrowest.place)));
     fields.push(text(narrowest.map(|narrowest| narrowest.front.to_string())));
@@ -122,6 +124,9 @@ pub fn in_words(ground: &Ground, answers: &[Answer]) -> String {
     let (grid, study) = (&ground.worlds[0].grid, ground.study);
     let at_once = if ground.worlds.len() > 1 { ", all snapshots at once" } else { "" };
     let mut text = format!("scene {}{at_once}\n", ground.worlds[0].name);
+    if let (Some(stopping), Some(answer)) = (&study.stopping, answers.first()) {
+        text += &needed::beyond_the_grid(stopping, answer.farthest, grid);
+    }
     for answer in answers.iter().filter(|answer| answer.snapshot.is_none() || ground.worlds.len() == 1) {
         let body = &ground.bodies[answer.body];
         let with = match answer.company {
@@ -142,6 +147,9 @@ pub fn in_words(ground: &Ground, answers: &[Answer]) -> String {
             root_m(deepest.squared, grid),
             length_m(deepest.length, grid)
         );
+        if let Some(stopping) = &study.stopping {
+            text += &format!("    {}\n", needed::in_words(stopping, deepest.squared, grid));
+        }
         if let Some(narrowest) = deepest.narrowest {
             let at = middle_m(body, narrowest.place, grid);
             let shadow = match &answer.shadow {

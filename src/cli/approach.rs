@@ -84,6 +84,9 @@ pub(super) fn run(args: &Args) -> Result<ExitCode> {
         asked.push((ground, answers));
         plans.push(of_scene);
     }
+    if let Some(stopping) = &study.stopping {
+        super::print(&format!("{}\n", stopping.assumptions().join("\n")))?;
+    }
     folder.write(APPROACH, &csv(&asked))?;
     folder.write(PATHS, &paths_ply(&asked))?;
     let of_scenes = asked.iter().zip(&plans);

@@ -35,10 +35,11 @@ pub(super) struct ApproachFile {
     entry: Vec<EntryFile>,
 }
 
-/// What a body must not come near to, of the robot.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, JsonSchema)]
+/// A robot where it is at each moment, or wherever it is at some moment.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
-enum Machine {
+pub(super) enum Machine {
+    #[default]
     Robot,
     RobotSwept,
 }

@@ -12,6 +12,7 @@ use super::choose::ChooseFile;
 use super::region_file::RegionFile;
 use super::require::{MountingErrorFile, RequirementFile};
 use super::sensor::AnySensor;
+use super::stopping::StoppingFile;
 use super::value::exactly;
 use crate::backend::Fusion;
 
@@ -60,6 +61,8 @@ pub(super) struct StudyFile {
     pub(super) mounting_error: Option<MountingErrorFile>,
     /// What `perirobot approach` looks for: how near a body can come to the robot unnoticed.
     pub(super) approach: Option<ApproachFile>,
+    /// How far people must be from the robot at which of its speeds.
+    pub(super) stopping: Option<StoppingFile>,
 }
 
 fn once() -> u32 {

@@ -19,6 +19,7 @@ mod scene_file;
 pub mod schema;
 pub(crate) mod sensor;
 mod slips;
+mod stopping;
 mod unreadable;
 mod urdf;
 mod value;
@@ -44,6 +45,7 @@ use place::{Place, only_one};
 use problems::{Problems, parse_in_parts, wrong_with};
 pub use region::RegionSpec;
 pub use require::{Condition, Limit, MountingError, Requirement};
+pub use stopping::{AtSpeed, Formula, Stopping};
 
 /// The largest coordinate in a file; larger numbers are typing errors, infinities or NaN.
 const FARTHEST_M: f64 = 1e6;
@@ -82,6 +84,8 @@ pub struct Study {
     pub mounting_error: Option<MountingError>,
     /// How near bodies can come unnoticed is asked of these.
     pub approach: Approach,
+    /// How far people must be from the robot at which of its speeds, if the study says so.
+    pub stopping: Option<Stopping>,
     /// Whether noise was switched off, whatever the study says.
     pub noiseless: bool,
     /// Numbers in its file that look as if they had a wrong unit.
@@ -148,7 +152,10 @@ impl Study {
             problems.keep(at.some("sensor", &file.sensor, "[[sensor]] name = \"camera\""));
         }
         let scenes = scenes(&at, &file, &sources, &mut problems);
-        let regions = regions(&at, file.region, is_whole, &mut problems);
+        let stopping = file.stopping.map(|file| stopping::check(&at, file)).transpose();
+        let stopping = problems.keep(stopping);
+        let known = stopping.as_ref().map(Option::as_ref);
+        let regions = regions(&at, file.region, is_whole, known, &mut problems);
         let (seed, noiseless) = (file.seed, overrides.noiseless);
         let written = unreadable::Written::new(&text);
         let context = sensor::Context {
@@ -179,7 +186,9 @@ impl Study {
             problems.keep::<()>(Err(at.wrong("min_hits", 0, "must be 1 or more")));
         }
         // Keys that name sensors can be checked only if all sensors could be read.
-        let (Some(voxel_size_m), Some(bounds_m), true) = (voxel_size_m, bounds_m, problems.is_empty()) else {
+        let (Some(voxel_size_m), Some(bounds_m), Some(stopping), true) =
+            (voxel_size_m, bounds_m, stopping, problems.is_empty())
+        else {
             return Err(all(problems));
         };
         let mounting_error = file.mounting_error.map(|file| file.check(&at)).transpose();
@@ -212,6 +221,7 @@ impl Study {
             requirements,
             mounting_error,
             approach,
+            stopping,
             noiseless: overrides.noiseless,
             repeats,
             min_hits: file.min_hits,
@@ -282,22 +292,33 @@ fn scenes(at: &Place, file: &StudyFile, sources: &Sources, problems: &mut Proble
     scenes.collect()
 }
 
-/// The regions that are right. Where some could not be read, those that are made of others are passed over.
+/// The regions that are right. Where some could not be read, those that are made of others are passed over; where
+/// `[stopping]` could not (`stopping` is `None`), those that need it.
 fn regions(
     at: &Place,
     entries: Vec<region_file::RegionFile>,
     is_whole: bool,
+    stopping: Option<Option<&Stopping>>,
     problems: &mut Problems,
 ) -> Vec<(String, RegionSpec)> {
-    let names: Vec<_> = entries.iter().map(|entry| entry.name.clone()).collect();
-    let regions = entries.into_iter().enumerate().filter_map(|(i, entry)| {
+    let (mut names, mut regions) = (Vec::new(), Vec::new());
+    let is_whole = is_whole && stopping.is_some();
+    for entry in entries {
         let made_of_others = entry.union.is_some() || entry.difference.is_some();
-        if made_of_others && !is_whole {
-            return None;
+        let can_be_read = is_whole || !made_of_others;
+        let stopping = if entry.separation.is_some() { stopping } else { Some(None) };
+        let (Some(stopping), true) = (stopping, can_be_read) else { continue };
+        let own = entry.name.clone();
+        match problems.keep(region::check(at, entry, &names, stopping)) {
+            Some(found) => {
+                names.extend(found.iter().map(|(name, _)| name.clone()));
+                regions.extend(found);
+            }
+            // Regions below may name it.
+            None => names.push(own),
         }
-        problems.keep(region::check(at, entry, &names[..i]))
-    });
-    regions.collect()
+    }
+    regions
 }
 
 /// The sensors that are right. One that has the poses of a wrong one is passed over.

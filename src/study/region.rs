@@ -5,11 +5,14 @@ use std::path::Path;
 
 use glam::{DQuat, DVec3};
 
-use super::region_file::{HumanBoxFile, RegionFile};
+use super::approach::Machine;
+use super::region_file::{HumanBoxFile, RegionFile, SeparationFile, SweptFile};
 use super::scene_file::{mesh, unit_and_up_belong};
-use super::{Place, only_one};
+use super::stopping::EXAMPLE;
+use super::{Place, Stopping, only_one};
 use crate::Result;
 use crate::pose::{Frame, Pose, from_rpy};
+use crate::scene::Role;
 use crate::scene::mesh_file::MeshFile;
 use crate::voxel::RegionShape;
 
@@ -27,6 +30,15 @@ pub enum RegionSpec {
         /// How it is turned.
         rotation: DQuat,
     },
+    /// All that is nearer to the robot than people may be at a speed.
+    Separation {
+        /// From where the distance counts.
+        shape: RegionShape,
+        /// The name that it shares with those of other speeds.
+        family: String,
+        /// The number of the speed in [`Stopping::speeds`].
+        speed: usize,
+    },
     /// The union of these regions, by their index in the study; all come before this one.
     Union(Vec<usize>),
     /// The first of these regions without the others, by their index; all come before this one.
@@ -41,8 +53,13 @@ pub(super) fn index(at: &Place, name: &str, regions: &[(String, RegionSpec)]) ->
     })
 }
 
-/// Checks an entry; `known` are the names of the regions before it.
-pub(super) fn check(at: &Place, entry: RegionFile, known: &[String]) -> Result<(String, RegionSpec)> {
+/// Checks an entry, which may be a region for each speed; `known` are the names of the regions before it.
+pub(super) fn check(
+    at: &Place,
+    entry: RegionFile,
+    known: &[String],
+    stopping: Option<&Stopping>,
+) -> Result<Vec<(String, RegionSpec)>> {
     let at = &at.key(&format!("region {:?}", entry.name));
     let rule = "a length above 0 and below 1000000";
     let sphere = entry.sphere.as_ref().map(|s| {
@@ -73,7 +90,15 @@ pub(super) fn check(at: &Place, entry: RegionFile, known: &[String]) -> Result<(
         let tool_m = at.key("robot_reach").number("tool_m", r.tool_m, 0.0..=1e3, rule)?;
         Ok(RegionShape::RobotReach { object: r.object.clone(), tool_m })
     });
-    let shape = |shape: Option<Result<RegionShape>>| shape.map(|shape| shape.map(RegionSpec::RegionShape));
+    let separation =
+        entry.separation.as_ref().map(|file| separation(&at.key("separation"), file, &entry.name, stopping));
+    let swept = entry.swept.map(|what| match what {
+        SweptFile::Robot => Ok(RegionShape::Swept { role: Role::Robot }),
+        SweptFile::Human => Ok(RegionShape::Swept { role: Role::Human }),
+    });
+    let one = |spec: RegionSpec| vec![(entry.name.clone(), spec)];
+    let shape =
+        |shape: Option<Result<RegionShape>>| shape.map(|shape| shape.map(RegionSpec::RegionShape).map(one));
     let parts =
         |key: &str, names: &Option<Vec<String>>| names.as_ref().map(|names| earlier(at, key, names, known));
     let choices = vec![
@@ -82,16 +107,18 @@ pub(super) fn check(at: &Place, entry: RegionFile, known: &[String]) -> Result<(
         ("box", shape(cuboid)),
         ("human_box", shape(human)),
         ("robot_reach", shape(reach)),
-        ("mesh", entry.mesh.as_ref().map(|path| volume(at, path, &entry))),
-        ("union", parts("union", &entry.union).map(|parts| Ok(RegionSpec::Union(parts?)))),
+        ("separation", separation),
+        ("swept", shape(swept)),
+        ("mesh", entry.mesh.as_ref().map(|path| volume(at, path, &entry).map(one))),
+        ("union", parts("union", &entry.union).map(|parts| Ok(one(RegionSpec::Union(parts?))))),
         (
             "difference",
-            parts("difference", &entry.difference).map(|parts| Ok(RegionSpec::Difference(parts?))),
+            parts("difference", &entry.difference).map(|parts| Ok(one(RegionSpec::Difference(parts?)))),
         ),
     ];
-    let spec = only_one(at, "shape", choices)??;
-    let file = match &spec {
-        RegionSpec::Mesh { file, .. } => Some(file),
+    let specs = only_one(at, "shape", choices)??;
+    let file = match specs.as_slice() {
+        [(_, RegionSpec::Mesh { file, .. })] => Some(file),
         _ => None,
     };
     unit_and_up_belong(at, file, entry.unit, entry.up)?;
@@ -100,7 +127,37 @@ pub(super) fn check(at: &Place, entry: RegionFile, known: &[String]) -> Result<(
             .says("position_m and rpy_deg belong to a mesh")
             .wanted("other shapes are given in the world"));
     }
-    Ok((entry.name, spec))
+    Ok(specs)
+}
+
+/// The region of a speed, or that of each.
+fn separation(
+    at: &Place,
+    file: &SeparationFile,
+    name: &str,
+    stopping: Option<&Stopping>,
+) -> Result<Vec<(String, RegionSpec)>> {
+    let Some(stopping) = stopping else {
+        let what = at.says("needs to know how the robot stops");
+        return Err(what.wanted(format!("add a table to the study, as in {EXAMPLE}")));
+    };
+    let swept = file.from == Machine::RobotSwept;
+    let of_speed = |name: String, speed: usize| {
+        let shape = RegionShape::Separation { swept, distance_m: stopping.speeds[speed].needed_m };
+        (name.clone(), RegionSpec::Separation { shape, family: name, speed })
+    };
+    let Some(wanted) = file.speed_m_s else {
+        let each = stopping.speeds.iter().enumerate().map(|(number, at)| {
+            let (own, spec) = of_speed(name.into(), number);
+            (format!("{own}@{}", at.speed_m_s), spec)
+        });
+        return Ok(each.collect());
+    };
+    let found = stopping.speeds.iter().position(|at| at.speed_m_s == wanted).ok_or_else(|| {
+        let known: Vec<f64> = stopping.speeds.iter().map(|at| at.speed_m_s).collect();
+        at.wrong("speed_m_s", wanted, &format!("must be one of robot_speeds_m_s of [stopping]: {known:?}"))
+    })?;
+    Ok(vec![of_speed(name.into(), found)])
 }
 
 fn volume(at: &Place, path: &Path, entry: &RegionFile) -> Result<RegionSpec> {

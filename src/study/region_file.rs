@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use schemars::JsonSchema;
 use serde::Deserialize;
 
+use super::approach::Machine;
 use super::value::{Unit, UpFile, exactly, exactly_if_given};
 
 /// A region in which voxels are counted: a name and one shape.
@@ -23,6 +24,10 @@ pub(super) struct RegionFile {
     pub(super) human_box: Option<HumanBoxFile>,
     /// The ball that a robot of the scene reaches.
     pub(super) robot_reach: Option<RobotReachFile>,
+    /// All that is nearer to the robot than people may be at a speed, by [stopping].
+    pub(super) separation: Option<SeparationFile>,
+    /// All that the robot or the people fill at some moment of the scene.
+    pub(super) swept: Option<SweptFile>,
     /// The inside of a watertight .glb, .gltf, .stl, .obj or .dae file.
     pub(super) mesh: Option<PathBuf>,
     /// The unit of the mesh's numbers. Default "m"; a .dae file states its own.
@@ -79,6 +84,25 @@ pub(super) struct RobotReachFile {
     /// How far a tool reaches beyond its last link. Default 0.
     #[serde(default)]
     pub(super) tool_m: f64,
+}
+
+/// How near to the robot nobody may be at a speed.
+#[derive(Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(super) struct SeparationFile {
+    /// From where the distance counts: the robot at each moment, or all that it fills at some moment. Default "robot".
+    #[serde(default)]
+    pub(super) from: Machine,
+    /// One of the speeds of [stopping]. Without, each of them makes a region, with its speed in its name: near@0.5.
+    pub(super) speed_m_s: Option<f64>,
+}
+
+/// What moves.
+#[derive(Clone, Copy, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub(super) enum SweptFile {
+    Robot,
+    Human,
 }
 
 /// A box along the axes of the world or of a sensor.

@@ -2,6 +2,7 @@
 
 pub mod bits;
 pub mod bricks;
+pub mod distance;
 pub mod flood;
 pub mod grid;
 pub mod overlap;
@@ -14,6 +15,7 @@ pub mod voxelize;
 
 pub use bits::BitGrid;
 pub use bricks::Bricks;
+pub use distance::{Distances, squared_voxels};
 pub use grid::{Grid, Window};
 pub use people::{BodyVoxel, People};
 pub use region::{Region, RegionShape};

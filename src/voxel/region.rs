@@ -7,11 +7,14 @@
 //! | [`RegionShape::Box`] | `box = { min_m, max_m }` | centres in the half-open box |
 //! | [`RegionShape::HumanBox`] | `human_box = { object, margin_m }` | the bounding box of a human's voxels and a margin |
 //! | [`RegionShape::RobotReach`] | `robot_reach = { object, tool_m }` | a sphere around a robot's base, as large as its reach and a tool |
+//! | [`RegionShape::Separation`] | `separation = { from, speed_m_s }` | those no farther from a voxel of the robot, or of all that it fills at some moment, than people must be by `[stopping]`, between centres |
+//! | [`RegionShape::Swept`] | `swept = "robot"` or `"human"` | those that the robot or the people fill at some moment |
 //! | [`RegionShape::Mesh`] | `mesh = "zone.stl"` (`unit`, `up`, `position_m`, `rpy_deg`) | centres inside a watertight mesh |
 //! | [`RegionShape::Union`] | `union = ["a", "b"]` | those of any of the regions above it in the file |
 //! | [`RegionShape::Difference`] | `difference = ["a", "b"]` | those of the first and of none of the others |
 
 mod mesh;
+mod near;
 mod rows;
 
 use std::sync::Arc;
@@ -69,6 +72,18 @@ pub enum RegionShape {
         /// What the robot holds beyond its own reach.
         tool_m: f64,
     },
+    /// All that is no farther from the robot than a distance, between centres of voxels.
+    Separation {
+        /// Whether from all that it fills at some moment, rather than from where it is.
+        swept: bool,
+        /// The distance.
+        distance_m: f64,
+    },
+    /// All that is of the robot, with the inside of its bodies, or of people at some moment.
+    Swept {
+        /// Of whom.
+        role: Role,
+    },
     /// Centres inside a watertight mesh, in world metres. Where several of its bodies overlap is inside; a
     /// body in a body that faces the other way is a hollow.
     Mesh(Arc<Mesh>),
@@ -92,11 +107,14 @@ pub struct Region {
     pub cut_at: [[bool; 2]; 3],
 }
 
+/// Gives what the objects of a role fill at some moment of the scene.
+pub(crate) type SweptBy<'a> = &'a dyn Fn(Role) -> Arc<BitGrid>;
+
 /// The voxels of a shape in a scene. Ignored insides belong to no region; a region left without voxels is an
 /// error.
-pub(crate) fn region(name: &str, shape: &RegionShape, truth: &Truth) -> Result<Region> {
+pub(crate) fn region(name: &str, shape: &RegionShape, truth: &Truth, swept_by: SweptBy) -> Result<Region> {
     let wrong = |issue: Issue| Error::from(issue.at(format!("region {name:?}")));
-    let rows = rows_of(shape, truth).map_err(wrong)?;
+    let rows = rows_of(shape, truth, swept_by).map_err(wrong)?;
     let mut voxels = BitGrid::new(truth.grid.window());
     let (mut total, mut cut_at) = (0u64, [[false; 2]; 3]);
     let [ys, zs] = rows.span();
@@ -135,15 +153,20 @@ fn nothing_in(shape: &RegionShape, total: u64) -> Issue {
         RegionShape::Difference(..) => Issue::says("the others leave nothing of the first")
             .cure("make one of them smaller")
             .at("difference"),
+        RegionShape::Swept { role } => {
+            let role = if *role == Role::Robot { "robot" } else { "human" };
+            Issue::says(format!("no object of the scene with role = {role:?} is in the grid"))
+                .cure("leave the region out, or widen bounds_m")
+        }
         _ => Issue::says("holds no voxel's centre").cure("make it larger or move it"),
     }
 }
 
 /// A shape in integers.
-fn rows_of(shape: &RegionShape, truth: &Truth) -> Result<RowShape, Issue> {
+fn rows_of(shape: &RegionShape, truth: &Truth, swept_by: SweptBy) -> Result<RowShape, Issue> {
     let grid = &truth.grid;
     let all = |shapes: &[RegionShape]| {
-        shapes.iter().map(|shape| rows_of(shape, truth)).collect::<Result<_, Issue>>()
+        shapes.iter().map(|shape| rows_of(shape, truth, swept_by)).collect::<Result<_, Issue>>()
     };
     Ok(match shape {
         RegionShape::Sphere { center_m, radius_m } => RowShape::Ball(ball(*center_m, *radius_m, truth)?),
@@ -166,6 +189,13 @@ fn rows_of(shape: &RegionShape, truth: &Truth) -> Result<RowShape, Issue> {
             let RobotReach { base_m, radius_m } = reach(object.as_deref(), truth)?;
             RowShape::Ball(ball(base_m, radius_m + tool_m, truth)?)
         }
+        RegionShape::Separation { swept: true, distance_m } => {
+            RowShape::Voxels(near::near(&swept_by(Role::Robot), *distance_m, grid)?)
+        }
+        RegionShape::Separation { swept: false, distance_m } => {
+            RowShape::Voxels(near::near(&truth.robot_volume, *distance_m, grid)?)
+        }
+        RegionShape::Swept { role } => RowShape::Voxels(BitGrid::clone(&swept_by(*role))),
         RegionShape::Mesh(mesh) => {
             let rows = MeshRows::new(mesh, grid.voxel_size_m, grid.origin);
             RowShape::Mesh(rows.map_err(|what| what.at("mesh"))?)

@@ -3,7 +3,7 @@
 //! what moves in them.
 
 use std::collections::{HashMap, VecDeque};
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 
 use rayon::prelude::*;
 
@@ -30,6 +30,8 @@ pub struct Snapshots {
     /// How many truths are kept: those that were asked for last.
     most_kept: usize,
     kept: Mutex<VecDeque<(usize, Arc<Truth>)>>,
+    /// What robots and people fill at some moment, once it was asked for.
+    swept: [OnceLock<Arc<BitGrid>>; 2],
 }
 
 impl Snapshots {
@@ -49,7 +51,7 @@ impl Snapshots {
         let placed =
             |scene: &Scene| scene.objects.iter().map(|object| numbers[&Arc::as_ptr(object)]).collect();
         let placed = scenes.iter().map(placed).collect();
-        Ok(Snapshots { grid, bodies, placed, most_kept, kept: Mutex::default() })
+        Ok(Snapshots { grid, bodies, placed, most_kept, kept: Mutex::default(), swept: Default::default() })
     }
 
     /// How many there are.
@@ -72,6 +74,19 @@ impl Snapshots {
         }
         kept.push_back((snapshot, truth.clone()));
         truth
+    }
+
+    /// All that the objects of a role fill at some moment, robots with the inside of their bodies.
+    pub(crate) fn swept(&self, role: Role) -> Arc<BitGrid> {
+        let fill = || {
+            let mut all = BitGrid::new(self.grid.window());
+            for body in self.bodies.iter().filter(|body| body.voxels.role == role) {
+                all.add(&body.voxels.voxels);
+                all.add(&body.inside);
+            }
+            Arc::new(all.trimmed())
+        };
+        self.swept[usize::from(role == Role::Human)].get_or_init(fill).clone()
     }
 
     /// The truth of one of them if there were no objects of a role.

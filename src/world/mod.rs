@@ -22,6 +22,7 @@ use crate::pose::Pose;
 use crate::scene::{Role, Scene, build::build_or_all};
 use crate::sensor::{self, Sensor, Setting, Station};
 use crate::study::Study;
+use crate::voxel::region::SweptBy;
 use crate::voxel::{
     BitGrid, GoOn, Grid, People, Region, RegionShape, Snapshots, Truth, Window, region, voxelize,
 };
@@ -183,8 +184,9 @@ impl World {
     ) -> Result<World, Vec<Error>> {
         let truth = snapshots.truth(snapshot);
         let named = study.regions.iter().zip(shapes);
+        let swept_by: SweptBy = &|role| snapshots.swept(role);
         let regions: Vec<Region> =
-            all_or_wrong(named.map(|((name, _), shape)| region::region(name, shape, &truth)))?;
+            all_or_wrong(named.map(|((name, _), shape)| region::region(name, shape, &truth, swept_by)))?;
         let reachable = reachable(study, &truth, &settings).map_err(|(sensor, candidate, e)| {
             let (sensor, candidate) = (&study.sensors[sensor], &study.sensors[sensor].candidates[candidate]);
             let pose = Site::Subject(candidate.name.clone());

@@ -38,7 +38,7 @@ fn shape(spec: &RegionSpec, before: &[RegionShape], sources: &Sources) -> Result
         }
     };
     Ok(match spec {
-        RegionSpec::RegionShape(shape) => shape.clone(),
+        RegionSpec::RegionShape(shape) | RegionSpec::Separation { shape, .. } => shape.clone(),
         RegionSpec::Mesh { file, position_m, rotation } => {
             let mesh = file.load(sources).map_err(|e| e.at(Site::Key("mesh".into())))?;
             RegionShape::Mesh(Arc::new(mesh.transformed(*rotation, *position_m)))

@@ -37,7 +37,7 @@ fn walled() -> Truth {
 fn baselines_are_what_trivial_answers_score() {
     let truth = walled();
     let whole = RegionShape::Box { min_m: DVec3::ZERO, max_m: DVec3::splat(10.0) };
-    let region = region::region("all", &whole, &truth).unwrap();
+    let region = region::region("all", &whole, &truth, &|_| unreachable!()).unwrap();
     let reachable = voxelize::reachable(&truth, [([1 << 16; 3], 0)]);
     // Free and joined to (1, 1, 1): 500 less the human; and beside those, that human and the wall.
     assert_eq!(reachable.count(), 600);

@@ -150,6 +150,7 @@ fn cut_warning(study: &Study, worlds: &[World], region: usize) -> Option<String>
     let sides = sides(worlds[at].regions[region].cut_at);
     let smaller = match spec {
         RegionSpec::RegionShape(RegionShape::HumanBox { .. }) => "take a smaller margin_m",
+        RegionSpec::Separation { .. } => "take what is said of it as a bound",
         _ => "make the region smaller there",
     };
     let bounds = if study.bounds_m.is_some() { "widen bounds_m of [grid]" } else { "set bounds_m of [grid]" };

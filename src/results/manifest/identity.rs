@@ -135,12 +135,13 @@ impl Identity {
 }
 
 /// What a study says, with the keys of the devices that it names: other values of a device are another study.
-/// What it says of choosing and judging sets, and of approaches, changes no count, and is left out.
+/// What it says of choosing and judging sets, and of approaches, changes no count, and is left out; and what it says
+/// of stopping, which decides regions: their voxels are compared.
 fn says(text: &str) -> Value {
     let mut says = toml::from_str(text)
         .map_or_else(|_| text.into(), |study| serde_json::json!(catalogue::written_out(study)));
     if let Some(keys) = says.as_object_mut() {
-        for asked in ["choose", "require", "mounting_error", "approach"] {
+        for asked in ["choose", "require", "mounting_error", "approach", "stopping"] {
             keys.remove(asked);
         }
         let sensors = keys.get_mut("sensor").and_then(Value::as_array_mut).into_iter().flatten();
@@ -192,7 +193,7 @@ mod tests {
         assert_eq!(
             says(sensor),
             says(&format!(
-                "{sensor}cost = 3.5\nat_most = 2\n[choose]\nat_most = 1\n[[require]]\nname = \"b\"\n[mounting_error]\ndraws = 2\n[approach]\nfloor_m = 1"
+                "{sensor}cost = 3.5\nat_most = 2\n[choose]\nat_most = 1\n[[require]]\nname = \"b\"\n[mounting_error]\ndraws = 2\n[approach]\nfloor_m = 1\n[stopping]\nformula = \"iso13855\""
             ))
         );
     }

@@ -3,6 +3,7 @@
 use std::ops::Range;
 
 use super::mesh::{MeshRows, VoxelRun};
+use crate::voxel::BitGrid;
 use crate::voxel::solid::{Ball, at_least_zero, both, centre_q16};
 
 /// A shape that can be asked for its rows.
@@ -15,6 +16,8 @@ pub(super) enum RowShape {
     Box([Range<i64>; 3]),
     /// The inside of a mesh.
     Mesh(MeshRows),
+    /// Voxels as they are; some may lie outside the grid.
+    Voxels(BitGrid),
     /// What is in any of several.
     Union(Vec<RowShape>),
     /// What is in the first of several and in none of the others.
@@ -28,6 +31,10 @@ impl RowShape {
             RowShape::Ball(ball) | RowShape::HalfBall { ball, .. } => ball.rows(),
             RowShape::Box([_, y, z]) => [y.clone(), z.clone()],
             RowShape::Mesh(mesh) => mesh.span(),
+            RowShape::Voxels(voxels) => {
+                let (min, end) = (voxels.window().min, voxels.window().end());
+                [1, 2].map(|r| i64::from(min[r])..i64::from(end[r]))
+            }
             RowShape::Union(parts) => {
                 let spans =
                     parts.iter().map(RowShape::span).filter(|span| span.iter().all(|r| !r.is_empty()));
@@ -54,6 +61,12 @@ impl RowShape {
             }
             RowShape::Box([x, _, _]) => one(x.clone()),
             RowShape::Mesh(mesh) => mesh.runs(y, z),
+            RowShape::Voxels(voxels) => {
+                // Both lie in the window.
+                let first = i64::from(voxels.window().min[0]);
+                let each = (first..).zip(bits(voxels.row(y as i32, z as i32)));
+                joined(each.filter(|(_, is_set)| *is_set).map(|(x, _)| x..x + 1).collect())
+            }
             RowShape::Union(parts) => joined(parts.iter().flat_map(|part| part.runs(y, z)).collect()),
             RowShape::Difference(parts) => {
                 let mut runs = parts.iter().map(|part| part.runs(y, z));
@@ -62,6 +75,11 @@ impl RowShape {
             }
         }
     }
+}
+
+/// The bits of a row of words.
+fn bits(words: &[u32]) -> impl Iterator<Item = bool> + '_ {
+    words.iter().flat_map(|word| (0..32).map(move |bit| word >> bit & 1 == 1))
 }
 
 fn hull(a: Range<i64>, b: Range<i64>) -> Range<i64> {

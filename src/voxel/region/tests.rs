@@ -19,6 +19,13 @@ fn empty_voxel() -> Truth {
     }
 }
 
+/// A region of a scene that stands still.
+fn region(name: &str, shape: &RegionShape, truth: &Truth) -> Result<Region> {
+    super::region(name, shape, truth, &|role| {
+        Arc::new(if role == Role::Robot { truth.robot_volume.clone() } else { truth.human.clone() })
+    })
+}
+
 #[test]
 fn the_papers_regions_have_the_papers_sizes() {
     let truth = empty_voxel();
@@ -206,4 +213,67 @@ fn a_robots_reach_is_a_sphere_around_its_base() {
     truth.objects.push(object("second", Role::Robot, arm));
     assert!(error(&truth, None).contains("[\"arm\", \"second\"] all have a reach"));
     assert_eq!(voxels(&reach(Some("arm")), &truth), expected);
+}
+
+/// Voxels here and there, some at the edges of the grid.
+fn dots(truth: &Truth, more: [i32; 3]) -> BitGrid {
+    let mut dots = BitGrid::new(truth.grid.window());
+    [[0, 40, 10], [3, 44, 12], [60, 0, 60], [61, 3, 57], more].into_iter().for_each(|voxel| dots.set(voxel));
+    dots.trimmed()
+}
+
+#[test]
+fn near_the_robot_is_what_a_plain_search_finds_inside_the_grid_and_outside() {
+    let mut truth = empty_voxel();
+    truth.robot_volume = dots(&truth, [20, 20, 20]);
+    let robot: Vec<_> = truth.robot_volume.voxels().collect();
+    let squared = |a: [i32; 3], b: [i32; 3]| (0..3).map(|r| (a[r] - b[r]).pow(2)).sum::<i32>();
+    // 3.4 voxels squared are 11.56: up to 12. Exactly three voxels: up to 9. No distance: the robot itself.
+    for (distance_m, most) in [(0.17, 12), (0.15, 9), (0.0, 0)] {
+        let shape = RegionShape::Separation { swept: false, distance_m };
+        let found = region("near", &shape, &truth).unwrap();
+        let near = |voxel: &[i32; 3]| robot.iter().any(|&other| squared(*voxel, other) <= most);
+        let all: Vec<_> = BitGrid::full(truth.grid.window().grown(5)).voxels().filter(near).collect();
+        let inside: Vec<_> =
+            all.iter().copied().filter(|&voxel| truth.grid.window().contains(voxel)).collect();
+        assert_eq!(found.voxels.voxels().collect::<Vec<_>>(), inside, "{distance_m} m");
+        assert_eq!(found.cut_share, (all.len() - inside.len()) as f64 / all.len() as f64, "{distance_m} m");
+        let cut = most > 0;
+        assert_eq!(found.cut_at, [[cut, false], [cut, false], [false, cut]], "{distance_m} m");
+    }
+}
+
+#[test]
+fn what_moves_is_in_regions_as_it_was_swept() {
+    let mut truth = empty_voxel();
+    truth.robot_volume = dots(&truth, [20, 20, 20]);
+    let (robot, people) = (dots(&truth, [40, 40, 30]), dots(&truth, [50, 50, 5]));
+    let of = |shape: &RegionShape| {
+        let swept_by: SweptBy =
+            &|role| Arc::new(if role == Role::Robot { robot.clone() } else { people.clone() });
+        super::region("moved", shape, &truth, swept_by).map(|found| found.voxels.trimmed())
+    };
+    assert_eq!(of(&RegionShape::Swept { role: Role::Robot }).unwrap(), robot);
+    assert_eq!(of(&RegionShape::Swept { role: Role::Human }).unwrap(), people);
+    let near = |swept| of(&RegionShape::Separation { swept, distance_m: 0.05 }).unwrap();
+    let window = truth.grid.window();
+    let has = |swept: bool, voxel| near(swept).over(window).get(voxel);
+    assert!(has(true, [41, 40, 30]) && !has(true, [21, 20, 20]));
+    assert!(has(false, [21, 20, 20]) && !has(false, [41, 40, 30]));
+}
+
+#[test]
+fn distances_without_a_robot_or_that_no_memory_holds_are_refused() {
+    let mut truth = empty_voxel();
+    let near = |truth: &Truth, distance_m| {
+        let shape = RegionShape::Separation { swept: false, distance_m };
+        region("near", &shape, truth).unwrap_err().to_string()
+    };
+    assert!(near(&truth, 1.0).contains("region \"near\": no object of the scene is a robot in the grid"));
+    let nobody = region("all", &RegionShape::Swept { role: Role::Human }, &truth).unwrap_err().to_string();
+    assert!(nobody.contains("region \"all\": no object of the scene with role = \"human\" is in the grid"));
+    truth.robot_volume = dots(&truth, [20, 20, 20]);
+    for distance_m in [40.0, 1e3, 1e9] {
+        assert!(near(&truth, distance_m).contains("take larger voxels, or check the times of [stopping]"));
+    }
 }

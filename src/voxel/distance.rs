@@ -7,10 +7,20 @@
 
 use rayon::prelude::*;
 
-use crate::voxel::{BitGrid, Window};
+use super::{BitGrid, Window};
 
 /// No voxel of the set is known yet. Squares of distances on a grid stay below 3 · 1023².
 const FAR: u32 = u32::MAX;
+
+/// A distance in metres as the least whole squared distance between centres of voxels that is not below it. Lengths
+/// become whole nanometres first, the distance rounded up and the voxel down, so that all that rounds makes it
+/// larger; a thousandth of one is passed over, which is what is left of sums of decimal fractions.
+pub fn squared_voxels(metres: f64, voxel_size_m: f64) -> u32 {
+    let nanometres = (metres * 1e9 - 1e-3).ceil().max(0.0) as u128;
+    let voxel = ((voxel_size_m * 1e9 + 1e-3).floor() as u128).max(1);
+    // Saturates below what is not known: no grid is as large.
+    u32::try_from((nanometres * nanometres).div_ceil(voxel * voxel)).unwrap_or(FAR).min(FAR - 1)
+}
 
 /// Squared distances over a window.
 #[derive(Clone, Debug)]
@@ -66,6 +76,31 @@ impl Distances {
     pub fn squared(&self, voxel: [i32; 3]) -> u32 {
         let [x, y, z]: [usize; 3] = std::array::from_fn(|r| (voxel[r] - self.window.min[r]) as usize);
         self.squared[(y * self.window.size[2] as usize + z) * self.window.size[0] as usize + x]
+    }
+
+    /// The voxels that are no farther than this.
+    pub fn within(&self, squared: u32) -> BitGrid {
+        let mut found = BitGrid::new(self.window);
+        let [width, _, height] = self.window.size.map(|n| n as usize);
+        for (number, line) in self.squared.chunks(width.max(1)).enumerate() {
+            let (y, z) = (
+                self.window.min[1] + (number / height) as i32,
+                self.window.min[2] + (number % height) as i32,
+            );
+            let near = line.iter().zip(self.window.min[0]..).filter(|(own, _)| **own <= squared);
+            near.for_each(|(_, x)| found.set([x, y, z]));
+        }
+        found
+    }
+
+    /// The farthest that a voxel of the window is away.
+    pub fn farthest(&self) -> u32 {
+        self.squared.iter().copied().max().unwrap_or(0)
+    }
+
+    /// The least distance of any voxel of another set, if one is in the window.
+    pub fn least(&self, others: &BitGrid) -> Option<u32> {
+        others.voxels().filter(|&voxel| self.window.contains(voxel)).map(|voxel| self.squared(voxel)).min()
     }
 }
 
@@ -131,6 +166,23 @@ mod tests {
     use crate::march::pcg;
 
     #[test]
+    fn metres_are_rounded_up_once() {
+        for (metres, voxel_size_m, expected) in [
+            (0.0, 0.05, 0),
+            (1.5, 0.05, 900),
+            // 0.1 + 0.2 = 0.30000000000000004 in f64.
+            (0.1 + 0.2, 0.1, 9),
+            (1.5 + 1e-6, 0.05, 901),
+            (1.5 - 1e-6, 0.05, 900),
+            // 0.7 / 0.3 squared is 5.44.
+            (0.7, 0.3, 6),
+            (1e9, 1e-4, u32::MAX - 1),
+        ] {
+            assert_eq!(squared_voxels(metres, voxel_size_m), expected, "{metres} m at {voxel_size_m} m");
+        }
+    }
+
+    #[test]
     fn distances_are_those_of_a_plain_search() {
         for (seed, size) in
             [[1, 1, 1], [9, 1, 1], [1, 7, 5], [33, 4, 6], [12, 13, 14]].into_iter().enumerate()
@@ -153,6 +205,16 @@ mod tests {
                         set.voxels().map(to).min(),
                         "{voxel:?} of {size:?}"
                     );
+                }
+                let all =
+                    || BitGrid::full(window).voxels().map(|voxel| found.squared(voxel)).collect::<Vec<_>>();
+                assert_eq!(Some(found.farthest()), all().into_iter().max());
+                for most in [0, 1, 9, 1000] {
+                    let near = found.within(most);
+                    assert_eq!(near.count(), all().iter().filter(|&&own| own <= most).count() as u64);
+                    assert!(near.voxels().all(|voxel| found.squared(voxel) <= most), "{most} of {size:?}");
+                    let beyond = window.grown(2);
+                    assert_eq!(found.least(&BitGrid::full(beyond)), Some(0));
                 }
             }
         }

@@ -1,0 +1,490 @@
+//! `[stopping]` of a study, checked: how far people must be from the robot at each of its speeds.
+//!
+//! # Theory
+//! Somebody walks towards the robot from the moment at which a sensor could notice them, until the robot stands.
+//! `iso13855` is the distance of a machine that stays where it is, as public pages tell of ISO 13855: S = K·T + C in
+//! the edition of 2010, S = K·T + D_DS + Z in that of 2024, with the speed of people K and the time T until the
+//! machine stands. `speed_and_separation` adds that the robot itself comes nearer, as public pages tell of
+//! ISO/TS 15066 (Marvel and Norcross, 2017): S = human + robot + stopping + C + Z_d + Z_r.
+//!
+//! # Practice
+//! What depends on devices and on the robot has no default. The defaults are what public pages tell of the
+//! standards, not the standards: whoever uses them has to check them, and every report says so.
+
+use schemars::JsonSchema;
+use serde::Deserialize;
+
+use super::Place;
+use super::poses::numbers;
+use super::value::Axis;
+use crate::Result;
+use crate::error::Issue;
+
+/// The walking speed of people.
+const HUMAN_SPEED_M_S: f64 = 1.6;
+/// How far an arm reaches in before anything of its owner is noticed.
+const INTRUSION_M: f64 = 0.85;
+
+/// An example for whoever has none of it.
+pub(super) const EXAMPLE: &str = "[stopping] formula = \"speed_and_separation\", robot_speeds_m_s = [0.25, 0.5], \
+     sensor_reaction_s = 0.1, control_reaction_s = 0.05, robot_deceleration_m_s2 = 2.0, person_uncertainty_m = 0.1, \
+     robot_uncertainty_m = 0.01";
+
+/// How far people must be from the robot at each of its speeds.
+#[derive(Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(super) struct StoppingFile {
+    /// Which formula says how far.
+    formula: FormulaName,
+    /// The edition of ISO 13855 whose formula it is, 2010 or 2024; for "iso13855".
+    edition: Option<i64>,
+    /// Speeds of the robot in metres a second, each above the one before.
+    robot_speeds_m_s: Axis,
+    /// How long the sensors take to tell, in seconds.
+    sensor_reaction_s: f64,
+    /// How long the controller takes from there to the command that stops the robot, in seconds.
+    control_reaction_s: f64,
+    /// How long the robot takes from there until it stands, in seconds: a number, or one for each speed. It is taken
+    /// to keep its speed until then.
+    robot_stopping_s: Option<Axis>,
+    /// How the robot brakes, in metres a second squared, instead of robot_stopping_s.
+    robot_deceleration_m_s2: Option<f64>,
+    /// How fast people come, in metres a second. Default 1.6, to be checked.
+    human_speed_m_s: Option<f64>,
+    /// C: how far somebody reaches in before anything notices it, in metres; for "speed_and_separation" and the
+    /// edition of 2010. Default 0.85, to be checked.
+    intrusion_m: Option<f64>,
+    /// D_DS: the distance that belongs to the protective device, in metres; for the edition of 2024.
+    device_distance_m: Option<f64>,
+    /// Z: what is added besides, in metres; for the edition of 2024.
+    supplement_m: Option<f64>,
+    /// Z_d: how far a person may be from where the sensors measure them, in metres; for "speed_and_separation".
+    person_uncertainty_m: Option<f64>,
+    /// Z_r: how far the robot may be from where its controller takes it to be, in metres; for "speed_and_separation".
+    robot_uncertainty_m: Option<f64>,
+}
+
+/// A formula as in a study.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+enum FormulaName {
+    Iso13855,
+    SpeedAndSeparation,
+}
+
+/// Which formula says how far people must be.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Formula {
+    /// S = K·T + C.
+    Iso13855In2010,
+    /// S = K·T + D_DS + Z.
+    Iso13855In2024,
+    /// S = human + robot + stopping + C + Z_d + Z_r.
+    SpeedAndSeparation,
+}
+
+/// How far people must be from the robot at each of its speeds.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Stopping {
+    /// Which formula says so.
+    pub formula: Formula,
+    /// Each speed, the slowest first; at least one.
+    pub speeds: Vec<AtSpeed>,
+    terms: Terms,
+    /// Defaults that nobody wrote: what they are, and where they come from.
+    defaults: Vec<String>,
+}
+
+/// What a speed asks for.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct AtSpeed {
+    /// The speed of the robot.
+    pub speed_m_s: f64,
+    /// How far people must be.
+    pub needed_m: f64,
+}
+
+/// What the formulas are made of, in metres and seconds.
+#[derive(Clone, Debug, PartialEq)]
+struct Terms {
+    human_speed_m_s: f64,
+    reaction_s: f64,
+    brakes: Brakes,
+    /// What is added whatever the speed is, with its key.
+    added: Vec<(&'static str, f64)>,
+}
+
+/// How the robot comes to stand.
+#[derive(Clone, Debug, PartialEq)]
+enum Brakes {
+    /// After a time for each speed, at full speed until then.
+    After(Vec<f64>),
+    /// Evenly.
+    At(f64),
+}
+
+impl Formula {
+    /// In words.
+    pub fn words(self) -> &'static str {
+        match self {
+            Formula::Iso13855In2010 => "S = K·T + C, as is told of ISO 13855:2010",
+            Formula::Iso13855In2024 => "S = K·T + D_DS + Z, as is told of ISO 13855:2024",
+            Formula::SpeedAndSeparation => {
+                "S = human + robot + stopping + C + Z_d + Z_r, as is told of ISO/TS 15066:2016"
+            }
+        }
+    }
+
+    /// The keys that it has besides those of all.
+    fn keys(self) -> &'static [&'static str] {
+        match self {
+            Formula::Iso13855In2010 => &["intrusion_m"],
+            Formula::Iso13855In2024 => &["device_distance_m", "supplement_m"],
+            Formula::SpeedAndSeparation => &["intrusion_m", "person_uncertainty_m", "robot_uncertainty_m"],
+        }
+    }
+
+    /// As a study names it.
+    fn name(self) -> &'static str {
+        match self {
+            Formula::Iso13855In2010 => "formula = \"iso13855\" of 2010",
+            Formula::Iso13855In2024 => "formula = \"iso13855\" of 2024",
+            Formula::SpeedAndSeparation => "formula = \"speed_and_separation\"",
+        }
+    }
+}
+
+impl Stopping {
+    /// The highest speed that is listed.
+    pub fn fastest(&self) -> &AtSpeed {
+        // There is at least one.
+        &self.speeds[self.speeds.len() - 1]
+    }
+
+    /// What was assumed, sentence by sentence, for whoever reads a report.
+    pub fn assumptions(&self) -> Vec<String> {
+        let Terms { human_speed_m_s, reaction_s, brakes, added } = &self.terms;
+        let mut said = vec![format!(
+            "How far people must be from the robot is {}; the program knows no standard, so check the formula and \
+             its values against yours.",
+            self.formula.words()
+        )];
+        let each = self.speeds.iter().map(|at| format!("{:.3} m at {} m/s", at.needed_m, at.speed_m_s));
+        said.push(format!("That is {}.", each.collect::<Vec<_>>().join(", ")));
+        let brakes = match brakes {
+            Brakes::After(times) => {
+                let times: Vec<String> = times.iter().map(f64::to_string).collect();
+                format!("it stands {} s after the command, and keeps its speed until then", times.join(", "))
+            }
+            Brakes::At(deceleration) => format!("it brakes evenly with {deceleration} m/s²"),
+        };
+        let moves = match self.formula {
+            Formula::SpeedAndSeparation => "it may come nearer until it stands",
+            _ => "how far it moves itself until it stands is not in the formula",
+        };
+        said.push(format!(
+            "The robot is commanded to stop {reaction_s:.3} s after a sensor could notice somebody; {brakes}; {moves}."
+        ));
+        let added: Vec<String> = added.iter().map(|(key, metres)| format!("{key} = {metres}")).collect();
+        said.push(format!("People come with {human_speed_m_s} m/s; added are {}.", added.join(", ")));
+        said.extend(self.defaults.iter().map(|default| format!("To be checked: {default}.")));
+        said.push(
+            "Distances are between centres of voxels: surfaces may be nearer by up to the diagonal of a voxel."
+                .into(),
+        );
+        said
+    }
+}
+
+/// Checks the table.
+pub(super) fn check(at: &Place, file: StoppingFile) -> Result<Stopping> {
+    let at = &at.key("stopping");
+    let formula = formula(at, &file)?;
+    refuse_others(at, &file, formula)?;
+    let mut defaults = Vec::new();
+    let time = |key: &str, value: f64| at.number(key, value, 0.0..=60.0, "a time in seconds from 0 to 60");
+    let reaction_s = time("sensor_reaction_s", file.sensor_reaction_s)?
+        + time("control_reaction_s", file.control_reaction_s)?;
+    let speeds = numbers(at, "robot_speeds_m_s", &file.robot_speeds_m_s)?;
+    for &speed in &speeds {
+        at.number("robot_speeds_m_s", speed, f64::MIN_POSITIVE..=20.0, "speeds in m/s above 0 and up to 20")?;
+    }
+    if !speeds.is_sorted_by(|slower, faster| slower < faster) {
+        return Err(at.wrong("robot_speeds_m_s", format!("{speeds:?}"), "each must be above the one before"));
+    }
+    let brakes = brakes(at, &file, speeds.len())?;
+    let human = file.human_speed_m_s.unwrap_or_else(|| {
+        let from = "what public pages tell of ISO 13855 as the speed of somebody who walks";
+        defaults.push(format!("human_speed_m_s = {HUMAN_SPEED_M_S} is a default, {from}"));
+        HUMAN_SPEED_M_S
+    });
+    let human_speed_m_s =
+        at.number("human_speed_m_s", human, f64::MIN_POSITIVE..=10.0, "a speed in m/s above 0 and up to 10")?;
+    let mut added = Vec::new();
+    for &key in formula.keys() {
+        let metres = match (file.added(key), key) {
+            (Some(metres), _) => metres,
+            (None, "intrusion_m") => {
+                let from =
+                    "what public pages tell of ISO 13855:2010 for devices that an arm passes unnoticed";
+                defaults.push(format!("intrusion_m = {INTRUSION_M} is a default, {from}"));
+                INTRUSION_M
+            }
+            (None, _) => {
+                let cure = format!("{} needs it, also where it is 0, as in {key} = 0.1", formula.name());
+                return Err(at.around(Issue::missing(key)).wanted(cure));
+            }
+        };
+        added.push((key, at.number(key, metres, 0.0..=100.0, "a length in metres from 0 to 100")?));
+    }
+    let terms = Terms { human_speed_m_s, reaction_s, brakes, added };
+    let at_speed =
+        |(number, speed_m_s)| AtSpeed { speed_m_s, needed_m: terms.needed_m(formula, number, speed_m_s) };
+    let speeds = speeds.into_iter().enumerate().map(at_speed).collect();
+    Ok(Stopping { formula, speeds, terms, defaults })
+}
+
+impl Terms {
+    /// How far people must be at a speed, which has this number.
+    fn needed_m(&self, formula: Formula, number: usize, speed_m_s: f64) -> f64 {
+        let (stopping_s, stopping_m) = match &self.brakes {
+            Brakes::After(times) => {
+                let time = times[if times.len() == 1 { 0 } else { number }];
+                (time, speed_m_s * time)
+            }
+            Brakes::At(deceleration) => {
+                (speed_m_s / deceleration, speed_m_s * speed_m_s / (2.0 * deceleration))
+            }
+        };
+        let human_m = self.human_speed_m_s * (self.reaction_s + stopping_s);
+        let robot_m = match formula {
+            Formula::SpeedAndSeparation => speed_m_s * self.reaction_s + stopping_m,
+            _ => 0.0,
+        };
+        human_m + robot_m + self.added.iter().map(|(_, metres)| metres).sum::<f64>()
+    }
+}
+
+impl StoppingFile {
+    /// The value of a key that only some formulas have.
+    fn added(&self, key: &str) -> Option<f64> {
+        let known = [
+            ("intrusion_m", self.intrusion_m),
+            ("device_distance_m", self.device_distance_m),
+            ("supplement_m", self.supplement_m),
+            ("person_uncertainty_m", self.person_uncertainty_m),
+            ("robot_uncertainty_m", self.robot_uncertainty_m),
+        ];
+        known.into_iter().find(|(name, _)| *name == key).and_then(|(_, value)| value)
+    }
+}
+
+fn formula(at: &Place, file: &StoppingFile) -> Result<Formula> {
+    match (file.formula, file.edition) {
+        (FormulaName::Iso13855, Some(2010)) => Ok(Formula::Iso13855In2010),
+        (FormulaName::Iso13855, Some(2024)) => Ok(Formula::Iso13855In2024),
+        (FormulaName::Iso13855, Some(other)) => Err(at.wrong("edition", other, "must be 2010 or 2024")),
+        (FormulaName::Iso13855, None) => Err(at
+            .around(Issue::missing("edition"))
+            .wanted("say which edition of ISO 13855 is meant: edition = 2010, or 2024")),
+        (FormulaName::SpeedAndSeparation, None) => Ok(Formula::SpeedAndSeparation),
+        (FormulaName::SpeedAndSeparation, Some(edition)) => {
+            Err(at.wrong("edition", edition, "belongs to formula = \"iso13855\": leave it out"))
+        }
+    }
+}
+
+/// Refuses keys that the formula does not have, which would change nothing.
+fn refuse_others(at: &Place, file: &StoppingFile, formula: Formula) -> Result<()> {
+    let all = [Formula::Iso13855In2010, Formula::Iso13855In2024, Formula::SpeedAndSeparation];
+    for key in all.iter().flat_map(|other| other.keys()).filter(|key| !formula.keys().contains(key)) {
+        if let Some(value) = file.added(key) {
+            let rule = format!("{} has no such term: it has {}", formula.name(), formula.keys().join(", "));
+            return Err(at.wrong(key, value, &rule));
+        }
+    }
+    Ok(())
+}
+
+fn brakes(at: &Place, file: &StoppingFile, speeds: usize) -> Result<Brakes> {
+    let one = "give how long the robot takes to stand, or how it brakes";
+    match (&file.robot_stopping_s, file.robot_deceleration_m_s2) {
+        (Some(_), Some(_)) => Err(at
+            .says("both robot_stopping_s and robot_deceleration_m_s2")
+            .wanted(format!("{one}, not both"))),
+        (None, None) => Err(at.says("neither robot_stopping_s nor robot_deceleration_m_s2").wanted(one)),
+        (None, Some(deceleration)) => {
+            let rule = "a deceleration in m/s² above 0 and up to 1000";
+            at.number("robot_deceleration_m_s2", deceleration, 1e-3..=1e3, rule).map(Brakes::At)
+        }
+        (Some(times), None) => {
+            let times = numbers(at, "robot_stopping_s", times)?;
+            for &time in &times {
+                at.number("robot_stopping_s", time, 0.0..=60.0, "times in seconds from 0 to 60")?;
+            }
+            if !times.is_sorted() {
+                return Err(at.wrong(
+                    "robot_stopping_s",
+                    format!("{times:?}"),
+                    "none may be below the one before",
+                ));
+            }
+            if times.len() != 1 && times.len() != speeds {
+                let rule = format!("must be one number, or one for each of the {speeds} speeds");
+                return Err(at.wrong("robot_stopping_s", format!("{times:?}"), &rule));
+            }
+            Ok(Brakes::After(times))
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::path::Path;
+
+    use super::*;
+
+    fn checked(text: &str) -> Result<Stopping, String> {
+        let at = Place { file: Path::new("study.toml"), prefix: String::new() };
+        check(&at, toml::from_str(text).unwrap()).map_err(|e| e.to_string())
+    }
+
+    fn needed_m(text: &str) -> Vec<f64> {
+        checked(text).unwrap().speeds.iter().map(|at| at.needed_m).collect()
+    }
+
+    #[track_caller]
+    fn same(found: Vec<f64>, expected: &[f64]) {
+        let near = |(a, b): (&f64, &f64)| (a - b).abs() < 1e-12;
+        assert!(
+            found.len() == expected.len() && found.iter().zip(expected).all(near),
+            "{found:?}, {expected:?}"
+        );
+    }
+
+    const TIMES: &str = "sensor_reaction_s = 0.1\ncontrol_reaction_s = 0.05\n";
+
+    /// Worked by hand.
+    #[test]
+    fn distances_are_those_of_the_formulas() {
+        let speeds = "robot_speeds_m_s = [0.5, 1]\n";
+        // 1.6 · (0.15 + 0.3) = 0.72, and 0.85; then 2 · 0.45 = 0.9, and 0.2.
+        let iso = format!("formula = \"iso13855\"\nedition = 2010\n{speeds}{TIMES}robot_stopping_s = 0.3\n");
+        same(needed_m(&iso), &[1.57, 1.57]);
+        same(needed_m(&format!("{iso}human_speed_m_s = 2\nintrusion_m = 0.2")), &[1.1, 1.1]);
+        // v / a = 0.25 and 0.5 s: 1.6 · 0.4 = 0.64, 1.6 · 0.65 = 1.04.
+        let braking = iso.replace("robot_stopping_s = 0.3", "robot_deceleration_m_s2 = 2");
+        same(needed_m(&braking), &[1.49, 1.89]);
+        // 0.72 + 0.3 + 0.12.
+        let edition = iso.replace("2010", "2024") + "device_distance_m = 0.3\nsupplement_m = 0.12";
+        same(needed_m(&edition), &[1.14, 1.14]);
+        // Human 1.6 · 0.4 = 0.64, robot 0.5 · 0.15 = 0.075, stopping 0.25 / 4 = 0.0625, and 0.85 + 0.1 + 0.01;
+        // then 1.04, 0.15, 0.25, and the same.
+        let both = format!(
+            "formula = \"speed_and_separation\"\n{speeds}{TIMES}robot_deceleration_m_s2 = 2\n\
+             person_uncertainty_m = 0.1\nrobot_uncertainty_m = 0.01\n"
+        );
+        same(needed_m(&both), &[1.7375, 2.4]);
+        // A time for each speed: human 1.6 · 0.35 = 0.56 and 1.6 · 0.55 = 0.88; the robot at its speed all the time:
+        // 0.5 · 0.35 = 0.175 and 0.55.
+        let times = both.replace("robot_deceleration_m_s2 = 2", "robot_stopping_s = [0.2, 0.4]");
+        same(needed_m(&times), &[1.695, 2.39]);
+    }
+
+    #[test]
+    fn what_is_wrong_is_named() {
+        let good = format!(
+            "formula = \"speed_and_separation\"\nrobot_speeds_m_s = [0.5, 1.0]\n{TIMES}robot_deceleration_m_s2 = 2.0\n\
+             person_uncertainty_m = 0.1\nrobot_uncertainty_m = 0.01\n"
+        );
+        assert!(checked(&good).is_ok());
+        let iso = "formula = \"iso13855\"";
+        for (from, to, expected) in [
+            ("[0.5, 1.0]", "[0, 1.0]", "stopping.robot_speeds_m_s = 0: must be speeds in m/s above 0"),
+            ("[0.5, 1.0]", "[-0.5, 1.0]", "stopping.robot_speeds_m_s = -0.5: must be speeds"),
+            ("[0.5, 1.0]", "[1.0, 0.5]", "robot_speeds_m_s = [1.0, 0.5]: each must be above the one before"),
+            ("[0.5, 1.0]", "[]", "robot_speeds_m_s = []: must be at least one number"),
+            (
+                "sensor_reaction_s = 0.1",
+                "sensor_reaction_s = -0.1",
+                "sensor_reaction_s = -0.1: must be a time",
+            ),
+            (
+                "control_reaction_s = 0.05",
+                "control_reaction_s = nan",
+                "control_reaction_s = NaN: must be a time",
+            ),
+            (
+                "robot_deceleration_m_s2 = 2.0",
+                "",
+                "stopping: neither robot_stopping_s nor robot_deceleration_m_s2",
+            ),
+            (
+                "robot_deceleration_m_s2",
+                "robot_stopping_s = 0.3\nrobot_deceleration_m_s2",
+                "stopping: both robot_stopping_s and robot_deceleration_m_s2",
+            ),
+            (
+                "robot_deceleration_m_s2 = 2.0",
+                "robot_deceleration_m_s2 = 0",
+                "robot_deceleration_m_s2 = 0: must be",
+            ),
+            (
+                "robot_deceleration_m_s2 = 2.0",
+                "robot_stopping_s = [1, 2, 3]",
+                "[1.0, 2.0, 3.0]: must be one number, or one for each of the 2 speeds",
+            ),
+            (
+                "robot_deceleration_m_s2 = 2.0",
+                "robot_stopping_s = [0.3, 0.2]",
+                "none may be below the one before",
+            ),
+            (
+                "robot_deceleration_m_s2 = 2.0",
+                "robot_stopping_s = -1",
+                "robot_stopping_s = -1: must be times",
+            ),
+            ("person_uncertainty_m = 0.1\n", "", "person_uncertainty_m"),
+            ("formula = \"speed_and_separation\"", iso, "edition"),
+            (
+                "formula = \"speed_and_separation\"",
+                "formula = \"iso13855\"\nedition = 2016",
+                "stopping.edition = 2016: must be 2010 or 2024",
+            ),
+            (
+                "formula = \"speed_and_separation\"",
+                "formula = \"speed_and_separation\"\nedition = 2010",
+                "edition = 2010: belongs to formula = \"iso13855\"",
+            ),
+            (
+                "formula = \"speed_and_separation\"",
+                "formula = \"iso13855\"\nedition = 2010",
+                "person_uncertainty_m = 0.1: formula = \"iso13855\" of 2010 has no such term: it has intrusion_m",
+            ),
+            (
+                "person_uncertainty_m = 0.1",
+                "person_uncertainty_m = 0.1\nhuman_speed_m_s = 0",
+                "human_speed_m_s = 0",
+            ),
+        ] {
+            assert!(good.contains(from), "{from}");
+            let what = checked(&good.replacen(from, to, 1)).unwrap_err();
+            assert!(what.starts_with("study.toml: stopping") && what.contains(expected), "{to:?}: {what}");
+        }
+    }
+
+    #[test]
+    fn what_was_assumed_names_each_default_and_each_distance() {
+        let text = format!(
+            "formula = \"iso13855\"\nedition = 2010\nrobot_speeds_m_s = [0.5, 1]\n{TIMES}robot_stopping_s = 0.3\n"
+        );
+        let said = checked(&text).unwrap().assumptions().join("\n");
+        for part in ["1.570 m at 0.5 m/s, 1.570 m at 1 m/s", "ISO 13855:2010", "stop 0.150 s after"] {
+            assert!(said.contains(part), "{part}: {said}");
+        }
+        assert_eq!(said.matches("To be checked").count(), 2, "{said}");
+        let said =
+            checked(&format!("{text}human_speed_m_s = 1.6\nintrusion_m = 0.85")).unwrap().assumptions();
+        assert!(!said.join("\n").contains("To be checked"), "what is written is nobody's default");
+    }
+}
