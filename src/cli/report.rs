@@ -67,6 +67,7 @@ pub(super) fn run(args: &Args) -> Result<ExitCode> {
         manifest: &manifest,
         study: &study,
         worlds: &worlds,
+        folder,
         chosen: chosen.as_ref(),
         words: &words,
     };

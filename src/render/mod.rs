@@ -12,6 +12,8 @@ mod cut;
 mod eye;
 mod legend;
 mod overlay;
+pub mod plan;
+pub mod svg;
 
 use crate::backend::Backend;
 use crate::error::{Argument, Issue, Words};

@@ -151,12 +151,19 @@ pub fn render(view: &View, missed: &[Missed], regions: impl IntoIterator<Item = 
 }
 
 fn of_region(view: &View, region: &str, counts: &Confusion, tallies: Vec<CauseTally>) -> String {
-    let Explained { headline, rows, monitored, advice } = explain(view, counts, tallies);
+    let explained = explain(view, counts, tallies);
+    let [reason, object, numbers @ ..] = explained.columns();
+    let columns: Vec<String> = [reason, object]
+        .map(|name| format!("<{name}"))
+        .into_iter()
+        .chain(numbers.map(String::from))
+        .collect();
+    let Explained { headline, rows, monitored, advice } = explained;
     let mut text = format!("\n{region} region: {headline}\n");
     if rows.is_empty() {
         return text;
     }
-    let mut table = Table::new(&["<reason", "<object", "share", "voxels", "occupied", "a person's", "free"]);
+    let mut table = Table::new(&columns.iter().map(String::as_str).collect::<Vec<_>>());
     rows.into_iter().for_each(|row| table.row(row));
     text += &table.text();
     text += &format!("  {monitored}\n");
@@ -177,6 +184,13 @@ pub(super) struct Explained {
     pub(super) monitored: String,
     /// Causes, and what would help.
     pub(super) advice: Vec<(String, String)>,
+}
+
+impl Explained {
+    /// The columns of its rows.
+    pub(super) fn columns(&self) -> [&'static str; 7] {
+        ["reason", "object", "share", "voxels", "occupied", "a person's", "free"]
+    }
 }
 
 /// Explains the unknown voxels of a region by their tallies.

@@ -74,6 +74,11 @@ impl Lidar {
         dirs
     }
 
+    /// Its own frame, as fields are told in.
+    fn scanner(&self, pose: &Pose) -> Pose {
+        Pose::turned(pose.position_m, self.frame(pose), Frame::Link)
+    }
+
     /// Which field a representation is scored by; `None` for the points.
     fn field(&self, representation: usize) -> Option<&ProtectiveField> {
         if self.points && representation == 0 { None } else { self.field.as_ref() }
@@ -85,7 +90,7 @@ impl ProtectiveField {
     fn voxels(&self, lidar: &Lidar, at: &Station) -> BitGrid {
         let (pose, grid) = (at.pose(), &at.truth.grid);
         let own = grid.position_q16(pose.position_m)[2] >> 16;
-        let scanner = Pose::turned(pose.position_m, lidar.frame(&pose), Frame::Link);
+        let scanner = lidar.scanner(&pose);
         self.volume.layers(&scanner, grid, grid.window(), self.volume.layers_above(&scanner, grid, own))
     }
 }
@@ -109,6 +114,10 @@ impl Kind for Lidar {
 
     fn rays(&self, scale: &Scale) -> Option<Rays> {
         Some(self.range.rays(self.dirs_q15(), scale))
+    }
+
+    fn guarded_m(&self, pose: &Pose) -> Vec<DVec3> {
+        self.field.as_ref().map_or(Vec::new(), |field| field.volume.footprint_m(&self.scanner(pose)))
     }
 
     fn field_of_view(&self) -> FieldOfView {

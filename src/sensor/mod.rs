@@ -38,7 +38,7 @@ pub(crate) mod watch;
 use std::fmt::Debug;
 use std::sync::Arc;
 
-use glam::DMat3;
+use glam::{DMat3, DVec3};
 
 use self::prism::Prism;
 use self::range::Range;
@@ -228,6 +228,11 @@ pub trait Kind: Debug + Send + Sync {
 
     /// The volumes that it watches where they do not begin at a lens, for drawings.
     fn prisms(&self) -> Vec<&Prism> {
+        Vec::new()
+    }
+
+    /// The ground below the field that it guards with its rays, as corners in world metres; empty for none.
+    fn guarded_m(&self, _: &Pose) -> Vec<DVec3> {
         Vec::new()
     }
 

@@ -126,7 +126,7 @@ impl<'a> Places<'a> {
         };
         let object = &self.truth.objects[object];
         let side_m = self.room_m[way % 2][way / 2];
-        let is_side = self.is_room(object) && (at[way / 2] - side_m).abs() <= WALL_M;
+        let is_side = is_room(object, self.room_m) && (at[way / 2] - side_m).abs() <= WALL_M;
         let words = match (is_side, way) {
             (true, _) => SIDES[way].to_string(),
             (false, DOWN) => format!("on {}", object.name),
@@ -158,12 +158,12 @@ impl<'a> Places<'a> {
             })
         })
     }
+}
 
-    /// Whether an object is as large as the cell.
-    fn is_room(&self, object: &ObjectVoxels) -> bool {
-        let [own, all] = [object.bounds_m, self.room_m].map(|[low, high]| high - low);
-        own.cmpge(all * ROOM_SHARE).all()
-    }
+/// Whether an object is as large as the cell.
+pub(crate) fn is_room(object: &ObjectVoxels, room_m: [DVec3; 2]) -> bool {
+    let [own, all] = [object.bounds_m, room_m].map(|[low, high]| high - low);
+    own.cmpge(all * ROOM_SHARE).all()
 }
 
 /// The places of several sensors, each after the sensor's name; of a sensor alone without it.
@@ -211,7 +211,7 @@ fn fixtures(truth: &Truth) -> impl Iterator<Item = &ObjectVoxels> {
 
 /// The height that people stand at: the top of a slab below the middle of the room, else the room's lowest
 /// place.
-fn floor_m(truth: &Truth, room_m: [DVec3; 2]) -> f64 {
+pub(crate) fn floor_m(truth: &Truth, room_m: [DVec3; 2]) -> f64 {
     let [low, high] = room_m;
     let size = high - low;
     let is_wide = |own: DVec3| own.x >= ROOM_SHARE * size.x && own.y >= ROOM_SHARE * size.y;

@@ -9,7 +9,7 @@ import time
 
 from driver import Browser
 
-WIDTHS = {"laptop": (1280, 800), "phone": (390, 844)}
+WIDTHS = {"laptop": (1440, 900), "phone": (390, 844)}
 MOST_BYTES = 30_000_000
 TAB, ENTER, SPACE = "\ue004", "\ue007", " "
 
@@ -36,6 +36,9 @@ def look(browser, report, name, size, pictures):
     quiet(browser)
     all_plots_are_drawn(browser)
     nothing_sticks_out(browser, size[0])
+    the_answer_comes_first(browser, size)
+    nothing_is_cut_off(browser, size[0])
+    colours_follow_the_scheme(browser)
     if pictures:
         sections(browser, pictures, f"{report.parent.name}-{name}")
     every_score_is_plotted(browser)
@@ -87,6 +90,77 @@ def nothing_sticks_out(browser, width):
     """The page is no wider than the window; what is wide scrolls for itself."""
     found = browser.run("return document.documentElement.scrollWidth")
     assert found <= width, f"{found} px in {width} px"
+
+
+def the_answer_comes_first(browser, size):
+    """What is recommended, its numbers and the floor plan are on the first screen of a laptop, and on the first two of a phone."""
+    screens = 1 if size[0] > 600 else 2
+    for what in ("h1", "#answer .sensors", "#answer .tiles", "#answer .plan", "#answer .disclaimer"):
+        found = browser.run(
+            """scrollTo(0, 0);
+            const found = document.querySelector(arguments[0])?.getBoundingClientRect();
+            return found ? [found.top, found.bottom, found.width] : null""",
+            what,
+        )
+        assert found and found[0] >= 0 and found[1] <= screens * size[1] and found[2] > 50, (what, found)
+    sensors = browser.run("return [...document.querySelectorAll('#answer .sensors li')].map(item => item.textContent)")
+    letters = browser.run("return [...document.querySelectorAll('#answer .floor-plan .letter')].map(item => item.textContent)")
+    assert sensors and len(letters) == browser.run("return document.querySelectorAll('#answer .sensors .letter').length"), (sensors, letters)
+    tiles = browser.run("return [...document.querySelectorAll('#answer .tiles strong')].map(item => item.textContent)")
+    assert len(tiles) >= 4 and all(any(letter.isdigit() for letter in tile) for tile in tiles), tiles
+    drawn = browser.run(
+        """const plan = document.querySelector('#answer .floor-plan .plan'), { left, right, top, bottom } = plan.getBoundingClientRect();
+        return [...plan.querySelectorAll('path, circle, text')].map(part => [part.className.baseVal, part.getBoundingClientRect()])
+            .filter(([, box]) => box.left < left - 1 || box.right > right + 1 || box.top < top - 1 || box.bottom > bottom + 1)
+            .map(([name, box]) => [name, box.left, box.top])"""
+    )
+    assert not drawn, f"outside of the plan: {drawn}"
+    chosen = browser.run("return document.getElementById('selected').textContent")
+    place = browser.run("return document.querySelector('#answer .sensors li span').lastChild.textContent.trim() || document.querySelector('#answer .sensors li span').textContent")
+    assert chosen and place, (chosen, place)
+
+
+def nothing_is_cut_off(browser, width):
+    """On a phone rows of wide tables are cards, with the name of each column in them, and no cell is beside the screen."""
+    if width > 600:
+        return
+    cut = browser.run(
+        """document.querySelectorAll('details').forEach(part => { part.open = true; });
+        const wide = [...document.querySelectorAll('.cards td')].filter(cell => {
+            const box = cell.getBoundingClientRect();
+            return box.width && (box.right > innerWidth + 1 || box.left < -1);
+        });
+        const named = [...document.querySelectorAll('.cards td[data-name]')].filter(cell => cell.textContent);
+        const unnamed = named.filter(cell => !getComputedStyle(cell, '::before').content.includes(cell.dataset.name));
+        return [wide.length, unnamed.length, named.length]"""
+    )
+    assert cut[0] == 0 and cut[1] == 0 and cut[2] > 20, cut
+
+
+# WCAG's contrast of text against the first background behind it that is not transparent.
+CONTRAST = """const parts = colour => colour.match(/[\\d.]+/g).map(Number);
+const light = colour => { const [r, g, b] = parts(colour).map(v => v / 255).map(v => v <= 0.04045 ? v / 12.92 : ((v + 0.055) / 1.055) ** 2.4); return 0.2126 * r + 0.7152 * g + 0.0722 * b; };
+const behind = node => { for (; node; node = node.parentElement) { const colour = getComputedStyle(node).backgroundColor, all = parts(colour); if (all.length < 4 || all[3] === 1) return colour; } return 'rgb(255, 255, 255)'; };
+const poor = [];
+for (const node of document.querySelectorAll(arguments[0])) {
+    const words = [...node.childNodes].some(child => child.nodeType === 3 && child.textContent.trim());
+    if (!words || !node.getBoundingClientRect().width) continue;
+    const [a, b] = [getComputedStyle(node).color, behind(node)].map(light), ratio = (Math.max(a, b) + 0.05) / (Math.min(a, b) + 0.05);
+    if (ratio < 4.5) poor.push([node.tagName, node.className, node.textContent.slice(0, 30), ratio.toFixed(2)]);
+}
+return poor;"""
+
+
+def colours_follow_the_scheme(browser):
+    """Light and dark are what the system asks for, and words can be read in both."""
+    papers = []
+    for scheme in ("dark", "light"):
+        browser.devtools("Emulation.setEmulatedMedia", {"features": [{"name": "prefers-color-scheme", "value": scheme}]})
+        papers.append(browser.run("return getComputedStyle(document.body).backgroundColor"))
+        papers.append(browser.run("return getComputedStyle(document.querySelector('#answer .plan')).backgroundColor"))
+        poor = browser.run(CONTRAST, "header *, main p, main li, main dt, main dd, main span, main strong, main b, main td, main th, main h2, main h3, main a, main summary")
+        assert not poor, (scheme, poor[:5], len(poor))
+    assert len(set(papers)) == 2, papers
 
 
 def the_front_is_drawn(browser):
@@ -164,7 +238,7 @@ def every_score_is_plotted(browser):
 
 
 def layers_hide_and_show(browser):
-    browser.run("document.querySelector('#summary .choose').click()")
+    browser.run("document.querySelector('#instead .choose').click()")
     browser.until("return !document.getElementById('layer-TP').disabled", "labels of the best pose")
     names = browser.run("return [...document.querySelectorAll('#layers input')].map(box => box.id)")
     assert len(names) >= 9, names
@@ -181,7 +255,7 @@ def layers_hide_and_show(browser):
 
 def causes_hide_and_show(browser):
     """The causes of the unknown voxels are all of them; each can be taken out of the 3D view, and they have colours."""
-    browser.run("document.querySelector('#summary .choose').click()")
+    browser.run("document.querySelector('#instead .choose').click()")
     browser.until("return !document.getElementById('layer-TP').disabled", "labels of the best pose")
     of_note = "return [...document.querySelectorAll('#causes .note')].reduce((sum, note) => sum + Number(note.textContent), 0)"
     unknown = "return ['UO', 'UF'].reduce((sum, name) => sum + Number(document.getElementById('count-' + name).textContent), 0)"
@@ -221,9 +295,9 @@ def the_table_sorts(browser):
 
 
 def the_summary_chooses(browser):
-    rows = browser.run("return document.querySelectorAll('#summary .choose').length")
-    browser.run(f"document.querySelectorAll('#summary .choose')[{rows - 1}].click()")
-    wanted = browser.run(f"return document.querySelectorAll('#summary .choose')[{rows - 1}].dataset.series")
+    rows = browser.run("return document.querySelectorAll('#instead .choose').length")
+    browser.run(f"document.querySelectorAll('#instead .choose')[{rows - 1}].click()")
+    wanted = browser.run(f"return document.querySelectorAll('#instead .choose')[{rows - 1}].dataset.series")
     assert browser.run("return document.getElementById('series').value") == wanted
 
 
@@ -247,7 +321,7 @@ def haste_breaks_nothing(browser):
 
 def another_pose_is_shown_where_it_has_labels(browser):
     """A snapshot without labels of the next pose is left for one that has them."""
-    browser.run("document.querySelector('#summary .choose').click()")
+    browser.run("document.querySelector('#instead .choose').click()")
     browser.until("return !document.getElementById('layer-TP').disabled", "labels of the best pose")
     snapshots = browser.run("return [...document.getElementById('moment').options].map(option => [option.value, option.textContent])")
     empty = [value for value, text in snapshots if "no labels" in text]
@@ -256,7 +330,7 @@ def another_pose_is_shown_where_it_has_labels(browser):
     choose = "const select = document.getElementById('moment'); select.value = {!r}; select.dispatchEvent(new Event('change'));"
     browser.run(choose.format(empty[0]))
     browser.until("return document.getElementById('layer-TP').disabled", "a snapshot without labels")
-    browser.run("[...document.querySelectorAll('#summary .choose')].at(-1).click()")
+    browser.run("[...document.querySelectorAll('#instead .choose')].at(-1).click()")
     browser.until("return !document.getElementById('layer-TP').disabled", "labels of another pose")
 
 

@@ -7,6 +7,7 @@ use serde::Serialize;
 
 use super::packed::put_runs;
 use super::ranking::{BESTS, Ranking, firsts};
+use super::recommended::Recommended;
 use crate::Result;
 use crate::backend::Backend;
 use crate::metrics::Score;
@@ -50,9 +51,9 @@ pub(super) struct Labels {
     /// more unknown for the first cause and so on.
     labels: ByteRange,
     causes: Vec<CauseData>,
-    /// What is explained: by which of [`BESTS`] the choice is the best of all, and in which region.
+    /// What is explained.
     #[serde(skip)]
-    pub(super) explained: Vec<((usize, usize), Explained)>,
+    pub(super) explained: Vec<(Asked, Explained)>,
 }
 
 /// Why voxels are unknown.
@@ -73,6 +74,20 @@ pub(super) struct Cells {
     pub(super) bytes: Vec<u8>,
 }
 
+/// Of what is explained why voxels stay unknown.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Asked {
+    /// The choice that is recommended.
+    Recommended,
+    /// The best of all in a region by one of [`BESTS`].
+    Best {
+        /// Which of them.
+        best: usize,
+        /// Index of the region.
+        region: usize,
+    },
+}
+
 /// A choice of poses to look at, at a moment.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 struct Shown {
@@ -83,22 +98,22 @@ struct Shown {
 
 /// Looks at the best choices of each region and representation by F1, as many as are wanted and fit, and at
 /// some of the best by human_seen and by parts_detected, in each scene's first moment and in the one where
-/// the choice is worst. Reports progress after each. The voxels that the best choice of a region misses at
-/// its worst moment are explained.
+/// the choice is worst; first of all at what is recommended. Reports progress after each. The voxels that it misses,
+/// and those that the best choice of a region misses, are explained, at the worst moment of each.
 ///
 /// # Errors
 /// Those of the backend, and of a journal that cannot be read.
 pub(super) fn look(
     (study, worlds): (&Study, &[World]),
-    (results, rankings): (&Results, &[Ranking]),
+    (results, rankings, recommended): (&Results, &[Ranking], Option<&Recommended>),
     most: usize,
     backend: &mut dyn Backend,
     said: &mut dyn FnMut(usize, usize),
 ) -> Result<Cells> {
     let mut cells = Cells::default();
     results.scenes.iter().for_each(|scene| cells.put_moment(worlds, scene.moments.start));
-    let sights = sights(results, rankings, most)?;
-    let asked = asked(results, rankings)?;
+    let sights = sights(results, rankings, recommended, most)?;
+    let asked = asked(results, rankings, recommended)?;
     let mut viewer = Viewer::new(study, backend)?;
     for (done, &sight) in sights.iter().enumerate() {
         if cells.bytes.len() > MOST_BYTES {
@@ -109,7 +124,7 @@ pub(super) fn look(
         let choice = Choice { combination, choice: sight.choice, representation, repeat: 0 };
         let view = viewer.view(&worlds[sight.moment], choice)?;
         let here = asked.iter().filter(|asked| asked.sight == sight);
-        cells.put_labels(sight, &view, here.map(|asked| (asked.best, asked.region)));
+        cells.put_labels(sight, &view, here.map(|one| (one.asked, one.region)));
         said(done + 1, sights.len());
     }
     Ok(cells)
@@ -120,10 +135,20 @@ fn share_of_safety(most: usize) -> usize {
     most.div_ceil(5)
 }
 
-/// The views to make, of the best choices first: each choice in every scene at its worst moment, then at the
-/// scene's first.
-fn sights(results: &Results, rankings: &[Ranking], most: usize) -> Result<Vec<Shown>> {
+/// The views to make, of what is recommended and of the best choices first: each choice in every scene at its worst
+/// moment, then at the scene's first.
+fn sights(
+    results: &Results,
+    rankings: &[Ranking],
+    recommended: Option<&Recommended>,
+    most: usize,
+) -> Result<Vec<Shown>> {
     let (mut known, mut sights) = (BTreeSet::new(), Vec::new());
+    if let Some(&Recommended { series, choice, ref moments, .. }) = recommended {
+        let firsts = results.scenes.iter().map(|scene| scene.moments.start);
+        let all = moments.iter().copied().chain(firsts).map(|moment| Shown { series, choice, moment });
+        sights.extend(all.filter(|&sight| known.insert(sight)));
+    }
     for rank in 0..most {
         for (series, ranking) in rankings.iter().enumerate() {
             for (best, score) in BESTS.into_iter().enumerate() {
@@ -150,32 +175,41 @@ fn worst(results: &Results, scene: &SceneResults, key: RowKey, score: Score) -> 
     Ok(scene.moments.start + snapshots::worst_snapshot(results, scene, key, score)?.unwrap_or(0))
 }
 
-/// What is to be explained: the best choice of all in a region, by one of [`BESTS`].
+/// What is to be explained of a view, and in which region.
 struct ToExplain {
     sight: Shown,
-    best: usize,
+    asked: Asked,
     region: usize,
 }
 
-/// Of each region and scene, what the best choices miss at their worst moment.
-fn asked(results: &Results, rankings: &[Ranking]) -> Result<Vec<ToExplain>> {
-    let mut asked = Vec::new();
+/// Of each scene what the recommended choice misses at its worst moment, and of each region what the best choices do.
+fn asked(
+    results: &Results,
+    rankings: &[Ranking],
+    recommended: Option<&Recommended>,
+) -> Result<Vec<ToExplain>> {
+    let mut all = Vec::new();
+    if let Some(&Recommended { series, choice, region, ref moments, .. }) = recommended {
+        let sights = moments.iter().map(|&moment| Shown { series, choice, moment });
+        all.extend(sights.map(|sight| ToExplain { sight, asked: Asked::Recommended, region }));
+    }
     for (best, score) in BESTS.into_iter().enumerate() {
         for region in 0..results.regions.len() {
             let Some(&(series, (choice, _))) = firsts(rankings, region, best).first() else { continue };
             let key = rankings[series].series.key(choice, region);
             for scene in &results.scenes {
                 let moment = worst(results, scene, key, score)?;
-                asked.push(ToExplain { sight: Shown { series, choice, moment }, best, region });
+                let asked = Asked::Best { best, region };
+                all.push(ToExplain { sight: Shown { series, choice, moment }, asked, region });
             }
         }
     }
-    Ok(asked)
+    Ok(all)
 }
 
 impl Cells {
     /// Adds the labels of a view in all regions, and explains the unknown voxels of some.
-    fn put_labels(&mut self, sight: Shown, view: &View, asked: impl Iterator<Item = (usize, usize)>) {
+    fn put_labels(&mut self, sight: Shown, view: &View, asked: impl Iterator<Item = (Asked, usize)>) {
         let missed = view.why_in_regions();
         let (occupied, free) = (&view.labels.occupied, &view.labels.free);
         let why = |voxel| {
@@ -192,9 +226,8 @@ impl Cells {
             words: phrase(view, cause),
             monitored: cause.reason.is_monitored(),
         };
-        let explained = asked.map(|(best, region)| {
-            ((best, region), explain(view, &view.counts(region), view.tally(&missed, region)))
-        });
+        let explained = asked
+            .map(|(asked, region)| (asked, explain(view, &view.counts(region), view.tally(&missed, region))));
         let Shown { series, choice, moment } = sight;
         let (causes, explained) = (missed.iter().map(cause).collect(), explained.collect());
         self.labels.push(Labels { series, choice, moment, labels, causes, explained });

@@ -14,6 +14,7 @@ use super::cells::Cells;
 use super::measure::{self, Baseline};
 use super::packed::NumberTable;
 use super::ranking::Ranking;
+use super::recommended::Recommended;
 use super::scores::{self, Scores};
 use super::surroundings::{Surroundings, WAYS};
 use crate::Result;
@@ -33,6 +34,8 @@ type Boxes = Vec<Vec<Option<[f64; 5]>>>;
 pub(super) struct Data<'a> {
     /// The words of a command line that renders a pose of this sweep, without those that name the pose.
     render: Vec<String>,
+    /// What is chosen when the page opens.
+    recommended: Option<RecommendedData>,
     repeats: usize,
     regions: &'a [String],
     scenes: Vec<SceneData<'a>>,
@@ -55,6 +58,16 @@ pub(super) struct Data<'a> {
     objects: Vec<String>,
     ways: [&'static str; 6],
     cells: &'a Cells,
+}
+
+#[derive(Serialize)]
+struct RecommendedData {
+    series: usize,
+    choice: usize,
+    region: usize,
+    /// The moment and the scene at which it is the worst; a scene counts from 1, after all of them together.
+    moment: usize,
+    extent: usize,
 }
 
 #[derive(Serialize)]
@@ -98,7 +111,7 @@ impl<'a> Data<'a> {
     /// Of a sweep; its scores are added to the numbers.
     pub(super) fn new(
         sweep: &'a ReportedSweep,
-        rankings: &[Ranking],
+        (rankings, recommended): (&[Ranking], Option<&Recommended>),
         (cells, surroundings): (&'a Cells, &Surroundings),
         numbers: &mut NumberTable,
     ) -> Result<Data<'a>> {
@@ -124,6 +137,13 @@ impl<'a> Data<'a> {
         let of_scores = |region| Score::ALL.into_iter().map(move |score| (region, score));
         Ok(Data {
             render: render(sweep),
+            recommended: recommended.map(|one| RecommendedData {
+                series: one.series,
+                choice: one.choice,
+                region: one.region,
+                moment: one.moments[one.scene],
+                extent: if results.scenes.len() > 1 { one.scene + 1 } else { 0 },
+            }),
             repeats: results.repeats,
             regions: &results.regions,
             scenes: results.scenes.iter().map(|scene| scene_data(scene, worlds)).collect(),

@@ -1,20 +1,25 @@
-//! The words and tables of the page that need no script: the best placements and how to mount them, what was
-//! assumed, what was run. They are what a printed report holds.
+//! The words, drawings and tables of the page that need no script: what is recommended and how to mount it, whether
+//! it is good enough, what was assumed, what was run. They are what a printed report holds.
 
+mod answer;
 mod best;
 mod front;
+mod good;
 mod mount;
 mod run;
+mod sketch;
 
 use super::ReportedSweep;
-use super::cells::Cells;
+use super::cells::{Asked, Cells};
 use super::ranking::Ranking;
+use super::recommended::Recommended;
 use super::surroundings::Surroundings;
 use crate::Result;
 use crate::metrics::Score;
 use crate::report::distribution;
 use crate::report::maxima;
 use crate::report::maxima::most_sensors;
+use crate::report::reasons::Explained;
 use crate::report::table::Table;
 
 /// A table and its title.
@@ -23,8 +28,15 @@ pub(super) type Titled = (String, Table);
 /// What the template shows.
 #[derive(Debug)]
 pub(super) struct Facts<'a> {
-    pub(super) study: String,
-    pub(super) extent: String,
+    pub(super) title: String,
+    /// The study's name, in a string of a style sheet, and the day: they stand on each page in print.
+    pub(super) study_in_css: String,
+    pub(super) day: String,
+    /// The first screen; `None` where no choice has a score.
+    pub(super) answer: Option<answer::Answer>,
+    pub(super) sheets: Vec<mount::Sheet>,
+    pub(super) missed: Vec<(String, &'a Explained)>,
+    pub(super) good: good::Good,
     pub(super) assumed: Vec<String>,
     pub(super) regions: Vec<best::RegionBest<'a>>,
     pub(super) run: run::RunFacts,
@@ -38,14 +50,22 @@ pub(super) struct Facts<'a> {
 impl<'a> Facts<'a> {
     pub(super) fn new(
         sweep: &ReportedSweep<'a>,
-        rankings: &[Ranking],
+        (rankings, recommended): (&[Ranking], Option<&Recommended>),
         cells: &'a Cells,
         surroundings: &Surroundings,
     ) -> Result<Facts<'a>> {
         let ReportedSweep { results, study, .. } = *sweep;
+        let sheets = recommended.map(|one| {
+            mount::sheets(sweep, surroundings, rankings[one.series].series.combination, one.choice)
+        });
         Ok(Facts {
-            study: study.path.file_stem().unwrap_or_default().to_string_lossy().into_owned(),
-            extent: crate::report::best::extent(results),
+            title: answer::title(sweep),
+            study_in_css: in_css(&study.path.file_stem().unwrap_or_default().to_string_lossy()),
+            day: run::now("%Y-%m-%d"),
+            answer: recommended.map(|one| answer::answer(sweep, rankings, one)).transpose()?,
+            sheets: sheets.unwrap_or_default(),
+            missed: best::missed(results, cells, Asked::Recommended),
+            good: recommended.map(|one| good::good(sweep, rankings, one)).transpose()?.unwrap_or_default(),
             assumed: run::assumed(sweep),
             regions: (0..results.regions.len())
                 .map(|region| best::region(sweep, rankings, (cells, surroundings), region))
@@ -57,6 +77,15 @@ impl<'a> Facts<'a> {
             front: sweep.chosen.map(front::front),
         })
     }
+}
+
+/// Words in a string of a style sheet: what is no letter or digit is spelt by its number.
+fn in_css(words: &str) -> String {
+    let spelt = |letter: char| match letter.is_ascii_alphanumeric() || letter == ' ' {
+        true => letter.to_string(),
+        false => format!("\\{:x} ", u32::from(letter)),
+    };
+    words.chars().map(spelt).collect()
 }
 
 /// The scores in each region.
@@ -114,4 +143,13 @@ fn maxima_tables(sweep: &ReportedSweep) -> Result<Vec<Titled>> {
         Ok((title(sweep, part), table))
     };
     parts(sweep).map(table).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    #[test]
+    fn nothing_ends_a_string_of_a_style_sheet() {
+        assert_eq!(super::in_css("my cell"), "my cell");
+        assert_eq!(super::in_css("a\"</b>-ü"), "a\\22 \\3c \\2f b\\3e \\2d \\fc ");
+    }
 }

@@ -1,5 +1,6 @@
-//! One page that holds a whole sweep: what was assumed, the best placements and how to mount them, every
-//! plot, and the cell in three dimensions. It needs no other file and no network.
+//! One page that holds a whole sweep: first what is recommended, with its numbers and a floor plan, then a section for
+//! each question: what instead, where exactly, what stays blind and why, whether it is good enough, what more money
+//! buys, how all places compare, what was run and assumed. It needs no other file and no network.
 //!
 //! # Practice
 //! Text and tables are in `page.html` and made here; plots are drawn by `*.js` with plotly.js, from numbers
@@ -12,9 +13,11 @@ mod facts;
 mod measure;
 mod packed;
 mod ranking;
+mod recommended;
 mod scores;
 mod surroundings;
 
+use std::path::Path;
 use std::sync::LazyLock;
 
 use askama::Template;
@@ -23,6 +26,7 @@ use sha2::{Digest, Sha256};
 
 use crate::backend::Backend;
 use crate::choose::Chosen;
+use crate::render::plan;
 use crate::results::Results;
 use crate::results::manifest::Manifest;
 use crate::study::Study;
@@ -48,6 +52,8 @@ pub struct ReportedSweep<'a> {
     pub study: &'a Study,
     /// Its scenes at their moments.
     pub worlds: &'a [World],
+    /// The folder, in which `judge` and `approach` may have written.
+    pub folder: &'a Path,
     /// What was asked and found where sets of sensors were chosen.
     pub chosen: Option<&'a Chosen>,
     /// Words of the command line besides the study that are needed to read the same files.
@@ -59,7 +65,8 @@ pub struct ReportedSweep<'a> {
 struct Page<'a> {
     facts: facts::Facts<'a>,
     policy: String,
-    style: &'static str,
+    style: String,
+    patterns: &'static str,
     script: String,
     plotly: &'static str,
     data: String,
@@ -80,15 +87,18 @@ pub fn page(
 ) -> Result<String> {
     let ReportedSweep { results, study, worlds, .. } = *sweep;
     let rankings = ranking::rankings(results)?;
-    let cells = cells::look((study, worlds), (results, &rankings), looked_at, backend, said)?;
+    let recommended = recommended::recommended(sweep, &rankings)?;
+    let recommended = recommended.as_ref();
+    let cells = cells::look((study, worlds), (results, &rankings, recommended), looked_at, backend, said)?;
     let mut numbers = NumberTable::default();
     let surroundings = surroundings::Surroundings::of(study)?;
-    let data = data::Data::new(sweep, &rankings, (&cells, &surroundings), &mut numbers)?;
+    let data = data::Data::new(sweep, (&rankings, recommended), (&cells, &surroundings), &mut numbers)?;
     let (script, plotly) = (script(), plotly_js());
     let page = Page {
         policy: policy([&script, plotly]),
-        facts: facts::Facts::new(sweep, &rankings, &cells, &surroundings)?,
-        style: include_str!("style.css"),
+        facts: facts::Facts::new(sweep, (&rankings, recommended), &cells, &surroundings)?,
+        style: [plan::STYLE, include_str!("style.css")].concat(),
+        patterns: plan::PATTERNS,
         script,
         plotly,
         data: json(&data)?,

@@ -51,7 +51,7 @@ async function drawPlots(changes) {
   if (changed("series", "extent", "region", "choice", "moment")) await drawCell(changed("series", "choice"));
 }
 
-/** Chooses a row of the summary. */
+/** Chooses a row of the best placements. */
 function chooseRow({ dataset }) {
   choose({ series: Number(dataset.series), region: Number(dataset.region), choice: Number(dataset.choice) });
   element("cell").scrollIntoView();
@@ -63,11 +63,10 @@ fill("series", data.series.map(one => one.title), "series");
 SCORE_SELECTORS.forEach(id => fill(id, data.measures.map(one => one.title), "measure"));
 fill("member", [], "member");
 makeLayers();
-document.querySelectorAll("#summary .choose").forEach(button => button.addEventListener("click", () => chooseRow(button)));
+document.querySelectorAll("#instead .choose").forEach(button => button.addEventListener("click", () => chooseRow(button)));
 // Paper has nothing to click on.
 addEventListener("beforeprint", () => document.querySelectorAll("details").forEach(part => { part.open = true; }));
-const first = document.querySelector("#summary .choose");
-Object.assign(chosen, first ? { series: Number(first.dataset.series), choice: Number(first.dataset.choice) } : {});
+Object.assign(chosen, data.recommended ?? {});
 chosen.member = posed()[0] ?? 0;
 listeners.push(draw);
 await draw({ series: 0, measure: 0 });

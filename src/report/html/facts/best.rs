@@ -6,7 +6,7 @@ use crate::metrics::{SCORES, Score};
 use crate::report::NEAR_SIDE;
 use crate::report::Series;
 use crate::report::html::ReportedSweep;
-use crate::report::html::cells::Cells;
+use crate::report::html::cells::{Asked, Cells};
 use crate::report::html::measure::{self, Baseline};
 use crate::report::html::ranking::{BESTS, Ranking, firsts};
 use crate::report::html::surroundings::Surroundings;
@@ -21,8 +21,8 @@ pub(in crate::report::html) struct RegionBest<'a> {
     pub(in crate::report::html) number: usize,
     /// By F1, and by human_seen and parts_detected where there are people.
     pub(in crate::report::html) best: Vec<Best<'a>>,
-    /// The scores of answers without a sensor, and the upper bound.
-    pub(in crate::report::html) baselines: Vec<(&'static str, [String; SCORES])>,
+    /// The scores of answers without a sensor, and the upper bound, in the columns of the rows.
+    pub(in crate::report::html) baselines: Vec<(&'static str, Vec<(String, String)>)>,
     /// How many choices score below the best answer without a sensor, in words.
     pub(in crate::report::html) below: String,
     /// Why the upper bound of human_seen is out of reach.
@@ -50,8 +50,8 @@ pub(in crate::report::html) struct BestRow {
     pub(in crate::report::html) poses: String,
     /// Where they are, in words.
     pub(in crate::report::html) place: String,
-    /// For each score its mean; behind it the worst value, if the score is one by which a best is named.
-    pub(in crate::report::html) cells: Vec<String>,
+    /// For each score its name and its mean; behind it the worst value, if the score is one by which a best is named.
+    pub(in crate::report::html) cells: Vec<(String, String)>,
     /// The answers without a sensor that score more, in words; empty for none.
     pub(in crate::report::html) below: String,
 }
@@ -76,7 +76,7 @@ pub(super) fn region<'a>(
             by: measure::title(by),
             rows: firsts.iter().map(row).collect::<Result<_>>()?,
             sheets: mount::sheets(sweep, surroundings, rankings[first].series.combination, choice),
-            missed: missed(results, cells, (best, region)),
+            missed: missed(results, cells, Asked::Best { best, region }),
         });
     }
     Ok(RegionBest {
@@ -85,12 +85,12 @@ pub(super) fn region<'a>(
         best: bests,
         below: below(rankings, region, &baselines),
         near_side: NEAR_SIDE,
-        baselines: baselines.into_iter().map(|(name, values)| (name, values.map(number))).collect(),
+        baselines: baselines.into_iter().map(|(name, values)| (name, in_columns(&values))).collect(),
     })
 }
 
-/// What is explained of the best by one of [`BESTS`] in a region, scene by scene.
-fn missed<'a>(results: &Results, cells: &'a Cells, of: (usize, usize)) -> Vec<(String, &'a Explained)> {
+/// What is explained of a choice that was asked about, scene by scene.
+pub(super) fn missed<'a>(results: &Results, cells: &'a Cells, of: Asked) -> Vec<(String, &'a Explained)> {
     let mut missed = Vec::new();
     for scene in &results.scenes {
         let there = cells.labels.iter().filter(|labels| scene.moments.contains(&labels.moment));
@@ -127,8 +127,10 @@ fn row(
             let part = if over.values < over.of { format!("[{}] ", over.values) } else { String::new() };
             part + &number(Some(over.mean))
         });
-        let worst = measure::has_worst(score).then(|| number(over.map(|over| over.worst)));
-        [Some(mean.unwrap_or_else(|| number(None))), worst].into_iter().flatten()
+        let title = measure::title(score);
+        let worst = measure::has_worst(score)
+            .then(|| (format!("worst {title}"), number(over.map(|over| over.worst))));
+        [Some((title, mean.unwrap_or_else(|| number(None)))), worst].into_iter().flatten()
     });
     Ok(BestRow {
         series: series.title(results),
@@ -139,6 +141,16 @@ fn row(
         cells: cells.collect(),
         below: better.collect::<Vec<_>>().join(", "),
     })
+}
+
+/// The scores of an answer without a sensor, which has no worst value of its own.
+fn in_columns(values: &[Option<f64>; SCORES]) -> Vec<(String, String)> {
+    let each = Score::ALL.into_iter().zip(values).flat_map(|(score, value)| {
+        let worst =
+            measure::has_worst(score).then(|| (format!("worst {}", measure::title(score)), String::new()));
+        [Some((measure::title(score), number(*value))), worst].into_iter().flatten()
+    });
+    each.collect()
 }
 
 fn below(rankings: &[Ranking], region: usize, baselines: &[Baseline]) -> String {

@@ -19,11 +19,13 @@ const COLOURS: [&str; 6] = ["#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00
 /// What the template shows.
 #[derive(Debug)]
 pub(in crate::report::html) struct FrontFacts {
-    pub(in crate::report::html) question: String,
     /// How the front is read, a sentence each.
     pub(in crate::report::html) notes: Vec<String>,
     pub(in crate::report::html) picture: Picture,
+    /// The front, and where its sensors are.
     pub(in crate::report::html) tables: Vec<(String, Table)>,
+    /// The best set sensor by sensor, and those that are nearly as good.
+    pub(in crate::report::html) sets: Vec<(String, Table)>,
 }
 
 /// The front as it is drawn, in pixels.
@@ -91,28 +93,29 @@ impl PlotScale {
 /// The front of an answer.
 pub(super) fn front(chosen: &Chosen) -> FrontFacts {
     let score = chosen.asked.objective.title();
-    let mut tables = vec![
+    let tables = vec![
         ("The front: the best set of each size and step of cost".into(), choose::front(chosen)),
         ("Where the sensors are".into(), choose::places(chosen)),
     ];
+    let mut sets = Vec::new();
     if let Some(best) = chosen.told.best() {
         let title = format!("The best set: {}", choose::scored(&best.best, score));
-        tables.push((title, choose::set(&best.best, score)));
+        sets.push((title, choose::set(&best.best, score)));
     }
     for refined in chosen.told.refined.iter().flatten() {
         if let Some(best) = &refined.best {
-            tables.push((choose::refined_words(refined, score), choose::set(best, score)));
+            sets.push((choose::refined_words(refined, score), choose::set(best, score)));
         }
     }
     for tie in &chosen.told.ties {
         let title = format!("Nearly as good elsewhere: {}", choose::scored(tie, score));
-        tables.push((title, choose::set(tie, score)));
+        sets.push((title, choose::set(tie, score)));
     }
     FrontFacts {
-        question: choose::question(chosen),
         notes: choose::how_to_read(chosen).lines().map(String::from).collect(),
         picture: picture(chosen),
         tables,
+        sets,
     }
 }
 

@@ -1,9 +1,11 @@
 //! Mounting sheets of a choice of poses. The template explains their numbers.
 
+use super::{run, sketch};
 use crate::report::html::ReportedSweep;
 use crate::report::html::surroundings::{Surroundings, WAYS};
 use crate::sensor::turned::Turned;
 use crate::sensor::{Setting, Stance};
+use crate::world::place::room_m;
 
 /// How to mount one sensor.
 #[derive(Debug)]
@@ -12,6 +14,10 @@ pub(in crate::report::html) struct Sheet {
     pub(in crate::report::html) pose: String,
     /// What is measured, and its value.
     pub(in crate::report::html) lines: Vec<(String, String)>,
+    /// Plan and elevation of what is mounted in the cell.
+    pub(in crate::report::html) sketches: Vec<String>,
+    /// What the study says of the sensor.
+    pub(in crate::report::html) device: String,
 }
 
 /// A sheet for each sensor of a choice that is mounted somewhere or has a setting.
@@ -35,6 +41,7 @@ fn sheet(
 ) -> Option<Sheet> {
     let sensor = &sweep.study.sensors[number];
     let named = &sensor.candidates[candidate];
+    let mut sketches = Vec::new();
     let text = |name: &str, value: String| (name.to_string(), value);
     let lines = match (named.setting, &sensor.on) {
         (Setting::Fixed, _) => return None,
@@ -52,8 +59,11 @@ fn sheet(
                         Some((metres, object)) => format!("{metres:.3} m to {}", objects[object]),
                         None => "nothing".into(),
                     };
-                    let around = surroundings.around(p).map(found);
-                    lines.extend(WAYS.iter().zip(around).map(|(way, next)| text(way, next)));
+                    let around = surroundings.around(p);
+                    let lengths = WAYS.iter().zip(around.map(found));
+                    lines.extend(lengths.map(|(way, next)| text(way, next)));
+                    let room = room_m(&sweep.worlds[0].truth());
+                    sketches = sketch::sketches(&pose, sensor.kind.stance(), room, &around, &objects).into();
                 }
             }
             let turned = Turned::of(&pose);
@@ -67,5 +77,6 @@ fn sheet(
             lines
         }
     };
-    Some(Sheet { sensor: sensor.name.clone(), pose: named.name.clone(), lines })
+    let device = run::keys_of(&sweep.study.text, &sensor.name);
+    Some(Sheet { sensor: sensor.name.clone(), pose: named.name.clone(), lines, sketches, device })
 }

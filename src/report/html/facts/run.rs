@@ -28,16 +28,14 @@ pub(super) fn run(sweep: &ReportedSweep) -> RunFacts {
         ("rules of counting", format!("version {}", manifest.identity.semantics_version)),
         ("report by", format!("perirobot {} (rules {SEMANTICS_VERSION})", env!("CARGO_PKG_VERSION"))),
         ("fingerprint", manifest.provenance.fingerprint.clone()),
-        ("written", written()),
+        ("written", now("%Y-%m-%d, %H:%M UTC")),
     ];
     RunFacts { lines, tables: vec![scenes(sweep), sensors(sweep), combinations(sweep), runs(sweep)] }
 }
 
-/// The day, by the clock of the machine that writes the report.
-fn written() -> String {
-    chrono::DateTime::<chrono::Utc>::from(std::time::SystemTime::now())
-        .format("%Y-%m-%d, %H:%M UTC")
-        .to_string()
+/// The time by the clock of the machine that writes the report.
+pub(super) fn now(format: &str) -> String {
+    chrono::DateTime::<chrono::Utc>::from(std::time::SystemTime::now()).format(format).to_string()
 }
 
 fn plain(title: &str, columns: &[&str], rows: impl Iterator<Item = Vec<String>>) -> Titled {
@@ -66,7 +64,6 @@ fn scenes(sweep: &ReportedSweep) -> Titled {
 }
 
 fn sensors(sweep: &ReportedSweep) -> Titled {
-    let study: toml::Table = toml::from_str(&sweep.study.text).unwrap_or_default();
     let rows = sweep.manifest.identity.sensors.iter().map(|sensor| {
         vec![
             sensor.name.clone(),
@@ -74,15 +71,16 @@ fn sensors(sweep: &ReportedSweep) -> Titled {
             sensor.poses.to_string(),
             sensor.rays_per_pose.to_string(),
             sensor.representations.join(", "),
-            keys_of(&study, &sensor.name),
+            keys_of(&sweep.study.text, &sensor.name),
         ]
     });
     let columns = ["sensor", "kind", "poses", "rays a pose", "representations", "as the study says"];
     plain("Sensors", &columns, rows)
 }
 
-/// What a study says of a sensor besides its name, its kind and where it may stand.
-fn keys_of(study: &toml::Table, name: &str) -> String {
+/// What the text of a study says of a sensor besides its name, its kind and where it may stand.
+pub(super) fn keys_of(study: &str, name: &str) -> String {
+    let study: toml::Table = toml::from_str(study).unwrap_or_default();
     let all = study.get("sensor").and_then(toml::Value::as_array).into_iter().flatten();
     let mut tables = all.filter_map(toml::Value::as_table);
     let table = tables.find(|table| table.get("name").and_then(toml::Value::as_str) == Some(name));

@@ -1,0 +1,242 @@
+//! The first screen: what was asked, what is recommended, a few large numbers with what is possible at most, and the
+//! floor plan.
+
+use crate::Result;
+use crate::metrics::Score;
+use crate::render::plan::{FloorPlan, floor_plan, swatch};
+use crate::report::best::extent;
+use crate::report::choose;
+use crate::report::html::ReportedSweep;
+use crate::report::html::measure;
+use crate::report::html::ranking::Ranking;
+use crate::report::html::recommended::Recommended;
+use crate::report::table::number;
+use crate::results::Over;
+use crate::view::Choice;
+
+/// The first screen.
+#[derive(Debug)]
+pub(in crate::report::html) struct Answer {
+    /// What was asked, as a sentence.
+    pub(in crate::report::html) asked: String,
+    /// Of what the recommended choice is the best.
+    pub(in crate::report::html) why: String,
+    pub(in crate::report::html) sensors: Vec<AnswerSensor>,
+    /// In which region, and over what.
+    pub(in crate::report::html) counted: String,
+    pub(in crate::report::html) tiles: Vec<Tile>,
+    /// That of the scene where the choice is the worst first.
+    pub(in crate::report::html) plans: Vec<ShownPlan>,
+}
+
+/// A sensor of the recommended choice.
+#[derive(Debug)]
+pub(in crate::report::html) struct AnswerSensor {
+    /// As in the plan.
+    pub(in crate::report::html) letter: String,
+    pub(in crate::report::html) name: String,
+    pub(in crate::report::html) place: String,
+    pub(in crate::report::html) cost: String,
+}
+
+/// A large number.
+#[derive(Debug)]
+pub(in crate::report::html) struct Tile {
+    pub(in crate::report::html) name: String,
+    pub(in crate::report::html) value: String,
+    /// The worst of all moments, and what is possible at best.
+    pub(in crate::report::html) notes: Vec<String>,
+}
+
+/// A plan with what stands below it.
+#[derive(Debug)]
+pub(in crate::report::html) struct ShownPlan {
+    pub(in crate::report::html) svg: String,
+    pub(in crate::report::html) title: String,
+    /// The sign and its meaning.
+    pub(in crate::report::html) legend: Vec<(String, String)>,
+    pub(in crate::report::html) floor: String,
+}
+
+/// The first screen of what is recommended.
+pub(super) fn answer(
+    sweep: &ReportedSweep,
+    rankings: &[Ranking],
+    recommended: &Recommended,
+) -> Result<Answer> {
+    let ReportedSweep { results, study, .. } = *sweep;
+    let series = rankings[recommended.series].series;
+    let combination = &results.combinations[series.combination];
+    let (choice, region) = (recommended.choice, recommended.region);
+    let looked =
+        Choice { combination: series.combination, choice, representation: series.representation, repeat: 0 };
+    let plan = |scene: usize| plan(sweep, looked, scene, recommended.moments[scene]);
+    let others = (0..results.scenes.len()).filter(|scene| *scene != recommended.scene);
+    let plans: Vec<(FloorPlan, ShownPlan)> =
+        [recommended.scene].into_iter().chain(others).map(plan).collect();
+    let asked = &study.combinations[series.combination];
+    let named = asked.members.iter().zip(combination.poses(choice)).zip(&plans[0].0.sensors);
+    let sensors = named.map(|((member, (of, pose)), (letter, _))| AnswerSensor {
+        letter: letter.map_or(String::new(), String::from),
+        name: of.sensor.clone(),
+        place: if pose.place.is_empty() { pose.name.clone() } else { pose.place.clone() },
+        cost: study.sensors[member.sensor].terms.cost.map_or(String::new(), |cost| cost.to_string()),
+    });
+    Ok(Answer {
+        asked: question(sweep),
+        why: recommended.why.clone(),
+        sensors: sensors.collect(),
+        counted: format!("in region {}, over {}", results.regions[region], extent(results)),
+        tiles: tiles(sweep, rankings, recommended)?,
+        plans: plans.into_iter().map(|(_, shown)| shown).collect(),
+    })
+}
+
+/// What a study asks for, as a sentence.
+fn question(sweep: &ReportedSweep) -> String {
+    if let Some(chosen) = sweep.chosen {
+        return format!("Asked: {}.", choose::question(chosen));
+    }
+    let results = sweep.results;
+    let choices = results.combinations.iter().map(|one| one.choices()).fold(0, usize::saturating_add);
+    let regions = match results.regions.as_slice() {
+        [one] => format!("region {one}"),
+        many => format!("regions {}", many.join(", ")),
+    };
+    let names: Vec<&str> = results.combinations.iter().map(|one| one.name.as_str()).collect();
+    let names = match names.len() {
+        0..=4 => names.join(", "),
+        many => format!("{many} combinations of sensors"),
+    };
+    format!(
+        "Asked: which of {choices} choices of poses of {names} knows the most about {regions}; {}.",
+        extent(results)
+    )
+}
+
+/// The title of the page, as a sentence.
+pub(super) fn title(sweep: &ReportedSweep) -> String {
+    let names: Vec<&str> = sweep.study.sensors.iter().map(|sensor| sensor.name.as_str()).collect();
+    let of = |names: &[&str]| match names {
+        [] => String::new(),
+        [one] => one.to_string(),
+        [first @ .., last] => format!("{} and {last}", first.join(", ")),
+    };
+    let sensors =
+        if names.len() > 4 { format!("{} sensors", names.len()) } else { format!("the {}", of(&names)) };
+    let scenes: Vec<&str> = sweep.results.scenes.iter().map(|scene| scene.name.as_str()).collect();
+    let scenes = if scenes.len() > 4 { format!("{} scenes", scenes.len()) } else { of(&scenes) };
+    match sweep.chosen {
+        Some(_) => format!("Which sensors, and where, in {scenes}"),
+        None => format!("Where to put {sensors} in {scenes}"),
+    }
+}
+
+fn plan(sweep: &ReportedSweep, looked: Choice, scene: usize, moment: usize) -> (FloorPlan, ShownPlan) {
+    let of_scene = sweep.results.scenes[scene].moments.clone();
+    let plan =
+        floor_plan(sweep.study, &sweep.worlds[of_scene.clone()], moment - of_scene.start, Some(looked));
+    let [floor, blind, hardly] = plan.floor_m2;
+    let name = &sweep.results.scenes[scene].name;
+    let when = match of_scene.len() {
+        1 => String::new(),
+        _ => format!(", snapshot {} (its worst)", moment - of_scene.start),
+    };
+    let shown = ShownPlan {
+        svg: plan.inline(),
+        title: format!("Floor plan of {name}{when}"),
+        legend: plan.legend.iter().map(|(class, meaning)| (swatch(class), meaning.clone())).collect(),
+        floor: format!(
+            "Of {floor:.1} m² of floor, {blind:.1} m² are blind ({}), and less than half is watched above {hardly:.1} m²; \
+             people left out.",
+            percent(blind / floor.max(f64::MIN_POSITIVE))
+        ),
+    };
+    (plan, shown)
+}
+
+/// The scores that are shown large: with people in the region what is known of them, else agreement.
+fn tiles(sweep: &ReportedSweep, rankings: &[Ranking], recommended: &Recommended) -> Result<Vec<Tile>> {
+    let results = sweep.results;
+    let key = rankings[recommended.series].series.key(recommended.choice, recommended.region);
+    let own = measure::of_choice(results, results.moments(), key)?;
+    let place = |score: Score| Score::ALL.iter().position(|known| *known == score).unwrap_or_default();
+    let of = |score: Score| own[place(score)];
+    let mut shown = match of(Score::PeopleDetected) {
+        Some(_) => vec![Score::PeopleDetected, Score::PartsDetected],
+        None => vec![Score::F1, Score::Kappa],
+    };
+    shown.extend([Score::Unknown, Score::FalseAlarm]);
+    if sweep.chosen.is_some() && !shown.contains(&recommended.score) {
+        shown.insert(0, recommended.score);
+    }
+    let bounds = measure::of_baselines(results, results.moments(), recommended.region);
+    let bound = |score: Score| bounds.last().and_then(|(_, values)| values[place(score)]);
+    let mut tiles: Vec<Tile> =
+        shown.into_iter().filter_map(|score| Some(tile(score, of(score)?, bound(score)))).collect();
+    tiles.extend(cost(sweep, rankings, recommended));
+    Ok(tiles)
+}
+
+fn tile(score: Score, over: Over, bound: Option<f64>) -> Tile {
+    let shown = |value: f64| match score {
+        Score::F1 | Score::Kappa => number(Some(value)),
+        _ => percent(value),
+    };
+    let mut notes = Vec::new();
+    if over.of > 1 {
+        notes.push(format!("worst {}", shown(over.worst)));
+    }
+    let side = if score.less_is_better() { "at least" } else { "at most" };
+    // Of false alarms an ideal sensor has none.
+    let bound = bound.filter(|_| score != Score::FalseAlarm);
+    notes.extend(bound.map(|bound| format!("possible: {side} {}", shown(bound))));
+    if over.values < over.of {
+        notes.push(format!("known at {} of {} moments", over.values, over.of));
+    }
+    Tile { name: measure::title(score), value: shown(over.mean), notes }
+}
+
+/// What the recommended choice costs, if all its sensors have a cost.
+fn cost(sweep: &ReportedSweep, rankings: &[Ranking], recommended: &Recommended) -> Option<Tile> {
+    let asked = &sweep.study.combinations[rankings[recommended.series].series.combination];
+    let costs = asked.members.iter().map(|member| sweep.study.sensors[member.sensor].terms.cost);
+    let sum = costs.reduce(|sum, cost| Some(sum?.plus(cost?)))??;
+    let budget = sweep.chosen.and_then(|chosen| chosen.asked.budget);
+    let notes = budget.map(|budget| format!("of a budget of {budget}")).into_iter().collect();
+    Some(Tile { name: "cost".into(), value: sum.to_string(), notes })
+}
+
+/// A share, rounded, but not to nothing or all unless it is.
+fn percent(share: f64) -> String {
+    match (share * 100.0).round() {
+        0.0 if share > 0.0 => "<1\u{a0}%".into(),
+        100.0 if share < 1.0 => ">99\u{a0}%".into(),
+        rounded => format!("{rounded:.0}\u{a0}%"),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn shares_are_not_rounded_to_nothing_or_all() {
+        let shares = [0.0, 0.001, 0.004, 0.333, 0.996, 0.9999, 1.0];
+        assert_eq!(
+            shares.map(percent),
+            ["0 %", "<1 %", "<1 %", "33 %", ">99 %", ">99 %", "100 %"]
+                .map(|text| text.replace(' ', "\u{a0}"))
+        );
+    }
+
+    #[test]
+    fn a_tile_tells_the_worst_and_what_is_possible() {
+        let over = Over { mean: 0.5, std: None, worst: 0.25, pooled: None, values: 3, of: 4 };
+        let Tile { name, value, notes } = tile(Score::Unknown, over, Some(0.125));
+        assert_eq!((name.as_str(), value.as_str()), ("unknown", "50\u{a0}%"));
+        assert_eq!(notes, ["worst 25\u{a0}%", "possible: at least 13\u{a0}%", "known at 3 of 4 moments"]);
+        let Tile { value, notes, .. } = tile(Score::F1, Over { values: 1, of: 1, ..over }, Some(0.75));
+        assert_eq!((value.as_str(), notes), ("0.500", vec!["possible: at most 0.750".to_string()]));
+    }
+}

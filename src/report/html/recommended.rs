@@ -1,0 +1,128 @@
+//! Which choice of poses a report recommends, by which rule, and the moment at which it is drawn.
+
+use super::ReportedSweep;
+use super::measure;
+use super::ranking::{BESTS, Ranking};
+use crate::Result;
+use crate::judge::{Among, leaders};
+use crate::metrics::Score;
+use crate::report::snapshots::worst_snapshot;
+use crate::results::Results;
+use crate::study::{Condition, Requirement};
+use crate::view::Choice;
+
+/// A choice of poses, and in which region it is the best.
+#[derive(Clone, Debug)]
+pub(super) struct Recommended {
+    /// The number of its ranking.
+    pub(super) series: usize,
+    pub(super) choice: usize,
+    pub(super) region: usize,
+    /// By which score it is looked at.
+    pub(super) score: Score,
+    /// Of what it is the best, and by what, in words.
+    pub(super) why: String,
+    /// For each scene the moment at which that score is the worst.
+    pub(super) moments: Vec<usize>,
+    /// The scene in which the score is the worst of all.
+    pub(super) scene: usize,
+}
+
+/// What is recommended: of sets that were chosen the best one; else the choice that meets most requirements of the
+/// study; else that which detects most body parts in the first region with people, then has the highest F1; where
+/// there are no people, that with the highest F1 in the first region. `None` where no choice has a score.
+pub(super) fn recommended(sweep: &ReportedSweep, rankings: &[Ranking]) -> Result<Option<Recommended>> {
+    let found = match of_chosen(sweep, rankings) {
+        Some(found) => Some(found),
+        None if !sweep.study.requirements.is_empty() => of_requirements(sweep, rankings)?,
+        None => None,
+    };
+    let found = match found {
+        Some(found) => Some(found),
+        None => of_scores(sweep.results, rankings)?,
+    };
+    let Some((series, choice, region, score, why)) = found else { return Ok(None) };
+    let (mut moments, mut worst) = (Vec::new(), None);
+    for (scene, of_scene) in sweep.results.scenes.iter().enumerate() {
+        let key = rankings[series].series.key(choice, region);
+        let snapshot = worst_snapshot(sweep.results, of_scene, key, score)?.unwrap_or(0);
+        let moment = of_scene.moments.start + snapshot;
+        moments.push(moment);
+        let Some(over) = sweep.results.over(moment..moment + 1, key, score)? else { continue };
+        let merit = score.merit(over.worst);
+        if worst.is_none_or(|(_, least)| merit < least) {
+            worst = Some((scene, merit));
+        }
+    }
+    let scene = worst.map_or(0, |(scene, _)| scene);
+    Ok(Some(Recommended { series, choice, region, score, why, moments, scene }))
+}
+
+/// Ranking, choice, region, score, and why.
+type Found = (usize, usize, usize, Score, String);
+
+/// How many choices of poses there are.
+fn count(results: &Results) -> usize {
+    results.combinations.iter().map(|combination| combination.choices()).fold(0, usize::saturating_add)
+}
+
+fn of_chosen(sweep: &ReportedSweep, rankings: &[Ranking]) -> Option<Found> {
+    let chosen = sweep.chosen?;
+    let (best, combination) = (chosen.told.best()?, chosen.told.best_set()?);
+    let series = rankings.iter().position(|one| one.series.combination == combination)?;
+    let region = sweep.results.regions.iter().position(|name| *name == chosen.asked.region)?;
+    let proof = match best.proven {
+        true => "no other set of the listed poses is better",
+        false => "the best that was found; it is not proven",
+    };
+    let why = format!("the best set of at most {} sensors: {proof}", best.at_most);
+    Some((series, 0, region, chosen.asked.objective, why))
+}
+
+fn of_requirements(sweep: &ReportedSweep, rankings: &[Ranking]) -> Result<Option<Found>> {
+    let required = as_planned(&sweep.study.requirements);
+    let Some(Choice { combination, choice, representation, .. }) =
+        leaders(&required, sweep.results, 1, Among::default())?.pop()
+    else {
+        return Ok(None);
+    };
+    let is_series =
+        |one: &Ranking| (one.series.combination, one.series.representation) == (combination, representation);
+    let (series, first) = (rankings.iter().position(is_series), &required[0]);
+    let why = format!("the one of {} choices of poses that meets most requirements", count(sweep.results));
+    Ok(series.map(|series| (series, choice, first.region, first.score, why)))
+}
+
+/// Requirements with everything as planned.
+pub(super) fn as_planned(requirements: &[Requirement]) -> Vec<Requirement> {
+    let planned =
+        |requirement: &Requirement| Requirement { under: vec![Condition::AsPlanned], ..requirement.clone() };
+    requirements.iter().map(planned).collect()
+}
+
+fn of_scores(results: &Results, rankings: &[Ranking]) -> Result<Option<Found>> {
+    let by = |score: Score| BESTS.iter().position(|best| *best == score).unwrap_or_default();
+    let regions = 0..results.regions.len();
+    for (score, words) in [(Score::PartsDetected, "body parts detected, then F1"), (Score::F1, "F1")] {
+        for region in regions.clone() {
+            let mut best: Option<(usize, usize, [f64; 2])> = None;
+            for (series, ranking) in rankings.iter().enumerate() {
+                let Some(&(choice, value)) = ranking.by(by(score))[region].first() else { continue };
+                let own = measure::of_choice(results, results.moments(), ranking.series.key(choice, region))?;
+                let merit = [value, own[0].map_or(f64::NEG_INFINITY, |over| over.mean)];
+                if best.is_none_or(|(_, _, most)| merit > most) {
+                    best = Some((series, choice, merit));
+                }
+            }
+            if let Some((series, choice, _)) = best {
+                let why = format!(
+                    "the best of {} choices of poses by {words}, in region {}",
+                    count(results),
+                    results.regions[region]
+                );
+                return Ok(Some((series, choice, region, score, why)));
+            }
+        }
+    }
+    Ok(None)
+}
