@@ -130,7 +130,7 @@ fn scores_and_voxels_are_those_of_the_sweep() {
             let values: Vec<f64> = values.collect();
             let ends = [f64::min, f64::max].map(|end| values.iter().copied().reduce(end));
             let plotted = &data["distributions"][region][m][0][s];
-            assert_eq!([0, 4].map(|n| plotted[n].as_f64()), ends, "{name} in region {region}");
+            assert_eq!([0, 4].map(|n| plotted["five"][n].as_f64()), ends, "{name} in region {region}");
             let title = format!("{} in region", if m == 0 { "F1" } else { name });
             assert!(page.contains(&title), "no table of {name}");
         }

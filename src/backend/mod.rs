@@ -154,6 +154,13 @@ impl Planes {
         Planes { occupied: blank.clone(), free: blank.clone(), hits: blank }
     }
 
+    /// Joins what else is said, as far as it lies in their windows.
+    pub(crate) fn add(&mut self, other: &Planes) {
+        self.occupied.add(&other.occupied);
+        self.free.add(&other.free);
+        self.hits.add(&other.hits);
+    }
+
     /// The planes with their names, in order.
     pub fn named(&self) -> [(&'static str, &BitGrid); 3] {
         [("occupied", &self.occupied), ("free", &self.free), ("hits", &self.hits)]

@@ -12,6 +12,7 @@ use perirobot::results::manifest::Manifest;
 use perirobot::{Error, Result};
 
 use super::backend::BackendArgs;
+use super::progress::{Progress, ProgressArgs};
 use super::swept::SweptArgs;
 
 /// Write the results of a sweep as one HTML page
@@ -35,6 +36,8 @@ pub(super) struct Args {
     best: usize,
     #[command(flatten)]
     backend: BackendArgs,
+    #[command(flatten)]
+    progress: ProgressArgs,
 }
 
 const AFTER_HELP: &str = "\
@@ -71,14 +74,14 @@ pub(super) fn run(args: &Args) -> Result<ExitCode> {
         chosen: chosen.as_ref(),
         words: &words,
     };
-    let bar = indicatif::ProgressBar::new(0).with_prefix("poses looked at");
-    let style = indicatif::ProgressStyle::with_template("{prefix} {wide_bar} {pos}/{len}, {eta} left");
-    bar.set_style(style.unwrap_or_else(|_| indicatif::ProgressStyle::default_bar()));
+    let mut progress: Option<(Progress, usize)> = None;
     let page = html::page(&sweep, args.best, &mut *backend, &mut |done, of| {
-        bar.set_length(of as u64);
-        bar.set_position(done as u64);
+        let (progress, before) =
+            progress.get_or_insert_with(|| (args.progress.start("views", 0, of as u64), 0));
+        progress.inc((done - *before) as u64);
+        *before = done;
     })?;
-    bar.finish_and_clear();
+    drop(progress);
     file.write_all(page.as_bytes()).map_err(|e| cannot_write(&out, e))?;
     file.commit()?;
     super::print(&format!("{} ({:.1} MB)\n", out.display(), page.len() as f64 / 1e6))?;

@@ -12,6 +12,7 @@ use perirobot::results::table::TableFormat;
 use perirobot::study::Study;
 use perirobot::view::{Choice, View, Viewer};
 use perirobot::world::World;
+use rayon::prelude::*;
 
 use super::backend::BackendArgs;
 use super::choice::RestArgs;
@@ -43,7 +44,7 @@ pub(super) struct Args {
     /// By which score they are the best [default: f1 and human_seen]
     #[arg(long, value_enum, conflicts_with_all = ["pose", "all"])]
     score: Option<ScoreArg>,
-    /// All poses; takes about a tenth of a second for each pose, scene, snapshot, repeat and representation
+    /// All poses; takes some hundredths of a second for each pose, scene, snapshot, repeat and representation
     #[arg(long, conflicts_with = "pose")]
     all: bool,
     /// How the table of reasons is written
@@ -98,7 +99,9 @@ pub(super) fn run(args: &Args) -> Result<ExitCode> {
     let mut backend = args.backend.open()?;
     if let Some(poses) = &args.pose {
         let looked = args.rest.look(poses, &study, &worlds)?;
-        let view = View::new(&looked.study, looked.world(), looked.choice, &mut *backend)?;
+        let view = Viewer::new(&looked.study, &mut *backend)?
+            .in_regions(looked.world(), &[looked.choice])?
+            .swap_remove(0);
         super::print(&in_words(&view, 0..study.regions.len()))?;
         return Ok(ExitCode::SUCCESS);
     }
@@ -115,7 +118,8 @@ pub(super) fn run(args: &Args) -> Result<ExitCode> {
     for region in 0..study.regions.len() {
         if let Some([combination, choice, representation]) = reasons::leader(&results, region, scores[0])? {
             let choice = Choice { combination, choice, representation, repeat: 0 };
-            super::print(&in_words(&viewer.view(&worlds[0], choice)?, [region]))?;
+            let view = viewer.in_regions(&worlds[0], &[choice])?.swap_remove(0);
+            super::print(&in_words(&view, [region]))?;
         }
     }
     if let [first, _, ..] = worlds.as_slice() {
@@ -141,6 +145,9 @@ fn every(study: &Study) -> Vec<[usize; 3]> {
     study.combinations.iter().enumerate().flat_map(of).collect()
 }
 
+/// How many views are made together, so that all cores have work.
+const AT_ONCE: usize = 64;
+
 /// Writes the table of some choices in all scenes, snapshots and repeats. Returns the reason if it was
 /// stopped before the end.
 fn write<'a>(
@@ -156,13 +163,22 @@ fn write<'a>(
     let mut progress = args.progress.start("views", 0, views as u64);
     for world in worlds {
         for repeat in 0..study.repeats as usize {
-            for &[combination, choice, representation] in chosen {
+            for some in chosen.chunks(AT_ONCE) {
                 if let why @ Some(_) = stop.reason() {
                     return Ok(why);
                 }
-                let view = viewer.view(world, Choice { combination, choice, representation, repeat })?;
-                file.add(&view, &view.why_in_regions())?;
-                progress.inc(1);
+                let of = |&[combination, choice, representation]: &[usize; 3]| Choice {
+                    combination,
+                    choice,
+                    representation,
+                    repeat,
+                };
+                let views = viewer.in_regions(world, &some.iter().map(of).collect::<Vec<_>>())?;
+                let missed: Vec<_> = views.par_iter().map(View::why_in_regions).collect();
+                for (view, missed) in views.iter().zip(&missed) {
+                    file.add(view, missed)?;
+                }
+                progress.inc(some.len() as u64);
             }
         }
     }

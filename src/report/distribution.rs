@@ -6,7 +6,6 @@ use super::Series;
 use super::near_side;
 use super::table::{Table, number};
 use crate::Result;
-use crate::metrics::Score;
 use crate::results::Results;
 use crate::results::swept::SceneResults;
 
@@ -47,14 +46,12 @@ pub(super) fn row(
     results: &Results,
     scene: &SceneResults,
     series: Series,
-    (region, score): (usize, Score),
-) -> Result<[String; 8]> {
-    let values = series.over(results, &scene.moments, region, score)?;
-    let found = distribution(values.into_iter().flatten().map(|over| over.mean).collect());
+    found: Option<Distribution>,
+) -> [String; 8] {
     let five = found.map(|d| [d.min, d.lower_quartile, d.median, d.upper_quartile, d.max].map(Some));
     let [min, lower, median, upper, max] = five.unwrap_or([None; 5]).map(number);
     let n = found.map_or(0, |d| d.values).to_string();
-    Ok([scene.name.clone(), series.title(results), n, min, lower, median, upper, max])
+    [scene.name.clone(), series.title(results), n, min, lower, median, upper, max]
 }
 
 /// A table for each region and score.
@@ -85,8 +82,14 @@ pub fn render(results: &Results, selection: &ReportSelection) -> Result<String> 
                 .baselines_over(scene.moments.clone(), region, score)
                 .map(|(_, over)| number(over.map(|over| over.mean)));
             for series in selection.series(results) {
-                let row = row(results, scene, series, (region, score))?;
-                table.row(row.into_iter().chain(["|".into()]).chain(baselines.clone()));
+                let values = series.over(results, &scene.moments, region, score)?;
+                let found = distribution(values.into_iter().flatten().map(|over| over.mean).collect());
+                table.row(
+                    row(results, scene, series, found)
+                        .into_iter()
+                        .chain(["|".into()])
+                        .chain(baselines.clone()),
+                );
             }
         }
         text += &format!("\n{} in region {}\n{}", score.title(), results.regions[region], table.text());

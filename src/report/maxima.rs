@@ -49,10 +49,16 @@ pub(crate) fn maxima(results: &Results, combination: usize, region: usize, score
         }
         Ok(best)
     };
-    let scenes: Vec<Option<Maximum>> = results.scenes.iter().map(of_scene).collect::<Result<_>>()?;
-    let values: Vec<f64> = scenes.iter().flatten().map(|maximum| maximum.value).collect();
-    let mean = (!values.is_empty()).then(|| values.iter().sum::<f64>() / values.len() as f64);
-    Ok(Maxima { combination, scenes, mean })
+    Ok(Maxima::of(combination, results.scenes.iter().map(of_scene).collect::<Result<_>>()?))
+}
+
+impl Maxima {
+    /// With the mean of those of its scenes.
+    pub(super) fn of(combination: usize, scenes: Vec<Option<Maximum>>) -> Maxima {
+        let values: Vec<f64> = scenes.iter().flatten().map(|maximum| maximum.value).collect();
+        let mean = (!values.is_empty()).then(|| values.iter().sum::<f64>() / values.len() as f64);
+        Maxima { combination, scenes, mean }
+    }
 }
 
 /// The combination with the most sensors, if no other has as many.

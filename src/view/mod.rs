@@ -3,28 +3,31 @@
 //! without them.
 //!
 //! # Practice
-//! A view is made on the host from what a backend reads back, over the whole grid, so that it costs as much
-//! as some thousand scored poses. Its counts in a region are those of the sweep.
+//! A view is made on the host from what a backend reads back. One over the whole grid, with the end of every
+//! ray, costs as much as some dozen scored poses. Where only the regions matter, many choices are cast at
+//! once, and only as far as a sweep casts them. Either way the counts in a region are those of the sweep.
 
 mod find;
 pub mod names;
 mod outline;
 mod returns;
+mod viewer;
 pub mod watched;
 pub mod why;
 
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 
 use crate::Result;
-use crate::backend::{Backend, Evidence, GridPose, Planes, Rays, fused};
+use crate::backend::cpu::BlockerSearch;
+use crate::backend::{Backend, Evidence, GridPose, Planes, Rays};
 use crate::metrics::Confusion;
-use crate::sensor::{Claim, Station};
 use crate::study::Study;
 use crate::voxel::{BitGrid, Truth};
-use crate::world::{World, ray_tables};
+use crate::world::World;
 pub use find::{Names, find, find_scene};
 pub use outline::Outline;
 pub use returns::ReturnPoint;
+pub use viewer::Viewer;
 
 /// What is looked at; numbers are those of the study.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -48,10 +51,12 @@ pub struct SensorView {
     pub candidate: usize,
     /// Where it stands in the grid; at the origin if it has no pose.
     pub placement: GridPose,
-    /// What its rays tell, if it casts any in this representation: planes over the grid, and how each ray
-    /// ended.
+    /// Whether it casts rays in this representation.
+    pub casts: bool,
+    /// What they tell, in a view over the whole grid: planes, and how each ray ended.
     pub cast: Option<Evidence>,
-    /// What it says in this representation, over the grid; `occupied` wins where both are set.
+    /// What it says in this representation, at least over the voxels of the view; `occupied` wins where both
+    /// are set.
     pub says: Planes,
     /// Whether its hits are voxels of people that it feels.
     pub presence: bool,
@@ -70,20 +75,13 @@ pub struct View<'a> {
     pub choice: Choice,
     /// Its sensors, in the order they speak.
     pub members: Vec<SensorView>,
-    /// Their labels over the grid; no voxel is both occupied and free, and a voxel that is neither is
-    /// unknown.
+    /// Their labels, over the grid or over the window of the regions; no voxel is both occupied and free, and
+    /// a voxel that is neither is unknown.
     pub labels: Planes,
     /// The rays of the study's sensors.
     tables: Arc<Vec<Option<Rays>>>,
-}
-
-/// Makes views of many choices, one after another, on a backend; what choices and worlds share is made ready
-/// once.
-pub struct Viewer<'a, 'b> {
-    study: &'a Study,
-    tables: Arc<Vec<Option<Rays>>>,
-    backend: &'b mut dyn Backend,
-    loaded: Option<&'a World>,
+    /// Finds what ends single rays; made when it is first asked.
+    search: Arc<OnceLock<BlockerSearch>>,
 }
 
 /// A label compared with the truth.
@@ -114,57 +112,8 @@ impl Verdict {
     }
 }
 
-impl<'a, 'b> Viewer<'a, 'b> {
-    /// For the choices of a study. The backend forgets what it had loaded.
-    pub fn new(study: &'a Study, backend: &'b mut dyn Backend) -> Result<Viewer<'a, 'b>> {
-        let tables = ray_tables(study);
-        backend.tables(&tables.iter().flatten().cloned().collect::<Vec<_>>())?;
-        Ok(Viewer { study, tables: tables.into(), backend, loaded: None })
-    }
-
-    /// Makes the view of a choice. Views of the same world, one after another, are quicker.
-    pub fn view(&mut self, world: &'a World, choice: Choice) -> Result<View<'a>> {
-        let grid = world.grid.window();
-        if !self.loaded.is_some_and(|loaded| std::ptr::eq(loaded, world)) {
-            self.loaded = None;
-            self.backend.load(&world.scene(grid))?;
-            self.loaded = Some(world);
-        }
-        let (study, tables, truth) = (self.study, &self.tables, world.truth());
-        let combination = &study.combinations[choice.combination];
-        let candidates = combination.choice(choice.choice);
-        let representations = combination.representations(&study.sensors).swap_remove(choice.representation);
-        let mut members = Vec::new();
-        let mut voices = Vec::new();
-        for ((member, candidate), way) in combination.members.iter().zip(candidates).zip(representations) {
-            let (sensor, kind) = (member.sensor, &study.sensors[member.sensor].kind);
-            let station = Station {
-                rays: tables[sensor].as_ref(),
-                ..world.station(study, &truth, [sensor, candidate, choice.repeat])
-            };
-            let placement = station.placement(&**kind);
-            let Claim { cast, planes } = kind.claims(&station).swap_remove(way);
-            let table = tables[..sensor].iter().flatten().count();
-            let cast = (cast && tables[sensor].is_some())
-                .then(|| self.backend.read(table, &placement))
-                .transpose()?;
-            let mut says = Planes::blank(grid);
-            for part in cast.iter().map(|cast| &cast.planes).chain(&planes) {
-                says.occupied.add(&part.occupied);
-                says.free.add(&part.free);
-                says.hits.add(&part.hits);
-            }
-            voices.push((says.clone(), kind.log_odds(way)));
-            let presence = kind.feels_presence(way);
-            members.push(SensorView { sensor, candidate, placement, cast, says, presence });
-        }
-        let labels = fused(grid, combination.fusion, &voices);
-        Ok(View { study, world, truth, choice, members, labels, tables: tables.clone() })
-    }
-}
-
 impl<'a> View<'a> {
-    /// Makes the view of a choice. The backend forgets what it had loaded.
+    /// Makes the view of a choice over the whole grid. The backend forgets what it had loaded.
     pub fn new(
         study: &'a Study,
         world: &'a World,
@@ -174,7 +123,7 @@ impl<'a> View<'a> {
         Viewer::new(study, backend)?.view(world, choice)
     }
 
-    /// The label of a voxel of the grid, compared with the truth.
+    /// The label of a voxel of the view, compared with the truth.
     pub(crate) fn verdict(&self, voxel: [i32; 3]) -> Verdict {
         let is_there = self.truth.occupied.get(voxel);
         match (self.labels.occupied.get(voxel), self.labels.free.get(voxel)) {
@@ -187,15 +136,14 @@ impl<'a> View<'a> {
         }
     }
 
-    /// The voxels of the grid with this verdict.
+    /// The voxels of the view with this verdict.
     pub(crate) fn voxels(&self, verdict: Verdict) -> BitGrid {
-        let grid = self.world.grid.window();
         let Planes { occupied, free, .. } = &self.labels;
         let truth = &*self.truth.occupied;
         let mut voxels = match verdict {
             Verdict::Tp | Verdict::Fp => occupied.clone(),
             Verdict::Fn | Verdict::Tn => free.clone(),
-            Verdict::Uo | Verdict::Uf => BitGrid::full(grid),
+            Verdict::Uo | Verdict::Uf => BitGrid::full(occupied.window()),
         };
         match verdict {
             Verdict::Tp | Verdict::Fn | Verdict::Uo => voxels.keep(truth),

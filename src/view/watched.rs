@@ -5,10 +5,10 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use super::Choice;
-use super::why::first_blocker;
 use super::why::sight::Sight;
+use crate::backend::cpu::BlockerSearch;
 use crate::backend::{GridPose, Rays};
-use crate::march::{self, leap};
+use crate::march::leap;
 use crate::sensor::look::Way;
 use crate::sensor::{Station, watch};
 use crate::study::Study;
@@ -90,23 +90,24 @@ impl<'a> Watchers<'a> {
     /// The objects that stand before voxels which nothing watches: for each index in [`Truth::objects`], how
     /// often the ray of a sensor nearest to a voxel ends in it before the voxel, within its range.
     pub fn before(&self, watch: &Watch, voxels: impl Iterator<Item = [i32; 3]>) -> BTreeMap<usize, u64> {
-        let (blockers, objects) = (&watch.truth.blockers, &watch.truth.objects);
+        let (search, objects) = (BlockerSearch::new(&watch.truth.blockers), &watch.truth.objects);
         let sights = watch.placements.iter().filter_map(|(sensor, from)| {
             let rays = self.tables[*sensor].as_ref()?;
             let field = self.study.sensors[*sensor].kind.field_of_view();
-            Some((rays, from, Sight::new(rays, from, field)))
+            let begin = search.from(from.caster().origin_q16);
+            Some((rays, from, begin, Sight::new(rays, from, field)))
         });
         let sights: Vec<_> = sights.collect();
         let mut found = BTreeMap::new();
         for voxel in voxels.filter(|&voxel| !watch.voxels.get(voxel)) {
-            for (rays, from, sight) in &sights {
+            for (rays, from, begin, sight) in &sights {
                 let Some(ray) = sight.look(voxel).ray else { continue };
                 let Some(entered_q16) = leap::entry_q16(&sight.start(ray), voxel) else { continue };
                 let way = Way::of(from, rays.dirs_q15[ray as usize]);
-                let cast = march::start(from.caster().origin_q16, way.truly_q16);
-                let (hit, hit_q16) = first_blocker(blockers, &cast, rays.gates.near_ignore_q16);
-                let is_before = hit_q16 < entered_q16 && entered_q16 <= rays.gates.range_max_q16;
-                let stops = |object: usize| objects[object].stops_rays && objects[object].voxels.get(hit);
+                let Some(hit) = search.first(begin, way.truly_q16, &rays.gates) else { continue };
+                let is_before = hit.t_q16 < entered_q16 && entered_q16 <= rays.gates.range_max_q16;
+                let stops =
+                    |object: usize| objects[object].stops_rays && objects[object].voxels.get(hit.voxel);
                 if let Some(object) = (0..objects.len()).find(|&object| is_before && stops(object)) {
                     *found.entry(object).or_default() += 1;
                 }

@@ -43,23 +43,25 @@
 //! what something stands before or blinds.
 //!
 //! # Practice
-//! For each unknown voxel, as many closed forms as there are sensors; what ended a ray is searched step by
-//! step, for hidden and blind voxels only. Voxels are looked at in parallel and each for itself, so that
-//! every machine finds the same.
+//! For each unknown voxel, as many closed forms as there are sensors; where a ray crosses the voxel within
+//! range, what ended it is searched again, in leaps. Voxels are looked at in parallel and each for itself, so
+//! that every machine finds the same.
 
 mod nearest;
 pub(super) mod sight;
 
 use std::collections::BTreeMap;
+use std::sync::Arc;
 
 use rayon::prelude::*;
 
 use super::{SensorView, View};
 use crate::backend::Rays;
-use crate::march::{self, BLIND, RETURN, leap};
+use crate::backend::cpu::{BlockerSearch, RaysFrom};
+use crate::march::{self, leap};
 use crate::sensor::Extent;
 use crate::sensor::look::Way;
-use crate::voxel::{BitGrid, Truth};
+use crate::voxel::{BitGrid, ObjectVoxels, Truth};
 use sight::{Look, Sight};
 
 /// Why a voxel is unknown; reasons of sensors that came nearer to knowing it come later.
@@ -216,8 +218,8 @@ struct Witness<'a> {
 }
 
 enum Means<'a> {
-    /// A sensor with rays, and how they ended.
-    Rays { sight: Sight<'a>, rays: &'a Rays, ends: &'a [march::End] },
+    /// A sensor with rays, and what finds how they ended.
+    Rays { sight: Sight<'a>, rays: &'a Rays, search: &'a BlockerSearch, from: RaysFrom },
     /// A sensor that labels a volume, and the reason for voxels in it that it left without a label.
     Volume { voxels: BitGrid, otherwise: Reason },
 }
@@ -225,10 +227,12 @@ enum Means<'a> {
 impl<'a> Witness<'a> {
     fn new(view: &'a View, member: &'a SensorView) -> Self {
         let (truth, kind) = (&view.truth, &view.study.sensors[member.sensor].kind);
-        let means = match (&member.cast, &view.tables[member.sensor]) {
-            (Some(cast), Some(rays)) => {
+        let means = match &view.tables[member.sensor] {
+            Some(rays) if member.casts => {
                 let sight = Sight::new(rays, &member.placement, kind.field_of_view());
-                Means::Rays { sight, rays, ends: &cast.ends }
+                let search = view.search.get_or_init(|| BlockerSearch::new(&truth.blockers));
+                let from = search.from(member.placement.caster().origin_q16);
+                Means::Rays { sight, rays, search, from }
             }
             _ => {
                 let station = view.world.station(
@@ -259,7 +263,7 @@ impl<'a> Witness<'a> {
         match &self.means {
             Means::Volume { voxels, otherwise } if voxels.get(voxel) => because(*otherwise),
             Means::Volume { .. } => because(Reason::OutOfView),
-            Means::Rays { sight, rays, ends } => {
+            Means::Rays { sight, rays, search, from } => {
                 let Look { in_view, ray, squared_q32 } = sight.look(voxel);
                 let begin = ray.map(|ray| (ray, sight.start(ray)));
                 let crosses =
@@ -272,59 +276,47 @@ impl<'a> Witness<'a> {
                     Some((_, _, entered_q16)) if entered_q16 > range_q16 => because(Reason::OutOfRange),
                     Some((ray, begin, entered_q16)) => {
                         let way = Way::of(&self.member.placement, rays.dirs_q15[ray as usize]);
-                        self.ended(ends[ray as usize].kind, (&begin, way), rays, (voxel, entered_q16))
+                        let hit = search.first(from, way.truly_q16, &rays.gates);
+                        self.ended((ray, hit), &begin, rays, (voxel, entered_q16))
                     }
                 }
             }
         }
     }
 
-    /// How a ray ended that, as it is believed to go, crosses a voxel within its range.
+    /// Why a voxel stays unknown that a ray, as it is believed to go, crosses within its range, and that truly
+    /// hit something or nothing.
     fn ended(
         &self,
-        kind: u32,
-        (begin, way): (&march::March, Way),
+        (ray, hit): (u32, Option<march::Crossing>),
+        begin: &march::March,
         rays: &Rays,
         (voxel, entered_q16): ([i32; 3], u32),
     ) -> Cause {
-        if !matches!(kind, BLIND | RETURN) {
-            return Cause { reason: Reason::NoReturn, object: None };
-        }
+        let because = |reason| Cause { reason, object: None };
         let from = &self.member.placement;
-        let cast = march::start(from.caster().origin_q16, way.truly_q16);
-        let (hit, hit_q16) = first_blocker(&self.truth.blockers, &cast, rays.gates.near_ignore_q16);
-        // All rays from one voxel to another cross the same number of boundaries; where a mount is off,
-        // distances are compared instead.
-        let crossings = |to: [i32; 3]| (0..3).map(|r| to[r].abs_diff(begin.voxel[r])).sum::<u32>();
-        let is_before = match from.truly {
-            None => crossings(voxel) > crossings(hit),
-            Some(_) => entered_q16 > hit_q16,
-        };
-        let reason = match kind {
-            BLIND => Reason::Blind,
-            _ if is_before => Reason::Hidden,
-            _ => return Cause { reason: Reason::Misread, object: None },
+        let Some(hit) = hit else { return because(Reason::NoReturn) };
+        let reason = if hit.t_q16 < rays.gates.range_min_q16 {
+            Reason::Blind
+        } else if march::is_lost(march::draw(from.draws, ray), rays.noise.lost_below) {
+            return because(Reason::NoReturn);
+        } else {
+            // All rays from one voxel to another cross the same number of boundaries; where a mount is off,
+            // distances are compared instead.
+            let crossings = |to: [i32; 3]| (0..3).map(|r| to[r].abs_diff(begin.voxel[r])).sum::<u32>();
+            let is_before = match from.truly {
+                None => crossings(voxel) > crossings(hit.voxel),
+                Some(_) => entered_q16 > hit.t_q16,
+            };
+            if !is_before {
+                return because(Reason::Misread);
+            }
+            Reason::Hidden
         };
         let objects = &self.truth.objects;
-        Cause {
-            reason,
-            object: objects.iter().position(|object| object.stops_rays && object.voxels.get(hit)),
-        }
+        let stands = |object: &Arc<ObjectVoxels>| object.stops_rays && object.voxels.get(hit.voxel);
+        Cause { reason, object: objects.iter().position(stands) }
     }
-}
-
-/// The blocker in which a ray ends, and its distance; the ray must end in one. A blocker entered before
-/// `near_ignore_q16` is the sensor's housing.
-pub(super) fn first_blocker(
-    blockers: &BitGrid,
-    begin: &march::March,
-    near_ignore_q16: u32,
-) -> ([i32; 3], u32) {
-    let ends = |to: &march::Crossing| {
-        !blockers.window().contains(to.voxel) || (to.t_q16 >= near_ignore_q16 && blockers.get(to.voxel))
-    };
-    let end = march::crossings(*begin).find(ends);
-    end.map_or((begin.voxel, 0), |to| (to.voxel, to.t_q16))
 }
 
 #[cfg(test)]

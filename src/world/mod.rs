@@ -91,7 +91,7 @@ impl World {
 
     /// The voxels of all regions.
     pub(crate) fn in_regions(&self) -> BitGrid {
-        let mut all = BitGrid::new(self.grid.window());
+        let mut all = BitGrid::new(region::window_of(&self.regions));
         self.regions.iter().for_each(|region| all.add(&region.voxels));
         all
     }

@@ -15,6 +15,7 @@ use crate::march::leap::{self, RayAxis};
 use crate::voxel::{BitGrid, Bricks, Window};
 
 /// Blockers, and where there are none.
+#[derive(Debug)]
 pub(super) struct Layer {
     pub(super) blockers: BitGrid,
     pub(super) bricks: Bricks,

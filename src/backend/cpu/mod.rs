@@ -6,6 +6,7 @@
 //! `first_hit` (what they hit), `end` (gates and noise), `pyramid` and `carve_voxels`, or `carve_rays` (what
 //! they free).
 
+mod blocker_search;
 mod carve_rays;
 mod carve_voxels;
 mod cone;
@@ -32,6 +33,7 @@ use crate::march::{End, NOTHING};
 use crate::metrics::Confusion;
 use crate::voxel::BitGrid;
 use crate::{Error, Result};
+pub(crate) use blocker_search::{BlockerSearch, RaysFrom};
 use first_hit::{FirstHit, Layer};
 use plan::RelevantVoxels;
 use sense::{Blockers, RayTable, Scratch, TableCaster};

@@ -1,8 +1,9 @@
 //! The cell in voxels for the page's 3D view: the truth at some moments, the labels of the best choices in
 //! the regions, and why the rest stays unknown.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 
+use rayon::prelude::*;
 use serde::Serialize;
 
 use super::packed::put_runs;
@@ -24,6 +25,9 @@ use crate::world::World;
 
 /// Most bytes of voxels before they are compressed; less than half of that after.
 const MOST_BYTES: usize = 24 << 20;
+
+/// How many views are made together, so that all cores have work.
+const AT_ONCE: usize = 128;
 
 /// A part of the bytes.
 type ByteRange = [usize; 2];
@@ -115,19 +119,72 @@ pub(super) fn look(
     let sights = sights(results, rankings, recommended, most)?;
     let asked = asked(results, rankings, recommended)?;
     let mut viewer = Viewer::new(study, backend)?;
-    for (done, &sight) in sights.iter().enumerate() {
-        if cells.bytes.len() > MOST_BYTES {
-            break;
+    let mut done = 0;
+    for some in sights.chunks(AT_ONCE) {
+        let mut by_moment: BTreeMap<usize, Vec<Shown>> = BTreeMap::new();
+        some.iter().for_each(|sight| by_moment.entry(sight.moment).or_default().push(*sight));
+        let mut looked = BTreeMap::new();
+        for (moment, sights_then) in by_moment {
+            let choice = |sight: &Shown| {
+                let Series { combination, representation } = rankings[sight.series].series;
+                Choice { combination, choice: sight.choice, representation, repeat: 0 }
+            };
+            let choices: Vec<Choice> = sights_then.iter().map(choice).collect();
+            let views = viewer.in_regions(&worlds[moment], &choices)?;
+            let look = |(sight, view): (&Shown, View)| (*sight, LookedAt::new(*sight, &view, &asked));
+            looked.par_extend(sights_then.par_iter().zip(views).map(look));
+            done += sights_then.len();
+            said(done, sights.len());
         }
-        cells.put_moment(worlds, sight.moment);
-        let Series { combination, representation } = rankings[sight.series].series;
-        let choice = Choice { combination, choice: sight.choice, representation, repeat: 0 };
-        let view = viewer.view(&worlds[sight.moment], choice)?;
-        let here = asked.iter().filter(|asked| asked.sight == sight);
-        cells.put_labels(sight, &view, here.map(|one| (one.asked, one.region)));
-        said(done + 1, sights.len());
+        for (sight, looked) in some.iter().filter_map(|sight| looked.remove_entry(sight)) {
+            if cells.bytes.len() > MOST_BYTES {
+                return Ok(cells);
+            }
+            cells.put_moment(worlds, sight.moment);
+            cells.put_labels(sight, looked);
+        }
     }
     Ok(cells)
+}
+
+/// What a view tells, before it is put among the rest.
+struct LookedAt {
+    /// As runs.
+    labels: Vec<u8>,
+    causes: Vec<CauseData>,
+    explained: Vec<(Asked, Explained)>,
+}
+
+impl LookedAt {
+    /// The labels in all regions, and what is asked about the unknown voxels.
+    fn new(sight: Shown, view: &View, asked: &[ToExplain]) -> LookedAt {
+        let missed = view.why_in_regions();
+        let window = view.labels.occupied.window();
+        let place = |voxel: [i32; 3]| {
+            let [x, y, z] = std::array::from_fn(|r| (voxel[r] - window.min[r]) as usize);
+            x + window.size[0] as usize * (y + window.size[1] as usize * z)
+        };
+        let mut classes = vec![0u16; window.size.iter().map(|&n| n as usize).product()];
+        let unknown = missed.iter().zip(2..).map(|(missed, class)| (&missed.voxels, class));
+        for (voxels, class) in [(&view.labels.occupied, 1)].into_iter().chain(unknown) {
+            voxels.voxels().for_each(|voxel| classes[place(voxel)] = class);
+        }
+        let mut labels = Vec::new();
+        let in_regions = view.world.in_regions();
+        let each = in_regions.voxels().map(|voxel| usize::from(classes[place(voxel)]));
+        put_runs(each, 2 + missed.len(), &mut labels);
+        let cause = |Missed { cause, .. }: &Missed| CauseData {
+            reason: cause.reason.name(),
+            words: phrase(view, cause),
+            monitored: cause.reason.is_monitored(),
+        };
+        let here = asked.iter().filter(|asked| asked.sight == sight);
+        let explained = here.map(|&ToExplain { asked, region, .. }| {
+            (asked, explain(view, &view.counts(region), view.tally(&missed, region)))
+        });
+        let (causes, explained) = (missed.iter().map(cause).collect(), explained.collect());
+        LookedAt { labels, causes, explained }
+    }
 }
 
 /// How many of the best by human_seen and by parts_detected are looked at, if this many are by F1.
@@ -208,28 +265,13 @@ fn asked(
 }
 
 impl Cells {
-    /// Adds the labels of a view in all regions, and explains the unknown voxels of some.
-    fn put_labels(&mut self, sight: Shown, view: &View, asked: impl Iterator<Item = (Asked, usize)>) {
-        let missed = view.why_in_regions();
-        let (occupied, free) = (&view.labels.occupied, &view.labels.free);
-        let why = |voxel| {
-            missed.iter().position(|m| m.voxels.get(voxel)).expect("each unknown voxel has its cause")
-        };
-        let of = |voxel| match () {
-            _ if free.get(voxel) => 0,
-            _ if occupied.get(voxel) => 1,
-            _ => 2 + why(voxel),
-        };
-        let labels = self.put(view.world.in_regions().voxels().map(of), 2 + missed.len());
-        let cause = |Missed { cause, .. }: &Missed| CauseData {
-            reason: cause.reason.name(),
-            words: phrase(view, cause),
-            monitored: cause.reason.is_monitored(),
-        };
-        let explained = asked
-            .map(|(asked, region)| (asked, explain(view, &view.counts(region), view.tally(&missed, region))));
+    /// Adds what a view tells.
+    fn put_labels(&mut self, sight: Shown, looked: LookedAt) {
         let Shown { series, choice, moment } = sight;
-        let (causes, explained) = (missed.iter().map(cause).collect(), explained.collect());
+        let LookedAt { labels, causes, explained } = looked;
+        let begin = self.bytes.len();
+        self.bytes.extend(labels);
+        let labels = [begin, self.bytes.len()];
         self.labels.push(Labels { series, choice, moment, labels, causes, explained });
     }
 

@@ -13,21 +13,28 @@ use super::ReportedSweep;
 use super::cells::Cells;
 use super::measure::{self, Baseline};
 use super::packed::NumberTable;
-use super::ranking::Ranking;
+use super::ranking::{Ranking, Spread, maxima_of};
 use super::recommended::Recommended;
 use super::scores::{self, Scores};
 use super::surroundings::{Surroundings, WAYS};
 use crate::Result;
 use crate::metrics::Score;
-use crate::report::distribution::distribution;
-use crate::report::maxima::{maxima, most_sensors};
+use crate::report::maxima::most_sensors;
 use crate::results::{Results, columns};
 use crate::world::World;
 use crate::world::place::room_m;
 use sensor::{SensorData, sensor_data};
 
-/// For each scene and series: minimum, quartiles and maximum.
-type Boxes = Vec<Vec<Option<[f64; 5]>>>;
+/// For each scene and series, how the choices of poses are distributed.
+type Boxes = Vec<Vec<Option<BoxData>>>;
+
+#[derive(Serialize)]
+struct BoxData {
+    /// Minimum, quartiles and maximum.
+    five: [f64; 5],
+    /// How many there are in equal parts from minimum to maximum.
+    bins: Vec<u32>,
+}
 
 /// The root of the JSON.
 #[derive(Serialize)]
@@ -129,10 +136,9 @@ impl<'a> Data<'a> {
             title: measure::title(score),
             less_is_better: score.less_is_better(),
         });
-        let largest = |region, score| {
+        let largest = |part| -> Vec<_> {
             let all = 0..results.combinations.len();
-            all.map(|combination| Ok(maxima(results, combination, region, score)?.mean))
-                .collect::<Result<_>>()
+            all.map(|combination| maxima_of(results, rankings, combination, part).mean).collect()
         };
         let of_scores = |region| Score::ALL.into_iter().map(move |score| (region, score));
         Ok(Data {
@@ -155,14 +161,9 @@ impl<'a> Data<'a> {
             series: series.collect(),
             baselines: regions().map(|region| baselines(results, region)).collect(),
             distributions: regions()
-                .map(|region| {
-                    let each = of_scores(region);
-                    each.map(|(region, score)| distributions(results, rankings, region, score)).collect()
-                })
-                .collect::<Result<_>>()?,
-            maxima: regions()
-                .map(|region| of_scores(region).map(|(region, score)| largest(region, score)).collect())
-                .collect::<Result<_>>()?,
+                .map(|region| of_scores(region).map(|part| distributions(results, rankings, part)).collect())
+                .collect(),
+            maxima: regions().map(|region| of_scores(region).map(largest).collect()).collect(),
             full_set: most_sensors(results),
             between_members: columns::BETWEEN_MEMBERS,
             voxel_size_m: study.voxel_size_m,
@@ -217,12 +218,12 @@ fn baselines(results: &Results, region: usize) -> Vec<Vec<Baseline>> {
     extents.map(|moments| measure::of_baselines(results, moments, region)).collect()
 }
 
-fn distributions(results: &Results, rankings: &[Ranking], region: usize, score: Score) -> Result<Boxes> {
-    let of_one = |ranking: &Ranking, scene: &crate::results::swept::SceneResults| {
-        let values = ranking.series.over(results, &scene.moments, region, score)?;
-        let found = distribution(values.into_iter().flatten().map(|over| over.mean).collect());
-        Ok(found.map(|d| [d.min, d.lower_quartile, d.median, d.upper_quartile, d.max]))
+fn distributions(results: &Results, rankings: &[Ranking], (region, score): (usize, Score)) -> Boxes {
+    let of_one = |ranking: &Ranking, scene| {
+        let Spread { distribution: d, bins, .. } = ranking.spread(region, scene, score)?;
+        let five = [d.min, d.lower_quartile, d.median, d.upper_quartile, d.max];
+        Some(BoxData { five, bins: bins.clone() })
     };
-    let scenes = results.scenes.iter();
+    let scenes = 0..results.scenes.len();
     scenes.map(|scene| rankings.iter().map(|ranking| of_one(ranking, scene)).collect()).collect()
 }

@@ -11,7 +11,7 @@ mod sketch;
 
 use super::ReportedSweep;
 use super::cells::{Asked, Cells};
-use super::ranking::Ranking;
+use super::ranking::{Ranking, maxima_of};
 use super::recommended::Recommended;
 use super::surroundings::Surroundings;
 use crate::Result;
@@ -71,8 +71,8 @@ impl<'a> Facts<'a> {
                 .map(|region| best::region(sweep, rankings, (cells, surroundings), region))
                 .collect::<Result<_>>()?,
             run: run::run(sweep),
-            distributions: distributions(sweep, rankings)?,
-            maxima: maxima_tables(sweep)?,
+            distributions: distributions(sweep, rankings),
+            maxima: maxima_tables(sweep, rankings),
             moves: results.moments().len() > results.scenes.len(),
             front: sweep.chosen.map(front::front),
         })
@@ -98,9 +98,9 @@ fn title(sweep: &ReportedSweep, (region, score): (usize, Score)) -> String {
     format!("{} in region {}", score.title(), sweep.results.regions[region])
 }
 
-fn distributions(sweep: &ReportedSweep, rankings: &[Ranking]) -> Result<Vec<Titled>> {
+fn distributions(sweep: &ReportedSweep, rankings: &[Ranking]) -> Vec<Titled> {
     let results = sweep.results;
-    let table = |part: (usize, Score)| {
+    let table = |(region, score): (usize, Score)| {
         let mut table = Table::new(&[
             "<scene",
             "<sensors · representation",
@@ -111,21 +111,22 @@ fn distributions(sweep: &ReportedSweep, rankings: &[Ranking]) -> Result<Vec<Titl
             "upper quartile",
             "max",
         ]);
-        for scene in &results.scenes {
+        for (number, scene) in results.scenes.iter().enumerate() {
             for ranking in rankings {
-                table.row(distribution::row(results, scene, ranking.series, part)?);
+                let found = ranking.spread(region, number, score).map(|spread| spread.distribution);
+                table.row(distribution::row(results, scene, ranking.series, found));
             }
         }
-        Ok((title(sweep, part), table))
+        (title(sweep, (region, score)), table)
     };
     parts(sweep).map(table).collect()
 }
 
-fn maxima_tables(sweep: &ReportedSweep) -> Result<Vec<Titled>> {
+fn maxima_tables(sweep: &ReportedSweep, rankings: &[Ranking]) -> Vec<Titled> {
     let results = sweep.results;
     // Sensors alone are compared in the first table.
     if results.combinations.len() < 2 || results.combinations.iter().all(|c| c.members.len() < 2) {
-        return Ok(Vec::new());
+        return Vec::new();
     }
     let full = most_sensors(results);
     let relative =
@@ -134,13 +135,13 @@ fn maxima_tables(sweep: &ReportedSweep) -> Result<Vec<Titled>> {
     let scenes = scenes.iter().map(String::as_str);
     let columns: Vec<&str> = ["<sensors"].into_iter().chain(scenes).chain(["mean", &relative]).collect();
     let table = |part: (usize, Score)| {
-        let of = |combination| maxima::maxima(results, combination, part.0, part.1);
-        let of_full = full.map(of).transpose()?.and_then(|maxima| maxima.mean);
+        let of = |combination| maxima_of(results, rankings, combination, part);
+        let of_full = full.and_then(|full| of(full).mean);
         let mut table = Table::new(&columns);
         for combination in 0..results.combinations.len() {
-            table.row(maxima::row(results, &of(combination)?, of_full));
+            table.row(maxima::row(results, &of(combination), of_full));
         }
-        Ok((title(sweep, part), table))
+        (title(sweep, part), table)
     };
     parts(sweep).map(table).collect()
 }

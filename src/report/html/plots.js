@@ -21,7 +21,7 @@ async function drawDistributions() {
   for (const [r, region] of data.regions.entries()) for (const [n, m] of plotted().entries()) {
     const score = data.measures[m].title;
     const traces = data.series.map((one, i) => {
-      const five = data.scenes.map((_, scene) => data.distributions[r][m][scene][i] ?? [null, null, null, null, null]);
+      const five = data.scenes.map((_, scene) => data.distributions[r][m][scene][i]?.five ?? [null, null, null, null, null]);
       const row = n => five.map(numbers => numbers[n]);
       return { type: "box", name: plain(one.title), x: data.scenes.map(scene => plain(scene.name)), lowerfence: row(0), q1: row(1), median: row(2), q3: row(3), upperfence: row(4), marker: { color: COLOURS[i % COLOURS.length] }, line: { width: 1.5 }, offsetgroup: String(i) };
     });

@@ -16,7 +16,7 @@ fn plain(view: &View, member: &SensorView, voxel: [i32; 3]) -> (Reason, Option<[
     if member.says.occupied.get(voxel) || member.says.free.get(voxel) {
         return (Reason::Cancelled, None);
     }
-    let (Some(_), Some(rays)) = (&member.cast, &view.tables[member.sensor]) else {
+    let (true, Some(rays)) = (member.casts, &view.tables[member.sensor]) else {
         return (without_rays(view, member, voxel), None);
     };
     let from = &member.placement;
@@ -159,6 +159,15 @@ fn check(view: &View, every: usize, met: &mut [u64; Reason::ALL.len()], rerun: &
     }
 }
 
+/// A view of the regions alone says the same of them as one of the whole grid.
+fn same_in_regions(whole: &View, alone: View, rerun: &str) {
+    let what = format!("{:?}\n{rerun}", whole.choice);
+    for region in 0..whole.world.regions.len() {
+        assert_eq!(alone.counts(region), whole.counts(region), "region {region} of {what}");
+    }
+    assert_eq!(alone.why_in_regions(), whole.why_in_regions(), "{what}");
+}
+
 /// Some choices of every combination, by both rules of fusion.
 fn check_all(mut study: Study, worlds: &[World], every: [usize; 2], met: &mut [u64; 9], rerun: &str) {
     for fusion in [Fusion::OccupiedWins, Fusion::Octomap] {
@@ -171,7 +180,9 @@ fn check_all(mut study: Study, worlds: &[World], every: [usize; 2], met: &mut [u
                     for representation in 0..combination.representation_count(&study.sensors) {
                         let repeat = study.repeats as usize - 1;
                         let choice = Choice { combination: number, choice, representation, repeat };
-                        check(&viewer.view(world, choice).unwrap(), every[1], met, rerun);
+                        let view = viewer.view(world, choice).unwrap();
+                        check(&view, every[1], met, rerun);
+                        same_in_regions(&view, viewer.in_regions(world, &[choice]).unwrap().remove(0), rerun);
                     }
                 }
             }
