@@ -119,7 +119,7 @@ fn joints_that_cannot_be() {
     refused(
         "<axis",
         "<mimic joint='x'/><axis",
-        &["arm.urdf: joint \"turn\": is a mimic of \"x\", which is not"],
+        &["arm.urdf: joint \"turn\": mimics \"x\", which is no joint of the file"],
     );
     let ring = "<joint name='back' type='fixed'><parent link='hand'/><child link='base'/></joint></robot>";
     refused(

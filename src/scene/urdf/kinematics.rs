@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 
 use glam::{DAffine3, DMat3, DVec3};
 
-use super::{Joint, Motion, RobotModel};
+use super::{Follows, Joint, Motion, RobotModel};
 use crate::Result;
 use crate::error::Issue;
 use crate::pose::{Frame, Pose};
@@ -16,7 +16,7 @@ const SLACK_RAD: f64 = 1e-5;
 /// The same for prismatic joints, in metres.
 const SLACK_M: f64 = 1e-9;
 
-/// Values of the joints by name; a joint without one is at 0.
+/// Values of the joints by name; a joint without one is at 0, or where the one leads that it mimics.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct JointValues {
     /// Revolute and continuous joints, in degrees.
@@ -103,7 +103,13 @@ impl RobotModel {
         let find = |name: &str| self.links.iter().find_map(|l| l.joint.as_ref().filter(|j| j.name == name));
         let named = values.angles_deg.iter().map(|(name, value)| ("joints_deg", name, value));
         for (key, name, value) in named.chain(values.travels_m.iter().map(|(n, v)| ("joints_m", n, v))) {
-            let wrong = match find(name).map(|joint| &joint.motion) {
+            let joint = find(name);
+            if let Some(follows) = joint.and_then(|joint| joint.follows.as_ref()) {
+                let wrong =
+                    format!("mimics {:?}: take its value away, and give that joint one", follows.joint);
+                return Err(Issue::value(format!("{key}.{name}"), value, wrong));
+            }
+            let wrong = match joint.map(|joint| &joint.motion) {
                 None => format!("{} has no such joint; {}", self.path.display(), self.movable()),
                 Some(Motion::Fixed) => "is a fixed joint; take its value away".into(),
                 Some(Motion::Turn { .. }) if key == "joints_m" => {
@@ -120,7 +126,7 @@ impl RobotModel {
     }
 
     fn movable(&self) -> String {
-        let movable = |joint: &&Joint| joint.motion != Motion::Fixed;
+        let movable = |joint: &&Joint| joint.motion != Motion::Fixed && joint.follows.is_none();
         let names: Vec<&str> = (self.links.iter())
             .filter_map(|link| Some(link.joint.as_ref().filter(movable)?.name.as_str()))
             .collect();
@@ -136,26 +142,64 @@ impl RobotModel {
         match joint.motion {
             Motion::Fixed => Ok(DAffine3::IDENTITY),
             Motion::Turn { axis, limits_rad } => {
-                let given = values.angles_deg.get(&joint.name).copied();
-                let angle_rad = given.unwrap_or(0.0).to_radians();
+                let angle_rad = self.value(joint, values);
                 if !within(angle_rad, limits_rad, SLACK_RAD) {
-                    return Err(self.outside("joints_deg", joint, given, limits_rad.map(degrees), "degrees"));
+                    let limits_deg = limits_rad.map(degrees);
+                    return Err(self.outside(
+                        "joints_deg",
+                        joint,
+                        (values, degrees(angle_rad)),
+                        limits_deg,
+                        "degrees",
+                    ));
                 }
                 Ok(DAffine3::from_mat3(about(axis, angle_rad)))
             }
             Motion::Slide { axis, limits_m } => {
-                let given = values.travels_m.get(&joint.name).copied();
-                let travel_m = given.unwrap_or(0.0);
+                let travel_m = self.value(joint, values);
                 if !within(travel_m, limits_m, SLACK_M) {
-                    return Err(self.outside("joints_m", joint, given, limits_m, "metres"));
+                    return Err(self.outside("joints_m", joint, (values, travel_m), limits_m, "metres"));
                 }
                 Ok(DAffine3::from_translation(axis * travel_m))
             }
         }
     }
 
-    fn outside(&self, key: &str, joint: &Joint, given: Option<f64>, limits: [f64; 2], unit: &str) -> Issue {
+    /// The value of a joint, in radians or metres: its own, or the one that it mimics.
+    fn value(&self, joint: &Joint, values: &JointValues) -> f64 {
+        let find = |name: &str| self.links.iter().find_map(|l| l.joint.as_ref().filter(|j| j.name == name));
+        match (&joint.follows, joint.motion) {
+            (Some(Follows { joint, multiplier, offset }), _) => {
+                let leader =
+                    find(joint).expect("a robot is made of joints that lead to one that follows none");
+                multiplier * self.value(leader, values) + offset
+            }
+            (None, Motion::Turn { .. }) => {
+                values.angles_deg.get(&joint.name).copied().unwrap_or(0.0).to_radians()
+            }
+            (None, _) => values.travels_m.get(&joint.name).copied().unwrap_or(0.0),
+        }
+    }
+
+    fn outside(
+        &self,
+        key: &str,
+        joint: &Joint,
+        (values, reached): (&JointValues, f64),
+        limits: [f64; 2],
+        unit: &str,
+    ) -> Issue {
         let (name, [lower, upper], file) = (&joint.name, limits, self.path.display());
+        if let Some(Follows { joint: leader, .. }) = &joint.follows {
+            let what = format!("joint {name:?} mimics {leader:?}, and is at {reached} {unit} then");
+            return Issue::says(what)
+                .wanted(format!("its limits in {file} are {lower} to {upper} {unit}"))
+                .cure(format!("give {leader:?} another value"));
+        }
+        let given = match joint.motion {
+            Motion::Turn { .. } => values.angles_deg.get(name).copied(),
+            _ => values.travels_m.get(name).copied(),
+        };
         match given {
             Some(value) => {
                 let rule = format!("must be from {lower} to {upper} {unit}, its limits in {file}");

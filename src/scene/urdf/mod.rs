@@ -58,6 +58,16 @@ struct Joint {
     /// Where the joint is, at value 0.
     parent_from_joint: DAffine3,
     motion: Motion,
+    follows: Option<Follows>,
+}
+
+/// How a joint goes where another one leads (`<mimic>`): its value is so many times that of the other, and so much
+/// more, in radians or metres each.
+#[derive(Clone, Debug, PartialEq)]
+struct Follows {
+    joint: String,
+    multiplier: f64,
+    offset: f64,
 }
 
 /// How a joint moves its child, along or about a unit axis of its own frame.

@@ -6,7 +6,7 @@ use std::collections::{HashMap, HashSet, VecDeque};
 use glam::{DAffine3, DVec3};
 use urdf_rs::{JointType, Pose, Robot};
 
-use super::{Joint, Link, LinkShape, Motion, PlacedShape};
+use super::{Follows, Joint, Link, LinkShape, Motion, PlacedShape};
 use crate::error::Issue;
 use crate::pose::from_rpy;
 
@@ -65,6 +65,7 @@ pub(super) fn links(robot: &Robot) -> Result<Vec<Link>, Issue> {
             Issue::says(format!("link {name:?} is among its own ancestors")).wanted("links must form a tree")
         );
     }
+    led(&links)?;
     Ok(links)
 }
 
@@ -121,10 +122,6 @@ fn joint_of(entry: &urdf_rs::Joint, parent: usize) -> Result<Joint, Issue> {
     let unsupported = |kind: &str, cure: &str| {
         Err(Issue::unsupported(format!("is {kind}, which is not supported")).wanted(cure))
     };
-    if let Some(mimic) = &entry.mimic {
-        let what = format!("a mimic of {:?}", mimic.joint);
-        return unsupported(&what, "take <mimic> away and give the joint a value of its own");
-    }
     let limits = [entry.limit.lower, entry.limit.upper];
     let motion = match entry.joint_type {
         JointType::Fixed => Motion::Fixed,
@@ -159,7 +156,44 @@ fn joint_of(entry: &urdf_rs::Joint, parent: usize) -> Result<Joint, Issue> {
             );
         }
     };
-    Ok(Joint { name: entry.name.clone(), parent, parent_from_joint: affine(&entry.origin)?, motion })
+    let follows = entry.mimic.as_ref().filter(|_| motion != Motion::Fixed).map(follows).transpose()?;
+    Ok(Joint { name: entry.name.clone(), parent, parent_from_joint: affine(&entry.origin)?, motion, follows })
+}
+
+fn follows(mimic: &urdf_rs::Mimic) -> Result<Follows, Issue> {
+    let [multiplier, offset] = [mimic.multiplier.unwrap_or(1.0), mimic.offset.unwrap_or(0.0)];
+    if ![multiplier, offset].iter().all(|number| number.abs() <= FARTHEST_M) {
+        return Err(Issue::says(format!("<mimic multiplier = {multiplier} offset = {offset}>"))
+            .wanted(format!("must be numbers from -{FARTHEST_M} to {FARTHEST_M}")));
+    }
+    Ok(Follows { joint: mimic.joint.clone(), multiplier, offset })
+}
+
+/// Whether each joint that follows another one leads back to one that follows none.
+fn led(links: &[Link]) -> Result<(), Issue> {
+    let joints: HashMap<&str, &Joint> = links
+        .iter()
+        .filter_map(|link| link.joint.as_ref())
+        .map(|joint| (joint.name.as_str(), joint))
+        .collect();
+    for joint in joints.values() {
+        let wrong = |what: String| Err(Issue::says(what).at(format!("joint {:?}", joint.name)));
+        let (mut leader, mut steps) = (*joint, 0);
+        while let Some(follows) = &leader.follows {
+            leader = match joints.get(follows.joint.as_str()) {
+                None => return wrong(format!("mimics {:?}, which is no joint of the file", follows.joint)),
+                Some(next) if next.motion == Motion::Fixed => {
+                    return wrong(format!("mimics {:?}, which is fixed", follows.joint));
+                }
+                Some(next) => next,
+            };
+            steps += 1;
+            if steps > joints.len() {
+                return wrong("mimics joints that mimic each other in a ring".into());
+            }
+        }
+    }
+    Ok(())
 }
 
 fn axis(entry: &urdf_rs::Joint) -> Result<DVec3, Issue> {

@@ -88,7 +88,7 @@ fn joints_that_are_not_supported_say_what_would_do() {
     refused(
         "<axis",
         "<mimic joint='other'/><axis",
-        "joint \"turn\": is a mimic of \"other\", which is not supported",
+        "joint \"turn\": mimics \"other\", which is no joint of the file",
     );
     refused("revolute", "ball", "joint \"turn\" (line 4): custom: unknown variant `ball`");
     refused("<axis xyz='0 0 1'/>", "<axis xyz='0 0 0'/>", "joint \"turn\": <axis xyz");

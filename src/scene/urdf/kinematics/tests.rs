@@ -263,3 +263,76 @@ fn the_ur10_has_the_limits_of_the_real_one() {
         assert!(arm.pose(&ur10_values(angles)).is_err(), "{joint}");
     }
 }
+
+/// A hand whose second finger goes where the first leads, and a wheel that turns as far as that in radians.
+fn hand(mimic: &str, of_finger: &str) -> RobotModel {
+    let limits = "<limit lower='0' upper='0.04' effort='1' velocity='1'/>";
+    model(&[
+        link("palm"),
+        link("left"),
+        link("right"),
+        link("wheel"),
+        joint("wheel", "continuous", ["palm", "wheel"], &format!("<axis xyz='0 0 1'/>{mimic}")),
+        joint("right", "prismatic", ["palm", "right"], &format!("<axis xyz='0 -1 0'/>{limits}{of_finger}")),
+        joint("left", "prismatic", ["palm", "left"], &format!("<axis xyz='0 1 0'/>{limits}")),
+    ])
+}
+
+#[test]
+fn joints_that_mimic_others_go_where_these_lead() {
+    let chain = "<mimic joint='right' multiplier='100' offset='-1'/>";
+    let hand_of = |of_finger: &str| hand(chain, of_finger);
+    let arm = hand_of("<mimic joint='left'/>");
+    let open = values(&[], &[("left", 0.03)]);
+    assert_at(&arm, &open, "left", [0.0, 0.03, 0.0]);
+    assert_at(&arm, &open, "right", [0.0, -0.03, 0.0]);
+    // 100 × 0.03 − 1 radians.
+    let wheel = arm.link_names().position(|name| name == "wheel").unwrap();
+    let turned = arm.pose(&open).unwrap()[wheel].matrix3 * DVec3::X;
+    assert!((turned - DVec3::new(2f64.cos(), 2f64.sin(), 0.0)).length() < 1e-12, "{turned}");
+    let told = |model: &RobotModel, values: &JointValues| model.pose(values).unwrap_err().to_string();
+    assert!(
+        told(&arm, &values(&[], &[("right", 0.01)]))
+            .contains("joints_m.right = 0.01: mimics \"left\": take its value away, and give that joint one")
+    );
+    // Joints that follow are none to be given values.
+    let strange = told(&arm, &values(&[], &[("thumb", 0.01)]));
+    assert!(strange.contains("has no such joint; there are left"), "{strange}");
+    assert!(!strange.contains("right"), "{strange}");
+    let twice = told(&hand_of("<mimic joint='left' multiplier='2'/>"), &open);
+    assert!(twice.contains("joint \"right\" mimics \"left\", and is at 0.06 metres then"), "{twice}");
+    assert!(twice.contains("0 to 0.04 metres") && twice.contains("give \"left\" another value"), "{twice}");
+}
+
+#[test]
+fn mimics_lead_somewhere() {
+    let refused = |mimic: &str, of_finger: &str| {
+        let limits = "<axis xyz='0 1 0'/><limit lower='0' upper='0.04' effort='1' velocity='1'/>";
+        let text = format!(
+            "<robot name='hand'>{}{}{}{}{}{}{}</robot>",
+            link("palm"),
+            link("left"),
+            link("right"),
+            link("lid"),
+            joint("left", "prismatic", ["palm", "left"], &format!("{limits}{mimic}")),
+            joint("right", "prismatic", ["palm", "right"], &format!("{limits}{of_finger}")),
+            joint("lid", "fixed", ["palm", "lid"], "<mimic joint='nothing'/>"),
+        );
+        parse(Path::new("hand.urdf"), &text).map(drop).map_err(|error| error.to_string())
+    };
+    assert_eq!(refused("", "<mimic joint='left'/>"), Ok(()), "a fixed joint has nothing to mimic with");
+    for (mimic, of_finger, expected) in [
+        ("", "<mimic joint='thumb'/>", "joint \"right\": mimics \"thumb\", which is no joint of the file"),
+        ("", "<mimic joint='lid'/>", "joint \"right\": mimics \"lid\", which is fixed"),
+        ("<mimic joint='right'/>", "<mimic joint='left'/>", "mimics joints that mimic each other in a ring"),
+        ("", "<mimic joint='right'/>", "joint \"right\": mimics joints that mimic each other in a ring"),
+        (
+            "",
+            "<mimic joint='left' multiplier='inf'/>",
+            "<mimic multiplier = inf offset = 0>: must be numbers",
+        ),
+    ] {
+        let told = refused(mimic, of_finger).unwrap_err();
+        assert!(told.contains(expected), "no {expected:?} in {told:?}");
+    }
+}
