@@ -111,6 +111,7 @@ fn measure(
             require: Vec::new(),
             representations: representations.clone(),
             refine: false,
+            fusion: Default::default(),
         };
         let problem = Problem::new(study, &choose, worlds, &evidence);
         let question = format!("{objective:?} {over:?}");

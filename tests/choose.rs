@@ -8,7 +8,7 @@ use common::Random;
 use perirobot::Result;
 use perirobot::backend::gpu::Gpu;
 use perirobot::backend::{Backend, Fusion, cpu::Cpu, oracle::Oracle};
-use perirobot::choose::{Answer, CandidateEvidence, CastingWatch, MEMORY_BYTES, Problem, answer};
+use perirobot::choose::{Answer, Bound, CandidateEvidence, CastingWatch, MEMORY_BYTES, Problem, answer};
 use perirobot::metrics::{Confusion, Score};
 use perirobot::study::{Across, Choose, Combination, Member, Overrides, Study};
 use perirobot::sweep::run;
@@ -52,18 +52,26 @@ fn items(study: &Study) -> Vec<[usize; 2]> {
 fn swept(
     study: &Study,
     worlds: &[World],
+    of: (usize, &[usize]),
+    sets: &[Vec<usize>],
+    backend: &mut dyn Backend,
+) -> Vec<Vec<Confusion>> {
+    swept_under(Fusion::OccupiedWins, (study, worlds), of, sets, backend)
+}
+
+fn swept_under(
+    fusion: Fusion,
+    (study, worlds): (&Study, &[World]),
     (region, representations): (usize, &[usize]),
     sets: &[Vec<usize>],
     backend: &mut dyn Backend,
 ) -> Vec<Vec<Confusion>> {
     let items = items(study);
-    let combination = |(number, set): (usize, &Vec<usize>)| Combination {
-        name: number.to_string(),
-        fusion: Fusion::OccupiedWins,
-        members: set
-            .iter()
-            .map(|&item| Member { sensor: items[item][0], candidates: vec![items[item][1]] })
-            .collect(),
+    let combination = |(number, set): (usize, &Vec<usize>)| {
+        let member = |&item: &usize| Member { sensor: items[item][0], candidates: vec![items[item][1]] };
+        let mut members: Vec<Member> = set.iter().map(member).collect();
+        members.sort_by_key(|member| study.sensors[member.sensor].kind.speaks_last());
+        Combination { name: number.to_string(), fusion, members }
     };
     let combinations = sets.iter().enumerate().map(combination).collect();
     let study = Study { combinations, ..study.clone() };
@@ -127,6 +135,73 @@ fn unions_of_evidence_are_what_a_sweep_counts_on_every_backend() {
     assert!(told.iter().all(|&count| count > 0), "every counter has something: {told:?}");
 }
 
+/// Sensors that are wrong somewhere may outvote each other: then there is a best set that was found, and a bound.
+#[test]
+fn under_log_odds_sums_decide_and_bounds_hold() {
+    let mut random = Random(7);
+    let mut cpu = Cpu::new(Some(2)).unwrap();
+    let (study, worlds) = shipped("scenes/sensors.toml");
+    let representations = vec![0; study.sensors.len()];
+    let (mut outvoted, mut detected) = (0, 0);
+    for region in 0..study.regions.len() {
+        let of = (region, representations.as_slice());
+        let evidence = cast(&study, &worlds, of, &mut cpu);
+        let sets: Vec<Vec<usize>> = (0..60)
+            .map(|_| {
+                let mut set: Vec<usize> =
+                    (0..9).map(|_| random.below(items(&study).len() as u32) as usize).collect();
+                set.sort_unstable();
+                set.dedup();
+                set
+            })
+            .collect();
+        let expected = swept_under(Fusion::Octomap, (&study, &worlds), of, &sets, &mut cpu);
+        let choose = one(&study, Score::F1, Across::Pooled, region, representations.clone());
+        let choose = Choose { fusion: Fusion::Octomap, at_most: 9, ..choose };
+        let problem = Problem::new(&study, &choose, &worlds, &evidence);
+        for (set, expected) in sets.iter().zip(&expected) {
+            assert_eq!(problem.counts(set), *expected, "{set:?}");
+            outvoted += usize::from(evidence.counts(set) != *expected);
+        }
+        let found = answer(&problem, &|| false).unwrap();
+        let step = found.steps.last().unwrap();
+        let best = step.best.as_ref().unwrap();
+        let again =
+            swept_under(Fusion::Octomap, (&study, &worlds), of, std::slice::from_ref(&best.set), &mut cpu);
+        assert_eq!(Some(best.worth.value()), value(&again[0], Score::F1, Across::Pooled));
+        assert_ne!(step.bound, Bound::Proven);
+        let above = step.bound.above(best.worth.value()).expect("cuts give a bound");
+        for counts in &expected {
+            assert!(value(counts, Score::F1, Across::Pooled).unwrap() <= above);
+        }
+        assert!(best.worth.value() <= above && above < 1.0, "{} {above}", best.worth.value());
+        // Who is detected is no question of labels.
+        let people = Choose { objective: Score::PartsDetected, at_most: 2, ..choose };
+        if let Ok(sums) = answer(&Problem::new(&study, &people, &worlds, &evidence), &|| false) {
+            let unions = Choose { fusion: Fusion::OccupiedWins, ..people };
+            let unions = answer(&Problem::new(&study, &unions, &worlds, &evidence), &|| false).unwrap();
+            assert_eq!(best_of(&sums), best_of(&unions));
+            assert!(sums.steps.iter().all(|step| step.bound == Bound::Proven));
+            detected += 1;
+        }
+    }
+    assert!(outvoted > 10 && detected > 0, "{outvoted} sets in which labels differ, {detected} with people");
+    // Where nobody is ever wrong, sums decide as unions do.
+    let (study, worlds) = shipped("scenes/tiny.toml");
+    let representations = vec![0; study.sensors.len()];
+    let evidence = cast(&study, &worlds, (0, &representations), &mut cpu);
+    let unions = Choose { at_most: 3, ..one(&study, Score::F1, Across::Pooled, 0, representations) };
+    let sums = Choose { fusion: Fusion::Octomap, ..unions.clone() };
+    let of = |choose: &Choose| answer(&Problem::new(&study, choose, &worlds, &evidence), &|| false).unwrap();
+    let (sums, unions) = (of(&sums), of(&unions));
+    assert_eq!(best_of(&sums), best_of(&unions));
+    assert!(sums.steps.iter().all(|step| step.bound == Bound::Proven));
+}
+
+fn best_of(answer: &Answer) -> Vec<Option<Vec<usize>>> {
+    answer.steps.iter().map(|step| step.best.as_ref().map(|best| best.set.clone())).collect()
+}
+
 #[test]
 fn evidence_that_does_not_fit_is_refused_before_anything_is_cast() {
     /// A backend that must not be asked.
@@ -162,6 +237,7 @@ fn one(study: &Study, objective: Score, over: Across, region: usize, representat
         require: Vec::new(),
         representations,
         refine: false,
+        fusion: Fusion::OccupiedWins,
     }
 }
 

@@ -85,6 +85,7 @@ fn compare(study: &Study) -> usize {
                             require: Vec::new(),
                             representations: vec![way],
                             refine: false,
+                            fusion: Default::default(),
                         };
                         let problem = Problem::new(&alone, &choose, &worlds, &evidence);
                         let answer = answer(&problem, &|| false).unwrap();

@@ -156,6 +156,7 @@ fn study() -> (Folder, Study, Vec<World>, Choose) {
         require: Vec::new(),
         representations: vec![0; study.sensors.len()],
         refine: false,
+        fusion: Default::default(),
     };
     (folder, study, worlds, choose)
 }

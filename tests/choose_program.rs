@@ -204,7 +204,54 @@ fn a_proof_holds_until_it_is_altered() {
     let named = perirobot(&["choose", text(&moved), "--verify", text(&out)]);
     assert_eq!(named.code, Some(0), "{}", named.stderr);
     fs::rename(&moved, &study).unwrap();
+    // Every step is missed.
+    let steps =
+        serde_json::from_str::<serde_json::Value>(&fs::read_to_string(out.join("choose.json")).unwrap());
+    let steps = steps.unwrap()["steps"].as_array().unwrap().clone();
+    for (number, step) in steps.iter().enumerate() {
+        let expected = format!("steps: the best set of at most {} for ", step["at_most"]);
+        let without = |proof: &mut serde_json::Value| {
+            proof["steps"].as_array_mut().unwrap().remove(number);
+        };
+        verified(&folder, without, &[&expected, " is missing"]);
+    }
     let last = |proof: &mut serde_json::Value| proof["steps"].as_array_mut().unwrap().pop().unwrap();
+    // What stands beside the scores is part of it.
+    let one = |place: &'static str, value: serde_json::Value| {
+        move |proof: &mut serde_json::Value| *proof.pointer_mut(place).expect(place) = value.clone()
+    };
+    verified(&folder, one("/steps/1/gain", 0.5.into()), &["steps[1].gain: is Some(0.5), and the scores say"]);
+    let worth = one("/steps/1/best/sensors/0/score_without", 0.1.into());
+    verified(
+        &folder,
+        worth,
+        &["steps[1].best.sensors: score_without of camera:", "is Some(0.1), and counted again"],
+    );
+    let place = one("/steps/1/best/sensors/0/place", "in the middle".into());
+    verified(&folder, place, &["steps[1].best.sensors: cost and place of camera are not"]);
+    let cost = one("/steps/1/best/sensors/0/cost", 1.into());
+    verified(&folder, cost, &["steps[1].best.sensors: cost and place of camera are not"]);
+    verified(&folder, one("/nearly_as_good/0/score", 0.9.into()), &["nearly_as_good[0].score: f1 is 0.9"]);
+    let itself = |proof: &mut serde_json::Value| {
+        let steps = proof["steps"].as_array().unwrap();
+        let best = steps.iter().find(|step| step["at_most"] == 3).unwrap()["best"].clone();
+        proof["nearly_as_good"][0] = best;
+    };
+    verified(
+        &folder,
+        itself,
+        &["nearly_as_good[0]: is not nearly as good as the best set, from other mounts"],
+    );
+    verified(&folder, one("/certified", "everything".into()), &["certified: is not that of the study"]);
+    verified(&folder, one("/candidates", 1.into()), &["candidates: is not that of the study"]);
+    for file in ["front.csv", "sets.csv"] {
+        let path = out.join(file);
+        let written = fs::read_to_string(&path).unwrap();
+        fs::write(&path, written.replacen("0.", "0.9", 1)).unwrap();
+        verified(&folder, |_| {}, &[&format!("{file}: is not what choose.json says")]);
+        fs::write(&path, written).unwrap();
+    }
+    verified(&folder, |_| {}, &[]);
     // The best pair in the place of the best three is allowed, and not the best.
     let poorer = |proof: &mut serde_json::Value| {
         let pair = proof["steps"][1].clone();
@@ -250,6 +297,60 @@ fn a_proof_holds_until_it_is_altered() {
         *proof = serde_json::json!({ "steps": proof["steps"] });
     };
     verified(&folder, cut, &["choose.json: is no proof of choose: missing field"]);
+}
+
+/// Means are proven, too, in another way.
+#[test]
+fn the_proof_of_a_mean_holds_until_it_is_altered() {
+    let folder = folder();
+    folder.edit(STUDY, "at_most = 3", "over = \"mean\"\nat_most = 3");
+    let outcome = choose(&folder, "out", &["--backend", "cpu"]);
+    assert_eq!(outcome.code, Some(0), "{}", outcome.stderr);
+    assert!(rows(&folder.path("out/front.csv")).iter().all(|row| row["proven"] == "true"));
+    verified(&folder, |_| {}, &[]);
+    let poorer = |proof: &mut serde_json::Value| {
+        let tie = proof["nearly_as_good"][0].clone();
+        let steps = proof["steps"].as_array_mut().unwrap();
+        let step = steps.iter_mut().find(|step| step["at_most"] == 3).unwrap();
+        step["no_set_is_above"] = tie["score"].clone();
+        step["best"] = tie;
+    };
+    verified(&folder, poorer, &[".best: this set is better: "]);
+}
+
+/// Without noise no two sensors disagree, so that sums decide as unions do; with it there is no proof.
+#[test]
+fn log_odds_have_an_answer_too() {
+    let folder = folder();
+    folder.edit(STUDY, "seed = 7", "seed = 7\nfusion = \"octomap\"");
+    let outcome = choose(&folder, "out", &["--backend", "cpu"]);
+    assert_eq!(outcome.code, Some(0), "{}", outcome.stderr);
+    let told = fs::read_to_string(folder.path("out/choose.json")).unwrap();
+    assert!(told.contains("in these scenes, under \\\"octomap\\\""), "{told}");
+    assert!(rows(&folder.path("out/front.csv")).iter().all(|row| row["proven"] == "true"));
+    verified(&folder, |_| {}, &[]);
+    let other = |proof: &mut serde_json::Value| proof["asked"]["fusion"] = "occupied_wins".into();
+    verified(&folder, other, &["asked: the study asks for something else"]);
+    folder.edit(STUDY, "range_m = [0.1, 5.0]", "range_m = [0.1, 5.0]\nnoise = { std_m = 0.1 }");
+    let outcome = choose(&folder, "noisy", &["--backend", "cpu"]);
+    assert_eq!(outcome.code, Some(0), "{}", outcome.stderr);
+    for row in rows(&folder.path("noisy/front.csv")) {
+        assert_eq!(row["proven"], "false", "{row:?}");
+        assert!(row["bound"].parse::<f64>().unwrap() >= row["f1"].parse::<f64>().unwrap(), "{row:?}");
+    }
+    let outcome = perirobot(&["choose", "--verify", text(&folder.path("noisy"))]);
+    assert_eq!(outcome.code, Some(0), "{}", outcome.stderr);
+    let path = folder.path("noisy/choose.json");
+    let mut proof: serde_json::Value = serde_json::from_str(&fs::read_to_string(&path).unwrap()).unwrap();
+    proof["steps"][0]["proven"] = true.into();
+    fs::write(&path, proof.to_string()).unwrap();
+    let outcome = perirobot(&["choose", "--verify", text(&folder.path("noisy"))]);
+    assert_eq!(outcome.code, Some(2), "{}", outcome.stderr);
+    assert!(
+        outcome.stderr.contains("steps[0].proven: sensors that are wrong somewhere"),
+        "{}",
+        outcome.stderr
+    );
 }
 
 #[test]
@@ -404,11 +505,6 @@ fn wrong_keys_are_refused_even_by_a_sweep() {
             &[
                 "choose.representation.camera = \"box\": must be a representation of that sensor: [\"points\"]",
             ],
-        ),
-        (
-            "seed = 7",
-            "seed = 7\nfusion = \"octomap\"",
-            &["sets are chosen under fusion = \"occupied_wins\" only"],
         ),
     ] {
         refused(&folder(), &[(STUDY, from, to)], expected);

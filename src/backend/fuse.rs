@@ -32,6 +32,8 @@ pub(super) struct FuseJob<'a> {
     fusion: Fusion,
     window: Window,
     voices: Vec<Voice<'a>>,
+    /// Of each voice what it adds to the sum of a voxel.
+    sayings: Vec<Saying>,
     /// Voxels whose sum some reading raises; after the fusion those that are occupied.
     pub(super) occupied: Vec<u32>,
     /// Voxels whose sum some reading lowers; after the fusion those that are free, none of them occupied.
@@ -41,11 +43,32 @@ pub(super) struct FuseJob<'a> {
 /// A reading, and what it says of some rows; `occupied` and `free` have no voxel in common.
 struct Voice<'a> {
     parts: Vec<&'a Planes>,
-    said: [i32; 2],
     occupied: Vec<u32>,
     free: Vec<u32>,
+}
+
+/// What a reading adds to the sum of a voxel.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Saying {
+    /// Where it calls the voxel occupied, and where it calls it free.
+    said: [i32; 2],
     /// The lowest and the highest that this and all later readings may add.
     still: [i32; 2],
+}
+
+impl Saying {
+    /// Those of readings in order, each with what it adds to occupied and to free voxels.
+    pub(crate) fn of(said: impl DoubleEndedIterator<Item = [i32; 2]>) -> Vec<Saying> {
+        let mut still = [0; 2];
+        let saying = |said: [i32; 2]| {
+            let [least, most] = still;
+            still = [least + said[0].min(said[1]).min(0), most + said[0].max(said[1]).max(0)];
+            Saying { said, still }
+        };
+        let mut sayings: Vec<Saying> = said.rev().map(saying).collect();
+        sayings.reverse();
+        sayings
+    }
 }
 
 impl<'a> FuseJob<'a> {
@@ -56,21 +79,18 @@ impl<'a> FuseJob<'a> {
         readings: &[Reading],
         planes: impl Fn(Slot) -> Option<&'a Planes>,
     ) -> Self {
-        let mut still = [0; 2];
+        let said = |reading: &Reading| match fusion {
+            Fusion::OccupiedWins => [1, -1],
+            Fusion::Octomap => [reading.hit, reading.miss],
+        };
         let voice = |reading: &Reading| {
-            let said = match fusion {
-                Fusion::OccupiedWins => [1, -1],
-                Fusion::Octomap => [reading.hit, reading.miss],
-            };
-            let [least, most] = still;
-            still = [least + said[0].min(said[1]).min(0), most + said[0].max(said[1]).max(0)];
             let slots = [Some(reading.slot), reading.volume];
             let parts = slots.into_iter().flatten().filter_map(&planes).collect();
-            Voice { parts, said, occupied: Vec::new(), free: Vec::new(), still }
+            Voice { parts, occupied: Vec::new(), free: Vec::new() }
         };
-        let mut voices: Vec<_> = readings.iter().rev().map(voice).collect();
-        voices.reverse();
-        FuseJob { fusion, window, voices, occupied: Vec::new(), free: Vec::new() }
+        let voices = readings.iter().map(voice).collect();
+        let sayings = Saying::of(readings.iter().map(said));
+        FuseJob { fusion, window, voices, sayings, occupied: Vec::new(), free: Vec::new() }
     }
 
     /// Labels the voxels of some rows.
@@ -78,9 +98,9 @@ impl<'a> FuseJob<'a> {
         let words = rows.ys.len() * self.window.size[0].div_ceil(32) as usize;
         blank(&mut self.occupied, words);
         blank(&mut self.free, words);
-        for voice in &mut self.voices {
+        for (voice, saying) in self.voices.iter_mut().zip(&self.sayings) {
             voice.hear(self.window, rows, words);
-            for (voxels, said) in [(&voice.occupied, voice.said[0]), (&voice.free, voice.said[1])] {
+            for (voxels, said) in [&voice.occupied, &voice.free].into_iter().zip(saying.said) {
                 match said {
                     1.. => join(&mut self.occupied, voxels),
                     0 => {}
@@ -101,9 +121,13 @@ impl<'a> FuseJob<'a> {
         for word in 0..self.occupied.len() {
             let disputed = self.occupied[word] & self.free[word];
             if disputed != 0 {
-                let mut labels = [self.occupied[word] & !disputed, self.free[word] & !disputed];
-                sum(&self.voices, word, 0, disputed, &mut labels);
-                [self.occupied[word], self.free[word]] = labels;
+                let heard = |i: usize| {
+                    let Voice { occupied, free, .. } = &self.voices[i];
+                    [occupied[word].into(), free[word].into()]
+                };
+                let [occupied, free] = settled(&self.sayings, &heard, disputed.into());
+                self.occupied[word] = self.occupied[word] & !disputed | occupied as u32;
+                self.free[word] = self.free[word] & !disputed | free as u32;
             }
         }
     }
@@ -122,23 +146,37 @@ impl Voice<'_> {
     }
 }
 
-/// Adds readings in order to voxels of a word that have the same sum so far, and labels them occupied or
-/// free, or, at a sum of zero, neither.
-fn sum(voices: &[Voice], word: usize, mut so_far: i32, mut voxels: u32, labels: &mut [u32; 2]) {
-    for (i, voice) in voices.iter().enumerate() {
-        if so_far + voice.still[0] > 0 || so_far + voice.still[1] < 0 {
+/// Which of some voxels of a word are occupied, and which are free: the sums of readings, of which `heard` tells the
+/// voxels that each calls occupied and free.
+pub(crate) fn settled(sayings: &[Saying], heard: &impl Fn(usize) -> [u64; 2], voxels: u64) -> [u64; 2] {
+    let mut labels = [0; 2];
+    sum(sayings, heard, (0, 0), voxels, &mut labels);
+    labels
+}
+
+/// Adds readings in order, from one on, to voxels of a word that have the same sum so far, and labels them occupied
+/// or free, or, at a sum of zero, neither.
+fn sum(
+    sayings: &[Saying],
+    heard: &impl Fn(usize) -> [u64; 2],
+    (from, mut so_far): (usize, i32),
+    mut voxels: u64,
+    labels: &mut [u64; 2],
+) {
+    for (i, saying) in sayings.iter().enumerate().skip(from) {
+        if so_far + saying.still[0] > 0 || so_far + saying.still[1] < 0 {
             break;
         }
-        for (heard, said) in [voice.occupied[word], voice.free[word]].into_iter().zip(voice.said) {
-            let heard = heard & voxels;
+        for (heard_here, said) in heard(i).into_iter().zip(saying.said) {
+            let here = heard_here & voxels;
             let after = (so_far + said).clamp(*LOG_ODDS.start(), *LOG_ODDS.end());
-            if heard == voxels {
+            if here == voxels {
                 // The reading applies to all of these voxels; the other plane holds none of them.
                 so_far = after;
                 break;
-            } else if heard != 0 {
-                sum(&voices[i + 1..], word, after, heard, labels);
-                voxels &= !heard;
+            } else if here != 0 {
+                sum(sayings, heard, (i + 1, after), here, labels);
+                voxels &= !here;
             }
         }
     }

@@ -16,6 +16,7 @@ use crate::Result;
 use crate::march::{self, End, Gates, March};
 use crate::metrics::Confusion;
 use crate::voxel::{BitGrid, People, Window};
+pub(crate) use fuse::{Saying, settled};
 pub use self_test::{POSES as SELF_TEST_POSES, self_test};
 
 /// One scene at one moment, as the backends see it. All planes but `blockers` cover `window`.
@@ -234,6 +235,16 @@ pub enum Fusion {
     OccupiedWins,
     /// Log-odds summed in the order of the sensors, clamped after each; above zero is occupied, below is free.
     Octomap,
+}
+
+impl Fusion {
+    /// As in a study.
+    pub fn name(self) -> &'static str {
+        match self {
+            Fusion::OccupiedWins => "occupied_wins",
+            Fusion::Octomap => "octomap",
+        }
+    }
 }
 
 /// Smallest and largest log-odds of a voxel, in thousandths (OctoMap's defaults).

@@ -2,7 +2,7 @@
 //! casts wrongly is found before its evidence decides which set is the best.
 
 use super::evidence::CandidateEvidence;
-use crate::backend::{Backend, Fusion};
+use crate::backend::Backend;
 use crate::error::{Argument, Issue, Words};
 use crate::metrics::{Confusion, Score};
 use crate::study::{Choose, Combination, Member, Study};
@@ -31,7 +31,7 @@ impl CandidateEvidence {
             let spec = &study.sensors[sensor];
             Combination {
                 name: format!("{}:{}", spec.name, spec.candidates[candidate].name),
-                fusion: Fusion::OccupiedWins,
+                fusion: choose.fusion,
                 members: vec![Member { sensor, candidates: vec![candidate] }],
             }
         };

@@ -8,10 +8,10 @@ use rand::seq::IndexedRandom;
 use rand_chacha::ChaCha8Rng;
 use rayon::prelude::*;
 
-use super::evidence::Union;
 use crate::study::Across;
 
-use super::problem::{Found, Merit, Problem, SetLimits};
+use super::mean::bounds_means;
+use super::problem::{Found, Joint, Merit, Problem, SetLimits};
 
 /// Random sets to start from, where the search is long; a short search finds what they lead to itself.
 const RESTARTS: u64 = 12;
@@ -22,7 +22,9 @@ const FEW: usize = 2;
 /// requirement, the best first.
 pub(super) fn climbs(problem: &Problem, limits: SetLimits, stop: &(dyn Fn() -> bool + Sync)) -> Vec<Found> {
     let mut ends: Vec<Found> = climb(problem, limits, problem.always.clone(), stop).into_iter().collect();
-    let is_short = limits.at_most - problem.always.len() <= FEW && problem.goal.1 != Across::Mean;
+    let is_short = limits.at_most - problem.always.len() <= FEW
+        && (problem.goal.1 != Across::Mean || bounds_means(problem))
+        && !problem.adds_up();
     // Reading all rows from a file again and again takes too long.
     let restarts = if is_short || problem.evidence.is_filed() { 0 } else { RESTARTS };
     for restart in 0..restarts {
@@ -62,7 +64,7 @@ pub(super) fn climb(
     mut set: Vec<usize>,
     stop: &(dyn Fn() -> bool + Sync),
 ) -> Option<Found> {
-    let mut merit = problem.merit(&union(problem, &set), None);
+    let mut merit = problem.merit(&problem.joint(&set), None);
     while !stop() {
         let Some((better, item, out)) = best_step(problem, limits, &set).filter(|step| step.0 > merit) else {
             break;
@@ -85,7 +87,7 @@ fn best_step(problem: &Problem, limits: SetLimits, set: &[usize]) -> Option<(Mer
         out.map(|out| rest.remove(out));
         let mut may_join = vec![false; problem.cost.len()];
         joining(problem, limits, &rest).into_iter().for_each(|item| may_join[item] = true);
-        (out, union(problem, &rest), may_join)
+        (out, problem.joint(&rest), may_join)
     };
     let bases: Vec<_> = outs.map(base).collect();
     let of = |item: usize| {
@@ -93,17 +95,11 @@ fn best_step(problem: &Problem, limits: SetLimits, set: &[usize]) -> Option<(Mer
         open.peek()?;
         let row = problem.evidence.row(item);
         // Of equally good ones the last place, then the cheapest and the first candidate.
-        let key = |(out, base, _): &(Option<usize>, Union, Vec<bool>)| {
-            (problem.merit(base, Some(&row)), *out, Reverse(problem.cost[item]), Reverse(item))
+        let key = |(out, base, _): &(Option<usize>, Joint, Vec<bool>)| {
+            (problem.merit(base, Some((item, &row))), *out, Reverse(problem.cost[item]), Reverse(item))
         };
         open.map(key).max()
     };
     let best = (0..problem.cost.len()).into_par_iter().filter_map(of).max();
     best.map(|(merit, out, _, Reverse(item))| (merit, item, out))
-}
-
-fn union(problem: &Problem, set: &[usize]) -> Union {
-    let mut union = problem.evidence.nothing();
-    set.iter().for_each(|&item| union.add(problem.evidence, item));
-    union
 }

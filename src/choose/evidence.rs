@@ -29,6 +29,8 @@ pub struct CandidateEvidence {
     /// Sensor and candidate of each row, in study order.
     pub(super) items: Vec<[usize; 2]>,
     rows: Rows,
+    /// How many bytes it may take, with all that is kept beside it.
+    memory_bytes: u64,
     level: Level,
 }
 
@@ -71,6 +73,11 @@ impl CandidateEvidence {
         }
     }
 
+    /// How much memory may be taken besides.
+    pub(super) fn spare_bytes(&self) -> u64 {
+        self.memory_bytes.saturating_sub(self.bytes())
+    }
+
     /// Whether rows are read from a file each time that they are asked for, so that only short searches pay.
     pub fn is_filed(&self) -> bool {
         matches!(self.rows, Rows::Filed(_))
@@ -110,7 +117,13 @@ impl CandidateEvidence {
             false => plane.into(),
         };
         let rows = planes.into_iter().map(|planes| HeldRow { planes: planes.map(blank_if_zero) }).collect();
-        CandidateEvidence { layout, items, rows: Rows::Held(rows), level: Level::new() }
+        CandidateEvidence {
+            layout,
+            items,
+            rows: Rows::Held(rows),
+            memory_bytes: u64::MAX,
+            level: Level::new(),
+        }
     }
 
     /// What the candidates of a set score together in the region, moment by moment: repeat by repeat, and in
@@ -134,6 +147,14 @@ impl CandidateEvidence {
         }
     }
 
+    /// Whether a candidate has a bit in one of the six planes.
+    pub(super) fn has_bits(&self, item: usize, plane: usize) -> bool {
+        match &self.rows {
+            Rows::Held(rows) => !rows[item].planes[plane].is_empty(),
+            Rows::Filed(rows) => rows.has_bits(item, plane),
+        }
+    }
+
     /// What a candidate says.
     pub(super) fn row(&self, item: usize) -> Row<'_> {
         self.rows.row(&self.layout, item, [true; PLANES])
@@ -147,8 +168,17 @@ impl CandidateEvidence {
     /// What a union scores, moment by moment, with one more candidate or as it is.
     pub(super) fn counts_of(&self, union: &Union, more: Option<&Row>, wanted: Wanted) -> Vec<Confusion> {
         let more = |plane: usize| more.map_or(&[][..], |row| &row[plane]);
-        let planes: [Joined; PLANES] =
-            std::array::from_fn(|plane| Joined::of(&union.planes[plane], more(plane)));
+        self.counts_of_planes(&union.planes, more, wanted)
+    }
+
+    /// What six planes score, joined with six more.
+    pub(super) fn counts_of_planes<'a>(
+        &self,
+        planes: &'a [Vec<u64>; PLANES],
+        more: impl Fn(usize) -> &'a [u64],
+        wanted: Wanted,
+    ) -> Vec<Confusion> {
+        let planes: [Joined; PLANES] = std::array::from_fn(|plane| Joined::of(&planes[plane], more(plane)));
         dispatch!(self.level, simd => all_counts(simd, &self.layout, &planes, wanted))
     }
 }

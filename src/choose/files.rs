@@ -4,9 +4,9 @@ use std::collections::BTreeMap;
 use std::path::Path;
 
 use serde::{Deserialize, Serialize};
-use serde_json::{Value, json};
 
 use super::told::Told;
+use crate::backend::Fusion;
 use crate::error::Issue;
 use crate::metrics::Score;
 use crate::results::files::{JOURNAL, OutputFolder, read_regular, write_whole};
@@ -28,7 +28,7 @@ pub const REFINED: &str = "refined.csv";
 pub const PROOF: &str = "choose.json";
 
 /// What is certified of each set that is proven.
-const CERTIFIED: &str = "the listed poses, at this voxel size, in these scenes, under \"occupied_wins\"";
+const CERTIFIED: &str = "the listed poses, at this voxel size, in these scenes, under";
 
 /// What was asked, found and proven.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -75,6 +75,9 @@ pub struct Asked {
     pub always: Vec<String>,
     /// What every set must reach.
     pub require: Vec<AskedScore>,
+    /// How what sensors say becomes one label.
+    #[serde(default, skip_serializing_if = "is_usual")]
+    pub fusion: Fusion,
     /// Whether poses around the best sets were looked for.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub refine: bool,
@@ -105,7 +108,8 @@ pub struct AskedSensor {
 }
 
 impl Asked {
-    fn of(study: &Study, choose: &Choose) -> Asked {
+    /// What a study asks for.
+    pub(super) fn of(study: &Study, choose: &Choose) -> Asked {
         let pose = |&[sensor, candidate]: &[usize; 2]| {
             let sensor = &study.sensors[sensor];
             format!("{}:{}", sensor.name, sensor.candidates[candidate].name)
@@ -127,15 +131,11 @@ impl Asked {
             require: require
                 .map(|one| AskedScore { score: one.score, over: one.over, at_least: one.at_least })
                 .collect(),
+            fusion: choose.fusion,
             refine: choose.refine,
             sensors: study.sensors.iter().zip(&choose.representations).map(sensor).collect(),
         }
     }
-}
-
-/// What a study asks for, as it stands in `choose.json`.
-pub(super) fn asked(study: &Study, choose: &Choose) -> Value {
-    json!(Asked::of(study, choose))
 }
 
 /// What tells a study from every other, as far as counts go.
@@ -155,7 +155,7 @@ impl Chosen {
             noiseless: study.noiseless,
             candidates: study.sensors.iter().map(|sensor| sensor.candidates.len()).sum(),
             asked: Asked::of(study, choose),
-            certified: CERTIFIED.into(),
+            certified: format!("{CERTIFIED} {:?}", choose.fusion.name()),
             told,
         }
     }
@@ -208,7 +208,8 @@ impl Chosen {
         write_whole(&folder.join(FRONT), &self.front())
     }
 
-    fn front(&self) -> Vec<u8> {
+    /// front.csv.
+    pub(super) fn front(&self) -> Vec<u8> {
         let score = self.asked.objective.name();
         let mut rows =
             vec![["at_most", "sensors", "cost", score, "bound", "proven", "gain", "poses"].map(String::from)];
@@ -228,7 +229,7 @@ impl Chosen {
     }
 
     /// The poses that refining found, if it found any. A study names their group, so their names are without it.
-    fn refined(&self) -> Option<Vec<u8>> {
+    pub(super) fn refined(&self) -> Option<Vec<u8>> {
         let all = self.told.refined.iter().flatten();
         let mut rows =
             vec![["sensor", "pose", "x_m", "y_m", "z_m", "qw", "qx", "qy", "qz"].map(String::from)];
@@ -241,7 +242,8 @@ impl Chosen {
         (rows.len() > 1).then(|| csv(&rows))
     }
 
-    fn sets(&self) -> Vec<u8> {
+    /// sets.csv.
+    pub(super) fn sets(&self) -> Vec<u8> {
         let without = format!("{}_without", self.asked.objective.name());
         let header = ["at_most", "set_cost", "sensor", "pose", "place", "cost", &without];
         let mut rows = vec![header.map(String::from)];
@@ -260,6 +262,10 @@ impl Chosen {
         }
         csv(&rows)
     }
+}
+
+fn is_usual(fusion: &Fusion) -> bool {
+    *fusion == Fusion::default()
 }
 
 fn or_empty(value: Option<impl ToString>) -> String {

@@ -140,10 +140,10 @@ fn no_set(problem: &Problem, watch: &dyn SearchWatch) -> Error {
             .cure(CURE);
         }
     }
-    let what = match (problem.require.is_empty(), problem.evidence.is_filed()) {
+    let what = match (problem.require.is_empty(), problem.is_searchable()) {
         (true, _) => "no allowed set has a value of the objective",
-        (false, true) => "no set was found that meets all of them, by adding and swapping single sensors",
-        (false, false) => "each of them can be met, but no allowed set meets all of them",
+        (false, false) => "no set was found that meets all of them, by adding and swapping single sensors",
+        (false, true) => "each of them can be met, but no allowed set meets all of them",
     };
     let key = if problem.require.is_empty() { "choose.objective" } else { "choose.require" };
     Error::input(key, what).cure(CURE)

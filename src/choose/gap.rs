@@ -233,7 +233,7 @@ impl<'a> GapSearch<'a> {
         let each = problem.asking(problem.goal.0, Across::Worst);
         let anything = Worth::Exact(Ratio { numerator: 1, denominator: 2 });
         let moments: Vec<usize> = asked(&each, anything)?.iter().map(|one| one.moment).collect();
-        let counts = problem.evidence.counts(known);
+        let counts = problem.counts(known);
         let of = |&moment: &usize| {
             let known = Worth::of(problem.goal.0, Across::Worst, &counts[moment..=moment])?;
             let whole = GapSearch::new(problem, limits, stop);

@@ -11,7 +11,8 @@
 //! `evidence/file` keeps it on disk, `check` counts some of it again), `worth` what counts are worth, `problem`
 //! which sets are allowed. `front` goes through sizes and steps of cost, and `within` searches one of them:
 //! `climb` finds a good set, `question` asks whether any is better, and `search` answers, with `open` (candidates
-//! that may join a set), `pairs` (overlaps of two) and `purse` (what fits the budget). Where that is long, `gap`
+//! that may join a set), `pairs` (overlaps of two) and `purse` (what fits the budget). `mean`
+//! is for means of scores, `odds` for log-odds fusion. Where that is long, `gap`
 //! bounds all sets by cuts, which `game` weighs. `told` has the answer in names and numbers, with `ties`, `files`
 //! writes and reads it, and `sets` makes combinations of it; `refine` looks between the listed poses, and `verify`
 //! checks what was written.
@@ -24,6 +25,8 @@ mod front;
 mod game;
 mod gap;
 mod layout;
+mod mean;
+mod odds;
 mod open;
 mod pairs;
 mod problem;

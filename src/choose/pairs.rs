@@ -38,7 +38,14 @@ impl PairCounts {
     pub(super) fn new(evidence: &CandidateEvidence, inequalities: &[Inequality]) -> Option<PairCounts> {
         let classes = classes_of(inequalities);
         let size = evidence.count();
-        if evidence.is_filed() || classes.is_empty() || classes.len() * size * size * 4 > MOST_BYTES {
+        let counts = classes.len() * size * size * size_of::<u32>();
+        if evidence.is_filed() || classes.is_empty() || counts > MOST_BYTES {
+            return None;
+        }
+        // Besides, tables of them, and rows while they are counted.
+        let tables = inequalities.len() * size * size * size_of::<i64>();
+        let rows: usize = classes.iter().map(|(_, words)| 8 * words.len() * size).sum();
+        if (counts + tables.max(rows)) as u64 > evidence.spare_bytes() {
             return None;
         }
         let rows = Rows::of(evidence, &classes);

@@ -2,6 +2,7 @@
 
 use super::evidence::{CandidateEvidence, Row, Union};
 use super::layout::{BitLayout, MomentBits, Wanted};
+use super::odds::Odds;
 use super::worth::{MOST_VOXELS, Ratio, Worth};
 use crate::metrics::{Confusion, Score};
 use crate::sensor::{Cost, Setting};
@@ -31,6 +32,15 @@ pub struct Problem<'a> {
     pub(super) near: Vec<Vec<u64>>,
     /// How many of a sensor a set may have.
     pub(super) most: Vec<usize>,
+    /// How labels come to be, where that is not by unions.
+    pub(super) odds: Option<Odds>,
+}
+
+/// Some candidates together, which others may join.
+pub(super) enum Joint<'a> {
+    Union(Union),
+    /// What each says, where sums decide.
+    Rows(Vec<(usize, Row<'a>)>),
 }
 
 /// How large a set may be.
@@ -106,12 +116,30 @@ impl<'a> Problem<'a> {
                 .iter()
                 .map(|sensor| sensor.terms.at_most.map_or(usize::MAX, |most| most as usize))
                 .collect(),
+            odds: Odds::of(study, choose, evidence),
         }
+        .without_idle_odds()
+    }
+
+    /// Sums change labels, and of some scores labels are no part.
+    fn without_idle_odds(mut self) -> Self {
+        self.odds = self.odds.take().filter(|_| self.wanted().labels);
+        self
+    }
+
+    /// Whether sets can be searched to the end: what any of them sees is a union, and at hand.
+    pub(super) fn is_searchable(&self) -> bool {
+        self.odds.is_none() && !self.evidence.is_filed()
+    }
+
+    /// Whether labels are sums of what sensors say.
+    pub(super) fn adds_up(&self) -> bool {
+        self.odds.is_some()
     }
 
     /// The same sets, by another score and without requirements.
     pub(super) fn asking(&self, score: Score, over: Across) -> Problem<'a> {
-        Problem { goal: (score, over), require: Vec::new(), ..self.clone() }
+        Problem { goal: (score, over), require: Vec::new(), ..self.clone() }.without_idle_odds()
     }
 
     /// Whether a candidate may join some others, whatever it costs.
@@ -137,11 +165,25 @@ impl<'a> Problem<'a> {
         (cost - 1) / common * common
     }
 
-    /// What a set is worth, whatever is required; `None` where it has no value.
-    pub(super) fn worth_of(&self, set: &[usize]) -> Option<Worth> {
+    /// Some candidates together.
+    pub(super) fn joint(&self, set: &[usize]) -> Joint<'a> {
+        if self.odds.is_some() {
+            return Joint::Rows(set.iter().map(|&item| (item, self.evidence.row(item))).collect());
+        }
         let mut union = self.evidence.nothing();
         set.iter().for_each(|&item| union.add(self.evidence, item));
-        self.merit(&union, None).worth
+        Joint::Union(union)
+    }
+
+    /// What a set counts, moment by moment: as [`CandidateEvidence::counts`] has it, unless sums of what its sensors say
+    /// decide.
+    pub fn counts(&self, set: &[usize]) -> Vec<Confusion> {
+        self.counts_with(&self.joint(set), None, Wanted::ALL)
+    }
+
+    /// What a set is worth, whatever is required; `None` where it has no value.
+    pub(super) fn worth_of(&self, set: &[usize]) -> Option<Worth> {
+        self.merit(&self.joint(set), None).worth
     }
 
     /// What counts are asked for.
@@ -160,16 +202,26 @@ impl<'a> Problem<'a> {
         Merit { lacking: self.require.iter().map(lacking).sum(), worth: Worth::of(score, over, counts) }
     }
 
-    /// How good a union is, with one more candidate or as it is.
-    pub(super) fn merit(&self, union: &Union, more: Option<&Row>) -> Merit {
-        self.merit_of(&self.evidence.counts_of(union, more, self.wanted()))
+    /// How good some candidates are together, with one more or as they are.
+    pub(super) fn merit(&self, joint: &Joint, more: Option<(usize, &Row)>) -> Merit {
+        self.merit_of(&self.counts_with(joint, more, self.wanted()))
+    }
+
+    fn counts_with(&self, joint: &Joint, more: Option<(usize, &Row)>, wanted: Wanted) -> Vec<Confusion> {
+        match (joint, &self.odds) {
+            (Joint::Union(union), _) => self.evidence.counts_of(union, more.map(|(_, row)| row), wanted),
+            (Joint::Rows(rows), Some(odds)) => {
+                let rows = rows.iter().map(|(item, row)| (*item, row)).chain(more);
+                let planes = odds.fused(self.evidence, &rows.collect::<Vec<_>>());
+                self.evidence.counts_of_planes(&planes, |_| &[], wanted)
+            }
+            (Joint::Rows(_), None) => unreachable!("rows are kept where they are added up"),
+        }
     }
 
     /// What a set is worth, if it has a value and meets every requirement.
     pub(super) fn found(&self, set: &[usize]) -> Option<Found> {
-        let mut union = self.evidence.nothing();
-        set.iter().for_each(|&item| union.add(self.evidence, item));
-        let merit = self.merit(&union, None);
+        let merit = self.merit(&self.joint(set), None);
         let mut set = set.to_vec();
         set.sort_unstable();
         merit.worth.filter(|_| merit.meets_all()).map(|worth| Found { set, worth })

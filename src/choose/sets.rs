@@ -16,7 +16,8 @@ impl Told {
     /// The study of the sets that were found, each a combination with one choice of poses; sensors say what the
     /// search took them to say.
     pub fn study_of_sets(&self, study: &Study, choose: &Choose) -> Study {
-        let combinations = self.sets().map(|set| combination(study, self.title(set), set)).collect();
+        let combinations =
+            self.sets().map(|set| combination(study, choose.fusion, self.title(set), set)).collect();
         study.of_sets(&choose.representations, combinations)
     }
 
@@ -96,7 +97,7 @@ impl Told {
     }
 }
 
-fn combination(study: &Study, name: String, set: &ToldSet) -> Combination {
+fn combination(study: &Study, fusion: Fusion, name: String, set: &ToldSet) -> Combination {
     let member = |one: &ToldSensor| {
         let sensor = study.sensors.iter().position(|known| known.name == one.sensor);
         let sensor = sensor.expect("an answer names the study's sensors");
@@ -104,5 +105,5 @@ fn combination(study: &Study, name: String, set: &ToldSet) -> Combination {
         let candidate = candidates.iter().position(|known| known.name == one.pose);
         Member { sensor, candidates: vec![candidate.expect("an answer names the study's poses")] }
     };
-    Combination { name, fusion: Fusion::OccupiedWins, members: set.sensors.iter().map(member).collect() }
+    Combination { name, fusion, members: set.sensors.iter().map(member).collect() }
 }

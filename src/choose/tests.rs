@@ -8,6 +8,7 @@ use super::evidence::CandidateEvidence;
 use super::front::answer;
 use super::gap::GapSearch;
 use super::layout::BitLayout;
+use super::mean::bounds_means;
 use super::problem::{Found, Problem, SetLimits};
 use super::search::{Ahead, Shortcuts, search};
 use super::told::ToldCuts;
@@ -115,6 +116,7 @@ fn problem<'a>(random: &mut Random, evidence: &'a CandidateEvidence, over: Acros
     });
     let require = require.collect();
     Problem {
+        odds: None,
         evidence,
         goal: (SCORES[random.below(5) as usize], over),
         require,
@@ -295,6 +297,7 @@ fn false_alarms_are_no_overlap() {
     let evidence = CandidateEvidence::made_up(layout, items, vec![most, c, a, b, other]);
     let limits = SetLimits { at_most: 4, budget: None };
     let problem = Problem {
+        odds: None,
         evidence: &evidence,
         goal: (Score::F1, Across::Pooled),
         require: Vec::new(),
@@ -400,6 +403,40 @@ fn no_set_is_above_what_cuts_say() {
     assert!(refused[0] > 15 && refused[1] > 5 && refused[2] > 5 && refused[3] == shown, "{refused:?}");
 }
 
+/// Means of voxels' scores are searched to the end, too.
+#[test]
+fn the_best_mean_is_that_of_trying_every_set() {
+    let mut random = Random(37);
+    let (mut proven, mut open, mut several) = (0, 0, 0);
+    for case in 0..300 {
+        let candidates = 3 + random.below(7) as usize;
+        let evidence = evidence(&mut random, candidates, case % 2 == 1, 1);
+        let problem = problem(&mut random, &evidence, Across::Mean);
+        let expected = by_trying(&problem, problem.limits);
+        let Ok(found) = answer(&problem, &|| false) else {
+            assert_eq!(expected, None, "case {case}: {problem:?}");
+            continue;
+        };
+        for step in &found.steps {
+            let best = step.best.as_ref().unwrap();
+            if !bounds_means(&problem) {
+                assert_ne!(step.bound, Bound::Proven);
+                open += 1;
+                continue;
+            }
+            assert_eq!(step.bound, Bound::Proven, "case {case}");
+            assert_eq!(
+                Some(best.worth),
+                by_trying(&problem, step.limits),
+                "case {case}: {step:?}: {problem:?}"
+            );
+            proven += 1;
+            several += usize::from(evidence.layout.moments.len() > 1 && best.set.len() > 1);
+        }
+    }
+    assert!(proven > 200 && open > 50 && several > 50, "{proven} {open} {several}");
+}
+
 /// No set has a higher mean than the mean of the bounds of its scores; the independent check agrees.
 #[test]
 fn no_set_is_above_the_bound_of_a_mean() {
@@ -413,9 +450,10 @@ fn no_set_is_above_the_bound_of_a_mean() {
         let Some(step) = answer.ok().and_then(|answer| answer.steps.into_iter().next_back()) else {
             continue;
         };
-        let Bound::AtMost(gaps) = &step.bound else { continue };
+        let set = &step.best.as_ref().unwrap().set;
+        let Some(gaps) = GapSearch::of_each_moment(&problem, step.limits, set, &|| false) else { continue };
         let best = by_trying(&problem, step.limits).unwrap().value();
-        let above = step.bound.above(0.0).unwrap();
+        let above = Bound::AtMost(gaps.clone()).above(0.0).unwrap();
         assert!(above >= best - 1e-9, "case {case}: {above} < {best}");
         near += usize::from(above < best + 0.1);
         let asked = CutLimits {

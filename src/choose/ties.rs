@@ -2,9 +2,8 @@
 
 use rayon::prelude::*;
 
-use super::evidence::Union;
 use super::front::Answer;
-use super::problem::{Found, Problem};
+use super::problem::{Found, Joint, Problem};
 use super::within::FrontStep;
 use crate::sensor::Setting;
 use crate::world::World;
@@ -47,17 +46,16 @@ fn swapped(problem: &Problem, set: &[usize]) -> Vec<Found> {
     let free: Vec<usize> = set.iter().copied().filter(|item| !problem.always.contains(item)).collect();
     let without = |&left: &usize| {
         let rest: Vec<usize> = set.iter().copied().filter(|&item| item != left).collect();
-        let mut union = problem.evidence.nothing();
-        rest.iter().for_each(|&item| union.add(problem.evidence, item));
-        (left, rest, union)
+        let joint = problem.joint(&rest);
+        (left, rest, joint)
     };
     let all: Vec<_> = free.iter().map(without).collect();
     let with = |item: usize| {
         let row = problem.evidence.row(item);
         let joins =
-            |(left, rest, _): &&(usize, Vec<usize>, Union)| item != *left && problem.may_join(rest, item);
-        let found = |(_, rest, union): &(usize, Vec<usize>, Union)| {
-            let merit = problem.merit(union, Some(&row));
+            |(left, rest, _): &&(usize, Vec<usize>, Joint)| item != *left && problem.may_join(rest, item);
+        let found = |(_, rest, joint): &(usize, Vec<usize>, Joint)| {
+            let merit = problem.merit(joint, Some((item, &row)));
             let mut set = [&rest[..], &[item]].concat();
             set.sort_unstable();
             merit.worth.filter(|_| merit.meets_all()).map(|worth| Found { set, worth })

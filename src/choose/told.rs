@@ -18,7 +18,7 @@ use crate::world::World;
 use crate::world::place::Places;
 
 /// The whole answer.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Told {
     /// The front: by size, and of each size from the dearest set down. Below the dearest, sets that are no
     /// better than a smaller one that costs no more are left out.
@@ -30,6 +30,9 @@ pub struct Told {
     /// proven of it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub refined: Option<Vec<ToldRefined>>,
+    /// Whether the search was stopped: larger sets, and cheaper ones, may be missing.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub stopped: bool,
 }
 
 /// What was found around the best set of a size.
@@ -188,6 +191,12 @@ impl ToldSet {
         }
     }
 
+    /// Its score as a fraction, if it is one.
+    pub(super) fn fraction(&self) -> Option<(i128, i128)> {
+        let [numerator, denominator] = self.exactly.as_ref()?;
+        Some((numerator.parse().ok()?, denominator.parse().ok()?))
+    }
+
     /// As in the column `poses` of results.csv: `camera:wall/8/1;lidar:corners/0/0`.
     pub(crate) fn name(&self) -> String {
         self.poses.join(BETWEEN_MEMBERS)
@@ -224,7 +233,12 @@ impl Told {
         let most = answer.steps.iter().map(|step| step.limits.at_most).max();
         let best = answer.steps.iter().find(|step| Some(step.limits.at_most) == most);
         let ties = best.map_or(Vec::new(), |step| ties(problem, worlds, step, answer));
-        Told { steps, ties: ties.iter().map(|found| teller.set(found)).collect(), refined: None }
+        Told {
+            steps,
+            ties: ties.iter().map(|found| teller.set(found)).collect(),
+            refined: None,
+            stopped: !answer.complete,
+        }
     }
 }
 

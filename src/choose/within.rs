@@ -7,6 +7,7 @@ use std::time::{Duration, Instant};
 
 use super::climb::{climb, climbs};
 use super::gap::{Gap, GapSearch, WeighedCuts};
+use super::mean::{MeanSearch, bounds_means};
 use super::pairs::PairCounts;
 use super::problem::{Found, Problem, SetLimits};
 use super::question::question;
@@ -79,6 +80,7 @@ const POLISHED: usize = 3;
 pub(super) fn overlaps(problem: &Problem) -> Option<PairCounts> {
     let anything = Worth::Exact(Ratio { numerator: 1, denominator: 2 });
     PairCounts::new(problem.evidence, &question(problem, Some(anything)).all)
+        .filter(|_| problem.is_searchable())
 }
 
 /// The search for the best set within some limits.
@@ -107,9 +109,9 @@ impl<'a> StepSearch<'a> {
         let mut ends = climbs(problem, limits, stop);
         ends.truncate(POLISHED);
         for found in ends {
-            let found = match problem.evidence.is_filed() {
-                true => found,
-                false => polished(problem, limits, kept, found, stop),
+            let found = match problem.is_searchable() {
+                true => polished(problem, limits, kept, found, stop),
+                false => found,
             };
             known.insert(found.set, found.worth);
         }
@@ -147,11 +149,11 @@ impl<'a> StepSearch<'a> {
         self.step.best.as_ref().map(|best| self.problem.cost_of(&best.set))
     }
 
-    /// Whether branch and bound may prove anything that is not proven yet: of a mean, that there is no set at all. It
-    /// would read rows too often where they are in a file.
+    /// Whether branch and bound may prove anything that is not proven yet: of some means only that there is no set at all.
     pub(super) fn is_open(&self) -> bool {
         let is_searched = self.problem.goal.1 != Across::Mean || self.step.best.is_none();
-        self.step.bound != Bound::Proven && is_searched && !self.problem.evidence.is_filed()
+        let is_searched = is_searched || bounds_means(self.problem);
+        self.step.bound != Bound::Proven && is_searched && self.problem.is_searchable()
     }
 
     /// Takes the best of what is known by now.
@@ -163,27 +165,35 @@ impl<'a> StepSearch<'a> {
     fn go_on(&mut self, known: &mut KnownSets, longest: Option<Duration>) -> bool {
         let (begin, limits) = (Instant::now(), self.step.limits);
         let StepSearch { problem, kept, watch, cuts, ahead, step, .. } = self;
-        let stop = || watch.stops();
-        // Of a mean any set will do: no inequality says which are better.
-        let is_mean = problem.goal.1 == Across::Mean;
-        let is_found = AtomicBool::new(false);
-        let pause = || {
-            stop()
-                || longest.is_some_and(|longest| begin.elapsed() > longest)
-                || is_mean && is_found.load(Relaxed)
-        };
+        let pause = || watch.stops() || longest.is_some_and(|longest| begin.elapsed() > longest);
         let mut improve = |found: Found| {
-            is_found.store(true, Relaxed);
             known.insert(found.set.clone(), found.worth);
-            let further = polished(problem, limits, *kept, found, &stop);
+            let further = polished(problem, limits, *kept, found, &|| watch.stops());
             known.insert(further.set.clone(), further.worth);
             watch.finds(&limits, Some(further.worth.value()));
             further
         };
-        let best = step.best.take();
-        let by = Shortcuts { overlaps: *kept, cuts: cuts.as_ref() };
-        let (best, is_proven) = search(problem, limits, best, by, ahead, &pause, &mut improve);
-        step.best = best;
+        let is_mean = problem.goal.1 == Across::Mean;
+        let is_proven = match step.best.take() {
+            Some(best) if is_mean => {
+                let (best, is_proven) = best_mean(problem, limits, best, &pause, &mut improve);
+                step.best = Some(best);
+                is_proven
+            }
+            best => {
+                // Of a mean any set will do: no inequality says which are better.
+                let is_found = AtomicBool::new(false);
+                let pause = || pause() || is_mean && is_found.load(Relaxed);
+                let mut improve = |found: Found| {
+                    is_found.store(true, Relaxed);
+                    improve(found)
+                };
+                let by = Shortcuts { overlaps: *kept, cuts: cuts.as_ref() };
+                let (best, is_proven) = search(problem, limits, best, by, ahead, &pause, &mut improve);
+                step.best = best;
+                is_proven
+            }
+        };
         if is_proven {
             step.bound = Bound::Proven;
         }
@@ -215,6 +225,23 @@ impl<'a> StepSearch<'a> {
         let worth = worth.unwrap_or(f64::NAN);
         tracing::info!("choose: sets of at most {most}: {worth:.6} {what} after {seconds:.1} s");
     }
+}
+
+/// The best set by a mean of scores, and whether that is proven.
+fn best_mean(
+    problem: &Problem,
+    limits: SetLimits,
+    mut best: Found,
+    pause: &(dyn Fn() -> bool + Sync),
+    improve: &mut dyn FnMut(Found) -> Found,
+) -> (Found, bool) {
+    while bounds_means(problem) {
+        match MeanSearch::new(problem, limits, &best, pause).better() {
+            Some(found) => best = improve(found),
+            None => return (best, !pause()),
+        }
+    }
+    (best, false)
 }
 
 /// The best set within some limits, searched to the end.

@@ -130,6 +130,8 @@ pub struct Choose {
     pub representations: Vec<usize>,
     /// Whether finer positions and angles are looked for around the best set of each size.
     pub refine: bool,
+    /// How the evidence of a set becomes one label a voxel: as the study says.
+    pub fusion: Fusion,
 }
 
 /// A score that a set must reach.
@@ -153,11 +155,6 @@ pub(super) struct Known<'a> {
 pub(super) fn check(at: &Place, file: ChooseFile, known: &Known) -> Result<Choose, Vec<Error>> {
     let (at, mut problems) = (at.key("choose"), Problems::default());
     let sensors = known.sensors;
-    if known.fusion != Fusion::OccupiedWins {
-        problems.keep::<()>(Err(at.says(
-            "sets are chosen under fusion = \"occupied_wins\" only: write that at the top of the study, or leave it out",
-        )));
-    }
     let region = problems.keep(region::index(&at, &file.region, known.regions));
     if !(1..=MOST_SENSORS).contains(&file.at_most) {
         let rule = format!("must be from 1 to {MOST_SENSORS}");
@@ -199,6 +196,7 @@ pub(super) fn check(at: &Place, file: ChooseFile, known: &Known) -> Result<Choos
         require,
         representations,
         refine: file.refine,
+        fusion: known.fusion,
     })
 }
 

@@ -251,7 +251,8 @@ impl<'a> Casting<'a> {
             }),
             None => Rows::Held(self.rows),
         };
-        CandidateEvidence { layout: self.layout, items: self.items, rows, level: Level::new() }
+        let (layout, items, memory_bytes) = (self.layout, self.items, self.memory_bytes);
+        CandidateEvidence { layout, items, rows, memory_bytes, level: Level::new() }
     }
 
     fn block(&self, key: RecordKey) -> usize {

@@ -61,6 +61,10 @@ impl Rows {
 }
 
 impl FiledRows {
+    pub(super) fn has_bits(&self, item: usize, plane: usize) -> bool {
+        self.needed[item][plane] && self.places[item].iter().any(|place| place.has[plane])
+    }
+
     fn read(&self, layout: &BitLayout, item: usize, wanted: [bool; PLANES]) -> io::Result<Row<'_>> {
         let mut file = File::open(&self.path)?;
         let (places, mut bytes) = (&self.places[item], Vec::new());

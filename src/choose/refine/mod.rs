@@ -145,7 +145,7 @@ impl Refining<'_, '_> {
         // With noise of another draw it may fail what is required.
         let Some(centre) = problem.found(&centre) else { return Ok(false) };
         let stop = || self.watch.stops();
-        let better = match refined.limits.at_most <= SEARCHED {
+        let better = match refined.limits.at_most <= SEARCHED || !problem.is_searchable() {
             true => {
                 let mut known = BTreeMap::from([(centre.set.clone(), centre.worth)]);
                 let kept = overlaps(&problem);

@@ -1,7 +1,7 @@
 //! Whether a set is one that a study allows, judged from the study.
 
-use super::ClaimedStep;
 use crate::Result;
+use crate::choose::told::ToldSet;
 use crate::error::Issue;
 use crate::sensor::{Cost, Setting};
 use crate::study::{Choose, Study};
@@ -23,27 +23,26 @@ pub(super) fn named(study: &Study, poses: &[String]) -> Result<Vec<[usize; 2]>, 
     poses.iter().map(one).collect()
 }
 
-/// Why a set is not allowed.
+/// Why a set that is told within some limits is not allowed.
 pub(super) fn not_allowed(
     study: &Study,
     choose: &Choose,
     worlds: &[World],
-    step: &ClaimedStep,
+    (at_most, budget, told): (usize, Option<Cost>, &ToldSet),
     set: &[[usize; 2]],
 ) -> Option<String> {
     let cost: u64 = set.iter().map(|&[sensor, _]| thousandths(study, sensor)).sum();
-    let amount = |amount: f64| Cost::new(amount).map(Cost::thousandths);
-    if step.best.cost.is_some_and(|claimed| amount(claimed) != Some(cost)) {
+    if told.cost.is_some_and(|claimed| claimed.thousandths() != cost) {
         return Some(format!("costs {}, not what is said", Cost::from_thousandths(cost)));
     }
-    if step.budget.is_some_and(|budget| amount(budget).is_none_or(|budget| cost > budget)) {
+    if budget.is_some_and(|budget| cost > budget.thousandths()) {
         return Some("costs more than the budget of its step".into());
     }
-    if step.at_most > choose.at_most || choose.budget.is_some_and(|budget| cost > budget.thousandths()) {
+    if at_most > choose.at_most || choose.budget.is_some_and(|budget| cost > budget.thousandths()) {
         return Some("is beyond what the study allows".into());
     }
-    if set.len() > step.at_most || set.is_empty() {
-        return Some(format!("has {} sensors, and at most {} are allowed", set.len(), step.at_most));
+    if set.len() > at_most || set.is_empty() {
+        return Some(format!("has {} sensors, and at most {} are allowed", set.len(), at_most));
     }
     if let Some(missing) = choose.always.iter().find(|always| !set.contains(always)) {
         return Some(format!("lacks {}, which is in every set", name(study, *missing)));

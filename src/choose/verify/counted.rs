@@ -1,7 +1,7 @@
 //! Sets counted again, and their scores in the plain way.
 
 use crate::Result;
-use crate::backend::{Backend, Fusion};
+use crate::backend::Backend;
 use crate::metrics::{Confusion, Score};
 use crate::study::{Across, Choose, Combination, Member, Study};
 use crate::sweep::run;
@@ -17,7 +17,7 @@ pub(in crate::choose) fn recounted(
 ) -> Result<Vec<Vec<Confusion>>> {
     let combination = |(number, set): (usize, &Vec<[usize; 2]>)| Combination {
         name: number.to_string(),
-        fusion: Fusion::OccupiedWins,
+        fusion: choose.fusion,
         members: set.iter().map(|&[sensor, c]| Member { sensor, candidates: vec![c] }).collect(),
     };
     let combinations = sets.iter().enumerate().map(combination).collect();

@@ -1,62 +1,37 @@
 //! A proof checked by other code than the one that found it: nothing is shared with the search but what each
 //! candidate says. The sets are counted again by a backend of the caller's choice (`counted`), whether they are
-//! allowed is judged from the study (`allowed`), that none is better is searched again in a plain way (`plain`),
-//! and what no set is above is added up again (`cuts`).
+//! allowed is judged from the study (`allowed`), that none is better is searched again in a plain way (`plain`, `mean`),
+//! what no set is above is added up again (`cuts`), no size or step of cost may be missing (`whole`), and what stands
+//! beside the scores must follow from them (`beside`).
 
 mod allowed;
+mod beside;
 mod counted;
 pub(super) mod cuts;
+mod mean;
 mod plain;
 mod refined;
+mod whole;
 
 use std::path::{Path, PathBuf};
-
-use serde::Deserialize;
-use serde_json::Value;
 
 use self::allowed::{clash, name, named, not_allowed, thousandths};
 pub(super) use self::counted::recounted;
 use self::counted::{exact, value, value_reaches};
-use self::plain::Plain;
+use self::plain::{Bar, Plain};
 pub use self::refined::verify_refined;
 use super::evidence::CandidateEvidence;
-use super::files::{PROOF, asked, fingerprint};
-use super::told::ToldCuts;
-use crate::backend::Backend;
+use super::files::{Asked, Chosen, PROOF, fingerprint};
+use super::layout::{FALSE, MISSED};
+use super::told::{ToldSet, ToldStep};
+use crate::backend::{Backend, Fusion};
 use crate::error::Issue;
-use crate::metrics::Confusion;
+use crate::metrics::{Confusion, Score};
 use crate::results::files::read_regular;
 use crate::sensor::Cost;
-use crate::study::{Choose, Study};
+use crate::study::{Across, Choose, Study};
 use crate::world::World;
 use crate::{Error, Result};
-
-/// What a proof says, as far as it is checked.
-#[derive(Deserialize)]
-struct Proof {
-    fingerprint: String,
-    asked: Value,
-    steps: Vec<ClaimedStep>,
-}
-
-#[derive(Deserialize)]
-struct ClaimedStep {
-    at_most: usize,
-    budget: Option<f64>,
-    best: ClaimedSet,
-    no_set_is_above: Option<f64>,
-    proven: bool,
-    #[serde(default)]
-    shown_by: Vec<ToldCuts>,
-}
-
-#[derive(Deserialize)]
-struct ClaimedSet {
-    poses: Vec<String>,
-    cost: Option<f64>,
-    score: f64,
-    exactly: Option<[String; 2]>,
-}
 
 /// What was checked.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -71,11 +46,21 @@ pub struct Verified {
     pub open: usize,
 }
 
+/// What a proof is about.
+#[derive(Clone, Copy)]
+struct Given<'a> {
+    study: &'a Study,
+    choose: &'a Choose,
+    worlds: &'a [World],
+    evidence: &'a CandidateEvidence,
+    stop: &'a (dyn Fn() -> Option<String> + Sync),
+}
+
 /// A proof that was read, of the sets that a study asks for.
 pub struct Claims {
-    path: PathBuf,
-    steps: Vec<ClaimedStep>,
-    /// Sensor and candidate of each in the best set of each step.
+    folder: PathBuf,
+    chosen: Chosen,
+    /// Sensor and candidate of each in the best set of each step, and then in those that are nearly as good.
     sets: Vec<Vec<[usize; 2]>>,
 }
 
@@ -87,25 +72,32 @@ impl Claims {
     pub fn read(folder: &Path, study: &Study, choose: &Choose, worlds: &[World]) -> Result<Claims> {
         let path = folder.join(PROOF);
         let wrong = |place: &str, what: &str| Err(Error::input(place, what).at(&path));
-        let proof: Proof = serde_json::from_slice(&read_regular(&path)?)
+        let chosen: Chosen = serde_json::from_slice(&read_regular(&path)?)
             .map_err(|e| Error::from(Issue::damaged(format!("is no proof of choose: {e}")).at(&path)))?;
-        if proof.fingerprint != fingerprint(study, worlds) {
+        if chosen.fingerprint != fingerprint(study, worlds) {
             return wrong("fingerprint", "the study is not what was searched: choose again");
         }
-        if proof.asked != asked(study, choose) {
+        if chosen.asked != Asked::of(study, choose) {
             return wrong("asked", "the study asks for something else now: choose again");
         }
-        let mut sets = Vec::new();
-        for (number, step) in proof.steps.iter().enumerate() {
-            let set = named(study, &step.best.poses).and_then(|set| {
-                match not_allowed(study, choose, worlds, step, &set) {
+        let told = &chosen.told;
+        let steps = told.steps.iter().enumerate();
+        let steps =
+            steps.map(|(i, step)| (format!("steps[{i}].best"), (step.at_most, step.budget, &step.best)));
+        let ties = told.ties.iter().enumerate();
+        let ties =
+            ties.map(|(i, tie)| (format!("nearly_as_good[{i}]"), (choose.at_most, choose.budget, tie)));
+        let read = |(place, limits): (String, (usize, Option<Cost>, &ToldSet))| {
+            let set = named(study, &limits.2.poses).and_then(|set| {
+                match not_allowed(study, choose, worlds, limits, &set) {
                     Some(why) => Err(Issue::says(why)),
                     None => Ok(set),
                 }
             });
-            sets.push(set.map_err(|issue| issue.at(format!("steps[{number}].best")).at(&path))?);
-        }
-        Ok(Claims { path, steps: proof.steps, sets })
+            set.map_err(|issue| issue.at(place).at(&path).into())
+        };
+        let sets = steps.chain(ties).map(read).collect::<Result<_>>()?;
+        Ok(Claims { folder: folder.into(), chosen, sets })
     }
 }
 
@@ -122,51 +114,104 @@ pub fn verify(
     recounter: &mut dyn Backend,
     stop: &(dyn Fn() -> Option<String> + Sync),
 ) -> Result<Verified> {
-    let Claims { path, steps, sets } = claims;
-    let wrong = |place: String, what: String| Err(Error::input(place, what).at(path));
+    let Claims { folder, chosen, sets } = claims;
+    let (path, steps) = (folder.join(PROOF), &chosen.told.steps);
+    let given = Given { study, choose, worlds, evidence, stop };
+    let wrong = |place: String, what: &str| Err(Error::input(place, what).at(&path));
     let counts = recounted(study, choose, worlds, sets, recounter)?;
+    let stopped = || stop().map_or(Ok(()), |why| Err(Error::Stopped(Issue::says(why))));
     let mut verified = Verified { sets: sets.len(), proven: 0, bounded: 0, open: 0 };
+    let is_provable = given.is_provable();
     for (number, (step, counts)) in steps.iter().zip(&counts).enumerate() {
         let place = format!("steps[{number}]");
         let exact =
-            holds(choose, &step.best, counts, &format!("{place}.best")).map_err(|issue| issue.at(path))?;
-        let Some(claimed) = exact.filter(|_| step.proven) else {
-            if step.proven {
-                return wrong(format!("{place}.proven"), "a mean of scores has no proof".into());
-            }
+            holds(choose, &step.best, counts, &format!("{place}.best")).map_err(|issue| issue.at(&path))?;
+        let bar = match exact {
+            Some(claimed) => Bar::Above(claimed),
+            None => Bar::AboveMean(step.best.score),
+        };
+        if !step.proven {
             match (&step.shown_by[..], step.no_set_is_above) {
                 ([], None) => verified.open += 1,
-                ([_, ..], Some(above)) => match shows(study, choose, worlds, evidence, step, above) {
+                ([_, ..], Some(above)) => match given.shows(step, above) {
                     Ok(()) => verified.bounded += 1,
-                    Err(why) => return Err(why.at(format!("{place}.shown_by")).at(path).into()),
+                    Err(why) => return Err(why.at(format!("{place}.shown_by")).at(&path).into()),
                 },
-                _ => return wrong(format!("{place}.no_set_is_above"), "is not shown by cuts".into()),
+                _ => return wrong(format!("{place}.no_set_is_above"), "is not shown by cuts"),
             }
             continue;
-        };
+        }
+        if !is_provable {
+            let what = "sensors that are wrong somewhere may outvote each other, so that there is no proof";
+            return wrong(format!("{place}.proven"), what);
+        }
         if step.no_set_is_above != Some(step.best.score) {
             return wrong(
                 format!("{place}.no_set_is_above"),
-                "is not the score of the best set, which is proven".into(),
+                "is not the score of the best set, which is proven",
             );
         }
-        let plain = Plain { study, choose, worlds, evidence, step, claimed, stop };
+        let budget = step.budget.map(Cost::thousandths);
+        let plain = Plain { given, at_most: step.at_most, budget, bar };
+        if choose.over == Across::Mean && !plain.bounds_means() {
+            return wrong(format!("{place}.proven"), "this mean of scores has no proof");
+        }
         if let Some(better) = plain.better() {
             let names: Vec<String> = better.iter().map(|&item| name(study, evidence.items[item])).collect();
-            return wrong(format!("{place}.best"), format!("this set is better: {}", names.join(";")));
+            return wrong(format!("{place}.best"), &format!("this set is better: {}", names.join(";")));
         }
-        if let Some(why) = stop() {
-            return Err(Error::Stopped(Issue::says(why)));
-        }
+        stopped()?;
         verified.proven += 1;
     }
+    if !chosen.told.stopped {
+        whole::Whole { told: &chosen.told, given, is_provable }.check().map_err(|why| why.at(&path))?;
+        stopped()?;
+    }
+    beside::check(claims, given, &counts, recounter)?;
     Ok(verified)
+}
+
+impl Given<'_> {
+    /// Whether what sets score is a matter of unions. Under log-odds sensors that are wrong somewhere may outvote
+    /// others; who is detected is no question of labels.
+    fn is_provable(&self) -> bool {
+        let Given { choose, evidence, .. } = self;
+        let scores = choose.require.iter().map(|require| require.score).chain([choose.objective]);
+        let has_labels = scores.into_iter().any(|score| matches!(score, Score::F1 | Score::Kappa));
+        let is_right =
+            |item: usize| [MISSED, FALSE].iter().all(|&plane| evidence.plane(item, plane).is_empty());
+        choose.fusion == Fusion::OccupiedWins || !has_labels || (0..evidence.items.len()).all(is_right)
+    }
+
+    /// Whether cuts show what no set of a step is above.
+    fn shows(&self, step: &ToldStep, above: f64) -> Result<(), Issue> {
+        let Given { study, choose, worlds, evidence, .. } = *self;
+        let items = &evidence.items;
+        let budget = step.budget.map(Cost::thousandths);
+        let joins = |row: usize| {
+            let set = [&choose.always[..], &[items[row]]].concat();
+            let cost: u64 = set.iter().map(|&[sensor, _]| thousandths(study, sensor)).sum();
+            budget.is_none_or(|budget| cost <= budget) && clash(study, choose, worlds, &set).is_none()
+        };
+        let asked = cuts::CutLimits {
+            evidence,
+            objective: choose.objective,
+            over: choose.over,
+            at_most: step.at_most,
+            budget,
+            cost: items.iter().map(|&[sensor, _]| thousandths(study, sensor)).collect(),
+            always: (0..items.len()).filter(|&row| choose.always.contains(&items[row])).collect(),
+            joins: &joins,
+            named: &|wanted: &str| items.iter().position(|&item| name(study, item) == wanted),
+        };
+        cuts::check(&asked, &step.shown_by, above)
+    }
 }
 
 /// Checks the set at a place by what was counted again of it. Returns its score as a fraction, if it is one.
 fn holds(
     choose: &Choose,
-    set: &ClaimedSet,
+    set: &ToldSet,
     counts: &[Confusion],
     place: &str,
 ) -> Result<Option<(i128, i128)>, Issue> {
@@ -184,8 +229,7 @@ fn holds(
         return Err(Issue::says(format!("does not reach {name} {least}")).at(place));
     }
     let exact = exact(choose.objective, choose.over, counts);
-    let claimed = set.exactly.as_ref().map(|[n, d]| (n.parse::<i128>(), d.parse::<i128>()));
-    let claimed = claimed.and_then(|(n, d)| Some((n.ok()?, d.ok()?)));
+    let claimed = set.fraction();
     match exact {
         Some((n, d))
             if claimed.is_none_or(|(claimed_n, claimed_d)| {
@@ -197,34 +241,4 @@ fn holds(
         }
         _ => Ok(exact),
     }
-}
-
-/// Whether cuts show what no set of a step is above.
-fn shows(
-    study: &Study,
-    choose: &Choose,
-    worlds: &[World],
-    evidence: &CandidateEvidence,
-    step: &ClaimedStep,
-    above: f64,
-) -> Result<(), Issue> {
-    let items = &evidence.items;
-    let budget = step.budget.and_then(Cost::new).map(Cost::thousandths);
-    let joins = |row: usize| {
-        let set = [&choose.always[..], &[items[row]]].concat();
-        let cost: u64 = set.iter().map(|&[sensor, _]| thousandths(study, sensor)).sum();
-        budget.is_none_or(|budget| cost <= budget) && clash(study, choose, worlds, &set).is_none()
-    };
-    let asked = cuts::CutLimits {
-        evidence,
-        objective: choose.objective,
-        over: choose.over,
-        at_most: step.at_most,
-        budget,
-        cost: items.iter().map(|&[sensor, _]| thousandths(study, sensor)).collect(),
-        always: (0..items.len()).filter(|&row| choose.always.contains(&items[row])).collect(),
-        joins: &joins,
-        named: &|wanted: &str| items.iter().position(|&item| name(study, item) == wanted),
-    };
-    cuts::check(&asked, &step.shown_by, above)
 }

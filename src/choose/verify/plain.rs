@@ -8,41 +8,65 @@
 
 use rayon::prelude::*;
 
-use super::ClaimedStep;
+use super::Given;
 use super::allowed::{clash, thousandths};
 use super::counted::{exact, value, value_reaches};
-use crate::choose::evidence::CandidateEvidence;
 use crate::choose::layout::{CLEAR, FALSE, FELT, HIT, MomentBits, SEEN, ones};
+use crate::choose::worth::Ratio;
 use crate::metrics::Score;
-use crate::sensor::Cost;
-use crate::study::{Across, Choose, Study};
-use crate::world::World;
+use crate::study::{Across, Choose};
 
-/// The plain search for a set that is better than the best of a step.
+/// The plain search for a set that is better than what is claimed.
 pub(super) struct Plain<'a> {
-    pub(super) study: &'a Study,
-    pub(super) choose: &'a Choose,
-    pub(super) worlds: &'a [World],
-    pub(super) evidence: &'a CandidateEvidence,
-    pub(super) step: &'a ClaimedStep,
-    pub(super) claimed: (i128, i128),
-    pub(super) stop: &'a (dyn Fn() -> Option<String> + Sync),
+    pub(super) given: Given<'a>,
+    /// How many sensors a set may have, and what it may cost, in thousandths.
+    pub(super) at_most: usize,
+    pub(super) budget: Option<u64>,
+    pub(super) bar: Bar,
+}
+
+/// What a set must have that is looked for.
+#[derive(Clone, Copy, Debug)]
+pub(super) enum Bar {
+    /// More than this score, as a fraction.
+    Above((i128, i128)),
+    /// A mean of scores above this.
+    AboveMean(f64),
+    /// What the requirements ask for. The first that is no mean tells where there is no such set.
+    Required,
+}
+
+impl Bar {
+    /// Which score must be above what, so that a set may be one of those.
+    fn score(self, choose: &Choose) -> (Score, Across, (i128, i128)) {
+        match self {
+            Bar::Above(claimed) => (choose.objective, choose.over, claimed),
+            Bar::AboveMean(_) => unreachable!("a mean is no fraction"),
+            Bar::Required => {
+                let first = choose.require.iter().find(|require| require.over != Across::Mean);
+                let first = first.expect("asked only where there is one");
+                let Ratio { numerator, denominator } = Ratio::of(first.at_least);
+                // As much is enough, which is more than a little less.
+                (first.score, first.over, (2 * numerator - 1, 2 * denominator))
+            }
+        }
+    }
 }
 
 /// What some candidates say together.
-type SetPlanes = [Vec<u64>; 6];
+pub(super) type SetPlanes = [Vec<u64>; 6];
 
 impl Plain<'_> {
     /// A better set, if there is one.
     pub(super) fn better(&self) -> Option<Vec<usize>> {
-        let items = &self.evidence.items;
+        let items = &self.given.evidence.items;
         let fixed: Vec<usize> =
-            (0..items.len()).filter(|&i| self.choose.always.contains(&items[i])).collect();
+            (0..items.len()).filter(|&i| self.given.choose.always.contains(&items[i])).collect();
         let others: Vec<usize> = (0..items.len()).filter(|i| !fixed.contains(i)).collect();
         if self.is_better(&fixed) {
             return Some(fixed);
         }
-        let left = self.step.at_most - fixed.len();
+        let left = self.at_most - fixed.len();
         let order = self.open(&fixed, &others, left);
         (0..order.len()).into_par_iter().find_map_first(|i| self.below(&fixed, &order, i, left))
     }
@@ -53,7 +77,7 @@ impl Plain<'_> {
         if self.is_better(&set) {
             return Some(set);
         }
-        if left == 1 || (self.stop)().is_some() {
+        if left == 1 || (self.given.stop)().is_some() {
             return None;
         }
         let order = self.open(&set, &order[i + 1..], left - 1);
@@ -61,14 +85,16 @@ impl Plain<'_> {
     }
 
     fn is_better(&self, set: &[usize]) -> bool {
-        let counts = self.evidence.counts(set);
-        let (n, d) = self.claimed;
-        let exact = exact(self.choose.objective, self.choose.over, &counts);
+        let counts = self.given.evidence.counts(set);
+        let (objective, over) = (self.given.choose.objective, self.given.choose.over);
+        let is_above = match self.bar {
+            Bar::Above((n, d)) => exact(objective, over, &counts).is_some_and(|(a, b)| a * d > n * b),
+            Bar::AboveMean(claimed) => value(objective, over, &counts).is_some_and(|value| value > claimed),
+            Bar::Required => value(objective, over, &counts).is_some(),
+        };
         let reaches =
             |r: &crate::study::SetRequirement| value_reaches(value(r.score, r.over, &counts), r.at_least);
-        !set.is_empty()
-            && exact.is_some_and(|(a, b)| a * d > n * b)
-            && self.choose.require.iter().all(reaches)
+        !set.is_empty() && is_above && self.given.choose.require.iter().all(reaches)
     }
 
     /// The candidates that may join a set and lead to a better one, those that add most first.
@@ -76,26 +102,38 @@ impl Plain<'_> {
         if left == 0 {
             return Vec::new();
         }
-        let poses = |set: &[usize]| set.iter().map(|&item| self.evidence.items[item]).collect::<Vec<_>>();
-        let budget = self.step.budget.and_then(Cost::new).map_or(u64::MAX, Cost::thousandths);
+        let poses =
+            |set: &[usize]| set.iter().map(|&item| self.given.evidence.items[item]).collect::<Vec<_>>();
+        let budget = self.budget.unwrap_or(u64::MAX);
         let cost = |set: &[usize]| {
-            poses(set).iter().map(|&[sensor, _]| thousandths(self.study, sensor)).sum::<u64>()
+            poses(set).iter().map(|&[sensor, _]| thousandths(self.given.study, sensor)).sum::<u64>()
         };
         let joins = |&&item: &&usize| {
             let set = [chosen, &[item]].concat();
-            cost(&set) <= budget && clash(self.study, self.choose, self.worlds, &poses(&set)).is_none()
+            cost(&set) <= budget
+                && clash(self.given.study, self.given.choose, self.given.worlds, &poses(&set)).is_none()
         };
         let candidates: Vec<usize> = candidates.iter().filter(joins).copied().collect();
         let union = self.union(chosen);
+        if let Bar::AboveMean(claimed) = self.bar {
+            let means = self.means(&union, &candidates, left);
+            let mut kept: Vec<(f64, usize)> =
+                means.into_iter().zip(candidates).filter(|(mean, _)| *mean > claimed).collect();
+            kept.sort_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
+            return kept.into_iter().map(|(_, item)| item).collect();
+        }
         let mut worth: Vec<(i128, usize)> = candidates.iter().map(|&item| (0, item)).collect();
         let mut may = vec![true; candidates.len()];
-        let moments = &self.evidence.layout.moments;
-        let asked: Vec<&[MomentBits]> = match self.choose.over {
+        let moments = &self.given.evidence.layout.moments;
+        let (score, over, par) = self.bar.score(self.given.choose);
+        let asked: Vec<&[MomentBits]> = match over {
             Across::Pooled => vec![moments],
             _ => moments.chunks(1).collect(),
         };
         for moments in asked {
-            let Some((value, gains)) = self.gains(moments, &union, &candidates, left) else { continue };
+            let Some((value, gains)) = self.gains((score, par), (moments, &union), &candidates, left) else {
+                continue;
+            };
             let mut best: Vec<i128> = gains.clone();
             best.sort_unstable_by(|a, b| b.cmp(a));
             let others: i128 = best.iter().take(left - 1).sum();
@@ -111,11 +149,14 @@ impl Plain<'_> {
     }
 
     fn union(&self, set: &[usize]) -> SetPlanes {
-        let widths = self.evidence.layout.words;
+        let widths = self.given.evidence.layout.words;
         let mut union: SetPlanes = std::array::from_fn(|plane| vec![0; widths[plane / 2]]);
         for &item in set {
             for (plane, union) in union.iter_mut().enumerate() {
-                union.iter_mut().zip(&*self.evidence.plane(item, plane)).for_each(|(to, from)| *to |= from);
+                union
+                    .iter_mut()
+                    .zip(&*self.given.evidence.plane(item, plane))
+                    .for_each(|(to, from)| *to |= from);
             }
         }
         union
@@ -125,18 +166,17 @@ impl Plain<'_> {
     /// nothing where the score may have no value.
     fn gains(
         &self,
-        moments: &[MomentBits],
-        union: &SetPlanes,
+        (score, (p, q)): (Score, (i128, i128)),
+        (moments, union): (&[MomentBits], &SetPlanes),
         items: &[usize],
         left: usize,
     ) -> Option<(i128, Vec<i128>)> {
-        let (p, q) = self.claimed;
         let sum =
             |of: fn(&MomentBits) -> u64| moments.iter().map(|moment| i128::from(of(moment))).sum::<i128>();
         let [t, f] = [sum(|moment| moment.voxels[0]), sum(|moment| moment.voxels[1])];
         let s = t + f;
-        match self.choose.objective {
-            Score::F1 | Score::Kappa if t == 0 || f == 0 && self.choose.objective == Score::Kappa => None,
+        match score {
+            Score::F1 | Score::Kappa if t == 0 || f == 0 && score == Score::Kappa => None,
             Score::F1 => Some(self.covered(moments, union, items, [2 * q - p, p], p * s)),
             Score::Kappa => {
                 let weights = [(f * q + t * p).max(0), (t * q + f * p).max(0)];
@@ -151,7 +191,10 @@ impl Plain<'_> {
                 let gains = items.iter().map(|&item| q * fresh(Some(item))).collect();
                 (people > 0).then(|| (q * fresh(None) - p * people, gains))
             }
-            score => self.detected(moments, union, items, left, score == Score::PeopleDetected),
+            score => {
+                let people = score == Score::PeopleDetected;
+                self.detected((moments, union), items, left, (people, (p, q)))
+            }
         }
     }
 
@@ -178,7 +221,7 @@ impl Plain<'_> {
                     let right = has.iter().zip(&wrong);
                     let count = match item {
                         None => ones(right.map(|(has, wrong)| has & !wrong)),
-                        Some(item) => match &self.evidence.plane(item, plane)[..] {
+                        Some(item) => match &self.given.evidence.plane(item, plane)[..] {
                             [] => 0,
                             row => ones(
                                 row[words].iter().zip(right).map(|(row, (has, wrong))| row & !has & !wrong),
@@ -197,7 +240,7 @@ impl Plain<'_> {
     fn of_parts(&self, moments: &[MomentBits], union: &SetPlanes, item: Option<usize>) -> Vec<(i128, i128)> {
         let count = |plane: usize, words: &std::ops::Range<usize>| {
             let has = &union[plane][words.clone()];
-            let row = item.map(|item| self.evidence.plane(item, plane));
+            let row = item.map(|item| self.given.evidence.plane(item, plane));
             i128::from(match row.as_deref() {
                 None => ones(has.iter().copied()),
                 Some([]) => 0,
@@ -212,13 +255,12 @@ impl Plain<'_> {
     /// are left may lead there, or none.
     fn detected(
         &self,
-        moments: &[MomentBits],
-        union: &SetPlanes,
+        (moments, union): (&[MomentBits], &SetPlanes),
         items: &[usize],
         left: usize,
-        people: bool,
+        (people, (p, q)): (bool, (i128, i128)),
     ) -> Option<(i128, Vec<i128>)> {
-        let least = i128::from(self.evidence.layout.min_hits());
+        let least = i128::from(self.given.evidence.layout.min_hits());
         let has = self.of_parts(moments, union, None);
         let more: Vec<Vec<(i128, i128)>> =
             items.iter().map(|&item| self.of_parts(moments, union, Some(item))).collect();
@@ -240,7 +282,6 @@ impl Plain<'_> {
             all.dedup();
         }
         possible.retain(|who| counting.contains(who));
-        let (p, q) = self.claimed;
         let value = q * possible.len() as i128 - p * counting.len() as i128;
         (!counting.is_empty()).then(|| (value, vec![0; items.len()]))
     }

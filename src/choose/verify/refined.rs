@@ -3,11 +3,12 @@
 use std::path::Path;
 
 use super::allowed::{named, not_allowed};
+use super::beside::is_written;
 use super::counted::recounted;
-use super::{ClaimedSet, ClaimedStep, holds};
+use super::holds;
 use crate::backend::Backend;
-use crate::choose::files::{Chosen, PROOF};
-use crate::choose::told::{ToldRefined, ToldSet};
+use crate::choose::files::{Chosen, PROOF, REFINED};
+use crate::choose::told::ToldRefined;
 use crate::study::{Choose, Study};
 use crate::world::World;
 use crate::{Error, Result};
@@ -22,8 +23,12 @@ pub fn verify_refined(
     choose: &Choose,
     recounter: &mut dyn Backend,
 ) -> Result<usize> {
-    let Some(Chosen { told, .. }) = Chosen::read(folder)? else { return Ok(0) };
-    let Some(study) = told.with_poses(study).map_err(|e| e.at(folder))? else { return Ok(0) };
+    let Some(chosen) = Chosen::read(folder)? else { return Ok(0) };
+    let told = &chosen.told;
+    let Some(study) = told.with_poses(study).map_err(|e| e.at(folder))? else {
+        is_written(folder, REFINED, chosen.refined())?;
+        return Ok(0);
+    };
     let worlds = World::prepare_all(&study)?;
     let path = folder.join(PROOF);
     let all = told.refined.iter().flatten().enumerate();
@@ -42,30 +47,14 @@ pub fn verify_refined(
         if *gain != Some(best.score - score_before) {
             return wrong("gain", "is not the difference of the scores");
         }
-        let step = ClaimedStep {
-            at_most: *at_most,
-            budget: budget.map(|budget| budget.amount()),
-            best: claimed(best),
-            no_set_is_above: None,
-            proven: false,
-            shown_by: Vec::new(),
-        };
         let set = named(&study, &best.poses).map_err(|issue| issue.at(place("best")).at(&path))?;
-        if let Some(why) = not_allowed(&study, choose, &worlds, &step, &set) {
+        if let Some(why) = not_allowed(&study, choose, &worlds, (*at_most, *budget, best), &set) {
             return wrong("best", &why);
         }
         let counts = recounted(&study, choose, &worlds, &[set], recounter)?;
-        holds(choose, &step.best, &counts[0], &place("best")).map_err(|issue| issue.at(&path))?;
+        holds(choose, best, &counts[0], &place("best")).map_err(|issue| issue.at(&path))?;
         counted += 1;
     }
+    is_written(folder, REFINED, chosen.refined())?;
     Ok(counted)
-}
-
-fn claimed(set: &ToldSet) -> ClaimedSet {
-    ClaimedSet {
-        poses: set.poses.clone(),
-        cost: set.cost.map(|cost| cost.amount()),
-        score: set.score,
-        exactly: set.exactly.clone(),
-    }
 }
