@@ -13,7 +13,7 @@ use std::fs;
 use std::path::Path;
 
 use common::Random;
-use perirobot::approach::{APPROACH, Answer, Ground, PATHS, answers, csv};
+use perirobot::approach::{APPROACH, Answer, Asked, Ground, PATHS, answers, csv};
 use perirobot::backend::cpu::Cpu;
 use perirobot::export::each_file;
 use perirobot::scene::build::build;
@@ -383,7 +383,8 @@ fn each_floor_plan_has_a_file_of_its_own() {
     assert!(!told("floor-cell-crawling.svg") && !told("floor-cell-standing-2.svg"));
 }
 
-/// A random cell: boxes, a robot that moves in some, a person in some, a camera or two that certify.
+/// A random cell: boxes, a robot that moves in some, a person in some, a camera or two that certify, and in some a pad,
+/// a light curtain, a cover of the robot.
 struct Cell {
     study: String,
     scene: String,
@@ -438,6 +439,42 @@ fn cell(random: &mut Random) -> Cell {
              [[sensor.poses]]\nname = \"p\"\nlist = [{{ position_m = {place:?}, facing = [1, 0, 0], pan_deg = {pan}, tilt_deg = {tilt} }}]\n"
         );
     }
+    let (mut switches, mut names, mut cover) = (Vec::new(), Vec::new(), "null");
+    // One that is tared does not feel what always stands on it.
+    let switch = |low: [f64; 3], high: [f64; 3], tare: bool| {
+        format!("{{\"low\": {low:?}, \"high\": {high:?}, \"tare\": {tare}}}")
+    };
+    // Sides lie between voxels.
+    let tenths = |n: [i32; 3]| n.map(|n| f64::from(n) * 0.1);
+    if random.one_in(2) {
+        let (x, y) = (random.between(0, 6), random.between(0, 5));
+        let (wide, deep) = (random.between(2, 5), random.between(2, 4));
+        let ([low, high], tare) = ([tenths([x, y, 1]), tenths([x + wide, y + deep, 2])], random.one_in(2));
+        study += &format!(
+            "[[sensor]]\nname = \"pad\"\nkind = \"pad\"\ntare = {tare}\nsize_m = {:?}\n\
+             [[sensor.poses]]\nname = \"p\"\nx_m = {}\ny_m = {}\nz_m = 0.05\n",
+            &tenths([wide, deep, 0])[..2],
+            low[0],
+            low[1]
+        );
+        switches.push(switch(low, high, tare));
+        names.push("pad");
+    }
+    if random.one_in(2) {
+        let (x, z) = (random.between(1, 8), random.between(0, 2));
+        let [low, high] = [tenths([x, 0, z]), tenths([x + 1, 9, z + 5])];
+        study += &format!(
+            "[[sensor]]\nname = \"gate\"\nkind = \"gate\"\nbox = {{ min_m = {low:?}, max_m = {high:?} }}\n\
+             zone = {{ min_m = [0, 0, 0], max_m = {:?} }}\n",
+            tenths([x, 9, 7])
+        );
+        switches.push(switch(low, high, false));
+        names.push("gate");
+    }
+    if random.one_in(3) {
+        study += "[[sensor]]\nname = \"cover\"\nkind = \"cover\"\ninflation_m = [0.25]\n";
+        (cover, names) = ("0.25", [&names[..], &["cover"]].concat());
+    }
     scene += &housings;
     let nobody = scene.clone();
     let has_person = random.one_in(2);
@@ -447,7 +484,8 @@ fn cell(random: &mut Random) -> Cell {
             "[[object]]\nname = \"person\"\nrole = \"human\"\nbox = {{ size_m = [0.2, 0.3, 0.7] }}\nposition_m = [{x}, {y}, 0.4]\n"
         );
     }
-    let members = (0..sensors).map(|number| format!("\"sensor {number}\"")).collect::<Vec<_>>().join(", ");
+    let rays: Vec<String> = (0..sensors).map(|number| format!("sensor {number}")).collect();
+    let members: Vec<&str> = rays.iter().map(String::as_str).chain(names).collect();
     let hazard = random.of(&["hazard = \"robot\"", "hazard = \"robot_swept\"", "region = \"tool\""]);
     let (name, region) =
         (hazard.split('"').nth(1).unwrap(), if hazard.starts_with("region") { "\"tool\"" } else { "null" });
@@ -457,7 +495,7 @@ fn cell(random: &mut Random) -> Cell {
     let study = format!(
         "[grid]\nvoxel_size_m = 0.1\nbounds_m = {{ min = [0, 0, 0], max = [1.15, 0.95, 0.75] }}\n\
          [[scene]]\nfile = \"cell.toml\"\n[[region]]\nname = \"tool\"\nbox = {{ min_m = [0.5, 0.3, 0.1], max_m = [0.8, 0.6, 0.4] }}\n\
-         {study}[[combination]]\nsensors = [{members}]\n\
+         {study}[[combination]]\nname = \"all\"\nsensors = {members:?}\n[[combination]]\nname = \"rays\"\nsensors = {rays:?}\n\
          [approach]\n{hazard}\nmin_voxels = {min_voxels}\n\
          [[approach.body]]\nname = \"person\"\ncylinder = {{ diameter_m = 0.3, height_m = 0.5 }}\n\
          [[approach.body]]\nname = \"hand\"\nball = {{ diameter_m = 0.2 }}\n\
@@ -469,11 +507,13 @@ fn cell(random: &mut Random) -> Cell {
     let companies: &[&str] = if has_person { &["absent", "cover"] } else { &["absent"] };
     let case = format!(
         "{{\"voxel_m\": 0.1, \"floor_m\": 0, \"snapshots\": {}, \"hazard\": \"{name}\", \"region\": {region}, \"companies\": {companies:?},\n\
+         \"switches\": [{}], \"cover_m\": {cover},\n\
          \"bodies\": [{{\"name\": \"person\", \"cylinder\": [0.3, 0.5], \"on_floor\": true, \"min_voxels\": {min_voxels}}},\n\
          {{\"name\": \"hand\", \"ball\": 0.2, \"on_floor\": false, \"min_voxels\": {min_voxels}}},\n\
          {{\"name\": \"pole\", \"box\": [0.1, 0.2, 0.4], \"on_floor\": true, \"min_voxels\": {min_voxels}}}],\n\
          \"entries\": [{{\"name\": \"edges\", \"box\": null}}, {{\"name\": \"door\", \"box\": {door:?}}}]}}",
-        1 + i32::from(moves)
+        1 + i32::from(moves),
+        switches.join(", ")
     );
     Cell { study, scene, nobody, case, companies }
 }
@@ -483,16 +523,19 @@ const FIRST: Choice = Choice { combination: 0, choice: 0, representation: 0, rep
 fn asked<'a>(study: &'a Study, worlds: &'a [World]) -> perirobot::Result<(Ground<'a>, Vec<Answer>)> {
     let watchers = Watchers::new(study, FIRST);
     let ground = Ground::new(study, worlds, watchers.each())?;
-    let (answers, _) = answers(&ground, &watchers)?;
+    let (answers, _) = answers(&ground, worlds, &watchers, &mut || ())?;
     Ok((ground, answers))
 }
+
+/// What sensors that cast say in the random cells.
+const RAYS: Choice = Choice { combination: 1, ..FIRST };
 
 /// The arrays of each snapshot of a scene.
 fn export(folder: &Path, company: &str, study: &Study, worlds: &[World]) {
     let mut cpu = Cpu::new(Some(1)).unwrap();
     let scenes = build(&study.scenes[0], &study.sources, study.voxel_size_m).unwrap();
     for (world, scene) in worlds.iter().zip(&scenes) {
-        let view = View::new(study, world, FIRST, &mut cpu).unwrap();
+        let view = View::new(study, world, RAYS, &mut cpu).unwrap();
         let name = folder.join(format!("{company}-{}.npz", world.snapshot));
         let keep = |file: perirobot::export::File| match file.name == "view.npz" {
             true => perirobot::results::files::write_whole(&name, &file.bytes),
@@ -530,7 +573,7 @@ fn numpy_and_scipy_find_the_same_in_random_cells() {
             refused += 1;
             continue;
         };
-        fs::write(here.join(APPROACH), csv(&[(ground, answers)])).unwrap();
+        fs::write(here.join(APPROACH), csv(&Asked::default(), &[(ground, answers)])).unwrap();
         fs::write(here.join("case.json"), case).unwrap();
         if companies.contains(&"cover") {
             export(&here, "cover", &study, worlds.as_ref().unwrap());
@@ -558,7 +601,7 @@ fn bytes_do_not_depend_on_threads() {
     let worlds = World::prepare_all(&study).unwrap();
     let on = |threads: usize| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
-        pool.install(|| csv(&[asked(&study, &worlds).unwrap()]))
+        pool.install(|| csv(&Asked::default(), &[asked(&study, &worlds).unwrap()]))
     };
     let one = on(1);
     assert!(one.len() > 500);

@@ -133,8 +133,9 @@ fn what_if(
     let names = Names { poses: poses.into(), representation: Some(wanted.clone()), ..Names::default() };
     let (_, choice) = find(study, worlds, &names).unwrap();
     let counts = swept(study, worlds, &choice, backends.open(Fallback::Cpu).unwrap().as_mut());
-    let case = Case { alteration: Alteration::None, kept: Vec::new(), counts };
-    let mut conditions = Conditions { moments: Vec::new(), cases: vec![(Condition::AsPlanned, vec![case])] };
+    let case = Case { counts, ..Case::default() };
+    let mut conditions =
+        Conditions { cases: vec![(Condition::AsPlanned, vec![case])], ..Conditions::default() };
     let what_if = WhatIf::new(study, worlds, &choice);
     let draws = what_if.count(asked, &mut conditions, backends, &mut Silent).unwrap();
     (conditions, draws, wanted.clone())
@@ -300,8 +301,9 @@ fn a_plan_that_is_counted_differently_is_told() {
     let (_, choice) = find(&study, &worlds, &Names { poses: poses.into(), ..Names::default() }).unwrap();
     let mut counts = swept(&study, &worlds, &choice, &mut Oracle::default());
     counts[1][2].tp += 1;
-    let case = Case { alteration: Alteration::None, kept: Vec::new(), counts };
-    let mut conditions = Conditions { moments: Vec::new(), cases: vec![(Condition::AsPlanned, vec![case])] };
+    let case = Case { counts, ..Case::default() };
+    let mut conditions =
+        Conditions { cases: vec![(Condition::AsPlanned, vec![case])], ..Conditions::default() };
     let what_if = WhatIf::new(&study, &worlds, &choice);
     let (_, mut cpu) = backends().swap_remove(1);
     let error = what_if.count(&DEAD, &mut conditions, &mut cpu, &mut Silent).unwrap_err();

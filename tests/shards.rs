@@ -307,3 +307,34 @@ fn there_are_no_more_shards_than_choices() {
         assert_eq!(folder.sweep(&[&format!("--shard={wrong}")]).code, Some(2), "{wrong}");
     }
 }
+
+#[test]
+fn a_merge_tells_the_verdicts_that_the_sweep_told() {
+    let folder = Folder::new();
+    let require = "\n[[require]]\nname = \"seen\"\nscore = \"f1\"\nregion = \"robot\"\nat_least = 0.1\n";
+    folder.edit("study.toml", "", require);
+    let verdicts = |outcome: &Outcome| {
+        assert_eq!(outcome.code, Some(0), "{}", outcome.stderr);
+        let (_, told) = outcome.stdout.split_once("\nRequirements, as planned").expect("verdicts");
+        let (told, command) = told.split_once("\nmore: perirobot judge ").expect("the command");
+        assert!(command.contains(" --pose "), "{command}");
+        told.to_string()
+    };
+    let whole = verdicts(&folder.sweep(&[]));
+    assert!(whole.contains("seen (as planned): F1 in region robot is 0."), "{whole}");
+    fs::remove_dir_all(folder.path("out")).unwrap();
+    ["0/2", "1/2"].into_iter().for_each(|number| shard(&folder, number));
+    assert_eq!(verdicts(&merge(&folder, &[])), whole);
+    // Of a study that is not there, or has changed, nothing is told but that.
+    folder.edit("study.toml", "name = \"robot\"\nsphere", "name = \"tool\"\nsphere");
+    folder.edit("study.toml", "region = \"robot\"", "region = \"tool\"");
+    for _ in 0..2 {
+        let outcome = merge(&folder, &[]);
+        assert_eq!(outcome.code, Some(0), "{}", outcome.stderr);
+        let told = "study.toml: ";
+        let untold = "; whether it requires something is not told";
+        assert!(outcome.stderr.contains(told) && outcome.stderr.contains(untold), "{}", outcome.stderr);
+        assert!(!outcome.stdout.contains("Requirements"), "{}", outcome.stdout);
+        let _ = fs::remove_file(folder.path("study.toml"));
+    }
+}

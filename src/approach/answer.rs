@@ -48,6 +48,18 @@ pub fn deepest(body: &Body, begin: &BitGrid, open: &BitGrid, distances: &Distanc
     Found { deepest: Some(Deepest { squared, length, path, narrowest }), reached }
 }
 
+/// How near a body comes from those of some places that are open, through open ones: the squared distance, `None`
+/// where it does not come in. With it how many places it reaches.
+pub(super) fn nearest_of_all(
+    body: &Body,
+    begin: &BitGrid,
+    open: &BitGrid,
+    distances: &Distances,
+) -> (Option<u32>, u64) {
+    let flood = Flood::from(begin, open);
+    (nearest(body, &flood, distances).map(|(squared, _)| squared), flood.reached().count())
+}
+
 /// The least squared distance of the body at a place that is reached, and that place.
 fn nearest(body: &Body, flood: &Flood, distances: &Distances) -> Option<(u32, [i32; 3])> {
     let at = |place| body.voxels(place).map(|voxel| distances.squared(voxel)).min();

@@ -89,12 +89,11 @@ impl Body {
     }
 
     /// Those of some places at which it covers at most so many voxels of a set over the grid.
-    pub fn covers_at_most(&self, most: u32, set: &BitGrid, places: Window) -> BitGrid {
+    pub(super) fn covers_at_most(&self, most: u32, sums: &Sums, places: Window) -> BitGrid {
         let mut found = BitGrid::new(places);
         if places.is_empty() {
             return found;
         }
-        let sums = Sums::of(set);
         let rows = found.words_per_row() as usize;
         let depth = places.size[1] as usize;
         found.words_mut().par_chunks_mut(rows).enumerate().for_each(|(row, words)| {
@@ -157,14 +156,14 @@ fn chord(n: u32, others: &[u32]) -> Range<u32> {
 }
 
 /// Running sums of a set along x and z, for each y by itself.
-struct Sums {
+pub(super) struct Sums {
     window: Window,
     /// For each y, each z and one more, each x and one more.
     before: Vec<u32>,
 }
 
 impl Sums {
-    fn of(set: &BitGrid) -> Sums {
+    pub(super) fn of(set: &BitGrid) -> Sums {
         let window = set.window();
         let [width, _, height] = window.size.map(|n| n as usize);
         let mut before = vec![0; (width + 1) * (height + 1) * window.size[1] as usize];
@@ -252,7 +251,7 @@ pub(super) mod tests {
                 let (body, set) = (body(shape, on_floor, 1), scattered(grid.window(), 100, seed));
                 let places = places(body.size, on_floor.then_some(1), &grid);
                 for most in [0, 2, 5] {
-                    let found = body.covers_at_most(most, &set, places);
+                    let found = body.covers_at_most(most, &Sums::of(&set), places);
                     assert!(!places.is_empty() && (found.count() > 0 || most == 0));
                     for place in BitGrid::full(places).voxels() {
                         let covered = body.voxels(place).filter(|&voxel| set.get(voxel)).count();

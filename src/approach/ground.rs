@@ -1,10 +1,9 @@
 //! A scene as bodies move through it, whatever the sensors: where they may be, where they come in, and what
 //! they must not come near to. All that can be wrong with what is asked is found here, before anything is cast.
 
-use std::sync::Arc;
-
-use super::body::{self, Body};
+use super::body::{self, Body, Sums};
 use super::entries;
+use super::moments::Company;
 use crate::error::Issue;
 use crate::scene::Role;
 use crate::sensor::prism::Prism;
@@ -48,6 +47,12 @@ fn floods_at_once(voxels: u64) -> usize {
 }
 
 impl<'a> Ground<'a> {
+    /// Checks what a study asks of each of its scenes; `watchers` are the sensors that are looked at.
+    pub fn of_scenes(study: &'a Study, worlds: &'a [World], watchers: &[Watcher]) -> Result<Vec<Ground<'a>>> {
+        let scenes = worlds.chunk_by(|one, next| one.scene == next.scene);
+        scenes.map(|worlds| Ground::new(study, worlds, watchers)).collect()
+    }
+
     /// Checks what a study asks of a scene; `watchers` are the sensors that are looked at.
     pub fn new(study: &'a Study, worlds: &'a [World], watchers: &[Watcher]) -> Result<Ground<'a>> {
         let here = |issue: Issue| Error::from(issue.at("approach").at(&study.path));
@@ -131,7 +136,7 @@ impl<'a> Ground<'a> {
     /// Refuses an entry at which a body is in something solid, at all places and in all snapshots.
     fn refuse_walls(&self) -> Result<(), Issue> {
         let truths = self.worlds.iter().map(|world| world.truth_without_people());
-        let solids: Vec<_> = truths.map(|truth| solid(&truth)).collect();
+        let solids: Vec<_> = truths.map(|truth| Sums::of(&solid(&truth))).collect();
         for ((body, places), begins) in self.bodies.iter().zip(&self.places).zip(&self.begins) {
             let mut walled: Vec<bool> = vec![true; begins.len()];
             for solid in &solids {
@@ -180,14 +185,17 @@ impl<'a> Ground<'a> {
     }
 
     /// How many bodies may be flooded at once.
-    pub(super) fn at_once(&self) -> usize {
+    pub fn at_once(&self) -> usize {
         floods_at_once(self.worlds[0].grid.window().volume())
     }
 
-    /// Whether the scene has people.
-    pub(super) fn has_people(&self) -> bool {
-        let is_person = |truth: Arc<Truth>| truth.objects.iter().any(|object| object.role == Role::Human);
-        self.worlds.iter().any(|world| is_person(world.truth()))
+    /// With whom the scene is asked: with nobody else, and where it has people, with them.
+    pub fn companies(&self) -> Vec<Company> {
+        let people = |world: &World| world.truth().objects.iter().any(|object| object.role == Role::Human);
+        match self.worlds.iter().any(people) {
+            true => vec![Company::Absent, Company::Cover],
+            false => vec![Company::Absent],
+        }
     }
 }
 

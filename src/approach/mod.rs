@@ -36,6 +36,6 @@ pub use answer::{Deepest, Found, Narrowest, deepest};
 pub use body::Body;
 pub use flood::{Flood, LONGEST_STEP};
 pub use ground::Ground;
-pub use moments::{Answer, AtEntry, Company, Plan, answers};
+pub use moments::{Answer, AtEntry, Company, Moment, Nearest, Plan, answers, moments_of};
 pub use picture::{PATHS, floor_plan, is_named_as_plan, paths_ply, plan_names};
-pub use table::{APPROACH, csv, in_words};
+pub use table::{APPROACH, Asked, csv, in_words};

@@ -1,15 +1,18 @@
 //! What is asked of one scene, moment by moment and of all at once, and the answers in the order of the table.
 
 use std::collections::BTreeMap;
+use std::ops::Range;
 use std::sync::Arc;
 
 use rayon::prelude::*;
 
-use super::answer::{Found, deepest};
-use super::ground::{Ground, solid};
+use super::answer::{Found, deepest, nearest_of_all};
+use super::body::{Body, Sums};
+use super::ground::Ground;
 use crate::Result;
 use crate::view::watched::{Watch, Watchers};
-use crate::voxel::{BitGrid, Distances};
+use crate::voxel::{BitGrid, Distances, Truth};
+use crate::world::World;
 
 /// Who else is there.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -26,6 +29,14 @@ impl Company {
         match self {
             Company::Absent => "absent",
             Company::Cover => "cover",
+        }
+    }
+
+    /// What is where at a moment.
+    pub fn truth(self, world: &World) -> Arc<Truth> {
+        match self {
+            Company::Absent => Arc::new(world.truth_without_people()),
+            Company::Cover => world.truth(),
         }
     }
 }
@@ -92,120 +103,161 @@ pub struct Plan {
     pub open: BitGrid,
 }
 
-/// A moment, or all of them at once.
-struct Moment {
+/// A moment of a scene, or all of them at once, as it is whatever the sensors.
+pub struct Moment<'g> {
+    ground: &'g Ground<'g>,
+    company: Company,
     snapshot: Option<usize>,
-    solid: BitGrid,
-    watched: BitGrid,
-    hazard: BitGrid,
+    solid: Arc<BitGrid>,
+    hazard: Arc<BitGrid>,
+    distances: Distances,
+    /// Of each body, where it has room.
+    free: Vec<BitGrid>,
+}
+
+/// What a body can do from an entry, in a few numbers.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Nearest {
+    /// How near it comes, squared, in voxels; `None` where it does not come in.
+    pub squared: Option<u32>,
+    /// How many places are open to it, wherever it comes from.
+    pub unnoticed: u64,
+    /// How many it reaches from the entry.
+    pub joined: u64,
+}
+
+impl<'g> Moment<'g> {
+    /// Some snapshots of a scene at once, with what is where in each.
+    pub fn new(
+        ground: &'g Ground<'g>,
+        company: Company,
+        worlds: &[World],
+        truths: &[Arc<Truth>],
+    ) -> Result<Moment<'g>> {
+        let mut solid = BitGrid::full(worlds[0].grid.window());
+        let mut hazard = BitGrid::new(worlds[0].grid.window());
+        for (world, truth) in worlds.iter().zip(truths) {
+            solid.keep(&super::ground::solid(truth));
+            hazard.add(&ground.hazard(world)?);
+        }
+        let sums = Sums::of(&solid);
+        let free = ground.bodies.iter().zip(&ground.places);
+        let free = free.map(|(body, &places)| body.covers_at_most(0, &sums, places)).collect();
+        let snapshot = if let [world] = worlds { Some(world.snapshot) } else { None };
+        let distances = Distances::to(&hazard);
+        Ok(Moment { ground, company, snapshot, solid: solid.into(), hazard: hazard.into(), distances, free })
+    }
+
+    /// Of each body, where it has room and is not noticed.
+    fn open(&self, watched: &BitGrid) -> Vec<BitGrid> {
+        let sums = Sums::of(watched);
+        let each = self.ground.bodies.iter().zip(&self.ground.places).zip(&self.free);
+        let open = each.map(|((body, &places), free)| {
+            let mut open = body.covers_at_most(body.min_voxels - 1, &sums, places);
+            open.keep(free);
+            open
+        });
+        open.collect()
+    }
+
+    /// Something of each body from each entry, body by body; no more at once than there is room for.
+    fn each<T: Send>(&self, of: impl Fn([usize; 2]) -> T + Sync) -> Vec<T> {
+        let begins = self.ground.begins.iter().enumerate();
+        let all: Vec<[usize; 2]> =
+            begins.flat_map(|(body, of)| (0..of.len()).map(move |entry| [body, entry])).collect();
+        let at_once = all.chunks(self.ground.at_once());
+        at_once.flat_map(|some| some.par_iter().map(|&one| of(one)).collect::<Vec<_>>()).collect()
+    }
+
+    /// What each body can do from each entry where these voxels are watched, body by body.
+    pub fn nearest(&self, watched: &BitGrid) -> Vec<Nearest> {
+        let open = self.open(watched);
+        self.each(|[number, entry]| {
+            let (body, begin) = (&self.ground.bodies[number], &self.ground.begins[number][entry]);
+            let (squared, joined) = nearest_of_all(body, begin, &open[number], &self.distances);
+            Nearest { squared, unnoticed: open[number].count(), joined }
+        })
+    }
+
+    /// The answers where sensors watch at each of the snapshots, and what floor plans show.
+    fn ask(&self, watchers: &Watchers, watches: &[Watch]) -> (Vec<Answer>, Vec<Plan>) {
+        let mut watched = watches[0].voxels.clone();
+        watches[1..].iter().for_each(|watch| watched.keep(&watch.voxels));
+        let (open, farthest) = (self.open(&watched), self.distances.farthest());
+        let answers = self.each(|[number, entry]| {
+            let (body, begin) = (&self.ground.bodies[number], &self.ground.begins[number][entry]);
+            let found = deepest(body, begin, &open[number], &self.distances);
+            let at_entry = match found.deepest {
+                Some(_) => AtEntry::Open,
+                None if begin.intersects(&self.free[number]) => AtEntry::Noticed,
+                None => AtEntry::NoRoom,
+            };
+            let place = found.deepest.as_ref().and_then(|deepest| {
+                deepest.narrowest.map(|narrowest| narrowest.place).or(deepest.path.last().copied())
+            });
+            let shadow = place.and_then(|place| shadow(body, place, watchers, watches));
+            let (company, snapshot, unnoticed) = (self.company, self.snapshot, open[number].count());
+            Answer { company, snapshot, body: number, entry, unnoticed, at_entry, found, farthest, shadow }
+        });
+        let planes = self.free.iter().zip(open).enumerate();
+        let plans = planes.filter(|(body, _)| self.ground.bodies[*body].on_floor);
+        let plan = |(body, (free, open)): (usize, (&BitGrid, BitGrid))| {
+            let (solid, hazard) = (self.solid.clone(), self.hazard.clone());
+            Plan { company: self.company, body, solid, hazard, free: free.clone(), open }
+        };
+        (answers, plans.map(plan).collect())
+    }
+}
+
+/// The object that stands before most voxels of a body at a place, seen from the sensors.
+fn shadow(body: &Body, place: [i32; 3], watchers: &Watchers, watches: &[Watch]) -> Option<String> {
+    let mut before = BTreeMap::new();
+    for watch in watches {
+        for (object, often) in watchers.before(watch, body.voxels(place)) {
+            let name = watch.truth.objects[object].name.clone();
+            *before.entry(name).or_insert(0) += often;
+        }
+    }
+    // The first by name of equals.
+    before.into_iter().rev().max_by_key(|(_, often)| *often).map(|(name, _)| name)
+}
+
+/// How many moments of a scene are asked.
+pub fn moments_of(ground: &Ground) -> u64 {
+    let snapshots = ground.worlds.len() as u64;
+    ground.companies().len() as u64 * (snapshots + u64::from(snapshots > 1))
 }
 
 /// All answers of a scene: with nobody else first, in each the snapshots in order and then all at once, if there
-/// are several; body by body, entry by entry. With them what the floor plans show.
-pub fn answers(ground: &Ground, watchers: &Watchers) -> Result<(Vec<Answer>, Vec<Plan>)> {
+/// are several; body by body, entry by entry. With them what the floor plans show. `worlds` are the snapshots with
+/// the sensors as they are looked at; `done` is called after each of [`moments_of`].
+pub fn answers(
+    ground: &Ground,
+    worlds: &[World],
+    watchers: &Watchers,
+    done: &mut dyn FnMut(),
+) -> Result<(Vec<Answer>, Vec<Plan>)> {
     let (mut answers, mut plans) = (Vec::new(), Vec::new());
-    let cover = ground.has_people().then_some(Company::Cover);
-    for company in [Some(Company::Absent), cover].into_iter().flatten() {
-        let mut all: Option<Moment> = None;
-        let mut watches = Vec::new();
-        for world in ground.worlds {
-            let truth = match company {
-                Company::Absent => Arc::new(world.truth_without_people()),
-                Company::Cover => world.truth(),
-            };
-            let watch = watchers.watch(world, truth);
-            let hazard = ground.hazard(world)?;
-            let moment = Moment {
-                snapshot: Some(world.snapshot),
-                solid: solid(&watch.truth),
-                watched: watch.voxels.clone(),
-                hazard,
-            };
-            match &mut all {
-                None => {
-                    all = Some(Moment {
-                        snapshot: None,
-                        solid: moment.solid.clone(),
-                        watched: moment.watched.clone(),
-                        hazard: moment.hazard.clone(),
-                    });
-                }
-                Some(all) => {
-                    all.solid.keep(&moment.solid);
-                    all.watched.keep(&moment.watched);
-                    all.hazard.add(&moment.hazard);
-                }
-            }
-            let here = ask(ground, watchers, company, moment, std::slice::from_ref(&watch));
-            answers.extend(here.0);
-            if ground.worlds.len() == 1 {
-                plans.extend(here.1);
-            }
-            watches.push(watch);
+    for company in ground.companies() {
+        let truths: Vec<Arc<Truth>> = worlds.iter().map(|world| company.truth(world)).collect();
+        let each = worlds.iter().zip(&truths);
+        let watches: Vec<Watch> = each.map(|(world, truth)| watchers.watch(world, truth.clone())).collect();
+        let mut ask = |snapshots: Range<usize>| -> Result<Vec<Plan>> {
+            let moment =
+                Moment::new(ground, company, &worlds[snapshots.clone()], &truths[snapshots.clone()])?;
+            let (here, plans) = moment.ask(watchers, &watches[snapshots]);
+            answers.extend(here);
+            done();
+            Ok(plans)
+        };
+        let mut last = Vec::new();
+        for snapshot in 0..worlds.len() {
+            last = ask(snapshot..snapshot + 1)?;
         }
-        if let (Some(all), [_, _, ..]) = (all, &watches[..]) {
-            let here = ask(ground, watchers, company, all, &watches);
-            answers.extend(here.0);
-            plans.extend(here.1);
+        if worlds.len() > 1 {
+            last = ask(0..worlds.len())?;
         }
+        plans.extend(last);
     }
     Ok((answers, plans))
-}
-
-/// The answers of one moment; `watches` are those of its snapshots.
-fn ask(
-    ground: &Ground,
-    watchers: &Watchers,
-    company: Company,
-    moment: Moment,
-    watches: &[Watch],
-) -> (Vec<Answer>, Vec<Plan>) {
-    let distances = Distances::to(&moment.hazard);
-    let farthest = distances.farthest();
-    let (solid, hazard) = (Arc::new(moment.solid), Arc::new(moment.hazard));
-    // Of each body, where it has room, and where it is not noticed there either.
-    let planes = ground.bodies.iter().zip(&ground.places).map(|(body, &places)| {
-        let free = body.covers_at_most(0, &solid, places);
-        let mut open = body.covers_at_most(body.min_voxels - 1, &moment.watched, places);
-        open.keep(&free);
-        [free, open]
-    });
-    let planes: Vec<_> = planes.collect();
-    let answer = |&[number, entry]: &[usize; 2]| {
-        let (body, begin, [free, open]) =
-            (&ground.bodies[number], &ground.begins[number][entry], &planes[number]);
-        let found = deepest(body, begin, open, &distances);
-        let at_entry = match found.deepest {
-            Some(_) => AtEntry::Open,
-            None if begin.intersects(free) => AtEntry::Noticed,
-            None => AtEntry::NoRoom,
-        };
-        let place = found.deepest.as_ref().and_then(|deepest| {
-            deepest.narrowest.map(|narrowest| narrowest.place).or(deepest.path.last().copied())
-        });
-        let shadow = place.and_then(|place| {
-            let mut before = BTreeMap::new();
-            for watch in watches {
-                for (object, often) in watchers.before(watch, body.voxels(place)) {
-                    let name = watch.truth.objects[object].name.clone();
-                    *before.entry(name).or_insert(0) += often;
-                }
-            }
-            // The first by name of equals.
-            before.into_iter().rev().max_by_key(|(_, often)| *often).map(|(name, _)| name)
-        });
-        let (snapshot, unnoticed) = (moment.snapshot, open.count());
-        Answer { company, snapshot, body: number, entry, unnoticed, at_entry, found, farthest, shadow }
-    };
-    let all =
-        (0..planes.len()).flat_map(|body| (0..ground.begins[body].len()).map(move |entry| [body, entry]));
-    let all: Vec<_> = all.collect();
-    let at_once = all.chunks(ground.at_once());
-    let answers = at_once.flat_map(|some| some.par_iter().map(answer).collect::<Vec<_>>()).collect();
-    let plans = planes.into_iter().enumerate().filter(|(body, _)| ground.bodies[*body].on_floor);
-    let plan = |(body, [free, open]): (usize, [BitGrid; 2])| {
-        let (solid, hazard) = (solid.clone(), hazard.clone());
-        Plan { company, body, solid, hazard, free, open }
-    };
-    (answers, plans.map(plan).collect())
 }

@@ -2,6 +2,8 @@
 //!
 //! | column | |
 //! |---|---|
+//! | `combination`, `poses`, `representation` | which sensors, as in results.csv |
+//! | `case` | what of them is not as planned, in words; empty where nothing is |
 //! | `scene`, `snapshot` | which moment; `*` for all snapshots at once |
 //! | `people` | `absent`, or `cover`: the people of the scene stand in the way, and hide what is behind them |
 //! | `body`, `entry` | by their names in the study |
@@ -21,13 +23,19 @@ use super::body::Body;
 use super::ground::Ground;
 use super::moments::{Answer, AtEntry, Company};
 use super::needed;
-use crate::results::columns::Csv;
+use crate::results::columns::{Csv, pose_names, representation_names};
+use crate::study::Study;
+use crate::view::Choice;
 use crate::voxel::Grid;
 
 /// The name of the file.
 pub const APPROACH: &str = "approach.csv";
 
-const COLUMNS: [&str; 21] = [
+const COLUMNS: [&str; 25] = [
+    "combination",
+    "poses",
+    "representation",
+    "case",
     "scene",
     "snapshot",
     "people",
@@ -72,12 +80,41 @@ fn length_m(thousandths: u64, grid: &Grid) -> f64 {
     thousandths as f64 / 1000.0 * grid.voxel_size_m
 }
 
+/// Which sensors were asked about, in words.
+#[derive(Clone, Debug, Default)]
+pub struct Asked {
+    /// Their combination.
+    pub combination: String,
+    /// Their poses, as in results.csv.
+    pub poses: String,
+    /// Their representation.
+    pub representation: String,
+    /// What is not as planned; empty where nothing is.
+    pub case: String,
+}
+
+impl Asked {
+    /// A choice of a study, and what of it is not as planned.
+    pub fn of(study: &Study, choice: &Choice, case: String) -> Asked {
+        let combination = &study.combinations[choice.combination];
+        Asked {
+            combination: combination.name.clone(),
+            poses: pose_names(study, combination, choice.choice),
+            representation: representation_names(study, combination).swap_remove(choice.representation),
+            case,
+        }
+    }
+}
+
 /// The table of all scenes that were asked.
-pub fn csv(asked: &[(Ground, Vec<Answer>)]) -> Vec<u8> {
+pub fn csv(of: &Asked, scenes: &[(Ground, Vec<Answer>)]) -> Vec<u8> {
     let mut csv = Csv::new(&COLUMNS);
-    for (ground, answers) in asked {
+    let sensors = [&of.combination, &of.poses, &of.representation, &of.case];
+    for (ground, answers) in scenes {
         for answer in answers {
-            csv.row(&fields(ground, answer));
+            let mut row: Vec<String> = sensors.into_iter().cloned().collect();
+            row.extend(fields(ground, answer));
+            csv.row(&row);
         }
     }
     csv.bytes()

@@ -6,8 +6,10 @@ use std::process::ExitCode;
 
 use perirobot::Result;
 use perirobot::approach::{
-    APPROACH, Ground, PATHS, answers, csv, floor_plan, in_words, is_named_as_plan, paths_ply, plan_names,
+    APPROACH, Asked, Ground, PATHS, answers, csv, floor_plan, in_words, is_named_as_plan, moments_of,
+    paths_ply, plan_names,
 };
+use perirobot::judge::altered;
 use perirobot::results::files::OutputFolder;
 use perirobot::study::Study;
 use perirobot::view::watched::Watchers;
@@ -15,7 +17,9 @@ use perirobot::view::{Choice, Names, find};
 use perirobot::world::World;
 
 use super::MOST_WARNINGS;
-use super::backend::start_threads;
+use super::backend::ThreadArgs;
+use super::choice::AlterationArgs;
+use super::progress::ProgressArgs;
 use super::stop::end_tidily;
 use super::study::StudyArgs;
 use super::swept::StudyPlace;
@@ -32,6 +36,9 @@ use super::swept::StudyPlace;
 pub(super) struct Args {
     #[command(flatten)]
     study: StudyArgs,
+    /// The study file of a folder of results, if it was moved
+    #[arg(id = "moved", long = "study", value_name = "FILE", help_heading = "Study")]
+    moved: Option<PathBuf>,
     /// Which poses, sensor:pose as `perirobot check` lists them, or as in the column `poses` of results.csv
     #[arg(long, value_name = "POSES")]
     pose: String,
@@ -44,10 +51,16 @@ pub(super) struct Args {
     /// Which repeat, for sensors with noise
     #[arg(long, value_name = "N", default_value_t = 0)]
     repeat: usize,
+    #[command(flatten)]
+    alteration: AlterationArgs,
     /// Folder for the files; made if needed. Files of the same names are replaced [default: out/, the study's
     /// name and -approach]
     #[arg(long, value_name = "FOLDER")]
     out: Option<PathBuf>,
+    #[command(flatten)]
+    threads: ThreadArgs,
+    #[command(flatten)]
+    progress: ProgressArgs,
 }
 
 const AFTER_HELP: &str = "\
@@ -56,38 +69,45 @@ Examples:
       one camera: a person comes in through a shelf's shadow
   perirobot approach scenes/approach.toml \\
     --pose \"camera:wall/front;camera:wall/back\" --out out/both
-      a second camera looks behind the shelf";
+      a second camera looks behind the shelf
+  perirobot approach scenes/approach.toml \\
+    --pose \"camera:wall/front;camera:wall/back\" --dead camera:wall/back \\
+    --out out/dead
+      the same where the second camera is dead";
 
 pub(super) fn run(args: &Args) -> Result<ExitCode> {
     end_tidily()?;
-    start_threads(None)?;
-    let (study, worlds) = match args.study.load_folder(StudyPlace { named: None, cure: "" })? {
+    args.threads.start()?;
+    let place = StudyPlace { named: args.moved.as_deref(), cure: ", or say --study FILE" };
+    let (study, worlds) = match args.study.load_folder(place)? {
         Some(swept) => swept,
         None => args.study.load()?,
     };
     super::warn(worlds.iter().map(|world| (world.name.as_str(), world.warnings.as_slice())), MOST_WARNINGS);
-    let (_, choice) = args.find(&study, &worlds)?;
-    let watchers = Watchers::new(&study, choice);
-    let scenes: Vec<&[World]> = worlds.chunk_by(|one, next| one.scene == next.scene).collect();
-    // All scenes are checked before anything is cast.
-    let grounds: Vec<Ground> = scenes
-        .into_iter()
-        .map(|worlds| Ground::new(&study, worlds, watchers.each()))
-        .collect::<Result<_>>()?;
+    let choice = args.find(&study, &worlds)?;
+    let alteration = args.alteration.alteration();
+    let (own_study, own_worlds, own) = altered(&study, &worlds, &choice, &alteration)?;
+    // All scenes are checked before anything is cast. Entries stay where they are planned.
+    let grounds = Ground::of_scenes(&study, &worlds, Watchers::new(&study, choice).each())?;
+    let watchers = Watchers::new(&own_study, own);
+    let of = Asked::of(&study, &choice, alteration.words());
     // A folder that was made here is removed again if nothing can be written.
     let out = args.out.clone().unwrap_or_else(|| args.study.usual_out("-approach"));
     let folder = OutputFolder::open(&out)?;
     let (mut asked, mut plans) = (Vec::new(), Vec::new());
-    for ground in grounds {
-        let (answers, of_scene) = answers(&ground, &watchers)?;
+    let mut progress = args.progress.start("moments", 0, grounds.iter().map(moments_of).sum());
+    let scenes = own_worlds.chunk_by(|one, next| one.scene == next.scene);
+    for (ground, worlds) in grounds.into_iter().zip(scenes) {
+        let (answers, of_scene) = answers(&ground, worlds, &watchers, &mut || progress.inc(1))?;
         super::print(&in_words(&ground, &answers))?;
         asked.push((ground, answers));
         plans.push(of_scene);
     }
+    progress.finish();
     if let Some(stopping) = &study.stopping {
         super::print(&format!("{}\n", stopping.assumptions().join("\n")))?;
     }
-    folder.write(APPROACH, &csv(&asked))?;
+    folder.write(APPROACH, &csv(&of, &asked))?;
     folder.write(PATHS, &paths_ply(&asked))?;
     let of_scenes = asked.iter().zip(&plans);
     let plans: Vec<_> =
@@ -111,7 +131,7 @@ fn names_in(folder: &Path) -> impl Iterator<Item = String> {
 }
 
 impl Args {
-    fn find<'w>(&self, study: &Study, worlds: &'w [World]) -> Result<(&'w World, Choice)> {
+    fn find(&self, study: &Study, worlds: &[World]) -> Result<Choice> {
         let wanted = Names {
             poses: self.pose.clone(),
             combination: self.combination.clone(),
@@ -119,6 +139,6 @@ impl Args {
             repeat: self.repeat,
             ..Names::default()
         };
-        find(study, worlds, &wanted)
+        Ok(find(study, worlds, &wanted)?.1)
     }
 }

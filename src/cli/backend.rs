@@ -131,6 +131,21 @@ fn told<T>((opened, unused): (T, Option<Error>)) -> T {
     opened
 }
 
+/// Threads of a command that needs no backend.
+#[derive(clap::Args)]
+pub(super) struct ThreadArgs {
+    /// How many threads compute [default: all that the process may use]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=MOST_THREADS))]
+    threads: Option<u16>,
+}
+
+impl ThreadArgs {
+    /// Starts them.
+    pub(super) fn start(&self) -> Result<()> {
+        start_threads(self.threads.map(usize::from))
+    }
+}
+
 /// Starts the threads that prepare scenes and sensors, before any of that begins: as many as the process may
 /// use unless a number is given.
 pub(super) fn start_threads(threads: Option<usize>) -> Result<()> {

@@ -67,12 +67,31 @@ pub(super) struct RestArgs {
     /// Which repeat, for sensors with noise
     #[arg(long, value_name = "N", default_value_t = 0, requires = "pose")]
     repeat: usize,
+    #[command(flatten)]
+    alteration: AlterationArgs,
+}
+
+/// What of a choice of poses is not as planned.
+#[derive(clap::Args)]
+#[command(next_help_heading = "Poses")]
+pub(super) struct AlterationArgs {
     /// Without a sensor of the choice, as in camera:wall/1/0, as if it were dead; repeat it for more
     #[arg(long, value_name = "SENSOR:POSE", requires = "pose")]
     dead: Vec<String>,
     /// With the mounts of this draw of the study's [mounting_error], counted from 0
     #[arg(long, value_name = "N", requires = "pose", conflicts_with = "dead")]
     draw: Option<u32>,
+}
+
+impl AlterationArgs {
+    /// What is different.
+    pub(super) fn alteration(&self) -> Alteration {
+        match self.draw {
+            Some(draw) => Alteration::Draw(draw),
+            None if self.dead.is_empty() => Alteration::None,
+            None => Alteration::Dead(self.dead.clone()),
+        }
+    }
 }
 
 /// What a command looks at: a choice of a study, in one of its worlds.
@@ -102,12 +121,7 @@ impl RestArgs {
     pub(super) fn look(&self, poses: &str, study: &Study, worlds: &[World]) -> Result<Looked> {
         let (world, choice) = find(study, worlds, &self.wanted(poses))?;
         let world = worlds.iter().position(|one| std::ptr::eq(one, world)).unwrap_or_default();
-        let alteration = match self.draw {
-            Some(draw) => Alteration::Draw(draw),
-            None if self.dead.is_empty() => Alteration::None,
-            None => Alteration::Dead(self.dead.clone()),
-        };
-        let (study, worlds, choice) = altered(study, worlds, &choice, &alteration)?;
+        let (study, worlds, choice) = altered(study, worlds, &choice, &self.alteration.alteration())?;
         Ok(Looked { study, worlds, world, choice })
     }
 

@@ -3,11 +3,12 @@
 use std::path::PathBuf;
 use std::process::ExitCode;
 
+use perirobot::approach::Ground;
 use perirobot::backend::Backend;
 use perirobot::error::Issue;
 use perirobot::judge::{
-    Alteration, Conditions, Draws, JudgedSet, Judgement, WhatIf, conditions_csv, junit_xml, leaders,
-    requirements_csv,
+    Alteration, Conditions, Draws, JudgedSet, Judgement, Moment, Part, WhatIf, conditions_csv, junit_xml,
+    leaders, requirements_csv,
 };
 use perirobot::results::Results;
 use perirobot::results::columns::BETWEEN_MEMBERS;
@@ -81,7 +82,6 @@ pub(super) fn run(args: &Args) -> Result<ExitCode> {
         Some(choice) => vec![choice],
         None => leaders(&study.requirements, &results, args.best as usize, args.sets.among())?,
     };
-    args.forget()?;
     let (sets, draws) = args.judged(&study, &worlds, &results, &choices)?;
     // A file of poses is of one choice.
     if let ([draws], [_]) = (draws.as_slice(), choices.as_slice()) {
@@ -135,7 +135,8 @@ impl Args {
         Ok(())
     }
 
-    /// Choices with all that is counted of them, and their mounts as they were drawn.
+    /// Choices with all that is counted of them, and their mounts as they were drawn. Nothing is removed before all
+    /// that is asked is found good.
     fn judged<'s>(
         &self,
         study: &'s Study,
@@ -143,19 +144,28 @@ impl Args {
         results: &Results,
         choices: &[Choice],
     ) -> Result<(Vec<JudgedSet<'s>>, Vec<Draws>)> {
+        let all: Vec<WhatIf> = choices.iter().map(|choice| WhatIf::new(study, worlds, choice)).collect();
+        let grounds: Vec<Vec<Ground>> = all.iter().map(WhatIf::grounds).collect::<Result<_>>()?;
+        self.forget()?;
         let stop = StopAt::listen(None)?;
         let asked = WhatIf::asked(study);
         let planned = choices.iter().map(|choice| Conditions::as_planned(results, choice));
         let mut conditions: Vec<Conditions> = planned.collect::<Result<_>>()?;
         let mut draws = Vec::new();
-        if !asked.is_empty() {
-            let all: Vec<WhatIf> = choices.iter().map(|choice| WhatIf::new(study, worlds, choice)).collect();
-            let total = all.iter().map(|what_if| what_if.total(&asked)).sum();
-            let mut backends = self.backend.backends()?;
+        let each = all.iter().zip(&grounds);
+        let total =
+            each.map(|(what_if, grounds)| what_if.total(&asked) + what_if.total_near(grounds)).sum::<u64>();
+        if total > 0 {
+            let mut backends = if asked.is_empty() { None } else { Some(self.backend.backends()?) };
             let progress = self.progress.start("cases", 0, total);
             let mut watch = CaseWatch { progress, stop, told: false };
-            for (what_if, conditions) in all.iter().zip(&mut conditions) {
-                draws.extend(what_if.count(&asked, conditions, &mut backends, &mut watch)?);
+            for ((what_if, grounds), conditions) in all.iter().zip(&grounds).zip(&mut conditions) {
+                let drawn = match &mut backends {
+                    Some(backends) => what_if.count(&asked, conditions, backends, &mut watch)?,
+                    None => None,
+                };
+                what_if.come_near(grounds, conditions, drawn.as_ref(), &mut watch)?;
+                draws.extend(drawn);
             }
             watch.progress.finish();
         }
@@ -165,19 +175,28 @@ impl Args {
         Ok((sets.collect(), draws))
     }
 
-    /// The command that draws the worst moment of a judgement.
+    /// The command that draws the worst moment of a judgement, or finds the way of who comes nearest.
     fn picture(&self, study: &Study, set: &JudgedSet, judgement: &Judgement) -> Option<String> {
-        let moment = set.conditions.moments[judgement.worst.moment?];
-        let mut words = ["perirobot", "render"].map(String::from).to_vec();
+        let mut words = vec!["perirobot".to_string()];
+        let part = judgement.worst.part?;
+        words.push(if let Part::Moment(_) = part { "render" } else { "approach" }.into());
         words.extend([self.swept.folder().display().to_string(), "--pose".into(), set.poses.clone()]);
         words.extend(self.swept.folder_words());
         words.extend(["--combination".into(), set.combination.clone()]);
         words.extend(["--representation".into(), set.representation.clone()]);
-        words.extend(["--scene".into(), study.scenes[moment.scene].name.clone()]);
-        for (flag, number) in [("--snapshot", moment.snapshot), ("--repeat", moment.repeat)] {
-            if number > 0 {
-                words.extend([flag.into(), number.to_string()]);
+        let repeat = match part {
+            Part::Moment(moment) => {
+                let Moment { scene, snapshot, repeat } = set.conditions.moments[moment];
+                words.extend(["--scene".into(), study.scenes[scene].name.clone()]);
+                if snapshot > 0 {
+                    words.extend(["--snapshot".into(), snapshot.to_string()]);
+                }
+                repeat
             }
+            Part::Passage(passage) => set.conditions.passages[passage].repeat,
+        };
+        if repeat > 0 {
+            words.extend(["--repeat".into(), repeat.to_string()]);
         }
         match &set.conditions.of(judgement.condition)[judgement.worst.case].alteration {
             Alteration::None => {}
@@ -190,7 +209,9 @@ impl Args {
             }
             Alteration::Draw(draw) => words.extend(["--draw".into(), draw.to_string()]),
         }
-        words.extend(["--out".into(), "worst.png".into()]);
+        if let Part::Moment(_) = part {
+            words.extend(["--out".into(), "worst.png".into()]);
+        }
         Some(shell::command(&words))
     }
 }

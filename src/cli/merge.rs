@@ -1,19 +1,24 @@
 //! `perirobot merge`: the shards of a sweep put together.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
-use perirobot::Result;
+use perirobot::results::Results;
 use perirobot::results::files::shards_below;
 use perirobot::results::merge::merge;
+use perirobot::study::Study;
+use perirobot::sweep::reopen;
+use perirobot::{Error, Result};
 
-use super::outcome::{OutcomeArgs, print_best};
+use super::outcome::{OutcomeArgs, print_best, print_verdicts};
+use super::packages::PackageArgs;
 
 /// Put the shards of a sweep together
 ///
 /// Proves that the shards are of one sweep, complete and disjoint, and writes into OUT what a single run
 /// would have written, byte for byte (but for what manifest.json says of the runs). What is missing is named,
-/// with the command that makes it; then nothing is written, and the exit code is 2.
+/// with the command that makes it; then nothing is written, and the exit code is 2. Where the study is at its place
+/// and requires something, the verdicts are printed as `perirobot sweep` does.
 #[derive(clap::Args)]
 #[command(after_help = "\
 Examples:
@@ -40,6 +45,18 @@ pub(super) fn run(args: &Args) -> Result<ExitCode> {
     let results = merge(&args.out, &shards)?;
     args.outcome.write(&results, &args.out)?;
     print_best(&results)?;
+    match study(&args.out, &results) {
+        Ok(study) => print_verdicts(&study, &results, None, &args.out, &[])?,
+        Err(why) => say!("warning: {why}; whether it requires something is not told"),
+    }
     super::print(&format!("{} shards merged; results in {}\n", shards.len(), args.out.display()))?;
     Ok(ExitCode::SUCCESS)
+}
+
+/// The study of a sweep, if it is still there and has the same regions.
+fn study(folder: &Path, results: &Results) -> Result<Study> {
+    let (file, overrides) = reopen::origin(folder)?;
+    let study = Study::read(&file, &overrides, PackageArgs::default().sources(&file))?;
+    let same = study.regions.iter().map(|(name, _)| name).eq(&results.regions);
+    if same { Ok(study) } else { Err(Error::input(file, "has other regions than were swept")) }
 }

@@ -75,6 +75,8 @@ pub(super) fn print_verdicts(
 ) -> Result<()> {
     let mut required = study.requirements.clone();
     required.iter_mut().for_each(|requirement| requirement.under = vec![Condition::AsPlanned]);
+    // How near bodies come is not known of a sweep.
+    required.retain(|requirement| requirement.counted().is_some());
     if required.is_empty() {
         return Ok(());
     }

@@ -1,7 +1,8 @@
-//! The cases of a condition: what a choice of sensors counts in each.
+//! The cases of a condition: what a choice of sensors counts in each, and how near bodies come.
 
 use super::altered::Alteration;
 use crate::Result;
+use crate::approach::{Company, Nearest};
 use crate::metrics::Confusion;
 use crate::results::{Results, RowKey, Subject};
 use crate::study::Condition;
@@ -18,8 +19,25 @@ pub struct Moment {
     pub repeat: usize,
 }
 
+/// A way in: all snapshots of a scene at once, in which nothing is farther than in any of them.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Passage {
+    /// Index of the scene.
+    pub scene: usize,
+    /// Who else is there.
+    pub company: Company,
+    /// Which repeat, counted from 0.
+    pub repeat: usize,
+    /// Which body comes, by its name.
+    pub body: String,
+    /// Whether it stands on the floor.
+    pub on_floor: bool,
+    /// Where it comes in, by its name.
+    pub entry: String,
+}
+
 /// Sensors as they are in one case of a condition.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct Case {
     /// What is different from what was planned.
     pub alteration: Alteration,
@@ -27,14 +45,20 @@ pub struct Case {
     pub kept: Vec<String>,
     /// For each region the counts of each moment.
     pub counts: Vec<Vec<Confusion>>,
+    /// What bodies can do by each passage; empty where that is not known.
+    pub near: Vec<Nearest>,
 }
 
 /// Conditions with their cases.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct Conditions {
     /// The moments of all counts: repeat by repeat, and in each scene by scene and snapshot by snapshot,
     /// as tables add them up.
     pub moments: Vec<Moment>,
+    /// The passages of all cases in which is known how near bodies come.
+    pub passages: Vec<Passage>,
+    /// The edge of their voxels.
+    pub voxel_size_m: f64,
     /// For each condition that is known, its cases, at least one.
     pub cases: Vec<(Condition, Vec<Case>)>,
 }
@@ -47,8 +71,8 @@ impl Conditions {
     pub fn as_planned(results: &Results, choice: &Choice) -> Result<Conditions> {
         let of_region = |region| counts(results, choice, region);
         let counts: Vec<Vec<Confusion>> = (0..results.regions.len()).map(of_region).collect::<Result<_>>()?;
-        let planned = Case { alteration: Alteration::None, kept: Vec::new(), counts };
-        Ok(Conditions { moments: moments(results), cases: vec![(Condition::AsPlanned, vec![planned])] })
+        let cases = vec![(Condition::AsPlanned, vec![Case { counts, ..Case::default() }])];
+        Ok(Conditions { moments: moments(results), cases, ..Conditions::default() })
     }
 
     /// The cases of a condition; none where it is not known.

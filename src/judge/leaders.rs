@@ -4,12 +4,12 @@ use std::cmp::Ordering;
 
 use super::cases::counts;
 use super::value::Value;
-use crate::Result;
-use crate::error::Argument;
+use crate::error::{Argument, Issue, Words};
 use crate::results::Results;
-use crate::study::{Limit, Requirement};
+use crate::study::{Counted, Limit, Requirement};
 use crate::view::Choice;
 use crate::view::names::unknown;
+use crate::{Error, Result};
 
 /// Which choices are looked at.
 #[derive(Clone, Copy, Debug, Default)]
@@ -20,40 +20,47 @@ pub struct Among<'a> {
     pub representation: Option<&'a str>,
 }
 
-/// A choice with its values, a value for each requirement.
+/// A choice with its values, a value for each requirement that is counted.
 type Valued = (Choice, Vec<Option<Value>>);
 
 /// The choices that meet most requirements as planned, this many, the best first. Of those that meet equally many,
-/// the one comes first that is better by the first requirement, then by the next, then in study order.
+/// the one comes first that is better by the first requirement, then by the next, then in study order. Of requirements
+/// only those tell which choices are good that are of scores which a sweep counts.
 ///
 /// # Errors
-/// When a name is unknown; those of [`Results::counts`].
+/// When no requirement is of such a score; when a name is unknown; those of [`Results::counts`].
 pub fn leaders(
     requirements: &[Requirement],
     results: &Results,
     count: usize,
     among: Among,
 ) -> Result<Vec<Choice>> {
+    let requirements: Vec<(&Requirement, &Counted)> =
+        requirements.iter().filter_map(|one| Some((one, one.counted()?))).collect();
+    if requirements.is_empty() {
+        let what = "no requirement is of a score that a sweep counts, so none tells which choice is good";
+        return Err(Error::from(Issue::says(what)).wanted(Words::from("say which with ") + Argument::Pose));
+    }
     let mut all: Vec<Valued> = Vec::new();
     for (combination, representation) in asked(results, among)? {
         for choice in 0..results.combinations[combination].choices() {
             let choice = Choice { combination, choice, representation, repeat: 0 };
-            let value = |requirement: &Requirement| {
-                Ok(requirement.value(&counts(results, &choice, requirement.region)?))
+            let value = |&(requirement, counted): &(&Requirement, &Counted)| {
+                Ok(requirement.of_counts(counted, &counts(results, &choice, counted.region)?))
             };
             all.push((choice, requirements.iter().map(value).collect::<Result<_>>()?));
         }
     }
     let met = |(_, values): &Valued| {
         let each = requirements.iter().zip(values);
-        each.filter(|(requirement, value)| {
+        each.filter(|((requirement, _), value)| {
             value.as_ref().is_some_and(|value| requirement.limit.is_met(value))
         })
         .count()
     };
     let better = |a: &Valued, b: &Valued| {
         let each = requirements.iter().zip(&a.1).zip(&b.1);
-        each.map(|((requirement, a), b)| better(&requirement.limit, a, b)).find(|order| order.is_ne())
+        each.map(|(((requirement, _), a), b)| better(&requirement.limit, a, b)).find(|order| order.is_ne())
     };
     all.sort_by(|a, b| met(b).cmp(&met(a)).then_with(|| better(a, b).unwrap_or(Ordering::Equal)));
     Ok(all.into_iter().take(count).map(|(choice, _)| choice).collect())

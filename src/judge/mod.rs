@@ -3,11 +3,12 @@
 //!
 //! # Theory
 //! A condition has cases: one as planned, one for each sensor that may be dead, one for each draw of mounts. A
-//! requirement is met under a condition if it is met in each of its cases. Every value is a fraction of counts, or a
-//! mean of fractions, and is compared with the limit exactly.
+//! requirement is met under a condition if it is met in each of its cases. Every value is a fraction of counts, a
+//! mean of fractions, or a distance by its square, and is compared with the limit exactly.
 //!
 //! # Practice
-//! `cases` has the counts of each case, `what_if` makes them by leaving sensors out and by `draws` of mounts, `value` compares scores, `verdict` decides, `spread` sums up how good scores
+//! `cases` has the counts of each case, `what_if` makes them by leaving sensors out and by `draws` of mounts, `near`
+//! adds how near bodies come in each, `value` compares scores, `verdict` decides, `spread` sums up how good scores
 //! are under a condition, `leaders` finds the choices that meet most requirements. `table` and `junit` write the
 //! files. `altered` gives a case as a study of its own.
 
@@ -17,6 +18,7 @@ mod draws;
 mod judged;
 mod junit;
 mod leaders;
+mod near;
 mod spread;
 mod table;
 mod value;
@@ -24,13 +26,13 @@ mod verdict;
 mod what_if;
 
 pub use altered::{Alteration, altered};
-pub use cases::{Case, Conditions, Moment};
+pub use cases::{Case, Conditions, Moment, Passage};
 pub use draws::Draws;
 pub use judged::JudgedSet;
 pub use junit::junit_xml;
 pub use leaders::{Among, leaders};
-pub use spread::{Spread, spreads};
+pub use spread::{Spread, Summed, spreads};
 pub use table::{conditions_csv, requirements_csv};
 pub use value::Value;
-pub use verdict::{Judgement, Where, judgements};
+pub use verdict::{Judgement, Part, Where, judgements};
 pub use what_if::WhatIf;

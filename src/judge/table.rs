@@ -3,9 +3,10 @@
 
 use std::path::Path;
 
+use super::cases::{Moment, Passage};
 use super::judged::JudgedSet;
 use super::spread::spreads;
-use super::verdict::{Judgement, Where};
+use super::verdict::{Judgement, Part, Where};
 use crate::Result;
 use crate::results::Subject;
 use crate::results::files::{CONDITIONS, REQUIREMENTS};
@@ -16,13 +17,23 @@ fn names<'s>(set: &'s JudgedSet) -> [Datum<'s>; 3] {
     [&set.combination, &set.poses, &set.representation].map(|name| Datum::Text(name))
 }
 
-/// Scene, snapshot and repeat of a moment; empty where there is none.
-fn place_of<'s>(set: &JudgedSet, subject: &'s Subject, at: &Where) -> [Datum<'s>; 3] {
-    match at.moment.map(|moment| set.conditions.moments[moment]) {
-        None => [Datum::Text(""), Datum::Score(None), Datum::Score(None)],
-        Some(moment) => {
-            let [snapshot, repeat] = [moment.snapshot, moment.repeat].map(|n| Datum::Score(Some(n as f64)));
-            [Datum::Text(&subject.scenes[moment.scene].name), snapshot, repeat]
+/// Scene, snapshot and repeat of a moment, and of a passage the company, body and entry, too; empty where there is
+/// none. A passage is of all snapshots at once.
+fn place_of<'s>(set: &'s JudgedSet, subject: &'s Subject, at: &Where) -> [Datum<'s>; 6] {
+    let [none, nothing] = [Datum::Score(None), Datum::Text("")];
+    let number = |n: usize| Datum::Score(Some(n as f64));
+    match at.part {
+        None => [nothing, none, none, nothing, nothing, nothing],
+        Some(Part::Moment(moment)) => {
+            let Moment { scene, snapshot, repeat } = set.conditions.moments[moment];
+            let scene = Datum::Text(&subject.scenes[scene].name);
+            [scene, number(snapshot), number(repeat), nothing, nothing, nothing]
+        }
+        Some(Part::Passage(passage)) => {
+            let Passage { scene, company, repeat, body, entry, .. } = &set.conditions.passages[passage];
+            let scene = Datum::Text(&subject.scenes[*scene].name);
+            let [company, body, entry] = [company.name(), body, entry].map(Datum::Text);
+            [scene, none, number(*repeat), company, body, entry]
         }
     }
 }
@@ -56,6 +67,9 @@ pub fn requirements_csv(folder: &Path, subject: &Subject, sets: &[JudgedSet]) ->
         ("scene", Text),
         ("snapshot", Score),
         ("repeat", Score),
+        ("people", Text),
+        ("body", Text),
+        ("entry", Text),
         ("out_of_reach", Score),
     ]);
     let mut table = TableFile::create(&folder.join(REQUIREMENTS), TableFormat::Csv, &columns)?;
@@ -67,12 +81,13 @@ pub fn requirements_csv(folder: &Path, subject: &Subject, sets: &[JudgedSet]) ->
                 Limit::AtMost(ratio) => (None, Some(ratio.value())),
             };
             let mut row = names(set).to_vec();
-            let (over, region) = (requirement.over.name(), subject.regions[requirement.region].as_str());
+            let region = requirement.counted().map_or("", |counted| subject.regions[counted.region].as_str());
+            let (over, score) = (requirement.over().name(), requirement.score_name());
             let texts = [
                 requirement.name.as_str(),
                 judgement.condition.name(),
                 judgement.word(),
-                requirement.score.name(),
+                score,
                 region,
                 over,
             ];
@@ -110,6 +125,9 @@ pub fn conditions_csv(folder: &Path, subject: &Subject, sets: &[JudgedSet]) -> R
         ("scene", Text),
         ("snapshot", Score),
         ("repeat", Score),
+        ("people", Text),
+        ("body", Text),
+        ("entry", Text),
         ("values", Count),
         ("of", Count),
     ]);
@@ -117,8 +135,8 @@ pub fn conditions_csv(folder: &Path, subject: &Subject, sets: &[JudgedSet]) -> R
     for set in sets {
         for spread in spreads(&set.conditions) {
             let mut row = names(set).to_vec();
-            let region = subject.regions[spread.region].as_str();
-            row.extend([spread.condition.name(), region, spread.score.name()].map(Datum::Text));
+            let region = spread.of_what.region().map_or("", |region| subject.regions[region].as_str());
+            row.extend([spread.condition.name(), region, spread.of_what.name()].map(Datum::Text));
             let numbers = [spread.best, spread.mean, spread.twentieth, spread.worst];
             row.extend(numbers.map(|number| Datum::Score(Some(number))));
             let case = set.conditions.of(spread.condition)[spread.at.case].alteration.words();

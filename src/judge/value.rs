@@ -8,9 +8,16 @@ use crate::study::{Across, Limit};
 /// Binary digits that a sum of fractions is told by at a time.
 const DIGITS: u32 = 32;
 
-/// The mean of some fractions, at least one.
+/// What is compared with a limit.
 #[derive(Clone, Debug)]
-pub struct Value(Vec<Ratio>);
+pub enum Value {
+    /// The mean of some fractions, at least one.
+    Mean(Vec<Ratio>),
+    /// The root of a fraction: a distance, by its square.
+    Root(Ratio),
+    /// More than any number: the distance of who never comes near.
+    Endless,
+}
 
 impl Value {
     /// What counts are worth, moment by moment. The worst of several is the one that is nearest to missing the limit.
@@ -27,31 +34,58 @@ impl Value {
                 Ratio::of_score(score, &all).into_iter().collect()
             }
         };
-        (!parts.is_empty()).then_some(Value(parts))
+        (!parts.is_empty()).then_some(Value::Mean(parts))
     }
 
     /// One fraction.
     pub(super) fn exactly(ratio: Ratio) -> Value {
-        Value(vec![ratio])
+        Value::Mean(vec![ratio])
     }
 
-    /// How it compares with a fraction.
+    /// How it compares with a fraction that is not below 0 where the value is a distance.
     pub fn cmp_ratio(&self, ratio: Ratio) -> Ordering {
-        self.cmp(&Value::exactly(ratio))
+        let Ratio { numerator, denominator } = ratio;
+        match self {
+            Value::Mean(parts) => cmp_means(parts, &[ratio]),
+            Value::Root(square) => cmp_means(
+                &[*square],
+                &[Ratio { numerator: numerator.pow(2), denominator: denominator.pow(2) }],
+            ),
+            Value::Endless => Ordering::Greater,
+        }
     }
 
     /// As a number, to be shown.
     pub fn number(&self) -> f64 {
-        self.0.iter().map(|ratio| ratio.value()).sum::<f64>() / self.0.len() as f64
+        match self {
+            Value::Mean(parts) => parts.iter().map(|ratio| ratio.value()).sum::<f64>() / parts.len() as f64,
+            Value::Root(square) => square.value().sqrt(),
+            Value::Endless => f64::INFINITY,
+        }
     }
 }
 
+/// How the means of some fractions compare.
+fn cmp_means(one: &[Ratio], other: &[Ratio]) -> Ordering {
+    let [a, b] = [one, other].map(|parts| parts.len() as i128);
+    let own = one.iter().map(|one| (one.numerator * b, one.denominator));
+    let others = other.iter().map(|one| (-one.numerator * a, one.denominator));
+    sign(own.chain(others))
+}
+
 impl Ord for Value {
+    /// Values of one requirement are compared: all are means, or all are distances.
     fn cmp(&self, other: &Value) -> Ordering {
-        let [a, b] = [self, other].map(|value| value.0.len() as i128);
-        let own = self.0.iter().map(|one| (one.numerator * b, one.denominator));
-        let others = other.0.iter().map(|one| (-one.numerator * a, one.denominator));
-        sign(own.chain(others))
+        let kind = |value: &Value| match value {
+            Value::Mean(_) => 0,
+            Value::Root(_) => 1,
+            Value::Endless => 2,
+        };
+        match (self, other) {
+            (Value::Mean(one), Value::Mean(other)) => cmp_means(one, other),
+            (Value::Root(one), Value::Root(other)) => cmp_means(&[*one], &[*other]),
+            _ => kind(self).cmp(&kind(other)),
+        }
     }
 }
 
@@ -79,10 +113,9 @@ impl Limit {
 
     /// Whether a value keeps to it.
     pub fn is_met(&self, value: &Value) -> bool {
-        let limit = Value::exactly(self.ratio());
         match self {
-            Limit::AtLeast(_) => *value >= limit,
-            Limit::AtMost(_) => *value <= limit,
+            Limit::AtLeast(limit) => value.cmp_ratio(*limit).is_ge(),
+            Limit::AtMost(limit) => value.cmp_ratio(*limit).is_le(),
         }
     }
 
@@ -143,7 +176,7 @@ mod tests {
     use super::*;
 
     fn mean(parts: &[(i128, i128)]) -> Value {
-        Value(parts.iter().map(|&(numerator, denominator)| Ratio { numerator, denominator }).collect())
+        Value::Mean(parts.iter().map(|&(numerator, denominator)| Ratio { numerator, denominator }).collect())
     }
 
     #[test]
@@ -157,6 +190,20 @@ mod tests {
         assert!(mean(&[(1, 3), (1, 6), (huge / 2 + 1, huge)]) > third);
         assert_eq!(mean(&[(huge - 1, huge), (1, huge)]), mean(&[(1, 2)]));
         assert!(mean(&[(-1, 3)]) < mean(&[(0, 7)]) && mean(&[(-1, 3), (1, 3)]) == mean(&[(0, 5)]));
+    }
+
+    #[test]
+    fn distances_are_compared_by_their_squares() {
+        let root = |numerator, denominator| Value::Root(Ratio { numerator, denominator });
+        let limit = |value| Limit::AtLeast(Ratio::of(value));
+        // 441 voxels squared of 5 cm: 1.05 m; no root of a binary fraction says so.
+        let distance = root(441, 400);
+        assert!(limit(1.05).is_met(&distance) && !limit(1.050_000_001).is_met(&distance));
+        assert!(limit(1.049_999_999).is_met(&distance) && limit(0.0).is_met(&root(0, 400)));
+        assert!(root(440, 400) < distance && distance < Value::Endless && limit(1e4).is_met(&Value::Endless));
+        // The largest grid of the largest voxels.
+        assert!(limit(1e4).is_met(&root(3 << 20, 1)) == (f64::from(3 << 20).sqrt() >= 1e4));
+        assert!(limit(1e4).is_met(&root(100 * (3 << 20), 1)));
     }
 
     /// Against sums over a common denominator.

@@ -1,9 +1,10 @@
 //! Whether a requirement is met under a condition, and where it is nearest to being missed.
 
-use super::cases::{Case, Conditions};
+use super::cases::{Case, Conditions, Passage};
 use super::value::Value;
+use crate::approach::Nearest;
 use crate::metrics::{Confusion, Ratio};
-use crate::study::{Condition, Limit, Requirement};
+use crate::study::{ApproachScore, Condition, Counted, Limit, Measure, Nearness, Requirement};
 use crate::world::Baselines;
 
 /// A requirement under a condition.
@@ -19,28 +20,37 @@ pub struct Judgement<'a> {
     pub failed: usize,
     /// How many cases there are.
     pub cases: usize,
-    /// How many moments of all cases have a value; the others are left out.
+    /// How many moments (or passages) of all cases have a value; the others are left out.
     pub values: usize,
-    /// How many moments all cases have together.
+    /// How many of them all cases have together.
     pub of: usize,
     /// How many cases have mounts that were to be drawn and are as planned.
     pub kept: usize,
     /// The value in the case that is nearest to missing the limit, or misses it furthest; `None` where a case has
     /// no value, which is then missed.
     pub value: Option<Value>,
-    /// Which case and moment that is.
+    /// Which case and part of it that is.
     pub worst: Where,
     /// What no choice of the listed poses can exceed, where that misses the limit.
     pub out_of_reach: Option<Value>,
 }
 
-/// A moment of a case, by their numbers.
+/// A part of a case, by their numbers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Where {
     /// Number of the case among those of its condition.
     pub case: usize,
-    /// Number of the moment; `None` where the case has no value.
-    pub moment: Option<usize>,
+    /// Which part; `None` where the case has no value, or nobody comes near.
+    pub part: Option<Part>,
+}
+
+/// A part of a case, by its number.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Part {
+    /// A moment.
+    Moment(usize),
+    /// A passage.
+    Passage(usize),
 }
 
 impl Judgement<'_> {
@@ -58,8 +68,12 @@ pub fn judgements<'a>(
     conditions: &Conditions,
 ) -> Vec<Judgement<'a>> {
     let of = |requirement: &'a Requirement| {
-        let known = requirement.under.iter().filter(|condition| !conditions.of(**condition).is_empty());
-        known.map(move |&condition| judgement(requirement, baselines, condition, conditions.of(condition)))
+        let is_known = move |condition: &&Condition| {
+            let first = conditions.of(**condition).first();
+            first.is_some_and(|case| requirement.counted().is_some() || !case.near.is_empty())
+        };
+        let known = requirement.under.iter().filter(is_known);
+        known.map(move |&condition| judgement(requirement, baselines, condition, conditions))
     };
     requirements.iter().flat_map(of).collect()
 }
@@ -68,13 +82,13 @@ fn judgement<'a>(
     requirement: &'a Requirement,
     baselines: &[Vec<Baselines>],
     condition: Condition,
-    cases: &[Case],
+    conditions: &Conditions,
 ) -> Judgement<'a> {
-    let value = |case: &Case| requirement.value(&case.counts[requirement.region]);
-    let values: Vec<Option<Value>> = cases.iter().map(value).collect();
+    let cases = conditions.of(condition);
+    let parts = |case: &Case| requirement.parts(case, conditions);
+    let values: Vec<Option<Value>> = cases.iter().map(|case| requirement.value(case, conditions)).collect();
     let is_met = |value: &Option<Value>| value.as_ref().is_some_and(|value| requirement.limit.is_met(value));
     let failed = values.iter().filter(|value| !is_met(value)).count();
-    let moments = || cases.iter().flat_map(|case| &case.counts[requirement.region]);
     let mut worst = 0;
     for (case, value) in values.iter().enumerate() {
         let is_worse = match (value, &values[worst]) {
@@ -85,7 +99,8 @@ fn judgement<'a>(
             worst = case;
         }
     }
-    let moment = requirement.worst_moment(&cases[worst].counts[requirement.region]);
+    let part = requirement.worst_part(parts(&cases[worst]));
+    let all: Vec<_> = cases.iter().flat_map(parts).collect();
     // Mounts that are off may see what no listed pose does.
     let bound = (condition != Condition::MountingError).then(|| requirement.bound(baselines)).flatten();
     Judgement {
@@ -94,34 +109,89 @@ fn judgement<'a>(
         is_met: failed == 0,
         failed,
         cases: cases.len(),
-        values: moments().filter(|counts| Ratio::of_score(requirement.score, counts).is_some()).count(),
-        of: moments().count(),
+        values: all.iter().filter(|(_, value)| value.is_some()).count(),
+        of: all.len(),
         kept: cases.iter().filter(|case| !case.kept.is_empty()).count(),
         value: values[worst].clone(),
-        worst: Where { case: worst, moment },
+        worst: Where { case: worst, part },
         out_of_reach: bound.filter(|bound| !requirement.limit.is_met(bound)),
     }
 }
 
 impl Requirement {
+    /// What a case is worth.
+    fn value(&self, case: &Case, conditions: &Conditions) -> Option<Value> {
+        match &self.measure {
+            Measure::Counted(counted) => self.of_counts(counted, &case.counts[counted.region]),
+            Measure::Nearness(_) => {
+                let each = self.parts(case, conditions).into_iter().filter_map(|(_, value)| value);
+                each.reduce(|old, new| if self.limit.is_worse(&new, &old) { new } else { old })
+            }
+        }
+    }
+
     /// What counts are worth, moment by moment.
-    pub(super) fn value(&self, counts: &[Confusion]) -> Option<Value> {
-        Value::of(self.score, self.over, &self.limit, counts)
+    pub(super) fn of_counts(&self, counted: &Counted, counts: &[Confusion]) -> Option<Value> {
+        Value::of(counted.score, counted.over, &self.limit, counts)
+    }
+
+    /// The parts of a case that are asked, with the value of each.
+    fn parts(&self, case: &Case, conditions: &Conditions) -> Vec<(Part, Option<Value>)> {
+        match &self.measure {
+            Measure::Counted(Counted { score, region, .. }) => {
+                let moments = case.counts[*region].iter().enumerate();
+                let value = |counts| Ratio::of_score(*score, counts).map(Value::exactly);
+                moments.map(|(moment, counts)| (Part::Moment(moment), value(counts))).collect()
+            }
+            Measure::Nearness(nearness) => {
+                let each = conditions.passages.iter().zip(&case.near).enumerate();
+                let asked = each.filter(|(_, (passage, _))| nearness.asks(passage));
+                let value = |near| near_value(nearness.score, near, conditions.voxel_size_m);
+                asked.map(|(number, (_, near))| (Part::Passage(number), Some(value(near)))).collect()
+            }
+        }
+    }
+
+    /// The part that is worst; the first of several.
+    fn worst_part(&self, parts: Vec<(Part, Option<Value>)>) -> Option<Part> {
+        let each = parts.into_iter().filter_map(|(part, value)| Some((part, value?)));
+        let worst = each.reduce(|old, new| if self.limit.is_worse(&new.1, &old.1) { new } else { old });
+        worst.filter(|(_, value)| !matches!(value, Value::Endless)).map(|(part, _)| part)
     }
 
     /// The best that any choice of the listed poses could have.
     fn bound(&self, baselines: &[Vec<Baselines>]) -> Option<Value> {
-        let best: Vec<Confusion> = baselines.iter().map(|snapshot| snapshot[self.region].ceiling).collect();
+        let counted = self.counted()?;
+        let best: Vec<Confusion> =
+            baselines.iter().map(|snapshot| snapshot[counted.region].ceiling).collect();
         // The ceiling is the best by the score: of a limit on the wrong side nothing is known.
-        let is_bound = matches!(self.limit, Limit::AtMost(_)) == self.score.less_is_better();
-        is_bound.then(|| self.value(&best)).flatten()
+        let is_bound = matches!(self.limit, Limit::AtMost(_)) == counted.score.less_is_better();
+        is_bound.then(|| self.of_counts(counted, &best)).flatten()
     }
+}
 
-    /// The moment that is worst by the score; the first of several.
-    fn worst_moment(&self, counts: &[Confusion]) -> Option<usize> {
-        let each = counts.iter().map(|counts| Ratio::of_score(self.score, counts)).enumerate();
-        let each = each.filter_map(|(moment, ratio)| Some((moment, ratio?)));
-        let worst = each.reduce(|old, new| if self.limit.is_worse(&new.1, &old.1) { new } else { old });
-        worst.map(|(moment, _)| moment)
+impl Nearness {
+    /// Whether a passage is asked, and has such a score.
+    fn asks(&self, passage: &Passage) -> bool {
+        let is_asked = |name: &Option<String>, own: &String| name.as_ref().is_none_or(|name| name == own);
+        is_asked(&self.body, &passage.body)
+            && is_asked(&self.entry, &passage.entry)
+            && (passage.on_floor || !self.score.less_is_better())
+    }
+}
+
+/// A score of what a body can do; the edge of a voxel is taken to nine digits after the point.
+pub(super) fn near_value(score: ApproachScore, near: &Nearest, voxel_size_m: f64) -> Value {
+    let edge = Ratio::of(voxel_size_m);
+    let in_m2 = |voxels: u64| Ratio {
+        numerator: i128::from(voxels) * edge.numerator.pow(2),
+        denominator: edge.denominator.pow(2),
+    };
+    match score {
+        ApproachScore::NearestUnnoticedM => {
+            near.squared.map_or(Value::Endless, |squared| Value::Root(in_m2(squared.into())))
+        }
+        ApproachScore::UnnoticedM2 => Value::exactly(in_m2(near.unnoticed)),
+        ApproachScore::JoinedM2 => Value::exactly(in_m2(near.joined)),
     }
 }

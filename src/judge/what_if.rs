@@ -17,16 +17,16 @@ use crate::{Error, Result};
 
 /// A choice of sensors that is to be counted in other cases than the plan.
 pub struct WhatIf<'a> {
-    study: &'a Study,
-    worlds: &'a [World],
+    pub(super) study: &'a Study,
+    pub(super) worlds: &'a [World],
     fusion: Fusion,
     /// Sensor, candidate and representation of each member.
-    members: Vec<[usize; 3]>,
+    pub(super) members: Vec<[usize; 3]>,
 }
 
 /// The sensors in a case.
-struct Variant {
-    condition: Condition,
+pub(super) struct Variant {
+    pub(super) condition: Condition,
     alteration: Alteration,
     members: Vec<[usize; 3]>,
     /// Mounts that could not be drawn.
@@ -35,7 +35,7 @@ struct Variant {
 
 impl Variant {
     fn case(self, counts: Vec<Vec<Confusion>>) -> Case {
-        Case { alteration: self.alteration, kept: self.kept, counts }
+        Case { alteration: self.alteration, kept: self.kept, counts, near: Vec::new() }
     }
 }
 
@@ -125,7 +125,7 @@ impl<'a> WhatIf<'a> {
     }
 
     /// The set whole, and without sensors that are dead.
-    fn left_out(&self, asked: &[Condition]) -> Vec<Variant> {
+    pub(super) fn left_out(&self, asked: &[Condition]) -> Vec<Variant> {
         let all = 0..self.members.len();
         let mut dead = vec![(Condition::AsPlanned, Vec::new())];
         if asked.contains(&Condition::OneSensorDead) {

@@ -4,9 +4,10 @@ use std::cmp::Ordering;
 use std::collections::BTreeSet;
 
 use super::table::{NONE, Table, number as three_digits};
-use crate::judge::{JudgedSet, Judgement, Moment, Value, Where, spreads};
+use crate::approach::Company;
+use crate::judge::{JudgedSet, Judgement, Moment, Part, Passage, Summed, Value, Where, spreads};
 use crate::results::Subject;
-use crate::study::{Across, Condition, Limit};
+use crate::study::{Across, Condition, Counted, Limit, Measure, Nearness};
 
 /// Writes the command that draws the worst moment of a judgement, if there is one.
 pub type Picture<'p> = &'p dyn Fn(&JudgedSet, &Judgement) -> Option<String>;
@@ -41,21 +42,27 @@ pub fn verdicts(subject: &Subject, set: &JudgedSet, picture: Picture) -> String 
 /// A verdict in a line: the requirement, what it asks, what there is, and where that is.
 pub fn line(subject: &Subject, set: &JudgedSet, judgement: &Judgement) -> String {
     let requirement = judgement.requirement;
-    let (name, region) = (&requirement.name, &subject.regions[requirement.region]);
     let limit = match requirement.limit {
         Limit::AtLeast(ratio) => format!("at least {}", ratio.value()),
         Limit::AtMost(ratio) => format!("at most {}", ratio.value()),
     };
-    let value =
-        judgement.value.as_ref().map_or("no value".into(), |value| told_apart(value, &requirement.limit));
-    let mut text = format!(
-        "{}  {name} ({}): {} in region {region} is {value}, {limit} is required",
-        judgement.word(),
-        words(judgement.condition),
-        requirement.score.title(),
-    );
-    if set.conditions.moments.len() > 1 {
-        text += &format!(" ({})", of_which(requirement.over));
+    let (what, worst) = match &requirement.measure {
+        Measure::Counted(Counted { score, region, over }) => {
+            let region = &subject.regions[*region];
+            let which = if set.conditions.moments.len() > 1 { of_which(*over) } else { "" };
+            (format!("{} in region {region}", score.title()), which)
+        }
+        Measure::Nearness(Nearness { score, .. }) => (score.name().into(), "the worst of all ways in"),
+    };
+    let is = match &judgement.value {
+        None => format!("{what} is no value"),
+        Some(Value::Endless) => format!("nobody comes in unnoticed, {what}"),
+        Some(value) => format!("{what} is {}", told_apart(value, &requirement.limit)),
+    };
+    let (name, when) = (&requirement.name, words(judgement.condition));
+    let mut text = format!("{}  {name} ({when}): {is}, {limit} is required", judgement.word());
+    if !worst.is_empty() && judgement.value != Some(Value::Endless) {
+        text += &format!(" ({worst})");
     }
     if judgement.cases > 1 {
         text += &format!("; {} of {} cases fail", judgement.failed, judgement.cases);
@@ -73,7 +80,10 @@ pub fn line(subject: &Subject, set: &JudgedSet, judgement: &Judgement) -> String
             judgement.cases
         );
     }
-    text + &whereabouts(subject, set, condition, &judgement.worst)
+    match judgement.value {
+        Some(Value::Endless) => text,
+        _ => text + &whereabouts(subject, set, condition, &judgement.worst),
+    }
 }
 
 /// A value with as many digits as tell it apart from a limit, at least three behind the point.
@@ -110,16 +120,33 @@ pub fn words(condition: Condition) -> &'static str {
     }
 }
 
-/// Which case it is, and which moment, as far as there are several.
+/// Which case it is, and which part of it, as far as there are several.
 fn whereabouts(subject: &Subject, set: &JudgedSet, condition: Condition, at: &Where) -> String {
     let case = &set.conditions.of(condition)[at.case].alteration.words();
-    let moment = at.moment.filter(|_| set.conditions.moments.len() > 1);
-    let moment = moment.map(|moment| title(subject, &set.conditions.moments[moment]));
-    let parts: Vec<&str> = [case.as_str(), moment.as_deref().unwrap_or("")]
-        .into_iter()
-        .filter(|part| !part.is_empty())
-        .collect();
-    if parts.is_empty() { String::new() } else { format!("; worst {}", parts.join(", in ")) }
+    let part = match at.part {
+        Some(Part::Moment(moment)) if set.conditions.moments.len() > 1 => {
+            format!("in {}", title(subject, &set.conditions.moments[moment]))
+        }
+        Some(Part::Passage(passage)) => way_in(subject, &set.conditions.passages[passage]),
+        _ => String::new(),
+    };
+    let parts: Vec<&str> = [case.as_str(), &part].into_iter().filter(|part| !part.is_empty()).collect();
+    if parts.is_empty() { String::new() } else { format!("; worst {}", parts.join(", ")) }
+}
+
+/// `of standing from door, people as cover, in scene cell`, as far as there are several scenes.
+fn way_in(subject: &Subject, passage: &Passage) -> String {
+    let mut text = format!("of {} from {}", passage.body, passage.entry);
+    if passage.company == Company::Cover {
+        text += ", people as cover";
+    }
+    if subject.scenes.len() > 1 {
+        text += &format!(", in scene {}", subject.scenes[passage.scene].name);
+    }
+    if subject.repeats > 1 {
+        text += &format!(", in repeat {}", passage.repeat);
+    }
+    text
 }
 
 /// `scene cell, snapshot 2, repeat 0`, as far as there are several.
@@ -139,16 +166,19 @@ fn title(subject: &Subject, moment: &Moment) -> String {
 fn conditions(subject: &Subject, set: &JudgedSet) -> Table {
     let mut table =
         Table::new(&["<condition", "<score", "<region", "best", "mean", "5 %", "worst", "<where"]);
-    let asked = |region, score| {
-        set.judgements.iter().any(|one| (one.requirement.region, one.requirement.score) == (region, score))
+    let asked = |of_what: Summed| {
+        set.judgements.iter().any(|one| match &one.requirement.measure {
+            Measure::Counted(Counted { score, region, .. }) => of_what == Summed::Counted(*score, *region),
+            Measure::Nearness(nearness) => of_what == Summed::Nearness(nearness.score),
+        })
     };
-    for spread in spreads(&set.conditions).iter().filter(|spread| asked(spread.region, spread.score)) {
+    for spread in spreads(&set.conditions).iter().filter(|spread| asked(spread.of_what)) {
         let [best, mean, twentieth, worst] =
             [spread.best, spread.mean, spread.twentieth, spread.worst].map(|value| three_digits(Some(value)));
         let at = whereabouts(subject, set, spread.condition, &spread.at);
         let at = at.strip_prefix("; worst ").unwrap_or(NONE).to_string();
-        let region = subject.regions[spread.region].clone();
-        let names = [words(spread.condition).into(), spread.score.name().to_string(), region];
+        let region = spread.of_what.region().map_or(NONE.into(), |region| subject.regions[region].clone());
+        let names = [words(spread.condition).into(), spread.of_what.name().to_string(), region];
         table.row(names.into_iter().chain([best, mean, twentieth, worst, at]));
     }
     table

@@ -44,7 +44,7 @@ use file::StudyFile;
 use place::{Place, only_one};
 use problems::{Problems, parse_in_parts, wrong_with};
 pub use region::RegionSpec;
-pub use require::{Condition, Limit, MountingError, Requirement};
+pub use require::{ApproachScore, Condition, Counted, Limit, Measure, MountingError, Nearness, Requirement};
 pub use stopping::{AtSpeed, Formula, Stopping};
 
 /// The largest coordinate in a file; larger numbers are typing errors, infinities or NaN.
@@ -193,7 +193,11 @@ impl Study {
         };
         let mounting_error = file.mounting_error.map(|file| file.check(&at)).transpose();
         let mounting_error = mounting_error.map_err(|e| vec![e])?;
-        let requirements = require::check(&at, file.require, &regions, mounting_error.is_some())?;
+        let known = approach::Known { regions: &regions, sensors: &sensors };
+        let approach = approach::check(&at, file.approach, &known).map_err(|e| vec![e])?;
+        let known =
+            require::Known { regions: &regions, approach: &approach, has_draws: mounting_error.is_some() };
+        let requirements = require::check(&at, file.require, &known)?;
         // Without noise every repeat would be the first again.
         let noisy = sensors.iter().any(|sensor| sensor.kind.is_noisy());
         let repeats = if noisy { file.repeats } else { 1 };
@@ -203,8 +207,6 @@ impl Study {
         combination::check_rows(&at, &combinations, &sensors, per_choice).map_err(|e| vec![e])?;
         let known = choose::Known { fusion: file.fusion, regions: &regions, sensors: &sensors };
         let choose = file.choose.map(|file| choose::check(&at, file, &known)).transpose()?;
-        let known = approach::Known { regions: &regions, sensors: &sensors };
-        let approach = approach::check(&at, file.approach, &known).map_err(|e| vec![e])?;
         Ok(Study {
             path: path.into(),
             warnings: slips::warnings(&text),

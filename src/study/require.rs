@@ -6,8 +6,10 @@ use std::ops::RangeInclusive;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+use super::approach::Approach;
 use super::choose::Across;
 use super::{Place, Problems, RegionSpec, only_one};
+use crate::error::Issue;
 use crate::metrics::{Ratio, Score};
 use crate::sensor::Calibration;
 use crate::{Error, Result};
@@ -15,20 +17,27 @@ use crate::{Error, Result};
 /// How many draws of mounts there may be.
 const DRAWS: RangeInclusive<u32> = 1..=10_000;
 
+/// The farthest and largest that a limit on approaches may be, in metres and square metres.
+const FARTHEST: f64 = 1e4;
+
 /// What `perirobot judge` decides: a score that a choice of sensors must reach.
 #[derive(Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(super) struct RequirementFile {
     /// Its name in verdicts.
     name: String,
-    /// The score.
-    score: Score,
-    /// The name of the region in which it is counted.
-    region: String,
+    /// The score: one of results.csv, or of how near bodies come unnoticed.
+    #[schemars(with = "AnyScore")]
+    score: String,
+    /// The name of the region in which it is counted; none for scores of bodies that come near.
+    region: Option<String>,
+    /// Of bodies that come near: only this one of `[approach]`. Default all.
+    body: Option<String>,
+    /// Of bodies that come near: only by this entry of `[approach]`. Default all.
+    entry: Option<String>,
     /// Of which counts: the worst or the mean of all scenes, snapshots and repeats, or their counts added up.
     /// Default "worst".
-    #[serde(default = "worst")]
-    over: Across,
+    over: Option<Across>,
     /// What it must be at least.
     at_least: Option<f64>,
     /// What it may be at most, instead of at_least.
@@ -38,8 +47,14 @@ pub(super) struct RequirementFile {
     under: Vec<Condition>,
 }
 
-fn worst() -> Across {
-    Across::Worst
+/// A score that may be required, to the schema.
+#[derive(JsonSchema)]
+#[serde(untagged)]
+#[schemars(inline)]
+#[allow(dead_code)]
+enum AnyScore {
+    Counted(Score),
+    Approach(ApproachScore),
 }
 
 fn as_planned() -> Vec<Condition> {
@@ -93,21 +108,104 @@ impl Condition {
     }
 }
 
-/// A score that a choice of sensors must reach. Numbers are those of the study.
-#[derive(Clone, Debug)]
-pub struct Requirement {
-    /// Unique in the study.
-    pub name: String,
+/// How near bodies come unnoticed, and on how much floor they stand so.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum ApproachScore {
+    /// How near any body comes unnoticed to what it must not come near to, in metres; more is better.
+    NearestUnnoticedM,
+    /// The floor on which a body stands unnoticed, whether or not a way leads there, in square metres; less is
+    /// better.
+    UnnoticedM2,
+    /// The part of it that is joined to an entry; less is better.
+    JoinedM2,
+}
+
+impl ApproachScore {
+    /// All of them, in the order of the tables.
+    pub const ALL: [ApproachScore; 3] =
+        [ApproachScore::NearestUnnoticedM, ApproachScore::UnnoticedM2, ApproachScore::JoinedM2];
+
+    /// As in a study.
+    pub(crate) fn name(self) -> &'static str {
+        match self {
+            ApproachScore::NearestUnnoticedM => "nearest_unnoticed_m",
+            ApproachScore::UnnoticedM2 => "unnoticed_m2",
+            ApproachScore::JoinedM2 => "joined_m2",
+        }
+    }
+
+    /// Whether less of it is better.
+    pub(crate) fn less_is_better(self) -> bool {
+        self != ApproachScore::NearestUnnoticedM
+    }
+}
+
+/// A score of what is counted.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Counted {
     /// The score.
     pub score: Score,
     /// Index of the region in which is counted.
     pub region: usize,
     /// Of which counts.
     pub over: Across,
+}
+
+/// A score of bodies that come near, the worst of all that are asked.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Nearness {
+    /// The score.
+    pub score: ApproachScore,
+    /// Only of this body.
+    pub body: Option<String>,
+    /// Only by this entry.
+    pub entry: Option<String>,
+}
+
+/// What is required of.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Measure {
+    /// A score of counts.
+    Counted(Counted),
+    /// A score of bodies that come near.
+    Nearness(Nearness),
+}
+
+/// A score that a choice of sensors must reach. Numbers are those of the study.
+#[derive(Clone, Debug)]
+pub struct Requirement {
+    /// Unique in the study.
+    pub name: String,
+    /// The score.
+    pub measure: Measure,
     /// What it must be.
     pub limit: Limit,
     /// Under which conditions, each once, in the order of [`Condition::ALL`].
     pub under: Vec<Condition>,
+}
+
+impl Requirement {
+    /// The score, if it is one of counts.
+    pub fn counted(&self) -> Option<&Counted> {
+        match &self.measure {
+            Measure::Counted(counted) => Some(counted),
+            Measure::Nearness(_) => None,
+        }
+    }
+
+    /// The score's name.
+    pub(crate) fn score_name(&self) -> &'static str {
+        match &self.measure {
+            Measure::Counted(counted) => counted.score.name(),
+            Measure::Nearness(nearness) => nearness.score.name(),
+        }
+    }
+
+    /// Of which counts or approaches.
+    pub(crate) fn over(&self) -> Across {
+        self.counted().map_or(Across::Worst, |counted| counted.over)
+    }
 }
 
 /// What a score must be.
@@ -130,54 +228,148 @@ pub struct MountingError {
     pub off: Calibration,
 }
 
-/// The requirements that are right. `has_draws` says whether the study has a mounting error.
+/// What requirements may name.
+pub(super) struct Known<'a> {
+    pub(super) regions: &'a [(String, RegionSpec)],
+    pub(super) approach: &'a Approach,
+    /// Whether the study has a mounting error.
+    pub(super) has_draws: bool,
+}
+
+/// The requirements that are right.
 pub(super) fn check(
     at: &Place,
     entries: Vec<RequirementFile>,
-    regions: &[(String, RegionSpec)],
-    has_draws: bool,
+    known: &Known,
 ) -> Result<Vec<Requirement>, Vec<Error>> {
     let mut problems = Problems::default();
-    let one = |entry| one(at, entry, regions, has_draws);
-    let all: Vec<Requirement> = entries.into_iter().filter_map(|entry| problems.keep(one(entry))).collect();
+    let all: Vec<Requirement> =
+        entries.into_iter().filter_map(|entry| problems.keep(one(at, entry, known))).collect();
     problems.keep(at.unique("requirement", all.iter().map(|requirement| requirement.name.as_str())));
     problems.none().map(|()| all)
 }
 
-fn one(
-    at: &Place,
-    entry: RequirementFile,
-    regions: &[(String, RegionSpec)],
-    has_draws: bool,
-) -> Result<Requirement> {
-    let RequirementFile { name, score, region, over, at_least, at_most, under } = entry;
-    let at = at.key(&format!("require {name:?}"));
-    let region = super::region::index(&at, &region, regions)?;
-    let limit = only_one(
-        &at,
-        "limit",
-        vec![
-            ("at_least", at_least.map(|value| ("at_least", value))),
-            ("at_most", at_most.map(|value| ("at_most", value))),
-        ],
-    );
-    let (key, value) = limit?;
-    let least = if score == Score::Kappa { -1.0 } else { 0.0 };
-    at.number(key, value, least..=1.0, &format!("a number from {least} to 1"))?;
-    let ratio = Ratio::of(value);
-    if ratio.value() != value {
-        return Err(at.wrong(key, value, "must have at most nine digits after the point"));
-    }
+fn one(at: &Place, mut entry: RequirementFile, known: &Known) -> Result<Requirement> {
+    let at = &at.key(&format!("require {:?}", entry.name));
+    let score = entry.score.as_str();
+    let counted = Score::ALL.into_iter().find(|one| one.name() == score);
+    let approach = ApproachScore::ALL.into_iter().find(|one| one.name() == score);
+    let (measure, limit) = match (counted, approach) {
+        (Some(score), _) => {
+            (Measure::Counted(counted_in(at, &entry, score, known)?), limit(at, &entry, score)?)
+        }
+        (_, Some(score)) => {
+            (Measure::Nearness(nearness(at, &entry, score, known)?), near_limit(at, &entry, score)?)
+        }
+        (None, None) => {
+            let names =
+                Score::ALL.map(Score::name).into_iter().chain(ApproachScore::ALL.map(ApproachScore::name));
+            let rule = format!("must be one of {}", names.collect::<Vec<_>>().join(", "));
+            return Err(at.wrong("score", format!("{score:?}"), &rule));
+        }
+    };
+    let under = std::mem::take(&mut entry.under);
     at.some("under", &under, "under = [\"as_planned\"]")?;
-    if under.contains(&Condition::MountingError) && !has_draws {
+    if under.contains(&Condition::MountingError) && !known.has_draws {
         let example = "[mounting_error] draws = 20, position_m = 0.01, angle_deg = 0.5";
         let rule =
             format!("needs to know how far mounts may be off: add a table to the study, as in {example}");
         return Err(at.wrong("under", "\"mounting_error\"", &rule));
     }
-    let limit = if key == "at_least" { Limit::AtLeast(ratio) } else { Limit::AtMost(ratio) };
     let under = Condition::ALL.into_iter().filter(|condition| under.contains(condition)).collect();
-    Ok(Requirement { name, score, region, over, limit, under })
+    Ok(Requirement { name: entry.name, measure, limit, under })
+}
+
+fn counted_in(at: &Place, entry: &RequirementFile, score: Score, known: &Known) -> Result<Counted> {
+    for (key, name) in [("body", &entry.body), ("entry", &entry.entry)] {
+        if let Some(name) = name {
+            let rule =
+                format!("{} is counted in a region, whoever comes by which way: leave it out", score.name());
+            return Err(at.wrong(key, format!("{name:?}"), &rule));
+        }
+    }
+    let Some(region) = &entry.region else {
+        let names: Vec<&str> = known.regions.iter().map(|(name, _)| name.as_str()).collect();
+        return Err(at
+            .around(Issue::missing("region"))
+            .wanted(format!("say in which region of the study {} is counted: {names:?}", score.name())));
+    };
+    let region = super::region::index(at, region, known.regions)?;
+    Ok(Counted { score, region, over: entry.over.unwrap_or(Across::Worst) })
+}
+
+fn nearness(at: &Place, entry: &RequirementFile, score: ApproachScore, known: &Known) -> Result<Nearness> {
+    if let Some(region) = &entry.region {
+        let rule = format!(
+            "{} is of what bodies must not come near to, which [approach] says: leave it out",
+            score.name()
+        );
+        return Err(at.wrong("region", format!("{region:?}"), &rule));
+    }
+    if let Some(over @ (Across::Mean | Across::Pooled)) = entry.over {
+        let rule = "must be \"worst\": who is noticed at the entry never comes near, and never has no mean";
+        return Err(at.wrong("over", format!("{:?}", over.name()), rule));
+    }
+    let bodies = &known.approach.bodies;
+    let names: Vec<&str> = bodies.iter().map(|body| body.name.as_str()).collect();
+    named(at, "body", &entry.body, &names, "a body")?;
+    let entries: Vec<&str> = known.approach.entries.iter().map(|entry| entry.name.as_str()).collect();
+    named(at, "entry", &entry.entry, &entries, "an entry")?;
+    let is_asked = |name: &str| entry.body.as_deref().is_none_or(|asked| asked == name);
+    let stands = bodies.iter().any(|body| body.on_floor && is_asked(&body.name));
+    if score.less_is_better() && !stands {
+        let rule = "is an area of floor, and no body that is asked stands on the floor";
+        return Err(at.wrong("score", format!("{:?}", score.name()), rule));
+    }
+    Ok(Nearness { score, body: entry.body.clone(), entry: entry.entry.clone() })
+}
+
+/// Fails unless a name is among those of `[approach]`, or none is given.
+fn named(at: &Place, key: &str, name: &Option<String>, known: &[&str], what: &str) -> Result<()> {
+    match name {
+        Some(name) if !known.contains(&name.as_str()) => {
+            let rule = format!("must be {what} of [approach]: {known:?}");
+            Err(at.wrong(key, format!("{name:?}"), &rule))
+        }
+        _ => Ok(()),
+    }
+}
+
+fn limit(at: &Place, entry: &RequirementFile, score: Score) -> Result<Limit> {
+    let (key, value) = given(at, entry)?;
+    let least = if score == Score::Kappa { -1.0 } else { 0.0 };
+    at.number(key, value, least..=1.0, &format!("a number from {least} to 1"))?;
+    exact(at, key, value)
+}
+
+fn near_limit(at: &Place, entry: &RequirementFile, score: ApproachScore) -> Result<Limit> {
+    let (key, value) = given(at, entry)?;
+    let (wanted, unit) = match score.less_is_better() {
+        true => ("at_most", "square metres"),
+        false => ("at_least", "metres"),
+    };
+    if key != wanted {
+        return Err(at.wrong(key, value, &format!("of {} the limit is given as {wanted}", score.name())));
+    }
+    at.number(key, value, 0.0..=FARTHEST, &format!("a number of {unit} from 0 to {FARTHEST}"))?;
+    exact(at, key, value)
+}
+
+/// The limit that is given, by its key.
+fn given(at: &Place, entry: &RequirementFile) -> Result<(&'static str, f64)> {
+    let limits = vec![
+        ("at_least", entry.at_least.map(|value| ("at_least", value))),
+        ("at_most", entry.at_most.map(|value| ("at_most", value))),
+    ];
+    only_one(at, "limit", limits)
+}
+
+fn exact(at: &Place, key: &str, value: f64) -> Result<Limit> {
+    let ratio = Ratio::of(value);
+    if ratio.value() != value {
+        return Err(at.wrong(key, value, "must have at most nine digits after the point"));
+    }
+    Ok(if key == "at_least" { Limit::AtLeast(ratio) } else { Limit::AtMost(ratio) })
 }
 
 impl MountingErrorFile {

@@ -61,8 +61,13 @@ impl<'a> Watchers<'a> {
                 representation,
             })
             .collect();
+        Watchers::of(study, each, choice.repeat)
+    }
+
+    /// Some sensors in a repeat.
+    pub fn of(study: &'a Study, each: Vec<Watcher>, repeat: usize) -> Watchers<'a> {
         let tables = ray_tables_of(study, |sensor| each.iter().any(|one| one.sensor == sensor));
-        Watchers { study, repeat: choice.repeat, each, tables }
+        Watchers { study, repeat, each, tables }
     }
 
     /// The sensors.
@@ -74,17 +79,25 @@ impl<'a> Watchers<'a> {
     pub fn watch(&self, world: &World, truth: Arc<Truth>) -> Watch {
         let mut voxels = BitGrid::new(world.grid.window());
         let mut placements = Vec::new();
-        for &Watcher { sensor, candidate, representation } in &self.each {
-            let kind = &*self.study.sensors[sensor].kind;
-            let rays = self.tables[sensor].as_ref();
-            let station =
-                Station { rays, ..world.station(self.study, &truth, [sensor, candidate, self.repeat]) };
-            voxels.add(&watch::watched(kind, representation, &station));
-            if rays.is_some() {
-                placements.push((sensor, station.placement(kind)));
+        for one in &self.each {
+            voxels.add(&self.watched(one, world, &truth));
+            if self.tables[one.sensor].is_some() {
+                let station = self.station(one, world, &truth);
+                placements.push((one.sensor, station.placement(&*self.study.sensors[one.sensor].kind)));
             }
         }
         Watch { truth, voxels, placements }
+    }
+
+    /// The voxels in which one of them would notice a body, over the grid or a part of it.
+    pub fn watched(&self, one: &Watcher, world: &World, truth: &Truth) -> BitGrid {
+        let kind = &*self.study.sensors[one.sensor].kind;
+        watch::watched(kind, one.representation, &self.station(one, world, truth))
+    }
+
+    fn station<'t>(&'t self, one: &Watcher, world: &World, truth: &'t Truth) -> Station<'t> {
+        let at = world.station(self.study, truth, [one.sensor, one.candidate, self.repeat]);
+        Station { rays: self.tables[one.sensor].as_ref(), ..at }
     }
 
     /// The objects that stand before voxels which nothing watches: for each index in [`Truth::objects`], how

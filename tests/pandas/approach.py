@@ -1,5 +1,5 @@
 """Asks again, by plain numpy and scipy, what `perirobot approach` answered: from the arrays of `perirobot export` it takes what is
-watched and what is solid, floods by Dijkstra's algorithm, and compares every row of approach.csv.
+watched by rays and what is solid, adds where switches feel, floods by Dijkstra's algorithm, and compares every row of approach.csv.
 
 The folder is named on the command line; tests/approach.rs writes it: for each case case.json (the question), approach.csv, and
 for people as cover and without them the view.npz of each snapshot.
@@ -59,9 +59,29 @@ def dijkstra(begin, open_):
     return lengths
 
 
+def felt(view, case):
+    """Where pads, light curtains and covers feel a body; one that the environment trips says nothing new."""
+    global felt_by, stuck
+    middles = view["origin_m"] + (np.stack(np.indices(view["truth"].shape), axis=-1) + 0.5) * case["voxel_m"]
+    fixed = view["truth"] & ~view["human"] & ~view["robot"]
+    all_ = np.zeros(view["truth"].shape, bool)
+    for switch in case["switches"]:
+        inside = ((middles > switch["low"]) & (middles < switch["high"])).all(axis=-1)
+        if (inside & fixed).any() and not switch["tare"]:
+            stuck += 1
+        else:
+            all_ |= inside
+            felt_by += inside.any()
+    if case["cover_m"] is not None:
+        near = distance_transform_edt(~view["robot"]) * case["voxel_m"] <= case["cover_m"]
+        all_ |= near & ~view["robot"]
+        felt_by += 1
+    return all_
+
+
 def moment(views, case):
     """What is watched, solid and to be kept away from in several snapshots at once."""
-    watched = np.logical_and.reduce([(view["labels"] == 0) | view["hits"] for view in views])
+    watched = np.logical_and.reduce([(view["labels"] == 0) | view["hits"] | felt(view, case) for view in views])
     solid = np.logical_and.reduce([view["truth"] for view in views])
     if case["region"] is None:
         hazard = np.logical_or.reduce([view["robot"] for view in views])
@@ -109,7 +129,7 @@ def answer(case, body, entry, watched, solid, hazard, origin, voxel_m):
 
 
 same = lambda one, other: (pd.isna(one) and pd.isna(other)) or abs(one - other) < 1.1e-5
-compared = noticed = through = 0
+compared = noticed = through = felt_by = stuck = 0
 for folder in sorted(Path(sys.argv[1]).iterdir()):
     case = json.loads((folder / "case.json").read_text())
     rows = pd.read_csv(folder / "approach.csv", dtype={"snapshot": str})
@@ -144,3 +164,4 @@ for folder in sorted(Path(sys.argv[1]).iterdir()):
         through += front is not None
 print(f"numpy {np.__version__}: {compared} rows are equal, {noticed} noticed at the entry, {through} by a way with a narrowest place")
 assert compared > 300 and noticed > 20 and through > 50, "the cells are too easy"
+assert felt_by > 50 and stuck > 10, ("too few pads, gates and covers", felt_by, stuck)

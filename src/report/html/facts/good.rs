@@ -62,7 +62,8 @@ pub(super) fn good(sweep: &ReportedSweep, rankings: &[Ranking], recommended: &Re
         good.verdicts = rows.iter().map(|row| of_row(&names, row)).collect();
     } else {
         good.note =
-            "With everything as planned; nothing was judged of dead sensors and of mounts that are off."
+            "With everything as planned; nothing was judged of dead sensors, of mounts that are off and of how near \
+             somebody comes."
                 .into();
         let Recommended { choice, .. } = *recommended;
         let looked = Choice {
@@ -162,18 +163,21 @@ fn of_row(names: &[String], row: &[String]) -> ShownVerdict {
         "" => format!("at most {}", of("at_most")),
         least => format!("at least {least}"),
     };
-    let mut words = format!(
-        "{} in region {} is {value}, {limit} is required ({})",
-        of("score"),
-        of("region"),
-        of("condition").replace('_', " ")
-    );
+    let what = match (of("region"), of("value")) {
+        ("", "inf") => format!("nobody comes in unnoticed, {}", of("score")),
+        ("", _) => format!("{} is {value}", of("score")),
+        (region, _) => format!("{} in region {region} is {value}", of("score")),
+    };
+    let mut words = format!("{what}, {limit} is required ({})", of("condition").replace('_', " "));
     if !matches!(of("cases"), "" | "1") {
         words += &format!("; {} of {} cases fail", of("failed"), of("cases"));
     }
     let worst: Vec<&str> = [of("case"), of("scene")].into_iter().filter(|part| !part.is_empty()).collect();
     if !worst.is_empty() {
         words += &format!("; worst {}", worst.join(", in scene "));
+    }
+    if !of("body").is_empty() {
+        words += &format!(", {} from {}", of("body"), of("entry"));
     }
     ShownVerdict { is_met: of("verdict") == "PASS", name: of("requirement").into(), words }
 }

@@ -1,0 +1,269 @@
+//! Requirements on how near bodies come: each verdict is held against `perirobot approach` of the same case, the limit
+//! is met at its value and no nearer, and what cannot be asked is refused.
+
+#[allow(dead_code)]
+#[path = "common/program.rs"]
+mod program;
+
+use std::collections::BTreeMap;
+use std::fs;
+use std::path::Path;
+
+use program::{Folder, Outcome, perirobot, refused, text};
+
+const BOTH: &str = "camera:wall/front;camera:wall/back";
+
+/// A requirement of a study.
+fn require(name: &str, score: &str, more: &str) -> String {
+    format!("\n[[require]]\nname = \"{name}\"\nscore = \"{score}\"\n{more}\n")
+}
+
+/// Of `scenes/approach.toml`, with voxels of 10 cm, in a folder of its own.
+fn shelf() -> Folder {
+    let folder = Folder::new();
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes");
+    folder.write("study.toml", fs::read(root.join("approach.toml")).unwrap());
+    folder.edit("study.toml", "approach/cell.toml", "cell.toml");
+    folder.edit("study.toml", "voxel_size_m = 0.05", "voxel_size_m = 0.1");
+    folder.edit("study.toml", "resolution_px = [320, 240]", "resolution_px = [160, 120]");
+    folder.write("cell.toml", fs::read(root.join("approach/cell.toml")).unwrap());
+    folder
+}
+
+type Row = BTreeMap<String, String>;
+
+fn table(path: &Path) -> Vec<Row> {
+    let mut csv = csv::Reader::from_path(path).unwrap();
+    csv.deserialize().map(|row| row.unwrap()).collect()
+}
+
+fn judge(folder: &Folder, pose: &str, more: &[&str]) -> Outcome {
+    let out = folder.path("out");
+    perirobot(&[&["judge", text(&out), "--pose", pose, "--backend", "cpu"], more].concat())
+}
+
+/// The rows of `perirobot approach` of a case.
+fn approach(folder: &Folder, pose: &str, more: &[&str]) -> Vec<Row> {
+    let (out, near) = (folder.path("out"), folder.path("near"));
+    let outcome =
+        perirobot(&[&["approach", text(&out), "--pose", pose, "--out", text(&near)], more].concat());
+    assert_eq!(outcome.code, Some(0), "{}", outcome.stderr);
+    table(&near.join("approach.csv"))
+}
+
+/// The worst of a column in rows that are asked: the least distance, the largest area.
+fn worst(rows: &[Row], column: &str, asked: impl Fn(&Row) -> bool) -> f64 {
+    let values = rows.iter().filter(|row| asked(row)).map(|row| row[column].parse::<f64>().ok());
+    match column {
+        "deepest_m" => values.map(|value| value.unwrap_or(f64::INFINITY)).fold(f64::INFINITY, f64::min),
+        _ => values.flatten().fold(0.0, f64::max),
+    }
+}
+
+const ERROR: &str = "\n[mounting_error]\ndraws = 3\nposition_m = 0.05\nangle_deg = 6.0\n";
+const UNDER: &str = "under = [\"as_planned\", \"one_sensor_dead\", \"two_sensors_dead\", \"mounting_error\"]";
+
+/// Each case of each condition is what `approach` says of it, also with noise and a robot that moves.
+#[test]
+fn each_case_is_what_approach_says_of_it() {
+    let folder = shelf();
+    folder.edit("study.toml", "range_m = [0.1, 6.0]", "range_m = [0.1, 6.0]\ndropout = 0.05");
+    folder.edit("study.toml", "[grid]", "repeats = 2\nseed = 3\n[grid]");
+    let robot = "position_m = [-1, 0, 0.6]";
+    let cell = fs::read_to_string(folder.path("cell.toml")).unwrap();
+    assert!(cell.contains(robot), "{cell}");
+    let moves = "[object.snapshots]\nposition_m = [[-1, 0, 0.6], [-0.8, 0.2, 0.6]]";
+    folder.edit("cell.toml", robot, moves);
+    let asked = [
+        ("far enough", "nearest_unnoticed_m", "at_least = 0.4", "deepest_m", None),
+        (
+            "trolleys",
+            "nearest_unnoticed_m",
+            "body = \"trolley\"\nentry = \"door\"\nat_least = 0.4",
+            "deepest_m",
+            Some("trolley"),
+        ),
+        ("floor", "unnoticed_m2", "at_most = 1", "unnoticed_m2", None),
+        ("ways", "joined_m2", "at_most = 1\nbody = \"standing\"", "joined_m2", Some("standing")),
+    ];
+    folder.edit("study.toml", "", ERROR);
+    for (name, score, more, _, _) in asked {
+        folder.edit("study.toml", "", &require(name, score, &format!("{more}\n{UNDER}")));
+    }
+    let swept = folder.sweep(&[]);
+    assert_eq!(swept.code, Some(0), "{}", swept.stderr);
+    // Nothing that a sweep counts is required: which choice is good is not known.
+    let out = folder.path("out");
+    let unnamed = perirobot(&["judge", text(&out)]);
+    assert_eq!(unnamed.code, Some(2));
+    assert!(unnamed.stderr.contains("say which with --pose"), "{}", unnamed.stderr);
+
+    let outcome = judge(&folder, BOTH, &["--combination", "both"]);
+    assert!(matches!(outcome.code, Some(0 | 4)), "{}", outcome.stderr);
+    let judged = table(&out.join("requirements.csv"));
+    let (dead, draws) = (["camera:wall/front", "camera:wall/back"], ["0", "1", "2"]);
+    let mut cases: Vec<(&str, Vec<Vec<&str>>)> = vec![("as_planned", vec![vec![]])];
+    cases.push(("one_sensor_dead", dead.iter().map(|one| vec!["--dead", one]).collect()));
+    cases.push(("mounting_error", draws.iter().map(|draw| vec!["--draw", draw]).collect()));
+    let (mut compared, mut near) = (0, 0);
+    for (condition, cases) in cases {
+        let rows: Vec<Vec<Row>> = cases
+            .iter()
+            .map(|case| {
+                let repeat = |n| {
+                    approach(&folder, BOTH, &[&["--combination", "both", "--repeat", n], &case[..]].concat())
+                };
+                [repeat("0"), repeat("1")].concat()
+            })
+            .collect();
+        for (name, _, _, column, body) in asked {
+            let is_asked = |row: &Row| body.is_none_or(|body| row["body"] == body);
+            let each: Vec<f64> = rows.iter().map(|rows| worst(rows, column, is_asked)).collect();
+            let worst_case = match column {
+                "deepest_m" => each.iter().copied().fold(f64::INFINITY, f64::min),
+                _ => each.iter().copied().fold(0.0, f64::max),
+            };
+            let row = judged
+                .iter()
+                .find(|row| row["requirement"] == name && row["condition"] == condition)
+                .unwrap();
+            let value: f64 = row["value"].parse().unwrap();
+            assert!(value == worst_case || (value - worst_case).abs() < 1e-5, "{row:?}: {each:?}");
+            let failed =
+                each.iter().filter(|value| if column == "deepest_m" { **value < 0.4 } else { **value > 1.0 });
+            assert_eq!(row["failed"], failed.count().to_string(), "{row:?}: {each:?}");
+            // Where that is said to be, it is.
+            if value.is_finite() {
+                let of_case = &rows[each.iter().position(|value| *value == worst_case).unwrap()];
+                let there =
+                    |of: &Row| ["scene", "people", "body", "entry"].iter().all(|key| of[*key] == row[*key]);
+                assert!((worst(of_case, column, there) - worst_case).abs() < 1e-5, "{row:?}");
+                near += 1;
+            }
+            compared += 1;
+        }
+    }
+    assert!(compared == 12 && near > 8, "{compared}, {near}");
+    // Of two sensors nothing is left: whoever comes, comes to the robot.
+    let blind = judged
+        .iter()
+        .find(|row| row["condition"] == "two_sensors_dead" && row["requirement"] == "far enough");
+    let blind = blind.unwrap();
+    assert_eq!([&blind["verdict"], &blind["cases"]], ["FAIL", "1"]);
+    assert!(blind["value"].parse::<f64>().unwrap() < 0.3, "{blind:?}");
+
+    // The command that is printed finds the same.
+    let command = outcome.stdout.lines().find(|line| line.contains("perirobot approach")).unwrap();
+    let words: Vec<&str> = command.split_whitespace().skip(1).map(|word| word.trim_matches('\'')).collect();
+    let near = folder.path("again");
+    let again = perirobot(&[&words[..], &["--out", text(&near)]].concat());
+    assert_eq!(again.code, Some(0), "{command}: {}", again.stderr);
+}
+
+#[test]
+fn a_limit_is_met_at_its_value_and_no_nearer() {
+    let folder = shelf();
+    folder.edit("study.toml", "voxel_size_m = 0.1", "voxel_size_m = 0.05");
+    folder.edit("study.toml", "resolution_px = [160, 120]", "resolution_px = [320, 240]");
+    // 21 voxels of 5 cm, as tests/approach.rs has it worked out by hand.
+    for (name, least) in [("met", "1.05"), ("missed", "1.050000001")] {
+        folder.edit(
+            "study.toml",
+            "",
+            &require(name, "nearest_unnoticed_m", &format!("at_least = {least}\nbody = \"standing\"")),
+        );
+    }
+    folder.edit(
+        "study.toml",
+        "",
+        &require("nobody", "nearest_unnoticed_m", "at_least = 10000\nbody = \"standing\""),
+    );
+    assert_eq!(folder.sweep(&[]).code, Some(0));
+    let one = judge(&folder, "camera:wall/front", &[]);
+    assert_eq!(one.code, Some(4), "{}", one.stderr);
+    for said in [
+        "PASS  met (as planned): nearest_unnoticed_m is 1.050, at least 1.05 is required (the worst of all ways in); \
+         worst of standing from door",
+        "FAIL  missed (as planned): nearest_unnoticed_m is 1.050, at least 1.050000001 is required",
+        "perirobot approach ",
+    ] {
+        assert!(one.stdout.contains(said), "{said}: {}", one.stdout);
+    }
+    // The second camera notices everybody at the door.
+    let both = judge(&folder, BOTH, &["--combination", "both"]);
+    assert_eq!(both.code, Some(0), "{}{}", both.stdout, both.stderr);
+    let said = "PASS  nobody (as planned): nobody comes in unnoticed, nearest_unnoticed_m, at least 10000 is required\n";
+    assert!(both.stdout.contains(said), "{}", both.stdout);
+    assert!(!both.stdout.contains("perirobot approach"), "{}", both.stdout);
+    assert_eq!(table(&folder.path("out/requirements.csv"))[2]["value"], "inf");
+}
+
+#[test]
+fn what_cannot_be_required_of_approaches_is_refused_by_name() {
+    let wrong = |score: &str, more: &str, expected: &[&str]| {
+        refused(&shelf(), &[("study.toml", "", &require("far", score, more))], expected);
+    };
+    let near = "nearest_unnoticed_m";
+    wrong(
+        near,
+        "at_least = 1\nregion = \"robot\"",
+        &["require \"far\".region = \"robot\": nearest_unnoticed_m is of what"],
+    );
+    wrong(
+        near,
+        "at_least = 1\nover = \"pooled\"",
+        &["over = \"pooled\": must be \"worst\"", "never has no mean"],
+    );
+    wrong(near, "at_least = 1\nover = \"mean\"", &["over = \"mean\": must be \"worst\""]);
+    wrong(near, "at_most = 1", &["at_most = 1: of nearest_unnoticed_m the limit is given as at_least"]);
+    wrong("joined_m2", "at_least = 1", &["of joined_m2 the limit is given as at_most"]);
+    wrong(near, "at_least = -1", &["at_least = -1: must be a number of metres from 0 to 10000"]);
+    wrong(
+        near,
+        "at_least = 1\nbody = \"dog\"",
+        &["body = \"dog\": must be a body of [approach]", "\"crawling\""],
+    );
+    wrong(
+        near,
+        "at_least = 1\nentry = \"roof\"",
+        &["entry = \"roof\": must be an entry of [approach]", "\"door\""],
+    );
+    wrong(
+        "f1",
+        "at_least = 1\nregion = \"robot\"\nbody = \"standing\"",
+        &["body = \"standing\": f1 is counted in a region"],
+    );
+    wrong("f1", "at_least = 1", &["require \"far\"", "region", "[\"robot\"]"]);
+    wrong(
+        "f2",
+        "at_least = 1",
+        &["score = \"f2\": must be one of f1, kappa", "nearest_unnoticed_m, unnoticed_m2"],
+    );
+    let arm = [
+        ("study.toml", "name = \"standing\"", "name = \"standing\"\non_floor = false"),
+        ("study.toml", "", &require("floor", "unnoticed_m2", "at_most = 1\nbody = \"standing\"")),
+    ];
+    refused(
+        &shelf(),
+        &arm,
+        &["score = \"unnoticed_m2\": is an area of floor, and no body that is asked stands"],
+    );
+}
+
+/// What is found only in the scene is told before anything of an earlier judgement is removed.
+#[test]
+fn a_cell_without_a_robot_is_refused() {
+    let folder = shelf();
+    folder.edit("study.toml", "", &require("far", "nearest_unnoticed_m", "at_least = 0"));
+    assert_eq!(folder.sweep(&[]).code, Some(0));
+    assert_eq!(judge(&folder, "camera:wall/front", &[]).code, Some(0));
+    folder.edit(
+        "study.toml",
+        "box = { min_m = [1.4, -1.0, 0], max_m = [2.0, 1.0, 2.0] }",
+        "box = { min_m = [7, 7, 0], max_m = [8, 8, 2] }",
+    );
+    let outcome = judge(&folder, "camera:wall/front", &[]);
+    assert_eq!(outcome.code, Some(2), "{}", outcome.stdout);
+    assert!(outcome.stderr.contains("entry \"door\": lies outside the grid"), "{}", outcome.stderr);
+    assert!(folder.path("out/requirements.csv").exists());
+}
