@@ -18,9 +18,16 @@ pub enum Eye {
     Towards(DVec3),
 }
 
+impl Eye {
+    /// From a corner, above.
+    pub const ISO: Eye = Eye::Towards(ISO);
+}
+
+const ISO: DVec3 = DVec3::new(0.75, 0.55, 0.5);
+
 /// Directions with a name: as one stands at the world's origin and looks along x.
 const NAMED: [(&str, DVec3); 7] = [
-    ("iso", DVec3::new(0.75, 0.55, 0.5)),
+    ("iso", ISO),
     ("top", DVec3::Z),
     ("front", DVec3::X),
     ("back", DVec3::NEG_X),

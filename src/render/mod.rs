@@ -62,6 +62,24 @@ pub struct Wish {
     pub points: usize,
 }
 
+impl Default for Wish {
+    /// The whole cell from a corner, by role, with walls before it taken off: as `render` draws where nothing else is
+    /// said.
+    fn default() -> Wish {
+        Wish {
+            eye: Eye::ISO,
+            look_at_m: None,
+            fov_rad: 45f64.to_radians(),
+            size_px: [960, 600],
+            colour: Colour::Role,
+            only_region: None,
+            cut_above_m: None,
+            open_m: 0.1,
+            points: 3000,
+        }
+    }
+}
+
 /// Draws a cell, or what a view of it sees. The backend forgets what it had loaded.
 ///
 /// # Errors

@@ -240,11 +240,18 @@ def every_score_is_plotted(browser):
 def layers_hide_and_show(browser):
     browser.run("document.querySelector('#instead .choose').click()")
     browser.until("return !document.getElementById('layer-TP').disabled", "labels of the best pose")
-    names = browser.run("return [...document.querySelectorAll('#layers input')].map(box => box.id)")
-    assert len(names) >= 9, names
+    hues = "return new Set(document.getElementById('view').data[0].facecolor).size"
+    people = browser.run("return [...document.querySelectorAll('#answer .tiles dt')].some(term => term.textContent === 'people detected')")
+    assert browser.run(hues) >= (2 if people else 1), "people are told from the floor"
+    words = browser.run("return [...document.querySelectorAll('#layers strong')].map(word => word.textContent)")
+    assert words[:5] == ["blind", "not seen", "missed", "false", "seen"], words
+    names = "return document.getElementById('view').data.filter(trace => trace.mode === 'text').flatMap(trace => trace.text)"
+    assert browser.run(names), "furniture and robots have names"
+    names = browser.run("return [...document.querySelectorAll('#layers input[type=checkbox]')].map(box => box.id)")
     voxels = "return ['TP','FN','FP','TN','UO','UF'].reduce((sum, name) => sum + Number(document.getElementById('count-' + name).textContent), 0)"
     assert browser.run(voxels) > 0, "voxels are counted"
-    for index, name in enumerate(names[:6]):
+    assert names[:4] == ["layer-UF", "layer-UO", "layer-FN", "layer-FP"], "what matters comes first"
+    for index, name in enumerate(f"layer-{name}" for name in ("TP", "FN", "FP", "TN", "UO", "UF")):
         of_trace = f"return document.getElementById('view').data[{index}].visible"
         before = browser.run(of_trace)
         browser.run(f"document.getElementById({name!r}).click()")

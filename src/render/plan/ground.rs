@@ -15,6 +15,12 @@ const CUT_M: f64 = 1.2;
 /// What is higher above the floor is not drawn, and nobody stands there.
 const HEAD_M: f64 = 1.8;
 
+/// A slab is no higher than this above the lowest place; it covers at least half of the room.
+const SLAB_M: f64 = 0.5;
+/// What walls enclose is a part of the cell if it has this area, and a square as wide as a person fits in.
+const LEAST_M2: f64 = 1.0;
+const PERSON_M: f64 = 0.4;
+
 /// The layers of a grid that a plan is about.
 #[derive(Clone, Debug)]
 pub(super) struct Storey {
@@ -23,6 +29,9 @@ pub(super) struct Storey {
     pub(super) layers: Range<i32>,
     /// Where walls are cut.
     cut: i32,
+    room_m: [DVec3; 2],
+    /// Columns inside of walls and cupboards, where nobody comes.
+    pub(super) voids: BitGrid,
 }
 
 /// The floor, and how much of it is watched.
@@ -37,16 +46,80 @@ pub(super) struct Floor {
 }
 
 impl Storey {
-    pub(super) fn new(grid: Grid, floor_m: f64) -> Storey {
-        let layer = |above_m: f64| {
-            let z = grid.position_q16(DVec3::new(0.0, 0.0, floor_m + above_m))[2] >> 16;
-            z.clamp(0, i64::from(grid.size[2])) as i32
+    /// Of a room whose floor is at a height, or on a slab on it.
+    pub(super) fn new(truth: &Truth, room_m: [DVec3; 2], floor_m: f64) -> Storey {
+        let grid = truth.grid;
+        let steps = |metres: f64| (metres / grid.voxel_size_m).round() as i32;
+        let top = grid.size[2] as i32;
+        let lowest =
+            (grid.position_q16(DVec3::new(0.0, 0.0, floor_m))[2] >> 16).clamp(0, i64::from(top) - 1) as i32;
+        let mut storey = Storey {
+            grid,
+            layers: lowest..lowest + 1,
+            cut: lowest,
+            room_m,
+            voids: BitGrid::new(Window { min: [0; 3], size: [grid.size[0], grid.size[1], 1] }),
         };
-        // As pads have it: the layer above that of the floor.
-        let low = (layer(0.0) + 1).min(grid.size[2] as i32 - 1);
-        let layers = low..layer(HEAD_M).max(low + 1);
-        let cut = layer(CUT_M).clamp(layers.start, layers.end - 1);
-        Storey { grid, layers, cut }
+        let columns = storey.columns();
+        let is_slab = |z: &i32| {
+            let covered = columns.iter().filter(|[x, y]| truth.occupied.get([*x, *y, *z])).count();
+            2 * covered >= columns.len()
+        };
+        let floor = (lowest..(lowest + steps(SLAB_M) + 1).min(top)).rev().find(is_slab).unwrap_or(lowest);
+        let low = (floor + 1).min(top - 1);
+        storey.layers = low..(floor + steps(HEAD_M)).clamp(low + 1, top.max(low + 1));
+        storey.cut = (floor + steps(CUT_M)).clamp(low, storey.layers.end - 1);
+        storey.voids = storey.enclosed(truth);
+        storey
+    }
+
+    /// The columns whose middle is inside of the room.
+    fn columns(&self) -> Vec<[i32; 2]> {
+        let [low, high] = self.room_m.map(DVec3::truncate);
+        let half = DVec2::splat(self.grid.voxel_size_m / 2.0);
+        let is_inside = |&[x, y]: &[i32; 2]| {
+            let middle = self.grid.corner_m([x, y, 0]).truncate() + half;
+            middle.cmpge(low).all() && middle.cmple(high).all()
+        };
+        let [x, y, _] = self.grid.size.map(|n| n as i32);
+        (0..y).flat_map(|y| (0..x).map(move |x| [x, y])).filter(is_inside).collect()
+    }
+
+    /// What is enclosed where walls are cut, and too small to be a part of the cell.
+    fn enclosed(&self, truth: &Truth) -> BitGrid {
+        let blank = BitGrid::new(Window { min: [0; 3], size: [self.grid.size[0], self.grid.size[1], 1] });
+        let mut open = blank.clone();
+        let is_cut = |[x, y]: [i32; 2]| {
+            let voxel = [x, y, self.cut];
+            truth.occupied.get(voxel) && !truth.robot.get(voxel) && !truth.human.get(voxel)
+        };
+        let free = self.columns().into_iter().filter(|&column| !is_cut(column));
+        free.for_each(|[x, y]| open.set([x, y, 0]));
+        let wide = (PERSON_M / self.grid.voxel_size_m).ceil() as i32;
+        let (mut seen, mut voids) = (blank.clone(), blank);
+        for begin in open.voxels().collect::<Vec<_>>() {
+            if seen.get(begin) {
+                continue;
+            }
+            seen.set(begin);
+            let mut part = vec![begin];
+            let mut next = 0;
+            while let Some(&[x, y, z]) = part.get(next) {
+                next += 1;
+                for beside in [[x - 1, y, z], [x + 1, y, z], [x, y - 1, z], [x, y + 1, z]] {
+                    if open.get(beside) && !seen.get(beside) {
+                        seen.set(beside);
+                        part.push(beside);
+                    }
+                }
+            }
+            let square =
+                |[x, y, z]: &[i32; 3]| (0..wide).all(|dy| (0..wide).all(|dx| open.get([x + dx, y + dy, *z])));
+            if self.area_m2(part.len() as u64) < LEAST_M2 || !part.iter().any(square) {
+                part.into_iter().for_each(|column| voids.set(column));
+            }
+        }
+        voids
     }
 
     /// The columns of the grid that have a voxel of a set in some layers, as one layer.
@@ -76,36 +149,29 @@ impl Storey {
         self.flattened(voxels, self.cut..self.cut + 1)
     }
 
-    /// How much of the floor inside of a room is watched: in each column the voxels that are not solid count.
-    pub(super) fn floor(&self, truth: &Truth, watch: &Watch, [low, high]: [DVec3; 2]) -> Floor {
-        let [x, y, _] = self.grid.size;
-        let blank = BitGrid::new(Window { min: [0; 3], size: [x, y, 1] });
+    /// How much of the floor is watched: in each column the voxels that are not solid count.
+    pub(super) fn floor(&self, truth: &Truth, watch: &Watch) -> Floor {
+        let blank = BitGrid::new(self.voids.window());
         let mut floor = Floor { blind: blank.clone(), hardly: blank, columns: 0 };
-        let half = DVec2::splat(self.grid.voxel_size_m / 2.0);
-        let is_inside = |x: i32, y: i32| {
-            let middle = self.grid.corner_m([x, y, 0]).truncate() + half;
-            middle.cmpge(low.truncate()).all() && middle.cmple(high.truncate()).all()
-        };
-        for y in 0..y as i32 {
-            for x in (0..x as i32).filter(|&x| is_inside(x, y)) {
-                let (mut free, mut watched) = (0, 0);
-                for voxel in self.layers.clone().map(|z| [x, y, z]) {
-                    let is_solid = truth.occupied.get(voxel) || truth.ignored.get(voxel);
-                    if !is_solid || watch.voxels.get(voxel) {
-                        free += 1;
-                        watched += u32::from(watch.voxels.get(voxel));
-                    }
+        for [x, y] in self.columns() {
+            let (mut free, mut watched) = (0, 0);
+            for voxel in self.layers.clone().map(|z| [x, y, z]) {
+                let is_solid = truth.occupied.get(voxel) || truth.ignored.get(voxel);
+                if !is_solid || watch.voxels.get(voxel) {
+                    free += 1;
+                    watched += u32::from(watch.voxels.get(voxel));
                 }
-                // The column of a wall, as deep as its voxels are, is no floor.
-                if truth.occupied.get([x, y, self.cut]) || truth.ignored.get([x, y, self.cut]) || free == 0 {
-                    continue;
-                }
-                floor.columns += 1;
-                match watched {
-                    0 => floor.blind.set([x, y, 0]),
-                    some if 2 * some < free => floor.hardly.set([x, y, 0]),
-                    _ => {}
-                }
+            }
+            // What is cut, and what that encloses, is no floor.
+            let cut = [x, y, self.cut];
+            if self.voids.get([x, y, 0]) || truth.occupied.get(cut) || truth.ignored.get(cut) || free == 0 {
+                continue;
+            }
+            floor.columns += 1;
+            match watched {
+                0 => floor.blind.set([x, y, 0]),
+                some if 2 * some < free => floor.hardly.set([x, y, 0]),
+                _ => {}
             }
         }
         floor

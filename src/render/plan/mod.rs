@@ -72,7 +72,7 @@ pub fn floor_plan(study: &Study, worlds: &[World], snapshot: usize, choice: Opti
     let world = &worlds[snapshot];
     let truth = world.truth();
     let room_m = room_m(&truth);
-    let storey = Storey::new(world.grid, floor_m(&truth, room_m));
+    let storey = Storey::new(&truth, room_m, floor_m(&truth, room_m));
     let paper = Paper::of(around(study, world, choice));
     let labels = Labels::within(paper.view());
     let (svg, legend) = (Svg::default(), Vec::new());
@@ -172,8 +172,10 @@ impl Drawing<'_> {
         }
     }
 
-    /// What is cut at the height of a breast: walls, and all that is as high.
+    /// What is cut at the height of a breast: walls, and all that is as high, with their insides.
     fn walls(&mut self) {
+        let path = self.storey.outline(&self.storey.voids, &self.paper);
+        self.path("void", &path);
         for object in self.objects(Role::Environment) {
             let flat = self.storey.section(&object.voxels);
             let path = self.storey.outline(&flat, &self.paper);
@@ -185,7 +187,7 @@ impl Drawing<'_> {
     fn watched_floor(&mut self, choice: Choice) -> [f64; 3] {
         let truth = Arc::new(self.world.truth_without_people());
         let watch = Watchers::new(self.study, choice).watch(self.world, truth.clone());
-        let floor = self.storey.floor(&truth, &watch, self.room_m);
+        let floor = self.storey.floor(&truth, &watch);
         for (class, flat, meaning) in [
             ("blind", &floor.blind, "blind: nothing above this floor is watched, up to 1.8 m"),
             ("hardly", &floor.hardly, "less than half is watched"),

@@ -202,6 +202,19 @@ fn what_moves_is_drawn_at_all_its_moments() {
     for wanted in ["robot", "robot other", "person", "person other", "mesh"] {
         assert!(classes.iter().any(|class| class == wanted), "no {wanted}");
     }
+    // Walls from CAD are hollow, and so is the cabinet; the floor is above a slab of 10 cm.
+    assert!(classes.iter().any(|class| class == "void"));
+    let truth = worlds[2].truth();
+    let storey = Storey::new(&truth, room_m(&truth), floor_m(&truth, room_m(&truth)));
+    let at = |x: f64, y: f64| {
+        let [x, y, _] = crate::voxel::Grid::voxel_of(truth.grid.position_q16(DVec3::new(x, y, 0.0)));
+        [x, y, 0]
+    };
+    let is_void = |x, y| storey.voids.get(at(x, y));
+    assert_eq!([is_void(2.0, 1.55), is_void(0.0, -1.0), is_void(-1.8, 1.0)], [true, false, false]);
+    assert!(truth.grid.corner_m([0, 0, storey.layers.start]).z >= 0.0, "{:?}", storey.layers);
+    let low: f64 = area_m2(&plan, "low", Paper::of(around(&study, &worlds[2], None)).scale);
+    assert!(low < 6.0, "{low} m² of furniture in a cell of 20 m²");
     assert_eq!((plan.floor_m2, plan.sensors.len()), ([0.0; 3], 0));
     let legend: Vec<&str> = plan.legend.iter().map(|(_, meaning)| meaning.as_str()).collect();
     assert!(legend.contains(&"person; paler: person at other moments"), "{legend:?}");

@@ -19,15 +19,10 @@ function causesOf(found) {
 /** The outside of the unknown voxels of a layer, cause by cause. */
 function shapeOfUnknown(found, layer, cell) {
   const marks = found.causes.map((cause, i) => found.layers[i] === layer + 1 ? cause : 0);
-  const whole = speck(cell), all = causesOf(found), colourIn = cause => causes.coloured && cause ? cause.colour : LAYERS[layer].colour;
-  const facecolor = [colourIn(all[0])];
-  for (const cause of all.filter(cause => !causes.off.has(cause.words))) {
-    const part = mesh(marks, cause.number + 1, cell), first = whole.x.length;
-    for (const axis of ["x", "y", "z"]) for (const value of part[axis]) whole[axis].push(value);
-    for (const corner of ["i", "j", "k"]) for (const value of part[corner]) whole[corner].push(first + value);
-    for (let n = 0; n < part.i.length; n++) facecolor.push(colourIn(cause));
-  }
-  return { ...whole, facecolor };
+  const all = causesOf(found), colourIn = cause => causes.coloured && cause ? cause.colour : LAYERS[layer].colour;
+  const whole = { ...speck(cell), facecolor: [colourIn(all[0])] };
+  all.filter(cause => !causes.off.has(cause.words)).forEach(cause => join(whole, mesh(marks, cause.number + 1, cell), colourIn(cause)));
+  return whole;
 }
 
 /** The switches, and the bars. */
@@ -56,12 +51,13 @@ function coloursSwitch() {
   const box = made("input", { type: "checkbox", id: "by-cause" });
   box.checked = causes.coloured;
   box.addEventListener("change", () => { causes.coloured = box.checked; redrawUnknown(); });
-  return made("label", { class: "layer" }, box, "colour UO and UF by cause");
+  return made("label", { class: "layer" }, box, "colour what is not known by its cause");
 }
 
 /** Draws UO and UF again, with the causes that are switched on. */
 function redrawUnknown() {
   const cell = cellAt(chosen.moment), found = verdicts(cell);
+  if (!hasWebGL) return;
   const view = element("view"), shapes = UNKNOWN.map(n => shapeOfUnknown(found, n, cell));
   const values = Object.fromEntries(Object.keys(shapes[0]).map(key => [key, shapes.map(shape => shape[key])]));
   deaf(view, () => Plotly.restyle(view, values, UNKNOWN));

@@ -1,17 +1,22 @@
 // The cell in three dimensions: what is there, what the chosen pose makes of a region, where the sensors are and look; and
 // their mounting sheets. Why voxels are unknown is in `causes.js`.
+// Blind space has the colour of the hatch in floor plans, people and the robot those of their roles.
 const LAYERS = [
-  { name: "TP", what: "occupied, and called so", colour: "#0072b2", on: true },
-  { name: "FN", what: "occupied, but called free", colour: "#d55e00", on: true },
-  { name: "FP", what: "free, but called occupied", colour: "#e69f00", on: true },
-  { name: "TN", what: "free, and called so", colour: "#56b4e9", on: false, opacity: 0.25 },
-  { name: "UO", what: "occupied, and not known", colour: "#cc79a7", on: true },
-  { name: "UF", what: "free, and not known", colour: "#6b7280", on: false, opacity: 0.25 },
-  { name: "environment", what: "around it", colour: "#b8c0c8", on: true, opacity: 0.16 },
-  { name: "robot", what: "around it", colour: "#3d4a57", on: true, opacity: 0.6 },
-  { name: "people", what: "around it", colour: "#009e73", on: true, opacity: 0.6 },
-  { name: "sensors", what: "where they are and look", colour: "#000000", on: true },
+  { name: "TP", word: "seen", what: "occupied, and called so", colour: "#9db4c8", on: true },
+  { name: "FN", word: "missed", what: "occupied, but called free", colour: "#7b2d8b", on: true },
+  { name: "FP", word: "false", what: "free, but called occupied", colour: "#d81b60", on: true },
+  { name: "TN", word: "free", what: "free, and called so", colour: "#56b4e9", on: false, opacity: 0.2 },
+  { name: "UO", word: "not seen", what: "occupied, and not known", colour: "#8c1d0f", on: true },
+  { name: "UF", word: "blind", what: "free, and not known", colour: "#d9745f", on: true, opacity: 0.12 },
+  { name: "environment", word: "the rest of the cell", what: "outside of the region", colour: "#b8c0c8", on: true, opacity: 0.12 },
+  { name: "robot", word: "robot", what: "outside of the region", colour: "#0072b2", on: true, opacity: 0.6 },
+  { name: "people", word: "people", what: "outside of the region", colour: "#e69f00", on: true, opacity: 0.6 },
+  { name: "sensors", word: "sensors", what: "where they are and look; names, walls", colour: "#000000", on: true },
 ];
+// In the legend what matters comes first: what is blind, not seen, missed, false.
+const LEGEND = ["UF", "UO", "FN", "FP", "TP", "TN", "robot", "people", "environment", "sensors"];
+// What is seen, by whose it is: the environment, the robot, people.
+const SEEN = ["#9db4c8", "#0072b2", "#e69f00"];
 const VERDICTS = 6;
 const KINDS_OF_TRUTH = 5;
 const CALLED = 2;
@@ -60,8 +65,23 @@ function verdicts(cell) {
   return { layers, causes, names: found.causes };
 }
 
-/** The outside of a layer's voxels: unknown ones by their cause, as far as it is switched on. */
-const shapeOf = (found, n, cell) => UNKNOWN.includes(n) ? shapeOfUnknown(found, n, cell) : mesh(found.layers, n + 1, cell);
+/** The outside of a layer's voxels: what is seen in the colour of its role, unknown ones by their cause, as far as it is switched on. */
+const shapeOf = (found, n, cell) => n === 0 ? shapeOfSeen(found, cell) : UNKNOWN.includes(n) ? shapeOfUnknown(found, n, cell) : mesh(found.layers, n + 1, cell);
+
+/** Adds triangles to others, in a colour; both know where their corners are. */
+function join(whole, part, colour) {
+  const first = whole.x.length;
+  for (const axis of ["x", "y", "z"]) for (const value of part[axis]) whole[axis].push(value);
+  for (const corner of ["i", "j", "k"]) for (const value of part[corner]) whole[corner].push(first + value);
+  for (let n = 0; n < part.i.length; n++) whole.facecolor.push(colour);
+}
+
+function shapeOfSeen(found, cell) {
+  const whole = { ...speck(cell), facecolor: [SEEN[0]] };
+  const roles = found.layers.map((layer, i) => layer === 1 ? cell.truth[i] : 0);
+  SEEN.forEach((colour, role) => join(whole, mesh(roles, role + 1, cell), colour));
+  return whole;
+}
 
 /** The outside of the voxels of a class, as triangles; faces beside each other are one. */
 function mesh(voxels, wanted, { size, origin }) {
@@ -121,6 +141,18 @@ function farthest(at, along, [low, high]) {
   return Math.max(0, Math.min(...ends));
 }
 
+/** The names of furniture and robots, and the edges of the room. */
+function sceneryTraces() {
+  const on = LAYERS.at(-1).on, { room_m: [low, high], names } = data.scenes[Math.max(0, chosen.extent - 1)];
+  const corner = n => [0, 1, 2].map(axis => n >> axis & 1 ? high[axis] : low[axis]), walls = [];
+  for (let n = 0; n < 8; n++) for (let axis = 0; axis < 3; axis++) if (!(n >> axis & 1)) walls.push(corner(n), corner(n | 1 << axis), [null, null, null]);
+  const [x, y, z] = [0, 1, 2].map(axis => names.map(one => one.at_m[axis]));
+  return [
+    lines3d(walls, { line: { width: 2, color: "#7c8894" }, visible: on }),
+    { type: "scatter3d", mode: "text", x, y, z, text: names.map(one => plain(one.name)), textposition: "top center", textfont: { size: 13, color: "#3f4a57" }, hoverinfo: "skip", visible: on },
+  ];
+}
+
 /** Places, axes and frustums of the chosen sensors. */
 function sensorTraces(cell) {
   const h = data.voxel_size_m, box = [times(cell.origin, h), cell.size.map((n, axis) => (cell.origin[axis] + n) * h)];
@@ -158,13 +190,20 @@ async function drawCell(isAnotherPose) {
   // What has a verdict is shown by that.
   const rest = found ? cell.truth.map((what, i) => cell.regions[chosen.region][i] ? 0 : what) : cell.truth;
   LAYERS.slice(VERDICTS, -1).forEach((layer, n) => traces.push(surface(layer, mesh(rest, n + 1, cell))));
-  traces.push(...sensorTraces(cell));
-  const view = element("view"), layout = { ...LAYOUT, margin: { l: 0, r: 0, t: 0, b: 0 }, showlegend: false, scene: { ...SCENE, uirevision: 1 } };
-  await deaf(view, () => Plotly.react(view, traces, layout, CONFIG));
+  traces.push(...sceneryTraces(), ...sensorTraces(cell));
+  const view = element("view");
+  drawMoments(all, labelled);
   counts(found);
   noteOf(found, labelled);
-  drawMoments(all, labelled);
+  element("picture").hidden = hasWebGL;
+  view.hidden = !hasWebGL;
+  if (!hasWebGL) return;
+  const layout = { ...LAYOUT, margin: { l: 0, r: 0, t: 0, b: 0 }, showlegend: false, scene: { ...SCENE, uirevision: 1 } };
+  await deaf(view, () => Plotly.react(view, traces, layout, CONFIG));
 }
+
+/** Without WebGL the picture that the program has drawn stands in the place of the 3D view. */
+const hasWebGL = Boolean(document.createElement("canvas").getContext("webgl"));
 
 /** How many voxels of each verdict there are, beside the switches. */
 function counts(found) {
@@ -191,8 +230,11 @@ function noteOf(found, labelled) {
 /** The moments to choose from, where there are several. */
 function drawMoments(all, labelled) {
   const home = element("moment"), [begin] = data.scenes[Math.max(0, chosen.extent - 1)].moments;
-  home.parentElement.hidden = all.length < 2;
-  home.replaceChildren(...[...all].sort((a, b) => a - b).map(moment => {
+  const slider = element("moment-slider"), inOrder = [...all].sort((a, b) => a - b);
+  home.parentElement.hidden = slider.parentElement.hidden = all.length < 2;
+  Object.assign(slider, { max: inOrder.length - 1, value: inOrder.indexOf(chosen.moment) });
+  slider.setAttribute("aria-valuetext", `snapshot ${chosen.moment - begin}`);
+  home.replaceChildren(...inOrder.map(moment => {
     const option = made("option", { value: moment }, `${moment - begin}${labelled.includes(moment) ? "" : " (no labels)"}`);
     option.selected = moment === chosen.moment;
     return option;
@@ -221,7 +263,8 @@ function drawSheet() {
 /** The switches of the layers. */
 function makeLayers() {
   const home = element("layers");
-  LAYERS.forEach((layer, n) => {
+  LEGEND.map(name => LAYERS.findIndex(layer => layer.name === name)).forEach(n => {
+    const layer = LAYERS[n];
     const box = made("input", { type: "checkbox", id: `layer-${layer.name}` });
     box.checked = layer.on;
     box.addEventListener("change", () => {
@@ -231,9 +274,15 @@ function makeLayers() {
     });
     const colour = made("i", {});
     colour.style.background = layer.colour;
-    home.append(made("label", { class: "layer" }, box, colour, made("strong", {}, layer.name), made("span", { class: "note" }, layer.what), made("span", { id: `count-${layer.name}`, class: "note" })));
+    home.append(made("label", { class: "layer" }, box, colour, made("strong", {}, layer.word), made("span", { class: "note" }, n < VERDICTS ? `${layer.what} (${layer.name})` : layer.what), made("span", { id: `count-${layer.name}`, class: "note" })));
   });
   const moment = made("select", { id: "moment" });
   moment.addEventListener("change", () => { chosen.moment = Number(moment.value); draw({ moment: 0 }); });
-  home.append(made("label", {}, "Snapshot ", moment));
+  const slider = made("input", { type: "range", id: "moment-slider", min: 0, value: 0, step: 1 });
+  slider.addEventListener("input", () => {
+    const options = [...moment.options];
+    chosen.moment = Number(options[slider.value].value);
+    draw({ moment: 0 });
+  });
+  home.append(made("label", {}, "Snapshot ", moment), made("label", {}, "Through time ", slider));
 }

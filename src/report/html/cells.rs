@@ -102,7 +102,7 @@ struct Shown {
 
 /// Looks at the best choices of each region and representation by F1, as many as are wanted and fit, and at
 /// some of the best by human_seen and by parts_detected, in each scene's first moment and in the one where
-/// the choice is worst; first of all at what is recommended. Reports progress after each. The voxels that it misses,
+/// the choice is worst; first of all at what is recommended, at every moment. Reports progress after each. The voxels that it misses,
 /// and those that the best choice of a region misses, are explained, at the worst moment of each.
 ///
 /// # Errors
@@ -192,8 +192,8 @@ fn share_of_safety(most: usize) -> usize {
     most.div_ceil(5)
 }
 
-/// The views to make, of what is recommended and of the best choices first: each choice in every scene at its worst
-/// moment, then at the scene's first.
+/// The views to make: of what is recommended at every moment, the worst of each scene first; then of the best choices,
+/// each in every scene at its worst moment, then at the scene's first.
 fn sights(
     results: &Results,
     rankings: &[Ranking],
@@ -202,8 +202,9 @@ fn sights(
 ) -> Result<Vec<Shown>> {
     let (mut known, mut sights) = (BTreeSet::new(), Vec::new());
     if let Some(&Recommended { series, choice, ref moments, .. }) = recommended {
-        let firsts = results.scenes.iter().map(|scene| scene.moments.start);
-        let all = moments.iter().copied().chain(firsts).map(|moment| Shown { series, choice, moment });
+        // All of them, the worst first, so that what moves can be played.
+        let all = moments.iter().copied().chain(results.moments());
+        let all = all.map(|moment| Shown { series, choice, moment });
         sights.extend(all.filter(|&sight| known.insert(sight)));
     }
     for rank in 0..most {

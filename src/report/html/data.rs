@@ -7,6 +7,8 @@
 
 mod sensor;
 
+use std::sync::Arc;
+
 use serde::Serialize;
 
 use super::ReportedSweep;
@@ -21,8 +23,10 @@ use crate::Result;
 use crate::metrics::Score;
 use crate::report::maxima::most_sensors;
 use crate::results::{Results, columns};
+use crate::scene::Role;
+use crate::voxel::ObjectVoxels;
 use crate::world::World;
-use crate::world::place::room_m;
+use crate::world::place::{is_room, room_m};
 use sensor::{SensorData, sensor_data};
 
 /// For each scene and series, how the choices of poses are distributed.
@@ -82,6 +86,15 @@ struct SceneData<'a> {
     name: &'a str,
     moments: [usize; 2],
     room_m: [[f64; 3]; 2],
+    /// Furniture and robots, as they are at the scene's first moment.
+    names: Vec<NameData>,
+}
+
+#[derive(Serialize)]
+struct NameData {
+    name: String,
+    /// The middle of its upper side.
+    at_m: [f64; 3],
 }
 
 #[derive(Serialize)]
@@ -187,9 +200,22 @@ fn render(sweep: &ReportedSweep) -> Vec<String> {
 }
 
 fn scene_data<'a>(scene: &'a crate::results::swept::SceneResults, worlds: &[World]) -> SceneData<'a> {
-    let room = room_m(&worlds[scene.moments.start].truth());
+    let truth = worlds[scene.moments.start].truth();
+    let room = room_m(&truth);
+    let is_named = |object: &&Arc<ObjectVoxels>| {
+        object.role != Role::Human && !object.voxels.is_empty() && !is_room(object, room)
+    };
+    let named = |object: &Arc<ObjectVoxels>| {
+        let [low, high] = object.bounds_m;
+        let middle = (low + high) / 2.0;
+        NameData {
+            name: object.name.clone(),
+            at_m: [middle.x, middle.y, high.z].map(|x| (x * 1e3).round() / 1e3),
+        }
+    };
+    let names = truth.objects.iter().filter(is_named).map(named).collect();
     let moments = [scene.moments.start, scene.moments.end];
-    SceneData { name: &scene.name, moments, room_m: room.map(|corner| corner.to_array()) }
+    SceneData { name: &scene.name, moments, room_m: room.map(|corner| corner.to_array()), names }
 }
 
 fn combinations<'a>(sweep: &'a ReportedSweep) -> Vec<CombinationData<'a>> {

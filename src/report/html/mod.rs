@@ -26,10 +26,12 @@ use sha2::{Digest, Sha256};
 
 use crate::backend::Backend;
 use crate::choose::Chosen;
-use crate::render::plan;
+use crate::render::{Colour, Wish, draw, plan};
+use crate::report::Series;
 use crate::results::Results;
 use crate::results::manifest::Manifest;
 use crate::study::Study;
+use crate::view::{Choice, View};
 use crate::world::World;
 use crate::{Error, Result};
 use packed::{NumberTable, packed};
@@ -40,6 +42,9 @@ pub const REPORT: &str = "report.html";
 /// How many choices of poses of each region and representation are looked at voxel by voxel, unless others
 /// are wanted.
 pub const LOOKED_AT: usize = 20;
+
+/// Width and height of the picture that stands where a browser has no WebGL.
+const PICTURE_PX: [u32; 2] = [640, 460];
 
 /// A finished sweep, and what it came from.
 #[derive(Clone, Copy, Debug)]
@@ -67,6 +72,8 @@ struct Page<'a> {
     policy: String,
     style: String,
     patterns: &'static str,
+    /// What is recommended at its worst moment, as an address that holds the picture.
+    picture: Option<String>,
     script: String,
     plotly: &'static str,
     data: String,
@@ -90,6 +97,7 @@ pub fn page(
     let recommended = recommended::recommended(sweep, &rankings)?;
     let recommended = recommended.as_ref();
     let cells = cells::look((study, worlds), (results, &rankings, recommended), looked_at, backend, said)?;
+    let picture = recommended.map(|one| picture(sweep, &rankings, one, backend)).transpose()?;
     let mut numbers = NumberTable::default();
     let surroundings = surroundings::Surroundings::of(study)?;
     let data = data::Data::new(sweep, (&rankings, recommended), (&cells, &surroundings), &mut numbers)?;
@@ -99,6 +107,7 @@ pub fn page(
         facts: facts::Facts::new(sweep, (&rankings, recommended), &cells, &surroundings)?,
         style: [plan::STYLE, include_str!("style.css")].concat(),
         patterns: plan::PATTERNS,
+        picture,
         script,
         plotly,
         data: json(&data)?,
@@ -106,6 +115,22 @@ pub fn page(
         cells: packed(&cells.bytes),
     };
     page.render().map_err(|e| cannot_be_made(&e))
+}
+
+/// Draws what is recommended at the moment that is worst, as `render` would.
+fn picture(
+    sweep: &ReportedSweep,
+    rankings: &[ranking::Ranking],
+    recommended: &recommended::Recommended,
+    backend: &mut dyn Backend,
+) -> Result<String> {
+    let Series { combination, representation } = rankings[recommended.series].series;
+    let choice = Choice { combination, choice: recommended.choice, representation, repeat: 0 };
+    let world = &sweep.worlds[recommended.moments[recommended.scene]];
+    let view = View::new(sweep.study, world, choice, backend)?;
+    let wish = Wish { size_px: PICTURE_PX, colour: Colour::Label, ..Wish::default() };
+    let png = draw(world, Some(&view), &wish, backend)?.png()?;
+    Ok(format!("data:image/png;base64,{}", STANDARD.encode(png)))
 }
 
 /// The message of a browser that cannot run the script, mostly an old one.

@@ -29,8 +29,8 @@ pub(super) struct Recommended {
 }
 
 /// What is recommended: of sets that were chosen the best one; else the choice that meets most requirements of the
-/// study; else that which detects most body parts in the first region with people, then has the highest F1; where
-/// there are no people, that with the highest F1 in the first region. `None` where no choice has a score.
+/// study; else that which detects most body parts in the region with people at most moments, then has the highest F1;
+/// where there are no people, that with the highest F1 in the first region. `None` where no choice has a score.
 pub(super) fn recommended(sweep: &ReportedSweep, rankings: &[Ranking]) -> Result<Option<Recommended>> {
     let found = match of_chosen(sweep, rankings) {
         Some(found) => Some(found),
@@ -106,26 +106,30 @@ pub(super) fn as_planned(requirements: &[Requirement]) -> Vec<Requirement> {
 
 fn of_scores(results: &Results, rankings: &[Ranking]) -> Result<Option<Found>> {
     let by = |score: Score| BESTS.iter().position(|best| *best == score).unwrap_or_default();
-    let regions = 0..results.regions.len();
     for (score, words) in [(Score::PartsDetected, "body parts detected, then F1"), (Score::F1, "F1")] {
-        for region in regions.clone() {
-            let mut best: Option<(usize, usize, [f64; 2])> = None;
+        // Of several regions the first of those where the score has a value at most moments.
+        let mut found: Option<(usize, Found)> = None;
+        for region in 0..results.regions.len() {
+            let mut best: Option<(usize, usize, [f64; 2], usize)> = None;
             for (series, ranking) in rankings.iter().enumerate() {
                 let Some(&(choice, value)) = ranking.by(by(score))[region].first() else { continue };
                 let own = measure::of_choice(results, results.moments(), ranking.series.key(choice, region))?;
                 let merit = [value, own[0].map_or(f64::NEG_INFINITY, |over| over.mean)];
-                if best.is_none_or(|(_, _, most)| merit > most) {
-                    best = Some((series, choice, merit));
+                let place = Score::ALL.iter().position(|known| *known == score).unwrap_or_default();
+                let values = own[place].map_or(0, |over| over.values);
+                if best.is_none_or(|(_, _, most, _)| merit > most) {
+                    best = Some((series, choice, merit, values));
                 }
             }
-            if let Some((series, choice, _)) = best {
-                let why = format!(
-                    "the best of {} choices of poses by {words}, in region {}",
-                    count(results),
-                    results.regions[region]
-                );
-                return Ok(Some((series, choice, region, score, why)));
+            let Some((series, choice, _, values)) = best else { continue };
+            if found.as_ref().is_none_or(|(most, _)| values > *most) {
+                let (all, name) = (count(results), &results.regions[region]);
+                let why = format!("the best of {all} choices of poses by {words}, in region {name}");
+                found = Some((values, (series, choice, region, score, why)));
             }
+        }
+        if let Some((_, found)) = found {
+            return Ok(Some(found));
         }
     }
     Ok(None)

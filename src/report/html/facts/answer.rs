@@ -192,7 +192,7 @@ fn tile(score: Score, over: Over, bound: Option<f64>) -> Tile {
     let bound = bound.filter(|_| score != Score::FalseAlarm);
     notes.extend(bound.map(|bound| format!("possible: {side} {}", shown(bound))));
     if over.values < over.of {
-        notes.push(format!("known at {} of {} moments", over.values, over.of));
+        notes.push(format!("has a value at {} of {} moments", over.values, over.of));
     }
     Tile { name: measure::title(score), value: shown(over.mean), notes }
 }
@@ -235,7 +235,10 @@ mod tests {
         let over = Over { mean: 0.5, std: None, worst: 0.25, pooled: None, values: 3, of: 4 };
         let Tile { name, value, notes } = tile(Score::Unknown, over, Some(0.125));
         assert_eq!((name.as_str(), value.as_str()), ("unknown", "50\u{a0}%"));
-        assert_eq!(notes, ["worst 25\u{a0}%", "possible: at least 13\u{a0}%", "known at 3 of 4 moments"]);
+        assert_eq!(
+            notes,
+            ["worst 25\u{a0}%", "possible: at least 13\u{a0}%", "has a value at 3 of 4 moments"]
+        );
         let Tile { value, notes, .. } = tile(Score::F1, Over { values: 1, of: 1, ..over }, Some(0.75));
         assert_eq!((value.as_str(), notes), ("0.500", vec!["possible: at most 0.750".to_string()]));
     }

@@ -1,6 +1,7 @@
 //! What was run: study, cell, sensors, devices, faults; and what was assumed.
 
 use super::Titled;
+use crate::backend::Fusion;
 use crate::report::html::ReportedSweep;
 use crate::report::table::{NONE, Table};
 use crate::results::manifest::Fault;
@@ -155,13 +156,57 @@ pub(super) fn assumed(sweep: &ReportedSweep) -> Vec<String> {
     let (scenes, moments) = (results.scenes.len(), results.moments().len());
     let of = |count: usize, what: &str| format!("{count} {what}{}", if count == 1 { "" } else { "s" });
     assumed.push(format!(
-        "The cell was looked at in {}, {}; between and besides them nothing is claimed.",
+        "The cell was looked at in {}, {}, and stands still in each: nothing moves while sensors measure, and between \
+         and besides these nothing is claimed.",
         of(scenes, "scene"),
         of(moments, "snapshot")
     ));
+    assumed.extend(see_through(sweep));
+    assumed.extend(fusion(sweep));
+    assumed.push(format!(
+        "A body part is detected where at least {} of its voxels are hit (min_hits).",
+        study.min_hits
+    ));
+    assumed.extend(study.stopping.iter().flat_map(|stopping| stopping.assumptions()));
     assumed
         .extend(warnings(sweep).into_iter().map(|(what, scenes)| format!("{}: {what}", scenes.join(", "))));
     assumed
+}
+
+/// Which objects rays pass.
+fn see_through(sweep: &ReportedSweep) -> Option<String> {
+    let mut names: Vec<String> = Vec::new();
+    for world in sweep.worlds {
+        for object in world.truth().objects.iter().filter(|object| !object.stops_rays) {
+            if !names.contains(&object.name) {
+                names.push(object.name.clone());
+            }
+        }
+    }
+    match names.is_empty() {
+        true => Some("Nothing is see-through: rays end on every object.".into()),
+        false => Some(format!("Rays pass, and end behind them: {}.", names.join(", "))),
+    }
+}
+
+/// How what several sensors say becomes one label.
+fn fusion(sweep: &ReportedSweep) -> Vec<String> {
+    let several = sweep.study.combinations.iter().filter(|one| one.members.len() > 1);
+    let mut rules: Vec<Fusion> = Vec::new();
+    several.for_each(|one| {
+        if !rules.contains(&one.fusion) {
+            rules.push(one.fusion);
+        }
+    });
+    let words = |fusion: &Fusion| match fusion {
+        Fusion::OccupiedWins => {
+            "Where several sensors speak of a voxel, one that calls it occupied is believed."
+        }
+        Fusion::Octomap => {
+            "Where several sensors speak of a voxel, their log-odds are added: contradictions may cancel."
+        }
+    };
+    rules.iter().map(|rule| words(rule).to_string()).collect()
 }
 
 /// What was assumed about scenes, each once, with the scenes.
