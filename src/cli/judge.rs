@@ -7,12 +7,12 @@ use perirobot::approach::Ground;
 use perirobot::backend::Backend;
 use perirobot::error::Issue;
 use perirobot::judge::{
-    Alteration, Conditions, Draws, JudgedSet, Judgement, Moment, Part, WhatIf, conditions_csv, junit_xml,
-    leaders, requirements_csv,
+    Alteration, Conditions, Draws, JudgedSet, Judgement, Moment, Part, Speeds, WhatIf, at_each_speed,
+    conditions_csv, junit_xml, leaders, requirements_csv, separation_csv, separations, speeds_csv,
 };
 use perirobot::results::Results;
 use perirobot::results::columns::BETWEEN_MEMBERS;
-use perirobot::results::files::{CONDITIONS, DRAWS, REQUIREMENTS, write_whole};
+use perirobot::results::files::{CONDITIONS, DRAWS, REQUIREMENTS, SEPARATION, SPEEDS, write_whole};
 use perirobot::results::manifest::Fault;
 use perirobot::study::Study;
 use perirobot::sweep::Watch;
@@ -34,6 +34,7 @@ const MISSED: u8 = 4;
 /// A study with [[require]] says which scores sensors must reach in which region, as planned or also when
 /// something is not. Prints for each requirement and condition whether it is met (PASS or FAIL), the value, where and
 /// when it is the worst, and the command that draws it; writes requirements.csv and conditions.csv into the folder.
+/// A study with [stopping] is also told how fast the robot may run, and what a controller would measure (speeds.csv, separation.csv).
 /// Without --pose it judges the choice of poses that meets most requirements as planned. Requirements may be changed
 /// or added after the sweep: they change no count. Files of an earlier judgement are removed first. The exit code is 4 if a requirement is missed.
 #[derive(clap::Args)]
@@ -82,13 +83,15 @@ pub(super) fn run(args: &Args) -> Result<ExitCode> {
         Some(choice) => vec![choice],
         None => leaders(&study.requirements, &results, args.best as usize, args.sets.among())?,
     };
-    let (sets, draws) = args.judged(&study, &worlds, &results, &choices)?;
+    let stop = StopAt::listen(None)?;
+    let (sets, draws) = args.judged(&study, &worlds, &results, &choices, &stop)?;
     // A file of poses is of one choice.
     if let ([draws], [_]) = (draws.as_slice(), choices.as_slice()) {
         draws.write(folder)?;
     }
     requirements_csv(folder, &results, &sets)?;
     conditions_csv(folder, &results, &sets)?;
+    let at_speeds = args.at_speeds(&study, &worlds, &results, &choices, &sets, &stop)?;
     let picture = |set: &JudgedSet, judgement: &Judgement| args.picture(&study, set, judgement);
     if let Some(path) = &args.junit {
         let told = |set: &JudgedSet, judgement: &Judgement| {
@@ -100,6 +103,7 @@ pub(super) fn run(args: &Args) -> Result<ExitCode> {
     for set in &sets {
         super::print(&report::judge::render(&results, set, &picture))?;
     }
+    at_speeds.iter().try_for_each(|text| super::print(text))?;
     super::print(&format!("\n{}\ntables in {}\n", count(&sets), folder.display()))?;
     Ok(match sets.iter().all(JudgedSet::meets_all) {
         true => ExitCode::SUCCESS,
@@ -127,7 +131,8 @@ fn count(sets: &[JudgedSet]) -> String {
 impl Args {
     /// Removes the files of an earlier judgement, so that none of them is taken for this one's, whatever ends it.
     fn forget(&self) -> Result<()> {
-        let tables = [REQUIREMENTS, CONDITIONS, DRAWS].map(|name| self.swept.folder().join(name));
+        let tables =
+            [REQUIREMENTS, CONDITIONS, DRAWS, SEPARATION, SPEEDS].map(|name| self.swept.folder().join(name));
         let is_file = |path: &&PathBuf| path.symlink_metadata().is_ok_and(|found| found.is_file());
         for path in tables.iter().chain(&self.junit).filter(is_file) {
             std::fs::remove_file(path).map_err(|e| Error::io(path, "cannot be removed", e))?;
@@ -143,11 +148,11 @@ impl Args {
         worlds: &[World],
         results: &Results,
         choices: &[Choice],
+        stop: &StopAt,
     ) -> Result<(Vec<JudgedSet<'s>>, Vec<Draws>)> {
         let all: Vec<WhatIf> = choices.iter().map(|choice| WhatIf::new(study, worlds, choice)).collect();
         let grounds: Vec<Vec<Ground>> = all.iter().map(WhatIf::grounds).collect::<Result<_>>()?;
         self.forget()?;
-        let stop = StopAt::listen(None)?;
         let asked = WhatIf::asked(study);
         let planned = choices.iter().map(|choice| Conditions::as_planned(results, choice));
         let mut conditions: Vec<Conditions> = planned.collect::<Result<_>>()?;
@@ -158,7 +163,7 @@ impl Args {
         if total > 0 {
             let mut backends = if asked.is_empty() { None } else { Some(self.backend.backends()?) };
             let progress = self.progress.start("cases", 0, total);
-            let mut watch = CaseWatch { progress, stop, told: false };
+            let mut watch = CaseWatch { progress, stop: stop.clone(), told: false };
             for ((what_if, grounds), conditions) in all.iter().zip(&grounds).zip(&mut conditions) {
                 let drawn = match &mut backends {
                     Some(backends) => what_if.count(&asked, conditions, backends, &mut watch)?,
@@ -173,6 +178,39 @@ impl Args {
         let sets =
             sets.map(|(choice, conditions)| JudgedSet::new(&study.requirements, results, choice, conditions));
         Ok((sets.collect(), draws))
+    }
+
+    /// What depends on the robot's speed, where the study says how far people must be: writes speeds.csv and
+    /// separation.csv, and tells it in words, with what was assumed.
+    fn at_speeds(
+        &self,
+        study: &Study,
+        worlds: &[World],
+        results: &Results,
+        choices: &[Choice],
+        sets: &[JudgedSet],
+        stop: &StopAt,
+    ) -> Result<Vec<String>> {
+        let Some(stopping) = &study.stopping else { return Ok(Vec::new()) };
+        let folder = self.swept.folder();
+        let asked = at_each_speed(study);
+        let speeds: Vec<(&JudgedSet, Speeds)> =
+            sets.iter().filter_map(|set| Some((set, Speeds::new(&asked, results, set)?))).collect();
+        if !speeds.is_empty() {
+            speeds_csv(folder, results, &speeds, stopping)?;
+        }
+        let mut backend = self.backend.open()?;
+        let measured = separations(study, worlds, choices, &mut *backend, &|| stop.reason())?;
+        let measured: Vec<_> = sets.iter().zip(&measured).collect();
+        separation_csv(folder, results, &measured, stopping, study.voxel_size_m)?;
+        let told = measured.iter().map(|&(set, all)| {
+            let heading = if sets.len() > 1 { format!("\n{}\n", set.poses) } else { String::new() };
+            let own = speeds.iter().find(|(other, _)| std::ptr::eq(*other, set));
+            let fast = own.map_or(String::new(), |(_, speeds)| report::speed::render(speeds, stopping));
+            heading + &fast + &report::separation::render(results, all, stopping, study.voxel_size_m)
+        });
+        let assumed = std::iter::once(format!("\n{}\n", stopping.assumptions().join("\n")));
+        Ok(told.chain(assumed).collect())
     }
 
     /// The command that draws the worst moment of a judgement, or finds the way of who comes nearest.

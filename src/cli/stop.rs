@@ -19,6 +19,7 @@ use super::progress::above_bar;
 pub(super) const TRY_AGAIN: u8 = 75;
 
 /// Waits for a reason to stop.
+#[derive(Clone)]
 pub(super) struct StopAt {
     signal: Arc<AtomicUsize>,
     until: Option<Instant>,

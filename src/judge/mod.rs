@@ -10,7 +10,8 @@
 //! `cases` has the counts of each case, `what_if` makes them by leaving sensors out and by `draws` of mounts, `near`
 //! adds how near bodies come in each, `value` compares scores, `verdict` decides, `spread` sums up how good scores
 //! are under a condition, `leaders` finds the choices that meet most requirements. `table` and `junit` write the
-//! files. `altered` gives a case as a study of its own.
+//! files. Where the study says how far people must be, `speed` tells how fast the robot may run, and `separation` what a
+//! controller would measure; `separations` makes that of each moment, and its table. `altered` gives a case as a study of its own.
 
 mod altered;
 mod cases;
@@ -19,6 +20,9 @@ mod judged;
 mod junit;
 mod leaders;
 mod near;
+mod separation;
+mod separations;
+mod speed;
 mod spread;
 mod table;
 mod value;
@@ -31,6 +35,9 @@ pub use draws::Draws;
 pub use judged::JudgedSet;
 pub use junit::junit_xml;
 pub use leaders::{Among, leaders};
+pub use separation::{Decision, Separation, Surroundings};
+pub use separations::{Separations, separation_csv, separations};
+pub use speed::{AtEachSpeed, Speeds, at_each_speed, holds, speeds_csv};
 pub use spread::{Spread, Summed, spreads};
 pub use table::{conditions_csv, requirements_csv};
 pub use value::Value;

@@ -9,7 +9,9 @@ pub mod judge;
 pub mod maxima;
 pub mod placements;
 pub mod reasons;
+pub mod separation;
 pub mod snapshots;
+pub mod speed;
 mod table;
 
 use crate::Result;

@@ -132,8 +132,14 @@ pub const CONDITIONS: &str = "conditions.csv";
 /// Mounts as they were drawn, in the folder of a sweep that was judged.
 pub const DRAWS: &str = "draws.csv";
 
+/// What a controller would measure of sets of sensors, in the folder of a sweep that was judged.
+pub const SEPARATION: &str = "separation.csv";
+
+/// Whether requirements are met at each speed of the robot, in the folder of a sweep that was judged.
+pub const SPEEDS: &str = "speeds.csv";
+
 /// The tables that are written when a sweep is done, and afterwards.
-pub const TABLES: [&str; 9] = [
+pub const TABLES: [&str; 11] = [
     "results.csv",
     "results.parquet",
     "scores.csv",
@@ -143,6 +149,8 @@ pub const TABLES: [&str; 9] = [
     REQUIREMENTS,
     CONDITIONS,
     DRAWS,
+    SEPARATION,
+    SPEEDS,
 ];
 
 /// The files that are there from its beginning.

@@ -206,6 +206,20 @@ impl Requirement {
     pub(crate) fn over(&self) -> Across {
         self.counted().map_or(Across::Worst, |counted| counted.over)
     }
+
+    /// Index of the region in which is counted, if it is about one.
+    pub fn region(&self) -> Option<usize> {
+        self.counted().map(|counted| counted.region)
+    }
+
+    /// The same in another region, if it is about one.
+    pub(crate) fn in_region(&self, region: usize) -> Requirement {
+        let measure = match &self.measure {
+            Measure::Counted(counted) => Measure::Counted(Counted { region, ..*counted }),
+            Measure::Nearness(nearness) => Measure::Nearness(nearness.clone()),
+        };
+        Requirement { measure, ..self.clone() }
+    }
 }
 
 /// What a score must be.

@@ -1,0 +1,51 @@
+//! What a controller would measure of a set of sensors, summed up over all moments, as text.
+
+use super::table::Table;
+use crate::judge::{Decision, Separation, Separations};
+use crate::results::Subject;
+use crate::study::Stopping;
+
+/// Of one set.
+pub fn render(subject: &Subject, all: &Separations, stopping: &Stopping, voxel_size_m: f64) -> String {
+    let mut text =
+        "\nwhat a controller would measure between people and robot, from the labels\n".to_string();
+    let missed = all.iter().filter_map(|(moment, one)| Some((moment, one.missed_m(voxel_size_m)?)));
+    // The first of equals.
+    let worst = missed.reduce(|old, new| if new.1 > old.1 { new } else { old });
+    if let Some((moment, metres)) = worst {
+        let at = match &subject.scenes[moment.scene] {
+            scene if all.len() > 1 => {
+                format!(" (scene {}, snapshot {}, repeat {})", scene.name, moment.snapshot, moment.repeat)
+            }
+            _ => String::new(),
+        };
+        text += &match metres > 0.0 {
+            true => format!("  the nearest person is measured up to {metres:.2} m too far away{at}\n"),
+            false => {
+                "  where somebody is measured, they are not measured farther away than they are\n".into()
+            }
+        };
+    }
+    let unseen = |one: &&Separation| one.truly.is_some() && one.unknown_free.is_none();
+    let unseen = all.iter().map(|(_, one)| one).filter(unseen).count();
+    if unseen > 0 {
+        text += &format!("  in {unseen} of {} moments nothing is measured of the people there\n", all.len());
+    }
+    let mut table =
+        Table::new(&["<unknown voxels", "m/s", "needed", "stops", "runs", "missed stops", "needless stops"]);
+    for (taken, measured) in [
+        ("taken as free", (|one| one.unknown_free) as fn(&Separation) -> Option<u32>),
+        ("taken as occupied", |one| one.unknown_occupied),
+    ] {
+        for at in &stopping.speeds {
+            let decision =
+                |one: &Separation| Decision::at(measured(one), one.truly, at.needed_m, voxel_size_m);
+            let count = |wanted| all.iter().filter(|(_, one)| decision(one) == wanted).count().to_string();
+            let counts =
+                [Decision::Stops, Decision::Runs, Decision::MissedStop, Decision::NeedlessStop].map(count);
+            let needed = [at.speed_m_s.to_string(), format!("{:.2} m", at.needed_m)];
+            table.row([taken.to_string()].into_iter().chain(needed).chain(counts));
+        }
+    }
+    text + &table.text()
+}

@@ -1,0 +1,308 @@
+//! `perirobot judge` of a study with `[stopping]`: how fast the robot may run, and what a controller would measure,
+//! found again voxel by voxel and the same on every backend.
+
+mod common;
+#[allow(dead_code)]
+#[path = "common/program.rs"]
+mod program;
+
+use std::collections::HashMap;
+use std::fs;
+
+use perirobot::backend::cpu::Cpu;
+use perirobot::study::{Overrides, Study};
+use perirobot::view::{Names, View, find};
+use perirobot::voxel::BitGrid;
+use perirobot::world::World;
+use program::{Folder, Outcome, perirobot, rows, text};
+
+/// 0.32125, 0.445 and 0.73 m, as in `stopping.rs`.
+const STOPPING: &str = "\n[stopping]\nformula = \"speed_and_separation\"\nrobot_speeds_m_s = [0.25, 0.5, 1.0]\n\
+    sensor_reaction_s = 0.05\ncontrol_reaction_s = 0.05\nrobot_deceleration_m_s2 = 5\nhuman_speed_m_s = 1.6\n\
+    intrusion_m = 0.02\nperson_uncertainty_m = 0.03\nrobot_uncertainty_m = 0\n";
+const NEEDED_UM: [u64; 3] = [321_250, 445_000, 730_000];
+const POSES: [&str; 3] = ["posts/upright", "wall/1/1", "random/0"];
+
+fn require(name: &str, score: &str, region: &str, limit: &str) -> String {
+    format!("\n[[require]]\nname = \"{name}\"\nscore = \"{score}\"\nregion = \"{region}\"\n{limit}\n")
+}
+
+/// The small study in two scenes with noise; insides are ignored, and the person comes nearer.
+fn cell(more: &str) -> Folder {
+    let folder = Folder::noisy();
+    for scene in ["cell.toml", "second.toml"] {
+        folder.edit(scene, "interior = \"free\"", "");
+    }
+    let at = "position_m = [0.1, -0.45, 0.65]";
+    folder.edit(
+        "cell.toml",
+        at,
+        &format!("{at}\n[object.snapshots]\nposition_m = [[0.1, -0.45, 0.65], [0.2, 0.0, 0.65]]"),
+    );
+    folder.edit("study.toml", "[[sensor]]", "[[region]]\nname = \"near\"\nseparation = {}\n[[sensor]]");
+    folder.edit("study.toml", "", &format!("{STOPPING}{more}"));
+    folder
+}
+
+#[track_caller]
+fn swept(folder: &Folder) {
+    let outcome = folder.sweep(&[]);
+    assert_eq!(outcome.code, Some(0), "{}", outcome.stderr);
+}
+
+fn judge(folder: &Folder, more: &[&str]) -> Outcome {
+    let out = folder.path("out");
+    perirobot(&[&["judge", text(&out)], more].concat())
+}
+
+/// The least squared distance between two sets, one by one.
+fn least(robot: &BitGrid, voxels: &BitGrid) -> Option<u64> {
+    let squared =
+        |a: [i32; 3], b: [i32; 3]| (0..3).map(|r| u64::from(a[r].abs_diff(b[r])).pow(2)).sum::<u64>();
+    let each = voxels.voxels().flat_map(|a| robot.voxels().map(move |b| squared(a, b)));
+    each.min()
+}
+
+#[test]
+fn what_is_measured_is_what_a_plain_search_finds() {
+    let folder = cell(&require("seen", "human_seen", "near@1", "at_least = 0"));
+    swept(&folder);
+    // What the controller knows: the same scenes without anybody.
+    let alone = cell("");
+    for scene in ["cell.toml", "second.toml"] {
+        let text = fs::read_to_string(alone.path(scene)).unwrap();
+        let person = text.split_once("[[object]]\nname = \"operator\"").unwrap();
+        assert!(!person.1.contains("[[object]]"));
+        alone.write(scene, person.0);
+    }
+    alone.edit(
+        "study.toml",
+        "[[region]]\nname = \"human\"\nhuman_box = { object = \"operator\", margin_m = 0.2 }\n",
+        "",
+    );
+    let load = |folder: &Folder| {
+        let study = Study::load(&folder.path("study.toml"), &Overrides::default()).unwrap();
+        let worlds = World::prepare_all(&study).unwrap();
+        (study, worlds)
+    };
+    let ((study, worlds), (_, empty)) = (load(&folder), load(&alone));
+    let mut decisions: HashMap<String, usize> = HashMap::new();
+    let (mut missed, mut ignored) = (0, 0);
+    for pose in POSES {
+        let outcome = judge(&folder, &["--pose", pose]);
+        assert!(matches!(outcome.code, Some(0 | 4)), "{}", outcome.stderr);
+        let table = rows(&folder.path("out").join("separation.csv"));
+        assert_eq!(table.len(), 3 * 2 * 3, "moments, repeats and speeds");
+        for row in &table {
+            let number = |key: &str| row[key].parse::<usize>().unwrap();
+            let (snapshot, repeat) = (number("snapshot"), number("repeat"));
+            let names = Names {
+                poses: pose.into(),
+                repeat,
+                scene: Some(row["scene"].clone()),
+                snapshot,
+                ..Names::default()
+            };
+            let (world, choice) = find(&study, &worlds, &names).unwrap();
+            let nobody = empty.iter().find(|empty| empty.name == world.name).unwrap();
+            assert_eq!(nobody.grid, world.grid);
+            let view = View::new(&study, world, choice, &mut Cpu::new(Some(1)).unwrap()).unwrap();
+            let (truth, nobody) = (world.truth(), nobody.truth());
+            ignored += nobody.ignored.count();
+            let robot = &truth.robot_volume;
+            let is_known =
+                |voxel| nobody.occupied.get(voxel) || nobody.ignored.get(voxel) || robot.get(voxel);
+            let mut measured = [(); 2].map(|()| BitGrid::new(world.grid.window()));
+            for voxel in BitGrid::full(world.grid.window()).voxels().filter(|&voxel| !is_known(voxel)) {
+                let (occupied, free) = (view.labels.occupied.get(voxel), view.labels.free.get(voxel));
+                if occupied {
+                    measured[0].set(voxel);
+                }
+                if occupied || !free {
+                    measured[1].set(voxel);
+                }
+            }
+            let truly = least(robot, &truth.human);
+            let [free, occupied] = measured.map(|voxels| least(robot, &voxels));
+            let shown = |squared: Option<u64>| squared.map_or(String::new(), |squared| squared.to_string());
+            for (column, squared) in [("true", truly), ("unknown_free", free), ("unknown_occupied", occupied)]
+            {
+                assert_eq!(row[&format!("{column}_squared")], shown(squared), "{column} of {row:?}");
+                let metres = squared.map(|squared| (squared as f64).sqrt() * 0.1);
+                let told = row[&format!("{column}_m")].parse::<f64>().ok();
+                assert_eq!(told.is_some(), metres.is_some());
+                assert!(told.zip(metres).is_none_or(|(a, b)| (a - b).abs() < 1e-12), "{column} of {row:?}");
+            }
+            let needed_um =
+                NEEDED_UM[["0.25", "0.5", "1"].iter().position(|v| *v == row["speed_m_s"]).unwrap()];
+            // A voxel is 100,000 micrometres.
+            let near = |squared: Option<u64>| {
+                squared.is_some_and(|squared| squared * 10_000_000_000 < needed_um.pow(2))
+            };
+            for (column, squared) in [("unknown_free", free), ("unknown_occupied", occupied)] {
+                let expected = match (near(squared), near(truly)) {
+                    (true, true) => "stops",
+                    (false, false) => "runs",
+                    (true, false) => "needless_stop",
+                    (false, true) => "missed_stop",
+                };
+                assert_eq!(row[column], expected, "{column} of {row:?}");
+                *decisions.entry(expected.into()).or_default() += 1;
+            }
+            let too_far = free.zip(truly).map(|(free, truly)| (free as f64).sqrt() - (truly as f64).sqrt());
+            let told = row["missed_m"].parse::<f64>().ok();
+            assert_eq!(told.is_some(), too_far.is_some(), "{row:?}");
+            let too_far = too_far.unwrap_or(0.0).max(0.0) * 0.1;
+            assert!((told.unwrap_or(0.0) - too_far).abs() < 1e-12, "{row:?}");
+            missed += usize::from(too_far > 0.0);
+        }
+        // In words, of all moments.
+        let of = |column: &str, decision: &str| {
+            let own = |row: &&HashMap<String, String>| row["speed_m_s"] == "1" && row[column] == decision;
+            table.iter().filter(own).count().to_string()
+        };
+        for (column, words) in [("unknown_free", "taken as free"), ("unknown_occupied", "taken as occupied")]
+        {
+            let line =
+                outcome.stdout.lines().find(|line| line.contains(words) && line.contains("0.73 m")).unwrap();
+            let told: Vec<&str> = line.split_whitespace().rev().take(4).collect();
+            let expected =
+                ["needless_stop", "missed_stop", "runs", "stops"].map(|decision| of(column, decision));
+            assert_eq!(told, expected, "{line}");
+        }
+        assert!(outcome.stdout.contains("0.730 m at 1 m/s"), "{}", outcome.stdout);
+    }
+    assert!(decisions.len() == 4 && missed > 0 && ignored > 0, "{decisions:?}, {missed}, {ignored}");
+}
+
+#[test]
+fn every_backend_measures_the_same() {
+    let folder = cell(&require("seen", "human_seen", "near@1", "at_least = 0"));
+    swept(&folder);
+    let mut backends: Vec<&[&str]> = vec![&["oracle"], &["cpu"]];
+    if common::adapter().is_some() {
+        backends.push(&["gpu", "--adapter", "software"]);
+    }
+    let tables = backends.iter().map(|backend| {
+        let outcome = judge(&folder, &[&["--best", "3", "--backend"], *backend].concat());
+        assert!(matches!(outcome.code, Some(0 | 4)), "{}", outcome.stderr);
+        ["separation.csv", "speeds.csv"].map(|name| fs::read(folder.path("out").join(name)).unwrap())
+    });
+    let tables: Vec<_> = tables.collect();
+    assert!(tables.iter().all(|table| *table == tables[0]), "{backends:?}");
+}
+
+/// The values of `unknown` in the region of each speed, as the sweep has them, of all moments the one that is worst.
+fn worst(folder: &Folder, pose: &str, worse: fn(f64, f64) -> f64) -> [f64; 3] {
+    REGIONS.map(|region| values(folder, pose, region).into_iter().reduce(worse).unwrap())
+}
+
+const REGIONS: [&str; 3] = ["near@0.25", "near@0.5", "near@1"];
+
+fn values(folder: &Folder, pose: &str, region: &str) -> Vec<f64> {
+    let table = rows(&folder.path("out").join("results.csv"));
+    let own = table.iter().filter(|row| row["poses"].ends_with(pose) && row["region"] == region);
+    own.map(|row| row["unknown"].parse().unwrap()).collect()
+}
+
+/// Limits between what is there at one speed and at the next.
+#[test]
+fn the_fastest_speed_is_the_last_before_one_that_is_missed() {
+    let pose = POSES[0];
+    let folder = cell("");
+    swept(&folder);
+    let values = worst(&folder, pose, f64::min);
+    assert!(
+        values.is_sorted_by(|slower, faster| slower > faster),
+        "{values:?}: less is unknown far from the robot"
+    );
+    let between = |a: f64, b: f64| ((a + b) / 2.0 * 1e6).round() / 1e6;
+    let limits = [1.0, between(values[0], values[1]), between(values[1], values[2]), 0.0];
+    let text = fs::read_to_string(folder.path("study.toml")).unwrap();
+    for (fastest, limit) in limits.into_iter().enumerate() {
+        let limit = (limit * 1e6).round() / 1e6;
+        folder.write("study.toml", &text);
+        // Named at whatever speed.
+        let region = REGIONS[fastest % 3];
+        folder.edit("study.toml", "", &require("known", "unknown", region, &format!("at_least = {limit}")));
+        // Not about a speed, and missed.
+        folder.edit("study.toml", "", &require("other", "unknown", "box", "at_most = 0"));
+        let outcome = judge(&folder, &["--pose", pose]);
+        assert_eq!(outcome.code, Some(4), "{}", outcome.stderr);
+        let table = rows(&folder.path("out").join("speeds.csv"));
+        let found: Vec<[&str; 4]> = table
+            .iter()
+            .map(|row| ["speed_m_s", "region", "verdict", "fast_enough"].map(|key| row[key].as_str()))
+            .collect();
+        let expected: Vec<[&str; 4]> = (0..3)
+            .map(|speed| {
+                let [verdict, enough] = if speed < fastest { ["PASS", "1"] } else { ["FAIL", "0"] };
+                [["0.25", "0.5", "1"][speed], REGIONS[speed], verdict, enough]
+            })
+            .collect();
+        assert_eq!(found, expected, "at least {limit}");
+        for (row, value) in table.iter().zip(values) {
+            assert_eq!(row["value"].parse::<f64>().unwrap(), value);
+        }
+        let up_to = ["at none", "up to 0.25 m/s,", "up to 0.5 m/s,", "up to 1 m/s,"][fastest];
+        let line = format!("what is required is met {up_to} of the listed 0.25, 0.5, 1 m/s");
+        assert!(outcome.stdout.contains(&line), "{line}: {}", outcome.stdout);
+        let next = ["0.25", "0.5", "1"].get(fastest);
+        let missed = next.map(|next| format!("  at {next} m/s missed: known (as planned)\n"));
+        assert_eq!(outcome.stdout.matches(" m/s missed: ").count(), usize::from(missed.is_some()));
+        assert!(missed.is_none_or(|line| outcome.stdout.contains(&line)), "{}", outcome.stdout);
+    }
+    // A requirement that is met at a higher speed again is not enough there.
+    folder.write("study.toml", &text);
+    let [_, medium, fast] = worst(&folder, pose, f64::max);
+    let limit = format!("at_most = {}", between(medium, fast));
+    folder.edit("study.toml", "", &require("known", "unknown", "near@1", &limit));
+    let outcome = judge(&folder, &["--pose", pose]);
+    assert!(outcome.stdout.contains("is met at none of the listed"), "{}", outcome.stdout);
+    let table = rows(&folder.path("out").join("speeds.csv"));
+    let found: Vec<_> =
+        table.iter().map(|row| [row["verdict"].as_str(), row["fast_enough"].as_str()]).collect();
+    assert_eq!(found, [["FAIL", "0"], ["FAIL", "0"], ["PASS", "0"]]);
+}
+
+/// Where nobody is so near, the speed is not held back by what nobody could miss; without [stopping] nothing is said,
+/// and files of before are gone.
+#[test]
+fn without_people_or_without_distances_nothing_is_held_back() {
+    let folder = cell("");
+    // Far from the robot, in the corner.
+    for (scene, at) in [
+        ("cell.toml", "position_m = [[0.1, -0.45, 0.65], [0.2, 0.0, 0.65]]"),
+        ("second.toml", "position_m = [0.3, -0.4, 0.65]"),
+    ] {
+        let to = if scene == "cell.toml" {
+            "position_m = [[-0.9, -0.5, 0.65], [-0.8, -0.5, 0.65]]"
+        } else {
+            "position_m = [-0.9, -0.5, 0.65]"
+        };
+        folder.edit(scene, at, to);
+    }
+    folder.edit("study.toml", "", &require("seen", "human_seen", "near@0.25", "at_least = 1"));
+    swept(&folder);
+    let outcome = judge(&folder, &["--pose", POSES[0]]);
+    assert_eq!(outcome.code, Some(4), "a requirement without a value is missed: {}", outcome.stderr);
+    let table = rows(&folder.path("out").join("speeds.csv"));
+    assert_eq!(table[0]["verdict"], "no value", "{table:?}");
+    assert_eq!(table[0]["fast_enough"], "1");
+    assert!(outcome.stdout.contains("at 0.25 m/s nobody is so near"), "{}", outcome.stdout);
+    let written = |name: &str| folder.path("out").join(name).exists();
+    assert!(written("speeds.csv") && written("separation.csv"));
+    // The region stays what it was, in a sphere's place.
+    folder.edit("study.toml", STOPPING, "");
+    folder.edit("study.toml", "separation = {}", "sphere = { center_m = [0.2, 0.3, 0.4], radius_m = 0.5 }");
+    folder.edit("study.toml", "near@0.25", "near");
+    assert_eq!(folder.sweep(&["--restart"]).code, Some(0));
+    let outcome = judge(&folder, &["--pose", POSES[0]]);
+    assert!(matches!(outcome.code, Some(0 | 4)), "{}", outcome.stderr);
+    assert!(
+        !outcome.stdout.contains("how fast") && !outcome.stdout.contains("controller"),
+        "{}",
+        outcome.stdout
+    );
+    assert!(!written("speeds.csv") && !written("separation.csv"));
+}
