@@ -233,7 +233,7 @@ fn what_cannot_be_required_of_approaches_is_refused_by_name() {
         "at_least = 1\nregion = \"robot\"\nbody = \"standing\"",
         &["body = \"standing\": f1 is counted in a region"],
     );
-    wrong("f1", "at_least = 1", &["require \"far\"", "region", "[\"robot\"]"]);
+    wrong("f1", "at_least = 1", &["require \"far\": no region: say in which region", "[\"robot\", "]);
     wrong(
         "f2",
         "at_least = 1",
