@@ -1,5 +1,6 @@
-//! Reports of the paper's three experiments, with fewer poses and coarse, one of ten thousand poses, and the
-//! front of sets that were chosen, in a real browser: `browser/reports.py` opens and uses them. Not run by default, as it needs Debian's chromium
+//! Reports of the paper's three experiments, with fewer poses and coarse, one of ten thousand poses, one of
+//! 262,144 choices, and the front of sets that were chosen, in a real browser: `browser/reports.py` opens and uses
+//! them, and holds them to three megabytes. Not run by default, as it needs Debian's chromium
 //! and chromium-driver, python3, and minutes: `cargo test --test browser -- --ignored`.
 //! `PERIROBOT_PICTURES=FOLDER` keeps pictures of every section.
 
@@ -35,7 +36,24 @@ const MORE: [(&str, &str); 5] = [
     ("y_m = [-1, 0, 1]", "y_m = { start = -1.8, stop = 1.8, step = 0.045 }"),
 ];
 
-/// The paper's studies in a folder, thinned out; and the quick one with ten thousand poses.
+/// Three sensors at 64 poses each, together: 262,144 choices.
+fn three_at_64() -> String {
+    let sensor = |name: &str| {
+        format!(
+            "[[sensor]]\nname = \"{name}\"\nkind = \"rgbd\"\nfov_deg = [87, 58]\nresolution_px = [64, 36]\nrange_m = [0.2, 3]\n\
+             [[sensor.poses]]\nname = \"above\"\nfacing = [0, 0, -1]\nrandom = {{ count = 64, min_m = [-0.9, -0.6, 1.3], \
+             max_m = [0.9, 0.6, 1.5], pan_deg = [-180, 180], tilt_deg = [-30, 30] }}\n"
+        )
+    };
+    let sensors = ["a", "b", "c"].map(sensor).concat();
+    format!(
+        "seed = 7\n[grid]\nvoxel_size_m = 0.2\n[[scene]]\nfile = \"tiny/cell.toml\"\nname = \"tiny\"\n[[region]]\nname = \"robot\"\n\
+         sphere = {{ center_m = [0.2, 0.3, 0.4], radius_m = 0.6 }}\n{sensors}\
+         [[combination]]\nname = \"three\"\nsensors = [\"a\", \"b\", \"c\"]\n"
+    )
+}
+
+/// The paper's studies in a folder, thinned out; the quick one with ten thousand poses; and that of many choices.
 fn studies(folder: &Path) {
     let scenes = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes");
     for entry in fs::read_dir(scenes.join("paper")).unwrap() {
@@ -55,6 +73,12 @@ fn studies(folder: &Path) {
         quick = quick.replacen(from, to, 1);
     }
     fs::write(folder.join("many.toml"), quick).unwrap();
+    fs::create_dir(folder.join("tiny")).unwrap();
+    for entry in fs::read_dir(scenes.join("tiny")).unwrap() {
+        let path = entry.unwrap().path();
+        fs::copy(&path, folder.join("tiny").join(path.file_name().unwrap())).unwrap();
+    }
+    fs::write(folder.join("three.toml"), three_at_64()).unwrap();
 }
 
 /// Sweeps a study, or chooses its sets, and reports it; the page.
@@ -76,7 +100,7 @@ fn page(folder: &Path, command: &str, name: &str) -> PathBuf {
 fn reports_of_the_paper_open_and_are_used_offline() {
     let folder = tempfile::tempdir().unwrap();
     studies(folder.path());
-    let swept = ["exp1", "exp2", "exp3", "many"].map(|name| page(folder.path(), "sweep", name));
+    let swept = ["exp1", "exp2", "exp3", "many", "three"].map(|name| page(folder.path(), "sweep", name));
     let chosen = page(folder.path(), "choose", "choose");
     let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/browser/reports.py");
     let mut command = Command::new("python3");

@@ -10,7 +10,7 @@ import time
 from driver import Browser
 
 WIDTHS = {"laptop": (1440, 900), "phone": (390, 844)}
-MOST_BYTES = 30_000_000
+MOST_BYTES = 3_000_000
 TAB, ENTER, SPACE = "\ue004", "\ue007", " "
 
 
@@ -35,6 +35,7 @@ def look(browser, report, name, size, pictures):
     print(f"{report}, {name}: ready after {time.monotonic() - begin:.1f} s", flush=True)
     quiet(browser)
     all_plots_are_drawn(browser)
+    a_missing_plot_is_found(browser)
     nothing_sticks_out(browser, size[0])
     the_answer_comes_first(browser, size)
     nothing_is_cut_off(browser, size[0])
@@ -64,7 +65,7 @@ def look(browser, report, name, size, pictures):
 
 def quiet(browser):
     """Nothing was complained of, and nobody but the file was asked for anything."""
-    # Slow ways of a software renderer and of plotly.js; neither is a fault of the page.
+    # Slow ways of a software renderer are no fault of the page.
     harmless = ("GPU stall due to ReadPixels", "Automatic fallback to software WebGL", "Multiple readback operations")
     said = [entry["message"] for entry in browser.log("browser") if entry["level"] in ("SEVERE", "WARNING")]
     said = [message for message in said if not any(text in message for text in harmless)]
@@ -73,17 +74,55 @@ def quiet(browser):
     assert not asked, asked
 
 
+# Of each plot what it shows: how many marks of a picture, or of a 3D view how many corners, and how many colours its pixels have.
+PLOTS = """return [...document.querySelectorAll('.plots > div, .plot')].filter(plot => !plot.hidden && plot.getBoundingClientRect().width).map(plot => {
+    const marks = plot.querySelector('.none') ? 2 : plot.querySelectorAll('svg rect, svg path, svg circle').length, { width, height } = plot.getBoundingClientRect();
+    const view = plot.stage ? plot : null, canvas = plot.querySelector('canvas');
+    let corners = 0, colours = 0;
+    if (view && view.stage !== 'none') for (const part of view.stage.parts.values()) corners += part.at.length / 3;
+    if (canvas) {
+        const copy = document.createElement('canvas').getContext('2d', { willReadFrequently: true });
+        Object.assign(copy.canvas, { width: 160, height: 120 });
+        copy.drawImage(canvas, 0, 0, 160, 120);
+        const seen = new Set(new Uint32Array(copy.getImageData(0, 0, 160, 120).data.buffer));
+        colours = seen.size;
+    }
+    return [plot.id || plot.getAttribute('aria-label'), marks, canvas ? [corners, colours] : null, width, height]; })"""
+
+
 def all_plots_are_drawn(browser):
     empty = browser.run("return [...document.querySelectorAll('.plots')].filter(home => !home.hidden && !home.children.length).map(home => home.id)")
     assert not empty, empty
-    plots = browser.run(
-        """return [...document.querySelectorAll('.plots > div, .plot')].filter(plot => !plot.hidden).map(plot =>
-        [plot.id || plot.getAttribute('aria-label'), plot.querySelectorAll('svg.main-svg, canvas').length,
-         plot.data ? plot.data.length : 0, plot.clientWidth, plot.clientHeight])"""
-    )
+    plots = browser.run(PLOTS)
     assert len(plots) >= 4, plots
-    for what, drawn, traces, width, height in plots:
-        assert drawn and traces and width > 200 and height > 200, (what, drawn, traces, width, height)
+    for what, marks, view, width, height in plots:
+        assert width > 200 and height > 60, (what, width, height)
+        assert view or marks >= 2, (what, marks)
+        assert view is None or (view[0] > 10 and view[1] > 5), (what, "a 3D view shows nothing", view)
+    beside = browser.run("return [...document.querySelectorAll('.plot svg text, .plots svg text')].filter(text => { const box = text.getBoundingClientRect(), own = text.ownerSVGElement.getBoundingClientRect(); return box.left < own.left - 2 || box.right > own.right + 2; }).map(text => text.textContent)")
+    assert not beside, f"words beside their picture: {beside[:5]}"
+
+
+def a_missing_plot_is_found(browser):
+    """Plots are taken away one by one; the check above notices each."""
+    for home in ("#distributions", "#maps"):
+        if not browser.run(f"return !!document.querySelector('{home} svg')"):
+            continue
+        browser.run(f"const plot = document.querySelector('{home} svg'); window.kept = [plot, plot.parentElement]; plot.remove()")
+        must_fail(all_plots_are_drawn, browser, f"a plot of {home} is gone")
+        browser.run("kept[1].append(kept[0])")
+    browser.run("const { parts } = document.getElementById('view').stage; window.kept = [...parts]; parts.clear()")
+    must_fail(all_plots_are_drawn, browser, "nothing is shown in three dimensions")
+    browser.run("for (const [name, part] of kept) document.getElementById('view').stage.parts.set(name, part)")
+    all_plots_are_drawn(browser)
+
+
+def must_fail(check, browser, why):
+    try:
+        check(browser)
+    except AssertionError:
+        return
+    raise AssertionError(f"not found: {why}")
 
 
 def nothing_sticks_out(browser, width):
@@ -191,8 +230,8 @@ def the_front_is_drawn(browser):
 
 
 # What the 3D view shows, as a number that changes when it does.
-SHOWN = """return JSON.stringify(document.getElementById('view').data.map(trace =>
-    [trace.visible, (trace.x || []).length, (trace.x || [])[0], (trace.y || [])[1], (trace.z || [])[2]]))"""
+SHOWN = """return JSON.stringify([...document.getElementById('view').stage.parts].map(([name, part]) =>
+    [name, part.isShown, part.at.length, ...part.at.slice(0, 9)]))"""
 
 
 def a_position_changes_the_cell(browser):
@@ -202,8 +241,7 @@ def a_position_changes_the_cell(browser):
         """const plot = document.querySelector('#maps > div');
         if (!plot) return [];
         plot.scrollIntoView({ block: 'center' });
-        const box = plot.getBoundingClientRect(), { xaxis, yaxis } = plot._fullLayout;
-        return plot.spots.flatMap(spots => [...spots.values()]).map(({ x, y }) => [box.x + xaxis._offset + xaxis.d2p(x), box.y + yaxis._offset + yaxis.d2p(y)])"""
+        return [...plot.querySelectorAll('.spot')].map(spot => spot.getBoundingClientRect()).map(({ x, y, width, height }) => [x + width / 2, y + height / 2])"""
     )
     assert places, "no positions to click on"
     for x, y in (places[0], places[-1], places[len(places) // 2]):
@@ -228,31 +266,39 @@ def every_score_is_plotted(browser):
     assert len(names) == 8, names
     for number, name in [*enumerate(names), (0, names[0])]:
         browser.run(f"{select}.value = {number}; {select}.dispatchEvent(new Event('change'))")
-        expected = [name] + ["false alarm"] * (name == "human claimed")
+        always = ["F1", "κ", "human seen", "parts detected"]
+        chosen = [name] + ["false alarm"] * (name == "human claimed")
         for home in ("distributions", "maxima"):
-            labels = f"return [...(document.getElementById('{home}')?.children ?? [])].filter(plot => plot._fullLayout).map(plot => plot.getAttribute('aria-label').replace('Largest ', '').split(' in region')[0])"
+            expected = chosen if home == "maxima" else chosen + [other for other in always if other not in chosen]
+            labels = f"return [...(document.getElementById('{home}')?.children ?? [])].filter(plot => plot.querySelector('svg rect, .none')).map(plot => plot.getAttribute('aria-label').replace('Largest ', '').split(' in region')[0])"
             if home == "maxima" and not browser.run("return !!document.getElementById('maxima')"):
                 continue
             browser.until(f"return (() => {{ {labels} }})().join() === {','.join(expected * regions)!r}", f"{home} of {name}")
         assert browser.run("return document.getElementById('measure').value") == str(number)
+        sorted_by = browser.run("return document.querySelector('#table [aria-sort=ascending], #table [aria-sort=descending]').textContent")
+        assert sorted_by.startswith(name), (sorted_by, name)
+
+
+def the_best_is_shown(browser):
+    browser.run("document.querySelector('#instead .choose').click()")
+    browser.until("return !document.body.dataset.waits && !document.getElementById('layer-TP').disabled", "labels of the best pose")
 
 
 def layers_hide_and_show(browser):
-    browser.run("document.querySelector('#instead .choose').click()")
-    browser.until("return !document.getElementById('layer-TP').disabled", "labels of the best pose")
-    hues = "return new Set(document.getElementById('view').data[0].facecolor).size"
+    the_best_is_shown(browser)
+    hues = "return new Set(document.getElementById('view').stage.parts.get('TP').colours).size"
     people = browser.run("return [...document.querySelectorAll('#answer .tiles dt')].some(term => term.textContent === 'people detected')")
     assert browser.run(hues) >= (2 if people else 1), "people are told from the floor"
     words = browser.run("return [...document.querySelectorAll('#layers strong')].map(word => word.textContent)")
     assert words[:5] == ["blind", "not seen", "missed", "false", "seen"], words
-    names = "return document.getElementById('view').data.filter(trace => trace.mode === 'text').flatMap(trace => trace.text)"
+    names = "return document.getElementById('view').stage.parts.get('sensors: names').words"
     assert browser.run(names), "furniture and robots have names"
     names = browser.run("return [...document.querySelectorAll('#layers input[type=checkbox]')].map(box => box.id)")
     voxels = "return ['TP','FN','FP','TN','UO','UF'].reduce((sum, name) => sum + Number(document.getElementById('count-' + name).textContent), 0)"
     assert browser.run(voxels) > 0, "voxels are counted"
     assert names[:4] == ["layer-UF", "layer-UO", "layer-FN", "layer-FP"], "what matters comes first"
-    for index, name in enumerate(f"layer-{name}" for name in ("TP", "FN", "FP", "TN", "UO", "UF")):
-        of_trace = f"return document.getElementById('view').data[{index}].visible"
+    for name in (f"layer-{name}" for name in ("TP", "FN", "FP", "TN", "UO", "UF")):
+        of_trace = f"return document.getElementById('view').stage.parts.get({name.removeprefix('layer-')!r}).isShown"
         before = browser.run(of_trace)
         browser.run(f"document.getElementById({name!r}).click()")
         browser.until(f"return (() => {{ {of_trace} }})() === {str(not before).lower()}", f"{name} to change")
@@ -262,21 +308,20 @@ def layers_hide_and_show(browser):
 
 def causes_hide_and_show(browser):
     """The causes of the unknown voxels are all of them; each can be taken out of the 3D view, and they have colours."""
-    browser.run("document.querySelector('#instead .choose').click()")
-    browser.until("return !document.getElementById('layer-TP').disabled", "labels of the best pose")
+    the_best_is_shown(browser)
     of_note = "return [...document.querySelectorAll('#causes .note')].reduce((sum, note) => sum + Number(note.textContent), 0)"
     unknown = "return ['UO', 'UF'].reduce((sum, name) => sum + Number(document.getElementById('count-' + name).textContent), 0)"
     assert browser.run(of_note) == browser.run(unknown) > 0, "every unknown voxel has a cause"
-    bars = "return document.getElementById('reasons').data.flatMap(bars => bars.x).reduce((a, b) => a + b, 0)"
+    bars = "return [...document.querySelectorAll('#reasons .bar title')].reduce((sum, title) => sum + Number(title.textContent.match(/: (\\d+) voxels/)[1]), 0)"
     assert browser.run(bars) == browser.run(unknown), "so have the bars"
-    faces = "return document.getElementById('view').data.slice(4, 6).reduce((sum, trace) => sum + trace.i.length, 0)"
+    faces = "return ['UO', 'UF'].reduce((sum, name) => sum + document.getElementById('view').stage.parts.get(name).faces.length, 0)"
     before = browser.run(faces)
     first = "document.querySelector('#causes input')"
     browser.run(f"{first}.click()")
     browser.until(f"return (() => {{ {faces} }})() < {before}", "a cause to go")
     browser.run(f"{first}.click()")
     browser.until(f"return (() => {{ {faces} }})() === {before}", "a cause to come back")
-    colours = "return new Set(document.getElementById('view').data.slice(4, 6).flatMap(trace => trace.facecolor)).size"
+    colours = "return new Set(['UO', 'UF'].flatMap(name => document.getElementById('view').stage.parts.get(name).colours)).size"
     assert browser.run(colours) <= 2
     swatches = browser.run("return new Set([...document.querySelectorAll('#causes i')].map(swatch => swatch.style.background)).size")
     browser.run("document.getElementById('by-cause').click()")
@@ -322,14 +367,13 @@ def haste_breaks_nothing(browser):
     assert browser.run(follows), "the table follows at once"
     # What stands nowhere, as a cover on the robot, has no map.
     plots = """const home = document.getElementById('maps'), all = [...home.children];
-        return home.hidden ? !all.length : all.length > 0 && all.every(plot => plot._fullLayout)"""
+        return home.hidden ? !all.length : all.length > 0 && all.every(plot => plot.querySelector('svg'))"""
     browser.until(plots, "maps to be drawn")
 
 
 def another_pose_is_shown_where_it_has_labels(browser):
     """A snapshot without labels of the next pose is left for one that has them."""
-    browser.run("document.querySelector('#instead .choose').click()")
-    browser.until("return !document.getElementById('layer-TP').disabled", "labels of the best pose")
+    the_best_is_shown(browser)
     snapshots = browser.run("return [...document.getElementById('moment').options].map(option => [option.value, option.textContent])")
     empty = [value for value, text in snapshots if "no labels" in text]
     if not empty:

@@ -19,9 +19,8 @@ function causesOf(found) {
 /** The outside of the unknown voxels of a layer, cause by cause. */
 function shapeOfUnknown(found, layer, cell) {
   const marks = found.causes.map((cause, i) => found.layers[i] === layer + 1 ? cause : 0);
-  const all = causesOf(found), colourIn = cause => causes.coloured && cause ? cause.colour : LAYERS[layer].colour;
-  const whole = { ...speck(cell), facecolor: [colourIn(all[0])] };
-  all.filter(cause => !causes.off.has(cause.words)).forEach(cause => join(whole, mesh(marks, cause.number + 1, cell), colourIn(cause)));
+  const whole = nothing(), colourIn = cause => causes.coloured ? cause.colour : LAYERS[layer].colour;
+  causesOf(found).filter(cause => !causes.off.has(cause.words)).forEach(cause => join(whole, mesh(marks, cause.number + 1, cell), colourIn(cause)));
   return whole;
 }
 
@@ -41,10 +40,9 @@ function drawCauses(found) {
     return made("label", { class: "layer" }, box, colour, cause.words, made("span", { class: "note" }, String(cause.occupied + cause.free)));
   }), coloursSwitch());
   const share = cause => `${(100 * (cause.occupied + cause.free) / total).toFixed(1)} %`;
-  const part = (key, textposition, shape) => ({ type: "bar", orientation: "h", name: key, y: all.map(cause => plain(cause.words)), x: all.map(cause => cause[key]), text: all.map(share), customdata: all.map(cause => cause.monitored ? "monitored" : "not monitored"), hovertemplate: `%{y}, %{customdata}: %{text} of the unknown<br>${key}: %{x} voxels<extra></extra>`, textposition, marker: { color: all.map(cause => cause.colour), pattern: { shape, solidity: 0.25 } } });
-  const bars = [part("occupied", "none", "/"), part("free", "auto", "")];
-  plot.style.height = `${8 + 2.2 * all.length}rem`;
-  Plotly.react(plot, bars, { ...LAYOUT, margin: { ...LAYOUT.margin, t: 46 }, title: { ...heading(`${total} unknown voxels · region ${data.regions[chosen.region]}`), x: 0.02, xref: "container" }, barmode: "stack", yaxis: { autorange: "reversed", automargin: true }, xaxis: { title: { text: "voxels" }, gridcolor: "#e3e8ed" }, legend: { orientation: "h", y: 1, yanchor: "bottom", x: 1, xanchor: "right" } }, CONFIG);
+  const part = (cause, key, hatched) => ({ value: cause[key], fill: cause.colour, hatched, title: `${cause.words}, ${cause.monitored ? "monitored" : "not monitored"}: ${share(cause)} of the unknown; ${key}: ${cause[key]} voxels` });
+  const rows = all.map(cause => ({ name: cause.words, text: share(cause), parts: [part(cause, "occupied", true), part(cause, "free", false)] }));
+  bars(plot, `${total} unknown voxels · region ${data.regions[chosen.region]} (dark edge: occupied)`, rows, "voxels");
 }
 
 function coloursSwitch() {
@@ -57,8 +55,6 @@ function coloursSwitch() {
 /** Draws UO and UF again, with the causes that are switched on. */
 function redrawUnknown() {
   const cell = cellAt(chosen.moment), found = verdicts(cell);
-  if (!hasWebGL) return;
-  const view = element("view"), shapes = UNKNOWN.map(n => shapeOfUnknown(found, n, cell));
-  const values = Object.fromEntries(Object.keys(shapes[0]).map(key => [key, shapes.map(shape => shape[key])]));
-  deaf(view, () => Plotly.restyle(view, values, UNKNOWN));
+  const scene = element("view").stage;
+  if (scene !== "none") UNKNOWN.forEach(n => showLayer(scene, n, shapeOfUnknown(found, n, cell)));
 }

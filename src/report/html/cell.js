@@ -38,7 +38,7 @@ function cellAt(moment) {
 
 /** The moments at which the chosen scene can be shown: first those with labels of the chosen pose, its worst before others. */
 function moments() {
-  const { moments: [begin, end] } = data.scenes[Math.max(0, chosen.extent - 1)];
+  const { moments: [begin, end] } = sceneOf();
   const inside = all => all.map(one => one.moment).filter(moment => moment >= begin && moment < end);
   const labelled = inside(data.cells.labels.filter(one => one.series === chosen.series && one.choice === chosen.choice));
   return { labelled, all: [...new Set([...labelled, ...inside(data.cells.moments)])] };
@@ -70,14 +70,14 @@ const shapeOf = (found, n, cell) => n === 0 ? shapeOfSeen(found, cell) : UNKNOWN
 
 /** Adds triangles to others, in a colour; both know where their corners are. */
 function join(whole, part, colour) {
-  const first = whole.x.length;
-  for (const axis of ["x", "y", "z"]) for (const value of part[axis]) whole[axis].push(value);
-  for (const corner of ["i", "j", "k"]) for (const value of part[corner]) whole[corner].push(first + value);
-  for (let n = 0; n < part.i.length; n++) whole.facecolor.push(colour);
+  const first = whole.at.length / 3;
+  for (const value of part.at) whole.at.push(value);
+  for (const corner of part.faces) whole.faces.push(first + corner);
+  for (let n = 0; n < part.at.length / 3; n++) whole.colours.push(colour);
 }
 
 function shapeOfSeen(found, cell) {
-  const whole = { ...speck(cell), facecolor: [SEEN[0]] };
+  const whole = nothing();
   const roles = found.layers.map((layer, i) => layer === 1 ? cell.truth[i] : 0);
   SEEN.forEach((colour, role) => join(whole, mesh(roles, role + 1, cell), colour));
   return whole;
@@ -86,8 +86,7 @@ function shapeOfSeen(found, cell) {
 /** The outside of the voxels of a class, as triangles; faces beside each other are one. */
 function mesh(voxels, wanted, { size, origin }) {
   const h = data.voxel_size_m, step = [1, size[0], size[0] * size[1]];
-  const x = [], y = [], z = [], i = [], j = [], k = [];
-  const corner = at => { x.push((at[0] + origin[0]) * h); y.push((at[1] + origin[1]) * h); z.push((at[2] + origin[2]) * h); };
+  const places = [], faces = [];
   for (let axis = 0; axis < 3; axis++) for (const side of [0, 1]) {
     const along = axis === 0 ? 1 : 0, across = 3 - axis - along, to = side ? step[axis] : -step[axis];
     const at = [0, 0, 0];
@@ -101,39 +100,25 @@ function mesh(voxels, wanted, { size, origin }) {
           const face = n < size[along] && voxels[here] === wanted && (edge || voxels[here + to] !== wanted);
           if (face && begin < 0) begin = n;
           if (face || begin < 0) continue;
-          const first = x.length, low = [...at];
+          const first = places.length / 3, low = [...at];
           low[axis] += side;
           for (const [a, b] of [[begin, 0], [n, 0], [n, 1], [begin, 1]]) {
             const point = [...low];
             point[along] = a;
             point[across] += b;
-            corner(point);
+            for (let r = 0; r < 3; r++) places.push((point[r] + origin[r]) * h);
           }
-          i.push(first, first); j.push(first + 1, first + 2); k.push(first + 2, first + 3);
+          faces.push(first, first + 1, first + 2, first, first + 2, first + 3);
           begin = -1;
         }
       }
     }
   }
-  return x.length ? { x, y, z, i, j, k } : speck({ origin });
+  return { at: places, faces };
 }
 
-/** While a view changes it does not heed the mouse: until it is drawn, plotly.js looks for what was there before, and fails. */
-let changes = 0;
-async function deaf(plot, change) {
-  changes++;
-  plot.style.pointerEvents = "none";
-  await change();
-  setTimeout(() => { if (--changes === 0) plot.style.pointerEvents = ""; }, 500);
-}
-
-/** A triangle that nobody sees, for a layer that is empty. */
-const speck = ({ origin }) => {
-  const [x, y, z] = times(origin, data.voxel_size_m).map(value => [value, value, value]);
-  return { x, y, z, i: [0], j: [1], k: [2] };
-};
-
-const surface = (layer, shape) => ({ type: "mesh3d", ...shape, name: layer.name, color: layer.colour, opacity: layer.opacity ?? 1, flatshading: true, hoverinfo: "name", visible: layer.on, lighting: { ambient: 0.72, diffuse: 0.45, specular: 0.05 }, lightposition: { x: 4000, y: -6000, z: 9000 } });
+/** No triangle at all. */
+const nothing = () => ({ at: [], faces: [], colours: [] });
 
 /** How far a ray goes until it leaves a box. */
 function farthest(at, along, [low, high]) {
@@ -142,68 +127,71 @@ function farthest(at, along, [low, high]) {
 }
 
 /** The names of furniture and robots, and the edges of the room. */
-function sceneryTraces() {
-  const on = LAYERS.at(-1).on, { room_m: [low, high], names } = data.scenes[Math.max(0, chosen.extent - 1)];
-  const corner = n => [0, 1, 2].map(axis => n >> axis & 1 ? high[axis] : low[axis]), walls = [];
-  for (let n = 0; n < 8; n++) for (let axis = 0; axis < 3; axis++) if (!(n >> axis & 1)) walls.push(corner(n), corner(n | 1 << axis), [null, null, null]);
-  const [x, y, z] = [0, 1, 2].map(axis => names.map(one => one.at_m[axis]));
-  return [
-    lines3d(walls, { line: { width: 2, color: "#7c8894" }, visible: on }),
-    { type: "scatter3d", mode: "text", x, y, z, text: names.map(one => plain(one.name)), textposition: "top center", textfont: { size: 13, color: "#3f4a57" }, hoverinfo: "skip", visible: on },
-  ];
+function showScenery(scene, isShown) {
+  const { room_m: room, things } = sceneOf(), named = things.filter(one => one.role !== "human");
+  scene.show("sensors: walls", { kind: "lines", at: edges(room), colour: "#7c8894", width: 1.5, isShown });
+  const middle = ({ low_m: low, high_m: high }) => [(low[0] + high[0]) / 2, (low[1] + high[1]) / 2, high[2]];
+  scene.show("sensors: names", { kind: "words", at: named.flatMap(middle), words: named.map(one => one.name), isShown });
 }
 
 /** Places, axes and frustums of the chosen sensors. */
-function sensorTraces(cell) {
+function showSensors(scene, cell, isShown) {
   const h = data.voxel_size_m, box = [times(cell.origin, h), cell.size.map((n, axis) => (cell.origin[axis] + n) * h)];
-  const traces = [], on = LAYERS.at(-1).on;
+  const dark = "#222222", edge = [], ray = [], axes = [[], [], []], places = [], words = [];
   for (const { sensor, pose } of members(chosen.choice)) {
     if (!pose.at_m) continue;
     const { at, turn } = inWorld(sensor, pose, cell.moment);
-    traces.push({ type: "scatter3d", mode: "markers+text", x: [at[0]], y: [at[1]], z: [at[2]], text: [plain(sensor.name)], textposition: "top center", hoverinfo: "text", marker: { size: 6, color: "#000", symbol: "diamond" }, visible: on });
-    [[1, 0, 0], [0, 1, 0], [0, 0, 1]].forEach((axis, n) => traces.push(lines3d([at, plus(at, times(turn(axis), 0.3))], { line: { width: 6, color: ["#d55e00", "#009e73", "#0072b2"][n] }, visible: on })));
+    places.push(...at);
+    words.push(sensor.name);
+    axes.forEach((own, n) => own.push(...at, ...plus(at, times(turn([0, 1, 2].map(axis => axis === n ? 1 : 0)), 0.3))));
     for (const ground of sensor.grounds) {
-      const corners = [...ground, ground[0]].map(corner => plus(at, turn(corner)));
-      traces.push(lines3d(corners, { line: { width: 5, color: "#222" }, visible: on }));
+      const corners = ground.map(corner => plus(at, turn(corner)));
+      corners.forEach((corner, n) => edge.push(...corner, ...corners[(n + 1) % corners.length]));
     }
     if (!sensor.rays) continue;
     const ends = sensor.rays.directions.map(direction => {
       const along = turn(direction);
       return plus(at, times(along, Math.min(sensor.rays.range_m[1], farthest(at, along, box))));
     });
-    const rays = ends.flatMap(end => [at, end, [null, null, null]]);
-    const rim = sensor.rays.is_picture ? [...ends, ends[0]] : [];
-    traces.push(lines3d([...rays, ...rim], { line: { width: sensor.rays.is_picture ? 4 : 1.5, color: "#222" }, visible: on }));
+    ends.forEach(end => (sensor.rays.is_picture ? edge : ray).push(...at, ...end));
+    if (sensor.rays.is_picture) ends.forEach((end, n) => edge.push(...end, ...ends[(n + 1) % ends.length]));
   }
-  return traces;
+  scene.show("sensors: places", { kind: "points", at: places, colour: "#000000", width: 6, isShown });
+  scene.show("sensors: own names", { kind: "words", at: places, words, isShown });
+  scene.show("sensors: edges", { kind: "lines", at: edge, colour: dark, width: 2, isShown });
+  scene.show("sensors: rays", { kind: "lines", at: ray, colour: dark, width: 1, isShown });
+  axes.forEach((at, n) => scene.show(`sensors: axis ${NAMES[n]}`, { kind: "lines", at, colour: ["#d55e00", "#009e73", "#0072b2"][n], width: 4, isShown }));
 }
 
+/** Shows the outside of a layer's voxels. */
+const showLayer = (scene, n, { at, faces, colours }) => scene.show(LAYERS[n].name, { kind: "surface", at, faces, colours, colour: LAYERS[n].colour, opacity: LAYERS[n].opacity, isShown: LAYERS[n].on });
+
 /** Draws the cell at the chosen moment; of another pose than before at one that it has labels for, if any. */
-async function drawCell(isAnotherPose) {
+function drawCell(isAnotherPose) {
   drawSheet();
   const { labelled, all } = moments();
   const fallsBack = isAnotherPose && labelled.length && !labelled.includes(chosen.moment);
   if (fallsBack || !all.includes(chosen.moment)) chosen.moment = all[0];
   const cell = cellAt(chosen.moment), found = verdicts(cell);
   drawCauses(found);
-  const traces = LAYERS.slice(0, VERDICTS).map((layer, n) => surface(layer, found ? shapeOf(found, n, cell) : speck(cell)));
-  // What has a verdict is shown by that.
-  const rest = found ? cell.truth.map((what, i) => cell.regions[chosen.region][i] ? 0 : what) : cell.truth;
-  LAYERS.slice(VERDICTS, -1).forEach((layer, n) => traces.push(surface(layer, mesh(rest, n + 1, cell))));
-  traces.push(...sceneryTraces(), ...sensorTraces(cell));
-  const view = element("view");
   drawMoments(all, labelled);
   counts(found);
   noteOf(found, labelled);
-  element("picture").hidden = hasWebGL;
-  view.hidden = !hasWebGL;
-  if (!hasWebGL) return;
-  const layout = { ...LAYOUT, margin: { l: 0, r: 0, t: 0, b: 0 }, showlegend: false, scene: { ...SCENE, uirevision: 1 } };
-  await deaf(view, () => Plotly.react(view, traces, layout, CONFIG));
+  const home = element("view");
+  home.stage ??= stage(home, "The cell in three dimensions") ?? "none";
+  element("picture").hidden = home.stage !== "none";
+  home.hidden = home.stage === "none";
+  if (home.hidden) return;
+  const scene = home.stage;
+  LAYERS.slice(0, VERDICTS).forEach((_, n) => showLayer(scene, n, found ? shapeOf(found, n, cell) : nothing()));
+  // What has a verdict is shown by that.
+  const rest = found ? cell.truth.map((what, i) => cell.regions[chosen.region][i] ? 0 : what) : cell.truth;
+  LAYERS.slice(VERDICTS, -1).forEach((_, n) => showLayer(scene, VERDICTS + n, { ...mesh(rest, n + 1, cell), colours: undefined }));
+  showScenery(scene, LAYERS.at(-1).on);
+  showSensors(scene, cell, LAYERS.at(-1).on);
+  if (home.faces !== sceneOf().room_m) scene.face(sceneOf().room_m);
+  home.faces = sceneOf().room_m;
 }
-
-/** Without WebGL the picture that the program has drawn stands in the place of the 3D view. */
-const hasWebGL = Boolean(document.createElement("canvas").getContext("webgl"));
 
 /** How many voxels of each verdict there are, beside the switches. */
 function counts(found) {
@@ -216,7 +204,7 @@ function counts(found) {
 }
 
 function noteOf(found, labelled) {
-  const of = combination(), scene = data.scenes[Math.max(0, chosen.extent - 1)];
+  const of = combination(), scene = sceneOf();
   const text = `${fullName(chosen.choice)} in scene ${scene.name}`;
   const note = element("cell-note");
   const repeat = data.repeats > 1 ? ", in the first of the repeats" : "";
@@ -229,7 +217,7 @@ function noteOf(found, labelled) {
 
 /** The moments to choose from, where there are several. */
 function drawMoments(all, labelled) {
-  const home = element("moment"), [begin] = data.scenes[Math.max(0, chosen.extent - 1)].moments;
+  const home = element("moment"), [begin] = sceneOf().moments;
   const slider = element("moment-slider"), inOrder = [...all].sort((a, b) => a - b);
   home.parentElement.hidden = slider.parentElement.hidden = all.length < 2;
   Object.assign(slider, { max: inOrder.length - 1, value: inOrder.indexOf(chosen.moment) });
@@ -269,8 +257,8 @@ function makeLayers() {
     box.checked = layer.on;
     box.addEventListener("change", () => {
       layer.on = box.checked;
-      const traces = n < LAYERS.length - 1 ? [n] : element("view").data.map((_, i) => i).slice(LAYERS.length - 1);
-      deaf(element("view"), () => Plotly.restyle(element("view"), { visible: layer.on }, traces));
+      const scene = element("view").stage;
+      if (scene !== "none") [...scene.parts.keys()].filter(name => name.split(":")[0] === layer.name).forEach(name => scene.switch(name, layer.on));
     });
     const colour = made("i", {});
     colour.style.background = layer.colour;

@@ -5,17 +5,18 @@ const listeners = [];
 const series = () => data.series[chosen.series];
 const combination = () => data.combinations[series().combination];
 const measure = () => data.measures[chosen.measure];
+/** The chosen scene, or the first of all. */
+const sceneOf = () => data.scenes[Math.max(0, chosen.extent - 1)];
 const extents = ["all scenes", ...data.scenes.map(scene => scene.name)];
 
-/** Changes what is chosen and tells everybody. */
+/** Changes what is chosen and tells everybody. Of another series, and by another score, the best is chosen unless one is named. */
 function choose(changes) {
-  const before = chosen.series;
+  const before = { ...chosen };
   Object.assign(chosen, changes);
-  if (chosen.series !== before) {
-    chosen.member = posed()[0] ?? 0;
-    if (changes.choice === undefined) chosen.choice = bestChoice();
-  }
-  listeners.forEach(listener => listener(changes));
+  if (chosen.series !== before.series) chosen.member = posed()[0] ?? 0;
+  const isOther = chosen.series !== before.series || chosen.measure !== before.measure;
+  if (isOther && changes.choice === undefined) chosen.choice = bestChoice();
+  listeners.forEach(listener => listener(isOther ? { ...changes, choice: chosen.choice } : changes));
 }
 
 /** The choices of a block of scores. */
@@ -24,10 +25,10 @@ const choicesOf = block => block.choices ?? Array.from({ length: block.count }, 
 /** Where a choice stands in a block; -1 where there was no room for it. */
 const placeIn = (block, choice) => block.choices ? block.choices.indexOf(choice) : choice;
 
-/** Each choice's value of a measure over an extent. */
-function values(measure = chosen.measure, extent = chosen.extent, of = series()) {
-  const block = of.scores.over;
-  const row = (chosen.region * extents.length + extent) * data.measures.length + measure;
+/** Each choice's value of a measure over an extent; of one scene alone there is no other extent than that. */
+function values(measure = chosen.measure, extent = chosen.extent, of = series(), region = chosen.region) {
+  const block = of.scores.over, kept = data.scenes.length > 1 ? extents.length : 1;
+  const row = (region * kept + Math.min(extent, kept - 1)) * data.measures.length + measure;
   return numbers.subarray(block.begin + row * block.count, block.begin + (row + 1) * block.count);
 }
 

@@ -1,5 +1,5 @@
 //! What the page's script knows of a sweep, besides scores and voxels: names, poses, where sensors look,
-//! baselines. It is written as JSON.
+//! baselines. It is written as JSON, which the page holds compressed.
 //!
 //! The JSON is no table and comes from no [`Table`](crate::report::table::Table): plots need numbers that are
 //! not rounded, found by their place (region, score, scene, series). What the page shows as tables is made in
@@ -86,15 +86,16 @@ struct SceneData<'a> {
     name: &'a str,
     moments: [usize; 2],
     room_m: [[f64; 3]; 2],
-    /// Furniture and robots, as they are at the scene's first moment.
-    names: Vec<NameData>,
+    /// Furniture, doors, robots and people, as they are at the scene's first moment.
+    things: Vec<ThingData>,
 }
 
 #[derive(Serialize)]
-struct NameData {
+struct ThingData {
     name: String,
-    /// The middle of its upper side.
-    at_m: [f64; 3],
+    role: &'static str,
+    low_m: [f64; 3],
+    high_m: [f64; 3],
 }
 
 #[derive(Serialize)]
@@ -202,20 +203,20 @@ fn render(sweep: &ReportedSweep) -> Vec<String> {
 fn scene_data<'a>(scene: &'a crate::results::swept::SceneResults, worlds: &[World]) -> SceneData<'a> {
     let truth = worlds[scene.moments.start].truth();
     let room = room_m(&truth);
-    let is_named = |object: &&Arc<ObjectVoxels>| {
-        object.role != Role::Human && !object.voxels.is_empty() && !is_room(object, room)
+    let is_thing = |object: &&Arc<ObjectVoxels>| !object.voxels.is_empty() && !is_room(object, room);
+    let thing = |object: &Arc<ObjectVoxels>| {
+        let [low_m, high_m] =
+            object.bounds_m.map(|corner| corner.to_array().map(|x| (x * 1e3).round() / 1e3));
+        let role = match object.role {
+            Role::Environment => "environment",
+            Role::Robot => "robot",
+            Role::Human => "human",
+        };
+        ThingData { name: object.name.clone(), role, low_m, high_m }
     };
-    let named = |object: &Arc<ObjectVoxels>| {
-        let [low, high] = object.bounds_m;
-        let middle = (low + high) / 2.0;
-        NameData {
-            name: object.name.clone(),
-            at_m: [middle.x, middle.y, high.z].map(|x| (x * 1e3).round() / 1e3),
-        }
-    };
-    let names = truth.objects.iter().filter(is_named).map(named).collect();
+    let things = truth.objects.iter().filter(is_thing).map(thing).collect();
     let moments = [scene.moments.start, scene.moments.end];
-    SceneData { name: &scene.name, moments, room_m: room.map(|corner| corner.to_array()), names }
+    SceneData { name: &scene.name, moments, room_m: room.map(|corner| corner.to_array()), things }
 }
 
 fn combinations<'a>(sweep: &'a ReportedSweep) -> Vec<CombinationData<'a>> {

@@ -13,14 +13,12 @@ function plane(all) {
  */
 function facesOf([low, high]) {
   const h = high[2] - low[2], down = at => high[2] - at[2], middle = [0, 1].map(n => (low[n] + high[n]) / 2);
-  // Names stand at the outer edge of a wall, and at the upper one of the ceiling.
-  const beside = (x, anchor) => ({ x, y: middle[1], xanchor: anchor, textangle: -90 });
   return [
-    { axis: 2, at: high[2], to: ([x, y]) => [x, y], label: { x: middle[0], y: high[1], yanchor: "top" } },
-    { axis: 0, at: low[0], to: at => [low[0] - down(at), at[1]], label: beside(low[0] - h, "right") },
-    { axis: 0, at: high[0], to: at => [high[0] + down(at), at[1]], label: beside(high[0] + h, "left") },
-    { axis: 1, at: low[1], to: at => [at[0], low[1] - down(at)], label: { x: middle[0], y: low[1] - h, yanchor: "top" } },
-    { axis: 1, at: high[1], to: at => [at[0], high[1] + down(at)], label: { x: middle[0], y: high[1] + h, yanchor: "bottom" } },
+    { axis: 2, at: high[2], to: ([x, y]) => [x, y], label: [middle[0], high[1]], turned: false },
+    { axis: 0, at: low[0], to: at => [low[0] - down(at), at[1]], label: [low[0] - h, middle[1]], turned: true },
+    { axis: 0, at: high[0], to: at => [high[0] + down(at), at[1]], label: [high[0] + h, middle[1]], turned: true },
+    { axis: 1, at: low[1], to: at => [at[0], low[1] - down(at)], label: [middle[0], low[1] - h], turned: false },
+    { axis: 1, at: high[1], to: at => [at[0], high[1] + down(at)], label: [middle[0], high[1] + h], turned: false },
   ];
 }
 
@@ -35,7 +33,7 @@ function maps() {
   const all = positions(), groups = new Map();
   for (const p of all) groups.has(p.group) ? groups.get(p.group).push(p) : groups.set(p.group, [p]);
   const onLink = data.sensors[combination().members[chosen.member]?.sensor]?.on;
-  const room = data.scenes[Math.max(0, chosen.extent - 1)].room_m;
+  const room = sceneOf().room_m;
   const faces = onLink ? [] : facesOf(room).map(face => ({ ...face, positions: [], groups: [] }));
   const own = [];
   for (const [group, whole] of groups) {
@@ -47,11 +45,11 @@ function maps() {
   const found = own.map(([title, whole]) => {
     const [u, v] = plane(whole);
     if (onLink) title += `, in the frame of ${frameOf(data.sensors[combination().members[chosen.member].sensor])}`;
-    return { title, axes: [u, v], parts: [{ whole, to: at => [at[u], at[v]] }] };
+    return { title, axes: [u, v], parts: [{ whole, to: at => [at[u], at[v]] }], outlines: !onLink };
   });
   if (used.length > 1) {
-    const parts = used.map(({ positions, groups, to, label }) => ({ whole: positions, to, label: { ...label, text: plain(groups.join(", ")) } }));
-    found.unshift({ title: "Walls and ceiling unfolded, seen from above", room, parts });
+    const parts = used.map(({ positions, groups, to, label, turned }) => ({ whole: positions, to, label, turned, text: groups.join(", ") }));
+    found.unshift({ title: "Walls and ceiling unfolded, seen from above", room, parts, outlines: true });
   }
   return found;
 }
@@ -68,69 +66,102 @@ function bestOfEach({ whole, to }) {
 
 const even = all => all.every((x, i) => i < 2 || Math.abs(x - 2 * all[i - 1] + all[i - 2]) < 1e-5);
 
-/** What hovering over a position tells. */
-const word = p => `${plain(nameOf(p.choice))}<br>${plain(p.pose.place)}<br>${measure().title} ${shown(p.value)}`;
-
-/** A heatmap where positions form a lattice, else squares. */
-function trace(spots, [low, high], showscale) {
+/** How wide and high a spot is: that of the lattice where positions form one, else null. */
+function latticeOf(spots) {
   const all = [...spots.values()], axis = key => [...new Set(all.map(spot => spot[key]))].sort((a, b) => a - b);
-  const [xs, ys] = [axis("x"), axis("y")], at = (x, y) => spots.get(`${x}/${y}`);
-  const common = { hovertemplate: "%{text}<extra></extra>", showlegend: false };
-  const colours = { colorscale: MAP, reversescale: measure().less_is_better, showscale, colorbar: colourBar() };
+  const [xs, ys] = [axis("x"), axis("y")];
   const close = all => all.length > 1 && all[1] - all[0] <= WIDEST_M && even(all);
-  const lattice = close(xs) && close(ys) && all.length >= 0.6 * xs.length * ys.length;
-  if (!lattice) return { ...common, type: "scatter", mode: "markers", x: all.map(spot => spot.x), y: all.map(spot => spot.y), text: all.map(spot => word(spot.p)), marker: { ...colours, symbol: "square", size: 16, color: all.map(spot => spot.p.value), cmin: low, cmax: high } };
-  const table = of => ys.map(y => xs.map(x => of(at(x, y))));
-  return { ...common, ...colours, type: "heatmap", x: xs, y: ys, z: table(spot => spot?.p.value ?? null), text: table(spot => spot ? word(spot.p) : ""), zmin: low, zmax: high, xgap: xs.length > 30 ? 0 : 1, ygap: ys.length > 30 ? 0 : 1 };
+  const isLattice = close(xs) && close(ys) && all.length >= 0.6 * xs.length * ys.length;
+  return isLattice ? [xs[1] - xs[0], ys[1] - ys[0]] : null;
 }
 
-/** The outlines of the unfolded faces, and their names. */
-function outlines({ room: [low, high], parts }) {
-  const h = high[2] - low[2], line = { color: "#9aa5b1", width: 1 };
-  const box = (x0, x1, y0, y1) => ({ type: "rect", x0, x1, y0, y1, line, layer: "below" });
-  const shapes = [box(low[0] - h, high[0] + h, low[1], high[1]), box(low[0], high[0], low[1] - h, high[1] + h)];
-  const annotations = parts.map(({ label }) => ({ ...label, showarrow: false, font: { size: 12 }, bgcolor: "#ffffffd0" }));
-  return { shapes, annotations };
+/** The outlines of what stands in the first scene, where they come to lie on paper, and how a map names them. */
+function standing({ to }) {
+  return sceneOf().things.map(({ name, role, low_m, high_m }) => {
+    const corners = [0, 1, 2, 3, 4, 5, 6, 7].map(n => to([0, 1, 2].map(r => n >> r & 1 ? high_m[r] : low_m[r])));
+    const ends = [0, 1].map(r => [Math.min(...corners.map(at => at[r])), Math.max(...corners.map(at => at[r]))]);
+    return { name, role, x: ends[0], y: ends[1] };
+  });
 }
 
-function axesOf({ axes }, isLattice) {
-  const plainAxis = { zeroline: false, showgrid: false, constrain: "domain" };
-  const label = axis => ({ ...plainAxis, title: { text: `${NAMES[axis]} in m` }, automargin: true });
-  if (axes) return { xaxis: label(axes[0]), yaxis: { ...label(axes[1]), scaleanchor: isLattice ? "x" : undefined } };
-  return { xaxis: { ...plainAxis, visible: false }, yaxis: { ...plainAxis, visible: false, scaleanchor: "x" } };
+/** Most pixels that a map is high. */
+const HIGHEST_PX = 560;
+
+/** Draws one map into an element; `spots` are those of its parts. */
+function drawMap(home, map, spots, range, heading) {
+  const lattices = spots.map(latticeOf), all = spots.flatMap(of => [...of.values()]);
+  let [xs, ys] = [all.map(spot => spot.x), all.map(spot => spot.y)].map(values => span(values));
+  if (map.room) {
+    const [low, high] = map.room, h = high[2] - low[2];
+    [xs, ys] = [[low[0] - h, high[0] + h], [low[1] - h, high[1] + h]];
+  } else {
+    const more = [0, 1].map(r => (lattices[0]?.[r] ?? 0.4) / 2);
+    [xs, ys] = [[xs[0] - more[0], xs[1] + more[0]], [ys[0] - more[1], ys[1] + more[1]]];
+  }
+  const colour = shades(range), whole = home.clientWidth || 640, least = map.room ? 24 : 44;
+  const room = whole - least - 24, unit = Math.min(room / (xs[1] - xs[0]), HIGHEST_PX / (ys[1] - ys[0]));
+  const height = (ys[1] - ys[0]) * unit, bottom = height + 20, margin = Math.max(least, (whole - (xs[1] - xs[0]) * unit) / 2);
+  const x = value => margin + (value - xs[0]) * unit, y = value => bottom - (value - ys[0]) * unit;
+  const box = ([x0, x1], [y0, y1], kind, more) => shape("rect", { x: px(x(x0)), y: px(y(y1)), width: px((x1 - x0) * unit), height: px((y1 - y0) * unit), class: kind, ...more });
+  const spot = (one, lattice) => {
+    const size = lattice ?? [14 / unit, 14 / unit], gap = Math.min(1, size[0] * unit / 8) / unit;
+    const [w, h] = size.map(metres => metres - gap);
+    return box([one.x - w / 2, one.x + w / 2], [one.y - h / 2, one.y + h / 2], "spot", { fill: colour(one.p.value), title: told(one.p), onclick: () => choose({ choice: one.p.choice }) });
+  };
+  const draw = () => [
+    ...(map.room ? [box([map.room[0][0], map.room[1][0]], ys, "face"), box(xs, [map.room[0][1], map.room[1][1]], "face")] : []),
+    ...spots.flatMap((of, n) => [...of.values()].map(one => spot(one, lattices[n]))),
+    ...(map.outlines ? map.parts.flatMap((part, n) => outlinesOn(part, [xs, ys], { x, y, unit, box }, n === 0)) : []),
+    ...map.parts.flatMap(part => part.label ? [word(x(part.label[0]), y(part.label[1]), part.text, { "text-anchor": "middle", class: "strong halo", ...(part.turned ? { transform: `rotate(-90 ${px(x(part.label[0]))} ${px(y(part.label[1]))})` } : {}) })] : []),
+    ...(map.axes ? axes(map, [xs, ys], { x, y, bottom }) : []),
+    ...colourBar(range, [margin, bottom + (map.axes ? 44 : 22)], Math.min(320, room)),
+    shape("g", { class: "rings" }),
+  ];
+  home.picture = picture(home, heading, bottom + (map.axes ? 72 : 50), draw);
+  home.to = at => [x(at[0]), y(at[1])];
+}
+
+/** Metres beside a map of one plane. */
+function axes({ axes: [u, v] }, [xs, ys], { x, y, bottom }) {
+  const below = ticks(...xs, 6).map(value => word(x(value), bottom + 14, String(value), { "text-anchor": "middle" }));
+  const beside = ticks(...ys, 5).map(value => word(x(xs[0]) - 4, y(value) + 4, String(value), { "text-anchor": "end" }));
+  return [...below, ...beside, word(x(xs[1]), bottom + 30, `${NAMES[u]} in m`, { "text-anchor": "end" }), word(4, 12, `${NAMES[v]} in m`)];
+}
+
+/** Furniture, doors, robots and people on a face, as far as they lie inside the map; named once. */
+function outlinesOn(part, [xs, ys], { x, y, unit, box }, isNamed) {
+  const inside = ([low, high], [from, to]) => [Math.max(low, from), Math.min(high, to)];
+  return standing(part).flatMap(one => {
+    const [across, up] = [inside(one.x, xs), inside(one.y, ys)];
+    if (across[0] >= across[1] || up[0] >= up[1]) return [];
+    const isWide = (across[1] - across[0]) * unit > wide(one.name) * 0.8;
+    return [box(across, up, `outline ${one.role}`), isNamed && isWide ? word(x((across[0] + across[1]) / 2), y((up[0] + up[1]) / 2) + 4, one.name, { "text-anchor": "middle", class: "halo" }) : null];
+  });
 }
 
 /** Draws all maps of the chosen member. */
-async function drawMaps() {
+function drawMaps() {
   const home = element("maps"), all = maps();
-  [...home.children].forEach(plot => Plotly.purge(plot));
   home.replaceChildren();
+  home.hidden = !all.length;
   const range = span(all.flatMap(map => map.parts.flatMap(part => part.whole.map(p => p.value))));
   for (const map of all) {
     const spots = map.parts.map(bestOfEach);
-    const traces = spots.map((of, n) => trace(of, range, n === 0));
     const valued = map.parts.map(part => part.whole.filter(p => !Number.isNaN(p.value)).length);
     const behind = spots.some((of, n) => valued[n] > of.size) ? " (of positions behind each other the best)" : "";
     const none = valued.every(count => !count) ? ` (no ${measure().title} here)` : "";
-    const plot = home.appendChild(made("div", { role: "img", "aria-label": `Map: ${map.title}`, class: map.room ? "room" : "" }));
-    Object.assign(plot, { parts: map.parts, spots });
-    const ring = { type: "scatter", mode: "markers", x: [], y: [], hoverinfo: "skip", showlegend: false, marker: { symbol: "circle-open", size: 20, color: "#d55e00", line: { width: 4 } } };
-    const margin = map.room ? { l: 8, r: 8, t: 36, b: 8 } : LAYOUT.margin;
-    await Plotly.newPlot(plot, [...traces, ring], { ...LAYOUT, margin, title: heading(map.title + behind + none), ...axesOf(map, traces[0].type === "heatmap"), ...(map.room ? outlines(map) : {}) }, CONFIG);
-    plot.on("plotly_click", ({ points: [point] }) => {
-      const spot = plot.spots[point.curveNumber]?.get(`${point.x}/${point.y}`);
-      if (spot) choose({ choice: spot.p.choice });
-    });
+    const plot = home.appendChild(made("div", { role: "group", "aria-label": `Map: ${map.title}`, class: map.room ? "room" : "" }));
+    plot.parts = map.parts;
+    drawMap(plot, map, spots, range, map.title + behind + none);
   }
-  home.hidden = !all.length;
-  await markMaps();
+  markMaps();
 }
 
 /** Rings the chosen positions. */
-async function markMaps() {
+function markMaps() {
   const keys = chosenPositions();
   for (const plot of element("maps").children) {
-    const here = plot.parts.flatMap(({ whole, to }) => whole.filter(p => keys.includes(p.key)).map(p => to(p.at)));
-    await Plotly.restyle(plot, { x: [here.map(at => at[0])], y: [here.map(at => at[1])] }, [plot.parts.length]);
+    const here = plot.parts.flatMap(({ whole, to }) => whole.filter(p => keys.includes(p.key)).map(p => plot.to(to(p.at))));
+    plot.querySelector(".rings").replaceChildren(...here.map(([cx, cy]) => shape("circle", { cx: px(cx), cy: px(cy), r: 11, class: "ring" })));
   }
 }

@@ -3,8 +3,8 @@
 //! buys, how all places compare, what was run and assumed. It needs no other file and no network.
 //!
 //! # Practice
-//! Text and tables are in `page.html` and made here; plots are drawn by `*.js` with plotly.js, from numbers
-//! that the page holds compressed. Text from the user's files reaches the page only through the template or
+//! Text and tables are in `page.html` and made here; plots are drawn by `*.js` as SVG and with WebGL, from names and
+//! numbers that the page holds compressed. Text from the user's files reaches the page only through the template or
 //! as JSON.
 
 mod cells;
@@ -17,12 +17,10 @@ mod recommended;
 mod scores;
 mod surroundings;
 
-use std::path::Path;
-use std::sync::LazyLock;
-
 use askama::Template;
 use base64::{Engine, prelude::BASE64_STANDARD as STANDARD};
 use sha2::{Digest, Sha256};
+use std::path::Path;
 
 use crate::backend::Backend;
 use crate::choose::Chosen;
@@ -75,7 +73,6 @@ struct Page<'a> {
     /// What is recommended at its worst moment, as an address that holds the picture.
     picture: Option<String>,
     script: String,
-    plotly: &'static str,
     data: String,
     numbers: String,
     cells: String,
@@ -101,16 +98,15 @@ pub fn page(
     let mut numbers = NumberTable::default();
     let surroundings = surroundings::Surroundings::of(study)?;
     let data = data::Data::new(sweep, (&rankings, recommended), (&cells, &surroundings), &mut numbers)?;
-    let (script, plotly) = (script(), plotly_js());
+    let script = script();
     let page = Page {
-        policy: policy([&script, plotly]),
+        policy: policy(&script),
         facts: facts::Facts::new(sweep, (&rankings, recommended), &cells, &surroundings)?,
         style: [plan::STYLE, include_str!("style.css")].concat(),
         patterns: plan::PATTERNS,
         picture,
         script,
-        plotly,
-        data: json(&data)?,
+        data: packed(&serde_json::to_vec(&data).map_err(|e| cannot_be_made(&e))?),
         numbers: numbers.packed(),
         cells: packed(&cells.bytes),
     };
@@ -146,6 +142,8 @@ fn script() -> String {
     let parts = [
         include_str!("read.js"),
         include_str!("choice.js"),
+        include_str!("gl.js"),
+        include_str!("svg.js"),
         include_str!("plots.js"),
         include_str!("maps.js"),
         include_str!("cell.js"),
@@ -156,29 +154,16 @@ fn script() -> String {
     format!("{FAILED}\n(async () => {{\n\"use strict\";\n{}}})().catch(failed);\n", parts.join("\n"))
 }
 
-/// JSON that may stand in an element of a page: nothing in it can end that element.
 fn cannot_be_made(reason: &dyn std::fmt::Display) -> Error {
     Error::input(REPORT, format!("cannot be made: {reason}"))
 }
 
-fn json(data: &impl serde::Serialize) -> Result<String> {
-    let text = serde_json::to_string(data).map_err(|e| cannot_be_made(&e))?;
-    Ok(text.replace('<', "\\u003c"))
-}
-
-/// plotly.js alone; the crate's sources go on with MathJax, which no plot here needs.
-fn plotly_js() -> &'static str {
-    static SOURCES: LazyLock<String> = LazyLock::new(plotly::Plot::offline_js_sources);
-    let element = SOURCES.split("</script>").next().unwrap_or_default();
-    element.split_once('>').map_or("", |(_, script)| script)
-}
-
-/// The policy that a browser enforces, whatever text of a stranger is in the page: run only these scripts,
-/// and fetch nothing.
-fn policy(scripts: [&str; 2]) -> String {
-    let [script, plotly] = scripts.map(|script| STANDARD.encode(Sha256::digest(script)));
+/// The policy that a browser enforces, whatever text of a stranger is in the page: run only this script, and
+/// fetch nothing.
+fn policy(script: &str) -> String {
+    let script = STANDARD.encode(Sha256::digest(script));
     format!(
-        "default-src 'none'; script-src 'sha256-{script}' 'sha256-{plotly}'; style-src 'unsafe-inline'; \
-         img-src data: blob:; base-uri 'none'; form-action 'none'"
+        "default-src 'none'; script-src 'sha256-{script}'; style-src 'unsafe-inline'; img-src data: blob:; base-uri 'none'; \
+         form-action 'none'"
     )
 }

@@ -31,24 +31,31 @@ function drawSelected() {
   for (const id of SCORE_SELECTORS) element(id).value = chosen.measure;
 }
 
-/** Words and tables follow a choice at once, plots one after another: they may not be changed while they are drawn. */
-let drawn = Promise.resolve();
+/** Words, tables and plots follow a choice at once, the cell a moment later, as it takes longest: of haste only the last is drawn. */
+const waiting = { changes: null };
 function draw(changes) {
-  drawSelected();
-  if ("series" in changes) fillMembers();
-  drawTable();
-  drawn = drawn.then(() => drawPlots(changes)).catch(failed);
-  return drawn;
-}
-
-/** Draws the plots that depend on some changes; the cell last, as it takes longest. */
-async function drawPlots(changes) {
   const changed = (...keys) => keys.some(key => key in changes);
-  if (changed("measure")) await drawScores();
-  await (changed("series", "extent", "region", "measure", "member") ? drawMaps() : markMaps());
-  await drawPositions();
-  await drawTimes();
-  if (changed("series", "extent", "region", "choice", "moment")) await drawCell(changed("series", "choice"));
+  // Another moment changes nothing but the cell.
+  if (changed("series", "extent", "region", "measure", "member", "choice")) {
+    drawSelected();
+    if (changed("series")) fillMembers();
+    if (changed("measure")) Object.assign(sorting, { by: chosen.measure, down: !measure().less_is_better });
+    drawTable();
+    drawScores();
+    if (changed("series", "extent", "region", "measure", "member")) drawMaps(); else markMaps();
+    drawPositions();
+    drawTimes();
+  }
+  if (changed("series", "extent", "region", "choice", "moment")) {
+    if (!waiting.changes) requestAnimationFrame(() => {
+      const { changes } = waiting;
+      waiting.changes = null;
+      delete document.body.dataset.waits;
+      try { drawCell("series" in changes || "choice" in changes); } catch (error) { failed(error); }
+    });
+    waiting.changes = { ...waiting.changes, ...changes };
+    document.body.dataset.waits = "for the cell";
+  }
 }
 
 /** Chooses a row of the best placements. */
@@ -69,5 +76,9 @@ addEventListener("beforeprint", () => document.querySelectorAll("details").forEa
 Object.assign(chosen, data.recommended ?? {});
 chosen.member = posed()[0] ?? 0;
 listeners.push(draw);
-await draw({ series: 0, measure: 0 });
+draw({ series: 0, measure: 0 });
+await new Promise(done => requestAnimationFrame(() => requestAnimationFrame(done)));
+// Pictures are as wide as their places.
+let width = innerWidth;
+addEventListener("resize", () => { if (innerWidth !== width) { width = innerWidth; draw({ series: 0 }); } });
 document.body.dataset.ready = "yes";

@@ -1,7 +1,5 @@
-// Reads what the page holds: names as JSON; numbers and voxels as base64 of gzip. Nothing is drawn here.
+// Reads what the page holds: names as JSON, numbers and voxels, all as base64 of gzip. Nothing is drawn here.
 const element = id => document.getElementById(id);
-const data = JSON.parse(element("data").textContent);
-
 /** The bytes that an element of the page holds. */
 async function unpacked(id) {
   const letters = element(id).textContent.trim();
@@ -10,6 +8,7 @@ async function unpacked(id) {
   return new Response(stream).arrayBuffer();
 }
 
+const data = JSON.parse(new TextDecoder().decode(await unpacked("data")));
 const numbers = new Float32Array(await unpacked("numbers"));
 const bytes = new Uint8Array(await unpacked("cells"));
 
@@ -39,12 +38,5 @@ function made(tag, attributes = {}, ...children) {
   return node;
 }
 
-/** Text for plotly, which takes some tags for markup. */
-const plain = text => String(text).replace(/&/g, "&amp;").replace(/</g, "&lt;").replace(/>/g, "&gt;");
-
 // Okabe and Ito's colours, which people with any colour vision tell apart.
-const COLOURS = ["#0072b2", "#e69f00", "#009e73", "#cc79a7", "#56b4e9", "#d55e00", "#8a8a00", "#000000"];
-const MAP = "Cividis";
-// A phone has no room for buttons.
-const CONFIG = { responsive: true, displayModeBar: innerWidth < 640 ? false : "hover", displaylogo: false, modeBarButtonsToRemove: ["lasso2d", "select2d", "autoScale2d"] };
-const LAYOUT = { margin: { l: 52, r: 12, t: 36, b: 44 }, font: { family: "system-ui, sans-serif", size: 12, color: "#1c2430" }, paper_bgcolor: "#fff", plot_bgcolor: "#fff" };
+const COLOURS = ["#0072b2", "#e69f00", "#009e73", "#cc79a7", "#56b4e9", "#d55e00", "#8a8a00", "#8a63d2"];

@@ -13,8 +13,8 @@ use crate::metrics::SCORES;
 use crate::report::Series;
 use crate::results::Results;
 
-/// Most scores in a report: 8 MB before they are compressed, about as many after they are spelt in letters.
-const MOST_SCORES: usize = 2_000_000;
+/// Most scores in a report: 4 MB before they are compressed and spelt in letters.
+const MOST_SCORES: usize = 1_000_000;
 
 /// Most scores at single moments.
 const MOST_AT_MOMENTS: usize = 400_000;
@@ -33,7 +33,7 @@ pub(super) struct ScoresAt {
 /// The scores of one representation of one combination.
 #[derive(Debug, Serialize)]
 pub(super) struct Scores {
-    /// Over all scenes (extent 0), then over each.
+    /// Over all scenes (extent 0), then over each, if there are several.
     over: ScoresAt,
     /// At each moment of all scenes; `None` where none moves.
     at_moments: Option<ScoresAt>,
@@ -45,7 +45,8 @@ pub(super) fn scores(
     rankings: &[Ranking],
     numbers: &mut NumberTable,
 ) -> Result<Vec<Scores>> {
-    let scenes = results.scenes.iter().map(|scene| scene.moments.clone());
+    let several = results.scenes.len() > 1;
+    let scenes = results.scenes.iter().filter(|_| several).map(|scene| scene.moments.clone());
     let extents: Vec<Range<usize>> = [results.moments()].into_iter().chain(scenes).collect();
     let moments: Vec<Range<usize>> = results.moments().map(|moment| moment..moment + 1).collect();
     let moves = moments.len() > results.scenes.len();
