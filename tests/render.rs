@@ -159,4 +159,13 @@ fn wishes_that_cannot_be_met_are_refused() {
     ]);
     assert_eq!(outcome.code, Some(0), "{}", outcome.stderr);
     assert_eq!(pixels(&out).len(), 3 * 400 * 300);
+    let plan = folder.path("plan.svg");
+    let outcome = render(&["--pose", "camera:wall/1/0", "--out", text(&plan)]);
+    assert_eq!(outcome.code, Some(0), "{}", outcome.stderr);
+    let svg = std::fs::read_to_string(&plan).unwrap();
+    let document = roxmltree::Document::parse(&svg).unwrap();
+    let words: Vec<&str> = document.descendants().filter_map(|node| node.text()).collect();
+    for wanted in ["Floor plan of cell", "crate", "operator", "A", "A  camera:wall/1/0", "robot"] {
+        assert!(words.contains(&wanted), "no {wanted:?} in {words:?}");
+    }
 }

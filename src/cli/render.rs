@@ -6,6 +6,7 @@ use std::process::ExitCode;
 use clap::ValueEnum;
 use glam::DVec3;
 use perirobot::error::{Argument, Issue, Site};
+use perirobot::render::plan::floor_plan;
 use perirobot::render::{ANGLES_DEG, Colour, Eye, SIDES_PX, Wish, draw, point};
 use perirobot::results::files::write_whole;
 use perirobot::view::View;
@@ -38,7 +39,8 @@ pub(super) struct Args {
     pose: Option<String>,
     #[command(flatten)]
     rest: RestArgs,
-    /// The .png file to write
+    /// The .png file to write, or an .svg file for a floor plan: walls, furniture, robot, people, entries, what
+    /// the sensors look at and the floor that none of them watches
     #[arg(long, value_name = "FILE")]
     out: PathBuf,
     /// Where the eye is: a point in world metres, or iso, top, front, back, left, right, bottom, from where
@@ -81,6 +83,8 @@ Examples:
   perirobot render scenes/quick.toml --pose camera:right-wall/4/1 \\
     --from top --cut-above 2.2 --out above.png
   perirobot render out/quick --pose camera:right-wall/4/1 --out swept.png
+  perirobot render scenes/quick.toml --pose camera:right-wall/4/1 \
+    --out plan.svg                               the floor plan
   perirobot render scenes/quick.toml --from 2.8,1.8,2.7 --look-at 0,0,0.8 \\
     --fov-deg 77 --colour height --out inside.png";
 
@@ -98,8 +102,10 @@ enum Colouring {
 
 pub(super) fn run(args: &Args) -> Result<ExitCode> {
     super::stop::end_tidily()?;
-    if args.out.extension().is_none_or(|extension| extension != "png") {
-        return Err(Issue::says(format!("--out {}: must end in .png", args.out.display())).into());
+    let ends_in = |ending: &str| args.out.extension().is_some_and(|extension| extension == ending);
+    if !ends_in("png") && !ends_in("svg") {
+        let what = format!("--out {}: must end in .png, or in .svg for a floor plan", args.out.display());
+        return Err(Issue::says(what).into());
     }
     args.backend.start_threads()?;
     let place = StudyPlace { named: args.moved.as_deref(), cure: ", or say --study FILE" };
@@ -118,6 +124,13 @@ pub(super) fn run(args: &Args) -> Result<ExitCode> {
         super::MOST_WARNINGS,
     );
     let looked = args.pose.as_ref().map(|poses| args.rest.look(poses, &study, &worlds)).transpose()?;
+    if ends_in("svg") {
+        let (study, choice) = looked.as_ref().map_or((&study, None), |one| (&one.study, Some(one.choice)));
+        let plan = floor_plan(study, &worlds, snapshot, choice).alone();
+        write_whole(&args.out, plan.as_bytes())?;
+        super::print(&format!("floor plan, {} bytes in {}\n", plan.len(), args.out.display()))?;
+        return Ok(ExitCode::SUCCESS);
+    }
     let mut backend = args.backend.open()?;
     let view = looked.as_ref().map(|one| View::new(&one.study, one.world(), one.choice, &mut *backend));
     let view = view.transpose()?;

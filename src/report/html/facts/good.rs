@@ -40,7 +40,8 @@ pub(in crate::report::html) struct Good {
 /// A requirement under a condition.
 #[derive(Debug)]
 pub(in crate::report::html) struct ShownVerdict {
-    pub(in crate::report::html) is_met: bool,
+    /// PASS, FAIL, or OPEN where nothing has decided it.
+    pub(in crate::report::html) verdict: &'static str,
     pub(in crate::report::html) name: String,
     pub(in crate::report::html) words: String,
 }
@@ -81,9 +82,16 @@ pub(super) fn good(sweep: &ReportedSweep, rankings: &[Ranking], recommended: &Re
                 let told = line(results, &set, judgement);
                 let name = judgement.requirement.name.clone();
                 let words = told.split_once("): ").map_or(told.as_str(), |(_, words)| words).to_string();
-                ShownVerdict { is_met: judgement.is_met, name, words }
+                ShownVerdict { verdict: judgement.word(), name, words }
             })
             .collect();
+    }
+    // What a sweep does not count, and nobody has judged yet, must not look as if it were met.
+    for requirement in &study.requirements {
+        if !good.verdicts.iter().any(|verdict| verdict.name == requirement.name) {
+            let words = format!("{} is not decided yet: judge it (see below)", requirement.score_name());
+            good.verdicts.push(ShownVerdict { verdict: "OPEN", name: requirement.name.clone(), words });
+        }
     }
     if let Some((names, rows)) =
         rows_of(&folder.join(CONDITIONS), &poses)?.filter(|(_, rows)| !rows.is_empty())
@@ -179,7 +187,8 @@ fn of_row(names: &[String], row: &[String]) -> ShownVerdict {
     if !of("body").is_empty() {
         words += &format!(", {} from {}", of("body"), of("entry"));
     }
-    ShownVerdict { is_met: of("verdict") == "PASS", name: of("requirement").into(), words }
+    let verdict = if of("verdict") == "PASS" { "PASS" } else { "FAIL" };
+    ShownVerdict { verdict, name: of("requirement").into(), words }
 }
 
 /// A number with at most four digits after the point, as far as it is one.
