@@ -8,6 +8,7 @@ mod program;
 use std::collections::HashMap;
 use std::fs;
 use std::io::Read;
+use std::path::Path;
 
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
@@ -255,4 +256,121 @@ fn folders_that_cannot_be_reported_are_refused() {
     fs::remove_file(folder.path("study.toml")).unwrap();
     fails(&[text(&out)], "study.toml");
     assert!(!out.join("report.html").exists(), "nothing is left of what failed");
+}
+
+const BOTH: &str = "camera:wall/front;camera:wall/back";
+
+/// Of `scenes/approach.toml`, with voxels of 10 cm, swept in a folder of its own. Two cameras are the best by what it
+/// requires, that little is unknown.
+fn shelf() -> Folder {
+    let folder = Folder::new();
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes");
+    folder.write("study.toml", fs::read(root.join("approach.toml")).unwrap());
+    folder.edit("study.toml", "approach/cell.toml", "cell.toml");
+    folder.edit("study.toml", "voxel_size_m = 0.05", "voxel_size_m = 0.1");
+    folder.edit("study.toml", "resolution_px = [320, 240]", "resolution_px = [80, 60]");
+    folder.write("cell.toml", fs::read(root.join("approach/cell.toml")).unwrap());
+    let swept = folder.sweep(&[]);
+    assert_eq!(swept.code, Some(0), "{}", swept.stderr);
+    folder
+}
+
+/// The page of a folder that was swept, after a command has written into it.
+#[track_caller]
+fn after(folder: &Folder, command: &[&str]) -> String {
+    let out = folder.path("out");
+    if let [command, arguments @ ..] = command {
+        let outcome = perirobot(&[&[command, text(&out)], arguments].concat());
+        assert!(matches!(outcome.code, Some(0 | 4)), "{}", outcome.stderr);
+    }
+    let outcome = perirobot(&["report", text(&out), "--best", "1", "--backend", "cpu"]);
+    assert_eq!(outcome.code, Some(0), "{}", outcome.stderr);
+    fs::read_to_string(out.join("report.html")).unwrap()
+}
+
+const NEAR: &str = "How near somebody comes unnoticed, as perirobot approach has found";
+const WHAT_IF: &str = "What if: how near somebody comes unnoticed";
+const PLAN: &str = "<img src=\"data:image/svg+xml;base64,";
+
+#[test]
+fn ways_in_are_those_of_the_shown_choice_as_planned() {
+    let folder = shelf();
+    let out = folder.path("out");
+    fs::write(out.join("floor-old-standing.svg"), "<svg/>").unwrap();
+    let both = ["approach", "--pose", BOTH, "--out", text(&out)];
+    let page = after(&folder, &both);
+    assert!(page.contains(NEAR) && !page.contains(WHAT_IF), "a table of the choice");
+    // Three bodies on the floor, with nobody else and with people as cover.
+    assert_eq!(page.matches(PLAN).count(), 6);
+    assert!(!page.contains("floor-old"), "a plan of no row");
+    let page = after(&folder, &[&both[..], &["--dead", "camera:wall/back"]].concat());
+    assert!(!page.contains(NEAR) && page.contains(WHAT_IF), "what if is not the plan");
+    assert!(page.contains("without camera:wall/back"), "the case is named");
+    assert_eq!(page.matches(PLAN).count(), 0);
+    let page = after(&folder, &["approach", "--pose", "wall/front", "--out", text(&out)]);
+    assert!(!page.contains(NEAR) && !page.contains(WHAT_IF), "another choice is not this one");
+    assert!(page.contains("is of another choice, which is not shown here: camera:wall/front"), "it is told");
+    assert_eq!(page.matches(PLAN).count(), 0);
+    // The same poses and another representation.
+    let csv = fs::read_to_string(out.join("approach.csv")).unwrap();
+    let other = csv.replace("camera,camera:wall/front,points,", &format!("both,{BOTH},others,"));
+    assert_ne!(csv, other);
+    fs::write(out.join("approach.csv"), other).unwrap();
+    let page = after(&folder, &[]);
+    assert!(!page.contains(NEAR) && page.contains("is of another choice"), "another representation");
+}
+
+#[test]
+fn verdicts_are_of_what_the_study_requires_now() {
+    let folder = shelf();
+    let verdicts = |page: &str| {
+        ["PASS", "FAIL", "OPEN"].map(|word| page.matches(&format!("<li class=\"{word}\">")).count())
+    };
+    // Each verdict stands on the first screen and in its section.
+    let [pass, fail, open] = verdicts(&after(&folder, &[]));
+    assert_eq!([pass + fail, open], [2, 0], "as planned it is decided by the sweep");
+    let page = after(&folder, &["judge", "--pose", BOTH]);
+    assert_eq!(verdicts(&page), [pass, fail, 0]);
+    assert!(page.contains("at most 0.58 is required") && page.contains("As perirobot judge has decided"));
+    let others = "against other requirements";
+    folder.edit("study.toml", "at_most = 0.58", "at_most = 0.99");
+    let page = after(&folder, &[]);
+    assert_eq!(verdicts(&page), [0, 0, 2]);
+    assert!(page.contains(&format!("was judged {others}: run `perirobot judge` again")));
+    folder.edit("study.toml", "at_most = 0.99", "at_most = 0.58");
+    // Another requirement may recommend another choice, so that the table is changed in place of the study.
+    let table = folder.path("out/requirements.csv");
+    let judged = fs::read_to_string(&table).unwrap();
+    for other in [
+        "f1,near@1,worst,,0.58",
+        "unknown,robot,worst,,0.58",
+        "unknown,near@1,mean,,0.58",
+        "unknown,near@1,worst,0.58,",
+    ] {
+        let changed = judged.replace("unknown,near@1,worst,,0.58", other);
+        assert_ne!(changed, judged);
+        fs::write(&table, changed).unwrap();
+        let page = after(&folder, &[]);
+        assert_eq!(verdicts(&page), [0, 0, 2], "{other}");
+        assert!(page.contains(others), "{other}");
+    }
+    fs::write(&table, judged).unwrap();
+    // Of a condition that is added nothing is known, and one that is taken away is not shown.
+    folder.edit(
+        "study.toml",
+        "at_most = 0.58",
+        "at_most = 0.58\nunder = [\"as_planned\", \"one_sensor_dead\"]",
+    );
+    let page = after(&folder, &[]);
+    assert_eq!(verdicts(&page), [pass, fail, 2]);
+    assert!(page.contains("unknown (one sensor dead) is not decided yet") && !page.contains(others));
+    folder.edit("study.toml", "\"as_planned\", ", "");
+    let page = after(&folder, &[]);
+    assert_eq!(verdicts(&page), [0, 0, 2], "as planned is not required");
+    assert!(page.contains(others), "the folder's verdict is of something else");
+    fs::remove_file(folder.path("out/requirements.csv")).unwrap();
+    assert_eq!(verdicts(&after(&folder, &[])), [0, 0, 2], "what the sweep knows is not required");
+    let page = after(&folder, &["judge", "--pose", BOTH]);
+    let [pass, fail, open] = verdicts(&page);
+    assert_eq!([pass + fail, open], [2, 0], "one sensor dead is decided");
 }

@@ -12,16 +12,20 @@ use crate::voxel::{BitGrid, Window};
 /// The name of the file of paths.
 pub const PATHS: &str = "paths.ply";
 
-/// The names of the files of floor plans, in their order: made of the names of scene and body, and numbered
-/// where these are the same but for spelling.
-pub fn plan_names<'a>(plans: impl Iterator<Item = (&'a Ground<'a>, &'a Plan)>) -> Vec<String> {
+impl Plan {
+    /// Its scene, body and people, as in the columns of the table.
+    pub fn names<'a>(&self, ground: &'a Ground) -> [&'a str; 3] {
+        [&ground.worlds[0].name, &ground.bodies[self.body].name, self.company.name()]
+    }
+}
+
+/// The names of the files of floor plans of some scenes, bodies and people, in their order: numbered where they are
+/// the same but for spelling.
+pub fn plan_names<'a>(plans: impl Iterator<Item = [&'a str; 3]>) -> Vec<String> {
     let mut names = Vec::new();
-    for (ground, plan) in plans {
-        let with = match plan.company {
-            Company::Absent => "",
-            Company::Cover => "-people-as-cover",
-        };
-        let (scene, body) = (slug(&ground.worlds[0].name), slug(&ground.bodies[plan.body].name));
+    for [scene, body, people] in plans {
+        let with = if people == Company::Cover.name() { "-people-as-cover" } else { "" };
+        let (scene, body) = (slug(scene), slug(body));
         let mut name = format!("floor-{scene}-{body}{with}.svg");
         let mut number = 2;
         while names.contains(&name) {

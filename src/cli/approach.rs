@@ -112,7 +112,7 @@ pub(super) fn run(args: &Args) -> Result<ExitCode> {
     let of_scenes = asked.iter().zip(&plans);
     let plans: Vec<_> =
         of_scenes.flat_map(|(asked, plans)| plans.iter().map(move |plan| (asked, plan))).collect();
-    let names = plan_names(plans.iter().map(|((ground, _), plan)| (ground, *plan)));
+    let names = plan_names(plans.iter().map(|((ground, _), plan)| plan.names(ground)));
     for (name, ((ground, answers), plan)) in names.iter().zip(&plans) {
         folder.write(name, &floor_plan(ground, answers, plan))?;
     }

@@ -5,9 +5,12 @@ mod answer;
 mod best;
 mod front;
 mod good;
+mod kept;
 mod mount;
+mod near;
 mod run;
 mod sketch;
+mod verdicts;
 
 use super::ReportedSweep;
 use super::cells::{Asked, Cells};

@@ -8,7 +8,7 @@ use crate::judge::{Among, leaders};
 use crate::metrics::Score;
 use crate::report::snapshots::worst_snapshot;
 use crate::results::Results;
-use crate::study::{Condition, Counted, Requirement};
+use crate::study::{Counted, Requirement};
 use crate::view::Choice;
 
 /// A choice of poses, and in which region it is the best.
@@ -80,13 +80,13 @@ fn of_chosen(sweep: &ReportedSweep, rankings: &[Ranking]) -> Option<Found> {
 }
 
 fn of_requirements(sweep: &ReportedSweep, rankings: &[Ranking]) -> Result<Option<Found>> {
-    let required = as_planned(&sweep.study.requirements);
+    let required = &sweep.study.requirements;
     // How near bodies come is not known of a sweep.
     let Some(&Counted { region, score, .. }) = required.iter().find_map(Requirement::counted) else {
         return Ok(None);
     };
     let Some(Choice { combination, choice, representation, .. }) =
-        leaders(&required, sweep.results, 1, Among::default())?.pop()
+        leaders(required, sweep.results, 1, Among::default())?.pop()
     else {
         return Ok(None);
     };
@@ -95,13 +95,6 @@ fn of_requirements(sweep: &ReportedSweep, rankings: &[Ranking]) -> Result<Option
     let series = rankings.iter().position(is_series);
     let why = format!("the one of {} choices of poses that meets most requirements", count(sweep.results));
     Ok(series.map(|series| (series, choice, region, score, why)))
-}
-
-/// Requirements with everything as planned.
-pub(super) fn as_planned(requirements: &[Requirement]) -> Vec<Requirement> {
-    let planned =
-        |requirement: &Requirement| Requirement { under: vec![Condition::AsPlanned], ..requirement.clone() };
-    requirements.iter().map(planned).collect()
 }
 
 fn of_scores(results: &Results, rankings: &[Ranking]) -> Result<Option<Found>> {
