@@ -187,7 +187,7 @@ fn a_limit_is_met_at_its_value_and_no_nearer() {
     assert_eq!(one.code, Some(4), "{}", one.stderr);
     for said in [
         "PASS  met (as planned): nearest_unnoticed_m is 1.050, at least 1.05 is required (the worst of all ways in); \
-         worst of standing from door",
+         worst of standing from door; between centres of voxels, with sizes rounded: the gap may be 0.12 m less\n",
         "FAIL  missed (as planned): nearest_unnoticed_m is 1.050, at least 1.050000001 is required",
         "perirobot approach ",
     ] {
@@ -200,6 +200,75 @@ fn a_limit_is_met_at_its_value_and_no_nearer() {
     assert!(both.stdout.contains(said), "{}", both.stdout);
     assert!(!both.stdout.contains("perirobot approach"), "{}", both.stdout);
     assert_eq!(table(&folder.path("out/requirements.csv"))[2]["value"], "inf");
+}
+
+/// A study that says which bodies come and how far people must be: nobody may come nearer unnoticed than is needed.
+#[test]
+fn a_speed_is_fast_enough_only_if_nobody_comes_too_near_unnoticed() {
+    let folder = shelf();
+    folder.edit("study.toml", "voxel_size_m = 0.1", "voxel_size_m = 0.05");
+    folder.edit("study.toml", "resolution_px = [160, 120]", "resolution_px = [320, 240]");
+    for other in [
+        "[[approach.body]]\nname = \"crawling\"\n",
+        "[[approach.body]]\nname = \"trolley\"\nbox = { size_m = [0.4, 0.4, 0.9] }\n",
+    ] {
+        folder.edit("study.toml", other, "");
+    }
+    folder.edit("study.toml", "", &require("known", "unknown", "region = \"near@1\"\nat_most = 1"));
+    folder.edit("study.toml", "", &require("much", "unknown", "region = \"robot\"\nat_least = 1"));
+    // Who is standing comes to 1.05 m. 1.003125 m are needed at 0.25 m/s, but for the robot's uncertainty of 0.01.
+    for (uncertainty, fastest, verdict) in
+        [("0.056875", "up to 0.25 m/s,", "PASS"), ("0.056875001", "at none", "FAIL")]
+    {
+        let text = fs::read_to_string(folder.path("study.toml")).unwrap();
+        let key = "robot_uncertainty_m = ";
+        let old = text.lines().find(|line| line.starts_with(key)).unwrap();
+        folder.edit("study.toml", old, &format!("{key}{uncertainty}"));
+        assert_eq!(folder.sweep(&["--restart"]).code, Some(0));
+        let outcome = judge(&folder, "camera:wall/front", &[]);
+        assert_eq!(outcome.code, Some(4), "{}", outcome.stderr);
+        let asked = "by the requirements in separation regions and by how near somebody comes unnoticed";
+        let line = format!("how fast may it run, {asked}: {fastest} of the listed 0.25, 0.5, 1 m/s\n");
+        assert!(outcome.stdout.contains(&line), "{line}: {}", outcome.stdout);
+        assert!(outcome.stdout.contains("not counted in this: much (as planned)\n"), "{}", outcome.stdout);
+        let told = "m/s missed: nobody comes nearer unnoticed than is needed (as planned)\n";
+        assert_eq!(outcome.stdout.matches(told).count(), 1, "{}", outcome.stdout);
+        let rows = table(&folder.path("out/speeds.csv"));
+        let regions: Vec<&str> = rows.iter().map(|row| row["region"].as_str()).collect();
+        assert_eq!(regions, ["near@0.25", "near@0.5", "near@1", "", "", ""]);
+        let verdicts: Vec<&str> = rows.iter().map(|row| row["verdict"].as_str()).collect();
+        assert_eq!(verdicts, ["PASS", "PASS", "PASS", verdict, "FAIL", "FAIL"]);
+        let is_enough = |row: &Row| row["fast_enough"] == "1";
+        let slow = |row: &Row| row["speed_m_s"] == "0.25" && verdict == "PASS";
+        assert!(rows.iter().all(|row| is_enough(row) == slow(row)), "{rows:?}");
+        assert!(rows[3..].iter().all(|row| row["value"].parse::<f64>().unwrap() == 1.05), "{rows:?}");
+    }
+}
+
+/// A sweep decides what it counts, and says what else is required.
+#[test]
+fn a_sweep_says_what_it_does_not_decide() {
+    let folder = shelf();
+    let near = require("far", "nearest_unnoticed_m", "at_least = 1");
+    folder.edit("study.toml", "", &near);
+    let swept = |folder: &Folder| {
+        let outcome = folder.sweep(&[]);
+        assert_eq!(outcome.code, Some(0), "{}", outcome.stderr);
+        outcome.stdout.split_once("\nRequirements").expect("what is required").1.to_string()
+    };
+    let told = swept(&folder);
+    assert!(told.starts_with("\nnot decided here: far (as planned)\nmore: perirobot judge "), "{told}");
+    assert!(told.contains(" --pose POSES\n"), "{told}");
+    let both = "under = [\"as_planned\", \"one_sensor_dead\"]";
+    let dead = "under = [\"one_sensor_dead\"]";
+    for (name, under) in [("known", both), ("hurt", dead)] {
+        let more = format!("region = \"robot\"\nat_most = 1\n{under}");
+        folder.edit("study.toml", "", &require(name, "unknown", &more));
+    }
+    let told = swept(&folder);
+    let open = "\nnot decided here: far (as planned), known (one sensor dead), hurt (one sensor dead)\nmore: perirobot judge ";
+    assert!(told.contains(open), "{told}");
+    assert!(told.contains("PASS  known (as planned)") && !told.contains("hurt (as planned)"), "{told}");
 }
 
 #[test]

@@ -245,8 +245,16 @@ fn the_fastest_speed_is_the_last_before_one_that_is_missed() {
             assert_eq!(row["value"].parse::<f64>().unwrap(), value);
         }
         let up_to = ["at none", "up to 0.25 m/s,", "up to 0.5 m/s,", "up to 1 m/s,"][fastest];
-        let line = format!("what is required is met {up_to} of the listed 0.25, 0.5, 1 m/s");
+        // It is said of which requirements, and which others are missed.
+        let line =
+            format!("how fast may it run, by the requirements in separation regions: {up_to} of the listed");
         assert!(outcome.stdout.contains(&line), "{line}: {}", outcome.stdout);
+        let other = "\n  missed whatever the speed, and not counted in this: other (as planned)\n";
+        assert!(outcome.stdout.contains(other), "{}", outcome.stdout);
+        // What is said of regions that the grid cuts off is said again: of these, not of others.
+        let cut = |name: &str| outcome.stderr.contains(&format!("region \"{name}\": "));
+        assert!(cut("near@1") && !cut("robot"), "{}", outcome.stderr);
+        assert!(outcome.stderr.contains("take what is said of it as a bound"), "{}", outcome.stderr);
         let next = ["0.25", "0.5", "1"].get(fastest);
         let missed = next.map(|next| format!("  at {next} m/s missed: known (as planned)\n"));
         assert_eq!(outcome.stdout.matches(" m/s missed: ").count(), usize::from(missed.is_some()));
@@ -258,17 +266,18 @@ fn the_fastest_speed_is_the_last_before_one_that_is_missed() {
     let limit = format!("at_most = {}", between(medium, fast));
     folder.edit("study.toml", "", &require("known", "unknown", "near@1", &limit));
     let outcome = judge(&folder, &["--pose", pose]);
-    assert!(outcome.stdout.contains("is met at none of the listed"), "{}", outcome.stdout);
+    assert!(outcome.stdout.contains("regions: at none of the listed"), "{}", outcome.stdout);
+    assert!(!outcome.stdout.contains("whatever the speed"), "{}", outcome.stdout);
     let table = rows(&folder.path("out").join("speeds.csv"));
     let found: Vec<_> =
         table.iter().map(|row| [row["verdict"].as_str(), row["fast_enough"].as_str()]).collect();
     assert_eq!(found, [["FAIL", "0"], ["FAIL", "0"], ["PASS", "0"]]);
 }
 
-/// Where nobody is so near, the speed is not held back by what nobody could miss; without [stopping] nothing is said,
-/// and files of before are gone.
+/// Where nobody is so near, what nobody could miss decides nothing, and no speed is called fast enough by it; without
+/// [stopping] nothing is said, and files of before are gone.
 #[test]
-fn without_people_or_without_distances_nothing_is_held_back() {
+fn without_people_or_without_distances_nothing_is_decided() {
     let folder = cell("");
     // Far from the robot, in the corner.
     for (scene, at) in [
@@ -287,9 +296,14 @@ fn without_people_or_without_distances_nothing_is_held_back() {
     let outcome = judge(&folder, &["--pose", POSES[0]]);
     assert_eq!(outcome.code, Some(4), "a requirement without a value is missed: {}", outcome.stderr);
     let table = rows(&folder.path("out").join("speeds.csv"));
-    assert_eq!(table[0]["verdict"], "no value", "{table:?}");
-    assert_eq!(table[0]["fast_enough"], "1");
-    assert!(outcome.stdout.contains("at 0.25 m/s nobody is so near"), "{}", outcome.stdout);
+    assert_eq!(table[0]["verdict"], "not decided", "{table:?}");
+    assert!(table.iter().all(|row| row["fast_enough"] == "0"), "{table:?}");
+    assert!(outcome.stdout.contains("regions: at none of the listed"), "{}", outcome.stdout);
+    assert!(
+        outcome.stdout.contains("at 0.25 m/s not decided: seen (as planned) has no"),
+        "{}",
+        outcome.stdout
+    );
     let written = |name: &str| folder.path("out").join(name).exists();
     assert!(written("speeds.csv") && written("separation.csv"));
     // The region stays what it was, in a sphere's place.

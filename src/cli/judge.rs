@@ -1,5 +1,6 @@
 //! `perirobot judge`: whether requirements are met. Decided in `judge`, told in `report::judge`.
 
+use std::collections::BTreeSet;
 use std::path::PathBuf;
 use std::process::ExitCode;
 
@@ -14,10 +15,10 @@ use perirobot::results::Results;
 use perirobot::results::columns::BETWEEN_MEMBERS;
 use perirobot::results::files::{CONDITIONS, DRAWS, REQUIREMENTS, SEPARATION, SPEEDS, write_whole};
 use perirobot::results::manifest::Fault;
-use perirobot::study::Study;
+use perirobot::study::{Requirement, Study};
 use perirobot::sweep::Watch;
 use perirobot::view::Choice;
-use perirobot::world::World;
+use perirobot::world::{World, cut_warning};
 use perirobot::{Error, Result, report, shell};
 
 use super::backend::BackendArgs;
@@ -83,6 +84,7 @@ pub(super) fn run(args: &Args) -> Result<ExitCode> {
         Some(choice) => vec![choice],
         None => leaders(&study.requirements, &results, args.best as usize, args.sets.among())?,
     };
+    warn_of_regions(&study, &worlds);
     let stop = StopAt::listen(None)?;
     let (sets, draws) = args.judged(&study, &worlds, &results, &choices, &stop)?;
     // A file of poses is of one choice.
@@ -109,6 +111,19 @@ pub(super) fn run(args: &Args) -> Result<ExitCode> {
         true => ExitCode::SUCCESS,
         false => ExitCode::from(MISSED),
     })
+}
+
+/// Repeats what the grid cuts off from the regions in which is decided.
+fn warn_of_regions(study: &Study, worlds: &[World]) {
+    let at_speeds = at_each_speed(study);
+    let required = study.requirements.iter().chain(at_speeds.iter().map(|at| &at.requirement));
+    let regions: BTreeSet<usize> = required.filter_map(Requirement::region).collect();
+    let of_scenes = worlds.chunk_by(|one, next| one.scene == next.scene).map(|scene| {
+        let cut = regions.iter().filter_map(|&region| cut_warning(study, scene, region));
+        (scene[0].name.as_str(), cut.collect::<Vec<String>>())
+    });
+    let warnings: Vec<_> = of_scenes.collect();
+    super::warn(warnings.iter().map(|(scene, cut)| (*scene, cut.as_slice())), super::MOST_WARNINGS);
 }
 
 /// What is wrong with a study that requires nothing.

@@ -7,7 +7,7 @@ use perirobot::judge::{Among, Conditions, JudgedSet, leaders};
 use perirobot::report::best;
 use perirobot::results::table::TableFormat;
 use perirobot::results::{Results, rows, scores};
-use perirobot::study::{Condition, Study};
+use perirobot::study::{Condition, Requirement, Study};
 use perirobot::view::Choice;
 use perirobot::{Result, report, shell};
 
@@ -63,9 +63,9 @@ pub(super) fn print_best(results: &Results) -> Result<()> {
     super::print(&format!("{}\n", best::render(results)?))
 }
 
-/// Prints whether the choice that meets most requirements of a study meets all of them as planned; of sets that were
-/// chosen, whether the best one does; and the command that judges the same choice under all conditions, with the
-/// arguments by which it reads the same files. Nothing where the study requires nothing.
+/// Prints whether the choice that meets most requirements of a study meets those that are about the plan; of sets that
+/// were chosen, whether the best one does; what is not decided here; and the command that judges the same choice under
+/// all conditions, with the arguments by which it reads the same files. Nothing where the study requires nothing.
 pub(super) fn print_verdicts(
     study: &Study,
     results: &Results,
@@ -73,27 +73,56 @@ pub(super) fn print_verdicts(
     folder: &Path,
     packages: &[String],
 ) -> Result<()> {
-    let mut required = study.requirements.clone();
-    required.iter_mut().for_each(|requirement| requirement.under = vec![Condition::AsPlanned]);
-    // How near bodies come is not known of a sweep.
-    required.retain(|requirement| requirement.counted().is_some());
-    if required.is_empty() {
+    if study.requirements.is_empty() {
         return Ok(());
     }
-    let best = best.map(|combination| Choice { combination, choice: 0, representation: 0, repeat: 0 });
-    let (which, choice) = match best {
-        Some(choice) => ("the best set", Some(choice)),
-        None => {
-            ("the choice that meets most of them", leaders(&required, results, 1, Among::default())?.pop())
-        }
+    let choice = match best {
+        Some(combination) => Some(Choice { combination, choice: 0, representation: 0, repeat: 0 }),
+        // How near bodies come is not known of a sweep.
+        None if study.requirements.iter().all(|requirement| requirement.counted().is_none()) => None,
+        None => leaders(&study.requirements, results, 1, Among::default())?.pop(),
     };
-    let Some(choice) = choice else { return Ok(()) };
-    let conditions = Conditions::as_planned(results, &choice)?;
-    let set = JudgedSet::new(&required, results, &choice, conditions);
-    let verdicts = report::judge::verdicts(results, &set, &|_, _| None);
     let mut words = ["perirobot", "judge", &folder.display().to_string()].map(String::from).to_vec();
     words.extend_from_slice(packages);
-    words.extend(["--pose".into(), set.poses.clone(), "--combination".into(), set.combination.clone()]);
-    let command = shell::command(&words);
-    super::print(&format!("Requirements, as planned, of {which}{verdicts}more: {command}\n\n"))
+    let verdicts = match choice {
+        None => {
+            words.extend(["--pose", "POSES"].map(String::from));
+            "Requirements\n".to_string()
+        }
+        Some(choice) => {
+            let mut required = study.requirements.clone();
+            required.retain(is_decided);
+            required.iter_mut().for_each(|requirement| requirement.under = vec![Condition::AsPlanned]);
+            let conditions = Conditions::as_planned(results, &choice)?;
+            let set = JudgedSet::new(&required, results, &choice, conditions);
+            words.extend([
+                "--pose".into(),
+                set.poses.clone(),
+                "--combination".into(),
+                set.combination.clone(),
+            ]);
+            let which = if best.is_some() { "the best set" } else { "the choice that meets most of them" };
+            let verdicts = report::judge::verdicts(results, &set, &|_, _| None);
+            format!("Requirements, as planned, of {which}{verdicts}")
+        }
+    };
+    super::print(&format!("{verdicts}{}more: {}\n\n", undecided(study), shell::command(&words)))
+}
+
+/// Whether a requirement is decided by what was counted as planned.
+fn is_decided(requirement: &Requirement) -> bool {
+    requirement.counted().is_some() && requirement.under.contains(&Condition::AsPlanned)
+}
+
+/// A line with the requirements and conditions that are not decided by what was counted as planned.
+fn undecided(study: &Study) -> String {
+    let open = study.requirements.iter().filter_map(|requirement| {
+        let is_open =
+            |condition: &&Condition| **condition != Condition::AsPlanned || !is_decided(requirement);
+        let open = requirement.under.iter().filter(is_open).map(|&condition| report::judge::words(condition));
+        let open = open.collect::<Vec<_>>().join(", ");
+        (!open.is_empty()).then(|| format!("{} ({open})", requirement.name))
+    });
+    let open = open.collect::<Vec<_>>().join(", ");
+    if open.is_empty() { open } else { format!("not decided here: {open}\n") }
 }

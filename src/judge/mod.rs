@@ -37,7 +37,7 @@ pub use junit::junit_xml;
 pub use leaders::{Among, leaders};
 pub use separation::{Decision, Separation, Surroundings};
 pub use separations::{Separations, separation_csv, separations};
-pub use speed::{AtEachSpeed, Speeds, at_each_speed, holds, speeds_csv};
+pub use speed::{AtEachSpeed, Speeds, at_each_speed, speeds_csv};
 pub use spread::{Spread, Summed, spreads};
 pub use table::{conditions_csv, requirements_csv};
 pub use value::Value;

@@ -8,6 +8,7 @@ use rayon::prelude::*;
 use super::altered::Alteration;
 use super::cases::{Case, Conditions, Passage};
 use super::draws::Draws;
+use super::speed::asks_how_near;
 use super::what_if::WhatIf;
 use crate::approach::{Body, Company, Ground, Moment, Nearest};
 use crate::error::Issue;
@@ -22,11 +23,13 @@ use crate::{Error, Result};
 const MOST_AT_ONCE: usize = 256;
 
 impl WhatIf<'_> {
-    /// The conditions under which a study asks how near bodies come.
-    fn asked_near(study: &Study) -> Vec<Condition> {
+    /// The conditions under which a study asks how near bodies come: those of its requirements, and the plan where it
+    /// says how far people must be.
+    pub(super) fn asked_near(study: &Study) -> Vec<Condition> {
         let asks = |condition: &Condition| {
             let mut near = study.requirements.iter().filter(|requirement| requirement.counted().is_none());
             near.any(|requirement| requirement.under.contains(condition))
+                || (*condition == Condition::AsPlanned && asks_how_near(study))
         };
         Condition::ALL.into_iter().filter(asks).collect()
     }

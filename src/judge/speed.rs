@@ -5,19 +5,25 @@
 //! A requirement whose region is a `separation` is judged in the region of each speed that belongs to the same entry
 //! of the study, all else the same. A robot that may run at a speed also runs slower, so that a speed is fast enough
 //! only where all requirements are met at it and at each slower speed that is listed. One that has no value at any
-//! moment (nobody is so near, say) does not stand in the way.
+//! moment (nobody is so near, say) decides nothing, and so no speed is fast enough by it. Where the study says which
+//! bodies come near, none may come nearer unnoticed than people must be away at the speed.
 
 use std::path::Path;
 
 use super::judged::JudgedSet;
 use super::verdict::{Judgement, judgements};
+use super::what_if::WhatIf;
 use crate::Result;
+use crate::metrics::Ratio;
 use crate::results::files::SPEEDS;
 use crate::results::table::{Column, ColumnKind, Datum, TableFile, TableFormat};
 use crate::results::{Results, Subject};
-use crate::study::{RegionSpec, Requirement, Stopping, Study};
+use crate::study::{ApproachScore, Limit, Measure, Nearness, RegionSpec, Requirement, Stopping, Study};
 
-/// A requirement in the region of a speed.
+/// What is asked of bodies that come near at each speed, as in the column `requirement`.
+const FAR_ENOUGH: &str = "nobody comes nearer unnoticed than is needed";
+
+/// A requirement at a speed: in its region, or of how far people must be.
 #[derive(Clone, Debug)]
 pub struct AtEachSpeed {
     /// The number of the speed in [`Stopping::speeds`].
@@ -26,8 +32,18 @@ pub struct AtEachSpeed {
     pub requirement: Requirement,
 }
 
+/// Whether it is asked at each speed how near bodies come: where the study says which bodies come, or requires
+/// something of how near.
+pub(super) fn asks_how_near(study: &Study) -> bool {
+    let is_near = |one: &Requirement| match &one.measure {
+        Measure::Nearness(nearness) => nearness.score == ApproachScore::NearestUnnoticedM,
+        Measure::Counted(_) => false,
+    };
+    study.stopping.is_some() && (study.has_approach || study.requirements.iter().any(is_near))
+}
+
 /// Each requirement whose region belongs to a speed in the regions of all speeds of the same entry, requirement by
-/// requirement, the slowest speed first.
+/// requirement, the slowest speed first; then how near bodies come at each speed, where that is asked.
 pub fn at_each_speed(study: &Study) -> Vec<AtEachSpeed> {
     let family_of = |region: usize| match &study.regions[region].1 {
         RegionSpec::Separation { family, speed, .. } => Some((family, *speed)),
@@ -40,7 +56,27 @@ pub fn at_each_speed(study: &Study) -> Vec<AtEachSpeed> {
         own.map(|(region, (_, speed))| AtEachSpeed { speed, requirement: requirement.in_region(region) })
             .collect()
     };
-    study.requirements.iter().flat_map(shells).collect()
+    let shells = study.requirements.iter().flat_map(shells);
+    let stopping = study.stopping.as_ref().filter(|_| asks_how_near(study));
+    let speeds = stopping.iter().flat_map(|stopping| stopping.speeds.iter().enumerate());
+    shells.chain(speeds.map(|(speed, at)| far_enough(study, speed, at.needed_m))).collect()
+}
+
+/// That nobody comes nearer unnoticed than so far.
+fn far_enough(study: &Study, speed: usize, needed_m: f64) -> AtEachSpeed {
+    // In whole nanometres, rounded up as `squared_voxels` does.
+    let numerator = (needed_m * 1e9 - 1e-3).ceil().max(0.0) as i128;
+    let requirement = Requirement {
+        name: FAR_ENOUGH.into(),
+        measure: Measure::Nearness(Nearness {
+            score: ApproachScore::NearestUnnoticedM,
+            body: None,
+            entry: None,
+        }),
+        limit: Limit::AtLeast(Ratio { numerator, denominator: 1_000_000_000 }),
+        under: WhatIf::asked_near(study),
+    };
+    AtEachSpeed { speed, requirement }
 }
 
 /// The verdicts on a set at each speed.
@@ -49,11 +85,13 @@ pub struct Speeds<'a> {
     pub judgements: Vec<(usize, Judgement<'a>)>,
     /// The number of the highest speed that is fast enough; `None` where the slowest is not.
     pub fastest: Option<usize>,
+    /// What is missed of requirements that belong to no speed.
+    pub missed_at_all: Vec<Judgement<'a>>,
 }
 
 impl<'a> Speeds<'a> {
     /// Of a set that was judged; `None` where no requirement is about a speed.
-    pub fn new(asked: &'a [AtEachSpeed], results: &Results, set: &JudgedSet) -> Option<Speeds<'a>> {
+    pub fn new(asked: &'a [AtEachSpeed], results: &Results, set: &JudgedSet<'a>) -> Option<Speeds<'a>> {
         let one = |at: &'a AtEachSpeed| {
             let found =
                 judgements(std::slice::from_ref(&at.requirement), &results.baselines, &set.conditions);
@@ -63,15 +101,16 @@ impl<'a> Speeds<'a> {
         let mut speeds: Vec<usize> = judgements.iter().map(|(speed, _)| *speed).collect();
         speeds.sort_unstable();
         speeds.dedup();
-        let is_met = |at: &usize| judgements.iter().all(|(speed, judgement)| speed != at || holds(judgement));
+        let is_met = |at: &usize| judgements.iter().all(|(speed, judgement)| speed != at || judgement.is_met);
         let fastest = speeds.iter().copied().take_while(is_met).last();
-        (!speeds.is_empty()).then_some(Speeds { judgements, fastest })
+        // Names are unique in the study; what is asked besides is of no region.
+        let has_speed = |own: &Requirement| {
+            asked.iter().any(|at| at.requirement.region().is_some() && at.requirement.name == own.name)
+        };
+        let missed = set.judgements.iter().filter(|one| !one.is_met && !has_speed(one.requirement));
+        let missed_at_all = missed.cloned().collect();
+        (!speeds.is_empty()).then_some(Speeds { judgements, fastest, missed_at_all })
     }
-}
-
-/// Whether a verdict does not stand in the way of a speed.
-pub fn holds(judgement: &Judgement) -> bool {
-    judgement.is_met || judgement.values == 0
 }
 
 /// Writes `speeds.csv`, a row for each set, speed, requirement and condition.
@@ -105,7 +144,7 @@ pub fn speeds_csv(
             let mut row =
                 [&set.combination, &set.poses, &set.representation].map(|name| Datum::Text(name)).to_vec();
             row.extend([at.speed_m_s, at.needed_m].map(|number| Datum::Score(Some(number))));
-            let verdict = if judgement.values == 0 { "no value" } else { judgement.word() };
+            let verdict = if judgement.values == 0 { "not decided" } else { judgement.word() };
             let texts = [&requirement.name, judgement.condition.name(), region, verdict];
             row.extend(texts.map(Datum::Text));
             row.push(Datum::Score(judgement.value.as_ref().map(|value| value.number())));

@@ -80,9 +80,22 @@ pub fn line(subject: &Subject, set: &JudgedSet, judgement: &Judgement) -> String
             judgement.cases
         );
     }
-    match judgement.value {
-        Some(Value::Endless) => text,
-        _ => text + &whereabouts(subject, set, condition, &judgement.worst),
+    if judgement.value != Some(Value::Endless) {
+        text += &whereabouts(subject, set, condition, &judgement.worst);
+        text += &gap(set, &requirement.measure);
+    }
+    text
+}
+
+/// How much less than a distance of voxels the gap between surfaces may be, rounded up to centimetres: the diagonal of
+/// a voxel, and half a voxel by which a size is rounded. Nothing of other scores.
+fn gap(set: &JudgedSet, measure: &Measure) -> String {
+    match measure {
+        Measure::Nearness(nearness) if !nearness.score.less_is_better() => {
+            let less_m = ((3f64.sqrt() + 0.5) * set.conditions.voxel_size_m * 100.0).ceil() / 100.0;
+            format!("; between centres of voxels, with sizes rounded: the gap may be {less_m:.2} m less")
+        }
+        _ => String::new(),
     }
 }
 

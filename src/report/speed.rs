@@ -1,7 +1,7 @@
 //! How fast the robot may run with a set of sensors, as text.
 
 use super::judge::words;
-use crate::judge::{Speeds, holds};
+use crate::judge::{Judgement, Speeds};
 use crate::study::Stopping;
 
 /// Of one set.
@@ -11,25 +11,38 @@ pub fn render(speeds: &Speeds, stopping: &Stopping) -> String {
     listed.sort_unstable();
     listed.dedup();
     let of: Vec<String> = listed.iter().map(|&speed| m_s(speed).to_string()).collect();
-    let of = format!("of the listed {} m/s", of.join(", "));
-    let mut text = match speeds.fastest {
-        Some(fastest) => {
-            format!("\nhow fast may it run: what is required is met up to {} m/s, {of}\n", m_s(fastest))
-        }
-        None => format!("\nhow fast may it run: what is required is met at none {of}\n"),
-    };
-    for (speed, judgement) in speeds.judgements.iter().filter(|(_, judgement)| judgement.values == 0) {
-        let (name, when) = (&judgement.requirement.name, words(judgement.condition));
-        text +=
-            &format!("  at {} m/s nobody is so near, or nothing has a value: {name} ({when})\n", m_s(*speed));
+    let up_to = speeds.fastest.map_or("at none".into(), |fastest| format!("up to {} m/s,", m_s(fastest)));
+    let (by, of) = (by(speeds).join(" and by "), of.join(", "));
+    let mut text = format!("\nhow fast may it run, by {by}: {up_to} of the listed {of} m/s\n");
+    if !speeds.missed_at_all.is_empty() {
+        let missed: Vec<String> = speeds.missed_at_all.iter().map(named).collect();
+        text += &format!("  missed whatever the speed, and not counted in this: {}\n", missed.join(", "));
     }
     // What stands in the way of the next.
     let next = listed.into_iter().find(|speed| speeds.fastest.is_none_or(|fastest| *speed > fastest));
-    let missed =
-        speeds.judgements.iter().filter(|(speed, judgement)| Some(*speed) == next && !holds(judgement));
-    for (speed, judgement) in missed {
-        let (name, when) = (&judgement.requirement.name, words(judgement.condition));
-        text += &format!("  at {} m/s missed: {name} ({when})\n", m_s(*speed));
+    for (speed, judgement) in &speeds.judgements {
+        let (name, m_s) = (named(judgement), m_s(*speed));
+        if judgement.values == 0 {
+            let why = "has no value at any moment (nobody is so near, say)";
+            text += &format!("  at {m_s} m/s not decided: {name} {why}\n");
+        } else if Some(*speed) == next && !judgement.is_met {
+            text += &format!("  at {m_s} m/s missed: {name}\n");
+        }
     }
     text
+}
+
+/// What is asked at each speed.
+fn by(speeds: &Speeds) -> Vec<&'static str> {
+    let is_counted = |judgement: &Judgement| judgement.requirement.counted().is_some();
+    let any = |counted: bool| speeds.judgements.iter().any(|(_, judgement)| is_counted(judgement) == counted);
+    let both = [
+        (any(true), "the requirements in separation regions"),
+        (any(false), "how near somebody comes unnoticed"),
+    ];
+    both.into_iter().filter_map(|(is_asked, what)| is_asked.then_some(what)).collect()
+}
+
+fn named(judgement: &Judgement) -> String {
+    format!("{} ({})", judgement.requirement.name, words(judgement.condition))
 }

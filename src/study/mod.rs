@@ -84,6 +84,8 @@ pub struct Study {
     pub mounting_error: Option<MountingError>,
     /// How near bodies can come unnoticed is asked of these.
     pub approach: Approach,
+    /// Whether the study says so itself, in a table `[approach]`.
+    pub has_approach: bool,
     /// How far people must be from the robot at which of its speeds, if the study says so.
     pub stopping: Option<Stopping>,
     /// Whether noise was switched off, whatever the study says.
@@ -194,6 +196,7 @@ impl Study {
         let mounting_error = file.mounting_error.map(|file| file.check(&at)).transpose();
         let mounting_error = mounting_error.map_err(|e| vec![e])?;
         let known = approach::Known { regions: &regions, sensors: &sensors };
+        let has_approach = file.approach.is_some();
         let approach = approach::check(&at, file.approach, &known).map_err(|e| vec![e])?;
         let known =
             require::Known { regions: &regions, approach: &approach, has_draws: mounting_error.is_some() };
@@ -223,6 +226,7 @@ impl Study {
             requirements,
             mounting_error,
             approach,
+            has_approach,
             stopping,
             noiseless: overrides.noiseless,
             repeats,

@@ -49,10 +49,12 @@ pub(super) struct StoppingFile {
     robot_stopping_s: Option<Axis>,
     /// How the robot brakes, in metres a second squared, instead of robot_stopping_s.
     robot_deceleration_m_s2: Option<f64>,
-    /// How fast people come, in metres a second. Default 1.6, to be checked.
+    /// How fast people come, in metres a second. Default 1.6, to be checked: some editions use another speed at short
+    /// distances, which the program does not.
     human_speed_m_s: Option<f64>,
     /// C: how far somebody reaches in before anything notices it, in metres; for "speed_and_separation" and the
-    /// edition of 2010. Default 0.85, to be checked.
+    /// edition of 2010. Default 0.85, to be checked: some editions use another for a device whose plane of detection
+    /// is horizontal, which the program does not.
     intrusion_m: Option<f64>,
     /// D_DS: the distance that belongs to the protective device, in metres; for the edition of 2024.
     device_distance_m: Option<f64>,
@@ -189,7 +191,8 @@ impl Stopping {
         said.push(format!("People come with {human_speed_m_s} m/s; added are {}.", added.join(", ")));
         said.extend(self.defaults.iter().map(|default| format!("To be checked: {default}.")));
         said.push(
-            "Distances are between centres of voxels: surfaces may be nearer by up to the diagonal of a voxel."
+            "Distances are between centres of voxels, and sizes are rounded: surfaces may be nearer by up to the \
+             diagonal of a voxel and half a voxel."
                 .into(),
         );
         said
@@ -214,7 +217,8 @@ pub(super) fn check(at: &Place, file: StoppingFile) -> Result<Stopping> {
     }
     let brakes = brakes(at, &file, speeds.len())?;
     let human = file.human_speed_m_s.unwrap_or_else(|| {
-        let from = "what public pages tell of ISO 13855 as the speed of somebody who walks";
+        let from = "what public pages tell of ISO 13855 as the speed of somebody who walks; some editions use \
+                    another at short distances, which the program does not";
         defaults.push(format!("human_speed_m_s = {HUMAN_SPEED_M_S} is a default, {from}"));
         HUMAN_SPEED_M_S
     });
@@ -225,8 +229,8 @@ pub(super) fn check(at: &Place, file: StoppingFile) -> Result<Stopping> {
         let metres = match (file.added(key), key) {
             (Some(metres), _) => metres,
             (None, "intrusion_m") => {
-                let from =
-                    "what public pages tell of ISO 13855:2010 for devices that an arm passes unnoticed";
+                let from = "what public pages tell of ISO 13855:2010 for devices that an arm passes unnoticed; \
+                            some editions use another for a horizontal plane of detection, which the program does not";
                 defaults.push(format!("intrusion_m = {INTRUSION_M} is a default, {from}"));
                 INTRUSION_M
             }
@@ -483,6 +487,9 @@ mod tests {
             assert!(said.contains(part), "{part}: {said}");
         }
         assert_eq!(said.matches("To be checked").count(), 2, "{said}");
+        for part in ["another at short distances", "another for a horizontal plane"] {
+            assert!(said.contains(part), "{part}: {said}");
+        }
         let said =
             checked(&format!("{text}human_speed_m_s = 1.6\nintrusion_m = 0.85")).unwrap().assumptions();
         assert!(!said.join("\n").contains("To be checked"), "what is written is nobody's default");

@@ -33,6 +33,7 @@ pub use described::{Described, DescribedRegion};
 use extent::grid;
 pub(crate) use rays::ray_tables_of;
 pub use rays::{ray_table, ray_tables};
+pub use warnings::cut_warning;
 
 /// A scene of a study at one moment, in voxels.
 #[derive(Clone, Debug)]

@@ -143,7 +143,7 @@ fn size_warning(
 
 /// How much of a region the grid cuts off, where, and what to do if that matters; in the snapshot where it is
 /// most.
-fn cut_warning(study: &Study, worlds: &[World], region: usize) -> Option<String> {
+pub fn cut_warning(study: &Study, worlds: &[World], region: usize) -> Option<String> {
     let cut: Vec<f64> = worlds.iter().map(|world| world.regions[region].cut_share).collect();
     let (at, when) = largest(&cut);
     let (name, spec) = &study.regions[region];
