@@ -13,7 +13,7 @@ use perirobot::scene::spec::SceneSpec;
 use perirobot::scene::{build::build, octomap};
 use perirobot::source::Sources;
 use perirobot::study::{Overrides, Study};
-use perirobot::voxel::voxelize;
+use perirobot::voxel::{Grid, voxelize, voxelize_all};
 use program::{Folder, Outcome, names, perirobot, text};
 use serde_json::Value;
 
@@ -339,12 +339,40 @@ fn a_scene_goes_out_as_an_octomap_and_comes_back() {
     let spec = SceneSpec::load(path, &sources).unwrap();
     let scene = build(&spec, &sources, 0.05).unwrap();
     let grid = voxelize::grid_over(&voxelize::scene_extent(&scene, 0.05).unwrap(), 0.05).unwrap();
-    let truth = perirobot::voxel::voxelize_all(&scene, grid).unwrap().remove(0);
+    let truth = voxelize_all(&scene, grid).unwrap().remove(0);
     let map = octomap::read(&out, &Sources::beside(&out)).unwrap();
     assert_eq!((map.resolution_m, map.occupied.len() as u64), (0.05, truth.occupied.count()));
     let inside = |key: &[i32; 3]| truth.occupied.get(std::array::from_fn(|r| key[r] - grid.origin[r]));
     assert!(map.occupied.iter().all(inside));
     assert_eq!(folder.names(), ["cell.toml", "scene1.bt", "study.toml"]);
+}
+
+/// Of the map of a building the part around a cell is used.
+#[test]
+fn bounds_cut_a_part_out_of_a_large_map() {
+    let folder = Folder::new();
+    // Pillars every 2 m for 400 m: 4,000 voxels, and a grid has at most 1,023 on an axis.
+    let map = octomap::write(0.1, [-2000, 3, 0], [4000, 1, 12], &|k| Some(k[0] % 20 == 0));
+    fs::write(folder.path("hall.bt"), map).unwrap();
+    folder.edit("cell.toml", "", "[[object]]\nname = \"hall\"\noctomap = \"hall.bt\"\n");
+    let whole = folder.sweep(&[]);
+    assert_eq!(whole.code, Some(2), "{}", whole.stderr);
+    assert!(whole.stderr.contains("bounds_m around the part that matters"), "{}", whole.stderr);
+    folder.edit(
+        "study.toml",
+        "[grid]",
+        "[grid]\nbounds_m = { min = [-1.5, -1.5, -0.1], max = [1.5, 1.5, 1.9] }",
+    );
+    let part = folder.sweep(&[]);
+    assert_eq!(part.code, Some(0), "{}", part.stderr);
+    // At x = 0 stands one pillar of 12 voxels, and the next are outside.
+    let path = folder.path("cell.toml");
+    let sources = Sources::beside(&path);
+    let scene = build(&SceneSpec::load(&path, &sources).unwrap(), &sources, 0.1).unwrap();
+    let grid = Grid { voxel_size_m: 0.1, origin: [-15, -15, -1], size: [31, 31, 21] };
+    let truth = voxelize_all(&scene, grid).unwrap().remove(0);
+    let hall = truth.objects.iter().find(|object| object.name == "hall").unwrap();
+    assert_eq!(hall.voxels.count(), 12);
 }
 
 #[test]

@@ -11,8 +11,6 @@ use crate::source::Sources;
 const DEPTH: u32 = 16;
 /// OctoMap's key of the voxel that begins at the world's origin.
 const KEY_ORIGIN: i32 = 1 << (DEPTH - 1);
-/// A grid has at most this many voxels on an axis.
-const MAX_SPAN: i64 = 1023;
 /// A pruned leaf of a few bits may stand for millions of voxels; past this many (400 MB of keys) a map is
 /// refused.
 const MAX_OCCUPIED: u64 = 1 << 25;
@@ -41,7 +39,7 @@ pub struct OctoMap {
 /// Reads a `.bt` file; pruned leaves are expanded to voxels.
 ///
 /// # Errors
-/// When the file cannot be read, is not a binary OcTree, is damaged, or spans more voxels than a grid holds.
+/// When the file cannot be read, is not a binary OcTree, is damaged, or has more occupied voxels than are read.
 pub fn read(path: &Path, sources: &Sources) -> Result<OctoMap> {
     let bytes = sources.bytes(path)?;
     parse(&bytes).map_err(|issue| issue.at(path).into())
@@ -52,14 +50,9 @@ fn parse(bytes: &[u8]) -> Result<OctoMap, Issue> {
     let data = &bytes[header.length..];
 
     // The first pass only measures, so that nothing is allocated for a map that is too large.
-    let (mut low, mut high) = ([i64::MAX; 3], [i64::MIN; 3]);
     let mut voxels = 0u64;
     let nodes = visit_leaves(data, &mut |leaf| {
         if leaf.occupied {
-            for axis in 0..3 {
-                low[axis] = low[axis].min(i64::from(leaf.key[axis]));
-                high[axis] = high[axis].max(i64::from(leaf.key[axis]) + i64::from(leaf.edge));
-            }
             // At most 2^45 a leaf: saturating keeps a lying tree from wrapping.
             voxels = voxels.saturating_add((leaf.edge as u64).pow(3));
         }
@@ -72,15 +65,6 @@ fn parse(bytes: &[u8]) -> Result<OctoMap, Issue> {
     }
     if voxels == 0 {
         return Err(Issue::says("has no occupied voxel"));
-    }
-    for (axis, name) in ["x", "y", "z"].iter().enumerate() {
-        if high[axis] - low[axis] > MAX_SPAN {
-            return Err(Issue::too_large(format!(
-                "occupied voxels span {} along {name}",
-                high[axis] - low[axis]
-            ))
-            .wanted(format!("at most {MAX_SPAN} fit, so use a coarser or smaller map")));
-        }
     }
     if voxels > MAX_OCCUPIED {
         return Err(Issue::too_large(format!("has {voxels} occupied voxels"))

@@ -242,9 +242,10 @@ fn turned(at: &Place, stance: Stance, position: DVec3, facing: DVec3, turn: Turn
         return Err(at.wrong(tilt_key, tilt_deg, rule));
     }
     if facing.truncate().length() < 1e-9 * facing.length() {
-        return Err(at
-            .says("facing is straight up or down, which is no heading")
-            .wanted("give one along the floor"));
+        return Err(at.says("facing is straight up or down, which is no heading").wanted(match stance {
+            Stance::Level => "give one along the floor",
+            _ => "give one along the floor, and on a link one across the link's z, or use mount = \"facing\"",
+        }));
     }
     Ok(Pose::upright(position, facing, pan))
 }
