@@ -147,8 +147,8 @@ fn plan(sweep: &ReportedSweep, looked: Choice, scene: usize, moment: usize) -> (
         title: format!("Floor plan of {name}{when}"),
         legend: plan.legend.iter().map(|(class, meaning)| (swatch(class), meaning.clone())).collect(),
         floor: format!(
-            "Of {floor:.1} m² of floor, {blind:.1} m² are blind ({}), and less than half is watched above {hardly:.1} m²; \
-             people left out.",
+            "Of {floor:.1} m² of floor, {blind:.1} m² are blind ({}), and above another {hardly:.1} m² less than half is watched, \
+             as if nobody stood there.",
             percent(blind / floor.max(f64::MIN_POSITIVE))
         ),
     };
@@ -174,7 +174,7 @@ fn tiles(sweep: &ReportedSweep, rankings: &[Ranking], recommended: &Recommended)
     let bound = |score: Score| bounds.last().and_then(|(_, values)| values[place(score)]);
     let mut tiles: Vec<Tile> =
         shown.into_iter().filter_map(|score| Some(tile(score, of(score)?, bound(score)))).collect();
-    tiles.extend(cost(sweep, rankings, recommended));
+    tiles.push(cost(sweep, rankings, recommended));
     Ok(tiles)
 }
 
@@ -187,24 +187,27 @@ fn tile(score: Score, over: Over, bound: Option<f64>) -> Tile {
     if over.of > 1 {
         notes.push(format!("worst {}", shown(over.worst)));
     }
-    let side = if score.less_is_better() { "at least" } else { "at most" };
+    let side = if score.less_is_better() { "below" } else { "above" };
     // Of false alarms an ideal sensor has none.
     let bound = bound.filter(|_| score != Score::FalseAlarm);
-    notes.extend(bound.map(|bound| format!("possible: {side} {}", shown(bound))));
+    notes.extend(bound.map(|bound| format!("no placement gets {side} {}", shown(bound))));
     if over.values < over.of {
         notes.push(format!("has a value at {} of {} moments", over.values, over.of));
     }
     Tile { name: measure::title(score), value: shown(over.mean), notes }
 }
 
-/// What the recommended choice costs, if all its sensors have a cost.
-fn cost(sweep: &ReportedSweep, rankings: &[Ranking], recommended: &Recommended) -> Option<Tile> {
+/// What the recommended choice costs, or that not all its sensors have a cost.
+fn cost(sweep: &ReportedSweep, rankings: &[Ranking], recommended: &Recommended) -> Tile {
     let asked = &sweep.study.combinations[rankings[recommended.series].series.combination];
     let costs = asked.members.iter().map(|member| sweep.study.sensors[member.sensor].terms.cost);
-    let sum = costs.reduce(|sum, cost| Some(sum?.plus(cost?)))??;
+    let name = "cost".into();
+    let Some(sum) = costs.reduce(|sum, cost| Some(sum?.plus(cost?))).flatten() else {
+        return Tile { name, value: "–".into(), notes: vec!["the study has none".into()] };
+    };
     let budget = sweep.chosen.and_then(|chosen| chosen.asked.budget);
     let notes = budget.map(|budget| format!("of a budget of {budget}")).into_iter().collect();
-    Some(Tile { name: "cost".into(), value: sum.to_string(), notes })
+    Tile { name, value: sum.to_string(), notes }
 }
 
 /// A share, rounded, but not to nothing or all unless it is.
@@ -237,9 +240,9 @@ mod tests {
         assert_eq!((name.as_str(), value.as_str()), ("unknown", "50\u{a0}%"));
         assert_eq!(
             notes,
-            ["worst 25\u{a0}%", "possible: at least 13\u{a0}%", "has a value at 3 of 4 moments"]
+            ["worst 25\u{a0}%", "no placement gets below 13\u{a0}%", "has a value at 3 of 4 moments"]
         );
         let Tile { value, notes, .. } = tile(Score::F1, Over { values: 1, of: 1, ..over }, Some(0.75));
-        assert_eq!((value.as_str(), notes), ("0.500", vec!["possible: at most 0.750".to_string()]));
+        assert_eq!((value.as_str(), notes), ("0.500", vec!["no placement gets above 0.750".to_string()]));
     }
 }
