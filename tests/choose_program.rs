@@ -112,7 +112,7 @@ fn every_set_is_a_row_that_the_other_commands_take() {
     on("report", &["--best", "1"]);
     let page = fs::read_to_string(out.join("report.html")).unwrap();
     assert_eq!(page.matches("<circle class=\"proven\"").count(), front.len());
-    assert!(page.contains(&format!("<td>{}</td>", sets[0])), "the front is a table, too");
+    assert!(page.contains(&format!(">{}</td>", sets[0])), "the front is a table, too");
     // What was chosen is no sweep of the study, and a sweep is not given up for it.
     let study = folder.path(STUDY);
     let swept = perirobot(&["sweep", text(&study), "--out", text(&out)]);
@@ -220,12 +220,12 @@ fn a_proof_holds_until_it_is_altered() {
     let one = |place: &'static str, value: serde_json::Value| {
         move |proof: &mut serde_json::Value| *proof.pointer_mut(place).expect(place) = value.clone()
     };
-    verified(&folder, one("/steps/1/gain", 0.5.into()), &["steps[1].gain: is Some(0.5), and the scores say"]);
+    verified(&folder, one("/steps/1/gain", 0.5.into()), &["steps[1].gain: is 0.5, and the scores say"]);
     let worth = one("/steps/1/best/sensors/0/score_without", 0.1.into());
     verified(
         &folder,
         worth,
-        &["steps[1].best.sensors: score_without of camera:", "is Some(0.1), and counted again"],
+        &["steps[1].best.sensors: score_without of camera:", "is 0.1, and counted again"],
     );
     let place = one("/steps/1/best/sensors/0/place", "in the middle".into());
     verified(&folder, place, &["steps[1].best.sensors: cost and place of camera are not"]);
@@ -240,8 +240,19 @@ fn a_proof_holds_until_it_is_altered() {
     verified(
         &folder,
         itself,
-        &["nearly_as_good[0]: is not nearly as good as the best set, from other mounts"],
+        &["nearly_as_good[0]: is not nearly as good as the best set, from mounts that no"],
     );
+    let twice = |proof: &mut serde_json::Value| {
+        let ties = proof["nearly_as_good"].as_array_mut().unwrap();
+        ties.push(ties[0].clone());
+    };
+    verified(&folder, twice, &["is not nearly as good as the best set, from mounts that no other has"]);
+    verified(
+        &folder,
+        one("/steps/1/best/cost", serde_json::Value::Null),
+        &["steps[1].best: costs 500, not what"],
+    );
+    verified(&folder, one("/semantics_version", 99.into()), &["semantics_version: is not that of the study"]);
     verified(&folder, one("/certified", "everything".into()), &["certified: is not that of the study"]);
     verified(&folder, one("/candidates", 1.into()), &["candidates: is not that of the study"]);
     for file in ["front.csv", "sets.csv"] {
@@ -252,6 +263,25 @@ fn a_proof_holds_until_it_is_altered() {
         fs::write(&path, written).unwrap();
     }
     verified(&folder, |_| {}, &[]);
+    // A bound that was searched for is searched for again.
+    let bound = |above: f64| {
+        move |proof: &mut serde_json::Value| {
+            proof["steps"][1]["proven"] = false.into();
+            proof["steps"][1]["no_set_is_above"] = above.into();
+        }
+    };
+    let score = steps[1]["best"]["score"].as_f64().unwrap();
+    let above = ((score * 1e6).floor() + 2000.0) / 1e6;
+    let not_written = ["front.csv: is not what choose.json says"];
+    verified(&folder, bound(above), &not_written);
+    verified(&folder, bound(above + 1e-9), &["steps[1].no_set_is_above: a set is above that, or may be"]);
+    verified(&folder, bound(score - 0.001), &["steps[1].no_set_is_above: a set is above that, or may be"]);
+    let poorer_bound = |proof: &mut serde_json::Value| {
+        bound(above)(proof);
+        proof["steps"][1]["best"] = proof["steps"][0]["best"].clone();
+        proof["steps"][1]["no_set_is_above"] = ((score * 1e6).floor() / 1e6).into();
+    };
+    verified(&folder, poorer_bound, &["steps[1].no_set_is_above: a set is above that, or may be"]);
     // The best pair in the place of the best three is allowed, and not the best.
     let poorer = |proof: &mut serde_json::Value| {
         let pair = proof["steps"][1].clone();
@@ -316,6 +346,38 @@ fn the_proof_of_a_mean_holds_until_it_is_altered() {
         step["best"] = tie;
     };
     verified(&folder, poorer, &[".best: this set is better: "]);
+    let fraction = |proof: &mut serde_json::Value| {
+        proof["steps"][0]["best"]["exactly"] = serde_json::json!(["1", "1"]);
+    };
+    verified(&folder, fraction, &["steps[0].best.exactly: a mean of scores is no fraction"]);
+}
+
+/// With requirements, too, no step of cost may be missing; and a search that was stopped says that some may be.
+#[test]
+fn the_proof_of_what_is_required_holds_until_it_is_altered() {
+    let folder = folder();
+    folder.edit(
+        STUDY,
+        "apart_m = 0.1",
+        "apart_m = 0.1\nrequire = [{ score = \"human_seen\", at_least = 0.001 }]",
+    );
+    let outcome = choose(&folder, "out", &["--backend", "cpu"]);
+    assert_eq!(outcome.code, Some(0), "{}", outcome.stderr);
+    verified(&folder, |_| {}, &[]);
+    let text = fs::read_to_string(folder.path("out/choose.json")).unwrap();
+    let steps =
+        serde_json::from_str::<serde_json::Value>(&text).unwrap()["steps"].as_array().unwrap().clone();
+    for (number, step) in steps.iter().enumerate() {
+        let without = |proof: &mut serde_json::Value| {
+            proof["steps"].as_array_mut().unwrap().remove(number);
+        };
+        verified(&folder, without, &[&format!("steps: the best set of at most {} for ", step["at_most"])]);
+    }
+    let path = folder.path("out/choose.json");
+    fs::write(&path, text.replace("\"steps\"", "\"stopped\": true,\n  \"steps\"")).unwrap();
+    let outcome = perirobot(&["choose", "--verify", program::text(&folder.path("out"))]);
+    assert_eq!(outcome.code, Some(0), "{}", outcome.stderr);
+    assert!(outcome.stdout.contains("; the search was stopped, so that sizes and"), "{}", outcome.stdout);
 }
 
 /// Without noise no two sensors disagree, so that sums decide as unions do; with it there is no proof.
@@ -343,6 +405,7 @@ fn log_odds_have_an_answer_too() {
     let path = folder.path("noisy/choose.json");
     let mut proof: serde_json::Value = serde_json::from_str(&fs::read_to_string(&path).unwrap()).unwrap();
     proof["steps"][0]["proven"] = true.into();
+    proof["steps"][0]["no_set_is_above"] = proof["steps"][0]["best"]["score"].clone();
     fs::write(&path, proof.to_string()).unwrap();
     let outcome = perirobot(&["choose", "--verify", text(&folder.path("noisy"))]);
     assert_eq!(outcome.code, Some(2), "{}", outcome.stderr);
@@ -509,4 +572,9 @@ fn wrong_keys_are_refused_even_by_a_sweep() {
     ] {
         refused(&folder(), &[(STUDY, from, to)], expected);
     }
+    refused(
+        &folder(),
+        &[(STUDY, "budget = 1000.0\n", ""), (STUDY, "cost = 499.5\n", "")],
+        &["study.toml: choose: sensor \"camera\" has a cost and \"lidar\" has none: give each sensor one"],
+    );
 }

@@ -88,6 +88,10 @@ fn descend<'a>(
         if !limits.afford(problem.cost_of(&problem.always)) {
             return steps;
         }
+        // What pays for fewer sensors only is a step of theirs.
+        if !steps.is_empty() && problem.most_affordable(limits) < limits.at_most {
+            return steps;
+        }
         let mut next = StepSearch::begun(problem, limits, kept, known, watch);
         if next.step.best.is_none() && next.is_open() && !watch.stops() {
             next.end(known);
@@ -110,7 +114,7 @@ fn merge(dearer: &mut StepSearch, cheaper: &mut StepSearch) -> bool {
 }
 
 /// What helps where no set is good enough.
-const CURE: &str = "ask for less, or allow more sensors";
+const CURE: &str = "ask for less, or allow more: sensors, budget, or mounts nearer to each other";
 
 /// Why there is no set: the first requirement that none can meet, with the best that can be had.
 fn no_set(problem: &Problem, watch: &dyn SearchWatch) -> Error {

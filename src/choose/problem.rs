@@ -165,6 +165,16 @@ impl<'a> Problem<'a> {
         (cost - 1) / common * common
     }
 
+    /// How many sensors a budget pays for at most.
+    pub(super) fn most_affordable(&self, limits: SetLimits) -> usize {
+        let rest = limits.budget.map(|budget| budget.saturating_sub(self.cost_of(&self.always)));
+        let free = (0..self.cost.len()).filter(|item| !self.always.contains(item));
+        match (rest, free.map(|item| self.cost[item]).min()) {
+            (Some(rest), Some(least @ 1..)) => self.always.len() + (rest / least) as usize,
+            _ => usize::MAX,
+        }
+    }
+
     /// Some candidates together.
     pub(super) fn joint(&self, set: &[usize]) -> Joint<'a> {
         if self.odds.is_some() {

@@ -353,7 +353,10 @@ impl<'a> SetSearch<'a> {
 
     /// What is known of the overlaps of candidates beside a node, if they are not too many.
     fn table(&self, open: &Open) -> Option<OverlapTable> {
-        let is_small = self.tabled > 0 && open.items.len() <= MOST_PAIRED;
+        // Each thread has one at some depth.
+        let bytes = (open.items.len().pow(2) * self.tabled * size_of::<i64>()) as u64;
+        let fits = bytes <= self.problem.evidence.spare_bytes() / (rayon::current_num_threads() as u64 + 1);
+        let is_small = self.tabled > 0 && open.items.len() <= MOST_PAIRED && fits;
         let known = |j: usize, a: usize, b: usize| open.overlap(a, b, j);
         is_small.then(|| OverlapTable::new(open.items.len(), self.tabled, known))
     }
@@ -449,6 +452,9 @@ impl<'a> SetSearch<'a> {
         let (evidence, count) = (self.problem.evidence, self.question.all.len());
         let value = |j: usize| node.states[j].value;
         for (i, &item) in open.items.iter().enumerate() {
+            if (self.stop)() {
+                return None;
+            }
             let one = [&node.chosen[..], &[item]].concat();
             let alone = self.question.all.iter().zip(&node.states).enumerate();
             if alone.into_iter().all(|(j, (q, state))| {

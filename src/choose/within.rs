@@ -33,6 +33,9 @@ pub enum Bound {
     Proven,
     /// A bound by cuts; the search was stopped. If a mean is asked for, one for each score.
     AtMost(Vec<Gap>),
+    /// All sets were searched for one that is above this, in millionths; the search for a better one than the best was
+    /// stopped.
+    Searched(i128),
     /// Nothing is known.
     Unknown,
 }
@@ -43,6 +46,7 @@ impl Bound {
         match self {
             Bound::Proven => Some(best),
             Bound::AtMost(gaps) => Some(gaps.iter().map(Gap::above).sum::<f64>() / gaps.len() as f64),
+            Bound::Searched(above) => Some(*above as f64 / MILLION as f64),
             Bound::Unknown => None,
         }
     }
@@ -72,6 +76,11 @@ pub(super) type KnownSets = BTreeMap<Vec<usize>, Worth>;
 
 /// The time of branch and bound before a bound by cuts is computed.
 const SHORT: Duration = Duration::from_secs(3);
+
+/// Into how many parts a score is divided.
+const MILLION: i128 = 1_000_000;
+/// How near to the best score it is first searched whether any set is above, in millionths.
+const NEARLY: i128 = 2000;
 
 /// How many of the best results of climbing are improved by changing two sensors at a time.
 const POLISHED: usize = 3;
@@ -119,8 +128,12 @@ impl<'a> StepSearch<'a> {
         let (cuts, ahead) = (None, Ahead::default());
         let mut search = StepSearch { problem, kept, watch, cuts, ahead, seconds: 0.0, step };
         search.tell("is to be beaten", begin.elapsed());
+        if search.is_plainly_best() {
+            search.step.bound = Bound::Proven;
+        }
         // A long search may be stopped by the user, so a bound is computed before it goes on.
-        let is_proven = search.is_open() && search.go_on(known, Some(SHORT));
+        let is_proven =
+            search.step.bound == Bound::Proven || search.is_open() && search.go_on(known, Some(SHORT));
         if !is_proven && !watch.stops() {
             search.bound_by_cuts();
         }
@@ -129,11 +142,22 @@ impl<'a> StepSearch<'a> {
         search
     }
 
+    /// Whether no set can be better: none has a higher score, or climbing tried each single sensor.
+    fn is_plainly_best(&self) -> bool {
+        let StepSearch { problem, step, watch, .. } = self;
+        let is_single = step.limits.at_most <= problem.always.len() + 1;
+        let is_tried = is_single && problem.evidence.is_filed() && !problem.adds_up() && !watch.stops();
+        step.best.as_ref().is_some_and(|best| is_tried || best.worth.value() >= 1.0)
+    }
+
     /// Goes on until it is proven that no set is better, or it is stopped.
     pub(super) fn end(&mut self, known: &mut KnownSets) {
         let begin = Instant::now();
         self.refresh(known);
         self.watch.finds(&self.step.limits, self.worth().map(|worth| worth.value()));
+        if self.come_near(known) {
+            self.watch.knows(&self.step, self.seconds + begin.elapsed().as_secs_f64());
+        }
         self.go_on(known, None);
         self.seconds += begin.elapsed().as_secs_f64();
         self.watch.knows(&self.step, self.seconds);
@@ -201,6 +225,33 @@ impl<'a> StepSearch<'a> {
         is_proven
     }
 
+    /// Looks for a set that is better by more than a little: that there is none takes far less than that none is better
+    /// at all. Whether that was shown.
+    fn come_near(&mut self, known: &mut KnownSets) -> bool {
+        let begin = Instant::now();
+        let StepSearch { problem, kept, watch, cuts, step, .. } = self;
+        let (Some(best), Bound::AtMost(_)) = (&step.best, &step.bound) else { return false };
+        let Worth::Exact(worth) = best.worth else { return false };
+        let above = (worth.numerator * MILLION).div_euclid(worth.denominator) + NEARLY;
+        // No score is above one.
+        let is_near = |bound: f64| bound <= above as f64 / MILLION as f64;
+        if above >= MILLION || step.bound.above(0.0).is_none_or(is_near) {
+            return false;
+        }
+        let by = Shortcuts { overlaps: *kept, cuts: cuts.as_ref() };
+        let (found, is_searched) = above_all(problem, step.limits, above, by, &|| watch.stops());
+        if let Some(found) = &found {
+            known.insert(found.set.clone(), found.worth);
+            step.best = Some(found.clone());
+        }
+        let is_shown = is_searched && found.is_none();
+        if is_shown {
+            step.bound = Bound::Searched(above);
+        }
+        self.tell(if is_shown { "is nearly proven" } else { "is to be beaten" }, begin.elapsed());
+        is_shown
+    }
+
     fn bound_by_cuts(&mut self) {
         let (begin, stop) = (Instant::now(), &|| self.watch.stops());
         let Some(best) = &self.step.best else { return };
@@ -225,6 +276,28 @@ impl<'a> StepSearch<'a> {
         let worth = worth.unwrap_or(f64::NAN);
         tracing::info!("choose: sets of at most {most}: {worth:.6} {what} after {seconds:.1} s");
     }
+}
+
+/// A set above a score in millionths, if one is found, and whether the search came to its end.
+pub(super) fn above_all(
+    problem: &Problem,
+    limits: SetLimits,
+    above: i128,
+    by: Shortcuts,
+    stop: &(dyn Fn() -> bool + Sync),
+) -> (Option<Found>, bool) {
+    let worth = Worth::Exact(Ratio { numerator: above, denominator: MILLION });
+    let is_found = AtomicBool::new(false);
+    let mut first = |found: Found| {
+        is_found.store(true, Relaxed);
+        found
+    };
+    let pause = || stop() || is_found.load(Relaxed);
+    // Nobody has the set that is to be beaten.
+    let bar = Found { set: Vec::new(), worth };
+    let (best, is_searched) =
+        search(problem, limits, Some(bar), by, &mut Ahead::default(), &pause, &mut first);
+    (best.filter(|_| is_found.load(Relaxed)), is_searched || is_found.load(Relaxed))
 }
 
 /// The best set by a mean of scores, and whether that is proven.
@@ -285,6 +358,8 @@ pub(super) fn polished(
             .unwrap_or(best);
         let places: Vec<usize> =
             (0..best.set.len()).filter(|&i| !problem.always.contains(&best.set[i])).collect();
+        // No inequality tells which pairs may have a higher mean.
+        let places = if problem.goal.1 == Across::Mean { Vec::new() } else { places };
         let pairs = places.iter().flat_map(|&a| places.iter().filter(move |&&b| b > a).map(move |&b| [a, b]));
         let without = |out: [usize; 2]| -> Vec<usize> {
             (0..best.set.len()).filter(|i| !out.contains(i)).map(|i| best.set[i]).collect()

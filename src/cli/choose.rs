@@ -189,11 +189,14 @@ fn verify(args: &Args, folder: &Path, stop: &StopAt) -> Result<ExitCode> {
     let reason = || stop.reason();
     let checked =
         choose::verify(&claims, &study, choose, &worlds, &evidence, &mut Oracle::default(), &reason)?;
-    let Verified { sets, proven, bounded, open } = checked;
+    let Verified { sets, proven, bounded, open, stopped } = checked;
     let refined = choose::verify_refined(folder, &study, choose, &mut Oracle::default())?;
     let sets = sets + refined;
     let bounded = if bounded > 0 { format!(", {bounded} bounds added up again") } else { String::new() };
-    let open = if open > 0 { format!("; {open} steps claim no proof") } else { String::new() };
+    let mut open = if open > 0 { format!("; {open} steps claim no proof") } else { String::new() };
+    if stopped {
+        open += "; the search was stopped, so that sizes and steps of cost may be missing";
+    }
     super::print(&format!(
         "{sets} sets counted again, {proven} steps proven again{bounded}{open}: all of it holds\n"
     ))?;

@@ -36,7 +36,10 @@ pub(super) fn question(chosen: &Chosen) -> String {
     let Chosen { candidates, asked, .. } = chosen;
     let Asked { objective, over, region, at_most, .. } = asked;
     let (score, over) = (objective.title(), over.name());
-    let mut text = format!("the highest {score} ({over}) in region {region}, by at most {at_most} sensors");
+    let mut text = format!(
+        "the highest {score} ({over}) in region {region}, by at most {at_most} {}",
+        if *at_most == 1 { "sensor" } else { "sensors" }
+    );
     if let Some(budget) = asked.budget {
         text += &format!(" for {budget} together");
     }
@@ -62,10 +65,10 @@ pub(super) fn how_to_read(chosen: &Chosen) -> String {
         _ if proven == chosen.told.steps.len() => format!("proven for {}", chosen.certified),
         _ => format!("what is proven is so for {}", chosen.certified),
     };
-    let costs = if is_priced(chosen) { " that cost no more" } else { "" };
+    let costs = if is_priced(chosen) { " for that cost or less" } else { "" };
     format!(
-        "bound: no set of so many sensors{costs} has a higher {score}; {of}.\n\
-         gain: what the last sensor adds to the best set of fewer{costs}.\n"
+        "bound: no set of at most so many sensors{costs} has a higher {score}; {of}.\n\
+         gain: by how much it is above the best set of fewer sensors{costs}.\n"
     )
 }
 
@@ -94,7 +97,8 @@ fn bound(step: &ToldStep) -> String {
         Some(bound) if step.proven => format!("{} proven", four(bound)),
         // Rounded up, since it is a bound.
         Some(bound) => {
-            format!("{} ({:+.4})", four((bound * 1e4).ceil() / 1e4), bound - step.best.score)
+            let up = |value: f64| (value * 1e4).ceil() / 1e4;
+            format!("{} ({:+.4})", four(up(bound)), up(bound - step.best.score))
         }
         None => "no bound".into(),
     }
@@ -144,7 +148,8 @@ pub(super) fn refined_words(refined: &ToldRefined, score: &str) -> String {
     };
     let stay = match stays.as_slice() {
         [] => String::new(),
-        poses => format!("; {} stays as listed", poses.join(", ")),
+        [pose] => format!("; {pose} stays as listed"),
+        poses => format!("; {} stay as listed", poses.join(", ")),
     };
     format!("refined, at most {at_most}: {found} ({cast} poses cast in {rounds} rounds{stay})")
 }

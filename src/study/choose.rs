@@ -176,6 +176,9 @@ pub(super) fn check(at: &Place, file: ChooseFile, known: &Known) -> Result<Choos
     let always = problems.keep(always(&at, &file, sensors));
     let budget = file.budget.map(|budget| at.cost("budget", budget)).transpose();
     let budget = problems.keep(budget);
+    if budget == Some(None) {
+        problems.keep(all_or_none_priced(&at, sensors));
+    }
     if let (Some(Some(budget)), Some(always)) = (budget, &always) {
         problems.keep(affordable(&at, budget, always, sensors));
     }
@@ -255,6 +258,17 @@ fn always(at: &Place, file: &ChooseFile, sensors: &[Sensor]) -> Result<Vec<[usiz
         return Err(at.wrong("always", format!("{} sensors", found.len()), &rule));
     }
     Ok(found)
+}
+
+/// Whether all sensors have a cost, or none: one without a cost beside others would be taken for free.
+fn all_or_none_priced(at: &Place, sensors: &[Sensor]) -> Result<()> {
+    let without = |sensor: &&Sensor| sensor.terms.cost.is_none();
+    match (sensors.iter().find(without), sensors.iter().find(|sensor| !without(sensor))) {
+        (Some(free), Some(priced)) => Err(at
+            .says(format!("sensor {:?} has a cost and {:?} has none", priced.name, free.name))
+            .wanted("give each sensor one (cost = 0 for what is there already), or none")),
+        _ => Ok(()),
+    }
 }
 
 /// Whether all sensors have a cost, and some set is within the budget.

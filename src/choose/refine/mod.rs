@@ -133,7 +133,8 @@ impl Refining<'_, '_> {
         });
         let choose =
             Choose { always: always.collect(), at_most: refined.limits.at_most, ..self.choose.clone() };
-        let mut casting = Casting::begin(&study, &choose, &worlds, self.memory_bytes, None)?;
+        let mut casting = Casting::begin(&study, &choose, &worlds, self.memory_bytes, None)
+            .map_err(|error| error.at("choose.refine"))?;
         match cast(&mut casting, &mut self.backend, self.backends, self.watch) {
             Err(Error::Stopped(_)) => return Ok(false),
             other => other?,

@@ -32,7 +32,8 @@ pub(super) fn not_allowed(
     set: &[[usize; 2]],
 ) -> Option<String> {
     let cost: u64 = set.iter().map(|&[sensor, _]| thousandths(study, sensor)).sum();
-    if told.cost.is_some_and(|claimed| claimed.thousandths() != cost) {
+    let is_priced = set.iter().all(|&[sensor, _]| study.sensors[sensor].terms.cost.is_some());
+    if told.cost.map(Cost::thousandths) != Some(cost).filter(|_| is_priced) {
         return Some(format!("costs {}, not what is said", Cost::from_thousandths(cost)));
     }
     if budget.is_some_and(|budget| cost > budget.thousandths()) {

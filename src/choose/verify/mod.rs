@@ -44,6 +44,8 @@ pub struct Verified {
     pub bounded: usize,
     /// Steps that claim no such thing.
     pub open: usize,
+    /// Whether the search was stopped, so that sizes and steps of cost may be missing.
+    pub stopped: bool,
 }
 
 /// What a proof is about.
@@ -101,6 +103,9 @@ impl Claims {
     }
 }
 
+/// No score is above this.
+const HIGHEST: f64 = 1.0;
+
 /// Checks a proof.
 ///
 /// # Errors
@@ -120,12 +125,15 @@ pub fn verify(
     let wrong = |place: String, what: &str| Err(Error::input(place, what).at(&path));
     let counts = recounted(study, choose, worlds, sets, recounter)?;
     let stopped = || stop().map_or(Ok(()), |why| Err(Error::Stopped(Issue::says(why))));
-    let mut verified = Verified { sets: sets.len(), proven: 0, bounded: 0, open: 0 };
+    let mut verified =
+        Verified { sets: sets.len(), proven: 0, bounded: 0, open: 0, stopped: chosen.told.stopped };
     let is_provable = given.is_provable();
+    let mut fractions = Vec::new();
     for (number, (step, counts)) in steps.iter().zip(&counts).enumerate() {
         let place = format!("steps[{number}]");
         let exact =
             holds(choose, &step.best, counts, &format!("{place}.best")).map_err(|issue| issue.at(&path))?;
+        fractions.push(exact);
         let bar = match exact {
             Some(claimed) => Bar::Above(claimed),
             None => Bar::AboveMean(step.best.score),
@@ -137,19 +145,30 @@ pub fn verify(
                     Ok(()) => verified.bounded += 1,
                     Err(why) => return Err(why.at(format!("{place}.shown_by")).at(&path).into()),
                 },
+                ([], Some(above)) => match given.is_above_all(step, above) {
+                    true => verified.bounded += 1,
+                    false => {
+                        return wrong(format!("{place}.no_set_is_above"), "a set is above that, or may be");
+                    }
+                },
                 _ => return wrong(format!("{place}.no_set_is_above"), "is not shown by cuts"),
             }
+            stopped()?;
             continue;
-        }
-        if !is_provable {
-            let what = "sensors that are wrong somewhere may outvote each other, so that there is no proof";
-            return wrong(format!("{place}.proven"), what);
         }
         if step.no_set_is_above != Some(step.best.score) {
             return wrong(
                 format!("{place}.no_set_is_above"),
                 "is not the score of the best set, which is proven",
             );
+        }
+        if step.best.score >= HIGHEST {
+            verified.proven += 1;
+            continue;
+        }
+        if !is_provable {
+            let what = "sensors that are wrong somewhere may outvote each other, so that there is no proof";
+            return wrong(format!("{place}.proven"), what);
         }
         let budget = step.budget.map(Cost::thousandths);
         let plain = Plain { given, at_most: step.at_most, budget, bar };
@@ -164,7 +183,9 @@ pub fn verify(
         verified.proven += 1;
     }
     if !chosen.told.stopped {
-        whole::Whole { told: &chosen.told, given, is_provable }.check().map_err(|why| why.at(&path))?;
+        whole::Whole { told: &chosen.told, fractions: &fractions, given, is_provable }
+            .check()
+            .map_err(|why| why.at(&path))?;
         stopped()?;
     }
     beside::check(claims, given, &counts, recounter)?;
@@ -174,7 +195,7 @@ pub fn verify(
 impl Given<'_> {
     /// Whether what sets score is a matter of unions. Under log-odds sensors that are wrong somewhere may outvote
     /// others; who is detected is no question of labels.
-    fn is_provable(&self) -> bool {
+    fn is_provable(self) -> bool {
         let Given { choose, evidence, .. } = self;
         let scores = choose.require.iter().map(|require| require.score).chain([choose.objective]);
         let has_labels = scores.into_iter().any(|score| matches!(score, Score::F1 | Score::Kappa));
@@ -183,9 +204,21 @@ impl Given<'_> {
         choose.fusion == Fusion::OccupiedWins || !has_labels || (0..evidence.items.len()).all(is_right)
     }
 
+    /// Whether a plain search finds no set of a step above a score, in millionths.
+    fn is_above_all(self, step: &ToldStep, above: f64) -> bool {
+        let millionths = (above * 1e6).round();
+        let budget = step.budget.map(Cost::thousandths);
+        let bar = Bar::Above((millionths as i128, 1_000_000));
+        let is_told = millionths / 1e6 == above && above >= step.best.score;
+        is_told
+            && self.choose.over != Across::Mean
+            && self.is_provable()
+            && (Plain { given: self, at_most: step.at_most, budget, bar }).better().is_none()
+    }
+
     /// Whether cuts show what no set of a step is above.
-    fn shows(&self, step: &ToldStep, above: f64) -> Result<(), Issue> {
-        let Given { study, choose, worlds, evidence, .. } = *self;
+    fn shows(self, step: &ToldStep, above: f64) -> Result<(), Issue> {
+        let Given { study, choose, worlds, evidence, .. } = self;
         let items = &evidence.items;
         let budget = step.budget.map(Cost::thousandths);
         let joins = |row: usize| {
@@ -217,7 +250,8 @@ fn holds(
 ) -> Result<Option<(i128, i128)>, Issue> {
     let value = value(choose.objective, choose.over, counts);
     if value != Some(set.score) {
-        let what = format!("{} is {}, and counted again it is {value:?}", choose.objective.name(), set.score);
+        let value = value.map_or("none".into(), |value| value.to_string());
+        let what = format!("{} is {}, and counted again it is {value}", choose.objective.name(), set.score);
         return Err(Issue::says(what).at(format!("{place}.score")));
     }
     if let Some(require) = choose
@@ -238,6 +272,9 @@ fn holds(
             }) =>
         {
             Err(Issue::says(format!("counted again it is {n}/{d}")).at(format!("{place}.exactly")))
+        }
+        None if set.exactly.is_some() => {
+            Err(Issue::says("a mean of scores is no fraction").at(format!("{place}.exactly")))
         }
         _ => Ok(exact),
     }

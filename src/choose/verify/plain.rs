@@ -32,7 +32,7 @@ pub(super) enum Bar {
     Above((i128, i128)),
     /// A mean of scores above this.
     AboveMean(f64),
-    /// What the requirements ask for. The first that is no mean tells where there is no such set.
+    /// What the requirements ask for. The first above zero that is no mean tells where there is no such set.
     Required,
 }
 
@@ -43,7 +43,10 @@ impl Bar {
             Bar::Above(claimed) => (choose.objective, choose.over, claimed),
             Bar::AboveMean(_) => unreachable!("a mean is no fraction"),
             Bar::Required => {
-                let first = choose.require.iter().find(|require| require.over != Across::Mean);
+                let first = choose
+                    .require
+                    .iter()
+                    .find(|require| require.over != Across::Mean && require.at_least > 0.0);
                 let first = first.expect("asked only where there is one");
                 let Ratio { numerator, denominator } = Ratio::of(first.at_least);
                 // As much is enough, which is more than a little less.

@@ -11,11 +11,13 @@ use super::plain::{Bar, Plain};
 use crate::choose::told::{Told, ToldStep};
 use crate::error::Issue;
 use crate::sensor::Cost;
-use crate::study::Across;
+use crate::study::{Across, SetRequirement};
 
 /// A front.
 pub(super) struct Whole<'a> {
     pub(super) told: &'a Told,
+    /// Of each step the score of its best set as a fraction, if it is one.
+    pub(super) fractions: &'a [Option<(i128, i128)>],
     pub(super) given: Given<'a>,
     /// Whether a plain search proves anything.
     pub(super) is_provable: bool,
@@ -43,51 +45,58 @@ impl Whole<'_> {
             if first.budget != self.given.choose.budget {
                 return Err(missing(size, "the whole budget"));
             }
-            if first.best.cost.is_some() {
-                self.costs(size, &own)?;
-            }
+            self.costs(size, &own)?;
         }
         Ok(())
     }
 
     /// Whether there is no set of so many sensors that meets what is required.
     fn has_no_set(&self, size: usize) -> Result<(), Issue> {
-        let asks = self.given.choose.require.iter().any(|require| require.over != Across::Mean);
         let larger = self.told.steps.iter().any(|step| step.at_most < size);
         if larger || self.given.choose.require.is_empty() {
             return Err(missing(size, "the whole budget"));
         }
         let budget = self.given.choose.budget.map(|budget| budget.thousandths());
-        match self.is_provable && asks {
-            true => self.not_better((size, budget, Bar::Required), "the whole budget"),
+        self.none_meets((size, budget), "the whole budget")
+    }
+
+    /// Whether no set within some limits meets what is required, as far as that can be shown.
+    fn none_meets(&self, (at_most, budget): (usize, Option<u64>), cost: &str) -> Result<(), Issue> {
+        let asks = |one: &SetRequirement| one.over != Across::Mean && one.at_least > 0.0;
+        let is_asked = self.given.choose.require.iter().any(asks);
+        // A search that proves nothing may miss a set of few sensors.
+        let is_proven = self.told.steps.iter().all(|step| step.proven);
+        match self.is_provable && is_asked && is_proven {
+            true => self.not_better((at_most, budget, Bar::Required), cost),
             false => Ok(()),
         }
     }
 
     /// Whether the steps of cost of one size are all there.
     fn costs(&self, size: usize, own: &[&ToldStep]) -> Result<(), Issue> {
-        let fewer = || self.told.steps.iter().filter(|step| step.at_most < size);
-        let cost = |step: &&ToldStep| step.best.cost.map(|cost| cost.thousandths());
+        let fewer = || self.told.steps.iter().zip(self.fractions).filter(|(step, _)| step.at_most < size);
+        let cost = |step: &ToldStep| step.best.cost.map_or(0, |cost| cost.thousandths());
         let mut left = own.iter().skip(1).peekable();
-        let Some(mut spent) = own.first().and_then(cost) else { return Ok(()) };
+        let Some(mut spent) = own.first().map(|first| cost(first)) else { return Ok(()) };
         while spent > self.cheapest() {
             let below = spent - 1;
-            if let Some(next) = left.next_if(|next| cost(next) <= Some(below) && self.covers(next, below)) {
-                spent = cost(next).unwrap_or(0);
+            if let Some(next) = left.next_if(|next| cost(next) <= below && self.covers(next, below)) {
+                spent = cost(next);
                 continue;
             }
-            let known = fewer().filter(|step| cost(step).is_some_and(|cost| cost <= below));
-            let known = known.max_by(|a, b| a.best.score.total_cmp(&b.best.score));
+            let known = fewer().filter(|(step, _)| cost(step) <= below);
+            let known = known.max_by(|(a, _), (b, _)| a.best.score.total_cmp(&b.best.score));
             let place = format!("less than {}", Cost::from_thousandths(spent));
-            match known.and_then(|known| Some((cost(&known)?, &known.best))) {
-                Some((cost, best)) if self.is_provable && own.iter().all(|step| step.proven) => {
-                    let bar = best.fraction().map_or(Bar::AboveMean(best.score), Bar::Above);
-                    self.not_better((size, Some(below), bar), &place)?;
-                    spent = cost;
+            match known {
+                Some((known, fraction)) => {
+                    if self.is_provable && own.iter().all(|step| step.proven) {
+                        let bar = fraction.map_or(Bar::AboveMean(known.best.score), Bar::Above);
+                        self.not_better((size, Some(below), bar), &place)?;
+                    }
+                    spent = cost(known);
                 }
-                Some((cost, _)) => spent = cost,
                 None if self.given.choose.require.is_empty() => return Err(missing(size, &place)),
-                None => return Ok(()),
+                None => return self.none_meets((size, Some(below)), &place),
             }
         }
         Ok(())
