@@ -9,8 +9,23 @@ use crate::voxel::{BitGrid, Distances};
 pub struct Found {
     /// How deep it comes; `None` where it is noticed at the entry already, or has no room there.
     pub deepest: Option<Deepest>,
+    /// How far it is from the hazard, squared in whole voxels, at the nearest of those places of the entry at which it
+    /// has room and is noticed; `None` where there is none.
+    pub noticed: Option<u32>,
     /// The places that it reaches.
     pub reached: BitGrid,
+}
+
+impl Found {
+    /// How near it has come when it is noticed, if ever: the lesser of how deep it comes unnoticed and of how far off
+    /// it is where it is noticed at the entry, squared. `None` where it has no room there.
+    pub fn nearest(&self) -> Option<u32> {
+        lesser(self.deepest.as_ref().map(|deepest| deepest.squared), self.noticed)
+    }
+}
+
+fn lesser(one: Option<u32>, other: Option<u32>) -> Option<u32> {
+    one.into_iter().chain(other).min()
 }
 
 /// The deepest place.
@@ -35,41 +50,70 @@ pub struct Narrowest {
     pub front: u64,
 }
 
-/// How deep a body comes from those of some places that are open, through open ones; `distances` are those to
-/// the hazard.
-pub fn deepest(body: &Body, begin: &BitGrid, open: &BitGrid, distances: &Distances) -> Found {
-    let flood = Flood::from(begin, open);
-    let reached = flood.reached().clone();
-    let Some((squared, place)) = nearest(body, &flood, distances) else {
-        return Found { deepest: None, reached };
+/// Where a body may be, whatever its entry is.
+#[derive(Clone, Copy, Debug)]
+pub struct Room<'r> {
+    /// Where nothing solid is in its way.
+    pub free: &'r BitGrid,
+    /// Those of them at which it is not noticed.
+    pub open: &'r BitGrid,
+    /// How far voxels are from the hazard.
+    pub distances: &'r Distances,
+}
+
+/// How deep a body comes from those of some places that are open, through open ones, and how near the others are.
+pub fn deepest(body: &Body, begin: &BitGrid, room: Room) -> Found {
+    let flood = Flood::from(begin, room.open);
+    let (reached, noticed) = (flood.reached().clone(), noticed(body, begin, room));
+    let Some((squared, place)) = nearest(body, &flood, room.distances) else {
+        return Found { deepest: None, noticed, reached };
     };
     let (length, path) = (flood.length(place), flood.path(place));
     let narrowest = narrowest(&flood, length, &path);
-    Found { deepest: Some(Deepest { squared, length, path, narrowest }), reached }
+    Found { deepest: Some(Deepest { squared, length, path, narrowest }), noticed, reached }
 }
 
-/// How near a body comes from those of some places that are open, through open ones: the squared distance, `None`
-/// where it does not come in. With it how many places it reaches.
-pub(super) fn nearest_of_all(
-    body: &Body,
-    begin: &BitGrid,
-    open: &BitGrid,
-    distances: &Distances,
-) -> (Option<u32>, u64) {
-    let flood = Flood::from(begin, open);
-    (nearest(body, &flood, distances).map(|(squared, _)| squared), flood.reached().count())
+/// [`Found::nearest`] of a body, and how many places it reaches.
+pub(super) fn nearest_of_all(body: &Body, begin: &BitGrid, room: Room) -> (Option<u32>, u64) {
+    let flood = Flood::from(begin, room.open);
+    let unnoticed = nearest(body, &flood, room.distances).map(|(squared, _)| squared);
+    (lesser(unnoticed, noticed(body, begin, room)), flood.reached().count())
+}
+
+/// The least squared distance of a body at those places of an entry at which it has room and is noticed.
+fn noticed(body: &Body, begin: &BitGrid, room: Room) -> Option<u32> {
+    let mut places = begin.clone();
+    places.keep(room.free);
+    places.remove(room.open);
+    let mut nearest = None;
+    for place in places.voxels() {
+        let bound = least(body, place, room.distances);
+        if nearest.is_none_or(|nearest| bound < u64::from(nearest)) {
+            nearest = lesser(nearest, squared(body, place, room.distances));
+        }
+    }
+    nearest
+}
+
+/// The squared distance of a body at a place.
+fn squared(body: &Body, place: [i32; 3], distances: &Distances) -> Option<u32> {
+    body.voxels(place).map(|voxel| distances.squared(voxel)).min()
+}
+
+/// What that is not below: no voxel of a body is nearer than its middle less its radius.
+fn least(body: &Body, place: [i32; 3], distances: &Distances) -> u64 {
+    let least = distances.squared(body.middle(place)).isqrt().saturating_sub(body.radius());
+    u64::from(least).pow(2)
 }
 
 /// The least squared distance of the body at a place that is reached, and that place.
 fn nearest(body: &Body, flood: &Flood, distances: &Distances) -> Option<(u32, [i32; 3])> {
-    let at = |place| body.voxels(place).map(|voxel| distances.squared(voxel)).min();
+    let at = |place| squared(body, place, distances);
     let middle = |place| distances.squared(body.middle(place));
     let begin = flood.reached().voxels().min_by_key(|&place| middle(place))?;
     let mut best = (at(begin)?, flood.length(begin), begin);
     for place in flood.reached().voxels() {
-        // No voxel of the body is nearer than its middle less its radius.
-        let least = middle(place).isqrt().saturating_sub(body.radius());
-        if u64::from(least).pow(2) > u64::from(best.0) {
+        if least(body, place, distances) > u64::from(best.0) {
             continue;
         }
         let Some(squared) = at(place) else { continue };

@@ -2,11 +2,13 @@
 //!
 //! # Practice
 //! Sizes are whole voxels, rounded, and at least one. A body that is round holds the voxels whose centre is
-//! nearer to its middle than half its diameter. It is kept as bars, boxes one voxel deep along y, so that the
+//! nearer to its middle than half its diameter. One that stands on the floor begins with the layer above that of the
+//! floor, and ends below its height above the floor: it has only layers that are wholly between, but at least one. It is kept as bars, boxes one voxel deep along y, so that the
 //! voxels of a set in a body are a few differences of running sums, whole numbers all of them.
 
 use std::ops::Range;
 
+use glam::DVec3;
 use rayon::prelude::*;
 
 use crate::error::Issue;
@@ -36,12 +38,12 @@ struct Bar {
 }
 
 impl Body {
-    /// A body of a study that has places in a grid.
+    /// A body of a study that has places in a grid; `layers` are those that one on the floor may fill ([`standing`]).
     ///
     /// # Errors
     /// One that is smaller than what must be watched of it, which nothing could ever notice.
-    pub fn new(spec: &BodySpec, voxel_size_m: f64) -> Result<Body, Issue> {
-        let size = size(spec.shape, voxel_size_m);
+    pub fn new(spec: &BodySpec, voxel_size_m: f64, layers: Option<&Range<i32>>) -> Result<Body, Issue> {
+        let size = size(spec.shape, voxel_size_m, layers);
         let [n, depth, height] = size;
         let bars: Vec<Bar> = match spec.shape {
             BodyShape::Cylinder { .. } => {
@@ -49,7 +51,7 @@ impl Body {
             }
             BodyShape::Box { .. } => (0..depth).map(|y| Bar { xs: 0..n, y, zs: 0..height }).collect(),
             BodyShape::Ball { .. } => {
-                let rows = (0..n).flat_map(|y| (0..n).map(move |z| [y, z]));
+                let rows = (0..n).flat_map(|y| (0..height).map(move |z| [y, z]));
                 rows.map(|[y, z]| Bar { xs: chord(n, &[y, z]), y, zs: z..z + 1 }).collect()
             }
         };
@@ -119,15 +121,33 @@ impl Body {
     }
 }
 
-/// The box around a body of a shape, in voxels.
-pub(super) fn size(shape: BodyShape, voxel_size_m: f64) -> [u32; 3] {
+/// The layers that a body on the floor may fill: from the one above the floor's own, as pads have it, as far as they
+/// are wholly below its height above the floor; at least one.
+pub(super) fn standing(shape: BodyShape, floor_m: f64, grid: &Grid) -> Range<i32> {
+    let height_m = match shape {
+        BodyShape::Cylinder { height_m, .. } => height_m,
+        BodyShape::Box { size_m: [_, _, height_m] } => height_m,
+        BodyShape::Ball { diameter_m } => diameter_m,
+    };
+    // Saturates: no grid is as high.
+    let layer = |z: f64| {
+        let layer = grid.position_q16(DVec3::new(0.0, 0.0, z))[2] >> 16;
+        i32::try_from(layer).unwrap_or(if layer < 0 { -1 << 30 } else { 1 << 30 })
+    };
+    let first = layer(floor_m) + 1;
+    first..layer(floor_m + height_m).max(first + 1)
+}
+
+/// The box around a body of a shape, in voxels; `layers` are those that one on the floor may fill.
+pub(super) fn size(shape: BodyShape, voxel_size_m: f64, layers: Option<&Range<i32>>) -> [u32; 3] {
     // Saturates: no grid is as large.
     let across = |metres: f64| (metres / voxel_size_m).round().max(1.0) as u32;
-    match shape {
+    let [x, y, z] = match shape {
         BodyShape::Cylinder { diameter_m, height_m } => [diameter_m, diameter_m, height_m].map(across),
         BodyShape::Box { size_m } => size_m.map(across),
         BodyShape::Ball { diameter_m } => [across(diameter_m); 3],
-    }
+    };
+    [x, y, layers.map_or(z, |layers| z.min(layers.len() as u32))]
 }
 
 /// The places of a body of some size in a grid, so that all of it lies inside; if it stands on a floor, those at
@@ -200,7 +220,7 @@ pub(super) mod tests {
 
     /// A body of a shape, at voxels of a metre.
     pub(crate) fn body(shape: BodyShape, on_floor: bool, min_voxels: u32) -> Body {
-        Body::new(&BodySpec { name: "it".into(), shape, on_floor, min_voxels }, 1.0).unwrap()
+        Body::new(&BodySpec { name: "it".into(), shape, on_floor, min_voxels }, 1.0, None).unwrap()
     }
 
     /// A plane with so many thousandths of its voxels set.
@@ -265,13 +285,38 @@ pub(super) mod tests {
     #[test]
     fn places_lie_in_the_grid() {
         let grid = Grid { voxel_size_m: 1.0, origin: [0; 3], size: [5, 6, 7] };
-        let ball = size(BodyShape::Ball { diameter_m: 5.0 }, 1.0);
+        let ball = size(BodyShape::Ball { diameter_m: 5.0 }, 1.0, None);
         assert_eq!(places(ball, None, &grid), Window::between([0; 3], [0, 1, 2]));
         let stands = |height_m, layer| {
-            places(size(BodyShape::Cylinder { diameter_m: 2.0, height_m }, 1.0), Some(layer), &grid)
+            places(size(BodyShape::Cylinder { diameter_m: 2.0, height_m }, 1.0, None), Some(layer), &grid)
         };
         assert_eq!(stands(6.0, 1), Window::between([0, 0, 1], [3, 4, 1]));
         assert!(stands(7.0, 1).is_empty() && stands(6.0, -1).is_empty() && stands(1e12, 0).is_empty());
+    }
+
+    #[test]
+    fn a_body_on_the_floor_ends_below_its_height() {
+        let grid = Grid { voxel_size_m: 0.05, origin: [0, 0, -4], size: [20, 20, 60] };
+        let of =
+            |height_m, floor_m| standing(BodyShape::Cylinder { diameter_m: 0.4, height_m }, floor_m, &grid);
+        // The floor is in layer 4, and the top at 40: 1.8 m are 36 layers, and the body begins one above the floor.
+        assert_eq!(of(1.8, 0.0), 5..40);
+        assert_eq!(of(1.849, 0.0), 5..40);
+        assert_eq!(of(1.85, 0.0), 5..41);
+        // Just below and above the edges of a layer.
+        assert_eq!(of(1.8, -0.001), 4..39);
+        assert_eq!(of(1.8, 0.049), 5..40);
+        assert_eq!(of(1.8, 0.05), 6..41);
+        assert_eq!(of(0.02, 0.0), 5..6);
+        let ball = BodySpec {
+            name: "it".into(),
+            shape: BodyShape::Ball { diameter_m: 0.4 },
+            on_floor: true,
+            min_voxels: 1,
+        };
+        let layers = standing(ball.shape, 0.0, &grid);
+        let highest = |body: Body| body.voxels([0, 0, layers.start]).map(|[_, _, z]| z).max();
+        assert_eq!(highest(Body::new(&ball, 0.05, Some(&layers)).unwrap()), Some(11));
     }
 
     #[test]
@@ -282,8 +327,8 @@ pub(super) mod tests {
             on_floor: false,
             min_voxels,
         };
-        let error = Body::new(&spec(3), 0.05).unwrap_err().to_string();
+        let error = Body::new(&spec(3), 0.05, None).unwrap_err().to_string();
         assert!(error.contains("has 1 voxels of 0.05 m") && error.contains("min_voxels = 1"), "{error}");
-        assert!(Body::new(&spec(1), 0.05).is_ok() && Body::new(&spec(3), 0.005).is_ok());
+        assert!(Body::new(&spec(1), 0.05, None).is_ok() && Body::new(&spec(3), 0.005, None).is_ok());
     }
 }

@@ -1,6 +1,8 @@
 //! A scene as bodies move through it, whatever the sensors: where they may be, where they come in, and what
 //! they must not come near to. All that can be wrong with what is asked is found here, before anything is cast.
 
+use std::ops::Range;
+
 use super::body::{self, Body, Sums};
 use super::entries;
 use super::moments::Company;
@@ -72,8 +74,10 @@ impl<'a> Ground<'a> {
         for spec in &study.approach.bodies {
             let in_body = |issue: Issue| here(issue.at(format!("body {:?}", spec.name)));
             // One that is larger than the grid would have more voxels than memory holds.
-            ground.places.push(ground.places_of(spec, &grid).map_err(in_body)?);
-            ground.bodies.push(Body::new(spec, grid.voxel_size_m).map_err(in_body)?);
+            let floor_m = study.approach.floor_m;
+            let layers = spec.on_floor.then(|| body::standing(spec.shape, floor_m, &grid));
+            ground.places.push(ground.places_of(spec, layers.as_ref(), &grid).map_err(in_body)?);
+            ground.bodies.push(Body::new(spec, grid.voxel_size_m, layers.as_ref()).map_err(in_body)?);
         }
         for (body, places) in ground.bodies.iter().zip(&ground.places) {
             let begins = study.approach.entries.iter().map(|entry| {
@@ -87,13 +91,10 @@ impl<'a> Ground<'a> {
         Ok(ground)
     }
 
-    fn places_of(&self, body: &BodySpec, grid: &Grid) -> Result<Window, Issue> {
+    fn places_of(&self, body: &BodySpec, layers: Option<&Range<i32>>, grid: &Grid) -> Result<Window, Issue> {
         let floor_m = self.study.approach.floor_m;
-        let floor = grid.position_q16(glam::DVec3::new(0.0, 0.0, floor_m))[2] >> 16;
-        // As pads have it: the layer above that of the floor.
-        let layer = i32::try_from(floor + 1).unwrap_or(-1);
-        let size = body::size(body.shape, grid.voxel_size_m);
-        let places = body::places(size, body.on_floor.then_some(layer), grid);
+        let size = body::size(body.shape, grid.voxel_size_m, layers);
+        let places = body::places(size, layers.map(|layers| layers.start), grid);
         if places.is_empty() {
             let [low, high] = [grid.corner_m([0; 3]), grid.corner_m(grid.window().end())];
             let stands = if body.on_floor { format!(", on a floor at {floor_m} m") } else { String::new() };

@@ -6,7 +6,9 @@
 //! inside of something. From the places at which it comes in, all that steps to the 26 neighbours reach
 //! unnoticed is flooded. The answer is the place from which the nearest voxel of the body to the hazard is the
 //! least away, between the centres of voxels; of equally deep places that with the shortest path, then the first
-//! along z, y and x.
+//! along z, y and x. At those places of an entry at which the body has room and is noticed it has come as near as
+//! they are before anything tells: the least distance of them is said beside the deepest, and the lesser of both is
+//! held against what is needed.
 //!
 //! Each snapshot is asked by itself, and all of them at once, cautiously: what is not watched in some snapshot
 //! is not watched, what is not solid in some snapshot can be entered, and the robot is wherever it is in one.
@@ -32,10 +34,10 @@ mod needed;
 mod picture;
 mod table;
 
-pub use answer::{Deepest, Found, Narrowest, deepest};
+pub use answer::{Deepest, Found, Narrowest, Room, deepest};
 pub use body::Body;
 pub use flood::{Flood, LONGEST_STEP};
 pub use ground::Ground;
 pub use moments::{Answer, AtEntry, Company, Moment, Nearest, Plan, answers, moments_of};
 pub use picture::{PATHS, floor_plan, is_named_as_plan, paths_ply, plan_names};
-pub use table::{APPROACH, Asked, csv, in_words};
+pub use table::{APPROACH, Asked, csv, fusion_warning, in_words};

@@ -6,7 +6,7 @@ use std::sync::Arc;
 
 use rayon::prelude::*;
 
-use super::answer::{Found, deepest, nearest_of_all};
+use super::answer::{Found, Room, deepest, nearest_of_all};
 use super::body::{Body, Sums};
 use super::ground::Ground;
 use crate::Result;
@@ -118,7 +118,7 @@ pub struct Moment<'g> {
 /// What a body can do from an entry, in a few numbers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Nearest {
-    /// How near it comes, squared, in voxels; `None` where it does not come in.
+    /// How near it has come when it is noticed, if ever, squared, in voxels; `None` where it has no room at the entry.
     pub squared: Option<u32>,
     /// How many places are open to it, wherever it comes from.
     pub unnoticed: u64,
@@ -160,6 +160,10 @@ impl<'g> Moment<'g> {
         open.collect()
     }
 
+    fn room<'r>(&'r self, body: usize, open: &'r [BitGrid]) -> Room<'r> {
+        Room { free: &self.free[body], open: &open[body], distances: &self.distances }
+    }
+
     /// Something of each body from each entry, body by body; no more at once than there is room for.
     fn each<T: Send>(&self, of: impl Fn([usize; 2]) -> T + Sync) -> Vec<T> {
         let begins = self.ground.begins.iter().enumerate();
@@ -174,7 +178,7 @@ impl<'g> Moment<'g> {
         let open = self.open(watched);
         self.each(|[number, entry]| {
             let (body, begin) = (&self.ground.bodies[number], &self.ground.begins[number][entry]);
-            let (squared, joined) = nearest_of_all(body, begin, &open[number], &self.distances);
+            let (squared, joined) = nearest_of_all(body, begin, self.room(number, &open));
             Nearest { squared, unnoticed: open[number].count(), joined }
         })
     }
@@ -186,11 +190,11 @@ impl<'g> Moment<'g> {
         let (open, farthest) = (self.open(&watched), self.distances.farthest());
         let answers = self.each(|[number, entry]| {
             let (body, begin) = (&self.ground.bodies[number], &self.ground.begins[number][entry]);
-            let found = deepest(body, begin, &open[number], &self.distances);
-            let at_entry = match found.deepest {
-                Some(_) => AtEntry::Open,
-                None if begin.intersects(&self.free[number]) => AtEntry::Noticed,
-                None => AtEntry::NoRoom,
+            let found = deepest(body, begin, self.room(number, &open));
+            let at_entry = match (&found.deepest, found.noticed) {
+                (Some(_), _) => AtEntry::Open,
+                (None, Some(_)) => AtEntry::Noticed,
+                (None, None) => AtEntry::NoRoom,
             };
             let place = found.deepest.as_ref().and_then(|deepest| {
                 deepest.narrowest.map(|narrowest| narrowest.place).or(deepest.path.last().copied())

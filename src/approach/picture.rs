@@ -183,7 +183,7 @@ pub fn floor_plan(ground: &Ground, answers: &[Answer], plan: &Plan) -> Vec<u8> {
     let at_once = if last.is_none() { ", all snapshots at once" } else { "" };
     let heading = format!("{}: {}, {people}{at_once}", ground.worlds[0].name, body.name);
     let areas = format!(
-        "unnoticed on {:.2} m², {:.2} m² of it on ways from entries",
+        "unnoticed with its middle on {:.2} m², {:.2} m² of it on ways from entries",
         area(&plan.open),
         area(&joined)
     );

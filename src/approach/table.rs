@@ -9,29 +9,31 @@
 //! | `body`, `entry` | by their names in the study |
 //! | `at_entry` | `open`: the body comes in unnoticed; `noticed` wherever it has room there; `no_room`: something solid is there, at all its places |
 //! | `deepest_m`, `deepest_squared` | how near the body comes to the hazard, between centres of voxels: in metres, and squared in voxels; empty unless the entry is open |
+//! | `noticed_m`, `noticed_squared` | how far the body is from the hazard, alike, at the nearest of those places of the entry at which it is noticed; empty where there is none |
 //! | `path_m` | how long its way is |
-//! | `needed_m`, `margin_m` | how far people must be at the highest listed speed of the robot, and how much farther the body stays away, below 0 where it comes too near; empty without `[stopping]`, and `margin_m` without `deepest_m` |
+//! | `needed_m`, `margin_m` | how far people must be at the highest listed speed of the robot, and how much farther the lesser of `deepest_m` and `noticed_m` is, below 0 where it is too near; empty without `[stopping]`, and `margin_m` where the body has no room |
 //! | `x_m`, `y_m`, `z_m` | the middle of the body at the deepest place |
 //! | `narrowest_x_m`, `narrowest_y_m`, `narrowest_z_m` | the middle of the body where the way is the narrowest |
 //! | `narrowest_places` | at how many places the body must be noticed there to close the way; a place is one position of the body |
 //! | `shadowed_by` | the object that hides it there from the most sensors and voxels; empty where none does |
-//! | `unnoticed_m2`, `joined_m2` | of a body on the floor, the area of all places where it stands unnoticed, and of those it comes to from the entry |
+//! | `unnoticed_m2`, `joined_m2` | of a body on the floor, the area of the positions of its middle at which it stands unnoticed, and of those it comes to from the entry |
 
 use glam::DVec3;
 
 use super::body::Body;
 use super::ground::Ground;
-use super::moments::{Answer, AtEntry, Company};
+use super::moments::{Answer, Company};
 use super::needed;
+use crate::backend::Fusion;
 use crate::results::columns::{Csv, pose_names, representation_names};
 use crate::study::Study;
 use crate::view::Choice;
-use crate::voxel::Grid;
+use crate::voxel::{Grid, rounded_down, rounded_up};
 
 /// The name of the file.
 pub const APPROACH: &str = "approach.csv";
 
-const COLUMNS: [&str; 25] = [
+const COLUMNS: [&str; 27] = [
     "combination",
     "poses",
     "representation",
@@ -44,6 +46,8 @@ const COLUMNS: [&str; 25] = [
     "at_entry",
     "deepest_m",
     "deepest_squared",
+    "noticed_m",
+    "noticed_squared",
     "path_m",
     "needed_m",
     "margin_m",
@@ -65,7 +69,10 @@ pub(super) fn middle_m(body: &Body, place: [i32; 3], grid: &Grid) -> DVec3 {
     grid.corner_m(place) + half
 }
 
-/// Metres to a hundredth of a millimetre.
+/// Digits of metres in the table: hundredths of a millimetre.
+const DIGITS: u32 = 5;
+
+/// A coordinate or a length of a way in metres.
 fn metres(metres: f64) -> String {
     format!("{metres:.5}")
 }
@@ -106,6 +113,18 @@ impl Asked {
     }
 }
 
+/// What is to be known of an answer where log-odds are summed.
+pub fn fusion_warning(study: &Study, choice: &Choice) -> Option<String> {
+    let combination = &study.combinations[choice.combination];
+    (combination.fusion == Fusion::Octomap).then(|| {
+        format!(
+            "combination {:?}: log-odds may outvote a single sensor's hits; what is watched is taken of each sensor by \
+             itself, so somebody may come nearer than is said",
+            combination.name
+        )
+    })
+}
+
 /// The table of all scenes that were asked.
 pub fn csv(of: &Asked, scenes: &[(Ground, Vec<Answer>)]) -> Vec<u8> {
     let mut csv = Csv::new(&COLUMNS);
@@ -141,13 +160,15 @@ fn fields(ground: &Ground, answer: &Answer) -> Vec<String> {
         body.name.clone(),
         ground.study.approach.entries[answer.entry].name.clone(),
         answer.at_entry.name().into(),
-        text(deepest.map(|deepest| metres(root_m(deepest.squared, grid)))),
-        text(deepest.map(|deepest| deepest.squared.to_string())),
-        text(deepest.map(|deepest| metres(length_m(deepest.length, grid)))),
     ];
+    for squared in [deepest.map(|deepest| deepest.squared), answer.found.noticed] {
+        fields.push(text(squared.map(|squared| rounded_down(root_m(squared, grid), DIGITS))));
+        fields.push(text(squared.map(|squared| squared.to_string())));
+    }
+    fields.push(text(deepest.map(|deepest| metres(length_m(deepest.length, grid)))));
     let needed = ground.study.stopping.as_ref().map(|stopping| stopping.fastest().needed_m);
-    let margin = deepest.zip(needed).map(|(deepest, needed)| root_m(deepest.squared, grid) - needed);
-    fields.extend([needed, margin].map(|value| text(value.map(metres))));
+    let margin = answer.found.nearest().zip(needed).map(|(nearest, needed)| root_m(nearest, grid) - needed);
+    fields.extend([needed.map(|m| rounded_up(m, DIGITS)), margin.map(|m| rounded_down(m, DIGITS))].map(text));
     fields.extend(point(deepest.and_then(|deepest| deepest.path.last().copied())));
     fields.extend(point(narrowest.map(|narrowest| narrowest.place)));
     fields.push(text(narrowest.map(|narrowest| narrowest.front.to_string())));
@@ -172,21 +193,31 @@ pub fn in_words(ground: &Ground, answers: &[Answer]) -> String {
         };
         let entry = &study.approach.entries[answer.entry].name;
         text += &format!("  {} from {entry}{with}: ", body.name);
-        let Some(deepest) = &answer.found.deepest else {
-            text += match answer.at_entry {
-                AtEntry::NoRoom => "has no room at the entry\n",
-                _ => "is noticed at the entry\n",
-            };
+        let Some(nearest) = answer.found.nearest() else {
+            text += "has no room at the entry\n";
             continue;
         };
-        text += &format!(
-            "comes to {:.2} m unnoticed, by a way of {:.2} m\n",
-            root_m(deepest.squared, grid),
-            length_m(deepest.length, grid)
-        );
-        if let Some(stopping) = &study.stopping {
-            text += &format!("    {}\n", needed::in_words(stopping, deepest.squared, grid));
+        let noticed = |squared| needed::noticed_in_words(study.stopping.as_ref(), squared, grid);
+        match (&answer.found.deepest, answer.found.noticed) {
+            (Some(deepest), of_others) => {
+                text += &format!(
+                    "comes to {} m unnoticed, by a way of {:.2} m\n",
+                    rounded_down(root_m(deepest.squared, grid), 2),
+                    length_m(deepest.length, grid)
+                );
+                if let Some(squared) = of_others.filter(|&squared| squared < deepest.squared) {
+                    text += &format!(
+                        "    from other places of the entry is noticed there, {}\n",
+                        noticed(squared)
+                    );
+                }
+            }
+            (None, _) => text += &format!("is noticed at the entry, {}\n", noticed(nearest)),
         }
+        if let Some(stopping) = &study.stopping {
+            text += &format!("    {}\n", needed::in_words(stopping, nearest, grid));
+        }
+        let Some(deepest) = &answer.found.deepest else { continue };
         if let Some(narrowest) = deepest.narrowest {
             let at = middle_m(body, narrowest.place, grid);
             let shadow = match &answer.shadow {
@@ -201,7 +232,7 @@ pub fn in_words(ground: &Ground, answers: &[Answer]) -> String {
         if body.on_floor {
             let area = |places: u64| places as f64 * grid.voxel_size_m * grid.voxel_size_m;
             text += &format!(
-                "    stands unnoticed on {:.2} m² of floor, {:.2} m² of it on ways from here\n",
+                "    unnoticed with its middle on {:.2} m² of floor, {:.2} m² of it on ways from here\n",
                 area(answer.unnoticed),
                 area(answer.found.reached.count())
             );

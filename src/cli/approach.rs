@@ -6,8 +6,8 @@ use std::process::ExitCode;
 
 use perirobot::Result;
 use perirobot::approach::{
-    APPROACH, Asked, Ground, PATHS, answers, csv, floor_plan, in_words, is_named_as_plan, moments_of,
-    paths_ply, plan_names,
+    APPROACH, Asked, Ground, PATHS, answers, csv, floor_plan, fusion_warning, in_words, is_named_as_plan,
+    moments_of, paths_ply, plan_names,
 };
 use perirobot::judge::altered;
 use perirobot::results::files::OutputFolder;
@@ -85,6 +85,7 @@ pub(super) fn run(args: &Args) -> Result<ExitCode> {
     };
     super::warn(worlds.iter().map(|world| (world.name.as_str(), world.warnings.as_slice())), MOST_WARNINGS);
     let choice = args.find(&study, &worlds)?;
+    fusion_warning(&study, &choice).iter().for_each(|warning| say!("warning: {warning}"));
     let alteration = args.alteration.alteration();
     let (own_study, own_worlds, own) = altered(&study, &worlds, &choice, &alteration)?;
     // All scenes are checked before anything is cast. Entries stay where they are planned.

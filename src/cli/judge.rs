@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 use std::path::PathBuf;
 use std::process::ExitCode;
 
-use perirobot::approach::Ground;
+use perirobot::approach::{Ground, fusion_warning};
 use perirobot::backend::Backend;
 use perirobot::error::Issue;
 use perirobot::judge::{
@@ -167,6 +167,9 @@ impl Args {
     ) -> Result<(Vec<JudgedSet<'s>>, Vec<Draws>)> {
         let all: Vec<WhatIf> = choices.iter().map(|choice| WhatIf::new(study, worlds, choice)).collect();
         let grounds: Vec<Vec<Ground>> = all.iter().map(WhatIf::grounds).collect::<Result<_>>()?;
+        let near = choices.iter().zip(&grounds).filter(|(_, grounds)| !grounds.is_empty());
+        let fused: BTreeSet<String> = near.filter_map(|(choice, _)| fusion_warning(study, choice)).collect();
+        fused.iter().for_each(|warning| say!("warning: {warning}"));
         self.forget()?;
         let asked = WhatIf::asked(study);
         let planned = choices.iter().map(|choice| Conditions::as_planned(results, choice));

@@ -7,7 +7,8 @@ use super::table::{NONE, Table, number as three_digits};
 use crate::approach::Company;
 use crate::judge::{JudgedSet, Judgement, Moment, Part, Passage, Summed, Value, Where, spreads};
 use crate::results::Subject;
-use crate::study::{Across, Condition, Counted, Limit, Measure, Nearness};
+use crate::study::{Across, ApproachScore, Condition, Counted, Limit, Measure, Nearness, Requirement};
+use crate::voxel::rounded_down;
 
 /// Writes the command that draws the worst moment of a judgement, if there is one.
 pub type Picture<'p> = &'p dyn Fn(&JudgedSet, &Judgement) -> Option<String>;
@@ -28,7 +29,7 @@ pub fn verdicts(subject: &Subject, set: &JudgedSet, picture: Picture) -> String 
     for judgement in &set.judgements {
         text += &format!("{}\n", line(subject, set, judgement));
         if let Some(bound) = &judgement.out_of_reach {
-            let bound = told_apart(bound, &judgement.requirement.limit);
+            let bound = told_apart(bound, &judgement.requirement.limit, false);
             text +=
                 &format!("      no choice of the listed poses can meet it: their upper bound is {bound}\n");
         }
@@ -56,8 +57,10 @@ pub fn line(subject: &Subject, set: &JudgedSet, judgement: &Judgement) -> String
     };
     let is = match &judgement.value {
         None => format!("{what} is no value"),
-        Some(Value::Endless) => format!("nobody comes in unnoticed, {what}"),
-        Some(value) => format!("{what} is {}", told_apart(value, &requirement.limit)),
+        Some(Value::Endless) => format!("nobody has room to come in, {what}"),
+        Some(value) => {
+            format!("{what} is {}", told_apart(value, &requirement.limit, is_distance(requirement)))
+        }
     };
     let (name, when) = (&requirement.name, words(judgement.condition));
     let mut text = format!("{}  {name} ({when}): {is}, {limit} is required", judgement.word());
@@ -99,16 +102,26 @@ fn gap(set: &JudgedSet, measure: &Measure) -> String {
     }
 }
 
-/// A value with as many digits as tell it apart from a limit, at least three behind the point.
-fn told_apart(value: &Value, limit: &Limit) -> String {
+/// Whether what is required is a distance that must be reached, which is never rounded up.
+fn is_distance(requirement: &Requirement) -> bool {
+    let Measure::Nearness(nearness) = &requirement.measure else { return false };
+    nearness.score == ApproachScore::NearestUnnoticedM
+}
+
+/// A value with as many digits as tell it apart from a limit, at least three behind the point; of a distance they are
+/// rounded down.
+fn told_apart(value: &Value, limit: &Limit, is_distance: bool) -> String {
     let (number, limit) = (value.number(), limit.ratio());
     let order = value.cmp_ratio(limit);
     let limit = limit.value();
-    let texts =
-        [three_digits(Some(number))].into_iter().chain((4..=17).map(|digits| format!("{number:.digits$}")));
+    let shown = |digits: usize| match digits {
+        _ if is_distance && digits < 10 => rounded_down(number, digits as u32),
+        3 => three_digits(Some(number)),
+        _ => format!("{number:.digits$}"),
+    };
     let is_told =
         |text: &String| text.parse::<f64>().is_ok_and(|shown| shown.partial_cmp(&limit) == Some(order));
-    texts.into_iter().find(is_told).unwrap_or_else(|| match order {
+    (3..=17).map(shown).find(is_told).unwrap_or_else(|| match order {
         Ordering::Less => format!("just below {limit}"),
         Ordering::Equal => limit.to_string(),
         Ordering::Greater => format!("just above {limit}"),
@@ -207,7 +220,7 @@ mod tests {
     fn shown(part: u64, of: u64, limit: f64) -> String {
         let limit = Limit::AtLeast(Ratio::of(limit));
         let counts = [Confusion { uf: part, tn: of - part, ..Default::default() }];
-        told_apart(&Value::of(Score::Unknown, Across::Worst, &limit, &counts).unwrap(), &limit)
+        told_apart(&Value::of(Score::Unknown, Across::Worst, &limit, &counts).unwrap(), &limit, false)
     }
 
     #[test]
@@ -218,6 +231,11 @@ mod tests {
         assert_eq!(shown(69_999_999, 100_000_000, 0.7), "0.69999999");
         assert_eq!(shown(6994, 10_000, 0.6991), "0.6994");
         assert_eq!(shown(1, 1_000_000, 0.0), "0.000001");
+        // The root of 1.103 is 1.05023...; of a distance the digits are rounded down.
+        let limit = Limit::AtLeast(Ratio::of(1.0));
+        let root = Value::Root(Ratio { numerator: 1_1037, denominator: 10_000 });
+        assert_eq!(told_apart(&root, &limit, true), "1.050");
+        assert_eq!(told_apart(&root, &limit, false), "1.051");
         assert_eq!(shown(700_000_000_000_000_001, 1_000_000_000_000_000_000, 0.7), "just above 0.7");
     }
 }

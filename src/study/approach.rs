@@ -188,7 +188,7 @@ pub enum EntryPlace {
 }
 
 /// The bodies that are known by name, and whether they stand on the floor. A person who crawls turns, so that of
-/// one only as much is taken as is there whichever way they face; limbs are as thick as those of detection.
+/// one only as much is taken as is there whichever way they face; limbs are as thick as those of detection. None has a reach: arms are for intrusion_m.
 const KNOWN: [(&str, BodyShape, bool); 5] = [
     ("standing", BodyShape::Cylinder { diameter_m: 0.4, height_m: 1.8 }, true),
     ("crawling", BodyShape::Cylinder { diameter_m: 0.4, height_m: 0.6 }, true),

@@ -22,6 +22,23 @@ pub fn squared_voxels(metres: f64, voxel_size_m: f64) -> u32 {
     u32::try_from((nanometres * nanometres).div_ceil(voxel * voxel)).unwrap_or(FAR).min(FAR - 1)
 }
 
+/// Metres with so many digits behind the point, rounded down: for distances that there are. A millionth of the last
+/// digit is passed over, which is what is left of sums and roots of decimal fractions.
+pub fn rounded_down(metres: f64, digits: u32) -> String {
+    rounded(metres, digits, |scaled| (scaled + 1e-6).floor())
+}
+
+/// Metres with so many digits behind the point, rounded up, alike: for distances that are needed.
+pub fn rounded_up(metres: f64, digits: u32) -> String {
+    rounded(metres, digits, |scaled| (scaled - 1e-6).ceil())
+}
+
+fn rounded(metres: f64, digits: u32, whole: impl Fn(f64) -> f64) -> String {
+    let scale = 10f64.powi(digits as i32);
+    // Not −0.
+    format!("{:.*}", digits as usize, whole(metres * scale) / scale + 0.0)
+}
+
 /// Squared distances over a window.
 #[derive(Clone, Debug)]
 pub struct Distances {
@@ -179,6 +196,23 @@ mod tests {
             (1e9, 1e-4, u32::MAX - 1),
         ] {
             assert_eq!(squared_voxels(metres, voxel_size_m), expected, "{metres} m at {voxel_size_m} m");
+        }
+    }
+
+    #[test]
+    fn what_there_is_is_rounded_down_and_what_is_needed_up() {
+        for (metres, down, up) in [
+            (0.29, "0.29", "0.29"),
+            (21.0 * 0.05, "1.05", "1.05"),
+            (441f64.sqrt() * 0.05, "1.05", "1.05"),
+            (0.3 - 0.2, "0.10", "0.10"),
+            (1.9501, "1.95", "1.96"),
+            (1.9599, "1.95", "1.96"),
+            (-0.0001, "-0.01", "0.00"),
+            (0.0, "0.00", "0.00"),
+            (f64::INFINITY, "inf", "inf"),
+        ] {
+            assert_eq!([rounded_down(metres, 2), rounded_up(metres, 2)], [down, up], "{metres}");
         }
     }
 

@@ -15,7 +15,7 @@ pub mod voxelize;
 
 pub use bits::BitGrid;
 pub use bricks::Bricks;
-pub use distance::{Distances, squared_voxels};
+pub use distance::{Distances, rounded_down, rounded_up, squared_voxels};
 pub use grid::{Grid, Window};
 pub use people::{BodyVoxel, People};
 pub use region::{Region, RegionShape};

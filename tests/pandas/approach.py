@@ -19,8 +19,8 @@ STEP = [0, 1000, 1414, 1732]
 NEIGHBOURS = [(d, STEP[sum(map(abs, d))]) for d in itertools.product([-1, 0, 1], repeat=3) if any(d)]
 
 
-def body_voxels(body, voxel_m):
-    """Offsets of a body's voxels from its lowest corner, and its size."""
+def body_voxels(body, voxel_m, layers):
+    """Offsets of a body's voxels from its lowest corner, and its size; on the floor it has only so many layers."""
     whole = lambda metres: max(1, int(np.floor(metres / voxel_m + 0.5)))
     if "box" in body:
         size = [whole(metres) for metres in body["box"]]
@@ -37,6 +37,8 @@ def body_voxels(body, voxel_m):
         n = size[0]
         off = voxels[:, :round_axes] + 0.5 - n / 2
         voxels = voxels[(off**2).sum(axis=1) < n * n / 4]
+    if layers is not None:
+        voxels, size[2] = voxels[voxels[:, 2] < layers], min(size[2], layers)
     return voxels, np.array(size)
 
 
@@ -92,11 +94,17 @@ def moment(views, case):
 
 
 def answer(case, body, entry, watched, solid, hazard, origin, voxel_m):
-    voxels, size = body_voxels(body, voxel_m)
+    below = lambda height: int(np.floor((height - origin[2]) / voxel_m + 1e-9))
+    floor, layers = below(case["floor_m"]), None
+    if body["on_floor"]:
+        # From the layer above that of the floor to below its height.
+        top = case["floor_m"] + (body["box"][2] if "box" in body else body["cylinder"][1])
+        layers = max(1, below(top) - floor - 1)
+    voxels, size = body_voxels(body, voxel_m, layers)
     last = np.array(solid.shape) - size
     first = [0, 0, 0]
     if body["on_floor"]:
-        first[2] = last[2] = int(np.floor((case["floor_m"] - origin[2]) / voxel_m + 1e-9)) + 1
+        first[2] = last[2] = floor + 1
     shape = [max(0, last[r] - first[r] + 1) for r in range(3)]
     # Everything about a body is asked voxel by voxel, place by place.
     corner = lambda v: tuple(slice(first[r] + v[r], first[r] + v[r] + shape[r]) for r in range(3))
@@ -115,21 +123,22 @@ def answer(case, body, entry, watched, solid, hazard, origin, voxel_m):
         begin = ((least > low - 1e-6) & (most < high - 1e-6)).all(axis=-1)
     lengths = dijkstra(begin, open_)
     reached = lengths >= 0
-    floor = body["on_floor"]
-    areas = [plane.sum() * voxel_m**2 if floor else np.nan for plane in (open_, reached)]
-    if not reached.any():
-        return None, areas, "noticed" if (begin & (count(solid) == 0)).any() else "no_room"
+    areas = [plane.sum() * voxel_m**2 if body["on_floor"] else np.nan for plane in (open_, reached)]
     squared = np.rint(distance_transform_edt(~hazard) ** 2).astype(int)
     nearest = np.min([squared[corner(v)] for v in voxels], axis=0)
+    first_noticed = nearest[begin & (count(solid) == 0) & ~open_]
+    first_noticed = first_noticed.min() if first_noticed.size else np.nan
+    if not reached.any():
+        return None, first_noticed, areas, "no_room" if np.isnan(first_noticed) else "noticed"
     rank = min((nearest[at], lengths[at], at[::-1], at) for at in map(tuple, np.argwhere(reached)))
     deepest, length, _, at = rank
     fronts = [(lengths[reached] // STEP[3] == k).sum() for k in range(1, length // STEP[3])]
     middle = origin + (places[at] + size / 2) * voxel_m
-    return (deepest, length, middle, min(fronts) if fronts else None), areas, "open"
+    return (deepest, length, middle, min(fronts) if fronts else None), first_noticed, areas, "open"
 
 
 same = lambda one, other: (pd.isna(one) and pd.isna(other)) or abs(one - other) < 1.1e-5
-compared = noticed = through = felt_by = stuck = 0
+compared = noticed = nearer = through = felt_by = stuck = 0
 for folder in sorted(Path(sys.argv[1]).iterdir()):
     case = json.loads((folder / "case.json").read_text())
     rows = pd.read_csv(folder / "approach.csv", dtype={"snapshot": str})
@@ -147,9 +156,12 @@ for folder in sorted(Path(sys.argv[1]).iterdir()):
         planes = moment(of, case)
         if case["hazard"] == "robot_swept":
             planes = (*planes[:2], moment(views[company], case)[2])
-        found, areas, at_entry = answer(case, body, entry, *planes, origin, voxel_m)
+        found, first_noticed, areas, at_entry = answer(case, body, entry, *planes, origin, voxel_m)
         assert same(areas[0], row["unnoticed_m2"]) and same(areas[1], row["joined_m2"]), (what, areas, row)
         assert at_entry == row["at_entry"], (what, at_entry, row)
+        assert same(first_noticed, row["noticed_squared"]), (what, first_noticed, row)
+        assert same(np.sqrt(first_noticed) * voxel_m, row["noticed_m"]), (what, first_noticed, row)
+        nearer += found is not None and first_noticed < found[0]
         compared += 1
         if found is None:
             assert pd.isna(row["deepest_m"]) and pd.isna(row["path_m"]), (what, row)
@@ -163,5 +175,5 @@ for folder in sorted(Path(sys.argv[1]).iterdir()):
         assert same(np.nan if front is None else front, row["narrowest_places"]), (what, found, row)
         through += front is not None
 print(f"numpy {np.__version__}: {compared} rows are equal, {noticed} noticed at the entry, {through} by a way with a narrowest place")
-assert compared > 300 and noticed > 20 and through > 50, "the cells are too easy"
+assert compared > 300 and noticed > 20 and nearer > 5 and through > 50, ("the cells are too easy", nearer)
 assert felt_by > 50 and stuck > 10, ("too few pads, gates and covers", felt_by, stuck)
