@@ -83,8 +83,8 @@ Examples:
   perirobot render scenes/quick.toml --pose camera:right-wall/4/1 \\
     --from top --cut-above 2.2 --out above.png
   perirobot render out/quick --pose camera:right-wall/4/1 --out swept.png
-  perirobot render scenes/quick.toml --pose camera:right-wall/4/1 \
-    --out plan.svg                               the floor plan
+  perirobot render scenes/quick.toml --pose camera:right-wall/4/1 \\
+    --out plan.svg
   perirobot render scenes/quick.toml --from 2.8,1.8,2.7 --look-at 0,0,0.8 \\
     --fov-deg 77 --colour height --out inside.png";
 
