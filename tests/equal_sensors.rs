@@ -13,6 +13,8 @@ use std::collections::BTreeMap;
 use std::fs;
 use std::path::Path;
 
+use base64::Engine;
+use base64::prelude::BASE64_STANDARD;
 use common::Random;
 use perirobot::backend::Backend;
 use perirobot::backend::cpu::Cpu;
@@ -179,7 +181,10 @@ fn every_command_takes_them() {
     assert!(outcome.stderr.contains("no such choice of poses"), "{}", outcome.stderr);
     done(&["report", out, "--backend", "cpu", "--best", "2"]);
     let page = fs::read_to_string(Path::new(out).join("report.html")).unwrap();
-    assert!(page.contains("\"candidates\":[0,1,2,3,4,5,6,7],\"count\":3}"), "its script numbers the choices");
+    let packed = page.split_once("id=\"data\">").unwrap().1.split_once("</script>").unwrap().0;
+    let packed = BASE64_STANDARD.decode(packed).unwrap();
+    let data = std::io::read_to_string(flate2::read::GzDecoder::new(&packed[..])).unwrap();
+    assert!(data.contains("\"candidates\":[0,1,2,3,4,5,6,7],\"count\":3}"), "its script numbers the choices");
     let told = done(&["verify-backends", study, "--backend", "cpu", "--poses", "3"]);
     assert!(told.contains("= together"), "{told}");
 }

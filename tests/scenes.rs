@@ -66,10 +66,14 @@ fn every_study_loads_and_prepares_without_a_surprise() {
             assert!(!world.truth().human.is_empty() && !world.truth().robot.is_empty(), "{}", path.display());
             // Four of the paper's pads stand under legs of the table, and are not tared.
             let is_table = |warning: &str| path.ends_with("exp2.toml") && warning.contains("trips 4 of 24");
+            // What is near the robot of the shelf's cell reaches beyond its bounds.
+            let is_near =
+                |warning: &str| path.ends_with("approach.toml") && warning.starts_with("region \"near@");
             for warning in &world.warnings {
                 assert!(
                     warning.contains("of it lies outside the grid (below) and is not counted")
-                        || is_table(warning),
+                        || is_table(warning)
+                        || is_near(warning),
                     "{}: {warning}",
                     path.display()
                 );
