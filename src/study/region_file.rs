@@ -24,7 +24,7 @@ pub(super) struct RegionFile {
     pub(super) human_box: Option<HumanBoxFile>,
     /// The ball that a robot of the scene reaches.
     pub(super) robot_reach: Option<RobotReachFile>,
-    /// All that is nearer to the robot than people may be at a speed, by [stopping].
+    /// All that is nearer to the robot than people may be at a speed, by `[stopping]`.
     pub(super) separation: Option<SeparationFile>,
     /// All that the robot or the people fill at some moment of the scene.
     pub(super) swept: Option<SweptFile>,
@@ -93,7 +93,7 @@ pub(super) struct SeparationFile {
     /// From where the distance counts: the robot at each moment, or all that it fills at some moment. Default "robot".
     #[serde(default)]
     pub(super) from: Machine,
-    /// One of the speeds of [stopping]. Without, each of them makes a region, with its speed in its name: near@0.5.
+    /// One of the speeds of `[stopping]`. Without, each of them makes a region, with its speed in its name: near@0.5.
     pub(super) speed_m_s: Option<f64>,
 }
 
