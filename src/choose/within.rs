@@ -147,7 +147,7 @@ impl<'a> StepSearch<'a> {
         let StepSearch { problem, step, watch, .. } = self;
         let is_single = step.limits.at_most <= problem.always.len() + 1;
         let is_tried = is_single && problem.evidence.is_filed() && !problem.adds_up() && !watch.stops();
-        step.best.as_ref().is_some_and(|best| is_tried || best.worth.value() >= 1.0)
+        step.best.as_ref().is_some_and(|best| is_tried || best.worth.is_full())
     }
 
     /// Goes on until it is proven that no set is better, or it is stopped.

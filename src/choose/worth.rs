@@ -44,6 +44,14 @@ impl Worth {
         }
     }
 
+    /// Whether no score is higher.
+    pub(super) fn is_full(self) -> bool {
+        match self {
+            Worth::Exact(ratio) => ratio.numerator >= ratio.denominator,
+            Worth::Mean(mean) => mean >= 1.0,
+        }
+    }
+
     /// Whether it is no less than a fraction.
     pub(super) fn reaches(self, least: Ratio) -> bool {
         match self {
@@ -145,6 +153,9 @@ mod tests {
         let near = |numerator, denominator| Ratio { numerator, denominator };
         let s = i128::from(MOST_VOXELS);
         assert!(near(s * s - 1, s * s) < near(s * s, s * s));
+        let all_but_full = Worth::Exact(near(s * s - 1, s * s));
+        assert!(all_but_full.value() == 1.0 && !all_but_full.is_full(), "a rounded score is not a full one");
+        assert!(Worth::Exact(near(s, s)).is_full() && Worth::Mean(1.0).is_full());
         assert!(near(1, 3) > near(333_333_333, 1_000_000_000));
         assert_eq!(near(2, 6), near(1, 3));
         assert!(near(-1, 3) < near(0, 5));

@@ -139,7 +139,7 @@ fn of_row(row: &Row) -> ShownVerdict {
         least => format!("at least {least}"),
     };
     let what = match (row.of("region"), row.of("value")) {
-        ("", "inf") => format!("nobody comes in unnoticed, {}", row.of("score")),
+        ("", "inf") => format!("nobody has room to come in, {}", row.of("score")),
         ("", _) => format!("{} is {value}", row.of("score")),
         (region, _) => format!("{} in region {region} is {value}", row.of("score")),
     };
