@@ -18,19 +18,11 @@ fn require(name: &str, score: &str, more: &str) -> String {
     format!("\n[[require]]\nname = \"{name}\"\nscore = \"{score}\"\n{more}\n")
 }
 
-/// Of `scenes/approach.toml`, with voxels of 10 cm, in a folder of its own.
+/// The shelf's cell with voxels of 10 cm.
 fn shelf() -> Folder {
-    let folder = Folder::new();
-    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes");
-    folder.write("study.toml", fs::read(root.join("approach.toml")).unwrap());
-    folder.edit("study.toml", "approach/cell.toml", "cell.toml");
-    // Only what a test requires is judged.
-    let text = fs::read_to_string(folder.path("study.toml")).unwrap();
-    let required = text.split_once("[[require]]").unwrap().1.split_once("# Invented").unwrap().0;
-    folder.edit("study.toml", &format!("[[require]]{required}"), "");
+    let folder = program::shelf();
     folder.edit("study.toml", "voxel_size_m = 0.05", "voxel_size_m = 0.1");
     folder.edit("study.toml", "resolution_px = [320, 240]", "resolution_px = [160, 120]");
-    folder.write("cell.toml", fs::read(root.join("approach/cell.toml")).unwrap());
     folder
 }
 

@@ -14,12 +14,9 @@ use perirobot::study::{Overrides, Study};
 use perirobot::view::{Names, View, find};
 use perirobot::voxel::BitGrid;
 use perirobot::world::World;
-use program::{Folder, Outcome, perirobot, rows, text};
+use program::{Folder, Outcome, STOPPING, perirobot, rows, text};
 
-/// 0.32125, 0.445 and 0.73 m, as in `stopping.rs`.
-const STOPPING: &str = "\n[stopping]\nformula = \"speed_and_separation\"\nrobot_speeds_m_s = [0.25, 0.5, 1.0]\n\
-    sensor_reaction_s = 0.05\ncontrol_reaction_s = 0.05\nrobot_deceleration_m_s2 = 5\nhuman_speed_m_s = 1.6\n\
-    intrusion_m = 0.02\nperson_uncertainty_m = 0.03\nrobot_uncertainty_m = 0\n";
+/// As `STOPPING` says, in micrometres.
 const NEEDED_UM: [u64; 3] = [321_250, 445_000, 730_000];
 const POSES: [&str; 3] = ["posts/upright", "wall/1/1", "random/0"];
 

@@ -292,6 +292,58 @@ fn moved_sensors_count_as_in_a_study_with_the_poses_that_are_written() {
 }
 
 #[test]
+fn postures_count_as_in_a_study_with_that_person_in_the_scene() {
+    let cell = Cell::new();
+    let (fusion, poses, representation) = SETS[0];
+    fs::copy(cell.0.path().join("people/bent.csv"), cell.0.path().join("of mine.csv")).unwrap();
+    let mut text = cell.text();
+    text.insert("combination".into(), vec![combination("set", fusion, &members(poses))].into());
+    let postures = "people = [\"kneeling\", \"of mine.csv\"]\nspots = [[0.7, 0.2, 90], [1.1, -0.6, -155.5]]";
+    text.insert("postures".into(), toml::from_str::<Table>(postures).unwrap().into());
+    text.insert("approach".into(), toml::from_str::<Table>("floor_m = 0.02").unwrap().into());
+    let study = cell.load(&text);
+    // By hand: one person in the scene.
+    let scene = fs::read_to_string(cell.0.path().join("sensors/cell.toml")).unwrap();
+    let mut objects: Table = toml::from_str(&scene).unwrap();
+    let all = objects["object"].as_array_mut().unwrap();
+    all.retain(|object| !["operator", "visitor"].contains(&object["name"].as_str().unwrap()));
+    let mut by_hand = Vec::new();
+    for (name, file) in [("kneeling", "../people/kneeling.csv"), ("of-mine", "../of mine.csv")] {
+        for (spot, at) in
+            ["0.7, 0.2, 0.02]\nrpy_deg = [0, 0, 90]", "1.1, -0.6, 0.02]\nrpy_deg = [0, 0, -155.5]"]
+                .into_iter()
+                .enumerate()
+        {
+            let person = format!("name = \"operator\"\nmannequin = \"{file}\"\nposition_m = [{at}");
+            let mut own = objects.clone();
+            own["object"].as_array_mut().unwrap().push(toml::from_str::<Table>(&person).unwrap().into());
+            by_hand.push((format!("{name}/{spot}"), toml::to_string(&own).unwrap()));
+        }
+    }
+    let mut same: Option<Conditions> = None;
+    for (name, mut backends) in backends() {
+        let (found, _, ways) = what_if(&study, poses, representation, &[Condition::Postures], &mut backends);
+        assert_eq!(same.get_or_insert_with(|| found.clone()), &found, "{name}: {poses}");
+        if name != "cpu" {
+            continue;
+        }
+        alone(&study, poses, &ways, &found);
+        let cases = found.of(Condition::Postures);
+        assert_eq!(cases.len(), by_hand.len());
+        for (case, (name, scene)) in cases.iter().zip(&by_hand) {
+            assert_eq!(case.alteration, Alteration::Posture(name.clone()));
+            fs::write(cell.0.path().join("sensors/cell.toml"), scene).unwrap();
+            let (study, worlds) = cell.load(&text);
+            let names = Names { poses: poses.into(), representation: Some(ways.clone()), ..Names::default() };
+            let (_, choice) = find(&study, &worlds, &names).unwrap();
+            let expected = swept(&study, &worlds, &choice, &mut Oracle::default());
+            assert_eq!(case.counts, expected, "{name}");
+            assert_ne!(case.counts, found.of(Condition::AsPlanned)[0].counts, "{name}");
+        }
+    }
+}
+
+#[test]
 fn a_plan_that_is_counted_differently_is_told() {
     let cell = Cell::new();
     let (fusion, poses, _) = SETS[2];

@@ -54,6 +54,7 @@ fn every_backend_draws_the_same_bytes() {
                 cut_above_m: None,
                 open_m: 0.1,
                 points: 500,
+                ways: Vec::new(),
             };
             draw(world, view, &wish, &mut **backend).unwrap().png().unwrap()
         }));

@@ -336,7 +336,7 @@ fn verdicts_are_of_what_the_study_requires_now() {
     folder.edit("study.toml", "at_most = 0.58", "at_most = 0.99");
     let page = after(&folder, &[]);
     assert_eq!(verdicts(&page), [0, 0, 2]);
-    assert!(page.contains(&format!("was judged {others}: run `perirobot judge` again")));
+    assert!(page.contains(&format!("was judged {others}, or with other tables")));
     folder.edit("study.toml", "at_most = 0.99", "at_most = 0.58");
     // Another requirement may recommend another choice, so that the table is changed in place of the study.
     let table = folder.path("out/requirements.csv");
@@ -355,6 +355,29 @@ fn verdicts_are_of_what_the_study_requires_now() {
         assert!(page.contains(others), "{other}");
     }
     fs::write(&table, judged).unwrap();
+    // A verdict belongs to the tables that it rests on, and to no others.
+    let plan = "at_most = 0.58\nunder = [\"as_planned\", \"mounting_error\", \"postures\"]";
+    folder.edit("study.toml", "at_most = 0.58", plan);
+    let tables = "\n[mounting_error]\ndraws = 2\nposition_m = 0.01\n[postures]\npeople = [\"small\"]\nspots = [[1, 0.5, 0]]\n";
+    folder.edit("study.toml", "", tables);
+    let page = after(&folder, &["judge", "--pose", BOTH]);
+    assert_eq!(verdicts(&page)[2], 0, "all three are decided");
+    for (from, to, open) in [
+        ("draws = 2", "draws = 3", 2),
+        ("[[1, 0.5, 0]]", "[[1, 0.5, 90]]", 2),
+        ("hazard = \"robot\"\n", "hazard = \"robot_swept\"\n", 2),
+        ("intrusion_m = 0.4", "intrusion_m = 0.4 # as measured", 0),
+    ] {
+        let before = fs::read_to_string(folder.path("study.toml")).unwrap();
+        folder.edit("study.toml", from, to);
+        let page = after(&folder, &[]);
+        assert_eq!(verdicts(&page)[2], open, "{to}");
+        assert_eq!(page.contains(others), open > 0, "{to}");
+        fs::write(folder.path("study.toml"), before).unwrap();
+    }
+    folder.edit("study.toml", tables, "");
+    folder.edit("study.toml", plan, "at_most = 0.58");
+    after(&folder, &["judge", "--pose", BOTH]);
     // Of a condition that is added nothing is known, and one that is taken away is not shown.
     folder.edit(
         "study.toml",

@@ -12,13 +12,9 @@ use perirobot::scene::Role;
 use perirobot::study::{Overrides, RegionSpec, Study};
 use perirobot::voxel::BitGrid;
 use perirobot::world::World;
-use program::{Folder, perirobot, refused, text};
+use program::{Folder, STOPPING, perirobot, refused, text};
 
-/// At 0.25 m/s 0.32125 m are needed, at 0.5 m/s 0.445, at 1 m/s 0.73: 3.2125, 4.45 and 7.3 voxels.
-const STOPPING: &str = "\n[stopping]\nformula = \"speed_and_separation\"\nrobot_speeds_m_s = [0.25, 0.5, 1.0]\n\
-    sensor_reaction_s = 0.05\ncontrol_reaction_s = 0.05\nrobot_deceleration_m_s2 = 5\nhuman_speed_m_s = 1.6\n\
-    intrusion_m = 0.02\nperson_uncertainty_m = 0.03\nrobot_uncertainty_m = 0\n";
-/// Whole squared distances, rounded up: of 10.32, 19.8 and 53.29.
+/// Whole squared distances, rounded up: of 3.2125, 4.45 and 7.3 voxels.
 const SQUARED: [i32; 3] = [11, 20, 54];
 
 /// The small study in which robot and person move, with regions of every kind that belongs to [stopping].

@@ -33,6 +33,7 @@ mod moments;
 mod needed;
 mod picture;
 mod table;
+mod ways;
 
 pub use answer::{Deepest, Found, Narrowest, Room, deepest};
 pub use body::Body;
@@ -41,3 +42,4 @@ pub use ground::Ground;
 pub use moments::{Answer, AtEntry, Company, Moment, Nearest, Plan, answers, moments_of};
 pub use picture::{PATHS, floor_plan, is_named_as_plan, paths_ply, plan_names};
 pub use table::{APPROACH, Asked, csv, fusion_warning, in_words};
+pub use ways::{Way, nearest_ways};

@@ -243,9 +243,7 @@ pub fn answers(
 ) -> Result<(Vec<Answer>, Vec<Plan>)> {
     let (mut answers, mut plans) = (Vec::new(), Vec::new());
     for company in ground.companies() {
-        let truths: Vec<Arc<Truth>> = worlds.iter().map(|world| company.truth(world)).collect();
-        let each = worlds.iter().zip(&truths);
-        let watches: Vec<Watch> = each.map(|(world, truth)| watchers.watch(world, truth.clone())).collect();
+        let (truths, watches) = looked(company, worlds, watchers);
         let mut ask = |snapshots: Range<usize>| -> Result<Vec<Plan>> {
             let moment =
                 Moment::new(ground, company, &worlds[snapshots.clone()], &truths[snapshots.clone()])?;
@@ -264,4 +262,22 @@ pub fn answers(
         plans.extend(last);
     }
     Ok((answers, plans))
+}
+
+/// The answers of all snapshots of a scene at once, with nobody else first; body by body, entry by entry.
+pub(super) fn at_once(ground: &Ground, watchers: &Watchers) -> Result<Vec<Answer>> {
+    let mut answers = Vec::new();
+    for company in ground.companies() {
+        let (truths, watches) = looked(company, ground.worlds, watchers);
+        answers.extend(Moment::new(ground, company, ground.worlds, &truths)?.ask(watchers, &watches).0);
+    }
+    Ok(answers)
+}
+
+/// What is where at each snapshot, and what sensors watch there.
+fn looked(company: Company, worlds: &[World], watchers: &Watchers) -> (Vec<Arc<Truth>>, Vec<Watch>) {
+    let truths: Vec<Arc<Truth>> = worlds.iter().map(|world| company.truth(world)).collect();
+    let each = worlds.iter().zip(&truths);
+    let watches = each.map(|(world, truth)| watchers.watch(world, truth.clone())).collect();
+    (truths, watches)
 }

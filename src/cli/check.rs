@@ -3,6 +3,7 @@
 
 use std::process::ExitCode;
 
+use perirobot::judge::check_postures;
 use perirobot::sensor::Sensor;
 use perirobot::study::Study;
 use perirobot::sweep::sample::{self, Checker, EndCounts};
@@ -46,7 +47,7 @@ const FEW_SENSORS: usize = 3;
 
 pub(super) fn run(args: &Args) -> Result<ExitCode> {
     args.backend.start_threads()?;
-    let (study, worlds, problems) = match args.study.examine() {
+    let (study, worlds, mut problems) = match args.study.examine() {
         Ok((study, worlds, problems)) => (study, worlds, problems),
         Err(problems) => return Ok(refuse(&problems, args.all)),
     };
@@ -54,6 +55,7 @@ pub(super) fn run(args: &Args) -> Result<ExitCode> {
     let few = |few: usize| if args.all { usize::MAX } else { few };
     let of_scenes = worlds.iter().map(|world| (world.name.as_str(), world.warnings.as_slice()));
     let mut warnings = super::warn(of_scenes, few(FEW_WARNINGS));
+    problems.extend(check_postures(&study, &worlds).err());
     if !problems.is_empty() {
         return Ok(refuse(&problems, args.all));
     }

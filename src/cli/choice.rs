@@ -1,8 +1,10 @@
 //! `--pose` and what goes with it: which choice of poses a command looks at, in which scene.
 
 use perirobot::Result;
+use perirobot::approach::{Ground, Way, nearest_ways};
 use perirobot::judge::{Alteration, Among, altered};
 use perirobot::study::Study;
+use perirobot::view::watched::Watchers;
 use perirobot::view::{Choice, Names, find, find_scene};
 use perirobot::world::World;
 
@@ -81,15 +83,20 @@ pub(super) struct AlterationArgs {
     /// With the mounts of this draw of the study's [mounting_error], counted from 0
     #[arg(long, value_name = "N", requires = "pose", conflicts_with = "dead")]
     draw: Option<u32>,
+    /// With this one of the study's [postures] in the place of the scenes' people: person/spot, spots counted from 0, as
+    /// in standing/0
+    #[arg(long, value_name = "PERSON/SPOT", requires = "pose", conflicts_with_all = ["dead", "draw"])]
+    posture: Option<String>,
 }
 
 impl AlterationArgs {
     /// What is different.
     pub(super) fn alteration(&self) -> Alteration {
-        match self.draw {
-            Some(draw) => Alteration::Draw(draw),
-            None if self.dead.is_empty() => Alteration::None,
-            None => Alteration::Dead(self.dead.clone()),
+        match (&self.posture, self.draw) {
+            (Some(name), _) => Alteration::Posture(name.clone()),
+            (None, Some(draw)) => Alteration::Draw(draw),
+            (None, None) if self.dead.is_empty() => Alteration::None,
+            (None, None) => Alteration::Dead(self.dead.clone()),
         }
     }
 }
@@ -103,6 +110,19 @@ pub(super) struct Looked {
 }
 
 impl Looked {
+    /// The worlds, those of the study's that were asked for.
+    pub(super) fn worlds(&self) -> &[World] {
+        &self.worlds
+    }
+
+    /// By which ways the bodies of the study's approach come nearest unnoticed, in the scene.
+    pub(super) fn ways(&self) -> Result<Vec<Way>> {
+        let watchers = Watchers::new(&self.study, self.choice);
+        let own: Vec<World> =
+            self.worlds.iter().filter(|world| world.scene == self.world().scene).cloned().collect();
+        nearest_ways(&Ground::new(&self.study, &own, watchers.each())?, &watchers)
+    }
+
     /// The scene at its moment.
     pub(super) fn world(&self) -> &World {
         &self.worlds[self.world]

@@ -9,13 +9,14 @@ use perirobot::backend::Backend;
 use perirobot::error::Issue;
 use perirobot::judge::{
     Alteration, Conditions, Draws, JudgedSet, Judgement, Moment, Part, Speeds, WhatIf, at_each_speed,
-    conditions_csv, junit_xml, leaders, requirements_csv, separation_csv, separations, speeds_csv,
+    check_postures, conditions_csv, junit_xml, leaders, requirements_csv, separation_csv, separations,
+    speeds_csv,
 };
 use perirobot::results::Results;
 use perirobot::results::columns::BETWEEN_MEMBERS;
 use perirobot::results::files::{CONDITIONS, DRAWS, REQUIREMENTS, SEPARATION, SPEEDS, write_whole};
 use perirobot::results::manifest::Fault;
-use perirobot::study::{Requirement, Study};
+use perirobot::study::{Condition, Requirement, Study};
 use perirobot::sweep::Watch;
 use perirobot::view::Choice;
 use perirobot::world::{World, cut_warning};
@@ -91,7 +92,7 @@ pub(super) fn run(args: &Args) -> Result<ExitCode> {
     if let ([draws], [_]) = (draws.as_slice(), choices.as_slice()) {
         draws.write(folder)?;
     }
-    requirements_csv(folder, &results, &sets)?;
+    requirements_csv(folder, &study, &results, &sets)?;
     conditions_csv(folder, &results, &sets)?;
     let at_speeds = args.at_speeds(&study, &worlds, &results, &choices, &sets, &stop)?;
     let picture = |set: &JudgedSet, judgement: &Judgement| args.picture(&study, set, judgement);
@@ -170,6 +171,7 @@ impl Args {
         let near = choices.iter().zip(&grounds).filter(|(_, grounds)| !grounds.is_empty());
         let fused: BTreeSet<String> = near.filter_map(|(choice, _)| fusion_warning(study, choice)).collect();
         fused.iter().for_each(|warning| say!("warning: {warning}"));
+        check_postures(study, worlds)?;
         self.forget()?;
         let asked = WhatIf::asked(study);
         let planned = choices.iter().map(|choice| Conditions::as_planned(results, choice));
@@ -192,6 +194,9 @@ impl Args {
             }
             watch.progress.finish();
         }
+        // Who stands where is the same for each choice.
+        let stood = conditions.first().map_or(&[][..], |conditions| conditions.of(Condition::Postures));
+        stood.iter().flat_map(|case| &case.warnings).for_each(|warning| say!("warning: {warning}"));
         let sets = choices.iter().zip(conditions);
         let sets =
             sets.map(|(choice, conditions)| JudgedSet::new(&study.requirements, results, choice, conditions));
@@ -264,6 +269,7 @@ impl Args {
                 words.extend(sensors.iter().flat_map(|sensor| ["--dead".into(), sensor.clone()]));
             }
             Alteration::Draw(draw) => words.extend(["--draw".into(), draw.to_string()]),
+            Alteration::Posture(name) => words.extend(["--posture".into(), name.clone()]),
         }
         if let Part::Moment(_) = part {
             words.extend(["--out".into(), "worst.png".into()]);

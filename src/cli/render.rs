@@ -71,6 +71,10 @@ pub(super) struct Args {
     /// Draw about so many returns of each sensor as dots, chosen by a hash; 0 for none
     #[arg(long, value_name = "N", default_value_t = 3000)]
     points: usize,
+    /// Draw by which way each body of the study's [approach] comes nearest to the robot unnoticed, over all snapshots at
+    /// once, and the body at its end
+    #[arg(long, requires = "pose")]
+    approach: bool,
     #[command(flatten)]
     backend: BackendArgs,
 }
@@ -85,6 +89,8 @@ Examples:
   perirobot render out/quick --pose camera:right-wall/4/1 --out swept.png
   perirobot render scenes/quick.toml --pose camera:right-wall/4/1 \\
     --out plan.svg
+  perirobot render scenes/approach.toml --pose wall/front --approach \\
+    --out way.png
   perirobot render scenes/quick.toml --from 2.8,1.8,2.7 --look-at 0,0,0.8 \\
     --fov-deg 77 --colour height --out inside.png";
 
@@ -116,7 +122,7 @@ pub(super) fn run(args: &Args) -> Result<ExitCode> {
     };
     let (scene, snapshot) = args.rest.find_scene(&study)?;
     let regions: Vec<&str> = study.regions.iter().map(|(name, _)| name.as_str()).collect();
-    let wish = args.wish(&regions)?;
+    let mut wish = args.wish(&regions)?;
     let mut worlds = swept.map_or_else(|| World::prepare(&study, scene), Ok)?;
     worlds.retain(|world| world.scene == scene);
     super::warn(
@@ -124,9 +130,19 @@ pub(super) fn run(args: &Args) -> Result<ExitCode> {
         super::MOST_WARNINGS,
     );
     let looked = args.pose.as_ref().map(|poses| args.rest.look(poses, &study, &worlds)).transpose()?;
+    if let Some(looked) = looked.as_ref().filter(|_| args.approach) {
+        wish.ways = looked.ways()?;
+        wish.ways.iter().try_for_each(|way| super::print(&format!("{}\n", way.words())))?;
+        if wish.ways.is_empty() {
+            super::print("every body of [approach] is noticed wherever it comes in\n")?;
+        }
+    }
     if ends_in("svg") {
-        let (study, choice) = looked.as_ref().map_or((&study, None), |one| (&one.study, Some(one.choice)));
-        let plan = floor_plan(study, &worlds, snapshot, choice).alone();
+        let (study, worlds, choice) = match &looked {
+            Some(one) => (&one.study, one.worlds(), Some(one.choice)),
+            None => (&study, worlds.as_slice(), None),
+        };
+        let plan = floor_plan(study, worlds, snapshot, choice).with_ways(&wish.ways).alone();
         write_whole(&args.out, plan.as_bytes())?;
         super::print(&format!("floor plan, {} bytes in {}\n", plan.len(), args.out.display()))?;
         return Ok(ExitCode::SUCCESS);
@@ -134,7 +150,8 @@ pub(super) fn run(args: &Args) -> Result<ExitCode> {
     let mut backend = args.backend.open()?;
     let view = looked.as_ref().map(|one| View::new(&one.study, one.world(), one.choice, &mut *backend));
     let view = view.transpose()?;
-    let picture = draw(&worlds[snapshot], view.as_ref(), &wish, &mut *backend)?;
+    let world = looked.as_ref().map_or(&worlds[snapshot], |one| one.world());
+    let picture = draw(world, view.as_ref(), &wish, &mut *backend)?;
     let bytes = picture.png()?;
     write_whole(&args.out, &bytes)?;
     let [width, height] = picture.size_px();
@@ -176,6 +193,7 @@ impl Args {
             cut_above_m: self.cut_above,
             open_m: self.open,
             points: self.points,
+            ways: Vec::new(),
         })
     }
 }

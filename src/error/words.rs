@@ -45,6 +45,7 @@ arguments! {
     Out "out",
     Package "package",
     Pose "pose",
+    Posture "posture",
     Region "region",
     Repeat "repeat",
     Representation "representation",

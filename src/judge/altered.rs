@@ -1,5 +1,6 @@
 //! What is different from what was planned, and the study in which it is, for commands that look at a case closely.
 
+use super::postures::{Stood, named};
 use super::what_if::WhatIf;
 use crate::error::{Argument, Issue, Site};
 use crate::study::Study;
@@ -17,6 +18,8 @@ pub enum Alteration {
     Dead(Vec<String>),
     /// Which draw of the mounts, counted from 0.
     Draw(u32),
+    /// Who of the study's postures stands there instead of the scenes' people, as in `standing/0`.
+    Posture(String),
 }
 
 impl Alteration {
@@ -26,6 +29,7 @@ impl Alteration {
             Alteration::None => String::new(),
             Alteration::Dead(sensors) => format!("without {}", sensors.join(" and ")),
             Alteration::Draw(draw) => format!("draw {draw}"),
+            Alteration::Posture(name) => format!("posture {name}"),
         }
     }
 }
@@ -33,7 +37,8 @@ impl Alteration {
 /// A study and its worlds in which a choice is altered; the choice there.
 ///
 /// # Errors
-/// When no sensor of the choice has a name that is given, or no sensor is left; when the study has no such draw.
+/// When no sensor of the choice has a name that is given, or no sensor is left; when the study has no such draw
+/// or posture.
 pub fn altered(
     study: &Study,
     worlds: &[World],
@@ -65,6 +70,10 @@ pub fn altered(
             let draws = what_if.draws(error)?;
             let members = what_if.drawn(&draws, *draw);
             (draws.study, draws.worlds, members)
+        }
+        Alteration::Posture(name) => {
+            let stood = Stood::new(study, worlds, named(study, name)?)?;
+            (stood.study, stood.worlds, what_if.members.clone())
         }
     };
     let name = format!("{}, {}", own.name, alteration.words());

@@ -43,6 +43,8 @@ pub struct Case {
     pub alteration: Alteration,
     /// Mounts that were to be drawn and are as planned, since no draw of them was possible: as in `pads:floor/0/0`.
     pub kept: Vec<String>,
+    /// What is wrong with where somebody stands who was put there, with the scene.
+    pub warnings: Vec<String>,
     /// For each region the counts of each moment.
     pub counts: Vec<Vec<Confusion>>,
     /// What bodies can do by each passage; empty where that is not known.

@@ -2,12 +2,13 @@
 //! not as planned.
 //!
 //! # Theory
-//! A condition has cases: one as planned, one for each sensor that may be dead, one for each draw of mounts. A
+//! A condition has cases: one as planned, one for each sensor that may be dead, one for each draw of mounts, one
+//! for each person at a spot. A
 //! requirement is met under a condition if it is met in each of its cases. Every value is a fraction of counts, a
 //! mean of fractions, or a distance by its square, and is compared with the limit exactly.
 //!
 //! # Practice
-//! `cases` has the counts of each case, `what_if` makes them by leaving sensors out and by `draws` of mounts, `near`
+//! `cases` has the counts of each case, `what_if` makes them by leaving sensors out, by `draws` of mounts and by `postures` of people, `near`
 //! adds how near bodies come in each, `value` compares scores, `verdict` decides, `spread` sums up how good scores
 //! are under a condition, `leaders` finds the choices that meet most requirements. `table` and `junit` write the
 //! files. Where the study says how far people must be, `speed` tells how fast the robot may run, and `separation` what a
@@ -20,11 +21,13 @@ mod judged;
 mod junit;
 mod leaders;
 mod near;
+mod postures;
 mod separation;
 mod separations;
 mod speed;
 mod spread;
 mod table;
+mod tables;
 mod value;
 mod verdict;
 mod what_if;
@@ -35,11 +38,13 @@ pub use draws::Draws;
 pub use judged::JudgedSet;
 pub use junit::junit_xml;
 pub use leaders::{Among, leaders};
+pub use postures::check_postures;
 pub use separation::{Decision, Separation, Surroundings};
 pub use separations::{Separations, separation_csv, separations};
 pub use speed::{AtEachSpeed, Speeds, at_each_speed, speeds_csv};
 pub use spread::{Spread, Summed, spreads};
 pub use table::{conditions_csv, requirements_csv};
+pub use tables::tables_sha256;
 pub use value::Value;
 pub use verdict::{Judgement, Part, Where, judgements};
 pub use what_if::WhatIf;

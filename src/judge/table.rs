@@ -6,12 +6,13 @@ use std::path::Path;
 use super::cases::{Moment, Passage};
 use super::judged::JudgedSet;
 use super::spread::spreads;
+use super::tables::tables_sha256;
 use super::verdict::{Judgement, Part, Where};
 use crate::Result;
 use crate::results::Subject;
 use crate::results::files::{CONDITIONS, REQUIREMENTS};
 use crate::results::table::{Column, ColumnKind, Datum, TableFile, TableFormat};
-use crate::study::Limit;
+use crate::study::{Limit, Study};
 
 fn names<'s>(set: &'s JudgedSet) -> [Datum<'s>; 3] {
     [&set.combination, &set.poses, &set.representation].map(|name| Datum::Text(name))
@@ -42,8 +43,8 @@ fn columns(all: &[(&str, ColumnKind)]) -> Vec<Column> {
     all.iter().map(|&(name, kind)| Column::new(name, kind)).collect()
 }
 
-/// Writes what is required and whether it is met.
-pub fn requirements_csv(folder: &Path, subject: &Subject, sets: &[JudgedSet]) -> Result<()> {
+/// Writes what is required and whether it is met; the study is the one that was judged.
+pub fn requirements_csv(folder: &Path, study: &Study, subject: &Subject, sets: &[JudgedSet]) -> Result<()> {
     use ColumnKind::{Count, Score, Text};
     let columns = columns(&[
         ("combination", Text),
@@ -71,6 +72,7 @@ pub fn requirements_csv(folder: &Path, subject: &Subject, sets: &[JudgedSet]) ->
         ("body", Text),
         ("entry", Text),
         ("out_of_reach", Score),
+        ("tables_sha256", Text),
     ]);
     let mut table = TableFile::create(&folder.join(REQUIREMENTS), TableFormat::Csv, &columns)?;
     for set in sets {
@@ -101,6 +103,8 @@ pub fn requirements_csv(folder: &Path, subject: &Subject, sets: &[JudgedSet]) ->
             row.push(Datum::Text(&case));
             row.extend(place_of(set, subject, &judgement.worst));
             row.push(Datum::Score(judgement.out_of_reach.as_ref().map(|bound| bound.number())));
+            let tables = tables_sha256(study, requirement, judgement.condition);
+            row.push(Datum::Text(&tables));
             table.row(&row)?;
         }
     }

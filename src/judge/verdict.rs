@@ -101,8 +101,9 @@ fn judgement<'a>(
     }
     let part = requirement.worst_part(parts(&cases[worst]));
     let all: Vec<_> = cases.iter().flat_map(parts).collect();
-    // Mounts that are off may see what no listed pose does.
-    let bound = (condition != Condition::MountingError).then(|| requirement.bound(baselines)).flatten();
+    // Mounts that are off may see what no listed pose does, and other people may be easier to see.
+    let is_bound = !matches!(condition, Condition::MountingError | Condition::Postures);
+    let bound = is_bound.then(|| requirement.bound(baselines)).flatten();
     Judgement {
         requirement,
         condition,

@@ -1,10 +1,12 @@
-//! Counts sets of sensors when something is not as planned: with sensors left out, and with mounts that are off.
+//! Counts sets of sensors when something is not as planned: with sensors left out, with mounts that are off, and with
+//! other people.
 //!
-//! What each sensor says is cast once, and fused anew for each case.
+//! What each sensor says is cast once for all cases with the same mounts and people, and fused anew for each.
 
 use super::altered::Alteration;
 use super::cases::{Case, Conditions};
 use super::draws::Draws;
+use super::postures::Stood;
 use crate::backend::Fusion;
 use crate::backend::factory::BackendFactory;
 use crate::error::Issue;
@@ -24,6 +26,9 @@ pub struct WhatIf<'a> {
     pub(super) members: Vec<[usize; 3]>,
 }
 
+/// For each region the counts of each moment.
+type CountsOf = Vec<Vec<Confusion>>;
+
 /// The sensors in a case.
 pub(super) struct Variant {
     pub(super) condition: Condition,
@@ -31,11 +36,14 @@ pub(super) struct Variant {
     members: Vec<[usize; 3]>,
     /// Mounts that could not be drawn.
     kept: Vec<String>,
+    /// What is wrong with where somebody stands.
+    warnings: Vec<String>,
 }
 
 impl Variant {
     fn case(self, counts: Vec<Vec<Confusion>>) -> Case {
-        Case { alteration: self.alteration, kept: self.kept, counts, near: Vec::new() }
+        let Variant { alteration, kept, warnings, .. } = self;
+        Case { alteration, kept, warnings, counts, near: Vec::new() }
     }
 }
 
@@ -49,12 +57,13 @@ impl<'a> WhatIf<'a> {
         WhatIf { study, worlds, fusion: combination.fusion, members: members.collect() }
     }
 
-    /// The conditions that a study asks for besides the plan: those that its requirements name, and mounting error
-    /// where it says how large that is.
+    /// The conditions that a study asks for besides the plan: those that its requirements name, mounting error where it
+    /// says how large that is, and postures where it says who stands where.
     pub fn asked(study: &Study) -> Vec<Condition> {
         let is_asked = |condition: &Condition| match condition {
             Condition::AsPlanned => false,
             Condition::MountingError => study.mounting_error.is_some(),
+            Condition::Postures => !study.postures.is_empty(),
             _ => study.requirements.iter().any(|requirement| requirement.under.contains(condition)),
         };
         Condition::ALL.into_iter().filter(is_asked).collect()
@@ -65,7 +74,9 @@ impl<'a> WhatIf<'a> {
         let draws = self.error(asked).map_or(0, |error| u64::from(error.draws));
         let moments = self.worlds.len() as u64 * u64::from(self.study.repeats);
         let speaking = self.left_out(asked).iter().filter(|variant| !variant.members.is_empty()).count();
-        (speaking as u64 + draws) * moments
+        let postures =
+            if asked.contains(&Condition::Postures) { self.study.postures.len() as u64 } else { 0 };
+        (speaking as u64 + draws + postures) * moments
     }
 
     fn error(&self, asked: &[Condition]) -> Option<&MountingError> {
@@ -77,7 +88,7 @@ impl<'a> WhatIf<'a> {
     ///
     /// # Errors
     /// When the backend fails, or counts the plan differently; when no mount can be anywhere but where it is planned;
-    /// `Error::Stopped`.
+    /// when a person cannot be read; `Error::Stopped`.
     pub fn count(
         &self,
         asked: &[Condition],
@@ -86,11 +97,19 @@ impl<'a> WhatIf<'a> {
         watch: &mut dyn Watch,
     ) -> Result<Option<Draws>> {
         let variants = self.left_out(asked);
-        let counts = self.counted(self.study, self.worlds, &variants, backends, watch)?;
-        for (variant, counts) in variants.into_iter().zip(counts) {
-            match variant.condition {
-                Condition::AsPlanned => same(&planned.of(Condition::AsPlanned)[0].counts, &counts)?,
-                condition => planned.add(condition, variant.case(counts)),
+        planned.take(self.counted(self.study, self.worlds, variants, backends, watch)?)?;
+        if asked.contains(&Condition::Postures) {
+            for posture in &self.study.postures {
+                // One at a time, since each has voxels of its own.
+                let Stood { study, worlds, warnings } = Stood::new(self.study, self.worlds, posture)?;
+                let variant = Variant {
+                    condition: Condition::Postures,
+                    alteration: Alteration::Posture(posture.name.clone()),
+                    members: self.members.clone(),
+                    kept: Vec::new(),
+                    warnings,
+                };
+                planned.take(self.counted(&study, &worlds, vec![variant], backends, watch)?)?;
             }
         }
         let Some(error) = self.error(asked) else { return Ok(None) };
@@ -100,12 +119,10 @@ impl<'a> WhatIf<'a> {
             alteration: Alteration::Draw(draw),
             members: self.drawn(&draws, draw),
             kept: self.kept(&draws, draw),
+            warnings: Vec::new(),
         };
-        let variants: Vec<Variant> = (0..error.draws).map(of_draw).collect();
-        let counts = self.counted(&draws.study, &draws.worlds, &variants, backends, watch)?;
-        for (variant, counts) in variants.into_iter().zip(counts) {
-            planned.add(variant.condition, variant.case(counts));
-        }
+        let variants = (0..error.draws).map(of_draw).collect();
+        planned.take(self.counted(&draws.study, &draws.worlds, variants, backends, watch)?)?;
         Ok(Some(draws))
     }
 
@@ -143,7 +160,7 @@ impl<'a> WhatIf<'a> {
             let members = self.without(&dead);
             let names = || dead.iter().map(|&number| self.name(self.members[number])).collect();
             let alteration = if dead.is_empty() { Alteration::None } else { Alteration::Dead(names()) };
-            Variant { condition, alteration, members, kept: Vec::new() }
+            Variant { condition, alteration, members, kept: Vec::new(), warnings: Vec::new() }
         };
         dead.into_iter().map(variant).collect()
     }
@@ -170,22 +187,22 @@ impl<'a> WhatIf<'a> {
         Combination { name, fusion, members: members.iter().map(member).collect() }
     }
 
-    /// What variants count: for each region the counts of each moment.
+    /// Variants with what each counts.
     fn counted(
         &self,
         study: &Study,
         worlds: &[World],
-        variants: &[Variant],
+        variants: Vec<Variant>,
         backends: &mut dyn BackendFactory,
         watch: &mut dyn Watch,
-    ) -> Result<Vec<Vec<Vec<Confusion>>>> {
+    ) -> Result<Vec<(Variant, CountsOf)>> {
         // Nobody speaks in a set without sensors.
         let nothing = |region: usize| -> Vec<Confusion> {
             let each: Vec<Confusion> =
                 worlds.iter().map(|world| world.baselines[region].nothing_seen).collect();
             each.repeat(study.repeats as usize)
         };
-        let mut counts: Vec<Vec<Vec<Confusion>>> = Vec::new();
+        let mut counts: Vec<CountsOf> = Vec::new();
         let mut speaking = Vec::new();
         for (number, variant) in variants.iter().enumerate() {
             let is_silent = variant.members.is_empty();
@@ -196,7 +213,7 @@ impl<'a> WhatIf<'a> {
             counts.push((0..study.regions.len()).map(of_region).collect());
         }
         if speaking.is_empty() {
-            return Ok(counts);
+            return Ok(variants.into_iter().zip(counts).collect());
         }
         let combination = |&(number, variant): &(usize, &Variant)| {
             WhatIf::combination(&variant.members, number.to_string(), self.fusion)
@@ -218,11 +235,25 @@ impl<'a> WhatIf<'a> {
                 counts[number][row.region].push(row.counts);
             }
         }
-        Ok(counts)
+        Ok(variants.into_iter().zip(counts).collect())
     }
 }
 
 impl Conditions {
+    /// Adds the cases of variants.
+    ///
+    /// # Errors
+    /// When the plan is counted differently than before.
+    fn take(&mut self, counted: Vec<(Variant, CountsOf)>) -> Result<()> {
+        for (variant, counts) in counted {
+            match variant.condition {
+                Condition::AsPlanned => same(&self.of(Condition::AsPlanned)[0].counts, &counts)?,
+                condition => self.add(condition, variant.case(counts)),
+            }
+        }
+        Ok(())
+    }
+
     fn add(&mut self, condition: Condition, case: Case) {
         match self.cases.iter_mut().find(|(known, _)| *known == condition) {
             Some((_, cases)) => cases.push(case),

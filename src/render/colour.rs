@@ -29,6 +29,8 @@ pub(super) const SKY: [u8; 3] = [255; 3];
 pub(super) const POINTS: [[u8; 3]; 2] = [[0, 0, 0], [230, 97, 0]];
 /// A sensor.
 pub(super) const SENSOR: [u8; 3] = [0, 0, 0];
+/// The way of a body that nobody notices.
+pub(super) const WAY: [u8; 3] = [163, 0, 92];
 /// Free space that is called occupied: a translucent veil over what is behind it.
 const VEIL: [u8; 3] = [230, 159, 0];
 /// Opacity of the veil, of 256.

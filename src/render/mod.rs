@@ -15,6 +15,7 @@ mod overlay;
 pub mod plan;
 pub mod svg;
 
+use crate::approach::Way;
 use crate::backend::Backend;
 use crate::error::{Argument, Issue, Words};
 use crate::view::{Verdict, View};
@@ -60,6 +61,8 @@ pub struct Wish {
     pub open_m: f64,
     /// About so many returns of each sensor are drawn as dots, or all.
     pub points: usize,
+    /// Ways of bodies that are drawn, visible through everything.
+    pub ways: Vec<Way>,
 }
 
 impl Default for Wish {
@@ -76,6 +79,7 @@ impl Default for Wish {
             cut_above_m: None,
             open_m: 0.1,
             points: 3000,
+            ways: Vec::new(),
         }
     }
 }
@@ -96,7 +100,8 @@ pub fn draw(world: &World, view: Option<&View>, wish: &Wish, backend: &mut dyn B
         .filter(|_| wish.colour == Colour::Label)
         .map(|view| Cut::of(wish).plane(world, beyond_returns(view)));
     let haze = haze.filter(|haze| !haze.is_empty());
-    let entries = palette.entries(&whole, haze.is_some(), view.filter(|_| wish.points > 0));
+    let mut entries = palette.entries(&whole, haze.is_some(), view.filter(|_| wish.points > 0));
+    entries.extend(wish.ways.iter().map(|way| colour::Entry::Patch(colour::WAY, way.words())));
     let legend = legend::Legend::new(legend::title(world, view), entries, wish.size_px[0]);
     let height = wish.size_px[1].saturating_sub(legend.height_px());
     if height < 32 {
@@ -113,6 +118,7 @@ pub fn draw(world: &World, view: Option<&View>, wish: &Wish, backend: &mut dyn B
         overlay::points(&mut samples, view, wish.points, &dots, &camera);
         overlay::sensors(&mut samples, view, &camera);
     }
+    overlay::ways(&mut samples, &wish.ways, &camera);
     let mut canvas = Canvas::white(wish.size_px);
     canvas.paste(&samples.colours, size, FINE);
     legend.draw(&mut canvas, height);

@@ -1,11 +1,12 @@
-//! Draws over the voxels: returns as dots, where nothing stands before them, and sensors as figures of lines,
-//! visible through everything.
+//! Draws over the voxels: returns as dots, where nothing stands before them; sensors as figures of lines, and ways of
+//! bodies, visible through everything.
 
 use glam::DVec3;
 
 use super::Samples;
-use super::colour::{POINTS, SENSOR};
+use super::colour::{POINTS, SENSOR, WAY};
 use super::eye::PictureCamera;
+use crate::approach::Way;
 use crate::march;
 use crate::view::View;
 use crate::voxel::BitGrid;
@@ -76,6 +77,15 @@ pub(super) fn sensors(samples: &mut Samples, view: &View, camera: &PictureCamera
             if let Some((at, _)) = camera.project(apex) {
                 dot(samples, at, 2.0 * radius, colour, camera.size);
             }
+        }
+    }
+}
+
+/// Draws ways of bodies, and the bodies at their ends.
+pub(super) fn ways(samples: &mut Samples, ways: &[Way], camera: &PictureCamera) {
+    for (radius, colour) in [(3.2, [255; 3]), (1.7, WAY)] {
+        for points in ways.iter().flat_map(|way| [&way.points_m].into_iter().chain(&way.outline_m)) {
+            points.windows(2).for_each(|ends| line(samples, [ends[0], ends[1]], radius, colour, camera));
         }
     }
 }

@@ -23,6 +23,7 @@ fn wish() -> Wish {
         cut_above_m: None,
         open_m: 0.1,
         points: 100,
+        ways: Vec::new(),
     }
 }
 

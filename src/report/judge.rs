@@ -143,6 +143,7 @@ pub fn words(condition: Condition) -> &'static str {
         Condition::OneSensorDead => "one sensor dead",
         Condition::TwoSensorsDead => "two sensors dead",
         Condition::MountingError => "mounting error",
+        Condition::Postures => "postures",
     }
 }
 

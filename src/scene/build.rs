@@ -88,7 +88,15 @@ mod tests {
 
     fn scene(objects: Vec<ObjectSpec>) -> Result<Scene> {
         let (path, name) = ("cell.toml".into(), "cell".into());
-        let spec = SceneSpec { path, text: String::new(), name, snapshots: 1, objects, warnings: Vec::new() };
+        let spec = SceneSpec {
+            path,
+            text: String::new(),
+            name,
+            interior: Interior::Ignored,
+            snapshots: 1,
+            objects,
+            warnings: Vec::new(),
+        };
         // The joints lie in a folder of their own.
         let sources = Sources::beside(&spec.path).allow_outside();
         build(&spec, &sources, 0.08).map(|mut snapshots| snapshots.remove(0))

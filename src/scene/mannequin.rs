@@ -6,6 +6,7 @@ use glam::{DMat3, DQuat, DVec3};
 
 use super::Mesh;
 use super::primitive::{capsule_between, ellipsoid};
+use super::shipped::Shipped;
 use crate::Result;
 use crate::error::Issue;
 use crate::metrics::BodyPart;
@@ -69,6 +70,11 @@ pub(crate) fn read_person(path: &Path, sources: &Sources) -> Result<Keypoints> {
         return Err(what.wanted("nothing of a body can be drawn").at(path).into());
     }
     Ok(keypoints)
+}
+
+/// The joints of a person that ships.
+pub(crate) fn shipped(person: &Shipped) -> Result<Keypoints> {
+    parse(person.joints.as_bytes()).map_err(|issue| issue.at(person.name).into())
 }
 
 /// The joints turned about the origin, then moved, as [`Mesh::transformed`] does with a surface.

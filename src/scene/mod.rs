@@ -18,6 +18,7 @@ pub mod mesh_file;
 mod moving;
 mod parts;
 pub(crate) mod polygon;
+pub(crate) mod shipped;
 mod xml;
 
 use std::sync::Arc;

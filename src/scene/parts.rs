@@ -32,6 +32,11 @@ pub(super) fn parts(object: &ObjectSpec, files: &mut SceneFiles, sag_m: f64) -> 
             keypoints = (object.role == Role::Human).then_some(person);
             mannequin::body(&person, sag_m)
         }
+        SurfaceSpec::Shipped(person) => {
+            let person = mannequin::shipped(person)?;
+            keypoints = Some(person);
+            mannequin::body(&person, sag_m)
+        }
         SurfaceSpec::Mesh(file) if file.format == MeshFormat::Gltf => {
             return gltf_objects(object, file, keypoints, files);
         }

@@ -7,6 +7,7 @@ use schemars::JsonSchema;
 use serde::Deserialize;
 
 use super::mesh_file::{MeshFile, MeshFormat};
+use super::shipped::Shipped;
 use super::urdf::{Geometry, JointValues, Packages};
 use super::{Interior, Optical, Role};
 
@@ -19,6 +20,8 @@ pub struct SceneSpec {
     pub text: String,
     /// Its name: the file's stem, unless the study gives another.
     pub name: String,
+    /// What the inside of its objects is that do not say so themselves.
+    pub interior: Interior,
     /// How many moments it has; one where nothing moves.
     pub snapshots: usize,
     /// Objects in file order.
@@ -99,6 +102,8 @@ pub enum SurfaceSpec {
     Octomap(PathBuf),
     /// A body around 17 keypoints in a CSV file.
     Mannequin(PathBuf),
+    /// The same of a person that ships with the program.
+    Shipped(Shipped),
     /// A robot from a URDF.
     Urdf(UrdfSpec),
 }

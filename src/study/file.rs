@@ -9,6 +9,7 @@ use serde::Deserialize;
 
 use super::approach::ApproachFile;
 use super::choose::ChooseFile;
+use super::postures::PosturesFile;
 use super::region_file::RegionFile;
 use super::require::{MountingErrorFile, RequirementFile};
 use super::sensor::AnySensor;
@@ -59,6 +60,8 @@ pub(super) struct StudyFile {
     pub(super) require: Vec<RequirementFile>,
     /// How far mounts may be from where they are planned.
     pub(super) mounting_error: Option<MountingErrorFile>,
+    /// Who stands where, for requirements under "postures".
+    pub(super) postures: Option<PosturesFile>,
     /// What `perirobot approach` looks for: how near a body can come to the robot unnoticed.
     pub(super) approach: Option<ApproachFile>,
     /// How far people must be from the robot at which of its speeds.

@@ -10,6 +10,7 @@ mod combination;
 mod file;
 mod place;
 mod poses;
+mod postures;
 mod problems;
 mod reader;
 mod region;
@@ -42,6 +43,7 @@ pub use combination::{Combination, Member};
 pub(crate) use combination::{MAX_NAMES_BYTES, MAX_ROWS, bytes_of_names};
 use file::StudyFile;
 use place::{Place, only_one};
+pub use postures::Posture;
 use problems::{Problems, parse_in_parts, wrong_with};
 pub use region::RegionSpec;
 pub use require::{ApproachScore, Condition, Counted, Limit, Measure, MountingError, Nearness, Requirement};
@@ -82,6 +84,8 @@ pub struct Study {
     pub requirements: Vec<Requirement>,
     /// How far mounts may be off, if the study says so.
     pub mounting_error: Option<MountingError>,
+    /// Each person at each spot that the study lists, person by person; none where it lists none.
+    pub postures: Vec<Posture>,
     /// How near bodies can come unnoticed is asked of these.
     pub approach: Approach,
     /// Whether the study says so itself, in a table `[approach]`.
@@ -198,8 +202,14 @@ impl Study {
         let known = approach::Known { regions: &regions, sensors: &sensors };
         let has_approach = file.approach.is_some();
         let approach = approach::check(&at, file.approach, &known).map_err(|e| vec![e])?;
-        let known =
-            require::Known { regions: &regions, approach: &approach, has_draws: mounting_error.is_some() };
+        let postures = file.postures.map(|file| file.check(&at, approach.floor_m)).transpose();
+        let postures = postures.map_err(|e| vec![e])?.unwrap_or_default();
+        let known = require::Known {
+            regions: &regions,
+            approach: &approach,
+            has_draws: mounting_error.is_some(),
+            has_postures: !postures.is_empty(),
+        };
         let requirements = require::check(&at, file.require, &known)?;
         // Without noise every repeat would be the first again.
         let noisy = sensors.iter().any(|sensor| sensor.kind.is_noisy());
@@ -225,6 +235,7 @@ impl Study {
             choose,
             requirements,
             mounting_error,
+            postures,
             approach,
             has_approach,
             stopping,

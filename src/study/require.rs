@@ -90,12 +90,19 @@ pub enum Condition {
     TwoSensorsDead,
     /// Every sensor is mounted a little off, and known to be there.
     MountingError,
+    /// In the place of the people of the scenes each person of `[postures]` stands at each spot.
+    Postures,
 }
 
 impl Condition {
     /// All of them, in the order of the tables.
-    pub const ALL: [Condition; 4] =
-        [Condition::AsPlanned, Condition::OneSensorDead, Condition::TwoSensorsDead, Condition::MountingError];
+    pub const ALL: [Condition; 5] = [
+        Condition::AsPlanned,
+        Condition::OneSensorDead,
+        Condition::TwoSensorsDead,
+        Condition::MountingError,
+        Condition::Postures,
+    ];
 
     /// As in a study.
     pub(crate) fn name(self) -> &'static str {
@@ -104,6 +111,7 @@ impl Condition {
             Condition::OneSensorDead => "one_sensor_dead",
             Condition::TwoSensorsDead => "two_sensors_dead",
             Condition::MountingError => "mounting_error",
+            Condition::Postures => "postures",
         }
     }
 }
@@ -248,6 +256,8 @@ pub(super) struct Known<'a> {
     pub(super) approach: &'a Approach,
     /// Whether the study has a mounting error.
     pub(super) has_draws: bool,
+    /// Whether the study says who stands where.
+    pub(super) has_postures: bool,
 }
 
 /// The requirements that are right.
@@ -289,6 +299,20 @@ fn one(at: &Place, mut entry: RequirementFile, known: &Known) -> Result<Requirem
         let rule =
             format!("needs to know how far mounts may be off: add a table to the study, as in {example}");
         return Err(at.wrong("under", "\"mounting_error\"", &rule));
+    }
+    if under.contains(&Condition::Postures) {
+        if let Measure::Nearness(nearness) = &measure {
+            let rule = format!(
+                "{} is of bodies that come in, beside whom only people of the scenes stand: leave it out, and put people into a scene",
+                nearness.score.name()
+            );
+            return Err(at.wrong("under", "\"postures\"", &rule));
+        }
+        if !known.has_postures {
+            let example = "[postures] people = [\"standing\"], spots = [[1.0, 0.5, 90]]";
+            let rule = format!("needs to know who stands where: add a table to the study, as in {example}");
+            return Err(at.wrong("under", "\"postures\"", &rule));
+        }
     }
     let under = Condition::ALL.into_iter().filter(|condition| under.contains(condition)).collect();
     Ok(Requirement { name: entry.name, measure, limit, under })

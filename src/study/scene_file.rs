@@ -170,13 +170,13 @@ impl SceneSpec {
         let lists = [("object", wrong_with::<ObjectFile> as _)];
         let file: Option<SceneFile> = parse_in_parts(path, &text, &lists, &mut problems);
         let at = Place { file: path, prefix: String::new() };
-        let mut objects = Vec::new();
+        let (mut objects, mut interior) = (Vec::new(), Interior::Ignored);
         if let Some(file) = file {
             if problems.is_empty() {
                 problems.keep(at.some("object", &file.object, "[[object]] name = \"table\""));
             }
-            let default_interior = file.interior.unwrap_or(Interior::Ignored);
-            let checked = file.object.into_iter().map(|entry| object(&at, entry, default_interior));
+            interior = file.interior.unwrap_or(interior);
+            let checked = file.object.into_iter().map(|entry| object(&at, entry, interior));
             objects = checked.filter_map(|object| problems.keep(object)).collect();
             problems.keep(at.unique("object", objects.iter().map(|o| o.name.as_str())));
         }
@@ -185,7 +185,7 @@ impl SceneSpec {
             path.file_stem().map_or_else(|| "scene".into(), |stem| stem.to_string_lossy().into_owned());
         let snapshots = snapshots::count(&at, &mut objects).map_err(|e| vec![e])?;
         let warnings = slips::warnings(&text);
-        Ok(SceneSpec { path: path.into(), text, name, snapshots, objects, warnings })
+        Ok(SceneSpec { path: path.into(), text, name, interior, snapshots, objects, warnings })
     }
 }
 

@@ -155,6 +155,24 @@ impl Folder {
     }
 }
 
+/// Of `scenes/approach.toml`, without what it requires: tests change the regions that this is about.
+pub(crate) fn shelf() -> Folder {
+    let folder = Folder::new();
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes");
+    folder.write("study.toml", fs::read(root.join("approach.toml")).unwrap());
+    folder.edit("study.toml", "approach/cell.toml", "cell.toml");
+    let text = fs::read_to_string(folder.path("study.toml")).unwrap();
+    let required = text.split_once("[[require]]").unwrap().1.split_once("# Invented").unwrap().0;
+    folder.edit("study.toml", &format!("[[require]]{required}"), "");
+    folder.write("cell.toml", fs::read(root.join("approach/cell.toml")).unwrap());
+    folder
+}
+
+/// Speeds for the small study: at 0.25 m/s 0.32125 m are needed, at 0.5 m/s 0.445, at 1 m/s 0.73.
+pub(crate) const STOPPING: &str = "\n[stopping]\nformula = \"speed_and_separation\"\nrobot_speeds_m_s = [0.25, 0.5, 1.0]\n\
+    sensor_reaction_s = 0.05\ncontrol_reaction_s = 0.05\nrobot_deceleration_m_s2 = 5\nhuman_speed_m_s = 1.6\n\
+    intrusion_m = 0.02\nperson_uncertainty_m = 0.03\nrobot_uncertainty_m = 0\n";
+
 /// The small study with costs, and what is looked for.
 pub(crate) fn priced(choose: &str) -> Folder {
     let folder = Folder::new();

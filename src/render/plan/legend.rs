@@ -29,7 +29,7 @@ pub fn swatch(class: &str) -> String {
     let mut svg = Svg::default();
     match class {
         "badge" => svg.element("circle", &[("class", &class), ("cx", &12), ("cy", &8), ("r", &7)]),
-        "reach" => svg.element("path", &[("class", &class), ("d", &"M1 8H23")]),
+        "reach" | "way" => svg.element("path", &[("class", &class), ("d", &"M1 8H23")]),
         _ => svg.element("path", &[("class", &class), ("d", &"M1 2H23V14H1Z")]),
     }
     svg.into_text()
@@ -38,12 +38,12 @@ pub fn swatch(class: &str) -> String {
 impl FloorPlan {
     /// As a part of a page that has [`STYLE`] and [`PATTERNS`].
     pub fn inline(&self) -> String {
-        self.drawing.clone().finish("plan", &self.title, self.view)
+        self.drawing.clone().finish("plan", &self.title, self.paper.view())
     }
 
     /// As a file, with its title and its legend.
     pub fn alone(&self) -> String {
-        let [left, top, width, height] = self.view;
+        let [left, top, width, height] = self.paper.view();
         let mut svg = Svg::default();
         svg.add(&format!("<style>\n{STYLE}</style>\n{PATTERNS}"));
         svg.element("rect", &[("class", &"sheet"), ("width", &"100%"), ("height", &"100%")]);

@@ -9,6 +9,7 @@ mod ground;
 mod labels;
 mod legend;
 mod paper;
+mod ways;
 
 use std::fmt::Display;
 use std::sync::Arc;
@@ -48,7 +49,7 @@ pub struct FloorPlan {
     pub floor_m2: [f64; 3],
     title: String,
     drawing: Svg,
-    view: [f64; 4],
+    paper: Paper,
 }
 
 /// What a plan is drawn of.
@@ -92,7 +93,7 @@ pub fn floor_plan(study: &Study, worlds: &[World], snapshot: usize, choice: Opti
     paper.draw_axes(&mut svg);
     legend.sort_by_key(|(class, _)| ORDER.iter().position(|known| known == class));
     let title = format!("Floor plan of {}", world.title(study));
-    FloorPlan { legend, sensors, floor_m2, title, drawing: svg, view: paper.view() }
+    FloorPlan { legend, sensors, floor_m2, title, drawing: svg, paper }
 }
 
 /// The order of the legend.

@@ -141,7 +141,7 @@ fn says(text: &str) -> Value {
     let mut says = toml::from_str(text)
         .map_or_else(|_| text.into(), |study| serde_json::json!(catalogue::written_out(study)));
     if let Some(keys) = says.as_object_mut() {
-        for asked in ["choose", "require", "mounting_error", "approach", "stopping"] {
+        for asked in ["choose", "require", "mounting_error", "postures", "approach", "stopping"] {
             keys.remove(asked);
         }
         let sensors = keys.get_mut("sensor").and_then(Value::as_array_mut).into_iter().flatten();
@@ -193,7 +193,7 @@ mod tests {
         assert_eq!(
             says(sensor),
             says(&format!(
-                "{sensor}cost = 3.5\nat_most = 2\n[choose]\nat_most = 1\n[[require]]\nname = \"b\"\n[mounting_error]\ndraws = 2\n[approach]\nfloor_m = 1\n[stopping]\nformula = \"iso13855\""
+                "{sensor}cost = 3.5\nat_most = 2\n[choose]\nat_most = 1\n[[require]]\nname = \"b\"\n[mounting_error]\ndraws = 2\n[postures]\npeople = []\n[approach]\nfloor_m = 1\n[stopping]\nformula = \"iso13855\""
             ))
         );
     }

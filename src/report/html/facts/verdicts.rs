@@ -3,7 +3,7 @@
 
 use super::kept::{Kept, Row, shortened};
 use crate::Result;
-use crate::judge::{Conditions, JudgedSet};
+use crate::judge::{Conditions, JudgedSet, tables_sha256};
 use crate::report::html::ReportedSweep;
 use crate::report::judge::{line, words};
 use crate::results::files::REQUIREMENTS;
@@ -12,7 +12,8 @@ use crate::view::Choice;
 
 /// Why a requirement is open.
 const NOT_YET: &str = "is not decided yet: judge it (see below)";
-const OTHERWISE: &str = "was judged against other requirements: run `perirobot judge` again";
+const OTHERWISE: &str =
+    "was judged against other requirements, or with other tables of the study: run `perirobot judge` again";
 
 /// A requirement under a condition.
 #[derive(Debug)]
@@ -52,7 +53,10 @@ fn of_kept(sweep: &ReportedSweep, kept: &Kept) -> (String, Vec<ShownVerdict>) {
                 row.of("requirement") == requirement.name && row.of("condition") == condition.name()
             };
             match kept.rows().find(is_asked) {
-                Some(row) if is_judged_as(&row, requirement, &sweep.results.regions) => {
+                Some(row)
+                    if is_judged_as(&row, requirement, &sweep.results.regions)
+                        && row.of("tables_sha256") == tables_sha256(sweep.study, requirement, condition) =>
+                {
                     shown.push(of_row(&row));
                     used += 1;
                 }
@@ -67,8 +71,8 @@ fn of_kept(sweep: &ReportedSweep, kept: &Kept) -> (String, Vec<ShownVerdict>) {
         true => "As perirobot judge has decided, whose tables are in the folder.",
         false => {
             "What perirobot judge has written into the folder was judged against other requirements than the study \
-             has now: run `perirobot judge` again. Its verdicts are shown only where nothing of the requirement has \
-             changed."
+             has now, or with another [mounting_error], [postures], [approach] or [stopping]: run `perirobot judge` \
+             again. Its verdicts are shown only where nothing that they rest on has changed."
         }
     };
     (note.into(), shown)

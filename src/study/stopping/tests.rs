@@ -1,0 +1,134 @@
+use std::path::Path;
+
+use super::*;
+
+fn checked(text: &str) -> Result<Stopping, String> {
+    let at = Place { file: Path::new("study.toml"), prefix: String::new() };
+    check(&at, toml::from_str(text).unwrap()).map_err(|e| e.to_string())
+}
+
+fn needed_m(text: &str) -> Vec<f64> {
+    checked(text).unwrap().speeds.iter().map(|at| at.needed_m).collect()
+}
+
+#[track_caller]
+fn same(found: Vec<f64>, expected: &[f64]) {
+    let near = |(a, b): (&f64, &f64)| (a - b).abs() < 1e-12;
+    assert!(found.len() == expected.len() && found.iter().zip(expected).all(near), "{found:?}, {expected:?}");
+}
+
+const TIMES: &str = "sensor_reaction_s = 0.1\ncontrol_reaction_s = 0.05\n";
+
+/// Worked by hand.
+#[test]
+fn distances_are_those_of_the_formulas() {
+    let speeds = "robot_speeds_m_s = [0.5, 1]\n";
+    // 1.6 · (0.15 + 0.3) = 0.72, and 0.85; then 2 · 0.45 = 0.9, and 0.2.
+    let iso = format!("formula = \"iso13855\"\nedition = 2010\n{speeds}{TIMES}robot_stopping_s = 0.3\n");
+    same(needed_m(&iso), &[1.57, 1.57]);
+    same(needed_m(&format!("{iso}human_speed_m_s = 2\nintrusion_m = 0.2")), &[1.1, 1.1]);
+    // v / a = 0.25 and 0.5 s: 1.6 · 0.4 = 0.64, 1.6 · 0.65 = 1.04.
+    let braking = iso.replace("robot_stopping_s = 0.3", "robot_deceleration_m_s2 = 2");
+    same(needed_m(&braking), &[1.49, 1.89]);
+    // 0.72 + 0.3 + 0.12.
+    let edition = iso.replace("2010", "2024") + "device_distance_m = 0.3\nsupplement_m = 0.12";
+    same(needed_m(&edition), &[1.14, 1.14]);
+    // Human 1.6 · 0.4 = 0.64, robot 0.5 · 0.15 = 0.075, stopping 0.25 / 4 = 0.0625, and 0.85 + 0.1 + 0.01;
+    // then 1.04, 0.15, 0.25, and the same.
+    let both = format!(
+        "formula = \"speed_and_separation\"\n{speeds}{TIMES}robot_deceleration_m_s2 = 2\n\
+         person_uncertainty_m = 0.1\nrobot_uncertainty_m = 0.01\n"
+    );
+    same(needed_m(&both), &[1.7375, 2.4]);
+    // A time for each speed: human 1.6 · 0.35 = 0.56 and 1.6 · 0.55 = 0.88; the robot at its speed all the time:
+    // 0.5 · 0.35 = 0.175 and 0.55.
+    let times = both.replace("robot_deceleration_m_s2 = 2", "robot_stopping_s = [0.2, 0.4]");
+    same(needed_m(&times), &[1.695, 2.39]);
+}
+
+#[test]
+fn what_is_wrong_is_named() {
+    let good = format!(
+        "formula = \"speed_and_separation\"\nrobot_speeds_m_s = [0.5, 1.0]\n{TIMES}robot_deceleration_m_s2 = 2.0\n\
+         person_uncertainty_m = 0.1\nrobot_uncertainty_m = 0.01\n"
+    );
+    assert!(checked(&good).is_ok());
+    let iso = "formula = \"iso13855\"";
+    for (from, to, expected) in [
+        ("[0.5, 1.0]", "[0, 1.0]", "stopping.robot_speeds_m_s = 0: must be speeds in m/s above 0"),
+        ("[0.5, 1.0]", "[-0.5, 1.0]", "stopping.robot_speeds_m_s = -0.5: must be speeds"),
+        ("[0.5, 1.0]", "[1.0, 0.5]", "robot_speeds_m_s = [1.0, 0.5]: each must be above the one before"),
+        ("[0.5, 1.0]", "[]", "robot_speeds_m_s = []: must be at least one number"),
+        ("sensor_reaction_s = 0.1", "sensor_reaction_s = -0.1", "sensor_reaction_s = -0.1: must be a time"),
+        ("control_reaction_s = 0.05", "control_reaction_s = nan", "control_reaction_s = NaN: must be a time"),
+        (
+            "robot_deceleration_m_s2 = 2.0",
+            "",
+            "stopping: neither robot_stopping_s nor robot_deceleration_m_s2",
+        ),
+        (
+            "robot_deceleration_m_s2",
+            "robot_stopping_s = 0.3\nrobot_deceleration_m_s2",
+            "stopping: both robot_stopping_s and robot_deceleration_m_s2",
+        ),
+        (
+            "robot_deceleration_m_s2 = 2.0",
+            "robot_deceleration_m_s2 = 0",
+            "robot_deceleration_m_s2 = 0: must be",
+        ),
+        (
+            "robot_deceleration_m_s2 = 2.0",
+            "robot_stopping_s = [1, 2, 3]",
+            "[1.0, 2.0, 3.0]: must be one number, or one for each of the 2 speeds",
+        ),
+        (
+            "robot_deceleration_m_s2 = 2.0",
+            "robot_stopping_s = [0.3, 0.2]",
+            "none may be below the one before",
+        ),
+        ("robot_deceleration_m_s2 = 2.0", "robot_stopping_s = -1", "robot_stopping_s = -1: must be times"),
+        ("person_uncertainty_m = 0.1\n", "", "person_uncertainty_m"),
+        ("formula = \"speed_and_separation\"", iso, "edition"),
+        (
+            "formula = \"speed_and_separation\"",
+            "formula = \"iso13855\"\nedition = 2016",
+            "stopping.edition = 2016: must be 2010 or 2024",
+        ),
+        (
+            "formula = \"speed_and_separation\"",
+            "formula = \"speed_and_separation\"\nedition = 2010",
+            "edition = 2010: belongs to formula = \"iso13855\"",
+        ),
+        (
+            "formula = \"speed_and_separation\"",
+            "formula = \"iso13855\"\nedition = 2010",
+            "person_uncertainty_m = 0.1: formula = \"iso13855\" of 2010 has no such term: it has intrusion_m",
+        ),
+        (
+            "person_uncertainty_m = 0.1",
+            "person_uncertainty_m = 0.1\nhuman_speed_m_s = 0",
+            "human_speed_m_s = 0",
+        ),
+    ] {
+        assert!(good.contains(from), "{from}");
+        let what = checked(&good.replacen(from, to, 1)).unwrap_err();
+        assert!(what.starts_with("study.toml: stopping") && what.contains(expected), "{to:?}: {what}");
+    }
+}
+
+#[test]
+fn what_was_assumed_names_each_default_and_each_distance() {
+    let text = format!(
+        "formula = \"iso13855\"\nedition = 2010\nrobot_speeds_m_s = [0.5, 1]\n{TIMES}robot_stopping_s = 0.3\n"
+    );
+    let said = checked(&text).unwrap().assumptions().join("\n");
+    for part in ["1.570 m at 0.5 m/s, 1.570 m at 1 m/s", "ISO 13855:2010", "stop 0.150 s after"] {
+        assert!(said.contains(part), "{part}: {said}");
+    }
+    assert_eq!(said.matches("To be checked").count(), 2, "{said}");
+    for part in ["another at short distances", "another for a horizontal plane"] {
+        assert!(said.contains(part), "{part}: {said}");
+    }
+    let said = checked(&format!("{text}human_speed_m_s = 1.6\nintrusion_m = 0.85")).unwrap().assumptions();
+    assert!(!said.join("\n").contains("To be checked"), "what is written is nobody's default");
+}
