@@ -99,7 +99,8 @@
 //! | `cluster` | scripts for clusters: a file an engine (`slurm.rs`) | `mod.rs` |
 //!
 //! The command line (`src/cli`, a file a command) may use all rooms; it parses arguments, prints, and turns
-//! errors into exit codes. What a change touches, file by file, is in [`guide::change_it`]; which file of
+//! errors into exit codes. The Python package (`src/python`) is a crate of its own, which may use them, too; its
+//! program `perirobot` is the same command line. What a change touches, file by file, is in [`guide::change_it`]; which file of
 //! `tests/` proves what is in [`guide::tests`]; every key of a study is in [`guide::every_key`].
 //!
 //! # Words
@@ -142,6 +143,8 @@ pub mod backend;
 #[doc(hidden)]
 pub mod choose;
 #[doc(hidden)]
+pub mod cli;
+#[doc(hidden)]
 pub mod cluster;
 pub mod error;
 #[doc(hidden)]
@@ -182,6 +185,9 @@ pub mod voxel;
 pub mod world;
 
 mod spelling;
+
+// The command line names the library as other programs do.
+extern crate self as perirobot;
 
 pub use error::{Error, Result};
 pub use front::{Cell, DepthCamera, Device, Scored};

@@ -1,7 +1,5 @@
 //! The command line: arguments in, exit codes out. Each subcommand is one file in `cli`.
 
-mod cli;
-
 fn main() -> std::process::ExitCode {
-    cli::run()
+    perirobot::cli::run(std::env::args_os().collect())
 }

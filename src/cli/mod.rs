@@ -1,5 +1,8 @@
 //! The subcommands, and what they share: messages and exit codes.
 
+// Comments on arguments are what `--help` prints, where brackets are those of TOML.
+#![allow(rustdoc::broken_intra_doc_links)]
+
 /// Writes a line on standard error.
 macro_rules! say {
     ($($text:tt)*) => { crate::cli::terminal::say(&format!($($text)*)) };
@@ -45,6 +48,7 @@ mod why;
 
 use std::ffi::OsString;
 use std::process::ExitCode;
+use std::sync::OnceLock;
 
 use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
 use perirobot::Error;
@@ -146,8 +150,17 @@ enum Command {
     Man(completions::ManArgs),
 }
 
-/// Runs the command line and turns its outcome into an exit code.
-pub(crate) fn run() -> ExitCode {
+/// The words that the program was called with, its own name the first.
+static WORDS: OnceLock<Vec<OsString>> = OnceLock::new();
+
+/// Those words.
+fn words() -> &'static [OsString] {
+    WORDS.get().map_or(&[], Vec::as_slice)
+}
+
+/// Runs a command line, the program's name its first word, and turns its outcome into an exit code. A process runs one.
+pub fn run(words: Vec<OsString>) -> ExitCode {
+    WORDS.get_or_init(|| words);
     mesa::keep_quiet();
     let Cli { command, verbose } = parse();
     log::start(verbose);
@@ -195,8 +208,8 @@ fn parse() -> Cli {
     let read = |words: Vec<OsString>| {
         command().try_get_matches_from(words).and_then(|found| Cli::from_arg_matches(&found))
     };
-    read(std::env::args_os().collect()).unwrap_or_else(|wrong| {
-        let again = read(std::env::args_os().map(harmless).collect());
+    read(words().to_vec()).unwrap_or_else(|wrong| {
+        let again = read(words().iter().cloned().map(harmless).collect());
         again.err().unwrap_or(wrong).exit()
     })
 }

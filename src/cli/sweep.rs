@@ -176,7 +176,7 @@ impl Watch for Onlooker {
 
 /// The command as typed, word by word, without arguments that would begin the sweep anew or stop it again.
 pub(super) fn command() -> Vec<String> {
-    let mut words = std::env::args_os().skip(1).map(|word| word.to_string_lossy().into_owned());
+    let mut words = super::words().iter().skip(1).map(|word| word.to_string_lossy().into_owned());
     let mut command = vec!["perirobot".to_string()];
     while let Some(word) = words.next() {
         match word.as_str() {

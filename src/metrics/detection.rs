@@ -146,7 +146,7 @@ impl Detection {
     }
 
     /// The names of the parts that are missed, joined by `+`.
-    pub(crate) fn missed_names(&self) -> String {
+    pub fn missed_names(&self) -> String {
         let missed = BodyPart::ALL.iter().filter(|&&part| self.missed[part as usize] > 0);
         missed.map(|part| part.name()).collect::<Vec<_>>().join("+")
     }

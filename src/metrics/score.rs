@@ -44,7 +44,7 @@ impl Score {
     ];
 
     /// As in the columns of results.csv and scores.csv.
-    pub(crate) fn name(self) -> &'static str {
+    pub fn name(self) -> &'static str {
         match self {
             Score::F1 => "f1",
             Score::Kappa => "kappa",

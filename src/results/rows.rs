@@ -74,6 +74,6 @@ impl RowsFile {
 }
 
 /// The scores of a row. Of people and parts detected the counts are there, under the same names.
-fn scores() -> impl Iterator<Item = Score> {
+pub fn scores() -> impl Iterator<Item = Score> {
     Score::ALL.into_iter().filter(|score| !DETECTION_COLUMNS.contains(&score.name()))
 }

@@ -4,7 +4,8 @@
 pub(crate) struct Block {
     /// The first word behind the fence.
     pub(crate) language: String,
-    /// Whether the other word there is `not-run`: it needs what a test has not.
+    /// Whether it is run here. Not where the other word there is `not-run`, as it needs what a test has not, or `wheel`:
+    /// tests/python/test_guide.py runs it with the Python package.
     pub(crate) is_run: bool,
     pub(crate) text: String,
     /// Document and line, for messages.
@@ -28,8 +29,8 @@ pub(crate) fn blocks(name: &str, document: &str) -> Vec<Block> {
                 let words: Vec<&str> = info.split_whitespace().collect();
                 let is_run = match words[..] {
                     [_] => true,
-                    [_, "not-run"] => false,
-                    _ => panic!("{place}: ```{info}: must be a language, or a language and not-run"),
+                    [_, "not-run"] | ["python", "wheel"] => false,
+                    _ => panic!("{place}: ```{info}: must be a language, or a language and not-run or wheel"),
                 };
                 let language = words[0].to_string();
                 let block = Block { language, is_run, text: String::new(), place };

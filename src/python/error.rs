@@ -1,0 +1,24 @@
+//! Errors as Python's users expect them: bad input is a `ValueError`, arguments are named as Python writes them.
+
+use perirobot::Error;
+use perirobot::error::Argument;
+use pyo3::PyErr;
+use pyo3::exceptions::{PyOSError, PyRuntimeError, PyValueError};
+
+/// The exception for an error.
+pub(crate) fn raised(error: &Error) -> PyErr {
+    let words = error.issue().told(&name);
+    match error {
+        Error::Input(_) => PyValueError::new_err(words),
+        Error::Storage(_) | Error::Busy(_) => PyOSError::new_err(words),
+        Error::Device(_) | Error::Stopped(_) | Error::Disagreement(_) => PyRuntimeError::new_err(words),
+    }
+}
+
+/// An argument as a keyword.
+fn name(argument: Argument) -> String {
+    match argument {
+        Argument::VoxelSize => "voxel_size_m".into(),
+        other => other.name().replace(' ', "_"),
+    }
+}

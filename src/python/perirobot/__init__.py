@@ -1,0 +1,15 @@
+"""Scores where to put the sensors of a robot cell, with the same integers as the command ``perirobot``.
+
+>>> import perirobot as pr
+>>> study = pr.Study.load("scenes/tiny.toml")
+>>> result = study.sweep()
+>>> result.to_pandas().nlargest(3, "f1")
+
+What is wrong with a study, a scene or an argument is a ``ValueError`` that names file, key and what would be right. A disk
+that fails is an ``OSError``, a device that fails a ``RuntimeError``.
+"""
+
+from .result import Result
+from .study import Study
+
+__all__ = ["Result", "Study"]

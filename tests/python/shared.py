@@ -1,0 +1,39 @@
+"""What the tests of the Python package share: where the project is, its command line, and its studies."""
+
+import pathlib
+import shutil
+import subprocess
+import sys
+
+ROOT = pathlib.Path(__file__).parents[2]
+
+# Every study that ships, and a voxel size at which it takes seconds; None for its own.
+STUDIES = {
+    "approach.toml": None,
+    "choose.toml": 0.1,
+    "judge.toml": 0.1,
+    "quick.toml": 0.1,
+    "sensors.toml": None,
+    "tiny.toml": None,
+    "tutorial/study.toml": 0.2,
+    "paper/exp1-choose.toml": 0.25,
+    "paper/exp1.toml": 0.25,
+    "paper/exp2.toml": 0.25,
+    "paper/exp3.toml": 0.25,
+    "paper/lidar.toml": 0.25,
+}
+
+
+def scenes(folder: str) -> pathlib.Path:
+    """A copy of what ships in a folder, the paper's cameras with one pixel of 256, since most of the time goes into rays."""
+    copy = pathlib.Path(folder) / "scenes"
+    shutil.copytree(ROOT / "scenes", copy)
+    for study in copy.glob("paper/*.toml"):
+        study.write_text(study.read_text().replace("resolution_px = [1280, 720]", "resolution_px = [80, 45]"))
+    return copy
+
+
+def program(*words: object) -> subprocess.CompletedProcess:
+    """Runs the command `perirobot` that was installed with the package, in the project's folder."""
+    command = [str(pathlib.Path(sys.executable).with_name("perirobot")), *map(str, words)]
+    return subprocess.run(command, cwd=ROOT, capture_output=True, text=True)
