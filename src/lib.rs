@@ -92,7 +92,7 @@
 //! | `front` | `Cell`, `DepthCamera`, `Device`, `Scored`: what a Rust program uses | `front.rs` |
 //! | `view` | one choice of poses, voxel by voxel, and why a voxel stays unknown; how a sensor is drawn (`outline.rs`) | `mod.rs`, `why.rs` |
 //! | `approach` | how near a body can come to the robot without being noticed | `mod.rs`, `answer.rs` |
-//! | `judge` | whether requirements are met: as planned, with a dead sensor, with mounts that are off | `mod.rs` |
+//! | `judge` | whether requirements are met: as planned, with a dead sensor, with mounts that are off, with other people | `mod.rs` |
 //! | `render` | pictures | `mod.rs` |
 //! | `export` | files for other programs: a file a format (`glb.rs`, `npz.rs`, `octomap.rs`) | `mod.rs` |
 //! | `report` | tables of `summary`, and the HTML page (`html/`) | `mod.rs` |

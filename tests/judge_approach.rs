@@ -55,7 +55,9 @@ fn worst(rows: &[Row], column: &str, asked: impl Fn(&Row) -> bool) -> f64 {
         |row: &Row| number(row, column).into_iter().chain(number(row, "noticed_m")).reduce(f64::min);
     let values = rows.map(|row| if column == "deepest_m" { nearest(row) } else { number(row, column) });
     match column {
-        "deepest_m" => values.map(|value| value.unwrap_or(f64::INFINITY)).fold(f64::INFINITY, f64::min),
+        "deepest_m" | "margin_m" => {
+            values.map(|value| value.unwrap_or(f64::INFINITY)).fold(f64::INFINITY, f64::min)
+        }
         _ => values.flatten().fold(0.0, f64::max),
     }
 }
@@ -83,6 +85,7 @@ fn each_case_is_what_approach_says_of_it() {
             "deepest_m",
             Some("trolley"),
         ),
+        ("margin", "approach_margin_m", "at_least = 0", "margin_m", None),
         ("floor", "unnoticed_m2", "at_most = 1", "unnoticed_m2", None),
         ("ways", "joined_m2", "at_most = 1\nbody = \"standing\"", "joined_m2", Some("standing")),
     ];
@@ -120,7 +123,7 @@ fn each_case_is_what_approach_says_of_it() {
             let is_asked = |row: &Row| body.is_none_or(|body| row["body"] == body);
             let each: Vec<f64> = rows.iter().map(|rows| worst(rows, column, is_asked)).collect();
             let worst_case = match column {
-                "deepest_m" => each.iter().copied().fold(f64::INFINITY, f64::min),
+                "deepest_m" | "margin_m" => each.iter().copied().fold(f64::INFINITY, f64::min),
                 _ => each.iter().copied().fold(0.0, f64::max),
             };
             let row = judged
@@ -129,8 +132,11 @@ fn each_case_is_what_approach_says_of_it() {
                 .unwrap();
             let value: f64 = row["value"].parse().unwrap();
             assert!(value == worst_case || (value - worst_case).abs() < 1e-5, "{row:?}: {each:?}");
-            let failed =
-                each.iter().filter(|value| if column == "deepest_m" { **value < 0.4 } else { **value > 1.0 });
+            let failed = each.iter().filter(|&&value| match column {
+                "deepest_m" => value < 0.4,
+                "margin_m" => value < 0.0,
+                _ => value > 1.0,
+            });
             assert_eq!(row["failed"], failed.count().to_string(), "{row:?}: {each:?}");
             // Where that is said to be, it is.
             if value.is_finite() {
@@ -143,7 +149,7 @@ fn each_case_is_what_approach_says_of_it() {
             compared += 1;
         }
     }
-    assert!(compared == 12 && near > 8, "{compared}, {near}");
+    assert!(compared == 15 && near > 10, "{compared}, {near}");
     // Of two sensors nothing is left: whoever comes, comes to the robot.
     let blind = judged
         .iter()
@@ -312,7 +318,18 @@ fn what_cannot_be_required_of_approaches_is_refused_by_name() {
     wrong(
         "f2",
         "at_least = 1",
-        &["score = \"f2\": must be one of f1, kappa", "nearest_unnoticed_m, unnoticed_m2"],
+        &[
+            "score = \"f2\": must be one of f1, kappa",
+            "nearest_unnoticed_m, approach_margin_m, unnoticed_m2, joined_m2, missed_m",
+        ],
+    );
+    wrong("approach_margin_m", "at_most = 1", &["of approach_margin_m the limit is given as at_least"]);
+    let postures = "at_least = 1\nunder = [\"postures\"]";
+    wrong(near, postures, &["under = \"postures\": nearest_unnoticed_m is of bodies that come in"]);
+    wrong(
+        "unknown",
+        "at_most = 1\nregion = \"robot\"\nunder = [\"postures\"]",
+        &["needs to know who stands where"],
     );
     let arm = [
         ("study.toml", "name = \"standing\"", "name = \"standing\"\non_floor = false"),

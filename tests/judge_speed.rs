@@ -14,7 +14,7 @@ use perirobot::study::{Overrides, Study};
 use perirobot::view::{Names, View, find};
 use perirobot::voxel::BitGrid;
 use perirobot::world::World;
-use program::{Folder, Outcome, STOPPING, perirobot, rows, text};
+use program::{Folder, Outcome, STOPPING, perirobot, refused, rows, text};
 
 /// As `STOPPING` says, in micrometres.
 const NEEDED_UM: [u64; 3] = [321_250, 445_000, 730_000];
@@ -316,4 +316,110 @@ fn without_people_or_without_distances_nothing_is_decided() {
         outcome.stdout
     );
     assert!(!written("speeds.csv") && !written("separation.csv"));
+}
+
+/// Requirements on what a controller measures are decided by what separation.csv has.
+#[test]
+fn what_is_required_of_a_controller_is_what_it_measures() {
+    let under = "under = [\"as_planned\", \"one_sensor_dead\"]";
+    let asked = |name: &str, score: &str, most: f64| {
+        format!("\n[[require]]\nname = \"{name}\"\nscore = \"{score}\"\nat_most = {most}\n{under}\n")
+    };
+    let more = [asked("missed", "missed_m", 0.1), asked("needless", "needless_stops", 0.25)].concat();
+    let folder = cell(&more);
+    swept(&folder);
+    let (mut passed, mut missed) = (0, 0);
+    for pose in POSES {
+        let outcome = judge(&folder, &["--pose", pose, "--junit", text(&folder.path("verdicts.xml"))]);
+        assert!(matches!(outcome.code, Some(0 | 4)), "{}", outcome.stderr);
+        let measured = rows(&folder.path("out/separation.csv"));
+        let measured: Vec<_> = measured.iter().filter(|row| row["speed_m_s"] == "1").collect();
+        let verdicts = rows(&folder.path("out/requirements.csv"));
+        let of = |name: &str, condition: &str| {
+            let own =
+                |row: &&HashMap<String, String>| row["requirement"] == name && row["condition"] == condition;
+            verdicts.iter().find(own).unwrap()
+        };
+        let too_far =
+            measured.iter().filter(|row| !row["true_m"].is_empty()).map(|row| {
+                match row["missed_m"].as_str() {
+                    "" => f64::INFINITY,
+                    metres => metres.parse().unwrap(),
+                }
+            });
+        let worst = too_far.fold(0.0, f64::max);
+        let row = of("missed", "as_planned");
+        assert_eq!(row["value"].parse::<f64>().unwrap(), worst, "{pose}: {row:?}");
+        let needless = measured.iter().filter(|row| row["unknown_occupied"] == "needless_stop").count();
+        let share = needless as f64 / measured.len() as f64;
+        let other = of("needless", "as_planned");
+        assert_eq!(
+            (other["value"].parse::<f64>().unwrap(), other["over"].as_str()),
+            (share, "mean"),
+            "{pose}: {other:?}"
+        );
+        for (row, is_met) in [(row, worst <= 0.1), (other, share <= 0.25)] {
+            assert_eq!(row["verdict"], if is_met { "PASS" } else { "FAIL" }, "{pose}: {row:?}");
+            passed += usize::from(is_met);
+            missed += usize::from(!is_met);
+        }
+        // Of nobody anything is measured without a sensor, and everything may be somebody.
+        let dead = of("missed", "one_sensor_dead");
+        assert_eq!((dead["value"].as_str(), dead["verdict"].as_str()), ("inf", "FAIL"), "{dead:?}");
+        assert!(
+            outcome.stdout.contains("somebody is there of whom nothing is measured"),
+            "{}",
+            outcome.stdout
+        );
+        let far = |row: &&&HashMap<String, String>| {
+            row["true_m"].is_empty() || row["true_m"].parse::<f64>().unwrap() >= 0.73
+        };
+        let far = measured.iter().filter(far).count() as f64 / measured.len() as f64;
+        assert_eq!(of("needless", "one_sensor_dead")["value"].parse::<f64>().unwrap(), far, "{pose}");
+        let junit = fs::read_to_string(folder.path("verdicts.xml")).unwrap();
+        assert!(
+            junit.contains("missed (as_planned)") && junit.contains("needless (one_sensor_dead)"),
+            "{junit}"
+        );
+        let summed = rows(&folder.path("out/conditions.csv"));
+        for score in ["missed_m", "needless_stops"] {
+            assert_eq!(summed.iter().filter(|row| row["score"] == score).count(), 2, "{score}");
+        }
+    }
+    assert!(passed > 0 && missed > 0, "{passed} met, {missed} missed");
+}
+
+#[test]
+fn what_cannot_be_required_of_a_controller_is_refused_by_name() {
+    let wrong = |score: &str, more: &str, expected: &[&str]| {
+        let asked = format!("\n[[require]]\nname = \"it\"\nscore = \"{score}\"\n{more}\n");
+        refused(&cell(""), &[("study.toml", "", &asked)], expected);
+    };
+    wrong(
+        "missed_m",
+        "at_least = 1",
+        &["require \"it\".at_least = 1: of missed_m the limit is given as at_most"],
+    );
+    wrong("missed_m", "at_most = 1\nover = \"mean\"", &["over = \"mean\": must be \"worst\""]);
+    wrong(
+        "needless_stops",
+        "at_most = 0.5\nover = \"worst\"",
+        &["over = \"worst\": must be \"mean\": it is a share"],
+    );
+    wrong("needless_stops", "at_most = 2", &["at_most = 2: must be a share of moments from 0 to 1"]);
+    wrong(
+        "needless_stops",
+        "at_most = 0.5\nregion = \"robot\"",
+        &["region = \"robot\": needless_stops is of all people"],
+    );
+    let asked = "\n[[require]]\nname = \"it\"\nscore = \"missed_m\"\nat_most = 1\n";
+    let without = [
+        ("study.toml", "[[region]]\nname = \"near\"\nseparation = {}\n", ""),
+        ("study.toml", STOPPING, asked),
+    ];
+    refused(
+        &cell(""),
+        &without,
+        &["score = \"missed_m\": needs to know how far people must be: add a table"],
+    );
 }

@@ -9,13 +9,13 @@ use std::path::Path;
 use perirobot::Error;
 use perirobot::backend::factory::{BackendChoice, BackendFactory, BackendKind, ChosenBackends, Fallback};
 use perirobot::backend::{Backend, oracle::Oracle};
-use perirobot::judge::{Alteration, Case, Conditions, Draws, WhatIf, altered};
+use perirobot::judge::{Alteration, Case, Conditions, Draws, Surroundings, WhatIf, altered};
 use perirobot::metrics::Confusion;
 use perirobot::results::files::DRAWS;
 use perirobot::results::manifest::Fault;
 use perirobot::study::{Condition, Overrides, Study};
 use perirobot::sweep::{Watch, run};
-use perirobot::view::{Choice, Names, find};
+use perirobot::view::{Choice, Names, View, find};
 use perirobot::world::World;
 use toml::{Table, Value};
 
@@ -341,6 +341,72 @@ fn postures_count_as_in_a_study_with_that_person_in_the_scene() {
             assert_ne!(case.counts, found.of(Condition::AsPlanned)[0].counts, "{name}");
         }
     }
+}
+
+/// What a controller would measure in each case is what it measures of a study of its own in which the case is.
+#[test]
+fn a_controller_measures_each_case_as_a_study_of_its_own() {
+    let cell = Cell::new();
+    let under =
+        Condition::ALL.map(|condition| serde_json::to_value(condition).unwrap().to_string()).join(", ");
+    let tables: Table = toml::from_str(&format!(
+        "require = [{{ name = \"it\", score = \"needless_stops\", at_most = 1.0, under = [{under}] }}]\n\
+         [mounting_error]\ndraws = 2\nposition_m = 0.05\nangle_deg = 3.0\n\
+         [postures]\npeople = [\"small\"]\nspots = [[0.9, -0.2, 0], [1.2, 0.5, 45]]\n\
+         [stopping]\nformula = \"iso13855\"\nedition = 2010\nrobot_speeds_m_s = 0.5\nsensor_reaction_s = 0.1\n\
+         control_reaction_s = 0.1\nrobot_stopping_s = 0.1\nintrusion_m = 0.1\n"
+    ))
+    .unwrap();
+    let (mut cases, mut different, mut repeats_differ) = (0, 0, 0);
+    for (fusion, poses, representation) in &SETS[1..] {
+        let mut text = cell.text();
+        text.insert("combination".into(), vec![combination("set", fusion, &members(poses))].into());
+        text.extend(tables.clone());
+        let study = cell.load(&text);
+        let mut same: Option<Conditions> = None;
+        for (name, mut backends) in backends() {
+            let (mut found, draws, ways) =
+                what_if(&study, poses, representation, &Condition::ALL, &mut backends);
+            let names = Names { poses: (*poses).into(), representation: Some(ways), ..Names::default() };
+            let (_, choice) = find(&study.0, &study.1, &names).unwrap();
+            let mut backend = backends.open(Fallback::None).unwrap();
+            let what_if = WhatIf::new(&study.0, &study.1, &choice);
+            what_if.measure(&mut found, draws.as_ref(), &mut *backend, &mut Silent).unwrap();
+            assert_eq!(same.get_or_insert_with(|| found.clone()), &found, "{name}");
+            if name != "cpu" {
+                continue;
+            }
+            for case in found.cases.iter().flat_map(|(_, cases)| cases) {
+                let measured = &case.measured;
+                assert_eq!(measured.len(), study.1.len() * study.0.repeats as usize);
+                cases += 1;
+                different += usize::from(measured != &found.of(Condition::AsPlanned)[0].measured);
+                repeats_differ += usize::from(measured[..study.1.len()] != measured[study.1.len()..]);
+                let is_silent = matches!(&case.alteration, Alteration::Dead(dead) if dead.len() == poses.split(';').count());
+                if is_silent {
+                    let unseen = measured.iter().all(|one| one.unknown_free.is_none());
+                    assert!(
+                        unseen && measured.iter().all(|one| one.unknown_occupied.is_some()),
+                        "{measured:?}"
+                    );
+                    continue;
+                }
+                let (own, worlds, choice) = altered(&study.0, &study.1, &choice, &case.alteration).unwrap();
+                // Repeat by repeat, and in each snapshot by snapshot.
+                for (number, measured) in measured.iter().enumerate() {
+                    let (world, repeat) = (&worlds[number % worlds.len()], number / worlds.len());
+                    let view =
+                        View::new(&own, world, Choice { repeat, ..choice }, &mut Oracle::default()).unwrap();
+                    let expected = Surroundings::of(world).separation(Some(&view.labels));
+                    assert_eq!(*measured, expected, "{:?} at {number}", case.alteration);
+                }
+            }
+        }
+    }
+    // As planned, six sensors, fifteen pairs, two draws and two postures; then as planned, the one that is dead, alone
+    // and as a pair, two draws and two postures.
+    assert_eq!(cases, 26 + 7);
+    assert!(different > 5 && repeats_differ > 0, "{different} differ, in {repeats_differ} repeats do");
 }
 
 #[test]

@@ -9,8 +9,7 @@ use perirobot::backend::Backend;
 use perirobot::error::Issue;
 use perirobot::judge::{
     Alteration, Conditions, Draws, JudgedSet, Judgement, Moment, Part, Speeds, WhatIf, at_each_speed,
-    check_postures, conditions_csv, junit_xml, leaders, requirements_csv, separation_csv, separations,
-    speeds_csv,
+    check_postures, conditions_csv, junit_xml, leaders, requirements_csv, separation_csv, speeds_csv,
 };
 use perirobot::results::Results;
 use perirobot::results::columns::BETWEEN_MEMBERS;
@@ -94,7 +93,7 @@ pub(super) fn run(args: &Args) -> Result<ExitCode> {
     }
     requirements_csv(folder, &study, &results, &sets)?;
     conditions_csv(folder, &results, &sets)?;
-    let at_speeds = args.at_speeds(&study, &worlds, &results, &choices, &sets, &stop)?;
+    let at_speeds = args.at_speeds(&study, &results, &sets)?;
     let picture = |set: &JudgedSet, judgement: &Judgement| args.picture(&study, set, judgement);
     if let Some(path) = &args.junit {
         let told = |set: &JudgedSet, judgement: &Judgement| {
@@ -174,12 +173,15 @@ impl Args {
         check_postures(study, worlds)?;
         self.forget()?;
         let asked = WhatIf::asked(study);
-        let planned = choices.iter().map(|choice| Conditions::as_planned(results, choice));
+        let planned = choices.iter().map(|choice| Conditions::as_planned(study, results, choice));
         let mut conditions: Vec<Conditions> = planned.collect::<Result<_>>()?;
         let mut draws = Vec::new();
         let each = all.iter().zip(&grounds);
-        let total =
-            each.map(|(what_if, grounds)| what_if.total(&asked) + what_if.total_near(grounds)).sum::<u64>();
+        let total = each
+            .map(|(what_if, grounds)| {
+                what_if.total(&asked) + what_if.total_near(grounds) + what_if.total_measured()
+            })
+            .sum::<u64>();
         if total > 0 {
             let mut backends = if asked.is_empty() { None } else { Some(self.backend.backends()?) };
             let progress = self.progress.start("cases", 0, total);
@@ -190,6 +192,11 @@ impl Args {
                     None => None,
                 };
                 what_if.come_near(grounds, conditions, drawn.as_ref(), &mut watch)?;
+                if study.stopping.is_some() {
+                    // Opened when the others have let go of the device.
+                    let mut backend = self.backend.open()?;
+                    what_if.measure(conditions, drawn.as_ref(), &mut *backend, &mut watch)?;
+                }
                 draws.extend(drawn);
             }
             watch.progress.finish();
@@ -205,15 +212,7 @@ impl Args {
 
     /// What depends on the robot's speed, where the study says how far people must be: writes speeds.csv and
     /// separation.csv, and tells it in words, with what was assumed.
-    fn at_speeds(
-        &self,
-        study: &Study,
-        worlds: &[World],
-        results: &Results,
-        choices: &[Choice],
-        sets: &[JudgedSet],
-        stop: &StopAt,
-    ) -> Result<Vec<String>> {
+    fn at_speeds(&self, study: &Study, results: &Results, sets: &[JudgedSet]) -> Result<Vec<String>> {
         let Some(stopping) = &study.stopping else { return Ok(Vec::new()) };
         let folder = self.swept.folder();
         let asked = at_each_speed(study);
@@ -222,15 +221,12 @@ impl Args {
         if !speeds.is_empty() {
             speeds_csv(folder, results, &speeds, stopping)?;
         }
-        let mut backend = self.backend.open()?;
-        let measured = separations(study, worlds, choices, &mut *backend, &|| stop.reason())?;
-        let measured: Vec<_> = sets.iter().zip(&measured).collect();
-        separation_csv(folder, results, &measured, stopping, study.voxel_size_m)?;
-        let told = measured.iter().map(|&(set, all)| {
+        separation_csv(folder, results, sets, stopping, study.voxel_size_m)?;
+        let told = sets.iter().map(|set| {
             let heading = if sets.len() > 1 { format!("\n{}\n", set.poses) } else { String::new() };
             let own = speeds.iter().find(|(other, _)| std::ptr::eq(*other, set));
             let fast = own.map_or(String::new(), |(_, speeds)| report::speed::render(speeds, stopping));
-            heading + &fast + &report::separation::render(results, all, stopping, study.voxel_size_m)
+            heading + &fast + &report::separation::render(results, set, stopping, study.voxel_size_m)
         });
         let assumed = std::iter::once(format!("\n{}\n", stopping.assumptions().join("\n")));
         Ok(told.chain(assumed).collect())

@@ -93,7 +93,7 @@ pub(super) fn print_verdicts(
             let mut required = study.requirements.clone();
             required.retain(is_decided);
             required.iter_mut().for_each(|requirement| requirement.under = vec![Condition::AsPlanned]);
-            let conditions = Conditions::as_planned(results, &choice)?;
+            let conditions = Conditions::as_planned(study, results, &choice)?;
             let set = JudgedSet::new(&required, results, &choice, conditions);
             words.extend([
                 "--pose".into(),

@@ -50,7 +50,7 @@ pub fn altered(
     let (study, worlds, members) = match alteration {
         Alteration::None => return Ok((study.clone(), worlds.to_vec(), *choice)),
         Alteration::Dead(sensors) => {
-            let members = what_if.without(&dead(&what_if, sensors)?);
+            let members = what_if.without(&what_if.dead(sensors)?);
             if members.is_empty() {
                 let place = Site::Argument(Argument::Dead, sensors.join(", "));
                 return Err(Error::input(place, "no sensor is left to look at"));
@@ -77,23 +77,7 @@ pub fn altered(
         }
     };
     let name = format!("{}, {}", own.name, alteration.words());
-    let combination = WhatIf::combination(&members, name, own.fusion);
-    let wanted = members.iter().map(|member| member[2]);
-    let ways = combination.representations(&study.sensors);
-    let representation =
-        ways.iter().position(|way| way.iter().copied().eq(wanted.clone())).unwrap_or_default();
+    let (combination, representation) = what_if.in_ways(&study, &members, name);
     let study = Study { combinations: vec![combination], ..study };
     Ok((study, worlds, Choice { combination: 0, choice: 0, representation, repeat: choice.repeat }))
-}
-
-/// The numbers of the members with these names.
-fn dead(what_if: &WhatIf, sensors: &[String]) -> Result<Vec<usize>> {
-    let known = what_if.names();
-    let number = |sensor: &String| {
-        known.iter().position(|name| name == sensor).ok_or_else(|| {
-            let place = Site::Argument(Argument::Dead, sensor.clone());
-            Error::from(Issue::unknown(&known).at(place))
-        })
-    };
-    sensors.iter().map(number).collect()
 }

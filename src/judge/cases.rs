@@ -1,11 +1,12 @@
 //! The cases of a condition: what a choice of sensors counts in each, and how near bodies come.
 
 use super::altered::Alteration;
+use super::separation::Separation;
 use crate::Result;
 use crate::approach::{Company, Nearest};
 use crate::metrics::Confusion;
 use crate::results::{Results, RowKey, Subject};
-use crate::study::Condition;
+use crate::study::{AtSpeed, Condition, Study};
 use crate::view::Choice;
 
 /// A repeat of a snapshot of a scene; all counted from 0.
@@ -49,6 +50,8 @@ pub struct Case {
     pub counts: Vec<Vec<Confusion>>,
     /// What bodies can do by each passage; empty where that is not known.
     pub near: Vec<Nearest>,
+    /// What a controller would measure at each moment; empty where that is not known.
+    pub measured: Vec<Separation>,
 }
 
 /// Conditions with their cases.
@@ -59,8 +62,10 @@ pub struct Conditions {
     pub moments: Vec<Moment>,
     /// The passages of all cases in which is known how near bodies come.
     pub passages: Vec<Passage>,
-    /// The edge of their voxels.
+    /// The edge of a voxel.
     pub voxel_size_m: f64,
+    /// How far people must be at the highest speed of the robot, where the study says so.
+    pub needed: Option<AtSpeed>,
     /// For each condition that is known, its cases, at least one.
     pub cases: Vec<(Condition, Vec<Case>)>,
 }
@@ -70,11 +75,18 @@ impl Conditions {
     ///
     /// # Errors
     /// `Error::Storage` if its journal cannot be read any more.
-    pub fn as_planned(results: &Results, choice: &Choice) -> Result<Conditions> {
+    pub fn as_planned(study: &Study, results: &Results, choice: &Choice) -> Result<Conditions> {
         let of_region = |region| counts(results, choice, region);
         let counts: Vec<Vec<Confusion>> = (0..results.regions.len()).map(of_region).collect::<Result<_>>()?;
         let cases = vec![(Condition::AsPlanned, vec![Case { counts, ..Case::default() }])];
-        Ok(Conditions { moments: moments(results), cases, ..Conditions::default() })
+        let (moments, passages) = (moments(results), Vec::new());
+        let needed = study.stopping.as_ref().map(|stopping| *stopping.fastest());
+        Ok(Conditions { moments, passages, voxel_size_m: study.voxel_size_m, needed, cases })
+    }
+
+    /// What a controller would measure of the plan at each moment; none where that is not known.
+    pub fn measured(&self) -> impl Iterator<Item = (&Moment, &Separation)> + Clone {
+        self.moments.iter().zip(self.of(Condition::AsPlanned).iter().flat_map(|case| &case.measured))
     }
 
     /// The cases of a condition; none where it is not known.

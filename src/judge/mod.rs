@@ -2,21 +2,24 @@
 //! not as planned.
 //!
 //! # Theory
-//! A condition has cases: one as planned, one for each sensor that may be dead, one for each draw of mounts, one
-//! for each person at a spot. A
-//! requirement is met under a condition if it is met in each of its cases. Every value is a fraction of counts, a
-//! mean of fractions, or a distance by its square, and is compared with the limit exactly.
+//! A condition has cases: one as planned, one for each sensor that may be dead, one for each draw of mounts, one for
+//! each person at a spot. A requirement is met under a condition if it is met in each of its cases. Every value is a
+//! fraction of counts, a mean of fractions, a distance by its square, or a difference of two, and is compared with the
+//! limit exactly.
 //!
 //! # Practice
-//! `cases` has the counts of each case, `what_if` makes them by leaving sensors out, by `draws` of mounts and by `postures` of people, `near`
-//! adds how near bodies come in each, `value` compares scores, `verdict` decides, `spread` sums up how good scores
-//! are under a condition, `leaders` finds the choices that meet most requirements. `table` and `junit` write the
-//! files. Where the study says how far people must be, `speed` tells how fast the robot may run, and `separation` what a
-//! controller would measure; `separations` makes that of each moment, and its table. `altered` gives a case as a study of its own.
+//! `cases` has the counts of each case, `what_if` makes them by leaving sensors out, by `draws` of mounts and by
+//! `postures` of people, `near` adds how near bodies come in each, `value` and `excess` compare scores, `verdict`
+//! decides, `spread` sums up how good scores are under a condition, `leaders` finds the choices that meet most
+//! requirements. `table` and `junit` write the files, `tables` says by which tables of the study a verdict was decided.
+//! Where the study says how far people must be, `speed` tells how fast the robot may run, and `separation` what a
+//! controller would measure; `separations` makes that of each moment and case, and its table. `altered` gives a case as
+//! a study of its own.
 
 mod altered;
 mod cases;
 mod draws;
+mod excess;
 mod judged;
 mod junit;
 mod leaders;
@@ -35,12 +38,13 @@ mod what_if;
 pub use altered::{Alteration, altered};
 pub use cases::{Case, Conditions, Moment, Passage};
 pub use draws::Draws;
+pub use excess::Excess;
 pub use judged::JudgedSet;
 pub use junit::junit_xml;
 pub use leaders::{Among, leaders};
 pub use postures::check_postures;
 pub use separation::{Decision, Separation, Surroundings};
-pub use separations::{Separations, separation_csv, separations};
+pub use separations::separation_csv;
 pub use speed::{AtEachSpeed, Speeds, at_each_speed, speeds_csv};
 pub use spread::{Spread, Summed, spreads};
 pub use table::{conditions_csv, requirements_csv};

@@ -1,5 +1,6 @@
 //! How near bodies come unnoticed in each case: each sensor is looked at once in each snapshot, and what they watch
-//! is put together anew for each case. All of it is whole numbers, and computed on the host.
+//! is put together anew for each case. All bodies are asked, also those that no requirement names, since conditions.csv
+//! tells of all. All of it is whole numbers, and computed on the host.
 
 use std::sync::Arc;
 
@@ -27,7 +28,7 @@ impl WhatIf<'_> {
     /// says how far people must be.
     pub(super) fn asked_near(study: &Study) -> Vec<Condition> {
         let asks = |condition: &Condition| {
-            let mut near = study.requirements.iter().filter(|requirement| requirement.counted().is_none());
+            let mut near = study.requirements.iter().filter(|requirement| requirement.is_of_nearness());
             near.any(|requirement| requirement.under.contains(condition))
                 || (*condition == Condition::AsPlanned && asks_how_near(study))
         };
@@ -48,12 +49,8 @@ impl WhatIf<'_> {
     /// How many cases [`WhatIf::come_near`] looks at, in each scene and repeat for itself.
     pub fn total_near(&self, grounds: &[Ground]) -> u64 {
         let companies: usize = grounds.iter().map(|ground| ground.companies().len()).sum();
-        let asked = WhatIf::asked_near(self.study);
-        let is_asked = |condition| asked.contains(&condition);
-        let error = self.study.mounting_error.as_ref().filter(|_| is_asked(Condition::MountingError));
-        let draws = error.map_or(0, |error| u64::from(error.draws));
-        let others = self.left_out(&asked).into_iter().filter(|variant| is_asked(variant.condition)).count();
-        (others as u64 + draws) * companies as u64 * u64::from(self.study.repeats)
+        let cases = self.cases_under(&WhatIf::asked_near(self.study));
+        cases * companies as u64 * u64::from(self.study.repeats)
     }
 
     /// Adds to the cases of each condition that asks for it how near bodies come.
@@ -69,7 +66,6 @@ impl WhatIf<'_> {
     ) -> Result<()> {
         let asked = WhatIf::asked_near(self.study);
         let of_asked = conditions.cases.iter_mut().filter(|(condition, _)| asked.contains(condition));
-        conditions.voxel_size_m = self.study.voxel_size_m;
         let mut cases: Vec<&mut Case> = of_asked.flat_map(|(_, cases)| cases).collect();
         for ground in grounds {
             for company in ground.companies() {

@@ -10,7 +10,7 @@
 //! Distances are squared, in whole voxels, between centres, from the robot with the inside of its bodies; all of the
 //! grid is looked at. What belongs to the environment or to the robot is left out, even where somebody touches it.
 
-use crate::view::View;
+use crate::backend::Planes;
 use crate::voxel::{BitGrid, Distances, squared_voxels};
 use crate::world::World;
 
@@ -26,7 +26,7 @@ pub struct Surroundings {
 }
 
 /// The least distances at a moment, squared in voxels; `None` where there is nothing to measure.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Separation {
     /// Of people, as it is.
     pub truly: Option<u32>,
@@ -62,17 +62,19 @@ impl Surroundings {
         Surroundings { from_robot, known, truly }
     }
 
-    /// What is measured of a view of this moment.
-    pub fn separation(&self, view: &View) -> Separation {
+    /// What is measured of a view of this moment, or without any sensor.
+    pub fn separation(&self, labels: Option<&Planes>) -> Separation {
+        let nothing = BitGrid::new(self.known.window());
+        let (occupied, free) = labels.map_or((&nothing, &nothing), |labels| (&labels.occupied, &labels.free));
         let least = |mut voxels: BitGrid| {
             voxels.remove(&self.known);
             self.from_robot.as_ref().and_then(|distances| distances.least(&voxels))
         };
-        let mut unknown = BitGrid::full(view.labels.occupied.window());
-        unknown.remove(&view.labels.free);
+        let mut unknown = BitGrid::full(self.known.window());
+        unknown.remove(free);
         Separation {
             truly: self.truly,
-            unknown_free: least(view.labels.occupied.clone()),
+            unknown_free: least(occupied.clone()),
             unknown_occupied: least(unknown),
         }
     }

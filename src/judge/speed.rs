@@ -14,11 +14,12 @@ use super::judged::JudgedSet;
 use super::verdict::{Judgement, judgements};
 use super::what_if::WhatIf;
 use crate::Result;
-use crate::metrics::Ratio;
 use crate::results::files::SPEEDS;
 use crate::results::table::{Column, ColumnKind, Datum, TableFile, TableFormat};
 use crate::results::{Results, Subject};
-use crate::study::{ApproachScore, Limit, Measure, Nearness, RegionSpec, Requirement, Stopping, Study};
+use crate::study::{
+    ApproachScore, AtSpeed, Limit, Measure, Nearness, RegionSpec, Requirement, Stopping, Study,
+};
 
 /// What is asked of bodies that come near at each speed, as in the column `requirement`.
 const FAR_ENOUGH: &str = "nobody comes nearer unnoticed than is needed";
@@ -36,8 +37,8 @@ pub struct AtEachSpeed {
 /// something of how near.
 pub(super) fn asks_how_near(study: &Study) -> bool {
     let is_near = |one: &Requirement| match &one.measure {
-        Measure::Nearness(nearness) => nearness.score == ApproachScore::NearestUnnoticedM,
-        Measure::Counted(_) => false,
+        Measure::Nearness(nearness) => !nearness.score.is_area(),
+        Measure::Counted(_) | Measure::Controller(_) => false,
     };
     study.stopping.is_some() && (study.has_approach || study.requirements.iter().any(is_near))
 }
@@ -59,13 +60,11 @@ pub fn at_each_speed(study: &Study) -> Vec<AtEachSpeed> {
     let shells = study.requirements.iter().flat_map(shells);
     let stopping = study.stopping.as_ref().filter(|_| asks_how_near(study));
     let speeds = stopping.iter().flat_map(|stopping| stopping.speeds.iter().enumerate());
-    shells.chain(speeds.map(|(speed, at)| far_enough(study, speed, at.needed_m))).collect()
+    shells.chain(speeds.map(|(speed, at)| far_enough(study, speed, at))).collect()
 }
 
 /// That nobody comes nearer unnoticed than so far.
-fn far_enough(study: &Study, speed: usize, needed_m: f64) -> AtEachSpeed {
-    // In whole nanometres, rounded up as `squared_voxels` does.
-    let numerator = (needed_m * 1e9 - 1e-3).ceil().max(0.0) as i128;
+fn far_enough(study: &Study, speed: usize, at: &AtSpeed) -> AtEachSpeed {
     let requirement = Requirement {
         name: FAR_ENOUGH.into(),
         measure: Measure::Nearness(Nearness {
@@ -73,7 +72,7 @@ fn far_enough(study: &Study, speed: usize, needed_m: f64) -> AtEachSpeed {
             body: None,
             entry: None,
         }),
-        limit: Limit::AtLeast(Ratio { numerator, denominator: 1_000_000_000 }),
+        limit: Limit::AtLeast(at.needed()),
         under: WhatIf::asked_near(study),
     };
     AtEachSpeed { speed, requirement }

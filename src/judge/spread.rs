@@ -1,9 +1,9 @@
 //! How good scores are under a condition: best, mean, the value that one in twenty is no better than, worst.
 
 use super::cases::{Case, Conditions};
-use super::verdict::{Part, Where, near_value};
+use super::verdict::{Part, Where, controller_value, near_value};
 use crate::metrics::{Ratio, Score};
-use crate::study::{ApproachScore, Condition};
+use crate::study::{ApproachScore, Condition, ControllerScore};
 
 /// What is summed up.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -12,6 +12,8 @@ pub enum Summed {
     Counted(Score, usize),
     /// A score of bodies that come near, of all of them by all ways.
     Nearness(ApproachScore),
+    /// A score of what a controller would measure.
+    Controller(ControllerScore),
 }
 
 impl Summed {
@@ -20,6 +22,7 @@ impl Summed {
         match self {
             Summed::Counted(score, _) => score.name(),
             Summed::Nearness(score) => score.name(),
+            Summed::Controller(score) => score.name(),
         }
     }
 
@@ -27,7 +30,7 @@ impl Summed {
     pub fn region(self) -> Option<usize> {
         match self {
             Summed::Counted(_, region) => Some(region),
-            Summed::Nearness(_) => None,
+            Summed::Nearness(_) | Summed::Controller(_) => None,
         }
     }
 }
@@ -64,7 +67,9 @@ pub fn spreads(conditions: &Conditions) -> Vec<Spread> {
         let counted = parts.filter_map(|(region, score)| spread(*condition, cases, region, score));
         let near = ApproachScore::ALL.into_iter();
         let near = near.filter_map(|score| near_spread(*condition, cases, conditions, score));
-        counted.chain(near).collect::<Vec<_>>()
+        let measured = ControllerScore::ALL.into_iter();
+        let measured = measured.filter_map(|score| controller_spread(*condition, cases, conditions, score));
+        counted.chain(near).chain(measured).collect::<Vec<_>>()
     };
     conditions.cases.iter().flat_map(of).collect()
 }
@@ -91,15 +96,32 @@ fn near_spread(
 ) -> Option<Spread> {
     let each = cases.iter().enumerate().flat_map(|(case, of)| {
         let passages = conditions.passages.iter().zip(&of.near).enumerate();
-        let asked = passages.filter(|(_, (passage, _))| passage.on_floor || !score.less_is_better());
-        asked.map(move |(number, (_, near))| {
-            let value = near_value(score, near, conditions.voxel_size_m);
-            (value, Where { case, part: Some(Part::Passage(number)) })
+        let asked = passages.filter(|(_, (passage, _))| passage.on_floor || !score.is_area());
+        asked.filter_map(move |(number, (_, near))| {
+            let value = near_value(score, near, conditions)?;
+            Some((value, Where { case, part: Some(Part::Passage(number)) }))
         })
     });
     let values: Vec<_> = each.collect();
     let of = values.len();
-    summed(condition, Summed::Nearness(score), values, of, score.less_is_better(), |value| value.number())
+    summed(condition, Summed::Nearness(score), values, of, score.is_area(), |value| value.number())
+}
+
+fn controller_spread(
+    condition: Condition,
+    cases: &[Case],
+    conditions: &Conditions,
+    score: ControllerScore,
+) -> Option<Spread> {
+    let each = cases.iter().enumerate().flat_map(|(case, of)| {
+        let moments = of.measured.iter().enumerate();
+        moments.filter_map(move |(moment, separation)| {
+            let value = controller_value(score, separation, conditions)?;
+            Some((value, Where { case, part: Some(Part::Moment(moment)) }))
+        })
+    });
+    let of = cases.iter().map(|case| case.measured.len()).sum();
+    summed(condition, Summed::Controller(score), each.collect(), of, true, |value| value.number())
 }
 
 fn summed<V: Ord>(

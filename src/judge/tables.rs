@@ -2,7 +2,7 @@
 //! notices that they have changed since.
 
 use crate::source::sha256;
-use crate::study::{Condition, Measure, Requirement, Study};
+use crate::study::{ApproachScore, Condition, Measure, Requirement, Study};
 
 /// Digits of the hash that tell tables apart.
 const DIGITS: usize = 16;
@@ -17,7 +17,9 @@ pub fn tables_sha256(study: &Study, requirement: &Requirement, condition: Condit
     };
     let of_measure: &[&str] = match &requirement.measure {
         Measure::Counted(_) => &[],
+        Measure::Nearness(near) if near.score == ApproachScore::ApproachMarginM => &["approach", "stopping"],
         Measure::Nearness(_) => &["approach"],
+        Measure::Controller(_) => &["stopping"],
     };
     let names: Vec<&str> = of_condition.iter().chain(of_measure).copied().collect();
     if names.is_empty() {

@@ -2,6 +2,7 @@
 
 use std::cmp::Ordering;
 
+use super::excess::Excess;
 use crate::metrics::{Confusion, Ratio, Score};
 use crate::study::{Across, Limit};
 
@@ -15,7 +16,11 @@ pub enum Value {
     Mean(Vec<Ratio>),
     /// The root of a fraction: a distance, by its square.
     Root(Ratio),
-    /// More than any number: the distance of who never comes near.
+    /// How much farther a distance, by its square, is than another, and that one.
+    Beyond(Ratio, Ratio),
+    /// How much too far away somebody is measured.
+    Excess(Excess),
+    /// More than any number: the distance of who never comes near, or at which who is there is not measured at all.
     Endless,
 }
 
@@ -42,7 +47,7 @@ impl Value {
         Value::Mean(vec![ratio])
     }
 
-    /// How it compares with a fraction that is not below 0 where the value is a distance.
+    /// How it compares with a fraction that is not below 0 where the value is of distances.
     pub fn cmp_ratio(&self, ratio: Ratio) -> Ordering {
         let Ratio { numerator, denominator } = ratio;
         match self {
@@ -51,6 +56,11 @@ impl Value {
                 &[*square],
                 &[Ratio { numerator: numerator.pow(2), denominator: denominator.pow(2) }],
             ),
+            Value::Beyond(square, other) => Value::Root(*square).cmp_ratio(Ratio {
+                numerator: numerator * other.denominator + other.numerator * denominator,
+                denominator: denominator * other.denominator,
+            }),
+            Value::Excess(excess) => excess.cmp_ratio(ratio),
             Value::Endless => Ordering::Greater,
         }
     }
@@ -60,6 +70,8 @@ impl Value {
         match self {
             Value::Mean(parts) => parts.iter().map(|ratio| ratio.value()).sum::<f64>() / parts.len() as f64,
             Value::Root(square) => square.value().sqrt(),
+            Value::Beyond(square, other) => square.value().sqrt() - other.value(),
+            Value::Excess(excess) => excess.metres(),
             Value::Endless => f64::INFINITY,
         }
     }
@@ -74,16 +86,22 @@ fn cmp_means(one: &[Ratio], other: &[Ratio]) -> Ordering {
 }
 
 impl Ord for Value {
-    /// Values of one requirement are compared: all are means, or all are distances.
+    /// Values of one requirement are compared: all are of one kind, or endless.
     fn cmp(&self, other: &Value) -> Ordering {
         let kind = |value: &Value| match value {
             Value::Mean(_) => 0,
             Value::Root(_) => 1,
-            Value::Endless => 2,
+            Value::Beyond(..) => 2,
+            Value::Excess(_) => 3,
+            Value::Endless => 4,
         };
         match (self, other) {
             (Value::Mean(one), Value::Mean(other)) => cmp_means(one, other),
-            (Value::Root(one), Value::Root(other)) => cmp_means(&[*one], &[*other]),
+            // The other distance is the same of all.
+            (Value::Root(one), Value::Root(other)) | (Value::Beyond(one, _), Value::Beyond(other, _)) => {
+                cmp_means(&[*one], &[*other])
+            }
+            (Value::Excess(one), Value::Excess(other)) => one.cmp(other),
             _ => kind(self).cmp(&kind(other)),
         }
     }

@@ -1,10 +1,14 @@
 //! Whether a requirement is met under a condition, and where it is nearest to being missed.
 
 use super::cases::{Case, Conditions, Passage};
+use super::excess::Excess;
+use super::separation::{Decision, Separation};
 use super::value::Value;
 use crate::approach::Nearest;
 use crate::metrics::{Confusion, Ratio};
-use crate::study::{ApproachScore, Condition, Counted, Limit, Measure, Nearness, Requirement};
+use crate::study::{
+    ApproachScore, Condition, ControllerScore, Counted, Limit, Measure, Nearness, Requirement,
+};
 use crate::world::Baselines;
 
 /// A requirement under a condition.
@@ -69,8 +73,11 @@ pub fn judgements<'a>(
 ) -> Vec<Judgement<'a>> {
     let of = |requirement: &'a Requirement| {
         let is_known = move |condition: &&Condition| {
-            let first = conditions.of(**condition).first();
-            first.is_some_and(|case| requirement.counted().is_some() || !case.near.is_empty())
+            conditions.of(**condition).first().is_some_and(|case| match requirement.measure {
+                Measure::Counted(_) => true,
+                Measure::Nearness(_) => !case.near.is_empty(),
+                Measure::Controller(_) => !case.measured.is_empty(),
+            })
         };
         let known = requirement.under.iter().filter(is_known);
         known.map(move |&condition| judgement(requirement, baselines, condition, conditions))
@@ -124,7 +131,8 @@ impl Requirement {
     fn value(&self, case: &Case, conditions: &Conditions) -> Option<Value> {
         match &self.measure {
             Measure::Counted(counted) => self.of_counts(counted, &case.counts[counted.region]),
-            Measure::Nearness(_) => {
+            Measure::Controller(ControllerScore::NeedlessStops) => needless_share(&case.measured, conditions),
+            Measure::Nearness(_) | Measure::Controller(ControllerScore::MissedM) => {
                 let each = self.parts(case, conditions).into_iter().filter_map(|(_, value)| value);
                 each.reduce(|old, new| if self.limit.is_worse(&new, &old) { new } else { old })
             }
@@ -147,8 +155,13 @@ impl Requirement {
             Measure::Nearness(nearness) => {
                 let each = conditions.passages.iter().zip(&case.near).enumerate();
                 let asked = each.filter(|(_, (passage, _))| nearness.asks(passage));
-                let value = |near| near_value(nearness.score, near, conditions.voxel_size_m);
-                asked.map(|(number, (_, near))| (Part::Passage(number), Some(value(near)))).collect()
+                let value = |near| near_value(nearness.score, near, conditions);
+                asked.map(|(number, (_, near))| (Part::Passage(number), value(near))).collect()
+            }
+            Measure::Controller(score) => {
+                let moments = case.measured.iter().enumerate();
+                let value = |separation| controller_value(*score, separation, conditions);
+                moments.map(|(moment, separation)| (Part::Moment(moment), value(separation))).collect()
             }
         }
     }
@@ -157,7 +170,9 @@ impl Requirement {
     fn worst_part(&self, parts: Vec<(Part, Option<Value>)>) -> Option<Part> {
         let each = parts.into_iter().filter_map(|(part, value)| Some((part, value?)));
         let worst = each.reduce(|old, new| if self.limit.is_worse(&new.1, &old.1) { new } else { old });
-        worst.filter(|(_, value)| !matches!(value, Value::Endless)).map(|(part, _)| part)
+        // Who never comes near has no way.
+        let is_nowhere = |value: &Value| self.is_of_nearness() && matches!(value, Value::Endless);
+        worst.filter(|(_, value)| !is_nowhere(value)).map(|(part, _)| part)
     }
 
     /// The best that any choice of the listed poses could have.
@@ -177,22 +192,57 @@ impl Nearness {
         let is_asked = |name: &Option<String>, own: &String| name.as_ref().is_none_or(|name| name == own);
         is_asked(&self.body, &passage.body)
             && is_asked(&self.entry, &passage.entry)
-            && (passage.on_floor || !self.score.less_is_better())
+            && (passage.on_floor || !self.score.is_area())
     }
 }
 
-/// A score of what a body can do; the edge of a voxel is taken to nine digits after the point.
-pub(super) fn near_value(score: ApproachScore, near: &Nearest, voxel_size_m: f64) -> Value {
-    let edge = Ratio::of(voxel_size_m);
+/// A score of what a body can do; the edge of a voxel is taken to nine digits after the point. `None` of a margin where
+/// it is not said how far people must be.
+pub(super) fn near_value(score: ApproachScore, near: &Nearest, conditions: &Conditions) -> Option<Value> {
+    let edge = Ratio::of(conditions.voxel_size_m);
     let in_m2 = |voxels: u64| Ratio {
         numerator: i128::from(voxels) * edge.numerator.pow(2),
         denominator: edge.denominator.pow(2),
     };
-    match score {
-        ApproachScore::NearestUnnoticedM => {
-            near.squared.map_or(Value::Endless, |squared| Value::Root(in_m2(squared.into())))
+    let square = near.squared.map(|squared| in_m2(squared.into()));
+    Some(match score {
+        ApproachScore::NearestUnnoticedM => square.map_or(Value::Endless, Value::Root),
+        ApproachScore::ApproachMarginM => {
+            let needed = conditions.needed?.needed();
+            square.map_or(Value::Endless, |square| Value::Beyond(square, needed))
         }
         ApproachScore::UnnoticedM2 => Value::exactly(in_m2(near.unnoticed)),
         ApproachScore::JoinedM2 => Value::exactly(in_m2(near.joined)),
+    })
+}
+
+/// A score of what a controller measures at a moment, if there is anything to score.
+pub(super) fn controller_value(
+    score: ControllerScore,
+    separation: &Separation,
+    conditions: &Conditions,
+) -> Option<Value> {
+    let voxel_size_m = conditions.voxel_size_m;
+    match score {
+        ControllerScore::MissedM => {
+            let truly = separation.truly?;
+            let excess = |measured: u32| Excess { measured: measured.max(truly), truly, voxel_size_m };
+            Some(separation.unknown_free.map_or(Value::Endless, |measured| Value::Excess(excess(measured))))
+        }
+        ControllerScore::NeedlessStops => {
+            let Separation { truly, unknown_occupied, .. } = *separation;
+            let decision = Decision::at(unknown_occupied, truly, conditions.needed?.needed_m, voxel_size_m);
+            let numerator = i128::from(decision == Decision::NeedlessStop);
+            Some(Value::exactly(Ratio { numerator, denominator: 1 }))
+        }
     }
+}
+
+/// At which share of moments the robot is stopped needlessly.
+fn needless_share(measured: &[Separation], conditions: &Conditions) -> Option<Value> {
+    let at = |separation| controller_value(ControllerScore::NeedlessStops, separation, conditions);
+    let stops =
+        measured.iter().filter_map(at).filter(|value| value.cmp_ratio(Ratio::of(0.0)).is_gt()).count();
+    let denominator = measured.len() as i128;
+    (denominator > 0).then(|| Value::exactly(Ratio { numerator: stops as i128, denominator }))
 }

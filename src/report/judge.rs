@@ -7,7 +7,7 @@ use super::table::{NONE, Table, number as three_digits};
 use crate::approach::Company;
 use crate::judge::{JudgedSet, Judgement, Moment, Part, Passage, Summed, Value, Where, spreads};
 use crate::results::Subject;
-use crate::study::{Across, ApproachScore, Condition, Counted, Limit, Measure, Nearness, Requirement};
+use crate::study::{Across, Condition, Counted, Limit, Measure, Nearness, Requirement};
 use crate::voxel::rounded_down;
 
 /// Writes the command that draws the worst moment of a judgement, if there is one.
@@ -54,9 +54,16 @@ pub fn line(subject: &Subject, set: &JudgedSet, judgement: &Judgement) -> String
             (format!("{} in region {region}", score.title()), which)
         }
         Measure::Nearness(Nearness { score, .. }) => (score.name().into(), "the worst of all ways in"),
+        Measure::Controller(score) => {
+            let of_all = if set.conditions.moments.len() > 1 { of_which(requirement.over()) } else { "" };
+            (score.name().into(), of_all)
+        }
     };
     let is = match &judgement.value {
         None => format!("{what} is no value"),
+        Some(Value::Endless) if requirement.is_of_controller() => {
+            format!("somebody is there of whom nothing is measured, {what}")
+        }
         Some(Value::Endless) => format!("nobody has room to come in, {what}"),
         Some(value) => {
             format!("{what} is {}", told_apart(value, &requirement.limit, is_distance(requirement)))
@@ -64,6 +71,7 @@ pub fn line(subject: &Subject, set: &JudgedSet, judgement: &Judgement) -> String
     };
     let (name, when) = (&requirement.name, words(judgement.condition));
     let mut text = format!("{}  {name} ({when}): {is}, {limit} is required", judgement.word());
+    let is_nowhere = requirement.is_of_nearness() && judgement.value == Some(Value::Endless);
     if !worst.is_empty() && judgement.value != Some(Value::Endless) {
         text += &format!(" ({worst})");
     }
@@ -83,7 +91,7 @@ pub fn line(subject: &Subject, set: &JudgedSet, judgement: &Judgement) -> String
             judgement.cases
         );
     }
-    if judgement.value != Some(Value::Endless) {
+    if !is_nowhere {
         text += &whereabouts(subject, set, condition, &judgement.worst);
         text += &gap(set, &requirement.measure);
     }
@@ -94,7 +102,7 @@ pub fn line(subject: &Subject, set: &JudgedSet, judgement: &Judgement) -> String
 /// a voxel, and half a voxel by which a size is rounded. Nothing of other scores.
 fn gap(set: &JudgedSet, measure: &Measure) -> String {
     match measure {
-        Measure::Nearness(nearness) if !nearness.score.less_is_better() => {
+        Measure::Nearness(nearness) if !nearness.score.is_area() => {
             let less_m = ((3f64.sqrt() + 0.5) * set.conditions.voxel_size_m * 100.0).ceil() / 100.0;
             format!("; between centres of voxels, with sizes rounded: the gap may be {less_m:.2} m less")
         }
@@ -105,7 +113,7 @@ fn gap(set: &JudgedSet, measure: &Measure) -> String {
 /// Whether what is required is a distance that must be reached, which is never rounded up.
 fn is_distance(requirement: &Requirement) -> bool {
     let Measure::Nearness(nearness) = &requirement.measure else { return false };
-    nearness.score == ApproachScore::NearestUnnoticedM
+    !nearness.score.is_area()
 }
 
 /// A value with as many digits as tell it apart from a limit, at least three behind the point; of a distance they are
@@ -197,6 +205,7 @@ fn conditions(subject: &Subject, set: &JudgedSet) -> Table {
         set.judgements.iter().any(|one| match &one.requirement.measure {
             Measure::Counted(Counted { score, region, .. }) => of_what == Summed::Counted(*score, *region),
             Measure::Nearness(nearness) => of_what == Summed::Nearness(nearness.score),
+            Measure::Controller(score) => of_what == Summed::Controller(*score),
         })
     };
     for spread in spreads(&set.conditions).iter().filter(|spread| asked(spread.of_what)) {

@@ -1,20 +1,22 @@
 //! What a controller would measure of a set of sensors, summed up over all moments, as text.
 
 use super::table::Table;
-use crate::judge::{Decision, Separation, Separations};
+use crate::judge::{Decision, JudgedSet, Separation};
 use crate::results::Subject;
 use crate::study::Stopping;
 
 /// Of one set.
-pub fn render(subject: &Subject, all: &Separations, stopping: &Stopping, voxel_size_m: f64) -> String {
+pub fn render(subject: &Subject, set: &JudgedSet, stopping: &Stopping, voxel_size_m: f64) -> String {
+    let all = set.conditions.measured();
+    let moments = all.clone().count();
     let mut text =
         "\nwhat a controller would measure between people and robot, from the labels\n".to_string();
-    let missed = all.iter().filter_map(|(moment, one)| Some((moment, one.missed_m(voxel_size_m)?)));
+    let missed = all.clone().filter_map(|(moment, one)| Some((moment, one.missed_m(voxel_size_m)?)));
     // The first of equals.
     let worst = missed.reduce(|old, new| if new.1 > old.1 { new } else { old });
     if let Some((moment, metres)) = worst {
         let at = match &subject.scenes[moment.scene] {
-            scene if all.len() > 1 => {
+            scene if moments > 1 => {
                 format!(" (scene {}, snapshot {}, repeat {})", scene.name, moment.snapshot, moment.repeat)
             }
             _ => String::new(),
@@ -27,9 +29,9 @@ pub fn render(subject: &Subject, all: &Separations, stopping: &Stopping, voxel_s
         };
     }
     let unseen = |one: &&Separation| one.truly.is_some() && one.unknown_free.is_none();
-    let unseen = all.iter().map(|(_, one)| one).filter(unseen).count();
+    let unseen = all.clone().map(|(_, one)| one).filter(unseen).count();
     if unseen > 0 {
-        text += &format!("  in {unseen} of {} moments nothing is measured of the people there\n", all.len());
+        text += &format!("  in {unseen} of {} moments nothing is measured of the people there\n", moments);
     }
     let mut table =
         Table::new(&["<unknown voxels", "m/s", "needed", "stops", "runs", "missed stops", "needless stops"]);
@@ -40,7 +42,7 @@ pub fn render(subject: &Subject, all: &Separations, stopping: &Stopping, voxel_s
         for at in &stopping.speeds {
             let decision =
                 |one: &Separation| Decision::at(measured(one), one.truly, at.needed_m, voxel_size_m);
-            let count = |wanted| all.iter().filter(|(_, one)| decision(one) == wanted).count().to_string();
+            let count = |wanted| all.clone().filter(|(_, one)| decision(one) == wanted).count().to_string();
             let counts =
                 [Decision::Stops, Decision::Runs, Decision::MissedStop, Decision::NeedlessStop].map(count);
             let needed = [at.speed_m_s.to_string(), format!("{:.2} m", at.needed_m)];

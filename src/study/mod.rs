@@ -46,7 +46,9 @@ use place::{Place, only_one};
 pub use postures::Posture;
 use problems::{Problems, parse_in_parts, wrong_with};
 pub use region::RegionSpec;
-pub use require::{ApproachScore, Condition, Counted, Limit, Measure, MountingError, Nearness, Requirement};
+pub use require::{
+    ApproachScore, Condition, ControllerScore, Counted, Limit, Measure, MountingError, Nearness, Requirement,
+};
 pub use stopping::{AtSpeed, Formula, Stopping};
 
 /// The largest coordinate in a file; larger numbers are typing errors, infinities or NaN.
@@ -209,6 +211,7 @@ impl Study {
             approach: &approach,
             has_draws: mounting_error.is_some(),
             has_postures: !postures.is_empty(),
+            has_stopping: stopping.is_some(),
         };
         let requirements = require::check(&at, file.require, &known)?;
         // Without noise every repeat would be the first again.

@@ -1,6 +1,8 @@
 //! `[[require]]` and `[mounting_error]` of a study, checked: what scores a choice of sensors must reach, and
 //! also when something is not as planned.
 
+mod scores;
+
 use std::ops::RangeInclusive;
 
 use schemars::JsonSchema;
@@ -8,11 +10,13 @@ use serde::{Deserialize, Serialize};
 
 use super::approach::Approach;
 use super::choose::Across;
+use super::stopping::EXAMPLE;
 use super::{Place, Problems, RegionSpec, only_one};
 use crate::error::Issue;
 use crate::metrics::{Ratio, Score};
 use crate::sensor::Calibration;
 use crate::{Error, Result};
+pub use scores::{ApproachScore, ControllerScore};
 
 /// How many draws of mounts there may be.
 const DRAWS: RangeInclusive<u32> = 1..=10_000;
@@ -26,17 +30,17 @@ const FARTHEST: f64 = 1e4;
 pub(super) struct RequirementFile {
     /// Its name in verdicts.
     name: String,
-    /// The score: one of results.csv, or of how near bodies come unnoticed.
+    /// The score: one of results.csv, of how near bodies come unnoticed, or of what a controller would measure.
     #[schemars(with = "AnyScore")]
     score: String,
-    /// The name of the region in which it is counted; none for scores of bodies that come near.
+    /// The name of the region in which it is counted; none for scores that results.csv does not have.
     region: Option<String>,
     /// Of bodies that come near: only this one of `[approach]`. Default all.
     body: Option<String>,
     /// Of bodies that come near: only by this entry of `[approach]`. Default all.
     entry: Option<String>,
     /// Of which counts: the worst or the mean of all scenes, snapshots and repeats, or their counts added up.
-    /// Default "worst".
+    /// Default "worst"; of "needless_stops" it is "mean", the share of moments.
     over: Option<Across>,
     /// What it must be at least.
     at_least: Option<f64>,
@@ -55,6 +59,7 @@ pub(super) struct RequirementFile {
 enum AnyScore {
     Counted(Score),
     Approach(ApproachScore),
+    Controller(ControllerScore),
 }
 
 fn as_planned() -> Vec<Condition> {
@@ -116,39 +121,6 @@ impl Condition {
     }
 }
 
-/// How near bodies come unnoticed, and on how much floor they stand so.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, JsonSchema)]
-#[serde(rename_all = "snake_case")]
-pub enum ApproachScore {
-    /// How near any body comes unnoticed to what it must not come near to, in metres; more is better.
-    NearestUnnoticedM,
-    /// The floor on which a body stands unnoticed, whether or not a way leads there, in square metres; less is
-    /// better.
-    UnnoticedM2,
-    /// The part of it that is joined to an entry; less is better.
-    JoinedM2,
-}
-
-impl ApproachScore {
-    /// All of them, in the order of the tables.
-    pub const ALL: [ApproachScore; 3] =
-        [ApproachScore::NearestUnnoticedM, ApproachScore::UnnoticedM2, ApproachScore::JoinedM2];
-
-    /// As in a study.
-    pub(crate) fn name(self) -> &'static str {
-        match self {
-            ApproachScore::NearestUnnoticedM => "nearest_unnoticed_m",
-            ApproachScore::UnnoticedM2 => "unnoticed_m2",
-            ApproachScore::JoinedM2 => "joined_m2",
-        }
-    }
-
-    /// Whether less of it is better.
-    pub(crate) fn less_is_better(self) -> bool {
-        self != ApproachScore::NearestUnnoticedM
-    }
-}
-
 /// A score of what is counted.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Counted {
@@ -178,6 +150,8 @@ pub enum Measure {
     Counted(Counted),
     /// A score of bodies that come near.
     Nearness(Nearness),
+    /// A score of what a controller would measure, over all scenes, snapshots and repeats.
+    Controller(ControllerScore),
 }
 
 /// A score that a choice of sensors must reach. Numbers are those of the study.
@@ -198,8 +172,18 @@ impl Requirement {
     pub fn counted(&self) -> Option<&Counted> {
         match &self.measure {
             Measure::Counted(counted) => Some(counted),
-            Measure::Nearness(_) => None,
+            Measure::Nearness(_) | Measure::Controller(_) => None,
         }
+    }
+
+    /// Whether it is about bodies that come near.
+    pub(crate) fn is_of_nearness(&self) -> bool {
+        matches!(self.measure, Measure::Nearness(_))
+    }
+
+    /// Whether it is about what a controller would measure.
+    pub(crate) fn is_of_controller(&self) -> bool {
+        matches!(self.measure, Measure::Controller(_))
     }
 
     /// The score's name.
@@ -207,12 +191,17 @@ impl Requirement {
         match &self.measure {
             Measure::Counted(counted) => counted.score.name(),
             Measure::Nearness(nearness) => nearness.score.name(),
+            Measure::Controller(score) => score.name(),
         }
     }
 
-    /// Of which counts or approaches.
+    /// Of which counts, approaches or moments.
     pub(crate) fn over(&self) -> Across {
-        self.counted().map_or(Across::Worst, |counted| counted.over)
+        match &self.measure {
+            Measure::Counted(counted) => counted.over,
+            Measure::Nearness(_) | Measure::Controller(ControllerScore::MissedM) => Across::Worst,
+            Measure::Controller(ControllerScore::NeedlessStops) => Across::Mean,
+        }
     }
 
     /// Index of the region in which is counted, if it is about one.
@@ -224,7 +213,7 @@ impl Requirement {
     pub(crate) fn in_region(&self, region: usize) -> Requirement {
         let measure = match &self.measure {
             Measure::Counted(counted) => Measure::Counted(Counted { region, ..*counted }),
-            Measure::Nearness(nearness) => Measure::Nearness(nearness.clone()),
+            other => other.clone(),
         };
         Requirement { measure, ..self.clone() }
     }
@@ -258,6 +247,8 @@ pub(super) struct Known<'a> {
     pub(super) has_draws: bool,
     /// Whether the study says who stands where.
     pub(super) has_postures: bool,
+    /// Whether it says how far people must be.
+    pub(super) has_stopping: bool,
 }
 
 /// The requirements that are right.
@@ -278,20 +269,30 @@ fn one(at: &Place, mut entry: RequirementFile, known: &Known) -> Result<Requirem
     let score = entry.score.as_str();
     let counted = Score::ALL.into_iter().find(|one| one.name() == score);
     let approach = ApproachScore::ALL.into_iter().find(|one| one.name() == score);
-    let (measure, limit) = match (counted, approach) {
-        (Some(score), _) => {
+    let controller = ControllerScore::ALL.into_iter().find(|one| one.name() == score);
+    let (measure, limit) = match (counted, approach, controller) {
+        (Some(score), ..) => {
             (Measure::Counted(counted_in(at, &entry, score, known)?), limit(at, &entry, score)?)
         }
-        (_, Some(score)) => {
+        (_, Some(score), _) => {
             (Measure::Nearness(nearness(at, &entry, score, known)?), near_limit(at, &entry, score)?)
         }
-        (None, None) => {
-            let names =
-                Score::ALL.map(Score::name).into_iter().chain(ApproachScore::ALL.map(ApproachScore::name));
+        (.., Some(score)) => {
+            (Measure::Controller(controlled(at, &entry, score)?), controller_limit(at, &entry, score)?)
+        }
+        (None, None, None) => {
+            let names = Score::ALL.map(Score::name).into_iter();
+            let names = names.chain(ApproachScore::ALL.map(ApproachScore::name));
+            let names = names.chain(ControllerScore::ALL.map(ControllerScore::name));
             let rule = format!("must be one of {}", names.collect::<Vec<_>>().join(", "));
             return Err(at.wrong("score", format!("{score:?}"), &rule));
         }
     };
+    let asks_distance = matches!(approach, Some(ApproachScore::ApproachMarginM)) || controller.is_some();
+    if asks_distance && !known.has_stopping {
+        let rule = format!("needs to know how far people must be: add a table to the study, as in {EXAMPLE}");
+        return Err(at.wrong("score", format!("{score:?}"), &rule));
+    }
     let under = std::mem::take(&mut entry.under);
     at.some("under", &under, "under = [\"as_planned\"]")?;
     if under.contains(&Condition::MountingError) && !known.has_draws {
@@ -355,7 +356,7 @@ fn nearness(at: &Place, entry: &RequirementFile, score: ApproachScore, known: &K
     named(at, "entry", &entry.entry, &entries, "an entry")?;
     let is_asked = |name: &str| entry.body.as_deref().is_none_or(|asked| asked == name);
     let stands = bodies.iter().any(|body| body.on_floor && is_asked(&body.name));
-    if score.less_is_better() && !stands {
+    if score.is_area() && !stands {
         let rule = "is an area of floor, and no body that is asked stands on the floor";
         return Err(at.wrong("score", format!("{:?}", score.name()), rule));
     }
@@ -382,15 +383,53 @@ fn limit(at: &Place, entry: &RequirementFile, score: Score) -> Result<Limit> {
 
 fn near_limit(at: &Place, entry: &RequirementFile, score: ApproachScore) -> Result<Limit> {
     let (key, value) = given(at, entry)?;
-    let (wanted, unit) = match score.less_is_better() {
+    let (wanted, unit) = match score.is_area() {
         true => ("at_most", "square metres"),
         false => ("at_least", "metres"),
     };
-    if key != wanted {
-        return Err(at.wrong(key, value, &format!("of {} the limit is given as {wanted}", score.name())));
-    }
+    given_as(at, wanted, key, value, score.name())?;
     at.number(key, value, 0.0..=FARTHEST, &format!("a number of {unit} from 0 to {FARTHEST}"))?;
     exact(at, key, value)
+}
+
+/// Checks what is asked of a controller besides the limit.
+fn controlled(at: &Place, entry: &RequirementFile, score: ControllerScore) -> Result<ControllerScore> {
+    for (key, name) in [("region", &entry.region), ("body", &entry.body), ("entry", &entry.entry)] {
+        if let Some(name) = name {
+            let rule = format!("{} is of all people in all of the grid: leave it out", score.name());
+            return Err(at.wrong(key, format!("{name:?}"), &rule));
+        }
+    }
+    let (over, why) = match score {
+        ControllerScore::MissedM => (Across::Worst, "one person who is missed is one too many"),
+        ControllerScore::NeedlessStops => (Across::Mean, "it is a share of moments"),
+    };
+    match entry.over {
+        Some(other) if other != over => {
+            let rule = format!("must be {:?}: {why}", over.name());
+            Err(at.wrong("over", format!("{:?}", other.name()), &rule))
+        }
+        _ => Ok(score),
+    }
+}
+
+fn controller_limit(at: &Place, entry: &RequirementFile, score: ControllerScore) -> Result<Limit> {
+    let (key, value) = given(at, entry)?;
+    given_as(at, "at_most", key, value, score.name())?;
+    let (most, what) = match score {
+        ControllerScore::MissedM => (FARTHEST, "a number of metres"),
+        ControllerScore::NeedlessStops => (1.0, "a share of moments"),
+    };
+    at.number(key, value, 0.0..=most, &format!("{what} from 0 to {most}"))?;
+    exact(at, key, value)
+}
+
+/// Fails unless a limit is given by the key that fits the score.
+fn given_as(at: &Place, wanted: &str, key: &str, value: f64, score: &str) -> Result<()> {
+    match key == wanted {
+        true => Ok(()),
+        false => Err(at.wrong(key, value, &format!("of {score} the limit is given as {wanted}"))),
+    }
 }
 
 /// The limit that is given, by its key.

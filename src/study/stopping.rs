@@ -19,6 +19,7 @@ use super::poses::numbers;
 use super::value::Axis;
 use crate::Result;
 use crate::error::Issue;
+use crate::metrics::Ratio;
 
 /// The walking speed of people.
 const HUMAN_SPEED_M_S: f64 = 1.6;
@@ -104,6 +105,14 @@ pub struct AtSpeed {
     pub speed_m_s: f64,
     /// How far people must be.
     pub needed_m: f64,
+}
+
+impl AtSpeed {
+    /// How far people must be, in whole nanometres, rounded up as [`crate::voxel::squared_voxels`] does.
+    pub(crate) fn needed(&self) -> Ratio {
+        let numerator = (self.needed_m * 1e9 - 1e-3).ceil().max(0.0) as i128;
+        Ratio { numerator, denominator: 1_000_000_000 }
+    }
 }
 
 /// What the formulas are made of, in metres and seconds.

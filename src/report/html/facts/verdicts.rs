@@ -89,7 +89,8 @@ fn as_planned(sweep: &ReportedSweep, looked: &Choice) -> Result<(String, Vec<Sho
             requirement.under.iter().partition(|condition| is_decided(condition));
         if !decided.is_empty() {
             let planned = [Requirement { under: decided, ..requirement.clone() }];
-            let set = JudgedSet::new(&planned, results, looked, Conditions::as_planned(results, looked)?);
+            let set =
+                JudgedSet::new(&planned, results, looked, Conditions::as_planned(study, results, looked)?);
             shown.extend(set.judgements.iter().map(|judgement| {
                 let told = line(results, &set, judgement);
                 let words = told.split_once("): ").map_or(told.as_str(), |(_, words)| words).to_string();
@@ -125,7 +126,7 @@ fn is_judged_as(row: &Row, requirement: &Requirement, regions: &[String]) -> boo
         found.is_empty() || wanted.as_ref().is_none_or(|wanted| wanted == found)
     };
     let is_of_body = match &requirement.measure {
-        Measure::Counted(_) => true,
+        Measure::Counted(_) | Measure::Controller(_) => true,
         Measure::Nearness(near) => may_be(&near.body, row.of("body")) && may_be(&near.entry, row.of("entry")),
     };
     row.of("score") == requirement.score_name()
@@ -143,6 +144,9 @@ fn of_row(row: &Row) -> ShownVerdict {
         least => format!("at least {least}"),
     };
     let what = match (row.of("region"), row.of("value")) {
+        ("", "inf") if row.of("body").is_empty() && !row.of("scene").is_empty() => {
+            format!("somebody is there of whom nothing is measured, {}", row.of("score"))
+        }
         ("", "inf") => format!("nobody has room to come in, {}", row.of("score")),
         ("", _) => format!("{} is {value}", row.of("score")),
         (region, _) => format!("{} in region {region} is {value}", row.of("score")),
