@@ -109,7 +109,7 @@ impl Pose {
 
     /// A pose from a quaternion (w, x, y, z) of length near 1, kept as it is so that a table read back gives the
     /// same rays; other lengths are normalised. `None` for zero or a value that is not finite.
-    pub(crate) fn from_quaternion(position_m: DVec3, wxyz: [f64; 4], frame: Frame) -> Option<Self> {
+    pub fn from_quaternion(position_m: DVec3, wxyz: [f64; 4], frame: Frame) -> Option<Self> {
         let q = DQuat::from_xyzw(wxyz[1], wxyz[2], wxyz[3], wxyz[0]);
         let length = q.length();
         if !length.is_finite() || length < 1e-9 {

@@ -29,6 +29,8 @@ pub struct Sources {
     /// Folders that may be read from besides the main file's, by the names of their packages.
     packages: Vec<(String, PathBuf)>,
     outside: bool,
+    /// Files that are in memory only, by the paths under which they are named.
+    given: BTreeMap<PathBuf, Arc<[u8]>>,
     record: Arc<Mutex<Record>>,
     /// Whether a file could not be read for a reason that may go away, such as a failing disk.
     failed: Arc<AtomicBool>,
@@ -56,8 +58,15 @@ struct Record {
 impl Sources {
     /// The file itself and what lies in its folder or below.
     pub fn beside(main: &Path) -> Sources {
-        let (record, failed) = Default::default();
-        Sources { main: main.into(), packages: Vec::new(), outside: false, record, failed }
+        let (given, record, failed) = Default::default();
+        Sources { main: main.into(), packages: Vec::new(), outside: false, given, record, failed }
+    }
+
+    /// And a file that is in memory only, whatever is on the disk under its path.
+    #[must_use]
+    pub fn with_file(mut self, path: &Path, bytes: Vec<u8>) -> Sources {
+        self.given.insert(path.into(), bytes.into());
+        self
     }
 
     /// And what lies in the folder of a package, or below.
@@ -134,6 +143,10 @@ impl Sources {
     }
 
     fn read_once(&self, path: &Path, most_bytes: u64) -> Result<Vec<u8>> {
+        if let Some(given) = self.given.get(path) {
+            self.note(path, path.into(), given)?;
+            return Ok(given.to_vec());
+        }
         let unreadable = |source| Error::io(path, "cannot be read", source);
         let place = path.canonicalize().map_err(|e| match path.read_link() {
             Ok(target) if e.kind() == ErrorKind::NotFound => {

@@ -35,11 +35,8 @@ fn write(view: &View) -> io::Result<Vec<u8>> {
     let (world, truth) = (view.world, &view.truth);
     let (grid, labels) = (&truth.grid, &view.labels);
     let shape = grid.size.map(|n| n as usize);
-    archive.voxels("labels", "|i1", shape, |voxel| match () {
-        () if labels.occupied.get(voxel) => 1,
-        () if labels.free.get(voxel) => 0,
-        () => -1i8 as u8,
-    })?;
+    archive.begin("labels", "|i1", &shape)?;
+    archive.0.write_all(&view.label_bytes())?;
     let planes: [(&str, &BitGrid); 4] = [
         ("hits", &labels.hits),
         ("truth", &truth.occupied),

@@ -1,7 +1,13 @@
 //! The native half of the Python package: studies, sweeps, and the command line. What Python's users see of it is
 //! described in `perirobot/`, whose classes are thin covers of these.
 
+mod backends;
+mod cell;
+mod choose;
 mod error;
+mod evaluate;
+mod labels;
+mod origin;
 mod study;
 mod table;
 mod watch;
@@ -9,11 +15,15 @@ mod watch;
 use std::ffi::OsString;
 use std::process::ExitCode;
 
+use numpy::PyReadonlyArray3;
 use pyo3::prelude::*;
+use pyo3::types::PyBytes;
 
 /// The module `perirobot._perirobot`.
 #[pymodule]
 mod _perirobot {
+    #[pymodule_export]
+    use super::cell_map;
     #[pymodule_export]
     use super::run;
     #[pymodule_export]
@@ -24,6 +34,18 @@ mod _perirobot {
 #[pyfunction]
 fn run(py: Python<'_>, words: Vec<OsString>) -> u8 {
     number(py.detach(|| perirobot::cli::run(words)))
+}
+
+/// The voxels that are set as a map for [`study::Study::of`], its first voxel at a key of the world; None where none is set.
+#[pyfunction]
+fn cell_map<'py>(
+    py: Python<'py>,
+    voxels: PyReadonlyArray3<'py, bool>,
+    voxel_size_m: f64,
+    key: [i32; 3],
+) -> PyResult<Option<Bound<'py, PyBytes>>> {
+    let map = cell::map(&voxels, voxel_size_m, key).map_err(|error| error::raised(&error))?;
+    Ok(map.map(|bytes| PyBytes::new(py, &bytes)))
 }
 
 /// The number of an exit code, which the standard library does not tell.

@@ -80,7 +80,7 @@ impl Layout {
     }
 
     /// All choices, in study order.
-    pub(crate) fn all_choices(&self) -> impl Iterator<Item = PoseChoice> + '_ {
+    pub fn all_choices(&self) -> impl Iterator<Item = PoseChoice> + '_ {
         let of = |(combination, size): (usize, &Size)| {
             (0..size.choices).map(move |choice| PoseChoice { combination, choice })
         };

@@ -174,3 +174,16 @@ fn a_file_in_the_working_folder_has_a_folder_too() {
     refused(sources.text(Path::new("/etc/hostname")), &["lies outside of "]);
     assert_eq!(sources.read_files()[0].path, Path::new("src/lib.rs"));
 }
+
+#[test]
+fn a_file_in_memory_is_read_instead_of_one_on_the_disk() {
+    let (_all, study) = folders();
+    let (main, part) = (study.join("study.toml"), study.join("parts/a.stl"));
+    let sources = Sources::beside(&main).with_file(&part, b"other".into());
+    assert_eq!(sources.bytes(&part).unwrap(), b"other");
+    assert_eq!(sources.text(&main).unwrap(), "abc");
+    let listed = sources.read_files();
+    let names: Vec<_> = listed.iter().map(|file| file.path.to_str().unwrap()).collect();
+    assert_eq!(names, ["parts/a.stl", "study.toml"]);
+    assert_ne!(listed[0].sha256, ABC);
+}

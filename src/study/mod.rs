@@ -7,6 +7,7 @@ pub mod catalogue;
 mod choices;
 mod choose;
 mod combination;
+mod elsewhere;
 mod file;
 mod place;
 mod poses;

@@ -123,6 +123,18 @@ impl<'a> View<'a> {
         Viewer::new(study, backend)?.view(world, choice)
     }
 
+    /// The labels of the grid, a byte for each voxel, x the fastest: 1 occupied, 0 free, 255 (as a signed byte −1) unknown.
+    pub fn label_bytes(&self) -> Vec<u8> {
+        let [nx, ny, nz] = self.world.grid.size.map(|n| n as usize);
+        let mut bytes = vec![u8::MAX; nx * ny * nz];
+        for (plane, label) in [(&self.labels.free, 0), (&self.labels.occupied, 1)] {
+            for [x, y, z] in plane.voxels() {
+                bytes[x as usize + nx * (y as usize + ny * z as usize)] = label;
+            }
+        }
+        bytes
+    }
+
     /// The label of a voxel of the view, compared with the truth.
     pub(crate) fn verdict(&self, voxel: [i32; 3]) -> Verdict {
         let is_there = self.truth.occupied.get(voxel);

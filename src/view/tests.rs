@@ -135,3 +135,26 @@ fn a_choice_is_found_as_the_study_spells_it_and_else_the_nearest_is_named() {
     refused("camera and cover", "camera:corners/1/1", "no such choice of poses: must be");
     refused("watch", "watch:bench", "no such choice of poses: must be");
 }
+
+#[test]
+fn views_of_many_choices_over_the_grid_are_those_made_one_by_one() {
+    let (study, worlds) = shipped("sensors.toml", 0.1);
+    let mut cpu = Cpu::new(Some(1)).unwrap();
+    for (combination, spec) in study.combinations.iter().enumerate() {
+        let ways = spec.representation_count(&study.sensors);
+        let some = (0..spec.choices()).step_by(3).flat_map(|choice| {
+            (0..ways).map(move |representation| Choice { combination, choice, representation, repeat: 0 })
+        });
+        let some: Vec<Choice> = some.collect();
+        for world in &worlds {
+            let all = Viewer::new(&study, &mut cpu).unwrap().over_grid(world, &some).unwrap();
+            for (view, &choice) in all.iter().zip(&some) {
+                let one = View::new(&study, world, choice, &mut cpu).unwrap();
+                assert_eq!(view.labels, one.labels, "{}: {choice:?}", spec.name);
+                let known = one.labels.occupied.count() + one.labels.free.count();
+                let bytes = view.label_bytes();
+                assert_eq!(bytes.iter().filter(|&&label| label != u8::MAX).count() as u64, known);
+            }
+        }
+    }
+}

@@ -14,7 +14,7 @@ use crate::sensor::{Claim, Station};
 use crate::study::Study;
 use crate::sweep::BatchSize;
 use crate::voxel::region::window_of;
-use crate::voxel::{Truth, Window};
+use crate::voxel::{BitGrid, Truth, Window};
 use crate::world::{World, ray_tables};
 
 /// Makes views of many choices on a backend; what choices and worlds share is made ready once.
@@ -63,7 +63,16 @@ impl<'a, 'b> Viewer<'a, 'b> {
     /// Makes views of choices in a world that hold only for the voxels of regions, all of them together: each
     /// sensor is cast once at each candidate, as in a sweep, and nothing is kept of single rays.
     pub fn in_regions(&mut self, world: &'a World, choices: &[Choice]) -> Result<Vec<View<'a>>> {
-        let loaded = self.load(world, window_of(&world.regions))?;
+        self.within(world, window_of(&world.regions), choices)
+    }
+
+    /// The same for all voxels of the grid.
+    pub fn over_grid(&mut self, world: &'a World, choices: &[Choice]) -> Result<Vec<View<'a>>> {
+        self.within(world, world.grid.window(), choices)
+    }
+
+    fn within(&mut self, world: &'a World, window: Window, choices: &[Choice]) -> Result<Vec<View<'a>>> {
+        let loaded = self.load(world, window)?;
         let said: Vec<_> = choices.par_iter().map(|&choice| loaded.members(choice)).collect();
         let standpoint = |choice: &Choice, member: &SensorView| -> Standpoint {
             [member.sensor, member.candidate, choice.repeat]
@@ -106,7 +115,12 @@ impl<'a, 'b> Viewer<'a, 'b> {
     fn load(&mut self, world: &'a World, window: Window) -> Result<LoadedWorld<'a>> {
         let before = self.loaded.take().filter(|known| std::ptr::eq(known.world, world));
         if before.as_ref().is_none_or(|known| known.window != window) {
-            self.backend.load(&world.scene(window))?;
+            let mut scene = world.scene(window);
+            if window == world.grid.window() {
+                // Backends decide the voxels of regions only.
+                scene.regions = vec![BitGrid::full(window)];
+            }
+            self.backend.load(&scene)?;
         }
         let (study, tables) = (self.study, self.tables.clone());
         let loaded = match before {

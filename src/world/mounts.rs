@@ -2,18 +2,52 @@
 
 use std::sync::Arc;
 
+use glam::DVec3;
+
 use super::{World, true_poses};
+use crate::Result;
+use crate::error::{Issue, Site};
 use crate::pose::Pose;
 use crate::sensor::{Sensor, Setting, Stance, Station};
 use crate::study::Study;
 use crate::voxel::Grid;
 
 impl World {
-    /// The same voxels with other candidates of the study's sensors, which [`World::takes`].
-    pub(crate) fn with_sensors(&self, sensors: &[Sensor]) -> World {
+    /// The same voxels with other candidates of the study's sensors, which [`World::takes`] or [`World::examine_sensors`].
+    pub fn with_sensors(&self, sensors: &[Sensor]) -> World {
         let each = sensors.iter().zip(&self.carriers);
         let settings = each.map(|(sensor, carrier)| Arc::new(sensor.settings(carrier.as_ref())));
         World { settings: settings.collect(), ..self.clone() }
+    }
+
+    /// Finds out whether the study's sensors can work at all their candidates in this world: in the grid, where their kind
+    /// can stand. The study may be one with other candidates.
+    ///
+    /// # Errors
+    /// The first candidate that is wrong, by its name.
+    pub fn examine_sensors(&self, study: &Study) -> Result<()> {
+        let (truth, window) = (self.truth(), self.grid.window());
+        for (sensor, settings) in study.sensors.iter().zip(&self.with_sensors(&study.sensors).settings) {
+            for (candidate, &setting) in sensor.candidates.iter().zip(settings.iter()) {
+                let station = Station { truth: &truth, window, setting, rays: None, truly: None, draws: 0 };
+                let at = setting.pose().position_m;
+                let is_inside = window.contains(Grid::voxel_of(self.grid.position_q16(at)));
+                let checked = match is_inside || !matches!(setting, Setting::Pose(_)) {
+                    true => sensor.kind.check(&station),
+                    false => Err(self.outside(at)),
+                };
+                let name = Site::Subject(format!("pose {}", candidate.name));
+                checked.map_err(|e| e.at(name).at(format!("sensor {:?}", sensor.name)))?;
+            }
+        }
+        Ok(())
+    }
+
+    /// What is wrong with a place outside of the grid.
+    fn outside(&self, at: DVec3) -> Issue {
+        let [low, high] = [[0; 3], self.grid.size.map(|n| n as i32)].map(|voxel| self.grid.corner_m(voxel));
+        Issue::says(format!("is at {at} m, outside of the voxels of scene {:?}", self.name))
+            .wanted(format!("they go from {low} to {high} m"))
     }
 
     /// Whether a sensor of the study, mounted as a planned pose is, may stand at another as its candidate of this

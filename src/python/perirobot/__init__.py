@@ -9,7 +9,10 @@ What is wrong with a study, a scene or an argument is a ``ValueError`` that name
 that fails is an ``OSError``, a device that fails a ``RuntimeError``.
 """
 
+from .best import Best
+from .cell import Cell
+from .labels import FREE, OCCUPIED, UNKNOWN, Labels
 from .result import Result
-from .study import Study
+from .study import COUNTERS, Study
 
-__all__ = ["Result", "Study"]
+__all__ = ["COUNTERS", "FREE", "OCCUPIED", "UNKNOWN", "Best", "Cell", "Labels", "Result", "Study"]

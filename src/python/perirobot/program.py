@@ -10,4 +10,4 @@ def main() -> None:
     """Runs the command line in ``sys.argv`` and exits with its code."""
     # The program answers Ctrl-C itself: the batch under way is finished first.
     signal.signal(signal.SIGINT, signal.SIG_DFL)
-    sys.exit(_perirobot.run(sys.argv))
+    sys.exit(_perirobot.run(["perirobot", *sys.argv[1:]]))

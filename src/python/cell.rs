@@ -1,0 +1,34 @@
+//! Voxels of numpy arrays as maps in memory, which scenes name like files.
+
+use numpy::{PyReadonlyArray3, PyUntypedArrayMethods};
+use perirobot::error::Issue;
+use perirobot::scene::octomap::{KEYS, write};
+use perirobot::{Error, Result};
+
+/// The voxels that are set, as an OctoMap whose voxel `key` is the array's first; `None` where none is set.
+pub(crate) fn map(
+    voxels: &PyReadonlyArray3<bool>,
+    voxel_size_m: f64,
+    key: [i32; 3],
+) -> Result<Option<Vec<u8>>> {
+    let size: [u32; 3] = std::array::from_fn(|axis| u32::try_from(voxels.shape()[axis]).unwrap_or(u32::MAX));
+    let is_held = |axis: usize| {
+        let end = i64::from(key[axis]) + i64::from(size[axis]);
+        KEYS.contains(&key[axis]) && end <= i64::from(KEYS.end)
+    };
+    if !(0..3).all(is_held) {
+        let what = format!(
+            "of {size:?} voxels from voxel {key:?} on reaches beyond voxels {} to {}",
+            KEYS.start,
+            KEYS.end - 1
+        );
+        return Err(Error::from(Issue::too_large(what).at("cell")));
+    }
+    let voxels = voxels.as_array();
+    let is_set = |[x, y, z]: [i32; 3]| {
+        let at = [x - key[0], y - key[1], z - key[2]].map(|n| n as usize);
+        voxels[at].then_some(true)
+    };
+    let any = voxels.iter().any(|&set| set);
+    Ok(any.then(|| write(voxel_size_m, key, size, &is_set)))
+}

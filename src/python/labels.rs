@@ -1,0 +1,49 @@
+//! Labels of whole grids as numpy arrays, of many choices of poses at once.
+
+use numpy::npyffi::NPY_ORDER;
+use numpy::{PyArray1, PyArray3, PyArrayMethods};
+use perirobot::backend::Backend;
+use perirobot::view::{Choice, Viewer};
+use perirobot::world::World;
+use perirobot::{Result, Study};
+use pyo3::prelude::*;
+
+use crate::watch::Listener;
+
+/// How many voxels a grid has along each axis, and the label of each, x the fastest.
+type Labels = ([u32; 3], Vec<u8>);
+
+/// The labels of choices of poses in worlds, which are given by numbers; those of the same world follow each other.
+pub(crate) fn all(
+    study: &Study,
+    worlds: &[World],
+    views: &[(usize, [usize; 4])],
+    backend: &mut dyn Backend,
+    listener: &Listener,
+) -> Result<Vec<Labels>> {
+    let mut viewer = Viewer::new(study, backend)?;
+    let mut all = Vec::with_capacity(views.len());
+    for of_one in views.chunk_by(|(one, _), (next, _)| one == next) {
+        listener.go_on()?;
+        let choice = |&(_, [combination, choice, representation, repeat]): &(usize, [usize; 4])| Choice {
+            combination,
+            choice,
+            representation,
+            repeat,
+        };
+        let choices: Vec<Choice> = of_one.iter().map(choice).collect();
+        let world = &worlds[of_one[0].0];
+        let seen = viewer.over_grid(world, &choices)?;
+        all.extend(seen.iter().map(|view| (world.grid.size, view.label_bytes())));
+    }
+    Ok(all)
+}
+
+/// Labels as an array: uint8 of the grid's shape, 1 occupied, 0 free, 255 unknown. The bytes are handed over, not copied.
+pub(crate) fn array<'py>(
+    py: Python<'py>,
+    size: [u32; 3],
+    labels: Vec<u8>,
+) -> PyResult<Bound<'py, PyArray3<u8>>> {
+    PyArray1::from_vec(py, labels).reshape_with_order(size.map(|n| n as usize), NPY_ORDER::NPY_FORTRANORDER)
+}

@@ -1,0 +1,94 @@
+//! Where a study came from, so that it can be read again with other keys.
+
+use std::path::{Path, PathBuf};
+
+use perirobot::source::Sources;
+use perirobot::study::Overrides;
+use perirobot::{Error, Result, Study};
+use pyo3::FromPyObject;
+
+/// The name under which a study that was made in memory is told in messages.
+const STUDY: &str = "(study)";
+
+/// A file of a study, and what is brought in beside it.
+#[derive(Clone)]
+pub(crate) struct Origin {
+    path: PathBuf,
+    overrides: Overrides,
+    packages: Vec<(String, PathBuf)>,
+    allow_outside: bool,
+    /// Files that are in memory only, by their paths.
+    files: Vec<(PathBuf, Vec<u8>)>,
+}
+
+/// A file in memory.
+#[derive(FromPyObject)]
+pub(crate) enum File {
+    /// Its keys, as JSON.
+    Keys(String),
+    /// Whatever it is.
+    Bytes(Vec<u8>),
+}
+
+impl Origin {
+    /// A file on the disk.
+    pub(crate) fn file(
+        path: PathBuf,
+        overrides: Overrides,
+        packages: Vec<(String, PathBuf)>,
+        allow_outside: bool,
+    ) -> Origin {
+        Origin { path, overrides, packages, allow_outside, files: Vec::new() }
+    }
+
+    /// Keys as JSON, beside files in memory that are named from a folder.
+    pub(crate) fn memory(keys: &str, folder: &Path, files: Vec<(PathBuf, File)>) -> Result<Origin> {
+        let mut origin = Origin::file(folder.join(STUDY), Overrides::default(), Vec::new(), false);
+        origin.files.push((origin.path.clone(), text(&table(keys)?)?.into_bytes()));
+        for (name, file) in files {
+            let bytes = match file {
+                File::Keys(keys) => text(&table(&keys)?)?.into_bytes(),
+                File::Bytes(bytes) => bytes,
+            };
+            origin.files.push((folder.join(name), bytes));
+        }
+        Ok(origin)
+    }
+
+    /// The same with keys of `[choose]`, which are JSON, instead of those that the study's text has.
+    pub(crate) fn asking(&self, study: &str, keys: &str) -> Result<Origin> {
+        let mut whole: toml::Table =
+            toml::from_str(study).map_err(|e| Error::input("study", e.to_string()))?;
+        let asked = whole.entry("choose").or_insert_with(|| toml::Table::new().into());
+        if let Some(asked) = asked.as_table_mut() {
+            asked.extend(table(keys)?);
+        }
+        let mut origin = self.clone();
+        origin.files.retain(|(path, _)| *path != self.path);
+        origin.files.push((self.path.clone(), text(&whole)?.into_bytes()));
+        Ok(origin)
+    }
+
+    /// Reads and checks the study.
+    pub(crate) fn read(&self) -> Result<Study> {
+        let named = self.packages.iter().map(|(name, folder)| (name.as_str(), folder.as_path()));
+        let beside = Sources::beside(&self.path);
+        let sources = named.clone().fold(beside, |all, (name, folder)| all.with_package(name, folder));
+        let sources =
+            self.files.iter().fold(sources, |all, (path, bytes)| all.with_file(path, bytes.clone()));
+        let sources = if self.allow_outside { sources.allow_outside() } else { sources };
+        let mut study = Study::read(&self.path, &self.overrides, sources)?;
+        study.scenes.iter_mut().for_each(|scene| scene.use_packages(named.clone()));
+        Ok(study)
+    }
+}
+
+/// Keys from JSON.
+fn table(json: &str) -> Result<toml::Table> {
+    serde_json::from_str(json).map_err(|e| Error::input("keys", e.to_string()))
+}
+
+/// Keys as a file has them.
+fn text(keys: &toml::Table) -> Result<String> {
+    toml::to_string(keys).map_err(|e| Error::input("keys", e.to_string()))
+}

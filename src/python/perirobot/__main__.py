@@ -1,0 +1,5 @@
+"""``python -m perirobot`` is the command `perirobot`."""
+
+from .program import main
+
+main()

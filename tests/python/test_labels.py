@@ -1,0 +1,211 @@
+"""Labels from Python are those that the command line exports, and counted against the truth they are the sweep's counts."""
+
+import shutil
+import tempfile
+import unittest
+import warnings
+
+import numpy as np
+import pandas as pd
+
+import perirobot as pr
+from shared import ROOT, program
+
+BACKENDS = [("cpu", None), ("oracle", None), ("gpu", "software")]
+
+
+class SameVoxels(unittest.TestCase):
+    def test_labels_are_those_of_export(self):
+        study = pr.Study.load(ROOT / "scenes/sensors.toml")
+        swept = tempfile.mkdtemp()
+        self.addCleanup(shutil.rmtree, swept)
+        self.assertEqual(program("sweep", "scenes/sensors.toml", "--out", swept).returncode, 0)
+        for combination in study.combinations:
+            rows = {labels.poses: labels for labels in study.each_labels(combination=combination)}
+            poses = list(rows)[-1]
+            last = study.scenes[-1]
+            with tempfile.TemporaryDirectory() as out:
+                choice = ["--pose", poses, "--combination", combination, "--scene", last]
+                done = program("export", swept, *choice, "--out", out, "--backend", "cpu")
+                self.assertEqual(done.returncode, 0, done.stderr)
+                with np.load(f"{out}/view.npz") as view:
+                    for backend, adapter in BACKENDS:
+                        with self.subTest(combination=combination, backend=backend):
+                            named = {"combination": combination, "scene": last}
+                            labels = study.labels(poses, **named, backend=backend, adapter=adapter)
+                            self.assertEqual(labels.labels.dtype, np.uint8)
+                            np.testing.assert_array_equal(labels.labels.view(np.int8), view["labels"])
+                            np.testing.assert_array_equal(labels.origin_m, view["origin_m"])
+                            self.assertEqual(labels.voxel_size_m, view["voxel_size_m"])
+                            self.assertEqual(labels.poses, view["poses"])
+
+    def test_the_iterator_has_each_moment_and_choice_once_and_in_order(self):
+        study = pr.Study.load(ROOT / "scenes/sensors.toml")
+        frame = study.sweep("cpu", progress=False).to_pandas()
+        for combination in study.combinations:
+            rows = frame[frame.combination == combination]
+            rows = rows.drop_duplicates(["scene", "snapshot", "repeat", "poses"])
+            expected = list(rows[["scene", "snapshot", "repeat", "poses"]].itertuples(index=False, name=None))
+            seen = [(l.scene, l.snapshot, l.repeat, l.poses) for l in study.each_labels(combination=combination)]
+            self.assertEqual(seen, expected)
+
+    def test_some_poses_and_scenes(self):
+        study = pr.Study.load(ROOT / "scenes/quick.toml", voxel_size_m=0.2)
+        poses = ["camera:right-wall/8/1", "camera:right-wall/4/1"]
+        seen = list(study.each_labels(poses, scenes=study.scenes[:1]))
+        self.assertEqual([labels.poses for labels in seen], poses)
+        for labels in seen:
+            np.testing.assert_array_equal(labels.labels, study.labels(labels.poses).labels)
+
+    def test_names_that_are_wrong_are_refused(self):
+        study = pr.Study.load(ROOT / "scenes/quick.toml", voxel_size_m=0.2)
+        with self.assertRaisesRegex(ValueError, "did you mean camera:right-wall/8/1"):
+            study.labels("camera:right-wal/8/1")
+        with self.assertRaisesRegex(ValueError, "^scene nowhere: "):
+            study.labels("camera:right-wall/8/1", scene="nowhere")
+        with self.assertRaisesRegex(ValueError, "scenes: 'nowhere' must be one of"):
+            study.each_labels(["camera:right-wall/8/1"], scenes=["nowhere"])
+
+
+class Cells(unittest.TestCase):
+    KEYS = {
+        "region": [{"name": "all", "box": {"min_m": [0, 0, 0], "max_m": [2.1, 1.7, 1.3]}}],
+        "sensor": [
+            {
+                "name": "camera",
+                "kind": "rgbd",
+                "fov_deg": [70, 50],
+                "resolution_px": [64, 48],
+                "range_m": [0.1, 8],
+                "poses": [
+                    {"name": "wall", "list": [{"position_m": [0.15, 0.15, 0.95], "facing": [1, 1, -0.4]}]}
+                ],
+            }
+        ],
+    }
+
+    @staticmethod
+    def random(seed: int, shape=(21, 17, 13)) -> tuple[np.ndarray, np.ndarray]:
+        draws = np.random.default_rng(seed).random(shape)
+        occupied = draws < 0.01
+        occupied[:3, :3, -4:] = False
+        people = np.zeros(shape, bool)
+        people[12:14, 9:11, 1:9] = True
+        return occupied, people
+
+    def study(self, number: int) -> pr.Study:
+        cells = {}
+        for seed in range(number):
+            occupied, people = self.random(seed)
+            cells[f"cell {seed}"] = pr.Cell(occupied, 0.1, people=people)
+        return pr.Study(self.KEYS, scenes=cells)
+
+    def test_counts_are_labels_against_the_arrays(self):
+        study = self.study(3)
+        frame = study.sweep("cpu", progress=False).to_pandas()
+        self.assertEqual(study.voxel_size_m, 0.1)
+        for labels in study.each_labels():
+            occupied, people = self.random(int(labels.scene.split()[1]))
+            truth = occupied | people
+            self.assertEqual(labels.labels.shape, truth.shape)
+            row = frame[(frame.scene == labels.scene) & (frame.representation == labels.representation)].iloc[0]
+            for name, label, there in [
+                ("tp", pr.OCCUPIED, truth),
+                ("fp", pr.OCCUPIED, ~truth),
+                ("fn", pr.FREE, truth),
+                ("tn", pr.FREE, ~truth),
+                ("uo", pr.UNKNOWN, truth),
+                ("uf", pr.UNKNOWN, ~truth),
+                ("tp_human", pr.OCCUPIED, people),
+            ]:
+                self.assertEqual(row[name], ((labels.labels == label) & there).sum(), name)
+            self.assertGreater(row.tp, 0)
+
+    def test_any_memory_layout_is_the_same_cell(self):
+        occupied, people = self.random(5)
+        told = []
+        for layout in [np.ascontiguousarray, np.asfortranarray, lambda a: np.flip(np.flip(a, 1).copy(), 1)]:
+            cell = pr.Cell(layout(occupied), 0.1, people=[layout(people)])
+            told.append(pr.Study(self.KEYS, scenes={"a": cell}).labels("camera:wall/0").labels)
+        np.testing.assert_array_equal(told[0], told[1])
+        np.testing.assert_array_equal(told[0], told[2])
+
+    def test_people_may_be_among_what_is_occupied(self):
+        occupied, people = self.random(1)
+        told = []
+        for voxels in [occupied & ~people, occupied | people]:
+            study = pr.Study(self.KEYS, scenes={"a": pr.Cell(voxels, 0.1, people=people)})
+            with warnings.catch_warnings():
+                # People inside of something would be warned of.
+                warnings.simplefilter("error")
+                told.append(study.sweep("cpu", progress=False).to_pandas())
+        pd.testing.assert_frame_equal(*told, check_exact=True)
+
+    def test_cells_elsewhere_keep_their_corner(self):
+        occupied, people = self.random(1)
+        cell = pr.Cell(occupied, 0.1, people=people, origin_m=[-0.3, 0, 0])
+        labels = pr.Study(self.KEYS, scenes={"a": cell}).labels("camera:wall/0")
+        np.testing.assert_allclose(labels.origin_m, [-0.3, 0, 0])
+
+    def test_keys_and_arrays_that_are_wrong_are_refused(self):
+        occupied, people = self.random(1)
+        with self.assertRaisesRegex(ValueError, r"occupied: has shape \(2, 2\)"):
+            pr.Cell(np.ones((2, 2), bool), 0.1)
+        with self.assertRaisesRegex(ValueError, "occupied: is of float64, must be bool"):
+            pr.Cell(np.ones((2, 2, 2)), 0.1)
+        with self.assertRaisesRegex(ValueError, r"person 0: has shape \(1, 2, 3\), must be \(21, 17, 13\)"):
+            pr.Cell(occupied, 0.1, people=np.ones((1, 2, 3), bool))
+        with self.assertRaisesRegex(ValueError, "environment: no voxel is set"):
+            pr.Cell(np.zeros((2, 2, 2), bool), 0.1)
+        with self.assertRaisesRegex(ValueError, "origin_m = .* must be multiples of voxel_size_m"):
+            pr.Cell(occupied, 0.1, origin_m=[0.05, 0, 0])
+        cell = pr.Cell(occupied, 0.1)
+        with self.assertRaisesRegex(ValueError, r"\(study\): .*fov_deg"):
+            camera = {**self.KEYS["sensor"][0], "fov_deg": [70, 190]}
+            pr.Study({**self.KEYS, "sensor": [camera]}, scenes={"a": cell})
+        with self.assertRaisesRegex(ValueError, "must have one size"):
+            pr.Study(self.KEYS, scenes={"a": cell, "b": pr.Cell(occupied, 0.2)})
+        with self.assertRaisesRegex(ValueError, r"(?s)a\.toml: .*colour"):
+            pr.Study(self.KEYS, scenes={"a": {"object": [{"name": "box", "colour": "red"}]}})
+
+
+class Evaluate(unittest.TestCase):
+    def test_listed_poses_have_the_counts_of_the_sweep(self):
+        study = pr.Study.load(ROOT / "scenes/tiny.toml")
+        frame = study.sweep("cpu", progress=False).to_pandas()
+        for sensor in study.sensors:
+            names, poses = study.poses(sensor)
+            for backend, adapter in BACKENDS:
+                counts = study.evaluate(poses, sensor, backend=backend, adapter=adapter)
+                rows = frame[frame.combination == sensor]
+                for number, name in enumerate(names):
+                    told = rows[rows.poses == f"{sensor}:{name}"][list(pr.COUNTERS)].to_numpy()
+                    # Rows go by scene, snapshot, repeat, representation and region, as the axes do.
+                    np.testing.assert_array_equal(counts[number].reshape(told.shape), told)
+
+    def test_quaternions_need_not_be_one_long(self):
+        study = pr.Study.load(ROOT / "scenes/tiny.toml")
+        _, poses = study.poses("camera")
+        longer = poses * [1, 1, 1, 3, 3, 3, 3]
+        np.testing.assert_array_equal(
+            study.evaluate(poses, "camera", backend="cpu"), study.evaluate(longer, "camera", backend="cpu")
+        )
+
+    def test_poses_that_are_wrong_are_refused(self):
+        study = pr.Study.load(ROOT / "scenes/tiny.toml")
+        good = study.poses("camera")[1][:1]
+        for poses, message in [
+            (good[:, :6], "must have 7 columns"),
+            (good[0], r"has shape \(7,\), must be \(n, 7\)"),
+            (good * [1, 1, 1, 0, 0, 0, 0], r"poses\[0\]: .*quaternion that is not 0"),
+            (good * [np.nan, 1, 1, 1, 1, 1, 1], r"poses\[0\]: .*must be finite"),
+            (good + [99, 0, 0, 0, 0, 0, 0], r'pose 0 is at .* outside of the voxels of scene "tiny"'),
+        ]:
+            with self.assertRaisesRegex(ValueError, message):
+                study.evaluate(poses, "camera", backend="cpu")
+        with self.assertRaisesRegex(ValueError, 'sensor = "camra": must be one that takes poses'):
+            study.evaluate(good, "camra")
+
+
+if __name__ == "__main__":
+    unittest.main()
