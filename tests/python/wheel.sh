@@ -11,13 +11,13 @@ work="$target/python"
 rm -rf "$work"
 mkdir -p "$work"
 
-# An environment without the package's own dependencies would not notice that one is missing in its list.
 python3 -m venv "$work/build"
 "$work/build/bin/pip" install --quiet --disable-pip-version-check maturin==1.16.0
 maturin="$work/build/bin/maturin"
 "$maturin" build --locked --profile dev --auditwheel skip --manifest-path src/python/Cargo.toml --out "$work/wheel"
 "$maturin" sdist --manifest-path src/python/Cargo.toml --out "$work/sdist"
 
+# Here pip installs what the package says that it needs, and nothing else is there.
 python3 -m venv "$work/bare"
 "$work/bare/bin/pip" install --quiet --disable-pip-version-check "$work"/wheel/perirobot-*.whl
 "$work/bare/bin/python" -c 'import perirobot; assert len(perirobot.Study.load("scenes/tiny.toml").sweep("cpu")) > 0'
@@ -29,7 +29,8 @@ python3 -m venv "$work/full"
 "$work/full/bin/mypy" --strict --ignore-missing-imports src/python/perirobot
 "$work/full/bin/python" -W error -W ignore::UserWarning -m unittest discover --start-directory tests/python "$@"
 
-"$work/build/bin/pip" wheel --quiet --disable-pip-version-check --no-build-isolation --no-deps \
+# The build calls `maturin` by that name.
+PATH="$work/build/bin:$PATH" "$work/build/bin/pip" wheel --quiet --disable-pip-version-check --no-build-isolation --no-deps \
     --wheel-dir "$work/from-sdist" "$work"/sdist/perirobot-*.tar.gz
 "$work/bare/bin/pip" install --quiet --disable-pip-version-check --force-reinstall --no-deps "$work"/from-sdist/perirobot-*.whl
 "$work/bare/bin/perirobot" sweep scenes/tiny.toml --out "$work/out" >/dev/null
