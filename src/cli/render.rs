@@ -23,7 +23,8 @@ use super::swept::StudyPlace;
 /// The picture's rays are cast by the same code that scores poses, so that the CPU and any GPU draw the same
 /// bytes. With --pose its colours say what the sensors make of each occupied voxel; free space that a volume
 /// or zone calls occupied is a veil, a part of the returns are dots, and the sensors stand where they are
-/// mounted, visible through everything. A folder of results in the place of the study draws what was swept or
+/// mounted, visible through everything. From straight above (--from top) it lies as a floor plan does, with
+/// names, axes and a scale bar. A folder of results in the place of the study draws what was swept or
 /// chosen there.
 #[derive(clap::Args)]
 #[command(after_help = AFTER_HELP)]

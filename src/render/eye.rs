@@ -21,6 +21,11 @@ pub enum Eye {
 impl Eye {
     /// From a corner, above.
     pub const ISO: Eye = Eye::Towards(ISO);
+
+    /// Whether it looks straight down: then x is to the right and y up, as in a floor plan.
+    pub(super) fn is_above(&self) -> bool {
+        matches!(self, Eye::Towards(way) if way.x == 0.0 && way.y == 0.0 && way.z > 0.0)
+    }
 }
 
 const ISO: DVec3 = DVec3::new(0.75, 0.55, 0.5);
@@ -89,10 +94,11 @@ impl PictureCamera {
             Eye::At(at) => (at, target - at),
             Eye::Towards(direction) => {
                 let middle = wish.look_at_m;
-                (overlooking(-direction, corners, [tan, tan * height / width], middle), -direction)
+                let rotation = rotation(-direction, wish.eye.is_above());
+                (overlooking(rotation, corners, [tan, tan * height / width], middle), -direction)
             }
         };
-        let rotation = Pose::facing(eye_m, ahead, 0.0, 0.0).optical();
+        let rotation = rotation(ahead, wish.eye.is_above());
         Ok(PictureCamera { eye_m, rotation, size, focal: width / 2.0 / tan, voxel_size_m: grid.voxel_size_m })
     }
 
@@ -116,10 +122,18 @@ impl PictureCamera {
     }
 }
 
-/// The nearest point from which a box is in view for an eye that looks in a direction, with a little margin:
-/// its middle, or a point of it, in the middle of the picture. `tans` are those of half the angles of view.
-fn overlooking(ahead: DVec3, [low, high]: [DVec3; 2], tans: [f64; 2], middle: Option<DVec3>) -> DVec3 {
-    let rotation = Pose::facing(DVec3::ZERO, ahead, 0.0, 0.0).optical();
+/// How an eye that looks in a direction is turned: right, down, forward in the world. From straight above it is as a
+/// floor plan lies.
+fn rotation(ahead: DVec3, is_above: bool) -> DMat3 {
+    match is_above {
+        true => DMat3::from_cols(DVec3::X, DVec3::NEG_Y, DVec3::NEG_Z),
+        false => Pose::facing(DVec3::ZERO, ahead, 0.0, 0.0).optical(),
+    }
+}
+
+/// The nearest point from which a box is in view for an eye that is turned so, with a little margin: its middle, or a
+/// point of it, in the middle of the picture. `tans` are those of half the angles of view.
+fn overlooking(rotation: DMat3, [low, high]: [DVec3; 2], tans: [f64; 2], middle: Option<DVec3>) -> DVec3 {
     let corner =
         |i: usize| DVec3::from_array(std::array::from_fn(|r| if i >> r & 1 == 0 { low[r] } else { high[r] }));
     let corners: [DVec3; 8] = std::array::from_fn(|i| rotation.transpose() * corner(i));
@@ -161,14 +175,15 @@ mod tests {
     #[test]
     fn a_box_fills_the_picture_from_every_side() {
         let corners = [DVec3::new(-3.0, -2.0, -1.0), DVec3::new(3.0, 2.0, 1.0)];
-        // From above, x up in the picture: 2 m half across, 3 m half up, seen at 45° over the lid at z = 1.
-        let above = overlooking(-DVec3::Z, corners, [1.0, 1.0], None);
+        // From above, y up in the picture: 3 m half across, 2 m half up, seen at 45° over the lid at z = 1.
+        let [down, back] = [rotation(-DVec3::Z, true), rotation(-DVec3::X, false)];
+        let above = overlooking(down, corners, [1.0, 1.0], None);
         assert!((above - DVec3::new(0.0, 0.0, 4.0 + 0.03 * 5.0)).length() < 1e-12, "{above}");
         // From the front a picture is as wide as y, and half as high as it is wide.
-        let front = overlooking(-DVec3::X, corners, [1.0, 0.25], None);
+        let front = overlooking(back, corners, [1.0, 0.25], None);
         assert!((front - DVec3::new(7.0 + 0.03 * 10.0, 0.0, 0.0)).length() < 1e-12, "{front}");
         // A corner in the middle of the picture needs twice the way.
-        let aside = overlooking(-DVec3::Z, corners, [1.0, 1.0], Some(corners[1]));
+        let aside = overlooking(down, corners, [1.0, 1.0], Some(corners[1]));
         assert!((aside - DVec3::new(3.0, 2.0, 7.0 + 0.03 * 8.0)).length() < 1e-12, "{aside}");
     }
 }

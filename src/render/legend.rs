@@ -18,7 +18,11 @@ const LINE_PX: u32 = 18;
 const PATCH_PX: u32 = 13;
 const RAMP_PX: u32 = 120;
 const GAP_PX: u32 = 16;
-const INK: Rgb888 = Rgb888::new(30, 30, 30);
+/// The size of letters.
+pub(super) const FONT_WIDTH_PX: u32 = FONT.character_size.width;
+pub(super) const FONT_HEIGHT_PX: u32 = FONT.character_size.height;
+/// The colour of words.
+pub(super) const INK: [u8; 3] = [30; 3];
 
 /// A legend, laid out.
 pub(super) struct Legend {
@@ -121,11 +125,23 @@ impl Legend {
 }
 
 fn write(canvas: &mut Canvas, text: &str, at: Point) {
-    let text = Text::with_baseline(text, at, MonoTextStyle::new(&FONT, INK), Baseline::Top);
-    let Ok(_) = text.draw(canvas);
+    write_in(canvas, text, at, INK);
 }
 
-fn fill(canvas: &mut Canvas, area: &Rectangle, [r, g, b]: [u8; 3]) {
+/// Writes words that stand out from what is behind them.
+pub(super) fn write_haloed(canvas: &mut Canvas, text: &str, at: Point) {
+    for beside in [(-1, 0), (1, 0), (0, -1), (0, 1), (-1, -1), (1, 1), (-1, 1), (1, -1)] {
+        write_in(canvas, text, at + Point::from(beside), [255; 3]);
+    }
+    write(canvas, text, at);
+}
+
+fn write_in(canvas: &mut Canvas, text: &str, at: Point, [r, g, b]: [u8; 3]) {
+    let style = MonoTextStyle::new(&FONT, Rgb888::new(r, g, b));
+    let Ok(_) = Text::with_baseline(text, at, style, Baseline::Top).draw(canvas);
+}
+
+pub(super) fn fill(canvas: &mut Canvas, area: &Rectangle, [r, g, b]: [u8; 3]) {
     let Ok(()) = canvas.fill_solid(area, Rgb888::new(r, g, b));
 }
 

@@ -5,6 +5,7 @@
 //! The voxel in which a ray ends is the same on every backend, and colours are computed on the host, so the
 //! CPU and any GPU draw the same bytes.
 
+mod above;
 mod canvas;
 mod cast;
 mod colour;
@@ -13,6 +14,7 @@ mod eye;
 mod legend;
 mod overlay;
 pub mod plan;
+mod scale;
 pub mod svg;
 
 use crate::approach::Way;
@@ -121,6 +123,9 @@ pub fn draw(world: &World, view: Option<&View>, wish: &Wish, backend: &mut dyn B
     overlay::ways(&mut samples, &wish.ways, &camera);
     let mut canvas = Canvas::white(wish.size_px);
     canvas.paste(&samples.colours, size, FINE);
+    if wish.eye.is_above() {
+        above::draw(&mut canvas, world, &camera, height, wish.cut_above_m);
+    }
     legend.draw(&mut canvas, height);
     Ok(canvas)
 }

@@ -110,3 +110,29 @@ fn what_cannot_be_drawn_is_said() {
     let low = error(Wish { size_px: [100, 64], ..wish() });
     assert!(low.starts_with("size: the legend"), "{low}");
 }
+
+/// The rows of a picture whose first pixels are as dark as words are: marks at its left edge.
+fn marks_at_the_left(canvas: &Canvas) -> usize {
+    let bytes = canvas.png().unwrap();
+    let mut reader = png::Decoder::new(std::io::Cursor::new(&bytes)).read_info().unwrap();
+    let mut rgb = vec![0; reader.output_buffer_size().unwrap()];
+    reader.next_frame(&mut rgb).unwrap();
+    let row = 3 * canvas.size_px()[0] as usize;
+    rgb.chunks(row).filter(|row| row[..12].iter().all(|part| *part == legend::INK[0])).count()
+}
+
+#[test]
+fn from_above_a_picture_lies_as_a_floor_plan_does_and_has_axes() {
+    let (_, world) = tiny();
+    let solid = Cut::of(&wish()).solid(&world, DVec3::splat(9.0));
+    let above = Wish { eye: Eye::Towards(DVec3::Z), size_px: [640, 480], ..wish() };
+    let camera = PictureCamera::new(&above, [64, 64], &world.grid, &solid).unwrap();
+    let place = |x: f64, y: f64| camera.project(DVec3::new(x, y, 0.0)).unwrap().0;
+    let ([left, bottom], [right, top]) = (place(0.0, 0.0), place(1.0, 1.0));
+    assert!(right > left && top < bottom, "x is to the right and y up");
+    let mut cpu = Cpu::new(Some(1)).unwrap();
+    let mut marks = |wish: &Wish| marks_at_the_left(&draw(&world, None, wish, &mut cpu).unwrap());
+    assert!(marks(&above) >= 2, "an axis has several marks");
+    let nearly = Wish { eye: Eye::Towards(DVec3::new(0.0, 1e-4, 1.0)), ..above.clone() };
+    assert_eq!(marks(&nearly), 0, "seen from another side there are no axes");
+}

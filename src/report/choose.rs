@@ -2,10 +2,12 @@
 
 use super::table::{NONE, Table};
 use crate::choose::{Asked, AskedScore, Chosen, ToldRefined, ToldSet, ToldStep};
+use crate::metrics::Score;
+use crate::study::Across;
 
 /// The question and the front.
 pub fn overview(chosen: &Chosen) -> String {
-    format!("asked: {}\n\n{}{}\n", question(chosen), front(chosen).text(), how_to_read(chosen))
+    format!("asked: {}\n\n{}{}\n", question(chosen, &AS_IN_FILES), front(chosen).text(), how_to_read(chosen))
 }
 
 /// The question, the front, where its poses are, the best set sensor by sensor, and sets that are nearly as good.
@@ -31,11 +33,24 @@ pub fn render(chosen: &Chosen) -> String {
     text
 }
 
+/// How scores are called.
+pub(super) struct Spelling {
+    pub(super) score: fn(Score) -> String,
+    /// Of which counts.
+    pub(super) over: fn(Across) -> &'static str,
+    /// The least that a score must be.
+    pub(super) least: fn(Score, f64) -> String,
+}
+
+/// Scores by their names in files.
+const AS_IN_FILES: Spelling =
+    Spelling { score: |score| score.title().into(), over: Across::name, least: |_, least| least.to_string() };
+
 /// What was asked, in a sentence or two.
-pub(super) fn question(chosen: &Chosen) -> String {
+pub(super) fn question(chosen: &Chosen, spelling: &Spelling) -> String {
     let Chosen { candidates, asked, .. } = chosen;
     let Asked { objective, over, region, at_most, .. } = asked;
-    let (score, over) = (objective.title(), over.name());
+    let (score, over) = ((spelling.score)(*objective), (spelling.over)(*over));
     let mut text = format!(
         "the highest {score} ({over}) in region {region}, by at most {at_most} {}",
         if *at_most == 1 { "sensor" } else { "sensors" }
@@ -50,7 +65,9 @@ pub(super) fn question(chosen: &Chosen) -> String {
         text += &format!(", always with {}", asked.always.join(", "));
     }
     for AskedScore { score, over, at_least } in &asked.require {
-        text += &format!(", with {} ({}) {at_least} or more", score.title(), over.name());
+        let (name, over, least) =
+            ((spelling.score)(*score), (spelling.over)(*over), (spelling.least)(*score, *at_least));
+        text += &format!(", with {name} ({over}) {least} or more");
     }
     let sensors: Vec<&str> = asked.sensors.keys().map(String::as_str).collect();
     text + &format!("; of {candidates} poses of {}", sensors.join(", "))

@@ -1,14 +1,13 @@
 //! Verdicts on requirements, and how good scores are under each condition, as text.
 
-use std::cmp::Ordering;
 use std::collections::BTreeSet;
 
+use super::apart::Writing;
 use super::table::{NONE, Table, number as three_digits};
 use crate::approach::Company;
 use crate::judge::{JudgedSet, Judgement, Moment, Part, Passage, Summed, Value, Where, spreads};
 use crate::results::Subject;
 use crate::study::{Across, Condition, Counted, Limit, Measure, Nearness, Requirement};
-use crate::voxel::rounded_down;
 
 /// Writes the command that draws the worst moment of a judgement, if there is one.
 pub type Picture<'p> = &'p dyn Fn(&JudgedSet, &Judgement) -> Option<String>;
@@ -116,27 +115,13 @@ fn is_distance(requirement: &Requirement) -> bool {
     !nearness.score.is_area()
 }
 
-/// A value with as many digits as tell it apart from a limit, at least three behind the point; of a distance they are
-/// rounded down.
+/// A value with as many digits as tell it apart from a limit; of a distance they are rounded down.
 fn told_apart(value: &Value, limit: &Limit, is_distance: bool) -> String {
-    let (number, limit) = (value.number(), limit.ratio());
-    let order = value.cmp_ratio(limit);
-    let limit = limit.value();
-    let shown = |digits: usize| match digits {
-        _ if is_distance && digits < 10 => rounded_down(number, digits as u32),
-        3 => three_digits(Some(number)),
-        _ => format!("{number:.digits$}"),
-    };
-    let is_told =
-        |text: &String| text.parse::<f64>().is_ok_and(|shown| shown.partial_cmp(&limit) == Some(order));
-    (3..=17).map(shown).find(is_told).unwrap_or_else(|| match order {
-        Ordering::Less => format!("just below {limit}"),
-        Ordering::Equal => limit.to_string(),
-        Ordering::Greater => format!("just above {limit}"),
-    })
+    let writing = if is_distance { Writing::Down } else { Writing::Plain };
+    writing.apart(value.number(), value.cmp_ratio(limit.ratio()), limit.ratio().value())
 }
 
-fn of_which(over: Across) -> &'static str {
+pub(super) fn of_which(over: Across) -> &'static str {
     match over {
         Across::Worst => "the worst of all moments",
         Across::Mean => "the mean of all moments",
@@ -156,7 +141,7 @@ pub fn words(condition: Condition) -> &'static str {
 }
 
 /// Which case it is, and which part of it, as far as there are several.
-fn whereabouts(subject: &Subject, set: &JudgedSet, condition: Condition, at: &Where) -> String {
+pub(super) fn whereabouts(subject: &Subject, set: &JudgedSet, condition: Condition, at: &Where) -> String {
     let case = &set.conditions.of(condition)[at.case].alteration.words();
     let part = match at.part {
         Some(Part::Moment(moment)) if set.conditions.moments.len() > 1 => {

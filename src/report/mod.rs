@@ -1,5 +1,6 @@
 //! Results presented to people: tables for a terminal, and the report as a page.
 
+mod apart;
 pub mod best;
 pub mod choose;
 pub mod distribution;

@@ -160,6 +160,33 @@ impl<'a> Places<'a> {
     }
 }
 
+/// The names of the walls at −x, +x, −y and +y of the room: of the groups of poses there that are named after a wall,
+/// and where there are none that of the room's own side, if the cell has walls in one piece.
+pub(crate) fn names_of_walls(study: &Study, truth: &Truth) -> [Vec<String>; 4] {
+    let room_m = room_m(truth);
+    let mut names: [Vec<String>; 4] = Default::default();
+    for sensor in study.sensors.iter().filter(|sensor| sensor.on.is_none()) {
+        let walls = walls(sensor);
+        for Candidate { group, setting, .. } in &sensor.candidates {
+            let (Setting::Pose(pose), Some(Some(axis))) = (setting, walls.get(group.as_str())) else {
+                continue;
+            };
+            let at = pose.position_m[*axis];
+            let way = 2 * axis + usize::from(at > (room_m[0][*axis] + room_m[1][*axis]) / 2.0);
+            let name = group.replace('-', " ");
+            if (at - room_m[way % 2][*axis]).abs() <= WALL_M && !names[way].contains(&name) {
+                names[way].push(name);
+            }
+        }
+    }
+    if fixtures(truth).any(|object| is_room(object, room_m)) {
+        for (names, side) in names.iter_mut().zip(SIDES).filter(|(names, _)| names.is_empty()) {
+            names.push(side.into());
+        }
+    }
+    names
+}
+
 /// Whether an object is as large as the cell.
 pub(crate) fn is_room(object: &ObjectVoxels, room_m: [DVec3; 2]) -> bool {
     let [own, all] = [object.bounds_m, room_m].map(|[low, high]| high - low);

@@ -24,7 +24,10 @@ ARGUMENTS = [
 
 
 class Browser:
-    """A browser without network, to be used with `with`."""
+    """A browser without network, to be used with `with`; without WebGL where that is wanted."""
+
+    def __init__(self, has_webgl=True):
+        self.arguments = ARGUMENTS if has_webgl else ARGUMENTS + ["--disable-3d-apis"]
 
     def __enter__(self):
         with socket.socket() as free:
@@ -35,7 +38,7 @@ class Browser:
             ["chromedriver", f"--port={port}"], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL
         )
         self.base = f"http://127.0.0.1:{port}"
-        options = {"args": ARGUMENTS + [f"--user-data-dir={self.home}"]}
+        options = {"args": self.arguments + [f"--user-data-dir={self.home}"]}
         wanted = {"goog:chromeOptions": options, "goog:loggingPrefs": {"browser": "ALL", "performance": "ALL"}}
         for _ in range(100):
             try:

@@ -24,14 +24,33 @@ def main():
         for name, size in WIDTHS.items():
             with Browser() as browser:
                 look(browser, report.resolve(), name, size, arguments.pictures)
+        with Browser(has_webgl=False) as browser:
+            the_own_picture_stands_in(browser, report.resolve())
+
+
+def the_own_picture_stands_in(browser, report):
+    """Where a browser has no WebGL, the picture that the program has drawn stands in place of the 3D view."""
+    open_whole(browser, report)
+    assert not browser.run("return document.createElement('canvas').getContext('webgl2')"), "the browser has WebGL"
+    shown = browser.run(
+        """const view = document.getElementById('view'), picture = document.getElementById('picture'), image = picture.querySelector('img');
+        return image.decode().then(() => [view.hidden, picture.hidden, image.naturalWidth, image.getBoundingClientRect().height])"""
+    )
+    assert shown[:2] == [True, False] and shown[2] > 300 and shown[3] > 200, shown
+    quiet(browser)
+
+
+def open_whole(browser, report):
+    """Opens a report and waits until it is drawn."""
+    browser.open(report)
+    browser.until("return document.body.dataset.ready === 'yes' || !document.getElementById('failure').hidden", "plots")
 
 
 def look(browser, report, name, size, pictures):
     """One report at one width."""
     browser.size(*size)
     begin = time.monotonic()
-    browser.open(report)
-    browser.until("return document.body.dataset.ready === 'yes' || !document.getElementById('failure').hidden", "plots")
+    open_whole(browser, report)
     print(f"{report}, {name}: ready after {time.monotonic() - begin:.1f} s", flush=True)
     quiet(browser)
     all_plots_are_drawn(browser)
@@ -156,9 +175,36 @@ def the_answer_comes_first(browser, size):
             .map(([name, box]) => [name, box.left, box.top])"""
     )
     assert not drawn, f"outside of the plan: {drawn}"
+    names_do_not_collide(browser)
+    said = browser.run("return document.getElementById('answer').textContent")
+    raw = [name for name in RAW_NAMES if name in said]
+    assert not raw and "Good enough?" in said, raw
     chosen = browser.run("return document.getElementById('selected').textContent")
     place = browser.run("return document.querySelector('#answer .sensors li span').lastChild.textContent.trim() || document.querySelector('#answer .sensors li span').textContent")
     assert chosen and place, (chosen, place)
+
+
+# Names of files and keys, which nobody should have to know.
+RAW_NAMES = ("human_seen", "human_claimed", "people_detected", "parts_detected", "false_alarm", "nearest_unnoticed_m", "as_planned", "pooled")
+
+# Pairs of words of the plan of which one covers the other.
+COLLIDING = """const words = [...document.querySelectorAll('#answer .floor-plan svg.plan > text')].map(text => [text.textContent, text.getBoundingClientRect()]);
+return words.flatMap(([a, one], n) => words.slice(n + 1).filter(([, other]) =>
+    Math.min(one.right, other.right) - Math.max(one.left, other.left) > 2 && Math.min(one.bottom, other.bottom) - Math.max(one.top, other.top) > 4
+).map(([b]) => [a, b]));"""
+
+
+def names_do_not_collide(browser):
+    """The walls are named in the plan, and no name covers another; where two are put onto each other that is found."""
+    walls = browser.run("return [...document.querySelectorAll('#answer .floor-plan .of-wall')].map(text => text.textContent)")
+    assert walls, "no wall has a name"
+    colliding = browser.run(COLLIDING)
+    assert not colliding, colliding
+    first = "document.querySelector('#answer .floor-plan .{}')"
+    wall, axis = first.format("of-wall"), first.format("axis")
+    browser.run(f"const {{ x, y }} = {axis}.getBBox(); window.kept = {wall}.getAttribute('transform'); {wall}.setAttribute('transform', `translate(${{x}} ${{y + 10}})`)")
+    assert browser.run(COLLIDING), "one name lies on another, and nobody notices"
+    browser.run(f"{wall}.setAttribute('transform', kept)")
 
 
 def nothing_is_cut_off(browser, width):
@@ -198,7 +244,8 @@ def colours_follow_the_scheme(browser):
     for scheme in ("dark", "light"):
         browser.devtools("Emulation.setEmulatedMedia", {"features": [{"name": "prefers-color-scheme", "value": scheme}]})
         papers.append(browser.run("return getComputedStyle(document.body).backgroundColor"))
-        papers.append(browser.run("return getComputedStyle(document.querySelector('#answer .plan')).backgroundColor"))
+        for part in ("#answer .plan", "#view"):
+            papers.append(browser.run(f"return getComputedStyle(document.querySelector('{part}')).backgroundColor"))
         poor = browser.run(CONTRAST, "header *, main p, main li, main dt, main dd, main span, main strong, main b, main td, main th, main h2, main h3, main a, main summary")
         assert not poor, (scheme, poor[:5], len(poor))
     assert len(set(papers)) == 2, papers

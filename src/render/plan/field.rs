@@ -9,6 +9,8 @@ use crate::sensor::Kind;
 
 /// Rays of a picture that are followed, across and down.
 const ACROSS: usize = 17;
+/// A ray is level that rises or falls by less than this share of its length.
+const LEVEL: f64 = 0.01;
 /// Parts of a turn of which the longest ray of other sensors is drawn.
 const PARTS: usize = 90;
 
@@ -43,6 +45,16 @@ pub(super) fn field(
         }
         None => star(at.truncate(), (0..rays.dirs_q15.len()).map(end)),
     }
+}
+
+/// Whether all rays stay at the sensor's height: it sees a plane, and nothing above or below it.
+pub(super) fn is_level(kind: &dyn Kind, rays: &Rays, pose: &Pose) -> bool {
+    let world_from_rays = kind.frame(pose);
+    let rise = |dir: &[i32; 3]| {
+        let along = world_from_rays * DVec3::from_array(dir.map(f64::from));
+        along.z.abs() / along.length()
+    };
+    rays.dirs_q15.iter().all(|dir| rise(dir) < LEVEL)
 }
 
 /// The corners of the smallest convex area that holds some places, anticlockwise.

@@ -192,6 +192,15 @@ impl Storey {
         [around.min, around.end()].map(|corner| self.grid.corner_m(corner).truncate())
     }
 
+    /// The same of its largest part.
+    pub(super) fn extent_of_largest(&self, flat: &BitGrid) -> [DVec2; 2] {
+        let largest = rings(flat).into_iter().max_by_key(|ring| twice_the_area(ring)).unwrap_or_default();
+        let corners = largest.iter().map(|&[x, y]| self.grid.corner_m([x, y, 0]).truncate());
+        corners.fold([DVec2::INFINITY, DVec2::NEG_INFINITY], |[low, high], corner| {
+            [low.min(corner), high.max(corner)]
+        })
+    }
+
     /// The area of so many columns.
     pub(super) fn area_m2(&self, columns: u64) -> f64 {
         columns as f64 * self.grid.voxel_size_m * self.grid.voxel_size_m
@@ -229,6 +238,12 @@ fn rings(flat: &BitGrid) -> Vec<Vec<[i32; 2]>> {
         rings.push(corners(&ring));
     }
     rings
+}
+
+/// Twice the area that a ring encloses, below 0 where it goes clockwise.
+fn twice_the_area(ring: &[[i32; 2]]) -> i32 {
+    let next = |i: usize| ring[(i + 1) % ring.len()];
+    (0..ring.len()).map(|i| ring[i][0] * next(i)[1] - next(i)[0] * ring[i][1]).sum()
 }
 
 /// A ring without the places at which it goes straight on.
@@ -270,11 +285,7 @@ mod tests {
     #[test]
     fn voxels_that_meet_at_a_corner_are_all_outlined() {
         let flat = layer(&["#.", ".#"]);
-        let area = |ring: &Vec<[i32; 2]>| {
-            let next = |i: usize| ring[(i + 1) % ring.len()];
-            (0..ring.len()).map(|i| ring[i][0] * next(i)[1] - next(i)[0] * ring[i][1]).sum::<i32>() / 2
-        };
         let rings = rings(&flat);
-        assert_eq!(rings.iter().map(area).sum::<i32>(), 2, "{rings:?}");
+        assert_eq!(rings.iter().map(|ring| twice_the_area(ring)).sum::<i32>(), 4, "{rings:?}");
     }
 }

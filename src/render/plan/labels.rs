@@ -5,18 +5,18 @@ const LETTER: f64 = 0.6;
 const LINE: f64 = 1.15;
 
 /// A box of the drawing: left, top, right, bottom.
-pub(super) type Area = [f64; 4];
+pub(in crate::render) type Area = [f64; 4];
 
 /// The names so far, and what they must not cover.
 #[derive(Debug)]
-pub(super) struct Labels {
+pub(in crate::render) struct Labels {
     within: Area,
     taken: Vec<Area>,
 }
 
 impl Labels {
     /// Inside a box.
-    pub(super) fn within(within: Area) -> Labels {
+    pub(in crate::render) fn within(within: Area) -> Labels {
         Labels { within, taken: Vec::new() }
     }
 
@@ -27,13 +27,13 @@ impl Labels {
 
     /// Where the middle of a name stands that belongs to an area: in it, else around it; `None` where there is no
     /// room.
-    pub(super) fn place(
+    pub(in crate::render) fn place(
         &mut self,
         name: &str,
         size: f64,
         [left, top, right, bottom]: Area,
     ) -> Option<[f64; 2]> {
-        let (wide, high) = (name.chars().count() as f64 * LETTER * size, LINE * size);
+        let [wide, high] = size_of(name, size);
         let [x, y] = [(left + right) / 2.0, (top + bottom) / 2.0];
         let (aside, apart) = (wide / 2.0 + 4.0, high / 2.0 + 3.0);
         let around = [
@@ -51,7 +51,18 @@ impl Labels {
             let far = f64::from(n) * high;
             [[x, top - far], [x, bottom + far]]
         }));
-        for [x, y] in around {
+        self.place_at(name, size, around)
+    }
+
+    /// The first of some places at which the middle of a name has room.
+    pub(super) fn place_at(
+        &mut self,
+        name: &str,
+        size: f64,
+        places: impl IntoIterator<Item = [f64; 2]>,
+    ) -> Option<[f64; 2]> {
+        let [wide, high] = size_of(name, size);
+        for [x, y] in places {
             let area = [x - wide / 2.0, y - high / 2.0, x + wide / 2.0, y + high / 2.0];
             let is_inside = (0..2).all(|side| area[side] >= self.within[side])
                 && (2..4).all(|side| area[side] <= self.within[side]);
@@ -63,6 +74,11 @@ impl Labels {
         }
         None
     }
+}
+
+/// Width and height of a name.
+fn size_of(name: &str, size: f64) -> [f64; 2] {
+    [name.chars().count() as f64 * LETTER * size, LINE * size]
 }
 
 #[cfg(test)]

@@ -13,6 +13,8 @@ pub const PATTERNS: &str = "<svg xmlns=\"http://www.w3.org/2000/svg\" class=\"pl
     aria-hidden=\"true\"><defs>\
     <pattern id=\"p-blind\" width=\"8\" height=\"8\" patternUnits=\"userSpaceOnUse\">\
     <path class=\"hatch\" d=\"M-2 2L2 -2M0 8L8 0M6 10L10 6\"/></pattern>\
+    <pattern id=\"p-guard\" width=\"7\" height=\"7\" patternUnits=\"userSpaceOnUse\">\
+    <path class=\"guard\" d=\"M3.5 0V7\"/></pattern>\
     <pattern id=\"p-hardly\" width=\"10\" height=\"10\" patternUnits=\"userSpaceOnUse\">\
     <circle class=\"speck\" cx=\"2.5\" cy=\"2.5\" r=\"1.3\"/><circle class=\"speck\" cx=\"7.5\" cy=\"7.5\" r=\"1.3\"/>\
     </pattern></defs></svg>\n";

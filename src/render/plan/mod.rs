@@ -1,13 +1,14 @@
-//! The floor plan of a scene, seen from above, as SVG: walls, furniture with names, the robot and how far it reaches,
-//! people, entries, what the sensors of a choice look at, and the floor that they do not watch.
+//! The floor plan of a scene, seen from above, as SVG: walls and furniture with names, the robot and how far it reaches,
+//! people, entries, regions, what the sensors of a choice look at, and the floor that they do not watch.
 //!
 //! Colours are those of roles in pictures, as variables that follow a dark scheme. A plan stands alone as a file, or
 //! in a page, where several share their style and their patterns.
 
 mod field;
 mod ground;
-mod labels;
+pub(super) mod labels;
 mod legend;
+mod names;
 mod paper;
 mod ways;
 
@@ -24,19 +25,14 @@ use crate::study::{EntryPlace, Study};
 use crate::view::Choice;
 use crate::view::watched::Watchers;
 use crate::voxel::{BitGrid, ObjectVoxels, Truth};
-use crate::world::place::{floor_m, is_room, room_m};
+use crate::world::place::{floor_m, room_m};
 use crate::world::{World, ray_table};
 use ground::Storey;
 use labels::Labels;
 pub use legend::{PATTERNS, STYLE, swatch};
+pub(super) use names::named_things;
+pub use names::short_name;
 use paper::Paper;
-
-/// Names are placed as if their letters were as large as on a phone.
-const LETTERS: f64 = 23.0;
-/// The circle with a sensor's letter.
-const BADGE: f64 = 12.0;
-/// How long the line is that shows where a sensor looks.
-const LOOK: f64 = 26.0;
 
 /// A floor plan.
 #[derive(Clone, Debug)]
@@ -65,6 +61,8 @@ struct Drawing<'a> {
     svg: Svg,
     labels: Labels,
     legend: Vec<(&'static str, String)>,
+    /// What each sensor sees or guards, as words and the corners of the area in the drawing.
+    watched: Vec<(String, Vec<[f64; 2]>)>,
 }
 
 /// Draws the plan of a scene at one of its snapshots. The letters A, B and so on stand for the sensors of a choice of
@@ -77,7 +75,9 @@ pub fn floor_plan(study: &Study, worlds: &[World], snapshot: usize, choice: Opti
     let paper = Paper::of(around(study, world, choice));
     let labels = Labels::within(paper.view());
     let (svg, legend) = (Svg::default(), Vec::new());
-    let mut drawing = Drawing { study, worlds, world, truth, room_m, storey, paper, svg, labels, legend };
+    let watched = Vec::new();
+    let mut drawing =
+        Drawing { study, worlds, world, truth, room_m, storey, paper, svg, labels, legend, watched };
     drawing.floor();
     drawing.furniture();
     let floor_m2 = choice.map_or([0.0; 3], |choice| drawing.watched_floor(choice));
@@ -85,10 +85,14 @@ pub fn floor_plan(study: &Study, worlds: &[World], snapshot: usize, choice: Opti
     drawing.robots_and_people();
     drawing.walls();
     drawing.entries();
+    drawing.regions();
     if let Some(choice) = choice {
         drawing.badges(choice, &sensors);
     }
     drawing.names();
+    drawing.names_of_regions();
+    drawing.names_of_watched();
+    drawing.names_of_walls();
     let Drawing { paper, mut svg, mut legend, .. } = drawing;
     paper.draw_axes(&mut svg);
     legend.sort_by_key(|(class, _)| ORDER.iter().position(|known| known == class));
@@ -97,8 +101,20 @@ pub fn floor_plan(study: &Study, worlds: &[World], snapshot: usize, choice: Opti
 }
 
 /// The order of the legend.
-const ORDER: [&str; 10] =
-    ["badge", "field", "pad", "blind", "hardly", "robot", "robot other", "reach", "person", "entry"];
+const ORDER: [&str; 12] = [
+    "badge",
+    "field",
+    "plane",
+    "pad",
+    "blind",
+    "hardly",
+    "region",
+    "robot",
+    "robot other",
+    "reach",
+    "person",
+    "entry",
+];
 
 /// What must be on the paper: the grid, and the ground that sensors guard.
 fn around(study: &Study, world: &World, choice: Option<Choice>) -> [DVec2; 2] {
@@ -213,18 +229,25 @@ impl Drawing<'_> {
             named.push((letter, format!("{}:{}", spec.name, spec.candidates[candidate].name)));
             match setting {
                 Setting::Pose(pose) => {
+                    let short = letter.map_or(String::new(), String::from);
                     for ground in grounds(self.study, sensor, &pose) {
-                        let ring =
-                            self.paper.ring(&ground.into_iter().map(DVec3::truncate).collect::<Vec<_>>());
-                        self.path("pad", &ring);
+                        let ground: Vec<DVec2> = ground.into_iter().map(DVec3::truncate).collect();
+                        self.area("pad", &ground, format!("guarded by {short}"));
                         self.explain("pad", "ground that a sensor guards");
                     }
                     if let Some(rays) = ray_table(self.study, sensor).filter(|rays| !rays.dirs_q15.is_empty())
                     {
                         let field = field::field(&*kind, &rays, &pose, self.room_m, self.study.voxel_size_m);
-                        let ring = self.paper.ring(&field);
-                        self.path("field", &ring);
-                        self.explain("field", "where a sensor looks, whatever stands in its way");
+                        if field::is_level(&*kind, &rays, &pose) {
+                            self.area("plane", &field, format!("plane of {short}"));
+                            self.explain(
+                                "plane",
+                                "the level plane that a scanner sees, whatever stands in its way",
+                            );
+                        } else {
+                            self.area("field", &field, format!("view of {short}"));
+                            self.explain("field", "where a sensor looks, whatever stands in its way");
+                        }
                     }
                 }
                 Setting::Inflation(metres) => {
@@ -238,6 +261,23 @@ impl Drawing<'_> {
             }
         }
         named
+    }
+
+    /// What a sensor sees or guards, to be named.
+    fn area(&mut self, class: &str, corners: &[DVec2], words: String) {
+        let ring = self.paper.ring(corners);
+        self.path(class, &ring);
+        self.watched.push((words, corners.iter().map(|&corner| self.paper.at(corner)).collect()));
+    }
+
+    /// The outlines of what is counted, at any height.
+    fn regions(&mut self) {
+        let world = self.world;
+        for region in &world.regions {
+            let path = self.storey.outline(&self.storey.shadow(&region.voxels), &self.paper);
+            self.named_path("region", &path, &region.name);
+            self.explain("region", "region in which is counted");
+        }
     }
 
     /// Robots and people, also where they are at other snapshots, and how far robots reach.
@@ -306,76 +346,6 @@ impl Drawing<'_> {
             let ring = self.paper.ring(&[a, DVec2::new(b.x, a.y), b, DVec2::new(a.x, b.y)]);
             self.named_path("entry", &ring, &entry.name);
             self.explain("entry", "entry");
-        }
-    }
-
-    /// The letters of the sensors, with a line towards where they look.
-    fn badges(&mut self, choice: Choice, sensors: &[(Option<char>, String)]) {
-        let mut taken: Vec<[f64; 2]> = Vec::new();
-        for ((sensor, candidate), (letter, name)) in members(self.study, choice).into_iter().zip(sensors) {
-            let Some(letter) = letter else { continue };
-            let pose = self.world.settings[sensor][candidate].pose();
-            let [x, y] = self.paper.below(pose.position_m);
-            let ahead = pose.link().x_axis.truncate();
-            let is_level = ahead.length() > 0.05 && self.study.sensors[sensor].kind.prisms().is_empty();
-            if is_level {
-                let [dx, dy] = [ahead.x, -ahead.y].map(|part| tenth(part / ahead.length() * LOOK));
-                self.path("look", &format!("M{x} {y}l{dx} {dy}"));
-            }
-            let mut at = [x, y];
-            let is_near = |a: &[f64; 2], b: &[f64; 2]| {
-                (a[0] - b[0]).abs() < 2.0 * BADGE && (a[1] - b[1]).abs() < 2.0 * BADGE
-            };
-            while taken.iter().any(|other| is_near(other, &at)) {
-                at[0] = tenth(at[0] + 2.0 * BADGE + 2.0);
-            }
-            // The last of a row at the right edge goes to the left.
-            at[0] = at[0].min(self.paper.view()[2] - BADGE - 1.0);
-            taken.push(at);
-            let [x, y] = at;
-            let circle: [(&str, &dyn Display); 4] =
-                [("class", &"badge"), ("cx", &x), ("cy", &y), ("r", &BADGE)];
-            self.svg.titled("circle", &circle, name);
-            let baseline = tenth(y + 5.0);
-            let text: [(&str, &dyn Display); 4] =
-                [("class", &"letter"), ("x", &x), ("y", &baseline), ("text-anchor", &"middle")];
-            self.svg.words(&text, &letter.to_string());
-            self.labels.take([x - BADGE, y - BADGE, x + BADGE, y + BADGE]);
-            self.explain("badge", "sensor");
-        }
-    }
-
-    /// The names of furniture, robots, people and entries, as far as there is room.
-    fn names(&mut self) {
-        let mut names: Vec<(&str, String, [DVec2; 2])> = Vec::new();
-        for (role, class) in
-            [(Role::Robot, "of-robot"), (Role::Human, "of-person"), (Role::Environment, "of-thing")]
-        {
-            for object in self.objects(role) {
-                let flat = match role {
-                    Role::Environment => self.storey.footprint(&object.voxels),
-                    _ => self.storey.shadow(&object.voxels),
-                };
-                if !flat.is_empty() && !is_room(&object, self.room_m) {
-                    names.push((class, object.name.clone(), self.storey.extent(&flat)));
-                }
-            }
-        }
-        for entry in &self.study.approach.entries {
-            if let EntryPlace::Box { min_m, max_m } = entry.place {
-                let [low, high] = self.room_m.map(DVec3::truncate);
-                let area = [min_m, max_m].map(|corner| corner.truncate().clamp(low, high));
-                names.push(("of-entry", entry.name.clone(), area));
-            }
-        }
-        for (class, name, [low, high]) in names {
-            let ([left, bottom], [right, top]) = (self.paper.at(low), self.paper.at(high));
-            let area = [left, top, right, bottom];
-            let Some([x, y]) = self.labels.place(&name, LETTERS, area) else { continue };
-            let (x, y) = (tenth(x), tenth(y + 5.0));
-            let text: [(&str, &dyn Display); 4] =
-                [("class", &class), ("x", &x), ("y", &y), ("text-anchor", &"middle")];
-            self.svg.words(&text, &name);
         }
     }
 }

@@ -2,15 +2,17 @@
 
 use glam::{DVec2, DVec3};
 
+use crate::render::scale::{marks, ruler, step};
 use crate::render::svg::{Svg, tenth};
 
 /// The most that the cell takes of the paper, across and up.
 const MOST: [f64; 2] = [660.0, 520.0];
-/// Room at the left and below for axes, and at the right and above for what sticks out of the cell.
-const LEFT: f64 = 46.0;
-const BELOW: f64 = 46.0;
-const BESIDE: f64 = 22.0;
-const ABOVE: f64 = 22.0;
+/// Room around the cell: at the left and below for axes and the names of walls, at the right and above for these names,
+/// and for what sticks out of the cell.
+const LEFT: f64 = 66.0;
+const BELOW: f64 = 66.0;
+const BESIDE: f64 = 31.0;
+const ABOVE: f64 = 31.0;
 /// Letters of axes.
 const SMALL: f64 = 13.0;
 
@@ -68,25 +70,20 @@ impl Paper {
     pub(super) fn draw_axes(&self, svg: &mut Svg) {
         let [left, top, right, bottom] = self.edges();
         let step = step(((self.high - self.low).max_element() / 8.0).max(45.0 / self.scale));
-        let digits = if step < 1.0 { 1 } else { 0 };
-        let marks = |low: f64, high: f64| {
-            let (first, last) = ((low / step - 1e-6).ceil() as i64, (high / step + 1e-6).floor() as i64);
-            (first..=last).map(move |n| n as f64 * step)
-        };
-        for metres in marks(self.low.x, self.high.x) {
+        for (metres, text) in marks(self.low.x, self.high.x, step) {
             let [x, _] = self.at(DVec2::new(metres, self.low.y));
             svg.element("path", &[("class", &"tick"), ("d", &format!("M{x} {bottom}v5"))]);
             let at: [(&str, &dyn std::fmt::Display); 4] =
                 [("class", &"axis"), ("x", &x), ("y", &(bottom + 18.0)), ("text-anchor", &"middle")];
-            svg.words(&at, &format!("{metres:.digits$}"));
+            svg.words(&at, &text);
         }
-        for metres in marks(self.low.y, self.high.y) {
+        for (metres, text) in marks(self.low.y, self.high.y, step) {
             let [_, y] = self.at(DVec2::new(self.low.x, metres));
             svg.element("path", &[("class", &"tick"), ("d", &format!("M{left} {y}h-5"))]);
             let (x, y) = (left - 8.0, tenth(y + SMALL / 3.0));
             let at: [(&str, &dyn std::fmt::Display); 4] =
                 [("class", &"axis"), ("x", &x), ("y", &y), ("text-anchor", &"end")];
-            svg.words(&at, &format!("{metres:.digits$}"));
+            svg.words(&at, &text);
         }
         let frame = format!("M{left} {top}V{bottom}H{right}");
         svg.element("path", &[("class", &"tick"), ("d", &frame)]);
@@ -94,8 +91,8 @@ impl Paper {
         let arrow = format!("M14 {}V{top}m-4 9l4 -9l4 9", tenth(top + 36.0));
         svg.element("path", &[("class", &"ruler"), ("d", &arrow)]);
         svg.words(&[("class", &"axis"), ("x", &14), ("y", &(top + 50.0)), ("text-anchor", &"middle")], "y");
-        let length = self.ruler_m();
-        let (begin, y) = (tenth(right - length * self.scale), bottom + 30.0);
+        let length = ruler(self.high.x - self.low.x);
+        let (begin, y) = (tenth(right - length * self.scale), bottom + 52.0);
         let ruler = format!("M{begin} {}v8m0 -4H{right}m0 -4v8", y - 4.0);
         svg.element("path", &[("class", &"ruler"), ("d", &ruler)]);
         let at: [(&str, &dyn std::fmt::Display); 4] =
@@ -104,17 +101,10 @@ impl Paper {
         svg.words(&[("class", &"axis"), ("x", &left), ("y", &(y + 4.0))], "x and y in metres");
     }
 
-    /// A round length that is between an eighth and a half of the cell's width.
-    fn ruler_m(&self) -> f64 {
-        step((self.high.x - self.low.x) / 6.0)
+    /// From the cell to the middle of the room at the left of the numbers of an axis.
+    pub(super) fn beside_numbers(&self) -> f64 {
+        LEFT - SMALL - 3.0
     }
-}
-
-/// The smallest of 1, 2 and 5 times a power of ten that is not below a length.
-fn step(least: f64) -> f64 {
-    let power = 10f64.powf(least.log10().floor());
-    let found = [1.0, 2.0, 5.0].map(|n| n * power).into_iter().find(|step| *step >= least - 1e-12);
-    found.unwrap_or(10.0 * power)
 }
 
 #[cfg(test)]
@@ -127,11 +117,6 @@ mod tests {
         assert_eq!(paper.scale, 110.0);
         assert_eq!(paper.at(DVec2::new(-3.0, 2.0)), [LEFT, ABOVE], "the upper left corner");
         assert_eq!(paper.at(DVec2::new(3.0, -2.0)), [LEFT + 660.0, ABOVE + 440.0]);
-        assert_eq!(paper.ring(&[DVec2::ZERO, DVec2::X]), "M376 242L486 242Z");
-    }
-
-    #[test]
-    fn steps_are_round() {
-        assert_eq!([0.09, 0.1, 0.3, 0.75, 1.0, 2.1, 6.0].map(step), [0.1, 0.1, 0.5, 1.0, 1.0, 5.0, 10.0]);
+        assert_eq!(paper.ring(&[DVec2::ZERO, DVec2::X]), "M396 251L506 251Z");
     }
 }

@@ -61,6 +61,19 @@ fn number(node: &Node, name: &str) -> f64 {
     node.attribute(name).unwrap_or_else(|| panic!("no {name}")).parse().unwrap()
 }
 
+/// Where words stand.
+#[track_caller]
+fn place_of(node: &Node) -> [f64; 2] {
+    match node.attribute("transform") {
+        Some(moved) => {
+            let numbers = moved.trim_start_matches("translate(").split(')').next().unwrap();
+            let numbers: Vec<f64> = numbers.split(' ').map(|n| n.parse().unwrap()).collect();
+            [numbers[0], numbers[1]]
+        }
+        None => ["x", "y"].map(|name| number(node, name)),
+    }
+}
+
 /// Checks the drawing of a plan, and gives the words and the classes in it.
 #[track_caller]
 fn checked(what: &str, svg: &str) -> (Vec<String>, Vec<String>) {
@@ -82,7 +95,7 @@ fn checked(what: &str, svg: &str) -> (Vec<String>, Vec<String>) {
         match node.tag_name().name() {
             "path" => places(node.attribute("d").unwrap()).into_iter().for_each(|at| inside(at, 0.0, &node)),
             "circle" => inside([number(&node, "cx"), number(&node, "cy")], number(&node, "r"), &node),
-            "text" => inside([number(&node, "x"), number(&node, "y")], 0.0, &node),
+            "text" => inside(place_of(&node), 0.0, &node),
             _ => {}
         }
     }
@@ -128,6 +141,10 @@ fn every_study_that_ships_has_its_plans() {
                         object.name
                     );
                 }
+                for region in &world.regions {
+                    let name = format!("region {}", region.name);
+                    assert!(words.contains(&name), "{what}: no {name:?} in {words:?}");
+                }
                 for needed in ["floor", "ruler", "axis"] {
                     assert!(classes.iter().any(|class| class == needed), "{what}: no {needed}");
                 }
@@ -140,6 +157,56 @@ fn every_study_that_ships_has_its_plans() {
             assert!(plan.inline().len() < 200_000, "{what}: {} bytes", plan.inline().len());
         }
     }
+}
+
+/// The words of a class in a plan, with where their middles are.
+fn words_of(plan: &FloorPlan, wanted: &str) -> Vec<(String, [f64; 2])> {
+    let svg = plan.inline();
+    let document = Document::parse(&svg).unwrap();
+    let found = document.descendants().filter(|node| class(node) == wanted && node.has_tag_name("text"));
+    found.map(|node| (node.text().unwrap().to_string(), place_of(&node))).collect()
+}
+
+#[test]
+fn walls_have_the_names_that_poses_have() {
+    let study = coarse("judge.toml");
+    let worlds = World::prepare_all(&study).unwrap();
+    let plan = floor_plan(&study, &worlds, 0, Some(first_of(0)));
+    let [_, _, width, height] = plan.paper.view();
+    let side = |[x, y]: [f64; 2]| match () {
+        () if x < 0.1 * width => "-x",
+        () if x > 0.9 * width => "+x",
+        () if y < 0.1 * height => "+y",
+        () => "-y",
+    };
+    let found: Vec<(String, &str)> =
+        words_of(&plan, "of-wall").into_iter().map(|(name, at)| (name, side(at))).collect();
+    let wanted = [("wall at -x", "-x"), ("wall at +x", "+x"), ("right wall", "-y"), ("left wall", "+y")];
+    assert_eq!(found, wanted.map(|(name, side)| (name.to_string(), side)));
+}
+
+#[test]
+fn what_a_sensor_sees_and_what_it_guards_are_told_apart() {
+    let study = coarse("tutorial/study.toml");
+    let worlds = World::prepare_all(&study).unwrap();
+    let both = study.combinations.iter().position(|one| one.members.len() == 2).unwrap();
+    let plan = floor_plan(&study, &worlds, 0, Some(first_of(both)));
+    let mut said: Vec<String> = words_of(&plan, "of-field").into_iter().map(|(words, _)| words).collect();
+    said.sort();
+    assert_eq!(said, ["guarded by B", "plane of B", "view of A"]);
+    let (_, classes) = checked("tutorial", &plan.inline());
+    for class in ["field", "plane", "pad"] {
+        assert_eq!(classes.iter().filter(|known| *known == class).count(), 1, "{class}");
+        assert!(plan.legend.iter().any(|(known, _)| *known == class), "{class} is explained");
+    }
+}
+
+#[test]
+fn things_from_files_have_short_names() {
+    assert_eq!(
+        ["table", "plant/Fence*", "plant/a/Bench", "*", "plant/*"].map(short_name),
+        ["table", "Fence", "Bench", "*", "plant/*"]
+    );
 }
 
 /// The area of the shapes of a class, in square metres.

@@ -4,20 +4,22 @@
 const LAYERS = [
   { name: "TP", word: "seen", what: "occupied, and called so", colour: "#9db4c8", on: true },
   { name: "FN", word: "missed", what: "occupied, but called free", colour: "#7b2d8b", on: true },
-  { name: "FP", word: "false", what: "free, but called occupied", colour: "#d81b60", on: true },
+  { name: "FP", word: "false", what: "free, but called occupied", colour: "#d81b60", on: true, opacity: 0.3 },
   { name: "TN", word: "free", what: "free, and called so", colour: "#56b4e9", on: false, opacity: 0.2 },
   { name: "UO", word: "not seen", what: "occupied, and not known", colour: "#8c1d0f", on: true },
   { name: "UF", word: "blind", what: "free, and not known", colour: "#d9745f", on: true, opacity: 0.12 },
-  { name: "environment", word: "the rest of the cell", what: "outside of the region", colour: "#b8c0c8", on: true, opacity: 0.12 },
+  { name: "environment", word: "the rest of the cell", what: "outside of the region", colour: "#b8c0c8", on: true, opacity: 0.08 },
   { name: "robot", word: "robot", what: "outside of the region", colour: "#0072b2", on: true, opacity: 0.6 },
   { name: "people", word: "people", what: "outside of the region", colour: "#e69f00", on: true, opacity: 0.6 },
-  { name: "sensors", word: "sensors", what: "where they are and look; names, walls", colour: "#000000", on: true },
+  { name: "sensors", word: "sensors", what: "where they are; names, walls", colour: "#009e73", on: true },
+  { name: "approaches", word: "ways in", what: "how somebody comes nearest unnoticed", colour: "#c0399f", on: true },
+  { name: "views", word: "fields of view", what: "where sensors look, whatever stands in their way", colour: "#009e73", on: true },
 ];
 // In the legend what matters comes first: what is blind, not seen, missed, false.
-const LEGEND = ["UF", "UO", "FN", "FP", "TP", "TN", "robot", "people", "environment", "sensors"];
+const LEGEND = ["UF", "UO", "FN", "FP", "TP", "TN", "robot", "people", "environment", "sensors", "approaches", "views"];
 // What is seen, by whose it is: the environment, the robot, people.
 const SEEN = ["#9db4c8", "#0072b2", "#e69f00"];
-const VERDICTS = 6;
+const VERDICTS = 6, REST = 3;
 const KINDS_OF_TRUTH = 5;
 const CALLED = 2;
 const scenery = new Map();
@@ -134,10 +136,19 @@ function showScenery(scene, isShown) {
   scene.show("sensors: names", { kind: "words", at: named.flatMap(middle), words: named.map(one => one.name), isShown });
 }
 
-/** Places, axes and frustums of the chosen sensors. */
-function showSensors(scene, cell, isShown) {
+/** Of what is recommended, the ways that somebody comes near without being noticed. */
+function showApproaches(scene, { colour, on: isShown }) {
+  const { series, choice } = data.recommended ?? {}, is = chosen.series === series && chosen.choice === choice;
+  const own = is ? data.approaches.filter(one => data.scenes[one.scene] === sceneOf()) : [];
+  const lines = own.flatMap(one => one.lines).flatMap(line => line.slice(1).flatMap((to, n) => [...line[n], ...to]));
+  scene.show("approaches: ways", { kind: "lines", at: lines, colour, width: 3, isShown });
+  scene.show("approaches: names", { kind: "words", at: own.flatMap(one => one.lines[0].at(-1)), words: own.map(one => one.words), isShown });
+}
+
+/** Places and axes of the chosen sensors, and, not to hide what is behind them, faint edges and rays of where they look. */
+function showSensors(scene, cell, isShown, isViewShown) {
   const h = data.voxel_size_m, box = [times(cell.origin, h), cell.size.map((n, axis) => (cell.origin[axis] + n) * h)];
-  const dark = "#222222", edge = [], ray = [], axes = [[], [], []], places = [], words = [];
+  const edge = [], ray = [], axes = [[], [], []], places = [], words = [];
   for (const { sensor, pose } of members(chosen.choice)) {
     if (!pose.at_m) continue;
     const { at, turn } = inWorld(sensor, pose, cell.moment);
@@ -156,10 +167,10 @@ function showSensors(scene, cell, isShown) {
     ends.forEach(end => (sensor.rays.is_picture ? edge : ray).push(...at, ...end));
     if (sensor.rays.is_picture) ends.forEach((end, n) => edge.push(...end, ...ends[(n + 1) % ends.length]));
   }
-  scene.show("sensors: places", { kind: "points", at: places, colour: "#000000", width: 6, isShown });
+  scene.show("sensors: places", { kind: "points", at: places, colour: "ink", width: 6, isShown });
   scene.show("sensors: own names", { kind: "words", at: places, words, isShown });
-  scene.show("sensors: edges", { kind: "lines", at: edge, colour: dark, width: 2, isShown });
-  scene.show("sensors: rays", { kind: "lines", at: ray, colour: dark, width: 1, isShown });
+  scene.show("views: edges", { kind: "lines", at: edge, colour: "ink", opacity: 0.45, width: 1.5, isShown: isViewShown });
+  scene.show("views: rays", { kind: "lines", at: ray, colour: "ink", opacity: 0.12, width: 1, isShown: isViewShown });
   axes.forEach((at, n) => scene.show(`sensors: axis ${NAMES[n]}`, { kind: "lines", at, colour: ["#d55e00", "#009e73", "#0072b2"][n], width: 4, isShown }));
 }
 
@@ -186,9 +197,11 @@ function drawCell(isAnotherPose) {
   LAYERS.slice(0, VERDICTS).forEach((_, n) => showLayer(scene, n, found ? shapeOf(found, n, cell) : nothing()));
   // What has a verdict is shown by that.
   const rest = found ? cell.truth.map((what, i) => cell.regions[chosen.region][i] ? 0 : what) : cell.truth;
-  LAYERS.slice(VERDICTS, -1).forEach((_, n) => showLayer(scene, VERDICTS + n, { ...mesh(rest, n + 1, cell), colours: undefined }));
-  showScenery(scene, LAYERS.at(-1).on);
-  showSensors(scene, cell, LAYERS.at(-1).on);
+  LAYERS.slice(VERDICTS, VERDICTS + REST).forEach((_, n) => showLayer(scene, VERDICTS + n, { ...mesh(rest, n + 1, cell), colours: undefined }));
+  const [sensors, approaches, views] = LAYERS.slice(VERDICTS + REST);
+  showApproaches(scene, approaches);
+  showScenery(scene, sensors.on);
+  showSensors(scene, cell, sensors.on, views.on);
   if (home.faces !== sceneOf().room_m) scene.face(sceneOf().room_m);
   home.faces = sceneOf().room_m;
 }
@@ -251,7 +264,8 @@ function drawSheet() {
 /** The switches of the layers. */
 function makeLayers() {
   const home = element("layers");
-  LEGEND.map(name => LAYERS.findIndex(layer => layer.name === name)).forEach(n => {
+  const shown = LEGEND.filter(name => name !== "approaches" || data.approaches.length);
+  shown.map(name => LAYERS.findIndex(layer => layer.name === name)).forEach(n => {
     const layer = LAYERS[n];
     const box = made("input", { type: "checkbox", id: `layer-${layer.name}` });
     box.checked = layer.on;

@@ -12,6 +12,7 @@ use std::sync::Arc;
 use serde::Serialize;
 
 use super::ReportedSweep;
+use super::approaches::{WayData, way_data};
 use super::cells::Cells;
 use super::measure::{self, Baseline};
 use super::packed::NumberTable;
@@ -20,7 +21,9 @@ use super::recommended::Recommended;
 use super::scores::{self, Scores};
 use super::surroundings::{Surroundings, WAYS};
 use crate::Result;
+use crate::approach::Way;
 use crate::metrics::Score;
+use crate::render::plan::short_name;
 use crate::report::maxima::most_sensors;
 use crate::results::{Results, columns};
 use crate::scene::Role;
@@ -69,6 +72,8 @@ pub(super) struct Data<'a> {
     objects: Vec<String>,
     ways: [&'static str; 6],
     cells: &'a Cells,
+    /// How bodies come near what is recommended.
+    approaches: Vec<WayData>,
 }
 
 #[derive(Serialize)]
@@ -133,7 +138,7 @@ impl<'a> Data<'a> {
     pub(super) fn new(
         sweep: &'a ReportedSweep,
         (rankings, recommended): (&[Ranking], Option<&Recommended>),
-        (cells, surroundings): (&'a Cells, &Surroundings),
+        (cells, surroundings, near): (&'a Cells, &Surroundings, &[Vec<Way>]),
         numbers: &mut NumberTable,
     ) -> Result<Data<'a>> {
         let ReportedSweep { results, study, worlds, .. } = *sweep;
@@ -184,6 +189,7 @@ impl<'a> Data<'a> {
             objects: surroundings.objects(),
             ways: WAYS,
             cells,
+            approaches: way_data(near),
         })
     }
 }
@@ -212,7 +218,7 @@ fn scene_data<'a>(scene: &'a crate::results::swept::SceneResults, worlds: &[Worl
             Role::Robot => "robot",
             Role::Human => "human",
         };
-        ThingData { name: object.name.clone(), role, low_m, high_m }
+        ThingData { name: short_name(&object.name).into(), role, low_m, high_m }
     };
     let things = truth.objects.iter().filter(is_thing).map(thing).collect();
     let moments = [scene.moments.start, scene.moments.end];

@@ -18,6 +18,7 @@ use super::ranking::{Ranking, maxima_of};
 use super::recommended::Recommended;
 use super::surroundings::Surroundings;
 use crate::Result;
+use crate::approach::Way;
 use crate::metrics::Score;
 use crate::report::distribution;
 use crate::report::maxima;
@@ -54,7 +55,7 @@ impl<'a> Facts<'a> {
     pub(super) fn new(
         sweep: &ReportedSweep<'a>,
         (rankings, recommended): (&[Ranking], Option<&Recommended>),
-        cells: &'a Cells,
+        (cells, near): (&'a Cells, &[Vec<Way>]),
         surroundings: &Surroundings,
     ) -> Result<Facts<'a>> {
         let ReportedSweep { results, study, .. } = *sweep;
@@ -65,7 +66,7 @@ impl<'a> Facts<'a> {
             title: answer::title(sweep),
             study_in_css: in_css(&study.path.file_stem().unwrap_or_default().to_string_lossy()),
             day: run::now("%Y-%m-%d"),
-            answer: recommended.map(|one| answer::answer(sweep, rankings, one)).transpose()?,
+            answer: recommended.map(|one| answer::answer(sweep, rankings, one, near)).transpose()?,
             sheets: sheets.unwrap_or_default(),
             missed: best::missed(results, cells, Asked::Recommended),
             good: recommended.map(|one| good::good(sweep, rankings, one)).transpose()?.unwrap_or_default(),

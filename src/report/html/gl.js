@@ -63,6 +63,9 @@ const product = (a, b) => Array.from({ length: 16 }, (_, n) => [0, 1, 2, 3].redu
 const dot = (a, b) => a.reduce((sum, x, i) => sum + x * b[i], 0);
 const crossed = (a, b) => [0, 1, 2].map(i => a[(i + 1) % 3] * b[(i + 2) % 3] - a[(i + 2) % 3] * b[(i + 1) % 3]);
 
+/** The width of a letter and the height of a line, about. */
+const LETTER_PX = 7, LINE_PX = 17;
+
 /** How far the eye opens, as the tangent of half its angle. */
 const OPENING = Math.tan(20 * Math.PI / 180);
 
@@ -72,7 +75,7 @@ const OPENING = Math.tan(20 * Math.PI / 180);
  *   { kind: "lines", at: [x, y, z, ...] two ends for each line, colour, width in pixels }
  *   { kind: "points", at, colour | colours, width, ring, heard: number => what happens on a click, words: number => a text }
  *   { kind: "words", at, words: [text, ...] }
- * with metres for places and "#rrggbb" for colours; `isShown: false` hides one.
+ * with metres for places and "#rrggbb" for colours, or "ink" for that of words; `isShown: false` hides one.
  */
 function stage(home, label) {
   const canvas = made("canvas", { tabindex: 0, role: "img", "aria-label": `${label}. Arrow keys turn it, plus and minus bring it nearer.` });
@@ -84,7 +87,10 @@ function stage(home, label) {
   const programs = Object.fromEntries([["surface", "SURFACE"], ["lines", "LINES"], ["points", "POINTS"]].map(([kind, name]) => [kind, program(gl, name)]));
   const parts = new Map(), drawn = new Map();
   const view = { pan: -1.05, tilt: 0.55, away: 8, middle: [0, 0, 0] };
-  let asked = false;
+  let asked = false, isOnPaper = false;
+
+  /** A colour as four numbers; ink is dark on paper, and elsewhere follows the scheme. */
+  const paintOf = (colour, opacity) => rgba(colour !== "ink" ? colour : isOnPaper ? "#1c2430" : getComputedStyle(home).getPropertyValue("--ink").trim(), opacity);
 
   function buffers(part) {
     const corners = part.at.length / 3, each = part.kind === "surface" ? 1 : 4;
@@ -95,7 +101,7 @@ function stage(home, label) {
     let last = "", paint = [0, 0, 0, 0];
     for (let n = 0; n < count; n++) for (let c = 0; c < each; c++) {
       const place = n * each + c, hex = part.colours ? part.colours[n] : part.colour;
-      if (hex !== last) { last = hex; paint = rgba(hex, part.opacity).map(x => 255 * x); }
+      if (hex !== last) { last = hex; paint = paintOf(hex, part.opacity).map(x => 255 * x); }
       for (let r = 0; r < 3; r++) {
         at[3 * place + r] = part.at[stride * n + r];
         if (to) to[3 * place + r] = part.at[stride * n + 3 + r];
@@ -177,10 +183,14 @@ function stage(home, label) {
     gl.depthMask(true);
     gl.bindVertexArray(null);
     const texts = [...parts.values()].filter(part => part.kind === "words" && part.isShown !== false);
+    const taken = [];
     words.replaceChildren(...texts.flatMap(part => part.words.map((text, n) => {
       const at = onScreen(seen, part.at.slice(3 * n, 3 * n + 3));
       const word = made("span", {}, text);
-      if (at) word.style.transform = `translate(${at[0].toFixed(1)}px, ${at[1].toFixed(1)}px) translate(-50%, -120%)`; else word.hidden = true;
+      // A word that would cover another is left out until the view is turned.
+      const isFree = at && taken.every(one => Math.abs(one.x - at[0]) > (one.letters + text.length) * LETTER_PX / 2 || Math.abs(one.y - at[1]) > LINE_PX);
+      if (isFree) taken.push({ x: at[0], y: at[1], letters: text.length }); else word.hidden = true;
+      if (at) word.style.transform = `translate(${at[0].toFixed(1)}px, ${at[1].toFixed(1)}px) translate(-50%, -120%)`;
       return word;
     })));
   }
@@ -237,6 +247,9 @@ function stage(home, label) {
   const KEYS = { ArrowLeft: () => turn(-0.12, 0), ArrowRight: () => turn(0.12, 0), ArrowUp: () => turn(0, 0.08), ArrowDown: () => turn(0, -0.08), "+": () => nearer(0.88), "-": () => nearer(1.14) };
   canvas.addEventListener("keydown", event => { const heard = KEYS[event.key]; if (heard) { event.preventDefault(); heard(); } });
   new ResizeObserver(soon).observe(canvas);
+  const again = () => { drawn.forEach((_, name) => forget(name)); paint(); };
+  matchMedia("(prefers-color-scheme: dark)").addEventListener("change", again);
+  for (const [name, is] of [["beforeprint", true], ["afterprint", false]]) addEventListener(name, () => { isOnPaper = is; again(); });
   canvas.addEventListener("webglcontextlost", event => event.preventDefault());
   canvas.addEventListener("webglcontextrestored", () => { drawn.clear(); Object.entries({ surface: "SURFACE", lines: "LINES", points: "POINTS" }).forEach(([kind, name]) => { programs[kind] = program(gl, name); }); soon(); });
 

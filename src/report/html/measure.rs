@@ -20,6 +20,11 @@ pub(super) fn title(score: Score) -> String {
     }
 }
 
+/// Whether it is a share of something, which is told as percent.
+pub(super) fn is_share(score: Score) -> bool {
+    !matches!(score, Score::F1 | Score::Kappa)
+}
+
 /// How many answers need no sensor; the upper bound stands behind them.
 const TRIVIAL: usize = 3;
 

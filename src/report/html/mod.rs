@@ -7,6 +7,7 @@
 //! numbers that the page holds compressed. Text from the user's files reaches the page only through the template or
 //! as JSON.
 
+mod approaches;
 mod cells;
 mod data;
 mod facts;
@@ -25,11 +26,10 @@ use std::path::Path;
 use crate::backend::Backend;
 use crate::choose::Chosen;
 use crate::render::{Colour, Wish, draw, plan};
-use crate::report::Series;
 use crate::results::Results;
 use crate::results::manifest::Manifest;
 use crate::study::Study;
-use crate::view::{Choice, View};
+use crate::view::View;
 use crate::world::World;
 use crate::{Error, Result};
 use packed::{NumberTable, packed};
@@ -97,11 +97,23 @@ pub fn page(
     let picture = recommended.map(|one| picture(sweep, &rankings, one, backend)).transpose()?;
     let mut numbers = NumberTable::default();
     let surroundings = surroundings::Surroundings::of(study)?;
-    let data = data::Data::new(sweep, (&rankings, recommended), (&cells, &surroundings), &mut numbers)?;
+    // A cell of which it cannot be asked has its report nevertheless.
+    let (near, refused) = match recommended.map(|one| approaches::ways(sweep, one.looked(&rankings))) {
+        Some(Err(refused)) => (Vec::new(), Some(refused.to_string())),
+        Some(Ok(near)) => (near, None),
+        None => (Vec::new(), None),
+    };
+    let data =
+        data::Data::new(sweep, (&rankings, recommended), (&cells, &surroundings, &near), &mut numbers)?;
     let script = script();
+    let mut facts = facts::Facts::new(sweep, (&rankings, recommended), (&cells, &near), &surroundings)?;
+    facts
+        .good
+        .notes
+        .extend(refused.map(|why| format!("By which way bodies come nearest is not drawn: {why}")));
     let page = Page {
         policy: policy(&script),
-        facts: facts::Facts::new(sweep, (&rankings, recommended), &cells, &surroundings)?,
+        facts,
         style: [plan::STYLE, include_str!("style.css")].concat(),
         patterns: plan::PATTERNS,
         picture,
@@ -120,8 +132,7 @@ fn picture(
     recommended: &recommended::Recommended,
     backend: &mut dyn Backend,
 ) -> Result<String> {
-    let Series { combination, representation } = rankings[recommended.series].series;
-    let choice = Choice { combination, choice: recommended.choice, representation, repeat: 0 };
+    let choice = recommended.looked(rankings);
     let world = &sweep.worlds[recommended.moments[recommended.scene]];
     let view = View::new(sweep.study, world, choice, backend)?;
     let wish = Wish { size_px: PICTURE_PX, colour: Colour::Label, ..Wish::default() };

@@ -72,7 +72,7 @@ fill("member", [], "member");
 makeLayers();
 document.querySelectorAll("#instead .choose").forEach(button => button.addEventListener("click", () => chooseRow(button)));
 // Paper has nothing to click on.
-addEventListener("beforeprint", () => document.querySelectorAll("details").forEach(part => { part.open = true; }));
+addEventListener("beforeprint", () => document.querySelectorAll("details").forEach(part => { part.open = !part.matches(".aside"); }));
 Object.assign(chosen, data.recommended ?? {});
 chosen.member = posed()[0] ?? 0;
 listeners.push(draw);

@@ -6,6 +6,7 @@ use super::ranking::{BESTS, Ranking};
 use crate::Result;
 use crate::judge::{Among, leaders};
 use crate::metrics::Score;
+use crate::report::Series;
 use crate::report::snapshots::worst_snapshot;
 use crate::results::Results;
 use crate::study::{Counted, Requirement};
@@ -28,8 +29,27 @@ pub(super) struct Recommended {
     pub(super) scene: usize,
 }
 
-/// What is recommended: of sets that were chosen the best one; else the choice that meets most requirements of the
-/// study; else that which detects most body parts in the region with people at most moments, then has the highest F1;
+impl Recommended {
+    /// Its poses, to be looked at.
+    pub(super) fn looked(&self, rankings: &[Ranking]) -> Choice {
+        let Series { combination, representation } = rankings[self.series].series;
+        Choice { combination, choice: self.choice, representation, repeat: 0 }
+    }
+
+    /// Its combination, poses and representation, as in the columns of tables.
+    pub(super) fn names(&self, results: &Results, rankings: &[Ranking]) -> [String; 3] {
+        let series = rankings[self.series].series;
+        let combination = &results.combinations[series.combination];
+        [
+            combination.name.clone(),
+            combination.name_of(self.choice),
+            combination.representations[series.representation].clone(),
+        ]
+    }
+}
+
+/// What is recommended: of sets that were chosen the best one; else the choice that meets the most requirements of the
+/// study as planned; else that which detects most body parts in the region with people at most moments, then has the highest F1;
 /// where there are no people, that with the highest F1 in the first region. `None` where no choice has a score.
 pub(super) fn recommended(sweep: &ReportedSweep, rankings: &[Ranking]) -> Result<Option<Recommended>> {
     let found = match of_chosen(sweep, rankings) {
@@ -93,7 +113,7 @@ fn of_requirements(sweep: &ReportedSweep, rankings: &[Ranking]) -> Result<Option
     let is_series =
         |one: &Ranking| (one.series.combination, one.series.representation) == (combination, representation);
     let series = rankings.iter().position(is_series);
-    let why = format!("the one of {} choices of poses that meets most requirements", count(sweep.results));
+    let why = format!("the best of {} choices of poses by requirements met as planned", count(sweep.results));
     Ok(series.map(|series| (series, choice, region, score, why)))
 }
 

@@ -2,17 +2,23 @@
 //! floor plan.
 
 use crate::Result;
+use crate::approach::Way;
 use crate::metrics::Score;
 use crate::render::plan::{FloorPlan, floor_plan, swatch};
+use crate::report::apart::Writing;
 use crate::report::best::extent;
-use crate::report::choose;
+use crate::report::choose::{self, Spelling};
 use crate::report::html::ReportedSweep;
 use crate::report::html::measure;
 use crate::report::html::ranking::Ranking;
 use crate::report::html::recommended::Recommended;
+use crate::report::judge::of_which;
 use crate::report::table::number;
 use crate::results::Over;
 use crate::view::Choice;
+
+/// Most sensors, combinations or scenes that are called by their names.
+const MOST_NAMED: usize = 4;
 
 /// The first screen.
 #[derive(Debug)]
@@ -44,6 +50,8 @@ pub(in crate::report::html) struct AnswerSensor {
 pub(in crate::report::html) struct Tile {
     pub(in crate::report::html) name: String,
     pub(in crate::report::html) value: String,
+    /// Of what it is the number.
+    pub(in crate::report::html) meaning: String,
     /// The worst of all moments, and what is possible at best.
     pub(in crate::report::html) notes: Vec<String>,
 }
@@ -63,14 +71,14 @@ pub(super) fn answer(
     sweep: &ReportedSweep,
     rankings: &[Ranking],
     recommended: &Recommended,
+    near: &[Vec<Way>],
 ) -> Result<Answer> {
     let ReportedSweep { results, study, .. } = *sweep;
     let series = rankings[recommended.series].series;
     let combination = &results.combinations[series.combination];
     let (choice, region) = (recommended.choice, recommended.region);
-    let looked =
-        Choice { combination: series.combination, choice, representation: series.representation, repeat: 0 };
-    let plan = |scene: usize| plan(sweep, looked, scene, recommended.moments[scene]);
+    let looked = recommended.looked(rankings);
+    let plan = |scene: usize| plan(sweep, looked, (scene, recommended.moments[scene]), near.get(scene));
     let others = (0..results.scenes.len()).filter(|scene| *scene != recommended.scene);
     let plans: Vec<(FloorPlan, ShownPlan)> =
         [recommended.scene].into_iter().chain(others).map(plan).collect();
@@ -86,56 +94,88 @@ pub(super) fn answer(
         asked: question(sweep),
         why: recommended.why.clone(),
         sensors: sensors.collect(),
-        counted: format!("in region {}, over {}", results.regions[region], extent(results)),
-        tiles: tiles(sweep, rankings, recommended)?,
+        counted: format!(
+            "{} in region {}, over {}",
+            if results.moments().len() > 1 { "Means" } else { "Numbers" },
+            results.regions[region],
+            extent(results)
+        ),
+        tiles: tiles(sweep, rankings, recommended, plans[0].0.floor_m2)?,
         plans: plans.into_iter().map(|(_, shown)| shown).collect(),
     })
 }
 
-/// What a study asks for, as a sentence.
+/// What a study asks for, in a sentence or two.
 fn question(sweep: &ReportedSweep) -> String {
-    if let Some(chosen) = sweep.chosen {
-        return format!("Asked: {}.", choose::question(chosen));
-    }
     let results = sweep.results;
-    let choices = results.combinations.iter().map(|one| one.choices()).fold(0, usize::saturating_add);
-    let regions = match results.regions.as_slice() {
-        [one] => format!("region {one}"),
-        many => format!("regions {}", many.join(", ")),
+    if let Some(chosen) = sweep.chosen {
+        return format!("Asked: {}.", choose::question(chosen, &IN_WORDS));
+    }
+    let all: Vec<(&str, usize)> =
+        results.combinations.iter().map(|one| (one.name.as_str(), one.choices())).collect();
+    let sum = all.iter().map(|(_, choices)| *choices).fold(0, usize::saturating_add);
+    let (of, parts) = match all.as_slice() {
+        [(name, _)] => (format!("of {name}"), String::new()),
+        some if some.len() <= MOST_NAMED => {
+            let parts: Vec<String> =
+                some.iter().map(|(name, choices)| format!("{choices} of “{name}”")).collect();
+            ("of sensors".into(), format!(" They are {}.", listed(&parts)))
+        }
+        many => (format!("of {} combinations of sensors", many.len()), String::new()),
     };
-    let names: Vec<&str> = results.combinations.iter().map(|one| one.name.as_str()).collect();
-    let names = match names.len() {
-        0..=4 => names.join(", "),
-        many => format!("{many} combinations of sensors"),
-    };
+    let regions = if results.regions.len() == 1 { "region" } else { "regions" };
     format!(
-        "Asked: which of {choices} choices of poses of {names} knows the most about {regions}; {}.",
-        extent(results)
+        "Asked: which of {sum} choices of poses {of} is the best in {regions} {}?{parts}",
+        listed(&results.regions)
     )
+}
+
+/// Scores as the page calls them.
+const IN_WORDS: Spelling = Spelling {
+    score: measure::title,
+    over: of_which,
+    least: |score, least| match measure::is_share(score) {
+        true => Writing::Percent.exactly(least),
+        false => least.to_string(),
+    },
+};
+
+/// `a, b and c`.
+fn listed<S: AsRef<str>>(names: &[S]) -> String {
+    let names: Vec<&str> = names.iter().map(AsRef::as_ref).collect();
+    match names.as_slice() {
+        [] => String::new(),
+        [one] => one.to_string(),
+        [first @ .., last] => format!("{} and {last}", first.join(", ")),
+    }
 }
 
 /// The title of the page, as a sentence.
 pub(super) fn title(sweep: &ReportedSweep) -> String {
     let names: Vec<&str> = sweep.study.sensors.iter().map(|sensor| sensor.name.as_str()).collect();
-    let of = |names: &[&str]| match names {
-        [] => String::new(),
-        [one] => one.to_string(),
-        [first @ .., last] => format!("{} and {last}", first.join(", ")),
+    let sensors = if names.len() > MOST_NAMED {
+        format!("{} sensors", names.len())
+    } else {
+        format!("the {}", listed(&names))
     };
-    let sensors =
-        if names.len() > 4 { format!("{} sensors", names.len()) } else { format!("the {}", of(&names)) };
     let scenes: Vec<&str> = sweep.results.scenes.iter().map(|scene| scene.name.as_str()).collect();
-    let scenes = if scenes.len() > 4 { format!("{} scenes", scenes.len()) } else { of(&scenes) };
+    let scenes = if scenes.len() > MOST_NAMED { format!("{} scenes", scenes.len()) } else { listed(&scenes) };
     match sweep.chosen {
         Some(_) => format!("Which sensors, and where, in {scenes}"),
         None => format!("Where to put {sensors} in {scenes}"),
     }
 }
 
-fn plan(sweep: &ReportedSweep, looked: Choice, scene: usize, moment: usize) -> (FloorPlan, ShownPlan) {
+fn plan(
+    sweep: &ReportedSweep,
+    looked: Choice,
+    (scene, moment): (usize, usize),
+    near: Option<&Vec<Way>>,
+) -> (FloorPlan, ShownPlan) {
     let of_scene = sweep.results.scenes[scene].moments.clone();
     let plan =
         floor_plan(sweep.study, &sweep.worlds[of_scene.clone()], moment - of_scene.start, Some(looked));
+    let plan = plan.with_ways(near.map_or(&[], Vec::as_slice));
     let [floor, blind, hardly] = plan.floor_m2;
     let name = &sweep.results.scenes[scene].name;
     let when = match of_scene.len() {
@@ -147,16 +187,21 @@ fn plan(sweep: &ReportedSweep, looked: Choice, scene: usize, moment: usize) -> (
         title: format!("Floor plan of {name}{when}"),
         legend: plan.legend.iter().map(|(class, meaning)| (swatch(class), meaning.clone())).collect(),
         floor: format!(
-            "Of {floor:.1} m² of floor, {blind:.1} m² are blind ({}), and above another {hardly:.1} m² less than half is watched, \
-             as if nobody stood there.",
-            percent(blind / floor.max(f64::MIN_POSITIVE))
+            "Of {floor:.1} m² of floor, {blind:.1} m² are blind, and above another {hardly:.1} m² less than half is watched, \
+             as if nobody stood there."
         ),
     };
     (plan, shown)
 }
 
-/// The scores that are shown large: with people in the region what is known of them, else agreement.
-fn tiles(sweep: &ReportedSweep, rankings: &[Ranking], recommended: &Recommended) -> Result<Vec<Tile>> {
+/// The numbers that are shown large: with people in the region what is known of them, else agreement; and the floor
+/// of the first plan that nothing watches.
+fn tiles(
+    sweep: &ReportedSweep,
+    rankings: &[Ranking],
+    recommended: &Recommended,
+    floor_m2: [f64; 3],
+) -> Result<Vec<Tile>> {
     let results = sweep.results;
     let key = rankings[recommended.series].series.key(recommended.choice, recommended.region);
     let own = measure::of_choice(results, results.moments(), key)?;
@@ -174,27 +219,53 @@ fn tiles(sweep: &ReportedSweep, rankings: &[Ranking], recommended: &Recommended)
     let bound = |score: Score| bounds.last().and_then(|(_, values)| values[place(score)]);
     let mut tiles: Vec<Tile> =
         shown.into_iter().filter_map(|score| Some(tile(score, of(score)?, bound(score)))).collect();
+    tiles.push(blind_floor(floor_m2));
     tiles.push(cost(sweep, rankings, recommended));
     Ok(tiles)
 }
 
 fn tile(score: Score, over: Over, bound: Option<f64>) -> Tile {
-    let shown = |value: f64| match score {
-        Score::F1 | Score::Kappa => number(Some(value)),
-        _ => percent(value),
-    };
+    let shown = |value: f64| if measure::is_share(score) { percent(value) } else { number(Some(value)) };
     let mut notes = Vec::new();
     if over.of > 1 {
         notes.push(format!("worst {}", shown(over.worst)));
     }
     let side = if score.less_is_better() { "below" } else { "above" };
-    // Of false alarms an ideal sensor has none.
-    let bound = bound.filter(|_| score != Score::FalseAlarm);
+    // Of false alarms an ideal sensor has none, and nobody expects more than all.
+    let bound = bound.filter(|bound| score != Score::FalseAlarm && *bound < 1.0);
     notes.extend(bound.map(|bound| format!("no placement gets {side} {}", shown(bound))));
     if over.values < over.of {
         notes.push(format!("has a value at {} of {} moments", over.values, over.of));
     }
-    Tile { name: measure::title(score), value: shown(over.mean), notes }
+    Tile { name: measure::title(score), value: shown(over.mean), meaning: meaning(score, over.of), notes }
+}
+
+/// Of what a score is a number, so that a share of 100 % promises no more than it says.
+fn meaning(score: Score, moments: usize) -> String {
+    let studied = match moments {
+        1 => "at the one moment studied".to_string(),
+        many => format!("at the {many} moments studied"),
+    };
+    match score {
+        Score::F1 => "agreement with what is there; 1 is perfect".into(),
+        Score::Kappa => "agreement beyond chance; 1 is perfect".into(),
+        Score::HumanSeen => format!("of people’s voxels are hit {studied}"),
+        Score::HumanClaimed => format!("of people’s voxels are called occupied {studied}"),
+        Score::PeopleDetected => format!("by a body part or more, {studied}"),
+        Score::PartsDetected => "of people’s body parts".into(),
+        Score::Unknown => "of the region’s space".into(),
+        Score::FalseAlarm => "free, but called occupied".into(),
+    }
+}
+
+/// The share of a floor that nothing watches.
+fn blind_floor([floor, blind, _]: [f64; 3]) -> Tile {
+    Tile {
+        name: "blind floor".into(),
+        value: percent(blind / floor.max(f64::MIN_POSITIVE)),
+        meaning: "where nobody is noticed".into(),
+        notes: vec![format!("{blind:.1} of {floor:.1} m²")],
+    }
 }
 
 /// What the recommended choice costs, or that not all its sensors have a cost.
@@ -203,11 +274,13 @@ fn cost(sweep: &ReportedSweep, rankings: &[Ranking], recommended: &Recommended) 
     let costs = asked.members.iter().map(|member| sweep.study.sensors[member.sensor].terms.cost);
     let name = "cost".into();
     let Some(sum) = costs.reduce(|sum, cost| Some(sum?.plus(cost?))).flatten() else {
-        return Tile { name, value: "–".into(), notes: vec!["the study has none".into()] };
+        return Tile {
+            name, value: "–".into(), meaning: "the study has no costs".into(), notes: Vec::new()
+        };
     };
     let budget = sweep.chosen.and_then(|chosen| chosen.asked.budget);
-    let notes = budget.map(|budget| format!("of a budget of {budget}")).into_iter().collect();
-    Tile { name, value: sum.to_string(), notes }
+    let meaning = budget.map_or("of all sensors".into(), |budget| format!("of a budget of {budget}"));
+    Tile { name, value: sum.to_string(), meaning, notes: Vec::new() }
 }
 
 /// A share, rounded, but not to nothing or all unless it is.
@@ -236,7 +309,7 @@ mod tests {
     #[test]
     fn a_tile_tells_the_worst_and_what_is_possible() {
         let over = Over { mean: 0.5, std: None, worst: 0.25, pooled: None, values: 3, of: 4 };
-        let Tile { name, value, notes } = tile(Score::Unknown, over, Some(0.125));
+        let Tile { name, value, notes, .. } = tile(Score::Unknown, over, Some(0.125));
         assert_eq!((name.as_str(), value.as_str()), ("unknown", "50\u{a0}%"));
         assert_eq!(
             notes,

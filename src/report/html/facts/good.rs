@@ -5,27 +5,65 @@
 use super::Titled;
 use super::kept::Kept;
 use super::near::near;
-use super::verdicts::{ShownVerdict, verdicts};
+use super::verdicts::{ShownRequirement, verdicts};
 use crate::Result;
 use crate::report::html::ReportedSweep;
 use crate::report::html::ranking::Ranking;
 use crate::report::html::recommended::Recommended;
 use crate::results::files::CONDITIONS;
 use crate::shell;
-use crate::view::Choice;
 
 /// Whether it is good enough.
 #[derive(Debug, Default)]
 pub(in crate::report::html) struct Good {
     /// Where the verdicts are from, and what of the folder is not shown.
     pub(in crate::report::html) notes: Vec<String>,
-    pub(in crate::report::html) verdicts: Vec<ShownVerdict>,
+    /// What is required, with its verdicts.
+    pub(in crate::report::html) required: Vec<ShownRequirement>,
     /// What scores are under each condition, and the ways in.
     pub(in crate::report::html) tables: Vec<Titled>,
     /// Floor plans of approach: their names, and the pictures as addresses.
     pub(in crate::report::html) plans: Vec<(String, String)>,
     /// How more is found out: commands.
     pub(in crate::report::html) commands: Vec<(String, String)>,
+}
+
+impl Good {
+    /// FAIL if a requirement is missed, else OPEN if one is not decided or there is none, else PASS.
+    pub(in crate::report::html) fn verdict(&self) -> &'static str {
+        match self.counts() {
+            [_, 0, 0] if !self.required.is_empty() => "PASS",
+            [_, 0, _] => "OPEN",
+            _ => "FAIL",
+        }
+    }
+
+    /// All verdicts in a line.
+    pub(in crate::report::html) fn overall(&self) -> String {
+        let [met, missed, open] = self.counts();
+        let many = |count: usize| if count == 1 { "requirement" } else { "requirements" };
+        let checks: Vec<&str> =
+            self.required.iter().flat_map(|one| &one.verdicts).map(|one| one.verdict).collect();
+        let all = self.required.len();
+        let mut text = match [missed, open] {
+            _ if all == 0 => return "not decided: the study requires nothing".into(),
+            [0, 0] => format!("yes: {met} of {all} {} met", many(all)),
+            [0, _] => format!("not decided: {met} of {all} {} met, {open} not decided yet", many(all)),
+            [_, 0] => format!("no: {met} of {all} {} met", many(all)),
+            _ => format!("no: {met} of {all} {} met, {missed} missed, {open} not decided yet", many(all)),
+        };
+        if checks.len() > all {
+            let pass = checks.iter().filter(|check| **check == "PASS").count();
+            text += &format!(" ({pass} of {} checks pass)", checks.len());
+        }
+        text
+    }
+
+    /// How many requirements are met, missed and open.
+    fn counts(&self) -> [usize; 3] {
+        ["PASS", "FAIL", "OPEN"]
+            .map(|verdict| self.required.iter().filter(|one| one.verdict() == verdict).count())
+    }
 }
 
 /// What is known of the recommended choice.
@@ -36,19 +74,10 @@ pub(super) fn good(sweep: &ReportedSweep, rankings: &[Ranking], recommended: &Re
     let ReportedSweep { results, study, folder, .. } = *sweep;
     let series = rankings[recommended.series].series;
     let combination = &results.combinations[series.combination];
-    let looked = Choice {
-        combination: series.combination,
-        choice: recommended.choice,
-        representation: series.representation,
-        repeat: 0,
-    };
-    let own = [
-        combination.name.clone(),
-        combination.name_of(recommended.choice),
-        combination.representations[series.representation].clone(),
-    ];
-    let (note, verdicts) = verdicts(sweep, &looked, &own)?;
-    let mut good = Good { notes: vec![note], verdicts, ..Good::default() };
+    let looked = recommended.looked(rankings);
+    let own = recommended.names(results, rankings);
+    let (note, required) = verdicts(sweep, &looked, &own)?;
+    let mut good = Good { notes: vec![note], required, ..Good::default() };
     let [conditions, _] = Kept::read(&folder.join(CONDITIONS))?.parted(|row| row.is_of(&own));
     if !conditions.is_empty() {
         let wanted =
@@ -80,4 +109,37 @@ pub(super) fn good(sweep: &ReportedSweep, rankings: &[Ranking], recommended: &Re
     }
     good.commands.push(("ask how near somebody comes unnoticed".into(), words("approach")));
     Ok(good)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::verdicts::ShownVerdict;
+    use super::*;
+
+    /// What is said of requirements with these verdicts.
+    #[track_caller]
+    fn check(requirements: &[&[&'static str]], verdict: &str, words: &str) {
+        let of = |verdicts: &&[&'static str]| {
+            let one = |verdict: &&'static str| ShownVerdict {
+                verdict,
+                name: String::new(),
+                words: String::new(),
+                brief: String::new(),
+            };
+            let verdicts = verdicts.iter().map(one).collect();
+            ShownRequirement { name: String::new(), asked: String::new(), verdicts }
+        };
+        let good = Good { required: requirements.iter().map(of).collect(), ..Good::default() };
+        assert_eq!((good.verdict(), good.overall().as_str()), (verdict, words));
+    }
+
+    #[test]
+    fn all_verdicts_are_told_in_a_line() {
+        check(&[], "OPEN", "not decided: the study requires nothing");
+        check(&[&["PASS"]], "PASS", "yes: 1 of 1 requirement met");
+        check(&[&["PASS", "FAIL"], &["PASS"]], "FAIL", "no: 1 of 2 requirements met (2 of 3 checks pass)");
+        check(&[&["PASS"], &["OPEN"]], "OPEN", "not decided: 1 of 2 requirements met, 1 not decided yet");
+        let words = "no: 0 of 2 requirements met, 1 missed, 1 not decided yet (1 of 3 checks pass)";
+        check(&[&["PASS", "OPEN"], &["FAIL"]], "FAIL", words);
+    }
 }

@@ -1,13 +1,16 @@
 //! The verdicts on what a study requires of a choice: those of `judge`, as far as they are of what the study requires
 //! now; where it has not judged the choice, what the sweep decides. What nothing decides is OPEN.
 
-use super::kept::{Kept, Row, shortened};
+use std::cmp::Ordering;
+
+use super::kept::{Kept, Row};
 use crate::Result;
-use crate::judge::{Conditions, JudgedSet, tables_sha256};
-use crate::report::html::ReportedSweep;
-use crate::report::judge::{line, words};
+use crate::judge::{Conditions, JudgedSet, Judgement, Value, tables_sha256};
+use crate::report::apart::Writing;
+use crate::report::html::{ReportedSweep, measure};
+use crate::report::judge::{of_which, whereabouts, words};
 use crate::results::files::REQUIREMENTS;
-use crate::study::{Condition, Limit, Measure, Requirement};
+use crate::study::{ApproachScore, Condition, ControllerScore, Limit, Measure, Requirement};
 use crate::view::Choice;
 
 /// Why a requirement is open.
@@ -22,6 +25,31 @@ pub(in crate::report::html) struct ShownVerdict {
     pub(in crate::report::html) verdict: &'static str,
     pub(in crate::report::html) name: String,
     pub(in crate::report::html) words: String,
+    /// The verdict in few words: `missed with one sensor dead (30 %)`.
+    pub(super) brief: String,
+}
+
+/// The verdicts on a requirement, one for each of its conditions, and all of them together.
+#[derive(Debug)]
+pub(in crate::report::html) struct ShownRequirement {
+    pub(in crate::report::html) name: String,
+    /// The score and its limit.
+    pub(in crate::report::html) asked: String,
+    pub(in crate::report::html) verdicts: Vec<ShownVerdict>,
+}
+
+impl ShownRequirement {
+    /// FAIL if it is missed under a condition, else OPEN if one is open, else PASS.
+    pub(in crate::report::html) fn verdict(&self) -> &'static str {
+        let any =
+            |wanted: &'static str| self.verdicts.iter().any(|one| one.verdict == wanted).then_some(wanted);
+        any("FAIL").or(any("OPEN")).unwrap_or("PASS")
+    }
+
+    /// What was found under each condition.
+    pub(in crate::report::html) fn found(&self) -> String {
+        self.verdicts.iter().map(|one| one.brief.as_str()).collect::<Vec<_>>().join(", ")
+    }
 }
 
 /// Where the verdicts on a choice are from, and the verdicts, in the order of the study.
@@ -32,7 +60,7 @@ pub(super) fn verdicts(
     sweep: &ReportedSweep,
     looked: &Choice,
     own: &[String; 3],
-) -> Result<(String, Vec<ShownVerdict>)> {
+) -> Result<(String, Vec<ShownRequirement>)> {
     if sweep.study.requirements.is_empty() {
         return Ok(("The study requires nothing ([[require]]), so nothing is decided.".into(), Vec::new()));
     }
@@ -44,29 +72,29 @@ pub(super) fn verdicts(
 }
 
 /// What `judge` has decided, as far as it is what the study requires.
-fn of_kept(sweep: &ReportedSweep, kept: &Kept) -> (String, Vec<ShownVerdict>) {
-    let (mut shown, mut used) = (Vec::new(), 0);
-    for requirement in &sweep.study.requirements {
-        let (mut otherwise, mut not_yet) = (Vec::new(), Vec::new());
-        for &condition in &requirement.under {
+fn of_kept(sweep: &ReportedSweep, kept: &Kept) -> (String, Vec<ShownRequirement>) {
+    let regions = &sweep.results.regions;
+    let mut used = 0;
+    let shown = |requirement: &Requirement| {
+        let verdict = |&condition: &Condition| {
             let is_asked = |row: &Row| {
                 row.of("requirement") == requirement.name && row.of("condition") == condition.name()
             };
             match kept.rows().find(is_asked) {
                 Some(row)
-                    if is_judged_as(&row, requirement, &sweep.results.regions)
+                    if is_judged_as(&row, requirement, regions)
                         && row.of("tables_sha256") == tables_sha256(sweep.study, requirement, condition) =>
                 {
-                    shown.push(of_row(&row));
                     used += 1;
+                    of_row(requirement, condition, &row, sweep)
                 }
-                Some(_) => otherwise.push(condition),
-                None => not_yet.push(condition),
+                Some(_) => open(requirement, condition, OTHERWISE),
+                None => open(requirement, condition, NOT_YET),
             }
-        }
-        shown.extend(open(requirement, &otherwise, OTHERWISE));
-        shown.extend(open(requirement, &not_yet, NOT_YET));
-    }
+        };
+        of_requirement(requirement, regions, requirement.under.iter().map(verdict).collect())
+    };
+    let shown = sweep.study.requirements.iter().map(shown).collect();
     let note = match used == kept.rows().count() {
         true => "As perirobot judge has decided, whose tables are in the folder.",
         false => {
@@ -79,39 +107,173 @@ fn of_kept(sweep: &ReportedSweep, kept: &Kept) -> (String, Vec<ShownVerdict>) {
 }
 
 /// What the sweep decides by itself: scores of its counts as planned, where they are required so.
-fn as_planned(sweep: &ReportedSweep, looked: &Choice) -> Result<(String, Vec<ShownVerdict>)> {
+fn as_planned(sweep: &ReportedSweep, looked: &Choice) -> Result<(String, Vec<ShownRequirement>)> {
     let ReportedSweep { results, study, .. } = *sweep;
     let mut shown = Vec::new();
     for requirement in &study.requirements {
         let is_decided =
-            |condition: &Condition| *condition == Condition::AsPlanned && requirement.counted().is_some();
-        let (decided, not_yet): (Vec<Condition>, Vec<Condition>) =
-            requirement.under.iter().partition(|condition| is_decided(condition));
-        if !decided.is_empty() {
-            let planned = [Requirement { under: decided, ..requirement.clone() }];
+            |condition: Condition| condition == Condition::AsPlanned && requirement.counted().is_some();
+        let mut verdicts = Vec::new();
+        for &condition in &requirement.under {
+            if !is_decided(condition) {
+                verdicts.push(open(requirement, condition, NOT_YET));
+                continue;
+            }
+            let planned = [Requirement { under: vec![condition], ..requirement.clone() }];
             let set =
                 JudgedSet::new(&planned, results, looked, Conditions::as_planned(study, results, looked)?);
-            shown.extend(set.judgements.iter().map(|judgement| {
-                let told = line(results, &set, judgement);
-                let words = told.split_once("): ").map_or(told.as_str(), |(_, words)| words).to_string();
-                ShownVerdict { verdict: judgement.word(), name: requirement.name.clone(), words }
-            }));
+            verdicts.extend(set.judgements.iter().map(|judgement| of_judgement(sweep, &set, judgement)));
         }
-        shown.extend(open(requirement, &not_yet, NOT_YET));
+        shown.push(of_requirement(requirement, &results.regions, verdicts));
     }
     let note = "With everything as planned; nothing was judged of dead sensors, of mounts that are off and of how near \
                 somebody comes.";
     Ok((note.into(), shown))
 }
 
-/// A requirement that nothing decides under some conditions, if there are any: it must not look as if it were met.
-fn open(requirement: &Requirement, conditions: &[Condition], why: &str) -> Option<ShownVerdict> {
-    let when: Vec<&str> = conditions.iter().map(|&condition| words(condition)).collect();
-    (!when.is_empty()).then(|| ShownVerdict {
+fn of_requirement(
+    requirement: &Requirement,
+    regions: &[String],
+    verdicts: Vec<ShownVerdict>,
+) -> ShownRequirement {
+    let asked = format!("{}, {}", what(requirement, regions), limit(requirement));
+    ShownRequirement { name: requirement.name.clone(), asked, verdicts }
+}
+
+/// A requirement that nothing decides under a condition: it must not look as if it were met.
+fn open(requirement: &Requirement, condition: Condition, why: &str) -> ShownVerdict {
+    let name = called(requirement);
+    ShownVerdict {
         verdict: "OPEN",
         name: requirement.name.clone(),
-        words: format!("{} ({}) {why}", requirement.score_name(), when.join(", ")),
-    })
+        words: format!("{name} ({}) {why}", words(condition)),
+        brief: format!("not decided {}", when(condition)),
+    }
+}
+
+fn of_judgement(sweep: &ReportedSweep, set: &JudgedSet, judgement: &Judgement) -> ShownVerdict {
+    let requirement = judgement.requirement;
+    let limit = requirement.limit.ratio();
+    let found = judgement.value.as_ref().map(|value| (value.number(), value.cmp_ratio(limit)));
+    let mut tail = String::new();
+    let Judgement { values, of, condition, .. } = *judgement;
+    if (1..of).contains(&values) {
+        tail += &format!("; only {values} of {of} moments have a value");
+    }
+    if !(requirement.is_of_nearness() && judgement.value == Some(Value::Endless)) {
+        tail += &whereabouts(sweep.results, set, condition, &judgement.worst);
+    }
+    shown(sweep, requirement, condition, (judgement.word(), found), &tail)
+}
+
+/// A row of requirements.csv as a verdict.
+fn of_row(requirement: &Requirement, condition: Condition, row: &Row, sweep: &ReportedSweep) -> ShownVerdict {
+    let verdict = if row.of("verdict") == "PASS" { "PASS" } else { "FAIL" };
+    let limit = requirement.limit.ratio().value();
+    let found = row.of("value").parse::<f64>().ok().map(|value| {
+        // What differs from the limit by less than the digits of the table tell.
+        let order = match (value.total_cmp(&limit), verdict, &requirement.limit) {
+            (Ordering::Equal, "FAIL", Limit::AtLeast(_)) => Ordering::Less,
+            (Ordering::Equal, "FAIL", Limit::AtMost(_)) => Ordering::Greater,
+            (order, ..) => order,
+        };
+        (value, order)
+    });
+    let mut tail = String::new();
+    if !matches!(row.of("cases"), "" | "1") {
+        tail += &format!("; {} of {} cases fail", row.of("failed"), row.of("cases"));
+    }
+    let worst: Vec<&str> =
+        [row.of("case"), row.of("scene")].into_iter().filter(|part| !part.is_empty()).collect();
+    if !worst.is_empty() {
+        tail += &format!("; worst {}", worst.join(", in scene "));
+    }
+    if !row.of("body").is_empty() {
+        tail += &format!(", {} from {}", row.of("body"), row.of("entry"));
+    }
+    shown(sweep, requirement, condition, (verdict, found), &tail)
+}
+
+/// A verdict in words; `found` is the value and how it compares with the limit.
+fn shown(
+    sweep: &ReportedSweep,
+    requirement: &Requirement,
+    condition: Condition,
+    (verdict, found): (&'static str, Option<(f64, Ordering)>),
+    tail: &str,
+) -> ShownVerdict {
+    let (writing, unit) = written(requirement);
+    let value = match found {
+        None => "no value".into(),
+        Some((value, _)) if value.is_infinite() && requirement.is_of_controller() => {
+            "somebody is there of whom nothing is measured".into()
+        }
+        Some((value, _)) if value.is_infinite() => "nobody has room to come in".into(),
+        Some((value, order)) => {
+            format!("{}{unit}", writing.apart(value, order, requirement.limit.ratio().value()))
+        }
+    };
+    let is_of_moments = !requirement.is_of_nearness() && sweep.results.moments().len() > 1;
+    let over = if is_of_moments { format!(", {}", of_which(requirement.over())) } else { String::new() };
+    let (what, limit) = (what(requirement, &sweep.results.regions), limit(requirement));
+    ShownVerdict {
+        verdict,
+        name: requirement.name.clone(),
+        words: format!("{what}: {value}, {limit} is required ({}{over}){tail}", words(condition)),
+        brief: format!("{} {} ({value})", if verdict == "PASS" { "met" } else { "missed" }, when(condition)),
+    }
+}
+
+/// A condition in a sentence.
+fn when(condition: Condition) -> String {
+    match condition {
+        Condition::AsPlanned => words(condition).into(),
+        _ => format!("with {}", words(condition)),
+    }
+}
+
+/// What is required, in words.
+fn what(requirement: &Requirement, regions: &[String]) -> String {
+    let region =
+        requirement.region().map_or(String::new(), |region| format!(" in region {}", regions[region]));
+    called(requirement) + &region
+}
+
+/// The score that is required, in words.
+fn called(requirement: &Requirement) -> String {
+    let words = match &requirement.measure {
+        Measure::Counted(counted) => return measure::title(counted.score),
+        Measure::Nearness(nearness) => match nearness.score {
+            ApproachScore::NearestUnnoticedM => "how near somebody comes unnoticed",
+            ApproachScore::ApproachMarginM => "how much farther than they must people stay",
+            ApproachScore::UnnoticedM2 => "floor on which somebody stands unnoticed",
+            ApproachScore::JoinedM2 => "floor to which somebody comes unnoticed",
+        },
+        Measure::Controller(ControllerScore::MissedM) => "how much too far away somebody is measured",
+        Measure::Controller(ControllerScore::NeedlessStops) => "moments with a needless stop",
+    };
+    words.into()
+}
+
+fn limit(requirement: &Requirement) -> String {
+    let (writing, unit) = written(requirement);
+    let number = writing.exactly(requirement.limit.ratio().value());
+    match requirement.limit {
+        Limit::AtLeast(_) => format!("at least {number}{unit}"),
+        Limit::AtMost(_) => format!("at most {number}{unit}"),
+    }
+}
+
+/// How values of a requirement are written, and their unit.
+fn written(requirement: &Requirement) -> (Writing, &'static str) {
+    match &requirement.measure {
+        Measure::Counted(counted) if measure::is_share(counted.score) => (Writing::Percent, ""),
+        Measure::Counted(_) => (Writing::Plain, ""),
+        Measure::Nearness(nearness) if nearness.score.is_area() => (Writing::Plain, " m²"),
+        Measure::Nearness(_) => (Writing::Down, " m"),
+        Measure::Controller(ControllerScore::MissedM) => (Writing::Plain, " m"),
+        Measure::Controller(ControllerScore::NeedlessStops) => (Writing::Percent, ""),
+    }
 }
 
 /// Whether a row of requirements.csv was judged against a requirement of its name as the study has it now.
@@ -134,35 +296,4 @@ fn is_judged_as(row: &Row, requirement: &Requirement, regions: &[String]) -> boo
         && row.of("over") == requirement.over().name()
         && ["at_least", "at_most"].map(|name| row.of(name).parse().ok()) == limits
         && is_of_body
-}
-
-/// A row of requirements.csv as a verdict.
-fn of_row(row: &Row) -> ShownVerdict {
-    let value = if row.of("value").is_empty() { "no value".into() } else { shortened(row.of("value")) };
-    let limit = match row.of("at_least") {
-        "" => format!("at most {}", row.of("at_most")),
-        least => format!("at least {least}"),
-    };
-    let what = match (row.of("region"), row.of("value")) {
-        ("", "inf") if row.of("body").is_empty() && !row.of("scene").is_empty() => {
-            format!("somebody is there of whom nothing is measured, {}", row.of("score"))
-        }
-        ("", "inf") => format!("nobody has room to come in, {}", row.of("score")),
-        ("", _) => format!("{} is {value}", row.of("score")),
-        (region, _) => format!("{} in region {region} is {value}", row.of("score")),
-    };
-    let mut words = format!("{what}, {limit} is required ({})", row.of("condition").replace('_', " "));
-    if !matches!(row.of("cases"), "" | "1") {
-        words += &format!("; {} of {} cases fail", row.of("failed"), row.of("cases"));
-    }
-    let worst: Vec<&str> =
-        [row.of("case"), row.of("scene")].into_iter().filter(|part| !part.is_empty()).collect();
-    if !worst.is_empty() {
-        words += &format!("; worst {}", worst.join(", in scene "));
-    }
-    if !row.of("body").is_empty() {
-        words += &format!(", {} from {}", row.of("body"), row.of("entry"));
-    }
-    let verdict = if row.of("verdict") == "PASS" { "PASS" } else { "FAIL" };
-    ShownVerdict { verdict, name: row.of("requirement").into(), words }
 }

@@ -1,0 +1,106 @@
+//! A value beside a limit, with as many digits as tell it apart from it.
+
+use std::cmp::Ordering;
+
+use super::table::number as three_digits;
+use crate::voxel::rounded_down;
+
+/// How a value is written.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Writing {
+    /// As in tables, with at least three digits behind the point.
+    Plain,
+    /// A distance that must be reached, which is never rounded up; likewise.
+    Down,
+    /// A share, as percent.
+    Percent,
+}
+
+impl Writing {
+    /// A value that compares so with a limit.
+    pub(super) fn apart(self, value: f64, order: Ordering, limit: f64) -> String {
+        let is_told =
+            |text: &String| self.read(text).partial_cmp(&limit) == Some(order) && self.is_fair(text, value);
+        (self.least()..=17).map(|digits| self.shown(value, digits)).find(is_told).unwrap_or_else(|| {
+            let limit = self.exactly(limit);
+            match order {
+                Ordering::Less => format!("just below {limit}"),
+                Ordering::Equal => limit,
+                Ordering::Greater => format!("just above {limit}"),
+            }
+        })
+    }
+
+    /// A number of the study, with all its digits.
+    pub(super) fn exactly(self, number: f64) -> String {
+        match self {
+            Writing::Percent => {
+                let digits = format!("{:.9}", number * 100.0);
+                format!("{}\u{a0}%", digits.trim_end_matches('0').trim_end_matches('.'))
+            }
+            _ => number.to_string(),
+        }
+    }
+
+    fn least(self) -> usize {
+        if self == Writing::Percent { 0 } else { 3 }
+    }
+
+    fn shown(self, value: f64, digits: usize) -> String {
+        match self {
+            Writing::Percent => format!("{:.digits$}\u{a0}%", value * 100.0),
+            Writing::Down if digits < 10 => rounded_down(value, digits as u32),
+            Writing::Plain if digits == 3 => three_digits(Some(value)),
+            _ => format!("{value:.digits$}"),
+        }
+    }
+
+    /// The value that a text tells.
+    fn read(self, text: &str) -> f64 {
+        let number = text.trim_end_matches("\u{a0}%").parse().unwrap_or(f64::NAN);
+        if self == Writing::Percent { number / 100.0 } else { number }
+    }
+
+    /// A share is not rounded to nothing or all.
+    fn is_fair(self, text: &str, value: f64) -> bool {
+        let read = self.read(text);
+        self != Writing::Percent || value == read || (read != 0.0 && read != 1.0)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[track_caller]
+    fn check(writing: Writing, value: f64, limit: f64, wanted: &str) {
+        let order = value.partial_cmp(&limit).unwrap();
+        assert_eq!(
+            writing.apart(value, order, limit),
+            wanted.replace(' ', "\u{a0}"),
+            "{value} beside {limit}"
+        );
+    }
+
+    #[test]
+    fn shares_are_percent() {
+        check(Writing::Percent, 0.7, 0.7, "70 %");
+        check(Writing::Percent, 0.696, 0.7, "69.6 %");
+        check(Writing::Percent, 0.58, 0.58, "58 %");
+        check(Writing::Percent, 0.2921, 0.3, "29 %");
+        check(Writing::Percent, 0.004, 0.3, "0.4 %");
+        check(Writing::Percent, 0.9996, 0.3, "99.96 %");
+        check(Writing::Percent, 0.0, 0.3, "0 %");
+        assert_eq!(Writing::Percent.apart(0.7, Ordering::Less, 0.7), "just below 70\u{a0}%");
+        assert_eq!(
+            [0.58, 0.7, 0.055, 1.0].map(|share| Writing::Percent.exactly(share)),
+            ["58", "70", "5.5", "100"].map(|share| format!("{share}\u{a0}%"))
+        );
+    }
+
+    #[test]
+    fn distances_are_rounded_down() {
+        check(Writing::Down, 1.8386, 1.0, "1.838");
+        check(Writing::Plain, 1.8386, 1.0, "1.839");
+    }
+}
