@@ -83,6 +83,7 @@
 //! | `scene` | objects with roles: a file a mesh format (`stl.rs`, `gltf.rs`), robots (`urdf/`), people, motion | `mesh_file.rs`, `build.rs` |
 //! | `voxel` | grid, bit planes, voxelizer, regions: the truth | `bits.rs`, `voxelize.rs` |
 //! | `backend` | cast, carve, fuse and count, in three implementations: `oracle.rs` (plain, slow, defines the counts), `cpu/` (a file for each algorithm) and `gpu/` with the WGSL kernels in the top folder `shaders/` (`cast.wgsl`, and for cameras `carve_boxes.wgsl` and `carve_voxels.wgsl`) | `mod.rs` |
+//! | `recording` | maps and point clouds that real sensors recorded, laid into the grid: a file a format (`pcd.rs`) | `mod.rs`, `voxels.rs` |
 //! | `sensor` | what each kind casts and claims: a file a kind | `mod.rs` |
 //! | `study` | the keys of study and scene files, checked, with defaults | `file.rs`, `scene_file.rs` |
 //! | `world` | scenes in voxels with regions and placed sensors; warnings about them | `mod.rs` |
@@ -159,6 +160,8 @@ pub mod march;
 pub mod metrics;
 #[doc(hidden)]
 pub mod pose;
+#[doc(hidden)]
+pub mod recording;
 #[doc(hidden)]
 pub mod render;
 #[doc(hidden)]

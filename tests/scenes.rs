@@ -152,8 +152,15 @@ fn the_table_alone_triggers_four_pads() {
     let pressed: Vec<[f64; 2]> = (pads.candidates.iter())
         .filter(|pad| {
             let window = truth.grid.window();
-            let at =
-                Station { truth: &truth, window, setting: pad.setting, rays: None, truly: None, draws: 0 };
+            let at = Station {
+                moment: [0, 0],
+                truth: &truth,
+                window,
+                setting: pad.setting,
+                rays: None,
+                truly: None,
+                draws: 0,
+            };
             !pads.kind.claims(&at).swap_remove(0).planes.unwrap().occupied.is_empty()
         })
         .map(|pad| [pad.setting.pose().position_m.x, pad.setting.pose().position_m.y])

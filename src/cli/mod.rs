@@ -34,6 +34,7 @@ mod render;
 mod report;
 mod schema;
 mod score;
+mod score_map;
 mod sensors;
 mod shard;
 mod stop;
@@ -101,7 +102,7 @@ const GROUPS: [(&str, &[&str]); 6] = [
     ("Start", &["init", "check", "sensors"]),
     ("Look", &["render", "voxelize", "compare"]),
     ("Run", &["sweep", "merge", "choose"]),
-    ("Explain", &["summary", "judge", "why", "approach", "report", "export"]),
+    ("Explain", &["summary", "judge", "why", "approach", "report", "export", "score"]),
     ("Clusters", &["cluster"]),
     ("Developers", &["verify-backends", "bench", "devices", "schema", "completions", "man"]),
 ];
@@ -138,6 +139,7 @@ enum Command {
     Approach(approach::Args),
     Report(report::Args),
     Export(export::Args),
+    Score(score_map::Args),
     Render(render::Args),
     Cluster(cluster::Args),
     VerifyBackends(verify_backends::Args),
@@ -177,6 +179,7 @@ pub fn run(words: Vec<OsString>) -> ExitCode {
         Command::Approach(args) => approach::run(&args),
         Command::Report(args) => report::run(&args),
         Command::Export(args) => export::run(&args),
+        Command::Score(args) => score_map::run(&args),
         Command::Render(args) => render::run(&args),
         Command::Cluster(args) => cluster::run(&args),
         Command::VerifyBackends(args) => verify_backends::run(&args),

@@ -9,6 +9,7 @@
 //! | [`approach`] | how near a person comes unnoticed: what watches, what to ask, how to read the answer |
 //! | [`review`] | requirements that pass or fail: as planned, with a sensor dead, with mounts that are off |
 //! | [`sensors`] | which kind a device is, what it claims, real devices, noise, mounts |
+//! | [`recorded`] | maps and point clouds that real sensors recorded, scored against the truth |
 //! | [`every_key`] | the reference of scene and study files |
 //! | [`long_sweeps`] | stopping and going on, failing devices, shards, clusters, large tables |
 //! | [`python`] | pandas, numpy, OctoMap, sweeps from a script |
@@ -30,6 +31,7 @@ macro_rules! page {
         #[doc = "[choose]: crate::guide::choose"]
         #[doc = "[approach]: crate::guide::approach"]
         #[doc = "[review]: crate::guide::review"]
+        #[doc = "[recorded]: crate::guide::recorded"]
         #[doc = "[every key]: crate::guide::every_key"]
         #[doc = "[long sweeps]: crate::guide::long_sweeps"]
         #[doc = "[python]: crate::guide::python"]
@@ -52,6 +54,7 @@ page!(choose, "choose.md");
 page!(review, "review.md");
 page!(sensors, "sensors.md");
 page!(approach, "approach.md");
+page!(recorded, "recorded.md");
 page!(every_key, "../../scenes/README.md");
 page!(long_sweeps, "long_sweeps.md");
 page!(python, "python.md");

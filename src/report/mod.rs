@@ -10,6 +10,7 @@ pub mod judge;
 pub mod maxima;
 pub mod placements;
 pub mod reasons;
+pub mod recorded;
 pub mod separation;
 pub mod snapshots;
 pub mod speed;

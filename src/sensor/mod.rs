@@ -11,6 +11,7 @@
 //! | light curtain (`gate`) | zone | | `volume` | |
 //! | proximity cover (`cover`) | range | `naive` | | |
 //! | known robot pose (`known_robot`) | | | `volume` | |
+//! | a real sensor's map or cloud (`recorded`) | range | `map` | | |
 //!
 //! (Paper, table I.) [`crate::guide::change_it`] lists the files of a new sensor.
 
@@ -29,6 +30,7 @@ pub mod pad;
 pub mod prism;
 pub mod range;
 pub mod ray_set;
+pub mod recorded;
 pub mod rgb;
 pub mod rgbd;
 pub mod spread;
@@ -317,6 +319,8 @@ pub struct Claim {
 /// A candidate in a scene.
 #[derive(Clone, Copy, Debug)]
 pub struct Station<'a> {
+    /// Index of the scene, and which moment of it.
+    pub moment: [usize; 2],
     /// The scene.
     pub truth: &'a Truth,
     /// The voxels that matter.

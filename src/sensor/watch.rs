@@ -7,7 +7,7 @@
 //! | `pad`, `gate`, `cover` | the voxels in which it feels: the column's first layer, the gate's box, the shell around the robot |
 //! | a switch that the environment trips | nothing: it is always on, so nobody changes what it says |
 //! | `rgb` by its zone | nothing: joints trip it, and a body has none |
-//! | `known_robot` | nothing |
+//! | `known_robot`, `recorded` | nothing: they tell of nobody who comes |
 //!
 //! It follows that a person who has a voxel in a watched one is hit or felt, and one who has none is not:
 //!

@@ -27,13 +27,16 @@ mod urdf;
 mod value;
 
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 use glam::DVec3;
 use serde::de::DeserializeOwned;
 
+use crate::backend::Fusion;
 use crate::error::{Argument, Issue, Site, Words};
 use crate::scene::spec::SceneSpec;
-use crate::sensor::{SaidOfNoise, Sensor};
+use crate::sensor::recorded::Recorded;
+use crate::sensor::{Candidate, SaidOfNoise, Sensor, Setting, Terms};
 use crate::source::Sources;
 use crate::voxel::grid::VOXEL_SIZES_M;
 use crate::{Error, Result};
@@ -142,6 +145,32 @@ impl Study {
         study
     }
 
+    /// The same with one more sensor, whose evidence was recorded, scored alone as the only combination; its
+    /// requirements and questions are left out.
+    pub fn with_recording(mut self, recorded: Recorded) -> Study {
+        let taken = |name: &str| self.sensors.iter().any(|sensor| sensor.name == name);
+        let name = std::iter::successors(Some(String::from("recorded")), |name| Some(format!("{name}-map")))
+            .find(|name| !taken(name))
+            .expect("a study has fewer sensors than there are names");
+        let setting = Setting::Fixed;
+        self.combinations = vec![Combination {
+            name: name.clone(),
+            fusion: Fusion::default(),
+            members: vec![Member { sensor: self.sensors.len(), candidates: vec![0] }],
+        }];
+        self.sensors.push(Sensor {
+            kind: Arc::new(recorded),
+            on: None,
+            candidates: vec![Candidate { name: "map".into(), group: name.clone(), setting }],
+            spreads: Vec::new(),
+            noise: SaidOfNoise::Nothing,
+            terms: Terms::default(),
+            warnings: Vec::new(),
+            name,
+        });
+        Study { choose: None, requirements: Vec::new(), ..self }
+    }
+
     fn check(path: &Path, overrides: &Overrides, sources: Sources) -> Result<Study, Vec<Error>> {
         let mut problems = Problems::default();
         refuse_folder(path, "a study").map_err(|e| vec![e])?;
@@ -174,6 +203,7 @@ impl Study {
             earlier: &[],
             poses: 0,
             sources: &sources,
+            scenes: &scenes,
             line_of: &|steps| written.line_of(steps),
         };
         let sensors = sensors(&at, file.sensor, context, &mut problems);

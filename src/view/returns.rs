@@ -13,11 +13,14 @@ pub struct ReturnPoint {
     /// Number of the ray in the sensor's table.
     pub ray: usize,
     /// Where it is read, in world metres: along the ray, as far as the voxel's near side and with the noise
-    /// it drew.
+    /// it drew, and from there at least 1/1024 voxel into the voxel.
     pub at_m: DVec3,
     /// The voxel where it is read.
     pub voxel: [i32; 3],
 }
+
+/// How far inside its voxel a return is at least, in voxels.
+const INSIDE: f64 = 1.0 / 1024.0;
 
 impl View<'_> {
     /// The returns of a sensor's rays, in ray order; none if it casts none.
@@ -36,6 +39,9 @@ impl View<'_> {
             let along = way.believed_q16.map(|d| f64::from(d) / 65536.0);
             let begin = from.origin_q16.map(|o| f64::from(o) / 65536.0);
             let at = DVec3::from_array(begin) + DVec3::from_array(along) * voxels;
+            // A voxel's near side belongs to the voxel before as often as not: read back, the point is in its own.
+            let low = DVec3::from_array(found.read.map(f64::from));
+            let at = at.clamp(low + INSIDE, low + 1.0 - INSIDE);
             let at_m = grid.corner_m([0; 3]) + at * grid.voxel_size_m;
             Some(ReturnPoint { ray, at_m, voxel: found.read })
         });

@@ -38,6 +38,7 @@ pub(super) struct Reachable {
 /// What any sensor of the study could do from any of its candidates, every candidate checked.
 pub(super) fn reachable(
     study: &Study,
+    moment: [usize; 2],
     truth: &Truth,
     settings: &[Arc<Vec<Setting>>],
 ) -> Result<Reachable, Wrong> {
@@ -51,8 +52,15 @@ pub(super) fn reachable(
         let housing = (sensor.kind.housing_m() / study.voxel_size_m).ceil();
         let housing = housing.min(f64::from(MAX_RANGE_VOXELS)) as u32;
         for (c, &setting) in settings[s].iter().enumerate() {
-            let station =
-                Station { truth, window: truth.grid.window(), setting, rays: None, truly: None, draws: 0 };
+            let station = Station {
+                moment,
+                truth,
+                window: truth.grid.window(),
+                setting,
+                rays: None,
+                truly: None,
+                draws: 0,
+            };
             sensor.kind.check(&station).map_err(|e| (s, c, e))?;
             let truly = true_poses(study, setting, [s, c]).map(|pose| pose.position_m);
             let from = [station.pose().position_m].into_iter().chain(truly);

@@ -188,11 +188,13 @@ impl World {
         let swept_by: SweptBy = &|role| snapshots.swept(role);
         let regions: Vec<Region> =
             all_or_wrong(named.map(|((name, _), shape)| region::region(name, shape, &truth, swept_by)))?;
-        let reachable = reachable(study, &truth, &settings).map_err(|(sensor, candidate, e)| {
-            let (sensor, candidate) = (&study.sensors[sensor], &study.sensors[sensor].candidates[candidate]);
-            let pose = Site::Subject(candidate.name.clone());
-            vec![e.at(pose).at(format!("sensor {:?}", sensor.name)).into()]
-        })?;
+        let reachable =
+            reachable(study, [scene, snapshot], &truth, &settings).map_err(|(sensor, candidate, e)| {
+                let (sensor, candidate) =
+                    (&study.sensors[sensor], &study.sensors[sensor].candidates[candidate]);
+                let pose = Site::Subject(candidate.name.clone());
+                vec![e.at(pose).at(format!("sensor {:?}", sensor.name)).into()]
+            })?;
         let people = People::of(&truth, study.min_hits);
         let baselines = regions.iter().map(|region| baselines(&truth, region, &people, &reachable)).collect();
         let name = study.scenes[scene].name.clone();
@@ -264,6 +266,7 @@ impl World {
     ) -> Station<'a> {
         let setting = self.settings[sensor][candidate];
         Station {
+            moment: [self.scene, self.snapshot],
             truth,
             window: self.grid.window(),
             setting,

@@ -29,7 +29,15 @@ impl World {
         let (truth, window) = (self.truth(), self.grid.window());
         for (sensor, settings) in study.sensors.iter().zip(&self.with_sensors(&study.sensors).settings) {
             for (candidate, &setting) in sensor.candidates.iter().zip(settings.iter()) {
-                let station = Station { truth: &truth, window, setting, rays: None, truly: None, draws: 0 };
+                let station = Station {
+                    moment: [self.scene, self.snapshot],
+                    truth: &truth,
+                    window,
+                    setting,
+                    rays: None,
+                    truly: None,
+                    draws: 0,
+                };
                 let at = setting.pose().position_m;
                 let is_inside = window.contains(Grid::voxel_of(self.grid.position_q16(at)));
                 let checked = match is_inside || !matches!(setting, Setting::Pose(_)) {
@@ -71,7 +79,9 @@ impl World {
         };
         let truly = true_poses(study, other, [sensor, candidate]);
         let mut places = [other.pose()].into_iter().chain(truly);
-        let station = Station { truth: &truth, window, setting: other, rays: None, truly: None, draws: 0 };
+        let moment = [self.scene, self.snapshot];
+        let station =
+            Station { moment, truth: &truth, window, setting: other, rays: None, truly: None, draws: 0 };
         places.all(|pose| window.contains(voxel(&pose)))
             && (is_solid(&planned) || !is_solid(&other))
             && spec.kind.check(&station).is_ok()

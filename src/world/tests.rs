@@ -88,7 +88,7 @@ fn the_ceiling_has_what_mounts_that_are_off_may_hit() {
         let before = Setting::Pose(Pose { position_m: DVec3::new(4.2, 5.0, 5.0), ..Pose::ORIGIN });
         let of = |sensor: &Sensor| Arc::new(vec![before; sensor.candidates.len()]);
         let settings: Vec<_> = study.sensors.iter().map(of).collect();
-        let Reachable { spoken_of, hit } = reachable(&study, &walled(), &settings).ok().unwrap();
+        let Reachable { spoken_of, hit } = reachable(&study, [0, 0], &walled(), &settings).ok().unwrap();
         [[2, 2, 2], [8, 2, 2]].map(|person| spoken_of.get(person) && hit.get(person))
     };
     assert_eq!((hit(true), hit(false)), ([true, false], [true, true]));

@@ -218,7 +218,8 @@ fn setting_warnings(
     let spec = &study.sensors[sensor];
     let stuck = |setting: &Setting| {
         let (window, setting) = (truth.grid.window(), *setting);
-        spec.kind.is_stuck(&Station { truth, window, setting, rays: None, truly: None, draws: 0 })
+        let moment = [world.scene, world.snapshot];
+        spec.kind.is_stuck(&Station { moment, truth, window, setting, rays: None, truly: None, draws: 0 })
     };
     let all = truth.objects.iter().map(|object| object.bounds_m);
     let bounds_m = all.reduce(|[low, high], [l, h]| [low.min(l), high.max(h)]);

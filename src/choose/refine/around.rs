@@ -134,7 +134,8 @@ impl<'a> Around<'a> {
         let voxel = Grid::voxel_of(world.grid.position_q16(pose.position_m));
         let looks = kind.stance() != Stance::Level;
         let stands_free = window.contains(voxel) && !truth.blockers.get(voxel);
-        let station = Station { truth, window, setting, rays: None, truly: None, draws: 0 };
+        let moment = [world.scene, world.snapshot];
+        let station = Station { moment, truth, window, setting, rays: None, truly: None, draws: 0 };
         (stands_free || !looks) && kind.check(&station).is_ok()
     }
 

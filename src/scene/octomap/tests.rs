@@ -89,7 +89,7 @@ fn what_is_wrong_is_named() {
         [&good[..at], to.as_bytes(), &good[at + from.len()..]].concat()
     };
     refused(b"", "ends before the line `data`");
-    refused(&replaced("OcTree binary file", "OcTree file"), "only .bt files");
+    refused(&replaced("Octomap OcTree binary file", "Octomap QuadTree file"), ".bt and .ot files are read");
     refused(&replaced("id OcTree", "id ColorOcTree"), "id = ColorOcTree");
     refused(&replaced("id OcTree", "#"), "lacks the line `id OcTree`");
     refused(&replaced("size ", "#"), "lacks the line `size N`");
@@ -134,4 +134,43 @@ fn damaged_files_never_panic() {
     for length in 0..good.len() {
         assert!(parse(&good[..length]).is_err(), "cut at {length}");
     }
+}
+
+/// A full tree: log-odds and a word of children for each node, here one path of sixteen first children.
+fn full(leaf: &[u8]) -> Vec<u8> {
+    let inner = [&0.5f32.to_le_bytes()[..], &[1]].concat().repeat(16);
+    let header = format!("{FIRST_LINE_OF_FULL}\nid OcTree\nsize {}\nres 0.05\ndata\n", 16 + leaf.len() / 5);
+    [header.as_bytes(), &inner, leaf].concat()
+}
+
+#[test]
+fn a_full_tree_is_occupied_from_a_probability_of_one_half_on() {
+    let lowest = [-KEY_ORIGIN; 3];
+    for (log_odds, occupied) in [(0.0f32, true), (0.85, true), (-0.4, false)] {
+        let leaf = [&log_odds.to_le_bytes()[..], &[0]].concat();
+        let tree = parse_tree(&full(&leaf)).unwrap();
+        assert_eq!(tree.leaves, [Leaf { key: lowest, edge: 1, occupied }], "{log_odds}");
+    }
+    let leaf = |log_odds: f32, children: u8| [&log_odds.to_le_bytes()[..], &[children]].concat();
+    refused(&full(&leaf(f32::NAN, 0)), "log-odds are no number");
+    refused(&full(&leaf(1.0, 1)), "below level 16");
+    refused(&full(&leaf(1.0, 0)[..4]), "truncated");
+    refused(&full(&[leaf(1.0, 0), leaf(1.0, 0)].concat()), "has 5 bytes after the tree");
+}
+
+#[test]
+fn all_that_a_tree_knows_comes_back() {
+    let state =
+        |k: [i32; 3]| [Some(true), Some(false), None][((k[0] / 4) + k[1] + 2 * k[2]).rem_euclid(3) as usize];
+    let tree = parse_tree(&write(0.1, [0; 3], [13, 9, 5], &state)).unwrap();
+    let mut known = HashMap::new();
+    for Leaf { key: [x, y, z], edge, occupied } in tree.leaves {
+        for voxel in (0..edge.pow(3)).map(|n| [x + n % edge, y + n / edge % edge, z + n / edge / edge]) {
+            assert_eq!(known.insert(voxel, occupied), None, "{voxel:?} twice");
+        }
+    }
+    for voxel in (0..13 * 9 * 5).map(|n| [n % 13, n / 13 % 9, n / 13 / 9]) {
+        assert_eq!(known.remove(&voxel), state(voxel), "{voxel:?}");
+    }
+    assert!(known.is_empty());
 }

@@ -74,7 +74,7 @@ fn put(truth: &mut Truth, role: Role, voxels: &[[i32; 3]], keypoints: Option<Key
 }
 
 fn station(truth: &Truth, setting: Setting) -> Station<'_> {
-    Station { truth, window: truth.grid.window(), setting, rays: None, truly: None, draws: 0 }
+    Station { moment: [0, 0], truth, window: truth.grid.window(), setting, rays: None, truly: None, draws: 0 }
 }
 
 /// A station that stands at a position and faces a direction, level.

@@ -45,6 +45,7 @@ fn every_device_is_a_sensor_with_a_source() {
                 earlier: &[],
                 poses: 0,
                 sources: &Sources::beside(Path::new(STUDY)),
+                scenes: &[],
                 line_of: &|_| None,
             },
         );
@@ -99,6 +100,7 @@ fn known_devices_have_known_rays() {
             earlier: &[],
             poses: 0,
             sources: &sources,
+            scenes: &[],
             line_of: &|_| None,
         };
         let sensor = sensor::check(&place(), toml::from_str(&keys).unwrap(), &context).unwrap();

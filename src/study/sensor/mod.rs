@@ -7,6 +7,7 @@ mod lidar;
 mod pad;
 mod range;
 mod rays;
+mod recorded;
 mod rgb;
 mod rgbd;
 mod schema;
@@ -23,6 +24,7 @@ use super::reader::{Unread, Unreadable, read};
 use super::region_file::BoxFile;
 use super::unreadable::{self, LineOf, Step};
 use super::{Place, Problems, catalogue, poses};
+use crate::scene::spec::SceneSpec;
 use crate::sensor::known_robot::KnownRobot;
 use crate::sensor::prism::Prism;
 use crate::sensor::{Candidate, Kind, MountLink, Sensor, Setting, Spread, Terms};
@@ -66,6 +68,7 @@ enum KindName {
     Gate,
     Cover,
     KnownRobot,
+    Recorded,
 }
 
 /// A link of a robot.
@@ -118,6 +121,8 @@ pub(super) struct Context<'a> {
     pub(super) poses: usize,
     /// The sources through which its files are read.
     pub(super) sources: &'a Sources,
+    /// The study's scenes.
+    pub(super) scenes: &'a [SceneSpec],
     /// On which line of the study a key stands.
     pub(super) line_of: LineOf<'a>,
 }
@@ -197,6 +202,11 @@ fn kind(
         KindName::KnownRobot => {
             let NoKeys {} = own(at, keys, context)?;
             Arc::new(KnownRobot)
+        }
+        KindName::Recorded => {
+            let (recorded, about) = recorded::check(at, own(at, keys, context)?, context)?;
+            warnings.extend(about);
+            Arc::new(recorded)
         }
     };
     Ok((kind, warnings))

@@ -5,7 +5,7 @@ use std::borrow::Cow;
 use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde_json::{Map, Value, json};
 
-use super::{CommonFile, NoKeys, camera_info, cover, gate, lidar, pad, rays, rgb, rgbd};
+use super::{CommonFile, NoKeys, camera_info, cover, gate, lidar, pad, rays, recorded, rgb, rgbd};
 use crate::study::catalogue::models;
 
 /// A sensor of any kind, to the schema.
@@ -31,6 +31,7 @@ impl JsonSchema for AnySensor {
             ("gate", gate::GateFile::json_schema(generator)),
             ("cover", cover::CoverFile::json_schema(generator)),
             ("known_robot", NoKeys::json_schema(generator)),
+            ("recorded", recorded::RecordedFile::json_schema(generator)),
         ];
         let all: Vec<Value> = kinds.iter().map(|(kind, own)| of_kind(kind, own, &common)).collect();
         json_schema!({ "anyOf": all })

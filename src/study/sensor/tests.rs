@@ -16,6 +16,7 @@ fn read(keys: &str, noiseless: bool) -> Sensor {
         earlier: &[],
         poses: 0,
         sources: &sources,
+        scenes: &[],
         line_of: &|_| None,
     };
     check(&at, toml::from_str(keys).unwrap(), &context).unwrap()
@@ -135,6 +136,7 @@ fn a_table_of_rays_gives_directions_of_any_length() {
         earlier: &[],
         poses: 0,
         sources: &sources,
+        scenes: &[],
         line_of: &|_| None,
     };
     let sensor = check(&at, toml::from_str(keys).unwrap(), &context).unwrap();
@@ -159,6 +161,7 @@ fn poses_of_another_sensor_are_the_same_poses() {
         earlier,
         poses: 1,
         sources: &sources,
+        scenes: &[],
         line_of: &|_| None,
     };
     let second = check(&at, toml::from_str(&like).unwrap(), &context).unwrap();

@@ -93,7 +93,8 @@ fn plain(view: &View, member: &SensorView, voxel: [i32; 3]) -> (Reason, Option<[
 fn without_rays(view: &View, member: &SensorView, voxel: [i32; 3]) -> Reason {
     let (truth, sensor) = (&view.truth, &view.study.sensors[member.sensor]);
     let (window, setting) = (truth.grid.window(), view.world.settings[member.sensor][member.candidate]);
-    let station = crate::sensor::Station { truth, window, setting, rays: None, truly: None, draws: 0 };
+    let station =
+        crate::sensor::Station { moment: [0, 0], truth, window, setting, rays: None, truly: None, draws: 0 };
     let inside = match sensor.kind.reach(&station) {
         Extent::Only(voxels) | Extent::RaysAnd(voxels) => voxels.get(voxel),
         Extent::Rays => panic!("{} casts", sensor.name),

@@ -1,0 +1,116 @@
+//! `perirobot score`: a recorded map against the truth.
+
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+use glam::DVec3;
+use perirobot::backend::cpu::Cpu;
+use perirobot::recording::{Anchor, Recording};
+use perirobot::report::recorded;
+use perirobot::results::rows::RowsFile;
+use perirobot::results::table::TableFormat;
+use perirobot::sensor::recorded::{Recorded, RecordedMoment};
+use perirobot::source::Sources;
+use perirobot::view::{Choice, Names, Viewer, find_scene};
+use perirobot::world::World;
+use perirobot::{Error, Result};
+
+use super::study::StudyArgs;
+
+/// Score a map that real sensors recorded against a scene
+///
+/// Lays an OctoMap (.bt, .ot), labels (.npz, as `perirobot export` writes them) or a point cloud (.pcd, .ply)
+/// into the study's grid, and compares it with the truth of one scene at one moment as a sweep compares what a
+/// sensor says. The study's own sensors are not cast. A voxel of the study is occupied if a part of an occupied
+/// voxel of the map lies in it, free if all of it is covered by free ones, else unknown. The points of a cloud
+/// mark their voxels and free those between them and the sensor.
+///
+/// In a study a recorded map is a sensor with kind = "recorded", which fuses with the others.
+#[derive(clap::Args)]
+#[command(after_help = AFTER_HELP)]
+pub(super) struct Args {
+    /// The map or cloud
+    #[arg(value_name = "MAP")]
+    map: PathBuf,
+    #[command(flatten)]
+    study: StudyArgs,
+    /// The scene that was recorded [default: the study's first]
+    #[arg(long, value_name = "NAME", help_heading = "Recording")]
+    scene: Option<String>,
+    /// At which of its moments, counted from 0
+    #[arg(long, value_name = "N", default_value_t = 0, help_heading = "Recording")]
+    snapshot: usize,
+    /// Where the map's frame stands in the world: its origin in metres, and how far it is turned about the
+    /// vertical in degrees, from x towards y [default: 0,0,0,0]
+    #[arg(long, value_name = "X,Y,Z,YAW", allow_hyphen_values = true, value_parser = anchor, help_heading = "Recording")]
+    at: Option<Anchor>,
+    /// Where the sensor of a point cloud was, in the cloud's frame, in metres [default: what a .pcd says, else
+    /// the frame's origin]
+    #[arg(long, value_name = "X,Y,Z", allow_hyphen_values = true, value_parser = perirobot::render::point, help_heading = "Recording")]
+    sensor: Option<DVec3>,
+    /// A table with the columns of results.csv, a row for each region: FILE.csv or FILE.parquet
+    #[arg(long, value_name = "FILE", help_heading = "Recording")]
+    out: Option<PathBuf>,
+}
+
+const AFTER_HELP: &str = "\
+Examples:
+  perirobot sweep scenes/quick.toml --out out/quick
+  perirobot export out/quick --pose camera:right-wall/8/1 --out out/map
+  perirobot score out/map/labels.bt scenes/quick.toml
+      scores as the sweep did
+  perirobot score out/map/labels.bt scenes/quick.toml --at 0.1,0,0,2
+      as if it had been recorded 10 cm and 2 degrees off
+  perirobot score out/map/points-camera.ply scenes/quick.toml \\
+    --sensor 2,-1.9,1.5
+      a cloud, carved from where its sensor was";
+
+pub(super) fn run(args: &Args) -> Result<ExitCode> {
+    super::stop::end_tidily()?;
+    super::backend::start_threads(None)?;
+    let format = args.out.as_ref().map(|out| match out.extension().and_then(|ending| ending.to_str()) {
+        Some("csv") => Ok(TableFormat::Csv),
+        Some("parquet") => Ok(TableFormat::Parquet),
+        _ => Err(Error::input(out, "must end in .csv or .parquet")),
+    });
+    let format = format.transpose()?;
+    let sources = Sources::beside(&args.map).allow_outside();
+    let recording = Recording::read(&args.map, args.sensor, &sources)?;
+    let study = args.study.read()?;
+    let names = Names { scene: args.scene.clone(), snapshot: args.snapshot, ..Names::default() };
+    let scene = find_scene(&study, &names)?;
+    let moment = [scene, args.snapshot];
+    let about = recording.in_words();
+    let anchor = args.at.unwrap_or(Anchor::new(DVec3::ZERO, 0.0));
+    let recorded = Recorded { moments: vec![RecordedMoment::new(moment, recording, anchor)] };
+    let study = study.with_recording(recorded);
+    let worlds = World::prepare(&study, scene)?;
+    let world = &worlds[args.snapshot];
+    super::warn([(world.name.as_str(), worlds[0].warnings.as_slice())].into_iter(), super::MOST_WARNINGS);
+    let mut backend = Cpu::new(None)?;
+    let choice = Choice { combination: 0, choice: 0, representation: 0, repeat: 0 };
+    let view = Viewer::new(&study, &mut backend)?.in_regions(world, &[choice])?.swap_remove(0);
+    super::print(&format!("{}: {about}\nscene {}\n", args.map.display(), world.title(&study)))?;
+    super::print(&recorded::render(&view))?;
+    if let (Some(out), Some(format)) = (&args.out, format) {
+        let mut rows = RowsFile::create(out, format)?;
+        let poses = perirobot::results::columns::pose_names(&study, &study.combinations[0], 0);
+        for ((region, _), counts) in study.regions.iter().zip(recorded::counts(&view)) {
+            let names = [study.combinations[0].name.as_str(), &poses, "map", region];
+            rows.row(&world.name, [args.snapshot, 0], names, &counts)?;
+        }
+        rows.finish()?;
+        super::print(&format!("\nresults in {}\n", out.display()))?;
+    }
+    Ok(ExitCode::SUCCESS)
+}
+
+/// `X,Y,Z,YAW` as a place.
+fn anchor(text: &str) -> std::result::Result<Anchor, String> {
+    let numbers: Option<Vec<f64>> =
+        text.split(',').map(|word| word.trim().parse().ok().filter(|v: &f64| v.abs() <= 1e6)).collect();
+    match numbers.as_deref() {
+        Some(&[x, y, z, yaw_deg]) => Ok(Anchor::new(DVec3::new(x, y, z), yaw_deg.to_radians())),
+        _ => Err("must be x,y,z in metres and a yaw in degrees, as in 0.1,0,0,90".into()),
+    }
+}

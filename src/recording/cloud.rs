@@ -1,0 +1,121 @@
+//! A point cloud, carved from where its sensor was.
+//!
+//! # Theory
+//! A point is a return. Its voxel is occupied, and the voxels before it on the ray from the sensor are free. Sensor
+//! and point are rounded to 1/65536 voxel of the grid; the ray's direction is that from one to the other, a unit
+//! vector in Q16, and from there on it marches as all rays do (`march`): until it comes to the point's voxel, or to
+//! the point's distance. Of a ray whose sensor is outside the grid only the part inside is followed, from where it
+//! enters. A point outside the grid marks nothing, and its ray frees what it passed inside.
+//!
+//! Nothing is carved where no point is: a cloud does not tell which rays came to nothing.
+
+use glam::DVec3;
+
+use super::Anchor;
+use crate::backend::Planes;
+use crate::error::Issue;
+use crate::march;
+use crate::voxel::Grid;
+
+/// Points that a sensor measured from one place, in metres of the recording's frame.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Cloud {
+    /// Where the sensor was.
+    pub(super) sensor_m: DVec3,
+    /// All finite.
+    pub(super) points_m: Vec<DVec3>,
+    /// Entries of the file without a point: NaN or infinite, as drivers write for pixels without a return.
+    pub(super) without_point: usize,
+}
+
+impl Cloud {
+    /// The finite ones of some points.
+    ///
+    /// # Errors
+    /// When there is none.
+    pub(super) fn new(sensor_m: DVec3, mut points_m: Vec<DVec3>) -> Result<Cloud, Issue> {
+        let entries = points_m.len();
+        points_m.retain(|point| point.is_finite());
+        match points_m.is_empty() {
+            true => Err(Issue::says(format!("has no point (of {entries} entries)"))),
+            false => Ok(Cloud { sensor_m, without_point: entries - points_m.len(), points_m }),
+        }
+    }
+
+    /// The same, measured from where a user says the sensor was, if one does.
+    pub(super) fn seen_from(self, sensor_m: Option<DVec3>) -> Cloud {
+        Cloud { sensor_m: sensor_m.unwrap_or(self.sensor_m), ..self }
+    }
+
+    pub(super) fn in_words(&self) -> String {
+        let [x, y, z] = self.sensor_m.to_array();
+        let without = match self.without_point {
+            0 => String::new(),
+            count => format!(" ({count} entries without a point are passed over)"),
+        };
+        format!("{} points{without} measured from {x:.3}, {y:.3}, {z:.3} m", self.points_m.len())
+    }
+
+    pub(super) fn bounds_m(&self) -> [DVec3; 2] {
+        let all = || self.points_m.iter().copied();
+        let [low, high] = [all().reduce(DVec3::min), all().reduce(DVec3::max)];
+        [low.unwrap_or(self.sensor_m), high.unwrap_or(self.sensor_m)]
+    }
+
+    /// What it says in a grid; its hits are empty.
+    pub(super) fn in_grid(&self, anchor: &Anchor, grid: &Grid) -> Planes {
+        let mut planes = Planes::blank(grid.window());
+        let sensor = anchor.world(self.sensor_m);
+        for point in self.points_m.iter().map(|point| anchor.world(*point)) {
+            if let Some(begin) = enters(sensor, point, grid) {
+                carve(begin, grid.position_q16(point), grid, &mut planes);
+            }
+        }
+        planes
+    }
+}
+
+/// Where a ray from a sensor to a point, in world metres, is first in the grid; `None` if it is nowhere.
+fn enters(sensor: DVec3, point: DVec3, grid: &Grid) -> Option<[i64; 3]> {
+    let inside = |q16: &[i64; 3]| grid.window().contains(Grid::voxel_of(*q16));
+    let begin = grid.position_q16(sensor);
+    if inside(&begin) {
+        return Some(begin);
+    }
+    let [low, high] = [grid.corner_m([0; 3]), grid.corner_m(grid.window().end())];
+    let way = point - sensor;
+    let (mut from, mut to) = (0f64, 1f64);
+    for r in 0..3 {
+        if way[r] == 0.0 {
+            if !(low[r]..high[r]).contains(&sensor[r]) {
+                return None;
+            }
+            continue;
+        }
+        let [a, b] = [(low[r] - sensor[r]) / way[r], (high[r] - sensor[r]) / way[r]];
+        (from, to) = (from.max(a.min(b)), to.min(a.max(b)));
+    }
+    // The entry lies on a face of the grid: it is moved into the outermost voxels where rounding put it outside.
+    let last = grid.size.map(|n| (i64::from(n) << 16) - 1);
+    let entry = grid.position_q16(sensor + way * from);
+    (from <= to).then(|| std::array::from_fn(|r| entry[r].clamp(0, last[r])))
+}
+
+/// Marks the voxel of a point, and those that its ray passes before.
+fn carve(begin_q16: [i64; 3], point_q16: [i64; 3], grid: &Grid, planes: &mut Planes) {
+    let window = grid.window();
+    let end = Grid::voxel_of(point_q16);
+    let way = DVec3::from_array(std::array::from_fn(|r| (point_q16[r] - begin_q16[r]) as f64));
+    let length_q16 = way.length();
+    let begin = Grid::voxel_of(begin_q16);
+    if begin != end {
+        let direction_q16 = (way / length_q16).to_array().map(|v| (v * 65536.0).round() as i32);
+        planes.free.set(begin);
+        let marched = march::crossings(march::start(begin_q16.map(|x| x as i32), direction_q16));
+        let before = marched.take_while(|to| {
+            f64::from(to.t_q16) <= length_q16 && to.voxel != end && window.contains(to.voxel)
+        });
+        before.for_each(|to| planes.free.set(to.voxel));
+    }
+    planes.occupied.set(end);
+}

@@ -1,0 +1,143 @@
+//! Reads the points of a PCD file (Point Cloud Library, version 0.7): ASCII, binary, or compressed.
+
+use glam::{DQuat, DVec3};
+
+use super::cloud::Cloud;
+use super::header::lines;
+use super::number::Number;
+use super::points::{Field, Layout, Order};
+use crate::error::Issue;
+
+/// Parses a file. Its viewpoint is where the sensor was, and how it was turned: points are in the sensor's own
+/// frame, and the viewpoint moves them, as PCL's programs do.
+pub(super) fn parse(bytes: &[u8]) -> Result<Cloud, Issue> {
+    let mut header = Header { viewpoint: [0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0], ..Header::default() };
+    let length = lines(bytes, "DATA", |_, words| header.line(words))?;
+    let layout = header.layout()?;
+    let count = header.count.ok_or_else(|| Issue::damaged("header lacks the line `POINTS`"))?;
+    let data = &bytes[length..];
+    let points = match header.data.as_str() {
+        "ascii" => layout.points(data, count, Order::Text)?,
+        "binary" => layout.points(data, count, Order::Records { is_big_endian: false })?,
+        "binary_compressed" => layout.points(&decompressed(data)?, count, Order::Columns)?,
+        other => return Err(Issue::unsupported(format!("has DATA {other:.40?}"))),
+    };
+    let [x, y, z, qw, qx, qy, qz] = header.viewpoint;
+    let (sensor_m, turned) = (DVec3::new(x, y, z), DQuat::from_xyzw(qx, qy, qz, qw));
+    let is_unit = (turned.length() - 1.0).abs() < 1e-3;
+    if !sensor_m.is_finite() || !is_unit {
+        return Err(Issue::value(
+            "VIEWPOINT",
+            format!("{:?}", header.viewpoint),
+            "must be x y z and a unit quaternion w x y z",
+        ));
+    }
+    let turned = turned.normalize();
+    Cloud::new(sensor_m, points.into_iter().map(|point| sensor_m + turned * point).collect())
+}
+
+#[derive(Default)]
+struct Header {
+    names: Vec<String>,
+    sizes: Vec<usize>,
+    kinds: Vec<char>,
+    counts: Vec<usize>,
+    viewpoint: [f64; 7],
+    count: Option<usize>,
+    data: String,
+}
+
+impl Header {
+    /// Takes a line; whether others follow.
+    fn line(&mut self, words: &[&str]) -> Result<bool, Issue> {
+        let Some((key, values)) = words.split_first() else { return Ok(true) };
+        let wrong = |wanted: &str| Issue::value(*key, values.join(" "), wanted);
+        let whole = || {
+            let all = values.iter().map(|value| value.parse::<usize>().ok());
+            all.collect::<Option<Vec<_>>>().ok_or_else(|| wrong("must be whole numbers"))
+        };
+        match *key {
+            "FIELDS" => self.names = values.iter().map(|name| name.to_string()).collect(),
+            "SIZE" => self.sizes = whole()?,
+            "TYPE" => self.kinds = values.iter().filter_map(|kind| kind.chars().next()).collect(),
+            "COUNT" => self.counts = whole()?,
+            "VIEWPOINT" => {
+                let all: Option<Vec<f64>> = values.iter().map(|value| value.parse().ok()).collect();
+                let all = all.and_then(|all| all.try_into().ok());
+                self.viewpoint =
+                    all.ok_or_else(|| wrong("must be seven numbers: x y z, and a quaternion w x y z"))?;
+            }
+            "POINTS" => match whole()?[..] {
+                [count] => self.count = Some(count),
+                _ => return Err(wrong("must be one number")),
+            },
+            "DATA" => {
+                self.data = values.join(" ");
+                return Ok(false);
+            }
+            _ => {}
+        }
+        Ok(true)
+    }
+
+    /// The numbers of a point.
+    fn layout(&self) -> Result<Layout, Issue> {
+        let Header { names, sizes, kinds, counts, .. } = self;
+        let ones = vec![1; names.len()];
+        let counts = if counts.is_empty() { &ones } else { counts };
+        if names.is_empty() || [sizes.len(), kinds.len(), counts.len()] != [names.len(); 3] {
+            return Err(Issue::damaged(
+                "FIELDS, SIZE, TYPE and COUNT of its header do not have as many entries",
+            ));
+        }
+        let fields =
+            names.iter().zip(sizes).zip(kinds).zip(counts).map(|(((name, &size), &kind), &count)| {
+                let number = Number::new(kind.to_ascii_lowercase(), size).ok_or_else(|| {
+                    Issue::unsupported(format!(
+                        "has the field {name:?} of the unknown type {kind} of {size} bytes"
+                    ))
+                })?;
+                match (1..=MOST_NUMBERS).contains(&count) {
+                    true => Ok(Field { name: name.clone(), number, count }),
+                    false => Err(Issue::damaged(format!("has {count} numbers {name:?} in each point"))),
+                }
+            });
+        Ok(Layout(fields.collect::<Result<_, _>>()?))
+    }
+}
+
+/// Most numbers of one name in a point; descriptors of features have some hundred.
+const MOST_NUMBERS: usize = 1 << 16;
+
+/// The bytes of a compressed file's data: two lengths, and what LZF made of the columns.
+fn decompressed(data: &[u8]) -> Result<Vec<u8>, Issue> {
+    let damaged = || Issue::damaged("its compressed points end too early: the file is truncated or damaged");
+    let length = |at: usize| {
+        let word = data.get(at..at + 4).and_then(|word| word.try_into().ok()).map(u32::from_le_bytes);
+        word.map(|word| word as usize).ok_or_else(damaged)
+    };
+    let (packed, unpacked) = (length(0)?, length(4)?);
+    let mut input = data.get(8..8 + packed).ok_or_else(damaged)?.iter().copied();
+    let mut out: Vec<u8> = Vec::new();
+    let mut next = || input.next();
+    while let Some(control) = next().map(usize::from) {
+        if control < 32 {
+            for _ in 0..=control {
+                out.push(next().ok_or_else(damaged)?);
+            }
+        } else {
+            let mut run = control >> 5;
+            if run == 7 {
+                run += usize::from(next().ok_or_else(damaged)?);
+            }
+            let back = ((control & 31) << 8) + usize::from(next().ok_or_else(damaged)?) + 1;
+            // A run may reach into what it writes itself.
+            let from = out.len().checked_sub(back).ok_or_else(damaged)?;
+            (from..from + run + 2).for_each(|at| out.push(out[at]));
+        }
+        if out.len() > unpacked {
+            return Err(damaged());
+        }
+    }
+    if out.len() == unpacked { Ok(out) } else { Err(damaged()) }
+}
