@@ -320,6 +320,8 @@ fn ways_in_are_those_of_the_shown_choice_as_planned() {
     assert!(!page.contains(NEAR) && page.contains("is of another choice"), "another representation");
 }
 
+const OLD_ROWS: &str = "Rows of conditions.csv rest on tables of the study that have changed";
+
 #[test]
 fn verdicts_are_of_what_the_study_requires_now() {
     let folder = shelf();
@@ -376,6 +378,7 @@ fn verdicts_are_of_what_the_study_requires_now() {
     folder.edit("study.toml", "", tables);
     let page = after(&folder, &["judge", "--pose", BOTH]);
     assert_eq!(verdicts(&page)[2], 0, "all three are decided");
+    assert!(!page.contains(OLD_ROWS));
     for (from, to, open) in [
         ("draws = 2", "draws = 3", 1),
         ("[[1, 0.5, 0]]", "[[1, 0.5, 90]]", 1),
@@ -387,6 +390,7 @@ fn verdicts_are_of_what_the_study_requires_now() {
         let page = after(&folder, &[]);
         assert_eq!(verdicts(&page)[2], open, "{to}");
         assert_eq!(page.contains(others), open > 0, "{to}");
+        assert_eq!(page.contains(OLD_ROWS), open > 0, "{to}");
         fs::write(folder.path("study.toml"), before).unwrap();
     }
     folder.edit("study.toml", tables, "");

@@ -92,7 +92,7 @@ pub(super) fn run(args: &Args) -> Result<ExitCode> {
         draws.write(folder)?;
     }
     requirements_csv(folder, &study, &results, &sets)?;
-    conditions_csv(folder, &results, &sets)?;
+    conditions_csv(folder, &study, &results, &sets)?;
     let at_speeds = args.at_speeds(&study, &results, &sets)?;
     let picture = |set: &JudgedSet, judgement: &Judgement| args.picture(&study, set, judgement);
     if let Some(path) = &args.junit {

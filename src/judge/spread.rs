@@ -3,7 +3,7 @@
 use super::cases::{Case, Conditions};
 use super::verdict::{Part, Where, controller_value, near_value};
 use crate::metrics::{Ratio, Score};
-use crate::study::{ApproachScore, Condition, ControllerScore};
+use crate::study::{ApproachScore, Condition, ControllerScore, Counted, Measure};
 
 /// What is summed up.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -17,6 +17,23 @@ pub enum Summed {
 }
 
 impl Summed {
+    /// What is required.
+    pub fn of(measure: &Measure) -> Summed {
+        match measure {
+            Measure::Counted(Counted { score, region, .. }) => Summed::Counted(*score, *region),
+            Measure::Nearness(nearness) => Summed::Nearness(nearness.score),
+            Measure::Controller(score) => Summed::Controller(*score),
+        }
+    }
+
+    /// The score of a name, if it is counted, in a region.
+    pub fn named(score: &str, region: usize) -> Option<Summed> {
+        let counted = Score::ALL.into_iter().map(|score| Summed::Counted(score, region));
+        let near = ApproachScore::ALL.into_iter().map(Summed::Nearness);
+        let controller = ControllerScore::ALL.into_iter().map(Summed::Controller);
+        counted.chain(near).chain(controller).find(|known| known.name() == score)
+    }
+
     /// The score's name.
     pub fn name(self) -> &'static str {
         match self {

@@ -5,7 +5,7 @@ use std::path::Path;
 
 use super::cases::{Moment, Passage};
 use super::judged::JudgedSet;
-use super::spread::spreads;
+use super::spread::{Summed, spreads};
 use super::tables::tables_sha256;
 use super::verdict::{Judgement, Part, Where};
 use crate::Result;
@@ -103,7 +103,7 @@ pub fn requirements_csv(folder: &Path, study: &Study, subject: &Subject, sets: &
             row.push(Datum::Text(&case));
             row.extend(place_of(set, subject, &judgement.worst));
             row.push(Datum::Score(judgement.out_of_reach.as_ref().map(|bound| bound.number())));
-            let tables = tables_sha256(study, requirement, judgement.condition);
+            let tables = tables_sha256(study, Summed::of(&requirement.measure), judgement.condition);
             row.push(Datum::Text(&tables));
             table.row(&row)?;
         }
@@ -111,8 +111,8 @@ pub fn requirements_csv(folder: &Path, study: &Study, subject: &Subject, sets: &
     table.finish()
 }
 
-/// Writes how good each score is under each condition.
-pub fn conditions_csv(folder: &Path, subject: &Subject, sets: &[JudgedSet]) -> Result<()> {
+/// Writes how good each score is under each condition; the study is the one that was judged.
+pub fn conditions_csv(folder: &Path, study: &Study, subject: &Subject, sets: &[JudgedSet]) -> Result<()> {
     use ColumnKind::{Count, Score, Text};
     let columns = columns(&[
         ("combination", Text),
@@ -134,6 +134,7 @@ pub fn conditions_csv(folder: &Path, subject: &Subject, sets: &[JudgedSet]) -> R
         ("entry", Text),
         ("values", Count),
         ("of", Count),
+        ("tables_sha256", Text),
     ]);
     let mut table = TableFile::create(&folder.join(CONDITIONS), TableFormat::Csv, &columns)?;
     for set in sets {
@@ -147,6 +148,8 @@ pub fn conditions_csv(folder: &Path, subject: &Subject, sets: &[JudgedSet]) -> R
             row.push(Datum::Text(&case));
             row.extend(place_of(set, subject, &spread.at));
             row.extend([spread.values, spread.of].map(|n| Datum::Count(n as u64)));
+            let tables = tables_sha256(study, spread.of_what, spread.condition);
+            row.push(Datum::Text(&tables));
             table.row(&row)?;
         }
     }

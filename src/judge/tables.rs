@@ -1,27 +1,28 @@
-//! What a verdict rests on besides its requirement and the sweep: tables of the study, as a hash by which a report
-//! notices that they have changed since.
+//! What a value rests on besides the sweep: tables of the study, as a hash by which a report notices that they have
+//! changed since.
 
+use super::spread::Summed;
 use crate::source::sha256;
-use crate::study::{ApproachScore, Condition, Measure, Requirement, Study};
+use crate::study::{ApproachScore, Condition, Study};
 
 /// Digits of the hash that tell tables apart.
 const DIGITS: usize = 16;
 
-/// The hash of what the study says in tables that decide a requirement under a condition; empty where none does.
-pub fn tables_sha256(study: &Study, requirement: &Requirement, condition: Condition) -> String {
+/// The hash of what the study says in tables that decide a score under a condition; empty where none does.
+pub fn tables_sha256(study: &Study, score: Summed, condition: Condition) -> String {
     let of_condition: &[&str] = match condition {
         Condition::AsPlanned | Condition::OneSensorDead | Condition::TwoSensorsDead => &[],
         Condition::MountingError => &["mounting_error"],
         // Where the floor is.
         Condition::Postures => &["postures", "approach"],
     };
-    let of_measure: &[&str] = match &requirement.measure {
-        Measure::Counted(_) => &[],
-        Measure::Nearness(near) if near.score == ApproachScore::ApproachMarginM => &["approach", "stopping"],
-        Measure::Nearness(_) => &["approach"],
-        Measure::Controller(_) => &["stopping"],
+    let of_score: &[&str] = match score {
+        Summed::Counted(..) => &[],
+        Summed::Nearness(ApproachScore::ApproachMarginM) => &["approach", "stopping"],
+        Summed::Nearness(_) => &["approach"],
+        Summed::Controller(_) => &["stopping"],
     };
-    let names: Vec<&str> = of_condition.iter().chain(of_measure).copied().collect();
+    let names: Vec<&str> = of_condition.iter().chain(of_score).copied().collect();
     if names.is_empty() {
         return String::new();
     }

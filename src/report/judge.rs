@@ -186,13 +186,8 @@ fn title(subject: &Subject, moment: &Moment) -> String {
 fn conditions(subject: &Subject, set: &JudgedSet) -> Table {
     let mut table =
         Table::new(&["<condition", "<score", "<region", "best", "mean", "5 %", "worst", "<where"]);
-    let asked = |of_what: Summed| {
-        set.judgements.iter().any(|one| match &one.requirement.measure {
-            Measure::Counted(Counted { score, region, .. }) => of_what == Summed::Counted(*score, *region),
-            Measure::Nearness(nearness) => of_what == Summed::Nearness(nearness.score),
-            Measure::Controller(score) => of_what == Summed::Controller(*score),
-        })
-    };
+    let asked =
+        |of_what: Summed| set.judgements.iter().any(|one| of_what == Summed::of(&one.requirement.measure));
     for spread in spreads(&set.conditions).iter().filter(|spread| asked(spread.of_what)) {
         let [best, mean, twentieth, worst] =
             [spread.best, spread.mean, spread.twentieth, spread.worst].map(|value| three_digits(Some(value)));

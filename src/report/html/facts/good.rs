@@ -5,7 +5,7 @@
 use super::Titled;
 use super::kept::Kept;
 use super::near::near;
-use super::verdicts::{ShownRequirement, verdicts};
+use super::verdicts::{ShownRequirement, parted_by_now, verdicts};
 use crate::Result;
 use crate::report::html::ReportedSweep;
 use crate::report::html::ranking::Ranking;
@@ -79,6 +79,13 @@ pub(super) fn good(sweep: &ReportedSweep, rankings: &[Ranking], recommended: &Re
     let (note, required) = verdicts(sweep, &looked, &own)?;
     let mut good = Good { notes: vec![note], required, ..Good::default() };
     let [conditions, _] = Kept::read(&folder.join(CONDITIONS))?.parted(|row| row.is_of(&own));
+    let [conditions, old] = parted_by_now(study, &conditions);
+    if !old.is_empty() {
+        good.notes.push(format!(
+            "Rows of {CONDITIONS} rest on tables of the study that have changed since perirobot judge ran, and are not \
+             shown."
+        ));
+    }
     if !conditions.is_empty() {
         let wanted =
             ["condition", "region", "score", "best", "mean", "quantile_05", "worst", "case", "scene"];

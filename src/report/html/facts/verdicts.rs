@@ -5,12 +5,12 @@ use std::cmp::Ordering;
 
 use super::kept::{Kept, Row};
 use crate::Result;
-use crate::judge::{Conditions, JudgedSet, Judgement, Value, tables_sha256};
+use crate::judge::{Conditions, JudgedSet, Judgement, Summed, Value, tables_sha256};
 use crate::report::apart::Writing;
 use crate::report::html::{ReportedSweep, measure};
 use crate::report::judge::{of_which, whereabouts, words};
 use crate::results::files::REQUIREMENTS;
-use crate::study::{ApproachScore, Condition, ControllerScore, Limit, Measure, Requirement};
+use crate::study::{ApproachScore, Condition, ControllerScore, Limit, Measure, Requirement, Study};
 use crate::view::Choice;
 
 /// Why a requirement is open.
@@ -82,8 +82,8 @@ fn of_kept(sweep: &ReportedSweep, kept: &Kept) -> (String, Vec<ShownRequirement>
             };
             match kept.rows().find(is_asked) {
                 Some(row)
-                    if is_judged_as(&row, requirement, regions)
-                        && row.of("tables_sha256") == tables_sha256(sweep.study, requirement, condition) =>
+                    if is_judged_as(&row, requirement, &sweep.results.regions)
+                        && rests_on_now(sweep.study, &row, Summed::of(&requirement.measure), condition) =>
                 {
                     used += 1;
                     of_row(requirement, condition, &row, sweep)
@@ -296,4 +296,18 @@ fn is_judged_as(row: &Row, requirement: &Requirement, regions: &[String]) -> boo
         && row.of("over") == requirement.over().name()
         && ["at_least", "at_most"].map(|name| row.of(name).parse().ok()) == limits
         && is_of_body
+}
+
+/// Whether the tables of the study that a row of `judge` rests on are as they were.
+fn rests_on_now(study: &Study, row: &Row, score: Summed, condition: Condition) -> bool {
+    row.of("tables_sha256") == tables_sha256(study, score, condition)
+}
+
+/// The rows of conditions.csv that rest on tables of the study as they are now, and the others.
+pub(super) fn parted_by_now(study: &Study, conditions: &Kept) -> [Kept; 2] {
+    conditions.parted(|row| {
+        let condition = Condition::ALL.into_iter().find(|known| known.name() == row.of("condition"));
+        let known = Summed::named(row.of("score"), 0).zip(condition);
+        known.is_some_and(|(score, condition)| rests_on_now(study, row, score, condition))
+    })
 }
