@@ -7,6 +7,7 @@ mod score;
 
 pub use detection::{BODY_PARTS, BodyPart, DETECTION_COUNTERS, Detection, PartTally};
 pub use ratio::Ratio;
+pub(crate) use ratio::gcd;
 pub use score::{SCORES, Score};
 
 /// True positives, false negatives and unknowns among the voxels of one role (the human's, the robot's).

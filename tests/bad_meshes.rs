@@ -243,7 +243,7 @@ fn broken_stl() {
 fn broken_octomaps() {
     let good = octomap::write(0.1, [0; 3], [2; 3], &|_| Some(true));
     check("octomap", "map.bt", Some(&good[..good.len() - 1]), &["map.bt", "truncated"]);
-    check("octomap", "map.bt", Some(b"# Octomap OcTree file\n"), &["map.bt", "only .bt files"]);
+    check("octomap", "map.bt", Some(b"# Octomap OcTree file\n"), &["map.bt", "ends before the line `data`"]);
     let empty = octomap::write(0.1, [0; 3], [2; 3], &|_| Some(false));
     check("octomap", "map.bt", Some(&empty), &["map.bt", "has no occupied voxel"]);
     let finer = octomap::write(0.05, [0; 3], [2; 3], &|_| Some(true));

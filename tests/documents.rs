@@ -31,6 +31,7 @@ const FIRST_HOUR: &str = "src/guide/first_hour.md";
 const CHOOSE: &str = "src/guide/choose.md";
 const APPROACH: &str = "src/guide/approach.md";
 const REVIEW: &str = "src/guide/review.md";
+const RECORDED: &str = "src/guide/recorded.md";
 const SENSORS: &str = "src/guide/sensors.md";
 const LONG_SWEEPS: &str = "src/guide/long_sweeps.md";
 const PYTHON: &str = "src/guide/python.md";
@@ -38,7 +39,7 @@ const SAME_INTEGERS: &str = "src/guide/same_integers.md";
 const WHY_FAST: &str = "src/guide/why_fast.md";
 const CHANGE_IT: &str = "src/guide/change_it.md";
 const CONTRIBUTING: &str = "src/guide/contributing.md";
-const DOCUMENTS: [&str; 14] = [
+const DOCUMENTS: [&str; 15] = [
     README,
     REFERENCE,
     TUTORIAL,
@@ -46,6 +47,7 @@ const DOCUMENTS: [&str; 14] = [
     CHOOSE,
     APPROACH,
     REVIEW,
+    RECORDED,
     SENSORS,
     LONG_SWEEPS,
     PYTHON,
@@ -191,6 +193,11 @@ fn review() {
 #[test]
 fn sensors() {
     follow(SENSORS, 2);
+}
+
+#[test]
+fn recorded_maps() {
+    follow(RECORDED, 3);
 }
 
 #[test]

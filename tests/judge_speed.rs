@@ -389,6 +389,25 @@ fn what_is_required_of_a_controller_is_what_it_measures() {
     assert!(passed > 0 && missed > 0, "{passed} met, {missed} missed");
 }
 
+/// Where there is no robot nothing is stopped needlessly, and nothing else either: a share of nothing is no value.
+#[test]
+fn without_a_robot_no_share_of_stops_is_met() {
+    let folder = cell("\n[[require]]\nname = \"needless\"\nscore = \"needless_stops\"\nat_most = 1\n");
+    folder.edit("study.toml", "[[region]]\nname = \"near\"\nseparation = {}\n", "");
+    for scene in ["cell.toml", "second.toml"] {
+        folder.edit(scene, "role = \"robot\"", "role = \"environment\"");
+    }
+    swept(&folder);
+    let outcome = judge(&folder, &["--pose", POSES[0]]);
+    assert_eq!(outcome.code, Some(4), "{}{}", outcome.stdout, outcome.stderr);
+    let verdicts = rows(&folder.path("out/requirements.csv"));
+    assert_eq!(
+        (verdicts[0]["verdict"].as_str(), verdicts[0]["value"].as_str()),
+        ("FAIL", ""),
+        "{verdicts:?}"
+    );
+}
+
 #[test]
 fn what_cannot_be_required_of_a_controller_is_refused_by_name() {
     let wrong = |score: &str, more: &str, expected: &[&str]| {

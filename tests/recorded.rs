@@ -211,6 +211,11 @@ fn wrong_recordings_are_refused() {
     );
     study(&format!("[[sensor.recording]]\n{file}"), "recording = []", &["recording", "add at least one"]);
     study(
+        "",
+        "[postures]\npeople = [\"standing\"]\nspots = [[0.5, 0.2, 0]]\n",
+        &["postures and sensor \"map\"", "take one of them away"],
+    );
+    study(
         "name = \"map\"",
         "name = \"map\"\non = { object = \"arm\", link = \"hand\" }",
         &["on does not belong to a recorded"],

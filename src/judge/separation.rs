@@ -28,6 +28,8 @@ pub struct Surroundings {
 /// The least distances at a moment, squared in voxels; `None` where there is nothing to measure.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Separation {
+    /// Whether there is a robot, from which to measure.
+    pub has_robot: bool,
     /// Of people, as it is.
     pub truly: Option<u32>,
     /// Of what is labelled occupied and is not known.
@@ -73,6 +75,7 @@ impl Surroundings {
         let mut unknown = BitGrid::full(self.known.window());
         unknown.remove(free);
         Separation {
+            has_robot: self.from_robot.is_some(),
             truly: self.truly,
             unknown_free: least(occupied.clone()),
             unknown_occupied: least(unknown),

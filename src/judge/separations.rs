@@ -149,7 +149,7 @@ pub fn separation_csv(
     let mut table = TableFile::create(&folder.join(SEPARATION), TableFormat::Csv, &columns)?;
     for set in sets {
         for (moment, separation) in set.conditions.measured() {
-            let Separation { truly, unknown_free, unknown_occupied } = *separation;
+            let Separation { truly, unknown_free, unknown_occupied, .. } = *separation;
             for at in &stopping.speeds {
                 let names = [&set.combination, &set.poses, &set.representation];
                 let mut row: Vec<Datum> = names.map(|name| Datum::Text(name)).to_vec();

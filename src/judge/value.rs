@@ -3,7 +3,7 @@
 use std::cmp::Ordering;
 
 use super::excess::Excess;
-use crate::metrics::{Confusion, Ratio, Score};
+use crate::metrics::{Confusion, Ratio, Score, gcd};
 use crate::study::{Across, Limit};
 
 /// Binary digits that a sum of fractions is told by at a time.
@@ -47,19 +47,18 @@ impl Value {
         Value::Mean(vec![ratio])
     }
 
-    /// How it compares with a fraction that is not below 0 where the value is of distances.
+    /// How it compares with a fraction.
     pub fn cmp_ratio(&self, ratio: Ratio) -> Ordering {
         let Ratio { numerator, denominator } = ratio;
         match self {
             Value::Mean(parts) => cmp_means(parts, &[ratio]),
+            Value::Root(_) if numerator < 0 => Ordering::Greater,
             Value::Root(square) => cmp_means(
                 &[*square],
                 &[Ratio { numerator: numerator.pow(2), denominator: denominator.pow(2) }],
             ),
-            Value::Beyond(square, other) => Value::Root(*square).cmp_ratio(Ratio {
-                numerator: numerator * other.denominator + other.numerator * denominator,
-                denominator: denominator * other.denominator,
-            }),
+            // Both have nine digits after the point, so that the square of their sum stays in bounds.
+            Value::Beyond(square, other) => Value::Root(*square).cmp_ratio(ratio.plus(*other)),
             Value::Excess(excess) => excess.cmp_ratio(ratio),
             Value::Endless => Ordering::Greater,
         }
@@ -185,10 +184,6 @@ fn sign(fractions: impl Iterator<Item = (i128, i128)>) -> Ordering {
     }
 }
 
-fn gcd(a: i128, b: i128) -> i128 {
-    if b == 0 { a.abs() } else { gcd(b, a % b) }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -222,6 +217,43 @@ mod tests {
         // The largest grid of the largest voxels.
         assert!(limit(1e4).is_met(&root(3 << 20, 1)) == (f64::from(3 << 20).sqrt() >= 1e4));
         assert!(limit(1e4).is_met(&root(100 * (3 << 20), 1)));
+    }
+
+    #[test]
+    fn margins_are_exact_however_many_digits_their_parts_have() {
+        let beyond = |edge_m: f64, squared: i128, needed_m: f64| {
+            let Ratio { numerator, denominator } = Ratio::of(edge_m);
+            let square = Ratio { numerator: squared * numerator.pow(2), denominator: denominator.pow(2) };
+            Value::Beyond(square, Ratio::of(needed_m))
+        };
+        let limit = |value| Limit::AtLeast(Ratio::of(value));
+        // 1 m where 0.5 m are needed, 1.414 m where 1.2 m are, 0.960 m where 0.5 m are.
+        assert!(limit(0.0).is_met(&beyond(0.05, 400, 0.5)) && limit(0.5).is_met(&beyond(0.05, 400, 0.5)));
+        assert!(!limit(0.500_000_001).is_met(&beyond(0.05, 400, 0.5)));
+        assert!(limit(0.0).is_met(&beyond(0.1, 200, 1.2)) && limit(0.1).is_met(&beyond(0.05, 369, 0.5)));
+        // Far more is needed than there is.
+        for needed_m in [13.04, 13.5, 14.0, 100.0, 9000.0] {
+            for distance in [1, 5, 12] {
+                assert!(!limit(0.0).is_met(&beyond(1.0, distance * distance, needed_m)), "{needed_m}");
+            }
+        }
+        assert!(!limit(20.0).is_met(&beyond(0.05, 400, 0.5)) && limit(-1.0).is_met(&beyond(0.05, 0, 0.5)));
+        let mut state = 5u64;
+        let mut next = |below: u64| {
+            state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+            (state >> 33) % below
+        };
+        for _ in 0..20_000 {
+            let edge_m = [0.05, 0.1, 0.02, 0.033][next(4) as usize];
+            let (squared, needed_m) = (next(40_000), next(30_000_000) as f64 / 1e6);
+            let least = next(9_000_000) as f64 / 1e6 - 2.0;
+            let margin = (squared as f64).sqrt() * edge_m - needed_m - least;
+            if margin.abs() > 1e-9 {
+                let value = beyond(edge_m, squared.into(), needed_m);
+                let found = limit(least).is_met(&value);
+                assert_eq!(found, margin > 0.0, "{squared} voxels² of {edge_m} m, {needed_m} m, {least} m");
+            }
+        }
     }
 
     /// Against sums over a common denominator.

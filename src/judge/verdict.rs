@@ -230,7 +230,10 @@ pub(super) fn controller_value(
             Some(separation.unknown_free.map_or(Value::Endless, |measured| Value::Excess(excess(measured))))
         }
         ControllerScore::NeedlessStops => {
-            let Separation { truly, unknown_occupied, .. } = *separation;
+            let Separation { truly, unknown_occupied, has_robot, .. } = *separation;
+            if !has_robot {
+                return None;
+            }
             let decision = Decision::at(unknown_occupied, truly, conditions.needed?.needed_m, voxel_size_m);
             let numerator = i128::from(decision == Decision::NeedlessStop);
             Some(Value::exactly(Ratio { numerator, denominator: 1 }))
@@ -238,11 +241,11 @@ pub(super) fn controller_value(
     }
 }
 
-/// At which share of moments the robot is stopped needlessly.
+/// At which share of moments with a robot it is stopped needlessly.
 fn needless_share(measured: &[Separation], conditions: &Conditions) -> Option<Value> {
     let at = |separation| controller_value(ControllerScore::NeedlessStops, separation, conditions);
-    let stops =
-        measured.iter().filter_map(at).filter(|value| value.cmp_ratio(Ratio::of(0.0)).is_gt()).count();
-    let denominator = measured.len() as i128;
+    let values: Vec<Value> = measured.iter().filter_map(at).collect();
+    let stops = values.iter().filter(|value| value.cmp_ratio(Ratio::of(0.0)).is_gt()).count();
+    let denominator = values.len() as i128;
     (denominator > 0).then(|| Value::exactly(Ratio { numerator: stops as i128, denominator }))
 }

@@ -23,6 +23,13 @@ impl Ratio {
         Ratio { numerator: (value * NINE_DIGITS as f64).round() as i128, denominator: NINE_DIGITS }
     }
 
+    /// The sum of two over their least common denominator.
+    pub(crate) fn plus(self, other: Ratio) -> Ratio {
+        let common = self.denominator / gcd(self.denominator, other.denominator) * other.denominator;
+        let scaled = |ratio: Ratio| ratio.numerator * (common / ratio.denominator);
+        Ratio { numerator: scaled(self) + scaled(other), denominator: common }
+    }
+
     /// One division.
     pub(crate) fn value(self) -> f64 {
         self.numerator as f64 / self.denominator as f64
@@ -49,6 +56,11 @@ impl Ratio {
         };
         (denominator != 0).then_some(Ratio { numerator, denominator })
     }
+}
+
+/// The greatest common divisor of two numbers, not below 0.
+pub(crate) fn gcd(a: i128, b: i128) -> i128 {
+    if b == 0 { a.abs() } else { gcd(b, a % b) }
 }
 
 impl Ord for Ratio {

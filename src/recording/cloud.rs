@@ -67,8 +67,8 @@ impl Cloud {
         let mut planes = Planes::blank(grid.window());
         let sensor = anchor.world(self.sensor_m);
         for point in self.points_m.iter().map(|point| anchor.world(*point)) {
-            if let Some(begin) = enters(sensor, point, grid) {
-                carve(begin, grid.position_q16(point), grid, &mut planes);
+            if let Some(begin_q16) = enters(sensor, point, grid) {
+                carve(begin_q16, point, grid, &mut planes);
             }
         }
         planes
@@ -77,9 +77,8 @@ impl Cloud {
 
 /// Where a ray from a sensor to a point, in world metres, is first in the grid; `None` if it is nowhere.
 fn enters(sensor: DVec3, point: DVec3, grid: &Grid) -> Option<[i64; 3]> {
-    let inside = |q16: &[i64; 3]| grid.window().contains(Grid::voxel_of(*q16));
     let begin = grid.position_q16(sensor);
-    if inside(&begin) {
+    if is_inside(begin, grid) {
         return Some(begin);
     }
     let [low, high] = [grid.corner_m([0; 3]), grid.corner_m(grid.window().end())];
@@ -101,21 +100,34 @@ fn enters(sensor: DVec3, point: DVec3, grid: &Grid) -> Option<[i64; 3]> {
     (from <= to).then(|| std::array::from_fn(|r| entry[r].clamp(0, last[r])))
 }
 
-/// Marks the voxel of a point, and those that its ray passes before.
-fn carve(begin_q16: [i64; 3], point_q16: [i64; 3], grid: &Grid, planes: &mut Planes) {
+fn is_inside(position_q16: [i64; 3], grid: &Grid) -> bool {
+    grid.window().contains(Grid::voxel_of(position_q16))
+}
+
+/// Marks the voxel of a point in world metres, and those that its ray passes before, from a position inside the grid.
+fn carve(begin_q16: [i64; 3], point: DVec3, grid: &Grid, planes: &mut Planes) {
     let window = grid.window();
-    let end = Grid::voxel_of(point_q16);
-    let way = DVec3::from_array(std::array::from_fn(|r| (point_q16[r] - begin_q16[r]) as f64));
-    let length_q16 = way.length();
+    let point_q16 = grid.position_q16(point);
     let begin = Grid::voxel_of(begin_q16);
-    if begin != end {
-        let direction_q16 = (way / length_q16).to_array().map(|v| (v * 65536.0).round() as i32);
+    // Of a point outside only the direction is wanted; it may be too far away for whole numbers.
+    let (way, end, farthest_q16) = match is_inside(point_q16, grid) {
+        true => {
+            let way = DVec3::from_array(std::array::from_fn(|r| (point_q16[r] - begin_q16[r]) as f64));
+            (way, Some(Grid::voxel_of(point_q16)), way.length())
+        }
+        false => {
+            let from = DVec3::from_array(begin_q16.map(|part| part as f64 / 65536.0)) * grid.voxel_size_m;
+            (point - grid.corner_m([0; 3]) - from, None, f64::INFINITY)
+        }
+    };
+    if Some(begin) != end {
+        let direction_q16 = (way / way.length()).to_array().map(|v| (v * 65536.0).round() as i32);
         planes.free.set(begin);
         let marched = march::crossings(march::start(begin_q16.map(|x| x as i32), direction_q16));
         let before = marched.take_while(|to| {
-            f64::from(to.t_q16) <= length_q16 && to.voxel != end && window.contains(to.voxel)
+            f64::from(to.t_q16) <= farthest_q16 && Some(to.voxel) != end && window.contains(to.voxel)
         });
         before.for_each(|to| planes.free.set(to.voxel));
     }
-    planes.occupied.set(end);
+    end.into_iter().for_each(|voxel| planes.occupied.set(voxel));
 }

@@ -11,7 +11,7 @@
 //! voxels of a map are cubes of that frame; their corners are rounded to 1/65536 voxel of the study's grid, and
 //! what follows is integers ([`voxels`]):
 //!
-//! * a voxel of the study is occupied if a part of an occupied voxel of the map lies in it;
+//! * a voxel of the study is occupied if a part of an occupied voxel of the map lies more than 1/256 voxel deep in it;
 //! * it is free if all of it is covered by free voxels of the map;
 //! * else it is unknown.
 //!
@@ -43,6 +43,9 @@ use voxels::VoxelMap;
 
 /// The endings of all that can be read, for messages.
 pub const ENDINGS: &str = "a .bt, .ot, .npz, .pcd or .ply file";
+
+/// How many voxels of a map may stand in a row in a voxel of the grid.
+const FINEST: f64 = 64.0;
 
 /// Most voxels of a map that are laid into a grid: three planes of a gigabyte.
 const MOST_VOXELS: u64 = 1 << 33;
@@ -127,10 +130,13 @@ impl Recording {
         }
     }
 
-    /// Whether a map has so many voxels in a grid that laying it there takes more than some gigabytes.
+    /// Whether a map's voxels are so small beside those of a grid that they would get lost, or so many in it that laying
+    /// it there takes more than some gigabytes.
     pub(crate) fn is_too_fine(&self, anchor: &Anchor, grid: &Grid) -> bool {
         match self {
-            Recording::Map(map) => map.voxels_near(anchor, grid) > MOST_VOXELS,
+            Recording::Map(map) => {
+                map.voxel_size_m * FINEST < grid.voxel_size_m || map.voxels_near(anchor, grid) > MOST_VOXELS
+            }
             Recording::Cloud(_) => false,
         }
     }

@@ -59,9 +59,14 @@ impl Array {
             .map_err(|_| Issue::says(format!("has the shape {:?}, must be (x, y, z)", self.shape)))
     }
 
-    /// All numbers, in the order in which they are stored.
+    /// The first numbers, at most four, in the order in which they are stored: enough to tell that there are more than three.
     pub(super) fn numbers(&self) -> Vec<f64> {
-        (0..self.shape.iter().product()).map(|n| self.at(n)).collect()
+        (0..self.shape.iter().product()).take(4).map(|n| self.at(n)).collect()
+    }
+
+    /// Whether its numbers are bytes without a sign, which have no −1.
+    pub(super) fn is_of_bytes(&self) -> bool {
+        self.number == Number::U8
     }
 
     /// Calls `see` with the place and the number of each entry of an array of three axes.

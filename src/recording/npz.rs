@@ -2,7 +2,7 @@
 //!
 //! | array | shape | what |
 //! |---|---|---|
-//! | `labels` | (x, y, z), whole numbers | 1 occupied, 0 free, −1 unknown |
+//! | `labels` | (x, y, z), whole numbers | 1 occupied, 0 free, −1 (255 of unsigned bytes) unknown |
 //! | `origin_m` | (3) | lower corner of voxel `[0, 0, 0]`, in metres |
 //! | `voxel_size_m` | () | edge of a voxel in metres |
 //! | `hits` | (x, y, z), optional | voxels that returns came from |
@@ -19,7 +19,10 @@ use crate::error::Issue;
 use crate::voxel::{BitGrid, Window};
 
 /// Most bytes of one array, unpacked.
-const MOST_BYTES: u64 = 4 << 30;
+const MOST_BYTES: u64 = 1 << 30;
+
+/// Most voxels, with rows along x filled up to 32.
+const MOST_VOXELS: usize = 1 << 33;
 
 /// Parses an archive.
 pub(super) fn parse(bytes: &[u8]) -> Result<VoxelMap, Issue> {
@@ -49,10 +52,13 @@ pub(super) fn parse(bytes: &[u8]) -> Result<VoxelMap, Issue> {
     let hits = array("hits")?;
 
     let shape = labels.three().map_err(|e| e.at("labels"))?;
-    let [Ok(x), Ok(y), Ok(z)] = shape.map(|n| u32::try_from(n.min(1 << 20))) else {
-        return Err(Issue::damaged("has too large a shape").at("labels"));
-    };
-    let window = Window { min: [0; 3], size: [x, y, z] };
+    let [x, y, z] = shape.map(|n| n.min(1 << 21));
+    if shape.iter().any(|n| *n > 1 << 20) || x.next_multiple_of(32) * y * z > MOST_VOXELS {
+        return Err(Issue::too_large(format!("has the shape {shape:?}"))
+            .wanted("cut the map to the cell")
+            .at("labels"));
+    }
+    let window = Window { min: [0; 3], size: [x, y, z].map(|n| n as u32) };
     if hits.as_ref().is_some_and(|hits| hits.shape != labels.shape) {
         return Err(Issue::damaged("is not as large as labels").at("hits"));
     }
@@ -62,6 +68,7 @@ pub(super) fn parse(bytes: &[u8]) -> Result<VoxelMap, Issue> {
         1.0 => occupied.set(voxel),
         0.0 => free.set(voxel),
         -1.0 => {}
+        255.0 if labels.is_of_bytes() => {}
         other => odd = odd.or(Some((voxel, other))),
     });
     if let Some((voxel, label)) = odd {

@@ -14,7 +14,11 @@ pub(super) fn parse(bytes: &[u8]) -> Result<Cloud, Issue> {
     let mut header = Header { viewpoint: [0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0], ..Header::default() };
     let length = lines(bytes, "DATA", |_, words| header.line(words))?;
     let layout = header.layout()?;
-    let count = header.count.ok_or_else(|| Issue::damaged("header lacks the line `POINTS`"))?;
+    let of_sides = match header.sides[..] {
+        [width, height] => width.checked_mul(height),
+        _ => None,
+    };
+    let count = header.count.or(of_sides).ok_or_else(|| Issue::damaged("header lacks the line `POINTS`"))?;
     let data = &bytes[length..];
     let points = match header.data.as_str() {
         "ascii" => layout.points(data, count, Order::Text)?,
@@ -43,6 +47,8 @@ struct Header {
     kinds: Vec<char>,
     counts: Vec<usize>,
     viewpoint: [f64; 7],
+    /// Width and height of an organised cloud; points of any other.
+    sides: Vec<usize>,
     count: Option<usize>,
     data: String,
 }
@@ -57,7 +63,7 @@ impl Header {
             all.collect::<Option<Vec<_>>>().ok_or_else(|| wrong("must be whole numbers"))
         };
         match *key {
-            "FIELDS" => self.names = values.iter().map(|name| name.to_string()).collect(),
+            "FIELDS" | "COLUMNS" => self.names = values.iter().map(|name| name.to_string()).collect(),
             "SIZE" => self.sizes = whole()?,
             "TYPE" => self.kinds = values.iter().filter_map(|kind| kind.chars().next()).collect(),
             "COUNT" => self.counts = whole()?,
@@ -67,8 +73,9 @@ impl Header {
                 self.viewpoint =
                     all.ok_or_else(|| wrong("must be seven numbers: x y z, and a quaternion w x y z"))?;
             }
-            "POINTS" => match whole()?[..] {
-                [count] => self.count = Some(count),
+            "WIDTH" | "HEIGHT" | "POINTS" => match (&whole()?[..], *key) {
+                ([count], "POINTS") => self.count = Some(*count),
+                ([side], _) => self.sides.push(*side),
                 _ => return Err(wrong("must be one number")),
             },
             "DATA" => {

@@ -66,11 +66,11 @@ fn a_quarter_turn_moves_each_voxel_to_its_place() {
     }
 }
 
-/// Area that a square of one voxel shares with a quadrangle, by clipping.
-fn shared(square: [f64; 2], corners: [[f64; 2]; 4]) -> f64 {
+/// Area that a square of one voxel, so much smaller on each side, shares with a quadrangle, by clipping.
+fn shared(square: [f64; 2], corners: [[f64; 2]; 4], by: f64) -> f64 {
     let mut polygon = corners.to_vec();
     for (axis, side) in [(0, 1.0), (0, -1.0), (1, 1.0), (1, -1.0)] {
-        let limit = if side > 0.0 { square[axis] } else { square[axis] + 65536.0 };
+        let limit = if side > 0.0 { square[axis] + by } else { square[axis] + 65536.0 - by };
         let depth = |p: &[f64; 2]| side * (p[axis] - limit);
         let mut clipped = Vec::new();
         for (n, a) in polygon.iter().enumerate() {
@@ -99,7 +99,7 @@ fn shared(square: [f64; 2], corners: [[f64; 2]; 4]) -> f64 {
 fn turned_maps_of_other_sizes_agree_with_shares_of_area() {
     let mut random = ChaCha8Rng::seed_from_u64(5);
     let grid = grid(0.1, [9, 8, 3]);
-    let [mut occupied, mut free] = [0; 2];
+    let [mut occupied, mut free, mut close] = [0; 3];
     for _ in 0..40 {
         let voxel_size_m = random.random_range(20..300) as f64 / 1000.0;
         let size =
@@ -118,24 +118,32 @@ fn turned_maps_of_other_sizes_agree_with_shares_of_area() {
         for z in 0..3 {
             for y in 0..8 {
                 for x in 0..9 {
-                    let (mut is_touched, mut is_free, mut is_occupied) = (false, true, false);
+                    let (mut is_touched, mut is_free, mut is_occupied, mut is_close) =
+                        (false, true, false, false);
                     // Beyond the map all is unknown: what lies partly there meets the ring around it.
                     for [i, j, k] in BitGrid::full(planes_of(&map).occupied.window().grown(1)).voxels() {
                         let low = corner([i, j, k])[2].max(f64::from(z) * 65536.0);
                         let high = corner([i, j, k + 1])[2].min(f64::from(z + 1) * 65536.0);
-                        if high <= low {
+                        if high - low <= 256.0 {
                             continue;
                         }
                         let around = [[i, j, k], [i + 1, j, k], [i + 1, j + 1, k], [i, j + 1, k]];
                         let flat = around.map(|at| [corner(at)[0], corner(at)[1]]);
-                        let area = shared([f64::from(x) * 65536.0, f64::from(y) * 65536.0], flat);
-                        if area > 1.0 {
+                        let square = [f64::from(x) * 65536.0, f64::from(y) * 65536.0];
+                        // What is about as deep as a hair is left to integers.
+                        let [all, inside] = [0.0, 384.0].map(|by| shared(square, flat, by) > 1.0);
+                        is_close |= all && !inside;
+                        if inside {
                             is_touched = true;
                             is_occupied |= planes_of(&map).occupied.get([i, j, k]);
                             is_free &= planes_of(&map).free.get([i, j, k]);
                         }
                     }
                     is_free &= is_touched;
+                    if is_close {
+                        close += 1;
+                        continue;
+                    }
                     let found = (said.occupied.get([x, y, z]), said.free.get([x, y, z]));
                     assert_eq!(found, (is_occupied, is_free), "{x} {y} {z}, yaw {yaw_rad}");
                     occupied += u32::from(is_occupied);
@@ -144,7 +152,38 @@ fn turned_maps_of_other_sizes_agree_with_shares_of_area() {
             }
         }
     }
-    assert!(occupied > 300 && free > 300, "{occupied} {free}");
+    assert!(occupied > 300 && free > 300 && close < 40 * 216 / 5, "{occupied} {free} {close}");
+}
+
+#[test]
+fn numbers_in_single_precision_move_no_voxel() {
+    let mut random = ChaCha8Rng::seed_from_u64(6);
+    for (voxel_size_m, origin) in [(0.02, [505, -7, 3]), (0.05, [202, 1, 0])] {
+        let grid = Grid { voxel_size_m, origin, size: [700, 3, 2] };
+        let single = |v: f64| f64::from(v as f32);
+        let corner_m = DVec3::from_array(grid.corner_m([0; 3]).to_array().map(single));
+        let map = speckled(&mut random, single(voxel_size_m), corner_m, grid.size);
+        let said = Recording::Map(map.clone()).planes(&Anchor::new(HERE, 0.0), &grid).planes;
+        assert_eq!(said.occupied, planes_of(&map).occupied, "{voxel_size_m}");
+        assert_eq!(said.free, planes_of(&map).free, "{voxel_size_m}");
+    }
+    let fine = Recording::Map(speckled(&mut random, 0.001, HERE, [3; 3]));
+    let is_too_fine = |voxel_size_m| fine.is_too_fine(&Anchor::new(HERE, 0.0), &grid(voxel_size_m, [9; 3]));
+    assert!(is_too_fine(0.07) && !is_too_fine(0.06));
+}
+
+#[test]
+fn points_that_are_infinitely_far_away_keep_their_direction() {
+    let grid = Grid { voxel_size_m: 0.001, origin: [0; 3], size: [40, 40, 1] };
+    for scale in [1.0, 1e4, 1e30] {
+        let cloud = Cloud::new(DVec3::splat(0.0005), vec![DVec3::new(2.0, 1.0, 0.0) * scale]).unwrap();
+        let said = Recording::Cloud(cloud).planes(&Anchor::new(HERE, 0.0), &grid).planes;
+        assert!(
+            said.occupied.is_empty() && said.free.get([39, 19, 0]) && !said.free.get([30, 30, 0]),
+            "{scale}"
+        );
+        assert_eq!(said.free.count(), 60, "{scale}");
+    }
 }
 
 #[test]
@@ -287,7 +326,11 @@ fn pcd(data: &str, fields: &str, viewpoint: &str) -> Vec<u8> {
 fn the_points_of_every_kind_of_pcd() {
     let expected = vec![[1.0, 2.5, -0.25], [0.0, -7.0, 3.0]];
     let header = |data: &str| pcd(data, "ring x y z", "0 0 0 1 0 0 0");
+    // As older programs write it.
+    let older =
+        String::from_utf8(header("ascii")).unwrap().replace("POINTS 3\n", "").replace("FIELDS", "COLUMNS");
     let text = POINTS.map(|[x, y, z]| format!("7 8 {x} {y} {z}\n")).concat();
+    assert_eq!(points_of(pcd::parse(format!("{older}{text}").as_bytes())), expected);
     assert_eq!(points_of(pcd::parse(&[header("ascii"), text.into_bytes()].concat())), expected);
     let records = POINTS.iter().flat_map(|point| [vec![7, 8], point.map(f32::to_le_bytes).concat()].concat());
     assert_eq!(points_of(pcd::parse(&[header("binary"), records.collect()].concat())), expected);
@@ -351,7 +394,12 @@ fn labels_come_in_either_order_and_any_whole_type() {
         assert_eq!(planes_of(&map).occupied.voxels().collect::<Vec<_>>(), [[1, 0, 0]]);
         assert_eq!(planes_of(&map).free.voxels().collect::<Vec<_>>(), [[0, 0, 1]]);
     }
+    let bytes = [255u8, 1, 255, 255, 0, 255, 255, 255];
+    let map =
+        npz::parse(&npz(&[&[("labels", "|u1", "(2, 2, 2)", true, &bytes[..])], &rest[..]].concat())).unwrap();
+    assert_eq!((planes_of(&map).occupied.count(), planes_of(&map).free.count()), (1, 1));
     let two = [2u8; 8];
+    let long = vec![0; 1 << 23];
     let wrong = |labels| {
         let parsed = npz::parse(&npz(&[&[labels], &rest[..]].concat()));
         format!("{:?}", parsed.unwrap_err())
@@ -360,6 +408,7 @@ fn labels_come_in_either_order_and_any_whole_type() {
     assert!(wrong(("labels", "|i1", "(4, 2)", true, &two[..])).contains("must be (x, y, z)"));
     assert!(wrong(("labels", "<f8", "(2, 2, 2)", true, &two[..])).contains("truncated"));
     assert!(wrong(("voxels", "|i1", "(2, 2, 2)", true, &two[..])).contains("labels"));
+    assert!(wrong(("labels", "|i1", "(2, 2, 2097152)", true, &long[..])).contains("has the shape"));
     assert!(wrong(("labels", "<U4", "(2, 2, 2)", true, &two[..])).contains("<U4"));
 }
 

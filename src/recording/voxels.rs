@@ -183,7 +183,7 @@ impl Laid<'_> {
         let below = self.below(layer).intersection(&part.grown(1));
         let (low, high) = (i64::from(z) << 16, i64::from(z + 1) << 16);
         let height = |k: i32| self.corner_q16([0, 0, k])[2];
-        let reaches = |k: &i32| height(*k) < high && height(*k + 1) > low;
+        let reaches = |k: &i32| height(*k) + HAIR_Q16 < high && height(*k + 1) > low + HAIR_Q16;
         let mut inside = (below.min[2]..below.end()[2]).filter(reaches);
         inside.next().map_or(0..0, |first| first..inside.next_back().unwrap_or(first) + 1)
     }
@@ -212,7 +212,11 @@ impl Laid<'_> {
     }
 }
 
-/// Whether a voxel's square (by its lowest corner) and a convex quadrangle share more than their edges, by
+/// How deep one voxel must lie in another to count, in 1/65536 voxels of the grid: 1/256 of a voxel. Corners that were
+/// rounded to single precision are off by less.
+const HAIR_Q16: i64 = 256;
+
+/// Whether a voxel's square (by its lowest corner) and a convex quadrangle lie more than a hair in each other, by
 /// separating axes in integers.
 fn overlap(square: [i64; 2], corners: &Corners) -> bool {
     let edge = 1i64 << 16;
@@ -229,6 +233,8 @@ fn overlap(square: [i64; 2], corners: &Corners) -> bool {
     };
     axes.into_iter().all(|axis| {
         let ((low, high), (low_2, high_2)) = (span(&of_square, axis), span(corners, axis));
-        low < high_2 && low_2 < high
+        let depth = high.min(high_2) - low.max(low_2);
+        let squared: i128 = axis.iter().map(|&part| i128::from(part).pow(2)).sum();
+        depth > 0 && depth.pow(2) > i128::from(HAIR_Q16).pow(2) * squared
     })
 }

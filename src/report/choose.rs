@@ -70,7 +70,7 @@ pub(super) fn question(chosen: &Chosen, spelling: &Spelling) -> String {
         text += &format!(", with {name} ({over}) {least} or more");
     }
     let sensors: Vec<&str> = asked.sensors.keys().map(String::as_str).collect();
-    text + &format!("; of {candidates} poses of {}", sensors.join(", "))
+    text + &format!("; among {candidates} poses of {}", sensors.join(", "))
 }
 
 /// What the front's columns say, and what is certified.

@@ -15,8 +15,16 @@ pub fn render(speeds: &Speeds, stopping: &Stopping) -> String {
     let (by, of) = (by(speeds).join(" and by "), of.join(", "));
     let mut text = format!("\nhow fast may it run, by {by}: {up_to} of the listed {of} m/s\n");
     if !speeds.missed_at_all.is_empty() {
-        let missed: Vec<String> = speeds.missed_at_all.iter().map(named).collect();
-        text += &format!("  missed whatever the speed, and not counted in this: {}\n", missed.join(", "));
+        let highest = stopping.fastest().speed_m_s;
+        for (of_highest, when) in [(false, "whatever the speed".into()), (true, format!("at {highest} m/s"))]
+        {
+            let missed = speeds.missed_at_all.iter();
+            let missed = missed.filter(|one| one.requirement.measure.is_of_highest_speed() == of_highest);
+            let missed: Vec<String> = missed.map(named).collect();
+            if !missed.is_empty() {
+                text += &format!("  missed {when}, and not counted in this: {}\n", missed.join(", "));
+            }
+        }
     }
     // What stands in the way of the next.
     let next = listed.into_iter().find(|speed| speeds.fastest.is_none_or(|fastest| *speed > fastest));

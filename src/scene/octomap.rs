@@ -21,6 +21,9 @@ const KEY_ORIGIN: i32 = 1 << (DEPTH - 1);
 /// refused.
 const MAX_OCCUPIED: u64 = 1 << 25;
 
+/// Past this many leaves (1.3 GB) a map of which all that is known is wanted is refused.
+const MAX_LEAVES: usize = 1 << 26;
+
 const FIRST_LINE: &str = "# Octomap OcTree binary file";
 const FIRST_LINE_OF_FULL: &str = "# Octomap OcTree file";
 const SECOND_LINE: &str = "# (feel free to add / change comments, but leave the first line as it is!)";
@@ -72,7 +75,13 @@ pub fn read_tree(path: &Path, sources: &Sources) -> Result<Tree> {
 
 fn parse_tree(bytes: &[u8]) -> Result<Tree, Issue> {
     let header = TreeHeader::parse(bytes)?;
-    let mut leaves = Vec::new();
+    let mut count = 0;
+    header.visit_leaves(bytes, &mut |_| count += 1)?;
+    if count > MAX_LEAVES {
+        return Err(Issue::too_large(format!("has {count} leaves"))
+            .wanted(format!("at most {MAX_LEAVES} are read, so use a coarser or smaller map")));
+    }
+    let mut leaves = Vec::with_capacity(count);
     header.visit_leaves(bytes, &mut |leaf| leaves.push(leaf))?;
     match leaves.is_empty() {
         true => Err(Issue::says("has no voxel that is occupied or free")),

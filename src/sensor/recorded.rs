@@ -88,8 +88,10 @@ impl Kind for Recorded {
         let Some(moment) = self.moments.iter().find(|one| one.moment == at.moment) else { return Ok(()) };
         let grid = &at.truth.grid;
         if moment.recording.is_too_fine(&moment.anchor, grid) {
-            return Err(Issue::too_large("its map has too many voxels inside the grid")
-                .wanted("make it coarser, or set bounds_m of [grid]"));
+            return Err(Issue::too_large(
+                "its map has voxels below 1/64 of the study's, or too many inside the grid",
+            )
+            .wanted("make it coarser, or set bounds_m of [grid]"));
         }
         let Planes { occupied, free, .. } = &moment.said(grid).planes;
         if !occupied.is_empty() || !free.is_empty() {

@@ -237,6 +237,14 @@ impl Study {
         let approach = approach::check(&at, file.approach, &known).map_err(|e| vec![e])?;
         let postures = file.postures.map(|file| file.check(&at, approach.floor_m)).transpose();
         let postures = postures.map_err(|e| vec![e])?.unwrap_or_default();
+        let recorded = sensors.iter().find(|sensor| sensor.kind.name() == "recorded");
+        if let (Some(sensor), false) = (recorded, postures.is_empty()) {
+            let what = format!(
+                "postures and sensor {:?}, which was recorded with the people who were there",
+                sensor.name
+            );
+            return Err(vec![at.says(what).wanted("take one of them away")]);
+        }
         let known = require::Known {
             regions: &regions,
             approach: &approach,

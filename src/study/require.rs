@@ -154,6 +154,17 @@ pub enum Measure {
     Controller(ControllerScore),
 }
 
+impl Measure {
+    /// Whether it is about the robot at the highest of its speeds.
+    pub(crate) fn is_of_highest_speed(&self) -> bool {
+        match self {
+            Measure::Counted(_) => false,
+            Measure::Nearness(nearness) => nearness.score == ApproachScore::ApproachMarginM,
+            Measure::Controller(score) => *score == ControllerScore::NeedlessStops,
+        }
+    }
+}
+
 /// A score that a choice of sensors must reach. Numbers are those of the study.
 #[derive(Clone, Debug)]
 pub struct Requirement {

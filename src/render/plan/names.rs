@@ -214,10 +214,11 @@ fn things(truth: &Truth, storey: &Storey, room_m: [DVec3; 2]) -> Vec<Thing> {
     things
 }
 
-/// The name of an object without the file that it is from, and without the sign for any ending: `plant/Fence*` is Fence.
+/// The name of an object without the file that it is from, and without the sign for any ending: `plant/Fence*` is Fence. A
+/// number alone is no name: `bent/0` stays.
 pub fn short_name(name: &str) -> &str {
     let own = name.rsplit('/').find(|part| !part.is_empty()).unwrap_or(name).trim_end_matches('*');
-    if own.is_empty() { name } else { own }
+    if own.contains(char::is_alphabetic) { own } else { name }
 }
 
 /// Whether a place is within a ring of corners.

@@ -95,8 +95,8 @@ pub(super) fn answer(
         why: recommended.why.clone(),
         sensors: sensors.collect(),
         counted: format!(
-            "{} in region {}, over {}",
-            if results.moments().len() > 1 { "Means" } else { "Numbers" },
+            "All but floor and cost: {} in region {}, over {}",
+            if results.moments().len() > 1 { "means" } else { "counted" },
             results.regions[region],
             extent(results)
         ),
@@ -115,7 +115,7 @@ fn question(sweep: &ReportedSweep) -> String {
         results.combinations.iter().map(|one| (one.name.as_str(), one.choices())).collect();
     let sum = all.iter().map(|(_, choices)| *choices).fold(0, usize::saturating_add);
     let (of, parts) = match all.as_slice() {
-        [(name, _)] => (format!("of {name}"), String::new()),
+        [(name, _)] => (format!("of “{name}”"), String::new()),
         some if some.len() <= MOST_NAMED => {
             let parts: Vec<String> =
                 some.iter().map(|(name, choices)| format!("{choices} of “{name}”")).collect();
@@ -230,10 +230,12 @@ fn tile(score: Score, over: Over, bound: Option<f64>) -> Tile {
     if over.of > 1 {
         notes.push(format!("worst {}", shown(over.worst)));
     }
-    let side = if score.less_is_better() { "below" } else { "above" };
-    // Of false alarms an ideal sensor has none, and nobody expects more than all.
-    let bound = bound.filter(|bound| score != Score::FalseAlarm && *bound < 1.0);
-    notes.extend(bound.map(|bound| format!("no placement gets {side} {}", shown(bound))));
+    // Of false alarms an ideal sensor has none, and nobody expects more than all or less than nothing.
+    let worth_telling = |bound: &f64| score != Score::FalseAlarm && *bound > 0.0 && *bound < 1.0;
+    let together = if score.less_is_better() { "leaves" } else { "would reach" };
+    let bound = bound.filter(worth_telling);
+    notes
+        .extend(bound.map(|bound| format!("a sensor at every position at once {together} {}", shown(bound))));
     if over.values < over.of {
         notes.push(format!("has a value at {} of {} moments", over.values, over.of));
     }
@@ -247,7 +249,7 @@ fn meaning(score: Score, moments: usize) -> String {
         many => format!("at the {many} moments studied"),
     };
     match score {
-        Score::F1 => "agreement with what is there; 1 is perfect".into(),
+        Score::F1 => "agreement of labels and truth in the region’s space; 1 is perfect".into(),
         Score::Kappa => "agreement beyond chance; 1 is perfect".into(),
         Score::HumanSeen => format!("of people’s voxels are hit {studied}"),
         Score::HumanClaimed => format!("of people’s voxels are called occupied {studied}"),
@@ -263,7 +265,7 @@ fn blind_floor([floor, blind, _]: [f64; 3]) -> Tile {
     Tile {
         name: "blind floor".into(),
         value: percent(blind / floor.max(f64::MIN_POSITIVE)),
-        meaning: "where nobody is noticed".into(),
+        meaning: "of the whole plan: nobody is noticed there".into(),
         notes: vec![format!("{blind:.1} of {floor:.1} m²")],
     }
 }
@@ -279,7 +281,9 @@ fn cost(sweep: &ReportedSweep, rankings: &[Ranking], recommended: &Recommended) 
         };
     };
     let budget = sweep.chosen.and_then(|chosen| chosen.asked.budget);
-    let meaning = budget.map_or("of all sensors".into(), |budget| format!("of a budget of {budget}"));
+    let meaning = budget.map_or("of all sensors, in the study’s currency".into(), |budget| {
+        format!("of a budget of {budget}")
+    });
     Tile { name, value: sum.to_string(), meaning, notes: Vec::new() }
 }
 
@@ -313,9 +317,16 @@ mod tests {
         assert_eq!((name.as_str(), value.as_str()), ("unknown", "50\u{a0}%"));
         assert_eq!(
             notes,
-            ["worst 25\u{a0}%", "no placement gets below 13\u{a0}%", "has a value at 3 of 4 moments"]
+            [
+                "worst 25\u{a0}%",
+                "a sensor at every position at once leaves 13\u{a0}%",
+                "has a value at 3 of 4 moments"
+            ]
         );
         let Tile { value, notes, .. } = tile(Score::F1, Over { values: 1, of: 1, ..over }, Some(0.75));
-        assert_eq!((value.as_str(), notes), ("0.500", vec!["no placement gets above 0.750".to_string()]));
+        let reach = "a sensor at every position at once would reach 0.750".to_string();
+        assert_eq!((value.as_str(), notes), ("0.500", vec![reach]));
+        let Tile { notes, .. } = tile(Score::Unknown, Over { values: 1, of: 1, ..over }, Some(0.0));
+        assert_eq!(notes, [""; 0], "that nothing may stay unknown is nothing to tell");
     }
 }

@@ -46,7 +46,7 @@ impl Good {
             self.required.iter().flat_map(|one| &one.verdicts).map(|one| one.verdict).collect();
         let all = self.required.len();
         let mut text = match [missed, open] {
-            _ if all == 0 => return "not decided: the study requires nothing".into(),
+            _ if all == 0 => return "not decided: the study names no requirement".into(),
             [0, 0] => format!("yes: {met} of {all} {} met", many(all)),
             [0, _] => format!("not decided: {met} of {all} {} met, {open} not decided yet", many(all)),
             [_, 0] => format!("no: {met} of {all} {} met", many(all)),
@@ -142,7 +142,7 @@ mod tests {
 
     #[test]
     fn all_verdicts_are_told_in_a_line() {
-        check(&[], "OPEN", "not decided: the study requires nothing");
+        check(&[], "OPEN", "not decided: the study names no requirement");
         check(&[&["PASS"]], "PASS", "yes: 1 of 1 requirement met");
         check(&[&["PASS", "FAIL"], &["PASS"]], "FAIL", "no: 1 of 2 requirements met (2 of 3 checks pass)");
         check(&[&["PASS"], &["OPEN"]], "OPEN", "not decided: 1 of 2 requirements met, 1 not decided yet");

@@ -10,7 +10,7 @@ use crate::report::apart::Writing;
 use crate::report::html::{ReportedSweep, measure};
 use crate::report::judge::{of_which, whereabouts, words};
 use crate::results::files::REQUIREMENTS;
-use crate::study::{ApproachScore, Condition, ControllerScore, Limit, Measure, Requirement, Study};
+use crate::study::{ApproachScore, Condition, ControllerScore, Limit, Measure, Nearness, Requirement, Study};
 use crate::view::Choice;
 
 /// Why a requirement is open.
@@ -62,7 +62,10 @@ pub(super) fn verdicts(
     own: &[String; 3],
 ) -> Result<(String, Vec<ShownRequirement>)> {
     if sweep.study.requirements.is_empty() {
-        return Ok(("The study requires nothing ([[require]]), so nothing is decided.".into(), Vec::new()));
+        return Ok((
+            "The study names no requirement ([[require]]), so nothing is decided.".into(),
+            Vec::new(),
+        ));
     }
     let [kept, _] = Kept::read(&sweep.folder.join(REQUIREMENTS))?.parted(|row| row.is_of(own));
     match kept.is_empty() {
@@ -243,12 +246,17 @@ fn what(requirement: &Requirement, regions: &[String]) -> String {
 fn called(requirement: &Requirement) -> String {
     let words = match &requirement.measure {
         Measure::Counted(counted) => return measure::title(counted.score),
-        Measure::Nearness(nearness) => match nearness.score {
-            ApproachScore::NearestUnnoticedM => "how near somebody comes unnoticed",
-            ApproachScore::ApproachMarginM => "how much farther than they must people stay",
-            ApproachScore::UnnoticedM2 => "floor on which somebody stands unnoticed",
-            ApproachScore::JoinedM2 => "floor to which somebody comes unnoticed",
-        },
+        Measure::Nearness(Nearness { score, body, entry }) => {
+            let words = match score {
+                ApproachScore::NearestUnnoticedM => "how near somebody comes unnoticed",
+                ApproachScore::ApproachMarginM => "how much farther than they must people stay",
+                ApproachScore::UnnoticedM2 => "floor on which somebody stands unnoticed",
+                ApproachScore::JoinedM2 => "floor to which somebody comes unnoticed",
+            };
+            let body = body.as_ref().map_or(String::new(), |body| format!(", {body}"));
+            let entry = entry.as_ref().map_or(String::new(), |entry| format!(", from {entry}"));
+            return format!("{words}{body}{entry}");
+        }
         Measure::Controller(ControllerScore::MissedM) => "how much too far away somebody is measured",
         Measure::Controller(ControllerScore::NeedlessStops) => "moments with a needless stop",
     };
