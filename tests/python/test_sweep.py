@@ -16,11 +16,10 @@ import perirobot as pr
 from shared import ROOT, STUDIES, program, scenes
 
 SCORES = ["f1", "kappa", "human_seen", "human_claimed", "unknown", "false_alarm"]
-# A sensor may be called "NA", and only a score may be missing. Numbers are read as they were written.
+# A sensor may be called "NA", and only a score may be missing.
 READ = {
     "keep_default_na": False,
     "na_values": {score: [""] for score in SCORES},
-    "float_precision": "round_trip",
     "dtype": {score: float for score in SCORES},
 }
 
