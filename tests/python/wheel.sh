@@ -29,8 +29,11 @@ python3 -m venv "$work/full"
 "$work/full/bin/mypy" --strict --ignore-missing-imports src/python/perirobot
 "$work/full/bin/python" -W error -W ignore::UserWarning -m unittest discover --start-directory tests/python "$@"
 
+# Files of an sdist are as old as its format says: Cargo would take what was compiled above for theirs.
+tar -xzf "$work"/sdist/perirobot-*.tar.gz -C "$work/sdist"
+find "$work/sdist" -type f -exec touch {} +
 # The build calls `maturin` by that name.
 PATH="$work/build/bin:$PATH" "$work/build/bin/pip" wheel --quiet --disable-pip-version-check --no-build-isolation --no-deps \
-    --wheel-dir "$work/from-sdist" "$work"/sdist/perirobot-*.tar.gz
+    --wheel-dir "$work/from-sdist" "$work"/sdist/perirobot-*/
 "$work/bare/bin/pip" install --quiet --disable-pip-version-check --force-reinstall --no-deps "$work"/from-sdist/perirobot-*.whl
 "$work/bare/bin/perirobot" sweep scenes/tiny.toml --out "$work/out" >/dev/null
