@@ -354,6 +354,46 @@ fn a_light_curtain_is_an_entry_from_its_outside() {
     assert!(outcome.stderr.contains("the environment alone trips 1 of 1"), "{}", outcome.stderr);
 }
 
+/// A light curtain is an entry where it is planned, also where it is dead or its mount is off: in the picture as in the
+/// table.
+#[test]
+fn a_picture_of_what_is_altered_has_the_entries_as_planned() {
+    let folder = shelf();
+    let gate = "[[sensor]]\nname = \"curtain\"\nkind = \"gate\"\n\
+                box = { min_m = [-0.05, -1.4, -0.95], max_m = [0.05, 1.4, 0.95] }\n\
+                zone = { min_m = [-3.2, -1.4, -1.05], max_m = [-0.05, 1.4, 0.95] }\n\
+                [[sensor.poses]]\nname = \"at\"\nlist = [{ name = \"near\", position_m = [1.25, 0, 1.05] }, \
+                { name = \"far\", position_m = [1.35, 0, 1.05] }]\n\
+                [[combination]]\nname = \"gated\"\nsensors = [\"curtain\", \"camera\"]\n";
+    folder.edit("study.toml", "# Each camera alone", &format!("{gate}# Each camera alone"));
+    folder.edit("study.toml", DOOR, "gate = \"curtain\"");
+    folder.edit("study.toml", "", "\n[mounting_error]\ndraws = 1\nposition_m = 0.1\n");
+    let (study, out, plan) = (folder.path("study.toml"), folder.path("out"), folder.path("way.svg"));
+    let chosen = [text(&study), "--pose", "curtain:at/near;camera:wall/front"];
+    for altered in [["--dead", "curtain:at/near"], ["--draw", "0"]] {
+        let told = |command: &[&str], out: &str| {
+            let outcome = perirobot(&[command, &chosen, &altered, &["--out", out]].concat());
+            assert_eq!(outcome.code, Some(0), "{altered:?}: {}", outcome.stderr);
+            outcome.stdout
+        };
+        told(&["approach"], text(&out));
+        let drawn = told(&["render", "--approach"], text(&plan));
+        for body in ["standing", "crawling", "trolley"] {
+            let near =
+                ["absent", "cover"].map(|people| row(&folder, ["0", people, body], ["deepest_m"]).concat());
+            // Nothing where it is noticed.
+            let nearest = near.iter().filter(|deepest_m| !deepest_m.is_empty()).min();
+            let said = nearest.map(|deepest_m| format!("{body} comes unnoticed to {deepest_m:.4} m"));
+            let line = drawn.lines().find(|line| line.starts_with(&format!("{body} comes")));
+            assert_eq!(
+                line.map(|line| line.split(" from").next().unwrap().into()),
+                said,
+                "{altered:?}: {drawn}"
+            );
+        }
+    }
+}
+
 /// A body whose entry somebody fills is not said to be noticed.
 #[test]
 fn an_entry_without_room_is_told_from_one_where_a_body_is_noticed() {
@@ -406,7 +446,7 @@ fn ways(folder: &Folder, pose: &str) -> Vec<Way> {
     let worlds = World::prepare_all(&study).unwrap();
     let (_, choice) = find(&study, &worlds, &Names { poses: pose.into(), ..Names::default() }).unwrap();
     let watchers = Watchers::new(&study, choice);
-    nearest_ways(&Ground::new(&study, &worlds, watchers.each()).unwrap(), &watchers).unwrap()
+    nearest_ways(&Ground::new(&study, &worlds, watchers.each()).unwrap(), &worlds, &watchers).unwrap()
 }
 
 #[test]

@@ -5,6 +5,10 @@
 #[path = "common/program.rs"]
 mod program;
 
+use perirobot::judge::{Alteration, altered};
+use perirobot::study::{Overrides, Study};
+use perirobot::view::{Names, find};
+use perirobot::world::World;
 use program::{Folder, Outcome, perirobot, refused, rows, shelf, text};
 
 /// The small study, with somebody at two spots; one of them is in the crate.
@@ -128,6 +132,18 @@ fn what_cannot_stand_anywhere_is_refused_before_anything_is_removed() {
         "\"bend\"",
         &["postures.people[1] = \"bend\": must be one of standing, reaching, bent"],
     );
+    // Nothing of who stands there is in the grid: above it, or stretched out beside it.
+    wrong(
+        "\n[postures]",
+        "\n[approach]\nfloor_m = 3\n[postures]",
+        &[
+            "postures.spots[0] = [-0.2, -0.2] on a floor at 3 m: must be where person \"kneeling/0\" is in the grid",
+        ],
+    );
+    let none = |joints| ",,\n".repeat(joints);
+    let arms = "5,0,0.9\n5,0.2,0.9\n5,0,0.6\n5,0.2,0.6\n";
+    folder.write("aside.csv", format!("{}{arms}{}", none(5), none(8)));
+    wrong("\"bent\"", "\"aside.csv\"", &["postures.spots[0]", "person \"aside/0\" is in the grid"]);
     wrong("\"bent\"", "\"mine.csv\"", &["postures.people", "mine.csv", "cannot be read"]);
     folder.write("mine.csv", "x_m,y_m,z_m\n1,2,3\n");
     wrong("\"bent\"", "\"mine.csv\"", &["postures.people", "mine.csv", "has 1 joints"]);
@@ -164,4 +180,72 @@ fn what_cannot_stand_anywhere_is_refused_before_anything_is_removed() {
     );
     let asked = "\n[[require]]\nname = \"seen\"\nscore = \"human_seen\"\nregion = \"human\"\nat_least = 0.02\nunder = [\"postures\"]\n";
     refused(&plain, &[("study.toml", "", asked)], &["under = \"postures\": needs to know who stands where"]);
+}
+
+/// Half a body may be seen whole: who the grid cuts off is told before anything is judged, and how much of the region
+/// around that person there is.
+#[test]
+fn who_is_cut_off_by_the_grid_is_warned_of() {
+    let folder = cell();
+    folder.edit("study.toml", "[[-0.2, -0.2, 30], [0.7, 0.4, 0]]", "[[1.19, -0.2, 0], [0.2, -0.2, 0]]");
+    assert_eq!(folder.sweep(&[]).code, Some(0));
+    let check = perirobot(&["check", text(&folder.path("study.toml")), "--poses", "0"]);
+    let judged = judge(&folder, &[]);
+    assert!(matches!(judged.code, Some(0 | 4)) && check.code == Some(0), "{}", judged.stderr);
+    for said in [&check.stderr, &judged.stderr] {
+        let cut: Vec<&str> = said.lines().filter(|line| line.contains("is cut off by the grid")).collect();
+        let is_of = |line: &&str, name: &str| line.starts_with(&format!("warning: cell: person {name:?} "));
+        assert!(cut.len() == 2 && is_of(&cut[0], "kneeling/0") && is_of(&cut[1], "bent/0"), "{cut:?}");
+        let percent = cut[0].split_once("grid: ").unwrap().1.split_once(" %").unwrap().0;
+        assert!((20.0..80.0).contains(&percent.parse::<f64>().unwrap()), "{cut:?}");
+    }
+    let region = "cell: posture \"kneeling/0\": region \"human\": ";
+    assert!(judged.stderr.contains(region), "{}", judged.stderr);
+    assert!(!judged.stderr.contains("posture \"kneeling/1\""), "{}", judged.stderr);
+}
+
+/// Who is taller than all that stands there stretches no grid: regions have the same voxels as planned.
+#[test]
+fn a_posture_is_judged_on_the_grid_as_planned() {
+    let folder = cell();
+    folder.edit("study.toml", "\"kneeling\", \"bent\"", "\"tall\"");
+    folder.edit("study.toml", "radius_m = 0.6", "radius_m = 2.4");
+    let study = Study::load(&folder.path("study.toml"), &Overrides::default()).unwrap();
+    let planned = World::prepare_all(&study).unwrap();
+    let names = Names { poses: "wall/1/1".into(), ..Names::default() };
+    let (_, choice) = find(&study, &planned, &names).unwrap();
+    let (own, worlds, _) = altered(&study, &planned, &choice, &Alteration::Posture("tall/0".into())).unwrap();
+    assert_eq!((own.bounds_m, worlds.len()), (None, 1));
+    assert_eq!(worlds[0].grid, planned[0].grid);
+    // All but the one around the person, which is elsewhere.
+    let of = |world: &World| [0, 1].map(|region| world.regions[region].voxels.clone());
+    assert_eq!(of(&worlds[0]), of(&planned[0]));
+    assert!(planned[0].regions[0].cut_share > 0.0);
+    // In the scene, this person would stretch it.
+    let above = planned[0].grid.corner_m(planned[0].grid.window().end()).z;
+    assert!((1.6..1.8).contains(&above), "{above}");
+}
+
+/// What a file of joints says decides a verdict under postures, and none as planned.
+#[test]
+fn another_person_in_a_file_makes_other_tables() {
+    let folder = cell();
+    folder.edit("study.toml", "\"bent\"", "\"mine.csv\"");
+    let people = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/people");
+    let tables = |person: &str| {
+        folder.write("mine.csv", std::fs::read(people.join(person)).unwrap());
+        let outcome = judge(&folder, &[]);
+        assert!(matches!(outcome.code, Some(0 | 4)), "{}", outcome.stderr);
+        let judged = rows(&folder.path("out/requirements.csv"));
+        let of = |condition: &str| {
+            judged.iter().find(|row| row["condition"] == condition).unwrap()["tables_sha256"].clone()
+        };
+        [of("as_planned"), of("postures")]
+    };
+    folder.write("mine.csv", std::fs::read(people.join("bent.csv")).unwrap());
+    assert_eq!(folder.sweep(&[]).code, Some(0));
+    let ([planned, bent], [same, small]) = (tables("bent.csv"), tables("small.csv"));
+    assert_eq!(planned, same);
+    assert_ne!(bent, small);
+    assert_eq!(tables("bent.csv")[1], bent);
 }

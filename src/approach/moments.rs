@@ -264,12 +264,13 @@ pub fn answers(
     Ok((answers, plans))
 }
 
-/// The answers of all snapshots of a scene at once, with nobody else first; body by body, entry by entry.
-pub(super) fn at_once(ground: &Ground, watchers: &Watchers) -> Result<Vec<Answer>> {
+/// The answers of all snapshots of a scene at once, with nobody else first; body by body, entry by entry. `worlds` as
+/// in [`answers`].
+pub(super) fn at_once(ground: &Ground, worlds: &[World], watchers: &Watchers) -> Result<Vec<Answer>> {
     let mut answers = Vec::new();
     for company in ground.companies() {
-        let (truths, watches) = looked(company, ground.worlds, watchers);
-        answers.extend(Moment::new(ground, company, ground.worlds, &truths)?.ask(watchers, &watches).0);
+        let (truths, watches) = looked(company, worlds, watchers);
+        answers.extend(Moment::new(ground, company, worlds, &truths)?.ask(watchers, &watches).0);
     }
     Ok(answers)
 }

@@ -10,6 +10,7 @@ use crate::Result;
 use crate::study::BodyShape;
 use crate::view::watched::Watchers;
 use crate::voxel::{Grid, rounded_down};
+use crate::world::World;
 
 /// Corners of a circle that is drawn.
 const CORNERS: usize = 24;
@@ -46,12 +47,12 @@ impl Way {
 
 /// Of each body of a scene the way by which it comes nearest unnoticed, from whichever entry and with or without its
 /// people as cover, all its snapshots at once: the cautious answer. None of who is noticed wherever they come in.
-/// `worlds` are those of the ground.
+/// `worlds` are the snapshots of the scene with the sensors as they are looked at.
 ///
 /// # Errors
 /// As [`super::answers`].
-pub fn nearest_ways(ground: &Ground, watchers: &Watchers) -> Result<Vec<Way>> {
-    let answers = at_once(ground, watchers)?;
+pub fn nearest_ways(ground: &Ground, worlds: &[World], watchers: &Watchers) -> Result<Vec<Way>> {
+    let answers = at_once(ground, worlds, watchers)?;
     let of_body = |body: usize| {
         let own = answers.iter().filter(|answer| answer.body == body);
         let depth = |answer: &&Answer| answer.found.deepest.as_ref().map(|deepest| deepest.squared);

@@ -9,7 +9,7 @@ use perirobot::approach::{
     APPROACH, Asked, Ground, PATHS, answers, csv, floor_plan, fusion_warning, in_words, is_named_as_plan,
     moments_of, paths_ply, plan_names,
 };
-use perirobot::judge::{Alteration, altered};
+use perirobot::judge::altered;
 use perirobot::results::files::OutputFolder;
 use perirobot::study::Study;
 use perirobot::view::watched::Watchers;
@@ -89,11 +89,10 @@ pub(super) fn run(args: &Args) -> Result<ExitCode> {
     let alteration = args.alteration.alteration();
     let (own_study, own_worlds, own) = altered(&study, &worlds, &choice, &alteration)?;
     let watchers = Watchers::new(&own_study, own);
-    // All scenes are checked before anything is cast. Entries stay where they are planned, also where mounts are off.
-    let grounds = match alteration {
-        Alteration::Posture(_) => Ground::of_scenes(&own_study, &own_worlds, watchers.each()),
-        _ => Ground::of_scenes(&study, &worlds, Watchers::new(&study, choice).each()),
-    }?;
+    let (planned, altered) = ((&study, &worlds, choice), (&own_study, &own_worlds, own));
+    let (at_study, at_worlds, at_choice) = alteration.where_bodies_come_in(planned, altered);
+    // All scenes are checked before anything is cast.
+    let grounds = Ground::of_scenes(at_study, at_worlds, Watchers::new(at_study, at_choice).each())?;
     let of = Asked::of(&study, &choice, alteration.words());
     // A folder that was made here is removed again if nothing can be written.
     let out = args.out.clone().unwrap_or_else(|| args.study.usual_out("-approach"));

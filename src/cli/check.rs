@@ -55,7 +55,13 @@ pub(super) fn run(args: &Args) -> Result<ExitCode> {
     let few = |few: usize| if args.all { usize::MAX } else { few };
     let of_scenes = worlds.iter().map(|world| (world.name.as_str(), world.warnings.as_slice()));
     let mut warnings = super::warn(of_scenes, few(FEW_WARNINGS));
-    problems.extend(check_postures(&study, &worlds).err());
+    match check_postures(&study, &worlds) {
+        Ok(cut) => {
+            warnings +=
+                super::warn(cut.iter().map(|(scene, cut)| (*scene, cut.as_slice())), few(FEW_WARNINGS));
+        }
+        Err(problem) => problems.push(problem),
+    }
     if !problems.is_empty() {
         return Ok(refuse(&problems, args.all));
     }

@@ -102,14 +102,16 @@ impl AlterationArgs {
 }
 
 /// What a command looks at: a choice of a study, in one of its worlds.
-pub(super) struct Looked {
+pub(super) struct Looked<'a> {
+    planned: (&'a Study, &'a [World], Choice),
+    alteration: Alteration,
     pub(super) study: Study,
     worlds: Vec<World>,
     world: usize,
     pub(super) choice: Choice,
 }
 
-impl Looked {
+impl Looked<'_> {
     /// The worlds, those of the study's that were asked for.
     pub(super) fn worlds(&self) -> &[World] {
         &self.worlds
@@ -117,10 +119,16 @@ impl Looked {
 
     /// By which ways the bodies of the study's approach come nearest unnoticed, in the scene.
     pub(super) fn ways(&self) -> Result<Vec<Way>> {
-        let watchers = Watchers::new(&self.study, self.choice);
-        let own: Vec<World> =
-            self.worlds.iter().filter(|world| world.scene == self.world().scene).cloned().collect();
-        nearest_ways(&Ground::new(&self.study, &own, watchers.each())?, &watchers)
+        let altered = (&self.study, self.worlds(), self.choice);
+        let (study, worlds, choice) = self.alteration.where_bodies_come_in(self.planned, altered);
+        let ground = Ground::new(study, self.of_scene(worlds), Watchers::new(study, choice).each())?;
+        nearest_ways(&ground, self.of_scene(&self.worlds), &Watchers::new(&self.study, self.choice))
+    }
+
+    /// Of some worlds those of the scene.
+    fn of_scene<'w>(&self, worlds: &'w [World]) -> &'w [World] {
+        let scene = self.world().scene;
+        worlds.chunk_by(|one, next| one.scene == next.scene).find(|all| all[0].scene == scene).unwrap_or(&[])
     }
 
     /// The scene at its moment.
@@ -131,18 +139,19 @@ impl Looked {
 
 impl ChoiceArgs {
     /// Finds it in a study.
-    pub(super) fn look(&self, study: &Study, worlds: &[World]) -> Result<Looked> {
+    pub(super) fn look<'a>(&self, study: &'a Study, worlds: &'a [World]) -> Result<Looked<'a>> {
         self.rest.look(&self.pose, study, worlds)
     }
 }
 
 impl RestArgs {
     /// Finds a choice of poses in a study, and alters it where that is asked for.
-    pub(super) fn look(&self, poses: &str, study: &Study, worlds: &[World]) -> Result<Looked> {
+    pub(super) fn look<'a>(&self, poses: &str, study: &'a Study, worlds: &'a [World]) -> Result<Looked<'a>> {
         let (world, choice) = find(study, worlds, &self.wanted(poses))?;
         let world = worlds.iter().position(|one| std::ptr::eq(one, world)).unwrap_or_default();
-        let (study, worlds, choice) = altered(study, worlds, &choice, &self.alteration.alteration())?;
-        Ok(Looked { study, worlds, world, choice })
+        let (planned, alteration) = ((study, worlds, choice), self.alteration.alteration());
+        let (study, worlds, choice) = altered(study, worlds, &choice, &alteration)?;
+        Ok(Looked { planned, alteration, study, worlds, world, choice })
     }
 
     /// Finds the scene alone, by its index, and its snapshot.

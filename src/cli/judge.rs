@@ -170,7 +170,8 @@ impl Args {
         let near = choices.iter().zip(&grounds).filter(|(_, grounds)| !grounds.is_empty());
         let fused: BTreeSet<String> = near.filter_map(|(choice, _)| fusion_warning(study, choice)).collect();
         fused.iter().for_each(|warning| say!("warning: {warning}"));
-        check_postures(study, worlds)?;
+        let cut = check_postures(study, worlds)?;
+        super::warn(cut.iter().map(|(scene, cut)| (*scene, cut.as_slice())), super::MOST_WARNINGS);
         self.forget()?;
         let asked = WhatIf::asked(study);
         let planned = choices.iter().map(|choice| Conditions::as_planned(study, results, choice));

@@ -32,6 +32,15 @@ impl Alteration {
             Alteration::Posture(name) => format!("posture {name}"),
         }
     }
+
+    /// Of what is planned and what is altered, that in which bodies come in. Entries stay where they are planned, also
+    /// where mounts are off or a light curtain is dead; somebody of a posture is cover.
+    pub fn where_bodies_come_in<T>(&self, planned: T, own: T) -> T {
+        match self {
+            Alteration::None | Alteration::Dead(_) | Alteration::Draw(_) => planned,
+            Alteration::Posture(_) => own,
+        }
+    }
 }
 
 /// A study and its worlds in which a choice is altered; the choice there.

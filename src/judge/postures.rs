@@ -1,12 +1,15 @@
 //! Studies in which somebody of `[postures]` stands at a spot, in the place of all people of the scenes.
 
+use glam::DVec3;
+
 use crate::error::{Argument, Issue, Site};
+use crate::scene::build::build;
 use crate::scene::mannequin::read_person;
 use crate::scene::spec::{MotionSpec, ObjectSpec, SceneSpec, SurfaceSpec};
 use crate::scene::{Optical, Role};
 use crate::study::{Posture, RegionSpec, Study};
-use crate::voxel::RegionShape;
-use crate::world::World;
+use crate::voxel::{Grid, RegionShape, voxelize, voxelize_all};
+use crate::world::{World, cut_warning};
 use crate::{Error, Result};
 
 /// A study in which somebody stands in the place of the people of its scenes, and its worlds.
@@ -19,23 +22,62 @@ pub(super) struct Stood {
 }
 
 impl Stood {
-    /// `worlds` are those of the study that are looked at; only their scenes are made.
+    /// `worlds` are those of the study that are looked at; only their scenes are made, each on the grid that it has
+    /// there, so that regions have the same voxels whoever stands where.
     ///
     /// # Errors
-    /// When the spot is beside the grid; when the person cannot be read; when the scene cannot be made with it.
+    /// When the spot is beside the grid, or nothing of the person is in it; when the person cannot be read; when the
+    /// scene cannot be made with it.
     pub(super) fn new(study: &Study, worlds: &[World], posture: &Posture) -> Result<Stood> {
-        refuse_outside(study, worlds, posture)?;
-        let study = with_posture(study, posture);
-        let mut stood = Stood { study, worlds: Vec::new(), warnings: Vec::new() };
-        for scene in worlds.chunk_by(|one, next| one.scene == next.scene) {
-            let made = World::prepare(&stood.study, scene[0].scene)?;
-            let own = format!("person {:?} ", posture.name);
-            let of_person = made[0].warnings.iter().filter(|warning| warning.starts_with(&own));
-            stood.warnings.extend(of_person.map(|warning| format!("{}: {warning}", made[0].name)));
+        let mut stood =
+            Stood { study: with_posture(study, posture), worlds: Vec::new(), warnings: Vec::new() };
+        for scene in scenes(worlds) {
+            cut_off(study, &scene[0], posture)?;
+            let bounds_m = Some(bounds_m(&scene[0].grid));
+            let made = World::prepare(&Study { bounds_m, ..stood.study.clone() }, scene[0].scene)?;
+            let name = &scene[0].name;
+            let own = made[0].warnings.iter().filter(|said| is_of(posture, said));
+            stood.warnings.extend(own.map(|said| format!("{name}: {said}")));
+            // Regions around people are elsewhere than as planned: told where they are cut off on another side.
+            let cut = |region| {
+                let (own, planned) = (cut_at(&made, region), cut_at(scene, region));
+                let is_new = own.iter().zip(planned).any(|(own, planned)| *own && !planned);
+                cut_warning(study, &made, region).filter(|_| is_new)
+            };
+            let cut = (0..study.regions.len()).filter_map(cut);
+            stood.warnings.extend(cut.map(|said| format!("{name}: posture {:?}: {said}", posture.name)));
             stood.worlds.extend(made);
         }
         Ok(stood)
     }
+}
+
+/// Whether a warning of a scene is about its person: where it is, and of one in a file also what is odd about that.
+/// Those that ship are as they should be, also if they lie along y.
+fn is_of(posture: &Posture, said: &str) -> bool {
+    let is_of_file = matches!(posture.person, SurfaceSpec::Mannequin(_));
+    let of_object = is_of_file && said.starts_with(&format!("object {:?} ", posture.name));
+    of_object || said.starts_with(&format!("person {:?} ", posture.name))
+}
+
+/// Which sides of the grid a region goes beyond at some moment: the low and the high end of each axis.
+fn cut_at(worlds: &[World], region: usize) -> Vec<bool> {
+    let each = worlds.iter().map(|world| world.regions[region].cut_at);
+    let both = |all: Vec<bool>, one: [[bool; 2]; 3]| {
+        all.into_iter().zip(one.into_iter().flatten()).map(|(before, now)| before || now).collect()
+    };
+    each.fold(vec![false; 6], both)
+}
+
+/// Worlds, scene by scene.
+fn scenes(worlds: &[World]) -> impl Iterator<Item = &[World]> {
+    worlds.chunk_by(|one, next| one.scene == next.scene)
+}
+
+/// Bounds that make the same grid again: the middle of its first and of its last voxel.
+fn bounds_m(grid: &Grid) -> [DVec3; 2] {
+    let last = grid.window().end().map(|end| end - 1);
+    [[0; 3], last].map(|voxel| grid.corner_m(voxel) + grid.voxel_size_m / 2.0)
 }
 
 /// The posture of a name.
@@ -54,35 +96,74 @@ pub(super) fn named<'s>(study: &'s Study, name: &str) -> Result<&'s Posture> {
     found.ok_or_else(|| Issue::unknown(&known).at(place()).into())
 }
 
-/// Fails where somebody of `[postures]` cannot be read, or has a spot beside the grid of a scene. Nothing is cast.
-pub fn check_postures(study: &Study, worlds: &[World]) -> Result<()> {
+/// Of each scene by name, who of `[postures]` is cut off by its grid, as warnings. Nothing is cast.
+///
+/// # Errors
+/// When a person cannot be read, has a spot beside the grid of a scene, or would not be in it at all.
+pub fn check_postures<'w>(study: &Study, worlds: &'w [World]) -> Result<Vec<(&'w str, Vec<String>)>> {
     for posture in &study.postures {
         // Each person once.
         if let (SurfaceSpec::Mannequin(file), 0) = (&posture.person, posture.spot) {
             read_person(file, &study.sources).map_err(|e| e.at("postures.people").at(&study.path))?;
         }
-        refuse_outside(study, worlds, posture)?;
     }
-    Ok(())
+    let of_scene = |scene: &'w [World]| {
+        let each = study.postures.iter().map(|posture| cut_off(study, &scene[0], posture));
+        let cut: Vec<Option<String>> = each.collect::<Result<_>>()?;
+        Ok((scene[0].name.as_str(), cut.into_iter().flatten().collect()))
+    };
+    scenes(worlds).map(of_scene).collect()
 }
 
-/// Fails where a spot is beside the grid of a scene, in which nobody would be found there.
-fn refuse_outside(study: &Study, worlds: &[World], posture: &Posture) -> Result<()> {
-    for scene in worlds.chunk_by(|one, next| one.scene == next.scene) {
-        let (grid, name) = (&scene[0].grid, &scene[0].name);
-        let [low, high] = [grid.corner_m([0; 3]), grid.corner_m(grid.window().end())];
-        let at = posture.position_m;
-        if (0..2).any(|axis| !(low[axis]..high[axis]).contains(&at[axis])) {
-            let rule = format!(
-                "must lie in the grid, which in scene {name:?} goes from x {:.2}, y {:.2} to x {:.2}, y {:.2} m",
-                low.x, low.y, high.x, high.y
-            );
-            let spot =
-                Issue::value(format!("spots[{}]", posture.spot), format!("[{}, {}]", at.x, at.y), rule);
-            return Err(Error::from(spot.at(Site::Table("postures".into())).at(&study.path)));
-        }
+/// How much of a person the grid of a scene cuts off, if it does.
+///
+/// # Errors
+/// When the spot is beside the grid, or the grid has nothing of the person, who would be found nowhere.
+fn cut_off(study: &Study, world: &World, posture: &Posture) -> Result<Option<String>> {
+    let grid = &world.grid;
+    let [low, high] = [grid.corner_m([0; 3]), grid.corner_m(grid.window().end())];
+    let at = posture.position_m;
+    let refused = |place: String, rule: String| {
+        let spot = Issue::value(format!("spots[{}]", posture.spot), place, rule);
+        Err(Error::from(spot.at(Site::Table("postures".into())).at(&study.path)))
+    };
+    if (0..2).any(|axis| !(low[axis]..high[axis]).contains(&at[axis])) {
+        let rule = format!(
+            "must lie in the grid, which in scene {:?} goes from x {:.2}, y {:.2} to x {:.2}, y {:.2} m",
+            world.name, low.x, low.y, high.x, high.y
+        );
+        return refused(format!("[{}, {}]", at.x, at.y), rule);
     }
-    Ok(())
+    let scene = &study.scenes[world.scene];
+    let alone = SceneSpec { objects: vec![person(scene, posture)], snapshots: 1, ..scene.clone() };
+    let alone = build(&alone, &study.sources, study.voxel_size_m)?;
+    // Voxels of the person and of the grid, counted from the world's origin.
+    let whole = voxelize::scene_extent(&alone, study.voxel_size_m)?;
+    let inside = grid.window().moved(grid.origin).intersection(&whole);
+    if inside == whole {
+        return Ok(None);
+    }
+    let own = voxelize::grid_over(&whole, study.voxel_size_m)
+        .map_err(|e| e.at(format!("person {:?}", posture.name)).at(&study.path))?;
+    let truth = voxelize_all(&alone, own)?.swap_remove(0);
+    let all = truth.human.count();
+    let kept = truth.human.over(inside.moved(own.origin.map(|key| -key))).count();
+    if kept == 0 {
+        let rule = format!(
+            "must be where person {:?} is in the grid, which in scene {:?} goes from z {:.2} to {:.2} m and has nothing \
+             of that person: widen bounds_m of [grid], or mend floor_m of [approach]",
+            posture.name, world.name, low.z, high.z
+        );
+        return refused(format!("[{}, {}] on a floor at {} m", at.x, at.y, at.z), rule);
+    }
+    Ok((kept < all).then(|| {
+        let percent = 100.0 * (all - kept) as f64 / all as f64;
+        format!(
+            "person {:?} is cut off by the grid: {percent:.1} % of the body lies outside and is left out: widen \
+             bounds_m of [grid], or move the spot",
+            posture.name
+        )
+    }))
 }
 
 fn with_posture(study: &Study, posture: &Posture) -> Study {

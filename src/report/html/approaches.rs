@@ -21,7 +21,7 @@ pub(super) fn ways(sweep: &ReportedSweep, looked: Choice) -> Result<Vec<Vec<Way>
     }
     let watchers = Watchers::new(sweep.study, looked);
     let grounds = Ground::of_scenes(sweep.study, sweep.worlds, watchers.each())?;
-    grounds.iter().map(|ground| nearest_ways(ground, &watchers)).collect()
+    grounds.iter().map(|ground| nearest_ways(ground, ground.worlds, &watchers)).collect()
 }
 
 /// A way in the 3D view.
