@@ -3,7 +3,7 @@
 use std::cmp::Ordering;
 
 use super::separation::Separation;
-use crate::metrics::Ratio;
+use crate::metrics::{Ratio, gcd};
 
 /// How much too far away somebody is measured; both distances are squared, in whole voxels, and the first is not the
 /// lesser.
@@ -79,10 +79,6 @@ impl PartialEq for Excess {
 }
 
 impl Eq for Excess {}
-
-fn gcd(a: i128, b: i128) -> i128 {
-    if b == 0 { a } else { gcd(b, a % b) }
-}
 
 /// A product as its upper and its lower 128 bits.
 fn product(a: u128, b: u128) -> [u128; 2] {

@@ -121,7 +121,7 @@ impl Recording {
         }
     }
 
-    /// What it says in a grid: planes over the part of the grid of which it says something. Its hits are empty
+    /// What it says in a grid: planes over all of it. Its hits are empty
     /// where the recording does not tell which voxels its returns came from.
     pub(crate) fn planes(&self, anchor: &Anchor, grid: &Grid) -> Said {
         match self {

@@ -49,10 +49,14 @@ impl RecordedMoment {
 }
 
 impl Recorded {
+    /// The recording of a station's moment, if there is one.
+    fn moment(&self, at: &Station) -> Option<&RecordedMoment> {
+        self.moments.iter().find(|one| one.moment == at.moment)
+    }
+
     /// What was recorded at a station's moment: planes over its grid.
     fn planes(&self, at: &Station) -> Option<Planes> {
-        let moment = self.moments.iter().find(|one| one.moment == at.moment)?;
-        let said = moment.said(&at.truth.grid);
+        let said = self.moment(at)?.said(&at.truth.grid);
         let mut planes = said.planes.clone();
         if !said.knows_hits {
             // A map does not tell where a return in an occupied voxel came from: from there, if there is something.
@@ -85,7 +89,7 @@ impl Kind for Recorded {
     }
 
     fn check(&self, at: &Station) -> Result<(), Issue> {
-        let Some(moment) = self.moments.iter().find(|one| one.moment == at.moment) else { return Ok(()) };
+        let Some(moment) = self.moment(at) else { return Ok(()) };
         let grid = &at.truth.grid;
         if moment.recording.is_too_fine(&moment.anchor, grid) {
             return Err(Issue::too_large(

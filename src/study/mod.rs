@@ -36,7 +36,7 @@ use crate::backend::Fusion;
 use crate::error::{Argument, Issue, Site, Words};
 use crate::scene::spec::SceneSpec;
 use crate::sensor::recorded::Recorded;
-use crate::sensor::{Candidate, SaidOfNoise, Sensor, Setting, Terms};
+use crate::sensor::{Candidate, Kind, SaidOfNoise, Sensor, Terms};
 use crate::source::Sources;
 use crate::voxel::grid::VOXEL_SIZES_M;
 use crate::{Error, Result};
@@ -152,7 +152,8 @@ impl Study {
         let name = std::iter::successors(Some(String::from("recorded")), |name| Some(format!("{name}-map")))
             .find(|name| !taken(name))
             .expect("a study has fewer sensors than there are names");
-        let setting = Setting::Fixed;
+        let candidate = |(own, setting)| Candidate { name: own, group: recorded.name().into(), setting };
+        let candidates = recorded.settings().into_iter().map(candidate).collect();
         self.combinations = vec![Combination {
             name: name.clone(),
             fusion: Fusion::default(),
@@ -161,7 +162,7 @@ impl Study {
         self.sensors.push(Sensor {
             kind: Arc::new(recorded),
             on: None,
-            candidates: vec![Candidate { name: "map".into(), group: name.clone(), setting }],
+            candidates,
             spreads: Vec::new(),
             noise: SaidOfNoise::Nothing,
             terms: Terms::default(),
