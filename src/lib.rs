@@ -80,6 +80,7 @@
 //! | `march` | the integer arithmetic of a ray that marches through voxels | `src/march/SEMANTICS.md`: the rules of every count |
 //! | `metrics` | counts, and the scores made of them: F1, κ, who is detected | `metrics.rs`, `metrics/score.rs` |
 //! | `pose` | position and rotation | `pose.rs` |
+//! | `ros` | messages of ROS 2 in MCAP files, read and written | `messages.rs`, `bag.rs` |
 //! | `scene` | objects with roles: a file a mesh format (`stl.rs`, `gltf.rs`), robots (`urdf/`), people, motion | `mesh_file.rs`, `build.rs` |
 //! | `voxel` | grid, bit planes, voxelizer, regions: the truth | `bits.rs`, `voxelize.rs` |
 //! | `backend` | cast, carve, fuse and count, in three implementations: `oracle.rs` (plain, slow, defines the counts), `cpu/` (a file for each algorithm) and `gpu/` with the WGSL kernels in the top folder `shaders/` (`cast.wgsl`, and for cameras `carve_boxes.wgsl` and `carve_voxels.wgsl`) | `mod.rs` |
@@ -187,6 +188,7 @@ pub mod voxel;
 #[doc(hidden)]
 pub mod world;
 
+mod ros;
 mod spelling;
 
 // The command line names the library as other programs do.

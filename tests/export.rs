@@ -62,7 +62,10 @@ fn octomap_counts_the_same_voxels() {
         "labels.bt",
         "points-lidar.pcd",
         "points-lidar.ply",
+        "sensors.urdf",
+        "transforms.sh",
         "truth.bt",
+        "view.mcap",
         "view.npz",
     ];
     assert_eq!(names(&out), expected);

@@ -92,6 +92,50 @@ fn what_export_writes_scores_as_the_sweep_did() {
 }
 
 #[test]
+fn bags_are_what_other_code_takes_them_for_and_writes() {
+    let Some(interpreter) = python::python() else { return };
+    let folder = exported();
+    let files = folder.path("files");
+    let script = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/pandas/bag.py");
+    python::run(&interpreter, &[script, text(&files)]).unwrap();
+    let scored = |map: &str, more: &[&str]| {
+        score(&folder, map, more);
+        rows(&folder.path("scored.csv"), |_| true)
+    };
+    let cloud = scored("files/points-lidar.ply", &["--sensor", "-0.9,0.6,0.9"]);
+    let called = |rows: &HashMap<String, HashMap<String, String>>, region: &str| {
+        let of = |column: &str| rows[region][column].parse::<u64>().unwrap();
+        of("tp") + of("fp")
+    };
+    for bag in ["view", "none", "lz4", "zstd"].map(|name| format!("files/{name}.mcap")) {
+        let first = scored(&bag, &["--topic", if bag.contains("view") { "/lidar/points" } else { "/points" }, "--message", "0"]);
+        for (region, row) in &first {
+            for column in ["tp", "fp", "hit_human", "parts_detected"] {
+                assert_eq!(row[column], cloud[region][column], "{bag}, {column} of region {region}");
+            }
+        }
+        if bag.contains("view") {
+            continue;
+        }
+        let (second, both) = (scored(&bag, &["--message", "1"]), scored(&bag, &[]));
+        for region in cloud.keys() {
+            let [one, other, all] = [&first, &second, &both].map(|rows| called(rows, region));
+            assert!(all >= one.max(other) && all <= one + other, "{bag}, region {region}: {one} {other} {all}");
+        }
+        assert_ne!(first["box"], second["box"], "{bag}");
+    }
+    let refused = |map: &str, more: &[&str], expected: &str| {
+        let (map, study) = (folder.path(map), folder.path("study.toml"));
+        let outcome = perirobot(&[&["score", text(&map), text(&study)], more].concat());
+        assert_eq!(outcome.code, Some(2), "{}", outcome.stderr);
+        assert!(outcome.stderr.contains(expected), "no {expected:?} in {}", outcome.stderr);
+    };
+    refused("files/zstd.mcap", &["--topic", "/cloud"], "must be of [\"/points\"]");
+    refused("files/zstd.mcap", &["--message", "2"], "must be from 0 to 1");
+    refused("files/labels.bt", &["--topic", "/points"], "asked of .mcap files only");
+}
+
+#[test]
 fn the_two_trees_of_octomap_are_one_map() {
     if Command::new("convert_octree").output().is_err() {
         let promised = std::env::var("PERIROBOT_REQUIRE_OCTOMAP").is_ok_and(|v| v == "1");
@@ -186,7 +230,7 @@ fn wrong_recordings_are_refused() {
     };
     let file = "file = \"files/labels.bt\"";
     study(file, "file = \"files/none.bt\"", &["sensor \"map\".recording[0]", "file", "none.bt"]);
-    study(file, "file = \"study.toml\"", &["study.toml", "must be a .bt, .ot, .npz, .pcd or .ply file"]);
+    study(file, "file = \"study.toml\"", &["study.toml", "must be a .bt, .ot, .npz, .pcd, .ply or .mcap file"]);
     study(
         file,
         &format!("{file}\nscene = \"hall\""),

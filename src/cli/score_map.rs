@@ -5,7 +5,7 @@ use std::process::ExitCode;
 
 use glam::DVec3;
 use perirobot::backend::cpu::Cpu;
-use perirobot::recording::{Anchor, Recording};
+use perirobot::recording::{Anchor, Asked, Recording};
 use perirobot::report::recorded;
 use perirobot::results::rows::RowsFile;
 use perirobot::results::table::TableFormat;
@@ -19,8 +19,8 @@ use super::study::StudyArgs;
 
 /// Score a map that real sensors recorded against a scene
 ///
-/// Lays an OctoMap (.bt, .ot), labels (.npz, as `perirobot export` writes them) or a point cloud (.pcd, .ply)
-/// into the study's grid, and compares it with the truth of one scene at one moment as a sweep compares what a
+/// Lays an OctoMap (.bt, .ot), labels (.npz, as `perirobot export` writes them), a point cloud (.pcd, .ply) or
+/// those of a ROS 2 bag (.mcap) into the study's grid, and compares it with the truth of one scene at one moment as a sweep compares what a
 /// sensor says. The study's own sensors are not cast. A voxel of the study is occupied if a part of an occupied
 /// voxel of the map lies in it, free if all of it is covered by free ones, else unknown. The points of a cloud
 /// mark their voxels and free those between them and the sensor.
@@ -48,6 +48,12 @@ pub(super) struct Args {
     /// the frame's origin]
     #[arg(long, value_name = "X,Y,Z", allow_hyphen_values = true, value_parser = perirobot::render::point, help_heading = "Recording")]
     sensor: Option<DVec3>,
+    /// Of a .mcap: the topic of the point clouds [default: the only one]
+    #[arg(long, value_name = "NAME", help_heading = "Recording")]
+    topic: Option<String>,
+    /// Of a .mcap: one message of the topic, counted from 0 [default: all of them together]
+    #[arg(long, value_name = "N", help_heading = "Recording")]
+    message: Option<usize>,
     /// A table with the columns of results.csv, a row for each region: FILE.csv or FILE.parquet
     #[arg(long, value_name = "FILE", help_heading = "Recording")]
     out: Option<PathBuf>,
@@ -75,7 +81,8 @@ pub(super) fn run(args: &Args) -> Result<ExitCode> {
     });
     let format = format.transpose()?;
     let sources = Sources::beside(&args.map).allow_outside();
-    let recording = Recording::read(&args.map, args.sensor, &sources)?;
+    let asked = Asked { sensor_m: args.sensor, topic: args.topic.as_deref(), message: args.message };
+    let recording = Recording::read(&args.map, asked, &sources)?;
     let study = args.study.read()?;
     let names = Names { scene: args.scene.clone(), snapshot: args.snapshot, ..Names::default() };
     let scene = find_scene(&study, &names)?;

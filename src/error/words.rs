@@ -54,6 +54,7 @@ arguments! {
     Shard "shard",
     Size "size",
     Snapshot "snapshot",
+    Topic "topic",
     VoxelSize "voxel size",
 }
 

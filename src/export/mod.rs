@@ -5,6 +5,7 @@ pub mod glb;
 pub mod npz;
 pub mod octomap;
 pub mod points;
+mod ros;
 
 use crate::Result;
 use crate::results::columns::{pose_names, representation_names};
@@ -45,8 +46,8 @@ pub fn folder_name(view: &View) -> String {
 pub fn each_file(view: &View, scene: &Scene, mut take: impl FnMut(File) -> Result<()>) -> Result<()> {
     let mut out = |name: String, bytes, holds: String| take(File { name, bytes, holds });
     let counts = |(occupied, free)| format!("{occupied} voxels occupied, {free} free");
-    let (bytes, held) = octomap::labels(view)?;
-    out("labels.bt".into(), bytes, counts(held))?;
+    let (octree, held) = octomap::labels(view)?;
+    out("labels.bt".into(), octree.clone(), counts(held))?;
     let (bytes, held) = octomap::truth(view)?;
     out("truth.bt".into(), bytes, counts(held))?;
     let names = sensor_file_names(view);
@@ -63,7 +64,8 @@ pub fn each_file(view: &View, scene: &Scene, mut take: impl FnMut(File) -> Resul
     let [x, y, z] = view.world.grid.size;
     out("view.npz".into(), npz::bytes(view)?, format!("{x} × {y} × {z} voxels"))?;
     let (bytes, nodes) = glb::bytes(view, scene)?;
-    out("cell.glb".into(), bytes, format!("{nodes} objects and sensors"))
+    out("cell.glb".into(), bytes, format!("{nodes} objects and sensors"))?;
+    ros::files(view, &octree)?.into_iter().try_for_each(take)
 }
 
 /// A name for the files of each sensor; no two are the same.

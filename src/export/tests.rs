@@ -156,6 +156,9 @@ fn names_of_files_are_plain_and_different() {
             "points-lidar.pcd",
             "view.npz",
             "cell.glb",
+            "transforms.sh",
+            "sensors.urdf",
+            "view.mcap",
         ];
         assert_eq!(names, expected);
     });

@@ -9,6 +9,8 @@
 //!
 //! Nothing is carved where no point is: a cloud does not tell which rays came to nothing.
 
+use std::collections::BTreeSet;
+
 use glam::DVec3;
 
 use super::Anchor;
@@ -47,32 +49,38 @@ impl Cloud {
         Cloud { sensor_m: sensor_m.unwrap_or(self.sensor_m), ..self }
     }
 
-    pub(super) fn in_words(&self) -> String {
-        let [x, y, z] = self.sensor_m.to_array();
-        let without = match self.without_point {
-            0 => String::new(),
-            count => format!(" ({count} entries without a point are passed over)"),
-        };
-        format!("{} points{without} measured from {x:.3}, {y:.3}, {z:.3} m", self.points_m.len())
-    }
-
     pub(super) fn bounds_m(&self) -> [DVec3; 2] {
         let all = || self.points_m.iter().copied();
         let [low, high] = [all().reduce(DVec3::min), all().reduce(DVec3::max)];
         [low.unwrap_or(self.sensor_m), high.unwrap_or(self.sensor_m)]
     }
 
-    /// What it says in a grid; its hits are empty.
-    pub(super) fn in_grid(&self, anchor: &Anchor, grid: &Grid) -> Planes {
-        let mut planes = Planes::blank(grid.window());
+    /// Adds what it says to planes over a grid; no hits.
+    pub(super) fn carve_in(&self, anchor: &Anchor, grid: &Grid, planes: &mut Planes) {
         let sensor = anchor.world(self.sensor_m);
         for point in self.points_m.iter().map(|point| anchor.world(*point)) {
             if let Some(begin_q16) = enters(sensor, point, grid) {
-                carve(begin_q16, point, grid, &mut planes);
+                carve(begin_q16, point, grid, planes);
             }
         }
-        planes
     }
+}
+
+/// What some clouds are, for people.
+pub(super) fn in_words(clouds: &[Cloud]) -> String {
+    let sum = |count: fn(&Cloud) -> usize| clouds.iter().map(count).sum::<usize>();
+    let places = clouds.iter().map(|cloud| cloud.sensor_m.to_array().map(|x| format!("{x:.3}")).join(", "));
+    let places: BTreeSet<String> = places.collect();
+    let places = match (places.len(), places.first()) {
+        (1, Some(place)) => format!("{place} m"),
+        (several, _) => format!("{several} places"),
+    };
+    let of_clouds = if clouds.len() > 1 { format!(" of {} clouds", clouds.len()) } else { String::new() };
+    let without = match sum(|cloud| cloud.without_point) {
+        0 => String::new(),
+        count => format!(" ({count} entries without a point are passed over)"),
+    };
+    format!("{} points{of_clouds}{without} measured from {places}", sum(|cloud| cloud.points_m.len()))
 }
 
 /// Where a ray from a sensor to a point, in world metres, is first in the grid; `None` if it is nowhere.

@@ -5,6 +5,7 @@
 //! | `.bt`, `.ot` | an OctoMap |
 //! | `.npz` | labels over a grid, as `perirobot export` writes them |
 //! | `.pcd`, `.ply` | a point cloud, carved from where its sensor was |
+//! | `.mcap` | point clouds of a ROS 2 bag, each carved from where its frame is |
 //!
 //! # Theory
 //! A recording has a frame of its own, which stands in the world at a position, turned about the vertical. The
@@ -20,6 +21,7 @@
 
 pub mod cloud;
 mod header;
+mod mcap;
 mod npy;
 mod npz;
 mod number;
@@ -37,12 +39,13 @@ use crate::scene::octomap;
 use crate::source::Sources;
 use crate::voxel::Grid;
 use crate::voxel::grid::VOXEL_SIZES_M;
+use crate::error::Issue;
 use crate::{Error, Result};
 use cloud::Cloud;
 use voxels::VoxelMap;
 
 /// The endings of all that can be read, for messages.
-pub const ENDINGS: &str = "a .bt, .ot, .npz, .pcd or .ply file";
+pub const ENDINGS: &str = "a .bt, .ot, .npz, .pcd, .ply or .mcap file";
 
 /// How many voxels of a map may stand in a row in a voxel of the grid.
 const FINEST: f64 = 64.0;
@@ -55,8 +58,20 @@ const MOST_VOXELS: u64 = 1 << 33;
 pub enum Recording {
     /// Voxels that are occupied, free or unknown.
     Map(VoxelMap),
-    /// Points that a sensor measured.
-    Cloud(Cloud),
+    /// Points that a sensor measured, from one place or from several.
+    Clouds(Vec<Cloud>),
+}
+
+/// What of a file is read, where it holds more than one thing or leaves something out.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Asked<'a> {
+    /// Where the sensor was that measured a cloud, in the recording's frame. Without it the file says it, or
+    /// else the sensor was at the frame's origin.
+    pub sensor_m: Option<DVec3>,
+    /// The topic of a bag; needed where it has clouds on several.
+    pub topic: Option<&'a str>,
+    /// The number of a message of the topic, counted from 0; without it all of them are one recording.
+    pub message: Option<usize>,
 }
 
 /// Where the frame of a recording stands in the world.
@@ -88,31 +103,42 @@ impl Anchor {
 }
 
 impl Recording {
-    /// Reads a file by the ending of its name. `sensor_m` says where the sensor was that measured a cloud, in
-    /// the recording's frame; the file says it, or else it was at the frame's origin.
+    /// Reads a file by the ending of its name.
     ///
     /// # Errors
-    /// When the file cannot be read, is damaged, or holds nothing; when a map is given a place of its sensor.
-    pub fn read(path: &Path, sensor_m: Option<DVec3>, sources: &Sources) -> Result<Recording> {
+    /// When the file cannot be read, is damaged, or holds nothing; when something is asked that is not asked of
+    /// such a file.
+    pub fn read(path: &Path, asked: Asked, sources: &Sources) -> Result<Recording> {
+        let at = |issue: Issue| Error::from(issue.at(path));
+        let bytes = || sources.bytes(path);
         let ending = path.extension().map(|ending| ending.to_string_lossy().to_lowercase());
-        let map = match ending.as_deref() {
-            Some("bt" | "ot") => VoxelMap::of_tree(octomap::read_tree(path, sources)?),
-            Some("npz") => npz::parse(&sources.bytes(path)?).map_err(|e| Error::from(e.at(path)))?,
-            Some("pcd") => {
-                let cloud = pcd::parse(&sources.bytes(path)?).map_err(|e| Error::from(e.at(path)))?;
-                return Ok(Recording::Cloud(cloud.seen_from(sensor_m)));
-            }
-            Some("ply") => {
-                let cloud = ply::parse(&sources.bytes(path)?).map_err(|e| Error::from(e.at(path)))?;
-                return Ok(Recording::Cloud(cloud.seen_from(sensor_m)));
+        let ending = ending.as_deref().unwrap_or_default();
+        if ending != "mcap" && (asked.topic.is_some() || asked.message.is_some()) {
+            return Err(Error::input(path, "is no bag, and topic and message are asked of .mcap files only")
+                .wanted("leave them out"));
+        }
+        let clouds = match ending {
+            "pcd" => vec![pcd::parse(&bytes()?).map_err(at)?],
+            "ply" => vec![ply::parse(&bytes()?).map_err(at)?],
+            "mcap" => mcap::parse(&bytes()?, asked.topic, asked.message).map_err(at)?,
+            "bt" | "ot" | "npz" => {
+                let map = match ending {
+                    "npz" => npz::parse(&bytes()?).map_err(at)?,
+                    _ => VoxelMap::of_tree(octomap::read_tree(path, sources)?),
+                };
+                return Recording::map(path, map, asked);
             }
             _ => return Err(Error::input(path, format!("must be {ENDINGS}"))),
         };
+        Ok(Recording::Clouds(clouds.into_iter().map(|cloud| cloud.seen_from(asked.sensor_m)).collect()))
+    }
+
+    fn map(path: &Path, map: VoxelMap, asked: Asked) -> Result<Recording> {
         if !VOXEL_SIZES_M.contains(&map.voxel_size_m) {
             let what = format!("has voxels of {} m, must be from 0.0001 to 10 m", map.voxel_size_m);
             return Err(Error::input(path, what));
         }
-        match sensor_m {
+        match asked.sensor_m {
             None => Ok(Recording::Map(map)),
             Some(_) => {
                 Err(Error::input(path, "is a map, and the place of a sensor is asked of point clouds only")
@@ -126,7 +152,11 @@ impl Recording {
     pub(crate) fn planes(&self, anchor: &Anchor, grid: &Grid) -> Said {
         match self {
             Recording::Map(map) => map.in_grid(anchor, grid),
-            Recording::Cloud(cloud) => Said { planes: cloud.in_grid(anchor, grid), knows_hits: false },
+            Recording::Clouds(clouds) => {
+                let mut planes = Planes::blank(grid.window());
+                clouds.iter().for_each(|cloud| cloud.carve_in(anchor, grid, &mut planes));
+                Said { planes, knows_hits: false }
+            }
         }
     }
 
@@ -137,7 +167,7 @@ impl Recording {
             Recording::Map(map) => {
                 map.voxel_size_m * FINEST < grid.voxel_size_m || map.voxels_near(anchor, grid) > MOST_VOXELS
             }
-            Recording::Cloud(_) => false,
+            Recording::Clouds(_) => false,
         }
     }
 
@@ -145,7 +175,7 @@ impl Recording {
     pub fn in_words(&self) -> String {
         match self {
             Recording::Map(map) => map.in_words(),
-            Recording::Cloud(cloud) => cloud.in_words(),
+            Recording::Clouds(clouds) => cloud::in_words(clouds),
         }
     }
 
@@ -153,7 +183,10 @@ impl Recording {
     pub(crate) fn bounds_m(&self) -> [DVec3; 2] {
         match self {
             Recording::Map(map) => map.bounds_m(),
-            Recording::Cloud(cloud) => cloud.bounds_m(),
+            Recording::Clouds(clouds) => {
+                let all = clouds.iter().map(Cloud::bounds_m);
+                all.reduce(|[a, b], [c, d]| [a.min(c), b.max(d)]).unwrap_or_default()
+            }
         }
     }
 }

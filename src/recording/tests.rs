@@ -177,7 +177,7 @@ fn points_that_are_infinitely_far_away_keep_their_direction() {
     let grid = Grid { voxel_size_m: 0.001, origin: [0; 3], size: [40, 40, 1] };
     for scale in [1.0, 1e4, 1e30] {
         let cloud = Cloud::new(DVec3::splat(0.0005), vec![DVec3::new(2.0, 1.0, 0.0) * scale]).unwrap();
-        let said = Recording::Cloud(cloud).planes(&Anchor::new(HERE, 0.0), &grid).planes;
+        let said = Recording::Clouds(vec![cloud]).planes(&Anchor::new(HERE, 0.0), &grid).planes;
         assert!(
             said.occupied.is_empty() && said.free.get([39, 19, 0]) && !said.free.get([30, 30, 0]),
             "{scale}"
@@ -205,7 +205,7 @@ fn a_point_marks_its_voxel_and_frees_the_way_to_it() {
     let cloud = |sensor: [f64; 3], points: &[[f64; 3]]| {
         let points = points.iter().map(|point| DVec3::from_array(*point)).collect();
         let cloud = Cloud::new(DVec3::from_array(sensor), points).unwrap();
-        Recording::Cloud(cloud).planes(&Anchor::new(HERE, 0.0), &grid).planes
+        Recording::Clouds(vec![cloud]).planes(&Anchor::new(HERE, 0.0), &grid).planes
     };
     let voxels = |plane: &BitGrid| plane.voxels().collect::<Vec<_>>();
     let along_x = |from: i32, to: i32| (from..to).map(|x| [x, 1, 1]).collect::<Vec<_>>();
@@ -235,7 +235,7 @@ fn an_anchor_turns_a_cloud_with_its_sensor() {
     let grid = Grid { voxel_size_m: 0.1, origin: [0; 3], size: [10, 10, 4] };
     let cloud = Cloud::new(HERE, vec![DVec3::new(0.4, 0.0, 0.0)]).unwrap();
     let anchor = Anchor::new(DVec3::new(0.25, 0.15, 0.15), std::f64::consts::FRAC_PI_2);
-    let said = Recording::Cloud(cloud).planes(&anchor, &grid).planes;
+    let said = Recording::Clouds(vec![cloud]).planes(&anchor, &grid).planes;
     assert_eq!(said.occupied.voxels().collect::<Vec<_>>(), [[2, 5, 1]]);
     assert_eq!(said.free.voxels().collect::<Vec<_>>(), (1..5).map(|y| [2, y, 1]).collect::<Vec<_>>());
 }
@@ -254,7 +254,7 @@ fn what_a_cloud_frees_lies_on_its_rays() {
     for _ in 0..300 {
         let (sensor, point) = (place(500), place(500));
         let cloud = Cloud::new(sensor, vec![point]).unwrap();
-        let said = Recording::Cloud(cloud).planes(&Anchor::new(HERE, 0.0), &grid).planes;
+        let said = Recording::Clouds(vec![cloud]).planes(&Anchor::new(HERE, 0.0), &grid).planes;
         let end = Grid::voxel_of(grid.position_q16(point));
         assert_eq!(said.occupied.get(end), grid.window().contains(end));
         let distance = |voxel: [i32; 3]| {

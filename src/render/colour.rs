@@ -69,14 +69,14 @@ pub(super) enum Entry {
 }
 
 /// Which colour each voxel has.
-pub(super) struct Palette<'a> {
+pub(crate) struct Palette<'a> {
     world: &'a World,
     view: Option<&'a View<'a>>,
     colour: Colour,
 }
 
 impl<'a> Palette<'a> {
-    pub(super) fn new(world: &'a World, view: Option<&'a View<'a>>, colour: Colour) -> Result<Self> {
+    pub(crate) fn new(world: &'a World, view: Option<&'a View<'a>>, colour: Colour) -> Result<Self> {
         if colour == Colour::Label && view.is_none() {
             let only = Words::from("there are labels with ") + Argument::Pose + " only";
             let place = Site::Argument(Argument::Colour, "label".into());
@@ -85,8 +85,8 @@ impl<'a> Palette<'a> {
         Ok(Palette { world, view, colour })
     }
 
-    /// The colour of an occupied voxel.
-    pub(super) fn of(&self, voxel: [i32; 3]) -> [u8; 3] {
+    /// The colour of a voxel, as if something were there.
+    pub(crate) fn of(&self, voxel: [i32; 3]) -> [u8; 3] {
         match self.ramp() {
             Some(axis) => {
                 let last = self.world.grid.size[axis].max(2) - 1;

@@ -26,6 +26,7 @@ use crate::world::World;
 use crate::{Error, Result};
 pub use canvas::Canvas;
 pub use colour::Colour;
+pub(crate) use colour::Palette;
 pub use eye::{Eye, point};
 
 use cast::Hit;

@@ -7,7 +7,7 @@ use serde::Deserialize;
 
 use super::Context;
 use crate::Result;
-use crate::recording::{Anchor, Recording};
+use crate::recording::{Anchor, Asked, Recording};
 use crate::scene::spec::SceneSpec;
 use crate::sensor::recorded::{Recorded, RecordedMoment};
 use crate::study::Place;
@@ -25,7 +25,7 @@ pub(super) struct RecordedFile {
 #[derive(Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 struct RecordingFile {
-    /// An OctoMap (.bt, .ot), labels (.npz) or a point cloud (.pcd, .ply).
+    /// An OctoMap (.bt, .ot), labels (.npz), a point cloud (.pcd, .ply) or a ROS 2 bag with such (.mcap).
     file: PathBuf,
     /// Of which scene. Default the study's only one.
     scene: Option<String>,
@@ -40,6 +40,10 @@ struct RecordingFile {
     /// Of a point cloud: where the sensor was, in the recording's frame. Default what a .pcd says, else the
     /// frame's origin.
     sensor_m: Option<[f64; 3]>,
+    /// Of a bag: the topic of the point clouds. Default the only one.
+    topic: Option<String>,
+    /// Of a bag: the number of a message of the topic, counted from 0. Default all of them together.
+    message: Option<usize>,
 }
 
 /// The sensor, and what its user may not expect.
@@ -85,7 +89,8 @@ fn one(at: &Place, entry: RecordingFile, context: &Context) -> Result<RecordedMo
     let yaw_deg = at.number("yaw_deg", entry.yaw_deg, -360.0..=360.0, "an angle from -360 to 360 degrees")?;
     let sensor_m = entry.sensor_m.map(|place| at.vector("sensor_m", place)).transpose()?;
     let path = at.folder().join(entry.file);
-    let recording = Recording::read(&path, sensor_m, context.sources).map_err(|e| at.around(e.at("file")))?;
+    let asked = Asked { sensor_m, topic: entry.topic.as_deref(), message: entry.message };
+    let recording = Recording::read(&path, asked, context.sources).map_err(|e| at.around(e.at("file")))?;
     Ok(RecordedMoment::new([scene, snapshot], recording, Anchor::new(position_m, yaw_deg.to_radians())))
 }
 

@@ -1,0 +1,12 @@
+//! Messages of ROS 2 in MCAP files, as `ros2 bag` records and plays them and Foxglove shows them: what
+//! recordings are read from, and views written to.
+//!
+//! A message is serialised as ROS 2 does by default: OMG's Common Data Representation, plain, behind four bytes that say
+//! which order its bytes have.
+
+mod bag;
+mod frames;
+pub(crate) mod messages;
+
+pub(crate) use bag::{BagWriter, STAMP, read_clouds};
+use frames::Frames;
