@@ -108,7 +108,10 @@ fn bags_are_what_other_code_takes_them_for_and_writes() {
         of("tp") + of("fp")
     };
     for bag in ["view", "none", "lz4", "zstd"].map(|name| format!("files/{name}.mcap")) {
-        let first = scored(&bag, &["--topic", if bag.contains("view") { "/lidar/points" } else { "/points" }, "--message", "0"]);
+        let first = scored(
+            &bag,
+            &["--topic", if bag.contains("view") { "/lidar/points" } else { "/points" }, "--message", "0"],
+        );
         for (region, row) in &first {
             for column in ["tp", "fp", "hit_human", "parts_detected"] {
                 assert_eq!(row[column], cloud[region][column], "{bag}, {column} of region {region}");
@@ -120,7 +123,10 @@ fn bags_are_what_other_code_takes_them_for_and_writes() {
         let (second, both) = (scored(&bag, &["--message", "1"]), scored(&bag, &[]));
         for region in cloud.keys() {
             let [one, other, all] = [&first, &second, &both].map(|rows| called(rows, region));
-            assert!(all >= one.max(other) && all <= one + other, "{bag}, region {region}: {one} {other} {all}");
+            assert!(
+                all >= one.max(other) && all <= one + other,
+                "{bag}, region {region}: {one} {other} {all}"
+            );
         }
         assert_ne!(first["box"], second["box"], "{bag}");
     }
@@ -230,7 +236,11 @@ fn wrong_recordings_are_refused() {
     };
     let file = "file = \"files/labels.bt\"";
     study(file, "file = \"files/none.bt\"", &["sensor \"map\".recording[0]", "file", "none.bt"]);
-    study(file, "file = \"study.toml\"", &["study.toml", "must be a .bt, .ot, .npz, .pcd, .ply or .mcap file"]);
+    study(
+        file,
+        "file = \"study.toml\"",
+        &["study.toml", "must be a .bt, .ot, .npz, .pcd, .ply or .mcap file"],
+    );
     study(
         file,
         &format!("{file}\nscene = \"hall\""),

@@ -112,7 +112,9 @@ pub(super) fn files(view: &View, octree: &[u8]) -> Result<Vec<File>> {
 
 /// A script that publishes the frames.
 fn transforms(placed: &[Placed]) -> String {
-    let mut text = "#!/bin/sh\n# Publishes where the sensors are until it is stopped.\ntrap 'kill 0' INT TERM\n".to_string();
+    let mut text =
+        "#!/bin/sh\n# Publishes where the sensors are until it is stopped.\ntrap 'kill 0' INT TERM\n"
+            .to_string();
     for frame in placed.iter().flat_map(Placed::frames) {
         let [x, y, z] = frame.pose.position_m.to_array().map(short);
         let [qx, qy, qz, qw] = frame.pose.rotation.to_array().map(short);
@@ -192,9 +194,9 @@ fn bag(view: &View, placed: &[Placed], octree: &[u8]) -> Result<(Vec<u8>, usize)
         child_frame_id: frame.name.clone(),
         transform: transform(&frame.pose),
     };
-    let frames = placed.iter().flat_map(|sensor| {
-        std::iter::once(&sensor.own).chain(sensor.optical.iter().map(|(frame, _)| frame))
-    });
+    let frames = placed
+        .iter()
+        .flat_map(|sensor| std::iter::once(&sensor.own).chain(sensor.optical.iter().map(|(frame, _)| frame)));
     let frames = TfMessage { transforms: frames.map(stamped).collect() };
     if !frames.transforms.is_empty() {
         bag.write("/tf_static", &frames);

@@ -22,13 +22,16 @@ pub(super) fn parse(bytes: &[u8], topic: Option<&str>, message: Option<usize>) -
         let (frame, pose) = frames.outermost(&cloud.header.frame_id)?;
         let first = outermost.get_or_insert_with(|| frame.to_owned());
         if first != frame {
-            let what = format!("its clouds are in the frames {first:?} and {frame:?}, which /tf_static does not join");
+            let what = format!(
+                "its clouds are in the frames {first:?} and {frame:?}, which /tf_static does not join"
+            );
             return Err(Issue::says(what).wanted("name one message, or one topic whose sensor does not move"));
         }
         let found = points_m(&cloud, &pose)?;
         points += found.len();
         if points > MOST_POINTS {
-            return Err(Issue::too_large(format!("holds more than {MOST_POINTS} points")).wanted("name one message of it"));
+            return Err(Issue::too_large(format!("holds more than {MOST_POINTS} points"))
+                .wanted("name one message of it"));
         }
         match found.iter().any(|point| point.is_finite()) {
             true => clouds.push(Cloud::new(pose.position_m, found)?),
@@ -50,7 +53,8 @@ fn points_m(cloud: &PointCloud2, pose: &Pose) -> Result<Vec<DVec3>, Issue> {
     let axis = |name: &str| {
         let field = cloud.fields.iter().find(|field| field.name == name);
         let field = field.ok_or_else(|| wrong(format!("its points have no {name}")))?;
-        let number = number(field).ok_or_else(|| wrong(format!("{name} has the datatype {}", field.datatype)))?;
+        let number =
+            number(field).ok_or_else(|| wrong(format!("{name} has the datatype {}", field.datatype)))?;
         let offset = field.offset as usize;
         match offset + number.bytes() <= step {
             true => Ok((number, offset)),
@@ -61,7 +65,10 @@ fn points_m(cloud: &PointCloud2, pose: &Pose) -> Result<Vec<DVec3>, Issue> {
     // Of an unorganised cloud some drivers write no row_step.
     let row = if height <= 1 { width * step } else { row };
     if height > 0 && (row < width * step || cloud.data.len() / height < row) {
-        return Err(wrong(format!("its {} bytes do not hold {width} x {height} points of {step}", cloud.data.len())));
+        return Err(wrong(format!(
+            "its {} bytes do not hold {width} x {height} points of {step}",
+            cloud.data.len()
+        )));
     }
     let mut points = Vec::with_capacity(width * height);
     for line in cloud.data.chunks_exact(row.max(1)).take(height) {

@@ -35,11 +35,11 @@ use std::path::Path;
 use glam::{DMat3, DVec3};
 
 use crate::backend::Planes;
+use crate::error::Issue;
 use crate::scene::octomap;
 use crate::source::Sources;
 use crate::voxel::Grid;
 use crate::voxel::grid::VOXEL_SIZES_M;
-use crate::error::Issue;
 use crate::{Error, Result};
 use cloud::Cloud;
 use voxels::VoxelMap;

@@ -5,8 +5,8 @@ use std::io::Cursor;
 
 use byteorder::{BigEndian, LittleEndian};
 use mcap::records::MessageHeader;
-use serde::de::DeserializeOwned;
 use serde::Serialize;
+use serde::de::DeserializeOwned;
 
 use super::Frames;
 use super::messages::{Message, PointCloud2, TfMessage, Time};
@@ -55,7 +55,8 @@ pub(crate) fn read_clouds(
         Some(number) => match order.get(number) {
             Some(&place) => vec![place],
             None => {
-                let rule = format!("must be from 0 to {}: {topic} has {} of them", times.len() - 1, times.len());
+                let rule =
+                    format!("must be from 0 to {}: {topic} has {} of them", times.len() - 1, times.len());
                 return Err(Issue::value("message", number, rule));
             }
         },
@@ -94,10 +95,7 @@ fn asked_for(topics: &BTreeMap<String, Vec<u64>>, topic: Option<&str>) -> Result
     }
 }
 
-fn each_message(
-    bytes: &[u8],
-    mut take: impl FnMut(mcap::Message) -> Result<(), Issue>,
-) -> Result<(), Issue> {
+fn each_message(bytes: &[u8], mut take: impl FnMut(mcap::Message) -> Result<(), Issue>) -> Result<(), Issue> {
     let damaged = |e: mcap::McapError| Issue::damaged(format!("is no whole MCAP file: {e}"));
     for message in mcap::MessageStream::new(bytes).map_err(damaged)? {
         take(message.map_err(damaged)?)?;

@@ -26,7 +26,8 @@ impl Frames {
         let child = plain(&said.child_frame_id).to_owned();
         let is_unit = (rotation.length() - 1.0).abs() < 1e-3;
         if !position_m.is_finite() || !is_unit {
-            let what = format!("its transform of the frame {child:?} has no finite place and unit quaternion");
+            let what =
+                format!("its transform of the frame {child:?} has no finite place and unit quaternion");
             return Err(Issue::damaged(what));
         }
         let pose = Pose { position_m, rotation: rotation.normalize() };

@@ -62,20 +62,24 @@ fn transforms_put_frames_where_the_sensors_are() {
         assert_eq!(after(optical, "--child-frame-id"), "camera_optical_frame");
         let q = ["--qx", "--qy", "--qz", "--qw"].map(|flag| after(optical, flag).parse::<f64>().unwrap());
         let turned = DQuat::from_xyzw(q[0], q[1], q[2], q[3]);
-        assert!((turned * DVec3::Z - DVec3::X).length() < 1e-9 && (turned * DVec3::X + DVec3::Y).length() < 1e-9);
+        assert!(
+            (turned * DVec3::Z - DVec3::X).length() < 1e-9 && (turned * DVec3::X + DVec3::Y).length() < 1e-9
+        );
     });
 }
 
 #[test]
 fn the_urdf_puts_links_where_the_sensors_are() {
     exported("scenes/tiny.toml", CAMERA, |_, placed, files| {
-        let urdf = text(&files, "sensors.urdf").replace("<robot name=\"sensors\">", "<robot name=\"s\"><link name=\"world\"/>");
+        let urdf = text(&files, "sensors.urdf")
+            .replace("<robot name=\"sensors\">", "<robot name=\"s\"><link name=\"world\"/>");
         let robot = urdf_rs::read_from_string(&urdf).unwrap();
         assert_eq!(robot.joints.len(), 2);
         let found = robot.joints.iter().fold(Pose::ORIGIN, |holder, joint| {
             // Fixed axes: roll, then pitch, then yaw.
             let [roll, pitch, yaw] = joint.origin.rpy.0;
-            let rotation = DQuat::from_rotation_z(yaw) * DQuat::from_rotation_y(pitch) * DQuat::from_rotation_x(roll);
+            let rotation =
+                DQuat::from_rotation_z(yaw) * DQuat::from_rotation_y(pitch) * DQuat::from_rotation_x(roll);
             Pose { position_m: DVec3::from_array(joint.origin.xyz.0), rotation }.carried_by(&holder)
         });
         let (frame, expected) = placed[0].of_points();
@@ -87,7 +91,8 @@ fn the_urdf_puts_links_where_the_sensors_are() {
         let placement = placed[0].member.placement.axis_q15;
         for (r, row) in placement.iter().enumerate() {
             let told = [axes.x_axis[r], axes.y_axis[r], axes.z_axis[r]];
-            let close = row.iter().zip(told).all(|(&q15, told)| (f64::from(q15) / 32768.0 - told).abs() < 1e-4);
+            let close =
+                row.iter().zip(told).all(|(&q15, told)| (f64::from(q15) / 32768.0 - told).abs() < 1e-4);
             assert!(close, "{row:?} {told:?}");
         }
     });
@@ -100,10 +105,12 @@ fn the_camera_info_gives_the_same_rays_again() {
         std::fs::write(folder.path().join("left.yaml"), text(&files, "camera_info-camera.yaml")).unwrap();
         let study = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/tiny.toml");
         let written = std::fs::read_to_string(&study).unwrap();
-        let keys = |line: &&str| !line.starts_with("fov_deg = [87, 58]") && !line.starts_with("resolution_px");
+        let keys =
+            |line: &&str| !line.starts_with("fov_deg = [87, 58]") && !line.starts_with("resolution_px");
         let kept: Vec<&str> = written.lines().filter(keys).collect();
         assert_eq!(kept.len() + 2, written.lines().count(), "the camera's two keys");
-        let kept = kept.join("\n").replacen("kind = \"rgbd\"", "kind = \"rgbd\"\ncamera_info = \"left.yaml\"", 1);
+        let kept =
+            kept.join("\n").replacen("kind = \"rgbd\"", "kind = \"rgbd\"\ncamera_info = \"left.yaml\"", 1);
         let changed = folder.path().join("tiny.toml");
         std::fs::write(&changed, kept).unwrap();
         std::fs::create_dir(folder.path().join("tiny")).unwrap();
@@ -118,13 +125,15 @@ fn the_camera_info_gives_the_same_rays_again() {
 #[test]
 fn a_sensor_on_a_link_hangs_on_that_link() {
     exported("scenes/sensors.toml", "wrist:hand/along", |view, placed, files| {
-        let robot = text(&files, "sensors.urdf").replace("<robot name=\"sensors\">", "<robot name=\"s\"><link name=\"wrist_3_link\"/>");
+        let robot = text(&files, "sensors.urdf")
+            .replace("<robot name=\"sensors\">", "<robot name=\"s\"><link name=\"wrist_3_link\"/>");
         let mount = &urdf_rs::read_from_string(&robot).unwrap().joints[0];
         assert_eq!((mount.parent.link.as_str(), mount.child.link.as_str()), ("wrist_3_link", "wrist"));
         // As the study has it: in the link's frame, along its z.
         assert_eq!(mount.origin.xyz.0, [0.0, -0.1, 0.1]);
         let [roll, pitch, yaw] = mount.origin.rpy.0;
-        let turned = DQuat::from_rotation_z(yaw) * DQuat::from_rotation_y(pitch) * DQuat::from_rotation_x(roll);
+        let turned =
+            DQuat::from_rotation_z(yaw) * DQuat::from_rotation_y(pitch) * DQuat::from_rotation_x(roll);
         assert!((turned * DVec3::X - DVec3::Z).length() < 1e-9);
         assert!(text(&files, "transforms.sh").contains("--frame-id wrist_3_link --child-frame-id wrist &"));
         // In the bag it is where the robot holds it at that moment.

@@ -53,13 +53,15 @@ fn told(read: Result<Vec<Cloud>, Issue>) -> String {
 fn points_are_measured_from_their_frame_in_the_outermost_one() {
     let bytes = bag(|bag| {
         // The frame of the sensor is told before that which holds it, and once with the slash of old drivers.
-        let transforms = vec![frame("/base", "lidar", [0.0, 0.0, 1.0]), frame("map", "base", [10.0, 0.0, 0.0])];
+        let transforms =
+            vec![frame("/base", "lidar", [0.0, 0.0, 1.0]), frame("map", "base", [10.0, 0.0, 0.0])];
         bag.write("/tf_static", &TfMessage { transforms });
         bag.write("/points", &odd("lidar", POINTS));
     });
     let clouds = parse(&bytes, None, None).unwrap();
     // Two quarter turns: x and y change their signs. The lidar is 1 m above base, base 10 m along x.
-    let near = |a: DVec3, b: [f64; 3]| assert!((a - DVec3::from_array(b)).length() < 1e-12, "{a} is not {b:?}");
+    let near =
+        |a: DVec3, b: [f64; 3]| assert!((a - DVec3::from_array(b)).length() < 1e-12, "{a} is not {b:?}");
     assert_eq!((clouds.len(), clouds[0].without_point, clouds[0].points_m.len()), (1, 1, 3));
     near(clouds[0].sensor_m, [10.0, 0.0, 1.0]);
     let expected = [[9.0, 0.0, 1.0], [10.0, -2.0, 1.0], [10.0, 0.0, 4.0]];
