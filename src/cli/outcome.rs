@@ -4,7 +4,8 @@ use std::path::Path;
 
 use clap::ValueEnum;
 use perirobot::judge::{Among, Conditions, JudgedSet, leaders};
-use perirobot::report::best;
+use perirobot::metrics::Score;
+use perirobot::report::{ReportSelection, best, places};
 use perirobot::results::table::TableFormat;
 use perirobot::results::{Results, rows, scores};
 use perirobot::study::{Condition, Requirement, Study};
@@ -60,7 +61,9 @@ impl OutcomeArgs {
 
 /// Prints the best poses.
 pub(super) fn print_best(results: &Results) -> Result<()> {
-    super::print(&format!("{}\n", best::render(results)?))
+    super::print(&format!("{}\n", best::render(results)?))?;
+    let all = ReportSelection::named(results, None, None, &[Score::F1, Score::HumanSeen])?;
+    super::print(&places::render(results, &all)?)
 }
 
 /// Prints whether the choice that meets most requirements of a study meets those that are about the plan; of sets that

@@ -11,6 +11,7 @@ use perirobot::report::ReportSelection;
 use perirobot::report::distribution;
 use perirobot::report::groups;
 use perirobot::report::maxima;
+use perirobot::report::places;
 use perirobot::report::snapshots;
 use perirobot::results::Results;
 
@@ -68,7 +69,7 @@ pub(super) fn run(args: &Args) -> Result<ExitCode> {
     if let Some(chosen) = Chosen::read(&args.folder)? {
         super::print(&report::choose::overview(&chosen))?;
     }
-    for render in [distribution::render, maxima::render, groups::render, snapshots::render] {
+    for render in [places::render, distribution::render, maxima::render, groups::render, snapshots::render] {
         super::print(&render(&results, &selection)?)?;
     }
     Ok(ExitCode::SUCCESS)

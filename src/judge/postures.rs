@@ -135,7 +135,8 @@ fn cut_off(study: &Study, world: &World, posture: &Posture) -> Result<Option<Str
         return refused(format!("[{}, {}]", at.x, at.y), rule);
     }
     let scene = &study.scenes[world.scene];
-    let alone = SceneSpec { objects: vec![person(scene, posture)], snapshots: 1, ..scene.clone() };
+    let alone =
+        SceneSpec { objects: vec![person(scene, posture)], snapshots: 1, dwell_s: None, ..scene.clone() };
     let alone = build(&alone, &study.sources, study.voxel_size_m)?;
     // Voxels of the person and of the grid, counted from the world's origin.
     let whole = voxelize::scene_extent(&alone, study.voxel_size_m)?;

@@ -9,6 +9,7 @@ pub mod html;
 pub mod judge;
 pub mod maxima;
 pub mod placements;
+pub mod places;
 pub mod reasons;
 pub mod recorded;
 pub mod separation;
@@ -122,6 +123,18 @@ impl Series {
     ) -> Result<Vec<Option<Over>>> {
         let choices = 0..results.combinations[self.combination].choices();
         choices.map(|choice| results.over(moments.clone(), self.key(choice, region), score)).collect()
+    }
+
+    /// The weighted mean of a score of each of its choices over some moments.
+    fn weighted(
+        self,
+        results: &Results,
+        moments: &(impl Iterator<Item = usize> + Clone),
+        region: usize,
+        score: Score,
+    ) -> Result<Vec<Option<f64>>> {
+        let choices = 0..results.combinations[self.combination].choices();
+        choices.map(|choice| results.weighted(moments.clone(), &self.key(choice, region), score)).collect()
     }
 
     /// Its choices that have a mean of a score over some moments, with it, the best first; equal ones keep

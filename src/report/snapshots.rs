@@ -41,18 +41,17 @@ pub fn render(results: &Results, selection: &ReportSelection) -> Result<String> 
          The best choices of poses by their mean over snapshots and repeats, and by their worst. In: the snapshot of\n\
          the worst, counted from 0. Pooled: the score of all counts together.\n",
     );
+    let is_weighted = results.dwell_s.is_some();
+    if is_weighted {
+        text +=
+            "Weighted: the mean in which each snapshot weighs as long as it lasts (dwell_s of the scene).\n";
+    }
     for (score, region) in selection.parts() {
-        let mut table = Table::new(&[
-            "<scene",
-            "<combination · representation",
-            "<best by",
-            "mean",
-            "worst",
-            "in",
-            "pooled",
-            "<poses",
-            "<place",
-        ]);
+        let mut columns =
+            vec!["<scene", "<combination · representation", "<best by", "mean", "worst", "in", "pooled"];
+        columns.extend(is_weighted.then_some("weighted"));
+        columns.extend(["<poses", "<place"]);
+        let mut table = Table::new(&columns);
         for scene in &moving {
             rows(results, selection, scene, (score, region), &mut table)?;
             for (name, over) in results.baselines_over(scene.moments.clone(), region, score) {
@@ -68,7 +67,8 @@ pub fn render(results: &Results, selection: &ReportSelection) -> Result<String> 
     Ok(text)
 }
 
-/// The rows of one scene: for each combination and representation the best by mean, then the best by worst.
+/// The rows of one scene: for each combination and representation the best by mean, then the best by worst, and by the
+/// weighted mean where snapshots have weights.
 fn rows(
     results: &Results,
     selection: &ReportSelection,
@@ -78,21 +78,31 @@ fn rows(
 ) -> Result<()> {
     for series in selection.series(results) {
         let values = series.over(results, &scene.moments, region, score)?;
-        for (by, of) in [("mean", (|over| over.mean) as fn(&Over) -> f64), ("worst", |over| over.worst)] {
-            let best = ranked(score, values.iter().map(|over| over.as_ref().map(of)));
+        let weighted = match results.dwell_s {
+            Some(_) => Some(series.weighted(results, &scene.moments, region, score)?),
+            None => None,
+        };
+        let by = |of: fn(&Over) -> f64| values.iter().map(|over| over.as_ref().map(of)).collect::<Vec<_>>();
+        let orders = [("mean", Some(by(|over| over.mean))), ("worst", Some(by(|over| over.worst)))];
+        for (by, values_by) in orders.into_iter().chain([("weighted", weighted.clone())]) {
+            let best = ranked(score, values_by.into_iter().flatten());
             for (rank, &(choice, _)) in best.iter().take(SHOWN).enumerate() {
                 let names = [scene.name.clone(), series.title(results), by.into()];
                 let over = values[choice];
                 let combination = &results.combinations[series.combination];
                 let snapshot = worst_snapshot(results, scene, series.key(choice, region), score)?;
-                table.row(if rank == 0 { names } else { Default::default() }.into_iter().chain([
-                    number(over.map(|over| over.mean)),
-                    number(over.map(|over| over.worst)),
-                    snapshot.map_or(String::new(), |snapshot| snapshot.to_string()),
-                    number(over.and_then(|over| over.pooled)),
-                    combination.label(choice),
-                    combination.place_of(choice),
-                ]));
+                table.row(
+                    if rank == 0 { names } else { Default::default() }
+                        .into_iter()
+                        .chain([
+                            number(over.map(|over| over.mean)),
+                            number(over.map(|over| over.worst)),
+                            snapshot.map_or(String::new(), |snapshot| snapshot.to_string()),
+                            number(over.and_then(|over| over.pooled)),
+                        ])
+                        .chain(weighted.as_ref().map(|weighted| number(weighted[choice])))
+                        .chain([combination.label(choice), combination.place_of(choice)]),
+                );
             }
         }
     }

@@ -66,8 +66,8 @@ pub(crate) fn results_in(
     };
     let subject = Subject {
         scenes: vec![
-            SceneResults { name: "still".into(), moments: 0..1 },
-            SceneResults { name: "moving".into(), moments: 1..3 },
+            SceneResults { name: "still".into(), moments: 0..1, variant: None },
+            SceneResults { name: "moving".into(), moments: 1..3, variant: None },
         ],
         regions: texts(regions),
         repeats,
@@ -84,6 +84,7 @@ pub(crate) fn results_in(
             },
         ],
         baselines: vec![vec![baselines; regions.len()]; 3],
+        dwell_s: None,
     };
     let layout = subject.layout();
     let header = JournalHeader {

@@ -41,6 +41,16 @@ pub(crate) fn over(repeats: &[Vec<Confusion>], score: Score) -> Option<Over> {
     Some(Over { mean, std: deviation(&means), worst, pooled: score.of(&counts), values: all.count, of })
 }
 
+/// The mean of one choice's score over repeats, each with the counts of its moments, where a moment weighs as long as it
+/// lasts; `None` if no value lasts.
+pub(crate) fn weighted(repeats: &[Vec<Confusion>], dwell_s: &[f64], score: Score) -> Option<f64> {
+    let moments = repeats.iter().flat_map(|repeat| repeat.iter().zip(dwell_s));
+    let values = moments.filter_map(|(reading, &seconds)| Some((score.of(reading)?, seconds)));
+    let (sum, all) =
+        values.fold((0.0, 0.0), |(sum, all), (value, seconds)| (sum + value * seconds, all + seconds));
+    (all > 0.0).then(|| sum / all)
+}
+
 /// Values added up in the order they come, so that the same counts give the same bytes.
 #[derive(Default)]
 struct Sum {
@@ -91,6 +101,16 @@ mod tests {
         assert_eq!((value.pooled, value.std), (Some(4.0 / 7.0), None));
         assert_eq!(f1(&[vec![Confusion::default()]]), None);
         assert_eq!(f1(&[]), None);
+    }
+
+    #[test]
+    fn a_moment_weighs_as_long_as_it_lasts() {
+        // F1 1/2 for 3 s and 2/3 for 1 s; the moment without a value is left out, however long.
+        let moments = [vec![with(1, 2), with(1, 1), Confusion::default()]];
+        let mean = |dwell_s: &[f64]| weighted(&moments, dwell_s, Score::F1);
+        assert_eq!(mean(&[3.0, 1.0, 100.0]), Some((1.5 + 2.0 / 3.0) / 4.0));
+        assert_eq!(mean(&[0.0, 2.0, 0.0]), Some(2.0 / 3.0));
+        assert_eq!(mean(&[0.0, 0.0, 5.0]), None);
     }
 
     #[test]

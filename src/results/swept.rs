@@ -9,6 +9,7 @@ use crate::Result;
 use crate::metrics::{Confusion, Score};
 use crate::results::journal::Pages;
 use crate::results::{Layout, Over, RowKey, Size, columns, over};
+use crate::scene::spec::Variant;
 use crate::sensor::{Candidate, Setting};
 use crate::study::{self, Choices, Combination, Study};
 use crate::world::place::{self, Places};
@@ -37,6 +38,8 @@ pub struct Subject {
     pub combinations: Vec<CombinationResults>,
     /// For each moment and region, what the simplest answers would score.
     pub baselines: Vec<Vec<Baselines>>,
+    /// How long each moment lasts in seconds, where a scene says so; those of scenes that do not last one second.
+    pub dwell_s: Option<Vec<f64>>,
 }
 
 /// A scene that was swept.
@@ -46,6 +49,19 @@ pub struct SceneResults {
     pub name: String,
     /// Its snapshots among the moments of all scenes.
     pub moments: Range<usize>,
+    /// Of which scene it is a variant, if it is one.
+    pub variant: Option<Variant>,
+}
+
+/// Places of objects that were swept: one of each object that has candidates.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(crate) struct PlaceResults {
+    /// As in the names of its scenes, behind the `@`.
+    pub(crate) name: String,
+    /// How many scenes have their objects there.
+    pub(crate) scenes: usize,
+    /// Their moments.
+    pub(crate) moments: Vec<usize>,
 }
 
 /// A combination that was swept.
@@ -88,7 +104,10 @@ impl Subject {
         let scenes = study.scenes.iter().map(|spec| {
             let begin = end;
             end += spec.snapshots;
-            SceneResults { name: spec.name.clone(), moments: begin..end }
+            SceneResults { name: spec.name.clone(), moments: begin..end, variant: spec.variant.clone() }
+        });
+        let each_lasts = study.scenes.iter().flat_map(|scene| {
+            (0..scene.snapshots).map(|snapshot| scene.dwell_s.as_ref().map(|dwell_s| dwell_s[snapshot]))
         });
         let poses: Vec<Arc<Vec<PoseResults>>> = {
             let places = Places::of(study, &worlds[0]);
@@ -110,6 +129,7 @@ impl Subject {
             repeats: study.repeats as usize,
             combinations: study.combinations.iter().map(combination).collect(),
             baselines: worlds.iter().map(|world| world.baselines.clone()).collect(),
+            dwell_s: dwell_s(each_lasts.collect()),
         }
     }
 
@@ -135,6 +155,22 @@ impl Subject {
         Ok(())
     }
 
+    /// The places of objects that were swept, in their order; none where no object has candidates.
+    pub(crate) fn places(&self) -> Vec<PlaceResults> {
+        let mut places: Vec<PlaceResults> = Vec::new();
+        for (variant, scene) in self.scenes.iter().filter_map(|scene| Some((scene.variant.as_ref()?, scene)))
+        {
+            let known = places.iter().position(|place| place.name == variant.place);
+            let place = known.unwrap_or_else(|| {
+                places.push(PlaceResults { name: variant.place.clone(), scenes: 0, moments: Vec::new() });
+                places.len() - 1
+            });
+            places[place].scenes += 1;
+            places[place].moments.extend(scene.moments.clone());
+        }
+        places
+    }
+
     /// How its rows are numbered.
     pub fn layout(&self) -> Layout {
         let size =
@@ -142,6 +178,12 @@ impl Subject {
         let sizes = self.combinations.iter().map(size).collect();
         Layout::new(self.moments().len(), self.repeats, sizes, self.regions.len())
     }
+}
+
+/// How long each moment lasts, if any says so.
+pub(super) fn dwell_s(said: Vec<Option<f64>>) -> Option<Vec<f64>> {
+    let any = said.iter().any(Option::is_some);
+    any.then(|| said.into_iter().map(|seconds| seconds.unwrap_or(1.0)).collect())
 }
 
 fn poses(study: &Study, places: &Places, sensor: usize) -> Vec<PoseResults> {
@@ -199,6 +241,22 @@ impl Results {
         score: Score,
     ) -> Result<Option<Over>> {
         Ok(over::over(&self.readings(moments, &key)?, score))
+    }
+
+    /// The mean of a score of one choice over some moments and all repeats, each moment weighing as long as it lasts;
+    /// `None` if no scene says how long, or there is no value that lasts.
+    ///
+    /// # Errors
+    /// Those of [`Results::counts`].
+    pub(crate) fn weighted(
+        &self,
+        moments: impl Iterator<Item = usize> + Clone,
+        key: &RowKey,
+        score: Score,
+    ) -> Result<Option<f64>> {
+        let Some(dwell_s) = &self.dwell_s else { return Ok(None) };
+        let lasting: Vec<f64> = moments.clone().map(|moment| dwell_s[moment]).collect();
+        Ok(over::weighted(&self.readings(moments, key)?, &lasting, score))
     }
 
     /// The names of the baselines and their score over some moments.

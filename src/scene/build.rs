@@ -94,6 +94,8 @@ mod tests {
             name,
             interior: Interior::Ignored,
             snapshots: 1,
+            dwell_s: None,
+            variant: None,
             objects,
             warnings: Vec::new(),
         };

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use glam::{DQuat, DVec3};
 use schemars::JsonSchema;
-use serde::Deserialize;
+use serde::{Deserialize, Serialize};
 
 use super::mesh_file::{MeshFile, MeshFormat};
 use super::shipped::Shipped;
@@ -24,10 +24,23 @@ pub struct SceneSpec {
     pub interior: Interior,
     /// How many moments it has; one where nothing moves.
     pub snapshots: usize,
+    /// How long each of them lasts, in seconds, if the file says so.
+    pub dwell_s: Option<Vec<f64>>,
+    /// Of which scene it is a variant, and which, where the study has candidate places of objects.
+    pub variant: Option<Variant>,
     /// Objects in file order.
     pub objects: Vec<ObjectSpec>,
     /// Numbers in it that look as if they had a wrong unit.
     pub warnings: Vec<String>,
+}
+
+/// A scene with objects at other places than its file says.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Variant {
+    /// The name of the scene.
+    pub scene: String,
+    /// The place of each object that has candidates: `robot/0.5/0/90`.
+    pub place: String,
 }
 
 /// One object of a scene file.
@@ -164,6 +177,8 @@ pub struct MotionSpec {
     pub clip: Option<String>,
     /// When it is sampled.
     pub times_s: Vec<f64>,
+    /// How long each entry lasts, in seconds.
+    pub dwell_s: Vec<f64>,
     /// Whether the lists repeat until the scene's snapshots are through.
     pub cycle: bool,
     /// Whether every entry is met with every snapshot of the rest of the scene; the lists are written out.

@@ -8,6 +8,7 @@ use schemars::JsonSchema;
 use serde::Deserialize;
 
 use super::approach::ApproachFile;
+use super::candidates::CandidateFile;
 use super::choose::ChooseFile;
 use super::postures::PosturesFile;
 use super::region_file::RegionFile;
@@ -43,6 +44,9 @@ pub(super) struct StudyFile {
     /// The cells that are swept, at least one.
     #[serde(default)]
     pub(super) scene: Vec<SceneEntry>,
+    /// Places where objects of the scenes may stand: each choice of them is a scene of its own.
+    #[serde(default)]
+    pub(super) candidate: Vec<CandidateFile>,
     /// The regions in which voxels are counted, at least one.
     #[serde(default)]
     pub(super) region: Vec<RegionFile>,

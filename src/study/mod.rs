@@ -3,6 +3,7 @@
 //! `scene`.
 
 mod approach;
+mod candidates;
 pub mod catalogue;
 mod choices;
 mod choose;
@@ -190,7 +191,12 @@ impl Study {
             problems.keep(at.some("region", &file.region, "[[region]] name = \"robot\""));
             problems.keep(at.some("sensor", &file.sensor, "[[sensor]] name = \"camera\""));
         }
-        let scenes = scenes(&at, &file, &sources, &mut problems);
+        let mut scenes = scenes(&at, &file, &sources, &mut problems);
+        let has_candidates = !file.candidate.is_empty();
+        if has_candidates && problems.is_empty() {
+            let variants = problems.keep(candidates::expand(&at, file.candidate, scenes.clone()));
+            scenes = variants.unwrap_or(scenes);
+        }
         let stopping = file.stopping.map(|file| stopping::check(&at, file)).transpose();
         let stopping = problems.keep(stopping);
         let known = stopping.as_ref().map(Option::as_ref);
@@ -263,9 +269,13 @@ impl Study {
         combination::check_rows(&at, &combinations, &sensors, per_choice).map_err(|e| vec![e])?;
         let known = choose::Known { fusion: file.fusion, regions: &regions, sensors: &sensors };
         let choose = file.choose.map(|file| choose::check(&at, file, &known)).transpose()?;
+        let mut warnings = slips::warnings(&text);
+        if has_candidates {
+            warnings.extend(candidates::warnings(&regions));
+        }
         Ok(Study {
             path: path.into(),
-            warnings: slips::warnings(&text),
+            warnings,
             text,
             seed: file.seed,
             voxel_size_m,

@@ -184,8 +184,19 @@ impl SceneSpec {
         let name =
             path.file_stem().map_or_else(|| "scene".into(), |stem| stem.to_string_lossy().into_owned());
         let snapshots = snapshots::count(&at, &mut objects).map_err(|e| vec![e])?;
+        let dwell_s = snapshots::dwell_s(&at, &objects, snapshots).map_err(|e| vec![e])?;
         let warnings = slips::warnings(&text);
-        Ok(SceneSpec { path: path.into(), text, name, interior, snapshots, objects, warnings })
+        Ok(SceneSpec {
+            path: path.into(),
+            text,
+            name,
+            interior,
+            snapshots,
+            dwell_s,
+            variant: None,
+            objects,
+            warnings,
+        })
     }
 }
 

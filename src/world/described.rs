@@ -5,6 +5,7 @@ use serde::{Deserialize, Serialize};
 
 use super::{Baselines, World};
 use crate::backend::GridPose;
+use crate::scene::spec::Variant;
 use crate::sensor::{self, Setting};
 use crate::source::sha256;
 use crate::study::Study;
@@ -18,6 +19,12 @@ pub struct Described {
     pub name: String,
     /// Which moment of the scene it is, counted from 0.
     pub snapshot: usize,
+    /// How long it lasts, in seconds, if the scene says so.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub dwell_s: Option<f64>,
+    /// Of which scene it is a variant, if it is one.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub variant: Option<Variant>,
     /// Where its voxels are.
     #[serde(default)]
     pub grid: DescribedGrid,
@@ -103,9 +110,12 @@ pub(super) fn described(study: &Study, world: &World) -> Described {
         let all = poses.map(|pose| sensor::placement(&*sensor.kind, pose, &truth.grid, 0));
         DescribedPlacements { sensor: sensor.name.clone(), placements_sha256: placements_sha256(all) }
     });
+    let scene = &study.scenes[world.scene];
     Described {
         name: world.name.clone(),
         snapshot: world.snapshot,
+        dwell_s: scene.dwell_s.as_ref().map(|dwell_s| dwell_s[world.snapshot]),
+        variant: scene.variant.clone(),
         grid: DescribedGrid { origin: truth.grid.origin, size: truth.grid.size },
         occupied_voxels: truth.occupied.count(),
         occupied_sha256: plane_sha256(&truth.occupied),

@@ -12,7 +12,7 @@ use crate::results::files::{MANIFEST, read_regular};
 use crate::results::manifest::{Identity, Manifest, SensorIdentity, Sensors};
 use crate::results::read::CURE;
 use crate::results::read::csv_rows::CsvRows;
-use crate::results::swept::{CombinationResults, MemberResults, PoseResults, SceneResults, Subject};
+use crate::results::swept::{self, CombinationResults, MemberResults, PoseResults, SceneResults, Subject};
 use crate::source::sha256;
 use crate::study::{MAX_NAMES_BYTES, MAX_ROWS, bytes_of_names};
 use crate::world::{Baselines, Described, DescribedRegion};
@@ -20,6 +20,9 @@ use crate::{Error, Result};
 
 /// No grid has more voxels, and sums of such numbers still fit.
 const MOST_VOXELS: u64 = 1 << 32;
+
+/// No snapshot lasts longer: 10⁹ seconds for each of some lists that are crossed.
+const MOST_SECONDS: f64 = 1e100;
 
 /// A sensor with its poses.
 struct Posed<'m> {
@@ -33,6 +36,10 @@ pub(super) fn read(folder: &Path, manifest: &Manifest) -> Result<Subject> {
     let says = |issue: Issue| Error::from(issue.cure(CURE).at(&path));
     let file = &manifest.identity;
     plain_names(file).map_err(says)?;
+    let dwell_s = swept::dwell_s(file.scenes.iter().map(|scene| scene.dwell_s).collect());
+    if dwell_s.iter().flatten().any(|seconds| !(0.0..=MOST_SECONDS).contains(seconds)) {
+        return Err(says(Issue::says("has a dwell_s that no snapshot can have")));
+    }
     let (scenes, regions, baselines) = scenes(&file.scenes).map_err(says)?;
     let poses = folder.join("poses.csv");
     let bytes = read_regular(&poses)?;
@@ -60,13 +67,15 @@ pub(super) fn read(folder: &Path, manifest: &Manifest) -> Result<Subject> {
     if !(1..=MAX_ROWS as u128).contains(&rows) {
         return Err(says(Issue::says(format!("promises {rows} rows (repeats = {})", file.repeats))));
     }
-    Ok(Subject { scenes, regions, repeats: file.repeats, combinations, baselines })
+    Ok(Subject { scenes, regions, repeats: file.repeats, combinations, baselines, dwell_s })
 }
 
 /// Names that a terminal can be given.
 fn plain_names(file: &Identity) -> Result<(), Issue> {
     let regions = file.scenes.iter().flat_map(|scene| scene.regions.iter().map(|region| &region.name));
-    let scenes = file.scenes.iter().map(|scene| &scene.name);
+    let variants = file.scenes.iter().filter_map(|scene| scene.variant.as_ref());
+    let scenes = variants.flat_map(|variant| [&variant.scene, &variant.place]);
+    let scenes = scenes.chain(file.scenes.iter().map(|scene| &scene.name));
     let sensors = file.sensors.iter().flat_map(|sensor| sensor.representations.iter().chain([&sensor.name]));
     let combinations = file.combinations.iter().map(|combination| &combination.name);
     match regions.chain(scenes).chain(sensors).chain(combinations).find(|name| !is_plain(name)) {
@@ -97,7 +106,8 @@ fn scenes(files: &[Described]) -> Result<Scenes, Issue> {
                 last.moments.end += 1;
             }
             _ if scene.snapshot == 0 => {
-                scenes.push(SceneResults { name: scene.name.clone(), moments: moment..moment + 1 });
+                let variant = scene.variant.clone();
+                scenes.push(SceneResults { name: scene.name.clone(), moments: moment..moment + 1, variant });
             }
             _ => {
                 return Err(Issue::says(format!("scene {:?}", scene.name))

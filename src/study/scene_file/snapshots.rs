@@ -37,6 +37,9 @@ pub(super) struct SnapshotsFile {
     joints_m: Option<Vec<BTreeMap<String, f64>>>,
     /// Moments of an animation of a .glb or .gltf file.
     animation: Option<AnimationFile>,
+    /// How long it stays at each, in seconds: weights of the snapshots in weighted means of scores. Those of lists that
+    /// are crossed are multiplied. Default all alike.
+    dwell_s: Option<Vec<f64>>,
     /// The lists repeat until the scene's moments are through. Default false.
     #[serde(default)]
     cycle: bool,
@@ -69,6 +72,7 @@ impl MotionSpec {
             ("keypoints", self.keypoints.len()),
             ("joints_deg or joints_m", self.joints.len()),
             ("animation.times_s", self.times_s.len()),
+            ("dwell_s", self.dwell_s.len()),
         ];
         all.into_iter().filter(|(_, length)| *length > 0).collect()
     }
@@ -166,11 +170,14 @@ pub(super) fn check(at: &Place, entry: SnapshotsFile, surface: &SurfaceSpec) -> 
         joints,
         clip: entry.animation.and_then(|animation| animation.clip),
         times_s: times_s.transpose()?.unwrap_or_default(),
+        dwell_s: in_order(filled(at, "dwell_s", entry.dwell_s)?, |i, seconds| {
+            at.number(&format!("dwell_s[{i}]"), seconds, 0.0..=1e9, "seconds from 0 to 1000000000")
+        })?,
         cycle: entry.cycle,
         cross: entry.cross,
     };
     match motion.lists().into_iter().find(|(_, length)| *length > MAX_SNAPSHOTS) {
-        _ if motion.is_still() => Err(at.says("no list").wanted(
+        _ if motion.lists().iter().all(|(key, _)| *key == "dwell_s") => Err(at.says("no list").wanted(
             "give at least one of position_m, rpy_deg, quaternion, mannequin, keypoints, \
                 joints_deg, joints_m, animation",
         )),
@@ -227,6 +234,32 @@ pub(super) fn count(at: &Place, objects: &mut [ObjectSpec]) -> Result<usize> {
     Ok(count)
 }
 
+/// How long each of so many snapshots lasts, if an object says so: as long as the one object that is not crossed
+/// says, times what each says that is.
+pub(super) fn dwell_s(at: &Place, objects: &[ObjectSpec], snapshots: usize) -> Result<Option<Vec<f64>>> {
+    let say = || objects.iter().filter(|object| !object.motion.dwell_s.is_empty());
+    let mut alone = say().filter(|object| !object.motion.cross);
+    if let (Some(first), Some(second)) = (alone.next(), alone.next()) {
+        let what = format!("objects {:?} and {:?} both have snapshots.dwell_s", first.name, second.name);
+        return Err(at
+            .says(what)
+            .wanted("they pass through their snapshots together: let one of them say how long each lasts"));
+    }
+    if say().next().is_none() {
+        return Ok(None);
+    }
+    let of = |snapshot: usize| -> f64 {
+        say().map(|object| object.motion.dwell_s[snapshot % object.motion.dwell_s.len()]).product()
+    };
+    let all: Vec<f64> = (0..snapshots).map(of).collect();
+    match all.iter().sum::<f64>() > 0.0 {
+        true => Ok(Some(all)),
+        false => Err(at
+            .says("snapshots.dwell_s is 0 for every snapshot")
+            .wanted("give the time at one of them at least")),
+    }
+}
+
 /// How a list is written out.
 #[derive(Clone, Copy)]
 enum Written {
@@ -256,6 +289,7 @@ impl MotionSpec {
         how.out(&mut self.keypoints);
         how.out(&mut self.joints);
         how.out(&mut self.times_s);
+        how.out(&mut self.dwell_s);
     }
 }
 
