@@ -4,14 +4,12 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 
 use glam::DVec3;
-use perirobot::backend::cpu::Cpu;
 use perirobot::recording::{Anchor, Asked, Recording};
 use perirobot::report::recorded;
 use perirobot::results::rows::RowsFile;
 use perirobot::results::table::TableFormat;
-use perirobot::sensor::recorded::{Recorded, RecordedMoment};
 use perirobot::source::Sources;
-use perirobot::view::{Choice, Names, Viewer, find_scene};
+use perirobot::view::{Names, RecordedMap, find_scene};
 use perirobot::world::World;
 use perirobot::{Error, Result};
 
@@ -85,23 +83,18 @@ pub(super) fn run(args: &Args) -> Result<ExitCode> {
     let recording = Recording::read(&args.map, asked, &sources)?;
     let study = args.study.read()?;
     let names = Names { scene: args.scene.clone(), snapshot: args.snapshot, ..Names::default() };
-    let scene = find_scene(&study, &names)?;
-    let moment = [scene, args.snapshot];
-    let about = recording.in_words();
-    let anchor = args.at.unwrap_or(Anchor::new(DVec3::ZERO, 0.0));
-    let recorded = Recorded { moments: vec![RecordedMoment::new(moment, recording, anchor)] };
-    let study = study.with_recording(recorded);
-    let worlds = World::prepare(&study, scene)?;
+    let worlds = World::prepare(&study, find_scene(&study, &names)?)?;
     let world = &worlds[args.snapshot];
     super::warn([(world.name.as_str(), worlds[0].warnings.as_slice())].into_iter(), super::MOST_WARNINGS);
-    let mut backend = Cpu::new(None)?;
-    let choice = Choice { combination: 0, choice: 0, representation: 0, repeat: 0 };
-    let view = Viewer::new(&study, &mut backend)?.in_regions(world, &[choice])?.swap_remove(0);
-    super::print(&format!("{}: {about}\nscene {}\n", args.map.display(), world.title(&study)))?;
+    let about = recording.in_words();
+    let anchor = args.at.unwrap_or(Anchor::new(DVec3::ZERO, 0.0));
+    let map = RecordedMap::new(&study, world, recording, anchor)?;
+    let (study, view) = (&map.study, map.view()?);
+    super::print(&format!("{}: {about}\nscene {}\n", args.map.display(), world.title(study)))?;
     super::print(&recorded::render(&view))?;
     if let (Some(out), Some(format)) = (&args.out, format) {
         let mut rows = RowsFile::create(out, format)?;
-        let poses = perirobot::results::columns::pose_names(&study, &study.combinations[0], 0);
+        let poses = perirobot::results::columns::pose_names(study, &study.combinations[0], 0);
         for ((region, _), counts) in study.regions.iter().zip(recorded::counts(&view)) {
             let names = [study.combinations[0].name.as_str(), &poses, "map", region];
             rows.row(&world.name, [args.snapshot, 0], names, &counts)?;

@@ -21,6 +21,7 @@
 
 pub mod cloud;
 mod header;
+mod labels;
 mod mcap;
 mod npy;
 mod npz;
@@ -36,12 +37,14 @@ use glam::{DMat3, DVec3};
 
 use crate::backend::Planes;
 use crate::error::Issue;
+use crate::pose::Pose;
 use crate::scene::octomap;
 use crate::source::Sources;
 use crate::voxel::Grid;
 use crate::voxel::grid::VOXEL_SIZES_M;
 use crate::{Error, Result};
 use cloud::Cloud;
+use labels::{Each, Labels, voxels_of};
 use voxels::VoxelMap;
 
 /// The endings of all that can be read, for messages.
@@ -52,6 +55,9 @@ const FINEST: f64 = 64.0;
 
 /// Most voxels of a map that are laid into a grid: three planes of a gigabyte.
 const MOST_VOXELS: u64 = 1 << 33;
+
+/// How far the parts x and y of a quaternion may be from zero where a frame is upright.
+const LEVEL: f64 = 1e-9;
 
 /// What was recorded, in its own frame.
 #[derive(Clone, Debug, PartialEq)]
@@ -89,6 +95,19 @@ impl Anchor {
         let (sin, cos) = (exact(libm::sin(yaw_rad)), exact(libm::cos(yaw_rad)));
         let [x, y] = [DVec3::new(cos, sin, 0.0), DVec3::new(-sin, cos, 0.0)];
         Anchor { position_m, world_from_frame: DMat3::from_cols(x, y, DVec3::Z) }
+    }
+
+    /// Where a pose is. A turn about the vertical is that of [`Anchor::new`]; only point clouds can be tilted.
+    pub fn of_pose(Pose { position_m, rotation }: Pose) -> Anchor {
+        match rotation.x.abs().max(rotation.y.abs()) < LEVEL {
+            true => Anchor::new(position_m, 2.0 * libm::atan2(rotation.z, rotation.w)),
+            false => Anchor { position_m, world_from_frame: DMat3::from_quat(rotation) },
+        }
+    }
+
+    /// Whether its frame is upright in the world.
+    fn is_upright(&self) -> bool {
+        self.world_from_frame.z_axis == DVec3::Z
     }
 
     /// A point of the frame in the world; both in metres.
@@ -134,17 +153,49 @@ impl Recording {
     }
 
     fn map(path: &Path, map: VoxelMap, asked: Asked) -> Result<Recording> {
-        if !VOXEL_SIZES_M.contains(&map.voxel_size_m) {
-            let what = format!("has voxels of {} m, must be from 0.0001 to 10 m", map.voxel_size_m);
-            return Err(Error::input(path, what));
-        }
         match asked.sensor_m {
-            None => Ok(Recording::Map(map)),
+            None => Recording::of_map(map).map_err(|e| e.at(path).into()),
             Some(_) => {
                 Err(Error::input(path, "is a map, and the place of a sensor is asked of point clouds only")
                     .wanted("leave it out"))
             }
         }
+    }
+
+    /// A map of labels: 1 is occupied, 0 free, 255 unknown. `origin_m` is the lowest corner of voxel [0, 0, 0] in the
+    /// recording's frame.
+    ///
+    /// # Errors
+    /// When a label is another number, none is known, or a length is none.
+    pub fn of_labels(
+        shape: [usize; 3],
+        label: &dyn Fn([usize; 3]) -> u8,
+        origin_m: DVec3,
+        voxel_size_m: f64,
+    ) -> Result<Recording, Issue> {
+        let each: &Each = &|see| {
+            for [x, y, z] in voxels_of(shape) {
+                see([x, y, z].map(|n| n as i32), label([x, y, z]).into());
+            }
+        };
+        let labels = Labels { shape, each, are_bytes: true, hits: None, origin_m, voxel_size_m };
+        Recording::of_map(labels.map()?)
+    }
+
+    /// A map, if its voxels are of a size that is read.
+    fn of_map(map: VoxelMap) -> Result<Recording, Issue> {
+        match VOXEL_SIZES_M.contains(&map.voxel_size_m) {
+            true => Ok(Recording::Map(map)),
+            false => {
+                let what = format!("has voxels of {} m, must be from 0.0001 to 10 m", map.voxel_size_m);
+                Err(Issue::says(what))
+            }
+        }
+    }
+
+    /// Whether it can stand somewhere: a map's frame must be upright, a cloud's need not be.
+    pub(crate) fn fits(&self, anchor: &Anchor) -> bool {
+        matches!(self, Recording::Clouds(_)) || anchor.is_upright()
     }
 
     /// What it says in a grid: planes over all of it. Its hits are empty

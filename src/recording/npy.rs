@@ -1,5 +1,6 @@
 //! Reads one numpy array: its header of text, and its numbers in either order of axes.
 
+use super::labels::voxels_of;
 use super::number::Number;
 use crate::error::Issue;
 
@@ -70,15 +71,11 @@ impl Array {
     }
 
     /// Calls `see` with the place and the number of each entry of an array of three axes.
-    pub(super) fn each(&self, mut see: impl FnMut([i32; 3], f64)) {
+    pub(super) fn each(&self, see: &mut dyn FnMut([i32; 3], f64)) {
         let Ok([nx, ny, nz]) = self.three() else { return };
-        for z in 0..nz {
-            for y in 0..ny {
-                for x in 0..nx {
-                    let n = if self.is_fortran { x + nx * (y + ny * z) } else { z + nz * (y + ny * x) };
-                    see([x as i32, y as i32, z as i32], self.at(n));
-                }
-            }
+        for [x, y, z] in voxels_of([nx, ny, nz]) {
+            let n = if self.is_fortran { x + nx * (y + ny * z) } else { z + nz * (y + ny * x) };
+            see([x, y, z].map(|n| n as i32), self.at(n));
         }
     }
 

@@ -12,17 +12,13 @@ use std::io::{Cursor, Read};
 use glam::DVec3;
 use zip::ZipArchive;
 
+use super::labels::{Each, Labels};
 use super::npy::Array;
-use super::voxels::{Known, VoxelMap};
-use crate::backend::Planes;
+use super::voxels::VoxelMap;
 use crate::error::Issue;
-use crate::voxel::{BitGrid, Window};
 
 /// Most bytes of one array, unpacked.
 const MOST_BYTES: u64 = 1 << 30;
-
-/// Most voxels, with rows along x filled up to 32.
-const MOST_VOXELS: usize = 1 << 33;
 
 /// Parses an archive.
 pub(super) fn parse(bytes: &[u8]) -> Result<VoxelMap, Issue> {
@@ -52,51 +48,20 @@ pub(super) fn parse(bytes: &[u8]) -> Result<VoxelMap, Issue> {
     let hits = array("hits")?;
 
     let shape = labels.three().map_err(|e| e.at("labels"))?;
-    let [x, y, z] = shape.map(|n| n.min(1 << 21));
-    if shape.iter().any(|n| *n > 1 << 20) || x.next_multiple_of(32) * y * z > MOST_VOXELS {
-        return Err(Issue::too_large(format!("has the shape {shape:?}"))
-            .wanted("cut the map to the cell")
-            .at("labels"));
-    }
-    let window = Window { min: [0; 3], size: [x, y, z].map(|n| n as u32) };
     if hits.as_ref().is_some_and(|hits| hits.shape != labels.shape) {
         return Err(Issue::damaged("is not as large as labels").at("hits"));
     }
-    let [mut occupied, mut free, mut hit] = [(); 3].map(|()| BitGrid::new(window));
-    let mut odd = None;
-    labels.each(|voxel, label| match label {
-        1.0 => occupied.set(voxel),
-        0.0 => free.set(voxel),
-        -1.0 => {}
-        255.0 if labels.is_of_bytes() => {}
-        other => odd = odd.or(Some((voxel, other))),
-    });
-    if let Some((voxel, label)) = odd {
-        return Err(Issue::value(
-            format!("{voxel:?}"),
-            label,
-            "must be 1 (occupied), 0 (free) or -1 (unknown)",
-        )
-        .at("labels"));
-    }
-    if let Some(hits) = &hits {
-        hits.each(|voxel, is_hit| {
-            if is_hit != 0.0 {
-                hit.set(voxel);
-            }
-        });
-    }
-    if occupied.is_empty() && free.is_empty() {
-        return Err(Issue::says("has no voxel that is occupied or free").at("labels"));
-    }
-    let corner_m = match origin_m.numbers()[..] {
-        [x, y, z] if [x, y, z].iter().all(|v| v.abs() < 1e6) => DVec3::new(x, y, z),
-        _ => return Err(Issue::says("must be three lengths in metres").at("origin_m")),
+    // What is not as many numbers as it should be is no length.
+    let origin_m = match origin_m.numbers()[..] {
+        [x, y, z] => DVec3::new(x, y, z),
+        _ => DVec3::NAN,
     };
     let voxel_size_m = match voxel_size_m.numbers()[..] {
-        [size] if size.is_finite() && size > 0.0 => size,
-        _ => return Err(Issue::says("must be one positive length in metres").at("voxel_size_m")),
+        [size] => size,
+        _ => f64::NAN,
     };
-    let planes = Planes { occupied, free, hits: hit };
-    Ok(VoxelMap { voxel_size_m, corner_m, known: Known::Planes { planes, knows_hits: hits.is_some() } })
+    let each_hit = hits.as_ref().map(|hits| |see: &mut dyn FnMut([i32; 3], f64)| hits.each(see));
+    let hits = each_hit.as_ref().map(|each| each as &Each);
+    let each: &Each = &|see| labels.each(see);
+    Labels { shape, each, are_bytes: labels.is_of_bytes(), hits, origin_m, voxel_size_m }.map()
 }

@@ -91,6 +91,10 @@ impl Kind for Recorded {
     fn check(&self, at: &Station) -> Result<(), Issue> {
         let Some(moment) = self.moment(at) else { return Ok(()) };
         let grid = &at.truth.grid;
+        if !moment.recording.fits(&moment.anchor) {
+            return Err(Issue::says("is a map, which can be turned about the vertical only")
+                .wanted("give an upright pose; point clouds may be tilted"));
+        }
         if moment.recording.is_too_fine(&moment.anchor, grid) {
             return Err(Issue::too_large(
                 "its map has voxels below 1/64 of the study's, or too many inside the grid",

@@ -3,6 +3,7 @@
 //! `scene`.
 
 mod approach;
+mod asking;
 mod candidates;
 pub mod catalogue;
 mod choices;
@@ -146,21 +147,20 @@ impl Study {
         study
     }
 
-    /// The same with one more sensor, whose evidence was recorded, scored alone as the only combination; its
-    /// requirements and questions are left out.
-    pub fn with_recording(mut self, recorded: Recorded) -> Study {
+    /// The same with one sensor alone, whose evidence was recorded; its requirements and questions are left out.
+    pub(crate) fn of_recording(&self, recorded: Recorded) -> Study {
         let taken = |name: &str| self.sensors.iter().any(|sensor| sensor.name == name);
         let name = std::iter::successors(Some(String::from("recorded")), |name| Some(format!("{name}-map")))
             .find(|name| !taken(name))
             .expect("a study has fewer sensors than there are names");
         let candidate = |(own, setting)| Candidate { name: own, group: recorded.name().into(), setting };
         let candidates = recorded.settings().into_iter().map(candidate).collect();
-        self.combinations = vec![Combination {
+        let combination = Combination {
             name: name.clone(),
             fusion: Fusion::default(),
-            members: vec![Member { sensor: self.sensors.len(), candidates: vec![0] }],
-        }];
-        self.sensors.push(Sensor {
+            members: vec![Member { sensor: 0, candidates: vec![0] }],
+        };
+        let sensor = Sensor {
             kind: Arc::new(recorded),
             on: None,
             candidates,
@@ -169,8 +169,15 @@ impl Study {
             terms: Terms::default(),
             warnings: Vec::new(),
             name,
-        });
-        Study { choose: None, requirements: Vec::new(), ..self }
+        };
+        Study {
+            combinations: vec![combination],
+            sensors: vec![sensor],
+            choose: None,
+            requirements: Vec::new(),
+            repeats: 1,
+            ..self.clone()
+        }
     }
 
     fn check(path: &Path, overrides: &Overrides, sources: Sources) -> Result<Study, Vec<Error>> {

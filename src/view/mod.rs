@@ -10,6 +10,7 @@
 mod find;
 pub mod names;
 mod outline;
+mod recorded;
 mod returns;
 mod viewer;
 pub mod watched;
@@ -26,6 +27,7 @@ use crate::voxel::{BitGrid, Truth};
 use crate::world::World;
 pub use find::{Names, find, find_scene};
 pub use outline::Outline;
+pub use recorded::RecordedMap;
 pub use returns::ReturnPoint;
 pub use viewer::Viewer;
 
