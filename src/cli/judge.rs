@@ -1,25 +1,20 @@
 //! `perirobot judge`: whether requirements are met. Decided in `judge`, told in `report::judge`.
 
-use std::collections::BTreeSet;
 use std::path::PathBuf;
 use std::process::ExitCode;
 
-use perirobot::approach::{Ground, fusion_warning};
 use perirobot::backend::Backend;
-use perirobot::error::Issue;
 use perirobot::judge::{
-    Alteration, Conditions, Draws, JudgedSet, Judgement, Moment, Part, Speeds, WhatIf, at_each_speed,
-    check_postures, conditions_csv, junit_xml, leaders, requirements_csv, separation_csv, speeds_csv,
+    Alteration, JudgedSet, Judgement, Judging, Moment, Part, Speeds, forget, junit_xml, leaders,
+    requires_something,
 };
 use perirobot::results::Results;
 use perirobot::results::columns::BETWEEN_MEMBERS;
-use perirobot::results::files::{CONDITIONS, DRAWS, REQUIREMENTS, SEPARATION, SPEEDS, write_whole};
+use perirobot::results::files::write_whole;
 use perirobot::results::manifest::Fault;
-use perirobot::study::{Condition, Requirement, Study};
+use perirobot::study::Study;
 use perirobot::sweep::Watch;
-use perirobot::view::Choice;
-use perirobot::world::{World, cut_warning};
-use perirobot::{Error, Result, report, shell};
+use perirobot::{Result, report, shell};
 
 use super::backend::BackendArgs;
 use super::choice::SetArgs;
@@ -76,64 +71,45 @@ pub(super) fn run(args: &Args) -> Result<ExitCode> {
     let (results, warnings) = Results::read(folder)?;
     warnings.iter().for_each(|warning| say!("warning: {warning}"));
     let (study, worlds) = args.swept.load()?;
-    if study.requirements.is_empty() {
-        args.forget()?;
-        return Err(nothing_required(&study));
+    if let Err(nothing) = requires_something(&study) {
+        forget(folder, args.junit.as_deref())?;
+        return Err(nothing);
     }
     let choices = match args.sets.named(&study, &worlds)? {
         Some(choice) => vec![choice],
         None => leaders(&study.requirements, &results, args.best as usize, args.sets.among())?,
     };
-    warn_of_regions(&study, &worlds);
     let stop = StopAt::listen(None)?;
-    let (sets, draws) = args.judged(&study, &worlds, &results, &choices, &stop)?;
-    // A file of poses is of one choice.
-    if let ([draws], [_]) = (draws.as_slice(), choices.as_slice()) {
-        draws.write(folder)?;
-    }
-    requirements_csv(folder, &study, &results, &sets)?;
-    conditions_csv(folder, &study, &results, &sets)?;
-    let at_speeds = args.at_speeds(&study, &results, &sets)?;
+    // Nothing is removed before all that is asked is found good.
+    let judging = Judging::new(&study, &worlds, &results, &choices)?;
+    judging.warnings.iter().for_each(|warning| say!("warning: {warning}"));
+    let cut_off = judging.cut_off.iter().map(|(scene, cut)| (*scene, cut.as_slice()));
+    super::warn(cut_off, super::MOST_WARNINGS);
+    forget(folder, args.junit.as_deref())?;
+    let total = judging.total();
+    let progress = (total > 0).then(|| args.progress.start("cases", 0, total));
+    let judged =
+        judging.judged(&|| args.backend.backends(), &mut CaseWatch { progress, stop, told: false })?;
+    judged.warnings.iter().for_each(|warning| say!("warning: {warning}"));
+    judging.write(folder, &judged)?;
+    let sets = &judged.sets;
     let picture = |set: &JudgedSet, judgement: &Judgement| args.picture(&study, set, judgement);
     if let Some(path) = &args.junit {
         let told = |set: &JudgedSet, judgement: &Judgement| {
             let line = report::judge::line(&results, set, judgement);
             picture(set, judgement).map_or(line.clone(), |picture| format!("{line}\n{picture}"))
         };
-        write_whole(path, junit_xml(&sets, &told).as_bytes())?;
+        write_whole(path, junit_xml(sets, &told).as_bytes())?;
     }
-    for set in &sets {
+    for set in sets {
         super::print(&report::judge::render(&results, set, &picture))?;
     }
-    at_speeds.iter().try_for_each(|text| super::print(text))?;
-    super::print(&format!("\n{}\ntables in {}\n", count(&sets), folder.display()))?;
+    super::print(&at_speeds(&study, &results, sets, &judging.speeds(sets)))?;
+    super::print(&format!("\n{}\ntables in {}\n", count(sets), folder.display()))?;
     Ok(match sets.iter().all(JudgedSet::meets_all) {
         true => ExitCode::SUCCESS,
         false => ExitCode::from(MISSED),
     })
-}
-
-/// Repeats what the grid cuts off from the regions in which is decided.
-fn warn_of_regions(study: &Study, worlds: &[World]) {
-    let at_speeds = at_each_speed(study);
-    let required = study.requirements.iter().chain(at_speeds.iter().map(|at| &at.requirement));
-    let regions: BTreeSet<usize> = required.filter_map(Requirement::region).collect();
-    let of_scenes = worlds.chunk_by(|one, next| one.scene == next.scene).map(|scene| {
-        let cut = regions.iter().filter_map(|&region| cut_warning(study, scene, region));
-        (scene[0].name.as_str(), cut.collect::<Vec<String>>())
-    });
-    let warnings: Vec<_> = of_scenes.collect();
-    super::warn(warnings.iter().map(|(scene, cut)| (*scene, cut.as_slice())), super::MOST_WARNINGS);
-}
-
-/// What is wrong with a study that requires nothing.
-fn nothing_required(study: &Study) -> Error {
-    let region = study.regions.first().map_or("robot", |(name, _)| name.as_str());
-    let example = format!(
-        "[[require]] name = \"parts seen\", score = \"parts_detected\", region = {region:?}, at_least = 0.9"
-    );
-    Error::from(Issue::missing("require").at(&study.path))
-        .wanted(format!("say what sensors must reach, as in {example}"))
 }
 
 /// How many verdicts there are of each kind.
@@ -143,96 +119,25 @@ fn count(sets: &[JudgedSet]) -> String {
     format!("{} of {} verdicts are PASS", all().count() - missed, all().count())
 }
 
+/// What depends on the robot's speed, in words, with what was assumed; nothing where the study does not say how far people
+/// must be.
+fn at_speeds(
+    study: &Study,
+    results: &Results,
+    sets: &[JudgedSet],
+    speeds: &[(&JudgedSet, Speeds)],
+) -> String {
+    let Some(stopping) = &study.stopping else { return String::new() };
+    let told = sets.iter().map(|set| {
+        let heading = if sets.len() > 1 { format!("\n{}\n", set.poses) } else { String::new() };
+        let own = speeds.iter().find(|(other, _)| std::ptr::eq(*other, set));
+        let fast = own.map_or(String::new(), |(_, speeds)| report::speed::render(speeds, stopping));
+        heading + &fast + &report::separation::render(results, set, stopping, study.voxel_size_m)
+    });
+    told.collect::<String>() + &format!("\n{}\n", stopping.assumptions().join("\n"))
+}
+
 impl Args {
-    /// Removes the files of an earlier judgement, so that none of them is taken for this one's, whatever ends it.
-    fn forget(&self) -> Result<()> {
-        let tables =
-            [REQUIREMENTS, CONDITIONS, DRAWS, SEPARATION, SPEEDS].map(|name| self.swept.folder().join(name));
-        let is_file = |path: &&PathBuf| path.symlink_metadata().is_ok_and(|found| found.is_file());
-        for path in tables.iter().chain(&self.junit).filter(is_file) {
-            std::fs::remove_file(path).map_err(|e| Error::io(path, "cannot be removed", e))?;
-        }
-        Ok(())
-    }
-
-    /// Choices with all that is counted of them, and their mounts as they were drawn. Nothing is removed before all
-    /// that is asked is found good.
-    fn judged<'s>(
-        &self,
-        study: &'s Study,
-        worlds: &[World],
-        results: &Results,
-        choices: &[Choice],
-        stop: &StopAt,
-    ) -> Result<(Vec<JudgedSet<'s>>, Vec<Draws>)> {
-        let all: Vec<WhatIf> = choices.iter().map(|choice| WhatIf::new(study, worlds, choice)).collect();
-        let grounds: Vec<Vec<Ground>> = all.iter().map(WhatIf::grounds).collect::<Result<_>>()?;
-        let near = choices.iter().zip(&grounds).filter(|(_, grounds)| !grounds.is_empty());
-        let fused: BTreeSet<String> = near.filter_map(|(choice, _)| fusion_warning(study, choice)).collect();
-        fused.iter().for_each(|warning| say!("warning: {warning}"));
-        let cut = check_postures(study, worlds)?;
-        super::warn(cut.iter().map(|(scene, cut)| (*scene, cut.as_slice())), super::MOST_WARNINGS);
-        self.forget()?;
-        let asked = WhatIf::asked(study);
-        let planned = choices.iter().map(|choice| Conditions::as_planned(study, results, choice));
-        let mut conditions: Vec<Conditions> = planned.collect::<Result<_>>()?;
-        let mut draws = Vec::new();
-        let each = all.iter().zip(&grounds);
-        let total = each
-            .map(|(what_if, grounds)| {
-                what_if.total(&asked) + what_if.total_near(grounds) + what_if.total_measured()
-            })
-            .sum::<u64>();
-        if total > 0 {
-            let mut backends = if asked.is_empty() { None } else { Some(self.backend.backends()?) };
-            let progress = self.progress.start("cases", 0, total);
-            let mut watch = CaseWatch { progress, stop: stop.clone(), told: false };
-            for ((what_if, grounds), conditions) in all.iter().zip(&grounds).zip(&mut conditions) {
-                let drawn = match &mut backends {
-                    Some(backends) => what_if.count(&asked, conditions, backends, &mut watch)?,
-                    None => None,
-                };
-                what_if.come_near(grounds, conditions, drawn.as_ref(), &mut watch)?;
-                if study.stopping.is_some() {
-                    // Opened when the others have let go of the device.
-                    let mut backend = self.backend.open()?;
-                    what_if.measure(conditions, drawn.as_ref(), &mut *backend, &mut watch)?;
-                }
-                draws.extend(drawn);
-            }
-            watch.progress.finish();
-        }
-        // Who stands where is the same for each choice.
-        let stood = conditions.first().map_or(&[][..], |conditions| conditions.of(Condition::Postures));
-        stood.iter().flat_map(|case| &case.warnings).for_each(|warning| say!("warning: {warning}"));
-        let sets = choices.iter().zip(conditions);
-        let sets =
-            sets.map(|(choice, conditions)| JudgedSet::new(&study.requirements, results, choice, conditions));
-        Ok((sets.collect(), draws))
-    }
-
-    /// What depends on the robot's speed, where the study says how far people must be: writes speeds.csv and
-    /// separation.csv, and tells it in words, with what was assumed.
-    fn at_speeds(&self, study: &Study, results: &Results, sets: &[JudgedSet]) -> Result<Vec<String>> {
-        let Some(stopping) = &study.stopping else { return Ok(Vec::new()) };
-        let folder = self.swept.folder();
-        let asked = at_each_speed(study);
-        let speeds: Vec<(&JudgedSet, Speeds)> =
-            sets.iter().filter_map(|set| Some((set, Speeds::new(&asked, results, set)?))).collect();
-        if !speeds.is_empty() {
-            speeds_csv(folder, results, &speeds, stopping)?;
-        }
-        separation_csv(folder, results, sets, stopping, study.voxel_size_m)?;
-        let told = sets.iter().map(|set| {
-            let heading = if sets.len() > 1 { format!("\n{}\n", set.poses) } else { String::new() };
-            let own = speeds.iter().find(|(other, _)| std::ptr::eq(*other, set));
-            let fast = own.map_or(String::new(), |(_, speeds)| report::speed::render(speeds, stopping));
-            heading + &fast + &report::separation::render(results, set, stopping, study.voxel_size_m)
-        });
-        let assumed = std::iter::once(format!("\n{}\n", stopping.assumptions().join("\n")));
-        Ok(told.chain(assumed).collect())
-    }
-
     /// The command that draws the worst moment of a judgement, or finds the way of who comes nearest.
     fn picture(&self, study: &Study, set: &JudgedSet, judgement: &Judgement) -> Option<String> {
         let mut words = vec!["perirobot".to_string()];
@@ -277,7 +182,7 @@ impl Args {
 
 /// Shows how far it is, says once on what it runs, and knows when to stop.
 struct CaseWatch {
-    progress: Progress,
+    progress: Option<Progress>,
     stop: StopAt,
     told: bool,
 }
@@ -290,7 +195,7 @@ impl Watch for CaseWatch {
     }
 
     fn finished(&mut self, cases: u64) {
-        self.progress.inc(cases);
+        self.progress.iter_mut().for_each(|progress| progress.inc(cases));
     }
 
     fn failed(&mut self, Fault { what, instead, .. }: &Fault) {

@@ -11,7 +11,7 @@
 //! `cases` has the counts of each case, `what_if` makes them by leaving sensors out, by `draws` of mounts and by
 //! `postures` of people, `near` adds how near bodies come in each, `value` and `excess` compare scores, `verdict`
 //! decides, `spread` sums up how good scores are under a condition, `leaders` finds the choices that meet most
-//! requirements. `table` and `junit` write the files, `tables` says by which tables of the study a verdict was decided.
+//! requirements; `judging` does all of it for the choices of a sweep. `table` and `junit` write the files, `tables` says by which tables of the study a verdict was decided.
 //! Where the study says how far people must be, `speed` tells how fast the robot may run, and `separation` what a
 //! controller would measure; `separations` makes that of each moment and case, and its table. `altered` gives a case as
 //! a study of its own.
@@ -21,6 +21,7 @@ mod cases;
 mod draws;
 mod excess;
 mod judged;
+mod judging;
 mod junit;
 mod leaders;
 mod near;
@@ -40,14 +41,15 @@ pub use cases::{Case, Conditions, Moment, Passage};
 pub use draws::Draws;
 pub use excess::Excess;
 pub use judged::JudgedSet;
+pub use judging::{Judged, Judging, forget, requires_something};
 pub use junit::junit_xml;
 pub use leaders::{Among, leaders};
 pub use postures::check_postures;
 pub use separation::{Decision, Separation, Surroundings};
-pub use separations::separation_csv;
-pub use speed::{AtEachSpeed, Speeds, at_each_speed, speeds_csv};
+
+pub use speed::Speeds;
 pub use spread::{Spread, Summed, spreads};
-pub use table::{conditions_csv, requirements_csv};
+
 pub use tables::tables_sha256;
 pub use value::Value;
 pub use verdict::{Judgement, Part, Where, judgements};

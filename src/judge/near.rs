@@ -23,7 +23,7 @@ use crate::{Error, Result};
 /// Most cases that are put together at once.
 const MOST_AT_ONCE: usize = 256;
 
-impl WhatIf<'_> {
+impl<'a> WhatIf<'a> {
     /// The conditions under which a study asks how near bodies come: those of its requirements, and the plan where it
     /// says how far people must be.
     pub(super) fn asked_near(study: &Study) -> Vec<Condition> {
@@ -39,7 +39,7 @@ impl WhatIf<'_> {
     ///
     /// # Errors
     /// When that cannot be asked of a scene.
-    pub fn grounds(&self) -> Result<Vec<Ground<'_>>> {
+    pub fn grounds(&self) -> Result<Vec<Ground<'a>>> {
         match WhatIf::asked_near(self.study).is_empty() {
             true => Ok(Vec::new()),
             false => Ground::of_scenes(self.study, self.worlds, &self.watchers()),

@@ -118,7 +118,7 @@ impl WhatIf<'_> {
 }
 
 /// Writes the table of what is measured of the plan of each set.
-pub fn separation_csv(
+pub(super) fn separation_csv(
     folder: &Path,
     subject: &Subject,
     sets: &[JudgedSet],

@@ -26,7 +26,7 @@ const FAR_ENOUGH: &str = "nobody comes nearer unnoticed than is needed";
 
 /// A requirement at a speed: in its region, or of how far people must be.
 #[derive(Clone, Debug)]
-pub struct AtEachSpeed {
+pub(super) struct AtEachSpeed {
     /// The number of the speed in [`Stopping::speeds`].
     pub speed: usize,
     /// The requirement there.
@@ -45,7 +45,7 @@ pub(super) fn asks_how_near(study: &Study) -> bool {
 
 /// Each requirement whose region belongs to a speed in the regions of all speeds of the same entry, requirement by
 /// requirement, the slowest speed first; then how near bodies come at each speed, where that is asked.
-pub fn at_each_speed(study: &Study) -> Vec<AtEachSpeed> {
+pub(super) fn at_each_speed(study: &Study) -> Vec<AtEachSpeed> {
     let family_of = |region: usize| match &study.regions[region].1 {
         RegionSpec::Separation { family, speed, .. } => Some((family, *speed)),
         _ => None,
@@ -90,7 +90,11 @@ pub struct Speeds<'a> {
 
 impl<'a> Speeds<'a> {
     /// Of a set that was judged; `None` where no requirement is about a speed.
-    pub fn new(asked: &'a [AtEachSpeed], results: &Results, set: &JudgedSet<'a>) -> Option<Speeds<'a>> {
+    pub(super) fn new(
+        asked: &'a [AtEachSpeed],
+        results: &Results,
+        set: &JudgedSet<'a>,
+    ) -> Option<Speeds<'a>> {
         let one = |at: &'a AtEachSpeed| {
             let found =
                 judgements(std::slice::from_ref(&at.requirement), &results.baselines, &set.conditions);
@@ -113,7 +117,7 @@ impl<'a> Speeds<'a> {
 }
 
 /// Writes `speeds.csv`, a row for each set, speed, requirement and condition.
-pub fn speeds_csv(
+pub(super) fn speeds_csv(
     folder: &Path,
     subject: &Subject,
     sets: &[(&JudgedSet, Speeds)],

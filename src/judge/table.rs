@@ -44,7 +44,12 @@ fn columns(all: &[(&str, ColumnKind)]) -> Vec<Column> {
 }
 
 /// Writes what is required and whether it is met; the study is the one that was judged.
-pub fn requirements_csv(folder: &Path, study: &Study, subject: &Subject, sets: &[JudgedSet]) -> Result<()> {
+pub(super) fn requirements_csv(
+    folder: &Path,
+    study: &Study,
+    subject: &Subject,
+    sets: &[JudgedSet],
+) -> Result<()> {
     use ColumnKind::{Count, Score, Text};
     let columns = columns(&[
         ("combination", Text),
@@ -112,7 +117,12 @@ pub fn requirements_csv(folder: &Path, study: &Study, subject: &Subject, sets: &
 }
 
 /// Writes how good each score is under each condition; the study is the one that was judged.
-pub fn conditions_csv(folder: &Path, study: &Study, subject: &Subject, sets: &[JudgedSet]) -> Result<()> {
+pub(super) fn conditions_csv(
+    folder: &Path,
+    study: &Study,
+    subject: &Subject,
+    sets: &[JudgedSet],
+) -> Result<()> {
     use ColumnKind::{Count, Score, Text};
     let columns = columns(&[
         ("combination", Text),
