@@ -116,6 +116,9 @@ pub trait BackendFactory {
     /// Whether the backend of the user's choice is one that may fail or count wrongly: a GPU. Then the CPU
     /// takes over, and checks.
     fn needs_check(&self) -> bool;
+
+    /// Takes the backend of the user's choice back after work that it did well; by default it is closed.
+    fn take_back(&mut self, _: Box<dyn Backend + Send>) {}
 }
 
 /// The backend of a user's choice and its fallbacks.

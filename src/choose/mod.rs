@@ -14,8 +14,8 @@
 //! that may join a set), `pairs` (overlaps of two) and `purse` (what fits the budget). `mean`
 //! is for means of scores, `odds` for log-odds fusion. Where that is long, `gap`
 //! bounds all sets by cuts, which `game` weighs. `told` has the answer in names and numbers, with `ties`, `files`
-//! writes and reads it, and `sets` makes combinations of it; `refine` looks between the listed poses, and `verify`
-//! checks what was written.
+//! writes and reads it, `sets` makes combinations of it, and `outcome` scores them in the folder as a sweep; `refine`
+//! looks between the listed poses, and `verify` checks what was written.
 
 mod check;
 mod climb;
@@ -28,6 +28,7 @@ mod layout;
 mod mean;
 mod odds;
 mod open;
+mod outcome;
 mod pairs;
 mod problem;
 mod purse;
@@ -45,10 +46,11 @@ pub use evidence::{CandidateEvidence, Casting, CastingWatch, EVIDENCE, MEMORY_BY
 pub use files::{Asked, AskedScore, AskedSensor, Chosen, FRONT, PROOF, REFINED, SETS};
 pub use front::{Answer, answer};
 pub use gap::Gap;
+pub use outcome::{Outcome, as_swept};
 pub use problem::{Found, Problem, SetLimits, examine};
 pub use refine::{RefineWatch, Refinement, refine};
 pub use told::{FinePose, Told, ToldCut, ToldCuts, ToldRefined, ToldSensor, ToldSet, ToldStep};
-pub use verify::{Claims, Verified, verify, verify_refined};
+pub use verify::{Claims, Verified, VerifyWatch, verify, verify_refined};
 pub use within::{Bound, FrontStep, SearchWatch};
 pub use worth::{Ratio, Worth};
 

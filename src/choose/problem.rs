@@ -52,6 +52,21 @@ pub struct SetLimits {
     pub budget: Option<u64>,
 }
 
+impl SetLimits {
+    /// What is known of the sets within them, in words: the best score so far, and what no set is above.
+    pub fn in_words(&self, [best, above]: [Option<f64>; 2]) -> String {
+        let cost = self.budget.map(Cost::from_thousandths).map(|budget| format!(" for {budget}"));
+        let best = best.map_or("none found yet".into(), |best| format!("the best is {best:.4}"));
+        let above = above.map(|above| format!(", none is above {above:.4}"));
+        format!(
+            "sets of at most {}{}: {best}{}",
+            self.at_most,
+            cost.unwrap_or_default(),
+            above.unwrap_or_default()
+        )
+    }
+}
+
 /// How good a set is: first by what it lacks of the requirements, then by its worth. Larger is better.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Merit {

@@ -26,6 +26,14 @@ pub struct FrontStep {
     pub bound: Bound,
 }
 
+impl FrontStep {
+    /// The worth of the best set that was found, and what no set is above, as far as that is known.
+    pub fn known(&self) -> [Option<f64>; 2] {
+        let best = self.best.as_ref().map(|best| best.worth.value());
+        [best, best.and_then(|best| self.bound.above(best))]
+    }
+}
+
 /// What no set is worth more than.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Bound {

@@ -5,21 +5,14 @@ use std::process::ExitCode;
 use std::time::{Duration, Instant};
 
 use perirobot::backend::Backend;
-use perirobot::backend::factory::{BackendFactory, Fallback};
+use perirobot::backend::factory::BackendFactory;
 use perirobot::backend::oracle::Oracle;
 use perirobot::choose::{
-    self, CandidateEvidence, Casting, CastingWatch, Chosen, Claims, FrontStep, Problem, RefineWatch,
-    SearchWatch, SetLimits, Told, Verified,
+    self, CandidateEvidence, Casting, CastingWatch, Chosen, Claims, FrontStep, Outcome, Problem, RefineWatch,
+    SearchWatch, SetLimits, Told, Verified, VerifyWatch,
 };
-use perirobot::results::files::write_whole;
-use perirobot::results::journal::Shard;
 use perirobot::results::manifest::Fault;
-use perirobot::results::table::TableFormat;
-use perirobot::results::{Results, Subject, rows, scores};
-use perirobot::sensor::Cost;
 use perirobot::study::{Choose, Study};
-use perirobot::sweep::session::Session;
-use perirobot::world::World;
 use perirobot::{Error, Result, report};
 
 use super::backend::BackendArgs;
@@ -110,7 +103,7 @@ fn search(args: &Args, study: &StudyArgs, stop: &StopAt) -> Result<ExitCode> {
         Casting::begin(&study, choose, &worlds, args.evidence_bytes(), Some((folder.path(), args.restart)))?;
     let mut backends = args.backend.backends()?;
     let prepare_s = begin.elapsed().as_secs_f64();
-    let evidence = cast(args, (&study, choose, &worlds), casting, &mut backends, stop)?;
+    let evidence = cast(args, choose, casting, &mut backends, stop)?;
     let problem = Problem::new(&study, choose, &worlds, &evidence);
     let shown = SearchBar { progress: args.progress.search(), stop };
     let answer = choose::answer(&problem, &shown)?;
@@ -135,25 +128,14 @@ fn search(args: &Args, study: &StudyArgs, stop: &StopAt) -> Result<ExitCode> {
         }
     }
     drop(shown);
-    let (of_sets, in_worlds) =
-        with_poses.as_ref().map_or((&study, &worlds), |(study, worlds)| (study, worlds));
-    let sets = told.study_of_sets(of_sets, choose);
-    // A folder with a sweep, but without an answer, would be taken for a sweep that is to be kept.
-    let chosen = Chosen::new(&study, choose, &worlds, told);
-    chosen.write(&out)?;
-    let mut session = Session::open(&sets, in_worlds, &out, Shard::WHOLE, true, &command())?;
-    drop(folder);
-    let progress = args.progress.start("sets", 0, session.total());
+    let outcome = Outcome::new((&study, choose, &worlds), told, with_poses);
+    let progress = args.progress.start("sets", 0, outcome.total());
     let mut watch = Onlooker { progress, stop: None, names_backend: false };
-    session.run(&mut backends, VERIFY, prepare_s, &mut watch)?;
+    let results = outcome.write(folder, &mut backends, (VERIFY, prepare_s), &command(), &mut watch)?;
     watch.progress.finish();
-    let results = Results::new(Subject::of_study(&sets, in_worlds), session.into_pages());
-    chosen.told.agrees(choose, &results)?;
-    rows::write(&results, &out, TableFormat::Csv)?;
-    scores::write(&results, &out, TableFormat::Csv)?;
-    super::print(&report::choose::render(&chosen))?;
+    super::print(&report::choose::render(&outcome.chosen))?;
     super::print("\n")?;
-    print_verdicts(&study, &results, chosen.told.best_set(), &out, &packages)?;
+    print_verdicts(&study, &results, outcome.chosen.told.best_set(), &out, &packages)?;
     super::print(&format!("results in {}\n", out.display()))?;
     if let Some(error) = failed {
         return Err(error);
@@ -185,12 +167,11 @@ fn verify(args: &Args, folder: &Path, stop: &StopAt) -> Result<ExitCode> {
     let claims = Claims::read(folder, &study, choose, &worlds)?;
     let casting = Casting::begin(&study, choose, &worlds, args.evidence_bytes(), None)?;
     let mut backends = args.backend.backends()?;
-    let evidence = cast(args, (&study, choose, &worlds), casting, &mut backends, stop)?;
-    let reason = || stop.reason();
-    let checked =
-        choose::verify(&claims, &study, choose, &worlds, &evidence, &mut Oracle::default(), &reason)?;
-    let Verified { sets, proven, bounded, open, stopped } = checked;
-    let refined = choose::verify_refined(folder, &study, choose, &mut Oracle::default())?;
+    let evidence = cast(args, choose, casting, &mut backends, stop)?;
+    let (mut oracle, given) = (Oracle::default(), (&study, choose, &*worlds));
+    let Verified { sets, proven, bounded, open, stopped } =
+        choose::verify(&claims, given, &evidence, &mut oracle, stop)?;
+    let refined = choose::verify_refined(folder, &study, choose, &mut oracle, stop)?;
     let sets = sets + refined;
     let bounded = if bounded > 0 { format!(", {bounded} bounds added up again") } else { String::new() };
     let mut open = if open > 0 { format!("; {open} steps claim no proof") } else { String::new() };
@@ -203,13 +184,10 @@ fn verify(args: &Args, folder: &Path, stop: &StopAt) -> Result<ExitCode> {
     Ok(ExitCode::SUCCESS)
 }
 
-/// How the name of the file ends that stands beside evidence of a device until the CPU has counted some of it again.
-const UNCHECKED: &str = "unchecked";
-
 /// What every candidate says: what is there already, and the rest cast.
 fn cast(
     args: &Args,
-    (study, choose, worlds): (&Study, &Choose, &[World]),
+    choose: &Choose,
     mut casting: Casting,
     backends: &mut dyn BackendFactory,
     stop: &StopAt,
@@ -226,12 +204,6 @@ fn cast(
             done => say!("evidence of {done} of {total} scene-poses found in {path}"),
         }
     }
-    let kept = casting.path().map(Path::to_path_buf);
-    // Whoever goes on checks what a device cast, even where another one goes on, or none.
-    let doubt = kept.as_ref().map(|path| path.with_extension(UNCHECKED));
-    if let Some(doubt) = doubt.as_ref().filter(|_| left > 0 && backends.needs_check()) {
-        write_whole(doubt, b"a device cast poses that were not counted again yet\n")?;
-    }
     if left > 0 {
         let mut bar = Bar { progress: args.progress.start("poses", total - left, total), stop };
         casting.run_on(backends, &mut bar)?;
@@ -244,20 +216,9 @@ fn cast(
             path.display()
         );
     }
-    let evidence = casting.evidence();
-    if backends.needs_check() || doubt.as_ref().is_some_and(|doubt| doubt.exists()) {
-        let mut cpu = backends.open(Fallback::Cpu)?;
-        let checked = evidence.check(study, choose, worlds, cpu.as_mut(), VERIFY).inspect_err(|error| {
-            // What a device said wrongly must not be searched later.
-            if let (Error::Disagreement(_), Some(path)) = (error, &kept) {
-                let _ = std::fs::remove_file(path);
-            }
-        });
-        let is_judged = !matches!(&checked, Err(error) if !matches!(error, Error::Disagreement(_)));
-        if let Some(doubt) = doubt.filter(|doubt| is_judged && doubt.exists()) {
-            std::fs::remove_file(&doubt).map_err(|e| Error::io(&doubt, "cannot be removed", e))?;
-        }
-        say!("{} poses counted again on the CPU: no difference", checked?);
+    let (evidence, counted) = casting.checked(choose, backends, VERIFY)?;
+    if let Some(counted) = counted {
+        say!("{counted} poses counted again on the CPU: no difference");
     }
     Ok(evidence)
 }
@@ -301,6 +262,12 @@ impl CastingWatch for Bar<'_> {
     }
 }
 
+impl VerifyWatch for StopAt {
+    fn stop(&self) -> Option<String> {
+        self.reason()
+    }
+}
+
 /// Shows what a search has found, and knows when to stop.
 struct SearchBar<'a> {
     progress: progress::SearchProgress,
@@ -313,14 +280,11 @@ impl SearchWatch for SearchBar<'_> {
     }
 
     fn finds(&self, limits: &SetLimits, best: Option<f64>) {
-        self.progress.show(limits.at_most, limits.budget.map(Cost::from_thousandths), best, None);
+        self.progress.show(limits, [best, None]);
     }
 
     fn knows(&self, step: &FrontStep, _: f64) {
-        let FrontStep { limits, best, bound } = step;
-        let best = best.as_ref().map(|best| best.worth.value());
-        let above = best.and_then(|best| bound.above(best));
-        self.progress.show(limits.at_most, limits.budget.map(Cost::from_thousandths), best, above);
+        self.progress.show(&step.limits, step.known());
     }
 }
 

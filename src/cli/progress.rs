@@ -5,6 +5,7 @@ use std::time::{Duration, Instant};
 
 use clap::ValueEnum;
 use indicatif::{MultiProgress, ProgressBar, ProgressStyle};
+use perirobot::choose::SetLimits;
 use perirobot::sensor::Cost;
 use serde::Serialize;
 
@@ -92,14 +93,12 @@ struct SearchLine {
 
 impl SearchProgress {
     /// Shows what is searched, the best score so far, and what no set is above, if that is known.
-    pub(super) fn show(&self, at_most: usize, budget: Option<Cost>, best: Option<f64>, above: Option<f64>) {
+    pub(super) fn show(&self, limits: &SetLimits, [best, above]: [Option<f64>; 2]) {
         if let Some(spinner) = &self.spinner {
-            let cost = budget.map_or(String::new(), |budget| format!(" for {budget}"));
-            let best = best.map_or("none found yet".into(), |best| format!("the best is {best:.4}"));
-            let above = above.map_or(String::new(), |above| format!(", none is above {above:.4}"));
-            spinner.set_message(format!("sets of at most {at_most}{cost}: {best}{above}"));
+            spinner.set_message(limits.in_words([best, above]));
         }
         if self.lines {
+            let (at_most, budget) = (limits.at_most, limits.budget.map(Cost::from_thousandths));
             let elapsed_s = (1e3 * self.begin.elapsed().as_secs_f64()).round() / 1e3;
             let budget = budget.map(Cost::amount);
             let line = SearchLine { event: "search", at_most, budget, best, above, elapsed_s };

@@ -2,6 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
+use perirobot::choose::as_swept;
 use perirobot::results::files::MANIFEST;
 use perirobot::study::{Overrides, Study};
 use perirobot::world::World;
@@ -59,7 +60,7 @@ impl StudyArgs {
             return Err(Error::input(&self.study, what));
         }
         let (study, worlds) = swept::study_of(&self.study, place, &self.packages)?;
-        swept::as_swept(&self.study, study, worlds).map(Some)
+        as_swept(&self.study, study, worlds).map(Some)
     }
 
     fn overrides(&self) -> Overrides {

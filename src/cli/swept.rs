@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use perirobot::choose::Chosen;
+use perirobot::choose::as_swept;
 use perirobot::study::Study;
 use perirobot::sweep::reopen;
 use perirobot::world::World;
@@ -74,19 +74,4 @@ pub(super) fn study_of(
     packages.apply(&mut study.scenes);
     let worlds = World::prepare_all(&study)?;
     Ok((study, worlds))
-}
-
-/// What was swept into a folder: the study with these worlds, or sets of its sensors that were chosen, in its poses and
-/// in those that refining found.
-pub(super) fn as_swept(folder: &Path, study: Study, worlds: Vec<World>) -> Result<(Study, Vec<World>)> {
-    let chosen = Chosen::read(folder)?;
-    let refined =
-        chosen.map(|chosen| chosen.told.with_poses(&study)).transpose().map_err(|e| e.at(folder))?;
-    // A sweep may have taken the place of what was chosen.
-    let refined = refined.flatten().filter(|refined| reopen::has_poses_of(folder, refined));
-    let (study, worlds) = match refined {
-        Some(study) => World::prepare_all(&study).map(|worlds| (study, worlds))?,
-        None => (study, worlds),
-    };
-    Ok((reopen::as_swept(folder, study, &worlds)?, worlds))
 }

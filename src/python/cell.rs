@@ -1,16 +1,12 @@
 //! Voxels of numpy arrays as maps in memory, which scenes name like files.
 
-use numpy::{PyReadonlyArray3, PyUntypedArrayMethods};
+use numpy::ndarray::ArrayView3;
 use perirobot::error::Issue;
 use perirobot::scene::octomap::{KEYS, write};
 use perirobot::{Error, Result};
 
 /// The voxels that are set, as an OctoMap whose voxel `key` is the array's first; `None` where none is set.
-pub(crate) fn map(
-    voxels: &PyReadonlyArray3<bool>,
-    voxel_size_m: f64,
-    key: [i32; 3],
-) -> Result<Option<Vec<u8>>> {
+pub(crate) fn map(voxels: ArrayView3<bool>, voxel_size_m: f64, key: [i32; 3]) -> Result<Option<Vec<u8>>> {
     let size: [u32; 3] = std::array::from_fn(|axis| u32::try_from(voxels.shape()[axis]).unwrap_or(u32::MAX));
     let is_held = |axis: usize| {
         let end = i64::from(key[axis]) + i64::from(size[axis]);
@@ -24,7 +20,6 @@ pub(crate) fn map(
         );
         return Err(Error::from(Issue::too_large(what).at("cell")));
     }
-    let voxels = voxels.as_array();
     let is_set = |[x, y, z]: [i32; 3]| {
         let at = [x - key[0], y - key[1], z - key[2]].map(|n| n as usize);
         voxels[at].then_some(true)

@@ -3,20 +3,14 @@
 use std::path::Path;
 use std::time::Instant;
 
-use perirobot::backend::factory::{BackendFactory, Fallback};
+use perirobot::backend::factory::BackendFactory;
 use perirobot::backend::oracle::Oracle;
 use perirobot::choose::{
-    CandidateEvidence, Casting, CastingWatch, Chosen, Claims, MEMORY_BYTES, Problem, RefineWatch,
-    SearchWatch, Told, Verified, answer, examine, refine, verify, verify_refined,
+    CandidateEvidence, Casting, Chosen, Claims, MEMORY_BYTES, Outcome, Problem, Told, Verified, VerifyWatch,
+    answer, examine, refine, verify, verify_refined,
 };
 use perirobot::error::Issue;
-use perirobot::results::journal::Shard;
-use perirobot::results::manifest::Fault;
-use perirobot::results::table::TableFormat;
-use perirobot::results::{Results, Subject, rows, scores};
 use perirobot::study::Choose;
-use perirobot::sweep::Watch;
-use perirobot::sweep::session::Session;
 use perirobot::world::World;
 use perirobot::{Error, Result, Study};
 
@@ -36,9 +30,12 @@ pub(crate) fn search(
 ) -> Result<()> {
     let (choose, begin) = (asked(study)?, Instant::now());
     examine(study, choose, worlds)?;
+    let folder = Chosen::folder(out, study)?;
     let mut backends = opened(words)?;
+    let prepare_s = begin.elapsed().as_secs_f64();
     let evidence = cast(study, choose, worlds, &mut backends, listener)?;
     let problem = Problem::new(study, choose, worlds, &evidence);
+    listener.begins("sets", 0);
     let found = answer(&problem, listener)?;
     listener.go_on()?;
     let (mut told, mut with_poses) = (Told::of(study, worlds, &problem, &found), None);
@@ -48,18 +45,10 @@ pub(crate) fn search(
         listener.go_on()?;
         (told.refined, with_poses) = (Some(refined.told), refined.with_poses);
     }
-    let (of_sets, in_worlds) =
-        with_poses.as_ref().map_or((study, worlds), |(study, worlds)| (study, worlds.as_slice()));
-    let sets = told.study_of_sets(of_sets, choose);
-    let chosen = Chosen::new(study, choose, worlds, told);
-    chosen.write(out)?;
+    let outcome = Outcome::new((study, choose, worlds), told, with_poses);
+    listener.begins("sets", outcome.total());
     let command = ["perirobot.Study.choose".to_string()];
-    let mut session = Session::open(&sets, in_worlds, out, Shard::WHOLE, true, &command)?;
-    session.run(&mut backends, CHECKED, begin.elapsed().as_secs_f64(), &mut &*listener)?;
-    let results = Results::new(Subject::of_study(&sets, in_worlds), session.into_pages());
-    chosen.told.agrees(choose, &results)?;
-    rows::write(&results, out, TableFormat::Csv)?;
-    scores::write(&results, out, TableFormat::Csv)
+    outcome.write(folder, &mut backends, (CHECKED, prepare_s), &command, &mut &*listener).map(drop)
 }
 
 /// Checks what [`search`] wrote: how many sets were counted again, and how many steps are proven again, bounded, open.
@@ -71,12 +60,13 @@ pub(crate) fn check(
     folder: &Path,
 ) -> Result<[usize; 4]> {
     let choose = asked(study)?;
+    examine(study, choose, worlds)?;
     let claims = Claims::read(folder, study, choose, worlds)?;
     let evidence = cast(study, choose, worlds, &mut opened(words)?, listener)?;
-    let (mut oracle, stop) = (Oracle::default(), || listener.stop());
-    let checked = verify(&claims, study, choose, worlds, &evidence, &mut oracle, &stop)?;
-    let Verified { sets, proven, bounded, open, .. } = checked;
-    let refined = verify_refined(folder, study, choose, &mut oracle)?;
+    let (mut oracle, given) = (Oracle::default(), (study, choose, worlds));
+    let Verified { sets, proven, bounded, open, .. } =
+        verify(&claims, given, &evidence, &mut oracle, listener)?;
+    let refined = verify_refined(folder, study, choose, &mut oracle, listener)?;
     Ok([sets + refined, proven, bounded, open])
 }
 
@@ -96,37 +86,21 @@ fn cast(
     mut listener: &Listener,
 ) -> Result<CandidateEvidence> {
     let mut casting = Casting::begin(study, choose, worlds, MEMORY_BYTES, None)?;
+    listener.begins("poses", casting.total());
     casting.run_on(backends, &mut listener)?;
-    let evidence = casting.evidence();
-    if backends.needs_check() {
-        let mut cpu = backends.open(Fallback::Cpu)?;
-        evidence.check(study, choose, worlds, cpu.as_mut(), CHECKED)?;
-    }
-    Ok(evidence)
+    Ok(casting.checked(choose, backends, CHECKED)?.0)
 }
 
-impl CastingWatch for &Listener {
-    fn cast(&mut self, more: u64) {
-        self.finished(more);
-    }
-
-    fn stop(&mut self) -> Option<String> {
+impl VerifyWatch for Listener {
+    fn stop(&self) -> Option<String> {
         Listener::stop(self)
     }
 
-    fn failed(&mut self, fault: &Fault) {
-        Watch::failed(self, fault);
+    fn begins(&self, steps: usize) {
+        Listener::begins(self, "steps", steps as u64);
     }
-}
 
-impl SearchWatch for Listener {
-    fn stops(&self) -> bool {
-        self.stops_now_and_then()
-    }
-}
-
-impl RefineWatch for Listener {
-    fn failed(&self, fault: &Fault) {
-        self.tell_of(fault);
+    fn checked(&self) {
+        self.finished(1);
     }
 }

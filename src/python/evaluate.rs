@@ -1,13 +1,11 @@
-//! Counts of poses that Python asks for, again and again.
+//! Counts of poses that Python asks for, again and again; the backend is kept open between.
 
 use glam::DVec3;
-use numpy::ndarray::Array6;
-use numpy::{PyReadonlyArray2, PyUntypedArrayMethods};
-use perirobot::backend::Backend;
+use numpy::ndarray::{Array6, ArrayView1, ArrayView2};
+use perirobot::backend::factory::BackendFactory;
 use perirobot::error::Issue;
 use perirobot::pose::Frame;
-use perirobot::results::{PoseChoice, layout_of};
-use perirobot::sweep::{BatchSize, Ledger, Row, run_choices};
+use perirobot::sweep::run_on;
 use perirobot::world::World;
 use perirobot::{Error, Pose, Result, Study};
 
@@ -17,7 +15,7 @@ use crate::watch::Listener;
 pub(crate) const COUNTERS: usize = perirobot::metrics::COUNTERS + perirobot::metrics::DETECTION_COUNTERS;
 
 /// Rows of x, y, z in metres and the quaternion w, x, y, z as poses; quaternions are made one long.
-pub(crate) fn poses(rows: &PyReadonlyArray2<f64>) -> Result<Vec<Pose>> {
+pub(crate) fn poses(rows: ArrayView2<f64>) -> Result<Vec<Pose>> {
     let shape = rows.shape();
     if shape[1] != 7 || shape[0] == 0 {
         return Err(wrong(
@@ -26,64 +24,44 @@ pub(crate) fn poses(rows: &PyReadonlyArray2<f64>) -> Result<Vec<Pose>> {
             "must have 7 columns: x, y, z, qw, qx, qy, qz",
         ));
     }
-    let pose = |(number, row): (usize, numpy::ndarray::ArrayView1<f64>)| {
-        let [x, y, z, qw, qx, qy, qz] = std::array::from_fn(|i| row[i]);
-        let at = DVec3 { x, y, z };
-        let made = Pose::from_quaternion(at, [qw, qx, qy, qz], Frame::Link).filter(|_| at.is_finite());
+    let one = |(number, row): (usize, ArrayView1<f64>)| {
         let what = || format!("is {:?}", row.to_vec());
-        made.ok_or_else(|| {
+        pose(std::array::from_fn(|i| row[i])).ok_or_else(|| {
             wrong(&format!("poses[{number}]"), what(), "must be finite, with a quaternion that is not 0")
         })
     };
-    rows.as_array().outer_iter().enumerate().map(pose).collect()
+    rows.outer_iter().enumerate().map(one).collect()
+}
+
+/// The pose at x, y, z in metres, turned by the quaternion w, x, y, z, if that is one.
+pub(crate) fn pose([x, y, z, qw, qx, qy, qz]: [f64; 7]) -> Option<Pose> {
+    let at = DVec3 { x, y, z };
+    Pose::from_quaternion(at, [qw, qx, qy, qz], Frame::Link).filter(|_| at.is_finite())
 }
 
 fn wrong(place: &str, what: String, wanted: &str) -> Error {
     Error::from(Issue::says(what).wanted(wanted).at(place))
 }
 
-/// The counts of a study's one combination: choices, moments, repeats, representations, regions, counters.
+/// The counts of a study whose combinations have one choice each: combinations, moments, repeats, representations, regions,
+/// counters.
 pub(crate) fn counts(
     study: &Study,
     worlds: &[World],
-    backend: &mut dyn Backend,
-    listener: &Listener,
+    backends: &mut dyn BackendFactory,
+    mut listener: &Listener,
 ) -> Result<Array6<i64>> {
-    let combination = &study.combinations[0];
-    let (choices, ways) = (combination.choices(), combination.representation_count(&study.sensors));
-    let shape = [choices, worlds.len(), study.repeats as usize, ways, study.regions.len(), COUNTERS];
-    let mut taken = Taken { counts: Array6::zeros(shape), worlds, listener };
-    let all: Vec<PoseChoice> = layout_of(study).all_choices().collect();
-    run_choices(study, worlds, &all, BatchSize::FULL, backend, &mut taken)?;
-    Ok(taken.counts)
-}
-
-/// The counts so far.
-struct Taken<'a> {
-    counts: Array6<i64>,
-    worlds: &'a [World],
-    listener: &'a Listener,
-}
-
-impl Ledger for Taken<'_> {
-    fn wants(&self, _: &World, _: usize, _: &PoseChoice) -> bool {
-        true
-    }
-
-    fn take(&mut self, rows: &[Row]) -> Result<()> {
-        for row in rows {
-            let here = |world: &World| (world.scene, world.snapshot) == (row.scene, row.snapshot);
-            let moment = self.worlds.iter().position(here).expect("rows are of worlds that were given");
-            let numbers = row.counts.counts().into_iter().chain(row.counts.detection.counts());
-            for (counter, number) in numbers.enumerate() {
-                let at = [row.choice, moment, row.repeat, row.representation, row.region, counter];
-                self.counts[at] = number as i64;
-            }
+    let (choices, repeats) = (study.combinations.len(), study.repeats as usize);
+    let ways = study.combinations[0].representation_count(&study.sensors);
+    let mut counts = Array6::zeros([choices, worlds.len(), repeats, ways, study.regions.len(), COUNTERS]);
+    for row in run_on(study, worlds, backends, &mut listener)? {
+        let here = |world: &World| (world.scene, world.snapshot) == (row.scene, row.snapshot);
+        let moment = worlds.iter().position(here).expect("rows are of worlds that were given");
+        let numbers = row.counts.counts().into_iter().chain(row.counts.detection.counts());
+        for (counter, number) in numbers.enumerate() {
+            let at = [row.combination, moment, row.repeat, row.representation, row.region, counter];
+            counts[at] = number as i64;
         }
-        Ok(())
     }
-
-    fn enough(&mut self) -> bool {
-        self.listener.stop().is_some()
-    }
+    Ok(counts)
 }

@@ -13,6 +13,9 @@ use crate::watch::Listener;
 /// How many voxels a grid has along each axis, and the label of each, x the fastest.
 type Labels = ([u32; 3], Vec<u8>);
 
+/// Most choices that are cast together: between them Python may stop it.
+const AT_ONCE: usize = 16;
+
 /// The labels of choices of poses in worlds, which are given by numbers; those of the same world follow each other.
 pub(crate) fn all(
     study: &Study,
@@ -23,7 +26,8 @@ pub(crate) fn all(
 ) -> Result<Vec<Labels>> {
     let mut viewer = Viewer::new(study, backend)?;
     let mut all = Vec::with_capacity(views.len());
-    for of_one in views.chunk_by(|(one, _), (next, _)| one == next) {
+    let of_worlds = views.chunk_by(|(one, _), (next, _)| one == next);
+    for of_one in of_worlds.flat_map(|of_one| of_one.chunks(AT_ONCE)) {
         listener.go_on()?;
         let choice = |&(_, [combination, choice, representation, repeat]): &(usize, [usize; 4])| Choice {
             combination,
@@ -35,6 +39,7 @@ pub(crate) fn all(
         let world = &worlds[of_one[0].0];
         let seen = viewer.over_grid(world, &choices)?;
         all.extend(seen.iter().map(|view| (world.grid.size, view.label_bytes())));
+        listener.finished(of_one.len() as u64);
     }
     Ok(all)
 }

@@ -1,13 +1,16 @@
 //! The native half of the Python package: studies, sweeps, and the command line. What Python's users see of it is
 //! described in `perirobot/`, whose classes are thin covers of these.
 
+mod arrow;
 mod backends;
 mod cell;
 mod choose;
 mod error;
 mod evaluate;
+mod judge;
 mod labels;
 mod origin;
+mod recorded;
 mod study;
 mod table;
 mod watch;
@@ -17,11 +20,13 @@ use std::process::ExitCode;
 
 use numpy::PyReadonlyArray3;
 use pyo3::prelude::*;
-use pyo3::types::PyBytes;
+use pyo3::types::{PyBytes, PyCapsule};
 
 /// The module `perirobot._perirobot`.
 #[pymodule]
 mod _perirobot {
+    #[pymodule_export]
+    use super::arrow_stream;
     #[pymodule_export]
     use super::cell_map;
     #[pymodule_export]
@@ -44,8 +49,18 @@ fn cell_map<'py>(
     voxel_size_m: f64,
     key: [i32; 3],
 ) -> PyResult<Option<Bound<'py, PyBytes>>> {
-    let map = cell::map(&voxels, voxel_size_m, key).map_err(|error| error::raised(&error))?;
+    let voxels = voxels.as_array();
+    let map = watch::run(py, None, |_| cell::map(voxels, voxel_size_m, key))?;
     Ok(map.map(|bytes| PyBytes::new(py, &bytes)))
+}
+
+/// The columns of a table as a stream of Arrow: a capsule for `__arrow_c_stream__`.
+#[pyfunction]
+fn arrow_stream<'py>(
+    py: Python<'py>,
+    columns: Vec<(String, arrow::Given<'py>)>,
+) -> PyResult<Bound<'py, PyCapsule>> {
+    arrow::stream(py, columns)
 }
 
 /// The number of an exit code, which the standard library does not tell.

@@ -1,4 +1,4 @@
-//! Where a study came from, so that it can be read again with other keys.
+//! Where a study comes from: a file, or keys in memory.
 
 use std::path::{Path, PathBuf};
 
@@ -11,7 +11,6 @@ use pyo3::FromPyObject;
 const STUDY: &str = "(study)";
 
 /// A file of a study, and what is brought in beside it.
-#[derive(Clone)]
 pub(crate) struct Origin {
     path: PathBuf,
     overrides: Overrides,
@@ -55,27 +54,12 @@ impl Origin {
         Ok(origin)
     }
 
-    /// The same with keys of `[choose]`, which are JSON, instead of those that the study's text has.
-    pub(crate) fn asking(&self, study: &str, keys: &str) -> Result<Origin> {
-        let mut whole: toml::Table =
-            toml::from_str(study).map_err(|e| Error::input("study", e.to_string()))?;
-        let asked = whole.entry("choose").or_insert_with(|| toml::Table::new().into());
-        if let Some(asked) = asked.as_table_mut() {
-            asked.extend(table(keys)?);
-        }
-        let mut origin = self.clone();
-        origin.files.retain(|(path, _)| *path != self.path);
-        origin.files.push((self.path.clone(), text(&whole)?.into_bytes()));
-        Ok(origin)
-    }
-
     /// Reads and checks the study.
-    pub(crate) fn read(&self) -> Result<Study> {
+    pub(crate) fn read(self) -> Result<Study> {
         let named = self.packages.iter().map(|(name, folder)| (name.as_str(), folder.as_path()));
         let beside = Sources::beside(&self.path);
         let sources = named.clone().fold(beside, |all, (name, folder)| all.with_package(name, folder));
-        let sources =
-            self.files.iter().fold(sources, |all, (path, bytes)| all.with_file(path, bytes.clone()));
+        let sources = self.files.into_iter().fold(sources, |all, (path, bytes)| all.with_file(&path, bytes));
         let sources = if self.allow_outside { sources.allow_outside() } else { sources };
         let mut study = Study::read(&self.path, &self.overrides, sources)?;
         study.scenes.iter_mut().for_each(|scene| scene.use_packages(named.clone()));
@@ -84,7 +68,7 @@ impl Origin {
 }
 
 /// Keys from JSON.
-fn table(json: &str) -> Result<toml::Table> {
+pub(crate) fn table(json: &str) -> Result<toml::Table> {
     serde_json::from_str(json).map_err(|e| Error::input("keys", e.to_string()))
 }
 

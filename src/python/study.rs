@@ -1,10 +1,12 @@
 //! A study as Python has it: checked when it is made, its scenes in voxels from the first time they are needed.
 
 use std::path::PathBuf;
-use std::sync::OnceLock;
+use std::sync::{Arc, OnceLock};
 
-use numpy::{IntoPyArray, PyArray3, PyArray6, PyReadonlyArray2};
+use numpy::ndarray::ArrayView2;
+use numpy::{IntoPyArray, PyArray3, PyArray6, PyReadonlyArray2, PyReadonlyArray3};
 use perirobot::Pose;
+use perirobot::backend::factory::{BackendFactory, Fallback};
 use perirobot::results::columns::{pose_names, representation_names};
 use perirobot::results::jobs;
 use perirobot::study::Overrides;
@@ -13,21 +15,22 @@ use perirobot::view::{Choice, Names, find};
 use perirobot::world::World;
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
-use pyo3::types::PyDict;
 
-use crate::backends::{BackendWords, LastBackend, opened};
+use crate::backends::{BackendWords, LastBackends, opened};
 use crate::error::raised;
-use crate::origin::{File, Origin};
-use crate::watch::{Listener, warn};
-use crate::{choose, evaluate, labels, table};
+use crate::origin::{File, Origin, table};
+use crate::recorded::{AskedWords, RecordedWords};
+use crate::table::{Columns, columns};
+use crate::watch::{run, warn};
+use crate::{choose, evaluate, judge, labels, recorded};
 
 /// A checked study.
 #[pyclass(frozen, module = "perirobot._perirobot")]
 pub(crate) struct Study {
-    origin: Origin,
     study: perirobot::Study,
-    worlds: OnceLock<Vec<World>>,
-    backend: LastBackend,
+    /// Those of the study that this one came from, where it only asks for something else.
+    worlds: Arc<OnceLock<Vec<World>>>,
+    backends: LastBackends,
 }
 
 /// A choice of poses in one world: the world's number, and those of combination, choice, representation and repeat.
@@ -44,6 +47,7 @@ impl Study {
     /// Reads and checks a study file and its scene files.
     #[staticmethod]
     fn load(
+        py: Python<'_>,
         path: PathBuf,
         voxel_size_m: Option<f64>,
         noiseless: bool,
@@ -51,19 +55,20 @@ impl Study {
         allow_outside: bool,
     ) -> PyResult<Study> {
         let overrides = Overrides { voxel_size_m, noiseless };
-        Study::read(Origin::file(path, overrides, packages, allow_outside))
+        let origin = Origin::file(path, overrides, packages, allow_outside);
+        Study::made(py, || Ok(origin))
     }
 
     /// Checks a study whose keys are given as JSON, beside files in memory that are named from a folder.
     #[staticmethod]
-    fn of(keys: &str, folder: PathBuf, files: Vec<(PathBuf, File)>) -> PyResult<Study> {
-        Study::read(Origin::memory(keys, &folder, files).map_err(|error| raised(&error))?)
+    fn of(py: Python<'_>, keys: &str, folder: PathBuf, files: Vec<(PathBuf, File)>) -> PyResult<Study> {
+        Study::made(py, || Origin::memory(keys, &folder, files))
     }
 
     /// The same study with some keys of `[choose]`, given as JSON, instead of its own.
-    fn asking(&self, keys: &str) -> PyResult<Study> {
-        let origin = self.origin.asking(&self.study.text, keys).map_err(|error| raised(&error))?;
-        Ok(Study { worlds: self.worlds.clone(), ..Study::read(origin)? })
+    fn asking(&self, py: Python<'_>, keys: &str) -> PyResult<Study> {
+        let study = run(py, None, |_| self.study.asking(table(keys)?))?;
+        Ok(Study { study, worlds: self.worlds.clone(), backends: LastBackends::default() })
     }
 
     /// Finds the best set of sensors, and writes it into a folder.
@@ -74,16 +79,59 @@ impl Study {
         backend: BackendWords,
         progress: Option<Py<PyAny>>,
     ) -> PyResult<()> {
-        let listener = Listener::new(progress);
-        let worlds = self.worlds(py, &listener)?;
-        listener.run(py, || choose::search(&self.study, worlds, &backend, &listener, &out))
+        let worlds = self.worlds(py)?;
+        run(py, progress.as_ref(), |listener| choose::search(&self.study, worlds, &backend, listener, &out))
     }
 
     /// Checks what [`Study::choose`] wrote: sets counted again; steps proven again, bounded, open.
-    fn verify(&self, py: Python<'_>, folder: PathBuf, backend: BackendWords) -> PyResult<[usize; 4]> {
-        let listener = Listener::new(None);
-        let worlds = self.worlds(py, &listener)?;
-        listener.run(py, || choose::check(&self.study, worlds, &backend, &listener, &folder))
+    fn verify(
+        &self,
+        py: Python<'_>,
+        folder: PathBuf,
+        backend: BackendWords,
+        progress: Option<Py<PyAny>>,
+    ) -> PyResult<[usize; 4]> {
+        let worlds = self.worlds(py)?;
+        run(py, progress.as_ref(), |listener| choose::check(&self.study, worlds, &backend, listener, &folder))
+    }
+
+    /// Judges what [`Study::choose`] wrote, and writes the verdicts beside it.
+    fn judge(
+        &self,
+        py: Python<'_>,
+        folder: PathBuf,
+        backend: BackendWords,
+        progress: Option<Py<PyAny>>,
+    ) -> PyResult<()> {
+        let worlds = self.worlds(py)?;
+        run(py, progress.as_ref(), |listener| judge::judge(&self.study, worlds, &backend, listener, &folder))
+    }
+
+    /// Scores a map or a point cloud in a file; the columns of the table.
+    fn score_file(
+        &self,
+        py: Python<'_>,
+        path: PathBuf,
+        asked: AskedWords,
+        words: RecordedWords,
+    ) -> PyResult<Columns> {
+        let worlds = self.worlds(py)?;
+        run(py, None, |_| recorded::score(&self.study, worlds, recorded::file(&path, &asked)?, words))
+    }
+
+    /// Scores labels of voxels; the columns of the table.
+    fn score_labels(
+        &self,
+        py: Python<'_>,
+        labels: PyReadonlyArray3<'_, u8>,
+        origin_m: [f64; 3],
+        voxel_size_m: f64,
+        words: RecordedWords,
+    ) -> PyResult<Columns> {
+        let (worlds, labels) = (self.worlds(py)?, labels.as_array());
+        run(py, None, |_| {
+            recorded::score(&self.study, worlds, recorded::labels(labels, origin_m, voxel_size_m)?, words)
+        })
     }
 
     /// Edge of a voxel in metres.
@@ -123,26 +171,14 @@ impl Study {
         (poses.collect(), representation_names(&self.study, combination))
     }
 
-    /// How many choices a sweep scores: each in each snapshot of each scene, in each repeat.
-    #[getter]
-    fn jobs(&self) -> u64 {
-        jobs(&self.study)
-    }
-
     /// Scores every choice of poses; the columns of the table.
-    fn sweep<'py>(
-        &self,
-        py: Python<'py>,
-        backend: BackendWords,
-        progress: Option<Py<PyAny>>,
-    ) -> PyResult<Bound<'py, PyDict>> {
-        let listener = Listener::new(progress);
-        let worlds = self.worlds(py, &listener)?;
-        let rows = listener.run(py, || {
-            let mut backends = opened(&backend)?;
-            sweep::run_on(&self.study, worlds, &mut backends, &mut &listener)
-        })?;
-        table::columns(py, &self.study, &rows)
+    fn sweep(&self, py: Python<'_>, backend: BackendWords, progress: Option<Py<PyAny>>) -> PyResult<Columns> {
+        let worlds = self.worlds(py)?;
+        run(py, progress.as_ref(), |mut listener| {
+            listener.begins("poses", jobs(&self.study));
+            let rows = sweep::run_on(&self.study, worlds, &mut opened(&backend)?, &mut listener)?;
+            Ok(columns(&self.study, &rows))
+        })
     }
 
     /// Names of the sensors that take poses.
@@ -163,23 +199,22 @@ impl Study {
         Ok((names.collect(), rows.collect()))
     }
 
-    /// Counts one sensor at poses of Python's choice.
+    /// Counts sensors at poses of Python's choice: the first of each together, the second of each and so on.
     fn evaluate<'py>(
         &self,
         py: Python<'py>,
-        sensor: &str,
-        poses: PyReadonlyArray2<'py, f64>,
+        poses: Vec<(String, PyReadonlyArray2<'py, f64>)>,
         backend: BackendWords,
     ) -> PyResult<Bound<'py, PyArray6<i64>>> {
-        let sensor = self.sensor(sensor)?;
-        let poses = evaluate::poses(&poses).map_err(|error| raised(&error))?;
-        let listener = Listener::new(None);
-        let worlds = self.worlds(py, &listener)?;
-        let counts = listener.run(py, || {
-            let study = self.study.elsewhere(sensor, &poses)?;
+        let worlds = self.worlds(py)?;
+        let each = poses.iter().map(|(sensor, rows)| Ok((self.sensor(sensor)?, rows.as_array())));
+        let each: Vec<(usize, ArrayView2<f64>)> = each.collect::<PyResult<_>>()?;
+        let counts = run(py, None, |listener| {
+            let poses = each.into_iter().map(|(sensor, rows)| Ok((sensor, evaluate::poses(rows)?)));
+            let study = self.study.elsewhere(&poses.collect::<perirobot::Result<Vec<_>>>()?)?;
             worlds.iter().try_for_each(|world| world.examine_sensors(&study))?;
             let moved: Vec<World> = worlds.iter().map(|world| world.with_sensors(&study.sensors)).collect();
-            self.backend.with(&backend, |backend| evaluate::counts(&study, &moved, backend, &listener))
+            self.backends.with(&backend, |backends| evaluate::counts(&study, &moved, backends, listener))
         })?;
         Ok(counts.into_pyarray(py))
     }
@@ -188,7 +223,7 @@ impl Study {
     fn find(&self, py: Python<'_>, words: ChoiceWords) -> PyResult<View> {
         let (poses, combination, representation, scene, snapshot, repeat) = words;
         let names = Names { poses, combination, representation, scene, snapshot, repeat };
-        let worlds = self.worlds(py, &Listener::new(None))?;
+        let worlds = self.worlds(py)?;
         let (world, choice) = find(&self.study, worlds, &names).map_err(|error| raised(&error))?;
         let number = worlds.iter().position(|other| std::ptr::eq(other, world));
         let Choice { combination, choice, representation, repeat } = choice;
@@ -197,7 +232,7 @@ impl Study {
 
     /// Of each world, scene and snapshot by number, the grid: its corner in metres, and how many voxels it has.
     fn grids(&self, py: Python<'_>) -> PyResult<Vec<WorldGrid>> {
-        let worlds = self.worlds(py, &Listener::new(None))?;
+        let worlds = self.worlds(py)?;
         let grid = |world: &World| {
             (world.scene, world.snapshot, world.grid.corner_m([0; 3]).to_array(), world.grid.size)
         };
@@ -210,21 +245,26 @@ impl Study {
         py: Python<'py>,
         views: Vec<View>,
         backend: BackendWords,
+        progress: Option<Py<PyAny>>,
     ) -> PyResult<Vec<Bound<'py, PyArray3<u8>>>> {
-        let listener = Listener::new(None);
-        let worlds = self.worlds(py, &listener)?;
-        let all = listener.run(py, || {
-            self.backend
-                .with(&backend, |backend| labels::all(&self.study, worlds, &views, backend, &listener))
+        let worlds = self.worlds(py)?;
+        let all = run(py, progress.as_ref(), |listener| {
+            self.backends.with(&backend, |backends| {
+                let mut backend = backends.open(Fallback::None)?;
+                let all = labels::all(&self.study, worlds, &views, &mut *backend, listener)?;
+                backends.take_back(backend);
+                Ok(all)
+            })
         })?;
         all.into_iter().map(|(size, bytes)| labels::array(py, size, bytes)).collect()
     }
 }
 
 impl Study {
-    fn read(origin: Origin) -> PyResult<Study> {
-        let study = origin.read().map_err(|error| raised(&error))?;
-        Ok(Study { origin, study, worlds: OnceLock::new(), backend: LastBackend::default() })
+    /// Reads and checks what comes from somewhere.
+    fn made(py: Python<'_>, origin: impl FnOnce() -> perirobot::Result<Origin> + Send) -> PyResult<Study> {
+        let study = run(py, None, |_| origin()?.read())?;
+        Ok(Study { study, worlds: Arc::default(), backends: LastBackends::default() })
     }
 
     /// The number of a sensor that takes poses.
@@ -237,9 +277,9 @@ impl Study {
     }
 
     /// The scenes in voxels, made when they are first asked for; then what is odd about them is warned of.
-    fn worlds(&self, py: Python<'_>, listener: &Listener) -> PyResult<&[World]> {
+    fn worlds(&self, py: Python<'_>) -> PyResult<&[World]> {
         if self.worlds.get().is_none() {
-            let made = listener.run(py, || World::prepare_all_unless(&self.study, &|| listener.stop()))?;
+            let made = run(py, None, |listener| World::prepare_all_unless(&self.study, &|| listener.stop()))?;
             for world in &made {
                 world.warnings.iter().try_for_each(|text| warn(py, &format!("{}: {text}", world.name)))?;
             }

@@ -1,5 +1,5 @@
-//! The rows of a sweep as columns for Python: numbers as numpy arrays, names as numbers into lists of them, since
-//! there are many rows and few names.
+//! The rows of a sweep as columns: numbers, and names as numbers into lists of them, since there are many rows and few
+//! names. Python gets the numbers as numpy arrays, without another copy.
 
 use std::collections::HashMap;
 
@@ -11,50 +11,76 @@ use perirobot::results::columns::{
 use perirobot::results::rows::scores;
 use perirobot::sweep::Row;
 use pyo3::prelude::*;
-use pyo3::types::PyDict;
 
-/// The columns of `results.csv`, in its order: int64 and float64 arrays (NaN where a score has no value), and pairs of
-/// int32 numbers and the list of names that they count through.
-pub(crate) fn columns<'py>(py: Python<'py>, study: &Study, rows: &[Row]) -> PyResult<Bound<'py, PyDict>> {
-    let columns = PyDict::new(py);
-    let numbers = |name: &str, number: &dyn Fn(&Row) -> u64| {
-        let all: Vec<i64> = rows.iter().map(|row| number(row) as i64).collect();
-        columns.set_item(name, all.into_pyarray(py))
-    };
-    let named = |name: &str, names: Names, number: &dyn Fn(&Row) -> usize| {
-        let all: Vec<i32> = rows.iter().map(|row| names.of[number(row)]).collect();
-        columns.set_item(name, (all.into_pyarray(py), names.all))
+/// The columns of a table, by their names and in its order.
+pub(crate) type Columns = Vec<(&'static str, Column)>;
+
+/// A column.
+pub(crate) enum Column {
+    /// Whole numbers; int64 in Python.
+    Counts(Vec<i64>),
+    /// Scores, NaN where there is no value; float64 in Python.
+    Scores(Vec<f64>),
+    /// Numbers, int32 in Python, and the names that they count through.
+    Names(Vec<i32>, Vec<String>),
+}
+
+impl<'py> IntoPyObject<'py> for Column {
+    type Target = PyAny;
+    type Output = Bound<'py, PyAny>;
+    type Error = PyErr;
+
+    fn into_pyobject(self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        match self {
+            Column::Counts(all) => Ok(all.into_pyarray(py).into_any()),
+            Column::Scores(all) => Ok(all.into_pyarray(py).into_any()),
+            Column::Names(of, all) => Ok((of.into_pyarray(py), all).into_pyobject(py)?.into_any()),
+        }
+    }
+}
+
+/// The columns of `results.csv`.
+pub(crate) fn columns(study: &Study, rows: &[Row]) -> Columns {
+    let counts =
+        |number: &dyn Fn(&Row) -> u64| Column::Counts(rows.iter().map(|row| number(row) as i64).collect());
+    let named = |names: Names, number: &dyn Fn(&Row) -> usize| {
+        Column::Names(rows.iter().map(|row| names.of[number(row)]).collect(), names.all)
     };
     let combinations = &study.combinations;
-    named("scene", Names::of(study.scenes.iter().map(|scene| scene.name.clone())), &|row| row.scene)?;
-    numbers("snapshot", &|row| row.snapshot as u64)?;
-    numbers("repeat", &|row| row.repeat as u64)?;
-    let names = combinations.iter().map(|combination| combination.name.clone());
-    named("combination", Names::of(names), &|row| row.combination)?;
     let choices = before(combinations.iter().map(|combination| combination.choices()));
-    let names = combinations.iter().flat_map(|combination| {
+    let poses = combinations.iter().flat_map(|combination| {
         (0..combination.choices()).map(|choice| pose_names(study, combination, choice))
     });
-    named("poses", Names::of(names), &|row| choices[row.combination] + row.choice)?;
     let ways: Vec<Vec<String>> = combinations.iter().map(|c| representation_names(study, c)).collect();
     let firsts = before(ways.iter().map(Vec::len));
-    let names = ways.into_iter().flatten();
-    named("representation", Names::of(names), &|row| firsts[row.combination] + row.representation)?;
-    let names = study.regions.iter().map(|(name, _)| name.clone());
-    named("region", Names::of(names), &|row| row.region)?;
-    for (number, name) in COUNT_COLUMNS.iter().enumerate() {
-        numbers(name, &|row| row.counts.counts()[number])?;
+    let of_scenes = Names::of(study.scenes.iter().map(|scene| scene.name.clone()));
+    let of_combinations = Names::of(combinations.iter().map(|combination| combination.name.clone()));
+    let of_regions = Names::of(study.regions.iter().map(|(name, _)| name.clone()));
+    let mut columns: Columns = vec![
+        ("scene", named(of_scenes, &|row| row.scene)),
+        ("snapshot", counts(&|row| row.snapshot as u64)),
+        ("repeat", counts(&|row| row.repeat as u64)),
+        ("combination", named(of_combinations, &|row| row.combination)),
+        ("poses", named(Names::of(poses), &|row| choices[row.combination] + row.choice)),
+        (
+            "representation",
+            named(Names::of(ways.into_iter().flatten()), &|row| firsts[row.combination] + row.representation),
+        ),
+        ("region", named(of_regions, &|row| row.region)),
+    ];
+    for (number, name) in COUNT_COLUMNS.into_iter().enumerate() {
+        columns.push((name, counts(&|row| row.counts.counts()[number])));
     }
-    for (number, name) in DETECTION_COLUMNS.iter().enumerate() {
-        numbers(name, &|row| row.counts.detection.counts()[number])?;
+    for (number, name) in DETECTION_COLUMNS.into_iter().enumerate() {
+        columns.push((name, counts(&|row| row.counts.detection.counts()[number])));
     }
     let missed = Names::of(rows.iter().map(|row| row.counts.detection.missed_names()));
-    columns.set_item(MISSED_COLUMN, (missed.of.into_pyarray(py), missed.all))?;
+    columns.push((MISSED_COLUMN, Column::Names(missed.of, missed.all)));
     for score in scores() {
-        let all: Vec<f64> = rows.iter().map(|row| score.of(&row.counts).unwrap_or(f64::NAN)).collect();
-        columns.set_item(score.name(), all.into_pyarray(py))?;
+        let value = |row: &Row| score.of(&row.counts).unwrap_or(f64::NAN);
+        columns.push((score.name(), Column::Scores(rows.iter().map(value).collect())));
     }
-    Ok(columns)
+    columns
 }
 
 /// Names, each once, and the number of each that was asked for.

@@ -1,10 +1,16 @@
-//! Tells Python how far a job is, and stops it where Python raises something: Ctrl-C, or an error of the callback.
+//! Runs jobs for Python, each on a thread of its own. The thread that called stays with Python: ten times a second it
+//! asks whether somebody pressed Ctrl-C, and tells how far the job is. No other thread takes the interpreter's lock, so
+//! that a job never waits for it.
 
-use std::sync::Mutex;
-use std::sync::atomic::{AtomicU64, Ordering};
-use std::time::Instant;
+use std::mem;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::mpsc::{self, RecvTimeoutError};
+use std::sync::{Mutex, PoisonError};
+use std::thread;
+use std::time::Duration;
 
 use perirobot::backend::Backend;
+use perirobot::choose::{CastingWatch, FrontStep, RefineWatch, SearchWatch, SetLimits};
 use perirobot::error::Issue;
 use perirobot::results::manifest::Fault;
 use perirobot::sweep::Watch;
@@ -13,69 +19,128 @@ use pyo3::prelude::*;
 
 use crate::error::raised;
 
-/// Why a job ends that Python stopped; the exception itself is raised instead.
+/// Why a job ends that Python stopped; what Python raised is told instead.
 const STOPPED: &str = "stopped by Python";
 
-/// What Python is told, and what it raised.
+/// Time between two looks at Python.
+const BETWEEN_LOOKS: Duration = Duration::from_millis(100);
+
+/// As much as a main thread has.
+const STACK_BYTES: usize = 8 << 20;
+
+/// What Python is told of a job.
+enum Event {
+    /// So many things (named in the plural) are to be done, 0 where that is not known.
+    Begins(&'static str, u64),
+    /// So many more of them are done.
+    Finished(u64),
+    /// Something about it in words.
+    Says(String),
+    /// Something is wrong.
+    Warns(String),
+}
+
+/// Takes what a job says, until Python is told of it, and knows whether the job is to stop.
+#[derive(Default)]
 pub(crate) struct Listener {
-    /// Called with how many more choices are finished.
-    progress: Option<Py<PyAny>>,
-    exception: Mutex<Option<PyErr>>,
-    begin: Instant,
-    /// When Python was asked last, in tenths of a second since then.
-    asked: AtomicU64,
+    events: Mutex<Vec<Event>>,
+    is_stopped: AtomicBool,
+}
+
+/// Runs a job. What Python raises meanwhile (Ctrl-C, an error of `progress`) stops it and is the outcome, else what the
+/// job says. `progress` is an object with the methods `begin`, `update` and `say`.
+pub(crate) fn run<T: Send>(
+    py: Python<'_>,
+    progress: Option<&Py<PyAny>>,
+    job: impl FnOnce(&Listener) -> Result<T> + Send,
+) -> PyResult<T> {
+    let listener = &Listener::default();
+    let (mut told, done) = py.detach(|| {
+        thread::scope(|scope| {
+            let (ending, end) = mpsc::channel::<()>();
+            let with_end = move || {
+                // Dropped when the job has ended, also where it panics.
+                let _ending = ending;
+                job(listener)
+            };
+            let thread = thread::Builder::new().stack_size(STACK_BYTES).spawn_scoped(scope, with_end);
+            let thread = match thread {
+                Ok(thread) => thread,
+                Err(e) => return (Ok(()), Err(Error::device(format!("cannot start a thread: {e}")))),
+            };
+            let mut told = Ok(());
+            while end.recv_timeout(BETWEEN_LOOKS) == Err(RecvTimeoutError::Timeout) {
+                if told.is_ok() {
+                    told = Python::attach(|py| listener.tell(py, progress));
+                    listener.is_stopped.store(told.is_err(), Ordering::Relaxed);
+                }
+            }
+            (told, thread.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic)))
+        })
+    });
+    if told.is_ok() {
+        told = listener.tell(py, progress);
+    }
+    told?;
+    done.map_err(|error| raised(&error))
 }
 
 impl Listener {
-    pub(crate) fn new(progress: Option<Py<PyAny>>) -> Listener {
-        let (exception, asked) = Default::default();
-        Listener { progress, exception, begin: Instant::now(), asked }
+    /// So many things (named in the plural) are to be done, 0 where that is not known.
+    pub(crate) fn begins(&self, what: &'static str, of: u64) {
+        self.take(Event::Begins(what, of));
     }
 
-    /// Runs a job without the interpreter's lock. What Python raised meanwhile is the outcome, else what the job says.
-    pub(crate) fn run<T: Send>(&self, py: Python<'_>, job: impl FnOnce() -> Result<T> + Send) -> PyResult<T> {
-        let done = py.detach(job);
-        match self.exception().take() {
-            Some(exception) => Err(exception),
-            None => done.map_err(|error| raised(&error)),
-        }
-    }
-
-    /// A reason to stop, if Python has one. Signals reach it in its main thread only.
+    /// A reason to stop, if there is one.
     pub(crate) fn stop(&self) -> Option<String> {
-        self.ask(|py| py.check_signals());
-        self.exception().is_some().then(|| STOPPED.into())
+        self.is_stopped.load(Ordering::Relaxed).then(|| STOPPED.into())
     }
 
-    /// Whether Python has one, for searches that ask all the time: Python itself is asked ten times a second.
-    pub(crate) fn stops_now_and_then(&self) -> bool {
-        let now = self.begin.elapsed().as_millis() as u64 / 100;
-        match self.asked.swap(now, Ordering::Relaxed) == now {
-            true => self.exception().is_some(),
-            false => self.stop().is_some(),
-        }
-    }
-
-    /// Warns of a device that failed.
-    pub(crate) fn tell_of(&self, Fault { what, instead, .. }: &Fault) {
-        self.ask(|py| warn(py, &format!("{what}; the next poses were done by {instead}")));
-    }
-
-    /// An error if Python has a reason to stop.
+    /// An error if there is a reason to stop.
     pub(crate) fn go_on(&self) -> Result<()> {
         self.stop().map_or(Ok(()), |why| Err(Error::Stopped(Issue::says(why))))
     }
 
-    /// Asks Python, unless it has raised something already.
-    fn ask(&self, question: impl FnOnce(Python<'_>) -> PyResult<()>) {
-        if self.exception().is_none() {
-            let answer = Python::attach(question);
-            *self.exception() = answer.err();
+    /// So many more are done.
+    pub(crate) fn finished(&self, more: u64) {
+        self.take(Event::Finished(more));
+    }
+
+    fn failed(&self, Fault { what, instead, .. }: &Fault) {
+        self.warns(format!("{what}; the next poses were done by {instead}"));
+    }
+
+    /// Something is wrong.
+    pub(crate) fn warns(&self, text: String) {
+        self.take(Event::Warns(text));
+    }
+
+    /// Keeps an event for Python. Of those that follow each other one is enough to tell how far a job is.
+    fn take(&self, event: Event) {
+        let mut events = self.events.lock().unwrap_or_else(PoisonError::into_inner);
+        match (events.last_mut(), event) {
+            (Some(Event::Finished(all)), Event::Finished(more)) => *all += more,
+            (Some(Event::Says(last)), Event::Says(text)) => *last = text,
+            (_, event) => events.push(event),
         }
     }
 
-    fn exception(&self) -> std::sync::MutexGuard<'_, Option<PyErr>> {
-        self.exception.lock().unwrap_or_else(std::sync::PoisonError::into_inner)
+    /// Tells Python what there is to tell. What Python raises is the error.
+    fn tell(&self, py: Python<'_>, progress: Option<&Py<PyAny>>) -> PyResult<()> {
+        py.check_signals()?;
+        let events = mem::take(&mut *self.events.lock().unwrap_or_else(PoisonError::into_inner));
+        for event in events {
+            match (event, progress) {
+                (Event::Warns(text), _) => warn(py, &text)?,
+                (_, None) => {}
+                (Event::Begins(what, of), Some(shown)) => {
+                    drop(shown.call_method1(py, "begin", (what, of))?)
+                }
+                (Event::Finished(more), Some(shown)) => drop(shown.call_method1(py, "update", (more,))?),
+                (Event::Says(text), Some(shown)) => drop(shown.call_method1(py, "say", (text,))?),
+            }
+        }
+        Ok(())
     }
 }
 
@@ -83,17 +148,49 @@ impl Watch for &Listener {
     fn runs_on(&mut self, _: &dyn Backend) {}
 
     fn finished(&mut self, choices: u64) {
-        if let Some(progress) = &self.progress {
-            self.ask(|py| progress.call1(py, (choices,)).map(drop));
-        }
+        Listener::finished(self, choices);
     }
 
     fn failed(&mut self, fault: &Fault) {
-        self.tell_of(fault);
+        Listener::failed(self, fault);
     }
 
     fn stop(&mut self) -> Option<String> {
         Listener::stop(self)
+    }
+}
+
+impl CastingWatch for &Listener {
+    fn cast(&mut self, more: u64) {
+        Listener::finished(self, more);
+    }
+
+    fn stop(&mut self) -> Option<String> {
+        Listener::stop(self)
+    }
+
+    fn failed(&mut self, fault: &Fault) {
+        Listener::failed(self, fault);
+    }
+}
+
+impl SearchWatch for Listener {
+    fn stops(&self) -> bool {
+        self.is_stopped.load(Ordering::Relaxed)
+    }
+
+    fn finds(&self, limits: &SetLimits, best: Option<f64>) {
+        self.take(Event::Says(limits.in_words([best, None])));
+    }
+
+    fn knows(&self, step: &FrontStep, _: f64) {
+        self.take(Event::Says(step.limits.in_words(step.known())));
+    }
+}
+
+impl RefineWatch for Listener {
+    fn failed(&self, fault: &Fault) {
+        Listener::failed(self, fault);
     }
 }
 

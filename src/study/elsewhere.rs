@@ -1,4 +1,4 @@
-//! A sensor at poses that the study does not list, as somebody else's search asks for them.
+//! Sensors at poses that the study does not list, as somebody else's search asks for them.
 
 use super::{Combination, Member, Study};
 use crate::Result;
@@ -8,36 +8,53 @@ use crate::pose::Pose;
 use crate::sensor::{Candidate, Setting};
 
 impl Study {
-    /// The study of one of its sensors alone, at these poses instead of its own: candidates with their numbers as names.
-    /// Poses of a sensor that a robot carries are on its link. Fused as where the sensor is alone, else as in the first
-    /// combination with it.
+    /// The study of some of its sensors together, at these poses instead of their own: the first of each, the second of
+    /// each and so on, each time as a combination with one choice. Candidates have their numbers as names. Poses of a sensor
+    /// that a robot carries are on its link. Fused as where just these sensors are, else as in the first combination that has
+    /// them all.
     ///
     /// # Errors
-    /// Where the sensor takes no poses.
-    pub fn elsewhere(&self, sensor: usize, poses: &[Pose]) -> Result<Study> {
-        let spec = &self.sensors[sensor];
-        if !spec.kind.takes_poses() {
-            let what = Issue::says(format!("is of kind {:?}, which takes no poses", spec.kind.name()));
-            return Err(what.at(format!("sensor {:?}", spec.name)).into());
+    /// Where a sensor takes no poses, or has not as many as the first.
+    pub fn elsewhere(&self, poses: &[(usize, Vec<Pose>)]) -> Result<Study> {
+        let count = poses.first().map_or(0, |(_, poses)| poses.len());
+        for (sensor, poses) in poses {
+            let spec = &self.sensors[*sensor];
+            let wrong = |what: String| Issue::says(what).at(format!("sensor {:?}", spec.name));
+            if !spec.kind.takes_poses() {
+                return Err(wrong(format!("is of kind {:?}, which takes no poses", spec.kind.name())).into());
+            }
+            if poses.len() != count {
+                let what = format!("has {} poses, and the first sensor has {count}", poses.len());
+                return Err(wrong(what).wanted("give each as many").into());
+            }
         }
-        let with_it = || {
-            let has_it = |combination: &&Combination| combination.members.iter().any(|m| m.sensor == sensor);
-            self.combinations.iter().filter(has_it)
+        let mut sensors: Vec<usize> = poses.iter().map(|(sensor, _)| *sensor).collect();
+        sensors.sort_unstable();
+        let has = |combination: &Combination, one: &usize| {
+            combination.members.iter().any(|member| member.sensor == *one)
         };
-        let alone = with_it().find(|combination| combination.members.len() == 1);
-        let fusion = alone.or(with_it().next()).map_or(Fusion::default(), |combination| combination.fusion);
+        let has_them = |combination: &&Combination| sensors.iter().all(|one| has(combination, one));
+        let with_them: Vec<&Combination> = self.combinations.iter().filter(has_them).collect();
+        let alone = with_them.iter().find(|combination| combination.members.len() == sensors.len());
+        let fusion = alone.or(with_them.first()).map_or(Fusion::default(), |combination| combination.fusion);
         let mut study = self.clone();
         for other in &mut study.sensors {
             (other.candidates, other.spreads) = (Vec::new(), Vec::new());
         }
-        let candidate = |(number, &pose): (usize, &Pose)| Candidate {
-            name: number.to_string(),
-            group: String::new(),
-            setting: Setting::Pose(pose),
+        for (sensor, poses) in poses {
+            let candidate = |(number, &pose): (usize, &Pose)| Candidate {
+                name: number.to_string(),
+                group: String::new(),
+                setting: Setting::Pose(pose),
+            };
+            study.sensors[*sensor].candidates = poses.iter().enumerate().map(candidate).collect();
+        }
+        let combination = |number: usize| {
+            let member = |&sensor: &usize| Member { sensor, candidates: vec![number] };
+            let members = sensors.iter().map(member).collect();
+            Combination { name: number.to_string(), fusion, members }
         };
-        study.sensors[sensor].candidates = poses.iter().enumerate().map(candidate).collect();
-        let members = vec![Member { sensor, candidates: (0..poses.len()).collect() }];
-        study.combinations = vec![Combination { name: spec.name.clone(), fusion, members }];
+        study.combinations = (0..count).map(combination).collect();
         Ok(study)
     }
 }

@@ -32,6 +32,10 @@ pub(super) fn work_on(backends: &mut dyn BackendFactory, task: &mut dyn Resumabl
         let issue = match task.work(batch, backend.as_mut()) {
             Err(Error::Device(issue)) if backends.needs_check() && fallback != Fallback::Cpu => issue,
             Err(Error::Input(issue)) if fallback == Fallback::Small => issue,
+            Ok(()) if fallback == Fallback::None => {
+                backends.take_back(backend);
+                return Ok(());
+            }
             other => return other,
         };
         close(backend);

@@ -18,6 +18,7 @@ mod worker;
 use crate::metrics::Confusion;
 pub use checkpoint::Watch;
 pub use evidence::BatchSize;
+pub(crate) use order::run_unless;
 pub use order::{Ledger, run, run_choices};
 pub use said::{EvidenceReader, ReadPlan, SensorSays};
 pub use sets::run_on;

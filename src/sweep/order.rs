@@ -17,6 +17,7 @@ use std::sync::Arc;
 use super::Row;
 use super::evidence::{BatchSize, FirstHitSlots, Store};
 use crate::backend::{Backend, Rays, VoxelScene};
+use crate::error::Issue;
 use crate::results::{PoseChoice, layout_of};
 use crate::study::Study;
 use crate::voxel::region::window_of;
@@ -58,6 +59,49 @@ impl Ledger for Vec<Row> {
 pub fn run(study: &Study, worlds: &[World], backend: &mut dyn Backend) -> Result<Vec<Row>> {
     let pose_choices: Vec<PoseChoice> = layout_of(study).all_choices().collect();
     run_some(study, worlds, &pose_choices, backend)
+}
+
+/// [`run`], until there is a reason to stop.
+///
+/// # Errors
+/// When the backend fails; `Error::Stopped` with that reason.
+pub(crate) fn run_unless(
+    study: &Study,
+    worlds: &[World],
+    backend: &mut dyn Backend,
+    stop: &dyn Fn() -> Option<String>,
+) -> Result<Vec<Row>> {
+    let pose_choices: Vec<PoseChoice> = layout_of(study).all_choices().collect();
+    let mut taken = UntilStopped { rows: Vec::new(), stop, why: None };
+    run_choices(study, worlds, &pose_choices, BatchSize::FULL, backend, &mut taken)?;
+    if let Some(why) = taken.why {
+        return Err(Error::Stopped(Issue::says(why)));
+    }
+    taken.rows.sort_by_key(Row::place);
+    Ok(taken.rows)
+}
+
+/// A ledger that wants everything, until there is a reason to stop.
+struct UntilStopped<'a> {
+    rows: Vec<Row>,
+    stop: &'a dyn Fn() -> Option<String>,
+    why: Option<String>,
+}
+
+impl Ledger for UntilStopped<'_> {
+    fn wants(&self, _: &World, _: usize, _: &PoseChoice) -> bool {
+        true
+    }
+
+    fn take(&mut self, rows: &[Row]) -> Result<()> {
+        self.rows.extend(rows);
+        Ok(())
+    }
+
+    fn enough(&mut self) -> bool {
+        self.why = self.why.take().or_else(|| (self.stop)());
+        self.why.is_some()
+    }
 }
 
 /// [`run`], of some choices.
@@ -207,7 +251,7 @@ fn first_group<'a>(
     (pose_choices, first_hits)
 }
 
-/// Choices of one combination whose counts are asked for.
+/// Choices whose counts are asked for, with as many representations each.
 struct CountRequest {
     repeat: usize,
     pose_choices: Vec<PoseChoice>,
@@ -225,6 +269,8 @@ fn score(
     let study = store.study;
     let representations: Vec<_> =
         study.combinations.iter().map(|combination| combination.representations(&study.sensors)).collect();
+    let fusion = |pose_choice: &PoseChoice| study.combinations[pose_choice.combination].fusion;
+    let ways = |pose_choice: &PoseChoice| representations[pose_choice.combination].len();
     let mut open: VecDeque<CountRequest> = VecDeque::new();
     for repeat in 0..study.repeats as usize {
         let mut wanted = pose_choices.to_vec();
@@ -234,16 +280,15 @@ fn score(
             let batch;
             (batch, left) = left.split_at(store.make_ready(left, repeat, backend)?);
             let before = open.len();
-            // One rule of fusion a request; combinations follow each other, so this rarely cuts a batch.
-            for of_one in batch.chunk_by(|a, b| a.combination == b.combination) {
-                let combination = of_one[0].combination;
-                let representations = representations[combination].iter();
-                let jobs = of_one
-                    .iter()
-                    .flat_map(|pose_choice| representations.clone().map(move |way| (pose_choice, way)));
+            // One rule of fusion a request, and as many representations of each choice; combinations follow each other, so
+            // this rarely cuts a batch.
+            for of_one in batch.chunk_by(|a, b| fusion(a) == fusion(b) && ways(a) == ways(b)) {
+                let jobs = of_one.iter().flat_map(|pose_choice| {
+                    representations[pose_choice.combination].iter().map(move |way| (pose_choice, way))
+                });
                 let jobs: Vec<_> =
                     jobs.map(|(pose_choice, way)| store.readings(pose_choice, repeat, way)).collect();
-                backend.submit(study.combinations[combination].fusion, &jobs)?;
+                backend.submit(fusion(&of_one[0]), &jobs)?;
                 open.push_back(CountRequest { repeat, pose_choices: of_one.to_vec(), jobs: jobs.len() });
             }
             for request in open.drain(..before) {

@@ -23,6 +23,14 @@ STUDIES = {
     "paper/lidar.toml": 0.25,
 }
 
+SCORES = ["f1", "kappa", "human_seen", "human_claimed", "unknown", "false_alarm"]
+# How pandas reads the table of results. A sensor may be called "NA", and only a score may be missing.
+READ = {
+    "keep_default_na": False,
+    "na_values": {score: [""] for score in SCORES},
+    "dtype": {score: float for score in SCORES},
+}
+
 
 def scenes(folder: str) -> pathlib.Path:
     """A copy of what ships in a folder, the paper's cameras with one pixel of 256, since most of the time goes into rays."""

@@ -2,6 +2,7 @@
 
 import shutil
 import tempfile
+import tomllib
 import unittest
 import warnings
 
@@ -182,6 +183,28 @@ class Evaluate(unittest.TestCase):
                     told = rows[rows.poses == f"{sensor}:{name}"][list(pr.COUNTERS)].to_numpy()
                     # Rows go by scene, snapshot, repeat, representation and region, as the axes do.
                     np.testing.assert_array_equal(counts[number].reshape(told.shape), told)
+
+    def test_several_sensors_have_the_counts_of_their_combination(self):
+        for fusion in ["occupied_wins", "octomap"]:
+            keys = tomllib.loads((ROOT / "scenes/tiny.toml").read_text())
+            keys["combination"] = [{"name": "both", "sensors": ["camera", "lidar"], "fusion": fusion}]
+            study = pr.Study(keys, folder=ROOT / "scenes")
+            frame = study.sweep("cpu", progress=False).to_pandas()
+            names, poses = {}, {}
+            for sensor in ["lidar", "camera"]:
+                (names[sensor], rows) = study.poses(sensor)
+                poses[sensor] = rows[:3]
+            for backend, adapter in BACKENDS:
+                counts = study.evaluate(poses, backend=backend, adapter=adapter)
+                self.assertEqual(len(counts), 3)
+                for number in range(3):
+                    pair = f"camera:{names['camera'][number]};lidar:{names['lidar'][number]}"
+                    told = frame[frame.poses == pair][list(pr.COUNTERS)].to_numpy()
+                    np.testing.assert_array_equal(counts[number].reshape(told.shape), told)
+        with self.assertRaisesRegex(ValueError, 'sensor "camera": has 1 poses, and the first sensor has 2'):
+            study.evaluate({"lidar": poses["lidar"][:2], "camera": poses["camera"][:1]})
+        with self.assertRaisesRegex(ValueError, "sensor: belongs to an array of poses"):
+            study.evaluate({"lidar": poses["lidar"]}, "lidar")
 
     def test_quaternions_need_not_be_one_long(self):
         study = pr.Study.load(ROOT / "scenes/tiny.toml")

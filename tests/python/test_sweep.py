@@ -3,6 +3,8 @@
 import json
 import pathlib
 import signal
+import subprocess
+import sys
 import tempfile
 import threading
 import time
@@ -13,15 +15,7 @@ import numpy as np
 import pandas as pd
 
 import perirobot as pr
-from shared import ROOT, STUDIES, program, scenes
-
-SCORES = ["f1", "kappa", "human_seen", "human_claimed", "unknown", "false_alarm"]
-# A sensor may be called "NA", and only a score may be missing.
-READ = {
-    "keep_default_na": False,
-    "na_values": {score: [""] for score in SCORES},
-    "dtype": {score: float for score in SCORES},
-}
+from shared import READ, ROOT, STUDIES, program, scenes
 
 
 class SameIntegers(unittest.TestCase):
@@ -66,6 +60,10 @@ class Tables(unittest.TestCase):
             pd.testing.assert_frame_equal(back.astype({name: "str" for name in texts}), frame, check_exact=True)
         self.assertEqual(polars.DataFrame(self.result)["tp"].to_list(), frame["tp"].to_list())
 
+    def test_polars_reads_rows_where_there_is_no_pyarrow(self):
+        done = subprocess.run([sys.executable, "-c", WITHOUT_PYARROW], cwd=ROOT, capture_output=True, text=True)
+        self.assertEqual(done.returncode, 0, done.stderr)
+
     def test_xarray_has_each_row_in_its_place(self):
         frame = self.result.to_pandas()
         for combination in self.study.combinations:
@@ -106,6 +104,20 @@ class Tables(unittest.TestCase):
             self.result.to_xarray("camra")
 
 
+WITHOUT_PYARROW = """
+import sys
+sys.modules["pyarrow"] = None
+import numpy as np, polars, perirobot as pr
+result = pr.Study.load("scenes/tiny.toml").sweep("cpu", progress=False)
+frame = polars.DataFrame(result)
+assert frame.columns == list(result.columns)
+for name, column in result.columns.items():
+    if column.dtype.kind == "f":
+        assert frame[name].null_count() == np.isnan(column).sum()
+        column = np.where(np.isnan(column), None, column)
+    assert frame[name].to_list() == column.tolist(), name
+assert frame["false_alarm"].null_count() > 0
+"""
 STILL = """
 [[object]]
 name = "box"

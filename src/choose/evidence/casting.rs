@@ -1,7 +1,7 @@
 //! How evidence comes to be: what the folder has is read, the rest is cast and kept, and what the question needs of
 //! both is held in memory if it fits.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use fearless_simd::Level;
 use rayon::prelude::*;
@@ -11,9 +11,10 @@ use super::CandidateEvidence;
 use super::file::{CandidateWords, EvidenceFile, RecordKey, deciding};
 use super::rows::{FiledRows, HeldRow, RecordPlace, Rows};
 use crate::backend::Backend;
-use crate::backend::factory::BackendFactory;
+use crate::backend::factory::{BackendFactory, Fallback};
 use crate::error::{Argument, Issue, Words};
 use crate::results::PoseChoice;
+use crate::results::files::write_whole;
 use crate::results::manifest::Fault;
 use crate::sensor::Sensor;
 use crate::study::{Choose, Combination, Member, Study};
@@ -63,6 +64,11 @@ pub struct Casting<'a> {
     file: Option<EvidenceFile>,
     /// Records of the file that are damaged; their evidence is cast again.
     pub damaged: usize,
+}
+
+/// The file that stands beside evidence of a device until the CPU has counted some of it again.
+fn in_doubt(evidence: &Path) -> PathBuf {
+    evidence.with_extension("unchecked")
 }
 
 /// How many repeats of a sensor differ.
@@ -191,11 +197,15 @@ impl<'a> Casting<'a> {
         self.run_by(watch, |plan, taking| plan.read(backend, taking))
     }
 
-    /// The same on the backend of a user's choice; others step in where a device fails.
+    /// The same on the backend of a user's choice; others step in where a device fails. What is kept of a device is in doubt
+    /// until [`Casting::checked`] says otherwise: whoever goes on checks it, even where another one goes on, or none.
     ///
     /// # Errors
     /// Those of [`Casting::run`].
     pub fn run_on(&mut self, backends: &mut dyn BackendFactory, watch: &mut dyn CastingWatch) -> Result<()> {
+        if let Some(doubt) = self.doubt().filter(|_| self.left() > 0 && backends.needs_check()) {
+            write_whole(&doubt, b"a device cast poses that were not counted again yet\n")?;
+        }
         self.run_by(watch, |plan, taking| plan.read_on(backends, taking))
     }
 
@@ -237,6 +247,40 @@ impl<'a> Casting<'a> {
             _ => String::new(),
         };
         format!("{why}: {left} of {total} scene-poses are left to cast{kept}")
+    }
+
+    /// All evidence, when nothing is left. Where a device cast some of it, the CPU counts one pose in `every` again, and
+    /// with the evidence comes of how many.
+    ///
+    /// # Errors
+    /// `Error::Disagreement`: what was kept is removed, since what a device said wrongly must not be searched later.
+    pub fn checked(
+        self,
+        choose: &Choose,
+        backends: &mut dyn BackendFactory,
+        every: u64,
+    ) -> Result<(CandidateEvidence, Option<u64>)> {
+        let (study, worlds, kept) = (self.study, self.worlds, self.path().map(Path::to_path_buf));
+        let doubt = self.doubt().filter(|doubt| doubt.exists());
+        let evidence = self.evidence();
+        if !backends.needs_check() && doubt.is_none() {
+            return Ok((evidence, None));
+        }
+        let mut cpu = backends.open(Fallback::Cpu)?;
+        let checked = evidence.check(study, choose, worlds, cpu.as_mut(), every);
+        if let (Err(Error::Disagreement(_)), Some(path)) = (&checked, &kept) {
+            let _ = std::fs::remove_file(path);
+        }
+        let is_judged = matches!(checked, Ok(_) | Err(Error::Disagreement(_)));
+        if let Some(doubt) = doubt.filter(|_| is_judged) {
+            std::fs::remove_file(&doubt).map_err(|e| Error::io(&doubt, "cannot be removed", e))?;
+        }
+        checked.map(|count| (evidence, Some(count)))
+    }
+
+    /// The file that says that what is kept is in doubt.
+    fn doubt(&self) -> Option<PathBuf> {
+        self.path().map(in_doubt)
     }
 
     /// All evidence, when nothing is left.

@@ -126,7 +126,7 @@ impl Telling<'_> {
         let without = |out: usize| (0..set.len()).filter(|i| *i != out).map(|i| set[i]).collect::<Vec<_>>();
         let mut sets: Vec<Vec<[usize; 2]>> = vec![set.clone()];
         sets.extend((0..set.len()).map(without).filter(|rest| !rest.is_empty()));
-        let mut counts = recounted(self.study, self.choose, self.worlds, &sets, backend)?;
+        let mut counts = recounted(self.study, self.choose, self.worlds, &sets, backend, &|| None)?;
         if set.len() == 1 {
             counts.push(self.nothing_seen());
         }

@@ -113,7 +113,7 @@ fn mounts(world: &World, set: &[[usize; 2]]) -> Vec<(usize, [u64; 3])> {
 
 /// What is said of each sensor of each set: the scores without them are counted again.
 fn sensors(claims: &Claims, given: Given, recounter: &mut dyn Backend) -> Result<()> {
-    let Given { study, choose, worlds, .. } = given;
+    let Given { study, choose, worlds, watch, .. } = given;
     let Claims { folder, chosen: Chosen { told, .. }, sets } = claims;
     let all: Vec<&ToldSet> = told.steps.iter().map(|step| &step.best).chain(&told.ties).collect();
     let without = |set: &Vec<[usize; 2]>| {
@@ -121,7 +121,7 @@ fn sensors(claims: &Claims, given: Given, recounter: &mut dyn Backend) -> Result
         (0..set.len()).map(rest).collect::<Vec<_>>()
     };
     let rests: Vec<Vec<[usize; 2]>> = sets.iter().flat_map(without).filter(|rest| !rest.is_empty()).collect();
-    let mut counts = recounted(study, choose, worlds, &rests, recounter)?.into_iter();
+    let mut counts = recounted(study, choose, worlds, &rests, recounter, &|| watch.stop())?.into_iter();
     let nothing_seen = |world: &World| world.baselines[choose.region].nothing_seen;
     let nothing: Vec<Confusion> = (0..study.repeats).flat_map(|_| worlds.iter().map(nothing_seen)).collect();
     let places = Places::of(study, &worlds[0]);

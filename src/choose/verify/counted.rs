@@ -4,16 +4,20 @@ use crate::Result;
 use crate::backend::Backend;
 use crate::metrics::{Confusion, Score};
 use crate::study::{Across, Choose, Combination, Member, Study};
-use crate::sweep::run;
+use crate::sweep::run_unless;
 use crate::world::World;
 
 /// What a sweep counts for some sets, repeat by repeat, and in each world by world.
+///
+/// # Errors
+/// When the backend fails; `Error::Stopped` when it is stopped.
 pub(in crate::choose) fn recounted(
     study: &Study,
     choose: &Choose,
     worlds: &[World],
     sets: &[Vec<[usize; 2]>],
     backend: &mut dyn Backend,
+    stop: &dyn Fn() -> Option<String>,
 ) -> Result<Vec<Vec<Confusion>>> {
     let combination = |(number, set): (usize, &Vec<[usize; 2]>)| Combination {
         name: number.to_string(),
@@ -22,7 +26,7 @@ pub(in crate::choose) fn recounted(
     };
     let combinations = sets.iter().enumerate().map(combination).collect();
     let study = Study { combinations, ..study.clone() };
-    let mut rows = run(&study, worlds, backend)?;
+    let mut rows = run_unless(&study, worlds, backend, stop)?;
     rows.sort_by_key(|row| row.repeat);
     let mut counts = vec![Vec::new(); sets.len()];
     let representations: Vec<_> =

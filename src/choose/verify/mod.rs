@@ -48,6 +48,18 @@ pub struct Verified {
     pub stopped: bool,
 }
 
+/// Is told how a check proceeds, and may stop it.
+pub trait VerifyWatch: Sync {
+    /// A reason to stop, if there is one.
+    fn stop(&self) -> Option<String>;
+
+    /// So many steps of the front will be checked.
+    fn begins(&self, _: usize) {}
+
+    /// One of them was checked.
+    fn checked(&self) {}
+}
+
 /// What a proof is about.
 #[derive(Clone, Copy)]
 struct Given<'a> {
@@ -55,7 +67,7 @@ struct Given<'a> {
     choose: &'a Choose,
     worlds: &'a [World],
     evidence: &'a CandidateEvidence,
-    stop: &'a (dyn Fn() -> Option<String> + Sync),
+    watch: &'a dyn VerifyWatch,
 }
 
 /// A proof that was read, of the sets that a study asks for.
@@ -109,22 +121,21 @@ impl Claims {
 /// `Error::Input` that names what does not hold; `Error::Stopped` when it is stopped.
 pub fn verify(
     claims: &Claims,
-    study: &Study,
-    choose: &Choose,
-    worlds: &[World],
+    (study, choose, worlds): (&Study, &Choose, &[World]),
     evidence: &CandidateEvidence,
     recounter: &mut dyn Backend,
-    stop: &(dyn Fn() -> Option<String> + Sync),
+    watch: &dyn VerifyWatch,
 ) -> Result<Verified> {
     let Claims { folder, chosen, sets } = claims;
     let (path, steps) = (folder.join(PROOF), &chosen.told.steps);
-    let given = Given { study, choose, worlds, evidence, stop };
+    let given = Given { study, choose, worlds, evidence, watch };
     let wrong = |place: String, what: &str| Err(Error::input(place, what).at(&path));
-    let counts = recounted(study, choose, worlds, sets, recounter)?;
-    let stopped = || stop().map_or(Ok(()), |why| Err(Error::Stopped(Issue::says(why))));
+    let counts = recounted(study, choose, worlds, sets, recounter, &|| watch.stop())?;
+    let stopped = || watch.stop().map_or(Ok(()), |why| Err(Error::Stopped(Issue::says(why))));
     let mut verified =
         Verified { sets: sets.len(), proven: 0, bounded: 0, open: 0, stopped: chosen.told.stopped };
     let is_provable = given.is_provable();
+    watch.begins(steps.len());
     let mut fractions = Vec::new();
     for (number, (step, counts)) in steps.iter().zip(&counts).enumerate() {
         let place = format!("steps[{number}]");
@@ -151,6 +162,7 @@ pub fn verify(
                 _ => return wrong(format!("{place}.no_set_is_above"), "is not shown by cuts"),
             }
             stopped()?;
+            watch.checked();
             continue;
         }
         if step.no_set_is_above != Some(step.best.score) {
@@ -162,6 +174,7 @@ pub fn verify(
         // No score is above one.
         if exact.map_or(step.best.score >= 1.0, |(n, d)| n >= d) {
             verified.proven += 1;
+            watch.checked();
             continue;
         }
         if !is_provable {
@@ -179,6 +192,7 @@ pub fn verify(
         }
         stopped()?;
         verified.proven += 1;
+        watch.checked();
     }
     if !chosen.told.stopped {
         whole::Whole { told: &chosen.told, fractions: &fractions, given, is_provable }

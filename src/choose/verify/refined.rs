@@ -5,7 +5,7 @@ use std::path::Path;
 use super::allowed::{named, not_allowed};
 use super::beside::is_written;
 use super::counted::recounted;
-use super::holds;
+use super::{VerifyWatch, holds};
 use crate::backend::Backend;
 use crate::choose::files::{Chosen, PROOF, REFINED};
 use crate::choose::told::ToldRefined;
@@ -16,12 +16,13 @@ use crate::{Error, Result};
 /// Counts the refined sets of a folder again, and says how many.
 ///
 /// # Errors
-/// `Error::Input` that names what does not hold.
+/// `Error::Input` that names what does not hold; `Error::Stopped` when it is stopped.
 pub fn verify_refined(
     folder: &Path,
     study: &Study,
     choose: &Choose,
     recounter: &mut dyn Backend,
+    watch: &dyn VerifyWatch,
 ) -> Result<usize> {
     let Some(chosen) = Chosen::read(folder)? else { return Ok(0) };
     let told = &chosen.told;
@@ -51,7 +52,7 @@ pub fn verify_refined(
         if let Some(why) = not_allowed(&study, choose, &worlds, (*at_most, *budget, best), &set) {
             return wrong("best", &why);
         }
-        let counts = recounted(&study, choose, &worlds, &[set], recounter)?;
+        let counts = recounted(&study, choose, &worlds, &[set], recounter, &|| watch.stop())?;
         holds(choose, best, &counts[0], &place("best")).map_err(|issue| issue.at(&path))?;
         counted += 1;
     }

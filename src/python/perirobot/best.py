@@ -10,6 +10,7 @@ from os import PathLike
 from typing import TYPE_CHECKING
 
 from . import _perirobot
+from .progress import shown
 
 if TYPE_CHECKING:
     import pandas
@@ -43,7 +44,12 @@ class Best:
         return self._table("refined.csv") if is_there else None
 
     def verify(
-        self, backend: str = "auto", *, adapter: str | None = None, threads: int | None = None
+        self,
+        backend: str = "auto",
+        *,
+        adapter: str | None = None,
+        threads: int | None = None,
+        progress: bool = True,
     ) -> dict[str, int]:
         """Checks the proof with other code: sets are counted again by the plain oracle, and better ones are looked for again.
 
@@ -51,7 +57,8 @@ class Best:
             was added up again, or are ``open``, as they claim no proof.
         :raises ValueError: what does not hold.
         """
-        counts = self._study.verify(self.folder, (backend, adapter, threads))
+        with shown(progress) as bars:
+            counts = self._study.verify(self.folder, (backend, adapter, threads), bars)
         return dict(zip(("sets", "proven", "bound", "open"), counts))
 
     def _table(self, name: str) -> pandas.DataFrame:

@@ -19,14 +19,24 @@ _Names = tuple[NDArray[np.int32], list[str]]
 _Column = Union[NDArray[np.int64], NDArray[np.float64], _Names]
 
 
+#: The axes of a cube, and the columns that they come from.
+_AXES = {
+    "scene": "scene",
+    "snapshot": "snapshot",
+    "repeat": "repeat",
+    "pose": "poses",
+    "representation": "representation",
+    "region": "region",
+}
+
+
 class Result:
     """The rows of a sweep, in the order of ``results.csv`` and with its columns.
 
     Counts are int64. Scores are float64, NaN where a score has no value (nobody in the region, say).
     """
 
-    def __init__(self, study: _perirobot.Study, columns: dict[str, _Column]) -> None:
-        self._study = study
+    def __init__(self, columns: dict[str, _Column]) -> None:
         self._columns = columns
 
     def __len__(self) -> int:
@@ -50,16 +60,11 @@ class Result:
         """The rows as an Arrow table; names are dictionary-encoded, a score without a value is null. Needs pyarrow."""
         import pyarrow
 
-        def array(column: _Column) -> pyarrow.Array:
-            if isinstance(column, tuple):
-                return pyarrow.DictionaryArray.from_arrays(*column)
-            return pyarrow.array(column, from_pandas=True)
-
-        return pyarrow.table({name: array(column) for name, column in self._columns.items()})
+        return pyarrow.table(self)
 
     def __arrow_c_stream__(self, requested_schema: object = None) -> object:
-        """Hands the rows to whatever takes Arrow's PyCapsules, such as polars or DuckDB; needs pyarrow."""
-        return self.to_arrow().__arrow_c_stream__(requested_schema)
+        """Hands the rows to whatever takes Arrow's PyCapsules, such as polars or DuckDB, always in the same types."""
+        return _perirobot.arrow_stream(list(self._columns.items()))
 
     def to_xarray(self, combination: str | None = None) -> xarray.Dataset:
         """The rows of one combination over scene, snapshot, repeat, pose, representation and region; needs xarray.
@@ -71,35 +76,29 @@ class Result:
         """
         import xarray
 
-        study, names = self._study, self._study.combinations
+        known = _values(self._columns["combination"])
+        names = list(dict.fromkeys(known))
         if combination is None and len(names) > 1:
             raise ValueError(f"combination: say which of {names}")
         if combination is not None and combination not in names:
             raise ValueError(f"combination = {combination!r}: must be one of {names}")
-        number = names.index(combination) if combination is not None else 0
-        poses, representations = study.choices(number)
-        snapshots = [count for _, count in study.scenes]
-        inner = (study.repeats, len(poses), len(representations), len(study.regions))
-        rows = np.flatnonzero(_values(self._columns["combination"]) == names[number])
-        is_there = np.arange(max(snapshots)) < np.array(snapshots)[:, None]
+        name = names[0] if combination is None else combination
+        rows = np.flatnonzero(known == name)
+        places, coordinates = [], {}
+        for axis, named in _AXES.items():
+            place, there = _places(self._columns[named], rows)
+            places.append(place)
+            coordinates[axis] = there
         variables: dict[str, Any] = {}
-        for name, column in self._columns.items():
-            if name in ("scene", "snapshot", "repeat", "combination", "poses", "representation", "region"):
+        for key, column in self._columns.items():
+            if key in _AXES.values() or key == "combination":
                 continue
-            values = _values(column)
+            values = _values(column)[rows]
             empty = {"i": -1, "f": np.nan, "O": ""}[values.dtype.kind]
-            whole = np.full((len(snapshots), max(snapshots), *inner), empty, values.dtype)
-            whole[is_there] = values[rows].reshape(-1, *inner)
-            variables[name] = (("scene", "snapshot", "repeat", "pose", "representation", "region"), whole)
-        coordinates = {
-            "scene": [name for name, _ in study.scenes],
-            "snapshot": range(max(snapshots)),
-            "repeat": range(study.repeats),
-            "pose": poses,
-            "representation": representations,
-            "region": study.regions,
-        }
-        return xarray.Dataset(variables, coordinates, {"combination": names[number]})
+            whole = np.full([len(there) for there in coordinates.values()], empty, values.dtype)
+            whole[tuple(places)] = values
+            variables[key] = (list(_AXES), whole)
+        return xarray.Dataset(variables, coordinates, {"combination": name})
 
 
 def _values(column: _Column) -> NDArray[Any]:
@@ -108,3 +107,10 @@ def _values(column: _Column) -> NDArray[Any]:
         numbers, names = column
         return np.array(names, object)[numbers]
     return column
+
+
+def _places(column: _Column, rows: NDArray[np.intp]) -> tuple[NDArray[np.intp], list[Any]]:
+    """The place of each of some rows among what stands in a column there, which comes in the order of the study."""
+    numbers, names = column if isinstance(column, tuple) else (column, None)
+    there, places = np.unique(numbers[rows], return_inverse=True)
+    return places, [int(number) if names is None else names[number] for number in there]

@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import json
 import os
-import subprocess
-import sys
 from collections.abc import Iterable, Iterator, Mapping
 from itertools import islice
 from os import PathLike
@@ -18,7 +16,7 @@ from . import _perirobot
 from .best import Best
 from .cell import Cell
 from .labels import Labels
-from .progress import shown
+from .progress import Bars, shown
 from .result import Result
 
 if TYPE_CHECKING:
@@ -30,9 +28,6 @@ COUNTERS = (
     *("tp_human", "fn_human", "uo_human", "tp_robot", "fn_robot", "uo_robot"),
     *("hit_human", "people", "people_detected", "parts", "parts_detected"),
 )
-
-#: The exit code of ``perirobot judge`` where a requirement is missed.
-_MISSED = 4
 
 #: Labels that are made at once, in bytes.
 _BATCH_BYTES = 64 << 20
@@ -69,8 +64,6 @@ class Study:
         if cells and len(cells) == len(whole["scene"]):
             whole["grid"] = {**_grid(cells), **keys.get("grid", {})}
         self._native = _perirobot.Study.of(_json(whole), folder, files)
-        # By which arguments the command reads the same files.
-        self._words: list[str] = []
 
     @classmethod
     def load(
@@ -94,8 +87,6 @@ class Study:
         named = list((packages or {}).items())
         study = cls.__new__(cls)
         study._native = _perirobot.Study.load(path, voxel_size_m, noiseless, named, allow_outside)
-        study._words = [word for name, at in named for word in ("--package", f"{name}={os.fspath(at)}")]
-        study._words += ["--allow-outside"] if allow_outside else []
         return study
 
     @property
@@ -142,9 +133,8 @@ class Study:
         :raises ValueError: what is wrong with scenes, meshes or arguments.
         :raises RuntimeError: if the device fails.
         """
-        with shown(self._native.jobs, "poses", progress) as update:
-            columns = self._native.sweep((backend, adapter, threads), update)
-        return Result(self._native, columns)
+        with shown(progress) as bars:
+            return Result(dict(self._native.sweep((backend, adapter, threads), bars)))
 
     @property
     def sensors(self) -> list[str]:
@@ -161,27 +151,32 @@ class Study:
 
     def evaluate(
         self,
-        poses: ArrayLike,
+        poses: ArrayLike | Mapping[str, ArrayLike],
         sensor: str | None = None,
         *,
         backend: str = "auto",
         adapter: str | None = None,
         threads: int | None = None,
     ) -> NDArray[np.int64]:
-        """Counts a sensor alone at poses that the study need not list: what an optimiser asks again and again.
+        """Counts sensors at poses that the study need not list: what an optimiser asks again and again.
 
-        :param poses: float, shape (n, 7): position x, y, z in metres and quaternion w, x, y, z of the sensor's frame (x
-            forward, y left, z up) in the world, or on the link that carries it. Quaternions are made one long.
-        :param sensor: its name; may be left out where one sensor takes poses.
+        :param poses: of one sensor: float, shape (n, 7): position x, y, z in metres and quaternion w, x, y, z of the sensor's
+            frame (x forward, y left, z up) in the world, or on the link that carries it. Quaternions are made one long. Of
+            several sensors, whose evidence is fused: a dict of their names and such arrays, all of n rows.
+        :param sensor: its name; may be left out where one sensor takes poses, or where a dict names them.
         :returns: int64, shape (n, moments, repeats, representations, regions, 17). A moment is a snapshot of a scene, scene by
-            scene; the last axis is :data:`COUNTERS`. At the listed poses these are the counts of :meth:`sweep`; noise is drawn
-            by the number of a pose.
+            scene; representations are those of a combination of the sensors in the order of the study, those of the last
+            varying fastest; the last axis is :data:`COUNTERS`. At the listed poses these are the counts of :meth:`sweep`; noise
+            is drawn by the number of a pose.
         :raises ValueError: if a pose is outside the grid, or the sensor cannot work there.
         """
-        rows = np.ascontiguousarray(poses, np.float64)
-        if rows.ndim != 2:
-            raise ValueError(f"poses: has shape {rows.shape}, must be (n, 7)")
-        return self._native.evaluate(self._sensor(sensor), rows, (backend, adapter, threads))
+        if isinstance(poses, Mapping):
+            if sensor is not None or not poses:
+                raise ValueError("sensor: belongs to an array of poses; a dict has the name of each sensor")
+            named = [(name, _rows(rows)) for name, rows in poses.items()]
+        else:
+            named = [(self._sensor(sensor), _rows(poses))]
+        return self._native.evaluate(named, (backend, adapter, threads))
 
     def labels(
         self,
@@ -205,7 +200,7 @@ class Study:
         :raises ValueError: for a name that is unknown, with the nearest one that is.
         """
         found = self._native.find((poses, combination, representation, scene, snapshot, repeat))
-        return next(self._labels([found], (backend, adapter, threads)))
+        return next(self._labels([found], (backend, adapter, threads), None))
 
     def each_labels(
         self,
@@ -217,6 +212,7 @@ class Study:
         backend: str = "auto",
         adapter: str | None = None,
         threads: int | None = None,
+        progress: bool = True,
     ) -> Iterator[Labels]:
         """The labels of many choices: scene by scene, snapshot by snapshot, repeat by repeat, choice by choice.
 
@@ -240,14 +236,21 @@ class Study:
         unknown = [name for name in wanted if name not in known]
         if unknown:
             raise ValueError(f"scenes: {unknown[0]!r} must be one of {known}")
+        worlds = [world for world, (scene, *_) in enumerate(self._native.grids()) if known[scene] in wanted]
         views = (
             (world, [combination_, choice, way, repeat])
-            for world, (scene, *_) in enumerate(self._native.grids())
-            if known[scene] in wanted
+            for world in worlds
             for repeat in range(self.repeats)
             for combination_, choice, way, _ in found
         )
-        return self._labels(views, (backend, adapter, threads))
+
+        def all_labels() -> Iterator[Labels]:
+            with shown(progress) as bars:
+                if bars:
+                    bars.begin("labels", len(worlds) * self.repeats * len(found))
+                yield from self._labels(views, (backend, adapter, threads), bars)
+
+        return all_labels()
 
     def choose(
         self,
@@ -256,6 +259,7 @@ class Study:
         backend: str = "auto",
         adapter: str | None = None,
         threads: int | None = None,
+        progress: bool = True,
         **keys: Any,
     ) -> Best:
         """Finds the best set of sensors for each size and step of cost, and proves that no other set of the listed poses is better.
@@ -266,33 +270,43 @@ class Study:
         """
         asking = self._native.asking(_json(keys)) if keys else self._native
         best = Best(asking, out)
-        asking.choose(best.folder, (backend, adapter, threads), None)
+        with shown(progress) as bars:
+            asking.choose(best.folder, (backend, adapter, threads), bars)
         return best
 
-    def judge(self, best: Best) -> pandas.DataFrame:
+    def judge(
+        self,
+        best: Best,
+        *,
+        backend: str = "auto",
+        adapter: str | None = None,
+        threads: int | None = None,
+        progress: bool = True,
+    ) -> pandas.DataFrame:
         """Decides whether the best set meets the requirements of the study, also with sensors dead and mounts off where they ask for that.
 
-        Does what ``perirobot judge`` does, so the study must be one that was loaded from a file. Needs pandas.
+        Does what ``perirobot judge`` does, and writes the same tables into the folder of the set. Needs pandas.
 
         :returns: a row for each requirement and condition, the columns of ``requirements.csv``; ``verdict`` is PASS or FAIL.
         :raises ValueError: if nothing is required, or the study is not the one of the set.
         """
         import pandas
 
-        command = [sys.executable, "-m", "perirobot", "judge", best.folder, *self._words]
-        done = subprocess.run(command, capture_output=True, text=True)
-        if done.returncode not in (0, _MISSED):
-            raise ValueError(done.stderr.strip().removeprefix("error: "))
+        with shown(progress) as bars:
+            self._native.judge(best.folder, (backend, adapter, threads), bars)
         return pandas.read_csv(os.path.join(best.folder, "requirements.csv"))
 
     def _labels(
-        self, views: Iterable[tuple[int, list[int]]], backend: tuple[str, str | None, int | None]
+        self,
+        views: Iterable[tuple[int, list[int]]],
+        backend: tuple[str, str | None, int | None],
+        bars: Bars | None,
     ) -> Iterator[Labels]:
         grids, names = self._native.grids(), dict[int, tuple[list[str], list[str]]]()
         at_once = max(1, _BATCH_BYTES // max(int(np.prod(size)) for *_, size in grids))
         left = iter(views)
         while batch := list(islice(left, at_once)):
-            for (world, view), labels in zip(batch, self._native.labels(batch, backend)):
+            for (world, view), labels in zip(batch, self._native.labels(batch, backend, bars)):
                 combination, choice, way, repeat = view
                 scene, snapshot, origin_m, _ = grids[world]
                 if combination not in names:
@@ -315,6 +329,13 @@ class Study:
         if name is None and len(known) != 1:
             raise ValueError(f"sensor: say which of {known}")
         return known[0] if name is None else name
+
+
+def _rows(poses: ArrayLike) -> NDArray[np.float64]:
+    rows = np.ascontiguousarray(poses, np.float64)
+    if rows.ndim != 2:
+        raise ValueError(f"poses: has shape {rows.shape}, must be (n, 7)")
+    return rows
 
 
 def _grid(cells: list[Cell]) -> dict[str, Any]:

@@ -1,0 +1,36 @@
+//! Whether sets meet what a study requires, as `perirobot judge` does it.
+
+use std::path::Path;
+
+use perirobot::choose::as_swept;
+use perirobot::judge::{Among, Judging, forget, leaders, requires_something};
+use perirobot::results::Results;
+use perirobot::world::World;
+use perirobot::{Result, Study};
+
+use crate::backends::{BackendWords, opened};
+use crate::watch::Listener;
+
+/// Judges the choice in a folder of results that meets most requirements, and writes what `perirobot judge` writes.
+pub(crate) fn judge(
+    study: &Study,
+    worlds: &[World],
+    words: &BackendWords,
+    mut listener: &Listener,
+    folder: &Path,
+) -> Result<()> {
+    requires_something(study)?;
+    let (results, warnings) = Results::read(folder)?;
+    let (study, worlds) = as_swept(folder, study.clone(), worlds.to_vec())?;
+    let choices = leaders(&study.requirements, &results, 1, Among::default())?;
+    let judging = Judging::new(&study, &worlds, &results, &choices)?;
+    warnings.iter().chain(&judging.warnings).for_each(|warning| listener.warns(warning.clone()));
+    for (scene, warnings) in &judging.cut_off {
+        warnings.iter().for_each(|warning| listener.warns(format!("{scene}: {warning}")));
+    }
+    forget(folder, None)?;
+    listener.begins("cases", judging.total());
+    let judged = judging.judged(&|| opened(words), &mut listener)?;
+    judged.warnings.iter().for_each(|warning| listener.warns(warning.clone()));
+    judging.write(folder, &judged)
+}

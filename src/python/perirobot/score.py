@@ -1,0 +1,88 @@
+"""Maps that real sensors recorded, scored against the truth of a study."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Sequence
+from os import PathLike
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from .labels import Labels
+from .result import Result
+from .study import Study
+
+
+def score_map(
+    recorded: str | PathLike[str] | Labels | ArrayLike,
+    truth: Study,
+    region: str | None = None,
+    *,
+    origin_m: Sequence[float] | None = None,
+    voxel_size_m: float | None = None,
+    pose: Sequence[float] = (0.0, 0.0, 0.0, 0.0),
+    sensor_m: Sequence[float] | None = None,
+    topic: str | None = None,
+    message: int | None = None,
+    scene: str | None = None,
+    snapshot: int = 0,
+) -> Result:
+    """Scores what real sensors recorded against the truth of one scene at one moment, as ``perirobot score`` does.
+
+    The study's own sensors are not cast. A voxel of the study is occupied if a part of an occupied voxel of the map lies in it,
+    free if all of it is covered by free ones, else unknown. The points of a cloud mark their voxels, and free those between them
+    and the sensor.
+
+    :param recorded: a file: an OctoMap (.bt, .ot), labels (.npz), a point cloud (.pcd, .ply) or a ROS 2 bag (.mcap); or labels in memory: what
+        :meth:`Study.labels` gives, or an array of shape (nx, ny, nz), int8 or uint8 with 1 occupied, 0 free, -1 or 255 unknown, or
+        bool with what is not occupied free.
+    :param truth: the study that knows what was there.
+    :param region: the name of a region; all by default.
+    :param origin_m: of an array: the lowest corner of voxel [0, 0, 0] in the frame of the recording, metres.
+    :param voxel_size_m: of an array: edge of a voxel, metres.
+    :param pose: where the frame of the recording stands in the world: x, y, z in metres and its yaw in degrees (from x towards
+        y), or x, y, z and a quaternion w, x, y, z. Only point clouds can be tilted.
+    :param sensor_m: of a point cloud: where the sensor was, in the frame of the recording; by default what a .pcd says, else the
+        frame's origin.
+    :param topic: of a bag: the topic of its point clouds, needed where it has several.
+    :param message: of a bag: the number of a message, counted from 0; by default all of them are one recording.
+    :param scene: the scene that was recorded; the first by default.
+    :param snapshot: at which of its moments.
+    :returns: a row for each region, with the columns of ``results.csv``.
+    :raises ValueError: what is wrong with the file or an argument.
+    """
+    words = ([float(number) for number in pose], scene, snapshot, region)
+    native = truth._native
+    if isinstance(recorded, (str, PathLike)):
+        if origin_m is not None or voxel_size_m is not None:
+            raise ValueError("origin_m, voxel_size_m: belong to arrays, a file says both itself")
+        asked = (_three("sensor_m", sensor_m), topic, message)
+        return Result(dict(native.score_file(os.fspath(recorded), asked, words)))
+    if (sensor_m, topic, message) != (None, None, None):
+        raise ValueError("sensor_m, topic, message: belong to files of points, and this is a map")
+    labels: Any = recorded
+    if isinstance(recorded, Labels):
+        labels = recorded.labels
+        origin_m = recorded.origin_m.tolist() if origin_m is None else origin_m
+        voxel_size_m = recorded.voxel_size_m if voxel_size_m is None else voxel_size_m
+    array = np.asarray(labels)
+    if array.ndim != 3:
+        raise ValueError(f"recorded: has shape {array.shape}, must be (nx, ny, nz)")
+    if array.dtype not in (np.bool_, np.int8, np.uint8):
+        raise ValueError(f"recorded: is of {array.dtype}, must be int8, uint8 or bool")
+    corner_m = _three("origin_m", origin_m)
+    if corner_m is None or voxel_size_m is None:
+        raise ValueError("origin_m, voxel_size_m: say where voxel [0, 0, 0] begins and how large a voxel is, in metres")
+    # As unsigned bytes, -1 is 255.
+    return Result(dict(native.score_labels(array.view(np.uint8), corner_m, float(voxel_size_m), words)))
+
+
+def _three(name: str, numbers: Sequence[float] | None) -> list[float] | None:
+    if numbers is None:
+        return None
+    three = [float(number) for number in numbers]
+    if len(three) != 3:
+        raise ValueError(f"{name} = {three}: must be x, y, z in metres")
+    return three

@@ -1,0 +1,76 @@
+//! Maps that real sensors recorded, scored against the truth of a study, as `perirobot score` does it.
+
+use std::path::Path;
+
+use glam::DVec3;
+use numpy::ndarray::ArrayView3;
+use perirobot::error::Issue;
+use perirobot::recording::{Anchor, Asked, Recording};
+use perirobot::source::Sources;
+use perirobot::view::{Names, RecordedMap, find_scene};
+use perirobot::world::World;
+use perirobot::{Error, Result, Study};
+
+use crate::evaluate::pose;
+use crate::table::{Columns, columns};
+
+/// Largest coordinate of a pose, in metres; larger ones are slips.
+const FARTHEST_M: f64 = 1e6;
+
+/// Where and when something was recorded, and which region is asked: the pose of its frame, scene, snapshot, region.
+pub(crate) type RecordedWords = (Vec<f64>, Option<String>, usize, Option<String>);
+
+/// What of a file is read: where the sensor was, the topic of a bag, the number of a message.
+pub(crate) type AskedWords = (Option<[f64; 3]>, Option<String>, Option<usize>);
+
+/// What a file says.
+pub(crate) fn file(path: &Path, (sensor_m, topic, message): &AskedWords) -> Result<Recording> {
+    let sensor_m = sensor_m.map(DVec3::from_array);
+    let asked = Asked { sensor_m, topic: topic.as_deref(), message: *message };
+    Recording::read(path, asked, &Sources::beside(path).allow_outside())
+}
+
+/// What labels say: 1 occupied, 0 free, 255 unknown.
+pub(crate) fn labels(labels: ArrayView3<u8>, origin_m: [f64; 3], voxel_size_m: f64) -> Result<Recording> {
+    let shape = labels.shape().try_into().expect("there are three axes");
+    let label = |[x, y, z]: [usize; 3]| labels[[x, y, z]];
+    let read = Recording::of_labels(shape, &label, DVec3::from_array(origin_m), voxel_size_m);
+    read.map_err(|issue| issue.at("recorded").into())
+}
+
+/// The rows of a recording, as `results.csv` has them.
+pub(crate) fn score(
+    study: &Study,
+    worlds: &[World],
+    recording: Recording,
+    (pose, scene, snapshot, region): RecordedWords,
+) -> Result<Columns> {
+    let regions: Vec<&str> = study.regions.iter().map(|(name, _)| name.as_str()).collect();
+    let is_known = |name: &String| regions.contains(&name.as_str());
+    if let Some(unknown) = region.as_ref().filter(|name| !is_known(name)) {
+        let what = Issue::value("region", format!("{unknown:?}"), format!("must be one of {regions:?}"));
+        return Err(what.into());
+    }
+    let scene = find_scene(study, &Names { scene, snapshot, ..Names::default() })?;
+    let here = |world: &&World| (world.scene, world.snapshot) == (scene, snapshot);
+    let world = worlds.iter().find(here).expect("the study has such a moment");
+    let map = RecordedMap::new(study, world, recording, anchor(&pose)?)?;
+    let mut rows = map.rows()?;
+    rows.retain(|row| region.as_ref().is_none_or(|name| regions[row.region] == name));
+    Ok(columns(&map.study, &rows))
+}
+
+/// Where a frame stands: x, y, z and the yaw in degrees, or x, y, z and a quaternion.
+fn anchor(numbers: &[f64]) -> Result<Anchor> {
+    let found = match *numbers {
+        _ if !numbers.iter().all(|number| number.abs() <= FARTHEST_M) => None,
+        [x, y, z, yaw_deg] => Some(Anchor::new(DVec3 { x, y, z }, yaw_deg.to_radians())),
+        [x, y, z, qw, qx, qy, qz] => pose([x, y, z, qw, qx, qy, qz]).map(Anchor::of_pose),
+        _ => None,
+    };
+    found.ok_or_else(|| {
+        let rule =
+            "must be x, y, z in metres and the yaw in degrees, or x, y, z and a quaternion qw, qx, qy, qz";
+        Error::from(Issue::value("pose", format!("{numbers:?}"), rule))
+    })
+}
