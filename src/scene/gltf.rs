@@ -1,21 +1,23 @@
 //! Reads glTF 2.0 files (`.glb`, `.gltf`) as one mesh a node, in metres, turned from glTF's y up to the
 //! world's z up, at any moment of an animation.
 //!
-//! Only shapes are read; materials, morphs, cameras and lights are ignored. Indices and sizes in the file are
+//! Only shapes are read, blended with their morph targets; materials, cameras and lights are ignored. Indices and sizes in the file are
 //! checked where they are used, because the parser's own readers trust them.
 
 mod accessor;
 mod animation;
 mod container;
+mod morph;
 mod nodes;
 mod skin;
+mod sparse;
 mod surface;
 
 use std::path::{Path, PathBuf};
 
 use ::gltf::json::Root;
 
-pub use self::animation::Clip;
+pub use self::animation::{Clip, WhichClip};
 use self::animation::Moved;
 use self::container::Container;
 use super::Mesh;
@@ -54,12 +56,12 @@ impl Gltf {
         Ok(Gltf { path: path.into(), container })
     }
 
-    /// The animation of this name, or the only one where no name is given.
+    /// One of its animations.
     ///
     /// # Errors
     /// When there is no such animation, or several of that name, or it moves no node, or contradicts itself.
-    pub fn clip(&self, name: Option<&str>) -> Result<Clip> {
-        Clip::read(&self.container, name, &mut self.budget()).map_err(|issue| issue.at(&self.path).into())
+    pub fn clip(&self, which: &WhichClip) -> Result<Clip> {
+        Clip::read(&self.container, which, &mut self.budget()).map_err(|issue| issue.at(&self.path).into())
     }
 
     /// The default scene's nodes (or the first scene's, or all nodes) that have triangles, parents first: as
@@ -89,7 +91,8 @@ impl Gltf {
         let mut meshes = Vec::new();
         for node in &placed {
             let Some(mesh) = &node.json.mesh else { continue };
-            let mesh = surface::read_mesh(container, mesh.value(), node, &placed, &mut budget)
+            let weights = moved.get(&node.index).and_then(|moved| moved.weights.as_deref());
+            let mesh = surface::read_mesh(container, mesh.value(), node, weights, &placed, &mut budget)
                 .map_err(|issue| issue.at(format!("nodes[{}]", node.index)))?;
             if !mesh.triangles.is_empty() {
                 let names = nodes::names(&placed, node, &mut budget)?;

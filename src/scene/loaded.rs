@@ -4,7 +4,7 @@ use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 use std::rc::Rc;
 
-use super::gltf::{Clip, Gltf, NodeMesh};
+use super::gltf::{Clip, Gltf, NodeMesh, WhichClip};
 use super::{Object, Surface};
 use crate::error::{Issue, Site};
 use crate::source::Sources;
@@ -21,7 +21,7 @@ pub(super) struct SceneFiles<'a> {
     /// Of [`MOST_TRIANGLES`].
     pub(super) triangles_left: usize,
     pub(super) gltf: HashMap<PathBuf, Rc<Gltf>>,
-    pub(super) clips: HashMap<(PathBuf, Option<String>), Rc<Clip>>,
+    pub(super) clips: HashMap<(PathBuf, WhichClip), Rc<Clip>>,
 }
 
 impl<'a> SceneFiles<'a> {
@@ -33,12 +33,12 @@ impl<'a> SceneFiles<'a> {
     pub(super) fn gltf_nodes(
         &mut self,
         path: &Path,
-        animated: Option<&(Option<String>, f64)>,
+        animated: Option<&(WhichClip, f64)>,
     ) -> Result<Vec<NodeMesh>> {
         match animated {
             None => self.gltf(path)?.parts(None),
-            Some((name, time_s)) => {
-                let clip = self.clip(path, name)?;
+            Some((which, time_s)) => {
+                let clip = self.clip(path, which)?;
                 self.gltf(path)?.parts(Some((&clip, *time_s)))
             }
         }
@@ -65,12 +65,12 @@ impl<'a> SceneFiles<'a> {
         Ok(file)
     }
 
-    pub(super) fn clip(&mut self, path: &Path, name: &Option<String>) -> Result<Rc<Clip>> {
-        let key = (path.to_path_buf(), name.clone());
+    pub(super) fn clip(&mut self, path: &Path, which: &WhichClip) -> Result<Rc<Clip>> {
+        let key = (path.to_path_buf(), which.clone());
         if let Some(clip) = self.clips.get(&key) {
             return Ok(clip.clone());
         }
-        let clip = self.gltf(path)?.clip(name.as_deref());
+        let clip = self.gltf(path)?.clip(which);
         let clip = Rc::new(clip.map_err(|e| e.at("snapshots.animation.clip"))?);
         self.clips.insert(key, clip.clone());
         Ok(clip)

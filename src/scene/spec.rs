@@ -6,6 +6,7 @@ use glam::{DQuat, DVec3};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+use super::gltf::WhichClip;
 use super::mesh_file::{MeshFile, MeshFormat};
 use super::shipped::Shipped;
 use super::urdf::{Geometry, JointValues, Packages};
@@ -66,8 +67,8 @@ pub struct ObjectSpec {
     pub keypoints: Option<PathBuf>,
     /// Rules for the parts of a glTF file.
     pub nodes: Vec<NodeRule>,
-    /// The animation that poses a glTF file (the only one if there is no name) and when in it, in seconds.
-    pub animated: Option<(Option<String>, f64)>,
+    /// The animation that poses a glTF file and when in it, in seconds.
+    pub animated: Option<(WhichClip, f64)>,
     /// What changes over the snapshots of the scene.
     pub motion: MotionSpec,
 }
@@ -173,8 +174,8 @@ pub struct MotionSpec {
     pub keypoints: Vec<PathBuf>,
     /// Joint values of a robot, instead of the object's own; joints that an entry does not name keep those.
     pub joints: Vec<JointValues>,
-    /// The animation that a glTF file is sampled from; the only one if there is no name.
-    pub clip: Option<String>,
+    /// The animation that a glTF file is sampled from.
+    pub clip: WhichClip,
     /// When it is sampled.
     pub times_s: Vec<f64>,
     /// How long each entry lasts, in seconds.

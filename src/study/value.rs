@@ -20,6 +20,13 @@ pub(super) struct OneOrTwo {
     pub(super) vertical: Option<f64>,
 }
 
+/// `"walk"` or `2`: which of several things in a file, by its name or by its number, counted from 0.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) enum NameOrNumber {
+    Name(String),
+    Number(usize),
+}
+
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 struct Steps {
@@ -84,6 +91,40 @@ impl<'de> Deserialize<'de> for OneOrTwo {
             }
         }
         deserializer.deserialize_any(PairVisitor)
+    }
+}
+
+impl<'de> Deserialize<'de> for NameOrNumber {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        struct NameVisitor;
+        impl Visitor<'_> for NameVisitor {
+            type Value = NameOrNumber;
+            fn expecting(&self, f: &mut std::fmt::Formatter) -> std::fmt::Result {
+                f.write_str("a name, or a number counted from 0")
+            }
+            fn visit_str<E>(self, name: &str) -> Result<NameOrNumber, E> {
+                Ok(NameOrNumber::Name(name.into()))
+            }
+            fn visit_i64<E: de::Error>(self, number: i64) -> Result<NameOrNumber, E> {
+                let wrong = |_| E::invalid_value(de::Unexpected::Signed(number), &self);
+                usize::try_from(number).map(NameOrNumber::Number).map_err(wrong)
+            }
+        }
+        deserializer.deserialize_any(NameVisitor)
+    }
+}
+
+impl JsonSchema for NameOrNumber {
+    fn inline_schema() -> bool {
+        true
+    }
+
+    fn schema_name() -> Cow<'static, str> {
+        "NameOrNumber".into()
+    }
+
+    fn json_schema(_: &mut SchemaGenerator) -> Schema {
+        json_schema!({ "anyOf": [{ "type": "string" }, { "type": "integer", "minimum": 0 }] })
     }
 }
 

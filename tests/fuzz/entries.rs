@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 use glam::DVec3;
 use perirobot::Result;
 use perirobot::scene::build::build;
-use perirobot::scene::gltf::Gltf;
+use perirobot::scene::gltf::{Gltf, WhichClip};
 use perirobot::scene::spec::SceneSpec;
 use perirobot::scene::{Scene, collada, mannequin, obj, octomap, stl};
 use perirobot::source::Sources;
@@ -66,7 +66,7 @@ pub fn gltf(bytes: &[u8]) {
     let path = file("part.glb", bytes);
     let Ok(gltf) = Gltf::load(&path, &Sources::beside(&path)) else { return };
     let _ = gltf.parts(None);
-    if let Ok(clip) = gltf.clip(None) {
+    if let Ok(clip) = gltf.clip(&WhichClip::Only) {
         let [first, last] = clip.span_s();
         let _ = gltf.parts(Some((&clip, (first + last) / 2.0)));
     }

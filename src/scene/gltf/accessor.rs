@@ -9,15 +9,17 @@ use ::gltf::json::{
 use glam::DVec3;
 
 use super::container::Container;
-
+use super::sparse::Others;
 use crate::error::Issue;
 
 /// The elements of one accessor, all inside its buffer.
 pub(super) struct Elements<'a> {
-    /// From the first element on.
-    bytes: &'a [u8],
+    /// From the first element on; without any, all elements are zero.
+    bytes: Option<&'a [u8]>,
     stride: usize,
     component: ComponentType,
+    /// Some elements that are others than `bytes` has.
+    other: Option<Others<'a>>,
     /// How many there are.
     pub(super) count: usize,
 }
@@ -78,6 +80,17 @@ impl<'a> Elements<'a> {
         Self::new(container, index, rule, fits)
     }
 
+    /// Weights of morph targets over time.
+    pub(super) fn blending(container: &'a Container, index: Index<Accessor>) -> Result<Self, Issue> {
+        let fits = |component, kind, normalized| {
+            use ComponentType::{F32, I8, I16, U8, U16};
+            let fraction = matches!(component, I8 | U8 | I16 | U16) && normalized;
+            (component == F32 || fraction) && kind == Type::Scalar
+        };
+        let rule = "weights must be SCALAR of float, or of normalized byte or short";
+        Self::new(container, index, rule, fits)
+    }
+
     fn new(
         container: &'a Container,
         index: Index<Accessor>,
@@ -94,19 +107,22 @@ impl<'a> Elements<'a> {
         if !fits(component, kind, accessor.normalized) {
             return Err(place(Issue::unsupported(rule)));
         }
-        if accessor.sparse.is_some() {
-            return Err(place(Issue::says("sparse accessors are not read, export again without them")));
-        }
-        let view = (accessor.buffer_view.as_ref()).ok_or_else(|| {
-            place(
-                Issue::unsupported("has no bufferView")
-                    .wanted("if the meshes are compressed, export again without compression"),
-            )
-        })?;
+        let size = component.size() * kind.multiplicity();
+        let count = accessor.count.0;
+        let of_sparse = |sparse| Others::new(container, sparse, size, count).map_err(|issue| place(issue.at("sparse")));
+        let other = accessor.sparse.as_ref().map(of_sparse).transpose()?;
+        let Some(view) = &accessor.buffer_view else {
+            // A few bytes may stand for many elements here, which those who keep them pay for.
+            if other.is_none() || u32::try_from(count).is_err() {
+                return Err(place(
+                    Issue::unsupported("has no bufferView")
+                        .wanted("if the meshes are compressed, export again without compression"),
+                ));
+            }
+            return Ok(Elements { bytes: None, stride: size, component, other, count: count as usize });
+        };
         let view_number = view.value();
         let (view, stride) = container.view(view_number)?;
-
-        let size = component.size() * kind.multiplicity();
         let stride = stride.unwrap_or(size);
         if stride < size {
             return Err(Issue::value(
@@ -117,7 +133,7 @@ impl<'a> Elements<'a> {
         }
         let offset = accessor.byte_offset.unwrap_or_default().0;
         // In u128 no product of the file's u64 can wrap.
-        let needed = match accessor.count.0 {
+        let needed = match count {
             0 => u128::from(offset),
             n => u128::from(offset) + u128::from(n - 1) * stride as u128 + size as u128,
         };
@@ -127,7 +143,8 @@ impl<'a> Elements<'a> {
                 view.len()
             )));
         }
-        Ok(Elements { bytes: &view[offset as usize..], stride, component, count: accessor.count.0 as usize })
+        let bytes = Some(&view[offset as usize..]);
+        Ok(Elements { bytes, stride, component, other, count: count as usize })
     }
 
     /// Element `i < count` of a POSITION accessor.
@@ -138,14 +155,13 @@ impl<'a> Elements<'a> {
 
     /// Component `c` of element `i < count`: a float, or an integer as the fraction it stands for.
     pub(super) fn number(&self, i: usize, c: usize) -> f64 {
-        let at = i * self.stride + c * self.component.size();
         match self.component {
-            ComponentType::I8 => (f64::from(i8::from_le_bytes(self.array(at))) / 127.0).max(-1.0),
-            ComponentType::U8 => f64::from(self.bytes[at]) / 255.0,
-            ComponentType::I16 => (f64::from(i16::from_le_bytes(self.array(at))) / 32_767.0).max(-1.0),
-            ComponentType::U16 => f64::from(u16::from_le_bytes(self.array(at))) / 65_535.0,
-            ComponentType::U32 => f64::from(u32::from_le_bytes(self.array(at))),
-            ComponentType::F32 => f64::from(f32::from_le_bytes(self.array(at))),
+            ComponentType::I8 => (f64::from(i8::from_le_bytes(self.array(i, c))) / 127.0).max(-1.0),
+            ComponentType::U8 => f64::from(u8::from_le_bytes(self.array(i, c))) / 255.0,
+            ComponentType::I16 => (f64::from(i16::from_le_bytes(self.array(i, c))) / 32_767.0).max(-1.0),
+            ComponentType::U16 => f64::from(u16::from_le_bytes(self.array(i, c))) / 65_535.0,
+            ComponentType::U32 => f64::from(u32::from_le_bytes(self.array(i, c))),
+            ComponentType::F32 => f64::from(f32::from_le_bytes(self.array(i, c))),
         }
     }
 
@@ -156,15 +172,21 @@ impl<'a> Elements<'a> {
 
     /// Component `c` of element `i < count`, as an index.
     pub(super) fn index_of(&self, i: usize, c: usize) -> usize {
-        let at = i * self.stride + c * self.component.size();
         match self.component.size() {
-            1 => usize::from(self.bytes[at]),
-            2 => usize::from(u16::from_le_bytes(self.array(at))),
-            _ => u32::from_le_bytes(self.array(at)) as usize,
+            1 => usize::from(u8::from_le_bytes(self.array(i, c))),
+            2 => usize::from(u16::from_le_bytes(self.array(i, c))),
+            _ => u32::from_le_bytes(self.array(i, c)) as usize,
         }
     }
 
-    fn array<const N: usize>(&self, at: usize) -> [u8; N] {
-        std::array::from_fn(|byte| self.bytes[at + byte])
+    /// The bytes of component `c` of element `i`.
+    fn array<const N: usize>(&self, i: usize, c: usize) -> [u8; N] {
+        let at = c * self.component.size();
+        let (bytes, at) = match (self.other.as_ref().and_then(|other| other.element(i)), self.bytes) {
+            (Some(element), _) => (element, at),
+            (None, Some(bytes)) => (bytes, i * self.stride + at),
+            (None, None) => return [0; N],
+        };
+        std::array::from_fn(|byte| bytes[at + byte])
     }
 }

@@ -1,7 +1,8 @@
-//! Samples a glTF animation: where its channels put and turn the nodes at a time. Channels that blend morph
-//! targets are counted, not followed.
+//! Samples a glTF animation: where its channels put and turn the nodes at a time, and with which weights they blend
+//! morph targets.
 
 use std::collections::{HashMap, HashSet};
+use std::rc::Rc;
 
 use ::gltf::json::accessor::Type;
 use ::gltf::json::animation::{Animation, Channel, Interpolation, Property, Sampler};
@@ -12,6 +13,7 @@ use glam::{DQuat, DVec3, DVec4};
 use super::MemoryLimit;
 use super::accessor::Elements;
 use super::container::Container;
+use super::morph;
 
 use crate::error::{Issue, Site};
 
@@ -20,19 +22,38 @@ use crate::error::{Issue, Site};
 pub struct Clip {
     index: usize,
     tracks: Vec<Track>,
-    /// Channels that blend morph targets, which are not followed.
-    pub morph_channels: usize,
+}
+
+/// Which animation of a file is meant.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Hash)]
+pub enum WhichClip {
+    /// The only one.
+    #[default]
+    Only,
+    /// The one of this name.
+    Named(String),
+    /// By its number in the file, counted from 0.
+    Number(usize),
 }
 
 /// Where an animation puts a node; properties without a channel stay as in the file.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Debug, Default)]
 pub(super) struct Moved {
     pub(super) translation: Option<DVec3>,
     pub(super) rotation: Option<DQuat>,
     pub(super) scale: Option<DVec3>,
+    /// A weight for each morph target of its mesh.
+    pub(super) weights: Option<Vec<f64>>,
 }
 
-/// One property of one node over time.
+impl Moved {
+    /// Whether the node itself is elsewhere than in the file, not only its mesh blended.
+    pub(super) fn is_placed(&self) -> bool {
+        self.translation.is_some() || self.rotation.is_some() || self.scale.is_some()
+    }
+}
+
+/// One property of one node over time; of weights, that of one morph target.
 #[derive(Clone, Debug)]
 struct Track {
     channel: usize,
@@ -40,30 +61,26 @@ struct Track {
     property: Property,
     interpolation: Interpolation,
     /// Strictly increasing, at least one.
-    times_s: Vec<f64>,
+    times_s: Rc<[f64]>,
     /// One a time; of a cubic spline three: the tangent coming in, the value, the tangent going out. Vectors
-    /// of three numbers leave w at zero; rotations are x, y, z, w.
+    /// of three numbers leave w at zero; rotations are x, y, z, w; a weight is x.
     values: Vec<DVec4>,
 }
 
 impl Clip {
     pub(super) fn read(
         container: &Container,
-        name: Option<&str>,
+        which: &WhichClip,
         budget: &mut MemoryLimit,
     ) -> Result<Clip, Issue> {
-        let index = find(&container.root.animations, name)?;
+        let index = find(&container.root.animations, which)?;
         let json = &container.root.animations[index];
-        let mut clip = Clip { index, tracks: Vec::new(), morph_channels: 0 };
+        let mut clip = Clip { index, tracks: Vec::new() };
         let mut targets = HashSet::new();
         for (number, channel) in json.channels.iter().enumerate() {
             let at = |issue: Issue| issue.at(format!("animations[{index}].channels[{number}]"));
             let (node, nodes) = (channel.target.node.value(), container.root.nodes.len());
             let property = match channel.target.path {
-                Checked::Valid(Property::MorphTargetWeights) => {
-                    clip.morph_channels += 1;
-                    continue;
-                }
                 Checked::Valid(property) => property,
                 Checked::Invalid => {
                     return Err(at(
@@ -79,10 +96,24 @@ impl Clip {
                     "nodes[{node}] has this property moved by another channel, too"
                 ))));
             }
-            let (times_s, interpolation, values) =
-                curve(container, json, channel, property, budget).map_err(at)?;
-            let track = Track { channel: number, node, property, interpolation, times_s, values };
-            clip.tracks.push(track);
+            let targets = match property {
+                Property::MorphTargetWeights => morph::targets_of_node(&container.root, node).map_err(at)?,
+                _ => 1,
+            };
+            // Exporters leave channels behind whose targets they took away.
+            if targets == 0 {
+                continue;
+            }
+            let Curve { times_s, interpolation, values } =
+                curve(container, json, channel, (property, targets), budget).map_err(at)?;
+            clip.tracks.extend(values.into_iter().map(|values| Track {
+                channel: number,
+                node,
+                property,
+                interpolation,
+                times_s: times_s.clone(),
+                values,
+            }));
         }
         if clip.tracks.is_empty() {
             return Err(Issue::says(format!("animations[{index}] moves no node")));
@@ -107,7 +138,9 @@ impl Clip {
             match track.property {
                 Property::Translation => node.translation = Some(value.truncate()),
                 Property::Scale => node.scale = Some(value.truncate()),
-                _ => {
+                // The tracks of a channel are in the order of its targets.
+                Property::MorphTargetWeights => node.weights.get_or_insert_default().push(value.x),
+                Property::Rotation => {
                     // Keys of opposite sign can cancel out between them.
                     let unit = value.try_normalize().ok_or_else(|| {
                         let (index, channel) = (self.index, track.channel);
@@ -122,41 +155,58 @@ impl Clip {
     }
 }
 
-fn find(animations: &[Animation], name: Option<&str>) -> Result<usize, Issue> {
-    let named =
-        |name: &Option<String>| name.as_deref().map_or("(no name)".into(), |name| format!("{name:?}"));
-    let mut names: Vec<String> = animations.iter().take(12).map(|animation| named(&animation.name)).collect();
+fn find(animations: &[Animation], which: &WhichClip) -> Result<usize, Issue> {
+    let named = |(number, animation): (usize, &Animation)| match &animation.name {
+        Some(name) => format!("{name:?}"),
+        None => format!("{number} (it has no name)"),
+    };
+    let mut names: Vec<String> = animations.iter().enumerate().take(12).map(named).collect();
     if animations.len() > names.len() {
         names.push("…".into());
     }
     let there_are = names.join(", ");
-    let fits = |animation: &Animation| name.is_none_or(|name| animation.name.as_deref() == Some(name));
-    let mut found = (0..animations.len()).filter(|&i| fits(&animations[i]));
-    match (found.next(), found.next(), name) {
+    let fits = |&i: &usize| match which {
+        WhichClip::Only => true,
+        WhichClip::Named(name) => animations[i].name.as_ref() == Some(name),
+        WhichClip::Number(number) => i == *number,
+    };
+    let mut found = (0..animations.len()).filter(fits);
+    match (found.next(), found.next(), which) {
         (Some(index), None, _) => Ok(index),
-        (Some(_), Some(_), None) => {
+        (Some(_), Some(_), WhichClip::Named(name)) => {
+            Err(Issue::says(format!("two animations are named {name:?}"))
+                .wanted("set clip to the number of one, counted from 0"))
+        }
+        (Some(_), Some(_), _) => {
             Err(Issue::says("has several animations").wanted(format!("set clip to one of {there_are}")))
         }
-        (Some(_), Some(_), Some(name)) => {
-            Err(Issue::says(format!("two animations are named {name:?}")).wanted("rename one"))
-        }
-        (None, _, _) if animations.is_empty() => {
+        (None, ..) if animations.is_empty() => {
             Err(Issue::says("has no animation").wanted("export one with it"))
         }
-        (None, _, name) => Err(Issue::says(format!("no animation is named {:?}", name.unwrap_or_default()))
-            .wanted(format!("there are {there_are}"))),
+        (None, _, WhichClip::Number(number)) => Err(Issue::says(format!("there is no animation {number}"))
+            .wanted(format!("there are {}, counted from 0: {there_are}", animations.len()))),
+        (None, _, WhichClip::Named(name)) => {
+            Err(Issue::says(format!("no animation is named {name:?}")).wanted(format!("there are {there_are}")))
+        }
+        (None, _, WhichClip::Only) => unreachable!("any animation is the only one or one of several"),
     }
 }
 
-type CurveParts = (Vec<f64>, Interpolation, Vec<DVec4>);
+/// What a channel's sampler holds.
+struct Curve {
+    times_s: Rc<[f64]>,
+    interpolation: Interpolation,
+    /// Those of the property or, of weights, of each morph target.
+    values: Vec<Vec<DVec4>>,
+}
 
 fn curve(
     container: &Container,
     animation: &Animation,
     channel: &Channel,
-    property: Property,
+    (property, targets): (Property, usize),
     budget: &mut MemoryLimit,
-) -> Result<CurveParts, Issue> {
+) -> Result<Curve, Issue> {
     let number = channel.sampler.value();
     let samplers = &animation.samplers;
     let sampler: &Sampler = samplers
@@ -171,34 +221,42 @@ fn curve(
     };
     let times_s = times(container, sampler.input, budget).map_err(at)?;
     let is_rotation = property == Property::Rotation;
-    let elements = match is_rotation {
-        true => Elements::rotations(container, sampler.output),
-        false => Elements::floats(container, sampler.output, Type::Vec3, "must be VEC3 of float"),
-    }
-    .map_err(|issue| at(issue.at("output")))?;
+    let (elements, width) = match property {
+        Property::Rotation => (Elements::rotations(container, sampler.output), 4),
+        Property::MorphTargetWeights => (Elements::blending(container, sampler.output), 1),
+        _ => (Elements::floats(container, sampler.output, Type::Vec3, "must be VEC3 of float"), 3),
+    };
+    let elements = elements.map_err(|issue| at(issue.at("output")))?;
     let per_time = if interpolation == Interpolation::CubicSpline { 3 } else { 1 };
-    if elements.count != per_time * times_s.len() {
-        let (found, needed) = (elements.count, per_time * times_s.len());
-        return Err(at(Issue::says(format!("output has {found} values"))
-            .wanted(format!("its {} times need {needed}", times_s.len()))));
+    let needed = (per_time * targets).saturating_mul(times_s.len());
+    if elements.count != needed {
+        let each = if targets == 1 { String::new() } else { format!(" of {targets} morph targets") };
+        return Err(at(Issue::says(format!("output has {} values", elements.count))
+            .wanted(format!("its {} times{each} need {needed}", times_s.len()))));
     }
-    budget.spend((elements.count * size_of::<DVec4>()) as u64)?;
-    let mut values = Vec::with_capacity(elements.count);
+    budget.spend((elements.count * size_of::<DVec4>() + targets * size_of::<Track>()) as u64)?;
+    let mut values = vec![Vec::with_capacity(elements.count / targets); targets];
     for i in 0..elements.count {
-        let component = |c: usize| if c < 3 || is_rotation { elements.number(i, c) } else { 0.0 };
+        let component = |c: usize| if c < width { elements.number(i, c) } else { 0.0 };
         let value = DVec4::from_array(std::array::from_fn(component));
-        let is_tangent = per_time == 3 && i % 3 != 1;
+        // A spline has the tangents coming in of all targets, then their values, then the tangents going out.
+        let is_tangent = per_time == 3 && i / targets % 3 != 1;
         if !value.is_finite() || (is_rotation && !is_tangent && value.length() == 0.0) {
             let rule = if is_rotation { "must be finite and not zero" } else { "must be finite" };
             return Err(at(Issue::says(format!("output value {i} is {value}")).wanted(rule)));
         }
         // A key's length in f32 is not quite one, which would bend the path between keys.
-        values.push(if is_rotation && per_time == 1 { value.normalize() } else { value });
+        let value = if is_rotation && per_time == 1 { value.normalize() } else { value };
+        values[i % targets].push(value);
     }
-    Ok((times_s, interpolation, values))
+    Ok(Curve { times_s, interpolation, values })
 }
 
-fn times(container: &Container, input: Index<Accessor>, budget: &mut MemoryLimit) -> Result<Vec<f64>, Issue> {
+fn times(
+    container: &Container,
+    input: Index<Accessor>,
+    budget: &mut MemoryLimit,
+) -> Result<Rc<[f64]>, Issue> {
     let at = |issue: Issue| issue.at("input");
     let elements = Elements::floats(container, input, Type::Scalar, "must be SCALAR of float").map_err(at)?;
     if elements.count == 0 {
@@ -215,7 +273,7 @@ fn times(container: &Container, input: Index<Accessor>, budget: &mut MemoryLimit
             Issue::says(format!("time {} is {after} after {before}", i + 1)).wanted("times must increase")
         ));
     }
-    Ok(times_s)
+    Ok(times_s.into())
 }
 
 impl Track {

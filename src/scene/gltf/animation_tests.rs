@@ -9,14 +9,14 @@ use super::*;
 
 /// A file under construction: its JSON, and the bytes that its accessors name.
 #[derive(Clone)]
-struct Draft {
-    document: Value,
+pub(super) struct Draft {
+    pub(super) document: Value,
     binary: Vec<u8>,
 }
 
 impl Draft {
     /// One triangle, (0, 0, 0), (1, 0, 0), (0, 1, 0) in glTF's axes, as mesh 0.
-    fn triangle(nodes: Value, roots: &[usize]) -> Draft {
+    pub(super) fn triangle(nodes: Value, roots: &[usize]) -> Draft {
         let document = json!({
             "asset": {"version": "2.0"},
             "scenes": [{"nodes": roots}],
@@ -31,11 +31,11 @@ impl Draft {
         draft
     }
 
-    fn list(&mut self, key: &str) -> &mut Vec<Value> {
+    pub(super) fn list(&mut self, key: &str) -> &mut Vec<Value> {
         self.document[key].as_array_mut().unwrap()
     }
 
-    fn accessor(&mut self, component: u32, kind: &str, count: usize, bytes: &[u8]) -> usize {
+    pub(super) fn accessor(&mut self, component: u32, kind: &str, count: usize, bytes: &[u8]) -> usize {
         let (offset, view) = (self.binary.len(), self.list("bufferViews").len());
         self.list("bufferViews").push(json!({"buffer": 0, "byteOffset": offset, "byteLength": bytes.len()}));
         let normalized = component != 5126 && kind == "VEC4";
@@ -47,7 +47,7 @@ impl Draft {
         self.list("accessors").len() - 1
     }
 
-    fn floats(&mut self, kind: &str, numbers: &[f32]) -> usize {
+    pub(super) fn floats(&mut self, kind: &str, numbers: &[f32]) -> usize {
         let width = match kind {
             "SCALAR" => 1,
             "VEC3" => 3,
@@ -59,7 +59,7 @@ impl Draft {
     }
 
     /// Adds a channel to animation 0.
-    fn channel(&mut self, node: usize, path: &str, interpolation: &str, times: &[f32], values: &[f32]) {
+    pub(super) fn channel(&mut self, node: usize, path: &str, interpolation: &str, times: &[f32], values: &[f32]) {
         let input = self.floats("SCALAR", times);
         let kind = match path {
             "rotation" => "VEC4",
@@ -75,13 +75,13 @@ impl Draft {
         clip["channels"].as_array_mut().unwrap().push(channel);
     }
 
-    fn with(&self, pointer: &str, value: Value) -> Draft {
+    pub(super) fn with(&self, pointer: &str, value: Value) -> Draft {
         let mut draft = self.clone();
         set(&mut draft.document, pointer, value);
         draft
     }
 
-    fn open(&self) -> Result<Gltf> {
+    pub(super) fn open(&self) -> Result<Gltf> {
         let mut document = self.document.clone();
         document["buffers"] = json!([{"byteLength": self.binary.len()}]);
         let folder = tempfile::tempdir().unwrap();
@@ -91,16 +91,16 @@ impl Draft {
     }
 
     /// The vertices of the first part in glTF's axes, at a time of the clip or as the nodes stand.
-    fn vertices(&self, time_s: Option<f64>) -> Result<Vec<DVec3>> {
+    pub(super) fn vertices(&self, time_s: Option<f64>) -> Result<Vec<DVec3>> {
         let file = self.open()?;
-        let clip = time_s.map(|_| file.clip(None)).transpose()?;
+        let clip = time_s.map(|_| file.clip(&WhichClip::Only)).transpose()?;
         let parts = file.parts(clip.as_ref().zip(time_s))?;
         Ok(parts[0].mesh.vertices.iter().map(|v| DVec3::new(v.x, v.z, -v.y)).collect())
     }
 
     /// The first vertex, the triangle's (0, 0, 0), at a time; and the second.
     #[track_caller]
-    fn check(&self, time_s: f64, first: [f64; 3], second: [f64; 3]) {
+    pub(super) fn check(&self, time_s: f64, first: [f64; 3], second: [f64; 3]) {
         let vertices = self.vertices(Some(time_s)).unwrap();
         for (found, expected) in vertices.iter().zip([first, second]) {
             let off = (*found - DVec3::from_array(expected)).length();
@@ -109,7 +109,7 @@ impl Draft {
     }
 
     #[track_caller]
-    fn refused(&self, expected: &str) {
+    pub(super) fn refused(&self, expected: &str) {
         let error = self.vertices(Some(0.0)).expect_err(expected).to_string();
         assert!(error.contains("part.glb: ") && error.contains(expected), "{error:?} lacks {expected:?}");
     }
@@ -131,8 +131,8 @@ fn a_node_moves_along_a_line_and_is_held_at_its_ends() {
         file.check(before, [0., 0., 0.], [1., 0., 0.]);
     }
     file.check(9.0, [8., 0., 0.], [9., 0., 0.]);
-    let clip = file.open().unwrap().clip(Some("go")).unwrap();
-    assert_eq!((clip.span_s(), clip.morph_channels), ([1.0, 4.0], 0));
+    let clip = file.open().unwrap().clip(&WhichClip::Named("go".into())).unwrap();
+    assert_eq!(clip.span_s(), [1.0, 4.0]);
     // Without the clip the node stands as in the file.
     assert_eq!(file.vertices(None).unwrap()[0], DVec3::new(0., 5., 0.));
 }
@@ -237,29 +237,29 @@ fn children_ride_on_animated_parents() {
 }
 
 #[test]
-fn clips_are_found_by_name() {
+fn clips_are_found_by_name_and_by_number() {
     let mut file = one_node();
     file.channel(0, "translation", "LINEAR", &[0.], &[1., 0., 0.]);
-    file.list("animations").push(json!({"name": "wave", "channels": [], "samplers": []}));
-    let clip = |file: &Draft, name| file.open().unwrap().clip(name).map_err(|e| e.to_string());
-    assert!(clip(&file, Some("go")).is_ok());
-    let refused = |name, expected: &str| {
-        let error = clip(&file, name).expect_err(expected);
+    file.list("animations").push(json!({"channels": [], "samplers": []}));
+    let named = |name: &str| WhichClip::Named(name.into());
+    let clip = |file: &Draft, which: &WhichClip| file.open().unwrap().clip(which).map_err(|e| e.to_string());
+    assert!(clip(&file, &named("go")).is_ok());
+    assert!(clip(&file, &WhichClip::Number(0)).is_ok());
+    let refused = |file: &Draft, which, expected: &str| {
+        let error = clip(file, &which).expect_err(expected);
         assert!(error.contains(expected), "{error}");
     };
-    refused(None, "has several animations: set clip to one of \"go\", \"wave\"");
-    refused(Some("walk"), "no animation is named \"walk\": there are \"go\", \"wave\"");
-    refused(Some("wave"), "animations[1] moves no node");
+    refused(&file, WhichClip::Only, "has several animations: set clip to one of \"go\", 1 (it has no name)");
+    refused(&file, named("walk"), "no animation is named \"walk\": there are \"go\", 1 (it has no name)");
+    refused(&file, WhichClip::Number(1), "animations[1] moves no node");
+    refused(&file, WhichClip::Number(2), "there is no animation 2: there are 2, counted from 0: \"go\", 1 (");
     let twice = file.with("/animations/1/name", json!("go"));
-    assert!(clip(&twice, Some("go")).unwrap_err().contains("two animations are named \"go\""));
-    let none = file.with("/animations", json!([]));
-    assert!(clip(&none, None).unwrap_err().contains("has no animation"));
-    // Blending of shapes is counted, and alone moves nothing.
-    let mut file = one_node();
-    file.channel(0, "weights", "LINEAR", &[0.], &[1.]);
-    assert!(clip(&file, None).unwrap_err().contains("moves no node"));
-    file.channel(0, "translation", "LINEAR", &[0.], &[1., 0., 0.]);
-    assert_eq!(clip(&file, None).unwrap().morph_channels, 1);
+    refused(&twice, named("go"), "two animations are named \"go\": set clip to the number of one");
+    assert!(clip(&twice, &WhichClip::Number(0)).is_ok());
+    refused(&file.with("/animations", json!([])), WhichClip::Number(0), "has no animation: export one");
+    // Without a name, only its number tells which.
+    let nameless = file.with("/animations/0/name", Value::Null);
+    nameless.open().unwrap().clip(&WhichClip::Number(0)).unwrap();
 }
 
 #[test]
@@ -306,7 +306,7 @@ fn wrong_animations_are_named() {
 /// Two bones along y, the second from (0, 1, 0) on, and a strip of three corners: at the root, at the tip (0,
 /// 2, 0) beside the second bone, and between (1, 1, 0), which both hold alike. The mesh's own node is far
 /// away, which a skin makes irrelevant.
-fn arm() -> Draft {
+pub(super) fn arm() -> Draft {
     let nodes = json!([
         {"mesh": 0, "skin": 0, "translation": [100, 0, 0], "name": "arm"},
         {"children": [2], "name": "upper"},
@@ -450,7 +450,7 @@ fn damaged_animations_never_panic() {
         }
         std::fs::write(&path, bytes).unwrap();
         let Ok(file) = Gltf::load(&path, &Sources::beside(&path)) else { continue };
-        let Ok(clip) = file.clip(None) else { continue };
+        let Ok(clip) = file.clip(&WhichClip::Only) else { continue };
         for time_s in [f64::NEG_INFINITY, 0.0, 0.4, f64::MAX] {
             posed += usize::from(file.parts(Some((&clip, time_s))).is_ok());
         }

@@ -93,7 +93,7 @@ fn root_nodes(root: &Root) -> Result<Vec<usize>, Issue> {
 fn parent_from_node(node: &Node, moved: Option<&Moved>) -> Result<DAffine3, Issue> {
     let wide = |v: [f32; 3]| DVec3::from_array(v.map(f64::from));
     if let Some(matrix) = node.matrix {
-        if moved.is_some() {
+        if moved.is_some_and(Moved::is_placed) {
             return Err(
                 Issue::says("an animated node needs translation, rotation and scale instead").at("matrix")
             );
@@ -104,7 +104,7 @@ fn parent_from_node(node: &Node, moved: Option<&Moved>) -> Result<DAffine3, Issu
         }
         return Ok(DAffine3::from_mat4(matrix));
     }
-    let moved = moved.copied().unwrap_or_default();
+    let moved = moved.cloned().unwrap_or_default();
     let translation = moved.translation.unwrap_or(wide(node.translation.unwrap_or_default()));
     let scale = moved.scale.unwrap_or(wide(node.scale.unwrap_or([1.0; 3])));
     let own = || DQuat::from_array(node.rotation.unwrap_or_default().0.map(f64::from));

@@ -7,6 +7,7 @@ use glam::{DAffine3, DVec3};
 use super::MemoryLimit;
 use super::accessor::Elements;
 use super::container::Container;
+use super::morph::{self, Blend};
 use super::nodes::Placed;
 use super::skin::{Influences, Skin};
 use crate::error::Issue;
@@ -16,11 +17,13 @@ use crate::scene::mesh::Welder;
 /// What a triangle costs while its corners are welded, at most.
 const TRIANGLE_BYTES: u64 = 160;
 
-/// A mesh where its node, or the joints of the node's skin, put it; the world's z is up.
+/// A mesh where its node, or the joints of the node's skin, put it; the world's z is up. `weights` are those of an
+/// animation, if it blends the mesh's morph targets.
 pub(super) fn read_mesh(
     container: &Container,
     index: usize,
     node: &Placed,
+    weights: Option<&[f64]>,
     placed: &[Placed],
     budget: &mut MemoryLimit,
 ) -> Result<Mesh, Issue> {
@@ -30,12 +33,14 @@ pub(super) fn read_mesh(
         Some(skin) => Some(Skin::read(container, skin.value(), placed, budget)?),
         None => None,
     };
+    let name = json.name.as_deref().unwrap_or_default();
+    let weights = morph::weights(json, node, weights);
+    let weights = weights.map_err(|issue| issue.at(format!("meshes[{index}] {name:?}")))?;
     let mut welder = Welder::default();
     for (number, primitive) in json.primitives.iter().enumerate() {
-        read_primitive(container, primitive, skin.as_ref(), &mut welder, budget).map_err(|issue| {
-            let name = json.name.as_deref().unwrap_or_default();
-            issue.at(format!("meshes[{index}] {name:?} primitives[{number}]"))
-        })?;
+        let posed = (skin.as_ref(), weights.as_slice());
+        read_primitive(container, primitive, posed, &mut welder, budget)
+            .map_err(|issue| issue.at(format!("meshes[{index}] {name:?} primitives[{number}]")))?;
     }
     let mut mesh = welder.finish();
     // A skin's joints have placed the corners already; where its node stands has no effect.
@@ -61,7 +66,7 @@ pub(super) fn read_mesh(
 fn read_primitive(
     container: &Container,
     primitive: &Primitive,
-    skin: Option<&Skin>,
+    (skin, weights): (Option<&Skin>, &[f64]),
     welder: &mut Welder,
     budget: &mut MemoryLimit,
 ) -> Result<(), Issue> {
@@ -82,6 +87,7 @@ fn read_primitive(
         Some(_) => Influences::read(container, primitive, positions.count, budget)?,
         None => Influences::default(),
     };
+    let blend = Blend::read(container, primitive, weights, positions.count, budget)?;
     let indices = match primitive.indices {
         Some(index) => Some(Elements::indices(container, index)?),
         None => None,
@@ -94,7 +100,8 @@ fn read_primitive(
         Mode::Triangles => count / 3,
         _ => count.saturating_sub(2),
     };
-    budget.spend(triangles as u64 * (TRIANGLE_BYTES + influences.bytes_per_triangle()))?;
+    let each = TRIANGLE_BYTES + influences.bytes_per_triangle() + blend.bytes_per_triangle();
+    budget.spend((triangles as u64).saturating_mul(each))?;
 
     let corner = |place: usize| -> Result<DVec3, Issue> {
         let vertex = indices.as_ref().map_or(place, |i| i.index(place));
@@ -102,7 +109,7 @@ fn read_primitive(
             return Err(Issue::says(format!("index {place} is {vertex}"))
                 .wanted(format!("there are {} positions", positions.count)));
         }
-        let position = positions.position(vertex);
+        let position = blend.blended(positions.position(vertex), vertex);
         if !position.is_finite() {
             return Err(Issue::says(format!("position {vertex} is {position}")).wanted("must be finite"));
         }

@@ -7,11 +7,12 @@ use schemars::JsonSchema;
 use serde::Deserialize;
 
 use super::rotation;
+use crate::scene::gltf::WhichClip;
 use crate::scene::spec::{MotionSpec, ObjectSpec, SurfaceSpec};
 use crate::study::Place;
 use crate::study::poses::{Quaternion, numbers};
 use crate::study::urdf::joints;
-use crate::study::value::{Axis, exactly};
+use crate::study::value::{Axis, NameOrNumber, exactly};
 use crate::{Error, Result};
 
 /// More snapshots than any recording that is scored one by one.
@@ -56,8 +57,8 @@ struct Triple(#[serde(deserialize_with = "exactly")] [f64; 3]);
 #[derive(Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 struct AnimationFile {
-    /// Its name; the only one if left out.
-    clip: Option<String>,
+    /// Its name, or its number in the file, counted from 0; the only one if left out.
+    clip: Option<NameOrNumber>,
     /// A list of seconds, or { start, stop, step }.
     times_s: Axis,
 }
@@ -107,6 +108,15 @@ impl ObjectSpec {
             animated: pick(&motion.times_s, snapshot).map(|time_s| (motion.clip.clone(), time_s)),
             motion: MotionSpec::default(),
             ..self.clone()
+        }
+    }
+}
+
+impl From<NameOrNumber> for WhichClip {
+    fn from(written: NameOrNumber) -> WhichClip {
+        match written {
+            NameOrNumber::Name(name) => WhichClip::Named(name),
+            NameOrNumber::Number(number) => WhichClip::Number(number),
         }
     }
 }
@@ -168,7 +178,7 @@ pub(super) fn check(at: &Place, entry: SnapshotsFile, surface: &SurfaceSpec) -> 
         mannequin: files("mannequin", entry.mannequin)?,
         keypoints: files("keypoints", entry.keypoints)?,
         joints,
-        clip: entry.animation.and_then(|animation| animation.clip),
+        clip: entry.animation.and_then(|animation| animation.clip).map_or(WhichClip::Only, WhichClip::from),
         times_s: times_s.transpose()?.unwrap_or_default(),
         dwell_s: in_order(filled(at, "dwell_s", entry.dwell_s)?, |i, seconds| {
             at.number(&format!("dwell_s[{i}]"), seconds, 0.0..=1e9, "seconds from 0 to 1000000000")
