@@ -54,4 +54,20 @@ macro_rules! targets {
     };
 }
 
-targets!(study, gltf, stl, obj, collada, urdf, octomap, poses, rays, camera_info, joints, journal, manifest);
+targets!(
+    study,
+    gltf,
+    stl,
+    obj,
+    collada,
+    urdf,
+    octomap,
+    poses,
+    rays,
+    camera_info,
+    joints,
+    bvh,
+    joint_table,
+    journal,
+    manifest
+);

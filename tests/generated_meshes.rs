@@ -12,7 +12,8 @@ use std::path::{Path, PathBuf};
 
 use glam::DVec3;
 use glb::{GlbNode, group, part};
-use perirobot::scene::mannequin::{Keypoints, body, read_keypoints};
+use perirobot::scene::keypoints::{KeypointFile, Keypoints, Layout};
+use perirobot::scene::mannequin::body;
 use perirobot::scene::spec::SceneSpec;
 use perirobot::scene::{Mesh, Surface, build, gltf};
 use perirobot::source::Sources;
@@ -135,7 +136,8 @@ fn assert_closed(name: &str, mesh: &Mesh) {
 
 fn person(name: &str) -> Keypoints {
     let file = shipped(&format!("{name}.csv"));
-    let keypoints = read_keypoints(&file, &Sources::beside(&file)).unwrap();
+    let table = KeypointFile { path: file.clone(), layout: Layout::Coco17 };
+    let keypoints = table.read(&Sources::beside(&file)).unwrap();
     assert!(keypoints.iter().all(Option::is_some), "{name} lacks a joint");
     keypoints
 }

@@ -4,7 +4,7 @@ use glam::DVec3;
 
 use crate::error::{Argument, Issue, Site};
 use crate::scene::build::build;
-use crate::scene::mannequin::read_person;
+use crate::scene::loaded::read_person;
 use crate::scene::spec::{MotionSpec, ObjectSpec, SceneSpec, SurfaceSpec};
 use crate::scene::{Optical, Role};
 use crate::study::{Posture, RegionSpec, Study};

@@ -40,7 +40,7 @@ pub fn tables_sha256(study: &Study, score: Summed, condition: Condition) -> Stri
 fn people_sha256(study: &Study) -> String {
     let each = study.postures.iter().filter_map(|posture| match (&posture.person, posture.spot) {
         // Each person once.
-        (SurfaceSpec::Mannequin(file), 0) => Some(study.sources.text(file)),
+        (SurfaceSpec::Mannequin(file), 0) => Some(study.sources.table(file.path())),
         _ => None,
     });
     each.map(|text| text.map_or_else(|_| "none\n".into(), |text| sha256([text.as_bytes()]) + "\n")).collect()

@@ -64,8 +64,9 @@ mod tests {
 
     use super::*;
     use crate::scene::Up;
+    use crate::scene::keypoints::{KeypointFile, Layout};
     use crate::scene::mesh_file::{MeshFile, MeshFormat};
-    use crate::scene::spec::{ObjectSpec, SurfaceSpec};
+    use crate::scene::spec::{ObjectSpec, PersonFile, SurfaceSpec};
     use crate::scene::{Interior, Optical, Role, Surface};
 
     fn object(name: &str, surface: SurfaceSpec) -> ObjectSpec {
@@ -104,6 +105,10 @@ mod tests {
         build(&spec, &sources, 0.08).map(|mut snapshots| snapshots.remove(0))
     }
 
+    fn table(path: &std::path::Path) -> KeypointFile {
+        KeypointFile { path: path.into(), layout: Layout::Coco17 }
+    }
+
     #[test]
     fn bodies_are_turned_then_moved_and_keep_what_they_are() {
         let spec = object("bar", SurfaceSpec::Box { size_m: DVec3::new(0.4, 0.2, 0.6) });
@@ -139,10 +144,10 @@ mod tests {
         std::fs::write(&file, format!("{}0.1,0.2,0.3\n0.1,0.2,1.3\n", ",,\n".repeat(15))).unwrap();
         let cuboid = || SurfaceSpec::Box { size_m: DVec3::ONE };
         let with = |role, surface, keypoints: Option<&std::path::Path>| {
-            let keypoints = keypoints.map(Into::into);
+            let keypoints = keypoints.map(table);
             scene(vec![ObjectSpec { role, keypoints, ..object("person", surface) }])
         };
-        let person = || SurfaceSpec::Mannequin(file.clone());
+        let person = || SurfaceSpec::Mannequin(PersonFile::Joints(table(&file)));
         let joints = |built: Result<Scene>| built.unwrap().objects[0].keypoints;
         // (0.1, 0.2) turned by a quarter is (−0.2, 0.1); the object stands at (1, 2, 3).
         let found = joints(with(Role::Human, cuboid(), Some(&file))).unwrap();
@@ -179,7 +184,7 @@ mod tests {
                 "cell.toml: object \"part\": octomap = gone.bt: cannot be read",
             ),
             (
-                SurfaceSpec::Mannequin("gone.csv".into()),
+                SurfaceSpec::Mannequin(PersonFile::Joints(table("gone.csv".as_ref()))),
                 "cell.toml: object \"part\": mannequin = gone.csv: cannot be read",
             ),
         ] {

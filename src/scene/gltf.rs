@@ -17,8 +17,8 @@ use std::path::{Path, PathBuf};
 
 use ::gltf::json::Root;
 
-pub use self::animation::{Clip, WhichClip};
 use self::animation::Moved;
+pub use self::animation::{Clip, WhichClip};
 use self::container::Container;
 use super::Mesh;
 use crate::Result;

@@ -4,7 +4,11 @@ use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 use std::rc::Rc;
 
+use super::bvh::Bvh;
 use super::gltf::{Clip, Gltf, NodeMesh, WhichClip};
+use super::joint_table::JointTable;
+use super::keypoints::{self, Keypoints};
+use super::spec::PersonFile;
 use super::{Object, Surface};
 use crate::error::{Issue, Site};
 use crate::source::Sources;
@@ -22,11 +26,14 @@ pub(super) struct SceneFiles<'a> {
     pub(super) triangles_left: usize,
     pub(super) gltf: HashMap<PathBuf, Rc<Gltf>>,
     pub(super) clips: HashMap<(PathBuf, WhichClip), Rc<Clip>>,
+    pub(super) motions: HashMap<PathBuf, Rc<Bvh>>,
+    pub(super) joint_tables: HashMap<PathBuf, Rc<JointTable>>,
 }
 
 impl<'a> SceneFiles<'a> {
     pub(super) fn new(sources: &'a Sources) -> SceneFiles<'a> {
-        SceneFiles { sources, triangles_left: MOST_TRIANGLES, gltf: HashMap::new(), clips: HashMap::new() }
+        let (gltf, clips, motions, joint_tables) = Default::default();
+        SceneFiles { sources, triangles_left: MOST_TRIANGLES, gltf, clips, motions, joint_tables }
     }
 
     /// The nodes of a glTF file, at a time of one of its animations if there is one.
@@ -45,6 +52,23 @@ impl<'a> SceneFiles<'a> {
         .map_err(at("mesh"))
     }
 
+    /// The joints of a person of whom a body can be drawn.
+    pub(super) fn person(&mut self, person: &PersonFile) -> Result<Keypoints> {
+        let joints = match person {
+            PersonFile::Joints(file) => file.read(self.sources)?,
+            PersonFile::Motion(file) => self.motion(&file.path)?.keypoints(file)?,
+        };
+        keypoints::drawn(joints, person.path())
+    }
+
+    pub(super) fn motion(&mut self, path: &Path) -> Result<Rc<Bvh>> {
+        kept(&mut self.motions, path, || Bvh::load(path, self.sources))
+    }
+
+    pub(super) fn joint_table(&mut self, path: &Path) -> Result<Rc<JointTable>> {
+        kept(&mut self.joint_tables, path, || JointTable::load(path, self.sources))
+    }
+
     pub(super) fn spend(&mut self, part: &Object) -> Result<()> {
         let Surface::Mesh(mesh) = &part.surface else { return Ok(()) };
         let left = self.triangles_left.checked_sub(mesh.triangles.len()).ok_or_else(|| {
@@ -57,12 +81,7 @@ impl<'a> SceneFiles<'a> {
     }
 
     pub(super) fn gltf(&mut self, path: &Path) -> Result<Rc<Gltf>> {
-        if let Some(file) = self.gltf.get(path) {
-            return Ok(file.clone());
-        }
-        let file = Rc::new(Gltf::load(path, self.sources).map_err(at("mesh"))?);
-        self.gltf.insert(path.into(), file.clone());
-        Ok(file)
+        kept(&mut self.gltf, path, || Gltf::load(path, self.sources).map_err(at("mesh")))
     }
 
     pub(super) fn clip(&mut self, path: &Path, which: &WhichClip) -> Result<Rc<Clip>> {
@@ -75,6 +94,28 @@ impl<'a> SceneFiles<'a> {
         self.clips.insert(key, clip.clone());
         Ok(clip)
     }
+}
+
+/// What a file holds, read if it was not read before.
+fn kept<T>(
+    files: &mut HashMap<PathBuf, Rc<T>>,
+    path: &Path,
+    read: impl FnOnce() -> Result<T>,
+) -> Result<Rc<T>> {
+    if let Some(file) = files.get(path) {
+        return Ok(file.clone());
+    }
+    let file = Rc::new(read()?);
+    files.insert(path.into(), file.clone());
+    Ok(file)
+}
+
+/// The joints of a person of whom a body can be drawn.
+///
+/// # Errors
+/// When the file cannot be read, or too few joints are known to draw any part of a body.
+pub(crate) fn read_person(person: &PersonFile, sources: &Sources) -> Result<Keypoints> {
+    SceneFiles::new(sources).person(person)
 }
 
 /// A loader's message begins with the file, the value of this key.

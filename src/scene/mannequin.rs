@@ -1,158 +1,16 @@
 //! Makes a person of adult size from the 17 keypoints of COCO: limbs as capsules, head as an ellipsoid.
 
-use std::path::Path;
-
 use glam::{DMat3, DQuat, DVec3};
 
 use super::Mesh;
+use super::keypoints::{ANKLES, EARS, ELBOWS, HIPS, KNEES, Keypoints, NOSE, SHOULDERS, WRISTS};
 use super::primitive::{capsule_between, ellipsoid};
-use super::shipped::Shipped;
-use crate::Result;
-use crate::error::Issue;
 use crate::metrics::BodyPart;
-use crate::source::Sources;
 
-/// COCO's keypoints, in COCO's order. Left and right are the person's own.
-pub const JOINTS: [&str; 17] = [
-    "nose",
-    "left_eye",
-    "right_eye",
-    "left_ear",
-    "right_ear",
-    "left_shoulder",
-    "right_shoulder",
-    "left_elbow",
-    "right_elbow",
-    "left_wrist",
-    "right_wrist",
-    "left_hip",
-    "right_hip",
-    "left_knee",
-    "right_knee",
-    "left_ankle",
-    "right_ankle",
-];
-
-/// A position in metres for each of [`JOINTS`]; an unknown joint has none.
-pub type Keypoints = [Option<DVec3>; 17];
-
-const NOSE: usize = 0;
-const EARS: [usize; 2] = [3, 4];
-const SHOULDERS: [usize; 2] = [5, 6];
-const ELBOWS: [usize; 2] = [7, 8];
-const WRISTS: [usize; 2] = [9, 10];
-const HIPS: [usize; 2] = [11, 12];
-const KNEES: [usize; 2] = [13, 14];
-const ANKLES: [usize; 2] = [15, 16];
-
-/// No joint lies further from the world's origin; numbers beyond it are millimetres, or nonsense.
-const FARTHEST_M: f64 = 1000.0;
-
-/// Reads keypoints from a CSV of 17 rows in COCO's order with the columns `x_m,y_m,z_m`, or
-/// `joint,x_m,y_m,z_m` with COCO's names. A header row and `#` comments are optional; empty cells mean an
-/// unknown joint.
-///
-/// # Errors
-/// When the file cannot be read, a row is not as above, or no joint is known.
-pub fn read_keypoints(path: &Path, sources: &Sources) -> Result<Keypoints> {
-    parse(sources.text(path)?.as_bytes()).map_err(|issue| issue.at(path).into())
-}
-
-/// As [`read_keypoints`], for a body that is drawn from them.
-///
-/// # Errors
-/// As there, and when too few joints are known to draw any part of a body.
-pub(crate) fn read_person(path: &Path, sources: &Sources) -> Result<Keypoints> {
-    let keypoints = read_keypoints(path, sources)?;
+/// Whether any part of a body can be drawn from these joints.
+pub(crate) fn is_drawn(keypoints: &Keypoints) -> bool {
     // The coarsest tessellation tells whether there is any.
-    if parts(&keypoints, FARTHEST_M).is_empty() {
-        let what = Issue::says("no two neighbouring joints are known");
-        return Err(what.wanted("nothing of a body can be drawn").at(path).into());
-    }
-    Ok(keypoints)
-}
-
-/// The joints of a person that ships.
-pub(crate) fn shipped(person: &Shipped) -> Result<Keypoints> {
-    parse(person.joints.as_bytes()).map_err(|issue| issue.at(person.name).into())
-}
-
-/// The joints turned about the origin, then moved, as [`Mesh::transformed`] does with a surface.
-pub(crate) fn transformed(keypoints: &Keypoints, rotation: DQuat, translation: DVec3) -> Keypoints {
-    keypoints.map(|joint| joint.map(|position| rotation * position + translation))
-}
-
-fn parse(bytes: &[u8]) -> Result<Keypoints, Issue> {
-    let mut reader = csv::ReaderBuilder::new()
-        .has_headers(false)
-        .comment(Some(b'#'))
-        .flexible(true)
-        .trim(csv::Trim::All)
-        .from_reader(bytes);
-    let mut keypoints: Keypoints = [None; 17];
-    let (mut rows, mut first) = (0, true);
-    for record in reader.records() {
-        let record = record.map_err(|e| Issue::damaged(e.to_string()))?;
-        let line = record.position().map_or(0, csv::Position::line);
-        let cells: Vec<&str> = record.iter().take(5).collect();
-        if std::mem::take(&mut first) && is_header(&cells) {
-            continue;
-        }
-        let Some(joint) = JOINTS.get(rows) else {
-            return Err(Issue::too_large(format!("more than {} joints", JOINTS.len()))
-                .wanted("one row for each of COCO's keypoints")
-                .at(format!("line {line}")));
-        };
-        keypoints[rows] =
-            parse_row(joint, &cells).map_err(|issue| issue.at(format!("line {line} ({joint})")))?;
-        rows += 1;
-    }
-    if rows < JOINTS.len() {
-        return Err(Issue::says(format!("has {rows} joints"))
-            .wanted(format!("needs {}, and empty cells where one is unknown", JOINTS.len())));
-    }
-    if keypoints == [None; 17] {
-        return Err(Issue::says("all joints are empty").wanted("give the position of at least one"));
-    }
-    Ok(keypoints)
-}
-
-fn is_header(cells: &[&str]) -> bool {
-    let coordinates = cells.strip_prefix(&["joint"]).unwrap_or(cells);
-    coordinates == ["x_m", "y_m", "z_m"]
-}
-
-fn parse_row(joint: &str, cells: &[&str]) -> Result<Option<DVec3>, Issue> {
-    let coordinates = match cells {
-        [name, rest @ ..] if rest.len() == 3 => {
-            if *name != joint {
-                return Err(Issue::value(
-                    "joint",
-                    format!("{name:.40}"),
-                    format!("must be {joint} (COCO's order)"),
-                ));
-            }
-            rest
-        }
-        _ => cells,
-    };
-    let Ok(coordinates) = <[&str; 3]>::try_from(coordinates) else {
-        return Err(Issue::says("must be x_m,y_m,z_m, or joint,x_m,y_m,z_m"));
-    };
-    if coordinates == [""; 3] {
-        return Ok(None);
-    }
-    let mut position = DVec3::ZERO;
-    for (axis, cell) in coordinates.iter().enumerate() {
-        let number = cell.parse::<f64>().ok();
-        // NaN compares false, and is refused with the rest.
-        position[axis] = number.filter(|x| x.abs() <= FARTHEST_M).ok_or_else(|| {
-            let key = ["x_m", "y_m", "z_m"][axis];
-            let rule = format!("must be metres within {FARTHEST_M} of the origin, or all three empty");
-            Issue::value(key, format!("{cell:.40}"), rule)
-        })?;
-    }
-    Ok(Some(position))
+    !parts(keypoints, f64::INFINITY).is_empty()
 }
 
 /// The body's surface in the world: closed parts that overlap. A part is left out unless all the joints it is
@@ -284,7 +142,7 @@ fn foot(keypoints: &Keypoints, side: usize) -> Option<[DVec3; 2]> {
 }
 
 #[cfg(test)]
-mod tests {
+pub(super) mod tests {
     use super::*;
     use crate::scene::mesh::tests::{assert_closed, volume};
 
@@ -293,7 +151,7 @@ mod tests {
     const PARTS: usize = 4 + 2 * 7;
 
     /// Someone 1.75 m tall who stands on the origin, looks along x and lets the arms hang.
-    fn standing() -> Keypoints {
+    pub(in crate::scene) fn standing() -> Keypoints {
         let mut keypoints = [Some(DVec3::new(0.1, 0.0, 1.6)); 17];
         let pairs = [
             (1, 0.08, 0.03, 1.63),
@@ -338,8 +196,9 @@ mod tests {
             let mut keypoints = standing();
             keypoints[joint] = None;
             let kept = parts(&keypoints, SAG);
-            assert_eq!(kept.len(), PARTS - lost[joint], "without {}", JOINTS[joint]);
-            assert!(kept.iter().all(|part| whole.contains(part)), "{} moves a part", JOINTS[joint]);
+            let name = crate::scene::keypoints::JOINTS[joint];
+            assert_eq!(kept.len(), PARTS - lost[joint], "without {name}");
+            assert!(kept.iter().all(|part| whole.contains(part)), "{name} moves a part");
         }
         assert_eq!(body(&[None; 17], SAG), Mesh::default());
         // Joints on one spot have no direction to build on, and must not make NaN.
@@ -370,81 +229,5 @@ mod tests {
         let mut nose = lost;
         nose[0] = Some(DVec3::ONE);
         assert_eq!(limbs(&nose), [Limb { part: BodyPart::Head, ends_m: [DVec3::ONE; 2], radius_m: 0.1 }]);
-    }
-
-    fn rows(named: bool) -> Vec<String> {
-        (standing().iter().zip(JOINTS))
-            .map(|(p, joint)| {
-                let p = p.unwrap();
-                let name = if named { format!("{joint}, ") } else { String::new() };
-                format!("{name}{},{}, {}", p.x, p.y, p.z)
-            })
-            .collect()
-    }
-
-    #[test]
-    fn both_layouts_are_read() {
-        assert_eq!(parse(rows(false).join("\n").as_bytes()).unwrap(), standing());
-        let text = format!("# by hand\njoint,x_m,y_m,z_m\r\n{}\n\n", rows(true).join("\n# next\n"));
-        assert_eq!(parse(text.as_bytes()).unwrap(), standing());
-        for (named, empty) in [(true, "left_wrist,,,"), (false, ",,")] {
-            let mut rows = rows(named);
-            rows[9] = empty.into();
-            let mut expected = standing();
-            expected[9] = None;
-            assert_eq!(parse(rows.join("\n").as_bytes()).unwrap(), expected);
-        }
-    }
-
-    #[track_caller]
-    fn refused(text: &[u8], expected: &str) {
-        let what = parse(text).expect_err(expected);
-        assert!(what.to_string().contains(expected), "{what:?} lacks {expected:?}");
-    }
-
-    #[test]
-    fn what_is_wrong_is_named() {
-        let with_row = |row: usize, text: &str| {
-            let mut rows = rows(true);
-            rows[row] = text.into();
-            rows.join("\n").into_bytes()
-        };
-        refused(&with_row(2, "left_eye,0,0,0"), "line 3 (right_eye): joint = left_eye: must be right_eye");
-        refused(&with_row(2, "right_eye,0,0"), "line 3 (right_eye): x_m = right_eye");
-        refused(&with_row(2, "right_eye,0,0,0,0"), "must be x_m,y_m,z_m, or joint");
-        refused(&with_row(16, "right_ankle,0,,1"), "line 17 (right_ankle): y_m = : must be metres");
-        for bad in ["nan", "inf", "1480mm", "1480"] {
-            refused(&with_row(0, &format!("nose,0,0,{bad}")), &format!("z_m = {bad}: must be metres"));
-        }
-        refused(&with_row(0, "joint,y_m,x_m,z_m"), "line 1 (nose): joint = joint");
-        refused(b"", "has 0 joints: needs 17");
-        refused(rows(true)[..16].join("\n").as_bytes(), "has 16 joints");
-        refused((rows(true).join("\n") + "\nnose,0,0,0").as_bytes(), "line 18: more than 17 joints");
-        refused(",,\n".repeat(17).as_bytes(), "all joints are empty");
-        refused(&[0xff, 0xfe, b'\n'], "UTF-8");
-    }
-
-    #[test]
-    fn joints_that_draw_no_body_are_keypoints_but_no_person() {
-        let folder = tempfile::tempdir().unwrap();
-        let path = folder.path().join("ankle.csv");
-        std::fs::write(&path, ",,\n".repeat(16) + "0,0,0").unwrap();
-        let mut ankle = [None; 17];
-        ankle[16] = Some(DVec3::ZERO);
-        let sources = Sources::beside(&path);
-        assert_eq!(read_keypoints(&path, &sources).unwrap(), ankle);
-        let error = read_person(&path, &sources).unwrap_err().to_string();
-        assert!(error.contains("ankle.csv: no two neighbouring joints are known"), "{error}");
-    }
-
-    #[test]
-    fn joints_turn_and_move_as_a_surface_does() {
-        let mut keypoints = [None; 17];
-        keypoints[4] = Some(DVec3::new(1.0, 2.0, 3.0));
-        // Half a turn about x, exact: y and z change their sign.
-        let moved =
-            transformed(&keypoints, DQuat::from_xyzw(1.0, 0.0, 0.0, 0.0), DVec3::new(10.0, 20.0, 30.0));
-        assert_eq!(moved[4], Some(DVec3::new(11.0, 18.0, 27.0)));
-        assert_eq!(moved.iter().flatten().count(), 1);
     }
 }

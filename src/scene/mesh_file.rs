@@ -59,7 +59,9 @@ impl MeshFile {
     /// Those of [`load_mesh`].
     pub(crate) fn load(&self, sources: &Sources) -> Result<Mesh> {
         let (mesh, up) = load_mesh(&self.path, sources)?;
-        Ok(z_up(mesh.scaled(self.scale), up.unwrap_or(self.up)))
+        let (mut mesh, up) = (mesh.scaled(self.scale), up.unwrap_or(self.up));
+        mesh.vertices.iter_mut().for_each(|vertex| *vertex = z_up(*vertex, up));
+        Ok(mesh)
     }
 }
 
@@ -81,15 +83,13 @@ pub(crate) fn load_mesh(path: &Path, sources: &Sources) -> Result<(Mesh, Option<
     }
 }
 
-/// A mesh turned to z up, exactly.
-fn z_up(mut mesh: Mesh, up: Up) -> Mesh {
-    let turned = |v: DVec3| match up {
-        Up::X => DVec3::new(-v.y, -v.z, v.x),
-        Up::Y => DVec3::new(v.x, -v.z, v.y),
-        Up::Z => v,
-    };
-    mesh.vertices.iter_mut().for_each(|vertex| *vertex = turned(*vertex));
-    mesh
+/// A place turned to z up, exactly.
+pub(super) fn z_up(place: DVec3, up: Up) -> DVec3 {
+    match up {
+        Up::X => DVec3::new(-place.y, -place.z, place.x),
+        Up::Y => DVec3::new(place.x, -place.z, place.y),
+        Up::Z => place,
+    }
 }
 
 #[cfg(test)]
@@ -98,10 +98,7 @@ mod tests {
 
     #[test]
     fn what_is_up_becomes_z() {
-        let turned = |up| {
-            let vertices = vec![DVec3::new(1.0, 2.0, 3.0), DVec3::X, DVec3::Y, DVec3::Z];
-            z_up(Mesh { vertices, triangles: Vec::new() }, up).vertices
-        };
+        let turned = |up| [DVec3::new(1.0, 2.0, 3.0), DVec3::X, DVec3::Y, DVec3::Z].map(|v| z_up(v, up));
         for (up, expected) in
             [(Up::X, [-2.0, -3.0, 1.0]), (Up::Y, [1.0, -3.0, 2.0]), (Up::Z, [1.0, 2.0, 3.0])]
         {

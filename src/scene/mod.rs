@@ -2,8 +2,11 @@
 //! files into [`Object`]s once, at the edge.
 
 pub mod build;
+pub mod bvh;
 pub mod collada;
 pub mod gltf;
+pub mod joint_table;
+pub mod keypoints;
 pub mod mannequin;
 pub mod obj;
 pub mod octomap;
@@ -12,7 +15,7 @@ pub mod spec;
 pub mod stl;
 pub mod urdf;
 
-mod loaded;
+pub(crate) mod loaded;
 mod mesh;
 pub mod mesh_file;
 mod moving;
@@ -27,7 +30,7 @@ use glam::DVec3;
 
 use crate::error::Issue;
 use crate::pose::Pose;
-use mannequin::Keypoints;
+use keypoints::Keypoints;
 
 /// What an object is to the study (paper, section III).
 #[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Deserialize, serde::Serialize, schemars::JsonSchema)]

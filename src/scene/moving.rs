@@ -5,13 +5,12 @@ use std::sync::Arc;
 
 use glam::{DQuat, DVec3};
 
-use super::loaded::SceneFiles;
+use super::loaded::{SceneFiles, at};
 use super::parts::parts;
-use super::{Object, Surface, mannequin};
+use super::{Object, Surface, keypoints};
 use crate::error::Issue;
 use crate::pose::Pose;
-use crate::scene::mesh_file::MeshFile;
-use crate::scene::spec::{MotionSpec, ObjectSpec};
+use crate::scene::spec::{MotionSpec, ObjectSpec, PersonFile, SurfaceSpec};
 use crate::{Error, Result};
 
 /// The parts of an object in each snapshot, the same parts in the same order. A part that is the same as in
@@ -22,7 +21,7 @@ pub(super) fn moments(
     files: &mut SceneFiles,
     sag_m: f64,
 ) -> Result<Vec<Vec<Arc<Object>>>> {
-    let warnings = clip_warnings(object, files)?;
+    let warnings = time_warnings(object, files)?;
     let mut shapes: Vec<(ObjectSpec, Vec<Object>)> = Vec::new();
     let mut moments: Vec<Vec<Arc<Object>>> = Vec::new();
     let distinct = if object.motion.is_still() { 1 } else { snapshots };
@@ -65,7 +64,7 @@ pub(super) fn moments(
 /// An object turned about the origin, then moved, with its joints and links. Voxels of a map stay: they have
 /// no pose.
 fn placed(object: Object, rotation: DQuat, position_m: DVec3) -> Object {
-    let keypoints = object.keypoints.map(|k| mannequin::transformed(&k, rotation, position_m));
+    let keypoints = object.keypoints.map(|k| keypoints::transformed(&k, rotation, position_m));
     let surface = match object.surface {
         Surface::Mesh(mesh) => Surface::Mesh(mesh.transformed(rotation, position_m)),
         voxels => voxels,
@@ -97,14 +96,22 @@ fn same_parts(first: &[Arc<Object>], now: &[Arc<Object>], snapshot: usize) -> Re
     Ok(())
 }
 
-fn clip_warnings(object: &ObjectSpec, files: &mut SceneFiles) -> Result<Vec<String>> {
-    let MotionSpec { clip, times_s, .. } = &object.motion;
-    let Some(MeshFile { path, .. }) = object.surface.gltf() else { return Ok(Vec::new()) };
+/// Whether all times at which an object is sampled are outside of what moves it.
+fn time_warnings(object: &ObjectSpec, files: &mut SceneFiles) -> Result<Vec<String>> {
+    let MotionSpec { clip, joint_table, times_s, .. } = &object.motion;
     if times_s.is_empty() {
         return Ok(Vec::new());
     }
-    let clip = files.clip(path, clip)?;
-    let [first, last] = clip.span_s();
+    let [first, last] = match (&object.surface, joint_table) {
+        (SurfaceSpec::Mannequin(PersonFile::Motion(file)), _) => {
+            files.motion(&file.path).map_err(at("mannequin"))?.span_s()
+        }
+        (_, Some(file)) => files.joint_table(&file.path).map_err(at("snapshots.animation.joints"))?.span_s(),
+        (surface, None) => match surface.gltf() {
+            Some(file) => files.clip(&file.path, clip)?.span_s(),
+            None => return Ok(Vec::new()),
+        },
+    };
     let outside = times_s.iter().all(|time| !(first..=last).contains(time)).then(|| {
         format!(
             "is animated from {first} to {last} s, and all of snapshots.animation.times_s are outside: it is held as \

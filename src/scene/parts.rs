@@ -5,20 +5,19 @@ use std::sync::Arc;
 use wildmatch::WildMatch;
 
 use super::gltf::NodeMesh;
+use super::keypoints::Keypoints;
 use super::loaded::{SceneFiles, at};
-use super::mannequin::Keypoints;
 use super::mesh_file::{MeshFile, MeshFormat};
 use super::spec::{NodeRule, ObjectSpec, SurfaceSpec, UrdfSpec};
-use super::{Mesh, Object, Optical, Role, Surface, mannequin, octomap, primitive, urdf};
+use super::{Mesh, Object, Optical, Role, Surface, keypoints as joints, mannequin, octomap, primitive, urdf};
 use crate::error::Issue;
 use crate::pose::Pose;
-use crate::source::Sources;
 use crate::{Error, Result};
 
 /// The parts of an object at one moment, in its own frame.
 pub(super) fn parts(object: &ObjectSpec, files: &mut SceneFiles, sag_m: f64) -> Result<Vec<Object>> {
     let sources = files.sources;
-    let keypoints = object.keypoints.as_deref().map(|path| mannequin::read_keypoints(path, sources));
+    let keypoints = object.keypoints.as_ref().map(|file| file.read(sources));
     let mut keypoints = keypoints.transpose().map_err(at("keypoints"))?;
     let mesh = match &object.surface {
         SurfaceSpec::Box { size_m } => primitive::cuboid(*size_m),
@@ -27,13 +26,13 @@ pub(super) fn parts(object: &ObjectSpec, files: &mut SceneFiles, sag_m: f64) -> 
         SurfaceSpec::Sphere { radius_m } => primitive::sphere(*radius_m, sag_m),
         SurfaceSpec::Cylinder { radius_m, height_m } => primitive::cylinder(*radius_m, *height_m, sag_m),
         SurfaceSpec::Capsule { radius_m, length_m } => primitive::capsule(*radius_m, *length_m, sag_m),
-        SurfaceSpec::Mannequin(path) => {
-            let person = mannequin::read_person(path, sources).map_err(at("mannequin"))?;
+        SurfaceSpec::Mannequin(person) => {
+            let person = files.person(person).map_err(at("mannequin"))?;
             keypoints = (object.role == Role::Human).then_some(person);
             mannequin::body(&person, sag_m)
         }
         SurfaceSpec::Shipped(person) => {
-            let person = mannequin::shipped(person)?;
+            let person = joints::shipped(person)?;
             keypoints = Some(person);
             mannequin::body(&person, sag_m)
         }
@@ -47,7 +46,7 @@ pub(super) fn parts(object: &ObjectSpec, files: &mut SceneFiles, sag_m: f64) -> 
             let part = part(object, object.name.clone(), object.role, object.optical, surface);
             return Ok(vec![Object { keypoints, ..part }]);
         }
-        SurfaceSpec::Urdf(robot) => return Ok(vec![urdf_robot(object, robot, sources, sag_m)?]),
+        SurfaceSpec::Urdf(robot) => return Ok(vec![urdf_robot(object, robot, files, sag_m)?]),
     };
     let surface = Surface::Mesh(mesh);
     let part = part(object, object.name.clone(), object.role, object.optical, surface);
@@ -144,9 +143,17 @@ fn part(spec: &ObjectSpec, name: String, role: Role, optical: Optical, surface: 
 }
 
 /// All links of a robot as one object, which keeps where they are.
-fn urdf_robot(object: &ObjectSpec, robot: &UrdfSpec, sources: &Sources, sag_m: f64) -> Result<Object> {
+fn urdf_robot(object: &ObjectSpec, robot: &UrdfSpec, files: &mut SceneFiles, sag_m: f64) -> Result<Object> {
+    let sources = files.sources;
     let model = urdf::load(&robot.path, sources).map_err(at("urdf"))?;
-    let root_from_link = model.pose(&robot.joints)?;
+    let mut joints = robot.joints.clone();
+    if let Some((file, time_s)) = &robot.recorded {
+        let at = at("snapshots.animation.joints");
+        let table = files.joint_table(&file.path).map_err(&at)?;
+        let now = model.recorded(table.at(*time_s), file.angles);
+        joints.extend(now.map_err(|issue| at(issue.at(&file.path).into()))?);
+    }
+    let root_from_link = model.pose(&joints)?;
     let meshes = model.meshes(robot.geometry, &robot.packages, sources, sag_m).map_err(at("urdf"))?;
     let surface = Surface::Mesh(urdf::merged(&meshes, &root_from_link));
     let linkage = Some(Arc::new(model.linkage(&root_from_link, &Pose::ORIGIN)));

@@ -1,12 +1,15 @@
 //! Checked descriptions of scenes, objects, surfaces, robots and their motion, before any mesh is read.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use glam::{DQuat, DVec3};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+use super::bvh::MotionFile;
 use super::gltf::WhichClip;
+use super::joint_table::JointTableFile;
+use super::keypoints::KeypointFile;
 use super::mesh_file::{MeshFile, MeshFormat};
 use super::shipped::Shipped;
 use super::urdf::{Geometry, JointValues, Packages};
@@ -64,7 +67,7 @@ pub struct ObjectSpec {
     /// What it is made of.
     pub surface: SurfaceSpec,
     /// A file with a human's joints in the object's own frame; a mannequin's are its own.
-    pub keypoints: Option<PathBuf>,
+    pub keypoints: Option<KeypointFile>,
     /// Rules for the parts of a glTF file.
     pub nodes: Vec<NodeRule>,
     /// The animation that poses a glTF file and when in it, in seconds.
@@ -114,8 +117,8 @@ pub enum SurfaceSpec {
     Mesh(MeshFile),
     /// An OctoMap `.bt` file.
     Octomap(PathBuf),
-    /// A body around 17 keypoints in a CSV file.
-    Mannequin(PathBuf),
+    /// A body around the joints of a person.
+    Mannequin(PersonFile),
     /// The same of a person that ships with the program.
     Shipped(Shipped),
     /// A robot from a URDF.
@@ -128,6 +131,25 @@ impl SurfaceSpec {
         match self {
             SurfaceSpec::Mesh(file) if file.format == MeshFormat::Gltf => Some(file),
             _ => None,
+        }
+    }
+}
+
+/// The joints of a person, in a file.
+#[derive(Clone, Debug, PartialEq)]
+pub enum PersonFile {
+    /// A table of joints.
+    Joints(KeypointFile),
+    /// A moment of a recorded motion.
+    Motion(MotionFile),
+}
+
+impl PersonFile {
+    /// The file itself.
+    pub(crate) fn path(&self) -> &Path {
+        match self {
+            PersonFile::Joints(file) => &file.path,
+            PersonFile::Motion(file) => &file.path,
         }
     }
 }
@@ -158,6 +180,8 @@ pub struct UrdfSpec {
     pub packages: Packages,
     /// How it stands.
     pub joints: JointValues,
+    /// What it did, and when, in seconds: joints of the table stand as they did then.
+    pub recorded: Option<(JointTableFile, f64)>,
 }
 
 /// What changes about an object over the snapshots of its scene; an empty list changes nothing. A list shorter than the
@@ -169,14 +193,16 @@ pub struct MotionSpec {
     /// How it is turned, instead of the object's own rotation.
     pub rotation: Vec<DQuat>,
     /// Keypoint files of a mannequin.
-    pub mannequin: Vec<PathBuf>,
+    pub mannequin: Vec<KeypointFile>,
     /// Keypoint files of another human.
-    pub keypoints: Vec<PathBuf>,
+    pub keypoints: Vec<KeypointFile>,
     /// Joint values of a robot, instead of the object's own; joints that an entry does not name keep those.
     pub joints: Vec<JointValues>,
     /// The animation that a glTF file is sampled from.
     pub clip: WhichClip,
-    /// When it is sampled.
+    /// What a robot did.
+    pub joint_table: Option<JointTableFile>,
+    /// When the animation, the table or the motion of a mannequin is sampled.
     pub times_s: Vec<f64>,
     /// How long each entry lasts, in seconds.
     pub dwell_s: Vec<f64>,

@@ -8,7 +8,7 @@ use super::{Camera, Station};
 use crate::backend::{GridPose, Rays};
 use crate::error::Issue;
 use crate::scene::Role;
-use crate::scene::mannequin::JOINTS;
+use crate::scene::keypoints::JOINTS;
 use crate::voxel::grid::length_q16;
 use crate::voxel::{ObjectVoxels, Truth};
 

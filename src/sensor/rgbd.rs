@@ -7,7 +7,7 @@ use super::range::Range;
 use super::{Camera, Claim, FieldOfView, Kind, MEASURES, Scale, Station};
 use crate::backend::{Planes, Rays};
 use crate::error::{Issue, Site};
-use crate::scene::mannequin::JOINTS;
+use crate::scene::keypoints::JOINTS;
 use crate::voxel::grid::{MAX_VOXELS_PER_AXIS, ONE_Q16, length_q16};
 use crate::voxel::{BitGrid, Truth, Window, solid};
 

@@ -1,18 +1,27 @@
 //! `[postures]` of a study, checked: who stands where, for requirements under "postures". Files of people are read
 //! only when they are judged, since they change no count of a sweep.
 
-use std::path::Path;
+use std::borrow::Cow;
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
 
 use glam::{DQuat, DVec3};
-use schemars::JsonSchema;
+use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::Deserialize;
+use serde::de::value::MapAccessDeserializer;
+use serde::de::{Deserializer, MapAccess, Visitor};
 
-use super::value::exactly;
+use super::poses::numbers;
+use super::scene_file::person::PersonKeys;
+use super::value::{Axis, Unit, UpFile, exactly};
 use super::{Place, slug};
 use crate::Result;
+use crate::error::Issue;
 use crate::pose::{Frame, Pose, from_rpy};
+use crate::scene::bvh::MotionFile;
+use crate::scene::keypoints::{KeypointFile, Layout};
 use crate::scene::shipped::{PEOPLE, Shipped};
-use crate::scene::spec::SurfaceSpec;
+use crate::scene::spec::{PersonFile, SurfaceSpec};
 
 /// Most people at spots.
 const MOST: usize = 1000;
@@ -22,12 +31,71 @@ const MOST: usize = 1000;
 #[derive(Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(super) struct PosturesFile {
-    /// People that ship ("standing", "reaching", "bent", "crouching", "kneeling", "lying", "small", "tall"), or CSV
-    /// files with the 17 joints of a mannequin that stands at the origin and faces +x.
-    people: Vec<String>,
+    /// People that ship ("standing", "reaching", "bent", "crouching", "kneeling", "lying", "small", "tall"), CSV files
+    /// with the joints of a mannequin that stands at the origin and faces +x, or tables that say more of a file.
+    people: Vec<PersonEntry>,
     /// Where each of them stands: [x, y, yaw], in metres and degrees, at yaw 0 facing +x. The floor is that of
     /// `[approach]`, at height 0 unless floor_m says otherwise.
     spots: Vec<Spot>,
+}
+
+/// A name or a file, or what a file needs besides.
+#[derive(Clone)]
+enum PersonEntry {
+    Named(String),
+    File(PersonTable),
+}
+
+/// A file of a person's joints, or moments of a recorded motion, of which the person is moved to where its hips are above
+/// the spot, and turned as the spot says.
+#[derive(Clone, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+struct PersonTable {
+    /// A CSV file of joints, or motion capture (.bvh).
+    mannequin: PathBuf,
+    /// Which joints the CSV file has, in which order. Default "coco-17".
+    layout: Option<Layout>,
+    /// The unit of a .bvh file: "m", "cm", "mm", "in", or how many metres it is.
+    unit: Option<Unit>,
+    /// The axis that points up in a .bvh file. Default "y".
+    up: Option<UpFile>,
+    /// Which bone of a .bvh file begins at which joint, where its name is not a usual one.
+    bones: Option<BTreeMap<String, String>>,
+    /// Moments of a .bvh file, each a posture: a list of seconds, or { start, stop, step }.
+    times_s: Option<Axis>,
+}
+
+impl<'de> Deserialize<'de> for PersonEntry {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        struct PersonVisitor;
+        impl<'de> Visitor<'de> for PersonVisitor {
+            type Value = PersonEntry;
+            fn expecting(&self, f: &mut std::fmt::Formatter) -> std::fmt::Result {
+                f.write_str("a name, a file of joints, or { mannequin = file, ... }")
+            }
+            fn visit_str<E>(self, name: &str) -> Result<PersonEntry, E> {
+                Ok(PersonEntry::Named(name.into()))
+            }
+            fn visit_map<A: MapAccess<'de>>(self, map: A) -> Result<PersonEntry, A::Error> {
+                PersonTable::deserialize(MapAccessDeserializer::new(map)).map(PersonEntry::File)
+            }
+        }
+        deserializer.deserialize_any(PersonVisitor)
+    }
+}
+
+impl JsonSchema for PersonEntry {
+    fn inline_schema() -> bool {
+        true
+    }
+
+    fn schema_name() -> Cow<'static, str> {
+        "PersonEntry".into()
+    }
+
+    fn json_schema(generator: &mut SchemaGenerator) -> Schema {
+        json_schema!({ "anyOf": [{ "type": "string" }, generator.subschema_for::<PersonTable>()] })
+    }
 }
 
 /// A place on the floor and a direction.
@@ -55,13 +123,14 @@ impl PosturesFile {
         let at = &at.key("postures");
         at.some("people", &self.people, "people = [\"standing\", \"crouching\"]")?;
         at.some("spots", &self.spots, "spots = [[1.0, 0.5, 90]]")?;
-        let (people, spots) = (self.people.len(), self.spots.len());
-        if people * spots > MOST {
-            let what = format!("{people} people at {spots} spots are {} postures", people * spots);
+        let people: Vec<Vec<(String, SurfaceSpec)>> =
+            self.people.iter().enumerate().map(|one| persons(at, one)).collect::<Result<_>>()?;
+        let people = people.concat();
+        let all = people.len().saturating_mul(self.spots.len());
+        if all > MOST {
+            let what = format!("{} people at {} spots are {all} postures", people.len(), self.spots.len());
             return Err(at.says(what).wanted(format!("at most {MOST} can be")));
         }
-        let people: Vec<(String, SurfaceSpec)> =
-            self.people.iter().enumerate().map(|one| person(at, one)).collect::<Result<_>>()?;
         at.unique("person", people.iter().map(|(name, _)| name.as_str()))?;
         let spot = |(number, &Spot([x, y, yaw_deg])): (usize, &Spot)| {
             let position_m = at.vector(&format!("spots[{number}]"), [x, y, floor_m])?;
@@ -86,19 +155,61 @@ impl PosturesFile {
     }
 }
 
-/// The name and the joints of a person.
-fn person(at: &Place, (number, written): (usize, &String)) -> Result<(String, SurfaceSpec)> {
+/// The names and the joints of an entry: one person, or one for each moment of a motion, as `walk@0.5`.
+fn persons(at: &Place, (number, entry): (usize, &PersonEntry)) -> Result<Vec<(String, SurfaceSpec)>> {
+    let key = format!("people[{number}]");
+    let table = match entry {
+        PersonEntry::Named(written) => return person(at, &key, written).map(|person| vec![person]),
+        PersonEntry::File(table) => table,
+    };
+    let at = &at.key(&key);
+    let keys =
+        PersonKeys { layout: table.layout, unit: table.unit, up: table.up, bones: table.bones.as_ref() };
+    let name = name_of(&table.mannequin);
+    match (keys.check(at, "mannequin", &table.mannequin)?, &table.times_s) {
+        (PersonFile::Motion(file), Some(times_s)) => {
+            let moment = |time_s: f64| {
+                let file = MotionFile { time_s, centred: true, ..file.clone() };
+                (format!("{name}@{time_s}"), SurfaceSpec::Mannequin(PersonFile::Motion(file)))
+            };
+            Ok(numbers(at, "times_s", times_s)?.into_iter().map(moment).collect())
+        }
+        (PersonFile::Motion(_), None) => Err(at
+            .around(Issue::missing("times_s"))
+            .wanted("name moments of the motion, as in times_s = [0.5, 2]")),
+        (PersonFile::Joints(_), Some(_)) => {
+            Err(at.says("times_s belong to motion capture").wanted("a .bvh file"))
+        }
+        (person, None) => {
+            if table.unit.is_some() || table.up.is_some() {
+                let rule = "a table of joints is in metres, z up";
+                return Err(at.says("unit and up belong to motion capture").wanted(rule));
+            }
+            Ok(vec![(name, SurfaceSpec::Mannequin(person))])
+        }
+    }
+}
+
+fn name_of(path: &Path) -> String {
+    path.file_stem().map_or_else(String::new, |stem| slug(&stem.to_string_lossy()))
+}
+
+/// A person by its name or file.
+fn person(at: &Place, key: &str, written: &str) -> Result<(String, SurfaceSpec)> {
     let path = Path::new(written);
     if path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("csv")) {
-        let stem = path.file_stem().map_or_else(String::new, |stem| slug(&stem.to_string_lossy()));
-        return Ok((stem, SurfaceSpec::Mannequin(at.folder().join(path))));
+        let file = KeypointFile { path: at.folder().join(path), layout: Layout::Coco17 };
+        return Ok((name_of(path), SurfaceSpec::Mannequin(PersonFile::Joints(file))));
     }
     let known = |person: &&Shipped| person.name == written;
     let found = PEOPLE.iter().find(known).map(|&person| (person.name.into(), SurfaceSpec::Shipped(person)));
     found.ok_or_else(|| {
         let names = PEOPLE.map(|person| person.name);
-        let rule = format!("must be one of {}, or a file that ends in .csv", names.join(", "));
-        at.wrong(&format!("people[{number}]"), format!("{written:?}"), &rule)
+        let rule = format!(
+            "must be one of {}, a file that ends in .csv, or {{ mannequin = \"walk.bvh\", ... }}",
+            names.join(", ")
+        );
+        at.wrong(key, format!("{written:?}"), &rule)
     })
 }
 
@@ -118,10 +229,27 @@ mod tests {
             .unwrap();
         let names: Vec<&str> = all.iter().map(|posture| posture.name.as_str()).collect();
         assert_eq!(names, ["tall/0", "tall/1", "worker-2/0", "worker-2/1"]);
-        assert_eq!(all[2].person, SurfaceSpec::Mannequin("in/my/Worker 2.csv".into()));
+        let file = KeypointFile { path: "in/my/Worker 2.csv".into(), layout: Layout::Coco17 };
+        assert_eq!(all[2].person, SurfaceSpec::Mannequin(PersonFile::Joints(file)));
         assert_eq!((all[1].spot, all[1].position_m), (1, DVec3::new(3.0, 4.5, 0.5)));
         // At 90° they face +y.
         assert!((all[0].rotation * DVec3::X - DVec3::Y).length() < 1e-12);
+    }
+
+    #[test]
+    fn files_say_their_layout_and_motions_their_moments() {
+        let all = checked(
+            "people = [{ mannequin = \"p.csv\", layout = \"halpe-26\" }, { mannequin = \"My Walk.bvh\", unit = \"cm\", \
+             bones = { head = \"Kopf\" }, times_s = [0.5, 2] }]\nspots = [[0, 0, 0], [1, 0, 0]]",
+        )
+        .unwrap();
+        let names: Vec<&str> = all.iter().map(|posture| posture.name.as_str()).collect();
+        assert_eq!(names, ["p/0", "p/1", "my-walk@0.5/0", "my-walk@0.5/1", "my-walk@2/0", "my-walk@2/1"]);
+        let table = KeypointFile { path: "in/p.csv".into(), layout: Layout::Halpe26 };
+        assert_eq!(all[0].person, SurfaceSpec::Mannequin(PersonFile::Joints(table)));
+        let SurfaceSpec::Mannequin(PersonFile::Motion(motion)) = &all[5].person else { panic!("a motion") };
+        assert_eq!((motion.path.to_str(), motion.scale, motion.time_s), (Some("in/My Walk.bvh"), 0.01, 2.0));
+        assert!(motion.centred && motion.bones["head"] == "Kopf");
     }
 
     #[test]
@@ -142,6 +270,31 @@ mod tests {
                 "postures.spots[1] = [1.0, NaN, 0.5]: must be three numbers",
             ),
             ("\"standing\"", "[1, 2, inf]", "postures.spots[0]"),
+            (
+                "{ mannequin = \"w.bvh\" }",
+                "[0, 0, 0]",
+                "postures.people[0]: a .bvh file does not say its unit",
+            ),
+            (
+                "\"tall\", { mannequin = \"w.bvh\", unit = \"m\" }",
+                "[0, 0, 0]",
+                "postures.people[1]: no times_s: name moments of the motion",
+            ),
+            (
+                "{ mannequin = \"w.csv\", times_s = 1 }",
+                "[0, 0, 0]",
+                "people[0]: times_s belong to motion capture",
+            ),
+            (
+                "{ mannequin = \"w.csv\", up = \"y\" }",
+                "[0, 0, 0]",
+                "people[0]: unit and up belong to motion capture",
+            ),
+            (
+                "{ mannequin = \"w.bvh\", unit = \"m\", times_s = [1, 1] }",
+                "[0, 0, 0]",
+                "two persons are named \"w@1\"",
+            ),
         ] {
             let what = checked(&format!("people = [{people}]\nspots = [{spots}]")).unwrap_err();
             assert!(what.contains(expected), "{what}");

@@ -1,6 +1,7 @@
 //! A scene file, as TOML: the objects of a cell with their roles, poses and surfaces, checked and turned into
 //! `scene::spec`.
 
+pub(super) mod person;
 mod snapshots;
 
 use std::collections::BTreeMap;
@@ -17,12 +18,14 @@ use super::value::{Unit, UpFile, exactly, exactly_if_given};
 use super::{Place, only_one, refuse_folder, slips, top_keys};
 use crate::error::Issue;
 use crate::pose::{Frame, Pose, from_rpy};
+use crate::scene::keypoints::Layout;
 use crate::scene::mesh_file::{ENDINGS, MeshFile, MeshFormat};
-use crate::scene::spec::{NodeRule, ObjectSpec, SceneSpec, SurfaceSpec, UrdfSpec};
+use crate::scene::spec::{NodeRule, ObjectSpec, PersonFile, SceneSpec, SurfaceSpec, UrdfSpec};
 use crate::scene::urdf::Geometry;
 use crate::scene::{Interior, Optical, Role, Up};
 use crate::source::Sources;
 use crate::{Error, Result};
+use person::PersonKeys;
 use snapshots::SnapshotsFile;
 
 /// A cell: the objects in it.
@@ -59,10 +62,10 @@ struct ObjectFile {
     rpy_deg: Option<[f64; 3]>,
     /// How it is turned, instead of rpy_deg.
     quaternion: Option<Quaternion>,
-    /// The unit of a mesh file's numbers. Default "m", which glTF prescribes, but not every exporter keeps
-    /// to; a .dae file states its own.
+    /// The unit of a file's numbers: "m", "cm", "mm", "in", or how many metres it is. Default "m", which glTF
+    /// prescribes, but not every exporter keeps to; a .dae file states its own, and a .bvh file needs one.
     unit: Option<Unit>,
-    /// The axis that points up in an .stl or .obj file. Default "z".
+    /// The axis that points up in an .stl or .obj file (default "z") or in a .bvh file (default "y").
     up: Option<UpFile>,
     /// A solid box.
     r#box: Option<SizeFile>,
@@ -80,10 +83,15 @@ struct ObjectFile {
     mesh: Option<PathBuf>,
     /// An OctoMap .bt file.
     octomap: Option<PathBuf>,
-    /// A body around 17 joints in a CSV file, in the order of COCO.
+    /// A body around the joints of a person: a CSV file of them in the order of `layout`, or motion capture (.bvh).
     mannequin: Option<PathBuf>,
-    /// The 17 joints of a person that is not made by mannequin, as a CSV file.
+    /// The joints of a person that is not made by mannequin, as a CSV file.
     keypoints: Option<PathBuf>,
+    /// Which joints the CSV files of a person have, in which order. Default "coco-17".
+    layout: Option<Layout>,
+    /// Which bone of a .bvh file begins at which joint, where its name is not a usual one: left_wrist = "LHand". The
+    /// names of COCO's joints, and head for the base of the skull; with "" a joint is unknown.
+    bones: Option<BTreeMap<String, String>>,
     /// A robot.
     urdf: Option<PathBuf>,
     /// Which geometry of a urdf counts. Default "collision".
@@ -243,9 +251,12 @@ fn object(at: &Place, entry: ObjectFile, default_interior: Interior) -> Result<O
         Ok(SurfaceSpec::Capsule { radius_m, length_m: length("capsule.length_m", c.length_m)? })
     });
     let octomap = entry.octomap.as_ref().map(|p| Ok(SurfaceSpec::Octomap(folder.join(p))));
+    let person =
+        PersonKeys { layout: entry.layout, unit: entry.unit, up: entry.up, bones: entry.bones.as_ref() };
     // A person who moves may have a file for each snapshot instead of one for all.
     let moving = entry.snapshots.as_ref().and_then(|s| s.mannequin.as_ref()?.first());
-    let mannequin = entry.mannequin.as_ref().or(moving).map(|p| Ok(SurfaceSpec::Mannequin(folder.join(p))));
+    let mannequin = entry.mannequin.as_ref().or(moving);
+    let mannequin = mannequin.map(|path| person.check(at, "mannequin", path).map(SurfaceSpec::Mannequin));
     let choices = vec![
         ("box", cuboid),
         ("room", room),
@@ -270,7 +281,9 @@ fn object(at: &Place, entry: ObjectFile, default_interior: Interior) -> Result<O
         SurfaceSpec::Mesh(file) => Some(file),
         _ => None,
     };
-    unit_and_up_belong(at, file, entry.unit, entry.up)?;
+    if !matches!(surface, SurfaceSpec::Mannequin(PersonFile::Motion(_))) {
+        unit_and_up_belong(at, file, entry.unit, entry.up)?;
+    }
     if surface.gltf().is_none() && !entry.nodes.is_empty() {
         return Err(at.says("nodes belong to a .glb or .gltf mesh"));
     }
@@ -304,11 +317,14 @@ fn object(at: &Place, entry: ObjectFile, default_interior: Interior) -> Result<O
     if has_keypoints && matches!(surface, SurfaceSpec::Mannequin(_)) {
         return Err(at.around(Issue::says("a mannequin's are its own; take them away").at("keypoints")));
     }
+    person.belong(at, &surface, has_keypoints)?;
     let human = role == Role::Human || entry.nodes.iter().any(|rule| rule.role == Some(Role::Human));
     if has_keypoints && !human {
         return Err(at.says("keypoints are a human's joints").wanted("add role = \"human\""));
     }
-    let motion = entry.snapshots.map(|snapshots| snapshots::check(at, snapshots, &surface)).transpose()?;
+    let keypoints = entry.keypoints.map(|path| person.joints(at, "keypoints", &path)).transpose()?;
+    let motion =
+        entry.snapshots.map(|snapshots| snapshots::check(at, snapshots, &surface, &person)).transpose()?;
     Ok(ObjectSpec {
         role,
         interior,
@@ -317,7 +333,7 @@ fn object(at: &Place, entry: ObjectFile, default_interior: Interior) -> Result<O
         position_m,
         rotation,
         surface,
-        keypoints: entry.keypoints.map(|path| folder.join(path)),
+        keypoints,
         nodes: entry.nodes,
         animated: None,
         motion: motion.unwrap_or_default(),
@@ -369,7 +385,7 @@ pub(super) fn mesh(
     unit: Option<Unit>,
     up: Option<UpFile>,
 ) -> Result<MeshFile> {
-    let scale = if matches!(unit, Some(Unit::Mm)) { 1e-3 } else { 1.0 };
+    let scale = unit.map_or(1.0, |Unit(metres)| metres);
     let up = if up == Some(UpFile::Y) { Up::Y } else { Up::Z };
     if let Some(format) = MeshFormat::of(path) {
         return Ok(MeshFile { path: folder.join(path), format, scale, up });

@@ -36,6 +36,7 @@ impl UrdfFile<'_> {
             geometry: self.geometry.unwrap_or_default(),
             packages: packages.collect(),
             joints,
+            recorded: None,
         }))
     }
 }

@@ -6,7 +6,7 @@ use glam::DVec3;
 
 use super::{BitGrid, Grid};
 use crate::scene::Role;
-use crate::scene::mannequin::Keypoints;
+use crate::scene::keypoints::Keypoints;
 
 /// A scene in voxels.
 #[derive(Clone, Debug)]

@@ -8,7 +8,7 @@ use glam::DVec3;
 
 use super::World;
 use super::dead::SMALL;
-use crate::scene::mannequin::Keypoints;
+use crate::scene::keypoints::Keypoints;
 use crate::scene::{Interior, Object, Role, Scene, Surface};
 use crate::voxel::flood::{enclosed, flood};
 use crate::voxel::voxelize::with_neighbours;

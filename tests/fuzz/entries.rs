@@ -9,8 +9,9 @@ use glam::DVec3;
 use perirobot::Result;
 use perirobot::scene::build::build;
 use perirobot::scene::gltf::{Gltf, WhichClip};
+use perirobot::scene::keypoints::{KeypointFile, Layout};
 use perirobot::scene::spec::SceneSpec;
-use perirobot::scene::{Scene, collada, mannequin, obj, octomap, stl};
+use perirobot::scene::{Scene, collada, obj, octomap, stl};
 use perirobot::source::Sources;
 use perirobot::study::{Overrides, Study};
 use perirobot::world::World;
@@ -128,8 +129,28 @@ pub fn camera_info(bytes: &[u8]) {
 /// A table of a person's joints, and the body around them.
 pub fn joints(bytes: &[u8]) {
     let path = file("person.csv", bytes);
-    let _ = mannequin::read_keypoints(&path, &Sources::beside(&path));
+    for layout in [Layout::Coco17, Layout::Halpe26, Layout::Smpl24] {
+        let _ = KeypointFile { path: path.clone(), layout }.read(&Sources::beside(&path));
+    }
     let _ = scene("[[object]]\nname = \"person\"\nmannequin = \"person.csv\"\n");
+}
+
+/// Motion capture, in its first frame and in a later one.
+pub fn bvh(bytes: &[u8]) {
+    file("walk.bvh", bytes);
+    let _ = scene(
+        "[[object]]\nname = \"person\"\nmannequin = \"walk.bvh\"\nunit = \"cm\"\n\
+         snapshots = { animation = { times_s = [0, 0.5] } }\n",
+    );
+}
+
+/// What a robot did, as a table of its joints.
+pub fn joint_table(bytes: &[u8]) {
+    file("did.csv", bytes);
+    let _ = scene(
+        "[[object]]\nname = \"arm\"\nurdf = \"robot.urdf\"\n\
+         snapshots = { animation = { joints = \"did.csv\", angles = \"rad\", times_s = [0, 0.5] } }\n",
+    );
 }
 
 /// Two files that come in one input.

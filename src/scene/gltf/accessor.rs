@@ -109,7 +109,8 @@ impl<'a> Elements<'a> {
         }
         let size = component.size() * kind.multiplicity();
         let count = accessor.count.0;
-        let of_sparse = |sparse| Others::new(container, sparse, size, count).map_err(|issue| place(issue.at("sparse")));
+        let of_sparse =
+            |sparse| Others::new(container, sparse, size, count).map_err(|issue| place(issue.at("sparse")));
         let other = accessor.sparse.as_ref().map(of_sparse).transpose()?;
         let Some(view) = &accessor.buffer_view else {
             // A few bytes may stand for many elements here, which those who keep them pay for.

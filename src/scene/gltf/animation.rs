@@ -186,7 +186,8 @@ fn find(animations: &[Animation], which: &WhichClip) -> Result<usize, Issue> {
         (None, _, WhichClip::Number(number)) => Err(Issue::says(format!("there is no animation {number}"))
             .wanted(format!("there are {}, counted from 0: {there_are}", animations.len()))),
         (None, _, WhichClip::Named(name)) => {
-            Err(Issue::says(format!("no animation is named {name:?}")).wanted(format!("there are {there_are}")))
+            Err(Issue::says(format!("no animation is named {name:?}"))
+                .wanted(format!("there are {there_are}")))
         }
         (None, _, WhichClip::Only) => unreachable!("any animation is the only one or one of several"),
     }

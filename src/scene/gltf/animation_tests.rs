@@ -59,7 +59,14 @@ impl Draft {
     }
 
     /// Adds a channel to animation 0.
-    pub(super) fn channel(&mut self, node: usize, path: &str, interpolation: &str, times: &[f32], values: &[f32]) {
+    pub(super) fn channel(
+        &mut self,
+        node: usize,
+        path: &str,
+        interpolation: &str,
+        times: &[f32],
+        values: &[f32],
+    ) {
         let input = self.floats("SCALAR", times);
         let kind = match path {
             "rotation" => "VEC4",

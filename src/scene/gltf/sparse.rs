@@ -26,7 +26,12 @@ struct Packed<'a> {
 
 impl<'a> Others<'a> {
     /// Those of an accessor whose elements have `size` bytes, of which there are `most`.
-    pub(super) fn new(container: &'a Container, sparse: &Sparse, size: usize, most: u64) -> Result<Self, Issue> {
+    pub(super) fn new(
+        container: &'a Container,
+        sparse: &Sparse,
+        size: usize,
+        most: u64,
+    ) -> Result<Self, Issue> {
         let component = match &sparse.indices.component_type {
             Checked::Valid(component) => component.0,
             Checked::Invalid => return Err(Issue::says("must be unsigned byte, short or int").at("indices")),

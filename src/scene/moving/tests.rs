@@ -238,3 +238,106 @@ fn triangles_are_counted_where_an_object_is_another_than_before() {
     let error = with(35).unwrap_err().to_string();
     assert!(error.contains("unfolds to more than") && error.contains("split the recording"), "{error}");
 }
+
+/// A skeleton of the fewest bones, which walks along z: at x centimetres in frame x / 10, ten frames a second.
+fn walking() -> String {
+    let limbs = [("LeftArm", 20), ("RightArm", -20), ("LeftUpLeg", 10), ("RightUpLeg", -10)];
+    let chain = |(name, x): (&str, i32)| {
+        let (side, arm) = (name.split_inclusive('t').next().unwrap(), name.ends_with("Arm"));
+        let (next, last, y) = if arm { ("ForeArm", "Hand", 50) } else { ("Leg", "Foot", 0) };
+        let bone = |name: String, offset: String, below: String| {
+            format!("JOINT {name}\n{{\nOFFSET {offset}\nCHANNELS 0\n{below}}}\n")
+        };
+        let last = bone(format!("{side}{last}"), "0 -40 0".into(), String::new());
+        bone(name.into(), format!("{x} {y} 0"), bone(format!("{side}{next}"), "0 -40 0".into(), last))
+    };
+    let limbs: String = limbs.into_iter().map(chain).collect();
+    let frames: String = (0..5).map(|frame| format!("0 90 {}\n", 10 * frame)).collect();
+    format!(
+        "HIERARCHY\nROOT Hips\n{{\nOFFSET 0 0 0\nCHANNELS 3 Xposition Yposition Zposition\n{limbs}JOINT Head\n{{\n\
+         OFFSET 0 65 0\nCHANNELS 0\n}}\n}}\nMOTION\nFrames: 5\nFrame Time: 0.1\n{frames}"
+    )
+}
+
+#[test]
+fn a_recorded_walk_moves_a_person_and_its_joints() {
+    let walker =
+        "[[object]]\nname = \"walker\"\nmannequin = \"walk.bvh\"\nunit = \"cm\"\nrpy_deg = [0, 0, 90]\n";
+    let moving = format!(
+        "{walker}position_m = [5, 0, 0]\nsnapshots = {{ animation = {{ times_s = [0, 0.2, 0.4, 9] }} }}\n"
+    );
+    let scenes = scene_of(&moving, &[("walk.bvh", walking())]).unwrap();
+    assert_eq!(scenes.len(), 4);
+    for (scene, z) in scenes.iter().zip([0.0, 0.2, 0.4, 0.4]) {
+        let [person] = &scene.objects[..] else { panic!("one") };
+        assert_eq!((person.role, person.warnings.len()), (Role::Human, 0));
+        // Who walks along the file's z walks along −y, and turned by 90° along +x, with the left at +y.
+        let joints = person.keypoints.unwrap();
+        near(joints[15].unwrap(), [5.0 + z, 0.1, 0.1]);
+        near(joints[5].unwrap(), [5.0 + z, 0.2, 1.4]);
+        near(joints[0].unwrap(), [5.1 + z, 0.0, 1.6]);
+        let [low, high] = bounds(person);
+        assert!(low.z < 0.1 && high.z > 1.6 && low.x < 5.0 + z && high.x > 5.0 + z, "{low} {high}");
+    }
+    assert!(Arc::ptr_eq(&scenes[2].objects[0], &scenes[3].objects[0]), "held at the end");
+    let late = format!("{walker}snapshots = {{ animation = {{ times_s = [7] }} }}\n");
+    let scenes = scene_of(&late, &[("walk.bvh", walking())]).unwrap();
+    let warnings = &scenes[0].objects[0].warnings;
+    assert!(
+        warnings[0].contains("from 0 to 0.4 s, and all of snapshots.animation.times_s are outside"),
+        "{warnings:?}"
+    );
+    // Without times it is the first frame.
+    near(
+        scene_of(walker, &[("walk.bvh", walking())]).unwrap()[0].objects[0].keypoints.unwrap()[15].unwrap(),
+        [0.0, 0.1, 0.1],
+    );
+    let error =
+        scene_of(walker, &[("walk.bvh", walking().replace("LeftHand", "Paw"))]).unwrap_err().to_string();
+    assert!(
+        error.contains("object \"walker\": mannequin = ") && error.contains("walk.bvh: none of its bones"),
+        "{error}"
+    );
+}
+
+/// A slide that carries a turning arm of one metre, with a finger that mimics, and one that is fixed.
+const ARM: &str = r#"<robot name="arm"><link name="base"/><link name="cart"/><link name="arm"><collision><origin xyz="0.5 0 0"/>
+<geometry><box size="1 0.1 0.1"/></geometry></collision></link><link name="finger"/><link name="tip"/>
+<joint name="slide" type="prismatic"><parent link="base"/><child link="cart"/><axis xyz="1 0 0"/><limit lower="0" upper="9" effort="1" velocity="1"/></joint>
+<joint name="turn" type="revolute"><parent link="cart"/><child link="arm"/><axis xyz="0 0 1"/><limit lower="-2" upper="2" effort="1" velocity="1"/></joint>
+<joint name="grip" type="revolute"><parent link="arm"/><child link="finger"/><axis xyz="0 0 1"/><limit lower="-9" upper="9" effort="1" velocity="1"/><mimic joint="turn"/></joint>
+<joint name="weld" type="fixed"><parent link="arm"/><child link="tip"/><origin xyz="1 0 0"/></joint></robot>"#;
+
+#[test]
+fn a_robot_stands_as_it_was_recorded() {
+    let table = "time_s,turn,slide,grip,weld\n10,0,1,7,0\n12,1.5707963267948966,3,8,0\n";
+    let files = |table: &str| [("arm.urdf", ARM.to_string()), ("did.csv", table.to_string())];
+    let toml = |angles: &str, times: &str| {
+        format!(
+            "[[object]]\nname = \"arm\"\nurdf = \"arm.urdf\"\njoints_m = {{ slide = 8 }}\n[object.snapshots]\n\
+             animation = {{ joints = \"did.csv\", angles = \"{angles}\", times_s = {times} }}\n"
+        )
+    };
+    let tip = |scene: &Scene| scene.objects[0].linkage.as_ref().unwrap().link("tip").unwrap().position_m;
+    let scenes = scene_of(&toml("rad", "[10, 11, 99]"), &files(table)).unwrap();
+    let half = std::f64::consts::FRAC_1_SQRT_2;
+    near(tip(&scenes[0]), [2.0, 0.0, 0.0]);
+    near(tip(&scenes[1]), [2.0 + half, half, 0.0]);
+    near(tip(&scenes[2]), [3.0, 1.0, 0.0]);
+    let in_degrees = table.replace("1.5707963267948966", "90");
+    near(tip(&scene_of(&toml("deg", "[12]"), &files(&in_degrees)).unwrap()[0]), [3.0, 1.0, 0.0]);
+    // A joint that the table does not have is as the object says.
+    let only = "time_s,turn\n0,0\n";
+    near(tip(&scene_of(&toml("deg", "[0]"), &files(only)).unwrap()[0]), [9.0, 0.0, 0.0]);
+    let refused = |angles: &str, table: &str, expected: &[&str]| {
+        let error = scene_of(&toml(angles, "[12]"), &files(table)).unwrap_err().to_string();
+        for fragment in [&["cell.toml: object \"arm\": "], expected].concat() {
+            assert!(error.contains(fragment), "no {fragment:?} in {error}");
+        }
+    };
+    refused("rad", &table.replace("turn", "trun"), &["did.csv: column \"trun\": ", "there are slide, turn"]);
+    refused("rad", &in_degrees, &["joints_deg.turn = 5156", "must be from -114.5916 to 114.5916"]);
+    refused("rad", "time,turn\n", &["snapshots.animation.joints = ", "did.csv: its header begins with"]);
+    let late = scene_of(&toml("deg", "[1]"), &files(only)).unwrap();
+    assert!(late[0].objects[0].warnings[0].contains("from 0 to 0 s"), "{:?}", late[0].objects[0].warnings);
+}

@@ -10,6 +10,7 @@ use crate::Result;
 use crate::error::Issue;
 use crate::pose::{Frame, Pose};
 use crate::scene::Linkage;
+use crate::scene::joint_table::AngleUnit;
 
 /// A URDF's limits are often written with a few digits of π: 180° must be within 3.14159.
 const SLACK_RAD: f64 = 1e-5;
@@ -25,7 +26,42 @@ pub struct JointValues {
     pub travels_m: BTreeMap<String, f64>,
 }
 
+impl JointValues {
+    /// Takes over other values, which replace those of the same joints.
+    pub(crate) fn extend(&mut self, others: JointValues) {
+        self.angles_deg.extend(others.angles_deg);
+        self.travels_m.extend(others.travels_m);
+    }
+}
+
 impl RobotModel {
+    /// Values that were recorded of joints, sorted into those that turn and those that slide. Joints that mimic others
+    /// are passed over, since they go where those lead; so are fixed ones, which some programs record as 0.
+    ///
+    /// # Errors
+    /// When there is no joint of a name.
+    pub(crate) fn recorded<'n>(
+        &self,
+        values: impl Iterator<Item = (&'n str, f64)>,
+        angles: AngleUnit,
+    ) -> Result<JointValues, Issue> {
+        let mut sorted = JointValues::default();
+        for (name, value) in values {
+            let joint = self.links.iter().find_map(|l| l.joint.as_ref().filter(|j| j.name == name));
+            let joint = joint.ok_or_else(|| {
+                let what = format!("{} has no such joint; {}", self.path.display(), self.movable());
+                Issue::says(format!("column {name:?}")).wanted(what)
+            })?;
+            let degrees = if angles == AngleUnit::Rad { value.to_degrees() } else { value };
+            match (&joint.motion, &joint.follows) {
+                (Motion::Fixed, _) | (_, Some(_)) => None,
+                (Motion::Turn { .. }, None) => sorted.angles_deg.insert(name.into(), degrees),
+                (Motion::Slide { .. }, None) => sorted.travels_m.insert(name.into(), value),
+            };
+        }
+        Ok(sorted)
+    }
+
     /// `root_from_link` for every link, in the order of [`RobotModel::link_names`].
     ///
     /// # Errors

@@ -4,7 +4,7 @@
 use super::*;
 use crate::backend::Noise;
 use crate::march::NOISE_STEPS;
-use crate::scene::mannequin::JOINTS;
+use crate::scene::keypoints::JOINTS;
 use crate::sensor::keypoints::{Detected, KeypointCamera, detect};
 use crate::sensor::look::Return;
 use crate::sensor::noise::Deviation;

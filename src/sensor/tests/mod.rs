@@ -23,7 +23,7 @@ use super::{Kind, Setting, Station};
 use crate::backend::Planes;
 use crate::pose::Pose;
 use crate::scene::Role;
-use crate::scene::mannequin::Keypoints;
+use crate::scene::keypoints::Keypoints;
 use crate::voxel::flood::enclosed;
 use crate::voxel::{BitGrid, Grid, ObjectVoxels, Truth, Window};
 

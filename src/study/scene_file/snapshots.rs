@@ -6,14 +6,17 @@ use std::path::PathBuf;
 use schemars::JsonSchema;
 use serde::Deserialize;
 
+use super::person::PersonKeys;
 use super::rotation;
+use crate::Result;
+use crate::error::Issue;
 use crate::scene::gltf::WhichClip;
-use crate::scene::spec::{MotionSpec, ObjectSpec, SurfaceSpec};
+use crate::scene::joint_table::{AngleUnit, JointTableFile};
+use crate::scene::spec::{MotionSpec, ObjectSpec, PersonFile, SurfaceSpec};
 use crate::study::Place;
 use crate::study::poses::{Quaternion, numbers};
 use crate::study::urdf::joints;
 use crate::study::value::{Axis, NameOrNumber, exactly};
-use crate::{Error, Result};
 
 /// More snapshots than any recording that is scored one by one.
 const MAX_SNAPSHOTS: usize = 10_000;
@@ -36,7 +39,7 @@ pub(super) struct SnapshotsFile {
     joints_deg: Option<Vec<BTreeMap<String, f64>>>,
     /// Travels of sliding joints, instead of the robot's own.
     joints_m: Option<Vec<BTreeMap<String, f64>>>,
-    /// Moments of an animation of a .glb or .gltf file.
+    /// Moments of an animation of a .glb or .gltf file, of a .bvh mannequin, or of a table of a robot's joints.
     animation: Option<AnimationFile>,
     /// How long it stays at each, in seconds: weights of the snapshots in weighted means of scores. Those of lists that
     /// are crossed are multiplied. Default all alike.
@@ -53,12 +56,17 @@ pub(super) struct SnapshotsFile {
 #[derive(Deserialize, JsonSchema)]
 struct Triple(#[serde(deserialize_with = "exactly")] [f64; 3]);
 
-/// Moments of an animation.
+/// Moments of what moves: of an animation of a .glb or .gltf file, of motion capture (.bvh), or of a table of a robot's
+/// joints.
 #[derive(Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 struct AnimationFile {
     /// Its name, or its number in the file, counted from 0; the only one if left out.
     clip: Option<NameOrNumber>,
+    /// What a robot did: a CSV file with the columns time_s and, by their names, its joints.
+    joints: Option<PathBuf>,
+    /// In what that file's angles are; what slides is in metres.
+    angles: Option<AngleUnit>,
     /// A list of seconds, or { start, stop, step }.
     times_s: Axis,
 }
@@ -93,19 +101,26 @@ impl ObjectSpec {
         }
         let motion = &self.motion;
         let mut surface = self.surface.clone();
+        let time_s = pick(&motion.times_s, snapshot);
         if let Some(person) = pick(&motion.mannequin, snapshot) {
-            surface = SurfaceSpec::Mannequin(person);
+            surface = SurfaceSpec::Mannequin(PersonFile::Joints(person));
         }
-        if let (SurfaceSpec::Urdf(robot), Some(now)) = (&mut surface, pick(&motion.joints, snapshot)) {
-            robot.joints.angles_deg.extend(now.angles_deg);
-            robot.joints.travels_m.extend(now.travels_m);
+        match &mut surface {
+            SurfaceSpec::Mannequin(PersonFile::Motion(file)) => file.time_s = time_s.unwrap_or(file.time_s),
+            SurfaceSpec::Urdf(robot) => {
+                robot.joints.extend(pick(&motion.joints, snapshot).unwrap_or_default());
+                robot.recorded = motion.joint_table.clone().zip(time_s);
+            }
+            _ => {}
         }
         ObjectSpec {
             position_m: pick(&motion.position_m, snapshot).unwrap_or(self.position_m),
             rotation: pick(&motion.rotation, snapshot).unwrap_or(self.rotation),
             surface,
             keypoints: pick(&motion.keypoints, snapshot).or_else(|| self.keypoints.clone()),
-            animated: pick(&motion.times_s, snapshot).map(|time_s| (motion.clip.clone(), time_s)),
+            animated: time_s
+                .filter(|_| self.surface.gltf().is_some())
+                .map(|time_s| (motion.clip.clone(), time_s)),
             motion: MotionSpec::default(),
             ..self.clone()
         }
@@ -122,8 +137,12 @@ impl From<NameOrNumber> for WhichClip {
 }
 
 /// Checks `[object.snapshots]` of an object with this surface.
-pub(super) fn check(at: &Place, entry: SnapshotsFile, surface: &SurfaceSpec) -> Result<MotionSpec> {
-    let folder = at.folder();
+pub(super) fn check(
+    at: &Place,
+    entry: SnapshotsFile,
+    surface: &SurfaceSpec,
+    person: &PersonKeys,
+) -> Result<MotionSpec> {
     let at = &at.key("snapshots");
     if entry.cycle && entry.cross {
         return Err(at
@@ -136,12 +155,14 @@ pub(super) fn check(at: &Place, entry: SnapshotsFile, surface: &SurfaceSpec) -> 
             .says("an octomap stays where it is")
             .wanted("its voxels are the grid's; it can only have keypoints"));
     }
-    if entry.animation.is_some() && surface.gltf().is_none() {
-        return Err(at.says("animation belongs to a .glb or .gltf mesh"));
-    }
+    let joint_table =
+        entry.animation.as_ref().map(|animation| animated(at, animation, surface)).transpose()?.flatten();
     let (joints_deg, joints_m) = (entry.joints_deg, entry.joints_m);
     if (joints_deg.is_some() || joints_m.is_some()) && !matches!(surface, SurfaceSpec::Urdf(_)) {
         return Err(at.says("joints_deg and joints_m belong to a urdf"));
+    }
+    if (joints_deg.is_some() || joints_m.is_some()) && joint_table.is_some() {
+        return Err(at.says("both animation.joints and a list of joints").wanted("give one"));
     }
     if let (Some(deg), Some(m)) = (&joints_deg, &joints_m)
         && deg.len() != m.len()
@@ -155,8 +176,8 @@ pub(super) fn check(at: &Place, entry: SnapshotsFile, surface: &SurfaceSpec) -> 
         return Err(at.says("both rpy_deg and quaternion").wanted("give one rotation"));
     }
     let files = |key, list: Option<Vec<PathBuf>>| {
-        let list = filled(at, key, list)?;
-        Ok::<_, Error>(list.into_iter().map(|path| folder.join(path)).collect())
+        let list = filled(at, key, list)?.into_iter().enumerate();
+        list.map(|(i, path)| person.joints(at, &format!("{key}[{i}]"), &path)).collect::<Result<_>>()
     };
     let position_m = filled(at, "position_m", entry.position_m)?;
     let rpy_deg = filled(at, "rpy_deg", entry.rpy_deg)?.into_iter().map(|Triple(rpy)| (Some(rpy), None));
@@ -179,6 +200,7 @@ pub(super) fn check(at: &Place, entry: SnapshotsFile, surface: &SurfaceSpec) -> 
         keypoints: files("keypoints", entry.keypoints)?,
         joints,
         clip: entry.animation.and_then(|animation| animation.clip).map_or(WhichClip::Only, WhichClip::from),
+        joint_table,
         times_s: times_s.transpose()?.unwrap_or_default(),
         dwell_s: in_order(filled(at, "dwell_s", entry.dwell_s)?, |i, seconds| {
             at.number(&format!("dwell_s[{i}]"), seconds, 0.0..=1e9, "seconds from 0 to 1000000000")
@@ -195,6 +217,32 @@ pub(super) fn check(at: &Place, entry: SnapshotsFile, surface: &SurfaceSpec) -> 
             Err(at.wrong(key, format!("({length} entries)"), &format!("must have at most {MAX_SNAPSHOTS}")))
         }
         None => Ok(motion),
+    }
+}
+
+/// Checks `animation` of an object with this surface; of a robot it is a table of joints.
+fn animated(at: &Place, entry: &AnimationFile, surface: &SurfaceSpec) -> Result<Option<JointTableFile>> {
+    let of = &at.key("animation");
+    match (surface, &entry.joints, entry.angles) {
+        (SurfaceSpec::Urdf(_), Some(joints), Some(angles)) => {
+            Ok(Some(JointTableFile { path: at.folder().join(joints), angles }))
+        }
+        (SurfaceSpec::Urdf(_), Some(_), None) => Err(of
+            .around(Issue::missing("angles"))
+            .wanted("add angles = \"rad\" (as ROS records them) or \"deg\"")),
+        (SurfaceSpec::Urdf(_), None, _) => {
+            Err(of.around(Issue::missing("joints")).wanted("name a table of its joints over time (.csv)"))
+        }
+        (_, None, None) if surface.gltf().is_some() => Ok(None),
+        (SurfaceSpec::Mannequin(PersonFile::Motion(_)), None, None) if entry.clip.is_none() => Ok(None),
+        (SurfaceSpec::Mannequin(PersonFile::Motion(_)), None, None) => {
+            Err(of.says("clip belongs to a .glb or .gltf mesh").wanted("a .bvh file has one motion"))
+        }
+        (_, None, None) => {
+            let what = "animation belongs to a .glb or .gltf mesh, a .bvh mannequin or a urdf with a table of joints";
+            Err(at.says(what))
+        }
+        _ => Err(of.says("joints and angles belong to a urdf")),
     }
 }
 

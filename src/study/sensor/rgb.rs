@@ -7,7 +7,7 @@ use super::Silence;
 use super::range::{CalibrationFile, RangeKeys};
 use super::rgbd::{camera, tolerance};
 use crate::Result;
-use crate::scene::mannequin::JOINTS;
+use crate::scene::keypoints::JOINTS;
 use crate::sensor::rgb::Rgb;
 use crate::study::Place;
 use crate::study::region_file::BoxFile;

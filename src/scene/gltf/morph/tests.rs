@@ -24,7 +24,8 @@ fn blended([lift, stretch]: [f64; 2]) -> [[f64; 3]; 3] {
 #[track_caller]
 fn near(file: &Draft, time_s: Option<f64>, expected: [[f64; 3]; 3]) {
     let found = file.vertices(time_s).unwrap();
-    let off = found.iter().zip(expected).map(|(f, e)| (*f - DVec3::from_array(e)).length()).fold(0.0, f64::max);
+    let off =
+        found.iter().zip(expected).map(|(f, e)| (*f - DVec3::from_array(e)).length()).fold(0.0, f64::max);
     assert!(found.len() == 3 && off < 1e-5, "at {time_s:?} s: {found:?}, expected {expected:?}");
 }
 
@@ -51,7 +52,9 @@ fn animated_weights_follow_their_interpolation() {
         file
     };
     let linear = with("LINEAR", &keys);
-    for (time_s, weights) in [(0., [0., 0.2]), (1., [0., 0.2]), (1.5, [0.25, 0.3]), (3., [1., 0.6]), (7., [1., 0.6])] {
+    for (time_s, weights) in
+        [(0., [0., 0.2]), (1., [0., 0.2]), (1.5, [0.25, 0.3]), (3., [1., 0.6]), (7., [1., 0.6])]
+    {
         near(&linear, Some(time_s), blended(weights));
     }
     // Without the clip, the file's own.
@@ -105,7 +108,9 @@ fn targets_may_be_sparse() {
         }
         file.with("/accessors/1", accessor)
     };
-    for (component, places) in [(5121, &[1u8, 2][..]), (5123, &[1, 0, 2, 0]), (5125, &[1, 0, 0, 0, 2, 0, 0, 0])] {
+    for (component, places) in
+        [(5121, &[1u8, 2][..]), (5123, &[1, 0, 2, 0]), (5125, &[1, 0, 0, 0, 2, 0, 0, 0])]
+    {
         // The base lifts the first corner by 2; without it that is zero.
         near(&sparse(true, component, places), None, [[0., 0., 2.], [1., 0., 5.], [7., 1., 0.]]);
         near(&sparse(false, component, places), None, [[0., 0., 0.], [1., 0., 5.], [7., 1., 0.]]);
@@ -145,11 +150,17 @@ fn what_is_wrong_is_named() {
     };
     let rule = "nodes[0]: meshes[0] \"\": has 1 weights: must be finite, one for each of its 2 morph targets";
     refused(&good.with("/meshes/0/weights", json!([0.5])), rule);
-    refused(&good.with("/meshes/0/primitives/0/targets/0/POSITION", json!(77)), "targets[0]: accessors[77]: no such");
+    refused(
+        &good.with("/meshes/0/primitives/0/targets/0/POSITION", json!(77)),
+        "targets[0]: accessors[77]: no such",
+    );
     let short = good.with("/accessors/1/count", json!(2));
     refused(&short, "primitives[0]: targets[0]: moves 2 positions: there are 3");
     let other = json!([good.document["meshes"][0]["primitives"][0], {"attributes": {"POSITION": 0}}]);
-    refused(&good.with("/meshes/0/primitives", other), "its primitives have 2 and 0 morph targets: all must have");
+    refused(
+        &good.with("/meshes/0/primitives", other),
+        "its primitives have 2 and 0 morph targets: all must have",
+    );
     let mut animated = good.clone();
     animated.channel(0, "weights", "LINEAR", &[0., 1.], &[0., 0., 1.]);
     animated.refused("samplers[0]: output has 3 values: its 2 times of 2 morph targets need 4");
@@ -157,11 +168,12 @@ fn what_is_wrong_is_named() {
     bare.channel(1, "weights", "LINEAR", &[0.], &[0., 0.]);
     bare.refused("animations[0].channels[0]: blends shapes of nodes[1]: that node must have a mesh");
     // Of targets that were taken away, the channel may be left.
-    let mut left = Draft::triangle(json!([{"mesh": 0, "matrix": [1,0,0,0, 0,1,0,0, 0,0,1,0, 0,5,0,1]}]), &[0]);
+    let mut left =
+        Draft::triangle(json!([{"mesh": 0, "matrix": [1,0,0,0, 0,1,0,0, 0,0,1,0, 0,5,0,1]}]), &[0]);
     left.channel(0, "weights", "LINEAR", &[0.], &[1.]);
     left.refused("animations[0] moves no node");
     // A node's own matrix is no hindrance: it is its mesh that changes.
-    let mut placed = face().with("/nodes/0/matrix", json!([1,0,0,0, 0,1,0,0, 0,0,1,0, 0,0,5,1]));
+    let mut placed = face().with("/nodes/0/matrix", json!([1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 5, 1]));
     placed.channel(0, "weights", "LINEAR", &[0.], &[1., 0.]);
     near(&placed, Some(0.0), [[0., 0., 7.], [1., 0., 5.], [0., 1., 5.]]);
 }

@@ -3,6 +3,9 @@
 use std::path::Path;
 
 use super::*;
+use crate::scene::Up;
+use crate::scene::bvh::MotionFile;
+use crate::scene::keypoints::{KeypointFile, Layout};
 use crate::scene::spec::SceneSpec;
 
 const BOX: &str = "box = { size_m = [1, 1, 1] }";
@@ -173,6 +176,130 @@ fn wrong_entries_are_named_by_their_place() {
 fn an_octomap_of_a_human_may_have_joints_that_move() {
     let lists = "keypoints = [\"a.csv\", \"b.csv\"]";
     let spec = scene(&[("a", "role = \"human\"\noctomap = \"a.bt\"", lists)]).unwrap();
-    assert_eq!(spec.objects[0].at(1).keypoints, Some(PathBuf::from("b.csv")));
+    let second = KeypointFile { path: "b.csv".into(), layout: Layout::Coco17 };
+    assert_eq!(spec.objects[0].at(1).keypoints, Some(second));
     assert_eq!(spec.objects[0].at(1).surface, spec.objects[0].surface);
+}
+
+#[test]
+fn people_are_read_in_their_layout_or_their_unit() {
+    let table = |path: &str, layout| PersonFile::Joints(KeypointFile { path: path.into(), layout });
+    let person = |keys: &str, lists: &str, snapshot: usize| {
+        let object = scene(&[("a", keys, lists)]).unwrap().objects[0].at(snapshot);
+        let SurfaceSpec::Mannequin(person) = object.surface else { panic!("a mannequin") };
+        person
+    };
+    let still = "position_m = [[0, 0, 0], [1, 0, 0]]";
+    assert_eq!(person("mannequin = \"a.csv\"", still, 0), table("a.csv", Layout::Coco17));
+    assert_eq!(
+        person("mannequin = \"a.csv\"\nlayout = \"smpl-24\"", still, 1),
+        table("a.csv", Layout::Smpl24)
+    );
+    let lists = "mannequin = [\"a.csv\", \"b.csv\"]";
+    assert_eq!(person("layout = \"halpe-26\"", lists, 1), table("b.csv", Layout::Halpe26));
+    let motion = |scale, up, time_s, bones: &[(&str, &str)]| {
+        let bones = bones.iter().map(|(joint, bone)| ((*joint).into(), (*bone).into())).collect();
+        PersonFile::Motion(MotionFile { path: "w.BVH".into(), scale, up, bones, time_s, centred: false })
+    };
+    let times = "animation = { times_s = [0.5, 0.7] }";
+    for (unit, scale) in [
+        ("\"m\"", 1.0),
+        ("\"cm\"", 0.01),
+        ("\"mm\"", 0.001),
+        ("\"in\"", 0.0254),
+        ("0.056", 0.056),
+        ("2", 2.0),
+    ] {
+        let keys = format!("mannequin = \"w.BVH\"\nunit = {unit}");
+        assert_eq!(person(&keys, times, 1), motion(scale, Up::Y, 0.7, &[]), "{unit}");
+        assert_eq!(person(&keys, still, 1), motion(scale, Up::Y, 0.0, &[]), "{unit}");
+    }
+    let keys = "mannequin = \"w.BVH\"\nunit = 1\nup = \"z\"\nbones = { head = \"Kopf\", left_knee = \"\" }";
+    assert_eq!(person(keys, times, 0), motion(1.0, Up::Z, 0.5, &[("head", "Kopf"), ("left_knee", "")]));
+}
+
+#[test]
+fn people_whose_keys_do_not_fit_are_told() {
+    let bvh = |more: &str| format!("mannequin = \"w.bvh\"\n{more}");
+    let (cm, still, times) = ("unit = \"cm\"", "position_m = [[0, 0, 0]]", "animation = { times_s = [0] }");
+    for (keys, lists, expected) in [
+        (bvh(""), still, "object \"a\": a .bvh file does not say its unit: add unit = \"cm\""),
+        (bvh("unit = \"ft\""), still, "unknown variant `ft`, expected one of `m`, `cm`, `mm`, `in`"),
+        (bvh("unit = 0"), still, "or metres in one of it, from 0.000001"),
+        (bvh("unit = -1.0"), still, "or metres in one of it, from 0.000001"),
+        (bvh(&format!("{cm}\nlayout = \"smpl-24\"")), still, "layout belongs to tables of joints"),
+        (
+            bvh(&format!("{cm}\nbones = {{ nos = \"Nose\" }}")),
+            still,
+            "bones.nos: there is no such one, there are nose, left_eye",
+        ),
+        (
+            bvh(cm),
+            "animation = { clip = \"walk\", times_s = [0] }",
+            "animation: clip belongs to a .glb or .gltf mesh: a .bvh file",
+        ),
+        (
+            bvh(cm),
+            "animation = { joints = \"a.csv\", angles = \"deg\", times_s = [0] }",
+            "animation: joints and angles belong to a urdf",
+        ),
+        (
+            bvh(cm),
+            "mannequin = [\"a.csv\", \"b.bvh\"]",
+            "snapshots.mannequin[1] = \"b.bvh\": must be a table of joints (.csv)",
+        ),
+        (
+            "mannequin = \"a.csv\"".into(),
+            times,
+            "snapshots: animation belongs to a .glb or .gltf mesh, a .bvh mannequin or",
+        ),
+        (
+            "mannequin = \"a.csv\"\nbones = { head = \"Head\" }".into(),
+            still,
+            "bones belong to motion capture: a .bvh file",
+        ),
+        ("mannequin = \"a.csv\"\nunit = \"cm\"".into(), still, "unit and up belong to a mesh"),
+        (
+            "mannequin = \"a.csv\"\nlayout = \"coco\"".into(),
+            still,
+            "unknown variant `coco`, expected one of `coco-17`",
+        ),
+        (format!("{BOX}\nlayout = \"smpl-24\""), still, "layout belongs to mannequin or keypoints"),
+        (format!("{BOX}\nbones = {{ head = \"Head\" }}"), still, "bones belong to a mannequin"),
+        (
+            format!("{BOX}\nrole = \"human\"\nkeypoints = \"a.bvh\""),
+            still,
+            "keypoints = \"a.bvh\": must be a table of joints",
+        ),
+    ] {
+        refused(&[("a", &keys, lists)], expected);
+    }
+}
+
+#[test]
+fn a_robots_table_of_joints_needs_its_times_and_the_unit_of_its_angles() {
+    let arm = "urdf = \"a.urdf\"\njoints_deg = { elbow = 5 }";
+    let lists = "animation = { joints = \"did.csv\", angles = \"rad\", times_s = [1, 2, 4] }";
+    let spec = scene(&[("a", arm, lists)]).unwrap();
+    let SurfaceSpec::Urdf(robot) = spec.objects[0].at(2).surface else { panic!("a robot") };
+    let table = JointTableFile { path: "did.csv".into(), angles: AngleUnit::Rad };
+    assert_eq!((robot.recorded, robot.joints.angles_deg["elbow"]), (Some((table, 4.0)), 5.0));
+    assert_eq!((spec.snapshots, spec.objects[0].at(2).animated.clone()), (3, None));
+    for (lists, expected) in [
+        (
+            "animation = { joints = \"did.csv\", times_s = [1] }",
+            "snapshots.animation: no angles: add angles = \"rad\"",
+        ),
+        ("animation = { times_s = [1] }", "snapshots.animation: no joints: name a table"),
+        (
+            "animation = { joints = \"did.csv\", angles = \"turns\", times_s = [1] }",
+            "unknown variant `turns`",
+        ),
+        (
+            "joints_deg = [{ elbow = 1 }]\nanimation = { joints = \"did.csv\", angles = \"rad\", times_s = [1] }",
+            "both animation.joints and a list of joints",
+        ),
+    ] {
+        refused(&[("a", arm, lists)], expected);
+    }
 }

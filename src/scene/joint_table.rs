@@ -1,0 +1,166 @@
+//! Reads what a robot did as a table: a time and a value for each joint in a row, as recordings of joint states are
+//! written. Between two rows the joints go evenly from one to the other; before the first and after the last they stay.
+
+use std::collections::HashSet;
+use std::path::{Path, PathBuf};
+
+use crate::Result;
+use crate::error::Issue;
+use crate::source::Sources;
+
+/// Most values of a table: about 1 GB.
+const MOST_VALUES: usize = 100_000_000;
+/// No value is larger; beyond it there are slips of the pen.
+const LARGEST: f64 = 1e6;
+
+/// A table, and what the user says about it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct JointTableFile {
+    /// The file.
+    pub path: PathBuf,
+    /// In what its angles are.
+    pub angles: AngleUnit,
+}
+
+/// In what angles are written.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Deserialize, schemars::JsonSchema)]
+#[serde(rename_all = "lowercase")]
+pub enum AngleUnit {
+    /// Degrees.
+    Deg,
+    /// Radians, as ROS records them.
+    Rad,
+}
+
+/// A table that was read: `time_s` and a column for each joint.
+#[derive(Debug)]
+pub struct JointTable {
+    /// The columns but for the first.
+    joints: Vec<String>,
+    /// Strictly increasing, at least one.
+    times_s: Vec<f64>,
+    /// Row by row.
+    values: Vec<f64>,
+}
+
+impl JointTable {
+    /// Reads a CSV whose first column is `time_s` and whose others are named after joints.
+    ///
+    /// # Errors
+    /// When the file cannot be read, a column has no name of its own, a cell is no number, or times do not increase.
+    pub fn load(path: &Path, sources: &Sources) -> Result<JointTable> {
+        parse(sources.table(path)?.as_bytes()).map_err(|issue| issue.at(path).into())
+    }
+
+    /// Its first and its last time, in seconds.
+    pub(super) fn span_s(&self) -> [f64; 2] {
+        [self.times_s[0], self.times_s[self.times_s.len() - 1]]
+    }
+
+    /// Each joint and its value at a time.
+    pub(super) fn at(&self, time_s: f64) -> impl Iterator<Item = (&str, f64)> {
+        // How many rows lie at or before the time.
+        let after = self.times_s.partition_point(|&row| row <= time_s);
+        let last = self.times_s.len() - 1;
+        let (row, next) = (after.saturating_sub(1), after.min(last));
+        let gap_s = self.times_s[next] - self.times_s[row];
+        let share = if gap_s > 0.0 { (time_s - self.times_s[row]) / gap_s } else { 0.0 };
+        let value = move |row: usize, joint: usize| self.values[row * self.joints.len() + joint];
+        self.joints.iter().enumerate().map(move |(joint, name)| {
+            let (from, to) = (value(row, joint), value(next, joint));
+            (name.as_str(), from + share * (to - from))
+        })
+    }
+}
+
+fn parse(bytes: &[u8]) -> Result<JointTable, Issue> {
+    let mut reader = csv::ReaderBuilder::new()
+        .has_headers(false)
+        .comment(Some(b'#'))
+        .trim(csv::Trim::All)
+        .from_reader(bytes);
+    let mut records = reader.records();
+    let damaged = |e: csv::Error| Issue::damaged(e.to_string());
+    let header = records.next().ok_or_else(|| Issue::says("has no header"))?.map_err(damaged)?;
+    let joints: Vec<String> = header.iter().skip(1).map(String::from).collect();
+    if header.get(0) != Some("time_s") || joints.is_empty() {
+        return Err(Issue::says(format!(
+            "its header begins with {:.40?}",
+            header.get(0).unwrap_or_default()
+        ))
+        .wanted("must be time_s, then the names of joints"));
+    }
+    let mut seen = HashSet::new();
+    if let Some(wrong) = joints.iter().find(|name| name.is_empty() || !seen.insert(name.as_str())) {
+        return Err(Issue::says(format!("column {wrong:?}")).wanted("each must have a name of its own"));
+    }
+    let (mut times_s, mut values): (Vec<f64>, Vec<f64>) = (Vec::new(), Vec::new());
+    for record in records {
+        let record = record.map_err(damaged)?;
+        let line = record.position().map_or(0, csv::Position::line);
+        let number = |(cell, column): (&str, &str)| {
+            let number = cell.parse::<f64>().ok().filter(|number| number.abs() <= LARGEST);
+            number.ok_or_else(|| {
+                let rule = format!("must be a number from -{LARGEST} to {LARGEST}");
+                Issue::value(column, format!("{cell:.40}"), rule).at(format!("line {line}"))
+            })
+        };
+        let row: Vec<f64> = record.iter().zip(&header).map(number).collect::<Result<_, _>>()?;
+        if let Some(before) = times_s.last().filter(|before| **before >= row[0]) {
+            let rule = format!("must increase, and is {before} before");
+            return Err(Issue::value("time_s", row[0], rule).at(format!("line {line}")));
+        }
+        times_s.push(row[0]);
+        values.extend_from_slice(&row[1..]);
+        if values.len() > MOST_VALUES {
+            return Err(Issue::too_large(format!("has more than {MOST_VALUES} values"))
+                .wanted("cut it, or thin it out"));
+        }
+    }
+    if times_s.is_empty() {
+        return Err(Issue::says("has no row").wanted("one for each time"));
+    }
+    Ok(JointTable { joints, times_s, values })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn joints_go_evenly_between_rows_and_stay_outside() {
+        let table = parse(b"# recorded\ntime_s, a, b\n1, 0, 10\n2, 4, 10\n4, 0, -10\n").unwrap();
+        assert_eq!(table.span_s(), [1.0, 4.0]);
+        for (time_s, a, b) in [
+            (-9.0, 0.0, 10.0),
+            (1.0, 0.0, 10.0),
+            (1.25, 1.0, 10.0),
+            (2.0, 4.0, 10.0),
+            (3.0, 2.0, 0.0),
+            (4.0, 0.0, -10.0),
+            (9.0, 0.0, -10.0),
+        ] {
+            assert_eq!(table.at(time_s).collect::<Vec<_>>(), [("a", a), ("b", b)], "{time_s}");
+        }
+    }
+
+    #[test]
+    fn what_is_wrong_is_named() {
+        for (text, expected) in [
+            ("", "has no header"),
+            ("a,b\n0,1\n", "its header begins with \"a\": must be time_s, then"),
+            ("time_s\n0\n", "must be time_s, then the names of joints"),
+            ("time_s,a,a\n0,1,2\n", "column \"a\": each must have a name of its own"),
+            ("time_s,a,\n0,1,2\n", "column \"\""),
+            ("time_s,a\n", "has no row"),
+            ("time_s,a\n0,1\n0,2\n", "line 3: time_s = 0: must increase, and is 0 before"),
+            ("time_s,a\n0,one\n", "line 2: a = one: must be a number"),
+            ("time_s,a\n0,nan\n", "line 2: a = nan: must be a number"),
+            ("time_s,a\n0,1e7\n", "line 2: a = 1e7: must be a number"),
+            ("time_s,a\n0\n", "record 1 (line: 2"),
+        ] {
+            let error = parse(text.as_bytes()).expect_err(text).to_string();
+            assert!(error.contains(expected), "{error:?} lacks {expected:?}");
+        }
+    }
+}

@@ -1,0 +1,187 @@
+//! The joints of a person: which there are, where they are, and the tables that they are read from, in any of the
+//! layouts that detectors and body models write.
+
+mod layout;
+
+use std::path::{Path, PathBuf};
+
+use glam::{DQuat, DVec3};
+
+pub use layout::Layout;
+pub(super) use layout::face;
+
+use super::mannequin;
+use super::shipped::Shipped;
+use crate::Result;
+use crate::error::Issue;
+use crate::source::Sources;
+
+/// COCO's keypoints, in COCO's order. Left and right are the person's own.
+pub const JOINTS: [&str; 17] = [
+    "nose",
+    "left_eye",
+    "right_eye",
+    "left_ear",
+    "right_ear",
+    "left_shoulder",
+    "right_shoulder",
+    "left_elbow",
+    "right_elbow",
+    "left_wrist",
+    "right_wrist",
+    "left_hip",
+    "right_hip",
+    "left_knee",
+    "right_knee",
+    "left_ankle",
+    "right_ankle",
+];
+
+/// A position in metres for each of [`JOINTS`]; an unknown joint has none.
+pub type Keypoints = [Option<DVec3>; 17];
+
+pub(super) const NOSE: usize = 0;
+pub(super) const EARS: [usize; 2] = [3, 4];
+pub(super) const SHOULDERS: [usize; 2] = [5, 6];
+pub(super) const ELBOWS: [usize; 2] = [7, 8];
+pub(super) const WRISTS: [usize; 2] = [9, 10];
+pub(super) const HIPS: [usize; 2] = [11, 12];
+pub(super) const KNEES: [usize; 2] = [13, 14];
+pub(super) const ANKLES: [usize; 2] = [15, 16];
+
+/// No joint lies further from the world's origin; numbers beyond it are millimetres, or nonsense.
+pub(super) const FARTHEST_M: f64 = 1000.0;
+
+/// A table of joints, and in which order it has them.
+#[derive(Clone, Debug, PartialEq)]
+pub struct KeypointFile {
+    /// The table.
+    pub path: PathBuf,
+    /// The order of its rows.
+    pub layout: Layout,
+}
+
+impl KeypointFile {
+    /// Reads a CSV of a row for each joint of the layout, in its order, with the columns `x_m,y_m,z_m`, before them
+    /// `joint` with the layout's names if the file has them, and behind them `confidence` if the file has it. A header
+    /// row and `#` comments are optional; empty cells, cells that are all `nan` and a confidence of 0 mean an unknown
+    /// joint.
+    ///
+    /// # Errors
+    /// When the file cannot be read, a row is not as above, or no joint is known.
+    pub fn read(&self, sources: &Sources) -> Result<Keypoints> {
+        parse(sources.text(&self.path)?.as_bytes(), self.layout).map_err(|issue| issue.at(&self.path).into())
+    }
+}
+
+/// As it is, if a body can be drawn from it.
+///
+/// # Errors
+/// When too few joints are known to draw any part of a body.
+pub(super) fn drawn(keypoints: Keypoints, path: &Path) -> Result<Keypoints> {
+    match mannequin::is_drawn(&keypoints) {
+        true => Ok(keypoints),
+        false => Err(Issue::says("no two neighbouring joints are known")
+            .wanted("nothing of a body can be drawn")
+            .at(path)
+            .into()),
+    }
+}
+
+/// The joints of a person that ships.
+pub(crate) fn shipped(person: &Shipped) -> Result<Keypoints> {
+    parse(person.joints.as_bytes(), Layout::Coco17).map_err(|issue| issue.at(person.name).into())
+}
+
+/// The joints turned about the origin, then moved, as [`super::Mesh::transformed`] does with a surface.
+pub(crate) fn transformed(keypoints: &Keypoints, rotation: DQuat, translation: DVec3) -> Keypoints {
+    keypoints.map(|joint| joint.map(|position| rotation * position + translation))
+}
+
+fn parse(bytes: &[u8], layout: Layout) -> Result<Keypoints, Issue> {
+    let mut reader = csv::ReaderBuilder::new()
+        .has_headers(false)
+        .comment(Some(b'#'))
+        .flexible(true)
+        .trim(csv::Trim::All)
+        .from_reader(bytes);
+    let joints = layout.joints();
+    let mut points: Vec<Option<DVec3>> = Vec::with_capacity(joints.len());
+    let mut first = true;
+    for record in reader.records() {
+        let record = record.map_err(|e| Issue::damaged(e.to_string()))?;
+        let line = record.position().map_or(0, csv::Position::line);
+        let cells: Vec<&str> = record.iter().take(6).collect();
+        if std::mem::take(&mut first) && is_header(&cells) {
+            continue;
+        }
+        let Some(joint) = joints.get(points.len()) else {
+            return Err(Issue::too_large(format!("more than {} joints", joints.len()))
+                .wanted(format!("one row for each joint of {}", layout.described()))
+                .at(format!("line {line}")));
+        };
+        let point = parse_row(joint, layout, &cells);
+        points.push(point.map_err(|issue| issue.at(format!("line {line} ({joint})")))?);
+    }
+    if points.len() < joints.len() {
+        return Err(Issue::says(format!("has {} joints", points.len())).wanted(format!(
+            "{} has {}, with empty cells where one is unknown",
+            layout.described(),
+            joints.len()
+        )));
+    }
+    if points.iter().all(Option::is_none) {
+        return Err(Issue::says("all joints are empty").wanted("give the position of at least one"));
+    }
+    Ok(layout.keypoints(&points))
+}
+
+fn is_header(cells: &[&str]) -> bool {
+    let cells = cells.strip_prefix(&["joint"]).unwrap_or(cells);
+    cells.strip_suffix(&["confidence"]).unwrap_or(cells) == ["x_m", "y_m", "z_m"]
+}
+
+fn parse_row(joint: &str, layout: Layout, cells: &[&str]) -> Result<Option<DVec3>, Issue> {
+    // No name is a number.
+    let is_name = |cell: &str| !cell.is_empty() && cell.parse::<f64>().is_err();
+    let numbers = match cells {
+        [name, rest @ ..] if rest.len() >= 3 && is_name(name) => {
+            if *name != joint {
+                let rule = format!("must be {joint} (the order of {})", layout.described());
+                return Err(Issue::value("joint", format!("{name:.40}"), rule));
+            }
+            rest
+        }
+        _ => cells,
+    };
+    let (coordinates, confidence) = match *numbers {
+        [x, y, z] => ([x, y, z], None),
+        [x, y, z, confidence] => ([x, y, z], Some(confidence)),
+        _ => {
+            let rule = "must be x_m,y_m,z_m, with the joint's name before or a confidence behind, if at all";
+            return Err(Issue::says(rule));
+        }
+    };
+    let is_known = confidence.map_or(Ok(true), |cell| match cell.parse::<f64>() {
+        Ok(confidence) if confidence.is_finite() && confidence >= 0.0 => Ok(confidence > 0.0),
+        _ => Err(Issue::value("confidence", format!("{cell:.40}"), "must be 0 (unknown) or more")),
+    })?;
+    let is_missing = |cell: &str| cell.is_empty() || cell.parse().is_ok_and(f64::is_nan);
+    if !is_known || coordinates.iter().all(|cell| is_missing(cell)) {
+        return Ok(None);
+    }
+    let mut position = DVec3::ZERO;
+    for (axis, cell) in coordinates.iter().enumerate() {
+        let number = cell.parse::<f64>().ok();
+        // NaN compares false, and is refused with the rest.
+        position[axis] = number.filter(|x| x.abs() <= FARTHEST_M).ok_or_else(|| {
+            let key = ["x_m", "y_m", "z_m"][axis];
+            let rule = format!("must be metres within {FARTHEST_M} of the origin, or all three empty or nan");
+            Issue::value(key, format!("{cell:.40}"), rule)
+        })?;
+    }
+    Ok(Some(position))
+}
+
+#[cfg(test)]
+mod tests;
