@@ -1,6 +1,8 @@
 //! Reads all files that a study names: only regular ones, only from the folders that it may read, none above
 //! a size, and records the hash of each.
 
+mod xacro;
+
 use std::collections::{BTreeMap, HashMap};
 use std::fs::{File, Metadata};
 use std::io::{ErrorKind, Read};
@@ -29,6 +31,8 @@ pub struct Sources {
     /// Folders that may be read from besides the main file's, by the names of their packages.
     packages: Vec<(String, PathBuf)>,
     outside: bool,
+    /// Whether xacros may be expanded, which may run what they say.
+    xacro: bool,
     /// Files that are in memory only, by the paths under which they are named.
     given: BTreeMap<PathBuf, Arc<[u8]>>,
     record: Arc<Mutex<Record>>,
@@ -53,13 +57,15 @@ struct Record {
     by_name: BTreeMap<String, String>,
     /// By the place on the disk, since a file may have several names.
     by_place: HashMap<PathBuf, String>,
+    expanded: xacro::Expanded,
 }
 
 impl Sources {
     /// The file itself and what lies in its folder or below.
     pub fn beside(main: &Path) -> Sources {
         let (given, record, failed) = Default::default();
-        Sources { main: main.into(), packages: Vec::new(), outside: false, given, record, failed }
+        let packages = Vec::new();
+        Sources { main: main.into(), packages, outside: false, xacro: false, given, record, failed }
     }
 
     /// And a file that is in memory only, whatever is on the disk under its path.

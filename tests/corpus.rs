@@ -61,6 +61,7 @@ targets!(
     obj,
     collada,
     urdf,
+    sdf,
     octomap,
     poses,
     rays,

@@ -153,9 +153,10 @@ fn what_is_wrong_is_refused() {
         refused(&moving(), &[(SCENE, from, to)], &[SCENE, expected]);
     }
     // Rows are counted for joints as for a mannequin, and one joint at least must be known.
-    for (rows, expected) in
-        [(",,\n".repeat(17), "all joints are empty"), (",,\n".repeat(16), "has 16 joints: needs 17")]
-    {
+    for (rows, expected) in [
+        (",,\n".repeat(17), "all joints are empty"),
+        (",,\n".repeat(16), "has 16 joints: layout \"coco-17\" has 17"),
+    ] {
         let folder = moving();
         folder.write("a.csv", rows);
         let edit = (SCENE, "role = \"human\"", "role = \"human\"\nkeypoints = \"a.csv\"");

@@ -1,11 +1,11 @@
-//! `--package` and `--allow-outside`: which files a study may bring in from outside of its folder.
+//! `--package`, `--allow-outside` and `--xacro`: what a study may bring in from outside of its folder.
 
 use std::path::{Path, PathBuf};
 
 use perirobot::scene::spec::SceneSpec;
 use perirobot::source::Sources;
 
-/// Where ROS packages are on this machine, and whether other folders may be read.
+/// Where ROS packages are on this machine, and whether other folders may be read and a program be run.
 #[derive(Default, clap::Args)]
 #[command(next_help_heading = "Study")]
 pub(super) struct PackageArgs {
@@ -15,6 +15,9 @@ pub(super) struct PackageArgs {
     /// Read files that lie outside of the given file's folder, and of those of --package, too
     #[arg(long)]
     allow_outside: bool,
+    /// Expand robots that are .xacro files with the program xacro of your path, which does whatever they say
+    #[arg(long)]
+    xacro: bool,
 }
 
 impl PackageArgs {
@@ -22,15 +25,17 @@ impl PackageArgs {
     pub(super) fn sources(&self, file: &Path) -> Sources {
         let beside = Sources::beside(file);
         let sources = self.packages.iter().fold(beside, |all, (name, folder)| all.with_package(name, folder));
-        if self.allow_outside { sources.allow_outside() } else { sources }
+        let sources = if self.allow_outside { sources.allow_outside() } else { sources };
+        if self.xacro { sources.allow_xacro() } else { sources }
     }
 
     /// The same as arguments of a command.
     pub(super) fn words(&self) -> Vec<String> {
         let of =
             |(name, folder): &(String, PathBuf)| ["--package".into(), format!("{name}={}", folder.display())];
-        let outside = self.allow_outside.then(|| "--allow-outside".to_string());
-        self.packages.iter().flat_map(of).chain(outside).collect()
+        let allowed = [(self.allow_outside, "--allow-outside"), (self.xacro, "--xacro")];
+        let allowed = allowed.iter().filter(|(is_given, _)| *is_given).map(|(_, flag)| (*flag).to_string());
+        self.packages.iter().flat_map(of).chain(allowed).collect()
     }
 
     /// Passes the packages on to the robots of all scenes.

@@ -56,6 +56,7 @@ arguments! {
     Snapshot "snapshot",
     Topic "topic",
     VoxelSize "voxel size",
+    Xacro "xacro",
 }
 
 impl Argument {

@@ -91,8 +91,7 @@ impl Bvh {
         let up = if file.up == Up::Y { DVec3::Y } else { DVec3::Z };
         let keypoints = chosen.keypoints([&rest, &now], file.scale, up).ok_or_else(unknown)?;
         let keypoints = keypoints.map(|joint| joint.map(|joint| z_up(joint, file.up)));
-        if let Some(far) = keypoints.iter().flatten().find(|joint| !(joint.abs().max_element() <= FARTHEST_M))
-        {
+        if let Some(far) = keypoints.iter().flatten().find(|joint| joint.abs().max_element() > FARTHEST_M) {
             let rule = format!("must be within {FARTHEST_M} m of the origin: is its unit right?");
             return Err(Issue::says(format!("has a joint at {far} m")).wanted(rule));
         }

@@ -2,7 +2,7 @@
 
 use std::collections::HashMap;
 
-use glam::{DQuat, DVec3};
+use glam::{DAffine3, DQuat, DVec3};
 
 use super::Mesh;
 
@@ -25,6 +25,19 @@ impl Mesh {
             *vertex = rotation * *vertex + translation;
         }
         self
+    }
+
+    /// The mesh under a transform; one that mirrors turns the triangles inside out, so they are turned back.
+    #[must_use]
+    pub(super) fn placed(&self, transform: &DAffine3) -> Mesh {
+        let mut mesh = self.clone();
+        for vertex in &mut mesh.vertices {
+            *vertex = transform.transform_point3(*vertex);
+        }
+        if transform.matrix3.determinant() < 0.0 {
+            mesh.triangles.iter_mut().for_each(|triangle| triangle.swap(1, 2));
+        }
+        mesh
     }
 
     /// The mesh scaled about the origin, as for a file in millimetres.

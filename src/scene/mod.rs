@@ -11,6 +11,7 @@ pub mod mannequin;
 pub mod obj;
 pub mod octomap;
 pub mod primitive;
+pub mod sdf;
 pub mod spec;
 pub mod stl;
 pub mod urdf;

@@ -7,9 +7,11 @@ use wildmatch::WildMatch;
 use super::gltf::NodeMesh;
 use super::keypoints::Keypoints;
 use super::loaded::{SceneFiles, at};
-use super::mesh_file::{MeshFile, MeshFormat};
+use super::mesh_file::MeshFormat;
 use super::spec::{NodeRule, ObjectSpec, SurfaceSpec, UrdfSpec};
-use super::{Mesh, Object, Optical, Role, Surface, keypoints as joints, mannequin, octomap, primitive, urdf};
+use super::{
+    Mesh, Object, Optical, Role, Surface, keypoints as joints, mannequin, octomap, primitive, sdf, urdf,
+};
 use crate::error::Issue;
 use crate::pose::Pose;
 use crate::{Error, Result};
@@ -37,7 +39,9 @@ pub(super) fn parts(object: &ObjectSpec, files: &mut SceneFiles, sag_m: f64) -> 
             mannequin::body(&person, sag_m)
         }
         SurfaceSpec::Mesh(file) if file.format == MeshFormat::Gltf => {
-            return gltf_objects(object, file, keypoints, files);
+            let nodes = files.gltf_nodes(&file.path, object.animated.as_ref())?.into_iter();
+            let nodes = nodes.map(|node| NodeMesh { mesh: node.mesh.scaled(file.scale), ..node }).collect();
+            return parts_by_rules(object, nodes, keypoints);
         }
         SurfaceSpec::Mesh(file) => file.load(sources).map_err(at("mesh"))?,
         SurfaceSpec::Octomap(path) => {
@@ -46,6 +50,15 @@ pub(super) fn parts(object: &ObjectSpec, files: &mut SceneFiles, sag_m: f64) -> 
             let part = part(object, object.name.clone(), object.role, object.optical, surface);
             return Ok(vec![Object { keypoints, ..part }]);
         }
+        SurfaceSpec::Sdf(file) => {
+            let world = sdf::load(file, sources, sag_m).map_err(at("sdf"))?;
+            let warning = world.warning();
+            let mut objects = parts_by_rules(object, world.links, keypoints)?;
+            if let Some(first) = objects.first_mut() {
+                first.warnings.extend(warning);
+            }
+            return Ok(objects);
+        }
         SurfaceSpec::Urdf(robot) => return Ok(vec![urdf_robot(object, robot, files, sag_m)?]),
     };
     let surface = Surface::Mesh(mesh);
@@ -53,17 +66,14 @@ pub(super) fn parts(object: &ObjectSpec, files: &mut SceneFiles, sag_m: f64) -> 
     Ok(vec![Object { keypoints, ..part }])
 }
 
-/// The objects that a glTF file becomes.
-fn gltf_objects(
+/// The objects that a file of named nodes becomes.
+fn parts_by_rules(
     object: &ObjectSpec,
-    file: &MeshFile,
+    nodes: Vec<NodeMesh>,
     keypoints: Option<Keypoints>,
-    files: &mut SceneFiles,
 ) -> Result<Vec<Object>> {
-    let nodes = files.gltf_nodes(&file.path, object.animated.as_ref())?.into_iter();
-    let nodes = nodes.map(|node| NodeMesh { mesh: node.mesh.scaled(file.scale), ..node }).collect();
     let mut objects = Vec::new();
-    gltf_parts(object, nodes, &mut objects)?;
+    by_rules(object, nodes, &mut objects)?;
     // Parts may have other roles; the joints go with the person.
     let mut people = objects.iter_mut().filter(|part| part.role == Role::Human);
     if let (Some(person), Some(_)) = (people.next(), &keypoints) {
@@ -77,9 +87,9 @@ fn gltf_objects(
     Ok(objects)
 }
 
-/// A glTF file becomes one object for the nodes that no rule names, under the object's own name, and one for
+/// Nodes become one object for the nodes that no rule names, under the object's own name, and one for
 /// each rule, named `object/pattern`. A node follows the first rule that matches it or a node above it.
-fn gltf_parts(object: &ObjectSpec, nodes: Vec<NodeMesh>, objects: &mut Vec<Object>) -> Result<()> {
+fn by_rules(object: &ObjectSpec, nodes: Vec<NodeMesh>, objects: &mut Vec<Object>) -> Result<()> {
     let rules: Vec<WildMatch> = object.nodes.iter().map(|rule| WildMatch::new(&rule.r#match)).collect();
     let mut rest = Mesh::default();
     let mut parts = vec![Mesh::default(); rules.len()];
@@ -145,7 +155,7 @@ fn part(spec: &ObjectSpec, name: String, role: Role, optical: Optical, surface: 
 /// All links of a robot as one object, which keeps where they are.
 fn urdf_robot(object: &ObjectSpec, robot: &UrdfSpec, files: &mut SceneFiles, sag_m: f64) -> Result<Object> {
     let sources = files.sources;
-    let model = urdf::load(&robot.path, sources).map_err(at("urdf"))?;
+    let model = urdf::load(&robot.path, &robot.xacro_args, sources).map_err(at("urdf"))?;
     let mut joints = robot.joints.clone();
     if let Some((file, time_s)) = &robot.recorded {
         let at = at("snapshots.animation.joints");

@@ -1,5 +1,6 @@
 //! Checked descriptions of scenes, objects, surfaces, robots and their motion, before any mesh is read.
 
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use glam::{DQuat, DVec3};
@@ -11,6 +12,7 @@ use super::gltf::WhichClip;
 use super::joint_table::JointTableFile;
 use super::keypoints::KeypointFile;
 use super::mesh_file::{MeshFile, MeshFormat};
+use super::sdf::SdfFile;
 use super::shipped::Shipped;
 use super::urdf::{Geometry, JointValues, Packages};
 use super::{Interior, Optical, Role};
@@ -68,7 +70,7 @@ pub struct ObjectSpec {
     pub surface: SurfaceSpec,
     /// A file with a human's joints in the object's own frame; a mannequin's are its own.
     pub keypoints: Option<KeypointFile>,
-    /// Rules for the parts of a glTF file.
+    /// Rules for the parts of a glTF file or of an SDF world.
     pub nodes: Vec<NodeRule>,
     /// The animation that poses a glTF file and when in it, in seconds.
     pub animated: Option<(WhichClip, f64)>,
@@ -123,6 +125,8 @@ pub enum SurfaceSpec {
     Shipped(Shipped),
     /// A robot from a URDF.
     Urdf(UrdfSpec),
+    /// A world of Gazebo.
+    Sdf(SdfFile),
 }
 
 impl SurfaceSpec {
@@ -154,7 +158,7 @@ impl PersonFile {
     }
 }
 
-/// What parts of a glTF file are, by the names of their nodes.
+/// What parts of a glTF file or of an SDF world are, by the names of their nodes, or of models and links.
 #[derive(Clone, Debug, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct NodeRule {
@@ -180,6 +184,8 @@ pub struct UrdfSpec {
     pub packages: Packages,
     /// How it stands.
     pub joints: JointValues,
+    /// Values of a xacro's arguments.
+    pub xacro_args: BTreeMap<String, String>,
     /// What it did, and when, in seconds: joints of the table stand as they did then.
     pub recorded: Option<(JointTableFile, f64)>,
 }

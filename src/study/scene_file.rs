@@ -20,6 +20,7 @@ use crate::error::Issue;
 use crate::pose::{Frame, Pose, from_rpy};
 use crate::scene::keypoints::Layout;
 use crate::scene::mesh_file::{ENDINGS, MeshFile, MeshFormat};
+use crate::scene::sdf::SdfFile;
 use crate::scene::spec::{NodeRule, ObjectSpec, PersonFile, SceneSpec, SurfaceSpec, UrdfSpec};
 use crate::scene::urdf::Geometry;
 use crate::scene::{Interior, Optical, Role, Up};
@@ -39,7 +40,7 @@ pub(super) struct SceneFile {
     object: Vec<ObjectFile>,
 }
 
-/// An object: a name, where it is, and one surface (box, room, plane, sphere, cylinder, capsule, mesh, octomap, mannequin or urdf).
+/// An object: a name, where it is, and one surface (box, room, plane, sphere, cylinder, capsule, mesh, octomap, mannequin, urdf or sdf).
 #[derive(Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 struct ObjectFile {
@@ -92,9 +93,15 @@ struct ObjectFile {
     /// Which bone of a .bvh file begins at which joint, where its name is not a usual one: left_wrist = "LHand". The
     /// names of COCO's joints, and head for the base of the skull; with "" a joint is unknown.
     bones: Option<BTreeMap<String, String>>,
-    /// A robot.
+    /// A robot: a URDF, or a xacro, which the user's program of that name expands if it is allowed to.
     urdf: Option<PathBuf>,
-    /// Which geometry of a urdf counts. Default "collision".
+    /// Arguments of a xacro by their names: ur_type = "ur10e".
+    xacro_args: Option<BTreeMap<String, String>>,
+    /// A world or a model of Gazebo (.sdf, .world).
+    sdf: Option<PathBuf>,
+    /// The folders in which model://NAME of an sdf is looked for.
+    models: Option<Vec<PathBuf>>,
+    /// Which geometry of a urdf or an sdf counts. Default "collision".
     geometry: Option<Geometry>,
     /// Where package://NAME of a urdf is: NAME = "folder".
     packages: Option<BTreeMap<String, PathBuf>>,
@@ -102,7 +109,7 @@ struct ObjectFile {
     joints_deg: Option<BTreeMap<String, f64>>,
     /// Travels of a robot's sliding joints by their names, in metres.
     joints_m: Option<BTreeMap<String, f64>>,
-    /// Rules for parts of a .glb or .gltf file.
+    /// Rules for parts of a .glb or .gltf file, or for models and links of an sdf.
     #[serde(default)]
     nodes: Vec<NodeRule>,
     /// What changes from one snapshot to the next.
@@ -273,6 +280,7 @@ fn object(at: &Place, entry: ObjectFile, default_interior: Interior) -> Result<O
         ),
         ("octomap", octomap),
         ("mannequin", mannequin),
+        ("sdf", sdf(at, &entry)?.map(|world| Ok(SurfaceSpec::Sdf(world)))),
         ("urdf", urdf(at, &entry, folder)?.map(|robot| Ok(SurfaceSpec::Urdf(robot)))),
     ];
     let surface = only_one(at, "surface", choices)??;
@@ -284,8 +292,9 @@ fn object(at: &Place, entry: ObjectFile, default_interior: Interior) -> Result<O
     if !matches!(surface, SurfaceSpec::Mannequin(PersonFile::Motion(_))) {
         unit_and_up_belong(at, file, entry.unit, entry.up)?;
     }
-    if surface.gltf().is_none() && !entry.nodes.is_empty() {
-        return Err(at.says("nodes belong to a .glb or .gltf mesh"));
+    let has_nodes = surface.gltf().is_some() || matches!(surface, SurfaceSpec::Sdf(_));
+    if !has_nodes && !entry.nodes.is_empty() {
+        return Err(at.says("nodes belong to a .glb or .gltf mesh or to an sdf"));
     }
     let rotation = rotation(at, "", entry.rpy_deg, entry.quaternion)?;
     let position_m = at.vector("position_m", entry.position_m)?;
@@ -341,13 +350,26 @@ fn object(at: &Place, entry: ObjectFile, default_interior: Interior) -> Result<O
     })
 }
 
+fn sdf(at: &Place, entry: &ObjectFile) -> Result<Option<SdfFile>> {
+    if entry.sdf.is_none() && entry.models.is_some() {
+        return Err(at.says("models belong to an sdf").wanted("give one, or take them away"));
+    }
+    let world = entry.sdf.as_ref().map(|path| SdfFile {
+        path: at.folder().join(path),
+        geometry: entry.geometry.unwrap_or_default(),
+        models: entry.models.iter().flatten().map(|models| at.folder().join(models)).collect(),
+    });
+    Ok(world)
+}
+
 fn urdf(at: &Place, entry: &ObjectFile, folder: &Path) -> Result<Option<UrdfSpec>> {
     let keys = UrdfFile {
         urdf: entry.urdf.as_ref(),
-        geometry: entry.geometry,
+        geometry: entry.geometry.filter(|_| entry.sdf.is_none()),
         packages: entry.packages.as_ref(),
         joints_deg: entry.joints_deg.as_ref(),
         joints_m: entry.joints_m.as_ref(),
+        xacro_args: entry.xacro_args.as_ref(),
     };
     keys.check(at, folder).transpose()
 }

@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use super::Place;
 use crate::Result;
 use crate::scene::spec::UrdfSpec;
-use crate::scene::urdf::{Geometry, JointValues};
+use crate::scene::urdf::{Geometry, JointValues, is_xacro};
 
 /// The keys of an object that belong to its `urdf`.
 pub(super) struct UrdfFile<'a> {
@@ -16,7 +16,10 @@ pub(super) struct UrdfFile<'a> {
     pub(super) packages: Option<&'a BTreeMap<String, PathBuf>>,
     pub(super) joints_deg: Option<&'a BTreeMap<String, f64>>,
     pub(super) joints_m: Option<&'a BTreeMap<String, f64>>,
+    pub(super) xacro_args: Option<&'a BTreeMap<String, String>>,
 }
+
+const XACRO_ARGS: &str = "xacro_args belong to a file that ends in .xacro";
 
 impl UrdfFile<'_> {
     /// Checks the keys; paths are taken from the folder of the scene file.
@@ -26,18 +29,45 @@ impl UrdfFile<'_> {
                 || self.packages.is_some()
                 || self.joints_deg.is_some()
                 || self.joints_m.is_some();
+            if self.xacro_args.is_some() {
+                return Some(Err(at.says(XACRO_ARGS)));
+            }
             let what =
                 "geometry, packages, joints_deg and joints_m belong to a urdf: give one, or take them away";
             return alone.then(|| Err(at.says(what)));
         };
         let packages = self.packages.into_iter().flatten().map(|(name, path)| (name, folder.join(path)));
-        Some(joints(at, self.joints_deg, self.joints_m).map(|joints| UrdfSpec {
-            path: folder.join(path),
-            geometry: self.geometry.unwrap_or_default(),
-            packages: packages.collect(),
-            joints,
-            recorded: None,
-        }))
+        let checked = || {
+            Ok(UrdfSpec {
+                path: folder.join(path),
+                geometry: self.geometry.unwrap_or_default(),
+                packages: packages.collect(),
+                joints: joints(at, self.joints_deg, self.joints_m)?,
+                xacro_args: self.xacro_args(at, path)?,
+                recorded: None,
+            })
+        };
+        Some(checked())
+    }
+
+    /// The arguments of a xacro.
+    fn xacro_args(&self, at: &Place, path: &Path) -> Result<BTreeMap<String, String>> {
+        let args = self.xacro_args.cloned().unwrap_or_default();
+        if self.xacro_args.is_some() && !is_xacro(path) {
+            return Err(at.says(XACRO_ARGS));
+        }
+        let is_name = |name: &str| {
+            name.starts_with(|c: char| c.is_ascii_alphabetic() || c == '_')
+                && name.chars().all(|c| c.is_ascii_alphanumeric() || c == '_')
+        };
+        match args.iter().find(|(name, value)| !is_name(name) || value.contains(char::is_control)) {
+            Some((name, value)) => Err(at.key("xacro_args").wrong(
+                name,
+                format!("{value:?}"),
+                "names have letters, digits and _, and values no control characters",
+            )),
+            None => Ok(args),
+        }
     }
 }
 

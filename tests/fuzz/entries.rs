@@ -100,6 +100,16 @@ pub fn urdf(bytes: &[u8]) {
     }
 }
 
+/// A world of Gazebo, both of its geometries.
+pub fn sdf(bytes: &[u8]) {
+    file("world.sdf", bytes);
+    for geometry in ["collision", "visual"] {
+        let _ = scene(&format!(
+            "[[object]]\nname = \"world\"\nsdf = \"world.sdf\"\nmodels = [\".\"]\ngeometry = \"{geometry}\"\n"
+        ));
+    }
+}
+
 /// An OctoMap.
 pub fn octomap(bytes: &[u8]) {
     let path = file("map.bt", bytes);

@@ -7,7 +7,7 @@ use std::path::Path;
 use roxmltree::{Document, Node};
 use urdf_rs::Robot;
 
-use crate::error::Issue;
+use crate::error::{Argument, Issue, Words};
 use crate::scene::xml;
 
 /// Deepest nesting of elements: a URDF needs 5, and the parser recurses.
@@ -15,12 +15,8 @@ const MAX_DEPTH: usize = 64;
 /// Elements of links and joints that are not read.
 const NEEDLESS: [&str; 5] = ["material", "inertial", "dynamics", "calibration", "safety_controller"];
 
-/// Reads a URDF's text; `path` is for the file's ending and the command that expands it.
+/// Reads a URDF's text; `path` is for the command that expands it.
 pub(super) fn read(path: &Path, text: &str) -> Result<Robot, Issue> {
-    let ending = path.extension().map(|e| e.to_ascii_lowercase());
-    if ending.is_some_and(|e| e == "xacro") {
-        return Err(expand(path));
-    }
     let document = xml::parse(text).map_err(|issue| match text.contains("<xacro:") {
         true => expand(path),
         false => issue,
@@ -70,7 +66,8 @@ fn needed(element: Node, text: &str) -> String {
     needed + &text[from..element.range().end]
 }
 
-fn expand(path: &Path) -> Issue {
+/// What to do with a xacro.
+pub(super) fn expand(path: &Path) -> Issue {
     let plain = path.with_extension("");
     let plain = match plain.extension() {
         Some(ending) if ending == "urdf" => plain,
@@ -80,6 +77,11 @@ fn expand(path: &Path) -> Issue {
     let (from, to) = (path.display(), plain.display());
     Issue::unsupported("is a xacro, which only its own program expands")
         .wanted(format!("run `xacro {from} > {to}` (or `ros2 run xacro xacro {from} > {to}`) and name {to}"))
+        .cure(
+            Words::from("a file that ends in .xacro is expanded by ")
+                + Argument::Xacro
+                + ", which runs that program (ROS has it, and so has `pip install xacro`)",
+        )
 }
 
 /// An expanded file may still declare the xacro namespace; only its elements and substitutions need

@@ -77,21 +77,9 @@ impl RobotModel {
 pub(in crate::scene) fn merged(meshes: &[Mesh], root_from_link: &[DAffine3]) -> Mesh {
     let mut whole = Mesh::default();
     for (mesh, root_from_link) in meshes.iter().zip(root_from_link) {
-        whole.append(&moved(mesh, root_from_link));
+        whole.append(&mesh.placed(root_from_link));
     }
     whole
-}
-
-/// The mesh under a transform; one that mirrors turns the triangles inside out, so they are turned back.
-fn moved(mesh: &Mesh, transform: &DAffine3) -> Mesh {
-    let mut mesh = mesh.clone();
-    for vertex in &mut mesh.vertices {
-        *vertex = transform.transform_point3(*vertex);
-    }
-    if transform.matrix3.determinant() < 0.0 {
-        mesh.triangles.iter_mut().for_each(|triangle| triangle.swap(1, 2));
-    }
-    mesh
 }
 
 /// The mesh files of a robot, each read once.
@@ -131,7 +119,7 @@ impl PlacedShape {
                 (files.mesh(filename).map_err(|e| e.at(format!("mesh {filename:?}")))?, *scale)
             }
         };
-        let mesh = moved(&mesh, &(self.link_from_body * DAffine3::from_mat3(DMat3::from_diagonal(scale))));
+        let mesh = mesh.placed(&(self.link_from_body * DAffine3::from_mat3(DMat3::from_diagonal(scale))));
         if mesh.vertices.iter().any(|vertex| !vertex.is_finite()) {
             return Err(Issue::says("its transforms move a vertex to infinity").into());
         }

@@ -12,6 +12,7 @@ mod kinematics;
 mod model;
 mod packages;
 
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use glam::DAffine3;
@@ -94,13 +95,28 @@ enum LinkShape {
     Mesh { filename: String, scale: glam::DVec3 },
 }
 
-/// Reads and checks a URDF; the meshes it names are read by [`RobotModel::meshes`].
+/// Reads and checks a URDF, or a xacro with its arguments if those may be expanded; the meshes it names are read by
+/// [`RobotModel::meshes`].
 ///
 /// # Errors
 /// When the file cannot be read, is a xacro or no URDF, its links are no tree, a joint is of a kind that is not
 /// supported, or a number is not what it must be. The message names the file, the link or joint, and the cure.
-pub(crate) fn load(path: &Path, sources: &Sources) -> Result<RobotModel> {
-    parse(path, &sources.text(path)?)
+pub(crate) fn load(
+    path: &Path,
+    xacro_args: &BTreeMap<String, String>,
+    sources: &Sources,
+) -> Result<RobotModel> {
+    let text = sources.text(path)?;
+    if is_xacro(path) {
+        let expanded = sources.expanded(path, xacro_args)?;
+        return parse(path, &expanded.ok_or_else(|| document::expand(path).at(path))?);
+    }
+    parse(path, &text)
+}
+
+/// Whether a file is a xacro by the ending of its name.
+pub(crate) fn is_xacro(path: &Path) -> bool {
+    path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("xacro"))
 }
 
 fn parse(path: &Path, text: &str) -> Result<RobotModel> {
