@@ -341,3 +341,28 @@ fn a_robot_stands_as_it_was_recorded() {
     let late = scene_of(&toml("deg", "[1]"), &files(only)).unwrap();
     assert!(late[0].objects[0].warnings[0].contains("from 0 to 0 s"), "{:?}", late[0].objects[0].warnings);
 }
+
+#[test]
+fn models_of_a_world_take_roles_by_their_names() {
+    let model = |name: &str, x: f64| {
+        format!(
+            "<model name='{name}'><pose>{x} 0 0 0 0 0</pose><link name='body'><sensor name='s'/><collision name='c'><geometry><box>\
+             <size>1 1 1</size></box></geometry></collision></link></model>"
+        )
+    };
+    let world = format!(
+        "<sdf version='1.9'><world name='w'>{}{}{}</world></sdf>",
+        model("table", 0.0),
+        model("arm_1", 2.0),
+        model("dummy", 4.0)
+    );
+    let toml = "[[object]]\nname = \"cell\"\nsdf = \"cell.world\"\nposition_m = [0, 0, 5]\n\
+                nodes = [{ match = \"arm_*\", role = \"robot\" }, { match = \"dummy\", ignore = true }]\n";
+    let scenes = scene_of(toml, &[("cell.world", world)]).unwrap();
+    let [rest, arm] = &scenes[0].objects[..] else { panic!("two parts") };
+    assert_eq!((rest.name.as_str(), rest.role), ("cell", Role::Environment));
+    assert_eq!((arm.name.as_str(), arm.role), ("cell/arm_*", Role::Robot));
+    near(bounds(rest)[1], [0.5, 0.5, 5.5]);
+    near(bounds(arm)[0], [1.5, -0.5, 4.5]);
+    assert_eq!(rest.warnings, ["is an SDF world of which this is left out: sensor (3)"]);
+}
