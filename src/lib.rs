@@ -97,7 +97,7 @@
 //! | `judge` | whether requirements are met: as planned, with a dead sensor, with mounts that are off, with other people | `mod.rs` |
 //! | `render` | pictures | `mod.rs` |
 //! | `export` | files for other programs: a file a format (`glb.rs`, `npz.rs`, `octomap.rs`) | `mod.rs` |
-//! | `report` | tables of `summary`, and the HTML page (`html/`) | `mod.rs` |
+//! | `report` | tables of `summary`, the HTML page (`html/`), and figures for print (`figures/`) | `mod.rs` |
 //! | `cluster` | scripts for clusters: a file an engine (`slurm.rs`) | `mod.rs` |
 //!
 //! The command line (`src/cli`, a file a command) may use all rooms; it parses arguments, prints, and turns

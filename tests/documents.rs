@@ -275,7 +275,7 @@ fn files_to_touch_mention_the_example_that_they_follow() {
         }
     }
     let count = |name: &str| seen.iter().filter(|example| *example == name).count();
-    let each = ["gate", "cylinders", "stl", "carve_boxes"].map(count);
+    let each = ["gate", "cylinders", "stl", "carve_boxes", "maxima"].map(count);
     assert!(each.iter().all(|files| *files >= 5), "{each:?} files were found");
 }
 

@@ -20,6 +20,7 @@ mod completions;
 mod contents;
 mod devices;
 mod export;
+mod figures;
 mod flags;
 mod init;
 mod judge;
@@ -102,7 +103,7 @@ const GROUPS: [(&str, &[&str]); 6] = [
     ("Start", &["init", "check", "sensors"]),
     ("Look", &["render", "voxelize", "compare"]),
     ("Run", &["sweep", "merge", "choose"]),
-    ("Explain", &["summary", "judge", "why", "approach", "report", "export", "score"]),
+    ("Explain", &["summary", "judge", "why", "approach", "report", "figures", "export", "score"]),
     ("Clusters", &["cluster"]),
     ("Developers", &["verify-backends", "bench", "devices", "schema", "completions", "man"]),
 ];
@@ -138,6 +139,7 @@ enum Command {
     Why(why::Args),
     Approach(approach::Args),
     Report(report::Args),
+    Figures(figures::Args),
     Export(export::Args),
     Score(score_map::Args),
     Render(render::Args),
@@ -178,6 +180,7 @@ pub fn run(words: Vec<OsString>) -> ExitCode {
         Command::Why(args) => why::run(&args),
         Command::Approach(args) => approach::run(&args),
         Command::Report(args) => report::run(&args),
+        Command::Figures(args) => figures::run(&args),
         Command::Export(args) => export::run(&args),
         Command::Score(args) => score_map::run(&args),
         Command::Render(args) => render::run(&args),

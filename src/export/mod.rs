@@ -81,7 +81,7 @@ fn sensor_file_names(view: &View) -> Vec<String> {
 }
 
 /// A name that every file system takes: letters, digits, hyphens and underscores.
-fn file_name(name: &str) -> String {
+pub(crate) fn file_name(name: &str) -> String {
     let plain = |c: char| if c.is_alphanumeric() || c == '_' { c } else { '-' };
     let plain: String = name.chars().map(plain).collect();
     plain.split('-').filter(|part| !part.is_empty()).collect::<Vec<_>>().join("-")

@@ -167,7 +167,7 @@ impl<'a> Palette<'a> {
 }
 
 /// The colour at a place between the lowest (0) and the highest (1024).
-pub(super) fn ramp(place: u32) -> [u8; 3] {
+pub(crate) fn ramp(place: u32) -> [u8; 3] {
     let place = place.min(1024);
     let step = (place / 256).min(3) as usize;
     mixed(RAMP[step], RAMP[step + 1], place - 256 * step as u32)

@@ -14,7 +14,7 @@ mod eye;
 mod legend;
 mod overlay;
 pub mod plan;
-mod scale;
+pub(crate) mod scale;
 pub mod svg;
 
 use crate::approach::Way;
@@ -26,7 +26,7 @@ use crate::world::World;
 use crate::{Error, Result};
 pub use canvas::Canvas;
 pub use colour::Colour;
-pub(crate) use colour::Palette;
+pub(crate) use colour::{Palette, ramp};
 pub use eye::{Eye, point};
 
 use cast::Hit;

@@ -133,7 +133,7 @@ pub(super) fn row<'a>(
 }
 
 /// A mean as a part of another.
-fn relative(mean: Option<f64>, reference: Option<f64>) -> Option<f64> {
+pub(super) fn relative(mean: Option<f64>, reference: Option<f64>) -> Option<f64> {
     let reference = reference.filter(|r| *r != 0.0)?;
     Some(mean? / reference)
 }

@@ -4,6 +4,7 @@ mod apart;
 pub mod best;
 pub mod choose;
 pub mod distribution;
+pub mod figures;
 pub mod groups;
 pub mod html;
 pub mod judge;

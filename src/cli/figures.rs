@@ -1,0 +1,167 @@
+//! `perirobot figures`: figures for print from finished sweeps.
+
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+
+use clap::ValueEnum;
+use perirobot::choose::as_swept;
+use perirobot::metrics::Score;
+use perirobot::report::figures::{FiguredSweep, Kind, PAGE, Page, Plan, Wanted};
+use perirobot::results::Results;
+use perirobot::results::files::OutputFolder;
+use perirobot::results::manifest::Manifest;
+use perirobot::{Error, Result};
+
+use super::backend::BackendArgs;
+use super::packages::PackageArgs;
+use super::progress::ProgressArgs;
+use super::score::ScoreArg;
+use super::swept::{StudyPlace, study_of};
+
+/// Draw the paper's kinds of figures from sweeps, for print
+///
+/// For each folder of results, SVG files (no scripts, text as text, colours that can be told apart by colour-blind eyes):
+/// distributions of the scores over all poses; maps of walls, ceiling and floor with the best score of each place;
+/// the maxima of each combination of sensors; scores of the best placements over the snapshots of moving scenes. And
+/// pictures (.png) of each scene and of the best placements. README.md lists them with what they show and the command
+/// that made their numbers. Figures that would be empty are left out, and the page says why.
+#[derive(clap::Args)]
+#[command(after_help = AFTER_HELP)]
+pub(super) struct Args {
+    /// Folders that `perirobot sweep` or `perirobot choose` has written; their studies must be where they were, and as
+    /// they were
+    #[arg(value_name = "DIR", required = true)]
+    folders: Vec<PathBuf>,
+    /// Folder for the figures, with one below it for each DIR; made if needed. Files of the same names are replaced
+    #[arg(long, value_name = "FOLDER")]
+    out: PathBuf,
+    /// Only figures of this kind; repeat it for more
+    #[arg(long, value_enum, value_name = "KIND")]
+    only: Vec<KindArg>,
+    /// Only this region
+    #[arg(long, value_name = "NAME")]
+    region: Option<String>,
+    /// Only this combination (a sensor alone has its own name)
+    #[arg(long, value_name = "NAME")]
+    combination: Option<String>,
+    /// Only this representation, as in results.csv; maxima are over all
+    #[arg(long, value_name = "NAME")]
+    representation: Option<String>,
+    /// Only this scene [default: the mean of all, and each of up to 12]
+    #[arg(long, value_name = "NAME")]
+    scene: Option<String>,
+    /// Only this score [default: f1 and kappa, side by side]
+    #[arg(long, value_enum)]
+    score: Option<ScoreArg>,
+    #[command(flatten)]
+    packages: PackageArgs,
+    #[command(flatten)]
+    backend: BackendArgs,
+    #[command(flatten)]
+    progress: ProgressArgs,
+}
+
+const AFTER_HELP: &str = "\
+Examples:
+  perirobot sweep scenes/quick.toml --out out/quick
+  perirobot figures out/quick --out out/figures
+      out/figures/README.md shows all
+  perirobot figures out/quick --out out/maps --only placements --region robot
+      one map for each sensor, F1 and kappa side by side";
+
+#[derive(Clone, Copy, PartialEq, ValueEnum)]
+enum KindArg {
+    /// Box plots of the scores over all poses
+    Distributions,
+    /// Maps of places, coloured by score
+    Placements,
+    /// The best score of each combination
+    Maxima,
+    /// Scores of the best placements over the snapshots of moving scenes
+    Snapshots,
+    /// Pictures of scenes and of the best placements
+    Pictures,
+}
+
+impl KindArg {
+    fn kind(self) -> Kind {
+        match self {
+            KindArg::Distributions => Kind::Distributions,
+            KindArg::Placements => Kind::Placements,
+            KindArg::Maxima => Kind::Maxima,
+            KindArg::Snapshots => Kind::Snapshots,
+            KindArg::Pictures => Kind::Pictures,
+        }
+    }
+}
+
+pub(super) fn run(args: &Args) -> Result<ExitCode> {
+    super::stop::end_tidily()?;
+    args.backend.start_threads()?;
+    let kinds: Vec<Kind> = match args.only.is_empty() {
+        true => Kind::ALL.into(),
+        false => args.only.iter().map(|only| only.kind()).collect(),
+    };
+    let wanted = Wanted {
+        kinds,
+        region: args.region.as_deref(),
+        combination: args.combination.as_deref(),
+        representation: args.representation.as_deref(),
+        scene: args.scene.as_deref(),
+        scores: args.score.map_or(&[Score::F1, Score::Kappa][..], ScoreArg::scores),
+    };
+    // All is read and checked before anything is written.
+    let mut sweeps: Vec<FiguredSweep> = Vec::new();
+    for folder in &args.folders {
+        let name = name_of(folder)?;
+        if sweeps.iter().any(|known| known.name == name) {
+            let what =
+                format!("another folder is called {name}, too: their figures would have the same names");
+            return Err(Error::input(folder, what).wanted("rename one, or draw them one by one"));
+        }
+        sweeps.push(args.read(folder, name)?);
+    }
+    let each = sweeps.iter().zip(&args.folders);
+    let plans = each.map(|(sweep, folder)| Plan::new(sweep, &wanted).map_err(|e| e.at(folder)));
+    let plans: Vec<Plan> = plans.collect::<Result<_>>()?;
+    let mut backend = args.backend.open()?;
+    let mut page = Page::default();
+    let out = OutputFolder::open(&args.out)?;
+    let all: usize = plans.iter().map(Plan::count).sum();
+    let mut progress = args.progress.start("figures", 0, all as u64);
+    for (sweep, plan) in sweeps.iter().zip(&plans) {
+        let below = OutputFolder::open(&args.out.join(&sweep.name))?;
+        let mut figures = Vec::new();
+        for number in 0..plan.count() {
+            let figure = plan.draw(number, &mut *backend)?;
+            below.write(&figure.file, &figure.bytes)?;
+            figures.push(figure);
+            progress.inc(1);
+        }
+        page.add(sweep, &figures, &plan.left_out);
+    }
+    progress.finish();
+    out.write(PAGE, page.finish().as_bytes())?;
+    super::print(&format!("{all} figures in {}, listed in {PAGE}\n", out.path().display()))?;
+    Ok(ExitCode::SUCCESS)
+}
+
+/// The last part of a folder's path.
+fn name_of(folder: &Path) -> Result<String> {
+    let whole = folder.canonicalize().unwrap_or_else(|_| folder.into());
+    let name = whole.file_name().map(|name| name.to_string_lossy().into_owned());
+    name.ok_or_else(|| Error::input(folder, "has no name: name the folder of a sweep"))
+}
+
+impl Args {
+    fn read(&self, folder: &Path, name: String) -> Result<FiguredSweep> {
+        let (results, warnings) = Results::read(folder)?;
+        for warning in warnings {
+            say!("warning: {warning}");
+        }
+        let manifest = Manifest::read(folder)?;
+        let (study, worlds) = study_of(folder, StudyPlace { named: None, cure: "" }, &self.packages)?;
+        let (study, worlds) = as_swept(folder, study, worlds)?;
+        Ok(FiguredSweep { name, results, manifest, study, worlds })
+    }
+}

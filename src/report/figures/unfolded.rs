@@ -1,0 +1,242 @@
+//! Where the positions of a sensor come to lie on paper: walls unfolded around the ceiling as it is seen from above, other
+//! groups of positions each on a map of its own.
+
+use std::collections::BTreeMap;
+
+use glam::{DVec2, DVec3};
+
+/// How far from a wall something still hangs on it.
+const NEAR_M: f64 = 0.5;
+
+/// Farther apart than this, positions stand for themselves only.
+const WIDEST_M: f64 = 2.0;
+
+/// A position of a sensor.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Position<'a> {
+    /// Index of the candidate that has it.
+    pub(super) candidate: usize,
+    pub(super) group: &'a str,
+    pub(super) at: DVec3,
+}
+
+/// A map to be drawn.
+#[derive(Clone, Debug)]
+pub(super) struct Map {
+    /// What it shows.
+    pub(super) title: String,
+    /// The axes that run to the right and up; `None` where walls are unfolded.
+    pub(super) axes: Option<[usize; 2]>,
+    /// The corners of what is drawn.
+    pub(super) ends: [DVec2; 2],
+    /// The corners of what is seen from above: the ceiling with the walls around it, or all.
+    pub(super) flat: [DVec2; 2],
+    /// What lies side by side in it.
+    pub(super) parts: Vec<MapPart>,
+}
+
+/// Positions that lie in one plane.
+#[derive(Clone, Debug)]
+pub(super) struct MapPart {
+    /// The name of the wall, where it stands, and whether it is turned.
+    pub(super) label: Option<(String, DVec2, bool)>,
+    /// Whether it is seen from straight above, so that objects may be drawn in it.
+    pub(super) is_plan: bool,
+    pub(super) spots: Vec<Spot>,
+    /// Width and height of a spot, where they form a lattice.
+    pub(super) size: Option<DVec2>,
+}
+
+/// Candidates that fall together on paper.
+#[derive(Clone, Debug)]
+pub(super) struct Spot {
+    pub(super) at: DVec2,
+    pub(super) candidates: Vec<usize>,
+}
+
+/// A side of a room: the axis that it is across, whether it is the upper one along it.
+#[derive(Clone, Copy, PartialEq, Eq)]
+struct Side(usize, bool);
+
+const SIDES: [Side; 5] = [Side(2, true), Side(0, false), Side(0, true), Side(1, false), Side(1, true)];
+
+impl Side {
+    fn is_near(self, at: DVec3, room: [DVec3; 2]) -> bool {
+        (at[self.0] - room[usize::from(self.1)][self.0]).abs() <= NEAR_M
+    }
+
+    /// Where a place on it lies: the ceiling as in the room, a wall as it is folded out.
+    fn lay(self, at: DVec3, [low, high]: [DVec3; 2]) -> DVec2 {
+        let down = high.z - at.z;
+        match self {
+            Side(0, false) => DVec2::new(low.x - down, at.y),
+            Side(0, true) => DVec2::new(high.x + down, at.y),
+            Side(1, false) => DVec2::new(at.x, low.y - down),
+            Side(1, true) => DVec2::new(at.x, high.y + down),
+            _ => at.truncate(),
+        }
+    }
+
+    /// Where the name of a wall stands, at its outer edge.
+    fn label(self, [low, high]: [DVec3; 2]) -> DVec2 {
+        let mut foot = (low + high) / 2.0;
+        foot.z = low.z;
+        self.lay(foot, [low, high])
+    }
+}
+
+/// The maps of some positions in a room.
+pub(super) fn maps(positions: &[Position], room: [DVec3; 2]) -> Vec<Map> {
+    let mut groups: Vec<(&str, Vec<Position>)> = Vec::new();
+    for position in positions {
+        match groups.iter_mut().find(|(name, _)| *name == position.group) {
+            Some((_, all)) => all.push(*position),
+            None => groups.push((position.group, vec![*position])),
+        }
+    }
+    let mut sides: Vec<(Side, Vec<&str>, Vec<Position>)> =
+        SIDES.map(|side| (side, Vec::new(), Vec::new())).into();
+    let mut own: Vec<(String, Vec<Position>)> = Vec::new();
+    for (name, all) in groups {
+        match sides.iter_mut().find(|(side, ..)| all.iter().all(|one| side.is_near(one.at, room))) {
+            Some((_, names, found)) => {
+                names.push(name);
+                found.extend(all);
+            }
+            None => own.push((name.replace('-', " "), all)),
+        }
+    }
+    sides.retain(|(.., found)| !found.is_empty());
+    let words = |names: &[&str]| names.join(", ").replace('-', " ");
+    let mut maps = Vec::new();
+    if let [(_, names, found)] = &mut sides[..] {
+        own.insert(0, (words(names), std::mem::take(found)));
+    } else if !sides.is_empty() {
+        let parts = sides.iter().map(|(side, names, found)| {
+            // The title names the ceiling.
+            let label = (side.0 != 2).then(|| (words(names), side.label(room), side.0 == 0));
+            MapPart::of(found, |at| side.lay(at, room), label, side.0 == 2)
+        });
+        let [low, high] = room.map(DVec3::truncate);
+        let height = DVec2::splat(room[1].z - room[0].z);
+        let title = "walls unfolded around the ceiling, seen from above".into();
+        let ends = [low - height, high + height];
+        maps.push(Map { title, axes: None, ends, flat: [low, high], parts: parts.collect() });
+    }
+    maps.extend(own.into_iter().map(|(title, all)| {
+        let [u, v] = plane(&all);
+        let part = MapPart::of(&all, |at| DVec2::new(at[u], at[v]), None, [u, v] == [0, 1]);
+        let more = part.size.unwrap_or(DVec2::splat(0.4)) / 2.0 + 0.1;
+        let nothing = [DVec2::INFINITY, DVec2::NEG_INFINITY];
+        let around = part.spots.iter().fold(nothing, |[a, b], spot| [a.min(spot.at), b.max(spot.at)]);
+        let ends = [around[0] - more, around[1] + more];
+        Map { title, axes: Some([u, v]), ends, flat: ends, parts: vec![part] }
+    }));
+    maps
+}
+
+/// The two axes along which positions spread the most.
+fn plane(all: &[Position]) -> [usize; 2] {
+    let [low, high] =
+        all.iter().fold([DVec3::INFINITY, DVec3::NEG_INFINITY], |[a, b], one| [a.min(one.at), b.max(one.at)]);
+    let spread = high - low;
+    // The upper axes first, so that what is level everywhere is seen from above.
+    let normal = [2, 1, 0]
+        .into_iter()
+        .fold(2, |least, axis| if spread[axis] < spread[least] - 1e-9 { axis } else { least });
+    match normal {
+        0 => [1, 2],
+        1 => [0, 2],
+        _ => [0, 1],
+    }
+}
+
+impl MapPart {
+    fn of(
+        all: &[Position],
+        lay: impl Fn(DVec3) -> DVec2,
+        label: Option<(String, DVec2, bool)>,
+        is_plan: bool,
+    ) -> MapPart {
+        let mut spots: BTreeMap<[i64; 2], Spot> = BTreeMap::new();
+        for one in all {
+            let at = lay(one.at);
+            let key = at.to_array().map(|metres| (metres * 1e6).round() as i64);
+            spots.entry(key).or_insert(Spot { at, candidates: Vec::new() }).candidates.push(one.candidate);
+        }
+        let keys: Vec<[i64; 2]> = spots.keys().copied().collect();
+        MapPart { label, is_plan, size: lattice(&keys), spots: spots.into_values().collect() }
+    }
+}
+
+/// The steps of a lattice that places in millionths of a metre form, if they do and are near to each other.
+fn lattice(places: &[[i64; 2]]) -> Option<DVec2> {
+    let axis = |n: usize| {
+        let mut all: Vec<i64> = places.iter().map(|place| place[n]).collect();
+        all.sort_unstable();
+        all.dedup();
+        all
+    };
+    let (across, up) = (axis(0), axis(1));
+    let step = |all: &[i64]| {
+        let first = all.get(1)? - all[0];
+        let is_even = all.windows(2).all(|pair| (pair[1] - pair[0] - first).abs() <= 10);
+        let metres = first as f64 / 1e6;
+        (is_even && metres <= WIDEST_M).then_some(metres)
+    };
+    let is_full = places.len() * 10 >= across.len() * up.len() * 6;
+    Some(DVec2::new(step(&across)?, step(&up)?)).filter(|_| is_full)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const ROOM: [DVec3; 2] = [DVec3::new(-3.0, -2.0, 0.0), DVec3::new(3.0, 2.0, 3.0)];
+
+    fn at(candidate: usize, group: &str, x: f64, y: f64, z: f64) -> Position<'_> {
+        Position { candidate, group, at: DVec3::new(x, y, z) }
+    }
+
+    #[test]
+    fn walls_fold_out_around_the_ceiling() {
+        let positions = [
+            at(0, "left-wall", 1.0, 1.9, 2.5),
+            at(1, "left-wall", 1.0, 1.9, 2.5),
+            at(2, "back-wall", -2.9, 0.5, 1.0),
+            at(3, "ceiling", 0.0, 1.0, 2.9),
+        ];
+        let maps = maps(&positions, ROOM);
+        let [map] = &maps[..] else { panic!("{maps:?}") };
+        let found: Vec<(&str, [f64; 2], usize)> = map
+            .parts
+            .iter()
+            .map(|part| {
+                (
+                    part.label.as_ref().map_or("", |label| &label.0),
+                    part.spots[0].at.to_array(),
+                    part.spots[0].candidates.len(),
+                )
+            })
+            .collect();
+        // 0.5 m below the ceiling is as far beyond its edge; 2 m at the back.
+        let expected = [("", [0.0, 1.0], 1), ("back wall", [-5.0, 0.5], 1), ("left wall", [1.0, 2.5], 2)];
+        assert_eq!(found, expected);
+        assert_eq!(map.ends, [DVec2::new(-6.0, -5.0), DVec2::new(6.0, 5.0)]);
+        assert_eq!(map.parts[1].label.as_ref().unwrap().1, DVec2::new(-6.0, 0.0));
+    }
+
+    #[test]
+    fn what_hangs_on_no_wall_has_a_map_of_its_own() {
+        let floor: Vec<Position> =
+            (0..6).map(|n| at(n, "floor", (n % 3) as f64 * 0.5, (n / 3) as f64 * 0.25, 0.0)).collect();
+        let all = maps(&floor, ROOM);
+        let [map] = &all[..] else { panic!("{all:?}") };
+        assert_eq!((map.axes, map.parts[0].is_plan, map.parts[0].spots.len()), (Some([0, 1]), true, 6));
+        assert_eq!(map.parts[0].size, Some(DVec2::new(0.5, 0.25)));
+        // One wall alone is drawn as it is seen from before it, in its own axes.
+        let wall = [at(0, "wall", 0.0, 1.9, 1.0), at(1, "wall", 1.0, 1.9, 2.0)];
+        assert_eq!(maps(&wall, ROOM)[0].axes, Some([0, 2]));
+        assert_eq!(lattice(&[[0, 0], [1_000_000, 0], [2_100_000, 0]]), None);
+    }
+}
