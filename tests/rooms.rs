@@ -129,8 +129,14 @@ fn names_a_flag(text: &str) -> bool {
 }
 
 /// Who writes or reads command lines: scripts of engines, the command of a shard, and those that a report shows.
-const OF_COMMANDS: [&str; 5] =
-    ["cli", "cluster", "results/merge.rs", "report/html/data.rs", "report/html/facts/good.rs"];
+const OF_COMMANDS: [&str; 6] = [
+    "cli",
+    "cluster",
+    "export/ros.rs",
+    "results/merge.rs",
+    "report/html/data.rs",
+    "report/html/facts/good.rs",
+];
 
 #[test]
 fn no_text_below_the_command_line_names_a_flag() {
