@@ -272,7 +272,7 @@ impl Cell {
             human,
             window,
             blockers: blockers.into(),
-            still: None,
+            over_time: None,
         }
     }
 }

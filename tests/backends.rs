@@ -203,7 +203,7 @@ fn people_are_hit_where_no_ray_is_believed_to_come_near() {
     let voxels = person.voxels().map(|voxel| BodyVoxel { voxel, person: 0, part: BodyPart::Body }).collect();
     let scene = VoxelScene {
         blockers: person.over(Window { min: [0; 3], size: grid }).into(),
-        still: None,
+        over_time: None,
         window,
         truth: person.clone(),
         human: person.clone(),

@@ -9,7 +9,7 @@ use perirobot::backend::cpu::Cpu;
 use perirobot::backend::gpu::Gpu;
 use perirobot::backend::oracle::Oracle;
 use perirobot::backend::{
-    Backend, Carving, Evidence, Fusion, GridPose, Noise, Rays, Reading, Shot, VoxelScene,
+    Backend, Carving, Evidence, Fusion, GridPose, Noise, OverTime, Rays, Reading, Shot, VoxelScene,
 };
 use perirobot::march::Gates;
 use perirobot::metrics::{COUNTERS, Confusion};
@@ -142,7 +142,7 @@ fn large_cameras_equal_the_cpu() {
     let truth = truth.over(window);
     let scene = VoxelScene {
         blockers: blockers.into(),
-        still: None,
+        over_time: None,
         window,
         truth,
         human,
@@ -228,7 +228,8 @@ fn hits_are_kept_from_snapshot_to_snapshot() {
         let mut first = BitGrid::new(still.window());
         moving.iter().for_each(|&voxel| first.set(voxel));
         still.remove(&first);
-        let still = std::sync::Arc::new(still);
+        let ever = BitGrid::clone(&case.scene.blockers);
+        let over_time = std::sync::Arc::new(OverTime { always: still.clone(), ever });
         for (number, part) in [2, 3, 1].into_iter().enumerate() {
             let mut blockers = BitGrid::clone(&still);
             moving.iter().step_by(part).for_each(|&voxel| blockers.set(voxel));
@@ -237,7 +238,7 @@ fn hits_are_kept_from_snapshot_to_snapshot() {
             let mut oracle = Oracle::default();
             unwrap(oracle.tables(&case.tables));
             unwrap(oracle.load(&snapshot.scene));
-            let with_still = VoxelScene { still: Some(still.clone()), ..snapshot.scene.clone() };
+            let with_still = VoxelScene { over_time: Some(over_time.clone()), ..snapshot.scene.clone() };
             if number == 0 {
                 unwrap(gpu.tables(&case.tables));
             }

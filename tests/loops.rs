@@ -124,7 +124,7 @@ fn close_up(seed: u64, empty: bool) -> Case {
     case.tables[0].gates = Gates { no_return_is_free: empty, ..cases::open_gates() };
     if empty {
         case.scene.blockers = Arc::new(BitGrid::new(case.scene.blockers.window()));
-        case.scene.still = None;
+        case.scene.over_time = None;
         case.scene.regions[0] = BitGrid::full(case.scene.window);
     }
     let size = case.scene.blockers.window().size;

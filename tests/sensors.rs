@@ -13,7 +13,7 @@ use std::sync::Arc;
 use glam::DVec3;
 use perirobot::backend::gpu::Gpu;
 use perirobot::backend::{
-    Backend, Evidence, Fusion, GridPose, Planes, Rays, Reading, Shot, Slot, VoxelScene, cpu::Cpu,
+    Backend, Evidence, Fusion, GridPose, OverTime, Planes, Rays, Reading, Shot, Slot, VoxelScene, cpu::Cpu,
     oracle::Oracle,
 };
 use perirobot::metrics::Confusion;
@@ -188,7 +188,7 @@ struct Few {
     first_hit_slots: usize,
     /// The still layers of the cells that were loaded, each once, and for each of these cells which numbers
     /// were given.
-    layers: Vec<Arc<BitGrid>>,
+    layers: Vec<Arc<OverTime>>,
     numbers: Vec<(usize, BTreeSet<Slot>)>,
     /// What each number of the last layer stands for: a table, and a placement without its draws.
     stands_for: BTreeMap<Slot, (usize, GridPose)>,
@@ -244,10 +244,10 @@ impl Backend for Few {
 
     fn load(&mut self, scene: &VoxelScene) -> Result<()> {
         assert_eq!(self.open, 0, "questions are answered before another cell is loaded");
-        let still = scene.still.as_ref().expect("all scenes here move");
-        if !self.layers.last().is_some_and(|last| Arc::ptr_eq(last, still)) {
-            assert!(!self.layers.iter().any(|layer| Arc::ptr_eq(layer, still)), "a layer comes back");
-            self.layers.push(still.clone());
+        let all = scene.over_time.as_ref().expect("all scenes here move");
+        if !self.layers.last().is_some_and(|last| Arc::ptr_eq(last, all)) {
+            assert!(!self.layers.iter().any(|layer| Arc::ptr_eq(layer, all)), "a layer comes back");
+            self.layers.push(all.clone());
             self.stands_for.clear();
         }
         self.numbers.push((self.layers.len() - 1, BTreeSet::new()));

@@ -24,10 +24,10 @@ pub use self_test::{POSES as SELF_TEST_POSES, self_test};
 pub struct VoxelScene {
     /// What stops rays, over the whole grid.
     pub blockers: Arc<BitGrid>,
-    /// The blockers that stand still in every snapshot, against which rays are cast only once: the same
+    /// What blocks in every snapshot and what in any, by which the work for one serves the others: the same
     /// allocation (`Arc::ptr_eq`) in all snapshots of a scene, and another one when the numbers for first
     /// hits start over. `None` where there is one snapshot.
-    pub still: Option<Arc<BitGrid>>,
+    pub over_time: Option<Arc<OverTime>>,
     /// The part of the grid where evidence is kept: normally the bounding box of the regions.
     pub window: Window,
     /// Truly occupied voxels.
@@ -40,6 +40,15 @@ pub struct VoxelScene {
     pub regions: Vec<BitGrid>,
     /// The voxels of people: of whom, and of which part of the body.
     pub people: People,
+}
+
+/// The blockers of a scene over all its snapshots, each over the whole grid.
+#[derive(Clone, Debug)]
+pub struct OverTime {
+    /// Those of every snapshot, which stand still: against them rays are cast only once.
+    pub always: BitGrid,
+    /// Those of any.
+    pub ever: BitGrid,
 }
 
 /// One table of rays, as the backends see it: where they go, what ends them, and what chance does to them.
@@ -78,6 +87,12 @@ impl Noise {
                 march::step_q16(unit_q12, self.std_q16[(t_q16 >> 16) as usize])
             }
         }
+    }
+
+    /// The farthest before its distance that a return may be read.
+    pub(crate) fn nearest_q16(&self) -> u32 {
+        let unit_q12 = self.unit_q12.iter().copied().min().unwrap_or(0).min(0);
+        march::step_q16(unit_q12, self.std_q16.iter().copied().max().unwrap_or(0)).unsigned_abs()
     }
 
     /// The farthest behind its distance that a return may be read.

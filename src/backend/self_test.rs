@@ -100,7 +100,7 @@ fn scene() -> VoxelScene {
     let part = |[.., z]: [i32; 3]| BodyPart::ALL[z as usize / 5 % BodyPart::ALL.len()];
     let voxels = human.voxels().map(|voxel| BodyVoxel { voxel, person: 0, part: part(voxel) }).collect();
     let people = People { min_hits: 3, voxels };
-    VoxelScene { blockers, still: None, window, truth, human, robot, regions, people }
+    VoxelScene { blockers, over_time: None, window, truth, human, robot, regions, people }
 }
 
 /// Around the room and amid the clutter, turned by eighths of a circle, level or tilted down.

@@ -87,7 +87,7 @@ fn around(plane: &BitGrid, grid: &Grid, eye_m: DVec3) -> Result<(VoxelScene, [i3
     let none = BitGrid::new(one);
     let scene = VoxelScene {
         blockers: moved.over(whole).into(),
-        still: None,
+        over_time: None,
         // Only how rays end is looked at.
         window: one,
         truth: none.clone(),

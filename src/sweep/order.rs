@@ -190,7 +190,7 @@ pub(super) fn each_world(
         let mut left = left.as_slice();
         while !left.is_empty() {
             // A backend takes a new allocation for a new layer, and forgets first hits under the old numbers.
-            let still = snapshots[0].still.as_ref().map(|still| Arc::new(still.as_ref().clone()));
+            let over_time = snapshots[0].over_time.as_ref().map(|all| Arc::new(all.as_ref().clone()));
             let mut group: Option<(&[PoseChoice], FirstHitSlots)> = None;
             for world in snapshots {
                 let some = group.as_ref().map_or(left, |(group, _)| *group);
@@ -199,7 +199,7 @@ pub(super) fn each_world(
                 }
                 task.begins(world);
                 let scene = world.scene(window_of(&world.regions));
-                backend.load(&VoxelScene { still: still.clone(), ..scene })?;
+                backend.load(&VoxelScene { over_time: over_time.clone(), ..scene })?;
                 let first = || first_group(study, snapshots, &tables, left, backend.first_hit_slots());
                 let (group, first_hits) = group.get_or_insert_with(first);
                 let store = Store::new(study, world, &tables, first_hits, backend.slots(), batch);

@@ -16,7 +16,7 @@ mod warnings;
 use std::sync::Arc;
 use std::time::Instant;
 
-use crate::backend::{GridPose, VoxelScene};
+use crate::backend::{GridPose, OverTime, VoxelScene};
 use crate::error::{Issue, Site};
 use crate::pose::Pose;
 use crate::scene::{Role, Scene, build::build_or_all};
@@ -48,8 +48,8 @@ pub struct World {
     pub grid: Grid,
     /// All snapshots of the scene, in voxels.
     snapshots: Arc<Snapshots>,
-    /// The blockers that stand still in every snapshot of the scene; `None` where there is one snapshot.
-    pub still: Option<Arc<BitGrid>>,
+    /// Blockers over all snapshots of the scene; `None` where there is one snapshot.
+    pub over_time: Option<Arc<OverTime>>,
     /// The study's regions in this scene, in study order.
     pub regions: Vec<Region>,
     /// For each sensor, its candidates' settings with poses in the world, whatever carries the sensor; one
@@ -147,7 +147,7 @@ impl World {
         let in_voxels = Arc::new(Snapshots::of(&snapshots, grid, kept_bytes, go_on).map_err(in_scene)?);
         let shapes = shapes::shapes(study).map_err(|e| study.sources.judged(vec![e]))?;
         let mut worlds: Vec<World> = Vec::new();
-        let mut still: Option<BitGrid> = None;
+        let mut over_time: Option<OverTime> = None;
         for (snapshot, mounted) in settings.into_iter().zip(carriers).enumerate() {
             go_on().map_err(|e| vec![e])?;
             let moment = if spec.snapshots > 1 { format!(", snapshot {snapshot}") } else { String::new() };
@@ -158,13 +158,16 @@ impl World {
             })?;
             worlds.last().iter().for_each(|before| world.share_regions(before));
             let blockers = &world.truth().blockers;
-            still.get_or_insert_with(|| BitGrid::clone(blockers)).keep(blockers);
+            let all = || OverTime { always: BitGrid::clone(blockers), ever: BitGrid::clone(blockers) };
+            let all = over_time.get_or_insert_with(all);
+            all.always.keep(blockers);
+            all.ever.add(blockers);
             worlds.push(world);
         }
         worlds[0].warnings = warnings::warnings(study, &snapshots, &worlds);
-        if let (Some(still), [_, _, ..]) = (still, &worlds[..]) {
-            let still = Arc::new(still);
-            worlds.iter_mut().for_each(|world| world.still = Some(still.clone()));
+        if let (Some(all), [_, _, ..]) = (over_time, &worlds[..]) {
+            let all = Arc::new(all);
+            worlds.iter_mut().for_each(|world| world.over_time = Some(all.clone()));
         }
         let ([x, y, z], occupied) = (grid.size, worlds[0].truth().occupied.count());
         let (count, seconds) = (worlds.len(), begin.elapsed().as_secs_f64());
@@ -204,7 +207,7 @@ impl World {
             snapshot,
             grid: truth.grid,
             snapshots: snapshots.clone(),
-            still: None,
+            over_time: None,
             regions,
             settings,
             carriers,
@@ -281,7 +284,7 @@ impl World {
         let truth = self.truth();
         VoxelScene {
             blockers: truth.blockers.clone(),
-            still: self.still.clone(),
+            over_time: self.over_time.clone(),
             window,
             truth: truth.occupied.over(window),
             human: truth.human.over(window),

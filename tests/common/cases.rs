@@ -5,7 +5,9 @@
 use std::sync::Arc;
 
 use perirobot::backend::oracle::Oracle;
-use perirobot::backend::{Backend, GridFrame, GridPose, Noise, Planes, Rays, Reading, Slot, VoxelScene};
+use perirobot::backend::{
+    Backend, GridFrame, GridPose, Noise, OverTime, Planes, Rays, Reading, Slot, VoxelScene,
+};
 use perirobot::march::{self, End, Gates, MAX_RANGE_VOXELS, NOISE_STEPS};
 use perirobot::metrics::BodyPart;
 use perirobot::sensor::Camera;
@@ -246,13 +248,13 @@ fn scene(random: &mut Random, grid: Window) -> VoxelScene {
     }
     let [truth, human, robot] = [truth, human, robot].map(|plane| plane.over(window));
     let people = people(random, &truth, &human);
-    let still = random.one_in(3).then(|| {
-        let mut still = blockers.clone();
+    let over_time = random.one_in(3).then(|| {
+        let mut always = blockers.clone();
         let moves = inner(random, grid);
-        still.remove(&BitGrid::full(moves));
-        Arc::new(still)
+        always.remove(&BitGrid::full(moves));
+        Arc::new(OverTime { always, ever: blockers.clone() })
     });
-    VoxelScene { blockers: blockers.into(), still, window, truth, human, robot, regions, people }
+    VoxelScene { blockers: blockers.into(), over_time, window, truth, human, robot, regions, people }
 }
 
 /// Whose the truly occupied voxels of people are: of up to three people, who have parts of all kinds in any

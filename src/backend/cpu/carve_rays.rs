@@ -29,6 +29,32 @@ pub(super) fn mark_freed(packet: &Packet, lane: usize, freed: u32, until_q16: u3
     }
 }
 
+/// Marks those of a ray's first `freed` voxels that lie in a plane's window and come behind a place, up to which all are
+/// marked.
+pub(super) fn mark_freed_behind(
+    packet: &Packet,
+    lane: usize,
+    place: FirstHit,
+    freed: u32,
+    plane: &mut BitGrid,
+) {
+    let Some([enters, leaves]) = span(packet, lane, plane) else { return };
+    let from = enters.max(place.into());
+    if from >= leaves {
+        return;
+    }
+    let made = packet.made_by(lane, first_hit::crossing(from as FirstHit));
+    let crossings: u32 = made.iter().sum();
+    if crossings < freed {
+        mark(plane, packet.ray(lane, made), freed - crossings, leaves);
+    }
+}
+
+/// Whether a ray that passes through a plane's window has left it by a place.
+pub(super) fn has_left(packet: &Packet, lane: usize, place: FirstHit, plane: &BitGrid) -> bool {
+    span(packet, lane, plane).is_some_and(|[_, leaves]| u64::from(place) >= leaves)
+}
+
 /// Marks the voxel that a ray is in and those that follow, `voxels` in all at most, up to the crossing `end`.
 #[inline]
 fn mark(plane: &mut BitGrid, mut ray: LeapingRay, voxels: u32, end: u64) {

@@ -6,6 +6,7 @@
 //! `first_hit` (what they hit), `end` (gates and noise), `pyramid` and `carve_voxels`, or `carve_rays` (what
 //! they free).
 
+mod alike;
 mod blocker_search;
 mod carve_rays;
 mod carve_voxels;
@@ -26,7 +27,7 @@ use fearless_simd::Level;
 use rayon::prelude::*;
 
 use super::{
-    Backend, Carving, Evidence, Fusion, GridPose, MEMORY_BYTES, Planes, Rays, Reading, Shot, Slot,
+    Backend, Carving, Evidence, Fusion, GridPose, MEMORY_BYTES, OverTime, Planes, Rays, Reading, Shot, Slot,
     VoxelScene, count::RegionTally,
 };
 use crate::march::{End, NOTHING};
@@ -34,9 +35,9 @@ use crate::metrics::Confusion;
 use crate::voxel::BitGrid;
 use crate::{Error, Result};
 pub(crate) use blocker_search::{BlockerSearch, RaysFrom};
-use first_hit::{FirstHit, Layer};
+use first_hit::Layer;
 use plan::RelevantVoxels;
-use sense::{Blockers, RayTable, Scratch, TableCaster};
+use sense::{Blockers, Kept, RayTable, Scratch, TableCaster};
 
 /// Most pieces of evidence kept at once, however small they are.
 const MOST_SLOTS: usize = 4096;
@@ -50,36 +51,45 @@ pub struct Cpu {
     tables: Vec<RayTable>,
     loaded: Option<LoadedScene>,
     slots: Vec<Option<Planes>>,
-    /// First hits in the still layer, by slot; empty where none are kept.
-    first_hits: Vec<Vec<FirstHit>>,
+    /// What is kept of poses from snapshot to snapshot, by slot.
+    kept: Vec<Kept>,
     answers: VecDeque<Vec<Vec<Confusion>>>,
 }
 
 /// A scene made ready.
 struct LoadedScene {
     scene: VoxelScene,
-    /// Blockers that stand in all snapshots; the very layer of the scene, so that the next scene's can be
-    /// known for the same.
-    still: Option<(Arc<BitGrid>, Layer)>,
+    /// Those over all snapshots; the very allocation of the scene, so that the next scene's can be known for the same.
+    over_time: Option<(Arc<OverTime>, Layers)>,
     /// The other blockers, or all.
     moving: Layer,
     wanted: RelevantVoxels,
     tally: RegionTally,
 }
 
+/// Blockers over all snapshots, made ready.
+struct Layers {
+    /// Of every snapshot.
+    always: Layer,
+    /// Of any.
+    ever: Layer,
+}
+
 impl LoadedScene {
-    /// Makes a scene ready. `before` is the still layer of the last one, which may be this one's.
-    fn new(scene: &VoxelScene, before: Option<(Arc<BitGrid>, Layer)>) -> Self {
-        let same = |still: &Arc<BitGrid>| before.filter(|(layer, _)| Arc::ptr_eq(layer, still));
-        let still = scene
-            .still
-            .as_ref()
-            .map(|still| same(still).unwrap_or_else(|| (still.clone(), Layer::new(BitGrid::clone(still)))));
+    /// Makes a scene ready. `before` is what the last one had over time, which may be this one's.
+    fn new(scene: &VoxelScene, before: Option<(Arc<OverTime>, Layers)>) -> Self {
+        let same = |all: &Arc<OverTime>| before.filter(|(known, _)| Arc::ptr_eq(known, all));
+        let ready = |all: &OverTime| Layers {
+            always: Layer::new(all.always.clone()),
+            ever: Layer::new(all.ever.clone()),
+        };
+        let over_time = scene.over_time.as_ref();
+        let over_time = over_time.map(|all| same(all).unwrap_or_else(|| (all.clone(), ready(all))));
         let mut moving = BitGrid::clone(&scene.blockers);
-        still.iter().for_each(|(still, _)| moving.remove(still));
+        over_time.iter().for_each(|(all, _)| moving.remove(&all.always));
         let wanted = RelevantVoxels::of(scene.window, &scene.regions);
         LoadedScene {
-            still,
+            over_time,
             moving: Layer::new(moving),
             wanted,
             tally: RegionTally::new(scene),
@@ -88,7 +98,12 @@ impl LoadedScene {
     }
 
     fn blockers(&self) -> Blockers<'_> {
-        Blockers { still: self.still.as_ref().map(|(_, layer)| layer), moving: &self.moving }
+        let layers = self.over_time.as_ref().map(|(_, layers)| layers);
+        Blockers {
+            still: layers.map(|layers| &layers.always),
+            moving: &self.moving,
+            ever: layers.map(|layers| &layers.ever),
+        }
     }
 }
 
@@ -107,7 +122,7 @@ impl Cpu {
             carving: None,
             tables: Vec::new(),
             loaded: None,
-            first_hits: Vec::new(),
+            kept: Vec::new(),
             slots: Vec::new(),
             answers: VecDeque::new(),
         })
@@ -136,15 +151,13 @@ impl Cpu {
         self.loaded.as_ref().ok_or_else(|| Error::device("no scene is loaded"))
     }
 
-    /// The first hits in the still layer kept for a shot, unknown ones if it is new.
-    fn take_first_hits(&mut self, table: usize, shot: &Shot) -> Option<Vec<FirstHit>> {
+    /// What is kept for a shot; nothing yet if it is new.
+    fn take_kept(&mut self, shot: &Shot) -> Option<Kept> {
         let slot = shot.first_hits? as usize;
-        if self.first_hits.len() <= slot {
-            self.first_hits.resize(slot + 1, Vec::new());
+        if self.kept.len() <= slot {
+            self.kept.resize(slot + 1, Kept::default());
         }
-        let rays = self.tables.get(table)?.packets.count() * packet::RAYS;
-        let kept = std::mem::take(&mut self.first_hits[slot]);
-        Some(if kept.len() == rays { kept } else { vec![first_hit::UNKNOWN; rays] })
+        Some(std::mem::take(&mut self.kept[slot]))
     }
 
     /// A table's rays in the loaded scene.
@@ -167,7 +180,7 @@ impl Backend for Cpu {
     }
 
     fn tables(&mut self, tables: &[Rays]) -> Result<()> {
-        self.first_hits.clear();
+        self.kept.clear();
         self.tables = tables.iter().map(RayTable::new).collect();
         Ok(())
     }
@@ -179,12 +192,12 @@ impl Backend for Cpu {
         // sensors fits.
         let least = 4 * self.pool.current_num_threads().max(4);
         self.slots = vec![None; (evidence / piece).min(MOST_SLOTS).max(least)];
-        let before = self.loaded.take().and_then(|loaded| loaded.still);
-        let was = before.as_ref().map(|(layer, _)| layer.clone());
+        let before = self.loaded.take().and_then(|loaded| loaded.over_time);
+        let was = before.as_ref().map(|(all, _)| all.clone());
         let loaded = LoadedScene::new(scene, before);
-        let is = loaded.still.as_ref().map(|(layer, _)| layer);
+        let is = loaded.over_time.as_ref().map(|(all, _)| all);
         if !was.iter().zip(is).any(|(was, is)| Arc::ptr_eq(was, is)) {
-            self.first_hits.clear();
+            self.kept.clear();
         }
         self.loaded = Some(loaded);
         tracing::debug!(
@@ -199,29 +212,33 @@ impl Backend for Cpu {
     }
 
     fn first_hit_slots(&self) -> usize {
-        let rays = self.tables.iter().map(|table| table.packets.count() * packet::RAYS).max().unwrap_or(0);
-        let still = self.loaded.as_ref().is_some_and(|loaded| loaded.still.is_some());
-        let bytes = usize::try_from(self.memory_bytes / 4).unwrap_or(usize::MAX);
-        if still { bytes / (4 * rays.max(1)) } else { 0 }
+        let Some(loaded) = self.loaded.as_ref().filter(|loaded| loaded.over_time.is_some()) else { return 0 };
+        let plane = 4 * loaded.scene.truth.words().len();
+        // A first hit of each ray, and for rays that are carved one by one up to where each is marked, and a plane.
+        let of_table = |table: &RayTable| {
+            let rays = table.packets.count() * packet::RAYS;
+            if table.packets.image().is_some() { 4 * rays } else { 8 * rays + plane }
+        };
+        let most = self.tables.iter().map(of_table).max().unwrap_or(0);
+        usize::try_from(self.memory_bytes / 4).unwrap_or(usize::MAX) / most.max(1)
     }
 
     fn sense(&mut self, table: usize, shots: &[Shot]) -> Result<()> {
         tracing::debug!("cpu: casts table of rays {table} from {} poses", shots.len());
-        let mut kept: Vec<Option<Vec<FirstHit>>> =
-            shots.iter().map(|shot| self.take_first_hits(table, shot)).collect();
+        let mut kept: Vec<Option<Kept>> = shots.iter().map(|shot| self.take_kept(shot)).collect();
         let loaded = self.loaded()?;
         let sensor = self.sensor(table, &loaded.wanted)?;
         let sensed: Vec<Planes> = self.pool.install(|| {
             let each = shots.par_iter().zip(&mut kept).map_init(
                 || Scratch::new(sensor.table),
-                |scratch, (shot, kept)| sensor.sense(&shot.placement, scratch, kept.as_deref_mut(), None),
+                |scratch, (shot, kept)| sensor.sense(&shot.placement, scratch, kept.as_mut(), None),
             );
             each.collect()
         });
         for ((shot, planes), kept) in shots.iter().zip(sensed).zip(kept) {
             self.slots[shot.slot as usize] = Some(planes);
             if let (Some(slot), Some(kept)) = (shot.first_hits, kept) {
-                self.first_hits[slot as usize] = kept;
+                self.kept[slot as usize] = kept;
             }
         }
         Ok(())

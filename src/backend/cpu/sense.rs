@@ -2,7 +2,8 @@
 
 use fearless_simd::Level;
 
-use super::carve_rays::{crosses_window, mark_freed};
+use super::alike::{self, Alike, DONE};
+use super::carve_rays::{crosses_window, has_left, mark_freed, mark_freed_behind};
 use super::carve_voxels::CarveVoxels;
 use super::cone::{Cone, ConeAtPose};
 use super::end::{PacketEnds, Rules, Sent};
@@ -14,6 +15,7 @@ use super::projection::{BOXES, PixelRect, Projection};
 use super::pyramid::Pyramid;
 use crate::backend::{Carving, GridPose, Noise, Planes, Rays};
 use crate::march::{self, End, Gates};
+use crate::voxel::BitGrid;
 
 /// A table of rays made ready.
 pub(super) struct RayTable {
@@ -37,6 +39,17 @@ impl RayTable {
 pub(super) struct Blockers<'a> {
     pub(super) still: Option<&'a Layer>,
     pub(super) moving: &'a Layer,
+    /// What stops rays in any snapshot.
+    pub(super) ever: Option<&'a Layer>,
+}
+
+/// What is kept of a pose from snapshot to snapshot.
+#[derive(Clone, Default)]
+pub(super) struct Kept {
+    /// First hits in the still layer, packet by packet.
+    pub(super) first_hits: Vec<FirstHit>,
+    /// What its rays do in all snapshots, from the second on.
+    pub(super) alike: Option<Alike>,
 }
 
 /// A pose being sensed.
@@ -46,8 +59,8 @@ struct Shoot<'a> {
     caster: GridPose,
     still: Option<Search<'a>>,
     moving: Search<'a>,
-    /// First hits in the still layer, packet by packet, if they are kept.
-    first_hits: Option<&'a mut [FirstHit]>,
+    /// What is kept of it, if anything is.
+    kept: Option<&'a mut Kept>,
     /// Where the end of every ray is wanted.
     see: Option<&'a mut [End]>,
 }
@@ -116,33 +129,40 @@ struct Tile {
 }
 
 impl TableCaster<'_> {
-    /// Casts and carves a placement. `first_hits` are the first hits in the still layer, packet by packet,
-    /// filled in where they are unknown. `see` receives the end of every ray.
+    /// Casts and carves a placement. `kept` is what other snapshots told of it, and is filled in where it is unknown.
+    /// `see` receives the end of every ray.
     pub(super) fn sense(
         &self,
         placement: &GridPose,
         scratch: &mut Scratch,
-        first_hits: Option<&mut [FirstHit]>,
+        kept: Option<&mut Kept>,
         see: Option<&mut [End]>,
     ) -> Planes {
         let window = self.wanted.voxels.window();
-        let mut planes = Planes::blank(window);
         let caster = placement.caster();
-        let search = |layer| {
-            let voxel = caster.origin_q16.map(|x| x >> 16);
-            let ignore_q16 = self.table.gates.near_ignore_q16;
-            Search { layer, ignore_q16, clearing: Layer::clearing(layer, voxel) }
-        };
+        let search = |layer| self.search(layer, &caster);
         let (still, moving) = (self.blockers.still.map(search), search(self.blockers.moving));
-        let mut shoot = Shoot { placement, caster, still, moving, first_hits, see };
+        let is_new = kept.as_ref().is_none_or(|kept| kept.first_hits.is_empty());
+        let mut shoot = Shoot { placement, caster, still, moving, kept, see };
         let carving = self.carving.unwrap_or_else(|| plan::carving(&self.table.packets, window));
         match (carving, self.table.packets.image()) {
             (Carving::ByVoxel, Some(image)) => {
+                let mut planes = Planes::blank(window);
                 self.carve_by_voxel(&Projection::new(placement, image), &mut shoot, scratch, &mut planes);
+                planes
             }
-            _ => self.carve_by_ray(&mut shoot, scratch, &mut planes),
+            _ if is_new || shoot.casts_all() || self.table.noise.lost_below > 0 => {
+                let mut planes = Planes::blank(window);
+                self.carve_by_ray(&mut shoot, scratch, &mut planes);
+                planes
+            }
+            _ => self.carve_the_rest(&mut shoot, scratch),
         }
-        planes
+    }
+
+    fn search<'l>(&self, layer: &'l Layer, caster: &GridPose) -> Search<'l> {
+        let voxel = caster.origin_q16.map(|x| x >> 16);
+        Search { layer, ignore_q16: self.table.gates.near_ignore_q16, clearing: layer.clearing(voxel) }
     }
 
     /// Casts the rays first; then each voxel is looked up in the image of what the pixels free.
@@ -209,8 +229,83 @@ impl TableCaster<'_> {
         }
     }
 
+    /// Ray by ray, but for what all snapshots have alike.
+    fn carve_the_rest(&self, shoot: &mut Shoot, scratch: &mut Scratch) -> Planes {
+        let window = self.wanted.voxels.window();
+        let known = shoot.kept.as_mut().and_then(|kept| kept.alike.take());
+        let known = known.filter(|alike| alike.free.window() == window);
+        let alike = known.unwrap_or_else(|| self.alike(shoot, scratch));
+        let mut planes = Planes { free: alike.free.clone(), ..Planes::blank(window) };
+        let packets = &self.table.packets;
+        for packet in 0..packets.count() {
+            let Some((marked, moved)) = alike.packet(packet) else { continue };
+            scratch.packet.start(self.level, shoot.placement, packets.dirs_q15(packet));
+            self.cast_some(packet, moved, shoot, scratch);
+            for (lane, &place) in marked.iter().enumerate().filter(|(_, place)| **place != DONE) {
+                let freed = scratch.ends.freed[lane];
+                match place {
+                    0 => mark_freed(&scratch.packet, lane, freed, march::NEVER, &mut planes.free),
+                    place => mark_freed_behind(&scratch.packet, lane, place, freed, &mut planes.free),
+                }
+            }
+            scratch.ends.mark(&mut planes);
+        }
+        if let Some(kept) = &mut shoot.kept {
+            kept.alike = Some(alike);
+        }
+        planes
+    }
+
+    /// What the rays of a pose do alike in all snapshots.
+    fn alike(&self, shoot: &mut Shoot, scratch: &mut Scratch) -> Alike {
+        let (packets, gates) = (&self.table.packets, &self.table.gates);
+        let (range, nearer_q16) = (first_hit::range(gates.range_max_q16), self.table.noise.nearest_q16());
+        let ever = self.blockers.ever.map(|ever| self.search(ever, &shoot.caster));
+        let mut alike = Alike {
+            free: BitGrid::new(self.wanted.voxels.window()),
+            marked: vec![DONE; packets.count() * RAYS],
+            moved: vec![0; packets.count()],
+        };
+        for packet in 0..packets.count() {
+            scratch.packet.start(self.level, shoot.placement, packets.dirs_q15(packet));
+            let crosses = |lane: &usize| crosses_window(&scratch.packet, *lane, &alike.free);
+            let crossing: Vec<usize> = (0..RAYS).filter(crosses).collect();
+            if crossing.is_empty() {
+                continue;
+            }
+            self.cast_some(packet, 0, shoot, scratch);
+            for lane in crossing {
+                let still = scratch.found[lane];
+                let ray = scratch.packet.ray(lane, [0; 3]);
+                let first =
+                    ever.as_ref().map_or(0, |ever| ever.first_hit(ray, true, still.min(range), still));
+                let is_return = |hit: FirstHit| hit < first_hit::LEFT && hit >> 2 >= gates.range_min_q16;
+                let (place, crossings) = if is_return(still) && is_return(first) {
+                    let place = alike::before(first, nearer_q16);
+                    let made = scratch.packet.made_by(lane, first_hit::crossing(place));
+                    (place, if place == 0 { 0 } else { made.iter().sum() })
+                } else if first == still {
+                    // It does not return, and frees what it frees here.
+                    (DONE, scratch.ends.freed[lane])
+                } else {
+                    (0, 0)
+                };
+                mark_freed(&scratch.packet, lane, crossings, march::NEVER, &mut alike.free);
+                let is_done = place > 0 && has_left(&scratch.packet, lane, place, &alike.free);
+                alike.marked[packet * RAYS + lane] = if is_done { DONE } else { place };
+                alike.moved[packet] |= u64::from(first != still) << lane;
+            }
+        }
+        alike
+    }
+
     /// How the rays of a packet end; `scratch` holds the rays as they are believed to go.
     fn cast(&self, packet: usize, shoot: &mut Shoot, scratch: &mut Scratch) {
+        self.cast_some(packet, u64::MAX, shoot, scratch);
+    }
+
+    /// The same, where only some rays, a bit each, may meet what moves.
+    fn cast_some(&self, packet: usize, moved: u64, shoot: &mut Shoot, scratch: &mut Scratch) {
         let table = self.table;
         scratch.found = [first_hit::NOTHING; RAYS];
         let is_off = shoot.placement.truly.is_some();
@@ -220,15 +315,22 @@ impl TableCaster<'_> {
         }
         if let Some(still) = &shoot.still {
             let part = packet * RAYS..(packet + 1) * RAYS;
-            match shoot.first_hits.as_mut().map(|first_hits| &mut first_hits[part]) {
+            let all = table.packets.count() * RAYS;
+            let kept = shoot.kept.as_mut().map(|kept| {
+                kept.first_hits.resize(all, first_hit::UNKNOWN);
+                &mut kept.first_hits[part]
+            });
+            match kept {
                 Some(kept) if kept[0] != first_hit::UNKNOWN => scratch.found.copy_from_slice(kept),
                 kept => {
-                    self.first_hit(still, packet, &shoot.caster, scratch);
+                    self.first_hits(still, packet, u64::MAX, &shoot.caster, scratch);
                     kept.into_iter().for_each(|kept| kept.copy_from_slice(&scratch.found));
                 }
             }
         }
-        self.first_hit(&shoot.moving, packet, &shoot.caster, scratch);
+        if moved != 0 {
+            self.first_hits(&shoot.moving, packet, moved, &shoot.caster, scratch);
+        }
         if is_off {
             std::mem::swap(&mut scratch.packet, &mut scratch.truly);
         }
@@ -247,11 +349,18 @@ impl TableCaster<'_> {
         }
     }
 
-    /// The first hits of a packet on a layer, where they come before those already known.
-    fn first_hit(&self, search: &Search, packet: usize, placement: &GridPose, scratch: &mut Scratch) {
+    /// The first hits of a packet on a layer, where they come before those already known, of some rays at least.
+    fn first_hits(
+        &self,
+        search: &Search,
+        packet: usize,
+        rays: u64,
+        placement: &GridPose,
+        scratch: &mut Scratch,
+    ) {
         let range = first_hit::range(self.table.gates.range_max_q16);
         let Some(cone) = self.table.cones.get(packet) else {
-            for lane in 0..RAYS {
+            for lane in (0..RAYS).filter(|lane| rays >> lane & 1 == 1) {
                 let known = scratch.found[lane];
                 let ray = scratch.packet.ray(lane, [0; 3]);
                 scratch.found[lane] = search.first_hit(ray, true, known.min(range), known);

@@ -6,7 +6,7 @@ use super::device::{GpuDevice, GrowingBuffer};
 use super::plan::{SceneSizes, TableSizes};
 use super::types::{BOX_BITS, BOX_EDGE, NO_SLOT, ReadingWords, Setup, TableWords};
 use crate::backend::body_words::BodyWords;
-use crate::backend::{Rays, Reading, Slot, VoxelScene};
+use crate::backend::{OverTime, Rays, Reading, Slot, VoxelScene};
 use crate::voxel::{BitGrid, Bricks, Window};
 use crate::{Error, Result};
 
@@ -76,7 +76,7 @@ impl DeviceScene {
     ) -> Self {
         let slots = sizes.slots(&device.report, memory_bytes);
         let arena = slots as u64 * sizes.plane_bytes();
-        let layers = |still: &Arc<BitGrid>| {
+        let layers = |OverTime { always: still, .. }: &OverTime| {
             let mut moving = BitGrid::clone(&scene.blockers);
             moving.remove(still);
             [device.upload("still", &layer_words(still)), device.upload("moving", &layer_words(&moving))]
@@ -92,7 +92,7 @@ impl DeviceScene {
             setup: GrowingBuffer::uniform("setup")
                 .filled(device, &[Setup::new(scene, kept.stride, body_words.counters() as u32)]),
             blockers: device.upload("blockers", &layer_words(&scene.blockers)),
-            layers: scene.still.as_ref().map(layers),
+            layers: scene.over_time.as_deref().map(layers),
             boxes: device.upload("boxes", &boxes.iter().map(number).collect::<Vec<_>>()),
             corners: boxes[..wanted as usize].iter().map(in_grid).collect(),
             truth: device.upload("truth", scene.truth.words()),
@@ -138,7 +138,7 @@ fn layer_words(blockers: &BitGrid) -> Vec<u32> {
 
 /// What rays hit first in a still layer: kept as long as the layer and the tables are.
 pub(super) struct Kept {
-    layer: Option<Arc<BitGrid>>,
+    over_time: Option<Arc<OverTime>>,
     /// Words of a slot.
     pub(super) stride: u32,
     /// Which slots hold first hits in this layer.
@@ -149,23 +149,28 @@ pub(super) struct Kept {
 impl Kept {
     /// Nothing is kept.
     pub(super) fn new() -> Self {
-        Kept { layer: None, stride: 0, held: Vec::new(), room: GrowingBuffer::storage("first_hits") }
+        Kept { over_time: None, stride: 0, held: Vec::new(), room: GrowingBuffer::storage("first_hits") }
     }
 
     /// Forgets what is kept: other tables are to be cast.
     pub(super) fn forget(&mut self) {
-        self.layer = None;
+        self.over_time = None;
     }
 
     /// Another scene, perhaps of the same still layer.
-    pub(super) fn load(&mut self, device: &GpuDevice, still: Option<&Arc<BitGrid>>, tables: &[DeviceTable]) {
-        let same = self.layer.as_ref().zip(still).is_some_and(|(a, b)| Arc::ptr_eq(a, b));
+    pub(super) fn load(
+        &mut self,
+        device: &GpuDevice,
+        over_time: Option<&Arc<OverTime>>,
+        tables: &[DeviceTable],
+    ) {
+        let same = self.over_time.as_ref().zip(over_time).is_some_and(|(a, b)| Arc::ptr_eq(a, b));
         if !same {
             let largest = tables.iter().map(|table| &table.sizes).max_by_key(|sizes| sizes.ends_bytes());
             let slots = largest.map_or(0, |sizes| sizes.first_hits_at_once(&device.report));
             self.stride = largest.map_or(0, |sizes| (sizes.ends_bytes() / 4) as u32);
-            self.held = vec![false; if still.is_some() { slots.min(MOST_FIRST_HITS) } else { 0 }];
-            self.layer = still.cloned();
+            self.held = vec![false; if over_time.is_some() { slots.min(MOST_FIRST_HITS) } else { 0 }];
+            self.over_time = over_time.cloned();
         }
     }
 

@@ -135,7 +135,7 @@ impl Backend for Gpu {
         let (boxes, wanted) = plan::boxes(scene);
         let body_words = BodyWords::new(scene);
         let sizes = SceneSizes::of(scene, [wanted, boxes.len() as u32], &body_words, &device.report)?;
-        self.kept.load(device, scene.still.as_ref(), &self.tables);
+        self.kept.load(device, scene.over_time.as_ref(), &self.tables);
         let (boxes, memory_bytes) = ((boxes.as_slice(), wanted), self.memory_bytes);
         self.loaded = Some(DeviceScene::new(
             device,

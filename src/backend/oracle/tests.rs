@@ -27,7 +27,7 @@ fn corridor() -> (VoxelScene, Rays, GridPose) {
     human.set([6, 2, 1]);
     let scene = VoxelScene {
         blockers: wall.clone().into(),
-        still: None,
+        over_time: None,
         window,
         truth: wall,
         human,

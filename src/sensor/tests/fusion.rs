@@ -20,7 +20,7 @@ fn labels(fusion: Fusion, said: &[(&Planes, [i32; 2])]) -> String {
     };
     let scene = VoxelScene {
         blockers: truth.blockers.clone(),
-        still: None,
+        over_time: None,
         window: truth.grid.window(),
         truth: BitGrid::clone(&truth.occupied),
         human: truth.human.clone(),

@@ -158,7 +158,7 @@ fn in_random_cells_a_field_feels_whom_rays_hit_that_are_read_in_it() {
         let [occupied, blockers] = [&truth.occupied, &truth.blockers].map(Arc::clone);
         let scene = VoxelScene {
             blockers,
-            still: None,
+            over_time: None,
             window: truth.grid.window(),
             truth: BitGrid::clone(&occupied),
             human: truth.human.clone(),

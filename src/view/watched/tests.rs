@@ -41,7 +41,7 @@ fn hits(
         ..truth.clone()
     };
     let window = truth.grid.window();
-    let scene = VoxelScene { blockers: truth.blockers.clone(), still: None, ..world.scene(window) };
+    let scene = VoxelScene { blockers: truth.blockers.clone(), over_time: None, ..world.scene(window) };
     backend.load(&scene).unwrap();
     let mut hits = BitGrid::new(window);
     for &Watcher { sensor, candidate, representation } in &watchers.each {

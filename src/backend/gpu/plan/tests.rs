@@ -151,7 +151,7 @@ fn boxes_with_regions_come_first() {
     let scene = VoxelScene {
         window,
         blockers: blockers.into(),
-        still: None,
+        over_time: None,
         truth,
         human,
         robot,
@@ -264,7 +264,7 @@ fn what_cannot_be_bound_is_refused_with_its_size() {
     let scene = VoxelScene {
         window: grid.window(),
         blockers: blockers.into(),
-        still: None,
+        over_time: None,
         truth,
         human,
         robot,
