@@ -1,6 +1,6 @@
 //! The backend on all cores of the processor: each thread works on one placement or one job. The algorithms
 //! are in files of their own, each with a reason why it is exact: `first_hit` (leaps), `cone`, `intersect`,
-//! `carve_voxels`, `carve_rays`; `plan` says which is used when. The arithmetic is `march`.
+//! `carve_voxels`, `carve_rays`, `alike`; `plan` says which is used when. The arithmetic is `march`.
 //!
 //! A pose is sensed in this order: `plan` (what matters), `packet` (rays by the 64), `cone`, `intersect` and
 //! `first_hit` (what they hit), `end` (gates and noise), `pyramid` and `carve_voxels`, or `carve_rays` (what
