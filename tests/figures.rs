@@ -207,7 +207,7 @@ fn a_page_lists_every_figure_and_says_what_is_left_out() {
         .filter_map(|(_, file)| file.strip_suffix(">)"))
         .collect();
     assert_eq!(listed, files.iter().map(String::as_str).collect());
-    assert!(page.contains("Left out: no scene that is drawn moves."), "{page}");
+    assert!(page.contains("Left out: no scene moves."), "{page}");
     let manifest = Manifest::read(&folder.path("out")).unwrap();
     let command = shell::command(&manifest.provenance.about.command);
     assert!(page.contains(&format!("\n    {command}\n")), "no {command} in {page}");

@@ -1,7 +1,6 @@
 //! Scenes that move, on the CPU: what is kept of a pose from snapshot to snapshot changes no plane and no count.
 //! `PERIROBOT_CASE=<seed>` runs one case.
 
-#[allow(dead_code)]
 mod common;
 
 use std::sync::Arc;

@@ -2,6 +2,7 @@
 //! `geb079.bt` (a building) and `scan.dat` (a laser scan, 88,206 points), both of OctoMap's `share/data`, as the source
 //! distribution of PyPI's `octomap-python` has them. The scan is carved by OctoMap's own programs, too.
 
+mod common;
 #[allow(dead_code)]
 #[path = "common/program.rs"]
 mod program;
@@ -38,7 +39,9 @@ fn real(name: &str) -> Option<PathBuf> {
     match std::env::var_os("PERIROBOT_REAL_SCANS") {
         Some(folder) => Some(Path::new(&folder).join(name)),
         None => {
-            eprintln!("SKIPPED: no real scan is read, as PERIROBOT_REAL_SCANS names no folder with {name}");
+            common::say(&format!(
+                "SKIPPED: PERIROBOT_REAL_SCANS names no folder with {name}, so no real scan is read"
+            ));
             None
         }
     }

@@ -146,7 +146,7 @@ fn the_two_trees_of_octomap_are_one_map() {
     if Command::new("convert_octree").output().is_err() {
         let promised = std::env::var("PERIROBOT_REQUIRE_OCTOMAP").is_ok_and(|v| v == "1");
         assert!(!promised, "PERIROBOT_REQUIRE_OCTOMAP=1, but there is no convert_octree");
-        return eprintln!("SKIPPED: no convert_octree (Debian's octomap-tools)");
+        return common::say("SKIPPED: no convert_octree (Debian's octomap-tools)");
     }
     let folder = exported();
     let binary = score(&folder, "files/labels.bt", &[]);

@@ -25,7 +25,6 @@ use perirobot::sensor::{MountLink, Setting};
 use perirobot::study::{Combination, Overrides, Study};
 use perirobot::sweep::Row;
 use perirobot::sweep::run;
-use perirobot::voxel::BitGrid;
 use perirobot::world::World;
 use perirobot::{Error, Result};
 

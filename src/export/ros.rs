@@ -4,9 +4,11 @@
 //! Each sensor has a frame of its name: x forward, y left, z up (REP-103). A camera has a second one, whose name
 //! ends in `_optical_frame`: z forward, x right, y down; its points are in that.
 
+use std::collections::BTreeSet;
+
 use glam::{DQuat, DVec3, EulerRot};
 
-use super::{File, sensor_file_names};
+use super::File;
 use crate::Result;
 use crate::backend::Image;
 use crate::pose::Pose;
@@ -65,11 +67,13 @@ impl Placed<'_> {
 
 /// The sensors of a view that stand somewhere.
 fn placed<'v>(view: &'v View) -> Vec<Placed<'v>> {
-    let placed = view.members.iter().zip(sensor_file_names(view)).filter_map(|(member, name)| {
+    // The frames that are there already: the world's, and the links that carry sensors.
+    let links = view.members.iter().filter_map(|member| view.study.sensors[member.sensor].on.as_ref());
+    let mut taken: BTreeSet<String> = links.map(|on| on.link.clone()).chain([WORLD.into()]).collect();
+    let placed = view.members.iter().filter_map(|member| {
         let sensor = &view.study.sensors[member.sensor];
         let Setting::Pose(pose) = view.world.settings[member.sensor][member.candidate] else { return None };
-        // Names of topics have no hyphens.
-        let name = name.replace('-', "_");
+        let name = frame_name(&sensor.name, &mut taken);
         let own = Frame { name: name.clone(), holder: WORLD.into(), pose };
         let mounted = match &sensor.on {
             Some(on) => {
@@ -80,11 +84,31 @@ fn placed<'v>(view: &'v View) -> Vec<Placed<'v>> {
         };
         let optical = ray_table(view.study, member.sensor).and_then(|rays| rays.image).map(|image| {
             let pose = Pose { position_m: DVec3::ZERO, rotation: DQuat::from_mat3(&Pose::ORIGIN.optical()) };
-            (Frame { name: format!("{name}_optical_frame"), holder: name, pose }, image)
+            (Frame { name: optical_name(&name), holder: name, pose }, image)
         });
         Some(Placed { member, own, mounted, optical })
     });
     placed.collect()
+}
+
+/// A name that frames, topics and links may have, and that is not taken: ASCII letters, digits and underscores, a letter
+/// first. That of its optical frame is free as well.
+fn frame_name(name: &str, taken: &mut BTreeSet<String>) -> String {
+    let plain: String = name.chars().map(|c| if c.is_ascii_alphanumeric() { c } else { '_' }).collect();
+    let plain = match plain.trim_matches('_') {
+        "" => "sensor".to_string(),
+        word if word.starts_with(|c: char| c.is_ascii_digit()) => format!("sensor_{word}"),
+        word => word.to_string(),
+    };
+    let again = (2..).map(|n| format!("{plain}_{n}"));
+    let is_free = |name: &String| !taken.contains(name) && !taken.contains(&optical_name(name));
+    let free = std::iter::once(plain.clone()).chain(again).find(is_free).unwrap_or(plain);
+    taken.extend([free.clone(), optical_name(&free)]);
+    free
+}
+
+fn optical_name(name: &str) -> String {
+    format!("{name}_optical_frame")
 }
 
 /// All files for ROS.

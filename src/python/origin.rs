@@ -16,6 +16,8 @@ pub(crate) struct Origin {
     overrides: Overrides,
     packages: Vec<(String, PathBuf)>,
     allow_outside: bool,
+    /// Whether the user's `xacro` may be run.
+    xacro: bool,
     /// Files that are in memory only, by their paths.
     files: Vec<(PathBuf, Vec<u8>)>,
 }
@@ -36,13 +38,14 @@ impl Origin {
         overrides: Overrides,
         packages: Vec<(String, PathBuf)>,
         allow_outside: bool,
+        xacro: bool,
     ) -> Origin {
-        Origin { path, overrides, packages, allow_outside, files: Vec::new() }
+        Origin { path, overrides, packages, allow_outside, xacro, files: Vec::new() }
     }
 
     /// Keys as JSON, beside files in memory that are named from a folder.
     pub(crate) fn memory(keys: &str, folder: &Path, files: Vec<(PathBuf, File)>) -> Result<Origin> {
-        let mut origin = Origin::file(folder.join(STUDY), Overrides::default(), Vec::new(), false);
+        let mut origin = Origin::file(folder.join(STUDY), Overrides::default(), Vec::new(), false, false);
         origin.files.push((origin.path.clone(), text(&table(keys)?)?.into_bytes()));
         for (name, file) in files {
             let bytes = match file {
@@ -61,6 +64,7 @@ impl Origin {
         let sources = named.clone().fold(beside, |all, (name, folder)| all.with_package(name, folder));
         let sources = self.files.into_iter().fold(sources, |all, (path, bytes)| all.with_file(&path, bytes));
         let sources = if self.allow_outside { sources.allow_outside() } else { sources };
+        let sources = if self.xacro { sources.allow_xacro() } else { sources };
         let mut study = Study::read(&self.path, &self.overrides, sources)?;
         study.scenes.iter_mut().for_each(|scene| scene.use_packages(named.clone()));
         Ok(study)

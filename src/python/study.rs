@@ -53,9 +53,10 @@ impl Study {
         noiseless: bool,
         packages: Vec<(String, PathBuf)>,
         allow_outside: bool,
+        xacro: bool,
     ) -> PyResult<Study> {
         let overrides = Overrides { voxel_size_m, noiseless };
-        let origin = Origin::file(path, overrides, packages, allow_outside);
+        let origin = Origin::file(path, overrides, packages, allow_outside, xacro);
         Study::made(py, || Ok(origin))
     }
 

@@ -4,7 +4,9 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::io::Cursor;
 
 use byteorder::{BigEndian, LittleEndian};
-use mcap::records::MessageHeader;
+use mcap::read::{ChannelAccumulator, parse_record};
+use mcap::records::{MessageHeader, Record};
+use mcap::sans_io::{LinearReadEvent, LinearReader, LinearReaderOptions};
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 
@@ -18,6 +20,9 @@ const STAMP_NS: u64 = 1_000_000_000;
 
 /// Where a bag says which frames never move.
 const STATIC_FRAMES: &str = "/tf_static";
+
+/// The longest record that is read, as a file may not be longer: a damaged length must not ask for all memory.
+const LONGEST_RECORD: usize = 1 << 30;
 
 /// How a message is serialised, as MCAP names it.
 const ENCODING: &str = "cdr";
@@ -42,7 +47,7 @@ pub(crate) fn read_clouds(
             let said: TfMessage = decoded(&message)?;
             said.transforms.into_iter().try_for_each(|one| frames.learn(one))?;
         } else if is_a::<PointCloud2>(&message) {
-            topics.entry(message.channel.topic.clone()).or_default().push(message.log_time);
+            topics.entry(message.channel.topic.clone()).or_default().push(message.header.log_time);
         }
         Ok(())
     })?;
@@ -95,23 +100,64 @@ fn asked_for(topics: &BTreeMap<String, Vec<u64>>, topic: Option<&str>) -> Result
     }
 }
 
-fn each_message(bytes: &[u8], mut take: impl FnMut(mcap::Message) -> Result<(), Issue>) -> Result<(), Issue> {
+/// A message of a bag.
+struct Recorded<'m> {
+    channel: &'m mcap::Channel<'static>,
+    header: MessageHeader,
+    data: &'m [u8],
+}
+
+/// Hands over each message of a file. Whole files and their chunks are in memory, but no record of a damaged one makes
+/// room for more than it can hold.
+fn each_message(bytes: &[u8], mut take: impl FnMut(Recorded) -> Result<(), Issue>) -> Result<(), Issue> {
     let damaged = |e: mcap::McapError| Issue::damaged(format!("is no whole MCAP file: {e}"));
-    for message in mcap::MessageStream::new(bytes).map_err(damaged)? {
-        take(message.map_err(damaged)?)?;
+    let options = LinearReaderOptions::default().with_record_length_limit(LONGEST_RECORD);
+    let mut reader = LinearReader::new_with_options(options);
+    let mut channels = ChannelAccumulator::default();
+    let (mut left, mut is_summary) = (bytes, false);
+    while let Some(event) = reader.next_event() {
+        let (opcode, data) = match event.map_err(damaged)? {
+            LinearReadEvent::ReadRequest(wanted) => {
+                let (next, rest) = left.split_at(wanted.min(left.len()));
+                reader.insert(next.len()).copy_from_slice(next);
+                reader.notify_read(next.len());
+                left = rest;
+                continue;
+            }
+            LinearReadEvent::Record { opcode, data } => (opcode, data),
+        };
+        match parse_record(opcode, data).map_err(damaged)? {
+            // Schemas and channels come once more behind all messages.
+            _ if is_summary => {}
+            Record::DataEnd(_) => is_summary = true,
+            Record::Schema { header, data } => {
+                channels.add_schema(header, data.into_owned().into()).map_err(damaged)?;
+            }
+            Record::Channel(channel) => channels.add_channel(channel).map_err(damaged)?,
+            Record::Message { header, data } => {
+                let channel = channels.get(header.channel_id).ok_or_else(|| {
+                    Issue::damaged(format!(
+                        "has a message of the channel {}, which it lacks",
+                        header.channel_id
+                    ))
+                })?;
+                take(Recorded { channel: &channel, header, data: &data })?;
+            }
+            _ => {}
+        }
     }
     Ok(())
 }
 
 /// Whether a message is one of ROS 2 of a type.
-fn is_a<M: Message>(message: &mcap::Message) -> bool {
+fn is_a<M: Message>(message: &Recorded) -> bool {
     let schema = message.channel.schema.as_ref();
     message.channel.message_encoding == ENCODING && schema.is_some_and(|schema| schema.name == M::NAME)
 }
 
-fn decoded<M: Message + DeserializeOwned>(message: &mcap::Message) -> Result<M, Issue> {
+fn decoded<M: Message + DeserializeOwned>(message: &Recorded) -> Result<M, Issue> {
     let wrong = |what: &str| {
-        let (topic, number) = (&message.channel.topic, message.sequence);
+        let (topic, number) = (&message.channel.topic, message.header.sequence);
         Issue::damaged(format!("message {number} of {topic} is no {}: {what}", M::NAME))
     };
     let read = match message.data.split_at_checked(4) {

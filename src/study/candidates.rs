@@ -24,7 +24,8 @@ pub(super) struct CandidateFile {
     /// Objects that move with it, as a pedestal with its robot. Default none.
     #[serde(default)]
     with: Vec<String>,
-    /// Where its own frame is: a number, a list, or { start, stop, step }.
+    /// Where its own frame is: a number, a list, or { start, stop, step }. What snapshots move goes along: it keeps
+    /// its way from the object's own position_m.
     x_m: Axis,
     /// The same along y.
     y_m: Axis,
@@ -51,7 +52,7 @@ struct Standing {
     turn_deg: f64,
 }
 
-/// The scenes with each choice of places; those that have none of the objects stay as they are.
+/// The scenes with each choice of places.
 pub(super) fn expand(
     at: &Place,
     files: Vec<CandidateFile>,
@@ -59,29 +60,21 @@ pub(super) fn expand(
 ) -> Result<Vec<SceneSpec>> {
     let candidates = files.into_iter().map(|file| check(at, file, &scenes)).collect::<Result<Vec<_>>>()?;
     at.unique("candidate object", candidates.iter().map(|candidate| candidate.object.as_str()))?;
-    let mut all = Vec::new();
-    for scene in scenes {
-        let mut variants = vec![scene];
-        for candidate in &candidates {
-            let has = variants[0].objects.iter().any(|object| object.name == candidate.object);
-            if has {
-                let placed = |scene: &SceneSpec| -> Vec<SceneSpec> {
-                    candidate
-                        .places
-                        .iter()
-                        .map(|(name, standing)| candidate.placed(scene, name, standing))
-                        .collect()
-                };
-                if all.len() + variants.len() * candidate.places.len() > MOST_SCENES {
-                    let what = format!("with these, the study has more than {MOST_SCENES} scenes");
-                    return Err(at.key("candidate").says(what).wanted("widen a step, or leave some out"));
-                }
-                variants = variants.iter().flat_map(placed).collect();
-            }
-        }
-        all.extend(variants);
+    let places = candidates.iter().map(|candidate| candidate.places.len());
+    let count = places.chain([scenes.len()]).try_fold(1, usize::checked_mul);
+    if count.is_none_or(|count| count > MOST_SCENES) {
+        let what = format!("with these, the study has more than {MOST_SCENES} scenes");
+        return Err(at.key("candidate").says(what).wanted("widen a step, or leave some out"));
     }
-    Ok(all)
+    let mut variants = scenes;
+    for candidate in &candidates {
+        let placed = |scene: &SceneSpec| -> Vec<SceneSpec> {
+            let places = candidate.places.iter();
+            places.map(|(name, standing)| candidate.placed(scene, name, standing)).collect()
+        };
+        variants = variants.iter().flat_map(placed).collect();
+    }
+    Ok(variants)
 }
 
 /// Regions that stay where they are, which a user may not expect.
@@ -108,9 +101,9 @@ fn check(at: &Place, file: CandidateFile, scenes: &[SceneSpec]) -> Result<Candid
     let at = &at.key(&format!("candidate {:?}", file.object));
     let names = file.with.iter().map(|name| ("with", name)).chain([("object", &file.object)]);
     for (key, name) in names {
-        let mut known = scenes.iter().flat_map(|scene| &scene.objects);
-        let Some(object) = known.clone().find(|object| object.name == *name) else {
-            let mut names: Vec<&str> = known.by_ref().map(|object| object.name.as_str()).collect();
+        let known = || scenes.iter().flat_map(|scene| &scene.objects);
+        if !known().any(|object| object.name == *name) {
+            let mut names: Vec<&str> = known().map(|object| object.name.as_str()).collect();
             names.sort_unstable();
             names.dedup();
             return Err(at.wrong(
@@ -118,11 +111,16 @@ fn check(at: &Place, file: CandidateFile, scenes: &[SceneSpec]) -> Result<Candid
                 format!("{name:?}"),
                 &format!("must be an object of a scene: {names:?}"),
             ));
-        };
-        if matches!(object.surface, SurfaceSpec::Octomap(_)) {
-            return Err(at
-                .says(format!("{name:?} is an octomap"))
-                .wanted("its voxels are the grid's; it stays where it is"));
+        }
+        let lacks = |scene: &&SceneSpec| scene.objects.iter().all(|object| object.name != *name);
+        if let (Some(scene), "object") = (scenes.iter().find(lacks), key) {
+            let what = format!("scene {:?} has no object {name:?}", scene.name);
+            return Err(at.says(what).wanted("places are compared over all scenes, so each must have it"));
+        }
+        let is_octomap = |object: &&ObjectSpec| matches!(object.surface, SurfaceSpec::Octomap(_));
+        if known().filter(|object| object.name == *name).any(|object| is_octomap(&object)) {
+            let what = format!("{name:?} is an octomap");
+            return Err(at.says(what).wanted("its voxels are the grid's; it stays where it is"));
         }
     }
     let unturned = Axis::List(vec![0.0]);

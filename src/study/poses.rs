@@ -243,7 +243,7 @@ fn turned(at: &Place, stance: Stance, position: DVec3, facing: DVec3, turn: Turn
     }
     if facing.truncate().length() < 1e-9 * facing.length() {
         return Err(at.says("facing is straight up or down, which is no heading").wanted(match stance {
-            Stance::Level => "give one along the floor",
+            Stance::Level => "give one along the floor, and on a link one across the link's z",
             _ => "give one along the floor, and on a link one across the link's z, or use mount = \"facing\"",
         }));
     }

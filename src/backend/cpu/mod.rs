@@ -53,6 +53,8 @@ pub struct Cpu {
     slots: Vec<Option<Planes>>,
     /// What is kept of poses from snapshot to snapshot, by slot.
     kept: Vec<Kept>,
+    /// Most words of a plane that is kept so.
+    plane_words: usize,
     answers: VecDeque<Vec<Vec<Confusion>>>,
 }
 
@@ -123,6 +125,7 @@ impl Cpu {
             tables: Vec::new(),
             loaded: None,
             kept: Vec::new(),
+            plane_words: 0,
             slots: Vec::new(),
             answers: VecDeque::new(),
         })
@@ -165,7 +168,8 @@ impl Cpu {
         let table = self.tables.get(table).ok_or_else(|| super::no_table(table))?;
         let blockers = self.loaded()?.blockers();
         let wide = std::mem::discriminant(&self.level) != std::mem::discriminant(&Level::baseline());
-        Ok(TableCaster { level: self.level, wide, table, blockers, wanted, carving: self.carving })
+        let (level, carving, plane_words) = (self.level, self.carving, self.plane_words);
+        Ok(TableCaster { level, wide, table, blockers, wanted, carving, plane_words })
     }
 }
 
@@ -198,6 +202,7 @@ impl Backend for Cpu {
         let is = loaded.over_time.as_ref().map(|(all, _)| all);
         if !was.iter().zip(is).any(|(was, is)| Arc::ptr_eq(was, is)) {
             self.kept.clear();
+            self.plane_words = scene.truth.words().len();
         }
         self.loaded = Some(loaded);
         tracing::debug!(
@@ -213,11 +218,14 @@ impl Backend for Cpu {
 
     fn first_hit_slots(&self) -> usize {
         let Some(loaded) = self.loaded.as_ref().filter(|loaded| loaded.over_time.is_some()) else { return 0 };
-        let plane = 4 * loaded.scene.truth.words().len();
-        // A first hit of each ray, and for rays that are carved one by one up to where each is marked, and a plane.
         let of_table = |table: &RayTable| {
             let rays = table.packets.count() * packet::RAYS;
-            if table.packets.image().is_some() { 4 * rays } else { 8 * rays + plane }
+            // A first hit of each ray; of rays that are carved one by one also up to where each is marked, which of them
+            // meet what moves, and a plane.
+            match self.carving.unwrap_or_else(|| plan::carving(&table.packets, loaded.scene.window)) {
+                Carving::ByVoxel if table.packets.image().is_some() => 4 * rays,
+                _ => 9 * rays + 4 * self.plane_words,
+            }
         };
         let most = self.tables.iter().map(of_table).max().unwrap_or(0);
         usize::try_from(self.memory_bytes / 4).unwrap_or(usize::MAX) / most.max(1)

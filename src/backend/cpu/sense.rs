@@ -15,7 +15,7 @@ use super::projection::{BOXES, PixelRect, Projection};
 use super::pyramid::Pyramid;
 use crate::backend::{Carving, GridPose, Noise, Planes, Rays};
 use crate::march::{self, End, Gates};
-use crate::voxel::BitGrid;
+use crate::voxel::{BitGrid, Window};
 
 /// A table of rays made ready.
 pub(super) struct RayTable {
@@ -47,9 +47,11 @@ pub(super) struct Blockers<'a> {
 #[derive(Clone, Default)]
 pub(super) struct Kept {
     /// First hits in the still layer, packet by packet.
-    pub(super) first_hits: Vec<FirstHit>,
-    /// What its rays do in all snapshots, from the second on.
-    pub(super) alike: Option<Alike>,
+    first_hits: Vec<FirstHit>,
+    /// The window of the last snapshot.
+    window: Option<Window>,
+    /// What its rays do in all snapshots, from the second with the same window on.
+    alike: Option<Alike>,
 }
 
 /// A pose being sensed.
@@ -88,6 +90,8 @@ pub(super) struct TableCaster<'a> {
     pub(super) blockers: Blockers<'a>,
     pub(super) wanted: &'a RelevantVoxels,
     pub(super) carving: Option<Carving>,
+    /// Most words of a plane that is kept from snapshot to snapshot.
+    pub(super) plane_words: usize,
 }
 
 /// What a thread works on, kept from pose to pose.
@@ -135,14 +139,16 @@ impl TableCaster<'_> {
         &self,
         placement: &GridPose,
         scratch: &mut Scratch,
-        kept: Option<&mut Kept>,
+        mut kept: Option<&mut Kept>,
         see: Option<&mut [End]>,
     ) -> Planes {
         let window = self.wanted.voxels.window();
         let caster = placement.caster();
         let search = |layer| self.search(layer, &caster);
         let (still, moving) = (self.blockers.still.map(search), search(self.blockers.moving));
-        let is_new = kept.as_ref().is_none_or(|kept| kept.first_hits.is_empty());
+        // A window that goes with people who walk is another one each time.
+        let is_as_before = kept.as_mut().is_some_and(|kept| kept.window.replace(window) == Some(window));
+        let fits = self.wanted.voxels.words().len() <= self.plane_words;
         let mut shoot = Shoot { placement, caster, still, moving, kept, see };
         let carving = self.carving.unwrap_or_else(|| plan::carving(&self.table.packets, window));
         match (carving, self.table.packets.image()) {
@@ -151,7 +157,7 @@ impl TableCaster<'_> {
                 self.carve_by_voxel(&Projection::new(placement, image), &mut shoot, scratch, &mut planes);
                 planes
             }
-            _ if is_new || shoot.casts_all() || self.table.noise.lost_below > 0 => {
+            _ if !is_as_before || !fits || shoot.casts_all() || self.table.noise.lost_below > 0 => {
                 let mut planes = Planes::blank(window);
                 self.carve_by_ray(&mut shoot, scratch, &mut planes);
                 planes

@@ -161,3 +161,23 @@ fn a_cloud_of_a_bag_lies_in_the_voxels_of_the_returns() {
         });
     }
 }
+
+#[test]
+fn frames_have_names_that_ros_takes_each_once() {
+    let mut taken = BTreeSet::from(["world".to_string(), "wrist_3_link".to_string()]);
+    let names =
+        ["cam-1", "cam_1", "world", "2d lidar", "tür links", "x", "x_optical_frame", "wrist_3_link", "…"];
+    let found = names.map(|name| frame_name(name, &mut taken));
+    let expected = [
+        "cam_1",
+        "cam_1_2",
+        "world_2",
+        "sensor_2d_lidar",
+        "t_r_links",
+        "x",
+        "x_optical_frame_2",
+        "wrist_3_link_2",
+        "sensor",
+    ];
+    assert_eq!(found, expected);
+}

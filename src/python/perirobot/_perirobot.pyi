@@ -32,6 +32,7 @@ class Study:
         noiseless: bool,
         packages: list[tuple[str, str | PathLike[str]]],
         allow_outside: bool,
+        xacro: bool,
     ) -> Study: ...
     @staticmethod
     def of(keys: str, folder: str | PathLike[str], files: list[tuple[str, str | bytes]]) -> Study: ...

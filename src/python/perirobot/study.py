@@ -74,6 +74,7 @@ class Study:
         noiseless: bool = False,
         packages: Mapping[str, str | PathLike[str]] | None = None,
         allow_outside: bool = False,
+        xacro: bool = False,
     ) -> Study:
         """Reads and checks a study file (TOML) and the scene files that it names.
 
@@ -82,11 +83,12 @@ class Study:
         :param noiseless: ideal sensors: no noise, no lost returns, no error of the mount.
         :param packages: folders of ROS packages by their names, for the meshes of robots.
         :param allow_outside: read files from other folders, too.
+        :param xacro: run the program ``xacro`` for scenes that name ``.xacro`` files, which may run whatever they say.
         :raises ValueError: what is wrong, by file and key.
         """
         named = list((packages or {}).items())
         study = cls.__new__(cls)
-        study._native = _perirobot.Study.load(path, voxel_size_m, noiseless, named, allow_outside)
+        study._native = _perirobot.Study.load(path, voxel_size_m, noiseless, named, allow_outside, xacro)
         return study
 
     @property

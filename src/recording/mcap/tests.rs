@@ -126,3 +126,36 @@ fn what_is_no_bag_of_clouds_is_refused_in_words() {
         assert!(said.contains(expected) && said.starts_with("scan.mcap: "), "no {expected:?} in {said}");
     }
 }
+
+#[test]
+fn lengths_that_no_file_has_are_refused_without_making_room_for_them() {
+    let record = |opcode: u8, length: u64, body: &[u8]| [&[opcode][..], &length.to_le_bytes(), body].concat();
+    let whole = |opcode: u8, body: &[u8]| record(opcode, body.len() as u64, body);
+    let magic = b"\x89MCAP0\r\n";
+    let header = whole(1, &[4, 0, 0, 0, b'r', b'o', b's', b'2', 0, 0, 0, 0]);
+    for length in [1 << 40, 1 << 62, (1 << 63) + 5, u64::MAX] {
+        let message = record(5, length, &[7; 20]);
+        // The same in a chunk without compression, and in one of zstd: a frame with one raw block.
+        let raw = u32::from(message.len() as u8) << 3 | 1;
+        let zstd =
+            [&[0x28, 0xb5, 0x2f, 0xfd, 0x20, message.len() as u8][..], &raw.to_le_bytes()[..3], &message]
+                .concat();
+        let chunk = |name: &[u8], records: &[u8], size: u64| {
+            let size = [&[0; 16][..], &size.to_le_bytes(), &[0; 4], &(name.len() as u32).to_le_bytes(), name]
+                .concat();
+            whole(6, &[&size, &(records.len() as u64).to_le_bytes()[..], records].concat())
+        };
+        let own = message.len() as u64;
+        for damaged in [
+            message.clone(),
+            record(6, length, &[0; 60]),
+            chunk(b"", &message, own),
+            chunk(b"zstd", &zstd, own),
+            chunk(b"zstd", &zstd, u64::MAX),
+        ] {
+            let bytes = [&magic[..], &header, &damaged, magic].concat();
+            let said = told(parse(&bytes, None, None));
+            assert!(said.contains("no whole MCAP file"), "{length}: {said}");
+        }
+    }
+}

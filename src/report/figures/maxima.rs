@@ -22,8 +22,14 @@ pub(super) fn draw(results: &Results, part: &Part, region: usize) -> Result<(Str
     let scores = part.scores.iter().map(|score| score_name(*score)).collect::<Vec<_>>().join(" and ");
     let caption = format!("The best {scores} of each combination of sensors in region {name}");
     let reference = most_sensors(results);
+    let is_one_scene = part.whole().scene.is_some();
     let over = match part.extents.len() {
-        1 => format!("A bar ends at the largest score of any choice of poses, each with {}", part.whole().is_mean_of(results)),
+        1 if is_one_scene => {
+            format!("A bar ends at the largest score of any choice of poses, each with {}", part.whole().is_mean_of(results))
+        }
+        1 => "A bar ends at the mean of the scenes' maxima: in each scene the best of any choice of poses, each with its mean over \
+              snapshots and repeats"
+            .into(),
         _ => "The dark bar ends at the mean of the scenes' maxima, the light ones at the maximum of each scene: the best of \
               any choice of poses, each with its mean over snapshots and repeats"
             .into(),
@@ -83,10 +89,10 @@ pub(super) fn draw(results: &Results, part: &Part, region: usize) -> Result<(Str
         let bounds = whole.bounds(results, region, score);
         sheet.note(&format!("{}, {}: {bounds}.", score_name(score), whole.name));
     }
-    let over = if part.extents.len() > 1 {
-        "the mean of the scenes' maxima, and each scene"
-    } else {
-        &part.whole().name
+    let over = match part.extents.len() {
+        1 if is_one_scene => &part.whole().name,
+        1 => "the mean of the scenes' maxima",
+        _ => "the mean of the scenes' maxima, and each scene",
     };
     Ok((format!("{caption}: {over}."), sheet.finish().into_bytes()))
 }

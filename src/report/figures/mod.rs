@@ -127,6 +127,9 @@ impl Job {
     }
 }
 
+/// Why no scene is drawn by itself.
+const TOO_MANY: &str = "there are more than 12 scenes: name one of them to have it drawn by itself";
+
 impl<'a> Plan<'a> {
     /// What is to be drawn of a sweep.
     ///
@@ -216,10 +219,12 @@ impl<'a> Plan<'a> {
     fn snapshots(&mut self) {
         let results = &self.sweep.results;
         let scenes: Vec<usize> = self.part.extents.iter().filter_map(|extent| extent.scene).collect();
+        let too_many = scenes.is_empty();
         let moves = |scene: &usize| results.scenes[*scene].moments.len() > 1;
         let moving: Vec<usize> = scenes.into_iter().filter(moves).collect();
         if moving.is_empty() {
-            self.leave_out(Kind::Snapshots, "no scene that is drawn moves");
+            let why = if too_many { TOO_MANY } else { "no scene moves" };
+            self.leave_out(Kind::Snapshots, why);
         }
         for region in self.part.regions.clone() {
             for &scene in &moving {
@@ -230,7 +235,11 @@ impl<'a> Plan<'a> {
     }
 
     fn pictures(&mut self) -> Result<()> {
-        for scene in self.part.extents.iter().filter_map(|extent| extent.scene).collect::<Vec<_>>() {
+        let scenes: Vec<usize> = self.part.extents.iter().filter_map(|extent| extent.scene).collect();
+        if scenes.is_empty() {
+            self.leave_out(Kind::Pictures, format!("of the scenes, {TOO_MANY}"));
+        }
+        for scene in scenes {
             self.add(
                 &["scene", &self.sweep.results.scenes[scene].name],
                 Job::Picture(Pictured::Scene(scene)),

@@ -70,7 +70,7 @@ pub(super) fn draw(
     let caption = format!("{scores} in region {place} by the place of the sensor: {title}");
     let notes = format!(
         "The colour of a place is that of its best orientation, each with {}{}. One scale for all maps of a score. Ring: \
-         the best place of a map. Outlines: what stands there, the robot thick, in single scenes people with dashes.",
+         the best place of a map. Outlines: what stands there (in the first of several scenes), the robot thick, in single scenes people with dashes.",
         part.whole().is_mean_of(results),
         if part.extents.len() > 1 { ", below it each scene for itself" } else { "" },
     );

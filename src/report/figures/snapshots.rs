@@ -36,9 +36,12 @@ pub(super) fn draw(results: &Results, part: &Part, region: usize, scene: usize) 
         "{scores} in region {place} of the best choices of poses, at each of the {} snapshots of scene {name}",
         moments.len()
     );
-    let repeats = if results.repeats > 1 { ", each the mean over its repeats" } else { "" };
+    let (repeats, drawn) = match results.repeats {
+        1 => ("", ""),
+        _ => (" and repeats", " A curve is the mean over the repeats, so the worst may lie below it."),
+    };
     let notes = format!(
-        "Chosen for each score by itself, by the mean over the snapshots and by the worst of them{repeats}."
+        "Chosen for each score by itself, by the mean and by the worst of all snapshots{repeats}.{drawn}"
     );
     let mut sheet = Sheet::new(&caption, &notes);
     let top = sheet.y;

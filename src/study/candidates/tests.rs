@@ -34,7 +34,7 @@ const STUDY: &str = r#"
 [[scene]]
 file = "a.toml"
 [[scene]]
-file = "empty.toml"
+file = "b.toml"
 [[candidate]]
 object = "robot"
 with = ["hand"]
@@ -65,12 +65,15 @@ list = [{ name = "a", position_m = [0, 0, 2], facing = [1, 0, 0] }]
 
 fn read(study: &str) -> Result<Study, crate::Error> {
     let folder: TempDir = tempfile::tempdir().unwrap();
-    fs::write(folder.path().join("a.toml"), SCENE).unwrap();
-    fs::write(
-        folder.path().join("empty.toml"),
-        SCENE.split("[[object]]").take(2).collect::<Vec<_>>().join("[[object]]"),
-    )
-    .unwrap();
+    let mapped = "[[object]]\nname = \"operator\"\nrole = \"human\"\noctomap = \"map.bt\"\n[[object]]\nname = \"robot\"\nbox = { size_m = [1, 1, 1] }\n";
+    for (name, scene) in [
+        ("a.toml", SCENE),
+        ("b.toml", SCENE),
+        ("empty.toml", SCENE.split("[[object]]\nname = \"hand\"").next().unwrap()),
+        ("map.toml", mapped),
+    ] {
+        fs::write(folder.path().join(name), scene).unwrap();
+    }
     fs::write(folder.path().join("study.toml"), study).unwrap();
     Study::load(&folder.path().join(Path::new("study.toml")), &Overrides::default())
 }
@@ -79,11 +82,11 @@ fn read(study: &str) -> Result<Study, crate::Error> {
 fn each_choice_of_places_is_a_scene() {
     let study = read(STUDY).unwrap();
     let names: Vec<&str> = study.scenes.iter().map(|scene| scene.name.as_str()).collect();
-    // Two x, one y, two turns; times two heights of the operator. A scene without them stays.
-    assert_eq!(names.len(), 9);
+    // Two x, one y, two turns; times two heights of the operator; in two scenes.
+    assert_eq!(names.len(), 16);
     assert_eq!(names[0], "a@robot/0/3/0+operator/5.25/-1/0.85/0");
     assert_eq!(names[7], "a@robot/1/3/90+operator/5.25/-1/1.85/0");
-    assert_eq!(names[8], "empty");
+    assert_eq!(names[8], "b@robot/0/3/0+operator/5.25/-1/0.85/0");
     let object = |scene: usize, name: &str| {
         study.scenes[scene].objects.iter().find(|o| o.name == name).unwrap().clone()
     };
@@ -121,6 +124,8 @@ fn what_cannot_be_placed_is_refused_by_key() {
         ("x_m = [0, 1]", "x_m = [0, 0]", "two places are named \"robot/0/3/0\""),
         ("x_m = [0, 1]", "x_m = { start = 0, stop = 200, step = 0.01 }", "more than 10000 places"),
         ("x_m = [0, 1]", "x_m = { start = 0, stop = 40, step = 0.01 }", "more than 10000 scenes"),
+        ("b.toml", "empty.toml", "scene \"empty\" has no object \"operator\""),
+        ("b.toml", "map.toml", "\"operator\" is an octomap"),
         ("y_m = 3\n", "", "y_m"),
     ];
     for (from, to, expected) in cases {
