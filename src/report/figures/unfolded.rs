@@ -61,8 +61,10 @@ struct Side(usize, bool);
 const SIDES: [Side; 5] = [Side(2, true), Side(0, false), Side(0, true), Side(1, false), Side(1, true)];
 
 impl Side {
-    fn is_near(self, at: DVec3, room: [DVec3; 2]) -> bool {
-        (at[self.0] - room[usize::from(self.1)][self.0]).abs() <= NEAR_M
+    /// How far the farthest of some positions is from it.
+    fn farthest_m(self, all: &[Position], room: [DVec3; 2]) -> f64 {
+        let away = |one: &Position| (one.at[self.0] - room[usize::from(self.1)][self.0]).abs();
+        all.iter().map(away).fold(0.0, f64::max)
     }
 
     /// Where a place on it lies: the ceiling as in the room, a wall as it is folded out.
@@ -98,7 +100,11 @@ pub(super) fn maps(positions: &[Position], room: [DVec3; 2]) -> Vec<Map> {
         SIDES.map(|side| (side, Vec::new(), Vec::new())).into();
     let mut own: Vec<(String, Vec<Position>)> = Vec::new();
     for (name, all) in groups {
-        match sides.iter_mut().find(|(side, ..)| all.iter().all(|one| side.is_near(one.at, room))) {
+        // A row high on a wall is near the ceiling, too: the nearest side is meant.
+        let nearest = sides
+            .iter_mut()
+            .min_by(|(a, ..), (b, ..)| a.farthest_m(&all, room).total_cmp(&b.farthest_m(&all, room)));
+        match nearest.filter(|(side, ..)| side.farthest_m(&all, room) <= NEAR_M) {
             Some((_, names, found)) => {
                 names.push(name);
                 found.extend(all);
