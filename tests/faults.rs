@@ -1,5 +1,6 @@
 //! A device that fails, or counts wrongly, on cue. Failed work goes to another backend, nothing is lost and
-//! all is written down; a wrong count stops the run, with both counts in a file.
+//! all is written down; a wrong count stops the run, with both counts in a file. What is asked of Python is answered,
+//! too.
 
 mod common;
 #[allow(dead_code)]
@@ -10,10 +11,11 @@ mod watch;
 
 use std::fs;
 use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex};
 use std::time::Duration;
 
-use perirobot::backend::factory::{BackendFactory, Fallback};
+use perirobot::backend::factory::{BackendFactory, Fallback, KeptBackends};
 use perirobot::backend::gpu::{AdapterChoice, Gpu, Stage, shader_source};
 use perirobot::backend::{
     Backend, Evidence, Fusion, GridPose, Planes, Rays, Reading, Shot, Slot, VoxelScene,
@@ -27,6 +29,7 @@ use perirobot::results::manifest::Manifest;
 use perirobot::sensor::{self, Setting};
 use perirobot::study::{Overrides, Study};
 use perirobot::sweep::session::{Ending, RunReport, Session};
+use perirobot::sweep::{run, run_on};
 use perirobot::voxel::region::window_of;
 use perirobot::world::{World, ray_tables};
 use perirobot::{Error, Result};
@@ -366,6 +369,57 @@ fn what_fails_is_done_by_somebody_else_and_nothing_is_lost() {
         let run = &manifest(&theatre.out(&out))["runs"][0];
         assert_eq!(run["ended"], "finished", "{name}");
         assert_eq!(run["faults"], serde_json::json!(watch.faults), "{name}");
+    }
+}
+
+#[test]
+fn whoever_asks_again_and_again_is_answered_by_others_and_then_by_a_device_opened_anew() {
+    let theatre = Theatre::new();
+    let Theatre { study, worlds, .. } = &theatre;
+    let expected = run(study, worlds, &mut Oracle::default()).unwrap();
+    // What is opened, from when a device works no more; what it cannot do; who does the rest.
+    type Fails = fn(Call, Fallback) -> bool;
+    let cases: [(&[Fallback], Fails, &[&str]); 4] = [
+        (&[Fallback::None], |_, _| false, &[]),
+        (
+            &[Fallback::None, Fallback::Small, Fallback::None],
+            |call, fallback| (call, fallback) == (Call::Sense, Fallback::None),
+            &[SMALL],
+        ),
+        (
+            &[Fallback::None, Fallback::Small, Fallback::Cpu, Fallback::None],
+            |call, _| call == Call::Sense,
+            &[SMALL, CPU],
+        ),
+        (
+            &[Fallback::None, Fallback::Small, Fallback::Cpu, Fallback::None],
+            |call, fallback| call == Call::Sense || (call, fallback) == (Call::Open, Fallback::Small),
+            &[CPU],
+        ),
+    ];
+    for (opened, fails, instead) in cases {
+        for from in [0, 7] {
+            let now = Arc::new(AtomicBool::new(false));
+            let is_bad = now.clone();
+            let troupe = Troupe::new(move |call, fallback, before| {
+                let fails = is_bad.load(Ordering::Relaxed) && fails(call, fallback);
+                (fails && (call == Call::Open || before >= from)).then_some(Trouble::Fails("device lost"))
+            });
+            let mut kept = KeptBackends::new(Troupe(troupe.0.clone()));
+            for asked in 0..4 {
+                // The first finds it well, the second not, and those after that again.
+                now.store(asked == 1, Ordering::Relaxed);
+                let mut watch = Onlooker::default();
+                let rows = run_on(study, worlds, &mut kept, &mut watch).unwrap();
+                assert!(rows == expected, "{instead:?}, asked {asked}: other counts");
+                assert_eq!(watch.finished, 151 * 2 * 2, "{instead:?}: each choice is finished once");
+                let told: Vec<&str> = watch.faults.iter().map(|fault| fault.instead.as_str()).collect();
+                assert_eq!(told, if asked == 1 { instead } else { &[] });
+            }
+            let calls = &troupe.0.lock().unwrap().calls;
+            let opens = calls.iter().filter(|(call, _)| *call == Call::Open).map(|(_, fallback)| *fallback);
+            assert_eq!(opens.collect::<Vec<_>>(), opened, "{instead:?}, from {from}");
+        }
     }
 }
 

@@ -157,3 +157,32 @@ impl BackendFactory for ChosenBackends {
         self.choice.kind == BackendKind::Gpu
     }
 }
+
+/// Backends for one job after the other: that of the user's choice is kept open while it works well.
+pub struct KeptBackends<B> {
+    backends: B,
+    /// The backend that worked last, until it is asked for.
+    ready: Option<Box<dyn Backend + Send>>,
+}
+
+impl<B: BackendFactory> KeptBackends<B> {
+    /// None is open yet.
+    pub fn new(backends: B) -> KeptBackends<B> {
+        KeptBackends { backends, ready: None }
+    }
+}
+
+impl<B: BackendFactory> BackendFactory for KeptBackends<B> {
+    fn open(&mut self, fallback: Fallback) -> Result<Box<dyn Backend + Send>> {
+        let ready = self.ready.take().filter(|_| fallback == Fallback::None);
+        ready.map_or_else(|| self.backends.open(fallback), Ok)
+    }
+
+    fn needs_check(&self) -> bool {
+        self.backends.needs_check()
+    }
+
+    fn take_back(&mut self, backend: Box<dyn Backend + Send>) {
+        self.ready = Some(backend);
+    }
+}

@@ -2,8 +2,7 @@
 
 use std::sync::{Mutex, PoisonError};
 
-use perirobot::backend::Backend;
-use perirobot::backend::factory::{BackendChoice, BackendFactory, BackendKind, ChosenBackends, Fallback};
+use perirobot::backend::factory::{BackendChoice, BackendKind, ChosenBackends, KeptBackends};
 use perirobot::error::Issue;
 use perirobot::{Error, Result};
 
@@ -31,43 +30,21 @@ fn choice((backend, adapter, threads): &BackendWords) -> Result<BackendChoice> {
     Ok(BackendChoice { kind, adapter: adapter.transpose()?, threads: *threads, memory_bytes: None })
 }
 
-/// A backend that is kept open while it works well, and its fallbacks.
-pub(crate) struct KeptBackends {
-    backends: ChosenBackends,
-    /// The backend that worked last, until it is asked for.
-    ready: Option<Box<dyn Backend + Send>>,
-}
-
-impl BackendFactory for KeptBackends {
-    fn open(&mut self, fallback: Fallback) -> Result<Box<dyn Backend + Send>> {
-        let ready = self.ready.take().filter(|_| fallback == Fallback::None);
-        ready.map_or_else(|| self.backends.open(fallback), Ok)
-    }
-
-    fn needs_check(&self) -> bool {
-        self.backends.needs_check()
-    }
-
-    fn take_back(&mut self, backend: Box<dyn Backend + Send>) {
-        self.ready = Some(backend);
-    }
-}
-
 /// The backends that were used last, for whoever asks for the same.
 #[derive(Default)]
-pub(crate) struct LastBackends(Mutex<Option<(BackendWords, KeptBackends)>>);
+pub(crate) struct LastBackends(Mutex<Option<(BackendWords, KeptBackends<ChosenBackends>)>>);
 
 impl LastBackends {
     /// Does a job with the backend that is named. Where the job fails, it is not used again.
     pub(crate) fn with<T>(
         &self,
         words: &BackendWords,
-        job: impl FnOnce(&mut KeptBackends) -> Result<T>,
+        job: impl FnOnce(&mut KeptBackends<ChosenBackends>) -> Result<T>,
     ) -> Result<T> {
         let last = self.0.lock().unwrap_or_else(PoisonError::into_inner).take();
         let mut backends = match last.filter(|(of, _)| of == words) {
             Some((_, backends)) => backends,
-            None => KeptBackends { backends: opened(words)?, ready: None },
+            None => KeptBackends::new(opened(words)?),
         };
         let done = job(&mut backends)?;
         *self.0.lock().unwrap_or_else(PoisonError::into_inner) = Some((words.clone(), backends));
