@@ -16,8 +16,9 @@ use super::swept::SweptArgs;
 /// Write one choice of poses voxel by voxel, for other programs
 ///
 /// Computes one row of a sweep's results again, voxel by voxel, and writes the labels, the truth and each
-/// sensor's evidence as OctoMaps (.bt), the returns of each sensor's rays as point clouds (.ply, .pcd),
-/// everything as arrays (view.npz) and the cell with the placed sensors as glTF (cell.glb, y up, metres).
+/// sensor's evidence as OctoMaps (.bt), the returns of each sensor's rays as point clouds (.ply in the world,
+/// .pcd in the sensor's frame, with its place as VIEWPOINT), everything as arrays (view.npz) and the cell with
+/// the placed sensors as glTF (cell.glb, y up, metres).
 /// For ROS 2: a bag for Foxglove and `ros2 bag play` (view.mcap), the sensors' frames as static transforms
 /// (transforms.sh) and as a part of a URDF (sensors.urdf), and a camera_info for each camera.
 #[derive(clap::Args)]

@@ -59,7 +59,7 @@ pub fn each_file(view: &View, scene: &Scene, mut take: impl FnMut(File) -> Resul
         let returns = view.returns(member);
         let holds = format!("{} points", returns.len());
         out(format!("points-{name}.ply"), points::ply(view, member, &returns), holds.clone())?;
-        out(format!("points-{name}.pcd"), points::pcd(view, &returns), holds)?;
+        out(format!("points-{name}.pcd"), points::pcd(view, member, &returns), holds)?;
     }
     let [x, y, z] = view.world.grid.size;
     out("view.npz".into(), npz::bytes(view)?, format!("{x} × {y} × {z} voxels"))?;

@@ -48,7 +48,13 @@ for ply in folder.glob("points-*.ply"):
     points = np.frombuffer(body, point)
     assert f"element vertex {len(points)}\n" in head.decode("ascii") and len(points) > 0
     head, body = ply.with_suffix(".pcd").read_bytes().split(b"DATA binary\n", 1)
-    assert (np.frombuffer(body, point) == points).all() and f"\nPOINTS {len(points)}\n" in head.decode("ascii")
+    cloud, head = np.frombuffer(body, point), head.decode("ascii")
+    assert (cloud[["ray", "verdict"]] == points[["ray", "verdict"]]).all() and f"\nPOINTS {len(points)}\n" in head
+    # PCL moves the points by the viewpoint: a place, and a quaternion w, x, y, z.
+    (*place, w, x, y, z) = map(float, next(l for l in head.splitlines() if l.startswith("VIEWPOINT")).split()[1:])
+    axis = np.array([x, y, z])
+    turned = cloud["at"] + 2 * np.cross(axis, np.cross(axis, cloud["at"]) + w * cloud["at"])
+    assert np.abs(turned + place - points["at"]).max() < 1e-5 and np.abs(cloud["at"] - points["at"]).max() > 0.1
     assert (np.diff(points["ray"].astype(int)) > 0).all()
     # A point is on the near side of its voxel: one of the voxels that it touches has its verdict.
     at = (points["at"] - view["origin_m"]) / view["voxel_size_m"]
