@@ -1,5 +1,6 @@
 //! Reads what a robot did as a table: a time and a value for each joint in a row, as recordings of joint states are
 //! written. Between two rows the joints go evenly from one to the other; before the first and after the last they stay.
+//! A joint that turns without end is often recorded within half a turn of 0: it goes the shorter way.
 
 use std::collections::HashSet;
 use std::path::{Path, PathBuf};
@@ -57,8 +58,12 @@ impl JointTable {
         [self.times_s[0], self.times_s[self.times_s.len() - 1]]
     }
 
-    /// Each joint and its value at a time.
-    pub(super) fn at(&self, time_s: f64) -> impl Iterator<Item = (&str, f64)> {
+    /// Each joint and its value at a time; a whole turn of joints that turn without end is told by their names.
+    pub(super) fn at(
+        &self,
+        time_s: f64,
+        turn: impl Fn(&str) -> Option<f64>,
+    ) -> impl Iterator<Item = (&str, f64)> {
         // How many rows lie at or before the time.
         let after = self.times_s.partition_point(|&row| row <= time_s);
         let last = self.times_s.len() - 1;
@@ -68,7 +73,14 @@ impl JointTable {
         let value = move |row: usize, joint: usize| self.values[row * self.joints.len() + joint];
         self.joints.iter().enumerate().map(move |(joint, name)| {
             let (from, to) = (value(row, joint), value(next, joint));
-            (name.as_str(), from + share * (to - from))
+            let way = match turn(name) {
+                // Half a turn away goes as it is written.
+                Some(turn) if (to - from).abs() > turn / 2.0 => {
+                    to - from - turn * libm::round((to - from) / turn)
+                }
+                _ => to - from,
+            };
+            (name.as_str(), from + share * way)
         })
     }
 }
@@ -140,7 +152,26 @@ mod tests {
             (4.0, 0.0, -10.0),
             (9.0, 0.0, -10.0),
         ] {
-            assert_eq!(table.at(time_s).collect::<Vec<_>>(), [("a", a), ("b", b)], "{time_s}");
+            assert_eq!(table.at(time_s, |_| None).collect::<Vec<_>>(), [("a", a), ("b", b)], "{time_s}");
+        }
+    }
+
+    #[test]
+    fn joints_without_end_go_the_shorter_way() {
+        let table = parse(b"time_s, wheel, arm\n0, 170, 170\n1, -170, -170\n2, 10, 10\n3, 730, 0\n").unwrap();
+        let turn = |name: &str| (name == "wheel").then_some(360.0);
+        for (time_s, wheel, arm) in [
+            (0.0, 170.0, 170.0),
+            (0.25, 175.0, 85.0),
+            (0.5, 180.0, 0.0),
+            (0.75, 185.0, -85.0),
+            (1.0, -170.0, -170.0),
+            // Half a turn is as it is written, and whole turns are none.
+            (1.5, -80.0, -80.0),
+            (2.5, 10.0, 5.0),
+        ] {
+            let found: Vec<_> = table.at(time_s, turn).collect();
+            assert_eq!(found, [("wheel", wheel), ("arm", arm)], "{time_s}");
         }
     }
 

@@ -160,7 +160,7 @@ fn urdf_robot(object: &ObjectSpec, robot: &UrdfSpec, files: &mut SceneFiles, sag
     if let Some((file, time_s)) = &robot.recorded {
         let at = at("snapshots.animation.joints");
         let table = files.joint_table(&file.path).map_err(&at)?;
-        let now = model.recorded(table.at(*time_s), file.angles);
+        let now = model.recorded(table.at(*time_s, |joint| model.turn(joint, file.angles)), file.angles);
         joints.extend(now.map_err(|issue| at(issue.at(&file.path).into()))?);
     }
     let root_from_link = model.pose(&joints)?;

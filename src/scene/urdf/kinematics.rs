@@ -62,6 +62,14 @@ impl RobotModel {
         Ok(sorted)
     }
 
+    /// A whole turn of a joint that turns without end; `None` of any other.
+    pub(crate) fn turn(&self, name: &str, angles: AngleUnit) -> Option<f64> {
+        let joint = self.links.iter().find_map(|l| l.joint.as_ref().filter(|j| j.name == name))?;
+        let Motion::Turn { limits_rad: [lower, upper], .. } = joint.motion else { return None };
+        let whole = if angles == AngleUnit::Rad { std::f64::consts::TAU } else { 360.0 };
+        (lower.is_infinite() && upper.is_infinite()).then_some(whole)
+    }
+
     /// `root_from_link` for every link, in the order of [`RobotModel::link_names`].
     ///
     /// # Errors
