@@ -114,9 +114,12 @@ pub(super) fn run(args: &Args) -> Result<ExitCode> {
     let mut sweeps: Vec<FiguredSweep> = Vec::new();
     for folder in &args.folders {
         let name = name_of(folder)?;
-        if sweeps.iter().any(|known| known.name == name) {
-            let what =
-                format!("another folder is called {name}, too: their figures would have the same names");
+        // Some file systems do not tell A from a.
+        if let Some(known) = sweeps.iter().find(|known| known.name.to_lowercase() == name.to_lowercase()) {
+            let what = format!(
+                "another folder is called {}, too: their figures would have the same names",
+                known.name
+            );
             return Err(Error::input(folder, what).wanted("rename one, or draw them one by one"));
         }
         sweeps.push(args.read(folder, name)?);

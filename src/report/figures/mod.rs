@@ -177,7 +177,9 @@ impl<'a> Plan<'a> {
         let all: Vec<String> = words.iter().map(|word| file_name(word)).collect();
         let name = format!("{}-{}", job.kind().name(), all.join("-"));
         let again = (2..).map(|n| format!("{name}-{n}.{ending}"));
-        let is_free = |file: &String| !self.jobs.iter().any(|(known, _)| known == file);
+        // Some file systems do not tell A from a.
+        let is_free =
+            |file: &String| !self.jobs.iter().any(|(known, _)| known.to_lowercase() == file.to_lowercase());
         let file = std::iter::once(format!("{name}.{ending}")).chain(again).find(is_free);
         self.jobs.extend(file.map(|file| (file, job)));
     }

@@ -36,7 +36,9 @@ impl Page {
             self.text += &format!("\n### {}\n\n{}\n", heading(kind), about_kind(kind));
             for figure in of_kind {
                 let (caption, file) = (plain(&figure.caption), format!("{}/{}", sweep.name, figure.file));
-                self.text += &format!("\n`{file}`: {caption}\n\n![{}](<{file}>)\n", figure.file);
+                let address = encoded(&file);
+                self.text +=
+                    &format!("\n{}: {caption}\n\n![{}](<{address}>)\n", plain(&file), plain(&figure.file));
             }
             without.iter().for_each(|why| self.text += &format!("\nLeft out: {}.\n", plain(why)));
         }
@@ -102,9 +104,29 @@ fn plain(words: &str) -> String {
     text
 }
 
+/// The path of a file as an address: what Markdown or a browser takes for something else is written as its bytes.
+fn encoded(path: &str) -> String {
+    let mut text = String::with_capacity(path.len());
+    for byte in path.bytes() {
+        match byte {
+            b'%' | b'?' | b'#' | b'<' | b'>' | b'\\' | b'`' | b'&' | 0..=32 | 127.. => {
+                text += &format!("%{byte:02X}")
+            }
+            other => text.push(char::from(other)),
+        }
+    }
+    text
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn addresses_are_of_plain_letters() {
+        assert_eq!(encoded("exp1/map-robot.svg"), "exp1/map-robot.svg");
+        assert_eq!(encoded("a b`<c>#1%/ä.svg"), "a%20b%60%3Cc%3E%231%25/%C3%A4.svg");
+    }
 
     #[test]
     fn names_of_strangers_are_words() {
