@@ -188,6 +188,46 @@ dwell_s = [60, 0.5, 9.5]
     assert!(checked > 50 && differ > 20, "{checked} {differ}");
     let summary = run(&["summary", text(&folder.path("out"))]).stdout;
     assert!(summary.contains("weighted") && summary.contains("dwell_s"), "{summary}");
+    // Where the crate should be is told by weighted means.
+    folder.edit(
+        "study.toml",
+        "",
+        "[[candidate]]\nobject = \"crate\"\nx_m = [0.7, 0.1, -0.6]\ny_m = [0.4, -0.3]\n",
+    );
+    let again = folder.sweep(&["--restart"]);
+    assert_eq!(again.code, Some(0), "{}", again.stderr);
+    let scores = rows(&folder.path("out/scores.csv"));
+    let mut differ = 0;
+    for combination in ["camera", "lidar"] {
+        let here = |row: &&Row| {
+            let is_place = row["scene"].contains("@crate/") && !row["scene"].starts_with('*');
+            is_place
+                && row["combination"] == combination
+                && row["representation"] == "points"
+                && row["region"] == "human"
+        };
+        let by = |column: &str| {
+            let value = |row: &Row| row[column].parse::<f64>().unwrap();
+            scores.iter().filter(here).reduce(|a, b| if value(b) > value(a) { b } else { a }).unwrap()
+        };
+        let (best, plain) = (by("f1_weighted"), by("f1_mean"));
+        differ += u32::from(best["scene"] != plain["scene"] || best["poses"] != plain["poses"]);
+        let of = ["--region", "human", "--score", "f1", "--combination", combination];
+        let summary = run(&[&["summary", text(&folder.path("out"))], &of[..]].concat()).stdout;
+        let table = summary.split("PLACES of").nth(1).unwrap_or_else(|| panic!("no places in {summary}"));
+        let first = table.lines().find(|line| line.contains(&format!("{combination} · points"))).unwrap();
+        let number = |column: &str| format!(" {:.3} ", best[column].parse::<f64>().unwrap());
+        for expected in [
+            format!(" {} ", best["scene"].split('@').nth(1).unwrap()),
+            number("f1_weighted"),
+            number("f1_mean"),
+            format!(" {} ", &best["poses"][combination.len() + 1..]),
+        ] {
+            assert!(first.contains(&expected), "no {expected:?} in {first}");
+        }
+        assert!(table.contains("Weighted: the mean in which"), "{table}");
+    }
+    assert!(differ > 0, "weights tell nothing apart");
     // Whoever passes through the same moments may not say it twice, and somebody must move.
     let refused = |from: &str, to: &str, expected: &str| {
         let scene = std::fs::read_to_string(folder.path("cell.toml")).unwrap();

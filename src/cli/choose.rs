@@ -12,7 +12,7 @@ use perirobot::choose::{
     SearchWatch, SetLimits, Told, Verified, VerifyWatch,
 };
 use perirobot::results::manifest::Fault;
-use perirobot::study::{Choose, Study};
+use perirobot::study::{Across, Choose, Study};
 use perirobot::{Error, Result, report};
 
 use super::backend::BackendArgs;
@@ -134,6 +134,9 @@ fn search(args: &Args, study: &StudyArgs, stop: &StopAt) -> Result<ExitCode> {
     let results = outcome.write(folder, &mut backends, (VERIFY, prepare_s), &command(), &mut watch)?;
     watch.progress.finish();
     super::print(&report::choose::render(&outcome.chosen))?;
+    if choose.over == Across::Mean && study.scenes.iter().any(|scene| scene.dwell_s.is_some()) {
+        super::print(&format!("\n{}\n", report::PLAIN_MEANS))?;
+    }
     super::print("\n")?;
     print_verdicts(&study, &results, outcome.chosen.told.best_set(), &out, &packages)?;
     super::print(&format!("results in {}\n", out.display()))?;

@@ -2,6 +2,7 @@
 
 use std::collections::BTreeSet;
 
+use super::PLAIN_MEANS;
 use super::apart::Writing;
 use super::table::{NONE, Table, number as three_digits};
 use crate::approach::Company;
@@ -17,6 +18,9 @@ pub fn render(subject: &Subject, set: &JudgedSet, picture: Picture) -> String {
     let mut text = verdicts(subject, set, picture);
     if set.conditions.cases.len() > 1 {
         text += &format!("\n{}", conditions(subject, set).text());
+    }
+    if subject.dwell_s.is_some() {
+        text += &format!("\n{PLAIN_MEANS}\n");
     }
     text
 }

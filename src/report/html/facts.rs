@@ -20,6 +20,7 @@ use super::surroundings::Surroundings;
 use crate::Result;
 use crate::approach::Way;
 use crate::metrics::Score;
+use crate::report::PLAIN_MEANS;
 use crate::report::distribution;
 use crate::report::maxima;
 use crate::report::maxima::most_sensors;
@@ -47,6 +48,8 @@ pub(super) struct Facts<'a> {
     pub(super) distributions: Vec<Titled>,
     pub(super) maxima: Vec<Titled>,
     pub(super) moves: bool,
+    /// What is said of means where snapshots have weights.
+    pub(super) plain_means: Option<&'static str>,
     /// Of sets that were chosen.
     pub(super) front: Option<front::FrontFacts>,
 }
@@ -77,6 +80,7 @@ impl<'a> Facts<'a> {
             run: run::run(sweep),
             distributions: distributions(sweep, rankings),
             maxima: maxima_tables(sweep, rankings),
+            plain_means: results.dwell_s.as_ref().map(|_| PLAIN_MEANS),
             moves: results.moments().len() > results.scenes.len(),
             front: sweep.chosen.map(front::front),
         })
