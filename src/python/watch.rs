@@ -78,8 +78,10 @@ pub(crate) fn run<T: Send>(
             (told, thread.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic)))
         })
     });
-    if told.is_ok() {
-        told = listener.tell(py, progress);
+    match &told {
+        Ok(()) => told = listener.tell(py, progress),
+        // Shown is how far it came; what is raised stays what it is.
+        Err(_) => drop(listener.pass_on(py, progress)),
     }
     told?;
     done.map_err(|error| raised(&error))
@@ -128,6 +130,11 @@ impl Listener {
     /// Tells Python what there is to tell. What Python raises is the error.
     fn tell(&self, py: Python<'_>, progress: Option<&Py<PyAny>>) -> PyResult<()> {
         py.check_signals()?;
+        self.pass_on(py, progress)
+    }
+
+    /// The same, whether or not somebody pressed Ctrl-C.
+    fn pass_on(&self, py: Python<'_>, progress: Option<&Py<PyAny>>) -> PyResult<()> {
         let events = mem::take(&mut *self.events.lock().unwrap_or_else(PoisonError::into_inner));
         for event in events {
             match (event, progress) {

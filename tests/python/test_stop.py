@@ -1,5 +1,6 @@
 """Jobs tell how far they are, and Ctrl-C stops them in each of their parts."""
 
+import json
 import re
 import signal
 import subprocess
@@ -14,23 +15,34 @@ import tqdm.auto
 import perirobot as pr
 from shared import ROOT, scenes
 
-# Presses Ctrl-C when a part of a job has begun. What ends earlier is no part to be stopped.
+# Presses Ctrl-C when a part of a job has begun, and tells of each part what there was to do and what was done when the job
+# ended: one that did not stop has done all of it, or begun the next.
 STOPPED = """
-import os, signal, sys, threading, warnings
+import json, os, signal, sys, threading, warnings
 import tqdm.auto
 import perirobot as pr
+
+parts = []
 
 class Bar(tqdm.auto.tqdm):
     def __init__(self, *args, **keys):
         super().__init__(*args, **keys)
+        parts.append([keys["unit"].strip(), keys["total"], 0])
         if (keys["unit"].strip(), keys["total"] is None) == (sys.argv[1], sys.argv[2] == "True"):
-            threading.Timer(0.2, os.kill, [os.getpid(), signal.SIGINT]).start()
+            threading.Timer(0, os.kill, [os.getpid(), signal.SIGINT]).start()
+
+    def update(self, n=1):
+        parts[-1][2] += n
+        return super().update(n)
 
 tqdm.auto.tqdm = Bar
 warnings.simplefilter("ignore")
 study = pr.Study.load(sys.argv[3], voxel_size_m=float(sys.argv[4]))
-exec(sys.argv[5])
-print("it ran to its end")
+try:
+    exec(sys.argv[5])
+    print("it ran to its end")
+finally:
+    print(json.dumps(parts))
 """
 
 # A hang fails; nothing else depends on the time.
@@ -46,6 +58,10 @@ class Stops(unittest.TestCase):
         self.assertNotIn("ran to its end", done.stdout)
         self.assertIn("KeyboardInterrupt", done.stderr)
         self.assertEqual(done.returncode, -signal.SIGINT, done.stderr)
+        *_, [last, total, told] = json.loads(done.stdout)
+        self.assertEqual((last, total is None), (part, is_endless), done.stdout)
+        if not is_endless:
+            self.assertLess(told, total, f"{part}: it went on to the end")
 
     def test_a_sweep(self):
         self.stops("poses", False, ROOT / "scenes/paper/exp1.toml", 0.05, "study.sweep('cpu')")
