@@ -185,26 +185,36 @@ class Evaluate(unittest.TestCase):
                     np.testing.assert_array_equal(counts[number].reshape(told.shape), told)
 
     def test_several_sensors_have_the_counts_of_their_combination(self):
+        told = {}
         for fusion in ["occupied_wins", "octomap"]:
             keys = tomllib.loads((ROOT / "scenes/tiny.toml").read_text())
-            keys["combination"] = [{"name": "both", "sensors": ["camera", "lidar"], "fusion": fusion}]
+            # Two that are right are the same by either rule: only noise, and many, tell the rules apart.
+            lidar = next(sensor for sensor in keys["sensor"] if sensor["name"] == "lidar")
+            lidar["noise"] = {"std_m": 0.15, "dropout": 0.1}
+            listed = lidar["poses"][0]["list"]
+            sensors = []
+            for number in range(4):
+                # Each stands elsewhere.
+                turned = listed[number % 3 :] + listed[: number % 3]
+                sensors.append({**lidar, "name": f"lidar {number}", "poses": [{"name": "posts", "list": turned}]})
+            named = [sensor["name"] for sensor in sensors]
+            keys["sensor"], keys["combination"] = sensors, [{"name": "all", "sensors": named, "fusion": fusion}]
             study = pr.Study(keys, folder=ROOT / "scenes")
             frame = study.sweep("cpu", progress=False).to_pandas()
             names, poses = {}, {}
-            for sensor in ["lidar", "camera"]:
-                (names[sensor], rows) = study.poses(sensor)
-                poses[sensor] = rows[:3]
+            for sensor in named:
+                names[sensor], poses[sensor] = study.poses(sensor)
+            combined = [";".join(f"{sensor}:{names[sensor][row]}" for sensor in named) for row in range(3)]
+            told[fusion] = np.array([frame[frame.poses == name][list(pr.COUNTERS)].to_numpy() for name in combined])
             for backend, adapter in BACKENDS:
                 counts = study.evaluate(poses, backend=backend, adapter=adapter)
-                self.assertEqual(len(counts), 3)
-                for number in range(3):
-                    pair = f"camera:{names['camera'][number]};lidar:{names['lidar'][number]}"
-                    told = frame[frame.poses == pair][list(pr.COUNTERS)].to_numpy()
-                    np.testing.assert_array_equal(counts[number].reshape(told.shape), told)
-        with self.assertRaisesRegex(ValueError, 'sensor "camera": has 1 poses, and the first sensor has 2'):
-            study.evaluate({"lidar": poses["lidar"][:2], "camera": poses["camera"][:1]})
+                np.testing.assert_array_equal(counts.reshape(told[fusion].shape), told[fusion])
+        differs = (told["occupied_wins"] != told["octomap"]).any(axis=2)
+        self.assertTrue(differs.all(), differs)
+        with self.assertRaisesRegex(ValueError, 'sensor "lidar 1": has 1 poses, and the first sensor has 2'):
+            study.evaluate({"lidar 0": poses["lidar 0"][:2], "lidar 1": poses["lidar 1"][:1]})
         with self.assertRaisesRegex(ValueError, "sensor: belongs to an array of poses"):
-            study.evaluate({"lidar": poses["lidar"]}, "lidar")
+            study.evaluate({"lidar 0": poses["lidar 0"]}, "lidar 0")
 
     def test_quaternions_need_not_be_one_long(self):
         study = pr.Study.load(ROOT / "scenes/tiny.toml")
