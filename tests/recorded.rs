@@ -75,8 +75,9 @@ fn what_export_writes_scores_as_the_sweep_did() {
         }
     }
     // A cloud holds the returns, not the rays that came to nothing: what it calls occupied is the same.
-    for map in ["files/points-lidar.ply", "files/points-lidar.pcd"] {
-        score(&folder, map, &["--sensor", "-0.9,0.6,0.9"]);
+    let sensor = ["--sensor", "-0.9,0.6,0.9"];
+    for (map, more) in [("files/points-lidar.ply", &sensor[..]), ("files/points-lidar.pcd", &[])] {
+        score(&folder, map, more);
         for (region, row) in scored(&folder) {
             for column in ["tp", "fp", "hit_human", "parts_detected"] {
                 assert_eq!(row[column], swept[&region][column], "{map}, {column} of region {region}");
@@ -223,6 +224,22 @@ fn the_screen_tells_what_the_map_makes_of_each_object() {
     }
     let moved = score(&folder, "files/points-lidar.ply", &["--at", "0,0,0,3"]);
     assert!(moved.stdout.contains("measured from 0.000, 0.000, 0.000 m"), "{}", moved.stdout);
+    // Why the rest is not called occupied adds up to it, and where the sensor was changes nothing but that.
+    let seen = score(&folder, "files/labels.bt", &["--sensor", "-0.9,0.6,0.9"]);
+    for (outcome, is_known) in [(&outcome, false), (&seen, true)] {
+        let parts = outcome.stdout.split("\n\n").filter(|part| part.contains(", and why\n"));
+        let lines: Vec<&str> = parts.flat_map(str::lines).collect();
+        let missed = rows(&folder.path("scored.csv"), |_| true);
+        let missed: u64 =
+            missed.values().flat_map(|row| [&row["fn"], &row["uo"]]).map(|n| n.parse::<u64>().unwrap()).sum();
+        let all = lines.iter().filter(|line| line.starts_with("  all "));
+        let told: u64 =
+            all.flat_map(|line| line.split_whitespace().skip(1)).map(|n| n.parse::<u64>().unwrap()).sum();
+        assert_eq!(told, missed, "{lines:#?}");
+        let hidden = lines.iter().any(|line| line.starts_with("  hidden by "));
+        let unknown = lines.iter().any(|line| line.contains("where the sensor was is not known"));
+        assert_eq!((hidden, unknown), (is_known, !is_known), "{lines:#?}");
+    }
 }
 
 #[test]
@@ -256,7 +273,7 @@ fn wrong_recordings_are_refused() {
     study(
         file,
         &format!("{file}\nsensor_m = [0, 0, 0]"),
-        &["is a map, and the place of a sensor is asked of point clouds"],
+        &["sensor_m = [0.0, 0.0, 0.0]: is asked of point clouds only, and the file is a map"],
     );
     study(
         file,
@@ -280,7 +297,6 @@ fn wrong_recordings_are_refused() {
         (vec!["--at", "1,2,3"], "must be x,y,z in metres and a yaw in degrees"),
         (vec!["--scene", "hall"], "hall"),
         (vec!["--snapshot", "3"], "must be from 0 to 0"),
-        (vec!["--sensor", "0,0,0"], "is a map, and the place of a sensor"),
         (vec!["--out", "scored.txt"], "must end in .csv or .parquet"),
         (vec!["--at", "90,0,0,0"], "says nothing inside the grid"),
     ] {

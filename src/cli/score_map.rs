@@ -18,10 +18,11 @@ use super::study::StudyArgs;
 /// Score a map that real sensors recorded against a scene
 ///
 /// Lays an OctoMap (.bt, .ot), labels (.npz, as `perirobot export` writes them), a point cloud (.pcd, .ply) or
-/// those of a ROS 2 bag (.mcap) into the study's grid, and compares it with the truth of one scene at one moment as a sweep compares what a
-/// sensor says. The study's own sensors are not cast. A voxel of the study is occupied if a part of an occupied
+/// those of a ROS 2 bag (.mcap) into the study's grid, and compares it with the truth of one scene at one moment
+/// as a sweep compares what a sensor says. The study's own sensors are not cast. A voxel of the study is occupied if a part of an occupied
 /// voxel of the map lies in it, free if all of it is covered by free ones, else unknown. The points of a cloud
-/// mark their voxels and free those between them and the sensor.
+/// mark their voxels and free those between them and the sensor. What is there and not called occupied is told by
+/// reason.
 ///
 /// In a study a recorded map is a sensor with kind = "recorded", which fuses with the others.
 #[derive(clap::Args)]
@@ -42,8 +43,8 @@ pub(super) struct Args {
     /// vertical in degrees, from x towards y [default: 0,0,0,0]
     #[arg(long, value_name = "X,Y,Z,YAW", allow_hyphen_values = true, value_parser = anchor, help_heading = "Recording")]
     at: Option<Anchor>,
-    /// Where the sensor of a point cloud was, in the cloud's frame, in metres [default: what a .pcd says, else
-    /// the frame's origin]
+    /// Where the sensor was, in the recording's frame, in metres: a point cloud is carved from there, of a map it
+    /// tells what was hidden [default: of a cloud what a .pcd says, else the frame's origin]
     #[arg(long, value_name = "X,Y,Z", allow_hyphen_values = true, value_parser = perirobot::render::point, help_heading = "Recording")]
     sensor: Option<DVec3>,
     /// Of a .mcap: the topic of the point clouds [default: the only one]
@@ -65,9 +66,17 @@ Examples:
       scores as the sweep did
   perirobot score out/map/labels.bt scenes/quick.toml --at 0.1,0,0,2
       as if it had been recorded 10 cm and 2 degrees off
+  perirobot score out/map/points-camera.pcd scenes/quick.toml
+      a cloud, carved from where its sensor was
   perirobot score out/map/points-camera.ply scenes/quick.toml \\
     --sensor 2,-1.9,1.5
-      a cloud, carved from where its sensor was";
+      the same; a .ply does not say where its sensor was
+
+Reasons for what is there and not called occupied; a voxel has the first that applies:
+  beside        the map has something a voxel off
+  said free     the map says that nothing is there
+  hidden        something stands before it, from every place where a sensor was
+  not measured  it was in sight, or no such place is known";
 
 pub(super) fn run(args: &Args) -> Result<ExitCode> {
     super::stop::end_tidily()?;
@@ -91,7 +100,7 @@ pub(super) fn run(args: &Args) -> Result<ExitCode> {
     let map = RecordedMap::new(&study, world, recording, anchor)?;
     let (study, view) = (&map.study, map.view()?);
     super::print(&format!("{}: {about}\nscene {}\n", args.map.display(), world.title(study)))?;
-    super::print(&recorded::render(&view))?;
+    super::print(&recorded::render(&map, &view))?;
     if let (Some(out), Some(format)) = (&args.out, format) {
         let mut rows = RowsFile::create(out, format)?;
         let poses = perirobot::results::columns::pose_names(study, &study.combinations[0], 0);

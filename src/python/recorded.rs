@@ -7,12 +7,13 @@ use numpy::ndarray::ArrayView3;
 use perirobot::error::Issue;
 use perirobot::recording::{Anchor, Asked, Recording};
 use perirobot::source::Sources;
-use perirobot::view::{Names, RecordedMap, find_scene};
+use perirobot::sweep::Row;
+use perirobot::view::{Names as Wanted, RecordedMap, View, find_scene};
 use perirobot::world::World;
 use perirobot::{Error, Result, Study};
 
 use crate::evaluate::pose;
-use crate::table::{Columns, columns};
+use crate::table::{Column, Columns, Names, columns};
 
 /// Largest coordinate of a pose, in metres; larger ones are slips.
 const FARTHEST_M: f64 = 1e6;
@@ -38,26 +39,54 @@ pub(crate) fn labels(labels: ArrayView3<u8>, origin_m: [f64; 3], voxel_size_m: f
     read.map_err(|issue| issue.at("recorded").into())
 }
 
-/// The rows of a recording, as `results.csv` has them.
+/// The rows of a recording, as `results.csv` has them, and why it does not call occupied what is there.
 pub(crate) fn score(
     study: &Study,
     worlds: &[World],
     recording: Recording,
     (pose, scene, snapshot, region): RecordedWords,
-) -> Result<Columns> {
+) -> Result<[Columns; 2]> {
     let regions: Vec<&str> = study.regions.iter().map(|(name, _)| name.as_str()).collect();
     let is_known = |name: &String| regions.contains(&name.as_str());
     if let Some(unknown) = region.as_ref().filter(|name| !is_known(name)) {
         let what = Issue::value("region", format!("{unknown:?}"), format!("must be one of {regions:?}"));
         return Err(what.into());
     }
-    let scene = find_scene(study, &Names { scene, snapshot, ..Names::default() })?;
+    let scene = find_scene(study, &Wanted { scene, snapshot, ..Wanted::default() })?;
     let here = |world: &&World| (world.scene, world.snapshot) == (scene, snapshot);
     let world = worlds.iter().find(here).expect("the study has such a moment");
     let map = RecordedMap::new(study, world, recording, anchor(&pose)?)?;
-    let mut rows = map.rows()?;
+    let view = map.view()?;
+    let mut rows = map.rows(&view);
     rows.retain(|row| region.as_ref().is_none_or(|name| regions[row.region] == name));
-    Ok(columns(&map.study, &rows))
+    Ok([columns(&map.study, &rows), reasons(&map, &view, &rows)])
+}
+
+/// Why voxels of the rows' regions are overlooked: region, reason, what hides them, how many, and of those a person's.
+fn reasons(map: &RecordedMap, view: &View, rows: &[Row]) -> Columns {
+    let (mut words, mut counts) = ([(); 3].map(|()| Vec::new()), [(); 2].map(|()| Vec::new()));
+    let overlooked = map.overlooked(view);
+    for Row { region, .. } in rows {
+        let region = &view.world.regions[*region];
+        for one in &overlooked {
+            let voxels =
+                [&[&*region.voxels][..], &[&*region.voxels, &view.truth.human]].map(|of| one.count(of));
+            if voxels[0] == 0 {
+                continue;
+            }
+            let object = one.object.map_or("", |object| view.truth.objects[object].name.as_str());
+            for (column, word) in words.iter_mut().zip([&region.name, one.reason.name(), object]) {
+                column.push(word.to_string());
+            }
+            for (column, count) in counts.iter_mut().zip(voxels) {
+                column.push(count as i64);
+            }
+        }
+    }
+    let words = ["region", "reason", "object"].into_iter().zip(words);
+    let counts = ["voxels_occupied", "voxels_human"].into_iter().zip(counts);
+    let words = words.map(|(name, all)| (name, Names::of(all.into_iter()).column()));
+    words.chain(counts.map(|(name, all)| (name, Column::Counts(all)))).collect()
 }
 
 /// Where a frame stands: x, y, z and the yaw in degrees, or x, y, z and a quaternion.

@@ -108,19 +108,19 @@ impl Study {
         run(py, progress.as_ref(), |listener| judge::judge(&self.study, worlds, &backend, listener, &folder))
     }
 
-    /// Scores a map or a point cloud in a file; the columns of the table.
+    /// Scores a map or a point cloud in a file; the columns of the table, and of that of reasons.
     fn score_file(
         &self,
         py: Python<'_>,
         path: PathBuf,
         asked: AskedWords,
         words: RecordedWords,
-    ) -> PyResult<Columns> {
+    ) -> PyResult<[Columns; 2]> {
         let worlds = self.worlds(py)?;
         run(py, None, |_| recorded::score(&self.study, worlds, recorded::file(&path, &asked)?, words))
     }
 
-    /// Scores labels of voxels; the columns of the table.
+    /// Scores labels of voxels; the columns of the table, and of that of reasons.
     fn score_labels(
         &self,
         py: Python<'_>,
@@ -128,7 +128,7 @@ impl Study {
         origin_m: [f64; 3],
         voxel_size_m: f64,
         words: RecordedWords,
-    ) -> PyResult<Columns> {
+    ) -> PyResult<[Columns; 2]> {
         let (worlds, labels) = (self.worlds(py)?, labels.as_array());
         run(py, None, |_| {
             recorded::score(&self.study, worlds, recorded::labels(labels, origin_m, voxel_size_m)?, words)

@@ -75,7 +75,7 @@ pub(crate) fn columns(study: &Study, rows: &[Row]) -> Columns {
         columns.push((name, counts(&|row| row.counts.detection.counts()[number])));
     }
     let missed = Names::of(rows.iter().map(|row| row.counts.detection.missed_names()));
-    columns.push((MISSED_COLUMN, Column::Names(missed.of, missed.all)));
+    columns.push((MISSED_COLUMN, missed.column()));
     for score in scores() {
         let value = |row: &Row| score.of(&row.counts).unwrap_or(f64::NAN);
         columns.push((score.name(), Column::Scores(rows.iter().map(value).collect())));
@@ -84,13 +84,13 @@ pub(crate) fn columns(study: &Study, rows: &[Row]) -> Columns {
 }
 
 /// Names, each once, and the number of each that was asked for.
-struct Names {
+pub(crate) struct Names {
     all: Vec<String>,
     of: Vec<i32>,
 }
 
 impl Names {
-    fn of(names: impl Iterator<Item = String>) -> Names {
+    pub(crate) fn of(names: impl Iterator<Item = String>) -> Names {
         let (mut known, mut all) = (HashMap::new(), Vec::new());
         let of = names.map(|name| {
             *known.entry(name).or_insert_with_key(|name| {
@@ -100,6 +100,11 @@ impl Names {
         });
         let of = of.collect();
         Names { all, of }
+    }
+
+    /// All that were asked for.
+    pub(crate) fn column(self) -> Column {
+        Column::Names(self.of, self.all)
     }
 }
 

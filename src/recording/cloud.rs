@@ -84,7 +84,7 @@ pub(super) fn in_words(clouds: &[Cloud]) -> String {
 }
 
 /// Where a ray from a sensor to a point, in world metres, is first in the grid; `None` if it is nowhere.
-fn enters(sensor: DVec3, point: DVec3, grid: &Grid) -> Option<[i64; 3]> {
+pub(crate) fn enters(sensor: DVec3, point: DVec3, grid: &Grid) -> Option<[i64; 3]> {
     let begin = grid.position_q16(sensor);
     if is_inside(begin, grid) {
         return Some(begin);

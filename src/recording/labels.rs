@@ -74,6 +74,6 @@ impl Labels<'_> {
         }
         let known =
             Known::Planes { planes: Planes { occupied, free, hits }, knows_hits: self.hits.is_some() };
-        Ok(VoxelMap { voxel_size_m, corner_m: origin_m, known })
+        Ok(VoxelMap { voxel_size_m, corner_m: origin_m, sensor_m: None, known })
     }
 }

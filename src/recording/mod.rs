@@ -71,8 +71,8 @@ pub enum Recording {
 /// What of a file is read, where it holds more than one thing or leaves something out.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Asked<'a> {
-    /// Where the sensor was that measured a cloud, in the recording's frame. Without it the file says it, or
-    /// else the sensor was at the frame's origin.
+    /// Where the sensor was, in the recording's frame. Without it the file of a cloud says it, or else the sensor
+    /// was at the frame's origin. Of a map it tells only what was hidden.
     pub sensor_m: Option<DVec3>,
     /// The topic of a bag; needed where it has clouds on several.
     pub topic: Option<&'a str>,
@@ -145,21 +145,12 @@ impl Recording {
                     "npz" => npz::parse(&bytes()?).map_err(at)?,
                     _ => VoxelMap::of_tree(octomap::read_tree(path, sources)?),
                 };
-                return Recording::map(path, map, asked);
+                let map = VoxelMap { sensor_m: asked.sensor_m, ..map };
+                return Recording::of_map(map).map_err(|e| e.at(path).into());
             }
             _ => return Err(Error::input(path, format!("must be {ENDINGS}"))),
         };
         Ok(Recording::Clouds(clouds.into_iter().map(|cloud| cloud.seen_from(asked.sensor_m)).collect()))
-    }
-
-    fn map(path: &Path, map: VoxelMap, asked: Asked) -> Result<Recording> {
-        match asked.sensor_m {
-            None => Recording::of_map(map).map_err(|e| e.at(path).into()),
-            Some(_) => {
-                Err(Error::input(path, "is a map, and the place of a sensor is asked of point clouds only")
-                    .wanted("leave it out"))
-            }
-        }
     }
 
     /// A map of labels: 1 is occupied, 0 free, 255 unknown. `origin_m` is the lowest corner of voxel [0, 0, 0] in the
@@ -220,6 +211,17 @@ impl Recording {
             }
             Recording::Clouds(_) => false,
         }
+    }
+
+    /// The places in the world where sensors were, each once, as far as they are known.
+    pub(crate) fn places_m(&self, anchor: &Anchor) -> Vec<DVec3> {
+        let mut places = match self {
+            Recording::Map(map) => Vec::from_iter(map.sensor_m),
+            Recording::Clouds(clouds) => clouds.iter().map(|cloud| cloud.sensor_m).collect(),
+        };
+        // Clouds of one frame follow each other.
+        places.dedup();
+        places.into_iter().map(|place| anchor.world(place)).collect()
     }
 
     /// What it is, for people.

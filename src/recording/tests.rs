@@ -29,7 +29,8 @@ fn speckled(random: &mut ChaCha8Rng, voxel_size_m: f64, corner_m: DVec3, size: [
             _ => {}
         }
     }
-    VoxelMap { voxel_size_m, corner_m, known: Known::Planes { planes, knows_hits: false } }
+    let known = Known::Planes { planes, knows_hits: false };
+    VoxelMap { voxel_size_m, corner_m, sensor_m: None, known }
 }
 
 fn planes_of(map: &VoxelMap) -> &Planes {

@@ -17,6 +17,8 @@ pub struct VoxelMap {
     /// Edge of a voxel in metres.
     pub(super) voxel_size_m: f64,
     pub(super) corner_m: DVec3,
+    /// Where the sensor was that recorded it, in the map's frame, if that is known.
+    pub(super) sensor_m: Option<DVec3>,
     pub(super) known: Known,
 }
 
@@ -32,7 +34,8 @@ pub(super) enum Known {
 impl VoxelMap {
     /// The map of an OctoMap, whose key 0 begins at the origin.
     pub(super) fn of_tree(tree: Tree) -> VoxelMap {
-        VoxelMap { voxel_size_m: tree.resolution_m, corner_m: DVec3::ZERO, known: Known::Leaves(tree.leaves) }
+        let known = Known::Leaves(tree.leaves);
+        VoxelMap { voxel_size_m: tree.resolution_m, corner_m: DVec3::ZERO, sensor_m: None, known }
     }
 
     /// What it knows of a box of its own voxels.

@@ -1,9 +1,9 @@
-//! What a recorded map scores at one moment, for people: the counts of each region, and what the map makes of
-//! each object.
+//! What a recorded map scores at one moment, for people: the counts of each region, what the map makes of each object,
+//! and why it does not call occupied what is there.
 
 use super::table::{NONE, Table, number};
 use crate::metrics::{Confusion, Score};
-use crate::view::{Verdict, View};
+use crate::view::{Overlooked, Oversight, RecordedMap, Verdict, View};
 use crate::voxel::BitGrid;
 
 /// The counts of the map in each region, as a row of `results` has them.
@@ -11,8 +11,9 @@ pub fn counts(view: &View) -> Vec<Confusion> {
     (0..view.world.regions.len()).map(|region| view.counts(region)).collect()
 }
 
-/// Tables of scores, and of what became of the objects in each region.
-pub fn render(view: &View) -> String {
+/// Tables of scores, of what became of the objects in each region, and of the reasons. The view is the map's own.
+pub fn render(map: &RecordedMap, view: &View) -> String {
+    let overlooked = map.overlooked(view);
     let mut columns = vec!["<region".to_string()];
     columns.extend(Verdict::ALL.map(|verdict| verdict.name().to_uppercase()));
     columns.extend(Score::ALL.map(|score| score.name().to_string()));
@@ -31,9 +32,52 @@ pub fn render(view: &View) -> String {
             region.name,
             objects(view, index)
         );
+        text += &why(view, index, &overlooked, map.knows_places());
     }
     text
 }
+
+/// What of each object in a region the map does not call occupied, by reason, and which objects hide most of it.
+fn why(view: &View, region: usize, overlooked: &[Overlooked], knows_places: bool) -> String {
+    let inside = &*view.world.regions[region].voxels;
+    let mut columns = vec!["<what".to_string()];
+    columns.extend(Oversight::ALL.map(|reason| reason.name().replace('_', " ")));
+    let mut table = Table::new(&columns.iter().map(String::as_str).collect::<Vec<_>>());
+    let mut row = |what: &str, voxels: &BitGrid| {
+        let of = |reason| overlooked.iter().filter(move |one| one.reason == reason);
+        let counts =
+            Oversight::ALL.map(|reason| of(reason).map(|one| one.count(&[inside, voxels])).sum::<u64>());
+        if counts.iter().any(|count| *count > 0) {
+            table.row([what.to_string()].into_iter().chain(counts.map(|count| count.to_string())));
+        }
+        counts
+    };
+    let all = row("all", inside);
+    if all == [0; 4] {
+        return String::new();
+    }
+    for object in &view.truth.objects {
+        row(&object.name, &object.voxels);
+    }
+    let hidden = overlooked.iter().filter(|one| one.reason == Oversight::Hidden);
+    let mut hidden: Vec<_> = hidden.map(|one| (one.count(&[inside]), one.object)).collect();
+    hidden.retain(|(count, _)| *count > 0);
+    // Ties keep the scene's order.
+    hidden.sort_by_key(|(count, _)| std::cmp::Reverse(*count));
+    let name = |object: Option<usize>| object.map_or(NONE, |index| view.truth.objects[index].name.as_str());
+    let hidden = hidden.iter().take(MOST_HIDE).map(|(count, object)| format!("{} {count}", name(*object)));
+    let hidden: Vec<String> = hidden.collect();
+    let below = match (knows_places, hidden.is_empty()) {
+        (false, _) => "  where the sensor was is not known, so nothing is told to be hidden\n".into(),
+        (true, true) => String::new(),
+        (true, false) => format!("  hidden by {}\n", hidden.join(", ")),
+    };
+    let name = &view.world.regions[region].name;
+    format!("\nregion {name}: what is there and not called occupied, and why\n{}{below}", table.text())
+}
+
+/// Most objects that are named as hiding.
+const MOST_HIDE: usize = 3;
 
 /// What the map says of each object's voxels in a region, and of the free space there.
 fn objects(view: &View, region: usize) -> String {

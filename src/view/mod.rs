@@ -27,7 +27,7 @@ use crate::voxel::{BitGrid, Truth};
 use crate::world::World;
 pub use find::{Names, find, find_scene};
 pub use outline::Outline;
-pub use recorded::RecordedMap;
+pub use recorded::{Overlooked, Oversight, RecordedMap};
 pub use returns::ReturnPoint;
 pub use viewer::Viewer;
 

@@ -78,6 +78,23 @@ class Scores(unittest.TestCase):
         pd.testing.assert_frame_equal(rows, known, check_exact=True)
         self.assertEqual((rows.uo + rows.uf).sum(), 0)
 
+    def test_reasons_add_up_to_what_is_not_called_occupied(self):
+        for map, keys in [("labels.bt", {}), ("labels.bt", {"sensor_m": [-0.9, 0.6, 0.9]}), ("points-lidar.pcd", {})]:
+            with self.subTest(map, **keys), warnings.catch_warnings():
+                warnings.simplefilter("ignore")
+                scored = pr.score_map(self.files / map, self.study, **keys)
+                rows, reasons = scored.to_pandas().set_index("region"), scored.reasons()
+                missed = reasons.groupby("region").voxels_occupied.sum()
+                pd.testing.assert_series_equal(missed, (rows.fn + rows.uo)[missed.index], check_names=False)
+                self.assertEqual(missed.sum(), (rows.fn + rows.uo).sum())
+                people = reasons[reasons.region == "human"].voxels_human.sum()
+                self.assertEqual(people, rows.fn_human["human"] + rows.uo_human["human"])
+                told = set(reasons.reason)
+                self.assertEqual("hidden" in told, map != "labels.bt" or keys != {}, told)
+                self.assertEqual(((reasons.object != "") == (reasons.reason == "hidden")).all(), True)
+        [region] = set(pr.score_map(self.files / "labels.bt", self.study, region="human").reasons().region)
+        self.assertEqual(region, "human")
+
     def test_a_quaternion_is_as_good_as_a_yaw(self):
         map = self.files / "labels.bt"
         for yaw_deg in [0, 30, 90, -120]:
@@ -119,12 +136,11 @@ class Scores(unittest.TestCase):
             (map, {"pose": [0, 0, 0, np.nan]}, "pose = .*: must be x, y, z"),
             (map, {"pose": [90, 0, 0, 0]}, "says nothing inside the grid"),
             (map, {"pose": [0, 0, 0, 1, 1, 0, 0]}, "turned about the vertical only"),
-            (map, {"sensor_m": [0, 0, 0]}, "is a map, and the place of a sensor"),
             (map, {"sensor_m": [0, 0]}, "sensor_m = .*: must be x, y, z"),
             (map, {"topic": "/points"}, "topic and message are asked of .mcap files only"),
             (map, place, "origin_m, voxel_size_m: belong to arrays"),
             (array, {}, "origin_m, voxel_size_m: say where"),
-            (array, {**place, "sensor_m": [0, 0, 0]}, "sensor_m, topic, message: belong to files of points"),
+            (array, {**place, "sensor_m": [0, 0, 0]}, "sensor_m, topic, message: belong to files"),
             (array[0], place, r"recorded: has shape \(2, 2\), must be \(nx, ny, nz\)"),
             (array * 1.0, place, "recorded: is of float64, must be int8, uint8 or bool"),
             (array * 7, place, r"recorded: labels: \[0, 0, 0\] = 7: must be 1 \(occupied\)"),

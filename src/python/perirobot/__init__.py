@@ -13,7 +13,7 @@ from .best import Best
 from .cell import Cell
 from .labels import FREE, OCCUPIED, UNKNOWN, Labels
 from .result import Result
-from .score import score_map
+from .score import ScoredMap, score_map
 from .study import COUNTERS, Study
 
-__all__ = ["COUNTERS", "FREE", "OCCUPIED", "UNKNOWN", "Best", "Cell", "Labels", "Result", "Study", "score_map"]
+__all__ = ["COUNTERS", "FREE", "OCCUPIED", "UNKNOWN", "Best", "Cell", "Labels", "Result", "ScoredMap", "Study", "score_map"]

@@ -5,14 +5,31 @@ from __future__ import annotations
 import os
 from collections.abc import Sequence
 from os import PathLike
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from .labels import Labels
-from .result import Result
+from .result import Result, _Column
 from .study import Study
+
+if TYPE_CHECKING:
+    import pandas
+
+
+class ScoredMap(Result):
+    """What a recorded map scores, a row for each region, and why it does not call occupied what is there."""
+
+    def __init__(self, columns: dict[str, _Column], reasons: dict[str, _Column]) -> None:
+        super().__init__(columns)
+        self._reasons = Result(reasons)
+
+    def reasons(self) -> pandas.DataFrame:
+        """How many of ``fn + uo`` of each region have which reason: the columns region, reason (``beside``: the map has something a
+        voxel off; ``said_free``; ``hidden``: something stands before it from every place where a sensor was, ``object`` says what;
+        ``not_measured``), object, voxels_occupied and, of those, voxels_human. Needs pandas."""
+        return self._reasons.to_pandas()
 
 
 def score_map(
@@ -28,7 +45,7 @@ def score_map(
     message: int | None = None,
     scene: str | None = None,
     snapshot: int = 0,
-) -> Result:
+) -> ScoredMap:
     """Scores what real sensors recorded against the truth of one scene at one moment, as ``perirobot score`` does.
 
     The study's own sensors are not cast. A voxel of the study is occupied if a part of an occupied voxel of the map lies in it,
@@ -44,13 +61,13 @@ def score_map(
     :param voxel_size_m: of an array: edge of a voxel, metres.
     :param pose: where the frame of the recording stands in the world: x, y, z in metres and its yaw in degrees (from x towards
         y), or x, y, z and a quaternion w, x, y, z. Only point clouds can be tilted.
-    :param sensor_m: of a point cloud: where the sensor was, in the frame of the recording; by default what a .pcd says, else the
-        frame's origin.
+    :param sensor_m: of a file: where the sensor was, in the frame of the recording. A point cloud is carved from there, by default
+        from where a .pcd says, else from the frame's origin; of a map it tells what was hidden.
     :param topic: of a bag: the topic of its point clouds, needed where it has several.
     :param message: of a bag: the number of a message, counted from 0; by default all of them are one recording.
     :param scene: the scene that was recorded; the first by default.
     :param snapshot: at which of its moments.
-    :returns: a row for each region, with the columns of ``results.csv``.
+    :returns: a row for each region, with the columns of ``results.csv``, and :meth:`ScoredMap.reasons`.
     :raises ValueError: what is wrong with the file or an argument.
     """
     words = ([float(number) for number in pose], scene, snapshot, region)
@@ -59,9 +76,9 @@ def score_map(
         if origin_m is not None or voxel_size_m is not None:
             raise ValueError("origin_m, voxel_size_m: belong to arrays, a file says both itself")
         asked = (_three("sensor_m", sensor_m), topic, message)
-        return Result(dict(native.score_file(os.fspath(recorded), asked, words)))
+        return ScoredMap(*map(dict, native.score_file(os.fspath(recorded), asked, words)))
     if (sensor_m, topic, message) != (None, None, None):
-        raise ValueError("sensor_m, topic, message: belong to files of points, and this is a map")
+        raise ValueError("sensor_m, topic, message: belong to files, and this is an array")
     labels: Any = recorded
     if isinstance(recorded, Labels):
         labels = recorded.labels
@@ -76,7 +93,7 @@ def score_map(
     if corner_m is None or voxel_size_m is None:
         raise ValueError("origin_m, voxel_size_m: say where voxel [0, 0, 0] begins and how large a voxel is, in metres")
     # As unsigned bytes, -1 is 255.
-    return Result(dict(native.score_labels(array.view(np.uint8), corner_m, float(voxel_size_m), words)))
+    return ScoredMap(*map(dict, native.score_labels(array.view(np.uint8), corner_m, float(voxel_size_m), words)))
 
 
 def _three(name: str, numbers: Sequence[float] | None) -> list[float] | None:

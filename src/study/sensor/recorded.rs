@@ -91,6 +91,10 @@ fn one(at: &Place, entry: RecordingFile, context: &Context) -> Result<RecordedMo
     let path = at.folder().join(entry.file);
     let asked = Asked { sensor_m, topic: entry.topic.as_deref(), message: entry.message };
     let recording = Recording::read(&path, asked, context.sources).map_err(|e| at.around(e.at("file")))?;
+    if let (Recording::Map(_), Some(place)) = (&recording, entry.sensor_m) {
+        let rule = "is asked of point clouds only, and the file is a map: leave it out";
+        return Err(at.wrong("sensor_m", format!("{place:?}"), rule));
+    }
     Ok(RecordedMoment::new([scene, snapshot], recording, Anchor::new(position_m, yaw_deg.to_radians())))
 }
 
