@@ -190,7 +190,7 @@ class Evaluate(unittest.TestCase):
             keys = tomllib.loads((ROOT / "scenes/tiny.toml").read_text())
             # Two that are right are the same by either rule: only noise, and many, tell the rules apart.
             lidar = next(sensor for sensor in keys["sensor"] if sensor["name"] == "lidar")
-            lidar["noise"] = {"std_m": 0.15, "dropout": 0.1}
+            lidar.update(noise={"std_m": 0.15}, dropout=0.1)
             listed = lidar["poses"][0]["list"]
             sensors = []
             for number in range(4):
