@@ -299,3 +299,14 @@ fn what_cannot_be_drawn_is_refused_and_nothing_is_written() {
     assert_eq!((unfinished.code, &unfinished.stderr), (Some(2), &summary.stderr));
     assert_eq!(folder.names(), before);
 }
+
+#[test]
+fn regions_whose_names_differ_in_case_alone_have_files_of_their_own() {
+    let folder = Folder::new();
+    folder.edit("study.toml", "name = \"robot\"", "name = \"Human\"");
+    assert_eq!(folder.sweep(&[]).code, Some(0));
+    figures(&folder, &["--only", "maxima"]);
+    let files = names(&folder.path("figures/out"));
+    let plain: BTreeSet<String> = files.iter().map(|file| file.to_lowercase()).collect();
+    assert!(files.len() > 1 && plain.len() == files.len(), "{files:?}");
+}

@@ -63,7 +63,7 @@ const LEVEL: f64 = 1e-9;
 #[derive(Clone, Debug, PartialEq)]
 pub enum Recording {
     /// Voxels that are occupied, free or unknown.
-    Map(VoxelMap),
+    Map(Box<VoxelMap>),
     /// Points that a sensor measured, from one place or from several.
     Clouds(Vec<Cloud>),
 }
@@ -176,7 +176,7 @@ impl Recording {
     /// A map, if its voxels are of a size that is read.
     fn of_map(map: VoxelMap) -> Result<Recording, Issue> {
         match VOXEL_SIZES_M.contains(&map.voxel_size_m) {
-            true => Ok(Recording::Map(map)),
+            true => Ok(Recording::Map(Box::new(map))),
             false => {
                 let what = format!("has voxels of {} m, must be from 0.0001 to 10 m", map.voxel_size_m);
                 Err(Issue::says(what))

@@ -46,7 +46,7 @@ fn a_map_on_the_grid_of_a_study_comes_back_as_it_is() {
     for voxel_size_m in [0.05, 0.1, 0.02, 1.0 / 3.0] {
         let grid = grid(voxel_size_m, [40, 7, 33]);
         let map = speckled(&mut random, voxel_size_m, grid.corner_m([0; 3]), grid.size);
-        let said = Recording::Map(map.clone()).planes(&Anchor::new(HERE, 0.0), &grid).planes;
+        let said = Recording::Map(Box::new(map.clone())).planes(&Anchor::new(HERE, 0.0), &grid).planes;
         assert_eq!(said.occupied, planes_of(&map).occupied, "{voxel_size_m}");
         assert_eq!(said.free, planes_of(&map).free, "{voxel_size_m}");
     }
@@ -59,7 +59,7 @@ fn a_quarter_turn_moves_each_voxel_to_its_place() {
     let map = speckled(&mut random, 0.1, HERE, [9, 12, 4]);
     // x of the map goes along the world's y, its y against the world's x.
     let anchor = Anchor::new(DVec3::new(1.2, 0.0, 0.0), std::f64::consts::FRAC_PI_2);
-    let said = Recording::Map(map.clone()).planes(&anchor, &grid).planes;
+    let said = Recording::Map(Box::new(map.clone())).planes(&anchor, &grid).planes;
     for [x, y, z] in BitGrid::full(grid.window()).voxels() {
         let of_map = [y, 11 - x, z];
         assert_eq!(said.occupied.get([x, y, z]), planes_of(&map).occupied.get(of_map), "{x} {y} {z}");
@@ -109,7 +109,7 @@ fn turned_maps_of_other_sizes_agree_with_shares_of_area() {
         let yaw_rad = random.random_range(-314..314) as f64 / 100.0;
         let at = DVec3::new(random.random_range(-60..60) as f64 / 100.0, 0.531, -0.053);
         let anchor = Anchor::new(at, yaw_rad);
-        let said = Recording::Map(map.clone()).planes(&anchor, &grid).planes;
+        let said = Recording::Map(Box::new(map.clone())).planes(&anchor, &grid).planes;
 
         let turned = DMat3::from_rotation_z(yaw_rad);
         let corner = |[i, j, k]: [i32; 3]| {
@@ -164,11 +164,11 @@ fn numbers_in_single_precision_move_no_voxel() {
         let single = |v: f64| f64::from(v as f32);
         let corner_m = DVec3::from_array(grid.corner_m([0; 3]).to_array().map(single));
         let map = speckled(&mut random, single(voxel_size_m), corner_m, grid.size);
-        let said = Recording::Map(map.clone()).planes(&Anchor::new(HERE, 0.0), &grid).planes;
+        let said = Recording::Map(Box::new(map.clone())).planes(&Anchor::new(HERE, 0.0), &grid).planes;
         assert_eq!(said.occupied, planes_of(&map).occupied, "{voxel_size_m}");
         assert_eq!(said.free, planes_of(&map).free, "{voxel_size_m}");
     }
-    let fine = Recording::Map(speckled(&mut random, 0.001, HERE, [3; 3]));
+    let fine = Recording::Map(Box::new(speckled(&mut random, 0.001, HERE, [3; 3])));
     let is_too_fine = |voxel_size_m| fine.is_too_fine(&Anchor::new(HERE, 0.0), &grid(voxel_size_m, [9; 3]));
     assert!(is_too_fine(0.07) && !is_too_fine(0.06));
 }
@@ -195,7 +195,7 @@ fn leaves_of_a_tree_are_cubes() {
     ];
     let map = VoxelMap::of_tree(Tree { resolution_m: 0.1, leaves });
     let grid = grid(0.1, [8, 8, 3]);
-    let said = Recording::Map(map).planes(&Anchor::new(HERE, 0.0), &grid).planes;
+    let said = Recording::Map(Box::new(map)).planes(&Anchor::new(HERE, 0.0), &grid).planes;
     assert_eq!(said.occupied.voxels().collect::<Vec<_>>(), [[3, 2, 0]]);
     assert_eq!(said.free.count(), 3 * 4 * 3, "what lies inside the grid: keys -3 to -1, 4 to 7, 0 to 2");
 }
