@@ -72,7 +72,7 @@ Examples:
     --sensor 2,-1.9,1.5
       the same; a .ply does not say where its sensor was
 
-Reasons for what is there and not called occupied; a voxel has the first that applies:
+Why what is there is not called occupied; a voxel has the first that applies:
   beside        the map has something a voxel off
   said free     the map says that nothing is there
   hidden        something stands before it, from every place where a sensor was
