@@ -11,6 +11,7 @@ use serde::Serialize;
 use serde::de::DeserializeOwned;
 
 use super::Frames;
+use super::chunk::unpacked;
 use super::messages::{Message, PointCloud2, TfMessage, Time};
 use crate::error::{Argument, Issue, Words};
 
@@ -22,7 +23,7 @@ const STAMP_NS: u64 = 1_000_000_000;
 const STATIC_FRAMES: &str = "/tf_static";
 
 /// The longest record that is read, as a file may not be longer: a damaged length must not ask for all memory.
-const LONGEST_RECORD: usize = 1 << 30;
+pub(super) const LONGEST_RECORD: usize = 1 << 30;
 
 /// How a message is serialised, as MCAP names it.
 const ENCODING: &str = "cdr";
@@ -107,11 +108,11 @@ struct Recorded<'m> {
     data: &'m [u8],
 }
 
-/// Hands over each message of a file. Whole files and their chunks are in memory, but no record of a damaged one makes
+/// Hands over each message of a file. The file and one unpacked chunk are in memory, but no record of a damaged file makes
 /// room for more than it can hold.
 fn each_message(bytes: &[u8], mut take: impl FnMut(Recorded) -> Result<(), Issue>) -> Result<(), Issue> {
-    let damaged = |e: mcap::McapError| Issue::damaged(format!("is no whole MCAP file: {e}"));
-    let options = LinearReaderOptions::default().with_record_length_limit(LONGEST_RECORD);
+    let options =
+        LinearReaderOptions::default().with_emit_chunks(true).with_record_length_limit(LONGEST_RECORD);
     let mut reader = LinearReader::new_with_options(options);
     let mut channels = ChannelAccumulator::default();
     let (mut left, mut is_summary) = (bytes, false);
@@ -130,23 +131,54 @@ fn each_message(bytes: &[u8], mut take: impl FnMut(Recorded) -> Result<(), Issue
             // Schemas and channels come once more behind all messages.
             _ if is_summary => {}
             Record::DataEnd(_) => is_summary = true,
-            Record::Schema { header, data } => {
-                channels.add_schema(header, data.into_owned().into()).map_err(damaged)?;
+            Record::Chunk { header, data } => {
+                let records = unpacked(&header, data)?;
+                let mut rest = &records[..];
+                while let Some((opcode, body)) = next_record(&mut rest)? {
+                    take_record(parse_record(opcode, body).map_err(damaged)?, &mut channels, &mut take)?;
+                }
             }
-            Record::Channel(channel) => channels.add_channel(channel).map_err(damaged)?,
-            Record::Message { header, data } => {
-                let channel = channels.get(header.channel_id).ok_or_else(|| {
-                    Issue::damaged(format!(
-                        "has a message of the channel {}, which it lacks",
-                        header.channel_id
-                    ))
-                })?;
-                take(Recorded { channel: &channel, header, data: &data })?;
-            }
-            _ => {}
+            record => take_record(record, &mut channels, &mut take)?,
         }
     }
     Ok(())
+}
+
+fn damaged(e: mcap::McapError) -> Issue {
+    Issue::damaged(format!("is no whole MCAP file: {e}"))
+}
+
+/// The next record of a chunk: an opcode, a length and so many bytes.
+fn next_record<'d>(rest: &mut &'d [u8]) -> Result<Option<(u8, &'d [u8])>, Issue> {
+    let Some((&opcode, after)) = rest.split_first() else { return Ok(None) };
+    let record = after.split_first_chunk::<8>().and_then(|(length, after)| {
+        let length = usize::try_from(u64::from_le_bytes(*length)).ok()?;
+        after.split_at_checked(length)
+    });
+    let (body, after) = record.ok_or_else(|| damaged(mcap::McapError::UnexpectedEof))?;
+    *rest = after;
+    Ok(Some((opcode, body)))
+}
+
+/// Learns a channel, or hands a message over.
+fn take_record(
+    record: Record,
+    channels: &mut ChannelAccumulator<'static>,
+    take: &mut impl FnMut(Recorded) -> Result<(), Issue>,
+) -> Result<(), Issue> {
+    match record {
+        Record::Schema { header, data } => {
+            channels.add_schema(header, data.into_owned().into()).map_err(damaged)
+        }
+        Record::Channel(channel) => channels.add_channel(channel).map_err(damaged),
+        Record::Message { header, data } => {
+            let channel = channels.get(header.channel_id).ok_or_else(|| {
+                Issue::damaged(format!("has a message of the channel {}, which it lacks", header.channel_id))
+            })?;
+            take(Recorded { channel: &channel, header, data: &data })
+        }
+        _ => Ok(()),
+    }
 }
 
 /// Whether a message is one of ROS 2 of a type.

@@ -5,6 +5,7 @@
 //! which order its bytes have.
 
 mod bag;
+mod chunk;
 mod frames;
 pub(crate) mod messages;
 
