@@ -8,8 +8,9 @@ use std::path::Path;
 use std::time::Duration;
 
 use criterion::Criterion;
+use perirobot::backend::adapter::{AdapterChoice, adapters};
 use perirobot::backend::cpu::Cpu;
-use perirobot::backend::gpu::{AdapterChoice, Gpu, adapters};
+use perirobot::backend::gpu::Gpu;
 use perirobot::backend::oracle::Oracle;
 use perirobot::backend::{Backend, Fusion, Rays, Reading, Shot, VoxelScene};
 use perirobot::study::{Overrides, Study};

@@ -1,8 +1,8 @@
 //! The library's front: what a study scores, and what a camera scores in a cell that is made without any
 //! file. Everything else in the crate serves this and the command line.
 
+use crate::backend::adapter::AdapterChoice;
 use crate::backend::factory::{BackendChoice, BackendKind};
-use crate::backend::gpu::AdapterChoice;
 use crate::backend::{Backend, Fusion, Reading, Shot, Slot, VoxelScene};
 use crate::metrics::{BodyPart, Confusion};
 use crate::pose::Pose;

@@ -5,8 +5,9 @@ mod common;
 
 use common::cases::{Case, case, job, open_gates};
 use common::{Random, cases};
+use perirobot::backend::adapter::AdapterChoice;
 use perirobot::backend::cpu::Cpu;
-use perirobot::backend::gpu::{AdapterChoice, Gpu};
+use perirobot::backend::gpu::Gpu;
 use perirobot::backend::oracle::Oracle;
 use perirobot::backend::{
     Backend, Carving, Evidence, Fusion, GridFrame, GridPose, LOG_ODDS, Noise, Planes, Rays, Reading, Shot,

@@ -15,8 +15,9 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex};
 use std::time::Duration;
 
+use perirobot::backend::adapter::AdapterChoice;
 use perirobot::backend::factory::{BackendFactory, Fallback, KeptBackends};
-use perirobot::backend::gpu::{AdapterChoice, Gpu, Stage, shader_source};
+use perirobot::backend::gpu::{Gpu, Stage, shader_source};
 use perirobot::backend::{
     Backend, Evidence, Fusion, GridPose, Planes, Rays, Reading, Shot, Slot, VoxelScene,
 };

@@ -1,10 +1,14 @@
 //! Makes the backend that a user chose (which one, on which adapter, with how many threads and how much
 //! memory), and the fallbacks for when it fails.
 
+use super::adapter::{AdapterChoice, adapters};
 use super::cpu::Cpu;
-use super::gpu::{AdapterChoice, Gpu, adapters};
+#[cfg(feature = "gpu")]
+use super::gpu::Gpu;
 use super::oracle::Oracle;
 use super::{Backend, MEMORY_BYTES};
+#[cfg(not(feature = "gpu"))]
+use crate::error::{Argument, Issue, Words};
 use crate::{Error, Result};
 
 /// Which backend computes.
@@ -41,11 +45,11 @@ impl BackendChoice {
             BackendKind::Oracle => Ok((Box::new(Oracle::default()), None)),
             BackendKind::Cpu => Ok((Box::new(self.cpu()?), None)),
             BackendKind::Auto if self.adapter.is_none() => match has_hardware().then(|| self.gpu()) {
-                Some(Ok(gpu)) => Ok((Box::new(gpu), None)),
+                Some(Ok(gpu)) => Ok((gpu, None)),
                 Some(Err(reason)) => Ok((Box::new(self.cpu()?), Some(reason))),
                 None => Ok((Box::new(self.cpu()?), None)),
             },
-            BackendKind::Auto | BackendKind::Gpu => Ok((Box::new(self.gpu()?), None)),
+            BackendKind::Auto | BackendKind::Gpu => Ok((self.gpu()?, None)),
         }
     }
 
@@ -56,7 +60,7 @@ impl BackendChoice {
         }
         let mut all: Vec<Box<dyn Backend>> = vec![Box::new(self.cpu()?)];
         if let Some(gpu) = self.any_gpu()? {
-            all.push(Box::new(gpu));
+            all.push(gpu);
         }
         Ok(all)
     }
@@ -71,7 +75,7 @@ impl BackendChoice {
 
     /// Opens the adapter that was named, or a hardware GPU, or a software one; none where there is no adapter
     /// at all.
-    pub(crate) fn any_gpu(&self) -> Result<Option<Gpu>> {
+    pub(crate) fn any_gpu(&self) -> Result<Option<Box<dyn Backend + Send>>> {
         if self.adapter.is_none() && self.kind != BackendKind::Gpu {
             if adapters().is_empty() {
                 return Ok(None);
@@ -84,12 +88,19 @@ impl BackendChoice {
         self.gpu().map(Some)
     }
 
-    fn gpu(&self) -> Result<Gpu> {
+    #[cfg(feature = "gpu")]
+    fn gpu(&self) -> Result<Box<dyn Backend + Send>> {
         let gpu = Gpu::new(self.adapter.as_ref().unwrap_or(&AdapterChoice::Hardware))?;
         let mib =
             self.memory_bytes.map_or("as the adapter has it".into(), |bytes| format!("{} MiB", bytes >> 20));
         tracing::info!("opened gpu: {}, memory for evidence: {mib}", gpu.device());
-        Ok(self.memory_bytes.into_iter().fold(gpu, Gpu::memory))
+        Ok(Box::new(self.memory_bytes.into_iter().fold(gpu, Gpu::memory)))
+    }
+
+    #[cfg(not(feature = "gpu"))]
+    fn gpu(&self) -> Result<Box<dyn Backend + Send>> {
+        let what = Issue::left_out("the GPU backend", "gpu");
+        Err(what.cure(Words::from("or use ") + Argument::Backend.quoted("cpu")).into())
     }
 }
 
@@ -147,7 +158,7 @@ impl BackendFactory for ChosenBackends {
             Fallback::None => self.ready.take().map_or_else(|| Ok(self.choice.open()?.0), Ok),
             Fallback::Small => {
                 let memory_bytes = self.choice.memory_bytes.unwrap_or(MEMORY_BYTES).min(MEMORY_BYTES) / 4;
-                Ok(Box::new(self.choice.gpu()?.memory(memory_bytes)))
+                BackendChoice { memory_bytes: Some(memory_bytes), ..self.choice.clone() }.gpu()
             }
             Fallback::Cpu => Ok(Box::new(self.choice.cpu()?)),
         }

@@ -3,9 +3,9 @@
 
 use clap::ValueEnum;
 use perirobot::backend::Backend;
+use perirobot::backend::adapter::AdapterChoice;
 use perirobot::backend::cpu::Cpu;
 use perirobot::backend::factory::{BackendChoice, BackendKind, ChosenBackends};
-use perirobot::backend::gpu::AdapterChoice;
 use perirobot::error::Issue;
 use perirobot::sweep::bench::{self, Contender};
 use perirobot::{Error, Result};

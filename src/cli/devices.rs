@@ -4,8 +4,10 @@ use std::process::ExitCode;
 use std::time::Instant;
 
 use perirobot::Result;
-use perirobot::backend::gpu::{AdapterChoice, AdapterReport, Gpu, adapter::select, adapters};
+use perirobot::backend::adapter::{AdapterChoice, AdapterReport, adapters, select};
+use perirobot::backend::factory::{BackendChoice, BackendKind};
 use perirobot::backend::{SELF_TEST_POSES, self_test};
+use perirobot::error::Issue;
 
 /// List Vulkan adapters, which would be used, how to get one
 ///
@@ -30,6 +32,11 @@ pub(super) fn run(_args: &Args) -> Result<ExitCode> {
             tested(adapter)
         );
     }
+    if !cfg!(feature = "gpu") {
+        let what = Issue::left_out("the GPU backend", "gpu");
+        return super::print(&format!("{text}\n{}\n", super::flags::told(&what.into())))
+            .map(|()| ExitCode::SUCCESS);
+    }
     // The same choice as a run makes.
     let hardware = select(&found, &AdapterChoice::Hardware).ok().map(|index| &found[index]);
     let software = found.iter().find(|adapter| adapter.software);
@@ -53,8 +60,10 @@ pub(super) fn run(_args: &Args) -> Result<ExitCode> {
 /// The result of an adapter's self-test.
 fn tested(adapter: &AdapterReport) -> String {
     let begin = Instant::now();
-    let outcome = Gpu::new(&AdapterChoice::Named(adapter.index.to_string()))
-        .and_then(|mut gpu| self_test(&mut gpu).map(|()| begin.elapsed().as_secs_f64()));
+    let adapter = Some(AdapterChoice::Named(adapter.index.to_string()));
+    let outcome = BackendChoice { kind: BackendKind::Gpu, adapter, ..Default::default() }
+        .open()
+        .and_then(|(mut gpu, _)| self_test(&mut *gpu).map(|()| begin.elapsed().as_secs_f64()));
     match outcome {
         Ok(seconds) => {
             format!("exact: counts {SELF_TEST_POSES} poses of a camera as the cpu does ({seconds:.1} s)")

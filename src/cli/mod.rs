@@ -20,10 +20,13 @@ mod completions;
 mod contents;
 mod devices;
 mod export;
+#[cfg(feature = "report")]
 mod figures;
 mod flags;
 mod init;
 mod judge;
+#[cfg(not(feature = "report"))]
+mod left_out;
 mod log;
 mod merge;
 mod mesa;
@@ -32,6 +35,7 @@ mod packages;
 mod progress;
 mod quantity;
 mod render;
+#[cfg(feature = "report")]
 mod report;
 mod schema;
 mod score;
@@ -48,6 +52,10 @@ mod verify_backends;
 mod voxelize;
 mod why;
 
+#[cfg(not(feature = "report"))]
+use left_out as figures;
+#[cfg(not(feature = "report"))]
+use left_out as report;
 use std::ffi::OsString;
 use std::process::ExitCode;
 use std::sync::OnceLock;

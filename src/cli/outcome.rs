@@ -13,13 +13,14 @@ use perirobot::view::Choice;
 use perirobot::{Result, report, shell};
 
 /// Tables with more rows than this are Parquet, unless the user says otherwise.
+#[cfg(feature = "parquet")]
 const MOST_CSV_ROWS: u64 = 1_000_000;
 
 #[derive(clap::Args)]
 #[command(next_help_heading = "Results")]
 pub(super) struct OutcomeArgs {
     /// How the tables `results` and `scores` are written [default: csv, parquet above a million rows of
-    /// results]
+    /// results where this program can write it]
     #[arg(long, value_enum)]
     table: Option<TableChoice>,
 }
@@ -29,8 +30,10 @@ enum TableChoice {
     /// Comma-separated text
     Csv,
     /// Apache Parquet: typed columns, a quarter of the size
+    #[cfg(feature = "parquet")]
     Parquet,
     /// Both of them
+    #[cfg(feature = "parquet")]
     Both,
 }
 
@@ -46,8 +49,11 @@ impl OutcomeArgs {
     pub(super) fn write(&self, results: &Results, folder: &Path) -> Result<()> {
         let formats: &[TableFormat] = match self.table {
             Some(TableChoice::Csv) => &[TableFormat::Csv],
+            #[cfg(feature = "parquet")]
             Some(TableChoice::Parquet) => &[TableFormat::Parquet],
+            #[cfg(feature = "parquet")]
             Some(TableChoice::Both) => &[TableFormat::Csv, TableFormat::Parquet],
+            #[cfg(feature = "parquet")]
             None if results.layout().rows() > MOST_CSV_ROWS => &[TableFormat::Parquet],
             None => &[TableFormat::Csv],
         };

@@ -4,6 +4,7 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 
 use glam::DVec3;
+use perirobot::Result;
 use perirobot::recording::{Anchor, Asked, Recording};
 use perirobot::report::recorded;
 use perirobot::results::rows::RowsFile;
@@ -11,7 +12,6 @@ use perirobot::results::table::TableFormat;
 use perirobot::source::Sources;
 use perirobot::view::{Names, RecordedMap, find_scene};
 use perirobot::world::World;
-use perirobot::{Error, Result};
 
 use super::study::StudyArgs;
 
@@ -81,12 +81,7 @@ Why what is there is not called occupied; a voxel has the first that applies:
 pub(super) fn run(args: &Args) -> Result<ExitCode> {
     super::stop::end_tidily()?;
     super::backend::start_threads(None)?;
-    let format = args.out.as_ref().map(|out| match out.extension().and_then(|ending| ending.to_str()) {
-        Some("csv") => Ok(TableFormat::Csv),
-        Some("parquet") => Ok(TableFormat::Parquet),
-        _ => Err(Error::input(out, "must end in .csv or .parquet")),
-    });
-    let format = format.transpose()?;
+    let format = args.out.as_deref().map(TableFormat::of).transpose()?;
     let sources = Sources::beside(&args.map).allow_outside();
     let asked = Asked { sensor_m: args.sensor, topic: args.topic.as_deref(), message: args.message };
     let recording = Recording::read(&args.map, asked, &sources)?;

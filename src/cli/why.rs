@@ -61,6 +61,7 @@ enum ReasonTable {
     /// Comma-separated text
     Csv,
     /// Apache Parquet
+    #[cfg(feature = "parquet")]
     Parquet,
 }
 
@@ -92,6 +93,7 @@ pub(super) fn run(args: &Args) -> Result<ExitCode> {
     // Checked first, so that nothing is computed in vain.
     let format = match args.table {
         ReasonTable::Csv => TableFormat::Csv,
+        #[cfg(feature = "parquet")]
         ReasonTable::Parquet => TableFormat::Parquet,
     };
     let file = args.pose.is_none().then(|| ReasonsFile::create(args.swept.folder(), format)).transpose()?;

@@ -104,6 +104,14 @@ impl Issue {
         Issue::new(What::Unsupported(what.into()))
     }
 
+    /// Something that this program was built without.
+    pub fn left_out(what: impl Into<Words>, feature: &str) -> Issue {
+        Issue::says(
+            what.into() + format!(" is not in this program, which was built without the feature {feature:?}"),
+        )
+        .wanted("build it with cargo's defaults")
+    }
+
     /// More than can be worked on.
     pub fn too_large(what: impl Into<Words>) -> Issue {
         Issue::new(What::TooLarge(what.into()))

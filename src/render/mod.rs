@@ -26,7 +26,9 @@ use crate::world::World;
 use crate::{Error, Result};
 pub use canvas::Canvas;
 pub use colour::Colour;
-pub(crate) use colour::{Palette, ramp};
+pub(crate) use colour::Palette;
+#[cfg(feature = "report")]
+pub(crate) use colour::ramp;
 pub use eye::{Eye, point};
 
 use cast::Hit;

@@ -4,8 +4,10 @@ mod apart;
 pub mod best;
 pub mod choose;
 pub mod distribution;
+#[cfg(feature = "report")]
 pub mod figures;
 pub mod groups;
+#[cfg(feature = "report")]
 pub mod html;
 pub mod judge;
 pub mod maxima;

@@ -63,7 +63,7 @@ pub fn contenders(choice: &BackendChoice) -> Result<Vec<Contender>> {
         && let Some(gpu) = choice.any_gpu()?
     {
         let name = format!("gpu, {}", gpu.device());
-        contenders.push(Contender { name, backend: Box::new(gpu), threads: all });
+        contenders.push(Contender { name, backend: gpu, threads: all });
     }
     Ok(contenders)
 }

@@ -61,6 +61,7 @@ impl Bricks {
 
     /// For each brick, x fastest, then y, then z: the chessboard distance in bricks to the nearest brick that
     /// holds a blocker, 0 in one that does; [`Bricks::FAR`] for any distance from there on.
+    #[cfg(any(test, feature = "gpu"))]
     pub(crate) fn reach(&self) -> &[u8] {
         &self.reach
     }

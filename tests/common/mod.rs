@@ -6,7 +6,7 @@ pub(crate) mod cases;
 
 use std::io::Write;
 
-use perirobot::backend::gpu::{AdapterChoice, adapters};
+use perirobot::backend::adapter::{AdapterChoice, adapters};
 
 /// Says something on stderr, also from a test that passes (`eprintln!` would be captured).
 pub(crate) fn say(message: &str) {
@@ -30,7 +30,7 @@ pub(crate) fn adapter() -> Option<AdapterChoice> {
         Err(_) if found.iter().any(|a| !a.software) => AdapterChoice::Hardware,
         Err(_) => AdapterChoice::Software,
     };
-    let index = perirobot::backend::gpu::adapter::select(&found, &choice).unwrap_or_else(|e| panic!("{e}"));
+    let index = perirobot::backend::adapter::select(&found, &choice).unwrap_or_else(|e| panic!("{e}"));
     say(&format!("adapter: {}", found[index].label()));
     Some(AdapterChoice::Named(index.to_string()))
 }

@@ -4,8 +4,9 @@ use std::ops::Range;
 use std::sync::{Arc, Mutex};
 use std::time::Duration;
 
-use super::adapter::{self, AdapterChoice, AdapterReport};
+use super::enumerate::enumerate;
 use super::kernels::most_storage_buffers;
+use crate::backend::adapter::{AdapterChoice, AdapterReport, select};
 use crate::error::{Argument, Issue, Words};
 use crate::{Error, Result};
 
@@ -26,9 +27,9 @@ pub struct GpuDevice {
 
 /// Opens the chosen adapter with the limits that it really has.
 pub fn open(choice: &AdapterChoice) -> Result<GpuDevice> {
-    let found = adapter::enumerate();
+    let found = enumerate();
     let reports: Vec<AdapterReport> = found.iter().map(|(report, _)| report.clone()).collect();
-    let index = adapter::select(&reports, choice)?;
+    let index = select(&reports, choice)?;
     let (report, adapter) = &found[index];
     let needed = most_storage_buffers();
     if report.max_storage_buffers < needed {

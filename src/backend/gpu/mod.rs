@@ -1,8 +1,8 @@
 //! The backend on a GPU, or on a software Vulkan adapter: `shaders/` through wgpu. Evidence stays on the
 //! device, in slots; only counts come back. The same integers as the oracle, whatever the adapter.
 
-pub mod adapter;
 pub mod device;
+mod enumerate;
 mod kernels;
 mod loaded;
 mod loop_bounds;
@@ -16,8 +16,8 @@ mod sense;
 mod timestamps;
 pub mod types;
 
-pub use adapter::{AdapterChoice, AdapterReport, adapters};
 pub use device::{GpuDevice, open};
+pub(super) use enumerate::enumerate;
 pub use kernels::{SHADER_COMPLETION, Stage};
 pub use loop_bounds::WORKGROUP;
 pub use pipeline::evaluate;
@@ -26,6 +26,7 @@ pub use prelude::{shader_prelude, shader_source};
 use std::collections::VecDeque;
 use std::time::Duration;
 
+use super::adapter::AdapterChoice;
 use super::body_words::BodyWords;
 use super::{
     Backend, Carving, Evidence, Fusion, GridPose, Planes, Rays, Reading, Shot, Slot, VoxelScene, no_table,

@@ -3,12 +3,12 @@
 
 use std::ops::Range;
 
-use super::adapter::AdapterReport;
 use super::kernels::Stage;
 use super::loop_bounds::{WORKGROUP, near_voxels};
 use super::pace::Pace;
 use super::types::{BOX_EDGE, BOXES_AT_ONCE, FARTHEST_READ_Q16, HEADS, PYRAMID_LEVELS, Part};
 use crate::Result;
+use crate::backend::adapter::AdapterReport;
 use crate::backend::body_words::{BodyWord, BodyWords};
 use crate::backend::{Carving, Image, Rays, VoxelScene};
 use crate::error::{Argument, Issue, Words};

@@ -2,6 +2,7 @@
 //! at all.
 
 mod csv;
+#[cfg(feature = "parquet")]
 mod parquet;
 
 use std::io;
@@ -65,14 +66,28 @@ pub enum TableFormat {
     /// Text with a header: commas, quotes where needed, the shortest decimal that gives the same double.
     Csv,
     /// Apache Parquet: int64, double and string columns, Snappy.
+    #[cfg(feature = "parquet")]
     Parquet,
 }
 
 impl TableFormat {
+    /// The format of a file by the ending of its name.
+    pub fn of(path: &Path) -> Result<TableFormat> {
+        match path.extension().and_then(|ending| ending.to_str()) {
+            Some("csv") => Ok(TableFormat::Csv),
+            #[cfg(feature = "parquet")]
+            Some("parquet") => Ok(TableFormat::Parquet),
+            #[cfg(not(feature = "parquet"))]
+            Some("parquet") => Err(crate::error::Issue::left_out("Parquet", "parquet").at(path).into()),
+            _ => Err(crate::Error::input(path, "must end in .csv or .parquet")),
+        }
+    }
+
     /// The end of the file's name, without the dot.
     pub fn extension(self) -> &'static str {
         match self {
             TableFormat::Csv => "csv",
+            #[cfg(feature = "parquet")]
             TableFormat::Parquet => "parquet",
         }
     }
@@ -107,6 +122,7 @@ impl TableFile {
         let begin = || -> io::Result<Box<dyn RowWriter>> {
             Ok(match format {
                 TableFormat::Csv => Box::new(csv::CsvWriter::new(file, columns)?),
+                #[cfg(feature = "parquet")]
                 TableFormat::Parquet => Box::new(parquet::ParquetWriter::new(file, columns)?),
             })
         };

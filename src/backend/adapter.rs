@@ -1,4 +1,4 @@
-//! Which Vulkan adapters there are, and which one a user means.
+//! Which adapters there are, and which one a user means.
 
 use crate::Result;
 use crate::error::{Argument, Issue, Words};
@@ -60,36 +60,12 @@ impl std::str::FromStr for AdapterChoice {
     }
 }
 
-/// The Vulkan adapters of this machine; empty without a Vulkan loader or driver.
+/// The Vulkan adapters of this machine; empty without a Vulkan loader or driver, and where the feature `gpu` was left out.
 pub fn adapters() -> Vec<AdapterReport> {
-    enumerate().into_iter().map(|(report, _)| report).collect()
-}
-
-/// The adapters with what opens them.
-pub(super) fn enumerate() -> Vec<(AdapterReport, wgpu::Adapter)> {
-    let mut descriptor = wgpu::InstanceDescriptor::new_without_display_handle();
-    descriptor.backends = wgpu::Backends::VULKAN;
-    // No validation layers: wgpu checks what it is given itself, in every build.
-    descriptor.flags = wgpu::InstanceFlags::empty();
-    let instance = wgpu::Instance::new(descriptor);
-    let found = pollster::block_on(instance.enumerate_adapters(wgpu::Backends::VULKAN));
-    found.into_iter().enumerate().map(|(index, adapter)| (report(index, &adapter), adapter)).collect()
-}
-
-fn report(index: usize, adapter: &wgpu::Adapter) -> AdapterReport {
-    let (info, limits) = (adapter.get_info(), adapter.limits());
-    AdapterReport {
-        index,
-        name: info.name,
-        driver: if info.driver_info.is_empty() { info.driver } else { info.driver_info },
-        backend: format!("{:?}", info.backend),
-        device_type: format!("{:?}", info.device_type),
-        software: info.device_type == wgpu::DeviceType::Cpu,
-        max_binding_bytes: limits.max_storage_buffer_binding_size,
-        max_buffer_bytes: limits.max_buffer_size,
-        max_workgroups: limits.max_compute_workgroups_per_dimension,
-        max_storage_buffers: limits.max_storage_buffers_per_shader_stage,
-    }
+    #[cfg(feature = "gpu")]
+    return super::gpu::enumerate().into_iter().map(|(report, _)| report).collect();
+    #[cfg(not(feature = "gpu"))]
+    Vec::new()
 }
 
 /// The place of the chosen adapter in a list, or what to do about there being none.

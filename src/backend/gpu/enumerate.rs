@@ -1,0 +1,33 @@
+//! Asks the system which adapters there are.
+
+use crate::backend::adapter::AdapterReport;
+
+/// Where the shaders run: Vulkan and, as far as they are compiled in, which Cargo.toml decides, Metal and DirectX 12.
+const BACKENDS: wgpu::Backends = wgpu::Backends::PRIMARY;
+
+/// The adapters with what opens them.
+pub(in crate::backend) fn enumerate() -> Vec<(AdapterReport, wgpu::Adapter)> {
+    let mut descriptor = wgpu::InstanceDescriptor::new_without_display_handle();
+    descriptor.backends = BACKENDS;
+    // No validation layers: wgpu checks what it is given itself, in every build.
+    descriptor.flags = wgpu::InstanceFlags::empty();
+    let instance = wgpu::Instance::new(descriptor);
+    let found = pollster::block_on(instance.enumerate_adapters(BACKENDS));
+    found.into_iter().enumerate().map(|(index, adapter)| (report(index, &adapter), adapter)).collect()
+}
+
+fn report(index: usize, adapter: &wgpu::Adapter) -> AdapterReport {
+    let (info, limits) = (adapter.get_info(), adapter.limits());
+    AdapterReport {
+        index,
+        name: info.name,
+        driver: if info.driver_info.is_empty() { info.driver } else { info.driver_info },
+        backend: format!("{:?}", info.backend),
+        device_type: format!("{:?}", info.device_type),
+        software: info.device_type == wgpu::DeviceType::Cpu,
+        max_binding_bytes: limits.max_storage_buffer_binding_size,
+        max_buffer_bytes: limits.max_buffer_size,
+        max_workgroups: limits.max_compute_workgroups_per_dimension,
+        max_storage_buffers: limits.max_storage_buffers_per_shader_stage,
+    }
+}
