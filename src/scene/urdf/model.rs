@@ -1,14 +1,13 @@
-//! Turns the parser's structs into a checked tree of links: one root, no loops, unique names, supported
+//! Turns what a file says into a checked tree of links: one root, no loops, unique names, supported
 //! joints, finite numbers.
 
 use std::collections::{HashMap, HashSet, VecDeque};
 
 use glam::{DAffine3, DVec3};
-use urdf_rs::{JointType, Pose, Robot};
 
+use super::document::{self, Geometry, JointKind, Origin, Robot};
 use super::{Follows, Joint, Link, LinkShape, Motion, PlacedShape};
 use crate::error::Issue;
-use crate::pose::from_rpy;
 
 /// No length or distance is larger; beyond it there are slips of the pen.
 const FARTHEST_M: f64 = 1e6;
@@ -32,7 +31,7 @@ pub(super) fn links(robot: &Robot) -> Result<Vec<Link>, Issue> {
             };
             places.get(name).copied().ok_or_else(what)
         };
-        let (parent, child) = (find("parent", &joint.parent.link)?, find("child", &joint.child.link)?);
+        let (parent, child) = (find("parent", &joint.parent)?, find("child", &joint.child)?);
         if let Some(other) = held[child].replace(number) {
             return Err(Issue::says(format!(
                 "link {:?} is the child of two joints, {:?} and {:?}",
@@ -53,7 +52,7 @@ pub(super) fn links(robot: &Robot) -> Result<Vec<Link>, Issue> {
             let entry = &robot.joints[number];
             let joint =
                 joint_of(entry, parent).map_err(|issue| issue.at(format!("joint {:?}", entry.name)))?;
-            open.push_back((places[entry.child.link.as_str()], Some(joint)));
+            open.push_back((places[entry.child.as_str()], Some(joint)));
         }
     }
     // One root and one joint a link: what was not reached hangs on itself.
@@ -101,35 +100,31 @@ fn root(robot: &Robot, held: &[Option<usize>]) -> Result<usize, Issue> {
     }
 }
 
-fn link(entry: &urdf_rs::Link, joint: Option<Joint>) -> Result<Link, Issue> {
-    let body = |kind: &str, number: usize, origin: &Pose, geometry: &urdf_rs::Geometry| {
-        let body = affine(origin)
-            .and_then(|link_from_body| Ok(PlacedShape { link_from_body, shape: shape(geometry)? }));
-        body.map_err(|issue| issue.at(format!("link {:?}: {kind} {}", entry.name, number + 1)))
+fn link(entry: &document::Link, joint: Option<Joint>) -> Result<Link, Issue> {
+    let bodies = |kind: &str, bodies: &[document::Body]| {
+        let body = |(number, body): (usize, &document::Body)| {
+            let placed = affine(&body.origin)
+                .and_then(|link_from_body| Ok(PlacedShape { link_from_body, shape: shape(&body.geometry)? }));
+            placed.map_err(|issue| issue.at(format!("link {:?}: {kind} {}", entry.name, number + 1)))
+        };
+        bodies.iter().enumerate().map(body).collect::<Result<_, _>>()
     };
-    let collision =
-        entry.collision.iter().enumerate().map(|(i, c)| body("collision", i, &c.origin, &c.geometry));
-    let visual = entry.visual.iter().enumerate().map(|(i, v)| body("visual", i, &v.origin, &v.geometry));
-    Ok(Link {
-        name: entry.name.clone(),
-        joint,
-        collision: collision.collect::<Result<_, _>>()?,
-        visual: visual.collect::<Result<_, _>>()?,
-    })
+    let collision = bodies("collision", &entry.collision)?;
+    Ok(Link { name: entry.name.clone(), joint, collision, visual: bodies("visual", &entry.visual)? })
 }
 
-fn joint_of(entry: &urdf_rs::Joint, parent: usize) -> Result<Joint, Issue> {
+fn joint_of(entry: &document::Joint, parent: usize) -> Result<Joint, Issue> {
     let unsupported = |kind: &str, cure: &str| {
         Err(Issue::unsupported(format!("is {kind}, which is not supported")).wanted(cure))
     };
-    let limits = [entry.limit.lower, entry.limit.upper];
-    let motion = match entry.joint_type {
-        JointType::Fixed => Motion::Fixed,
-        JointType::Revolute => Motion::Turn { axis: axis(entry)?, limits_rad: ordered(limits)? },
-        JointType::Continuous => {
+    let limits = entry.limits;
+    let motion = match entry.kind {
+        JointKind::Fixed => Motion::Fixed,
+        JointKind::Revolute => Motion::Turn { axis: axis(entry)?, limits_rad: ordered(limits)? },
+        JointKind::Continuous => {
             Motion::Turn { axis: axis(entry)?, limits_rad: [f64::NEG_INFINITY, f64::INFINITY] }
         }
-        JointType::Prismatic => {
+        JointKind::Prismatic => {
             if !limits.iter().all(|limit| limit.abs() <= FARTHEST_M) {
                 return Err(Issue::says(format!(
                     "its limits {limits:?} must be metres from -{FARTHEST_M} to {FARTHEST_M}"
@@ -137,19 +132,19 @@ fn joint_of(entry: &urdf_rs::Joint, parent: usize) -> Result<Joint, Issue> {
             }
             Motion::Slide { axis: axis(entry)?, limits_m: ordered(limits)? }
         }
-        JointType::Floating => {
+        JointKind::Floating => {
             return unsupported(
                 "floating",
                 "make it fixed, and put the pose into <origin> or into the scene file",
             );
         }
-        JointType::Planar => {
+        JointKind::Planar => {
             return unsupported(
                 "planar",
                 "use two prismatic joints and a revolute one, with links without geometry",
             );
         }
-        JointType::Spherical => {
+        JointKind::Spherical => {
             return unsupported(
                 "spherical",
                 "use three revolute joints, with links without geometry between them",
@@ -160,8 +155,8 @@ fn joint_of(entry: &urdf_rs::Joint, parent: usize) -> Result<Joint, Issue> {
     Ok(Joint { name: entry.name.clone(), parent, parent_from_joint: affine(&entry.origin)?, motion, follows })
 }
 
-fn follows(mimic: &urdf_rs::Mimic) -> Result<Follows, Issue> {
-    let [multiplier, offset] = [mimic.multiplier.unwrap_or(1.0), mimic.offset.unwrap_or(0.0)];
+fn follows(mimic: &document::Mimic) -> Result<Follows, Issue> {
+    let [multiplier, offset] = [mimic.multiplier, mimic.offset];
     if ![multiplier, offset].iter().all(|number| number.abs() <= FARTHEST_M) {
         return Err(Issue::says(format!("<mimic multiplier = {multiplier} offset = {offset}>"))
             .wanted(format!("must be numbers from -{FARTHEST_M} to {FARTHEST_M}")));
@@ -196,8 +191,8 @@ fn led(links: &[Link]) -> Result<(), Issue> {
     Ok(())
 }
 
-fn axis(entry: &urdf_rs::Joint) -> Result<DVec3, Issue> {
-    let axis = DVec3::from_array(entry.axis.xyz.0);
+fn axis(entry: &document::Joint) -> Result<DVec3, Issue> {
+    let axis = DVec3::from_array(entry.axis);
     let length = axis.length();
     if !(length.is_finite() && length > 1e-9) {
         return Err(
@@ -215,43 +210,39 @@ fn ordered(limits: [f64; 2]) -> Result<[f64; 2], Issue> {
         .wanted("lower must not be above upper"))
 }
 
-fn affine(origin: &Pose) -> Result<DAffine3, Issue> {
-    let (xyz, rpy) = (origin.xyz.0, origin.rpy.0);
-    if !xyz.iter().chain(&rpy).all(|x| x.abs() <= FARTHEST_M) {
-        return Err(Issue::says(format!("<origin xyz = {xyz:?} rpy = {rpy:?}>"))
+fn affine(origin: &Origin) -> Result<DAffine3, Issue> {
+    if !origin.xyz.iter().all(|x| x.abs() <= FARTHEST_M) {
+        return Err(Issue::says(format!("<origin xyz = {:?}>", origin.xyz))
             .wanted(format!("must be numbers from -{FARTHEST_M} to {FARTHEST_M}")));
     }
-    Ok(DAffine3::from_mat3_translation(from_rpy(rpy), DVec3::from_array(xyz)))
+    Ok(DAffine3::from_mat3_translation(origin.rotation, DVec3::from_array(origin.xyz)))
 }
 
-fn shape(geometry: &urdf_rs::Geometry) -> Result<LinkShape, Issue> {
+fn shape(geometry: &Geometry) -> Result<LinkShape, Issue> {
     let length = |name: &str, value: f64| match (SMALLEST_M..=FARTHEST_M).contains(&value) {
         true => Ok(value),
         false => Err(Issue::value(name, value, "must be a length in metres from 0.000001 to 1000000")),
     };
     Ok(match geometry {
-        urdf_rs::Geometry::Box { size } => {
+        Geometry::Box { size } => {
             size.iter().try_for_each(|&edge| length("box size", edge).map(drop))?;
-            LinkShape::Box { size_m: DVec3::from_array(size.0) }
+            LinkShape::Box { size_m: DVec3::from_array(*size) }
         }
-        urdf_rs::Geometry::Cylinder { radius, length: height } => LinkShape::Cylinder {
+        Geometry::Cylinder { radius, length: height } => LinkShape::Cylinder {
             radius_m: length("cylinder radius", *radius)?,
             length_m: length("cylinder length", *height)?,
         },
-        urdf_rs::Geometry::Capsule { radius, length: distance } => LinkShape::Capsule {
+        Geometry::Capsule { radius, length: distance } => LinkShape::Capsule {
             radius_m: length("capsule radius", *radius)?,
             length_m: length("capsule length", *distance)?,
         },
-        urdf_rs::Geometry::Sphere { radius } => {
-            LinkShape::Sphere { radius_m: length("sphere radius", *radius)? }
-        }
-        urdf_rs::Geometry::Mesh { filename, scale } => {
-            let scale = scale.map_or([1.0; 3], |scale| scale.0);
+        Geometry::Sphere { radius } => LinkShape::Sphere { radius_m: length("sphere radius", *radius)? },
+        Geometry::Mesh { filename, scale } => {
             if scale.iter().any(|s| !(SMALLEST_M..=FARTHEST_M).contains(&s.abs())) {
                 return Err(Issue::says(format!("mesh {filename:?} scale = {scale:?}"))
                     .wanted("none may be zero, nor beyond 0.000001 to 1000000 (a minus mirrors)"));
             }
-            LinkShape::Mesh { filename: filename.clone(), scale: DVec3::from_array(scale) }
+            LinkShape::Mesh { filename: filename.clone(), scale: DVec3::from_array(*scale) }
         }
     })
 }

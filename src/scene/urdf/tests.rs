@@ -93,11 +93,11 @@ fn joints_that_are_not_supported_say_what_would_do() {
         "<mimic joint='other'/><axis",
         "joint \"turn\": mimics \"other\", which is no joint of the file",
     );
-    refused("revolute", "ball", "joint \"turn\" (line 4): custom: unknown variant `ball`");
+    refused("revolute", "ball", "joint \"turn\" (line 4): <joint type = \"ball\">: must be fixed, revolute");
     refused("<axis xyz='0 0 1'/>", "<axis xyz='0 0 0'/>", "joint \"turn\": <axis xyz");
     refused("lower='-1'", "lower='2'", "<limit lower = 2 upper = 1>: lower must not be above upper");
     refused("lower='-1'", "lower='nan'", "<limit lower = NaN");
-    refused("upper='1'", "upper='x'", "joint \"turn\" (line 4): ");
+    refused("upper='1'", "upper='x'", "joint \"turn\" (line 5): <limit upper = \"x\">: must be a number");
     refused("<limit lower='-1' upper='1' effort='1' velocity='1'/>", "", "is revolute and has no <limit>");
     let slide = TWO_LINKS.replace("revolute", "prismatic").replace("upper='1'", "upper='inf'");
     refused_at("arm.urdf", &slide, "joint \"turn\": its limits [-1.0, inf] must be metres");
@@ -128,9 +128,16 @@ fn numbers_must_be_numbers_of_a_sensible_size() {
             "<mesh filename='a.stl' scale='1 0 1'/>",
             "mesh \"a.stl\" scale = [1.0, 0.0, 1.0]",
         ),
-        ("<box size='1 2 3'/>", "<cone/>", "link \"arm\" (line 3): custom: unknown variant `cone`"),
-        ("<box size='1 2 3'/>", "<sphere/>", "link \"arm\" (line 3): "),
-        ("<box size='1 2 3'/>", "", "link \"arm\" (line 3): "),
+        ("<box size='1 2 3'/>", "<cone/>", "link \"arm\" (line 3): <cone>: must be a box"),
+        ("<box size='1 2 3'/>", "<sphere/>", "link \"arm\" (line 3): <sphere>: must have radius = "),
+        ("<box size='1 2 3'/>", "", "link \"arm\" (line 3): <geometry>: must hold a box"),
+        (
+            "<geometry><box size='1 2 3'/></geometry>",
+            "",
+            "link \"arm\" (line 3): <collision>: must hold <geometry>",
+        ),
+        ("<child link='arm'/>", "", "joint \"turn\" (line 4): <joint>: must hold <child>"),
+        ("<link name='base'/>", "<link/>", "link \"\" (line 2): <link>: must have name = "),
     ] {
         refused(from, to, expected);
     }
@@ -148,6 +155,39 @@ fn what_is_not_needed_does_no_harm() {
         let model = parse(Path::new("arm.urdf"), &TWO_LINKS.replacen(from, to, 1)).expect(to);
         assert_eq!(format!("{model:?}"), plain, "{to}");
     }
+}
+
+/// What URDF 1.1 and 1.2 added, and what that means in a file that does not say its version.
+#[test]
+fn versions_of_the_format_are_told_apart() {
+    let at = |version: &str, from: &str, to: &str| {
+        let text = TWO_LINKS.replacen("<robot", &format!("<robot version='{version}'"), 1);
+        parse(Path::new("arm.urdf"), &text.replacen(from, to, 1))
+    };
+    let turned = |version| {
+        let model =
+            at(version, "<origin xyz='1 0 0'/>", "<origin xyz='1 0 0' quat_xyzw='0 0 2 2'/>").unwrap();
+        model.pose(&JointValues::default()).unwrap()[1].transform_vector3(DVec3::X)
+    };
+    assert_eq!(turned("1.0"), DVec3::X);
+    assert!((turned("1.1") - DVec3::Y).length() < 1e-12);
+    let both =
+        at("1.1", "xyz='1 0 0'", "xyz='1 0 0' rpy='0 0 0' quat_xyzw='0 0 0 1'").unwrap_err().to_string();
+    assert!(
+        both.contains("joint \"turn\" (line 4): <origin>: must have rpy or quat_xyzw, not both"),
+        "{both}"
+    );
+    let bounds = |version| match at(version, "lower='-1' upper='1'", "").unwrap().links[1]
+        .joint
+        .as_ref()
+        .unwrap()
+        .motion
+    {
+        Motion::Turn { limits_rad, .. } => limits_rad,
+        _ => unreachable!("it turns"),
+    };
+    assert_eq!(bounds("1.0"), [0.0; 2]);
+    assert_eq!(bounds("1.2"), [f64::NEG_INFINITY, f64::INFINITY]);
 }
 
 #[test]
