@@ -12,9 +12,10 @@
 //! For cameras, whose free voxels are each visited by hundreds of rays. Most boxes are decided whole; pixels
 //! are looked at along silhouettes only.
 
-use fearless_simd::Level;
+use fearless_simd::{Level, Simd, dispatch};
 
-use super::packet::Packets;
+use super::narrow::{self, NONE, Slab};
+use super::packet::{Packets, TILE};
 use super::plan::RelevantVoxels;
 use super::projection::{BOXES, PixelRect, Projection};
 use super::pyramid::{Pyramid, Rect};
@@ -89,21 +90,23 @@ impl CarveVoxels<'_> {
         if self.pyramid.get(centre) > away && self.visits(centre, voxel) {
             return true;
         }
-        // Block by block, so that what is wholly hidden costs one look.
-        for block in self.pyramid.blocks(rect) {
-            if self.pyramid.most(&block) <= away {
-                continue;
-            }
-            for v in block.first[1]..=block.last[1] {
+        // Block by block, so that what is wholly hidden costs one look, and row by row, so that what is seen costs few.
+        self.pyramid.blocks(rect).filter(|block| self.pyramid.most(block) > away).any(|block| {
+            (block.first[1]..=block.last[1]).any(|v| {
                 let row = self.pyramid.row(v, block.first[0], block.last[0]);
-                for (u, &freed) in (block.first[0]..).zip(row) {
-                    if u32::from(freed) > away && self.visits([u, v], voxel) {
-                        return true;
-                    }
-                }
-            }
-        }
-        false
+                row.iter().any(|&freed| u32::from(freed) > away)
+                    && self.any_visits([block.first[0], v], row, away, voxel)
+            })
+        })
+    }
+
+    /// Whether a pixel of a row from `first` on, all of one tile, frees more than `away` voxels and visits a voxel.
+    fn any_visits(&self, first: [u32; 2], row: &[u16], away: u32, voxel: [i32; 3]) -> bool {
+        let mut freed = [0; TILE as usize];
+        let left = (first[0] % TILE) as usize;
+        freed[left..left + row.len()].copy_from_slice(row);
+        let dirs_q15 = self.packets.of_row(first);
+        dispatch!(self.level, simd => any_visits(simd, self.placement, dirs_q15, &freed, away, voxel))
     }
 
     /// Whether a pixel's ray visits a voxel, were nothing in its way.
@@ -119,6 +122,43 @@ impl CarveVoxels<'_> {
         };
         leap::span(axis, away, away).is_some()
     }
+}
+
+#[inline(always)]
+fn any_visits<S: Simd>(
+    _: S,
+    placement: &GridPose,
+    dirs_q15: [&[i32; TILE as usize]; 3],
+    freed: &[u16; TILE as usize],
+    away: u32,
+    voxel: [i32; 3],
+) -> bool {
+    const PIXELS: usize = TILE as usize;
+    let [mut enters, mut leaves] = [[0; PIXELS], [NONE; PIXELS]];
+    for r in 0..3 {
+        let (origin_q16, axis_q15) = (placement.origin_q16[r], placement.axis_q15[r]);
+        let away = voxel[r] - (origin_q16 >> 16);
+        let [mut firsts, mut periods, mut steps] = [[0; PIXELS], [0; PIXELS], [0; PIXELS]];
+        for i in 0..PIXELS {
+            let dir_q16 = march::direction_q16(axis_q15, dirs_q15.map(|dirs| dirs[i]));
+            let [first_q16, period_q16] = march::start_axis(origin_q16, dir_q16);
+            (firsts[i], periods[i]) = (narrow::first(first_q16, r), period_q16);
+            steps[i] = dir_q16.signum() as u32;
+        }
+        if away == 0 {
+            (0..PIXELS).for_each(|i| leaves[i] = leaves[i].min(firsts[i]));
+            continue;
+        }
+        let slab = Slab::new(away);
+        for i in 0..PIXELS {
+            let [own_enters, own_leaves] = slab.crossings(firsts[i], periods[i], steps[i] as i32);
+            enters[i] = enters[i].max(own_enters);
+            leaves[i] = leaves[i].min(own_leaves);
+        }
+    }
+    (0..PIXELS).fold(false, |any, i| {
+        any | (u32::from(freed[i]) > away) & (enters[i] <= leaves[i]) & (enters[i] < NONE)
+    })
 }
 
 /// Sets all voxels of a box that lie in the window.

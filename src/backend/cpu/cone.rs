@@ -51,11 +51,10 @@ impl Cone {
 
     /// The cone sent from a placement.
     pub(super) fn sent(&self, from: &GridPose) -> ConeAtPose {
-        ConeAtPose {
-            origin: from.origin_q16.map(|x| x as f32 / 65_536.0),
-            along: from.axis_q15.map(|row| (0..3).map(|a| row[a] as f32 / 32_768.0 * self.middle[a]).sum()),
-            spread: self.spread,
-        }
+        let along: [f32; 3] =
+            from.axis_q15.map(|row| (0..3).map(|a| row[a] as f32 / 32_768.0 * self.middle[a]).sum());
+        let origin = from.origin_q16.map(|x| x as f32 / 65_536.0);
+        ConeAtPose { origin, along, spread: self.spread, square: along.iter().map(|x| x * x).sum() }
     }
 }
 
@@ -64,6 +63,8 @@ pub(super) struct ConeAtPose {
     origin: [f32; 3],
     along: [f32; 3],
     spread: f32,
+    /// The square of the length of `along`.
+    square: f32,
 }
 
 impl ConeAtPose {
@@ -120,21 +121,22 @@ impl ConeAtPose {
         Window::between(low, high)
     }
 
-    /// Whether any of its rays may be in a voxel before a distance.
+    /// Says of voxels whether any of its rays may be in them before a distance.
     #[inline]
-    pub(super) fn touches(&self, voxel: [i32; 3], to: f32) -> bool {
-        let away: [f32; 3] = std::array::from_fn(|r| voxel[r] as f32 + 0.5 - self.origin[r]);
-        let dot = |a: &[f32; 3], b: &[f32; 3]| a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
-        let length = dot(&self.along, &self.along);
-        if length < 0.25 {
-            // Rays so far apart that their middle says nothing: a tile with all of a very wide image.
-            return true;
-        }
-        let t = dot(&away, &self.along) / length;
-        let off: [f32; 3] = std::array::from_fn(|r| away[r] - self.along[r] * t);
+    pub(super) fn touches(&self, to: f32) -> impl Fn([i32; 3]) -> bool {
         // Half the diagonal of a voxel, and a little.
         let reach = self.radius(to) + 0.88;
-        dot(&off, &off) <= reach * reach
+        // Rays so far apart that their middle says nothing: a tile with all of a very wide image.
+        let is_wide = self.square < 0.25;
+        let (inverse, square) = (1.0 / self.square.max(0.25), reach * reach);
+        let (origin, along) = (self.origin.map(|x| x - 0.5), self.along);
+        let dot = |a: &[f32; 3], b: &[f32; 3]| a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+        move |voxel| {
+            let away: [f32; 3] = std::array::from_fn(|r| voxel[r] as f32 - origin[r]);
+            let t = dot(&away, &along) * inverse;
+            let off: [f32; 3] = std::array::from_fn(|r| away[r] - along[r] * t);
+            is_wide || dot(&off, &off) <= square
+        }
     }
 }
 

@@ -11,7 +11,7 @@
 use fearless_simd::{Level, Simd, dispatch};
 
 use super::first_hit::{self, FirstHit};
-use super::packet::{Lanes, Packet, RAYS, RayPlaces};
+use super::packet::{Lanes, Packet, RAYS, RayPlaces, mask};
 use crate::backend::{Noise, Planes};
 use crate::march::{self, BLIND, End, Gates, LEFT, NOTHING, RETURN};
 use crate::voxel::BitGrid;
@@ -106,14 +106,14 @@ impl PacketEnds {
             self.end_alone(sent, lane, first_hits[lane], rules, plane);
         }
         self.hits = self.bits;
-        let elsewhere = |lane: usize| sent.truly.is_some() || self.steps_q16[lane] != 0;
-        let cast = sent.truly.unwrap_or(sent.believed);
-        for lane in (0..RAYS).filter(|&lane| self.kinds[lane] == RETURN && elsewhere(lane)) {
-            let made = cast.made_by(lane, first_hit::crossing(first_hits[lane]));
-            let begin = cast.march(lane);
-            let voxel = std::array::from_fn(|r| begin.voxel[r] + begin.step[r] * made[r] as i32);
-            self.hits[lane] = plane.bit_index(voxel).map_or(NO_BIT, |bit| bit as u32);
+        if noise.unit_q12.is_empty() && sent.truly.is_none() {
+            return;
         }
+        // Returns are read elsewhere than at what they come from.
+        let cast = sent.truly.unwrap_or(sent.believed);
+        dispatch!(level, simd => read(simd, first_hits, &[0; RAYS], &mut self.places));
+        cast.made(level, &self.places, &mut self.made);
+        dispatch!(level, simd => hits(simd, self, cast, plane));
     }
 
     /// How a ray ended.
@@ -176,12 +176,6 @@ fn draw<S: Simd>(_: S, rules: &Rules, rays: &Lanes<u32>, drawn: &mut Lanes<u32>)
     mask(&lost)
 }
 
-/// A bit for each lane.
-#[inline(always)]
-fn mask(lanes: &Lanes<u32>) -> u64 {
-    (0..RAYS).fold(0, |all, lane| all | u64::from(lanes[lane]) << lane)
-}
-
 /// Where returns are read: at the crossing into the blocker, or with noise after all crossings up to there.
 #[inline(always)]
 fn read<S: Simd>(_: S, first_hits: &Lanes<FirstHit>, steps_q16: &Lanes<i32>, places: &mut RayPlaces) {
@@ -193,16 +187,16 @@ fn read<S: Simd>(_: S, first_hits: &Lanes<FirstHit>, steps_q16: &Lanes<i32>, pla
     }
 }
 
-/// Ends all rays as if they were returns read inside the grid, and says which are not.
+/// The bit of each ray's voxel in a plane after so many crossings; [`NO_BIT`] outside its window. Also says which rays are
+/// outside a grid of a size then.
 #[inline(always)]
-fn returns<S: Simd>(
+fn located<S: Simd>(
     _: S,
-    ends: &mut PacketEnds,
     packet: &Packet,
-    first_hits: &Lanes<FirstHit>,
-    rules: &Rules,
+    made: &[Lanes<u32>; 3],
     plane: &BitGrid,
-) -> u64 {
+    size: [u32; 3],
+) -> (Lanes<u32>, Lanes<u32>) {
     let window = plane.window();
     let row = plane.words_per_row() as i32 * 32;
     let strides = [1, row, row * window.size[1] as i32];
@@ -210,24 +204,47 @@ fn returns<S: Simd>(
     let mut elsewhere = [0u32; RAYS];
     let mut bits = [0i32; RAYS];
     for r in 0..3 {
-        let (own, size) = (packet.voxel[r], rules.size[r]);
+        let own = packet.voxel[r];
         for lane in 0..RAYS {
-            let made = ends.made[r][lane] as i32;
+            let made = made[r][lane] as i32;
             let voxel = own + if packet.dir_q16[r][lane] < 0 { -made } else { made };
-            outside[lane] |= (voxel as u32 >= size) as u32;
+            outside[lane] |= (voxel as u32 >= size[r]) as u32;
             let within = voxel - window.min[r];
             elsewhere[lane] |= (within as u32 >= window.size[r]) as u32;
             bits[lane] = bits[lane].wrapping_add(within.wrapping_mul(strides[r]));
         }
     }
+    (std::array::from_fn(|lane| if elsewhere[lane] != 0 { NO_BIT } else { bits[lane] as u32 }), outside)
+}
+
+/// Ends all rays as if they were returns read inside the grid, and says which are not.
+#[inline(always)]
+fn returns<S: Simd>(
+    simd: S,
+    ends: &mut PacketEnds,
+    packet: &Packet,
+    first_hits: &Lanes<FirstHit>,
+    rules: &Rules,
+    plane: &BitGrid,
+) -> u64 {
+    let mut outside;
+    (ends.bits, outside) = located(simd, packet, &ends.made, plane, rules.size);
     for lane in 0..RAYS {
         let crossings = ends.made[0][lane] + ends.made[1][lane] + ends.made[2][lane];
         ends.kinds[lane] = RETURN;
         (ends.crossings[lane], ends.freed[lane]) = (crossings, crossings);
-        ends.bits[lane] = if elsewhere[lane] != 0 { NO_BIT } else { bits[lane] as u32 };
         let none = first_hits[lane] >= first_hit::LEFT;
         let blind = first_hits[lane] >> 2 < rules.gates.range_min_q16;
         outside[lane] |= (none | blind) as u32;
     }
     mask(&outside) | ends.lost
+}
+
+/// Finds the blockers that returns come from.
+#[inline(always)]
+fn hits<S: Simd>(simd: S, ends: &mut PacketEnds, cast: &Packet, plane: &BitGrid) {
+    let (bits, _) = located(simd, cast, &ends.made, plane, plane.window().size);
+    for lane in 0..RAYS {
+        ends.hits[lane] = if ends.kinds[lane] == RETURN { bits[lane] } else { NO_BIT };
+    }
 }

@@ -13,17 +13,18 @@
 
 use fearless_simd::{Level, Simd, dispatch};
 
-use super::packet::{Lanes, Packet, RAYS};
-use crate::march::leap::RayAxis;
+use super::first_hit::FirstHit;
+use super::narrow::{self, NONE, Slab};
+use super::packet::{self, Lanes, Packet, RAYS};
 
-/// The crossings of a packet's rays as numbers, distance · 4 + axis.
+/// The crossings of a packet's rays as `narrow` has them.
 pub(super) struct Intersect {
-    first: [Lanes<u64>; 3],
+    first: [Lanes<u32>; 3],
     /// Distance alone, in 1/65536 voxels.
-    period: [Lanes<u64>; 3],
-    step: [Lanes<i64>; 3],
+    period: [Lanes<u32>; 3],
+    step: [Lanes<i32>; 3],
     /// For each ray, the crossing by which it entered the first blocker so far.
-    pub(super) entered: Lanes<u64>,
+    entered: Lanes<u32>,
 }
 
 impl Intersect {
@@ -41,43 +42,73 @@ impl Intersect {
     pub(super) fn intersect(&mut self, level: Level, away: [i32; 3], ignore_q16: u32) {
         dispatch!(level, simd => intersect(simd, self, away, ignore_q16));
     }
+
+    /// What rays hit first, of those that hit something up to `until`, and if `all`, of the others, too: the first
+    /// blocker so far if it comes before `limit` and before what is known already. Says which rays are open still, a
+    /// bit each. Rays that are not stay as they are when more blockers have been tested.
+    pub(super) fn settle(
+        &self,
+        level: Level,
+        [until, limit]: [FirstHit; 2],
+        all: bool,
+        found: &mut Lanes<FirstHit>,
+    ) -> u64 {
+        let until = if all { NONE } else { until };
+        dispatch!(level, simd => settle(simd, &self.entered, [until, limit], found))
+    }
 }
 
 #[inline(always)]
 fn start<S: Simd>(_: S, intersect: &mut Intersect, packet: &Packet) {
     for r in 0..3 {
         for lane in 0..RAYS {
-            intersect.first[r][lane] = 4 * u64::from(packet.first_q16[r][lane]) + r as u64;
-            intersect.period[r][lane] = packet.period_q16[r][lane].into();
-            intersect.step[r][lane] = packet.dir_q16[r][lane].signum().into();
+            intersect.first[r][lane] = narrow::first(packet.first_q16[r][lane], r);
+            intersect.period[r][lane] = packet.period_q16[r][lane];
+            intersect.step[r][lane] = packet.dir_q16[r][lane].signum();
         }
     }
-    intersect.entered = [u64::MAX; RAYS];
+    intersect.entered = [NONE; RAYS];
 }
 
 #[inline(always)]
 fn intersect<S: Simd>(_: S, intersect: &mut Intersect, away: [i32; 3], ignore_q16: u32) {
     let mut enters = [0; RAYS];
-    let mut leaves = [u64::MAX; RAYS];
+    let mut leaves = [NONE; RAYS];
     for r in 0..3 {
+        let (first, period, step) = (&intersect.first[r], &intersect.period[r], &intersect.step[r]);
         if away[r] == 0 {
-            // The same tests as `slab`, made for all lanes at once.
-            (0..RAYS).for_each(|lane| leaves[lane] = leaves[lane].min(intersect.first[r][lane]));
+            (0..RAYS).for_each(|lane| leaves[lane] = leaves[lane].min(first[lane]));
             continue;
         }
+        let slab = Slab::new(away[r]);
         for lane in 0..RAYS {
-            // A product of 32 bits each is quicker than one of 64.
-            let (step, period_q16) = (intersect.step[r][lane], intersect.period[r][lane] as u32);
-            let axis = RayAxis { step, next: intersect.first[r][lane], period_q16 };
-            let [own_enters, own_leaves] = axis.slab(away[r], away[r]);
+            let [own_enters, own_leaves] = slab.crossings(first[lane], period[lane], step[lane]);
             enters[lane] = enters[lane].max(own_enters);
             leaves[lane] = leaves[lane].min(own_leaves);
         }
     }
-    let ignored = 4 * u64::from(ignore_q16);
+    let ignored = 4 * ignore_q16;
     for lane in 0..RAYS {
-        let visits = enters[lane] < leaves[lane] && enters[lane] >= ignored;
-        let entry = if visits { enters[lane] } else { u64::MAX };
+        let visits = (enters[lane] < leaves[lane]) & (enters[lane] >= ignored);
+        let entry = if visits { enters[lane] } else { NONE };
         intersect.entered[lane] = intersect.entered[lane].min(entry);
     }
+}
+
+#[inline(always)]
+fn settle<S: Simd>(
+    _: S,
+    entered: &Lanes<u32>,
+    [until, limit]: [FirstHit; 2],
+    found: &mut Lanes<FirstHit>,
+) -> u64 {
+    let mut open = [0u32; RAYS];
+    for lane in 0..RAYS {
+        let known = found[lane];
+        let is_open = entered[lane].min(known) > until;
+        let is_first = entered[lane] < known.min(limit);
+        found[lane] = if is_first & !is_open { entered[lane] } else { known };
+        open[lane] = is_open as u32;
+    }
+    packet::mask(&open)
 }

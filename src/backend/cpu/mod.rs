@@ -14,6 +14,7 @@ mod cone;
 mod end;
 mod first_hit;
 mod intersect;
+mod narrow;
 mod packet;
 mod plan;
 mod projection;

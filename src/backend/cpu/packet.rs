@@ -71,17 +71,20 @@ impl Packets {
     /// The number of each lane's ray. Lanes past the edge of an image or the end of a table repeat the last
     /// ray before it.
     pub(super) fn numbers(&self, packet: usize) -> Lanes<u32> {
+        let first = (packet * RAYS) as u32;
+        let last = self.rays as u32 - 1;
         let Some(image) = self.image else {
-            let last = self.rays as u32 - 1;
-            return std::array::from_fn(|lane| (packet * RAYS + lane).min(last as usize) as u32);
+            return std::array::from_fn(|lane| (first + lane as u32).min(last));
         };
         let [width, height] = image.size_px;
         let across = width.div_ceil(TILE);
         let [left, top] = [packet as u32 % across * TILE, packet as u32 / across * TILE];
-        std::array::from_fn(|lane| {
-            let (u, v) = (left + lane as u32 % TILE, top + lane as u32 / TILE);
-            v.min(height - 1) * width + u.min(width - 1)
-        })
+        let mut numbers = [0; RAYS];
+        for (v, row) in (top..).zip(numbers.chunks_exact_mut(TILE as usize)) {
+            let begin = v.min(height - 1) * width;
+            (left..).zip(row).for_each(|(u, number)| *number = begin + u.min(width - 1));
+        }
+        numbers
     }
 
     /// The direction of a camera's pixel.
@@ -91,6 +94,14 @@ impl Packets {
         let lane = (v % TILE * TILE + u % TILE) as usize;
         let dirs = &self.dirs_q15[(v / TILE * across + u / TILE) as usize];
         [dirs[0][lane], dirs[1][lane], dirs[2][lane]]
+    }
+
+    /// The directions of a camera's pixels in the row of a tile that holds one of them, axis by axis.
+    #[inline]
+    pub(super) fn of_row(&self, [u, v]: [u32; 2]) -> [&[i32; TILE as usize]; 3] {
+        let across = self.image.map_or(1, |image| image.size_px[0].div_ceil(TILE));
+        let dirs = &self.dirs_q15[(v / TILE * across + u / TILE) as usize];
+        dirs.each_ref().map(|dirs| &dirs.as_chunks().0[(v % TILE) as usize])
     }
 }
 
@@ -177,6 +188,12 @@ fn start<S: Simd>(_: S, packet: &mut Packet, placement: &GridPose, dirs_q15: &[L
             [first[lane], period[lane]] = march::start_axis(placement.origin_q16[r], dir_q16);
         }
     }
+}
+
+/// A bit for each lane.
+#[inline(always)]
+pub(super) fn mask(lanes: &Lanes<u32>) -> u64 {
+    (0..RAYS).fold(0, |all, lane| all | u64::from(lanes[lane]) << lane)
 }
 
 #[inline(always)]

@@ -9,6 +9,7 @@
 //! # Practice
 //! Made once a pose, for `carve_voxels`: a rectangle of any size is looked up in four blocks.
 
+use super::packet::{Lanes, TILE};
 use crate::backend::Image;
 
 /// Levels above the pixels; the highest has blocks of 2⁸ pixels.
@@ -85,10 +86,16 @@ impl Pyramid {
         &self.pixels[start + first as usize..=start + last as usize]
     }
 
-    /// Sets what pixel number `ray` frees.
-    #[inline]
-    pub(super) fn set(&mut self, ray: usize, freed: u32) {
-        self.pixels[ray] = freed as u16;
+    /// Sets what the pixels of a tile free, as far as it lies in the image.
+    pub(super) fn set_tile(&mut self, tile: usize, freed: &Lanes<u32>) {
+        let (edge, height) = (TILE as usize, self.pixels.len() / self.width);
+        let across = self.width.div_ceil(edge);
+        let [left, top] = [tile % across * edge, tile / across * edge];
+        let right = (left + edge).min(self.width);
+        for (v, freed) in (top..height).zip(freed.chunks_exact(edge)) {
+            let row = &mut self.pixels[v * self.width..][left..right];
+            row.iter_mut().zip(freed).for_each(|(pixel, &freed)| *pixel = freed as u16);
+        }
     }
 
     /// Makes the levels from the pixels.

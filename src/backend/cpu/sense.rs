@@ -197,13 +197,10 @@ impl TableCaster<'_> {
         for packet in (0..tiles.len()).filter(|&packet| tiles[packet].cast) {
             scratch.packet.start(self.level, shoot.placement, packets.dirs_q15(packet));
             self.cast(packet, shoot, scratch);
-            let numbers = packets.numbers(packet);
-            for lane in 0..RAYS {
-                let freed = scratch.ends.freed[lane];
-                pyramid.set(numbers[lane] as usize, freed);
-                if tiles[packet].near {
-                    mark_freed(&scratch.packet, lane, freed, until_q16, &mut planes.free);
-                }
+            let freed = &scratch.ends.freed;
+            pyramid.set_tile(packet, freed);
+            for lane in (0..RAYS).filter(|_| tiles[packet].near) {
+                mark_freed(&scratch.packet, lane, freed[lane], until_q16, &mut planes.free);
             }
             scratch.ends.mark(planes);
         }
@@ -414,8 +411,9 @@ impl TableCaster<'_> {
             let to = from + SECTION;
             let section = cone.section(from, to);
             scratch.near.clear();
+            let touches = cone.touches(to);
             search.layer.blockers.each_in(&section, |voxel| {
-                if cone.touches(voxel, to) {
+                if touches(voxel) {
                     scratch.near.push(voxel);
                 }
             });
@@ -428,18 +426,11 @@ impl TableCaster<'_> {
                     scratch.intersect.intersect(self.level, away, search.ignore_q16);
                 }
             }
-            let until = u64::from(first_hit::range((to * 65_536.0) as u32));
+            let until = first_hit::range((to * 65_536.0) as u32);
             let inside = section.intersection(&grid) == section;
-            for lane in 0..RAYS {
-                let (entered, known) = (scratch.intersect.entered[lane], scratch.found[lane]);
-                // A ray that has come to the end of its range may have left the grid before.
-                let ended = entered.min(known.into()) <= until || inside && u64::from(range) <= until;
-                if ended && open >> lane & 1 == 1 {
-                    let first = entered < u64::from(known.min(range));
-                    scratch.found[lane] = if first { entered as FirstHit } else { known };
-                    open &= !(1 << lane);
-                }
-            }
+            // A ray that has come to the end of its range may have left the grid before.
+            let all = inside && range <= until;
+            open = scratch.intersect.settle(self.level, [until, range], all, &mut scratch.found);
             // Rays that are open may have left the grid in this section: they go on from where they surely
             // had not.
             if open == 0 || !inside {

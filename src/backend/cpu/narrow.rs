@@ -1,0 +1,92 @@
+//! Crossings of rays as numbers of 32 bits, of which a processor compares twice as many at once as of 64.
+//!
+//! # Theory
+//! A crossing is one number, distance · 4 + axis (`leap`), which for those within any grid fits in 32 bits. Crossing n of
+//! an axis comes after n periods and by n + 1 periods at the latest; where so many periods are more than [`LATEST`],
+//! the crossing is at least half as far, 8192 voxels, and said never to happen ([`NONE`]).
+//!
+//! # Practice
+//! For the packets of `intersect` and the rows of pixels of `carve_voxels`.
+
+/// No crossing is later, in 1/65536 voxels: four times that, and an axis, is the largest number of 32 bits.
+const LATEST: u32 = (1 << 30) - 1;
+
+/// No crossing at all.
+pub(super) const NONE: u32 = u32::MAX;
+
+/// The first crossing of axis `r`, from its distance.
+#[inline(always)]
+pub(super) fn first(first_q16: u32, r: usize) -> u32 {
+    4 * first_q16.min(LATEST) + r as u32
+}
+
+/// A layer of voxels across an axis, as rays see it that begin beside it.
+#[derive(Clone, Copy)]
+pub(super) struct Slab {
+    /// The step of rays that come to it.
+    towards: i32,
+    /// What periods are multiplied with: all up to the layer, in numbers.
+    made: u32,
+    /// The longest periods of rays that enter it, and that leave it, before all ends.
+    longest: [u32; 2],
+}
+
+impl Slab {
+    /// The layer so many voxels away; not none.
+    #[inline(always)]
+    pub(super) fn new(away: i32) -> Slab {
+        let n = away.unsigned_abs();
+        let longest = [if n == 1 { u32::MAX } else { LATEST / n }, LATEST / (n + 1)];
+        Slab { towards: away.signum(), made: 4 * (n - 1), longest }
+    }
+
+    /// The crossings by which a ray enters and leaves the layer, as `RayAxis::slab` has them.
+    #[inline(always)]
+    pub(super) fn crossings(&self, first: u32, period_q16: u32, step: i32) -> [u32; 2] {
+        let enters = first.wrapping_add(self.made.wrapping_mul(period_q16));
+        let leaves = enters.wrapping_add(period_q16.wrapping_mul(4));
+        let comes = (step == self.towards) & (period_q16 <= self.longest[0]);
+        [if comes { enters } else { NONE }, if period_q16 <= self.longest[1] { leaves } else { NONE }]
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::march::leap::RayAxis;
+    use crate::march::{NEVER, start_axis};
+
+    /// The numbers of 64 bits, those from 8192 voxels on said never to happen.
+    fn wide(away: i32, r: usize, [first_q16, period_q16]: [u32; 2], step: i32) -> [u64; 2] {
+        RayAxis::new(r, step, first_q16, period_q16).slab(away, away)
+    }
+
+    #[test]
+    fn numbers_are_those_of_64_bits() {
+        let mut late = 0;
+        for d in (0..=65_539i32).step_by(97).chain([1, 2, 3, 4, 5, 65_535, 65_536, 65_537]) {
+            for dir_q16 in [-d, d] {
+                for origin_q16 in [0, 1, 0x5_8000, 0x6_ffff] {
+                    let [first_q16, period_q16] = start_axis(origin_q16, dir_q16);
+                    for away in [-1772, -1000, -65, -2, -1, 1, 2, 3, 64, 999, 1771] {
+                        for r in 0..3 {
+                            let own = first(first_q16, r);
+                            let narrow = Slab::new(away).crossings(own, period_q16, dir_q16.signum());
+                            let exact = wide(away, r, [first_q16, period_q16], dir_q16.signum());
+                            for (narrow, exact) in narrow.into_iter().zip(exact) {
+                                let is_far = exact >= 4 * (8192 << 16);
+                                late += usize::from(is_far);
+                                assert!(
+                                    u64::from(narrow) == exact || is_far && narrow >= 4 * (8192 << 16),
+                                    "{dir_q16} {origin_q16} {away}: {narrow} for {exact}"
+                                );
+                            }
+                        }
+                    }
+                }
+            }
+        }
+        assert!(late > 1000);
+        assert_eq!(first(NEVER, 2), NONE - 1);
+    }
+}
