@@ -192,7 +192,9 @@ dwell_s = [60, 0.5, 9.5]
     folder.edit(
         "study.toml",
         "",
-        "[[candidate]]\nobject = \"crate\"\nx_m = [0.7, 0.1, -0.6]\ny_m = [0.4, -0.3]\n",
+        "[[candidate]]\nobject = \"crate\"\nx_m = [0.7, 0.1, -0.6]\ny_m = [0.4, -0.3]\n\
+             [[require]]\nname = \"seen\"\nscore = \"human_seen\"\nregion = \"human\"\nover = \"mean\"\nat_least = 0.1\n\
+             [choose]\nobjective = \"human_seen\"\nregion = \"human\"\nover = \"mean\"\nat_most = 1\n",
     );
     let again = folder.sweep(&["--restart"]);
     assert_eq!(again.code, Some(0), "{}", again.stderr);
@@ -228,6 +230,15 @@ dwell_s = [60, 0.5, 9.5]
         assert!(table.contains("Weighted: the mean in which"), "{table}");
     }
     assert!(differ > 0, "weights tell nothing apart");
+    // Where means are plain all the same it is said.
+    let said = "Means count each snapshot once, however long it lasts (dwell_s)";
+    let (study, out, chosen) = (folder.path("study.toml"), folder.path("out"), folder.path("chosen"));
+    let judged = perirobot(&["judge", text(&out)]);
+    assert!(judged.stdout.contains(said), "{} {}", judged.stdout, judged.stderr);
+    let choose = run(&["choose", text(&study), "--out", text(&chosen), "--backend", "cpu"]);
+    assert!(choose.stdout.contains(said), "{}", choose.stdout);
+    run(&["report", text(&out)]);
+    assert!(std::fs::read_to_string(out.join("report.html")).unwrap().contains(said));
     // Whoever passes through the same moments may not say it twice, and somebody must move.
     let refused = |from: &str, to: &str, expected: &str| {
         let scene = std::fs::read_to_string(folder.path("cell.toml")).unwrap();
