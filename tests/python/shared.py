@@ -29,8 +29,6 @@ READ = {
     "keep_default_na": False,
     "na_values": {score: [""] for score in SCORES},
     "dtype": {score: float for score in SCORES},
-    # Before pandas 3 the last digit may be another.
-    "float_precision": "round_trip",
 }
 
 

@@ -64,5 +64,4 @@ class Best:
     def _table(self, name: str) -> pandas.DataFrame:
         import pandas
 
-        # Before pandas 3 the last digit would be another.
-        return pandas.read_csv(os.path.join(self.folder, name), float_precision="round_trip")
+        return pandas.read_csv(os.path.join(self.folder, name))
