@@ -16,6 +16,7 @@
 //! | [`same_integers`] | why CPU, GPU and oracle agree in every count |
 //! | [`rules`] | what is counted, exactly |
 //! | [`why_fast`] | which algorithm saves what, and why it is exact |
+//! | [`wide_gpus`] | what to expect of the kernels on hardware, and why; nothing measured |
 //! | [`measured`] | speeds, as ratios to the oracle |
 //! | [`change_it`] | the files to touch for a new sensor, mesh format, representation or kernel |
 //! | [`contributing`] | building, testing, shipped pictures and schemas, releases |
@@ -38,6 +39,7 @@ macro_rules! page {
         #[doc = "[same integers]: crate::guide::same_integers"]
         #[doc = "[rules]: crate::guide::rules"]
         #[doc = "[why fast]: crate::guide::why_fast"]
+        #[doc = "[wide gpus]: crate::guide::wide_gpus"]
         #[doc = "[measured]: crate::guide::measured"]
         #[doc = "[change it]: crate::guide::change_it"]
         #[doc = "[tests]: crate::guide::tests"]
@@ -61,6 +63,7 @@ page!(python, "python.md");
 page!(same_integers, "same_integers.md");
 page!(rules, "../march/SEMANTICS.md");
 page!(why_fast, "why_fast.md");
+page!(wide_gpus, "wide_gpus.md");
 page!(measured, "../../benches/RESULTS.md");
 page!(change_it, "change_it.md");
 page!(contributing, "contributing.md");
