@@ -27,6 +27,7 @@ use crate::voxel::BitGrid;
 /// What boxes are decided from.
 pub(super) struct CarveVoxels<'a> {
     pub(super) level: Level,
+    pub(super) wide: bool,
     pub(super) projection: &'a Projection,
     pub(super) packets: &'a Packets,
     pub(super) placement: &'a GridPose,
@@ -90,12 +91,15 @@ impl CarveVoxels<'_> {
         if self.pyramid.get(centre) > away && self.visits(centre, voxel) {
             return true;
         }
-        // Block by block, so that what is wholly hidden costs one look, and row by row, so that what is seen costs few.
+        // Block by block, so that what is wholly hidden costs one look; with wide vectors row by row, else pixel by pixel.
         self.pyramid.blocks(rect).filter(|block| self.pyramid.most(block) > away).any(|block| {
             (block.first[1]..=block.last[1]).any(|v| {
                 let row = self.pyramid.row(v, block.first[0], block.last[0]);
-                row.iter().any(|&freed| u32::from(freed) > away)
-                    && self.any_visits([block.first[0], v], row, away, voxel)
+                let mut enough = (block.first[0]..).zip(row).filter(|(_, freed)| u32::from(**freed) > away);
+                match self.wide {
+                    true => enough.next().is_some() && self.any_visits([block.first[0], v], row, away, voxel),
+                    false => enough.any(|(u, _)| self.visits([u, v], voxel)),
+                }
             })
         })
     }

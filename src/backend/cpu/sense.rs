@@ -84,7 +84,7 @@ const MOST_NEAR: usize = 48;
 /// A table of rays in a scene, before it has a pose.
 pub(super) struct TableCaster<'a> {
     pub(super) level: Level,
-    /// Whether vectors are wide enough that testing all rays against all near blockers pays.
+    /// Whether vectors are wide enough that testing all rays against all near blockers pays, or a row of pixels at once.
     pub(super) wide: bool,
     pub(super) table: &'a RayTable,
     pub(super) blockers: Blockers<'a>,
@@ -206,8 +206,8 @@ impl TableCaster<'_> {
         }
         pyramid.build();
         let placement = shoot.placement;
-        let (level, wanted) = (self.level, self.wanted);
-        let carve = CarveVoxels { level, projection, packets, placement, pyramid: &pyramid, wanted };
+        let (level, wide, wanted) = (self.level, self.wide, self.wanted);
+        let carve = CarveVoxels { level, wide, projection, packets, placement, pyramid: &pyramid, wanted };
         for (corner, pixel_rect) in boxes {
             carve.decide(corner, LARGEST, &pixel_rect, &mut planes.free);
         }
