@@ -223,6 +223,12 @@ fn the_screen_tells_what_the_map_makes_of_each_object() {
         assert!(outcome.stdout.contains(expected), "{expected}:\n{}", outcome.stdout);
     }
     let moved = score(&folder, "files/points-lidar.ply", &["--at", "0,0,0,3"]);
+    // 3° about the vertical, as a quaternion.
+    let turned = ["--at", "0,0,0,0.9996573249755573,0,0,0.026176948307873153"];
+    assert_eq!(score(&folder, "files/points-lidar.ply", &turned).stdout, moved.stdout);
+    // A frame on its side calls other voxels occupied.
+    let tilted = score(&folder, "files/points-lidar.ply", &["--at", "0,0,0,1,0.05,0,0"]);
+    assert_ne!(tilted.stdout, moved.stdout);
     assert!(moved.stdout.contains("measured from 0.000, 0.000, 0.000 m"), "{}", moved.stdout);
     // Why the rest is not called occupied adds up to it, and where the sensor was changes nothing but that.
     let seen = score(&folder, "files/labels.bt", &["--sensor", "-0.9,0.6,0.9"]);
@@ -265,6 +271,15 @@ fn wrong_recordings_are_refused() {
     );
     study(file, &format!("{file}\nsnapshot = 1"), &["snapshot = 1: must be from 0 to 0"]);
     study(file, &format!("{file}\nyaw_deg = 400"), &["yaw_deg = 400: must be an angle"]);
+    let turn = |q: &str| format!("{file}\nquaternion = {{ {q} }}");
+    let yaw_too = format!("{}\nyaw_deg = 0", turn("w = 1, x = 0, y = 0, z = 0"));
+    study(file, &yaw_too, &["both yaw_deg and quaternion", "give one of them"]);
+    study(
+        file,
+        &turn("w = 0, x = 0, y = 0, z = 0"),
+        &["quaternion = [0.0, 0.0, 0.0, 0.0]: must not be zero"],
+    );
+    study(file, &turn("w = 1, x = 1, y = 0, z = 0"), &["is a map", "turned about the vertical only"]);
     study(
         file,
         &format!("{file}\nposition_m = [50, 0, 0]"),
@@ -298,6 +313,8 @@ fn wrong_recordings_are_refused() {
         (vec!["--scene", "hall"], "hall"),
         (vec!["--snapshot", "3"], "must be from 0 to 0"),
         (vec!["--out", "scored.txt"], "must end in .csv or .parquet"),
+        (vec!["--at", "0,0,0,0,0,0,0"], "must be x,y,z in metres and a yaw in degrees"),
+        (vec!["--at", "0,0,0,1,1,0,0"], "turned about the vertical only"),
         (vec!["--at", "90,0,0,0"], "says nothing inside the grid"),
     ] {
         let outcome = perirobot(&[&["score", text(&map), text(&file)], &more[..]].concat());

@@ -43,7 +43,7 @@ pub enum AdapterChoice {
     Hardware,
     /// The first adapter that runs on the processor.
     Software,
-    /// By its number in the list, or by a part of its name in any case (the first that has it).
+    /// By its number in the list, or by a part of its name, driver or API in any case (the first that has it).
     Named(String),
 }
 
@@ -111,7 +111,7 @@ pub fn select(adapters: &[AdapterReport], choice: &AdapterChoice) -> Result<usiz
             let lower = name.to_lowercase();
             let found = match name.parse::<usize>() {
                 Ok(index) => (index < adapters.len()).then_some(index),
-                Err(_) => adapters.iter().position(|a| a.name.to_lowercase().contains(&lower)),
+                Err(_) => adapters.iter().position(|a| a.label().to_lowercase().contains(&lower)),
             };
             match found {
                 Some(index) => Ok(index),

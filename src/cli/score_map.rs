@@ -40,7 +40,8 @@ pub(super) struct Args {
     #[arg(long, value_name = "N", default_value_t = 0, help_heading = "Recording")]
     snapshot: usize,
     /// Where the map's frame stands in the world: its origin in metres, and how far it is turned about the
-    /// vertical in degrees, from x towards y [default: 0,0,0,0]
+    /// vertical in degrees, from x towards y; a cloud may be tilted, by QW,QX,QY,QZ in place of YAW
+    /// [default: 0,0,0,0]
     #[arg(long, value_name = "X,Y,Z,YAW", allow_hyphen_values = true, value_parser = anchor, help_heading = "Recording")]
     at: Option<Anchor>,
     /// Where the sensor was, in the recording's frame, in metres: a point cloud is carved from there, of a map it
@@ -109,12 +110,10 @@ pub(super) fn run(args: &Args) -> Result<ExitCode> {
     Ok(ExitCode::SUCCESS)
 }
 
-/// `X,Y,Z,YAW` as a place.
+/// `X,Y,Z,YAW` or `X,Y,Z,QW,QX,QY,QZ` as a place.
 fn anchor(text: &str) -> std::result::Result<Anchor, String> {
-    let numbers: Option<Vec<f64>> =
-        text.split(',').map(|word| word.trim().parse().ok().filter(|v: &f64| v.abs() <= 1e6)).collect();
-    match numbers.as_deref() {
-        Some(&[x, y, z, yaw_deg]) => Ok(Anchor::new(DVec3::new(x, y, z), yaw_deg.to_radians())),
-        _ => Err("must be x,y,z in metres and a yaw in degrees, as in 0.1,0,0,90".into()),
-    }
+    let numbers: Option<Vec<f64>> = text.split(',').map(|word| word.trim().parse().ok()).collect();
+    numbers.and_then(|numbers| Anchor::of_numbers(&numbers)).ok_or_else(|| {
+        "must be x,y,z in metres and a yaw in degrees, as in 0.1,0,0,90, or x,y,z and a quaternion qw,qx,qy,qz".into()
+    })
 }

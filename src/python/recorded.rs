@@ -12,11 +12,7 @@ use perirobot::view::{Names as Wanted, RecordedMap, View, find_scene};
 use perirobot::world::World;
 use perirobot::{Error, Result, Study};
 
-use crate::evaluate::pose;
 use crate::table::{Column, Columns, Names, columns};
-
-/// Largest coordinate of a pose, in metres; larger ones are slips.
-const FARTHEST_M: f64 = 1e6;
 
 /// Where and when something was recorded, and which region is asked: the pose of its frame, scene, snapshot, region.
 pub(crate) type RecordedWords = (Vec<f64>, Option<String>, usize, Option<String>);
@@ -91,13 +87,7 @@ fn reasons(map: &RecordedMap, view: &View, rows: &[Row]) -> Columns {
 
 /// Where a frame stands: x, y, z and the yaw in degrees, or x, y, z and a quaternion.
 fn anchor(numbers: &[f64]) -> Result<Anchor> {
-    let found = match *numbers {
-        _ if !numbers.iter().all(|number| number.abs() <= FARTHEST_M) => None,
-        [x, y, z, yaw_deg] => Some(Anchor::new(DVec3 { x, y, z }, yaw_deg.to_radians())),
-        [x, y, z, qw, qx, qy, qz] => pose([x, y, z, qw, qx, qy, qz]).map(Anchor::of_pose),
-        _ => None,
-    };
-    found.ok_or_else(|| {
+    Anchor::of_numbers(numbers).ok_or_else(|| {
         let rule =
             "must be x, y, z in metres and the yaw in degrees, or x, y, z and a quaternion qw, qx, qy, qz";
         Error::from(Issue::value("pose", format!("{numbers:?}"), rule))

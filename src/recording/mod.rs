@@ -31,13 +31,14 @@ mod ply;
 mod points;
 pub mod voxels;
 
+use std::collections::HashSet;
 use std::path::Path;
 
 use glam::{DMat3, DVec3};
 
 use crate::backend::Planes;
 use crate::error::Issue;
-use crate::pose::Pose;
+use crate::pose::{Frame, Pose};
 use crate::scene::octomap;
 use crate::source::Sources;
 use crate::voxel::Grid;
@@ -55,6 +56,9 @@ const FINEST: f64 = 64.0;
 
 /// Most voxels of a map that are laid into a grid: three planes of a gigabyte.
 const MOST_VOXELS: u64 = 1 << 33;
+
+/// No frame stands farther away; beyond it there are slips of the pen.
+const FARTHEST_M: f64 = 1e6;
 
 /// How far the parts x and y of a quaternion may be from zero where a frame is upright.
 const LEVEL: f64 = 1e-9;
@@ -102,6 +106,21 @@ impl Anchor {
         match rotation.x.abs().max(rotation.y.abs()) < LEVEL {
             true => Anchor::new(position_m, 2.0 * libm::atan2(rotation.z, rotation.w)),
             false => Anchor { position_m, world_from_frame: DMat3::from_quat(rotation) },
+        }
+    }
+
+    /// Where a frame stands by numbers: x, y, z in metres and the yaw in degrees, or x, y, z and a quaternion w, x, y, z.
+    /// `None` for other numbers.
+    pub fn of_numbers(numbers: &[f64]) -> Option<Anchor> {
+        if !numbers.iter().all(|number| number.abs() <= FARTHEST_M) {
+            return None;
+        }
+        match *numbers {
+            [x, y, z, yaw_deg] => Some(Anchor::new(DVec3 { x, y, z }, yaw_deg.to_radians())),
+            [x, y, z, qw, qx, qy, qz] => {
+                Pose::from_quaternion(DVec3 { x, y, z }, [qw, qx, qy, qz], Frame::Link).map(Anchor::of_pose)
+            }
+            _ => None,
         }
     }
 
@@ -215,13 +234,13 @@ impl Recording {
 
     /// The places in the world where sensors were, each once, as far as they are known.
     pub(crate) fn places_m(&self, anchor: &Anchor) -> Vec<DVec3> {
-        let mut places = match self {
+        let all = match self {
             Recording::Map(map) => Vec::from_iter(map.sensor_m),
             Recording::Clouds(clouds) => clouds.iter().map(|cloud| cloud.sensor_m).collect(),
         };
-        // Clouds of one frame follow each other.
-        places.dedup();
-        places.into_iter().map(|place| anchor.world(place)).collect()
+        let mut seen = HashSet::new();
+        let places = all.into_iter().filter(|place| seen.insert(place.to_array().map(f64::to_bits)));
+        places.map(|place| anchor.world(place)).collect()
     }
 
     /// What it is, for people.

@@ -82,7 +82,7 @@ struct ObjectFile {
     capsule: Option<CapsuleFile>,
     /// A .glb, .gltf, .stl, .obj or .dae file.
     mesh: Option<PathBuf>,
-    /// An OctoMap .bt file.
+    /// An OctoMap .bt or .ot file.
     octomap: Option<PathBuf>,
     /// A body around the joints of a person: a CSV file of them in the order of `layout`, or motion capture (.bvh).
     mannequin: Option<PathBuf>,

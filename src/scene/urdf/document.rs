@@ -12,6 +12,9 @@ use crate::scene::xml;
 /// Deepest nesting of elements: a URDF needs 5.
 const MAX_DEPTH: usize = 64;
 
+/// No angle is larger; beyond it there are slips of the pen.
+const LARGEST_RAD: f64 = 1e6;
+
 /// A robot as it is written.
 pub(super) struct Robot {
     pub(super) links: Vec<Link>,
@@ -212,12 +215,18 @@ fn origin(node: Node, version: Version) -> Result<Origin, Issue> {
         true => numbers(origin, "quat_xyzw")?,
         false => None,
     };
+    if rpy.is_some_and(|rpy| rpy.iter().any(|angle| angle.abs() > LARGEST_RAD)) {
+        let rule = format!("must be angles from -{LARGEST_RAD} to {LARGEST_RAD}");
+        return Err(wrong(origin, said(origin, "rpy", origin.attribute("rpy").unwrap_or_default()), rule));
+    }
     let rotation = match (rpy, quaternion.map(DQuat::from_array)) {
         (Some(_), Some(_)) => {
             return Err(wrong(origin, "<origin>".into(), "must have rpy or quat_xyzw, not both"));
         }
-        (_, Some(turn)) if turn.length() > 1e-9 => DMat3::from_quat(turn.normalize()),
-        (_, Some(_)) => return Err(wrong(origin, "<origin quat_xyzw>".into(), "must not be zero")),
+        (_, Some(turn)) if (1e-9..1e9).contains(&turn.length()) => DMat3::from_quat(turn.normalize()),
+        (_, Some(_)) => {
+            return Err(wrong(origin, "<origin quat_xyzw>".into(), "must be a quaternion, not 0 long"));
+        }
         (rpy, None) => from_rpy(rpy.unwrap_or([0.0; 3])),
     };
     Ok(Origin { xyz, rotation })

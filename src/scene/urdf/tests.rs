@@ -112,6 +112,11 @@ fn numbers_must_be_numbers_of_a_sensible_size() {
         // The parser alone would read 0 0 1.
         ("xyz='0 0 1'", "xyz='0 o.5 0 1'", "link \"arm\" (line 3): <origin xyz"),
         ("xyz='0 0 1'", "rpy='0 0 nan'", "link \"arm\" (line 3): <origin rpy"),
+        (
+            "xyz='0 0 1'",
+            "rpy='0 0 1e300'",
+            "link \"arm\" (line 3): <origin rpy = \"0 0 1e300\">: must be angles",
+        ),
         ("xyz='0 0 1'", "xyz='0 0 1e300'", "link \"arm\": collision 1: <origin xyz"),
         ("xyz='1 0 0'", "xyz='1 0 nan'", "joint \"turn\" (line 4): <origin xyz"),
         (
@@ -177,6 +182,10 @@ fn versions_of_the_format_are_told_apart() {
         both.contains("joint \"turn\" (line 4): <origin>: must have rpy or quat_xyzw, not both"),
         "{both}"
     );
+    for odd in ["0 0 0 0", "1e200 0 0 0"] {
+        let odd = at("1.1", "xyz='1 0 0'", &format!("quat_xyzw='{odd}'")).unwrap_err().to_string();
+        assert!(odd.contains("<origin quat_xyzw>: must be a quaternion"), "{odd}");
+    }
     let bounds = |version| match at(version, "lower='-1' upper='1'", "").unwrap().links[1]
         .joint
         .as_ref()

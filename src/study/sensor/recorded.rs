@@ -7,10 +7,12 @@ use serde::Deserialize;
 
 use super::Context;
 use crate::Result;
+use crate::pose::{Frame, Pose};
 use crate::recording::{Anchor, Asked, Recording};
 use crate::scene::spec::SceneSpec;
 use crate::sensor::recorded::{Recorded, RecordedMoment};
 use crate::study::Place;
+use crate::study::poses::Quaternion;
 use crate::study::value::exactly;
 
 /// A map or a point cloud that a real sensor recorded.
@@ -35,8 +37,9 @@ struct RecordingFile {
     #[serde(default, deserialize_with = "exactly")]
     position_m: [f64; 3],
     /// How far its frame is turned about the vertical, from x towards y. Default 0.
-    #[serde(default)]
-    yaw_deg: f64,
+    yaw_deg: Option<f64>,
+    /// Of a point cloud, in place of the yaw: how its frame is turned in the world.
+    quaternion: Option<Quaternion>,
     /// Of a point cloud: where the sensor was, in the recording's frame. Default what a .pcd says, else the
     /// frame's origin.
     sensor_m: Option<[f64; 3]>,
@@ -86,7 +89,23 @@ fn one(at: &Place, entry: RecordingFile, context: &Context) -> Result<RecordedMo
         }
     };
     let position_m = at.vector("position_m", entry.position_m)?;
-    let yaw_deg = at.number("yaw_deg", entry.yaw_deg, -360.0..=360.0, "an angle from -360 to 360 degrees")?;
+    let anchor = match (entry.yaw_deg, entry.quaternion) {
+        (Some(_), Some(_)) => return Err(at.says("both yaw_deg and quaternion").wanted("give one of them")),
+        (None, Some(Quaternion { w, x, y, z })) => Pose::from_quaternion(
+            position_m,
+            [w, x, y, z],
+            Frame::Link,
+        )
+        .map(Anchor::of_pose)
+        .ok_or_else(|| {
+            at.wrong("quaternion", format!("{:?}", [w, x, y, z]), "must not be zero, and all four finite")
+        })?,
+        (yaw_deg, None) => {
+            let rule = "an angle from -360 to 360 degrees";
+            let yaw_deg = at.number("yaw_deg", yaw_deg.unwrap_or(0.0), -360.0..=360.0, rule)?;
+            Anchor::new(position_m, yaw_deg.to_radians())
+        }
+    };
     let sensor_m = entry.sensor_m.map(|place| at.vector("sensor_m", place)).transpose()?;
     let path = at.folder().join(entry.file);
     let asked = Asked { sensor_m, topic: entry.topic.as_deref(), message: entry.message };
@@ -95,7 +114,7 @@ fn one(at: &Place, entry: RecordingFile, context: &Context) -> Result<RecordedMo
         let rule = "is asked of point clouds only, and the file is a map: leave it out";
         return Err(at.wrong("sensor_m", format!("{place:?}"), rule));
     }
-    Ok(RecordedMoment::new([scene, snapshot], recording, Anchor::new(position_m, yaw_deg.to_radians())))
+    Ok(RecordedMoment::new([scene, snapshot], recording, anchor))
 }
 
 /// Index of the scene that is named, or of the only one.
