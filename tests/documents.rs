@@ -37,9 +37,10 @@ const LONG_SWEEPS: &str = "src/guide/long_sweeps.md";
 const PYTHON: &str = "src/guide/python.md";
 const SAME_INTEGERS: &str = "src/guide/same_integers.md";
 const WHY_FAST: &str = "src/guide/why_fast.md";
+const WIDE_GPUS: &str = "src/guide/wide_gpus.md";
 const CHANGE_IT: &str = "src/guide/change_it.md";
 const CONTRIBUTING: &str = "src/guide/contributing.md";
-const DOCUMENTS: [&str; 15] = [
+const DOCUMENTS: [&str; 16] = [
     README,
     REFERENCE,
     TUTORIAL,
@@ -53,6 +54,7 @@ const DOCUMENTS: [&str; 15] = [
     PYTHON,
     SAME_INTEGERS,
     WHY_FAST,
+    WIDE_GPUS,
     CHANGE_IT,
     CONTRIBUTING,
 ];
@@ -244,6 +246,7 @@ fn files_that_the_guide_names_are_there() {
         LONG_SWEEPS,
         SAME_INTEGERS,
         WHY_FAST,
+        WIDE_GPUS,
         CHANGE_IT,
         CONTRIBUTING,
     ] {
