@@ -12,7 +12,7 @@ pub struct AdapterReport {
     pub name: String,
     /// The driver and its version.
     pub driver: String,
-    /// Always `Vulkan`.
+    /// `Vulkan`; `Metal` on macOS, and on Windows `Dx12`, too.
     pub backend: String,
     /// `DiscreteGpu`, `IntegratedGpu`, `VirtualGpu`, `Cpu` or `Other`.
     pub device_type: String,
@@ -60,7 +60,8 @@ impl std::str::FromStr for AdapterChoice {
     }
 }
 
-/// The Vulkan adapters of this machine; empty without a Vulkan loader or driver, and where the feature `gpu` was left out.
+/// The adapters of this machine; empty without a loader or driver of Vulkan, Metal or DirectX 12, and where the feature `gpu`
+/// was left out.
 pub fn adapters() -> Vec<AdapterReport> {
     #[cfg(feature = "gpu")]
     return super::gpu::enumerate().into_iter().map(|(report, _)| report).collect();

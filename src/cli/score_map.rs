@@ -19,10 +19,10 @@ use super::study::StudyArgs;
 ///
 /// Lays an OctoMap (.bt, .ot), labels (.npz, as `perirobot export` writes them), a point cloud (.pcd, .ply) or
 /// those of a ROS 2 bag (.mcap) into the study's grid, and compares it with the truth of one scene at one moment
-/// as a sweep compares what a sensor says. The study's own sensors are not cast. A voxel of the study is occupied if a part of an occupied
-/// voxel of the map lies in it, free if all of it is covered by free ones, else unknown. The points of a cloud
-/// mark their voxels and free those between them and the sensor. What is there and not called occupied is told by
-/// reason.
+/// as a sweep compares what a sensor says. The study's own sensors are not cast. A voxel of the study is occupied
+/// if a part of an occupied voxel of the map lies in it, free if all of it is covered by free ones, else unknown.
+/// The points of a cloud mark their voxels and free those between them and the sensor. What is there and not
+/// called occupied is told by reason.
 ///
 /// In a study a recorded map is a sensor with kind = "recorded", which fuses with the others.
 #[derive(clap::Args)]

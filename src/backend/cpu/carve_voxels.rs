@@ -27,6 +27,7 @@ use crate::voxel::BitGrid;
 /// What boxes are decided from.
 pub(super) struct CarveVoxels<'a> {
     pub(super) level: Level,
+    /// Whether a row of pixels is asked at once.
     pub(super) wide: bool,
     pub(super) projection: &'a Projection,
     pub(super) packets: &'a Packets,
@@ -128,6 +129,7 @@ impl CarveVoxels<'_> {
     }
 }
 
+/// [`CarveVoxels::any_visits`] of the row of a whole tile; pixels that are not asked free nothing. `visits` for eight at once.
 #[inline(always)]
 fn any_visits<S: Simd>(
     _: S,
@@ -142,12 +144,12 @@ fn any_visits<S: Simd>(
     for r in 0..3 {
         let (origin_q16, axis_q15) = (placement.origin_q16[r], placement.axis_q15[r]);
         let away = voxel[r] - (origin_q16 >> 16);
-        let [mut firsts, mut periods, mut steps] = [[0; PIXELS], [0; PIXELS], [0; PIXELS]];
+        let ([mut firsts, mut periods], mut steps) = ([[0; PIXELS]; 2], [0; PIXELS]);
         for i in 0..PIXELS {
             let dir_q16 = march::direction_q16(axis_q15, dirs_q15.map(|dirs| dirs[i]));
             let [first_q16, period_q16] = march::start_axis(origin_q16, dir_q16);
             (firsts[i], periods[i]) = (narrow::first(first_q16, r), period_q16);
-            steps[i] = dir_q16.signum() as u32;
+            steps[i] = dir_q16.signum();
         }
         if away == 0 {
             (0..PIXELS).for_each(|i| leaves[i] = leaves[i].min(firsts[i]));
@@ -155,7 +157,7 @@ fn any_visits<S: Simd>(
         }
         let slab = Slab::new(away);
         for i in 0..PIXELS {
-            let [own_enters, own_leaves] = slab.crossings(firsts[i], periods[i], steps[i] as i32);
+            let [own_enters, own_leaves] = slab.crossings(firsts[i], periods[i], steps[i]);
             enters[i] = enters[i].max(own_enters);
             leaves[i] = leaves[i].min(own_leaves);
         }

@@ -2,8 +2,8 @@
 //!
 //! # Theory
 //! A crossing is one number, distance · 4 + axis (`leap`), which for those within any grid fits in 32 bits. Crossing n of
-//! an axis comes after n periods and by n + 1 periods at the latest; where so many periods are more than [`LATEST`],
-//! the crossing is at least half as far, 8192 voxels, and said never to happen ([`NONE`]).
+//! an axis comes after n periods and by n + 1 periods at the latest. Where n + 1 periods are more than [`LATEST`], n of them
+//! are more than half of it, 8192 voxels: such a crossing is outside of any grid, and said never to happen ([`NONE`]).
 //!
 //! # Practice
 //! For the packets of `intersect` and the rows of pixels of `carve_voxels`.
@@ -56,7 +56,7 @@ mod tests {
     use crate::march::leap::RayAxis;
     use crate::march::{NEVER, start_axis};
 
-    /// The numbers of 64 bits, those from 8192 voxels on said never to happen.
+    /// The same in 64 bits.
     fn wide(away: i32, r: usize, [first_q16, period_q16]: [u32; 2], step: i32) -> [u64; 2] {
         RayAxis::new(r, step, first_q16, period_q16).slab(away, away)
     }

@@ -89,11 +89,8 @@ impl Packets {
 
     /// The direction of a camera's pixel.
     #[inline]
-    pub(super) fn of_pixel(&self, [u, v]: [u32; 2]) -> [i32; 3] {
-        let across = self.image.map_or(1, |image| image.size_px[0].div_ceil(TILE));
-        let lane = (v % TILE * TILE + u % TILE) as usize;
-        let dirs = &self.dirs_q15[(v / TILE * across + u / TILE) as usize];
-        [dirs[0][lane], dirs[1][lane], dirs[2][lane]]
+    pub(super) fn of_pixel(&self, pixel: [u32; 2]) -> [i32; 3] {
+        self.of_row(pixel).map(|row| row[(pixel[0] % TILE) as usize])
     }
 
     /// The directions of a camera's pixels in the row of a tile that holds one of them, axis by axis.
