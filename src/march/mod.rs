@@ -78,13 +78,16 @@ pub struct March {
 /// Distance between two crossings of an axis for a direction component of magnitude `d` in Q16:
 /// ⌊2³² / d⌋, at most [`NEVER`], and [`NEVER`] for zero.
 ///
-/// By a division of floats, which processors do many at a time. It is exact: a quotient that is no whole
-/// number is farther below the next one than f64 rounds.
+/// By a division of floats, which processors do many at a time. A quotient that is no whole number is 1/65539 or more from
+/// the next above, so that rounding what is less by almost a half rounds the quotient down. Adding 2⁵² rounds, and leaves
+/// the whole number in the lowest bits; a conversion, which looks at what cannot be converted, is made one by one.
 #[inline(always)]
 pub fn period_q16(d: u32) -> u32 {
+    const DOWN: f64 = 0.5 - 1.0 / 262_144.0;
+    const WHOLE: f64 = (1u64 << 52) as f64;
     // 2³² / 2 is already past NEVER.
-    let quotient = (4_294_967_296.0 / f64::from(d.max(3))) as i32 as u32;
-    if d < 3 { NEVER } else { quotient }
+    let quotient = 4_294_967_296.0 / f64::from(d.max(3)) - DOWN + WHOLE;
+    if d < 3 { NEVER } else { quotient.to_bits() as u32 }
 }
 
 /// Distance to the first crossing when `f` of 65536 parts of the first voxel lie ahead: ⌊f · period / 2¹⁶⌋.

@@ -231,22 +231,31 @@ impl BitGrid {
 
     /// Sets a run of voxels of one row, `from` to `to` (exclusive) on x, cut to the window.
     pub fn set_run(&mut self, from: i32, to: i32, y: i32, z: i32) {
-        let run = Window { min: [from, y, z], size: [(to as i64 - from as i64).max(0) as u32, 1, 1] };
-        let run = run.intersection(&self.window);
-        if run.is_empty() {
+        self.set_all(&Window { min: [from, y, z], size: [(to as i64 - from as i64).max(0) as u32, 1, 1] });
+    }
+
+    /// Sets all voxels of a box, cut to the window.
+    pub(crate) fn set_all(&mut self, part: &Window) {
+        let part = part.intersection(&self.window);
+        if part.is_empty() {
             return;
         }
-        let row = self.row_start(y, z);
-        let first = (run.min[0] - self.window.min[0]) as usize;
-        let last = first + run.size[0] as usize - 1;
-        for w in first / 32..=last / 32 {
-            self.words[row + w] |= span(w, first, last);
+        let first = (part.min[0] - self.window.min[0]) as usize;
+        let last = first + part.size[0] as usize - 1;
+        let (words_per_row, rows) = (self.words_per_row as usize, part.size[1] as usize);
+        for z in part.min[2]..part.end()[2] {
+            let start = self.row_start(part.min[1], z);
+            let layer = &mut self.words[start..];
+            for w in first / 32..=last / 32 {
+                let all = span(w, first, last);
+                layer[w..].iter_mut().step_by(words_per_row).take(rows).for_each(|word| *word |= all);
+            }
         }
     }
 
     /// Every set voxel of a box.
     pub(crate) fn each_in(&self, part: &Window, mut see: impl FnMut([i32; 3])) {
-        self.words_in(part, |first, y, z, word| {
+        self.words_in(part, |[first, y, z], word, _| {
             bits_of(word).for_each(|b| see([first + b as i32, y, z]));
             true
         });
@@ -254,12 +263,17 @@ impl BitGrid {
 
     /// Whether any voxel of a box is set.
     pub(crate) fn any_in(&self, part: &Window) -> bool {
-        !self.words_in(part, |_, _, _, word| word == 0)
+        !self.words_in(part, |_, word, _| word == 0)
     }
 
-    /// Hands the words of a box to `see`, cut to the box, each with its first voxel, until `see` returns
-    /// false; whether all were handed over.
-    fn words_in(&self, part: &Window, mut see: impl FnMut(i32, i32, i32, u32) -> bool) -> bool {
+    /// Whether all voxels of a box lie in the window and are set.
+    pub(crate) fn all_in(&self, part: &Window) -> bool {
+        part.intersection(&self.window) == *part && self.words_in(part, |_, word, all| word == all)
+    }
+
+    /// Hands the words of a box to `see`, cut to the box, each with its first voxel and with all bits of the box set, until
+    /// `see` returns false; whether all were handed over.
+    fn words_in(&self, part: &Window, mut see: impl FnMut([i32; 3], u32, u32) -> bool) -> bool {
         let part = part.intersection(&self.window);
         if part.is_empty() {
             return true;
@@ -271,7 +285,8 @@ impl BitGrid {
                 let row = self.row(y, z);
                 (first / 32..=last / 32).all(|w| {
                     let x = self.window.min[0] + w as i32 * 32;
-                    see(x, y, z, row[w] & span(w, first, last))
+                    let all = span(w, first, last);
+                    see([x, y, z], row[w] & all, all)
                 })
             })
         })

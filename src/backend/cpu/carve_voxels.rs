@@ -14,23 +14,22 @@
 
 use fearless_simd::{Level, Simd, dispatch};
 
-use super::narrow::{self, NONE, Slab};
-use super::packet::{Packets, TILE};
+use super::asked::AskedTiles;
+use super::narrow::{self, NarrowPacket};
+use super::packet::{Lanes, RAYS, TILE};
 use super::plan::RelevantVoxels;
 use super::projection::{BOXES, PixelRect, Projection};
 use super::pyramid::{Pyramid, Rect};
 use crate::backend::GridPose;
-use crate::march;
-use crate::march::leap::{self, RayAxis};
-use crate::voxel::BitGrid;
+use crate::voxel::{BitGrid, Window};
 
 /// What boxes are decided from.
 pub(super) struct CarveVoxels<'a> {
     pub(super) level: Level,
-    /// Whether a row of pixels is asked at once.
+    /// Whether all pixels of a tile are asked at once.
     pub(super) wide: bool,
     pub(super) projection: &'a Projection,
-    pub(super) packets: &'a Packets,
+    pub(super) asked: AskedTiles<'a>,
     pub(super) placement: &'a GridPose,
     pub(super) pyramid: &'a Pyramid,
     /// Voxels that matter.
@@ -39,7 +38,7 @@ pub(super) struct CarveVoxels<'a> {
 
 impl CarveVoxels<'_> {
     /// Marks what is free of a box of voxels, as the camera sees it; near voxels are left alone.
-    pub(super) fn decide(&self, corner: [i32; 3], edge: i32, pixel_rect: &PixelRect, free: &mut BitGrid) {
+    pub(super) fn decide(&mut self, corner: [i32; 3], edge: i32, pixel_rect: &PixelRect, free: &mut BitGrid) {
         if !pixel_rect.near {
             let [nearest, farthest] = self.away(corner, edge);
             let [least, most] = self.pyramid.range(&pixel_rect.rect);
@@ -47,7 +46,7 @@ impl CarveVoxels<'_> {
                 return;
             }
             if pixel_rect.dense && least > farthest {
-                fill(free, corner, edge);
+                free.set_all(&Window { min: corner, size: [edge as u32; 3] });
                 return;
             }
             if edge == 1 {
@@ -87,91 +86,34 @@ impl CarveVoxels<'_> {
     }
 
     /// Whether a pixel of a rectangle sees a voxel and frees more than `away` voxels.
-    fn is_free(&self, voxel: [i32; 3], away: u32, rect: &Rect) -> bool {
+    fn is_free(&mut self, voxel: [i32; 3], away: u32, rect: &Rect) -> bool {
+        let from = self.placement.origin_q16.map(|x| x >> 16);
+        let to: [i32; 3] = std::array::from_fn(|r| voxel[r] - from[r]);
         let centre = self.projection.centre(voxel, rect);
-        if self.pyramid.get(centre) > away && self.visits(centre, voxel) {
-            return true;
+        if self.pyramid.get(centre) > away {
+            let lane = centre[1] % TILE * TILE + centre[0] % TILE;
+            if self.asked.rays(centre.map(|x| x / TILE)).visits(lane as usize, to) {
+                return true;
+            }
         }
-        // Block by block, so that what is wholly hidden costs one look; with wide vectors row by row, else pixel by pixel.
-        self.pyramid.blocks(rect).filter(|block| self.pyramid.most(block) > away).any(|block| {
-            (block.first[1]..=block.last[1]).any(|v| {
-                let row = self.pyramid.row(v, block.first[0], block.last[0]);
-                let mut enough = (block.first[0]..).zip(row).filter(|(_, freed)| u32::from(**freed) > away);
-                match self.wide {
-                    true => enough.next().is_some() && self.any_visits([block.first[0], v], row, away, voxel),
-                    false => enough.any(|(u, _)| self.visits([u, v], voxel)),
-                }
-            })
+        // Tile by tile, so that what is wholly hidden costs one look.
+        self.pyramid.tiles(rect, away).any(|tile| {
+            let (freed, rays) = (self.pyramid.tile(tile), self.asked.rays(tile));
+            match self.wide {
+                true => dispatch!(self.level, simd => any_visits(simd, rays, freed, away, to)),
+                false => rect.part(tile).any(|lane| u32::from(freed[lane]) > away && rays.visits(lane, to)),
+            }
         })
     }
-
-    /// Whether a pixel of a row from `first` on, all of one tile, frees more than `away` voxels and visits a voxel.
-    fn any_visits(&self, first: [u32; 2], row: &[u16], away: u32, voxel: [i32; 3]) -> bool {
-        let mut freed = [0; TILE as usize];
-        let left = (first[0] % TILE) as usize;
-        freed[left..left + row.len()].copy_from_slice(row);
-        let dirs_q15 = self.packets.of_row(first);
-        dispatch!(self.level, simd => any_visits(simd, self.placement, dirs_q15, &freed, away, voxel))
-    }
-
-    /// Whether a pixel's ray visits a voxel, were nothing in its way.
-    #[inline]
-    fn visits(&self, pixel: [u32; 2], voxel: [i32; 3]) -> bool {
-        let dir_q15 = self.packets.of_pixel(pixel);
-        let GridPose { origin_q16, axis_q15, .. } = self.placement;
-        let away = std::array::from_fn(|r| voxel[r] - (origin_q16[r] >> 16));
-        let axis = |r: usize| {
-            let dir_q16 = march::direction_q16(axis_q15[r], dir_q15);
-            let [first_q16, period_q16] = march::start_axis(origin_q16[r], dir_q16);
-            RayAxis::new(r, dir_q16.signum(), first_q16, period_q16)
-        };
-        leap::span(axis, away, away).is_some()
-    }
 }
 
-/// [`CarveVoxels::any_visits`] of the row of a whole tile; pixels that are not asked free nothing. `visits` for eight at once.
+/// Whether any of a tile's pixels that free more than `away` voxels has a ray that visits the voxel so far away.
 #[inline(always)]
-fn any_visits<S: Simd>(
-    _: S,
-    placement: &GridPose,
-    dirs_q15: [&[i32; TILE as usize]; 3],
-    freed: &[u16; TILE as usize],
-    away: u32,
-    voxel: [i32; 3],
-) -> bool {
-    const PIXELS: usize = TILE as usize;
-    let [mut enters, mut leaves] = [[0; PIXELS], [NONE; PIXELS]];
-    for r in 0..3 {
-        let (origin_q16, axis_q15) = (placement.origin_q16[r], placement.axis_q15[r]);
-        let away = voxel[r] - (origin_q16 >> 16);
-        let ([mut firsts, mut periods], mut steps) = ([[0; PIXELS]; 2], [0; PIXELS]);
-        for i in 0..PIXELS {
-            let dir_q16 = march::direction_q16(axis_q15, dirs_q15.map(|dirs| dirs[i]));
-            let [first_q16, period_q16] = march::start_axis(origin_q16, dir_q16);
-            (firsts[i], periods[i]) = (narrow::first(first_q16, r), period_q16);
-            steps[i] = dir_q16.signum();
-        }
-        if away == 0 {
-            (0..PIXELS).for_each(|i| leaves[i] = leaves[i].min(firsts[i]));
-            continue;
-        }
-        let slab = Slab::new(away);
-        for i in 0..PIXELS {
-            let [own_enters, own_leaves] = slab.crossings(firsts[i], periods[i], steps[i]);
-            enters[i] = enters[i].max(own_enters);
-            leaves[i] = leaves[i].min(own_leaves);
-        }
+fn any_visits<S: Simd>(simd: S, rays: &NarrowPacket, freed: &Lanes<u16>, away: u32, to: [i32; 3]) -> bool {
+    let [enters, leaves] = rays.spans(simd, to);
+    let mut any = 0;
+    for lane in 0..RAYS {
+        any |= u32::from((u32::from(freed[lane]) > away) & narrow::is_visited(enters[lane], leaves[lane]));
     }
-    (0..PIXELS).fold(false, |any, i| {
-        any | (u32::from(freed[i]) > away) & (enters[i] <= leaves[i]) & (enters[i] < NONE)
-    })
-}
-
-/// Sets all voxels of a box that lie in the window.
-fn fill(plane: &mut BitGrid, corner: [i32; 3], edge: i32) {
-    for z in corner[2]..corner[2] + edge {
-        for y in corner[1]..corner[1] + edge {
-            plane.set_run(corner[0], corner[0] + edge, y, z);
-        }
-    }
+    any != 0
 }

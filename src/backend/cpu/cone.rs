@@ -78,12 +78,12 @@ impl ConeAtPose {
         t * self.spread + deviation(t)
     }
 
-    /// How far its rays have surely entered no blocker, in voxels along each.
-    pub(super) fn clear(&self, search: &Search) -> f32 {
+    /// How far its rays have surely entered no blocker, in voxels along each, that have entered none up to `from`.
+    pub(super) fn clear(&self, search: &Search, from: f32) -> f32 {
         let layer = search.layer;
         let size = layer.blockers.window().size;
         let growth = self.spread + DEVIATION_PER_VOXEL;
-        let mut t = 0.0f32;
+        let mut t = from;
         loop {
             let at = self.at(t);
             let voxel = at.map(floor);
@@ -119,6 +119,21 @@ impl ConeAtPose {
         let low = std::array::from_fn(|r| floor(a[r].min(b[r]) - radius));
         let high = std::array::from_fn(|r| floor(a[r].max(b[r]) + radius));
         Window::between(low, high)
+    }
+
+    /// The layers of voxels across an axis that all its rays enter between two distances, having been before them, and whether
+    /// that is upwards.
+    pub(super) fn layers(&self, r: usize, from: f32, to: f32) -> (impl Iterator<Item = i32> + use<>, bool) {
+        let (at, on, is_up) = (self.at(from)[r], self.at(to)[r], self.along[r] > 0.0);
+        let (before, behind) = (self.radius(from), self.radius(to));
+        // The lowest and the highest of them.
+        let (low, high) = if is_up {
+            (floor(at + before) + 1, floor(on - behind))
+        } else {
+            (floor(on + behind), floor(at - before) - 1)
+        };
+        let layers = (high - low + 1).max(0);
+        ((0..layers).map(move |n| if is_up { low + n } else { high - n }), is_up)
     }
 
     /// Says of voxels whether any of its rays may be in them before a distance.

@@ -85,13 +85,14 @@ impl PacketEnds {
     ) {
         let noise = rules.noise;
         if *noise != Noise::default() {
-            self.lost = dispatch!(level, simd => draw(simd, rules, rays, &mut self.drawn));
+            dispatch!(level, simd => draw(simd, rules, rays, &mut self.drawn));
+            self.lost = match noise.lost_below {
+                0 => 0,
+                below => dispatch!(level, simd => lost(simd, &self.drawn, below)),
+            };
         }
-        if !noise.unit_q12.is_empty() {
-            for lane in 0..RAYS {
-                let hit = if first_hits[lane] < first_hit::LEFT { first_hits[lane] } else { 0 };
-                self.steps_q16[lane] = noise.step_q16(self.drawn[lane], hit >> 2);
-            }
+        if let Some(unit_q12) = noise.unit_q12.first_chunk() {
+            dispatch!(level, simd => steps(simd, unit_q12, &noise.std_q16, &self.drawn, first_hits, &mut self.steps_q16));
         }
         dispatch!(level, simd => read(simd, first_hits, &self.steps_q16, &mut self.places));
         let unusual = match sent.truly {
@@ -165,15 +166,46 @@ impl PacketEnds {
     }
 }
 
-/// The numbers that rays draw; says which of them are lost.
+/// The numbers that rays draw.
 #[inline(always)]
-fn draw<S: Simd>(_: S, rules: &Rules, rays: &Lanes<u32>, drawn: &mut Lanes<u32>) -> u64 {
-    let mut lost = [0u32; RAYS];
+fn draw<S: Simd>(_: S, rules: &Rules, rays: &Lanes<u32>, drawn: &mut Lanes<u32>) {
     for lane in 0..RAYS {
         drawn[lane] = march::draw(rules.draws, rays[lane]);
-        lost[lane] = march::is_lost(drawn[lane], rules.noise.lost_below) as u32;
+    }
+}
+
+/// Which returns are lost, a bit each.
+#[inline(always)]
+fn lost<S: Simd>(_: S, drawn: &Lanes<u32>, below: u32) -> u64 {
+    let mut lost = [0u32; RAYS];
+    for lane in 0..RAYS {
+        lost[lane] = march::is_lost(drawn[lane], below) as u32;
     }
     mask(&lost)
+}
+
+/// The errors in distance of returns, from the two tables of noise.
+#[inline(always)]
+fn steps<S: Simd>(
+    _: S,
+    unit_q12: &[i32; march::NOISE_STEPS as usize],
+    std_q16: &[u32],
+    drawn: &Lanes<u32>,
+    first_hits: &Lanes<FirstHit>,
+    steps_q16: &mut Lanes<i32>,
+) {
+    let last = std_q16.len() - 1;
+    let (mut units, mut stds) = ([0; RAYS], [0; RAYS]);
+    for lane in 0..RAYS {
+        units[lane] = unit_q12[march::entry(drawn[lane]) as usize];
+    }
+    for lane in 0..RAYS {
+        let hit = if first_hits[lane] < first_hit::LEFT { first_hits[lane] } else { 0 };
+        stds[lane] = std_q16[((hit >> 18) as usize).min(last)];
+    }
+    for lane in 0..RAYS {
+        steps_q16[lane] = march::step_q16(units[lane], stds[lane]);
+    }
 }
 
 /// Where returns are read: at the crossing into the blocker, or with noise after all crossings up to there.

@@ -14,33 +14,40 @@
 use fearless_simd::{Level, Simd, dispatch};
 
 use super::first_hit::FirstHit;
-use super::narrow::{self, NONE, Slab};
+use super::narrow::{NONE, NarrowPacket};
 use super::packet::{self, Lanes, Packet, RAYS};
 
-/// The crossings of a packet's rays as `narrow` has them.
+/// The rays of a packet.
 pub(super) struct Intersect {
-    first: [Lanes<u32>; 3],
-    /// Distance alone, in 1/65536 voxels.
-    period: [Lanes<u32>; 3],
-    step: [Lanes<i32>; 3],
+    rays: NarrowPacket,
     /// For each ray, the crossing by which it entered the first blocker so far.
     entered: Lanes<u32>,
 }
 
 impl Intersect {
     pub(super) fn new() -> Self {
-        Intersect { first: [[0; RAYS]; 3], period: [[0; RAYS]; 3], step: [[0; RAYS]; 3], entered: [0; RAYS] }
+        Intersect { rays: NarrowPacket::new(), entered: [NONE; RAYS] }
     }
 
     /// Rays that have hit nothing.
     pub(super) fn start(&mut self, level: Level, packet: &Packet) {
-        dispatch!(level, simd => start(simd, self, packet));
+        dispatch!(level, simd => self.rays.start(simd, packet));
+        self.entered = [NONE; RAYS];
     }
 
     /// The rays of a packet against a blocker, `away` voxels from the voxel where all of them begin. For rays
     /// that enter it before `ignore_q16` it is no blocker.
     pub(super) fn intersect(&mut self, level: Level, away: [i32; 3], ignore_q16: u32) {
         dispatch!(level, simd => intersect(simd, self, away, ignore_q16));
+    }
+
+    /// The rays of a packet against a layer of blockers across an axis, `away` voxels from where they begin, that all of them
+    /// enter, after `ignore_q16` all of them.
+    pub(super) fn enter(&mut self, level: Level, axis: usize, away: i32) {
+        dispatch!(level, simd => {
+            let enters = self.rays.enters(simd, axis, away);
+            (0..RAYS).for_each(|lane| self.entered[lane] = self.entered[lane].min(enters[lane]));
+        });
     }
 
     /// What rays hit first, of those that hit something up to `until`, and if `all`, of the others, too: the first
@@ -59,34 +66,8 @@ impl Intersect {
 }
 
 #[inline(always)]
-fn start<S: Simd>(_: S, intersect: &mut Intersect, packet: &Packet) {
-    for r in 0..3 {
-        for lane in 0..RAYS {
-            intersect.first[r][lane] = narrow::first(packet.first_q16[r][lane], r);
-            intersect.period[r][lane] = packet.period_q16[r][lane];
-            intersect.step[r][lane] = packet.dir_q16[r][lane].signum();
-        }
-    }
-    intersect.entered = [NONE; RAYS];
-}
-
-#[inline(always)]
-fn intersect<S: Simd>(_: S, intersect: &mut Intersect, away: [i32; 3], ignore_q16: u32) {
-    let mut enters = [0; RAYS];
-    let mut leaves = [NONE; RAYS];
-    for r in 0..3 {
-        let (first, period, step) = (&intersect.first[r], &intersect.period[r], &intersect.step[r]);
-        if away[r] == 0 {
-            (0..RAYS).for_each(|lane| leaves[lane] = leaves[lane].min(first[lane]));
-            continue;
-        }
-        let slab = Slab::new(away[r]);
-        for lane in 0..RAYS {
-            let [own_enters, own_leaves] = slab.crossings(first[lane], period[lane], step[lane]);
-            enters[lane] = enters[lane].max(own_enters);
-            leaves[lane] = leaves[lane].min(own_leaves);
-        }
-    }
+fn intersect<S: Simd>(simd: S, intersect: &mut Intersect, away: [i32; 3], ignore_q16: u32) {
+    let [enters, leaves] = intersect.rays.spans(simd, away);
     let ignored = 4 * ignore_q16;
     for lane in 0..RAYS {
         let visits = (enters[lane] < leaves[lane]) & (enters[lane] >= ignored);

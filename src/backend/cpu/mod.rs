@@ -6,7 +6,10 @@
 //! `first_hit` (what they hit), `end` (gates and noise), `pyramid` and `carve_voxels`, or `carve_rays` (what
 //! they free).
 
+mod across;
 mod alike;
+mod asked;
+mod beyond;
 mod blocker_search;
 mod carve_rays;
 mod carve_voxels;

@@ -6,7 +6,11 @@
 //! are more than half of it, 8192 voxels: such a crossing is outside of any grid, and said never to happen ([`NONE`]).
 //!
 //! # Practice
-//! For the packets of `intersect` and the rows of pixels of `carve_voxels`.
+//! For packets against single voxels: the blockers of `intersect`, and the voxels of `carve_voxels`.
+
+use fearless_simd::Simd;
+
+use super::packet::{Lanes, Packet, RAYS};
 
 /// No crossing is later, in 1/65536 voxels: four times that, and an axis, is the largest number of 32 bits.
 const LATEST: u32 = (1 << 30) - 1;
@@ -16,13 +20,93 @@ pub(super) const NONE: u32 = u32::MAX;
 
 /// The first crossing of axis `r`, from its distance.
 #[inline(always)]
-pub(super) fn first(first_q16: u32, r: usize) -> u32 {
+fn first(first_q16: u32, r: usize) -> u32 {
     4 * first_q16.min(LATEST) + r as u32
+}
+
+/// The rays of a packet.
+#[derive(Clone)]
+pub(super) struct NarrowPacket {
+    first: [Lanes<u32>; 3],
+    /// Distance alone, in 1/65536 voxels.
+    period_q16: [Lanes<u32>; 3],
+    step: [Lanes<i32>; 3],
+}
+
+impl NarrowPacket {
+    /// No rays yet.
+    pub(super) fn new() -> Self {
+        NarrowPacket { first: [[NONE; RAYS]; 3], period_q16: [[0; RAYS]; 3], step: [[0; RAYS]; 3] }
+    }
+
+    /// Takes the rays of a packet.
+    #[inline(always)]
+    pub(super) fn start<S: Simd>(&mut self, _: S, packet: &Packet) {
+        self.period_q16 = packet.period_q16;
+        for r in 0..3 {
+            for lane in 0..RAYS {
+                self.first[r][lane] = first(packet.first_q16[r][lane], r);
+                let dir_q16 = packet.dir_q16[r][lane];
+                self.step[r][lane] = i32::from(dir_q16 > 0) - i32::from(dir_q16 < 0);
+            }
+        }
+    }
+
+    /// The crossings by which rays enter and leave a voxel, `away` voxels from the one where they begin: [`NONE`] enters if one
+    /// leads away from it, 0 if it begins there.
+    #[inline(always)]
+    pub(super) fn spans<S: Simd>(&self, _: S, away: [i32; 3]) -> [Lanes<u32>; 2] {
+        let [mut enters, mut leaves] = [[0; RAYS], [NONE; RAYS]];
+        for r in 0..3 {
+            let (first, period_q16, step) = (&self.first[r], &self.period_q16[r], &self.step[r]);
+            if away[r] == 0 {
+                (0..RAYS).for_each(|lane| leaves[lane] = leaves[lane].min(first[lane]));
+                continue;
+            }
+            let slab = Slab::new(away[r]);
+            for lane in 0..RAYS {
+                let [own_enters, own_leaves] = slab.crossings(first[lane], period_q16[lane], step[lane]);
+                enters[lane] = enters[lane].max(own_enters);
+                leaves[lane] = leaves[lane].min(own_leaves);
+            }
+        }
+        [enters, leaves]
+    }
+
+    /// The crossings by which rays enter a layer of voxels across an axis, so many voxels away from where they begin, if they
+    /// lead there: [`NONE`] for others.
+    #[inline(always)]
+    pub(super) fn enters<S: Simd>(&self, _: S, axis: usize, away: i32) -> Lanes<u32> {
+        let slab = Slab::new(away);
+        let (first, period_q16, step) = (&self.first[axis], &self.period_q16[axis], &self.step[axis]);
+        std::array::from_fn(|lane| slab.crossings(first[lane], period_q16[lane], step[lane])[0])
+    }
+
+    /// Whether one of the rays visits a voxel, were nothing in its way.
+    pub(super) fn visits(&self, lane: usize, away: [i32; 3]) -> bool {
+        let [mut enters, mut leaves] = [0, NONE];
+        for r in 0..3 {
+            let first = self.first[r][lane];
+            let [own_enters, own_leaves] = match away[r] {
+                0 => [0, first],
+                away => Slab::new(away).crossings(first, self.period_q16[r][lane], self.step[r][lane]),
+            };
+            (enters, leaves) = (enters.max(own_enters), leaves.min(own_leaves));
+        }
+        is_visited(enters, leaves)
+    }
+}
+
+/// Whether a voxel that is entered and left by these crossings is visited. Both are the same where a ray leaves at
+/// once what it begins in, and nowhere else.
+#[inline(always)]
+pub(super) fn is_visited(enters: u32, leaves: u32) -> bool {
+    (enters <= leaves) & (enters < NONE)
 }
 
 /// A layer of voxels across an axis, as rays see it that begin beside it.
 #[derive(Clone, Copy)]
-pub(super) struct Slab {
+struct Slab {
     /// The step of rays that come to it.
     towards: i32,
     /// What periods are multiplied with: all up to the layer, in numbers.
@@ -34,7 +118,7 @@ pub(super) struct Slab {
 impl Slab {
     /// The layer so many voxels away; not none.
     #[inline(always)]
-    pub(super) fn new(away: i32) -> Slab {
+    fn new(away: i32) -> Slab {
         let n = away.unsigned_abs();
         let longest = [if n == 1 { u32::MAX } else { LATEST / n }, LATEST / (n + 1)];
         Slab { towards: away.signum(), made: 4 * (n - 1), longest }
@@ -42,7 +126,7 @@ impl Slab {
 
     /// The crossings by which a ray enters and leaves the layer, as `RayAxis::slab` has them.
     #[inline(always)]
-    pub(super) fn crossings(&self, first: u32, period_q16: u32, step: i32) -> [u32; 2] {
+    fn crossings(&self, first: u32, period_q16: u32, step: i32) -> [u32; 2] {
         let enters = first.wrapping_add(self.made.wrapping_mul(period_q16));
         let leaves = enters.wrapping_add(period_q16.wrapping_mul(4));
         let comes = (step == self.towards) & (period_q16 <= self.longest[0]);

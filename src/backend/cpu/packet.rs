@@ -86,20 +86,6 @@ impl Packets {
         }
         numbers
     }
-
-    /// The direction of a camera's pixel.
-    #[inline]
-    pub(super) fn of_pixel(&self, pixel: [u32; 2]) -> [i32; 3] {
-        self.of_row(pixel).map(|row| row[(pixel[0] % TILE) as usize])
-    }
-
-    /// The directions of a camera's pixels in the row of a tile that holds one of them, axis by axis.
-    #[inline]
-    pub(super) fn of_row(&self, [u, v]: [u32; 2]) -> [&[i32; TILE as usize]; 3] {
-        let across = self.image.map_or(1, |image| image.size_px[0].div_ceil(TILE));
-        let dirs = &self.dirs_q15[(v / TILE * across + u / TILE) as usize];
-        dirs.each_ref().map(|dirs| &dirs.as_chunks().0[(v % TILE) as usize])
-    }
 }
 
 /// The rays of a packet in a grid, as `march::start` makes each of them.
@@ -187,10 +173,14 @@ fn start<S: Simd>(_: S, packet: &mut Packet, placement: &GridPose, dirs_q15: &[L
     }
 }
 
-/// A bit for each lane.
+/// A bit for each lane, from 0 or 1 for each.
 #[inline(always)]
 pub(super) fn mask(lanes: &Lanes<u32>) -> u64 {
-    (0..RAYS).fold(0, |all, lane| all | u64::from(lanes[lane]) << lane)
+    let mut bytes = [0; RAYS];
+    (0..RAYS).for_each(|lane| bytes[lane] = lanes[lane] as u8);
+    // The product has the lowest bit of each of eight bytes in its highest byte.
+    let byte = |lanes: &[u8; 8]| u64::from_le_bytes(*lanes).wrapping_mul(0x0102_0408_1020_4080) >> 56;
+    bytes.as_chunks().0.iter().rev().fold(0, |all, lanes| all << 8 | byte(lanes))
 }
 
 #[inline(always)]

@@ -114,6 +114,14 @@ impl Projection {
         dispatch!(level, simd => pixel_rects(simd, self, &middles, half, within))
     }
 
+    /// No ray is in a cube of `edge` voxels at a distance of more voxels than that.
+    pub(super) fn farthest(&self, corner: [i32; 3], edge: i32) -> f32 {
+        let half = edge as f32 * 0.5;
+        let away = [0, 1, 2].map(|r| (corner[r] as f32 + half - self.origin[r]).abs() + half);
+        let distance = away.iter().map(|x| x * x).sum::<f32>().sqrt();
+        distance + 2.0 * deviation(distance) + 1.0
+    }
+
     /// The pixel through the centre of a voxel, or the nearest of a rectangle.
     #[inline]
     pub(super) fn centre(&self, voxel: [i32; 3], rect: &Rect) -> [u32; 2] {
@@ -133,6 +141,16 @@ impl Projection {
         let t = depth * (1.0 + slope(0).powi(2) + slope(1).powi(2)).sqrt();
         ((t + 2.0 * deviation(t) + 1.0) * 65_536.0).min(f32::from(u16::MAX) * 32_768.0) as u32
     }
+}
+
+/// The pixel nearest to a coordinate, cut to those of any image, as a number and as a coordinate. Adding 2²³ rounds, and leaves
+/// the whole number in the lowest bits; a conversion, which looks at what cannot be converted, is made one by one.
+#[inline(always)]
+fn nearest(x: f32) -> (i32, f32) {
+    const WHOLE: f32 = (1 << 23) as f32;
+    let x = if x > 0.0 { x } else { 0.0 };
+    let rounded = if x < 65_536.0 { x } else { 65_536.0 } + WHOLE;
+    ((rounded.to_bits() - WHOLE.to_bits()) as i32, rounded - WHOLE)
 }
 
 /// [`Projection::pixel_rects`] of cubes with these centres and half edges.
@@ -187,10 +205,10 @@ fn pixel_rects<S: Simd>(
             let low = projection.focal_px[a] * low + projection.middle_px[a];
             let high = projection.focal_px[a] * high + projection.middle_px[a];
             out.dense[i] &= low >= 0.0 && high <= projection.last_px[a];
-            // The first pixel not below, the last not above: conversion cuts.
-            let from = low.clamp(0.0, 65_536.0) as i32;
-            out.first[a][i] = (from + ((from as f32) < low) as i32).max(first);
-            out.last[a][i] = (high.clamp(0.0, 65_536.0) as i32).min(last);
+            // The first pixel not below, the last not above.
+            let ((from, near_low), (to, near_high)) = (nearest(low), nearest(high));
+            out.first[a][i] = (from + i32::from(near_low < low)).max(first);
+            out.last[a][i] = (to - i32::from(near_high > high)).min(last);
             out.seen[i] &= high >= 0.0 && out.first[a][i] <= out.last[a][i];
         }
     }

@@ -9,19 +9,21 @@
 //! # Practice
 //! Made once a pose, for `carve_voxels`: a rectangle of any size is looked up in four blocks.
 
-use super::packet::{Lanes, TILE};
+use super::packet::{Lanes, RAYS, TILE};
 use crate::backend::Image;
 
 /// Levels above the pixels; the highest has blocks of 2⁸ pixels.
 const LEVELS: usize = 8;
 
-/// The level by whose blocks pixels are searched.
-const SEARCHED: usize = 3;
+/// The level whose blocks are tiles.
+const TILES: usize = TILE.ilog2() as usize;
 
 /// The image and its levels.
 pub(super) struct Pyramid {
-    width: usize,
-    pixels: Vec<u16>,
+    /// Tiles side by side.
+    across: u32,
+    /// Tile by tile; what is past the edge of the image frees what the pixel before it frees.
+    tiles: Vec<Lanes<u16>>,
     /// Blocks of 2, 4, 8, … pixels.
     levels: Vec<Level>,
 }
@@ -57,78 +59,79 @@ pub(super) struct Rect {
     pub(super) last: [u32; 2],
 }
 
+impl Rect {
+    /// Those of its pixels that lie in a tile, as lanes of it.
+    pub(super) fn part(&self, tile: [u32; 2]) -> impl Iterator<Item = usize> {
+        let [columns, rows]: [std::ops::Range<u32>; 2] = std::array::from_fn(|a| {
+            let first = tile[a] * TILE;
+            self.first[a].max(first) - first..(self.last[a] + 1).min(first + TILE) - first
+        });
+        rows.flat_map(move |v| columns.clone().map(move |u| (v * TILE + u) as usize))
+    }
+}
+
 impl Pyramid {
     /// No pixel frees anything.
     pub(super) fn new(image: &Image) -> Self {
+        let [across, down] = image.size_px.map(|n| n.div_ceil(TILE));
         let level = |k: usize| {
-            let size = image.size_px.map(|n| n.div_ceil(1 << k));
+            let size = [across, down].map(|n| (n * TILE).div_ceil(1 << k));
             Level { size, blocks: vec![FreedRange::of(0); size[0] as usize * size[1] as usize] }
         };
-        let pixels = vec![0; image.size_px[0] as usize * image.size_px[1] as usize];
-        Pyramid { width: image.size_px[0] as usize, pixels, levels: (1..=LEVELS).map(level).collect() }
+        let tiles = vec![[0; RAYS]; across as usize * down as usize];
+        Pyramid { across, tiles, levels: (1..=LEVELS).map(level).collect() }
     }
 
     /// Forgets all pixels.
     pub(super) fn clear(&mut self) {
-        self.pixels.fill(0);
+        self.tiles.fill([0; RAYS]);
     }
 
     /// What a pixel frees.
     #[inline]
     pub(super) fn get(&self, [u, v]: [u32; 2]) -> u32 {
-        self.pixels[v as usize * self.width + u as usize].into()
+        self.tile([u / TILE, v / TILE])[(v % TILE * TILE + u % TILE) as usize].into()
     }
 
-    /// A part of a row of pixels, the last included.
+    /// What the pixels of a tile free, from its column and row.
     #[inline]
-    pub(super) fn row(&self, v: u32, first: u32, last: u32) -> &[u16] {
-        let start = v as usize * self.width;
-        &self.pixels[start + first as usize..=start + last as usize]
+    pub(super) fn tile(&self, [u, v]: [u32; 2]) -> &Lanes<u16> {
+        &self.tiles[(v * self.across + u) as usize]
     }
 
-    /// Sets what the pixels of a tile free, as far as it lies in the image.
+    /// Sets what the pixels of a tile free.
     pub(super) fn set_tile(&mut self, tile: usize, freed: &Lanes<u32>) {
-        let (edge, height) = (TILE as usize, self.pixels.len() / self.width);
-        let across = self.width.div_ceil(edge);
-        let [left, top] = [tile % across * edge, tile / across * edge];
-        let right = (left + edge).min(self.width);
-        for (v, freed) in (top..height).zip(freed.chunks_exact(edge)) {
-            let row = &mut self.pixels[v * self.width..][left..right];
-            row.iter_mut().zip(freed).for_each(|(pixel, &freed)| *pixel = freed as u16);
-        }
+        self.tiles[tile] = freed.map(|freed| freed as u16);
     }
 
     /// Makes the levels from the pixels.
     pub(super) fn build(&mut self) {
-        reduce(&self.pixels, self.width, FreedRange::of, &mut self.levels[0]);
+        let Level { size, blocks } = &mut self.levels[0];
+        let half = TILE as usize / 2;
+        for (i, tile) in self.tiles.iter().enumerate() {
+            let [u, v] = [i % self.across as usize * half, i / self.across as usize * half];
+            for (row, pixels) in tile.as_chunks::<{ 2 * TILE as usize }>().0.iter().enumerate() {
+                let own = &mut blocks[(v + row) * size[0] as usize + u..][..half];
+                for (k, block) in own.iter_mut().enumerate() {
+                    let [upper, lower] = [2 * k, 2 * k + TILE as usize];
+                    let [a, b, c, d] =
+                        [upper, upper + 1, lower, lower + 1].map(|i| FreedRange::of(pixels[i]));
+                    *block = a.and(b).and(c.and(d));
+                }
+            }
+        }
         for k in 1..LEVELS {
             let (below, above) = self.levels.split_at_mut(k);
-            let Level { size, blocks } = &below[k - 1];
-            reduce(blocks, size[0] as usize, |block| block, &mut above[0]);
+            reduce(&below[k - 1], &mut above[0]);
         }
     }
 
-    /// A rectangle cut into parts that each lie in one block of 2³ pixels.
-    pub(super) fn blocks(&self, rect: &Rect) -> impl Iterator<Item = Rect> {
-        let [columns, rows] = std::array::from_fn(|a| rect.first[a] >> SEARCHED..=rect.last[a] >> SEARCHED);
-        let rect = *rect;
-        rows.flat_map(move |v| {
-            columns.clone().map(move |u| {
-                let block = [u, v];
-                Rect {
-                    first: std::array::from_fn(|a| rect.first[a].max(block[a] << SEARCHED)),
-                    last: std::array::from_fn(|a| rect.last[a].min(((block[a] + 1) << SEARCHED) - 1)),
-                }
-            })
-        })
-    }
-
-    /// Most over the block that a part of [`Pyramid::blocks`] lies in.
-    #[inline]
-    pub(super) fn most(&self, part: &Rect) -> u32 {
-        let level = &self.levels[SEARCHED - 1];
-        let [u, v] = part.first.map(|x| x >> SEARCHED);
-        level.blocks[(v * level.size[0] + u) as usize].most.into()
+    /// The tiles in which a rectangle lies, by column and row, that have a pixel which frees more than `away` voxels.
+    pub(super) fn tiles(&self, rect: &Rect, away: u32) -> impl Iterator<Item = [u32; 2]> {
+        let [columns, rows] = std::array::from_fn(|a| rect.first[a] / TILE..=rect.last[a] / TILE);
+        let level = &self.levels[TILES - 1];
+        let tiles = rows.flat_map(move |v| columns.clone().map(move |u| [u, v]));
+        tiles.filter(move |[u, v]| u32::from(level.blocks[(v * level.size[0] + u) as usize].most) > away)
     }
 
     /// Least and most over a rectangle, or over a little more: the four blocks at its corners hold it.
@@ -142,7 +145,7 @@ impl Pyramid {
             return [0, u16::MAX.into()];
         }
         let block = |u: u32, v: u32| match k {
-            0 => FreedRange::of(self.pixels[v as usize * self.width + u as usize]),
+            0 => FreedRange::of(self.get([u, v]) as u16),
             _ => {
                 let level = &self.levels[k - 1];
                 level.blocks[((v >> k) * level.size[0] + (u >> k)) as usize]
@@ -156,16 +159,15 @@ impl Pyramid {
 }
 
 /// Makes the next level: blocks of 2 × 2, fewer at the edges.
-fn reduce<T: Copy>(below: &[T], width: usize, block: impl Fn(T) -> FreedRange, above: &mut Level) {
-    let height = below.len() / width;
+fn reduce(below: &Level, above: &mut Level) {
+    let [width, height] = below.size.map(|n| n as usize);
     for (v, row) in above.blocks.chunks_exact_mut(above.size[0] as usize).enumerate() {
-        let upper = &below[2 * v * width..][..width];
+        let upper = &below.blocks[2 * v * width..][..width];
         // At the lower edge a row stands alone, at the right edge a column.
-        let lower = &below[(2 * v + 1).min(height - 1) * width..][..width];
+        let lower = &below.blocks[(2 * v + 1).min(height - 1) * width..][..width];
         for (u, to) in row.iter_mut().enumerate() {
             let (left, right) = (2 * u, (2 * u + 1).min(width - 1));
-            *to =
-                block(upper[left]).and(block(upper[right])).and(block(lower[left]).and(block(lower[right])));
+            *to = upper[left].and(upper[right]).and(lower[left].and(lower[right]));
         }
     }
 }

@@ -2,7 +2,10 @@
 
 use fearless_simd::Level;
 
+use super::across::Across;
 use super::alike::{self, Alike, DONE};
+use super::asked::{AskedPlaces, AskedTiles};
+use super::beyond::{self, Way};
 use super::carve_rays::{crosses_window, has_left, mark_freed, mark_freed_behind};
 use super::carve_voxels::CarveVoxels;
 use super::cone::{Cone, ConeAtPose};
@@ -24,6 +27,8 @@ pub(super) struct RayTable {
     cones: Vec<Cone>,
     gates: Gates,
     noise: Noise,
+    /// The farthest before its distance that a return may be read.
+    nearer_q16: u32,
 }
 
 impl RayTable {
@@ -31,7 +36,8 @@ impl RayTable {
         let packets = Packets::new(rays);
         let tiles = if rays.image.is_some() { packets.count() } else { 0 };
         let cones = (0..tiles).map(|tile| Cone::of(&packets, tile)).collect();
-        RayTable { packets, cones, gates: rays.gates, noise: rays.noise.clone() }
+        let nearer_q16 = rays.noise.nearest_q16();
+        RayTable { packets, cones, gates: rays.gates, noise: rays.noise.clone(), nearer_q16 }
     }
 }
 
@@ -76,10 +82,10 @@ impl Shoot<'_> {
 }
 
 /// Length of a section of a cone in voxels, how many are looked at one after the other, and the most blockers
-/// that are held against all rays: beyond that, rays go on one by one.
-const SECTION: f32 = 4.0;
-const SECTIONS: usize = 4;
-const MOST_NEAR: usize = 48;
+/// that are held against all rays, without wide vectors and with them: beyond that, rays go on one by one.
+pub(super) const SECTION: f32 = 4.0;
+const SECTIONS: usize = 16;
+const MOST_NEAR: [usize; 2] = [12, 48];
 
 /// A table of rays in a scene, before it has a pose.
 pub(super) struct TableCaster<'a> {
@@ -104,6 +110,7 @@ pub(super) struct Scratch {
     places: RayPlaces,
     made: [Lanes<u32>; 3],
     pyramid: Option<Pyramid>,
+    asked: AskedPlaces,
     intersect: Intersect,
     /// Blockers that a cone comes to.
     near: Vec<[i32; 3]>,
@@ -119,17 +126,19 @@ impl Scratch {
             places: RayPlaces { t_q16: [0; RAYS], axis: [2; RAYS] },
             made: [[0; RAYS]; 3],
             pyramid: table.packets.image().map(Pyramid::new),
+            asked: AskedPlaces::new(),
             intersect: Intersect::new(),
             near: Vec::new(),
         }
     }
 }
 
-/// Whether a tile of a camera is cast, and whether it sees voxels that are near.
+/// Whether a tile of a camera is cast, whether it sees voxels that are near, and how far the last voxels are that it sees.
 #[derive(Clone, Copy, Default)]
 struct Tile {
     cast: bool,
     near: bool,
+    farthest: f32,
 }
 
 impl TableCaster<'_> {
@@ -180,13 +189,13 @@ impl TableCaster<'_> {
         planes: &mut Planes,
     ) {
         let packets = &self.table.packets;
-        let mut tiles = vec![Tile { cast: shoot.casts_all(), near: false }; packets.count()];
+        let mut tiles = vec![Tile { cast: shoot.casts_all(), ..Tile::default() }; packets.count()];
         let mut boxes = Vec::new();
         for corners in self.wanted.boxes.chunks(BOXES) {
             let pixel_rects = projection.pixel_rects(self.level, corners, LARGEST, &projection.all());
             for (i, &corner) in corners.iter().enumerate() {
                 if let Some(pixel_rect) = pixel_rects.of(i) {
-                    mark(&mut tiles, packets, &pixel_rect);
+                    mark(&mut tiles, packets, &pixel_rect, projection.farthest(corner, LARGEST));
                     boxes.push((corner, pixel_rect));
                 }
             }
@@ -195,8 +204,15 @@ impl TableCaster<'_> {
         pyramid.clear();
         let until_q16 = projection.near_q16();
         for packet in (0..tiles.len()).filter(|&packet| tiles[packet].cast) {
+            let clear = match self.goes_beyond(packet, shoot, &tiles[packet]) {
+                Way::Returns => {
+                    pyramid.set_tile(packet, &[u16::MAX.into(); RAYS]);
+                    continue;
+                }
+                Way::Clear(clear) => clear,
+            };
             scratch.packet.start(self.level, shoot.placement, packets.dirs_q15(packet));
-            self.cast(packet, shoot, scratch);
+            self.cast(packet, u64::MAX, clear, shoot, scratch);
             let freed = &scratch.ends.freed;
             pyramid.set_tile(packet, freed);
             for lane in (0..RAYS).filter(|_| tiles[packet].near) {
@@ -207,11 +223,26 @@ impl TableCaster<'_> {
         pyramid.build();
         let placement = shoot.placement;
         let (level, wide, wanted) = (self.level, self.wide, self.wanted);
-        let carve = CarveVoxels { level, wide, projection, packets, placement, pyramid: &pyramid, wanted };
+        let asked = AskedTiles::new(level, packets, placement, &mut scratch.asked);
+        let mut carve = CarveVoxels { level, wide, projection, asked, placement, pyramid: &pyramid, wanted };
         for (corner, pixel_rect) in boxes {
             carve.decide(corner, LARGEST, &pixel_rect, &mut planes.free);
         }
         scratch.pyramid = Some(pyramid);
+    }
+
+    /// How a camera's tile goes past all that it sees of what matters.
+    fn goes_beyond(&self, packet: usize, shoot: &Shoot, tile: &Tile) -> Way {
+        let RayTable { cones, gates, noise, nearer_q16, .. } = self.table;
+        if tile.near || shoot.casts_all() || noise.lost_below > 0 {
+            return Way::Clear(0.0);
+        }
+        let voxels = |q16: u32| q16 as f32 / 65_536.0;
+        let least_q16 = gates.range_min_q16.max(gates.near_ignore_q16);
+        let from = (tile.farthest + voxels(*nearer_q16)).max(voxels(least_q16)) + 1.0;
+        let to = voxels(gates.range_max_q16) - 1.0;
+        let searches = [&shoot.moving].into_iter().chain(&shoot.still);
+        beyond::way(&cones[packet].sent(&shoot.caster), searches, [from, to])
     }
 
     /// Ray by ray.
@@ -224,7 +255,7 @@ impl TableCaster<'_> {
             {
                 continue;
             }
-            self.cast(packet, shoot, scratch);
+            self.cast(packet, u64::MAX, 0.0, shoot, scratch);
             for lane in 0..RAYS {
                 mark_freed(&scratch.packet, lane, scratch.ends.freed[lane], march::NEVER, &mut planes.free);
             }
@@ -243,7 +274,7 @@ impl TableCaster<'_> {
         for packet in 0..packets.count() {
             let Some((marked, moved)) = alike.packet(packet) else { continue };
             scratch.packet.start(self.level, shoot.placement, packets.dirs_q15(packet));
-            self.cast_some(packet, moved, shoot, scratch);
+            self.cast(packet, moved, 0.0, shoot, scratch);
             for (lane, &place) in marked.iter().enumerate().filter(|(_, place)| **place != DONE) {
                 let freed = scratch.ends.freed[lane];
                 match place {
@@ -262,7 +293,7 @@ impl TableCaster<'_> {
     /// What the rays of a pose do alike in all snapshots.
     fn alike(&self, shoot: &mut Shoot, scratch: &mut Scratch) -> Alike {
         let (packets, gates) = (&self.table.packets, &self.table.gates);
-        let (range, nearer_q16) = (first_hit::range(gates.range_max_q16), self.table.noise.nearest_q16());
+        let (range, nearer_q16) = (first_hit::range(gates.range_max_q16), self.table.nearer_q16);
         let ever = self.blockers.ever.map(|ever| self.search(ever, &shoot.caster));
         let mut alike = Alike {
             free: BitGrid::new(self.wanted.voxels.window()),
@@ -276,7 +307,7 @@ impl TableCaster<'_> {
             if crossing.is_empty() {
                 continue;
             }
-            self.cast_some(packet, 0, shoot, scratch);
+            self.cast(packet, 0, 0.0, shoot, scratch);
             for lane in crossing {
                 let still = scratch.found[lane];
                 let ray = scratch.packet.ray(lane, [0; 3]);
@@ -302,13 +333,9 @@ impl TableCaster<'_> {
         alike
     }
 
-    /// How the rays of a packet end; `scratch` holds the rays as they are believed to go.
-    fn cast(&self, packet: usize, shoot: &mut Shoot, scratch: &mut Scratch) {
-        self.cast_some(packet, u64::MAX, shoot, scratch);
-    }
-
-    /// The same, where only some rays, a bit each, may meet what moves.
-    fn cast_some(&self, packet: usize, moved: u64, shoot: &mut Shoot, scratch: &mut Scratch) {
+    /// How the rays of a packet end; `scratch` holds the rays as they are believed to go. Only some, a bit each, may meet what
+    /// moves; none has entered a blocker up to `clear`, in voxels, if they are cast from where they are believed to be.
+    fn cast(&self, packet: usize, moved: u64, clear: f32, shoot: &mut Shoot, scratch: &mut Scratch) {
         let table = self.table;
         scratch.found = [first_hit::NOTHING; RAYS];
         let is_off = shoot.placement.truly.is_some();
@@ -326,13 +353,13 @@ impl TableCaster<'_> {
             match kept {
                 Some(kept) if kept[0] != first_hit::UNKNOWN => scratch.found.copy_from_slice(kept),
                 kept => {
-                    self.first_hits(still, packet, u64::MAX, &shoot.caster, scratch);
+                    self.first_hits(still, packet, u64::MAX, clear, &shoot.caster, scratch);
                     kept.into_iter().for_each(|kept| kept.copy_from_slice(&scratch.found));
                 }
             }
         }
         if moved != 0 {
-            self.first_hits(&shoot.moving, packet, moved, &shoot.caster, scratch);
+            self.first_hits(&shoot.moving, packet, moved, clear, &shoot.caster, scratch);
         }
         if is_off {
             std::mem::swap(&mut scratch.packet, &mut scratch.truly);
@@ -358,6 +385,7 @@ impl TableCaster<'_> {
         search: &Search,
         packet: usize,
         rays: u64,
+        clear: f32,
         placement: &GridPose,
         scratch: &mut Scratch,
     ) {
@@ -371,9 +399,9 @@ impl TableCaster<'_> {
             return;
         };
         let cone = cone.sent(placement);
-        let mut clear = cone.clear(search);
+        let mut clear = cone.clear(search, clear);
         let mut open = u64::MAX;
-        if self.wide && clear > 0.0 {
+        if clear > 0.0 {
             (open, clear) = self.intersect(search, &cone, clear, scratch, range);
         }
         if open == 0 {
@@ -391,6 +419,13 @@ impl TableCaster<'_> {
             let known = scratch.found[lane];
             scratch.found[lane] = search.first_hit(ray, clear_q16 == 0, known.min(range), known);
         }
+    }
+
+    /// The layer of blockers that all rays of a cone enter after they have come so far, if there is one.
+    fn across(&self, search: &Search, cone: &ConeAtPose, from: f32) -> Option<Across> {
+        let blockers = &search.layer.blockers;
+        let is_behind = from > search.ignore_q16 as f32 / 65_536.0 + 1.0;
+        is_behind.then(|| Across::of(blockers, cone, from, SECTION, f32::MAX)).flatten()
     }
 
     /// The first hits of rays that end soon after where a cone is clear. Says which lanes are open still, and
@@ -417,7 +452,15 @@ impl TableCaster<'_> {
                     scratch.near.push(voxel);
                 }
             });
-            if scratch.near.len() > MOST_NEAR {
+            let across = match scratch.near.is_empty() {
+                true => None,
+                false => self.across(search, cone, from),
+            };
+            if let Some(across) = &across {
+                scratch.near.clear();
+                search.layer.blockers.each_in(&across.before, |voxel| scratch.near.push(voxel));
+            }
+            if scratch.near.len() > MOST_NEAR[usize::from(self.wide)] {
                 break;
             }
             for voxel in &scratch.near {
@@ -425,6 +468,11 @@ impl TableCaster<'_> {
                 if away != [0; 3] {
                     scratch.intersect.intersect(self.level, away, search.ignore_q16);
                 }
+            }
+            if let Some(Across { axis, at, .. }) = across {
+                scratch.intersect.enter(self.level, axis, at - scratch.packet.voxel[axis]);
+                let open = scratch.intersect.settle(self.level, [range, range], true, &mut scratch.found);
+                return (open, from);
             }
             let until = first_hit::range((to * 65_536.0) as u32);
             let inside = section.intersection(&grid) == section;
@@ -436,19 +484,19 @@ impl TableCaster<'_> {
             if open == 0 || !inside {
                 break;
             }
-            from = to;
+            from = cone.clear(search, to);
         }
         (open, from)
     }
 }
 
-/// Marks the tiles that see a box.
-fn mark(tiles: &mut [Tile], packets: &Packets, PixelRect { rect, near, .. }: &PixelRect) {
+/// Marks the tiles that see a box, the farthest of which is so far away, in voxels.
+fn mark(tiles: &mut [Tile], packets: &Packets, PixelRect { rect, near, .. }: &PixelRect, farthest: f32) {
     let across = packets.image().map_or(1, |image| image.size_px[0].div_ceil(TILE));
     for v in rect.first[1] / TILE..=rect.last[1] / TILE {
         for u in rect.first[0] / TILE..=rect.last[0] / TILE {
             let tile = &mut tiles[(v * across + u) as usize];
-            *tile = Tile { cast: true, near: tile.near | *near };
+            *tile = Tile { cast: true, near: tile.near | *near, farthest: tile.farthest.max(farthest) };
         }
     }
 }
