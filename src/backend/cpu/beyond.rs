@@ -26,15 +26,21 @@ pub(super) enum Way {
     Clear(f32),
 }
 
-/// Whether all rays of a cone enter a blocker of some layer, after `from` and up to `to`, both in voxels, and none before.
+/// How far the rays of a cone have surely entered no blocker of any layer, that have entered none up to `from`.
+pub(super) fn clear<'a>(cone: &ConeAtPose, searches: impl Iterator<Item = &'a Search<'a>>, from: f32) -> f32 {
+    searches.map(|search| cone.clear(search, from)).fold(f32::MAX, f32::min)
+}
+
+/// Whether all rays of a cone, none of which has entered a blocker up to `clear`, enter a blocker of some layer, after `from`
+/// and up to `to`, all in voxels, and none before.
 pub(super) fn way<'a>(
     cone: &ConeAtPose,
     searches: impl Iterator<Item = &'a Search<'a>> + Clone,
+    begin: f32,
     [from, to]: [f32; 2],
 ) -> Way {
-    let clear = |from| searches.clone().map(|search| cone.clear(search, from)).fold(f32::MAX, f32::min);
     let mut layers = searches.clone().map(|search| &search.layer.blockers);
-    let mut begin = clear(0.0);
+    let mut begin = clear(cone, searches.clone(), begin);
     for _ in 0..EMPTY {
         let section = cone.section(begin, begin + SECTION);
         // A ray may leave the grid where the section does.
@@ -46,7 +52,7 @@ pub(super) fn way<'a>(
                 || layers.any(|blockers| Across::of(blockers, cone, begin, SECTION, to).is_some());
             return if begin > from && is_across() { Way::Returns } else { Way::Clear(begin) };
         }
-        begin = clear(begin + SECTION);
+        begin = clear(cone, searches.clone(), begin + SECTION);
     }
     Way::Clear(begin)
 }

@@ -19,7 +19,7 @@ use super::narrow::{self, NarrowPacket};
 use super::packet::{Lanes, RAYS, TILE};
 use super::plan::RelevantVoxels;
 use super::projection::{BOXES, PixelRect, Projection};
-use super::pyramid::{Pyramid, Rect};
+use super::pyramid::Pyramid;
 use crate::backend::GridPose;
 use crate::voxel::{BitGrid, Window};
 
@@ -50,7 +50,7 @@ impl CarveVoxels<'_> {
                 return;
             }
             if edge == 1 {
-                if self.is_free(corner, nearest, &pixel_rect.rect) {
+                if self.is_free(corner, nearest, pixel_rect) {
                     free.set(corner);
                 }
                 return;
@@ -86,11 +86,14 @@ impl CarveVoxels<'_> {
     }
 
     /// Whether a pixel of a rectangle sees a voxel and frees more than `away` voxels.
-    fn is_free(&mut self, voxel: [i32; 3], away: u32, rect: &Rect) -> bool {
+    fn is_free(&mut self, voxel: [i32; 3], away: u32, PixelRect { rect, dense, .. }: &PixelRect) -> bool {
+        let (centre, beside) = self.projection.centre(voxel, rect);
+        if *dense && self.pyramid.most_about(centre, beside) > away {
+            return true;
+        }
         let from = self.placement.origin_q16.map(|x| x >> 16);
         let to: [i32; 3] = std::array::from_fn(|r| voxel[r] - from[r]);
-        let centre = self.projection.centre(voxel, rect);
-        if self.pyramid.get(centre) > away {
+        if !*dense && self.pyramid.get(centre) > away {
             let lane = centre[1] % TILE * TILE + centre[0] % TILE;
             if self.asked.rays(centre.map(|x| x / TILE)).visits(lane as usize, to) {
                 return true;

@@ -11,7 +11,7 @@
 //! For the tiles of cameras. The rays of a LIDAR's packet are too far apart.
 
 use super::first_hit::Search;
-use super::packet::Packets;
+use super::packet::{Packets, RAYS};
 use crate::backend::GridPose;
 use crate::march::deviation;
 use crate::voxel::Window;
@@ -35,17 +35,20 @@ pub(super) fn deviation(t: f32) -> f32 {
 const DEVIATION_PER_VOXEL: f32 = deviation::PER_VOXEL as f32;
 
 impl Cone {
-    /// The cone of a packet.
-    pub(super) fn of(packets: &Packets, packet: usize) -> Cone {
-        let dirs = packets.dirs_q15(packet);
-        let lanes = dirs[0].len();
-        let mean = |a: usize| dirs[a].iter().sum::<i32>() as f32 / (lanes as f32 * 32_768.0);
+    /// The cone of some packets.
+    pub(super) fn of(packets: &Packets, own: &[usize]) -> Cone {
+        let dirs = || {
+            let all = own.iter().map(|&packet| packets.dirs_q15(packet));
+            all.flat_map(|dirs| (0..RAYS).map(|lane| dirs.each_ref().map(|dirs| dirs[lane])))
+        };
+        let lanes = (own.len() * RAYS) as f32;
+        let mean = |a: usize| dirs().map(|dir| i64::from(dir[a])).sum::<i64>() as f32 / (lanes * 32_768.0);
         let middle = [mean(0), mean(1), mean(2)];
-        let apart = |lane: usize| -> f32 {
-            let away = (0..3).map(|a| dirs[a][lane] as f32 / 32_768.0 - middle[a]);
+        let apart = |dir: [i32; 3]| -> f32 {
+            let away = (0..3).map(|a| dir[a] as f32 / 32_768.0 - middle[a]);
             away.map(|x| x * x).sum::<f32>().sqrt()
         };
-        let spread = (0..lanes).map(apart).fold(0.0, f32::max);
+        let spread = dirs().map(apart).fold(0.0, f32::max);
         Cone { middle, spread: spread * 1.001 + 1e-5 }
     }
 

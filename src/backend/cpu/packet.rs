@@ -22,6 +22,9 @@ pub(super) const RAYS: usize = 64;
 /// Edge of a camera's tile in pixels.
 pub(super) const TILE: u32 = 8;
 
+/// Edge of a group of a camera's tiles.
+const GROUP: usize = 4;
+
 /// One number for each ray of a packet.
 pub(super) type Lanes<T> = [T; RAYS];
 
@@ -61,6 +64,23 @@ impl Packets {
     /// The camera whose pixels the rays are, if they are.
     pub(super) fn image(&self) -> Option<&Image> {
         self.image.as_ref()
+    }
+
+    /// The packets of each group of a camera's tiles.
+    pub(super) fn groups(&self) -> Vec<Vec<usize>> {
+        let mut groups = Vec::new();
+        for packet in 0..self.count() {
+            let group = self.group_of(packet);
+            groups.resize(groups.len().max(group + 1), Vec::new());
+            groups[group].push(packet);
+        }
+        groups
+    }
+
+    /// The group that a camera's tile is in.
+    pub(super) fn group_of(&self, packet: usize) -> usize {
+        let across = self.image.map_or(1, |image| image.size_px[0].div_ceil(TILE)) as usize;
+        packet / across / GROUP * across.div_ceil(GROUP) + packet % across / GROUP
     }
 
     /// The directions of a packet, axis by axis.

@@ -31,6 +31,8 @@ pub(super) struct Projection {
     near: f32,
     /// Half the diagonal of a pixel at depth 1.
     half_pixel: f32,
+    /// Diagonals of pixels in a voxel at depth 1.
+    per_diagonal: f32,
 }
 
 /// Boxes looked at together.
@@ -73,6 +75,7 @@ impl Projection {
         let axes: [[f32; 3]; 3] =
             std::array::from_fn(|a| std::array::from_fn(|r| placement.axis_q15[r][a] as f32 / 32_768.0));
         let focal_px = image.focal_px.map(|f| f as f32);
+        let half_pixel = 0.5 * (focal_px[0].powi(-2) + focal_px[1].powi(-2)).sqrt();
         Projection {
             origin: placement.origin_q16.map(|x| x as f32 / 65_536.0),
             axes,
@@ -81,7 +84,8 @@ impl Projection {
             middle_px: image.size_px.map(|n| n as f32 / 2.0 - 0.5),
             last_px: image.size_px.map(|n| n as f32 - 1.0),
             near: 1.8 * focal_px[0].max(focal_px[1]) / WIDEST_VOXEL_PX,
-            half_pixel: 0.5 * (focal_px[0].powi(-2) + focal_px[1].powi(-2)).sqrt(),
+            half_pixel,
+            per_diagonal: 0.5 / half_pixel,
         }
     }
 
@@ -122,15 +126,19 @@ impl Projection {
         distance + 2.0 * deviation(distance) + 1.0
     }
 
-    /// The pixel through the centre of a voxel, or the nearest of a rectangle.
+    /// The pixel through the centre of a voxel, or the nearest of a rectangle, and up to how many pixels beside it, on each axis,
+    /// all rays surely visit the voxel, if it is dense.
     #[inline]
-    pub(super) fn centre(&self, voxel: [i32; 3], rect: &Rect) -> [u32; 2] {
+    pub(super) fn centre(&self, voxel: [i32; 3], rect: &Rect) -> ([u32; 2], u32) {
         let [x, y, z] = self.point(voxel.map(|c| c as f32 + 0.5));
+        let inverse = 1.0 / z;
         let at = |a: usize, x: f32| {
-            let pixel = self.focal_px[a] * x / z + self.middle_px[a];
+            let pixel = self.focal_px[a] * x * inverse + self.middle_px[a];
             ((pixel + 0.5) as u32).clamp(rect.first[a], rect.last[a])
         };
-        [at(0, x), at(1, y)]
+        // They pass within half a voxel of the centre.
+        let room = 0.5 - deviation(x.abs() + y.abs() + z);
+        ([at(0, x), at(1, y)], (room * inverse * self.per_diagonal - 0.5) as u32)
     }
 
     /// Distance along any ray after which no near voxel is entered, in 1/65536 voxels.

@@ -93,6 +93,18 @@ impl Pyramid {
         self.tile([u / TILE, v / TILE])[(v % TILE * TILE + u % TILE) as usize].into()
     }
 
+    /// The most over a block of pixels about one of them that reaches no farther than so many pixels beside it.
+    #[inline]
+    pub(super) fn most_about(&self, [u, v]: [u32; 2], beside: u32) -> u32 {
+        match (beside + 1).ilog2().min(LEVELS as u32) {
+            0 => self.get([u, v]),
+            k => {
+                let level = &self.levels[k as usize - 1];
+                level.blocks[((v >> k) * level.size[0] + (u >> k)) as usize].most.into()
+            }
+        }
+    }
+
     /// What the pixels of a tile free, from its column and row.
     #[inline]
     pub(super) fn tile(&self, [u, v]: [u32; 2]) -> &Lanes<u16> {

@@ -23,8 +23,9 @@ use crate::voxel::{BitGrid, Window};
 /// A table of rays made ready.
 pub(super) struct RayTable {
     pub(super) packets: Packets,
-    /// For a camera's packets.
+    /// For a camera's packets, and for groups of so many tiles on each axis.
     cones: Vec<Cone>,
+    groups: Vec<Cone>,
     gates: Gates,
     noise: Noise,
     /// The farthest before its distance that a return may be read.
@@ -35,9 +36,11 @@ impl RayTable {
     pub(super) fn new(rays: &Rays) -> Self {
         let packets = Packets::new(rays);
         let tiles = if rays.image.is_some() { packets.count() } else { 0 };
-        let cones = (0..tiles).map(|tile| Cone::of(&packets, tile)).collect();
+        let cones = (0..tiles).map(|tile| Cone::of(&packets, &[tile])).collect();
+        let groups = if rays.image.is_some() { packets.groups() } else { Vec::new() };
+        let groups = groups.iter().map(|tiles| Cone::of(&packets, tiles)).collect();
         let nearer_q16 = rays.noise.nearest_q16();
-        RayTable { packets, cones, gates: rays.gates, noise: rays.noise.clone(), nearer_q16 }
+        RayTable { packets, cones, groups, gates: rays.gates, noise: rays.noise.clone(), nearer_q16 }
     }
 }
 
@@ -203,8 +206,9 @@ impl TableCaster<'_> {
         let Some(mut pyramid) = scratch.pyramid.take() else { return };
         pyramid.clear();
         let until_q16 = projection.near_q16();
+        let mut clear = vec![None; self.table.groups.len()];
         for packet in (0..tiles.len()).filter(|&packet| tiles[packet].cast) {
-            let clear = match self.goes_beyond(packet, shoot, &tiles[packet]) {
+            let clear = match self.goes_beyond(packet, shoot, &tiles[packet], &mut clear) {
                 Way::Returns => {
                     pyramid.set_tile(packet, &[u16::MAX.into(); RAYS]);
                     continue;
@@ -232,8 +236,8 @@ impl TableCaster<'_> {
     }
 
     /// How a camera's tile goes past all that it sees of what matters.
-    fn goes_beyond(&self, packet: usize, shoot: &Shoot, tile: &Tile) -> Way {
-        let RayTable { cones, gates, noise, nearer_q16, .. } = self.table;
+    fn goes_beyond(&self, packet: usize, shoot: &Shoot, tile: &Tile, groups: &mut [Option<f32>]) -> Way {
+        let RayTable { packets, cones, gates, noise, nearer_q16, .. } = self.table;
         if tile.near || shoot.casts_all() || noise.lost_below > 0 {
             return Way::Clear(0.0);
         }
@@ -242,7 +246,12 @@ impl TableCaster<'_> {
         let from = (tile.farthest + voxels(*nearer_q16)).max(voxels(least_q16)) + 1.0;
         let to = voxels(gates.range_max_q16) - 1.0;
         let searches = [&shoot.moving].into_iter().chain(&shoot.still);
-        beyond::way(&cones[packet].sent(&shoot.caster), searches, [from, to])
+        let group = packets.group_of(packet);
+        let clear = *groups[group].get_or_insert_with(|| {
+            let cone = self.table.groups[group].sent(&shoot.caster);
+            beyond::clear(&cone, searches.clone(), 0.0)
+        });
+        beyond::way(&cones[packet].sent(&shoot.caster), searches, clear, [from, to])
     }
 
     /// Ray by ray.
