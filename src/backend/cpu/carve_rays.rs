@@ -4,80 +4,178 @@
 //! # Theory
 //! A ray enters a box when it has entered on every axis, and leaves it when it leaves on any; both are
 //! crossings, whose number is known in closed form. So the ray is put into the box in one leap, and the
-//! crossing that ends what it frees is known beforehand.
+//! crossing that ends what it frees is known beforehand. No crossing of an axis that is made is later than any range, 2³⁰ as a
+//! number, so that later ones may all be said to be as late as 32 bits can say.
 //!
 //! # Practice
 //! For sensors with few rays, where looking from each voxel at the rays would cost more, and for the voxels
 //! next to a camera, which thousands of its pixels see.
+
+use fearless_simd::{Level, Simd, dispatch};
 
 use super::first_hit::{self, FirstHit, LeapingRay};
 use super::packet::Packet;
 use crate::march::leap;
 use crate::voxel::BitGrid;
 
-/// Marks those of a ray's first `freed` voxels that lie in a plane's window; voxels that the ray enters after
-/// `until_q16` may be left out.
-pub(super) fn mark_freed(packet: &Packet, lane: usize, freed: u32, until_q16: u32, plane: &mut BitGrid) {
-    let Some([enters, leaves]) = span(packet, lane, plane) else { return };
-    let begins_inside = plane.window().contains(packet.voxel);
-    let entered = || packet.made_by(lane, first_hit::crossing(enters as FirstHit));
-    let made = if begins_inside { [0; 3] } else { entered() };
-    let crossings: u32 = made.iter().sum();
-    if crossings < freed {
-        let end = leaves.min(4 * u64::from(until_q16) + 4);
-        mark(plane, packet.ray(lane, made), freed - crossings, end);
+/// Rays that are marked together.
+const TOGETHER: usize = 16;
+
+/// No crossing within any range is as late.
+const LATE: u32 = 1 << 31;
+
+/// Rays whose voxels are to be marked in one plane, each from a voxel that it is in.
+pub(super) struct Marks {
+    level: Level,
+    /// Whether vectors are wide enough that many rays are marked at once.
+    wide: bool,
+    count: usize,
+    bit: [i32; TOGETHER],
+    /// How many voxels follow at most, and the crossing by which the last of them is left.
+    voxels: [u32; TOGETHER],
+    end: [u32; TOGETHER],
+    /// The next crossing of each axis, what is added to it, and where it leads.
+    next: [[u32; TOGETHER]; 3],
+    period: [[u32; TOGETHER]; 3],
+    stride: [[i32; TOGETHER]; 3],
+}
+
+impl Marks {
+    /// No rays yet.
+    pub(super) fn new(level: Level, wide: bool) -> Self {
+        let none = [[0; TOGETHER]; 3];
+        let ([voxels, end], bit) = ([[0; TOGETHER]; 2], [0; TOGETHER]);
+        Marks {
+            level,
+            wide,
+            count: 0,
+            bit,
+            voxels,
+            end,
+            next: none,
+            period: none,
+            stride: [[0; TOGETHER]; 3],
+        }
+    }
+
+    /// Marks those of a ray's first `freed` voxels that lie in a plane's window, now or with [`Marks::finish`]; voxels that
+    /// the ray enters after `until_q16` may be left out.
+    pub(super) fn freed(
+        &mut self,
+        (packet, lane): (&Packet, usize),
+        freed: u32,
+        until_q16: u32,
+        plane: &mut BitGrid,
+    ) {
+        let Some([enters, leaves]) = span(packet, lane, plane) else { return };
+        let begins_inside = plane.window().contains(packet.voxel);
+        let entered = || packet.made_by(lane, first_hit::crossing(enters as FirstHit));
+        let made = if begins_inside { [0; 3] } else { entered() };
+        let crossings: u32 = made.iter().sum();
+        if crossings < freed {
+            let end = leaves.min(4 * u64::from(until_q16) + 4);
+            self.add(packet.ray(lane, made), freed - crossings, end, plane);
+        }
+    }
+
+    /// The same, of those that come behind a place, up to which all are marked.
+    pub(super) fn freed_behind(
+        &mut self,
+        (packet, lane): (&Packet, usize),
+        freed: u32,
+        place: FirstHit,
+        plane: &mut BitGrid,
+    ) {
+        let Some([enters, leaves]) = span(packet, lane, plane) else { return };
+        let from = enters.max(place.into());
+        if from >= leaves {
+            return;
+        }
+        let made = packet.made_by(lane, first_hit::crossing(from as FirstHit));
+        let crossings: u32 = made.iter().sum();
+        if crossings < freed {
+            self.add(packet.ray(lane, made), freed - crossings, leaves, plane);
+        }
+    }
+
+    /// Adds the voxel that a ray is in and those that follow, `voxels` in all at most, up to the crossing `end`.
+    fn add(&mut self, ray: LeapingRay, voxels: u32, end: u64, plane: &mut BitGrid) {
+        let row = plane.words_per_row() as i32 * 32;
+        let strides = [1, row, row * plane.window().size[1] as i32];
+        let from = plane.window().min;
+        let i = self.count;
+        self.bit[i] = (0..3).map(|r| (ray.voxel[r] - from[r]) * strides[r]).sum();
+        (self.voxels[i], self.end[i]) = (voxels, end.min(LATE.into()) as u32);
+        for (r, axis) in ray.axes.iter().enumerate() {
+            self.next[r][i] = axis.next.min(u32::MAX.into()) as u32;
+            self.period[r][i] = (4 * u64::from(axis.period_q16)).min(LATE.into()) as u32;
+            self.stride[r][i] = axis.step as i32 * strides[r];
+        }
+        self.count += 1;
+        if self.count == TOGETHER {
+            self.finish(plane);
+        }
+    }
+
+    /// Marks all rays that were not marked yet.
+    pub(super) fn finish(&mut self, plane: &mut BitGrid) {
+        let words = plane.words_mut();
+        if !self.wide {
+            (0..self.count).for_each(|i| self.mark(i, words));
+        } else if self.count > 0 {
+            self.voxels[self.count..].fill(0);
+            dispatch!(self.level, simd => mark_all(simd, self, words));
+        }
+        self.count = 0;
+    }
+
+    /// Marks one ray.
+    #[inline]
+    fn mark(&self, i: usize, words: &mut [u32]) {
+        let [mut next, period] = [self.next, self.period].map(|axes| axes.map(|rays| rays[i]));
+        let (mut bit, stride, end) = (self.bit[i], self.stride.map(|rays| rays[i]), self.end[i]);
+        for _ in 0..self.voxels[i] {
+            words[bit as usize >> 5] |= 1 << (bit & 31);
+            let nearest = next[0].min(next[1]).min(next[2]);
+            if nearest >= end {
+                break;
+            }
+            for r in 0..3 {
+                let crossed = next[r] == nearest;
+                next[r] += if crossed { period[r] } else { 0 };
+                bit += if crossed { stride[r] } else { 0 };
+            }
+        }
     }
 }
 
-/// Marks those of a ray's first `freed` voxels that lie in a plane's window and come behind a place, up to which all are
-/// marked.
-pub(super) fn mark_freed_behind(
-    packet: &Packet,
-    lane: usize,
-    place: FirstHit,
-    freed: u32,
-    plane: &mut BitGrid,
-) {
-    let Some([enters, leaves]) = span(packet, lane, plane) else { return };
-    let from = enters.max(place.into());
-    if from >= leaves {
-        return;
-    }
-    let made = packet.made_by(lane, first_hit::crossing(from as FirstHit));
-    let crossings: u32 = made.iter().sum();
-    if crossings < freed {
-        mark(plane, packet.ray(lane, made), freed - crossings, leaves);
+/// Marks all rays, voxel after voxel. A ray that has come to its end marks its last one again.
+#[inline(always)]
+fn mark_all<S: Simd>(_: S, marks: &mut Marks, words: &mut [u32]) {
+    let Marks { count, bit, voxels, end, next, period, stride, .. } = marks;
+    let mut goes_on = 1;
+    while goes_on != 0 {
+        for bit in &bit[..*count] {
+            words[*bit as usize >> 5] |= 1 << (bit & 31);
+        }
+        goes_on = 0;
+        for i in 0..TOGETHER {
+            let nearest = next[0][i].min(next[1][i]).min(next[2][i]);
+            let goes = (voxels[i] > 1) & (nearest < end[i]);
+            goes_on |= u32::from(goes);
+            voxels[i] -= u32::from(goes);
+            for r in 0..3 {
+                let crossed = goes & (next[r][i] == nearest);
+                next[r][i] += if crossed { period[r][i] } else { 0 };
+                bit[i] += if crossed { stride[r][i] } else { 0 };
+            }
+        }
     }
 }
 
 /// Whether a ray that passes through a plane's window has left it by a place.
 pub(super) fn has_left(packet: &Packet, lane: usize, place: FirstHit, plane: &BitGrid) -> bool {
     span(packet, lane, plane).is_some_and(|[_, leaves]| u64::from(place) >= leaves)
-}
-
-/// Marks the voxel that a ray is in and those that follow, `voxels` in all at most, up to the crossing `end`.
-#[inline]
-fn mark(plane: &mut BitGrid, mut ray: LeapingRay, voxels: u32, end: u64) {
-    let row = plane.words_per_row() as i32 * 32;
-    let strides = [1, row, row * plane.window().size[1] as i32];
-    let from = plane.window().min;
-    let stride: [i64; 3] = std::array::from_fn(|r| ray.axes[r].step * i64::from(strides[r]));
-    let period = ray.axes.map(|axis| 4 * u64::from(axis.period_q16));
-    let mut bit = (0..3).map(|r| i64::from((ray.voxel[r] - from[r]) * strides[r])).sum::<i64>();
-    let words = plane.words_mut();
-    for _ in 0..voxels {
-        words[bit as usize >> 5] |= 1 << (bit & 31);
-        let [x, y, z] = ray.axes.map(|axis| axis.next);
-        let nearest = x.min(y).min(z);
-        if nearest >= end {
-            break;
-        }
-        for r in 0..3 {
-            let crossed = ray.axes[r].next == nearest;
-            ray.axes[r].next += if crossed { period[r] } else { 0 };
-            bit += if crossed { stride[r] } else { 0 };
-        }
-    }
 }
 
 /// The crossings by which a ray enters and leaves a plane's window; `None` if it never comes there. The first

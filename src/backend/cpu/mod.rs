@@ -242,7 +242,7 @@ impl Backend for Cpu {
         let sensor = self.sensor(table, &loaded.wanted)?;
         let sensed: Vec<Planes> = self.pool.install(|| {
             let each = shots.par_iter().zip(&mut kept).map_init(
-                || Scratch::new(sensor.table),
+                || Scratch::new(&sensor),
                 |scratch, (shot, kept)| sensor.sense(&shot.placement, scratch, kept.as_mut(), None),
             );
             each.collect()
@@ -292,7 +292,7 @@ impl Backend for Cpu {
         let wanted = RelevantVoxels::all(self.loaded()?.scene.window);
         let sensor = self.sensor(table, &wanted)?;
         let mut ends = vec![End { kind: NOTHING, crossings: 0 }; sensor.table.packets.rays()];
-        let planes = sensor.sense(placement, &mut Scratch::new(sensor.table), None, Some(&mut ends));
+        let planes = sensor.sense(placement, &mut Scratch::new(&sensor), None, Some(&mut ends));
         Ok(Evidence { planes, ends })
     }
 }

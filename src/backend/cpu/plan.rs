@@ -5,13 +5,12 @@ use super::packet::Packets;
 use crate::backend::Carving;
 use crate::voxel::{BitGrid, Window};
 
-/// Edge of the largest boxes in voxels; a row of one lies in one word of a plane.
-pub(super) const LARGEST: i32 = 4;
-
 /// The voxels that matter, and the boxes that hold some.
 pub(super) struct RelevantVoxels {
     pub(super) voxels: BitGrid,
-    /// Lowest voxels of boxes of [`LARGEST`] voxels.
+    /// Edge of the largest boxes in voxels; a row of one lies in one word of a plane.
+    pub(super) edge: i32,
+    /// Lowest voxels of boxes of that edge.
     pub(super) boxes: Vec<[i32; 3]>,
 }
 
@@ -30,21 +29,23 @@ impl RelevantVoxels {
 
     fn voxels(voxels: BitGrid) -> RelevantVoxels {
         let window = voxels.window();
-        let steps = window.size.map(|n| n.div_ceil(LARGEST as u32) as usize);
+        // Larger boxes pay where many are decided whole.
+        let largest = if window.volume() > 1 << 20 { 8 } else { 4 };
+        let edge = largest as usize;
+        let steps = window.size.map(|n| n.div_ceil(largest as u32) as usize);
         let mut held = vec![false; steps.iter().product()];
         let row_words = voxels.words_per_row().max(1) as usize;
         for (row, words) in voxels.words().chunks_exact(row_words).enumerate() {
             let (y, z) = (row % window.size[1] as usize, row / window.size[1] as usize);
-            let edge = LARGEST as usize;
             let first = (z / edge * steps[1] + y / edge) * steps[0];
             for x in 0..steps[0] {
                 held[first + x] |= words[x * edge / 32] >> (x * edge % 32) & ((1 << edge) - 1) != 0;
             }
         }
         let at = |i: usize| [i % steps[0], i / steps[0] % steps[1], i / steps[0] / steps[1]];
-        let corner = |i| std::array::from_fn(|r| window.min[r] + at(i)[r] as i32 * LARGEST);
+        let corner = |i| std::array::from_fn(|r| window.min[r] + at(i)[r] as i32 * largest);
         let boxes = (0..held.len()).filter(|&i| held[i]).map(corner).collect();
-        RelevantVoxels { voxels, boxes }
+        RelevantVoxels { voxels, edge: largest, boxes }
     }
 }
 

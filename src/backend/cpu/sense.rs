@@ -6,14 +6,14 @@ use super::across::Across;
 use super::alike::{self, Alike, DONE};
 use super::asked::{AskedPlaces, AskedTiles};
 use super::beyond::{self, Way};
-use super::carve_rays::{crosses_window, has_left, mark_freed, mark_freed_behind};
+use super::carve_rays::{Marks, crosses_window, has_left};
 use super::carve_voxels::CarveVoxels;
 use super::cone::{Cone, ConeAtPose};
 use super::end::{PacketEnds, Rules, Sent};
 use super::first_hit::{self, FirstHit, Layer, Search};
 use super::intersect::Intersect;
 use super::packet::{Lanes, Packet, Packets, RAYS, RayPlaces, TILE};
-use super::plan::{self, LARGEST, RelevantVoxels};
+use super::plan::{self, RelevantVoxels};
 use super::projection::{BOXES, PixelRect, Projection};
 use super::pyramid::Pyramid;
 use crate::backend::{Carving, GridPose, Noise, Planes, Rays};
@@ -114,13 +114,14 @@ pub(super) struct Scratch {
     made: [Lanes<u32>; 3],
     pyramid: Option<Pyramid>,
     asked: AskedPlaces,
+    marks: Marks,
     intersect: Intersect,
     /// Blockers that a cone comes to.
     near: Vec<[i32; 3]>,
 }
 
 impl Scratch {
-    pub(super) fn new(table: &RayTable) -> Self {
+    pub(super) fn new(caster: &TableCaster) -> Self {
         Scratch {
             packet: Packet::new(),
             truly: Packet::new(),
@@ -128,8 +129,9 @@ impl Scratch {
             ends: PacketEnds::new(),
             places: RayPlaces { t_q16: [0; RAYS], axis: [2; RAYS] },
             made: [[0; RAYS]; 3],
-            pyramid: table.packets.image().map(Pyramid::new),
+            pyramid: caster.table.packets.image().map(Pyramid::new),
             asked: AskedPlaces::new(),
+            marks: Marks::new(caster.level, caster.wide),
             intersect: Intersect::new(),
             near: Vec::new(),
         }
@@ -194,11 +196,12 @@ impl TableCaster<'_> {
         let packets = &self.table.packets;
         let mut tiles = vec![Tile { cast: shoot.casts_all(), ..Tile::default() }; packets.count()];
         let mut boxes = Vec::new();
+        let largest = self.wanted.edge;
         for corners in self.wanted.boxes.chunks(BOXES) {
-            let pixel_rects = projection.pixel_rects(self.level, corners, LARGEST, &projection.all());
+            let pixel_rects = projection.pixel_rects(self.level, corners, largest, &projection.all());
             for (i, &corner) in corners.iter().enumerate() {
                 if let Some(pixel_rect) = pixel_rects.of(i) {
-                    mark(&mut tiles, packets, &pixel_rect, projection.farthest(corner, LARGEST));
+                    mark(&mut tiles, packets, &pixel_rect, projection.farthest(corner, largest));
                     boxes.push((corner, pixel_rect));
                 }
             }
@@ -220,8 +223,10 @@ impl TableCaster<'_> {
             let freed = &scratch.ends.freed;
             pyramid.set_tile(packet, freed);
             for lane in (0..RAYS).filter(|_| tiles[packet].near) {
-                mark_freed(&scratch.packet, lane, freed[lane], until_q16, &mut planes.free);
+                let ray = (&scratch.packet, lane);
+                scratch.marks.freed(ray, freed[lane], until_q16, &mut planes.free);
             }
+            scratch.marks.finish(&mut planes.free);
             scratch.ends.mark(planes);
         }
         pyramid.build();
@@ -230,7 +235,7 @@ impl TableCaster<'_> {
         let asked = AskedTiles::new(level, packets, placement, &mut scratch.asked);
         let mut carve = CarveVoxels { level, wide, projection, asked, placement, pyramid: &pyramid, wanted };
         for (corner, pixel_rect) in boxes {
-            carve.decide(corner, LARGEST, &pixel_rect, &mut planes.free);
+            carve.decide(corner, largest, &pixel_rect, &mut planes.free);
         }
         scratch.pyramid = Some(pyramid);
     }
@@ -266,8 +271,10 @@ impl TableCaster<'_> {
             }
             self.cast(packet, u64::MAX, 0.0, shoot, scratch);
             for lane in 0..RAYS {
-                mark_freed(&scratch.packet, lane, scratch.ends.freed[lane], march::NEVER, &mut planes.free);
+                let (ray, freed) = ((&scratch.packet, lane), scratch.ends.freed[lane]);
+                scratch.marks.freed(ray, freed, march::NEVER, &mut planes.free);
             }
+            scratch.marks.finish(&mut planes.free);
             scratch.ends.mark(planes);
         }
     }
@@ -285,12 +292,13 @@ impl TableCaster<'_> {
             scratch.packet.start(self.level, shoot.placement, packets.dirs_q15(packet));
             self.cast(packet, moved, 0.0, shoot, scratch);
             for (lane, &place) in marked.iter().enumerate().filter(|(_, place)| **place != DONE) {
-                let freed = scratch.ends.freed[lane];
+                let (ray, freed) = ((&scratch.packet, lane), scratch.ends.freed[lane]);
                 match place {
-                    0 => mark_freed(&scratch.packet, lane, freed, march::NEVER, &mut planes.free),
-                    place => mark_freed_behind(&scratch.packet, lane, place, freed, &mut planes.free),
+                    0 => scratch.marks.freed(ray, freed, march::NEVER, &mut planes.free),
+                    place => scratch.marks.freed_behind(ray, freed, place, &mut planes.free),
                 }
             }
+            scratch.marks.finish(&mut planes.free);
             scratch.ends.mark(&mut planes);
         }
         if let Some(kept) = &mut shoot.kept {
@@ -333,11 +341,13 @@ impl TableCaster<'_> {
                 } else {
                     (0, 0)
                 };
-                mark_freed(&scratch.packet, lane, crossings, march::NEVER, &mut alike.free);
+                let ray = (&scratch.packet, lane);
+                scratch.marks.freed(ray, crossings, march::NEVER, &mut alike.free);
                 let is_done = place > 0 && has_left(&scratch.packet, lane, place, &alike.free);
                 alike.marked[packet * RAYS + lane] = if is_done { DONE } else { place };
                 alike.moved[packet] |= u64::from(first != still) << lane;
             }
+            scratch.marks.finish(&mut alike.free);
         }
         alike
     }
