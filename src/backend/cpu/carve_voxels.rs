@@ -41,18 +41,18 @@ impl CarveVoxels<'_> {
     pub(super) fn decide(&mut self, corner: [i32; 3], edge: i32, pixel_rect: &PixelRect, free: &mut BitGrid) {
         if !pixel_rect.near {
             let [nearest, farthest] = self.away(corner, edge);
+            if edge == 1 {
+                if self.is_free(corner, nearest, pixel_rect) {
+                    free.set(corner);
+                }
+                return;
+            }
             let [least, most] = self.pyramid.range(&pixel_rect.rect);
             if most <= nearest {
                 return;
             }
             if pixel_rect.dense && least > farthest {
                 free.set_all(&Window { min: corner, size: [edge as u32; 3] });
-                return;
-            }
-            if edge == 1 {
-                if self.is_free(corner, nearest, pixel_rect) {
-                    free.set(corner);
-                }
                 return;
             }
         }
@@ -86,14 +86,18 @@ impl CarveVoxels<'_> {
     }
 
     /// Whether a pixel of a rectangle sees a voxel and frees more than `away` voxels.
-    fn is_free(&mut self, voxel: [i32; 3], away: u32, PixelRect { rect, dense, .. }: &PixelRect) -> bool {
-        let (centre, beside) = self.projection.centre(voxel, rect);
-        if *dense && self.pyramid.most_about(centre, beside) > away {
+    fn is_free(&mut self, voxel: [i32; 3], away: u32, seen: &PixelRect) -> bool {
+        let PixelRect { rect, dense, centre, beside, .. } = seen;
+        if *dense && self.pyramid.most_about(*centre, *beside) > away {
             return true;
+        }
+        let [_, most] = self.pyramid.range(rect);
+        if most <= away {
+            return false;
         }
         let from = self.placement.origin_q16.map(|x| x >> 16);
         let to: [i32; 3] = std::array::from_fn(|r| voxel[r] - from[r]);
-        if !*dense && self.pyramid.get(centre) > away {
+        if !*dense && self.pyramid.get(*centre) > away {
             let lane = centre[1] % TILE * TILE + centre[0] % TILE;
             if self.asked.rays(centre.map(|x| x / TILE)).visits(lane as usize, to) {
                 return true;

@@ -47,6 +47,10 @@ pub(super) struct PixelRect {
     /// Whether pixels are so close at its depth, and it so far inside the image, that each of its voxels is
     /// surely visited by one of them.
     pub(super) dense: bool,
+    /// The pixel through its centre, or the nearest of the rectangle.
+    pub(super) centre: [u32; 2],
+    /// Up to how many pixels beside that one, on each axis, all rays surely visit the box, if it is a dense voxel.
+    pub(super) beside: u32,
 }
 
 /// Boxes as a camera sees them.
@@ -56,6 +60,8 @@ pub(super) struct PixelRects {
     seen: [bool; BOXES],
     near: [bool; BOXES],
     dense: [bool; BOXES],
+    centre: [[i32; BOXES]; 2],
+    beside: [i32; BOXES],
 }
 
 impl PixelRects {
@@ -66,7 +72,9 @@ impl PixelRects {
             first: [self.first[0][i] as u32, self.first[1][i] as u32],
             last: [self.last[0][i] as u32, self.last[1][i] as u32],
         };
-        self.seen[i].then_some(PixelRect { rect, near: self.near[i], dense: self.dense[i] })
+        let (near, dense, beside) = (self.near[i], self.dense[i], self.beside[i] as u32);
+        let centre = self.centre.map(|pixels| pixels[i] as u32);
+        self.seen[i].then_some(PixelRect { rect, near, dense, centre, beside })
     }
 }
 
@@ -94,13 +102,6 @@ impl Projection {
         Rect { first: [0; 2], last: self.last_px.map(|x| x as u32) }
     }
 
-    /// A point of the grid in the sensor's frame.
-    #[inline]
-    fn point(&self, at: [f32; 3]) -> [f32; 3] {
-        let from = [at[0] - self.origin[0], at[1] - self.origin[1], at[2] - self.origin[2]];
-        self.axes.map(|axis| axis[0] * from[0] + axis[1] * from[1] + axis[2] * from[2])
-    }
-
     /// The pixels of a rectangle that may see cubes of `edge` voxels, from each of at most [`BOXES`] corners
     /// on.
     pub(super) fn pixel_rects(
@@ -124,21 +125,6 @@ impl Projection {
         let away = [0, 1, 2].map(|r| (corner[r] as f32 + half - self.origin[r]).abs() + half);
         let distance = away.iter().map(|x| x * x).sum::<f32>().sqrt();
         distance + 2.0 * deviation(distance) + 1.0
-    }
-
-    /// The pixel through the centre of a voxel, or the nearest of a rectangle, and up to how many pixels beside it, on each axis,
-    /// all rays surely visit the voxel, if it is dense.
-    #[inline]
-    pub(super) fn centre(&self, voxel: [i32; 3], rect: &Rect) -> ([u32; 2], u32) {
-        let [x, y, z] = self.point(voxel.map(|c| c as f32 + 0.5));
-        let inverse = 1.0 / z;
-        let at = |a: usize, x: f32| {
-            let pixel = self.focal_px[a] * x * inverse + self.middle_px[a];
-            ((pixel + 0.5) as u32).clamp(rect.first[a], rect.last[a])
-        };
-        // They pass within half a voxel of the centre.
-        let room = 0.5 - deviation(x.abs() + y.abs() + z);
-        ([at(0, x), at(1, y)], (room * inverse * self.per_diagonal - 0.5) as u32)
     }
 
     /// Distance along any ray after which no near voxel is entered, in 1/65536 voxels.
@@ -176,6 +162,8 @@ fn pixel_rects<S: Simd>(
         seen: [false; BOXES],
         near: [false; BOXES],
         dense: [false; BOXES],
+        centre: [[0; BOXES]; 2],
+        beside: [0; BOXES],
     };
     let mut at = [[0.0f32; BOXES]; 3];
     for i in 0..BOXES {
@@ -185,7 +173,7 @@ fn pixel_rects<S: Simd>(
             at[a][i] = axis[0] * from[0] + axis[1] * from[1] + axis[2] * from[2];
         }
     }
-    let [mut grown, mut per_near, mut per_far, mut far] = [[0.0f32; BOXES]; 4];
+    let [mut grown, mut per_near, mut per_far, mut far, mut inverse] = [[0.0f32; BOXES]; 5];
     for i in 0..BOXES {
         // No farther than that from the sensor.
         grown[i] = deviation(at[0][i].abs() + at[1][i].abs() + at[2][i].abs() + 3.0 * half);
@@ -200,6 +188,9 @@ fn pixel_rects<S: Simd>(
         // The ray through the nearest pixel passes within half a voxel of a voxel's centre, so it crosses the
         // voxel.
         out.dense[i] = projection.half_pixel * far[i] + grown[i] <= 0.5;
+        inverse[i] = 1.0 / at[2][i];
+        // The rays through these pass within half a voxel, too. What is rounded is less by a half, so that it is cut.
+        out.beside[i] = nearest((0.5 - grown[i]) * inverse[i] * projection.per_diagonal - 1.0).0;
     }
     for a in 0..2 {
         let (first, last) = (within.first[a] as i32, within.last[a] as i32);
@@ -217,6 +208,8 @@ fn pixel_rects<S: Simd>(
             let ((from, near_low), (to, near_high)) = (nearest(low), nearest(high));
             out.first[a][i] = (from + i32::from(near_low < low)).max(first);
             out.last[a][i] = (to - i32::from(near_high > high)).min(last);
+            let centre = projection.focal_px[a] * at[a][i] * inverse[i] + projection.middle_px[a];
+            out.centre[a][i] = nearest(centre).0.max(out.first[a][i]).min(out.last[a][i]);
             out.seen[i] &= high >= 0.0 && out.first[a][i] <= out.last[a][i];
         }
     }
