@@ -38,6 +38,7 @@ impl Across {
         ends.take_while(|&end| end < limit).find_map(|end| Across::between(blockers, cone, begin, end))
     }
 
+    /// The nearest layer across some axis that all rays enter between two distances, having been before it at the first.
     fn between(blockers: &BitGrid, cone: &ConeAtPose, begin: f32, end: f32) -> Option<Across> {
         let (section, grid) = (cone.section(begin, end), blockers.window());
         (0..3).find_map(|axis| {

@@ -7,6 +7,7 @@
 //! visits it frees more voxels than that: one witness is enough, and whether a ray visits a voxel is a matter
 //! of six crossings. If no pixel that could see a box frees more than its nearest voxel needs, nothing of it
 //! is free; if all free more than its farthest needs, and no voxel slips between the pixels, all of it is.
+//! Where pixels are dense, those about the one through a voxel's centre pass within half a voxel of it, and surely visit it.
 //!
 //! # Practice
 //! For cameras, whose free voxels are each visited by hundreds of rays. Most boxes are decided whole; pixels

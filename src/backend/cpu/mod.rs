@@ -1,10 +1,10 @@
 //! The backend on all cores of the processor: each thread works on one placement or one job. The algorithms
-//! are in files of their own, each with a reason why it is exact: `first_hit` (leaps), `cone`, `intersect`,
-//! `carve_voxels`, `carve_rays`, `alike`; `plan` says which is used when. The arithmetic is `march`.
+//! are in files of their own, each with a reason why it is exact: `first_hit` (leaps), `cone`, `intersect`, `across`,
+//! `beyond`, `carve_voxels`, `carve_rays`, `alike`; `plan` says which is used when. The arithmetic is `march`.
 //!
-//! A pose is sensed in this order: `plan` (what matters), `packet` (rays by the 64), `cone`, `intersect` and
-//! `first_hit` (what they hit), `end` (gates and noise), `pyramid` and `carve_voxels`, or `carve_rays` (what
-//! they free).
+//! A pose is sensed in this order: `plan` (what matters), `beyond` (tiles that need not be cast), `packet` (rays by the 64),
+//! `cast` with `cone`, `across`, `intersect` and `first_hit` (what they hit), `end` (gates and noise), `pyramid` and
+//! `carve_voxels` with `asked`, or `carve_rays` (what they free).
 
 mod across;
 mod alike;
@@ -13,6 +13,7 @@ mod beyond;
 mod blocker_search;
 mod carve_rays;
 mod carve_voxels;
+mod cast;
 mod cone;
 mod end;
 mod first_hit;

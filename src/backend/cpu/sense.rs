@@ -2,13 +2,12 @@
 
 use fearless_simd::Level;
 
-use super::across::Across;
 use super::alike::{self, Alike, DONE};
 use super::asked::{AskedPlaces, AskedTiles};
 use super::beyond::{self, Way};
 use super::carve_rays::{Marks, crosses_window, has_left};
 use super::carve_voxels::CarveVoxels;
-use super::cone::{Cone, ConeAtPose};
+use super::cone::Cone;
 use super::end::{PacketEnds, Rules, Sent};
 use super::first_hit::{self, FirstHit, Layer, Search};
 use super::intersect::Intersect;
@@ -24,9 +23,9 @@ use crate::voxel::{BitGrid, Window};
 pub(super) struct RayTable {
     pub(super) packets: Packets,
     /// For a camera's packets, and for groups of so many tiles on each axis.
-    cones: Vec<Cone>,
+    pub(super) cones: Vec<Cone>,
     groups: Vec<Cone>,
-    gates: Gates,
+    pub(super) gates: Gates,
     noise: Noise,
     /// The farthest before its distance that a return may be read.
     nearer_q16: u32,
@@ -84,12 +83,6 @@ impl Shoot<'_> {
     }
 }
 
-/// Length of a section of a cone in voxels, how many are looked at one after the other, and the most blockers
-/// that are held against all rays, without wide vectors and with them: beyond that, rays go on one by one.
-pub(super) const SECTION: f32 = 4.0;
-const SECTIONS: usize = 16;
-const MOST_NEAR: [usize; 2] = [12, 48];
-
 /// A table of rays in a scene, before it has a pose.
 pub(super) struct TableCaster<'a> {
     pub(super) level: Level,
@@ -105,19 +98,19 @@ pub(super) struct TableCaster<'a> {
 
 /// What a thread works on, kept from pose to pose.
 pub(super) struct Scratch {
-    packet: Packet,
+    pub(super) packet: Packet,
     /// The rays as they are truly cast, where those of the packet are only believed.
     truly: Packet,
-    found: Lanes<FirstHit>,
+    pub(super) found: Lanes<FirstHit>,
     ends: PacketEnds,
-    places: RayPlaces,
-    made: [Lanes<u32>; 3],
+    pub(super) places: RayPlaces,
+    pub(super) made: [Lanes<u32>; 3],
     pyramid: Option<Pyramid>,
     asked: AskedPlaces,
     marks: Marks,
-    intersect: Intersect,
+    pub(super) intersect: Intersect,
     /// Blockers that a cone comes to.
-    near: Vec<[i32; 3]>,
+    pub(super) near: Vec<[i32; 3]>,
 }
 
 impl Scratch {
@@ -396,116 +389,6 @@ impl TableCaster<'_> {
         if let Some(see) = &mut shoot.see {
             (0..RAYS).for_each(|lane| see[numbers[lane] as usize] = scratch.ends.get(lane));
         }
-    }
-
-    /// The first hits of a packet on a layer, where they come before those already known, of some rays at least.
-    fn first_hits(
-        &self,
-        search: &Search,
-        packet: usize,
-        rays: u64,
-        clear: f32,
-        placement: &GridPose,
-        scratch: &mut Scratch,
-    ) {
-        let range = first_hit::range(self.table.gates.range_max_q16);
-        let Some(cone) = self.table.cones.get(packet) else {
-            for lane in (0..RAYS).filter(|lane| rays >> lane & 1 == 1) {
-                let known = scratch.found[lane];
-                let ray = scratch.packet.ray(lane, [0; 3]);
-                scratch.found[lane] = search.first_hit(ray, true, known.min(range), known);
-            }
-            return;
-        };
-        let cone = cone.sent(placement);
-        let mut clear = cone.clear(search, clear);
-        let mut open = u64::MAX;
-        if clear > 0.0 {
-            (open, clear) = self.intersect(search, &cone, clear, scratch, range);
-        }
-        if open == 0 {
-            return;
-        }
-        let clear_q16 = (clear * 65_536.0) as u32;
-        if clear_q16 > 0 {
-            scratch.places.t_q16 = [clear_q16; RAYS];
-            scratch.packet.made(self.level, &scratch.places, &mut scratch.made);
-        } else {
-            scratch.made = [[0; RAYS]; 3];
-        }
-        for lane in (0..RAYS).filter(|lane| open >> lane & 1 == 1) {
-            let ray = scratch.packet.ray(lane, std::array::from_fn(|r| scratch.made[r][lane]));
-            let known = scratch.found[lane];
-            scratch.found[lane] = search.first_hit(ray, clear_q16 == 0, known.min(range), known);
-        }
-    }
-
-    /// The layer of blockers that all rays of a cone enter after they have come so far, if there is one.
-    fn across(&self, search: &Search, cone: &ConeAtPose, from: f32) -> Option<Across> {
-        let blockers = &search.layer.blockers;
-        let is_behind = from > search.ignore_q16 as f32 / 65_536.0 + 1.0;
-        is_behind.then(|| Across::of(blockers, cone, from, SECTION, f32::MAX)).flatten()
-    }
-
-    /// The first hits of rays that end soon after where a cone is clear. Says which lanes are open still, and
-    /// from where.
-    fn intersect(
-        &self,
-        search: &Search,
-        cone: &ConeAtPose,
-        clear: f32,
-        scratch: &mut Scratch,
-        range: FirstHit,
-    ) -> (u64, f32) {
-        let grid = search.layer.blockers.window();
-        let mut open = u64::MAX;
-        let mut from = clear;
-        scratch.intersect.start(self.level, &scratch.packet);
-        for _ in 0..SECTIONS {
-            let to = from + SECTION;
-            let section = cone.section(from, to);
-            scratch.near.clear();
-            let touches = cone.touches(to);
-            search.layer.blockers.each_in(&section, |voxel| {
-                if touches(voxel) {
-                    scratch.near.push(voxel);
-                }
-            });
-            let across = match scratch.near.is_empty() {
-                true => None,
-                false => self.across(search, cone, from),
-            };
-            if let Some(across) = &across {
-                scratch.near.clear();
-                search.layer.blockers.each_in(&across.before, |voxel| scratch.near.push(voxel));
-            }
-            if scratch.near.len() > MOST_NEAR[usize::from(self.wide)] {
-                break;
-            }
-            for voxel in &scratch.near {
-                let away = std::array::from_fn(|r| voxel[r] - scratch.packet.voxel[r]);
-                if away != [0; 3] {
-                    scratch.intersect.intersect(self.level, away, search.ignore_q16);
-                }
-            }
-            if let Some(Across { axis, at, .. }) = across {
-                scratch.intersect.enter(self.level, axis, at - scratch.packet.voxel[axis]);
-                let open = scratch.intersect.settle(self.level, [range, range], true, &mut scratch.found);
-                return (open, from);
-            }
-            let until = first_hit::range((to * 65_536.0) as u32);
-            let inside = section.intersection(&grid) == section;
-            // A ray that has come to the end of its range may have left the grid before.
-            let all = inside && range <= until;
-            open = scratch.intersect.settle(self.level, [until, range], all, &mut scratch.found);
-            // Rays that are open may have left the grid in this section: they go on from where they surely
-            // had not.
-            if open == 0 || !inside {
-                break;
-            }
-            from = cone.clear(search, to);
-        }
-        (open, from)
     }
 }
 
