@@ -4,8 +4,8 @@
 //! # Theory
 //! A ray enters a box when it has entered on every axis, and leaves it when it leaves on any; both are
 //! crossings, whose number is known in closed form. So the ray is put into the box in one leap, and the
-//! crossing that ends what it frees is known beforehand. No crossing of an axis that is made is later than any range, 2³⁰ as a
-//! number, so that later ones may all be said to be as late as 32 bits can say.
+//! crossing that ends what it frees is known beforehand. No crossing that is made is as late as 2³¹ as a number (`first_hit::LAST`), so
+//! that later ones may all be cut to what 32 bits can say.
 //!
 //! # Practice
 //! For sensors with few rays, where looking from each voxel at the rays would cost more, and for the voxels

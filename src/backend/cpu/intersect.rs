@@ -1,5 +1,5 @@
 //! Which of a few blockers each ray of a packet hits first: every ray against every blocker, 64 rays at
-//! once. `cone` lists these blockers.
+//! once. `cast` lists these blockers.
 //!
 //! # Theory
 //! A ray visits a voxel if and only if it enters on every axis before it leaves on any, six crossings in
@@ -8,7 +8,7 @@
 //! an entry up to there is first of all.
 //!
 //! # Practice
-//! Where the processor has wide vectors: no ray waits for another's guess of which axis comes next, and
+//! Where blockers are few, or vectors wide: no ray waits for another's guess of which axis comes next, and
 //! nothing is looked up. A tile's rays end on a dozen voxels or two.
 
 use fearless_simd::{Level, Simd, dispatch};

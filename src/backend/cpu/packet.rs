@@ -22,6 +22,9 @@ pub(super) const RAYS: usize = 64;
 /// Edge of a camera's tile in pixels.
 pub(super) const TILE: u32 = 8;
 
+/// The most pixels across or down that rectangles of pixels are made for; the rays of a larger image go one by one.
+pub(super) const WIDEST_PX: u32 = 1 << 16;
+
 /// Edge of a group of a camera's tiles.
 const GROUP: usize = 4;
 
@@ -39,7 +42,8 @@ pub(super) struct Packets {
 impl Packets {
     /// The rays of a table in the order they are cast.
     pub(super) fn new(rays: &Rays) -> Self {
-        let mut packets = Packets { dirs_q15: Vec::new(), rays: rays.dirs_q15.len(), image: rays.image };
+        let image = rays.image.filter(|image| image.size_px.iter().all(|&n| n <= WIDEST_PX));
+        let mut packets = Packets { dirs_q15: Vec::new(), rays: rays.dirs_q15.len(), image };
         for packet in 0..packets.count() {
             let own = packets.numbers(packet);
             let dirs = |a: usize| std::array::from_fn(|lane| rays.dirs_q15[own[lane] as usize][a]);

@@ -12,6 +12,7 @@
 use fearless_simd::{Level, Simd, dispatch};
 
 use super::cone::deviation;
+use super::packet::WIDEST_PX;
 use super::pyramid::Rect;
 use crate::backend::{GridPose, Image};
 
@@ -137,13 +138,13 @@ impl Projection {
     }
 }
 
-/// The pixel nearest to a coordinate, cut to those of any image, as a number and as a coordinate. Adding 2²³ rounds, and leaves
+/// The pixel nearest to a coordinate, cut to those of the widest image, as a number and as a coordinate. Adding 2²³ rounds, and leaves
 /// the whole number in the lowest bits; a conversion, which looks at what cannot be converted, is made one by one.
 #[inline(always)]
 fn nearest(x: f32) -> (i32, f32) {
     const WHOLE: f32 = (1 << 23) as f32;
     let x = if x > 0.0 { x } else { 0.0 };
-    let rounded = if x < 65_536.0 { x } else { 65_536.0 } + WHOLE;
+    let rounded = if x < WIDEST_PX as f32 { x } else { WIDEST_PX as f32 } + WHOLE;
     ((rounded.to_bits() - WHOLE.to_bits()) as i32, rounded - WHOLE)
 }
 

@@ -4,7 +4,7 @@
 //! # Theory
 //! A block that holds a rectangle has a least that is at most the rectangle's, and a most that is at least
 //! the rectangle's: an error can only leave a box undecided. Pixels that were not cast free nothing, which
-//! can only lower a least.
+//! can only lower a least, or all that matters (`beyond`).
 //!
 //! # Practice
 //! Made once a pose, for `carve_voxels`: a rectangle of any size is looked up in four blocks.

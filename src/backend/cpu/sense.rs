@@ -34,9 +34,9 @@ pub(super) struct RayTable {
 impl RayTable {
     pub(super) fn new(rays: &Rays) -> Self {
         let packets = Packets::new(rays);
-        let tiles = if rays.image.is_some() { packets.count() } else { 0 };
+        let tiles = if packets.image().is_some() { packets.count() } else { 0 };
         let cones = (0..tiles).map(|tile| Cone::of(&packets, &[tile])).collect();
-        let groups = if rays.image.is_some() { packets.groups() } else { Vec::new() };
+        let groups = if packets.image().is_some() { packets.groups() } else { Vec::new() };
         let groups = groups.iter().map(|tiles| Cone::of(&packets, tiles)).collect();
         let nearer_q16 = rays.noise.nearest_q16();
         RayTable { packets, cones, groups, gates: rays.gates, noise: rays.noise.clone(), nearer_q16 }
@@ -86,7 +86,7 @@ impl Shoot<'_> {
 /// A table of rays in a scene, before it has a pose.
 pub(super) struct TableCaster<'a> {
     pub(super) level: Level,
-    /// Whether vectors are wide enough that testing all rays against all near blockers pays, or a row of pixels at once.
+    /// Whether vectors are wide enough that all rays against many near blockers pay, or all pixels of a tile at once.
     pub(super) wide: bool,
     pub(super) table: &'a RayTable,
     pub(super) blockers: Blockers<'a>,
