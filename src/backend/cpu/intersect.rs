@@ -41,8 +41,8 @@ impl Intersect {
         dispatch!(level, simd => intersect(simd, self, away, ignore_q16));
     }
 
-    /// The rays of a packet against a layer of blockers across an axis, `away` voxels from where they begin, that all of them
-    /// enter, after `ignore_q16` all of them.
+    /// The rays of a packet against a layer of blockers across an axis, `away` voxels from where they begin. All of them
+    /// must enter it, and later than blockers are ignored.
     pub(super) fn enter(&mut self, level: Level, axis: usize, away: i32) {
         dispatch!(level, simd => {
             let enters = self.rays.enters(simd, axis, away);
