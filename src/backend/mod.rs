@@ -319,7 +319,8 @@ pub trait Backend {
         Vec::new()
     }
 
-    /// What slots hold, each over the scene's window, or over a part of it outside of which it says nothing.
+    /// What slots hold, each over the scene's window, or over a part of it outside of which it says nothing. What it says of
+    /// voxels outside all regions may be less than the sensor would claim.
     fn planes(&mut self, slots: &[Slot]) -> Result<Vec<Planes>>;
 
     /// All that is known of one placement, for comparisons, exports and pictures. No slot survives it.
