@@ -10,7 +10,7 @@
 @group(0) @binding(0) var<uniform> setup: Setup;
 @group(0) @binding(1) var<uniform> part: Part;
 @group(0) @binding(2) var<uniform> table: Table;
-@group(0) @binding(3) var<storage, read> placements: array<GridPose>;
+@group(0) @binding(3) var<storage, read> placements: array<array<u32, PLACEMENT_WORDS>>;
 @group(0) @binding(4) var<storage, read> pyramid: array<u32>;
 @group(0) @binding(5) var<storage, read> boxes: array<u32>;
 // How many, and which: the place of a box in `boxes` and its placement in the batch.
@@ -36,13 +36,14 @@ fn fill(slot: u32, corner: vec3<u32>) {
 @compute @workgroup_size(WORKGROUP)
 fn main(
     @builtin(global_invocation_id) id: vec3<u32>,
+    @builtin(workgroup_id) group: vec3<u32>,
     @builtin(local_invocation_index) local: u32,
 ) {
+    let row = part.first_row + group.y;
+    let placement = placement_of(row, local);
     let item = part.first + id.x;
     // No early return: `report` must see every invocation of the group.
     if item < part.end {
-        let row = part.first_row + id.y;
-        let placement = placements[row];
         let own = vec3_of(placement.believed.origin_q16) >> vec3<u32>(16u);
         let in_window = box_corner(boxes[item]);
         let corner = vec3<i32>(in_window) + vec3<i32>(setup.window_min_x, setup.window_min_y, setup.window_min_z);

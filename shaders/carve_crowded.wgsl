@@ -1,5 +1,5 @@
-// Decides the voxels that `carve_voxels` left, which many pixels may see: one workgroup a voxel at a time,
-// one invocation a pixel.
+// Decides the voxels that `carve_voxels` left, which many pixels may see: a team of invocations a voxel, one
+// a column of each tile.
 //
 // # Theory
 // As `carve_voxels`: one witness is enough, whichever invocation finds it.
@@ -16,11 +16,27 @@
 @group(0) @binding(9) var<storage, read_write> free: array<atomic<u32>>;
 @group(0) @binding(10) var<storage, read_write> done: array<atomic<u32>, DONE_WORDS>;
 
-// Which of a group's voxels some invocation has found free.
-var<workgroup> found: array<atomic<u32>, SCANS_AT_ONCE>;
+// Voxels that a team has found free.
+var<workgroup> found: array<atomic<u32>, TEAMS>;
 
-// Looks at every WORKGROUPth pixel that may see a voxel.
-fn scan(entry: u32, word: u32, local: u32) {
+// Which pixels of a column of a tile are in a rectangle and free more than so many voxels: a bit each, from
+// above.
+fn enough_of_column(row: u32, u: i32, v: i32, pixel_rect: PixelRect, away: u32, projection: Projection, low: vec3<f32>, grown: f32) -> u32 {
+    let inside = u >= pixel_rect.first.x && u <= pixel_rect.last.x;
+    let end_v = min(v + i32(TILE), pixel_rect.last.y + 1);
+    var bits = 0u;
+    var at = select(end_v, max(v, pixel_rect.first.y), inside);
+    for (; at < end_v; at += 1) {
+        let end = ends[row * table.rays + u32(at) * table.image_x + u32(u)];
+        let enough = freed(unpacked(end), table.no_return_is_free != 0u) > away;
+        bits |= select(0u, 1u, enough && comes_near(projection, vec2<i32>(u, at), low, grown)) << u32(at - v);
+    }
+    loop_ended(opaque(u32(at)) >= u32(end_v));
+    return bits;
+}
+
+// Looks at a column of each tile of the pixels that may see a voxel.
+fn scan(word: u32, team: u32, column: u32) {
     let box = undecided[part.first + (word >> 9u) + 1u];
     let row = box >> BOX_BITS;
     let placement = placements[row];
@@ -28,28 +44,60 @@ fn scan(entry: u32, word: u32, local: u32) {
     let voxel = vec3<i32>(at) + vec3<i32>(setup.window_min_x, setup.window_min_y, setup.window_min_z);
     let own = vec3_of(placement.believed.origin_q16) >> vec3<u32>(16u);
     let away = away(own, voxel, 1).x;
-    let pixel_rect = pixel_rect(projection_of(placement.believed), voxel, 1);
-    let columns = u32(pixel_rect.last.x - pixel_rect.first.x + 1);
-    let pixels = columns * u32(pixel_rect.last.y - pixel_rect.first.y + 1);
-    var pixel = local;
-    var known = 0u;
-    for (; pixel < pixels; pixel += WORKGROUP) {
-        let u = u32(pixel_rect.first.x) + pixel % columns;
-        let v = u32(pixel_rect.first.y) + pixel / columns;
-        let end = unpacked(ends[row * table.rays + v * table.image_x + u]);
-        let enough = freed(end, table.no_return_is_free != 0u) > away;
-        if enough && sees(placement.believed, dirs_q15[v * table.image_x + u], voxel - own) {
-            atomicStore(&found[entry], 1u);
-            let plane = placement.slot * setup.window_words;
-            let in_row = (at.z * setup.window_y + at.y) * setup.window_words_per_row + (at.x >> 5u);
-            atomicOr(&free[plane + in_row], 1u << (at.x & 31u));
+    let projection = projection_of(placement.believed);
+    let pixel_rect = pixel_rect(projection, voxel, 1);
+    let low = vec3<f32>(voxel) - projection.origin;
+    let grown = 0.01 + deviation(dot(abs(low), vec3<f32>(1.0)) + 3.0);
+    let first = vec2<u32>(pixel_rect.first) / TILE;
+    let last = vec2<u32>(pixel_rect.last) / TILE;
+    // The tile through the middle mostly knows.
+    var tile = vec2<u32>(pixel_rect.centre) / TILE;
+    var next = first;
+    var is_witness = false;
+    var known = false;
+    loop {
+        // The next tile of which some pixel frees enough.
+        var enough = false;
+        loop {
+            enough = most_of_tile(row, tile) > away;
+            if enough || next.y > last.y {
+                break;
+            }
+            tile = next;
+            next = select(next + vec2<u32>(1u, 0u), vec2<u32>(first.x, next.y + 1u), next.x == last.x);
         }
-        known = atomicLoad(&found[entry]);
-        if known != 0u {
+        loop_ended(opaque(u32(enough)) != 0u || opaque(next.y) > last.y);
+        if !enough {
             break;
         }
+        let u = i32(tile.x * TILE + column);
+        let v = i32(tile.y * TILE);
+        var bits = enough_of_column(row, u, v, pixel_rect, away, projection, low, grown);
+        loop {
+            if bits == 0u || is_witness {
+                break;
+            }
+            let pixel = u32(v + i32(firstTrailingBit(bits))) * table.image_x + u32(u);
+            is_witness = sees(placement.believed, dirs_q15[pixel], voxel - own);
+            bits &= bits - 1u;
+        }
+        loop_ended(opaque(bits) == 0u || opaque(u32(is_witness)) != 0u);
+        if is_witness {
+            atomicStore(&found[team], 1u);
+        }
+        known = atomicLoad(&found[team]) != 0u;
+        if known || next.y > last.y {
+            break;
+        }
+        tile = next;
+        next = select(next + vec2<u32>(1u, 0u), vec2<u32>(first.x, next.y + 1u), next.x == last.x);
     }
-    loop_ended(opaque(known) != 0u || opaque(pixel) >= pixels);
+    loop_ended(opaque(u32(known)) != 0u || opaque(next.y) > last.y);
+    if is_witness {
+        let plane = placement.slot * setup.window_words;
+        let in_row = (at.z * setup.window_y + at.y) * setup.window_words_per_row + (at.x >> 5u);
+        atomicOr(&free[plane + in_row], 1u << (at.x & 31u));
+    }
 }
 
 @compute @workgroup_size(WORKGROUP)
@@ -57,12 +105,10 @@ fn main(
     @builtin(workgroup_id) group: vec3<u32>,
     @builtin(local_invocation_index) local: u32,
 ) {
-    let first = group.x * SCANS_AT_ONCE;
-    let count = min(SCANS_AT_ONCE, left[part.region * HEAD_WORDS + 3u] - first);
-    var entry = 0u;
-    for (; entry < count; entry += 1u) {
-        scan(entry, left[HEADS * HEAD_WORDS + first + entry], local);
+    let team = local / TILE;
+    let item = group.x * TEAMS + team;
+    if item < left[part.region * HEAD_WORDS + 3u] {
+        scan(left[HEADS * HEAD_WORDS + item], team, local % TILE);
     }
-    loop_ended(opaque(entry) >= count);
     report(CARVE_CROWDED, local);
 }

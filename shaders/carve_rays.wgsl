@@ -12,7 +12,7 @@
 @group(0) @binding(0) var<uniform> setup: Setup;
 @group(0) @binding(1) var<uniform> part: Part;
 @group(0) @binding(2) var<uniform> table: Table;
-@group(0) @binding(3) var<storage, read> placements: array<GridPose>;
+@group(0) @binding(3) var<storage, read> placements: array<array<u32, PLACEMENT_WORDS>>;
 @group(0) @binding(4) var<storage, read> dirs_q15: array<array<i32, 3>>;
 @group(0) @binding(5) var<storage, read> ends: array<u32>;
 @group(0) @binding(6) var<storage, read_write> free: array<atomic<u32>>;
@@ -71,15 +71,18 @@ fn mark_freed(slot: u32, begin: March, voxels: u32) {
 @compute @workgroup_size(WORKGROUP)
 fn main(
     @builtin(global_invocation_id) id: vec3<u32>,
+    @builtin(workgroup_id) group: vec3<u32>,
     @builtin(local_invocation_index) local: u32,
 ) {
+    let row = part.first_row + group.y;
+    let placement = placement_of(row, local);
     let ray = part.first + id.x;
     // No early return: `report` must see every invocation of the group.
     if ray < part.end {
-        let row = part.first_row + id.y;
-        let placement = placements[row];
-        let end = unpacked(ends[row * table.rays + ray]);
-        mark_freed(placement.slot, launch(placement.believed, dirs_q15[ray]), freed(end, table.no_return_is_free != 0u));
+        let word = ends[row * table.rays + ray];
+        // Nothing near is seen by what returns from behind all that matters.
+        let voxels = select(freed(unpacked(word), table.no_return_is_free != 0u), 0u, word == BEYOND);
+        mark_freed(placement.slot, launch(placement.believed, dirs_q15[ray]), voxels);
     }
     report(CARVE_RAYS, local);
 }

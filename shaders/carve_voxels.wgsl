@@ -15,7 +15,7 @@
 @group(0) @binding(0) var<uniform> setup: Setup;
 @group(0) @binding(1) var<uniform> part: Part;
 @group(0) @binding(2) var<uniform> table: Table;
-@group(0) @binding(3) var<storage, read> placements: array<GridPose>;
+@group(0) @binding(3) var<storage, read> placements: array<array<u32, PLACEMENT_WORDS>>;
 @group(0) @binding(4) var<storage, read> dirs_q15: array<array<i32, 3>>;
 @group(0) @binding(5) var<storage, read> ends: array<u32>;
 @group(0) @binding(6) var<storage, read> pyramid: array<u32>;
@@ -63,13 +63,13 @@ fn witnessed(placement: GridPose, row: u32, offset: vec3<i32>, middle: vec2<i32>
     return found;
 }
 
-// Lists a voxel for `carve_crowded`, whose workgroups take SCANS_AT_ONCE of them. What that kernel is to do is
+// Lists a voxel for `carve_crowded`, whose workgroups take TEAMS of them. What that kernel is to do is
 // taken from its completion counters, so that they come to nothing when all is done.
 fn leave(item: u32, number: u32) {
     let head = part.region * HEAD_WORDS;
     let place = atomicAdd(&left[head + 3u], 1u);
     atomicStore(&left[HEADS * HEAD_WORDS + place], (item << 9u) | number);
-    if place % SCANS_AT_ONCE == 0u {
+    if place % TEAMS == 0u {
         atomicAdd(&left[head], 1u);
         atomicSub(&done[CARVE_CROWDED], 1u);
         atomicSub(&done[KERNELS + CARVE_CROWDED], WORKGROUP);
@@ -86,6 +86,9 @@ fn is_free(placement: GridPose, projection: Projection, row: u32, voxel: vec3<i3
     if open {
         let size = pixel_rect.last - pixel_rect.first + 1;
         let pixels = u32(size.x * size.y);
+        if pixel_rect.tile_visits && most_of_tile(row, vec2<u32>(pixel_rect.centre) / TILE) > away {
+            return true;
+        }
         if pixels > MOST_PIXELS || turns + 2u * pixels + 4u > MOST_TURNS {
             // The pixel through the middle mostly knows.
             let index = u32(pixel_rect.centre.y) * table.image_x + u32(pixel_rect.centre.x);
@@ -135,11 +138,12 @@ fn main(
     let cube = vec3<u32>(local & 3u, (local >> 2u) & 3u, local >> 4u) * 2u;
     let number = cube.x + cube.y * BOX_EDGE + cube.z * BOX_EDGE * BOX_EDGE;
     let item = part.first + group.x;
+    let is_left = item < min(part.end, undecided[0]);
+    let word = undecided[select(0u, item + 1u, is_left)];
+    let row = word >> BOX_BITS;
+    let placement = placement_of(row, local);
     // No early return: `report` must see every invocation of the group.
-    if item < min(part.end, undecided[0]) {
-        let word = undecided[item + 1u];
-        let row = word >> BOX_BITS;
-        let placement = placements[row];
+    if is_left {
         let low = box_corner(word) + cube;
         if all(low < window) {
             let bits = free_of_cube(placement, projection_of(placement.believed), row, low, group.x, number);

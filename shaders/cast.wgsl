@@ -1,10 +1,10 @@
 // How each ray of each placement ends; where each return is read and what it hits, marked in the slot of its
-// placement. One invocation a ray.
+// placement. One invocation eight rays, one after the other: a column of a tile, where tiles are known.
 
 @group(0) @binding(0) var<uniform> setup: Setup;
 @group(0) @binding(1) var<uniform> part: Part;
 @group(0) @binding(2) var<uniform> table: Table;
-@group(0) @binding(3) var<storage, read> placements: array<GridPose>;
+@group(0) @binding(3) var<storage, read> placements: array<array<u32, PLACEMENT_WORDS>>;
 @group(0) @binding(4) var<storage, read> dirs_q15: array<array<i32, 3>>;
 @group(0) @binding(5) var<storage, read> noise: array<i32>;
 @group(0) @binding(6) var<storage, read> layer: array<u32>;
@@ -100,42 +100,84 @@ fn mark(plane: u32, voxel: vec3<i32>) {
     }
 }
 
+// Rays of an invocation: every `stride`th of a table's from `first` on.
+struct Run {
+    first: u32,
+    stride: u32,
+    count: u32,
+    // Up to which distance none has entered a blocker.
+    clear_q16: u32,
+}
+
+// The rays that an invocation takes: neighbours take neighbouring rays.
+fn run_of(group: u32, local: u32) -> Run {
+    let first = min(part.first + group * WORKGROUP * TILE + local / TILE * TILE * TILE + local % TILE, part.end);
+    return Run(first, TILE, min((part.end - first + TILE - 1u) / TILE, TILE), 0u);
+}
+
+// The same where tiles are known: a column of a tile, or nothing if it is done.
+fn run_of_tile(group: u32, local: u32, row: u32) -> Run {
+    let tile = part.first / (TILE * TILE) + group * WORKGROUP / TILE + local / TILE;
+    let across = tiles_of_image().x;
+    let pixel = vec2<u32>(tile % across, tile / across) * TILE + vec2<u32>(local % TILE, 0u);
+    let rows = min(max(table.image_y, pixel.y) - pixel.y, TILE);
+    let first = pixel.y * table.image_x + pixel.x;
+    var known = 0u;
+    if pixel.x < table.image_x && rows > 0u {
+        known = ends[row * table.rays + first];
+    }
+    return Run(first, table.image_x, select(0u, rows, (known & SENT) != 0u), known & ~SENT);
+}
+
+fn cast_ray(placement: GridPose, row: u32, ray: u32, clear_q16: u32) {
+    let begin = launch(placement.believed, dirs_q15[ray]);
+    let is_off = placement.is_off != 0u;
+    var sent = begin;
+    if is_off {
+        sent = launch(placement.truly, dirs_q15[ray]);
+    }
+    var last_q16 = table.range_max_q16;
+    var found = NO_HIT;
+    if placement.first_hits != NO_SLOT {
+        found = first_hits[placement.first_hits * setup.first_hits_stride + ray];
+        // Only what is found before counts, or at the same distance.
+        last_q16 = min(last_q16, found >> 2u);
+    }
+    var end = End(NOTHING, 0u);
+    // What is hit lies elsewhere than the ray is believed to go if the mount is off.
+    if part.tiles != 0u || part.every_ray != 0u || is_off || comes_near(begin) {
+        found = min(found, first_hit(sent_on(sent, clear_q16), last_q16));
+        let finish = finish(sent, begin, is_off, found, draw(placement.draws, ray));
+        end = finish.end;
+        if end.kind == RETURN {
+            mark(2u * placement.slot, finish.voxel);
+            mark(2u * placement.slot + 1u, finish.hit);
+        }
+    }
+    ends[row * table.rays + ray] = packed(end);
+}
+
 @compute @workgroup_size(WORKGROUP)
 fn main(
-    @builtin(global_invocation_id) id: vec3<u32>,
+    @builtin(workgroup_id) group: vec3<u32>,
     @builtin(local_invocation_index) local: u32,
 ) {
-    let ray = part.first + id.x;
-    // No early return: `report` must see every invocation of the group.
-    if ray < part.end {
-        let row = part.first_row + id.y;
-        let placement = placements[row];
-        let begin = launch(placement.believed, dirs_q15[ray]);
-        let is_off = placement.is_off != 0u;
-        var sent = begin;
-        if is_off {
-            sent = launch(placement.truly, dirs_q15[ray]);
-        }
-        var end = End(NOTHING, 0u);
-        var last_q16 = table.range_max_q16;
-        var found = NO_HIT;
-        if placement.first_hits != NO_SLOT {
-            found = first_hits[placement.first_hits * setup.first_hits_stride + ray];
-            // Only what is found before counts, or at the same distance.
-            last_q16 = min(last_q16, found >> 2u);
-        }
-        // What is hit lies elsewhere than the ray is believed to go if the mount is off.
-        let near = part.every_ray != 0u || is_off || comes_near(begin);
-        if near {
-            found = min(found, first_hit(sent, last_q16));
-            let finish = finish(sent, begin, is_off, found, draw(placement.draws, ray));
-            end = finish.end;
-            if end.kind == RETURN {
-                mark(2u * placement.slot, finish.voxel);
-                mark(2u * placement.slot + 1u, finish.hit);
-            }
-        }
-        ends[row * table.rays + ray] = packed(end);
+    let row = part.first_row + group.y;
+    let placement = placement_of(row, local);
+    var run = run_of(group.x, local);
+    if part.tiles != 0u {
+        run = run_of_tile(group.x, local, row);
     }
+    var turn = 0u;
+    loop {
+        if turn < run.count {
+            cast_ray(placement, row, run.first + turn * run.stride, run.clear_q16);
+        }
+        turn += 1u;
+        if turn >= run.count {
+            break;
+        }
+    }
+    loop_ended(opaque(turn) >= run.count);
     report(CAST, local);
 }

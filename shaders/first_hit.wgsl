@@ -1,6 +1,5 @@
-// What a ray hits first in a layer of blockers, before any gate: the part that `cast` and `still` share. A
-// layer is the blockers of the whole grid and the reach of their bricks, in one buffer that the kernel binds
-// as `layer`.
+// What a ray hits first in a layer of blockers (`layer.wgsl`), before any gate: the part that `cast` and
+// `static_hits` share.
 //
 // # Theory
 // All bricks nearer than the reach of a brick are empty (src/voxel/bricks.rs), so all crossings inside that
@@ -11,13 +10,6 @@
 // No blocker within range inside the grid.
 const NO_HIT = 0xffffffffu;
 
-// The reach of the brick that holds a voxel.
-fn reach_at(voxel: vec3<i32>) -> i32 {
-    let brick = vec3<u32>(voxel) >> vec3<u32>(BRICK_EDGE_LOG2);
-    let index = (brick.z * setup.bricks_y + brick.y) * setup.bricks_x + brick.x;
-    return i32((layer[setup.reach_word + (index >> 2u)] >> ((index & 3u) * 8u)) & 0xffu);
-}
-
 // Voxels ahead on each axis in the empty cube around a voxel, cut to the grid.
 fn ahead(voxel: vec3<i32>, step: vec3<i32>, reach: i32, size: vec3<i32>) -> vec3<u32> {
     let brick = voxel >> vec3<u32>(BRICK_EDGE_LOG2);
@@ -25,6 +17,13 @@ fn ahead(voxel: vec3<i32>, step: vec3<i32>, reach: i32, size: vec3<i32>) -> vec3
     let high = min((brick + reach) << vec3<u32>(BRICK_EDGE_LOG2), size);
     // Without reach both are behind the voxel.
     return vec3<u32>(max(select(high - 1 - voxel, voxel - low, step < vec3<i32>()), vec3<i32>()));
+}
+
+// A ray on its way at a distance up to which it has entered no blocker; at 0, where it begins.
+fn sent_on(begin: March, t_q16: u32) -> March {
+    let made = select(vec3<u32>(), made_at3(begin.next_q16, begin.period_q16, t_q16, 2), t_q16 > 0u);
+    let next_q16 = min(begin.next_q16 + made * begin.period_q16, vec3<u32>(NEVER));
+    return March(begin.voxel + begin.step * vec3<i32>(made), begin.step, next_q16, begin.period_q16);
 }
 
 // The first blocker of a ray in one word that orders by distance: the distance times four, plus the axis of
@@ -51,9 +50,7 @@ fn first_hit(begin: March, last_q16: u32) -> u32 {
             break;
         }
         reach = reach_at(ray.voxel);
-        let word = (u32(ray.voxel.z) * setup.grid_y + u32(ray.voxel.y)) * setup.grid_words_per_row + (u32(ray.voxel.x) >> 5u);
-        let blocked = ((layer[word] >> (u32(ray.voxel.x) & 31u)) & 1u) != 0u;
-        if blocked && t >= table.near_ignore_q16 {
+        if is_blocked(ray.voxel) && t >= table.near_ignore_q16 {
             hit = (t << 2u) | axis;
             break;
         }

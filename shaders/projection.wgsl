@@ -1,6 +1,5 @@
-// Where boxes of voxels are in a camera's image, and what its pixels free there: what `carve_boxes` and
-// `carve_voxels` share. The kernel binds the pyramid as `pyramid`. Floats say only where to look; what is
-// seen there is decided in integers.
+// Where boxes of voxels are in a camera's image: what `see_tiles` and the kernels that carve voxel by voxel
+// share. Floats say only where to look; what is seen there is decided in integers.
 //
 // # Theory
 // The ideal rays that cross a box go through the pixels that it projects to. Rays of integers deviate from
@@ -29,6 +28,8 @@ struct PixelRect {
     // Whether it is so far inside the image, and pixels so close at its depth, that some ray surely visits
     // each voxel.
     dense: bool,
+    // Whether pixels are so close that all rays of the tile about `centre` surely visit it, if it is one voxel.
+    tile_visits: bool,
 }
 
 fn projection_of(place: GridFrame) -> Projection {
@@ -80,7 +81,11 @@ fn pixel_rect(projection: Projection, corner: vec3<i32>, edge: i32) -> PixelRect
     let seen = z_high > 0.0 && all(high >= vec2<f32>()) && all(low < size);
     let inside = all(low >= vec2<f32>()) && all(high <= size);
     // Half the diagonal of a pixel, at most, at the farthest depth.
-    let gap = 0.71 * z_high / min(table.focal_x, table.focal_y) + deviation(dot(abs(p), one) + 3.0 * half);
+    let pixel = z_high / min(table.focal_x, table.focal_y);
+    let deviates = deviation(dot(abs(p), one) + 3.0 * half);
+    let gap = 0.71 * pixel + deviates;
+    // Of a tile it is the diagonal, less half a pixel.
+    let tile_gap = 1.42 * (f32(TILE) - 0.5) * pixel + deviates;
     let first = floor(clamp(low, vec2<f32>(), size - 1.0));
     let last = floor(clamp(high, vec2<f32>(), size - 1.0));
     let middle = size * 0.5 + vec2<f32>(table.focal_x, table.focal_y) * p.xy / max(p.z, 0.01);
@@ -91,7 +96,22 @@ fn pixel_rect(projection: Projection, corner: vec3<i32>, edge: i32) -> PixelRect
         seen,
         near,
         !near && inside && gap <= 0.5,
+        !near && inside && tile_gap <= 0.5,
     );
+}
+
+// Whether a pixel's ray comes so near to the voxel so far from the sensor that it may visit it.
+fn comes_near(projection: Projection, pixel: vec2<i32>, low: vec3<f32>, grown: f32) -> bool {
+    let focal = vec2<f32>(table.focal_x, table.focal_y);
+    let at = (vec2<f32>(pixel) + 0.5 - vec2<f32>(vec2<u32>(table.image_x, table.image_y)) * 0.5) / focal;
+    let along = projection.right * at.x + projection.down * at.y + projection.forward;
+    // What hardly moves on an axis stays where it is: `grown` holds that.
+    let speed = select(max(along, vec3<f32>(1e-6)), min(along, vec3<f32>(-1e-6)), along < vec3<f32>());
+    let a = (low - grown) / speed;
+    let b = (low + 1.0 + grown) / speed;
+    let enters = min(a, b);
+    let leaves = max(a, b);
+    return max(enters.x, max(enters.y, enters.z)) <= min(leaves.x, min(leaves.y, leaves.z));
 }
 
 // Whether a pixel's ray visits the voxel so many voxels from the sensor's voxel, were nothing in its way.
@@ -113,52 +133,4 @@ fn away(own: vec3<i32>, corner: vec3<i32>, edge: i32) -> vec2<u32> {
 // The lowest voxel of a box, counted from the window's corner.
 fn box_corner(word: u32) -> vec3<u32> {
     return ((vec3<u32>(word) >> vec3<u32>(0u, BOX_BITS / 3u, 2u * BOX_BITS / 3u)) & vec3<u32>((1u << (BOX_BITS / 3u)) - 1u)) * BOX_EDGE;
-}
-
-// The levels of a pyramid in its buffer: the largest blocks first, each level padded to whole blocks of the
-// largest.
-
-// Blocks of 2^MOST_LEVEL pixels across and down.
-fn pyramid_tiles() -> vec2<u32> {
-    return (vec2<u32>(table.image_x, table.image_y) + (1u << MOST_LEVEL) - 1u) >> vec2<u32>(MOST_LEVEL);
-}
-
-// Blocks before those of a level: 1 + 4 + 16 + … for each of the largest.
-fn level_start(tiles: vec2<u32>, level: u32) -> u32 {
-    return tiles.x * tiles.y * (((1u << (2u * (MOST_LEVEL - level))) - 1u) / 3u);
-}
-
-// Blocks of all levels.
-fn pyramid_words(tiles: vec2<u32>) -> u32 {
-    return tiles.x * tiles.y * (((1u << (2u * (MOST_LEVEL - LEAST_LEVEL + 1u))) - 1u) / 3u);
-}
-
-// Least and most that the pixels of a rectangle free, or those of a little more. At most 25 turns of a loop:
-// of rectangles too large for that it says nothing.
-fn freed_range(row: u32, first: vec2<i32>, last: vec2<i32>) -> vec2<u32> {
-    let tiles = pyramid_tiles();
-    let wide = max(last.x - first.x, last.y - first.y);
-    let vast = wide >= i32(4u << MOST_LEVEL);
-    // At most five blocks on an axis, for rectangles of up to four of the largest.
-    let level = clamp(u32(max(firstLeadingBit(wide), 0)), LEAST_LEVEL + 1u, MOST_LEVEL + 1u) - 1u;
-    let columns = tiles.x << (MOST_LEVEL - level);
-    let start = row * pyramid_words(tiles) + level_start(tiles, level);
-    let low = vec2<u32>(first) >> vec2<u32>(level);
-    let high = vec2<u32>(last) >> vec2<u32>(level);
-    var least = 0xffffu;
-    var most = 0u;
-    var at = low;
-    loop {
-        let word = pyramid[start + at.y * columns + at.x];
-        least = min(least, word & 0xffffu);
-        most = max(most, word >> 16u);
-        at.x += 1u;
-        let next = at.x > high.x;
-        at = select(at, vec2<u32>(low.x, at.y + 1u), next);
-        if at.y > high.y || vast {
-            break;
-        }
-    }
-    loop_ended(vast || opaque(at.y) > high.y);
-    return select(vec2<u32>(least, most), vec2<u32>(0u, 0xffffu), vast);
 }

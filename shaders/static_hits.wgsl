@@ -9,7 +9,7 @@
 @group(0) @binding(0) var<uniform> setup: Setup;
 @group(0) @binding(1) var<uniform> part: Part;
 @group(0) @binding(2) var<uniform> table: Table;
-@group(0) @binding(3) var<storage, read> placements: array<GridPose>;
+@group(0) @binding(3) var<storage, read> placements: array<array<u32, PLACEMENT_WORDS>>;
 @group(0) @binding(4) var<storage, read> dirs_q15: array<array<i32, 3>>;
 @group(0) @binding(5) var<storage, read> layer: array<u32>;
 @group(0) @binding(6) var<storage, read_write> first_hits: array<u32>;
@@ -18,12 +18,13 @@
 @compute @workgroup_size(WORKGROUP)
 fn main(
     @builtin(global_invocation_id) id: vec3<u32>,
+    @builtin(workgroup_id) group: vec3<u32>,
     @builtin(local_invocation_index) local: u32,
 ) {
+    let placement = placement_of(part.first_row + group.y, local);
     let ray = part.first + id.x;
     // No early return: `report` must see every invocation of the group.
     if ray < part.end {
-        let placement = placements[part.first_row + id.y];
         let begin = launch(placement.truly, dirs_q15[ray]);
         first_hits[placement.first_hits * setup.first_hits_stride + ray] = first_hit(begin, table.range_max_q16);
     }

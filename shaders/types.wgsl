@@ -43,6 +43,8 @@ struct Table {
     focal_x: f32,
     focal_y: f32,
     near: f32,
+    // How much nearer than it is a return may be read, in voxels.
+    nearer: f32,
 }
 
 // What one dispatch covers: placements (or jobs, for fuse and count) of the batch from `first_row` on, one a
@@ -56,6 +58,10 @@ struct Part {
     every_ray: u32,
     // Voxels entered later than that are not marked.
     until_q16: u32,
+    // Whether `ends` holds what `cast_tiles` knows of rays that are to be cast.
+    tiles: u32,
+    // Whether the layer that is bound holds all blockers.
+    whole_layer: u32,
     // Always 0, which compilers do not know.
     zero: u32,
 }
@@ -102,3 +108,12 @@ struct BodyWord {
     hits: u32,
     sensed: u32,
 }
+
+// What `cast_tiles` knows of a ray: how far it is sent, with this bit; or how it ends.
+const SENT = 0x80000000u;
+
+// The end of a ray that returns from behind all that matters.
+const BEYOND = (RETURN << 16u) | 0xffffu;
+
+// What a tile sees, if some of it is near.
+const NEAR_TILE = 0x80000000u;

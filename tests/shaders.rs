@@ -62,8 +62,8 @@ fn structs_match_their_mirrors() {
         window_min_x window_min_y window_min_z window_words_per_row window_x window_y window_z window_words
         regions bricks_x bricks_y reach_word first_hits_stride detection_counters);
     mirrored!("Table", TableWords, rays range_min_q16 range_max_q16 near_ignore_q16 no_return_is_free backdrop noisy lost_below
-        image_x image_y focal_x focal_y near);
-    mirrored!("Part", Part, first_row first end region every_ray until_q16 zero);
+        image_x image_y focal_x focal_y near nearer);
+    mirrored!("Part", Part, first_row first end region every_ray until_q16 tiles whole_layer zero);
     mirrored!("GridFrame", GridFrame, origin_q16 axis_q15);
     mirrored!("GridPose", PlacementWords, believed truly is_off draws slot first_hits);
     mirrored!("Job", JobWords, first end octomap);
@@ -81,6 +81,7 @@ fn arrays_in_storage_have_no_gaps() {
             let item = &module.types[base];
             let expected = match &item.inner {
                 TypeInner::Scalar(_) | TypeInner::Atomic(_) => size_of::<u32>(),
+                TypeInner::Array { .. } if name == "placements" => size_of::<PlacementWords>(),
                 TypeInner::Array { .. } => size_of::<[i32; 3]>(),
                 TypeInner::Struct { .. } => match item.name.as_deref() {
                     Some("GridPose") => size_of::<PlacementWords>(),

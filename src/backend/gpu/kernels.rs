@@ -3,12 +3,19 @@
 //! which it reports. Adding a kernel is a shader file and an entry here.
 
 use super::loop_bounds::{WORDS_PER_INVOCATION, WORKGROUP};
+use super::types::TILE;
 use Binding::{Part, Read, Uniform, Write};
 
+/// The placement of a workgroup, which most kernels share out first.
+const PLACEMENT: &str = include_str!("../../../shaders/placement.wgsl");
 /// The first hit of a ray in a layer of blockers.
+const LAYER: &str = include_str!("../../../shaders/layer.wgsl");
 const FIRST_HIT: &str = include_str!("../../../shaders/first_hit.wgsl");
-/// What a camera's pixels see and free.
+/// Tiles of a camera's pixels.
+const TILES: &str = include_str!("../../../shaders/tiles.wgsl");
+/// Where boxes are in a camera's image, and what blocks of its pixels free.
 const PROJECTION: &str = include_str!("../../../shaders/projection.wgsl");
+const BLOCKS: &str = include_str!("../../../shaders/blocks.wgsl");
 
 /// The proof that a kernel ran to its end, which follows the prelude in every kernel and needs the bindings
 /// `part` and `done`.
@@ -32,7 +39,7 @@ pub(super) struct KernelEntry {
     name: &'static str,
     pub(super) source: &'static str,
     /// Code in front of it that other kernels have too.
-    pub(super) with: &'static str,
+    pub(super) with: &'static [&'static str],
     /// Items of a row of a dispatch that one workgroup takes.
     items_per_group: u32,
     /// How it sees the buffers that it is bound to, in the order of their numbers.
@@ -67,26 +74,30 @@ macro_rules! kernels {
 // The first two bindings are always `setup` and `part`, the last is always `done`.
 kernels! {
     /// What each ray hits first in the still layer.
-    StaticHits = "static_hits", FIRST_HIT, WORKGROUP, [Uniform Part Uniform Read Read Read Write Write];
+    StaticHits = "static_hits", &[PLACEMENT, LAYER, FIRST_HIT], WORKGROUP, [Uniform Part Uniform Read Read Read Write Write];
+    /// Which of a camera's tiles see boxes of voxels that matter.
+    SeeTiles = "see_tiles", &[PLACEMENT, PROJECTION, TILES], WORKGROUP, [Uniform Part Uniform Read Read Write Write];
+    /// How far a tile's rays go through nothing.
+    CastTiles = "cast_tiles", &[PLACEMENT, PROJECTION, LAYER, TILES], WORKGROUP, [Uniform Part Uniform Read Read Read Read Write Write];
     /// How each ray ends, and the endpoints.
-    Cast = "cast", FIRST_HIT, WORKGROUP, [Uniform Part Uniform Read Read Read Read Read Write Write Write];
+    Cast = "cast", &[PLACEMENT, LAYER, FIRST_HIT, TILES], WORKGROUP * TILE, [Uniform Part Uniform Read Read Read Read Read Write Write Write];
     /// What blocks of a camera's pixels free at least and at most.
-    Pyramid = "pyramid", PROJECTION, 1, [Uniform Part Uniform Read Write Write];
+    Pyramid = "pyramid", &[BLOCKS], 1, [Uniform Part Uniform Read Write Write];
     /// Which boxes of voxels are decided by the pyramid alone.
-    CarveBoxes = "carve_boxes", PROJECTION, WORKGROUP, [Uniform Part Uniform Read Read Read Write Write Write];
+    CarveBoxes = "carve_boxes", &[PLACEMENT, PROJECTION, BLOCKS], WORKGROUP, [Uniform Part Uniform Read Read Read Write Write Write];
     /// The voxels of the boxes that are left.
-    CarveVoxels = "carve_voxels", PROJECTION, 1, [Uniform Part Uniform Read Read Read Read Read Write Write Write];
+    CarveVoxels = "carve_voxels", &[PLACEMENT, PROJECTION, BLOCKS], 1, [Uniform Part Uniform Read Read Read Read Read Write Write Write];
     /// The voxels among those that many pixels may see.
-    CarveCrowded = "carve_crowded", PROJECTION, 1, [Uniform Part Uniform Read Read Read Read Read Read Write Write];
+    CarveCrowded = "carve_crowded", &[PROJECTION, BLOCKS], 1, [Uniform Part Uniform Read Read Read Read Read Read Write Write];
     /// The voxels that each ray frees, one by one.
-    CarveRays = "carve_rays", "", WORKGROUP, [Uniform Part Uniform Read Read Read Write Write];
+    CarveRays = "carve_rays", &[PLACEMENT], WORKGROUP, [Uniform Part Uniform Read Read Read Write Write];
     /// The labels from the evidence of several sensors.
-    Fuse = "fuse", "", WORKGROUP, [Uniform Part Read Read Read Read Write Write Write];
+    Fuse = "fuse", &[], WORKGROUP, [Uniform Part Read Read Read Read Write Write Write];
     /// The labels counted in a region.
-    Count = "count", "", WORKGROUP * WORDS_PER_INVOCATION,
+    Count = "count", &[], WORKGROUP * WORDS_PER_INVOCATION,
         [Uniform Part Read Read Read Read Read Read Write Write];
     /// Which voxels of people are hit.
-    Detect = "detect", "", WORKGROUP, [Uniform Part Read Read Read Read Write Write];
+    Detect = "detect", &[], WORKGROUP, [Uniform Part Read Read Read Read Write Write];
 }
 
 impl Stage {

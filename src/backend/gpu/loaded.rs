@@ -187,6 +187,7 @@ const MOST_FIRST_HITS: usize = 4096;
 pub(super) struct Room {
     pub(super) placements: GrowingBuffer,
     pub(super) ends: GrowingBuffer,
+    pub(super) tiles: GrowingBuffer,
     pub(super) pyramid: GrowingBuffer,
     pub(super) undecided: GrowingBuffer,
     /// What `carve_voxels` leaves to `carve_crowded`: heads, then voxels.
@@ -208,6 +209,7 @@ impl Room {
         Room {
             placements: GrowingBuffer::storage("placements"),
             ends: GrowingBuffer::storage("ends"),
+            tiles: GrowingBuffer::storage("tiles"),
             pyramid: GrowingBuffer::storage("pyramid"),
             undecided: GrowingBuffer::storage("undecided"),
             left: GrowingBuffer::indirect("left"),

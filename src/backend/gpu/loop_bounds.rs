@@ -10,11 +10,11 @@
 //! are nested, up to the sum over all of its invocations.
 //!
 //! # Practice
-//! `static_hits`, `cast` and `carve_rays` make one loop, over the crossings of a ray: 3 · 1023 at most.
-//! `pyramid`, `carve_boxes` and `count` make some hundred turns. What `carve_voxels`, `carve_crowded` and
-//! `fuse` do is bounded below. That no loop was ended early is proved by `shaders/completion.wgsl`, on every
-//! device and in every batch.
+//! `static_hits` and `carve_rays` make one loop, over the crossings of a ray: 3 · 1023 at most. `pyramid`,
+//! `carve_boxes` and `count` make some hundred turns. What the others do is bounded below. That no loop was
+//! ended early is proved by `shaders/completion.wgsl`, on every device and in every batch.
 
+use super::types::TILE;
 use crate::backend::Image;
 use crate::march::{MAX_RANGE_VOXELS, deviation};
 
@@ -31,8 +31,33 @@ const ALLOWED: u32 = 65_535;
 /// Most invocations of a vector: 512 bits.
 const LANES: u32 = 16;
 
+// An invocation of `cast` searches for the blockers of as many rays as a tile has rows, one after the other.
+const _: () = assert!(TILE * (3 * MAX_RANGE_VOXELS + 2) <= ALLOWED);
+
+/// Most tiles that an invocation of `see_tiles` marks one by one.
+pub(super) const MOST_SEEING: u32 = 4096;
+
+/// What an invocation of `cast_tiles` does at most: leaps and sections of a cone, rows of a section, layers
+/// that may lie across it, and how many of them are looked at.
+pub(super) const MOST_LEAPS: u32 = 64;
+pub(super) const MOST_SECTIONS: u32 = 16;
+pub(super) const MOST_ROWS: u32 = 96;
+pub(super) const MOST_LAYERS: u32 = 16;
+pub(super) const MOST_LOOKS: u32 = 2;
+
+// Three lengths on three axes are tried, and the pixels of the tile are written.
+const _: () = assert!(
+    LANES
+        * (MOST_LEAPS
+            + (MOST_SECTIONS + 1) * MOST_ROWS
+            + 10
+            + 9 * (MOST_LAYERS + 1 + MOST_LOOKS * MOST_ROWS)
+            + 65)
+        <= ALLOWED
+);
+
 /// Most pixels that an invocation of `carve_voxels` looks at for one voxel.
-pub(super) const MOST_PIXELS: u32 = 512;
+pub(super) const MOST_PIXELS: u32 = 128;
 
 /// Most turns of the nested loops over pixels that an invocation of `carve_voxels` makes for all its voxels.
 pub(super) const MOST_TURNS: u32 = 4000;
@@ -41,13 +66,15 @@ pub(super) const MOST_TURNS: u32 = 4000;
 // rows.
 const _: () = assert!(LANES * MOST_TURNS + 25 + 9 + 8 * 25 + 5 <= ALLOWED);
 
-/// Voxels that a workgroup of `carve_crowded` takes.
-pub(super) const SCANS_AT_ONCE: u32 = 16;
+/// Teams of a workgroup of `carve_crowded`, of as many invocations as a tile has columns: each decides a voxel.
+pub(super) const TEAMS: u32 = WORKGROUP / TILE;
 
-/// Most pixels that may see a voxel that is scanned; its invocations share them.
-const MOST_SCANNED: u32 = 240_000;
+/// Most pixels of the tiles with pixels that may see a voxel that is scanned.
+const MOST_SCANNED: u32 = 190_000;
 
-const _: () = assert!(SCANS_AT_ONCE * (MOST_SCANNED.div_ceil(WORKGROUP) + 2) < ALLOWED);
+// Of each tile a column is looked at twice, by a vector's teams together; they may skip tiles one after the
+// other.
+const _: () = assert!((MOST_SCANNED / (TILE * TILE) + 1) * (1 + 2 * (TILE + 1) + LANES / TILE) <= ALLOWED);
 
 /// Most readings that are fused for a choice: `fuse` looks at each of them once, and again for each of the 32
 /// voxels of a word.
@@ -59,7 +86,7 @@ const _: () = assert!((MOST_READINGS + 1) + 32 * (MOST_READINGS + 1) + 33 <= ALL
 /// digits than the distance needs.
 pub(super) const DEVIATION_PER_VOXEL: f64 = 2.0 * deviation::PER_VOXEL;
 
-/// Depth in voxels up to which voxels of an image are near: behind it none is seen by more than
+/// Depth in voxels up to which voxels of an image are near: behind it none is seen by tiles of more than
 /// [`MOST_SCANNED`] pixels.
 ///
 /// A voxel is at most √3 wide and as deep, and `pixel_rect` in `shaders/projection.wgsl` grows it by what
@@ -73,7 +100,7 @@ pub(super) fn near_voxels(image: &Image) -> f64 {
         let deviation = DEVIATION_PER_VOXEL * ((depth + 2.0) * (1.0 + slopes) + 3.5) + deviation::FIXED;
         let (wide, focal) = (3f64.sqrt() + 2.0 * deviation, image.focal_px[axis]);
         let across = wide * f64::max(focal / depth, (focal + edge(axis)) / (depth + 1.0));
-        (across + 3.0).min(2.0 * edge(axis))
+        (across + 3.0).min(2.0 * edge(axis)) + f64::from(2 * (TILE - 1))
     };
     // No voxel is deeper.
     (10..=10 * MAX_RANGE_VOXELS)
@@ -86,9 +113,8 @@ pub(super) fn near_voxels(image: &Image) -> f64 {
 mod tests {
     use super::*;
 
-    /// `pixel_rect` in `shaders/projection.wgsl`: the first and last pixel of one axis that may see a voxel,
-    /// for a voxel at `p` in the camera's frame whose half extents there are `half`, and the depth where it
-    /// begins.
+    /// `pixel_rect` in `shaders/projection.wgsl`: how many pixels of one axis are in tiles that may see a
+    /// voxel at `p` in the camera's frame whose half extents there are `half`, and the depth where it begins.
     fn seen(image: &Image, axis: usize, p: [f64; 3], half: [f64; 3]) -> (f64, f64) {
         let deviation =
             DEVIATION_PER_VOXEL * (p.iter().map(|x| x.abs()).sum::<f64>() + 1.5) + deviation::FIXED;
@@ -100,7 +126,8 @@ mod tests {
         if to < 0.0 || from >= size {
             return (0.0, z_low);
         }
-        (to.clamp(0.0, size - 1.0).floor() - from.clamp(0.0, size - 1.0).floor() + 1.0, z_low)
+        let tile = |pixel: f64| (pixel.clamp(0.0, size - 1.0) / f64::from(TILE)).floor();
+        ((tile(to) - tile(from) + 1.0) * f64::from(TILE), z_low)
     }
 
     #[test]

@@ -6,7 +6,7 @@ use std::ops::Range;
 use super::kernels::Stage;
 use super::loop_bounds::{WORKGROUP, near_voxels};
 use super::pace::Pace;
-use super::types::{BOX_EDGE, BOXES_AT_ONCE, FARTHEST_READ_Q16, HEADS, PYRAMID_LEVELS, Part};
+use super::types::{BOX_EDGE, BOXES_AT_ONCE, FARTHEST_READ_Q16, HEADS, PYRAMID_LEVELS, Part, TILE};
 use crate::Result;
 use crate::backend::adapter::AdapterReport;
 use crate::backend::body_words::{BodyWord, BodyWords};
@@ -15,9 +15,11 @@ use crate::error::{Argument, Issue, Words};
 use crate::march::MAX_RANGE_VOXELS;
 use crate::voxel::{BitGrid, Bricks};
 
-/// What an item of a stage costs, about, in steps of a march: a ray that leaps, a ray's share of the pyramid,
-/// a box to decide, and the rows of a box that was left.
+/// What an item of a stage costs, about, in steps of a march: a ray that leaps, the tiles that see a box, a
+/// tile, a ray's share of the pyramid, a box to decide, and the rows of a box that was left.
 const CAST_COST: u64 = 40;
+const SEE_TILES_COST: u64 = 100;
+const CAST_TILES_COST: u64 = 100;
 const PYRAMID_COST: u64 = 2;
 const CARVE_BOXES_COST: u64 = 50;
 const CARVE_VOXELS_COST: u64 = 4000;
@@ -126,17 +128,31 @@ impl TableSizes {
         self.image.is_some()
     }
 
-    /// Largest blocks of pixels of one placement's pyramid.
+    /// Blocks of 2^`level` pixels across and down that hold the image.
+    fn blocks(&self, level: u32) -> u32 {
+        self.image.map_or(0, |image| image.size_px.iter().map(|n| n.div_ceil(1 << level)).product())
+    }
+
+    /// Tiles of the image: the smallest blocks of its pyramid.
     fn tiles(&self) -> u32 {
-        self.image
-            .map_or(0, |image| image.size_px.iter().map(|n| n.div_ceil(1 << PYRAMID_LEVELS.end())).product())
+        self.blocks(*PYRAMID_LEVELS.start())
+    }
+
+    /// Bytes of what the tiles of one placement see.
+    pub(super) fn tiles_bytes(&self) -> u64 {
+        (u64::from(self.tiles()) + 1) * 4
+    }
+
+    /// Largest blocks of pixels of one placement's pyramid.
+    fn largest_blocks(&self) -> u32 {
+        self.blocks(*PYRAMID_LEVELS.end())
     }
 
     /// Bytes of the pyramid of one placement.
     pub(super) fn pyramid_bytes(&self) -> u64 {
         let levels = PYRAMID_LEVELS.end() - PYRAMID_LEVELS.start();
         let blocks: u64 = (0..=levels).map(|level| 1 << (2 * level)).sum();
-        self.tiles() as u64 * blocks * 4
+        u64::from(self.largest_blocks()) * blocks * 4
     }
 
     /// How many placements go in a batch: as many as the budget and a binding hold the ends of, and the
@@ -200,6 +216,16 @@ pub(super) struct CastBatch {
     /// Whether all is wanted, or only what is inside the regions.
     pub(super) everything: bool,
     pub(super) carving: Carving,
+    /// Whether the layer that is cast in holds all blockers.
+    pub(super) whole_layer: bool,
+}
+
+impl CastBatch {
+    /// Whether rays go tile by tile as long as they go through nothing, and only those of tiles that see
+    /// something that matters.
+    pub(super) fn by_tile(&self) -> bool {
+        self.carving == Carving::ByVoxel && !self.everything
+    }
 }
 
 impl SceneSizes {
@@ -290,8 +316,17 @@ impl SceneSizes {
     /// The dispatches that cast and carve a batch of placements, in the order they must run.
     pub(super) fn sensing(&self, table: &TableSizes, batch: &CastBatch, pace: &Pace) -> Vec<Dispatch> {
         let (rays, rows) = (0..table.rays, batch.placements);
-        let cast = Part { every_ray: batch.everything as u32, ..Part::default() };
-        let mut out: Vec<_> = self.stage(Stage::Cast, rows, rays.clone(), CAST_COST, cast, pace).collect();
+        let mut out = Vec::new();
+        if batch.by_tile() {
+            let seeing = 0..self.boxes[0];
+            out.extend(self.stage(Stage::SeeTiles, rows, seeing, SEE_TILES_COST, Part::default(), pace));
+            let part = Part { whole_layer: batch.whole_layer as u32, ..Part::default() };
+            out.extend(self.stage(Stage::CastTiles, rows, 0..table.tiles(), CAST_TILES_COST, part, pace));
+        }
+        let (every_ray, tiles) = (batch.everything as u32, batch.by_tile() as u32);
+        let cast = Part { every_ray, tiles, ..Part::default() };
+        let items = if batch.by_tile() { 0..table.tiles() * TILE * TILE } else { rays.clone() };
+        out.extend(self.stage(Stage::Cast, rows, items, CAST_COST, cast, pace));
         let by_ray = |rows: u32, until_q16: u32| {
             let sizes = self.window.iter().map(|&n| (n.min(table.reach)) as u64).sum::<u64>();
             let cost = (sizes / 2).min(3 * (until_q16 >> 16) as u64).max(1);
@@ -305,7 +340,14 @@ impl SceneSizes {
         out.extend(by_ray(batch.near, table.near_until_q16()));
         let boxes = 0..self.boxes[batch.everything as usize];
         let tile_cost = PYRAMID_COST << (2 * PYRAMID_LEVELS.end());
-        out.extend(self.stage(Stage::Pyramid, rows, 0..table.tiles(), tile_cost, Part::default(), pace));
+        out.extend(self.stage(
+            Stage::Pyramid,
+            rows,
+            0..table.largest_blocks(),
+            tile_cost,
+            Part::default(),
+            pace,
+        ));
         out.extend(self.stage(
             Stage::CarveBoxes,
             rows,

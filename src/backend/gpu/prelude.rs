@@ -5,10 +5,12 @@ use std::fmt::Write;
 
 use super::kernels::{ENTRIES, KernelEntry, SHADER_COMPLETION, Stage};
 use super::loop_bounds::{
-    DEVIATION_PER_VOXEL, MOST_PIXELS, MOST_TURNS, SCANS_AT_ONCE, WORDS_PER_INVOCATION, WORKGROUP,
+    DEVIATION_PER_VOXEL, MOST_LAYERS, MOST_LEAPS, MOST_LOOKS, MOST_PIXELS, MOST_ROWS, MOST_SECTIONS,
+    MOST_SEEING, MOST_TURNS, TEAMS, WORDS_PER_INVOCATION, WORKGROUP,
 };
 use super::types::{
     BOX_BITS, BOX_EDGE, DONE_WORDS, FARTHEST_READ_Q16, HEAD_WORDS, HEADS, NO_SLOT, PYRAMID_LEVELS,
+    PlacementWords, TILE,
 };
 use crate::backend::LOG_ODDS;
 use crate::march::{self, deviation};
@@ -38,10 +40,18 @@ pub fn shader_prelude() -> String {
         ("BOX_EDGE", BOX_EDGE),
         ("BOX_BITS", BOX_BITS),
         ("LEAST_LEVEL", *PYRAMID_LEVELS.start()),
+        ("TILE", TILE),
         ("MOST_LEVEL", *PYRAMID_LEVELS.end()),
+        ("PLACEMENT_WORDS", size_of::<PlacementWords>() as u32 / 4),
+        ("MOST_SEEING", MOST_SEEING),
+        ("MOST_LEAPS", MOST_LEAPS),
+        ("MOST_SECTIONS", MOST_SECTIONS),
+        ("MOST_ROWS", MOST_ROWS),
+        ("MOST_LAYERS", MOST_LAYERS),
+        ("MOST_LOOKS", MOST_LOOKS),
         ("MOST_PIXELS", MOST_PIXELS),
         ("MOST_TURNS", MOST_TURNS),
-        ("SCANS_AT_ONCE", SCANS_AT_ONCE),
+        ("TEAMS", TEAMS),
         ("HEADS", HEADS),
         ("HEAD_WORDS", HEAD_WORDS),
         ("FARTHEST_READ_Q16", FARTHEST_READ_Q16),
@@ -67,5 +77,5 @@ pub fn shader_prelude() -> String {
 /// kernel, joined.
 pub fn shader_source(stage: Stage) -> String {
     let KernelEntry { with, source, .. } = ENTRIES[stage as usize];
-    [&shader_prelude(), SHADER_COMPLETION, with, source].concat()
+    [&[&*shader_prelude(), SHADER_COMPLETION], with, &[source]].concat().concat()
 }

@@ -26,11 +26,15 @@ impl Gpu {
         let near =
             |shot: &&Shot| everything || table.sizes.is_near(shot.placement.origin_q16, &loaded.corners);
         let (near, far): (Vec<&Shot>, Vec<&Shot>) = shots.iter().partition(near);
+        // Where the first hits in the still layer are known, the other blockers are enough.
+        let known = shots.iter().all(|shot| shot.first_hits.is_some());
+        let others = loaded.layers.as_ref().filter(|_| known).map(|[_, moving]| moving);
         let batch = CastBatch {
             placements: shots.len() as u32,
             near: near.len() as u32,
             everything,
             carving: carving.filter(|_| table.sizes.is_image()).unwrap_or(sizes.carving(&table.sizes)),
+            whole_layer: others.is_none(),
         };
         let mut encoder = queue.device.encoder();
         for &Shot { slot, .. } in shots {
@@ -49,9 +53,7 @@ impl Gpu {
         let uniforms = [&loaded.setup, &parts, &table.words];
         let rays = [&placements, &table.dirs_q15];
         let bind = |stage, storage: &[&[&wgpu::Buffer]]| queue.bind(stage, &uniforms, &storage.concat());
-        // Where the first hits in the still layer are known, the other blockers are enough.
-        let known = shots.iter().all(|shot| shot.first_hits.is_some());
-        let layer = loaded.layers.as_ref().filter(|_| known).map_or(&loaded.blockers, |[_, moving]| moving);
+        let layer = others.unwrap_or(&loaded.blockers);
         let cast = [&table.noise, layer, &first_hits, &ends, &loaded.ended];
         let cast = bind(Stage::Cast, &[&rays, &cast]);
         let carve_rays = bind(Stage::CarveRays, &[&rays, &[&ends, &loaded.free]]);
@@ -64,6 +66,10 @@ impl Gpu {
             );
             return Ok(ends);
         }
+        let tiles = room.tiles.hold(&queue.device, rows * table.sizes.tiles_bytes());
+        encoder.clear_buffer(&tiles, 0, Some(rows * table.sizes.tiles_bytes()));
+        let see_tiles = bind(Stage::SeeTiles, &[&[&placements, &loaded.boxes, &tiles]]);
+        let cast_tiles = bind(Stage::CastTiles, &[&rays, &[layer, &tiles, &ends]]);
         let pyramid = room.pyramid.hold(&queue.device, rows * table.sizes.pyramid_bytes());
         let undecided = room.undecided.hold(&queue.device, sizes.undecided_bytes(batch.placements));
         encoder.clear_buffer(&undecided, 0, Some(4));
@@ -80,6 +86,8 @@ impl Gpu {
         let carve_voxels = bind(Stage::CarveVoxels, &[&rays, &looked]);
         let carve_crowded = bind(Stage::CarveCrowded, &[&rays, &looked]);
         queue.run(encoder, &dispatches, Some(&left), |d| match d.stage {
+            Stage::SeeTiles => &see_tiles,
+            Stage::CastTiles => &cast_tiles,
             Stage::Cast => &cast,
             Stage::Pyramid => &reduce,
             Stage::CarveBoxes => &carve_boxes,

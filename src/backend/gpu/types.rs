@@ -17,14 +17,17 @@ pub const BOX_BITS: u32 = 21;
 /// The smallest and the largest blocks of a pyramid have an edge of two to the power of these pixels.
 pub const PYRAMID_LEVELS: std::ops::RangeInclusive<u32> = 3..=6;
 
+/// Edge in pixels of a tile, which is the smallest block of a pyramid.
+pub const TILE: u32 = 1 << *PYRAMID_LEVELS.start();
+
 /// Most dispatches of `carve_voxels` in a batch; each has a head in the list of what it leaves.
-pub const HEADS: u32 = 1024;
+pub const HEADS: u32 = 2048;
 
 /// Words of a head: the workgroups that `carve_crowded` needs (x, y, z), and the voxels that are left.
 pub const HEAD_WORDS: u32 = 4;
 
 /// Boxes of a dispatch of `carve_voxels`: the list of what it leaves holds all of their voxels.
-pub const BOXES_AT_ONCE: u32 = 2040;
+pub const BOXES_AT_ONCE: u32 = 1020;
 
 /// No ray is read farther away: noise of 64 voxels, times the four or so of the largest of its steps, past
 /// the farthest range.
@@ -113,6 +116,8 @@ pub struct TableWords {
     pub focal_y: f32,
     /// Depth in voxels up to which voxels are near.
     pub near: f32,
+    /// How much nearer than it is a return may be read, in voxels.
+    pub nearer: f32,
 }
 
 impl From<&Rays> for TableWords {
@@ -133,6 +138,7 @@ impl From<&Rays> for TableWords {
             focal_x: image.focal_px[0] as f32,
             focal_y: image.focal_px[1] as f32,
             near: near_voxels(&image) as f32,
+            nearer: (rays.noise.nearest_q16() >> 16) as f32 + 1.0,
         }
     }
 }
@@ -153,6 +159,10 @@ pub struct Part {
     pub every_ray: u32,
     /// Voxels entered later than that are not marked.
     pub until_q16: u32,
+    /// Whether `cast_tiles` went before.
+    pub tiles: u32,
+    /// Whether the layer that is bound holds all blockers.
+    pub whole_layer: u32,
     /// Always 0; that it is read from a buffer keeps compilers from assuming so (`shaders/completion.wgsl`).
     pub zero: u32,
 }

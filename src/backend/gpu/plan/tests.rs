@@ -28,7 +28,7 @@ fn camera() -> TableSizes {
 }
 
 fn batch(placements: u32, carving: Carving) -> CastBatch {
-    CastBatch { placements, near: placements / 3, everything: false, carving }
+    CastBatch { placements, near: placements / 3, everything: false, carving, whole_layer: true }
 }
 
 fn adapter(max_binding_bytes: u64, software: bool) -> AdapterReport {
@@ -199,13 +199,13 @@ fn submissions_are_the_dispatches_in_order() {
 
 #[test]
 fn placements_are_near_where_near_voxels_are() {
-    // Near is 3.3 voxels deep; corner rays are 1.486 times as long, so rays are walked for 1 + 1.01 · 1.486 ·
-    // 5.5 voxels.
+    // Near is 4.0 voxels deep; corner rays are 1.486 times as long, so rays are walked for 1 + 1.01 · 1.486 ·
+    // 6.2 voxels.
     let until = camera().near_until_q16();
-    assert_eq!(until >> 16, 9, "{until}");
+    assert_eq!(until >> 16, 10, "{until}");
     let corner = [100, 0, 0];
     let near = |x: i32| camera().is_near([x << 16, 3 << 16, 3 << 16], &[corner]);
-    assert_eq!([88, 89, 107, 118, 119].map(near), [false, true, true, true, false]);
+    assert_eq!([87, 88, 107, 119, 120].map(near), [false, true, true, true, false]);
     assert!(!camera().is_near([100 << 16; 3], &[]));
 }
 
@@ -290,21 +290,21 @@ fn a_missing_workgroup_is_noticed_and_named() {
     launched.add(&by_ray);
     let with_people = SceneSizes { body: 130, ..voxel(263, &[(0, 2048)]) };
     launched.add(&with_people.scoring(2, 1, &pace));
-    let groups = [0, 32, 0, 0, 0, 0, 32, 64, 4, 6];
-    let done = |groups: [u32; 10], whole: [u32; 10]| launched.check(&[groups, whole].concat());
+    let groups = [0, 0, 0, 4, 0, 0, 0, 0, 32, 64, 4, 6];
+    let done = |groups: [u32; 12], whole: [u32; 12]| launched.check(&[groups, whole].concat());
     let whole = groups.map(|groups| groups * WORKGROUP);
     assert_eq!(done(groups, whole), Ok(()));
-    let missing = done([0, 32, 0, 0, 0, 0, 31, 64, 4, 6], whole).unwrap_err();
+    let missing = done([0, 0, 0, 4, 0, 0, 0, 0, 31, 64, 4, 6], whole).unwrap_err();
     assert!(missing.to_string().contains("31 of 32 workgroups of `carve_rays`"), "{missing}");
-    let missing = done([0, 32, 0, 0, 0, 0, 32, 63, 4, 6], whole).unwrap_err();
+    let missing = done([0, 0, 0, 4, 0, 0, 0, 0, 32, 63, 4, 6], whole).unwrap_err();
     assert!(missing.to_string().contains("63 of 64 workgroups of `fuse`"), "{missing}");
-    assert!(done([0, 32, 0, 0, 0, 0, 32, 64, 5, 6], whole).is_err(), "too many is as wrong");
-    let missing = done([0, 32, 0, 0, 0, 0, 32, 64, 4, 5], whole).unwrap_err();
+    assert!(done([0, 0, 0, 4, 0, 0, 0, 0, 32, 64, 5, 6], whole).is_err(), "too many is as wrong");
+    let missing = done([0, 0, 0, 4, 0, 0, 0, 0, 32, 64, 4, 5], whole).unwrap_err();
     assert!(missing.to_string().contains("5 of 6 workgroups of `detect`"), "{missing}");
-    let cut = [0, 32 * 64 - 1, 0, 0, 0, 0, 32 * 64, 64 * 64, 4 * 64, 6 * 64];
+    let cut = [0, 0, 0, 4 * 64 - 1, 0, 0, 0, 0, 32 * 64, 64 * 64, 4 * 64, 6 * 64];
     let missing = done(groups, cut).unwrap_err();
     assert!(
-        missing.to_string().contains("loops cut short: in 2047 of 2048 invocations of `cast`"),
+        missing.to_string().contains("loops cut short: in 255 of 256 invocations of `cast`"),
         "{missing}"
     );
 }

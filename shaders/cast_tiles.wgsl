@@ -1,0 +1,259 @@
+// How far all rays of a camera's tile of pixels travel through nothing, written where the end of each will
+// be: `cast` sends them on from there. Tiles whose rays are of no account, or surely return from behind all
+// that matters, are done. One invocation a tile.
+//
+// # Theory
+// A ray of integers deviates from the ideal one by less than `deviation`. The cone of a tile holds its ideal
+// rays and is grown by that, so while the cone is where there are no blockers, no ray has entered one.
+//
+// If no ray has, up to where it has left the last voxel that matters, and noise cannot bring its return back
+// to there, all that matters is that it does return. It does if its cone lies across a layer of blockers: all
+// rays are before the layer where a section of the cone begins, and in it or behind it where the section
+// ends; they enter it inside the box around the section, and there it is all blockers.
+//
+// Floats decide only what is proved so, with room to spare.
+
+@group(0) @binding(0) var<uniform> setup: Setup;
+@group(0) @binding(1) var<uniform> part: Part;
+@group(0) @binding(2) var<uniform> table: Table;
+@group(0) @binding(3) var<storage, read> placements: array<array<u32, PLACEMENT_WORDS>>;
+@group(0) @binding(4) var<storage, read> dirs_q15: array<array<i32, 3>>;
+@group(0) @binding(5) var<storage, read> layer: array<u32>;
+// What `see_tiles` wrote.
+@group(0) @binding(6) var<storage, read> tiles: array<u32>;
+@group(0) @binding(7) var<storage, read_write> ends: array<u32>;
+@group(0) @binding(8) var<storage, read_write> done: array<atomic<u32>, DONE_WORDS>;
+
+// Length in voxels of the sections of a cone that are held against blockers one by one.
+const SECTION = 4.0;
+
+// Rays of length 1 from `origin` that end within `spread` of `along`.
+struct Cone {
+    origin: vec3<f32>,
+    along: vec3<f32>,
+    spread: f32,
+}
+
+// Voxels from `low` to `high`, both included.
+struct Section {
+    low: vec3<i32>,
+    high: vec3<i32>,
+}
+
+fn pixel_index(pixel: vec2<u32>) -> u32 {
+    return min(pixel.y, table.image_y - 1u) * table.image_x + min(pixel.x, table.image_x - 1u);
+}
+
+fn dir_of(pixel: vec2<u32>) -> vec3<f32> {
+    return vec3<f32>(vec3_of(dirs_q15[pixel_index(pixel)])) / 32768.0;
+}
+
+// The cone of a tile from a placement: the rays of its corners are the farthest apart.
+fn cone_of(place: GridFrame, tile: vec2<u32>) -> Cone {
+    let low = tile * TILE;
+    let high = low + TILE - 1u;
+    let a = dir_of(low);
+    let b = dir_of(vec2<u32>(high.x, low.y));
+    let c = dir_of(vec2<u32>(low.x, high.y));
+    let d = dir_of(high);
+    let middle = (a + b + c + d) * 0.25;
+    let spread = max(max(distance(a, middle), distance(b, middle)), max(distance(c, middle), distance(d, middle)));
+    let along = vec3<f32>(
+        dot(vec3<f32>(vec3_of(place.axis_q15[0])), middle),
+        dot(vec3<f32>(vec3_of(place.axis_q15[1])), middle),
+        dot(vec3<f32>(vec3_of(place.axis_q15[2])), middle),
+    ) / 32768.0;
+    return Cone(vec3<f32>(vec3_of(place.origin_q16)) / 65536.0, along, spread * 1.001 + 1e-4);
+}
+
+// How far a ray may be from the middle of its cone.
+fn radius(cone: Cone, t: f32) -> f32 {
+    return t * cone.spread + deviation(t);
+}
+
+// How much farther the cone goes inside the empty cube that the bricks know around its middle.
+fn gain(cone: Cone, t: f32) -> f32 {
+    let size = vec3<i32>(vec3<u32>(setup.grid_x, setup.grid_y, setup.grid_z));
+    let at = cone.origin + cone.along * t;
+    let voxel = vec3<i32>(floor(at));
+    if any(bitcast<vec3<u32>>(voxel) >= vec3<u32>(size)) {
+        return 0.0;
+    }
+    let reach = reach_at(voxel);
+    let brick = voxel >> vec3<u32>(BRICK_EDGE_LOG2);
+    let low = max((brick - reach + 1) << vec3<u32>(BRICK_EDGE_LOG2), vec3<i32>());
+    let high = min((brick + reach) << vec3<u32>(BRICK_EDGE_LOG2), size);
+    let to_low = at - vec3<f32>(low) - radius(cone, t);
+    let to_high = vec3<f32>(high) - at - radius(cone, t);
+    let growth = vec3<f32>(cone.spread + DEVIATION_PER_VOXEL);
+    let gains = min(to_low / max(growth - cone.along, vec3<f32>(1e-6)), to_high / max(growth + cone.along, vec3<f32>(1e-6)));
+    let inside = reach > 0 && all(to_low >= vec3<f32>()) && all(to_high >= vec3<f32>());
+    return select(0.0, min(gains.x, min(gains.y, gains.z)), inside);
+}
+
+// The voxels in which a cone's rays may be between two distances.
+fn section(cone: Cone, begin: f32, end: f32) -> Section {
+    let a = cone.origin + cone.along * begin;
+    let b = cone.origin + cone.along * end;
+    return Section(vec3<i32>(floor(min(a, b) - radius(cone, end))), vec3<i32>(floor(max(a, b) + radius(cone, end))));
+}
+
+fn is_in_grid(cut: Section) -> bool {
+    let size = vec3<i32>(vec3<u32>(setup.grid_x, setup.grid_y, setup.grid_z));
+    return all(cut.low >= vec3<i32>()) && all(cut.high < size);
+}
+
+// Whether any voxel of a section of the grid is a blocker, and whether all are. Of a section with too many
+// rows: any, not all.
+fn blockers_in(cut: Section) -> vec2<bool> {
+    let size = vec3<u32>(cut.high - cut.low) + 1u;
+    let rows = size.y * size.z;
+    let vast = rows > MOST_ROWS || size.x > 32u;
+    let turns = select(rows, 0u, vast);
+    let shift = u32(cut.low.x) & 31u;
+    let mask = 0xffffffffu >> ((32u - size.x) & 31u);
+    // Whether a row ends in the word after that in which it begins.
+    let next = select(0u, 1u, shift + size.x > 32u);
+    var some = vast;
+    var every = !vast;
+    var i = 0u;
+    for (; i < turns; i += 1u) {
+        let y = u32(cut.low.y) + i % size.y;
+        let z = u32(cut.low.z) + i / size.y;
+        let word = (z * setup.grid_y + y) * setup.grid_words_per_row + (u32(cut.low.x) >> 5u);
+        let above = select(0u, layer[word + next] << ((32u - shift) & 31u), next != 0u);
+        let bits = ((layer[word] >> shift) | above) & mask;
+        some = some || bits != 0u;
+        every = every && bits == mask;
+    }
+    loop_ended(opaque(i) >= turns);
+    return vec2<bool>(some, every);
+}
+
+// The part of a vector on an axis, without indexing it.
+fn on_axis(v: vec3<f32>, axis: u32) -> f32 {
+    return select(select(v.z, v.y, axis == 1u), v.x, axis == 0u);
+}
+
+// Whether a layer of blockers across an axis stops all rays of a cone between two distances.
+fn is_stopped(cone: Cone, axis: u32, begin: f32, end: f32) -> bool {
+    let cut = section(cone, begin, end);
+    let own = vec3<u32>(axis) == vec3<u32>(0u, 1u, 2u);
+    let size = vec3<i32>(vec3<u32>(setup.grid_x, setup.grid_y, setup.grid_z));
+    // A ray that leaves the grid on another axis enters no layer.
+    let inside = all(own | ((cut.low >= vec3<i32>()) & (cut.high < size)));
+    let is_up = on_axis(cone.along, axis) > 0.0;
+    let at = on_axis(cone.origin, axis) + on_axis(cone.along, axis) * begin;
+    let on = on_axis(cone.origin, axis) + on_axis(cone.along, axis) * end;
+    // The layers that all rays enter, having been before them.
+    let low = max(i32(floor(select(on + radius(cone, end), at + radius(cone, begin), is_up))) + select(0, 1, is_up), 0);
+    let high = min(i32(floor(select(at - radius(cone, begin), on - radius(cone, end), is_up))) - select(1, 0, is_up), i32(on_axis(vec3<f32>(size), axis)) - 1);
+    let layers = select(0, min(high - low + 1, i32(MOST_LAYERS)), inside);
+    var stopped = false;
+    var looks = 0u;
+    var i = 0;
+    for (; i < layers && !stopped && looks < MOST_LOOKS; i += 1) {
+        let layer_at = vec3<i32>(select(high - i, low + i, is_up));
+        let in_layer = Section(select(cut.low, layer_at, own), select(cut.high, layer_at, own));
+        // One look says of most that they are not.
+        if is_blocked((in_layer.low + in_layer.high) / 2) {
+            looks += 1u;
+            stopped = blockers_in(in_layer).y;
+        }
+    }
+    loop_ended(opaque(u32(i)) >= u32(max(layers, 0)) || opaque(u32(stopped)) != 0u || opaque(looks) >= MOST_LOOKS);
+    return stopped;
+}
+
+// Whether a layer across some axis stops all rays of a cone from `begin` on and before `limit`.
+fn is_across(cone: Cone, begin: f32, limit: f32) -> bool {
+    var stopped = false;
+    var i = 0u;
+    for (; i < 9u && !stopped; i += 1u) {
+        let end = begin + SECTION * f32(1u << (i / 3u));
+        if end < limit {
+            stopped = is_stopped(cone, i % 3u, begin, end);
+        }
+    }
+    loop_ended(opaque(i) >= 9u || opaque(u32(stopped)) != 0u);
+    return stopped;
+}
+
+// Up to which distance no ray of a cone has entered a blocker, as far as a few looks tell.
+fn clear_of(cone: Cone) -> f32 {
+    let range = f32(table.range_max_q16) / 65536.0;
+    var t = 0.0;
+    var sections = 0u;
+    var turns = 0u;
+    var on = true;
+    loop {
+        let more = gain(cone, t);
+        if more >= 1.0 {
+            t += more;
+        } else {
+            let cut = section(cone, t, t + SECTION);
+            on = is_in_grid(cut) && sections < MOST_SECTIONS;
+            if on {
+                on = !blockers_in(cut).x;
+            }
+            t += select(0.0, SECTION, on);
+            sections += 1u;
+        }
+        turns += 1u;
+        if !on || turns >= MOST_LEAPS || t > range {
+            break;
+        }
+    }
+    loop_ended(opaque(u32(on)) == 0u || opaque(turns) >= MOST_LEAPS || t > range);
+    return t;
+}
+
+// What is known of the rays of a tile that sees something.
+fn word_of(cone: Cone, seen: u32) -> u32 {
+    let clear = clear_of(cone);
+    let least = f32(max(table.range_min_q16, table.near_ignore_q16)) / 65536.0;
+    let behind = max(f32(seen & ~NEAR_TILE) + table.nearer, least) + 1.0;
+    let limit = f32(table.range_max_q16) / 65536.0 - 1.0;
+    // Near voxels are looked up along each ray; what is lost does not return; and a layer is not all blockers.
+    if (seen & NEAR_TILE) == 0u && part.whole_layer != 0u && table.lost_below == 0u && clear > behind {
+        if is_across(cone, clear, limit) {
+            return BEYOND;
+        }
+    }
+    return SENT | u32(clear * 65536.0);
+}
+
+@compute @workgroup_size(WORKGROUP)
+fn main(
+    @builtin(global_invocation_id) id: vec3<u32>,
+    @builtin(workgroup_id) group: vec3<u32>,
+    @builtin(local_invocation_index) local: u32,
+) {
+    let row = part.first_row + group.y;
+    let placement = placement_of(row, local);
+    let item = part.first + id.x;
+    // No early return: `report` must see every invocation of the group.
+    if item < part.end {
+        let size = tiles_of_image();
+        let start = row * (size.x * size.y + 1u);
+        let seen = max(tiles[start], tiles[start + 1u + item]);
+        let tile = vec2<u32>(item % size.x, item / size.x);
+        // Of a mount that is off, all rays are cast: they hit elsewhere than they are believed to go.
+        var word = SENT;
+        if placement.is_off == 0u {
+            word = packed(End(BLIND, 0u));
+            if seen != 0u {
+                word = word_of(cone_of(placement.believed, tile), seen);
+            }
+        }
+        var i = 0u;
+        for (; i < TILE * TILE; i += 1u) {
+            let pixel = tile * TILE + vec2<u32>(i % TILE, i / TILE);
+            if pixel.x < table.image_x && pixel.y < table.image_y {
+                ends[row * table.rays + pixel_index(pixel)] = word;
+            }
+        }
+        loop_ended(opaque(i) >= TILE * TILE);
+    }
+    report(CAST_TILES, local);
+}
