@@ -14,7 +14,7 @@
 use fearless_simd::{Level, Simd, dispatch};
 
 use super::first_hit::FirstHit;
-use super::narrow::{NONE, NarrowPacket};
+use super::narrow::{NONE, NarrowPacket, Slabs};
 use super::packet::{self, Lanes, Packet, RAYS};
 
 /// The rays of a packet.
@@ -66,8 +66,8 @@ impl Intersect {
 }
 
 #[inline(always)]
-fn intersect<S: Simd>(simd: S, intersect: &mut Intersect, away: [i32; 3], ignore_q16: u32) {
-    let [enters, leaves] = intersect.rays.spans(simd, away);
+fn intersect<S: Simd>(_: S, intersect: &mut Intersect, away: [i32; 3], ignore_q16: u32) {
+    let [enters, leaves] = intersect.rays.spans::<RAYS>(0, &Slabs::new(away));
     let ignored = 4 * ignore_q16;
     for lane in 0..RAYS {
         let visits = (enters[lane] < leaves[lane]) & (enters[lane] >= ignored);

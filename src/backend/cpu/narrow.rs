@@ -2,8 +2,9 @@
 //!
 //! # Theory
 //! A crossing is one number, distance · 4 + axis (`leap`), which for those within any grid fits in 32 bits. Crossing n of
-//! an axis comes after n periods and by n + 1 periods at the latest. Where n + 1 periods are more than [`LATEST`], n of them
-//! are more than half of it, 8192 voxels: such a crossing is outside of any grid, and said never to happen ([`NONE`]).
+//! an axis comes after n periods and by n + 1 periods at the latest. Let 2ᶜ be the least power that is not below n + 1: where 2ᶜ
+//! periods are more than [`LATEST`], n of them are at least half of it, 8192 voxels, since n is at least 2ᶜ⁻¹. Such a
+//! crossing is outside of any grid, and said never to happen ([`NONE`]).
 //!
 //! # Practice
 //! For packets against single voxels: the blockers of `intersect`, and the voxels of `carve_voxels`.
@@ -52,19 +53,19 @@ impl NarrowPacket {
         }
     }
 
-    /// The crossings by which rays enter and leave a voxel, `away` voxels from the one where they begin: [`NONE`] enters if one
-    /// leads away from it, 0 if it begins there.
+    /// The crossings by which the rays of `N` lanes from one on enter and leave a voxel: [`NONE`] enters if one leads away from
+    /// it, 0 if it begins there.
     #[inline(always)]
-    pub(super) fn spans<S: Simd>(&self, _: S, away: [i32; 3]) -> [Lanes<u32>; 2] {
-        let [mut enters, mut leaves] = [[0; RAYS], [NONE; RAYS]];
-        for r in 0..3 {
-            let (first, period_q16, step) = (&self.first[r], &self.period_q16[r], &self.step[r]);
-            if away[r] == 0 {
-                (0..RAYS).for_each(|lane| leaves[lane] = leaves[lane].min(first[lane]));
+    pub(super) fn spans<const N: usize>(&self, begin: usize, voxel: &Slabs) -> [[u32; N]; 2] {
+        let [mut enters, mut leaves] = [[0; N], [NONE; N]];
+        for (r, slab) in voxel.0.iter().enumerate() {
+            let first = &self.first[r][begin..][..N];
+            let Some(slab) = slab else {
+                (0..N).for_each(|lane| leaves[lane] = leaves[lane].min(first[lane]));
                 continue;
-            }
-            let slab = Slab::new(away[r]);
-            for lane in 0..RAYS {
+            };
+            let (period_q16, step) = (&self.period_q16[r][begin..][..N], &self.step[r][begin..][..N]);
+            for lane in 0..N {
                 let [own_enters, own_leaves] = slab.crossings(first[lane], period_q16[lane], step[lane]);
                 enters[lane] = enters[lane].max(own_enters);
                 leaves[lane] = leaves[lane].min(own_leaves);
@@ -83,16 +84,8 @@ impl NarrowPacket {
     }
 
     /// Whether one of the rays visits a voxel, were nothing in its way.
-    pub(super) fn visits(&self, lane: usize, away: [i32; 3]) -> bool {
-        let [mut enters, mut leaves] = [0, NONE];
-        for r in 0..3 {
-            let first = self.first[r][lane];
-            let [own_enters, own_leaves] = match away[r] {
-                0 => [0, first],
-                away => Slab::new(away).crossings(first, self.period_q16[r][lane], self.step[r][lane]),
-            };
-            (enters, leaves) = (enters.max(own_enters), leaves.min(own_leaves));
-        }
+    pub(super) fn visits(&self, lane: usize, voxel: &Slabs) -> bool {
+        let [[enters], [leaves]] = self.spans(lane, voxel);
         is_visited(enters, leaves)
     }
 }
@@ -102,6 +95,17 @@ impl NarrowPacket {
 #[inline(always)]
 pub(super) fn is_visited(enters: u32, leaves: u32) -> bool {
     (enters <= leaves) & (enters < NONE)
+}
+
+/// The layers in which a voxel lies, across each axis, but for those in which rays begin.
+pub(super) struct Slabs([Option<Slab>; 3]);
+
+impl Slabs {
+    /// Those of the voxel so many voxels away.
+    #[inline(always)]
+    pub(super) fn new(away: [i32; 3]) -> Slabs {
+        Slabs(away.map(|away| (away != 0).then(|| Slab::new(away))))
+    }
 }
 
 /// A layer of voxels across an axis, as rays see it that begin beside it.
@@ -120,7 +124,7 @@ impl Slab {
     #[inline(always)]
     fn new(away: i32) -> Slab {
         let n = away.unsigned_abs();
-        let longest = [if n == 1 { u32::MAX } else { LATEST / n }, LATEST / (n + 1)];
+        let longest = [if n == 1 { u32::MAX } else { LATEST >> log2_up(n) }, LATEST >> log2_up(n + 1)];
         Slab { towards: away.signum(), made: 4 * (n - 1), longest }
     }
 
@@ -132,6 +136,12 @@ impl Slab {
         let comes = (step == self.towards) & (period_q16 <= self.longest[0]);
         [if comes { enters } else { NONE }, if period_q16 <= self.longest[1] { leaves } else { NONE }]
     }
+}
+
+/// The exponent of the least power of two that is not below a number.
+#[inline(always)]
+fn log2_up(n: u32) -> u32 {
+    u32::BITS - (n - 1).leading_zeros()
 }
 
 #[cfg(test)]

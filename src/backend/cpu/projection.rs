@@ -69,13 +69,25 @@ impl PixelRects {
     /// One of them; `None` if no pixel sees any of its voxels.
     #[inline]
     pub(super) fn of(&self, i: usize) -> Option<PixelRect> {
+        self.seen[i].then(|| self.get(i))
+    }
+
+    /// Whether pixels see one of them, and none of its voxels is near.
+    #[inline]
+    pub(super) fn is_seen_from_afar(&self, i: usize) -> bool {
+        self.seen[i] & !self.near[i]
+    }
+
+    /// One of them that pixels see.
+    #[inline]
+    pub(super) fn get(&self, i: usize) -> PixelRect {
         let rect = Rect {
             first: [self.first[0][i] as u32, self.first[1][i] as u32],
             last: [self.last[0][i] as u32, self.last[1][i] as u32],
         };
         let (near, dense, beside) = (self.near[i], self.dense[i], self.beside[i] as u32);
         let centre = self.centre.map(|pixels| pixels[i] as u32);
-        self.seen[i].then_some(PixelRect { rect, near, dense, centre, beside })
+        PixelRect { rect, near, dense, centre, beside }
     }
 }
 

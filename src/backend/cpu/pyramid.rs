@@ -2,21 +2,28 @@
 //! pixels.
 //!
 //! # Theory
-//! A block that holds a rectangle has a least that is at most the rectangle's, and a most that is at least
+//! Blocks that hold a rectangle have a least that is at most the rectangle's, and a most that is at least
 //! the rectangle's: an error can only leave a box undecided. Pixels that were not cast free nothing, which
-//! can only lower a least, or all that matters (`beyond`).
+//! can only lower a least, or all that matters (`beyond`). The nearer the blocks come to the rectangle, the more
+//! boxes are decided whole, above all where noise makes neighbouring pixels differ: so wider blocks begin at every
+//! second or fourth of their pixels, and overlap.
 //!
 //! # Practice
 //! Made once a pose, for `carve_voxels`: a rectangle of any size is looked up in four blocks.
 
+use fearless_simd::{Level as Vectors, Simd, dispatch};
+
 use super::packet::{Lanes, RAYS, TILE};
 use crate::backend::Image;
 
-/// Levels above the pixels; the highest has blocks of 2⁸ pixels.
-const LEVELS: usize = 8;
+/// Levels above the pixels; the highest has blocks of 2⁶ pixels, and of four times as many.
+const LEVELS: usize = 6;
 
 /// The level whose blocks are tiles.
 const TILES: usize = TILE.ilog2() as usize;
+
+/// The widest blocks, in blocks.
+const WIDEST: usize = 4;
 
 /// The image and its levels.
 pub(super) struct Pyramid {
@@ -28,27 +35,62 @@ pub(super) struct Pyramid {
     levels: Vec<Level>,
 }
 
-/// The blocks of one size, row by row.
+/// What the pixels of a block free: the least, and what the most leaves of the largest number, so that both are least.
+type FreedRange = [u16; 2];
+
+/// Of no pixels at all.
+const NOTHING: FreedRange = [u16::MAX; 2];
+
+/// Blocks of one size, row by row, and wider ones that begin where they do.
 struct Level {
-    size: [u32; 2],
-    blocks: Vec<FreedRange>,
+    /// Of the blocks of the image; rows are longer, and more, by what the last wider block lacks.
+    size: [usize; 2],
+    single: Vec<FreedRange>,
+    double: Vec<FreedRange>,
+    quadruple: Vec<FreedRange>,
 }
 
-/// What the pixels of a block free.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-struct FreedRange {
-    least: u16,
-    most: u16,
-}
-
-impl FreedRange {
-    fn of(freed: u16) -> FreedRange {
-        FreedRange { least: freed, most: freed }
+impl Level {
+    fn new(size: [usize; 2]) -> Level {
+        let blocks = vec![NOTHING; size.map(|n| n + WIDEST).iter().product()];
+        Level { size, single: blocks.clone(), double: blocks.clone(), quadruple: blocks }
     }
 
-    #[inline]
-    fn and(self, other: FreedRange) -> FreedRange {
-        FreedRange { least: self.least.min(other.least), most: self.most.max(other.most) }
+    /// Blocks from one row to the next.
+    #[inline(always)]
+    fn row(&self) -> usize {
+        self.size[0] + WIDEST
+    }
+
+    /// Makes the wider blocks.
+    #[inline(always)]
+    fn widen<S: Simd>(&mut self, _: S) {
+        let row = self.row();
+        widen(&self.single, 1, row, self.size[1], &mut self.double);
+        widen(&self.double, 2, row, self.size[1], &mut self.quadruple);
+    }
+
+    /// Makes the blocks, from the wider ones of the level below.
+    fn take(&mut self, below: &Level) {
+        let row = self.row();
+        for (v, to) in self.single.chunks_exact_mut(row).take(self.size[1]).enumerate() {
+            let from = &below.double[2 * v * below.row()..][..below.row()];
+            to.iter_mut().zip(from.iter().step_by(2)).take(self.size[0]).for_each(|(to, from)| *to = *from);
+        }
+    }
+}
+
+/// Joins blocks with those so many to the right and below.
+#[inline(always)]
+fn widen(blocks: &[FreedRange], by: usize, row: usize, rows: usize, wider: &mut [FreedRange]) {
+    let ends = (row - by) * 2;
+    for (v, to) in wider.as_flattened_mut().chunks_exact_mut(2 * row).take(rows).enumerate() {
+        let [upper, lower] = [v, v + by].map(|v| blocks[v * row..][..row].as_flattened());
+        let (left, right) =
+            (upper[..ends].iter().zip(&lower[..ends]), upper[2 * by..].iter().zip(&lower[2 * by..]));
+        for (to, ((a, b), (c, d))) in to.iter_mut().zip(left.zip(right)) {
+            *to = (*a).min(*b).min((*c).min(*d));
+        }
     }
 }
 
@@ -60,12 +102,18 @@ pub(super) struct Rect {
 }
 
 impl Rect {
-    /// Those of its pixels that lie in a tile, as lanes of it.
-    pub(super) fn part(&self, tile: [u32; 2]) -> impl Iterator<Item = usize> {
-        let [columns, rows]: [std::ops::Range<u32>; 2] = std::array::from_fn(|a| {
+    /// The columns and rows of a tile in which it lies, from the tile's first on.
+    #[inline]
+    pub(super) fn within(&self, tile: [u32; 2]) -> [std::ops::Range<u32>; 2] {
+        std::array::from_fn(|a| {
             let first = tile[a] * TILE;
             self.first[a].max(first) - first..(self.last[a] + 1).min(first + TILE) - first
-        });
+        })
+    }
+
+    /// Those of its pixels that lie in a tile, as lanes of it.
+    pub(super) fn part(&self, tile: [u32; 2]) -> impl Iterator<Item = usize> {
+        let [columns, rows] = self.within(tile);
         rows.flat_map(move |v| columns.clone().map(move |u| (v * TILE + u) as usize))
     }
 }
@@ -74,10 +122,7 @@ impl Pyramid {
     /// No pixel frees anything.
     pub(super) fn new(image: &Image) -> Self {
         let [across, down] = image.size_px.map(|n| n.div_ceil(TILE));
-        let level = |k: usize| {
-            let size = [across, down].map(|n| (n * TILE).div_ceil(1 << k));
-            Level { size, blocks: vec![FreedRange::of(0); size[0] as usize * size[1] as usize] }
-        };
+        let level = |k: usize| Level::new([across, down].map(|n| (n * TILE).div_ceil(1 << k) as usize));
         let tiles = vec![[0; RAYS]; across as usize * down as usize];
         Pyramid { across, tiles, levels: (1..=LEVELS).map(level).collect() }
     }
@@ -100,7 +145,8 @@ impl Pyramid {
             0 => self.get([u, v]),
             k => {
                 let level = &self.levels[k as usize - 1];
-                level.blocks[((v >> k) * level.size[0] + (u >> k)) as usize].most.into()
+                let [_, rest] = level.single[(v >> k) as usize * level.row() + (u >> k) as usize];
+                (!rest).into()
             }
         }
     }
@@ -117,24 +163,26 @@ impl Pyramid {
     }
 
     /// Makes the levels from the pixels.
-    pub(super) fn build(&mut self) {
-        let Level { size, blocks } = &mut self.levels[0];
-        let half = TILE as usize / 2;
+    pub(super) fn build(&mut self, vectors: Vectors) {
+        let first = &mut self.levels[0];
+        let (row, half) = (first.row(), TILE as usize / 2);
         for (i, tile) in self.tiles.iter().enumerate() {
             let [u, v] = [i % self.across as usize * half, i / self.across as usize * half];
-            for (row, pixels) in tile.as_chunks::<{ 2 * TILE as usize }>().0.iter().enumerate() {
-                let own = &mut blocks[(v + row) * size[0] as usize + u..][..half];
+            for (down, pixels) in tile.as_chunks::<{ 2 * TILE as usize }>().0.iter().enumerate() {
+                let own = &mut first.single[(v + down) * row + u..][..half];
                 for (k, block) in own.iter_mut().enumerate() {
                     let [upper, lower] = [2 * k, 2 * k + TILE as usize];
-                    let [a, b, c, d] =
-                        [upper, upper + 1, lower, lower + 1].map(|i| FreedRange::of(pixels[i]));
-                    *block = a.and(b).and(c.and(d));
+                    let [a, b, c, d] = [upper, upper + 1, lower, lower + 1].map(|i| pixels[i]);
+                    *block = [a.min(b).min(c.min(d)), !a.max(b).max(c.max(d))];
                 }
             }
         }
-        for k in 1..LEVELS {
+        for k in 0..LEVELS {
             let (below, above) = self.levels.split_at_mut(k);
-            reduce(&below[k - 1], &mut above[0]);
+            if let Some(below) = below.last() {
+                above[0].take(below);
+            }
+            dispatch!(vectors, simd => above[0].widen(simd));
         }
     }
 
@@ -143,43 +191,84 @@ impl Pyramid {
         let [columns, rows] = std::array::from_fn(|a| rect.first[a] / TILE..=rect.last[a] / TILE);
         let level = &self.levels[TILES - 1];
         let tiles = rows.flat_map(move |v| columns.clone().map(move |u| [u, v]));
-        tiles.filter(move |[u, v]| u32::from(level.blocks[(v * level.size[0] + u) as usize].most) > away)
+        tiles.filter(move |&[u, v]| {
+            let [_, rest] = level.single[v as usize * level.row() + u as usize];
+            u32::from(!rest) > away
+        })
     }
 
     /// Least and most over a rectangle, or over a little more: the four blocks at its corners hold it.
     #[inline]
     pub(super) fn range(&self, rect: &Rect) -> [u32; 2] {
-        let across = (rect.last[0] - rect.first[0]).max(rect.last[1] - rect.first[1]);
-        // Blocks at least as large as what lies between the corners, which so fall in the same block or in
-        // neighbours.
-        let k = if across < 2 { 0 } else { (u32::BITS - (across - 1).leading_zeros()) as usize };
+        let beyond = (rect.last[0] - rect.first[0]).max(rect.last[1] - rect.first[1]);
+        if beyond < 2 {
+            let ([left, top], [right, bottom]) = (rect.first, rect.last);
+            let [a, b, c, d] =
+                [[left, top], [right, top], [left, bottom], [right, bottom]].map(|pixel| self.get(pixel));
+            return [a.min(b).min(c.min(d)), a.max(b).max(c.max(d))];
+        }
+        // Blocks so wide that two of them, side by side, are as wide as what it may lie in.
+        let k = if beyond <= 6 {
+            1
+        } else {
+            (beyond.div_ceil(7) - 1).checked_ilog2().map_or(1, |k| k as usize + 1)
+        };
         if k > LEVELS {
             return [0, u16::MAX.into()];
         }
-        let block = |u: u32, v: u32| match k {
-            0 => FreedRange::of(self.get([u, v]) as u16),
-            _ => {
-                let level = &self.levels[k - 1];
-                level.blocks[((v >> k) * level.size[0] + (u >> k)) as usize]
-            }
-        };
-        let ([left, top], [right, bottom]) = (rect.first, rect.last);
-        let upper = block(left, top).and(block(right, top));
-        let FreedRange { least, most } = upper.and(block(left, bottom)).and(block(right, bottom));
-        [least.into(), most.into()]
+        let level = &self.levels[k - 1];
+        let (blocks, wide) = if beyond <= 6 { (&level.double, 2) } else { (&level.quadruple, WIDEST as u32) };
+        let first = rect.first.map(|x| x >> k);
+        let last: [u32; 2] =
+            std::array::from_fn(|a| first[a].max((rect.last[a] >> k).saturating_sub(wide - 1)));
+        let block = |u: u32, v: u32| blocks[v as usize * level.row() + u as usize];
+        let and = |a: FreedRange, b: FreedRange| [a[0].min(b[0]), a[1].min(b[1])];
+        let upper = and(block(first[0], first[1]), block(last[0], first[1]));
+        let [least, rest] = and(upper, and(block(first[0], last[1]), block(last[0], last[1])));
+        [least.into(), (!rest).into()]
     }
 }
 
-/// Makes the next level: blocks of 2 × 2, fewer at the edges.
-fn reduce(below: &Level, above: &mut Level) {
-    let [width, height] = below.size.map(|n| n as usize);
-    for (v, row) in above.blocks.chunks_exact_mut(above.size[0] as usize).enumerate() {
-        let upper = &below.blocks[2 * v * width..][..width];
-        // At the lower edge a row stands alone, at the right edge a column.
-        let lower = &below.blocks[(2 * v + 1).min(height - 1) * width..][..width];
-        for (u, to) in row.iter_mut().enumerate() {
-            let (left, right) = (2 * u, (2 * u + 1).min(width - 1));
-            *to = upper[left].and(upper[right]).and(lower[left].and(lower[right]));
+#[cfg(test)]
+mod tests {
+    use rand::{Rng, SeedableRng};
+    use rand_chacha::ChaCha8Rng;
+
+    use super::*;
+
+    #[test]
+    fn blocks_hold_their_rectangle_and_little_more() {
+        let mut random = ChaCha8Rng::seed_from_u64(19);
+        let mut below = |n: u32| random.next_u32() % n;
+        for size_px in [[1, 1], [3, 90], [64, 8], [83, 61], [500, 300]] {
+            let mut pyramid = Pyramid::new(&Image { size_px, focal_px: [1.0; 2] });
+            for tile in 0..pyramid.tiles.len() {
+                pyramid.set_tile(tile, &std::array::from_fn(|_| below(1 << 16)));
+            }
+            pyramid.build(Vectors::new());
+            // All that the pyramid holds, from a pixel to a pixel; tiles reach past the edge of the image.
+            let range = |first: [u32; 2], last: [u32; 2]| {
+                let [across, down] = size_px.map(|n| n.next_multiple_of(TILE) - 1);
+                let rows = first[1]..=last[1].min(down);
+                let pixels = rows.flat_map(|v| (first[0]..=last[0].min(across)).map(move |u| [u, v]));
+                let freed: Vec<u32> = pixels.map(|pixel| pyramid.get(pixel)).collect();
+                [*freed.iter().min().unwrap(), *freed.iter().max().unwrap()]
+            };
+            for _ in 0..2000 {
+                let most = 1 + below(40);
+                let first = size_px.map(&mut below);
+                let last = std::array::from_fn(|a| (first[a] + below(most)).min(size_px[a] - 1));
+                let rect = Rect { first, last };
+                let [least, most] = pyramid.range(&rect);
+                let [own_least, own_most] = range(first, last);
+                assert!(least <= own_least && most >= own_most, "{rect:?} of {size_px:?}");
+                // Little more than the square on the longer edge: by four pixels, or a third of that edge.
+                let edge = (last[0] - first[0]).max(last[1] - first[1]);
+                let by = (edge / 3).max(3);
+                let [grown_least, grown_most] =
+                    range(first.map(|x| x.saturating_sub(by)), first.map(|x| x + edge + by));
+                assert!(least >= grown_least && most <= grown_most, "{rect:?} of {size_px:?}");
+            }
         }
     }
 }

@@ -222,7 +222,7 @@ impl TableCaster<'_> {
             scratch.marks.finish(&mut planes.free);
             scratch.ends.mark(planes);
         }
-        pyramid.build();
+        pyramid.build(self.level);
         let placement = shoot.placement;
         let (level, wide, wanted) = (self.level, self.wide, self.wanted);
         let asked = AskedTiles::new(level, packets, placement, &mut scratch.asked);
