@@ -5,8 +5,8 @@
 //! Blocks that hold a rectangle have a least that is at most the rectangle's, and a most that is at least
 //! the rectangle's: an error can only leave a box undecided. Pixels that were not cast free nothing, which
 //! can only lower a least, or all that matters (`beyond`). The nearer the blocks come to the rectangle, the more
-//! boxes are decided whole, above all where noise makes neighbouring pixels differ: so wider blocks begin at every
-//! second or fourth of their pixels, and overlap.
+//! boxes are decided whole, above all where noise makes neighbouring pixels differ: so blocks of two and of four
+//! times a level's size begin wherever one of its own does, and overlap.
 //!
 //! # Practice
 //! Made once a pose, for `carve_voxels`: a rectangle of any size is looked up in four blocks.
@@ -16,7 +16,7 @@ use fearless_simd::{Level as Vectors, Simd, dispatch};
 use super::packet::{Lanes, RAYS, TILE};
 use crate::backend::Image;
 
-/// Levels above the pixels; the highest has blocks of 2⁶ pixels, and of four times as many.
+/// Levels above the pixels; the highest has blocks of 2⁶ pixels on an axis, and wider ones of up to four times that.
 const LEVELS: usize = 6;
 
 /// The level whose blocks are tiles.
@@ -43,7 +43,7 @@ const NOTHING: FreedRange = [u16::MAX; 2];
 
 /// Blocks of one size, row by row, and wider ones that begin where they do.
 struct Level {
-    /// Of the blocks of the image; rows are longer, and more, by what the last wider block lacks.
+    /// Blocks of the image on each axis. The lists have [`WIDEST`] more, of no pixels, so that no wider block ends outside.
     size: [usize; 2],
     single: Vec<FreedRange>,
     double: Vec<FreedRange>,
@@ -254,15 +254,15 @@ mod tests {
                 let freed: Vec<u32> = pixels.map(|pixel| pyramid.get(pixel)).collect();
                 [*freed.iter().min().unwrap(), *freed.iter().max().unwrap()]
             };
-            for _ in 0..2000 {
-                let most = 1 + below(40);
+            for turn in 0..2000 {
+                let most = 1 + below([40, 440][turn % 2]);
                 let first = size_px.map(&mut below);
                 let last = std::array::from_fn(|a| (first[a] + below(most)).min(size_px[a] - 1));
                 let rect = Rect { first, last };
                 let [least, most] = pyramid.range(&rect);
                 let [own_least, own_most] = range(first, last);
                 assert!(least <= own_least && most >= own_most, "{rect:?} of {size_px:?}");
-                // Little more than the square on the longer edge: by four pixels, or a third of that edge.
+                // Little more than the square on the longer edge: by three pixels, or a third of that edge.
                 let edge = (last[0] - first[0]).max(last[1] - first[1]);
                 let by = (edge / 3).max(3);
                 let [grown_least, grown_most] =
