@@ -134,24 +134,37 @@ impl SampledRays<'_> {
         posed.iter().zip(why).filter_map(|((candidate, _), why)| Some((*candidate, why?))).collect()
     }
 
-    /// Why rays from here tell nothing.
+    /// Why rays from here tell nothing. Casts no more of them than it takes to know that they tell something.
     fn verdict(&self, truth: &Truth, from: &GridPose) -> Option<String> {
-        let met: Vec<Met> =
-            self.dirs_q15.iter().map(|&dir_q15| self.cast(&truth.blockers, from, dir_q15)).collect();
+        let all = self.dirs_q15.len().max(1);
+        let share = |some: usize| some as f64 / all as f64;
         let metres = |q16: u32| f64::from(q16) / 65_536.0 * truth.grid.voxel_size_m;
-        let ends = || {
-            met.iter()
-                .filter_map(|met| if let Met::Blocker(voxel, t) = *met { Some((voxel, t)) } else { None })
-        };
-        let standing = || ends().filter(|(voxel, _)| !truth.human.get(*voxel));
-        let share = |some: usize| some as f64 / met.len().max(1) as f64;
-        let is_blind = |t: u32| t < self.gates.range_min_q16;
-        let blind = standing().filter(|(_, t)| is_blind(*t)).count();
-        let returns = ends().filter(|(_, t)| !is_blind(*t)).count()
-            + met.iter().filter(|met| matches!(met, Met::Backdrop)).count();
-        let percent = |some: usize| 100.0 * share(some);
-        let before = || mostly(truth, standing().map(|(voxel, _)| voxel));
         let [nearest_m, farthest_m] = self.range.range_m;
+        let near_m = NEAR_M.min(NEAR_SHARE * farthest_m);
+        let (mut standing, mut blind, mut near, mut returns) = (Vec::new(), 0, 0, 0);
+        let mut someone = false;
+        for (left, &dir_q15) in (0..all).rev().zip(&self.dirs_q15) {
+            match self.cast(&truth.blockers, from, dir_q15) {
+                Met::Blocker(voxel, t_q16) => {
+                    let (is_person, is_blind) = (truth.human.get(voxel), t_q16 < self.gates.range_min_q16);
+                    returns += usize::from(!is_blind);
+                    someone |= is_person;
+                    if !is_person {
+                        standing.push(voxel);
+                        blind += usize::from(is_blind);
+                        near += usize::from(metres(t_q16) <= near_m);
+                    }
+                }
+                Met::Backdrop => returns += 1,
+                Met::Nothing => {}
+            }
+            let tells = share(returns) >= RETURNS || someone || self.gates.no_return_is_free;
+            if tells && share(blind + left) <= BLIND && share(near + left) <= FACES_WALL {
+                return None;
+            }
+        }
+        let percent = |some: usize| 100.0 * share(some);
+        let before = || mostly(truth, &standing);
         if share(blind) > BLIND {
             return Some(format!(
                 "{:.0} % of its rays end{} nearer than the {nearest_m} m from which it measures: move it away, or, if that is \
@@ -160,8 +173,6 @@ impl SampledRays<'_> {
                 before()
             ));
         }
-        let near_m = NEAR_M.min(NEAR_SHARE * farthest_m);
-        let near = standing().filter(|(_, t)| metres(*t) <= near_m).count();
         if share(near) > FACES_WALL {
             return Some(format!(
                 "{:.0} % of its rays end{} within {near_m:.2} m: turn it round, or move it away",
@@ -169,8 +180,7 @@ impl SampledRays<'_> {
                 before()
             ));
         }
-        let someone = ends().count() > standing().count();
-        (share(returns) < RETURNS && !someone && !met.is_empty() && !self.gates.no_return_is_free).then(|| {
+        (!self.dirs_q15.is_empty()).then(|| {
             format!(
                 "its rays meet nothing from {nearest_m} to {farthest_m} m: turn it towards the cell, move it nearer, or take a \
                  sensor with a longer range"
@@ -194,9 +204,9 @@ impl SampledRays<'_> {
 }
 
 /// ` at "NAME"`, of the object that has most of these voxels; nothing where none has any.
-fn mostly(truth: &Truth, voxels: impl Iterator<Item = [i32; 3]>) -> String {
+fn mostly(truth: &Truth, voxels: &[[i32; 3]]) -> String {
     let mut counts = vec![0; truth.objects.len()];
-    for voxel in voxels {
+    for &voxel in voxels {
         let owner = truth.objects.iter().position(|object| object.stops_rays && object.voxels.get(voxel));
         owner.into_iter().for_each(|owner| counts[owner] += 1);
     }
