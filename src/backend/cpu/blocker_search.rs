@@ -36,8 +36,12 @@ impl BlockerSearch {
         let axis = |r: usize| RayAxis::new(r, begin.step[r], begin.next_q16[r], begin.period_q16[r]);
         let d = dir_q16.map(i32::unsigned_abs);
         let ray = LeapingRay { voxel: begin.voxel, axes: std::array::from_fn(axis), d };
-        let search =
-            Search { layer: &self.layer, ignore_q16: gates.near_ignore_q16, clearing: from.clearing };
+        let search = Search {
+            layer: &self.layer,
+            ignore_q16: gates.near_ignore_q16,
+            voxel: begin.voxel,
+            clearing: from.clearing.into(),
+        };
         let limit = first_hit::range(gates.range_max_q16);
         let hit = search.first_hit(ray, true, limit, first_hit::NOTHING);
         (hit < first_hit::LEFT).then(|| {

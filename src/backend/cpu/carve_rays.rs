@@ -2,9 +2,8 @@
 //! it, or to the last voxel that it frees. `plan` chooses the rays.
 //!
 //! # Theory
-//! A ray enters a box when it has entered on every axis, and leaves it when it leaves on any; both are
-//! crossings, whose number is known in closed form. So the ray is put into the box in one leap, and the
-//! crossing that ends what it frees is known beforehand. No crossing that is made is as late as 2³¹ as a number (`first_hit::LAST`), so
+//! The crossings by which a ray enters and leaves a window are known beforehand (`through`). So the ray is put into it in one
+//! leap, and the crossing that ends what it frees is known, too. No crossing that is made is as late as 2³¹ as a number (`first_hit::LAST`), so
 //! that later ones may all be cut to what 32 bits can say.
 //!
 //! # Practice
@@ -15,7 +14,7 @@ use fearless_simd::{Level, Simd, dispatch};
 
 use super::first_hit::{self, FirstHit, LeapingRay};
 use super::packet::Packet;
-use crate::march::leap;
+use super::through::Through;
 use crate::voxel::BitGrid;
 
 /// Rays that are marked together.
@@ -40,6 +39,9 @@ pub(super) struct Marks {
     stride: [[i32; TOGETHER]; 3],
 }
 
+/// A ray of a packet that is in a plane's window for a part of its way.
+pub(super) type RayThrough<'a> = (&'a Packet, &'a Through, usize);
+
 impl Marks {
     /// No rays yet.
     pub(super) fn new(level: Level, wide: bool) -> Self {
@@ -62,18 +64,18 @@ impl Marks {
     /// the ray enters after `until_q16` may be left out.
     pub(super) fn freed(
         &mut self,
-        (packet, lane): (&Packet, usize),
+        (packet, through, lane): RayThrough,
         freed: u32,
         until_q16: u32,
         plane: &mut BitGrid,
     ) {
-        let Some([enters, leaves]) = span(packet, lane, plane) else { return };
+        let Some([enters, leaves]) = through.span(lane) else { return };
         let begins_inside = plane.window().contains(packet.voxel);
-        let entered = || packet.made_by(lane, first_hit::crossing(enters as FirstHit));
+        let entered = || packet.made_by(lane, first_hit::crossing(enters));
         let made = if begins_inside { [0; 3] } else { entered() };
         let crossings: u32 = made.iter().sum();
         if crossings < freed {
-            let end = leaves.min(4 * u64::from(until_q16) + 4);
+            let end = leaves.min(until_q16.saturating_mul(4).saturating_add(4));
             self.add(packet.ray(lane, made), freed - crossings, end, plane);
         }
     }
@@ -81,17 +83,17 @@ impl Marks {
     /// The same, of those that come behind a place, up to which all are marked.
     pub(super) fn freed_behind(
         &mut self,
-        (packet, lane): (&Packet, usize),
+        (packet, through, lane): RayThrough,
         freed: u32,
         place: FirstHit,
         plane: &mut BitGrid,
     ) {
-        let Some([enters, leaves]) = span(packet, lane, plane) else { return };
-        let from = enters.max(place.into());
+        let Some([enters, leaves]) = through.span(lane) else { return };
+        let from = enters.max(place);
         if from >= leaves {
             return;
         }
-        let made = packet.made_by(lane, first_hit::crossing(from as FirstHit));
+        let made = packet.made_by(lane, first_hit::crossing(from));
         let crossings: u32 = made.iter().sum();
         if crossings < freed {
             self.add(packet.ray(lane, made), freed - crossings, leaves, plane);
@@ -99,13 +101,13 @@ impl Marks {
     }
 
     /// Adds the voxel that a ray is in and those that follow, `voxels` in all at most, up to the crossing `end`.
-    fn add(&mut self, ray: LeapingRay, voxels: u32, end: u64, plane: &mut BitGrid) {
+    fn add(&mut self, ray: LeapingRay, voxels: u32, end: u32, plane: &mut BitGrid) {
         let row = plane.words_per_row() as i32 * 32;
         let strides = [1, row, row * plane.window().size[1] as i32];
         let from = plane.window().min;
         let i = self.count;
         self.bit[i] = (0..3).map(|r| (ray.voxel[r] - from[r]) * strides[r]).sum();
-        (self.voxels[i], self.end[i]) = (voxels, end.min(LATE.into()) as u32);
+        (self.voxels[i], self.end[i]) = (voxels, end.min(LATE));
         for (r, axis) in ray.axes.iter().enumerate() {
             self.next[r][i] = axis.next.min(u32::MAX.into()) as u32;
             self.period[r][i] = (4 * u64::from(axis.period_q16)).min(LATE.into()) as u32;
@@ -171,24 +173,4 @@ fn mark_all<S: Simd>(_: S, marks: &mut Marks, words: &mut [u32]) {
             }
         }
     }
-}
-
-/// Whether a ray that passes through a plane's window has left it by a place.
-pub(super) fn has_left(packet: &Packet, lane: usize, place: FirstHit, plane: &BitGrid) -> bool {
-    span(packet, lane, plane).is_some_and(|[_, leaves]| u64::from(place) >= leaves)
-}
-
-/// The crossings by which a ray enters and leaves a plane's window; `None` if it never comes there. The first
-/// is 0 where the ray begins inside, and also where it enters by a crossing of x at distance 0.
-#[inline]
-fn span(packet: &Packet, lane: usize, plane: &BitGrid) -> Option<[u64; 2]> {
-    let (min, end) = (plane.window().min, plane.window().end());
-    let low = std::array::from_fn(|r| min[r] - packet.voxel[r]);
-    let high = std::array::from_fn(|r| end[r] - 1 - packet.voxel[r]);
-    leap::span(|r| packet.axis(lane, r), low, high).filter(|[enters, _]| *enters <= first_hit::LAST.into())
-}
-
-/// Whether a ray passes through a plane's window at all.
-pub(super) fn crosses_window(packet: &Packet, lane: usize, plane: &BitGrid) -> bool {
-    span(packet, lane, plane).is_some()
 }

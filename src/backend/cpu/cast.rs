@@ -21,15 +21,23 @@ pub(super) const SECTION: f32 = 4.0;
 const SECTIONS: usize = 16;
 const MOST_NEAR: [usize; 2] = [12, 48];
 
+/// Where the rays of a packet have entered no blocker yet.
+#[derive(Clone, Copy)]
+pub(super) enum Clear<'a> {
+    /// Up to a distance in voxels.
+    Up(f32),
+    /// Up to a place of each ray's own; 0 says nothing of it.
+    Before(&'a [FirstHit]),
+}
+
 impl TableCaster<'_> {
-    /// The first hits of a packet on a layer, where they come before those already known, of some rays at least. No ray has entered
-    /// a blocker up to `clear`, in voxels.
+    /// The first hits of a packet on a layer, where they come before those already known, of some rays at least.
     pub(super) fn first_hits(
         &self,
         search: &Search,
         packet: usize,
         rays: u64,
-        clear: f32,
+        clear: Clear,
         placement: &GridPose,
         scratch: &mut Scratch,
     ) {
@@ -37,13 +45,18 @@ impl TableCaster<'_> {
         let Some(cone) = self.table.cones.get(packet) else {
             for lane in (0..RAYS).filter(|lane| rays >> lane & 1 == 1) {
                 let known = scratch.found[lane];
-                let ray = scratch.packet.ray(lane, [0; 3]);
-                scratch.found[lane] = search.first_hit(ray, true, known.min(range), known);
+                let place = if let Clear::Before(places) = clear { places[lane] } else { 0 };
+                let made = match place {
+                    0 => [0; 3],
+                    place => scratch.packet.made_by(lane, first_hit::crossing(place)),
+                };
+                let ray = scratch.packet.ray(lane, made);
+                scratch.found[lane] = search.first_hit(ray, place == 0, known.min(range), known);
             }
             return;
         };
         let cone = cone.sent(placement);
-        let mut clear = cone.clear(search, clear);
+        let mut clear = cone.clear(search, if let Clear::Up(clear) = clear { clear } else { 0.0 });
         let mut open = u64::MAX;
         if clear > 0.0 {
             (open, clear) = self.intersect(search, &cone, clear, scratch, range);

@@ -93,7 +93,7 @@ impl ConeAtPose {
             if (0..3).any(|r| voxel[r] as u32 >= size[r]) {
                 break;
             }
-            let known = if t == 0.0 { Some(search.clearing) } else { layer.empty_box(voxel) };
+            let known = if t == 0.0 { Some(*search.clearing()) } else { layer.empty_box(voxel) };
             let Some([low, high]) = known else { break };
             let radius = self.radius(t);
             let mut gain = f32::MAX;

@@ -4,11 +4,13 @@
 //! # Theory
 //! A leap makes all crossings inside a box without blockers at once, and the one that leaves the box
 //! (`leap`); every voxel that is skipped is empty, so the first blocker is the one that single steps would
-//! find. The first blocker in the union of two layers is the earlier of their first blockers, so a hit known
-//! in one layer ends the search in the other.
+//! find. Outside of the box that holds all blockers there are none. The first blocker in the union of two layers is the
+//! earlier of their first blockers, so a hit known in one layer ends the search in the other.
 //!
 //! # Practice
 //! Used for every ray of every table. Where the nearest blocker is in the next brick, stepping is as quick.
+
+use std::cell::OnceCell;
 
 use crate::march::MAX_RANGE_VOXELS;
 use crate::march::leap::{self, RayAxis};
@@ -19,11 +21,14 @@ use crate::voxel::{BitGrid, Bricks, Window};
 pub(super) struct Layer {
     pub(super) blockers: BitGrid,
     pub(super) bricks: Bricks,
+    /// The smallest box that holds all blockers; one that no ray comes to, if there are none.
+    bounds: Box3,
 }
 
 impl Layer {
     pub(super) fn new(blockers: BitGrid) -> Self {
-        Layer { bricks: Bricks::new(&blockers), blockers }
+        let bounds = blockers.bounds();
+        Layer { bricks: Bricks::new(&blockers), bounds: [bounds.min, bounds.end()], blockers }
     }
 }
 
@@ -35,11 +40,12 @@ pub(super) type Box3 = [[i32; 3]; 2];
 const CLEARING: i32 = 32;
 
 impl Layer {
-    /// A box without blockers around a voxel, whatever is in the voxel itself: grown on all sides in turn
-    /// until something is in the way. Sensors hang on walls, where bricks say little.
+    /// A box without blockers around a voxel of the grid, whatever is in the voxel itself: the box that its brick knows, grown
+    /// on all sides in turn until something is in the way. Sensors hang on walls, where bricks say little.
     pub(super) fn clearing(&self, voxel: [i32; 3]) -> Box3 {
         let size = self.blockers.window().size.map(|n| n as i32);
-        let [mut low, mut high] = [voxel, voxel.map(|x| x + 1)];
+        let own = || [voxel, voxel.map(|x| x + 1)];
+        let [mut low, mut high] = self.empty_box(voxel).unwrap_or_else(own);
         let mut growing = true;
         while growing {
             growing = false;
@@ -126,14 +132,20 @@ pub(super) struct Search<'a> {
     pub(super) layer: &'a Layer,
     /// Blockers entered earlier are none.
     pub(super) ignore_q16: u32,
-    /// A box around the sensor in which there is nothing.
-    pub(super) clearing: Box3,
+    /// The sensor's voxel, and an empty box around it once that is asked for.
+    pub(super) voxel: [i32; 3],
+    pub(super) clearing: OnceCell<Box3>,
 }
 
 /// Steps between two looks at the bricks.
 const STEPS: usize = 8;
 
 impl Search<'_> {
+    /// A box around the sensor in which there is nothing.
+    pub(super) fn clearing(&self) -> &Box3 {
+        self.clearing.get_or_init(|| self.layer.clearing(self.voxel))
+    }
+
     /// Searches from where a ray is, in a voxel that needs no test: at its start, or behind it in an empty
     /// box. A ray that comes to `limit` has the hit `otherwise`.
     #[inline]
@@ -146,10 +158,19 @@ impl Search<'_> {
     ) -> FirstHit {
         let size = self.layer.blockers.window().size;
         let exit = ray.leaves(&[[0; 3], size.map(|n| n as i32)]);
-        let end = exit.min(limit.into());
         let past = || if exit < u64::from(limit) { LEFT } else { otherwise };
-        if starts {
-            match ray.leap(&self.clearing, end) {
+        let Some([enters, leaves]) = ray.span(&self.layer.bounds) else { return past() };
+        let end = exit.min(limit.into()).min(leaves);
+        if enters >= end {
+            return past();
+        }
+        if enters > 0 {
+            ray.advance(enters);
+            if self.stops(&ray, enters) {
+                return enters as FirstHit;
+            }
+        } else if starts {
+            match ray.leap(self.clearing(), end) {
                 None => return past(),
                 Some(entered) if self.stops(&ray, entered) => return entered as FirstHit,
                 Some(_) => {}
@@ -236,24 +257,37 @@ impl LeapingRay {
         leaves(0).min(leaves(1)).min(leaves(2))
     }
 
+    /// The crossings by which it enters and leaves a box (see [`leap::span`]).
+    #[inline]
+    fn span(&self, [low, high]: &Box3) -> Option<[u64; 2]> {
+        let low = std::array::from_fn(|r| low[r] - self.voxel[r]);
+        let high = std::array::from_fn(|r| high[r] - 1 - self.voxel[r]);
+        leap::span(|r| self.axes[r], low, high)
+    }
+
     /// Leaves an empty box by the first crossing that does; which that was, unless it is `end` or later.
     #[inline]
     fn leap(&mut self, empty: &Box3, end: u64) -> Option<u64> {
         let exit = self.leaves(empty);
-        if exit >= end {
-            return None;
-        }
+        (exit < end).then(|| {
+            self.advance(exit);
+            exit
+        })
+    }
+
+    /// Makes all crossings up to one of them.
+    #[inline]
+    fn advance(&mut self, last: u64) {
         for r in 0..3 {
             let axis = &mut self.axes[r];
-            if axis.next <= exit {
-                // The shift rounds down, so that a crossing at the exit's own distance counts only if its
-                // axis does not come after the exit's.
-                let apart = ((exit - axis.next) >> 2) as u32;
+            if axis.next <= last {
+                // The shift rounds down, so that a crossing at the last one's own distance counts only if its
+                // axis does not come after the last one's.
+                let apart = ((last - axis.next) >> 2) as u32;
                 let made = leap::periods_in(apart, axis.period_q16, self.d[r]) + 1;
                 self.voxel[r] += axis.step as i32 * made as i32;
                 axis.next = axis.crossing(made);
             }
         }
-        Some(exit)
     }
 }

@@ -4,7 +4,7 @@
 //!
 //! A pose is sensed in this order: `plan` (what matters), `beyond` (tiles that need not be cast), `packet` (rays by the 64),
 //! `cast` with `cone`, `across`, `intersect` and `first_hit` (what they hit), `end` (gates and noise), `pyramid` and
-//! `carve_voxels` with `asked`, or `carve_rays` (what they free).
+//! `carve_voxels` with `asked`, or `carve_rays` with `through` (what they free).
 
 mod across;
 mod alike;
@@ -24,6 +24,7 @@ mod plan;
 mod projection;
 mod pyramid;
 mod sense;
+mod through;
 
 use std::collections::VecDeque;
 use std::sync::Arc;
@@ -78,17 +79,18 @@ struct LoadedScene {
 struct Layers {
     /// Of every snapshot.
     always: Layer,
-    /// Of any.
-    ever: Layer,
+    /// Of some.
+    sometimes: Layer,
 }
 
 impl LoadedScene {
     /// Makes a scene ready. `before` is what the last one had over time, which may be this one's.
     fn new(scene: &VoxelScene, before: Option<(Arc<OverTime>, Layers)>) -> Self {
         let same = |all: &Arc<OverTime>| before.filter(|(known, _)| Arc::ptr_eq(known, all));
-        let ready = |all: &OverTime| Layers {
-            always: Layer::new(all.always.clone()),
-            ever: Layer::new(all.ever.clone()),
+        let ready = |all: &OverTime| {
+            let mut sometimes = all.ever.clone();
+            sometimes.remove(&all.always);
+            Layers { always: Layer::new(all.always.clone()), sometimes: Layer::new(sometimes) }
         };
         let over_time = scene.over_time.as_ref();
         let over_time = over_time.map(|all| same(all).unwrap_or_else(|| (all.clone(), ready(all))));
@@ -109,7 +111,7 @@ impl LoadedScene {
         Blockers {
             still: layers.map(|layers| &layers.always),
             moving: &self.moving,
-            ever: layers.map(|layers| &layers.ever),
+            sometimes: layers.map(|layers| &layers.sometimes),
         }
     }
 }

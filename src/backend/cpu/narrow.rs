@@ -7,7 +7,8 @@
 //! crossing is outside of any grid, and said never to happen ([`NONE`]).
 //!
 //! # Practice
-//! For packets against single voxels: the blockers of `intersect`, and the voxels of `carve_voxels`.
+//! For packets against single voxels, the blockers of `intersect` and the voxels of `carve_voxels`, and against windows
+//! (`through`).
 
 use fearless_simd::Simd;
 
@@ -83,6 +84,34 @@ impl NarrowPacket {
         std::array::from_fn(|lane| slab.crossings(first[lane], period_q16[lane], step[lane])[0])
     }
 
+    /// The crossings by which all rays enter and leave a box, as [`NarrowPacket::spans`] has them; [`NONE`] leaves also if that
+    /// is outside of any grid.
+    #[inline(always)]
+    pub(super) fn box_spans<S: Simd>(&self, _: S, slabs: &BoxSlabs) -> [Lanes<u32>; 2] {
+        let [mut enters, mut leaves] = [[0; RAYS], [NONE; RAYS]];
+        for (r, slabs) in slabs.0.iter().enumerate() {
+            let (first, period_q16, step) = (&self.first[r], &self.period_q16[r], &self.step[r]);
+            match slabs {
+                Sides::Around { low, high } => {
+                    for lane in 0..RAYS {
+                        let [_, down] = low.crossings(first[lane], period_q16[lane], step[lane]);
+                        let [_, up] = high.crossings(first[lane], period_q16[lane], step[lane]);
+                        leaves[lane] = leaves[lane].min(if step[lane] < 0 { down } else { up });
+                    }
+                }
+                Sides::Beside { near, far } => {
+                    for lane in 0..RAYS {
+                        let [own_enters, _] = near.crossings(first[lane], period_q16[lane], step[lane]);
+                        let [_, own_leaves] = far.crossings(first[lane], period_q16[lane], step[lane]);
+                        enters[lane] = enters[lane].max(own_enters);
+                        leaves[lane] = leaves[lane].min(own_leaves);
+                    }
+                }
+            }
+        }
+        [enters, leaves]
+    }
+
     /// Whether one of the rays visits a voxel, were nothing in its way.
     pub(super) fn visits(&self, lane: usize, voxel: &Slabs) -> bool {
         let [[enters], [leaves]] = self.spans(lane, voxel);
@@ -108,7 +137,33 @@ impl Slabs {
     }
 }
 
-/// A layer of voxels across an axis, as rays see it that begin beside it.
+/// The layers in which the outermost voxels of a box lie, across each axis.
+pub(super) struct BoxSlabs([Sides; 3]);
+
+/// Those across one axis.
+enum Sides {
+    /// Rays begin between them, or in one of them.
+    Around { low: Slab, high: Slab },
+    /// Rays begin outside.
+    Beside { near: Slab, far: Slab },
+}
+
+impl BoxSlabs {
+    /// Those of the box from its lowest to its highest voxel, both counted from where rays begin.
+    #[inline(always)]
+    pub(super) fn new(low: [i32; 3], high: [i32; 3]) -> BoxSlabs {
+        BoxSlabs(std::array::from_fn(|r| {
+            let [low_slab, high_slab] = [low[r], high[r]].map(Slab::new);
+            match (low[r] > 0, high[r] < 0) {
+                (true, _) => Sides::Beside { near: low_slab, far: high_slab },
+                (_, true) => Sides::Beside { near: high_slab, far: low_slab },
+                _ => Sides::Around { low: low_slab, high: high_slab },
+            }
+        }))
+    }
+}
+
+/// A layer of voxels across an axis, as rays see it that begin beside it; they leave also the layer in which they begin.
 #[derive(Clone, Copy)]
 struct Slab {
     /// The step of rays that come to it.
@@ -120,12 +175,14 @@ struct Slab {
 }
 
 impl Slab {
-    /// The layer so many voxels away; not none.
+    /// The layer so many voxels away.
     #[inline(always)]
     fn new(away: i32) -> Slab {
         let n = away.unsigned_abs();
-        let longest = [if n == 1 { u32::MAX } else { LATEST >> log2_up(n) }, LATEST >> log2_up(n + 1)];
-        Slab { towards: away.signum(), made: 4 * (n - 1), longest }
+        // The first crossing, however long a period is, enters the next layer and leaves a ray's own.
+        let longest = |n: u32| if n == 0 { u32::MAX } else { LATEST >> log2_up(n + 1) };
+        let longest = [longest(n.saturating_sub(1)), longest(n)];
+        Slab { towards: away.signum(), made: n.wrapping_sub(1).wrapping_mul(4), longest }
     }
 
     /// The crossings by which a ray enters and leaves the layer, as `RayAxis::slab` has them.

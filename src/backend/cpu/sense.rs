@@ -1,12 +1,15 @@
 //! Senses from one pose, from rays to evidence, in the order of the files named in `mod.rs`.
 
+use std::cell::OnceCell;
+
 use fearless_simd::Level;
 
 use super::alike::{self, Alike, DONE};
 use super::asked::{AskedPlaces, AskedTiles};
 use super::beyond::{self, Way};
-use super::carve_rays::{Marks, crosses_window, has_left};
+use super::carve_rays::Marks;
 use super::carve_voxels::CarveVoxels;
+use super::cast::Clear;
 use super::cone::Cone;
 use super::end::{PacketEnds, Rules, Sent};
 use super::first_hit::{self, FirstHit, Layer, Search};
@@ -15,6 +18,7 @@ use super::packet::{Lanes, Packet, Packets, RAYS, RayPlaces, TILE};
 use super::plan::{self, RelevantVoxels};
 use super::projection::{BOXES, PixelRect, Projection};
 use super::pyramid::Pyramid;
+use super::through::Through;
 use crate::backend::{Carving, GridPose, Noise, Planes, Rays};
 use crate::march::{self, End, Gates};
 use crate::voxel::{BitGrid, Window};
@@ -47,8 +51,8 @@ impl RayTable {
 pub(super) struct Blockers<'a> {
     pub(super) still: Option<&'a Layer>,
     pub(super) moving: &'a Layer,
-    /// What stops rays in any snapshot.
-    pub(super) ever: Option<&'a Layer>,
+    /// What stops rays in some snapshots, and not in all.
+    pub(super) sometimes: Option<&'a Layer>,
 }
 
 /// What is kept of a pose from snapshot to snapshot.
@@ -107,6 +111,7 @@ pub(super) struct Scratch {
     pub(super) made: [Lanes<u32>; 3],
     pyramid: Option<Pyramid>,
     asked: AskedPlaces,
+    through: Through,
     marks: Marks,
     pub(super) intersect: Intersect,
     /// Blockers that a cone comes to.
@@ -124,6 +129,7 @@ impl Scratch {
             made: [[0; RAYS]; 3],
             pyramid: caster.table.packets.image().map(Pyramid::new),
             asked: AskedPlaces::new(),
+            through: Through::new(),
             marks: Marks::new(caster.level, caster.wide),
             intersect: Intersect::new(),
             near: Vec::new(),
@@ -175,7 +181,8 @@ impl TableCaster<'_> {
 
     fn search<'l>(&self, layer: &'l Layer, caster: &GridPose) -> Search<'l> {
         let voxel = caster.origin_q16.map(|x| x >> 16);
-        Search { layer, ignore_q16: self.table.gates.near_ignore_q16, clearing: layer.clearing(voxel) }
+        let ignore_q16 = self.table.gates.near_ignore_q16;
+        Search { layer, ignore_q16, voxel, clearing: OnceCell::new() }
     }
 
     /// Casts the rays first; then each voxel is looked up in the image of what the pixels free.
@@ -212,16 +219,19 @@ impl TableCaster<'_> {
                 Way::Clear(clear) => clear,
             };
             scratch.packet.start(self.level, shoot.placement, packets.dirs_q15(packet));
-            self.cast(packet, u64::MAX, clear, shoot, scratch);
+            self.cast(packet, u64::MAX, Clear::Up(clear), shoot, scratch);
             let freed = &scratch.ends.freed;
             pyramid.set_tile(packet, freed);
-            for lane in (0..RAYS).filter(|_| tiles[packet].near) {
-                let ray = (&scratch.packet, lane);
-                scratch.marks.freed(ray, freed[lane], until_q16, &mut planes.free);
+            if tiles[packet].near {
+                scratch.through.start(self.level, &scratch.packet, &planes.free.window());
+                for lane in 0..RAYS {
+                    let ray = (&scratch.packet, &scratch.through, lane);
+                    scratch.marks.freed(ray, freed[lane], until_q16, &mut planes.free);
+                }
             }
-            scratch.marks.finish(&mut planes.free);
             scratch.ends.mark(planes);
         }
+        scratch.marks.finish(&mut planes.free);
         pyramid.build(self.level);
         let placement = shoot.placement;
         let (level, wide, wanted) = (self.level, self.wide, self.wanted);
@@ -257,19 +267,19 @@ impl TableCaster<'_> {
         let packets = &self.table.packets;
         for packet in 0..packets.count() {
             scratch.packet.start(self.level, shoot.placement, packets.dirs_q15(packet));
-            if !shoot.casts_all()
-                && !(0..RAYS).any(|lane| crosses_window(&scratch.packet, lane, &planes.free))
-            {
+            scratch.through.start(self.level, &scratch.packet, &planes.free.window());
+            if !shoot.casts_all() && scratch.through.lanes().next().is_none() {
                 continue;
             }
-            self.cast(packet, u64::MAX, 0.0, shoot, scratch);
+            self.cast(packet, u64::MAX, Clear::Up(0.0), shoot, scratch);
             for lane in 0..RAYS {
-                let (ray, freed) = ((&scratch.packet, lane), scratch.ends.freed[lane]);
+                let ray = (&scratch.packet, &scratch.through, lane);
+                let freed = scratch.ends.freed[lane];
                 scratch.marks.freed(ray, freed, march::NEVER, &mut planes.free);
             }
-            scratch.marks.finish(&mut planes.free);
             scratch.ends.mark(planes);
         }
+        scratch.marks.finish(&mut planes.free);
     }
 
     /// Ray by ray, but for what all snapshots have alike.
@@ -283,17 +293,19 @@ impl TableCaster<'_> {
         for packet in 0..packets.count() {
             let Some((marked, moved)) = alike.packet(packet) else { continue };
             scratch.packet.start(self.level, shoot.placement, packets.dirs_q15(packet));
-            self.cast(packet, moved, 0.0, shoot, scratch);
+            self.cast(packet, moved, Clear::Before(marked), shoot, scratch);
+            scratch.through.start(self.level, &scratch.packet, &window);
             for (lane, &place) in marked.iter().enumerate().filter(|(_, place)| **place != DONE) {
-                let (ray, freed) = ((&scratch.packet, lane), scratch.ends.freed[lane]);
+                let ray = (&scratch.packet, &scratch.through, lane);
+                let freed = scratch.ends.freed[lane];
                 match place {
                     0 => scratch.marks.freed(ray, freed, march::NEVER, &mut planes.free),
                     place => scratch.marks.freed_behind(ray, freed, place, &mut planes.free),
                 }
             }
-            scratch.marks.finish(&mut planes.free);
             scratch.ends.mark(&mut planes);
         }
+        scratch.marks.finish(&mut planes.free);
         if let Some(kept) = &mut shoot.kept {
             kept.alike = Some(alike);
         }
@@ -304,7 +316,7 @@ impl TableCaster<'_> {
     fn alike(&self, shoot: &mut Shoot, scratch: &mut Scratch) -> Alike {
         let (packets, gates) = (&self.table.packets, &self.table.gates);
         let (range, nearer_q16) = (first_hit::range(gates.range_max_q16), self.table.nearer_q16);
-        let ever = self.blockers.ever.map(|ever| self.search(ever, &shoot.caster));
+        let sometimes = self.blockers.sometimes.map(|layer| self.search(layer, &shoot.caster));
         let mut alike = Alike {
             free: BitGrid::new(self.wanted.voxels.window()),
             marked: vec![DONE; packets.count() * RAYS],
@@ -312,17 +324,17 @@ impl TableCaster<'_> {
         };
         for packet in 0..packets.count() {
             scratch.packet.start(self.level, shoot.placement, packets.dirs_q15(packet));
-            let crosses = |lane: &usize| crosses_window(&scratch.packet, *lane, &alike.free);
-            let crossing: Vec<usize> = (0..RAYS).filter(crosses).collect();
+            scratch.through.start(self.level, &scratch.packet, &alike.free.window());
+            let crossing: Vec<usize> = scratch.through.lanes().collect();
             if crossing.is_empty() {
                 continue;
             }
-            self.cast(packet, 0, 0.0, shoot, scratch);
+            self.cast(packet, 0, Clear::Up(0.0), shoot, scratch);
             for lane in crossing {
                 let still = scratch.found[lane];
                 let ray = scratch.packet.ray(lane, [0; 3]);
-                let first =
-                    ever.as_ref().map_or(0, |ever| ever.first_hit(ray, true, still.min(range), still));
+                let search = |search: &Search| search.first_hit(ray, true, still.min(range), still);
+                let first = sometimes.as_ref().map_or(0, search);
                 let is_return = |hit: FirstHit| hit < first_hit::LEFT && hit >> 2 >= gates.range_min_q16;
                 let (place, crossings) = if is_return(still) && is_return(first) {
                     let place = alike::before(first, nearer_q16);
@@ -334,20 +346,22 @@ impl TableCaster<'_> {
                 } else {
                     (0, 0)
                 };
-                let ray = (&scratch.packet, lane);
+                let ray = (&scratch.packet, &scratch.through, lane);
                 scratch.marks.freed(ray, crossings, march::NEVER, &mut alike.free);
-                let is_done = place > 0 && has_left(&scratch.packet, lane, place, &alike.free);
+                // It has left the window before.
+                let is_done =
+                    place > 0 && scratch.through.span(lane).is_some_and(|[_, leaves]| place >= leaves);
                 alike.marked[packet * RAYS + lane] = if is_done { DONE } else { place };
-                alike.moved[packet] |= u64::from(first != still) << lane;
+                alike.moved[packet] |= u64::from(first != still && !is_done) << lane;
             }
-            scratch.marks.finish(&mut alike.free);
         }
+        scratch.marks.finish(&mut alike.free);
         alike
     }
 
     /// How the rays of a packet end; `scratch` holds the rays as they are believed to go. Only some, a bit each, may meet what
-    /// moves; none has entered a blocker up to `clear`, in voxels, if they are cast from where they are believed to be.
-    fn cast(&self, packet: usize, moved: u64, clear: f32, shoot: &mut Shoot, scratch: &mut Scratch) {
+    /// moves; `clear` holds if they are cast from where they are believed to be.
+    fn cast(&self, packet: usize, moved: u64, clear: Clear, shoot: &mut Shoot, scratch: &mut Scratch) {
         let table = self.table;
         scratch.found = [first_hit::NOTHING; RAYS];
         let is_off = shoot.placement.truly.is_some();
