@@ -27,6 +27,7 @@ mod stopping;
 mod unreadable;
 mod urdf;
 mod value;
+mod written;
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -209,7 +210,7 @@ impl Study {
         let known = stopping.as_ref().map(Option::as_ref);
         let regions = regions(&at, file.region, is_whole, known, &mut problems);
         let (seed, noiseless) = (file.seed, overrides.noiseless);
-        let written = unreadable::Written::new(&text);
+        let written = written::Written::new(&text);
         let context = sensor::Context {
             seed,
             noiseless,
@@ -470,7 +471,7 @@ fn parse<T: DeserializeOwned>(path: &Path, text: &str) -> Result<T, (Error, Opti
     toml::from_str(text).map_err(|shown| {
         let table = toml::from_str::<toml::Table>(text).ok();
         let why = table.and_then(|table| reader::read::<T>(table).err());
-        let meant = why.as_ref().map_or(String::new(), unreadable::meant);
+        let meant = why.as_ref().map_or(String::new(), unreadable::Unreadable::meant);
         (Error::input(path, format!("{}{meant}", shown.to_string().trim_end())), why.map(|why| why.message))
     })
 }

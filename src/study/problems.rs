@@ -6,8 +6,9 @@ use std::path::Path;
 use serde::de::DeserializeOwned;
 use toml::{Table, Value};
 
-use super::reader::{Unread, Unreadable, read};
-use super::unreadable::{self, Step};
+use super::reader::read;
+use super::unreadable::{Unread, Unreadable};
+use super::written::{Step, Written, in_words};
 use super::{Place, parse};
 use crate::{Error, Result};
 
@@ -63,11 +64,11 @@ pub(super) fn parse_in_parts<T: DeserializeOwned>(
     };
     let mut table: Table = toml::from_str(text).ok()?;
     let at = Place { file: path, prefix: String::new() };
-    let written = unreadable::Written::new(text);
+    let written = Written::new(text);
     let mut told = |place: Option<&str>, within: &[Step], all: Vec<Unreadable>| {
         let is_shown = |e: &Unreadable| shown.as_ref() == Some(&e.message);
         for e in all.into_iter().filter(|e| !is_shown(e)) {
-            let said = unreadable::in_words(&e, &|steps| written.line_of(steps), within);
+            let said = in_words(&e, &|steps| written.line_of(steps), within);
             problems.0.push(
                 place.map_or_else(|| at.says(said.as_str()), |place| at.key(place).says(said.as_str())),
             );
@@ -82,7 +83,7 @@ pub(super) fn parse_in_parts<T: DeserializeOwned>(
             number += 1;
             let wrong = wrong_with(entry.clone());
             let is_right = wrong.is_empty();
-            told(Some(&place), &[Step::Key(list), Step::Entry(number - 1)], wrong);
+            told(Some(&place), &[Step::Key((*list).into()), Step::Entry(number - 1)], wrong);
             is_right
         });
     }
@@ -101,7 +102,7 @@ fn read_without_wrong_keys<T: DeserializeOwned>(mut value: Value) -> (Option<T>,
             Err(error) => error,
         };
         let is_missing = matches!(error.kind, Unread::Missing(_));
-        let is_left_out = !is_missing && leave_out(&mut value, &unreadable::culprit(&error));
+        let is_left_out = !is_missing && leave_out(&mut value, &error.culprit());
         if !is_missing || wrong.is_empty() {
             wrong.push(error);
         }
@@ -111,9 +112,12 @@ fn read_without_wrong_keys<T: DeserializeOwned>(mut value: Value) -> (Option<T>,
     }
 }
 
-/// Takes a key out of tables in tables; whether it was there.
-fn leave_out(value: &mut Value, keys: &[String]) -> bool {
-    let Some((last, tables)) = keys.split_last() else { return false };
-    let table = tables.iter().try_fold(value, |value, key| value.get_mut(key));
+/// Takes a key out of tables in tables, not in lists; whether it was there.
+fn leave_out(value: &mut Value, steps: &[Step]) -> bool {
+    let Some((Step::Key(last), tables)) = steps.split_last() else { return false };
+    let table = tables.iter().try_fold(value, |value, step| match step {
+        Step::Key(key) => value.get_mut(key),
+        Step::Entry(_) => None,
+    });
     table.and_then(Value::as_table_mut).is_some_and(|table| table.remove(last).is_some())
 }

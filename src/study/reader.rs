@@ -1,84 +1,18 @@
 //! Reads TOML values into typed structures, with errors that say their kind and the keys that lead to them.
 
-use std::fmt::{self, Display};
+use std::iter::Enumerate;
 
-use serde::de::value::SeqDeserializer;
 use serde::de::{
-    self, DeserializeOwned, DeserializeSeed, Deserializer, IntoDeserializer, MapAccess, Visitor,
+    self, DeserializeOwned, DeserializeSeed, Deserializer, IntoDeserializer, MapAccess, SeqAccess, Visitor,
 };
 use toml::{Table, Value};
 
-/// Why a value cannot be read.
-#[derive(Clone, Debug, PartialEq)]
-pub(super) struct Unreadable {
-    pub(super) kind: Unread,
-    /// In words, without the keys.
-    pub(super) message: String,
-    /// The keys that lead to it, the outermost first.
-    pub(super) keys: Vec<String>,
-}
-
-/// What is wrong with a value.
-#[derive(Clone, Debug, PartialEq)]
-pub(super) enum Unread {
-    /// A table lacks this key.
-    Missing(&'static str),
-    /// A table has a key that is none of these.
-    UnknownKey(String, &'static [&'static str]),
-    /// A word is none of these.
-    UnknownWord(String, &'static [&'static str]),
-    /// It is of another type, or out of range.
-    Value,
-}
+use super::unreadable::Unreadable;
+use super::written::Step;
 
 /// Reads a value.
 pub(super) fn read<T: DeserializeOwned>(value: impl Into<Value>) -> Result<T, Unreadable> {
     T::deserialize(Reader(value.into()))
-}
-
-impl Unreadable {
-    fn of(kind: Unread, said: Unreadable) -> Self {
-        Unreadable { kind, ..said }
-    }
-}
-
-impl Display for Unreadable {
-    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
-        f.write_str(&self.message)?;
-        if self.keys.is_empty() { Ok(()) } else { write!(f, " in `{}`", self.keys.join(".")) }
-    }
-}
-
-impl std::error::Error for Unreadable {}
-
-impl de::Error for Unreadable {
-    fn custom<M: Display>(message: M) -> Self {
-        Unreadable { kind: Unread::Value, message: message.to_string(), keys: Vec::new() }
-    }
-
-    fn missing_field(field: &'static str) -> Self {
-        Unreadable::of(Unread::Missing(field), Unreadable::custom(format_args!("missing field `{field}`")))
-    }
-
-    fn unknown_field(field: &str, expected: &'static [&'static str]) -> Self {
-        let said = format!("unknown field `{field}`, {}", one_of(expected));
-        Unreadable::of(Unread::UnknownKey(field.into(), expected), Unreadable::custom(said))
-    }
-
-    fn unknown_variant(word: &str, expected: &'static [&'static str]) -> Self {
-        let said = format!("unknown variant `{word}`, {}", one_of(expected));
-        Unreadable::of(Unread::UnknownWord(word.into(), expected), Unreadable::custom(said))
-    }
-}
-
-/// The list as serde words it.
-fn one_of(expected: &[&str]) -> String {
-    match expected {
-        [] => "there are none".into(),
-        [one] => format!("expected `{one}`"),
-        [one, other] => format!("expected `{one}` or `{other}`"),
-        all => format!("expected one of `{}`", all.join("`, `")),
-    }
 }
 
 struct Reader(Value);
@@ -95,11 +29,13 @@ impl<'de> Deserializer<'de> for Reader {
             Value::Datetime(date) => visitor.visit_string(date.to_string()),
             Value::Array(list) => {
                 let length = list.len();
-                let mut entries = SeqDeserializer::new(list.into_iter().map(Reader));
-                let found = visitor.visit_seq(&mut entries)?;
+                let mut rest = list.into_iter().enumerate();
+                let found = visitor.visit_seq(List { rest: &mut rest })?;
                 // A list of so many entries is filled from the front.
-                let more = |_: Unreadable| de::Error::invalid_length(length, &"fewer elements in array");
-                entries.end().map_err(more).map(|()| found)
+                match rest.next() {
+                    None => Ok(found),
+                    Some(_) => Err(de::Error::invalid_length(length, &"fewer elements in array")),
+                }
             }
             Value::Table(table) => visitor.visit_map(Entries { rest: table.into_iter(), open: None }),
         }
@@ -135,11 +71,24 @@ impl<'de> Deserializer<'de> for Reader {
     }
 }
 
-impl IntoDeserializer<'_, Unreadable> for Reader {
-    type Deserializer = Self;
+/// The entries of a list, one after the other.
+struct List<'a> {
+    rest: &'a mut Enumerate<<Vec<Value> as IntoIterator>::IntoIter>,
+}
 
-    fn into_deserializer(self) -> Self {
-        self
+impl<'de> SeqAccess<'de> for List<'_> {
+    type Error = Unreadable;
+
+    fn next_element_seed<T: DeserializeSeed<'de>>(
+        &mut self,
+        seed: T,
+    ) -> Result<Option<T::Value>, Unreadable> {
+        let Some((number, value)) = self.rest.next() else { return Ok(None) };
+        seed.deserialize(Reader(value)).map(Some).map_err(|error| error.after(Step::Entry(number)))
+    }
+
+    fn size_hint(&self) -> Option<usize> {
+        Some(self.rest.len())
     }
 }
 
@@ -160,10 +109,7 @@ impl<'de> MapAccess<'de> for Entries {
 
     fn next_value_seed<V: DeserializeSeed<'de>>(&mut self, seed: V) -> Result<V::Value, Unreadable> {
         let (key, value) = self.open.take().ok_or_else(|| de::Error::custom("a value before its key"))?;
-        seed.deserialize(Reader(value)).map_err(|mut error| {
-            error.keys.insert(0, key);
-            error
-        })
+        seed.deserialize(Reader(value)).map_err(|error| error.after(Step::Key(key)))
     }
 }
 
@@ -171,6 +117,7 @@ impl<'de> MapAccess<'de> for Entries {
 mod tests {
     use serde::Deserialize;
 
+    use super::super::unreadable::Unread;
     use super::*;
 
     #[derive(Debug, Deserialize, PartialEq)]
@@ -218,23 +165,33 @@ mod tests {
     fn what_is_wrong_is_told_in_the_words_of_the_crate_and_as_a_value() {
         const KEYS: &[&str] = &["size", "count", "kind", "pair"];
         const WORDS: &[&str] = &["round", "square", "flat"];
-        for (text, kind, keys) in [
-            ("", Unread::Missing("inner"), &[][..]),
-            ("inner = [{}]", Unread::Missing("size"), &["inner"]),
-            ("inner = [{ sise = 1 }]", Unread::UnknownKey("sise".into(), KEYS), &["inner"]),
-            ("other = 1", Unread::UnknownKey("other".into(), &["inner"]), &[]),
-            ("inner = [{ kind = \"flta\" }]", Unread::UnknownWord("flta".into(), WORDS), &["inner", "kind"]),
-            ("inner = [{ size = \"1\" }]", Unread::Value, &["inner", "size"]),
-            ("inner = [{ size = 1, count = -1 }]", Unread::Value, &["inner", "count"]),
-            ("inner = [{ kind = 1 }]", Unread::Value, &["inner", "kind"]),
-            ("inner = [{ pair = [1] }]", Unread::Value, &["inner", "pair"]),
+        let (key, entry) = (|key: &str| Step::Key(key.into()), Step::Entry);
+        for (text, kind, steps) in [
+            ("", Unread::Missing("inner"), vec![]),
+            ("inner = [{}]", Unread::Missing("size"), vec![key("inner"), entry(0)]),
+            ("inner = [{ sise = 1 }]", Unread::UnknownKey("sise".into(), KEYS), vec![key("inner"), entry(0)]),
+            ("other = 1", Unread::UnknownKey("other".into(), &["inner"]), vec![]),
+            (
+                "inner = [{ kind = \"flta\" }]",
+                Unread::UnknownWord("flta".into(), WORDS),
+                vec![key("inner"), entry(0), key("kind")],
+            ),
+            ("inner = [{ size = \"1\" }]", Unread::Value, vec![key("inner"), entry(0), key("size")]),
+            (
+                "inner = [{ size = 1 }, { size = 1, count = -1 }]",
+                Unread::Value,
+                vec![key("inner"), entry(1), key("count")],
+            ),
+            ("inner = [{ kind = 1 }]", Unread::Value, vec![key("inner"), entry(0), key("kind")]),
+            ("inner = [{ pair = [1] }]", Unread::Value, vec![key("inner"), entry(0), key("pair")]),
+            (
+                "inner = [{ pair = [1, \"\"] }]",
+                Unread::Value,
+                vec![key("inner"), entry(0), key("pair"), entry(1)],
+            ),
         ] {
             let error = read::<Outer>(table(text)).unwrap_err();
-            assert_eq!(
-                (&error.kind, &error.keys[..]),
-                (&kind, &keys.iter().map(|key| key.to_string()).collect::<Vec<_>>()[..]),
-                "{text}"
-            );
+            assert_eq!((&error.kind, &error.steps), (&kind, &steps), "{text}");
             assert_eq!(error.message, toml::from_str::<Outer>(text).unwrap_err().message(), "{text}");
         }
     }

@@ -6,7 +6,7 @@ use std::f64::consts::PI;
 use toml::de::DeTable;
 use toml::{Table, Value};
 
-use super::unreadable::{Step, line_at, place_of};
+use super::written::{Step, line_at, place_of};
 
 /// Positions and sizes of robot cells are smaller, in metres.
 const LARGE_M: f64 = 100.0;
@@ -39,11 +39,11 @@ pub(super) fn warnings(text: &str) -> Vec<String> {
 }
 
 /// Where a number stands, and what it looks like.
-type Slip<'a> = (Vec<Step<'a>>, String);
+type Slip = (Vec<Step>, String);
 
-fn within<'a>(table: &'a Table, steps: &mut Vec<Step<'a>>, slips: &mut Vec<Slip<'a>>) {
+fn within(table: &Table, steps: &mut Vec<Step>, slips: &mut Vec<Slip>) {
     for (key, value) in table {
-        steps.push(Step::Key(key));
+        steps.push(Step::Key(key.clone()));
         let mut numbers = Vec::new();
         let looks_like = match key.rsplit_once('_').map(|(_, unit)| unit) {
             Some("deg") => {
@@ -67,7 +67,7 @@ fn within<'a>(table: &'a Table, steps: &mut Vec<Step<'a>>, slips: &mut Vec<Slip<
     }
 }
 
-fn each_table<'a>(value: &'a Value, steps: &mut Vec<Step<'a>>, slips: &mut Vec<Slip<'a>>) {
+fn each_table(value: &Value, steps: &mut Vec<Step>, slips: &mut Vec<Slip>) {
     match value {
         Value::Table(table) => within(table, steps, slips),
         Value::Array(list) => {

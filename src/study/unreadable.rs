@@ -1,119 +1,114 @@
-//! Keys and words of a file that are spelt wrong: on which line they stand, and which known word they
-//! resemble.
+//! Why a value of a file cannot be read: what is wrong, where, and which known word may be meant.
 
-use std::cell::OnceCell;
+use std::fmt::{self, Display};
 
-use toml::de::{DeTable, DeValue};
+use serde::de;
 
-use super::reader::{Unread, Unreadable};
+use super::written::Step;
 use crate::spelling::nearest;
 
-/// A step from a file's top towards one of its values.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) enum Step<'a> {
-    /// To the value of this key.
-    Key(&'a str),
-    /// To this entry of a list.
-    Entry(usize),
+/// Why a value cannot be read.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Unreadable {
+    pub(super) kind: Unread,
+    /// In words, without the keys.
+    pub(super) message: String,
+    /// The steps that lead to it, the outermost first.
+    pub(super) steps: Vec<Step>,
 }
 
-/// A file as it is written, in which wrong keys are found again. It is read for that once, when the first is
-/// looked for.
-pub(super) struct Written<'a> {
-    text: &'a str,
-    table: OnceCell<Option<DeTable<'a>>>,
+/// What is wrong with a value.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) enum Unread {
+    /// A table lacks this key.
+    Missing(&'static str),
+    /// A table has a key that is none of these.
+    UnknownKey(String, &'static [&'static str]),
+    /// A word is none of these.
+    UnknownWord(String, &'static [&'static str]),
+    /// It is of another type, or out of range.
+    Value,
 }
 
-impl Written<'_> {
-    pub(super) fn new(text: &str) -> Written<'_> {
-        Written { text, table: OnceCell::new() }
+impl Unreadable {
+    fn of(kind: Unread, said: Unreadable) -> Self {
+        Unreadable { kind, ..said }
     }
 
-    /// The line on which the last key stands.
-    pub(super) fn line_of(&self, steps: &[Step]) -> Option<usize> {
-        let read = || Some(DeTable::parse(self.text).ok()?.into_inner());
-        Some(line_at(self.text, place_of(self.table.get_or_init(read).as_ref()?, steps)?))
+    /// The error of what a step leads to, as one of what the step is taken from.
+    pub(super) fn after(mut self, step: Step) -> Self {
+        self.steps.insert(0, step);
+        self
     }
-}
 
-/// Finds the line on which the last of some keys stands.
-pub(super) type LineOf<'a> = &'a dyn Fn(&[Step]) -> Option<usize>;
+    /// The keys that lead to it, the outermost first, without the numbers of entries.
+    pub(super) fn keys(&self) -> Vec<&str> {
+        let keys = self.steps.iter().filter_map(|step| match step {
+            Step::Key(key) => Some(key.as_str()),
+            Step::Entry(_) => None,
+        });
+        keys.collect()
+    }
 
-/// An error in words, with the line of the file that it is about, where that is found at `within` or below,
-/// and with what may be meant.
-pub(super) fn in_words(error: &Unreadable, line_of: LineOf, within: &[Step]) -> String {
-    let culprit = culprit(error);
-    let steps: Vec<Step> = within.iter().copied().chain(culprit.iter().map(|key| Step::Key(key))).collect();
-    // What is missing stands on no line.
-    let line = if culprit.is_empty() { None } else { line_of(&steps) };
-    let line = line.map_or(String::new(), |line| format!(" (line {line})"));
-    format!("{error}{line}{}", meant(error))
-}
-
-/// What a word is nearest to among those that would be right, as the end of a message.
-pub(super) fn meant(error: &Unreadable) -> String {
-    let near = match &error.kind {
-        Unread::UnknownKey(written, expected) | Unread::UnknownWord(written, expected) => {
-            nearest(written, expected.iter().copied())
+    /// The steps to the key that the error is about: one that is unknown, or the one whose value is wrong or
+    /// lacks something. None if that is the whole.
+    pub(super) fn culprit(&self) -> Vec<Step> {
+        let mut steps = self.steps.clone();
+        match &self.kind {
+            Unread::UnknownKey(key, _) => steps.push(Step::Key(key.clone())),
+            _ => while steps.pop_if(|last| matches!(last, Step::Entry(_))).is_some() {},
         }
-        Unread::Missing(_) | Unread::Value => None,
-    };
-    near.map_or(String::new(), |near| format!("; did you mean `{near}`?"))
-}
+        steps
+    }
 
-/// The keys that an error is about, from the outermost table inwards.
-pub(super) fn culprit(error: &Unreadable) -> Vec<String> {
-    let unknown = match &error.kind {
-        Unread::UnknownKey(key, _) => Some(key),
-        _ => None,
-    };
-    error.keys.iter().chain(unknown).cloned().collect()
-}
-
-/// The line of a byte, counted from 1.
-pub(super) fn line_at(text: &str, byte: usize) -> usize {
-    1 + text.bytes().take(byte).filter(|b| *b == b'\n').count()
-}
-
-/// The byte at which the last key begins; of lists without a number, in the first entry that has it.
-pub(super) fn place_of(table: &DeTable, steps: &[Step]) -> Option<usize> {
-    let (Step::Key(key), rest) = (steps.first()?, &steps[1..]) else { return None };
-    let (name, value) = table.get_key_value(*key)?;
-    match rest.iter().any(|step| matches!(step, Step::Key(_))) {
-        true => in_value(value.get_ref(), rest),
-        false => Some(name.span().start),
+    /// What a word is nearest to among those that would be right, as the end of a message.
+    pub(super) fn meant(&self) -> String {
+        let near = match &self.kind {
+            Unread::UnknownKey(written, expected) | Unread::UnknownWord(written, expected) => {
+                nearest(written, expected.iter().copied())
+            }
+            Unread::Missing(_) | Unread::Value => None,
+        };
+        near.map_or(String::new(), |near| format!("; did you mean `{near}`?"))
     }
 }
 
-fn in_value(value: &DeValue, steps: &[Step]) -> Option<usize> {
-    match (value, steps.first()?) {
-        (DeValue::Table(table), Step::Key(_)) => place_of(table, steps),
-        (DeValue::Array(list), Step::Entry(number)) => in_value(list.get(*number)?.get_ref(), &steps[1..]),
-        (DeValue::Array(list), Step::Key(_)) => {
-            list.iter().find_map(|entry| in_value(entry.get_ref(), steps))
-        }
-        _ => None,
+impl Display for Unreadable {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        f.write_str(&self.message)?;
+        let keys = self.keys();
+        if keys.is_empty() { Ok(()) } else { write!(f, " in `{}`", keys.join(".")) }
     }
 }
 
-#[cfg(test)]
-mod tests {
-    use super::*;
+impl std::error::Error for Unreadable {}
 
-    const FILE: &str = "seed = 1\n[[sensor]]\nname = \"a\"\n[[sensor]]\nname = \"b\"\n\n[[sensor.poses]]\nx = 1\n\
-                        [[sensor.poses]]\nlist = [\n  { wrong = 2 },\n]\n";
+impl de::Error for Unreadable {
+    fn custom<M: Display>(message: M) -> Self {
+        Unreadable { kind: Unread::Value, message: message.to_string(), steps: Vec::new() }
+    }
 
-    #[test]
-    fn a_key_is_found_by_its_tables() {
-        let line = |steps: &[Step]| Written::new(FILE).line_of(steps);
-        use Step::{Entry, Key};
-        assert_eq!(line(&[Key("seed")]), Some(1));
-        assert_eq!(line(&[Key("sensor"), Entry(0), Key("name")]), Some(3));
-        assert_eq!(line(&[Key("sensor"), Entry(1), Key("name")]), Some(5));
-        assert_eq!(line(&[Key("sensor"), Entry(1), Key("poses"), Key("list"), Key("wrong")]), Some(11));
-        assert_eq!(line(&[Key("sensor"), Entry(1), Key("poses"), Entry(1), Key("list"), Entry(0)]), Some(10));
-        assert_eq!(line(&[Key("sensor"), Entry(2), Key("name")]), None);
-        assert_eq!(line(&[Key("sed")]), None);
-        assert_eq!(Written::new("no toml").line_of(&[Key("no")]), None);
+    fn missing_field(field: &'static str) -> Self {
+        Unreadable::of(Unread::Missing(field), Unreadable::custom(format_args!("missing field `{field}`")))
+    }
+
+    fn unknown_field(field: &str, expected: &'static [&'static str]) -> Self {
+        let said = format!("unknown field `{field}`, {}", one_of(expected));
+        Unreadable::of(Unread::UnknownKey(field.into(), expected), Unreadable::custom(said))
+    }
+
+    fn unknown_variant(word: &str, expected: &'static [&'static str]) -> Self {
+        let said = format!("unknown variant `{word}`, {}", one_of(expected));
+        Unreadable::of(Unread::UnknownWord(word.into(), expected), Unreadable::custom(said))
+    }
+}
+
+/// The list as serde words it.
+fn one_of(expected: &[&str]) -> String {
+    match expected {
+        [] => "there are none".into(),
+        [one] => format!("expected `{one}`"),
+        [one, other] => format!("expected `{one}` or `{other}`"),
+        all => format!("expected one of `{}`", all.join("`, `")),
     }
 }

@@ -20,9 +20,10 @@ use serde::de::DeserializeOwned;
 use toml::{Table, Value};
 
 use super::poses::PosesFile;
-use super::reader::{Unread, Unreadable, read};
+use super::reader::read;
 use super::region_file::BoxFile;
-use super::unreadable::{self, LineOf, Step};
+use super::unreadable::{Unread, Unreadable};
+use super::written::{LineOf, Step, in_words};
 use super::{Place, Problems, catalogue, poses};
 use crate::scene::spec::SceneSpec;
 use crate::sensor::known_robot::KnownRobot;
@@ -130,15 +131,15 @@ pub(super) struct Context<'a> {
 impl Context<'_> {
     /// Why the keys of this sensor cannot be read, with an example of the key that is wrong or missing.
     fn unreadable(&self, at: &Place, error: &Unreadable, more: &str) -> Error {
-        let key = match (&error.keys[..], &error.kind) {
-            ([key], _) => key,
+        let key = match (&error.keys()[..], &error.kind) {
+            ([key], _) => *key,
             ([], Unread::Missing(key)) => *key,
             _ => "",
         };
         let example = EXAMPLES.iter().find(|example| example.split(' ').next() == Some(key));
         let example = example.map_or(String::new(), |example| format!(", as in {example}"));
-        let place = [Step::Key("sensor"), Step::Entry(self.index)];
-        at.says(format!("{}{example}{more}", unreadable::in_words(error, self.line_of, &place)))
+        let place = [Step::Key("sensor".into()), Step::Entry(self.index)];
+        at.says(format!("{}{example}{more}", in_words(error, self.line_of, &place)))
     }
 }
 
