@@ -468,11 +468,12 @@ fn bounds(at: &Place, bounds: file::BoundsFile) -> Result<[DVec3; 2]> {
 /// Reads TOML. The error shows the line; with it comes the message without the line, if the file is valid
 /// TOML.
 fn parse<T: DeserializeOwned>(path: &Path, text: &str) -> Result<T, (Error, Option<String>)> {
-    toml::from_str(text).map_err(|shown| {
-        let table = toml::from_str::<toml::Table>(text).ok();
-        let why = table.and_then(|table| reader::read::<T>(table).err());
-        let meant = why.as_ref().map_or(String::new(), unreadable::Unreadable::meant);
-        (Error::input(path, format!("{}{meant}", shown.to_string().trim_end())), why.map(|why| why.message))
+    let table: toml::Table =
+        toml::from_str(text).map_err(|e| (Error::input(path, e.to_string().trim_end()), None))?;
+    // All is read from the table, here as where it is read in parts, so that the code for it is compiled once.
+    reader::read(table).map_err(|why| {
+        let shown = written::Written::new(text).shown(&why);
+        (Error::input(path, shown), Some(why.message))
     })
 }
 

@@ -1,11 +1,16 @@
 //! A file as it is written, in which the places of wrong keys and values are found again.
 
 use std::cell::OnceCell;
+use std::convert::Infallible;
+use std::fmt;
+use std::ops::Range;
 
+use serde::Deserializer;
+use serde::de::{self, Visitor};
 use toml::Spanned;
-use toml::de::{DeString, DeTable, DeValue};
+use toml::de::{DeString, DeTable, DeValue, ValueDeserializer};
 
-use super::unreadable::Unreadable;
+use super::unreadable::{Unread, Unreadable};
 
 /// A step from a file's top towards one of its values.
 #[derive(Clone, Debug, PartialEq)]
@@ -19,18 +24,29 @@ pub(super) enum Step {
 /// A file as it is written. It is read for its places once, when the first is looked for.
 pub(super) struct Written<'a> {
     text: &'a str,
-    table: OnceCell<Option<DeTable<'a>>>,
+    table: OnceCell<Option<Spanned<DeTable<'a>>>>,
 }
 
-impl Written<'_> {
-    pub(super) fn new(text: &str) -> Written<'_> {
+impl<'a> Written<'a> {
+    pub(super) fn new(text: &'a str) -> Self {
         Written { text, table: OnceCell::new() }
+    }
+
+    fn table(&self) -> Option<&Spanned<DeTable<'a>>> {
+        self.table.get_or_init(|| DeTable::parse(self.text).ok()).as_ref()
     }
 
     /// The line on which the last key stands.
     pub(super) fn line_of(&self, steps: &[Step]) -> Option<usize> {
-        let read = || Some(DeTable::parse(self.text).ok()?.into_inner());
-        Some(line_at(self.text, place_of(self.table.get_or_init(read).as_ref()?, steps)?))
+        Some(line_at(self.text, place_of(self.table()?.get_ref(), steps)?))
+    }
+
+    /// An error in words below the line that it is about, as the `toml` crate shows those of syntax, and with
+    /// what may be meant.
+    pub(super) fn shown(&self, error: &Unreadable) -> String {
+        let bytes = self.table().and_then(|table| bytes_of(table, error));
+        let shown = bytes.map(|bytes| below_line(self.text, bytes, &error.message));
+        format!("{}{}", shown.as_ref().unwrap_or(&error.message).trim_end(), error.meant())
     }
 }
 
@@ -57,6 +73,38 @@ pub(super) fn place_of(table: &DeTable, steps: &[Step]) -> Option<usize> {
     Some(found(table, steps)?.0.span().start)
 }
 
+/// The bytes that an error is about: a key that is unknown, a value that is wrong, or a table that lacks a key.
+fn bytes_of(table: &Spanned<DeTable>, error: &Unreadable) -> Option<Range<usize>> {
+    match &error.kind {
+        Unread::UnknownKey(..) => Some(found(table.get_ref(), &error.culprit())?.0.span()),
+        _ if error.steps.is_empty() => Some(table.span()),
+        _ => Some(found(table.get_ref(), &error.steps)?.1.span()),
+    }
+}
+
+/// A message below the line in which some bytes begin. A value that stands in those bytes is refused with that
+/// message, so that the `toml` crate draws the line and marks the bytes itself.
+fn below_line(text: &str, bytes: Range<usize>, message: &str) -> String {
+    struct Refusal<'a>(&'a str);
+
+    impl Visitor<'_> for Refusal<'_> {
+        type Value = Infallible;
+
+        fn expecting(&self, f: &mut fmt::Formatter) -> fmt::Result {
+            f.write_str("nothing")
+        }
+
+        fn visit_bool<E: de::Error>(self, _: bool) -> Result<Infallible, E> {
+            Err(E::custom(self.0))
+        }
+    }
+
+    let value = Spanned::new(bytes, DeValue::Boolean(true));
+    let Err(mut refused) = ValueDeserializer::from(value).deserialize_bool(Refusal(message));
+    refused.set_input(Some(text));
+    refused.to_string()
+}
+
 /// The last key of some steps, and the value to which they lead.
 fn found<'a, 'i>(
     table: &'a DeTable<'i>,
@@ -76,6 +124,12 @@ fn found<'a, 'i>(
 
 #[cfg(test)]
 mod tests {
+    use std::collections::BTreeMap;
+
+    use serde::Deserialize;
+
+    use super::super::reader::read;
+    use super::super::value::{Axis, exactly};
     use super::*;
 
     const FILE: &str = "seed = 1\n[[sensor]]\nname = \"a\"\n[[sensor]]\nname = \"b\"\n\n[[sensor.poses]]\nx = 1\n\
@@ -95,5 +149,116 @@ mod tests {
         assert_eq!(line(&[key("sensor"), key("name")]), None);
         assert_eq!(line(&[key("sed")]), None);
         assert_eq!(Written::new("no toml").line_of(&[key("no")]), None);
+    }
+
+    #[derive(Debug, Deserialize)]
+    #[serde(deny_unknown_fields)]
+    #[expect(dead_code, reason = "it is only read")]
+    struct Cell {
+        seed: u32,
+        fusion: Option<Word>,
+        grid: Option<Grid>,
+        #[serde(default)]
+        body: Vec<Body>,
+    }
+
+    #[derive(Debug, Deserialize)]
+    #[serde(deny_unknown_fields)]
+    #[expect(dead_code, reason = "it is only read")]
+    struct Grid {
+        size_m: f64,
+        outer: Option<Body>,
+    }
+
+    #[derive(Debug, Deserialize)]
+    #[serde(deny_unknown_fields)]
+    #[expect(dead_code, reason = "it is only read")]
+    struct Body {
+        name: String,
+        #[serde(default, deserialize_with = "exactly")]
+        position_m: [f64; 3],
+        x_m: Option<Axis>,
+        spots: Option<Vec<Spot>>,
+        joints: Option<BTreeMap<String, f64>>,
+        grid: Option<Box<Grid>>,
+    }
+
+    #[derive(Debug, Deserialize)]
+    #[expect(dead_code, reason = "it is only read")]
+    struct Spot(#[serde(deserialize_with = "exactly")] [f64; 2]);
+
+    #[derive(Debug, Deserialize)]
+    #[serde(rename_all = "lowercase")]
+    enum Word {
+        Caution,
+        Odds,
+    }
+
+    #[test]
+    fn errors_are_shown_as_the_crate_shows_them() {
+        for text in [
+            "",
+            "\n\n",
+            "sed = 1",
+            "seed = 1\n\n  sed = 2\n",
+            "seed = -1",
+            "seed = \"five\"",
+            "  seed = 1.5 # a comment",
+            "seed = [1]",
+            "seed = {}",
+            "seed = 1\nfusion = \"cuation\"",
+            "seed = 1\nfusion = 3",
+            "seed = 1\nfusion = [\"odds\"]",
+            "seed = 1\ngrid = 3",
+            "seed = 1\ngrid = \"no\"",
+            "seed = 1\ngrid = true",
+            "seed = 1\ngrid = {}",
+            "seed = 1\n[grid]\n",
+            "seed = 1\n[grid]",
+            "seed = 1\n[grid]\nsize = 1\n",
+            "seed = 1\ngrid.size = 1",
+            "seed = 1\ngrid.size_m = \"1\"",
+            "seed = 1\ngrid.outer.nam = \"a\"",
+            "seed = 1\ngrid.outer.name = 1",
+            "seed = 1\n[grid.outer]\nname = \"a\"\n",
+            "seed = 1\n[grid]\nsize_m = 1\n[grid.outer]\n",
+            "seed = 1\ngrid = { size_m = 1, outer = { name = \"a\", x = 2 } }",
+            "seed = 1\nbody = 1",
+            "seed = 1\nbody = [1]",
+            "seed = 1\nbody = {}",
+            "seed = 1\nbody = [{ name = \"a\" }, { nam = \"b\" }]",
+            "seed = 1\nbody = [\n  { name = \"a\" },\n  { name = 2 },\n]",
+            "seed = 1\n[[body]]\nname = \"a\"\n[[body]]\n",
+            "seed = 1\n[[body]]\nname = \"a\"\n\n[[body]]\nname = \"b\"\nwrong = 1\n",
+            "seed = 1\n[[body]]\nname = \"a\"\n[[body]]\nname = 1\n",
+            "seed = 1\n[[body]]\nname = \"a\"\n[body.grid]\nsize_m = \"1\"\n",
+            "seed = 1\n[[body]]\nname = \"a\"\n[body.grid]\n\n[[body]]\nname = \"b\"\n",
+            "seed = 1\n[[body]]\nname = \"a\"\ngrid.outer.name = 1\n",
+            "seed = 1\n[[body]]\nname = \"a\"\nposition_m = [1, 2]\n",
+            "seed = 1\n[[body]]\nname = \"a\"\nposition_m = [1, 2, \"3\"]\n",
+            "seed = 1\n[[body]]\nname = \"a\"\nposition_m = [\n  1,\n  2,\n  true, # no number\n]\n",
+            "seed = 1\n[[body]]\nname = \"a\"\nposition_m = [\n  1,\n  2,\n]\n",
+            "seed = 1\n[[body]]\nname = \"a\"\nx_m = \"1\"\n",
+            "seed = 1\n[[body]]\nname = \"a\"\nx_m = { start = 1, stop = 2 }\n",
+            "seed = 1\n[[body]]\nname = \"a\"\nx_m = { start = 1, stop = 2, setp = 1 }\n",
+            "seed = 1\n[[body]]\nname = \"a\"\nx_m = { start = 1, stop = 2, step = \"1\" }\n",
+            "seed = 1\n[[body]]\nname = \"a\"\nx_m = [1, [2]]\n",
+            "seed = 1\n[[body]]\nname = \"a\"\nspots = [[0, 0], [0, 1, 2]]\n",
+            "seed = 1\n[[body]]\nname = \"a\"\nspots = [[0, 0], [0, \"1\"]]\n",
+            "seed = 1\n[[body]]\nname = \"a\"\nspots = [[0, 0], 1]\n",
+            "seed = 1\n[[body]]\nname = \"a\"\njoints = { \"größe\" = 1, \"b c\" = \"x\" }\n",
+            "seed = 1\n[[body]]\nname = \"a\"\njoints = [1]\n",
+            "body = [{ name = \"Straße ∞ 🤖\", \"größe\" = 1 }]\nseed = 1",
+            "body = [{ name = \"Straße ∞ 🤖\", x_m = \"ß\" }] # ∞\nseed = 1",
+            "seed = 1\r\n[grid]\r\nsize = 1\r\n",
+            "seed = \"1\"\r\n",
+            "# ∞\r\nseed = 1\r\nbody = [\r\n  { name = \"a\" },\r\n  { name = 2 },\r\n]\r\n",
+            "\u{feff}sed = 1",
+        ] {
+            let crates = toml::from_str::<Cell>(text).expect_err(text).to_string();
+            let own = read::<Cell>(toml::from_str::<toml::Table>(text).unwrap()).expect_err(text);
+            let meant = own.meant();
+            assert_eq!(Written::new(text).shown(&own), crates.trim_end().to_owned() + &meant, "{text}");
+        }
     }
 }
