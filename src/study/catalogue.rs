@@ -8,6 +8,7 @@ use serde::Deserialize;
 use toml::{Table, Value};
 
 use super::Place;
+use super::reader::read;
 use crate::{Error, Result};
 
 /// A device of the catalogue.
@@ -93,7 +94,8 @@ pub fn models() -> &'static [DeviceModel] {
         model: Vec<DeviceModel>,
     }
     static MODELS: LazyLock<Vec<DeviceModel>> = LazyLock::new(|| {
-        let mut catalogue: Catalogue = toml::from_str(include_str!("catalogue.toml")).expect("a tested file");
+        let table: Table = toml::from_str(include_str!("catalogue.toml")).expect("a tested file");
+        let mut catalogue: Catalogue = read(table).expect("a tested file");
         catalogue.model.iter_mut().for_each(DeviceModel::add_stereo_noise);
         catalogue.model
     });
