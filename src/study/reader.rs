@@ -1,9 +1,11 @@
 //! Reads TOML values into typed structures, with errors that say their kind and the keys that lead to them.
+//! Dates are read as words.
 
 use std::iter::Enumerate;
 
 use serde::de::{
-    self, DeserializeOwned, DeserializeSeed, Deserializer, IntoDeserializer, MapAccess, SeqAccess, Visitor,
+    self, DeserializeOwned, DeserializeSeed, Deserializer, Expected, IntoDeserializer, MapAccess, SeqAccess,
+    Unexpected, Visitor,
 };
 use toml::{Table, Value};
 
@@ -17,6 +19,46 @@ pub(super) fn read<T: DeserializeOwned>(value: impl Into<Value>) -> Result<T, Un
 
 struct Reader(Value);
 
+impl Reader {
+    /// Reads a table only. What is generated for a structure could read it from a list, too, key by key, which
+    /// no file means; and what is never called is not compiled.
+    fn table<'de, V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, Unreadable> {
+        match self.0 {
+            Value::Table(table) => visitor.visit_map(Entries { rest: table.into_iter(), open: None }),
+            other => Err(of_wrong_type(&other, &visitor)),
+        }
+    }
+
+    /// Reads a list only.
+    fn list<'de, V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, Unreadable> {
+        let list = match self.0 {
+            Value::Array(list) => list,
+            other => return Err(of_wrong_type(&other, &visitor)),
+        };
+        let length = list.len();
+        let mut rest = list.into_iter().enumerate();
+        let found = visitor.visit_seq(List { rest: &mut rest })?;
+        // A list of so many entries is filled from the front.
+        match rest.next() {
+            None => Ok(found),
+            Some(_) => Err(de::Error::invalid_length(length, &"fewer elements in array")),
+        }
+    }
+}
+
+fn of_wrong_type(value: &Value, wanted: &dyn Expected) -> Unreadable {
+    let found = match value {
+        Value::String(text) => Unexpected::Str(text),
+        Value::Integer(number) => Unexpected::Signed(*number),
+        Value::Float(number) => Unexpected::Float(*number),
+        Value::Boolean(is) => Unexpected::Bool(*is),
+        Value::Datetime(_) => Unexpected::Other("date"),
+        Value::Array(_) => Unexpected::Seq,
+        Value::Table(_) => Unexpected::Map,
+    };
+    de::Error::invalid_type(found, wanted)
+}
+
 impl<'de> Deserializer<'de> for Reader {
     type Error = Unreadable;
 
@@ -27,18 +69,30 @@ impl<'de> Deserializer<'de> for Reader {
             Value::Float(number) => visitor.visit_f64(number),
             Value::Boolean(is) => visitor.visit_bool(is),
             Value::Datetime(date) => visitor.visit_string(date.to_string()),
-            Value::Array(list) => {
-                let length = list.len();
-                let mut rest = list.into_iter().enumerate();
-                let found = visitor.visit_seq(List { rest: &mut rest })?;
-                // A list of so many entries is filled from the front.
-                match rest.next() {
-                    None => Ok(found),
-                    Some(_) => Err(de::Error::invalid_length(length, &"fewer elements in array")),
-                }
-            }
-            Value::Table(table) => visitor.visit_map(Entries { rest: table.into_iter(), open: None }),
+            Value::Array(_) => self.list(visitor),
+            Value::Table(_) => self.table(visitor),
         }
+    }
+
+    fn deserialize_struct<V: Visitor<'de>>(
+        self,
+        _: &'static str,
+        _: &'static [&'static str],
+        visitor: V,
+    ) -> Result<V::Value, Unreadable> {
+        self.table(visitor)
+    }
+
+    fn deserialize_map<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, Unreadable> {
+        self.table(visitor)
+    }
+
+    fn deserialize_seq<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, Unreadable> {
+        self.list(visitor)
+    }
+
+    fn deserialize_tuple<V: Visitor<'de>>(self, _: usize, visitor: V) -> Result<V::Value, Unreadable> {
+        self.list(visitor)
     }
 
     fn deserialize_option<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, Unreadable> {
@@ -61,13 +115,15 @@ impl<'de> Deserializer<'de> for Reader {
     ) -> Result<V::Value, Unreadable> {
         match self.0 {
             Value::String(word) => visitor.visit_enum(word.into_deserializer()),
+            // No word has keys of its own.
+            Value::Table(_) => Err(de::Error::custom("wanted string")),
             _ => Err(de::Error::custom("wanted string or table")),
         }
     }
 
     serde::forward_to_deserialize_any! {
-        bool u8 u16 u32 u64 i8 i16 i32 i64 f32 f64 char str string seq bytes byte_buf map unit struct
-        ignored_any unit_struct tuple_struct tuple identifier
+        bool u8 u16 u32 u64 i8 i16 i32 i64 f32 f64 char str string bytes byte_buf unit ignored_any
+        unit_struct tuple_struct identifier
     }
 }
 
@@ -159,6 +215,24 @@ mod tests {
     fn a_list_that_is_too_long_is_told() {
         let error = read::<Outer>(table("inner = [{ size = 1, pair = [1, 2, 3] }]")).unwrap_err();
         assert_eq!(error.to_string(), "invalid length 3, expected fewer elements in array in `inner.pair`");
+    }
+
+    #[test]
+    fn structures_are_read_from_tables_and_words_from_strings_only() {
+        for (text, expected) in [
+            ("inner = [[1, 2]]", "invalid type: sequence, expected struct Inner in `inner`"),
+            ("inner = [[]]", "invalid type: sequence, expected struct Inner in `inner`"),
+            ("inner = {}", "invalid type: map, expected a sequence in `inner`"),
+            (
+                "inner = [{ size = 1, pair = {} }]",
+                "invalid type: map, expected an array of length 2 in `inner.pair`",
+            ),
+            ("inner = [{ kind = {} }]", "wanted string in `inner.kind`"),
+            ("inner = [{ kind = { flat = {} } }]", "wanted string in `inner.kind`"),
+            ("inner = 1979-05-27", "invalid type: date, expected a sequence in `inner`"),
+        ] {
+            assert_eq!(read::<Outer>(table(text)).unwrap_err().to_string(), expected, "{text}");
+        }
     }
 
     #[test]
