@@ -121,3 +121,52 @@ fn leave_out(value: &mut Value, steps: &[Step]) -> bool {
     });
     table.and_then(Value::as_table_mut).is_some_and(|table| table.remove(last).is_some())
 }
+
+#[cfg(test)]
+mod tests {
+    use serde::Deserialize;
+
+    use super::*;
+
+    #[derive(Debug, Deserialize)]
+    #[serde(deny_unknown_fields)]
+    struct Cell {
+        #[serde(default)]
+        sizes: Vec<f64>,
+        #[serde(default)]
+        body: Vec<Body>,
+    }
+
+    #[derive(Debug, Deserialize)]
+    #[serde(deny_unknown_fields)]
+    #[expect(dead_code, reason = "it is only read")]
+    struct Body {
+        size: f64,
+    }
+
+    /// A key is left out with its list, but none is taken out of the entries of a list.
+    #[test]
+    fn what_can_be_read_is_read_without_wrong_keys() {
+        for (text, expected, told) in [
+            ("sizes = [1, 2]\nbody = [{ size = 1 }]", Some((2, 1)), &[][..]),
+            (
+                "size = 1\nsizes = [1]",
+                Some((1, 0)),
+                &["unknown field `size`, expected `sizes` or `body`"][..],
+            ),
+            (
+                "sizes = [1, \"2\"]\nbody = [{ size = 1 }]",
+                Some((0, 1)),
+                &["invalid type: string \"2\", expected f64"],
+            ),
+            ("sizes = 1\nbody = [{ size = 1, sise = 1 }]", None, &["unknown field `sise`, expected `size`"]),
+            ("body = [{}]", None, &["missing field `size`"]),
+        ] {
+            let table: Table = toml::from_str(text).unwrap();
+            let (found, wrong) = read_without_wrong_keys::<Cell>(table.into());
+            let found = found.map(|cell| (cell.sizes.len(), cell.body.len()));
+            let wrong: Vec<&str> = wrong.iter().map(|error| error.message.as_str()).collect();
+            assert_eq!((found, &wrong[..]), (expected, told), "{text}");
+        }
+    }
+}

@@ -151,6 +151,16 @@ mod tests {
         assert_eq!(Written::new("no toml").line_of(&[key("no")]), None);
     }
 
+    #[test]
+    fn the_line_is_that_of_the_entry_that_is_wrong() {
+        let text = "[[sensor]]\n[[sensor.poses]]\nx = 1\n[[sensor.poses]]\nx = [1, \"2\"]\n";
+        let steps = vec![Step::Key("poses".into()), Step::Entry(1), Step::Key("x".into()), Step::Entry(1)];
+        let error = Unreadable { kind: Unread::Value, message: "no".into(), steps };
+        let within = [Step::Key("sensor".into()), Step::Entry(0)];
+        let written = Written::new(text);
+        assert_eq!(in_words(&error, &|steps| written.line_of(steps), &within), "no in `poses.x` (line 5)");
+    }
+
     #[derive(Debug, Deserialize)]
     #[serde(deny_unknown_fields)]
     #[expect(dead_code, reason = "it is only read")]
@@ -212,6 +222,7 @@ mod tests {
             "seed = 1\ngrid = 3",
             "seed = 1\ngrid = \"no\"",
             "seed = 1\ngrid = true",
+            "seed = 1\ngrid = 1.5",
             "seed = 1\ngrid = {}",
             "seed = 1\n[grid]\n",
             "seed = 1\n[grid]",
