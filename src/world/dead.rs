@@ -136,7 +136,10 @@ impl SampledRays<'_> {
 
     /// Why rays from here tell nothing. Casts no more of them than it takes to know that they tell something.
     fn verdict(&self, truth: &Truth, from: &GridPose) -> Option<String> {
-        let all = self.dirs_q15.len().max(1);
+        let all = self.dirs_q15.len();
+        if all == 0 {
+            return None;
+        }
         let share = |some: usize| some as f64 / all as f64;
         let metres = |q16: u32| f64::from(q16) / 65_536.0 * truth.grid.voxel_size_m;
         let [nearest_m, farthest_m] = self.range.range_m;
@@ -158,6 +161,7 @@ impl SampledRays<'_> {
                 Met::Backdrop => returns += 1,
                 Met::Nothing => {}
             }
+            // The rays that are left cannot take away what these tell; at worst they are all blind, or near.
             let tells = share(returns) >= RETURNS || someone || self.gates.no_return_is_free;
             if tells && share(blind + left) <= BLIND && share(near + left) <= FACES_WALL {
                 return None;
@@ -180,12 +184,11 @@ impl SampledRays<'_> {
                 before()
             ));
         }
-        (!self.dirs_q15.is_empty()).then(|| {
-            format!(
-                "its rays meet nothing from {nearest_m} to {farthest_m} m: turn it towards the cell, move it nearer, or take a \
-                 sensor with a longer range"
-            )
-        })
+        // Too few of them return.
+        Some(format!(
+            "its rays meet nothing from {nearest_m} to {farthest_m} m: turn it towards the cell, move it nearer, or take a \
+             sensor with a longer range"
+        ))
     }
 
     fn cast(&self, blockers: &BitGrid, from: &GridPose, dir_q15: [i32; 3]) -> Met {

@@ -1,10 +1,9 @@
 //! What the rays of a pose free in all snapshots of a scene, marked once for all of them.
 //!
 //! # Theory
-//! Blockers of a snapshot lie between those of every snapshot and those of any, so a ray's first hit lies between its
-//! first hits on these: on `always`, and the earlier of that and of the one on what only `sometimes` is there. If both are the same
-//! it is *steady*: what moves never meets it.
-//! Where the ray surely returns, it frees at least the voxels up to the first of them, less the farthest that noise may
+//! Some blockers stand in all snapshots, the others in some. In any snapshot a ray's first hit is no later than its first hit on the
+//! former, and no earlier than the earlier of its first hits on both. If these two are the same the ray is *steady*: it never meets
+//! what moves. Where the ray surely returns, it frees at least the voxels up to the earlier of the two, less the farthest that noise may
 //! bring a return nearer; these are marked in a plane that all snapshots begin with. Where it surely does not return, it
 //! frees the same in all snapshots. A ray that has left the window before the place up to which it is marked has nothing
 //! left to do in any snapshot, and a packet of such rays is passed over.
@@ -27,7 +26,7 @@ pub(super) struct Alike {
     pub(super) free: BitGrid,
     /// Up to where each ray's voxels are marked there: 0 for not at all, or [`DONE`].
     pub(super) marked: Vec<FirstHit>,
-    /// The rays for which something is left to do, and that what moves may meet, a bit each, packet by packet.
+    /// The rays that may meet what moves and are not [`DONE`], a bit each, packet by packet.
     pub(super) moved: Vec<u64>,
 }
 

@@ -60,8 +60,6 @@ pub(super) fn way<'a>(
 
 #[cfg(test)]
 mod tests {
-    use std::cell::OnceCell;
-
     use rand::{Rng, SeedableRng};
     use rand_chacha::ChaCha8Rng;
 
@@ -141,8 +139,7 @@ mod tests {
             let origin_q16 = [0, 1, 2].map(place);
             let [from, to] = [20.0 * share() as f32, 40.0 + 40.0 * share() as f32];
             let pose = GridPose { origin_q16, axis_q15, draws: 0, truly: None };
-            let voxel = origin_q16.map(|x| x >> 16);
-            let search = Search { layer: &layer, ignore_q16: 0, voxel, clearing: OnceCell::new() };
+            let search = Search::new(&layer, 0, origin_q16.map(|x| x >> 16));
             for packet in 0..packets.count() {
                 let cone = Cone::of(&packets, &[packet]).sent(&pose);
                 let way = way(&cone, [&search].into_iter(), 0.0, [from, to]);

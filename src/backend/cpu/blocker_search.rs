@@ -37,10 +37,8 @@ impl BlockerSearch {
         let d = dir_q16.map(i32::unsigned_abs);
         let ray = LeapingRay { voxel: begin.voxel, axes: std::array::from_fn(axis), d };
         let search = Search {
-            layer: &self.layer,
-            ignore_q16: gates.near_ignore_q16,
-            voxel: begin.voxel,
             clearing: from.clearing.into(),
+            ..Search::new(&self.layer, gates.near_ignore_q16, begin.voxel)
         };
         let limit = first_hit::range(gates.range_max_q16);
         let hit = search.first_hit(ray, true, limit, first_hit::NOTHING);

@@ -24,10 +24,10 @@ const MOST_NEAR: [usize; 2] = [12, 48];
 /// Where the rays of a packet have entered no blocker yet.
 #[derive(Clone, Copy)]
 pub(super) enum Clear<'a> {
-    /// Up to a distance in voxels.
-    Up(f32),
-    /// Up to a place of each ray's own; 0 says nothing of it.
-    Before(&'a [FirstHit]),
+    /// Up to a distance that all have in common, in voxels.
+    Distance(f32),
+    /// Up to a place of each ray's own; 0 where nothing is known of it.
+    Places(&'a [FirstHit]),
 }
 
 impl TableCaster<'_> {
@@ -45,7 +45,7 @@ impl TableCaster<'_> {
         let Some(cone) = self.table.cones.get(packet) else {
             for lane in (0..RAYS).filter(|lane| rays >> lane & 1 == 1) {
                 let known = scratch.found[lane];
-                let place = if let Clear::Before(places) = clear { places[lane] } else { 0 };
+                let place = if let Clear::Places(places) = clear { places[lane] } else { 0 };
                 let made = match place {
                     0 => [0; 3],
                     place => scratch.packet.made_by(lane, first_hit::crossing(place)),
@@ -56,7 +56,7 @@ impl TableCaster<'_> {
             return;
         };
         let cone = cone.sent(placement);
-        let mut clear = cone.clear(search, if let Clear::Up(clear) = clear { clear } else { 0.0 });
+        let mut clear = cone.clear(search, if let Clear::Distance(clear) = clear { clear } else { 0.0 });
         let mut open = u64::MAX;
         if clear > 0.0 {
             (open, clear) = self.intersect(search, &cone, clear, scratch, range);

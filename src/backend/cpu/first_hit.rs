@@ -140,7 +140,12 @@ pub(super) struct Search<'a> {
 /// Steps between two looks at the bricks.
 const STEPS: usize = 8;
 
-impl Search<'_> {
+impl<'a> Search<'a> {
+    /// From a sensor in a voxel of the grid.
+    pub(super) fn new(layer: &'a Layer, ignore_q16: u32, voxel: [i32; 3]) -> Self {
+        Search { layer, ignore_q16, voxel, clearing: OnceCell::new() }
+    }
+
     /// A box around the sensor in which there is nothing.
     pub(super) fn clearing(&self) -> &Box3 {
         self.clearing.get_or_init(|| self.layer.clearing(self.voxel))

@@ -84,8 +84,8 @@ impl NarrowPacket {
         std::array::from_fn(|lane| slab.crossings(first[lane], period_q16[lane], step[lane])[0])
     }
 
-    /// The crossings by which all rays enter and leave a box, as [`NarrowPacket::spans`] has them; [`NONE`] leaves also if that
-    /// is outside of any grid.
+    /// The crossings by which all rays enter and leave a box: [`NONE`] enters if a ray leads away from it, 0 if it begins there,
+    /// and [`NONE`] leaves if that is outside of any grid.
     #[inline(always)]
     pub(super) fn box_spans<S: Simd>(&self, _: S, slabs: &BoxSlabs) -> [Lanes<u32>; 2] {
         let [mut enters, mut leaves] = [[0; RAYS], [NONE; RAYS]];

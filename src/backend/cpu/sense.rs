@@ -1,7 +1,5 @@
 //! Senses from one pose, from rays to evidence, in the order of the files named in `mod.rs`.
 
-use std::cell::OnceCell;
-
 use fearless_simd::Level;
 
 use super::alike::{self, Alike, DONE};
@@ -180,9 +178,7 @@ impl TableCaster<'_> {
     }
 
     fn search<'l>(&self, layer: &'l Layer, caster: &GridPose) -> Search<'l> {
-        let voxel = caster.origin_q16.map(|x| x >> 16);
-        let ignore_q16 = self.table.gates.near_ignore_q16;
-        Search { layer, ignore_q16, voxel, clearing: OnceCell::new() }
+        Search::new(layer, self.table.gates.near_ignore_q16, caster.origin_q16.map(|x| x >> 16))
     }
 
     /// Casts the rays first; then each voxel is looked up in the image of what the pixels free.
@@ -219,7 +215,7 @@ impl TableCaster<'_> {
                 Way::Clear(clear) => clear,
             };
             scratch.packet.start(self.level, shoot.placement, packets.dirs_q15(packet));
-            self.cast(packet, u64::MAX, Clear::Up(clear), shoot, scratch);
+            self.cast(packet, u64::MAX, Clear::Distance(clear), shoot, scratch);
             let freed = &scratch.ends.freed;
             pyramid.set_tile(packet, freed);
             if tiles[packet].near {
@@ -271,7 +267,7 @@ impl TableCaster<'_> {
             if !shoot.casts_all() && scratch.through.lanes().next().is_none() {
                 continue;
             }
-            self.cast(packet, u64::MAX, Clear::Up(0.0), shoot, scratch);
+            self.cast(packet, u64::MAX, Clear::Distance(0.0), shoot, scratch);
             for lane in 0..RAYS {
                 let ray = (&scratch.packet, &scratch.through, lane);
                 let freed = scratch.ends.freed[lane];
@@ -293,7 +289,7 @@ impl TableCaster<'_> {
         for packet in 0..packets.count() {
             let Some((marked, moved)) = alike.packet(packet) else { continue };
             scratch.packet.start(self.level, shoot.placement, packets.dirs_q15(packet));
-            self.cast(packet, moved, Clear::Before(marked), shoot, scratch);
+            self.cast(packet, moved, Clear::Places(marked), shoot, scratch);
             scratch.through.start(self.level, &scratch.packet, &window);
             for (lane, &place) in marked.iter().enumerate().filter(|(_, place)| **place != DONE) {
                 let ray = (&scratch.packet, &scratch.through, lane);
@@ -329,12 +325,12 @@ impl TableCaster<'_> {
             if crossing.is_empty() {
                 continue;
             }
-            self.cast(packet, 0, Clear::Up(0.0), shoot, scratch);
+            self.cast(packet, 0, Clear::Distance(0.0), shoot, scratch);
             for lane in crossing {
                 let still = scratch.found[lane];
                 let ray = scratch.packet.ray(lane, [0; 3]);
-                let search = |search: &Search| search.first_hit(ray, true, still.min(range), still);
-                let first = sometimes.as_ref().map_or(0, search);
+                let earlier = |on: &Search| on.first_hit(ray, true, still.min(range), still);
+                let first = sometimes.as_ref().map_or(0, earlier);
                 let is_return = |hit: FirstHit| hit < first_hit::LEFT && hit >> 2 >= gates.range_min_q16;
                 let (place, crossings) = if is_return(still) && is_return(first) {
                     let place = alike::before(first, nearer_q16);
@@ -348,7 +344,7 @@ impl TableCaster<'_> {
                 };
                 let ray = (&scratch.packet, &scratch.through, lane);
                 scratch.marks.freed(ray, crossings, march::NEVER, &mut alike.free);
-                // It has left the window before.
+                // It leaves the window before that place.
                 let is_done =
                     place > 0 && scratch.through.span(lane).is_some_and(|[_, leaves]| place >= leaves);
                 alike.marked[packet * RAYS + lane] = if is_done { DONE } else { place };

@@ -97,7 +97,7 @@ mod tests {
             let away = |voxel: [i32; 3]| std::array::from_fn(|r| voxel[r] - packet.voxel[r]);
             for lane in 0..RAYS {
                 let expected = leap::span(|r| packet.axis(lane, r), away(low), away(high));
-                // A ray of direction 0 goes nowhere.
+                // What is entered behind every range is not entered.
                 let expected = expected.filter(|[enters, _]| *enters <= first_hit::LAST.into());
                 let found = through.span(lane);
                 assert_eq!(found.map(|[enters, _]| u64::from(enters)), expected.map(|[enters, _]| enters));
