@@ -1,5 +1,5 @@
 // Marks the voxels that each ray frees, one after the other, from where it enters the window to where it
-// leaves it. One invocation a ray; bits are set with atomics, so the order of rays cannot matter.
+// leaves it. One invocation eight rays, one after the other; bits are set with atomics, so the order of rays cannot matter.
 //
 // # Theory
 // A ray enters a box when it has entered on every axis: that is a crossing, whose place is known in closed
@@ -7,7 +7,8 @@
 //
 // # Practice
 // For sensors with few rays, where looking from each voxel at the rays would cost more, and for the voxels
-// next to a camera, which thousands of its pixels see.
+// next to a camera, which thousands of its pixels see. Where tiles are known, the rays of those that see none
+// of these are passed over.
 
 @group(0) @binding(0) var<uniform> setup: Setup;
 @group(0) @binding(1) var<uniform> part: Part;
@@ -15,8 +16,10 @@
 @group(0) @binding(3) var<storage, read> placements: array<array<u32, PLACEMENT_WORDS>>;
 @group(0) @binding(4) var<storage, read> dirs_q15: array<array<i32, 3>>;
 @group(0) @binding(5) var<storage, read> ends: array<u32>;
-@group(0) @binding(6) var<storage, read_write> free: array<atomic<u32>>;
-@group(0) @binding(7) var<storage, read_write> done: array<atomic<u32>, DONE_WORDS>;
+// What `see_tiles` wrote, if rays go by tiles.
+@group(0) @binding(6) var<storage, read> tiles: array<u32>;
+@group(0) @binding(7) var<storage, read_write> free: array<atomic<u32>>;
+@group(0) @binding(8) var<storage, read_write> done: array<atomic<u32>, DONE_WORDS>;
 
 // The crossings made when a ray has entered the window on every axis: none if it begins inside. Where it
 // never comes there, or has left again, the voxel that it is in then is outside.
@@ -68,21 +71,42 @@ fn mark_freed(slot: u32, begin: March, voxels: u32) {
     loop_ended(!inside || opaque(crossings) >= voxels);
 }
 
+// Whether a tile sees voxels that are near.
+fn is_near(row: u32, tile: u32) -> bool {
+    let size = tiles_of_image();
+    let start = row * (size.x * size.y + 1u);
+    return (max(tiles[start], tiles[start + 1u + tile]) & NEAR_TILE) != 0u;
+}
+
 @compute @workgroup_size(WORKGROUP)
 fn main(
-    @builtin(global_invocation_id) id: vec3<u32>,
     @builtin(workgroup_id) group: vec3<u32>,
     @builtin(local_invocation_index) local: u32,
 ) {
     let row = part.first_row + group.y;
     let placement = placement_of(row, local);
-    let ray = part.first + id.x;
-    // No early return: `report` must see every invocation of the group.
-    if ray < part.end {
-        let word = ends[row * table.rays + ray];
-        // Nothing near is seen by what returns from behind all that matters.
-        let voxels = select(freed(unpacked(word), table.no_return_is_free != 0u), 0u, word == BEYOND);
-        mark_freed(placement.slot, launch(placement.believed, dirs_q15[ray]), voxels);
+    var run = run_of(group.x, local);
+    if part.tiles != 0u {
+        let tile = tile_of(group.x, local);
+        run = column_of(tile, local);
+        if run.count > 0u {
+            run.count = select(0u, run.count, is_near(row, tile));
+        }
     }
+    var turn = 0u;
+    loop {
+        if turn < run.count {
+            let ray = run.first + turn * run.stride;
+            let word = ends[row * table.rays + ray];
+            // Nothing near is seen by what returns from behind all that matters.
+            let voxels = select(freed(unpacked(word), table.no_return_is_free != 0u), 0u, word == BEYOND);
+            mark_freed(placement.slot, launch(placement.believed, dirs_q15[ray]), voxels);
+        }
+        turn += 1u;
+        if turn >= run.count {
+            break;
+        }
+    }
+    loop_ended(opaque(turn) >= run.count);
     report(CARVE_RAYS, local);
 }

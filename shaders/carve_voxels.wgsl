@@ -27,40 +27,91 @@
 // Turns of the loops over pixels so far.
 var<private> turns: u32;
 
-// Whether some pixel of a rectangle sees a voxel and frees more voxels than it is away. The pixel through the
-// voxel's centre is asked first: it mostly knows.
-fn witnessed(placement: GridPose, row: u32, offset: vec3<i32>, middle: vec2<i32>, first: vec2<i32>, last: vec2<i32>, away: u32) -> bool {
-    var pixel = middle;
+// The pixels of a block of two by two that lie in a rectangle and free more than so many voxels: a bit each.
+fn enough_of_block(row: u32, block: vec2<u32>, pixel_rect: PixelRect, away: u32) -> u32 {
+    let low = vec2<i32>(block * 2u);
+    let high = min(low + 1, pixel_rect.last);
+    let upper = row * table.rays + u32(low.y) * table.image_x;
+    let lower = row * table.rays + u32(high.y) * table.image_x;
+    let words = vec4<u32>(
+        ends[upper + u32(low.x)],
+        ends[upper + u32(high.x)],
+        ends[lower + u32(low.x)],
+        ends[lower + u32(high.x)],
+    );
+    let is_free = table.no_return_is_free != 0u;
+    let voxels = vec4<u32>(
+        freed(unpacked(words.x), is_free),
+        freed(unpacked(words.y), is_free),
+        freed(unpacked(words.z), is_free),
+        freed(unpacked(words.w), is_free),
+    );
+    let begins = low >= pixel_rect.first;
+    let ends_in = low + 1 <= pixel_rect.last;
+    let inside = vec4<bool>(begins.x && begins.y, ends_in.x && begins.y, begins.x && ends_in.y, ends_in.x && ends_in.y);
+    let bits = select(vec4<u32>(), vec4<u32>(1u, 2u, 4u, 8u), inside & (voxels > vec4<u32>(away)));
+    return bits.x | bits.y | bits.z | bits.w;
+}
+
+// Whether some pixel of a rectangle sees a voxel and frees more voxels than it is away. The pixels about the
+// one through the voxel's centre are asked first: they mostly know.
+fn witnessed(placement: GridPose, row: u32, offset: vec3<i32>, pixel_rect: PixelRect, away: u32) -> bool {
+    let first = vec2<u32>(pixel_rect.first) / 2u;
+    let last = vec2<u32>(pixel_rect.last) / 2u;
+    let surely = select(-1, i32(pixel_rect.beside), pixel_rect.dense);
+    var block = vec2<u32>(pixel_rect.centre) / 2u;
     var next = first;
     var found = false;
-    var enough = false;
     loop {
-        // The next pixel that frees enough. Software adapters pay for what follows as often as the slowest of
-        // eight neighbours.
+        // The next block of which some pixel frees enough. Software adapters pay for what follows as often as
+        // the slowest of eight neighbours.
+        var enough = false;
         turns += 1u;
         loop {
             turns += 1u;
-            let end = ends[row * table.rays + u32(pixel.y) * table.image_x + u32(pixel.x)];
-            enough = freed(unpacked(end), table.no_return_is_free != 0u) > away;
+            enough = most_of_block(row, LEAST_LEVEL, block) > away;
             if enough || next.y > last.y {
                 break;
             }
-            pixel = next;
-            next = select(next + vec2<i32>(1, 0), vec2<i32>(first.x, next.y + 1), next.x == last.x);
+            block = next;
+            next = select(next + vec2<u32>(1u, 0u), vec2<u32>(first.x, next.y + 1u), next.x == last.x);
         }
-        loop_ended(opaque(u32(enough)) != 0u || opaque(u32(next.y)) > u32(last.y));
+        loop_ended(opaque(u32(enough)) != 0u || opaque(next.y) > last.y);
         if !enough {
             break;
         }
-        found = sees(placement.believed, dirs_q15[u32(pixel.y) * table.image_x + u32(pixel.x)], offset);
+        var bits = enough_of_block(row, block, pixel_rect, away);
+        loop {
+            turns += 1u;
+            if bits == 0u || found {
+                break;
+            }
+            let bit = firstTrailingBit(bits);
+            let pixel = vec2<i32>(block * 2u + vec2<u32>(bit & 1u, bit >> 1u));
+            found = all(abs(pixel - pixel_rect.centre) <= vec2<i32>(surely));
+            if !found {
+                found = sees(placement.believed, dirs_q15[u32(pixel.y) * table.image_x + u32(pixel.x)], offset);
+            }
+            bits &= bits - 1u;
+        }
+        loop_ended(opaque(bits) == 0u || opaque(u32(found)) != 0u);
         if found || next.y > last.y {
             break;
         }
-        pixel = next;
-        next = select(next + vec2<i32>(1, 0), vec2<i32>(first.x, next.y + 1), next.x == last.x);
+        block = next;
+        next = select(next + vec2<u32>(1u, 0u), vec2<u32>(first.x, next.y + 1u), next.x == last.x);
     }
-    loop_ended(!enough || opaque(u32(found)) != 0u || opaque(u32(next.y)) > u32(last.y));
+    loop_ended(opaque(u32(found)) != 0u || opaque(next.y) > last.y);
     return found;
+}
+
+// Most that pixels of a block about one of them free that reaches no farther than so many pixels beside it.
+fn most_about(row: u32, pixel: vec2<u32>, beside: u32) -> u32 {
+    let level = min(firstLeadingBit(beside + 1u), MOST_LEVEL);
+    if level == 0u {
+        return freed(unpacked(ends[row * table.rays + pixel.y * table.image_x + pixel.x]), table.no_return_is_free != 0u);
+    }
+    return most_of_block(row, level, pixel >> vec2<u32>(level));
 }
 
 // Lists a voxel for `carve_crowded`, whose workgroups take TEAMS of them. What that kernel is to do is
@@ -81,15 +132,17 @@ fn is_free(placement: GridPose, projection: Projection, row: u32, voxel: vec3<i3
     let pixel_rect = pixel_rect(projection, voxel, 1);
     let own = vec3_of(placement.believed.origin_q16) >> vec3<u32>(16u);
     let away = away(own, voxel, 1).x;
+    // All rays about the one through its centre visit a voxel where pixels are dense.
+    let known = pixel_rect.dense && most_about(row, vec2<u32>(pixel_rect.centre), pixel_rect.beside) > away;
+    if known {
+        return true;
+    }
     let range = freed_range(row, pixel_rect.first, pixel_rect.last);
     let open = pixel_rect.seen && !pixel_rect.near && range.y > away;
     if open {
         let size = pixel_rect.last - pixel_rect.first + 1;
         let pixels = u32(size.x * size.y);
-        if pixel_rect.tile_visits && most_of_tile(row, vec2<u32>(pixel_rect.centre) / TILE) > away {
-            return true;
-        }
-        if pixels > MOST_PIXELS || turns + 2u * pixels + 4u > MOST_TURNS {
+        if pixels > MOST_PIXELS || turns + 4u * pixels + 12u > MOST_TURNS {
             // The pixel through the middle mostly knows.
             let index = u32(pixel_rect.centre.y) * table.image_x + u32(pixel_rect.centre.x);
             let end = unpacked(ends[row * table.rays + index]);
@@ -100,7 +153,7 @@ fn is_free(placement: GridPose, projection: Projection, row: u32, voxel: vec3<i3
             leave(item, number);
             return false;
         }
-        return witnessed(placement, row, voxel - own, pixel_rect.centre, pixel_rect.first, pixel_rect.last, away);
+        return witnessed(placement, row, voxel - own, pixel_rect, away);
     }
     return false;
 }

@@ -100,35 +100,6 @@ fn mark(plane: u32, voxel: vec3<i32>) {
     }
 }
 
-// Rays of an invocation: every `stride`th of a table's from `first` on.
-struct Run {
-    first: u32,
-    stride: u32,
-    count: u32,
-    // Up to which distance none has entered a blocker.
-    clear_q16: u32,
-}
-
-// The rays that an invocation takes: neighbours take neighbouring rays.
-fn run_of(group: u32, local: u32) -> Run {
-    let first = min(part.first + group * WORKGROUP * TILE + local / TILE * TILE * TILE + local % TILE, part.end);
-    return Run(first, TILE, min((part.end - first + TILE - 1u) / TILE, TILE), 0u);
-}
-
-// The same where tiles are known: a column of a tile, or nothing if it is done.
-fn run_of_tile(group: u32, local: u32, row: u32) -> Run {
-    let tile = part.first / (TILE * TILE) + group * WORKGROUP / TILE + local / TILE;
-    let across = tiles_of_image().x;
-    let pixel = vec2<u32>(tile % across, tile / across) * TILE + vec2<u32>(local % TILE, 0u);
-    let rows = min(max(table.image_y, pixel.y) - pixel.y, TILE);
-    let first = pixel.y * table.image_x + pixel.x;
-    var known = 0u;
-    if pixel.x < table.image_x && rows > 0u {
-        known = ends[row * table.rays + first];
-    }
-    return Run(first, table.image_x, select(0u, rows, (known & SENT) != 0u), known & ~SENT);
-}
-
 fn cast_ray(placement: GridPose, row: u32, ray: u32, clear_q16: u32) {
     let begin = launch(placement.believed, dirs_q15[ray]);
     let is_off = placement.is_off != 0u;
@@ -165,13 +136,21 @@ fn main(
     let row = part.first_row + group.y;
     let placement = placement_of(row, local);
     var run = run_of(group.x, local);
+    // Up to which distance none of them has entered a blocker.
+    var clear_q16 = 0u;
     if part.tiles != 0u {
-        run = run_of_tile(group.x, local, row);
+        run = column_of(tile_of(group.x, local), local);
+        var known = 0u;
+        if run.count > 0u {
+            known = ends[row * table.rays + run.first];
+        }
+        run.count = select(0u, run.count, (known & SENT) != 0u);
+        clear_q16 = known & ~SENT;
     }
     var turn = 0u;
     loop {
         if turn < run.count {
-            cast_ray(placement, row, run.first + turn * run.stride, run.clear_q16);
+            cast_ray(placement, row, run.first + turn * run.stride, clear_q16);
         }
         turn += 1u;
         if turn >= run.count {

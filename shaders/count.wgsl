@@ -14,12 +14,10 @@
 
 var<workgroup> sums: array<atomic<u32>, COUNTERS>;
 
-fn count(counter: u32, voxels: u32) {
-    // Many combinations never occur in a word; a group's counters are contended.
-    if voxels != 0u {
-        atomicAdd(&sums[counter], countOneBits(voxels));
-    }
-}
+// What an invocation has counted of the voxels of one label: truly occupied, truly free, people's, the robot's.
+var<private> of_occupied: vec4<u32>;
+var<private> of_free: vec4<u32>;
+var<private> of_unknown: vec4<u32>;
 
 fn count_word(word: u32, evidence: u32) {
     let inside = region[word];
@@ -27,23 +25,19 @@ fn count_word(word: u32, evidence: u32) {
         return;
     }
     let solid = truth[word];
-    let o = occupied[evidence] & inside;
-    let f = free[evidence] & inside & ~o;
-    let u = inside & ~(o | f);
-    count(0u, o & solid);
-    count(1u, o & ~solid);
-    count(2u, f & solid);
-    count(3u, f & ~solid);
-    count(4u, u & solid);
-    count(5u, u & ~solid);
-    let person = solid & human[word];
-    count(6u, o & person);
-    count(7u, f & person);
-    count(8u, u & person);
-    let machine = solid & robot[word];
-    count(9u, o & machine);
-    count(10u, f & machine);
-    count(11u, u & machine);
+    let voxels = vec4<u32>(inside) & vec4<u32>(solid, ~solid, solid & human[word], solid & robot[word]);
+    let o = occupied[evidence];
+    let f = free[evidence] & ~o;
+    of_occupied += countOneBits(voxels & vec4<u32>(o));
+    of_free += countOneBits(voxels & vec4<u32>(f));
+    of_unknown += countOneBits(voxels & vec4<u32>(~(o | f)));
+}
+
+// Adds to a group's counter, which is contended; many are nothing.
+fn add(counter: u32, voxels: u32) {
+    if voxels != 0u {
+        atomicAdd(&sums[counter], voxels);
+    }
 }
 
 @compute @workgroup_size(WORKGROUP)
@@ -62,6 +56,18 @@ fn main(
         }
     }
     loop_ended(opaque(i) >= WORDS_PER_INVOCATION);
+    add(0u, of_occupied.x);
+    add(1u, of_occupied.y);
+    add(2u, of_free.x);
+    add(3u, of_free.y);
+    add(4u, of_unknown.x);
+    add(5u, of_unknown.y);
+    add(6u, of_occupied.z);
+    add(7u, of_free.z);
+    add(8u, of_unknown.z);
+    add(9u, of_occupied.w);
+    add(10u, of_free.w);
+    add(11u, of_unknown.w);
     workgroupBarrier();
     if local < COUNTERS {
         let sum = atomicLoad(&sums[local]);

@@ -1,5 +1,5 @@
-// What the readings of each job say together: the twin of src/backend/fuse.rs. One invocation a word of 32
-// voxels; the fused `free` holds no voxel of the fused `occupied`.
+// What the readings of each job say together: the twin of src/backend/fuse.rs. One invocation four words of 32
+// voxels, so that readings are looked up for all of them at once; the fused `free` holds no voxel of the fused `occupied`.
 
 @group(0) @binding(0) var<uniform> setup: Setup;
 @group(0) @binding(1) var<uniform> part: Part;
@@ -11,33 +11,37 @@
 @group(0) @binding(7) var<storage, read_write> fused_free: array<u32>;
 @group(0) @binding(8) var<storage, read_write> done: array<atomic<u32>, DONE_WORDS>;
 
-// 32 voxels, as one sensor or all of them see them.
+// Four words of voxels, as one sensor or all of them see them.
 struct Said {
-    occupied: u32,
-    free: u32,
+    occupied: vec4<u32>,
+    free: vec4<u32>,
 }
 
-fn kept(slot: u32, word: u32) -> Said {
+fn kept(slot: u32, words: vec4<u32>) -> Said {
     if slot == NO_SLOT {
-        return Said(0u, 0u);
+        return Said();
     }
-    let plane = slot * setup.window_words;
-    return Said(ended[2u * plane + word], free[plane + word]);
+    let at = slot * setup.window_words + words;
+    let hits = at + slot * setup.window_words;
+    return Said(
+        vec4<u32>(ended[hits.x], ended[hits.y], ended[hits.z], ended[hits.w]),
+        vec4<u32>(free[at.x], free[at.y], free[at.z], free[at.w]),
+    );
 }
 
-fn said(reading: Reading, word: u32) -> Said {
-    let points = kept(reading.slot, word);
-    let volume = kept(reading.volume, word);
+fn said(reading: Reading, words: vec4<u32>) -> Said {
+    let points = kept(reading.slot, words);
+    let volume = kept(reading.volume, words);
     let both = points.occupied | volume.occupied;
     return Said(both, (points.free | volume.free) & ~both);
 }
 
 // Occupied if any sensor says so, else free if any does.
-fn fuse_word(job: Job, word: u32) -> Said {
-    var any = Said(0u, 0u);
+fn fuse_words(job: Job, words: vec4<u32>) -> Said {
+    var any = Said();
     var i = job.first;
     for (; i < job.end; i += 1u) {
-        let one = said(readings[i], word);
+        let one = said(readings[i], words);
         any.occupied |= one.occupied;
         any.free |= one.free;
     }
@@ -48,57 +52,63 @@ fn fuse_word(job: Job, word: u32) -> Said {
 
 // The sign of the log-odds. Voxels of which all sensors say the same are summed once; there are few kinds in
 // a word.
-fn sum_word(job: Job, word: u32) -> Said {
-    let any = fuse_word(job, word);
-    var left = any.occupied | any.free;
-    var signs = Said(0u, 0u);
-    while left != 0u {
+fn sum_words(job: Job, words: vec4<u32>) -> Said {
+    let either = fuse_words(job, words);
+    var left = either.occupied | either.free;
+    var signs = Said();
+    while any(left != vec4<u32>()) {
         let first = left & (~left + 1u);
         var same = left;
-        var sum = 0;
+        var sum = vec4<i32>();
         var i = job.first;
         for (; i < job.end; i += 1u) {
             let reading = readings[i];
-            let one = said(reading, word);
-            if (one.occupied & first) != 0u {
-                same &= one.occupied;
-                sum += reading.hit;
-            } else if (one.free & first) != 0u {
-                same &= one.free;
-                sum += reading.miss;
-            } else {
-                same &= ~(one.occupied | one.free);
-            }
-            sum = clamp(sum, LEAST_LOG_ODDS, MOST_LOG_ODDS);
+            let one = said(reading, words);
+            let hit = (one.occupied & first) != vec4<u32>();
+            let missed = (one.free & first) != vec4<u32>();
+            same &= select(select(~(one.occupied | one.free), one.free, missed), one.occupied, hit);
+            sum += select(select(vec4<i32>(), vec4<i32>(reading.miss), missed), vec4<i32>(reading.hit), hit);
+            sum = clamp(sum, vec4<i32>(LEAST_LOG_ODDS), vec4<i32>(MOST_LOG_ODDS));
         }
         loop_ended(opaque(i) >= job.end);
-        signs.occupied |= select(0u, same, sum > 0);
-        signs.free |= select(0u, same, sum < 0);
+        signs.occupied |= select(vec4<u32>(), same, sum > vec4<i32>());
+        signs.free |= select(vec4<u32>(), same, sum < vec4<i32>());
         left &= ~same;
     }
-    loop_ended(opaque(left) == 0u);
+    loop_ended(opaque(left.x | left.y | left.z | left.w) == 0u);
     return signs;
+}
+
+fn write(plane: u32, word: u32, occupied: u32, free: u32) {
+    if word < part.end {
+        fused_occupied[plane + word] = occupied;
+        fused_free[plane + word] = free;
+    }
 }
 
 @compute @workgroup_size(WORKGROUP)
 fn main(
-    @builtin(global_invocation_id) id: vec3<u32>,
+    @builtin(workgroup_id) group: vec3<u32>,
     @builtin(local_invocation_index) local: u32,
 ) {
-    let word = part.first + id.x;
+    let row = part.first_row + group.y;
+    // Neighbouring invocations take neighbouring words.
+    let words = part.first + group.x * WORKGROUP * 4u + local + vec4<u32>(0u, 1u, 2u, 3u) * WORKGROUP;
     // No early return: `report` must see every invocation of the group.
-    if word < part.end {
-        let row = part.first_row + id.y;
+    if words.x < part.end {
         let job = jobs[row];
+        let within = min(words, vec4<u32>(part.end - 1u));
         var fused: Said;
         if job.octomap != 0u {
-            fused = sum_word(job, word);
+            fused = sum_words(job, within);
         } else {
-            fused = fuse_word(job, word);
+            fused = fuse_words(job, within);
         }
-        let at = row * setup.window_words + word;
-        fused_occupied[at] = fused.occupied;
-        fused_free[at] = fused.free;
+        let plane = row * setup.window_words;
+        write(plane, words.x, fused.occupied.x, fused.free.x);
+        write(plane, words.y, fused.occupied.y, fused.free.y);
+        write(plane, words.z, fused.occupied.z, fused.free.z);
+        write(plane, words.w, fused.occupied.w, fused.free.w);
     }
     report(FUSE, local);
 }

@@ -6,6 +6,9 @@
 // them, by less than `deviation`, so the box is grown by that first. Depth and width are bounded one by one,
 // which makes the rectangle larger than need be, never smaller.
 
+// Depth in voxels from which on a box is projected.
+const NEAREST = 0.01;
+
 // A camera at a placement.
 struct Projection {
     origin: vec3<f32>,
@@ -28,8 +31,8 @@ struct PixelRect {
     // Whether it is so far inside the image, and pixels so close at its depth, that some ray surely visits
     // each voxel.
     dense: bool,
-    // Whether pixels are so close that all rays of the tile about `centre` surely visit it, if it is one voxel.
-    tile_visits: bool,
+    // Up to how many pixels beside `centre`, on each axis, all rays surely visit it, if it is a dense voxel.
+    beside: u32,
 }
 
 fn projection_of(place: GridFrame) -> Projection {
@@ -71,23 +74,26 @@ fn pixel_rect(projection: Projection, corner: vec3<i32>, edge: i32) -> PixelRect
     let z_high = p.z + wide.z;
     let near = z_low < table.near;
     let size = vec2<f32>(vec2<u32>(table.image_x, table.image_y));
-    // What is nearer than that lies in voxels that are near.
-    let z = max(z_low, 0.01);
+    let z = max(z_low, NEAREST);
     let u = span(p.x, wide.x, z, max(z_high, z), table.focal_x, size.x * 0.5);
     let v = span(p.y, wide.y, z, max(z_high, z), table.focal_y, size.y * 0.5);
-    // Half a pixel for the floats' own rounding.
-    let low = vec2<f32>(u.x, v.x) - 0.5;
-    let high = vec2<f32>(u.y, v.y) + 0.5;
-    let seen = z_high > 0.0 && all(high >= vec2<f32>()) && all(low < size);
-    let inside = all(low >= vec2<f32>()) && all(high <= size);
+    // Rays pass through the centres of pixels. Some of a pixel for the floats' own rounding; all of the image
+    // where the box reaches to the sensor, since it is in all directions from there.
+    let slope = size * 0.5 / vec2<f32>(table.focal_x, table.focal_y);
+    let touches = z_low < NEAREST && all(abs(p.xy) <= wide.xy + NEAREST * slope);
+    let more = 0.52 + size * select(1e-6, 2.0, touches);
+    let low = vec2<f32>(u.x, v.x) - more;
+    let high = vec2<f32>(u.y, v.y) - 1.0 + more;
+    let seen = z_high > 0.0 && all(high >= vec2<f32>()) && all(low <= size - 1.0) && all(ceil(low) <= floor(high));
+    let first = clamp(ceil(low), vec2<f32>(), size - 1.0);
+    let last = clamp(floor(high), vec2<f32>(), size - 1.0);
+    let inside = all(low >= vec2<f32>()) && all(high <= size - 1.0);
     // Half the diagonal of a pixel, at most, at the farthest depth.
     let pixel = z_high / min(table.focal_x, table.focal_y);
     let deviates = deviation(dot(abs(p), one) + 3.0 * half);
     let gap = 0.71 * pixel + deviates;
-    // Of a tile it is the diagonal, less half a pixel.
-    let tile_gap = 1.42 * (f32(TILE) - 0.5) * pixel + deviates;
-    let first = floor(clamp(low, vec2<f32>(), size - 1.0));
-    let last = floor(clamp(high, vec2<f32>(), size - 1.0));
+    // Each pixel beside is a diagonal more.
+    let beside = (0.5 - deviates) / (1.42 * pixel) - 0.51;
     let middle = size * 0.5 + vec2<f32>(table.focal_x, table.focal_y) * p.xy / max(p.z, 0.01);
     return PixelRect(
         vec2<i32>(first),
@@ -96,7 +102,7 @@ fn pixel_rect(projection: Projection, corner: vec3<i32>, edge: i32) -> PixelRect
         seen,
         near,
         !near && inside && gap <= 0.5,
-        !near && inside && tile_gap <= 0.5,
+        u32(clamp(beside, 0.0, 255.0)),
     );
 }
 

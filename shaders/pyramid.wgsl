@@ -1,6 +1,5 @@
-// Least and most voxels that the pixels of a camera free, over blocks of 8 × 8, 16 × 16, 32 × 32 and 64 × 64
-// pixels, both in one word. One workgroup a block of the largest, one invocation a block of the smallest in
-// it.
+// Least and most voxels that the pixels of a camera free, over blocks of 2 × 2, 4 × 4, … and 64 × 64 pixels,
+// both in one word. One workgroup a block of the largest, one invocation a tile in it.
 //
 // # Theory
 // The least of a block that holds a rectangle is at most the rectangle's least, and the most at least its
@@ -20,20 +19,43 @@ fn joined(a: u32, b: u32) -> u32 {
     return min(a & 0xffffu, b & 0xffffu) | (max(a >> 16u, b >> 16u) << 16u);
 }
 
-// Least and most of the pixels of a block; of none, what changes nothing.
-fn block(row: u32, corner: vec2<u32>) -> u32 {
-    var word = 0xffffu;
+// Least and most of a pixel; of one outside the image, what changes nothing.
+fn of_pixel(row: u32, pixel: vec2<u32>) -> u32 {
+    let inside = pixel.x < table.image_x && pixel.y < table.image_y;
+    let end = unpacked(ends[select(0u, row * table.rays + pixel.y * table.image_x + pixel.x, inside)]);
+    let voxels = freed(end, table.no_return_is_free != 0u);
+    return select(0xffffu, voxels | (voxels << 16u), inside);
+}
+
+// Least and most of the pixels of a tile, whose smaller blocks are written.
+fn of_tile(row: u32, tile: vec2<u32>) -> u32 {
+    let tiles = pyramid_tiles();
+    let start = row * pyramid_words(tiles);
+    let small = start + level_start(tiles, LEAST_LEVEL);
+    let large = start + level_start(tiles, LEAST_LEVEL + 1u);
+    let columns = tiles.x << (MOST_LEVEL - LEAST_LEVEL);
+    var of_all = 0xffffu;
     var i = 0u;
-    for (; i < 64u; i += 1u) {
-        let pixel = corner + vec2<u32>(i & 7u, i >> 3u);
-        if pixel.x < table.image_x && pixel.y < table.image_y {
-            let end = unpacked(ends[row * table.rays + pixel.y * table.image_x + pixel.x]);
-            let voxels = freed(end, table.no_return_is_free != 0u);
-            word = joined(word, voxels | (voxels << 16u));
+    for (; i < 4u; i += 1u) {
+        let at = tile * 2u + vec2<u32>(i & 1u, i >> 1u);
+        var of_four = 0xffffu;
+        var k = 0u;
+        for (; k < 4u; k += 1u) {
+            let block = at * 2u + vec2<u32>(k & 1u, k >> 1u);
+            let pixel = block * 2u;
+            let word = joined(
+                joined(of_pixel(row, pixel), of_pixel(row, pixel + vec2<u32>(1u, 0u))),
+                joined(of_pixel(row, pixel + vec2<u32>(0u, 1u)), of_pixel(row, pixel + 1u)),
+            );
+            pyramid[small + block.y * columns + block.x] = word;
+            of_four = joined(of_four, word);
         }
+        loop_ended(opaque(k) >= 4u);
+        pyramid[large + at.y * (columns / 2u) + at.x] = of_four;
+        of_all = joined(of_all, of_four);
     }
-    loop_ended(opaque(i) >= 64u);
-    return word;
+    loop_ended(opaque(i) >= 4u);
+    return of_all;
 }
 
 @compute @workgroup_size(WORKGROUP)
@@ -48,12 +70,12 @@ fn main(
     let start = row * pyramid_words(tiles);
     var side = 8u;
     var at = vec2<u32>(local & 7u, local >> 3u);
-    var word = block(row, tile * 64u + at * 8u);
-    var level = LEAST_LEVEL;
+    var word = of_tile(row, tile * 8u + at);
+    var level = TILE_LEVEL;
     for (; level <= MOST_LEVEL; level += 1u) {
         at = vec2<u32>(local % side, local / side);
         let inside = local < side * side;
-        if inside && level > LEAST_LEVEL {
+        if inside && level > TILE_LEVEL {
             let below = (at.y * 2u) * (side * 2u) + at.x * 2u;
             word = joined(
                 joined(blocks[below], blocks[below + 1u]),

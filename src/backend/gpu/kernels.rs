@@ -2,7 +2,7 @@
 //! how many items a workgroup takes. Its name is also its label in timings and, in capitals, the constant by
 //! which it reports. Adding a kernel is a shader file and an entry here.
 
-use super::loop_bounds::{WORDS_PER_INVOCATION, WORKGROUP};
+use super::loop_bounds::{FUSED_WORDS, WORDS_PER_INVOCATION, WORKGROUP};
 use super::types::TILE;
 use Binding::{Part, Read, Uniform, Write};
 
@@ -90,9 +90,9 @@ kernels! {
     /// The voxels among those that many pixels may see.
     CarveCrowded = "carve_crowded", &[PROJECTION, BLOCKS], 1, [Uniform Part Uniform Read Read Read Read Read Read Write Write];
     /// The voxels that each ray frees, one by one.
-    CarveRays = "carve_rays", &[PLACEMENT], WORKGROUP, [Uniform Part Uniform Read Read Read Write Write];
+    CarveRays = "carve_rays", &[PLACEMENT, TILES], WORKGROUP * TILE, [Uniform Part Uniform Read Read Read Read Write Write];
     /// The labels from the evidence of several sensors.
-    Fuse = "fuse", &[], WORKGROUP, [Uniform Part Read Read Read Read Write Write Write];
+    Fuse = "fuse", &[], WORKGROUP * FUSED_WORDS, [Uniform Part Read Read Read Read Write Write Write];
     /// The labels counted in a region.
     Count = "count", &[], WORKGROUP * WORDS_PER_INVOCATION,
         [Uniform Part Read Read Read Read Read Read Write Write];

@@ -10,7 +10,7 @@
 //! are nested, up to the sum over all of its invocations.
 //!
 //! # Practice
-//! `static_hits` and `carve_rays` make one loop, over the crossings of a ray: 3 · 1023 at most. `pyramid`,
+//! `static_hits` makes one loop, over the crossings of a ray: 3 · 1023 at most. `pyramid`,
 //! `carve_boxes` and `count` make some hundred turns. What the others do is bounded below. That no loop was
 //! ended early is proved by `shaders/completion.wgsl`, on every device and in every batch.
 
@@ -20,6 +20,9 @@ use crate::march::{MAX_RANGE_VOXELS, deviation};
 
 /// Words of a region that one invocation of `count` takes, so that a group's sums are worth their atomics.
 pub(super) const WORDS_PER_INVOCATION: u32 = 16;
+
+/// Words that one invocation of `fuse` takes: the numbers of a vector of WGSL.
+pub(super) const FUSED_WORDS: u32 = 4;
 
 /// Invocations of a workgroup: one wave or two on any GPU, and a whole number of vectors on a software
 /// adapter.
@@ -31,7 +34,8 @@ const ALLOWED: u32 = 65_535;
 /// Most invocations of a vector: 512 bits.
 const LANES: u32 = 16;
 
-// An invocation of `cast` searches for the blockers of as many rays as a tile has rows, one after the other.
+// An invocation of `cast` searches for the blockers of as many rays as a tile has rows, one after the other; one of
+// `carve_rays` follows as many.
 const _: () = assert!(TILE * (3 * MAX_RANGE_VOXELS + 2) <= ALLOWED);
 
 /// Most tiles that an invocation of `see_tiles` marks one by one.

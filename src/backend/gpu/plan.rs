@@ -133,9 +133,9 @@ impl TableSizes {
         self.image.map_or(0, |image| image.size_px.iter().map(|n| n.div_ceil(1 << level)).product())
     }
 
-    /// Tiles of the image: the smallest blocks of its pyramid.
+    /// Tiles of the image.
     fn tiles(&self) -> u32 {
-        self.blocks(*PYRAMID_LEVELS.start())
+        self.blocks(TILE.ilog2())
     }
 
     /// Bytes of what the tiles of one placement see.
@@ -158,7 +158,7 @@ impl TableSizes {
     /// How many placements go in a batch: as many as the budget and a binding hold the ends of, and the
     /// boxes, at least one.
     pub(super) fn placements_at_once(&self, scene: &SceneSizes, adapter: &AdapterReport) -> usize {
-        let bytes = self.ends_bytes().max(scene.undecided_bytes(1));
+        let bytes = self.ends_bytes().max(self.pyramid_bytes()).max(scene.undecided_bytes(1));
         let boxes = (HEADS * BOXES_AT_ONCE) as u64 / u64::from(scene.boxes[1].max(1));
         BATCH_BYTES.holds(adapter, &[bytes]).min(boxes).clamp(1, PLACEMENTS_PER_BATCH) as usize
     }
@@ -301,11 +301,8 @@ impl SceneSizes {
         // A quarter of the boxes is left, about.
         let by_voxel = table.rays as u64 * PYRAMID_COST
             + self.boxes[0] as u64 * (CARVE_BOXES_COST + CARVE_VOXELS_COST / 4);
-        if table.image.is_some() && by_voxel < by_ray && table.rays <= MOST_IMAGE_PIXELS {
-            Carving::ByVoxel
-        } else {
-            Carving::ByRay
-        }
+        let fits = table.rays <= MOST_IMAGE_PIXELS && table.pyramid_bytes() <= BATCH_BYTES.software;
+        if table.image.is_some() && by_voxel < by_ray && fits { Carving::ByVoxel } else { Carving::ByRay }
     }
 
     /// The dispatches that search the still layer for some placements.
@@ -315,7 +312,7 @@ impl SceneSizes {
 
     /// The dispatches that cast and carve a batch of placements, in the order they must run.
     pub(super) fn sensing(&self, table: &TableSizes, batch: &CastBatch, pace: &Pace) -> Vec<Dispatch> {
-        let (rays, rows) = (0..table.rays, batch.placements);
+        let rows = batch.placements;
         let mut out = Vec::new();
         if batch.by_tile() {
             let seeing = 0..self.boxes[0];
@@ -325,19 +322,19 @@ impl SceneSizes {
         }
         let (every_ray, tiles) = (batch.everything as u32, batch.by_tile() as u32);
         let cast = Part { every_ray, tiles, ..Part::default() };
-        let items = if batch.by_tile() { 0..table.tiles() * TILE * TILE } else { rays.clone() };
-        out.extend(self.stage(Stage::Cast, rows, items, CAST_COST, cast, pace));
-        let by_ray = |rows: u32, until_q16: u32| {
+        let items = if batch.by_tile() { 0..table.tiles() * TILE * TILE } else { 0..table.rays };
+        out.extend(self.stage(Stage::Cast, rows, items.clone(), CAST_COST, cast, pace));
+        let by_ray = |rows: u32, items: Range<u32>, until_q16: u32| {
             let sizes = self.window.iter().map(|&n| (n.min(table.reach)) as u64).sum::<u64>();
             let cost = (sizes / 2).min(3 * (until_q16 >> 16) as u64).max(1);
-            let part = Part { until_q16, ..Part::default() };
-            self.stage(Stage::CarveRays, rows, rays.clone(), cost, part, pace)
+            let part = Part { until_q16, tiles, ..Part::default() };
+            self.stage(Stage::CarveRays, rows, items, cost, part, pace)
         };
         if batch.carving == Carving::ByRay {
-            out.extend(by_ray(rows, FARTHEST_READ_Q16));
+            out.extend(by_ray(rows, items, FARTHEST_READ_Q16));
             return out;
         }
-        out.extend(by_ray(batch.near, table.near_until_q16()));
+        out.extend(by_ray(batch.near, items, table.near_until_q16()));
         let boxes = 0..self.boxes[batch.everything as usize];
         let tile_cost = PYRAMID_COST << (2 * PYRAMID_LEVELS.end());
         out.extend(self.stage(

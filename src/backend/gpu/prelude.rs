@@ -41,6 +41,7 @@ pub fn shader_prelude() -> String {
         ("BOX_BITS", BOX_BITS),
         ("LEAST_LEVEL", *PYRAMID_LEVELS.start()),
         ("TILE", TILE),
+        ("TILE_LEVEL", TILE.ilog2()),
         ("MOST_LEVEL", *PYRAMID_LEVELS.end()),
         ("PLACEMENT_WORDS", size_of::<PlacementWords>() as u32 / 4),
         ("MOST_SEEING", MOST_SEEING),

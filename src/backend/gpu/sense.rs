@@ -56,7 +56,8 @@ impl Gpu {
         let layer = others.unwrap_or(&loaded.blockers);
         let cast = [&table.noise, layer, &first_hits, &ends, &loaded.ended];
         let cast = bind(Stage::Cast, &[&rays, &cast]);
-        let carve_rays = bind(Stage::CarveRays, &[&rays, &[&ends, &loaded.free]]);
+        let tiles = room.tiles.hold(&queue.device, rows * table.sizes.tiles_bytes());
+        let carve_rays = bind(Stage::CarveRays, &[&rays, &[&ends, &tiles, &loaded.free]]);
         if batch.carving == Carving::ByRay {
             queue.run(
                 encoder,
@@ -66,7 +67,6 @@ impl Gpu {
             );
             return Ok(ends);
         }
-        let tiles = room.tiles.hold(&queue.device, rows * table.sizes.tiles_bytes());
         encoder.clear_buffer(&tiles, 0, Some(rows * table.sizes.tiles_bytes()));
         let see_tiles = bind(Stage::SeeTiles, &[&[&placements, &loaded.boxes, &tiles]]);
         let cast_tiles = bind(Stage::CastTiles, &[&rays, &[layer, &tiles, &ends]]);
