@@ -58,7 +58,6 @@ fn enough_of_block(row: u32, block: vec2<u32>, pixel_rect: PixelRect, away: u32)
 fn witnessed(placement: GridPose, row: u32, offset: vec3<i32>, pixel_rect: PixelRect, away: u32) -> bool {
     let first = vec2<u32>(pixel_rect.first) / 2u;
     let last = vec2<u32>(pixel_rect.last) / 2u;
-    let surely = select(-1, i32(pixel_rect.beside), pixel_rect.dense);
     var block = vec2<u32>(pixel_rect.centre) / 2u;
     var next = first;
     var found = false;
@@ -88,7 +87,7 @@ fn witnessed(placement: GridPose, row: u32, offset: vec3<i32>, pixel_rect: Pixel
             }
             let bit = firstTrailingBit(bits);
             let pixel = vec2<i32>(block * 2u + vec2<u32>(bit & 1u, bit >> 1u));
-            found = all(abs(pixel - pixel_rect.centre) <= vec2<i32>(surely));
+            found = all(abs(pixel - pixel_rect.centre) <= vec2<i32>(pixel_rect.beside));
             if !found {
                 found = sees(placement.believed, dirs_q15[u32(pixel.y) * table.image_x + u32(pixel.x)], offset);
             }
@@ -127,35 +126,32 @@ fn leave(item: u32, number: u32) {
     }
 }
 
-// Whether a voxel is free as far as that is known; a voxel that it would take many pixels to know of is left.
-fn is_free(placement: GridPose, projection: Projection, row: u32, voxel: vec3<i32>, item: u32, number: u32) -> bool {
+// What blocks of pixels say of a voxel.
+const HIDDEN = 0u;
+const FREE = 1u;
+const OPEN = 2u;
+
+fn looked_at(projection: Projection, row: u32, voxel: vec3<i32>, away: u32) -> u32 {
     let pixel_rect = pixel_rect(projection, voxel, 1);
-    let own = vec3_of(placement.believed.origin_q16) >> vec3<u32>(16u);
-    let away = away(own, voxel, 1).x;
     // All rays about the one through its centre visit a voxel where pixels are dense.
-    let known = pixel_rect.dense && most_about(row, vec2<u32>(pixel_rect.centre), pixel_rect.beside) > away;
-    if known {
-        return true;
+    if pixel_rect.beside >= 0 && most_about(row, vec2<u32>(pixel_rect.centre), u32(pixel_rect.beside)) > away {
+        return FREE;
     }
     let range = freed_range(row, pixel_rect.first, pixel_rect.last);
-    let open = pixel_rect.seen && !pixel_rect.near && range.y > away;
-    if open {
-        let size = pixel_rect.last - pixel_rect.first + 1;
-        let pixels = u32(size.x * size.y);
-        if pixels > MOST_PIXELS || turns + 4u * pixels + 12u > MOST_TURNS {
-            // The pixel through the middle mostly knows.
-            let index = u32(pixel_rect.centre.y) * table.image_x + u32(pixel_rect.centre.x);
-            let end = unpacked(ends[row * table.rays + index]);
-            let enough = freed(end, table.no_return_is_free != 0u) > away;
-            if enough && sees(placement.believed, dirs_q15[index], voxel - own) {
-                return true;
-            }
-            leave(item, number);
-            return false;
-        }
-        return witnessed(placement, row, voxel - own, pixel_rect, away);
+    return select(HIDDEN, OPEN, pixel_rect.seen && !pixel_rect.near && range.y > away);
+}
+
+// Whether an open voxel is free as far as that is known; a voxel that it would take many pixels to know of is
+// left.
+fn is_free(placement: GridPose, projection: Projection, row: u32, voxel: vec3<i32>, own: vec3<i32>, item: u32, number: u32) -> bool {
+    let pixel_rect = pixel_rect(projection, voxel, 1);
+    let size = pixel_rect.last - pixel_rect.first + 1;
+    let pixels = u32(size.x * size.y);
+    if pixels > MOST_PIXELS || turns + 4u * pixels + 12u > MOST_TURNS {
+        leave(item, number);
+        return false;
     }
-    return false;
+    return witnessed(placement, row, voxel - own, pixel_rect, away(own, voxel, 1).x);
 }
 
 // Which voxels of a cube of two are free as far as that is known: a bit each, x fastest. The cube may be
@@ -164,21 +160,38 @@ fn free_of_cube(placement: GridPose, projection: Projection, row: u32, low: vec3
     let window = vec3<u32>(setup.window_x, setup.window_y, setup.window_z);
     let voxel = vec3<i32>(low) + vec3<i32>(setup.window_min_x, setup.window_min_y, setup.window_min_z);
     let pixel_rect = pixel_rect(projection, voxel, 2);
-    let away = away(vec3_of(placement.believed.origin_q16) >> vec3<u32>(16u), voxel, 2);
+    let own = vec3_of(placement.believed.origin_q16) >> vec3<u32>(16u);
+    let of_cube = away(own, voxel, 2);
     let range = freed_range(row, pixel_rect.first, pixel_rect.last);
-    let all_free = pixel_rect.dense && range.x > away.y;
-    // A loop that ends at once costs a software adapter little; what is behind a branch it pays for.
-    let voxels = select(0u, 8u, pixel_rect.seen && range.y > away.x && !all_free);
+    let all_free = pixel_rect.dense && range.x > of_cube.y;
+    // A loop that ends at once costs a software adapter a turn; what is behind a branch it pays for.
+    let voxels = select(0u, 8u, pixel_rect.seen && range.y > of_cube.x && !all_free);
     var bits = select(0u, 0xffu, all_free);
+    var open = 0u;
     var i = 0u;
     for (; i < voxels; i += 1u) {
         let at = vec3<u32>(i & 1u, (i >> 1u) & 1u, i >> 2u);
         if all(low + at < window) {
-            let number = first + at.x + at.y * BOX_EDGE + at.z * BOX_EDGE * BOX_EDGE;
-            bits |= u32(is_free(placement, projection, row, voxel + vec3<i32>(at), item, number)) << i;
+            let one = voxel + vec3<i32>(at);
+            let seen = looked_at(projection, row, one, away(own, one, 1).x);
+            bits |= u32(seen == FREE) << i;
+            open |= u32(seen == OPEN) << i;
         }
     }
     loop_ended(opaque(i) >= voxels);
+    // Each invocation goes on to its own next open voxel, so that a vector makes as many turns as the one with
+    // the most of them.
+    loop {
+        if open == 0u {
+            break;
+        }
+        let i = firstTrailingBit(open);
+        open &= open - 1u;
+        let at = vec3<u32>(i & 1u, (i >> 1u) & 1u, i >> 2u);
+        let number = first + at.x + at.y * BOX_EDGE + at.z * BOX_EDGE * BOX_EDGE;
+        bits |= u32(is_free(placement, projection, row, voxel + vec3<i32>(at), own, item, number)) << i;
+    }
+    loop_ended(opaque(open) == 0u);
     return bits;
 }
 

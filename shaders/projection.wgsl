@@ -31,8 +31,9 @@ struct PixelRect {
     // Whether it is so far inside the image, and pixels so close at its depth, that some ray surely visits
     // each voxel.
     dense: bool,
-    // Up to how many pixels beside `centre`, on each axis, all rays surely visit it, if it is a dense voxel.
-    beside: u32,
+    // If it is one voxel: up to how many pixels beside `centre`, on each axis, all rays surely visit it; -1 if
+    // that of `centre` need not.
+    beside: i32,
 }
 
 fn projection_of(place: GridFrame) -> Projection {
@@ -93,8 +94,9 @@ fn pixel_rect(projection: Projection, corner: vec3<i32>, edge: i32) -> PixelRect
     let deviates = deviation(dot(abs(p), one) + 3.0 * half);
     let gap = 0.71 * pixel + deviates;
     // Each pixel beside is a diagonal more.
-    let beside = (0.5 - deviates) / (1.42 * pixel) - 0.51;
-    let middle = size * 0.5 + vec2<f32>(table.focal_x, table.focal_y) * p.xy / max(p.z, 0.01);
+    let beside = i32(clamp((0.5 - deviates) / (1.42 * pixel) - 0.51, 0.0, 255.0));
+    let middle = size * 0.5 + vec2<f32>(table.focal_x, table.focal_y) * p.xy / max(p.z, NEAREST);
+    let visited = !near && gap <= 0.5 && all(middle >= vec2<f32>()) && all(middle < size);
     return PixelRect(
         vec2<i32>(first),
         vec2<i32>(last),
@@ -102,7 +104,7 @@ fn pixel_rect(projection: Projection, corner: vec3<i32>, edge: i32) -> PixelRect
         seen,
         near,
         !near && inside && gap <= 0.5,
-        u32(clamp(beside, 0.0, 255.0)),
+        select(-1, beside, visited),
     );
 }
 
