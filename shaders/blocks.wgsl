@@ -26,11 +26,6 @@ fn most_of_block(row: u32, level: u32, block: vec2<u32>) -> u32 {
     return pyramid[row * pyramid_words(tiles) + at] >> 16u;
 }
 
-// Most that a pixel of a tile frees.
-fn most_of_tile(row: u32, tile: vec2<u32>) -> u32 {
-    return most_of_block(row, TILE_LEVEL, tile);
-}
-
 // Least and most that the pixels of a rectangle free, or those of a little more. At most 25 turns of a loop:
 // of rectangles too large for that it says nothing.
 fn freed_range(row: u32, first: vec2<i32>, last: vec2<i32>) -> vec2<u32> {

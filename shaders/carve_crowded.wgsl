@@ -59,7 +59,7 @@ fn scan(word: u32, team: u32, column: u32) {
         // The next tile of which some pixel frees enough.
         var enough = false;
         loop {
-            enough = most_of_tile(row, tile) > away;
+            enough = most_of_block(row, TILE_LEVEL, tile) > away;
             if enough || next.y > last.y {
                 break;
             }

@@ -1,5 +1,6 @@
 // Marks the voxels that each ray frees, one after the other, from where it enters the window to where it
-// leaves it. One invocation eight rays, one after the other; bits are set with atomics, so the order of rays cannot matter.
+// leaves it. One invocation eight rays, one after the other; bits are set with atomics, so the order of rays
+// cannot matter.
 //
 // # Theory
 // A ray enters a box when it has entered on every axis: that is a crossing, whose place is known in closed

@@ -126,12 +126,12 @@ fn leave(item: u32, number: u32) {
     }
 }
 
-// What blocks of pixels say of a voxel.
+// What blocks of pixels say of a voxel: that it is not free, that it is, or that its pixels must be asked.
 const HIDDEN = 0u;
 const FREE = 1u;
 const OPEN = 2u;
 
-fn looked_at(projection: Projection, row: u32, voxel: vec3<i32>, away: u32) -> u32 {
+fn look(projection: Projection, row: u32, voxel: vec3<i32>, away: u32) -> u32 {
     let pixel_rect = pixel_rect(projection, voxel, 1);
     // All rays about the one through its centre visit a voxel where pixels are dense.
     if pixel_rect.beside >= 0 && most_about(row, vec2<u32>(pixel_rect.centre), u32(pixel_rect.beside)) > away {
@@ -173,7 +173,7 @@ fn free_of_cube(placement: GridPose, projection: Projection, row: u32, low: vec3
         let at = vec3<u32>(i & 1u, (i >> 1u) & 1u, i >> 2u);
         if all(low + at < window) {
             let one = voxel + vec3<i32>(at);
-            let seen = looked_at(projection, row, one, away(own, one, 1).x);
+            let seen = look(projection, row, one, away(own, one, 1).x);
             bits |= u32(seen == FREE) << i;
             open |= u32(seen == OPEN) << i;
         }

@@ -40,6 +40,14 @@ fn add(counter: u32, voxels: u32) {
     }
 }
 
+// Adds what was counted of one label, the labels being occupied, free and unknown.
+fn add_label(label: u32, voxels: vec4<u32>) {
+    add(2u * label, voxels.x);
+    add(2u * label + 1u, voxels.y);
+    add(6u + label, voxels.z);
+    add(9u + label, voxels.w);
+}
+
 @compute @workgroup_size(WORKGROUP)
 fn main(
     @builtin(workgroup_id) group: vec3<u32>,
@@ -56,18 +64,9 @@ fn main(
         }
     }
     loop_ended(opaque(i) >= WORDS_PER_INVOCATION);
-    add(0u, of_occupied.x);
-    add(1u, of_occupied.y);
-    add(2u, of_free.x);
-    add(3u, of_free.y);
-    add(4u, of_unknown.x);
-    add(5u, of_unknown.y);
-    add(6u, of_occupied.z);
-    add(7u, of_free.z);
-    add(8u, of_unknown.z);
-    add(9u, of_occupied.w);
-    add(10u, of_free.w);
-    add(11u, of_unknown.w);
+    add_label(0u, of_occupied);
+    add_label(1u, of_free);
+    add_label(2u, of_unknown);
     workgroupBarrier();
     if local < COUNTERS {
         let sum = atomicLoad(&sums[local]);

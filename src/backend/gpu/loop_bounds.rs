@@ -117,7 +117,7 @@ pub(super) fn near_voxels(image: &Image) -> f64 {
 mod tests {
     use super::*;
 
-    /// `pixel_rect` in `shaders/projection.wgsl`: how many pixels of one axis are in tiles that may see a
+    /// `pixel_rect` in `shaders/projection.wgsl`, or a pixel more on each side: how many pixels of one axis are in tiles that may see a
     /// voxel at `p` in the camera's frame whose half extents there are `half`, and the depth where it begins.
     fn seen(image: &Image, axis: usize, p: [f64; 3], half: [f64; 3]) -> (f64, f64) {
         let deviation =

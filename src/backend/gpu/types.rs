@@ -17,8 +17,8 @@ pub const BOX_BITS: u32 = 21;
 /// The smallest and the largest blocks of a pyramid have an edge of two to the power of these pixels.
 pub const PYRAMID_LEVELS: std::ops::RangeInclusive<u32> = 1..=6;
 
-/// Edge in pixels of a tile, which is a block of a pyramid.
-pub const TILE: u32 = 8;
+/// Edge in pixels of a tile, which is a block of a pyramid two levels above the smallest.
+pub const TILE: u32 = 4 << *PYRAMID_LEVELS.start();
 
 /// Most dispatches of `carve_voxels` in a batch; each has a head in the list of what it leaves.
 pub const HEADS: u32 = 2048;
