@@ -9,6 +9,8 @@
 //! Voxels are counted under the words of a region's rows. Those that are truly occupied are few: their words
 //! are listed with the voxels in them, and so are the person's and the robot's.
 
+use fearless_simd::{Level, Simd, dispatch};
+
 use super::body_words::BodyWords;
 use super::fuse::{FuseJob, RowSpan};
 use super::{Fusion, Planes, Reading, Slot, VoxelScene};
@@ -76,6 +78,7 @@ impl RegionTally {
     /// or are empty.
     pub(super) fn score<'a>(
         &self,
+        level: Level,
         fusion: Fusion,
         readings: &[Reading],
         planes: impl Fn(Slot) -> Option<&'a Planes>,
@@ -86,7 +89,8 @@ impl RegionTally {
         for layer in &self.layers {
             job.fuse(&layer.rows);
             for part in &layer.parts {
-                part.count(&job.occupied, &job.free, &mut labelled[part.region]);
+                let labelled = &mut labelled[part.region];
+                dispatch!(level, simd => part.count(simd, &job.occupied, &job.free, labelled));
             }
         }
         let counted = self.totals.iter().zip(&labelled).map(|(totals, labelled)| confusion(totals, labelled));
@@ -140,7 +144,8 @@ impl RegionLayer {
     }
 
     /// Adds up the labels of its voxels: occupied and free, among all and among those listed.
-    fn count(&self, occupied: &[u32], free: &[u32], labelled: &mut [[u64; 2]; 4]) {
+    #[inline(always)]
+    fn count<S: Simd>(&self, _: S, occupied: &[u32], free: &[u32], labelled: &mut [[u64; 2]; 4]) {
         for (label, plane) in [occupied, free].into_iter().enumerate() {
             let plane = &plane[self.first..self.first + self.words.len()];
             labelled[0][label] += ones(plane.iter().zip(&self.words).map(|(plane, word)| plane & word));
@@ -160,8 +165,10 @@ fn rows(plane: &BitGrid, z: i32) -> Option<RowSpan> {
 }
 
 /// How many bits are set in the words of a layer: at most 1023², so that 32 bits hold the sum.
+#[inline(always)]
 fn ones(words: impl Iterator<Item = u32>) -> u64 {
-    words.map(u32::count_ones).sum::<u32>().into()
+    // Without a check of that, loops become vectors.
+    words.fold(0u32, |sum, word| sum.wrapping_add(word.count_ones())).into()
 }
 
 /// The counters of a region.

@@ -7,7 +7,7 @@
 //! visits it frees more voxels than that: one witness is enough, and whether a ray visits a voxel is a matter
 //! of six crossings. If no pixel that could see a box frees more than its nearest voxel needs, nothing of it
 //! is free; if all free more than its farthest needs, and no voxel slips between the pixels, all of it is.
-//! Where pixels are dense, those about the one through a voxel's centre pass within half a voxel of it, and surely visit it.
+//! Rays that pass within half a voxel of a voxel's centre surely visit it: where pixels are dense, those of several about it.
 //!
 //! # Practice
 //! For cameras, whose free voxels are each visited by hundreds of rays. Most boxes are decided whole; pixels
@@ -103,7 +103,10 @@ impl CarveVoxels<'_> {
     fn is_free(&mut self, to: [i32; 3], pixel_rects: &PixelRects, part: usize) -> bool {
         let away = to.iter().map(|x| x.unsigned_abs()).sum();
         let PixelRect { rect, dense, centre, beside, .. } = pixel_rects.get(part);
-        if dense && self.pyramid.most_about(centre, beside) > away {
+        if beside > 0 && dense && self.pyramid.most_about(centre, beside) > away {
+            return true;
+        }
+        if pixel_rects.middle(part).pixels().any(|pixel| self.pyramid.get(pixel) > away) {
             return true;
         }
         let [_, most] = self.pyramid.range(&rect);

@@ -276,7 +276,7 @@ impl Backend for Cpu {
         tracing::debug!("cpu: scores {} choices", jobs.len());
         let tally = &self.loaded()?.tally;
         let planes = |slot: Slot| self.slots[slot as usize].as_ref();
-        let score = |job: &Vec<Reading>| tally.score(fusion, job, planes);
+        let score = |job: &Vec<Reading>| tally.score(self.level, fusion, job, planes);
         let answer = self.pool.install(|| jobs.par_iter().map(score).collect());
         self.answers.push_back(answer);
         Ok(())

@@ -54,6 +54,24 @@ pub(super) struct PixelRect {
     pub(super) beside: u32,
 }
 
+/// The pixels about a voxel's centre: the nearest, and on each axis the next one on the centre's side of it.
+#[derive(Clone, Copy)]
+pub(super) struct Middle {
+    columns: [i32; 2],
+    rows: [i32; 2],
+    /// Whether the ray of each of the four surely visits the voxel: a bit each, columns first.
+    surely: i32,
+}
+
+impl Middle {
+    /// Those whose rays surely visit the voxel.
+    #[inline]
+    pub(super) fn pixels(self) -> impl Iterator<Item = [u32; 2]> {
+        let pixel = move |i: usize| [self.columns[i & 1] as u32, self.rows[i >> 1] as u32];
+        (0..4).filter(move |i| self.surely >> i & 1 == 1).map(pixel)
+    }
+}
+
 /// Boxes as a camera sees them.
 pub(super) struct PixelRects {
     first: [[i32; BOXES]; 2],
@@ -63,6 +81,9 @@ pub(super) struct PixelRects {
     dense: [bool; BOXES],
     centre: [[i32; BOXES]; 2],
     beside: [i32; BOXES],
+    /// Of voxels: what [`Middle`] holds.
+    next: [[i32; BOXES]; 2],
+    surely: [i32; BOXES],
 }
 
 impl PixelRects {
@@ -88,6 +109,13 @@ impl PixelRects {
         let (near, dense, beside) = (self.near[i], self.dense[i], self.beside[i] as u32);
         let centre = self.centre.map(|pixels| pixels[i] as u32);
         PixelRect { rect, near, dense, centre, beside }
+    }
+
+    /// The pixels about the centre of one of them that pixels see, a voxel.
+    #[inline]
+    pub(super) fn middle(&self, i: usize) -> Middle {
+        let [columns, rows] = [0, 1].map(|a: usize| [self.centre[a][i], self.next[a][i]]);
+        Middle { columns, rows, surely: self.surely[i] }
     }
 }
 
@@ -177,6 +205,8 @@ fn pixel_rects<S: Simd>(
         dense: [false; BOXES],
         centre: [[0; BOXES]; 2],
         beside: [0; BOXES],
+        next: [[0; BOXES]; 2],
+        surely: [0; BOXES],
     };
     let mut at = [[0.0f32; BOXES]; 3];
     for i in 0..BOXES {
@@ -187,6 +217,8 @@ fn pixel_rects<S: Simd>(
         }
     }
     let [mut grown, mut per_near, mut per_far, mut far, mut inverse] = [[0.0f32; BOXES]; 5];
+    // Squares of distances in voxels from a box's centre, on each axis: of the rays of the nearest pixel, and of the next.
+    let mut apart = [[[0.0f32; BOXES]; 2]; 2];
     for i in 0..BOXES {
         // No farther than that from the sensor.
         grown[i] = deviation(at[0][i].abs() + at[1][i].abs() + at[2][i].abs() + 3.0 * half);
@@ -224,7 +256,121 @@ fn pixel_rects<S: Simd>(
             let centre = projection.focal_px[a] * at[a][i] * inverse[i] + projection.middle_px[a];
             out.centre[a][i] = nearest(centre).0.max(out.first[a][i]).min(out.last[a][i]);
             out.seen[i] &= high >= 0.0 && out.first[a][i] <= out.last[a][i];
+            let beside = centre - out.centre[a][i] as f32;
+            out.next[a][i] = out.centre[a][i] + if beside < 0.0 { -1 } else { 1 };
+            let per_pixel = at[2][i] / projection.focal_px[a];
+            apart[a][0][i] = (beside * per_pixel).powi(2);
+            // Farther than anything, if the image has no such pixel.
+            let is_next = (first <= out.next[a][i]) & (out.next[a][i] <= last);
+            let next = (1.0 - beside.abs()) * per_pixel;
+            apart[a][1][i] = if is_next { next * next } else { f32::INFINITY };
         }
     }
+    // What passes within half a voxel of a voxel's centre visits it.
+    for i in 0..BOXES {
+        let within = (0.5 - grown[i]).max(0.0).powi(2);
+        let is_sure = |u: usize, v: usize| i32::from(apart[0][u][i] + apart[1][v][i] < within);
+        out.surely[i] = is_sure(0, 0) | is_sure(1, 0) << 1 | is_sure(0, 1) << 2 | is_sure(1, 1) << 3;
+    }
     out
+}
+
+#[cfg(test)]
+mod tests {
+    use rand::{Rng, SeedableRng};
+    use rand_chacha::ChaCha8Rng;
+
+    use super::super::narrow::{NarrowPacket, Slabs};
+    use super::super::packet::{Packet, Packets, RAYS, TILE};
+    use super::*;
+    use crate::backend::{Noise, Rays};
+    use crate::march::Gates;
+
+    const SIZE_PX: [u32; 2] = [83, 61];
+
+    fn camera(focal_px: [f64; 2]) -> Rays {
+        let dir = |i: u32| {
+            let pixel = [i % SIZE_PX[0], i / SIZE_PX[0]];
+            let at = |a: usize| (f64::from(pixel[a]) + 0.5 - f64::from(SIZE_PX[a]) / 2.0) / focal_px[a];
+            let dir = glam::DVec3::new(at(0), at(1), 1.0).normalize();
+            (dir * 32_768.0).round().to_array().map(|x| x as i32)
+        };
+        let gates = Gates {
+            range_min_q16: 0,
+            range_max_q16: 200 << 16,
+            near_ignore_q16: 0,
+            no_return_is_free: false,
+            backdrop: false,
+        };
+        let dirs_q15 = (0..SIZE_PX[0] * SIZE_PX[1]).map(dir).collect();
+        Rays { dirs_q15, image: Some(Image { size_px: SIZE_PX, focal_px }), gates, noise: Noise::default() }
+    }
+
+    /// Against all rays of a camera: those that visit a voxel are in its rectangle, and those that surely visit it do.
+    #[test]
+    fn rectangles_hold_what_visits_a_voxel_and_middles_only_that() {
+        let mut random = ChaCha8Rng::seed_from_u64(19);
+        let (mut nearest, mut next, mut at_the_edge) = (0, 0, 0);
+        for turn in 0..60 {
+            let mut share = || f64::from(random.next_u32()) / f64::from(u32::MAX);
+            let focal = 30.0 + 200.0 * share();
+            let rays = camera([focal, focal * (0.4 + 1.2 * share())]);
+            let (packets, image) = (Packets::new(&rays), rays.image.expect("a camera"));
+            let turned = glam::DQuat::from_xyzw(share() - 0.5, share() - 0.5, share() - 0.5, share() - 0.5);
+            let turned = glam::DMat3::from_quat(turned.normalize());
+            let q15 = |row: [f64; 3]| row.map(|x| (x * 32_768.0).round() as i32);
+            let axis_q15 = turned.transpose().to_cols_array_2d().map(q15);
+            let origin_q16 = [0; 3].map(|_: i32| (300 << 16) + (65_536.0 * share()) as i32);
+            let pose = GridPose { origin_q16, axis_q15, draws: 0, truly: None };
+            let level = if turn % 3 == 0 { Level::baseline() } else { Level::new() };
+            let tiles: Vec<NarrowPacket> = (0..packets.count())
+                .map(|tile| {
+                    let (mut packet, mut narrow) = (Packet::new(), NarrowPacket::new());
+                    packet.start(level, &pose, packets.dirs_q15(tile));
+                    dispatch!(level, simd => narrow.start(simd, &packet));
+                    narrow
+                })
+                .collect();
+            let projection = Projection::new(&pose, &image);
+            for _ in 0..20 {
+                // Voxels about points that it sees, at its edges, too.
+                let corners: [[i32; 3]; BOXES] = std::array::from_fn(|_| {
+                    let depth = 4.0 + 150.0 * share() * share();
+                    let mut at = |a: usize| 1.1 * (share() - 0.5) * f64::from(SIZE_PX[a]) / image.focal_px[a];
+                    let point = turned * glam::DVec3::new(at(0) * depth, at(1) * depth, depth);
+                    point.to_array().map(|x| 300 + x.floor() as i32)
+                });
+                let pixel_rects = projection.pixel_rects(level, &corners, 1, &projection.all());
+                for (i, corner) in corners.iter().enumerate() {
+                    let seen = pixel_rects.of(i);
+                    let (slabs, mut visits) = (Slabs::new(corner.map(|x| x - 300)), Vec::new());
+                    for (tile, narrow) in tiles.iter().enumerate() {
+                        let (lanes, across) = (0..RAYS as u32, SIZE_PX[0].div_ceil(TILE));
+                        let [u, v] = [tile as u32 % across * TILE, tile as u32 / across * TILE];
+                        let pixels = lanes.filter(|&lane| narrow.visits(lane as usize, &slabs));
+                        let pixels = pixels.map(|lane| [u + lane % TILE, v + lane / TILE]);
+                        visits.extend(pixels.filter(|pixel| (0..2).all(|a| pixel[a] < SIZE_PX[a])));
+                    }
+                    let Some(PixelRect { rect, near, .. }) = seen else {
+                        assert_eq!(visits, Vec::<[u32; 2]>::new(), "{corner:?} is not seen");
+                        continue;
+                    };
+                    let holds =
+                        |pixel: &[u32; 2]| (0..2).all(|a| (rect.first[a]..=rect.last[a]).contains(&pixel[a]));
+                    assert!(visits.iter().all(holds), "{corner:?}: {visits:?} in {rect:?}");
+                    if near {
+                        continue;
+                    }
+                    let middle = pixel_rects.middle(i);
+                    let surely: Vec<[u32; 2]> = middle.pixels().collect();
+                    assert!(surely.iter().all(|pixel| visits.contains(pixel)), "{surely:?} of {visits:?}");
+                    nearest += middle.surely & 1;
+                    next += (middle.surely >> 1).count_ones();
+                    let is_at_the_edge = |a: usize| rect.first[a] == 0 || rect.last[a] + 1 == SIZE_PX[a];
+                    at_the_edge += usize::from((0..2).any(is_at_the_edge) && surely.len() > 1);
+                }
+            }
+        }
+        assert!(nearest > 2000 && next > 2000 && at_the_edge > 100, "{nearest}, {next}, {at_the_edge}");
+    }
 }
