@@ -167,7 +167,7 @@ fn rows(plane: &BitGrid, z: i32) -> Option<RowSpan> {
 /// How many bits are set in the words of a layer: at most 1023², so that 32 bits hold the sum.
 #[inline(always)]
 fn ones(words: impl Iterator<Item = u32>) -> u64 {
-    // Without a check of that, loops become vectors.
+    // Sums that are checked, as in tests, do not become vectors.
     words.fold(0u32, |sum, word| sum.wrapping_add(word.count_ones())).into()
 }
 

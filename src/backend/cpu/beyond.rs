@@ -66,13 +66,13 @@ mod tests {
     use super::super::cone::Cone;
     use super::super::first_hit::Layer;
     use super::super::packet::{Packets, RAYS};
+    use super::super::test_camera::camera;
     use super::*;
-    use crate::backend::{GridPose, Image, Noise, Rays};
-    use crate::march::{self, Gates};
+    use crate::backend::GridPose;
+    use crate::march;
     use crate::voxel::{BitGrid, Window};
 
     const SIZE: [u32; 3] = [70, 60, 50];
-    const SIZE_PX: [u32; 2] = [83, 61];
 
     /// A room with a few boxes and single voxels in it, and holes in its walls.
     fn cell(random: &mut ChaCha8Rng) -> BitGrid {
@@ -96,26 +96,6 @@ mod tests {
         blockers
     }
 
-    fn camera() -> Rays {
-        let focal = 60.0;
-        let pixel = |i: u32| [i % SIZE_PX[0], i / SIZE_PX[0]];
-        let dir = |i: u32| {
-            let at = |a: usize| f64::from(pixel(i)[a]) + 0.5 - f64::from(SIZE_PX[a]) / 2.0;
-            glam::DVec3::new(at(0) / focal, at(1) / focal, 1.0).normalize()
-        };
-        let dirs = (0..SIZE_PX[0] * SIZE_PX[1]).map(dir);
-        let dirs_q15 = dirs.map(|d| (d * 32_768.0).round().to_array().map(|x| x as i32)).collect();
-        let gates = Gates {
-            range_min_q16: 0,
-            range_max_q16: 200 << 16,
-            near_ignore_q16: 0,
-            no_return_is_free: false,
-            backdrop: false,
-        };
-        let image = Some(Image { size_px: SIZE_PX, focal_px: [focal; 2] });
-        Rays { dirs_q15, image, gates, noise: Noise::default() }
-    }
-
     /// When a ray enters its first blocker, step by step.
     fn first_q16(blockers: &BitGrid, pose: &GridPose, dir_q15: [i32; 3]) -> Option<u32> {
         let begin = march::launch(pose.origin_q16, pose.axis_q15, dir_q15);
@@ -126,7 +106,7 @@ mod tests {
     #[test]
     fn tiles_return_where_every_ray_does_and_are_clear_where_none_has_hit() {
         let mut random = ChaCha8Rng::seed_from_u64(19);
-        let camera = camera();
+        let camera = camera([60.0; 2]);
         let packets = Packets::new(&camera);
         let (mut returns, mut late) = (0, 0);
         for _ in 0..24 {

@@ -106,7 +106,7 @@ impl CarveVoxels<'_> {
         if beside > 0 && dense && self.pyramid.most_about(centre, beside) > away {
             return true;
         }
-        if pixel_rects.middle(part).pixels().any(|pixel| self.pyramid.get(pixel) > away) {
+        if pixel_rects.centre_pixels(part).pixels().any(|pixel| self.pyramid.get(pixel) > away) {
             return true;
         }
         let [_, most] = self.pyramid.range(&rect);

@@ -24,6 +24,8 @@ mod plan;
 mod projection;
 mod pyramid;
 mod sense;
+#[cfg(test)]
+mod test_camera;
 mod through;
 
 use std::collections::VecDeque;

@@ -56,14 +56,14 @@ pub(super) struct PixelRect {
 
 /// The pixels about a voxel's centre: the nearest, and on each axis the next one on the centre's side of it.
 #[derive(Clone, Copy)]
-pub(super) struct Middle {
+pub(super) struct CentrePixels {
     columns: [i32; 2],
     rows: [i32; 2],
     /// Whether the ray of each of the four surely visits the voxel: a bit each, columns first.
     surely: i32,
 }
 
-impl Middle {
+impl CentrePixels {
     /// Those whose rays surely visit the voxel.
     #[inline]
     pub(super) fn pixels(self) -> impl Iterator<Item = [u32; 2]> {
@@ -81,7 +81,7 @@ pub(super) struct PixelRects {
     dense: [bool; BOXES],
     centre: [[i32; BOXES]; 2],
     beside: [i32; BOXES],
-    /// Of voxels: what [`Middle`] holds.
+    /// Of voxels: the rest of what [`CentrePixels`] holds.
     next: [[i32; BOXES]; 2],
     surely: [i32; BOXES],
 }
@@ -113,9 +113,9 @@ impl PixelRects {
 
     /// The pixels about the centre of one of them that pixels see, a voxel.
     #[inline]
-    pub(super) fn middle(&self, i: usize) -> Middle {
+    pub(super) fn centre_pixels(&self, i: usize) -> CentrePixels {
         let [columns, rows] = [0, 1].map(|a: usize| [self.centre[a][i], self.next[a][i]]);
-        Middle { columns, rows, surely: self.surely[i] }
+        CentrePixels { columns, rows, surely: self.surely[i] }
     }
 }
 
@@ -256,14 +256,14 @@ fn pixel_rects<S: Simd>(
             let centre = projection.focal_px[a] * at[a][i] * inverse[i] + projection.middle_px[a];
             out.centre[a][i] = nearest(centre).0.max(out.first[a][i]).min(out.last[a][i]);
             out.seen[i] &= high >= 0.0 && out.first[a][i] <= out.last[a][i];
-            let beside = centre - out.centre[a][i] as f32;
-            out.next[a][i] = out.centre[a][i] + if beside < 0.0 { -1 } else { 1 };
+            let off = centre - out.centre[a][i] as f32;
+            out.next[a][i] = out.centre[a][i] + if off < 0.0 { -1 } else { 1 };
             let per_pixel = at[2][i] / projection.focal_px[a];
-            apart[a][0][i] = (beside * per_pixel).powi(2);
+            apart[a][0][i] = (off * per_pixel).powi(2);
             // Farther than anything, if the image has no such pixel.
             let is_next = (first <= out.next[a][i]) & (out.next[a][i] <= last);
-            let next = (1.0 - beside.abs()) * per_pixel;
-            apart[a][1][i] = if is_next { next * next } else { f32::INFINITY };
+            let to_next = (1.0 - off.abs()) * per_pixel;
+            apart[a][1][i] = if is_next { to_next * to_next } else { f32::INFINITY };
         }
     }
     // What passes within half a voxel of a voxel's centre visits it.
@@ -282,33 +282,12 @@ mod tests {
 
     use super::super::narrow::{NarrowPacket, Slabs};
     use super::super::packet::{Packet, Packets, RAYS, TILE};
+    use super::super::test_camera::{SIZE_PX, camera};
     use super::*;
-    use crate::backend::{Noise, Rays};
-    use crate::march::Gates;
-
-    const SIZE_PX: [u32; 2] = [83, 61];
-
-    fn camera(focal_px: [f64; 2]) -> Rays {
-        let dir = |i: u32| {
-            let pixel = [i % SIZE_PX[0], i / SIZE_PX[0]];
-            let at = |a: usize| (f64::from(pixel[a]) + 0.5 - f64::from(SIZE_PX[a]) / 2.0) / focal_px[a];
-            let dir = glam::DVec3::new(at(0), at(1), 1.0).normalize();
-            (dir * 32_768.0).round().to_array().map(|x| x as i32)
-        };
-        let gates = Gates {
-            range_min_q16: 0,
-            range_max_q16: 200 << 16,
-            near_ignore_q16: 0,
-            no_return_is_free: false,
-            backdrop: false,
-        };
-        let dirs_q15 = (0..SIZE_PX[0] * SIZE_PX[1]).map(dir).collect();
-        Rays { dirs_q15, image: Some(Image { size_px: SIZE_PX, focal_px }), gates, noise: Noise::default() }
-    }
 
     /// Against all rays of a camera: those that visit a voxel are in its rectangle, and those that surely visit it do.
     #[test]
-    fn rectangles_hold_what_visits_a_voxel_and_middles_only_that() {
+    fn rectangles_hold_what_visits_a_voxel_and_centre_pixels_only_that() {
         let mut random = ChaCha8Rng::seed_from_u64(19);
         let (mut nearest, mut next, mut at_the_edge) = (0, 0, 0);
         for turn in 0..60 {
@@ -361,11 +340,11 @@ mod tests {
                     if near {
                         continue;
                     }
-                    let middle = pixel_rects.middle(i);
-                    let surely: Vec<[u32; 2]> = middle.pixels().collect();
+                    let about = pixel_rects.centre_pixels(i);
+                    let surely: Vec<[u32; 2]> = about.pixels().collect();
                     assert!(surely.iter().all(|pixel| visits.contains(pixel)), "{surely:?} of {visits:?}");
-                    nearest += middle.surely & 1;
-                    next += (middle.surely >> 1).count_ones();
+                    nearest += about.surely & 1;
+                    next += (about.surely >> 1).count_ones();
                     let is_at_the_edge = |a: usize| rect.first[a] == 0 || rect.last[a] + 1 == SIZE_PX[a];
                     at_the_edge += usize::from((0..2).any(is_at_the_edge) && surely.len() > 1);
                 }
