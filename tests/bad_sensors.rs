@@ -194,7 +194,7 @@ fn each_kind_has_keys_of_its_own() {
     }
     check(
         &[(STUDY, "size_m = [0.4, 0.3]", "size_m = [0.4, 0.3]\ntare = 1")],
-        &[STUDY, "sensor \"pads\": invalid type: integer `1`, expected a boolean in `tare`"],
+        &[STUDY, "sensor \"pads\": found 1, wanted true or false in `tare`"],
     );
 }
 
@@ -300,9 +300,9 @@ fn numbers_and_choices() {
         (
             "noise = { std_m = 0.01 }",
             "noise = 0.01",
-            "invalid type: floating point `0.01`, expected { std_m, per_m, per_m2 }, as in noise = { std_m = 0.02 }, or \"unknown\"",
+            "found 0.01, wanted { std_m, per_m, per_m2 }, as in noise = { std_m = 0.02 }, or \"unknown\"",
         ),
-        ("noise = { std_m = 0.01 }", "noise = \"none\"", "invalid value: string \"none\", expected { std_m"),
+        ("noise = { std_m = 0.01 }", "noise = \"none\"", "found \"none\", wanted { std_m"),
         (
             "noise = { std_m = 0.01 }",
             "noise = { per_m = -0.1 }",

@@ -172,7 +172,7 @@ fn check_goes_on_after_keys_that_are_wrong() {
     for expected in [
         "unknown field `sed`",
         "unknown field `fused`",
-        "invalid type: string \"five\", expected u32",
+        "found \"five\", wanted a whole number from 0 to 4294967295",
         "unknown field `outsides`",
         "unknown field `margin`",
         "unknown field `margins_m`",

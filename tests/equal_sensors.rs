@@ -199,10 +199,10 @@ fn what_can_be_wrong_with_a_count() {
             format!("{each}.camera = 0: must be from 1 to 6: no two are in one of its 6 poses"),
         ),
         ("{ camera = 7 }", format!("{each}.camera = 7: must be from 1 to 6")),
-        ("{ camera = -1 }", "invalid value: integer `-1`".into()),
-        ("{ camera = 1.5 }", "invalid type: floating point `1.5`".into()),
+        ("{ camera = -1 }", "found -1, wanted a whole number from 0".into()),
+        ("{ camera = 1.5 }", "found 1.5, wanted a whole number from 0".into()),
         ("{ lidar = 2 }", format!("{each} = \"lidar\": is not among its sensors [\"camera\"]")),
-        ("3", "invalid type: integer `3`, expected a map".into()),
+        ("3", "found 3, wanted a table".into()),
     ] {
         refused(&folder(&format!("{cameras}\ncount = {count}")), &[], &["study.toml", &expected]);
     }

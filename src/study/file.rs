@@ -24,6 +24,7 @@ use crate::backend::Fusion;
 pub(super) struct StudyFile {
     /// Seed of all noise and of random poses. Default 0.
     #[serde(default)]
+    #[schemars(range(max = i64::MAX))]
     pub(super) seed: u64,
     /// How the evidence of a combination's sensors becomes one label a voxel, unless the combination has its
     /// own rule. Default "occupied_wins".

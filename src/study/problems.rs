@@ -112,12 +112,12 @@ fn read_without_wrong_keys<T: DeserializeOwned>(mut value: Value) -> (Option<T>,
     }
 }
 
-/// Takes a key out of tables in tables, not in lists; whether it was there.
+/// Takes out the key to which some steps lead; whether it was there.
 fn leave_out(value: &mut Value, steps: &[Step]) -> bool {
     let Some((Step::Key(last), tables)) = steps.split_last() else { return false };
     let table = tables.iter().try_fold(value, |value, step| match step {
         Step::Key(key) => value.get_mut(key),
-        Step::Entry(_) => None,
+        Step::Entry(number) => value.get_mut(number),
     });
     table.and_then(Value::as_table_mut).is_some_and(|table| table.remove(last).is_some())
 }
@@ -144,7 +144,7 @@ mod tests {
         size: f64,
     }
 
-    /// A key is left out with its list, but none is taken out of the entries of a list.
+    /// A key is left out with its list, if an entry of it is no key's.
     #[test]
     fn what_can_be_read_is_read_without_wrong_keys() {
         for (text, expected, told) in [
@@ -154,12 +154,16 @@ mod tests {
                 Some((1, 0)),
                 &["unknown field `size`, expected `sizes` or `body`"][..],
             ),
+            ("sizes = [1, \"2\"]\nbody = [{ size = 1 }]", Some((0, 1)), &["found \"2\", wanted a number"]),
             (
-                "sizes = [1, \"2\"]\nbody = [{ size = 1 }]",
-                Some((0, 1)),
-                &["invalid type: string \"2\", expected f64"],
+                "sizes = 1\nbody = [{ size = 1 }, { size = 1, sise = 1, seize = 1 }]",
+                Some((0, 2)),
+                &[
+                    "unknown field `seize`, expected `size`",
+                    "unknown field `sise`, expected `size`",
+                    "found 1, wanted a list",
+                ],
             ),
-            ("sizes = 1\nbody = [{ size = 1, sise = 1 }]", None, &["unknown field `sise`, expected `size`"]),
             ("body = [{}]", None, &["missing field `size`"]),
         ] {
             let table: Table = toml::from_str(text).unwrap();

@@ -2,7 +2,7 @@
 
 use std::fmt::{self, Display};
 
-use serde::de;
+use serde::de::{self, Expected, Unexpected};
 
 use super::written::Step;
 use crate::spelling::nearest;
@@ -93,22 +93,80 @@ impl de::Error for Unreadable {
     }
 
     fn unknown_field(field: &str, expected: &'static [&'static str]) -> Self {
-        let said = format!("unknown field `{field}`, {}", one_of(expected));
+        let said = format!("unknown field `{field}`, {}", expected_words(expected));
         Unreadable::of(Unread::UnknownKey(field.into(), expected), Unreadable::custom(said))
     }
 
     fn unknown_variant(word: &str, expected: &'static [&'static str]) -> Self {
-        let said = format!("unknown variant `{word}`, {}", one_of(expected));
+        let said = format!("unknown variant `{word}`, {}", expected_words(expected));
         Unreadable::of(Unread::UnknownWord(word.into(), expected), Unreadable::custom(said))
+    }
+
+    fn invalid_type(found: Unexpected, wanted: &dyn Expected) -> Self {
+        Unreadable::custom(format_args!("found {}, wanted {}", found_words(found), wanted_words(wanted)))
+    }
+
+    fn invalid_value(found: Unexpected, wanted: &dyn Expected) -> Self {
+        Unreadable::invalid_type(found, wanted)
+    }
+
+    fn invalid_length(found: usize, wanted: &dyn Expected) -> Self {
+        let entries = if found == 1 { "entry" } else { "entries" };
+        Unreadable::custom(format_args!("found {found} {entries}, wanted {}", wanted_words(wanted)))
     }
 }
 
 /// The list as serde words it.
-fn one_of(expected: &[&str]) -> String {
+fn expected_words(expected: &[&str]) -> String {
     match expected {
         [] => "there are none".into(),
-        [one] => format!("expected `{one}`"),
-        [one, other] => format!("expected `{one}` or `{other}`"),
-        all => format!("expected one of `{}`", all.join("`, `")),
+        _ => format!("expected {}", one_of(expected)),
+    }
+}
+
+/// A choice among words.
+pub(super) fn one_of(words: &[&str]) -> String {
+    match words {
+        [one] => format!("`{one}`"),
+        [one, other] => format!("`{one}` or `{other}`"),
+        all => format!("one of `{}`", all.join("`, `")),
+    }
+}
+
+/// A value as its file has it.
+fn found_words(found: Unexpected) -> String {
+    match found {
+        Unexpected::Bool(is) => is.to_string(),
+        Unexpected::Unsigned(number) => number.to_string(),
+        Unexpected::Signed(number) => number.to_string(),
+        // With its point: this is what tells it from a whole number.
+        Unexpected::Float(number) => format!("{number:?}"),
+        Unexpected::Str(text) => format!("{text:?}"),
+        Unexpected::Seq => "a list".into(),
+        Unexpected::Map => "a table".into(),
+        other => other.to_string(),
+    }
+}
+
+/// What would be right: serde's names of types of this language in the words of files.
+fn wanted_words(wanted: &dyn Expected) -> String {
+    let wanted = wanted.to_string();
+    let whole = |low: i64, high: i64| format!("a whole number from {low} to {high}");
+    match wanted.as_str() {
+        "f32" | "f64" => "a number".into(),
+        "u8" => whole(0, u8::MAX.into()),
+        "u16" => whole(0, u16::MAX.into()),
+        "u32" => whole(0, u32::MAX.into()),
+        // A file holds no larger one.
+        "u64" | "usize" => whole(0, i64::MAX),
+        "i32" => whole(i32::MIN.into(), i32::MAX.into()),
+        "i64" => whole(i64::MIN, i64::MAX),
+        "a boolean" => "true or false".into(),
+        "a string" => "text in quotes".into(),
+        "a sequence" => "a list".into(),
+        "a map" => "a table".into(),
+        structure if structure.starts_with("struct ") => "a table".into(),
+        list if list.starts_with("an array of ") => list.replace("an array", "a list"),
+        _ => wanted,
     }
 }

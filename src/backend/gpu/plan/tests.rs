@@ -1,7 +1,10 @@
 //! Plans are checked by what they cover and what they hold; nothing is run.
 
 use super::*;
-use crate::backend::Noise;
+use crate::backend::adapter::AdapterReport;
+use crate::backend::body_words::BodyWords;
+use crate::backend::gpu::loop_bounds::WORKGROUP;
+use crate::backend::{Image, Noise, Rays};
 
 /// A window of 30 000 words, `longest` voxels in all directions together, of 700 boxes, 500 with voxels of
 /// regions.

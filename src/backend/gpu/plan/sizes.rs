@@ -1,0 +1,213 @@
+//! The sizes of tables of rays and of scenes that decide how the work is cut, and how much of it goes at once.
+
+use std::ops::Range;
+
+use super::budget::{BATCH_BYTES, Budget, EVIDENCE_BYTES, FIRST_HIT_BYTES, fits};
+use super::{CARVE_BOXES_COST, CARVE_VOXELS_COST, PYRAMID_COST};
+use crate::Result;
+use crate::backend::adapter::AdapterReport;
+use crate::backend::body_words::{BodyWord, BodyWords};
+use crate::backend::gpu::loop_bounds::near_voxels;
+use crate::backend::gpu::types::{BOX_EDGE, BOXES_AT_ONCE, FARTHEST_READ_Q16, HEADS, PYRAMID_LEVELS, TILE};
+use crate::backend::{Carving, Image, Rays, VoxelScene};
+use crate::march::MAX_RANGE_VOXELS;
+use crate::voxel::Bricks;
+
+/// Pixels of an image beyond which rays are numbered past what floats hold.
+const MOST_IMAGE_PIXELS: u32 = 1 << 24;
+/// Placements of a batch: more would not make the dispatches any larger.
+const PLACEMENTS_PER_BATCH: u64 = 64;
+/// Jobs of a batch.
+const JOBS_PER_BATCH: u64 = 256;
+/// Most pieces of evidence kept at once, however small they are.
+const MOST_SLOTS: u64 = 2048;
+/// The sizes of a table of rays that decide how the work is cut.
+#[derive(Clone, Debug)]
+pub(in crate::backend::gpu) struct TableSizes {
+    pub(super) rays: u32,
+    /// Crossings of one axis that its longest ray may make.
+    pub(super) reach: u32,
+    pub(super) image: Option<Image>,
+}
+
+impl TableSizes {
+    /// The sizes of a table, if the adapter can bind it.
+    pub(in crate::backend::gpu) fn of(rays: &Rays, adapter: &AdapterReport) -> Result<Self> {
+        let count = rays.dirs_q15.len() as u64;
+        fits(adapter, "the sensor's table of rays takes", count * 12, "fewer rays")?;
+        // A noisy return may be read behind its blocker, and behind the range.
+        let noise = rays.noise.farthest_q16();
+        let range = (rays.gates.range_max_q16 >> 16).min(MAX_RANGE_VOXELS);
+        Ok(TableSizes { rays: count as u32, reach: range + (noise >> 16) + 3, image: rays.image })
+    }
+
+    /// Bytes of one word a ray: the ends of one placement, or its first hits in the still layer.
+    pub(in crate::backend::gpu) fn ends_bytes(&self) -> u64 {
+        self.rays as u64 * 4
+    }
+
+    /// Whether the rays are the pixels of a camera.
+    pub(in crate::backend::gpu) fn is_image(&self) -> bool {
+        self.image.is_some()
+    }
+
+    /// Blocks of 2^`level` pixels across and down that hold the image.
+    fn blocks(&self, level: u32) -> u32 {
+        self.image.map_or(0, |image| image.size_px.iter().map(|n| n.div_ceil(1 << level)).product())
+    }
+
+    /// Tiles of the image.
+    pub(super) fn tiles(&self) -> u32 {
+        self.blocks(TILE.ilog2())
+    }
+
+    /// Bytes of what the tiles of one placement see.
+    pub(in crate::backend::gpu) fn tiles_bytes(&self) -> u64 {
+        (u64::from(self.tiles()) + 1) * 4
+    }
+
+    /// Largest blocks of pixels of one placement's pyramid.
+    pub(super) fn largest_blocks(&self) -> u32 {
+        self.blocks(*PYRAMID_LEVELS.end())
+    }
+
+    /// Bytes of the pyramid of one placement.
+    pub(in crate::backend::gpu) fn pyramid_bytes(&self) -> u64 {
+        let levels = PYRAMID_LEVELS.end() - PYRAMID_LEVELS.start();
+        let blocks: u64 = (0..=levels).map(|level| 1 << (2 * level)).sum();
+        u64::from(self.largest_blocks()) * blocks * 4
+    }
+
+    /// How many placements go in a batch: as many as the budget and a binding hold the ends of, and the
+    /// boxes, at least one.
+    pub(in crate::backend::gpu) fn placements_at_once(
+        &self,
+        scene: &SceneSizes,
+        adapter: &AdapterReport,
+    ) -> usize {
+        let bytes = self.ends_bytes().max(self.pyramid_bytes()).max(scene.undecided_bytes(1));
+        let boxes = (HEADS * BOXES_AT_ONCE) as u64 / u64::from(scene.boxes[1].max(1));
+        BATCH_BYTES.holds(adapter, &[bytes]).min(boxes).clamp(1, PLACEMENTS_PER_BATCH) as usize
+    }
+
+    /// How many placements' first hits in a still layer are kept.
+    pub(in crate::backend::gpu) fn first_hits_at_once(&self, adapter: &AdapterReport) -> usize {
+        FIRST_HIT_BYTES.holds(adapter, &[self.ends_bytes()]) as usize
+    }
+
+    /// The distance in 1/65536 voxels up to which rays can pass near voxels, so that rays need be followed no
+    /// farther: a near voxel begins at most `near` deep, is less than two voxels deep, and the rays of the
+    /// corners take the longest way there.
+    pub(super) fn near_until_q16(&self) -> u32 {
+        let Some(image) = self.image else { return FARTHEST_READ_Q16 };
+        let corner = |a: usize| f64::from(image.size_px[a]) / 2.0 / image.focal_px[a];
+        let slant = (1.0 + corner(0).powi(2) + corner(1).powi(2)).sqrt();
+        let until = (near_voxels(&image) + 2.2) * slant * 1.01 + 1.0;
+        ((until * 65_536.0) as u64).min(FARTHEST_READ_Q16 as u64) as u32
+    }
+
+    /// Whether a placement may be so near to boxes of voxels that some of their voxels are near.
+    pub(in crate::backend::gpu) fn is_near(&self, origin_q16: [i32; 3], boxes: &[[i32; 3]]) -> bool {
+        let until = (self.near_until_q16() >> 16) as i32 + 2;
+        let near = |corner: &[i32; 3]| {
+            (0..3).all(|r| {
+                let from = corner[r] - (origin_q16[r] >> 16);
+                from <= until && from + BOX_EDGE as i32 > -until
+            })
+        };
+        boxes.iter().any(near)
+    }
+}
+
+/// The sizes of a loaded scene that decide how the work is cut.
+#[derive(Clone, Debug)]
+pub(in crate::backend::gpu) struct SceneSizes {
+    pub(super) window: [u32; 3],
+    /// Words of a plane over the window.
+    pub(super) window_words: u32,
+    /// Boxes of voxels with voxels of a region, and all of the window.
+    pub(super) boxes: [u32; 2],
+    /// The words of each region that are not zero, from the first to the last.
+    pub(super) regions: Vec<Range<u32>>,
+    /// Words with voxels of people, and the counters of a job's hits in them.
+    pub(super) body: u32,
+    pub(super) counters: u32,
+}
+
+impl SceneSizes {
+    /// The sizes of a scene of so many boxes of voxels, if the adapter can bind it.
+    pub(in crate::backend::gpu) fn of(
+        scene: &VoxelScene,
+        boxes: [u32; 2],
+        body_words: &BodyWords,
+        adapter: &AdapterReport,
+    ) -> Result<Self> {
+        let (grid, window) = (scene.blockers.words().len(), scene.truth.words().len());
+        let bricks = Bricks::size_of(scene.blockers.window().size).iter().map(|&n| n as u64).product::<u64>();
+        fits(adapter, "the grid takes", grid as u64 * 4 + bricks.next_multiple_of(4), "larger voxels")?;
+        fits(adapter, "the evidence of one placement takes", window as u64 * 8, "smaller regions")?;
+        let (body, counters) = (body_words.body.len() as u64, body_words.counters() as u64);
+        fits(adapter, "the voxels of people take", body * size_of::<BodyWord>() as u64, "fewer regions")?;
+        fits(adapter, "the parts of people take", counters * 4, "fewer regions")?;
+        let region_words = |words: &[u32]| {
+            let first = words.iter().position(|&w| w != 0).unwrap_or(0);
+            let end = words.iter().rposition(|&w| w != 0).map_or(first, |last| last + 1);
+            first as u32..end as u32
+        };
+        Ok(SceneSizes {
+            window: scene.window.size,
+            window_words: window as u32,
+            boxes,
+            regions: scene.regions.iter().map(|region| region_words(region.words())).collect(),
+            body: body as u32,
+            counters: counters as u32,
+        })
+    }
+
+    /// How many regions are counted.
+    pub(in crate::backend::gpu) fn regions(&self) -> usize {
+        self.regions.len()
+    }
+
+    /// Bytes of a plane over the window.
+    pub(in crate::backend::gpu) fn plane_bytes(&self) -> u64 {
+        self.window_words as u64 * 4
+    }
+
+    /// Bytes of the list of boxes that are left of some placements.
+    pub(in crate::backend::gpu) fn undecided_bytes(&self, placements: u32) -> u64 {
+        (1 + placements as u64 * self.boxes[1] as u64) * 4
+    }
+
+    /// How many pieces of evidence are kept: as many as the budget, half of the memory if that was said, and
+    /// a binding hold, at least one.
+    pub(in crate::backend::gpu) fn slots(&self, adapter: &AdapterReport, memory_bytes: Option<u64>) -> usize {
+        let told = memory_bytes.map(|bytes| Budget { software: bytes / 2, hardware: bytes / 2 });
+        let planes = [2 * self.plane_bytes(), self.plane_bytes()];
+        told.unwrap_or(EVIDENCE_BYTES).holds(adapter, &planes).clamp(1, MOST_SLOTS) as usize
+    }
+
+    /// Bytes of the counters of one job's hits.
+    pub(in crate::backend::gpu) fn found_bytes(&self) -> u64 {
+        self.counters as u64 * 4
+    }
+
+    /// How many jobs go in a batch: as many as the budget and a binding hold the fused planes and counters
+    /// of, at least one.
+    pub(in crate::backend::gpu) fn jobs_at_once(&self, adapter: &AdapterReport) -> usize {
+        let bytes = [self.plane_bytes(), self.plane_bytes(), self.found_bytes()];
+        BATCH_BYTES.holds(adapter, &bytes).clamp(1, JOBS_PER_BATCH) as usize
+    }
+
+    /// How a table's free voxels are found for less: along its rays, through the window, or from the pixels
+    /// of its image, if it is one.
+    pub(in crate::backend::gpu) fn carving(&self, table: &TableSizes) -> Carving {
+        let longest = self.window.iter().map(|&n| table.reach.min(n) as u64).sum::<u64>();
+        let by_ray = table.rays as u64 * longest / 2;
+        // A quarter of the boxes is left, about.
+        let by_voxel = table.rays as u64 * PYRAMID_COST
+            + self.boxes[0] as u64 * (CARVE_BOXES_COST + CARVE_VOXELS_COST / 4);
+        let fits = table.rays <= MOST_IMAGE_PIXELS && table.pyramid_bytes() <= BATCH_BYTES.software;
+        if table.image.is_some() && by_voxel < by_ray && fits { Carving::ByVoxel } else { Carving::ByRay }
+    }
+}
