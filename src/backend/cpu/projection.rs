@@ -76,9 +76,10 @@ impl CentrePixels {
 pub(super) struct PixelRects {
     first: [[i32; BOXES]; 2],
     last: [[i32; BOXES]; 2],
-    seen: [bool; BOXES],
-    near: [bool; BOXES],
-    dense: [bool; BOXES],
+    // What is true is 1: to make bytes of comparisons takes longer than they do.
+    seen: [i32; BOXES],
+    near: [i32; BOXES],
+    dense: [i32; BOXES],
     centre: [[i32; BOXES]; 2],
     beside: [i32; BOXES],
     /// Of voxels: the rest of what [`CentrePixels`] holds.
@@ -90,13 +91,13 @@ impl PixelRects {
     /// One of them; `None` if no pixel sees any of its voxels.
     #[inline]
     pub(super) fn of(&self, i: usize) -> Option<PixelRect> {
-        self.seen[i].then(|| self.get(i))
+        (self.seen[i] != 0).then(|| self.get(i))
     }
 
     /// Whether pixels see one of them, and none of its voxels is near.
     #[inline]
     pub(super) fn is_seen_from_afar(&self, i: usize) -> bool {
-        self.seen[i] & !self.near[i]
+        (self.seen[i] != 0) & (self.near[i] == 0)
     }
 
     /// One of them that pixels see.
@@ -106,7 +107,7 @@ impl PixelRects {
             first: [self.first[0][i] as u32, self.first[1][i] as u32],
             last: [self.last[0][i] as u32, self.last[1][i] as u32],
         };
-        let (near, dense, beside) = (self.near[i], self.dense[i], self.beside[i] as u32);
+        let (near, dense, beside) = (self.near[i] != 0, self.dense[i] != 0, self.beside[i] as u32);
         let centre = self.centre.map(|pixels| pixels[i] as u32);
         PixelRect { rect, near, dense, centre, beside }
     }
@@ -200,9 +201,9 @@ fn pixel_rects<S: Simd>(
     let mut out = PixelRects {
         first: [[0; BOXES]; 2],
         last: [[0; BOXES]; 2],
-        seen: [false; BOXES],
-        near: [false; BOXES],
-        dense: [false; BOXES],
+        seen: [0; BOXES],
+        near: [0; BOXES],
+        dense: [0; BOXES],
         centre: [[0; BOXES]; 2],
         beside: [0; BOXES],
         next: [[0; BOXES]; 2],
@@ -228,11 +229,11 @@ fn pixel_rects<S: Simd>(
         per_far[i] = 1.0 / far[i];
         // Where a box reaches behind the sensor, no edge bounds the slope.
         per_near[i] = if near > 0.0 { 1.0 / near } else { f32::INFINITY };
-        out.near[i] = near <= projection.near;
-        out.seen[i] = far[i] > 0.0;
+        out.near[i] = i32::from(near <= projection.near);
+        out.seen[i] = i32::from(far[i] > 0.0);
         // The ray through the nearest pixel passes within half a voxel of a voxel's centre, so it crosses the
         // voxel.
-        out.dense[i] = projection.half_pixel * far[i] + grown[i] <= 0.5;
+        out.dense[i] = i32::from(projection.half_pixel * far[i] + grown[i] <= 0.5);
         inverse[i] = 1.0 / at[2][i];
         // The rays through these pass within half a voxel, too. What is rounded is less by a half, so that it is cut.
         out.beside[i] = nearest((0.5 - grown[i]) * inverse[i] * projection.per_diagonal - 1.0).0;
@@ -248,14 +249,14 @@ fn pixel_rects<S: Simd>(
             let high = high * if high <= 0.0 { per_far[i] } else { per_near[i] };
             let low = projection.focal_px[a] * low + projection.middle_px[a];
             let high = projection.focal_px[a] * high + projection.middle_px[a];
-            out.dense[i] &= low >= 0.0 && high <= projection.last_px[a];
+            out.dense[i] &= i32::from(low >= 0.0) & i32::from(high <= projection.last_px[a]);
             // The first pixel not below, the last not above.
             let ((from, near_low), (to, near_high)) = (nearest(low), nearest(high));
             out.first[a][i] = (from + i32::from(near_low < low)).max(first);
             out.last[a][i] = (to - i32::from(near_high > high)).min(last);
             let centre = projection.focal_px[a] * at[a][i] * inverse[i] + projection.middle_px[a];
             out.centre[a][i] = nearest(centre).0.max(out.first[a][i]).min(out.last[a][i]);
-            out.seen[i] &= high >= 0.0 && out.first[a][i] <= out.last[a][i];
+            out.seen[i] &= i32::from(high >= 0.0) & i32::from(out.first[a][i] <= out.last[a][i]);
             let off = centre - out.centre[a][i] as f32;
             out.next[a][i] = out.centre[a][i] + if off < 0.0 { -1 } else { 1 };
             let per_pixel = at[2][i] / projection.focal_px[a];
