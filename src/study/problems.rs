@@ -144,7 +144,7 @@ mod tests {
         size: f64,
     }
 
-    /// A key is left out with its list, if an entry of it is no key's.
+    /// A wrong number in a list takes the key of the list with it.
     #[test]
     fn what_can_be_read_is_read_without_wrong_keys() {
         for (text, expected, told) in [

@@ -277,9 +277,9 @@ mod tests {
                 "found true, wanted a number",
             ),
             (
-                "inner = [{ size = 1, count = -1 }]",
+                "inner = [{ size = 1 }, { size = 1, count = -1 }]",
                 Unread::Value,
-                inner(&[key("count")]),
+                vec![key("inner"), entry(1), key("count")],
                 "found -1, wanted a whole number from 0 to 4294967295",
             ),
             (

@@ -11,9 +11,8 @@
 //! Where blockers are few, or vectors wide: no ray waits for another's guess of which axis comes next, and
 //! nothing is looked up. A tile's rays end on a dozen voxels or two.
 //!
-//! Nothing is written only for some lanes: AVX2 does that so slowly on some processors that it took a fifth of
-//! the time of all vectors. Where the compiler knows that the least of a number and [`NONE`] is that number, it
-//! leaves such lanes out, so here it must not know.
+//! No lane is written under a mask: with AVX2 some processors do that slowly (`benches/RESULTS.md`). The compiler
+//! would do it where it sees that a minimum with [`NONE`] changes nothing, so `black_box` hides that value from it.
 
 use std::hint::black_box;
 
@@ -23,7 +22,7 @@ use super::first_hit::FirstHit;
 use super::narrow::{NONE, NarrowPacket, Slabs};
 use super::packet::{self, Lanes, Packet, RAYS};
 
-/// Rays that are held against a blocker together: as many as registers hold the crossings of.
+/// Rays that are held against a blocker together: so few that their crossings stay in registers.
 const AT_ONCE: usize = 16;
 
 /// The rays of a packet.

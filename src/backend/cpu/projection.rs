@@ -76,7 +76,7 @@ impl CentrePixels {
 pub(super) struct PixelRects {
     first: [[i32; BOXES]; 2],
     last: [[i32; BOXES]; 2],
-    // What is true is 1: to make bytes of comparisons takes longer than they do.
+    // 1 or 0 instead of `bool`: with AVX2, packing comparisons into bytes takes longer than making them.
     seen: [i32; BOXES],
     near: [i32; BOXES],
     dense: [i32; BOXES],

@@ -21,6 +21,7 @@ const PLACEMENTS_PER_BATCH: u64 = 64;
 const JOBS_PER_BATCH: u64 = 256;
 /// Most pieces of evidence kept at once, however small they are.
 const MOST_SLOTS: u64 = 2048;
+
 /// The sizes of a table of rays that decide how the work is cut.
 #[derive(Clone, Debug)]
 pub(in crate::backend::gpu) struct TableSizes {
