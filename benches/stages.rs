@@ -9,7 +9,7 @@ use std::time::Duration;
 
 use criterion::Criterion;
 use perirobot::backend::adapter::{AdapterChoice, adapters};
-use perirobot::backend::cpu::Cpu;
+use perirobot::backend::cpu::{Cpu, SimdLevel};
 use perirobot::backend::gpu::Gpu;
 use perirobot::backend::oracle::Oracle;
 use perirobot::backend::{Backend, Fusion, Rays, Reading, Shot, VoxelScene};
@@ -45,7 +45,7 @@ fn job(study: &str, sensor: usize, voxel_size_m: f64) -> perirobot::Result<Job> 
 fn backends() -> perirobot::Result<Vec<(&'static str, Box<dyn Backend>)>> {
     let mut all: Vec<(&str, Box<dyn Backend>)> = vec![
         ("oracle", Box::new(Oracle::default())),
-        ("cpu without SIMD", Box::new(Cpu::new(Some(1))?.without_simd())),
+        ("cpu without SIMD", Box::new(Cpu::new(Some(1))?.simd(SimdLevel::none()))),
         ("cpu", Box::new(Cpu::new(Some(1))?)),
     ];
     let found = adapters();

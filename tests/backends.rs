@@ -6,7 +6,7 @@ mod common;
 use common::cases::{Case, case, job, open_gates};
 use common::{Random, cases};
 use perirobot::backend::adapter::AdapterChoice;
-use perirobot::backend::cpu::Cpu;
+use perirobot::backend::cpu::{Cpu, SimdLevel};
 use perirobot::backend::gpu::Gpu;
 use perirobot::backend::oracle::Oracle;
 use perirobot::backend::{
@@ -125,12 +125,21 @@ fn gpu() -> Option<Gpu> {
     Some(Gpu::new(&choice).unwrap_or_else(|e| panic!("{e}")))
 }
 
+/// The CPU with each set of vector instructions that it has, in each way to carve.
+fn cpus(threads: usize) -> Vec<(SimdLevel, Cpu)> {
+    let cpu = |simd| Cpu::new(Some(threads)).unwrap_or_else(|e| panic!("{e}")).simd(simd);
+    let each = |simd| {
+        let [by_voxel, by_ray] = [Carving::ByVoxel, Carving::ByRay].map(|carving| cpu(simd).carving(carving));
+        [cpu(simd), by_voxel, by_ray].map(|cpu| (simd, cpu))
+    };
+    SimdLevel::all().into_iter().flat_map(each).collect()
+}
+
 #[test]
 fn the_cpu_equals_the_oracle() {
-    let cpu = || Cpu::new(Some(2)).unwrap_or_else(|e| panic!("{e}"));
-    let [by_voxel, by_ray] = [Carving::ByVoxel, Carving::ByRay].map(|carving| cpu().carving(carving));
-    for mut cpu in [by_voxel, by_ray, cpu(), cpu().without_simd()] {
-        for seed in seeds(0..600) {
+    for (simd, mut cpu) in cpus(2) {
+        println!("{}", simd.name());
+        for seed in seeds(0..300) {
             compare(&mut Oracle::default(), &mut cpu, &case(seed), "the_cpu_equals_the_oracle");
         }
     }
@@ -152,13 +161,11 @@ fn soak() {
         std::env::var("PERIROBOT_SOAK_S").map_or(60, |s| s.parse().expect("PERIROBOT_SOAK_S: seconds"));
     let first = std::env::var("PERIROBOT_SOAK_FROM").map_or(1_000_000, |s| s.parse().expect("a number"));
     let (begin, mut seed) = (std::time::Instant::now(), first);
-    let cpu = || Cpu::new(Some(1)).unwrap_or_else(|e| panic!("{e}"));
-    let [by_voxel, by_ray] = [Carving::ByVoxel, Carving::ByRay].map(|carving| cpu().carving(carving));
-    let mut cpus =
-        [cpu(), by_voxel, by_ray, cpu().without_simd(), cpu().carving(Carving::ByVoxel).without_simd()];
+    let mut cpus = cpus(1);
     let mut gpu = gpu();
     while begin.elapsed().as_secs() < seconds {
-        cpus.iter_mut().for_each(|cpu| compare(&mut Oracle::default(), cpu, &case(seed), "the_cpu_equals"));
+        cpus.iter_mut()
+            .for_each(|(_, cpu)| compare(&mut Oracle::default(), cpu, &case(seed), "the_cpu_equals"));
         if let Some(gpu) = gpu.as_mut().filter(|_| seed % 4 == 0) {
             compare(&mut Oracle::default(), gpu, &case(seed), "the_gpu_equals");
         }

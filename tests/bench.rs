@@ -4,6 +4,7 @@
 #[path = "common/program.rs"]
 mod program;
 
+use perirobot::backend::cpu::SimdLevel;
 use program::{Folder, perirobot, text};
 
 const TINY: &str = "scenes/tiny.toml";
@@ -25,10 +26,13 @@ fn lines(stdout: &str) -> Vec<Vec<&str>> {
 #[test]
 fn a_table_for_each_size_and_each_sensor_that_casts() {
     let stdout = bench(&[TINY, "--voxel-size", "0.1,0.05", "--backend", "cpu", "--threads", "2"]);
-    let names = ["oracle, 1 thread", "cpu, 1 thread, no SIMD", "cpu, 1 thread", "cpu, 2 threads"];
+    let levels: Vec<_> = SimdLevel::all().into_iter().map(SimdLevel::name).collect();
+    let mut names = vec!["oracle, 1 thread".to_owned()];
+    names.extend(levels.iter().map(|level| format!("cpu, 1 thread, {level}")));
+    names.push(format!("cpu, 2 threads, {}", levels[levels.len() - 1]));
     let found = lines(&stdout);
     // Two sizes, each with the camera and the lidar.
-    assert_eq!(found.iter().map(|line| line[0]).collect::<Vec<_>>(), [names; 4].concat(), "{stdout}");
+    assert_eq!(found.iter().map(|line| line[0]).collect::<Vec<_>>(), vec![names; 4].concat(), "{stdout}");
     for line in &found {
         assert_eq!(line.len(), 7, "{line:?}");
         line[1..].iter().for_each(|cell| assert!(cell.parse::<f64>().is_ok(), "{line:?}"));

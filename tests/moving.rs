@@ -7,7 +7,7 @@ use std::sync::Arc;
 
 use common::Random;
 use common::cases::case;
-use perirobot::backend::cpu::Cpu;
+use perirobot::backend::cpu::{Cpu, SimdLevel};
 use perirobot::backend::oracle::Oracle;
 use perirobot::backend::{Backend, Carving, Fusion, GridPose, OverTime, Shot, VoxelScene};
 use perirobot::voxel::{BitGrid, Window};
@@ -59,7 +59,7 @@ fn what_is_kept_of_a_pose_changes_nothing() {
             let cpu = Cpu::new(Some(1)).unwrap();
             if by_ray { cpu.carving(Carving::ByRay) } else { cpu }
         };
-        let mut backends = [cpu(), cpu().without_simd()];
+        let mut backends: Vec<_> = SimdLevel::all().into_iter().map(|simd| cpu().simd(simd)).collect();
         let mut oracle = Oracle::default();
         backends.iter_mut().for_each(|backend| backend.tables(&case.tables).unwrap());
         oracle.tables(&case.tables).unwrap();

@@ -10,6 +10,7 @@ use super::BatchSize;
 use super::Ledger;
 use super::Row;
 use super::compare;
+use crate::backend::cpu::SimdLevel;
 use crate::backend::factory::{BackendChoice, BackendKind};
 use crate::backend::oracle::Oracle;
 use crate::backend::{Backend, Evidence, Fusion, GridPose, Planes, Rays, Reading, Shot, Slot, VoxelScene};
@@ -40,22 +41,19 @@ impl Contender {
     }
 }
 
-/// The backends that a user's choice allows beside the oracle: the CPU on one thread without SIMD, on one
-/// with SIMD, and on all threads, and the GPU, if there is one. A software adapter counts as one.
+/// The backends that a user's choice allows beside the oracle: the CPU on one thread with each set of vector
+/// instructions that it has, and on all threads with the most, and the GPU, if there is one. A software adapter
+/// counts as one.
 pub fn contenders(choice: &BackendChoice) -> Result<Vec<Contender>> {
     let all = std::thread::available_parallelism().map_or(1, |n| n.get());
     let mut contenders = Vec::new();
     if matches!(choice.kind, BackendKind::Auto | BackendKind::Cpu) {
         let most = choice.threads.unwrap_or(all);
         let cpu = |threads: usize| BackendChoice { threads: Some(threads), ..choice.clone() }.cpu();
-        contenders.push(Contender {
-            name: "cpu, 1 thread, no SIMD".into(),
-            backend: Box::new(cpu(1)?.without_simd()),
-            threads: 1,
-        });
-        for threads in if most > 1 { vec![1, most] } else { vec![1] } {
-            let cpu = cpu(threads)?;
-            let name = format!("cpu, {}", cpu.device());
+        let all_levels = SimdLevel::all().into_iter().map(|simd| (1, simd));
+        for (threads, simd) in all_levels.chain((most > 1).then(|| (most, SimdLevel::most()))) {
+            let cpu = cpu(threads)?.simd(simd);
+            let name = format!("cpu, {}, {}", cpu.device(), simd.name());
             contenders.push(Contender { name, backend: Box::new(cpu), threads });
         }
     }

@@ -24,6 +24,7 @@ mod plan;
 mod projection;
 mod pyramid;
 mod sense;
+mod simd;
 #[cfg(test)]
 mod test_camera;
 mod through;
@@ -31,7 +32,6 @@ mod through;
 use std::collections::VecDeque;
 use std::sync::Arc;
 
-use fearless_simd::Level;
 use rayon::prelude::*;
 
 use super::{
@@ -46,6 +46,7 @@ pub(crate) use blocker_search::{BlockerSearch, RaysFrom};
 use first_hit::Layer;
 use plan::RelevantVoxels;
 use sense::{Blockers, Kept, RayTable, Scratch, TableCaster};
+pub use simd::SimdLevel;
 
 /// Most pieces of evidence kept at once, however small they are.
 const MOST_SLOTS: usize = 4096;
@@ -54,7 +55,7 @@ const MOST_SLOTS: usize = 4096;
 pub struct Cpu {
     pool: rayon::ThreadPool,
     memory_bytes: u64,
-    level: Level,
+    simd: SimdLevel,
     carving: Option<Carving>,
     tables: Vec<RayTable>,
     loaded: Option<LoadedScene>,
@@ -129,7 +130,7 @@ impl Cpu {
         Ok(Cpu {
             pool,
             memory_bytes: MEMORY_BYTES,
-            level: Level::new(),
+            simd: SimdLevel::most(),
             carving: None,
             tables: Vec::new(),
             loaded: None,
@@ -146,10 +147,9 @@ impl Cpu {
         Cpu { memory_bytes: bytes, ..self }
     }
 
-    /// The same without vector instructions that only some processors of this architecture have.
-    pub fn without_simd(mut self) -> Self {
-        self.level = Level::baseline();
-        self
+    /// The same with some of the vector instructions that the processor has, instead of all.
+    pub fn simd(self, simd: SimdLevel) -> Self {
+        Cpu { simd, ..self }
     }
 
     /// The same, with all tables carved in one way, whatever that costs. Only tables of cameras can be carved
@@ -176,8 +176,8 @@ impl Cpu {
     fn sensor<'a>(&'a self, table: usize, wanted: &'a RelevantVoxels) -> Result<TableCaster<'a>> {
         let table = self.tables.get(table).ok_or_else(|| super::no_table(table))?;
         let blockers = self.loaded()?.blockers();
-        let wide = std::mem::discriminant(&self.level) != std::mem::discriminant(&Level::baseline());
-        let (level, carving, plane_words) = (self.level, self.carving, self.plane_words);
+        let (level, wide) = (self.simd.level, self.simd.is_wide());
+        let (carving, plane_words) = (self.carving, self.plane_words);
         Ok(TableCaster { level, wide, table, blockers, wanted, carving, plane_words })
     }
 }
@@ -278,7 +278,7 @@ impl Backend for Cpu {
         tracing::debug!("cpu: scores {} choices", jobs.len());
         let tally = &self.loaded()?.tally;
         let planes = |slot: Slot| self.slots[slot as usize].as_ref();
-        let score = |job: &Vec<Reading>| tally.score(self.level, fusion, job, planes);
+        let score = |job: &Vec<Reading>| tally.score(self.simd.level, fusion, job, planes);
         let answer = self.pool.install(|| jobs.par_iter().map(score).collect());
         self.answers.push_back(answer);
         Ok(())

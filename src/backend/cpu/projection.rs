@@ -283,6 +283,7 @@ mod tests {
 
     use super::super::narrow::{NarrowPacket, Slabs};
     use super::super::packet::{Packet, Packets, RAYS, TILE};
+    use super::super::simd::SimdLevel;
     use super::super::test_camera::{SIZE_PX, camera};
     use super::*;
 
@@ -290,6 +291,7 @@ mod tests {
     #[test]
     fn rectangles_hold_what_visits_a_voxel_and_centre_pixels_only_that() {
         let mut random = ChaCha8Rng::seed_from_u64(19);
+        let levels = SimdLevel::all();
         let (mut nearest, mut next, mut at_the_edge) = (0, 0, 0);
         for turn in 0..60 {
             let mut share = || f64::from(random.next_u32()) / f64::from(u32::MAX);
@@ -302,7 +304,7 @@ mod tests {
             let axis_q15 = turned.transpose().to_cols_array_2d().map(q15);
             let origin_q16 = [0; 3].map(|_: i32| (300 << 16) + (65_536.0 * share()) as i32);
             let pose = GridPose { origin_q16, axis_q15, draws: 0, truly: None };
-            let level = if turn % 3 == 0 { Level::baseline() } else { Level::new() };
+            let level = levels[turn % levels.len()].level;
             let tiles: Vec<NarrowPacket> = (0..packets.count())
                 .map(|tile| {
                     let (mut packet, mut narrow) = (Packet::new(), NarrowPacket::new());

@@ -61,6 +61,7 @@ mod tests {
     use rand::{Rng, SeedableRng};
     use rand_chacha::ChaCha8Rng;
 
+    use super::super::simd::SimdLevel;
     use super::*;
     use crate::backend::GridPose;
     use crate::march::leap;
@@ -69,6 +70,7 @@ mod tests {
     #[test]
     fn rays_enter_and_leave_windows_as_single_rays_do() {
         let mut random = ChaCha8Rng::seed_from_u64(19);
+        let levels = SimdLevel::all();
         let mut below = |n: u32| (random.next_u32() % n) as i32;
         let (mut begins_inside, mut comes, mut misses) = (0, 0, 0);
         let mut packet = Packet::new();
@@ -90,7 +92,7 @@ mod tests {
             let axis_q15 = [[32_768, 0, 0], [0, 32_768, 0], [0, 0, 32_768]];
             let origin_q16 = voxel.map(|x| (x << 16) + [0, 0x8000, below(65_536)][turn % 3]);
             let pose = GridPose { origin_q16, axis_q15, draws: 0, truly: None };
-            let level = if turn % 3 == 0 { Level::baseline() } else { Level::new() };
+            let level = levels[turn % levels.len()].level;
             packet.start(level, &pose, &dirs);
             let mut through = Through::new();
             through.start(level, &packet, &window);
