@@ -176,7 +176,7 @@ impl Cpu {
     fn sensor<'a>(&'a self, table: usize, wanted: &'a RelevantVoxels) -> Result<TableCaster<'a>> {
         let table = self.tables.get(table).ok_or_else(|| super::no_table(table))?;
         let blockers = self.loaded()?.blockers();
-        let (level, wide) = (self.simd.level, self.simd.is_wide());
+        let (level, wide) = (self.simd.level, self.simd.wide);
         let (carving, plane_words) = (self.carving, self.plane_words);
         Ok(TableCaster { level, wide, table, blockers, wanted, carving, plane_words })
     }

@@ -9,13 +9,15 @@ use fearless_simd::Simd;
 #[derive(Clone, Copy, Debug)]
 pub struct SimdLevel {
     pub(super) level: Level,
+    /// Whether vectors have 256 bits or more, so that work for many lanes at once pays.
+    pub(super) wide: bool,
     name: &'static str,
 }
 
 impl SimdLevel {
     /// The instructions that every processor of this architecture has.
     pub fn none() -> Self {
-        SimdLevel { level: Level::baseline(), name: "no SIMD" }
+        SimdLevel { level: Level::baseline(), wide: false, name: "no SIMD" }
     }
 
     /// All that this processor has.
@@ -30,11 +32,13 @@ impl SimdLevel {
         {
             let most = Level::new();
             let more = [
-                ("SSE4.2", most.as_sse4_2().map(Simd::level)),
-                ("AVX2", most.as_avx2().map(Simd::level)),
-                ("AVX-512", most.as_avx512().map(Simd::level)),
+                ("SSE4.2", false, most.as_sse4_2().map(Simd::level)),
+                ("AVX2", true, most.as_avx2().map(Simd::level)),
+                ("AVX-512", true, most.as_avx512().map(Simd::level)),
             ];
-            all.extend(more.into_iter().filter_map(|(name, level)| Some(SimdLevel { level: level?, name })));
+            let level =
+                |(name, wide, level): (_, _, Option<_>)| Some(SimdLevel { level: level?, wide, name });
+            all.extend(more.into_iter().filter_map(level));
         }
         all
     }
@@ -42,10 +46,5 @@ impl SimdLevel {
     /// As tables name it: "no SIMD", "SSE4.2", "AVX2" or "AVX-512".
     pub fn name(self) -> &'static str {
         self.name
-    }
-
-    /// Whether it has more than every processor of this architecture has.
-    pub(super) fn is_wide(self) -> bool {
-        std::mem::discriminant(&self.level) != std::mem::discriminant(&Level::baseline())
     }
 }
