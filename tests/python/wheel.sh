@@ -1,7 +1,7 @@
 #!/bin/sh
 # Builds the Python package as users get it, a wheel and an sdist, and tests each in an environment of its own: all tests
-# with the wheel, and of the sdist that a wheel can be built of it alone. Both are built like the Rust tests, optimised and
-# with overflow checks, and share what was compiled.
+# with the wheel, and of the sdist that a wheel can be built of it alone. Both are built like the Rust tests, with overflow
+# checks, and share what was compiled; of the sdist our own code is not optimised.
 set -eu
 cd "$(dirname "$0")/../.."
 export MATURIN_PEP517_ARGS="--profile dev --locked"
@@ -33,7 +33,7 @@ python3 -m venv "$work/full"
 tar -xzf "$work"/sdist/perirobot-*.tar.gz -C "$work/sdist"
 find "$work/sdist" -type f -exec touch {} +
 # The build calls `maturin` by that name.
-PATH="$work/build/bin:$PATH" "$work/build/bin/pip" wheel --quiet --disable-pip-version-check --no-build-isolation --no-deps \
+PATH="$work/build/bin:$PATH" CARGO_PROFILE_DEV_OPT_LEVEL=0 "$work/build/bin/pip" wheel --quiet --disable-pip-version-check --no-build-isolation --no-deps \
     --wheel-dir "$work/from-sdist" "$work"/sdist/perirobot-*/
 "$work/bare/bin/pip" install --quiet --disable-pip-version-check --force-reinstall --no-deps "$work"/from-sdist/perirobot-*.whl
 "$work/bare/bin/perirobot" sweep scenes/tiny.toml --out "$work/out" >/dev/null
