@@ -137,10 +137,12 @@ fn cpus(threads: usize) -> Vec<(SimdLevel, Cpu)> {
 
 #[test]
 fn the_cpu_equals_the_oracle() {
-    for (simd, mut cpu) in cpus(2) {
-        println!("{}", simd.name());
-        for seed in seeds(0..300) {
-            compare(&mut Oracle::default(), &mut cpu, &case(seed), "the_cpu_equals_the_oracle");
+    let mut cpus = cpus(2);
+    for seed in seeds(0..600) {
+        let case = case(seed);
+        for (simd, cpu) in &mut cpus {
+            println!("{}", simd.name());
+            compare(&mut Oracle::default(), cpu, &case, "the_cpu_equals_the_oracle");
         }
     }
 }

@@ -25,7 +25,7 @@ use super::packages::PackageArgs;
 /// A line is the fastest of as many rounds over all poses as take a second (--seconds), three at least. The
 /// column "load" is the time to make a scene ready for a backend, acceleration structures included, when a
 /// scene or snapshot is first used; no other column contains it. One-thread lines have one thread for the
-/// host's share of the work, too.
+/// host's share of the work, too; "no SIMD" has the vector instructions that every processor of the architecture has.
 ///
 /// Times mean little while other programs run; ratios to the oracle, from the same minute, mean more. If any
 /// count differs from the oracle's, the first difference is named, and the exit code is 1.

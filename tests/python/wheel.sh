@@ -33,7 +33,7 @@ python3 -m venv "$work/full"
 tar -xzf "$work"/sdist/perirobot-*.tar.gz -C "$work/sdist"
 find "$work/sdist" -type f -exec touch {} +
 # The build calls `maturin` by that name.
-PATH="$work/build/bin:$PATH" CARGO_PROFILE_DEV_OPT_LEVEL=0 "$work/build/bin/pip" wheel --quiet --disable-pip-version-check --no-build-isolation --no-deps \
-    --wheel-dir "$work/from-sdist" "$work"/sdist/perirobot-*/
+PATH="$work/build/bin:$PATH" CARGO_PROFILE_DEV_OPT_LEVEL=0 "$work/build/bin/pip" wheel \
+    --quiet --disable-pip-version-check --no-build-isolation --no-deps --wheel-dir "$work/from-sdist" "$work"/sdist/perirobot-*/
 "$work/bare/bin/pip" install --quiet --disable-pip-version-check --force-reinstall --no-deps "$work"/from-sdist/perirobot-*.whl
 "$work/bare/bin/perirobot" sweep scenes/tiny.toml --out "$work/out" >/dev/null

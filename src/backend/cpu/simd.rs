@@ -22,7 +22,7 @@ impl SimdLevel {
 
     /// All that this processor has.
     pub fn most() -> Self {
-        *SimdLevel::all().last().expect("none is among them")
+        SimdLevel::all().pop().unwrap_or_else(SimdLevel::none)
     }
 
     /// Each set that this processor has, from none to the most.
@@ -36,9 +36,9 @@ impl SimdLevel {
                 ("AVX2", true, most.as_avx2().map(Simd::level)),
                 ("AVX-512", true, most.as_avx512().map(Simd::level)),
             ];
-            let level =
-                |(name, wide, level): (_, _, Option<_>)| Some(SimdLevel { level: level?, wide, name });
-            all.extend(more.into_iter().filter_map(level));
+            for (name, wide, level) in more {
+                all.extend(level.map(|level| SimdLevel { level, wide, name }));
+            }
         }
         all
     }
@@ -46,5 +46,24 @@ impl SimdLevel {
     /// As tables name it: "no SIMD", "SSE4.2", "AVX2" or "AVX-512".
     pub fn name(self) -> &'static str {
         self.name
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn levels_go_from_what_all_processors_have_to_what_this_one_has() {
+        let all = SimdLevel::all();
+        let [first, last] = [all[0], SimdLevel::most()].map(|simd| std::mem::discriminant(&simd.level));
+        assert_eq!(first, std::mem::discriminant(&Level::baseline()));
+        assert_eq!(last, std::mem::discriminant(&Level::new()), "{all:?}");
+        #[cfg(target_arch = "x86_64")]
+        {
+            let has_avx2 =
+                std::arch::is_x86_feature_detected!("avx2") && std::arch::is_x86_feature_detected!("fma");
+            assert_eq!(all.iter().any(|simd| simd.name() == "AVX2"), has_avx2, "{all:?}");
+        }
     }
 }

@@ -92,7 +92,7 @@ mod tests {
             let axis_q15 = [[32_768, 0, 0], [0, 32_768, 0], [0, 0, 32_768]];
             let origin_q16 = voxel.map(|x| (x << 16) + [0, 0x8000, below(65_536)][turn % 3]);
             let pose = GridPose { origin_q16, axis_q15, draws: 0, truly: None };
-            let level = levels[turn % levels.len()].level;
+            let level = levels[turn / 6 % levels.len()].level;
             packet.start(level, &pose, &dirs);
             let mut through = Through::new();
             through.start(level, &packet, &window);
