@@ -4,9 +4,9 @@
 // # Theory
 // As `carve_voxels`: one witness is enough, whichever invocation finds it.
 
-@group(0) @binding(0) var<uniform> setup: Setup;
-@group(0) @binding(1) var<uniform> part: Part;
-@group(0) @binding(2) var<uniform> table: Table;
+@group(0) @binding(0) var<uniform> bound_setup: Setup;
+@group(0) @binding(1) var<uniform> bound_part: Part;
+@group(0) @binding(2) var<uniform> bound_table: Table;
 @group(0) @binding(3) var<storage, read> placements: array<GridPose>;
 @group(0) @binding(4) var<storage, read> dirs_q15: array<array<i32, 3>>;
 @group(0) @binding(5) var<storage, read> ends: array<u32>;
@@ -105,6 +105,9 @@ fn main(
     @builtin(workgroup_id) group: vec3<u32>,
     @builtin(local_invocation_index) local: u32,
 ) {
+    setup = bound_setup;
+    part = bound_part;
+    table = bound_table;
     let team = local / TILE;
     let item = group.x * TEAMS + team;
     if item < left[part.region * HEAD_WORDS + 3u] {

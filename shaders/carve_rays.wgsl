@@ -11,9 +11,9 @@
 // next to a camera, which thousands of its pixels see. Where tiles are known, the rays of those that see none
 // of these are passed over.
 
-@group(0) @binding(0) var<uniform> setup: Setup;
-@group(0) @binding(1) var<uniform> part: Part;
-@group(0) @binding(2) var<uniform> table: Table;
+@group(0) @binding(0) var<uniform> bound_setup: Setup;
+@group(0) @binding(1) var<uniform> bound_part: Part;
+@group(0) @binding(2) var<uniform> bound_table: Table;
 @group(0) @binding(3) var<storage, read> placements: array<array<u32, PLACEMENT_WORDS>>;
 @group(0) @binding(4) var<storage, read> dirs_q15: array<array<i32, 3>>;
 @group(0) @binding(5) var<storage, read> ends: array<u32>;
@@ -84,6 +84,9 @@ fn main(
     @builtin(workgroup_id) group: vec3<u32>,
     @builtin(local_invocation_index) local: u32,
 ) {
+    setup = bound_setup;
+    part = bound_part;
+    table = bound_table;
     let row = part.first_row + group.y;
     let placement = placement_of(row, local);
     var run = run_of(group.x, local);

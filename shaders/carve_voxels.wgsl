@@ -12,9 +12,9 @@
 // were too many. So an invocation counts those that it makes over pixels, and makes MOST_TURNS at most
 // (src/backend/gpu/loop_bounds.rs).
 
-@group(0) @binding(0) var<uniform> setup: Setup;
-@group(0) @binding(1) var<uniform> part: Part;
-@group(0) @binding(2) var<uniform> table: Table;
+@group(0) @binding(0) var<uniform> bound_setup: Setup;
+@group(0) @binding(1) var<uniform> bound_part: Part;
+@group(0) @binding(2) var<uniform> bound_table: Table;
 @group(0) @binding(3) var<storage, read> placements: array<array<u32, PLACEMENT_WORDS>>;
 @group(0) @binding(4) var<storage, read> dirs_q15: array<array<i32, 3>>;
 @group(0) @binding(5) var<storage, read> ends: array<u32>;
@@ -200,6 +200,9 @@ fn main(
     @builtin(workgroup_id) group: vec3<u32>,
     @builtin(local_invocation_index) local: u32,
 ) {
+    setup = bound_setup;
+    part = bound_part;
+    table = bound_table;
     let window = vec3<u32>(setup.window_x, setup.window_y, setup.window_z);
     let cube = vec3<u32>(local & 3u, (local >> 2u) & 3u, local >> 4u) * 2u;
     let number = cube.x + cube.y * BOX_EDGE + cube.z * BOX_EDGE * BOX_EDGE;

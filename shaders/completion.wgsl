@@ -1,5 +1,4 @@
-// The proof that a kernel ran to its end: what every kernel shares but its arithmetic. It binds `part` and
-// `done`.
+// The proof that a kernel ran to its end: what every kernel shares but its arithmetic. It binds `done`.
 //
 // # Theory
 // A driver may end a loop early and say nothing (src/backend/gpu/loop_bounds.rs). So after each loop its

@@ -1,8 +1,8 @@
 // Counts one region for each job, word by word of what was fused, in the order of Confusion::from_counts. An
 // invocation takes WORDS_PER_INVOCATION words; a group adds its sums to the global counters once.
 
-@group(0) @binding(0) var<uniform> setup: Setup;
-@group(0) @binding(1) var<uniform> part: Part;
+@group(0) @binding(0) var<uniform> bound_setup: Setup;
+@group(0) @binding(1) var<uniform> bound_part: Part;
 @group(0) @binding(2) var<storage, read> truth: array<u32>;
 @group(0) @binding(3) var<storage, read> human: array<u32>;
 @group(0) @binding(4) var<storage, read> robot: array<u32>;
@@ -53,6 +53,8 @@ fn main(
     @builtin(workgroup_id) group: vec3<u32>,
     @builtin(local_invocation_index) local: u32,
 ) {
+    setup = bound_setup;
+    part = bound_part;
     let row = part.first_row + group.y;
     // Neighbouring invocations take neighbouring words.
     let first = part.first + group.x * WORKGROUP * WORDS_PER_INVOCATION + local;

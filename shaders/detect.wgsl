@@ -2,8 +2,8 @@
 // feel, person by person: the twin of src/backend/count.rs. One invocation a word of voxels of one part in
 // one region.
 
-@group(0) @binding(0) var<uniform> setup: Setup;
-@group(0) @binding(1) var<uniform> part: Part;
+@group(0) @binding(0) var<uniform> bound_setup: Setup;
+@group(0) @binding(1) var<uniform> bound_part: Part;
 @group(0) @binding(2) var<storage, read> jobs: array<Job>;
 @group(0) @binding(3) var<storage, read> readings: array<Reading>;
 @group(0) @binding(4) var<storage, read> body_words: array<BodyWord>;
@@ -24,6 +24,8 @@ fn main(
     @builtin(global_invocation_id) id: vec3<u32>,
     @builtin(local_invocation_index) local: u32,
 ) {
+    setup = bound_setup;
+    part = bound_part;
     let item = part.first + id.x;
     // No early return: `report` must see every invocation of the group.
     if item < part.end {

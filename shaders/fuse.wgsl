@@ -1,8 +1,8 @@
 // What the readings of each job say together: the twin of src/backend/fuse.rs. One invocation four words of 32
 // voxels, so that readings are looked up for all of them at once; the fused `free` holds no voxel of the fused `occupied`.
 
-@group(0) @binding(0) var<uniform> setup: Setup;
-@group(0) @binding(1) var<uniform> part: Part;
+@group(0) @binding(0) var<uniform> bound_setup: Setup;
+@group(0) @binding(1) var<uniform> bound_part: Part;
 @group(0) @binding(2) var<storage, read> jobs: array<Job>;
 @group(0) @binding(3) var<storage, read> readings: array<Reading>;
 @group(0) @binding(4) var<storage, read> ended: array<u32>;
@@ -91,6 +91,8 @@ fn main(
     @builtin(workgroup_id) group: vec3<u32>,
     @builtin(local_invocation_index) local: u32,
 ) {
+    setup = bound_setup;
+    part = bound_part;
     let row = part.first_row + group.y;
     // Neighbouring invocations take neighbouring words.
     let words = part.first + group.x * WORKGROUP * 4u + local + vec4<u32>(0u, 1u, 2u, 3u) * WORKGROUP;

@@ -5,9 +5,9 @@
 // The least of a block that holds a rectangle is at most the rectangle's least, and the most at least its
 // most: both err on the side that decides nothing.
 
-@group(0) @binding(0) var<uniform> setup: Setup;
-@group(0) @binding(1) var<uniform> part: Part;
-@group(0) @binding(2) var<uniform> table: Table;
+@group(0) @binding(0) var<uniform> bound_setup: Setup;
+@group(0) @binding(1) var<uniform> bound_part: Part;
+@group(0) @binding(2) var<uniform> bound_table: Table;
 @group(0) @binding(3) var<storage, read> ends: array<u32>;
 @group(0) @binding(4) var<storage, read_write> pyramid: array<u32>;
 @group(0) @binding(5) var<storage, read_write> done: array<atomic<u32>, DONE_WORDS>;
@@ -63,6 +63,9 @@ fn main(
     @builtin(workgroup_id) group: vec3<u32>,
     @builtin(local_invocation_index) local: u32,
 ) {
+    setup = bound_setup;
+    part = bound_part;
+    table = bound_table;
     let tiles = pyramid_tiles();
     let tile_index = part.first + group.x;
     let tile = vec2<u32>(tile_index % tiles.x, tile_index / tiles.x);

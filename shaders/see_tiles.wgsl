@@ -4,9 +4,9 @@
 // # Theory
 // No ray of a tile that sees no box visits a voxel that matters, so what it hits and frees does not count.
 
-@group(0) @binding(0) var<uniform> setup: Setup;
-@group(0) @binding(1) var<uniform> part: Part;
-@group(0) @binding(2) var<uniform> table: Table;
+@group(0) @binding(0) var<uniform> bound_setup: Setup;
+@group(0) @binding(1) var<uniform> bound_part: Part;
+@group(0) @binding(2) var<uniform> bound_table: Table;
 @group(0) @binding(3) var<storage, read> placements: array<array<u32, PLACEMENT_WORDS>>;
 @group(0) @binding(4) var<storage, read> boxes: array<u32>;
 // For each placement what all tiles see, then what each of them sees: how far it reaches in voxels, or 0.
@@ -26,6 +26,9 @@ fn main(
     @builtin(workgroup_id) group: vec3<u32>,
     @builtin(local_invocation_index) local: u32,
 ) {
+    setup = bound_setup;
+    part = bound_part;
+    table = bound_table;
     let row = part.first_row + group.y;
     let placement = placement_of(row, local);
     let item = part.first + id.x;

@@ -6,9 +6,9 @@
 // so what is still need be searched once. What is kept comes before all gates and noise but the sensor's own
 // housing and range, which belong to the table.
 
-@group(0) @binding(0) var<uniform> setup: Setup;
-@group(0) @binding(1) var<uniform> part: Part;
-@group(0) @binding(2) var<uniform> table: Table;
+@group(0) @binding(0) var<uniform> bound_setup: Setup;
+@group(0) @binding(1) var<uniform> bound_part: Part;
+@group(0) @binding(2) var<uniform> bound_table: Table;
 @group(0) @binding(3) var<storage, read> placements: array<array<u32, PLACEMENT_WORDS>>;
 @group(0) @binding(4) var<storage, read> dirs_q15: array<array<i32, 3>>;
 @group(0) @binding(5) var<storage, read> layer: array<u32>;
@@ -21,6 +21,9 @@ fn main(
     @builtin(workgroup_id) group: vec3<u32>,
     @builtin(local_invocation_index) local: u32,
 ) {
+    setup = bound_setup;
+    part = bound_part;
+    table = bound_table;
     let placement = placement_of(part.first_row + group.y, local);
     let ray = part.first + id.x;
     // No early return: `report` must see every invocation of the group.

@@ -66,6 +66,13 @@ struct Part {
     zero: u32,
 }
 
+// What a dispatch is about, as its kernel reads it. Each kernel copies the uniforms that it binds before all else, since
+// software adapters read a word of a uniform once for a vector only outside branches and loops; inside they look it up for
+// one invocation after the other.
+var<private> setup: Setup;
+var<private> table: Table;
+var<private> part: Part;
+
 // Where a sensor is, and how it is turned.
 struct GridFrame {
     origin_q16: array<i32, 3>,

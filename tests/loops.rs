@@ -26,7 +26,6 @@ fn turned(device: &GpuDevice, turns: u32, statements: &str) -> (u32, u32) {
         "
         @group(0) @binding(0) var<storage, read> input: array<u32>;
         @group(0) @binding(1) var<storage, read_write> done: array<atomic<u32>>;
-        var<private> part: Part;
         @compute @workgroup_size(WORKGROUP)
         fn main(@builtin(local_invocation_index) local: u32) {{
             part.zero = input[1];

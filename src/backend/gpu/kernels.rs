@@ -17,8 +17,8 @@ const TILES: &str = include_str!("../../../shaders/tiles.wgsl");
 const PROJECTION: &str = include_str!("../../../shaders/projection.wgsl");
 const BLOCKS: &str = include_str!("../../../shaders/blocks.wgsl");
 
-/// The proof that a kernel ran to its end, which follows the prelude in every kernel and needs the bindings
-/// `part` and `done`.
+/// The proof that a kernel ran to its end, which follows the prelude in every kernel and needs the binding
+/// `done`.
 pub const SHADER_COMPLETION: &str = include_str!("../../../shaders/completion.wgsl");
 
 /// How a kernel sees a buffer; bindings are numbered in the order given.
