@@ -79,7 +79,7 @@ fn gain(cone: Cone, t: f32) -> f32 {
     if any(bitcast<vec3<u32>>(voxel) >= vec3<u32>(size)) {
         return 0.0;
     }
-    let reach = reach_at(voxel);
+    let reach = reach_of(brick_at(voxel));
     let brick = voxel >> vec3<u32>(BRICK_EDGE_LOG2);
     let low = max((brick - reach + 1) << vec3<u32>(BRICK_EDGE_LOG2), vec3<i32>());
     let high = min((brick + reach) << vec3<u32>(BRICK_EDGE_LOG2), size);
@@ -156,7 +156,8 @@ fn is_stopped(cone: Cone, axis: u32, begin: f32, end: f32) -> bool {
         let layer_at = vec3<i32>(select(high - i, low + i, is_up));
         let in_layer = Section(select(cut.low, layer_at, own), select(cut.high, layer_at, own));
         // One look says of most that they are not.
-        if is_blocked((in_layer.low + in_layer.high) / 2) {
+        let middle = (in_layer.low + in_layer.high) / 2;
+        if is_blocked(brick_at(middle), middle) {
             looks += 1u;
             stopped = blockers_in(in_layer).y;
         }
@@ -249,14 +250,16 @@ fn main(
                 word = word_of(cone_of(placement.believed, tile), seen);
             }
         }
+        // `cast` looks up what it is sent on by where a column of pixels begins, and writes them all.
+        let pixels = select(TILE * TILE, TILE, (word & SENT) != 0u);
         var i = 0u;
-        for (; i < TILE * TILE; i += 1u) {
+        for (; i < pixels; i += 1u) {
             let pixel = tile * TILE + vec2<u32>(i % TILE, i / TILE);
             if pixel.x < table.image_x && pixel.y < table.image_y {
                 ends[row * table.rays + pixel_index(pixel)] = word;
             }
         }
-        loop_ended(opaque(i) >= TILE * TILE);
+        loop_ended(opaque(i) >= pixels);
     }
     report(CAST_TILES, local);
 }

@@ -31,7 +31,7 @@ fn sent_on(begin: March, t_q16: u32) -> March {
 fn first_hit(begin: March, last_q16: u32) -> u32 {
     var ray = begin;
     let size = vec3<i32>(vec3<u32>(setup.grid_x, setup.grid_y, setup.grid_z));
-    var reach = reach_at(ray.voxel);
+    var reach = reach_of(brick_at(ray.voxel));
     var hit = NO_HIT;
     var t = 0u;
     loop {
@@ -49,8 +49,9 @@ fn first_hit(begin: March, last_q16: u32) -> u32 {
         if any(bitcast<vec3<u32>>(ray.voxel) >= vec3<u32>(size)) {
             break;
         }
-        reach = reach_at(ray.voxel);
-        if is_blocked(ray.voxel) && t >= table.near_ignore_q16 {
+        let brick = brick_at(ray.voxel);
+        reach = reach_of(brick);
+        if is_blocked(brick, ray.voxel) && t >= table.near_ignore_q16 {
             hit = (t << 2u) | axis;
             break;
         }

@@ -1,15 +1,20 @@
-// A layer of blockers: those of the whole grid, and the reach of their bricks, in one buffer that the kernel
-// binds as `layer`.
+// A layer of blockers: those of the whole grid in rows, then once more in bricks of 2 × 2 × 2 with their reach, in one
+// buffer that the kernel binds as `layer`. A ray that leaps asks for both at once.
 
-// The reach of the brick that holds a voxel.
-fn reach_at(voxel: vec3<i32>) -> i32 {
+// The brick that holds a voxel: which of its voxels are blockers, a bit each, x fastest; from bit 8 on its reach.
+fn brick_at(voxel: vec3<i32>) -> u32 {
     let brick = vec3<u32>(voxel) >> vec3<u32>(BRICK_EDGE_LOG2);
     let index = (brick.z * setup.bricks_y + brick.y) * setup.bricks_x + brick.x;
-    return i32((layer[setup.reach_word + (index >> 2u)] >> ((index & 3u) * 8u)) & 0xffu);
+    return (layer[setup.bricks_word + (index >> 1u)] >> ((index & 1u) * 16u)) & 0xffffu;
 }
 
-// Whether a voxel of the grid is a blocker.
-fn is_blocked(voxel: vec3<i32>) -> bool {
-    let word = (u32(voxel.z) * setup.grid_y + u32(voxel.y)) * setup.grid_words_per_row + (u32(voxel.x) >> 5u);
-    return ((layer[word] >> (u32(voxel.x) & 31u)) & 1u) != 0u;
+// How far a brick is from the nearest that holds a blocker.
+fn reach_of(brick: u32) -> i32 {
+    return i32(brick >> 8u);
+}
+
+// Whether a voxel of a brick is a blocker.
+fn is_blocked(brick: u32, voxel: vec3<i32>) -> bool {
+    let own = vec3<u32>(voxel) & vec3<u32>(1u);
+    return ((brick >> (own.x | (own.y << 1u) | (own.z << 2u))) & 1u) != 0u;
 }

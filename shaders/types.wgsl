@@ -16,10 +16,10 @@ struct Setup {
     window_z: u32,
     window_words: u32,
     regions: u32,
-    // Bricks of blockers on an axis, and the word of a layer where their reach begins, four of them a word.
+    // Bricks of blockers on an axis, and the word of a layer where they begin, two of them a word.
     bricks_x: u32,
     bricks_y: u32,
-    reach_word: u32,
+    bricks_word: u32,
     // Words of the still layer's first hits from one slot to the next.
     first_hits_stride: u32,
     // Counters of people's hits of a job.

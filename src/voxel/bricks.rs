@@ -66,10 +66,15 @@ impl Bricks {
         &self.reach
     }
 
+    /// Which brick holds a voxel of the grid, in the order of [`Bricks::reach`].
+    pub(crate) fn index_at(&self, voxel: [i32; 3]) -> usize {
+        let [x, y, z] = voxel.map(|c| c as usize >> Self::EDGE_LOG2);
+        (z * self.size[1] as usize + y) * self.size[0] as usize + x
+    }
+
     /// The reach of the brick that holds a voxel of the grid.
     pub(crate) fn reach_at(&self, voxel: [i32; 3]) -> u32 {
-        let [x, y, z] = voxel.map(|c| c as usize >> Self::EDGE_LOG2);
-        self.reach[(z * self.size[1] as usize + y) * self.size[0] as usize + x] as u32
+        self.reach[self.index_at(voxel)] as u32
     }
 }
 

@@ -40,7 +40,7 @@ pub(super) struct DeviceScene {
     pub(super) sizes: SceneSizes,
     /// The uniform [`Setup`].
     pub(super) setup: wgpu::Buffer,
-    /// Blockers and the reach of their bricks.
+    /// Blockers, and their bricks.
     pub(super) blockers: wgpu::Buffer,
     /// The same of the still layer, if there is one, and of the blockers that are not in it.
     pub(super) layers: Option<[wgpu::Buffer; 2]>,
@@ -129,11 +129,16 @@ impl DeviceScene {
     }
 }
 
-/// A layer of blockers as the shaders see it: its words, then the reach of its bricks, four of them a word.
+/// A layer of blockers as `shaders/layer.wgsl` reads it: its words, then its bricks, two a word.
 fn layer_words(blockers: &BitGrid) -> Vec<u32> {
     let bricks = Bricks::new(blockers);
-    let four = |reach: &[u8]| reach.iter().rev().fold(0, |word, &reach| word << 8 | u32::from(reach));
-    blockers.words().iter().copied().chain(bricks.reach().chunks(4).map(four)).collect()
+    let mut halves: Vec<u32> = bricks.reach().iter().map(|&reach| u32::from(reach) << 8).collect();
+    for voxel in blockers.voxels() {
+        let [x, y, z] = voxel.map(|c| c as u32 % Bricks::EDGE);
+        halves[bricks.index_at(voxel)] |= 1 << (x + Bricks::EDGE * (y + Bricks::EDGE * z));
+    }
+    let two = |halves: &[u32]| halves.iter().rev().fold(0, |word, half| word << 16 | half);
+    blockers.words().iter().copied().chain(halves.chunks(2).map(two)).collect()
 }
 
 /// What rays hit first in a still layer: kept as long as the layer and the tables are.

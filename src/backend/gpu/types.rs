@@ -60,7 +60,7 @@ pub struct Setup {
     pub regions: u32,
     pub bricks_x: u32,
     pub bricks_y: u32,
-    pub reach_word: u32,
+    pub bricks_word: u32,
     pub first_hits_stride: u32,
     pub detection_counters: u32,
 }
@@ -89,7 +89,7 @@ impl Setup {
             regions: scene.regions.len() as u32,
             bricks_x,
             bricks_y,
-            reach_word: scene.blockers.words().len() as u32,
+            bricks_word: scene.blockers.words().len() as u32,
             first_hits_stride,
             detection_counters,
         }

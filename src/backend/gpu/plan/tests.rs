@@ -279,9 +279,9 @@ fn what_cannot_be_bound_is_refused_with_its_size() {
     };
     // 20 rows of 32 words, and 512 · 10 bricks.
     let sizes = |bytes| SceneSizes::of(&scene, [0; 2], &BodyWords::new(&scene), &adapter(bytes, true));
-    assert!(sizes(7680).is_ok(), "exactly as large as a binding");
-    let refused = sizes(7679).unwrap_err().to_string();
-    assert!(refused.contains("the grid takes 7680 bytes"), "{refused}");
+    assert!(sizes(12_800).is_ok(), "exactly as large as a binding");
+    let refused = sizes(12_799).unwrap_err().to_string();
+    assert!(refused.contains("the grid takes 12800 bytes"), "{refused}");
     assert!(TableSizes::of(&rays(213), &adapter(2560, true)).is_ok());
     let refused = TableSizes::of(&rays(214), &adapter(2560, true)).unwrap_err().to_string();
     assert!(refused.contains("rays takes 2568 bytes") && refused.contains("at most 2560"), "{refused}");
