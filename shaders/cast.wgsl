@@ -73,11 +73,10 @@ fn finish(sent: March, begin: March, is_off: bool, found: u32, drawn: u32) -> Fi
 fn comes_near(begin: March) -> bool {
     let low = vec3<f32>(vec3<i32>(setup.window_min_x, setup.window_min_y, setup.window_min_z) - begin.voxel) - 1.5;
     let high = low + vec3<f32>(vec3<u32>(setup.window_x, setup.window_y, setup.window_z)) + 3.0;
-    // Voxels a unit of distance; an axis that is hardly crossed gets a period so long that its slab decides
+    // Distance a voxel, which is the period; an axis that is never crossed gets one so long that its slab decides
     // alone.
-    let period = vec3<f32>(begin.period_q16) * (1.0 / 65536.0);
-    let speed = vec3<f32>(begin.step) / period;
-    let toward = select(vec3<f32>(-1.0), vec3<f32>(1.0), begin.step >= vec3<i32>()) / max(abs(speed), vec3<f32>(1e-5));
+    let period = select(vec3<f32>(begin.period_q16) * (1.0 / 65536.0), vec3<f32>(1e5), begin.step == vec3<i32>());
+    let toward = select(period, -period, begin.step < vec3<i32>());
     let a = low * toward;
     let b = high * toward;
     let enters = max(min(a, b), vec3<f32>());
