@@ -89,28 +89,43 @@ fn main(
     table = bound_table;
     let row = part.first_row + group.y;
     let placement = placement_of(row, local);
-    var run = run_of(group.x, local);
-    if part.tiles != 0u {
-        let tile = tile_of(group.x, local);
-        run = column_of(tile, local);
-        if run.count > 0u {
-            run.count = select(0u, run.count, is_near(row, tile));
-        }
-    }
-    var turn = 0u;
+    var taken = 0u;
     loop {
-        if turn < run.count {
-            let ray = run.first + turn * run.stride;
-            let word = ends[row * table.rays + ray];
-            // Nothing near is seen by what returns from behind all that matters.
-            let voxels = select(freed(unpacked(word), table.no_return_is_free != 0u), 0u, word == BEYOND);
-            mark_freed(placement.slot, launch(placement.believed, dirs_q15[ray]), voxels);
+        var run = run_of(group.x, local);
+        // The next column of rays that free something near.
+        loop {
+            if part.tiles != 0u {
+                let tile = tile_of(group.x, local, taken);
+                run = column_of(tile, local);
+                if run.count > 0u {
+                    run.count = select(0u, run.count, is_near(row, tile));
+                }
+            }
+            taken += 1u;
+            if run.count > 0u || taken >= part.tiles {
+                break;
+            }
         }
-        turn += 1u;
-        if turn >= run.count {
+        loop_ended(opaque(run.count) > 0u || opaque(taken) >= part.tiles);
+        var turn = 0u;
+        loop {
+            if turn < run.count {
+                let ray = run.first + turn * run.stride;
+                let word = ends[row * table.rays + ray];
+                // Nothing near is seen by what returns from behind all that matters.
+                let voxels = select(freed(unpacked(word), table.no_return_is_free != 0u), 0u, word == BEYOND);
+                mark_freed(placement.slot, launch(placement.believed, dirs_q15[ray]), voxels);
+            }
+            turn += 1u;
+            if turn >= run.count {
+                break;
+            }
+        }
+        loop_ended(opaque(turn) >= run.count);
+        if taken >= part.tiles {
             break;
         }
     }
-    loop_ended(opaque(turn) >= run.count);
+    loop_ended(opaque(taken) >= part.tiles);
     report(CARVE_RAYS, local);
 }

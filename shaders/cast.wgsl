@@ -1,5 +1,5 @@
 // How each ray of each placement ends; where each return is read and what it hits, marked in the slot of its
-// placement. One invocation eight rays, one after the other: a column of a tile, where tiles are known.
+// placement. One invocation takes eight rays, one after the other, or where tiles are known columns of some of them.
 
 @group(0) @binding(0) var<uniform> bound_setup: Setup;
 @group(0) @binding(1) var<uniform> bound_part: Part;
@@ -137,28 +137,43 @@ fn main(
     table = bound_table;
     let row = part.first_row + group.y;
     let placement = placement_of(row, local);
-    var run = run_of(group.x, local);
-    // Up to which distance none of them has entered a blocker.
-    var clear_q16 = 0u;
-    if part.tiles != 0u {
-        run = column_of(tile_of(group.x, local), local);
-        var known = 0u;
-        if run.count > 0u {
-            known = ends[row * table.rays + run.first];
-        }
-        run.count = select(0u, run.count, (known & SENT) != 0u);
-        clear_q16 = known & ~SENT;
-    }
-    var turn = 0u;
+    var taken = 0u;
     loop {
-        if turn < run.count {
-            cast_ray(placement, row, run.first + turn * run.stride, clear_q16);
+        var run = run_of(group.x, local);
+        // Up to which distance none of them has entered a blocker.
+        var clear_q16 = 0u;
+        // The next column of rays that are to be cast.
+        loop {
+            if part.tiles != 0u {
+                run = column_of(tile_of(group.x, local, taken), local);
+                var known = 0u;
+                if run.count > 0u {
+                    known = ends[row * table.rays + run.first];
+                }
+                run.count = select(0u, run.count, (known & SENT) != 0u);
+                clear_q16 = known & ~SENT;
+            }
+            taken += 1u;
+            if run.count > 0u || taken >= part.tiles {
+                break;
+            }
         }
-        turn += 1u;
-        if turn >= run.count {
+        loop_ended(opaque(run.count) > 0u || opaque(taken) >= part.tiles);
+        var turn = 0u;
+        loop {
+            if turn < run.count {
+                cast_ray(placement, row, run.first + turn * run.stride, clear_q16);
+            }
+            turn += 1u;
+            if turn >= run.count {
+                break;
+            }
+        }
+        loop_ended(opaque(turn) >= run.count);
+        if taken >= part.tiles {
             break;
         }
     }
-    loop_ended(opaque(turn) >= run.count);
+    loop_ended(opaque(taken) >= part.tiles);
     report(CAST, local);
 }

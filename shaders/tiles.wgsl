@@ -1,5 +1,9 @@
-// Tiles of a camera's pixels, and which rays an invocation takes: a column of a tile, or where rays do not go
-// by tiles some that lie apart.
+// Tiles of a camera's pixels, and which rays an invocation takes: columns of tiles that follow each other, or where rays
+// do not go by tiles some that lie apart.
+//
+// # Practice
+// Tiles that are done already cost a software adapter as much as one row of their rays, if an invocation takes a tile:
+// so it takes some of them (`part.tiles`), and what it skips costs a look.
 
 // Tiles of an image, across and down.
 fn tiles_of_image() -> vec2<u32> {
@@ -19,12 +23,12 @@ fn run_of(group: u32, local: u32) -> Run {
     return Run(first, TILE, min((part.end - first + TILE - 1u) / TILE, TILE));
 }
 
-// The tile of an invocation that takes a column of one.
-fn tile_of(group: u32, local: u32) -> u32 {
-    return part.first / (TILE * TILE) + group * WORKGROUP / TILE + local / TILE;
+// One after the other of the tiles of which an invocation takes a column.
+fn tile_of(group: u32, local: u32, number: u32) -> u32 {
+    return part.first / (TILE * TILE) + (group * (WORKGROUP / TILE) + local / TILE) * part.tiles + number;
 }
 
-// Its column: nothing outside the image.
+// Its column of a tile: nothing outside the image.
 fn column_of(tile: u32, local: u32) -> Run {
     let across = tiles_of_image().x;
     let pixel = vec2<u32>(tile % across, tile / across) * TILE + vec2<u32>(local % TILE, 0u);

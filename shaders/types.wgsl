@@ -58,7 +58,8 @@ struct Part {
     every_ray: u32,
     // Voxels entered later than that are not marked.
     until_q16: u32,
-    // Whether `ends` holds what `cast_tiles` knows of rays that are to be cast.
+    // Of how many tiles an invocation takes a column, `ends` holding what `cast_tiles` knows of their rays; 0 where rays
+    // do not go by tiles.
     tiles: u32,
     // Whether the layer that is bound holds all blockers.
     whole_layer: u32,

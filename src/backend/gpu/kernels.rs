@@ -40,7 +40,7 @@ pub(super) struct KernelEntry {
     pub(super) source: &'static str,
     /// Code in front of it that other kernels have too.
     pub(super) with: &'static [&'static str],
-    /// Items of a row of a dispatch that one workgroup takes.
+    /// Items of a row of a dispatch that one workgroup takes; so many for each of its tiles, where it takes several.
     items_per_group: u32,
     /// How it sees the buffers that it is bound to, in the order of their numbers.
     bindings: &'static [Binding],
@@ -106,7 +106,7 @@ impl Stage {
         ENTRIES[self as usize].name
     }
 
-    /// Items of a row of a dispatch that one workgroup takes.
+    /// Items of a row of a dispatch that one workgroup takes; so many for each of its tiles, where it takes several.
     pub(super) fn items_per_group(self) -> u32 {
         ENTRIES[self as usize].items_per_group
     }

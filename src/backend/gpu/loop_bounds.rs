@@ -34,9 +34,21 @@ const ALLOWED: u32 = 65_535;
 /// Most invocations of a vector: 512 bits.
 const LANES: u32 = 16;
 
-// An invocation of `cast` searches for the blockers of as many rays as a tile has rows, one after the other; one of
-// `carve_rays` follows as many.
-const _: () = assert!(TILE * (3 * MAX_RANGE_VOXELS + 2) <= ALLOWED);
+/// Most tiles of which an invocation of `cast` or `carve_rays` takes a column, one after the other.
+const MOST_TILES: u32 = 8;
+
+/// Turns for a column of a tile whose rays make so many crossings: `cast` searches for the blockers of each ray, `carve_rays`
+/// follows each. Each invocation looks for the next tile by itself.
+const fn turns_of_tile(crossings: u32) -> u32 {
+    TILE * (crossings + 3) + 1 + LANES
+}
+
+const _: () = assert!(turns_of_tile(3 * MAX_RANGE_VOXELS) <= ALLOWED);
+
+/// Of how many tiles an invocation takes a column, one after the other, if no ray goes farther than so many voxels.
+pub(super) fn tiles_of_invocation(voxels: u32) -> u32 {
+    (ALLOWED / turns_of_tile(3 * voxels.min(MAX_RANGE_VOXELS))).min(MOST_TILES)
+}
 
 /// Most tiles that an invocation of `see_tiles` marks one by one.
 pub(super) const MOST_SEEING: u32 = 4096;
@@ -116,6 +128,17 @@ pub(super) fn near_voxels(image: &Image) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn an_invocation_takes_as_many_tiles_as_its_loops_may_turn_for() {
+        for voxels in 1..=2 * MAX_RANGE_VOXELS {
+            let tiles = tiles_of_invocation(voxels);
+            let turns = |tiles: u32| tiles * turns_of_tile(3 * voxels.min(MAX_RANGE_VOXELS));
+            assert!(tiles > 0 && turns(tiles) <= ALLOWED, "{tiles} at {voxels}");
+            assert!(tiles == MOST_TILES || turns(tiles + 1) > ALLOWED, "{tiles} at {voxels}");
+        }
+        assert_eq!([200, 500, 1000].map(tiles_of_invocation), [8, 5, 2]);
+    }
 
     /// `pixel_rect` in `shaders/projection.wgsl`, or a pixel more on each side: how many pixels of one axis are in tiles that may see a
     /// voxel at `p` in the camera's frame whose half extents there are `half`, and the depth where it begins.

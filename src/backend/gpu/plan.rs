@@ -8,6 +8,7 @@ mod sizes;
 use std::ops::Range;
 
 use super::kernels::Stage;
+use super::loop_bounds::tiles_of_invocation;
 use super::pace::Pace;
 use super::types::{BOX_EDGE, BOXES_AT_ONCE, FARTHEST_READ_Q16, HEADS, PYRAMID_LEVELS, Part, TILE};
 use crate::backend::{Carving, VoxelScene};
@@ -88,8 +89,8 @@ impl SceneSizes {
             let part = Part { whole_layer: batch.whole_layer as u32, ..Part::default() };
             out.extend(self.stage(Stage::CastTiles, rows, 0..table.tiles(), CAST_TILES_COST, part, pace));
         }
-        let (every_ray, tiles) = (batch.everything as u32, batch.by_tile() as u32);
-        let cast = Part { every_ray, tiles, ..Part::default() };
+        let tiles = if batch.by_tile() { tiles_of_invocation(table.reach) } else { 0 };
+        let cast = Part { every_ray: batch.everything as u32, tiles, ..Part::default() };
         let items = if batch.by_tile() { 0..table.tiles() * TILE * TILE } else { 0..table.rays };
         out.extend(self.stage(Stage::Cast, rows, items.clone(), CAST_COST, cast, pace));
         let by_ray = |rows: u32, items: Range<u32>, until_q16: u32| {
@@ -135,7 +136,7 @@ impl SceneSizes {
         part: Part,
         pace: &Pace,
     ) -> impl Iterator<Item = Dispatch> + use<> {
-        let per_group = stage.items_per_group();
+        let per_group = per_group(stage, &part);
         let at_once = (pace.work_at_once(stage) / cost.max(1))
             .min(ITEMS_PER_DISPATCH.min(MOST_GROUPS * per_group as u64));
         let at_once = (at_once.max(1) as u32).next_multiple_of(per_group);
@@ -189,6 +190,11 @@ pub(super) fn boxes(scene: &VoxelScene) -> (Vec<[u32; 3]>, u32) {
     (first.into_iter().chain(last).map(corner).collect(), count)
 }
 
+/// Items of a row that one workgroup of a dispatch takes.
+fn per_group(stage: Stage, part: &Part) -> u32 {
+    stage.items_per_group() * part.tiles.max(1)
+}
+
 /// Some items of some rows.
 struct Span {
     rows: Range<u32>,
@@ -200,7 +206,7 @@ impl Span {
     fn dispatch(self, stage: Stage, part: Part, cost: u64) -> Dispatch {
         let Span { rows, items } = self;
         let work = (items.len() * rows.len()) as u64 * cost;
-        let groups = [(items.len() as u32).div_ceil(stage.items_per_group()), rows.len() as u32];
+        let groups = [(items.len() as u32).div_ceil(per_group(stage, &part)), rows.len() as u32];
         let part = Part { first_row: rows.start, first: items.start, end: items.end, ..part };
         Dispatch { stage, part, groups, work }
     }

@@ -159,7 +159,7 @@ pub struct Part {
     pub every_ray: u32,
     /// Voxels entered later than that are not marked.
     pub until_q16: u32,
-    /// Whether `cast_tiles` went before.
+    /// Of how many tiles an invocation takes a column; 0 where rays do not go by tiles.
     pub tiles: u32,
     /// Whether the layer that is bound holds all blockers.
     pub whole_layer: u32,

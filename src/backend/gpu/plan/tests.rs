@@ -54,7 +54,7 @@ fn adapter(max_binding_bytes: u64, software: bool) -> AdapterReport {
 #[track_caller]
 fn covers_once(dispatches: &[Dispatch], pace: &Pace, expected: &[(Stage, u64)]) {
     for dispatch in dispatches.iter().filter(|d| d.stage != Stage::CarveCrowded) {
-        let per_group = dispatch.stage.items_per_group();
+        let per_group = per_group(dispatch.stage, &dispatch.part);
         let items = dispatch.part.end - dispatch.part.first;
         assert!(dispatch.groups[0] * per_group >= items, "{dispatch:?}");
         assert!((dispatch.groups[0] - 1) * per_group < items, "an idle group: {dispatch:?}");
