@@ -1,5 +1,5 @@
 // Marks the voxels that each ray frees, one after the other, from where it enters the window to where it
-// leaves it. One invocation eight rays, one after the other; bits are set with atomics, so the order of rays
+// leaves it. An invocation takes its rays one after the other; bits are set with atomics, so the order of rays
 // cannot matter.
 //
 // # Theory
@@ -73,7 +73,7 @@ fn mark_freed(slot: u32, begin: March, voxels: u32) {
 }
 
 // Whether a tile sees voxels that are near.
-fn is_near(row: u32, tile: u32) -> bool {
+fn is_wanted(row: u32, tile: u32, first: u32) -> bool {
     let size = tiles_of_image();
     let start = row * (size.x * size.y + 1u);
     return (max(tiles[start], tiles[start + 1u + tile]) & NEAR_TILE) != 0u;
@@ -89,24 +89,8 @@ fn main(
     table = bound_table;
     let row = part.first_row + group.y;
     let placement = placement_of(row, local);
-    var taken = 0u;
     loop {
-        var run = run_of(group.x, local);
-        // The next column of rays that free something near.
-        loop {
-            if part.tiles != 0u {
-                let tile = tile_of(group.x, local, taken);
-                run = column_of(tile, local);
-                if run.count > 0u {
-                    run.count = select(0u, run.count, is_near(row, tile));
-                }
-            }
-            taken += 1u;
-            if run.count > 0u || taken >= part.tiles {
-                break;
-            }
-        }
-        loop_ended(opaque(run.count) > 0u || opaque(taken) >= part.tiles);
+        let run = next_run(row, group.x, local);
         var turn = 0u;
         loop {
             if turn < run.count {
@@ -122,10 +106,10 @@ fn main(
             }
         }
         loop_ended(opaque(turn) >= run.count);
-        if taken >= part.tiles {
+        if tiles_done >= part.tiles {
             break;
         }
     }
-    loop_ended(opaque(taken) >= part.tiles);
+    loop_ended(opaque(tiles_done) >= part.tiles);
     report(CARVE_RAYS, local);
 }

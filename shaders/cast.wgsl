@@ -1,5 +1,5 @@
 // How each ray of each placement ends; where each return is read and what it hits, marked in the slot of its
-// placement. One invocation takes eight rays, one after the other, or where tiles are known columns of some of them.
+// placement. An invocation takes its rays one after the other.
 
 @group(0) @binding(0) var<uniform> bound_setup: Setup;
 @group(0) @binding(1) var<uniform> bound_part: Part;
@@ -127,6 +127,11 @@ fn cast_ray(placement: GridPose, row: u32, ray: u32, clear_q16: u32) {
     ends[row * table.rays + ray] = packed(end);
 }
 
+// Whether the rays of a tile are to be cast, as the first of a column tells.
+fn is_wanted(row: u32, tile: u32, first: u32) -> bool {
+    return (ends[row * table.rays + first] & SENT) != 0u;
+}
+
 @compute @workgroup_size(WORKGROUP)
 fn main(
     @builtin(workgroup_id) group: vec3<u32>,
@@ -137,28 +142,13 @@ fn main(
     table = bound_table;
     let row = part.first_row + group.y;
     let placement = placement_of(row, local);
-    var taken = 0u;
     loop {
-        var run = run_of(group.x, local);
+        let run = next_run(row, group.x, local);
         // Up to which distance none of them has entered a blocker.
         var clear_q16 = 0u;
-        // The next column of rays that are to be cast.
-        loop {
-            if part.tiles != 0u {
-                run = column_of(tile_of(group.x, local, taken), local);
-                var known = 0u;
-                if run.count > 0u {
-                    known = ends[row * table.rays + run.first];
-                }
-                run.count = select(0u, run.count, (known & SENT) != 0u);
-                clear_q16 = known & ~SENT;
-            }
-            taken += 1u;
-            if run.count > 0u || taken >= part.tiles {
-                break;
-            }
+        if part.tiles != 0u && run.count > 0u {
+            clear_q16 = ends[row * table.rays + run.first] & ~SENT;
         }
-        loop_ended(opaque(run.count) > 0u || opaque(taken) >= part.tiles);
         var turn = 0u;
         loop {
             if turn < run.count {
@@ -170,10 +160,10 @@ fn main(
             }
         }
         loop_ended(opaque(turn) >= run.count);
-        if taken >= part.tiles {
+        if tiles_done >= part.tiles {
             break;
         }
     }
-    loop_ended(opaque(taken) >= part.tiles);
+    loop_ended(opaque(tiles_done) >= part.tiles);
     report(CAST, local);
 }

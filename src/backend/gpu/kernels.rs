@@ -13,6 +13,8 @@ const LAYER: &str = include_str!("../../../shaders/layer.wgsl");
 const FIRST_HIT: &str = include_str!("../../../shaders/first_hit.wgsl");
 /// Tiles of a camera's pixels.
 const TILES: &str = include_str!("../../../shaders/tiles.wgsl");
+/// Which rays an invocation takes.
+const RUNS: &str = include_str!("../../../shaders/runs.wgsl");
 /// Where boxes are in a camera's image, and what blocks of its pixels free.
 const PROJECTION: &str = include_str!("../../../shaders/projection.wgsl");
 const BLOCKS: &str = include_str!("../../../shaders/blocks.wgsl");
@@ -80,7 +82,7 @@ kernels! {
     /// How far a tile's rays go through nothing.
     CastTiles = "cast_tiles", &[PLACEMENT, PROJECTION, LAYER, TILES], WORKGROUP, [Uniform Part Uniform Read Read Read Read Write Write];
     /// How each ray ends, and the endpoints.
-    Cast = "cast", &[PLACEMENT, LAYER, FIRST_HIT, TILES], WORKGROUP * TILE, [Uniform Part Uniform Read Read Read Read Read Write Write Write];
+    Cast = "cast", &[PLACEMENT, LAYER, FIRST_HIT, TILES, RUNS], WORKGROUP * TILE, [Uniform Part Uniform Read Read Read Read Read Write Write Write];
     /// What blocks of a camera's pixels free at least and at most.
     Pyramid = "pyramid", &[BLOCKS], 1, [Uniform Part Uniform Read Write Write];
     /// Which boxes of voxels are decided by the pyramid alone.
@@ -90,7 +92,7 @@ kernels! {
     /// The voxels among those that many pixels may see.
     CarveCrowded = "carve_crowded", &[PROJECTION, BLOCKS], 1, [Uniform Part Uniform Read Read Read Read Read Read Write Write];
     /// The voxels that each ray frees, one by one.
-    CarveRays = "carve_rays", &[PLACEMENT, TILES], WORKGROUP * TILE, [Uniform Part Uniform Read Read Read Read Write Write];
+    CarveRays = "carve_rays", &[PLACEMENT, TILES, RUNS], WORKGROUP * TILE, [Uniform Part Uniform Read Read Read Read Write Write];
     /// The labels from the evidence of several sensors.
     Fuse = "fuse", &[], WORKGROUP * FUSED_WORDS, [Uniform Part Read Read Read Read Write Write Write];
     /// The labels counted in a region.

@@ -129,6 +129,9 @@ impl DeviceScene {
     }
 }
 
+// Half a word holds a bit for each voxel of a brick, and a byte.
+const _: () = assert!(Bricks::EDGE == 2);
+
 /// A layer of blockers as `shaders/layer.wgsl` reads it: its words, then its bricks, two a word.
 fn layer_words(blockers: &BitGrid) -> Vec<u32> {
     let bricks = Bricks::new(blockers);

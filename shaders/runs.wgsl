@@ -1,0 +1,51 @@
+// Which rays an invocation of `cast` and `carve_rays` takes: columns of tiles that follow each other, or where rays do not
+// go by tiles some that lie apart. The kernel says with `is_wanted` which tiles it takes.
+//
+// # Practice
+// A tile that is passed over costs a software adapter as much as a row of its rays if each invocation takes one tile. So
+// an invocation goes through several (`part.tiles`), and one that is passed over costs a look.
+
+// Tiles that this invocation has taken or passed over.
+var<private> tiles_done: u32;
+
+// Rays of an invocation: so many of a table's, from `first` on.
+struct Run {
+    first: u32,
+    stride: u32,
+    count: u32,
+}
+
+// Rays that lie apart: neighbours take neighbouring rays.
+fn run_of(group: u32, local: u32) -> Run {
+    let first = min(part.first + group * WORKGROUP * TILE + local / TILE * TILE * TILE + local % TILE, part.end);
+    return Run(first, TILE, min((part.end - first + TILE - 1u) / TILE, TILE));
+}
+
+// An invocation's column of a tile: nothing outside the image.
+fn column_of(tile: u32, local: u32) -> Run {
+    let across = tiles_of_image().x;
+    let pixel = vec2<u32>(tile % across, tile / across) * TILE + vec2<u32>(local % TILE, 0u);
+    let rows = min(max(table.image_y, pixel.y) - pixel.y, TILE);
+    return Run(pixel.y * table.image_x + pixel.x, table.image_x, select(0u, rows, pixel.x < table.image_x));
+}
+
+// The next rays of an invocation, or none. There are more as long as `tiles_done` is below `part.tiles`.
+fn next_run(row: u32, group: u32, local: u32) -> Run {
+    let first_tile = part.first / (TILE * TILE) + (group * (WORKGROUP / TILE) + local / TILE) * part.tiles;
+    var run = run_of(group, local);
+    loop {
+        if part.tiles != 0u {
+            let tile = first_tile + tiles_done;
+            run = column_of(tile, local);
+            if run.count > 0u {
+                run.count = select(0u, run.count, is_wanted(row, tile, run.first));
+            }
+        }
+        tiles_done += 1u;
+        if run.count > 0u || tiles_done >= part.tiles {
+            break;
+        }
+    }
+    loop_ended(opaque(run.count) > 0u || opaque(tiles_done) >= part.tiles);
+    return run;
+}
