@@ -19,11 +19,12 @@ fn pyramid_words(tiles: vec2<u32>) -> u32 {
     return tiles.x * tiles.y * (((1u << (2u * (MOST_LEVEL - LEAST_LEVEL + 1u))) - 1u) / 3u);
 }
 
-// Most that a pixel of a block frees, of those of a level.
-fn most_of_block(row: u32, level: u32, block: vec2<u32>) -> u32 {
+// Least and most that the pixels of a block free, of those of a level.
+fn freed_by_block(row: u32, level: u32, block: vec2<u32>) -> vec2<u32> {
     let tiles = pyramid_tiles();
     let at = level_start(tiles, level) + block.y * (tiles.x << (MOST_LEVEL - level)) + block.x;
-    return pyramid[row * pyramid_words(tiles) + at] >> 16u;
+    let word = pyramid[row * pyramid_words(tiles) + at];
+    return vec2<u32>(word & 0xffffu, word >> 16u);
 }
 
 // Least and most that the pixels of a rectangle free, or those of a little more. At most 25 turns of a loop:

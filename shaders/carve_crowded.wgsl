@@ -19,16 +19,19 @@
 // Voxels that a team has found free.
 var<workgroup> found: array<atomic<u32>, TEAMS>;
 
-// Which pixels of a column of a tile are in a rectangle and free more than so many voxels: a bit each, from
-// above.
-fn enough_of_column(row: u32, u: i32, v: i32, pixel_rect: PixelRect, away: u32, projection: Projection, low: vec3<f32>, grown: f32) -> u32 {
+// Which pixels of a column of a tile are in a rectangle and free more than so many voxels, as all of the tile may: a bit
+// each, from above.
+fn enough_of_column(row: u32, u: i32, v: i32, all_do: bool, pixel_rect: PixelRect, away: u32, projection: Projection, low: vec3<f32>, grown: f32) -> u32 {
     let inside = u >= pixel_rect.first.x && u <= pixel_rect.last.x;
     let end_v = min(v + i32(TILE), pixel_rect.last.y + 1);
     var bits = 0u;
     var at = select(end_v, max(v, pixel_rect.first.y), inside);
     for (; at < end_v; at += 1) {
-        let end = ends[row * table.rays + u32(at) * table.image_x + u32(u)];
-        let enough = freed(unpacked(end), table.no_return_is_free != 0u) > away;
+        var enough = all_do;
+        if !all_do {
+            let end = ends[row * table.ends_stride + u32(at) * table.image_x + u32(u)];
+            enough = freed(unpacked(end), table.no_return_is_free != 0u) > away;
+        }
         bits |= select(0u, 1u, enough && comes_near(projection, vec2<i32>(u, at), low, grown)) << u32(at - v);
     }
     loop_ended(opaque(u32(at)) >= u32(end_v));
@@ -57,9 +60,11 @@ fn scan(word: u32, team: u32, column: u32) {
     var known = false;
     loop {
         // The next tile of which some pixel frees enough.
+        var freed_of_tile = vec2<u32>();
         var enough = false;
         loop {
-            enough = most_of_block(row, TILE_LEVEL, tile) > away;
+            freed_of_tile = freed_by_block(row, TILE_LEVEL, tile);
+            enough = freed_of_tile.y > away;
             if enough || next.y > last.y {
                 break;
             }
@@ -72,7 +77,7 @@ fn scan(word: u32, team: u32, column: u32) {
         }
         let u = i32(tile.x * TILE + column);
         let v = i32(tile.y * TILE);
-        var bits = enough_of_column(row, u, v, pixel_rect, away, projection, low, grown);
+        var bits = enough_of_column(row, u, v, freed_of_tile.x > away, pixel_rect, away, projection, low, grown);
         loop {
             if bits == 0u || is_witness {
                 break;

@@ -73,7 +73,7 @@ fn mark_freed(slot: u32, begin: March, voxels: u32) {
 }
 
 // Whether a tile sees voxels that are near.
-fn is_wanted(row: u32, tile: u32, first: u32) -> bool {
+fn is_wanted(row: u32, tile: u32) -> bool {
     let size = tiles_of_image();
     let start = row * (size.x * size.y + 1u);
     return (max(tiles[start], tiles[start + 1u + tile]) & NEAR_TILE) != 0u;
@@ -95,7 +95,7 @@ fn main(
         loop {
             if turn < run.count {
                 let ray = run.first + turn * run.stride;
-                let word = ends[row * table.rays + ray];
+                let word = ends[row * table.ends_stride + ray];
                 // Nothing near is seen by what returns from behind all that matters.
                 let voxels = select(freed(unpacked(word), table.no_return_is_free != 0u), 0u, word == BEYOND);
                 mark_freed(placement.slot, launch(placement.believed, dirs_q15[ray]), voxels);

@@ -28,24 +28,27 @@
 var<private> turns: u32;
 
 // The pixels of a block of two by two that lie in a rectangle and free more than so many voxels: a bit each.
-fn enough_of_block(row: u32, block: vec2<u32>, pixel_rect: PixelRect, away: u32) -> u32 {
+fn enough_of_block(row: u32, block: vec2<u32>, freed_of_block: vec2<u32>, pixel_rect: PixelRect, away: u32) -> u32 {
     let low = vec2<i32>(block * 2u);
-    let high = min(low + 1, pixel_rect.last);
-    let upper = row * table.rays + u32(low.y) * table.image_x;
-    let lower = row * table.rays + u32(high.y) * table.image_x;
-    let words = vec4<u32>(
-        ends[upper + u32(low.x)],
-        ends[upper + u32(high.x)],
-        ends[lower + u32(low.x)],
-        ends[lower + u32(high.x)],
-    );
-    let is_free = table.no_return_is_free != 0u;
-    let voxels = vec4<u32>(
-        freed(unpacked(words.x), is_free),
-        freed(unpacked(words.y), is_free),
-        freed(unpacked(words.z), is_free),
-        freed(unpacked(words.w), is_free),
-    );
+    var voxels = vec4<u32>(freed_of_block.x);
+    if freed_of_block.x <= away {
+        let high = min(low + 1, pixel_rect.last);
+        let upper = row * table.ends_stride + u32(low.y) * table.image_x;
+        let lower = row * table.ends_stride + u32(high.y) * table.image_x;
+        let words = vec4<u32>(
+            ends[upper + u32(low.x)],
+            ends[upper + u32(high.x)],
+            ends[lower + u32(low.x)],
+            ends[lower + u32(high.x)],
+        );
+        let is_free = table.no_return_is_free != 0u;
+        voxels = vec4<u32>(
+            freed(unpacked(words.x), is_free),
+            freed(unpacked(words.y), is_free),
+            freed(unpacked(words.z), is_free),
+            freed(unpacked(words.w), is_free),
+        );
+    }
     let begins = low >= pixel_rect.first;
     let ends_in = low + 1 <= pixel_rect.last;
     let inside = vec4<bool>(begins.x && begins.y, ends_in.x && begins.y, begins.x && ends_in.y, ends_in.x && ends_in.y);
@@ -65,10 +68,12 @@ fn witnessed(placement: GridPose, row: u32, offset: vec3<i32>, pixel_rect: Pixel
         // The next block of which some pixel frees enough. Software adapters pay for what follows as often as
         // the slowest of eight neighbours.
         var enough = false;
+        var freed_of_block = vec2<u32>();
         turns += 1u;
         loop {
             turns += 1u;
-            enough = most_of_block(row, LEAST_LEVEL, block) > away;
+            freed_of_block = freed_by_block(row, LEAST_LEVEL, block);
+            enough = freed_of_block.y > away;
             if enough || next.y > last.y {
                 break;
             }
@@ -79,7 +84,7 @@ fn witnessed(placement: GridPose, row: u32, offset: vec3<i32>, pixel_rect: Pixel
         if !enough {
             break;
         }
-        var bits = enough_of_block(row, block, pixel_rect, away);
+        var bits = enough_of_block(row, block, freed_of_block, pixel_rect, away);
         loop {
             turns += 1u;
             if bits == 0u || found {
@@ -104,13 +109,16 @@ fn witnessed(placement: GridPose, row: u32, offset: vec3<i32>, pixel_rect: Pixel
     return found;
 }
 
-// Most that pixels of a block about one of them free that reaches no farther than so many pixels beside it.
-fn most_about(row: u32, pixel: vec2<u32>, beside: u32) -> u32 {
+// Whether some pixel of a block about one of them that reaches no farther than so many pixels beside it frees more than so
+// many voxels.
+fn enough_about(row: u32, pixel: vec2<u32>, beside: u32, away: u32) -> bool {
     let level = min(firstLeadingBit(beside + 1u), MOST_LEVEL);
-    if level == 0u {
-        return freed(unpacked(ends[row * table.rays + pixel.y * table.image_x + pixel.x]), table.no_return_is_free != 0u);
+    let freed_of_block = freed_by_block(row, max(level, LEAST_LEVEL), pixel >> vec2<u32>(max(level, LEAST_LEVEL)));
+    if level < LEAST_LEVEL && freed_of_block.x <= away && freed_of_block.y > away {
+        let word = ends[row * table.ends_stride + pixel.y * table.image_x + pixel.x];
+        return freed(unpacked(word), table.no_return_is_free != 0u) > away;
     }
-    return most_of_block(row, level, pixel >> vec2<u32>(level));
+    return freed_of_block.y > away;
 }
 
 // Lists a voxel for `carve_crowded`, whose workgroups take TEAMS of them. What that kernel is to do is
@@ -134,7 +142,7 @@ const OPEN = 2u;
 fn look(projection: Projection, row: u32, voxel: vec3<i32>, away: u32) -> u32 {
     let pixel_rect = pixel_rect(projection, voxel, 1);
     // All rays about the one through its centre visit a voxel where pixels are dense.
-    if pixel_rect.beside >= 0 && most_about(row, vec2<u32>(pixel_rect.centre), u32(pixel_rect.beside)) > away {
+    if pixel_rect.beside >= 0 && enough_about(row, vec2<u32>(pixel_rect.centre), u32(pixel_rect.beside), away) {
         return FREE;
     }
     let range = freed_range(row, pixel_rect.first, pixel_rect.last);

@@ -124,12 +124,16 @@ fn cast_ray(placement: GridPose, row: u32, ray: u32, clear_q16: u32) {
             mark(2u * placement.slot + 1u, finish.hit);
         }
     }
-    ends[row * table.rays + ray] = packed(end);
+    ends[row * table.ends_stride + ray] = packed(end);
 }
 
-// Whether the rays of a tile are to be cast, as the first of a column tells.
-fn is_wanted(row: u32, tile: u32, first: u32) -> bool {
-    return (ends[row * table.rays + first] & SENT) != 0u;
+// What `cast_tiles` knows of the tile taken last.
+var<private> of_tile: u32;
+
+// Whether the rays of a tile are to be cast.
+fn is_wanted(row: u32, tile: u32) -> bool {
+    of_tile = ends[word_of_tile(row, tile)];
+    return (of_tile & SENT) != 0u;
 }
 
 @compute @workgroup_size(WORKGROUP)
@@ -145,10 +149,7 @@ fn main(
     loop {
         let run = next_run(row, group.x, local);
         // Up to which distance none of them has entered a blocker.
-        var clear_q16 = 0u;
-        if part.tiles != 0u && run.count > 0u {
-            clear_q16 = ends[row * table.rays + run.first] & ~SENT;
-        }
+        let clear_q16 = of_tile & ~SENT;
         var turn = 0u;
         loop {
             if turn < run.count {

@@ -1,6 +1,5 @@
-// How far all rays of a camera's tile of pixels travel through nothing, written where the end of each will
-// be: `cast` sends them on from there. Tiles whose rays are of no account, or surely return from behind all
-// that matters, are done. One invocation a tile.
+// How far all rays of a camera's tile of pixels travel through nothing: `cast` sends them on from there. Tiles whose rays
+// are of no account, or surely return from behind all that matters, are done. One invocation a tile.
 //
 // # Theory
 // A ray of integers deviates from the ideal one by less than `deviation`. The cone of a tile holds its ideal
@@ -250,16 +249,7 @@ fn main(
                 word = word_of(cone_of(placement.believed, tile), seen);
             }
         }
-        // `cast` looks up what it is sent on by where a column of pixels begins, and writes them all.
-        let pixels = select(TILE * TILE, TILE, (word & SENT) != 0u);
-        var i = 0u;
-        for (; i < pixels; i += 1u) {
-            let pixel = tile * TILE + vec2<u32>(i % TILE, i / TILE);
-            if pixel.x < table.image_x && pixel.y < table.image_y {
-                ends[row * table.rays + pixel_index(pixel)] = word;
-            }
-        }
-        loop_ended(opaque(i) >= pixels);
+        ends[word_of_tile(row, item)] = word;
     }
     report(CAST_TILES, local);
 }

@@ -22,31 +22,44 @@ fn joined(a: u32, b: u32) -> u32 {
 // Least and most of a pixel; of one outside the image, what changes nothing.
 fn of_pixel(row: u32, pixel: vec2<u32>) -> u32 {
     let inside = pixel.x < table.image_x && pixel.y < table.image_y;
-    let end = unpacked(ends[select(0u, row * table.rays + pixel.y * table.image_x + pixel.x, inside)]);
-    let voxels = freed(end, table.no_return_is_free != 0u);
+    return of_end(ends[select(0u, row * table.ends_stride + pixel.y * table.image_x + pixel.x, inside)], inside);
+}
+
+fn of_end(word: u32, inside: bool) -> u32 {
+    let voxels = freed(unpacked(word), table.no_return_is_free != 0u);
     return select(0xffffu, voxels | (voxels << 16u), inside);
 }
 
-// Least and most of the pixels of a tile, whose smaller blocks are written.
+// Least and most of the pixels of a tile, whose smaller blocks are written, unless they free nothing.
 fn of_tile(row: u32, tile: vec2<u32>) -> u32 {
+    let across = tiles_of_image();
+    let inside = all(tile < across);
+    let known = ends[select(0u, word_of_tile(row, tile.y * across.x + tile.x), inside)];
+    // Whether its pixels are to be looked at one by one.
+    let apart = inside && (part.every_ray != 0u || (known & SENT) != 0u);
+    let whole = of_end(known, inside);
     let tiles = pyramid_tiles();
     let start = row * pyramid_words(tiles);
     let small = start + level_start(tiles, LEAST_LEVEL);
     let large = start + level_start(tiles, LEAST_LEVEL + 1u);
     let columns = tiles.x << (MOST_LEVEL - LEAST_LEVEL);
-    var of_all = 0xffffu;
+    let turns = select(0u, 4u, apart || whole > 0xffffu);
+    var of_all = select(whole, 0xffffu, turns > 0u);
     var i = 0u;
-    for (; i < 4u; i += 1u) {
+    for (; i < turns; i += 1u) {
         let at = tile * 2u + vec2<u32>(i & 1u, i >> 1u);
         var of_four = 0xffffu;
         var k = 0u;
         for (; k < 4u; k += 1u) {
             let block = at * 2u + vec2<u32>(k & 1u, k >> 1u);
             let pixel = block * 2u;
-            let word = joined(
-                joined(of_pixel(row, pixel), of_pixel(row, pixel + vec2<u32>(1u, 0u))),
-                joined(of_pixel(row, pixel + vec2<u32>(0u, 1u)), of_pixel(row, pixel + 1u)),
-            );
+            var word = whole;
+            if apart {
+                word = joined(
+                    joined(of_pixel(row, pixel), of_pixel(row, pixel + vec2<u32>(1u, 0u))),
+                    joined(of_pixel(row, pixel + vec2<u32>(0u, 1u)), of_pixel(row, pixel + 1u)),
+                );
+            }
             pyramid[small + block.y * columns + block.x] = word;
             of_four = joined(of_four, word);
         }
@@ -54,7 +67,7 @@ fn of_tile(row: u32, tile: vec2<u32>) -> u32 {
         pyramid[large + at.y * (columns / 2u) + at.x] = of_four;
         of_all = joined(of_all, of_four);
     }
-    loop_ended(opaque(i) >= 4u);
+    loop_ended(opaque(i) >= turns);
     return of_all;
 }
 

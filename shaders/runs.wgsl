@@ -38,7 +38,7 @@ fn next_run(row: u32, group: u32, local: u32) -> Run {
             let tile = first_tile + tiles_done;
             run = column_of(tile, local);
             if run.count > 0u {
-                run.count = select(0u, run.count, is_wanted(row, tile, run.first));
+                run.count = select(0u, run.count, is_wanted(row, tile));
             }
         }
         tiles_done += 1u;

@@ -29,6 +29,8 @@ struct Setup {
 // One table of rays.
 struct Table {
     rays: u32,
+    // Words of `ends` from one placement to the next: its rays, and a word for each tile.
+    ends_stride: u32,
     range_min_q16: u32,
     range_max_q16: u32,
     near_ignore_q16: u32,
@@ -58,8 +60,7 @@ struct Part {
     every_ray: u32,
     // Voxels entered later than that are not marked.
     until_q16: u32,
-    // Of how many tiles an invocation takes a column, `ends` holding what `cast_tiles` knows of their rays; 0 where rays
-    // do not go by tiles.
+    // Of how many tiles an invocation takes a column; 0 where rays do not go by tiles.
     tiles: u32,
     // Whether the layer that is bound holds all blockers.
     whole_layer: u32,
@@ -116,9 +117,6 @@ struct BodyWord {
     hits: u32,
     sensed: u32,
 }
-
-// What `cast_tiles` knows of a ray: how far it is sent, with this bit; or how it ends.
-const SENT = 0x80000000u;
 
 // The end of a ray that returns from behind all that matters.
 const BEYOND = (RETURN << 16u) | 0xffffu;

@@ -84,7 +84,7 @@ kernels! {
     /// How each ray ends, and the endpoints.
     Cast = "cast", &[PLACEMENT, LAYER, FIRST_HIT, TILES, RUNS], WORKGROUP * TILE, [Uniform Part Uniform Read Read Read Read Read Write Write Write];
     /// What blocks of a camera's pixels free at least and at most.
-    Pyramid = "pyramid", &[BLOCKS], 1, [Uniform Part Uniform Read Write Write];
+    Pyramid = "pyramid", &[BLOCKS, TILES], 1, [Uniform Part Uniform Read Write Write];
     /// Which boxes of voxels are decided by the pyramid alone.
     CarveBoxes = "carve_boxes", &[PLACEMENT, PROJECTION, BLOCKS], WORKGROUP, [Uniform Part Uniform Read Read Read Write Write Write];
     /// The voxels of the boxes that are left.

@@ -25,9 +25,11 @@ impl DeviceTable {
     pub(super) fn new(device: &GpuDevice, rays: &Rays) -> Result<Self> {
         let std_q16 = rays.noise.std_q16.iter().map(|&std_q16| std_q16 as i32);
         let noise: Vec<i32> = rays.noise.unit_q12.iter().copied().chain(std_q16).collect();
+        let sizes = TableSizes::of(rays, &device.report)?;
+        let words = TableWords::new(rays, sizes.ends_words());
         Ok(DeviceTable {
-            sizes: TableSizes::of(rays, &device.report)?,
-            words: GrowingBuffer::uniform("table").filled(device, &[TableWords::from(rays)]),
+            sizes,
+            words: GrowingBuffer::uniform("table").filled(device, &[words]),
             dirs_q15: device.upload("dirs_q15", &rays.dirs_q15),
             noise: device.upload("noise", &noise),
         })
@@ -174,9 +176,9 @@ impl Kept {
     ) {
         let same = self.over_time.as_ref().zip(over_time).is_some_and(|(a, b)| Arc::ptr_eq(a, b));
         if !same {
-            let largest = tables.iter().map(|table| &table.sizes).max_by_key(|sizes| sizes.ends_bytes());
+            let largest = tables.iter().map(|table| &table.sizes).max_by_key(|sizes| sizes.rays_bytes());
             let slots = largest.map_or(0, |sizes| sizes.first_hits_at_once(&device.report));
-            self.stride = largest.map_or(0, |sizes| (sizes.ends_bytes() / 4) as u32);
+            self.stride = largest.map_or(0, |sizes| (sizes.rays_bytes() / 4) as u32);
             self.held = vec![false; if over_time.is_some() { slots.min(MOST_FIRST_HITS) } else { 0 }];
             self.over_time = over_time.cloned();
         }

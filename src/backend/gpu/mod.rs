@@ -245,14 +245,14 @@ impl Backend for Gpu {
 
     fn read(&mut self, table: usize, placement: &GridPose) -> Result<Evidence> {
         let ends = self.sense_batch(table, &[Shot::once(0, *placement)], true)?;
-        let ends_bytes = self.table(table)?.sizes.ends_bytes();
+        let rays_bytes = self.table(table)?.sizes.rays_bytes();
         let Gpu { queue, loaded, .. } = self;
         let loaded = loaded.as_mut().ok_or_else(no_scene)?;
         loaded.held.fill(false);
         // The first slot is where the arenas begin.
         let plane = loaded.sizes.plane_bytes();
         let asked =
-            queue.submit(&[(&loaded.ended, 0..2 * plane), (&loaded.free, 0..plane), (&ends, 0..ends_bytes)]);
+            queue.submit(&[(&loaded.ended, 0..2 * plane), (&loaded.free, 0..plane), (&ends, 0..rays_bytes)]);
         let words = queue.receive(asked)?;
         let [mut occupied, free, ends] = words.try_into().expect("as many as were wanted");
         let hits = occupied.split_off(plane as usize / 4);

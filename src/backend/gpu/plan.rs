@@ -111,7 +111,7 @@ impl SceneSizes {
             rows,
             0..table.largest_blocks(),
             tile_cost,
-            Part::default(),
+            Part { every_ray: batch.everything as u32, ..Part::default() },
             pace,
         ));
         out.extend(self.stage(

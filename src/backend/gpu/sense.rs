@@ -71,6 +71,8 @@ impl Gpu {
         let see_tiles = bind(Stage::SeeTiles, &[&[&placements, &loaded.boxes, &tiles]]);
         let cast_tiles = bind(Stage::CastTiles, &[&rays, &[layer, &tiles, &ends]]);
         let pyramid = room.pyramid.hold(&queue.device, rows * table.sizes.pyramid_bytes());
+        // What no tile of the image writes is a block of pixels that free nothing.
+        encoder.clear_buffer(&pyramid, 0, Some(rows * table.sizes.pyramid_bytes()));
         let undecided = room.undecided.hold(&queue.device, sizes.undecided_bytes(batch.placements));
         encoder.clear_buffer(&undecided, 0, Some(4));
         let reduce = bind(Stage::Pyramid, &[&[&ends, &pyramid]]);

@@ -102,6 +102,8 @@ impl Setup {
 #[allow(missing_docs)] // the fields' meanings are those of Rays
 pub struct TableWords {
     pub rays: u32,
+    /// Words of `ends` from one placement to the next: its rays, and a word for each tile.
+    pub ends_stride: u32,
     pub range_min_q16: u32,
     pub range_max_q16: u32,
     pub near_ignore_q16: u32,
@@ -120,12 +122,14 @@ pub struct TableWords {
     pub nearer: f32,
 }
 
-impl From<&Rays> for TableWords {
-    fn from(rays: &Rays) -> Self {
+impl TableWords {
+    /// A table of rays, and how far apart the ends of its placements are.
+    pub fn new(rays: &Rays, ends_stride: u32) -> Self {
         let gates = rays.gates;
         let image = rays.image.unwrap_or(Image { size_px: [0; 2], focal_px: [1.0; 2] });
         TableWords {
             rays: rays.dirs_q15.len() as u32,
+            ends_stride,
             range_min_q16: gates.range_min_q16,
             range_max_q16: gates.range_max_q16,
             near_ignore_q16: gates.near_ignore_q16,

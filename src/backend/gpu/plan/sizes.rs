@@ -42,9 +42,19 @@ impl TableSizes {
         Ok(TableSizes { rays: count as u32, reach: range + (noise >> 16) + 3, image: rays.image })
     }
 
-    /// Bytes of one word a ray: the ends of one placement, or its first hits in the still layer.
+    /// Bytes of one word a ray: the first hits of one placement in the still layer, or the ends of its rays.
+    pub(in crate::backend::gpu) fn rays_bytes(&self) -> u64 {
+        u64::from(self.rays) * 4
+    }
+
+    /// Words of the ends of one placement: its rays, and a word for each tile.
+    pub(in crate::backend::gpu) fn ends_words(&self) -> u32 {
+        self.rays + self.tiles()
+    }
+
+    /// The same in bytes.
     pub(in crate::backend::gpu) fn ends_bytes(&self) -> u64 {
-        self.rays as u64 * 4
+        u64::from(self.ends_words()) * 4
     }
 
     /// Whether the rays are the pixels of a camera.
@@ -93,7 +103,7 @@ impl TableSizes {
 
     /// How many placements' first hits in a still layer are kept.
     pub(in crate::backend::gpu) fn first_hits_at_once(&self, adapter: &AdapterReport) -> usize {
-        FIRST_HIT_BYTES.holds(adapter, &[self.ends_bytes()]) as usize
+        FIRST_HIT_BYTES.holds(adapter, &[self.rays_bytes()]) as usize
     }
 
     /// The distance in 1/65536 voxels up to which rays can pass near voxels, so that rays need be followed no
