@@ -26,6 +26,10 @@
 // Length in voxels of the sections of a cone that are held against blockers one by one.
 const SECTION = 4.0;
 
+// How far before the place where a cone touches what may be a blocker it is said to be clear. There, its rays are surely
+// before the layer that they are about to enter.
+const SHORT = 0.25;
+
 // Rays of length 1 from `origin` that end within `spread` of `along`.
 struct Cone {
     origin: vec3<f32>,
@@ -205,7 +209,7 @@ fn clear_of(cone: Cone) -> f32 {
         }
     }
     loop_ended(opaque(u32(on)) == 0u || opaque(turns) >= MOST_LEAPS || t > range);
-    return t;
+    return max(t - SHORT, 0.0);
 }
 
 // What is known of the rays of a tile that sees something.

@@ -26,6 +26,10 @@ pub(super) struct Cone {
 /// A gain of fewer voxels is not worth another look.
 const LEAST_GAIN: f32 = 1.0;
 
+/// How far before the place where a cone touches what may be a blocker it is said to be clear. There, its rays are surely
+/// before the layer that they are about to enter (`across`).
+const SHORT: f32 = 0.25;
+
 /// How far a ray of integers may be from the ideal one, in voxels.
 pub(super) fn deviation(t: f32) -> f32 {
     DEVIATION_PER_VOXEL * t + deviation::FIXED as f32
@@ -112,7 +116,7 @@ impl ConeAtPose {
             }
             t += gain;
         }
-        t
+        (t - SHORT).max(from)
     }
 
     /// The voxels in which any of its rays may be from one distance to another; they may lie outside the
