@@ -19,20 +19,82 @@
 // Voxels that a team has found free.
 var<workgroup> found: array<atomic<u32>, TEAMS>;
 
-// Which pixels of a column of a tile are in a rectangle and free more than so many voxels, as all of the tile may: a bit
-// each, from above.
-fn enough_of_column(row: u32, u: i32, v: i32, all_do: bool, pixel_rect: PixelRect, away: u32, projection: Projection, low: vec3<f32>, grown: f32) -> u32 {
+// Three edges of an outline in the image: pixels are inside where ax + by + c is not negative.
+struct Edges {
+    a: vec3<f32>,
+    b: vec3<f32>,
+    c: vec3<f32>,
+}
+
+// The outline of a voxel: an edge for each pair of axes, and the one opposite to it.
+struct Outline {
+    edges: Edges,
+    opposite: Edges,
+}
+
+// Of each axis and the next, the sides to which rays lead from one corner of a box: not below it, if `sides` is 1, or not
+// above, if it is -1. `right`, `down` and `first` make the ray of a pixel.
+fn edges_of(on: vec3<f32>, on_next: vec3<f32>, right: vec3<f32>, down: vec3<f32>, first: vec3<f32>) -> Edges {
+    return Edges(
+        on * right.yzx - on_next * right,
+        on * down.yzx - on_next * down,
+        // More than the floats are off by.
+        on * first.yzx - on_next * first + 1e-5 * (abs(on) + abs(on_next)),
+    );
+}
+
+// The outline of the box between two corners, counted from the sensor.
+//
+// As seen on two axes, rays pass the box between those two of its corners that are farthest apart from there. A ray that
+// does so on each pair of axes enters the box. If the sensor is within the box on both, all rays do.
+fn outline_of(projection: Projection, low: vec3<f32>, high: vec3<f32>) -> Outline {
+    // As if the box were not behind the sensor on any axis.
+    let behind = high < vec3<f32>();
+    let near = select(low, -high, behind);
+    let far = select(high, -low, behind);
+    let side = select(vec3<f32>(1.0), vec3<f32>(-1.0), behind);
+    let size = vec2<f32>(vec2<u32>(table.image_x, table.image_y));
+    let right = projection.right * side / table.focal_x;
+    let down = projection.down * side / table.focal_y;
+    let first = projection.forward * side + right * (0.5 - size.x * 0.5) + down * (0.5 - size.y * 0.5);
+    let within = near <= vec3<f32>();
+    let all_pass = within & within.yzx;
+    let one = select(select(far, near, within.yzx), vec3<f32>(), all_pass);
+    let one_next = select(near.yzx, vec3<f32>(), all_pass);
+    let other = select(near, vec3<f32>(), all_pass);
+    let other_next = select(select(far.yzx, near.yzx, within), vec3<f32>(), all_pass);
+    return Outline(edges_of(one, one_next, right, down, first), edges_of(-other, -other_next, right, down, first));
+}
+
+// The pixels of a column that are inside some edges, of those from the first to the last.
+fn inside_edges(edges: Edges, u: f32, span: vec2<f32>) -> vec2<f32> {
+    let crossed = -(edges.a * u + edges.c) / edges.b;
+    let firsts = select(vec3<f32>(span.x), crossed, edges.b > vec3<f32>());
+    let lasts = select(vec3<f32>(span.y), crossed, edges.b < vec3<f32>());
+    return vec2<f32>(
+        max(max(span.x, firsts.x), max(firsts.y, firsts.z)),
+        min(min(span.y, lasts.x), min(lasts.y, lasts.z)),
+    );
+}
+
+// Which pixels of a column of a tile are in a rectangle and an outline and free more than so many voxels, as all of the tile
+// may: a bit each, from above.
+fn enough_of_column(row: u32, u: i32, v: i32, all_do: bool, pixel_rect: PixelRect, away: u32, outline: Outline) -> u32 {
     let inside = u >= pixel_rect.first.x && u <= pixel_rect.last.x;
-    let end_v = min(v + i32(TILE), pixel_rect.last.y + 1);
+    let tile = vec2<f32>(f32(v), f32(v + i32(TILE) - 1));
+    let span = inside_edges(outline.opposite, f32(u), inside_edges(outline.edges, f32(u), tile));
+    // Some of a pixel for rounding.
+    let first_v = max(i32(ceil(min(span.x, tile.y + 1.0) - 0.01)), pixel_rect.first.y);
+    let end_v = min(i32(floor(max(span.y, tile.x - 1.0) + 0.01)), pixel_rect.last.y) + 1;
     var bits = 0u;
-    var at = select(end_v, max(v, pixel_rect.first.y), inside);
+    var at = select(end_v, min(first_v, end_v), inside);
     for (; at < end_v; at += 1) {
         var enough = all_do;
         if !all_do {
             let end = ends[row * table.ends_stride + u32(at) * table.image_x + u32(u)];
             enough = freed(unpacked(end), table.no_return_is_free != 0u) > away;
         }
-        bits |= select(0u, 1u, enough && comes_near(projection, vec2<i32>(u, at), low, grown)) << u32(at - v);
+        bits |= u32(enough) << u32(at - v);
     }
     loop_ended(opaque(u32(at)) >= u32(end_v));
     return bits;
@@ -51,6 +113,7 @@ fn scan(word: u32, team: u32, column: u32) {
     let pixel_rect = pixel_rect(projection, voxel, 1);
     let low = vec3<f32>(voxel) - projection.origin;
     let grown = 0.01 + deviation(dot(abs(low), vec3<f32>(1.0)) + 3.0);
+    let outline = outline_of(projection, low - grown, low + 1.0 + grown);
     let first = vec2<u32>(pixel_rect.first) / TILE;
     let last = vec2<u32>(pixel_rect.last) / TILE;
     // The tile through the middle mostly knows.
@@ -77,7 +140,7 @@ fn scan(word: u32, team: u32, column: u32) {
         }
         let u = i32(tile.x * TILE + column);
         let v = i32(tile.y * TILE);
-        var bits = enough_of_column(row, u, v, freed_of_tile.x > away, pixel_rect, away, projection, low, grown);
+        var bits = enough_of_column(row, u, v, freed_of_tile.x > away, pixel_rect, away, outline);
         loop {
             if bits == 0u || is_witness {
                 break;

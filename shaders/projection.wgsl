@@ -108,20 +108,6 @@ fn pixel_rect(projection: Projection, corner: vec3<i32>, edge: i32) -> PixelRect
     );
 }
 
-// Whether a pixel's ray comes so near to the voxel so far from the sensor that it may visit it.
-fn comes_near(projection: Projection, pixel: vec2<i32>, low: vec3<f32>, grown: f32) -> bool {
-    let focal = vec2<f32>(table.focal_x, table.focal_y);
-    let at = (vec2<f32>(pixel) + 0.5 - vec2<f32>(vec2<u32>(table.image_x, table.image_y)) * 0.5) / focal;
-    let along = projection.right * at.x + projection.down * at.y + projection.forward;
-    // What hardly moves on an axis stays where it is: `grown` holds that.
-    let speed = select(max(along, vec3<f32>(1e-6)), min(along, vec3<f32>(-1e-6)), along < vec3<f32>());
-    let a = (low - grown) / speed;
-    let b = (low + 1.0 + grown) / speed;
-    let enters = min(a, b);
-    let leaves = max(a, b);
-    return max(enters.x, max(enters.y, enters.z)) <= min(leaves.x, min(leaves.y, leaves.z));
-}
-
 // Whether a pixel's ray visits the voxel so many voxels from the sensor's voxel, were nothing in its way.
 fn sees(place: GridFrame, dir_q15: array<i32, 3>, offset: vec3<i32>) -> bool {
     let begin = launch(place, dir_q15);
