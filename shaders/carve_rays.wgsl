@@ -74,9 +74,9 @@ fn mark_freed(slot: u32, begin: March, voxels: u32) {
 
 // Whether a tile sees voxels that are near.
 fn is_wanted(row: u32, tile: u32) -> bool {
-    let size = tiles_of_image();
-    let start = row * (size.x * size.y + 1u);
-    return (max(tiles[start], tiles[start + 1u + tile]) & NEAR_TILE) != 0u;
+    let start = seen_from(row) + near_from();
+    of_tile = ends[word_of_tile(row, tile)];
+    return max(tiles[start], tiles[start + 1u + tile]) != 0u;
 }
 
 @compute @workgroup_size(WORKGROUP)
@@ -95,9 +95,11 @@ fn main(
         loop {
             if turn < run.count {
                 let ray = run.first + turn * run.stride;
-                let word = ends[row * table.ends_stride + ray];
-                // Nothing near is seen by what returns from behind all that matters.
-                let voxels = select(freed(unpacked(word), table.no_return_is_free != 0u), 0u, word == BEYOND);
+                var word = of_tile;
+                if (of_tile & SENT) != 0u {
+                    word = ends[row * table.ends_stride + ray];
+                }
+                let voxels = freed(unpacked(word), table.no_return_is_free != 0u);
                 mark_freed(placement.slot, launch(placement.believed, dirs_q15[ray]), voxels);
             }
             turn += 1u;

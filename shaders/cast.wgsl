@@ -99,7 +99,19 @@ fn mark(plane: u32, voxel: vec3<i32>) {
     }
 }
 
-fn cast_ray(placement: GridPose, row: u32, ray: u32, clear_q16: u32) {
+// Up to which distance a ray of a tile has entered no blocker.
+fn clear_q16(begin: March) -> u32 {
+    let known = of_tile & ~SENT;
+    if (known & SENT_TO_LAYER) == 0u {
+        return known;
+    }
+    let own = vec3<u32>((known & ~SENT_TO_LAYER) >> LAYER_BITS) == vec3<u32>(0u, 1u, 2u);
+    let ahead = abs(vec3<i32>(i32(known & ((1u << LAYER_BITS) - 1u))) - begin.voxel);
+    let enters = enters3_q16(begin.next_q16, begin.period_q16, select(vec3<u32>(), vec3<u32>(ahead), own));
+    return u32(clamp(max(enters.x, max(enters.y, enters.z)) - 1, 0, i32(table.range_max_q16)));
+}
+
+fn cast_ray(placement: GridPose, row: u32, ray: u32) {
     let begin = launch(placement.believed, dirs_q15[ray]);
     let is_off = placement.is_off != 0u;
     var sent = begin;
@@ -116,7 +128,7 @@ fn cast_ray(placement: GridPose, row: u32, ray: u32, clear_q16: u32) {
     var end = End(NOTHING, 0u);
     // What is hit lies elsewhere than the ray is believed to go if the mount is off.
     if part.tiles != 0u || part.every_ray != 0u || is_off || comes_near(begin) {
-        found = min(found, first_hit(sent_on(sent, clear_q16), last_q16));
+        found = min(found, first_hit(sent_on(sent, clear_q16(begin)), last_q16));
         let finish = finish(sent, begin, is_off, found, draw(placement.draws, ray));
         end = finish.end;
         if end.kind == RETURN {
@@ -126,9 +138,6 @@ fn cast_ray(placement: GridPose, row: u32, ray: u32, clear_q16: u32) {
     }
     ends[row * table.ends_stride + ray] = packed(end);
 }
-
-// What `cast_tiles` knows of the tile taken last.
-var<private> of_tile: u32;
 
 // Whether the rays of a tile are to be cast.
 fn is_wanted(row: u32, tile: u32) -> bool {
@@ -148,12 +157,10 @@ fn main(
     let placement = placement_of(row, local);
     loop {
         let run = next_run(row, group.x, local);
-        // Up to which distance none of them has entered a blocker.
-        let clear_q16 = of_tile & ~SENT;
         var turn = 0u;
         loop {
             if turn < run.count {
-                cast_ray(placement, row, run.first + turn * run.stride, clear_q16);
+                cast_ray(placement, row, run.first + turn * run.stride);
             }
             turn += 1u;
             if turn >= run.count {

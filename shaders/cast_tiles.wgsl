@@ -30,6 +30,12 @@ const SECTION = 4.0;
 // before the layer that they are about to enter.
 const SHORT = 0.25;
 
+// How far behind where a cone is clear layers across it are looked for, in voxels.
+const FAR = 16.0;
+
+// More than floats are off by, in voxels of distance.
+const ROUNDED = 0.01;
+
 // Rays of length 1 from `origin` that end within `spread` of `along`.
 struct Cone {
     origin: vec3<f32>,
@@ -138,49 +144,81 @@ fn on_axis(v: vec3<f32>, axis: u32) -> f32 {
     return select(select(v.z, v.y, axis == 1u), v.x, axis == 0u);
 }
 
-// Whether a layer of blockers across an axis stops all rays of a cone between two distances.
-fn is_stopped(cone: Cone, axis: u32, begin: f32, end: f32) -> bool {
-    let cut = section(cone, begin, end);
-    let own = vec3<u32>(axis) == vec3<u32>(0u, 1u, 2u);
-    let size = vec3<i32>(vec3<u32>(setup.grid_x, setup.grid_y, setup.grid_z));
-    // A ray that leaves the grid on another axis enters no layer.
-    let inside = all(own | ((cut.low >= vec3<i32>()) & (cut.high < size)));
-    let is_up = on_axis(cone.along, axis) > 0.0;
-    let at = on_axis(cone.origin, axis) + on_axis(cone.along, axis) * begin;
-    let on = on_axis(cone.origin, axis) + on_axis(cone.along, axis) * end;
-    // The layers that all rays enter, having been before them.
-    let low = max(i32(floor(select(on + radius(cone, end), at + radius(cone, begin), is_up))) + select(0, 1, is_up), 0);
-    let high = min(i32(floor(select(at - radius(cone, begin), on - radius(cone, end), is_up))) - select(1, 0, is_up), i32(on_axis(vec3<f32>(size), axis)) - 1);
-    let layers = select(0, min(high - low + 1, i32(MOST_LAYERS)), inside);
-    var stopped = false;
-    var looks = 0u;
-    var i = 0;
-    for (; i < layers && !stopped && looks < MOST_LOOKS; i += 1) {
-        let layer_at = vec3<i32>(select(high - i, low + i, is_up));
-        let in_layer = Section(select(cut.low, layer_at, own), select(cut.high, layer_at, own));
-        // One look says of most that they are not.
-        let middle = (in_layer.low + in_layer.high) / 2;
-        if is_blocked(brick_at(middle), middle) {
-            looks += 1u;
-            stopped = blockers_in(in_layer).y;
-        }
-    }
-    loop_ended(opaque(u32(i)) >= u32(max(layers, 0)) || opaque(u32(stopped)) != 0u || opaque(looks) >= MOST_LOOKS);
-    return stopped;
+// A layer of blockers across an axis that stops all rays of a cone, if `stops`.
+struct Across {
+    stops: bool,
+    axis: u32,
+    // Where the layer is on its axis.
+    at: i32,
+    // The part of it that they may enter.
+    layer: Section,
 }
 
-// Whether a layer across some axis stops all rays of a cone from `begin` on and before `limit`.
-fn is_across(cone: Cone, begin: f32, limit: f32) -> bool {
-    var stopped = false;
-    var i = 0u;
-    for (; i < 9u && !stopped; i += 1u) {
-        let end = begin + SECTION * f32(1u << (i / 3u));
-        if end < limit {
-            stopped = is_stopped(cone, i % 3u, begin, end);
+// The first layer across an axis that stops all rays of a cone which are before it at `begin`, and before `limit`.
+//
+// At a distance t the rays are within radius(t) of the cone's middle, on each axis. So with `away` from the sensor to the
+// layer on its axis none has entered it before t * slope + radius(t) = away, and all have after t * slope - radius(t) = away.
+fn across_axis(cone: Cone, axis: u32, begin: f32, limit: f32) -> Across {
+    let own = vec3<u32>(axis) == vec3<u32>(0u, 1u, 2u);
+    let size = vec3<i32>(vec3<u32>(setup.grid_x, setup.grid_y, setup.grid_z));
+    let is_up = on_axis(cone.along, axis) > 0.0;
+    let step = select(-1, 1, is_up);
+    let slope = abs(on_axis(cone.along, axis));
+    let growth = cone.spread + DEVIATION_PER_VOXEL;
+    let origin = on_axis(cone.origin, axis);
+    let at = origin + on_axis(cone.along, axis) * begin;
+    let first = i32(floor(at + f32(step) * radius(cone, begin))) + step;
+    let away = select(origin - f32(first + 1), f32(first) - origin, is_up);
+    let farthest = (min(begin + FAR, limit) - ROUNDED) * (slope - growth) - DEVIATION_FIXED;
+    let in_grid = select(first + 1, i32(on_axis(vec3<f32>(size), axis)) - first, is_up);
+    let in_reach = i32(floor(clamp(farthest - away, -1.0, f32(MOST_LAYERS) - 1.0))) + 1;
+    let layers = max(min(in_reach, in_grid), 0);
+    var stops = false;
+    var looks = 0u;
+    var i = 0;
+    var layer_at = first;
+    var cut: Section;
+    for (; i < layers && !stops && looks < MOST_LOOKS; i += 1) {
+        layer_at = first + i * step;
+        let own_away = away + f32(i);
+        let enters = max((own_away - DEVIATION_FIXED) / (slope + growth) - ROUNDED, begin);
+        cut = section(cone, enters, (own_away + DEVIATION_FIXED) / (slope - growth) + ROUNDED);
+        cut = Section(select(cut.low, vec3<i32>(layer_at), own), select(cut.high, vec3<i32>(layer_at), own));
+        // One look says of most that they are not. A ray that leaves the grid on another axis enters no layer.
+        let middle = (cut.low + cut.high) / 2;
+        if is_in_grid(cut) {
+            if is_blocked(brick_at(middle), middle) {
+                looks += 1u;
+                stops = blockers_in(cut).y;
+            }
         }
     }
-    loop_ended(opaque(i) >= 9u || opaque(u32(stopped)) != 0u);
-    return stopped;
+    loop_ended(opaque(u32(i)) >= u32(layers) || opaque(u32(stops)) != 0u || opaque(looks) >= MOST_LOOKS);
+    return Across(stops, axis, layer_at, cut);
+}
+
+// A layer across some axis that stops all rays of a cone from `begin` on and before `limit`.
+fn across(cone: Cone, begin: f32, limit: f32) -> Across {
+    var found: Across;
+    var axis = 0u;
+    for (; axis < 3u && !found.stops; axis += 1u) {
+        found = across_axis(cone, axis, begin, limit);
+    }
+    loop_ended(opaque(axis) >= 3u || opaque(u32(found.stops)) != 0u);
+    return found;
+}
+
+// Whether no ray of a cone enters a blocker from `begin` on before the layer that stops it.
+fn is_clear_before(cone: Cone, begin: f32, found: Across) -> bool {
+    let size = vec3<i32>(vec3<u32>(setup.grid_x, setup.grid_y, setup.grid_z));
+    let own = vec3<u32>(found.axis) == vec3<u32>(0u, 1u, 2u);
+    let at = vec3<i32>(floor(cone.origin + cone.along * begin - radius(cone, begin)));
+    let on = vec3<i32>(floor(cone.origin + cone.along * begin + radius(cone, begin)));
+    let is_up = on_axis(cone.along, found.axis) > 0.0;
+    let low = select(min(at, found.layer.low), select(found.layer.low + 1, at, is_up), own);
+    let high = select(max(on, found.layer.high), select(on, found.layer.high - 1, is_up), own);
+    let before = Section(max(low, vec3<i32>()), min(high, size - 1));
+    return any(before.low > before.high) || !blockers_in(before).x;
 }
 
 // Up to which distance no ray of a cone has entered a blocker, as far as a few looks tell.
@@ -216,13 +254,20 @@ fn clear_of(cone: Cone) -> f32 {
 fn word_of(cone: Cone, seen: u32) -> u32 {
     let clear = clear_of(cone);
     let least = f32(max(table.range_min_q16, table.near_ignore_q16)) / 65536.0;
-    let behind = max(f32(seen & ~NEAR_TILE) + table.nearer, least) + 1.0;
+    let behind = max(f32(seen) + table.nearer, least) + 1.0;
     let limit = f32(table.range_max_q16) / 65536.0 - 1.0;
-    // Near voxels are looked up along each ray; what is lost does not return; and a layer is not all blockers.
-    if (seen & NEAR_TILE) == 0u && part.whole_layer != 0u && table.lost_below == 0u && clear > behind {
-        if is_across(cone, clear, limit) {
-            return BEYOND;
-        }
+    let found = across(cone, clear, limit);
+    if !found.stops {
+        return SENT | u32(clear * 65536.0);
+    }
+    // What is lost does not return; and a layer is not all blockers.
+    if part.whole_layer != 0u && table.lost_below == 0u && clear > behind {
+        return BEYOND;
+    }
+    // Before what is ignored, rays do not end.
+    let ends_there = clear > f32(table.near_ignore_q16) / 65536.0 + 1.0;
+    if ends_there && is_clear_before(cone, clear, found) {
+        return SENT | SENT_TO_LAYER | (found.axis << LAYER_BITS) | u32(found.at);
     }
     return SENT | u32(clear * 65536.0);
 }
@@ -242,7 +287,7 @@ fn main(
     // No early return: `report` must see every invocation of the group.
     if item < part.end {
         let size = tiles_of_image();
-        let start = row * (size.x * size.y + 1u);
+        let start = seen_from(row);
         let seen = max(tiles[start], tiles[start + 1u + item]);
         let tile = vec2<u32>(item % size.x, item / size.x);
         // Of a mount that is off, all rays are cast: they hit elsewhere than they are believed to go.

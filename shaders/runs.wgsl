@@ -8,6 +8,9 @@
 // Tiles that this invocation has taken or passed over.
 var<private> tiles_done: u32;
 
+// What `cast_tiles` knows of the tile taken last, as `is_wanted` found it.
+var<private> of_tile: u32 = SENT;
+
 // Rays of an invocation: so many of a table's, from `first` on.
 struct Run {
     first: u32,

@@ -9,15 +9,22 @@
 @group(0) @binding(2) var<uniform> bound_table: Table;
 @group(0) @binding(3) var<storage, read> placements: array<array<u32, PLACEMENT_WORDS>>;
 @group(0) @binding(4) var<storage, read> boxes: array<u32>;
-// For each placement what all tiles see, then what each of them sees: how far it reaches in voxels, or 0.
+// How far in voxels what is seen reaches, or 0; and whether some of it is near.
 @group(0) @binding(5) var<storage, read_write> tiles: array<atomic<u32>>;
 @group(0) @binding(6) var<storage, read_write> done: array<atomic<u32>, DONE_WORDS>;
 
-// How far a cube of `edge` voxels reaches along any ray, and whether it is near.
-fn seen_word(projection: Projection, corner: vec3<i32>, edge: i32, near: bool) -> u32 {
+// How far a cube of `edge` voxels reaches along any ray.
+fn reaches(projection: Projection, corner: vec3<i32>, edge: i32) -> u32 {
     let half = f32(edge) * 0.5;
     let distance = length(abs(vec3<f32>(corner) + half - projection.origin) + half);
-    return u32(distance + 2.0 * deviation(distance) + 2.0) | select(0u, NEAR_TILE, near);
+    return u32(distance + 2.0 * deviation(distance) + 2.0);
+}
+
+fn see(word: u32, reach: u32, near: bool) {
+    atomicMax(&tiles[word], reach);
+    if near {
+        atomicMax(&tiles[word + near_from()], 1u);
+    }
 }
 
 @compute @workgroup_size(WORKGROUP)
@@ -38,21 +45,21 @@ fn main(
         let corner = vec3<i32>(box_corner(boxes[item])) + vec3<i32>(setup.window_min_x, setup.window_min_y, setup.window_min_z);
         let pixel_rect = pixel_rect(projection, corner, i32(BOX_EDGE));
         if pixel_rect.seen {
-            let word = seen_word(projection, corner, i32(BOX_EDGE), pixel_rect.near);
+            let reach = reaches(projection, corner, i32(BOX_EDGE));
             let size = tiles_of_image();
             let first = vec2<u32>(pixel_rect.first) / TILE;
             let columns = u32(pixel_rect.last.x) / TILE - first.x + 1u;
             let seeing = columns * (u32(pixel_rect.last.y) / TILE - first.y + 1u);
-            let start = row * (size.x * size.y + 1u);
+            let start = seen_from(row);
             // A box that so many see is rare, and may be seen by all.
             let turns = select(seeing, 0u, seeing > MOST_SEEING);
             if turns == 0u {
-                atomicMax(&tiles[start], word);
+                see(start, reach, pixel_rect.near);
             }
             var i = 0u;
             for (; i < turns; i += 1u) {
                 let at = first + vec2<u32>(i % columns, i / columns);
-                atomicMax(&tiles[start + 1u + at.y * size.x + at.x], word);
+                see(start + 1u + at.y * size.x + at.x, reach, pixel_rect.near);
             }
             loop_ended(opaque(i) >= turns);
         }

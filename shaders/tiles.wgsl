@@ -1,12 +1,27 @@
-// Tiles of a camera's pixels, and where `ends` holds what `cast_tiles` knows of each: behind a placement's rays, a word a
-// tile.
+// Tiles of a camera's pixels, where `tiles` holds what `see_tiles` finds each to see, and `ends` what `cast_tiles` knows of
+// it: behind a placement's rays, a word a tile.
 
 // How far the rays of a tile are sent, with this bit; or how all of them end, which is not written ray by ray.
 const SENT = 0x80000000u;
+// Or with this bit, too: to before a layer of voxels across an axis that they all enter; the axis, and where it is there.
+const SENT_TO_LAYER = 0x40000000u;
+const LAYER_BITS = 11u;
 
 // Tiles of an image, across and down.
 fn tiles_of_image() -> vec2<u32> {
     return (vec2<u32>(table.image_x, table.image_y) + TILE - 1u) / TILE;
+}
+
+// The word of `tiles` that tells how far all tiles of a placement see. That of each follows; then in the same order whether
+// something near is seen.
+fn seen_from(row: u32) -> u32 {
+    return row * 2u * near_from();
+}
+
+// Words between how far a tile sees and whether that is near.
+fn near_from() -> u32 {
+    let size = tiles_of_image();
+    return size.x * size.y + 1u;
 }
 
 // The word of a tile in `ends`.

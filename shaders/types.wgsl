@@ -120,6 +120,3 @@ struct BodyWord {
 
 // The end of a ray that returns from behind all that matters.
 const BEYOND = (RETURN << 16u) | 0xffffu;
-
-// What a tile sees, if some of it is near.
-const NEAR_TILE = 0x80000000u;

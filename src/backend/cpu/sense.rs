@@ -207,25 +207,27 @@ impl TableCaster<'_> {
         let until_q16 = projection.near_q16();
         let mut clear = vec![None; self.table.groups.len()];
         for packet in (0..tiles.len()).filter(|&packet| tiles[packet].cast) {
-            let clear = match self.goes_beyond(packet, shoot, &tiles[packet], &mut clear) {
-                Way::Returns => {
-                    pyramid.set_tile(packet, &[u16::MAX.into(); RAYS]);
-                    continue;
+            let Tile { near, .. } = tiles[packet];
+            let way = self.goes_beyond(packet, shoot, &tiles[packet], &mut clear);
+            if near || matches!(way, Way::Clear(_)) {
+                scratch.packet.start(self.level, shoot.placement, packets.dirs_q15(packet));
+            }
+            let freed = match way {
+                Way::Returns => [u16::MAX.into(); RAYS],
+                Way::Clear(clear) => {
+                    self.cast(packet, u64::MAX, Clear::Distance(clear), shoot, scratch);
+                    scratch.ends.mark(planes);
+                    scratch.ends.freed
                 }
-                Way::Clear(clear) => clear,
             };
-            scratch.packet.start(self.level, shoot.placement, packets.dirs_q15(packet));
-            self.cast(packet, u64::MAX, Clear::Distance(clear), shoot, scratch);
-            let freed = &scratch.ends.freed;
-            pyramid.set_tile(packet, freed);
-            if tiles[packet].near {
+            pyramid.set_tile(packet, &freed);
+            if near {
                 scratch.through.start(self.level, &scratch.packet, &planes.free.window());
                 for lane in 0..RAYS {
                     let ray = (&scratch.packet, &scratch.through, lane);
                     scratch.marks.freed(ray, freed[lane], until_q16, &mut planes.free);
                 }
             }
-            scratch.ends.mark(planes);
         }
         scratch.marks.finish(&mut planes.free);
         pyramid.build(self.level);
@@ -242,7 +244,7 @@ impl TableCaster<'_> {
     /// How a camera's tile goes past all that it sees of what matters.
     fn goes_beyond(&self, packet: usize, shoot: &Shoot, tile: &Tile, groups: &mut [Option<f32>]) -> Way {
         let RayTable { packets, cones, gates, noise, nearer_q16, .. } = self.table;
-        if tile.near || shoot.casts_all() || noise.lost_below > 0 {
+        if shoot.casts_all() || noise.lost_below > 0 {
             return Way::Clear(0.0);
         }
         let voxels = |q16: u32| q16 as f32 / 65_536.0;

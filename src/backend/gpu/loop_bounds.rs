@@ -61,14 +61,14 @@ pub(super) const MOST_ROWS: u32 = 96;
 pub(super) const MOST_LAYERS: u32 = 16;
 pub(super) const MOST_LOOKS: u32 = 2;
 
-// Three lengths on three axes are tried, and the pixels of the tile are written.
+// A loop over rows that another invocation needs is a turn. Layers are looked for on three axes, and before one of them.
 const _: () = assert!(
     LANES
-        * (MOST_LEAPS
-            + (MOST_SECTIONS + 1) * MOST_ROWS
-            + 10
-            + 9 * (MOST_LAYERS + 1 + MOST_LOOKS * MOST_ROWS)
-            + 65)
+        * (2 * MOST_LEAPS
+            + MOST_SECTIONS * MOST_ROWS
+            + 4
+            + 3 * (2 * MOST_LAYERS + 1 + MOST_LOOKS * MOST_ROWS)
+            + MOST_ROWS)
         <= ALLOWED
 );
 

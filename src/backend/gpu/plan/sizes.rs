@@ -72,9 +72,9 @@ impl TableSizes {
         self.blocks(TILE.ilog2())
     }
 
-    /// Bytes of what the tiles of one placement see.
+    /// Bytes of what the tiles of one placement see: two words of all, and of each.
     pub(in crate::backend::gpu) fn tiles_bytes(&self) -> u64 {
-        (u64::from(self.tiles()) + 1) * 4
+        (u64::from(self.tiles()) + 1) * 2 * 4
     }
 
     /// Largest blocks of pixels of one placement's pyramid.
