@@ -189,6 +189,97 @@ fn large_cameras_equal_the_cpu() {
     assert!(counts[0].iter().filter(|c| c[3] > 5000).count() >= 3, "many voxels are free: {:?}", counts[0]);
 }
 
+/// A room with things in it and before its walls, and with windows and small holes in them, or none.
+fn room(random: &mut Random) -> VoxelScene {
+    let grid = Window { min: [0; 3], size: [50, 40, 30].map(|n| n + random.below(40)) };
+    let mut blockers = BitGrid::full(grid);
+    let thickness = [1, 1, 1].map(|n| n + random.below(2) as i32);
+    let inside =
+        Window::between(thickness, [0, 1, 2].map(|r| grid.size[r] as i32 - 1 - random.between(1, 2)));
+    blockers.remove(&BitGrid::full(inside).over(grid));
+    for _ in 0..random.below(5) {
+        let thing = cases::inner(random, Window { size: inside.size.map(|n| n / 3), ..inside });
+        let min = [0, 1, 2].map(|r| thing.min[r] + random.below(2 * inside.size[r] / 3) as i32);
+        blockers.add(&BitGrid::full(Window { min, ..thing }).over(grid));
+    }
+    let any = |random: &mut Random| grid.size.map(|n| random.below(n) as i32);
+    let mut holes = BitGrid::new(grid);
+    for _ in 0..random.of(&[0, 20, 400]) {
+        blockers.set(any(random));
+        holes.set(any(random));
+    }
+    for _ in 0..random.below(8) {
+        let size = [0; 3].map(|_| 2 + random.below(8));
+        holes.add(&BitGrid::full(Window { min: any(random), size }).over(grid));
+    }
+    blockers.remove(&holes);
+    let window = cases::inner(random, inside);
+    let region = |random: &mut Random| BitGrid::full(cases::inner(random, window)).over(window);
+    VoxelScene {
+        truth: blockers.over(window),
+        over_time: None,
+        window,
+        human: BitGrid::new(window),
+        robot: BitGrid::new(window),
+        regions: vec![region(random), region(random)],
+        people: Default::default(),
+        blockers: blockers.into(),
+    }
+}
+
+/// Cameras in rooms, where most tiles are before a wall: whether it is behind a region or in it, whole or not, and near voxels
+/// before it. Some have many pixels a voxel, and some few.
+#[test]
+fn rooms_equal_the_oracle() {
+    let Some(mut gpu) = gpu() else { return };
+    let one = std::env::var("PERIROBOT_CASE").ok().and_then(|seed| seed.parse().ok());
+    for seed in one.map_or(0..60, |seed: u64| seed..seed + 1) {
+        let mut random = Random(seed ^ 0x4003);
+        let scene = room(&mut random);
+        let camera = Camera {
+            fov_rad: random.of(&[[1.5, 1.0], [0.9, 0.7], [0.3, 0.2]]),
+            resolution_px: [24, 16].map(|n| random.of(&[n, 2 * n, 6 * n]) + random.below(9)),
+        };
+        let gates = Gates {
+            range_max_q16: random.of(&[2047 << 16, 2047 << 16, 60 << 16]),
+            range_min_q16: random.of(&[0, 0, 5 << 16]),
+            near_ignore_q16: random.of(&[0, 0, 5 << 16]),
+            no_return_is_free: random.one_in(2),
+            ..cases::open_gates()
+        };
+        let noise = if random.one_in(2) { Noise::default() } else { cases::noise(&mut random) };
+        let rays = Rays { dirs_q15: camera.dirs_q15(), image: Some(camera.image()), gates, noise };
+        // In the room, more often than not where it matters.
+        let shots = (0..6).map(|slot| {
+            let around = if random.one_in(3) { scene.blockers.window() } else { scene.window };
+            let origin_q16 =
+                [0, 1, 2].map(|r| (around.min[r] << 16) + random.below(around.size[r] << 16) as i32);
+            let axis_q15 =
+                if random.one_in(3) { cases::quarter_turns(&mut random) } else { cases::turned(&mut random) };
+            Shot::once(slot, GridPose { origin_q16, axis_q15, truly: None, draws: slot })
+        });
+        let shots: Vec<_> = shots.collect();
+        let alone = |shot: &Shot| {
+            vec![Reading { slot: shot.slot, volume: None, hit: 847, miss: -405, presence: false }]
+        };
+        let jobs: Vec<_> = shots.iter().map(alone).collect();
+        let counts = |backend: &mut dyn Backend| {
+            unwrap(backend.tables(std::slice::from_ref(&rays)));
+            unwrap(backend.load(&scene));
+            unwrap(backend.sense(0, &shots));
+            let counts = unwrap(backend.score(Fusion::OccupiedWins, &jobs));
+            counts.iter().flatten().map(Confusion::counts).collect::<Vec<_>>()
+        };
+        let expected = counts(&mut Oracle::default());
+        let rerun = format!("rerun: PERIROBOT_CASE={seed} cargo test --test cameras rooms");
+        assert_eq!(counts(&mut unwrap(Cpu::new(Some(1)))), expected, "the CPU's counts, {rerun}");
+        for carving in [Some(Carving::ByVoxel), None] {
+            gpu.carve_by(carving);
+            assert_eq!(counts(&mut gpu), expected, "the GPU's counts, {carving:?}, {rerun}");
+        }
+    }
+}
+
 /// Answers come in the order of the questions, each as of when it was asked.
 #[test]
 fn questions_may_wait() {

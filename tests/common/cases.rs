@@ -178,7 +178,7 @@ pub(crate) fn open_gates() -> Gates {
 }
 
 /// A window inside `outer`, not empty.
-fn inner(random: &mut Random, outer: Window) -> Window {
+pub(crate) fn inner(random: &mut Random, outer: Window) -> Window {
     let size = outer.size.map(|n| 1 + random.below(n));
     let min = std::array::from_fn(|r| outer.min[r] + random.below(outer.size[r] - size[r] + 1) as i32);
     Window { min, size }
@@ -374,7 +374,7 @@ pub(crate) fn quarter_turns(random: &mut Random) -> [[i32; 3]; 3] {
 }
 
 /// Any rotation, from a random quaternion.
-fn turned(random: &mut Random) -> [[i32; 3]; 3] {
+pub(crate) fn turned(random: &mut Random) -> [[i32; 3]; 3] {
     let q: [f64; 4] = std::array::from_fn(|_| random.share() - 0.5);
     let norm = q.iter().map(|x| x * x).sum::<f64>().sqrt().max(1e-9);
     let [w, x, y, z] = q.map(|c| c / norm);
