@@ -8,7 +8,7 @@
 //! It returns if it must enter a blocker within its range: a layer of them across its cone (`across`).
 //!
 //! # Practice
-//! Walls and floors behind a region: of a camera's tiles that see it, two fifths in the paper's first experiment. Floats decide
+//! Walls and floors behind a region: of a camera's tiles that see it, half in the paper's first experiment. Floats decide
 //! only whether this is proved.
 
 use super::across::Across;
