@@ -32,8 +32,8 @@ struct Outline {
     opposite: Edges,
 }
 
-// Of each axis and the next, the sides to which rays lead from one corner of a box: not below it, if `sides` is 1, or not
-// above, if it is -1. `right`, `down` and `first` make the ray of a pixel.
+// Where rays pass one corner of a box on the same side, as seen on each axis and the next: where the corner is on both; on the
+// other side for their negatives. `right` and `down` lead from the ray of the first pixel to those of its neighbours.
 fn edges_of(on: vec3<f32>, on_next: vec3<f32>, right: vec3<f32>, down: vec3<f32>, first: vec3<f32>) -> Edges {
     return Edges(
         on * right.yzx - on_next * right,

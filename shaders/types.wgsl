@@ -56,7 +56,7 @@ struct Part {
     first: u32,
     end: u32,
     region: u32,
-    // Whether rays are cast that do not come near the window.
+    // Whether all rays are cast, those included that do not come near the window, and none by tiles.
     every_ray: u32,
     // Voxels entered later than that are not marked.
     until_q16: u32,

@@ -334,7 +334,7 @@ fn placement(random: &mut Random, scene: &VoxelScene) -> GridPose {
 }
 
 /// Where a sensor truly is that is believed to be somewhere: there, near by, or anywhere.
-fn standpoint(
+pub(crate) fn standpoint(
     random: &mut Random,
     scene: &VoxelScene,
     origin_q16: [i32; 3],

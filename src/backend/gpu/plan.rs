@@ -89,7 +89,9 @@ impl SceneSizes {
             let part = Part { whole_layer: batch.whole_layer as u32, ..Part::default() };
             out.extend(self.stage(Stage::CastTiles, rows, 0..table.tiles(), CAST_TILES_COST, part, pace));
         }
-        let tiles = if batch.by_tile() { tiles_of_invocation(table.reach) } else { 0 };
+        // Rays that are not cast are followed as far as voxels are near, whatever the range.
+        let farthest = table.reach.max(table.near_until_q16() >> 16);
+        let tiles = if batch.by_tile() { tiles_of_invocation(farthest) } else { 0 };
         let cast = Part { every_ray: batch.everything as u32, tiles, ..Part::default() };
         let items = if batch.by_tile() { 0..table.tiles() * TILE * TILE } else { 0..table.rays };
         out.extend(self.stage(Stage::Cast, rows, items.clone(), CAST_COST, cast, pace));

@@ -159,7 +159,7 @@ pub struct Part {
     pub end: u32,
     /// Which region is counted; 0 for all but `count`.
     pub region: u32,
-    /// Whether rays are cast that do not come near the window.
+    /// Whether all rays are cast, those included that do not come near the window, and none by tiles.
     pub every_ray: u32,
     /// Voxels entered later than that are not marked.
     pub until_q16: u32,
