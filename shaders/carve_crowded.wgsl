@@ -77,8 +77,8 @@ fn inside_edges(edges: Edges, u: f32, span: vec2<f32>) -> vec2<f32> {
     );
 }
 
-// Which pixels of a column of a tile are in a rectangle and an outline and free more than so many voxels, as all of the tile
-// may: a bit each, from above.
+// Which pixels of a column of a tile are in a rectangle and an outline and free more than so many voxels: a bit each, from
+// above. `all_do` says that every pixel of the tile frees more; then none is looked up.
 fn enough_of_column(row: u32, u: i32, v: i32, all_do: bool, pixel_rect: PixelRect, away: u32, outline: Outline) -> u32 {
     let inside = u >= pixel_rect.first.x && u <= pixel_rect.last.x;
     let tile = vec2<f32>(f32(v), f32(v + i32(TILE) - 1));

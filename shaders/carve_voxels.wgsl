@@ -112,9 +112,11 @@ fn witnessed(placement: GridPose, row: u32, offset: vec3<i32>, pixel_rect: Pixel
 // Whether some pixel of a block about one of them that reaches no farther than so many pixels beside it frees more than so
 // many voxels.
 fn enough_about(row: u32, pixel: vec2<u32>, beside: u32, away: u32) -> bool {
-    let level = min(firstLeadingBit(beside + 1u), MOST_LEVEL);
-    let freed_of_block = freed_by_block(row, max(level, LEAST_LEVEL), pixel >> vec2<u32>(max(level, LEAST_LEVEL)));
-    if level < LEAST_LEVEL && freed_of_block.x <= away && freed_of_block.y > away {
+    let wanted = min(firstLeadingBit(beside + 1u), MOST_LEVEL);
+    let level = max(wanted, LEAST_LEVEL);
+    let freed_of_block = freed_by_block(row, level, pixel >> vec2<u32>(level));
+    // A block that is too large decides where its pixels agree; else the one pixel does.
+    if wanted < level && freed_of_block.x <= away && freed_of_block.y > away {
         let word = ends[row * table.ends_stride + pixel.y * table.image_x + pixel.x];
         return freed(unpacked(word), table.no_return_is_free != 0u) > away;
     }

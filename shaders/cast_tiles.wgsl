@@ -10,6 +10,9 @@
 // rays are before the layer where a section of the cone begins, and in it or behind it where the section
 // ends; they enter it inside the box around the section, and there it is all blockers.
 //
+// Rays that must all enter such a layer, and no blocker before it, have entered none until just before each crosses into it:
+// `cast` sends each of them to there.
+//
 // Floats decide only what is proved so, with room to spare.
 
 @group(0) @binding(0) var<uniform> bound_setup: Setup;
